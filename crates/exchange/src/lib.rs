@@ -1,0 +1,1 @@
+//! Exchange areas of pairs of zones.

@@ -1,0 +1,16 @@
+//! Numbers we trust: vectors, bounded values, Gauss–Legendre quadrature. No word of radiation in here.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`vec3`] | three-dimensional vectors in f64 |
+//! | [`bounded`] | a value with its error radius and the grade of the evidence |
+//! | [`gauss`] | Gauss–Legendre rules, and what their error is bounded by |
+//! | [`sequence`] | low-discrepancy points, deterministic |
+
+pub mod bounded;
+pub mod gauss;
+pub mod sequence;
+pub mod vec3;
+
+pub use bounded::{Bounded, Grade};
+pub use vec3::{Vec3, vec3};

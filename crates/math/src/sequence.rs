@@ -1,0 +1,61 @@
+//! Low-discrepancy points on the unit interval, square and cube: deterministic, no state.
+//!
+//! The R_d sequence of Roberts: x_n = frac(s + n·α), α_k = φ_d^{−k} with φ_d the positive root of x^{d+1} = x + 1.
+
+const PHI1: f64 = 0.618_033_988_749_894_9;
+const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+const R3: [f64; 3] = [
+    0.819_172_513_396_164_4,
+    0.671_043_606_703_789_3,
+    0.549_700_477_901_970_2,
+];
+
+fn frac(x: f64) -> f64 {
+    x - x.floor()
+}
+
+/// The `n`-th point of the golden-ratio sequence in [0,1), shifted by `shift`.
+pub fn r1(n: usize, shift: f64) -> f64 {
+    frac(0.5 + shift + n as f64 * PHI1)
+}
+/// The `n`-th point of the sequence in the unit square, shifted by `shift`.
+pub fn r2(n: usize, shift: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|k| frac(0.5 + shift[k] + n as f64 * R2[k]))
+}
+/// The `n`-th point of the sequence in the unit cube, shifted by `shift`.
+pub fn r3(n: usize, shift: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|k| frac(0.5 + shift[k] + n as f64 * R3[k]))
+}
+
+/// A well-mixed 64-bit hash (SplitMix64's finaliser), for decorrelated shifts.
+pub fn hash(mut z: u64) -> u64 {
+    z = z.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
+/// A number in [0,1) from a hash of `seed`.
+pub fn unit(seed: u64) -> f64 {
+    (hash(seed) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_stay_in_the_unit_square_and_fill_it() {
+        let n = 1000;
+        let inside = (0..n)
+            .map(|i| r2(i, [0.3, 0.9]))
+            .filter(|p| p[0] < 0.5 && p[1] < 0.25)
+            .count();
+        assert!((inside as f64 - 125.0).abs() < 8.0, "{inside}");
+        assert!(
+            (0..n)
+                .map(|i| r3(i, [0.0; 3]))
+                .all(|p| p.iter().all(|x| (0.0..1.0).contains(x)))
+        );
+    }
+}

@@ -1,0 +1,150 @@
+//! Three-dimensional vectors in double precision.
+
+use std::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub};
+
+/// A point or a direction; lengths in metres unless said.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Vec3 {
+    /// First component.
+    pub x: f64,
+    /// Second component.
+    pub y: f64,
+    /// Third component.
+    pub z: f64,
+}
+
+/// Short constructor.
+pub const fn vec3(x: f64, y: f64, z: f64) -> Vec3 {
+    Vec3 { x, y, z }
+}
+
+impl Vec3 {
+    /// The origin.
+    pub const ZERO: Vec3 = vec3(0.0, 0.0, 0.0);
+    /// All components one.
+    pub const ONE: Vec3 = vec3(1.0, 1.0, 1.0);
+
+    /// All three components equal to `s`.
+    pub const fn splat(s: f64) -> Vec3 {
+        vec3(s, s, s)
+    }
+    /// Scalar product.
+    pub fn dot(self, o: Vec3) -> f64 {
+        self.x * o.x + self.y * o.y + self.z * o.z
+    }
+    /// Vector product.
+    pub fn cross(self, o: Vec3) -> Vec3 {
+        vec3(
+            self.y * o.z - self.z * o.y,
+            self.z * o.x - self.x * o.z,
+            self.x * o.y - self.y * o.x,
+        )
+    }
+    /// Square of the length.
+    pub fn length2(self) -> f64 {
+        self.dot(self)
+    }
+    /// Length.
+    pub fn length(self) -> f64 {
+        self.length2().sqrt()
+    }
+    /// The unit vector along `self`; zero stays zero.
+    pub fn normalized(self) -> Vec3 {
+        let l = self.length();
+        if l > 0.0 { self / l } else { self }
+    }
+    /// Componentwise product.
+    pub fn scale(self, o: Vec3) -> Vec3 {
+        vec3(self.x * o.x, self.y * o.y, self.z * o.z)
+    }
+    /// Componentwise minimum.
+    pub fn min(self, o: Vec3) -> Vec3 {
+        vec3(self.x.min(o.x), self.y.min(o.y), self.z.min(o.z))
+    }
+    /// Componentwise maximum.
+    pub fn max(self, o: Vec3) -> Vec3 {
+        vec3(self.x.max(o.x), self.y.max(o.y), self.z.max(o.z))
+    }
+    /// Largest modulus among the components.
+    pub fn max_abs(self) -> f64 {
+        self.x.abs().max(self.y.abs()).max(self.z.abs())
+    }
+    /// Product of the components: the volume of a box with these edges.
+    pub fn product(self) -> f64 {
+        self.x * self.y * self.z
+    }
+    /// True when no component is NaN or infinite.
+    pub fn is_finite(self) -> bool {
+        self.x.is_finite() && self.y.is_finite() && self.z.is_finite()
+    }
+    /// The components as an array.
+    pub const fn array(self) -> [f64; 3] {
+        [self.x, self.y, self.z]
+    }
+    /// A vector from an array.
+    pub const fn from_array(a: [f64; 3]) -> Vec3 {
+        vec3(a[0], a[1], a[2])
+    }
+    /// Two unit vectors that complete the unit vector `self` to a right-handed orthonormal frame (t, b, self).
+    pub fn frame(self) -> (Vec3, Vec3) {
+        let a = if self.x.abs() < 0.6 {
+            vec3(1.0, 0.0, 0.0)
+        } else {
+            vec3(0.0, 1.0, 0.0)
+        };
+        let t = a.cross(self).normalized();
+        (t, self.cross(t))
+    }
+}
+
+impl Add for Vec3 {
+    type Output = Vec3;
+    fn add(self, o: Vec3) -> Vec3 {
+        vec3(self.x + o.x, self.y + o.y, self.z + o.z)
+    }
+}
+impl AddAssign for Vec3 {
+    fn add_assign(&mut self, o: Vec3) {
+        *self = *self + o;
+    }
+}
+impl Sub for Vec3 {
+    type Output = Vec3;
+    fn sub(self, o: Vec3) -> Vec3 {
+        vec3(self.x - o.x, self.y - o.y, self.z - o.z)
+    }
+}
+impl Mul<f64> for Vec3 {
+    type Output = Vec3;
+    fn mul(self, s: f64) -> Vec3 {
+        vec3(self.x * s, self.y * s, self.z * s)
+    }
+}
+impl Mul<Vec3> for f64 {
+    type Output = Vec3;
+    fn mul(self, v: Vec3) -> Vec3 {
+        v * self
+    }
+}
+impl Div<f64> for Vec3 {
+    type Output = Vec3;
+    fn div(self, s: f64) -> Vec3 {
+        vec3(self.x / s, self.y / s, self.z / s)
+    }
+}
+impl Neg for Vec3 {
+    type Output = Vec3;
+    fn neg(self) -> Vec3 {
+        vec3(-self.x, -self.y, -self.z)
+    }
+}
+impl Index<usize> for Vec3 {
+    type Output = f64;
+    fn index(&self, axis: usize) -> &f64 {
+        match axis {
+            0 => &self.x,
+            1 => &self.y,
+            _ => &self.z,
+        }
+    }
+}

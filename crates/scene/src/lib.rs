@@ -1,0 +1,42 @@
+//! The nouns: what a scene is made of, the zones it is cut into, and the solution on them.
+//!
+//! Everything here is inert data and its validation. Below this room nothing touches the file system, the clock,
+//! the network or a serialiser; formats live in `zonal-io`, rays in `zonal-transport`.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`plate`] | triangles and parallelograms |
+//! | [`voxmap`] | the regular voxel grid of a medium |
+//! | [`scene`] | surfaces, panes, lights, cameras, validated once into a [`Scene`] |
+//! | [`zones`] | patches, voxel zones and pane zones |
+//! | [`solution`] | radiosity, irradiance, fluence on the zones, with the report |
+//! | [`progress`] | how long work tells where it stands |
+//!
+//! Units: metres, 1/m for extinction, W/m² for radiosity B, irradiance H and fluence G, W/m³ for volumetric sources, each per
+//! band. Three bands, called red, green, blue in pictures; thermal users may give all three the same values.
+
+pub mod plate;
+pub mod progress;
+pub mod scene;
+pub mod solution;
+pub mod voxmap;
+pub mod zones;
+
+pub use plate::{Plate, PlateKind};
+pub use progress::{Progress, Quiet};
+pub use scene::{
+    Camera, Facet, Light, Options, Pane, Scene, SceneError, SceneParts, Sides, Surface, Surroundings, Texture,
+};
+pub use solution::{Fields, Report, Solution, SolveStatus};
+pub use voxmap::Voxmap;
+pub use zones::{PaneZone, Patch, Sample, VoxelZone, Zones};
+
+/// One value a band.
+pub type Bands = [f64; 3];
+/// The number of bands.
+pub const BANDS: usize = 3;
+
+/// Applies `f` band by band.
+pub fn bands(f: impl FnMut(usize) -> f64) -> Bands {
+    std::array::from_fn(f)
+}

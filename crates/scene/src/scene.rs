@@ -1,0 +1,503 @@
+//! The scene: validated once, read-only ever after.
+
+use crate::{Bands, Plate, Voxmap};
+use std::fmt;
+use zonal_math::Vec3;
+
+/// What is wrong with a scene: the key at fault and what to do about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneError {
+    key: String,
+    what: String,
+}
+
+impl SceneError {
+    /// An error at `key` (dotted, as in the scene file) that says `what` is wrong and how to mend it.
+    pub fn new(key: impl Into<String>, what: impl Into<String>) -> SceneError {
+        SceneError {
+            key: key.into(),
+            what: what.into(),
+        }
+    }
+    /// The key at fault.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+    /// What is wrong.
+    pub fn what(&self) -> &str {
+        &self.what
+    }
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.key, self.what)
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+/// Which sides of a surface take part in the exchange. A side that does not is black, cold and opaque.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// The front only.
+    Front,
+    /// Both, each a zone of its own.
+    Both,
+}
+
+/// A named surface: a diffuse material, and how fine to cut it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// Unique name.
+    pub name: String,
+    /// Diffuse reflectance ρ; multiplies the texture where there is one.
+    pub reflectance: Bands,
+    /// Emitted flux E, W/m²; multiplies the emission texture where there is one.
+    pub emission: Bands,
+    /// Index of the texture of ρ.
+    pub reflectance_texture: Option<usize>,
+    /// Index of the texture of E.
+    pub emission_texture: Option<usize>,
+    /// Which sides exchange.
+    pub sides: Sides,
+    /// Wanted patch edge, m; the scene's where not given.
+    pub patch_size: Option<f64>,
+    /// True where the surface bounds a closed solid: no medium behind its fronts.
+    pub solid: bool,
+}
+
+/// A piece of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facet {
+    /// Index of the surface.
+    pub surface: usize,
+    /// Shape.
+    pub plate: Plate,
+    /// Texture coordinates at (u, v) = (0,0), (1,0) and (0,1); linear in between.
+    pub uv: [[f64; 2]; 3],
+}
+
+impl Facet {
+    /// Texture coordinates at plate parameters (u, v).
+    pub fn uv_at(&self, u: f64, v: f64) -> [f64; 2] {
+        [0, 1].map(|k| {
+            self.uv[0][k] + u * (self.uv[1][k] - self.uv[0][k]) + v * (self.uv[2][k] - self.uv[0][k])
+        })
+    }
+}
+
+/// A linear RGB picture, row 0 on top, repeated beyond [0,1)²; v runs down (the glTF convention).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    /// Linear values, row by row.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+impl Texture {
+    /// Bilinear value at texture coordinates (u, v).
+    pub fn sample(&self, uv: [f64; 2]) -> Bands {
+        let (w, h) = (self.width as f64, self.height as f64);
+        let wrap = |t: f64| if t.is_finite() { t - t.floor() } else { 0.0 };
+        let (x, y) = (wrap(uv[0]) * w - 0.5, wrap(uv[1]) * h - 0.5);
+        let (fx, fy) = (x - x.floor(), y - y.floor());
+        let at = |dx: i64, dy: i64| {
+            let i = (x.floor() as i64 + dx).rem_euclid(self.width as i64) as usize;
+            let j = (y.floor() as i64 + dy).rem_euclid(self.height as i64) as usize;
+            self.pixels[j * self.width + i]
+        };
+        let (a, b, c, d) = (at(0, 0), at(1, 0), at(0, 1), at(1, 1));
+        crate::bands(|k| {
+            let top = a[k] as f64 * (1.0 - fx) + b[k] as f64 * fx;
+            let bottom = c[k] as f64 * (1.0 - fx) + d[k] as f64 * fx;
+            top * (1.0 - fy) + bottom * fy
+        })
+    }
+}
+
+/// A pane: a thin sheet of absorbing and scattering material, a volume zone off the voxmap.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pane {
+    /// Name.
+    pub name: String,
+    /// The plates its polygon is made of, all in one plane.
+    pub plates: Vec<Plate>,
+    /// Thickness t, m.
+    pub thickness: f64,
+    /// Extinction κ, 1/m.
+    pub extinction: Bands,
+    /// Scattering albedo Ω.
+    pub albedo: Bands,
+    /// Black emissive power E, W/m².
+    pub emission: Bands,
+}
+
+/// Direct light: the third source, apart from emission.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Light {
+    /// A distant disc.
+    Sun {
+        /// Name.
+        name: String,
+        /// Unit vector along which the light travels.
+        direction: Vec3,
+        /// Irradiance on a plane square to it, W/m².
+        irradiance: Bands,
+        /// Angular diameter, radians.
+        angular_diameter: f64,
+    },
+    /// A uniform sky all around, treated as direct light.
+    Sky {
+        /// Name.
+        name: String,
+        /// Radiance, W/(m² sr).
+        radiance: Bands,
+    },
+    /// A small emitting surface, treated as direct light: its emission leaves the zonal exchange.
+    Emitter {
+        /// Index of the surface.
+        surface: usize,
+    },
+}
+
+/// What lies beyond the scene: a zone of its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Surroundings {
+    /// Radiance that comes in from everywhere, W/(m² sr); zero for black surroundings.
+    pub radiance: Bands,
+}
+
+/// A pinhole camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Unique name.
+    pub name: String,
+    /// Pinhole, m.
+    pub origin: Vec3,
+    /// A point in the middle of the picture, m.
+    pub target: Vec3,
+    /// Upward direction.
+    pub up: Vec3,
+    /// Full angle of view across the picture's width, degrees.
+    pub fov: f64,
+}
+
+/// How to solve: every setting has a default.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Wanted relative accuracy of the exchange between zones, 0 < tolerance < 1.
+    pub tolerance: f64,
+    /// Wanted patch edge, m; a thirtieth of the scene's diagonal where not given.
+    pub patch_size: Option<f64>,
+    /// Restore closure by symmetric scaling.
+    pub restore_closure: bool,
+    /// Largest number of solver iterations.
+    pub max_iterations: usize,
+    /// Wanted residual of the solver, relative to the right-hand side.
+    pub residual: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            tolerance: 1e-2,
+            patch_size: None,
+            restore_closure: false,
+            max_iterations: 500,
+            residual: 1e-10,
+        }
+    }
+}
+
+/// A scene's ingredients, not yet validated.
+#[derive(Clone, Debug, Default)]
+pub struct SceneParts {
+    /// Name.
+    pub name: String,
+    /// Surfaces.
+    pub surfaces: Vec<Surface>,
+    /// Their facets.
+    pub facets: Vec<Facet>,
+    /// Textures.
+    pub textures: Vec<Texture>,
+    /// Panes.
+    pub panes: Vec<Pane>,
+    /// The medium; `None` for vacuum.
+    pub voxmap: Option<Voxmap>,
+    /// Direct lights.
+    pub lights: Vec<Light>,
+    /// Beyond the scene.
+    pub surroundings: Surroundings,
+    /// Cameras.
+    pub cameras: Vec<Camera>,
+    /// Settings.
+    pub options: Options,
+    /// What the reader noticed and mended, such as dropped triangles.
+    pub notes: Vec<String>,
+}
+
+/// A validated scene.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    parts: SceneParts,
+    bounds: (Vec3, Vec3),
+}
+
+fn fail<T>(key: impl Into<String>, what: impl Into<String>) -> Result<T, SceneError> {
+    Err(SceneError::new(key, what))
+}
+
+fn check_bands(key: &str, v: Bands, max: f64) -> Result<(), SceneError> {
+    for x in v {
+        if !(x.is_finite() && x >= 0.0 && x <= max) {
+            let range = if max.is_finite() {
+                format!("from 0 to {max}")
+            } else {
+                "finite and not negative".into()
+            };
+            return fail(key, format!("{x} is out of range; give values {range}"));
+        }
+    }
+    Ok(())
+}
+
+fn check_plate(key: &str, p: &Plate) -> Result<(), SceneError> {
+    if !(p.origin.is_finite() && p.e1.is_finite() && p.e2.is_finite()) {
+        return fail(key, "a corner is not a finite number");
+    }
+    if !(p.area() > 0.0) {
+        return fail(key, "a plate has no area; remove it or move its corners apart");
+    }
+    Ok(())
+}
+
+impl Scene {
+    /// Validates the parts.
+    pub fn new(parts: SceneParts) -> Result<Scene, SceneError> {
+        if parts.facets.is_empty() && parts.panes.is_empty() && parts.voxmap.is_none() {
+            return fail("scene", "the scene is empty; add a surface or a medium");
+        }
+        let mut names = std::collections::HashSet::new();
+        for s in &parts.surfaces {
+            let key = |k: &str| format!("surface '{}'.{k}", s.name);
+            if !names.insert(s.name.as_str()) {
+                return fail(key("name"), "two surfaces have this name; rename one");
+            }
+            check_bands(&key("reflectance"), s.reflectance, 1.0)?;
+            check_bands(&key("emission"), s.emission, f64::INFINITY)?;
+            if s.patch_size.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
+                return fail(key("patch_size"), "the patch size must be a positive length");
+            }
+            for t in [s.reflectance_texture, s.emission_texture].into_iter().flatten() {
+                if t >= parts.textures.len() {
+                    return fail(key("texture"), "there is no such texture");
+                }
+            }
+        }
+        for t in &parts.textures {
+            if t.width == 0 || t.height == 0 || t.pixels.len() != t.width * t.height {
+                return fail("texture", "a texture has no pixels");
+            }
+            if t.pixels.iter().flatten().any(|x| !(x.is_finite() && *x >= 0.0)) {
+                return fail(
+                    "texture",
+                    "a texture has a pixel that is negative or not a number",
+                );
+            }
+        }
+        for f in &parts.facets {
+            let Some(s) = parts.surfaces.get(f.surface) else {
+                return fail("facet", "a facet belongs to no surface");
+            };
+            check_plate(&format!("surface '{}'", s.name), &f.plate)?;
+        }
+        for p in &parts.panes {
+            let key = |k: &str| format!("pane '{}'.{k}", p.name);
+            for q in &p.plates {
+                check_plate(&key("corners"), q)?;
+            }
+            if !(p.thickness.is_finite() && p.thickness > 0.0) {
+                return fail(
+                    key("thickness"),
+                    "the thickness must be a positive length in metres",
+                );
+            }
+            check_bands(&key("extinction"), p.extinction, f64::INFINITY)?;
+            check_bands(&key("albedo"), p.albedo, 1.0)?;
+            check_bands(&key("emission"), p.emission, f64::INFINITY)?;
+        }
+        for l in &parts.lights {
+            match l {
+                Light::Sun {
+                    name,
+                    direction,
+                    irradiance,
+                    angular_diameter,
+                } => {
+                    let key = |k: &str| format!("light '{name}'.{k}");
+                    if !(direction.is_finite() && (direction.length() - 1.0).abs() < 1e-9) {
+                        return fail(key("direction"), "the direction must be a vector with a length");
+                    }
+                    check_bands(&key("irradiance"), *irradiance, f64::INFINITY)?;
+                    if !(*angular_diameter >= 0.0 && *angular_diameter < std::f64::consts::PI) {
+                        return fail(
+                            key("angular_diameter"),
+                            "the angular diameter must lie between 0 and 180 degrees",
+                        );
+                    }
+                }
+                Light::Sky { name, radiance } => {
+                    check_bands(&format!("light '{name}'.radiance"), *radiance, f64::INFINITY)?;
+                }
+                Light::Emitter { surface } => {
+                    if *surface >= parts.surfaces.len() {
+                        return fail("light.surface", "there is no such surface");
+                    }
+                }
+            }
+        }
+        check_bands(
+            "surroundings.radiance",
+            parts.surroundings.radiance,
+            f64::INFINITY,
+        )?;
+        let mut names = std::collections::HashSet::new();
+        for c in &parts.cameras {
+            let key = |k: &str| format!("camera '{}'.{k}", c.name);
+            if !names.insert(c.name.as_str()) {
+                return fail(key("name"), "two cameras have this name; rename one");
+            }
+            let view = c.target - c.origin;
+            if !(c.origin.is_finite() && c.target.is_finite() && view.length() > 0.0) {
+                return fail(key("target"), "origin and target must be finite and apart");
+            }
+            if !(view.normalized().cross(c.up.normalized()).length() > 1e-9) {
+                return fail(key("up"), "up must not run along the line of sight");
+            }
+            if !(c.fov > 0.0 && c.fov < 180.0) {
+                return fail(key("fov"), "the field of view must lie between 0 and 180 degrees");
+            }
+        }
+        let o = &parts.options;
+        if !(o.tolerance > 0.0 && o.tolerance < 1.0) {
+            return fail("solve.tolerance", "the tolerance must lie between 0 and 1");
+        }
+        if o.patch_size.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
+            return fail("solve.patch_size", "the patch size must be a positive length");
+        }
+        if !(o.residual > 0.0 && o.residual < 1.0) || o.max_iterations == 0 {
+            return fail(
+                "solve.residual",
+                "the residual must lie between 0 and 1, with at least one iteration",
+            );
+        }
+        let mut bounds = (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY));
+        let plates = parts
+            .facets
+            .iter()
+            .map(|f| &f.plate)
+            .chain(parts.panes.iter().flat_map(|p| &p.plates));
+        for (lo, hi) in plates
+            .map(Plate::bounds)
+            .chain(parts.voxmap.iter().map(|v| (v.min(), v.max())))
+        {
+            bounds = (bounds.0.min(lo), bounds.1.max(hi));
+        }
+        Ok(Scene { parts, bounds })
+    }
+
+    /// Name.
+    pub fn name(&self) -> &str {
+        &self.parts.name
+    }
+    /// Surfaces.
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.parts.surfaces
+    }
+    /// Facets of all surfaces.
+    pub fn facets(&self) -> &[Facet] {
+        &self.parts.facets
+    }
+    /// Textures.
+    pub fn textures(&self) -> &[Texture] {
+        &self.parts.textures
+    }
+    /// Panes.
+    pub fn panes(&self) -> &[Pane] {
+        &self.parts.panes
+    }
+    /// The medium, if there is one.
+    pub fn voxmap(&self) -> Option<&Voxmap> {
+        self.parts.voxmap.as_ref()
+    }
+    /// Direct lights.
+    pub fn lights(&self) -> &[Light] {
+        &self.parts.lights
+    }
+    /// Beyond the scene.
+    pub fn surroundings(&self) -> Surroundings {
+        self.parts.surroundings
+    }
+    /// Cameras.
+    pub fn cameras(&self) -> &[Camera] {
+        &self.parts.cameras
+    }
+    /// Settings.
+    pub fn options(&self) -> &Options {
+        &self.parts.options
+    }
+    /// What the reader noticed and mended.
+    pub fn notes(&self) -> &[String] {
+        &self.parts.notes
+    }
+    /// Smallest and largest coordinates of everything in the scene, m.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        self.bounds
+    }
+    /// Length of the diagonal of the bounds, m.
+    pub fn diagonal(&self) -> f64 {
+        (self.bounds.1 - self.bounds.0).length()
+    }
+    /// Reflectance of a facet at plate parameters (u, v): the texture times the surface's factor, at most 1.
+    pub fn reflectance_at(&self, facet: usize, u: f64, v: f64) -> Bands {
+        let f = &self.parts.facets[facet];
+        let s = &self.parts.surfaces[f.surface];
+        self.textured(s.reflectance, s.reflectance_texture, f, u, v)
+            .map(|x| x.min(1.0))
+    }
+    /// Emitted flux of a facet at plate parameters (u, v), W/m².
+    pub fn emission_at(&self, facet: usize, u: f64, v: f64) -> Bands {
+        let f = &self.parts.facets[facet];
+        let s = &self.parts.surfaces[f.surface];
+        self.textured(s.emission, s.emission_texture, f, u, v)
+    }
+    fn textured(&self, factor: Bands, texture: Option<usize>, f: &Facet, u: f64, v: f64) -> Bands {
+        match texture {
+            None => factor,
+            Some(t) => {
+                let c = self.parts.textures[t].sample(f.uv_at(u, v));
+                crate::bands(|b| factor[b] * c[b])
+            }
+        }
+    }
+    /// True when the emission of this surface is treated as direct light.
+    pub fn is_direct_emitter(&self, surface: usize) -> bool {
+        self.parts
+            .lights
+            .iter()
+            .any(|l| matches!(l, Light::Emitter { surface: s } if *s == surface))
+    }
+    /// The same scene with other settings.
+    pub fn with_options(mut self, options: Options) -> Result<Scene, SceneError> {
+        self.parts.options = options;
+        Scene::new(self.parts)
+    }
+    /// The parts, given back.
+    pub fn into_parts(self) -> SceneParts {
+        self.parts
+    }
+}

@@ -1,0 +1,240 @@
+//! The voxmap: the regular voxel grid of a medium.
+//!
+//! Cell (i, j, k) is the box min + (i..i+1, j..j+1, k..k+1) ∘ cell; the index runs with k fastest:
+//! index = (i·ny + j)·nz + k, the order of a C array `[x][y][z]`. Within a cell extinction, albedo and sources are constant.
+
+use crate::{Bands, scene::SceneError};
+use zonal_math::{Vec3, vec3};
+
+/// The most cells a voxmap may have: at 100 bytes a cell this is what a large machine holds.
+pub const MAX_CELLS: usize = 1 << 28;
+
+/// A medium on a regular grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Voxmap {
+    min: Vec3,
+    cell: Vec3,
+    dims: [usize; 3],
+    extinction: Vec<Bands>,
+    albedo: Vec<Bands>,
+    emission: Vec<Bands>,
+    source: Vec<Bands>,
+    uniform: Option<Bands>,
+}
+
+impl Voxmap {
+    /// An empty grid (κ = 0 everywhere) with lower corner `min`, cell edges `cell` (m) and `dims` cells.
+    pub fn new(min: Vec3, cell: Vec3, dims: [usize; 3]) -> Result<Voxmap, SceneError> {
+        let count = dims
+            .iter()
+            .try_fold(1usize, |n, &d| n.checked_mul(d))
+            .unwrap_or(usize::MAX);
+        if count == 0 {
+            return Err(SceneError::new(
+                "medium.cells",
+                "a voxmap needs at least one cell on each axis",
+            ));
+        }
+        if count > MAX_CELLS {
+            return Err(SceneError::new(
+                "medium.cells",
+                format!(
+                    "{} × {} × {} cells are more than the {MAX_CELLS} that a voxmap may have; use fewer",
+                    dims[0], dims[1], dims[2]
+                ),
+            ));
+        }
+        if !(min.is_finite() && cell.is_finite() && cell.x > 0.0 && cell.y > 0.0 && cell.z > 0.0) {
+            return Err(SceneError::new(
+                "medium.min",
+                "the bounds of a voxmap must be finite, with min below max on each axis",
+            ));
+        }
+        Ok(Voxmap {
+            min,
+            cell,
+            dims,
+            extinction: vec![[0.0; 3]; count],
+            albedo: vec![[0.0; 3]; count],
+            emission: vec![[0.0; 3]; count],
+            source: vec![[0.0; 3]; count],
+            uniform: Some([0.0; 3]),
+        })
+    }
+
+    /// Sets one cell: extinction κ (1/m), albedo Ω, black emissive power E (W/m²), source q (W/m³), each a band.
+    /// Call [`Voxmap::seal`] after the last one.
+    pub fn set(&mut self, index: usize, extinction: Bands, albedo: Bands, emission: Bands, source: Bands) {
+        self.extinction[index] = extinction;
+        self.albedo[index] = albedo;
+        self.emission[index] = emission;
+        self.source[index] = source;
+        self.uniform = None;
+    }
+
+    /// Validates every cell and notes whether the extinction is uniform.
+    pub fn seal(mut self) -> Result<Voxmap, SceneError> {
+        for i in 0..self.len() {
+            let bad = |key: &str, what: &str, value: f64| {
+                let [x, y, z] = self.coordinates(i);
+                Err(SceneError::new(
+                    key,
+                    format!("{what} is {value} in cell ({x}, {y}, {z})"),
+                ))
+            };
+            for b in 0..3 {
+                let (k, o, e, q) = (
+                    self.extinction[i][b],
+                    self.albedo[i][b],
+                    self.emission[i][b],
+                    self.source[i][b],
+                );
+                if !(k.is_finite() && k >= 0.0) {
+                    return bad(
+                        "medium.extinction",
+                        "the extinction must be finite and not negative, but",
+                        k,
+                    );
+                }
+                if !(0.0..=1.0).contains(&o) {
+                    return bad("medium.albedo", "the albedo must lie between 0 and 1, but", o);
+                }
+                if !(e.is_finite() && e >= 0.0) {
+                    return bad(
+                        "medium.emission",
+                        "the emission must be finite and not negative, but",
+                        e,
+                    );
+                }
+                if !(q.is_finite() && q >= 0.0) {
+                    return bad(
+                        "medium.source",
+                        "the source must be finite and not negative, but",
+                        q,
+                    );
+                }
+                if q > 0.0 && k == 0.0 {
+                    return bad(
+                        "medium.source",
+                        "a source needs a medium (extinction above 0) to come from; the source",
+                        q,
+                    );
+                }
+            }
+        }
+        let first = self.extinction[0];
+        self.uniform = self.extinction.iter().all(|k| *k == first).then_some(first);
+        Ok(self)
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.extinction.len()
+    }
+    /// Never true: a voxmap has cells.
+    pub fn is_empty(&self) -> bool {
+        self.extinction.is_empty()
+    }
+    /// Lower corner, m.
+    pub fn min(&self) -> Vec3 {
+        self.min
+    }
+    /// Upper corner, m.
+    pub fn max(&self) -> Vec3 {
+        self.min
+            + self.cell.scale(vec3(
+                self.dims[0] as f64,
+                self.dims[1] as f64,
+                self.dims[2] as f64,
+            ))
+    }
+    /// Cell edges, m.
+    pub fn cell(&self) -> Vec3 {
+        self.cell
+    }
+    /// Cells along each axis.
+    pub fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+    /// Index of a cell.
+    pub fn index(&self, c: [usize; 3]) -> usize {
+        (c[0] * self.dims[1] + c[1]) * self.dims[2] + c[2]
+    }
+    /// Cell of an index.
+    pub fn coordinates(&self, index: usize) -> [usize; 3] {
+        let (ny, nz) = (self.dims[1], self.dims[2]);
+        [index / (ny * nz), index / nz % ny, index % nz]
+    }
+    /// Lower corner of a cell.
+    pub fn corner(&self, c: [usize; 3]) -> Vec3 {
+        self.min + self.cell.scale(vec3(c[0] as f64, c[1] as f64, c[2] as f64))
+    }
+    /// Centre of a cell.
+    pub fn centre(&self, c: [usize; 3]) -> Vec3 {
+        self.corner(c) + self.cell * 0.5
+    }
+    /// The cell that holds `p`, if any.
+    pub fn cell_at(&self, p: Vec3) -> Option<[usize; 3]> {
+        let mut c = [0; 3];
+        for axis in 0..3 {
+            let t = (p[axis] - self.min[axis]) / self.cell[axis];
+            if !(t >= 0.0 && t <= self.dims[axis] as f64) {
+                return None;
+            }
+            c[axis] = (t as usize).min(self.dims[axis] - 1);
+        }
+        Some(c)
+    }
+    /// Extinction κ of a cell, 1/m.
+    pub fn extinction(&self, index: usize) -> Bands {
+        self.extinction[index]
+    }
+    /// Scattering albedo Ω of a cell.
+    pub fn albedo(&self, index: usize) -> Bands {
+        self.albedo[index]
+    }
+    /// Black emissive power E of a cell, W/m².
+    pub fn emission(&self, index: usize) -> Bands {
+        self.emission[index]
+    }
+    /// Volumetric source q of a cell, W/m³.
+    pub fn source(&self, index: usize) -> Bands {
+        self.source[index]
+    }
+    /// The extinction, where it is the same in every cell.
+    pub fn uniform_extinction(&self) -> Option<Bands> {
+        self.uniform
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn indices_and_points_agree() {
+        let v = Voxmap::new(vec3(-1.0, 0.0, 2.0), vec3(0.5, 0.25, 1.0), [4, 3, 2]).unwrap();
+        for i in 0..v.len() {
+            let c = v.coordinates(i);
+            assert_eq!(v.index(c), i);
+            assert_eq!(v.cell_at(v.centre(c)), Some(c));
+        }
+        assert_eq!(v.cell_at(v.max()), Some([3, 2, 1]));
+        assert_eq!(v.cell_at(vec3(5.0, 0.0, 2.0)), None);
+    }
+
+    #[test]
+    fn too_many_cells_are_refused_before_they_are_allocated() {
+        assert!(Voxmap::new(Vec3::ZERO, Vec3::ONE, [10_000, 10_000, 10_000]).is_err());
+        assert!(Voxmap::new(Vec3::ZERO, Vec3::ONE, [usize::MAX, 2, 2]).is_err());
+        assert!(Voxmap::new(Vec3::ZERO, Vec3::ZERO, [2, 2, 2]).is_err());
+    }
+
+    #[test]
+    fn a_bad_cell_is_named() {
+        let mut v = Voxmap::new(Vec3::ZERO, Vec3::ONE, [2, 2, 2]).unwrap();
+        v.set(3, [1.0, -1.0, 1.0], [0.5; 3], [0.0; 3], [0.0; 3]);
+        let e = v.seal().unwrap_err();
+        assert!(e.to_string().contains("(0, 1, 1)"), "{e}");
+    }
+}

@@ -1,0 +1,1 @@
+//! The zonal equations: one operator, one solver, reports.

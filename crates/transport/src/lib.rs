@@ -1,0 +1,1 @@
+//! What a ray meets: visibility, optical depth, free space.

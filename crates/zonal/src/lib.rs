@@ -1,0 +1,1 @@
+//! The zonal method from a scene to a picture.
