@@ -1,1 +1,30 @@
-//! What a ray meets: visibility, optical depth, free space.
+//! What a ray meets: visibility, optical depth, free space, and the zones that follow from them.
+//!
+//! One question runs through everything: what lies between two points? Opaque facets block, panes and the voxmap dim:
+//!
+//! ```text
+//! τ(a, b) = 0 where a facet crosses the open segment, else exp(−∫ κ ds − Σ_panes κ t/|cosθ|)
+//! ```
+//!
+//! | module | what |
+//! |---|---|
+//! | [`transport`] | [`Transport`]: the questions, answered |
+//! | [`zoning`] | [`build_zones`]: patches, free parts of voxels, pieces of panes |
+//! | `meet` | a line and a plate, watertight, in double precision |
+//! | `bvh` | the tree that finds the plates worth asking |
+//! | `hull` | facets that can never block: the walls of a convex room |
+//! | `walk` | a segment through the voxmap, cell by cell |
+//! | `solid` | whether a point lies in a closed solid |
+//!
+//! This room knows no radiosity and no form factor. It reads the scene and never changes it.
+
+mod bvh;
+mod hull;
+mod meet;
+mod solid;
+pub mod transport;
+mod walk;
+pub mod zoning;
+
+pub use transport::{Hit, PaneHit, Transport};
+pub use zoning::build_zones;
