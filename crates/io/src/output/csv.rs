@@ -1,0 +1,75 @@
+//! One line a zone, for spreadsheets.
+//!
+//! Columns: zone (global index), kind (patch, voxel, pane), of (name of the surface or pane, index of the voxmap's cell),
+//! x, y, z (centre, m), size (area in m² of patches and panes, free volume in m³ of voxels), then per band b = 0, 1, 2: radiosity_b,
+//! incident_b (H of patches, fluence G of the others, without direct light), direct_b, error_b (of incident), all W/m².
+
+use super::FileError;
+use super::atomic::write_atomic;
+use std::fmt::Write as _;
+use std::io::Write;
+use std::path::Path;
+use zonal_math::Vec3;
+use zonal_scene::Solution;
+
+fn quoted(name: &str) -> String {
+    if name.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", name.replace('"', "\"\""))
+    } else {
+        name.into()
+    }
+}
+
+fn heading() -> String {
+    let mut line = String::from("zone,kind,of,x,y,z,size");
+    for field in ["radiosity", "incident", "direct", "error"] {
+        for b in 0..3 {
+            let _ = write!(line, ",{field}_{b}");
+        }
+    }
+    line
+}
+
+/// Kind, owner, centre and size of a zone.
+fn describe(s: &Solution, i: usize) -> (&'static str, String, Vec3, f64) {
+    let z = &s.zones;
+    if i < z.voxel_offset() {
+        let p = &z.patches[i];
+        (
+            "patch",
+            quoted(&s.scene.surfaces()[p.surface].name),
+            p.plate.centre(),
+            p.area,
+        )
+    } else if i < z.pane_offset() {
+        let v = &z.voxels[i - z.voxel_offset()];
+        ("voxel", v.cell.to_string(), v.centre, v.volume)
+    } else {
+        let p = &z.panes[i - z.pane_offset()];
+        (
+            "pane",
+            quoted(&s.scene.panes()[p.pane].name),
+            p.plate.centre(),
+            p.area,
+        )
+    }
+}
+
+/// Writes the table of zones; see the module's header for the columns.
+pub fn write_zones_csv(path: &Path, s: &Solution) -> Result<(), FileError> {
+    let f = &s.fields;
+    write_atomic(path, |out| {
+        writeln!(out, "{}", heading())?;
+        for i in 0..s.zones.len() {
+            let (kind, of, c, size) = describe(s, i);
+            write!(out, "{i},{kind},{of},{},{},{},{size}", c.x, c.y, c.z)?;
+            for field in [&f.radiosity, &f.incident, &f.direct, &f.error] {
+                for x in field[i] {
+                    write!(out, ",{x}")?;
+                }
+            }
+            writeln!(out)?;
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,140 @@
+//! Linear pictures as OpenEXR: f32 out; f16, f32 or u32 channels R, G, B in.
+
+use super::FileError;
+use super::atomic::write_atomic;
+use super::picture::check_size;
+use exr::meta::MetaData;
+use exr::prelude::*;
+use std::fs::File;
+use std::io::{self, BufReader};
+use std::path::Path;
+
+/// The most pixels a picture may have.
+const MAX_PIXELS: usize = 1 << 28;
+
+/// A linear picture, row 0 on top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    /// Linear values, row by row.
+    pub pixels: std::vec::Vec<[f32; 3]>,
+}
+
+/// Writes linear pixels (row 0 on top) as f32 channels R, G, B.
+pub fn write_exr(
+    path: &Path,
+    width: usize,
+    height: usize,
+    linear: &[[f32; 3]],
+) -> std::result::Result<(), FileError> {
+    check_size(path, width, height, linear.len())?;
+    let channels = SpecificChannels::rgb(|p: Vec2<usize>| {
+        let c = linear[p.y() * width + p.x()];
+        (c[0], c[1], c[2])
+    });
+    let image = Image::from_encoded_channels((width, height), Encoding::SMALL_FAST_LOSSLESS, channels);
+    write_atomic(path, |out| {
+        image
+            .write()
+            .non_parallel()
+            .to_buffered(out)
+            .map_err(|e| io::Error::other(e.to_string()))
+    })
+}
+
+/// Reads the R, G, B channels of the first layer that has them.
+pub fn read_exr(path: &Path) -> std::result::Result<Picture, FileError> {
+    let broken = |e: exr::error::Error| {
+        let what = format!("cannot be read as an OpenEXR picture with channels R, G, B ({e})");
+        FileError::new(path, "", what)
+    };
+    let open = || {
+        File::open(path)
+            .map(BufReader::new)
+            .map_err(|e| FileError::new(path, "", format!("cannot be opened ({e})")))
+    };
+    let size = std::fs::metadata(path).map_or(0, |m| m.len() as usize);
+    let meta = MetaData::read_from_buffered(open()?, false).map_err(broken)?;
+    for header in &meta.headers {
+        let count = header
+            .layer_size
+            .width()
+            .saturating_mul(header.layer_size.height());
+        if count > MAX_PIXELS || count > size.saturating_mul(4096) {
+            let what =
+                format!("declares {count} pixels, which its {size} bytes cannot hold; the file is damaged");
+            return Err(FileError::new(path, "", what));
+        }
+    }
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| Picture {
+                width: size.width(),
+                height: size.height(),
+                pixels: vec![[0.0; 3]; size.width() * size.height()],
+            },
+            |picture: &mut Picture, p, (r, g, b): (f32, f32, f32)| {
+                let i = p.y() * picture.width + p.x();
+                picture.pixels[i] = [r, g, b];
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(open()?)
+        .map_err(broken)?;
+    Ok(image.layer_data.channel_data.pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exr_round_trips_and_broken_ones_are_refused() {
+        let dir = std::env::temp_dir().join(format!("zonal-exr-{}", std::process::id()));
+        std::fs::create_dir_all(&dir).unwrap();
+        let path = dir.join("a.exr");
+        let pixels: std::vec::Vec<[f32; 3]> =
+            (0..35).map(|i| [i as f32 * 0.1, 1e-8, 1e6 + i as f32]).collect();
+        write_exr(&path, 7, 5, &pixels).unwrap();
+        assert_eq!(
+            read_exr(&path).unwrap(),
+            Picture {
+                width: 7,
+                height: 5,
+                pixels
+            }
+        );
+        let bytes = std::fs::read(&path).unwrap();
+        for cut in (0..bytes.len()).step_by(7) {
+            std::fs::write(&path, &bytes[..cut]).unwrap();
+            assert!(read_exr(&path).is_err());
+        }
+        for i in 0..bytes.len() {
+            let mut hurt = bytes.clone();
+            hurt[i] ^= 0x55;
+            std::fs::write(&path, &hurt).unwrap();
+            let _ = read_exr(&path);
+        }
+        std::fs::remove_dir_all(&dir).unwrap();
+    }
+
+    #[test]
+    fn the_reference_pictures_are_read() {
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/mitsuba-refs/cbox_vacuum.exr");
+        if !path.exists() {
+            eprintln!("skipped: {} is missing", path.display());
+            return;
+        }
+        let p = read_exr(&path).unwrap();
+        assert!(p.width == 128 && p.pixels.iter().flatten().all(|x| x.is_finite()));
+        assert!(p.pixels.iter().flatten().any(|x| *x > 0.1));
+    }
+}

@@ -1,0 +1,80 @@
+//! Formats out, and our own solution file back in.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`solution`] | a solution as one `.npz` that numpy opens without us, and back |
+//! | [`report`] | the report as JSON, for `--json` and for the solution's header |
+//! | [`hash`] | the scene hash: which scene a solution belongs to |
+//! | [`picture`] | exposure, filmic curve, sRGB, dither: PNG |
+//! | [`exr`] | linear pictures in f32, out and in |
+//! | [`csv`] | one line a zone |
+//!
+//! Every file is written to a temporary name beside its target and renamed when it is complete: a failure leaves the old file
+//! untouched and nothing behind.
+
+pub mod csv;
+pub mod exr;
+pub mod hash;
+pub mod picture;
+pub mod report;
+pub mod solution;
+
+mod atomic;
+mod header;
+mod npy;
+mod reader;
+mod writer;
+
+pub use csv::write_zones_csv;
+pub use exr::{Picture, read_exr, write_exr};
+pub use hash::scene_hash;
+pub use picture::{Curve, auto_exposure, write_png};
+pub use report::report_json;
+pub use solution::{read_solution, write_solution};
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// What is wrong with a file, where in it, and what to do: one line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileError {
+    path: PathBuf,
+    entry: String,
+    what: String,
+}
+
+impl FileError {
+    /// An error in `path`, at `entry` (empty for the file as a whole).
+    pub fn new(path: &Path, entry: impl Into<String>, what: impl Into<String>) -> FileError {
+        FileError {
+            path: path.into(),
+            entry: entry.into(),
+            what: what.into(),
+        }
+    }
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+    /// The part of the file at fault, empty for the whole.
+    pub fn entry(&self) -> &str {
+        &self.entry
+    }
+    /// What is wrong and how to mend it.
+    pub fn what(&self) -> &str {
+        &self.what
+    }
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let path = self.path.display();
+        if self.entry.is_empty() {
+            write!(f, "{path}: {}", self.what)
+        } else {
+            write!(f, "{path}: {}: {}", self.entry, self.what)
+        }
+    }
+}
+
+impl std::error::Error for FileError {}

@@ -1,0 +1,221 @@
+//! Reading arrays from an npz that anyone may have made.
+//!
+//! Deflate expands at most 1032-fold, so a file of n bytes cannot honestly hold more than about 1032 n: what is read is
+//! charged against that budget, and memory grows with what was really decompressed, never with what was declared.
+
+use super::FileError;
+use super::npy::{self, Kind};
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+use zip::{CompressionMethod, ZipArchive};
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Plate, PlateKind};
+
+const LARGEST_EXPANSION: u64 = 1032;
+const DAMAGED: &str = "the file is damaged or comes from another version; solve the scene again";
+
+pub struct Npz {
+    path: PathBuf,
+    zip: ZipArchive<BufReader<File>>,
+    budget: u64,
+}
+
+impl Npz {
+    pub fn open(path: &Path) -> Result<Npz, FileError> {
+        let whole = |what: String| FileError::new(path, "", what);
+        let file = File::open(path).map_err(|e| whole(format!("cannot be opened ({e}); check the name")))?;
+        let size = file
+            .metadata()
+            .map_err(|e| whole(format!("cannot be read ({e})")))?
+            .len();
+        let zip = ZipArchive::new(BufReader::new(file)).map_err(|e| {
+            whole(format!(
+                "is not a solution file, or it is cut short ({e}); solve the scene again"
+            ))
+        })?;
+        Ok(Npz {
+            path: path.into(),
+            zip,
+            budget: size.saturating_mul(LARGEST_EXPANSION),
+        })
+    }
+
+    /// An error at an entry of this file.
+    pub fn error(&self, entry: &str, what: impl Into<String>) -> FileError {
+        FileError::new(&self.path, entry, what)
+    }
+
+    fn raw(&mut self, name: &str) -> Result<Vec<u8>, FileError> {
+        let path = self.path.clone();
+        let error = |what: String| FileError::new(&path, name, what);
+        let entry = self
+            .zip
+            .by_name(&format!("{name}.npy"))
+            .map_err(|e| error(format!("cannot be found ({e}); {DAMAGED}")))?;
+        if !matches!(
+            entry.compression(),
+            CompressionMethod::Stored | CompressionMethod::Deflated
+        ) {
+            return Err(error(
+                "is packed in a way we do not read; save it with numpy.savez".into(),
+            ));
+        }
+        let declared = entry.size();
+        if declared > self.budget || declared / LARGEST_EXPANSION > entry.compressed_size() {
+            let what = format!("declares {declared} bytes, more than this file can hold; {DAMAGED}");
+            return Err(error(what));
+        }
+        let mut bytes = Vec::new();
+        entry
+            .take(declared + 1)
+            .read_to_end(&mut bytes)
+            .map_err(|e| error(format!("cannot be unpacked ({e}); {DAMAGED}")))?;
+        if bytes.len() as u64 != declared {
+            return Err(error(format!("has another length than declared; {DAMAGED}")));
+        }
+        self.budget -= declared;
+        Ok(bytes)
+    }
+
+    /// Elements of `N` bytes, with their shape.
+    fn array<const N: usize, T>(
+        &mut self,
+        name: &str,
+        kind: Kind,
+        get: impl Fn([u8; N]) -> T,
+    ) -> Result<(Vec<usize>, Vec<T>), FileError> {
+        let bytes = self.raw(name)?;
+        let (shape, data) = npy::parse(&bytes, kind).map_err(|e| self.error(name, e))?;
+        Ok((shape, data.as_chunks::<N>().0.iter().map(|c| get(*c)).collect()))
+    }
+
+    fn check_shape(&self, name: &str, shape: &[usize], wanted: &[usize]) -> Result<(), FileError> {
+        if shape == wanted {
+            return Ok(());
+        }
+        Err(self.error(
+            name,
+            format!("has shape {shape:?} where {wanted:?} was expected; {DAMAGED}"),
+        ))
+    }
+
+    /// A list of bytes; of length `count` if given.
+    pub fn bytes(&mut self, name: &str, count: Option<usize>) -> Result<Vec<u8>, FileError> {
+        let (shape, data) = self.array(name, Kind::U8, |[b]: [u8; 1]| b)?;
+        self.check_shape(name, &shape, &[count.unwrap_or(data.len())])?;
+        Ok(data)
+    }
+
+    /// A list of whole numbers from 0 to below `below`.
+    pub fn ints(&mut self, name: &str, count: Option<usize>, below: usize) -> Result<Vec<usize>, FileError> {
+        let (shape, data) = self.array(name, Kind::I64, i64::from_le_bytes)?;
+        self.check_shape(name, &shape, &[count.unwrap_or(data.len())])?;
+        data.into_iter()
+            .map(|n| usize::try_from(n).ok().filter(|&n| n < below))
+            .collect::<Option<_>>()
+            .ok_or_else(|| {
+                self.error(
+                    name,
+                    format!("an index is out of range (0 to {below}); {DAMAGED}"),
+                )
+            })
+    }
+
+    /// Finite numbers of any shape.
+    pub fn grid(&mut self, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
+        let (shape, data) = self.array(name, Kind::F64, f64::from_le_bytes)?;
+        if data.iter().all(|x| x.is_finite()) {
+            return Ok((shape, data));
+        }
+        Err(self.error(name, format!("a value is not a finite number; {DAMAGED}")))
+    }
+
+    /// A list of finite numbers.
+    pub fn reals(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
+        let (shape, data) = self.grid(name)?;
+        self.check_shape(name, &shape, &[count])?;
+        Ok(data)
+    }
+
+    /// A list of positive finite numbers.
+    pub fn positive(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
+        let data = self.reals(name, count)?;
+        if data.iter().all(|x| *x > 0.0) {
+            return Ok(data);
+        }
+        Err(self.error(name, format!("a value is not positive; {DAMAGED}")))
+    }
+
+    /// Finite numbers of shape `[..shape, 3]`; the shape is free where none is given.
+    pub fn triples(&mut self, name: &str, shape: &[usize]) -> Result<Vec<Bands>, FileError> {
+        let (found, data) = self.grid(name)?;
+        self.check_shape(name, &found, &[shape, &[3]].concat())?;
+        Ok(data.as_chunks::<3>().0.to_vec())
+    }
+
+    /// As [`Npz::triples`], none below 0 or above `max`.
+    pub fn bands(&mut self, name: &str, count: usize, max: f64) -> Result<Vec<Bands>, FileError> {
+        let data = self.triples(name, &[count])?;
+        if data.iter().flatten().all(|x| *x >= 0.0 && *x <= max) {
+            return Ok(data);
+        }
+        Err(self.error(name, format!("a value is below 0 or above {max}; {DAMAGED}")))
+    }
+
+    /// A list of points or directions.
+    pub fn vectors(&mut self, name: &str, count: usize) -> Result<Vec<Vec3>, FileError> {
+        Ok(self
+            .triples(name, &[count])?
+            .into_iter()
+            .map(Vec3::from_array)
+            .collect())
+    }
+
+    /// A list of unit vectors.
+    pub fn units(&mut self, name: &str, count: usize) -> Result<Vec<Vec3>, FileError> {
+        let data = self.vectors(name, count)?;
+        if data.iter().all(|v| (v.length() - 1.0).abs() < 1e-6) {
+            return Ok(data);
+        }
+        Err(self.error(name, format!("a direction is not a unit vector; {DAMAGED}")))
+    }
+
+    /// Plates with an area, as [`super::writer::Npz::plates`] wrote them; as many as there are kinds.
+    pub fn plates(&mut self, name: &str) -> Result<Vec<Plate>, FileError> {
+        let kinds = self.bytes(&format!("{name}_kind"), None)?;
+        let n = kinds.len();
+        let origin = self.vectors(&format!("{name}_origin"), n)?;
+        let e1 = self.vectors(&format!("{name}_e1"), n)?;
+        let e2 = self.vectors(&format!("{name}_e2"), n)?;
+        let plates: Vec<Plate> = (0..n)
+            .map(|i| Plate {
+                origin: origin[i],
+                e1: e1[i],
+                e2: e2[i],
+                kind: if kinds[i] == 0 {
+                    PlateKind::Triangle
+                } else {
+                    PlateKind::Parallelogram
+                },
+            })
+            .collect();
+        if kinds.iter().any(|k| *k > 1) || plates.iter().any(|p| !(p.area() > 0.0 && p.area().is_finite())) {
+            let entry = format!("{name}_kind");
+            return Err(self.error(&entry, format!("a plate has no area or no known kind; {DAMAGED}")));
+        }
+        Ok(plates)
+    }
+
+    /// A picture of shape `[height, width, 3]`, with width and height.
+    pub fn picture(&mut self, name: &str) -> Result<(usize, usize, Vec<[f32; 3]>), FileError> {
+        let (shape, data) = self.array(name, Kind::F32, f32::from_le_bytes)?;
+        match shape.as_slice() {
+            &[height, width, 3] => Ok((width, height, data.as_chunks::<3>().0.to_vec())),
+            _ => Err(self.error(
+                name,
+                format!("has shape {shape:?}, not [height, width, 3]; {DAMAGED}"),
+            )),
+        }
+    }
+}

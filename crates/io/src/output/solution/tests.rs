@@ -1,0 +1,309 @@
+use super::*;
+use std::fs;
+use std::path::PathBuf;
+use zonal_math::{Grade, vec3};
+use zonal_scene::scene::{Options, Sides, Surface, Surroundings};
+use zonal_scene::solution::{Closure, Energy};
+use zonal_scene::{Camera, Light, Report, SolveStatus};
+
+fn folder(name: &str) -> PathBuf {
+    let dir = std::env::temp_dir().join(format!("zonal-{name}-{}", std::process::id()));
+    fs::create_dir_all(&dir).unwrap();
+    dir
+}
+
+fn scene() -> Scene {
+    let mut voxmap = Voxmap::new(Vec3::ZERO, Vec3::splat(0.5), [2, 3, 4]).unwrap();
+    for i in 0..24 {
+        voxmap.set(
+            i,
+            [0.1 * i as f64, 0.2, 0.0],
+            [0.5, 0.25, 1.0],
+            [1.0; 3],
+            [0.0; 3],
+        );
+    }
+    let surface = |name: &str, texture| Surface {
+        name: name.into(),
+        reflectance: [0.5, 0.6, 0.7],
+        emission: [0.0, 0.0, 1.0 / 3.0],
+        reflectance_texture: texture,
+        emission_texture: None,
+        sides: Sides::Both,
+        patch_size: Some(0.1),
+        solid: false,
+    };
+    let facet = |surface, plate| Facet {
+        surface,
+        plate,
+        uv: [[0.0, 0.1], [1.0, 0.2], [0.3, 1.0]],
+    };
+    let square = Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+    let triangle = Plate::triangle(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0));
+    Scene::new(SceneParts {
+        name: "Stube \"ä\"".into(),
+        surfaces: vec![surface("floor", Some(0)), surface("lamp, old", None)],
+        facets: vec![facet(0, square), facet(1, triangle)],
+        textures: vec![Texture {
+            width: 2,
+            height: 1,
+            pixels: vec![[0.25, 0.5, 1.0], [0.1, 0.2, 0.3]],
+        }],
+        panes: vec![Pane {
+            name: "glass".into(),
+            plates: vec![square, triangle],
+            thickness: 0.01,
+            extinction: [10.0, 20.0, 0.0],
+            albedo: [0.1; 3],
+            emission: [0.0; 3],
+        }],
+        voxmap: Some(voxmap.seal().unwrap()),
+        lights: vec![
+            Light::Sun {
+                name: "sun".into(),
+                direction: vec3(0.0, 0.6, -0.8),
+                irradiance: [1.0, 2.0, 3.0],
+                angular_diameter: 0.0093,
+            },
+            Light::Sky {
+                name: "sky".into(),
+                radiance: [0.1, 0.2, 0.4],
+            },
+            Light::Emitter { surface: 1 },
+        ],
+        surroundings: Surroundings { radiance: [0.01; 3] },
+        cameras: vec![Camera {
+            name: "c".into(),
+            origin: Vec3::ONE,
+            target: Vec3::ZERO,
+            up: vec3(0.0, 0.0, 1.0),
+            fov: 60.0,
+        }],
+        options: Options {
+            patch_size: Some(0.25),
+            ..Options::default()
+        },
+        notes: vec!["dropped 2 triangles".into()],
+    })
+    .unwrap()
+}
+
+fn report() -> Report {
+    Report {
+        status: [SolveStatus::Converged, SolveStatus::Stalled, SolveStatus::Budget],
+        residuals: [vec![0.1, 1e-11], vec![], vec![1.0 / 3.0]],
+        closure: Closure {
+            worst: [1e-3, 2e-3, 3e-3],
+            restored: true,
+            ..Closure::default()
+        },
+        energy: Energy {
+            emitted: [1.0, 2.0, 3.0],
+            absorbed_surfaces: vec![("floor".into(), [0.1; 3])],
+            ..Energy::default()
+        },
+        counts: vec![("pairs".into(), 1 << 60), ("rays".into(), 7)],
+        warnings: vec!["open".into()],
+        grade: Grade::Estimated,
+    }
+}
+
+fn zones(scene: &Scene) -> Zones {
+    let facet = |i: usize| scene.facets()[i].plate;
+    let patch = |i: usize| Patch {
+        facet: i,
+        surface: i,
+        plate: facet(i),
+        normal: facet(i).normal(),
+        area: facet(i).area(),
+        reflectance: [0.5; 3],
+        emission: [0.25; 3],
+    };
+    let voxel = |cell: usize, part: Vec<Sample>| VoxelZone {
+        cell,
+        centre: Vec3::splat(0.25),
+        volume: 0.125,
+        part,
+        extinction: [0.1; 3],
+        albedo: [0.5; 3],
+        emission: [0.0; 3],
+        source: [0.0; 3],
+    };
+    let sample = |subcell| Sample {
+        point: Vec3::splat(0.1),
+        volume: 0.01,
+        subcell,
+    };
+    let zones = Zones {
+        patches: vec![patch(0), patch(1)],
+        voxels: vec![
+            voxel(0, vec![]),
+            voxel(2, vec![sample(1), sample(63)]),
+            voxel(2, vec![sample(5)]),
+        ],
+        panes: vec![PaneZone {
+            pane: 0,
+            plate: facet(0),
+            normal: facet(0).normal(),
+            area: 1.0,
+            thickness: 0.01,
+            extinction: [10.0, 20.0, 0.0],
+            albedo: [0.1; 3],
+            emission: [0.0; 3],
+        }],
+        first: Vec::new(),
+    };
+    with_index(zones, scene)
+}
+
+fn solution() -> Solution {
+    let scene = scene();
+    let zones = zones(&scene);
+    let field = |s: f64| {
+        (0..zones.len())
+            .map(|i| [s / 3.0, i as f64 * s, 1e-300])
+            .collect::<Vec<_>>()
+    };
+    Solution {
+        fields: Fields {
+            radiosity: field(1.0),
+            incident: field(2.0),
+            direct: field(3.0),
+            error: field(0.01),
+        },
+        scene_hash: crate::output::scene_hash(&scene),
+        version: "0.1.0".into(),
+        report: report(),
+        zones,
+        scene,
+    }
+}
+
+fn same(a: &Solution, b: &Solution) {
+    assert_eq!(a.zones, b.zones);
+    assert_eq!(a.fields, b.fields);
+    assert_eq!(a.report, b.report);
+    assert_eq!((&a.scene_hash, &a.version), (&b.scene_hash, &b.version));
+    let (p, q) = (a.scene.clone().into_parts(), b.scene.clone().into_parts());
+    assert_eq!(format!("{p:?}"), format!("{q:?}"));
+    assert_eq!(
+        crate::output::scene_hash(&a.scene),
+        crate::output::scene_hash(&b.scene)
+    );
+}
+
+#[test]
+fn a_solution_round_trips_to_the_bit() {
+    let dir = folder("solution");
+    let path = dir.join("a.npz");
+    let s = solution();
+    write_solution(&path, &s).unwrap();
+    let once = fs::read(&path).unwrap();
+    let back = read_solution(&path).unwrap();
+    same(&s, &back);
+    write_solution(&path, &back).unwrap();
+    assert_eq!(once, fs::read(&path).unwrap(), "the bytes are deterministic");
+    crate::output::write_zones_csv(&dir.join("a.csv"), &s).unwrap();
+    let table = fs::read_to_string(dir.join("a.csv")).unwrap();
+    assert_eq!(table.lines().count(), 1 + s.zones.len());
+    assert!(table.contains("\"lamp, old\""));
+    fs::remove_dir_all(&dir).unwrap();
+}
+
+#[test]
+fn hash_depends_on_numbers_and_not_on_names_or_cameras() {
+    let parts = scene().into_parts();
+    let hash = |p: &SceneParts| crate::output::scene_hash(&Scene::new(p.clone()).unwrap());
+    let (mut named, mut moved) = (parts.clone(), parts.clone());
+    named.cameras.clear();
+    named.name.clear();
+    moved.facets[0].plate.origin.x += 1e-12;
+    assert_eq!(hash(&parts), hash(&named));
+    assert_ne!(hash(&parts), hash(&moved));
+    assert_eq!(hash(&parts).len(), 32);
+}
+
+#[test]
+fn truncated_and_flipped_files_are_refused_without_a_panic() {
+    let dir = folder("hostile");
+    let path = dir.join("a.npz");
+    write_solution(&path, &solution()).unwrap();
+    let bytes = fs::read(&path).unwrap();
+    for cut in (0..bytes.len()).step_by(97) {
+        fs::write(&path, &bytes[..cut]).unwrap();
+        let e = read_solution(&path).unwrap_err().to_string();
+        assert!(e.contains("a.npz") && !e.contains('\n'), "{e}");
+    }
+    for i in (0..bytes.len()).step_by(5) {
+        let mut hurt = bytes.clone();
+        hurt[i] ^= 1 << (i % 8);
+        fs::write(&path, &hurt).unwrap();
+        let _ = read_solution(&path);
+    }
+    fs::remove_dir_all(&dir).unwrap();
+}
+
+/// Rewrites the archive with one entry exchanged.
+fn exchange(path: &Path, name: &str, data: &[u8], method: zip::CompressionMethod) {
+    let mut old = zip::ZipArchive::new(fs::File::open(path).unwrap()).unwrap();
+    let mut new = zip::ZipWriter::new(io::Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default().compression_method(method);
+    for i in 0..old.len() {
+        let mut entry = old.by_index(i).unwrap();
+        let mut bytes = Vec::new();
+        io::copy(&mut entry, &mut bytes).unwrap();
+        let entry_name = entry.name().unwrap().into_owned();
+        let bytes = if entry_name == name { data.to_vec() } else { bytes };
+        new.start_file(entry_name, options).unwrap();
+        new.write_all(&bytes).unwrap();
+    }
+    fs::write(path, new.finish().unwrap().into_inner()).unwrap();
+}
+
+#[test]
+fn wrong_contents_are_named() {
+    use crate::output::npy::{Kind, header};
+    let dir = folder("wrong");
+    let path = dir.join("a.npz");
+    let check = |name: &str, data: Vec<u8>, says: &str| {
+        for method in [zip::CompressionMethod::Stored, zip::CompressionMethod::Deflated] {
+            write_solution(&path, &solution()).unwrap();
+            exchange(&path, &format!("{name}.npy"), &data, method);
+            let e = read_solution(&path).unwrap_err().to_string();
+            assert!(e.contains(name) && e.contains(says), "{e}");
+        }
+    };
+    let with = |mut head: Vec<u8>, data: &[u8]| {
+        head.extend(data);
+        head
+    };
+    let nan: Vec<u8> = (0..18).flat_map(|_| f64::NAN.to_le_bytes()).collect();
+    check("radiosity", with(header(Kind::F64, &[6, 3]), &nan), "finite");
+    check("radiosity", with(header(Kind::F64, &[1 << 60, 3]), &nan), "shape");
+    check(
+        "radiosity",
+        with(header(Kind::F64, &[3, 6]), &nan[..0]),
+        "cut short",
+    );
+    let index: Vec<u8> = [0i64, -1].iter().flat_map(|n| n.to_le_bytes()).collect();
+    check(
+        "patch_facet",
+        with(header(Kind::I64, &[2]), &index),
+        "out of range",
+    );
+    check("facet_kind", with(header(Kind::U8, &[2]), &[1, 9]), "facet");
+    check(
+        "voxel_part_first",
+        with(header(Kind::I64, &[4]), &[0; 32]),
+        "cover",
+    );
+    check(
+        "header.json",
+        with(header(Kind::U8, &[2]), b"{}"),
+        "not a zonal solution",
+    );
+    check("header.json", with(header(Kind::U8, &[9]), b"[[[[[[[[["), "JSON");
+    let other = br#"{"format":"zonal solution","format_version":99}"#;
+    check("header.json", with(header(Kind::U8, &[other.len()]), other), "99");
+    fs::remove_dir_all(&dir).unwrap();
+}

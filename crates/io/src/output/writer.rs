@@ -1,0 +1,100 @@
+//! Writing arrays into an npz: a zip of npy files, deflated at the fastest level.
+
+use super::npy::{self, Kind};
+use std::io::{self, Seek, Write};
+use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Plate, PlateKind};
+
+pub struct Npz<W: Write + Seek>(ZipWriter<W>);
+
+impl<W: Write + Seek> Npz<W> {
+    pub fn new(out: W) -> Npz<W> {
+        Npz(ZipWriter::new(out))
+    }
+
+    pub fn finish(self) -> io::Result<()> {
+        self.0.finish().map_err(io::Error::other)?.flush()
+    }
+
+    fn begin(&mut self, name: &str, kind: Kind, shape: &[usize]) -> io::Result<()> {
+        let bytes = kind.size() * shape.iter().product::<usize>();
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Deflated)
+            .compression_level(Some(1))
+            .large_file(bytes > 1 << 31);
+        self.0
+            .start_file(format!("{name}.npy"), options)
+            .map_err(io::Error::other)?;
+        self.0.write_all(&npy::header(kind, shape))
+    }
+
+    /// Streams elements of `N` bytes, a block at a time.
+    fn stream<const N: usize>(&mut self, items: impl Iterator<Item = [u8; N]>) -> io::Result<()> {
+        let mut block = Vec::with_capacity(1 << 16);
+        for item in items {
+            block.extend(item);
+            if block.len() + N > 1 << 16 {
+                self.0.write_all(&block)?;
+                block.clear();
+            }
+        }
+        self.0.write_all(&block)
+    }
+
+    pub fn bytes(&mut self, name: &str, data: &[u8]) -> io::Result<()> {
+        self.begin(name, Kind::U8, &[data.len()])?;
+        self.0.write_all(data)
+    }
+
+    pub fn ints(&mut self, name: &str, data: impl ExactSizeIterator<Item = usize>) -> io::Result<()> {
+        self.begin(name, Kind::I64, &[data.len()])?;
+        self.stream(data.map(|n| (n as i64).to_le_bytes()))
+    }
+
+    pub fn reals(&mut self, name: &str, data: impl ExactSizeIterator<Item = f64>) -> io::Result<()> {
+        self.begin(name, Kind::F64, &[data.len()])?;
+        self.stream(data.map(f64::to_le_bytes))
+    }
+
+    /// An array of shape `[..shape, 3]`.
+    pub fn triples(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        data: impl Iterator<Item = Bands>,
+    ) -> io::Result<()> {
+        self.begin(name, Kind::F64, &[shape, &[3]].concat())?;
+        self.stream(data.flatten().map(f64::to_le_bytes))
+    }
+
+    pub fn vectors(&mut self, name: &str, data: impl ExactSizeIterator<Item = Vec3>) -> io::Result<()> {
+        self.triples(name, &[data.len()], data.map(Vec3::array))
+    }
+
+    /// An array of shape `[..shape]` of f64.
+    pub fn grid(&mut self, name: &str, shape: &[usize], data: impl Iterator<Item = f64>) -> io::Result<()> {
+        self.begin(name, Kind::F64, shape)?;
+        self.stream(data.map(f64::to_le_bytes))
+    }
+
+    /// An array of shape `[height, width, 3]` of f32.
+    pub fn picture(&mut self, name: &str, width: usize, height: usize, data: &[[f32; 3]]) -> io::Result<()> {
+        self.begin(name, Kind::F32, &[height, width, 3])?;
+        self.stream(data.iter().flatten().map(|x| x.to_le_bytes()))
+    }
+
+    /// `<name>_origin`, `<name>_e1`, `<name>_e2` and `<name>_kind` (0 triangle, 1 parallelogram).
+    pub fn plates<'a, I>(&mut self, name: &str, plates: I) -> io::Result<()>
+    where
+        I: ExactSizeIterator<Item = &'a Plate> + Clone,
+    {
+        self.vectors(&format!("{name}_origin"), plates.clone().map(|p| p.origin))?;
+        self.vectors(&format!("{name}_e1"), plates.clone().map(|p| p.e1))?;
+        self.vectors(&format!("{name}_e2"), plates.clone().map(|p| p.e2))?;
+        let kinds: Vec<u8> = plates
+            .map(|p| (p.kind == PlateKind::Parallelogram) as u8)
+            .collect();
+        self.bytes(&format!("{name}_kind"), &kinds)
+    }
+}
