@@ -1,0 +1,209 @@
+//! From the document to the scene: settings, lights, cameras, and the order in which everything is read.
+
+use super::error::InputError;
+use super::node::{Node, Source, Table};
+use super::{medium, surface};
+use std::path::Path;
+use zonal_math::vec3;
+use zonal_scene::{Camera, Light, Options, Scene, SceneParts, Surface, Surroundings};
+
+/// The scene while it is read.
+pub(crate) struct Builder<'a> {
+    pub(crate) source: &'a Source<'a>,
+    /// Folder of referenced files.
+    pub(crate) base: Option<&'a Path>,
+    pub(crate) parts: SceneParts,
+}
+
+impl Builder<'_> {
+    /// Adds a surface and gives its index.
+    pub(crate) fn add_surface(&mut self, surface: Surface) -> usize {
+        self.parts.surfaces.push(surface);
+        self.parts.surfaces.len() - 1
+    }
+    /// An error about surface `name` belongs where surface `at` stands, unless it has a place of its own.
+    pub(crate) fn alias(&self, name: &str, at: &str) {
+        self.source
+            .alias(&format!("surface '{name}'"), &format!("surface '{at}'"));
+    }
+    pub(crate) fn note(&mut self, text: impl Into<String>) {
+        self.parts.notes.push(text.into());
+    }
+    /// The picture that a node names.
+    pub(crate) fn texture(&mut self, node: &Node<'_>) -> Result<usize, InputError> {
+        Err(node.error("textures are not read yet; remove this key"))
+    }
+}
+
+/// Reads a parsed document into a scene.
+pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -> Result<Scene, InputError> {
+    root.check(&[
+        "name",
+        "solve",
+        "surface",
+        "pane",
+        "medium",
+        "light",
+        "surroundings",
+        "camera",
+    ])?;
+    let mut b = Builder {
+        source: root.source,
+        base,
+        parts: SceneParts::default(),
+    };
+    let name = root.read("name", |n| n.text())?;
+    b.parts.name = name.unwrap_or(default_name).to_string();
+    b.parts.options = root.read("solve", |n| options(&n))?.unwrap_or_default();
+    let surfaces = root.list("surface")?;
+    for (i, node) in surfaces.iter().enumerate() {
+        surface::read_surface(node, i, &mut b)?;
+    }
+    for (i, node) in root.list("pane")?.iter().enumerate() {
+        surface::read_pane(node, i, &mut b)?;
+    }
+    let medium_node = root.get("medium");
+    if surfaces.is_empty() && b.parts.panes.is_empty() && medium_node.is_none() {
+        return Err(root.error("the scene is empty; add a [[surface]], a [[pane]] or a [medium]"));
+    }
+    if let Some(node) = medium_node {
+        let voxmap = medium::read_medium(&node, &mut b)?;
+        b.parts.voxmap = Some(voxmap);
+    }
+    for (i, node) in root.list("light")?.iter().enumerate() {
+        let light = light(node, i, &b.parts.surfaces)?;
+        b.parts.lights.push(light);
+    }
+    if let Some(node) = root.get("surroundings") {
+        let t = node.table(&["radiance"])?;
+        let radiance = t.read("radiance", |n| n.bands(f64::INFINITY))?;
+        b.parts.surroundings = Surroundings {
+            radiance: radiance.unwrap_or_default(),
+        };
+    }
+    for (i, node) in root.list("camera")?.iter().enumerate() {
+        let camera = camera(node, i)?;
+        b.parts.cameras.push(camera);
+    }
+    Scene::new(b.parts).map_err(|e| root.source.scene_error(&e))
+}
+
+fn options(node: &Node<'_>) -> Result<Options, InputError> {
+    let t = node.table(&["tolerance", "patch_size", "closure", "residual", "max_iterations"])?;
+    let mut o = Options::default();
+    let between = |n: Node<'_>| match n.number()? {
+        x if x > 0.0 && x < 1.0 => Ok(x),
+        x => Err(n.error(format!("{x} is out of range; give a number above 0 and below 1"))),
+    };
+    if let Some(x) = t.read("tolerance", between)? {
+        o.tolerance = x;
+    }
+    o.patch_size = t.read("patch_size", |n| n.positive())?;
+    if let Some(i) = t.read("closure", |n| n.choice(&["measure", "restore"]))? {
+        o.restore_closure = i == 1;
+    }
+    if let Some(x) = t.read("residual", between)? {
+        o.residual = x;
+    }
+    if let Some(n) = t.read("max_iterations", |n| n.count())? {
+        o.max_iterations = n;
+    }
+    Ok(o)
+}
+
+fn light(node: &Node<'_>, index: usize, surfaces: &[Surface]) -> Result<Light, InputError> {
+    const KINDS: [&str; 3] = ["sun", "sky", "emitter"];
+    let (name, mut t) = surface::named(node, "light", index)?;
+    let kind = t
+        .need("kind", "kind = \"sun\", \"sky\" or \"emitter\"")?
+        .choice(&KINDS)?;
+    match kind {
+        0 => {
+            t.check(&["kind", "name", "direction", "irradiance", "angular_diameter"])?;
+            t.key = format!("light '{name}'");
+            let direction = t.need(
+                "direction",
+                "direction = [x, y, z], the way along which the light travels",
+            )?;
+            let d = direction.vector()?;
+            // Divide by the largest component first, so that the square neither overflows nor vanishes.
+            let unit = (d / d.max_abs()).normalized();
+            if !unit.is_finite() {
+                return Err(direction
+                    .error("this direction has no length; give the way along which the light travels"));
+            }
+            let irradiance = t.need("irradiance", "irradiance = 1000 (W/m2, number or [r, g, b])")?;
+            let diameter = |n: Node<'_>| match n.number()? {
+                x if (0.0..180.0).contains(&x) => Ok(x),
+                x => Err(n.error(format!(
+                    "{x} is out of range; give degrees from 0 up to 180 (the sun has 0.53)"
+                ))),
+            };
+            Ok(Light::Sun {
+                direction: unit,
+                irradiance: irradiance.bands(f64::INFINITY)?,
+                angular_diameter: t.read("angular_diameter", diameter)?.unwrap_or(0.53).to_radians(),
+                name,
+            })
+        }
+        1 => {
+            t.check(&["kind", "name", "radiance"])?;
+            t.key = format!("light '{name}'");
+            let radiance = t.need("radiance", "radiance = 100 (W/(m2 sr), number or [r, g, b])")?;
+            Ok(Light::Sky {
+                radiance: radiance.bands(f64::INFINITY)?,
+                name,
+            })
+        }
+        _ => {
+            t.check(&["kind", "name", "surface"])?;
+            emitter(
+                &t.need("surface", "surface = \"the name of an emitting surface\"")?,
+                surfaces,
+            )
+        }
+    }
+}
+
+fn emitter(node: &Node<'_>, surfaces: &[Surface]) -> Result<Light, InputError> {
+    let wanted = node.text()?;
+    let Some(surface) = surfaces.iter().position(|s| s.name == wanted) else {
+        let names: Vec<&str> = surfaces.iter().map(|s| s.name.as_str()).collect();
+        let part_of = |s: &&&str| {
+            s.strip_prefix(wanted)
+                .is_some_and(|rest| rest.starts_with(['.', '/']))
+        };
+        let parts: Vec<&str> = names.iter().filter(part_of).take(12).copied().collect();
+        let hint = match parts.is_empty() {
+            false => format!("name one of its parts: {}", parts.join(", ")),
+            true if names.is_empty() => "add a [[surface]] with this name".to_string(),
+            true => super::node::suggestion(wanted, &names[..names.len().min(24)]),
+        };
+        return Err(node.error(format!("no surface has the name '{wanted}'; {hint}")));
+    };
+    let s = &surfaces[surface];
+    if s.emission == [0.0; 3] {
+        return Err(node.error(format!(
+            "surface '{wanted}' does not emit; give it an emission above 0 or remove this light"
+        )));
+    }
+    Ok(Light::Emitter { surface })
+}
+
+fn camera(node: &Node<'_>, index: usize) -> Result<Camera, InputError> {
+    let (name, mut t) = surface::named(node, "camera", index)?;
+    t.check(&["name", "origin", "target", "up", "fov"])?;
+    t.key = format!("camera '{name}'");
+    t.source.remember(t.key.as_str(), t.offset());
+    let fov = |n: Node<'_>| match n.number()? {
+        x if x > 0.0 && x < 180.0 => Ok(x),
+        x => Err(n.error(format!("{x} is out of range; give degrees above 0 and below 180"))),
+    };
+    Ok(Camera {
+        origin: t.need("origin", "origin = [x, y, z]")?.vector()?,
+        target: t.need("target", "target = [x, y, z]")?.vector()?,
+        up: t.read("up", |n| n.vector())?.unwrap_or(vec3(0.0, 0.0, 1.0)),
+        fov: t.read("fov", fov)?.unwrap_or(60.0),
+        name,
+    })
+}

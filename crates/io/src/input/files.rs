@@ -1,0 +1,33 @@
+//! Files, read with a limit.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// The bytes of a regular file of at most `limit` bytes; else what is wrong and what to do.
+pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
+    let unreadable = |e: std::io::Error| match e.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file; check the path".to_string(),
+        _ => format!("this file cannot be read ({e}); check the path and its permissions"),
+    };
+    let meta = std::fs::metadata(path).map_err(unreadable)?;
+    if !meta.is_file() {
+        return Err("this is not a file; give the path of one".to_string());
+    }
+    let too_large = || {
+        format!(
+            "this file is larger than the {} MiB that are read; make it smaller",
+            limit >> 20
+        )
+    };
+    if meta.len() > limit {
+        return Err(too_large());
+    }
+    let mut bytes = Vec::with_capacity(meta.len() as usize);
+    let file = File::open(path).map_err(unreadable)?;
+    file.take(limit + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > limit {
+        return Err(too_large());
+    }
+    Ok(bytes)
+}

@@ -1,0 +1,207 @@
+//! `[medium]`: the voxmap, its background and its regions.
+
+use super::build::Builder;
+use super::error::InputError;
+use super::node::{Node, Table};
+use super::shapes;
+use zonal_math::{Vec3, vec3};
+use zonal_scene::{Bands, Voxmap, bands};
+
+const MATTER: [&str; 4] = ["extinction", "albedo", "emission", "source"];
+
+/// What fills a place: κ (1/m), Ω, E (W/m²), q (W/m³); what is not given stays as it was there.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Matter {
+    pub(crate) extinction: Option<Bands>,
+    pub(crate) albedo: Option<Bands>,
+    pub(crate) emission: Option<Bands>,
+    pub(crate) source: Option<Bands>,
+}
+
+impl Matter {
+    fn read(t: &Table<'_>) -> Result<Matter, InputError> {
+        Ok(Matter {
+            extinction: t.read("extinction", |n| n.bands(f64::INFINITY))?,
+            albedo: t.read("albedo", |n| n.bands(1.0))?,
+            emission: t.read("emission", |n| n.bands(f64::INFINITY))?,
+            source: t.read("source", |n| n.bands(f64::INFINITY))?,
+        })
+    }
+}
+
+/// One cell: κ, Ω, E, q.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Cell {
+    extinction: Bands,
+    albedo: Bands,
+    emission: Bands,
+    source: Bands,
+}
+
+impl Cell {
+    /// The cell with a share of it, 0 ≤ f ≤ 1, filled anew. Extinction, scattering κΩ, emitted power κ_a E and source
+    /// are means over the volume, so that what is mixed keeps its power.
+    pub(crate) fn fill(&mut self, f: f64, m: &Matter) {
+        let old = *self;
+        let new = Cell {
+            extinction: m.extinction.unwrap_or(old.extinction),
+            albedo: m.albedo.unwrap_or(old.albedo),
+            emission: m.emission.unwrap_or(old.emission),
+            source: m.source.unwrap_or(old.source),
+        };
+        if f >= 1.0 {
+            *self = new;
+            return;
+        }
+        let mix = |a: f64, b: f64| a + f * (b - a);
+        // The mean of a and b weighted with their shares and with wa and wb; the plain mean where both weights vanish.
+        let weighted = |a: f64, wa: f64, b: f64, wb: f64| {
+            let (wa, wb) = ((1.0 - f) * wa, f * wb);
+            if a == b || wa + wb <= 0.0 {
+                mix(a, b)
+            } else {
+                a + (b - a) * (wb / (wa + wb))
+            }
+        };
+        let absorption = |c: &Cell, k: usize| c.extinction[k] * (1.0 - c.albedo[k]);
+        *self = Cell {
+            extinction: bands(|k| mix(old.extinction[k], new.extinction[k])),
+            albedo: bands(|k| weighted(old.albedo[k], old.extinction[k], new.albedo[k], new.extinction[k])),
+            emission: bands(|k| {
+                weighted(
+                    old.emission[k],
+                    absorption(&old, k),
+                    new.emission[k],
+                    absorption(&new, k),
+                )
+            }),
+            source: bands(|k| mix(old.source[k], new.source[k])),
+        };
+    }
+}
+
+/// A grid of cells over a box.
+pub(crate) struct Grid {
+    pub(crate) min: Vec3,
+    pub(crate) cell: Vec3,
+    pub(crate) dims: [usize; 3],
+    pub(crate) cells: Vec<Cell>,
+}
+
+impl Grid {
+    pub(crate) fn index(&self, [i, j, k]: [usize; 3]) -> usize {
+        (i * self.dims[1] + j) * self.dims[2] + k
+    }
+    /// The cells along an axis that [lo, hi] overlaps, each with its overlapped share.
+    pub(crate) fn overlaps(&self, axis: usize, lo: f64, hi: f64) -> Vec<(usize, f64)> {
+        let (n, size) = (self.dims[axis], self.cell[axis]);
+        let to_cell = |x: f64| (x - self.min[axis]) / size;
+        let (a, b) = (to_cell(lo), to_cell(hi));
+        // Rounding must not leave a hair's breadth of a neighbour.
+        let snap = |x: f64| {
+            if (x - x.round()).abs() < 1e-9 {
+                x.round()
+            } else {
+                x
+            }
+        };
+        let (a, b) = (snap(a).max(0.0), snap(b).min(n as f64));
+        if !(b > a) {
+            return Vec::new();
+        }
+        (a.floor() as usize..(b.ceil() as usize).min(n))
+            .map(|i| (i, b.min(i as f64 + 1.0) - a.max(i as f64)))
+            .filter(|(_, share)| *share > 0.0)
+            .collect()
+    }
+    fn fill_box(&mut self, min: Vec3, max: Vec3, m: &Matter) -> usize {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.overlaps(axis, min[axis], max[axis]));
+        for &(i, fx) in &x {
+            for &(j, fy) in &y {
+                for &(k, fz) in &z {
+                    let index = self.index([i, j, k]);
+                    self.cells[index].fill(fx * fy * fz, m);
+                }
+            }
+        }
+        x.len() * y.len() * z.len()
+    }
+}
+
+/// Reads `[medium]`.
+pub(crate) fn read_medium(node: &Node<'_>, b: &mut Builder<'_>) -> Result<Voxmap, InputError> {
+    let mut known = vec!["min", "max", "cells", "cell_size", "region"];
+    known.extend(MATTER);
+    let (min, max) = shapes::bounds(node, &known)?;
+    let t = node.any_table()?;
+    let dims = cells(&t, max - min)?;
+    let size = max - min;
+    let cell = vec3(
+        size.x / dims[0] as f64,
+        size.y / dims[1] as f64,
+        size.z / dims[2] as f64,
+    );
+    let refused = |e: zonal_scene::SceneError| b.source.scene_error(&e);
+    // Refuses what is too large before anything is allocated cell by cell.
+    let mut voxmap = Voxmap::new(min, cell, dims).map_err(refused)?;
+    let mut grid = Grid {
+        min,
+        cell,
+        dims,
+        cells: Vec::new(),
+    };
+    let background = Matter::read(&t)?;
+    let regions = t.list("region")?;
+    if background.extinction.is_none() && regions.is_empty() {
+        let what = "nothing fills the medium; write extinction = 0.1 (1/m) or add a [[medium.region]]";
+        return Err(node.error(what));
+    }
+    let mut first = Cell::default();
+    first.fill(1.0, &background);
+    grid.cells = vec![first; voxmap.len()];
+    for region in &regions {
+        read_region(region, &mut grid, b)?;
+    }
+    for (i, c) in grid.cells.iter().enumerate() {
+        voxmap.set(i, c.extinction, c.albedo, c.emission, c.source);
+    }
+    voxmap.seal().map_err(|e| b.source.scene_error(&e))
+}
+
+/// `cells = [nx, ny, nz]` or `cell_size`, rounded to whole cells.
+fn cells(t: &Table<'_>, size: Vec3) -> Result<[usize; 3], InputError> {
+    match (t.get("cells"), t.get("cell_size")) {
+        (Some(n), None) => n.counts(),
+        (None, Some(n)) => {
+            let wanted = n.lengths()?;
+            // What overflows becomes usize::MAX and is refused by the voxmap, on the line of this key.
+            t.source.remember("medium.cells", n.offset());
+            Ok([0, 1, 2].map(|axis| ((size[axis] / wanted[axis]).round() as usize).max(1)))
+        }
+        (Some(_), Some(n)) => Err(n.error("cells and cell_size are both given; keep one of them")),
+        (None, None) => {
+            Err(t
+                .error("neither cells nor cell_size is given; write cells = [20, 30, 15] or cell_size = 0.2"))
+        }
+    }
+}
+
+fn read_region(node: &Node<'_>, grid: &mut Grid, _b: &mut Builder<'_>) -> Result<(), InputError> {
+    let mut known = vec!["box", "mesh", "density"];
+    known.extend(MATTER);
+    let t = node.table(&known)?;
+    let m = Matter::read(&t)?;
+    let cells = match (t.get("box"), t.get("mesh"), t.get("density")) {
+        (Some(n), None, None) => {
+            let (min, max) = shapes::bounds(&n, &[])?;
+            grid.fill_box(min, max, &m)
+        }
+        _ => return Err(node.error("this region needs exactly one shape; write one of box, mesh, density")),
+    };
+    if cells == 0 {
+        return Err(node.error(
+            "this region lies outside the medium; move it inside, or enlarge the medium's min and max",
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,63 @@
+//! Scenes in: one TOML file, and the meshes, pictures and densities that it refers to.
+//!
+//! The format is described for its users in `docs/scene-format.md`. Lengths in metres, z up, extinction in 1/m, emission in
+//! W/m², radiance in W/(m² sr), sources in W/m³; a number stands for all three bands, `[r, g, b]` for one each.
+//!
+//! | module | what |
+//! |---|---|
+//! | `node` | typed reading of TOML, every value with its key, line and column |
+//! | `build` | settings, lights, cameras, and the order of reading |
+//! | `surface`, `shapes` | surfaces and panes; inline geometry |
+//! | `medium` | the voxmap and its regions |
+//! | `mesh` | surfaces from OBJ and glTF |
+//! | `error` | refusals that name the place and the mend |
+//!
+//! Nothing here panics on any input: indices from a file are looked up, sizes are checked before memory is taken.
+
+mod build;
+mod error;
+mod files;
+mod medium;
+mod mesh;
+mod node;
+mod shapes;
+mod surface;
+
+pub use error::InputError;
+
+use node::{Source, Table};
+use std::path::Path;
+use zonal_scene::Scene;
+
+/// The largest scene text, bytes.
+const MAX_TEXT: u64 = 64 << 20;
+
+/// Reads a scene file, and the files that it refers to, relative to its folder.
+pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
+    let file = path.display().to_string();
+    let refused = |what: String| InputError::new(&file, None, "", what);
+    let bytes = files::read(path, MAX_TEXT).map_err(refused)?;
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let line = e.as_bytes()[..e.utf8_error().valid_up_to()]
+            .iter()
+            .filter(|b| **b == b'\n')
+            .count();
+        let what = "this is not UTF-8 text; save the scene as UTF-8";
+        InputError::new(&file, Some((line + 1, 1)), "", what)
+    })?;
+    let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned());
+    parse_named(&text, path.parent(), &file, stem.as_deref().unwrap_or("scene"))
+}
+
+/// Reads a scene from its text. Referenced files are looked for in `base`; without one they are refused.
+/// `name_for_messages` stands for the file in messages.
+pub fn parse_scene(text: &str, base: Option<&Path>, name_for_messages: &str) -> Result<Scene, InputError> {
+    parse_named(text, base, name_for_messages, "scene")
+}
+
+fn parse_named(text: &str, base: Option<&Path>, file: &str, name: &str) -> Result<Scene, InputError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let source = Source::new(file, text);
+    let document = source.parse()?;
+    build::scene(&Table::root(&source, document.get_ref()), base, name)
+}
