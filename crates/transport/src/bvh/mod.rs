@@ -49,6 +49,7 @@ struct Ray {
     origin: [f32; 3],
     inverse: [f32; 3],
     near: [usize; 3],
+    far: [usize; 3],
 }
 
 impl Ray {
@@ -62,28 +63,29 @@ impl Ray {
             origin: a.array().map(|x| x as f32),
             inverse,
             near: std::array::from_fn(|k| if inverse[k] < 0.0 { k + 3 } else { k }),
+            far: std::array::from_fn(|k| if inverse[k] < 0.0 { k } else { k + 3 }),
         }
     }
 
-    /// The lanes whose boxes the segment meets before `t_max`, and where it enters each.
-    #[inline(always)]
-    fn enter(&self, node: &Node, t_max: f32) -> (u32, [f32; LANES]) {
-        let (mut t0, mut t1) = ([0.0f32; LANES], [t_max; LANES]);
-        for k in 0..3 {
-            let (o, i) = (self.origin[k], self.inverse[k]);
-            let near = &node.bounds[self.near[k]];
-            let far = &node.bounds[(self.near[k] + 3) % 6];
-            for l in 0..LANES {
-                let (n, f) = ((near[l] - o) * i, (far[l] - o) * i);
-                t0[l] = if n > t0[l] { n } else { t0[l] };
-                t1[l] = if f < t1[l] { f } else { t1[l] };
-            }
-        }
-        let mut mask = 0;
+    /// The lanes whose boxes the segment meets before `t_max`, and where it enters each. Kept out of line, or the loops are
+    /// unrolled into their callers before they become vectors.
+    #[inline(never)]
+    fn enter(&self, node: &Node, t_max: f32, entry: &mut [f32; LANES]) -> u32 {
+        let [nx, ny, nz] = self.near.map(|k| &node.bounds[k]);
+        let [fx, fy, fz] = self.far.map(|k| &node.bounds[k]);
+        let ([ox, oy, oz], [ix, iy, iz]) = (self.origin, self.inverse);
+        let max = |a: f32, b: f32| if a > b { a } else { b };
+        let min = |a: f32, b: f32| if a < b { a } else { b };
+        let mut hit = [0u32; LANES];
         for l in 0..LANES {
-            mask |= ((t0[l] <= t1[l]) as u32) << l;
+            let (x0, y0, z0) = ((nx[l] - ox) * ix, (ny[l] - oy) * iy, (nz[l] - oz) * iz);
+            let (x1, y1, z1) = ((fx[l] - ox) * ix, (fy[l] - oy) * iy, (fz[l] - oz) * iz);
+            let t0 = max(max(x0, y0), max(z0, 0.0));
+            let t1 = min(min(x1, y1), min(z1, t_max));
+            entry[l] = t0;
+            hit[l] = if t0 <= t1 { 1 << l } else { 0 };
         }
-        (mask, t0)
+        hit.iter().fold(0, |m, h| m | h)
     }
 }
 
@@ -146,8 +148,14 @@ impl Bvh {
     #[inline]
     fn clip(&self, a: Vec3, d: Vec3) -> Option<(f64, f64)> {
         let b = a + d;
-        let within = |p: Vec3| (0..3).all(|k| p[k] >= self.lo[k] && p[k] <= self.hi[k]);
-        if within(a) && within(b) {
+        let (lo, hi) = (&self.lo, &self.hi);
+        let within = |p: Vec3| {
+            let x = (p.x >= lo.x) & (p.x <= hi.x);
+            let y = (p.y >= lo.y) & (p.y <= hi.y);
+            let z = (p.z >= lo.z) & (p.z <= hi.z);
+            x & y & z
+        };
+        if within(a) & within(b) {
             return Some((0.0, 1.0));
         }
         crate::walk::clip(a, d, self.lo, self.hi, 0.0, 1.0)
@@ -185,7 +193,8 @@ impl Bvh {
         let mut top = 0;
         let mut node = &self.nodes[0];
         let mut here = 0;
-        let mut mask = ray.enter(node, 1.0).0;
+        let mut entry = [0.0; LANES];
+        let mut mask = ray.enter(node, 1.0, &mut entry);
         loop {
             while mask != 0 {
                 let lane = mask.trailing_zeros() as usize & (LANES - 1);
@@ -206,7 +215,7 @@ impl Bvh {
                         }
                         here = child;
                         node = &self.nodes[here as usize];
-                        mask = ray.enter(node, 1.0).0;
+                        mask = ray.enter(node, 1.0, &mut entry);
                     }
                 }
             }
@@ -277,7 +286,8 @@ impl Bvh {
             }
             let Some(run) = leaf(child) else {
                 let node = &self.nodes[child as usize];
-                let (mut mask, entries) = ray.enter(node, limit);
+                let mut entries = [0.0; LANES];
+                let mut mask = ray.enter(node, limit, &mut entries);
                 let bottom = top;
                 while mask != 0 {
                     let lane = mask.trailing_zeros() as usize & (LANES - 1);
