@@ -10,6 +10,7 @@
 //! |---|---|
 //! | [`transport`] | [`Transport`]: the questions, answered |
 //! | [`zoning`] | [`build_zones`]: patches, free parts of voxels, pieces of panes |
+//! | [`direct`] | sun, sky and small emitters at a point |
 //! | `meet` | a line and a plate, watertight, in double precision |
 //! | `bvh` | the tree that finds the plates worth asking |
 //! | `hull` | facets that can never block: the walls of a convex room |
@@ -19,6 +20,7 @@
 //! This room knows no radiosity and no form factor. It reads the scene and never changes it.
 
 mod bvh;
+pub mod direct;
 mod hull;
 mod meet;
 mod solid;
