@@ -387,7 +387,7 @@ mod tests {
         assert!((h[0] / TAU - 1.0).abs() < 1e-9, "{}", h[0]);
         let g = fluence(&scene, &transport, &sky, vec3(0.0, 0.0, 1e-4), 1024, 5);
         assert!(
-            (g[0] / (2.0 * PI) - 1.0).abs() < 0.01,
+            (g[0] / (4.0 * PI) - 1.0).abs() < 0.01,
             "half the sphere is floor: {}",
             g[0]
         );
