@@ -1,0 +1,297 @@
+//! Factors by offset: every pair of a grid is one of a few, up to the symmetries of the axes.
+//!
+//! **Key.** A factor depends, axis by axis, on the two extents **unordered** (the trapezoid is symmetric in them) and on the
+//! centre offset up to its sign (with a flat box on the axis: its sign relative to the normal), and on the axes in any
+//! order. So the key holds, sorted: long/L, short/long, low/long per axis, with L the longest extent of all and `low` the least
+//! t (the gap between the boxes, negative where they overlap), and L and κ. L and the ratios are rounded to 37 bits, low/long to
+//! multiples of 2⁻³⁶ (1.5e-11): lattice offsets are exact there, the roundings of their coordinates vanish, and what touches
+//! or is flush within 3e-11 of the longer edge is so exactly.
+//!
+//! **What is computed** is the factor of the key's own geometry, its breakpoints each within an ulp or two:
+//! results depend on no thread's order, and F(a, b) = F(b, a) to the bit. The radius refers to that geometry: its lengths
+//! are within 2⁻³⁶ (relative to the longer extent of their axis) of those asked.
+
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hash, Hasher};
+use std::sync::Mutex;
+
+use super::reduced::{AxisDensity, Reduced, orientation};
+use super::{Cuboid, factor_of, integrate};
+use zonal_math::Bounded;
+
+/// The factor without attenuation and the first cumulants of the distance under its kernel, for media whose
+/// extinction varies: 𝓕_κ ≈ 𝓕₀ exp(−κ r̄ + κ² var/2 − κ³ third/6).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cumulants {
+    /// The factor at κ = 0, proved.
+    pub factor: Bounded,
+    /// Mean distance ⟨r⟩, m, to about the factor's relative accuracy (zero when the pair is unseen).
+    pub mean_distance: f64,
+    /// Variance ⟨(r − r̄)²⟩, m².
+    pub variance: f64,
+    /// Third cumulant ⟨(r − r̄)³⟩, m³.
+    pub third: f64,
+}
+
+impl Cumulants {
+    const UNSEEN: Cumulants = Cumulants {
+        factor: Bounded::ZERO,
+        mean_distance: 0.0,
+        variance: 0.0,
+        third: 0.0,
+    };
+
+    /// 𝓕₀ exp(−κ r̄ + κ² var/2): estimated, the radius being the change by the third cumulant.
+    pub fn attenuated(&self, kappa: f64) -> Bounded {
+        let exponent = kappa * (0.5 * kappa * self.variance - self.mean_distance);
+        let value = self.factor.value * exponent.exp();
+        let third = (kappa * kappa * kappa * self.third / 6.0).abs();
+        Bounded::estimated(
+            value,
+            value * third.exp_m1() + self.factor.radius * exponent.exp(),
+        )
+    }
+}
+
+/// The canonical form of a pair and an extinction: [L, κ, then (long/L, short/long, low/long) for each axis].
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Key {
+    words: [u64; 11],
+    hash: u64,
+}
+
+impl Hash for Key {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        state.write_u64(self.hash);
+    }
+}
+
+/// Passes the key's own hash on.
+#[derive(Default)]
+struct Identity(u64);
+
+impl Hasher for Identity {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+    fn write(&mut self, bytes: &[u8]) {
+        for &b in bytes {
+            self.0 = self.0.rotate_left(8) ^ b as u64;
+        }
+    }
+    fn write_u64(&mut self, x: u64) {
+        self.0 = x;
+    }
+}
+
+type Shard<V> = Mutex<HashMap<Key, V, BuildHasherDefault<Identity>>>;
+
+const SHARDS: usize = 64;
+
+/// A value and its place in the shards.
+struct Table<V>(Vec<Shard<V>>);
+
+impl<V: Copy> Table<V> {
+    fn new() -> Table<V> {
+        Table((0..SHARDS).map(|_| Mutex::default()).collect())
+    }
+
+    /// The kept value, or `compute`'s, made outside of the lock: whoever comes first, the value is the same.
+    fn get(&self, key: &Key, compute: impl FnOnce() -> V) -> V {
+        let shard = &self.0[(key.hash >> 32) as usize % SHARDS];
+        if let Some(v) = lock(shard).get(key) {
+            return *v;
+        }
+        let v = compute();
+        lock(shard).insert(*key, v);
+        v
+    }
+
+    fn len(&self) -> usize {
+        self.0.iter().map(|s| lock(s).len()).sum()
+    }
+}
+
+fn lock<T>(m: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    m.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// A thread-safe memory of factors and cumulants at one tolerance.
+pub struct FactorCache {
+    tolerance: f64,
+    factors: Table<Bounded>,
+    cumulants: Table<Cumulants>,
+}
+
+impl FactorCache {
+    /// An empty cache whose factors have radius ≤ `tolerance` · value (see [`super::geometric_factor`]).
+    ///
+    /// # Panics
+    /// On a tolerance that is not positive.
+    pub fn new(tolerance: f64) -> FactorCache {
+        assert!(tolerance > 0.0, "tolerance {tolerance}");
+        FactorCache {
+            tolerance,
+            factors: Table::new(),
+            cumulants: Table::new(),
+        }
+    }
+
+    /// The relative tolerance of the cache.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// Distinct factors kept.
+    pub fn len(&self) -> usize {
+        self.factors.len()
+    }
+
+    /// True before the first factor.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The geometric factor of a pair for extinction `kappa` ≥ 0 (1/m); boxes must be valid ([`Cuboid::is_valid`]).
+    pub fn get(&self, a: &Cuboid, b: &Cuboid, kappa: f64) -> Bounded {
+        debug_assert!(a.is_valid() && b.is_valid() && kappa >= 0.0, "{a:?} {b:?} {kappa}");
+        match key(a, b, kappa) {
+            None => Bounded::ZERO,
+            Some(k) => self
+                .factors
+                .get(&k, || factor_of(&pair_of(&k), kappa, self.tolerance).bounded),
+        }
+    }
+
+    /// The factor at κ = 0 with the cumulants of the distance.
+    pub fn get_cumulants(&self, a: &Cuboid, b: &Cuboid) -> Cumulants {
+        debug_assert!(a.is_valid() && b.is_valid(), "{a:?} {b:?}");
+        match key(a, b, 0.0) {
+            None => Cumulants::UNSEEN,
+            Some(k) => self
+                .cumulants
+                .get(&k, || cumulants_of(&pair_of(&k), self.tolerance)),
+        }
+    }
+}
+
+fn cumulants_of(pair: &Reduced, tolerance: f64) -> Cumulants {
+    let i = integrate::integrate::<4>(pair, 0.0, tolerance.clamp(super::FINEST, 0.1));
+    let [m1, m2, m3] = [1, 2, 3].map(|p| i.value[p] / i.value[0]);
+    let variance = (m2 - m1 * m1).max(0.0);
+    Cumulants {
+        factor: Bounded::proved(i.value[0], i.radius),
+        mean_distance: m1,
+        variance,
+        third: m3 - m1 * (3.0 * m2 - 2.0 * m1 * m1),
+    }
+}
+
+/// 1.5 · 2¹⁶: adding and subtracting it rounds to a multiple of 2⁻³⁶.
+const ROUNDER: f64 = 98_304.0;
+
+/// The nearest multiple of 2⁻³⁶, never −0.
+fn lattice(x: f64) -> f64 {
+    (x + ROUNDER) - ROUNDER + 0.0
+}
+
+/// A positive number to 37 significant bits.
+fn coarse(x: f64) -> f64 {
+    const DROP: u32 = 16;
+    f64::from_bits((x.to_bits() + (1 << (DROP - 1))) & !((1 << DROP) - 1))
+}
+
+/// The canonical key; `None` when the pair cannot see each other.
+fn key(a: &Cuboid, b: &Cuboid, kappa: f64) -> Option<Key> {
+    let sign = orientation(a.normal, b.normal)?;
+    let (ea, eb) = (a.extent().array(), b.extent().array());
+    let long: [f64; 3] = std::array::from_fn(|k| ea[k].max(eb[k]));
+    let scale = long[0].max(long[1]).max(long[2]);
+    let mut axes = [[0u64; 3]; 3];
+    for k in 0..3 {
+        // Antisymmetric in a and b to the bit.
+        let offset = 0.5 * ((b.lo[k] + b.hi[k]) - (a.lo[k] + a.hi[k]));
+        let towards = match sign[k] {
+            0 => offset.abs(),
+            s => offset * s as f64,
+        };
+        let [short, low] = normalised(long[k], ea[k].min(eb[k]), scale, towards);
+        // The upper end of t: nothing is seen unless it is positive.
+        let width = if long[k] == 0.0 { 0.0 } else { 1.0 };
+        if sign[k] != 0 && low + width <= 0.0 {
+            return None;
+        }
+        axes[k] = [coarse(long[k] / scale), short, low].map(f64::to_bits);
+    }
+    sort(&mut axes);
+    let mut words = [0; 11];
+    (words[0], words[1]) = (coarse(scale).to_bits(), kappa.to_bits());
+    for k in 0..3 {
+        words[2 + 3 * k..5 + 3 * k].copy_from_slice(&axes[k]);
+    }
+    Some(Key {
+        words,
+        hash: mix(&words),
+    })
+}
+
+/// (short/long, low/long), rounded; where both boxes are flat (0, offset/scale).
+fn normalised(long: f64, short: f64, scale: f64, offset: f64) -> [f64; 2] {
+    if long == 0.0 {
+        return [0.0, lattice(offset / scale)];
+    }
+    let short = coarse(short / long);
+    let half = 0.5 * (1.0 + short);
+    let low = offset / long - half;
+    let low = if offset.abs() < SNAP * long {
+        -half
+    } else if low.abs() < SNAP {
+        0.0
+    } else if (low + short).abs() < SNAP {
+        -short
+    } else {
+        lattice(low)
+    };
+    [short, low + 0.0]
+}
+
+/// 2⁻³⁵: boxes nearer than this (relative to the longer edge) touch; faces are flush.
+const SNAP: f64 = 1.0 / (1u64 << 35) as f64;
+
+/// Three comparisons sort three axes.
+fn sort(axes: &mut [[u64; 3]; 3]) {
+    for (i, j) in [(0, 1), (1, 2), (0, 1)] {
+        if axes[i] > axes[j] {
+            axes.swap(i, j);
+        }
+    }
+}
+
+/// A multiplicative hash of the words, finished so that high and low bits are mixed.
+fn mix(words: &[u64; 11]) -> u64 {
+    let h = words.iter().fold(0u64, |h, w| {
+        (h.rotate_left(23) ^ w).wrapping_mul(0x9E37_79B9_7F4A_7C15)
+    });
+    let h = (h ^ (h >> 32)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    h ^ (h >> 29)
+}
+
+/// The geometry that a key stands for. Breakpoints are taken in units of the axis, where lattices are exact.
+fn pair_of(key: &Key) -> Reduced {
+    let w = key.words.map(f64::from_bits);
+    let scale = w[0];
+    Reduced(std::array::from_fn(|k| {
+        let (ratio, short, low) = (w[2 + 3 * k], w[3 + 3 * k], w[4 + 3 * k]);
+        let long = ratio * scale;
+        let p = if long == 0.0 {
+            [low * scale; 4]
+        } else {
+            [low, low + short, low + 1.0, low + 1.0 + short].map(|t| t * long)
+        };
+        AxisDensity {
+            long,
+            short: short * long,
+            p,
+        }
+    }))
+}

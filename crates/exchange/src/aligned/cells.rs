@@ -1,0 +1,236 @@
+//! Cells of the t-octant: which are cut, which are left out, what they weigh.
+
+use super::ellipse;
+use super::reduced::{Reduced, Span};
+
+/// The kernel t^power e^{−κ(r − r₀)} / r^q without its 1/π.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kernel {
+    /// Extinction, 1/m.
+    pub kappa: f64,
+    /// Distance r₀ that is taken out of the exponential, m.
+    pub nearest: f64,
+    /// Power of t on each axis.
+    pub power: [i32; 3],
+    /// Patches in the pair: q = 2 + patches.
+    pub patches: i32,
+}
+
+impl Kernel {
+    /// The power of r in the denominator.
+    pub fn q(&self) -> i32 {
+        2 + self.patches
+    }
+    /// e^{−κ(r − r₀)}.
+    pub fn decay(&self, r: f64) -> f64 {
+        (-self.kappa * (r - self.nearest)).exp()
+    }
+    /// e^{−κ r₀}, what [`Kernel::decay`] leaves out.
+    pub fn decay_to_nearest(&self) -> f64 {
+        (-self.kappa * self.nearest).exp()
+    }
+    /// The product of the powers of t.
+    pub fn numerator(&self, t: [f64; 3]) -> f64 {
+        (0..3).map(|k| t[k].powi(self.power[k])).product()
+    }
+}
+
+/// A product of three spans.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell(pub [Span; 3]);
+
+impl Cell {
+    /// True when the singular point t = 0 is a corner.
+    pub fn touches(&self) -> bool {
+        self.0.iter().all(|s| s.lo == 0.0)
+    }
+    /// Volume, the fixed axes left out.
+    pub fn volume(&self) -> f64 {
+        self.0.iter().filter(|s| s.len > 0.0).map(|s| s.len).product()
+    }
+    pub fn lower(&self) -> [f64; 3] {
+        self.0.map(|s| s.lo)
+    }
+    pub fn upper(&self) -> [f64; 3] {
+        self.0.map(|s| s.hi())
+    }
+    /// An upper bound of the density.
+    pub fn max_weight(&self) -> f64 {
+        self.0.iter().map(Span::max_weight).product()
+    }
+    fn halves(&self, axis: usize) -> (Cell, Cell) {
+        let (near, far) = self.0[axis].halves();
+        let (mut n, mut f) = (*self, *self);
+        (n.0[axis], f.0[axis]) = (near, far);
+        (n, f)
+    }
+
+    /// The integral, roughly: the midpoint rule, in pyramid coordinates where the cell touches zero.
+    pub fn weigh(&self, kernel: &Kernel) -> f64 {
+        let w: f64 = self.0.iter().map(|s| 0.5 * (s.w0 + s.w1)).product();
+        let value = |t: [f64; 3], q: i32| {
+            let r = norm(t);
+            kernel.numerator(t) * kernel.decay(r) * r.powi(-q)
+        };
+        if !self.touches() {
+            return self.volume() * w * value(self.0.map(|s| s.lo + 0.5 * s.len), kernel.q());
+        }
+        let apex = |k: usize| {
+            let t: [f64; 3] = std::array::from_fn(|j| self.0[j].len * if j == k { 0.5 } else { 0.25 });
+            value(t, kernel.q())
+        };
+        // At s = v = w = 1/2 the Jacobian is s² = 1/4.
+        0.25 * self.volume() * w * (apex(0) + apex(1) + apex(2))
+    }
+
+    /// A proved upper bound of the integral.
+    ///
+    /// Either volume × the largest density, numerator and 1/r^q e^{−κr}; or, since numerator ≤ r^m and e ≤ 1, the
+    /// integral of 1/r² over a slab of thickness δ (the smallest edge) and a quarter disc of radius D (the cell's
+    /// farthest distance): ∫₀^δ (π/4) ln(1 + D²/x²) dx ≤ (π/2) δ (ln(D/δ) + 3/2).
+    pub fn upper_bound(&self, kernel: &Kernel) -> f64 {
+        let near = norm(self.lower());
+        let far = self.upper();
+        let plain =
+            self.volume() * kernel.numerator(far) * near.powi(-kernel.q()) * kernel.decay(near.max(kernel.nearest));
+        if self.0.iter().any(|s| s.len == 0.0) {
+            return 1.000_001 * self.max_weight() * plain;
+        }
+        let thin = self.0.iter().map(|s| s.len).fold(f64::INFINITY, f64::min);
+        let slab = std::f64::consts::FRAC_PI_2
+            * thin
+            * ((norm(far) / thin).ln() + 1.5)
+            * kernel.decay(near.max(kernel.nearest));
+        // A NaN in `plain` (0/0 at a touching corner) loses against `slab`.
+        1.000_001 * self.max_weight() * slab.min(plain)
+    }
+
+    /// The axis along which the cell must be cut before it is integrated.
+    fn cut(&self, kernel: &Kernel) -> Option<usize> {
+        if self.touches() {
+            self.cut_touching(kernel)
+        } else {
+            self.cut_apart(kernel)
+        }
+    }
+
+    /// Pyramid coordinates want edges of similar length, and no more than a few mean free paths of them.
+    fn cut_touching(&self, kernel: &Kernel) -> Option<usize> {
+        let len = self.0.map(|s| s.len);
+        let longest = (0..3).fold(0, |m, k| if len[k] > len[m] { k } else { m });
+        let shortest = len.iter().copied().fold(f64::INFINITY, f64::min);
+        (len[longest] > ASPECT * shortest || kernel.kappa * len[longest] > THICK_TOUCHING).then_some(longest)
+    }
+
+    /// Elsewhere the nearest singularity and the optical thickness decide.
+    fn cut_apart(&self, kernel: &Kernel) -> Option<usize> {
+        let lo2 = self.0.map(|s| s.lo * s.lo);
+        let (mut worst, mut rho) = (0, f64::INFINITY);
+        let mut thick = None;
+        for k in 0..3 {
+            let Span { lo, len, .. } = self.0[k];
+            if len == 0.0 {
+                continue;
+            }
+            let r = ellipse::widest_rho(lo, len, lo2[(k + 1) % 3] + lo2[(k + 2) % 3]);
+            if r < rho {
+                (worst, rho) = (k, r);
+            }
+            if kernel.kappa * len > THICK && thick.is_none_or(|t: usize| self.0[t].len < len) {
+                thick = Some(k);
+            }
+        }
+        if rho < NARROW { Some(worst) } else { thick }
+    }
+}
+
+/// Longest over shortest edge of a touching cell that is integrated whole.
+const ASPECT: f64 = 1.5;
+/// Its longest edge in mean free paths.
+const THICK_TOUCHING: f64 = 4.0;
+/// The same for the other cells.
+const THICK: f64 = 6.0;
+/// The smallest ϱ that a direction is integrated with whole.
+const NARROW: f64 = 3.0;
+/// A cell below this share of tolerance × what is already weighed goes into the radius.
+const NEGLIGIBLE: f64 = 1e-3;
+/// More leaves than this are never made: the rest stays uncut, with the radius that it has.
+const MOST_LEAVES: usize = 400_000;
+
+pub(super) fn norm(t: [f64; 3]) -> f64 {
+    (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]).sqrt()
+}
+
+/// The cells of a pair, ready to be integrated.
+pub(super) struct Division {
+    pub kernel: Kernel,
+    /// Each with its rough integral.
+    pub leaves: Vec<(Cell, f64)>,
+    /// Sum of the rough integrals.
+    pub total: f64,
+    /// Proved upper bound of what was left out.
+    pub dropped: f64,
+    /// How often the sum counts (folded axes).
+    pub multiplicity: f64,
+}
+
+/// Cut the density of a pair into cells on which Gauss–Legendre converges fast.
+pub(super) fn divide(pair: &Reduced, kappa: f64, tolerance: f64) -> Division {
+    let [(x, mx), (y, my), (z, mz)] = [pair.0[0].spans(), pair.0[1].spans(), pair.0[2].spans()];
+    let least = |s: &[Span]| s.iter().map(|s| s.lo).fold(f64::INFINITY, f64::min);
+    let kernel = Kernel {
+        kappa,
+        nearest: norm([least(&x), least(&y), least(&z)]),
+        power: pair.0.map(|a| a.power()),
+        patches: pair.patches(),
+    };
+    let mut stack = Vec::with_capacity(x.len() * y.len() * z.len() + 32);
+    for &sx in &x {
+        for &sy in &y {
+            for &sz in &z {
+                let cell = Cell([sx, sy, sz]);
+                stack.push((cell, cell.weigh(&kernel)));
+            }
+        }
+    }
+    stack.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut division = Division {
+        kernel,
+        leaves: Vec::with_capacity(stack.len()),
+        total: 0.0,
+        dropped: 0.0,
+        multiplicity: mx * my * mz,
+    };
+    while let Some((cell, weight)) = stack.pop() {
+        division.take(cell, weight, tolerance, &mut stack);
+    }
+    division
+}
+
+impl Division {
+    /// Leave a cell out, keep it as a leaf, or cut it in two (the nearer half is taken first).
+    fn take(&mut self, cell: Cell, weight: f64, tolerance: f64, stack: &mut Vec<(Cell, f64)>) {
+        let kernel = self.kernel;
+        // Bounds matter only where the midpoint already says that the cell is light.
+        let light = NEGLIGIBLE * tolerance * self.total;
+        if weight <= light {
+            let bound = cell.upper_bound(&kernel);
+            if bound <= light {
+                self.dropped += bound;
+                return;
+            }
+        }
+        let room = self.leaves.len() + stack.len() < MOST_LEAVES;
+        match cell.cut(&kernel) {
+            Some(axis) if room => {
+                let (near, far) = cell.halves(axis);
+                stack.push((far, far.weigh(&kernel)));
+                stack.push((near, near.weigh(&kernel)));
+            }
+            _ => {
+                self.total += weight;
+                self.leaves.push((cell, weight));
+            }
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! How many Gauss points a direction needs, proved.
+//!
+//! A direction of a cell is a real interval [X − h, X + h], X ≥ h; its Bernstein ellipse with semi-axes A, B,
+//! A² = B² + h², has the parameter ϱ = (A + B)/h. For z on or inside it and real c
+//!
+//!     Re z² ≥ −B² (1 − X²/(A² + B²))  (or (X − A)² when X A ≥ A² + B²),
+//!
+//! the minimum of a harmonic function, taken on the ellipse at cos φ = −XA/(A² + B²). So with
+//! R = c² + min Re z² > 0 the squared distance r² = z² + c² stays in the right half-plane: r is analytic (principal
+//! branch), |r²| ≥ R and Re r ≥ √R. R reaches zero at B² = [P + √(P² + 8c²h²)]/4, P = 2c² + X² − h².
+
+use zonal_math::gauss;
+
+/// An ellipse around a direction's interval.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ellipse {
+    /// Semi-axis along the interval.
+    pub a: f64,
+    /// Its parameter ϱ > 1.
+    pub rho: f64,
+    /// Lower bound of Re(z² + c²) on it, positive.
+    pub square: f64,
+}
+
+/// Where between the interval and the widest ellipse the bound is tried.
+const FRACTIONS: [f64; 4] = [0.5, 0.72, 0.86, 0.95];
+
+/// B² of the ellipse on which R vanishes.
+fn widest(x: f64, h: f64, c2: f64) -> f64 {
+    let p = 2.0 * c2 + x * x - h * h;
+    0.25 * (p + (p * p + 8.0 * c2 * h * h).sqrt())
+}
+
+/// The parameter ϱ of the widest ellipse: what decides whether a cell is cut.
+pub(super) fn widest_rho(lo: f64, len: f64, c2: f64) -> f64 {
+    let h = 0.5 * len;
+    let b2 = widest(lo + h, h, c2);
+    ((b2 + h * h).sqrt() + b2.sqrt()) / h
+}
+
+/// Candidates around [lo, lo + len] at squared distance `c2` ≥ 0 from the axis; lo > 0 or c2 > 0.
+pub(super) fn around(lo: f64, len: f64, c2: f64) -> [Ellipse; 4] {
+    let h = 0.5 * len;
+    let x = lo + h;
+    let b_max = widest(x, h, c2).sqrt();
+    FRACTIONS.map(|f| {
+        let b = f * b_max;
+        let (b2, a2) = (b * b, b * b + h * h);
+        let a = a2.sqrt();
+        let dip = if x * a >= a2 + b2 {
+            (x - a) * (x - a)
+        } else {
+            b2 * (x * x / (a2 + b2) - 1.0)
+        };
+        Ellipse {
+            a,
+            rho: (a + b) / h,
+            square: c2 + dip,
+        }
+    })
+}
+
+/// A number of points and the error that it is proved to leave.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Choice {
+    pub points: usize,
+    pub error: f64,
+}
+
+/// The most points that a direction is given: beyond, cells are cut instead.
+pub(super) const MOST: usize = 40;
+
+/// The smallest number of points whose error (64/15)/2 · M ϱ^{−2n}/(1 − ϱ^{−2}) is within `budget` for one of the
+/// candidates (ln M, ϱ), M including the cell's volume. Capped at [`MOST`], with the error as it then is.
+pub(super) fn choose(candidates: impl Iterator<Item = (f64, f64)>, budget: f64) -> Choice {
+    let goal = budget.ln();
+    let (mut needed, mut best) = (f64::INFINITY, (0.0, 2.0));
+    for (ln_m, rho) in candidates {
+        let n = (ln_m + LN_32_15 - (1.0 - 1.0 / (rho * rho)).ln() - goal) / (2.0 * rho.ln());
+        if n < needed {
+            (needed, best) = (n, (ln_m, rho));
+        }
+    }
+    let points = needed.ceil().clamp(1.0, MOST as f64) as usize;
+    // The logarithms' own rounding is far below one part in a million.
+    let error = 1.000_001 * gauss::error_bound(points, best.1, 1.0) * best.0.exp();
+    Choice { points, error }
+}
+
+/// ln(32/15).
+const LN_32_15: f64 = 0.757_685_701_697_516_5;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_real_part_keeps_above_the_bound() {
+        for (lo, len, c2) in [
+            (0.0, 1.0, 1.0),
+            (1.0, 1.0, 0.0),
+            (0.01, 1.0, 0.3),
+            (5.0, 1.0, 2.0),
+            (2.0, 0.1, 0.0),
+        ] {
+            for e in around(lo, len, c2) {
+                let (h, b) = (0.5 * len, (e.a * e.a - 0.25 * len * len).sqrt());
+                let lowest = (0..2000)
+                    .map(|i| {
+                        let phi = i as f64 * std::f64::consts::TAU / 2000.0;
+                        let (x, y) = (lo + h + e.a * phi.cos(), b * phi.sin());
+                        x * x - y * y + c2
+                    })
+                    .fold(f64::INFINITY, f64::min);
+                assert!(e.square > 0.0 && e.rho > 1.0);
+                assert!(e.square <= lowest * (1.0 + 1e-9), "{} {lowest}", e.square);
+                assert!(
+                    (e.square - lowest).abs() <= 1e-3 * (lowest + len * len),
+                    "{} {lowest}",
+                    e.square
+                );
+                assert!(e.rho <= widest_rho(lo, len, c2));
+            }
+        }
+    }
+
+    #[test]
+    fn the_constant_is_the_logarithm() {
+        assert!((LN_32_15 - (32.0f64 / 15.0).ln()).abs() < 1e-15);
+    }
+}

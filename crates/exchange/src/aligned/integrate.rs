@@ -1,0 +1,144 @@
+//! The driver: budgets to cells, sums, radius, and another round where the first fell short.
+//!
+//! **Rounding.** All terms are positive, so relative errors pass through the sums. With ε = 2⁻⁵³ and elementary functions
+//! within 2 ulp: nodes and weights of the rules 2ε; t = lo + len·u 6ε (lo, len, u carry 2ε each); r² 14ε, r 8ε, 1/r^q with q ≤ 4
+//! at most 31ε; numerator (degree ≤ 2) 13ε; three densities, each two products and a sum of nonnegative terms, 8ε each; weights
+//! and products 15ε; the nested sums n₁ + n₂ + n₃ + 3 roundings: below (100 + n₁ + n₂ + n₃) ε. The attenuation adds its
+//! argument's absolute error, 12ε·κr at most, and 4ε. Cells are added with compensation (Neumaier), 2ε more.
+
+use super::cells::{self, Cell, Division, Kernel, norm};
+use super::ellipse::Choice;
+use super::radial::Scratch;
+use super::reduced::Reduced;
+use super::{apart, pyramid};
+
+const EPS: f64 = 0.5 * f64::EPSILON;
+
+/// ∬ r^p e^{−κr}·cosines/r² /π for p < P, with the error radius of the first.
+pub(super) struct Integral<const P: usize> {
+    pub value: [f64; P],
+    pub radius: f64,
+    pub evaluations: u64,
+    pub touching: bool,
+}
+
+/// One pass over the cells.
+struct Pass<const P: usize> {
+    sum: [Compensated; P],
+    truncation: Compensated,
+    rounding: f64,
+    evaluations: u64,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Compensated {
+    sum: f64,
+    rest: f64,
+}
+
+impl Compensated {
+    fn add(&mut self, x: f64) {
+        let s = self.sum + x;
+        self.rest += if self.sum.abs() >= x.abs() {
+            (self.sum - s) + x
+        } else {
+            (x - s) + self.sum
+        };
+        self.sum = s;
+    }
+    fn total(self) -> f64 {
+        self.sum + self.rest
+    }
+}
+
+/// Rounds after which the radius is reported as it is.
+const ROUNDS: usize = 5;
+
+/// The integral to a relative tolerance, or as near to it as rounding allows.
+pub(super) fn integrate<const P: usize>(pair: &Reduced, kappa: f64, tolerance: f64) -> Integral<P> {
+    let division = cells::divide(pair, kappa, tolerance);
+    let mut scratch = Scratch::default();
+    let mut budget = 0.8 * tolerance * division.total;
+    let mut evaluations = 0;
+    for round in 1.. {
+        let pass = run::<P>(&division, budget, &mut scratch);
+        evaluations += pass.evaluations;
+        let (value, truncation) = (
+            pass.sum[0].total(),
+            1.000_001 * (pass.truncation.total() + division.dropped),
+        );
+        let room = tolerance * value - 1.1 * pass.rounding;
+        let met = 1.001 * truncation <= room;
+        if met || round == ROUNDS || room <= 0.0 || division.dropped >= 0.5 * room {
+            return finish(&division, &pass, truncation, evaluations);
+        }
+        budget *= (0.5 * room / truncation).min(0.5);
+    }
+    unreachable!("the loop returns by its last round")
+}
+
+fn run<const P: usize>(division: &Division, budget: f64, scratch: &mut Scratch) -> Pass<P> {
+    let mut pass = Pass {
+        sum: [Compensated::default(); P],
+        truncation: Compensated::default(),
+        rounding: 0.0,
+        evaluations: 0,
+    };
+    // Half of the budget goes by weight, half evenly: a light cell is not asked for more digits than it matters.
+    let even = 0.5 / division.leaves.len() as f64;
+    for (cell, weight) in &division.leaves {
+        let share = budget * (even + 0.5 * weight / division.total);
+        if cell.touches() {
+            pass.touching(cell, &division.kernel, share);
+        } else {
+            let plan = apart::plan(cell, &division.kernel, share);
+            let value = apart::integrate::<P>(cell, &division.kernel, &plan, scratch);
+            pass.add(cell, &division.kernel, &plan, value);
+        }
+    }
+    pass
+}
+
+impl<const P: usize> Pass<P> {
+    fn touching(&mut self, cell: &Cell, kernel: &Kernel, share: f64) {
+        for k in 0..3 {
+            let plan = pyramid::plan(cell, kernel, k, P - 1, share / 3.0);
+            let value = pyramid::integrate::<P>(cell, kernel, k, &plan);
+            self.add(cell, kernel, &plan, value);
+        }
+    }
+
+    fn add(&mut self, cell: &Cell, kernel: &Kernel, plan: &[Choice; 3], value: [f64; P]) {
+        for p in 0..P {
+            self.sum[p].add(value[p]);
+        }
+        plan.iter().for_each(|c| self.truncation.add(c.error));
+        let points: usize = plan.iter().map(|c| c.points).sum();
+        let depth = kernel.kappa * norm(cell.upper());
+        self.rounding += value[0] * EPS * (110.0 + points as f64 + 12.0 * depth);
+        self.evaluations += plan.iter().map(|c| c.points as u64).product::<u64>();
+    }
+}
+
+/// Below this a value may have lost digits to underflow.
+const TINY: f64 = 1e-290;
+
+fn finish<const P: usize>(
+    division: &Division,
+    pass: &Pass<P>,
+    truncation: f64,
+    evaluations: u64,
+) -> Integral<P> {
+    let front = division.multiplicity * std::f64::consts::FRAC_1_PI * division.kernel.decay_to_nearest();
+    let value = pass.sum.map(|s| s.total() * front);
+    let mut radius = (truncation + pass.rounding) * front * (1.0 + 64.0 * EPS);
+    if value[0] < TINY {
+        radius = 1.001 * radius + f64::MIN_POSITIVE.max(value[0] * f64::EPSILON);
+    }
+    Integral {
+        value,
+        radius,
+        evaluations,
+        touching: division.leaves.iter().any(|(c, _)| c.touches()),
+    }
+}

@@ -1,0 +1,158 @@
+//! Cells with a corner at t = 0: pyramid (Duffy) coordinates.
+//!
+//! For each axis k the pyramid over the opposite face: t_k = d_k s, t_j = d_j s v, t_i = d_i s w with s, v, w ∈ [0, 1] and
+//! Jacobian D s², D = d_x d_y d_z. The numerator brings s^m and 1/r^{2+m} brings s^{−2−m}, so that the integrand is
+//!
+//!     D · ω(s, v, w) · n(v, w) · Q^{−q} e^{−κ s Q},   Q² = d_k² + d_j² v² + d_i² w²,   n = d_k^{p_k} (d_j v)^{p_j} (d_i w)^{p_i},
+//!
+//! with ω the product of the three linear densities at s, sv, sw. Nothing is singular any more.
+//!
+//! **In v** (w likewise): on an ellipse around [0, 1] with semi-axis A and Re(v² + (d_k/d_j)²) ≥ R', |Q²| ≥ d_j² R' and
+//! Re Q > 0, so that |e^{−κsQ}| ≤ 1; sv stays inside the ellipse, which is convex and holds 0, so the density is at most
+//! ½(w₀+w₁) + |w₁−w₀| A and |v| ≤ ½ + A.
+//!
+//! **In s**: a polynomial of degree ≤ 3 (one for each density that is not constant) times e^{−κsQ}: without attenuation two points are exact;
+//! otherwise Re s ≥ ½ − A gives |e^{−κsQ}| ≤ e^{κ Q_max (A−½)}, and the ellipse may be as wide as one likes.
+
+use super::cells::{Cell, Kernel, norm};
+use super::ellipse::{self, Choice};
+use super::radial::radial;
+use super::reduced::Span;
+use zonal_math::gauss::{self, Rule};
+
+/// The pyramid over the face across axis `k`: its axes (k, j, i).
+fn axes(k: usize) -> [usize; 3] {
+    [k, (k + 1) % 3, (k + 2) % 3]
+}
+
+/// Points in s, v and w for the pyramid of axis `k` within an error `budget`. `extra` is the power of s that the
+/// moments add, for whose exactness the rule in s also cares.
+pub(super) fn plan(cell: &Cell, kernel: &Kernel, k: usize, extra: usize, budget: f64) -> [Choice; 3] {
+    let [_, j, i] = axes(k);
+    [
+        radial_choice(cell, kernel, k, extra, budget / 3.0),
+        lateral_choice(cell, kernel, [k, j, i], budget / 3.0),
+        lateral_choice(cell, kernel, [k, i, j], budget / 3.0),
+    ]
+}
+
+/// Bounds ½(w₀+w₁) + |w₁−w₀| a of a linear density on an ellipse of semi-axis `a` around the unit interval.
+fn density_bound(s: &Span, a: f64) -> f64 {
+    0.5 * (s.w0 + s.w1) + (s.w1 - s.w0).abs() * a
+}
+
+const WIDE: [f64; 6] = [3.0, 6.0, 12.0, 24.0, 60.0, 200.0];
+
+fn radial_choice(cell: &Cell, kernel: &Kernel, k: usize, extra: usize, budget: f64) -> Choice {
+    let degree = cell.0.iter().filter(|s| s.w0 != s.w1).count() + extra;
+    if kernel.kappa == 0.0 {
+        return Choice {
+            points: degree / 2 + 1,
+            error: 0.0,
+        };
+    }
+    let d = cell.0.map(|s| s.len);
+    let face = cell.volume() * kernel.numerator(d) * d[k].powi(-kernel.q());
+    let growth = kernel.kappa * norm(d);
+    let candidates = WIDE.map(|rho| {
+        let a = 0.25 * (rho + 1.0 / rho);
+        let density: f64 = cell.0.iter().map(|s| density_bound(s, a)).product();
+        ((face * density).ln() + growth * (a - 0.5), rho)
+    });
+    ellipse::choose(candidates.into_iter(), budget)
+}
+
+/// `k` the pyramid's axis, `j` the direction, `i` the other one.
+fn lateral_choice(cell: &Cell, kernel: &Kernel, [k, j, i]: [usize; 3], budget: f64) -> Choice {
+    let (dk, dj, di) = (cell.0[k].len, cell.0[j].len, cell.0[i].len);
+    let rest = cell.volume()
+        * cell.0[k].max_weight()
+        * cell.0[i].max_weight()
+        * dk.powi(kernel.power[k])
+        * di.powi(kernel.power[i])
+        * dj.powi(kernel.power[j] - kernel.q());
+    let c = dk / dj;
+    let candidates = ellipse::around(0.0, 1.0, c * c).map(|e| {
+        let front = rest * density_bound(&cell.0[j], e.a) * (0.5 + e.a).powi(kernel.power[j]);
+        (front.ln() - 0.5 * kernel.q() as f64 * e.square.ln(), e.rho)
+    });
+    ellipse::choose(candidates.into_iter(), budget)
+}
+
+/// The pyramid's integral by the planned rule.
+pub(super) fn integrate<const P: usize>(
+    cell: &Cell,
+    kernel: &Kernel,
+    k: usize,
+    plan: &[Choice; 3],
+) -> [f64; P] {
+    match (kernel.patches, kernel.kappa > 0.0) {
+        (0, false) => sum::<0, false, P>(cell, kernel, k, plan),
+        (1, false) => sum::<1, false, P>(cell, kernel, k, plan),
+        (_, false) => sum::<2, false, P>(cell, kernel, k, plan),
+        (0, true) => sum::<0, true, P>(cell, kernel, k, plan),
+        (1, true) => sum::<1, true, P>(cell, kernel, k, plan),
+        (_, true) => sum::<2, true, P>(cell, kernel, k, plan),
+    }
+}
+
+/// A node u of a rule and its mirror 1 − u, both relatively accurate.
+fn node(rule: &Rule, i: usize) -> (f64, f64) {
+    (rule.nodes[i], rule.nodes[rule.nodes.len() - 1 - i])
+}
+
+/// The density at s·u: w₀(1 − su) + w₁ su with 1 − su = (1−s) + s(1−u), no difference taken.
+fn density(span: &Span, (s, not_s): (f64, f64), (u, not_u): (f64, f64)) -> f64 {
+    span.w0 * (not_s + s * not_u) + span.w1 * (s * u)
+}
+
+fn sum<const M: i32, const ATTENUATED: bool, const P: usize>(
+    cell: &Cell,
+    kernel: &Kernel,
+    k: usize,
+    plan: &[Choice; 3],
+) -> [f64; P] {
+    let [_, j, i] = axes(k);
+    let [rs, rv, rw] = plan.map(|c| gauss::rule(c.points));
+    let (sk, sj, si) = (&cell.0[k], &cell.0[j], &cell.0[i]);
+    let power = kernel.power;
+    let mut total = [0.0; P];
+    for iv in 0..rv.nodes.len() {
+        let v = node(rv, iv);
+        let tj = sj.len * v.0;
+        let mut column = [0.0; P];
+        for iw in 0..rw.nodes.len() {
+            let w = node(rw, iw);
+            let ti = si.len * w.0;
+            let q2 = sk.len * sk.len + tj * tj + ti * ti;
+            // 1/Q^q and the powers of Q; the attenuation waits for s.
+            let shape = radial::<M, false, P>(q2, 0.0, 0.0);
+            let kq = if ATTENUATED { kernel.kappa * q2.sqrt() } else { 0.0 };
+            let mut line = [0.0; P];
+            for is in 0..rs.nodes.len() {
+                let s = node(rs, is);
+                let mut f = rs.weights[is]
+                    * (sk.w0 * s.1 + sk.w1 * s.0)
+                    * density(sj, s, v)
+                    * density(si, s, w);
+                if ATTENUATED {
+                    f *= (-kq * s.0).exp();
+                }
+                for p in 0..P {
+                    line[p] += f;
+                    f *= s.0;
+                }
+            }
+            let front = rw.weights[iw] * ti.powi(power[i]);
+            for p in 0..P {
+                column[p] += front * shape[p] * line[p];
+            }
+        }
+        let front = rv.weights[iv] * tj.powi(power[j]);
+        for p in 0..P {
+            total[p] += front * column[p];
+        }
+    }
+    let front = cell.volume() * sk.len.powi(power[k]);
+    total.map(|x| x * front)
+}
