@@ -143,6 +143,17 @@ impl Prepared {
         Some([t, u / det, v / det])
     }
 
+    /// The share t of the segment a → a + d at which its line pierces the plate, ends or not; none when it runs along the plate.
+    #[inline]
+    pub fn pierced(&self, line: &Line) -> Option<f64> {
+        let s = line.a - self.origin;
+        let (da, along) = (s.dot(self.normal), line.d.dot(self.normal));
+        if along.abs() <= 1e-12 * line.d.max_abs() {
+            return None;
+        }
+        self.inside(line, s, along).map(|_| -da / along)
+    }
+
     /// Unit normal of the front.
     pub fn normal(&self) -> Vec3 {
         self.normal

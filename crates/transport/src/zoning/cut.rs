@@ -1,0 +1,162 @@
+//! Plates cut to a size.
+//!
+//! A parallelogram becomes an n_u × n_v grid of cells no longer than the size. A triangle becomes n² congruent ones, n = size's
+//! share of √(2A), the edge of the square it is half of. A long thin triangle is first halved at its longest edge until its pieces are
+//! fair (longest edge at most three heights) or short enough, so a needle of length L becomes about L/size pieces, not (L/size)².
+
+use zonal_math::Vec3;
+use zonal_scene::{Plate, PlateKind};
+
+const FAIR: f64 = 3.0;
+
+/// Number of steps of at most `size` (up to rounding) that cover `length`.
+fn steps(length: f64, size: f64) -> f64 {
+    (length / size - 1e-9).ceil().max(1.0)
+}
+
+/// Longest edge of a triangle, and the triangle turned so that this edge is opposite to its origin.
+fn longest(p: &Plate) -> (f64, Plate) {
+    let (c, _) = p.corners();
+    let edge = |k: usize| (c[(k + 2) % 3] - c[(k + 1) % 3]).length();
+    let mut best = 0;
+    for k in 1..3 {
+        if edge(k) > edge(best) * (1.0 + 1e-12) {
+            best = k;
+        }
+    }
+    let turned = Plate::triangle(c[best], c[(best + 1) % 3], c[(best + 2) % 3]);
+    (edge(best), turned)
+}
+
+/// About how many pieces [`pieces`] makes: never more than twice as many as it does.
+pub(super) fn estimate(p: &Plate, size: f64) -> f64 {
+    let half = |p: &Plate| (2.0 * p.area() / (size * size)).max(longest(p).0 / size).max(1.0);
+    match p.kind {
+        PlateKind::Parallelogram if !skewed(p) => steps(p.e1.length(), size) * steps(p.e2.length(), size),
+        PlateKind::Parallelogram => halves(p).iter().map(half).sum(),
+        PlateKind::Triangle => half(p),
+    }
+}
+
+fn skewed(p: &Plate) -> bool {
+    p.area() * FAIR < p.e1.length() * p.e2.length()
+}
+
+fn halves(p: &Plate) -> [Plate; 2] {
+    let (c, _) = p.corners();
+    if (c[2] - c[0]).length2() < (c[3] - c[1]).length2() {
+        [
+            Plate::triangle(c[0], c[1], c[2]),
+            Plate::triangle(c[0], c[2], c[3]),
+        ]
+    } else {
+        [
+            Plate::triangle(c[0], c[1], c[3]),
+            Plate::triangle(c[1], c[2], c[3]),
+        ]
+    }
+}
+
+/// Appends the pieces of `p`, of about edge `size`, with the orientation of `p`.
+pub(super) fn pieces(p: &Plate, size: f64, out: &mut Vec<Plate>) {
+    match p.kind {
+        PlateKind::Triangle => triangle(p, size, out),
+        PlateKind::Parallelogram if skewed(p) && p.diameter() > size => {
+            halves(p).iter().for_each(|t| triangle(t, size, out));
+        }
+        PlateKind::Parallelogram => {
+            let (nu, nv) = (
+                steps(p.e1.length(), size) as usize,
+                steps(p.e2.length(), size) as usize,
+            );
+            let (e1, e2) = (p.e1 / nu as f64, p.e2 / nv as f64);
+            for i in 0..nu {
+                for j in 0..nv {
+                    out.push(Plate::parallelogram(
+                        p.at(i as f64 / nu as f64, j as f64 / nv as f64),
+                        e1,
+                        e2,
+                    ));
+                }
+            }
+        }
+    }
+}
+
+fn triangle(p: &Plate, size: f64, out: &mut Vec<Plate>) {
+    let (edge, turned) = longest(p);
+    let area2 = 2.0 * p.area();
+    let n = steps(area2.sqrt().max(edge * std::f64::consts::FRAC_1_SQRT_2), size);
+    if n <= 1.0 {
+        out.push(*p);
+    } else if edge * edge > FAIR * area2 {
+        let (c, _) = turned.corners();
+        let middle = (c[1] + c[2]) * 0.5;
+        triangle(&Plate::triangle(c[0], c[1], middle), size, out);
+        triangle(&Plate::triangle(c[0], middle, c[2]), size, out);
+    } else {
+        congruent(p, n as usize, out);
+    }
+}
+
+fn congruent(p: &Plate, n: usize, out: &mut Vec<Plate>) {
+    let (e1, e2) = (p.e1 / n as f64, p.e2 / n as f64);
+    let mut push = |origin: Vec3, e1: Vec3, e2: Vec3| {
+        out.push(Plate {
+            origin,
+            e1,
+            e2,
+            kind: PlateKind::Triangle,
+        });
+    };
+    for i in 0..n {
+        for j in 0..n - i {
+            let at = |i: usize, j: usize| p.at(i as f64 / n as f64, j as f64 / n as f64);
+            push(at(i, j), e1, e2);
+            if i + j + 1 < n {
+                push(at(i + 1, j + 1), -e1, -e2);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zonal_math::vec3;
+
+    fn cut(p: &Plate, size: f64) -> Vec<Plate> {
+        let mut out = Vec::new();
+        pieces(p, size, &mut out);
+        let area: f64 = out.iter().map(Plate::area).sum();
+        assert!((area / p.area() - 1.0).abs() < 1e-12);
+        assert!(out.iter().all(|q| (q.normal() - p.normal()).length() < 1e-9));
+        let guess = estimate(p, size);
+        assert!(
+            guess <= 2.0 * out.len() as f64 && out.len() as f64 <= 4.0 * guess,
+            "{guess} for {}",
+            out.len()
+        );
+        out
+    }
+
+    #[test]
+    fn plates_are_cut_no_finer_than_asked() {
+        let square = Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+        assert_eq!(cut(&square, 0.1).len(), 100);
+        assert_eq!(cut(&square, 3.0).len(), 1);
+        let half = Plate::triangle(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+        assert_eq!(cut(&half, 0.1).len(), 100);
+        assert_eq!(cut(&half, 1.0).len(), 1);
+    }
+
+    #[test]
+    fn needles_are_cut_along_their_length() {
+        for apex in [0.0, 0.2, 5.0, 10.0] {
+            let needle = Plate::triangle(Vec3::ZERO, vec3(10.0, 0.0, 0.0), vec3(apex, 0.01, 0.0));
+            let cut = cut(&needle, 1.0);
+            assert!((8..=32).contains(&cut.len()), "{}", cut.len());
+            assert!(cut.iter().all(|p| p.diameter() < 1.5));
+        }
+    }
+}

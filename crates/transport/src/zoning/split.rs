@@ -1,0 +1,227 @@
+//! Patches cut along the walls that stand on them.
+//!
+//! A facet g divides a patch p when it reaches to the front of p's plane and the segment g ∩ plane(p) runs through the inside of
+//! p. Every piece that the segment runs through is then halved along the segment's line, so no piece has a wall in its middle.
+
+use crate::Transport;
+use crate::meet::Prepared;
+use zonal_math::Vec3;
+use zonal_scene::{Plate, PlateKind};
+
+/// Pieces below this share of the patch are not cut off.
+const LEAST_AREA: f64 = 1e-4;
+/// A wall shorter than this share of the piece's diameter does not divide it.
+const LEAST_LENGTH: f64 = 0.02;
+/// No patch is cut into more pieces than this.
+const MOST_PIECES: usize = 64;
+
+type Polygon = Vec<Vec3>;
+
+/// A wall's foot in the patch's plane.
+struct Foot {
+    ends: [Vec3; 2],
+    /// Square to the foot, in the patch's plane.
+    across: Vec3,
+    id: u32,
+}
+
+/// The pieces of `plate`, a part of facet `own`; the plate itself when nothing stands on it.
+pub(super) fn split(transport: &Transport, own: usize, plate: &Plate) -> Vec<Plate> {
+    let mut feet = feet(transport, own, plate);
+    if feet.is_empty() {
+        return vec![*plate];
+    }
+    let length = |f: &Foot| (f.ends[1] - f.ends[0]).length();
+    feet.sort_by(|a, b| length(b).total_cmp(&length(a)).then(a.id.cmp(&b.id)));
+    let (corners, n) = plate.corners();
+    let (normal, area) = (plate.normal(), plate.area());
+    let mut pieces: Vec<Polygon> = vec![corners[..n].to_vec()];
+    for foot in &feet {
+        for k in 0..pieces.len() {
+            if pieces.len() >= MOST_PIECES || !runs_through(foot, &pieces[k], normal) {
+                continue;
+            }
+            let level = foot.across.dot(foot.ends[0]);
+            let (a, b) = (
+                clip(&pieces[k], foot.across, level),
+                clip(&pieces[k], -foot.across, -level),
+            );
+            if polygon_area(&a, normal).min(polygon_area(&b, normal)) > LEAST_AREA * area {
+                pieces[k] = a;
+                pieces.push(b);
+            }
+        }
+    }
+    if pieces.len() == 1 {
+        return vec![*plate];
+    }
+    pieces.iter().flat_map(|p| plates(p, normal)).collect()
+}
+
+fn feet(transport: &Transport, own: usize, plate: &Plate) -> Vec<Foot> {
+    let tol = transport.epsilon();
+    let (lo, hi) = plate.bounds();
+    let normal = plate.normal();
+    let (corners, n) = plate.corners();
+    let near = transport.facets_near(lo, hi);
+    near.into_iter()
+        .filter(|&id| id as usize != own)
+        .filter_map(|id| {
+            let wall = &transport.scene().facets()[id as usize].plate;
+            let (x, k) = wall.corners();
+            let height = |p: Vec3| (p - plate.origin).dot(normal);
+            let h: Vec<f64> = x[..k].iter().map(|p| height(*p)).collect();
+            let top = h.iter().fold(f64::MIN, |m, y| m.max(*y));
+            let bottom = h.iter().fold(f64::MAX, |m, y| m.min(*y));
+            if top <= tol || bottom > tol {
+                return None;
+            }
+            let along = normal.cross(wall.normal()).normalized();
+            let mut ends: Option<[(f64, Vec3); 2]> = None;
+            let mut offer = |p: Vec3| {
+                let at = (along.dot(p), p);
+                let [a, b] = ends.unwrap_or([at, at]);
+                ends = Some([if at.0 < a.0 { at } else { a }, if at.0 > b.0 { at } else { b }]);
+            };
+            for i in 0..k {
+                let j = (i + 1) % k;
+                if h[i].abs() <= tol {
+                    offer(x[i]);
+                } else if h[i] * h[j] < 0.0 && h[j].abs() > tol {
+                    offer(x[i] + (x[j] - x[i]) * (h[i] / (h[i] - h[j])));
+                }
+            }
+            let [a, b] = ends?;
+            let foot = Foot {
+                ends: [a.1, b.1],
+                across: normal.cross(along),
+                id,
+            };
+            (b.0 - a.0 > tol && runs_through(&foot, &corners[..n], normal)).then_some(foot)
+        })
+        .collect()
+}
+
+/// True when the foot passes through the inside of the polygon for a fair length.
+fn runs_through(foot: &Foot, polygon: &[Vec3], normal: Vec3) -> bool {
+    let n = polygon.len();
+    let [a, b] = foot.ends;
+    let inward: Vec<(Vec3, f64)> = (0..n)
+        .map(|i| {
+            let m = normal.cross(polygon[(i + 1) % n] - polygon[i]).normalized();
+            (m, m.dot(polygon[i]))
+        })
+        .collect();
+    let (mut t0, mut t1) = (0.0f64, 1.0f64);
+    for (m, c) in &inward {
+        let (ha, hb) = (m.dot(a) - c, m.dot(b) - c);
+        if ha < 0.0 && hb < 0.0 {
+            return false;
+        }
+        if ha < 0.0 {
+            t0 = t0.max(ha / (ha - hb));
+        } else if hb < 0.0 {
+            t1 = t1.min(ha / (ha - hb));
+        }
+    }
+    let diameter = polygon
+        .iter()
+        .map(|p| (*p - polygon[0]).length())
+        .fold(0.0, f64::max);
+    let middle = a + (b - a) * (0.5 * (t0 + t1));
+    (t1 - t0) * (b - a).length() > LEAST_LENGTH * diameter
+        && inward.iter().all(|(m, c)| m.dot(middle) - c > 1e-6 * diameter)
+}
+
+/// The part of the polygon with m·x ≥ level.
+fn clip(polygon: &[Vec3], m: Vec3, level: f64) -> Polygon {
+    let mut out = Polygon::new();
+    for (i, &p) in polygon.iter().enumerate() {
+        let q = polygon[(i + 1) % polygon.len()];
+        let (hp, hq) = (m.dot(p) - level, m.dot(q) - level);
+        if hp >= 0.0 {
+            out.push(p);
+        }
+        if hp * hq < 0.0 {
+            out.push(p + (q - p) * (hp / (hp - hq)));
+        }
+    }
+    out
+}
+
+fn polygon_area(p: &[Vec3], normal: Vec3) -> f64 {
+    (1..p.len().max(1) - 1)
+        .map(|i| 0.5 * (p[i] - p[0]).cross(p[i + 1] - p[0]).dot(normal))
+        .sum()
+}
+
+/// A convex polygon as triangles, or as the one parallelogram that it is.
+fn plates(polygon: &[Vec3], normal: Vec3) -> Vec<Plate> {
+    let size = polygon
+        .iter()
+        .map(|p| (*p - polygon[0]).length())
+        .fold(0.0, f64::max);
+    let mut p = polygon.to_vec();
+    p.dedup_by(|a, b| (*a - *b).length() < 1e-9 * size);
+    // Corners on a straight edge go.
+    let n = p.len();
+    let bends = |i: usize| {
+        let (a, b, c) = (p[(i + n - 1) % n], p[i], p[(i + 1) % n]);
+        (b - a).cross(c - b).dot(normal) > 1e-12 * size * size
+    };
+    let p: Polygon = (0..n).filter(|&i| bends(i)).map(|i| p[i]).collect();
+    let n = p.len();
+    if n < 3 {
+        return Vec::new();
+    }
+    if n == 4 && (p[0] - p[1] + p[2] - p[3]).length() < 1e-9 * size {
+        return vec![Plate::parallelogram(p[0], p[1] - p[0], p[3] - p[0])];
+    }
+    // Fan from the corner that makes the smallest triangle largest.
+    let fan = |start: usize| {
+        (1..n - 1).map({
+            let p = &p;
+            move |i| Plate::triangle(p[start], p[(start + i) % n], p[(start + i + 1) % n])
+        })
+    };
+    let least = |s: usize| fan(s).map(|t| t.area()).fold(f64::MAX, f64::min);
+    let start = (1..n).fold(0, |b, s| if least(s) > least(b) * (1.0 + 1e-9) { s } else { b });
+    fan(start).collect()
+}
+
+/// True when nothing can see the front of `plate`, a part of facet `own`.
+pub(super) fn covered(transport: &Transport, own: usize, plate: &Plate) -> bool {
+    if !transport.has_solids() {
+        return false;
+    }
+    let at: [[f64; 2]; 4] = match plate.kind {
+        PlateKind::Triangle => [[0.33, 0.34], [0.6, 0.2], [0.2, 0.6], [0.2, 0.2]],
+        PlateKind::Parallelogram => [[0.51, 0.49], [0.2, 0.25], [0.75, 0.2], [0.3, 0.8]],
+    };
+    let scene = transport.scene();
+    let lift = plate.normal() * (1e3 * transport.epsilon());
+    let solid = scene.surfaces()[scene.facets()[own].surface].solid;
+    at.into_iter().all(|[u, v]| {
+        let p = plate.at(u, v);
+        transport.inside_solid(p + lift)
+            || (solid && against_another(transport, own, plate, p) && transport.inside_solid(p - lift))
+    })
+}
+
+/// True when a facet that looks the other way lies at `p` of the plate: a box that stands on a floor.
+fn against_another(transport: &Transport, own: usize, plate: &Plate, p: Vec3) -> bool {
+    let tol = transport.epsilon();
+    let pad = Vec3::splat(tol);
+    let near = transport.facets_near(p - pad, p + pad);
+    near.into_iter().filter(|&id| id as usize != own).any(|id| {
+        let other = &transport.scene().facets()[id as usize].plate;
+        let flat = Prepared::new(other).height(p).abs() <= tol;
+        let opposite = other.normal().dot(plate.normal()) < -1.0 + 1e-9;
+        let [u, v] = other.parameters(p);
+        let within = match other.kind {
+            PlateKind::Triangle => u >= 0.0 && v >= 0.0 && u + v <= 1.0,
+            PlateKind::Parallelogram => (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v),
+        };
+        flat && opposite && within
+    })
+}

@@ -1,0 +1,287 @@
+//! Zones: volumes and areas add up, walls separate, covered parts are left out.
+#![allow(missing_docs)]
+
+mod common;
+use common::*;
+use zonal_math::{Vec3, vec3};
+use zonal_scene::{Facet, Light, Pane, Plate, Scene, SceneParts, Sides, Surface, Texture, Voxmap, Zones};
+use zonal_transport::{Transport, build_zones};
+
+fn zones(s: &Scene) -> Zones {
+    let z = build_zones(s, &Transport::new(s)).unwrap();
+    if let Some(map) = s.voxmap() {
+        assert_eq!(z.first.len(), map.len() + 1);
+        for c in 0..map.len() {
+            for i in z.of_cell(c) {
+                let v = &z.voxels[i];
+                assert_eq!(v.cell, c);
+                assert_eq!(map.cell_at(v.centre), Some(map.coordinates(c)));
+                let sum: f64 = v.part.iter().map(|s| s.volume).sum();
+                assert!(v.part.is_empty() || (sum - v.volume).abs() < 1e-12 * v.volume);
+                assert!(v.part.windows(2).all(|w| w[0].subcell < w[1].subcell));
+                assert!(v.volume > 0.0 && v.volume <= map.cell().product() * (1.0 + 1e-12));
+            }
+        }
+    }
+    for p in &z.patches {
+        assert!((p.plate.area() - p.area).abs() < 1e-12 && p.area > 0.0);
+        assert!((p.plate.normal() - p.normal).length() < 1e-12);
+    }
+    z
+}
+
+fn volume(z: &Zones) -> f64 {
+    z.voxels.iter().map(|v| v.volume).sum()
+}
+
+fn area(z: &Zones, surface: usize) -> f64 {
+    let of = z.patches.iter().filter(|p| p.surface == surface);
+    of.map(|p| p.area).sum()
+}
+
+fn solid(name: &str) -> Surface {
+    Surface {
+        solid: true,
+        ..surface(name)
+    }
+}
+
+/// The unit room as surface 0 with 10 cm patches and `more` as surface 1.
+fn furnished(more: Surface, plates: &[Plate], map: Option<Voxmap>) -> Scene {
+    let walls = Surface {
+        patch_size: Some(0.25),
+        ..surface("walls")
+    };
+    let mut facets: Vec<Facet> = room(Vec3::ZERO, Vec3::ONE).iter().map(|p| facet(0, *p)).collect();
+    facets.extend(plates.iter().map(|p| facet(1, *p)));
+    scene(vec![walls, more], facets, map)
+}
+
+#[test]
+fn a_room_on_the_grid_has_whole_cells_only() {
+    let s = furnished(surface("more"), &[], Some(fog(5, 1.0)));
+    let z = zones(&s);
+    assert_eq!((z.patches.len(), z.voxels.len(), z.panes.len()), (96, 125, 0));
+    assert!(z.voxels.iter().all(|v| v.part.is_empty()));
+    assert!((volume(&z) - 1.0).abs() < 1e-13);
+    assert!((area(&z, 0) - 6.0).abs() < 1e-13);
+    assert_eq!(z.patches[0].reflectance, [0.5, 0.4, 0.3]);
+    // A turned room and its turned walls lie askew in no grid at all: patches only.
+    let turned: Vec<Plate> = turned(&room(Vec3::ZERO, Vec3::ONE), Vec3::ZERO, 0.3);
+    assert!((area(&zones(&plain(&turned, None)), 0) - 6.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_wall_in_mid_voxel_makes_two_zones_of_each() {
+    for at in [0.5, 0.43, 0.5 + 1.0 / 48.0] {
+        let wall = Plate::parallelogram(vec3(at, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
+        let s = furnished(surface("wall"), &mesh(&wall, 2), Some(fog(3, 1.0)));
+        let z = zones(&s);
+        assert_eq!(z.voxels.len(), 27 + 9);
+        assert!((volume(&z) - 1.0).abs() < 1e-12);
+        let dark: f64 = z
+            .voxels
+            .iter()
+            .filter(|v| v.centre.x < at)
+            .map(|v| v.volume)
+            .sum();
+        assert!((dark - at).abs() < 1e-12, "{dark} against {at}");
+        for v in z.voxels.iter().filter(|v| !v.part.is_empty()) {
+            let left = v.centre.x < at;
+            assert!(v.part.iter().all(|s| (s.point.x < at) == left));
+        }
+        let t = Transport::new(&s);
+        assert!(t.has_occluders());
+    }
+    // A wall that ends in mid-cell leaves the cell in one piece.
+    let half = Plate::parallelogram(vec3(0.5, 0.0, 0.0), vec3(0.0, 0.5, 0.0), vec3(0.0, 0.0, 1.0));
+    let z = zones(&furnished(surface("wall"), &[half], Some(fog(3, 1.0))));
+    assert_eq!(z.voxels.len(), 27 + 3);
+    assert!((volume(&z) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_solid_takes_its_volume_away() {
+    // On the grid: whole cells go.
+    let block = solid_box(Vec3::splat(0.25), Vec3::splat(0.75));
+    let s = furnished(solid("block"), &block, Some(fog(8, 1.0)));
+    let z = zones(&s);
+    assert_eq!(z.voxels.len(), 512 - 64);
+    assert!(z.of_cell(s.voxmap().unwrap().index([3, 3, 3])).is_empty());
+    // Off the grid, square: exact but for the edges. Oblique: to one per cent.
+    for (angle, bound) in [(0.0, 2e-3), (0.5, 1e-3), (1.0, 1e-3)] {
+        let centre = vec3(0.5, 0.48, 0.52);
+        let block = turned(
+            &solid_box(centre - Vec3::splat(0.21), centre + Vec3::splat(0.21)),
+            centre,
+            angle,
+        );
+        for n in [4, 9] {
+            let z = zones(&furnished(solid("block"), &block, Some(fog(n, 1.0))));
+            let want = 1.0 - 0.42f64.powi(3);
+            let off = (volume(&z) / want - 1.0).abs();
+            assert!(off < bound * 9.0 / n as f64, "angle {angle}, {n} cells: {off}");
+            for v in &z.voxels {
+                for p in v.part.iter().map(|s| s.point).chain([v.centre]) {
+                    let deep = block.iter().all(|f| (p - f.origin).dot(f.normal()) < -1e-9);
+                    assert!(!deep, "a sample in the solid");
+                }
+            }
+        }
+    }
+    // A thin solid plate between samples: no zone in it, and its volume is missing.
+    let plate = solid_box(vec3(-0.1, -0.1, 0.6), vec3(1.1, 1.1, 0.61));
+    let z = zones(&furnished(solid("plate"), &plate, Some(fog(2, 1.0))));
+    assert!((volume(&z) - 0.99).abs() < 1e-9, "{}", volume(&z));
+    assert_eq!(z.voxels.len(), 12);
+}
+
+#[test]
+fn patches_under_a_box_go_and_none_straddles_a_wall() {
+    // The box's edges cross patches of a quarter metre.
+    let block = solid_box(vec3(0.3, 0.3, 0.0), vec3(0.6, 0.7, 0.5));
+    let s = furnished(solid("block"), &block, None);
+    let z = zones(&s);
+    let foot = 0.3 * 0.4;
+    assert!((area(&z, 0) - (6.0 - foot)).abs() < 1e-12, "{}", area(&z, 0));
+    assert!((area(&z, 1) - (2.0 * 0.5 * 0.7 + foot)).abs() < 1e-12);
+    let floor = z.patches.iter().filter(|p| p.surface == 0 && p.normal.z > 0.5);
+    for p in floor.filter(|p| p.plate.origin.z < 0.5) {
+        let (lo, hi) = p.plate.bounds();
+        let apart = hi.x <= 0.3 + 1e-9 || lo.x >= 0.6 - 1e-9 || hi.y <= 0.3 + 1e-9 || lo.y >= 0.7 - 1e-9;
+        assert!(apart, "{lo:?} {hi:?}");
+    }
+    // The box's own bottom is no zone.
+    assert!(!z.patches.iter().any(|p| p.surface == 1 && p.normal.z < -0.5));
+}
+
+#[test]
+fn a_wall_splits_the_patches_it_stands_on() {
+    let walls = |tilt: f64| {
+        let wall = Plate::parallelogram(vec3(0.4, 0.0, 0.0), vec3(tilt, 1.0, 0.0), vec3(0.0, 0.0, 0.6));
+        zones(&furnished(surface("wall"), &mesh(&wall, 1), None))
+    };
+    let straight = walls(0.0);
+    // 16 floor patches, of which the four in the second row become eight; two walls of 16 have a row with a foot that
+    // stops at 0.6: two patches and the one in which it ends.
+    assert!((area(&straight, 0) - 6.0).abs() < 1e-12);
+    assert_eq!(
+        straight.patches.iter().filter(|p| p.surface == 0).count(),
+        96 + 4 + 3 + 3
+    );
+    for tilt in [0.05, 0.3] {
+        let z = walls(tilt);
+        assert!((area(&z, 0) - 6.0).abs() < 1e-12);
+        for p in z.patches.iter().filter(|p| p.surface == 0 && p.normal.z == 1.0) {
+            let (c, n) = p.plate.corners();
+            let side = c[..n].iter().map(|x| x.x - 0.4 - tilt * x.y);
+            let (lo, hi) = side.fold((f64::MAX, f64::MIN), |(l, h), d| (l.min(d), h.max(d)));
+            assert!(
+                hi < 2e-3 || lo > -2e-3,
+                "a patch from {lo} to {hi} across the wall"
+            );
+        }
+    }
+    // A wall that hangs above, one behind the floor, and one that only touches split nothing.
+    for (z0, dz) in [(0.1, 0.5), (-0.5, 0.5), (-0.5, 0.4)] {
+        let wall = Plate::parallelogram(vec3(0.4, 0.2, z0), vec3(0.0, 0.5, 0.0), vec3(0.0, 0.0, dz));
+        assert_eq!(
+            zones(&furnished(surface("wall"), &[wall], None))
+                .patches
+                .iter()
+                .filter(|p| p.surface == 0)
+                .count(),
+            96
+        );
+    }
+}
+
+#[test]
+fn both_sides_are_two_zones_and_texture_is_averaged() {
+    let plate = Plate::parallelogram(vec3(0.2, 0.2, 0.5), vec3(0.5, 0.0, 0.0), vec3(0.0, 0.5, 0.0));
+    let mut sheet = surface("sheet");
+    sheet.sides = Sides::Both;
+    sheet.patch_size = Some(0.25);
+    sheet.reflectance = [1.0; 3];
+    sheet.reflectance_texture = Some(0);
+    let s = Scene::new(SceneParts {
+        surfaces: vec![sheet],
+        facets: vec![facet(0, plate)],
+        textures: vec![Texture {
+            width: 64,
+            height: 1,
+            pixels: (0..64).map(|i| [i as f32 / 64.0, 0.5, 0.0]).collect(),
+        }],
+        lights: vec![Light::Emitter { surface: 0 }],
+        panes: vec![Pane {
+            name: "glass".into(),
+            plates: vec![plate],
+            thickness: 0.01,
+            extinction: [1.0; 3],
+            albedo: [0.5; 3],
+            emission: [0.0; 3],
+        }],
+        ..SceneParts::default()
+    })
+    .unwrap();
+    let z = zones(&s);
+    assert_eq!(z.patches.len(), 8);
+    assert_eq!(z.patches.iter().filter(|p| p.normal.z > 0.0).count(), 4);
+    assert!(z.patches.iter().all(|p| p.emission == [0.0; 3]));
+    for p in &z.patches {
+        let x = (p.plate.centre().x - 0.2) / 0.5;
+        assert!((p.reflectance[0] - x).abs() < 0.03 && (p.reflectance[1] - 0.5).abs() < 1e-6);
+    }
+    let glass: f64 = z.panes.iter().map(|p| p.area).sum();
+    assert!((glass - 0.25).abs() < 1e-14);
+    assert!(z.panes.iter().all(|p| p.pane == 0 && p.thickness == 0.01));
+}
+
+#[test]
+fn too_many_patches_are_refused_by_name() {
+    let mut tiny = surface("wall");
+    tiny.patch_size = Some(1e-7);
+    let plates = room(Vec3::ZERO, Vec3::ONE);
+    let s = scene(vec![tiny], plates.iter().map(|p| facet(0, *p)).collect(), None);
+    let e = build_zones(&s, &Transport::new(&s)).unwrap_err();
+    assert_eq!(e.key(), "surface 'wall'.patch_size");
+    assert!(e.what().contains("larger"), "{e}");
+}
+
+#[test]
+fn zones_do_not_depend_on_the_number_of_threads() {
+    let block = turned(
+        &solid_box(Vec3::splat(0.3), Vec3::splat(0.6)),
+        Vec3::splat(0.5),
+        0.7,
+    );
+    let fine: Vec<Plate> = block.iter().flat_map(|p| mesh(p, 4)).collect();
+    let s = furnished(solid("block"), &fine, Some(fog(9, 1.0)));
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| zones(&s))
+    };
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn closed_solids_on_the_room_keep_free_volume_lit_parts_apart() {
+    // An oblique thin wall from floor to ceiling: no sample of one side sees one of the other.
+    let wall = Plate::parallelogram(vec3(0.2, 0.0, 0.0), vec3(0.55, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
+    let s = furnished(surface("wall"), &[wall], Some(fog(6, 1.0)));
+    let z = zones(&s);
+    let side = |p: Vec3| (p - wall.origin).dot(wall.normal());
+    let mut sums = [0.0; 2];
+    for v in &z.voxels {
+        let front = side(v.centre) > 0.0;
+        sums[front as usize] += v.volume;
+        assert!(v.part.iter().all(|s| (side(s.point) > 0.0) == front));
+    }
+    // x < 0.2 + 0.55 y
+    let left = 0.2 + 0.275;
+    assert!((sums[0] + sums[1] - 1.0).abs() < 2e-3, "{sums:?}");
+    assert!(sums.iter().any(|s| (s - left).abs() < 2e-3), "{sums:?}");
+}
