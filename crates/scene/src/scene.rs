@@ -269,7 +269,8 @@ fn check_plate(key: &str, p: &Plate) -> Result<(), SceneError> {
     if !(p.origin.is_finite() && p.e1.is_finite() && p.e2.is_finite()) {
         return fail(key, "a corner is not a finite number");
     }
-    if !(p.area() > 0.0) {
+    let area = p.area();
+    if area <= 0.0 || area.is_nan() {
         return fail(key, "a plate has no area; remove it or move its corners apart");
     }
     Ok(())
@@ -375,7 +376,8 @@ impl Scene {
             if !(c.origin.is_finite() && c.target.is_finite() && view.length() > 0.0) {
                 return fail(key("target"), "origin and target must be finite and apart");
             }
-            if !(view.normalized().cross(c.up.normalized()).length() > 1e-9) {
+            let askew = view.normalized().cross(c.up.normalized()).length();
+            if askew <= 1e-9 || askew.is_nan() {
                 return fail(key("up"), "up must not run along the line of sight");
             }
             if !(c.fov > 0.0 && c.fov < 180.0) {
