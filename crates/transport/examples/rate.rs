@@ -3,7 +3,7 @@
 use std::time::Instant;
 use zonal_math::{Vec3, sequence::unit, vec3};
 use zonal_scene::{Facet, Plate, Scene, SceneParts, Sides, Surface, Voxmap};
-use zonal_transport::Transport;
+use zonal_transport::{Transport, build_zones};
 
 fn surface() -> Surface {
     Surface {
@@ -147,6 +147,49 @@ fn main() {
             "optical depth, 32³",
             &|a, b| t.optical_depth(a, b)[0] > 1.0,
             &points,
+        );
+    }
+    zoning();
+}
+
+/// Times the cutting of a 115³ voxmap with 20 solid balls in a room.
+fn zoning() {
+    for (balls, fine) in [(0, 0), (20, 12), (200, 12)] {
+        let mut plates = Vec::new();
+        walls(1, &mut plates);
+        for k in 0..balls {
+            let u = |i: u64| 0.1 + 0.8 * unit(k * 3 + i);
+            sphere(vec3(u(0), u(1), u(2)), 0.08, fine, &mut plates);
+        }
+        let facets = (0..plates.len()).map(|k| Facet {
+            surface: (k >= 6) as usize,
+            plate: plates[k],
+            uv: [[0.0; 2]; 3],
+        });
+        let ball = Surface {
+            name: "ball".into(),
+            solid: true,
+            ..surface()
+        };
+        let n = 115;
+        let scene = Scene::new(SceneParts {
+            surfaces: vec![surface(), ball],
+            facets: facets.collect(),
+            voxmap: Some(Voxmap::new(Vec3::ZERO, Vec3::splat(1.0 / n as f64), [n; 3]).expect("a map")),
+            ..SceneParts::default()
+        })
+        .expect("a scene");
+        let t = Transport::new(&scene);
+        let start = Instant::now();
+        let z = build_zones(&scene, &t).expect("zones");
+        let cut = z.voxels.iter().filter(|v| !v.part.is_empty()).count();
+        let volume: f64 = z.voxels.iter().map(|v| v.volume).sum();
+        println!(
+            "zones of {} facets: {:.2} s, {} patches, {} voxel zones, {cut} of them cut, volume {volume:.5}",
+            plates.len(),
+            start.elapsed().as_secs_f64(),
+            z.patches.len(),
+            z.voxels.len(),
         );
     }
 }

@@ -40,6 +40,31 @@ pub struct Beam {
     pub flux: Bands,
 }
 
+/// One sample of a light, wherever it is seen from: for light along a whole ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Source {
+    /// At infinity: the same fluence everywhere, W/m².
+    Distant {
+        /// Unit vector towards it.
+        towards: Vec3,
+        /// Fluence where nothing lies between, W/m².
+        fluence: Bands,
+    },
+    /// A point of an emitter: at distance r and angle θ from its normal the fluence is `power` · cosθ/r².
+    Point {
+        /// Position, m.
+        at: Vec3,
+        /// Unit normal of its front.
+        normal: Vec3,
+        /// True when the back shines as well.
+        both: bool,
+        /// Index of the facet it lies on.
+        facet: usize,
+        /// A E/π, W/sr.
+        power: Bands,
+    },
+}
+
 /// A light made ready to be sampled.
 #[derive(Clone, Debug)]
 pub struct Lamp<'a> {
@@ -112,25 +137,65 @@ impl<'a> Lamp<'a> {
         }
     }
 
-    fn emitter_beam(&self, point: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<Beam> {
+    /// The sample of the light at `s` ∈ [0,1)³, for all points at once; `None` for an emitter without facets.
+    pub fn source(&self, s: [f64; 3]) -> Option<Source> {
+        match self.light {
+            Light::Sun {
+                direction,
+                irradiance,
+                angular_diameter,
+                ..
+            } => {
+                let cos_radius = (0.5 * angular_diameter).cos();
+                Some(Source::Distant {
+                    towards: in_cone(-*direction, *angular_diameter, [s[0], s[1]]),
+                    fluence: irradiance.map(|e| e * 2.0 / (1.0 + cos_radius)),
+                })
+            }
+            Light::Sky { radiance, .. } => Some(Source::Distant {
+                towards: on_sphere([s[0], s[1]]),
+                fluence: radiance.map(|l| 4.0 * PI * l),
+            }),
+            Light::Emitter { .. } => self.emitter_point(s),
+        }
+    }
+
+    fn emitter_point(&self, s: [f64; 3]) -> Option<Source> {
         let total = *self.cumulative.last()?;
         let k = self.cumulative.partition_point(|&a| a <= s[2] * total);
         let id = self.facets[k.min(self.facets.len() - 1)];
         let facet = &self.scene.facets()[id];
         let [u, v] = facet.plate.warp([s[0], s[1]]);
-        let end = facet.plate.at(u, v);
+        Some(Source::Point {
+            at: facet.plate.at(u, v),
+            normal: facet.plate.normal(),
+            both: self.scene.surfaces()[facet.surface].sides == Sides::Both,
+            facet: id,
+            power: self.scene.emission_at(id, u, v).map(|e| e * total / PI),
+        })
+    }
+
+    fn emitter_beam(&self, point: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<Beam> {
+        let Some(Source::Point {
+            at: end,
+            normal,
+            both,
+            power,
+            ..
+        }) = self.emitter_point(s)
+        else {
+            return None;
+        };
         let d = end - point;
         let r2 = d.length2();
         let towards = d.normalized();
-        let slope = -towards.dot(facet.plate.normal());
-        let both = self.scene.surfaces()[facet.surface].sides == Sides::Both;
+        let slope = -towards.dot(normal);
         let leaving = if both { slope.abs() } else { slope };
         let arriving = cosine(receiver, towards);
         if !(r2 > 0.0 && leaving > 0.0 && arriving > 0.0) {
             return None;
         }
-        let weight = total * leaving * arriving / (PI * r2);
-        let flux = self.scene.emission_at(id, u, v).map(|e| e * weight);
+        let flux = power.map(|p| p * leaving * arriving / r2);
         Some(Beam { towards, end, flux })
     }
 
