@@ -1,11 +1,14 @@
 //! From the document to the scene: settings, lights, cameras, and the order in which everything is read.
 
-use super::error::InputError;
+use super::error::{Fault, InputError};
+use super::medium::Matter;
+use super::mesh::Picture;
 use super::node::{Node, Source, Table};
-use super::{medium, surface};
-use std::path::Path;
+use super::{files, medium, surface, texture};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 use zonal_math::vec3;
-use zonal_scene::{Camera, Light, Options, Scene, SceneParts, Surface, Surroundings};
+use zonal_scene::{Camera, Light, Options, Plate, Scene, SceneParts, Surface, Surroundings};
 
 /// The scene while it is read.
 pub(crate) struct Builder<'a> {
@@ -13,6 +16,17 @@ pub(crate) struct Builder<'a> {
     /// Folder of referenced files.
     pub(crate) base: Option<&'a Path>,
     pub(crate) parts: SceneParts,
+    /// True where the scene has a medium.
+    pub(crate) has_medium: bool,
+    /// Bodies of meshes that fill the medium, after its regions.
+    pub(crate) fills: Vec<Fill>,
+    pictures: HashMap<String, usize>,
+}
+
+/// A closed body and what fills it.
+pub(crate) struct Fill {
+    pub(crate) plates: Vec<Plate>,
+    pub(crate) matter: Matter,
 }
 
 impl Builder<'_> {
@@ -29,9 +43,40 @@ impl Builder<'_> {
     pub(crate) fn note(&mut self, text: impl Into<String>) {
         self.parts.notes.push(text.into());
     }
-    /// The picture that a node names.
+    /// The path of the file that a node names.
+    pub(crate) fn resolve(&self, node: &Node<'_>) -> Result<PathBuf, InputError> {
+        let name = node.text()?;
+        match self.base {
+            Some(base) => Ok(base.join(name)),
+            None => Err(node
+                .error("this scene is a text without a folder and cannot refer to files; save it as a file")),
+        }
+    }
+    /// The texture that a node names.
     pub(crate) fn texture(&mut self, node: &Node<'_>) -> Result<usize, InputError> {
-        Err(node.error("textures are not read yet; remove this key"))
+        let path = self.resolve(node)?;
+        self.picture(&Picture::File(path))
+            .map_err(|f| node.error(f.to_string()))
+    }
+    /// The texture of a picture, decoded once.
+    pub(crate) fn picture(&mut self, picture: &Picture) -> Result<usize, Fault> {
+        let name = match picture {
+            Picture::File(path) => path.display().to_string(),
+            Picture::Bytes { name, .. } => name.clone(),
+        };
+        if let Some(i) = self.pictures.get(&name) {
+            return Ok(*i);
+        }
+        let texture = match picture {
+            Picture::Bytes { bytes, .. } => texture::decode(&name, bytes)?,
+            Picture::File(path) => {
+                let bytes = files::read(path, texture::MAX_FILE);
+                texture::decode(&name, &bytes.map_err(|what| Fault::new(&name, "", what))?)?
+            }
+        };
+        self.parts.textures.push(texture);
+        self.pictures.insert(name, self.parts.textures.len() - 1);
+        Ok(self.parts.textures.len() - 1)
     }
 }
 
@@ -51,6 +96,9 @@ pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -
         source: root.source,
         base,
         parts: SceneParts::default(),
+        has_medium: root.get("medium").is_some(),
+        fills: Vec::new(),
+        pictures: HashMap::new(),
     };
     let name = root.read("name", |n| n.text())?;
     b.parts.name = name.unwrap_or(default_name).to_string();

@@ -3,11 +3,12 @@
 use super::build::Builder;
 use super::error::InputError;
 use super::node::{Node, Table};
-use super::shapes;
+use super::{region, shapes};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Bands, Voxmap, bands};
 
-const MATTER: [&str; 4] = ["extinction", "albedo", "emission", "source"];
+/// The keys of what fills a place.
+pub(crate) const MATTER: [&str; 4] = ["extinction", "albedo", "emission", "source"];
 
 /// What fills a place: κ (1/m), Ω, E (W/m²), q (W/m³); what is not given stays as it was there.
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,7 +20,7 @@ pub(crate) struct Matter {
 }
 
 impl Matter {
-    fn read(t: &Table<'_>) -> Result<Matter, InputError> {
+    pub(crate) fn read(t: &Table<'_>) -> Result<Matter, InputError> {
         Ok(Matter {
             extinction: t.read("extinction", |n| n.bands(f64::INFINITY))?,
             albedo: t.read("albedo", |n| n.bands(1.0))?,
@@ -114,7 +115,8 @@ impl Grid {
             .filter(|(_, share)| *share > 0.0)
             .collect()
     }
-    fn fill_box(&mut self, min: Vec3, max: Vec3, m: &Matter) -> usize {
+    /// Fills the part of each cell that a box overlaps; gives the number of cells met.
+    pub(crate) fn fill_box(&mut self, min: Vec3, max: Vec3, m: &Matter) -> usize {
         let [x, y, z] = [0, 1, 2].map(|axis| self.overlaps(axis, min[axis], max[axis]));
         for &(i, fx) in &x {
             for &(j, fy) in &y {
@@ -152,7 +154,7 @@ pub(crate) fn read_medium(node: &Node<'_>, b: &mut Builder<'_>) -> Result<Voxmap
     };
     let background = Matter::read(&t)?;
     let regions = t.list("region")?;
-    if background.extinction.is_none() && regions.is_empty() {
+    if background.extinction.is_none() && regions.is_empty() && b.fills.is_empty() {
         let what = "nothing fills the medium; write extinction = 0.1 (1/m) or add a [[medium.region]]";
         return Err(node.error(what));
     }
@@ -160,7 +162,10 @@ pub(crate) fn read_medium(node: &Node<'_>, b: &mut Builder<'_>) -> Result<Voxmap
     first.fill(1.0, &background);
     grid.cells = vec![first; voxmap.len()];
     for region in &regions {
-        read_region(region, &mut grid, b)?;
+        region::read_region(region, &mut grid, b)?;
+    }
+    for fill in std::mem::take(&mut b.fills) {
+        region::fill_inside(&mut grid, &fill.plates, &fill.matter);
     }
     for (i, c) in grid.cells.iter().enumerate() {
         voxmap.set(i, c.extinction, c.albedo, c.emission, c.source);
@@ -184,24 +189,4 @@ fn cells(t: &Table<'_>, size: Vec3) -> Result<[usize; 3], InputError> {
                 .error("neither cells nor cell_size is given; write cells = [20, 30, 15] or cell_size = 0.2"))
         }
     }
-}
-
-fn read_region(node: &Node<'_>, grid: &mut Grid, _b: &mut Builder<'_>) -> Result<(), InputError> {
-    let mut known = vec!["box", "mesh", "density"];
-    known.extend(MATTER);
-    let t = node.table(&known)?;
-    let m = Matter::read(&t)?;
-    let cells = match (t.get("box"), t.get("mesh"), t.get("density")) {
-        (Some(n), None, None) => {
-            let (min, max) = shapes::bounds(&n, &[])?;
-            grid.fill_box(min, max, &m)
-        }
-        _ => return Err(node.error("this region needs exactly one shape; write one of box, mesh, density")),
-    };
-    if cells == 0 {
-        return Err(node.error(
-            "this region lies outside the medium; move it inside, or enlarge the medium's min and max",
-        ));
-    }
-    Ok(())
 }

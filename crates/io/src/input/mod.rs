@@ -8,7 +8,8 @@
 //! | `node` | typed reading of TOML, every value with its key, line and column |
 //! | `build` | settings, lights, cameras, and the order of reading |
 //! | `surface`, `shapes` | surfaces and panes; inline geometry |
-//! | `medium` | the voxmap and its regions |
+//! | `medium`, `region`, `npy` | the voxmap and its regions; arrays |
+//! | `texture` | pictures |
 //! | `mesh` | surfaces from OBJ and glTF |
 //! | `error` | refusals that name the place and the mend |
 //!
@@ -20,10 +21,14 @@ mod files;
 mod medium;
 mod mesh;
 mod node;
+mod npy;
+mod region;
 mod shapes;
 mod surface;
+mod texture;
 
 pub use error::InputError;
+pub use mesh::volume::{VolumeMaterial, volume_materials};
 
 use node::{Source, Table};
 use std::path::Path;

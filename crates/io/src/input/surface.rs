@@ -109,7 +109,7 @@ pub(crate) fn read_surface(node: &Node<'_>, index: usize, b: &mut Builder<'_>) -
             let (min, max) = shapes::bounds(&shape_node, &[])?;
             read_faces(&table, b, &name, &look, &shapes::faces(min, max, true), false)?;
         }
-        _ => super::mesh::read_mesh_surface(&table, &shape_node, &name, look, b)?,
+        _ => super::mesh::place::read_surface(&table, &shape_node, &name, look, b)?,
     }
     Ok(())
 }

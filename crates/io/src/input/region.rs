@@ -1,0 +1,205 @@
+//! `[[medium.region]]`: boxes, densities from arrays, and the insides of closed meshes.
+
+use super::build::Builder;
+use super::error::InputError;
+use super::medium::{Grid, MATTER, Matter};
+use super::mesh::place;
+use super::node::Node;
+use super::{files, npy, shapes};
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Plate, bands};
+
+/// Reads one region and fills it in.
+pub(crate) fn read_region(node: &Node<'_>, grid: &mut Grid, b: &mut Builder<'_>) -> Result<(), InputError> {
+    let mut known = vec!["box", "mesh", "density"];
+    known.extend(MATTER);
+    let t = node.table(&known)?;
+    let matter = Matter::read(&t)?;
+    let cells = match (t.get("box"), t.get("mesh"), t.get("density")) {
+        (Some(n), None, None) => {
+            let (min, max) = shapes::bounds(&n, &[])?;
+            grid.fill_box(min, max, &matter)
+        }
+        (None, Some(n), None) => {
+            let (mesh, _) = place::load(&n, b)?;
+            let plates: Vec<Plate> = mesh.faces.iter().map(|f| f.plate).collect();
+            place::check_closed(&plates).map_err(|what| n.error(what))?;
+            fill_inside(grid, &plates, &matter)
+        }
+        (None, None, Some(n)) => {
+            if let Some(e) = t.get("extinction") {
+                return Err(
+                    e.error("a density brings its own extinction; remove this key and set density.scale")
+                );
+            }
+            density(&n, grid, &matter, b)?
+        }
+        _ => {
+            return Err(node.error("this region needs exactly one shape; write one of box, mesh, density"));
+        }
+    };
+    if cells == 0 {
+        return Err(node.error(
+            "this region fills no cell of the medium; move it inside, enlarge it, or use smaller cells",
+        ));
+    }
+    Ok(())
+}
+
+/// `density = { file, min, max, scale }`: κ is the mean over each cell of scale × the array.
+fn density(node: &Node<'_>, grid: &mut Grid, matter: &Matter, b: &Builder<'_>) -> Result<usize, InputError> {
+    let (min, max) = shapes::bounds(node, &["file", "scale"])?;
+    let t = node.any_table()?;
+    let scale = t.read("scale", |n| n.bands(f64::INFINITY))?.unwrap_or([1.0; 3]);
+    let file = t.need("file", "file = \"smoke.npy\"")?;
+    let path = b.resolve(&file)?;
+    let name = path.display().to_string();
+    let bytes = files::read(&path, npy::MAX_FILE).map_err(|e| file.error(format!("{name}: {e}")))?;
+    let array = npy::parse(&name, &bytes).map_err(|f| file.error(f.to_string()))?;
+    drop(bytes);
+    let weights = [0, 1, 2].map(|axis| Weights::new(grid, axis, min[axis], max[axis], array.shape[axis]));
+    let [nx, ny, nz] = [0, 1, 2].map(|axis| weights[axis].cells.len());
+    for x in &weights[0].cells {
+        for y in &weights[1].cells {
+            for z in &weights[2].cells {
+                let share = x.share * y.share * z.share;
+                let mean = mean(&array, [&x.parts, &y.parts, &z.parts]) / share;
+                let index = grid.index([x.cell, y.cell, z.cell]);
+                grid.cells[index].fill(share.min(1.0), &smoke(matter, scale.map(|s| s * mean)));
+            }
+        }
+    }
+    Ok(nx * ny * nz)
+}
+
+/// The matter of a density: sources only where there is something to come from.
+fn smoke(matter: &Matter, extinction: Bands) -> Matter {
+    let source = matter
+        .source
+        .map(|q| bands(|k| if extinction[k] > 0.0 { q[k] } else { 0.0 }));
+    Matter {
+        extinction: Some(extinction),
+        source,
+        ..*matter
+    }
+}
+
+/// Along one axis: the grid's cells that the array overlaps.
+struct Weights {
+    cells: Vec<CellShare>,
+}
+
+struct CellShare {
+    cell: usize,
+    /// The share of the cell that is overlapped.
+    share: f64,
+    /// The array's elements in it, each with its share of the cell.
+    parts: Vec<(usize, f64)>,
+}
+
+impl Weights {
+    fn new(grid: &Grid, axis: usize, lo: f64, hi: f64, n: usize) -> Weights {
+        let step = (hi - lo) / n as f64;
+        let cells = grid.overlaps(axis, lo, hi).into_iter().map(|(cell, _)| {
+            let start = grid.min[axis] + cell as f64 * grid.cell[axis];
+            // The cell in units of the array's elements.
+            let (a, b) = ((start - lo) / step, (start + grid.cell[axis] - lo) / step);
+            let (a, b) = (a.max(0.0), b.min(n as f64));
+            let to_cell = step / grid.cell[axis];
+            let parts: Vec<(usize, f64)> = (a.floor() as usize..(b.ceil().max(0.0) as usize).min(n))
+                .map(|i| (i, (b.min(i as f64 + 1.0) - a.max(i as f64)) * to_cell))
+                .filter(|(_, w)| *w > 0.0)
+                .collect();
+            CellShare {
+                cell,
+                share: parts.iter().map(|(_, w)| w).sum(),
+                parts,
+            }
+        });
+        Weights {
+            cells: cells.filter(|c| c.share > 0.0).collect(),
+        }
+    }
+}
+
+/// Σ of the array's values times their shares of a cell.
+fn mean(array: &npy::Array, [x, y, z]: [&[(usize, f64)]; 3]) -> f64 {
+    let [_, ny, nz] = array.shape;
+    let mut sum = 0.0;
+    for &(i, wx) in x {
+        for &(j, wy) in y {
+            let row = &array.values[(i * ny + j) * nz..][..nz];
+            let along: f64 = z.iter().map(|&(k, wz)| wz * f64::from(row[k])).sum();
+            sum += wx * wy * along;
+        }
+    }
+    sum
+}
+
+/// Fills the cells whose centre lies inside closed plates; gives their number.
+pub(crate) fn fill_inside(grid: &mut Grid, plates: &[Plate], matter: &Matter) -> usize {
+    let [nx, ny, nz] = grid.dims;
+    // A hair off the centre, so that no line runs along an edge of a mesh drawn on the grid.
+    let (hx, hy) = (0.5 + 1.234e-7, 0.5 + 2.718e-7);
+    let x_of = |i: usize| grid.min.x + (i as f64 + hx) * grid.cell.x;
+    let y_of = |j: usize| grid.min.y + (j as f64 + hy) * grid.cell.y;
+    let mut columns: Vec<Vec<(f64, i32)>> = vec![Vec::new(); nx * ny];
+    let triangles = plates.iter().flat_map(|p| {
+        let (c, n) = p.corners();
+        (1..n - 1).map(move |k| [c[0], c[k], c[k + 1]])
+    });
+    for t in triangles {
+        let [a, b, c] = t;
+        let (lo, hi) = (a.min(b).min(c), a.max(b).max(c));
+        let range = |lo: f64, hi: f64, min: f64, size: f64, n: usize| {
+            let clamp = |x: f64| x.clamp(0.0, n as f64) as usize;
+            clamp(((lo - min) / size).floor() - 1.0)..clamp(((hi - min) / size).ceil() + 1.0)
+        };
+        let up = (b - a).cross(c - a).z;
+        if up == 0.0 {
+            continue;
+        }
+        for i in range(lo.x, hi.x, grid.min.x, grid.cell.x, nx) {
+            for j in range(lo.y, hi.y, grid.min.y, grid.cell.y, ny) {
+                if let Some(z) = height(t, x_of(i), y_of(j)) {
+                    columns[i * ny + j].push((z, if up > 0.0 { 1 } else { -1 }));
+                }
+            }
+        }
+    }
+    let mut filled = 0;
+    for (column, crossings) in columns.iter_mut().enumerate() {
+        crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // The winding number says how many bodies a point lies in, whichever way they look.
+        let (mut winding, mut next) = (0, 0);
+        for k in 0..nz {
+            let z = grid.min.z + (k as f64 + 0.5) * grid.cell.z;
+            while next < crossings.len() && crossings[next].0 <= z {
+                winding += crossings[next].1;
+                next += 1;
+            }
+            if winding != 0 {
+                grid.cells[column * nz + k].fill(1.0, matter);
+                filled += 1;
+            }
+        }
+    }
+    filled
+}
+
+/// Where the vertical line at (x, y) meets a triangle. An edge shared by two triangles belongs to exactly one of them,
+/// because each edge is judged from its smaller end.
+fn height([a, b, c]: [Vec3; 3], x: f64, y: f64) -> Option<f64> {
+    let side = |p: Vec3, q: Vec3| {
+        let swap = (q.x, q.y) < (p.x, p.y);
+        let (p, q) = if swap { (q, p) } else { (p, q) };
+        let s = (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x);
+        (s >= 0.0) != swap
+    };
+    let s = side(a, b);
+    if s != side(b, c) || s != side(c, a) {
+        return None;
+    }
+    let n = (b - a).cross(c - a);
+    Some(a.z - (n.x * (x - a.x) + n.y * (y - a.y)) / n.z)
+}

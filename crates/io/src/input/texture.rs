@@ -1,0 +1,111 @@
+//! Pictures: PNG and JPEG, sRGB to linear; an alpha channel is left aside.
+
+use super::error::Fault;
+use std::io::Cursor;
+use zonal_scene::Texture;
+use zune_jpeg::zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
+
+/// The largest picture file, bytes.
+pub(crate) const MAX_FILE: u64 = 512 << 20;
+/// The most pixels along one side.
+const MAX_SIDE: usize = 16384;
+/// The most pixels of one picture (12 bytes each in memory).
+const MAX_PIXELS: usize = 1 << 26;
+
+/// Decodes a picture by its first bytes; `file` names it in messages.
+pub(crate) fn decode(file: &str, bytes: &[u8]) -> Result<Texture, Fault> {
+    let fault = |what: String| Fault::new(file, "", what);
+    if bytes.is_empty() {
+        return Err(fault("this picture is empty; export it again".into()));
+    }
+    let (width, height, channels, data) = if bytes.starts_with(b"\x89PNG") {
+        png(bytes).map_err(fault)?
+    } else if bytes.starts_with(b"\xff\xd8") {
+        jpeg(bytes).map_err(fault)?
+    } else {
+        return Err(fault(
+            "this is neither a PNG nor a JPEG picture; convert it to PNG".into(),
+        ));
+    };
+    let linear = linear_table();
+    let pixel = |p: &[u8]| match p {
+        [r, g, b, ..] => [*r, *g, *b].map(|x| linear[x as usize]),
+        [grey, ..] => [linear[*grey as usize]; 3],
+        [] => [0.0; 3],
+    };
+    let pixels: Vec<[f32; 3]> = data
+        .chunks_exact(channels)
+        .take(width * height)
+        .map(pixel)
+        .collect();
+    if pixels.len() != width * height {
+        return Err(fault("this picture is cut short; export it again".into()));
+    }
+    Ok(Texture {
+        width,
+        height,
+        pixels,
+    })
+}
+
+/// Width, height, channels, bytes.
+type Raw = (usize, usize, usize, Vec<u8>);
+
+fn png(bytes: &[u8]) -> Result<Raw, String> {
+    let broken = |e: png::DecodingError| format!("this PNG is damaged ({e}); export it again");
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().map_err(broken)?;
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    check_size(width, height)?;
+    let channels = reader.output_color_type().0.samples();
+    let size = reader
+        .output_buffer_size()
+        .ok_or("this picture is too large; make it smaller")?;
+    let mut data = vec![0; size];
+    reader.next_frame(&mut data).map_err(broken)?;
+    Ok((width, height, channels, data))
+}
+
+fn jpeg(bytes: &[u8]) -> Result<Raw, String> {
+    let broken = |e| format!("this JPEG is damaged ({e}); export it again");
+    let options = DecoderOptions::default()
+        .set_max_width(MAX_SIDE)
+        .set_max_height(MAX_SIDE)
+        .jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers().map_err(broken)?;
+    let info = decoder.info().ok_or("this JPEG has no header; export it again")?;
+    let (width, height) = (info.width as usize, info.height as usize);
+    check_size(width, height)?;
+    let data = decoder.decode().map_err(broken)?;
+    Ok((width, height, 3, data))
+}
+
+fn check_size(width: usize, height: usize) -> Result<(), String> {
+    let pixels = width.checked_mul(height).unwrap_or(usize::MAX);
+    if width == 0 || height == 0 {
+        return Err("this picture has no pixels; export it again".into());
+    }
+    if width > MAX_SIDE || height > MAX_SIDE || pixels > MAX_PIXELS {
+        return Err(format!(
+            "this picture has {width} × {height} pixels, more than are read ({MAX_SIDE} a side and {MAX_PIXELS} in all); make it smaller"
+        ));
+    }
+    Ok(())
+}
+
+/// IEC 61966-2-1: the linear value of each of the 256 sRGB codes.
+fn linear_table() -> [f32; 256] {
+    std::array::from_fn(|i| {
+        let s = i as f64 / 255.0;
+        let linear = if s <= 0.04045 {
+            s / 12.92
+        } else {
+            ((s + 0.055) / 1.055).powf(2.4)
+        };
+        linear as f32
+    })
+}
