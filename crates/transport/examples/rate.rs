@@ -65,6 +65,9 @@ fn walls(n: usize, out: &mut Vec<Plate>) {
 }
 
 fn main() {
+    if std::env::args().any(|a| a == "zones") {
+        return zoning();
+    }
     let mut cases: Vec<(&str, Vec<Plate>)> = Vec::new();
     for (name, wall, balls, fine) in [
         ("room, 6 plates", 1, 0, 0),
