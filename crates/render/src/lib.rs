@@ -1,1 +1,139 @@
 //! Pictures from a solution.
+//!
+//! A solution does not depend on the view: solve once, look from anywhere. Along each camera ray the indirect light of the zones is
+//! interpolated so that neither facets nor cubes show, and direct light is evaluated anew at the surface point and along the
+//! ray, so that shadows and shafts are crisp. The renderer reads a [`Solution`] and asks rays of `zonal-transport`; it knows no
+//! solver. It gives linear radiance; exposure and files are `zonal-io`'s.
+//!
+//! | module | what |
+//! |---|---|
+//! | `camera` | pinhole and subpixels |
+//! | `fit` | from zone means to node values |
+//! | `patch_field` | a smooth field on surfaces and panes |
+//! | `voxel_field` | a smooth field in the medium |
+//! | `path` | a ray in pieces, and the integral over one |
+//! | `shadow` | exact lit intervals of a ray |
+//! | `shafts` | direct light scattered along a ray |
+//! | `march` | one ray, everything together |
+//!
+//! Rows are computed in parallel and put together in order; every pixel depends on its own number alone, so the bits do not
+//! depend on the number of threads.
+
+mod camera;
+mod fit;
+mod march;
+mod patch_field;
+mod path;
+mod shadow;
+mod shafts;
+mod voxel_field;
+
+use camera::{Pinhole, subpixel};
+use march::{Draw, View};
+use rayon::prelude::*;
+use zonal_math::sequence;
+use zonal_scene::{Camera, Progress, Solution};
+use zonal_transport::Transport;
+
+/// Size and quality of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderOptions {
+    /// Pixels across; 640.
+    pub width: usize,
+    /// Pixels down; 480.
+    pub height: usize,
+    /// Rays a pixel, on a regular grid where it is a square number; 4.
+    pub samples: usize,
+    /// Points of each extended light a ray (suns, skies, emitters) for surfaces, half as many of skies and emitters for the
+    /// medium; 4.
+    pub light_samples: usize,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        RenderOptions {
+            width: 640,
+            height: 480,
+            samples: 4,
+            light_samples: 4,
+        }
+    }
+}
+
+/// A linear picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    /// Radiance, W/(m² sr) a band, row by row, row 0 on top.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// Renders what the camera sees of the solution. The same bits for any number of threads.
+pub fn render(
+    solution: &Solution,
+    camera: &Camera,
+    options: &RenderOptions,
+    progress: &dyn Progress,
+) -> Image {
+    let transport = Transport::new(&solution.scene);
+    let view = View::new(solution, &transport);
+    let (width, height) = (options.width, options.height);
+    let pinhole = Pinhole::new(camera, width, height);
+    progress.begin("render", height as u64);
+    let rows: Vec<Vec<[f32; 3]>> = (0..height)
+        .into_par_iter()
+        .map(|y| {
+            let row = (0..width)
+                .map(|x| pixel(&view, &pinhole, options, x, y))
+                .collect();
+            progress.advance(1);
+            row
+        })
+        .collect();
+    progress.end();
+    Image {
+        width,
+        height,
+        pixels: rows.into_iter().flatten().collect(),
+    }
+}
+
+fn pixel(view: &View, pinhole: &Pinhole, o: &RenderOptions, x: usize, y: usize) -> [f32; 3] {
+    let (n, count) = (o.samples.max(1), o.light_samples.max(1));
+    let shift = pixel_shift(x, y);
+    let mut sum = [0.0; 3];
+    for i in 0..n {
+        let [dx, dy] = subpixel(i, n);
+        let dir = pinhole.direction(
+            (x as f64 + dx) / o.width as f64,
+            (y as f64 + dy) / o.height as f64,
+        );
+        let draw = Draw {
+            first: i * count,
+            count,
+            shift,
+        };
+        let l = view.radiance(pinhole.origin, dir, draw);
+        (0..3).for_each(|b| sum[b] += l[b]);
+    }
+    sum.map(|s| (s / n as f64) as f32)
+}
+
+/// Shifts of the light samples, spread evenly over neighbouring pixels (Roberts' R₂ as a dither), so that noise is fine-grained.
+fn pixel_shift(x: usize, y: usize) -> [f64; 3] {
+    let lattice = |a: f64, b: f64| {
+        let t = a * x as f64 + b * y as f64;
+        t - t.floor()
+    };
+    [
+        lattice(0.754_877_666_246_692_8, 0.569_840_290_998_053_3),
+        lattice(0.569_840_290_998_053_3, 0.754_877_666_246_692_8),
+        sequence::unit((x as u64) << 32 | y as u64),
+    ]
+}
+
+#[cfg(test)]
+mod tests;

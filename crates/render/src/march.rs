@@ -1,0 +1,303 @@
+//! One camera ray: where it ends, what it passes, what it sees.
+//!
+//! L = τ L_end + what the path adds: indirect emission and scattering of its pieces, panes, and shafts of direct light. L_end is
+//! B/π of the surface point, with B = E(x) + ρ(x)(H + H_dir), zero on the black back of a one-sided surface, and the radiance
+//! of surroundings and skies where there is no surface.
+
+use crate::patch_field::{PatchField, Tile};
+use crate::path::{Path, Piece, emitted};
+use crate::shadow::Shadows;
+use crate::shafts::Shafts;
+use crate::voxel_field::VoxelField;
+use std::f64::consts::PI;
+use zonal_math::{Vec3, sequence};
+use zonal_scene::{Bands, Light, Plate, Sides, Solution, bands};
+use zonal_transport::direct::{Lamp, Receiver};
+use zonal_transport::{Hit, Transport};
+
+/// The two Gauss points on [0,1].
+const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+
+/// Everything about a solution that rays ask for.
+pub(crate) struct View<'a> {
+    s: &'a Solution,
+    transport: &'a Transport<'a>,
+    patches: PatchField,
+    panes: PatchField,
+    /// Index of the first plate of each pane among all plates.
+    pane_first: Vec<usize>,
+    voxels: Option<VoxelField<'a>>,
+    lamps: Vec<Lamp<'a>>,
+    shafts: Shafts<'a>,
+    background: Bands,
+}
+
+/// Which samples of the lights a ray takes: `first..first + count`, shifted.
+#[derive(Clone, Copy)]
+pub(crate) struct Draw {
+    pub first: usize,
+    pub count: usize,
+    pub shift: [f64; 3],
+}
+
+impl Draw {
+    fn at(&self, i: usize) -> [f64; 3] {
+        let [x, y] = sequence::r2(self.first + i, [self.shift[0], self.shift[1]]);
+        let z = sequence::r1(self.first + i, self.shift[2]);
+        [x, y, z]
+    }
+}
+
+impl<'a> View<'a> {
+    /// Prepares fields, lights and shadows.
+    pub fn new(s: &'a Solution, transport: &'a Transport<'a>) -> View<'a> {
+        let scene = &s.scene;
+        let mut background = scene.surroundings().radiance;
+        for light in scene.lights() {
+            if let Light::Sky { radiance, .. } = light {
+                background = bands(|b| background[b] + radiance[b]);
+            }
+        }
+        let step = scene.voxmap().map_or(1.0, |v| 0.75 * v.cell().product().cbrt());
+        let (panes, pane_first) = pane_field(s);
+        View {
+            s,
+            transport,
+            patches: surface_field(s, transport),
+            panes,
+            pane_first,
+            voxels: VoxelField::new(s, transport),
+            lamps: scene.lights().iter().map(|l| Lamp::new(scene, l)).collect(),
+            shafts: Shafts {
+                scene,
+                transport,
+                shadows: Shadows::new(scene),
+                step,
+            },
+            background,
+        }
+    }
+
+    /// Radiance, W/(m² sr), that arrives at `origin` from the unit direction `dir`.
+    pub fn radiance(&self, origin: Vec3, dir: Vec3, draw: Draw) -> Bands {
+        let hit = self.transport.nearest(origin, dir, 0.0, f64::INFINITY);
+        let end = match &hit {
+            Some(h) => origin + dir * h.t,
+            None => self.transport.beyond(origin, dir),
+        };
+        let path = self.path(origin, dir, end);
+        let seen = match hit {
+            Some(h) => self.surface(&h, origin + dir * h.t, draw),
+            None => self.background,
+        };
+        let medium = self.indirect(origin, dir, &path);
+        let shafts = self.direct(origin, dir, &path, draw);
+        bands(|b| path.tau[b] * seen[b] + path.glow[b] + medium[b] + shafts[b])
+    }
+
+    /// Radiance of a surface point.
+    fn surface(&self, hit: &Hit, point: Vec3, draw: Draw) -> Bands {
+        let scene = &self.s.scene;
+        let facet = &scene.facets()[hit.facet];
+        if !hit.front && scene.surfaces()[facet.surface].sides == Sides::Front {
+            return [0.0; 3];
+        }
+        let normal = if hit.front {
+            facet.plate.normal()
+        } else {
+            -facet.plate.normal()
+        };
+        let point = facet.plate.at(hit.u, hit.v) * 0.5 + point * 0.5;
+        let emission = scene.emission_at(hit.facet, hit.u, hit.v);
+        let rho = scene.reflectance_at(hit.facet, hit.u, hit.v);
+        if rho == [0.0; 3] {
+            return emission.map(|e| e / PI);
+        }
+        let sheet = 2 * hit.facet + usize::from(!hit.front);
+        let indirect = self.patches.at(sheet, [hit.u, hit.v], point).unwrap_or([0.0; 3]);
+        let direct = self.irradiance(point, normal, draw);
+        bands(|b| (emission[b] + rho[b] * (indirect[b] + direct[b])) / PI)
+    }
+
+    /// H_dir at a surface point.
+    fn irradiance(&self, point: Vec3, normal: Vec3, draw: Draw) -> Bands {
+        let mut sum = [0.0; 3];
+        for lamp in &self.lamps {
+            let n = if lamp.is_single() { 1 } else { draw.count };
+            for i in 0..n {
+                let beam = lamp.beam(self.transport, point, Receiver::Surface(normal), draw.at(i));
+                let light = beam.and_then(|beam| lamp.lit(self.transport, point, &beam));
+                if let Some(light) = light {
+                    (0..3).for_each(|b| sum[b] += light[b] / n as f64);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Pieces, panes and transmittance between the eye and the end.
+    fn path(&self, origin: Vec3, dir: Vec3, end: Vec3) -> Path {
+        let mut cells = Vec::new();
+        self.transport
+            .walk(origin, end, &mut |cell, t0, t1| cells.push((cell, t0, t1)));
+        let mut panes = Vec::new();
+        self.transport.pane_crossings(origin, end, &mut |h| panes.push(h));
+        let mut path = Path {
+            tau: [1.0; 3],
+            pieces: Vec::with_capacity(cells.len() + panes.len()),
+            ..Path::default()
+        };
+        let mut panes = panes.into_iter().peekable();
+        for (cell, mut t0, t1) in cells {
+            while let Some(p) = panes.next_if(|p| p.t < t1) {
+                self.piece(&mut path, cell, (t0, p.t.max(t0)), origin, dir);
+                t0 = p.t.max(t0);
+                self.pane(&mut path, &p, origin + dir * p.t);
+            }
+            self.piece(&mut path, cell, (t0, t1), origin, dir);
+        }
+        panes.for_each(|p| self.pane(&mut path, &p, origin + dir * p.t));
+        path
+    }
+
+    fn piece(&self, path: &mut Path, cell: usize, (t0, t1): (f64, f64), origin: Vec3, dir: Vec3) {
+        if t1 <= t0 {
+            return;
+        }
+        let Some(zone) = self.zone(cell, origin + dir * (0.5 * (t0 + t1))) else {
+            return;
+        };
+        let z = &self.s.zones.voxels[zone];
+        path.pieces.push(Piece {
+            t0,
+            t1,
+            zone,
+            kappa: z.extinction,
+            scatter: bands(|b| z.extinction[b] * z.albedo[b]),
+            tau: path.tau,
+        });
+        if z.extinction != [0.0; 3] {
+            (0..3).for_each(|b| path.tau[b] *= (-z.extinction[b] * (t1 - t0)).exp());
+        }
+    }
+
+    /// The zone of a cell in which the point lies: where a wall parts the cell, the one with the nearest visible sample.
+    fn zone(&self, cell: usize, p: Vec3) -> Option<usize> {
+        let range = self.s.zones.of_cell(cell);
+        if range.len() <= 1 {
+            return range.into_iter().next();
+        }
+        let mut near: Vec<(f64, usize, Vec3)> = range
+            .filter_map(|z| {
+                let part = self.s.zones.voxels[z]
+                    .part
+                    .iter()
+                    .map(|s| ((s.point - p).length2(), z, s.point));
+                part.min_by(|x, y| x.0.total_cmp(&y.0))
+            })
+            .collect();
+        near.sort_by(|x, y| x.0.total_cmp(&y.0));
+        let seen = near.iter().find(|n| !self.transport.blocked(p, n.2));
+        seen.or(near.first()).map(|n| n.1)
+    }
+
+    fn pane(&self, path: &mut Path, hit: &zonal_transport::PaneHit, point: Vec3) {
+        let pane = &self.s.scene.panes()[hit.pane];
+        let plate = &pane.plates[hit.plate];
+        let sheet = self.pane_first[hit.pane] + hit.plate;
+        let radiosity = self
+            .panes
+            .at(sheet, plate.parameters(point), point)
+            .unwrap_or([0.0; 3]);
+        for b in 0..3 {
+            let passed = (-pane.extinction[b] * pane.thickness / hit.cos).exp();
+            path.glow[b] += path.tau[b] * (1.0 - passed) * radiosity[b] / PI;
+            path.tau[b] *= passed;
+        }
+    }
+
+    /// Radiance of the medium without direct light.
+    fn indirect(&self, origin: Vec3, dir: Vec3, path: &Path) -> Bands {
+        let mut out = [0.0; 3];
+        let Some(field) = &self.voxels else {
+            return out;
+        };
+        for p in path.pieces.iter().filter(|p| p.kappa != [0.0; 3]) {
+            let length = p.t1 - p.t0;
+            let [x, y] = GAUSS.map(|g| field.at(p.zone, origin + dir * (p.t0 + g * length)));
+            for b in 0..3 {
+                let slope = (y[b] - x[b]) / (length * (GAUSS[1] - GAUSS[0]));
+                let start = x[b] - slope * GAUSS[0] * length;
+                out[b] += p.tau[b] * emitted(p.kappa[b], length, start, slope) / PI;
+            }
+        }
+        out
+    }
+
+    /// Radiance of direct light scattered on the way.
+    fn direct(&self, origin: Vec3, dir: Vec3, path: &Path, draw: Draw) -> Bands {
+        let mut out = [0.0; 3];
+        if path.pieces.iter().all(|p| p.scatter == [0.0; 3]) {
+            return out;
+        }
+        for lamp in &self.lamps {
+            let n = match lamp.light() {
+                Light::Sun { .. } => 1,
+                _ => draw.count.div_ceil(2),
+            };
+            for i in 0..n {
+                let strided = Draw {
+                    first: draw.first / draw.count * n,
+                    ..draw
+                };
+                if let Some(source) = lamp.source(strided.at(i)) {
+                    let light = self.shafts.scattered(origin, dir, path, &source);
+                    (0..3).for_each(|b| out[b] += light[b] / n as f64);
+                }
+            }
+        }
+        out
+    }
+}
+
+/// H of the patches, interpolated.
+fn surface_field(s: &Solution, transport: &Transport) -> PatchField {
+    let facets = s.scene.facets();
+    let sheets: Vec<Plate> = facets.iter().flat_map(|f| [f.plate, f.plate]).collect();
+    let tile = |p: &zonal_scene::Patch| Tile {
+        plate: p.plate,
+        normal: p.normal,
+        sheet: 2 * p.facet + usize::from(p.normal.dot(facets[p.facet].plate.normal()) < 0.0),
+    };
+    let tiles: Vec<Tile> = s.zones.patches.iter().map(tile).collect();
+    let values = s.fields.incident[..tiles.len()].to_vec();
+    PatchField::new(tiles, values, &sheets, Some(transport))
+}
+
+/// B of the panes, direct light included, interpolated; with the index of each pane's first plate.
+fn pane_field(s: &Solution) -> (PatchField, Vec<usize>) {
+    let panes = s.scene.panes();
+    let mut first = Vec::new();
+    let mut sheets = Vec::new();
+    for p in panes {
+        first.push(sheets.len());
+        sheets.extend(p.plates.iter().copied());
+    }
+    let tile = |z: &zonal_scene::PaneZone| {
+        let distance = |plate: &Plate| {
+            let [u, v] = plate.parameters(z.plate.centre());
+            let outside = |x: f64| (-x).max(x - 1.0).max(0.0);
+            outside(u) + outside(v) + (plate.at(u, v) - z.plate.centre()).length()
+        };
+        let plates = &panes[z.pane].plates;
+        let best = (0..plates.len()).min_by(|&a, &b| distance(&plates[a]).total_cmp(&distance(&plates[b])));
+        Tile {
+            plate: z.plate,
+            normal: z.normal,
+            sheet: first[z.pane] + best.unwrap_or(0),
+        }
+    };
+    let tiles: Vec<Tile> = s.zones.panes.iter().map(tile).collect();
+    let values = s.fields.radiosity[s.zones.pane_offset()..].to_vec();
+    (PatchField::new(tiles, values, &sheets, None), first)
+}

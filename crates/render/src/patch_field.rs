@@ -1,0 +1,512 @@
+//! A field on surfaces, smooth across the zones of one sheet and sharp at creases and walls.
+//!
+//! Every tile (a patch, or a piece of a pane) has nodes at its corners and edge middles, valued by [`crate::fit`] over the tiles that
+//! touch the node, face the same way within 20° and are not cut off by a wall (the segment between points just above both
+//! centres is free). Weights are the angles that the tiles subtend at the node. Inside a parallelogram the nine values (the
+//! ninth, at the centre, is such that the tile keeps its mean) are interpolated by the biquadratic Lagrange polynomial, inside a
+//! triangle by the quadratic one with a cubic bubble for the centre; both agree along shared edges and are kept within the range
+//! of their nodes. A node that lies inside a neighbour's edge takes that neighbour's value there (T-junctions).
+
+use crate::fit::{Fit, Slope, Touch, combine, node_value, range};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::f64::consts::{PI, TAU};
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Plate, PlateKind, bands};
+use zonal_transport::Transport;
+
+const COS_SMOOTH: f64 = 0.939_692_620_785_908_4; // cos 20°
+
+/// A zone of a sheet.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tile {
+    pub plate: Plate,
+    /// Unit normal of the side it stands for.
+    pub normal: Vec3,
+    /// Which sheet it is cut from: one side of a facet, or a plate of a pane.
+    pub sheet: usize,
+}
+
+/// The field, ready to be asked at points of its sheets.
+pub(crate) struct PatchField {
+    tiles: Vec<Tile>,
+    centres: Vec<Bands>,
+    nodes: Vec<[Bands; 8]>,
+    lookup: Vec<Lookup>,
+}
+
+impl PatchField {
+    /// `values` are the tiles' means; `sheets` the plates they are cut from; walls are asked of `transport`, if given.
+    pub fn new(
+        tiles: Vec<Tile>,
+        values: Vec<Bands>,
+        sheets: &[Plate],
+        transport: Option<&Transport>,
+    ) -> PatchField {
+        let lookup = Lookup::all(&tiles, sheets);
+        let builder = Builder::new(&tiles, &values, transport);
+        let nodes = builder.nodes();
+        let centres = (0..tiles.len())
+            .map(|i| conserving(tiles[i].plate.kind, &nodes[i], values[i]))
+            .collect();
+        PatchField {
+            tiles,
+            centres,
+            nodes,
+            lookup,
+        }
+    }
+
+    /// The value at a point of a sheet with the sheet's parameters (u, v); `None` where the sheet has no tile.
+    pub fn at(&self, sheet: usize, uv: [f64; 2], point: Vec3) -> Option<Bands> {
+        let i = self.lookup.get(sheet)?.find(&self.tiles, uv, point)? as usize;
+        let [u, v] = inside(&self.tiles[i].plate, point);
+        Some(interpolate(
+            self.tiles[i].plate.kind,
+            &self.nodes[i],
+            self.centres[i],
+            u,
+            v,
+        ))
+    }
+}
+
+/// Parameters of `point` on the plate, moved onto it.
+fn inside(plate: &Plate, point: Vec3) -> [f64; 2] {
+    let [u, v] = plate.parameters(point).map(|x| x.clamp(0.0, 1.0));
+    let over = u + v - 1.0;
+    if plate.kind == PlateKind::Triangle && over > 0.0 {
+        [(u - 0.5 * over).clamp(0.0, 1.0), (v - 0.5 * over).clamp(0.0, 1.0)]
+    } else {
+        [u, v]
+    }
+}
+
+/// Parameters of the nodes: corners, then edge middles.
+fn node_parameters(kind: PlateKind) -> &'static [[f64; 2]] {
+    match kind {
+        PlateKind::Parallelogram => &[
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [1.0, 1.0],
+            [0.0, 1.0],
+            [0.5, 0.0],
+            [1.0, 0.5],
+            [0.5, 1.0],
+            [0.0, 0.5],
+        ],
+        PlateKind::Triangle => &[
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [0.0, 1.0],
+            [0.5, 0.0],
+            [0.5, 0.5],
+            [0.0, 0.5],
+        ],
+    }
+}
+
+/// The value at the centre with which the polynomial's mean over the tile is the tile's own mean.
+fn conserving(kind: PlateKind, nodes: &[Bands; 8], own: Bands) -> Bands {
+    let sum = |b: usize, from: usize, to: usize| nodes[from..to].iter().map(|n| n[b]).sum::<f64>();
+    let centre = |b: usize| match kind {
+        // Simpson's rule: (corners + 4 middles + 16 centre)/36.
+        PlateKind::Parallelogram => (36.0 * own[b] - sum(b, 0, 4) - 4.0 * sum(b, 4, 8)) / 16.0,
+        // The mean of the quadratic is that of its middles, of the bubble 9/20.
+        PlateKind::Triangle => {
+            let (corners, middles) = (sum(b, 0, 3) / 3.0, sum(b, 3, 6) / 3.0);
+            (4.0 * middles - corners) / 3.0 + (own[b] - middles) * (20.0 / 9.0)
+        }
+    };
+    bands(|b| centre(b).clamp(0.5 * own[b], 1.5 * own[b]))
+}
+
+fn interpolate(kind: PlateKind, nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
+    let (count, raw) = match kind {
+        PlateKind::Parallelogram => (8, biquadratic(nodes, own, u, v)),
+        PlateKind::Triangle => (6, quadratic(nodes, own, u, v)),
+    };
+    let limits = range(nodes[..count].iter().copied().chain([own]));
+    bands(|b| raw[b].clamp(limits[b].0, limits[b].1))
+}
+
+fn biquadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
+    let basis = |x: f64| {
+        [
+            (1.0 - 2.0 * x) * (1.0 - x),
+            4.0 * x * (1.0 - x),
+            x * (2.0 * x - 1.0),
+        ]
+    };
+    let (a, b) = (basis(u), basis(v));
+    let w = [
+        a[0] * b[0],
+        a[2] * b[0],
+        a[2] * b[2],
+        a[0] * b[2],
+        a[1] * b[0],
+        a[2] * b[1],
+        a[1] * b[2],
+        a[0] * b[1],
+    ];
+    let edge = combine(w, nodes);
+    bands(|k| edge[k] + a[1] * b[1] * own[k])
+}
+
+fn quadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
+    let p2 = |u: f64, v: f64| {
+        let l = 1.0 - u - v;
+        let corner = |x: f64| x * (2.0 * x - 1.0);
+        combine(
+            [
+                corner(l),
+                corner(u),
+                corner(v),
+                4.0 * l * u,
+                4.0 * u * v,
+                4.0 * v * l,
+            ],
+            nodes,
+        )
+    };
+    let (here, centre) = (p2(u, v), p2(1.0 / 3.0, 1.0 / 3.0));
+    let bubble = 27.0 * u * v * (1.0 - u - v);
+    bands(|b| here[b] + bubble * (own[b] - centre[b]))
+}
+
+/// Tiles by the cells of a uniform grid, for 'who touches this point'.
+struct Near {
+    cell: f64,
+    cells: HashMap<[i64; 3], Vec<u32>>,
+}
+
+impl Near {
+    fn new(tiles: &[Tile]) -> Near {
+        let mean = tiles.iter().map(|t| t.plate.diameter()).sum::<f64>() / tiles.len().max(1) as f64;
+        let cell = mean.max(1e-12);
+        let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+        for (i, t) in tiles.iter().enumerate() {
+            let (lo, hi) = t.plate.bounds();
+            let pad = Vec3::splat(1e-6 * t.plate.diameter());
+            let (a, b) = (key(lo - pad, cell), key(hi + pad, cell));
+            for x in a[0]..=b[0] {
+                for y in a[1]..=b[1] {
+                    for z in a[2]..=b[2] {
+                        cells.entry([x, y, z]).or_default().push(i as u32);
+                    }
+                }
+            }
+        }
+        Near { cell, cells }
+    }
+    fn at(&self, p: Vec3) -> &[u32] {
+        self.cells.get(&key(p, self.cell)).map_or(&[], Vec::as_slice)
+    }
+}
+
+fn key(p: Vec3, cell: f64) -> [i64; 3] {
+    p.array().map(|x| (x / cell).floor() as i64)
+}
+
+struct Builder<'a> {
+    tiles: &'a [Tile],
+    values: &'a [Bands],
+    transport: Option<&'a Transport<'a>>,
+    near: Near,
+}
+
+/// The tiles that touch each node of one tile, with the angle each subtends there.
+type Touching = Vec<Vec<(u32, f64)>>;
+
+impl<'a> Builder<'a> {
+    fn new(tiles: &'a [Tile], values: &'a [Bands], transport: Option<&'a Transport<'a>>) -> Builder<'a> {
+        Builder {
+            tiles,
+            values,
+            transport,
+            near: Near::new(tiles),
+        }
+    }
+
+    fn nodes(&self) -> Vec<[Bands; 8]> {
+        let touching: Vec<Touching> = (0..self.tiles.len())
+            .into_par_iter()
+            .map(|i| self.touching(i))
+            .collect();
+        let fits: Vec<(Slope, [(f64, f64); 3])> = (0..self.tiles.len())
+            .into_par_iter()
+            .map(|i| self.slope(i, &touching[i]))
+            .collect();
+        let nodes: Vec<[Bands; 8]> = (0..self.tiles.len())
+            .into_par_iter()
+            .map(|i| self.node_values(i, &touching[i], &fits))
+            .collect();
+        (0..self.tiles.len())
+            .into_par_iter()
+            .map(|i| self.hang(i, &touching[i], &nodes))
+            .collect()
+    }
+
+    fn touching(&self, i: usize) -> Touching {
+        let tile = &self.tiles[i];
+        let mut known: Vec<(u32, bool)> = vec![(i as u32, true)];
+        let mut list = Vec::new();
+        for &[u, v] in node_parameters(tile.plate.kind) {
+            let p = tile.plate.at(u, v);
+            let mut here = Vec::new();
+            for &j in self.near.at(p) {
+                let Some(angle) = subtended(&self.tiles[j as usize].plate, p) else {
+                    continue;
+                };
+                let joined = known.iter().find(|k| k.0 == j).map(|k| k.1).unwrap_or_else(|| {
+                    let yes = self.joined(i, j as usize);
+                    known.push((j, yes));
+                    yes
+                });
+                if joined {
+                    here.push((j, angle));
+                }
+            }
+            list.push(here);
+        }
+        list
+    }
+
+    /// True when two tiles that touch belong to one smooth sheet with no wall between.
+    fn joined(&self, i: usize, j: usize) -> bool {
+        let (a, b) = (&self.tiles[i], &self.tiles[j]);
+        let cos = a.normal.dot(b.normal);
+        if cos < COS_SMOOTH {
+            return false;
+        }
+        let size = a.plate.area().min(b.plate.area()).sqrt();
+        let lift = size * (1e-3 + 0.6 * ((1.0 - cos).max(0.0) / 2.0).sqrt());
+        let above = |t: &Tile| t.plate.centre() + t.normal * lift;
+        !self.transport.is_some_and(|t| t.blocked(above(a), above(b)))
+    }
+
+    fn slope(&self, i: usize, touching: &Touching) -> (Slope, [(f64, f64); 3]) {
+        let mut ids: Vec<u32> = touching.iter().flatten().map(|t| t.0).collect();
+        ids.sort_unstable();
+        ids.dedup();
+        let (tile, mut fits) = (&self.tiles[i], [Fit::default(); 3]);
+        for &j in ids.iter().filter(|j| **j as usize != i) {
+            let d = self.tiles[j as usize].plate.centre() - tile.plate.centre();
+            // Unrolled onto the tile's plane at its own length.
+            let flat = (d - tile.normal * d.dot(tile.normal)).normalized() * d.length();
+            (0..3).for_each(|b| fits[b].add(flat, self.values[j as usize][b] - self.values[i][b]));
+        }
+        (
+            fits.map(|f| f.slope()),
+            range(ids.iter().map(|&j| self.values[j as usize])),
+        )
+    }
+
+    fn node_values(&self, i: usize, touching: &Touching, fits: &[(Slope, [(f64, f64); 3])]) -> [Bands; 8] {
+        let mut out = [[0.0; 3]; 8];
+        let plate = &self.tiles[i].plate;
+        for (k, &[u, v]) in node_parameters(plate.kind).iter().enumerate() {
+            let touch = |b: usize| {
+                touching[k].iter().map(move |&(j, angle)| Touch {
+                    weight: angle,
+                    centre: self.tiles[j as usize].plate.centre(),
+                    value: self.values[j as usize][b],
+                    slope: fits[j as usize].0[b],
+                    range: fits[j as usize].1[b],
+                })
+            };
+            let p = plate.at(u, v);
+            out[k] = bands(|b| node_value(p, touch(b)).unwrap_or(self.values[i][b]));
+        }
+        out
+    }
+
+    /// Nodes inside a neighbour's edge take the neighbour's value.
+    fn hang(&self, i: usize, touching: &Touching, nodes: &[[Bands; 8]]) -> [Bands; 8] {
+        let mut out = nodes[i];
+        let plate = &self.tiles[i].plate;
+        for (k, &[u, v]) in node_parameters(plate.kind).iter().enumerate() {
+            let p = plate.at(u, v);
+            let host = touching[k].iter().map(|t| t.0 as usize).find(|&j| {
+                let other = &self.tiles[j].plate;
+                let tol = 1e-6 * other.diameter();
+                j != i
+                    && other.area() > plate.area()
+                    && node_parameters(other.kind)
+                        .iter()
+                        .all(|&[a, b]| (other.at(a, b) - p).length() > tol)
+            });
+            if let Some(j) = host {
+                let [a, b] = inside(&self.tiles[j].plate, p);
+                out[k] = interpolate(self.tiles[j].plate.kind, &nodes[j], self.values[j], a, b);
+            }
+        }
+        out
+    }
+}
+
+/// The angle that a plate subtends at a point of it, radians; `None` for points off the plate.
+fn subtended(plate: &Plate, p: Vec3) -> Option<f64> {
+    let tol = 1e-6 * plate.diameter();
+    let (corners, n) = plate.corners();
+    let at_corner = (0..n).find(|&k| (corners[k] - p).length() <= tol);
+    if let Some(k) = at_corner {
+        let (a, b) = (
+            corners[(k + 1) % n] - corners[k],
+            corners[(k + n - 1) % n] - corners[k],
+        );
+        return Some(a.normalized().dot(b.normalized()).clamp(-1.0, 1.0).acos());
+    }
+    let [u, v] = inside(plate, p);
+    if (plate.at(u, v) - p).length() > tol {
+        return None;
+    }
+    let edge = match plate.kind {
+        PlateKind::Parallelogram => u.min(v).min(1.0 - u).min(1.0 - v),
+        PlateKind::Triangle => u.min(v).min(1.0 - u - v),
+    };
+    Some(if edge < 1e-6 { PI } else { TAU })
+}
+
+/// The tiles of one sheet, in bins over its parameters.
+#[derive(Clone, Default)]
+struct Lookup {
+    side: usize,
+    bins: Vec<Vec<u32>>,
+    all: Vec<u32>,
+}
+
+impl Lookup {
+    fn all(tiles: &[Tile], sheets: &[Plate]) -> Vec<Lookup> {
+        let mut lookup = vec![Lookup::default(); sheets.len()];
+        for (i, t) in tiles.iter().enumerate() {
+            lookup[t.sheet].all.push(i as u32);
+        }
+        lookup
+            .into_iter()
+            .zip(sheets)
+            .map(|(l, plate)| l.binned(tiles, plate))
+            .collect()
+    }
+
+    fn binned(mut self, tiles: &[Tile], sheet: &Plate) -> Lookup {
+        self.side = (self.all.len() as f64).sqrt().ceil() as usize;
+        self.bins = vec![Vec::new(); self.side * self.side];
+        for &i in &self.all {
+            let (corners, n) = tiles[i as usize].plate.corners();
+            let uv = corners[..n].iter().map(|c| sheet.parameters(*c));
+            let (mut lo, mut hi) = ([1.0; 2], [0.0; 2]);
+            for p in uv {
+                for k in 0..2 {
+                    lo[k] = f64::min(lo[k], p[k] - 1e-9);
+                    hi[k] = f64::max(hi[k], p[k] + 1e-9);
+                }
+            }
+            for x in self.bin(lo[0])..=self.bin(hi[0]) {
+                for y in self.bin(lo[1])..=self.bin(hi[1]) {
+                    self.bins[x * self.side + y].push(i);
+                }
+            }
+        }
+        self
+    }
+
+    fn bin(&self, t: f64) -> usize {
+        ((t.max(0.0) * self.side as f64) as usize).min(self.side - 1)
+    }
+
+    /// The tile that holds the point most deeply, or lies nearest.
+    fn find(&self, tiles: &[Tile], uv: [f64; 2], point: Vec3) -> Option<u32> {
+        if self.side == 0 {
+            return None;
+        }
+        let bin = &self.bins[self.bin(uv[0]) * self.side + self.bin(uv[1])];
+        let list = if bin.is_empty() { &self.all } else { bin };
+        let depth = |i: u32| {
+            let plate = &tiles[i as usize].plate;
+            let [u, v] = plate.parameters(point);
+            let inner = match plate.kind {
+                PlateKind::Parallelogram => u.min(v).min(1.0 - u).min(1.0 - v),
+                PlateKind::Triangle => u.min(v).min(1.0 - u - v),
+            };
+            if inner >= 0.0 {
+                return inner;
+            }
+            let [a, b] = inside(plate, point);
+            -(plate.at(a, b) - point).length()
+        };
+        let mut best = (*list.first()?, f64::NEG_INFINITY);
+        for &i in list {
+            let d = depth(i);
+            if d > best.1 {
+                best = (i, d);
+            }
+        }
+        Some(best.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zonal_math::vec3;
+
+    fn floor(n: usize, f: impl Fn(Vec3) -> f64) -> (Vec<Tile>, Vec<Bands>, Vec<Plate>) {
+        let whole = Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+        let h = 1.0 / n as f64;
+        let tile = |i: usize| Tile {
+            plate: Plate::parallelogram(
+                vec3((i / n) as f64 * h, (i % n) as f64 * h, 0.0),
+                vec3(h, 0.0, 0.0),
+                vec3(0.0, h, 0.0),
+            ),
+            normal: vec3(0.0, 0.0, 1.0),
+            sheet: 0,
+        };
+        let tiles: Vec<Tile> = (0..n * n).map(tile).collect();
+        let values = tiles.iter().map(|t| [f(t.plate.centre()); 3]).collect();
+        (tiles, values, vec![whole])
+    }
+
+    #[test]
+    fn linear_fields_come_back_exactly_and_curved_ones_to_second_order() {
+        let ask = |f: &dyn Fn(Vec3) -> f64| {
+            let (tiles, values, sheets) = floor(10, f);
+            let field = PatchField::new(tiles, values, &sheets, None);
+            let mut worst: f64 = 0.0;
+            for i in 0..400 {
+                let [x, y] = zonal_math::sequence::r2(i, [0.0; 2]);
+                let p = vec3(x, y, 0.0);
+                worst = worst.max((field.at(0, [x, y], p).unwrap()[1] - f(p)).abs());
+            }
+            worst
+        };
+        assert!(ask(&|p| 2.0 + p.x - 0.5 * p.y) < 1e-6);
+        assert!(ask(&|p| 2.0 + (3.0 * p.x).sin() * p.y) < 0.02);
+    }
+
+    #[test]
+    fn triangles_reproduce_linear_fields_too() {
+        let whole = Plate::triangle(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+        let mut plates = vec![whole];
+        for _ in 0..3 {
+            plates = plates.iter().flat_map(|p| p.quarters()).collect();
+        }
+        let f = |p: Vec3| 3.0 + p.x - 2.0 * p.y;
+        let tiles: Vec<Tile> = plates
+            .iter()
+            .map(|p| Tile {
+                plate: *p,
+                normal: whole.normal(),
+                sheet: 0,
+            })
+            .collect();
+        let values = plates.iter().map(|p| [f(p.centre()); 3]).collect();
+        let field = PatchField::new(tiles, values, &[whole], None);
+        for i in 0..400 {
+            let [u, v] = whole.warp(zonal_math::sequence::r2(i, [0.0; 2]));
+            let p = whole.at(u, v);
+            assert!((field.at(0, [u, v], p).unwrap()[0] - f(p)).abs() < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! Which parts of a camera ray a light reaches: exact intervals, no sampling.
+//!
+//! The ray o + t d and the light span a plane, the fan: x = o + t d + s e + h m with e the direction to the light (or q − o for a
+//! light at the point q) and m = d × e. A plate meets the fan, h = 0, in a straight piece; seen from the light that piece shadows
+//! the interval of t between its two ends, each projected onto the ray: t for a distant light, t/(1−s) for a point. The
+//! union of these intervals is dark, so the borders of shafts are as exact as the plates; panes give the intervals they tint.
+//! A box tree skips what the fan does not meet, and the fan shrinks as its ends fall dark.
+
+use zonal_math::Vec3;
+use zonal_scene::{Plate, Scene};
+use zonal_transport::direct::Source;
+
+/// What casts the shadow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Caster {
+    /// An opaque facet.
+    Facet(u32),
+    /// A plate of a pane: the pane and the plate's unit normal.
+    Pane(u32, Vec3),
+}
+
+#[derive(Clone, Debug)]
+struct Item {
+    plate: Plate,
+    caster: Caster,
+    centre: Vec3,
+    half: Vec3,
+}
+
+#[derive(Clone, Debug)]
+struct Node {
+    centre: Vec3,
+    half: Vec3,
+    /// First item and count of a leaf; index of the second child and 0 of a fork (the first child follows).
+    first: u32,
+    count: u32,
+}
+
+/// Everything that casts shadows, in a tree.
+pub(crate) struct Shadows {
+    items: Vec<Item>,
+    nodes: Vec<Node>,
+}
+
+/// The lit parts of a ray, in order, each with the panes that tint it.
+#[derive(Default)]
+pub(crate) struct Lit {
+    /// Lit intervals of t, m, ascending.
+    pub intervals: Vec<(f64, f64)>,
+    /// Intervals behind panes: pane and unit normal.
+    pub tints: Vec<(f64, f64, u32, Vec3)>,
+}
+
+/// The plane of ray and light with the dual basis that gives t, s and h.
+struct Fan {
+    origin: Vec3,
+    alpha: Vec3,
+    beta: Vec3,
+    gamma: Vec3,
+    /// 1 for a light at a point, 0 for a distant one.
+    w: f64,
+    lo: f64,
+    hi: f64,
+    own: Option<u32>,
+}
+
+impl Fan {
+    fn new(origin: Vec3, dir: Vec3, source: &Source, lo: f64, hi: f64) -> Fan {
+        let (e, w, own) = match *source {
+            Source::Distant { towards, .. } => (towards, 0.0, None),
+            Source::Point { at, facet, .. } => (at - origin, 1.0, Some(facet as u32)),
+        };
+        let length = e.length();
+        // A ray that runs at the light spans no plane with it: tilt a little.
+        let e = if dir.cross(e).length() < 1e-5 * length {
+            e + dir.frame().0 * (1e-5 * length)
+        } else {
+            e
+        };
+        let m = dir.cross(e);
+        let scale = 1.0 / m.length2();
+        Fan {
+            origin,
+            alpha: e.cross(m) * scale,
+            beta: m.cross(dir) * scale,
+            gamma: m.normalized(),
+            w,
+            lo,
+            hi,
+            own,
+        }
+    }
+
+    fn meets(&self, centre: Vec3, half: Vec3) -> bool {
+        let c = centre - self.origin;
+        let reach = |v: Vec3| v.x.abs() * half.x + v.y.abs() * half.y + v.z.abs() * half.z;
+        if self.gamma.dot(c).abs() > reach(self.gamma) {
+            return false;
+        }
+        let s = self.beta.dot(c);
+        let span = reach(self.beta);
+        if s + span < 0.0 || self.w * (s - span) > 1.0 {
+            return false;
+        }
+        let low = self.alpha + self.beta * (self.w * self.lo);
+        let high = self.alpha + self.beta * (self.w * self.hi);
+        low.dot(c) + reach(low) >= self.lo && high.dot(c) - reach(high) <= self.hi
+    }
+
+    /// The interval of t that a plate shadows.
+    fn shadow(&self, plate: &Plate) -> Option<(f64, f64)> {
+        let (corners, n) = plate.corners();
+        let mut h = [0.0; 4];
+        for k in 0..n {
+            h[k] = self.gamma.dot(corners[k] - self.origin);
+        }
+        let mut ends = [[0.0; 2]; 2];
+        let mut found = 0;
+        for i in 0..n {
+            let j = (i + 1) % n;
+            if (h[i] > 0.0) != (h[j] > 0.0) && found < 2 {
+                let p = corners[i] + (corners[j] - corners[i]) * (h[i] / (h[i] - h[j])) - self.origin;
+                ends[found] = [self.alpha.dot(p), self.beta.dot(p)];
+                found += 1;
+            }
+        }
+        if found < 2 {
+            return None;
+        }
+        let [a, b] = self.clip(ends[0], ends[1])?;
+        let project = |p: [f64; 2]| p[0] / (1.0 - self.w * p[1]);
+        let (x, y) = (project(a), project(b));
+        let (x, y) = (x.min(y).max(self.lo), x.max(y).min(self.hi));
+        (x < y).then_some((x, y))
+    }
+
+    /// The part of the piece between ray (s = 0) and light (s = 1 for a point).
+    fn clip(&self, a: [f64; 2], b: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+        let top = if self.w > 0.0 { 1.0 - 1e-9 } else { f64::INFINITY };
+        if a[1].max(b[1]) <= 0.0 || a[1].min(b[1]) >= top {
+            return None;
+        }
+        let cut = |p: [f64; 2], q: [f64; 2]| {
+            let s = p[1].clamp(0.0, top);
+            if s == p[1] {
+                p
+            } else {
+                [p[0] + (q[0] - p[0]) * (s - p[1]) / (q[1] - p[1]), s]
+            }
+        };
+        Some([cut(a, b), cut(b, a)])
+    }
+}
+
+impl Shadows {
+    /// The tree over all facets and panes.
+    pub fn new(scene: &Scene) -> Shadows {
+        let facets = scene
+            .facets()
+            .iter()
+            .enumerate()
+            .map(|(i, f)| (f.plate, Caster::Facet(i as u32)));
+        let panes = scene.panes().iter().enumerate();
+        let panes = panes.flat_map(|(i, p)| {
+            p.plates
+                .iter()
+                .map(move |q| (*q, Caster::Pane(i as u32, q.normal())))
+        });
+        let mut items: Vec<Item> = facets
+            .chain(panes)
+            .map(|(plate, caster)| {
+                let (lo, hi) = plate.bounds();
+                Item {
+                    plate,
+                    caster,
+                    centre: (lo + hi) * 0.5,
+                    half: (hi - lo) * 0.5,
+                }
+            })
+            .collect();
+        let mut nodes = Vec::new();
+        let pad = Vec3::splat(1e-9 * scene.diagonal());
+        if !items.is_empty() {
+            let n = items.len();
+            build(&mut items, 0, n, pad, &mut nodes);
+        }
+        Shadows { items, nodes }
+    }
+
+    /// The lit parts of lo < t < hi on the ray.
+    pub fn lit(&self, origin: Vec3, dir: Vec3, source: &Source, lo: f64, hi: f64) -> Lit {
+        let mut fan = Fan::new(origin, dir, source, lo, hi);
+        let mut dark: Vec<(f64, f64)> = Vec::new();
+        let mut tints = Vec::new();
+        let mut stack = [0u32; 64];
+        let mut top = usize::from(!self.nodes.is_empty());
+        while top > 0 && fan.lo < fan.hi {
+            top -= 1;
+            let at = stack[top] as usize;
+            let node = &self.nodes[at];
+            if !fan.meets(node.centre, node.half) {
+                continue;
+            }
+            if node.count == 0 {
+                (stack[top], stack[top + 1]) = (node.first, at as u32 + 1);
+                top += 2;
+                continue;
+            }
+            for item in &self.items[node.first as usize..(node.first + node.count) as usize] {
+                if matches!(item.caster, Caster::Facet(id) if fan.own == Some(id)) {
+                    continue;
+                }
+                let Some((a, b)) = fan.shadow(&item.plate) else {
+                    continue;
+                };
+                match item.caster {
+                    Caster::Pane(pane, normal) => tints.push((a, b, pane, normal)),
+                    Caster::Facet(_) if a <= fan.lo => fan.lo = b,
+                    Caster::Facet(_) if b >= fan.hi => fan.hi = a,
+                    Caster::Facet(_) => dark.push((a, b)),
+                }
+            }
+        }
+        tints.sort_by(|x, y| {
+            (x.0, x.2)
+                .partial_cmp(&(y.0, y.2))
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
+        Lit {
+            intervals: complement(dark, fan.lo, fan.hi),
+            tints,
+        }
+    }
+}
+
+/// What the dark intervals leave of lo..hi.
+fn complement(mut dark: Vec<(f64, f64)>, lo: f64, hi: f64) -> Vec<(f64, f64)> {
+    dark.sort_by(|x, y| x.0.total_cmp(&y.0));
+    let sliver = 1e-9 * (hi - lo).abs();
+    let mut at = lo;
+    let mut lit = Vec::new();
+    for (a, b) in dark {
+        if a > at + sliver {
+            lit.push((at, a.min(hi)));
+        }
+        at = at.max(b);
+    }
+    if hi > at + sliver {
+        lit.push((at, hi));
+    }
+    lit.retain(|i| i.0 < i.1);
+    lit
+}
+
+fn build(items: &mut [Item], first: usize, count: usize, pad: Vec3, nodes: &mut Vec<Node>) {
+    let inf = Vec3::splat(f64::INFINITY);
+    let (mut lo, mut hi, mut clo, mut chi) = (inf, -inf, inf, -inf);
+    for i in items.iter() {
+        (lo, hi) = (lo.min(i.centre - i.half), hi.max(i.centre + i.half));
+        (clo, chi) = (clo.min(i.centre), chi.max(i.centre));
+    }
+    let here = nodes.len();
+    nodes.push(Node {
+        centre: (lo + hi) * 0.5,
+        half: (hi - lo) * 0.5 + pad,
+        first: first as u32,
+        count: count as u32,
+    });
+    if count <= 4 {
+        return;
+    }
+    let spread = chi - clo;
+    let axis = (0..3).fold(0, |a, k| if spread[k] > spread[a] { k } else { a });
+    let middle = count / 2;
+    items.select_nth_unstable_by(middle, |a, b| a.centre[axis].total_cmp(&b.centre[axis]));
+    let (left, right) = items.split_at_mut(middle);
+    build(left, first, middle, pad, nodes);
+    let second = nodes.len() as u32;
+    build(right, first + middle, count - middle, pad, nodes);
+    (nodes[here].first, nodes[here].count) = (second, 0);
+}

@@ -1,0 +1,505 @@
+//! Pictures whose every pixel is known.
+
+use super::*;
+use std::f64::consts::PI;
+use zonal_math::{Grade, Vec3, vec3};
+use zonal_scene::scene::{Facet, Light, Options, Pane, Scene, SceneParts, Sides, Surface, Surroundings};
+use zonal_scene::solution::{Closure, Energy, Fields};
+use zonal_scene::{Bands, Plate, Quiet, Report, SolveStatus, Voxmap};
+use zonal_transport::build_zones;
+
+fn surface(name: &str, rho: f64, emission: f64) -> Surface {
+    Surface {
+        name: name.into(),
+        reflectance: [rho; 3],
+        emission: [emission; 3],
+        reflectance_texture: None,
+        emission_texture: None,
+        sides: Sides::Both,
+        patch_size: None,
+        solid: false,
+    }
+}
+
+fn quad(surface: usize, o: Vec3, e1: Vec3, e2: Vec3) -> Facet {
+    Facet {
+        surface,
+        plate: Plate::parallelogram(o, e1, e2),
+        uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+    }
+}
+
+/// The six walls of a box, fronts inwards.
+fn walls(lo: Vec3, hi: Vec3) -> Vec<Facet> {
+    let d = hi - lo;
+    let (x, y, z) = (vec3(d.x, 0.0, 0.0), vec3(0.0, d.y, 0.0), vec3(0.0, 0.0, d.z));
+    vec![
+        quad(0, lo, x, y),
+        quad(0, lo + z, y, x),
+        quad(0, lo, y, z),
+        quad(0, lo + x, z, y),
+        quad(0, lo, z, x),
+        quad(0, lo + y, x, z),
+    ]
+}
+
+fn medium(lo: Vec3, hi: Vec3, dims: [usize; 3], kappa: f64, albedo: f64) -> Voxmap {
+    let d = hi - lo;
+    let cell = vec3(d.x / dims[0] as f64, d.y / dims[1] as f64, d.z / dims[2] as f64);
+    let mut map = Voxmap::new(lo, cell, dims).unwrap();
+    (0..map.len()).for_each(|i| map.set(i, [kappa; 3], [albedo; 3], [0.0; 3], [0.0; 3]));
+    map.seal().unwrap()
+}
+
+fn camera(origin: Vec3, target: Vec3, fov: f64) -> Camera {
+    Camera {
+        name: "camera".into(),
+        origin,
+        target,
+        up: vec3(0.01, 0.02, 1.0),
+        fov,
+    }
+}
+
+fn size(width: usize, height: usize) -> RenderOptions {
+    RenderOptions {
+        width,
+        height,
+        ..RenderOptions::default()
+    }
+}
+
+/// A solution with the given indirect fields: H of a patch (centre, normal), B_ind of a volume (centre).
+fn solution(parts: SceneParts, h: impl Fn(Vec3, Vec3) -> f64, b: impl Fn(Vec3) -> f64) -> Solution {
+    let parts = SceneParts {
+        options: Options {
+            patch_size: Some(parts.options.patch_size.unwrap_or(0.25)),
+            ..parts.options.clone()
+        },
+        ..parts
+    };
+    let scene = Scene::new(parts).unwrap();
+    let zones = build_zones(&scene, &Transport::new(&scene)).unwrap();
+    let mut fields = Fields::default();
+    let mut push = |radiosity: f64, incident: f64| {
+        fields.radiosity.push([radiosity; 3]);
+        fields.incident.push([incident; 3]);
+        fields.direct.push([0.0; 3]);
+        fields.error.push([0.0; 3]);
+    };
+    for p in &zones.patches {
+        let x = h(p.plate.centre(), p.normal);
+        push(p.emission[0] + p.reflectance[0] * x, x);
+    }
+    zones
+        .voxels
+        .iter()
+        .for_each(|v| push(b(v.centre), 4.0 * b(v.centre)));
+    zones.panes.iter().for_each(|p| push(b(p.plate.centre()), 0.0));
+    Solution {
+        scene,
+        zones,
+        fields,
+        report: Report {
+            status: [SolveStatus::Converged; 3],
+            residuals: Default::default(),
+            closure: Closure::default(),
+            energy: Energy::default(),
+            counts: Vec::new(),
+            warnings: Vec::new(),
+            grade: Grade::Estimated,
+        },
+        scene_hash: String::new(),
+        version: String::new(),
+    }
+}
+
+fn worst(image: &Image, expected: f64) -> f64 {
+    image
+        .pixels
+        .iter()
+        .flatten()
+        .fold(0.0, |m, x| (*x as f64 / expected - 1.0).abs().max(m))
+}
+
+fn furnace() -> SceneParts {
+    let (lo, hi) = (vec3(-1.0, -1.0, 0.0), vec3(1.0, 1.0, 1.5));
+    let mut facets = walls(lo, hi);
+    // An oblique wall inside, which parts voxels.
+    facets.push(quad(
+        0,
+        vec3(-0.6, -0.3, 0.2),
+        vec3(0.9, 0.5, 0.1),
+        vec3(0.1, 0.0, 0.8),
+    ));
+    SceneParts {
+        surfaces: vec![surface("wall", 0.4, 0.6)],
+        facets,
+        voxmap: Some(medium(lo, hi, [7, 6, 5], 1.3, 0.5)),
+        surroundings: Surroundings {
+            radiance: [1.0 / PI; 3],
+        },
+        ..SceneParts::default()
+    }
+}
+
+#[test]
+fn a_furnace_shows_one_radiance_everywhere() {
+    let closed = solution(furnace(), |_, _| 1.0, |_| 1.0);
+    let mut open = furnace();
+    open.facets.truncate(2);
+    let open = solution(open, |_, _| 1.0, |_| 1.0);
+    let empty = |parts: SceneParts| SceneParts {
+        voxmap: None,
+        ..parts
+    };
+    let vacuum = solution(empty(furnace()), |_, _| 1.0, |_| 1.0);
+    for (s, from) in [
+        (&vacuum, vec3(0.3, -0.8, 0.7)),
+        (&closed, vec3(0.3, -0.8, 0.7)),
+        (&closed, vec3(4.0, 3.0, 2.0)),
+        (&open, vec3(0.3, -0.8, 0.7)),
+        (&open, vec3(4.0, 3.0, 2.0)),
+    ] {
+        let image = render(s, &camera(from, vec3(0.0, 0.1, 0.6), 80.0), &size(64, 48), &Quiet);
+        assert!(
+            worst(&image, 1.0 / PI) < 1e-6,
+            "{from:?}: {}",
+            worst(&image, 1.0 / PI)
+        );
+    }
+}
+
+#[test]
+fn linear_fields_are_seen_exactly() {
+    let (lo, hi) = (vec3(0.0, 0.0, 0.0), vec3(2.0, 2.0, 2.0));
+    let f = |p: Vec3| 2.0 + 0.5 * p.x - 0.3 * p.y + 0.2 * p.z;
+    let parts = SceneParts {
+        surfaces: vec![surface("wall", 1.0, 0.0)],
+        facets: walls(lo, hi),
+        ..SceneParts::default()
+    };
+    let s = solution(parts.clone(), |p, _| f(p), |_| 0.0);
+    let from = vec3(1.0, 1.0, 1.0);
+    let cam = camera(from, vec3(1.0, 3.0, 1.0), 80.0);
+    let one = RenderOptions {
+        samples: 1,
+        ..size(32, 32)
+    };
+    let image = render(&s, &cam, &one, &Quiet);
+    let pinhole = Pinhole::new(&cam, 32, 32);
+    let transport = Transport::new(&s.scene);
+    for (i, c) in image.pixels.iter().enumerate() {
+        let dir = pinhole.direction(((i % 32) as f64 + 0.5) / 32.0, ((i / 32) as f64 + 0.5) / 32.0);
+        let t = transport.nearest(from, dir, 0.0, 100.0).unwrap().t;
+        let exact = f(from + dir * t) / PI;
+        assert!((c[1] as f64 / exact - 1.0).abs() < 1e-5, "{} {exact}", c[1]);
+    }
+    let mist = SceneParts {
+        voxmap: Some(medium(lo, hi, [8, 8, 8], 0.7, 0.5)),
+        surfaces: vec![surface("wall", 0.0, 0.0)],
+        ..parts
+    };
+    let s = solution(mist, |_, _| 0.0, f);
+    let image = render(&s, &cam, &one, &Quiet);
+    for (i, c) in image.pixels.iter().enumerate() {
+        let dir = pinhole.direction(((i % 32) as f64 + 0.5) / 32.0, ((i / 32) as f64 + 0.5) / 32.0);
+        let t = transport.nearest(from, dir, 0.0, 100.0).unwrap().t;
+        let slope = f(from + dir) - f(from);
+        let exact = path::emitted(0.7, t, f(from), slope) / PI;
+        assert!((c[1] as f64 / exact - 1.0).abs() < 1e-4, "{} {exact}", c[1]);
+    }
+}
+
+#[test]
+fn beers_law_holds_through_a_pane_at_0_and_60_degrees() {
+    let (lo, hi) = (Vec3::splat(-1.0), Vec3::splat(1.0));
+    let mut parts = SceneParts {
+        surfaces: vec![surface("wall", 0.0, 1.0)],
+        facets: walls(lo, hi),
+        ..SceneParts::default()
+    };
+    parts.panes.push(Pane {
+        name: "glass".into(),
+        plates: vec![Plate::parallelogram(
+            vec3(-1.0, 0.0, -1.0),
+            vec3(2.0, 0.0, 0.0),
+            vec3(0.0, 0.0, 2.0),
+        )],
+        thickness: 0.02,
+        extinction: [30.0, 10.0, 0.0],
+        albedo: [0.0; 3],
+        emission: [0.0; 3],
+    });
+    let s = solution(parts, |_, _| 0.0, |_| 0.25);
+    for angle in [0.0f64, 60.0] {
+        let from = vec3(-0.5, -0.25, 0.0);
+        let (sin, cos) = angle.to_radians().sin_cos();
+        let image = render(
+            &s,
+            &camera(from, from + vec3(sin, cos, 0.0), 1e-6),
+            &size(2, 2),
+            &Quiet,
+        );
+        for b in 0..3 {
+            let tau = (-0.02 * [30.0, 10.0, 0.0][b] / cos).exp();
+            let exact = (tau + (1.0 - tau) * 0.25) / PI;
+            assert!(
+                (image.pixels[0][b] as f64 / exact - 1.0).abs() < 1e-6,
+                "{angle} {b}"
+            );
+        }
+    }
+}
+
+#[test]
+fn no_light_leaks_through_a_wall() {
+    let (lo, hi) = (vec3(0.0, 0.0, 0.0), vec3(2.0, 1.0, 1.0));
+    let mut facets = walls(lo, hi);
+    let x = 1.03;
+    facets.push(quad(
+        0,
+        vec3(x, 0.0, 0.0),
+        vec3(0.0, 1.0, 0.0),
+        vec3(0.0, 0.0, 1.0),
+    ));
+    let parts = SceneParts {
+        surfaces: vec![surface("wall", 0.8, 0.0)],
+        facets,
+        voxmap: Some(medium(lo, hi, [8, 4, 4], 0.5, 0.5)),
+        ..SceneParts::default()
+    };
+    let bright = |p: Vec3| if p.x > x { 1.0 } else { 0.0 };
+    let lit = |p: Vec3, n: Vec3| bright(p + n * 1e-3);
+    let s = solution(parts, lit, bright);
+    let dark = render(
+        &s,
+        &camera(vec3(0.1, 0.5, 0.5), vec3(2.0, 0.5, 0.4), 100.0),
+        &size(80, 60),
+        &Quiet,
+    );
+    let most = dark.pixels.iter().flatten().fold(0.0f32, |m, x| m.max(*x));
+    assert!(most < 1e-3, "{most}");
+    let light = render(
+        &s,
+        &camera(vec3(1.9, 0.5, 0.5), vec3(0.0, 0.5, 0.4), 100.0),
+        &size(80, 60),
+        &Quiet,
+    );
+    let least = light.pixels.iter().flatten().fold(1.0f32, |m, x| m.min(*x));
+    assert!(least as f64 > 0.8 / PI - 1e-3, "{least}");
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let mut parts = furnace();
+    parts.facets.remove(1);
+    parts.lights.push(sun(vec3(0.3, 0.2, -1.0), 0.05));
+    parts.lights.push(Light::Sky {
+        name: "sky".into(),
+        radiance: [0.1, 0.2, 0.3],
+    });
+    let s = solution(parts, |p, _| 1.0 + p.x, |p| 2.0 + p.z);
+    let take = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        let cam = camera(vec3(0.3, -0.8, 0.7), vec3(0.0, 0.1, 0.6), 80.0);
+        pool.install(|| render(&s, &cam, &size(32, 24), &Quiet))
+    };
+    assert_eq!(take(1), take(3));
+}
+
+fn sun(direction: Vec3, angular_diameter: f64) -> Light {
+    Light::Sun {
+        name: "sun".into(),
+        direction: direction.normalized(),
+        irradiance: [1.0, 2.0, 3.0],
+        angular_diameter,
+    }
+}
+
+#[test]
+fn a_shadow_ends_where_geometry_says() {
+    // A roof over x < 0 at height 1; the sun goes down towards +x at 45°: the floor is dark for x < 1.
+    let parts = SceneParts {
+        surfaces: vec![surface("wall", 0.5, 0.0)],
+        facets: vec![
+            quad(0, vec3(-3.0, -3.0, 0.0), vec3(6.0, 0.0, 0.0), vec3(0.0, 6.0, 0.0)),
+            quad(0, vec3(-3.0, -3.0, 1.0), vec3(3.0, 0.0, 0.0), vec3(0.0, 6.0, 0.0)),
+        ],
+        lights: vec![sun(vec3(1.0, 0.0, -1.0), 0.0)],
+        ..SceneParts::default()
+    };
+    let s = solution(parts, |_, _| 0.0, |_| 0.0);
+    let n = 200;
+    let cam = camera(vec3(1.0, 0.0, 3.0), vec3(1.0, 0.0, 0.0), 20.0);
+    let cam = Camera {
+        up: vec3(0.0, 1.0, 0.0),
+        ..cam
+    };
+    let one = RenderOptions {
+        samples: 1,
+        ..size(n, 3)
+    };
+    let image = render(&s, &cam, &one, &Quiet);
+    let lit = 0.5 / 2f64.sqrt() / PI;
+    for x in 0..n {
+        let c = image.pixels[n + x][0] as f64;
+        let exact = if x < n / 2 { 0.0 } else { lit };
+        assert!((c - exact).abs() < 1e-6, "{x}: {c} {exact}");
+    }
+}
+
+#[test]
+fn sunlight_scattered_in_a_homogeneous_medium_has_its_closed_form() {
+    // A slab 0 < z < 1 of κ, Ω under a sun straight above, seen along x from inside at height z:
+    // L = κΩ E e^{−κ(1−z)}/(4π) (1 − e^{−κℓ})/κ.
+    let (lo, hi) = (vec3(0.0, 0.0, 0.0), vec3(4.0, 4.0, 1.0));
+    let (kappa, albedo) = (0.8, 0.6);
+    let parts = SceneParts {
+        voxmap: Some(medium(lo, hi, [9, 7, 5], kappa, albedo)),
+        lights: vec![sun(vec3(0.0, 0.0, -1.0), 0.0)],
+        ..SceneParts::default()
+    };
+    let s = solution(parts.clone(), |_, _| 0.0, |_| 0.0);
+    let z = 0.3;
+    let cam = camera(vec3(0.5, 2.0, z), vec3(4.0, 2.0, z), 1e-6);
+    let image = render(&s, &cam, &size(2, 2), &Quiet);
+    let exact =
+        |length: f64| albedo * (-kappa * (1.0 - z)).exp() / (4.0 * PI) * (1.0 - (-kappa * length).exp());
+    let found = image.pixels[0][0] as f64;
+    assert!((found / exact(3.5) - 1.0).abs() < 1e-5, "{found} {}", exact(3.5));
+    assert!((image.pixels[0][2] as f64 / exact(3.5) / 3.0 - 1.0).abs() < 1e-5);
+    // With a roof over 1 < x < 2.5 and a pane over 3 < x < 4.
+    let mut parts = parts;
+    parts.surfaces = vec![surface("roof", 0.0, 0.0)];
+    parts.facets = vec![quad(
+        0,
+        vec3(1.0, 0.0, 1.5),
+        vec3(1.5, 0.0, 0.0),
+        vec3(0.0, 4.0, 0.0),
+    )];
+    parts.panes = vec![Pane {
+        name: "glass".into(),
+        plates: vec![Plate::parallelogram(
+            vec3(3.0, 0.0, 1.5),
+            vec3(1.0, 0.0, 0.0),
+            vec3(0.0, 4.0, 0.0),
+        )],
+        thickness: 0.01,
+        extinction: [50.0, 0.0, 10.0],
+        albedo: [0.0; 3],
+        emission: [0.0; 3],
+    }];
+    let s = solution(parts, |_, _| 0.0, |_| 0.0);
+    let image = render(&s, &cam, &size(2, 2), &Quiet);
+    let glass = (-0.5f64).exp();
+    let lit = exact(0.5) + exact(2.5) - exact(2.0) + glass * (exact(3.5) - exact(2.5));
+    assert!(
+        (image.pixels[0][0] as f64 / lit - 1.0).abs() < 1e-5,
+        "{} {lit}",
+        image.pixels[0][0]
+    );
+}
+
+#[test]
+fn lit_intervals_agree_with_shadow_rays() {
+    let mut parts = furnace();
+    parts.facets.remove(1);
+    for i in 0..40 {
+        let r = |k: u64| sequence::unit(i * 9 + k) - 0.5;
+        let o = vec3(2.0 * r(0), 2.0 * r(1), 0.8 + r(2));
+        let plate = Plate::triangle(
+            o,
+            o + vec3(r(3), r(4), r(5)) * 0.6,
+            o + vec3(r(6), r(7), r(8)) * 0.6,
+        );
+        parts.facets.push(Facet {
+            surface: 0,
+            plate,
+            uv: [[0.0; 2]; 3],
+        });
+    }
+    let lamp = parts.facets.len() - 1;
+    let scene = Scene::new(parts).unwrap();
+    let transport = Transport::new(&scene);
+    let shadows = shadow::Shadows::new(&scene);
+    let plate = scene.facets()[lamp].plate;
+    let sources = [
+        zonal_transport::direct::Source::Distant {
+            towards: vec3(0.3, 0.1, 0.9).normalized(),
+            fluence: [1.0; 3],
+        },
+        zonal_transport::direct::Source::Point {
+            at: plate.at(0.3, 0.4),
+            normal: plate.normal(),
+            both: true,
+            facet: lamp,
+            power: [1.0; 3],
+        },
+    ];
+    let mut wrong = 0;
+    for source in &sources {
+        for i in 0..200u64 {
+            let p = |k: u64| {
+                vec3(
+                    sequence::unit(k) * 1.8 - 0.9,
+                    sequence::unit(k + 1) * 1.8 - 0.9,
+                    sequence::unit(k + 2) * 1.4,
+                )
+            };
+            let (a, b) = (p(1000 + 6 * i), p(1003 + 6 * i));
+            let (length, dir) = ((b - a).length(), (b - a).normalized());
+            let lit = shadows.lit(a, dir, source, 0.0, length);
+            for k in 0..50 {
+                let t = length * (k as f64 + 0.5) / 50.0;
+                let x = a + dir * t;
+                let end = match *source {
+                    zonal_transport::direct::Source::Distant { towards, .. } => transport.beyond(x, towards),
+                    zonal_transport::direct::Source::Point { at, .. } => at,
+                };
+                let inside = lit.intervals.iter().any(|i| i.0 < t && t < i.1);
+                wrong += usize::from(inside == transport.blocked(x, end));
+            }
+        }
+    }
+    assert!(wrong <= 2, "{wrong} of 20000");
+}
+
+#[test]
+fn the_mean_over_a_flat_wall_is_its_radiosity() {
+    let parts = SceneParts {
+        surfaces: vec![surface("wall", 1.0, 0.0)],
+        facets: vec![quad(
+            0,
+            vec3(-1.0, 1.0, -1.0),
+            vec3(2.0, 0.0, 0.0),
+            vec3(0.0, 0.0, 2.0),
+        )],
+        ..SceneParts::default()
+    };
+    let f = |p: Vec3, _: Vec3| 1.0 + 0.5 * (3.0 * p.x).sin() * (2.0 * p.z).cos();
+    let s = solution(parts, f, |_| 0.0);
+    let straight = Camera {
+        up: vec3(0.0, 0.0, 1.0),
+        ..camera(Vec3::ZERO, vec3(0.0, 1.0, 0.0), 90.0)
+    };
+    let image = render(&s, &straight, &size(100, 100), &Quiet);
+    let mean = image.pixels.iter().map(|p| p[0] as f64).sum::<f64>() / 1e4;
+    let zones: f64 = s
+        .zones
+        .patches
+        .iter()
+        .zip(&s.fields.incident)
+        .map(|(p, h): (_, &Bands)| p.area * h[0])
+        .sum();
+    let front: f64 = s.zones.patches.iter().map(|p| p.area).sum();
+    assert!(
+        (mean * PI / (zones / front) - 1.0).abs() < 1e-3,
+        "{} {}",
+        mean * PI,
+        zones / front
+    );
+}
