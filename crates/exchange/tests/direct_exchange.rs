@@ -92,7 +92,12 @@ fn the_reference_table_through_the_cache_both_ways() {
         let (f, g) = (cache.get(&r.a, &r.b, r.kappa), cache.get(&r.b, &r.a, r.kappa));
         assert_eq!(f, g);
         assert!(f.radius <= 1e-10 * f.value);
-        assert!((f.value - r.want).abs() <= f.radius + TABLE * r.want);
+        // The key rounds lengths to 42 bits.
+        assert!(
+            (f.value - r.want).abs() <= f.radius + 3e-12 * r.want,
+            "{f:?} {}",
+            r.want
+        );
     }
 }
 
@@ -103,21 +108,75 @@ fn a_loose_tolerance_costs_less() {
     assert!(cost.is_sorted() && 4 * cost[0] < cost[3], "{cost:?}");
     assert!(cost[3] < 10_000, "{cost:?}");
     let far = geometric_factor(&a, &cube(30.0, 7.0, 2.0), 1.0, 1e-10);
-    assert!(far.evaluations <= 8 * 5 * 5 * 5, "{far:?}");
+    assert!(far.evaluations <= 1500, "{far:?}");
     assert_eq!(far.method, "gauss");
 }
 
 /// K, gg, gs, ss opposite, ss adjacent: shared/VALIDATION.md section 3.
 const CUBE: [[f64; 5]; 9] = [
-    [0.01, 0.000178729152, 0.006636878475, 0.197619448773, 0.198935918188],
-    [0.1, 0.017349084555, 0.063775152574, 0.178841767779, 0.189345769912],
-    [0.2, 0.067181244627, 0.122136459229, 0.160077043920, 0.179446624213],
-    [0.5, 0.382367763855, 0.269605372691, 0.114854762298, 0.153884966253],
-    [1.0, 1.323835261269, 0.446027456455, 0.066163677717, 0.121952216457],
-    [2.0, 4.119440045729, 0.646759992379, 0.022092805040, 0.082786800645],
-    [3.0, 7.510213675499, 0.748297720750, 0.007432357363, 0.061067480472],
-    [5.0, 14.946026253016, 0.842328957831, 0.000857392293, 0.039203412469],
-    [10.0, 34.490219869614, 0.918296688398, 0.000004209023, 0.020424775645],
+    [
+        0.01,
+        0.000178729152,
+        0.006636878475,
+        0.197619448773,
+        0.198935918188,
+    ],
+    [
+        0.1,
+        0.017349084555,
+        0.063775152574,
+        0.178841767779,
+        0.189345769912,
+    ],
+    [
+        0.2,
+        0.067181244627,
+        0.122136459229,
+        0.160077043920,
+        0.179446624213,
+    ],
+    [
+        0.5,
+        0.382367763855,
+        0.269605372691,
+        0.114854762298,
+        0.153884966253,
+    ],
+    [
+        1.0,
+        1.323835261269,
+        0.446027456455,
+        0.066163677717,
+        0.121952216457,
+    ],
+    [
+        2.0,
+        4.119440045729,
+        0.646759992379,
+        0.022092805040,
+        0.082786800645,
+    ],
+    [
+        3.0,
+        7.510213675499,
+        0.748297720750,
+        0.007432357363,
+        0.061067480472,
+    ],
+    [
+        5.0,
+        14.946026253016,
+        0.842328957831,
+        0.000857392293,
+        0.039203412469,
+    ],
+    [
+        10.0,
+        34.490219869614,
+        0.918296688398,
+        0.000004209023,
+        0.020424775645,
+    ],
 ];
 
 #[test]
@@ -392,7 +451,12 @@ fn closed_forms_of_view_factors() {
         let floor = wall(Vec3::ZERO, vec3(a, b, 0.0), 2, 1);
         let lid = wall(vec3(0.0, 0.0, c), vec3(a, b, c), 2, -1);
         // The closed form loses digits to cancellation at large distances.
-        close(factor(&floor, &lid, 0.0, 1e-12).value, opposed(a, b, c), 1e-11, "C-11");
+        close(
+            factor(&floor, &lid, 0.0, 1e-12).value,
+            opposed(a, b, c),
+            1e-11,
+            "C-11",
+        );
     }
     for (h, w, l) in [
         (1.0, 1.0, 1.0),
@@ -405,7 +469,12 @@ fn closed_forms_of_view_factors() {
     ] {
         let floor = wall(Vec3::ZERO, vec3(w, l, 0.0), 2, 1);
         let side = wall(Vec3::ZERO, vec3(0.0, l, h), 0, 1);
-        close(factor(&floor, &side, 0.0, 1e-12).value, adjacent(h, w, l), 1e-10, "C-14");
+        close(
+            factor(&floor, &side, 0.0, 1e-12).value,
+            adjacent(h, w, l),
+            1e-10,
+            "C-14",
+        );
     }
 }
 
@@ -423,7 +492,12 @@ fn weak_attenuation_tends_to_none() {
         close(weak, none, 4e-9, "continuity");
         let some = factor(&a, &b, 1e-3, 1e-12).value;
         let mean = cumulants.mean_distance;
-        close((none - some) / none, 1e-3 * mean, 1e-3 * mean, "the mean distance");
+        close(
+            (none - some) / none,
+            1e-3 * mean,
+            1e-3 * mean,
+            "the mean distance",
+        );
     }
 }
 
@@ -439,7 +513,10 @@ fn cumulants_attenuate_within_their_radius() {
         let rough = cache.get_cumulants(&a, &b).attenuated(kappa);
         let exact = factor(&a, &b, kappa, 1e-10).value;
         assert_eq!(rough.grade, Grade::Estimated);
-        assert!((rough.value - exact).abs() <= 2.0 * rough.radius, "{rough:?} {exact}");
+        assert!(
+            (rough.value - exact).abs() <= 2.0 * rough.radius,
+            "{rough:?} {exact}"
+        );
         assert!(rough.radius < 0.05 * exact, "{rough:?} {exact}");
     }
 }
@@ -475,7 +552,11 @@ fn thick_media_end_where_beer_says() {
     let gas = cube(0.0, 0.0, 0.0);
     for kappa in [50.0, 300.0, 2000.0] {
         let own = factor(&gas, &gas, kappa, 1e-10).value;
-        let walls: f64 = gas.walls().iter().map(|w| factor(&gas, w, kappa, 1e-10).value).sum();
+        let walls: f64 = gas
+            .walls()
+            .iter()
+            .map(|w| factor(&gas, w, kappa, 1e-10).value)
+            .sum();
         close(kappa * own + walls, 4.0, 1e-9, "closure of a thick voxel");
     }
 }
@@ -488,7 +569,14 @@ fn unseen_pairs_are_exactly_zero() {
     let back_to_back = wall(vec3(0.0, 0.0, -1.0), vec3(1.0, 1.0, -1.0), 2, -1);
     let below = wall(vec3(1.0, 0.0, -1.0), vec3(1.0, 1.0, 0.0), 0, -1);
     let cache = FactorCache::new(1e-8);
-    for b in [floor, beside, facing_away, back_to_back, below, cube(0.0, 0.0, -1.0)] {
+    for b in [
+        floor,
+        beside,
+        facing_away,
+        back_to_back,
+        below,
+        cube(0.0, 0.0, -1.0),
+    ] {
         assert_eq!(
             geometric_factor(&floor, &b, 0.5, 1e-8).bounded,
             Bounded::ZERO,
@@ -521,7 +609,7 @@ fn the_cache_agrees_with_the_direct_value_on_a_rounded_lattice() {
     assert!((35..=70).contains(&cache.len()), "{}", cache.len());
     for b in grid.iter().step_by(7) {
         let (kept, direct) = (cache.get(&grid[3], b, 1.0), factor(&grid[3], b, 1.0, 1e-9));
-        assert!((kept.value - direct.value).abs() <= kept.radius + direct.radius + 3e-10 * direct.value);
+        assert!((kept.value - direct.value).abs() <= kept.radius + direct.radius + 3e-12 * direct.value);
     }
 }
 

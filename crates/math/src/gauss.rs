@@ -133,10 +133,7 @@ impl Pair {
         Pair::renormalised(s, e + self.lo + o.lo)
     }
     fn sub(self, o: Pair) -> Pair {
-        self.add(Pair {
-            hi: -o.hi,
-            lo: -o.lo,
-        })
+        self.add(Pair { hi: -o.hi, lo: -o.lo })
     }
     fn mul(self, o: Pair) -> Pair {
         let p = self.hi * o.hi;

@@ -47,7 +47,7 @@ fn choose(cell: &Cell, kernel: &Kernel, k: usize, volume: f64, budget: f64) -> C
         }
         (ln_m, e.rho)
     });
-    ellipse::choose(candidates.into_iter(), budget)
+    ellipse::choose(candidates, budget)
 }
 
 /// The cell's integral by the planned rule.

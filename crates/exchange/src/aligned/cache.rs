@@ -3,13 +3,13 @@
 //! **Key.** A factor depends, axis by axis, on the two extents **unordered** (the trapezoid is symmetric in them) and on the
 //! centre offset up to its sign (with a flat box on the axis: its sign relative to the normal), and on the axes in any
 //! order. So the key holds, sorted: long/L, short/long, low/long per axis, with L the longest extent of all and `low` the least
-//! t (the gap between the boxes, negative where they overlap), and L and κ. L and the ratios are rounded to 37 bits, low/long to
-//! multiples of 2⁻³⁶ (1.5e-11): lattice offsets are exact there, the roundings of their coordinates vanish, and what touches
-//! or is flush within 3e-11 of the longer edge is so exactly.
+//! t (the gap between the boxes, negative where they overlap), and L and κ. L and the ratios are rounded to 42 bits, low/long to
+//! multiples of 2⁻⁴¹ (4.5e-13): lattice offsets are exact there, the roundings of their coordinates vanish, and what touches
+//! or is flush within 2⁻³⁸ (3.6e-12) of the longer edge is so exactly.
 //!
 //! **What is computed** is the factor of the key's own geometry, its breakpoints each within an ulp or two:
 //! results depend on no thread's order, and F(a, b) = F(b, a) to the bit. The radius refers to that geometry: its lengths
-//! are within 2⁻³⁶ (relative to the longer extent of their axis) of those asked.
+//! are within 2⁻³⁸ (relative to the longer extent of their axis) of those asked, mostly within 2⁻⁴².
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hash, Hasher};
@@ -31,6 +31,8 @@ pub struct Cumulants {
     pub variance: f64,
     /// Third cumulant ⟨(r − r̄)³⟩, m³.
     pub third: f64,
+    /// Fourth cumulant ⟨(r − r̄)⁴⟩ − 3 var², m⁴.
+    pub fourth: f64,
 }
 
 impl Cumulants {
@@ -39,17 +41,15 @@ impl Cumulants {
         mean_distance: 0.0,
         variance: 0.0,
         third: 0.0,
+        fourth: 0.0,
     };
 
-    /// 𝓕₀ exp(−κ r̄ + κ² var/2): estimated, the radius being the change by the third cumulant.
+    /// 𝓕₀ exp(−κ r̄ + κ² var/2): estimated, the radius being the change by the third and fourth cumulants.
     pub fn attenuated(&self, kappa: f64) -> Bounded {
         let exponent = kappa * (0.5 * kappa * self.variance - self.mean_distance);
         let value = self.factor.value * exponent.exp();
-        let third = (kappa * kappa * kappa * self.third / 6.0).abs();
-        Bounded::estimated(
-            value,
-            value * third.exp_m1() + self.factor.radius * exponent.exp(),
-        )
+        let next = (kappa.powi(3) * self.third / 6.0).abs() + (kappa.powi(4) * self.fourth / 24.0).abs();
+        Bounded::estimated(value, value * next.exp_m1() + self.factor.radius * exponent.exp())
     }
 }
 
@@ -154,7 +154,10 @@ impl FactorCache {
 
     /// The geometric factor of a pair for extinction `kappa` ≥ 0 (1/m); boxes must be valid ([`Cuboid::is_valid`]).
     pub fn get(&self, a: &Cuboid, b: &Cuboid, kappa: f64) -> Bounded {
-        debug_assert!(a.is_valid() && b.is_valid() && kappa >= 0.0, "{a:?} {b:?} {kappa}");
+        debug_assert!(
+            a.is_valid() && b.is_valid() && kappa >= 0.0,
+            "{a:?} {b:?} {kappa}"
+        );
         match key(a, b, kappa) {
             None => Bounded::ZERO,
             Some(k) => self
@@ -176,28 +179,32 @@ impl FactorCache {
 }
 
 fn cumulants_of(pair: &Reduced, tolerance: f64) -> Cumulants {
-    let i = integrate::integrate::<4>(pair, 0.0, tolerance.clamp(super::FINEST, 0.1));
-    let [m1, m2, m3] = [1, 2, 3].map(|p| i.value[p] / i.value[0]);
-    let variance = (m2 - m1 * m1).max(0.0);
+    let i = integrate::integrate::<5>(pair, 0.0, tolerance.clamp(super::FINEST, 0.1));
+    // Moments of r − r₀, r₀ the least distance: no digits lost for far pairs.
+    let [m1, m2, m3, m4] = [1, 2, 3, 4].map(|p| i.value[p] / i.value[0]);
+    let v = (m2 - m1 * m1).max(0.0);
+    let third = m3 - m1 * (3.0 * m2 - 2.0 * m1 * m1);
+    let fourth_central = m4 - m1 * (4.0 * m3 - m1 * (6.0 * m2 - 3.0 * m1 * m1));
     Cumulants {
         factor: Bounded::proved(i.value[0], i.radius),
-        mean_distance: m1,
-        variance,
-        third: m3 - m1 * (3.0 * m2 - 2.0 * m1 * m1),
+        mean_distance: i.nearest + m1,
+        variance: v,
+        third,
+        fourth: fourth_central - 3.0 * v * v,
     }
 }
 
-/// 1.5 · 2¹⁶: adding and subtracting it rounds to a multiple of 2⁻³⁶.
-const ROUNDER: f64 = 98_304.0;
+/// 1.5 · 2¹¹: adding and subtracting it rounds to a multiple of 2⁻⁴¹.
+const ROUNDER: f64 = 3072.0;
 
-/// The nearest multiple of 2⁻³⁶, never −0.
+/// The nearest multiple of 2⁻⁴¹ (of a few ulp beyond a thousand), never −0.
 fn lattice(x: f64) -> f64 {
     (x + ROUNDER) - ROUNDER + 0.0
 }
 
-/// A positive number to 37 significant bits.
+/// A positive number to 42 significant bits.
 fn coarse(x: f64) -> f64 {
-    const DROP: u32 = 16;
+    const DROP: u32 = 11;
     f64::from_bits((x.to_bits() + (1 << (DROP - 1))) & !((1 << DROP) - 1))
 }
 
@@ -255,8 +262,8 @@ fn normalised(long: f64, short: f64, scale: f64, offset: f64) -> [f64; 2] {
     [short, low + 0.0]
 }
 
-/// 2⁻³⁵: boxes nearer than this (relative to the longer edge) touch; faces are flush.
-const SNAP: f64 = 1.0 / (1u64 << 35) as f64;
+/// 2⁻³⁸: boxes nearer than this (relative to the longer edge) touch; faces are flush.
+const SNAP: f64 = 1.0 / (1u64 << 38) as f64;
 
 /// Three comparisons sort three axes.
 fn sort(axes: &mut [[u64; 3]; 3]) {

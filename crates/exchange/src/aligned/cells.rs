@@ -58,8 +58,8 @@ impl Cell {
     pub fn max_weight(&self) -> f64 {
         self.0.iter().map(Span::max_weight).product()
     }
-    fn halves(&self, axis: usize) -> (Cell, Cell) {
-        let (near, far) = self.0[axis].halves();
+    fn cut_at(&self, axis: usize, length: f64) -> (Cell, Cell) {
+        let (near, far) = self.0[axis].cut_at(length);
         let (mut n, mut f) = (*self, *self);
         (n.0[axis], f.0[axis]) = (near, far);
         (n, f)
@@ -91,8 +91,10 @@ impl Cell {
     pub fn upper_bound(&self, kernel: &Kernel) -> f64 {
         let near = norm(self.lower());
         let far = self.upper();
-        let plain =
-            self.volume() * kernel.numerator(far) * near.powi(-kernel.q()) * kernel.decay(near.max(kernel.nearest));
+        let plain = self.volume()
+            * kernel.numerator(far)
+            * near.powi(-kernel.q())
+            * kernel.decay(near.max(kernel.nearest));
         if self.0.iter().any(|s| s.len == 0.0) {
             return 1.000_001 * self.max_weight() * plain;
         }
@@ -105,21 +107,27 @@ impl Cell {
         1.000_001 * self.max_weight() * slab.min(plain)
     }
 
-    /// The axis along which the cell must be cut before it is integrated.
-    fn cut(&self, kernel: &Kernel) -> Option<usize> {
+    /// The axis along which the cell must be cut before it is integrated, and the length of the near part.
+    fn cut(&self, kernel: &Kernel) -> Option<(usize, f64)> {
         if self.touches() {
             self.cut_touching(kernel)
         } else {
-            self.cut_apart(kernel)
+            self.cut_apart(kernel).map(|k| (k, 0.5 * self.0[k].len))
         }
     }
 
-    /// Pyramid coordinates want edges of similar length, and no more than a few mean free paths of them.
-    fn cut_touching(&self, kernel: &Kernel) -> Option<usize> {
+    /// Pyramid coordinates want edges of similar length, and no more than a few mean free paths of them. A long
+    /// edge is halved as long as it stays long, then cut to the shortest: halving alone may never end.
+    fn cut_touching(&self, kernel: &Kernel) -> Option<(usize, f64)> {
         let len = self.0.map(|s| s.len);
         let longest = (0..3).fold(0, |m, k| if len[k] > len[m] { k } else { m });
         let shortest = len.iter().copied().fold(f64::INFINITY, f64::min);
-        (len[longest] > ASPECT * shortest || kernel.kappa * len[longest] > THICK_TOUCHING).then_some(longest)
+        let half = 0.5 * len[longest];
+        if len[longest] > ASPECT * shortest {
+            Some((longest, if half > ASPECT * shortest { half } else { shortest }))
+        } else {
+            (kernel.kappa * len[longest] > THICK_TOUCHING).then_some((longest, half))
+        }
     }
 
     /// Elsewhere the nearest singularity and the optical thickness decide.
@@ -222,8 +230,8 @@ impl Division {
         }
         let room = self.leaves.len() + stack.len() < MOST_LEAVES;
         match cell.cut(&kernel) {
-            Some(axis) if room => {
-                let (near, far) = cell.halves(axis);
+            Some((axis, length)) if room => {
+                let (near, far) = cell.cut_at(axis, length);
                 stack.push((far, far.weigh(&kernel)));
                 stack.push((near, near.weigh(&kernel)));
             }

@@ -17,11 +17,7 @@ pub struct Cuboid {
 impl Cuboid {
     /// The voxel between two corners.
     pub const fn voxel(lo: Vec3, hi: Vec3) -> Cuboid {
-        Cuboid {
-            lo,
-            hi,
-            normal: None,
-        }
+        Cuboid { lo, hi, normal: None }
     }
 
     /// The rectangle between two corners that agree on `axis`, facing `sign` (+1 or −1) along it.

@@ -22,8 +22,11 @@ pub(super) struct Ellipse {
     pub square: f64,
 }
 
-/// Where between the interval and the widest ellipse the bound is tried.
-const FRACTIONS: [f64; 4] = [0.5, 0.72, 0.86, 0.95];
+/// Where between the interval and the widest ellipse the bound is tried, from wide to narrow: narrow ones serve
+/// optically long pairs, whose e^{−κr} grows fast off the real axis.
+const FRACTIONS: [f64; 12] = [
+    0.95, 0.86, 0.72, 0.55, 0.38, 0.24, 0.14, 0.07, 0.03, 0.012, 0.005, 0.002,
+];
 
 /// B² of the ellipse on which R vanishes.
 fn widest(x: f64, h: f64, c2: f64) -> f64 {
@@ -39,11 +42,11 @@ pub(super) fn widest_rho(lo: f64, len: f64, c2: f64) -> f64 {
 }
 
 /// Candidates around [lo, lo + len] at squared distance `c2` ≥ 0 from the axis; lo > 0 or c2 > 0.
-pub(super) fn around(lo: f64, len: f64, c2: f64) -> [Ellipse; 4] {
+pub(super) fn around(lo: f64, len: f64, c2: f64) -> impl Iterator<Item = Ellipse> {
     let h = 0.5 * len;
     let x = lo + h;
     let b_max = widest(x, h, c2).sqrt();
-    FRACTIONS.map(|f| {
+    FRACTIONS.iter().map(move |f| {
         let b = f * b_max;
         let (b2, a2) = (b * b, b * b + h * h);
         let a = a2.sqrt();
@@ -71,15 +74,16 @@ pub(super) struct Choice {
 pub(super) const MOST: usize = 40;
 
 /// The smallest number of points whose error (64/15)/2 · M ϱ^{−2n}/(1 − ϱ^{−2}) is within `budget` for one of the
-/// candidates (ln M, ϱ), M including the cell's volume. Capped at [`MOST`], with the error as it then is.
+/// candidates (ln M, ϱ), M including the cell's volume; they are taken as long as they improve. Capped at [`MOST`], with the error as it then is.
 pub(super) fn choose(candidates: impl Iterator<Item = (f64, f64)>, budget: f64) -> Choice {
     let goal = budget.ln();
     let (mut needed, mut best) = (f64::INFINITY, (0.0, 2.0));
     for (ln_m, rho) in candidates {
         let n = (ln_m + LN_32_15 - (1.0 - 1.0 / (rho * rho)).ln() - goal) / (2.0 * rho.ln());
-        if n < needed {
-            (needed, best) = (n, (ln_m, rho));
+        if n >= needed {
+            break;
         }
+        (needed, best) = (n, (ln_m, rho));
     }
     let points = needed.ceil().clamp(1.0, MOST as f64) as usize;
     // The logarithms' own rounding is far below one part in a million.

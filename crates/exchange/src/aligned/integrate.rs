@@ -1,10 +1,11 @@
 //! The driver: budgets to cells, sums, radius, and another round where the first fell short.
 //!
 //! **Rounding.** All terms are positive, so relative errors pass through the sums. With ε = 2⁻⁵³ and elementary functions
-//! within 2 ulp: nodes and weights of the rules 2ε; t = lo + len·u 6ε (lo, len, u carry 2ε each); r² 14ε, r 8ε, 1/r^q with q ≤ 4
-//! at most 31ε; numerator (degree ≤ 2) 13ε; three densities, each two products and a sum of nonnegative terms, 8ε each; weights
-//! and products 15ε; the nested sums n₁ + n₂ + n₃ + 3 roundings: below (100 + n₁ + n₂ + n₃) ε. The attenuation adds its
-//! argument's absolute error, 12ε·κr at most, and 4ε. Cells are added with compensation (Neumaier), 2ε more.
+//! within 2 ulp: nodes and weights of the rules 2ε; a span's lo and len 12ε (the rest of a cut amplifies by at most three); t =
+//! lo + len·u 16ε; r² 35ε, r 19ε, 1/r^q with q ≤ 4 at most 73ε; numerator (degree ≤ 2) 34ε; three densities, each two products
+//! and a sum of nonnegative terms, 16ε each; weights, lengths and products 60ε; the nested sums n₁ + n₂ + n₃ + 3 roundings: below
+//! (220 + n₁ + n₂ + n₃) ε. The attenuation adds its argument's absolute error, 24ε·κr at most, and 4ε. Cells are
+//! added with compensation (Neumaier), 2ε more.
 
 use super::cells::{self, Cell, Division, Kernel, norm};
 use super::ellipse::Choice;
@@ -14,9 +15,10 @@ use super::{apart, pyramid};
 
 const EPS: f64 = 0.5 * f64::EPSILON;
 
-/// ∬ r^p e^{−κr}·cosines/r² /π for p < P, with the error radius of the first.
+/// (1/π)∬ (r − r₀)^p e^{−κr}·cosines/r² for p < P, r₀ the pair's least distance; with the error radius of the first.
 pub(super) struct Integral<const P: usize> {
     pub value: [f64; P],
+    pub nearest: f64,
     pub radius: f64,
     pub evaluations: u64,
     pub touching: bool,
@@ -115,7 +117,7 @@ impl<const P: usize> Pass<P> {
         plan.iter().for_each(|c| self.truncation.add(c.error));
         let points: usize = plan.iter().map(|c| c.points).sum();
         let depth = kernel.kappa * norm(cell.upper());
-        self.rounding += value[0] * EPS * (110.0 + points as f64 + 12.0 * depth);
+        self.rounding += value[0] * EPS * (230.0 + points as f64 + 24.0 * depth);
         self.evaluations += plan.iter().map(|c| c.points as u64).product::<u64>();
     }
 }
@@ -137,6 +139,7 @@ fn finish<const P: usize>(
     }
     Integral {
         value,
+        nearest: division.kernel.nearest,
         radius,
         evaluations,
         touching: division.leaves.iter().any(|(c, _)| c.touches()),

@@ -76,7 +76,7 @@ fn lateral_choice(cell: &Cell, kernel: &Kernel, [k, j, i]: [usize; 3], budget: f
         let front = rest * density_bound(&cell.0[j], e.a) * (0.5 + e.a).powi(kernel.power[j]);
         (front.ln() - 0.5 * kernel.q() as f64 * e.square.ln(), e.rho)
     });
-    ellipse::choose(candidates.into_iter(), budget)
+    ellipse::choose(candidates, budget)
 }
 
 /// The pyramid's integral by the planned rule.
@@ -131,10 +131,8 @@ fn sum<const M: i32, const ATTENUATED: bool, const P: usize>(
             let mut line = [0.0; P];
             for is in 0..rs.nodes.len() {
                 let s = node(rs, is);
-                let mut f = rs.weights[is]
-                    * (sk.w0 * s.1 + sk.w1 * s.0)
-                    * density(sj, s, v)
-                    * density(si, s, w);
+                let mut f =
+                    rs.weights[is] * (sk.w0 * s.1 + sk.w1 * s.0) * density(sj, s, v) * density(si, s, w);
                 if ATTENUATED {
                     f *= (-kq * s.0).exp();
                 }

@@ -1,6 +1,6 @@
 //! The radial part of the kernel and the innermost sums.
 //!
-//! P sums are taken at once, of r^p e^{−κ(r−r₀)}/r^q for p < P: P = 1 for a factor, P = 4 for its cumulants.
+//! P sums are taken at once, of (r−r₀)^p e^{−κ(r−r₀)}/r^q for p < P: P = 1 for a factor, P = 5 for its cumulants.
 
 use super::cells::Kernel;
 
@@ -11,7 +11,7 @@ pub(super) struct Scratch {
     pub factor: [Vec<f64>; 3],
 }
 
-/// e^{−κ(r−r₀)}/r^{2+m} · (1, r, r², …) at r² for m patches.
+/// e^{−κ(r−r₀)}/r^{2+m} · (1, r−r₀, (r−r₀)², …) at r² for m patches.
 #[inline(always)]
 pub(super) fn radial<const M: i32, const ATTENUATED: bool, const P: usize>(
     r2: f64,
@@ -30,7 +30,7 @@ pub(super) fn radial<const M: i32, const ATTENUATED: bool, const P: usize>(
     }
     let mut out = [v; P];
     for p in 1..P {
-        out[p] = out[p - 1] * r;
+        out[p] = out[p - 1] * (r - nearest);
     }
     out
 }

@@ -23,18 +23,19 @@ impl Span {
     pub fn max_weight(&self) -> f64 {
         self.w0.max(self.w1)
     }
-    /// The near and the far half.
-    pub fn halves(&self) -> (Span, Span) {
-        let (len, mid) = (0.5 * self.len, 0.5 * (self.w0 + self.w1));
+    /// The near part, of the given length, and the rest.
+    pub fn cut_at(&self, length: f64) -> (Span, Span) {
+        let rest = self.len - length;
+        let w = (self.w0 * rest + self.w1 * length) / self.len;
         let near = Span {
-            len,
-            w1: mid,
+            len: length,
+            w1: w,
             ..*self
         };
         let far = Span {
-            lo: self.lo + len,
-            len,
-            w0: mid,
+            lo: self.lo + length,
+            len: rest,
+            w0: w,
             w1: self.w1,
         };
         (near, far)
