@@ -242,7 +242,7 @@ fn camera(node: &Node<'_>, index: usize) -> Result<Camera, InputError> {
     let (name, mut t) = surface::named(node, "camera", index)?;
     t.check(&["name", "origin", "target", "up", "fov"])?;
     t.key = format!("camera '{name}'");
-    t.source.remember(t.key.as_str(), t.offset());
+    t.remember();
     let fov = |n: Node<'_>| match n.number()? {
         x if x > 0.0 && x < 180.0 => Ok(x),
         x => Err(n.error(format!("{x} is out of range; give degrees above 0 and below 180"))),

@@ -273,6 +273,13 @@ impl<'a> Table<'a> {
     pub(crate) fn offset(&self) -> usize {
         self.offset
     }
+    /// Notes where this table and its name stand, under the key that errors of the scene use. A later table of the same
+    /// name takes the place: it is the one to rename.
+    pub(crate) fn remember(&self) {
+        self.source.remember(self.key.as_str(), self.offset);
+        // Reading a key notes its place.
+        let _ = self.get("name");
+    }
     /// Refuses keys that are not among these, first in the file first.
     pub(crate) fn check(&self, known: &[&str]) -> Result<(), InputError> {
         let unknown = self.map.iter().map(|(k, _)| k);

@@ -68,7 +68,7 @@ pub(crate) fn read_surface(node: &Node<'_>, index: usize, b: &mut Builder<'_>) -
     let (name, mut table) = named(node, "surface", index)?;
     table.check(&known)?;
     table.key = format!("surface '{name}'");
-    table.source.remember(table.key.as_str(), table.offset());
+    table.remember();
     let given: Vec<&str> = SHAPES.into_iter().filter(|s| table.get(s).is_some()).collect();
     let [shape] = given.as_slice() else {
         return Err(table.error(if given.is_empty() {
@@ -195,7 +195,7 @@ pub(crate) fn read_pane(node: &Node<'_>, index: usize, b: &mut Builder<'_>) -> R
     let (name, mut table) = named(node, "pane", index)?;
     table.check(&["name", "polygon", "thickness", "extinction", "albedo", "emission"])?;
     table.key = format!("pane '{name}'");
-    table.source.remember(table.key.as_str(), table.offset());
+    table.remember();
     let plates = shapes::polygon(&table.need("polygon", "polygon = [[x, y, z], [x, y, z], [x, y, z]]")?)?;
     let thickness = table.need("thickness", "thickness = 0.01 (metres)")?.positive()?;
     let extinction = table.need(

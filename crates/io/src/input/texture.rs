@@ -70,7 +70,10 @@ fn png(bytes: &[u8]) -> Result<Raw, String> {
 }
 
 fn jpeg(bytes: &[u8]) -> Result<Raw, String> {
-    let broken = |e| format!("this JPEG is damaged ({e}); export it again");
+    let broken = |e: zune_jpeg::errors::DecodeErrors| {
+        let why = e.to_string().replace('\n', " ");
+        format!("this JPEG is damaged ({}); export it again", why.trim())
+    };
     let options = DecoderOptions::default()
         .set_max_width(MAX_SIDE)
         .set_max_height(MAX_SIDE)

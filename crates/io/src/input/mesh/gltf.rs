@@ -10,6 +10,7 @@ use crate::input::error::Fault;
 use crate::input::files;
 use gltf::Document;
 use gltf::json::{Root, mesh::Mode, mesh::Semantic, validation::Checked};
+use std::collections::BTreeSet;
 use std::path::Path;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::Plate;
@@ -33,6 +34,7 @@ pub(crate) fn document(file: &str, json: &[u8]) -> Result<Document, Fault> {
         return Err(Fault::new(file, "extensionsRequired", what));
     }
     root.extensions_required.clear();
+    check_positions(file, &mut root)?;
     Document::from_json(root).map_err(|e| match e {
         gltf::Error::Validation(list) => match list.first() {
             Some((path, what)) => {
@@ -43,6 +45,22 @@ pub(crate) fn document(file: &str, json: &[u8]) -> Result<Document, Fault> {
         },
         e => Fault::new(file, "", format!("{e}; export the file again")),
     })
+}
+
+/// The crate's validation indexes the accessors of positions unchecked, so they are checked before; and it wants their
+/// min and max, which nothing here reads and many files lack.
+fn check_positions(file: &str, root: &mut Root) -> Result<(), Fault> {
+    let primitives = root.meshes.iter().flat_map(|m| &m.primitives);
+    let positions = primitives.filter_map(|p| p.attributes.get(&Checked::Valid(Semantic::Positions)));
+    for index in positions.map(|i| i.value()).collect::<BTreeSet<_>>() {
+        let Some(accessor) = root.accessors.get_mut(index) else {
+            let what = "POSITION names an accessor that is not there; export the file again";
+            return Err(Fault::new(file, format!("accessor {index}"), what));
+        };
+        let any = || Some(gltf::json::Value::from(vec![0.0; 3]));
+        (accessor.min, accessor.max) = (any(), any());
+    }
+    Ok(())
 }
 
 /// Reads a GLB or glTF file.

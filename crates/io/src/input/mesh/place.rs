@@ -118,31 +118,32 @@ pub(crate) fn read_surface(
     let (mesh, scale) = load(node, b)?;
     let overrides = read_overrides(table, &mesh, b)?;
     let solid = table.read("solid", |n| n.boolean())?.unwrap_or(true);
-    let mut counts = vec![0usize; mesh.materials.len()];
-    for f in &mesh.faces {
-        counts[f.material] += 1;
+    let mut by_material: Vec<Vec<usize>> = vec![Vec::new(); mesh.materials.len()];
+    for (i, f) in mesh.faces.iter().enumerate() {
+        by_material[f.material].push(i);
     }
-    let several = counts.iter().filter(|n| **n > 0).count() > 1;
+    let several = by_material.iter().filter(|f| !f.is_empty()).count() > 1;
     let of = |m: usize| overrides.get(&m).cloned().unwrap_or_default();
     let is_pane = |m: usize| match of(m).pane {
         Some(pane) => pane.is_some(),
         None => mesh.materials[m].glass.is_some(),
     };
     // Panes and what is left out close nothing.
-    let walls: Vec<&Face> = mesh
-        .faces
-        .iter()
-        .filter(|f| !is_pane(f.material) && !of(f.material).omit && !of(f.material).region)
-        .collect();
-    let plates: Vec<Plate> = walls.iter().map(|f| f.plate).collect();
-    let shells = if solid {
-        shells(&plates)
-    } else {
-        vec![Shell::Open; plates.len()]
-    };
+    let mut kinds = vec![Shell::Open; mesh.faces.len()];
+    if solid {
+        let is_wall = |m: usize| !is_pane(m) && !of(m).omit && !of(m).region;
+        let wall_materials: Vec<bool> = (0..mesh.materials.len()).map(is_wall).collect();
+        let walls: Vec<usize> = (0..mesh.faces.len())
+            .filter(|i| wall_materials[mesh.faces[*i].material])
+            .collect();
+        let plates: Vec<Plate> = walls.iter().map(|i| mesh.faces[*i].plate).collect();
+        for (i, kind) in walls.into_iter().zip(shells(&plates)) {
+            kinds[i] = kind;
+        }
+    }
     for (m, material) in mesh.materials.iter().enumerate() {
         let over = of(m);
-        if counts[m] == 0 || over.omit {
+        if by_material[m].is_empty() || over.omit {
             continue;
         }
         let part = Part {
@@ -163,14 +164,14 @@ pub(crate) fn read_surface(
         } else {
             b.alias(&part.name, name);
         }
-        let faces = || mesh.faces.iter().filter(|f| f.material == m);
+        let faces: Vec<&Face> = by_material[m].iter().map(|i| &mesh.faces[*i]).collect();
         if over.region {
-            part.region(faces().collect(), b)?;
+            part.region(faces, b)?;
         } else if is_pane(m) {
-            part.panes(faces().collect(), b)?;
+            part.panes(faces, b)?;
         } else {
-            let own = walls.iter().zip(&shells).filter(|(f, _)| f.material == m);
-            part.surfaces(own.map(|(f, s)| (*f, *s)).collect(), look, b)?;
+            let own = by_material[m].iter().map(|i| (&mesh.faces[*i], kinds[*i]));
+            part.surfaces(own.collect(), look, b)?;
         }
     }
     Ok(())
