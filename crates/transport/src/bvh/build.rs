@@ -3,7 +3,7 @@
 //! A split of n boxes with surface S costs c_t + (S_l n_l + S_r n_r)/S plate tests; the cheapest of 16 bin borders on each axis
 //! wins (Wald 2007). Where all centres coincide, or the tree gets deep, the list is halved.
 
-use super::{EMPTY, LANES, LEAF_BITS, Node};
+use super::node::{EMPTY, LANES, LEAF_BITS, Node};
 
 pub(super) const MAX_LEAF: usize = 4;
 const BINS: usize = 16;
