@@ -6,10 +6,12 @@
 //! | [`bounded`] | a value with its error radius and the grade of the evidence |
 //! | [`gauss`] | Gauss–Legendre rules, and what their error is bounded by |
 //! | [`sequence`] | low-discrepancy points, deterministic |
+//! | [`special`] | exponential integrals |
 
 pub mod bounded;
 pub mod gauss;
 pub mod sequence;
+pub mod special;
 pub mod vec3;
 
 pub use bounded::{Bounded, Grade};

@@ -1,6 +1,6 @@
 //! Low-discrepancy points on the unit interval, square and cube: deterministic, no state.
 //!
-//! The R_d sequence of Roberts: x_n = frac(s + n·α), α_k = φ_d^{−k} with φ_d the positive root of x^{d+1} = x + 1.
+//! The R_d sequence of Roberts: x_n = wrap(s + n·α), α_k = φ_d^{−k} with φ_d the positive root of x^{d+1} = x + 1.
 
 const PHI1: f64 = 0.618_033_988_749_894_9;
 const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
@@ -10,21 +10,25 @@ const R3: [f64; 3] = [
     0.549_700_477_901_970_2,
 ];
 
-fn frac(x: f64) -> f64 {
-    x - x.floor()
+/// Points keep this far from the borders of the unit interval: a point of a patch must not fall onto the wall beside it.
+const RIM: f64 = 1e-6;
+
+/// The fractional part of `x`, kept off the borders of the unit interval.
+pub fn wrap(x: f64) -> f64 {
+    (x - x.floor()).clamp(RIM, 1.0 - RIM)
 }
 
-/// The `n`-th point of the golden-ratio sequence in [0,1), shifted by `shift`.
+/// The `n`-th point of the golden-ratio sequence in (0,1), shifted by `shift`.
 pub fn r1(n: usize, shift: f64) -> f64 {
-    frac(0.5 + shift + n as f64 * PHI1)
+    wrap(0.5 + shift + n as f64 * PHI1)
 }
 /// The `n`-th point of the sequence in the unit square, shifted by `shift`.
 pub fn r2(n: usize, shift: [f64; 2]) -> [f64; 2] {
-    [0, 1].map(|k| frac(0.5 + shift[k] + n as f64 * R2[k]))
+    [0, 1].map(|k| wrap(0.5 + shift[k] + n as f64 * R2[k]))
 }
 /// The `n`-th point of the sequence in the unit cube, shifted by `shift`.
 pub fn r3(n: usize, shift: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|k| frac(0.5 + shift[k] + n as f64 * R3[k]))
+    [0, 1, 2].map(|k| wrap(0.5 + shift[k] + n as f64 * R3[k]))
 }
 
 /// A well-mixed 64-bit hash (SplitMix64's finaliser), for decorrelated shifts.

@@ -1,1 +1,35 @@
-//! The zonal equations: one operator, one solver, reports.
+//! The zonal equations and their solution.
+//!
+//! With H_i the irradiance of a patch and G_i the fluence of a volume zone,
+//!
+//!     patch:   B = E + ρ (H + H_dir)                      H_i A_i      = Σ_j F_ij B_j + F_i,sky B_sky
+//!     volume:  B = (1−Ω) E + Ω (G + G_dir)/4 + q/(4κ)     κ_i G_i V_i  = Σ_j F_ij B_j + F_i,sky B_sky
+//!
+//! which are equations (1) and (2) of the paper with the third source, direct light, kept apart.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`operator`] | the one interface: strengths in, arriving power out |
+//! | [`packed`] | symmetric matrices, half of them stored, applied with the same bits by any number of threads |
+//! | [`dense`] | the dense engine: every pair of zones |
+//! | [`surroundings`] | what escapes, measured by rays |
+//! | [`direct`] | sun, sky and small emitters on the zones |
+//! | [`closure`] | row sums: measured, and restored on request |
+//! | [`krylov`] | conjugate gradients with a status |
+//! | [`energy`] | the balance |
+//! | [`pipeline`] | a scene in, a solution out |
+//! | [`forecast`] | counts, time and memory beforehand |
+
+pub mod closure;
+pub mod dense;
+pub mod direct;
+pub mod energy;
+pub mod forecast;
+pub mod krylov;
+pub mod operator;
+pub mod packed;
+pub mod pipeline;
+pub mod surroundings;
+
+pub use operator::Operator;
+pub use pipeline::{solve, solve_zones};

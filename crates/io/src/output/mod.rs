@@ -8,10 +8,12 @@
 //! | [`picture`] | exposure, filmic curve, sRGB, dither: PNG |
 //! | [`exr`] | linear pictures in f32, out and in |
 //! | [`csv`] | one line a zone |
+//! | [`arrays`] | single arrays and plain bytes |
 //!
 //! Every file is written to a temporary name beside its target and renamed when it is complete: a failure leaves the old file
 //! untouched and nothing behind.
 
+pub mod arrays;
 pub mod csv;
 pub mod exr;
 pub mod hash;
@@ -25,6 +27,7 @@ mod npy;
 mod reader;
 mod writer;
 
+pub use arrays::{read_array, write_array, write_bytes};
 pub use csv::write_zones_csv;
 pub use exr::{Picture, read_exr, write_exr};
 pub use hash::scene_hash;

@@ -1,0 +1,273 @@
+//! Exchange of plates and cuboids in any position, without a medium: the geometric factor and its moments of distance.
+//!
+//! One of the two integrals is done in closed form ([`crate::solid_angle`]), so the other has a **bounded** integrand even where
+//! the zones touch:
+//!
+//! plate–plate: 𝓕 = (1/π) ∫_a ω⊥(x; b) dA, ω⊥ the projected solid angle of b on a at x (at most π);
+//! plate–cuboid: 𝓕 = (1/π) ∫_V ω(x; plate) dV, ω the solid angle of the plate's front (at most 2π).
+//!
+//! The outer integral runs over the smaller plate or over the cuboid, by Gauss points on pieces that are halved until two rules
+//! agree: the error is **estimated**. Far pairs take the value at the centres.
+//!
+//! **Attenuation** enters by the first two cumulants of the distance under the kernel: ⟨e^{−κr}⟩ ≈ e^{−κ r̄ + κ² s²/2}.
+
+use crate::solid_angle::{projected_solid_angle, solid_angle};
+use std::f64::consts::PI;
+use zonal_math::{Bounded, Vec3, gauss, vec3};
+use zonal_scene::{Plate, PlateKind};
+
+/// A geometric factor with the mean and the variance of the distance under its kernel.
+#[derive(Clone, Copy, Debug)]
+pub struct Moments {
+    /// 𝓕 without attenuation: m² for plate–plate, m³ for plate–cuboid, m⁴ for cuboid–cuboid.
+    pub factor: Bounded,
+    /// Mean distance r̄, m.
+    pub mean: f64,
+    /// Variance s² of the distance, m².
+    pub variance: f64,
+}
+
+impl Moments {
+    /// No exchange.
+    pub const ZERO: Moments = Moments { factor: Bounded::ZERO, mean: 0.0, variance: 0.0 };
+
+    /// ⟨e^{−κr}⟩ from the cumulants; `kappa` in 1/m. Between 0 and 1.
+    pub fn transmittance(&self, kappa: f64) -> f64 {
+        // Past κs = κr̄/s·… the second cumulant overshoots; it is never allowed to outweigh half of the first.
+        let second = (0.5 * kappa * kappa * self.variance).min(0.5 * kappa * self.mean);
+        (second - kappa * self.mean).exp()
+    }
+}
+
+/// Running sums of the kernel and of its moments of distance.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    f: f64,
+    fr: f64,
+    frr: f64,
+    error: f64,
+}
+
+impl Sums {
+    fn add(&mut self, f: f64, r: f64) {
+        self.f += f;
+        self.fr += f * r;
+        self.frr += f * r * r;
+    }
+    fn merge(&mut self, o: Sums) {
+        self.f += o.f;
+        self.fr += o.fr;
+        self.frr += o.frr;
+        self.error += o.error;
+    }
+    fn finish(self) -> Moments {
+        if self.f <= 0.0 {
+            return Moments { factor: Bounded::estimated(0.0, self.error / PI), ..Moments::ZERO };
+        }
+        let mean = self.fr / self.f;
+        Moments {
+            factor: Bounded::estimated(self.f / PI, self.error / PI),
+            mean,
+            variance: (self.frr / self.f - mean * mean).max(0.0),
+        }
+    }
+}
+
+/// Pieces are halved at most so often.
+const MAX_DEPTH: u32 = 5;
+
+/// True where the centres are so far apart, against the sizes, that the point formula errs by less than `tolerance`.
+///
+/// The first neglected term of the kernel's expansion about the centres is at most ~2 (s_a² + s_b²)/(12 d²) · 3.
+fn is_far(d2: f64, size_a: f64, size_b: f64, tolerance: f64) -> bool {
+    d2 * tolerance > 0.5 * (size_a * size_a + size_b * size_b)
+}
+
+/// Visits an n×n Gauss rule on the plate: (point, area weight).
+fn plate_points(p: &Plate, n: usize, mut f: impl FnMut(Vec3, f64)) {
+    let (rule, area) = (gauss::rule(n), p.area());
+    for (x, wx) in rule.nodes.iter().zip(&rule.weights) {
+        for (y, wy) in rule.nodes.iter().zip(&rule.weights) {
+            match p.kind {
+                PlateKind::Parallelogram => f(p.at(*x, *y), wx * wy * area),
+                // Collapsed square: u = x, v = (1 − x) y with Jacobian 1 − x, the triangle's area being a half.
+                PlateKind::Triangle => f(p.at(*x, (1.0 - x) * y), wx * wy * 2.0 * (1.0 - x) * area),
+            }
+        }
+    }
+}
+
+fn same_point(a: f64, b: f64, tolerance: f64) -> bool {
+    (a - b).abs() <= tolerance * b.abs()
+}
+
+/// 𝓕 of two plates, fronts facing, m². With `two_sided` b counts from both sides, and so does a.
+pub fn plate_plate(a: &Plate, b: &Plate, two_sided: [bool; 2], tolerance: f64) -> Moments {
+    let (sa, sb) = (a.diameter(), b.diameter());
+    let d = b.centre() - a.centre();
+    if is_far(d.length2(), sa, sb, tolerance) {
+        return far_plates(a, b, two_sided, d);
+    }
+    let (outer, inner, sides) = if sa <= sb { (a, b, two_sided) } else { (b, a, [two_sided[1], two_sided[0]]) };
+    let floor = tolerance * 1e-2 * outer.area();
+    outer_plate(outer, inner, sides, tolerance, floor, 0).finish()
+}
+
+fn far_plates(a: &Plate, b: &Plate, two_sided: [bool; 2], d: Vec3) -> Moments {
+    let r2 = d.length2();
+    let side = |c: f64, both: bool| if both { c.abs() } else { c.max(0.0) };
+    let ca = side(a.normal().dot(d), two_sided[0]);
+    let cb = side(-b.normal().dot(d), two_sided[1]);
+    let f = ca * cb / (PI * r2 * r2) * a.area() * b.area();
+    let spread = (a.diameter().powi(2) + b.diameter().powi(2)) / r2;
+    Moments { factor: Bounded::estimated(f, 0.5 * spread * f), mean: r2.sqrt(), variance: 0.0 }
+}
+
+fn outer_plate(a: &Plate, b: &Plate, two_sided: [bool; 2], tolerance: f64, floor: f64, depth: u32) -> Sums {
+    let (na, nb) = (a.normal(), b.normal());
+    let quarters = b.quarters();
+    let sample = |n: usize| {
+        let mut s = Sums::default();
+        plate_points(a, n, |x, w| {
+            let height = nb.dot(x - b.origin);
+            if height <= 0.0 && !two_sided[1] {
+                return;
+            }
+            // The quarters serve the moments of distance; their sum is the closed form of the whole.
+            for q in &quarters {
+                let r = (q.centre() - x).length();
+                let mut f = projected_solid_angle(q, x, na);
+                if two_sided[0] {
+                    f += projected_solid_angle(q, x, -na);
+                }
+                s.add(f * w, r);
+            }
+        });
+        s
+    };
+    let (coarse, mut fine) = (sample(2), sample(3));
+    fine.error = (fine.f - coarse.f).abs();
+    if same_point(coarse.f, fine.f, tolerance) || fine.error < floor || depth == MAX_DEPTH {
+        return fine;
+    }
+    let mut sum = Sums::default();
+    for part in a.quarters() {
+        sum.merge(outer_plate(&part, b, two_sided, tolerance, floor * 0.25, depth + 1));
+    }
+    sum
+}
+
+/// 𝓕 of a plate and the cuboid from `lo` to `hi`, m³. With `two_sided` both sides of the plate count.
+pub fn plate_cuboid(p: &Plate, lo: Vec3, hi: Vec3, two_sided: bool, tolerance: f64) -> Moments {
+    let (size_p, edge) = (p.diameter(), hi - lo);
+    let d = p.centre() - (lo + hi) * 0.5;
+    if is_far(d.length2(), size_p, edge.length(), tolerance) {
+        let r2 = d.length2();
+        let c = -p.normal().dot(d);
+        let c = if two_sided { c.abs() } else { c.max(0.0) };
+        let f = c / (PI * r2 * r2.sqrt()) * p.area() * edge.product();
+        let spread = (size_p * size_p + edge.length2()) / r2;
+        return Moments { factor: Bounded::estimated(f, 0.5 * spread * f), mean: r2.sqrt(), variance: 0.0 };
+    }
+    let floor = tolerance * 1e-2 * edge.product();
+    outer_cuboid(p, lo, edge, two_sided, tolerance, floor, 0).finish()
+}
+
+fn outer_cuboid(p: &Plate, lo: Vec3, edge: Vec3, two_sided: bool, tolerance: f64, floor: f64, depth: u32) -> Sums {
+    let quarters = p.quarters();
+    let volume = edge.product();
+    let sample = |n: usize| {
+        let (rule, mut s) = (gauss::rule(n), Sums::default());
+        for (x, wx) in rule.nodes.iter().zip(&rule.weights) {
+            for (y, wy) in rule.nodes.iter().zip(&rule.weights) {
+                for (z, wz) in rule.nodes.iter().zip(&rule.weights) {
+                    let at = lo + edge.scale(vec3(*x, *y, *z));
+                    seen_from(p, &quarters, at, two_sided, wx * wy * wz * volume, &mut s);
+                }
+            }
+        }
+        s
+    };
+    let (coarse, mut fine) = (sample(1), sample(2));
+    fine.error = (fine.f - coarse.f).abs() * 0.25;
+    if (depth > 0 || same_point(coarse.f, fine.f, tolerance)) && fine.error <= tolerance * fine.f
+        || fine.error < floor
+        || depth == MAX_DEPTH - 2
+    {
+        return fine;
+    }
+    let (half, mut sum) = (edge * 0.5, Sums::default());
+    for k in 0..8 {
+        let corner = lo + half.scale(vec3((k >> 2) as f64, (k >> 1 & 1) as f64, (k & 1) as f64));
+        sum.merge(outer_cuboid(p, corner, half, two_sided, tolerance, floor * 0.125, depth + 1));
+    }
+    sum
+}
+
+fn seen_from(p: &Plate, quarters: &[Plate; 4], at: Vec3, two_sided: bool, weight: f64, s: &mut Sums) {
+    let height = p.normal().dot(at - p.origin);
+    if height <= 0.0 && !two_sided {
+        return;
+    }
+    for q in quarters {
+        s.add(solid_angle(q, at).abs() * weight, (q.centre() - at).length());
+    }
+}
+
+/// (1/π) ω of the plate's front (both sides with `two_sided`) seen from a point in free space, and the distance to its centre.
+pub fn point_plate(p: &Plate, at: Vec3, two_sided: bool) -> (f64, f64) {
+    let w = solid_angle(p, at) / PI;
+    (if two_sided { w.abs() } else { w.max(0.0) }, (p.centre() - at).length())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit_square(z: f64) -> Plate {
+        Plate::parallelogram(vec3(0.0, 0.0, z), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0))
+    }
+
+    #[test]
+    fn opposite_and_touching_squares_match_the_closed_forms() {
+        let floor = unit_square(0.0);
+        let m = plate_plate(&floor, &unit_square(1.0).flipped(), [false; 2], 1e-6);
+        assert!((m.factor.value - 0.199_824_895_698_39).abs() < 1e-6);
+        let wall = Plate::parallelogram(Vec3::ZERO, vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
+        let m = plate_plate(&floor, &wall, [false; 2], 1e-4);
+        assert!((m.factor.value - 0.200_043_776_075_4).abs() < 2e-4 * 0.2, "{:?}", m);
+    }
+
+    #[test]
+    fn two_triangles_make_the_square() {
+        let floor = unit_square(0.0);
+        let top = unit_square(0.7).flipped();
+        let (c, _) = top.corners();
+        let whole = plate_plate(&floor, &top, [false; 2], 1e-6).factor.value;
+        let parts: f64 = [Plate::triangle(c[0], c[1], c[2]), Plate::triangle(c[0], c[2], c[3])]
+            .iter()
+            .map(|t| plate_plate(t, &floor, [false; 2], 1e-6).factor.value)
+            .sum();
+        assert!((whole - parts).abs() < 1e-5 * whole);
+    }
+
+    #[test]
+    fn a_cube_and_its_faces_close() {
+        // Thin medium: the six walls of a cube take 4 V from a unit of volume.
+        let o = Vec3::ZERO;
+        let faces = [
+            Plate::parallelogram(o, vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)),
+            Plate::parallelogram(vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), vec3(0.0, 1.0, 0.0)),
+        ];
+        let f: f64 = faces.iter().map(|p| plate_cuboid(p, o, Vec3::ONE, false, 1e-4).factor.value).sum();
+        assert!((f - 4.0 / 3.0).abs() < 5e-4, "{f}");
+    }
+
+    #[test]
+    fn the_back_of_a_plate_sees_nothing_unless_asked() {
+        let p = unit_square(0.0);
+        let (lo, hi) = (vec3(0.0, 0.0, -2.0), vec3(1.0, 1.0, -1.0));
+        assert_eq!(plate_cuboid(&p, lo, hi, false, 1e-3).factor.value, 0.0);
+        assert!(plate_cuboid(&p, lo, hi, true, 1e-3).factor.value > 0.0);
+    }
+}

@@ -1,0 +1,712 @@
+//! The exchange area of any two zones of a scene: the one place that decides which formula serves a pair.
+//!
+//! What is kept of a pair is g_ij = F_ij/(c_i c_j) with c = κ for volume zones and 1 for patches, so that a band without
+//! extinction keeps its factors: the fluence of an empty voxel is G_i = (1/V_i) Σ_j g_ij c_j B_j.
+//!
+//! | pair | geometry | attenuation |
+//! |---|---|---|
+//! | axis-aligned, uniform κ | reduced integral, **proved** | inside the integral |
+//! | axis-aligned, varying κ | reduced integral at κ = 0 | cumulants of the distance × mean extinction along rays |
+//! | a plate in any position | closed solid angle inside, Gauss points outside, estimated | the same |
+//! | a voxel cut by walls | sums over its samples | the same, ray by ray |
+//! | a pane | as a plate that is seen from both sides, times (1 − e^{−κt/c})/κ, c the cosine | the same |
+//!
+//! **Visibility** multiplies: the mean over rays between points of both zones, weighted by the kernel. Few rays first; where
+//! they disagree, more. The points differ from pair to pair, so that the errors of neighbours do not add up.
+
+use crate::aligned::{Cuboid, FactorCache};
+use crate::general::{self, Moments};
+use zonal_math::{Vec3, sequence, special, vec3};
+use zonal_scene::zones::SUBCELLS;
+use zonal_scene::{Bands, Plate, Sample, Scene, Zones, bands};
+use zonal_transport::Transport;
+
+/// The relative radius of the axis-aligned factors in a solve: they are exact for every purpose of it.
+const ALIGNED_TOLERANCE: f64 = 1e-11;
+/// Rays of the first look at a pair.
+const FIRST_RAYS: usize = 4;
+/// Rays of a pair that is partly visible.
+const MORE_RAYS: usize = 16;
+/// Rays of a pair that is partly visible and carries a large share of a zone's power.
+const MOST_RAYS: usize = 64;
+/// Beyond this many diameters a cut voxel is seen as a point.
+const PART_FAR: f64 = 3.0;
+
+/// What was counted while pairs were computed.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Counts {
+    /// Pairs of axis-aligned zones by the reduced integral.
+    pub aligned: u64,
+    /// Pairs with a plate in a general position.
+    pub general: u64,
+    /// Pairs with a cut voxel.
+    pub cut: u64,
+    /// Pairs with a pane.
+    pub pane: u64,
+    /// Pairs that cannot see each other by their orientation.
+    pub facing_away: u64,
+    /// Pairs resolved by more than the first rays.
+    pub partial: u64,
+    /// Rays.
+    pub rays: u64,
+}
+
+impl Counts {
+    /// Adds another count.
+    pub fn merge(&mut self, o: Counts) {
+        self.aligned += o.aligned;
+        self.general += o.general;
+        self.cut += o.cut;
+        self.pane += o.pane;
+        self.facing_away += o.facing_away;
+        self.partial += o.partial;
+        self.rays += o.rays;
+    }
+}
+
+/// g_ij with its error radius, a band.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PairFactor {
+    /// g_ij: m² (ss), m³ (sv), m⁴ (vv).
+    pub value: Bands,
+    /// Error radius: estimated, or proved where no ray and no general quadrature took part.
+    pub radius: Bands,
+}
+
+/// The shape of a zone.
+enum Shape<'a> {
+    Plate { plate: Plate, pane: Option<usize> },
+    Cuboid,
+    Part(&'a [Sample]),
+}
+
+struct Zone<'a> {
+    shape: Shape<'a>,
+    /// The zone as an axis-aligned box or rectangle; of a cut voxel, the whole cell.
+    aligned: Option<Cuboid>,
+    normal: Vec3,
+    centre: Vec3,
+    lo: Vec3,
+    hi: Vec3,
+    size: f64,
+    /// Area of a patch, volume of a volume zone.
+    measure: f64,
+}
+
+impl Zone<'_> {
+    /// The samples of a cut voxel.
+    fn samples(&self) -> Option<&[Sample]> {
+        if let Shape::Part(s) = self.shape { Some(s) } else { None }
+    }
+}
+
+/// Exchange of the zones of a scene.
+pub struct Exchange<'a> {
+    zones: &'a Zones,
+    transport: &'a Transport<'a>,
+    items: Vec<Zone<'a>>,
+    cache: FactorCache,
+    tolerance: f64,
+    /// κ where every zone lies in one uniform medium (zero in vacuum) and no pane can stand between two zones.
+    uniform: Option<Bands>,
+    occluders: bool,
+    /// Lower-right block of the factors of sub-cells by their offset, with mean distances.
+    subcells: Vec<(f64, f64)>,
+}
+
+/// Offsets of sub-cells between two cells that touch.
+const SUB_SPAN: usize = 2 * SUBCELLS;
+
+impl<'a> Exchange<'a> {
+    /// Prepares the exchange of `zones`, which were built from `scene`.
+    pub fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> Exchange<'a> {
+        let mut items = Vec::with_capacity(zones.len());
+        items.extend(zones.patches.iter().map(|p| plate_zone(p.plate, None)));
+        let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
+        for z in &zones.voxels {
+            let map = scene.voxmap().expect("voxel zones come from a voxmap");
+            let lo = map.corner(map.coordinates(z.cell));
+            let hi = lo + cell;
+            let shape = if z.part.is_empty() { Shape::Cuboid } else { Shape::Part(&z.part) };
+            items.push(Zone {
+                shape,
+                aligned: Some(Cuboid { lo, hi, normal: None }),
+                normal: Vec3::ZERO,
+                centre: z.centre,
+                lo,
+                hi,
+                size: cell.length(),
+                measure: z.volume,
+            });
+        }
+        items.extend(zones.panes.iter().enumerate().map(|(k, p)| plate_zone(p.plate, Some(k))));
+        let cache = FactorCache::new(ALIGNED_TOLERANCE);
+        let subcells = if zones.voxels.iter().any(|z| !z.part.is_empty()) {
+            subcell_table(cell * (1.0 / SUBCELLS as f64), &cache)
+        } else {
+            Vec::new()
+        };
+        Exchange {
+            zones,
+            transport,
+            items,
+            cache,
+            tolerance: scene.options().tolerance,
+            uniform: uniform_medium(scene, zones, transport),
+            occluders: transport.has_occluders(),
+            subcells,
+        }
+    }
+
+    /// κ where it is the same all along every path between two zones.
+    pub fn uniform(&self) -> Option<Bands> {
+        self.uniform
+    }
+
+    /// g_ij; symmetric to the bit.
+    pub fn pair(&self, i: usize, j: usize, counts: &mut Counts) -> PairFactor {
+        let (i, j) = if i < j { (j, i) } else { (i, j) };
+        let (a, b) = (&self.items[i], &self.items[j]);
+        if i == j {
+            return self.own(i, counts);
+        }
+        if behind(a, b) || behind(b, a) {
+            counts.facing_away += 1;
+            return PairFactor::default();
+        }
+        let seed = ((i as u64) << 32) | j as u64;
+        match (&a.shape, &b.shape) {
+            (Shape::Part(_), _) | (_, Shape::Part(_)) => {
+                counts.cut += 1;
+                self.with_part(a, b, seed, counts)
+            }
+            (Shape::Plate { pane: Some(_), .. }, _) | (_, Shape::Plate { pane: Some(_), .. }) => {
+                counts.pane += 1;
+                let m = self.moments(a, b);
+                self.by_rays(a, b, m, seed, counts)
+            }
+            _ => self.simple(a, b, seed, counts),
+        }
+    }
+
+    /// Pairs of patches and whole voxels.
+    fn simple(&self, a: &Zone, b: &Zone, seed: u64, counts: &mut Counts) -> PairFactor {
+        if let (Some(p), Some(q)) = (&a.aligned, &b.aligned) {
+            counts.aligned += 1;
+            if let Some(kappa) = self.uniform {
+                let mut out = PairFactor::default();
+                for k in 0..3 {
+                    if let Some(same) = (0..k).find(|&m| kappa[m] == kappa[k]) {
+                        (out.value[k], out.radius[k]) = (out.value[same], out.radius[same]);
+                    } else {
+                        let f = self.cache.get(p, q, kappa[k]);
+                        (out.value[k], out.radius[k]) = (f.value, f.radius);
+                    }
+                }
+                return if self.occluders { self.times_visibility(a, b, out, seed, counts) } else { out };
+            }
+        } else {
+            counts.general += 1;
+        }
+        let m = self.moments(a, b);
+        match self.uniform {
+            Some(kappa) => {
+                let t = bands(|k| m.transmittance(kappa[k]));
+                let out = PairFactor {
+                    value: t.map(|t| m.factor.value * t),
+                    radius: t.map(|t| m.factor.radius * t),
+                };
+                if self.occluders { self.times_visibility(a, b, out, seed, counts) } else { out }
+            }
+            None => self.by_rays(a, b, m, seed, counts),
+        }
+    }
+
+    /// The unattenuated factor of two zones, neither of them cut.
+    fn moments(&self, a: &Zone, b: &Zone) -> Moments {
+        if let (Some(p), Some(q)) = (&a.aligned, &b.aligned)
+            && !matches!(a.shape, Shape::Plate { pane: Some(_), .. })
+            && !matches!(b.shape, Shape::Plate { pane: Some(_), .. })
+        {
+            let c = self.cache.get_cumulants(p, q);
+            return Moments { factor: c.factor, mean: c.mean_distance, variance: c.variance };
+        }
+        let tolerance = self.tolerance;
+        match (&a.shape, &b.shape) {
+            (Shape::Plate { plate: p, pane: u }, Shape::Plate { plate: q, pane: v }) => {
+                general::plate_plate(p, q, [u.is_some(), v.is_some()], tolerance)
+            }
+            (Shape::Plate { plate, pane }, _) => general::plate_cuboid(plate, b.lo, b.hi, pane.is_some(), tolerance),
+            (_, Shape::Plate { plate, pane }) => general::plate_cuboid(plate, a.lo, a.hi, pane.is_some(), tolerance),
+            _ => unreachable!("two cuboids are aligned"),
+        }
+    }
+
+    /// Exchange of a zone with itself.
+    fn own(&self, i: usize, counts: &mut Counts) -> PairFactor {
+        let z = &self.items[i];
+        match &z.shape {
+            Shape::Plate { pane: None, .. } => PairFactor::default(),
+            Shape::Plate { pane: Some(k), .. } => {
+                let p = &self.zones.panes[*k];
+                let value = p.extinction.map(|k| if k > 0.0 { pane_own(k, p.thickness) * z.measure } else { 0.0 });
+                PairFactor { value, radius: [0.0; 3] }
+            }
+            Shape::Cuboid => {
+                let kappa = self.kappa(i);
+                let c = z.aligned.as_ref().expect("a voxel is aligned");
+                let f = kappa.map(|k| self.cache.get(c, c, k));
+                PairFactor { value: f.map(|f| f.value), radius: f.map(|f| f.radius) }
+            }
+            Shape::Part(samples) => {
+                counts.cut += 1;
+                let m = self.subcell_sum([0; 3], samples, samples);
+                let kappa = self.kappa(i);
+                let value = bands(|k| m.factor.value * m.transmittance(kappa[k]));
+                PairFactor { value, radius: value.map(|v| v * self.tolerance) }
+            }
+        }
+    }
+
+    fn kappa(&self, i: usize) -> Bands {
+        self.zones.voxels[i - self.zones.voxel_offset()].extinction
+    }
+
+    /// Pairs with a cut voxel: sums over its samples where it is near, the centres where it is far.
+    fn with_part(&self, a: &Zone, b: &Zone, seed: u64, counts: &mut Counts) -> PairFactor {
+        let near = (a.centre - b.centre).length() < PART_FAR * (a.size.max(b.size));
+        let m = match (&a.shape, &b.shape) {
+            (Shape::Plate { plate, pane }, _) => part_plate(b, plate, pane.is_some(), near),
+            (_, Shape::Plate { plate, pane }) => part_plate(a, plate, pane.is_some(), near),
+            _ => self.part_volume(a, b),
+        };
+        let rays = if near { MORE_RAYS } else { FIRST_RAYS };
+        self.average(a, b, m, seed, rays, counts)
+    }
+
+    /// Two volume zones, at least one of them cut.
+    fn part_volume(&self, a: &Zone, b: &Zone) -> Moments {
+        let cell = a.hi - a.lo;
+        let offset = [0, 1, 2].map(|x| ((b.lo[x] - a.lo[x]) / cell[x]).round() as i64);
+        if offset.iter().all(|o| o.abs() <= 1) {
+            let whole;
+            let (sa, sb) = match (a.samples(), b.samples()) {
+                (Some(p), Some(q)) => (p, q),
+                (Some(p), None) => {
+                    whole = whole_samples(cell);
+                    (p, &whole[..])
+                }
+                (None, Some(q)) => {
+                    whole = whole_samples(cell);
+                    (&whole[..], q)
+                }
+                (None, None) => unreachable!("one of the two is cut"),
+            };
+            return self.subcell_sum(offset, sa, sb);
+        }
+        let (p, q) = (a.aligned.as_ref().expect("aligned"), b.aligned.as_ref().expect("aligned"));
+        let c = self.cache.get_cumulants(p, q);
+        // The kernel at the centres of the free parts instead of those of the cells.
+        let d2 = (a.centre - b.centre).length2();
+        let cells = ((a.lo + a.hi) * 0.5 - (b.lo + b.hi) * 0.5).length2();
+        let shift = cells / d2;
+        let share = a.measure * b.measure / cell.product().powi(2);
+        let mean = c.mean_distance / shift.sqrt();
+        let value = c.factor.value * share * shift;
+        let factor = zonal_math::Bounded::estimated(value, value * (1.0 - shift).abs().min(1.0));
+        Moments { factor, mean, variance: c.variance }
+    }
+
+    /// Σ over the sub-cells of two parts whose cells lie `offset` apart, at most one cell on an axis.
+    fn subcell_sum(&self, offset: [i64; 3], a: &[Sample], b: &[Sample]) -> Moments {
+        let s = SUBCELLS as i64;
+        let volume = self.sub_volume();
+        let at = |k: u8| [k as i64 / (s * s), k as i64 / s % s, k as i64 % s];
+        let (mut f, mut fr) = (0.0, 0.0);
+        for p in a {
+            let pa = at(p.subcell);
+            for q in b {
+                let qb = at(q.subcell);
+                let d = [0, 1, 2].map(|x| (offset[x] * s + qb[x] - pa[x]).unsigned_abs() as usize);
+                let (value, mean) = self.subcells[(d[0] * SUB_SPAN + d[1]) * SUB_SPAN + d[2]];
+                let w = value * (p.volume / volume) * (q.volume / volume);
+                f += w;
+                fr += w * mean;
+            }
+        }
+        let mean = if f > 0.0 { fr / f } else { 0.0 };
+        Moments { factor: zonal_math::Bounded::estimated(f, f * self.tolerance), mean, variance: 0.0 }
+    }
+
+    fn sub_volume(&self) -> f64 {
+        let z = &self.items[self.zones.voxel_offset()];
+        (z.hi - z.lo).product() / (SUBCELLS * SUBCELLS * SUBCELLS) as f64
+    }
+
+    fn times_visibility(&self, a: &Zone, b: &Zone, base: PairFactor, seed: u64, counts: &mut Counts) -> PairFactor {
+        let share = base.value[0] / weight(a).min(weight(b));
+        let v = self.visibility(a, b, seed, share, counts);
+        PairFactor {
+            value: base.value.map(|x| x * v.0),
+            radius: bands(|k| base.radius[k] * v.0 + base.value[k] * v.1),
+        }
+    }
+
+    /// Visible share of the exchange of two zones and its standard error.
+    fn visibility(&self, a: &Zone, b: &Zone, seed: u64, share: f64, counts: &mut Counts) -> (f64, f64) {
+        let mut tally = Tally::default();
+        let mut shoot = |from: usize, to: usize, tally: &mut Tally| {
+            for k in from..to {
+                let (x, y) = (point(a, k, seed, 0), point(b, k, seed, 3));
+                let w = kernel(a, b, x, y);
+                tally.add(w, if self.transport.blocked_inside(x, y) { 0.0 } else { 1.0 });
+            }
+            counts.rays += (to - from) as u64;
+        };
+        shoot(0, FIRST_RAYS, &mut tally);
+        if tally.mixed() {
+            counts.partial += 1;
+            let n = if share > self.tolerance * 0.1 { MOST_RAYS } else { MORE_RAYS };
+            shoot(FIRST_RAYS, n, &mut tally);
+        }
+        tally.mean_and_error()
+    }
+
+    /// Attenuated and visible exchange by rays, as many as the pair deserves.
+    fn by_rays(&self, a: &Zone, b: &Zone, m: Moments, seed: u64, counts: &mut Counts) -> PairFactor {
+        let near = (a.centre - b.centre).length() < 2.0 * (a.size + b.size);
+        let rays = if near {
+            MORE_RAYS
+        } else if self.occluders {
+            FIRST_RAYS
+        } else {
+            1
+        };
+        self.average(a, b, m, seed, rays, counts)
+    }
+
+    /// m's factor times the mean over rays of visibility, attenuation and the panes' own share.
+    fn average(&self, a: &Zone, b: &Zone, m: Moments, seed: u64, rays: usize, counts: &mut Counts) -> PairFactor {
+        if m.factor.value <= 0.0 {
+            return PairFactor { value: [0.0; 3], radius: [m.factor.radius; 3] };
+        }
+        let mut tally = [Tally::default(); 3];
+        let mut shoot = |from: usize, to: usize, tally: &mut [Tally; 3]| {
+            for k in from..to {
+                let (x, y) =
+                    if rays == 1 { (a.centre, b.centre) } else { (point(a, k, seed, 0), point(b, k, seed, 3)) };
+                let w = kernel(a, b, x, y);
+                let t = self.along(a, b, x, y, &m);
+                (0..3).for_each(|k| tally[k].add(w, t[k]));
+            }
+            counts.rays += (to - from) as u64;
+        };
+        shoot(0, rays, &mut tally);
+        if rays > 1 && rays < MOST_RAYS && tally[0].mixed() {
+            counts.partial += 1;
+            let share = m.factor.value * self.coupling(a, b);
+            let n = if share > self.tolerance * 0.1 { MOST_RAYS } else { MORE_RAYS.max(rays) };
+            shoot(rays, n, &mut tally);
+        }
+        let mean = tally.map(Tally::mean_and_error);
+        PairFactor {
+            value: mean.map(|t| t.0 * m.factor.value),
+            radius: mean.map(|t| t.0 * m.factor.radius + t.1 * m.factor.value),
+        }
+    }
+
+    /// The larger of the two shares of power per unit of g, with extinctions of order one over the size.
+    fn coupling(&self, a: &Zone, b: &Zone) -> f64 {
+        1.0 / weight(a).min(weight(b))
+    }
+
+    /// Visibility, attenuation and the panes' factors along one ray.
+    fn along(&self, a: &Zone, b: &Zone, x: Vec3, y: Vec3, m: &Moments) -> Bands {
+        if self.occluders && self.transport.blocked_inside(x, y) {
+            return [0.0; 3];
+        }
+        let d = y - x;
+        let r = d.length();
+        let depth = match self.uniform {
+            Some(k) => k.map(|k| k * r),
+            None => self.transport.optical_depth(x, y),
+        };
+        let (pa, pb) = (self.pane_share(a, d / r), self.pane_share(b, d / r));
+        bands(|k| m.transmittance(depth[k] / r) * pa[k] * pb[k])
+    }
+
+    /// (1 − e^{−κt/c})/κ of a pane in direction `w`; 1 for any other zone.
+    fn pane_share(&self, z: &Zone, w: Vec3) -> Bands {
+        let Shape::Plate { pane: Some(k), .. } = z.shape else {
+            return [1.0; 3];
+        };
+        let p = &self.zones.panes[k];
+        let path = p.thickness / z.normal.dot(w).abs().max(1e-6);
+        p.extinction.map(|k| if k * path > 1e-12 { -(-k * path).exp_m1() / k } else { path })
+    }
+}
+
+/// F of a pane with itself per area and κ²: (4κt − 2 (1 − 2 E_3(κt)))/κ², what its faces do not let out.
+fn pane_own(kappa: f64, thickness: f64) -> f64 {
+    let tau = kappa * thickness;
+    ((4.0 * tau - 2.0 * (1.0 - 2.0 * special::e3(tau))) / (kappa * kappa)).max(0.0)
+}
+
+/// What the shares of a zone's power are relative to: A, or 4V/size so that volumes compare with surfaces.
+fn weight(z: &Zone) -> f64 {
+    match z.shape {
+        Shape::Plate { .. } => z.measure,
+        _ => 4.0 * z.measure,
+    }
+}
+
+fn plate_zone<'a>(plate: Plate, pane: Option<usize>) -> Zone<'a> {
+    let (lo, hi) = plate.bounds();
+    let normal = plate.normal();
+    Zone {
+        aligned: if pane.is_none() { aligned_rectangle(&plate, normal) } else { None },
+        shape: Shape::Plate { plate, pane },
+        normal,
+        centre: plate.centre(),
+        lo,
+        hi,
+        size: plate.diameter(),
+        measure: plate.area(),
+    }
+}
+
+/// The plate as an axis-aligned rectangle, if it is one to within rounding.
+fn aligned_rectangle(p: &Plate, normal: Vec3) -> Option<Cuboid> {
+    if p.kind != zonal_scene::PlateKind::Parallelogram {
+        return None;
+    }
+    let along = |v: Vec3| (0..3).find(|&x| v[x].abs() >= v.length() * (1.0 - 1e-14) && others_vanish(v, x));
+    let (x, y) = (along(p.e1)?, along(p.e2)?);
+    if x == y {
+        return None;
+    }
+    let axis = 3 - x - y;
+    let (lo, hi) = p.bounds();
+    let level = p.origin[axis];
+    let set = |v: Vec3| {
+        let mut a = v.array();
+        a[axis] = level;
+        Vec3::from_array(a)
+    };
+    Some(Cuboid { lo: set(lo), hi: set(hi), normal: Some((axis, if normal[axis] > 0.0 { 1 } else { -1 })) })
+}
+
+fn others_vanish(v: Vec3, axis: usize) -> bool {
+    let eps = 1e-12 * v[axis].abs();
+    (0..3).all(|x| x == axis || v[x].abs() <= eps)
+}
+
+/// True where all of `b` lies behind the plane of the patch `a`, or in it.
+fn behind(a: &Zone, b: &Zone) -> bool {
+    let Shape::Plate { plate, pane } = &a.shape else {
+        return false;
+    };
+    let n = a.normal;
+    let eps = 1e-10 * (a.size + b.size);
+    let height = |p: Vec3| n.dot(p - plate.origin);
+    if pane.is_some() {
+        // Seen from both sides; only its own plane sees nothing of it.
+        return matches!(&b.shape, Shape::Plate { plate: q, .. } if { let (c, m) = q.corners(); c[..m].iter().all(|&p| height(p).abs() <= eps) });
+    }
+    match &b.shape {
+        Shape::Plate { plate: q, .. } => {
+            let (c, m) = q.corners();
+            c[..m].iter().all(|&p| height(p) <= eps)
+        }
+        _ => {
+            let far = vec3(
+                if n.x > 0.0 { b.hi.x } else { b.lo.x },
+                if n.y > 0.0 { b.hi.y } else { b.lo.y },
+                if n.z > 0.0 { b.hi.z } else { b.lo.z },
+            );
+            height(far) <= eps
+        }
+    }
+}
+
+/// φ^{−m} with φ the root of x⁷ = x + 1: the six-dimensional low-discrepancy sequence.
+const ALPHA: [f64; 6] = {
+    let phi = 1.112_775_684_278_705_5;
+    let mut a = [0.0; 6];
+    let mut p = 1.0;
+    let mut m = 0;
+    while m < 6 {
+        p /= phi;
+        a[m] = p;
+        m += 1;
+    }
+    a
+};
+
+/// The `k`-th point of a pair's sequence on a zone; `first` selects the three coordinates.
+fn point(z: &Zone, k: usize, seed: u64, first: usize) -> Vec3 {
+    let u: [f64; 3] = std::array::from_fn(|m| {
+        let shift = sequence::unit(seed.wrapping_mul(6).wrapping_add((first + m) as u64));
+        sequence::wrap(shift + k as f64 * ALPHA[first + m])
+    });
+    match &z.shape {
+        Shape::Plate { plate, .. } => {
+            let [s, t] = plate.warp([u[0], u[1]]);
+            plate.at(s, t)
+        }
+        Shape::Cuboid => z.lo + (z.hi - z.lo).scale(Vec3::from_array(u)),
+        Shape::Part(samples) => {
+            let mut target = u[0] * z.measure;
+            for s in samples.iter() {
+                target -= s.volume;
+                if target <= 0.0 {
+                    return s.point;
+                }
+            }
+            samples[samples.len() - 1].point
+        }
+    }
+}
+
+/// The kernel between two points, tamed where they come close: only ratios of it are used.
+fn kernel(a: &Zone, b: &Zone, x: Vec3, y: Vec3) -> f64 {
+    let d = y - x;
+    let r2 = d.length2();
+    let floor = 0.04 * (a.size * a.size).min(b.size * b.size);
+    let d = d / r2.sqrt().max(1e-300);
+    let side = |z: &Zone, c: f64| match &z.shape {
+        Shape::Plate { pane: None, .. } => c.max(0.0),
+        Shape::Plate { .. } => c.abs(),
+        _ => 1.0,
+    };
+    side(a, a.normal.dot(d)) * side(b, -b.normal.dot(d)) / r2.max(floor)
+}
+
+/// Weighted mean of a few samples.
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    w: f64,
+    wx: f64,
+    wxx: f64,
+    ww: f64,
+    n: f64,
+    blocked: f64,
+}
+
+impl Tally {
+    fn add(&mut self, w: f64, x: f64) {
+        self.w += w;
+        self.wx += w * x;
+        self.wxx += w * x * x;
+        self.ww += w * w;
+        self.n += 1.0;
+        self.blocked += if x == 0.0 { 1.0 } else { 0.0 };
+    }
+    fn mixed(&self) -> bool {
+        self.blocked > 0.0 && self.blocked < self.n
+    }
+    fn mean_and_error(self) -> (f64, f64) {
+        if self.w <= 0.0 {
+            // No ray carried weight: what remains is a sliver of exchange across an edge.
+            return ((self.n - self.blocked) / self.n.max(1.0), 0.5);
+        }
+        let mean = self.wx / self.w;
+        let variance = (self.wxx / self.w - mean * mean).max(0.0);
+        (mean, (variance * self.ww).sqrt() / self.w)
+    }
+}
+
+/// A cut voxel and a plate: Σ over samples of the solid angle, or the centre where `near` is false.
+fn part_plate(z: &Zone, plate: &Plate, two_sided: bool, near: bool) -> Moments {
+    let Shape::Part(samples) = z.shape else {
+        return whole_plate(z, plate, two_sided);
+    };
+    let (mut f, mut fr) = (0.0, 0.0);
+    let mut add = |at: Vec3, volume: f64| {
+        let (w, r) = general::point_plate(plate, at, two_sided);
+        f += w * volume;
+        fr += w * volume * r;
+    };
+    if near {
+        samples.iter().for_each(|s| add(s.point, s.volume));
+    } else {
+        add(z.centre, z.measure);
+    }
+    let mean = if f > 0.0 { fr / f } else { 0.0 };
+    Moments { factor: zonal_math::Bounded::estimated(f, 0.01 * f), mean, variance: 0.0 }
+}
+
+fn whole_plate(z: &Zone, plate: &Plate, two_sided: bool) -> Moments {
+    general::plate_cuboid(plate, z.lo, z.hi, two_sided, 1e-2)
+}
+
+/// The samples of a whole cell, at the centres of its sub-cells, relative to its corner.
+fn whole_samples(cell: Vec3) -> Vec<Sample> {
+    let n = SUBCELLS;
+    let volume = cell.product() / (n * n * n) as f64;
+    (0..n * n * n)
+        .map(|k| {
+            let c = [k / (n * n), k / n % n, k % n].map(|c| (c as f64 + 0.5) / n as f64);
+            Sample { point: cell.scale(Vec3::from_array(c)), volume, subcell: k as u8 }
+        })
+        .collect()
+}
+
+/// 𝓕 and r̄ of two sub-cells by their offset, |offset| < 2·SUBCELLS on each axis.
+fn subcell_table(cell: Vec3, cache: &FactorCache) -> Vec<(f64, f64)> {
+    let n = SUB_SPAN;
+    let a = Cuboid { lo: Vec3::ZERO, hi: cell, normal: None };
+    (0..n * n * n)
+        .map(|k| {
+            let d = vec3((k / (n * n)) as f64, (k / n % n) as f64, (k % n) as f64);
+            let lo = cell.scale(d);
+            let c = cache.get_cumulants(&a, &Cuboid { lo, hi: lo + cell, normal: None });
+            (c.factor.value, c.mean_distance)
+        })
+        .collect()
+}
+
+/// κ if it is the same all along every path between two zones, zero in vacuum.
+fn uniform_medium(scene: &Scene, zones: &Zones, transport: &Transport) -> Option<Bands> {
+    if transport.has_panes_between() {
+        return None;
+    }
+    let Some(map) = scene.voxmap() else {
+        return Some([0.0; 3]);
+    };
+    let kappa = map.uniform_extinction()?;
+    if kappa == [0.0; 3] {
+        return Some(kappa);
+    }
+    let slack = Vec3::splat(1e-9 * scene.diagonal());
+    let (lo, hi) = (map.min() - slack, map.max() + slack);
+    let inside = |p: &Plate| {
+        let (a, b) = p.bounds();
+        a.max(lo) == a && b.min(hi) == b
+    };
+    let all = zones.patches.iter().map(|p| &p.plate).chain(zones.panes.iter().map(|p| &p.plate)).all(inside);
+    all.then_some(kappa)
+}
+
+/// What closure demands of Σ_j g_ij c_j, per unit of c_i: A of a patch, 4V of a voxel, 4At of a pane.
+pub fn target(zones: &Zones, i: usize) -> f64 {
+    if i < zones.voxel_offset() {
+        zones.patches[i].area
+    } else if i < zones.pane_offset() {
+        4.0 * zones.voxels[i - zones.voxel_offset()].volume
+    } else {
+        let p = &zones.panes[i - zones.pane_offset()];
+        4.0 * p.area * p.thickness
+    }
+}
+
+/// c_i: 1 for a patch, κ for a volume zone.
+pub fn strength(zones: &Zones, i: usize) -> Bands {
+    if i < zones.voxel_offset() {
+        [1.0; 3]
+    } else if i < zones.pane_offset() {
+        zones.voxels[i - zones.voxel_offset()].extinction
+    } else {
+        zones.panes[i - zones.pane_offset()].extinction
+    }
+}

@@ -1,0 +1,109 @@
+//! What a plate looks like from a point: solid angle and projected solid angle, in closed form.
+//!
+//! **Solid angle** of the triangle abc from the origin (van Oosterom and Strackee 1983):
+//! tan(ω/2) = a·(b×c) / (|a||b||c| + (a·b)|c| + (a·c)|b| + (b·c)|a|).
+//!
+//! **Projected solid angle** of a polygon on a plane with normal n at the origin (Lambert 1760):
+//! ∫ cosθ dω = ½ Σ_k γ_k n·ν_k, with γ_k the angle that edge k spans and ν_k the unit normal of the plane through it and the
+//! origin. The polygon is first cut to the half-space n·x ≥ 0.
+
+use zonal_math::Vec3;
+use zonal_scene::{Plate, PlateKind};
+
+/// Signed solid angle of a triangle, sr: positive where (a, b, c) turn so that their normal points **away** from the origin.
+fn triangle(a: Vec3, b: Vec3, c: Vec3) -> f64 {
+    let (la, lb, lc) = (a.length(), b.length(), c.length());
+    let numerator = a.dot(b.cross(c));
+    let denominator = la * lb * lc + a.dot(b) * lc + a.dot(c) * lb + b.dot(c) * la;
+    2.0 * numerator.atan2(denominator)
+}
+
+/// Solid angle of the plate seen from `p`, sr; negative where `p` is behind the plate, zero in its plane.
+pub fn solid_angle(plate: &Plate, p: Vec3) -> f64 {
+    let a = plate.origin - p;
+    let (b, d) = (a + plate.e1, a + plate.e2);
+    // A point in front sees the corners counter-clockwise, that is with the normal towards it.
+    let first = -triangle(a, b, d);
+    match plate.kind {
+        PlateKind::Triangle => first,
+        PlateKind::Parallelogram => first - triangle(b, b + plate.e2, d),
+    }
+}
+
+/// ∫ max(0, cosθ) dω over the plate seen from `p` on a plane with unit normal `n`, sr: at most π. Counts both sides of the plate.
+pub fn projected_solid_angle(plate: &Plate, p: Vec3, n: Vec3) -> f64 {
+    let (corners, count) = plate.corners();
+    // At most one corner more than before the cut.
+    let mut poly = [Vec3::ZERO; 6];
+    let mut m = 0;
+    for k in 0..count {
+        let (a, b) = (corners[k] - p, corners[(k + 1) % count] - p);
+        let (ha, hb) = (n.dot(a), n.dot(b));
+        if ha >= 0.0 {
+            poly[m] = a;
+            m += 1;
+        }
+        if (ha > 0.0 && hb < 0.0) || (ha < 0.0 && hb > 0.0) {
+            poly[m] = a + (b - a) * (ha / (ha - hb));
+            m += 1;
+        }
+    }
+    if m < 3 {
+        return 0.0;
+    }
+    let mut sum = 0.0;
+    for k in 0..m {
+        let (a, b) = (poly[k], poly[(k + 1) % m]);
+        let c = a.cross(b);
+        let s = c.length();
+        if s > 0.0 {
+            sum += s.atan2(a.dot(b)) / s * n.dot(c);
+        }
+    }
+    (0.5 * sum).abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+    use zonal_math::vec3;
+
+    #[test]
+    fn a_cube_face_is_a_sixth_of_the_sphere() {
+        let face = Plate::parallelogram(vec3(-1.0, -1.0, 1.0), vec3(0.0, 2.0, 0.0), vec3(2.0, 0.0, 0.0));
+        assert!((solid_angle(&face, Vec3::ZERO) - 4.0 * PI / 6.0).abs() < 1e-14);
+        assert!((solid_angle(&face.flipped(), Vec3::ZERO) + 4.0 * PI / 6.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn the_projected_solid_angle_of_the_upper_half_of_a_room_is_pi() {
+        // From a tilted element at the centre of a cube, the six faces cut to its front fill the hemisphere.
+        let n = vec3(0.3, -0.5, 0.8).normalized();
+        let mut sum = 0.0;
+        for axis in 0..3 {
+            for sign in [-1.0, 1.0] {
+                let mut o = [-1.0; 3];
+                o[axis] = sign;
+                let mut e = [[0.0; 3]; 2];
+                e[0][(axis + 1) % 3] = 2.0;
+                e[1][(axis + 2) % 3] = 2.0;
+                let face =
+                    Plate::parallelogram(Vec3::from_array(o), Vec3::from_array(e[0]), Vec3::from_array(e[1]));
+                sum += projected_solid_angle(&face, Vec3::ZERO, n);
+            }
+        }
+        assert!((sum - PI).abs() < 1e-13, "{sum}");
+    }
+
+    #[test]
+    fn far_away_both_tend_to_the_point_formula() {
+        let t = Plate::triangle(vec3(0.0, 0.0, 100.0), vec3(0.0, 1.0, 100.0), vec3(1.0, 0.0, 100.0));
+        let d = t.centre();
+        let point = t.area() * (d.z / d.length()) / d.length2();
+        assert!((solid_angle(&t, Vec3::ZERO) / point - 1.0).abs() < 1e-4);
+        let n = vec3(0.6, 0.0, 0.8);
+        let want = point * n.dot(d) / d.length();
+        assert!((projected_solid_angle(&t, Vec3::ZERO, n) / want - 1.0).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,25 @@
+//! Single arrays: one out of any npz, one into an npy; and plain bytes, whole or not at all.
+
+use super::atomic::write_atomic;
+use super::npy::{self, Kind};
+use super::{FileError, reader};
+use std::io::Write;
+use std::path::Path;
+
+/// Shape and values of the double-precision array `name` of an npz, all of them finite.
+pub fn read_array(path: &Path, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
+    reader::Npz::open(path)?.grid(name)
+}
+
+/// Writes an npy of doubles in C order.
+pub fn write_array(path: &Path, shape: &[usize], values: &[f64]) -> Result<(), FileError> {
+    write_atomic(path, |out| {
+        out.write_all(&npy::header(Kind::F64, shape))?;
+        values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))
+    })
+}
+
+/// Writes a file of these bytes.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    write_atomic(path, |out| out.write_all(bytes))
+}

@@ -1,0 +1,85 @@
+//! Closure: Σ_j g_ij c_j + g_i,sky + g_i,backs = A_i (patch), 4V_i (voxel), 4 A t (pane).
+//!
+//! **Restoration** looks for d with Σ_j d_i g_ij d_j c_j + d_i (g_i,sky + g_i,backs) = target, a symmetric scaling: reciprocity
+//! stays exact, and the surroundings move with the zones. The iteration d ← d √(target/row) is the damped form of Sinkhorn and
+//! Knopp's; zones that see nothing are left alone.
+
+use crate::operator::Operator;
+use crate::surroundings::Escape;
+use zonal_exchange::pair::{strength, target};
+use zonal_scene::solution::Closure;
+use zonal_scene::{Bands, Zones, bands};
+
+/// Sweeps of the restoration.
+const SWEEPS: usize = 400;
+/// Defect at which the restoration is content.
+const GOAL: f64 = 1e-13;
+
+/// Relative defects (row − target)/target of every zone.
+pub fn defects(operator: &dyn Operator, zones: &Zones, escape: &Escape) -> Vec<Bands> {
+    let c: Vec<Bands> = (0..zones.len()).map(|i| strength(zones, i)).collect();
+    let rows = operator.apply(&c);
+    (0..zones.len())
+        .map(|i| {
+            let t = target(zones, i);
+            bands(|b| (rows[i][b] + escape.sky[i][b] + escape.backs[i][b] - t) / t)
+        })
+        .collect()
+}
+
+fn worst(d: &[Bands]) -> Bands {
+    d.iter().fold([0.0; 3], |w, d| bands(|b| w[b].max(d[b].abs())))
+}
+
+fn rms(d: &[Bands]) -> Bands {
+    let n = d.len().max(1) as f64;
+    d.iter().fold([0.0; 3], |s, d| bands(|b| s[b] + d[b] * d[b] / n)).map(f64::sqrt)
+}
+
+/// Measures closure; no change.
+pub fn measure(operator: &dyn Operator, zones: &Zones, escape: &Escape) -> (Closure, Vec<Bands>) {
+    let d = defects(operator, zones, escape);
+    let closure = Closure { worst: worst(&d), rms: rms(&d), after: worst(&d), ..Closure::default() };
+    (closure, d)
+}
+
+/// Restores closure by symmetric scaling of all factors, those of the surroundings included.
+pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) -> (Closure, Vec<Bands>) {
+    let (mut closure, before) = measure(operator, zones, escape);
+    let n = zones.len();
+    let c: Vec<Bands> = (0..n).map(|i| strength(zones, i)).collect();
+    let mut d = vec![[1.0; 3]; n];
+    for _ in 0..SWEEPS {
+        let dc: Vec<Bands> = (0..n).map(|i| bands(|b| d[i][b] * c[i][b])).collect();
+        let rows = operator.apply(&dc);
+        let mut off: f64 = 0.0;
+        for i in 0..n {
+            let t = target(zones, i);
+            for b in 0..3 {
+                let row = d[i][b] * (rows[i][b] + escape.sky[i][b] + escape.backs[i][b]);
+                if row > 1e-12 * t {
+                    off = off.max((row / t - 1.0).abs());
+                    d[i][b] *= (t / row).sqrt();
+                }
+            }
+        }
+        if off < GOAL {
+            break;
+        }
+    }
+    closure.largest_change = {
+        let low = d.iter().fold([1.0f64; 3], |m, d| bands(|b| m[b].min(d[b])));
+        let high = d.iter().fold([1.0f64; 3], |m, d| bands(|b| m[b].max(d[b])));
+        bands(|b| (high[b] * high[b] - 1.0).max(1.0 - low[b] * low[b]))
+    };
+    for i in 0..n {
+        for b in 0..3 {
+            escape.sky[i][b] *= d[i][b];
+            escape.backs[i][b] *= d[i][b];
+        }
+    }
+    operator.scale(&d);
+    closure.after = worst(&defects(operator, zones, escape));
+    closure.restored = true;
+    (closure, before)
+}

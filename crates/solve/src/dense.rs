@@ -1,0 +1,227 @@
+//! The dense engine: the exchange of every pair of zones, each computed once.
+//!
+//! Bands whose extinction is the same everywhere share one matrix; rows of panes differ in every band and are last, so they are
+//! kept a band. Memory: 8 bytes × n(n+1)/2 a distinct band.
+
+use crate::operator::Operator;
+use crate::packed::{Packed, stored};
+use rayon::prelude::*;
+use zonal_exchange::pair::{Counts, Exchange, PairFactor, strength, target};
+use zonal_math::Grade;
+use zonal_scene::{Bands, Progress, Scene, Zones, bands};
+
+/// Every pair of zones.
+pub struct Dense {
+    n: usize,
+    /// Zones before the panes.
+    shared: usize,
+    /// One matrix a group of bands with equal extinctions, over patches and voxels.
+    matrices: Vec<Packed>,
+    /// The matrix of a band.
+    group: [usize; 3],
+    /// Rows of the panes over all zones up to and including themselves: `panes[b][k][j]`.
+    panes: [Vec<Vec<f64>>; 3],
+    /// d of g'_ij = d_i g_ij d_j, where closure was restored: bands that share a matrix have their own.
+    scaling: Option<Vec<Bands>>,
+    grade: Grade,
+}
+
+/// What the assembly counted and how sure it is.
+pub struct Assembly {
+    /// Pairs by method.
+    pub counts: Counts,
+    /// Error of Σ_j g_ij c_j relative to its target, from the errors of the pairs taken as independent, a zone.
+    pub noise: Vec<f64>,
+}
+
+/// Chunks of rows of the assembly; fixed, so that sums are the same for any number of threads.
+const CHUNKS: usize = 256;
+
+/// Groups of bands that share all their factors outside the panes.
+pub fn groups(scene: &Scene, panes_between: bool) -> ([usize; 3], usize) {
+    let same = |a: usize, b: usize| {
+        let media = scene.voxmap().is_none_or(|v| (0..v.len()).all(|c| v.extinction(c)[a] == v.extinction(c)[b]));
+        media && (!panes_between || scene.panes().iter().all(|p| p.extinction[a] == p.extinction[b]))
+    };
+    let mut group = [0; 3];
+    let mut count = 1;
+    for b in 1..3 {
+        group[b] = match (0..b).find(|&a| same(a, b)) {
+            Some(a) => group[a],
+            None => {
+                count += 1;
+                count - 1
+            }
+        };
+    }
+    (group, count)
+}
+
+/// Bytes that the matrices of `zones` zones, `panes` of them panes, need with so many groups of bands.
+pub fn bytes(zones: usize, panes: usize, groups: usize) -> u64 {
+    let shared = stored(zones - panes) as u64 * groups as u64;
+    let rows = 3 * panes as u64 * zones as u64;
+    8 * (shared + rows)
+}
+
+/// What one chunk of rows yields beside its entries.
+struct Chunk {
+    counts: Counts,
+    squares: Vec<f64>,
+    panes: Vec<Vec<Bands>>,
+}
+
+impl Dense {
+    /// Computes every pair.
+    pub fn assemble(
+        exchange: &Exchange,
+        zones: &Zones,
+        (group, count): ([usize; 3], usize),
+        progress: &dyn Progress,
+    ) -> (Dense, Assembly) {
+        let (n, shared) = (zones.len(), zones.pane_offset());
+        let lead: Vec<usize> = (0..count).map(|g| group.iter().position(|&x| x == g).unwrap_or(0)).collect();
+        let mut matrices: Vec<Packed> = (0..count).map(|_| Packed::zeros(shared)).collect();
+        let mut slots: Vec<Vec<&mut [f64]>> = (0..n).map(|_| Vec::with_capacity(count)).collect();
+        for m in &mut matrices {
+            for (i, row) in m.rows_mut().into_iter().enumerate() {
+                slots[i].push(row);
+            }
+        }
+        progress.begin("exchange areas", stored(n) as u64);
+        let fill = |(first, rows): (usize, &mut [Vec<&mut [f64]>])| {
+            let mut chunk = Chunk { counts: Counts::default(), squares: vec![0.0; n], panes: Vec::new() };
+            for (k, row) in rows.iter_mut().enumerate() {
+                let i = first + k;
+                let mut pane = Vec::new();
+                for j in 0..=i {
+                    let f = exchange.pair(i, j, &mut chunk.counts);
+                    if i < shared {
+                        for (r, &b) in row.iter_mut().zip(&lead) {
+                            r[j] = f.value[b];
+                        }
+                    } else {
+                        pane.push(f.value);
+                    }
+                    note_error(zones, i, j, &f, &mut chunk.squares);
+                }
+                if i >= shared {
+                    chunk.panes.push(pane);
+                }
+                progress.advance(i as u64 + 1);
+            }
+            chunk
+        };
+        let chunks: Vec<Chunk> = cut(&mut slots, n).into_par_iter().with_max_len(1).map(fill).collect();
+        progress.end();
+        let mut counts = Counts::default();
+        let mut noise = vec![0.0; n];
+        let mut panes = [const { Vec::new() }; 3];
+        // Back into the order of the rows.
+        for c in chunks.into_iter().rev() {
+            counts.merge(c.counts);
+            noise.iter_mut().zip(&c.squares).for_each(|(a, b)| *a += b);
+            for row in &c.panes {
+                (0..3).for_each(|b| panes[b].push(row.iter().map(|x| x[b]).collect()));
+            }
+        }
+        noise.iter_mut().for_each(|s| *s = s.sqrt());
+        let proved = counts.rays + counts.general + counts.cut + counts.pane == 0;
+        let grade = if proved { Grade::Proved } else { Grade::Estimated };
+        (Dense { n, shared, matrices, group, panes, scaling: None, grade }, Assembly { counts, noise })
+    }
+
+    /// Exchange factor g_ij in band `b`, scaling included.
+    pub fn factor(&self, i: usize, j: usize, b: usize) -> f64 {
+        let (i, j) = if i >= j { (i, j) } else { (j, i) };
+        let g = if i < self.shared { self.matrices[self.group[b]].get(i, j) } else { self.panes[b][i - self.shared][j] };
+        self.scaling.as_ref().map_or(g, |d| d[i][b] * g * d[j][b])
+    }
+
+    fn apply_shared(&self, x: &[Bands], out: &mut [Bands]) {
+        for (g, m) in self.matrices.iter().enumerate() {
+            let members: Vec<usize> = (0..3).filter(|&b| self.group[b] == g).collect();
+            if let [b] = members[..] {
+                let column: Vec<[f64; 1]> = x[..self.shared].iter().map(|v| [v[b]]).collect();
+                out.iter_mut().zip(m.apply(&column)).for_each(|(o, v)| o[b] = v[0]);
+            } else {
+                let y = m.apply(&x[..self.shared]);
+                out.iter_mut().zip(&y).for_each(|(o, v)| members.iter().for_each(|&b| o[b] = v[b]));
+            }
+        }
+    }
+
+    fn apply_panes(&self, x: &[Bands], out: &mut [Bands]) {
+        for b in 0..3 {
+            for (k, row) in self.panes[b].iter().enumerate() {
+                let i = self.shared + k;
+                let mut own = row[i] * x[i][b];
+                for j in 0..i {
+                    own += row[j] * x[j][b];
+                    out[j][b] += row[j] * x[i][b];
+                }
+                out[i][b] += own;
+            }
+        }
+    }
+}
+
+/// Cuts the rows into chunks of about equal numbers of entries: (first row, rows).
+fn cut<'a, 'b>(slots: &'a mut [Vec<&'b mut [f64]>], n: usize) -> Vec<(usize, &'a mut [Vec<&'b mut [f64]>])> {
+    let mut rest = slots;
+    let mut out = Vec::new();
+    let mut first = 0;
+    for c in 1..=CHUNKS {
+        let end = if c == CHUNKS { n } else { (n as f64 * (c as f64 / CHUNKS as f64).sqrt()) as usize };
+        if end > first {
+            let (head, tail) = std::mem::take(&mut rest).split_at_mut(end - first);
+            out.push((first, head));
+            rest = tail;
+            first = end;
+        }
+    }
+    // The long rows first, so that what is left at the end is short.
+    out.reverse();
+    out
+}
+
+/// Adds the squared error of a pair, relative to the targets of both zones.
+fn note_error(zones: &Zones, i: usize, j: usize, f: &PairFactor, squares: &mut [f64]) {
+    let r = f.radius[0];
+    if r > 0.0 {
+        let (ci, cj) = (strength(zones, i)[0], strength(zones, j)[0]);
+        squares[i] += (r * cj / target(zones, i)).powi(2);
+        if i != j {
+            squares[j] += (r * ci / target(zones, j)).powi(2);
+        }
+    }
+}
+
+impl Operator for Dense {
+    fn len(&self) -> usize {
+        self.n
+    }
+    fn apply(&self, s: &[Bands]) -> Vec<Bands> {
+        assert_eq!(s.len(), self.n);
+        let times = |v: &[Bands], d: &[Bands]| v.iter().zip(d).map(|(v, d)| bands(|b| v[b] * d[b])).collect::<Vec<_>>();
+        let scaled = self.scaling.as_ref().map(|d| times(s, d));
+        let x = scaled.as_deref().unwrap_or(s);
+        let mut out = vec![[0.0; 3]; self.n];
+        self.apply_shared(x, &mut out);
+        self.apply_panes(x, &mut out);
+        match &self.scaling {
+            Some(d) => times(&out, d),
+            None => out,
+        }
+    }
+    fn scale(&mut self, d: &[Bands]) {
+        let old = self.scaling.take();
+        self.scaling = Some(match old {
+            Some(o) => o.iter().zip(d).map(|(o, d)| bands(|b| o[b] * d[b])).collect(),
+            None => d.to_vec(),
+        });
+    }
+    fn grade(&self) -> Grade {
+        self.grade
+    }
+}

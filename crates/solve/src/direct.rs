@@ -1,0 +1,255 @@
+//! Direct light on the zones: H_dir and G_dir of every light, and the power that each light brings in, by rays.
+//!
+//! Zones gather: points of the zone, shadow rays with coloured transmittance. The power of a light is measured the other way
+//! round, by rays that start at the light: what it sends in, what leaves again, what ends on black backs. Both must agree;
+//! where closure is restored, the gathered fields are scaled so that they do, and the change is told.
+
+use crate::surroundings::{cosine, fate, voxel_point};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use zonal_math::{Vec3, sequence, vec3};
+use zonal_scene::{Bands, Light, PaneZone, Progress, Scene, Zones, bands};
+use zonal_transport::{Transport, direct};
+
+/// Points of a patch or a pane.
+const SURFACE_POINTS: usize = 16;
+/// Points of a voxel.
+const VOLUME_POINTS: usize = 8;
+/// Points of an extended light for each point of a zone.
+const LIGHT_SAMPLES: usize = 4;
+/// Rays that measure the power of a light.
+const BEAM_RAYS: usize = 1 << 17;
+
+/// Direct light on the zones with its own balance, W a band.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Direct {
+    /// H_dir of patches, G_dir of volume zones, W/m².
+    pub fields: Vec<Bands>,
+    /// Power that came in from sun and sky.
+    pub incoming: Bands,
+    /// Power emitted by surfaces that count as direct light.
+    pub emitted: Bands,
+    /// Power that left again without meeting anything.
+    pub escaped: Bands,
+    /// Power on black backs.
+    pub backs: Bands,
+    /// Largest relative change by which the fields were scaled to the power measured; zero without.
+    pub largest_change: f64,
+}
+
+/// Computes all lights; `normalise` scales the fields of each to the power measured at the light.
+pub fn illuminate(
+    scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
+    normalise: bool,
+    progress: &dyn Progress,
+) -> Direct {
+    let mut out = Direct { fields: vec![[0.0; 3]; zones.len()], ..Direct::default() };
+    for light in scene.lights() {
+        let fields = gather(scene, zones, transport, light, progress);
+        let beam = beam(scene, transport, light);
+        let factor = if normalise { agreement(zones, &fields, &beam) } else { [1.0; 3] };
+        out.largest_change = factor.iter().fold(out.largest_change, |m, f| m.max((f - 1.0).abs()));
+        for (o, f) in out.fields.iter_mut().zip(&fields) {
+            (0..3).for_each(|b| o[b] += f[b] * factor[b]);
+        }
+        let power = if matches!(light, Light::Emitter { .. }) { &mut out.emitted } else { &mut out.incoming };
+        for b in 0..3 {
+            power[b] += beam.sent[b];
+            out.escaped[b] += beam.escaped[b];
+            out.backs[b] += beam.backs[b];
+        }
+    }
+    out
+}
+
+/// Power met by the zones according to the fields, W.
+fn met(zones: &Zones, fields: &[Bands]) -> Bands {
+    let patches = zones.patches.iter().map(|p| [p.area; 3]);
+    let voxels = zones.voxels.iter().map(|v| v.extinction.map(|k| k * v.volume));
+    let panes = zones.panes.iter().map(|p| p.extinction.map(|k| k * p.area * p.thickness));
+    patches.chain(voxels).chain(panes).zip(fields).fold([0.0; 3], |s, (w, f)| bands(|b| s[b] + w[b] * f[b]))
+}
+
+fn agreement(zones: &Zones, fields: &[Bands], beam: &Beam) -> Bands {
+    let met = met(zones, fields);
+    bands(|b| {
+        let want = beam.sent[b] - beam.escaped[b] - beam.backs[b];
+        if met[b] > 0.0 && want > 0.0 { want / met[b] } else { 1.0 }
+    })
+}
+
+fn gather(scene: &Scene, zones: &Zones, transport: &Transport, light: &Light, progress: &dyn Progress) -> Vec<Bands> {
+    let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
+    progress.begin("direct light", zones.len() as u64);
+    let samples = if matches!(light, Light::Sun { .. }) { 1 } else { LIGHT_SAMPLES };
+    let shift = |i: usize, m: u64| sequence::unit((i as u64) << 3 | m);
+    let out = (0..zones.len())
+        .into_par_iter()
+        .map(|i| {
+            progress.advance(1);
+            let mut sum = [0.0; 3];
+            let mut add = |v: Bands, n: usize| (0..3).for_each(|b| sum[b] += v[b] / n as f64);
+            let seed = |k: usize| (i * SURFACE_POINTS + k) as u64;
+            if i < zones.voxel_offset() {
+                let p = &zones.patches[i];
+                for k in 0..SURFACE_POINTS {
+                    let [u, v] = p.plate.warp(sequence::r2(k, [shift(i, 0), shift(i, 1)]));
+                    let h = direct::irradiance(scene, transport, light, p.plate.at(u, v), p.normal, samples, seed(k));
+                    add(h, SURFACE_POINTS);
+                }
+            } else if i < zones.pane_offset() {
+                let z = &zones.voxels[i - zones.voxel_offset()];
+                for k in 0..VOLUME_POINTS {
+                    let u = sequence::r3(k, [shift(i, 0), shift(i, 1), shift(i, 2)]);
+                    let g = direct::fluence(scene, transport, light, voxel_point(z, cell, u), samples, seed(k));
+                    add(g, VOLUME_POINTS);
+                }
+            } else {
+                let p = &zones.panes[i - zones.pane_offset()];
+                for k in 0..SURFACE_POINTS {
+                    let [u, v] = p.plate.warp(sequence::r2(k, [shift(i, 0), shift(i, 1)]));
+                    add(pane_fluence(scene, transport, light, p, p.plate.at(u, v), samples, seed(k)), SURFACE_POINTS);
+                }
+            }
+            sum
+        })
+        .collect();
+    progress.end();
+    out
+}
+
+/// Fluence inside a pane that stands for what it takes from the light: κ G t = Σ E c (1 − e^{−κt/c}), c the cosine.
+fn pane_fluence(
+    scene: &Scene,
+    transport: &Transport,
+    light: &Light,
+    p: &PaneZone,
+    at: Vec3,
+    samples: usize,
+    seed: u64,
+) -> Bands {
+    let front = direct::irradiance(scene, transport, light, at, p.normal, samples, seed);
+    let back = direct::irradiance(scene, transport, light, at, -p.normal, samples, seed);
+    let fluence = direct::fluence(scene, transport, light, at, samples, seed);
+    bands(|b| {
+        let flux = front[b] + back[b];
+        if flux <= 0.0 || fluence[b] <= 0.0 {
+            return 0.0;
+        }
+        let cos = (flux / fluence[b]).clamp(1e-6, 1.0);
+        let depth = p.extinction[b] * p.thickness;
+        let share = if depth > 1e-12 { -(-depth / cos).exp_m1() / depth } else { 1.0 / cos };
+        flux * share
+    })
+}
+
+/// What a light sends and loses, W.
+#[derive(Clone, Copy, Debug, Default)]
+struct Beam {
+    sent: Bands,
+    escaped: Bands,
+    backs: Bands,
+}
+
+fn beam(scene: &Scene, transport: &Transport, light: &Light) -> Beam {
+    // A fixed number of blocks summed in order: the same bits for any number of threads.
+    const BLOCK: usize = 1 << 10;
+    let parts: Vec<Beam> = (0..BEAM_RAYS / BLOCK)
+        .into_par_iter()
+        .map(|block| {
+            let mut sum = Beam::default();
+            for k in block * BLOCK..(block + 1) * BLOCK {
+                beam_ray(scene, transport, light, k, &mut sum);
+            }
+            sum
+        })
+        .collect();
+    let mut out = Beam::default();
+    for p in parts {
+        for b in 0..3 {
+            out.sent[b] += p.sent[b] / BEAM_RAYS as f64;
+            out.escaped[b] += p.escaped[b] / BEAM_RAYS as f64;
+            out.backs[b] += p.backs[b] / BEAM_RAYS as f64;
+        }
+    }
+    out
+}
+
+fn beam_ray(scene: &Scene, transport: &Transport, light: &Light, k: usize, sum: &mut Beam) {
+    let (lo, hi) = scene.bounds();
+    let (centre, radius) = ((lo + hi) * 0.5, 0.5 * scene.diagonal() * (1.0 + 1e-9));
+    let u = sequence::r2(k, [0.0; 2]);
+    let v = sequence::r2(k, [0.37, 0.71]);
+    match light {
+        Light::Sun { direction, irradiance, angular_diameter, .. } => {
+            // The rectangle that the bounds throw across the beam.
+            let dir = sun_ray(*direction, *angular_diameter, [sequence::r1(k, 0.1), sequence::unit(k as u64)]);
+            let (t, s) = direction.frame();
+            let half = (hi - lo) * 0.5;
+            let extent = |w: Vec3| half.x * w.x.abs() + half.y * w.y.abs() + half.z * w.z.abs();
+            let slack = 1.0 + angular_diameter;
+            let (wt, ws) = (extent(t) * slack, extent(s) * slack);
+            let at = centre + t * (wt * (2.0 * u[0] - 1.0)) + s * (ws * (2.0 * u[1] - 1.0));
+            let power = irradiance.map(|e| e * 4.0 * wt * ws);
+            enter(scene, transport, at - dir * (2.0 * radius), dir, power, sum);
+        }
+        Light::Sky { radiance, .. } => {
+            let cos = 1.0 - 2.0 * u[0];
+            let sin = (1.0 - cos * cos).max(0.0).sqrt();
+            let (s, c) = (2.0 * PI * u[1]).sin_cos();
+            let out = vec3(sin * c, sin * s, cos);
+            let dir = cosine(-out, v);
+            let power = radiance.map(|l| l * PI * 4.0 * PI * radius * radius);
+            enter(scene, transport, centre + out * radius, dir, power, sum);
+        }
+        Light::Emitter { surface } => emitter_ray(scene, transport, *surface, k, u, v, sum),
+    }
+}
+
+/// A direction from the sun's disc.
+fn sun_ray(direction: Vec3, angular_diameter: f64, u: [f64; 2]) -> Vec3 {
+    let (t, b) = direction.frame();
+    let r = (0.5 * angular_diameter).tan() * u[0].sqrt();
+    let (s, c) = (2.0 * PI * u[1]).sin_cos();
+    (direction + t * (r * c) + b * (r * s)).normalized()
+}
+
+/// A ray from outside: it counts as come in where it meets a surface, a pane or a medium.
+fn enter(scene: &Scene, transport: &Transport, origin: Vec3, dir: Vec3, power: Bands, sum: &mut Beam) {
+    let (share, back) = fate(scene, transport, origin, dir);
+    if share.iter().all(|&s| s == 1.0) && !back {
+        return;
+    }
+    for b in 0..3 {
+        sum.sent[b] += power[b];
+        let lost = if back { &mut sum.backs } else { &mut sum.escaped };
+        lost[b] += power[b] * share[b];
+    }
+}
+
+fn emitter_ray(scene: &Scene, transport: &Transport, surface: usize, k: usize, u: [f64; 2], v: [f64; 2], sum: &mut Beam) {
+    let both = scene.surfaces()[surface].sides == zonal_scene::Sides::Both;
+    let facets: Vec<usize> = (0..scene.facets().len()).filter(|&f| scene.facets()[f].surface == surface).collect();
+    let total: f64 = facets.iter().map(|&f| scene.facets()[f].plate.area()).sum();
+    let mut rest = sequence::r1(k, 0.25) * total;
+    let Some(&facet) = facets.iter().find(|&&f| {
+        rest -= scene.facets()[f].plate.area();
+        rest <= 0.0
+    }) else {
+        return;
+    };
+    let plate = &scene.facets()[facet].plate;
+    let [s, t] = plate.warp(u);
+    let flip = both && k % 2 == 1;
+    let normal = if flip { -plate.normal() } else { plate.normal() };
+    let sides = if both { 2.0 } else { 1.0 };
+    let power = scene.emission_at(facet, s, t).map(|e| e * total * sides);
+    let (share, back) = fate(scene, transport, plate.at(s, t), cosine(normal, v));
+    for b in 0..3 {
+        sum.sent[b] += power[b];
+        let lost = if back { &mut sum.backs } else { &mut sum.escaped };
+        lost[b] += power[b] * share[b];
+    }
+}

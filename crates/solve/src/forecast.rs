@@ -1,0 +1,75 @@
+//! What a solve will take, said beforehand, and what looks wrong with a scene.
+
+use crate::dense;
+use crate::surroundings::Escape;
+use zonal_scene::{Scene, Zones};
+use zonal_transport::Transport;
+
+/// Counts, memory and time of a solve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Forecast {
+    /// Surface zones.
+    pub patches: usize,
+    /// Volume zones of the voxmap.
+    pub voxels: usize,
+    /// Volume zones that are parts of cut voxels.
+    pub cut: usize,
+    /// Volume zones of the panes.
+    pub panes: usize,
+    /// Pairs of zones.
+    pub pairs: u64,
+    /// Matrices that distinct bands need.
+    pub groups: usize,
+    /// Bytes of the exchange areas.
+    pub bytes: u64,
+    /// Facets that can stand between two zones.
+    pub occluders: usize,
+}
+
+impl Forecast {
+    /// Looks at the zones of a scene.
+    pub fn new(scene: &Scene, zones: &Zones, transport: &Transport) -> Forecast {
+        let n = zones.len();
+        let (_, groups) = dense::groups(scene, transport.has_panes_between());
+        Forecast {
+            patches: zones.patches.len(),
+            voxels: zones.voxels.len(),
+            cut: zones.voxels.iter().filter(|z| !z.part.is_empty()).count(),
+            panes: zones.panes.len(),
+            pairs: (n as u64 * (n as u64 + 1)) / 2,
+            groups,
+            bytes: dense::bytes(n, zones.panes.len(), groups),
+            occluders: transport.occluder_count(),
+        }
+    }
+
+    /// Seconds on so many threads: nanoseconds a pair measured on two cores of 2023, by the kind of pair that prevails.
+    pub fn seconds(&self, threads: usize) -> f64 {
+        let ns = if self.occluders > 0 { 1500.0 } else { 200.0 };
+        self.pairs as f64 * ns * 1e-9 / threads.max(1) as f64
+    }
+}
+
+/// Optical thickness of a zone beyond which constant radiosity is a rough approximation.
+pub const THICK: f64 = 0.3;
+
+/// What a user should know before solving: zones too thick, notes of the reader.
+pub fn warnings(scene: &Scene, zones: &Zones) -> Vec<String> {
+    let mut out: Vec<String> = scene.notes().to_vec();
+    if let Some(map) = scene.voxmap() {
+        let edge = map.cell().max_abs();
+        let thick = zones.voxels.iter().flat_map(|z| z.extinction).fold(0.0f64, |m, k| m.max(k * edge));
+        if thick > THICK {
+            out.push(format!(
+                "voxels are up to {thick:.2} optical depths across; below {THICK} is better: use more cells"
+            ));
+        }
+    }
+    out
+}
+
+/// True where rays leave the scene, or end on black backs, from some zone; a few rays for each of up to a thousand zones.
+pub fn is_open(scene: &Scene, zones: &Zones, transport: &Transport) -> bool {
+    let step = zones.len().div_ceil(1000).max(1);
+    !Escape::sample(scene, zones, transport, 16, step).closed()
+}

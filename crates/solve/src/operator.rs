@@ -1,0 +1,29 @@
+//! The one operator that every engine implements.
+//!
+//! In: the strengths s_j = c_j B_j (W/m² for patches, W/m³ for volume zones), c = 1 for patches and κ for volumes.
+//! Out: P_i = Σ_j g_ij s_j with g_ij = F_ij/(c_i c_j), so that H_i = P_i/A_i and G_i = P_i/V_i (in a pane V = A t).
+
+use zonal_math::Grade;
+use zonal_scene::{BANDS, Bands};
+
+/// Radiosities in, arriving power out.
+pub trait Operator {
+    /// Number of zones.
+    fn len(&self) -> usize;
+    /// True without zones.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+    /// P = g s, band by band.
+    fn apply(&self, strengths: &[Bands]) -> Vec<Bands>;
+    /// Replaces g_ij by d_i g_ij d_j.
+    fn scale(&mut self, d: &[Bands]);
+    /// The weakest grade among the factors.
+    fn grade(&self) -> Grade;
+}
+
+/// One band of an array of bands.
+pub fn band(v: &[Bands], k: usize) -> Vec<f64> {
+    debug_assert!(k < BANDS);
+    v.iter().map(|x| x[k]).collect()
+}

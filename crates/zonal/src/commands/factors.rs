@@ -1,0 +1,163 @@
+//! `zonal factors`: proven exchange factors of axis-aligned pairs, from a table to a table.
+//!
+//! Columns in: kind (vv, sv, ss), the bounds of a with its normal, the bounds of b with its normal, kappa. A patch is a box of
+//! zero thickness with a normal such as `+x` or `-z`; a voxel's normal is empty. Columns out: the same, and
+//! value, error_bound, grade, method. `value` is (1/π) ∬ e^{−κr} cosines/r², in m² (ss), m³ (sv), m⁴ (vv).
+
+use super::{Context, check_output};
+use crate::{Failure, meter::Meter};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use zonal_exchange::aligned::{Cuboid, geometric_factor};
+use zonal_math::vec3;
+use zonal_scene::Progress;
+
+/// Exchange factors of axis-aligned pairs.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Table of pairs (.csv): kind, a_x0 … a_z1, a_normal, b_x0 … b_z1, b_normal, kappa.
+    pub pairs: PathBuf,
+    /// Wanted relative error of each value.
+    #[arg(long, default_value_t = 1e-8)]
+    pub tolerance: f64,
+    /// Table to write (.csv).
+    #[arg(long, short)]
+    pub output: PathBuf,
+}
+
+/// The columns that must be there, in the order of the reference tables.
+pub const COLUMNS: [&str; 16] = [
+    "kind", "a_x0", "a_x1", "a_y0", "a_y1", "a_z0", "a_z1", "a_normal", "b_x0", "b_x1", "b_y0", "b_y1", "b_z0", "b_z1",
+    "b_normal", "kappa",
+];
+/// The most rows that are read.
+const MAX_ROWS: usize = 10_000_000;
+
+struct Pair {
+    a: Cuboid,
+    b: Cuboid,
+    kappa: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
+    if !(args.tolerance > 0.0 && args.tolerance < 1.0) {
+        return Err(Failure::new("--tolerance: give a number between 0 and 1"));
+    }
+    check_output(&args.output, &["csv"])?;
+    let (header, records, pairs) = read(&args.pairs)?;
+    let meter = Meter::new(context.quiet);
+    meter.begin("factors", pairs.len() as u64);
+    let values: Vec<_> = pairs
+        .par_iter()
+        .map(|p| {
+            let f = geometric_factor(&p.a, &p.b, p.kappa, args.tolerance);
+            meter.advance(1);
+            f
+        })
+        .collect();
+    meter.end();
+    let mut out = csv::Writer::from_writer(Vec::new());
+    let broken = |e: csv::Error| Failure::in_file(&args.output, e);
+    out.write_record(header.iter().chain(["value", "error_bound", "grade", "method"])).map_err(broken)?;
+    for (record, f) in records.iter().zip(&values) {
+        let cells = [
+            format!("{:.17e}", f.bounded.value),
+            format!("{:.3e}", f.bounded.radius * (1.0 + 1e-3)),
+            f.bounded.grade.word().to_string(),
+            f.method.to_string(),
+        ];
+        out.write_record(record.iter().map(str::to_string).chain(cells)).map_err(broken)?;
+    }
+    let bytes = out.into_inner().map_err(|e| Failure::in_file(&args.output, e))?;
+    zonal_io::output::write_bytes(&args.output, &bytes)?;
+    if context.json {
+        println!("{}", serde_json::json!({ "pairs": pairs.len(), "written": args.output.display().to_string() }));
+    } else {
+        println!("{} pairs written: {}", pairs.len(), args.output.display());
+    }
+    Ok(())
+}
+
+type Table = (csv::StringRecord, Vec<csv::StringRecord>, Vec<Pair>);
+
+fn read(path: &Path) -> Result<Table, Failure> {
+    let mut reader = csv::ReaderBuilder::new().from_path(path).map_err(|e| Failure::in_file(path, e))?;
+    let header = reader.headers().map_err(|e| Failure::in_file(path, e))?.clone();
+    let index: Vec<usize> = COLUMNS
+        .iter()
+        .map(|c| {
+            header.iter().position(|h| h.trim() == *c).ok_or_else(|| {
+                Failure::in_file(path, format!("line 1: there is no column '{c}'; the columns are {}", COLUMNS.join(",")))
+            })
+        })
+        .collect::<Result<_, _>>()?;
+    let (mut records, mut pairs) = (Vec::new(), Vec::new());
+    for record in reader.records() {
+        let record = record.map_err(|e| Failure::in_file(path, e))?;
+        let line = record.position().map_or(0, |p| p.line());
+        if pairs.len() == MAX_ROWS {
+            return Err(Failure::in_file(path, format!("line {line}: more than {MAX_ROWS} pairs; split the table")));
+        }
+        let cell = |k: usize| record.get(index[k]).unwrap_or("").trim();
+        pairs.push(pair(&cell).map_err(|(column, what)| {
+            Failure::in_file(path, format!("line {line}, column {column}: {what}"))
+        })?);
+        records.push(record);
+    }
+    if pairs.is_empty() {
+        return Err(Failure::in_file(path, "the table has no rows; add a line for each pair"));
+    }
+    Ok((header, records, pairs))
+}
+
+type Wrong = (&'static str, String);
+
+fn real(text: &str, column: &'static str) -> Result<f64, Wrong> {
+    let x: f64 = text.parse().map_err(|_| (column, format!("'{text}' is not a number")))?;
+    if x.is_finite() { Ok(x) } else { Err((column, format!("{x} is not finite"))) }
+}
+
+fn cuboid<'t>(cell: &impl Fn(usize) -> &'t str, first: usize) -> Result<Cuboid, Wrong> {
+    let mut v = [0.0; 6];
+    for (k, x) in v.iter_mut().enumerate() {
+        *x = real(cell(first + k), COLUMNS[first + k])?;
+    }
+    let column = COLUMNS[first + 6];
+    let normal = match cell(first + 6) {
+        "" => None,
+        text => {
+            let (sign, axis) = text.split_at_checked(1).ok_or((column, format!("'{text}' is no direction")))?;
+            let sign = match sign {
+                "+" => 1,
+                "-" => -1,
+                _ => return Err((column, format!("'{text}' is no direction; write +x, -x, +y, -y, +z or -z"))),
+            };
+            let axis = ["x", "y", "z"].iter().position(|a| *a == axis);
+            Some((axis.ok_or((column, format!("'{text}' is no direction; write +x, -x, +y, -y, +z or -z")))?, sign))
+        }
+    };
+    let c = Cuboid { lo: vec3(v[0], v[2], v[4]), hi: vec3(v[1], v[3], v[5]), normal };
+    if c.is_valid() {
+        return Ok(c);
+    }
+    let wanted = "a voxel needs x0 < x1, y0 < y1, z0 < z1 and no normal; a patch equal bounds on its normal's axis only";
+    Err((COLUMNS[first], format!("these bounds are no box: {wanted}")))
+}
+
+fn pair<'t>(cell: &impl Fn(usize) -> &'t str) -> Result<Pair, Wrong> {
+    let (a, b) = (cuboid(cell, 1)?, cuboid(cell, 8)?);
+    let kappa = real(cell(15), "kappa")?;
+    if kappa < 0.0 {
+        return Err(("kappa", format!("the extinction is {kappa}; it must not be negative")));
+    }
+    let kind = match (a.normal.is_some(), b.normal.is_some()) {
+        (false, false) => "vv",
+        (true, true) => "ss",
+        _ => "sv",
+    };
+    if cell(0) != kind {
+        return Err(("kind", format!("'{}' does not fit the normals, which make it '{kind}'", cell(0))));
+    }
+    Ok(Pair { a, b, kappa })
+}

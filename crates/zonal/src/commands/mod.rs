@@ -1,0 +1,104 @@
+//! The subcommands of `zonal`.
+
+pub mod check;
+pub mod demo;
+pub mod export;
+pub mod factors;
+pub mod render;
+pub mod solve;
+
+use clap::{Parser, Subcommand};
+use std::path::Path;
+
+use crate::Failure;
+
+/// Radiative exchange between surfaces and participating media by the zonal method.
+///
+/// A scene file (TOML) names surfaces, media, lights and cameras. `check` it, `solve` it once, `render` it from anywhere.
+/// Start with `zonal demo`.
+#[derive(Parser, Debug)]
+#[command(version, about, arg_required_else_help = true)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Threads to use (default: all cores). Results do not depend on it.
+    #[arg(long, global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Reports as JSON on standard output.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// No progress bars. They are off anyway where standard error is not a terminal.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+/// The subcommands.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// Solve an embedded chapel with stained glass and dusty air, and draw it.
+    Demo(demo::Args),
+    /// Validate a scene, count its zones, forecast time and memory, warn.
+    Check(check::Args),
+    /// Solve a scene and write the solution (.npz).
+    Solve(solve::Args),
+    /// Draw a picture from a solution.
+    Render(render::Args),
+    /// Write the zones of a solution as a table (.csv).
+    Export(export::Args),
+    /// Exchange factors of axis-aligned pairs, with proven error bounds, from a table to a table (.csv).
+    Factors(factors::Args),
+}
+
+/// Where reports go.
+#[derive(Clone, Copy, Debug)]
+pub struct Context {
+    /// JSON instead of tables.
+    pub json: bool,
+    /// No progress bars.
+    pub quiet: bool,
+}
+
+/// Runs a parsed command line.
+pub fn run(cli: Cli) -> Result<(), Failure> {
+    if let Some(n) = cli.threads {
+        // Fails only where a pool exists already, which then serves as well.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(n as usize).build_global();
+    }
+    let context = Context { json: cli.json, quiet: cli.quiet };
+    match cli.command {
+        Command::Demo(a) => demo::run(&a, context),
+        Command::Check(a) => check::run(&a, context),
+        Command::Solve(a) => solve::run(&a, context),
+        Command::Render(a) => render::run(&a, context),
+        Command::Export(a) => export::run(&a, context),
+        Command::Factors(a) => factors::run(&a, context),
+    }
+}
+
+/// Refuses an output whose folder does not exist or cannot be written, or whose name has another ending than those allowed, before any work is done.
+pub fn check_output(path: &Path, endings: &[&str]) -> Result<(), Failure> {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    if !endings.contains(&ending.as_str()) {
+        let list = endings.iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(" or ");
+        return Err(Failure::new(format!("{}: the output's name must end in {list}", path.display())));
+    }
+    if path.is_dir() {
+        return Err(Failure::new(format!("{}: is a folder; name a file", path.display())));
+    }
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        return Err(Failure::new(format!("{}: there is no folder {}; make it first", path.display(), folder.display())));
+    }
+    let probe = folder.join(format!(".zonal-probe-{}", std::process::id()));
+    match std::fs::File::create(&probe) {
+        Ok(_) => {
+            let _ = std::fs::remove_file(&probe);
+            Ok(())
+        }
+        Err(e) => Err(Failure::new(format!("{}: the folder cannot be written ({e}); choose another", folder.display()))),
+    }
+}

@@ -1,0 +1,68 @@
+//! `zonal solve`: a scene in, a solution out.
+
+use super::{Context, check_output};
+use crate::{Failure, meter::Meter, table};
+use std::path::PathBuf;
+use zonal_io::output;
+use zonal_scene::{Progress, Scene, Solution};
+
+/// Solve a scene and write the solution.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Scene file (.toml).
+    pub scene: PathBuf,
+    /// Solution to write (.npz); numpy opens it without us.
+    #[arg(long, short)]
+    pub output: PathBuf,
+    /// Relative accuracy of the exchange areas, between 0 and 1; overrides the scene's.
+    #[arg(long)]
+    pub tolerance: Option<f64>,
+    /// Closure of the exchange areas: `measure` or `restore`; overrides the scene's.
+    #[arg(long)]
+    pub closure: Option<ClosureMode>,
+    /// Largest memory for exchange areas, GB.
+    #[arg(long, default_value_t = 12.0)]
+    pub max_memory: f64,
+}
+
+/// What to do about closure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum ClosureMode {
+    /// Report the defects.
+    Measure,
+    /// Scale the factors, those of the surroundings included, until their sums are right; report the change.
+    Restore,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
+    check_output(&args.output, &["npz"])?;
+    if !(args.max_memory > 0.0 && args.max_memory.is_finite()) {
+        return Err(Failure::new("--max-memory: give a positive number of gigabytes"));
+    }
+    let scene = zonal_io::input::read_scene(&args.scene)?;
+    let mut options = scene.options().clone();
+    options.tolerance = args.tolerance.unwrap_or(options.tolerance);
+    options.restore_closure = args.closure.map_or(options.restore_closure, |c| c == ClosureMode::Restore);
+    let scene = scene.with_options(options).map_err(|e| Failure::new(format!("--tolerance: {}", e.what())))?;
+    let solution = solved(scene, (args.max_memory * 1e9) as u64, &Meter::new(context.quiet))
+        .map_err(|e| Failure::in_file(&args.scene, e))?;
+    output::write_solution(&args.output, &solution)?;
+    if context.json {
+        println!("{:#}", output::report_json(&solution));
+    } else {
+        print!("{}", table::report(&solution));
+        println!("written: {}", args.output.display());
+        if let Some(c) = solution.scene.cameras().first() {
+            println!("next: zonal render {} --camera {} -o picture.png", args.output.display(), c.name);
+        }
+    }
+    Ok(())
+}
+
+/// Solves and signs a scene.
+pub fn solved(scene: Scene, memory: u64, progress: &dyn Progress) -> Result<Solution, Failure> {
+    let mut solution = zonal_solve::solve(scene, memory, progress)?;
+    solution.scene_hash = output::scene_hash(&solution.scene);
+    Ok(solution)
+}

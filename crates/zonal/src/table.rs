@@ -1,0 +1,86 @@
+//! Reports as tables for people.
+
+use std::fmt::Write;
+use zonal_scene::{Bands, Report, Solution};
+
+/// Significant digits enough for a table.
+pub fn number(x: f64) -> String {
+    if x == 0.0 {
+        "0".into()
+    } else if (1e-3..1e5).contains(&x.abs()) {
+        format!("{x:.4}").trim_end_matches('0').trim_end_matches('.').to_string()
+    } else {
+        format!("{x:.2e}")
+    }
+}
+
+fn row(out: &mut String, name: &str, v: Bands) {
+    // Grey light is one number.
+    let cells = if v[0] == v[1] && v[1] == v[2] {
+        format!("{:>12}", number(v[0]))
+    } else {
+        v.map(|x| format!("{:>12}", number(x))).concat()
+    };
+    let _ = writeln!(out, "  {name:<34}{cells}");
+}
+
+/// The report of a solution: what was computed, the balance, closure, the solver's end.
+pub fn report(s: &Solution) -> String {
+    let r = &s.report;
+    let mut out = String::new();
+    let _ = writeln!(out, "computed");
+    for (name, count) in r.counts.iter().filter(|c| c.1 > 0) {
+        let _ = writeln!(out, "  {name:<34}{:>12}", grouped(*count));
+    }
+    balance(&mut out, r);
+    let c = &r.closure;
+    let _ = writeln!(out, "quality");
+    row(&mut out, "closure, largest defect", c.worst);
+    row(&mut out, "closure, rms defect", c.rms);
+    if c.restored {
+        row(&mut out, "closure restored: largest change", c.largest_change);
+        row(&mut out, "closure after", c.after);
+    }
+    for (band, (status, history)) in r.status.iter().zip(&r.residuals).enumerate() {
+        let last = history.last().copied().unwrap_or(0.0);
+        let text = format!("{} in {} steps, residual {}", status.word(), history.len().max(1) - 1, number(last));
+        let _ = writeln!(out, "  {:<34}{text:>12}", format!("solver, band {band}"));
+    }
+    let _ = writeln!(out, "  {:<34}{:>12}", "grade of the exchange areas", r.grade.word());
+    for w in &r.warnings {
+        let _ = writeln!(out, "  note: {w}");
+    }
+    out
+}
+
+fn balance(out: &mut String, r: &Report) {
+    let e = &r.energy;
+    let _ = writeln!(out, "power (W)");
+    row(out, "emitted", e.emitted);
+    row(out, "incoming", e.incoming);
+    const MOST: usize = 12;
+    for (name, v) in e.absorbed_surfaces.iter().take(MOST) {
+        row(out, &format!("absorbed by {name}"), *v);
+    }
+    if e.absorbed_surfaces.len() > MOST {
+        let rest = e.absorbed_surfaces[MOST..].iter().fold([0.0; 3], |s, v| [s[0] + v.1[0], s[1] + v.1[1], s[2] + v.1[2]]);
+        row(out, &format!("absorbed by {} more surfaces", e.absorbed_surfaces.len() - MOST), rest);
+    }
+    row(out, "absorbed by the medium", e.absorbed_volumes);
+    row(out, "absorbed by panes", e.absorbed_panes);
+    row(out, "escaped", e.escaped);
+    row(out, "lost on black backs", e.backs);
+    row(out, "residual, relative", e.residual);
+}
+
+fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (k, d) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k) % 3 == 0 {
+            out.push(' ');
+        }
+        out.push(d);
+    }
+    out
+}
