@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 use zonal_exchange::aligned::{Cuboid, FactorCache, geometric_factor};
-use zonal_math::{Bounded, Grade, Vec3, vec3};
+use zonal_math::{Bounded, Grade, Vec3, sequence, vec3};
 
 /// What the reference table itself may be off by.
 const TABLE: f64 = 2e-14;
@@ -632,4 +632,59 @@ fn the_cache_does_not_depend_on_threads() {
             assert_eq!(t.join().unwrap(), alone);
         }
     });
+}
+
+/// A box or patch from hashed numbers: on a lattice, at random, or of wild aspect, near or far.
+fn any_zone(seed: u64) -> Cuboid {
+    let u = |i: u64| sequence::unit(seed * 16 + i);
+    let style = seed / 2 % 3;
+    let length = |i: u64| match style {
+        0 => 0.1 * (1.0 + (3.0 * u(i)).floor()),
+        1 => 0.2 + u(i),
+        _ => 10f64.powf(-4.0 * u(i)),
+    };
+    let place = |i: u64| match style {
+        0 => 0.1 * (7.0 * u(i)).floor() - 0.3,
+        1 => 3.0 * u(i) - 1.5,
+        _ if u(i) < 0.4 => 0.0,
+        _ => (u(i + 3) - 0.5) * 10f64.powf(11.0 * u(i) - 9.0),
+    };
+    let lo = vec3(place(3), place(4), place(5));
+    let hi = lo + vec3(length(0), length(1), length(2));
+    if u(9) < 0.5 {
+        return Cuboid::voxel(lo, hi);
+    }
+    let axis = (3.0 * u(10)) as usize;
+    let mut corner = hi.array();
+    corner[axis] = lo[axis];
+    Cuboid::patch(
+        lo,
+        Vec3::from_array(corner),
+        axis,
+        if u(11) < 0.5 { 1 } else { -1 },
+    )
+}
+
+#[test]
+fn radii_hold_for_nasty_pairs() {
+    let cache = FactorCache::new(1e-5);
+    let mut seen = 0;
+    for i in 0..1500u64 {
+        let (a, b) = (any_zone(2 * i), any_zone(2 * i + 1));
+        let kappa = [0.0, 10f64.powf(5.0 * sequence::unit(i) - 3.0)][(i / 3 % 2) as usize];
+        assert_eq!(cache.get(&a, &b, kappa), cache.get(&b, &a, kappa));
+        let fine = geometric_factor(&a, &b, kappa, 1e-11).bounded;
+        if fine.value < 1e-280 {
+            continue;
+        }
+        seen += 1;
+        for tolerance in [1e-2, 1e-4, 1e-7, 1e-9] {
+            let rough = factor(&a, &b, kappa, tolerance);
+            assert!(
+                (rough.value - fine.value).abs() <= rough.radius + fine.radius,
+                "{i}: {rough:?} {fine:?} {a:?} {b:?} {kappa}"
+            );
+        }
+    }
+    assert!(seen > 600, "{seen}");
 }

@@ -190,7 +190,7 @@ mod tests {
         assert!((r.weights[0] / 0.118_463_442_528_094_54 - 1.0).abs() < 3e-16);
         // n = 64: the first node and weight (Newton's iteration in 50 decimal digits, mapped to [0, 1]).
         let r = rule(64);
-        assert!((r.nodes[0] / 0.000_347_479_132_113_930_27 - 1.0).abs() < 3e-16);
+        assert!((r.nodes[0] / 0.000_347_479_132_113_930_3 - 1.0).abs() < 3e-16);
         assert!((r.weights[0] / 0.000_891_640_360_848_216_5 - 1.0).abs() < 3e-16);
     }
 

@@ -16,9 +16,9 @@ use zonal_math::gauss;
 /// Points for the three directions within an error `budget` for the cell.
 pub(super) fn plan(cell: &Cell, kernel: &Kernel, budget: f64) -> [Choice; 3] {
     let volume = cell.volume();
-    let directions = cell.0.iter().filter(|s| s.len > 0.0).count() as f64;
+    let directions = cell.spans.iter().filter(|s| s.len > 0.0).count() as f64;
     [0, 1, 2].map(|k| {
-        if cell.0[k].len > 0.0 {
+        if cell.spans[k].len > 0.0 {
             choose(cell, kernel, k, volume, budget / directions)
         } else {
             Choice {
@@ -32,11 +32,11 @@ pub(super) fn plan(cell: &Cell, kernel: &Kernel, budget: f64) -> [Choice; 3] {
 fn choose(cell: &Cell, kernel: &Kernel, k: usize, volume: f64, budget: f64) -> Choice {
     let (mut c2, mut rest) = (0.0, volume);
     for j in (0..3).filter(|&j| j != k) {
-        let s = &cell.0[j];
+        let s = &cell.spans[j];
         c2 += s.lo * s.lo;
         rest *= s.max_weight() * s.hi().powi(kernel.power[j]);
     }
-    let Span { lo, len, w0, w1 } = cell.0[k];
+    let Span { lo, len, w0, w1 } = cell.spans[k];
     let (mid, slope) = (0.5 * (w0 + w1), (w1 - w0).abs() / len);
     let candidates = ellipse::around(lo, len, c2).map(|e| {
         let reach = lo + 0.5 * len + e.a;
@@ -59,7 +59,7 @@ pub(super) fn integrate<const P: usize>(
 ) -> [f64; P] {
     for k in 0..3 {
         fill(
-            &cell.0[k],
+            &cell.spans[k],
             kernel.power[k],
             plan[k].points,
             &mut scratch.square[k],

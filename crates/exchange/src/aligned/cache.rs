@@ -214,6 +214,7 @@ fn key(a: &Cuboid, b: &Cuboid, kappa: f64) -> Option<Key> {
     let (ea, eb) = (a.extent().array(), b.extent().array());
     let long: [f64; 3] = std::array::from_fn(|k| ea[k].max(eb[k]));
     let scale = long[0].max(long[1]).max(long[2]);
+    let per_scale = 1.0 / scale;
     let mut axes = [[0u64; 3]; 3];
     for k in 0..3 {
         // Antisymmetric in a and b to the bit.
@@ -222,13 +223,13 @@ fn key(a: &Cuboid, b: &Cuboid, kappa: f64) -> Option<Key> {
             0 => offset.abs(),
             s => offset * s as f64,
         };
-        let [short, low] = normalised(long[k], ea[k].min(eb[k]), scale, towards);
+        let [short, low] = normalised(long[k], ea[k].min(eb[k]), per_scale, towards);
         // The upper end of t: nothing is seen unless it is positive.
         let width = if long[k] == 0.0 { 0.0 } else { 1.0 };
         if sign[k] != 0 && low + width <= 0.0 {
             return None;
         }
-        axes[k] = [coarse(long[k] / scale), short, low].map(f64::to_bits);
+        axes[k] = [coarse(long[k] * per_scale), short, low].map(f64::to_bits);
     }
     sort(&mut axes);
     let mut words = [0; 11];
@@ -243,13 +244,14 @@ fn key(a: &Cuboid, b: &Cuboid, kappa: f64) -> Option<Key> {
 }
 
 /// (short/long, low/long), rounded; where both boxes are flat (0, offset/scale).
-fn normalised(long: f64, short: f64, scale: f64, offset: f64) -> [f64; 2] {
+fn normalised(long: f64, short: f64, per_scale: f64, offset: f64) -> [f64; 2] {
     if long == 0.0 {
-        return [0.0, lattice(offset / scale)];
+        return [0.0, lattice(offset * per_scale)];
     }
-    let short = coarse(short / long);
+    let per_long = 1.0 / long;
+    let short = coarse(short * per_long);
     let half = 0.5 * (1.0 + short);
-    let low = offset / long - half;
+    let low = offset * per_long - half;
     let low = if offset.abs() < SNAP * long {
         -half
     } else if low.abs() < SNAP {
@@ -274,14 +276,17 @@ fn sort(axes: &mut [[u64; 3]; 3]) {
     }
 }
 
-/// A multiplicative hash of the words, finished so that high and low bits are mixed.
+/// A multilinear hash of the words (high halves folded down first: lattices leave the low bits zero), mixed.
 fn mix(words: &[u64; 11]) -> u64 {
-    let h = words.iter().fold(0u64, |h, w| {
-        (h.rotate_left(23) ^ w).wrapping_mul(0x9E37_79B9_7F4A_7C15)
-    });
+    let lane = |(i, w): (usize, &u64)| (w ^ (w >> 29)).wrapping_mul(ODD.wrapping_mul(2 * i as u64 + 3));
+    let h = words.iter().enumerate().map(lane).fold(0, u64::wrapping_add);
     let h = (h ^ (h >> 32)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    let h = (h ^ (h >> 31)).wrapping_mul(ODD);
     h ^ (h >> 29)
 }
+
+/// 2⁶⁴ over the golden ratio, odd.
+const ODD: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// The geometry that a key stands for. Breakpoints are taken in units of the axis, where lattices are exact.
 fn pair_of(key: &Key) -> Reduced {

@@ -37,46 +37,66 @@ impl Kernel {
 
 /// A product of three spans.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cell(pub [Span; 3]);
+pub(super) struct Cell {
+    pub spans: [Span; 3],
+    /// Bound of the relative errors of the spans' lo and len, in units of 2⁻⁵³.
+    pub ulps: f64,
+    /// How often the cell was cut: each cut adds 4 · 2⁻⁵³ to the relative errors of the densities.
+    pub cuts: f64,
+}
 
 impl Cell {
+    /// A cell whose spans carry up to three roundings each.
+    fn new(spans: [Span; 3]) -> Cell {
+        Cell {
+            spans,
+            ulps: 3.0,
+            cuts: 1.0,
+        }
+    }
+
     /// True when the singular point t = 0 is a corner.
     pub fn touches(&self) -> bool {
-        self.0.iter().all(|s| s.lo == 0.0)
+        self.spans.iter().all(|s| s.lo == 0.0)
     }
     /// Volume, the fixed axes left out.
     pub fn volume(&self) -> f64 {
-        self.0.iter().filter(|s| s.len > 0.0).map(|s| s.len).product()
+        self.spans.iter().filter(|s| s.len > 0.0).map(|s| s.len).product()
     }
     pub fn lower(&self) -> [f64; 3] {
-        self.0.map(|s| s.lo)
+        self.spans.map(|s| s.lo)
     }
     pub fn upper(&self) -> [f64; 3] {
-        self.0.map(|s| s.hi())
+        self.spans.map(|s| s.hi())
     }
     /// An upper bound of the density.
     pub fn max_weight(&self) -> f64 {
-        self.0.iter().map(Span::max_weight).product()
+        self.spans.iter().map(Span::max_weight).product()
     }
+    /// The near part, of the given length along the axis, and the rest. A half is exact and its far corner one sum;
+    /// the rest of another cut is a difference a − b with a > 1.5 b, which amplifies by (a + b)/(a − b) < 5.
     fn cut_at(&self, axis: usize, length: f64) -> (Cell, Cell) {
-        let (near, far) = self.0[axis].cut_at(length);
-        let (mut n, mut f) = (*self, *self);
-        (n.0[axis], f.0[axis]) = (near, far);
+        let (near, far) = self.spans[axis].cut_at(length);
+        let halved = near.len == far.len;
+        let cuts = self.cuts + 1.0;
+        let (mut n, mut f) = (Cell { cuts, ..*self }, Cell { cuts, ..*self });
+        f.ulps = 1.0 + if halved { self.ulps } else { 5.0 * self.ulps };
+        (n.spans[axis], f.spans[axis]) = (near, far);
         (n, f)
     }
 
     /// The integral, roughly: the midpoint rule, in pyramid coordinates where the cell touches zero.
     pub fn weigh(&self, kernel: &Kernel) -> f64 {
-        let w: f64 = self.0.iter().map(|s| 0.5 * (s.w0 + s.w1)).product();
+        let w: f64 = self.spans.iter().map(|s| 0.5 * (s.w0 + s.w1)).product();
         let value = |t: [f64; 3], q: i32| {
             let r = norm(t);
             kernel.numerator(t) * kernel.decay(r) * r.powi(-q)
         };
         if !self.touches() {
-            return self.volume() * w * value(self.0.map(|s| s.lo + 0.5 * s.len), kernel.q());
+            return self.volume() * w * value(self.spans.map(|s| s.lo + 0.5 * s.len), kernel.q());
         }
         let apex = |k: usize| {
-            let t: [f64; 3] = std::array::from_fn(|j| self.0[j].len * if j == k { 0.5 } else { 0.25 });
+            let t: [f64; 3] = std::array::from_fn(|j| self.spans[j].len * if j == k { 0.5 } else { 0.25 });
             value(t, kernel.q())
         };
         // At s = v = w = 1/2 the Jacobian is s² = 1/4.
@@ -95,10 +115,10 @@ impl Cell {
             * kernel.numerator(far)
             * near.powi(-kernel.q())
             * kernel.decay(near.max(kernel.nearest));
-        if self.0.iter().any(|s| s.len == 0.0) {
+        if self.spans.iter().any(|s| s.len == 0.0) {
             return 1.000_001 * self.max_weight() * plain;
         }
-        let thin = self.0.iter().map(|s| s.len).fold(f64::INFINITY, f64::min);
+        let thin = self.spans.iter().map(|s| s.len).fold(f64::INFINITY, f64::min);
         let slab = std::f64::consts::FRAC_PI_2
             * thin
             * ((norm(far) / thin).ln() + 1.5)
@@ -112,14 +132,14 @@ impl Cell {
         if self.touches() {
             self.cut_touching(kernel)
         } else {
-            self.cut_apart(kernel).map(|k| (k, 0.5 * self.0[k].len))
+            self.cut_apart(kernel).map(|k| (k, 0.5 * self.spans[k].len))
         }
     }
 
     /// Pyramid coordinates want edges of similar length, and no more than a few mean free paths of them. A long
     /// edge is halved as long as it stays long, then cut to the shortest: halving alone may never end.
     fn cut_touching(&self, kernel: &Kernel) -> Option<(usize, f64)> {
-        let len = self.0.map(|s| s.len);
+        let len = self.spans.map(|s| s.len);
         let longest = (0..3).fold(0, |m, k| if len[k] > len[m] { k } else { m });
         let shortest = len.iter().copied().fold(f64::INFINITY, f64::min);
         let half = 0.5 * len[longest];
@@ -130,25 +150,29 @@ impl Cell {
         }
     }
 
-    /// Elsewhere the nearest singularity and the optical thickness decide.
+    /// Elsewhere the nearest singularity decides, and how much κr varies along a direction.
     fn cut_apart(&self, kernel: &Kernel) -> Option<usize> {
-        let lo2 = self.0.map(|s| s.lo * s.lo);
-        let (mut worst, mut rho) = (0, f64::INFINITY);
-        let mut thick = None;
-        for k in 0..3 {
-            let Span { lo, len, .. } = self.0[k];
-            if len == 0.0 {
-                continue;
-            }
-            let r = ellipse::widest_rho(lo, len, lo2[(k + 1) % 3] + lo2[(k + 2) % 3]);
+        let lo2 = self.spans.map(|s| s.lo * s.lo);
+        let (mut narrowest, mut rho) = (0, f64::INFINITY);
+        let (mut thickest, mut depth) = (0, 0.0);
+        for k in (0..3).filter(|&k| self.spans[k].len > 0.0) {
+            let Span { lo, len, .. } = self.spans[k];
+            let c2 = lo2[(k + 1) % 3] + lo2[(k + 2) % 3];
+            let r = ellipse::widest_rho(lo, len, c2);
             if r < rho {
-                (worst, rho) = (k, r);
+                (narrowest, rho) = (k, r);
             }
-            if kernel.kappa * len > THICK && thick.is_none_or(|t: usize| self.0[t].len < len) {
-                thick = Some(k);
+            let (from, to) = (c2 + lo * lo, c2 + (lo + len) * (lo + len));
+            let d = kernel.kappa * (to.sqrt() - from.sqrt());
+            if d > depth {
+                (thickest, depth) = (k, d);
             }
         }
-        if rho < NARROW { Some(worst) } else { thick }
+        if rho < NARROW {
+            Some(narrowest)
+        } else {
+            (depth > THICK).then_some(thickest)
+        }
     }
 }
 
@@ -156,12 +180,10 @@ impl Cell {
 const ASPECT: f64 = 1.5;
 /// Its longest edge in mean free paths.
 const THICK_TOUCHING: f64 = 4.0;
-/// The same for the other cells.
+/// What κr may vary by along an edge of the other cells.
 const THICK: f64 = 6.0;
 /// The smallest ϱ that a direction is integrated with whole.
 const NARROW: f64 = 3.0;
-/// A cell below this share of tolerance × what is already weighed goes into the radius.
-const NEGLIGIBLE: f64 = 1e-3;
 /// More leaves than this are never made: the rest stays uncut, with the radius that it has.
 const MOST_LEAVES: usize = 400_000;
 
@@ -182,8 +204,9 @@ pub(super) struct Division {
     pub multiplicity: f64,
 }
 
-/// Cut the density of a pair into cells on which Gauss–Legendre converges fast.
-pub(super) fn divide(pair: &Reduced, kappa: f64, tolerance: f64) -> Division {
+/// Cut the density of a pair into cells on which Gauss–Legendre converges fast. A cell below the share `negligible`
+/// of what is already weighed is left out.
+pub(super) fn divide(pair: &Reduced, kappa: f64, negligible: f64) -> Division {
     let [(x, mx), (y, my), (z, mz)] = [pair.0[0].spans(), pair.0[1].spans(), pair.0[2].spans()];
     let least = |s: &[Span]| s.iter().map(|s| s.lo).fold(f64::INFINITY, f64::min);
     let kernel = Kernel {
@@ -196,7 +219,7 @@ pub(super) fn divide(pair: &Reduced, kappa: f64, tolerance: f64) -> Division {
     for &sx in &x {
         for &sy in &y {
             for &sz in &z {
-                let cell = Cell([sx, sy, sz]);
+                let cell = Cell::new([sx, sy, sz]);
                 stack.push((cell, cell.weigh(&kernel)));
             }
         }
@@ -210,17 +233,17 @@ pub(super) fn divide(pair: &Reduced, kappa: f64, tolerance: f64) -> Division {
         multiplicity: mx * my * mz,
     };
     while let Some((cell, weight)) = stack.pop() {
-        division.take(cell, weight, tolerance, &mut stack);
+        division.take(cell, weight, negligible, &mut stack);
     }
     division
 }
 
 impl Division {
     /// Leave a cell out, keep it as a leaf, or cut it in two (the nearer half is taken first).
-    fn take(&mut self, cell: Cell, weight: f64, tolerance: f64, stack: &mut Vec<(Cell, f64)>) {
+    fn take(&mut self, cell: Cell, weight: f64, negligible: f64, stack: &mut Vec<(Cell, f64)>) {
         let kernel = self.kernel;
         // Bounds matter only where the midpoint already says that the cell is light.
-        let light = NEGLIGIBLE * tolerance * self.total;
+        let light = negligible * self.total;
         if weight <= light {
             let bound = cell.upper_bound(&kernel);
             if bound <= light {

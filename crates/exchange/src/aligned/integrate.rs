@@ -1,11 +1,11 @@
 //! The driver: budgets to cells, sums, radius, and another round where the first fell short.
 //!
 //! **Rounding.** All terms are positive, so relative errors pass through the sums. With ε = 2⁻⁵³ and elementary functions
-//! within 2 ulp: nodes and weights of the rules 2ε; a span's lo and len 12ε (the rest of a cut amplifies by at most three); t =
-//! lo + len·u 16ε; r² 35ε, r 19ε, 1/r^q with q ≤ 4 at most 73ε; numerator (degree ≤ 2) 34ε; three densities, each two products
-//! and a sum of nonnegative terms, 16ε each; weights, lengths and products 60ε; the nested sums n₁ + n₂ + n₃ + 3 roundings: below
-//! (220 + n₁ + n₂ + n₃) ε. The attenuation adds its argument's absolute error, 24ε·κr at most, and 4ε. Cells are
-//! added with compensation (Neumaier), 2ε more.
+//! within 2 ulp: the spans carry u ε in lo and len ([`Cell`] keeps count of u), the rules 2ε in nodes and weights; so
+//! t = lo + len·node has (u+4)ε, r at most (u+7)ε, 1/r^q q(u+8)ε, the numerator of degree m at most m(u+5)ε; three densities,
+//! each two products and a sum of nonnegative terms, (2u + 8 + 4 cuts)ε each; lengths and weights of the rules 3(u+4)ε; products 20ε;
+//! the nested sums n₁ + n₂ + n₃ + 3 roundings. The attenuation adds its argument's absolute error, 2(u+10)ε·κr (once for κ(r − r₀), once for the
+//! common factor e^{−κr₀}), and 8ε. Cells are added with compensation (Neumaier), 2ε more.
 
 use super::cells::{self, Cell, Division, Kernel, norm};
 use super::ellipse::Choice;
@@ -54,27 +54,31 @@ impl Compensated {
 }
 
 /// Rounds after which the radius is reported as it is.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 6;
+/// The share of the tolerance below which a cell is left out, at first.
+const NEGLIGIBLE: f64 = 1e-3;
 
 /// The integral to a relative tolerance, or as near to it as rounding allows.
 pub(super) fn integrate<const P: usize>(pair: &Reduced, kappa: f64, tolerance: f64) -> Integral<P> {
-    let division = cells::divide(pair, kappa, tolerance);
+    let mut negligible = NEGLIGIBLE * tolerance;
+    let mut division = cells::divide(pair, kappa, negligible);
     let mut scratch = Scratch::default();
     let mut budget = 0.8 * tolerance * division.total;
     let mut evaluations = 0;
     for round in 1.. {
         let pass = run::<P>(&division, budget, &mut scratch);
         evaluations += pass.evaluations;
-        let (value, truncation) = (
-            pass.sum[0].total(),
-            1.000_001 * (pass.truncation.total() + division.dropped),
-        );
-        let room = tolerance * value - 1.1 * pass.rounding;
-        let met = 1.001 * truncation <= room;
-        if met || round == ROUNDS || room <= 0.0 || division.dropped >= 0.5 * room {
+        let quadrature = pass.truncation.total();
+        let truncation = 1.000_001 * (quadrature + division.dropped);
+        let room = tolerance * pass.sum[0].total() - 1.1 * pass.rounding;
+        if 1.001 * truncation <= room || round == ROUNDS || room <= 0.0 {
             return finish(&division, &pass, truncation, evaluations);
         }
-        budget *= (0.5 * room / truncation).min(0.5);
+        budget *= (0.4 * room / quadrature).min(1.0);
+        if division.dropped > 0.4 * room {
+            negligible *= (0.1 * room / division.dropped).min(0.1);
+            division = cells::divide(pair, kappa, negligible);
+        }
     }
     unreachable!("the loop returns by its last round")
 }
@@ -116,10 +120,19 @@ impl<const P: usize> Pass<P> {
         }
         plan.iter().for_each(|c| self.truncation.add(c.error));
         let points: usize = plan.iter().map(|c| c.points).sum();
-        let depth = kernel.kappa * norm(cell.upper());
-        self.rounding += value[0] * EPS * (230.0 + points as f64 + 24.0 * depth);
+        self.rounding += value[0] * rounding(cell, kernel, points);
         self.evaluations += plan.iter().map(|c| c.points as u64).product::<u64>();
     }
+}
+
+/// The relative rounding error of a cell's integral (derived in the header).
+fn rounding(cell: &Cell, kernel: &Kernel, points: usize) -> f64 {
+    let (u, q, m) = (cell.ulps, kernel.q() as f64, kernel.patches as f64);
+    let shape = q * (u + 8.0) + m * (u + 5.0);
+    let density = 3.0 * (2.0 * u + 8.0 + 4.0 * cell.cuts);
+    let sums = 3.0 * (u + 4.0) + 35.0 + points as f64;
+    let depth = kernel.kappa * norm(cell.upper());
+    EPS * (shape + density + sums + 2.0 * (u + 10.0) * depth)
 }
 
 /// Below this a value may have lost digits to underflow.

@@ -44,19 +44,19 @@ fn density_bound(s: &Span, a: f64) -> f64 {
 const WIDE: [f64; 6] = [3.0, 6.0, 12.0, 24.0, 60.0, 200.0];
 
 fn radial_choice(cell: &Cell, kernel: &Kernel, k: usize, extra: usize, budget: f64) -> Choice {
-    let degree = cell.0.iter().filter(|s| s.w0 != s.w1).count() + extra;
+    let degree = cell.spans.iter().filter(|s| s.w0 != s.w1).count() + extra;
     if kernel.kappa == 0.0 {
         return Choice {
             points: degree / 2 + 1,
             error: 0.0,
         };
     }
-    let d = cell.0.map(|s| s.len);
+    let d = cell.spans.map(|s| s.len);
     let face = cell.volume() * kernel.numerator(d) * d[k].powi(-kernel.q());
     let growth = kernel.kappa * norm(d);
     let candidates = WIDE.map(|rho| {
         let a = 0.25 * (rho + 1.0 / rho);
-        let density: f64 = cell.0.iter().map(|s| density_bound(s, a)).product();
+        let density: f64 = cell.spans.iter().map(|s| density_bound(s, a)).product();
         ((face * density).ln() + growth * (a - 0.5), rho)
     });
     ellipse::choose(candidates.into_iter(), budget)
@@ -64,16 +64,16 @@ fn radial_choice(cell: &Cell, kernel: &Kernel, k: usize, extra: usize, budget: f
 
 /// `k` the pyramid's axis, `j` the direction, `i` the other one.
 fn lateral_choice(cell: &Cell, kernel: &Kernel, [k, j, i]: [usize; 3], budget: f64) -> Choice {
-    let (dk, dj, di) = (cell.0[k].len, cell.0[j].len, cell.0[i].len);
+    let (dk, dj, di) = (cell.spans[k].len, cell.spans[j].len, cell.spans[i].len);
     let rest = cell.volume()
-        * cell.0[k].max_weight()
-        * cell.0[i].max_weight()
+        * cell.spans[k].max_weight()
+        * cell.spans[i].max_weight()
         * dk.powi(kernel.power[k])
         * di.powi(kernel.power[i])
         * dj.powi(kernel.power[j] - kernel.q());
     let c = dk / dj;
     let candidates = ellipse::around(0.0, 1.0, c * c).map(|e| {
-        let front = rest * density_bound(&cell.0[j], e.a) * (0.5 + e.a).powi(kernel.power[j]);
+        let front = rest * density_bound(&cell.spans[j], e.a) * (0.5 + e.a).powi(kernel.power[j]);
         (front.ln() - 0.5 * kernel.q() as f64 * e.square.ln(), e.rho)
     });
     ellipse::choose(candidates, budget)
@@ -114,7 +114,7 @@ fn sum<const M: i32, const ATTENUATED: bool, const P: usize>(
 ) -> [f64; P] {
     let [_, j, i] = axes(k);
     let [rs, rv, rw] = plan.map(|c| gauss::rule(c.points));
-    let (sk, sj, si) = (&cell.0[k], &cell.0[j], &cell.0[i]);
+    let (sk, sj, si) = (&cell.spans[k], &cell.spans[j], &cell.spans[i]);
     let power = kernel.power;
     let mut total = [0.0; P];
     for iv in 0..rv.nodes.len() {
