@@ -3,7 +3,9 @@
 //! Direction k of a cell, the other two variables real: on an ellipse with semi-axis A along and R = c² + min Re z²
 //! (see [`super::ellipse`]; c² the smallest sum of the other squares), the integrand is at most
 //!
-//!     M = (½(w₀+w₁) + |w₁−w₀| A/len) · Π_{j≠k} max w_j · Π_{j≠k} hi_j^{p_j} · (X + A)^{p_k} · R^{−q/2} e^{−κ(√R − r₀)}.
+//! ```text
+//! M = (½(w₀+w₁) + |w₁−w₀| A/len) · Π_{j≠k} max w_j · Π_{j≠k} hi_j^{p_j} · (X + A)^{p_k} · R^{−q/2} e^{−κ(√R − r₀)}.
+//! ```
 //!
 //! The errors of the three directions add: E = (I₁−Q₁)I₂I₃ + Q₁(I₂−Q₂)I₃ + Q₁Q₂(I₃−Q₃), the weights being positive.
 

@@ -3,7 +3,9 @@
 //! A direction of a cell is a real interval [X − h, X + h], X ≥ h; its Bernstein ellipse with semi-axes A, B,
 //! A² = B² + h², has the parameter ϱ = (A + B)/h. For z on or inside it and real c
 //!
-//!     Re z² ≥ −B² (1 − X²/(A² + B²))  (or (X − A)² when X A ≥ A² + B²),
+//! ```text
+//! Re z² ≥ −B² (1 − X²/(A² + B²))  (or (X − A)² when X A ≥ A² + B²),
+//! ```
 //!
 //! the minimum of a harmonic function, taken on the ellipse at cos φ = −XA/(A² + B²). So with
 //! R = c² + min Re z² > 0 the squared distance r² = z² + c² stays in the right half-plane: r is analytic (principal

@@ -2,22 +2,26 @@
 //!
 //! For two voxels, a patch and a voxel, two patches (extinction κ in 1/m, all edges along the axes):
 //!
-//!     𝓕 = (1/π) ∬ e^{−κr} [max(0, cosθ_a)] [max(0, cosθ_b)] / r²       in m⁴, m³, m²
+//! ```text
+//! 𝓕 = (1/π) ∬ e^{−κr} [max(0, cosθ_a)] [max(0, cosθ_b)] / r²       in m⁴, m³, m²
+//! ```
 //!
 //! **Six dimensions are three.** The integrand depends on t = x_b − x_a alone, whose density is a product of
 //! trapezoids, one an axis (constant 1 where one box is flat, a fixed t where both are); cosθ = |t_n|/r on the side that a
 //! patch with normal axis n sees. With m patches and p_k of them flat on axis k
 //!
-//!     𝓕 = (1/π) ∫ ω_x(t_x) ω_y(t_y) ω_z(t_z) |t_x|^{p_x} |t_y|^{p_y} |t_z|^{p_z} e^{−κ|t|} / |t|^{2+m} dt,   t_k > 0 seen where p_k > 0.
+//! ```text
+//! 𝓕 = (1/π) ∫ ω_x(t_x) ω_y(t_y) ω_z(t_z) |t_x|^{p_x} |t_y|^{p_y} |t_z|^{p_z} e^{−κ|t|} / |t|^{2+m} dt,   t_k > 0 seen where p_k > 0.
+//! ```
 //!
 //! **Cells.** Every axis is cut at the trapezoid's breakpoints and at zero and folded onto t ≥ 0: ω is then linear on each
-//! cell ([`reduced`]). A cell with a corner at t = 0 takes pyramid coordinates, which cancel the singularity ([`pyramid`]); any
-//! other takes tensor Gauss–Legendre ([`apart`]). Cells large against their distance from 0, or many mean free paths thick,
-//! are halved first; those that cannot matter go into the radius ([`cells`]).
+//! cell (`reduced.rs`). A cell with a corner at t = 0 takes pyramid coordinates, which cancel the singularity (`pyramid.rs`); any
+//! other takes tensor Gauss–Legendre (`apart.rs`). Cells large against their distance from 0, or many mean free paths thick,
+//! are halved first; those that cannot matter go into the radius (`cells.rs`).
 //!
 //! **Proof.** The number of points in each direction follows from the Bernstein-ellipse bound of Gauss–Legendre
-//! ([`zonal_math::gauss::error_bound`]) with the supremum of the complexified kernel derived in closed form ([`ellipse`],
-//! [`apart`], [`pyramid`]). All terms are positive: rounding is relative and counted ([`integrate`]). So the radius is
+//! ([`zonal_math::gauss::error_bound`]) with the supremum of the complexified kernel derived in closed form (`ellipse.rs`,
+//! `apart.rs`, `pyramid.rs`). All terms are positive: rounding is relative and counted (`integrate.rs`). So the radius is
 //! truncation + left-out cells + rounding, grade proved, for boxes whose edges and offsets are those computed
 //! with one subtraction from the given corners (lengths a relative 2⁻⁵³ apart from the real differences).
 //!

@@ -3,7 +3,9 @@
 //! For each axis k the pyramid over the opposite face: t_k = d_k s, t_j = d_j s v, t_i = d_i s w with s, v, w ∈ [0, 1] and
 //! Jacobian D s², D = d_x d_y d_z. The numerator brings s^m and 1/r^{2+m} brings s^{−2−m}, so that the integrand is
 //!
-//!     D · ω(s, v, w) · n(v, w) · Q^{−q} e^{−κ s Q},   Q² = d_k² + d_j² v² + d_i² w²,   n = d_k^{p_k} (d_j v)^{p_j} (d_i w)^{p_i},
+//! ```text
+//! D · ω(s, v, w) · n(v, w) · Q^{−q} e^{−κ s Q},   Q² = d_k² + d_j² v² + d_i² w²,   n = d_k^{p_k} (d_j v)^{p_j} (d_i w)^{p_i},
+//! ```
 //!
 //! with ω the product of the three linear densities at s, sv, sw. Nothing is singular any more.
 //!

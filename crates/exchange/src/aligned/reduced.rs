@@ -42,6 +42,9 @@ impl Span {
     }
 }
 
+/// (from, to, width, weight at from, weight at to).
+type Piece = (f64, f64, f64, f64, f64);
+
 /// The density of t on one axis: the extents of the two boxes and the breakpoints.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AxisDensity {
@@ -65,10 +68,10 @@ impl AxisDensity {
         }
     }
 
-    /// The density's pieces as (from, to, width, weight at from, weight at to).
-    fn pieces(&self) -> ([(f64, f64, f64, f64, f64); 3], usize) {
+    /// The density's pieces and how many there are.
+    fn pieces(&self) -> ([Piece; 3], usize) {
         let AxisDensity { long, short, p } = *self;
-        const NONE: (f64, f64, f64, f64, f64) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        const NONE: Piece = (0.0, 0.0, 0.0, 0.0, 0.0);
         match self.power() {
             2 => ([(p[0], p[0], 0.0, 1.0, 1.0), NONE, NONE], 1),
             1 => ([(p[0], p[3], long, 1.0, 1.0), NONE, NONE], 1),
