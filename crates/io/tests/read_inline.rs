@@ -242,3 +242,29 @@ fn defaults_are_the_documented_ones() {
     );
     assert_eq!(s.facets()[0].uv, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
 }
+
+#[test]
+fn the_example_of_the_manual_is_a_scene() {
+    let manual = include_str!("../../../docs/scene-format.md");
+    let example = manual
+        .split("```toml\n")
+        .nth(1)
+        .unwrap()
+        .split("```")
+        .next()
+        .unwrap();
+    let s = read(example);
+    assert_eq!((s.surfaces().len(), s.panes().len(), s.lights().len()), (5, 1, 1));
+    assert_eq!(s.voxmap().unwrap().dims(), [16, 24, 12]);
+}
+
+#[test]
+fn numbers_may_be_written_in_every_way_of_toml() {
+    let s = read("[medium]\nmin=[-1_0,0x10,0]\nmax=[1_0.5,1e2,0b1000]\ncells=[1,0o2,1]\nextinction=1\n");
+    let v = s.voxmap().unwrap();
+    assert_eq!(
+        (v.min(), v.max()),
+        (vec3(-10.0, 16.0, 0.0), vec3(10.5, 100.0, 8.0))
+    );
+    assert_eq!(v.dims(), [1, 2, 1]);
+}

@@ -3,7 +3,8 @@
 use super::error::{Fault, InputError};
 use super::medium::Matter;
 use super::mesh::Picture;
-use super::node::{Node, Source, Table};
+use super::node::{Node, Table};
+use super::source::Source;
 use super::{files, medium, surface, texture};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -107,7 +107,7 @@ impl Grid {
             }
         };
         let (a, b) = (snap(a).max(0.0), snap(b).min(n as f64));
-        if !(b > a) {
+        if b <= a || a.is_nan() || b.is_nan() {
             return Vec::new();
         }
         (a.floor() as usize..(b.ceil() as usize).min(n))

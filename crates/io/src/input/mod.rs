@@ -5,7 +5,7 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | `node` | typed reading of TOML, every value with its key, line and column |
+//! | `source`, `node` | the text and its places; typed reading of TOML, every value with its key, line and column |
 //! | `build` | settings, lights, cameras, and the order of reading |
 //! | `surface`, `shapes` | surfaces and panes; inline geometry |
 //! | `medium`, `region`, `npy` | the voxmap and its regions; arrays |
@@ -24,13 +24,15 @@ mod node;
 mod npy;
 mod region;
 mod shapes;
+mod source;
 mod surface;
 mod texture;
 
 pub use error::InputError;
 pub use mesh::volume::{VolumeMaterial, volume_materials};
 
-use node::{Source, Table};
+use node::Table;
+use source::Source;
 use std::path::Path;
 use zonal_scene::Scene;
 

@@ -3,7 +3,7 @@
 use super::build::Builder;
 use super::error::InputError;
 use super::medium::{Grid, MATTER, Matter};
-use super::mesh::place;
+use super::mesh::{closed, place};
 use super::node::Node;
 use super::{files, npy, shapes};
 use zonal_math::Vec3;
@@ -23,7 +23,7 @@ pub(crate) fn read_region(node: &Node<'_>, grid: &mut Grid, b: &mut Builder<'_>)
         (None, Some(n), None) => {
             let (mesh, _) = place::load(&n, b)?;
             let plates: Vec<Plate> = mesh.faces.iter().map(|f| f.plate).collect();
-            place::check_closed(&plates).map_err(|what| n.error(what))?;
+            closed::check_closed(&plates).map_err(|what| n.error(what))?;
             fill_inside(grid, &plates, &matter)
         }
         (None, None, Some(n)) => {

@@ -61,7 +61,7 @@ pub fn png(width: u32, height: u32, rgb: &[u8]) -> Vec<u8> {
 pub fn npy(descr: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
     let order = if fortran { "True" } else { "False" };
     let mut text = format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}");
-    while (10 + text.len() + 1) % 64 != 0 {
+    while !(11 + text.len()).is_multiple_of(64) {
         text.push(' ');
     }
     text.push('\n');
@@ -79,7 +79,7 @@ pub fn f32s(values: &[f32]) -> Vec<u8> {
 /// A GLB of a JSON text and a binary chunk.
 pub fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
     let pad = |mut b: Vec<u8>, with: u8| {
-        while b.len() % 4 != 0 {
+        while !b.len().is_multiple_of(4) {
             b.push(with);
         }
         b

@@ -80,6 +80,18 @@ pub(crate) fn shells(plates: &[Plate]) -> Vec<Shell> {
         .collect()
 }
 
+/// Refuses plates that do not bound a body.
+pub(crate) fn check_closed(plates: &[Plate]) -> Result<(), String> {
+    let open = shells(plates).iter().filter(|s| **s == Shell::Open).count();
+    match open {
+        0 => Ok(()),
+        n => Err(format!(
+            "{n} of the {} faces belong to no closed body, so that nothing is inside; close the mesh",
+            plates.len()
+        )),
+    }
+}
+
 fn root(parent: &mut [usize], mut i: usize) -> usize {
     while parent[i] != i {
         parent[i] = parent[parent[i]];

@@ -6,7 +6,7 @@
 //! | `gltf`, `glb`, `material` | glTF 2.0: nodes and primitives; containers and accessors; materials |
 //! | `polygon` | polygons as plates |
 //! | `closed` | which parts are closed, and which way they look |
-//! | `place` | the faces moved into the scene, with the overrides of the scene file |
+//! | `place`, `overrides`, `part` | the faces moved into the scene; what the scene says about materials; one material's surfaces or panes |
 //! | `volume` | the volume materials of a glTF file |
 
 pub(crate) mod closed;
@@ -15,6 +15,8 @@ mod gltf;
 mod material;
 mod mtl;
 mod obj;
+mod overrides;
+mod part;
 pub(crate) mod place;
 mod polygon;
 pub(crate) mod volume;
