@@ -96,7 +96,7 @@ fn the_smoke_keeps_its_sum() {
                 density={file='smoke_56x112x57_f16.npy',min=[0,0,0],max=[5.6,11.2,5.7]}\n";
     let s = parse_scene(text, Some(&data), "smoke.toml").unwrap_or_else(|e| panic!("{e}"));
     // The array holds means over 2³ cells of a grid with this sum; each of its cells is 0.1 m wide; half floats round.
-    let wanted = 171_499.6955 / 8.0 * 1e-3;
+    let wanted = 171_499.695_5 / 8.0 * 1e-3;
     assert!((total(&s) / wanted - 1.0).abs() < 1e-3, "{} {wanted}", total(&s));
 }
 

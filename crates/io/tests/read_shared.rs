@@ -89,7 +89,8 @@ fn the_cornell_box_of_mitsuba() {
     );
     // The boxes stand on the floor and have a bottom each; they are bodies.
     for name in ["smallbox", "largebox"] {
-        println!("{name}: {:?}", surface(&s, name));
+        let x = surface(&s, name);
+        assert!(x.solid && x.sides == Sides::Front, "{x:?}");
     }
     assert_eq!(surface(&s, "floor").sides, Sides::Both);
     assert!(s.surfaces().iter().all(|s| s.reflectance == [0.4; 3]));
@@ -119,12 +120,6 @@ fn the_cornell_box_of_mcguire() {
     assert_eq!(surface(&s, "m/rightWall").reflectance, [0.161, 0.133, 0.427]);
     let left = surface(&s, "m/leftSphere");
     assert!(left.solid && left.sides == Sides::Front, "{left:?}");
-    for s in s.surfaces() {
-        println!(
-            "{} {:?} {:?} solid {} E {:?}",
-            s.name, s.reflectance, s.sides, s.solid, s.emission
-        );
-    }
 }
 
 #[test]
@@ -184,12 +179,6 @@ fn sponza_is_whole() {
     for x in s.surfaces() {
         assert!(x.reflectance.iter().all(|r| (*r - 0.7).abs() < 1e-6));
     }
-    println!(
-        "{:?} {} solid of {}",
-        s.notes(),
-        s.surfaces().iter().filter(|s| s.solid).count(),
-        s.surfaces().len()
-    );
 }
 
 #[test]
@@ -218,7 +207,6 @@ fn the_factory_wants_to_know_how_thick_its_windows_are() {
         .filter(|n| n.contains("without area"))
         .filter_map(|n| n.split(": ").nth(1)?.split(' ').next()?.parse::<usize>().ok())
         .sum();
-    println!("{:?}", s.notes());
     assert_eq!(triangles(&s) + dropped, 45_347);
     let vetro = s.panes().iter().find(|p| p.name == "m/vetro").unwrap();
     assert_eq!(vetro.plates.iter().map(|p| weight(p.kind)).sum::<usize>(), 244);
@@ -231,7 +219,6 @@ fn the_factory_wants_to_know_how_thick_its_windows_are() {
         phong3 = phong3.extinction
     );
     let (lo, hi) = s.bounds();
-    println!("{lo:?} {hi:?}");
     assert!(
         (lo - vec3(-132.0, -19.0, 347.0)).max_abs() < 1.0 && (hi - vec3(248.0, 369.0, 564.0)).max_abs() < 1.0
     );

@@ -32,7 +32,7 @@ impl Matter {
 
 /// One cell: κ, Ω, E, q.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Cell {
+struct Cell {
     extinction: Bands,
     albedo: Bands,
     emission: Bands,
@@ -42,7 +42,7 @@ pub(crate) struct Cell {
 impl Cell {
     /// The cell with a share of it, 0 ≤ f ≤ 1, filled anew. Extinction, scattering κΩ, emitted power κ_a E and source
     /// are means over the volume, so that what is mixed keeps its power.
-    pub(crate) fn fill(&mut self, f: f64, m: &Matter) {
+    fn fill(&mut self, f: f64, m: &Matter) {
         let old = *self;
         let new = Cell {
             extinction: m.extinction.unwrap_or(old.extinction),
@@ -81,17 +81,27 @@ impl Cell {
     }
 }
 
-/// A grid of cells over a box.
+/// The voxmap while it is filled.
 pub(crate) struct Grid {
     pub(crate) min: Vec3,
     pub(crate) cell: Vec3,
     pub(crate) dims: [usize; 3],
-    pub(crate) cells: Vec<Cell>,
+    voxmap: Voxmap,
 }
 
 impl Grid {
-    pub(crate) fn index(&self, [i, j, k]: [usize; 3]) -> usize {
-        (i * self.dims[1] + j) * self.dims[2] + k
+    /// Fills a share of a cell anew.
+    pub(crate) fn fill(&mut self, cell: [usize; 3], share: f64, matter: &Matter) {
+        let v = &mut self.voxmap;
+        let i = v.index(cell);
+        let mut c = Cell {
+            extinction: v.extinction(i),
+            albedo: v.albedo(i),
+            emission: v.emission(i),
+            source: v.source(i),
+        };
+        c.fill(share, matter);
+        v.set(i, c.extinction, c.albedo, c.emission, c.source);
     }
     /// The cells along an axis that [lo, hi] overlaps, each with its overlapped share.
     pub(crate) fn overlaps(&self, axis: usize, lo: f64, hi: f64) -> Vec<(usize, f64)> {
@@ -121,8 +131,7 @@ impl Grid {
         for &(i, fx) in &x {
             for &(j, fy) in &y {
                 for &(k, fz) in &z {
-                    let index = self.index([i, j, k]);
-                    self.cells[index].fill(fx * fy * fz, m);
+                    self.fill([i, j, k], fx * fy * fz, m);
                 }
             }
         }
@@ -144,13 +153,11 @@ pub(crate) fn read_medium(node: &Node<'_>, b: &mut Builder<'_>) -> Result<Voxmap
         size.z / dims[2] as f64,
     );
     let refused = |e: zonal_scene::SceneError| b.source.scene_error(&e);
-    // Refuses what is too large before anything is allocated cell by cell.
-    let mut voxmap = Voxmap::new(min, cell, dims).map_err(refused)?;
     let mut grid = Grid {
         min,
         cell,
         dims,
-        cells: Vec::new(),
+        voxmap: Voxmap::new(min, cell, dims).map_err(refused)?,
     };
     let background = Matter::read(&t)?;
     let regions = t.list("region")?;
@@ -158,19 +165,17 @@ pub(crate) fn read_medium(node: &Node<'_>, b: &mut Builder<'_>) -> Result<Voxmap
         let what = "nothing fills the medium; write extinction = 0.1 (1/m) or add a [[medium.region]]";
         return Err(node.error(what));
     }
-    let mut first = Cell::default();
-    first.fill(1.0, &background);
-    grid.cells = vec![first; voxmap.len()];
+    for i in 0..grid.voxmap.len() {
+        let at = grid.voxmap.coordinates(i);
+        grid.fill(at, 1.0, &background);
+    }
     for region in &regions {
         region::read_region(region, &mut grid, b)?;
     }
     for fill in std::mem::take(&mut b.fills) {
         region::fill_inside(&mut grid, &fill.plates, &fill.matter);
     }
-    for (i, c) in grid.cells.iter().enumerate() {
-        voxmap.set(i, c.extinction, c.albedo, c.emission, c.source);
-    }
-    voxmap.seal().map_err(|e| b.source.scene_error(&e))
+    grid.voxmap.seal().map_err(|e| b.source.scene_error(&e))
 }
 
 /// `cells = [nx, ny, nz]` or `cell_size`, rounded to whole cells.

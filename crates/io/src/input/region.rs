@@ -64,8 +64,8 @@ fn density(node: &Node<'_>, grid: &mut Grid, matter: &Matter, b: &Builder<'_>) -
             for z in &weights[2].cells {
                 let share = x.share * y.share * z.share;
                 let mean = mean(&array, [&x.parts, &y.parts, &z.parts]) / share;
-                let index = grid.index([x.cell, y.cell, z.cell]);
-                grid.cells[index].fill(share.min(1.0), &smoke(matter, scale.map(|s| s * mean)));
+                let smoke = smoke(matter, scale.map(|s| s * mean));
+                grid.fill([x.cell, y.cell, z.cell], share.min(1.0), &smoke);
             }
         }
     }
@@ -179,7 +179,7 @@ pub(crate) fn fill_inside(grid: &mut Grid, plates: &[Plate], matter: &Matter) ->
                 next += 1;
             }
             if winding != 0 {
-                grid.cells[column * nz + k].fill(1.0, matter);
+                grid.fill([column / ny, column % ny, k], 1.0, matter);
                 filled += 1;
             }
         }
