@@ -36,14 +36,14 @@ impl Fit {
     pub fn slope(&self) -> Vec3 {
         let [xx, yy, zz, xy, xz, yz] = self.m;
         let ridge = 1e-9 * (xx + yy + zz);
-        if !(ridge > 0.0) {
+        if ridge.is_nan() || ridge <= 0.0 {
             return Vec3::ZERO;
         }
         let (a, b, c) = (xx + ridge, yy + ridge, zz + ridge);
         // Symmetric inverse by cofactors.
         let (k0, k1, k2) = (b * c - yz * yz, xz * yz - xy * c, xy * yz - xz * b);
         let det = a * k0 + xy * k1 + xz * k2;
-        if !(det > 0.0) {
+        if det.is_nan() || det <= 0.0 {
             return Vec3::ZERO;
         }
         let (k4, k5, k8) = (a * c - xz * xz, xy * xz - a * yz, a * b - xy * xy);
@@ -70,7 +70,7 @@ pub(crate) struct Touch {
 /// The value at the node `v`; `None` when no zone touches it.
 pub(crate) fn node_value(v: Vec3, touching: impl Iterator<Item = Touch> + Clone) -> Option<f64> {
     let total: f64 = touching.clone().map(|t| t.weight).sum();
-    if !(total > 0.0) {
+    if total.is_nan() || total <= 0.0 {
         return None;
     }
     let (mut mean, mut centre, mut slope) = (0.0, Vec3::ZERO, Vec3::ZERO);

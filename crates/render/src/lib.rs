@@ -44,8 +44,8 @@ pub struct RenderOptions {
     pub height: usize,
     /// Rays a pixel, on a regular grid where it is a square number; 4.
     pub samples: usize,
-    /// Points of each extended light a ray (suns, skies, emitters) for surfaces, half as many of skies and emitters for the
-    /// medium; 4.
+    /// Points of each extended light a ray: as many of suns and emitters for surfaces, four times as many of skies; for the medium
+    /// one of a sun, half as many of skies and emitters; 4.
     pub light_samples: usize,
 }
 
@@ -122,17 +122,10 @@ fn pixel(view: &View, pinhole: &Pinhole, o: &RenderOptions, x: usize, y: usize) 
     sum.map(|s| (s / n as f64) as f32)
 }
 
-/// Shifts of the light samples, spread evenly over neighbouring pixels (Roberts' R₂ as a dither), so that noise is fine-grained.
+/// Shifts of the light samples: a hash, since any lattice over the pixels shows as a weave in soft light.
 fn pixel_shift(x: usize, y: usize) -> [f64; 3] {
-    let lattice = |a: f64, b: f64| {
-        let t = a * x as f64 + b * y as f64;
-        t - t.floor()
-    };
-    [
-        lattice(0.754_877_666_246_692_8, 0.569_840_290_998_053_3),
-        lattice(0.569_840_290_998_053_3, 0.754_877_666_246_692_8),
-        sequence::unit((x as u64) << 32 | y as u64),
-    ]
+    let seed = (x as u64) << 32 | y as u64;
+    [0, 1, 2].map(|k| sequence::unit(seed.wrapping_mul(3).wrapping_add(k)))
 }
 
 #[cfg(test)]

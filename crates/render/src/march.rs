@@ -18,6 +18,9 @@ use zonal_transport::{Hit, Transport};
 /// The two Gauss points on [0,1].
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
+/// A sky takes this many times the samples of other lights: it fills the hemisphere.
+const SKY: usize = 4;
+
 /// Everything about a solution that rays ask for.
 pub(crate) struct View<'a> {
     s: &'a Solution,
@@ -41,6 +44,14 @@ pub(crate) struct Draw {
 }
 
 impl Draw {
+    /// The same ray's samples where each ray takes `n`.
+    fn rescaled(&self, n: usize) -> Draw {
+        Draw {
+            first: self.first / self.count * n,
+            count: n,
+            ..*self
+        }
+    }
     fn at(&self, i: usize) -> [f64; 3] {
         let [x, y] = sequence::r2(self.first + i, [self.shift[0], self.shift[1]]);
         let z = sequence::r1(self.first + i, self.shift[2]);
@@ -58,7 +69,7 @@ impl<'a> View<'a> {
                 background = bands(|b| background[b] + radiance[b]);
             }
         }
-        let step = scene.voxmap().map_or(1.0, |v| 0.75 * v.cell().product().cbrt());
+        let step = scene.voxmap().map_or(1.0, |v| 1.5 * v.cell().product().cbrt());
         let (panes, pane_first) = pane_field(s);
         View {
             s,
@@ -123,9 +134,14 @@ impl<'a> View<'a> {
     fn irradiance(&self, point: Vec3, normal: Vec3, draw: Draw) -> Bands {
         let mut sum = [0.0; 3];
         for lamp in &self.lamps {
-            let n = if lamp.is_single() { 1 } else { draw.count };
+            let n = match lamp.light() {
+                _ if lamp.is_single() => 1,
+                Light::Sky { .. } => SKY * draw.count,
+                _ => draw.count,
+            };
+            let own = draw.rescaled(n);
             for i in 0..n {
-                let beam = lamp.beam(self.transport, point, Receiver::Surface(normal), draw.at(i));
+                let beam = lamp.beam(self.transport, point, Receiver::Surface(normal), own.at(i));
                 let light = beam.and_then(|beam| lamp.lit(self.transport, point, &beam));
                 if let Some(light) = light {
                     (0..3).for_each(|b| sum[b] += light[b] / n as f64);
@@ -245,12 +261,9 @@ impl<'a> View<'a> {
                 Light::Sun { .. } => 1,
                 _ => draw.count.div_ceil(2),
             };
+            let own = draw.rescaled(n);
             for i in 0..n {
-                let strided = Draw {
-                    first: draw.first / draw.count * n,
-                    ..draw
-                };
-                if let Some(source) = lamp.source(strided.at(i)) {
+                if let Some(source) = lamp.source(own.at(i)) {
                     let light = self.shafts.scattered(origin, dir, path, &source);
                     (0..3).for_each(|b| out[b] += light[b] / n as f64);
                 }

@@ -183,7 +183,9 @@ struct Near {
 impl Near {
     fn new(tiles: &[Tile]) -> Near {
         let mean = tiles.iter().map(|t| t.plate.diameter()).sum::<f64>() / tiles.len().max(1) as f64;
-        let cell = mean.max(1e-12);
+        let largest = tiles.iter().map(|t| t.plate.diameter()).fold(0.0, f64::max);
+        // Large tiles among many small ones must not fill the grid.
+        let cell = mean.max(largest / 32.0).max(1e-12);
         let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
         for (i, t) in tiles.iter().enumerate() {
             let (lo, hi) = t.plate.bounds();
@@ -192,7 +194,11 @@ impl Near {
             for x in a[0]..=b[0] {
                 for y in a[1]..=b[1] {
                     for z in a[2]..=b[2] {
-                        cells.entry([x, y, z]).or_default().push(i as u32);
+                        let middle = [x, y, z].map(|k| (k as f64 + 0.5) * cell);
+                        let height = t.normal.dot(Vec3::from_array(middle) - t.plate.origin);
+                        if height.abs() <= cell {
+                            cells.entry([x, y, z]).or_default().push(i as u32);
+                        }
                     }
                 }
             }

@@ -20,6 +20,17 @@ use zonal_transport::Transport;
 use zonal_transport::direct::Source;
 
 const MAX_ANGLE: f64 = 0.3;
+/// The angle between the directions to two points of a line at `x` and `y` > `x` from the foot of the perpendicular `delta`, rad.
+fn angle_between(x: f64, y: f64, delta: f64) -> f64 {
+    let (sin, cos) = (delta * (y - x), delta * delta + x * y);
+    if cos > 0.0 && sin < 0.05 * cos {
+        let t = sin / cos;
+        t * (1.0 - t * t * (1.0 / 3.0 - t * t * 0.2))
+    } else {
+        sin.atan2(cos)
+    }
+}
+
 const MAX_NODES: usize = 48;
 
 /// What the shafts need to know of the scene.
@@ -176,12 +187,16 @@ impl Beam<'_> {
                 let delta = (self.origin + self.dir * centre - at)
                     .length()
                     .max(1e-6 * self.step);
-                let angle = |t: f64| ((t - centre) / delta).atan();
-                let (start, span) = (angle(a), angle(b) - angle(a));
+                let span = angle_between(a - centre, b - centre, delta);
                 let n = (span / MAX_ANGLE).ceil().max(1.0) as usize;
+                let start = if n > 1 { ((a - centre) / delta).atan() } else { 0.0 };
                 for j in 0..n {
-                    let theta = start + span * (j as f64 + 0.5) / n as f64;
-                    let t = (centre + delta * theta.tan()).clamp(a, b);
+                    let t = if n > 1 {
+                        let theta = start + span * (j as f64 + 0.5) / n as f64;
+                        (centre + delta * theta.tan()).clamp(a, b)
+                    } else {
+                        0.5 * (a + b)
+                    };
                     let towards = (at - self.origin - self.dir * t).normalized();
                     let slope = -normal.dot(towards);
                     let leaving = if both { slope.abs() } else { slope.max(0.0) };
