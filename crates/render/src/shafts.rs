@@ -9,7 +9,8 @@
 //! ```
 //!
 //! For a point of an emitter at distance δ from the ray's line, nearest at t_c, dt/r² = dθ/δ with t = t_c + δ tanθ (equiangular): the 1/r²
-//! is integrated exactly and the rest, smooth in θ, taken at the middle of steps of at most 0.3 rad.
+//! is integrated exactly and the rest, smooth in θ, taken at the middle of steps of at most 0.3 rad; what is linear between nodes
+//! is then D/r.
 
 use crate::path::{Path, Piece, mean_exp};
 use crate::shadow::{Lit, Shadows};
@@ -133,22 +134,27 @@ impl Beam<'_> {
         (((t - self.lo) / self.step * (1.0 + 1e-12) + 1e-9) as usize).min(self.nodes.len() - 2)
     }
 
-    /// Depth of the medium from the node towards the light.
+    /// Depth of the medium from the node towards the light; for a point of an emitter per metre, which stays smooth near it.
     fn node(&mut self, k: usize) -> Bands {
         if let Some(d) = self.nodes[k] {
             return d;
         }
         let x = self.origin + self.dir * (self.lo + k as f64 * self.step);
-        let end = match *self.source {
-            Source::Distant { towards, .. } => self.shafts.transport.beyond(x, towards),
-            Source::Point { at, .. } => at,
+        let d = match *self.source {
+            Source::Distant { towards, .. } => {
+                let end = self.shafts.transport.beyond(x, towards);
+                self.shafts.transport.medium_depth(x, end)
+            }
+            Source::Point { at, .. } => {
+                let r = (at - x).length().max(1e-12);
+                self.shafts.transport.medium_depth(x, at).map(|d| d / r)
+            }
         };
-        let d = self.shafts.transport.medium_depth(x, end);
         self.nodes[k] = Some(d);
         d
     }
 
-    /// Depth towards the light at t in the interval of nodes k, k + 1.
+    /// What [`Beam::node`] gives, at t in the interval of nodes k, k + 1.
     fn depth(&mut self, k: usize, t: f64) -> Bands {
         let (p, q) = (self.node(k), self.node(k + 1));
         let f = (t - self.lo) / self.step - k as f64;
@@ -197,7 +203,8 @@ impl Beam<'_> {
                     } else {
                         0.5 * (a + b)
                     };
-                    let towards = (at - self.origin - self.dir * t).normalized();
+                    let way = at - self.origin - self.dir * t;
+                    let (r, towards) = (way.length(), way.normalized());
                     let slope = -normal.dot(towards);
                     let leaving = if both { slope.abs() } else { slope.max(0.0) };
                     if leaving == 0.0 {
@@ -206,7 +213,7 @@ impl Beam<'_> {
                     let (tau, d, tint) = (piece.tau_at(t), self.depth(k, t), self.tint(tints, towards));
                     let weight = leaving * span / (n as f64 * delta) / (4.0 * PI);
                     for i in 0..3 {
-                        out[i] += piece.scatter[i] * tau[i] * power[i] * weight * tint[i] * (-d[i]).exp();
+                        out[i] += piece.scatter[i] * tau[i] * power[i] * weight * tint[i] * (-d[i] * r).exp();
                     }
                 }
             }

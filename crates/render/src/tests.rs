@@ -503,3 +503,47 @@ fn the_mean_over_a_flat_wall_is_its_radiosity() {
         zones / front
     );
 }
+
+#[test]
+fn a_small_emitter_in_a_homogeneous_medium_has_its_integral() {
+    // A square of side h at the origin facing +y, seen along x at distance δ: ∫ κΩ e^{−κ(s + r)} (E h²/π)(δ/r)/r² /(4π) ds.
+    let (kappa, albedo, h) = (0.4, 0.7, 1e-3);
+    let lo = Vec3::splat(-3.0);
+    for delta in [1.0, 0.1, 0.02] {
+        let parts = SceneParts {
+            surfaces: vec![Surface {
+                sides: Sides::Front,
+                ..surface("lamp", 0.0, 5.0)
+            }],
+            facets: vec![quad(
+                0,
+                vec3(-h / 2.0, 0.0, -h / 2.0),
+                vec3(0.0, 0.0, h),
+                vec3(h, 0.0, 0.0),
+            )],
+            voxmap: Some(medium(lo, -lo, [11, 9, 10], kappa, albedo)),
+            lights: vec![Light::Emitter { surface: 0 }],
+            ..SceneParts::default()
+        };
+        let s = solution(parts, |_, _| 0.0, |_| 0.0);
+        let from = vec3(-2.0, delta, 0.0);
+        let image = render(
+            &s,
+            &camera(from, from + vec3(1.0, 0.0, 0.0), 1e-6),
+            &size(2, 2),
+            &Quiet,
+        );
+        let n = 200_000;
+        let ds = 5.0 / n as f64;
+        let sum: f64 = (0..n)
+            .map(|i| {
+                let t = (i as f64 + 0.5) * ds;
+                let r = ((t - 2.0) * (t - 2.0) + delta * delta).sqrt();
+                let g = 5.0 * h * h / PI * delta / r.powi(3);
+                kappa * albedo * (-kappa * (t + r)).exp() * g / (4.0 * PI) * ds
+            })
+            .sum();
+        let found = image.pixels[0][1] as f64;
+        assert!((found / sum - 1.0).abs() < 0.02, "{delta}: {found} {sum}");
+    }
+}
