@@ -34,7 +34,7 @@ impl Curve {
             Curve::Linear => "linear",
         }
     }
-    /// Displayed linear value in [0,1] of an exposed value; negative and NaN give 0.
+    /// Displayed linear value, 0 to 1, of an exposed value; negative and NaN give 0.
     pub fn apply(self, x: f64) -> f64 {
         let x = if x > 0.0 { x } else { 0.0 };
         match self {
@@ -49,7 +49,7 @@ impl Curve {
     }
 }
 
-/// The sRGB transfer curve, [0,1] to [0,1].
+/// The sRGB transfer curve from 0…1 to 0…1.
 pub fn srgb(x: f64) -> f64 {
     if x <= 0.0031308 {
         12.92 * x

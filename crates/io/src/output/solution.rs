@@ -12,7 +12,7 @@
 //! | `radiosity`, `incident`, `direct`, `error` | [zones, 3] | B; H or G without direct light; H_dir or G_dir; error of `incident` |
 //! | `patch_origin`, `_e1`, `_e2`, `_kind`, `_normal`, `_area`, `_facet`, `_surface`, `_reflectance`, `_emission` | [patches, …] | surface zones; kind 0 triangle, 1 parallelogram |
 //! | `voxel_cell`, `_centre`, `_volume`, `_extinction`, `_albedo`, `_emission`, `_source` | [voxels, …] | volume zones |
-//! | `voxel_part_first`, `part_point`, `part_volume`, `part_subcell` | CSR | samples of cut voxels: zone i has rows first[i] to first[i+1] |
+//! | `voxel_part_first`, `part_point`, `part_volume`, `part_subcell` | CSR | samples of cut voxels: zone i has the rows `first[i]` to `first[i+1]` |
 //! | `pane_zone_*` | [pane zones, …] | pane zones |
 //! | `facet_origin`, `_e1`, `_e2`, `_kind`, `_surface`, `_uv` | [facets, …] | the scene's surfaces |
 //! | `pane_plate_*`, `pane_plate_pane` | [plates, …] | the scene's panes |
