@@ -216,10 +216,11 @@ fn sun_ray(direction: Vec3, angular_diameter: f64, u: [f64; 2]) -> Vec3 {
     (direction + t * (r * c) + b * (r * s)).normalized()
 }
 
-/// A ray from outside: it counts as come in where it meets a surface, a pane or a medium.
+/// A ray from outside: it counts as come in where it meets a medium, a pane or a surface that takes part; one that ends
+/// on the outside of a black back has met nothing of the scene.
 fn enter(scene: &Scene, transport: &Transport, origin: Vec3, dir: Vec3, power: Bands, sum: &mut Beam) {
     let (share, back) = fate(scene, transport, origin, dir);
-    if share.iter().all(|&s| s == 1.0) && !back {
+    if share.iter().all(|&s| s == 1.0) {
         return;
     }
     for b in 0..3 {

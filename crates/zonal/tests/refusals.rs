@@ -20,15 +20,30 @@ fn refused(f: &Folder, by: By, args: &[&str], named: &str) {
     let o = f.zonal(args);
     let command = format!("zonal {}", args.join(" "));
     let (out, err) = (text(&o.stdout), text(&o.stderr));
-    assert_eq!(o.status.code(), Some(2), "{command}: {:?}\n{out}\n{err}", o.status);
+    assert_eq!(
+        o.status.code(),
+        Some(2),
+        "{command}: {:?}\n{out}\n{err}",
+        o.status
+    );
     assert!(err.starts_with("error: "), "{command}: {err}");
-    assert!(by == Parser || err.lines().count() == 1, "{command}: several lines:\n{err}");
+    assert!(
+        by == Parser || err.lines().count() == 1,
+        "{command}: several lines:\n{err}"
+    );
     assert!(err.contains(named), "{command}: '{named}' is not named in\n{err}");
     assert!(err.len() < 2000, "{command}: a message of {} bytes", err.len());
     assert!(out.is_empty(), "{command}: on standard output:\n{out}");
     let after = f.listing();
-    let touched: Vec<_> = after.iter().filter(|(k, v)| before.get(*k) != Some(v)).map(|e| e.0).collect();
-    assert!(touched.is_empty() && before.len() == after.len(), "{command}: left behind or changed: {touched:?}");
+    let touched: Vec<_> = after
+        .iter()
+        .filter(|(k, v)| before.get(*k) != Some(v))
+        .map(|e| e.0)
+        .collect();
+    assert!(
+        touched.is_empty() && before.len() == after.len(),
+        "{command}: left behind or changed: {touched:?}"
+    );
 }
 
 fn table(f: &Folder, cases: &[(By, &[&str], &str)]) {
@@ -44,7 +59,11 @@ const SPACE: &str = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\n";
 fn wrong_scenes() -> Vec<(&'static str, String, &'static str)> {
     let with = |more: &str| format!("{SQUARE}{more}");
     let medium = |more: &str| format!("{SQUARE}{SPACE}{more}");
-    let density = |file: &str| medium(&format!("cells=[2,2,2]\n[[medium.region]]\ndensity={{file='{file}'}}"));
+    let density = |file: &str| {
+        medium(&format!(
+            "cells=[2,2,2]\n[[medium.region]]\ndensity={{file='{file}',min=[0,0,0],max=[1,1,1]}}"
+        ))
+    };
     let mesh = |file: &str| format!("[[surface]]\nname='m'\nmesh={{file='{file}'}}\n");
     let deep = |open: &str, close: &str| format!("a = {}{}", open.repeat(200_000), close.repeat(200_000));
     vec![
@@ -62,27 +81,79 @@ fn wrong_scenes() -> Vec<(&'static str, String, &'static str)> {
         ("number for a text", "name=3".into(), "name"),
         ("table for a list", "[surface]\nname='s'".into(), "surface"),
         ("NaN", with("reflectance=nan"), "reflectance"),
-        ("infinite corner", with("").replace("[1,0,0]", "[inf,0,0]"), "edge1"),
+        (
+            "infinite corner",
+            with("").replace("[1,0,0]", "[inf,0,0]"),
+            "edge1",
+        ),
         ("huge corner", with("").replace("[1,0,0]", "[1e300,0,0]"), "1"),
         ("reflectance above 1", with("reflectance=1.5"), "reflectance"),
         ("negative emission", with("emission=-1"), "emission"),
         ("two of a name", with(SQUARE), "rename"),
         ("no area", with("").replace("[0,1,0]", "[2,0,0]"), "area"),
         ("too many patches", with("patch_size=1e-9"), "patch"),
-        ("negative patch size", with("[solve]\npatch_size=-1"), "patch_size"),
+        (
+            "negative patch size",
+            with("[solve]\npatch_size=-1"),
+            "patch_size",
+        ),
         ("tolerance of 0", with("[solve]\ntolerance=0"), "tolerance"),
-        ("negative extinction", medium("cells=[2,2,2]\nextinction=-1"), "extinction"),
-        ("albedo above 1", medium("cells=[2,2,2]\nextinction=1\nalbedo=1.1"), "albedo"),
-        ("10^12 cells", medium("cells=[10000,10000,10000]\nextinction=1"), "cells"),
-        ("cells beyond 64 bits", medium("cells=[4000000000,4000000000,4000000000]\nextinction=1"), "cells"),
-        ("cells of no size", medium("cell_size=0\nextinction=1"), "cell_size"),
+        (
+            "negative extinction",
+            medium("cells=[2,2,2]\nextinction=-1"),
+            "extinction",
+        ),
+        (
+            "albedo above 1",
+            medium("cells=[2,2,2]\nextinction=1\nalbedo=1.1"),
+            "albedo",
+        ),
+        (
+            "10^12 cells",
+            medium("cells=[10000,10000,10000]\nextinction=1"),
+            "cells",
+        ),
+        (
+            "cells beyond 64 bits",
+            medium("cells=[4000000000,4000000000,4000000000]\nextinction=1"),
+            "cells",
+        ),
+        (
+            "cells of no size",
+            medium("cell_size=0\nextinction=1"),
+            "cell_size",
+        ),
         ("no cells", medium("extinction=1"), "cell"),
-        ("space turned round", medium("cells=[2,2,2]\nextinction=1").replace("max=[1,", "max=[-1,"), "max"),
-        ("pane without thickness", "[[pane]]\npolygon=[[0,0,0],[1,0,0],[1,1,0]]\nextinction=1".into(), "thickness"),
-        ("negative thickness", "[[pane]]\npolygon=[[0,0,0],[1,0,0],[1,1,0]]\nextinction=1\nthickness=-1".into(), "thickness"),
-        ("sun from nowhere", with("[[light]]\nkind='sun'\ndirection=[0,0,0]\nirradiance=1"), "direction"),
-        ("emitter unknown", with("[[light]]\nkind='emitter'\nsurface='t'"), "'t'"),
-        ("camera in its target", with("[[camera]]\norigin=[0,0,0]\ntarget=[0,0,0]"), "target"),
+        (
+            "space turned round",
+            medium("cells=[2,2,2]\nextinction=1").replace("max=[1,", "max=[-1,"),
+            "max",
+        ),
+        (
+            "pane without thickness",
+            "[[pane]]\npolygon=[[0,0,0],[1,0,0],[1,1,0]]\nextinction=1".into(),
+            "thickness",
+        ),
+        (
+            "negative thickness",
+            "[[pane]]\npolygon=[[0,0,0],[1,0,0],[1,1,0]]\nextinction=1\nthickness=-1".into(),
+            "thickness",
+        ),
+        (
+            "sun from nowhere",
+            with("[[light]]\nkind='sun'\ndirection=[0,0,0]\nirradiance=1"),
+            "direction",
+        ),
+        (
+            "emitter unknown",
+            with("[[light]]\nkind='emitter'\nsurface='t'"),
+            "'t'",
+        ),
+        (
+            "camera in its target",
+            with("[[camera]]\norigin=[0,0,0]\ntarget=[0,0,0]"),
+            "target",
+        ),
         ("no such mesh", mesh("none.obj"), "none.obj"),
         ("mesh without area", mesh("flat.obj"), "flat.obj"),
         ("mesh of nothing", mesh("empty.obj"), "empty.obj"),
@@ -111,25 +182,47 @@ fn wrong_scenes() -> Vec<(&'static str, String, &'static str)> {
 fn hostile_files(f: &Folder) {
     f.put("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
     f.put("empty.obj", "# nothing\n");
-    f.put("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n");
+    f.put(
+        "index.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n",
+    );
     f.put("number.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     f.put("mesh.step", "ISO-10303-21;");
     let sound = glb(r#"{"asset":{"version":"2.0"}}"#);
     f.put("short.glb", &sound[..sound.len() - 3]);
     f.put("magic.glb", b"PK\x03\x04 is a zip, not a GLB of any version");
     f.put("words.glb", glb("these are words"));
-    f.put("deep.glb", glb(&format!(r#"{{"asset":{{"version":"2.0"}},"extras":{}}}"#, "[".repeat(100_000))));
+    f.put(
+        "deep.glb",
+        glb(&format!(
+            r#"{{"asset":{{"version":"2.0"}},"extras":{}}}"#,
+            "[".repeat(100_000)
+        )),
+    );
     f.put(
         "circle.gltf",
         r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"children":[1]},{"children":[0]}]}"#,
     );
     f.put("huge.npy", npy("<f8", "(100000, 100000, 100000)", &[0; 64]));
-    f.put("beyond.npy", npy("<f8", "(4294967296, 4294967296, 4294967296)", &[0; 64]));
+    f.put(
+        "beyond.npy",
+        npy("<f8", "(4294967296, 4294967296, 4294967296)", &[0; 64]),
+    );
     f.put("short.npy", npy("<f8", "(2, 2, 2)", &[0; 63]));
     f.put("object.npy", npy("|O", "(2, 2, 2)", &[0; 64]));
-    f.put("nan.npy", npy("<f8", "(2, 2, 2)", &f64::NAN.to_le_bytes().repeat(8)));
+    f.put(
+        "nan.npy",
+        npy("<f8", "(2, 2, 2)", &f64::NAN.to_le_bytes().repeat(8)),
+    );
     f.put("wild.npy", npy("<f8", "(2, -2, 2", &[0; 64]));
-    f.put("bomb.png", [b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\xff\xff\0\0\xff\xff\x08\x02\0\0\0".as_slice(), &[0; 40]].concat());
+    f.put(
+        "bomb.png",
+        [
+            b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\xff\xff\0\0\xff\xff\x08\x02\0\0\0".as_slice(),
+            &[0; 40],
+        ]
+        .concat(),
+    );
 }
 
 #[test]
@@ -152,8 +245,18 @@ fn scenes_by_solve() {
     for (what, scene, _) in wrong_scenes() {
         println!("{what}");
         f.put("wrong.toml", scene);
-        refused(&f, Program, &["solve", "wrong.toml", "-o", "out/x.npz"], "wrong.toml");
-        refused(&f, Program, &["solve", "wrong.toml", "-o", "out/kept.npz"], "wrong.toml");
+        refused(
+            &f,
+            Program,
+            &["solve", "wrong.toml", "-o", "out/x.npz"],
+            "wrong.toml",
+        );
+        refused(
+            &f,
+            Program,
+            &["solve", "wrong.toml", "-o", "out/kept.npz"],
+            "wrong.toml",
+        );
     }
 }
 
@@ -163,10 +266,16 @@ fn files_that_are_no_scenes() {
     f.put("latin.toml", b"name = 'caf\xe9'");
     f.put("room.npz", solution());
     for command in [["check"].as_slice(), &["solve", "-o", "out/x.npz"]] {
-        for (file, named) in [("none.toml", "none.toml"), ("out", "out"), ("latin.toml", "UTF-8"), ("room.npz", "room.npz"), ("", "")] {
+        for (file, named) in [
+            ("none.toml", "none.toml"),
+            ("out", "out"),
+            ("latin.toml", "UTF-8"),
+            ("room.npz", "room.npz"),
+        ] {
             refused(&f, Program, &[command, &[file]].concat(), named);
         }
         refused(&f, Parser, command, "<SCENE>");
+        refused(&f, Parser, &[command, &[""]].concat(), "<SCENE>");
         refused(&f, Parser, &[command, &["a.toml", "b.toml"]].concat(), "b.toml");
     }
 }
@@ -175,7 +284,8 @@ fn files_that_are_no_scenes() {
 fn flags_of_all_commands() {
     let f = Folder::new();
     f.put("room.toml", ROOM);
-    let check = |flags: &[&str], named: &str| refused(&f, Parser, &[&["check", "room.toml"], flags].concat(), named);
+    let check =
+        |flags: &[&str], named: &str| refused(&f, Parser, &[&["check", "room.toml"], flags].concat(), named);
     for n in ["0", "-1", "two", "1.5", "99999", ""] {
         check(&[&format!("--threads={n}")], "--threads");
     }
@@ -185,7 +295,11 @@ fn flags_of_all_commands() {
     check(&["--tolerance", "0.1"], "--tolerance");
     table(
         &f,
-        &[(Parser, &["slove", "room.toml"], "slove"), (Parser, &["--wibble"], "--wibble"), (Parser, &["check", "room.toml", "-x"], "-x")],
+        &[
+            (Parser, &["slove", "room.toml"], "slove"),
+            (Parser, &["--wibble"], "--wibble"),
+            (Parser, &["check", "room.toml", "-x"], "-x"),
+        ],
     );
 }
 
@@ -193,20 +307,32 @@ fn flags_of_all_commands() {
 fn flags_of_solve() {
     let f = Folder::new();
     f.put("room.toml", ROOM);
-    let solve = |by, flag: &str, named| refused(&f, by, &["solve", "room.toml", "-o", "out/x.npz", flag], named);
+    let solve =
+        |by, flag: &str, named| refused(&f, by, &["solve", "room.toml", "-o", "out/x.npz", flag], named);
     for t in ["0", "-0.1", "1", "2", "nan", "inf", "1e400"] {
         solve(Program, &format!("--tolerance={t}"), "--tolerance");
     }
     for m in ["0", "-1", "nan", "inf"] {
         solve(Program, &format!("--max-memory={m}"), "--max-memory");
     }
-    solve(Program, "--max-memory=1e-9", "memory");
-    for flag in ["--tolerance=fine", "--tolerance=", "--max-memory=8GB", "--max-memory=", "--closure=mend", "--closure=", "--closure=1"] {
+    solve(Program, "--max-memory=1e-9", "GB");
+    for flag in [
+        "--tolerance=fine",
+        "--tolerance=",
+        "--max-memory=8GB",
+        "--max-memory=",
+        "--closure=mend",
+        "--closure=",
+        "--closure=1",
+    ] {
         solve(Parser, flag, flag.split('=').next().unwrap());
     }
     table(
         &f,
-        &[(Parser, &["solve", "room.toml"], "--output"), (Parser, &["solve", "room.toml", "-o"], "--output")],
+        &[
+            (Parser, &["solve", "room.toml"], "--output"),
+            (Parser, &["solve", "room.toml", "-o"], "--output"),
+        ],
     );
 }
 
@@ -223,11 +349,11 @@ fn bad_outputs(f: &Folder, command: &[&str], flag: &str, ending: &str) {
         ("out/x.txt".into(), "out/x.txt".into()),
         (format!("out/.{ending}"), format!("out/.{ending}")),
         ("out".into(), "out".into()),
-        (String::new(), format!(".{ending}")),
         (format!("out/{}.{ending}", "x".repeat(300)), "xxx".into()),
     ] {
         refused(f, Program, &[command, &[flag, &output]].concat(), &named);
     }
+    refused(f, Parser, &[command, &[flag, ""]].concat(), flag);
 }
 
 #[test]
@@ -237,8 +363,18 @@ fn outputs() {
     f.put("room.npz", solution());
     f.put("pairs.csv", format!("{COLUMNS}\n{VOXELS}\n"));
     bad_outputs(&f, &["solve", "room.toml"], "-o", "npz");
-    bad_outputs(&f, &["render", "room.npz", "--size", "8x6", "--samples", "1"], "-o", "png");
-    bad_outputs(&f, &["render", "room.npz", "--size", "8x6", "--samples", "1"], "--output", "exr");
+    bad_outputs(
+        &f,
+        &["render", "room.npz", "--size", "8x6", "--samples", "1"],
+        "-o",
+        "png",
+    );
+    bad_outputs(
+        &f,
+        &["render", "room.npz", "--size", "8x6", "--samples", "1"],
+        "--output",
+        "exr",
+    );
     bad_outputs(&f, &["export", "room.npz"], "-o", "csv");
     bad_outputs(&f, &["factors", "pairs.csv"], "-o", "csv");
     bad_outputs(&f, &["demo"], "--write", "toml");
@@ -270,9 +406,15 @@ fn demos() {
         std::fs::create_dir_all(f.path().join(folder).join(taken)).unwrap();
     }
     let small = ["demo", "--size", "small", "-o"];
-    for (folder, named) in [("plain", "plain"), ("plain/below", "plain"), ("solution", "chapel.npz"), ("", "--output")] {
+    for (folder, named) in [
+        ("plain", "plain"),
+        ("plain/below", "plain"),
+        ("solution", "chapel.npz"),
+        ("picture", "nave.png"),
+    ] {
         refused(&f, Program, &[&small, [folder].as_slice()].concat(), named);
     }
+    refused(&f, Parser, &[&small, [""].as_slice()].concat(), "--output");
     for size in ["--size=huge", "--size=", "--size=3"] {
         refused(&f, Parser, &["demo", "-o", "out", size], "--size");
     }
@@ -293,7 +435,16 @@ fn solutions_that_are_none() {
     altered[200] ^= 0x10;
     f.put("altered.npz", altered);
     for command in [["render", "-o", "out/x.png"], ["export", "-o", "out/x.csv"]] {
-        for run in ["none.npz", "out", "words.npz", "empty.npz", "array.npz", "short.npz", "shorter.npz", "altered.npz"] {
+        for run in [
+            "none.npz",
+            "out",
+            "words.npz",
+            "empty.npz",
+            "array.npz",
+            "short.npz",
+            "shorter.npz",
+            "altered.npz",
+        ] {
             refused(&f, Program, &[command.as_slice(), &[run]].concat(), run);
         }
         refused(&f, Parser, &command, "<RUN>");
@@ -304,23 +455,51 @@ fn solutions_that_are_none() {
 fn flags_of_render_and_export() {
     let f = Folder::new();
     f.put("room.npz", solution());
-    let render = |by, flag: &str, named| refused(&f, by, &["render", "room.npz", "-o", "out/x.png", flag], named);
+    let render =
+        |by, flag: &str, named| refused(&f, by, &["render", "room.npz", "-o", "out/x.png", flag], named);
     for camera in ["window", "Door", ""] {
         render(Program, &format!("--camera={camera}"), "--camera");
     }
-    for size in ["0x5", "5x0", "5", "", "x", "5x", "axb", "-5x5", "1.5x2", "1e9x1e9", "5x5x5", "1000000000x1000000000", "99999999999999999999x1"] {
+    for size in [
+        "0x5",
+        "5x0",
+        "5",
+        "",
+        "x",
+        "5x",
+        "axb",
+        "-5x5",
+        "1.5x2",
+        "1e9x1e9",
+        "5x5x5",
+        "1000000000x1000000000",
+        "99999999999999999999x1",
+    ] {
         render(Program, &format!("--size={size}"), "--size");
     }
     for stops in ["nan", "inf", "31", "-1e9"] {
         render(Program, &format!("--stops={stops}"), "--stops");
     }
-    for flag in ["--samples=0", "--samples=-1", "--samples=many", "--samples=5000", "--samples=1.5", "--stops=bright", "--stops="] {
+    for flag in [
+        "--samples=0",
+        "--samples=-1",
+        "--samples=many",
+        "--samples=5000",
+        "--samples=1.5",
+        "--stops=bright",
+        "--stops=",
+    ] {
         render(Parser, flag, flag.split('=').next().unwrap());
     }
     for command in ["render", "export"] {
         refused(&f, Parser, &[command, "room.npz"], "--output");
     }
-    refused(&f, Parser, &["export", "room.npz", "-o", "out/x.csv", "--camera=door"], "--camera");
+    refused(
+        &f,
+        Parser,
+        &["export", "room.npz", "-o", "out/x.csv", "--camera=door"],
+        "--camera",
+    );
     let blind = ROOM.split("[[camera]]").next().unwrap();
     f.put("blind.toml", blind);
     f.done(&["solve", "blind.toml", "-o", "blind.npz"]);
@@ -359,7 +538,10 @@ fn pairs_and_flags_of_factors() {
         refused(&f, Program, &factors, named);
     }
     for (what, table) in [
-        ("kappa", COLUMNS.replace(",kappa", "") + "\nvv,0,1,0,1,0,1,,1,2,0,1,0,1,\n"),
+        (
+            "kappa",
+            COLUMNS.replace(",kappa", "") + "\nvv,0,1,0,1,0,1,,1,2,0,1,0,1,\n",
+        ),
         ("a_x0", COLUMNS.replace("a_x0", "ax0") + "\n" + VOXELS),
         ("rows", COLUMNS.to_string()),
         ("column", String::new()),
@@ -368,7 +550,10 @@ fn pairs_and_flags_of_factors() {
         f.put("pairs.csv", table);
         refused(&f, Program, &factors, what);
     }
-    f.put("pairs.csv", [COLUMNS.as_bytes(), b"\nvv,\xff\xfe,1,0,1,0,1,,1,2,0,1,0,1,,0.5\n"].concat());
+    f.put(
+        "pairs.csv",
+        [COLUMNS.as_bytes(), b"\nvv,\xff\xfe,1,0,1,0,1,,1,2,0,1,0,1,,0.5\n"].concat(),
+    );
     refused(&f, Program, &factors, "pairs.csv");
     f.put("room.npz", solution());
     for file in ["none.csv", "out", "room.npz"] {
@@ -376,9 +561,19 @@ fn pairs_and_flags_of_factors() {
     }
     f.put("pairs.csv", format!("{COLUMNS}\n{VOXELS}\n"));
     for t in ["0", "1", "-1e-3", "nan", "inf"] {
-        refused(&f, Program, &[factors.as_slice(), &[&format!("--tolerance={t}")]].concat(), "--tolerance");
+        refused(
+            &f,
+            Program,
+            &[factors.as_slice(), &[&format!("--tolerance={t}")]].concat(),
+            "--tolerance",
+        );
     }
-    refused(&f, Parser, &[factors.as_slice(), &["--tolerance=tight"]].concat(), "--tolerance");
+    refused(
+        &f,
+        Parser,
+        &[factors.as_slice(), &["--tolerance=tight"]].concat(),
+        "--tolerance",
+    );
     refused(&f, Parser, &factors[..2], "--output");
     refused(&f, Parser, &["factors", "-o", "out/x.csv"], "<PAIRS>");
 }

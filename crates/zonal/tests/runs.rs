@@ -11,7 +11,10 @@ fn every_command_explains_itself() {
         assert!(f.done(&[command, "--help"]).contains("Usage: zonal"));
         assert!(f.done(&["--help"]).contains(command));
     }
-    assert_eq!(f.done(&["--version"]).trim(), concat!("zonal ", env!("CARGO_PKG_VERSION")));
+    assert_eq!(
+        f.done(&["--version"]).trim(),
+        concat!("zonal ", env!("CARGO_PKG_VERSION"))
+    );
     assert_eq!(f.listing().len(), 1);
 }
 
@@ -21,12 +24,46 @@ fn from_a_scene_to_a_picture() {
     f.put("room.toml", ROOM);
     assert!(f.done(&["check", "room.toml"]).contains("room.toml: sound"));
     let json: serde_json::Value = serde_json::from_str(&f.done(&["check", "room.toml", "--json"])).unwrap();
-    assert_eq!((json["patches"].as_u64(), json["voxel_zones"].as_u64()), (Some(6), Some(8)));
-    let report: serde_json::Value =
-        serde_json::from_str(&f.done(&["solve", "room.toml", "-o", "out/room.npz", "--json", "--closure", "restore"])).unwrap();
-    assert!(report["energy"]["residual"][0].as_f64().unwrap().abs() < 1e-6, "{report}");
-    f.done(&["render", "out/room.npz", "--size", "16x12", "--samples", "1", "-o", "out/room.png"]);
-    f.done(&["render", "out/room.npz", "--camera", "door", "--size", "16x12", "--samples", "4", "-o", "out/room.exr"]);
+    assert_eq!(
+        (json["patches"].as_u64(), json["voxel_zones"].as_u64()),
+        (Some(6), Some(8))
+    );
+    let report: serde_json::Value = serde_json::from_str(&f.done(&[
+        "solve",
+        "room.toml",
+        "-o",
+        "out/room.npz",
+        "--json",
+        "--closure",
+        "restore",
+    ]))
+    .unwrap();
+    assert!(
+        report["energy"]["residual"][0].as_f64().unwrap().abs() < 1e-6,
+        "{report}"
+    );
+    f.done(&[
+        "render",
+        "out/room.npz",
+        "--size",
+        "16x12",
+        "--samples",
+        "1",
+        "-o",
+        "out/room.png",
+    ]);
+    f.done(&[
+        "render",
+        "out/room.npz",
+        "--camera",
+        "door",
+        "--size",
+        "16x12",
+        "--samples",
+        "4",
+        "-o",
+        "out/room.exr",
+    ]);
     f.done(&["export", "out/room.npz", "-o", "out/room.csv"]);
     assert!(f.get("out/room.png").starts_with(b"\x89PNG"));
     assert!(f.get("out/room.exr").starts_with(&[0x76, 0x2f, 0x31, 0x01]));
@@ -42,14 +79,31 @@ fn threads_do_not_change_a_bit_of_any_file() {
     f.put("pairs.csv", format!("{COLUMNS}\n{VOXELS}\n{VOXELS}\n"));
     for n in ["1", "2", "5"] {
         f.done(&["solve", "room.toml", "-o", &format!("{n}.npz"), "--threads", n]);
-        f.done(&["render", "1.npz", "--size", "16x12", "--samples", "2", "-o", &format!("{n}.png"), "--threads", n]);
+        f.done(&[
+            "render",
+            "1.npz",
+            "--size",
+            "16x12",
+            "--samples",
+            "2",
+            "-o",
+            &format!("{n}.png"),
+            "--threads",
+            n,
+        ]);
         f.done(&["factors", "pairs.csv", "-o", &format!("{n}.csv"), "--threads", n]);
     }
     for ending in ["npz", "png", "csv"] {
         let one = f.get(&format!("1.{ending}"));
-        assert!(one == f.get(&format!("2.{ending}")) && one == f.get(&format!("5.{ending}")), "{ending} differs");
+        assert!(
+            one == f.get(&format!("2.{ending}")) && one == f.get(&format!("5.{ending}")),
+            "{ending} differs"
+        );
     }
-    assert!(f.get("1.npz") == solution(), "the default number of threads differs");
+    assert!(
+        f.get("1.npz") == solution(),
+        "the default number of threads differs"
+    );
 }
 
 #[test]
@@ -78,9 +132,19 @@ fn factors_of_the_reference_table() {
     // What the table itself may be off by.
     const TABLE: f64 = 2e-14;
     let f = Folder::new();
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../exchange/tests/data/direct_exchange.csv");
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../exchange/tests/data/direct_exchange.csv"
+    );
     f.put("pairs.csv", std::fs::read(path).unwrap());
-    f.done(&["factors", "pairs.csv", "--tolerance", &TOLERANCE.to_string(), "-o", "factors.csv"]);
+    f.done(&[
+        "factors",
+        "pairs.csv",
+        "--tolerance",
+        &TOLERANCE.to_string(),
+        "-o",
+        "factors.csv",
+    ]);
     let table = text(&f.get("factors.csv"));
     let header: Vec<&str> = table.lines().next().unwrap().split(',').collect();
     assert_eq!(header[17..], ["value", "error_bound", "grade", "method"]);
@@ -89,7 +153,10 @@ fn factors_of_the_reference_table() {
     for line in table.lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
         let [reference, value, bound] = [want, 17, 18].map(|k| cells[k].parse::<f64>().unwrap());
-        assert!((value - reference).abs() <= bound + TABLE * reference.abs(), "{line}");
+        assert!(
+            (value - reference).abs() <= bound + TABLE * reference.abs(),
+            "{line}"
+        );
         assert!(bound <= TOLERANCE * value.abs(), "{line}");
         assert_eq!(cells[19], "proved", "{line}");
         assert!(!cells[20].is_empty(), "{line}");

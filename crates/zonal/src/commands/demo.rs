@@ -33,8 +33,8 @@ const TEMPLATE: &str = include_str!("../demo/chapel.toml.in");
 /// The demo's scene as a scene file.
 pub fn scene_text(size: Size) -> String {
     let (patch, cells) = match size {
-        Size::Small => ("0.9", "[7, 11, 8]"),
-        Size::Full => ("0.42", "[12, 20, 13]"),
+        Size::Small => ("0.9", "[7, 12, 5]"),
+        Size::Full => ("0.44", "[14, 24, 10]"),
     };
     TEMPLATE.replace("PATCH", patch).replace("CELLS", cells)
 }

@@ -30,12 +30,22 @@ impl Folder {
     }
     /// Runs `zonal` in the folder.
     pub fn zonal(&self, args: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_zonal")).args(args).current_dir(&self.0).output().unwrap()
+        Command::new(env!("CARGO_BIN_EXE_zonal"))
+            .args(args)
+            .current_dir(&self.0)
+            .output()
+            .unwrap()
     }
     /// Runs `zonal`, which must succeed; gives its standard output.
     pub fn done(&self, args: &[&str]) -> String {
         let o = self.zonal(args);
-        assert!(o.status.success(), "zonal {}: {:?}\n{}", args.join(" "), o.status, text(&o.stderr));
+        assert!(
+            o.status.success(),
+            "zonal {}: {:?}\n{}",
+            args.join(" "),
+            o.status,
+            text(&o.stderr)
+        );
         text(&o.stdout)
     }
     /// Everything in the folder: names and contents; folders have none.

@@ -1,0 +1,181 @@
+//! Draws Mitsuba's Cornell box in vacuum and in haze from its own camera, compares with Mitsuba's pictures, and writes
+//! `docs/cornell.md` with the pictures side by side.
+//!
+//! `cargo run --release --example cornell -- [--data ../shared/data] [--size MM] [--cells N] [-o docs]`
+//!
+//! Compared are the means of each channel, and 8×8 blocks: the root mean square of their relative difference over the blocks in
+//! which every pixel sees the same face, so that no silhouette or crease is inside.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use zonal::io::{input, output};
+use zonal::render::{Image, RenderOptions, render};
+use zonal::scene::{Camera, Quiet, Scene, Solution};
+use zonal::transport::Transport;
+
+struct Case {
+    reference: &'static str,
+    extinction: f64,
+    albedo: &'static str,
+}
+
+const CASES: [Case; 3] = [
+    Case { reference: "cbox_vacuum", extinction: 0.0, albedo: "0" },
+    Case { reference: "cbox_homog_st0.002_a08", extinction: 0.002, albedo: "0.8" },
+    Case { reference: "cbox_homog_st0.001_argb", extinction: 0.001, albedo: "[0.95, 0.6, 0.3]" },
+];
+const WHITE: &str = "[0.885809, 0.698859, 0.666422]";
+const RED: &str = "[0.570068, 0.0430135, 0.0443706]";
+const GREEN: &str = "[0.105421, 0.37798, 0.076425]";
+/// Radiance of the lamp.
+const LAMP: [f64; 3] = [18.387, 13.9873, 6.75357];
+
+fn scene_text(c: &Case, meshes: &Path, size: f64, cells: usize) -> String {
+    let mut t = format!("name = \"{}\"\n[solve]\npatch_size = {size}\nclosure = \"restore\"\n", c.reference);
+    let walls = [
+        ("back", WHITE), ("ceiling", WHITE), ("floor", WHITE), ("greenwall", GREEN), ("redwall", RED),
+        ("smallbox", WHITE), ("largebox", WHITE), ("luminaire", WHITE),
+    ];
+    for (name, rho) in walls {
+        let file = meshes.join(format!("cbox_{name}.obj"));
+        let lamp = name == "luminaire";
+        let place = if lamp { ", translate = [0, -0.5, 0]" } else { "" };
+        let _ = write!(
+            t,
+            "[[surface]]\nname = \"{name}\"\nmesh = {{ file = {:?}{place} }}\nreflectance = {rho}\nsides = \"front\"\n",
+            file.display().to_string()
+        );
+        if lamp {
+            let e = LAMP.map(|l| l * std::f64::consts::PI);
+            let _ = writeln!(t, "emission = [{}, {}, {}]", e[0], e[1], e[2]);
+        }
+    }
+    t.push_str("[[light]]\nkind = \"emitter\"\nsurface = \"luminaire\"\n");
+    t.push_str("[[camera]]\nname = \"front\"\norigin = [278, 273, -800]\ntarget = [278, 273, -799]\nup = [0, 1, 0]\nfov = 39.3077\n");
+    if c.extinction > 0.0 {
+        let _ = write!(
+            t,
+            "[medium]\nmin = [-2, -1.6, -0.4]\nmax = [558, 550.4, 559.6]\ncells = [{cells}, {cells}, {cells}]\nextinction = {}\nalbedo = {}\n",
+            c.extinction, c.albedo
+        );
+    }
+    t
+}
+
+const PIXELS: usize = 128;
+const BLOCK: usize = 8;
+
+/// The face that a pixel's centre sees, None beyond the scene.
+fn faces(scene: &Scene, camera: &Camera) -> Vec<Option<(usize, [i64; 3])>> {
+    let transport = Transport::new(scene);
+    let forward = (camera.target - camera.origin).normalized();
+    let right = forward.cross(camera.up).normalized();
+    let up = right.cross(forward);
+    let half = (camera.fov.to_radians() * 0.5).tan();
+    (0..PIXELS * PIXELS)
+        .map(|i| {
+            let at = |k: usize| (2.0 * (k as f64 + 0.5) / PIXELS as f64 - 1.0) * half;
+            let dir = (forward + right * at(i % PIXELS) - up * at(i / PIXELS)).normalized();
+            let hit = transport.nearest(camera.origin, dir, 1e-6, 1e9)?;
+            let f = &scene.facets()[hit.facet];
+            Some((f.surface, f.plate.normal().array().map(|x| (x * 1e3).round() as i64)))
+        })
+        .collect()
+}
+
+struct Comparison {
+    means: [f64; 3],
+    blocks: [f64; 3],
+    count: usize,
+    noise: f64,
+}
+
+fn compare(ours: &Image, theirs: &[[f32; 3]], stderr: &[[f32; 3]], faces: &[Option<(usize, [i64; 3])>], lamp: usize) -> Comparison {
+    let n = PIXELS / BLOCK;
+    let mean = |p: &[[f32; 3]], b: usize| p.iter().map(|c| c[b] as f64).sum::<f64>() / p.len() as f64;
+    let means = [0, 1, 2].map(|b| mean(&ours.pixels, b) / mean(theirs, b) - 1.0);
+    let (mut squares, mut count, mut noise) = ([0.0; 3], 0, 0.0);
+    for block in 0..n * n {
+        let (bx, by) = (block % n * BLOCK, block / n * BLOCK);
+        let pixels: Vec<usize> = (0..BLOCK * BLOCK).map(|k| (by + k / BLOCK) * PIXELS + bx + k % BLOCK).collect();
+        let Some(first) = faces[pixels[0]] else { continue };
+        if first.0 == lamp || pixels.iter().any(|&p| faces[p] != Some(first)) {
+            continue;
+        }
+        count += 1;
+        for b in 0..3 {
+            let sum = |p: &[[f32; 3]]| pixels.iter().map(|&i| p[i][b] as f64).sum::<f64>();
+            squares[b] += (sum(&ours.pixels) / sum(theirs) - 1.0).powi(2);
+            let error: f64 = pixels.iter().map(|&i| (stderr[i][b] as f64).powi(2)).sum();
+            noise += error / sum(theirs).powi(2) / 3.0;
+        }
+    }
+    Comparison {
+        means,
+        blocks: squares.map(|s| (s / count.max(1) as f64).sqrt()),
+        count,
+        noise: (noise / count.max(1) as f64).sqrt(),
+    }
+}
+
+/// Ours, theirs, and four times the difference about grey.
+fn side_by_side(path: &Path, ours: &Image, theirs: &[[f32; 3]], exposure: f64) -> Result<(), Box<dyn std::error::Error>> {
+    const SCALE: usize = 2;
+    let (w, h) = (3 * PIXELS * SCALE, PIXELS * SCALE);
+    let pixels: Vec<[f32; 3]> = (0..w * h)
+        .map(|i| {
+            let (x, y) = (i % w / SCALE, i / w / SCALE);
+            let k = y * PIXELS + x % PIXELS;
+            match x / PIXELS {
+                0 => ours.pixels[k],
+                1 => theirs[k],
+                _ => [0, 1, 2].map(|b| (0.18 / exposure as f32 + 4.0 * (ours.pixels[k][b] - theirs[k][b])).max(0.0)),
+            }
+        })
+        .collect();
+    Ok(output::write_png(path, w, h, &pixels, exposure, output::Curve::Filmic)?)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let option = |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1).cloned());
+    let data = std::fs::canonicalize(option("--data").unwrap_or("../shared/data".into()))?;
+    let size: f64 = option("--size").unwrap_or("40".into()).parse()?;
+    let cells: usize = option("--cells").unwrap_or("14".into()).parse()?;
+    let out = option("-o").map(PathBuf::from);
+    let mut page = String::from(
+        "# The Cornell box against Mitsuba 3\n\nWritten by `cargo run --release --example cornell -- -o docs`. The same camera, lamp, walls and medium; Mitsuba's pictures are path-traced.\nEach row of pictures: ours, Mitsuba's, and four times the difference about grey.\n\n| picture | zones | mean R | mean G | mean B | blocks R | blocks G | blocks B | blocks' own noise | blocks compared |\n|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    let mut pictures = String::new();
+    print!("{page}");
+    for c in &CASES {
+        let text = scene_text(c, &data.join("cornell/mitsuba-cbox/meshes"), size, cells);
+        let scene = input::parse_scene(&text, Some(&data), c.reference)?;
+        let solution: Solution = zonal::solve::solve(scene, 16 << 30, &Quiet)?;
+        let camera = &solution.scene.cameras()[0];
+        let options = RenderOptions { width: PIXELS, height: PIXELS, samples: 16, ..RenderOptions::default() };
+        let image = render(&solution, camera, &options, &Quiet);
+        let refs = data.join("mitsuba-refs");
+        let theirs = output::read_exr(&refs.join(format!("{}.exr", c.reference)))?;
+        let stderr = output::read_exr(&refs.join(format!("{}_stderr.exr", c.reference)))?;
+        let lamp = solution.scene.surfaces().iter().position(|s| s.name.starts_with("luminaire")).unwrap_or(usize::MAX);
+        let d = compare(&image, &theirs.pixels, &stderr.pixels, &faces(&solution.scene, camera), lamp);
+        let percent = |x: f64| format!("{:+.2} %", 100.0 * x);
+        let line = format!(
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
+            c.reference, solution.zones.len(), percent(d.means[0]), percent(d.means[1]), percent(d.means[2]),
+            percent(d.blocks[0]), percent(d.blocks[1]), percent(d.blocks[2]), percent(d.noise), d.count
+        );
+        print!("{line}");
+        page.push_str(&line);
+        if let Some(folder) = &out {
+            let name = format!("cornell-{}.png", c.reference);
+            side_by_side(&folder.join(&name), &image, &theirs.pixels, output::auto_exposure(&theirs.pixels))?;
+            let _ = write!(pictures, "\n## {}\n\n![ours, Mitsuba's, difference]({name})\n", c.reference);
+        }
+    }
+    if let Some(folder) = &out {
+        output::write_bytes(&folder.join("cornell.md"), (page + &pictures).as_bytes())?;
+    }
+    Ok(())
+}
