@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, sequence, vec3};
 use zonal_scene::{Bands, Light, PaneZone, Progress, Scene, Zones, bands};
-use zonal_transport::{Transport, direct};
+use zonal_transport::Transport;
+use zonal_transport::direct::{Lamp, Receiver};
 
 /// Points of a patch or a pane.
 const SURFACE_POINTS: usize = 16;
@@ -83,6 +84,7 @@ fn agreement(zones: &Zones, fields: &[Bands], beam: &Beam) -> Bands {
 fn gather(scene: &Scene, zones: &Zones, transport: &Transport, light: &Light, progress: &dyn Progress) -> Vec<Bands> {
     let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
     progress.begin("direct light", zones.len() as u64);
+    let lamp = Lamp::new(scene, light);
     let samples = if matches!(light, Light::Sun { .. }) { 1 } else { LIGHT_SAMPLES };
     let shift = |i: usize, m: u64| sequence::unit((i as u64) << 3 | m);
     let out = (0..zones.len())
@@ -96,21 +98,21 @@ fn gather(scene: &Scene, zones: &Zones, transport: &Transport, light: &Light, pr
                 let p = &zones.patches[i];
                 for k in 0..SURFACE_POINTS {
                     let [u, v] = p.plate.warp(sequence::r2(k, [shift(i, 0), shift(i, 1)]));
-                    let h = direct::irradiance(scene, transport, light, p.plate.at(u, v), p.normal, samples, seed(k));
+                    let h = lamp.gather(transport, p.plate.at(u, v), Receiver::Surface(p.normal), samples, seed(k));
                     add(h, SURFACE_POINTS);
                 }
             } else if i < zones.pane_offset() {
                 let z = &zones.voxels[i - zones.voxel_offset()];
                 for k in 0..VOLUME_POINTS {
                     let u = sequence::r3(k, [shift(i, 0), shift(i, 1), shift(i, 2)]);
-                    let g = direct::fluence(scene, transport, light, voxel_point(z, cell, u), samples, seed(k));
+                    let g = lamp.gather(transport, voxel_point(z, cell, u), Receiver::Free, samples, seed(k));
                     add(g, VOLUME_POINTS);
                 }
             } else {
                 let p = &zones.panes[i - zones.pane_offset()];
                 for k in 0..SURFACE_POINTS {
                     let [u, v] = p.plate.warp(sequence::r2(k, [shift(i, 0), shift(i, 1)]));
-                    add(pane_fluence(scene, transport, light, p, p.plate.at(u, v), samples, seed(k)), SURFACE_POINTS);
+                    add(pane_fluence(&lamp, transport, p, p.plate.at(u, v), samples, seed(k)), SURFACE_POINTS);
                 }
             }
             sum
@@ -121,18 +123,10 @@ fn gather(scene: &Scene, zones: &Zones, transport: &Transport, light: &Light, pr
 }
 
 /// Fluence inside a pane that stands for what it takes from the light: κ G t = Σ E c (1 − e^{−κt/c}), c the cosine.
-fn pane_fluence(
-    scene: &Scene,
-    transport: &Transport,
-    light: &Light,
-    p: &PaneZone,
-    at: Vec3,
-    samples: usize,
-    seed: u64,
-) -> Bands {
-    let front = direct::irradiance(scene, transport, light, at, p.normal, samples, seed);
-    let back = direct::irradiance(scene, transport, light, at, -p.normal, samples, seed);
-    let fluence = direct::fluence(scene, transport, light, at, samples, seed);
+fn pane_fluence(lamp: &Lamp, transport: &Transport, p: &PaneZone, at: Vec3, samples: usize, seed: u64) -> Bands {
+    let front = lamp.gather(transport, at, Receiver::Surface(p.normal), samples, seed);
+    let back = lamp.gather(transport, at, Receiver::Surface(-p.normal), samples, seed);
+    let fluence = lamp.gather(transport, at, Receiver::Free, samples, seed);
     bands(|b| {
         let flux = front[b] + back[b];
         if flux <= 0.0 || fluence[b] <= 0.0 {

@@ -2,6 +2,8 @@
 //!
 //! A facet g divides a patch p when it reaches to the front of p's plane and the segment g ∩ plane(p) runs through the inside of
 //! p. Every piece that the segment runs through is then halved along the segment's line, so no piece has a wall in its middle.
+//! A facet that lies close in front of p (a lamp under a ceiling, a carpet on a floor) divides it along its outline; what it
+//! hides is no zone.
 
 use crate::Transport;
 use crate::meet::Prepared;
@@ -12,6 +14,8 @@ use zonal_scene::{Plate, PlateKind};
 const LEAST_AREA: f64 = 1e-4;
 /// A wall shorter than this share of the piece's diameter does not divide it.
 const LEAST_LENGTH: f64 = 0.02;
+/// A facet within this share of a patch's diameter in front of it lies on it.
+const CONTACT: f64 = 0.02;
 /// No patch is cut into more pieces than this.
 const MOST_PIECES: usize = 64;
 
@@ -63,43 +67,55 @@ fn feet(transport: &Transport, own: usize, plate: &Plate) -> Vec<Foot> {
     let (lo, hi) = plate.bounds();
     let normal = plate.normal();
     let (corners, n) = plate.corners();
-    let near = transport.facets_near(lo, hi);
-    near.into_iter()
-        .filter(|&id| id as usize != own)
-        .filter_map(|id| {
-            let wall = &transport.scene().facets()[id as usize].plate;
-            let (x, k) = wall.corners();
-            let height = |p: Vec3| (p - plate.origin).dot(normal);
-            let h: Vec<f64> = x[..k].iter().map(|p| height(*p)).collect();
-            let top = h.iter().fold(f64::MIN, |m, y| m.max(*y));
-            let bottom = h.iter().fold(f64::MAX, |m, y| m.min(*y));
-            if top <= tol || bottom > tol {
-                return None;
+    let contact = CONTACT * plate.diameter();
+    let pad = Vec3::splat(contact);
+    let mut out = Vec::new();
+    for id in transport.facets_near(lo - pad, hi + pad) {
+        if id as usize == own {
+            continue;
+        }
+        let wall = &transport.scene().facets()[id as usize].plate;
+        let (x, k) = wall.corners();
+        let h: Vec<f64> = x[..k].iter().map(|p| (*p - plate.origin).dot(normal)).collect();
+        let top = h.iter().fold(f64::MIN, |m, y| m.max(*y));
+        let bottom = h.iter().fold(f64::MAX, |m, y| m.min(*y));
+        let mut add = |ends: [Vec3; 2]| {
+            let along = (ends[1] - ends[0]).normalized();
+            let foot = Foot { ends, across: normal.cross(along), id };
+            if (ends[1] - ends[0]).length() > tol && runs_through(&foot, &corners[..n], normal) {
+                out.push(foot);
             }
-            let along = normal.cross(wall.normal()).normalized();
-            let mut ends: Option<[(f64, Vec3); 2]> = None;
-            let mut offer = |p: Vec3| {
-                let at = (along.dot(p), p);
-                let [a, b] = ends.unwrap_or([at, at]);
-                ends = Some([if at.0 < a.0 { at } else { a }, if at.0 > b.0 { at } else { b }]);
-            };
-            for i in 0..k {
-                let j = (i + 1) % k;
-                if h[i].abs() <= tol {
-                    offer(x[i]);
-                } else if h[i] * h[j] < 0.0 && h[j].abs() > tol {
-                    offer(x[i] + (x[j] - x[i]) * (h[i] / (h[i] - h[j])));
-                }
-            }
-            let [a, b] = ends?;
-            let foot = Foot {
-                ends: [a.1, b.1],
-                across: normal.cross(along),
-                id,
-            };
-            (b.0 - a.0 > tol && runs_through(&foot, &corners[..n], normal)).then_some(foot)
-        })
-        .collect()
+        };
+        if bottom > -tol && top <= contact {
+            let down = |i: usize| x[i] - normal * h[i];
+            (0..k).for_each(|i| add([down(i), down((i + 1) % k)]));
+        } else if top > tol && bottom <= tol
+            && let Some(ends) = crossing(&x[..k], &h, normal.cross(wall.normal()).normalized(), tol)
+        {
+            add(ends);
+        }
+    }
+    out
+}
+
+/// Where a wall with corners at heights `h` meets the plane of height zero: the ends of the segment `along` it.
+fn crossing(x: &[Vec3], h: &[f64], along: Vec3, tol: f64) -> Option<[Vec3; 2]> {
+    let mut ends: Option<[(f64, Vec3); 2]> = None;
+    let mut offer = |p: Vec3| {
+        let at = (along.dot(p), p);
+        let [a, b] = ends.unwrap_or([at, at]);
+        ends = Some([if at.0 < a.0 { at } else { a }, if at.0 > b.0 { at } else { b }]);
+    };
+    let k = x.len();
+    for i in 0..k {
+        let j = (i + 1) % k;
+        if h[i].abs() <= tol {
+            offer(x[i]);
+        } else if h[i] * h[j] < 0.0 && h[j].abs() > tol {
+            offer(x[i] + (x[j] - x[i]) * (h[i] / (h[i] - h[j])));
+        }
+    }
+    ends.map(|[a, b]| [a.1, b.1])
 }
 
 /// True when the foot passes through the inside of the polygon for a fair length.
@@ -191,19 +207,20 @@ fn plates(polygon: &[Vec3], normal: Vec3) -> Vec<Plate> {
 
 /// True when nothing can see the front of `plate`, a part of facet `own`.
 pub(super) fn covered(transport: &Transport, own: usize, plate: &Plate) -> bool {
-    if !transport.has_solids() {
-        return false;
-    }
     let at: [[f64; 2]; 4] = match plate.kind {
         PlateKind::Triangle => [[0.33, 0.34], [0.6, 0.2], [0.2, 0.6], [0.2, 0.2]],
         PlateKind::Parallelogram => [[0.51, 0.49], [0.2, 0.25], [0.75, 0.2], [0.3, 0.8]],
     };
     let scene = transport.scene();
-    let lift = plate.normal() * (1e3 * transport.epsilon());
+    let normal = plate.normal();
+    let lift = normal * (1e3 * transport.epsilon());
+    let contact = normal * (CONTACT * plate.diameter());
     let solid = scene.surfaces()[scene.facets()[own].surface].solid;
     at.into_iter().all(|[u, v]| {
         let p = plate.at(u, v);
-        transport.inside_solid(p + lift)
+        let hidden = transport.nearest(p, normal, transport.epsilon(), contact.length()).is_some();
+        hidden
+            || transport.inside_solid(p + lift)
             || (solid && against_another(transport, own, plate, p) && transport.inside_solid(p - lift))
     })
 }
