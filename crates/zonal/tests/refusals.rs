@@ -1,282 +1,14 @@
-//! Wrong inputs of the command: exit code 2, one line that names the file or the flag, and no output, whole or part.
+//! Wrong flags, outputs, solutions and tables: exit code 2, one line that names the file or the flag, and no output, whole or part.
 //!
-//! What a message says beyond that is tested where it is written (`crates/io/tests/read_wrong.rs`).
+//! Scenes have their own table in `refused_scenes.rs`.
 
 mod support;
 
-use support::{COLUMNS, Folder, ROOM, VOXELS, glb, npy, solution, text};
-
-/// Who refuses: the program, in one line, or the parser of the command line, which adds the usage.
-#[derive(Clone, Copy, PartialEq)]
-enum By {
-    Program,
-    Parser,
-}
-use By::{Parser, Program};
-
-/// Runs a command that must be refused with a message that contains `named`.
-fn refused(f: &Folder, by: By, args: &[&str], named: &str) {
-    let before = f.listing();
-    let o = f.zonal(args);
-    let command = format!("zonal {}", args.join(" "));
-    let (out, err) = (text(&o.stdout), text(&o.stderr));
-    assert_eq!(
-        o.status.code(),
-        Some(2),
-        "{command}: {:?}\n{out}\n{err}",
-        o.status
-    );
-    assert!(err.starts_with("error: "), "{command}: {err}");
-    assert!(
-        by == Parser || err.lines().count() == 1,
-        "{command}: several lines:\n{err}"
-    );
-    assert!(err.contains(named), "{command}: '{named}' is not named in\n{err}");
-    assert!(err.len() < 2000, "{command}: a message of {} bytes", err.len());
-    assert!(out.is_empty(), "{command}: on standard output:\n{out}");
-    let after = f.listing();
-    let touched: Vec<_> = after
-        .iter()
-        .filter(|(k, v)| before.get(*k) != Some(v))
-        .map(|e| e.0)
-        .collect();
-    assert!(
-        touched.is_empty() && before.len() == after.len(),
-        "{command}: left behind or changed: {touched:?}"
-    );
-}
+use support::{By, COLUMNS, Folder, Parser, Program, ROOM, VOXELS, npy, refused, solution};
 
 fn table(f: &Folder, cases: &[(By, &[&str], &str)]) {
     for (by, args, named) in cases {
         refused(f, *by, args, named);
-    }
-}
-
-const SQUARE: &str = "[[surface]]\nname='s'\nrectangle={origin=[0,0,0],edge1=[1,0,0],edge2=[0,1,0]}\n";
-const SPACE: &str = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\n";
-
-/// Scene texts, and what their refusal must name beside the file.
-fn wrong_scenes() -> Vec<(&'static str, String, &'static str)> {
-    let with = |more: &str| format!("{SQUARE}{more}");
-    let medium = |more: &str| format!("{SQUARE}{SPACE}{more}");
-    let density = |file: &str| {
-        medium(&format!(
-            "cells=[2,2,2]\n[[medium.region]]\ndensity={{file='{file}',min=[0,0,0],max=[1,1,1]}}"
-        ))
-    };
-    let mesh = |file: &str| format!("[[surface]]\nname='m'\nmesh={{file='{file}'}}\n");
-    let deep = |open: &str, close: &str| format!("a = {}{}", open.repeat(200_000), close.repeat(200_000));
-    vec![
-        ("nothing", String::new(), "empty"),
-        ("only a name", "name='x'".into(), "empty"),
-        ("cut short", ROOM[..ROOM.len() / 2].into(), "TOML"),
-        ("a NUL byte", "name='a\0b'".into(), ":1:"),
-        ("deep lists", deep("[", "]"), ":1:"),
-        ("deep tables", deep("{a=", "}"), ":1:"),
-        ("deep keys", format!("{}a=1", "a.".repeat(200_000)), ":1:"),
-        ("deep header", format!("[{}a]", "a.".repeat(200_000)), ":1:"),
-        ("unknown key", with("reflectanse=0.5"), "reflectance"),
-        ("unknown table", with("[wibble]\nx=1"), "wibble"),
-        ("text for a number", with("reflectance='grey'"), "reflectance"),
-        ("number for a text", "name=3".into(), "name"),
-        ("table for a list", "[surface]\nname='s'".into(), "surface"),
-        ("NaN", with("reflectance=nan"), "reflectance"),
-        (
-            "infinite corner",
-            with("").replace("[1,0,0]", "[inf,0,0]"),
-            "edge1",
-        ),
-        ("huge corner", with("").replace("[1,0,0]", "[1e300,0,0]"), "1"),
-        ("reflectance above 1", with("reflectance=1.5"), "reflectance"),
-        ("negative emission", with("emission=-1"), "emission"),
-        ("two of a name", with(SQUARE), "rename"),
-        ("no area", with("").replace("[0,1,0]", "[2,0,0]"), "area"),
-        ("too many patches", with("patch_size=1e-9"), "patch"),
-        (
-            "negative patch size",
-            with("[solve]\npatch_size=-1"),
-            "patch_size",
-        ),
-        ("tolerance of 0", with("[solve]\ntolerance=0"), "tolerance"),
-        (
-            "negative extinction",
-            medium("cells=[2,2,2]\nextinction=-1"),
-            "extinction",
-        ),
-        (
-            "albedo above 1",
-            medium("cells=[2,2,2]\nextinction=1\nalbedo=1.1"),
-            "albedo",
-        ),
-        (
-            "10^12 cells",
-            medium("cells=[10000,10000,10000]\nextinction=1"),
-            "cells",
-        ),
-        (
-            "cells beyond 64 bits",
-            medium("cells=[4000000000,4000000000,4000000000]\nextinction=1"),
-            "cells",
-        ),
-        (
-            "cells of no size",
-            medium("cell_size=0\nextinction=1"),
-            "cell_size",
-        ),
-        ("no cells", medium("extinction=1"), "cell"),
-        (
-            "space turned round",
-            medium("cells=[2,2,2]\nextinction=1").replace("max=[1,", "max=[-1,"),
-            "max",
-        ),
-        (
-            "pane without thickness",
-            "[[pane]]\npolygon=[[0,0,0],[1,0,0],[1,1,0]]\nextinction=1".into(),
-            "thickness",
-        ),
-        (
-            "negative thickness",
-            "[[pane]]\npolygon=[[0,0,0],[1,0,0],[1,1,0]]\nextinction=1\nthickness=-1".into(),
-            "thickness",
-        ),
-        (
-            "sun from nowhere",
-            with("[[light]]\nkind='sun'\ndirection=[0,0,0]\nirradiance=1"),
-            "direction",
-        ),
-        (
-            "emitter unknown",
-            with("[[light]]\nkind='emitter'\nsurface='t'"),
-            "'t'",
-        ),
-        (
-            "camera in its target",
-            with("[[camera]]\norigin=[0,0,0]\ntarget=[0,0,0]"),
-            "target",
-        ),
-        ("no such mesh", mesh("none.obj"), "none.obj"),
-        ("mesh without area", mesh("flat.obj"), "flat.obj"),
-        ("mesh of nothing", mesh("empty.obj"), "empty.obj"),
-        ("OBJ index", mesh("index.obj"), "index.obj"),
-        ("OBJ number", mesh("number.obj"), "number.obj"),
-        ("OBJ that is a folder", mesh("out"), "out"),
-        ("GLB cut short", mesh("short.glb"), "short.glb"),
-        ("GLB of another kind", mesh("magic.glb"), "magic.glb"),
-        ("GLB without JSON", mesh("words.glb"), "words.glb"),
-        ("GLB with deep JSON", mesh("deep.glb"), "deep.glb"),
-        ("glTF nodes in a circle", mesh("circle.gltf"), "circle.gltf"),
-        ("mesh of an unknown kind", mesh("mesh.step"), "mesh.step"),
-        ("no such array", density("none.npy"), "none.npy"),
-        ("array of 8 petabytes", density("huge.npy"), "huge.npy"),
-        ("array beyond 64 bits", density("beyond.npy"), "beyond.npy"),
-        ("array cut short", density("short.npy"), "short.npy"),
-        ("array of objects", density("object.npy"), "object.npy"),
-        ("array of NaN", density("nan.npy"), "nan.npy"),
-        ("array with a wild header", density("wild.npy"), "wild.npy"),
-        ("no such picture", with("texture='none.png'"), "none.png"),
-        ("picture that is none", with("texture='index.obj'"), "index.obj"),
-        ("picture of 4 gigapixels", with("texture='bomb.png'"), "bomb.png"),
-    ]
-}
-
-fn hostile_files(f: &Folder) {
-    f.put("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
-    f.put("empty.obj", "# nothing\n");
-    f.put(
-        "index.obj",
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n",
-    );
-    f.put("number.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    f.put("mesh.step", "ISO-10303-21;");
-    let sound = glb(r#"{"asset":{"version":"2.0"}}"#);
-    f.put("short.glb", &sound[..sound.len() - 3]);
-    f.put("magic.glb", b"PK\x03\x04 is a zip, not a GLB of any version");
-    f.put("words.glb", glb("these are words"));
-    f.put(
-        "deep.glb",
-        glb(&format!(
-            r#"{{"asset":{{"version":"2.0"}},"extras":{}}}"#,
-            "[".repeat(100_000)
-        )),
-    );
-    f.put(
-        "circle.gltf",
-        r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"children":[1]},{"children":[0]}]}"#,
-    );
-    f.put("huge.npy", npy("<f8", "(100000, 100000, 100000)", &[0; 64]));
-    f.put(
-        "beyond.npy",
-        npy("<f8", "(4294967296, 4294967296, 4294967296)", &[0; 64]),
-    );
-    f.put("short.npy", npy("<f8", "(2, 2, 2)", &[0; 63]));
-    f.put("object.npy", npy("|O", "(2, 2, 2)", &[0; 64]));
-    f.put(
-        "nan.npy",
-        npy("<f8", "(2, 2, 2)", &f64::NAN.to_le_bytes().repeat(8)),
-    );
-    f.put("wild.npy", npy("<f8", "(2, -2, 2", &[0; 64]));
-    f.put(
-        "bomb.png",
-        [
-            b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\xff\xff\0\0\xff\xff\x08\x02\0\0\0".as_slice(),
-            &[0; 40],
-        ]
-        .concat(),
-    );
-}
-
-#[test]
-fn scenes_by_check() {
-    let f = Folder::new();
-    hostile_files(&f);
-    for (what, scene, named) in wrong_scenes() {
-        println!("{what}");
-        f.put("wrong.toml", scene);
-        refused(&f, Program, &["check", "wrong.toml"], "wrong.toml");
-        refused(&f, Program, &["--json", "check", "wrong.toml"], named);
-    }
-}
-
-#[test]
-fn scenes_by_solve() {
-    let f = Folder::new();
-    hostile_files(&f);
-    f.put("out/kept.npz", "an earlier solution");
-    for (what, scene, _) in wrong_scenes() {
-        println!("{what}");
-        f.put("wrong.toml", scene);
-        refused(
-            &f,
-            Program,
-            &["solve", "wrong.toml", "-o", "out/x.npz"],
-            "wrong.toml",
-        );
-        refused(
-            &f,
-            Program,
-            &["solve", "wrong.toml", "-o", "out/kept.npz"],
-            "wrong.toml",
-        );
-    }
-}
-
-#[test]
-fn files_that_are_no_scenes() {
-    let f = Folder::new();
-    f.put("latin.toml", b"name = 'caf\xe9'");
-    f.put("room.npz", solution());
-    for command in [["check"].as_slice(), &["solve", "-o", "out/x.npz"]] {
-        for (file, named) in [
-            ("none.toml", "none.toml"),
-            ("out", "out"),
-            ("latin.toml", "UTF-8"),
-            ("room.npz", "room.npz"),
-        ] {
-            refused(&f, Program, &[command, &[file]].concat(), named);
-        }
-        refused(&f, Parser, command, "<SCENE>");
-        refused(&f, Parser, &[command, &[""]].concat(), "<SCENE>");
-        refused(&f, Parser, &[command, &["a.toml", "b.toml"]].concat(), "b.toml");
     }
 }
 
@@ -402,15 +134,12 @@ fn a_folder_that_cannot_be_written() {
 fn demos() {
     let f = Folder::new();
     f.put("plain", "a file");
-    for (folder, taken) in [("solution", "chapel.npz"), ("picture", "nave.png")] {
-        std::fs::create_dir_all(f.path().join(folder).join(taken)).unwrap();
-    }
+    std::fs::create_dir_all(f.path().join("solution/chapel.npz")).unwrap();
     let small = ["demo", "--size", "small", "-o"];
     for (folder, named) in [
         ("plain", "plain"),
         ("plain/below", "plain"),
         ("solution", "chapel.npz"),
-        ("picture", "nave.png"),
     ] {
         refused(&f, Program, &[&small, [folder].as_slice()].concat(), named);
     }
@@ -419,6 +148,14 @@ fn demos() {
         refused(&f, Parser, &["demo", "-o", "out", size], "--size");
     }
     refused(&f, Parser, &["demo", "scene.toml"], "scene.toml");
+}
+
+/// Before the work, not after it: the solution would be left without its pictures.
+#[test]
+fn a_demo_whose_picture_cannot_be_written() {
+    let f = Folder::new();
+    std::fs::create_dir_all(f.path().join("out/nave.png")).unwrap();
+    refused(&f, Program, &["demo", "--size", "small", "-o", "out"], "nave.png");
 }
 
 #[test]
@@ -576,4 +313,26 @@ fn pairs_and_flags_of_factors() {
     );
     refused(&f, Parser, &factors[..2], "--output");
     refused(&f, Parser, &["factors", "-o", "out/x.csv"], "<PAIRS>");
+}
+
+/// Finite numbers whose areas, volumes or optical depths leave the range of a double, or the sense of a length.
+#[test]
+fn pairs_beyond_all_bounds() {
+    let f = Folder::new();
+    for row in [
+        "vv,0,1,0,1,0,1,,1,2,0,1,0,1,,1e300",
+        "vv,0,1,0,1,0,1,,1,2,0,1,0,1,,1e100",
+        "vv,0,1e300,0,1e300,0,1e300,,0,1e300,0,1e300,0,1e300,,0",
+        "vv,0,1e160,0,1,0,1,,1,2,0,1,0,1,,0",
+        "vv,-1e308,1e308,0,1,0,1,,1,2,0,1,0,1,,0",
+        "vv,0,1e-160,0,1e-160,0,1e-160,,0,1e-160,0,1e-160,0,1e-160,,0",
+    ] {
+        f.put("pairs.csv", format!("{COLUMNS}\n{VOXELS}\n{row}\n"));
+        refused(
+            &f,
+            Program,
+            &["factors", "pairs.csv", "-o", "out/x.csv"],
+            "line 3",
+        );
+    }
 }

@@ -106,6 +106,35 @@ fn threads_do_not_change_a_bit_of_any_file() {
     );
 }
 
+/// `zonal check scene.toml | head -1` ends quietly.
+#[test]
+fn a_reader_that_goes_away_is_no_panic() {
+    let f = Folder::new();
+    f.put("room.toml", ROOM);
+    for args in [
+        ["check", "room.toml"].as_slice(),
+        &["solve", "room.toml", "-o", "out/x.npz"],
+    ] {
+        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_zonal"));
+        let piped = std::process::Stdio::piped;
+        let mut child = child
+            .args(args)
+            .current_dir(f.path())
+            .stdout(piped())
+            .stderr(piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let o = child.wait_with_output().unwrap();
+        assert!(
+            !text(&o.stderr).contains("panicked"),
+            "{args:?}:\n{}",
+            text(&o.stderr)
+        );
+        assert!(matches!(o.status.code(), Some(0 | 2)), "{args:?}: {:?}", o.status);
+    }
+}
+
 #[test]
 fn outputs_are_replaced_as_a_whole() {
     let f = Folder::new();

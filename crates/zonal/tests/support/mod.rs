@@ -1,5 +1,5 @@
 //! The command run in a folder of its own, and small inputs made on the spot.
-#![allow(dead_code)]
+#![allow(dead_code, unused_imports)]
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -72,6 +72,46 @@ impl Drop for Folder {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.0);
     }
+}
+
+/// Who refuses: the program, in one line, or the parser of the command line, which adds the usage.
+#[derive(Clone, Copy, PartialEq)]
+pub enum By {
+    Program,
+    Parser,
+}
+pub use By::{Parser, Program};
+
+/// Runs a command that must be refused with a message that contains `named`.
+pub fn refused(f: &Folder, by: By, args: &[&str], named: &str) {
+    let before = f.listing();
+    let o = f.zonal(args);
+    let command = format!("zonal {}", args.join(" "));
+    let (out, err) = (text(&o.stdout), text(&o.stderr));
+    assert_eq!(
+        o.status.code(),
+        Some(2),
+        "{command}: {:?}\n{out}\n{err}",
+        o.status
+    );
+    assert!(err.starts_with("error: "), "{command}: {err}");
+    assert!(
+        by == Parser || err.lines().count() == 1,
+        "{command}: several lines:\n{err}"
+    );
+    assert!(err.contains(named), "{command}: '{named}' is not named in\n{err}");
+    assert!(err.len() < 2000, "{command}: a message of {} bytes", err.len());
+    assert!(out.is_empty(), "{command}: on standard output:\n{out}");
+    let after = f.listing();
+    let touched: Vec<_> = after
+        .iter()
+        .filter(|(k, v)| before.get(*k) != Some(v))
+        .map(|e| e.0)
+        .collect();
+    assert!(
+        touched.is_empty() && before.len() == after.len(),
+        "{command}: left behind or changed: {touched:?}"
+    );
 }
 
 /// Bytes as text.
