@@ -1,1 +1,60 @@
 //! Slow independent oracles, for tests.
+//!
+//! Nothing here is shared with the engines it checks: no tree, no quadrature, no walk from cell to cell, no cache. Every ray asks
+//! every facet; every integral is a mean over random samples with its standard error; seeds make all of it repeatable.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`dice`] | random numbers, points and directions |
+//! | [`world`] | a scene asked by brute force: the first facet, the medium and the panes along a ray |
+//! | [`exchange`] | g_ij of two bodies: by pairs of points, or by rays from the one that score on the other |
+//! | [`radiance`] | H of a plate and G in a box by random walks of light, without any zones |
+
+pub mod dice;
+pub mod exchange;
+pub mod radiance;
+pub mod world;
+
+pub use dice::Dice;
+pub use exchange::Body;
+pub use world::World;
+
+/// A mean over random samples and its standard error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// Mean.
+    pub value: f64,
+    /// Standard error of the mean.
+    pub error: f64,
+}
+
+impl Estimate {
+    /// The distance of `x` from the mean in standard errors, an extra absolute `slack` apart.
+    pub fn z(&self, x: f64, slack: f64) -> f64 {
+        let d = ((x - self.value).abs() - slack).max(0.0);
+        if d == 0.0 { 0.0 } else { d / self.error.max(1e-300) }
+    }
+}
+
+/// Sums that become an [`Estimate`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tally {
+    n: f64,
+    sum: f64,
+    squares: f64,
+}
+
+impl Tally {
+    /// Adds a sample.
+    pub fn add(&mut self, x: f64) {
+        self.n += 1.0;
+        self.sum += x;
+        self.squares += x * x;
+    }
+    /// The mean so far, times `scale`.
+    pub fn estimate(&self, scale: f64) -> Estimate {
+        let mean = self.sum / self.n;
+        let variance = (self.squares / self.n - mean * mean).max(0.0) / (self.n - 1.0).max(1.0);
+        Estimate { value: mean * scale, error: variance.sqrt() * scale.abs() }
+    }
+}

@@ -1,0 +1,105 @@
+//! Scenes and measures that several tests share.
+#![allow(dead_code, missing_docs)]
+
+use zonal_exchange::pair::{Counts, Exchange};
+use zonal_io::input::parse_scene;
+use zonal_math::{Vec3, vec3};
+use zonal_scene::{
+    Facet, Fields, Plate, Quiet, Report, Scene, SceneParts, Sides, Solution, Surface, Zones,
+};
+use zonal_solve::solve_zones;
+use zonal_transport::{Transport, build_zones};
+
+pub fn read(text: &str) -> Scene {
+    parse_scene(text, None, "test.toml").unwrap_or_else(|e| panic!("{e}"))
+}
+
+pub fn solve(scene: Scene) -> Solution {
+    zonal_solve::solve(scene, 4 << 30, &Quiet).unwrap_or_else(|e| panic!("{e}"))
+}
+
+pub fn solved(text: &str) -> Solution {
+    solve(read(text))
+}
+
+/// The unit room with walls of one look.
+pub fn unit_room(solve: &str, walls: &str, rest: &str) -> String {
+    format!("[solve]\n{solve}\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\n{walls}\n{rest}\n")
+}
+
+/// Largest relative distance of H from `m` on patches and of G from 4 `m` in volumes and panes, over all bands.
+pub fn unlevel(s: &Solution, m: f64) -> (f64, f64) {
+    let worst = |from: usize, to: usize, want: f64| {
+        s.fields.incident[from..to]
+            .iter()
+            .flatten()
+            .fold(0.0f64, |w, x| if x.is_nan() { f64::NAN } else { w.max((x / want - 1.0).abs()) })
+    };
+    let n = s.zones.voxel_offset();
+    (worst(0, n, m), worst(n, s.zones.len(), 4.0 * m))
+}
+
+/// Indices of the patches of the surface whose name ends so.
+pub fn patches_of(s: &Solution, name: &str) -> Vec<usize> {
+    (0..s.zones.patches.len())
+        .filter(|&i| s.scene.surfaces()[s.zones.patches[i].surface].name.ends_with(name))
+        .collect()
+}
+
+/// Area mean of band 0 of a field over patches.
+pub fn mean(s: &Solution, field: &[[f64; 3]], patches: &[usize]) -> f64 {
+    let area: f64 = patches.iter().map(|&i| s.zones.patches[i].area).sum();
+    patches.iter().map(|&i| field[i][0] * s.zones.patches[i].area).sum::<f64>() / area
+}
+
+pub fn surface(name: &str, rho: f64, emission: f64, solid: bool) -> Surface {
+    Surface {
+        name: name.into(),
+        reflectance: [rho; 3],
+        emission: [emission; 3],
+        reflectance_texture: None,
+        emission_texture: None,
+        sides: Sides::Front,
+        patch_size: None,
+        solid,
+    }
+}
+
+/// Adds a surface made of plates.
+pub fn add(parts: &mut SceneParts, s: Surface, plates: &[Plate]) {
+    let surface = parts.surfaces.len();
+    parts.surfaces.push(s);
+    parts.facets.extend(plates.iter().map(|p| Facet {
+        surface,
+        plate: *p,
+        uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+    }));
+}
+
+/// A tilted tetrahedron, normals outward.
+pub fn tetrahedron(c: Vec3, size: f64) -> Vec<Plate> {
+    let p = [vec3(0.9, 0.2, -0.5), vec3(-0.6, 0.8, -0.3), vec3(-0.4, -0.9, -0.2), vec3(0.1, 0.1, 1.0)].map(|v| c + v * size);
+    [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|[i, j, k]| Plate::triangle(p[i], p[j], p[k])).to_vec()
+}
+
+/// Everything of a scene, kept alive for questions about its factors.
+pub fn with_exchange<T>(scene: &Scene, ask: impl FnOnce(&Zones, &Transport, &Exchange) -> T) -> T {
+    let transport = Transport::new(scene);
+    let zones = build_zones(scene, &transport).unwrap();
+    let exchange = Exchange::new(scene, &zones, &transport);
+    ask(&zones, &transport, &exchange)
+}
+
+/// Fields and report on so many threads.
+pub fn on_threads(scene: &Scene, threads: usize) -> (Fields, Report) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| {
+        let transport = Transport::new(scene);
+        let zones = build_zones(scene, &transport).unwrap();
+        solve_zones(scene, &zones, &transport, &Quiet)
+    })
+}
+
+pub fn count() -> Counts {
+    Counts::default()
+}
