@@ -11,13 +11,15 @@ use zonal_math::Vec3;
 use zonal_scene::{Plate, PlateKind};
 
 /// Pieces below this share of the patch are not cut off.
-const LEAST_AREA: f64 = 1e-4;
+const LEAST_AREA: f64 = 2e-3;
+/// The same for the outline of what lies on it, which need not be cut as sharply.
+const LEAST_LYING: f64 = 0.04;
 /// A wall shorter than this share of the piece's diameter does not divide it.
 const LEAST_LENGTH: f64 = 0.02;
 /// A facet within this share of a patch's diameter in front of it lies on it.
 const CONTACT: f64 = 0.02;
 /// No patch is cut into more pieces than this.
-const MOST_PIECES: usize = 64;
+const MOST_PIECES: usize = 32;
 
 type Polygon = Vec<Vec3>;
 
@@ -26,6 +28,8 @@ struct Foot {
     ends: [Vec3; 2],
     /// Square to the foot, in the patch's plane.
     across: Vec3,
+    /// Smallest share of the patch that it may cut off.
+    least: f64,
     id: u32,
 }
 
@@ -50,7 +54,7 @@ pub(super) fn split(transport: &Transport, own: usize, plate: &Plate) -> Vec<Pla
                 clip(&pieces[k], foot.across, level),
                 clip(&pieces[k], -foot.across, -level),
             );
-            if polygon_area(&a, normal).min(polygon_area(&b, normal)) > LEAST_AREA * area {
+            if polygon_area(&a, normal).min(polygon_area(&b, normal)) > foot.least * area {
                 pieces[k] = a;
                 pieces.push(b);
             }
@@ -79,20 +83,20 @@ fn feet(transport: &Transport, own: usize, plate: &Plate) -> Vec<Foot> {
         let h: Vec<f64> = x[..k].iter().map(|p| (*p - plate.origin).dot(normal)).collect();
         let top = h.iter().fold(f64::MIN, |m, y| m.max(*y));
         let bottom = h.iter().fold(f64::MAX, |m, y| m.min(*y));
-        let mut add = |ends: [Vec3; 2]| {
+        let mut add = |ends: [Vec3; 2], least: f64| {
             let along = (ends[1] - ends[0]).normalized();
-            let foot = Foot { ends, across: normal.cross(along), id };
+            let foot = Foot { ends, across: normal.cross(along), least, id };
             if (ends[1] - ends[0]).length() > tol && runs_through(&foot, &corners[..n], normal) {
                 out.push(foot);
             }
         };
         if bottom > -tol && top <= contact {
             let down = |i: usize| x[i] - normal * h[i];
-            (0..k).for_each(|i| add([down(i), down((i + 1) % k)]));
+            (0..k).for_each(|i| add([down(i), down((i + 1) % k)], LEAST_LYING));
         } else if top > tol && bottom <= tol
             && let Some(ends) = crossing(&x[..k], &h, normal.cross(wall.normal()).normalized(), tol)
         {
-            add(ends);
+            add(ends, LEAST_AREA);
         }
     }
     out
