@@ -97,6 +97,19 @@ fn plate_points(p: &Plate, n: usize, mut f: impl FnMut(Vec3, f64)) {
     }
 }
 
+/// Adds the kernel of `q` seen from `at` with its moments of distance: a piece wider than it is far is quartered first.
+fn spread(q: &Plate, at: Vec3, weight: f64, depth: u32, kernel: &impl Fn(&Plate) -> f64, s: &mut Sums) {
+    let r2 = (q.centre() - at).length2();
+    if depth > 0 && 4.0 * r2 < q.e1.length2() + q.e2.length2() {
+        q.quarters().iter().for_each(|p| spread(p, at, weight, depth - 1, kernel, s));
+    } else {
+        s.add(kernel(q) * weight, r2.sqrt());
+    }
+}
+
+/// How often [`spread`] quarters.
+const SPREAD: u32 = 3;
+
 fn same_point(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * b.abs()
 }
@@ -134,14 +147,11 @@ fn outer_plate(a: &Plate, b: &Plate, two_sided: [bool; 2], tolerance: f64, floor
                 return;
             }
             // The quarters serve the moments of distance; their sum is the closed form of the whole.
-            for q in &quarters {
-                let r = (q.centre() - x).length();
-                let mut f = projected_solid_angle(q, x, na);
-                if two_sided[0] {
-                    f += projected_solid_angle(q, x, -na);
-                }
-                s.add(f * w, r);
-            }
+            let kernel = |q: &Plate| {
+                let f = projected_solid_angle(q, x, na);
+                if two_sided[0] { f + projected_solid_angle(q, x, -na) } else { f }
+            };
+            quarters.iter().for_each(|q| spread(q, x, w, SPREAD, &kernel, &mut s));
         });
         s
     };
@@ -209,15 +219,15 @@ fn seen_from(p: &Plate, quarters: &[Plate; 4], at: Vec3, two_sided: bool, weight
     if height <= 0.0 && !two_sided {
         return;
     }
-    for q in quarters {
-        s.add(solid_angle(q, at).abs() * weight, (q.centre() - at).length());
-    }
+    quarters.iter().for_each(|q| spread(q, at, weight, SPREAD, &|q| solid_angle(q, at).abs(), s));
 }
 
-/// (1/π) ω of the plate's front (both sides with `two_sided`) seen from a point in free space, and the distance to its centre.
-pub fn point_plate(p: &Plate, at: Vec3, two_sided: bool) -> (f64, f64) {
-    let w = solid_angle(p, at) / PI;
-    (if two_sided { w.abs() } else { w.max(0.0) }, (p.centre() - at).length())
+/// A plate and points in free space, each with the volume it stands for: 𝓕 = (1/π) Σ ω V, with moments of distance.
+pub fn points_plate(p: &Plate, points: impl Iterator<Item = (Vec3, f64)>, two_sided: bool) -> Moments {
+    let (quarters, mut s) = (p.quarters(), Sums::default());
+    points.for_each(|(at, volume)| seen_from(p, &quarters, at, two_sided, volume, &mut s));
+    s.error = 0.01 * s.f;
+    s.finish()
 }
 
 #[cfg(test)]

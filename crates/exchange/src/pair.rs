@@ -29,6 +29,10 @@ const FIRST_RAYS: usize = 4;
 const MORE_RAYS: usize = 16;
 /// Rays of a pair that is partly visible and carries a large share of a zone's power.
 const MOST_RAYS: usize = 64;
+/// Optical depth along a voxel's diagonal beyond which cumulants of the distance no longer serve.
+const THICK: f64 = 1.7;
+/// Rays of a pane and a zone close to it, whose grazing paths through the pane vary most.
+const PANE_RAYS: usize = 256;
 /// Beyond this many diameters a cut voxel is seen as a point.
 const PART_FAR: f64 = 3.0;
 
@@ -91,6 +95,8 @@ struct Zone<'a> {
     size: f64,
     /// Area of a patch, volume of a volume zone.
     measure: f64,
+    /// Optical depth along the size of a voxel; zero for any other zone.
+    thickness: Bands,
 }
 
 impl Zone<'_> {
@@ -110,8 +116,10 @@ pub struct Exchange<'a> {
     /// κ where every zone lies in one uniform medium (zero in vacuum) and no pane can stand between two zones.
     uniform: Option<Bands>,
     occluders: bool,
-    /// Lower-right block of the factors of sub-cells by their offset, with mean distances.
-    subcells: Vec<(f64, f64)>,
+    /// Some pane can stand between two zones.
+    panes_between: bool,
+    /// Factors of sub-cells by their offset, with mean and mean square of the distance.
+    subcells: Vec<[f64; 3]>,
 }
 
 /// Offsets of sub-cells between two cells that touch.
@@ -137,6 +145,7 @@ impl<'a> Exchange<'a> {
                 hi,
                 size: cell.length(),
                 measure: z.volume,
+                thickness: z.extinction.map(|k| k * cell.length()),
             });
         }
         items.extend(zones.panes.iter().enumerate().map(|(k, p)| plate_zone(p.plate, Some(k))));
@@ -154,6 +163,7 @@ impl<'a> Exchange<'a> {
             tolerance: scene.options().tolerance,
             uniform: uniform_medium(scene, zones, transport),
             occluders: transport.has_occluders(),
+            panes_between: transport.has_panes_between(),
             subcells,
         }
     }
@@ -209,7 +219,7 @@ impl<'a> Exchange<'a> {
             counts.general += 1;
         }
         let m = self.moments(a, b);
-        match self.uniform {
+        match self.uniform.filter(|_| !self.is_thick(a, b)) {
             Some(kappa) => {
                 let t = bands(|k| m.transmittance(kappa[k]));
                 let out = PairFactor {
@@ -322,20 +332,18 @@ impl<'a> Exchange<'a> {
         let s = SUBCELLS as i64;
         let volume = self.sub_volume();
         let at = |k: u8| [k as i64 / (s * s), k as i64 / s % s, k as i64 % s];
-        let (mut f, mut fr) = (0.0, 0.0);
+        let mut s3 = [0.0; 3];
         for p in a {
             let pa = at(p.subcell);
             for q in b {
                 let qb = at(q.subcell);
                 let d = [0, 1, 2].map(|x| (offset[x] * s + qb[x] - pa[x]).unsigned_abs() as usize);
-                let (value, mean) = self.subcells[(d[0] * SUB_SPAN + d[1]) * SUB_SPAN + d[2]];
+                let [value, mean, square] = self.subcells[(d[0] * SUB_SPAN + d[1]) * SUB_SPAN + d[2]];
                 let w = value * (p.volume / volume) * (q.volume / volume);
-                f += w;
-                fr += w * mean;
+                s3 = [s3[0] + w, s3[1] + w * mean, s3[2] + w * square];
             }
         }
-        let mean = if f > 0.0 { fr / f } else { 0.0 };
-        Moments { factor: zonal_math::Bounded::estimated(f, f * self.tolerance), mean, variance: 0.0 }
+        moments_of(s3, self.tolerance)
     }
 
     fn sub_volume(&self) -> f64 {
@@ -354,10 +362,10 @@ impl<'a> Exchange<'a> {
 
     /// Visible share of the exchange of two zones and its standard error.
     fn visibility(&self, a: &Zone, b: &Zone, seed: u64, share: f64, counts: &mut Counts) -> (f64, f64) {
-        let mut tally = Tally::default();
+        let (mut tally, points) = (Tally::default(), Points::new(seed));
         let mut shoot = |from: usize, to: usize, tally: &mut Tally| {
             for k in from..to {
-                let (x, y) = (point(a, k, seed, 0), point(b, k, seed, 3));
+                let (x, y) = points.both(a, b, k);
                 let w = kernel(a, b, x, y);
                 tally.add(w, if self.transport.blocked_inside(x, y) { 0.0 } else { 1.0 });
             }
@@ -374,8 +382,14 @@ impl<'a> Exchange<'a> {
 
     /// Attenuated and visible exchange by rays, as many as the pair deserves.
     fn by_rays(&self, a: &Zone, b: &Zone, m: Moments, seed: u64, counts: &mut Counts) -> PairFactor {
-        let near = (a.centre - b.centre).length() < 2.0 * (a.size + b.size);
-        let rays = if near {
+        let distance = (a.centre - b.centre).length();
+        let near = distance < 2.0 * (a.size + b.size);
+        let pane = [a, b].iter().any(|z| matches!(z.shape, Shape::Plate { pane: Some(_), .. }));
+        let rays = if pane && distance < a.size.max(b.size) {
+            PANE_RAYS
+        } else if near && (pane || self.is_thick(a, b)) {
+            MOST_RAYS
+        } else if near {
             MORE_RAYS
         } else if self.occluders {
             FIRST_RAYS
@@ -390,11 +404,10 @@ impl<'a> Exchange<'a> {
         if m.factor.value <= 0.0 {
             return PairFactor { value: [0.0; 3], radius: [m.factor.radius; 3] };
         }
-        let mut tally = [Tally::default(); 3];
+        let (mut tally, points) = ([Tally::default(); 3], Points::new(seed));
         let mut shoot = |from: usize, to: usize, tally: &mut [Tally; 3]| {
             for k in from..to {
-                let (x, y) =
-                    if rays == 1 { (a.centre, b.centre) } else { (point(a, k, seed, 0), point(b, k, seed, 3)) };
+                let (x, y) = if rays == 1 { (a.centre, b.centre) } else { points.both(a, b, k) };
                 let w = kernel(a, b, x, y);
                 let t = self.along(a, b, x, y, &m);
                 (0..3).for_each(|k| tally[k].add(w, t[k]));
@@ -427,12 +440,44 @@ impl<'a> Exchange<'a> {
         }
         let d = y - x;
         let r = d.length();
-        let depth = match self.uniform {
+        let medium = match self.uniform {
             Some(k) => k.map(|k| k * r),
-            None => self.transport.optical_depth(x, y),
+            None => self.transport.medium_depth(x, y),
+        };
+        // Panes on the way dim by direction, not by distance: the moments of distance are the medium's alone.
+        let panes = if self.panes_between {
+            let all = self.transport.optical_depth_inside(x, y);
+            bands(|k| (medium[k] - all[k]).min(0.0).exp())
+        } else {
+            [1.0; 3]
         };
         let (pa, pb) = (self.pane_share(a, d / r), self.pane_share(b, d / r));
-        bands(|k| m.transmittance(depth[k] / r) * pa[k] * pb[k])
+        let thick = self.is_thick(a, b).then(|| self.chords(a, b, x, y));
+        bands(|k| {
+            let tau = match thick {
+                Some(t) if a.thickness[k].max(b.thickness[k]) > THICK => t[k],
+                _ => m.transmittance(medium[k] / r),
+            };
+            tau * panes[k] * pa[k] * pb[k]
+        })
+    }
+
+    fn is_thick(&self, a: &Zone, b: &Zone) -> bool {
+        (0..3).any(|k| a.thickness[k].max(b.thickness[k]) > THICK)
+    }
+
+    /// Attenuation along the line through x and y, averaged over its chords in both zones: for a given line the points of a pair
+    /// are uniform on them (dV dV'/r² = dA⊥ dω ds ds'), so each voxel gives (1 − e^{−κℓ})/(κℓ), and what lies between e^{−δ}.
+    fn chords(&self, a: &Zone, b: &Zone, x: Vec3, y: Vec3) -> Bands {
+        let w = (y - x).normalized();
+        let (from, share_a) = chord(a, x, w);
+        let (to, share_b) = chord(b, y, -w);
+        let between = match self.uniform {
+            Some(k) => k.map(|k| k * (to - from).dot(w).max(0.0)),
+            None if (to - from).dot(w) > 0.0 => self.transport.medium_depth(from, to),
+            None => [0.0; 3],
+        };
+        bands(|k| (-between[k]).exp() * share_a[k] * share_b[k])
     }
 
     /// (1 − e^{−κt/c})/κ of a pane in direction `w`; 1 for any other zone.
@@ -444,6 +489,22 @@ impl<'a> Exchange<'a> {
         let path = p.thickness / z.normal.dot(w).abs().max(1e-6);
         p.extinction.map(|k| if k * path > 1e-12 { -(-k * path).exp_m1() / k } else { path })
     }
+}
+
+/// Where the line leaves a whole voxel from `x` along `w`, with (1 − e^{−κℓ})/(κℓ) of its chord there; of any other zone, `x` and 1.
+fn chord(z: &Zone, x: Vec3, w: Vec3) -> (Vec3, Bands) {
+    if !matches!(z.shape, Shape::Cuboid) {
+        return (x, [1.0; 3]);
+    }
+    let (mut ahead, mut behind) = (f64::INFINITY, f64::INFINITY);
+    for axis in (0..3).filter(|&k| w[k] != 0.0) {
+        let (p, q) = ((z.lo[axis] - x[axis]) / w[axis], (z.hi[axis] - x[axis]) / w[axis]);
+        ahead = ahead.min(p.max(q).max(0.0));
+        behind = behind.min(-p.min(q).min(0.0));
+    }
+    let length = ahead + behind;
+    let mean = |depth: f64| if depth > 1e-9 { -(-depth).exp_m1() / depth } else { 1.0 };
+    (x + w * ahead, z.thickness.map(|t| mean(t / z.size * length)))
 }
 
 /// F of a pane with itself per area and κ²: (4κt − 2 (1 − 2 E_3(κt)))/κ², what its faces do not let out.
@@ -472,6 +533,7 @@ fn plate_zone<'a>(plate: Plate, pane: Option<usize>) -> Zone<'a> {
         hi,
         size: plate.diameter(),
         measure: plate.area(),
+        thickness: [0.0; 3],
     }
 }
 
@@ -543,12 +605,24 @@ const ALPHA: [f64; 6] = {
     a
 };
 
-/// The `k`-th point of a pair's sequence on a zone; `first` selects the three coordinates.
-fn point(z: &Zone, k: usize, seed: u64, first: usize) -> Vec3 {
-    let u: [f64; 3] = std::array::from_fn(|m| {
-        let shift = sequence::unit(seed.wrapping_mul(6).wrapping_add((first + m) as u64));
-        sequence::wrap(shift + k as f64 * ALPHA[first + m])
-    });
+/// The points of a pair: a six-dimensional sequence shifted by a hash of the pair, three coordinates for each zone.
+struct Points {
+    shift: [f64; 6],
+}
+
+impl Points {
+    fn new(seed: u64) -> Points {
+        Points { shift: std::array::from_fn(|m| sequence::unit(seed.wrapping_mul(6).wrapping_add(m as u64))) }
+    }
+    /// The `k`-th points on both zones.
+    fn both(&self, a: &Zone, b: &Zone, k: usize) -> (Vec3, Vec3) {
+        let u: [f64; 6] = std::array::from_fn(|m| sequence::wrap(self.shift[m] + k as f64 * ALPHA[m]));
+        (point(a, [u[0], u[1], u[2]]), point(b, [u[3], u[4], u[5]]))
+    }
+}
+
+/// The point of a zone at coordinates in the unit cube.
+fn point(z: &Zone, u: [f64; 3]) -> Vec3 {
     match &z.shape {
         Shape::Plate { plate, .. } => {
             let [s, t] = plate.warp([u[0], u[1]]);
@@ -621,19 +695,21 @@ fn part_plate(z: &Zone, plate: &Plate, two_sided: bool, near: bool) -> Moments {
     let Shape::Part(samples) = z.shape else {
         return whole_plate(z, plate, two_sided);
     };
-    let (mut f, mut fr) = (0.0, 0.0);
-    let mut add = |at: Vec3, volume: f64| {
-        let (w, r) = general::point_plate(plate, at, two_sided);
-        f += w * volume;
-        fr += w * volume * r;
-    };
     if near {
-        samples.iter().for_each(|s| add(s.point, s.volume));
+        general::points_plate(plate, samples.iter().map(|s| (s.point, s.volume)), two_sided)
     } else {
-        add(z.centre, z.measure);
+        general::points_plate(plate, std::iter::once((z.centre, z.measure)), two_sided)
     }
-    let mean = if f > 0.0 { fr / f } else { 0.0 };
-    Moments { factor: zonal_math::Bounded::estimated(f, 0.01 * f), mean, variance: 0.0 }
+}
+
+/// Moments from the sums of the kernel, its distance and its squared distance.
+fn moments_of([f, fr, frr]: [f64; 3], tolerance: f64) -> Moments {
+    if f <= 0.0 {
+        return Moments::ZERO;
+    }
+    let mean = fr / f;
+    let factor = zonal_math::Bounded::estimated(f, f * tolerance);
+    Moments { factor, mean, variance: (frr / f - mean * mean).max(0.0) }
 }
 
 fn whole_plate(z: &Zone, plate: &Plate, two_sided: bool) -> Moments {
@@ -652,8 +728,8 @@ fn whole_samples(cell: Vec3) -> Vec<Sample> {
         .collect()
 }
 
-/// 𝓕 and r̄ of two sub-cells by their offset, |offset| < 2·SUBCELLS on each axis.
-fn subcell_table(cell: Vec3, cache: &FactorCache) -> Vec<(f64, f64)> {
+/// 𝓕, ⟨r⟩ and ⟨r²⟩ of two sub-cells by their offset, |offset| < 2·SUBCELLS on each axis.
+fn subcell_table(cell: Vec3, cache: &FactorCache) -> Vec<[f64; 3]> {
     let n = SUB_SPAN;
     let a = Cuboid { lo: Vec3::ZERO, hi: cell, normal: None };
     (0..n * n * n)
@@ -661,7 +737,7 @@ fn subcell_table(cell: Vec3, cache: &FactorCache) -> Vec<(f64, f64)> {
             let d = vec3((k / (n * n)) as f64, (k / n % n) as f64, (k % n) as f64);
             let lo = cell.scale(d);
             let c = cache.get_cumulants(&a, &Cuboid { lo, hi: lo + cell, normal: None });
-            (c.factor.value, c.mean_distance)
+            [c.factor.value, c.mean_distance, c.mean_distance * c.mean_distance + c.variance]
         })
         .collect()
 }

@@ -7,8 +7,9 @@
 use crate::surroundings::{cosine, fate, voxel_point};
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use zonal_exchange::solid_angle::{projected_solid_angle, solid_angle};
 use zonal_math::{Vec3, sequence, vec3};
-use zonal_scene::{Bands, Light, PaneZone, Progress, Scene, Zones, bands};
+use zonal_scene::{Bands, Light, PaneZone, Plate, Progress, Scene, Sides, Zones, bands};
 use zonal_transport::Transport;
 use zonal_transport::direct::{Lamp, Receiver};
 
@@ -81,11 +82,82 @@ fn agreement(zones: &Zones, fields: &[Bands], beam: &Beam) -> Bands {
     })
 }
 
+/// An emitter of more facets is sampled only.
+const MOST_FACETS: usize = 32;
+
+/// A light as the zones see it. What an emitter of a few even facets sends is known in closed form, (E/π) times the (projected)
+/// solid angle; samples say only which share of it arrives, so that even beside a lamp nothing is noisy.
+struct Illuminant<'a> {
+    transport: &'a Transport<'a>,
+    lamp: Lamp<'a>,
+    samples: usize,
+    /// Facets with E/π, where the closed form serves.
+    facets: Vec<(Plate, Bands)>,
+    both: bool,
+}
+
+impl<'a> Illuminant<'a> {
+    fn new(scene: &'a Scene, transport: &'a Transport<'a>, light: &'a Light) -> Illuminant<'a> {
+        let samples = if matches!(light, Light::Sun { .. }) { 1 } else { LIGHT_SAMPLES };
+        let (mut facets, mut both) = (Vec::new(), false);
+        if let Light::Emitter { surface } = light {
+            let s = &scene.surfaces()[*surface];
+            both = s.sides == Sides::Both;
+            if s.emission_texture.is_none() {
+                let own = scene.facets().iter().filter(|f| f.surface == *surface);
+                facets.extend(own.take(MOST_FACETS + 1).map(|f| (f.plate, s.emission.map(|e| e / PI))));
+            }
+        }
+        if facets.len() > MOST_FACETS {
+            facets.clear();
+        }
+        Illuminant { transport, lamp: Lamp::new(scene, light), samples, facets, both }
+    }
+
+    /// H or G at a point, W/m².
+    fn at(&self, point: Vec3, receiver: Receiver, seed: u64) -> Bands {
+        if self.facets.is_empty() {
+            return self.lamp.gather(self.transport, point, receiver, self.samples, seed);
+        }
+        let all = self.unhindered(point, receiver);
+        if all == [0.0; 3] {
+            return all;
+        }
+        let shift = [0, 1, 2].map(|k| sequence::unit(seed.wrapping_mul(3).wrapping_add(k)));
+        let (mut sent, mut arrived) = ([0.0; 3], [0.0; 3]);
+        for i in 0..self.samples {
+            let [u, v] = sequence::r2(i, [shift[0], shift[1]]);
+            let s = [u, v, (i as f64 + shift[2]) / self.samples as f64];
+            if let Some(beam) = self.lamp.beam(self.transport, point, receiver, s) {
+                let lit = self.lamp.lit(self.transport, point, &beam).unwrap_or([0.0; 3]);
+                sent = bands(|b| sent[b] + beam.flux[b]);
+                arrived = bands(|b| arrived[b] + lit[b]);
+            }
+        }
+        bands(|b| if sent[b] > 0.0 { all[b] * arrived[b] / sent[b] } else { 0.0 })
+    }
+
+    /// H or G with nothing between.
+    fn unhindered(&self, point: Vec3, receiver: Receiver) -> Bands {
+        let mut sum = [0.0; 3];
+        for (plate, radiance) in &self.facets {
+            let seen = solid_angle(plate, point);
+            let weight = match receiver {
+                Receiver::Free => seen.abs(),
+                Receiver::Surface(n) => projected_solid_angle(plate, point, n),
+            };
+            if seen > 0.0 || (self.both && seen < 0.0) {
+                sum = bands(|b| sum[b] + radiance[b] * weight);
+            }
+        }
+        sum
+    }
+}
+
 fn gather(scene: &Scene, zones: &Zones, transport: &Transport, light: &Light, progress: &dyn Progress) -> Vec<Bands> {
     let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
     progress.begin("direct light", zones.len() as u64);
-    let lamp = Lamp::new(scene, light);
-    let samples = if matches!(light, Light::Sun { .. }) { 1 } else { LIGHT_SAMPLES };
+    let source = Illuminant::new(scene, transport, light);
     let shift = |i: usize, m: u64| sequence::unit((i as u64) << 3 | m);
     let out = (0..zones.len())
         .into_par_iter()
@@ -98,21 +170,21 @@ fn gather(scene: &Scene, zones: &Zones, transport: &Transport, light: &Light, pr
                 let p = &zones.patches[i];
                 for k in 0..SURFACE_POINTS {
                     let [u, v] = p.plate.warp(sequence::r2(k, [shift(i, 0), shift(i, 1)]));
-                    let h = lamp.gather(transport, p.plate.at(u, v), Receiver::Surface(p.normal), samples, seed(k));
+                    let h = source.at(p.plate.at(u, v), Receiver::Surface(p.normal), seed(k));
                     add(h, SURFACE_POINTS);
                 }
             } else if i < zones.pane_offset() {
                 let z = &zones.voxels[i - zones.voxel_offset()];
                 for k in 0..VOLUME_POINTS {
                     let u = sequence::r3(k, [shift(i, 0), shift(i, 1), shift(i, 2)]);
-                    let g = lamp.gather(transport, voxel_point(z, cell, u), Receiver::Free, samples, seed(k));
+                    let g = source.at(voxel_point(z, cell, u), Receiver::Free, seed(k));
                     add(g, VOLUME_POINTS);
                 }
             } else {
                 let p = &zones.panes[i - zones.pane_offset()];
                 for k in 0..SURFACE_POINTS {
                     let [u, v] = p.plate.warp(sequence::r2(k, [shift(i, 0), shift(i, 1)]));
-                    add(pane_fluence(&lamp, transport, p, p.plate.at(u, v), samples, seed(k)), SURFACE_POINTS);
+                    add(pane_fluence(&source, p, p.plate.at(u, v), seed(k)), SURFACE_POINTS);
                 }
             }
             sum
@@ -123,10 +195,10 @@ fn gather(scene: &Scene, zones: &Zones, transport: &Transport, light: &Light, pr
 }
 
 /// Fluence inside a pane that stands for what it takes from the light: κ G t = Σ E c (1 − e^{−κt/c}), c the cosine.
-fn pane_fluence(lamp: &Lamp, transport: &Transport, p: &PaneZone, at: Vec3, samples: usize, seed: u64) -> Bands {
-    let front = lamp.gather(transport, at, Receiver::Surface(p.normal), samples, seed);
-    let back = lamp.gather(transport, at, Receiver::Surface(-p.normal), samples, seed);
-    let fluence = lamp.gather(transport, at, Receiver::Free, samples, seed);
+fn pane_fluence(source: &Illuminant, p: &PaneZone, at: Vec3, seed: u64) -> Bands {
+    let front = source.at(at, Receiver::Surface(p.normal), seed);
+    let back = source.at(at, Receiver::Surface(-p.normal), seed);
+    let fluence = source.at(at, Receiver::Free, seed);
     bands(|b| {
         let flux = front[b] + back[b];
         if flux <= 0.0 || fluence[b] <= 0.0 {
@@ -174,8 +246,7 @@ fn beam(scene: &Scene, transport: &Transport, light: &Light) -> Beam {
 fn beam_ray(scene: &Scene, transport: &Transport, light: &Light, k: usize, sum: &mut Beam) {
     let (lo, hi) = scene.bounds();
     let (centre, radius) = ((lo + hi) * 0.5, 0.5 * scene.diagonal() * (1.0 + 1e-9));
-    let u = sequence::r2(k, [0.0; 2]);
-    let v = sequence::r2(k, [0.37, 0.71]);
+    let (u, v) = four(k);
     match light {
         Light::Sun { direction, irradiance, angular_diameter, .. } => {
             // The rectangle that the bounds throw across the beam.
@@ -200,6 +271,14 @@ fn beam_ray(scene: &Scene, transport: &Transport, light: &Light, k: usize, sum: 
         }
         Light::Emitter { surface } => emitter_ray(scene, transport, *surface, k, u, v, sum),
     }
+}
+
+/// The `k`-th point of the four-dimensional R sequence, two and two: φ^{−m} with φ⁵ = φ + 1.
+fn four(k: usize) -> ([f64; 2], [f64; 2]) {
+    const ALPHA: [f64; 4] =
+        [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_037_808_7, 0.538_597_257_223_610_1];
+    let x = ALPHA.map(|a| sequence::wrap(0.5 + k as f64 * a));
+    ([x[0], x[1]], [x[2], x[3]])
 }
 
 /// A direction from the sun's disc.

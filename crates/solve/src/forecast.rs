@@ -53,9 +53,17 @@ impl Forecast {
 /// Optical thickness of a zone beyond which constant radiosity is a rough approximation.
 pub const THICK: f64 = 0.3;
 
+/// Facets smaller than this share of the scene's diagonal across are tiny.
+const TINY: f64 = 1e-4;
+
 /// What a user should know before solving: zones too thick, notes of the reader.
 pub fn warnings(scene: &Scene, zones: &Zones) -> Vec<String> {
     let mut out: Vec<String> = scene.notes().to_vec();
+    let least = (TINY * scene.diagonal()).powi(2);
+    let tiny = scene.facets().iter().filter(|f| f.plate.area() < least).count();
+    if tiny > 0 {
+        out.push(format!("{tiny} facet(s) are tiny: smaller than {TINY:e} of the scene across"));
+    }
     if let Some(map) = scene.voxmap() {
         let edge = map.cell().max_abs();
         let thick = zones.voxels.iter().flat_map(|z| z.extinction).fold(0.0f64, |m, k| m.max(k * edge));

@@ -16,9 +16,11 @@ use zonal_transport::{Transport, build_zones};
 /// Largest memory that the exchange areas may take unless the caller says otherwise, bytes.
 pub const DEFAULT_MEMORY: u64 = 12 << 30;
 
-/// Rays a zone that measure what escapes.
-fn escape_rays(tolerance: f64) -> usize {
-    ((0.05 / (tolerance * tolerance)) as usize).clamp(256, 4096)
+/// Rays a zone that measure what escapes; four times as many where as much light comes in that way.
+fn escape_rays(scene: &Scene) -> usize {
+    let tolerance = scene.options().tolerance;
+    let shining = scene.surroundings().radiance != [0.0; 3];
+    ((0.05 / (tolerance * tolerance)) as usize).clamp(256, 4096) * if shining { 4 } else { 1 }
 }
 
 /// Solves a scene with the dense engine; refuses with a reason when it would need more than `memory` bytes.
@@ -56,7 +58,7 @@ pub fn solve_zones(scene: &Scene, zones: &Zones, transport: &Transport, progress
     let group = dense::groups(scene, transport.has_panes_between());
     let (mut operator, assembly) = Dense::assemble(&exchange, zones, group, progress);
     drop(exchange);
-    let mut escape = Escape::measure(scene, zones, transport, escape_rays(options.tolerance), progress);
+    let mut escape = Escape::measure(scene, zones, transport, escape_rays(scene), progress);
     let (closure, defects) = if options.restore_closure {
         closure::restore(&mut operator, zones, &mut escape)
     } else {

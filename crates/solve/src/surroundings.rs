@@ -2,7 +2,8 @@
 //!
 //! g_i,sky = ∬ τ (cosine) dω dA/π over the directions that leave the scene, likewise for the backs; for a volume zone without its κ.
 //! Rays start at low-discrepancy points of the zone, in directions of the kernel's density (cosine on a patch, uniform in a voxel,
-//! |cosine| with the pane's own share on a pane). First a few; zones from which any ray escapes get all of them. Grade: statistical.
+//! |cosine| with the pane's own share on a pane). First a few from every zone; where any of them escapes, the scene is open and every
+//! zone gets all its rays: a window that the first few miss still counts. Grade: statistical.
 
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -30,31 +31,37 @@ impl Escape {
     pub fn measure(scene: &Scene, zones: &Zones, transport: &Transport, rays: usize, progress: &dyn Progress) -> Escape {
         let n = zones.len();
         progress.begin("surroundings", n as u64);
-        let all: Vec<(Bands, Bands, u64)> = (0..n)
-            .into_par_iter()
-            .map(|i| {
-                let out = one(scene, zones, transport, i, rays);
-                progress.advance(1);
-                out
-            })
-            .collect();
-        progress.end();
-        Escape {
-            sky: all.iter().map(|x| x.0).collect(),
-            backs: all.iter().map(|x| x.1).collect(),
-            rays: all.iter().map(|x| x.2).sum(),
+        let shoot = |first: usize, last: usize| -> Vec<Lost> {
+            (0..n).into_par_iter().map(|i| one(scene, zones, transport, i, first..last)).collect()
+        };
+        let mut sums = shoot(0, PILOT.min(rays));
+        let mut shot = PILOT.min(rays);
+        if shot < rays && sums.iter().any(|x| *x != Lost::default()) {
+            let more = shoot(shot, rays);
+            for (s, m) in sums.iter_mut().zip(&more) {
+                (0..2).for_each(|k| s[k] = bands(|b| s[k][b] + m[k][b]));
+            }
+            shot = rays;
         }
+        progress.advance(n as u64);
+        progress.end();
+        Escape::from_sums(&sums, zones, 1, shot)
+    }
+
+    /// Sums over `shot` rays from every `step`-th zone, made factors.
+    fn from_sums(sums: &[Lost], zones: &Zones, step: usize, shot: usize) -> Escape {
+        let scaled = |k: usize| {
+            let one = |(i, x): (usize, &Lost)| x[k].map(|x| x * target(zones, i * step) / shot as f64);
+            sums.iter().enumerate().map(one).collect()
+        };
+        Escape { sky: scaled(0), backs: scaled(1), rays: (sums.len() * shot) as u64 }
     }
 
     /// A quick look at every `step`-th zone.
     pub fn sample(scene: &Scene, zones: &Zones, transport: &Transport, rays: usize, step: usize) -> Escape {
-        let all: Vec<_> =
-            (0..zones.len()).step_by(step).map(|i| one(scene, zones, transport, i, rays)).collect();
-        Escape {
-            sky: all.iter().map(|x| x.0).collect(),
-            backs: all.iter().map(|x| x.1).collect(),
-            rays: all.iter().map(|x| x.2).sum(),
-        }
+        let sums: Vec<Lost> =
+            (0..zones.len()).step_by(step).map(|i| one(scene, zones, transport, i, 0..rays)).collect();
+        Escape::from_sums(&sums, zones, step, rays)
     }
 
     /// True where no zone loses anything.
@@ -63,23 +70,18 @@ impl Escape {
     }
 }
 
-fn one(scene: &Scene, zones: &Zones, transport: &Transport, i: usize, rays: usize) -> (Bands, Bands, u64) {
+/// Sums over rays: what went to the sky, what ended on black backs.
+type Lost = [Bands; 2];
+
+fn one(scene: &Scene, zones: &Zones, transport: &Transport, i: usize, rays: std::ops::Range<usize>) -> Lost {
     let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
-    let mut sums = [[0.0; 3]; 2];
-    let mut shot = 0;
-    for goal in [PILOT.min(rays), rays] {
-        if shot > 0 && sums == [[0.0; 3]; 2] {
-            break;
-        }
-        for k in shot..goal {
-            let (origin, dir, weight) = ray(zones, cell, i, k);
-            let (share, back) = fate(scene, transport, origin, dir);
-            (0..3).for_each(|b| sums[back as usize][b] += share[b] * weight[b]);
-        }
-        shot = goal;
+    let mut sums = Lost::default();
+    for k in rays {
+        let (origin, dir, weight) = ray(zones, cell, i, k);
+        let (share, back) = fate(scene, transport, origin, dir);
+        (0..3).for_each(|b| sums[back as usize][b] += share[b] * weight[b]);
     }
-    let scale = target(zones, i) / shot as f64;
-    (sums[0].map(|x| x * scale), sums[1].map(|x| x * scale), shot as u64)
+    sums
 }
 
 /// Transmittance of a ray that leaves the scene or ends on a black back (true), zero for one that ends on a zone.
