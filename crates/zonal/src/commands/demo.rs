@@ -34,7 +34,7 @@ const TEMPLATE: &str = include_str!("../demo/chapel.toml.in");
 pub fn scene_text(size: Size) -> String {
     let (patch, cells) = match size {
         Size::Small => ("0.9", "[7, 12, 5]"),
-        Size::Full => ("0.44", "[14, 24, 10]"),
+        Size::Full => ("0.5", "[14, 24, 10]"),
     };
     TEMPLATE.replace("PATCH", patch).replace("CELLS", cells)
 }
