@@ -6,7 +6,8 @@
 //! | pair | geometry | attenuation |
 //! |---|---|---|
 //! | axis-aligned, uniform κ | reduced integral, **proved** | inside the integral |
-//! | axis-aligned, varying κ | reduced integral at κ = 0 | cumulants of the distance × mean extinction along rays |
+//! | axis-aligned, varying κ | reduced integral at κ = 0 | three moments of the distance × mean extinction along rays |
+//! | the same, optically thick | the same | chords of rays through both voxels |
 //! | a plate in any position | closed solid angle inside, Gauss points outside, estimated | the same |
 //! | a voxel cut by walls | sums over its samples | the same, ray by ray |
 //! | a pane | as a plate that is seen from both sides, times (1 − e^{−κt/c})/κ, c the cosine | the same |
@@ -116,10 +117,12 @@ pub struct Exchange<'a> {
     /// κ where every zone lies in one uniform medium (zero in vacuum) and no pane can stand between two zones.
     uniform: Option<Bands>,
     occluders: bool,
+    /// Extinction varies inside the voxmap, or a pane can stand between two zones: a few rays do not tell the attenuation.
+    varied: bool,
     /// Some pane can stand between two zones.
     panes_between: bool,
-    /// Factors of sub-cells by their offset, with mean and mean square of the distance.
-    subcells: Vec<[f64; 3]>,
+    /// Factors of sub-cells by their offset, with the means of r, r² and r³.
+    subcells: Vec<[f64; 4]>,
 }
 
 /// Offsets of sub-cells between two cells that touch.
@@ -162,6 +165,7 @@ impl<'a> Exchange<'a> {
             cache,
             tolerance: scene.options().tolerance,
             uniform: uniform_medium(scene, zones, transport),
+            varied: transport.has_panes_between() || scene.voxmap().is_some_and(|v| v.uniform_extinction().is_none()),
             occluders: transport.has_occluders(),
             panes_between: transport.has_panes_between(),
             subcells,
@@ -239,7 +243,7 @@ impl<'a> Exchange<'a> {
             && !matches!(b.shape, Shape::Plate { pane: Some(_), .. })
         {
             let c = self.cache.get_cumulants(p, q);
-            return Moments { factor: c.factor, mean: c.mean_distance, variance: c.variance };
+            return Moments { factor: c.factor, mean: c.mean_distance, variance: c.variance, third: c.third };
         }
         let tolerance = self.tolerance;
         match (&a.shape, &b.shape) {
@@ -324,7 +328,7 @@ impl<'a> Exchange<'a> {
         let mean = c.mean_distance / shift.sqrt();
         let value = c.factor.value * share * shift;
         let factor = zonal_math::Bounded::estimated(value, value * (1.0 - shift).abs().min(1.0));
-        Moments { factor, mean, variance: c.variance }
+        Moments { factor, mean, variance: c.variance, third: c.third }
     }
 
     /// Σ over the sub-cells of two parts whose cells lie `offset` apart, at most one cell on an axis.
@@ -332,18 +336,18 @@ impl<'a> Exchange<'a> {
         let s = SUBCELLS as i64;
         let volume = self.sub_volume();
         let at = |k: u8| [k as i64 / (s * s), k as i64 / s % s, k as i64 % s];
-        let mut s3 = [0.0; 3];
+        let mut sums = [0.0; 4];
         for p in a {
             let pa = at(p.subcell);
             for q in b {
                 let qb = at(q.subcell);
                 let d = [0, 1, 2].map(|x| (offset[x] * s + qb[x] - pa[x]).unsigned_abs() as usize);
-                let [value, mean, square] = self.subcells[(d[0] * SUB_SPAN + d[1]) * SUB_SPAN + d[2]];
+                let [value, r, rr, rrr] = self.subcells[(d[0] * SUB_SPAN + d[1]) * SUB_SPAN + d[2]];
                 let w = value * (p.volume / volume) * (q.volume / volume);
-                s3 = [s3[0] + w, s3[1] + w * mean, s3[2] + w * square];
+                sums = [sums[0] + w, sums[1] + w * r, sums[2] + w * rr, sums[3] + w * rrr];
             }
         }
-        moments_of(s3, self.tolerance)
+        general::moments_of(sums, self.tolerance * sums[0])
     }
 
     fn sub_volume(&self) -> f64 {
@@ -387,11 +391,11 @@ impl<'a> Exchange<'a> {
         let pane = [a, b].iter().any(|z| matches!(z.shape, Shape::Plate { pane: Some(_), .. }));
         let rays = if pane && distance < a.size.max(b.size) {
             PANE_RAYS
-        } else if near && (pane || self.is_thick(a, b)) {
+        } else if near && (pane || self.is_thick(a, b)) || self.uniform.is_none() && distance < a.size.max(b.size) {
             MOST_RAYS
-        } else if near {
+        } else if near && self.varied {
             MORE_RAYS
-        } else if self.occluders {
+        } else if self.occluders || near {
             FIRST_RAYS
         } else {
             1
@@ -470,8 +474,9 @@ impl<'a> Exchange<'a> {
     /// are uniform on them (dV dV'/r² = dA⊥ dω ds ds'), so each voxel gives (1 − e^{−κℓ})/(κℓ), and what lies between e^{−δ}.
     fn chords(&self, a: &Zone, b: &Zone, x: Vec3, y: Vec3) -> Bands {
         let w = (y - x).normalized();
-        let (from, share_a) = chord(a, x, w);
-        let (to, share_b) = chord(b, y, -w);
+        let r = (y - x).length();
+        let (from, share_a) = chord(a, x, w, r);
+        let (to, share_b) = chord(b, y, -w, r);
         let between = match self.uniform {
             Some(k) => k.map(|k| k * (to - from).dot(w).max(0.0)),
             None if (to - from).dot(w) > 0.0 => self.transport.medium_depth(from, to),
@@ -491,12 +496,13 @@ impl<'a> Exchange<'a> {
     }
 }
 
-/// Where the line leaves a whole voxel from `x` along `w`, with (1 − e^{−κℓ})/(κℓ) of its chord there; of any other zone, `x` and 1.
-fn chord(z: &Zone, x: Vec3, w: Vec3) -> (Vec3, Bands) {
+/// Where the line leaves a whole voxel from `x` along `w`, at most `reach` away, with (1 − e^{−κℓ})/(κℓ) of its chord there; of any
+/// other zone, `x` and 1.
+fn chord(z: &Zone, x: Vec3, w: Vec3, reach: f64) -> (Vec3, Bands) {
     if !matches!(z.shape, Shape::Cuboid) {
         return (x, [1.0; 3]);
     }
-    let (mut ahead, mut behind) = (f64::INFINITY, f64::INFINITY);
+    let (mut ahead, mut behind) = (reach, f64::INFINITY);
     for axis in (0..3).filter(|&k| w[k] != 0.0) {
         let (p, q) = ((z.lo[axis] - x[axis]) / w[axis], (z.hi[axis] - x[axis]) / w[axis]);
         ahead = ahead.min(p.max(q).max(0.0));
@@ -646,7 +652,7 @@ fn point(z: &Zone, u: [f64; 3]) -> Vec3 {
 fn kernel(a: &Zone, b: &Zone, x: Vec3, y: Vec3) -> f64 {
     let d = y - x;
     let r2 = d.length2();
-    let floor = 0.04 * (a.size * a.size).min(b.size * b.size);
+    let floor = 0.0025 * (a.size * a.size).min(b.size * b.size);
     let d = d / r2.sqrt().max(1e-300);
     let side = |z: &Zone, c: f64| match &z.shape {
         Shape::Plate { pane: None, .. } => c.max(0.0),
@@ -702,16 +708,6 @@ fn part_plate(z: &Zone, plate: &Plate, two_sided: bool, near: bool) -> Moments {
     }
 }
 
-/// Moments from the sums of the kernel, its distance and its squared distance.
-fn moments_of([f, fr, frr]: [f64; 3], tolerance: f64) -> Moments {
-    if f <= 0.0 {
-        return Moments::ZERO;
-    }
-    let mean = fr / f;
-    let factor = zonal_math::Bounded::estimated(f, f * tolerance);
-    Moments { factor, mean, variance: (frr / f - mean * mean).max(0.0) }
-}
-
 fn whole_plate(z: &Zone, plate: &Plate, two_sided: bool) -> Moments {
     general::plate_cuboid(plate, z.lo, z.hi, two_sided, 1e-2)
 }
@@ -728,8 +724,8 @@ fn whole_samples(cell: Vec3) -> Vec<Sample> {
         .collect()
 }
 
-/// 𝓕, ⟨r⟩ and ⟨r²⟩ of two sub-cells by their offset, |offset| < 2·SUBCELLS on each axis.
-fn subcell_table(cell: Vec3, cache: &FactorCache) -> Vec<[f64; 3]> {
+/// 𝓕, ⟨r⟩, ⟨r²⟩ and ⟨r³⟩ of two sub-cells by their offset, |offset| < 2·SUBCELLS on each axis.
+fn subcell_table(cell: Vec3, cache: &FactorCache) -> Vec<[f64; 4]> {
     let n = SUB_SPAN;
     let a = Cuboid { lo: Vec3::ZERO, hi: cell, normal: None };
     (0..n * n * n)
@@ -737,7 +733,8 @@ fn subcell_table(cell: Vec3, cache: &FactorCache) -> Vec<[f64; 3]> {
             let d = vec3((k / (n * n)) as f64, (k / n % n) as f64, (k % n) as f64);
             let lo = cell.scale(d);
             let c = cache.get_cumulants(&a, &Cuboid { lo, hi: lo + cell, normal: None });
-            [c.factor.value, c.mean_distance, c.mean_distance * c.mean_distance + c.variance]
+            let (m, v) = (c.mean_distance, c.variance);
+            [c.factor.value, m, m * m + v, c.third + m * (3.0 * v + m * m)]
         })
         .collect()
 }
