@@ -2,7 +2,7 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | [`vec3`] | three-dimensional vectors in f64 |
+//! | [`mod@vec3`] | three-dimensional vectors in f64 |
 //! | [`bounded`] | a value with its error radius and the grade of the evidence |
 //! | [`gauss`] | Gauss–Legendre rules, and what their error is bounded by |
 //! | [`sequence`] | low-discrepancy points, deterministic |

@@ -247,33 +247,38 @@ pub struct Scene {
     bounds: (Vec3, Vec3),
 }
 
+/// Coordinates reach no farther than this from the origin, m.
+pub const LARGEST_LENGTH: f64 = 1e8;
+/// The smallest area of a plate, m².
+pub const SMALLEST_AREA: f64 = 1e-24;
+/// The largest extinction, 1/m.
+pub const LARGEST_EXTINCTION: f64 = 1e8;
+/// The largest emission, irradiance or radiance, W/m² (and W/m³ for sources).
+pub const LARGEST_FLUX: f64 = 1e30;
+
 fn fail<T>(key: impl Into<String>, what: impl Into<String>) -> Result<T, SceneError> {
     Err(SceneError::new(key, what))
 }
 
 fn check_bands(key: &str, v: Bands, max: f64) -> Result<(), SceneError> {
-    for x in v {
-        if !(x.is_finite() && x >= 0.0 && x <= max) {
-            let range = if max.is_finite() {
-                format!("from 0 to {max}")
-            } else {
-                "finite and not negative".into()
-            };
-            return fail(key, format!("{x} is out of range; give values {range}"));
-        }
+    match v.iter().find(|x| !(0.0..=max).contains(*x)) {
+        Some(x) => fail(key, format!("{x:e} is out of range; give values from 0 to {max:e}")),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 fn check_plate(key: &str, p: &Plate) -> Result<(), SceneError> {
     if !(p.origin.is_finite() && p.e1.is_finite() && p.e2.is_finite()) {
         return fail(key, "a corner is not a finite number");
     }
-    let area = p.area();
-    if area <= 0.0 || area.is_nan() {
-        return fail(key, "a plate has no area; remove it or move its corners apart");
+    let (lo, hi) = p.bounds();
+    if lo.max_abs().max(hi.max_abs()) > LARGEST_LENGTH {
+        return fail(key, format!("a corner lies beyond {LARGEST_LENGTH:e} m; give corners, edges, min and max within that"));
     }
-    Ok(())
+    if p.area() >= SMALLEST_AREA {
+        return Ok(());
+    }
+    fail(key, "a plate has no area; remove it or move its corners apart")
 }
 
 impl Scene {
@@ -289,7 +294,7 @@ impl Scene {
                 return fail(key("name"), "two surfaces have this name; rename one");
             }
             check_bands(&key("reflectance"), s.reflectance, 1.0)?;
-            check_bands(&key("emission"), s.emission, f64::INFINITY)?;
+            check_bands(&key("emission"), s.emission, LARGEST_FLUX)?;
             if s.patch_size.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
                 return fail(key("patch_size"), "the patch size must be a positive length");
             }
@@ -327,9 +332,9 @@ impl Scene {
                     "the thickness must be a positive length in metres",
                 );
             }
-            check_bands(&key("extinction"), p.extinction, f64::INFINITY)?;
+            check_bands(&key("extinction"), p.extinction, LARGEST_EXTINCTION)?;
             check_bands(&key("albedo"), p.albedo, 1.0)?;
-            check_bands(&key("emission"), p.emission, f64::INFINITY)?;
+            check_bands(&key("emission"), p.emission, LARGEST_FLUX)?;
         }
         for l in &parts.lights {
             match l {
@@ -343,7 +348,7 @@ impl Scene {
                     if !(direction.is_finite() && (direction.length() - 1.0).abs() < 1e-9) {
                         return fail(key("direction"), "the direction must be a vector with a length");
                     }
-                    check_bands(&key("irradiance"), *irradiance, f64::INFINITY)?;
+                    check_bands(&key("irradiance"), *irradiance, LARGEST_FLUX)?;
                     if !(*angular_diameter >= 0.0 && *angular_diameter < std::f64::consts::PI) {
                         return fail(
                             key("angular_diameter"),
@@ -352,7 +357,7 @@ impl Scene {
                     }
                 }
                 Light::Sky { name, radiance } => {
-                    check_bands(&format!("light '{name}'.radiance"), *radiance, f64::INFINITY)?;
+                    check_bands(&format!("light '{name}'.radiance"), *radiance, LARGEST_FLUX)?;
                 }
                 Light::Emitter { surface } => {
                     if *surface >= parts.surfaces.len() {

@@ -3,11 +3,14 @@
 //! Cell (i, j, k) is the box min + (i..i+1, j..j+1, k..k+1) ∘ cell; the index runs with k fastest:
 //! index = (i·ny + j)·nz + k, the order of a C array `[x][y][z]`. Within a cell extinction, albedo and sources are constant.
 
-use crate::{Bands, scene::SceneError};
+use crate::scene::{LARGEST_EXTINCTION, LARGEST_FLUX, LARGEST_LENGTH, SceneError};
+use crate::Bands;
 use zonal_math::{Vec3, vec3};
 
 /// The most cells a voxmap may have: at 100 bytes a cell this is what a large machine holds.
-pub const MAX_CELLS: usize = 1 << 28;
+pub const MAX_CELLS: usize = 1 << 25;
+/// The smallest edge of a cell, m.
+const SMALLEST_EDGE: f64 = 1e-9;
 
 /// A medium on a regular grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,10 +47,13 @@ impl Voxmap {
                 ),
             ));
         }
-        if !(min.is_finite() && cell.is_finite() && cell.x > 0.0 && cell.y > 0.0 && cell.z > 0.0) {
+        let edges = vec3(dims[0] as f64, dims[1] as f64, dims[2] as f64);
+        let reach = min.max_abs().max((min + cell.scale(edges)).max_abs());
+        let least = cell.x.min(cell.y).min(cell.z);
+        if !(min.is_finite() && cell.is_finite() && least >= SMALLEST_EDGE && reach <= LARGEST_LENGTH) {
             return Err(SceneError::new(
-                "medium.min",
-                "the bounds of a voxmap must be finite, with min below max on each axis",
+                "medium.max",
+                format!("the bounds of a voxmap must be finite, within {LARGEST_LENGTH:e} m, with min below max on each axis"),
             ));
         }
         Ok(Voxmap {
@@ -89,29 +95,14 @@ impl Voxmap {
                     self.emission[i][b],
                     self.source[i][b],
                 );
-                if !(k.is_finite() && k >= 0.0) {
-                    return bad(
-                        "medium.extinction",
-                        "the extinction must be finite and not negative, but",
-                        k,
-                    );
-                }
-                if !(0.0..=1.0).contains(&o) {
-                    return bad("medium.albedo", "the albedo must lie between 0 and 1, but", o);
-                }
-                if !(e.is_finite() && e >= 0.0) {
-                    return bad(
-                        "medium.emission",
-                        "the emission must be finite and not negative, but",
-                        e,
-                    );
-                }
-                if !(q.is_finite() && q >= 0.0) {
-                    return bad(
-                        "medium.source",
-                        "the source must be finite and not negative, but",
-                        q,
-                    );
+                let ranges = [
+                    ("extinction", k, LARGEST_EXTINCTION),
+                    ("albedo", o, 1.0),
+                    ("emission", e, LARGEST_FLUX),
+                    ("source", q, LARGEST_FLUX),
+                ];
+                if let Some((key, x, max)) = ranges.into_iter().find(|r| !(0.0..=r.2).contains(&r.1)) {
+                    return bad(&format!("medium.{key}"), &format!("the {key} must lie between 0 and {max:e}, but"), x);
                 }
                 if q > 0.0 && k == 0.0 {
                     return bad(

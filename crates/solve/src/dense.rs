@@ -185,15 +185,18 @@ fn cut<'a, 'b>(slots: &'a mut [Vec<&'b mut [f64]>], n: usize) -> Vec<(usize, &'a
     out
 }
 
-/// Adds the squared error of a pair, relative to the targets of both zones.
+/// Adds the squared error of a pair, relative to the targets of both zones: that of the worst band.
 fn note_error(zones: &Zones, i: usize, j: usize, f: &PairFactor, squares: &mut [f64]) {
-    let r = f.radius[0];
-    if r > 0.0 {
-        let (ci, cj) = (strength(zones, i)[0], strength(zones, j)[0]);
-        squares[i] += (r * cj / target(zones, i)).powi(2);
-        if i != j {
-            squares[j] += (r * ci / target(zones, j)).powi(2);
-        }
+    if f.radius == [0.0; 3] {
+        return;
+    }
+    let (ci, cj) = (strength(zones, i), strength(zones, j));
+    let worst = |c: Bands, zone: usize| {
+        (0..3).map(|b| f.radius[b] * c[b]).fold(0.0, f64::max) / target(zones, zone)
+    };
+    squares[i] += worst(cj, i).powi(2);
+    if i != j {
+        squares[j] += worst(ci, j).powi(2);
     }
 }
 

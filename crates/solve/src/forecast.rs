@@ -69,7 +69,7 @@ pub fn warnings(scene: &Scene, zones: &Zones) -> Vec<String> {
         let thick = zones.voxels.iter().flat_map(|z| z.extinction).fold(0.0f64, |m, k| m.max(k * edge));
         if thick > THICK {
             out.push(format!(
-                "voxels are up to {thick:.2} optical depths across; below {THICK} is better: use more cells"
+                "voxels are up to {thick:.2e} optical depths across; below {THICK} is better: use more cells"
             ));
         }
     }

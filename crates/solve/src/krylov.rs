@@ -3,7 +3,9 @@
 //! With strengths s = c B, sources s⁰ and w_i = c_i ρ_i/A_i (patch) or c_i Ω_i/(4 V_i) (volume) the equations read
 //! s = s⁰ + w g s. Put s = s⁰ + √w y; then
 //!
+//! ```text
 //!     (I − √w g √w) y = √w g s⁰,
+//! ```
 //!
 //! symmetric, and positive definite as long as some power is lost. All bands run side by side; a band that is done rests.
 //! The residual reported is ‖r‖/‖√w g s⁰‖.

@@ -2,8 +2,10 @@
 //!
 //! With H_i the irradiance of a patch and G_i the fluence of a volume zone,
 //!
+//! ```text
 //!     patch:   B = E + ρ (H + H_dir)                      H_i A_i      = Σ_j F_ij B_j + F_i,sky B_sky
 //!     volume:  B = (1−Ω) E + Ω (G + G_dir)/4 + q/(4κ)     κ_i G_i V_i  = Σ_j F_ij B_j + F_i,sky B_sky
+//! ```
 //!
 //! which are equations (1) and (2) of the paper with the third source, direct light, kept apart.
 //!

@@ -9,12 +9,16 @@ use crate::krylov::{self, Ended};
 use crate::operator::Operator;
 use crate::surroundings::Escape;
 use std::f64::consts::PI;
+use zonal_math::Grade;
 use zonal_exchange::pair::{Counts, Exchange, strength};
 use zonal_scene::{Bands, Fields, Progress, Report, Scene, SceneError, Solution, Zones, bands};
 use zonal_transport::{Transport, build_zones};
 
 /// Largest memory that the exchange areas may take unless the caller says otherwise, bytes.
 pub const DEFAULT_MEMORY: u64 = 12 << 30;
+
+/// Relative energy residual above which the report says so.
+const POOR_BALANCE: f64 = 1e-3;
 
 /// Rays a zone that measure what escapes; four times as many where as much light comes in that way.
 fn escape_rays(scene: &Scene) -> usize {
@@ -32,7 +36,7 @@ pub fn solve(scene: Scene, memory: u64, progress: &dyn Progress) -> Result<Solut
         return Err(SceneError::new(
             "solve.patch_size",
             format!(
-                "{} zones need {:.1} GB for their exchange areas, more than the {:.1} GB allowed; use larger patches or fewer cells",
+                "{} zones need {:.3} GB for their exchange areas, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
                 zones.len(),
                 forecast.bytes as f64 / 1e9,
                 memory as f64 / 1e9
@@ -73,6 +77,10 @@ pub fn solve_zones(scene: &Scene, zones: &Zones, transport: &Transport, progress
     if !escape.closed() {
         warnings.push("the scene is open: power escapes to the surroundings or onto black backs".into());
     }
+    let off = balance.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+    if off > POOR_BALANCE {
+        warnings.push(format!("the energy balance is off by {off:.1e}: restore closure, or ask for a smaller tolerance"));
+    }
     let mut closure = closure;
     closure.largest_change = closure.largest_change.map(|c| c.max(direct.largest_change));
     let report = Report {
@@ -82,7 +90,7 @@ pub fn solve_zones(scene: &Scene, zones: &Zones, transport: &Transport, progress
         energy: balance,
         counts: counts(zones, &assembly.counts, escape.rays),
         warnings,
-        grade: operator.grade(),
+        grade: if escape.closed() { operator.grade() } else { Grade::Statistical },
     };
     (fields, report)
 }

@@ -114,7 +114,7 @@ fn ray(zones: &Zones, cell: Vec3, i: usize, k: usize) -> (Vec3, Vec3, Bands) {
     if i >= zones.pane_offset() {
         let z = &zones.panes[i - zones.pane_offset()];
         let [u, v] = z.plate.warp([p[0], p[1]]);
-        let side = if k % 2 == 0 { 1.0 } else { -1.0 };
+        let side = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
         let w = cosine(z.normal * side, d);
         let path = z.thickness / z.normal.dot(w).abs().max(1e-6);
         // 2 A ⟨(1 − e^{−κt/c})/κ⟩ against the target 4 A t.

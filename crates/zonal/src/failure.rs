@@ -42,3 +42,14 @@ impl From<zonal_scene::SceneError> for Failure {
         Failure(e.to_string())
     }
 }
+
+/// Prints to standard output. A reader that has gone away is no failure; a full disk is.
+pub fn say(text: &str) -> Result<(), Failure> {
+    use std::io::{ErrorKind, Write};
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
+        Err(e) => Err(Failure::new(format!("standard output cannot be written ({e})"))),
+        Ok(()) => Ok(()),
+    }
+}

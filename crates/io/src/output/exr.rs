@@ -10,7 +10,7 @@ use std::io::{self, BufReader};
 use std::path::Path;
 
 /// The most pixels a picture may have.
-const MAX_PIXELS: usize = 1 << 28;
+const MAX_PIXELS: usize = 1 << 26;
 
 /// A linear picture, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,6 +2,7 @@
 
 use super::Context;
 use crate::Failure;
+use crate::failure::say;
 use std::path::PathBuf;
 use zonal_solve::forecast::{self, Forecast};
 use zonal_transport::{Transport, build_zones};
@@ -33,17 +34,17 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
             "cameras": scene.cameras().iter().map(|c| c.name.clone()).collect::<Vec<_>>(),
             "warnings": warnings,
         });
-        println!("{json:#}");
+        say(&format!("{json:#}"))?;
         return Ok(());
     }
-    println!("{}: sound", args.scene.display());
-    println!("  {} surfaces, {} facets, {} of which can hide something", scene.surfaces().len(), scene.facets().len(), f.occluders);
-    println!("  {} patches, {} voxel zones ({} parts of cut voxels), {} pane zones", f.patches, f.voxels, f.cut, f.panes);
-    println!("  {} pairs in {} distinct band(s): about {:.2} GB and {:.0} s on {threads} thread(s)", f.pairs, f.groups, f.bytes as f64 / 1e9, f.seconds(threads).max(1.0));
+    say(&format!("{}: sound", args.scene.display()))?;
+    say(&format!("  {} surfaces, {} facets, {} of which can hide something", scene.surfaces().len(), scene.facets().len(), f.occluders))?;
+    say(&format!("  {} patches, {} voxel zones ({} parts of cut voxels), {} pane zones", f.patches, f.voxels, f.cut, f.panes))?;
+    say(&format!("  {} pairs in {} distinct band(s): about {:.2} GB and {:.0} s on {threads} thread(s)", f.pairs, f.groups, f.bytes as f64 / 1e9, f.seconds(threads).max(1.0)))?;
     let cameras: Vec<&str> = scene.cameras().iter().map(|c| c.name.as_str()).collect();
-    println!("  cameras: {}", if cameras.is_empty() { "none".into() } else { cameras.join(", ") });
+    say(&format!("  cameras: {}", if cameras.is_empty() { "none".into() } else { cameras.join(", ") }))?;
     for w in warnings {
-        println!("  note: {w}");
+        say(&format!("  note: {w}"))?;
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! `zonal demo`: the main job on an embedded scene.
 
 use super::{Context, render, solve};
+use crate::failure::say;
 use crate::{Failure, meter::Meter, table};
 use std::path::PathBuf;
 use zonal_io::{input, output};
@@ -45,7 +46,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     if let Some(path) = &args.write {
         super::check_output(path, &["toml"])?;
         output::write_bytes(path, text.as_bytes())?;
-        println!("scene written: {}", path.display());
+        say(&format!("scene written: {}", path.display()))?;
         return Ok(());
     }
     std::fs::create_dir_all(&args.output)
@@ -53,6 +54,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let run = args.output.join("chapel.npz");
     super::check_output(&run, &["npz"])?;
     let scene = input::parse_scene(&text, None, "the embedded chapel")?;
+    let picture = |camera: &str| args.output.join(format!("{camera}.png"));
+    scene.cameras().iter().try_for_each(|c| super::check_output(&picture(&c.name), &["png"]))?;
     let meter = Meter::new(context.quiet);
     let start = std::time::Instant::now();
     let solution = solve::solved(scene, 12 << 30, &meter)?;
@@ -64,7 +67,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     };
     let mut pictures = Vec::new();
     for camera in solution.scene.cameras() {
-        let path = args.output.join(format!("{}.png", camera.name));
+        let path = picture(&camera.name);
         let image = render::draw(&solution, camera, pixels, samples, &meter);
         render::save(&path, &image, 0.0)?;
         pictures.push(path.display().to_string());
@@ -75,16 +78,16 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         json["pictures"] = pictures.into();
         json["solution"] = run.display().to_string().into();
         json["seconds"] = serde_json::json!({ "solve": solved, "total": total });
-        println!("{json:#}");
+        say(&format!("{json:#}"))?;
         return Ok(());
     }
-    println!("A chapel of 6 m × 10 m: stained glass, dusty air, the sun falling in.\n");
-    print!("{}", table::report(&solution));
-    println!("time\n  solve {solved:.1} s, with pictures {total:.1} s\nwritten");
-    println!("  {}   (numpy opens it)", run.display());
-    pictures.iter().for_each(|p| println!("  {p}"));
-    println!("\nnext\n  zonal render {} --camera aisle --size 1280x960 -o aisle.png", run.display());
-    println!("  zonal demo --write chapel.toml    the scene, to change; then zonal check, solve, render");
-    println!("  zonal export {} -o zones.csv", run.display());
+    say("A chapel of 6 m × 10 m: stained glass, dusty air, the sun falling in.\n")?;
+    say(table::report(&solution).trim_end())?;
+    say(&format!("time\n  solve {solved:.1} s, with pictures {total:.1} s\nwritten"))?;
+    say(&format!("  {}   (numpy opens it)", run.display()))?;
+    pictures.iter().try_for_each(|p| say(&format!("  {p}")))?;
+    say(&format!("\nnext\n  zonal render {} --camera aisle --size 1280x960 -o aisle.png", run.display()))?;
+    say("  zonal demo --write chapel.toml    the scene, to change; then zonal check, solve, render")?;
+    say(&format!("  zonal export {} -o zones.csv", run.display()))?;
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use super::{Context, check_output};
 use crate::Failure;
+use crate::failure::say;
 use std::path::PathBuf;
 use zonal_io::output;
 
@@ -21,9 +22,9 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let solution = output::read_solution(&args.run)?;
     output::write_zones_csv(&args.output, &solution)?;
     if context.json {
-        println!("{}", serde_json::json!({ "zones": solution.zones.len(), "written": args.output.display().to_string() }));
+        say(&format!("{}", serde_json::json!({ "zones": solution.zones.len(), "written": args.output.display().to_string() })))?;
     } else {
-        println!("{} zones written: {}", solution.zones.len(), args.output.display());
+        say(&format!("{} zones written: {}", solution.zones.len(), args.output.display()))?;
     }
     Ok(())
 }

@@ -5,12 +5,14 @@
 //! value, error_bound, grade, method. `value` is (1/π) ∬ e^{−κr} cosines/r², in m² (ss), m³ (sv), m⁴ (vv).
 
 use super::{Context, check_output};
+use crate::failure::say;
 use crate::{Failure, meter::Meter};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use zonal_exchange::aligned::{Cuboid, geometric_factor};
 use zonal_math::vec3;
 use zonal_scene::Progress;
+use zonal_scene::scene::{LARGEST_EXTINCTION, LARGEST_LENGTH};
 
 /// Exchange factors of axis-aligned pairs.
 #[derive(clap::Args, Debug)]
@@ -30,6 +32,8 @@ pub const COLUMNS: [&str; 16] = [
     "kind", "a_x0", "a_x1", "a_y0", "a_y1", "a_z0", "a_z1", "a_normal", "b_x0", "b_x1", "b_y0", "b_y1", "b_z0", "b_z1",
     "b_normal", "kappa",
 ];
+/// The shortest edge.
+const SMALLEST_LENGTH: f64 = 1e-9;
 /// The most rows that are read.
 const MAX_ROWS: usize = 10_000_000;
 
@@ -71,10 +75,14 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     }
     let bytes = out.into_inner().map_err(|e| Failure::in_file(&args.output, e))?;
     zonal_io::output::write_bytes(&args.output, &bytes)?;
+    let missed = values.iter().filter(|f| f.bounded.radius > args.tolerance * f.bounded.value.abs()).count();
+    if missed > 0 {
+        eprintln!("note: {missed} pair(s) cannot be had to {:e} in double precision; their error_bound says what was reached", args.tolerance);
+    }
     if context.json {
-        println!("{}", serde_json::json!({ "pairs": pairs.len(), "written": args.output.display().to_string() }));
+        say(&format!("{}", serde_json::json!({ "pairs": pairs.len(), "written": args.output.display().to_string() })))?;
     } else {
-        println!("{} pairs written: {}", pairs.len(), args.output.display());
+        say(&format!("{} pairs written: {}", pairs.len(), args.output.display()))?;
     }
     Ok(())
 }
@@ -138,6 +146,12 @@ fn cuboid<'t>(cell: &impl Fn(usize) -> &'t str, first: usize) -> Result<Cuboid, 
         }
     };
     let c = Cuboid { lo: vec3(v[0], v[2], v[4]), hi: vec3(v[1], v[3], v[5]), normal };
+    let extent = c.extent().array();
+    let fair = |x: &f64| *x == 0.0 || (SMALLEST_LENGTH..=LARGEST_LENGTH).contains(&x.abs());
+    if !v.iter().all(|x| x.abs() <= LARGEST_LENGTH) || !extent.iter().all(fair) {
+        let range = format!("lengths must lie between {SMALLEST_LENGTH:e} and {LARGEST_LENGTH:e}");
+        return Err((COLUMNS[first], format!("these bounds are out of range: {range}; choose another unit")));
+    }
     if c.is_valid() {
         return Ok(c);
     }
@@ -150,6 +164,9 @@ fn pair<'t>(cell: &impl Fn(usize) -> &'t str) -> Result<Pair, Wrong> {
     let kappa = real(cell(15), "kappa")?;
     if kappa < 0.0 {
         return Err(("kappa", format!("the extinction is {kappa}; it must not be negative")));
+    }
+    if kappa > LARGEST_EXTINCTION {
+        return Err(("kappa", format!("the extinction is {kappa:e}; it must not be above {LARGEST_EXTINCTION:e}")));
     }
     let kind = match (a.normal.is_some(), b.normal.is_some()) {
         (false, false) => "vv",

@@ -1,6 +1,7 @@
 //! `zonal render`: a picture from a solution.
 
 use super::{Context, check_output};
+use crate::failure::say;
 use crate::{Failure, meter::Meter};
 use std::path::{Path, PathBuf};
 use zonal_io::output::{self, Curve};
@@ -30,7 +31,7 @@ pub struct Args {
 }
 
 /// The most pixels of a picture.
-const MAX_PIXELS: usize = 1 << 28;
+const MAX_PIXELS: usize = 1 << 26;
 
 /// Width and height from `WxH`.
 pub fn parse_size(text: &str) -> Result<(usize, usize), Failure> {
@@ -71,12 +72,12 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let image = draw(&solution, camera, (width, height), args.samples, &Meter::new(context.quiet));
     let exposure = save(&args.output, &image, args.stops)?;
     if context.json {
-        println!("{}", serde_json::json!({
+        say(&format!("{}", serde_json::json!({
             "camera": camera.name, "width": width, "height": height, "samples": args.samples,
             "exposure": exposure, "mean": mean(&image), "written": args.output.display().to_string(),
-        }));
+        })))?;
     } else {
-        println!("{}: {width}×{height} written: {}", camera.name, args.output.display());
+        say(&format!("{}: {width}×{height} written: {}", camera.name, args.output.display()))?;
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! `zonal solve`: a scene in, a solution out.
 
 use super::{Context, check_output};
+use crate::failure::say;
 use crate::{Failure, meter::Meter, table};
 use std::path::PathBuf;
 use zonal_io::output;
@@ -49,12 +50,12 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         .map_err(|e| Failure::in_file(&args.scene, e))?;
     output::write_solution(&args.output, &solution)?;
     if context.json {
-        println!("{:#}", output::report_json(&solution));
+        say(&format!("{:#}", output::report_json(&solution)))?;
     } else {
-        print!("{}", table::report(&solution));
-        println!("written: {}", args.output.display());
+        say(table::report(&solution).trim_end())?;
+        say(&format!("written: {}", args.output.display()))?;
         if let Some(c) = solution.scene.cameras().first() {
-            println!("next: zonal render {} --camera {} -o picture.png", args.output.display(), c.name);
+            say(&format!("next: zonal render {} --camera {} -o picture.png", args.output.display(), c.name))?;
         }
     }
     Ok(())
