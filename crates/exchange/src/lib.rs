@@ -10,4 +10,5 @@
 pub mod aligned;
 pub mod general;
 pub mod pair;
-pub mod solid_angle;
+
+pub use zonal_transport::solid_angle;

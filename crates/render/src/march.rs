@@ -140,13 +140,8 @@ impl<'a> View<'a> {
                 _ => draw.count,
             };
             let own = draw.rescaled(n);
-            for i in 0..n {
-                let beam = lamp.beam(self.transport, point, Receiver::Surface(normal), own.at(i));
-                let light = beam.and_then(|beam| lamp.lit(self.transport, point, &beam));
-                if let Some(light) = light {
-                    (0..3).for_each(|b| sum[b] += light[b] / n as f64);
-                }
-            }
+            let light = lamp.gather_at(self.transport, point, Receiver::Surface(normal), n, |i| own.at(i));
+            sum = bands(|b| sum[b] + light[b]);
         }
         sum
     }

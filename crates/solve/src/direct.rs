@@ -7,9 +7,8 @@
 use crate::surroundings::{cosine, fate, voxel_point};
 use rayon::prelude::*;
 use std::f64::consts::PI;
-use zonal_exchange::solid_angle::{projected_solid_angle, solid_angle};
 use zonal_math::{Vec3, sequence, vec3};
-use zonal_scene::{Bands, Light, PaneZone, Plate, Progress, Scene, Sides, Zones, bands};
+use zonal_scene::{Bands, Light, PaneZone, Progress, Scene, Zones, bands};
 use zonal_transport::Transport;
 use zonal_transport::direct::{Lamp, Receiver};
 
@@ -17,8 +16,10 @@ use zonal_transport::direct::{Lamp, Receiver};
 const SURFACE_POINTS: usize = 16;
 /// Points of a voxel.
 const VOLUME_POINTS: usize = 8;
-/// Points of an extended light for each point of a zone.
+/// Points of an emitter for each point of a zone.
 const LIGHT_SAMPLES: usize = 4;
+/// Points of the sky for each point of a zone.
+const SKY_SAMPLES: usize = 16;
 /// Rays that measure the power of a light.
 const BEAM_RAYS: usize = 1 << 17;
 
@@ -82,75 +83,26 @@ fn agreement(zones: &Zones, fields: &[Bands], beam: &Beam) -> Bands {
     })
 }
 
-/// An emitter of more facets is sampled only.
-const MOST_FACETS: usize = 32;
-
-/// A light as the zones see it. What an emitter of a few even facets sends is known in closed form, (E/π) times the (projected)
-/// solid angle; samples say only which share of it arrives, so that even beside a lamp nothing is noisy.
+/// A light as the zones see it: with as many points as they deserve.
 struct Illuminant<'a> {
     transport: &'a Transport<'a>,
     lamp: Lamp<'a>,
     samples: usize,
-    /// Facets with E/π, where the closed form serves.
-    facets: Vec<(Plate, Bands)>,
-    both: bool,
 }
 
 impl<'a> Illuminant<'a> {
     fn new(scene: &'a Scene, transport: &'a Transport<'a>, light: &'a Light) -> Illuminant<'a> {
-        let samples = if matches!(light, Light::Sun { .. }) { 1 } else { LIGHT_SAMPLES };
-        let (mut facets, mut both) = (Vec::new(), false);
-        if let Light::Emitter { surface } = light {
-            let s = &scene.surfaces()[*surface];
-            both = s.sides == Sides::Both;
-            if s.emission_texture.is_none() {
-                let own = scene.facets().iter().filter(|f| f.surface == *surface);
-                facets.extend(own.take(MOST_FACETS + 1).map(|f| (f.plate, s.emission.map(|e| e / PI))));
-            }
-        }
-        if facets.len() > MOST_FACETS {
-            facets.clear();
-        }
-        Illuminant { transport, lamp: Lamp::new(scene, light), samples, facets, both }
+        let samples = match light {
+            Light::Sun { .. } => 1,
+            Light::Sky { .. } => SKY_SAMPLES,
+            Light::Emitter { .. } => LIGHT_SAMPLES,
+        };
+        Illuminant { transport, lamp: Lamp::new(scene, light), samples }
     }
 
     /// H or G at a point, W/m².
     fn at(&self, point: Vec3, receiver: Receiver, seed: u64) -> Bands {
-        if self.facets.is_empty() {
-            return self.lamp.gather(self.transport, point, receiver, self.samples, seed);
-        }
-        let all = self.unhindered(point, receiver);
-        if all == [0.0; 3] {
-            return all;
-        }
-        let shift = [0, 1, 2].map(|k| sequence::unit(seed.wrapping_mul(3).wrapping_add(k)));
-        let (mut sent, mut arrived) = ([0.0; 3], [0.0; 3]);
-        for i in 0..self.samples {
-            let [u, v] = sequence::r2(i, [shift[0], shift[1]]);
-            let s = [u, v, (i as f64 + shift[2]) / self.samples as f64];
-            if let Some(beam) = self.lamp.beam(self.transport, point, receiver, s) {
-                let lit = self.lamp.lit(self.transport, point, &beam).unwrap_or([0.0; 3]);
-                sent = bands(|b| sent[b] + beam.flux[b]);
-                arrived = bands(|b| arrived[b] + lit[b]);
-            }
-        }
-        bands(|b| if sent[b] > 0.0 { all[b] * arrived[b] / sent[b] } else { 0.0 })
-    }
-
-    /// H or G with nothing between.
-    fn unhindered(&self, point: Vec3, receiver: Receiver) -> Bands {
-        let mut sum = [0.0; 3];
-        for (plate, radiance) in &self.facets {
-            let seen = solid_angle(plate, point);
-            let weight = match receiver {
-                Receiver::Free => seen.abs(),
-                Receiver::Surface(n) => projected_solid_angle(plate, point, n),
-            };
-            if seen > 0.0 || (self.both && seen < 0.0) {
-                sum = bands(|b| sum[b] + radiance[b] * weight);
-            }
-        }
-        sum
+        self.lamp.gather(self.transport, point, receiver, self.samples, seed)
     }
 }
 

@@ -12,13 +12,15 @@
 //!
 //! (The sun's radiance is E⊥/(π sin²α) and its solid angle 2π(1−cosα); their product is 2E⊥/(1+cosα).) τ is that of
 //! [`Transport::transmittance`]: coloured by medium and panes, zero behind a facet; the emitter's own facet does not block,
-//! since a segment's ends are not counted. Points are low-discrepancy ones, shifted by a hash of the seed: the same call gives
-//! the same bits. All means are statistical; their error falls like 1/samples where the light is seen whole.
+//! since a segment's ends are not counted. What an emitter of a few even facets sends is known in closed form, E/π times its
+//! (projected) solid angle; samples then say only which share of it arrives, so that nothing is noisy beside a lamp.
+//! Points are low-discrepancy ones, shifted by a hash of the seed: the same call gives the same bits. All means are statistical; their error falls like 1/samples where the light is seen whole.
 
 use crate::Transport;
+use crate::solid_angle::{projected_solid_angle, solid_angle};
 use std::f64::consts::{PI, TAU};
 use zonal_math::{Vec3, sequence, vec3};
-use zonal_scene::{Bands, Light, Scene, Sides, bands};
+use zonal_scene::{Bands, Light, Plate, Scene, Sides, bands};
 
 /// Who receives the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +76,24 @@ pub struct Lamp<'a> {
     facets: Vec<usize>,
     /// Their areas, summed up, m².
     cumulative: Vec<f64>,
+    /// Plates and radiances E/π of an emitter whose light without obstacles is had in closed form.
+    closed: Vec<(Plate, Bands)>,
+}
+
+/// An emitter of more facets is sampled only.
+const MOST_FACETS: usize = 32;
+
+/// Plates and radiances of an emitter of a few evenly emitting facets; empty for any other light.
+fn closed_form(scene: &Scene, facets: &[usize]) -> Vec<(Plate, Bands)> {
+    if facets.is_empty() || facets.len() > MOST_FACETS {
+        return Vec::new();
+    }
+    let surface = &scene.surfaces()[scene.facets()[facets[0]].surface];
+    if surface.emission_texture.is_some() {
+        return Vec::new();
+    }
+    let radiance = surface.emission.map(|e| e / PI);
+    facets.iter().map(|&f| (scene.facets()[f].plate, radiance)).collect()
 }
 
 impl<'a> Lamp<'a> {
@@ -94,12 +114,8 @@ impl<'a> Lamp<'a> {
                 sum
             })
             .collect();
-        Lamp {
-            scene,
-            light,
-            facets,
-            cumulative,
-        }
+        let closed = closed_form(scene, &facets);
+        Lamp { scene, light, facets, cumulative, closed }
     }
 
     /// The light.
@@ -216,16 +232,48 @@ impl<'a> Lamp<'a> {
     ) -> Bands {
         let n = if self.is_single() { 1 } else { samples.max(1) };
         let shift = [0, 1, 2].map(|k| sequence::unit(seed.wrapping_mul(3).wrapping_add(k)));
-        let mut sum = [0.0; 3];
+        self.gather_at(transport, point, receiver, n, |i| stratified(i, n, shift))
+    }
+
+    /// H or G of this light alone, W/m², from `n` samples at given points of the unit cube.
+    pub fn gather_at(
+        &self,
+        transport: &Transport,
+        point: Vec3,
+        receiver: Receiver,
+        n: usize,
+        at: impl Fn(usize) -> [f64; 3],
+    ) -> Bands {
+        let (mut sent, mut arrived) = ([0.0; 3], [0.0; 3]);
         for i in 0..n {
-            let Some(beam) = self.beam(transport, point, receiver, stratified(i, n, shift)) else {
-                continue;
-            };
-            if let Some(light) = self.lit(transport, point, &beam) {
-                (0..3).for_each(|b| sum[b] += light[b] / n as f64);
+            if let Some(beam) = self.beam(transport, point, receiver, at(i)) {
+                let lit = self.lit(transport, point, &beam).unwrap_or([0.0; 3]);
+                sent = bands(|b| sent[b] + beam.flux[b]);
+                arrived = bands(|b| arrived[b] + lit[b]);
             }
         }
-        sum
+        if self.closed.is_empty() {
+            return arrived.map(|x| x / n as f64);
+        }
+        let all = self.unhindered(point, receiver);
+        bands(|b| if sent[b] > 0.0 { all[b] * arrived[b] / sent[b] } else { 0.0 })
+    }
+
+    /// H or G of an emitter with nothing between, in closed form.
+    fn unhindered(&self, point: Vec3, receiver: Receiver) -> Bands {
+        let surface = self.facets.first().map(|&f| self.scene.facets()[f].surface);
+        let both = surface.is_some_and(|s| self.scene.surfaces()[s].sides == Sides::Both);
+        self.closed.iter().fold([0.0; 3], |sum, (plate, radiance)| {
+            let seen = solid_angle(plate, point);
+            if seen <= 0.0 && !both {
+                return sum;
+            }
+            let weight = match receiver {
+                Receiver::Free => seen.abs(),
+                Receiver::Surface(n) => projected_solid_angle(plate, point, n),
+            };
+            bands(|b| sum[b] + radiance[b] * weight)
+        })
     }
 }
 

@@ -11,6 +11,7 @@
 //! | [`transport`] | [`Transport`]: the questions, answered |
 //! | [`zoning`] | [`build_zones`]: patches, free parts of voxels, pieces of panes |
 //! | [`direct`] | sun, sky and small emitters at a point |
+//! | [`solid_angle`] | a plate seen from a point, in closed form |
 //! | `meet` | a line and a plate, watertight, in double precision |
 //! | `bvh` | the tree that finds the plates worth asking |
 //! | `hull` | facets that can never block: the walls of a convex room |
@@ -24,6 +25,7 @@ pub mod direct;
 mod hull;
 mod meet;
 mod solid;
+pub mod solid_angle;
 pub mod transport;
 mod walk;
 pub mod zoning;
