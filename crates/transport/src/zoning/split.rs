@@ -2,13 +2,13 @@
 //!
 //! A facet g divides a patch p when it reaches to the front of p's plane and the segment g ∩ plane(p) runs through the inside of
 //! p. Every piece that the segment runs through is then halved along the segment's line, so no piece has a wall in its middle.
-//! A facet that lies close in front of p (a lamp under a ceiling, a carpet on a floor) divides it along its outline; what it
-//! hides is no zone.
+//! A facet that lies close in front of p (a lamp under a ceiling, a carpet on a floor) divides it along its outline; what lies under
+//! its black back is no zone.
 
 use crate::Transport;
 use crate::meet::Prepared;
 use zonal_math::Vec3;
-use zonal_scene::{Plate, PlateKind};
+use zonal_scene::{Plate, PlateKind, Sides};
 
 /// Pieces below this share of the patch are not cut off.
 const LEAST_AREA: f64 = 2e-3;
@@ -218,11 +218,16 @@ pub(super) fn covered(transport: &Transport, own: usize, plate: &Plate) -> bool 
     let scene = transport.scene();
     let normal = plate.normal();
     let lift = normal * (1e3 * transport.epsilon());
-    let contact = normal * (CONTACT * plate.diameter());
+    let contact = CONTACT * plate.diameter();
     let solid = scene.surfaces()[scene.facets()[own].surface].solid;
     at.into_iter().all(|[u, v]| {
         let p = plate.at(u, v);
-        let hidden = transport.nearest(p, normal, transport.epsilon(), contact.length()).is_some();
+        // The black back of something that lies on it; a thin gap between two zones is a gap.
+        let black = |h: crate::Hit| {
+            let s = &scene.surfaces()[scene.facets()[h.facet].surface];
+            !h.front && s.sides == Sides::Front
+        };
+        let hidden = transport.nearest(p, normal, transport.epsilon(), contact).is_some_and(black);
         hidden
             || transport.inside_solid(p + lift)
             || (solid && against_another(transport, own, plate, p) && transport.inside_solid(p - lift))
