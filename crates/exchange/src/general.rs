@@ -9,7 +9,8 @@
 //! The outer integral runs over the smaller plate or over the cuboid, by Gauss points on pieces that are halved until two rules
 //! agree: the error is **estimated**. Far pairs take the value at the centres.
 //!
-//! **Attenuation** enters by the first two cumulants of the distance under the kernel: ⟨e^{−κr}⟩ ≈ e^{−κ r̄ + κ² s²/2}.
+//! **Attenuation** enters by the first three moments of the distance under the kernel: ⟨e^{−κr}⟩ by the two-point Gauss rule that
+//! has them. Its nodes lie among the distances that occur, so it stays between 0 and 1 however large κ is.
 
 use crate::solid_angle::{projected_solid_angle, solid_angle};
 use std::f64::consts::PI;
@@ -25,17 +26,27 @@ pub struct Moments {
     pub mean: f64,
     /// Variance s² of the distance, m².
     pub variance: f64,
+    /// Third cumulant of the distance, m³.
+    pub third: f64,
 }
 
 impl Moments {
     /// No exchange.
-    pub const ZERO: Moments = Moments { factor: Bounded::ZERO, mean: 0.0, variance: 0.0 };
+    pub const ZERO: Moments = Moments { factor: Bounded::ZERO, mean: 0.0, variance: 0.0, third: 0.0 };
 
-    /// ⟨e^{−κr}⟩ from the cumulants; `kappa` in 1/m. Between 0 and 1.
+    /// ⟨e^{−κr}⟩, `kappa` in 1/m, between 0 and 1: nodes r̄ + s(γ/2 ± √(1 + γ²/4)) with the skewness γ.
     pub fn transmittance(&self, kappa: f64) -> f64 {
-        // Past κs = κr̄/s·… the second cumulant overshoots; it is never allowed to outweigh half of the first.
-        let second = (0.5 * kappa * kappa * self.variance).min(0.5 * kappa * self.mean);
-        (second - kappa * self.mean).exp()
+        let s = self.variance.max(0.0).sqrt();
+        if s <= 1e-6 * self.mean {
+            return (-kappa * self.mean).exp();
+        }
+        let half = 0.5 * self.third / (s * s * s);
+        let root = (1.0 + half * half).sqrt();
+        // (half − root)(half + root) = −1; the weights are inverse to the distances from the mean.
+        let (low, high) = if half > 0.0 { (-1.0 / (half + root), half + root) } else { (half - root, 1.0 / (root - half)) };
+        let share = high / (high - low);
+        let at = |x: f64| (-kappa * (self.mean + s * x).max(0.0)).exp();
+        share * at(low) + (1.0 - share) * at(high)
     }
 }
 
@@ -45,31 +56,44 @@ struct Sums {
     f: f64,
     fr: f64,
     frr: f64,
+    frrr: f64,
     error: f64,
 }
 
 impl Sums {
-    fn add(&mut self, f: f64, r: f64) {
+    /// Adds kernel f at distances of about r that scatter by the variance `all`, of which `along` lies along the line of sight.
+    fn add_spread(&mut self, f: f64, r: f64, all: f64, along: f64) {
         self.f += f;
-        self.fr += f * r;
-        self.frr += f * r * r;
+        self.fr += f * (r * r + 0.5 * (all - along) - 3.0 * along).max(0.25 * r * r) / r.max(1e-300);
+        self.frr += f * (r * r + all - 6.0 * along).max(0.0625 * r * r);
+        self.frrr += f * r * (r * r + 1.5 * (all + along) - 9.0 * along).max(0.015625 * r * r);
     }
     fn merge(&mut self, o: Sums) {
         self.f += o.f;
         self.fr += o.fr;
         self.frr += o.frr;
+        self.frrr += o.frrr;
         self.error += o.error;
     }
     fn finish(self) -> Moments {
         if self.f <= 0.0 {
             return Moments { factor: Bounded::estimated(0.0, self.error / PI), ..Moments::ZERO };
         }
-        let mean = self.fr / self.f;
-        Moments {
-            factor: Bounded::estimated(self.f / PI, self.error / PI),
-            mean,
-            variance: (self.frr / self.f - mean * mean).max(0.0),
-        }
+        moments_of([self.f / PI, self.fr / PI, self.frr / PI, self.frrr / PI], self.error / PI)
+    }
+}
+
+/// Moments from the sums of the kernel times 1, r, r², r³, and the error of the first.
+pub fn moments_of([f, fr, frr, frrr]: [f64; 4], error: f64) -> Moments {
+    if f <= 0.0 {
+        return Moments { factor: Bounded::estimated(0.0, error), ..Moments::ZERO };
+    }
+    let [m, m2, m3] = [fr, frr, frrr].map(|x| x / f);
+    Moments {
+        factor: Bounded::estimated(f, error),
+        mean: m,
+        variance: (m2 - m * m).max(0.0),
+        third: m3 - m * (3.0 * m2 - 2.0 * m * m),
     }
 }
 
@@ -97,18 +121,27 @@ fn plate_points(p: &Plate, n: usize, mut f: impl FnMut(Vec3, f64)) {
     }
 }
 
-/// Adds the kernel of `q` seen from `at` with its moments of distance: a piece wider than it is far is quartered first.
+/// Adds the kernel of `q` seen from `at` with its moments of distance: a piece wider than it is far is quartered first, and what
+/// is left of its extent enters by the covariance C of its points, along (n·Cn) and across the line of sight. The kernel falls like
+/// h/r³ within a piece, which draws the mean distance nearer by 3 n·Cn/r.
 fn spread(q: &Plate, at: Vec3, weight: f64, depth: u32, kernel: &impl Fn(&Plate) -> f64, s: &mut Sums) {
-    let r2 = (q.centre() - at).length2();
-    if depth > 0 && 4.0 * r2 < q.e1.length2() + q.e2.length2() {
+    let d = q.centre() - at;
+    let r2 = d.length2();
+    let (p11, p22, p12) = (q.e1.length2(), q.e2.length2(), q.e1.dot(q.e2));
+    if depth > 0 && r2 < p11 + p22 {
         q.quarters().iter().for_each(|p| spread(p, at, weight, depth - 1, kernel, s));
-    } else {
-        s.add(kernel(q) * weight, r2.sqrt());
+        return;
     }
+    let (x, y) = (q.e1.dot(d), q.e2.dot(d));
+    let (all, along) = match q.kind {
+        PlateKind::Parallelogram => ((p11 + p22) / 12.0, (x * x + y * y) / 12.0),
+        PlateKind::Triangle => ((p11 + p22 - p12) / 18.0, (x * x + y * y - x * y) / 18.0),
+    };
+    s.add_spread(kernel(q) * weight, r2.sqrt(), all, if r2 > 0.0 { along / r2 } else { all });
 }
 
 /// How often [`spread`] quarters.
-const SPREAD: u32 = 3;
+const SPREAD: u32 = 4;
 
 fn same_point(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * b.abs()
@@ -123,7 +156,39 @@ pub fn plate_plate(a: &Plate, b: &Plate, two_sided: [bool; 2], tolerance: f64) -
     }
     let (outer, inner, sides) = if sa <= sb { (a, b, two_sided) } else { (b, a, [two_sided[1], two_sided[0]]) };
     let floor = tolerance * 1e-2 * outer.area();
-    outer_plate(outer, inner, sides, tolerance, floor, 0).finish()
+    let mut sum = Sums::default();
+    for piece in halves(outer, inner, sides[1]) {
+        sum.merge(outer_plate(&piece, inner, sides, tolerance, floor, 0));
+    }
+    sum.finish()
+}
+
+/// `a` cut along the plane of `b`: what lies in front of it and, with `both`, what lies behind.
+fn halves(a: &Plate, b: &Plate, both: bool) -> Vec<Plate> {
+    let (corners, n) = a.corners();
+    let (normal, eps) = (b.normal(), 1e-12 * (a.diameter() + b.diameter()));
+    let h: Vec<f64> = corners[..n].iter().map(|c| normal.dot(*c - b.origin)).collect();
+    let behind = h.iter().any(|x| *x < -eps);
+    if !behind || (both && !h.iter().any(|x| *x > eps)) {
+        return vec![*a];
+    }
+    let mut out = Vec::new();
+    for sign in if both { &[1.0, -1.0][..] } else { &[1.0][..] } {
+        let mut polygon = Vec::with_capacity(5);
+        for i in 0..n {
+            let j = (i + 1) % n;
+            let (p, q) = (sign * h[i], sign * h[j]);
+            if p >= 0.0 {
+                polygon.push(corners[i]);
+            }
+            if p * q < 0.0 {
+                polygon.push(corners[i] + (corners[j] - corners[i]) * (p / (p - q)));
+            }
+        }
+        let fan = (2..polygon.len()).map(|k| Plate::triangle(polygon[0], polygon[k - 1], polygon[k]));
+        out.extend(fan.filter(|t| t.area() > 0.0));
+    }
+    out
 }
 
 fn far_plates(a: &Plate, b: &Plate, two_sided: [bool; 2], d: Vec3) -> Moments {
@@ -133,7 +198,7 @@ fn far_plates(a: &Plate, b: &Plate, two_sided: [bool; 2], d: Vec3) -> Moments {
     let cb = side(-b.normal().dot(d), two_sided[1]);
     let f = ca * cb / (PI * r2 * r2) * a.area() * b.area();
     let spread = (a.diameter().powi(2) + b.diameter().powi(2)) / r2;
-    Moments { factor: Bounded::estimated(f, 0.5 * spread * f), mean: r2.sqrt(), variance: 0.0 }
+    Moments { factor: Bounded::estimated(f, 0.5 * spread * f), mean: r2.sqrt(), ..Moments::ZERO }
 }
 
 fn outer_plate(a: &Plate, b: &Plate, two_sided: [bool; 2], tolerance: f64, floor: f64, depth: u32) -> Sums {
@@ -177,10 +242,46 @@ pub fn plate_cuboid(p: &Plate, lo: Vec3, hi: Vec3, two_sided: bool, tolerance: f
         let c = if two_sided { c.abs() } else { c.max(0.0) };
         let f = c / (PI * r2 * r2.sqrt()) * p.area() * edge.product();
         let spread = (size_p * size_p + edge.length2()) / r2;
-        return Moments { factor: Bounded::estimated(f, 0.5 * spread * f), mean: r2.sqrt(), variance: 0.0 };
+        return Moments { factor: Bounded::estimated(f, 0.5 * spread * f), mean: r2.sqrt(), ..Moments::ZERO };
     }
-    let floor = tolerance * 1e-2 * edge.product();
-    outer_cuboid(p, lo, edge, two_sided, tolerance, floor, 0).finish()
+    let floor = tolerance * 1e-2 * edge.product().min(p.area() * edge.length());
+    if two_sided {
+        return outer_cuboid(p, lo, edge, true, tolerance, floor, 0).finish();
+    }
+    let Some((lo, hi)) = in_front(p, lo, hi) else {
+        return Moments::ZERO;
+    };
+    outer_cuboid(p, lo, hi - lo, false, tolerance, floor, 0).finish()
+}
+
+/// The bounds of that part of a box that lies in front of a plate's plane.
+fn in_front(p: &Plate, lo: Vec3, hi: Vec3) -> Option<(Vec3, Vec3)> {
+    let corner = |k: usize| {
+        vec3(
+            if k & 1 > 0 { hi.x } else { lo.x },
+            if k & 2 > 0 { hi.y } else { lo.y },
+            if k & 4 > 0 { hi.z } else { lo.z },
+        )
+    };
+    let height = |x: Vec3| p.normal().dot(x - p.origin);
+    let mut bounds: Option<(Vec3, Vec3)> = None;
+    let mut offer = |x: Vec3| {
+        let (a, b) = bounds.unwrap_or((x, x));
+        bounds = Some((a.min(x), b.max(x)));
+    };
+    for k in 0..8 {
+        let (x, h) = (corner(k), height(corner(k)));
+        if h >= 0.0 {
+            offer(x);
+        }
+        for bit in [1, 2, 4] {
+            let (y, g) = (corner(k ^ bit), height(corner(k ^ bit)));
+            if h > 0.0 && g < 0.0 {
+                offer(x + (y - x) * (h / (h - g)));
+            }
+        }
+    }
+    bounds.filter(|(a, b)| (*b - *a).product() > 0.0)
 }
 
 fn outer_cuboid(p: &Plate, lo: Vec3, edge: Vec3, two_sided: bool, tolerance: f64, floor: f64, depth: u32) -> Sums {
@@ -198,11 +299,17 @@ fn outer_cuboid(p: &Plate, lo: Vec3, edge: Vec3, two_sided: bool, tolerance: f64
         }
         s
     };
+    // Boxes are halved less often than plates, unless they are larger than the plate.
+    let most = MAX_DEPTH - 2 + (edge.length() * (1 << depth) as f64 / p.diameter()).log2().clamp(0.0, 4.0) as u32;
     let (coarse, mut fine) = (sample(1), sample(2));
     fine.error = (fine.f - coarse.f).abs() * 0.25;
-    if (depth > 0 || same_point(coarse.f, fine.f, tolerance)) && fine.error <= tolerance * fine.f
-        || fine.error < floor
-        || depth == MAX_DEPTH - 2
+    let height = |x: Vec3| p.normal().dot(x - p.origin);
+    let reach = 0.5 * edge.scale(p.normal()).array().iter().map(|x| x.abs()).sum::<f64>();
+    // A box that the plate's plane cuts is halved at least once: its integrand has a kink.
+    let cut = depth == 0 && !two_sided && height(lo + edge * 0.5) < 0.99 * reach;
+    if !cut && (depth > 0 || same_point(coarse.f, fine.f, tolerance)) && fine.error <= tolerance * fine.f
+        || !cut && fine.error < floor
+        || depth >= most
     {
         return fine;
     }

@@ -32,8 +32,14 @@ const MORE_RAYS: usize = 16;
 const MOST_RAYS: usize = 64;
 /// Optical depth along a voxel's diagonal beyond which cumulants of the distance no longer serve.
 const THICK: f64 = 1.7;
-/// Rays of a pane and a zone close to it, whose grazing paths through the pane vary most.
-const PANE_RAYS: usize = 256;
+/// Mean optical depth of a pair's rays beyond which their ratio to a uniform medium says nothing.
+const MOST_DEPTH: f64 = 20.0;
+/// How often a pane and a zone close to it are quartered.
+const PANE_SPLITS: u32 = 2;
+/// Rays of a pair that nearly touches, is partly visible and carries a large share of a zone's power.
+const CLOSE_RAYS: usize = 256;
+/// Rays of a voxel with a sheet in its middle, to itself.
+const OWN_RAYS: usize = 2048;
 /// Beyond this many diameters a cut voxel is seen as a point.
 const PART_FAR: f64 = 3.0;
 
@@ -107,6 +113,20 @@ impl Zone<'_> {
     }
 }
 
+/// A ray between two zones.
+struct Ray {
+    /// Weight: the kernel.
+    w: f64,
+    /// Length, m.
+    r: f64,
+    /// Optical depth of the medium.
+    depth: Bands,
+    /// Attenuation by the medium as [`Exchange::chords`] has it, where a zone is thick.
+    chords: Bands,
+    /// Zero where a facet blocks, else what the panes let pass, and the share of panes at the ends.
+    through: Bands,
+}
+
 /// Exchange of the zones of a scene.
 pub struct Exchange<'a> {
     zones: &'a Zones,
@@ -165,7 +185,9 @@ impl<'a> Exchange<'a> {
             cache,
             tolerance: scene.options().tolerance,
             uniform: uniform_medium(scene, zones, transport),
-            varied: transport.has_panes_between() || scene.voxmap().is_some_and(|v| v.uniform_extinction().is_none()),
+            varied: transport.has_panes_between()
+                || scene.voxmap().is_some_and(|v| v.uniform_extinction().is_none())
+                || uniform_medium(scene, zones, transport).is_none(),
             occluders: transport.has_occluders(),
             panes_between: transport.has_panes_between(),
             subcells,
@@ -196,8 +218,7 @@ impl<'a> Exchange<'a> {
             }
             (Shape::Plate { pane: Some(_), .. }, _) | (_, Shape::Plate { pane: Some(_), .. }) => {
                 counts.pane += 1;
-                let m = self.moments(a, b);
-                self.by_rays(a, b, m, seed, counts)
+                self.pane_pair(a, b, seed, PANE_SPLITS, counts)
             }
             _ => self.simple(a, b, seed, counts),
         }
@@ -270,16 +291,26 @@ impl<'a> Exchange<'a> {
                 let kappa = self.kappa(i);
                 let c = z.aligned.as_ref().expect("a voxel is aligned");
                 let f = kappa.map(|k| self.cache.get(c, c, k));
-                PairFactor { value: f.map(|f| f.value), radius: f.map(|f| f.radius) }
+                let all = PairFactor { value: f.map(|f| f.value), radius: f.map(|f| f.radius) };
+                self.own_visible(i, all, counts)
             }
             Shape::Part(samples) => {
                 counts.cut += 1;
                 let m = self.subcell_sum([0; 3], samples, samples);
                 let kappa = self.kappa(i);
                 let value = bands(|k| m.factor.value * m.transmittance(kappa[k]));
-                PairFactor { value, radius: value.map(|v| v * self.tolerance) }
+                self.own_visible(i, PairFactor { value, radius: value.map(|v| v * self.tolerance) }, counts)
             }
         }
+    }
+
+    /// A sheet may stand in the middle of a voxel without dividing it.
+    fn own_visible(&self, i: usize, all: PairFactor, counts: &mut Counts) -> PairFactor {
+        if !self.occluders {
+            return all;
+        }
+        let seed = ((i as u64) << 32) | i as u64;
+        self.times_visibility(&self.items[i], &self.items[i], all, seed, counts)
     }
 
     fn kappa(&self, i: usize) -> Bands {
@@ -359,29 +390,65 @@ impl<'a> Exchange<'a> {
         let share = base.value[0] / weight(a).min(weight(b));
         let v = self.visibility(a, b, seed, share, counts);
         PairFactor {
-            value: base.value.map(|x| x * v.0),
-            radius: bands(|k| base.radius[k] * v.0 + base.value[k] * v.1),
+            value: bands(|k| base.value[k] * v[k].0),
+            radius: bands(|k| base.radius[k] * v[k].0 + base.value[k] * v[k].1),
         }
     }
 
-    /// Visible share of the exchange of two zones and its standard error.
-    fn visibility(&self, a: &Zone, b: &Zone, seed: u64, share: f64, counts: &mut Counts) -> (f64, f64) {
-        let (mut tally, points) = (Tally::default(), Points::new(seed));
-        let mut shoot = |from: usize, to: usize, tally: &mut Tally| {
+    /// Visible share of the exchange of two zones in one uniform medium, and its standard error, a band.
+    fn visibility(&self, a: &Zone, b: &Zone, seed: u64, share: f64, counts: &mut Counts) -> [(f64, f64); 3] {
+        let (mut tally, points) = ([Tally::default(); 3], Points::new(seed));
+        let kappa = self.uniform.unwrap_or([0.0; 3]);
+        let mut shoot = |from: usize, to: usize, tally: &mut [Tally; 3]| {
             for k in from..to {
                 let (x, y) = points.both(a, b, k);
                 let w = kernel(a, b, x, y);
-                tally.add(w, if self.transport.blocked_inside(x, y) { 0.0 } else { 1.0 });
+                let seen = if self.transport.blocked_inside(x, y) { 0.0 } else { 1.0 };
+                if kappa == [0.0; 3] {
+                    tally[0].add(w, seen);
+                } else {
+                    let r = (y - x).length();
+                    (0..3).for_each(|k| tally[k].add(w * (-kappa[k] * r).exp(), seen));
+                }
             }
             counts.rays += (to - from) as u64;
         };
-        shoot(0, FIRST_RAYS, &mut tally);
-        if tally.mixed() {
+        let close = is_close(a, b);
+        let first = if close { MORE_RAYS } else { FIRST_RAYS };
+        shoot(0, first, &mut tally);
+        if tally[0].mixed() {
             counts.partial += 1;
-            let n = if share > self.tolerance * 0.1 { MOST_RAYS } else { MORE_RAYS };
-            shoot(FIRST_RAYS, n, &mut tally);
+            let n = match share > self.tolerance * 0.1 {
+                true if std::ptr::eq(a, b) => OWN_RAYS,
+                true if close => CLOSE_RAYS,
+                true => MOST_RAYS,
+                false => MORE_RAYS,
+            };
+            shoot(first, n, &mut tally);
         }
-        tally.mean_and_error()
+        if kappa == [0.0; 3] { [tally[0].mean_and_error(); 3] } else { tally.map(Tally::mean_and_error) }
+    }
+
+    /// A pane and anything not cut. Close to each other their larger plate is quartered: grazing paths through the pane differ much.
+    fn pane_pair(&self, a: &Zone, b: &Zone, seed: u64, splits: u32, counts: &mut Counts) -> PairFactor {
+        let close = (a.centre - b.centre).length() < a.size.max(b.size);
+        let first = matches!(a.shape, Shape::Plate { .. }) && (a.size >= b.size || !matches!(b.shape, Shape::Plate { .. }));
+        let (large, small) = if first { (a, b) } else { (b, a) };
+        let Shape::Plate { plate, pane } = &large.shape else {
+            unreachable!("a pane is a plate");
+        };
+        if !close || splits == 0 {
+            let m = self.moments(a, b);
+            return self.by_rays(a, b, m, seed, counts);
+        }
+        let mut sum = PairFactor::default();
+        for (k, quarter) in plate.quarters().into_iter().enumerate() {
+            let part = plate_zone(quarter, *pane);
+            let f = self.pane_pair(&part, small, sequence::hash(seed + k as u64), splits - 1, counts);
+            sum.value = bands(|b| sum.value[b] + f.value[b]);
+            sum.radius = bands(|b| sum.radius[b].hypot(f.radius[b]));
+        }
+        sum
     }
 
     /// Attenuated and visible exchange by rays, as many as the pair deserves.
@@ -389,11 +456,9 @@ impl<'a> Exchange<'a> {
         let distance = (a.centre - b.centre).length();
         let near = distance < 2.0 * (a.size + b.size);
         let pane = [a, b].iter().any(|z| matches!(z.shape, Shape::Plate { pane: Some(_), .. }));
-        let rays = if pane && distance < a.size.max(b.size) {
-            PANE_RAYS
-        } else if near && (pane || self.is_thick(a, b)) || self.uniform.is_none() && distance < a.size.max(b.size) {
+        let rays = if near && (pane || self.is_thick(a, b)) || self.uniform.is_none() && distance < a.size.max(b.size) {
             MOST_RAYS
-        } else if near && self.varied {
+        } else if near && self.varied || self.occluders && is_close(a, b) {
             MORE_RAYS
         } else if self.occluders || near {
             FIRST_RAYS
@@ -404,32 +469,50 @@ impl<'a> Exchange<'a> {
     }
 
     /// m's factor times the mean over rays of visibility, attenuation and the panes' own share.
+    ///
+    /// With the mean extinction κ of the rays, what the moments say of ⟨e^{−κr}⟩ is corrected by the ratio Σ w τ/Σ w e^{−κr} of the
+    /// same rays: exact where the medium is uniform, and right where what is dimmed or hidden lies nearer or farther than the rest.
     fn average(&self, a: &Zone, b: &Zone, m: Moments, seed: u64, rays: usize, counts: &mut Counts) -> PairFactor {
         if m.factor.value <= 0.0 {
             return PairFactor { value: [0.0; 3], radius: [m.factor.radius; 3] };
         }
-        let (mut tally, points) = ([Tally::default(); 3], Points::new(seed));
-        let mut shoot = |from: usize, to: usize, tally: &mut [Tally; 3]| {
+        let points = Points::new(seed);
+        let mut shot: Vec<Ray> = Vec::with_capacity(rays.max(MORE_RAYS));
+        let shoot = |from: usize, to: usize, shot: &mut Vec<Ray>| {
             for k in from..to {
                 let (x, y) = if rays == 1 { (a.centre, b.centre) } else { points.both(a, b, k) };
-                let w = kernel(a, b, x, y);
-                let t = self.along(a, b, x, y, &m);
-                (0..3).for_each(|k| tally[k].add(w, t[k]));
+                shot.push(self.along(a, b, x, y));
             }
-            counts.rays += (to - from) as u64;
         };
-        shoot(0, rays, &mut tally);
-        if rays > 1 && rays < MOST_RAYS && tally[0].mixed() {
+        shoot(0, rays, &mut shot);
+        let blocked = shot.iter().filter(|r| r.through == [0.0; 3]).count();
+        if rays > 1 && rays < MOST_RAYS && blocked > 0 && blocked < rays {
             counts.partial += 1;
             let share = m.factor.value * self.coupling(a, b);
             let n = if share > self.tolerance * 0.1 { MOST_RAYS } else { MORE_RAYS.max(rays) };
-            shoot(rays, n, &mut tally);
+            shoot(rays, n, &mut shot);
         }
-        let mean = tally.map(Tally::mean_and_error);
-        PairFactor {
-            value: mean.map(|t| t.0 * m.factor.value),
-            radius: mean.map(|t| t.0 * m.factor.radius + t.1 * m.factor.value),
+        counts.rays += shot.len() as u64;
+        let thick = self.is_thick(a, b);
+        let length: f64 = shot.iter().map(|r| r.w * r.r).sum();
+        let weights: f64 = shot.iter().map(|r| r.w).sum();
+        let mut out = PairFactor::default();
+        for k in 0..3 {
+            let chords = thick && a.thickness[k].max(b.thickness[k]) > THICK;
+            let depth: f64 = shot.iter().map(|r| r.w * r.depth[k]).sum();
+            let kappa = if chords || length <= 0.0 || depth > MOST_DEPTH * weights { 0.0 } else { depth / length };
+            let mut tally = Tally::default();
+            for r in &shot {
+                let reference = (-kappa * r.r).exp();
+                let tau = if chords { r.chords[k] } else { (-r.depth[k]).exp() };
+                tally.add(r.w * reference, if reference > 0.0 { r.through[k] * tau / reference } else { 0.0 });
+            }
+            let (mean, error) = tally.mean_and_error();
+            let base = m.transmittance(kappa);
+            out.value[k] = m.factor.value * base * mean;
+            out.radius[k] = base * (m.factor.radius * mean + m.factor.value * error);
         }
+        out
     }
 
     /// The larger of the two shares of power per unit of g, with extinctions of order one over the size.
@@ -437,37 +520,34 @@ impl<'a> Exchange<'a> {
         1.0 / weight(a).min(weight(b))
     }
 
-    /// Visibility, attenuation and the panes' factors along one ray.
-    fn along(&self, a: &Zone, b: &Zone, x: Vec3, y: Vec3, m: &Moments) -> Bands {
-        if self.occluders && self.transport.blocked_inside(x, y) {
-            return [0.0; 3];
-        }
+    /// What a ray from x to y meets.
+    fn along(&self, a: &Zone, b: &Zone, x: Vec3, y: Vec3) -> Ray {
         let d = y - x;
         let r = d.length();
-        let medium = match self.uniform {
+        let w = kernel(a, b, x, y);
+        let depth = match self.uniform {
             Some(k) => k.map(|k| k * r),
             None => self.transport.medium_depth(x, y),
         };
-        // Panes on the way dim by direction, not by distance: the moments of distance are the medium's alone.
-        let panes = if self.panes_between {
-            let all = self.transport.optical_depth_inside(x, y);
-            bands(|k| (medium[k] - all[k]).min(0.0).exp())
-        } else {
-            [1.0; 3]
-        };
+        let mut ray = Ray { w, r, depth, chords: [0.0; 3], through: [0.0; 3] };
+        if self.occluders && self.transport.blocked_inside(x, y) {
+            return ray;
+        }
+        if self.is_thick(a, b) {
+            ray.chords = self.chords(a, b, x, y);
+        }
         let (pa, pb) = (self.pane_share(a, d / r), self.pane_share(b, d / r));
-        let thick = self.is_thick(a, b).then(|| self.chords(a, b, x, y));
-        bands(|k| {
-            let tau = match thick {
-                Some(t) if a.thickness[k].max(b.thickness[k]) > THICK => t[k],
-                _ => m.transmittance(medium[k] / r),
-            };
-            tau * panes[k] * pa[k] * pb[k]
-        })
+        ray.through = bands(|k| pa[k] * pb[k]);
+        if self.panes_between {
+            let all = self.transport.optical_depth_inside(x, y);
+            ray.through = bands(|k| ray.through[k] * (depth[k] - all[k]).min(0.0).exp());
+        }
+        ray
     }
 
     fn is_thick(&self, a: &Zone, b: &Zone) -> bool {
-        (0..3).any(|k| a.thickness[k].max(b.thickness[k]) > THICK)
+        let cut = a.samples().or(b.samples()).is_some();
+        !cut && (0..3).any(|k| a.thickness[k].max(b.thickness[k]) > THICK)
     }
 
     /// Attenuation along the line through x and y, averaged over its chords in both zones: for a given line the points of a pair
@@ -646,6 +726,11 @@ fn point(z: &Zone, u: [f64; 3]) -> Vec3 {
             samples[samples.len() - 1].point
         }
     }
+}
+
+/// True where two zones nearly touch: a first look of few rays would miss what stands between.
+fn is_close(a: &Zone, b: &Zone) -> bool {
+    (a.centre - b.centre).length() < a.size + b.size
 }
 
 /// The kernel between two points, tamed where they come close: only ratios of it are used.

@@ -62,7 +62,17 @@ fn walk(w: &World, mut o: Vec3, mut d: Vec3, band: usize, dice: &mut Dice) -> f6
             }
             (Some((t, _, pane)), _) => {
                 let p = &w.scene.panes()[pane.expect("a collision is in a cell or a pane")];
-                (p.albedo[band], (1.0 - p.albedo[band]) * p.emission[band], Some(t))
+                let n = p.plates[0].normal();
+                let n = if n.dot(d) > 0.0 { n } else { -n };
+                match within(p, band, n.dot(d), dice, &mut sum) {
+                    None => return sum,
+                    // Out on the far side (+1) or on the near one (−1).
+                    Some(out) => {
+                        o = o + d * t;
+                        d = out.0 * n + out.1 * d_across(n, dice);
+                        continue;
+                    }
+                }
             }
             (None, None) => return sum + PI * w.scene.surroundings().radiance[band],
             (None, Some(s)) => {
@@ -89,6 +99,35 @@ fn walk(w: &World, mut o: Vec3, mut d: Vec3, band: usize, dice: &mut Dice) -> f6
                 o = o + d * s.t;
                 d = dice.cosine(if s.front { n } else { -n });
             }
+        }
+    }
+}
+
+/// A unit vector at random square to `n`.
+fn d_across(n: Vec3, dice: &mut Dice) -> Vec3 {
+    let a = if n.x.abs() < 0.6 { Vec3::from_array([1.0, 0.0, 0.0]) } else { Vec3::from_array([0.0, 1.0, 0.0]) };
+    let t = a.cross(n).normalized();
+    let turn = std::f64::consts::TAU * dice.roll();
+    t * turn.cos() + n.cross(t) * turn.sin()
+}
+
+/// Collisions within a pane, entered at cosine `c`, one of which is certain: the cosine with the forward normal at which the walk
+/// leaves, and the sine; nothing when it ends inside. Collects emission.
+fn within(p: &zonal_scene::Pane, band: usize, c: f64, dice: &mut Dice, sum: &mut f64) -> Option<(f64, f64)> {
+    let kappa = p.extinction[band];
+    let all = kappa * p.thickness / c;
+    // The first collision, given that there is one.
+    let first = -(1.0 - dice.roll() * (1.0 - (-all).exp())).ln();
+    let mut depth = first / kappa * c;
+    loop {
+        *sum += (1.0 - p.albedo[band]) * p.emission[band];
+        if dice.roll() >= p.albedo[band] {
+            return None;
+        }
+        let cos = 2.0 * dice.roll() - 1.0;
+        depth -= (1.0 - dice.roll()).ln() / kappa * cos;
+        if depth < 0.0 || depth > p.thickness {
+            return Some((cos, (1.0 - cos * cos).sqrt()));
         }
     }
 }

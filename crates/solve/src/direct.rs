@@ -13,13 +13,13 @@ use zonal_transport::Transport;
 use zonal_transport::direct::{Lamp, Receiver};
 
 /// Points of a patch or a pane.
-const SURFACE_POINTS: usize = 16;
+const SURFACE_POINTS: usize = 48;
 /// Points of a voxel.
-const VOLUME_POINTS: usize = 8;
+const VOLUME_POINTS: usize = 64;
 /// Points of an emitter for each point of a zone.
 const LIGHT_SAMPLES: usize = 4;
 /// Points of the sky for each point of a zone.
-const SKY_SAMPLES: usize = 16;
+const SKY_SAMPLES: usize = 6;
 /// Rays that measure the power of a light.
 const BEAM_RAYS: usize = 1 << 17;
 
@@ -117,7 +117,7 @@ fn gather(scene: &Scene, zones: &Zones, transport: &Transport, light: &Light, pr
             progress.advance(1);
             let mut sum = [0.0; 3];
             let mut add = |v: Bands, n: usize| (0..3).for_each(|b| sum[b] += v[b] / n as f64);
-            let seed = |k: usize| (i * SURFACE_POINTS + k) as u64;
+            let seed = |k: usize| (i * VOLUME_POINTS + k) as u64;
             if i < zones.voxel_offset() {
                 let p = &zones.patches[i];
                 for k in 0..SURFACE_POINTS {

@@ -29,14 +29,38 @@ pub fn unit_room(solve: &str, walls: &str, rest: &str) -> String {
 
 /// Largest relative distance of H from `m` on patches and of G from 4 `m` in volumes and panes, over all bands.
 pub fn unlevel(s: &Solution, m: f64) -> (f64, f64) {
-    let worst = |from: usize, to: usize, want: f64| {
-        s.fields.incident[from..to]
-            .iter()
-            .flatten()
-            .fold(0.0f64, |w, x| if x.is_nan() { f64::NAN } else { w.max((x / want - 1.0).abs()) })
-    };
+    let all = unlevels(s, m);
+    let worst = |x: &[f64]| x.iter().fold(0.0f64, |w, x| if x.is_nan() { f64::NAN } else { w.max(*x) });
+    let (h, g) = all.split_at(s.zones.voxel_offset());
+    (worst(h), worst(g))
+}
+
+/// The same a zone, the worst band.
+pub fn unlevels(s: &Solution, m: f64) -> Vec<f64> {
+    let want = |i: usize| if i < s.zones.voxel_offset() { m } else { 4.0 * m };
+    let off = |(i, x): (usize, &[f64; 3])| x.iter().fold(0.0f64, |w, x| if x.is_nan() { *x } else { w.max((x / want(i) - 1.0).abs()) });
+    s.fields.incident.iter().enumerate().map(off).collect()
+}
+
+/// Root mean square of [`unlevels`], weighted by area among patches and by volume among the others.
+pub fn unlevel_rms(s: &Solution, m: f64) -> (f64, f64) {
+    let off = unlevels(s, m);
     let n = s.zones.voxel_offset();
-    (worst(0, n, m), worst(n, s.zones.len(), 4.0 * m))
+    let size = |i: usize| {
+        if i < n {
+            s.zones.patches[i].area
+        } else if i < s.zones.pane_offset() {
+            s.zones.voxels[i - n].volume
+        } else {
+            let p = &s.zones.panes[i - s.zones.pane_offset()];
+            p.area * p.thickness
+        }
+    };
+    let rms = |from: usize, to: usize| {
+        let all: f64 = (from..to).map(size).sum();
+        ((from..to).map(|i| size(i) * off[i] * off[i]).sum::<f64>() / all.max(1e-300)).sqrt()
+    };
+    (rms(0, n), rms(n, s.zones.len()))
 }
 
 /// Indices of the patches of the surface whose name ends so.
