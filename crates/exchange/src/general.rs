@@ -43,7 +43,8 @@ impl Moments {
         let half = 0.5 * self.third / (s * s * s);
         let root = (1.0 + half * half).sqrt();
         // (half − root)(half + root) = −1; the weights are inverse to the distances from the mean.
-        let (low, high) = if half > 0.0 { (-1.0 / (half + root), half + root) } else { (half - root, 1.0 / (root - half)) };
+        let (low, high) =
+            if half > 0.0 { (-1.0 / (half + root), half + root) } else { (half - root, 1.0 / (root - half)) };
         let share = high / (high - low);
         let at = |x: f64| (-kappa * (self.mean + s * x).max(0.0)).exp();
         share * at(low) + (1.0 - share) * at(high)
@@ -154,7 +155,8 @@ pub fn plate_plate(a: &Plate, b: &Plate, two_sided: [bool; 2], tolerance: f64) -
     if is_far(d.length2(), sa, sb, tolerance) {
         return far_plates(a, b, two_sided, d);
     }
-    let (outer, inner, sides) = if sa <= sb { (a, b, two_sided) } else { (b, a, [two_sided[1], two_sided[0]]) };
+    let (outer, inner, sides) =
+        if sa <= sb { (a, b, two_sided) } else { (b, a, [two_sided[1], two_sided[0]]) };
     let floor = tolerance * 1e-2 * outer.area();
     let mut sum = Sums::default();
     for piece in halves(outer, inner, sides[1]) {
@@ -284,7 +286,15 @@ fn in_front(p: &Plate, lo: Vec3, hi: Vec3) -> Option<(Vec3, Vec3)> {
     bounds.filter(|(a, b)| (*b - *a).product() > 0.0)
 }
 
-fn outer_cuboid(p: &Plate, lo: Vec3, edge: Vec3, two_sided: bool, tolerance: f64, floor: f64, depth: u32) -> Sums {
+fn outer_cuboid(
+    p: &Plate,
+    lo: Vec3,
+    edge: Vec3,
+    two_sided: bool,
+    tolerance: f64,
+    floor: f64,
+    depth: u32,
+) -> Sums {
     let quarters = p.quarters();
     let volume = edge.product();
     let sample = |n: usize| {
@@ -300,7 +310,8 @@ fn outer_cuboid(p: &Plate, lo: Vec3, edge: Vec3, two_sided: bool, tolerance: f64
         s
     };
     // Boxes are halved less often than plates, unless they are larger than the plate.
-    let most = MAX_DEPTH - 2 + (edge.length() * (1 << depth) as f64 / p.diameter()).log2().clamp(0.0, 4.0) as u32;
+    let most =
+        MAX_DEPTH - 2 + (edge.length() * (1 << depth) as f64 / p.diameter()).log2().clamp(0.0, 4.0) as u32;
     let (coarse, mut fine) = (sample(1), sample(2));
     fine.error = (fine.f - coarse.f).abs() * 0.25;
     let height = |x: Vec3| p.normal().dot(x - p.origin);

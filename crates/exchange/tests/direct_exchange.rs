@@ -58,12 +58,7 @@ fn row(line: &str) -> Row {
         });
         Cuboid { lo, hi, normal }
     };
-    Row {
-        a: zone(1),
-        b: zone(8),
-        kappa: number(15),
-        want: number(16),
-    }
+    Row { a: zone(1), b: zone(8), kappa: number(15), want: number(16) }
 }
 
 #[test]
@@ -74,13 +69,7 @@ fn the_reference_table_at_every_tolerance() {
         for r in &rows {
             let f = factor(&r.a, &r.b, r.kappa, tolerance);
             let off = (f.value - r.want).abs();
-            assert!(
-                off <= f.radius + TABLE * r.want,
-                "{:?} {:?} {}: {off:e}, {f:?}",
-                r.a,
-                r.b,
-                r.kappa
-            );
+            assert!(off <= f.radius + TABLE * r.want, "{:?} {:?} {}: {off:e}, {f:?}", r.a, r.b, r.kappa);
         }
     }
 }
@@ -93,11 +82,7 @@ fn the_reference_table_through_the_cache_both_ways() {
         assert_eq!(f, g);
         assert!(f.radius <= 1e-10 * f.value);
         // The key rounds lengths to 42 bits.
-        assert!(
-            (f.value - r.want).abs() <= f.radius + 3e-12 * r.want,
-            "{f:?} {}",
-            r.want
-        );
+        assert!((f.value - r.want).abs() <= f.radius + 3e-12 * r.want, "{f:?} {}", r.want);
     }
 }
 
@@ -114,69 +99,15 @@ fn a_loose_tolerance_costs_less() {
 
 /// K, gg, gs, ss opposite, ss adjacent: shared/VALIDATION.md section 3.
 const CUBE: [[f64; 5]; 9] = [
-    [
-        0.01,
-        0.000178729152,
-        0.006636878475,
-        0.197619448773,
-        0.198935918188,
-    ],
-    [
-        0.1,
-        0.017349084555,
-        0.063775152574,
-        0.178841767779,
-        0.189345769912,
-    ],
-    [
-        0.2,
-        0.067181244627,
-        0.122136459229,
-        0.160077043920,
-        0.179446624213,
-    ],
-    [
-        0.5,
-        0.382367763855,
-        0.269605372691,
-        0.114854762298,
-        0.153884966253,
-    ],
-    [
-        1.0,
-        1.323835261269,
-        0.446027456455,
-        0.066163677717,
-        0.121952216457,
-    ],
-    [
-        2.0,
-        4.119440045729,
-        0.646759992379,
-        0.022092805040,
-        0.082786800645,
-    ],
-    [
-        3.0,
-        7.510213675499,
-        0.748297720750,
-        0.007432357363,
-        0.061067480472,
-    ],
-    [
-        5.0,
-        14.946026253016,
-        0.842328957831,
-        0.000857392293,
-        0.039203412469,
-    ],
-    [
-        10.0,
-        34.490219869614,
-        0.918296688398,
-        0.000004209023,
-        0.020424775645,
-    ],
+    [0.01, 0.000178729152, 0.006636878475, 0.197619448773, 0.198935918188],
+    [0.1, 0.017349084555, 0.063775152574, 0.178841767779, 0.189345769912],
+    [0.2, 0.067181244627, 0.122136459229, 0.160077043920, 0.179446624213],
+    [0.5, 0.382367763855, 0.269605372691, 0.114854762298, 0.153884966253],
+    [1.0, 1.323835261269, 0.446027456455, 0.066163677717, 0.121952216457],
+    [2.0, 4.119440045729, 0.646759992379, 0.022092805040, 0.082786800645],
+    [3.0, 7.510213675499, 0.748297720750, 0.007432357363, 0.061067480472],
+    [5.0, 14.946026253016, 0.842328957831, 0.000857392293, 0.039203412469],
+    [10.0, 34.490219869614, 0.918296688398, 0.000004209023, 0.020424775645],
 ];
 
 #[test]
@@ -249,10 +180,7 @@ fn closure_without_the_cache() {
     let kappa = 0.9;
     for a in voxels.iter().chain(&patches) {
         let sum = |zones: &[Cuboid]| {
-            zones
-                .iter()
-                .map(|b| geometric_factor(a, b, kappa, 1e-12).bounded.value)
-                .sum::<f64>()
+            zones.iter().map(|b| geometric_factor(a, b, kappa, 1e-12).bounded.value).sum::<f64>()
         };
         let want = if a.normal.is_some() { 1.0 } else { 4.0 } * a.measure();
         close(sum(&patches) + kappa * sum(&voxels), want, 1e-11, "closure");
@@ -275,11 +203,7 @@ fn pieces(b: &Cuboid) -> Vec<Cuboid> {
             }
         };
         if let (Some(x), Some(y), Some(z)) = (pick(0), pick(1), pick(2)) {
-            out.push(Cuboid {
-                lo: vec3(x.0, y.0, z.0),
-                hi: vec3(x.1, y.1, z.1),
-                normal: b.normal,
-            });
+            out.push(Cuboid { lo: vec3(x.0, y.0, z.0), hi: vec3(x.1, y.1, z.1), normal: b.normal });
         }
     }
     out
@@ -291,10 +215,7 @@ fn additive(a: &Cuboid, b: &Cuboid, kappa: f64, tolerance: f64) {
         .iter()
         .map(|p| geometric_factor(a, p, kappa, tolerance).bounded)
         .fold(Bounded::ZERO, |s, f| s + f);
-    assert!(
-        (sum.value - whole.value).abs() <= sum.radius + whole.radius,
-        "{whole:?} {sum:?}: {a:?} {b:?}"
-    );
+    assert!((sum.value - whole.value).abs() <= sum.radius + whole.radius, "{whole:?} {sum:?}: {a:?} {b:?}");
 }
 
 fn wall(lo: Vec3, hi: Vec3, axis: usize, sign: i8) -> Cuboid {
@@ -337,13 +258,7 @@ fn narrow_gaps_and_thin_zones() {
     let sheet = Cuboid::voxel(Vec3::ZERO, vec3(1.0, 1.0, 1e-3));
     let needle = Cuboid::voxel(vec3(0.2, 0.3, 1e-3), vec3(0.201, 0.301, 1.0));
     let strip = wall(vec3(0.0, 0.0, 1e-3), vec3(1e-3, 1.0, 1e-3), 2, 1);
-    for (a, b) in [
-        (sheet, sheet),
-        (sheet, needle),
-        (needle, needle),
-        (strip, needle),
-        (needle, strip),
-    ] {
+    for (a, b) in [(sheet, sheet), (sheet, needle), (needle, needle), (strip, needle), (needle, strip)] {
         additive(&a, &b, 0.5, 1e-10);
     }
 }
@@ -355,11 +270,7 @@ fn scaling() {
     let v = Cuboid::voxel(vec3(0.0, 0.5, 0.1), vec3(1.0, 1.5, 0.7));
     for s in [1e-6, 0.37, 1e5] {
         for (a, b, power) in [(v, v, 4), (f, v, 3), (f, g, 2)] {
-            let big = |z: Cuboid| Cuboid {
-                lo: z.lo * s,
-                hi: z.hi * s,
-                ..z
-            };
+            let big = |z: Cuboid| Cuboid { lo: z.lo * s, hi: z.hi * s, ..z };
             let x = factor(&a, &b, 1.2, 1e-11);
             let y = factor(&big(a), &big(b), 1.2 / s, 1e-11);
             close(y.value / s.powi(power), x.value, 2.1e-11, "scaling");
@@ -371,21 +282,13 @@ fn scaling() {
 fn image(z: &Cuboid, p: [usize; 3], flip: [bool; 3]) -> Cuboid {
     let (mut lo, mut hi) = ([0.0; 3], [0.0; 3]);
     for k in 0..3 {
-        (lo[k], hi[k]) = if flip[k] {
-            (-z.hi[p[k]], -z.lo[p[k]])
-        } else {
-            (z.lo[p[k]], z.hi[p[k]])
-        };
+        (lo[k], hi[k]) = if flip[k] { (-z.hi[p[k]], -z.lo[p[k]]) } else { (z.lo[p[k]], z.hi[p[k]]) };
     }
     let normal = z.normal.map(|(axis, sign)| {
         let k = p.iter().position(|&x| x == axis).unwrap();
         (k, if flip[k] { -sign } else { sign })
     });
-    Cuboid {
-        lo: Vec3::from_array(lo),
-        hi: Vec3::from_array(hi),
-        normal,
-    }
+    Cuboid { lo: Vec3::from_array(lo), hi: Vec3::from_array(hi), normal }
 }
 
 #[test]
@@ -393,10 +296,7 @@ fn the_forty_eight_symmetries() {
     let floor = wall(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.5, 0.0), 2, 1);
     let side = wall(vec3(1.25, 0.125, 0.0), vec3(1.25, 1.0, 0.75), 0, -1);
     let lid = wall(vec3(0.25, 0.125, 0.5), vec3(1.25, 1.0, 0.5), 2, -1);
-    let (v, w) = (
-        Cuboid::voxel(vec3(0.25, 0.5, 0.0), vec3(0.75, 1.5, 2.0)),
-        cube(1.0, 0.25, -0.5),
-    );
+    let (v, w) = (Cuboid::voxel(vec3(0.25, 0.5, 0.0), vec3(0.75, 1.5, 2.0)), cube(1.0, 0.25, -0.5));
     let cache = FactorCache::new(1e-9);
     for (a, b) in [(floor, side), (floor, lid), (floor, v), (side, w), (v, w)] {
         let direct = factor(&a, &b, 0.6, 1e-9);
@@ -451,12 +351,7 @@ fn closed_forms_of_view_factors() {
         let floor = wall(Vec3::ZERO, vec3(a, b, 0.0), 2, 1);
         let lid = wall(vec3(0.0, 0.0, c), vec3(a, b, c), 2, -1);
         // The closed form loses digits to cancellation at large distances.
-        close(
-            factor(&floor, &lid, 0.0, 1e-12).value,
-            opposed(a, b, c),
-            1e-11,
-            "C-11",
-        );
+        close(factor(&floor, &lid, 0.0, 1e-12).value, opposed(a, b, c), 1e-11, "C-11");
     }
     for (h, w, l) in [
         (1.0, 1.0, 1.0),
@@ -469,12 +364,7 @@ fn closed_forms_of_view_factors() {
     ] {
         let floor = wall(Vec3::ZERO, vec3(w, l, 0.0), 2, 1);
         let side = wall(Vec3::ZERO, vec3(0.0, l, h), 0, 1);
-        close(
-            factor(&floor, &side, 0.0, 1e-12).value,
-            adjacent(h, w, l),
-            1e-10,
-            "C-14",
-        );
+        close(factor(&floor, &side, 0.0, 1e-12).value, adjacent(h, w, l), 1e-10, "C-14");
     }
 }
 
@@ -492,31 +382,19 @@ fn weak_attenuation_tends_to_none() {
         close(weak, none, 4e-9, "continuity");
         let some = factor(&a, &b, 1e-3, 1e-12).value;
         let mean = cumulants.mean_distance;
-        close(
-            (none - some) / none,
-            1e-3 * mean,
-            1e-3 * mean,
-            "the mean distance",
-        );
+        close((none - some) / none, 1e-3 * mean, 1e-3 * mean, "the mean distance");
     }
 }
 
 #[test]
 fn cumulants_attenuate_within_their_radius() {
     let cache = FactorCache::new(1e-10);
-    for (b, kappa) in [
-        (cube(3.0, 1.0, 0.0), 1.0),
-        (cube(1.0, 0.0, 0.0), 0.3),
-        (cube(9.0, 9.0, 9.0), 2.0),
-    ] {
+    for (b, kappa) in [(cube(3.0, 1.0, 0.0), 1.0), (cube(1.0, 0.0, 0.0), 0.3), (cube(9.0, 9.0, 9.0), 2.0)] {
         let a = cube(0.0, 0.0, 0.0);
         let rough = cache.get_cumulants(&a, &b).attenuated(kappa);
         let exact = factor(&a, &b, kappa, 1e-10).value;
         assert_eq!(rough.grade, Grade::Estimated);
-        assert!(
-            (rough.value - exact).abs() <= 2.0 * rough.radius,
-            "{rough:?} {exact}"
-        );
+        assert!((rough.value - exact).abs() <= 2.0 * rough.radius, "{rough:?} {exact}");
         assert!(rough.radius < 0.05 * exact, "{rough:?} {exact}");
     }
 }
@@ -526,22 +404,12 @@ fn far_pairs_tend_to_the_point_formula() {
     // F = (1/pi) (l^6/r^2) (1 + l^2/(6 r^2) + O(r^-4)) for cubes.
     for r in [1e2, 1e3, 1e4, 1e6] {
         let f = factor(&cube(0.0, 0.0, 0.0), &cube(0.6 * r, 0.8 * r, 0.0), 0.0, 1e-11);
-        close(
-            f.value * PI * r * r,
-            1.0 + 1.0 / (6.0 * r * r),
-            1e-11 + r.powi(-4),
-            "far cubes",
-        );
+        close(f.value * PI * r * r, 1.0 + 1.0 / (6.0 * r * r), 1e-11 + r.powi(-4), "far cubes");
     }
     let d = 1e4;
     let floor = wall(Vec3::ZERO, vec3(1.0, 1.0, 0.0), 2, 1);
     let lid = wall(vec3(0.0, 0.0, d), vec3(1.0, 1.0, d), 2, -1);
-    close(
-        factor(&floor, &lid, 1e-4, 1e-12).value,
-        (-1.0f64).exp() / (PI * d * d),
-        1e-7,
-        "far plates",
-    );
+    close(factor(&floor, &lid, 1e-4, 1e-12).value, (-1.0f64).exp() / (PI * d * d), 1e-7, "far plates");
     let extinct = geometric_factor(&floor, &lid, 1.0, 1e-6).bounded;
     assert!(extinct.value == 0.0 && extinct.radius > 0.0 && extinct.radius < 1e-300);
 }
@@ -552,11 +420,7 @@ fn thick_media_end_where_beer_says() {
     let gas = cube(0.0, 0.0, 0.0);
     for kappa in [50.0, 300.0, 2000.0] {
         let own = factor(&gas, &gas, kappa, 1e-10).value;
-        let walls: f64 = gas
-            .walls()
-            .iter()
-            .map(|w| factor(&gas, w, kappa, 1e-10).value)
-            .sum();
+        let walls: f64 = gas.walls().iter().map(|w| factor(&gas, w, kappa, 1e-10).value).sum();
         close(kappa * own + walls, 4.0, 1e-9, "closure of a thick voxel");
     }
 }
@@ -569,19 +433,8 @@ fn unseen_pairs_are_exactly_zero() {
     let back_to_back = wall(vec3(0.0, 0.0, -1.0), vec3(1.0, 1.0, -1.0), 2, -1);
     let below = wall(vec3(1.0, 0.0, -1.0), vec3(1.0, 1.0, 0.0), 0, -1);
     let cache = FactorCache::new(1e-8);
-    for b in [
-        floor,
-        beside,
-        facing_away,
-        back_to_back,
-        below,
-        cube(0.0, 0.0, -1.0),
-    ] {
-        assert_eq!(
-            geometric_factor(&floor, &b, 0.5, 1e-8).bounded,
-            Bounded::ZERO,
-            "{b:?}"
-        );
+    for b in [floor, beside, facing_away, back_to_back, below, cube(0.0, 0.0, -1.0)] {
+        assert_eq!(geometric_factor(&floor, &b, 0.5, 1e-8).bounded, Bounded::ZERO, "{b:?}");
         assert_eq!(geometric_factor(&b, &floor, 0.5, 1e-8).method, "unseen");
         assert_eq!(cache.get(&floor, &b, 0.5), Bounded::ZERO);
         assert_eq!(cache.get_cumulants(&b, &floor).factor, Bounded::ZERO);
@@ -615,14 +468,10 @@ fn the_cache_agrees_with_the_direct_value_on_a_rounded_lattice() {
 
 #[test]
 fn the_cache_does_not_depend_on_threads() {
-    let zones: Vec<Cuboid> = (0..6)
-        .flat_map(|i| [cube(i as f64, 0.5 * i as f64, 0.0), cube(0.0, i as f64, 2.0)])
-        .collect();
+    let zones: Vec<Cuboid> =
+        (0..6).flat_map(|i| [cube(i as f64, 0.5 * i as f64, 0.0), cube(0.0, i as f64, 2.0)]).collect();
     let fill = |cache: &FactorCache| {
-        zones
-            .iter()
-            .map(|z| cache.get(&zones[0], z, 0.7).value.to_bits())
-            .collect::<Vec<_>>()
+        zones.iter().map(|z| cache.get(&zones[0], z, 0.7).value.to_bits()).collect::<Vec<_>>()
     };
     let alone = fill(&FactorCache::new(1e-8));
     let shared = FactorCache::new(1e-8);
@@ -657,12 +506,7 @@ fn any_zone(seed: u64) -> Cuboid {
     let axis = (3.0 * u(10)) as usize;
     let mut corner = hi.array();
     corner[axis] = lo[axis];
-    Cuboid::patch(
-        lo,
-        Vec3::from_array(corner),
-        axis,
-        if u(11) < 0.5 { 1 } else { -1 },
-    )
+    Cuboid::patch(lo, Vec3::from_array(corner), axis, if u(11) < 0.5 { 1 } else { -1 })
 }
 
 #[test]

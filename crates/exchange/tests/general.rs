@@ -37,7 +37,9 @@ fn hinge(degrees: f64) -> (Plate, Plate) {
 }
 
 fn pairs() -> Vec<(&'static str, Plate, Plate)> {
-    let t = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| Plate::triangle(Vec3::from_array(a), Vec3::from_array(b), Vec3::from_array(c));
+    let t = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
+        Plate::triangle(Vec3::from_array(a), Vec3::from_array(b), Vec3::from_array(c))
+    };
     let floor = t([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 1.0, 0.0]);
     let mut out = vec![
         ("apart", floor, t([0.1, 0.0, 1.0], [0.3, 1.0, 1.2], [1.0, 0.1, 0.9])),
@@ -50,14 +52,20 @@ fn pairs() -> Vec<(&'static str, Plate, Plate)> {
         ("touching at a corner", floor, t([1.0, 0.0, 0.0], [1.5, 0.4, 0.8], [1.6, -0.4, 0.6])),
         ("touching within a face", floor, t([0.4, 0.3, 0.0], [0.5, 0.5, 0.8], [1.1, 0.2, 0.7])),
         ("needle", floor, t([-3.0, 0.2, 0.3], [-3.0, 0.22, 0.3], [4.0, 0.5, 0.2])),
-        ("small on large", Plate::parallelogram(vec3(-5.0, -5.0, 0.3), vec3(1.0, 10.0, 0.0), vec3(10.0, 1.0, 0.5)), floor),
+        (
+            "small on large",
+            Plate::parallelogram(vec3(-5.0, -5.0, 0.3), vec3(1.0, 10.0, 0.0), vec3(10.0, 1.0, 0.5)),
+            floor,
+        ),
         (
             "parallelograms",
             Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.1, 0.0), vec3(0.3, 0.8, 0.1)),
             Plate::parallelogram(vec3(0.2, 0.0, 0.7), vec3(0.3, 0.9, 0.2), vec3(0.8, 0.0, -0.3)),
         ),
     ];
-    for (name, degrees) in [("hinge 30", 30.0), ("hinge 90", 90.0), ("hinge 150", 150.0), ("hinge 175", 175.0)] {
+    for (name, degrees) in
+        [("hinge 30", 30.0), ("hinge 90", 90.0), ("hinge 150", 150.0), ("hinge 175", 175.0)]
+    {
         let (a, b) = hinge(degrees);
         out.push((name, a, b));
     }
@@ -93,13 +101,20 @@ fn plates_keep_the_tolerance() {
     let w = World::new(&scene);
     println!("| pair | oracle | s.e. | miss 1e-2 | miss 1e-3 | τ(κ=1) miss |");
     for (seed, (name, a, b)) in pairs().into_iter().enumerate() {
-        let (a, b) = if name == "partly behind" || name == "mostly behind" || name.starts_with("a sliver") { (a, facing(a, b).1) } else { facing(a, b) };
+        let (a, b) = if name == "partly behind" || name == "mostly behind" || name.starts_with("a sliver") {
+            (a, facing(a, b).1)
+        } else {
+            facing(a, b)
+        };
         let e = oracle(&w, &Body::Patch(a), &Body::Patch(b), seed as u64 * 10);
         let floor = 1e-3 * a.area().min(b.area());
         let at = |tolerance: f64| plate_plate(&a, &b, [false; 2], tolerance);
         let off = [1e-2, 1e-3].map(|t| miss(at(t).factor.value, &e[0], floor));
         let tau = miss(at(1e-3).factor.value * at(1e-3).transmittance(1.0), &e[1], floor);
-        println!("| {name} | {:.5e} | {:.1e} | {:.1e} | {:.1e} | {tau:.1e} |", e[0].value, e[0].error, off[0], off[1]);
+        println!(
+            "| {name} | {:.5e} | {:.1e} | {:.1e} | {:.1e} | {tau:.1e} |",
+            e[0].value, e[0].error, off[0], off[1]
+        );
         assert!(off[0] < 1e-2 && off[1] < 1e-3, "{name}: {off:?}");
         assert!(tau < 2e-2, "{name}: attenuated {tau}");
         let swapped = plate_plate(&b, &a, [false; 2], 1e-3).factor.value;
@@ -119,7 +134,9 @@ fn coplanar_plates_and_backs_see_nothing() {
 }
 
 fn boxes() -> Vec<(&'static str, Plate, Vec3, Vec3)> {
-    let t = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| Plate::triangle(Vec3::from_array(a), Vec3::from_array(b), Vec3::from_array(c));
+    let t = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
+        Plate::triangle(Vec3::from_array(a), Vec3::from_array(b), Vec3::from_array(c))
+    };
     let floor = t([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 1.0, 0.0]);
     let slope = t([0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.2, 1.0, 0.3]);
     let (o, i) = (Vec3::ZERO, Vec3::ONE);
@@ -135,9 +152,19 @@ fn boxes() -> Vec<(&'static str, Plate, Vec3, Vec3)> {
         ("sloping, above", slope, vec3(0.2, 0.1, 0.6), vec3(0.7, 0.6, 1.1)),
         ("sloping, beside", slope, vec3(1.0, 0.0, 0.2), vec3(1.5, 0.5, 0.7)),
         ("small box on the slope", slope, vec3(0.3, 0.3, 0.3), vec3(0.4, 0.4, 0.4)),
-        ("large box", t([0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.02, 0.1, 0.03]), vec3(-1.0, -1.0, 0.05), vec3(1.0, 1.0, 2.0)),
+        (
+            "large box",
+            t([0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.02, 0.1, 0.03]),
+            vec3(-1.0, -1.0, 0.05),
+            vec3(1.0, 1.0, 2.0),
+        ),
         ("far", floor, vec3(5.0, 4.0, 7.0), vec3(6.0, 5.0, 8.0)),
-        ("oblique parallelogram", Plate::parallelogram(o, vec3(1.0, 0.0, 0.4), vec3(0.2, 1.0, 0.0)), vec3(0.1, 0.1, 0.6), vec3(0.8, 0.8, 1.4)),
+        (
+            "oblique parallelogram",
+            Plate::parallelogram(o, vec3(1.0, 0.0, 0.4), vec3(0.2, 1.0, 0.0)),
+            vec3(0.1, 0.1, 0.6),
+            vec3(0.8, 0.8, 1.4),
+        ),
     ]
 }
 
@@ -152,7 +179,10 @@ fn plates_and_boxes_keep_the_tolerance() {
         let at = |tolerance: f64| plate_cuboid(&p, lo, hi, false, tolerance);
         let off = [1e-2, 1e-3].map(|t| miss(at(t).factor.value, &e[0], floor));
         let tau = miss(at(1e-3).factor.value * at(1e-3).transmittance(1.0), &e[1], floor);
-        println!("| {name} | {:.5e} | {:.1e} | {:.1e} | {:.1e} | {tau:.1e} |", e[0].value, e[0].error, off[0], off[1]);
+        println!(
+            "| {name} | {:.5e} | {:.1e} | {:.1e} | {:.1e} | {tau:.1e} |",
+            e[0].value, e[0].error, off[0], off[1]
+        );
         assert!(off[0] < 1e-2 && off[1] < 1e-3, "{name}: {off:?}");
         assert!(tau < 2e-2, "{name}: attenuated {tau}");
     }
@@ -167,10 +197,18 @@ fn the_oracles_agree() {
     let others = [
         Body::cuboid(vec3(0.5, 0.3, 0.8), vec3(1.0, 1.0, 1.6)),
         Body::Patch(Plate::triangle(vec3(0.1, 0.0, 1.0), vec3(0.3, 1.0, 1.2), vec3(1.0, 0.1, 0.9))),
-        Body::Volume { lo: vec3(0.0, 0.0, 0.5), hi: vec3(1.0, 1.0, 1.5), planes: vec![(vec3(0.6, 0.0, 0.8), 1.0)] },
+        Body::Volume {
+            lo: vec3(0.0, 0.0, 0.5),
+            hi: vec3(1.0, 1.0, 1.5),
+            planes: vec![(vec3(0.6, 0.0, 0.8), 1.0)],
+        },
     ];
     for o in &others {
-        let (a, b, c) = (by_rays(&w, &t, o, 400_000, 1), by_rays(&w, o, &t, 400_000, 2), by_points(&w, &t, o, 400_000, 3));
+        let (a, b, c) = (
+            by_rays(&w, &t, o, 400_000, 1),
+            by_rays(&w, o, &t, 400_000, 2),
+            by_points(&w, &t, o, 400_000, 3),
+        );
         for k in 0..2 {
             for x in [b[k], c[k]] {
                 let z = (a[k].value - x.value).abs() / (a[k].error.powi(2) + x.error.powi(2)).sqrt();
@@ -198,7 +236,10 @@ fn parts_add_up_to_the_whole() {
             .map(|k| lo + half.scale(vec3((k >> 2) as f64, (k >> 1 & 1) as f64, (k & 1) as f64)))
             .map(|o| plate_cuboid(&a, o, o + half, false, 1e-3).factor.value)
             .sum();
-        assert!((whole - parts).abs() <= 3e-3 * whole.max(1e-2 * edge.product()), "{whole} {parts} {a:?} {lo:?}");
+        assert!(
+            (whole - parts).abs() <= 3e-3 * whole.max(1e-2 * edge.product()),
+            "{whole} {parts} {a:?} {lo:?}"
+        );
     }
 }
 
@@ -209,7 +250,11 @@ fn radii_tell_the_truth() {
     let check = |name: &str, m: Moments, e: &Estimate, floor: f64| {
         let off = (m.factor.value - e.value).abs() - 3.0 * e.error;
         // An estimate may be short, but not by an order of magnitude.
-        assert!(off <= 3.0 * m.factor.radius + 1e-4 * e.value.max(floor), "{name}: off {off:e}, radius {:e}", m.factor.radius);
+        assert!(
+            off <= 3.0 * m.factor.radius + 1e-4 * e.value.max(floor),
+            "{name}: off {off:e}, radius {:e}",
+            m.factor.radius
+        );
     };
     for (seed, (name, p, lo, hi)) in boxes().into_iter().enumerate() {
         let e = oracle(&w, &Body::Patch(p), &Body::cuboid(lo, hi), 3000 + seed as u64 * 10);
@@ -234,7 +279,11 @@ fn workshop(screen: bool) -> Scene {
         options: Options { patch_size: Some(100.0), ..Options::default() },
         panes: vec![Pane {
             name: "pane".into(),
-            plates: vec![Plate::parallelogram(vec3(0.0, 0.76, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 0.1, 1.0))],
+            plates: vec![Plate::parallelogram(
+                vec3(0.0, 0.76, 0.0),
+                vec3(1.0, 0.0, 0.0),
+                vec3(0.0, 0.1, 1.0),
+            )],
             thickness: 0.02,
             extinction: [5.0, 40.0, 0.0],
             albedo: [0.0; 3],
@@ -242,7 +291,8 @@ fn workshop(screen: bool) -> Scene {
         }],
         ..SceneParts::default()
     };
-    let mut add = |surface: usize, plate: Plate| parts.facets.push(Facet { surface, plate, uv: [[0.0; 2]; 3] });
+    let mut add =
+        |surface: usize, plate: Plate| parts.facets.push(Facet { surface, plate, uv: [[0.0; 2]; 3] });
     add(0, Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)));
     add(1, Plate::triangle(vec3(0.0, 0.0, 1.0), vec3(0.2, 1.0, 0.9), vec3(1.0, 0.1, 0.8)));
     if screen {
@@ -261,7 +311,11 @@ fn whole_zones_of_a_scene_agree_with_the_oracle() {
         let zones: Zones = build_zones(&scene, &transport).unwrap();
         let exchange = Exchange::new(&scene, &zones, &transport);
         let w = World::new(&scene);
-        let whole = |i: usize| i < zones.voxel_offset() || i >= zones.pane_offset() || zones.voxels[i - zones.voxel_offset()].part.is_empty();
+        let whole = |i: usize| {
+            i < zones.voxel_offset()
+                || i >= zones.pane_offset()
+                || zones.voxels[i - zones.voxel_offset()].part.is_empty()
+        };
         let (mut count, mut n) = (Counts::default(), 0);
         let (mut sums, mut worst) = ([[0.0f64; 2]; 3], [0.0f64; 3]);
         for i in 0..zones.len() {
@@ -271,8 +325,25 @@ fn whole_zones_of_a_scene_agree_with_the_oracle() {
                 let e = by_rays(&w, &a, &b, 20_000, (i * 1000 + j) as u64);
                 n += 1;
                 if std::env::var_os("ZONAL_PAIRS").is_some() {
-                    let kind = |i: usize| if i < zones.voxel_offset() { 's' } else if i < zones.pane_offset() { 'v' } else { 'p' };
-                    println!("{}{} {i} {j}: {:?}", kind(i), kind(j), [0, 1, 2].map(|k| format!("{:.3}±{:.3}", f.value[k] / e[k].value, e[k].error / e[k].value)));
+                    let kind = |i: usize| {
+                        if i < zones.voxel_offset() {
+                            's'
+                        } else if i < zones.pane_offset() {
+                            'v'
+                        } else {
+                            'p'
+                        }
+                    };
+                    println!(
+                        "{}{} {i} {j}: {:?}",
+                        kind(i),
+                        kind(j),
+                        [0, 1, 2].map(|k| format!(
+                            "{:.3}±{:.3}",
+                            f.value[k] / e[k].value,
+                            e[k].error / e[k].value
+                        ))
+                    );
                 }
                 for k in 0..3 {
                     // A zone's own length scale makes all kinds of pairs alike.
@@ -284,14 +355,20 @@ fn whole_zones_of_a_scene_agree_with_the_oracle() {
                     if e[k].value > 1e-5 && relative > worst[k] {
                         worst[k] = relative;
                         if relative > 0.1 {
-                            println!("{screen} {i} {j} band {k}: {:e} ± {:e} against {:e} ± {:e}", f.value[k], f.radius[k], e[k].value, e[k].error);
+                            println!(
+                                "{screen} {i} {j} band {k}: {:e} ± {:e} against {:e} ± {:e}",
+                                f.value[k], f.radius[k], e[k].value, e[k].error
+                            );
                         }
                     }
                 }
             }
         }
         let mean = sums.map(|s| s[0] / s[1] - 1.0);
-        println!("screen {screen}: {n} pairs, {} zones; mean off {mean:?}, worst beyond radii {worst:?}", zones.len());
+        println!(
+            "screen {screen}: {n} pairs, {} zones; mean off {mean:?}, worst beyond radii {worst:?}",
+            zones.len()
+        );
         assert!(mean.iter().zip([0.01, 0.03, 0.05]).all(|(m, most)| m.abs() < most), "{mean:?}");
         assert!(worst.iter().all(|x| *x < 0.1), "{worst:?}");
     }
@@ -317,7 +394,11 @@ fn cut_cells_agree_with_the_oracle() {
     for [i, j, k] in [[0, 1, 2], [1, 0, 3], [2, 1, 3], [0, 2, 3]] {
         parts.facets.push(Facet { surface: 0, plate: Plate::triangle(q[i], q[j], q[k]), uv: [[0.0; 2]; 3] });
     }
-    parts.facets.push(Facet { surface: 1, plate: Plate::parallelogram(vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), vec3(0.0, 1.0, 0.0)), uv: [[0.0; 2]; 3] });
+    parts.facets.push(Facet {
+        surface: 1,
+        plate: Plate::parallelogram(vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), vec3(0.0, 1.0, 0.0)),
+        uv: [[0.0; 2]; 3],
+    });
     let scene = Scene::new(parts).unwrap();
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
@@ -327,7 +408,9 @@ fn cut_cells_agree_with_the_oracle() {
         Body::Volume { lo, hi, .. } => Body::Volume { lo, hi, planes: vec![(n, c)] },
         b => b,
     };
-    let cut: Vec<usize> = (zones.voxel_offset()..zones.pane_offset()).filter(|&i| !zones.voxels[i - zones.voxel_offset()].part.is_empty()).collect();
+    let cut: Vec<usize> = (zones.voxel_offset()..zones.pane_offset())
+        .filter(|&i| !zones.voxels[i - zones.voxel_offset()].part.is_empty())
+        .collect();
     assert!(!cut.is_empty());
     let (mut count, mut squares, mut all, mut m) = (Counts::default(), [0.0f64; 3], [0.0f64; 3], 0.0);
     for &i in &cut {
@@ -343,7 +426,10 @@ fn cut_cells_agree_with_the_oracle() {
                 squares[k] += (off * e[k].value).powi(2);
                 all[k] += e[k].value.powi(2);
                 if off > 0.05 {
-                    println!("{i} {j} band {k}: {:e} ± {:e} against {:e} ± {:e}", f.value[k], f.radius[k], e[k].value, e[k].error);
+                    println!(
+                        "{i} {j} band {k}: {:e} ± {:e} against {:e} ± {:e}",
+                        f.value[k], f.radius[k], e[k].value, e[k].error
+                    );
                 }
             }
         }

@@ -23,10 +23,7 @@ pub(super) fn plan(cell: &Cell, kernel: &Kernel, budget: f64) -> [Choice; 3] {
         if cell.spans[k].len > 0.0 {
             choose(cell, kernel, k, volume, budget / directions)
         } else {
-            Choice {
-                points: 1,
-                error: 0.0,
-            }
+            Choice { points: 1, error: 0.0 }
         }
     })
 }
@@ -60,13 +57,7 @@ pub(super) fn integrate<const P: usize>(
     scratch: &mut Scratch,
 ) -> [f64; P] {
     for k in 0..3 {
-        fill(
-            &cell.spans[k],
-            kernel.power[k],
-            plan[k].points,
-            &mut scratch.square[k],
-            &mut scratch.factor[k],
-        );
+        fill(&cell.spans[k], kernel.power[k], plan[k].points, &mut scratch.square[k], &mut scratch.factor[k]);
     }
     sum_tensor::<P>(scratch, kernel)
 }

@@ -36,13 +36,8 @@ pub struct Cumulants {
 }
 
 impl Cumulants {
-    const UNSEEN: Cumulants = Cumulants {
-        factor: Bounded::ZERO,
-        mean_distance: 0.0,
-        variance: 0.0,
-        third: 0.0,
-        fourth: 0.0,
-    };
+    const UNSEEN: Cumulants =
+        Cumulants { factor: Bounded::ZERO, mean_distance: 0.0, variance: 0.0, third: 0.0, fourth: 0.0 };
 
     /// 𝓕₀ exp(−κ r̄ + κ² var/2): estimated, the radius being the change by the third and fourth cumulants.
     pub fn attenuated(&self, kappa: f64) -> Bounded {
@@ -130,11 +125,7 @@ impl FactorCache {
     /// On a tolerance that is not positive.
     pub fn new(tolerance: f64) -> FactorCache {
         assert!(tolerance > 0.0, "tolerance {tolerance}");
-        FactorCache {
-            tolerance,
-            factors: Table::new(),
-            cumulants: Table::new(),
-        }
+        FactorCache { tolerance, factors: Table::new(), cumulants: Table::new() }
     }
 
     /// The relative tolerance of the cache.
@@ -154,15 +145,10 @@ impl FactorCache {
 
     /// The geometric factor of a pair for extinction `kappa` ≥ 0 (1/m); boxes must be valid ([`Cuboid::is_valid`]).
     pub fn get(&self, a: &Cuboid, b: &Cuboid, kappa: f64) -> Bounded {
-        debug_assert!(
-            a.is_valid() && b.is_valid() && kappa >= 0.0,
-            "{a:?} {b:?} {kappa}"
-        );
+        debug_assert!(a.is_valid() && b.is_valid() && kappa >= 0.0, "{a:?} {b:?} {kappa}");
         match key(a, b, kappa) {
             None => Bounded::ZERO,
-            Some(k) => self
-                .factors
-                .get(&k, || factor_of(&pair_of(&k), kappa, self.tolerance).bounded),
+            Some(k) => self.factors.get(&k, || factor_of(&pair_of(&k), kappa, self.tolerance).bounded),
         }
     }
 
@@ -171,9 +157,7 @@ impl FactorCache {
         debug_assert!(a.is_valid() && b.is_valid(), "{a:?} {b:?}");
         match key(a, b, 0.0) {
             None => Cumulants::UNSEEN,
-            Some(k) => self
-                .cumulants
-                .get(&k, || cumulants_of(&pair_of(&k), self.tolerance)),
+            Some(k) => self.cumulants.get(&k, || cumulants_of(&pair_of(&k), self.tolerance)),
         }
     }
 }
@@ -237,10 +221,7 @@ fn key(a: &Cuboid, b: &Cuboid, kappa: f64) -> Option<Key> {
     for k in 0..3 {
         words[2 + 3 * k..5 + 3 * k].copy_from_slice(&axes[k]);
     }
-    Some(Key {
-        words,
-        hash: mix(&words),
-    })
+    Some(Key { words, hash: mix(&words) })
 }
 
 /// (short/long, low/long), rounded; where both boxes are flat (0, offset/scale).
@@ -300,10 +281,6 @@ fn pair_of(key: &Key) -> Reduced {
         } else {
             [low, low + short, low + 1.0, low + 1.0 + short].map(|t| t * long)
         };
-        AxisDensity {
-            long,
-            short: short * long,
-            p,
-        }
+        AxisDensity { long, short: short * long, p }
     }))
 }

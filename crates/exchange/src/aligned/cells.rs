@@ -48,11 +48,7 @@ pub(super) struct Cell {
 impl Cell {
     /// A cell whose spans carry up to three roundings each.
     fn new(spans: [Span; 3]) -> Cell {
-        Cell {
-            spans,
-            ulps: 3.0,
-            cuts: 1.0,
-        }
+        Cell { spans, ulps: 3.0, cuts: 1.0 }
     }
 
     /// True when the singular point t = 0 is a corner.
@@ -168,11 +164,7 @@ impl Cell {
                 (thickest, depth) = (k, d);
             }
         }
-        if rho < NARROW {
-            Some(narrowest)
-        } else {
-            (depth > THICK).then_some(thickest)
-        }
+        if rho < NARROW { Some(narrowest) } else { (depth > THICK).then_some(thickest) }
     }
 }
 

@@ -22,11 +22,7 @@ impl Cuboid {
 
     /// The rectangle between two corners that agree on `axis`, facing `sign` (+1 or −1) along it.
     pub const fn patch(lo: Vec3, hi: Vec3, axis: usize, sign: i8) -> Cuboid {
-        Cuboid {
-            lo,
-            hi,
-            normal: Some((axis, sign)),
-        }
+        Cuboid { lo, hi, normal: Some((axis, sign)) }
     }
 
     /// Extents along the axes, m.
@@ -51,9 +47,7 @@ impl Cuboid {
             Some((axis, _)) if axis == k => self.lo[k] == self.hi[k],
             _ => self.lo[k] < self.hi[k],
         };
-        let named = self
-            .normal
-            .is_none_or(|(axis, sign)| axis < 3 && (sign == 1 || sign == -1));
+        let named = self.normal.is_none_or(|(axis, sign)| axis < 3 && (sign == 1 || sign == -1));
         named && self.lo.is_finite() && self.hi.is_finite() && (0..3).all(sound)
     }
 
@@ -67,12 +61,7 @@ impl Cuboid {
                 c[axis] = plane;
                 vec3(c[0], c[1], c[2])
             };
-            Cuboid::patch(
-                on_plane(self.lo),
-                on_plane(self.hi),
-                axis,
-                if upper { -1 } else { 1 },
-            )
+            Cuboid::patch(on_plane(self.lo), on_plane(self.hi), axis, if upper { -1 } else { 1 })
         })
     }
 }

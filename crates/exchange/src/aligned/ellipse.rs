@@ -26,9 +26,7 @@ pub(super) struct Ellipse {
 
 /// Where between the interval and the widest ellipse the bound is tried, from wide to narrow: narrow ones serve
 /// optically long pairs, whose e^{−κr} grows fast off the real axis.
-const FRACTIONS: [f64; 12] = [
-    0.95, 0.86, 0.72, 0.55, 0.38, 0.24, 0.14, 0.07, 0.03, 0.012, 0.005, 0.002,
-];
+const FRACTIONS: [f64; 12] = [0.95, 0.86, 0.72, 0.55, 0.38, 0.24, 0.14, 0.07, 0.03, 0.012, 0.005, 0.002];
 
 /// B² of the ellipse on which R vanishes.
 fn widest(x: f64, h: f64, c2: f64) -> f64 {
@@ -52,16 +50,8 @@ pub(super) fn around(lo: f64, len: f64, c2: f64) -> impl Iterator<Item = Ellipse
         let b = f * b_max;
         let (b2, a2) = (b * b, b * b + h * h);
         let a = a2.sqrt();
-        let dip = if x * a >= a2 + b2 {
-            (x - a) * (x - a)
-        } else {
-            b2 * (x * x / (a2 + b2) - 1.0)
-        };
-        Ellipse {
-            a,
-            rho: (a + b) / h,
-            square: c2 + dip,
-        }
+        let dip = if x * a >= a2 + b2 { (x - a) * (x - a) } else { b2 * (x * x / (a2 + b2) - 1.0) };
+        Ellipse { a, rho: (a + b) / h, square: c2 + dip }
     })
 }
 
@@ -102,13 +92,9 @@ mod tests {
 
     #[test]
     fn the_real_part_keeps_above_the_bound() {
-        for (lo, len, c2) in [
-            (0.0, 1.0, 1.0),
-            (1.0, 1.0, 0.0),
-            (0.01, 1.0, 0.3),
-            (5.0, 1.0, 2.0),
-            (2.0, 0.1, 0.0),
-        ] {
+        for (lo, len, c2) in
+            [(0.0, 1.0, 1.0), (1.0, 1.0, 0.0), (0.01, 1.0, 0.3), (5.0, 1.0, 2.0), (2.0, 0.1, 0.0)]
+        {
             for e in around(lo, len, c2) {
                 let (h, b) = (0.5 * len, (e.a * e.a - 0.25 * len * len).sqrt());
                 let lowest = (0..2000)
@@ -120,11 +106,7 @@ mod tests {
                     .fold(f64::INFINITY, f64::min);
                 assert!(e.square > 0.0 && e.rho > 1.0);
                 assert!(e.square <= lowest * (1.0 + 1e-9), "{} {lowest}", e.square);
-                assert!(
-                    (e.square - lowest).abs() <= 1e-3 * (lowest + len * len),
-                    "{} {lowest}",
-                    e.square
-                );
+                assert!((e.square - lowest).abs() <= 1e-3 * (lowest + len * len), "{} {lowest}", e.square);
                 assert!(e.rho <= widest_rho(lo, len, c2));
             }
         }

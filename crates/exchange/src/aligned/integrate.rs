@@ -41,11 +41,7 @@ struct Compensated {
 impl Compensated {
     fn add(&mut self, x: f64) {
         let s = self.sum + x;
-        self.rest += if self.sum.abs() >= x.abs() {
-            (self.sum - s) + x
-        } else {
-            (x - s) + self.sum
-        };
+        self.rest += if self.sum.abs() >= x.abs() { (self.sum - s) + x } else { (x - s) + self.sum };
         self.sum = s;
     }
     fn total(self) -> f64 {

@@ -54,11 +54,7 @@ pub struct Factor {
 }
 
 impl Factor {
-    const UNSEEN: Factor = Factor {
-        bounded: Bounded::ZERO,
-        evaluations: 0,
-        method: "unseen",
-    };
+    const UNSEEN: Factor = Factor { bounded: Bounded::ZERO, evaluations: 0, method: "unseen" };
 }
 
 /// The smallest tolerance that is asked for; below, rounding is all there is.
@@ -72,10 +68,7 @@ const FINEST: f64 = 1e-13;
 /// # Panics
 /// On an invalid box ([`Cuboid::is_valid`]), a negative or non-finite `kappa`, a tolerance that is not positive.
 pub fn geometric_factor(a: &Cuboid, b: &Cuboid, kappa: f64, tolerance: f64) -> Factor {
-    assert!(
-        a.is_valid() && b.is_valid(),
-        "not a box or rectangle: {a:?}, {b:?}"
-    );
+    assert!(a.is_valid() && b.is_valid(), "not a box or rectangle: {a:?}, {b:?}");
     assert!(kappa >= 0.0 && kappa.is_finite(), "extinction {kappa} 1/m");
     assert!(tolerance > 0.0, "tolerance {tolerance}");
     match reduced::reduce(a, b) {

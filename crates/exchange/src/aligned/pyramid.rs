@@ -48,10 +48,7 @@ const WIDE: [f64; 6] = [3.0, 6.0, 12.0, 24.0, 60.0, 200.0];
 fn radial_choice(cell: &Cell, kernel: &Kernel, k: usize, extra: usize, budget: f64) -> Choice {
     let degree = cell.spans.iter().filter(|s| s.w0 != s.w1).count() + extra;
     if kernel.kappa == 0.0 {
-        return Choice {
-            points: degree / 2 + 1,
-            error: 0.0,
-        };
+        return Choice { points: degree / 2 + 1, error: 0.0 };
     }
     let d = cell.spans.map(|s| s.len);
     let face = cell.volume() * kernel.numerator(d) * d[k].powi(-kernel.q());

@@ -27,17 +27,8 @@ impl Span {
     pub fn cut_at(&self, length: f64) -> (Span, Span) {
         let rest = self.len - length;
         let w = (self.w0 * rest + self.w1 * length) / self.len;
-        let near = Span {
-            len: length,
-            w1: w,
-            ..*self
-        };
-        let far = Span {
-            lo: self.lo + length,
-            len: rest,
-            w0: w,
-            w1: self.w1,
-        };
+        let near = Span { len: length, w1: w, ..*self };
+        let far = Span { lo: self.lo + length, len: rest, w0: w, w1: self.w1 };
         (near, far)
     }
 }
@@ -62,10 +53,7 @@ impl AxisDensity {
     /// The density of −t.
     pub fn reflected(&self) -> AxisDensity {
         let [a, b, c, d] = self.p;
-        AxisDensity {
-            p: [-d, -c, -b, -a],
-            ..*self
-        }
+        AxisDensity { p: [-d, -c, -b, -a], ..*self }
     }
 
     /// The density's pieces and how many there are.
@@ -79,11 +67,7 @@ impl AxisDensity {
                 let rise = (p[0], p[1], short, 0.0, short);
                 let level = (p[1], p[2], long - short, short, short);
                 let fall = (p[2], p[3], short, short, 0.0);
-                if long > short {
-                    ([rise, level, fall], 3)
-                } else {
-                    ([rise, fall, NONE], 2)
-                }
+                if long > short { ([rise, level, fall], 3) } else { ([rise, fall, NONE], 2) }
             }
         }
     }
@@ -97,36 +81,16 @@ impl AxisDensity {
         let (pieces, count) = self.pieces();
         for &(from, to, len, w0, w1) in &pieces[..count] {
             if from >= 0.0 {
-                spans.push(Span {
-                    lo: from,
-                    len,
-                    w0,
-                    w1,
-                });
+                spans.push(Span { lo: from, len, w0, w1 });
             } else if to <= 0.0 {
                 if !cut && !even {
-                    spans.push(Span {
-                        lo: -to,
-                        len,
-                        w0: w1,
-                        w1: w0,
-                    });
+                    spans.push(Span { lo: -to, len, w0: w1, w1: w0 });
                 }
             } else {
                 let w = (w0 * to + w1 * -from) / (to - from);
-                spans.push(Span {
-                    lo: 0.0,
-                    len: to,
-                    w0: w,
-                    w1,
-                });
+                spans.push(Span { lo: 0.0, len: to, w0: w, w1 });
                 if !cut && !even {
-                    spans.push(Span {
-                        lo: 0.0,
-                        len: -from,
-                        w0: w,
-                        w1: w0,
-                    });
+                    spans.push(Span { lo: 0.0, len: -from, w0: w, w1: w0 });
                 }
             }
         }
@@ -172,11 +136,7 @@ pub(super) fn reduce(a: &super::Cuboid, b: &super::Cuboid) -> Option<Reduced> {
         let (la, lb) = (a.hi[k] - a.lo[k], b.hi[k] - b.lo[k]);
         let (q, r) = (b.lo[k] - a.lo[k], b.hi[k] - a.hi[k]);
         let p = [b.lo[k] - a.hi[k], q.min(r), q.max(r), b.hi[k] - a.lo[k]];
-        let d = AxisDensity {
-            long: la.max(lb),
-            short: la.min(lb),
-            p,
-        };
+        let d = AxisDensity { long: la.max(lb), short: la.min(lb), p };
         if sign[k] < 0 { d.reflected() } else { d }
     };
     let reduced = Reduced([density(0), density(1), density(2)]);

@@ -63,7 +63,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     output::write_solution(&run, &solution)?;
     let (pixels, samples) = match args.size {
         Size::Small => ((160, 120), 4),
-        Size::Full => ((640, 480), 9),
+        Size::Full => ((640, 480), 6),
     };
     let mut pictures = Vec::new();
     for camera in solution.scene.cameras() {

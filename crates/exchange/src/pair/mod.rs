@@ -1,0 +1,312 @@
+//! The exchange area of any two zones of a scene: the one place that decides which formula serves a pair.
+//!
+//! What is kept of a pair is g_ij = F_ij/(c_i c_j) with c = κ for volume zones and 1 for patches, so that a band without
+//! extinction keeps its factors: the fluence of an empty voxel is G_i = (1/V_i) Σ_j g_ij c_j B_j.
+//!
+//! | pair | geometry | attenuation |
+//! |---|---|---|
+//! | axis-aligned, uniform κ | reduced integral, **proved** | inside the integral |
+//! | axis-aligned, varying κ | reduced integral at κ = 0 | three moments of the distance × mean extinction along rays |
+//! | the same, optically thick | the same | chords of rays through both voxels |
+//! | a plate in any position | closed solid angle inside, Gauss points outside, estimated | the same |
+//! | a voxel cut by walls | sums over its samples | the same, ray by ray |
+//! | a pane | as a plate that is seen from both sides, times (1 − e^{−κt/c})/κ, c the cosine | the same |
+//!
+//! **Visibility** multiplies: the mean over rays between points of both zones, weighted by the kernel. Few rays first; where
+//! they disagree, more. The points differ from pair to pair, so that the errors of neighbours do not add up.
+
+mod parts;
+mod rays;
+mod zone;
+
+use parts::subcell_table;
+use rays::{PANE_SPLITS, pane_own};
+use zone::{Shape, Zone, behind, plate_zone};
+use crate::aligned::{Cuboid, FactorCache};
+use crate::general::{self, Moments};
+use zonal_math::Vec3;
+use zonal_scene::zones::SUBCELLS;
+use zonal_scene::{Bands, Plate, Scene, Zones, bands};
+use zonal_transport::Transport;
+
+/// The relative radius of the axis-aligned factors in a solve: they are exact for every purpose of it.
+const ALIGNED_TOLERANCE: f64 = 1e-11;
+
+/// What was counted while pairs were computed.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Counts {
+    /// Pairs of axis-aligned zones by the reduced integral.
+    pub aligned: u64,
+    /// Pairs with a plate in a general position.
+    pub general: u64,
+    /// Pairs with a cut voxel.
+    pub cut: u64,
+    /// Pairs with a pane.
+    pub pane: u64,
+    /// Pairs that cannot see each other by their orientation.
+    pub facing_away: u64,
+    /// Pairs resolved by more than the first rays.
+    pub partial: u64,
+    /// Rays.
+    pub rays: u64,
+}
+
+impl Counts {
+    /// Adds another count.
+    pub fn merge(&mut self, o: Counts) {
+        self.aligned += o.aligned;
+        self.general += o.general;
+        self.cut += o.cut;
+        self.pane += o.pane;
+        self.facing_away += o.facing_away;
+        self.partial += o.partial;
+        self.rays += o.rays;
+    }
+}
+
+/// g_ij with its error radius, a band.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PairFactor {
+    /// g_ij: m² (ss), m³ (sv), m⁴ (vv).
+    pub value: Bands,
+    /// Error radius: estimated, or proved where no ray and no general quadrature took part.
+    pub radius: Bands,
+}
+
+/// Exchange of the zones of a scene.
+pub struct Exchange<'a> {
+    zones: &'a Zones,
+    transport: &'a Transport<'a>,
+    items: Vec<Zone<'a>>,
+    cache: FactorCache,
+    tolerance: f64,
+    /// κ where every zone lies in one uniform medium (zero in vacuum) and no pane can stand between two zones.
+    uniform: Option<Bands>,
+    occluders: bool,
+    /// Extinction varies inside the voxmap, or a pane can stand between two zones: a few rays do not tell the attenuation.
+    varied: bool,
+    /// Some pane can stand between two zones.
+    panes_between: bool,
+    /// Factors of sub-cells by their offset, with the means of r, r² and r³.
+    subcells: Vec<[f64; 4]>,
+}
+
+impl<'a> Exchange<'a> {
+    /// Prepares the exchange of `zones`, which were built from `scene`.
+    pub fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> Exchange<'a> {
+        let mut items = Vec::with_capacity(zones.len());
+        items.extend(zones.patches.iter().map(|p| plate_zone(p.plate, None)));
+        let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
+        for z in &zones.voxels {
+            let map = scene.voxmap().expect("voxel zones come from a voxmap");
+            let lo = map.corner(map.coordinates(z.cell));
+            let hi = lo + cell;
+            let shape = if z.part.is_empty() { Shape::Cuboid } else { Shape::Part(&z.part) };
+            items.push(Zone {
+                shape,
+                aligned: Some(Cuboid { lo, hi, normal: None }),
+                normal: Vec3::ZERO,
+                centre: z.centre,
+                lo,
+                hi,
+                size: cell.length(),
+                measure: z.volume,
+                thickness: z.extinction.map(|k| k * cell.length()),
+            });
+        }
+        items.extend(zones.panes.iter().enumerate().map(|(k, p)| plate_zone(p.plate, Some(k))));
+        let cache = FactorCache::new(ALIGNED_TOLERANCE);
+        let subcells = if zones.voxels.iter().any(|z| !z.part.is_empty()) {
+            subcell_table(cell * (1.0 / SUBCELLS as f64), &cache)
+        } else {
+            Vec::new()
+        };
+        Exchange {
+            zones,
+            transport,
+            items,
+            cache,
+            tolerance: scene.options().tolerance,
+            uniform: uniform_medium(scene, zones, transport),
+            varied: transport.has_panes_between()
+                || scene.voxmap().is_some_and(|v| v.uniform_extinction().is_none())
+                || uniform_medium(scene, zones, transport).is_none(),
+            occluders: transport.has_occluders(),
+            panes_between: transport.has_panes_between(),
+            subcells,
+        }
+    }
+
+    /// κ where it is the same all along every path between two zones.
+    pub fn uniform(&self) -> Option<Bands> {
+        self.uniform
+    }
+
+    /// g_ij; symmetric to the bit.
+    pub fn pair(&self, i: usize, j: usize, counts: &mut Counts) -> PairFactor {
+        let (i, j) = if i < j { (j, i) } else { (i, j) };
+        let (a, b) = (&self.items[i], &self.items[j]);
+        if i == j {
+            return self.own(i, counts);
+        }
+        if behind(a, b) || behind(b, a) {
+            counts.facing_away += 1;
+            return PairFactor::default();
+        }
+        let seed = ((i as u64) << 32) | j as u64;
+        match (&a.shape, &b.shape) {
+            (Shape::Part(_), _) | (_, Shape::Part(_)) => {
+                counts.cut += 1;
+                self.with_part(a, b, seed, counts)
+            }
+            (Shape::Plate { pane: Some(_), .. }, _) | (_, Shape::Plate { pane: Some(_), .. }) => {
+                counts.pane += 1;
+                self.pane_pair(a, b, seed, PANE_SPLITS, counts)
+            }
+            _ => self.simple(a, b, seed, counts),
+        }
+    }
+
+    /// Pairs of patches and whole voxels.
+    fn simple(&self, a: &Zone, b: &Zone, seed: u64, counts: &mut Counts) -> PairFactor {
+        if let (Some(p), Some(q)) = (&a.aligned, &b.aligned) {
+            counts.aligned += 1;
+            if let Some(kappa) = self.uniform {
+                let mut out = PairFactor::default();
+                for k in 0..3 {
+                    if let Some(same) = (0..k).find(|&m| kappa[m] == kappa[k]) {
+                        (out.value[k], out.radius[k]) = (out.value[same], out.radius[same]);
+                    } else {
+                        let f = self.cache.get(p, q, kappa[k]);
+                        (out.value[k], out.radius[k]) = (f.value, f.radius);
+                    }
+                }
+                return if self.occluders { self.times_visibility(a, b, out, seed, counts) } else { out };
+            }
+        } else {
+            counts.general += 1;
+        }
+        let m = self.moments(a, b);
+        match self.uniform.filter(|_| !self.is_thick(a, b)) {
+            Some(kappa) => {
+                let t = bands(|k| m.transmittance(kappa[k]));
+                let out = PairFactor {
+                    value: t.map(|t| m.factor.value * t),
+                    radius: t.map(|t| m.factor.radius * t),
+                };
+                if self.occluders { self.times_visibility(a, b, out, seed, counts) } else { out }
+            }
+            None => self.by_rays(a, b, m, seed, counts),
+        }
+    }
+
+    /// The unattenuated factor of two zones, neither of them cut.
+    fn moments(&self, a: &Zone, b: &Zone) -> Moments {
+        if let (Some(p), Some(q)) = (&a.aligned, &b.aligned)
+            && !matches!(a.shape, Shape::Plate { pane: Some(_), .. })
+            && !matches!(b.shape, Shape::Plate { pane: Some(_), .. })
+        {
+            let c = self.cache.get_cumulants(p, q);
+            return Moments { factor: c.factor, mean: c.mean_distance, variance: c.variance, third: c.third };
+        }
+        let tolerance = self.tolerance;
+        match (&a.shape, &b.shape) {
+            (Shape::Plate { plate: p, pane: u }, Shape::Plate { plate: q, pane: v }) => {
+                general::plate_plate(p, q, [u.is_some(), v.is_some()], tolerance)
+            }
+            (Shape::Plate { plate, pane }, _) => {
+                general::plate_cuboid(plate, b.lo, b.hi, pane.is_some(), tolerance)
+            }
+            (_, Shape::Plate { plate, pane }) => {
+                general::plate_cuboid(plate, a.lo, a.hi, pane.is_some(), tolerance)
+            }
+            _ => unreachable!("two cuboids are aligned"),
+        }
+    }
+
+    /// Exchange of a zone with itself.
+    fn own(&self, i: usize, counts: &mut Counts) -> PairFactor {
+        let z = &self.items[i];
+        match &z.shape {
+            Shape::Plate { pane: None, .. } => PairFactor::default(),
+            Shape::Plate { pane: Some(k), .. } => {
+                let p = &self.zones.panes[*k];
+                let value =
+                    p.extinction.map(|k| if k > 0.0 { pane_own(k, p.thickness) * z.measure } else { 0.0 });
+                PairFactor { value, radius: [0.0; 3] }
+            }
+            Shape::Cuboid => {
+                let kappa = self.kappa(i);
+                let c = z.aligned.as_ref().expect("a voxel is aligned");
+                let f = kappa.map(|k| self.cache.get(c, c, k));
+                let all = PairFactor { value: f.map(|f| f.value), radius: f.map(|f| f.radius) };
+                self.own_visible(i, all, counts)
+            }
+            Shape::Part(samples) => {
+                counts.cut += 1;
+                let m = self.subcell_sum([0; 3], samples, samples);
+                let kappa = self.kappa(i);
+                let value = bands(|k| m.factor.value * m.transmittance(kappa[k]));
+                self.own_visible(i, PairFactor { value, radius: value.map(|v| v * self.tolerance) }, counts)
+            }
+        }
+    }
+
+    /// A sheet may stand in the middle of a voxel without dividing it.
+    fn own_visible(&self, i: usize, all: PairFactor, counts: &mut Counts) -> PairFactor {
+        if !self.occluders {
+            return all;
+        }
+        let seed = ((i as u64) << 32) | i as u64;
+        self.times_visibility(&self.items[i], &self.items[i], all, seed, counts)
+    }
+
+    fn kappa(&self, i: usize) -> Bands {
+        self.zones.voxels[i - self.zones.voxel_offset()].extinction
+    }
+}
+
+/// κ if it is the same all along every path between two zones, zero in vacuum.
+fn uniform_medium(scene: &Scene, zones: &Zones, transport: &Transport) -> Option<Bands> {
+    if transport.has_panes_between() {
+        return None;
+    }
+    let Some(map) = scene.voxmap() else {
+        return Some([0.0; 3]);
+    };
+    let kappa = map.uniform_extinction()?;
+    if kappa == [0.0; 3] {
+        return Some(kappa);
+    }
+    let slack = Vec3::splat(1e-9 * scene.diagonal());
+    let (lo, hi) = (map.min() - slack, map.max() + slack);
+    let inside = |p: &Plate| {
+        let (a, b) = p.bounds();
+        a.max(lo) == a && b.min(hi) == b
+    };
+    let all = zones.patches.iter().map(|p| &p.plate).chain(zones.panes.iter().map(|p| &p.plate)).all(inside);
+    all.then_some(kappa)
+}
+
+/// What closure demands of Σ_j g_ij c_j, per unit of c_i: A of a patch, 4V of a voxel, 4At of a pane.
+pub fn target(zones: &Zones, i: usize) -> f64 {
+    if i < zones.voxel_offset() {
+        zones.patches[i].area
+    } else if i < zones.pane_offset() {
+        4.0 * zones.voxels[i - zones.voxel_offset()].volume
+    } else {
+        let p = &zones.panes[i - zones.pane_offset()];
+        4.0 * p.area * p.thickness
+    }
+}
+
+/// c_i: 1 for a patch, κ for a volume zone.
+pub fn strength(zones: &Zones, i: usize) -> Bands {
+    if i < zones.voxel_offset() {
+        [1.0; 3]
+    } else if i < zones.pane_offset() {
+        zones.voxels[i - zones.voxel_offset()].extinction
+    } else {
+        zones.panes[i - zones.pane_offset()].extinction
+    }
+}

@@ -1,0 +1,402 @@
+//! Pairs by rays: visibility, attenuation that varies, panes.
+//!
+//! Points of both zones come from a six-dimensional low-discrepancy sequence shifted by a hash of the pair. A few rays first; where they
+//! disagree, more, the more the closer the zones and the larger the share of power they exchange.
+
+use super::zone::{Shape, Zone, is_close, plate_zone, weight};
+use super::{Counts, Exchange, PairFactor};
+use crate::general::Moments;
+use zonal_math::{Vec3, sequence, special};
+use zonal_scene::{Bands, bands};
+
+/// Rays of the first look at a pair.
+pub(super) const FIRST_RAYS: usize = 4;
+
+/// Rays of a pair that is partly visible.
+pub(super) const MORE_RAYS: usize = 16;
+
+/// Rays of a pair that is partly visible and carries a large share of a zone's power.
+pub(super) const MOST_RAYS: usize = 64;
+
+/// Optical depth along a voxel's diagonal beyond which cumulants of the distance no longer serve.
+pub(super) const THICK: f64 = 1.7;
+
+/// Mean optical depth of a pair's rays beyond which their ratio to a uniform medium says nothing.
+pub(super) const MOST_DEPTH: f64 = 20.0;
+
+/// How often a pane and a zone close to it are quartered.
+pub(super) const PANE_SPLITS: u32 = 2;
+
+/// Rays of a pair that nearly touches, is partly visible and carries a large share of a zone's power.
+pub(super) const CLOSE_RAYS: usize = 256;
+
+/// Rays of a voxel with a sheet in its middle, to itself.
+pub(super) const OWN_RAYS: usize = 2048;
+
+impl Exchange<'_> {
+    pub(super) fn times_visibility(
+        &self,
+        a: &Zone,
+        b: &Zone,
+        base: PairFactor,
+        seed: u64,
+        counts: &mut Counts,
+    ) -> PairFactor {
+        let share = base.value[0] / weight(a).min(weight(b));
+        let v = self.visibility(a, b, seed, share, counts);
+        PairFactor {
+            value: bands(|k| base.value[k] * v[k].0),
+            radius: bands(|k| base.radius[k] * v[k].0 + base.value[k] * v[k].1),
+        }
+    }
+
+    /// Visible share of the exchange of two zones in one uniform medium, and its standard error, a band.
+    pub(super) fn visibility(
+        &self,
+        a: &Zone,
+        b: &Zone,
+        seed: u64,
+        share: f64,
+        counts: &mut Counts,
+    ) -> [(f64, f64); 3] {
+        let (mut tally, points) = ([Tally::default(); 3], Points::new(seed));
+        let kappa = self.uniform.unwrap_or([0.0; 3]);
+        let mut shoot = |from: usize, to: usize, tally: &mut [Tally; 3]| {
+            for k in from..to {
+                let (x, y) = points.both(a, b, k);
+                let w = kernel(a, b, x, y);
+                let seen = if self.transport.blocked_inside(x, y) { 0.0 } else { 1.0 };
+                if kappa == [0.0; 3] {
+                    tally[0].add(w, seen);
+                } else {
+                    let r = (y - x).length();
+                    (0..3).for_each(|k| tally[k].add(w * (-kappa[k] * r).exp(), seen));
+                }
+            }
+            counts.rays += (to - from) as u64;
+        };
+        let close = is_close(a, b);
+        let first = if close { MORE_RAYS } else { FIRST_RAYS };
+        shoot(0, first, &mut tally);
+        if tally[0].mixed() {
+            counts.partial += 1;
+            let n = match share > self.tolerance * 0.1 {
+                true if std::ptr::eq(a, b) => OWN_RAYS,
+                true if close => CLOSE_RAYS,
+                true => MOST_RAYS,
+                false => MORE_RAYS,
+            };
+            shoot(first, n, &mut tally);
+        }
+        if kappa == [0.0; 3] { [tally[0].mean_and_error(); 3] } else { tally.map(Tally::mean_and_error) }
+    }
+
+    /// A pane and anything not cut. Close to each other their larger plate is quartered: grazing paths through the pane differ much.
+    pub(super) fn pane_pair(
+        &self,
+        a: &Zone,
+        b: &Zone,
+        seed: u64,
+        splits: u32,
+        counts: &mut Counts,
+    ) -> PairFactor {
+        let close = (a.centre - b.centre).length() < a.size.max(b.size);
+        let first = matches!(a.shape, Shape::Plate { .. })
+            && (a.size >= b.size || !matches!(b.shape, Shape::Plate { .. }));
+        let (large, small) = if first { (a, b) } else { (b, a) };
+        let Shape::Plate { plate, pane } = &large.shape else {
+            unreachable!("a pane is a plate");
+        };
+        if !close || splits == 0 {
+            let m = self.moments(a, b);
+            return self.by_rays(a, b, m, seed, counts);
+        }
+        let mut sum = PairFactor::default();
+        for (k, quarter) in plate.quarters().into_iter().enumerate() {
+            let part = plate_zone(quarter, *pane);
+            let f = self.pane_pair(&part, small, sequence::hash(seed + k as u64), splits - 1, counts);
+            sum.value = bands(|b| sum.value[b] + f.value[b]);
+            sum.radius = bands(|b| sum.radius[b].hypot(f.radius[b]));
+        }
+        sum
+    }
+
+    /// Attenuated and visible exchange by rays, as many as the pair deserves.
+    pub(super) fn by_rays(
+        &self,
+        a: &Zone,
+        b: &Zone,
+        m: Moments,
+        seed: u64,
+        counts: &mut Counts,
+    ) -> PairFactor {
+        let distance = (a.centre - b.centre).length();
+        let near = distance < 2.0 * (a.size + b.size);
+        let pane = [a, b].iter().any(|z| matches!(z.shape, Shape::Plate { pane: Some(_), .. }));
+        let rays = if near && (pane || self.is_thick(a, b))
+            || self.uniform.is_none() && distance < a.size.max(b.size)
+        {
+            MOST_RAYS
+        } else if near && self.varied || self.occluders && is_close(a, b) {
+            MORE_RAYS
+        } else if self.occluders || near {
+            FIRST_RAYS
+        } else {
+            1
+        };
+        self.average(a, b, m, seed, rays, counts)
+    }
+
+    /// m's factor times the mean over rays of visibility, attenuation and the panes' own share.
+    ///
+    /// With the mean extinction κ of the rays, what the moments say of ⟨e^{−κr}⟩ is corrected by the ratio Σ w τ/Σ w e^{−κr} of the
+    /// same rays: exact where the medium is uniform, and right where what is dimmed or hidden lies nearer or farther than the rest.
+    pub(super) fn average(
+        &self,
+        a: &Zone,
+        b: &Zone,
+        m: Moments,
+        seed: u64,
+        rays: usize,
+        counts: &mut Counts,
+    ) -> PairFactor {
+        if m.factor.value <= 0.0 {
+            return PairFactor { value: [0.0; 3], radius: [m.factor.radius; 3] };
+        }
+        let points = Points::new(seed);
+        let mut shot: Vec<Ray> = Vec::with_capacity(rays.max(MORE_RAYS));
+        let shoot = |from: usize, to: usize, shot: &mut Vec<Ray>| {
+            for k in from..to {
+                let (x, y) = if rays == 1 { (a.centre, b.centre) } else { points.both(a, b, k) };
+                shot.push(self.along(a, b, x, y));
+            }
+        };
+        shoot(0, rays, &mut shot);
+        let blocked = shot.iter().filter(|r| r.through == [0.0; 3]).count();
+        if rays > 1 && rays < MOST_RAYS && blocked > 0 && blocked < rays {
+            counts.partial += 1;
+            let share = m.factor.value * self.coupling(a, b);
+            let n = if share > self.tolerance * 0.1 { MOST_RAYS } else { MORE_RAYS.max(rays) };
+            shoot(rays, n, &mut shot);
+        }
+        counts.rays += shot.len() as u64;
+        let thick = self.is_thick(a, b);
+        let length: f64 = shot.iter().map(|r| r.w * r.r).sum();
+        let weights: f64 = shot.iter().map(|r| r.w).sum();
+        let mut out = PairFactor::default();
+        for k in 0..3 {
+            let chords = thick && a.thickness[k].max(b.thickness[k]) > THICK;
+            let depth: f64 = shot.iter().map(|r| r.w * r.depth[k]).sum();
+            let kappa =
+                if chords || length <= 0.0 || depth > MOST_DEPTH * weights { 0.0 } else { depth / length };
+            let mut tally = Tally::default();
+            for r in &shot {
+                let reference = (-kappa * r.r).exp();
+                let tau = if chords { r.chords[k] } else { (-r.depth[k]).exp() };
+                tally
+                    .add(r.w * reference, if reference > 0.0 { r.through[k] * tau / reference } else { 0.0 });
+            }
+            let (mean, error) = tally.mean_and_error();
+            let base = m.transmittance(kappa);
+            out.value[k] = m.factor.value * base * mean;
+            out.radius[k] = base * (m.factor.radius * mean + m.factor.value * error);
+        }
+        out
+    }
+
+    /// The larger of the two shares of power per unit of g, with extinctions of order one over the size.
+    pub(super) fn coupling(&self, a: &Zone, b: &Zone) -> f64 {
+        1.0 / weight(a).min(weight(b))
+    }
+
+    /// What a ray from x to y meets.
+    pub(super) fn along(&self, a: &Zone, b: &Zone, x: Vec3, y: Vec3) -> Ray {
+        let d = y - x;
+        let r = d.length();
+        let w = kernel(a, b, x, y);
+        let depth = match self.uniform {
+            Some(k) => k.map(|k| k * r),
+            None => self.transport.medium_depth(x, y),
+        };
+        let mut ray = Ray { w, r, depth, chords: [0.0; 3], through: [0.0; 3] };
+        if self.occluders && self.transport.blocked_inside(x, y) {
+            return ray;
+        }
+        if self.is_thick(a, b) {
+            ray.chords = self.chords(a, b, x, y);
+        }
+        let (pa, pb) = (self.pane_share(a, d / r), self.pane_share(b, d / r));
+        ray.through = bands(|k| pa[k] * pb[k]);
+        if self.panes_between {
+            let all = self.transport.optical_depth_inside(x, y);
+            ray.through = bands(|k| ray.through[k] * (depth[k] - all[k]).min(0.0).exp());
+        }
+        ray
+    }
+
+    pub(super) fn is_thick(&self, a: &Zone, b: &Zone) -> bool {
+        let cut = a.samples().or(b.samples()).is_some();
+        !cut && (0..3).any(|k| a.thickness[k].max(b.thickness[k]) > THICK)
+    }
+
+    /// Attenuation along the line through x and y, averaged over its chords in both zones: for a given line the points of a pair
+    /// are uniform on them (dV dV'/r² = dA⊥ dω ds ds'), so each voxel gives (1 − e^{−κℓ})/(κℓ), and what lies between e^{−δ}.
+    pub(super) fn chords(&self, a: &Zone, b: &Zone, x: Vec3, y: Vec3) -> Bands {
+        let w = (y - x).normalized();
+        let r = (y - x).length();
+        let (from, share_a) = chord(a, x, w, r);
+        let (to, share_b) = chord(b, y, -w, r);
+        let between = match self.uniform {
+            Some(k) => k.map(|k| k * (to - from).dot(w).max(0.0)),
+            None if (to - from).dot(w) > 0.0 => self.transport.medium_depth(from, to),
+            None => [0.0; 3],
+        };
+        bands(|k| (-between[k]).exp() * share_a[k] * share_b[k])
+    }
+
+    /// (1 − e^{−κt/c})/κ of a pane in direction `w`; 1 for any other zone.
+    pub(super) fn pane_share(&self, z: &Zone, w: Vec3) -> Bands {
+        let Shape::Plate { pane: Some(k), .. } = z.shape else {
+            return [1.0; 3];
+        };
+        let p = &self.zones.panes[k];
+        let path = p.thickness / z.normal.dot(w).abs().max(1e-6);
+        p.extinction.map(|k| if k * path > 1e-12 { -(-k * path).exp_m1() / k } else { path })
+    }
+}
+
+/// A ray between two zones.
+pub(super) struct Ray {
+    /// Weight: the kernel.
+    pub(super) w: f64,
+    /// Length, m.
+    pub(super) r: f64,
+    /// Optical depth of the medium.
+    pub(super) depth: Bands,
+    /// Attenuation by the medium as [`Exchange::chords`] has it, where a zone is thick.
+    pub(super) chords: Bands,
+    /// Zero where a facet blocks, else what the panes let pass, and the share of panes at the ends.
+    pub(super) through: Bands,
+}
+
+/// Where the line leaves a whole voxel from `x` along `w`, at most `reach` away, with (1 − e^{−κℓ})/(κℓ) of its chord there; of any
+/// other zone, `x` and 1.
+pub(super) fn chord(z: &Zone, x: Vec3, w: Vec3, reach: f64) -> (Vec3, Bands) {
+    if !matches!(z.shape, Shape::Cuboid) {
+        return (x, [1.0; 3]);
+    }
+    let (mut ahead, mut behind) = (reach, f64::INFINITY);
+    for axis in (0..3).filter(|&k| w[k] != 0.0) {
+        let (p, q) = ((z.lo[axis] - x[axis]) / w[axis], (z.hi[axis] - x[axis]) / w[axis]);
+        ahead = ahead.min(p.max(q).max(0.0));
+        behind = behind.min(-p.min(q).min(0.0));
+    }
+    let length = ahead + behind;
+    let mean = |depth: f64| if depth > 1e-9 { -(-depth).exp_m1() / depth } else { 1.0 };
+    (x + w * ahead, z.thickness.map(|t| mean(t / z.size * length)))
+}
+
+/// F of a pane with itself per area and κ²: (4κt − 2 (1 − 2 E_3(κt)))/κ², what its faces do not let out.
+pub(super) fn pane_own(kappa: f64, thickness: f64) -> f64 {
+    let tau = kappa * thickness;
+    ((4.0 * tau - 2.0 * (1.0 - 2.0 * special::e3(tau))) / (kappa * kappa)).max(0.0)
+}
+
+/// φ^{−m} with φ the root of x⁷ = x + 1: the six-dimensional low-discrepancy sequence.
+pub(super) const ALPHA: [f64; 6] = {
+    let phi = 1.112_775_684_278_705_5;
+    let mut a = [0.0; 6];
+    let mut p = 1.0;
+    let mut m = 0;
+    while m < 6 {
+        p /= phi;
+        a[m] = p;
+        m += 1;
+    }
+    a
+};
+
+/// The points of a pair: a six-dimensional sequence shifted by a hash of the pair, three coordinates for each zone.
+pub(super) struct Points {
+    pub(super) shift: [f64; 6],
+}
+
+impl Points {
+    pub(super) fn new(seed: u64) -> Points {
+        Points { shift: std::array::from_fn(|m| sequence::unit(seed.wrapping_mul(6).wrapping_add(m as u64))) }
+    }
+    /// The `k`-th points on both zones.
+    pub(super) fn both(&self, a: &Zone, b: &Zone, k: usize) -> (Vec3, Vec3) {
+        let u: [f64; 6] = std::array::from_fn(|m| sequence::wrap(self.shift[m] + k as f64 * ALPHA[m]));
+        (point(a, [u[0], u[1], u[2]]), point(b, [u[3], u[4], u[5]]))
+    }
+}
+
+/// The point of a zone at coordinates in the unit cube.
+pub(super) fn point(z: &Zone, u: [f64; 3]) -> Vec3 {
+    match &z.shape {
+        Shape::Plate { plate, .. } => {
+            let [s, t] = plate.warp([u[0], u[1]]);
+            plate.at(s, t)
+        }
+        Shape::Cuboid => z.lo + (z.hi - z.lo).scale(Vec3::from_array(u)),
+        Shape::Part(samples) => {
+            let mut target = u[0] * z.measure;
+            for s in samples.iter() {
+                target -= s.volume;
+                if target <= 0.0 {
+                    return s.point;
+                }
+            }
+            samples[samples.len() - 1].point
+        }
+    }
+}
+
+/// The kernel between two points, tamed where they come close: only ratios of it are used.
+pub(super) fn kernel(a: &Zone, b: &Zone, x: Vec3, y: Vec3) -> f64 {
+    let d = y - x;
+    let r2 = d.length2();
+    let floor = 0.0025 * (a.size * a.size).min(b.size * b.size);
+    let d = d / r2.sqrt().max(1e-300);
+    let side = |z: &Zone, c: f64| match &z.shape {
+        Shape::Plate { pane: None, .. } => c.max(0.0),
+        Shape::Plate { .. } => c.abs(),
+        _ => 1.0,
+    };
+    side(a, a.normal.dot(d)) * side(b, -b.normal.dot(d)) / r2.max(floor)
+}
+
+/// Weighted mean of a few samples.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Tally {
+    pub(super) w: f64,
+    pub(super) wx: f64,
+    pub(super) wxx: f64,
+    pub(super) ww: f64,
+    pub(super) n: f64,
+    pub(super) blocked: f64,
+}
+
+impl Tally {
+    pub(super) fn add(&mut self, w: f64, x: f64) {
+        self.w += w;
+        self.wx += w * x;
+        self.wxx += w * x * x;
+        self.ww += w * w;
+        self.n += 1.0;
+        self.blocked += if x == 0.0 { 1.0 } else { 0.0 };
+    }
+    pub(super) fn mixed(&self) -> bool {
+        self.blocked > 0.0 && self.blocked < self.n
+    }
+    pub(super) fn mean_and_error(self) -> (f64, f64) {
+        if self.w <= 0.0 {
+            // No ray carried weight: what remains is a sliver of exchange across an edge.
+            return ((self.n - self.blocked) / self.n.max(1.0), 0.5);
+        }
+        let mean = self.wx / self.w;
+        let variance = (self.wxx / self.w - mean * mean).max(0.0);
+        (mean, (variance * self.ww).sqrt() / self.w)
+    }
+}

@@ -1,0 +1,117 @@
+//! The zones as the judge of pairs sees them: a shape, a normal, a size, and the axis-aligned box where they are one.
+
+use crate::aligned::Cuboid;
+use zonal_math::{Vec3, vec3};
+use zonal_scene::{Bands, Plate, Sample};
+
+/// The shape of a zone.
+pub(super) enum Shape<'a> {
+    Plate { plate: Plate, pane: Option<usize> },
+    Cuboid,
+    Part(&'a [Sample]),
+}
+
+pub(super) struct Zone<'a> {
+    pub(super) shape: Shape<'a>,
+    /// The zone as an axis-aligned box or rectangle; of a cut voxel, the whole cell.
+    pub(super) aligned: Option<Cuboid>,
+    pub(super) normal: Vec3,
+    pub(super) centre: Vec3,
+    pub(super) lo: Vec3,
+    pub(super) hi: Vec3,
+    pub(super) size: f64,
+    /// Area of a patch, volume of a volume zone.
+    pub(super) measure: f64,
+    /// Optical depth along the size of a voxel; zero for any other zone.
+    pub(super) thickness: Bands,
+}
+
+impl Zone<'_> {
+    /// The samples of a cut voxel.
+    pub(super) fn samples(&self) -> Option<&[Sample]> {
+        if let Shape::Part(s) = self.shape { Some(s) } else { None }
+    }
+}
+
+/// What the shares of a zone's power are relative to: A, or 4V/size so that volumes compare with surfaces.
+pub(super) fn weight(z: &Zone) -> f64 {
+    match z.shape {
+        Shape::Plate { .. } => z.measure,
+        _ => 4.0 * z.measure,
+    }
+}
+
+pub(super) fn plate_zone<'a>(plate: Plate, pane: Option<usize>) -> Zone<'a> {
+    let (lo, hi) = plate.bounds();
+    let normal = plate.normal();
+    Zone {
+        aligned: if pane.is_none() { aligned_rectangle(&plate, normal) } else { None },
+        shape: Shape::Plate { plate, pane },
+        normal,
+        centre: plate.centre(),
+        lo,
+        hi,
+        size: plate.diameter(),
+        measure: plate.area(),
+        thickness: [0.0; 3],
+    }
+}
+
+/// The plate as an axis-aligned rectangle, if it is one to within rounding.
+pub(super) fn aligned_rectangle(p: &Plate, normal: Vec3) -> Option<Cuboid> {
+    if p.kind != zonal_scene::PlateKind::Parallelogram {
+        return None;
+    }
+    let along = |v: Vec3| (0..3).find(|&x| v[x].abs() >= v.length() * (1.0 - 1e-14) && others_vanish(v, x));
+    let (x, y) = (along(p.e1)?, along(p.e2)?);
+    if x == y {
+        return None;
+    }
+    let axis = 3 - x - y;
+    let (lo, hi) = p.bounds();
+    let level = p.origin[axis];
+    let set = |v: Vec3| {
+        let mut a = v.array();
+        a[axis] = level;
+        Vec3::from_array(a)
+    };
+    Some(Cuboid { lo: set(lo), hi: set(hi), normal: Some((axis, if normal[axis] > 0.0 { 1 } else { -1 })) })
+}
+
+pub(super) fn others_vanish(v: Vec3, axis: usize) -> bool {
+    let eps = 1e-12 * v[axis].abs();
+    (0..3).all(|x| x == axis || v[x].abs() <= eps)
+}
+
+/// True where all of `b` lies behind the plane of the patch `a`, or in it.
+pub(super) fn behind(a: &Zone, b: &Zone) -> bool {
+    let Shape::Plate { plate, pane } = &a.shape else {
+        return false;
+    };
+    let n = a.normal;
+    let eps = 1e-10 * (a.size + b.size);
+    let height = |p: Vec3| n.dot(p - plate.origin);
+    if pane.is_some() {
+        // Seen from both sides; only its own plane sees nothing of it.
+        return matches!(&b.shape, Shape::Plate { plate: q, .. } if { let (c, m) = q.corners(); c[..m].iter().all(|&p| height(p).abs() <= eps) });
+    }
+    match &b.shape {
+        Shape::Plate { plate: q, .. } => {
+            let (c, m) = q.corners();
+            c[..m].iter().all(|&p| height(p) <= eps)
+        }
+        _ => {
+            let far = vec3(
+                if n.x > 0.0 { b.hi.x } else { b.lo.x },
+                if n.y > 0.0 { b.hi.y } else { b.lo.y },
+                if n.z > 0.0 { b.hi.z } else { b.lo.z },
+            );
+            height(far) <= eps
+        }
+    }
+}
+
+/// True where two zones nearly touch: a first look of few rays would miss what stands between.
+pub(super) fn is_close(a: &Zone, b: &Zone) -> bool {
+    (a.centre - b.centre).length() < a.size + b.size
+}
