@@ -64,10 +64,7 @@ fn altered_glb() {
     let mut q = Quad::default();
     let start = q.binary.len();
     q.binary.extend(&picture);
-    q.views += &format!(
-        r#",{{"buffer":0,"byteOffset":{start},"byteLength":{}}}"#,
-        picture.len()
-    );
+    q.views += &format!(r#",{{"buffer":0,"byteOffset":{start},"byteLength":{}}}"#, picture.len());
     q.more = r#","images":[{"bufferView":3}],"textures":[{"source":0}]"#.into();
     q.material = r#"{"name":"w","pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}"#.into();
     q.nodes = r#"{"children":[1],"rotation":[0,0,0.6,0.8]},{"mesh":0,"scale":[-1,1,1]}"#.into();
@@ -84,12 +81,7 @@ fn altered_obj_and_mtl() {
     let mtl = b"newmtl a\nKd 0.5 0.5 0.5\nKe 1 1 1\nmap_Kd -s 1 1 1 a.png\nd 0.5\n";
     let n = alter(mtl, |bytes| {
         folder.put("a.mtl", bytes);
-        parse_scene(
-            "[[surface]]\nmesh={file='a.obj'}",
-            Some(folder.path()),
-            "fuzz.toml",
-        )
-        .is_ok()
+        parse_scene("[[surface]]\nmesh={file='a.obj'}", Some(folder.path()), "fuzz.toml").is_ok()
     });
     assert!(n > 100, "{n}");
 }

@@ -110,44 +110,20 @@ fn every_inline_feature_reads_right() {
     assert_eq!(s.facets()[0].plate.area(), 24.0);
     let triangle = &s.facets()[1].plate;
     assert_eq!((triangle.kind, triangle.area()), (PlateKind::Triangle, 0.5));
-    assert_eq!(
-        (s.surfaces()[1].reflectance, s.surfaces()[1].sides),
-        ([0.5; 3], Sides::Front)
-    );
+    assert_eq!((s.surfaces()[1].reflectance, s.surfaces()[1].sides), ([0.5; 3], Sides::Front));
     assert!(s.surfaces()[2].solid && s.surfaces()[3].solid && !s.surfaces()[4].solid);
-    assert_eq!(
-        (s.surfaces()[3].emission, s.surfaces()[3].reflectance),
-        ([5.0; 3], [0.5; 3])
-    );
-    assert_eq!(
-        (s.surfaces()[4].emission, s.surfaces()[4].reflectance),
-        ([1.0; 3], [0.2; 3])
-    );
-    assert_eq!(
-        (s.surfaces()[5].emission, s.surfaces()[5].reflectance),
-        ([0.0; 3], [0.8; 3])
-    );
+    assert_eq!((s.surfaces()[3].emission, s.surfaces()[3].reflectance), ([5.0; 3], [0.5; 3]));
+    assert_eq!((s.surfaces()[4].emission, s.surfaces()[4].reflectance), ([1.0; 3], [0.2; 3]));
+    assert_eq!((s.surfaces()[5].emission, s.surfaces()[5].reflectance), ([0.0; 3], [0.8; 3]));
 
-    let block: Vec<_> = s
-        .facets()
-        .iter()
-        .filter(|f| [2, 3].contains(&f.surface))
-        .collect();
+    let block: Vec<_> = s.facets().iter().filter(|f| [2, 3].contains(&f.surface)).collect();
     assert_eq!(block.len(), 6);
     // A box of 1 by 2 turned by a right angle about (1.5, 2) is a box of 2 by 1.
-    let lo = block
-        .iter()
-        .fold(Vec3::splat(9.0), |m, f| m.min(f.plate.bounds().0));
-    let hi = block
-        .iter()
-        .fold(Vec3::splat(-9.0), |m, f| m.max(f.plate.bounds().1));
+    let lo = block.iter().fold(Vec3::splat(9.0), |m, f| m.min(f.plate.bounds().0));
+    let hi = block.iter().fold(Vec3::splat(-9.0), |m, f| m.max(f.plate.bounds().1));
     assert!((lo - vec3(0.5, 1.5, 0.0)).length() < 1e-12 && (hi - vec3(2.5, 2.5, 1.0)).length() < 1e-12);
     let middle = vec3(1.5, 2.0, 0.5);
-    assert!(
-        block
-            .iter()
-            .all(|f| (f.plate.centre() - middle).dot(f.plate.normal()) > 0.0)
-    );
+    assert!(block.iter().all(|f| (f.plate.centre() - middle).dot(f.plate.normal()) > 0.0));
     let centre = vec3(2.0, 3.0, 1.5);
     for f in s.facets().iter().filter(|f| f.surface >= 4) {
         assert!((centre - f.plate.centre()).dot(f.plate.normal()) > 0.0);
@@ -155,42 +131,25 @@ fn every_inline_feature_reads_right() {
 
     assert_eq!(s.panes().len(), 2);
     let red = &s.panes()[0];
-    assert_eq!(
-        (red.plates.len(), red.thickness, red.extinction),
-        (1, 0.01, [10.0, 200.0, 200.0])
-    );
+    assert_eq!((red.plates.len(), red.thickness, red.extinction), (1, 0.01, [10.0, 200.0, 200.0]));
     assert_eq!((red.albedo, red.emission), ([0.1; 3], [0.5; 3]));
     let gable: f64 = s.panes()[1].plates.iter().map(|p| p.area()).sum();
     assert_eq!(s.panes()[1].plates.len(), 3);
     assert!((gable - 2.5).abs() < 1e-12, "{gable}");
 
     match &s.lights()[0] {
-        Light::Sun {
-            name,
-            direction,
-            irradiance,
-            angular_diameter,
-        } => {
+        Light::Sun { name, direction, irradiance, angular_diameter } => {
             assert_eq!((name.as_str(), *irradiance), ("light1", [1000.0, 900.0, 800.0]));
             assert!((*direction - vec3(0.0, 0.6, -0.8)).length() < 1e-15);
             assert!((angular_diameter.to_degrees() - 0.53).abs() < 1e-12);
         }
         other => panic!("{other:?}"),
     }
-    assert_eq!(
-        s.lights()[1],
-        Light::Sky {
-            name: "blue".into(),
-            radiance: [1.0, 2.0, 3.0]
-        }
-    );
+    assert_eq!(s.lights()[1], Light::Sky { name: "blue".into(), radiance: [1.0, 2.0, 3.0] });
     assert_eq!(s.lights()[2], Light::Emitter { surface: 4 });
     assert_eq!(s.surroundings().radiance, [0.25; 3]);
     assert_eq!((s.cameras()[0].name.as_str(), s.cameras()[0].fov), ("nave", 75.0));
-    assert_eq!(
-        (s.cameras()[1].name.as_str(), s.cameras()[1].fov),
-        ("camera2", 60.0)
-    );
+    assert_eq!((s.cameras()[1].name.as_str(), s.cameras()[1].fov), ("camera2", 60.0));
     assert_eq!(s.cameras()[1].up, vec3(0.0, 0.0, 1.0));
 }
 
@@ -198,10 +157,7 @@ fn every_inline_feature_reads_right() {
 fn a_region_fills_cells_by_the_share_it_overlaps() {
     let s = read(CHAPEL);
     let v = s.voxmap().unwrap();
-    assert_eq!(
-        (v.dims(), v.cell(), v.max()),
-        ([4, 6, 3], Vec3::ONE, vec3(4.0, 6.0, 3.0))
-    );
+    assert_eq!((v.dims(), v.cell(), v.max()), ([4, 6, 3], Vec3::ONE, vec3(4.0, 6.0, 3.0)));
     let whole = v.index([0, 0, 0]);
     assert_eq!((v.extinction(whole), v.albedo(whole)), ([1.1; 3], [0.5; 3]));
     assert_eq!((v.emission(whole), v.source(whole)), ([7.0; 3], [2.0; 3]));
@@ -236,23 +192,14 @@ fn defaults_are_the_documented_ones() {
     assert_eq!(s.surroundings().radiance, [0.0; 3]);
     assert!(s.voxmap().is_none() && s.notes().is_empty());
     let first = &s.surfaces()[0];
-    assert_eq!(
-        (first.name.as_str(), first.reflectance, first.emission),
-        ("surface1", [0.5; 3], [0.0; 3])
-    );
+    assert_eq!((first.name.as_str(), first.reflectance, first.emission), ("surface1", [0.5; 3], [0.0; 3]));
     assert_eq!(s.facets()[0].uv, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
 }
 
 #[test]
 fn the_example_of_the_manual_is_a_scene() {
     let manual = include_str!("../../../docs/scene-format.md");
-    let example = manual
-        .split("```toml\n")
-        .nth(1)
-        .unwrap()
-        .split("```")
-        .next()
-        .unwrap();
+    let example = manual.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
     let s = read(example);
     assert_eq!((s.surfaces().len(), s.panes().len(), s.lights().len()), (5, 1, 1));
     assert_eq!(s.voxmap().unwrap().dims(), [16, 24, 12]);
@@ -262,9 +209,6 @@ fn the_example_of_the_manual_is_a_scene() {
 fn numbers_may_be_written_in_every_way_of_toml() {
     let s = read("[medium]\nmin=[-1_0,0x10,0]\nmax=[1_0.5,1e2,0b1000]\ncells=[1,0o2,1]\nextinction=1\n");
     let v = s.voxmap().unwrap();
-    assert_eq!(
-        (v.min(), v.max()),
-        (vec3(-10.0, 16.0, 0.0), vec3(10.5, 100.0, 8.0))
-    );
+    assert_eq!((v.min(), v.max()), (vec3(-10.0, 16.0, 0.0), vec3(10.5, 100.0, 8.0)));
     assert_eq!(v.dims(), [1, 2, 1]);
 }

@@ -32,24 +32,12 @@ fn every_element_type_and_both_orders_read_alike() {
         let files: Vec<(&str, Vec<u8>)> = vec![
             ("<f4", f32s(&values)),
             (">f4", values.iter().flat_map(|v| v.to_be_bytes()).collect()),
-            (
-                "<f8",
-                values.iter().flat_map(|v| (*v as f64).to_le_bytes()).collect(),
-            ),
+            ("<f8", values.iter().flat_map(|v| (*v as f64).to_le_bytes()).collect()),
             ("|u1", values.iter().map(|v| *v as u8).collect()),
             ("|i1", values.iter().map(|v| *v as u8).collect()),
-            (
-                "<i2",
-                values.iter().flat_map(|v| (*v as i16).to_le_bytes()).collect(),
-            ),
-            (
-                ">u4",
-                values.iter().flat_map(|v| (*v as u32).to_be_bytes()).collect(),
-            ),
-            (
-                "<i8",
-                values.iter().flat_map(|v| (*v as i64).to_le_bytes()).collect(),
-            ),
+            ("<i2", values.iter().flat_map(|v| (*v as i16).to_le_bytes()).collect()),
+            (">u4", values.iter().flat_map(|v| (*v as u32).to_be_bytes()).collect()),
+            ("<i8", values.iter().flat_map(|v| (*v as i64).to_le_bytes()).collect()),
         ];
         for (descr, data) in files {
             let folder = Folder::new().with("d.npy", npy(descr, fortran, "(2, 3, 4)", &data));
@@ -77,11 +65,7 @@ fn resampling_keeps_the_sum() {
             "[medium]\nmin=[-0.1,-0.2,-0.3]\nmax=[1.3,1.7,1.9]\ncells={cells}\n[[medium.region]]\n\
              density={{file='d.npy',min=[0,0,0],max=[1,1.5,1]}}\n"
         ));
-        assert!(
-            (total(&s) / wanted - 1.0).abs() < 1e-12,
-            "{cells}: {} {wanted}",
-            total(&s)
-        );
+        assert!((total(&s) / wanted - 1.0).abs() < 1e-12, "{cells}: {} {wanted}", total(&s));
     }
 }
 

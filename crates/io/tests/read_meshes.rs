@@ -22,10 +22,7 @@ fn obj_polygons_materials_and_pictures() {
                f -6 -5 -4 -3 \\\n -2 -1\nf 1//1 2//1 3//1\n";
     let mtl = "newmtl paint\nKd 0.5 0.5 1\nmap_Kd red.png\nnewmtl lamp\n  Kd 0.25 # grey\nKe 1 2 3\n";
     let red = png(2, 1, &[255, 0, 0, 188, 188, 188]);
-    let folder = Folder::new()
-        .with("a.obj", obj)
-        .with("a.mtl", mtl)
-        .with("red.png", red);
+    let folder = Folder::new().with("a.obj", obj).with("a.mtl", mtl).with("red.png", red);
     let s = folder.scene(&mesh("a.obj", ""));
     assert_eq!(names(&s), ["m/paint", "m/lamp"]);
     assert!(s.notes().is_empty(), "{:?}", s.notes());
@@ -40,10 +37,7 @@ fn obj_polygons_materials_and_pictures() {
     let left = s.reflectance_at(0, 0.25, 0.5);
     assert_eq!(left, [0.5, 0.0, 0.0]);
     let lamp = &s.surfaces()[1];
-    assert_eq!(
-        (lamp.reflectance, lamp.sides, lamp.solid),
-        ([0.25; 3], Sides::Both, false)
-    );
+    assert_eq!((lamp.reflectance, lamp.sides, lamp.solid), ([0.25; 3], Sides::Both, false));
     assert_eq!(lamp.emission, [PI, 2.0 * PI, 3.0 * PI]);
 }
 
@@ -85,23 +79,13 @@ fn bodies_rooms_and_open_meshes() {
     let room = read("room.obj", "");
     assert!(!room.surfaces()[0].solid && room.surfaces()[0].sides == Sides::Front);
     let centre = Vec3::splat(0.5);
-    assert!(
-        room.facets()
-            .iter()
-            .all(|f| (centre - f.plate.centre()).dot(f.plate.normal()) > 0.0)
-    );
+    assert!(room.facets().iter().all(|f| (centre - f.plate.centre()).dot(f.plate.normal()) > 0.0));
     let open = read("open.obj", "");
     assert!(!open.surfaces()[0].solid && open.surfaces()[0].sides == Sides::Both);
     let both = read("both.obj", "reflectance = 0.3");
     assert_eq!(names(&both), ["m", "m (solid)"]);
-    assert_eq!(
-        (both.surfaces()[0].sides, both.surfaces()[0].solid),
-        (Sides::Both, false)
-    );
-    assert_eq!(
-        (both.surfaces()[1].sides, both.surfaces()[1].solid),
-        (Sides::Front, true)
-    );
+    assert_eq!((both.surfaces()[0].sides, both.surfaces()[0].solid), (Sides::Both, false));
+    assert_eq!((both.surfaces()[1].sides, both.surfaces()[1].solid), (Sides::Front, true));
     assert_eq!(both.surfaces()[1].reflectance, [0.3; 3]);
 }
 
@@ -116,16 +100,10 @@ fn overrides_win_over_the_file() {
     ));
     assert_eq!(names(&s), ["m/a"]);
     let a = &s.surfaces()[0];
-    assert_eq!(
-        (a.reflectance, a.emission, a.sides),
-        ([0.1, 0.2, 0.3], [4.0; 3], Sides::Front)
-    );
+    assert_eq!((a.reflectance, a.emission, a.sides), ([0.1, 0.2, 0.3], [4.0; 3], Sides::Front));
     assert_eq!(a.patch_size, Some(0.1));
     let c = &s.panes()[0];
-    assert_eq!(
-        (c.name.as_str(), c.thickness, c.extinction),
-        ("m/c", 0.02, [1.0, 2.0, 3.0])
-    );
+    assert_eq!((c.name.as_str(), c.thickness, c.extinction), ("m/c", 0.02, [1.0, 2.0, 3.0]));
     assert_eq!((c.albedo, c.emission, c.plates.len()), ([0.5; 3], [6.0; 3], 1));
     // The two that say nothing: no library, the surface's own reflectance.
     assert_eq!(s.notes().len(), 3, "{:?}", s.notes());
@@ -133,17 +111,11 @@ fn overrides_win_over_the_file() {
 
 #[test]
 fn faces_without_area_are_dropped_and_counted() {
-    let folder = Folder::new().with(
-        "a.obj",
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\nf 1 1 2\n",
-    );
+    let folder =
+        Folder::new().with("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\nf 1 1 2\n");
     let s = folder.scene(&mesh("a.obj", ""));
     assert_eq!(s.facets().len(), 1);
-    assert!(
-        s.notes()[0].contains("a.obj: 2 faces without area"),
-        "{:?}",
-        s.notes()
-    );
+    assert!(s.notes()[0].contains("a.obj: 2 faces without area"), "{:?}", s.notes());
 }
 
 fn quad(change: impl FnOnce(&mut Quad)) -> (Folder, Quad) {
@@ -168,11 +140,7 @@ fn gltf_nodes_and_winding() {
     let wall = &s.surfaces()[0];
     assert!((wall.reflectance[1] - 0.4).abs() < 1e-7 && wall.sides == Sides::Front);
     // The same as a .gltf with its buffer beside it.
-    let text = q.json().replacen(
-        "\"byteLength\":88",
-        "\"uri\":\"my%20data.bin\",\"byteLength\":88",
-        1,
-    );
+    let text = q.json().replacen("\"byteLength\":88", "\"uri\":\"my%20data.bin\",\"byteLength\":88", 1);
     folder.put("q.gltf", text);
     folder.put("my data.bin", &q.binary);
     assert_eq!(folder.scene(&mesh("q.gltf", "")).facets(), s.facets());
@@ -180,11 +148,9 @@ fn gltf_nodes_and_winding() {
 
 #[test]
 fn gltf_strips_fans_and_missing_indices() {
-    for (mode, indices, count, area) in [
-        (5, r#","indices":2"#, 2, 1.0),
-        (6, r#","indices":2"#, 2, 1.0),
-        (4, "", 1, 0.5),
-    ] {
+    for (mode, indices, count, area) in
+        [(5, r#","indices":2"#, 2, 1.0), (6, r#","indices":2"#, 2, 1.0), (4, "", 1, 0.5)]
+    {
         let (folder, _) = quad(|q| {
             q.primitive = format!(r#"{{"attributes":{{"POSITION":0}},"mode":{mode}{indices}}}"#);
             q.accessors = q.accessors.replace("\"count\":6", "\"count\":4");
@@ -195,15 +161,9 @@ fn gltf_strips_fans_and_missing_indices() {
         assert_eq!(s.facets().len(), count, "mode {mode}");
         let sum: f64 = s.facets().iter().map(|f| f.plate.area()).sum();
         assert!((sum - area).abs() < 1e-12);
-        assert!(
-            s.facets().iter().all(|f| f.plate.normal().z == 1.0),
-            "mode {mode}"
-        );
+        assert!(s.facets().iter().all(|f| f.plate.normal().z == 1.0), "mode {mode}");
         // The default material of glTF is white and one-sided.
-        assert_eq!(
-            (s.surfaces()[0].reflectance, s.surfaces()[0].sides),
-            ([1.0; 3], Sides::Front)
-        );
+        assert_eq!((s.surfaces()[0].reflectance, s.surfaces()[0].sides), ([1.0; 3], Sides::Front));
     }
 }
 
@@ -239,10 +199,7 @@ fn gltf_materials() {
         r#"{"name":"g","alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0.25,0.75]}}"#,
         "materials.g.pane = false",
     );
-    assert_eq!(
-        (opaque.panes().len(), opaque.surfaces()[0].reflectance),
-        (0, [1.0, 0.5, 0.25])
-    );
+    assert_eq!((opaque.panes().len(), opaque.surfaces()[0].reflectance), (0, [1.0, 0.5, 0.25]));
 }
 
 #[test]
@@ -260,10 +217,7 @@ fn the_thickness_of_glass_grows_with_its_node() {
     assert!(panes[1].0 == "m#2" && (panes[1].1 - 0.375).abs() < 1e-12);
     let k = s.panes()[0].extinction;
     // ln 2 over two units of half a metre; a colour of 0 is a millionth.
-    assert!(
-        (k[0] - 2f64.ln()).abs() < 1e-12 && k[1] == 0.0 && (k[2] - 1e6f64.ln()).abs() < 1e-9,
-        "{k:?}"
-    );
+    assert!((k[0] - 2f64.ln()).abs() < 1e-12 && k[1] == 0.0 && (k[2] - 1e6f64.ln()).abs() < 1e-9, "{k:?}");
     let read = zonal_io::input::volume_materials(&folder.path().join("q.glb")).unwrap();
     assert_eq!((read[0].thickness, read[0].attenuation_distance), (0.25, 2.0));
     assert!(read[0].node_scales[0] == 1.0 && (read[0].node_scales[1] - 3.0).abs() < 1e-12);
@@ -275,10 +229,7 @@ fn embedded_pictures_sets_and_transforms() {
     let (folder, _) = quad(|q| {
         let start = q.binary.len();
         q.binary.extend(&picture);
-        q.views += &format!(
-            r#",{{"buffer":0,"byteOffset":{start},"byteLength":{}}}"#,
-            picture.len()
-        );
+        q.views += &format!(r#",{{"buffer":0,"byteOffset":{start},"byteLength":{}}}"#, picture.len());
         q.more = r#","images":[{"bufferView":3,"mimeType":"image/png"}],"textures":[{"source":0}]"#.into();
         q.primitive = r#"{"attributes":{"POSITION":0,"TEXCOORD_1":1},"indices":2,"material":0}"#.into();
         q.material = r#"{"name":"w","pbrMetallicRoughness":{"metallicFactor":0,"baseColorTexture":{"index":0,"texCoord":1,
@@ -290,13 +241,7 @@ fn embedded_pictures_sets_and_transforms() {
     assert_eq!(s.textures()[0].pixels[..2], [[1.0; 3], [0.0; 3]]);
     // A reflectance of the scene replaces the picture.
     let flat = folder.scene(&mesh("q.glb", "reflectance = 0.3"));
-    assert_eq!(
-        (
-            flat.surfaces()[0].reflectance_texture,
-            flat.surfaces()[0].reflectance
-        ),
-        (None, [0.3; 3])
-    );
+    assert_eq!((flat.surfaces()[0].reflectance_texture, flat.surfaces()[0].reflectance), (None, [0.3; 3]));
     let painted = folder.scene(&mesh("q.glb", ""));
     assert!(painted.surfaces()[0].reflectance_texture.is_some());
 }

@@ -7,9 +7,7 @@ use zonal_math::{Vec3, vec3};
 use zonal_scene::{PlateKind, Scene, Sides, Surface};
 
 fn shared(path: &str) -> Option<PathBuf> {
-    let p = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../../shared/data")
-        .join(path);
+    let p = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(path);
     if !p.exists() {
         println!("skipped: {} is missing", p.display());
         return None;
@@ -22,20 +20,13 @@ fn scene(text: &str) -> Scene {
 }
 
 fn mesh(path: &Path, more: &str) -> String {
-    format!(
-        "[[surface]]\nname='m'\nmesh={{file='{}'}}\n{more}\n",
-        path.display()
-    )
+    format!("[[surface]]\nname='m'\nmesh={{file='{}'}}\n{more}\n", path.display())
 }
 
 /// A parallelogram counts as the two triangles it stands for.
 fn triangles(s: &Scene) -> usize {
     s.facets().iter().map(|f| weight(f.plate.kind)).sum::<usize>()
-        + s.panes()
-            .iter()
-            .flat_map(|p| &p.plates)
-            .map(|p| weight(p.kind))
-            .sum::<usize>()
+        + s.panes().iter().flat_map(|p| &p.plates).map(|p| weight(p.kind)).sum::<usize>()
 }
 
 fn weight(kind: PlateKind) -> usize {
@@ -48,10 +39,7 @@ fn weight(kind: PlateKind) -> usize {
 fn surface<'a>(s: &'a Scene, name: &str) -> &'a Surface {
     let find = s.surfaces().iter().find(|x| x.name == name);
     find.unwrap_or_else(|| {
-        panic!(
-            "no {name} among {:?}",
-            s.surfaces().iter().map(|s| &s.name).collect::<Vec<_>>()
-        )
+        panic!("no {name} among {:?}", s.surfaces().iter().map(|s| &s.name).collect::<Vec<_>>())
     })
 }
 
@@ -60,33 +48,22 @@ fn the_cornell_box_of_mitsuba() {
     let Some(dir) = shared("cornell/mitsuba-cbox/meshes") else {
         return;
     };
-    let text: String = [
-        "luminaire",
-        "floor",
-        "ceiling",
-        "back",
-        "greenwall",
-        "redwall",
-        "smallbox",
-        "largebox",
-    ]
-    .iter()
-    .map(|n| {
-        let file = dir.join(format!("cbox_{n}.obj"));
-        format!(
-            "[[surface]]\nname='{n}'\nmesh={{file='{}', scale=0.001}}\nreflectance=0.4\n",
-            file.display()
-        )
-    })
-    .collect();
+    let text: String =
+        ["luminaire", "floor", "ceiling", "back", "greenwall", "redwall", "smallbox", "largebox"]
+            .iter()
+            .map(|n| {
+                let file = dir.join(format!("cbox_{n}.obj"));
+                format!(
+                    "[[surface]]\nname='{n}'\nmesh={{file='{}', scale=0.001}}\nreflectance=0.4\n",
+                    file.display()
+                )
+            })
+            .collect();
     let s = scene(&text);
     // 32 faces; six of them are quadrilaterals.
     assert_eq!(triangles(&s), 38);
     let (lo, hi) = s.bounds();
-    assert!(
-        lo.max_abs() < 0.01 && (hi - vec3(0.556, 0.5488, 0.5592)).max_abs() < 0.01,
-        "{lo:?} {hi:?}"
-    );
+    assert!(lo.max_abs() < 0.01 && (hi - vec3(0.556, 0.5488, 0.5592)).max_abs() < 0.01, "{lo:?} {hi:?}");
     // The boxes stand on the floor and have a bottom each; they are bodies.
     for name in ["smallbox", "largebox"] {
         let x = surface(&s, name);
@@ -131,10 +108,7 @@ fn the_gallery_is_unlit_and_does_not_emit() {
     assert_eq!(triangles(&s), 1930, "{:?}", s.notes());
     let (lo, hi) = s.bounds();
     assert!(s.notes().iter().any(|n| n.contains("unlit")), "{:?}", s.notes());
-    assert!(
-        (hi.y - 5.05).abs() < 0.02 && lo.y.abs() < 0.02 && (hi.x - 5.06).abs() < 0.02,
-        "{lo:?} {hi:?}"
-    );
+    assert!((hi.y - 5.05).abs() < 0.02 && lo.y.abs() < 0.02 && (hi.x - 5.06).abs() < 0.02, "{lo:?} {hi:?}");
     for x in s.surfaces() {
         assert_eq!(x.emission, [0.0; 3]);
         assert!(x.reflectance.iter().all(|r| *r <= 0.95), "{x:?}");
@@ -144,9 +118,7 @@ fn the_gallery_is_unlit_and_does_not_emit() {
     // The shell of the room itself is no solid: no solid is as large as the room.
     for (i, x) in s.surfaces().iter().enumerate() {
         let of = s.facets().iter().filter(|f| f.surface == i);
-        let size = of
-            .map(|f| f.plate.bounds())
-            .fold((hi, lo), |(a, b), (c, d)| (a.min(c), b.max(d)));
+        let size = of.map(|f| f.plate.bounds()).fold((hi, lo), |(a, b), (c, d)| (a.min(c), b.max(d)));
         assert!(!x.solid || (size.1 - size.0).max_abs() < 9.0, "{}", x.name);
     }
     assert_eq!(s.textures().len(), 1);
@@ -188,9 +160,7 @@ fn the_factory_wants_to_know_how_thick_its_windows_are() {
     };
     let refused = |more: &str| {
         let text = mesh(&file, more);
-        parse_scene(&text, Some(Path::new("/")), "factory.toml")
-            .unwrap_err()
-            .to_string()
+        parse_scene(&text, Some(Path::new("/")), "factory.toml").unwrap_err().to_string()
     };
     let first = refused("");
     assert!(first.starts_with("factory.toml:3:"), "{first}");
@@ -253,10 +223,7 @@ fn attenuations_read_right() {
             let distance = v["attenuationDistance"].as_f64().unwrap_or(f64::INFINITY);
             let near = |a: f64, b: f64| a == b || (a - b).abs() < 1e-6 * b.abs();
             assert!(near(r.attenuation_distance, distance), "{r:?}");
-            assert!(
-                near(r.thickness, v["thicknessFactor"].as_f64().unwrap_or(0.0)),
-                "{r:?}"
-            );
+            assert!(near(r.thickness, v["thicknessFactor"].as_f64().unwrap_or(0.0)), "{r:?}");
             for k in 0..3 {
                 let colour = v["attenuationColor"][k].as_f64().unwrap_or(1.0);
                 assert!(near(r.absorption[k], -colour.ln() / distance), "{r:?}");
@@ -289,33 +256,23 @@ fn glass_blocks_become_panes_or_fill_the_medium() {
     // Metres from centimetres: the glass gets a hundred times thinner and a hundred times denser.
     let text = mesh(&file, &thin).replace("'}", "', scale=0.01}");
     let small = scene(&text);
-    let p = small
-        .panes()
-        .iter()
-        .find(|p| p.name == "m/R5_Attenuation_1.0")
-        .unwrap();
+    let p = small.panes().iter().find(|p| p.name == "m/R5_Attenuation_1.0").unwrap();
     assert!((p.thickness - 0.01).abs() < 1e-15 && (p.extinction[0] - 100.0 * one.extinction[0]).abs() < 1e-9);
 
-    let (lo, hi) = one.plates.iter().map(|p| p.bounds()).fold(
-        (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY)),
-        |(a, b), (c, d)| (a.min(c), b.max(d)),
-    );
+    let (lo, hi) = one
+        .plates
+        .iter()
+        .map(|p| p.bounds())
+        .fold((Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY)), |(a, b), (c, d)| {
+            (a.min(c), b.max(d))
+        });
     let (min, max) = (lo - Vec3::splat(0.5), hi + Vec3::splat(0.5));
-    let text = mesh(
-        &file,
-        &format!("{thin}materials.'R5_Attenuation_1.0'.region = true"),
-    ) + &format!(
-        "[medium]\nmin={:?}\nmax={:?}\ncell_size=0.1\n",
-        min.array(),
-        max.array()
-    );
+    let text = mesh(&file, &format!("{thin}materials.'R5_Attenuation_1.0'.region = true"))
+        + &format!("[medium]\nmin={:?}\nmax={:?}\ncell_size=0.1\n", min.array(), max.array());
     let filled = scene(&text);
     let v = filled.voxmap().unwrap();
     let inside = (0..v.len()).filter(|i| v.extinction(*i)[0] > 0.0).count() as f64 * v.cell().product();
-    assert!(
-        (inside / (hi - lo).product() - 1.0).abs() < 0.05,
-        "{inside} {lo:?} {hi:?}"
-    );
+    assert!((inside / (hi - lo).product() - 1.0).abs() < 0.05, "{inside} {lo:?} {hi:?}");
     let mid = v.cell_at((lo + hi) * 0.5).unwrap();
     assert!((v.extinction(v.index(mid))[2] - one.extinction[2]).abs() < 1e-12);
 }

@@ -37,35 +37,19 @@ pub struct Bounded {
 
 impl Bounded {
     /// Exactly zero, proved.
-    pub const ZERO: Bounded = Bounded {
-        value: 0.0,
-        radius: 0.0,
-        grade: Grade::Proved,
-    };
+    pub const ZERO: Bounded = Bounded { value: 0.0, radius: 0.0, grade: Grade::Proved };
 
     /// A value whose radius is proved.
     pub fn proved(value: f64, radius: f64) -> Bounded {
-        Bounded {
-            value,
-            radius,
-            grade: Grade::Proved,
-        }
+        Bounded { value, radius, grade: Grade::Proved }
     }
     /// A value whose radius is estimated.
     pub fn estimated(value: f64, radius: f64) -> Bounded {
-        Bounded {
-            value,
-            radius,
-            grade: Grade::Estimated,
-        }
+        Bounded { value, radius, grade: Grade::Estimated }
     }
     /// A value whose radius is a standard error.
     pub fn statistical(value: f64, radius: f64) -> Bounded {
-        Bounded {
-            value,
-            radius,
-            grade: Grade::Statistical,
-        }
+        Bounded { value, radius, grade: Grade::Statistical }
     }
     /// True when `x` lies within the radius.
     pub fn contains(self, x: f64) -> bool {
@@ -79,11 +63,7 @@ impl Add for Bounded {
     fn add(self, o: Bounded) -> Bounded {
         let value = self.value + o.value;
         let radius = (self.radius + o.radius) * (1.0 + 2.0 * f64::EPSILON) + value.abs() * f64::EPSILON;
-        Bounded {
-            value,
-            radius,
-            grade: self.grade.max(o.grade),
-        }
+        Bounded { value, radius, grade: self.grade.max(o.grade) }
     }
 }
 
@@ -93,11 +73,7 @@ impl Mul<f64> for Bounded {
     fn mul(self, s: f64) -> Bounded {
         let value = self.value * s;
         let radius = self.radius * s.abs() * (1.0 + 2.0 * f64::EPSILON) + value.abs() * f64::EPSILON;
-        Bounded {
-            value,
-            radius,
-            grade: self.grade,
-        }
+        Bounded { value, radius, grade: self.grade }
     }
 }
 

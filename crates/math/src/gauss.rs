@@ -28,10 +28,7 @@ pub struct Rule {
 /// If `n` is zero or above [`MAX_POINTS`].
 pub fn rule(n: usize) -> &'static Rule {
     static RULES: [OnceLock<Rule>; MAX_POINTS + 1] = [const { OnceLock::new() }; MAX_POINTS + 1];
-    assert!(
-        (1..=MAX_POINTS).contains(&n),
-        "a Gauss rule has 1 to {MAX_POINTS} points, not {n}"
-    );
+    assert!((1..=MAX_POINTS).contains(&n), "a Gauss rule has 1 to {MAX_POINTS} points, not {n}");
     RULES[n].get_or_init(|| make(n))
 }
 
@@ -61,11 +58,7 @@ fn node(n: usize, i: usize) -> (f64, f64, f64) {
     let x = Pair::new(zero_of_legendre(n, i));
     // Two steps of Newton double the digits twice.
     let x = x.sub(newton(n, x));
-    let x = if 2 * i + 1 == n {
-        Pair::new(0.0)
-    } else {
-        x.sub(newton(n, x))
-    };
+    let x = if 2 * i + 1 == n { Pair::new(0.0) } else { x.sub(newton(n, x)) };
     let (_, d) = legendre_pair(n, x);
     let one = Pair::new(1.0);
     let w = one.div(one.sub(x.mul(x)).mul(d).mul(d));
@@ -96,15 +89,10 @@ fn legendre_pair(n: usize, x: Pair) -> (Pair, Pair) {
     let (mut p0, mut p1) = (Pair::new(1.0), x);
     for k in 2..=n {
         let k = k as f64;
-        let next = Pair::new(2.0 * k - 1.0)
-            .mul(x)
-            .mul(p1)
-            .sub(Pair::new(k - 1.0).mul(p0));
+        let next = Pair::new(2.0 * k - 1.0).mul(x).mul(p1).sub(Pair::new(k - 1.0).mul(p0));
         (p0, p1) = (p1, next.div(Pair::new(k)));
     }
-    let slope = Pair::new(n as f64)
-        .mul(x.mul(p1).sub(p0))
-        .div(x.mul(x).sub(Pair::new(1.0)));
+    let slope = Pair::new(n as f64).mul(x.mul(p1).sub(p0)).div(x.mul(x).sub(Pair::new(1.0)));
     (p1, slope)
 }
 
@@ -121,10 +109,7 @@ impl Pair {
     }
     fn renormalised(hi: f64, lo: f64) -> Pair {
         let s = hi + lo;
-        Pair {
-            hi: s,
-            lo: lo - (s - hi),
-        }
+        Pair { hi: s, lo: lo - (s - hi) }
     }
     fn add(self, o: Pair) -> Pair {
         let s = self.hi + o.hi;
@@ -169,15 +154,8 @@ mod tests {
                     .zip(&r.weights)
                     .map(|(x, w)| w * (2.0 * x - 1.0).powi(degree as i32))
                     .sum();
-                let want = if degree % 2 == 0 {
-                    1.0 / (degree as f64 + 1.0)
-                } else {
-                    0.0
-                };
-                assert!(
-                    (got - want).abs() < 4e-15,
-                    "n={n} degree={degree}: {got} against {want}"
-                );
+                let want = if degree % 2 == 0 { 1.0 / (degree as f64 + 1.0) } else { 0.0 };
+                assert!((got - want).abs() < 4e-15, "n={n} degree={degree}: {got} against {want}");
             }
         }
     }
@@ -206,10 +184,7 @@ mod tests {
             let rho = 0.9 * (pole + (pole * pole - 1.0).sqrt());
             let left = 0.5 * (rho + 1.0 / rho);
             let m = 2.0 / (pole - left);
-            assert!(
-                (got - exact).abs() <= error_bound(n, rho, m) + 4e-16 * exact,
-                "n={n}"
-            );
+            assert!((got - exact).abs() <= error_bound(n, rho, m) + 4e-16 * exact, "n={n}");
         }
     }
 }

@@ -4,11 +4,7 @@
 
 const PHI1: f64 = 0.618_033_988_749_894_9;
 const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-const R3: [f64; 3] = [
-    0.819_172_513_396_164_4,
-    0.671_043_606_703_789_3,
-    0.549_700_477_901_970_2,
-];
+const R3: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_3, 0.549_700_477_901_970_2];
 
 /// Points keep this far from the borders of the unit interval: a point of a patch must not fall onto the wall beside it.
 const RIM: f64 = 1e-6;
@@ -51,15 +47,8 @@ mod tests {
     #[test]
     fn points_stay_in_the_unit_square_and_fill_it() {
         let n = 1000;
-        let inside = (0..n)
-            .map(|i| r2(i, [0.3, 0.9]))
-            .filter(|p| p[0] < 0.5 && p[1] < 0.25)
-            .count();
+        let inside = (0..n).map(|i| r2(i, [0.3, 0.9])).filter(|p| p[0] < 0.5 && p[1] < 0.25).count();
         assert!((inside as f64 - 125.0).abs() < 8.0, "{inside}");
-        assert!(
-            (0..n)
-                .map(|i| r3(i, [0.0; 3]))
-                .all(|p| p.iter().all(|x| (0.0..1.0).contains(x)))
-        );
+        assert!((0..n).map(|i| r3(i, [0.0; 3])).all(|p| p.iter().all(|x| (0.0..1.0).contains(x))));
     }
 }

@@ -34,11 +34,7 @@ impl Vec3 {
     }
     /// Vector product.
     pub fn cross(self, o: Vec3) -> Vec3 {
-        vec3(
-            self.y * o.z - self.z * o.y,
-            self.z * o.x - self.x * o.z,
-            self.x * o.y - self.y * o.x,
-        )
+        vec3(self.y * o.z - self.z * o.y, self.z * o.x - self.x * o.z, self.x * o.y - self.y * o.x)
     }
     /// Square of the length.
     pub fn length2(self) -> f64 {
@@ -87,11 +83,7 @@ impl Vec3 {
     }
     /// Two unit vectors that complete the unit vector `self` to a right-handed orthonormal frame (t, b, self).
     pub fn frame(self) -> (Vec3, Vec3) {
-        let a = if self.x.abs() < 0.6 {
-            vec3(1.0, 0.0, 0.0)
-        } else {
-            vec3(0.0, 1.0, 0.0)
-        };
+        let a = if self.x.abs() < 0.6 { vec3(1.0, 0.0, 0.0) } else { vec3(0.0, 1.0, 0.0) };
         let t = a.cross(self).normalized();
         (t, self.cross(t))
     }

@@ -105,7 +105,8 @@ fn walk(w: &World, mut o: Vec3, mut d: Vec3, band: usize, dice: &mut Dice) -> f6
 
 /// A unit vector at random square to `n`.
 fn d_across(n: Vec3, dice: &mut Dice) -> Vec3 {
-    let a = if n.x.abs() < 0.6 { Vec3::from_array([1.0, 0.0, 0.0]) } else { Vec3::from_array([0.0, 1.0, 0.0]) };
+    let a =
+        if n.x.abs() < 0.6 { Vec3::from_array([1.0, 0.0, 0.0]) } else { Vec3::from_array([0.0, 1.0, 0.0]) };
     let t = a.cross(n).normalized();
     let turn = std::f64::consts::TAU * dice.roll();
     t * turn.cos() + n.cross(t) * turn.sin()

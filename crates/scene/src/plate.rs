@@ -30,21 +30,11 @@ pub struct Plate {
 impl Plate {
     /// The triangle with these corners; its front sees them counter-clockwise.
     pub fn triangle(a: Vec3, b: Vec3, c: Vec3) -> Plate {
-        Plate {
-            origin: a,
-            e1: b - a,
-            e2: c - a,
-            kind: PlateKind::Triangle,
-        }
+        Plate { origin: a, e1: b - a, e2: c - a, kind: PlateKind::Triangle }
     }
     /// The parallelogram spanned by `e1` and `e2` at `origin`.
     pub fn parallelogram(origin: Vec3, e1: Vec3, e2: Vec3) -> Plate {
-        Plate {
-            origin,
-            e1,
-            e2,
-            kind: PlateKind::Parallelogram,
-        }
+        Plate { origin, e1, e2, kind: PlateKind::Parallelogram }
     }
     /// The point with parameters (u, v).
     pub fn at(&self, u: f64, v: f64) -> Vec3 {
@@ -53,11 +43,7 @@ impl Plate {
     /// Area, m².
     pub fn area(&self) -> f64 {
         let full = self.e1.cross(self.e2).length();
-        if self.kind == PlateKind::Triangle {
-            0.5 * full
-        } else {
-            full
-        }
+        if self.kind == PlateKind::Triangle { 0.5 * full } else { full }
     }
     /// Unit normal of the front; zero for a plate without area.
     pub fn normal(&self) -> Vec3 {
@@ -65,11 +51,7 @@ impl Plate {
     }
     /// Centroid.
     pub fn centre(&self) -> Vec3 {
-        let t = if self.kind == PlateKind::Triangle {
-            1.0 / 3.0
-        } else {
-            0.5
-        };
+        let t = if self.kind == PlateKind::Triangle { 1.0 / 3.0 } else { 0.5 };
         self.at(t, t)
     }
     /// The corners in order, counter-clockwise from the front: three or four of them.
@@ -82,19 +64,12 @@ impl Plate {
     }
     /// The same plate seen from its back: normal reversed, same points, u and v exchanged.
     pub fn flipped(&self) -> Plate {
-        Plate {
-            origin: self.origin,
-            e1: self.e2,
-            e2: self.e1,
-            kind: self.kind,
-        }
+        Plate { origin: self.origin, e1: self.e2, e2: self.e1, kind: self.kind }
     }
     /// Smallest and largest coordinates.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let (c, n) = self.corners();
-        c[..n]
-            .iter()
-            .fold((c[0], c[0]), |(lo, hi), &p| (lo.min(p), hi.max(p)))
+        c[..n].iter().fold((c[0], c[0]), |(lo, hi), &p| (lo.min(p), hi.max(p)))
     }
     /// Largest distance between two corners.
     pub fn diameter(&self) -> f64 {
@@ -127,22 +102,12 @@ impl Plate {
     /// Four plates of a quarter of the area each, of the same kind and orientation.
     pub fn quarters(&self) -> [Plate; 4] {
         let (h1, h2) = (self.e1 * 0.5, self.e2 * 0.5);
-        let part = |o: Vec3| Plate {
-            origin: o,
-            e1: h1,
-            e2: h2,
-            kind: self.kind,
-        };
+        let part = |o: Vec3| Plate { origin: o, e1: h1, e2: h2, kind: self.kind };
         let o = self.origin;
         match self.kind {
             PlateKind::Parallelogram => [part(o), part(o + h1), part(o + h1 + h2), part(o + h2)],
             PlateKind::Triangle => {
-                let middle = Plate {
-                    origin: o + h1 + h2,
-                    e1: -h1,
-                    e2: -h2,
-                    kind: PlateKind::Triangle,
-                };
+                let middle = Plate { origin: o + h1 + h2, e1: -h1, e2: -h2, kind: PlateKind::Triangle };
                 [part(o), part(o + h1), middle, part(o + h2)]
             }
         }
@@ -157,12 +122,8 @@ mod tests {
     #[test]
     fn quarters_tile_the_plate() {
         for kind in [PlateKind::Triangle, PlateKind::Parallelogram] {
-            let p = Plate {
-                origin: vec3(1.0, 2.0, 3.0),
-                e1: vec3(2.0, 0.5, 0.0),
-                e2: vec3(0.1, 1.0, 0.3),
-                kind,
-            };
+            let p =
+                Plate { origin: vec3(1.0, 2.0, 3.0), e1: vec3(2.0, 0.5, 0.0), e2: vec3(0.1, 1.0, 0.3), kind };
             let q = p.quarters();
             let area: f64 = q.iter().map(Plate::area).sum();
             assert!((area - p.area()).abs() < 1e-14);

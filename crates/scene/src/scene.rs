@@ -14,10 +14,7 @@ pub struct SceneError {
 impl SceneError {
     /// An error at `key` (dotted, as in the scene file) that says `what` is wrong and how to mend it.
     pub fn new(key: impl Into<String>, what: impl Into<String>) -> SceneError {
-        SceneError {
-            key: key.into(),
-            what: what.into(),
-        }
+        SceneError { key: key.into(), what: what.into() }
     }
     /// The key at fault.
     pub fn key(&self) -> &str {
@@ -273,7 +270,12 @@ fn check_plate(key: &str, p: &Plate) -> Result<(), SceneError> {
     }
     let (lo, hi) = p.bounds();
     if lo.max_abs().max(hi.max_abs()) > LARGEST_LENGTH {
-        return fail(key, format!("a corner lies beyond {LARGEST_LENGTH:e} m; give corners, edges, min and max within that"));
+        return fail(
+            key,
+            format!(
+                "a corner lies beyond {LARGEST_LENGTH:e} m; give corners, edges, min and max within that"
+            ),
+        );
     }
     if p.area() >= SMALLEST_AREA {
         return Ok(());
@@ -309,10 +311,7 @@ impl Scene {
                 return fail("texture", "a texture has no pixels");
             }
             if t.pixels.iter().flatten().any(|x| !(x.is_finite() && *x >= 0.0)) {
-                return fail(
-                    "texture",
-                    "a texture has a pixel that is negative or not a number",
-                );
+                return fail("texture", "a texture has a pixel that is negative or not a number");
             }
         }
         for f in &parts.facets {
@@ -327,10 +326,7 @@ impl Scene {
                 check_plate(&key("corners"), q)?;
             }
             if !(p.thickness.is_finite() && p.thickness > 0.0) {
-                return fail(
-                    key("thickness"),
-                    "the thickness must be a positive length in metres",
-                );
+                return fail(key("thickness"), "the thickness must be a positive length in metres");
             }
             check_bands(&key("extinction"), p.extinction, LARGEST_EXTINCTION)?;
             check_bands(&key("albedo"), p.albedo, 1.0)?;
@@ -338,12 +334,7 @@ impl Scene {
         }
         for l in &parts.lights {
             match l {
-                Light::Sun {
-                    name,
-                    direction,
-                    irradiance,
-                    angular_diameter,
-                } => {
+                Light::Sun { name, direction, irradiance, angular_diameter } => {
                     let key = |k: &str| format!("light '{name}'.{k}");
                     if !(direction.is_finite() && (direction.length() - 1.0).abs() < 1e-9) {
                         return fail(key("direction"), "the direction must be a vector with a length");
@@ -366,11 +357,7 @@ impl Scene {
                 }
             }
         }
-        check_bands(
-            "surroundings.radiance",
-            parts.surroundings.radiance,
-            f64::INFINITY,
-        )?;
+        check_bands("surroundings.radiance", parts.surroundings.radiance, f64::INFINITY)?;
         let mut names = std::collections::HashSet::new();
         for c in &parts.cameras {
             let key = |k: &str| format!("camera '{}'.{k}", c.name);
@@ -403,15 +390,8 @@ impl Scene {
             );
         }
         let mut bounds = (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY));
-        let plates = parts
-            .facets
-            .iter()
-            .map(|f| &f.plate)
-            .chain(parts.panes.iter().flat_map(|p| &p.plates));
-        for (lo, hi) in plates
-            .map(Plate::bounds)
-            .chain(parts.voxmap.iter().map(|v| (v.min(), v.max())))
-        {
+        let plates = parts.facets.iter().map(|f| &f.plate).chain(parts.panes.iter().flat_map(|p| &p.plates));
+        for (lo, hi) in plates.map(Plate::bounds).chain(parts.voxmap.iter().map(|v| (v.min(), v.max()))) {
             bounds = (bounds.0.min(lo), bounds.1.max(hi));
         }
         Ok(Scene { parts, bounds })
@@ -473,8 +453,7 @@ impl Scene {
     pub fn reflectance_at(&self, facet: usize, u: f64, v: f64) -> Bands {
         let f = &self.parts.facets[facet];
         let s = &self.parts.surfaces[f.surface];
-        self.textured(s.reflectance, s.reflectance_texture, f, u, v)
-            .map(|x| x.min(1.0))
+        self.textured(s.reflectance, s.reflectance_texture, f, u, v).map(|x| x.min(1.0))
     }
     /// Emitted flux of a facet at plate parameters (u, v), W/m².
     pub fn emission_at(&self, facet: usize, u: f64, v: f64) -> Bands {
@@ -493,10 +472,7 @@ impl Scene {
     }
     /// True when the emission of this surface is treated as direct light.
     pub fn is_direct_emitter(&self, surface: usize) -> bool {
-        self.parts
-            .lights
-            .iter()
-            .any(|l| matches!(l, Light::Emitter { surface: s } if *s == surface))
+        self.parts.lights.iter().any(|l| matches!(l, Light::Emitter { surface: s } if *s == surface))
     }
     /// The same scene with other settings.
     pub fn with_options(mut self, options: Options) -> Result<Scene, SceneError> {

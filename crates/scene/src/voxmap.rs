@@ -3,8 +3,8 @@
 //! Cell (i, j, k) is the box min + (i..i+1, j..j+1, k..k+1) ∘ cell; the index runs with k fastest:
 //! index = (i·ny + j)·nz + k, the order of a C array `[x][y][z]`. Within a cell extinction, albedo and sources are constant.
 
-use crate::scene::{LARGEST_EXTINCTION, LARGEST_FLUX, LARGEST_LENGTH, SceneError};
 use crate::Bands;
+use crate::scene::{LARGEST_EXTINCTION, LARGEST_FLUX, LARGEST_LENGTH, SceneError};
 use zonal_math::{Vec3, vec3};
 
 /// The most cells a voxmap may have: at 100 bytes a cell this is what a large machine holds.
@@ -28,15 +28,9 @@ pub struct Voxmap {
 impl Voxmap {
     /// An empty grid (κ = 0 everywhere) with lower corner `min`, cell edges `cell` (m) and `dims` cells.
     pub fn new(min: Vec3, cell: Vec3, dims: [usize; 3]) -> Result<Voxmap, SceneError> {
-        let count = dims
-            .iter()
-            .try_fold(1usize, |n, &d| n.checked_mul(d))
-            .unwrap_or(usize::MAX);
+        let count = dims.iter().try_fold(1usize, |n, &d| n.checked_mul(d)).unwrap_or(usize::MAX);
         if count == 0 {
-            return Err(SceneError::new(
-                "medium.cells",
-                "a voxmap needs at least one cell on each axis",
-            ));
+            return Err(SceneError::new("medium.cells", "a voxmap needs at least one cell on each axis"));
         }
         if count > MAX_CELLS {
             return Err(SceneError::new(
@@ -53,7 +47,9 @@ impl Voxmap {
         if !(min.is_finite() && cell.is_finite() && least >= SMALLEST_EDGE && reach <= LARGEST_LENGTH) {
             return Err(SceneError::new(
                 "medium.max",
-                format!("the bounds of a voxmap must be finite, within {LARGEST_LENGTH:e} m, with min below max on each axis"),
+                format!(
+                    "the bounds of a voxmap must be finite, within {LARGEST_LENGTH:e} m, with min below max on each axis"
+                ),
             ));
         }
         Ok(Voxmap {
@@ -83,18 +79,11 @@ impl Voxmap {
         for i in 0..self.len() {
             let bad = |key: &str, what: &str, value: f64| {
                 let [x, y, z] = self.coordinates(i);
-                Err(SceneError::new(
-                    key,
-                    format!("{what} is {value} in cell ({x}, {y}, {z})"),
-                ))
+                Err(SceneError::new(key, format!("{what} is {value} in cell ({x}, {y}, {z})")))
             };
             for b in 0..3 {
-                let (k, o, e, q) = (
-                    self.extinction[i][b],
-                    self.albedo[i][b],
-                    self.emission[i][b],
-                    self.source[i][b],
-                );
+                let (k, o, e, q) =
+                    (self.extinction[i][b], self.albedo[i][b], self.emission[i][b], self.source[i][b]);
                 let ranges = [
                     ("extinction", k, LARGEST_EXTINCTION),
                     ("albedo", o, 1.0),
@@ -102,7 +91,11 @@ impl Voxmap {
                     ("source", q, LARGEST_FLUX),
                 ];
                 if let Some((key, x, max)) = ranges.into_iter().find(|r| !(0.0..=r.2).contains(&r.1)) {
-                    return bad(&format!("medium.{key}"), &format!("the {key} must lie between 0 and {max:e}, but"), x);
+                    return bad(
+                        &format!("medium.{key}"),
+                        &format!("the {key} must lie between 0 and {max:e}, but"),
+                        x,
+                    );
                 }
                 if q > 0.0 && k == 0.0 {
                     return bad(
@@ -132,12 +125,7 @@ impl Voxmap {
     }
     /// Upper corner, m.
     pub fn max(&self) -> Vec3 {
-        self.min
-            + self.cell.scale(vec3(
-                self.dims[0] as f64,
-                self.dims[1] as f64,
-                self.dims[2] as f64,
-            ))
+        self.min + self.cell.scale(vec3(self.dims[0] as f64, self.dims[1] as f64, self.dims[2] as f64))
     }
     /// Cell edges, m.
     pub fn cell(&self) -> Vec3 {

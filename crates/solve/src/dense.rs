@@ -40,7 +40,8 @@ const CHUNKS: usize = 256;
 /// Groups of bands that share all their factors outside the panes.
 pub fn groups(scene: &Scene, panes_between: bool) -> ([usize; 3], usize) {
     let same = |a: usize, b: usize| {
-        let media = scene.voxmap().is_none_or(|v| (0..v.len()).all(|c| v.extinction(c)[a] == v.extinction(c)[b]));
+        let media =
+            scene.voxmap().is_none_or(|v| (0..v.len()).all(|c| v.extinction(c)[a] == v.extinction(c)[b]));
         media && (!panes_between || scene.panes().iter().all(|p| p.extinction[a] == p.extinction[b]))
     };
     let mut group = [0; 3];
@@ -134,7 +135,11 @@ impl Dense {
     /// Exchange factor g_ij in band `b`, scaling included.
     pub fn factor(&self, i: usize, j: usize, b: usize) -> f64 {
         let (i, j) = if i >= j { (i, j) } else { (j, i) };
-        let g = if i < self.shared { self.matrices[self.group[b]].get(i, j) } else { self.panes[b][i - self.shared][j] };
+        let g = if i < self.shared {
+            self.matrices[self.group[b]].get(i, j)
+        } else {
+            self.panes[b][i - self.shared][j]
+        };
         self.scaling.as_ref().map_or(g, |d| d[i][b] * g * d[j][b])
     }
 
@@ -191,9 +196,8 @@ fn note_error(zones: &Zones, i: usize, j: usize, f: &PairFactor, squares: &mut [
         return;
     }
     let (ci, cj) = (strength(zones, i), strength(zones, j));
-    let worst = |c: Bands, zone: usize| {
-        (0..3).map(|b| f.radius[b] * c[b]).fold(0.0, f64::max) / target(zones, zone)
-    };
+    let worst =
+        |c: Bands, zone: usize| (0..3).map(|b| f.radius[b] * c[b]).fold(0.0, f64::max) / target(zones, zone);
     squares[i] += worst(cj, i).powi(2);
     if i != j {
         squares[j] += worst(ci, j).powi(2);
@@ -206,7 +210,9 @@ impl Operator for Dense {
     }
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
         assert_eq!(s.len(), self.n);
-        let times = |v: &[Bands], d: &[Bands]| v.iter().zip(d).map(|(v, d)| bands(|b| v[b] * d[b])).collect::<Vec<_>>();
+        let times = |v: &[Bands], d: &[Bands]| {
+            v.iter().zip(d).map(|(v, d)| bands(|b| v[b] * d[b])).collect::<Vec<_>>()
+        };
         let scaled = self.scaling.as_ref().map(|d| times(s, d));
         let x = scaled.as_deref().unwrap_or(s);
         let mut out = vec![[0.0; 3]; self.n];

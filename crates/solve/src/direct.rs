@@ -106,7 +106,13 @@ impl<'a> Illuminant<'a> {
     }
 }
 
-fn gather(scene: &Scene, zones: &Zones, transport: &Transport, light: &Light, progress: &dyn Progress) -> Vec<Bands> {
+fn gather(
+    scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
+    light: &Light,
+    progress: &dyn Progress,
+) -> Vec<Bands> {
     let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
     progress.begin("direct light", zones.len() as u64);
     let source = Illuminant::new(scene, transport, light);
@@ -202,7 +208,8 @@ fn beam_ray(scene: &Scene, transport: &Transport, light: &Light, k: usize, sum: 
     match light {
         Light::Sun { direction, irradiance, angular_diameter, .. } => {
             // The rectangle that the bounds throw across the beam.
-            let dir = sun_ray(*direction, *angular_diameter, [sequence::r1(k, 0.1), sequence::unit(k as u64)]);
+            let dir =
+                sun_ray(*direction, *angular_diameter, [sequence::r1(k, 0.1), sequence::unit(k as u64)]);
             let (t, s) = direction.frame();
             let half = (hi - lo) * 0.5;
             let extent = |w: Vec3| half.x * w.x.abs() + half.y * w.y.abs() + half.z * w.z.abs();
@@ -255,9 +262,18 @@ fn enter(scene: &Scene, transport: &Transport, origin: Vec3, dir: Vec3, power: B
     }
 }
 
-fn emitter_ray(scene: &Scene, transport: &Transport, surface: usize, k: usize, u: [f64; 2], v: [f64; 2], sum: &mut Beam) {
+fn emitter_ray(
+    scene: &Scene,
+    transport: &Transport,
+    surface: usize,
+    k: usize,
+    u: [f64; 2],
+    v: [f64; 2],
+    sum: &mut Beam,
+) {
     let both = scene.surfaces()[surface].sides == zonal_scene::Sides::Both;
-    let facets: Vec<usize> = (0..scene.facets().len()).filter(|&f| scene.facets()[f].surface == surface).collect();
+    let facets: Vec<usize> =
+        (0..scene.facets().len()).filter(|&f| scene.facets()[f].surface == surface).collect();
     let total: f64 = facets.iter().map(|&f| scene.facets()[f].plate.area()).sum();
     let mut rest = sequence::r1(k, 0.25) * total;
     let Some(&facet) = facets.iter().find(|&&f| {

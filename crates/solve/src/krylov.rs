@@ -41,7 +41,8 @@ pub fn solve(
     progress: &dyn Progress,
 ) -> Ended {
     let root: Vec<Bands> = weight.iter().map(|w| w.map(f64::sqrt)).collect();
-    let times = |a: &[Bands], b: &[Bands]| a.iter().zip(b).map(|(x, y)| bands(|k| x[k] * y[k])).collect::<Vec<_>>();
+    let times =
+        |a: &[Bands], b: &[Bands]| a.iter().zip(b).map(|(x, y)| bands(|k| x[k] * y[k])).collect::<Vec<_>>();
     let rhs = times(&root, &operator.apply(source));
     let norm = dot(&rhs, &rhs).map(f64::sqrt);
     let mut y = vec![[0.0; 3]; source.len()];

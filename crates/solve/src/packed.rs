@@ -93,7 +93,8 @@ impl Packed {
 
 /// Row numbers that cut the triangle into blocks of about equal numbers of entries.
 fn block_edges(n: usize) -> Vec<usize> {
-    let mut edges: Vec<usize> = (0..=BLOCKS).map(|b| (n as f64 * (b as f64 / BLOCKS as f64).sqrt()) as usize).collect();
+    let mut edges: Vec<usize> =
+        (0..=BLOCKS).map(|b| (n as f64 * (b as f64 / BLOCKS as f64).sqrt()) as usize).collect();
     edges[BLOCKS] = n;
     edges.dedup();
     edges
@@ -132,7 +133,9 @@ mod tests {
     fn threads_do_not_change_a_bit() {
         let m = sample(300);
         let x: Vec<[f64; 3]> = (0..300).map(|i| [(i as f64).sin(), 0.1 * i as f64, 1.0]).collect();
-        let with = |t: usize| rayon::ThreadPoolBuilder::new().num_threads(t).build().unwrap().install(|| m.apply(&x));
+        let with = |t: usize| {
+            rayon::ThreadPoolBuilder::new().num_threads(t).build().unwrap().install(|| m.apply(&x))
+        };
         assert_eq!(with(1), with(3));
     }
 }

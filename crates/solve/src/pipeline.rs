@@ -9,8 +9,8 @@ use crate::krylov::{self, Ended};
 use crate::operator::Operator;
 use crate::surroundings::Escape;
 use std::f64::consts::PI;
-use zonal_math::Grade;
 use zonal_exchange::pair::{Counts, Exchange, strength};
+use zonal_math::Grade;
 use zonal_scene::{Bands, Fields, Progress, Report, Scene, SceneError, Solution, Zones, bands};
 use zonal_transport::{Transport, build_zones};
 
@@ -56,7 +56,12 @@ pub fn solve(scene: Scene, memory: u64, progress: &dyn Progress) -> Result<Solut
 }
 
 /// Solves given zones.
-pub fn solve_zones(scene: &Scene, zones: &Zones, transport: &Transport, progress: &dyn Progress) -> (Fields, Report) {
+pub fn solve_zones(
+    scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
+    progress: &dyn Progress,
+) -> (Fields, Report) {
     let options = scene.options();
     let exchange = Exchange::new(scene, zones, transport);
     let group = dense::groups(scene, transport.has_panes_between());
@@ -70,7 +75,14 @@ pub fn solve_zones(scene: &Scene, zones: &Zones, transport: &Transport, progress
     };
     let direct = direct::illuminate(scene, zones, transport, options.restore_closure, progress);
     let sources = sources(scene, zones, &escape, &direct);
-    let ended = krylov::solve(&operator, &sources.strengths, &sources.weights, options.residual, options.max_iterations, progress);
+    let ended = krylov::solve(
+        &operator,
+        &sources.strengths,
+        &sources.weights,
+        options.residual,
+        options.max_iterations,
+        progress,
+    );
     let fields = fields(zones, &operator, &ended, &sources, direct.fields.clone(), &assembly, &defects);
     let balance = energy::balance(scene, zones, &fields, &ended.strengths, &escape, &direct);
     let mut warnings = forecast::warnings(scene, zones);
@@ -79,7 +91,9 @@ pub fn solve_zones(scene: &Scene, zones: &Zones, transport: &Transport, progress
     }
     let off = balance.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
     if off > POOR_BALANCE {
-        warnings.push(format!("the energy balance is off by {off:.1e}: restore closure, or ask for a smaller tolerance"));
+        warnings.push(format!(
+            "the energy balance is off by {off:.1e}: restore closure, or ask for a smaller tolerance"
+        ));
     }
     let mut closure = closure;
     closure.largest_change = closure.largest_change.map(|c| c.max(direct.largest_change));

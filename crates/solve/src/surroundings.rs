@@ -28,7 +28,13 @@ pub struct Escape {
 
 impl Escape {
     /// Measures all zones with up to `rays` rays each.
-    pub fn measure(scene: &Scene, zones: &Zones, transport: &Transport, rays: usize, progress: &dyn Progress) -> Escape {
+    pub fn measure(
+        scene: &Scene,
+        zones: &Zones,
+        transport: &Transport,
+        rays: usize,
+        progress: &dyn Progress,
+    ) -> Escape {
         let n = zones.len();
         progress.begin("surroundings", n as u64);
         let shoot = |first: usize, last: usize| -> Vec<Lost> {
@@ -124,7 +130,11 @@ fn ray(zones: &Zones, cell: Vec3, i: usize, k: usize) -> (Vec3, Vec3, Bands) {
     let cos = 1.0 - 2.0 * d[0];
     let sin = (1.0 - cos * cos).max(0.0).sqrt();
     let (s, c) = (2.0 * PI * d[1]).sin_cos();
-    (voxel_point(&zones.voxels[i - zones.voxel_offset()], cell, p), vec3(sin * c, sin * s, cos), bands(|_| 1.0))
+    (
+        voxel_point(&zones.voxels[i - zones.voxel_offset()], cell, p),
+        vec3(sin * c, sin * s, cos),
+        bands(|_| 1.0),
+    )
 }
 
 /// A point of a voxel zone with cell edges `cell`: uniform in a whole voxel, one of the samples of a cut one.

@@ -16,10 +16,7 @@ fn isothermal(seed: u64, m: f64, extra: &str) -> String {
     let zero = (d.roll() * 4.0) as usize;
     let kappa = [0, 1, 2].map(|b| if b == zero { 0.0 } else { 3.0 * d.roll().powi(2) });
     let albedo = [0, 1, 2].map(|_| d.roll());
-    let mut t = format!(
-        "[solve]\npatch_size = {}\nresidual = 1e-13\n{extra}\n",
-        d.between(0.3, 1.2)
-    );
+    let mut t = format!("[solve]\npatch_size = {}\nresidual = 1e-13\n{extra}\n", d.between(0.3, 1.2));
     let _ = writeln!(t, "[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = {size:?} }}");
     for face in ["x0", "x1", "y0", "y1", "z0", "z1"] {
         let rho = [0, 1, 2].map(|_| d.roll());
@@ -58,7 +55,8 @@ fn the_flux_of_an_isothermal_hot_cube_is_the_table_s_for_any_zoning() {
     ];
     for (k, gs) in table {
         for (cells, patch) in [("[1,1,1]", 1.0), ("[2,3,4]", 0.4), ("[4,4,4]", 0.25)] {
-            let medium = format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells={cells}\nextinction={k}\nemission=1");
+            let medium =
+                format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells={cells}\nextinction={k}\nemission=1");
             let s = solved(&unit_room(&format!("patch_size={patch}"), "reflectance=0", &medium));
             for face in ["x0", "y1", "z0"] {
                 let flux = mean(&s, &s.fields.incident, &patches_of(&s, face));
@@ -70,25 +68,35 @@ fn the_flux_of_an_isothermal_hot_cube_is_the_table_s_for_any_zoning() {
 
 #[test]
 fn radiative_equilibrium_in_a_cube_gives_the_table_at_finite_zones() {
-    let table = [(0.1, 5, 0.984871), (1.0, 5, 0.876007), (1.0, 9, 0.870908), (5.0, 5, 0.662410), (10.0, 5, 0.588629)];
+    let table =
+        [(0.1, 5, 0.984871), (1.0, 5, 0.876007), (1.0, 9, 0.870908), (5.0, 5, 0.662410), (10.0, 5, 0.588629)];
     for (tau, n, want) in table {
-        let medium = format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[{n},{n},{n}]\nextinction={tau}\nalbedo=1");
+        let medium =
+            format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[{n},{n},{n}]\nextinction={tau}\nalbedo=1");
         let walls = "reflectance=0\nfaces.z0 = { emission = 1 }";
         let s = solved(&unit_room(&format!("patch_size={}\nresidual=1e-12", 1.0 / n as f64), walls, &medium));
         let q = 1.0 - mean(&s, &s.fields.incident, &patches_of(&s, "z0"));
         assert!((q - want).abs() < 6e-7, "tau {tau}, n {n}: {q} against {want}");
         let opposite = mean(&s, &s.fields.incident, &patches_of(&s, "z1"));
-        let sides: f64 = ["x0", "x1", "y0", "y1"].iter().map(|f| mean(&s, &s.fields.incident, &patches_of(&s, f))).sum();
+        let sides: f64 =
+            ["x0", "x1", "y0", "y1"].iter().map(|f| mean(&s, &s.fields.incident, &patches_of(&s, f))).sum();
         assert!((q - opposite - sides).abs() < 1e-8, "flux is conserved");
         let centre = s.zones.voxel_offset() + s.zones.voxels.len() / 2;
-        assert!((s.fields.radiosity[centre][0] - 1.0 / 6.0).abs() < 1e-8, "the centre is a sixth by superposition");
+        assert!(
+            (s.fields.radiosity[centre][0] - 1.0 / 6.0).abs() < 1e-8,
+            "the centre is a sixth by superposition"
+        );
     }
 }
 
 #[test]
 fn centreline_of_the_equilibrium_cube() {
     let medium = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[9,9,9]\nextinction=1\nalbedo=1";
-    let s = solved(&unit_room("patch_size=0.11111111111111112", "reflectance=0\nfaces.z0 = { emission = 1 }", medium));
+    let s = solved(&unit_room(
+        "patch_size=0.11111111111111112",
+        "reflectance=0\nfaces.z0 = { emission = 1 }",
+        medium,
+    ));
     let want = [0.51617, 0.39369, 0.2969, 0.22245, 0.16667, 0.12523, 0.09424, 0.07053, 0.05131];
     let map = s.scene.voxmap().unwrap();
     for (k, w) in want.iter().enumerate() {
@@ -99,10 +107,13 @@ fn centreline_of_the_equilibrium_cube() {
 
 #[test]
 fn a_vanishing_medium_tends_to_the_vacuum() {
-    let text = |medium: &str| unit_room("patch_size=0.34", "reflectance=0.6\nfaces.x0 = { emission = 1 }", medium);
+    let text =
+        |medium: &str| unit_room("patch_size=0.34", "reflectance=0.6\nfaces.x0 = { emission = 1 }", medium);
     let empty = solved(&text(""));
     let thin = |k: f64| {
-        solved(&text(&format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[3,3,3]\nextinction={k}\nalbedo=0.5")))
+        solved(&text(&format!(
+            "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[3,3,3]\nextinction={k}\nalbedo=0.5"
+        )))
     };
     for (k, bound) in [(0.0, 1e-12), (1e-14, 1e-12), (1e-9, 1e-8), (1e-300, 1e-12), (1e-4, 1e-3)] {
         let s = thin(k);
@@ -137,7 +148,9 @@ fn a_band_without_medium_keeps_its_fluence() {
 fn one_cell_changed_by_nothing_changes_nothing() {
     for (k, bound) in [(0.1, 2e-3), (0.5, 5e-3), (1.0, 1e-2), (3.0, 2e-2)] {
         let medium = |extra: &str| {
-            format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[4,4,4]\nextinction={k}\nalbedo=0.6\nemission=0.2\n{extra}")
+            format!(
+                "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[4,4,4]\nextinction={k}\nalbedo=0.6\nemission=0.2\n{extra}"
+            )
         };
         let other = format!(
             "[[medium.region]]\nbox={{min=[0.5,0.5,0.5],max=[0.75,0.75,0.75]}}\nextinction={}",
@@ -147,7 +160,12 @@ fn one_cell_changed_by_nothing_changes_nothing() {
         let a = solved(&unit_room("patch_size=0.25", walls, &medium("")));
         let b = solved(&unit_room("patch_size=0.25", walls, &medium(&other)));
         assert!(b.scene.voxmap().unwrap().uniform_extinction().is_none());
-        let off = a.fields.incident.iter().zip(&b.fields.incident).fold(0.0f64, |m, (x, y)| m.max((x[0] / y[0] - 1.0).abs()));
+        let off = a
+            .fields
+            .incident
+            .iter()
+            .zip(&b.fields.incident)
+            .fold(0.0f64, |m, (x, y)| m.max((x[0] / y[0] - 1.0).abs()));
         println!("κℓ = {}: fields differ by {off:.2e}, closure {:.2e}", k / 4.0, b.report.closure.worst[0]);
         assert!(off < bound, "κ {k}: {off:e}");
     }
@@ -156,13 +174,23 @@ fn one_cell_changed_by_nothing_changes_nothing() {
 #[test]
 fn bands_with_the_same_extinction_share_their_factors() {
     let scene = |k: &str| {
-        read(&unit_room("patch_size=0.5", "", &format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction={k}")))
+        read(&unit_room(
+            "patch_size=0.5",
+            "",
+            &format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction={k}"),
+        ))
     };
     assert_eq!(dense::groups(&scene("[1,1,1]"), false), ([0, 0, 0], 1));
     assert_eq!(dense::groups(&scene("[1,2,1]"), false), ([0, 1, 0], 2));
     assert_eq!(dense::groups(&scene("[1,2,3]"), false), ([0, 1, 2], 3));
     // Shared or not, a band is the same.
-    let s = |k: &str| solved(&unit_room("patch_size=0.5", "reflectance=[0.5,0.2,0.5]\nfaces.z1={emission=1}", &format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction={k}\nalbedo=0.3")));
+    let s = |k: &str| {
+        solved(&unit_room(
+            "patch_size=0.5",
+            "reflectance=[0.5,0.2,0.5]\nfaces.z1={emission=1}",
+            &format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction={k}\nalbedo=0.3"),
+        ))
+    };
     let (a, b) = (s("[1,2,1]"), s("[1,2,3]"));
     for (x, y) in a.fields.incident.iter().zip(&b.fields.incident) {
         assert!((x[0] / y[0] - 1.0).abs() < 1e-12 && (x[1] / y[1] - 1.0).abs() < 1e-12);
@@ -187,7 +215,10 @@ fn factors_are_symmetric_to_the_bit_in_every_order_of_asking() {
             for j in 0..=i {
                 let (f, g) = (exchange.pair(i, j, &mut c), exchange.pair(j, i, &mut c));
                 assert_eq!((f.value, f.radius), (g.value, g.radius), "{i} {j}");
-                assert!(f.value.iter().chain(&f.radius).all(|x| x.is_finite() && *x >= 0.0), "{i} {j}: {f:?}");
+                assert!(
+                    f.value.iter().chain(&f.radius).all(|x| x.is_finite() && *x >= 0.0),
+                    "{i} {j}: {f:?}"
+                );
             }
         }
     });
@@ -195,19 +226,36 @@ fn factors_are_symmetric_to_the_bit_in_every_order_of_asking() {
 
 #[test]
 fn a_budget_of_one_iteration_is_reported() {
-    let s = solved(&unit_room("patch_size=0.5\nmax_iterations=1", "reflectance=0.9\nfaces.x0={emission=1}", ""));
+    let s =
+        solved(&unit_room("patch_size=0.5\nmax_iterations=1", "reflectance=0.9\nfaces.x0={emission=1}", ""));
     assert_eq!(s.report.status, [SolveStatus::Budget; 3]);
     assert!(s.report.residuals.iter().all(|r| r.len() == 2));
 }
 
 #[test]
 fn bright_rooms_converge() {
-    for (rho, albedo, k) in [(0.99, 0.999, 2.0), (0.999, 1.0, 8.0), (0.9999, 0.5, 0.1), (0.5, 1.0, 20.0), (1.0, 0.99, 0.1)] {
-        let medium = format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[4,4,4]\nextinction={k}\nalbedo={albedo}");
-        let s = solved(&unit_room("patch_size=0.25", &format!("reflectance={rho}\nfaces.x0={{emission=1}}"), &medium));
+    for (rho, albedo, k) in
+        [(0.99, 0.999, 2.0), (0.999, 1.0, 8.0), (0.9999, 0.5, 0.1), (0.5, 1.0, 20.0), (1.0, 0.99, 0.1)]
+    {
+        let medium =
+            format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[4,4,4]\nextinction={k}\nalbedo={albedo}");
+        let s = solved(&unit_room(
+            "patch_size=0.25",
+            &format!("reflectance={rho}\nfaces.x0={{emission=1}}"),
+            &medium,
+        ));
         let e = &s.report.energy;
-        println!("ρ {rho} Ω {albedo} κ {k}: {} iterations, balance {:.1e}", s.report.residuals[0].len() - 1, e.residual[0]);
-        assert_eq!(s.report.status, [SolveStatus::Converged; 3], "ρ {rho} Ω {albedo} κ {k}: {:?}", s.report.residuals[0]);
+        println!(
+            "ρ {rho} Ω {albedo} κ {k}: {} iterations, balance {:.1e}",
+            s.report.residuals[0].len() - 1,
+            e.residual[0]
+        );
+        assert_eq!(
+            s.report.status,
+            [SolveStatus::Converged; 3],
+            "ρ {rho} Ω {albedo} κ {k}: {:?}",
+            s.report.residuals[0]
+        );
         assert!(e.residual.iter().all(|r| r.abs() < 1e-6), "{:?}", e.residual);
     }
 }
@@ -218,17 +266,27 @@ fn a_box_that_keeps_everything_is_not_called_converged() {
     let medium = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction=1\nalbedo=1\nsource=3";
     let s = solved(&unit_room("patch_size=0.5", "reflectance=1", medium));
     assert!(s.fields.incident.iter().flatten().all(|x| x.is_finite()), "no NaN");
-    assert!(s.report.status.iter().all(|s| *s != SolveStatus::Converged), "{:?} {:?}", s.report.status, s.fields.incident[0]);
+    assert!(
+        s.report.status.iter().all(|s| *s != SolveStatus::Converged),
+        "{:?} {:?}",
+        s.report.status,
+        s.fields.incident[0]
+    );
 }
 
 /// A conservative medium with a source gives it all to the walls.
 #[test]
 fn a_source_in_a_conservative_medium_goes_to_the_walls() {
-    let medium = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[3,3,3]\nextinction=2\nalbedo=1\nemission=9\nsource=3";
+    let medium =
+        "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[3,3,3]\nextinction=2\nalbedo=1\nemission=9\nsource=3";
     let s = solved(&unit_room("patch_size=0.34", "reflectance=0.2", medium));
     let e = &s.report.energy;
     let absorbed: f64 = e.absorbed_surfaces.iter().map(|x| x.1[0]).sum();
-    assert!((e.emitted[0] - 3.0).abs() < 1e-12 && (absorbed - 3.0).abs() < 1e-8, "{} {absorbed}", e.emitted[0]);
+    assert!(
+        (e.emitted[0] - 3.0).abs() < 1e-12 && (absorbed - 3.0).abs() < 1e-8,
+        "{} {absorbed}",
+        e.emitted[0]
+    );
     assert!(e.absorbed_volumes[0].abs() < 1e-12);
 }
 
@@ -236,8 +294,13 @@ fn a_source_in_a_conservative_medium_goes_to_the_walls() {
 fn splitting_zones_does_not_move_a_clear_box() {
     // Additivity: for given radiosities the sums are exact, so the flux of a uniform source is that of any zoning.
     let flux = |patch: f64, n: usize| {
-        let medium = format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[{n},{n},{n}]\nextinction=1.3\nemission=0.4");
-        let s = solve(read(&unit_room(&format!("patch_size={patch}"), "reflectance=0\nfaces.y0={emission=2}", &medium)));
+        let medium =
+            format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[{n},{n},{n}]\nextinction=1.3\nemission=0.4");
+        let s = solve(read(&unit_room(
+            &format!("patch_size={patch}"),
+            "reflectance=0\nfaces.y0={emission=2}",
+            &medium,
+        )));
         mean(&s, &s.fields.incident, &patches_of(&s, "x1"))
     };
     let a = flux(1.0, 1);
@@ -265,5 +328,8 @@ fn progress_is_told_to_the_end() {
         assert!(done <= total, "{stage}: {done} of {total}");
         assert!(stage == "solving" || done == total, "{stage}: {done} of {total}");
     }
-    assert!(zonal_solve::solve(read(&unit_room("patch_size=0.05", "", "")), 1 << 10, &Quiet).is_err(), "refuses");
+    assert!(
+        zonal_solve::solve(read(&unit_room("patch_size=0.05", "", "")), 1 << 10, &Quiet).is_err(),
+        "refuses"
+    );
 }

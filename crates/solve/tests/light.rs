@@ -18,7 +18,8 @@ fn told(name: &str, s: &Solution) -> f64 {
 
 const FOG: &str = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[5,5,5]\nextinction=[0.8,0,2]\nalbedo=0.7\n";
 const BLOCK: &str = "[[surface]]\nname=\"block\"\nbox={min=[0.3,0.25,0],max=[0.62,0.55,0.47],rotate_z_degrees=27}\nreflectance=0.5\n";
-const PANE: &str = "[[pane]]\npolygon=[[0,1,0],[1,1,0],[1,1,1],[0,1,1]]\nthickness=0.01\nextinction=[10,80,0]\nalbedo=0.2\n";
+const PANE: &str =
+    "[[pane]]\npolygon=[[0,1,0],[1,1,0],[1,1,1],[0,1,1]]\nthickness=0.01\nextinction=[10,80,0]\nalbedo=0.2\n";
 const SUN: &str = "[[light]]\nkind=\"sun\"\ndirection=[0.3,-1,-0.6]\nirradiance=100\n";
 const SKY: &str = "[[light]]\nkind=\"sky\"\nradiance=2\n";
 const LAMP: &str = "[[surface]]\nname=\"lamp\"\nrectangle={origin=[0.4,0.4,0.99],edge1=[0,0.2,0],edge2=[0.2,0,0]}\nemission=10\nreflectance=0.1\n";
@@ -37,7 +38,11 @@ fn power_balances_with_restoration() {
     for (name, closed, rest, bound) in cases {
         let omit = if closed { "" } else { "omit=[\"y1\"]\n" };
         for closure in ["measure", "restore"] {
-            let s = solved(&unit_room(&format!("patch_size=0.2\nclosure=\"{closure}\""), &format!("{omit}reflectance=0.6\n"), &rest));
+            let s = solved(&unit_room(
+                &format!("patch_size=0.2\nclosure=\"{closure}\""),
+                &format!("{omit}reflectance=0.6\n"),
+                &rest,
+            ));
             let worst = told(&format!("{name}, {closure}"), &s);
             assert!(worst < if closure == "restore" { bound } else { 0.03 }, "{name}, {closure}: {worst:e}");
         }
@@ -49,7 +54,8 @@ fn power_balances_with_restoration() {
 fn an_emitter_as_direct_light_agrees_with_itself_as_a_zone() {
     for medium in ["", FOG] {
         let room = |light: &str| {
-            let lamp = LAMP.replace("[0,0.2,0],edge2=[0.2,0,0]}", "[0,0.2,0],edge2=[0.2,0,0]}\npatch_size=0.05");
+            let lamp =
+                LAMP.replace("[0,0.2,0],edge2=[0.2,0,0]}", "[0,0.2,0],edge2=[0.2,0,0]}\npatch_size=0.05");
             solved(&unit_room("patch_size=0.2", "reflectance=0.5", &format!("{lamp}{light}{medium}")))
         };
         let (zone, light) = (room(""), room(LAMP_LIGHT));
@@ -66,13 +72,17 @@ fn an_emitter_as_direct_light_agrees_with_itself_as_a_zone() {
             assert!((a / b - 1.0).abs() < if medium.is_empty() { 0.01 } else { 0.02 }, "{face}: {a} {b}");
         }
         let floor = patches_of(&zone, "z0");
-        let rms = (floor.iter().map(|&i| (total(&light, i) / total(&zone, i) - 1.0).powi(2)).sum::<f64>() / floor.len() as f64).sqrt();
+        let rms = (floor.iter().map(|&i| (total(&light, i) / total(&zone, i) - 1.0).powi(2)).sum::<f64>()
+            / floor.len() as f64)
+            .sqrt();
         println!("floor patches: {rms:.2e}");
         assert!(rms < 0.02, "{rms}");
         if !medium.is_empty() {
             let n = zone.zones.voxel_offset();
             let off = |i: usize| total(&light, i) / total(&zone, i) - 1.0;
-            let rms = ((n..zone.zones.len()).map(|i| off(i).powi(2)).sum::<f64>() / (zone.zones.len() - n) as f64).sqrt();
+            let rms = ((n..zone.zones.len()).map(|i| off(i).powi(2)).sum::<f64>()
+                / (zone.zones.len() - n) as f64)
+                .sqrt();
             println!("voxels: {rms:.2e}");
             let w = World::new(&zone.scene);
             let mut worst: Vec<usize> = (n..zone.zones.len()).collect();
@@ -82,7 +92,16 @@ fn an_emitter_as_direct_light_agrees_with_itself_as_a_zone() {
                 let map = zone.scene.voxmap().unwrap();
                 let lo = map.corner(map.coordinates(v.cell));
                 let e = radiance::fluence(&w, lo, lo + map.cell(), 0, 100_000, 3);
-                println!("  {:?} of {:.1e}, {} samples: zone {:.4} light {:.4}; walks in the cell {:.4} ± {:.4}", v.centre, v.volume, v.part.len(), total(&zone, i), total(&light, i), e.value, e.error);
+                println!(
+                    "  {:?} of {:.1e}, {} samples: zone {:.4} light {:.4}; walks in the cell {:.4} ± {:.4}",
+                    v.centre,
+                    v.volume,
+                    v.part.len(),
+                    total(&zone, i),
+                    total(&light, i),
+                    e.value,
+                    e.error
+                );
             }
             assert!(rms < 0.03, "{rms}");
         }
@@ -92,12 +111,15 @@ fn an_emitter_as_direct_light_agrees_with_itself_as_a_zone() {
 /// A sky as direct light and the surroundings as a zone are the same light.
 #[test]
 fn a_sky_light_agrees_with_surroundings_of_its_radiance() {
-    let room = |rest: &str| solved(&unit_room("patch_size=0.2", "omit=[\"y1\"]\nreflectance=0.5", &format!("{rest}{FOG}")));
+    let room = |rest: &str| {
+        solved(&unit_room("patch_size=0.2", "omit=[\"y1\"]\nreflectance=0.5", &format!("{rest}{FOG}")))
+    };
     let (a, b) = (room(SKY), room("[surroundings]\nradiance=2\n"));
     for face in ["z0", "y0", "x1"] {
         let p = patches_of(&a, face);
         let [x, y] = [&a, &b].map(|s| {
-            let t: Vec<[f64; 3]> = (0..s.zones.len()).map(|i| [s.fields.incident[i][0] + s.fields.direct[i][0]; 3]).collect();
+            let t: Vec<[f64; 3]> =
+                (0..s.zones.len()).map(|i| [s.fields.incident[i][0] + s.fields.direct[i][0]; 3]).collect();
             mean(s, &t, &p)
         });
         println!("{face}: sky light {x:.5}, surroundings {y:.5}");

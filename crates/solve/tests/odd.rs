@@ -12,7 +12,12 @@ fn sane(name: &str, s: &Solution, balance: f64) {
         assert!(bad.is_none(), "{name}: {what} of zone {bad:?} is {:?}", bad.map(|i| field[i]));
     }
     let r = s.report.energy.residual;
-    println!("{name}: {} zones, residual {r:?}, closure {:?}, {:?}", s.zones.len(), s.report.closure.worst, s.report.status[0]);
+    println!(
+        "{name}: {} zones, residual {r:?}, closure {:?}, {:?}",
+        s.zones.len(),
+        s.report.closure.worst,
+        s.report.status[0]
+    );
     assert!(r.iter().all(|x| x.abs() < balance), "{name}: {r:?}");
 }
 
@@ -44,7 +49,9 @@ fn odd_scenes_are_solved_soberly() {
 #[test]
 fn a_closed_room_does_not_care_about_a_voxmap_that_sticks_out() {
     let room = |min: &str, max: &str, n: usize| {
-        let medium = format!("[medium]\nmin=[{min},{min},{min}]\nmax=[{max},{max},{max}]\ncells=[{n},{n},{n}]\nextinction=1\nalbedo=0.5");
+        let medium = format!(
+            "[medium]\nmin=[{min},{min},{min}]\nmax=[{max},{max},{max}]\ncells=[{n},{n},{n}]\nextinction=1\nalbedo=0.5"
+        );
         solved(&unit_room("patch_size=0.25", "reflectance=0.5\nfaces.x0={emission=1}", &medium))
     };
     // Cells coincide inside the room.

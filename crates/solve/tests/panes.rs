@@ -8,18 +8,29 @@ use zonal_math::vec3;
 use zonal_reference::{World, radiance};
 use zonal_scene::{Plate, Scene};
 
-const SKYLIGHT: &str = "[[pane]]\npolygon=[[0,0,1],[1,0,1],[1,1,1],[0,1,1]]\nthickness=0.01\nextinction=[50,100,0]\n";
+const SKYLIGHT: &str =
+    "[[pane]]\npolygon=[[0,0,1],[1,0,1],[1,1,1],[0,1,1]]\nthickness=0.01\nextinction=[50,100,0]\n";
 
 #[test]
 fn the_sun_through_a_pane_obeys_beer() {
     for degrees in [0.0f64, 60.0] {
         let (s, c) = degrees.to_radians().sin_cos();
-        let sun = format!("[[light]]\nkind=\"sun\"\ndirection=[{s},0,{}]\nirradiance=100\nangular_diameter=0\n", -c);
-        let x = solved(&unit_room("patch_size=0.25", "omit=[\"z1\"]\nreflectance=0", &format!("{SKYLIGHT}{sun}")));
+        let sun = format!(
+            "[[light]]\nkind=\"sun\"\ndirection=[{s},0,{}]\nirradiance=100\nangular_diameter=0\n",
+            -c
+        );
+        let x = solved(&unit_room(
+            "patch_size=0.25",
+            "omit=[\"z1\"]\nreflectance=0",
+            &format!("{SKYLIGHT}{sun}"),
+        ));
         // At 60° the sun reaches the wall x1 only.
         let (name, cos) = if degrees == 0.0 { ("z0", 1.0) } else { ("x1", s) };
         let i = patches_of(&x, name)[0];
-        let lit = patches_of(&x, name).into_iter().max_by(|a, b| x.fields.direct[*a][0].total_cmp(&x.fields.direct[*b][0])).unwrap_or(i);
+        let lit = patches_of(&x, name)
+            .into_iter()
+            .max_by(|a, b| x.fields.direct[*a][0].total_cmp(&x.fields.direct[*b][0]))
+            .unwrap_or(i);
         for (b, k) in [50.0f64, 100.0, 0.0].into_iter().enumerate() {
             let want = 100.0 * cos * (-k * 0.01 / c).exp();
             let got = x.fields.direct[lit][b];
@@ -28,7 +39,10 @@ fn the_sun_through_a_pane_obeys_beer() {
         let e = &x.report.energy;
         for (b, k) in [50.0f64, 100.0, 0.0].into_iter().enumerate() {
             let want = 100.0 * c * (1.0 - (-k * 0.01 / c).exp());
-            println!("{degrees}° band {b}: pane {} against {want}; incoming {}; residual {:.1e}", e.absorbed_panes[b], e.incoming[b], e.residual[b]);
+            println!(
+                "{degrees}° band {b}: pane {} against {want}; incoming {}; residual {:.1e}",
+                e.absorbed_panes[b], e.incoming[b], e.residual[b]
+            );
             assert!((e.absorbed_panes[b] - want).abs() < 1e-6 * 100.0, "{degrees}° band {b}");
             assert!(e.residual[b].abs() < 1.2e-2, "{degrees}° band {b}: {}", e.residual[b]);
         }
@@ -37,9 +51,14 @@ fn the_sun_through_a_pane_obeys_beer() {
 
 #[test]
 fn isothermal_rooms_with_panes_are_level() {
-    let pane = |o: &str| format!("[[pane]]\nname=\"mid\"\npolygon=[[0.5,0,0],[0.5,1,0],[0.5,1,1],[0.5,0,1]]\n{o}\nemission=2\nalbedo=0.3\n");
+    let pane = |o: &str| {
+        format!(
+            "[[pane]]\nname=\"mid\"\npolygon=[[0.5,0,0],[0.5,1,0],[0.5,1,1],[0.5,0,1]]\n{o}\nemission=2\nalbedo=0.3\n"
+        )
+    };
     let walls = "reflectance=0.4\nemission=1.2";
-    let fog = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[4,4,4]\nextinction=[0.5,0,2]\nalbedo=0.5\nemission=2";
+    let fog =
+        "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[4,4,4]\nextinction=[0.5,0,2]\nalbedo=0.5\nemission=2";
     for look in ["thickness=0.01\nextinction=[20,100,0]", "thickness=0.001\nextinction=[1e-3,5000,1]"] {
         for medium in ["", fog] {
             for (closure, bound) in [("measure", 0.1), ("restore", 1e-9)] {
@@ -59,7 +78,9 @@ fn isothermal_rooms_with_panes_are_level() {
 /// One hot wall, a pane across the middle: H on the walls against walks of light.
 #[test]
 fn a_pane_between_two_halves_dims_and_scatters_as_walks_of_light_do() {
-    let text = |pane: &str, size: f64| unit_room(&format!("patch_size={size}"), "reflectance=0.3\nfaces.x0={emission=1}", pane);
+    let text = |pane: &str, size: f64| {
+        unit_room(&format!("patch_size={size}"), "reflectance=0.3\nfaces.x0={emission=1}", pane)
+    };
     let pane = "[[pane]]\npolygon=[[0.6,0,0],[0.6,1,0],[0.6,1,1],[0.6,0,1]]\nthickness=0.01\nextinction=70\nalbedo=0.6\n";
     for (what, pane) in [("nothing", ""), ("pane", pane)] {
         // First order in the patches' size: two sizes, extrapolated.
@@ -69,9 +90,13 @@ fn a_pane_between_two_halves_dims_and_scatters_as_walks_of_light_do() {
             let p = patches_of(&s, face);
             let plate = s.scene.facets()[s.zones.patches[p[0]].facet].plate;
             let e = radiance::irradiance(&w, &plate, 0, 400_000, 7);
-            let (coarse, fine) = (mean(&s, &s.fields.incident, &p), mean(&t, &t.fields.incident, &patches_of(&t, face)));
+            let (coarse, fine) =
+                (mean(&s, &s.fields.incident, &p), mean(&t, &t.fields.incident, &patches_of(&t, face)));
             let h = 2.0 * fine - coarse;
-            println!("{what}, {face}: {coarse:.5} {fine:.5} → {h:.5} against {:.5} ± {:.5}", e.value, e.error);
+            println!(
+                "{what}, {face}: {coarse:.5} {fine:.5} → {h:.5} against {:.5} ± {:.5}",
+                e.value, e.error
+            );
             assert!(e.z(h, 0.01 * e.value) < 4.0, "{face}: {h} against {e:?}");
         }
     }
@@ -79,10 +104,13 @@ fn a_pane_between_two_halves_dims_and_scatters_as_walks_of_light_do() {
 
 #[test]
 fn a_thick_pane_agrees_with_resolved_voxels() {
-    let room = |rest: &str| solved(&unit_room("patch_size=0.1", "reflectance=0.3\nfaces.x0={emission=1}", rest));
+    let room =
+        |rest: &str| solved(&unit_room("patch_size=0.1", "reflectance=0.3\nfaces.x0={emission=1}", rest));
     // A layer of a tenth at x = 0.4…0.5, optical depth 0.5.
     let voxels = room("[medium]\nmin=[0.4,0,0]\nmax=[0.5,1,1]\ncells=[2,10,10]\nextinction=5\nalbedo=0.5");
-    let pane = room("[[pane]]\npolygon=[[0.45,0,0],[0.45,1,0],[0.45,1,1],[0.45,0,1]]\nthickness=0.1\nextinction=5\nalbedo=0.5");
+    let pane = room(
+        "[[pane]]\npolygon=[[0.45,0,0],[0.45,1,0],[0.45,1,1],[0.45,0,1]]\nthickness=0.1\nextinction=5\nalbedo=0.5",
+    );
     for face in ["x0", "x1", "y0"] {
         let [a, b] = [&voxels, &pane].map(|s| mean(s, &s.fields.incident, &patches_of(s, face)));
         println!("{face}: voxels {a:.5}, pane {b:.5}");

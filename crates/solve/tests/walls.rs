@@ -23,16 +23,39 @@ fn report(name: &str, s: &Solution) -> (f64, f64) {
     let c = &s.report.closure;
     println!(
         "{name}: {} zones, H {h:.2e}, G {g:.2e}, rms {:.2e} {:.2e}; closure worst {:.2e} rms {:.2e}, change {:.2e}, after {:?}, balance {:.1e}, {:?}",
-        s.zones.len(), unlevel_rms(s, M).0, unlevel_rms(s, M).1, c.worst[0], c.rms[0], c.largest_change[0], c.after, s.report.energy.residual[0], s.report.status[0]
+        s.zones.len(),
+        unlevel_rms(s, M).0,
+        unlevel_rms(s, M).1,
+        c.worst[0],
+        c.rms[0],
+        c.largest_change[0],
+        c.after,
+        s.report.energy.residual[0],
+        s.report.status[0]
     );
-    let far = |i: usize| (s.fields.incident[i][0] / if i < s.zones.voxel_offset() { M } else { 4.0 * M } - 1.0).abs();
+    let far = |i: usize| {
+        (s.fields.incident[i][0] / if i < s.zones.voxel_offset() { M } else { 4.0 * M } - 1.0).abs()
+    };
     let i = (0..s.zones.len()).max_by(|&a, &b| far(a).total_cmp(&far(b))).unwrap_or(0);
     if i < s.zones.voxel_offset() {
         let p = &s.zones.patches[i];
-        println!("    worst {:.2e}: patch {:?} area {:.2e} {:?}", far(i), s.scene.surfaces()[p.surface].name, p.area, p.plate);
+        println!(
+            "    worst {:.2e}: patch {:?} area {:.2e} {:?}",
+            far(i),
+            s.scene.surfaces()[p.surface].name,
+            p.area,
+            p.plate
+        );
     } else {
         let v = &s.zones.voxels[i - s.zones.voxel_offset()];
-        println!("    worst {:.2e}: voxel {} at {:?}, volume {:.2e}, {} samples", far(i), v.cell, v.centre, v.volume, v.part.len());
+        println!(
+            "    worst {:.2e}: voxel {} at {:?}, volume {:.2e}, {} samples",
+            far(i),
+            v.cell,
+            v.centre,
+            v.volume,
+            v.part.len()
+        );
     }
     (h, g)
 }
@@ -43,8 +66,10 @@ fn with_tetrahedron(options: &str) -> Scene {
     Scene::new(parts).unwrap()
 }
 
-const BLOCK: &str = "[[surface]]\nname=\"block\"\nbox={min=[0.3,0.25,0],max=[0.62,0.55,0.47],rotate_z_degrees=27}\nLOOK";
-const HANGING: &str = "[[surface]]\nname=\"block\"\nbox={min=[0.3,0.25,0.2],max=[0.62,0.55,0.57],rotate_z_degrees=27}\nLOOK";
+const BLOCK: &str =
+    "[[surface]]\nname=\"block\"\nbox={min=[0.3,0.25,0],max=[0.62,0.55,0.47],rotate_z_degrees=27}\nLOOK";
+const HANGING: &str =
+    "[[surface]]\nname=\"block\"\nbox={min=[0.3,0.25,0.2],max=[0.62,0.55,0.57],rotate_z_degrees=27}\nLOOK";
 const SHEET: &str = "[[surface]]\nname=\"sheet\"\nrectangle={origin=[0.2,0.3,0.1],edge1=[0.5,0.3,0.1],edge2=[-0.1,0.2,0.6]}\nsides=\"both\"\nLOOK";
 
 #[test]
@@ -81,14 +106,21 @@ fn isothermal_rooms_with_oblique_solids_are_level_to_nine_digits_with_restoratio
         } else {
             assert!(h < 1e-9 && g < 1e-9, "{name}");
         }
-        assert!(s.report.energy.residual.iter().all(|x| x.abs() < 1e-9), "{name}: {:?}", s.report.energy.residual);
+        assert!(
+            s.report.energy.residual.iter().all(|x| x.abs() < 1e-9),
+            "{name}: {:?}",
+            s.report.energy.residual
+        );
     }
 }
 
 #[test]
 fn open_rooms_within_surroundings_of_the_same_temperature_are_level() {
     let open = |options: &str| {
-        let t = level_room(options, BLOCK).replace("[[surface]]\nname = \"room\"", "[surroundings]\nradiance = RADIANCE\n[[surface]]\nname = \"room\"\nomit=[\"y0\"]");
+        let t = level_room(options, BLOCK).replace(
+            "[[surface]]\nname = \"room\"",
+            "[surroundings]\nradiance = RADIANCE\n[[surface]]\nname = \"room\"\nomit=[\"y0\"]",
+        );
         t.replace("RADIANCE", &format!("{}", M / PI))
     };
     let s = solved(&open(""));
@@ -144,7 +176,10 @@ fn behind_a_thin_wall_it_is_dark() {
         for (what, medium) in [("vacuum", ""), ("fog", FOG)] {
             let s = divided(wall, medium);
             let [(hd, hl), (gd, gl)] = dark(&s, n, c);
-            println!("{name}, {what}: H {hd:.1e} behind {hl:.3}, G {gd:.1e} behind {gl:.3}, closure {:.2e}", s.report.closure.worst[0]);
+            println!(
+                "{name}, {what}: H {hd:.1e} behind {hl:.3}, G {gd:.1e} behind {gl:.3}, closure {:.2e}",
+                s.report.closure.worst[0]
+            );
             assert!(hd <= 1e-3 * hl, "{name}, {what}: H {hd} behind {hl}");
             assert!(gd <= 1e-3 * gl, "{name}, {what}: G {gd} behind {gl}");
         }
@@ -155,7 +190,9 @@ fn behind_a_thin_wall_it_is_dark() {
 fn walls_a_little_inside_the_voxmap_leave_no_trace() {
     // As in the Cornell box: the voxmap sticks out by a thousandth on each side.
     let walls = format!("reflectance=0.5\nemission={}", 0.5 * M);
-    let medium = format!("[medium]\nmin=[-0.001,-0.001,-0.001]\nmax=[1.001,1.001,1.001]\ncells=[4,4,4]\nextinction=[0.5,0,2]\nalbedo=0.4\nemission={M}");
+    let medium = format!(
+        "[medium]\nmin=[-0.001,-0.001,-0.001]\nmax=[1.001,1.001,1.001]\ncells=[4,4,4]\nextinction=[0.5,0,2]\nalbedo=0.4\nemission={M}"
+    );
     let plain = |options: &str| {
         let s = solved(&unit_room(&format!("patch_size=0.25\nresidual=1e-13\n{options}"), &walls, &medium));
         // Slivers beyond the walls see no emitter of the room: leave them out.
@@ -170,7 +207,11 @@ fn walls_a_little_inside_the_voxmap_leave_no_trace() {
             let want = if i < s.zones.voxel_offset() { M } else { 4.0 * M };
             worst = s.fields.incident[i].iter().fold(worst, |w, x| w.max((x / want - 1.0).abs()));
         }
-        println!("{} voxel zones of 64 cells, off {worst:.2e}, closure {:?}", s.zones.voxels.len(), s.report.closure.rms);
+        println!(
+            "{} voxel zones of 64 cells, off {worst:.2e}, closure {:?}",
+            s.zones.voxels.len(),
+            s.report.closure.rms
+        );
         worst
     };
     assert!(plain("") < 0.03);

@@ -20,10 +20,7 @@ fn surface() -> Surface {
 
 fn sphere(c: Vec3, r: f64, n: usize, out: &mut Vec<Plate>) {
     let at = |i: usize, j: usize| {
-        let (a, b) = (
-            std::f64::consts::PI * i as f64 / n as f64,
-            std::f64::consts::PI * j as f64 / n as f64,
-        );
+        let (a, b) = (std::f64::consts::PI * i as f64 / n as f64, std::f64::consts::PI * j as f64 / n as f64);
         c + vec3(a.sin() * b.cos(), a.sin() * b.sin(), a.cos()) * r
     };
     for i in 0..n {
@@ -41,14 +38,7 @@ fn sphere(c: Vec3, r: f64, n: usize, out: &mut Vec<Plate>) {
 fn walls(n: usize, out: &mut Vec<Plate>) {
     let (x, y, z) = (vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
     let (o, e) = (Vec3::ZERO, Vec3::ONE);
-    for (p, u, v) in [
-        (o, x, y),
-        (o, y, z),
-        (o, z, x),
-        (e, -y, -x),
-        (e, -z, -y),
-        (e, -x, -z),
-    ] {
+    for (p, u, v) in [(o, x, y), (o, y, z), (o, z, x), (e, -y, -x), (e, -z, -y), (e, -x, -z)] {
         let (u, v) = (u / n as f64, v / n as f64);
         for i in 0..n {
             for j in 0..n {
@@ -80,24 +70,12 @@ fn main() {
         walls(wall, &mut plates);
         for k in 0..balls {
             let u = |i: u64| 0.1 + 0.8 * unit(k * 3 + i);
-            sphere(
-                vec3(u(0), u(1), u(2)),
-                0.35 / (balls as f64).cbrt() * 0.5,
-                fine,
-                &mut plates,
-            );
+            sphere(vec3(u(0), u(1), u(2)), 0.35 / (balls as f64).cbrt() * 0.5, fine, &mut plates);
         }
         cases.push((name, plates));
     }
     for (name, plates) in cases {
-        let facets = plates
-            .iter()
-            .map(|p| Facet {
-                surface: 0,
-                plate: *p,
-                uv: [[0.0; 2]; 3],
-            })
-            .collect();
+        let facets = plates.iter().map(|p| Facet { surface: 0, plate: *p, uv: [[0.0; 2]; 3] }).collect();
         let n = 32;
         let mut map = Voxmap::new(Vec3::ZERO, Vec3::splat(1.0 / n as f64), [n; 3]).expect("a map");
         for i in 0..map.len() {
@@ -119,9 +97,8 @@ fn main() {
             t.occluder_count()
         );
         let count = 400_000;
-        let points: Vec<Vec3> = (0..2 * count)
-            .map(|i| vec3(unit(3 * i), unit(3 * i + 1), unit(3 * i + 2)))
-            .collect();
+        let points: Vec<Vec3> =
+            (0..2 * count).map(|i| vec3(unit(3 * i), unit(3 * i + 1), unit(3 * i + 2))).collect();
         let on: Vec<Vec3> = (0..2 * count)
             .map(|i| {
                 let p = &plates[(unit(3 * i) * plates.len() as f64) as usize];
@@ -146,11 +123,7 @@ fn main() {
         rate("blocked_inside, surface", &|a, b| t.blocked_inside(a, b), &on);
         let nearest = |a: Vec3, b: Vec3| t.nearest(a, (b - a).normalized(), 1e-9, f64::INFINITY).is_some();
         rate("nearest", &nearest, &points);
-        rate(
-            "optical depth, 32³",
-            &|a, b| t.optical_depth(a, b)[0] > 1.0,
-            &points,
-        );
+        rate("optical depth, 32³", &|a, b| t.optical_depth(a, b)[0] > 1.0, &points);
     }
     zoning();
 }
@@ -169,11 +142,7 @@ fn zoning() {
             plate: plates[k],
             uv: [[0.0; 2]; 3],
         });
-        let ball = Surface {
-            name: "ball".into(),
-            solid: true,
-            ..surface()
-        };
+        let ball = Surface { name: "ball".into(), solid: true, ..surface() };
         let n = 115;
         let scene = Scene::new(SceneParts {
             surfaces: vec![surface(), ball],

@@ -131,12 +131,7 @@ impl<'a> Lamp<'a> {
     /// The sample of the light at `s` ∈ [0,1)³ as seen from `point`; `None` where it contributes nothing.
     pub fn beam(&self, transport: &Transport, point: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<Beam> {
         match self.light {
-            Light::Sun {
-                direction,
-                irradiance,
-                angular_diameter,
-                ..
-            } => {
+            Light::Sun { direction, irradiance, angular_diameter, .. } => {
                 let cos_radius = (0.5 * angular_diameter).cos();
                 let towards = in_cone(-*direction, *angular_diameter, [s[0], s[1]]);
                 let flux = irradiance.map(|e| e * 2.0 / (1.0 + cos_radius));
@@ -156,12 +151,7 @@ impl<'a> Lamp<'a> {
     /// The sample of the light at `s` ∈ [0,1)³, for all points at once; `None` for an emitter without facets.
     pub fn source(&self, s: [f64; 3]) -> Option<Source> {
         match self.light {
-            Light::Sun {
-                direction,
-                irradiance,
-                angular_diameter,
-                ..
-            } => {
+            Light::Sun { direction, irradiance, angular_diameter, .. } => {
                 let cos_radius = (0.5 * angular_diameter).cos();
                 Some(Source::Distant {
                     towards: in_cone(-*direction, *angular_diameter, [s[0], s[1]]),
@@ -192,14 +182,7 @@ impl<'a> Lamp<'a> {
     }
 
     fn emitter_beam(&self, point: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<Beam> {
-        let Some(Source::Point {
-            at: end,
-            normal,
-            both,
-            power,
-            ..
-        }) = self.emitter_point(s)
-        else {
+        let Some(Source::Point { at: end, normal, both, power, .. }) = self.emitter_point(s) else {
             return None;
         };
         let d = end - point;
@@ -259,8 +242,8 @@ impl<'a> Lamp<'a> {
         bands(|b| if sent[b] > 0.0 { all[b] * arrived[b] / sent[b] } else { 0.0 })
     }
 
-    /// H or G of an emitter with nothing between, in closed form.
-    fn unhindered(&self, point: Vec3, receiver: Receiver) -> Bands {
+    /// H or G of an emitter with nothing between, W/m², in closed form; zero for a light that has none.
+    pub fn unhindered(&self, point: Vec3, receiver: Receiver) -> Bands {
         let surface = self.facets.first().map(|&f| self.scene.facets()[f].surface);
         let both = surface.is_some_and(|s| self.scene.surfaces()[s].sides == Sides::Both);
         self.closed.iter().fold([0.0; 3], |sum, (plate, radiance)| {
@@ -377,11 +360,7 @@ mod tests {
     fn square(z: f64, half: f64, up: bool) -> Plate {
         let (x, y) = (vec3(2.0 * half, 0.0, 0.0), vec3(0.0, 2.0 * half, 0.0));
         let o = vec3(-half, -half, z);
-        if up {
-            Plate::parallelogram(o, x, y)
-        } else {
-            Plate::parallelogram(o, y, x)
-        }
+        if up { Plate::parallelogram(o, x, y) } else { Plate::parallelogram(o, y, x) }
     }
 
     fn sun(angle: f64) -> Light {
@@ -404,10 +383,7 @@ mod tests {
     fn a_rectangular_emitter_agrees_with_the_closed_form() {
         let scene = Scene::new(SceneParts {
             surfaces: vec![surface("lamp", 7.0), surface("floor", 0.0)],
-            facets: vec![
-                facet(0, square(1.0, 0.5, false)),
-                facet(1, square(0.0, 2.0, true)),
-            ],
+            facets: vec![facet(0, square(1.0, 0.5, false)), facet(1, square(0.0, 2.0, true))],
             lights: vec![Light::Emitter { surface: 0 }],
             ..SceneParts::default()
         })
@@ -452,15 +428,7 @@ mod tests {
             let exact = [1.0, 2.0, 4.0][b] * (-depth[b]).exp();
             assert!((g[b] / exact - 1.0).abs() < 1e-12, "{} {exact}", g[b]);
         }
-        let h = irradiance(
-            &scene,
-            &transport,
-            &scene.lights()[0],
-            p,
-            vec3(0.0, 0.0, 1.0),
-            16,
-            3,
-        );
+        let h = irradiance(&scene, &transport, &scene.lights()[0], p, vec3(0.0, 0.0, 1.0), 16, 3);
         assert!((h[0] / g[0] - 0.8).abs() < 1e-12);
         let walled = SceneParts {
             surfaces: vec![surface("roof", 0.0)],
@@ -469,10 +437,7 @@ mod tests {
         };
         let scene = Scene::new(walled).unwrap();
         let transport = Transport::new(&scene);
-        assert_eq!(
-            fluence(&scene, &transport, &scene.lights()[0], p, 16, 3),
-            [0.0; 3]
-        );
+        assert_eq!(fluence(&scene, &transport, &scene.lights()[0], p, 16, 3), [0.0; 3]);
     }
 
     #[test]
@@ -486,23 +451,12 @@ mod tests {
         let transport = Transport::new(&scene);
         let towards = vec3(0.0, -0.6, 0.8);
         let h = irradiance(&scene, &transport, &sun(0.8), Vec3::ZERO, towards, 1024, 5);
-        assert!(
-            (h[1] / 2.0 - 1.0).abs() < 2e-3,
-            "E⊥ is kept for a wide sun: {}",
-            h[1]
-        );
-        let sky = Light::Sky {
-            name: "sky".into(),
-            radiance: [2.0; 3],
-        };
+        assert!((h[1] / 2.0 - 1.0).abs() < 2e-3, "E⊥ is kept for a wide sun: {}", h[1]);
+        let sky = Light::Sky { name: "sky".into(), radiance: [2.0; 3] };
         let up = vec3(0.0, 0.0, 1.0);
         let h = irradiance(&scene, &transport, &sky, Vec3::ZERO, up, 64, 5);
         assert!((h[0] / TAU - 1.0).abs() < 1e-9, "{}", h[0]);
         let g = fluence(&scene, &transport, &sky, vec3(0.0, 0.0, 1e-4), 1024, 5);
-        assert!(
-            (g[0] / (4.0 * PI) - 1.0).abs() < 0.01,
-            "half the sphere is floor: {}",
-            g[0]
-        );
+        assert!((g[0] / (4.0 * PI) - 1.0).abs() < 0.01, "half the sphere is floor: {}", g[0]);
     }
 }

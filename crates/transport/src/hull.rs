@@ -58,11 +58,7 @@ fn loose_points(scene: &Scene) -> Vec<Vec3> {
         let (lo, hi) = (map.min(), map.max());
         for k in 0..8 {
             let pick = |bit: usize, l: f64, h: f64| if k >> bit & 1 == 1 { h } else { l };
-            points.push(vec3(
-                pick(0, lo.x, hi.x),
-                pick(1, lo.y, hi.y),
-                pick(2, lo.z, hi.z),
-            ));
+            points.push(vec3(pick(0, lo.x, hi.x), pick(1, lo.y, hi.y), pick(2, lo.z, hi.z)));
         }
     }
     points

@@ -65,12 +65,7 @@ pub(crate) struct Line {
 
 impl Line {
     pub fn new(a: Vec3, d: Vec3, tol: &Tolerance) -> Line {
-        Line {
-            a,
-            d,
-            plane: tol.plane,
-            moment: tol.edge * d.length(),
-        }
+        Line { a, d, plane: tol.plane, moment: tol.edge * d.length() }
     }
 }
 
@@ -96,11 +91,7 @@ impl Prepared {
         let (u, v) = (sign * q.dot(self.e2), -sign * q.dot(self.e1));
         let tau = line.moment * self.reach;
         let top = det + tau;
-        let far = if self.triangle {
-            u + v <= top
-        } else {
-            u <= top && v <= top
-        };
+        let far = if self.triangle { u + v <= top } else { u <= top && v <= top };
         (u >= -tau && v >= -tau && far).then_some([u, v, det])
     }
 

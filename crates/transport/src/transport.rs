@@ -136,13 +136,7 @@ impl<'a> Transport<'a> {
     pub fn nearest(&self, origin: Vec3, dir: Vec3, t_min: f64, t_max: f64) -> Option<Hit> {
         let (id, [t, u, v], front) = self.all.nearest(origin, dir, (t_min, t_max), &self.tol)?;
         let facet = id as usize;
-        Some(Hit {
-            t,
-            facet,
-            u,
-            v,
-            front,
-        })
+        Some(Hit { t, facet, u, v, front })
     }
 
     /// Ids of the facets whose boxes overlap [lo, hi], ascending.

@@ -47,9 +47,7 @@ fn the_walk_visits_the_cells_that_hold_its_points() {
                 let lo = map.corner(map.coordinates(c));
                 for x in [t0 + 1e-9 * (t1 - t0), 0.5 * (t0 + t1), t1 - 1e-9 * (t1 - t0)] {
                     let p = a + dir * x - lo;
-                    let off = (0..3)
-                        .map(|k| (-p[k]).max(p[k] - cell[k]))
-                        .fold(f64::MIN, f64::max);
+                    let off = (0..3).map(|k| (-p[k]).max(p[k] - cell[k])).fold(f64::MIN, f64::max);
                     assert!(off < 1e-12, "{off} outside its cell");
                 }
             });
@@ -58,10 +56,7 @@ fn the_walk_visits_the_cells_that_hold_its_points() {
             // The clipped length by the share of midpoints inside; rounding decides in the outermost faces.
             let n = 400;
             let inside = (0..n)
-                .filter(|i| {
-                    map.cell_at(a + (b - a) * ((*i as f64 + 0.5) / n as f64))
-                        .is_some()
-                })
+                .filter(|i| map.cell_at(a + (b - a) * ((*i as f64 + 0.5) / n as f64)).is_some())
                 .count();
             let want = inside as f64 / n as f64 * length;
             assert!(
@@ -154,9 +149,7 @@ fn a_pane_dims_by_beers_law() {
     let pane = Plate::parallelogram(vec3(-0.5, -0.5, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
     let s = glazed(vec![pane]);
     let t = Transport::new(&s);
-    let straight = t
-        .transmittance(vec3(0.1, 0.2, -0.5), vec3(0.1, 0.2, 0.5))
-        .unwrap();
+    let straight = t.transmittance(vec3(0.1, 0.2, -0.5), vec3(0.1, 0.2, 0.5)).unwrap();
     assert!((straight[0] - (-0.3f64).exp()).abs() < 1e-14 && (straight[1] - (-0.6f64).exp()).abs() < 1e-14);
     assert_eq!(straight[2], 1.0);
     let tilt = 60f64.to_radians().tan() * 0.2;
@@ -165,10 +158,7 @@ fn a_pane_dims_by_beers_law() {
     assert!((oblique[0] - (-0.6f64).exp()).abs() < 1e-14);
     // Ends on the pane do not count, and beside it is nothing.
     assert_eq!(t.optical_depth(a, vec3(0.0, 0.0, 0.0)), [0.0; 3]);
-    assert_eq!(
-        t.optical_depth(vec3(0.6, 0.0, -0.5), vec3(0.6, 0.0, 0.5)),
-        [0.0; 3]
-    );
+    assert_eq!(t.optical_depth(vec3(0.6, 0.0, -0.5), vec3(0.6, 0.0, 0.5)), [0.0; 3]);
     assert!(t.has_panes_between());
     assert_eq!(t.optical_depth(a, b), t.optical_depth_inside(a, b));
 }
@@ -183,10 +173,7 @@ fn pane_crossings_come_in_order_and_once() {
     // Through vertices and edges of both meshes as well.
     for x in [0.0, 1.0 / 6.0, -1.0 / 6.0, 0.123] {
         for y in [0.0, 1.0 / 6.0, 0.3] {
-            for (a, b) in [
-                (vec3(x, y, 0.9), vec3(x, y, -0.9)),
-                (vec3(x, y, -0.9), vec3(0.0, 0.0, 0.9)),
-            ] {
+            for (a, b) in [(vec3(x, y, 0.9), vec3(x, y, -0.9)), (vec3(x, y, -0.9), vec3(0.0, 0.0, 0.9))] {
                 let mut seen = Vec::new();
                 t.pane_crossings(a, b, &mut |h| seen.push(h));
                 assert_eq!(seen.len(), 2, "{a:?} → {b:?}");

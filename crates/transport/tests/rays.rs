@@ -15,11 +15,7 @@ fn soup(n: usize, size: f64, dice: &mut Dice) -> Vec<Plate> {
                 origin: dice.point(),
                 e1: (dice.point() - half) * size,
                 e2: (dice.point() - half) * size,
-                kind: if k % 3 == 0 {
-                    PlateKind::Parallelogram
-                } else {
-                    PlateKind::Triangle
-                },
+                kind: if k % 3 == 0 { PlateKind::Parallelogram } else { PlateKind::Triangle },
             }
         })
         .collect()
@@ -32,11 +28,7 @@ fn slow_hit(p: &Plate, a: Vec3, d: Vec3) -> Option<f64> {
     };
     let (m, r) = (-d, a - p.origin);
     let all = det(m, p.e1, p.e2);
-    let (t, u, v) = (
-        det(r, p.e1, p.e2) / all,
-        det(m, r, p.e2) / all,
-        det(m, p.e1, r) / all,
-    );
+    let (t, u, v) = (det(r, p.e1, p.e2) / all, det(m, r, p.e2) / all, det(m, p.e1, r) / all);
     let inside = match p.kind {
         PlateKind::Triangle => u >= 0.0 && v >= 0.0 && u + v <= 1.0,
         PlateKind::Parallelogram => (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v),
@@ -79,10 +71,7 @@ fn soups_agree_with_a_search_through_all_plates() {
                 assert!(t.nearest(a, dir, 1e-6, x * 0.999_999).is_none());
             }
         }
-        assert!(
-            n == 1 || (seen > 20 && seen < 2000),
-            "{n} plates block {seen} of 2000"
-        );
+        assert!(n == 1 || (seen > 20 && seen < 2000), "{n} plates block {seen} of 2000");
     }
 }
 
@@ -92,10 +81,8 @@ fn no_segment_slips_through_a_mesh() {
     let faces = room(Vec3::ZERO, Vec3::ONE);
     for angle in [0.0, 0.61] {
         let n = 12;
-        let plates: Vec<Plate> = turned(&faces, Vec3::splat(0.5), angle)
-            .iter()
-            .flat_map(|f| mesh(f, n))
-            .collect();
+        let plates: Vec<Plate> =
+            turned(&faces, Vec3::splat(0.5), angle).iter().flat_map(|f| mesh(f, n)).collect();
         let s = plain(&plates, None);
         let t = Transport::new(&s);
         let inner = |dice: &mut Dice| {
@@ -154,9 +141,7 @@ fn axis_parallel_rays_through_lattice_points() {
         for j in 0..=16 {
             let (x, y) = (i as f64 / 16.0, j as f64 / 16.0);
             assert!(t.blocked(vec3(x, y, 0.0), vec3(x, y, 1.0)));
-            let h = t
-                .nearest(vec3(x, y, 2.0), vec3(0.0, 0.0, -1.0), 0.0, 9.0)
-                .unwrap();
+            let h = t.nearest(vec3(x, y, 2.0), vec3(0.0, 0.0, -1.0), 0.0, 9.0).unwrap();
             assert!((h.t - 1.5).abs() < 1e-12 && h.front);
             assert!(!t.blocked(vec3(x, -1.0, 0.5), vec3(x, 2.0, 0.5)));
         }
@@ -176,10 +161,7 @@ fn walls_of_a_convex_room_never_block() {
     };
     assert_eq!(count(&walls, None), 0);
     assert_eq!(count(&walls, Some(fog(4, 1.0))), 0);
-    let meshed: Vec<Plate> = turned(&walls, Vec3::splat(0.5), 0.4)
-        .iter()
-        .flat_map(|f| mesh(f, 9))
-        .collect();
+    let meshed: Vec<Plate> = turned(&walls, Vec3::splat(0.5), 0.4).iter().flat_map(|f| mesh(f, 9)).collect();
     assert_eq!(count(&meshed, None), 0);
 
     // A voxmap that sticks out through x = 1 sees that wall, and only that, from both sides.
@@ -195,10 +177,7 @@ fn walls_of_a_convex_room_never_block() {
     let mut blocked = 0;
     for _ in 0..3000 {
         let (i, j) = ((dice.roll() * 12.0) as usize, (dice.roll() * 12.0) as usize);
-        let (a, b) = (
-            with_box[i].at(dice.roll(), dice.roll()),
-            with_box[j].at(dice.roll(), dice.roll()),
-        );
+        let (a, b) = (with_box[i].at(dice.roll(), dice.roll()), with_box[j].at(dice.roll(), dice.roll()));
         assert_eq!(t.blocked(a, b), t.blocked_inside(a, b));
         blocked += t.blocked(a, b) as usize;
     }
@@ -207,11 +186,7 @@ fn walls_of_a_convex_room_never_block() {
 
 #[test]
 fn a_point_in_a_solid_is_known() {
-    let turned_box = turned(
-        &solid_box(Vec3::splat(0.3), Vec3::splat(0.6)),
-        Vec3::splat(0.45),
-        0.5,
-    );
+    let turned_box = turned(&solid_box(Vec3::splat(0.3), Vec3::splat(0.6)), Vec3::splat(0.45), 0.5);
     let mut second = solid_box(vec3(0.5, 0.5, 0.3), vec3(0.8, 0.8, 0.6));
     second.pop();
     let mut solid = surface("solid");

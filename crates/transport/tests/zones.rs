@@ -40,18 +40,12 @@ fn area(z: &Zones, surface: usize) -> f64 {
 }
 
 fn solid(name: &str) -> Surface {
-    Surface {
-        solid: true,
-        ..surface(name)
-    }
+    Surface { solid: true, ..surface(name) }
 }
 
 /// The unit room as surface 0 with 10 cm patches and `more` as surface 1.
 fn furnished(more: Surface, plates: &[Plate], map: Option<Voxmap>) -> Scene {
-    let walls = Surface {
-        patch_size: Some(0.25),
-        ..surface("walls")
-    };
+    let walls = Surface { patch_size: Some(0.25), ..surface("walls") };
     let mut facets: Vec<Facet> = room(Vec3::ZERO, Vec3::ONE).iter().map(|p| facet(0, *p)).collect();
     facets.extend(plates.iter().map(|p| facet(1, *p)));
     scene(vec![walls, more], facets, map)
@@ -79,12 +73,7 @@ fn a_wall_in_mid_voxel_makes_two_zones_of_each() {
         let z = zones(&s);
         assert_eq!(z.voxels.len(), 27 + 9);
         assert!((volume(&z) - 1.0).abs() < 1e-12);
-        let dark: f64 = z
-            .voxels
-            .iter()
-            .filter(|v| v.centre.x < at)
-            .map(|v| v.volume)
-            .sum();
+        let dark: f64 = z.voxels.iter().filter(|v| v.centre.x < at).map(|v| v.volume).sum();
         assert!((dark - at).abs() < 1e-12, "{dark} against {at}");
         for v in z.voxels.iter().filter(|v| !v.part.is_empty()) {
             let left = v.centre.x < at;
@@ -111,11 +100,7 @@ fn a_solid_takes_its_volume_away() {
     // Off the grid, square: exact but for the edges. Oblique: to one per cent.
     for (angle, bound) in [(0.0, 2e-3), (0.5, 1e-3), (1.0, 1e-3)] {
         let centre = vec3(0.5, 0.48, 0.52);
-        let block = turned(
-            &solid_box(centre - Vec3::splat(0.21), centre + Vec3::splat(0.21)),
-            centre,
-            angle,
-        );
+        let block = turned(&solid_box(centre - Vec3::splat(0.21), centre + Vec3::splat(0.21)), centre, angle);
         for n in [4, 9] {
             let z = zones(&furnished(solid("block"), &block, Some(fog(n, 1.0))));
             let want = 1.0 - 0.42f64.powi(3);
@@ -165,10 +150,7 @@ fn a_wall_splits_the_patches_it_stands_on() {
     // 16 floor patches, of which the four in the second row become eight; two walls of 16 have a row with a foot that
     // stops at 0.6: two patches and the one in which it ends.
     assert!((area(&straight, 0) - 6.0).abs() < 1e-12);
-    assert_eq!(
-        straight.patches.iter().filter(|p| p.surface == 0).count(),
-        96 + 4 + 3 + 3
-    );
+    assert_eq!(straight.patches.iter().filter(|p| p.surface == 0).count(), 96 + 4 + 3 + 3);
     for tilt in [0.05, 0.3] {
         let z = walls(tilt);
         assert!((area(&z, 0) - 6.0).abs() < 1e-12);
@@ -176,10 +158,7 @@ fn a_wall_splits_the_patches_it_stands_on() {
             let (c, n) = p.plate.corners();
             let side = c[..n].iter().map(|x| x.x - 0.4 - tilt * x.y);
             let (lo, hi) = side.fold((f64::MAX, f64::MIN), |(l, h), d| (l.min(d), h.max(d)));
-            assert!(
-                hi < 2e-3 || lo > -2e-3,
-                "a patch from {lo} to {hi} across the wall"
-            );
+            assert!(hi < 2e-3 || lo > -2e-3, "a patch from {lo} to {hi} across the wall");
         }
     }
     // A wall that hangs above, one behind the floor, and one that only touches split nothing.
@@ -250,18 +229,11 @@ fn too_many_patches_are_refused_by_name() {
 
 #[test]
 fn zones_do_not_depend_on_the_number_of_threads() {
-    let block = turned(
-        &solid_box(Vec3::splat(0.3), Vec3::splat(0.6)),
-        Vec3::splat(0.5),
-        0.7,
-    );
+    let block = turned(&solid_box(Vec3::splat(0.3), Vec3::splat(0.6)), Vec3::splat(0.5), 0.7);
     let fine: Vec<Plate> = block.iter().flat_map(|p| mesh(p, 4)).collect();
     let s = furnished(solid("block"), &fine, Some(fog(9, 1.0)));
     let with = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| zones(&s))
     };
     assert_eq!(with(1), with(3));

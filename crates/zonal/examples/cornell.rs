@@ -33,8 +33,14 @@ const LAMP: [f64; 3] = [18.387, 13.9873, 6.75357];
 fn scene_text(c: &Case, meshes: &Path, size: f64, cells: usize) -> String {
     let mut t = format!("name = \"{}\"\n[solve]\npatch_size = {size}\nclosure = \"restore\"\n", c.reference);
     let walls = [
-        ("back", WHITE), ("ceiling", WHITE), ("floor", WHITE), ("greenwall", GREEN), ("redwall", RED),
-        ("smallbox", WHITE), ("largebox", WHITE), ("luminaire", WHITE),
+        ("back", WHITE),
+        ("ceiling", WHITE),
+        ("floor", WHITE),
+        ("greenwall", GREEN),
+        ("redwall", RED),
+        ("smallbox", WHITE),
+        ("largebox", WHITE),
+        ("luminaire", WHITE),
     ];
     for (name, rho) in walls {
         let file = meshes.join(format!("cbox_{name}.obj"));
@@ -90,14 +96,21 @@ struct Comparison {
     noise: f64,
 }
 
-fn compare(ours: &Image, theirs: &[[f32; 3]], stderr: &[[f32; 3]], faces: &[Option<(usize, [i64; 3])>], lamp: usize) -> Comparison {
+fn compare(
+    ours: &Image,
+    theirs: &[[f32; 3]],
+    stderr: &[[f32; 3]],
+    faces: &[Option<(usize, [i64; 3])>],
+    lamp: usize,
+) -> Comparison {
     let n = PIXELS / BLOCK;
     let mean = |p: &[[f32; 3]], b: usize| p.iter().map(|c| c[b] as f64).sum::<f64>() / p.len() as f64;
     let means = [0, 1, 2].map(|b| mean(&ours.pixels, b) / mean(theirs, b) - 1.0);
     let (mut squares, mut count, mut noise) = ([0.0; 3], 0, 0.0);
     for block in 0..n * n {
         let (bx, by) = (block % n * BLOCK, block / n * BLOCK);
-        let pixels: Vec<usize> = (0..BLOCK * BLOCK).map(|k| (by + k / BLOCK) * PIXELS + bx + k % BLOCK).collect();
+        let pixels: Vec<usize> =
+            (0..BLOCK * BLOCK).map(|k| (by + k / BLOCK) * PIXELS + bx + k % BLOCK).collect();
         let Some(first) = faces[pixels[0]] else { continue };
         // One pixel around the block as well: an edge within half a pixel of a pixel's centre is a silhouette in it.
         let ring = |at: usize| at.saturating_sub(1)..(at + BLOCK + 1).min(PIXELS);
@@ -107,8 +120,14 @@ fn compare(ours: &Image, theirs: &[[f32; 3]], stderr: &[[f32; 3]], faces: &[Opti
         }
         count += 1;
         if std::env::var_os("ZONAL_BLOCKS").is_some() {
-            let sum = |p: &[[f32; 3]]| pixels.iter().map(|&i| p[i][0] as f64 + p[i][1] as f64 + p[i][2] as f64).sum::<f64>();
-            eprintln!("block at ({bx}, {by}): {:+.2} % of {:.4}", 100.0 * (sum(&ours.pixels) / sum(theirs) - 1.0), sum(theirs) / 192.0);
+            let sum = |p: &[[f32; 3]]| {
+                pixels.iter().map(|&i| p[i][0] as f64 + p[i][1] as f64 + p[i][2] as f64).sum::<f64>()
+            };
+            eprintln!(
+                "block at ({bx}, {by}): {:+.2} % of {:.4}",
+                100.0 * (sum(&ours.pixels) / sum(theirs) - 1.0),
+                sum(theirs) / 192.0
+            );
         }
         for b in 0..3 {
             let sum = |p: &[[f32; 3]]| pixels.iter().map(|&i| p[i][b] as f64).sum::<f64>();
@@ -126,7 +145,12 @@ fn compare(ours: &Image, theirs: &[[f32; 3]], stderr: &[[f32; 3]], faces: &[Opti
 }
 
 /// Ours, theirs, and four times the difference about grey.
-fn side_by_side(path: &Path, ours: &Image, theirs: &[[f32; 3]], exposure: f64) -> Result<(), Box<dyn std::error::Error>> {
+fn side_by_side(
+    path: &Path,
+    ours: &Image,
+    theirs: &[[f32; 3]],
+    exposure: f64,
+) -> Result<(), Box<dyn std::error::Error>> {
     const SCALE: usize = 2;
     let (w, h) = (3 * PIXELS * SCALE, PIXELS * SCALE);
     let pixels: Vec<[f32; 3]> = (0..w * h)
@@ -136,7 +160,8 @@ fn side_by_side(path: &Path, ours: &Image, theirs: &[[f32; 3]], exposure: f64) -
             match x / PIXELS {
                 0 => ours.pixels[k],
                 1 => theirs[k],
-                _ => [0, 1, 2].map(|b| (0.18 / exposure as f32 + 4.0 * (ours.pixels[k][b] - theirs[k][b])).max(0.0)),
+                _ => [0, 1, 2]
+                    .map(|b| (0.18 / exposure as f32 + 4.0 * (ours.pixels[k][b] - theirs[k][b])).max(0.0)),
             }
         })
         .collect();
@@ -145,7 +170,8 @@ fn side_by_side(path: &Path, ours: &Image, theirs: &[[f32; 3]], exposure: f64) -
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let option = |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1).cloned());
+    let option =
+        |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1).cloned());
     let data = std::fs::canonicalize(option("--data").unwrap_or("../shared/data".into()))?;
     let size: f64 = option("--size").unwrap_or("40".into()).parse()?;
     let cells: usize = option("--cells").unwrap_or("14".into()).parse()?;
@@ -160,18 +186,32 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let scene = input::parse_scene(&text, Some(&data), c.reference)?;
         let solution: Solution = zonal::solve::solve(scene, 16 << 30, &Quiet)?;
         let camera = &solution.scene.cameras()[0];
-        let options = RenderOptions { width: PIXELS, height: PIXELS, samples: 16, ..RenderOptions::default() };
+        let options =
+            RenderOptions { width: PIXELS, height: PIXELS, samples: 16, ..RenderOptions::default() };
         let image = render(&solution, camera, &options, &Quiet);
         let refs = data.join("mitsuba-refs");
         let theirs = output::read_exr(&refs.join(format!("{}.exr", c.reference)))?;
         let stderr = output::read_exr(&refs.join(format!("{}_stderr.exr", c.reference)))?;
-        let lamp = solution.scene.surfaces().iter().position(|s| s.name.starts_with("luminaire")).unwrap_or(usize::MAX);
+        let lamp = solution
+            .scene
+            .surfaces()
+            .iter()
+            .position(|s| s.name.starts_with("luminaire"))
+            .unwrap_or(usize::MAX);
         let d = compare(&image, &theirs.pixels, &stderr.pixels, &faces(&solution.scene, camera), lamp);
         let percent = |x: f64| format!("{:+.2} %", 100.0 * x);
         let line = format!(
             "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
-            c.reference, solution.zones.len(), percent(d.means[0]), percent(d.means[1]), percent(d.means[2]),
-            percent(d.blocks[0]), percent(d.blocks[1]), percent(d.blocks[2]), percent(d.noise), d.count
+            c.reference,
+            solution.zones.len(),
+            percent(d.means[0]),
+            percent(d.means[1]),
+            percent(d.means[2]),
+            percent(d.blocks[0]),
+            percent(d.blocks[1]),
+            percent(d.blocks[2]),
+            percent(d.noise),
+            d.count
         );
         print!("{line}");
         page.push_str(&line);

@@ -22,13 +22,76 @@ struct Case {
 }
 
 const CASES: [Case; 7] = [
-    Case { name: "c0", file: "c0_K1_a0.90_r0.5", kappa: "1", albedo: 0.9, rho: 0.5, hot: 1.0, gas: 0.0, block: false },
-    Case { name: "c1", file: "c1_K0.1_a0_r0", kappa: "0.1", albedo: 0.0, rho: 0.0, hot: 1.0, gas: 0.0, block: false },
-    Case { name: "c3", file: "c3_K1_a0.50_r0", kappa: "1", albedo: 0.5, rho: 0.0, hot: 1.0, gas: 0.0, block: false },
-    Case { name: "c5", file: "c5_K5_a0.50_r0.5", kappa: "5", albedo: 0.5, rho: 0.5, hot: 1.0, gas: 0.0, block: false },
-    Case { name: "c8", file: "c8_het_a0.90_r0.5", kappa: "", albedo: 0.9, rho: 0.5, hot: 1.0, gas: 0.0, block: false },
-    Case { name: "c9", file: "c9_occ_K1_a0.50_r0.5", kappa: "1", albedo: 0.5, rho: 0.5, hot: 1.0, gas: 0.0, block: true },
-    Case { name: "c10", file: "c10_emitting_K1_a0.50_r0.5", kappa: "1", albedo: 0.5, rho: 0.5, hot: 0.0, gas: 1.0, block: false },
+    Case {
+        name: "c0",
+        file: "c0_K1_a0.90_r0.5",
+        kappa: "1",
+        albedo: 0.9,
+        rho: 0.5,
+        hot: 1.0,
+        gas: 0.0,
+        block: false,
+    },
+    Case {
+        name: "c1",
+        file: "c1_K0.1_a0_r0",
+        kappa: "0.1",
+        albedo: 0.0,
+        rho: 0.0,
+        hot: 1.0,
+        gas: 0.0,
+        block: false,
+    },
+    Case {
+        name: "c3",
+        file: "c3_K1_a0.50_r0",
+        kappa: "1",
+        albedo: 0.5,
+        rho: 0.0,
+        hot: 1.0,
+        gas: 0.0,
+        block: false,
+    },
+    Case {
+        name: "c5",
+        file: "c5_K5_a0.50_r0.5",
+        kappa: "5",
+        albedo: 0.5,
+        rho: 0.5,
+        hot: 1.0,
+        gas: 0.0,
+        block: false,
+    },
+    Case {
+        name: "c8",
+        file: "c8_het_a0.90_r0.5",
+        kappa: "",
+        albedo: 0.9,
+        rho: 0.5,
+        hot: 1.0,
+        gas: 0.0,
+        block: false,
+    },
+    Case {
+        name: "c9",
+        file: "c9_occ_K1_a0.50_r0.5",
+        kappa: "1",
+        albedo: 0.5,
+        rho: 0.5,
+        hot: 1.0,
+        gas: 0.0,
+        block: true,
+    },
+    Case {
+        name: "c10",
+        file: "c10_emitting_K1_a0.50_r0.5",
+        kappa: "1",
+        albedo: 0.5,
+        rho: 0.5,
+        hot: 0.0,
+        gas: 1.0,
+        block: false,
+    },
 ];
 
 fn scene_text(c: &Case, n: usize, reference: &Path) -> String {
@@ -117,11 +180,8 @@ fn averaged(s: &Solution) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         } else {
             faces.iter().position(|f| name.ends_with(f)).expect("a wall of the room")
         };
-        let (origin, size, cells) = if is_block {
-            ([0.4, 0.3, 0.2], [0.3, 0.3, 0.4], 4.0)
-        } else {
-            ([0.0; 3], [1.0; 3], 10.0)
-        };
+        let (origin, size, cells) =
+            if is_block { ([0.4, 0.3, 0.2], [0.3, 0.3, 0.4], 4.0) } else { ([0.0; 3], [1.0; 3], 10.0) };
         let spans: Vec<(f64, f64)> = (0..3)
             .filter(|&k| k != axis)
             .map(|k| ((lo[k] - origin[k]) / size[k] * cells, (hi[k] - origin[k]) / size[k] * cells))
@@ -155,19 +215,25 @@ fn table_of(file: &Path, name: &str) -> Option<Vec<f64>> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let option = |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1).cloned());
+    let option =
+        |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1).cloned());
     let reference = PathBuf::from(option("--reference").unwrap_or("../shared/reference/montecarlo".into()));
     let chosen = option("--cases");
-    let sizes: Vec<usize> = option("--sizes").unwrap_or("10,20".into()).split(',').map(str::parse).collect::<Result<_, _>>()?;
+    let sizes: Vec<usize> =
+        option("--sizes").unwrap_or("10,20".into()).split(',').map(str::parse).collect::<Result<_, _>>()?;
     let mut page = String::from(
         "# Against Monte Carlo\n\nWritten by `cargo run --release --example montecarlo`. RMS and largest relative difference of irradiance H and fluence G\nfrom the tables, our zones averaged down to theirs; `s.e.` is the tables' own RMS standard error. Dense engine, closure as measured.\n\n| case | n³ | zones | H rms | H max | G rms | G max | block H rms | block H max | s.e. H | s.e. G | closure rms |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     print!("{page}");
     for c in CASES.iter().filter(|c| chosen.as_ref().is_none_or(|l| l.split(',').any(|n| n == c.name))) {
         let file = reference.join(format!("{}.npz", c.file));
-        let pick = |q: &str| table_of(&file, &format!("{q}_sym")).or_else(|| table_of(&file, &format!("{q}_exp")));
-        let pick_se = |q: &str| table_of(&file, &format!("{q}_sym_se")).or_else(|| table_of(&file, &format!("{q}_exp_se")));
-        let (Some(h), Some(g), Some(hs), Some(gs)) = (pick("H"), pick("G"), pick_se("H"), pick_se("G")) else {
+        let pick =
+            |q: &str| table_of(&file, &format!("{q}_sym")).or_else(|| table_of(&file, &format!("{q}_exp")));
+        let pick_se = |q: &str| {
+            table_of(&file, &format!("{q}_sym_se")).or_else(|| table_of(&file, &format!("{q}_exp_se")))
+        };
+        let (Some(h), Some(g), Some(hs), Some(gs)) = (pick("H"), pick("G"), pick_se("H"), pick_se("G"))
+        else {
             return Err(format!("{}: no such table; give --reference FOLDER", file.display()).into());
         };
         let folder = std::env::temp_dir().join(format!("zonal-montecarlo-{}", std::process::id()));
@@ -183,7 +249,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let ((hr, hm), (gr, gm)) = (difference(&walls, &h), difference(&gas, &g));
             let percent = |x: f64| format!("{:.2} %", 100.0 * x);
             let relative = |se: &[f64], v: &[f64]| {
-                let d: Vec<f64> = se.iter().zip(v).filter(|x| *x.1 > 0.0).map(|x| (x.0 / x.1).powi(2)).collect();
+                let d: Vec<f64> =
+                    se.iter().zip(v).filter(|x| *x.1 > 0.0).map(|x| (x.0 / x.1).powi(2)).collect();
                 (d.iter().sum::<f64>() / d.len() as f64).sqrt()
             };
             let on_block = if c.block {
@@ -195,8 +262,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             };
             let line = format!(
                 "| {} | {n} | {} | {} | {} | {} | {} | {on_block} | {} | {} | {:.1e} |\n",
-                c.name, s.zones.len(), percent(hr), percent(hm), percent(gr), percent(gm),
-                percent(relative(&hs, &h)), percent(relative(&gs, &g)), s.report.closure.rms[0]
+                c.name,
+                s.zones.len(),
+                percent(hr),
+                percent(hm),
+                percent(gr),
+                percent(gm),
+                percent(relative(&hs, &h)),
+                percent(relative(&gs, &g)),
+                s.report.closure.rms[0]
             );
             print!("{line}");
             page.push_str(&line);

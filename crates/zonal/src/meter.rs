@@ -29,7 +29,8 @@ impl Progress for Meter {
             return;
         }
         let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr_with_hz(8));
-        let style = ProgressStyle::with_template("{msg:>16} [{bar:32}] {percent:>3} %  {per_sec}  {eta} left");
+        let style =
+            ProgressStyle::with_template("{msg:>16} [{bar:32}] {percent:>3} %  {per_sec}  {eta} left");
         if let Ok(style) = style {
             bar.set_style(style.progress_chars("=> "));
         }

@@ -43,7 +43,8 @@ pub fn report(s: &Solution) -> String {
     }
     for (band, (status, history)) in r.status.iter().zip(&r.residuals).enumerate() {
         let last = history.last().copied().unwrap_or(0.0);
-        let text = format!("{} in {} steps, residual {}", status.word(), history.len().max(1) - 1, number(last));
+        let text =
+            format!("{} in {} steps, residual {}", status.word(), history.len().max(1) - 1, number(last));
         let _ = writeln!(out, "  {:<34}{text:>12}", format!("solver, band {band}"));
     }
     let _ = writeln!(out, "  {:<34}{:>12}", "grade of the exchange areas", r.grade.word());
@@ -63,7 +64,9 @@ fn balance(out: &mut String, r: &Report) {
         row(out, &format!("absorbed by {name}"), *v);
     }
     if e.absorbed_surfaces.len() > MOST {
-        let rest = e.absorbed_surfaces[MOST..].iter().fold([0.0; 3], |s, v| [s[0] + v.1[0], s[1] + v.1[1], s[2] + v.1[2]]);
+        let rest = e.absorbed_surfaces[MOST..]
+            .iter()
+            .fold([0.0; 3], |s, v| [s[0] + v.1[0], s[1] + v.1[1], s[2] + v.1[2]]);
         row(out, &format!("absorbed by {} more surfaces", e.absorbed_surfaces.len() - MOST), rest);
     }
     row(out, "absorbed by the medium", e.absorbed_volumes);

@@ -16,10 +16,7 @@ const ARROWS: [(&str, &[&str]); 9] = [
     ("render", &["math", "scene", "transport"]),
     ("io", &["math", "scene"]),
     ("reference", &["math", "scene"]),
-    (
-        "zonal",
-        &["math", "scene", "transport", "exchange", "solve", "render", "io"],
-    ),
+    ("zonal", &["math", "scene", "transport", "exchange", "solve", "render", "io"]),
 ];
 
 /// What tests may use beyond their crate's own arrows: the oracle, and scenes written as files.
@@ -82,11 +79,7 @@ struct Manifest {
 fn manifest(text: &str) -> Manifest {
     let mut m = Manifest::default();
     let mut section = String::new();
-    for line in text
-        .lines()
-        .map(|l| l.split('#').next().unwrap_or("").trim())
-        .filter(|l| !l.is_empty())
-    {
+    for line in text.lines().map(|l| l.split('#').next().unwrap_or("").trim()).filter(|l| !l.is_empty()) {
         if line.starts_with('[') {
             section = line.trim_matches(['[', ']']).to_string();
         }
@@ -98,27 +91,17 @@ fn manifest(text: &str) -> Manifest {
         // `[dependencies.x]` names x itself, and so does every line of `[dependencies]` before its first `=` or dot.
         let is_header = line.starts_with('[');
         let last = section.rsplit('.').next().unwrap_or("");
-        let name = if is_header {
-            last
-        } else {
-            line.split(['=', '.', ' ']).next().unwrap_or("")
-        };
-        let words: BTreeSet<&str> = line
-            .split(|c: char| !(c.is_alphanumeric() || c == '-' || c == '_'))
-            .collect();
-        let ours = words
-            .iter()
-            .filter_map(|w| w.strip_prefix("zonal-").or((*w == "zonal").then_some("zonal")));
+        let name = if is_header { last } else { line.split(['=', '.', ' ']).next().unwrap_or("") };
+        let words: BTreeSet<&str> =
+            line.split(|c: char| !(c.is_alphanumeric() || c == '-' || c == '_')).collect();
+        let ours =
+            words.iter().filter_map(|w| w.strip_prefix("zonal-").or((*w == "zonal").then_some("zonal")));
         let ours: Vec<String> = ours.map(str::to_string).collect();
         if ours.is_empty() && !name.ends_with("dependencies") && (is_header || last.ends_with("dependencies"))
         {
             m.external.insert(name.trim_matches('"').to_string());
         }
-        if kind == "dev-dependencies" {
-            m.dev.extend(ours)
-        } else {
-            m.normal.extend(ours)
-        }
+        if kind == "dev-dependencies" { m.dev.extend(ours) } else { m.normal.extend(ours) }
     }
     m
 }
@@ -133,31 +116,18 @@ fn wrong_arrows(name: &str, text: &str) -> Vec<String> {
     let m = manifest(text);
     let mut out = Vec::new();
     if m.normal != allowed {
-        out.push(format!(
-            "{name}: depends on {:?}, the arrows say {allowed:?}",
-            m.normal
-        ));
+        out.push(format!("{name}: depends on {:?}, the arrows say {allowed:?}", m.normal));
     }
-    out.extend(
-        m.dev
-            .iter()
-            .filter(|d| !allowed.contains(*d) && !FOR_TESTS.contains(&d.as_str()))
-            .map(|d| {
-                format!("{name}: its tests depend on {d}; they may use what it depends on, and {FOR_TESTS:?}")
-            }),
-    );
+    out.extend(m.dev.iter().filter(|d| !allowed.contains(*d) && !FOR_TESTS.contains(&d.as_str())).map(|d| {
+        format!("{name}: its tests depend on {d}; they may use what it depends on, and {FOR_TESTS:?}")
+    }));
     if !m.lints {
         out.push(format!("{name}: [lints] workspace = true is missing"));
     }
     if BELOW_THE_EDGE.contains(&name)
-        && m.external
-            .iter()
-            .any(|e| e.starts_with("serde") || e == "log" || e == "tracing")
+        && m.external.iter().any(|e| e.starts_with("serde") || e == "log" || e == "tracing")
     {
-        out.push(format!(
-            "{name}: serialisation and logging stay at the edge: {:?}",
-            m.external
-        ));
+        out.push(format!("{name}: serialisation and logging stay at the edge: {:?}", m.external));
     }
     out
 }
@@ -171,19 +141,11 @@ fn arrows() {
         .collect();
     found.sort();
     assert_eq!(found.len(), ARROWS.len(), "{found:?}");
-    none(
-        found
-            .iter()
-            .flat_map(|n| wrong_arrows(n, &read(format!("crates/{n}/Cargo.toml"))))
-            .collect(),
-    );
+    none(found.iter().flat_map(|n| wrong_arrows(n, &read(format!("crates/{n}/Cargo.toml")))).collect());
     // The names mean what they say.
     let workspace = read("Cargo.toml");
     for (name, _) in ARROWS.iter().filter(|a| a.0 != "zonal") {
-        assert!(
-            workspace.contains(&format!("zonal-{name} = {{ path = \"crates/{name}\" }}")),
-            "{name}"
-        );
+        assert!(workspace.contains(&format!("zonal-{name} = {{ path = \"crates/{name}\" }}")), "{name}");
         assert!(
             read(format!("crates/{name}/Cargo.toml")).contains(&format!("name = \"zonal-{name}\"")),
             "{name}"
@@ -199,33 +161,18 @@ fn wrong_arrows_are_noticed() {
     let with = |more: &str| wrong_arrows("scene", &format!("{SOUND}{more}\n")).len();
     assert_eq!(with("zonal-solve = { workspace = true }"), 1);
     assert_eq!(with("zonal-solve.workspace = true"), 1);
-    assert_eq!(
-        with("harmless = { package = \"zonal-solve\", path = \"../solve\" }"),
-        1
-    );
+    assert_eq!(with("harmless = { package = \"zonal-solve\", path = \"../solve\" }"), 1);
     assert_eq!(with("harmless = { path = \"../zonal\" }"), 1);
     assert_eq!(with("[dependencies.zonal-io]\nworkspace = true"), 1);
-    assert_eq!(
-        with("[target.'cfg(unix)'.dependencies]\nzonal-io = { workspace = true }"),
-        1
-    );
+    assert_eq!(with("[target.'cfg(unix)'.dependencies]\nzonal-io = { workspace = true }"), 1);
     assert_eq!(with("[build-dependencies]\nzonal-io = { workspace = true }"), 1);
     assert_eq!(with("[dev-dependencies]\nzonal-solve = { workspace = true }"), 1);
-    assert_eq!(
-        with("[dev-dependencies]\nzonal-reference = { workspace = true }"),
-        0
-    );
+    assert_eq!(with("[dev-dependencies]\nzonal-reference = { workspace = true }"), 0);
     assert_eq!(with("zonal-reference = { workspace = true }"), 1);
     assert_eq!(with("serde = \"1\""), 1);
     assert_eq!(with("[dependencies.serde_json]\nversion = \"1\""), 1);
-    assert_eq!(
-        wrong_arrows("scene", &SOUND.replace("zonal-math", "# zonal-math")).len(),
-        1
-    );
-    assert_eq!(
-        wrong_arrows("scene", &SOUND.replace("[lints]\nworkspace = true", "")).len(),
-        1
-    );
+    assert_eq!(wrong_arrows("scene", &SOUND.replace("zonal-math", "# zonal-math")).len(), 1);
+    assert_eq!(wrong_arrows("scene", &SOUND.replace("[lints]\nworkspace = true", "")).len(), 1);
     assert_eq!(wrong_arrows("newcomer", SOUND).len(), 1);
 }
 
@@ -240,11 +187,7 @@ fn code(text: &str) -> String {
 /// What follows `word` wherever it stands on its own.
 fn after<'t>(code: &'t str, word: &str) -> Vec<&'t str> {
     let alone = |at: &usize| !code[..*at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
-    code.match_indices(word)
-        .map(|(at, _)| at)
-        .filter(alone)
-        .map(|at| &code[at + word.len()..])
-        .collect()
+    code.match_indices(word).map(|(at, _)| at).filter(alone).map(|at| &code[at + word.len()..]).collect()
 }
 
 /// The outermost names of a list in braces whose opening brace is already read.
@@ -265,34 +208,21 @@ fn listed(text: &str) -> Vec<String> {
 
 fn outside(file: &str, text: &str) -> Vec<String> {
     let code = code(text);
-    let mut found: Vec<String> = WORDS
-        .iter()
-        .filter(|w| !after(&code, w).is_empty())
-        .map(|w| w.to_string())
-        .collect();
+    let mut found: Vec<String> =
+        WORDS.iter().filter(|w| !after(&code, w).is_empty()).map(|w| w.to_string()).collect();
     for rest in after(&code, "std::") {
-        let names = rest
-            .strip_prefix('{')
-            .map_or_else(|| vec![rest.to_string()], listed);
+        let names = rest.strip_prefix('{').map_or_else(|| vec![rest.to_string()], listed);
         for name in names {
-            let first = name
-                .split(|c: char| !(c.is_alphanumeric() || c == '_'))
-                .next()
-                .unwrap_or("");
+            let first = name.split(|c: char| !(c.is_alphanumeric() || c == '_')).next().unwrap_or("");
             found.extend(OUTSIDE.contains(&first).then(|| format!("std::{first}")));
         }
     }
-    found
-        .iter()
-        .map(|w| format!("{file}: {w} has no place below the edge"))
-        .collect()
+    found.iter().map(|w| format!("{file}: {w} has no place below the edge")).collect()
 }
 
 #[test]
 fn below_the_edge_nothing_knows_the_outside() {
-    let files = BELOW_THE_EDGE
-        .iter()
-        .flat_map(|c| sources(&format!("crates/{c}/src")));
+    let files = BELOW_THE_EDGE.iter().flat_map(|c| sources(&format!("crates/{c}/src")));
     none(files.flat_map(|(name, text)| outside(&name, &text)).collect());
 }
 
@@ -302,10 +232,7 @@ fn the_outside_is_noticed() {
         ("use std::fs;", 1),
         ("let t = std::time::Instant::now();", 1),
         ("use std::{fmt, net::TcpStream};", 1),
-        (
-            "use std::{\n    collections::{BTreeMap, HashMap},\n    fs::{self, File},\n    time,\n};",
-            2,
-        ),
+        ("use std::{\n    collections::{BTreeMap, HashMap},\n    fs::{self, File},\n    time,\n};", 2),
         ("use ::std::env::var;", 1),
         ("println!(\"{x}\");", 1),
         ("eprintln!();", 1),
@@ -331,11 +258,7 @@ fn the_outside_is_noticed() {
 fn unfinished(file: &str, text: &str) -> Vec<String> {
     let code = code(text);
     let mut out = Vec::new();
-    for word in [
-        concat!("#[", "ignore"),
-        concat!("todo", "!"),
-        concat!("unimplemented", "!"),
-    ] {
+    for word in [concat!("#[", "ignore"), concat!("todo", "!"), concat!("unimplemented", "!")] {
         if !after(&code, word).is_empty() {
             out.push(format!("{file}: {word}"));
         }
@@ -349,25 +272,14 @@ fn unfinished(file: &str, text: &str) -> Vec<String> {
 
 #[test]
 fn no_test_is_switched_off_and_no_file_is_too_long() {
-    none(
-        sources("crates")
-            .iter()
-            .flat_map(|(name, text)| unfinished(name, text))
-            .collect(),
-    );
+    none(sources("crates").iter().flat_map(|(name, text)| unfinished(name, text)).collect());
 }
 
 #[test]
 fn unfinished_work_is_noticed() {
-    assert_eq!(
-        unfinished("a.rs", concat!("#[", "ignore = \"slow\"]\n#[test]\nfn f() {}")).len(),
-        1
-    );
+    assert_eq!(unfinished("a.rs", concat!("#[", "ignore = \"slow\"]\n#[test]\nfn f() {}")).len(), 1);
     assert_eq!(unfinished("a.rs", concat!("fn f() { todo", "!() }")).len(), 1);
-    assert_eq!(
-        unfinished("a.rs", concat!("fn f() { unimplemented", "!(\"later\") }")).len(),
-        1
-    );
+    assert_eq!(unfinished("a.rs", concat!("fn f() { unimplemented", "!(\"later\") }")).len(), 1);
     assert_eq!(unfinished("a.rs", &"x\n".repeat(MAX_LINES + 1)).len(), 1);
     assert!(unfinished("a.rs", &"x\n".repeat(MAX_LINES)).is_empty());
 }
@@ -391,17 +303,9 @@ fn missing_guards(document: &str, text_of: impl Fn(&str) -> Option<String>) -> V
 fn the_map_is_short_and_its_guards_exist() {
     let document = read("ARCHITECTURE.md");
     let lines = document.lines().count();
-    assert!(
-        lines <= MAX_ARCHITECTURE,
-        "ARCHITECTURE.md has {lines} lines; {MAX_ARCHITECTURE} are allowed"
-    );
-    assert!(
-        document.matches(".rs::").count() >= 10,
-        "ARCHITECTURE.md names hardly any guards"
-    );
-    none(missing_guards(&document, |p| {
-        std::fs::read_to_string(root().join(p)).ok()
-    }));
+    assert!(lines <= MAX_ARCHITECTURE, "ARCHITECTURE.md has {lines} lines; {MAX_ARCHITECTURE} are allowed");
+    assert!(document.matches(".rs::").count() >= 10, "ARCHITECTURE.md names hardly any guards");
+    none(missing_guards(&document, |p| std::fs::read_to_string(root().join(p)).ok()));
     for (name, _) in ARROWS {
         assert!(
             document.contains(&format!("`{name}`")) || document.contains(&format!("crates/{name}")),

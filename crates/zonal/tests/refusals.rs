@@ -61,10 +61,7 @@ fn flags_of_solve() {
     }
     table(
         &f,
-        &[
-            (Parser, &["solve", "room.toml"], "--output"),
-            (Parser, &["solve", "room.toml", "-o"], "--output"),
-        ],
+        &[(Parser, &["solve", "room.toml"], "--output"), (Parser, &["solve", "room.toml", "-o"], "--output")],
     );
 }
 
@@ -95,18 +92,8 @@ fn outputs() {
     f.put("room.npz", solution());
     f.put("pairs.csv", format!("{COLUMNS}\n{VOXELS}\n"));
     bad_outputs(&f, &["solve", "room.toml"], "-o", "npz");
-    bad_outputs(
-        &f,
-        &["render", "room.npz", "--size", "8x6", "--samples", "1"],
-        "-o",
-        "png",
-    );
-    bad_outputs(
-        &f,
-        &["render", "room.npz", "--size", "8x6", "--samples", "1"],
-        "--output",
-        "exr",
-    );
+    bad_outputs(&f, &["render", "room.npz", "--size", "8x6", "--samples", "1"], "-o", "png");
+    bad_outputs(&f, &["render", "room.npz", "--size", "8x6", "--samples", "1"], "--output", "exr");
     bad_outputs(&f, &["export", "room.npz"], "-o", "csv");
     bad_outputs(&f, &["factors", "pairs.csv"], "-o", "csv");
     bad_outputs(&f, &["demo"], "--write", "toml");
@@ -136,11 +123,7 @@ fn demos() {
     f.put("plain", "a file");
     std::fs::create_dir_all(f.path().join("solution/chapel.npz")).unwrap();
     let small = ["demo", "--size", "small", "-o"];
-    for (folder, named) in [
-        ("plain", "plain"),
-        ("plain/below", "plain"),
-        ("solution", "chapel.npz"),
-    ] {
+    for (folder, named) in [("plain", "plain"), ("plain/below", "plain"), ("solution", "chapel.npz")] {
         refused(&f, Program, &[&small, [folder].as_slice()].concat(), named);
     }
     refused(&f, Parser, &[&small, [""].as_slice()].concat(), "--output");
@@ -231,12 +214,7 @@ fn flags_of_render_and_export() {
     for command in ["render", "export"] {
         refused(&f, Parser, &[command, "room.npz"], "--output");
     }
-    refused(
-        &f,
-        Parser,
-        &["export", "room.npz", "-o", "out/x.csv", "--camera=door"],
-        "--camera",
-    );
+    refused(&f, Parser, &["export", "room.npz", "-o", "out/x.csv", "--camera=door"], "--camera");
     let blind = ROOM.split("[[camera]]").next().unwrap();
     f.put("blind.toml", blind);
     f.done(&["solve", "blind.toml", "-o", "blind.npz"]);
@@ -275,10 +253,7 @@ fn pairs_and_flags_of_factors() {
         refused(&f, Program, &factors, named);
     }
     for (what, table) in [
-        (
-            "kappa",
-            COLUMNS.replace(",kappa", "") + "\nvv,0,1,0,1,0,1,,1,2,0,1,0,1,\n",
-        ),
+        ("kappa", COLUMNS.replace(",kappa", "") + "\nvv,0,1,0,1,0,1,,1,2,0,1,0,1,\n"),
         ("a_x0", COLUMNS.replace("a_x0", "ax0") + "\n" + VOXELS),
         ("rows", COLUMNS.to_string()),
         ("column", String::new()),
@@ -287,10 +262,7 @@ fn pairs_and_flags_of_factors() {
         f.put("pairs.csv", table);
         refused(&f, Program, &factors, what);
     }
-    f.put(
-        "pairs.csv",
-        [COLUMNS.as_bytes(), b"\nvv,\xff\xfe,1,0,1,0,1,,1,2,0,1,0,1,,0.5\n"].concat(),
-    );
+    f.put("pairs.csv", [COLUMNS.as_bytes(), b"\nvv,\xff\xfe,1,0,1,0,1,,1,2,0,1,0,1,,0.5\n"].concat());
     refused(&f, Program, &factors, "pairs.csv");
     f.put("room.npz", solution());
     for file in ["none.csv", "out", "room.npz"] {
@@ -298,19 +270,9 @@ fn pairs_and_flags_of_factors() {
     }
     f.put("pairs.csv", format!("{COLUMNS}\n{VOXELS}\n"));
     for t in ["0", "1", "-1e-3", "nan", "inf"] {
-        refused(
-            &f,
-            Program,
-            &[factors.as_slice(), &[&format!("--tolerance={t}")]].concat(),
-            "--tolerance",
-        );
+        refused(&f, Program, &[factors.as_slice(), &[&format!("--tolerance={t}")]].concat(), "--tolerance");
     }
-    refused(
-        &f,
-        Parser,
-        &[factors.as_slice(), &["--tolerance=tight"]].concat(),
-        "--tolerance",
-    );
+    refused(&f, Parser, &[factors.as_slice(), &["--tolerance=tight"]].concat(), "--tolerance");
     refused(&f, Parser, &factors[..2], "--output");
     refused(&f, Parser, &["factors", "-o", "out/x.csv"], "<PAIRS>");
 }
@@ -328,11 +290,6 @@ fn pairs_beyond_all_bounds() {
         "vv,0,1e-160,0,1e-160,0,1e-160,,0,1e-160,0,1e-160,0,1e-160,,0",
     ] {
         f.put("pairs.csv", format!("{COLUMNS}\n{VOXELS}\n{row}\n"));
-        refused(
-            &f,
-            Program,
-            &["factors", "pairs.csv", "-o", "out/x.csv"],
-            "line 3",
-        );
+        refused(&f, Program, &["factors", "pairs.csv", "-o", "out/x.csv"], "line 3");
     }
 }

@@ -35,54 +35,22 @@ fn wrong_scenes() -> Vec<(&'static str, String, &'static str)> {
         ("number for a text", "name=3".into(), "name"),
         ("table for a list", "[surface]\nname='s'".into(), "surface"),
         ("NaN", with("reflectance=nan"), "reflectance"),
-        (
-            "infinite corner",
-            with("").replace("[1,0,0]", "[inf,0,0]"),
-            "edge1",
-        ),
+        ("infinite corner", with("").replace("[1,0,0]", "[inf,0,0]"), "edge1"),
         ("huge corner", with("").replace("[1,0,0]", "[1e300,0,0]"), "1"),
         ("reflectance above 1", with("reflectance=1.5"), "reflectance"),
         ("negative emission", with("emission=-1"), "emission"),
         ("two of a name", with(SQUARE), "rename"),
         ("no area", with("").replace("[0,1,0]", "[2,0,0]"), "area"),
         ("too many patches", with("patch_size=1e-9"), "patch"),
-        (
-            "negative patch size",
-            with("[solve]\npatch_size=-1"),
-            "patch_size",
-        ),
+        ("negative patch size", with("[solve]\npatch_size=-1"), "patch_size"),
         ("tolerance of 0", with("[solve]\ntolerance=0"), "tolerance"),
-        (
-            "negative extinction",
-            medium("cells=[2,2,2]\nextinction=-1"),
-            "extinction",
-        ),
-        (
-            "albedo above 1",
-            medium("cells=[2,2,2]\nextinction=1\nalbedo=1.1"),
-            "albedo",
-        ),
-        (
-            "10^12 cells",
-            medium("cells=[10000,10000,10000]\nextinction=1"),
-            "cells",
-        ),
-        (
-            "cells beyond 64 bits",
-            medium("cells=[4000000000,4000000000,4000000000]\nextinction=1"),
-            "cells",
-        ),
-        (
-            "cells of no size",
-            medium("cell_size=0\nextinction=1"),
-            "cell_size",
-        ),
+        ("negative extinction", medium("cells=[2,2,2]\nextinction=-1"), "extinction"),
+        ("albedo above 1", medium("cells=[2,2,2]\nextinction=1\nalbedo=1.1"), "albedo"),
+        ("10^12 cells", medium("cells=[10000,10000,10000]\nextinction=1"), "cells"),
+        ("cells beyond 64 bits", medium("cells=[4000000000,4000000000,4000000000]\nextinction=1"), "cells"),
+        ("cells of no size", medium("cell_size=0\nextinction=1"), "cell_size"),
         ("no cells", medium("extinction=1"), "cell"),
-        (
-            "space turned round",
-            medium("cells=[2,2,2]\nextinction=1").replace("max=[1,", "max=[-1,"),
-            "max",
-        ),
+        ("space turned round", medium("cells=[2,2,2]\nextinction=1").replace("max=[1,", "max=[-1,"), "max"),
         (
             "pane without thickness",
             "[[pane]]\npolygon=[[0,0,0],[1,0,0],[1,1,0]]\nextinction=1".into(),
@@ -93,21 +61,9 @@ fn wrong_scenes() -> Vec<(&'static str, String, &'static str)> {
             "[[pane]]\npolygon=[[0,0,0],[1,0,0],[1,1,0]]\nextinction=1\nthickness=-1".into(),
             "thickness",
         ),
-        (
-            "sun from nowhere",
-            with("[[light]]\nkind='sun'\ndirection=[0,0,0]\nirradiance=1"),
-            "direction",
-        ),
-        (
-            "emitter unknown",
-            with("[[light]]\nkind='emitter'\nsurface='t'"),
-            "'t'",
-        ),
-        (
-            "camera in its target",
-            with("[[camera]]\norigin=[0,0,0]\ntarget=[0,0,0]"),
-            "target",
-        ),
+        ("sun from nowhere", with("[[light]]\nkind='sun'\ndirection=[0,0,0]\nirradiance=1"), "direction"),
+        ("emitter unknown", with("[[light]]\nkind='emitter'\nsurface='t'"), "'t'"),
+        ("camera in its target", with("[[camera]]\norigin=[0,0,0]\ntarget=[0,0,0]"), "target"),
         ("no such mesh", mesh("none.obj"), "none.obj"),
         ("mesh without area", mesh("flat.obj"), "flat.obj"),
         ("mesh of nothing", mesh("empty.obj"), "empty.obj"),
@@ -136,46 +92,28 @@ fn wrong_scenes() -> Vec<(&'static str, String, &'static str)> {
 fn hostile_files(f: &Folder) {
     f.put("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
     f.put("empty.obj", "# nothing\n");
-    f.put(
-        "index.obj",
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n",
-    );
+    f.put("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n");
     f.put("number.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     f.put("mesh.step", "ISO-10303-21;");
     let sound = glb(r#"{"asset":{"version":"2.0"}}"#);
     f.put("short.glb", &sound[..sound.len() - 3]);
     f.put("magic.glb", b"PK\x03\x04 is a zip, not a GLB of any version");
     f.put("words.glb", glb("these are words"));
-    f.put(
-        "deep.glb",
-        glb(&format!(
-            r#"{{"asset":{{"version":"2.0"}},"extras":{}}}"#,
-            "[".repeat(100_000)
-        )),
-    );
+    f.put("deep.glb", glb(&format!(r#"{{"asset":{{"version":"2.0"}},"extras":{}}}"#, "[".repeat(100_000))));
     f.put(
         "circle.gltf",
         r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"children":[1]},{"children":[0]}]}"#,
     );
     f.put("huge.npy", npy("<f8", "(100000, 100000, 100000)", &[0; 64]));
-    f.put(
-        "beyond.npy",
-        npy("<f8", "(4294967296, 4294967296, 4294967296)", &[0; 64]),
-    );
+    f.put("beyond.npy", npy("<f8", "(4294967296, 4294967296, 4294967296)", &[0; 64]));
     f.put("short.npy", npy("<f8", "(2, 2, 2)", &[0; 63]));
     f.put("object.npy", npy("|O", "(2, 2, 2)", &[0; 64]));
-    f.put(
-        "nan.npy",
-        npy("<f8", "(2, 2, 2)", &f64::NAN.to_le_bytes().repeat(8)),
-    );
+    f.put("nan.npy", npy("<f8", "(2, 2, 2)", &f64::NAN.to_le_bytes().repeat(8)));
     f.put("wild.npy", npy("<f8", "(2, -2, 2", &[0; 64]));
     f.put(
         "bomb.png",
-        [
-            b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\xff\xff\0\0\xff\xff\x08\x02\0\0\0".as_slice(),
-            &[0; 40],
-        ]
-        .concat(),
+        [b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\xff\xff\0\0\xff\xff\x08\x02\0\0\0".as_slice(), &[0; 40]]
+            .concat(),
     );
 }
 
@@ -199,18 +137,8 @@ fn scenes_by_solve() {
     for (what, scene, _) in wrong_scenes() {
         println!("{what}");
         f.put("wrong.toml", scene);
-        refused(
-            &f,
-            Program,
-            &["solve", "wrong.toml", "-o", "out/x.npz"],
-            "wrong.toml",
-        );
-        refused(
-            &f,
-            Program,
-            &["solve", "wrong.toml", "-o", "out/kept.npz"],
-            "wrong.toml",
-        );
+        refused(&f, Program, &["solve", "wrong.toml", "-o", "out/x.npz"], "wrong.toml");
+        refused(&f, Program, &["solve", "wrong.toml", "-o", "out/kept.npz"], "wrong.toml");
     }
 }
 
@@ -220,12 +148,9 @@ fn files_that_are_no_scenes() {
     f.put("latin.toml", b"name = 'caf\xe9'");
     f.put("room.npz", solution());
     for command in [["check"].as_slice(), &["solve", "-o", "out/x.npz"]] {
-        for (file, named) in [
-            ("none.toml", "none.toml"),
-            ("out", "out"),
-            ("latin.toml", "UTF-8"),
-            ("room.npz", "room.npz"),
-        ] {
+        for (file, named) in
+            [("none.toml", "none.toml"), ("out", "out"), ("latin.toml", "UTF-8"), ("room.npz", "room.npz")]
+        {
             refused(&f, Program, &[command, &[file]].concat(), named);
         }
         refused(&f, Parser, command, "<SCENE>");
@@ -243,11 +168,7 @@ fn scenes_beyond_all_bounds() {
         ("emission = 100", "emission = 1e308", "emission"),
         ("[1, 1, 1]", "[1e150, 1e150, 1e150]", "max"),
     ] {
-        f.put(
-            "wrong.toml",
-            ROOM.replace(from, to)
-                .replace("patch_size = 1.0", "patch_size = 1e150"),
-        );
+        f.put("wrong.toml", ROOM.replace(from, to).replace("patch_size = 1.0", "patch_size = 1e150"));
         refused(&f, Program, &["check", "wrong.toml"], named);
         refused(&f, Program, &["solve", "wrong.toml", "-o", "out/x.npz"], named);
     }

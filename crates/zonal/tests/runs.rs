@@ -11,10 +11,7 @@ fn every_command_explains_itself() {
         assert!(f.done(&[command, "--help"]).contains("Usage: zonal"));
         assert!(f.done(&["--help"]).contains(command));
     }
-    assert_eq!(
-        f.done(&["--version"]).trim(),
-        concat!("zonal ", env!("CARGO_PKG_VERSION"))
-    );
+    assert_eq!(f.done(&["--version"]).trim(), concat!("zonal ", env!("CARGO_PKG_VERSION")));
     assert_eq!(f.listing().len(), 1);
 }
 
@@ -24,10 +21,7 @@ fn from_a_scene_to_a_picture() {
     f.put("room.toml", ROOM);
     assert!(f.done(&["check", "room.toml"]).contains("room.toml: sound"));
     let json: serde_json::Value = serde_json::from_str(&f.done(&["check", "room.toml", "--json"])).unwrap();
-    assert_eq!(
-        (json["patches"].as_u64(), json["voxel_zones"].as_u64()),
-        (Some(6), Some(8))
-    );
+    assert_eq!((json["patches"].as_u64(), json["voxel_zones"].as_u64()), (Some(6), Some(8)));
     let report: serde_json::Value = serde_json::from_str(&f.done(&[
         "solve",
         "room.toml",
@@ -38,20 +32,8 @@ fn from_a_scene_to_a_picture() {
         "restore",
     ]))
     .unwrap();
-    assert!(
-        report["energy"]["residual"][0].as_f64().unwrap().abs() < 1e-6,
-        "{report}"
-    );
-    f.done(&[
-        "render",
-        "out/room.npz",
-        "--size",
-        "16x12",
-        "--samples",
-        "1",
-        "-o",
-        "out/room.png",
-    ]);
+    assert!(report["energy"]["residual"][0].as_f64().unwrap().abs() < 1e-6, "{report}");
+    f.done(&["render", "out/room.npz", "--size", "16x12", "--samples", "1", "-o", "out/room.png"]);
     f.done(&[
         "render",
         "out/room.npz",
@@ -100,10 +82,7 @@ fn threads_do_not_change_a_bit_of_any_file() {
             "{ending} differs"
         );
     }
-    assert!(
-        f.get("1.npz") == solution(),
-        "the default number of threads differs"
-    );
+    assert!(f.get("1.npz") == solution(), "the default number of threads differs");
 }
 
 /// `zonal check scene.toml | head -1` ends quietly.
@@ -111,26 +90,14 @@ fn threads_do_not_change_a_bit_of_any_file() {
 fn a_reader_that_goes_away_is_no_panic() {
     let f = Folder::new();
     f.put("room.toml", ROOM);
-    for args in [
-        ["check", "room.toml"].as_slice(),
-        &["solve", "room.toml", "-o", "out/x.npz"],
-    ] {
+    for args in [["check", "room.toml"].as_slice(), &["solve", "room.toml", "-o", "out/x.npz"]] {
         let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_zonal"));
         let piped = std::process::Stdio::piped;
-        let mut child = child
-            .args(args)
-            .current_dir(f.path())
-            .stdout(piped())
-            .stderr(piped())
-            .spawn()
-            .unwrap();
+        let mut child =
+            child.args(args).current_dir(f.path()).stdout(piped()).stderr(piped()).spawn().unwrap();
         drop(child.stdout.take());
         let o = child.wait_with_output().unwrap();
-        assert!(
-            !text(&o.stderr).contains("panicked"),
-            "{args:?}:\n{}",
-            text(&o.stderr)
-        );
+        assert!(!text(&o.stderr).contains("panicked"), "{args:?}:\n{}", text(&o.stderr));
         assert!(matches!(o.status.code(), Some(0 | 2)), "{args:?}: {:?}", o.status);
     }
 }
@@ -161,19 +128,9 @@ fn factors_of_the_reference_table() {
     // What the table itself may be off by.
     const TABLE: f64 = 2e-14;
     let f = Folder::new();
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../exchange/tests/data/direct_exchange.csv"
-    );
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../exchange/tests/data/direct_exchange.csv");
     f.put("pairs.csv", std::fs::read(path).unwrap());
-    f.done(&[
-        "factors",
-        "pairs.csv",
-        "--tolerance",
-        &TOLERANCE.to_string(),
-        "-o",
-        "factors.csv",
-    ]);
+    f.done(&["factors", "pairs.csv", "--tolerance", &TOLERANCE.to_string(), "-o", "factors.csv"]);
     let table = text(&f.get("factors.csv"));
     let header: Vec<&str> = table.lines().next().unwrap().split(',').collect();
     assert_eq!(header[17..], ["value", "error_bound", "grade", "method"]);
@@ -182,10 +139,7 @@ fn factors_of_the_reference_table() {
     for line in table.lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
         let [reference, value, bound] = [want, 17, 18].map(|k| cells[k].parse::<f64>().unwrap());
-        assert!(
-            (value - reference).abs() <= bound + TABLE * reference.abs(),
-            "{line}"
-        );
+        assert!((value - reference).abs() <= bound + TABLE * reference.abs(), "{line}");
         assert!(bound <= TOLERANCE * value.abs(), "{line}");
         assert_eq!(cells[19], "proved", "{line}");
         assert!(!cells[20].is_empty(), "{line}");

@@ -19,15 +19,15 @@ mod parts;
 mod rays;
 mod zone;
 
-use parts::subcell_table;
-use rays::{PANE_SPLITS, pane_own};
-use zone::{Shape, Zone, behind, plate_zone};
 use crate::aligned::{Cuboid, FactorCache};
 use crate::general::{self, Moments};
+use parts::subcell_table;
+use rays::{PANE_SPLITS, pane_own};
 use zonal_math::Vec3;
 use zonal_scene::zones::SUBCELLS;
 use zonal_scene::{Bands, Plate, Scene, Zones, bands};
 use zonal_transport::Transport;
+use zone::{Shape, Zone, behind, plate_zone};
 
 /// The relative radius of the axis-aligned factors in a solve: they are exact for every purpose of it.
 const ALIGNED_TOLERANCE: f64 = 1e-11;

@@ -38,8 +38,7 @@ impl Builder<'_> {
     }
     /// An error about surface `name` belongs where surface `at` stands, unless it has a place of its own.
     pub(crate) fn alias(&self, name: &str, at: &str) {
-        self.source
-            .alias(&format!("surface '{name}'"), &format!("surface '{at}'"));
+        self.source.alias(&format!("surface '{name}'"), &format!("surface '{at}'"));
     }
     pub(crate) fn note(&mut self, text: impl Into<String>) {
         self.parts.notes.push(text.into());
@@ -56,8 +55,7 @@ impl Builder<'_> {
     /// The texture that a node names.
     pub(crate) fn texture(&mut self, node: &Node<'_>) -> Result<usize, InputError> {
         let path = self.resolve(node)?;
-        self.picture(&Picture::File(path))
-            .map_err(|f| node.error(f.to_string()))
+        self.picture(&Picture::File(path)).map_err(|f| node.error(f.to_string()))
     }
     /// The texture of a picture, decoded once.
     pub(crate) fn picture(&mut self, picture: &Picture) -> Result<usize, Fault> {
@@ -83,16 +81,7 @@ impl Builder<'_> {
 
 /// Reads a parsed document into a scene.
 pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -> Result<Scene, InputError> {
-    root.check(&[
-        "name",
-        "solve",
-        "surface",
-        "pane",
-        "medium",
-        "light",
-        "surroundings",
-        "camera",
-    ])?;
+    root.check(&["name", "solve", "surface", "pane", "medium", "light", "surroundings", "camera"])?;
     let mut b = Builder {
         source: root.source,
         base,
@@ -126,9 +115,7 @@ pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -
     if let Some(node) = root.get("surroundings") {
         let t = node.table(&["radiance"])?;
         let radiance = t.read("radiance", |n| n.bands(f64::INFINITY))?;
-        b.parts.surroundings = Surroundings {
-            radiance: radiance.unwrap_or_default(),
-        };
+        b.parts.surroundings = Surroundings { radiance: radiance.unwrap_or_default() };
     }
     for (i, node) in root.list("camera")?.iter().enumerate() {
         let camera = camera(node, i)?;
@@ -163,17 +150,13 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
 fn light(node: &Node<'_>, index: usize, surfaces: &[Surface]) -> Result<Light, InputError> {
     const KINDS: [&str; 3] = ["sun", "sky", "emitter"];
     let (name, mut t) = surface::named(node, "light", index)?;
-    let kind = t
-        .need("kind", "kind = \"sun\", \"sky\" or \"emitter\"")?
-        .choice(&KINDS)?;
+    let kind = t.need("kind", "kind = \"sun\", \"sky\" or \"emitter\"")?.choice(&KINDS)?;
     match kind {
         0 => {
             t.check(&["kind", "name", "direction", "irradiance", "angular_diameter"])?;
             t.key = format!("light '{name}'");
-            let direction = t.need(
-                "direction",
-                "direction = [x, y, z], the way along which the light travels",
-            )?;
+            let direction =
+                t.need("direction", "direction = [x, y, z], the way along which the light travels")?;
             let d = direction.vector()?;
             // Divide by the largest component first, so that the square neither overflows nor vanishes.
             let unit = (d / d.max_abs()).normalized();
@@ -184,9 +167,9 @@ fn light(node: &Node<'_>, index: usize, surfaces: &[Surface]) -> Result<Light, I
             let irradiance = t.need("irradiance", "irradiance = 1000 (W/m2, number or [r, g, b])")?;
             let diameter = |n: Node<'_>| match n.number()? {
                 x if (0.0..180.0).contains(&x) => Ok(x),
-                x => Err(n.error(format!(
-                    "{x} is out of range; give degrees from 0 up to 180 (the sun has 0.53)"
-                ))),
+                x => Err(
+                    n.error(format!("{x} is out of range; give degrees from 0 up to 180 (the sun has 0.53)"))
+                ),
             };
             Ok(Light::Sun {
                 direction: unit,
@@ -199,17 +182,11 @@ fn light(node: &Node<'_>, index: usize, surfaces: &[Surface]) -> Result<Light, I
             t.check(&["kind", "name", "radiance"])?;
             t.key = format!("light '{name}'");
             let radiance = t.need("radiance", "radiance = 100 (W/(m2 sr), number or [r, g, b])")?;
-            Ok(Light::Sky {
-                radiance: radiance.bands(f64::INFINITY)?,
-                name,
-            })
+            Ok(Light::Sky { radiance: radiance.bands(f64::INFINITY)?, name })
         }
         _ => {
             t.check(&["kind", "name", "surface"])?;
-            emitter(
-                &t.need("surface", "surface = \"the name of an emitting surface\"")?,
-                surfaces,
-            )
+            emitter(&t.need("surface", "surface = \"the name of an emitting surface\"")?, surfaces)
         }
     }
 }
@@ -218,10 +195,7 @@ fn emitter(node: &Node<'_>, surfaces: &[Surface]) -> Result<Light, InputError> {
     let wanted = node.text()?;
     let Some(surface) = surfaces.iter().position(|s| s.name == wanted) else {
         let names: Vec<&str> = surfaces.iter().map(|s| s.name.as_str()).collect();
-        let part_of = |s: &&&str| {
-            s.strip_prefix(wanted)
-                .is_some_and(|rest| rest.starts_with(['.', '/']))
-        };
+        let part_of = |s: &&&str| s.strip_prefix(wanted).is_some_and(|rest| rest.starts_with(['.', '/']));
         let parts: Vec<&str> = names.iter().filter(part_of).take(12).copied().collect();
         let hint = match parts.is_empty() {
             false => format!("name one of its parts: {}", parts.join(", ")),

@@ -25,23 +25,13 @@ impl InputError {
         key: impl Into<String>,
         what: impl Into<String>,
     ) -> InputError {
-        InputError(Box::new(Inner {
-            file: file.to_string(),
-            place,
-            key: key.into(),
-            what: what.into(),
-        }))
+        InputError(Box::new(Inner { file: file.to_string(), place, key: key.into(), what: what.into() }))
     }
 }
 
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Inner {
-            file,
-            place,
-            key,
-            what,
-        } = &*self.0;
+        let Inner { file, place, key, what } = &*self.0;
         write!(f, "{file}")?;
         if let Some((line, column)) = place {
             write!(f, ":{line}:{column}")?;
@@ -70,11 +60,7 @@ impl Fault {
     /// A fault at `place` (a line number, `accessor 3`, …; empty for the whole file) of `file`.
     pub(crate) fn new(file: &str, place: impl fmt::Display, what: impl fmt::Display) -> Fault {
         let place = place.to_string();
-        Fault(if place.is_empty() {
-            format!("{file}: {what}")
-        } else {
-            format!("{file}:{place}: {what}")
-        })
+        Fault(if place.is_empty() { format!("{file}: {what}") } else { format!("{file}:{place}: {what}") })
     }
 }
 

@@ -14,12 +14,8 @@ pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
     if !meta.is_file() {
         return Err("this is not a file; give the path of one".to_string());
     }
-    let too_large = || {
-        format!(
-            "this file is larger than the {} MiB that are read; make it smaller",
-            limit >> 20
-        )
-    };
+    let too_large =
+        || format!("this file is larger than the {} MiB that are read; make it smaller", limit >> 20);
     if meta.len() > limit {
         return Err(too_large());
     }

@@ -58,23 +58,14 @@ impl Cell {
         // The mean of a and b weighted with their shares and with wa and wb; the plain mean where both weights vanish.
         let weighted = |a: f64, wa: f64, b: f64, wb: f64| {
             let (wa, wb) = ((1.0 - f) * wa, f * wb);
-            if a == b || wa + wb <= 0.0 {
-                mix(a, b)
-            } else {
-                a + (b - a) * (wb / (wa + wb))
-            }
+            if a == b || wa + wb <= 0.0 { mix(a, b) } else { a + (b - a) * (wb / (wa + wb)) }
         };
         let absorption = |c: &Cell, k: usize| c.extinction[k] * (1.0 - c.albedo[k]);
         *self = Cell {
             extinction: bands(|k| mix(old.extinction[k], new.extinction[k])),
             albedo: bands(|k| weighted(old.albedo[k], old.extinction[k], new.albedo[k], new.extinction[k])),
             emission: bands(|k| {
-                weighted(
-                    old.emission[k],
-                    absorption(&old, k),
-                    new.emission[k],
-                    absorption(&new, k),
-                )
+                weighted(old.emission[k], absorption(&old, k), new.emission[k], absorption(&new, k))
             }),
             source: bands(|k| mix(old.source[k], new.source[k])),
         };
@@ -110,11 +101,7 @@ impl Grid {
         let (a, b) = (to_cell(lo), to_cell(hi));
         // Rounding must not leave a hair's breadth of a neighbour.
         let snap = |x: f64| {
-            if (x - x.round()).abs() < 1e-9 {
-                x.round()
-            } else {
-                x
-            }
+            if (x - x.round()).abs() < 1e-9 { x.round() } else { x }
         };
         let (a, b) = (snap(a).max(0.0), snap(b).min(n as f64));
         if b <= a || a.is_nan() || b.is_nan() {
@@ -147,18 +134,9 @@ pub(crate) fn read_medium(node: &Node<'_>, b: &mut Builder<'_>) -> Result<Voxmap
     let t = node.any_table()?;
     let dims = cells(&t, max - min)?;
     let size = max - min;
-    let cell = vec3(
-        size.x / dims[0] as f64,
-        size.y / dims[1] as f64,
-        size.z / dims[2] as f64,
-    );
+    let cell = vec3(size.x / dims[0] as f64, size.y / dims[1] as f64, size.z / dims[2] as f64);
     let refused = |e: zonal_scene::SceneError| b.source.scene_error(&e);
-    let mut grid = Grid {
-        min,
-        cell,
-        dims,
-        voxmap: Voxmap::new(min, cell, dims).map_err(refused)?,
-    };
+    let mut grid = Grid { min, cell, dims, voxmap: Voxmap::new(min, cell, dims).map_err(refused)? };
     let background = Matter::read(&t)?;
     let regions = t.list("region")?;
     if background.extinction.is_none() && regions.is_empty() && b.fills.is_empty() {

@@ -45,10 +45,7 @@ pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
     let refused = |what: String| InputError::new(&file, None, "", what);
     let bytes = files::read(path, MAX_TEXT).map_err(refused)?;
     let text = String::from_utf8(bytes).map_err(|e| {
-        let line = e.as_bytes()[..e.utf8_error().valid_up_to()]
-            .iter()
-            .filter(|b| **b == b'\n')
-            .count();
+        let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
         let what = "this is not UTF-8 text; save the scene as UTF-8";
         InputError::new(&file, Some((line + 1, 1)), "", what)
     })?;

@@ -62,10 +62,7 @@ impl<'a> Node<'a> {
         };
         match i128::from_str_radix(i.as_str(), i.radix()) {
             Ok(n) if n >= 1 && n <= usize::MAX as i128 => Ok(n as usize),
-            _ => Err(self.error(format!(
-                "{} is out of range; give a whole number from 1",
-                i.as_str()
-            ))),
+            _ => Err(self.error(format!("{} is out of range; give a whole number from 1", i.as_str()))),
         }
     }
     pub(crate) fn boolean(&self) -> Result<bool, InputError> {
@@ -136,8 +133,7 @@ impl<'a> Node<'a> {
     /// One number for all axes, or one an axis; all above zero.
     pub(crate) fn lengths(&self) -> Result<Vec3, InputError> {
         if self.is_list() {
-            self.triple("a number or [x, y, z]", Node::positive)
-                .map(Vec3::from_array)
+            self.triple("a number or [x, y, z]", Node::positive).map(Vec3::from_array)
         } else {
             self.positive().map(Vec3::splat)
         }
@@ -170,12 +166,9 @@ impl<'a> Node<'a> {
     /// A table with any keys.
     pub(crate) fn any_table(&self) -> Result<Table<'a>, InputError> {
         match self.value {
-            DeValue::Table(map) => Ok(Table {
-                source: self.source,
-                map,
-                offset: self.span.start,
-                key: self.key.clone(),
-            }),
+            DeValue::Table(map) => {
+                Ok(Table { source: self.source, map, offset: self.span.start, key: self.key.clone() })
+            }
             _ => self.mismatch("a table { key = value, … }"),
         }
     }
@@ -184,12 +177,7 @@ impl<'a> Node<'a> {
 impl<'a> Table<'a> {
     /// The whole document.
     pub(crate) fn root(source: &'a Source<'a>, map: &'a DeTable<'a>) -> Table<'a> {
-        Table {
-            source,
-            map,
-            offset: 0,
-            key: String::new(),
-        }
+        Table { source, map, offset: 0, key: String::new() }
     }
     pub(crate) fn offset(&self) -> usize {
         self.offset
@@ -214,11 +202,7 @@ impl<'a> Table<'a> {
         }
     }
     fn key_of(&self, name: &str) -> String {
-        if self.key.is_empty() {
-            name.to_string()
-        } else {
-            format!("{}.{name}", self.key)
-        }
+        if self.key.is_empty() { name.to_string() } else { format!("{}.{name}", self.key) }
     }
     /// An error about this table as a whole.
     pub(crate) fn error(&self, what: impl Into<String>) -> InputError {
@@ -228,12 +212,7 @@ impl<'a> Table<'a> {
         let value = self.map.get(name)?;
         let key = self.key_of(name);
         self.source.remember(key.as_str(), value.span().start);
-        Some(Node {
-            source: self.source,
-            value: value.get_ref(),
-            span: value.span(),
-            key,
-        })
+        Some(Node { source: self.source, value: value.get_ref(), span: value.span(), key })
     }
     /// A key that must be there; `example` is what to write.
     pub(crate) fn need(&self, name: &str, example: &str) -> Result<Node<'a>, InputError> {
@@ -255,11 +234,8 @@ impl<'a> Table<'a> {
     }
     /// All entries, in the order of the file, as nodes with their names.
     pub(crate) fn entries(&self) -> Vec<(&'a str, Node<'a>)> {
-        let mut all: Vec<_> = self
-            .map
-            .iter()
-            .filter_map(|(k, _)| Some((&**k.get_ref(), self.get(k.get_ref())?)))
-            .collect();
+        let mut all: Vec<_> =
+            self.map.iter().filter_map(|(k, _)| Some((&**k.get_ref(), self.get(k.get_ref())?))).collect();
         all.sort_by_key(|(_, n)| n.span.start);
         all
     }
@@ -268,9 +244,10 @@ impl<'a> Table<'a> {
         match self.get(name) {
             None => Ok(Vec::new()),
             Some(node) if node.is_list() => node.list(),
-            Some(node) => Err(node.error(format!(
-                "this is not a list; write [[{name}]] with two brackets on each side"
-            ))),
+            Some(node) => {
+                Err(node
+                    .error(format!("this is not a list; write [[{name}]] with two brackets on each side")))
+            }
         }
     }
 }

@@ -23,18 +23,13 @@ pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<Array, Fault> {
     }
     let number = |range: std::ops::Range<usize>| {
         let little = |n: usize, b: &u8| n << 8 | *b as usize;
-        bytes
-            .get(range)
-            .map(|b| b.iter().rev().fold(0, little))
-            .ok_or_else(cut)
+        bytes.get(range).map(|b| b.iter().rev().fold(0, little)).ok_or_else(cut)
     };
     let (start, length) = match bytes.get(6) {
         Some(1) => (10, number(8..10)?),
         Some(2 | 3) => (12, number(8..12)?),
         _ => {
-            return Err(fault(
-                "this npy version is not read; save it with numpy.save".into(),
-            ));
+            return Err(fault("this npy version is not read; save it with numpy.save".into()));
         }
     };
     let text = bytes.get(start..start + length).ok_or_else(cut)?;
@@ -53,18 +48,14 @@ pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<Array, Fault> {
         )));
     }
     if data.is_empty() {
-        return Err(fault(format!(
-            "the shape ({nx}, {ny}, {nz}) has no elements; save an array with some"
-        )));
+        return Err(fault(format!("the shape ({nx}, {ny}, {nz}) has no elements; save an array with some")));
     }
     let fortran = if text.contains("'fortran_order':True") {
         true
     } else if text.contains("'fortran_order':False") {
         false
     } else {
-        return Err(fault(
-            "fortran_order is neither True nor False; save it with numpy.save".into(),
-        ));
+        return Err(fault("fortran_order is neither True nor False; save it with numpy.save".into()));
     };
     let mut values = Vec::with_capacity(data.len() / size);
     for i in 0..data.len() / size {
@@ -117,32 +108,16 @@ fn element(header: &str) -> Result<(char, usize, bool), String> {
 
 fn shape(header: &str) -> Result<[usize; 3], String> {
     let odd = || "the shape cannot be read; save it with numpy.save".to_string();
-    let inside = header
-        .split_once("'shape':(")
-        .and_then(|(_, rest)| rest.split_once(')'))
-        .ok_or_else(odd)?
-        .0;
-    let dims: Result<Vec<usize>, _> = inside
-        .split(',')
-        .filter(|d| !d.is_empty())
-        .map(str::parse)
-        .collect();
+    let inside = header.split_once("'shape':(").and_then(|(_, rest)| rest.split_once(')')).ok_or_else(odd)?.0;
+    let dims: Result<Vec<usize>, _> = inside.split(',').filter(|d| !d.is_empty()).map(str::parse).collect();
     let dims = dims.map_err(|_| odd())?;
-    <[usize; 3]>::try_from(dims.as_slice()).map_err(|_| {
-        format!(
-            "the array has {} axes; give one of shape [nx, ny, nz]",
-            dims.len()
-        )
-    })
+    <[usize; 3]>::try_from(dims.as_slice())
+        .map_err(|_| format!("the array has {} axes; give one of shape [nx, ny, nz]", dims.len()))
 }
 
 fn value(kind: char, big: bool, bytes: &[u8]) -> f64 {
     let push = |n: u64, b: &u8| n << 8 | *b as u64;
-    let bits = if big {
-        bytes.iter().fold(0, push)
-    } else {
-        bytes.iter().rev().fold(0, push)
-    };
+    let bits = if big { bytes.iter().fold(0, push) } else { bytes.iter().rev().fold(0, push) };
     let unused = 64 - 8 * bytes.len() as u32;
     match (kind, bytes.len()) {
         ('f', 2) => half(bits as u16),

@@ -74,14 +74,8 @@ fn density(node: &Node<'_>, grid: &mut Grid, matter: &Matter, b: &Builder<'_>) -
 
 /// The matter of a density: sources only where there is something to come from.
 fn smoke(matter: &Matter, extinction: Bands) -> Matter {
-    let source = matter
-        .source
-        .map(|q| bands(|k| if extinction[k] > 0.0 { q[k] } else { 0.0 }));
-    Matter {
-        extinction: Some(extinction),
-        source,
-        ..*matter
-    }
+    let source = matter.source.map(|q| bands(|k| if extinction[k] > 0.0 { q[k] } else { 0.0 }));
+    Matter { extinction: Some(extinction), source, ..*matter }
 }
 
 /// Along one axis: the grid's cells that the array overlaps.
@@ -110,15 +104,9 @@ impl Weights {
                 .map(|i| (i, (b.min(i as f64 + 1.0) - a.max(i as f64)) * to_cell))
                 .filter(|(_, w)| *w > 0.0)
                 .collect();
-            CellShare {
-                cell,
-                share: parts.iter().map(|(_, w)| w).sum(),
-                parts,
-            }
+            CellShare { cell, share: parts.iter().map(|(_, w)| w).sum(), parts }
         });
-        Weights {
-            cells: cells.filter(|c| c.share > 0.0).collect(),
-        }
+        Weights { cells: cells.filter(|c| c.share > 0.0).collect() }
     }
 }
 

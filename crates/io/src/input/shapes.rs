@@ -30,9 +30,7 @@ pub(crate) fn triangle(node: &Node<'_>) -> Result<Plate, InputError> {
     let points = points(&corners)?;
     let [a, b, c] = points.as_slice() else {
         let n = points.len();
-        return Err(corners.error(format!(
-            "a triangle has three corners, not {n}; give three points"
-        )));
+        return Err(corners.error(format!("a triangle has three corners, not {n}; give three points")));
     };
     with_area(node, Plate::triangle(*a, *b, *c))
 }
@@ -120,10 +118,7 @@ pub(crate) fn solid_box(node: &Node<'_>) -> Result<[Plate; 6], InputError> {
 pub(crate) fn polygon(node: &Node<'_>) -> Result<Vec<Plate>, InputError> {
     let p = points(node)?;
     if p.len() < 3 {
-        return Err(node.error(format!(
-            "a polygon needs at least three corners, not {}; add some",
-            p.len()
-        )));
+        return Err(node.error(format!("a polygon needs at least three corners, not {}; add some", p.len())));
     }
     let normal = area_vector(&p);
     let size = p.iter().map(|q| (*q - p[0]).length()).fold(0.0, f64::max);
@@ -197,12 +192,7 @@ mod tests {
             let area: f64 = faces.iter().map(Plate::area).sum();
             assert!((area - 2.0 * (10.0 + 12.0 + 30.0)).abs() < 1e-12);
             for (i, f) in faces.iter().enumerate() {
-                assert_eq!(
-                    (centre - f.centre()).dot(f.normal()) > 0.0,
-                    inside,
-                    "{}",
-                    FACES[i]
-                );
+                assert_eq!((centre - f.centre()).dot(f.normal()) > 0.0, inside, "{}", FACES[i]);
                 let (lo, hi) = f.bounds();
                 assert!((lo - lo.max(min)).length() < 1e-12 && (hi - hi.min(max)).length() < 1e-12);
                 let end = if i % 2 == 0 { min } else { max };

@@ -16,11 +16,7 @@ pub(crate) struct Source<'a> {
 
 impl<'a> Source<'a> {
     pub(crate) fn new(file: &'a str, text: &'a str) -> Source<'a> {
-        Source {
-            file,
-            text,
-            places: RefCell::default(),
-        }
+        Source { file, text, places: RefCell::default() }
     }
     /// Line and column (in characters) of a byte offset, both from 1.
     fn place(&self, offset: usize) -> (usize, usize) {
@@ -67,20 +63,12 @@ impl<'a> Source<'a> {
         DeTable::parse(self.text).map_err(|e| {
             let at = e.span().map_or(0, |s| s.start);
             let what = e.message().trim().replace('\n', ", ");
-            self.error(
-                at,
-                "",
-                format!("this is not TOML: {what}; mend the syntax near here"),
-            )
+            self.error(at, "", format!("this is not TOML: {what}; mend the syntax near here"))
         })
     }
 }
 
 /// Every message ends with what to do.
 fn mend(what: &str) -> String {
-    if what.contains(';') {
-        what.to_string()
-    } else {
-        format!("{what}; change this value")
-    }
+    if what.contains(';') { what.to_string() } else { format!("{what}; change this value") }
 }

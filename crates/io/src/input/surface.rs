@@ -26,9 +26,7 @@ impl Look {
         Ok(Look {
             reflectance: table.read("reflectance", |n| n.bands(1.0))?,
             emission: table.read("emission", |n| n.bands(f64::INFINITY))?,
-            sides: table.read("sides", |n| {
-                Ok([Sides::Front, Sides::Both][n.choice(&["front", "both"])?])
-            })?,
+            sides: table.read("sides", |n| Ok([Sides::Front, Sides::Both][n.choice(&["front", "both"])?]))?,
             patch_size: table.read("patch_size", |n| n.positive())?,
             texture: table.read("texture", |n| b.texture(&n))?,
         })
@@ -81,19 +79,15 @@ pub(crate) fn read_surface(node: &Node<'_>, index: usize, b: &mut Builder<'_>) -
             )
         }));
     };
-    for (key, of) in [
-        ("faces", &["box", "room"][..]),
-        ("omit", &["room"]),
-        ("materials", &["mesh"]),
-        ("solid", &["mesh"]),
-    ] {
+    for (key, of) in
+        [("faces", &["box", "room"][..]), ("omit", &["room"]), ("materials", &["mesh"]), ("solid", &["mesh"])]
+    {
         if let Some(n) = table.get(key)
             && !of.contains(shape)
         {
-            return Err(n.error(format!(
-                "this key is for a {}; remove it from this {shape}",
-                of.join(" or a ")
-            )));
+            return Err(
+                n.error(format!("this key is for a {}; remove it from this {shape}", of.join(" or a ")))
+            );
         }
     }
     let look = Look::read(&table, b)?;
@@ -129,11 +123,7 @@ pub(crate) fn named<'a>(
 
 fn single(b: &mut Builder<'_>, name: &str, look: &Look, plate: Plate) {
     let surface = b.add_surface(look.surface(name.to_string(), false));
-    b.parts.facets.push(Facet {
-        surface,
-        plate,
-        uv: UPRIGHT,
-    });
+    b.parts.facets.push(Facet { surface, plate, uv: UPRIGHT });
 }
 
 /// The faces of a box (one surface, apart from the faces with a look of their own) or of a room (a surface each).
@@ -181,11 +171,7 @@ fn read_faces(
             (None, false) => b.add_surface(look.surface(face_name, false)),
             (None, true) => *rest.get_or_insert_with(|| b.add_surface(look.surface(name.to_string(), true))),
         };
-        b.parts.facets.push(Facet {
-            surface,
-            plate: plates[i],
-            uv: UPRIGHT,
-        });
+        b.parts.facets.push(Facet { surface, plate: plates[i], uv: UPRIGHT });
     }
     Ok(())
 }
@@ -208,9 +194,7 @@ pub(crate) fn read_pane(node: &Node<'_>, index: usize, b: &mut Builder<'_>) -> R
         thickness,
         extinction: extinction.bands(f64::INFINITY)?,
         albedo: table.read("albedo", |n| n.bands(1.0))?.unwrap_or([0.0; 3]),
-        emission: table
-            .read("emission", |n| n.bands(f64::INFINITY))?
-            .unwrap_or([0.0; 3]),
+        emission: table.read("emission", |n| n.bands(f64::INFINITY))?.unwrap_or([0.0; 3]),
     });
     Ok(())
 }

@@ -23,9 +23,7 @@ pub(crate) fn decode(file: &str, bytes: &[u8]) -> Result<Texture, Fault> {
     } else if bytes.starts_with(b"\xff\xd8") {
         jpeg(bytes).map_err(fault)?
     } else {
-        return Err(fault(
-            "this is neither a PNG nor a JPEG picture; convert it to PNG".into(),
-        ));
+        return Err(fault("this is neither a PNG nor a JPEG picture; convert it to PNG".into()));
     };
     let linear = linear_table();
     let pixel = |p: &[u8]| match p {
@@ -33,19 +31,11 @@ pub(crate) fn decode(file: &str, bytes: &[u8]) -> Result<Texture, Fault> {
         [grey, ..] => [linear[*grey as usize]; 3],
         [] => [0.0; 3],
     };
-    let pixels: Vec<[f32; 3]> = data
-        .chunks_exact(channels)
-        .take(width * height)
-        .map(pixel)
-        .collect();
+    let pixels: Vec<[f32; 3]> = data.chunks_exact(channels).take(width * height).map(pixel).collect();
     if pixels.len() != width * height {
         return Err(fault("this picture is cut short; export it again".into()));
     }
-    Ok(Texture {
-        width,
-        height,
-        pixels,
-    })
+    Ok(Texture { width, height, pixels })
 }
 
 /// Width, height, channels, bytes.
@@ -61,9 +51,7 @@ fn png(bytes: &[u8]) -> Result<Raw, String> {
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
     check_size(width, height)?;
     let channels = reader.output_color_type().0.samples();
-    let size = reader
-        .output_buffer_size()
-        .ok_or("this picture is too large; make it smaller")?;
+    let size = reader.output_buffer_size().ok_or("this picture is too large; make it smaller")?;
     let mut data = vec![0; size];
     reader.next_frame(&mut data).map_err(broken)?;
     Ok((width, height, channels, data))
@@ -104,11 +92,7 @@ fn check_size(width: usize, height: usize) -> Result<(), String> {
 fn linear_table() -> [f32; 256] {
     std::array::from_fn(|i| {
         let s = i as f64 / 255.0;
-        let linear = if s <= 0.04045 {
-            s / 12.92
-        } else {
-            ((s + 0.055) / 1.055).powf(2.4)
-        };
+        let linear = if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
         linear as f32
     })
 }

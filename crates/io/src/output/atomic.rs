@@ -12,9 +12,7 @@ pub fn write_atomic(
 ) -> Result<(), FileError> {
     let (temporary, file) = create_beside(path)?;
     let mut out = BufWriter::new(file);
-    let done = fill(&mut out)
-        .and_then(|()| out.flush())
-        .and_then(|()| fs::rename(&temporary, path));
+    let done = fill(&mut out).and_then(|()| out.flush()).and_then(|()| fs::rename(&temporary, path));
     done.map_err(|e| {
         let _ = fs::remove_file(&temporary);
         FileError::new(

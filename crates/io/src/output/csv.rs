@@ -35,23 +35,13 @@ fn describe(s: &Solution, i: usize) -> (&'static str, String, Vec3, f64) {
     let z = &s.zones;
     if i < z.voxel_offset() {
         let p = &z.patches[i];
-        (
-            "patch",
-            quoted(&s.scene.surfaces()[p.surface].name),
-            p.plate.centre(),
-            p.area,
-        )
+        ("patch", quoted(&s.scene.surfaces()[p.surface].name), p.plate.centre(), p.area)
     } else if i < z.pane_offset() {
         let v = &z.voxels[i - z.voxel_offset()];
         ("voxel", v.cell.to_string(), v.centre, v.volume)
     } else {
         let p = &z.panes[i - z.pane_offset()];
-        (
-            "pane",
-            quoted(&s.scene.panes()[p.pane].name),
-            p.plate.centre(),
-            p.area,
-        )
+        ("pane", quoted(&s.scene.panes()[p.pane].name), p.plate.centre(), p.area)
     }
 }
 

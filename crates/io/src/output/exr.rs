@@ -37,11 +37,7 @@ pub fn write_exr(
     });
     let image = Image::from_encoded_channels((width, height), Encoding::SMALL_FAST_LOSSLESS, channels);
     write_atomic(path, |out| {
-        image
-            .write()
-            .non_parallel()
-            .to_buffered(out)
-            .map_err(|e| io::Error::other(e.to_string()))
+        image.write().non_parallel().to_buffered(out).map_err(|e| io::Error::other(e.to_string()))
     })
 }
 
@@ -59,10 +55,7 @@ pub fn read_exr(path: &Path) -> std::result::Result<Picture, FileError> {
     let size = std::fs::metadata(path).map_or(0, |m| m.len() as usize);
     let meta = MetaData::read_from_buffered(open()?, false).map_err(broken)?;
     for header in &meta.headers {
-        let count = header
-            .layer_size
-            .width()
-            .saturating_mul(header.layer_size.height());
+        let count = header.layer_size.width().saturating_mul(header.layer_size.height());
         if count > MAX_PIXELS || count > size.saturating_mul(4096) {
             let what =
                 format!("declares {count} pixels, which its {size} bytes cannot hold; the file is damaged");
@@ -103,14 +96,7 @@ mod tests {
         let pixels: std::vec::Vec<[f32; 3]> =
             (0..35).map(|i| [i as f32 * 0.1, 1e-8, 1e6 + i as f32]).collect();
         write_exr(&path, 7, 5, &pixels).unwrap();
-        assert_eq!(
-            read_exr(&path).unwrap(),
-            Picture {
-                width: 7,
-                height: 5,
-                pixels
-            }
-        );
+        assert_eq!(read_exr(&path).unwrap(), Picture { width: 7, height: 5, pixels });
         let bytes = std::fs::read(&path).unwrap();
         for cut in (0..bytes.len()).step_by(7) {
             std::fs::write(&path, &bytes[..cut]).unwrap();

@@ -86,9 +86,7 @@ fn media(h: &mut Fnv, scene: &Scene) {
         h.int(p.plates.len());
         p.plates.iter().for_each(|q| h.plate(q));
         h.real(p.thickness);
-        [p.extinction, p.albedo, p.emission]
-            .iter()
-            .for_each(|b: &Bands| h.reals(b));
+        [p.extinction, p.albedo, p.emission].iter().for_each(|b: &Bands| h.reals(b));
     }
     h.int(scene.voxmap().map_or(0, |v| v.len()));
     if let Some(v) = scene.voxmap() {
@@ -96,9 +94,7 @@ fn media(h: &mut Fnv, scene: &Scene) {
         h.vec(v.cell());
         v.dims().into_iter().for_each(|d| h.int(d));
         for i in 0..v.len() {
-            [v.extinction(i), v.albedo(i), v.emission(i), v.source(i)]
-                .iter()
-                .for_each(|b| h.reals(b));
+            [v.extinction(i), v.albedo(i), v.emission(i), v.source(i)].iter().for_each(|b| h.reals(b));
         }
     }
 }
@@ -107,12 +103,7 @@ fn lights(h: &mut Fnv, scene: &Scene) {
     h.int(scene.lights().len());
     for l in scene.lights() {
         match l {
-            Light::Sun {
-                direction,
-                irradiance,
-                angular_diameter,
-                ..
-            } => {
+            Light::Sun { direction, irradiance, angular_diameter, .. } => {
                 h.int(0);
                 h.vec(*direction);
                 h.reals(irradiance);

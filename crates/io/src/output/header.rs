@@ -57,12 +57,7 @@ fn pane_out(p: &Pane) -> Value {
 
 fn light_out(l: &Light) -> Value {
     match l {
-        Light::Sun {
-            name,
-            direction,
-            irradiance,
-            angular_diameter,
-        } => json!({
+        Light::Sun { name, direction, irradiance, angular_diameter } => json!({
             "kind": "sun", "name": name, "direction": direction.array(), "irradiance": irradiance,
             "angular_diameter": angular_diameter,
         }),
@@ -88,17 +83,12 @@ fn options_out(scene: &Scene) -> Value {
 /// Each entry of the list at `key`, decoded; the error names key and number.
 pub fn each<T>(v: &Value, key: &str, one: impl Fn(&Value) -> Result<T, String>) -> Result<Vec<T>, String> {
     let entries = list(v, key)?.iter().enumerate();
-    entries
-        .map(|(i, x)| one(x).map_err(|e| format!("{key}[{i}].{e}")))
-        .collect()
+    entries.map(|(i, x)| one(x).map_err(|e| format!("{key}[{i}].{e}"))).collect()
 }
 
 /// A whole number at a key.
 pub fn int(v: &Value, key: &str) -> Result<usize, String> {
-    v[key]
-        .as_u64()
-        .map(|n| n as usize)
-        .ok_or_else(|| format!("{key}: a whole number is missing"))
+    v[key].as_u64().map(|n| n as usize).ok_or_else(|| format!("{key}: a whole number is missing"))
 }
 
 /// Three coordinates at a key.
@@ -107,17 +97,11 @@ pub fn vector(v: &Value, key: &str) -> Result<Vec3, String> {
 }
 
 fn flag(v: &Value, key: &str) -> Result<bool, String> {
-    v[key]
-        .as_bool()
-        .ok_or_else(|| format!("{key}: true or false is missing"))
+    v[key].as_bool().ok_or_else(|| format!("{key}: true or false is missing"))
 }
 
 fn maybe<T>(v: &Value, key: &str, get: fn(&Value, &str) -> Result<T, String>) -> Result<Option<T>, String> {
-    if v[key].is_null() {
-        Ok(None)
-    } else {
-        get(v, key).map(Some)
-    }
+    if v[key].is_null() { Ok(None) } else { get(v, key).map(Some) }
 }
 
 pub fn surface_in(v: &Value) -> Result<Surface, String> {
@@ -157,13 +141,8 @@ pub fn light_in(v: &Value) -> Result<Light, String> {
             irradiance: bands(v, "irradiance")?,
             angular_diameter: real(v, "angular_diameter")?,
         }),
-        Some("sky") => Ok(Light::Sky {
-            name: text(v, "name")?,
-            radiance: bands(v, "radiance")?,
-        }),
-        Some("emitter") => Ok(Light::Emitter {
-            surface: int(v, "surface")?,
-        }),
+        Some("sky") => Ok(Light::Sky { name: text(v, "name")?, radiance: bands(v, "radiance")? }),
+        Some("emitter") => Ok(Light::Emitter { surface: int(v, "surface")? }),
         _ => Err("kind: must be sun, sky or emitter".into()),
     }
 }
@@ -189,7 +168,5 @@ pub fn options_in(v: &Value) -> Result<Options, String> {
 }
 
 pub fn surroundings_in(v: &Value) -> Result<Surroundings, String> {
-    Ok(Surroundings {
-        radiance: bands(v, "radiance")?,
-    })
+    Ok(Surroundings { radiance: bands(v, "radiance")? })
 }

@@ -49,11 +49,7 @@ pub struct FileError {
 impl FileError {
     /// An error in `path`, at `entry` (empty for the file as a whole).
     pub fn new(path: &Path, entry: impl Into<String>, what: impl Into<String>) -> FileError {
-        FileError {
-            path: path.into(),
-            entry: entry.into(),
-            what: what.into(),
-        }
+        FileError { path: path.into(), entry: entry.into(), what: what.into() }
     }
     /// The file.
     pub fn path(&self) -> &Path {

@@ -36,11 +36,8 @@ impl Kind {
 /// The header of an array, padded so that the data start at a multiple of 64.
 pub fn header(kind: Kind, shape: &[usize]) -> Vec<u8> {
     let dims: Vec<String> = shape.iter().map(|d| format!("{d},")).collect();
-    let mut text = format!(
-        "{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}",
-        kind.descr(),
-        dims.join(" ")
-    );
+    let mut text =
+        format!("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}", kind.descr(), dims.join(" "));
     while (10 + text.len() + 1) % 64 != 0 {
         text.push(' ');
     }
@@ -90,11 +87,7 @@ pub fn parse(bytes: &[u8], kind: Kind) -> Result<(Vec<usize>, &[u8]), String> {
 fn shape_of(squeezed: &str) -> Option<Vec<usize>> {
     let rest = squeezed.split_once("'shape':(")?.1;
     let inside = rest.split_once(')')?.0;
-    inside
-        .split(',')
-        .filter(|d| !d.is_empty())
-        .map(|d| d.parse().ok())
-        .collect()
+    inside.split(',').filter(|d| !d.is_empty()).map(|d| d.parse().ok()).collect()
 }
 
 #[cfg(test)]

@@ -68,11 +68,8 @@ pub fn luminance(c: [f32; 3]) -> f64 {
 /// An exposure that suits the picture: the log-mean luminance between the 2nd and the 98th percentile goes to 0.18, but the
 /// 90th percentile is kept between 0.18 and 1.6. 1 for a black picture.
 pub fn auto_exposure(linear: &[[f32; 3]]) -> f64 {
-    let mut l: Vec<f64> = linear
-        .iter()
-        .map(|&c| luminance(c))
-        .filter(|x| x.is_finite() && *x > 0.0)
-        .collect();
+    let mut l: Vec<f64> =
+        linear.iter().map(|&c| luminance(c)).filter(|x| x.is_finite() && *x > 0.0).collect();
     if l.is_empty() {
         return 1.0;
     }
@@ -82,11 +79,7 @@ pub fn auto_exposure(linear: &[[f32; 3]]) -> f64 {
     let mean = middle.iter().map(|x| x.ln()).sum::<f64>() / middle.len() as f64;
     let bright = l[at(0.9)];
     let exposure = (0.18 / mean.exp()).clamp(0.18 / bright, 1.6 / bright);
-    if exposure.is_finite() && exposure > 0.0 {
-        exposure
-    } else {
-        1.0
-    }
+    if exposure.is_finite() && exposure > 0.0 { exposure } else { 1.0 }
 }
 
 fn dither(x: usize, y: usize, band: usize) -> f64 {
@@ -113,11 +106,7 @@ pub fn write_png(
 ) -> Result<(), FileError> {
     check_size(path, width, height, linear.len())?;
     if !(exposure.is_finite() && exposure > 0.0) {
-        return Err(FileError::new(
-            path,
-            "",
-            format!("the exposure is {exposure}; give a positive number"),
-        ));
+        return Err(FileError::new(path, "", format!("the exposure is {exposure}; give a positive number")));
     }
     let mut bytes = Vec::with_capacity(3 * linear.len());
     for (i, c) in linear.iter().enumerate() {
@@ -172,9 +161,7 @@ mod tests {
     #[test]
     fn dither_keeps_the_mean_and_the_ends() {
         let mean = |x: f32| {
-            (0..64 * 64)
-                .map(|i| quantise(x, 1.0, Curve::Linear, i % 64, i / 64, 0) as f64)
-                .sum::<f64>()
+            (0..64 * 64).map(|i| quantise(x, 1.0, Curve::Linear, i % 64, i / 64, 0) as f64).sum::<f64>()
                 / 4096.0
         };
         assert_eq!(mean(0.0), 0.0);

@@ -25,20 +25,11 @@ impl Npz {
     pub fn open(path: &Path) -> Result<Npz, FileError> {
         let whole = |what: String| FileError::new(path, "", what);
         let file = File::open(path).map_err(|e| whole(format!("cannot be opened ({e}); check the name")))?;
-        let size = file
-            .metadata()
-            .map_err(|e| whole(format!("cannot be read ({e})")))?
-            .len();
+        let size = file.metadata().map_err(|e| whole(format!("cannot be read ({e})")))?.len();
         let zip = ZipArchive::new(BufReader::new(file)).map_err(|e| {
-            whole(format!(
-                "is not a solution file, or it is cut short ({e}); solve the scene again"
-            ))
+            whole(format!("is not a solution file, or it is cut short ({e}); solve the scene again"))
         })?;
-        Ok(Npz {
-            path: path.into(),
-            zip,
-            budget: size.saturating_mul(LARGEST_EXPANSION),
-        })
+        Ok(Npz { path: path.into(), zip, budget: size.saturating_mul(LARGEST_EXPANSION) })
     }
 
     /// An error at an entry of this file.
@@ -53,13 +44,8 @@ impl Npz {
             .zip
             .by_name(&format!("{name}.npy"))
             .map_err(|e| error(format!("cannot be found ({e}); {DAMAGED}")))?;
-        if !matches!(
-            entry.compression(),
-            CompressionMethod::Stored | CompressionMethod::Deflated
-        ) {
-            return Err(error(
-                "is packed in a way we do not read; save it with numpy.savez".into(),
-            ));
+        if !matches!(entry.compression(), CompressionMethod::Stored | CompressionMethod::Deflated) {
+            return Err(error("is packed in a way we do not read; save it with numpy.savez".into()));
         }
         let declared = entry.size();
         if declared > self.budget || declared / LARGEST_EXPANSION > entry.compressed_size() {
@@ -94,10 +80,7 @@ impl Npz {
         if shape == wanted {
             return Ok(());
         }
-        Err(self.error(
-            name,
-            format!("has shape {shape:?} where {wanted:?} was expected; {DAMAGED}"),
-        ))
+        Err(self.error(name, format!("has shape {shape:?} where {wanted:?} was expected; {DAMAGED}")))
     }
 
     /// A list of bytes; of length `count` if given.
@@ -114,12 +97,7 @@ impl Npz {
         data.into_iter()
             .map(|n| usize::try_from(n).ok().filter(|&n| n < below))
             .collect::<Option<_>>()
-            .ok_or_else(|| {
-                self.error(
-                    name,
-                    format!("an index is out of range (0 to {below}); {DAMAGED}"),
-                )
-            })
+            .ok_or_else(|| self.error(name, format!("an index is out of range (0 to {below}); {DAMAGED}")))
     }
 
     /// Finite numbers of any shape.
@@ -165,11 +143,7 @@ impl Npz {
 
     /// A list of points or directions.
     pub fn vectors(&mut self, name: &str, count: usize) -> Result<Vec<Vec3>, FileError> {
-        Ok(self
-            .triples(name, &[count])?
-            .into_iter()
-            .map(Vec3::from_array)
-            .collect())
+        Ok(self.triples(name, &[count])?.into_iter().map(Vec3::from_array).collect())
     }
 
     /// A list of unit vectors.
@@ -193,11 +167,7 @@ impl Npz {
                 origin: origin[i],
                 e1: e1[i],
                 e2: e2[i],
-                kind: if kinds[i] == 0 {
-                    PlateKind::Triangle
-                } else {
-                    PlateKind::Parallelogram
-                },
+                kind: if kinds[i] == 0 { PlateKind::Triangle } else { PlateKind::Parallelogram },
             })
             .collect();
         if kinds.iter().any(|k| *k > 1) || plates.iter().any(|p| !(p.area() > 0.0 && p.area().is_finite())) {
@@ -212,10 +182,7 @@ impl Npz {
         let (shape, data) = self.array(name, Kind::F32, f32::from_le_bytes)?;
         match shape.as_slice() {
             &[height, width, 3] => Ok((width, height, data.as_chunks::<3>().0.to_vec())),
-            _ => Err(self.error(
-                name,
-                format!("has shape {shape:?}, not [height, width, 3]; {DAMAGED}"),
-            )),
+            _ => Err(self.error(name, format!("has shape {shape:?}, not [height, width, 3]; {DAMAGED}"))),
         }
     }
 }

@@ -28,16 +28,8 @@ pub fn report_json(s: &Solution) -> Value {
 
 pub(super) fn encode(r: &Report) -> Value {
     let (c, e) = (&r.closure, &r.energy);
-    let named: Vec<Value> = e
-        .absorbed_surfaces
-        .iter()
-        .map(|(n, p)| json!({"name": n, "power": p}))
-        .collect();
-    let counts: Vec<Value> = r
-        .counts
-        .iter()
-        .map(|(n, k)| json!({"name": n, "count": k}))
-        .collect();
+    let named: Vec<Value> = e.absorbed_surfaces.iter().map(|(n, p)| json!({"name": n, "power": p})).collect();
+    let counts: Vec<Value> = r.counts.iter().map(|(n, k)| json!({"name": n, "count": k})).collect();
     json!({
         "status": r.status.map(SolveStatus::word),
         "residuals": r.residuals,
@@ -65,24 +57,14 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
         return Err("report.status: there must be one entry a band".into());
     }
     Ok(Report {
-        status: [
-            status_of(&status[0])?,
-            status_of(&status[1])?,
-            status_of(&status[2])?,
-        ],
-        residuals: [
-            reals(&residuals[0])?,
-            reals(&residuals[1])?,
-            reals(&residuals[2])?,
-        ],
+        status: [status_of(&status[0])?, status_of(&status[1])?, status_of(&status[2])?],
+        residuals: [reals(&residuals[0])?, reals(&residuals[1])?, reals(&residuals[2])?],
         closure: Closure {
             worst: report_bands(c, "worst")?,
             rms: report_bands(c, "rms")?,
             largest_change: report_bands(c, "largest_change")?,
             after: report_bands(c, "after")?,
-            restored: c["restored"]
-                .as_bool()
-                .ok_or("report.closure.restored: is missing")?,
+            restored: c["restored"].as_bool().ok_or("report.closure.restored: is missing")?,
         },
         energy: Energy {
             emitted: report_bands(e, "emitted")?,
@@ -99,20 +81,11 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
         },
         counts: list(v, "counts")?
             .iter()
-            .map(|x| {
-                Ok((
-                    text(x, "name")?,
-                    x["count"].as_u64().ok_or("report.counts: a count is missing")?,
-                ))
-            })
+            .map(|x| Ok((text(x, "name")?, x["count"].as_u64().ok_or("report.counts: a count is missing")?)))
             .collect::<Result<_, String>>()?,
         warnings: list(v, "warnings")?
             .iter()
-            .map(|w| {
-                w.as_str()
-                    .map(String::from)
-                    .ok_or("report.warnings: an entry is no text".into())
-            })
+            .map(|w| w.as_str().map(String::from).ok_or("report.warnings: an entry is no text".into()))
             .collect::<Result<_, String>>()?,
         grade: grade_of(v)?,
     })
@@ -134,24 +107,17 @@ fn grade_of(v: &Value) -> Result<Grade, String> {
 
 /// The list at a key.
 pub(super) fn list<'a>(v: &'a Value, key: &str) -> Result<&'a Vec<Value>, String> {
-    v[key]
-        .as_array()
-        .ok_or_else(|| format!("{key}: a list is missing"))
+    v[key].as_array().ok_or_else(|| format!("{key}: a list is missing"))
 }
 
 /// The text at a key.
 pub(super) fn text(v: &Value, key: &str) -> Result<String, String> {
-    v[key]
-        .as_str()
-        .map(String::from)
-        .ok_or_else(|| format!("{key}: a text is missing"))
+    v[key].as_str().map(String::from).ok_or_else(|| format!("{key}: a text is missing"))
 }
 
 /// The number at a key.
 pub(super) fn real(v: &Value, key: &str) -> Result<f64, String> {
-    v[key]
-        .as_f64()
-        .ok_or_else(|| format!("{key}: a number is missing"))
+    v[key].as_f64().ok_or_else(|| format!("{key}: a number is missing"))
 }
 
 /// Three numbers at a key.

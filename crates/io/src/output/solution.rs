@@ -48,12 +48,9 @@ pub fn write_solution(path: &Path, s: &Solution) -> Result<(), FileError> {
 }
 
 fn write_fields<W: Write + Seek>(npz: &mut writer::Npz<W>, f: &Fields) -> io::Result<()> {
-    for (name, field) in [
-        ("radiosity", &f.radiosity),
-        ("incident", &f.incident),
-        ("direct", &f.direct),
-        ("error", &f.error),
-    ] {
+    for (name, field) in
+        [("radiosity", &f.radiosity), ("incident", &f.incident), ("direct", &f.direct), ("error", &f.error)]
+    {
         npz.triples(name, &[field.len()], field.iter().copied())?;
     }
     Ok(())
@@ -108,17 +105,9 @@ fn write_scene<W: Write + Seek>(npz: &mut writer::Npz<W>, scene: &Scene) -> io::
     let facets = scene.facets();
     npz.plates("facet", facets.iter().map(|f| &f.plate))?;
     npz.ints("facet_surface", facets.iter().map(|f| f.surface))?;
-    npz.grid(
-        "facet_uv",
-        &[facets.len(), 3, 2],
-        facets.iter().flat_map(|f| f.uv).flatten(),
-    )?;
-    let owned: Vec<(usize, &Plate)> = scene
-        .panes()
-        .iter()
-        .enumerate()
-        .flat_map(|(i, p)| p.plates.iter().map(move |q| (i, q)))
-        .collect();
+    npz.grid("facet_uv", &[facets.len(), 3, 2], facets.iter().flat_map(|f| f.uv).flatten())?;
+    let owned: Vec<(usize, &Plate)> =
+        scene.panes().iter().enumerate().flat_map(|(i, p)| p.plates.iter().map(move |q| (i, q))).collect();
     npz.plates("pane_plate", owned.iter().map(|o| o.1))?;
     npz.ints("pane_plate_pane", owned.iter().map(|o| o.0))?;
     for (i, t) in scene.textures().iter().enumerate() {
@@ -169,10 +158,7 @@ fn read_header(npz: &mut reader::Npz) -> Result<Value, FileError> {
     let header: Value = serde_json::from_slice(&bytes)
         .map_err(|e| npz.error("header.json", format!("is not JSON ({e}); solve the scene again")))?;
     if header["format"] != "zonal solution" {
-        return Err(npz.error(
-            "header.json",
-            "this is not a zonal solution; give a file that zonal wrote",
-        ));
+        return Err(npz.error("header.json", "this is not a zonal solution; give a file that zonal wrote"));
     }
     if header["format_version"] != FORMAT_VERSION {
         let found = &header["format_version"];
@@ -190,24 +176,16 @@ fn read_scene(npz: &mut reader::Npz, h: &Value) -> Result<Scene, FileError> {
     let invalid = |e: SceneError| FileError::new(&path, e.key(), e.what());
     let surfaces = header::each(h, "surfaces", header::surface_in).map_err(json)?;
     let panes = header::each(h, "panes", header::pane_in).map_err(json)?;
-    let notes = header::each(h, "notes", |v| {
-        v.as_str().map(String::from).ok_or("is no text".into())
-    })
-    .map_err(json)?;
+    let notes = header::each(h, "notes", |v| v.as_str().map(String::from).ok_or("is no text".into()))
+        .map_err(json)?;
     let textures = header::int(h, "textures").map_err(json)?;
     let parts = SceneParts {
         name: report::text(h, "name").map_err(json)?,
         facets: read_facets(npz, surfaces.len())?,
         surfaces,
-        textures: (0..textures)
-            .map(|i| read_texture(npz, i))
-            .collect::<Result<_, _>>()?,
+        textures: (0..textures).map(|i| read_texture(npz, i)).collect::<Result<_, _>>()?,
         panes: read_panes(npz, panes)?,
-        voxmap: if h["voxmap"].is_null() {
-            None
-        } else {
-            Some(read_voxmap(npz, &h["voxmap"])?)
-        },
+        voxmap: if h["voxmap"].is_null() { None } else { Some(read_voxmap(npz, &h["voxmap"])?) },
         lights: header::each(h, "lights", header::light_in).map_err(json)?,
         surroundings: header::surroundings_in(&h["surroundings"]).map_err(json)?,
         cameras: header::each(h, "cameras", header::camera_in).map_err(json)?,
@@ -234,11 +212,7 @@ fn read_facets(npz: &mut reader::Npz, surfaces: usize) -> Result<Vec<Facet>, Fil
 
 fn read_texture(npz: &mut reader::Npz, i: usize) -> Result<Texture, FileError> {
     let (width, height, pixels) = npz.picture(&format!("texture_{i}"))?;
-    Ok(Texture {
-        width,
-        height,
-        pixels,
-    })
+    Ok(Texture { width, height, pixels })
 }
 
 fn read_panes(npz: &mut reader::Npz, mut panes: Vec<Pane>) -> Result<Vec<Pane>, FileError> {
@@ -294,10 +268,7 @@ fn read_voxels(npz: &mut reader::Npz, scene: &Scene) -> Result<Vec<VoxelZone>, F
     let cell = npz.ints("voxel_cell", None, scene.voxmap().map_or(0, |v| v.len()))?;
     let n = cell.len();
     if !cell.is_sorted() {
-        return Err(npz.error(
-            "voxel_cell",
-            "the cells are not in ascending order; solve the scene again",
-        ));
+        return Err(npz.error("voxel_cell", "the cells are not in ascending order; solve the scene again"));
     }
     let centre = npz.vectors("voxel_centre", n)?;
     let volume = npz.positive("voxel_volume", n)?;
@@ -308,10 +279,7 @@ fn read_voxels(npz: &mut reader::Npz, scene: &Scene) -> Result<Vec<VoxelZone>, F
     let samples = read_samples(npz)?;
     let first = npz.ints("voxel_part_first", Some(n + 1), samples.len() + 1)?;
     if !first.is_sorted() || first[0] != 0 || first[n] != samples.len() {
-        return Err(npz.error(
-            "voxel_part_first",
-            "does not cover the samples; solve the scene again",
-        ));
+        return Err(npz.error("voxel_part_first", "does not cover the samples; solve the scene again"));
     }
     let voxel = |i: usize| VoxelZone {
         cell: cell[i],
@@ -333,11 +301,7 @@ fn read_samples(npz: &mut reader::Npz) -> Result<Vec<Sample>, FileError> {
     if subcell.iter().any(|s| *s as usize >= SUBCELLS.pow(3)) || volume.iter().any(|v| *v < 0.0) {
         return Err(npz.error("part_subcell", "a sample is out of range; solve the scene again"));
     }
-    let sample = |i: usize| Sample {
-        point: point[i],
-        volume: volume[i],
-        subcell: subcell[i],
-    };
+    let sample = |i: usize| Sample { point: point[i], volume: volume[i], subcell: subcell[i] };
     Ok((0..subcell.len()).map(sample).collect())
 }
 

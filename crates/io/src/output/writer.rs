@@ -23,9 +23,7 @@ impl<W: Write + Seek> Npz<W> {
             .compression_method(CompressionMethod::Deflated)
             .compression_level(Some(1))
             .large_file(bytes > 1 << 31);
-        self.0
-            .start_file(format!("{name}.npy"), options)
-            .map_err(io::Error::other)?;
+        self.0.start_file(format!("{name}.npy"), options).map_err(io::Error::other)?;
         self.0.write_all(&npy::header(kind, shape))
     }
 
@@ -92,9 +90,7 @@ impl<W: Write + Seek> Npz<W> {
         self.vectors(&format!("{name}_origin"), plates.clone().map(|p| p.origin))?;
         self.vectors(&format!("{name}_e1"), plates.clone().map(|p| p.e1))?;
         self.vectors(&format!("{name}_e2"), plates.clone().map(|p| p.e2))?;
-        let kinds: Vec<u8> = plates
-            .map(|p| (p.kind == PlateKind::Parallelogram) as u8)
-            .collect();
+        let kinds: Vec<u8> = plates.map(|p| (p.kind == PlateKind::Parallelogram) as u8).collect();
         self.bytes(&format!("{name}_kind"), &kinds)
     }
 }

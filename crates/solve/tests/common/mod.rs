@@ -4,9 +4,7 @@
 use zonal_exchange::pair::{Counts, Exchange};
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{
-    Facet, Fields, Plate, Quiet, Report, Scene, SceneParts, Sides, Solution, Surface, Zones,
-};
+use zonal_scene::{Facet, Fields, Plate, Quiet, Report, Scene, SceneParts, Sides, Solution, Surface, Zones};
 use zonal_solve::solve_zones;
 use zonal_transport::{Transport, build_zones};
 
@@ -24,7 +22,9 @@ pub fn solved(text: &str) -> Solution {
 
 /// The unit room with walls of one look.
 pub fn unit_room(solve: &str, walls: &str, rest: &str) -> String {
-    format!("[solve]\n{solve}\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\n{walls}\n{rest}\n")
+    format!(
+        "[solve]\n{solve}\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\n{walls}\n{rest}\n"
+    )
 }
 
 /// Largest relative distance of H from `m` on patches and of G from 4 `m` in volumes and panes, over all bands.
@@ -38,7 +38,9 @@ pub fn unlevel(s: &Solution, m: f64) -> (f64, f64) {
 /// The same a zone, the worst band.
 pub fn unlevels(s: &Solution, m: f64) -> Vec<f64> {
     let want = |i: usize| if i < s.zones.voxel_offset() { m } else { 4.0 * m };
-    let off = |(i, x): (usize, &[f64; 3])| x.iter().fold(0.0f64, |w, x| if x.is_nan() { *x } else { w.max((x / want(i) - 1.0).abs()) });
+    let off = |(i, x): (usize, &[f64; 3])| {
+        x.iter().fold(0.0f64, |w, x| if x.is_nan() { *x } else { w.max((x / want(i) - 1.0).abs()) })
+    };
     s.fields.incident.iter().enumerate().map(off).collect()
 }
 
@@ -102,7 +104,8 @@ pub fn add(parts: &mut SceneParts, s: Surface, plates: &[Plate]) {
 
 /// A tilted tetrahedron, normals outward.
 pub fn tetrahedron(c: Vec3, size: f64) -> Vec<Plate> {
-    let p = [vec3(0.9, 0.2, -0.5), vec3(-0.6, 0.8, -0.3), vec3(-0.4, -0.9, -0.2), vec3(0.1, 0.1, 1.0)].map(|v| c + v * size);
+    let p = [vec3(0.9, 0.2, -0.5), vec3(-0.6, 0.8, -0.3), vec3(-0.4, -0.9, -0.2), vec3(0.1, 0.1, 1.0)]
+        .map(|v| c + v * size);
     [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|[i, j, k]| Plate::triangle(p[i], p[j], p[k])).to_vec()
 }
 

@@ -27,10 +27,7 @@ struct Aabb {
 }
 
 impl Aabb {
-    const NONE: Aabb = Aabb {
-        lo: [f32::INFINITY; 3],
-        hi: [f32::NEG_INFINITY; 3],
-    };
+    const NONE: Aabb = Aabb { lo: [f32::INFINITY; 3], hi: [f32::NEG_INFINITY; 3] };
     fn join(&mut self, lo: &[f32; 3], hi: &[f32; 3]) {
         for k in 0..3 {
             self.lo[k] = self.lo[k].min(lo[k]);
@@ -168,14 +165,8 @@ fn halve(items: &mut [Item]) -> usize {
         let c = items.iter().map(|i| centre2(i, axis));
         c.clone().fold(f32::NEG_INFINITY, f32::max) - c.fold(f32::INFINITY, f32::min)
     };
-    let axis = (0..3)
-        .max_by(|&a, &b| spread(a).total_cmp(&spread(b)))
-        .unwrap_or(0);
-    items.sort_by(|a, b| {
-        centre2(a, axis)
-            .total_cmp(&centre2(b, axis))
-            .then(a.id.cmp(&b.id))
-    });
+    let axis = (0..3).max_by(|&a, &b| spread(a).total_cmp(&spread(b))).unwrap_or(0);
+    items.sort_by(|a, b| centre2(a, axis).total_cmp(&centre2(b, axis)).then(a.id.cmp(&b.id)));
     items.len() / 2
 }
 

@@ -55,10 +55,7 @@ impl Bvh {
         let pad = Vec3::splat(2.0 * PAD / scale);
         Bvh {
             nodes,
-            plates: items
-                .iter()
-                .map(|i| Prepared::new(&plates[i.id as usize].1))
-                .collect(),
+            plates: items.iter().map(|i| Prepared::new(&plates[i.id as usize].1)).collect(),
             ids: items.iter().map(|i| plates[i.id as usize].0).collect(),
             depth,
             centre,
@@ -92,10 +89,7 @@ impl Bvh {
     /// The segment from `t0` to `t1` of a + t d as the boxes see it.
     #[inline(always)]
     fn ray(&self, a: Vec3, d: Vec3, t0: f64, t1: f64) -> Ray {
-        Ray::new(
-            (a + d * t0 - self.centre) * self.scale,
-            d * ((t1 - t0) * self.scale),
-        )
+        Ray::new((a + d * t0 - self.centre) * self.scale, d * ((t1 - t0) * self.scale))
     }
 
     /// Shows `visit` every plate whose box the segment a + t d, 0 ≤ t ≤ 1, meets, until it says stop.
@@ -108,11 +102,7 @@ impl Bvh {
             return false;
         };
         let ray = self.ray(a, d, t0, t1);
-        if self.depth <= 12 {
-            self.descend::<12>(&ray, visit)
-        } else {
-            self.descend::<96>(&ray, visit)
-        }
+        if self.depth <= 12 { self.descend::<12>(&ray, visit) } else { self.descend::<96>(&ray, visit) }
     }
 
     #[inline(always)]
@@ -260,9 +250,7 @@ impl Bvh {
         let n32 = n.array().map(|x| x as f32);
         let level = (level - 1e-5) as f32;
         let above = |b: &[[f32; LANES]; 6], lane: usize| {
-            let top: f32 = (0..3)
-                .map(|k| (n32[k] * b[k][lane]).max(n32[k] * b[k + 3][lane]))
-                .sum();
+            let top: f32 = (0..3).map(|k| (n32[k] * b[k][lane]).max(n32[k] * b[k + 3][lane])).sum();
             b[0][lane] <= b[3][lane] && top >= level
         };
         self.sift(above, |slot| {

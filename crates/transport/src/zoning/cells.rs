@@ -55,10 +55,7 @@ impl Gaps {
     }
     fn pierced(&self, axis: usize) -> usize {
         let n = FINE * FINE * GAPS;
-        self.0[axis * n..(axis + 1) * n]
-            .iter()
-            .filter(|g| g[0] <= g[1])
-            .count()
+        self.0[axis * n..(axis + 1) * n].iter().filter(|g| g[0] <= g[1]).count()
     }
 }
 
@@ -98,9 +95,7 @@ impl Cell<'_> {
         gaps.clear();
         for f in &self.facets {
             let (c, n) = f.corners();
-            let (lo, hi) = c[..n]
-                .iter()
-                .fold((c[0], c[0]), |(lo, hi), x| (lo.min(*x), hi.max(*x)));
+            let (lo, hi) = c[..n].iter().fold((c[0], c[0]), |(lo, hi), x| (lo.min(*x), hi.max(*x)));
             // Lines that pass the facet's box.
             let range = |k: usize| {
                 let index = |x: f64| (x - self.lo[k]) / self.h[k] * FINE as f64 - 0.5 - HAIR[k];
@@ -135,16 +130,8 @@ impl Cell<'_> {
         let c = coordinates(sample);
         let (below, above) = (gaps.at(axis, c, 0), gaps.at(axis, c, 1));
         let n = FINE as f64;
-        let from = if below[0] <= below[1] {
-            below[1]
-        } else {
-            c[axis] as f64 / n
-        };
-        let to = if above[0] <= above[1] {
-            above[0]
-        } else {
-            (c[axis] + 1) as f64 / n
-        };
+        let from = if below[0] <= below[1] { below[1] } else { c[axis] as f64 / n };
+        let to = if above[0] <= above[1] { above[0] } else { (c[axis] + 1) as f64 / n };
         // Never quite nothing, so that means over weights exist.
         (to - from).max(1e-9 / n) / (n * n) * self.h.product()
     }
@@ -199,9 +186,7 @@ fn join(cell: &Cell, parts: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
         .iter()
         .map(|p| {
             let n = p.len().min(LOOKS);
-            (0..n)
-                .map(|i| cell.point(p[(2 * i + 1) * p.len() / (2 * n)]))
-                .collect()
+            (0..n).map(|i| cell.point(p[(2 * i + 1) * p.len() / (2 * n)])).collect()
         })
         .collect();
     for i in 0..parts.len() {
@@ -211,11 +196,7 @@ fn join(cell: &Cell, parts: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
                 continue;
             }
             let (a, b) = (root(&mut parent, i), root(&mut parent, j));
-            if a != b
-                && picks[i]
-                    .iter()
-                    .any(|x| picks[j].iter().any(|y| cell.sees(*x, *y)))
-            {
+            if a != b && picks[i].iter().any(|x| picks[j].iter().any(|y| cell.sees(*x, *y))) {
                 parent[a.max(b)] = a.min(b) as u16;
             }
         }
@@ -241,10 +222,7 @@ pub(super) fn resolve(
     let cell = Cell {
         lo: map.corner(c),
         h: map.cell(),
-        facets: facets
-            .iter()
-            .map(|f| Prepared::new(&all[*f as usize].plate))
-            .collect(),
+        facets: facets.iter().map(|f| Prepared::new(&all[*f as usize].plate)).collect(),
         transport,
     };
     cell.pierce(gaps);
@@ -258,11 +236,7 @@ pub(super) fn resolve(
     let parts: Vec<Part> = parts.iter().map(|p| part(&cell, gaps, axis, p)).collect();
     let whole = cell.h.product();
     let samples_in_one = parts.len() == 1 && parts[0].volume >= whole * (1.0 - 1.0 / COUNT as f64);
-    if samples_in_one {
-        Resolved::Whole
-    } else {
-        Resolved::Parts(parts)
-    }
+    if samples_in_one { Resolved::Whole } else { Resolved::Parts(parts) }
 }
 
 fn part(cell: &Cell, gaps: &Gaps, axis: usize, samples: &[usize]) -> Part {
@@ -277,32 +251,19 @@ fn part(cell: &Cell, gaps: &Gaps, axis: usize, samples: &[usize]) -> Part {
     let mut out = Vec::new();
     for (k, list) in by_subcell.iter().enumerate().filter(|x| !x.1.is_empty()) {
         let v: f64 = list.iter().map(|&s| weight(s)).sum();
-        let m = list
-            .iter()
-            .fold(Vec3::ZERO, |m, &s| m + cell.point(s) * weight(s));
+        let m = list.iter().fold(Vec3::ZERO, |m, &s| m + cell.point(s) * weight(s));
         volume += v;
         moment += m;
-        out.push(Sample {
-            point: seen_mean(cell, list, m / v),
-            volume: v,
-            subcell: k as u8,
-        });
+        out.push(Sample { point: seen_mean(cell, list, m / v), volume: v, subcell: k as u8 });
     }
     let mean = moment / volume;
     let centre = nearest(cell, samples, mean);
-    Part {
-        samples: out,
-        centre,
-        volume,
-    }
+    Part { samples: out, centre, volume }
 }
 
 fn nearest(cell: &Cell, samples: &[usize], x: Vec3) -> Vec3 {
     let distance = |s: &usize| (cell.point(*s) - x).length2();
-    samples
-        .iter()
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-        .map_or(x, |s| cell.point(*s))
+    samples.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).map_or(x, |s| cell.point(*s))
 }
 
 /// The mean, or the sample nearest to it when that does not see it.

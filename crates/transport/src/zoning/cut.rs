@@ -45,15 +45,9 @@ fn skewed(p: &Plate) -> bool {
 fn halves(p: &Plate) -> [Plate; 2] {
     let (c, _) = p.corners();
     if (c[2] - c[0]).length2() < (c[3] - c[1]).length2() {
-        [
-            Plate::triangle(c[0], c[1], c[2]),
-            Plate::triangle(c[0], c[2], c[3]),
-        ]
+        [Plate::triangle(c[0], c[1], c[2]), Plate::triangle(c[0], c[2], c[3])]
     } else {
-        [
-            Plate::triangle(c[0], c[1], c[3]),
-            Plate::triangle(c[1], c[2], c[3]),
-        ]
+        [Plate::triangle(c[0], c[1], c[3]), Plate::triangle(c[1], c[2], c[3])]
     }
 }
 
@@ -65,18 +59,11 @@ pub(super) fn pieces(p: &Plate, size: f64, out: &mut Vec<Plate>) {
             halves(p).iter().for_each(|t| triangle(t, size, out));
         }
         PlateKind::Parallelogram => {
-            let (nu, nv) = (
-                steps(p.e1.length(), size) as usize,
-                steps(p.e2.length(), size) as usize,
-            );
+            let (nu, nv) = (steps(p.e1.length(), size) as usize, steps(p.e2.length(), size) as usize);
             let (e1, e2) = (p.e1 / nu as f64, p.e2 / nv as f64);
             for i in 0..nu {
                 for j in 0..nv {
-                    out.push(Plate::parallelogram(
-                        p.at(i as f64 / nu as f64, j as f64 / nv as f64),
-                        e1,
-                        e2,
-                    ));
+                    out.push(Plate::parallelogram(p.at(i as f64 / nu as f64, j as f64 / nv as f64), e1, e2));
                 }
             }
         }
@@ -102,12 +89,7 @@ fn triangle(p: &Plate, size: f64, out: &mut Vec<Plate>) {
 fn congruent(p: &Plate, n: usize, out: &mut Vec<Plate>) {
     let (e1, e2) = (p.e1 / n as f64, p.e2 / n as f64);
     let mut push = |origin: Vec3, e1: Vec3, e2: Vec3| {
-        out.push(Plate {
-            origin,
-            e1,
-            e2,
-            kind: PlateKind::Triangle,
-        });
+        out.push(Plate { origin, e1, e2, kind: PlateKind::Triangle });
     };
     for i in 0..n {
         for j in 0..n - i {

@@ -31,10 +31,5 @@ pub fn build_zones(scene: &Scene, transport: &Transport) -> Result<Zones, SceneE
         Some(map) => voxels::voxels(scene, map, transport),
         None => Default::default(),
     };
-    Ok(Zones {
-        patches,
-        voxels,
-        panes,
-        first,
-    })
+    Ok(Zones { patches, voxels, panes, first })
 }

@@ -59,9 +59,7 @@ fn through(map: &Voxmap, plate: &Plate, slack: f64, mut each: impl FnMut(usize, 
     let range = |axis: usize, lo: f64, hi: f64| {
         let skin = SKIN + slack / h[axis];
         let a = ((lo - min[axis]) / h[axis] - skin).floor().max(0.0);
-        let b = ((hi - min[axis]) / h[axis] + skin)
-            .floor()
-            .min(dims[axis] as f64 - 1.0);
+        let b = ((hi - min[axis]) / h[axis] + skin).floor().min(dims[axis] as f64 - 1.0);
         (a as usize, if b < a { None } else { Some(b as usize) })
     };
     let n = plate.normal();
@@ -114,12 +112,6 @@ pub(super) fn overlap(plate: &Plate, centre: Vec3, half: Vec3) -> bool {
         return false;
     }
     let edges = [plate.e1, plate.e2, plate.e2 - plate.e1];
-    let edges = if plate.kind == PlateKind::Triangle {
-        &edges[..]
-    } else {
-        &edges[..2]
-    };
-    !edges
-        .iter()
-        .any(|e| axes.iter().any(|a| apart(e.normalized().cross(*a))))
+    let edges = if plate.kind == PlateKind::Triangle { &edges[..] } else { &edges[..2] };
+    !edges.iter().any(|e| axes.iter().any(|a| apart(e.normalized().cross(*a))))
 }

@@ -50,19 +50,14 @@ pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>
             out.into_iter().map(move |p| (k, p))
         })
         .collect();
-    let direct: Vec<bool> = (0..scene.surfaces().len())
-        .map(|s| scene.is_direct_emitter(s))
-        .collect();
+    let direct: Vec<bool> = (0..scene.surfaces().len()).map(|s| scene.is_direct_emitter(s)).collect();
     let patches: Vec<Patch> = raw
         .par_iter()
         .flat_map_iter(|&(k, plate)| {
             let s = &scene.surfaces()[scene.facets()[k].surface];
             let both = s.sides == Sides::Both && !s.solid;
             let sides = [Some(plate), both.then(|| plate.flipped())];
-            let pieces = sides
-                .into_iter()
-                .flatten()
-                .flat_map(|p| split::split(transport, k, &p));
+            let pieces = sides.into_iter().flatten().flat_map(|p| split::split(transport, k, &p));
             let open = pieces.filter(|p| !split::covered(transport, k, p));
             open.map(|p| patch(scene, &direct, k, p)).collect::<Vec<_>>()
         })
@@ -74,25 +69,14 @@ pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>
 fn patch(scene: &Scene, direct: &[bool], facet: usize, plate: Plate) -> Patch {
     let surface = scene.facets()[facet].surface;
     let s = &scene.surfaces()[surface];
-    let reflectance = mean(scene, facet, &plate, s.reflectance_texture.is_some(), |u, v| {
-        scene.reflectance_at(facet, u, v)
-    });
+    let reflectance =
+        mean(scene, facet, &plate, s.reflectance_texture.is_some(), |u, v| scene.reflectance_at(facet, u, v));
     let emission = if direct[surface] {
         [0.0; 3]
     } else {
-        mean(scene, facet, &plate, s.emission_texture.is_some(), |u, v| {
-            scene.emission_at(facet, u, v)
-        })
+        mean(scene, facet, &plate, s.emission_texture.is_some(), |u, v| scene.emission_at(facet, u, v))
     };
-    Patch {
-        facet,
-        surface,
-        plate,
-        normal: plate.normal(),
-        area: plate.area(),
-        reflectance,
-        emission,
-    }
+    Patch { facet, surface, plate, normal: plate.normal(), area: plate.area(), reflectance, emission }
 }
 
 /// The mean of `value(u, v)` over the patch, (u, v) on the facet's plate.
@@ -123,10 +107,7 @@ fn mean(
 pub(super) fn panes(scene: &Scene) -> Result<Vec<PaneZone>, SceneError> {
     let size = scene_size(scene);
     let plates = || scene.panes().iter().flat_map(|p| &p.plates);
-    check(
-        plates().map(|p| cut::estimate(p, size)).sum(),
-        "solve.patch_size".into(),
-    )?;
+    check(plates().map(|p| cut::estimate(p, size)).sum(), "solve.patch_size".into())?;
     let mut out = Vec::new();
     for (k, pane) in scene.panes().iter().enumerate() {
         let mut pieces = Vec::new();

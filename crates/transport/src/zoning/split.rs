@@ -50,10 +50,7 @@ pub(super) fn split(transport: &Transport, own: usize, plate: &Plate) -> Vec<Pla
                 continue;
             }
             let level = foot.across.dot(foot.ends[0]);
-            let (a, b) = (
-                clip(&pieces[k], foot.across, level),
-                clip(&pieces[k], -foot.across, -level),
-            );
+            let (a, b) = (clip(&pieces[k], foot.across, level), clip(&pieces[k], -foot.across, -level));
             if polygon_area(&a, normal).min(polygon_area(&b, normal)) > foot.least * area {
                 pieces[k] = a;
                 pieces.push(b);
@@ -93,7 +90,8 @@ fn feet(transport: &Transport, own: usize, plate: &Plate) -> Vec<Foot> {
         if bottom > -tol && top <= contact {
             let down = |i: usize| x[i] - normal * h[i];
             (0..k).for_each(|i| add([down(i), down((i + 1) % k)], LEAST_LYING));
-        } else if top > tol && bottom <= tol
+        } else if top > tol
+            && bottom <= tol
             && let Some(ends) = crossing(&x[..k], &h, normal.cross(wall.normal()).normalized(), tol)
         {
             add(ends, LEAST_AREA);
@@ -144,10 +142,7 @@ fn runs_through(foot: &Foot, polygon: &[Vec3], normal: Vec3) -> bool {
             t1 = t1.min(ha / (ha - hb));
         }
     }
-    let diameter = polygon
-        .iter()
-        .map(|p| (*p - polygon[0]).length())
-        .fold(0.0, f64::max);
+    let diameter = polygon.iter().map(|p| (*p - polygon[0]).length()).fold(0.0, f64::max);
     let middle = a + (b - a) * (0.5 * (t0 + t1));
     (t1 - t0) * (b - a).length() > LEAST_LENGTH * diameter
         && inward.iter().all(|(m, c)| m.dot(middle) - c > 1e-6 * diameter)
@@ -170,17 +165,12 @@ fn clip(polygon: &[Vec3], m: Vec3, level: f64) -> Polygon {
 }
 
 fn polygon_area(p: &[Vec3], normal: Vec3) -> f64 {
-    (1..p.len().max(1) - 1)
-        .map(|i| 0.5 * (p[i] - p[0]).cross(p[i + 1] - p[0]).dot(normal))
-        .sum()
+    (1..p.len().max(1) - 1).map(|i| 0.5 * (p[i] - p[0]).cross(p[i + 1] - p[0]).dot(normal)).sum()
 }
 
 /// A convex polygon as triangles, or as the one parallelogram that it is.
 fn plates(polygon: &[Vec3], normal: Vec3) -> Vec<Plate> {
-    let size = polygon
-        .iter()
-        .map(|p| (*p - polygon[0]).length())
-        .fold(0.0, f64::max);
+    let size = polygon.iter().map(|p| (*p - polygon[0]).length()).fold(0.0, f64::max);
     let mut p = polygon.to_vec();
     p.dedup_by(|a, b| (*a - *b).length() < 1e-9 * size);
     // Corners on a straight edge go.

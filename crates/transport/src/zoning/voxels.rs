@@ -28,11 +28,9 @@ pub(super) fn voxels(scene: &Scene, map: &Voxmap, transport: &Transport) -> (Vec
         let whole = || zone(map, cell, map.centre(map.coordinates(cell)), volume, Vec::new());
         match met[cell] {
             Met::Cut => match cut.next() {
-                Some(Resolved::Parts(parts)) => zones.extend(
-                    parts
-                        .into_iter()
-                        .map(|p| zone(map, cell, p.centre, p.volume, p.samples)),
-                ),
+                Some(Resolved::Parts(parts)) => {
+                    zones.extend(parts.into_iter().map(|p| zone(map, cell, p.centre, p.volume, p.samples)))
+                }
                 _ => zones.push(whole()),
             },
             _ if !solid.is_empty() && solid[cell] => {}
@@ -63,18 +61,13 @@ fn whole_in_solid(map: &Voxmap, transport: &Transport, met: &[Met]) -> Vec<bool>
         return Vec::new();
     }
     let ask = |cell: usize| transport.inside_solid(map.centre(map.coordinates(cell)));
-    let mut solid: Vec<bool> = (0..map.len())
-        .into_par_iter()
-        .map(|c| met[c] == Met::Touched && ask(c))
-        .collect();
+    let mut solid: Vec<bool> =
+        (0..map.len()).into_par_iter().map(|c| met[c] == Met::Touched && ask(c)).collect();
     let dims = map.dims();
     let stride = [dims[1] * dims[2], dims[2], 1];
     for cell in (0..map.len()).filter(|c| met[*c] == Met::Not) {
         let c = map.coordinates(cell);
-        let known = (0..3)
-            .filter(|&k| c[k] > 0)
-            .map(|k| cell - stride[k])
-            .find(|n| met[*n] == Met::Not);
+        let known = (0..3).filter(|&k| c[k] > 0).map(|k| cell - stride[k]).find(|n| met[*n] == Met::Not);
         solid[cell] = known.map_or_else(|| ask(cell), |n| solid[n]);
     }
     solid

@@ -31,21 +31,11 @@ pub fn surface(name: &str) -> Surface {
 }
 
 pub fn facet(surface: usize, plate: Plate) -> Facet {
-    Facet {
-        surface,
-        plate,
-        uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
-    }
+    Facet { surface, plate, uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]] }
 }
 
 pub fn scene(surfaces: Vec<Surface>, facets: Vec<Facet>, voxmap: Option<Voxmap>) -> Scene {
-    Scene::new(SceneParts {
-        surfaces,
-        facets,
-        voxmap,
-        ..SceneParts::default()
-    })
-    .unwrap()
+    Scene::new(SceneParts { surfaces, facets, voxmap, ..SceneParts::default() }).unwrap()
 }
 
 /// A scene of plates that all belong to one surface.
@@ -83,12 +73,7 @@ pub fn turned(plates: &[Plate], c: Vec3, angle: f64) -> Vec<Plate> {
     };
     plates
         .iter()
-        .map(|p| Plate {
-            origin: c + turn(p.origin - c),
-            e1: turn(p.e1),
-            e2: turn(p.e2),
-            kind: p.kind,
-        })
+        .map(|p| Plate { origin: c + turn(p.origin - c), e1: turn(p.e1), e2: turn(p.e2), kind: p.kind })
         .collect()
 }
 

@@ -38,9 +38,23 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         return Ok(());
     }
     say(&format!("{}: sound", args.scene.display()))?;
-    say(&format!("  {} surfaces, {} facets, {} of which can hide something", scene.surfaces().len(), scene.facets().len(), f.occluders))?;
-    say(&format!("  {} patches, {} voxel zones ({} parts of cut voxels), {} pane zones", f.patches, f.voxels, f.cut, f.panes))?;
-    say(&format!("  {} pairs in {} distinct band(s): about {:.2} GB and {:.0} s on {threads} thread(s)", f.pairs, f.groups, f.bytes as f64 / 1e9, f.seconds(threads).max(1.0)))?;
+    say(&format!(
+        "  {} surfaces, {} facets, {} of which can hide something",
+        scene.surfaces().len(),
+        scene.facets().len(),
+        f.occluders
+    ))?;
+    say(&format!(
+        "  {} patches, {} voxel zones ({} parts of cut voxels), {} pane zones",
+        f.patches, f.voxels, f.cut, f.panes
+    ))?;
+    say(&format!(
+        "  {} pairs in {} distinct band(s): about {:.2} GB and {:.0} s on {threads} thread(s)",
+        f.pairs,
+        f.groups,
+        f.bytes as f64 / 1e9,
+        f.seconds(threads).max(1.0)
+    ))?;
     let cameras: Vec<&str> = scene.cameras().iter().map(|c| c.name.as_str()).collect();
     say(&format!("  cameras: {}", if cameras.is_empty() { "none".into() } else { cameras.join(", ") }))?;
     for w in warnings {

@@ -49,8 +49,12 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         say(&format!("scene written: {}", path.display()))?;
         return Ok(());
     }
-    std::fs::create_dir_all(&args.output)
-        .map_err(|e| Failure::new(format!("{}: the folder cannot be made ({e}); choose another with --output", args.output.display())))?;
+    std::fs::create_dir_all(&args.output).map_err(|e| {
+        Failure::new(format!(
+            "{}: the folder cannot be made ({e}); choose another with --output",
+            args.output.display()
+        ))
+    })?;
     let run = args.output.join("chapel.npz");
     super::check_output(&run, &["npz"])?;
     let scene = input::parse_scene(&text, None, "the embedded chapel")?;

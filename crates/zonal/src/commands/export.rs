@@ -22,7 +22,10 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let solution = output::read_solution(&args.run)?;
     output::write_zones_csv(&args.output, &solution)?;
     if context.json {
-        say(&format!("{}", serde_json::json!({ "zones": solution.zones.len(), "written": args.output.display().to_string() })))?;
+        say(&format!(
+            "{}",
+            serde_json::json!({ "zones": solution.zones.len(), "written": args.output.display().to_string() })
+        ))?;
     } else {
         say(&format!("{} zones written: {}", solution.zones.len(), args.output.display()))?;
     }

@@ -29,8 +29,8 @@ pub struct Args {
 
 /// The columns that must be there, in the order of the reference tables.
 pub const COLUMNS: [&str; 16] = [
-    "kind", "a_x0", "a_x1", "a_y0", "a_y1", "a_z0", "a_z1", "a_normal", "b_x0", "b_x1", "b_y0", "b_y1", "b_z0", "b_z1",
-    "b_normal", "kappa",
+    "kind", "a_x0", "a_x1", "a_y0", "a_y1", "a_z0", "a_z1", "a_normal", "b_x0", "b_x1", "b_y0", "b_y1",
+    "b_z0", "b_z1", "b_normal", "kappa",
 ];
 /// The shortest edge.
 const SMALLEST_LENGTH: f64 = 1e-9;
@@ -77,10 +77,16 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     zonal_io::output::write_bytes(&args.output, &bytes)?;
     let missed = values.iter().filter(|f| f.bounded.radius > args.tolerance * f.bounded.value.abs()).count();
     if missed > 0 {
-        eprintln!("note: {missed} pair(s) cannot be had to {:e} in double precision; their error_bound says what was reached", args.tolerance);
+        eprintln!(
+            "note: {missed} pair(s) cannot be had to {:e} in double precision; their error_bound says what was reached",
+            args.tolerance
+        );
     }
     if context.json {
-        say(&format!("{}", serde_json::json!({ "pairs": pairs.len(), "written": args.output.display().to_string() })))?;
+        say(&format!(
+            "{}",
+            serde_json::json!({ "pairs": pairs.len(), "written": args.output.display().to_string() })
+        ))?;
     } else {
         say(&format!("{} pairs written: {}", pairs.len(), args.output.display()))?;
     }
@@ -96,7 +102,10 @@ fn read(path: &Path) -> Result<Table, Failure> {
         .iter()
         .map(|c| {
             header.iter().position(|h| h.trim() == *c).ok_or_else(|| {
-                Failure::in_file(path, format!("line 1: there is no column '{c}'; the columns are {}", COLUMNS.join(",")))
+                Failure::in_file(
+                    path,
+                    format!("line 1: there is no column '{c}'; the columns are {}", COLUMNS.join(",")),
+                )
             })
         })
         .collect::<Result<_, _>>()?;
@@ -105,7 +114,10 @@ fn read(path: &Path) -> Result<Table, Failure> {
         let record = record.map_err(|e| Failure::in_file(path, e))?;
         let line = record.position().map_or(0, |p| p.line());
         if pairs.len() == MAX_ROWS {
-            return Err(Failure::in_file(path, format!("line {line}: more than {MAX_ROWS} pairs; split the table")));
+            return Err(Failure::in_file(
+                path,
+                format!("line {line}: more than {MAX_ROWS} pairs; split the table"),
+            ));
         }
         let cell = |k: usize| record.get(index[k]).unwrap_or("").trim();
         pairs.push(pair(&cell).map_err(|(column, what)| {
@@ -135,14 +147,20 @@ fn cuboid<'t>(cell: &impl Fn(usize) -> &'t str, first: usize) -> Result<Cuboid, 
     let normal = match cell(first + 6) {
         "" => None,
         text => {
-            let (sign, axis) = text.split_at_checked(1).ok_or((column, format!("'{text}' is no direction")))?;
+            let (sign, axis) =
+                text.split_at_checked(1).ok_or((column, format!("'{text}' is no direction")))?;
             let sign = match sign {
                 "+" => 1,
                 "-" => -1,
-                _ => return Err((column, format!("'{text}' is no direction; write +x, -x, +y, -y, +z or -z"))),
+                _ => {
+                    return Err((column, format!("'{text}' is no direction; write +x, -x, +y, -y, +z or -z")));
+                }
             };
             let axis = ["x", "y", "z"].iter().position(|a| *a == axis);
-            Some((axis.ok_or((column, format!("'{text}' is no direction; write +x, -x, +y, -y, +z or -z")))?, sign))
+            Some((
+                axis.ok_or((column, format!("'{text}' is no direction; write +x, -x, +y, -y, +z or -z")))?,
+                sign,
+            ))
         }
     };
     let c = Cuboid { lo: vec3(v[0], v[2], v[4]), hi: vec3(v[1], v[3], v[5]), normal };
@@ -166,7 +184,10 @@ fn pair<'t>(cell: &impl Fn(usize) -> &'t str) -> Result<Pair, Wrong> {
         return Err(("kappa", format!("the extinction is {kappa}; it must not be negative")));
     }
     if kappa > LARGEST_EXTINCTION {
-        return Err(("kappa", format!("the extinction is {kappa:e}; it must not be above {LARGEST_EXTINCTION:e}")));
+        return Err((
+            "kappa",
+            format!("the extinction is {kappa:e}; it must not be above {LARGEST_EXTINCTION:e}"),
+        ));
     }
     let kind = match (a.normal.is_some(), b.normal.is_some()) {
         (false, false) => "vv",

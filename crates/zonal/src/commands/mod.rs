@@ -91,7 +91,11 @@ pub fn check_output(path: &Path, endings: &[&str]) -> Result<(), Failure> {
         _ => Path::new("."),
     };
     if !folder.is_dir() {
-        return Err(Failure::new(format!("{}: there is no folder {}; make it first", path.display(), folder.display())));
+        return Err(Failure::new(format!(
+            "{}: there is no folder {}; make it first",
+            path.display(),
+            folder.display()
+        )));
     }
     let probe = folder.join(format!(".zonal-probe-{}", std::process::id()));
     match std::fs::File::create(&probe) {
@@ -99,6 +103,9 @@ pub fn check_output(path: &Path, endings: &[&str]) -> Result<(), Failure> {
             let _ = std::fs::remove_file(&probe);
             Ok(())
         }
-        Err(e) => Err(Failure::new(format!("{}: the folder cannot be written ({e}); choose another", folder.display()))),
+        Err(e) => Err(Failure::new(format!(
+            "{}: the folder cannot be written ({e}); choose another",
+            folder.display()
+        ))),
     }
 }

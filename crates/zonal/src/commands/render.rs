@@ -53,7 +53,9 @@ pub fn find_camera<'a>(solution: &'a Solution, name: Option<&str>) -> Result<&'a
     let cameras = solution.scene.cameras();
     let names = || cameras.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
     match name {
-        None => cameras.first().ok_or_else(|| Failure::new("--camera: the scene has no camera; add a [[camera]] and solve again")),
+        None => cameras.first().ok_or_else(|| {
+            Failure::new("--camera: the scene has no camera; add a [[camera]] and solve again")
+        }),
         Some(n) => cameras.iter().find(|c| c.name == n).ok_or_else(|| {
             Failure::new(format!("--camera: there is no camera '{n}'; the scene has: {}", names()))
         }),
@@ -72,10 +74,13 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let image = draw(&solution, camera, (width, height), args.samples, &Meter::new(context.quiet));
     let exposure = save(&args.output, &image, args.stops)?;
     if context.json {
-        say(&format!("{}", serde_json::json!({
-            "camera": camera.name, "width": width, "height": height, "samples": args.samples,
-            "exposure": exposure, "mean": mean(&image), "written": args.output.display().to_string(),
-        })))?;
+        say(&format!(
+            "{}",
+            serde_json::json!({
+                "camera": camera.name, "width": width, "height": height, "samples": args.samples,
+                "exposure": exposure, "mean": mean(&image), "written": args.output.display().to_string(),
+            })
+        ))?;
     } else {
         say(&format!("{}: {width}×{height} written: {}", camera.name, args.output.display()))?;
     }
@@ -83,7 +88,13 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
 }
 
 /// Draws.
-pub fn draw(s: &Solution, camera: &Camera, (width, height): (usize, usize), samples: u32, progress: &dyn Progress) -> Image {
+pub fn draw(
+    s: &Solution,
+    camera: &Camera,
+    (width, height): (usize, usize),
+    samples: u32,
+    progress: &dyn Progress,
+) -> Image {
     let options = RenderOptions { width, height, samples: samples as usize, ..RenderOptions::default() };
     zonal_render::render(s, camera, &options, progress)
 }

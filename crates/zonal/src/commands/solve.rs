@@ -45,7 +45,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let mut options = scene.options().clone();
     options.tolerance = args.tolerance.unwrap_or(options.tolerance);
     options.restore_closure = args.closure.map_or(options.restore_closure, |c| c == ClosureMode::Restore);
-    let scene = scene.with_options(options).map_err(|e| Failure::new(format!("--tolerance: {}", e.what())))?;
+    let scene =
+        scene.with_options(options).map_err(|e| Failure::new(format!("--tolerance: {}", e.what())))?;
     let solution = solved(scene, (args.max_memory * 1e9) as u64, &Meter::new(context.quiet))
         .map_err(|e| Failure::in_file(&args.scene, e))?;
     output::write_solution(&args.output, &solution)?;

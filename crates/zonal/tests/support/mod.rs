@@ -30,22 +30,12 @@ impl Folder {
     }
     /// Runs `zonal` in the folder.
     pub fn zonal(&self, args: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_zonal"))
-            .args(args)
-            .current_dir(&self.0)
-            .output()
-            .unwrap()
+        Command::new(env!("CARGO_BIN_EXE_zonal")).args(args).current_dir(&self.0).output().unwrap()
     }
     /// Runs `zonal`, which must succeed; gives its standard output.
     pub fn done(&self, args: &[&str]) -> String {
         let o = self.zonal(args);
-        assert!(
-            o.status.success(),
-            "zonal {}: {:?}\n{}",
-            args.join(" "),
-            o.status,
-            text(&o.stderr)
-        );
+        assert!(o.status.success(), "zonal {}: {:?}\n{}", args.join(" "), o.status, text(&o.stderr));
         text(&o.stdout)
     }
     /// Everything in the folder: names and contents; folders have none.
@@ -88,26 +78,14 @@ pub fn refused(f: &Folder, by: By, args: &[&str], named: &str) {
     let o = f.zonal(args);
     let command = format!("zonal {}", args.join(" "));
     let (out, err) = (text(&o.stdout), text(&o.stderr));
-    assert_eq!(
-        o.status.code(),
-        Some(2),
-        "{command}: {:?}\n{out}\n{err}",
-        o.status
-    );
+    assert_eq!(o.status.code(), Some(2), "{command}: {:?}\n{out}\n{err}", o.status);
     assert!(err.starts_with("error: "), "{command}: {err}");
-    assert!(
-        by == Parser || err.lines().count() == 1,
-        "{command}: several lines:\n{err}"
-    );
+    assert!(by == Parser || err.lines().count() == 1, "{command}: several lines:\n{err}");
     assert!(err.contains(named), "{command}: '{named}' is not named in\n{err}");
     assert!(err.len() < 2000, "{command}: a message of {} bytes", err.len());
     assert!(out.is_empty(), "{command}: on standard output:\n{out}");
     let after = f.listing();
-    let touched: Vec<_> = after
-        .iter()
-        .filter(|(k, v)| before.get(*k) != Some(v))
-        .map(|e| e.0)
-        .collect();
+    let touched: Vec<_> = after.iter().filter(|(k, v)| before.get(*k) != Some(v)).map(|e| e.0).collect();
     assert!(
         touched.is_empty() && before.len() == after.len(),
         "{command}: left behind or changed: {touched:?}"

@@ -108,10 +108,8 @@ struct Weld {
 impl Weld {
     fn new(plates: &[Plate]) -> Weld {
         let empty = (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY));
-        let (lo, hi) = plates
-            .iter()
-            .map(Plate::bounds)
-            .fold(empty, |(lo, hi), (a, b)| (lo.min(a), hi.max(b)));
+        let (lo, hi) =
+            plates.iter().map(Plate::bounds).fold(empty, |(lo, hi), (a, b)| (lo.min(a), hi.max(b)));
         Weld {
             origin: if lo.is_finite() { lo } else { Vec3::ZERO },
             step: ((hi - lo).max_abs() * 1e-6).max(f64::MIN_POSITIVE),

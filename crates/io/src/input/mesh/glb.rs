@@ -278,11 +278,7 @@ fn component_value(b: &[u8], component: ComponentType, normalized: bool) -> f64 
         ComponentType::U32 => (bits as f64, 1.0),
         ComponentType::F32 => (f32::from_bits(bits) as f64, 1.0),
     };
-    if normalized {
-        (value / unit).max(-1.0)
-    } else {
-        value
-    }
+    if normalized { (value / unit).max(-1.0) } else { value }
 }
 
 #[cfg(test)]

@@ -16,11 +16,7 @@ use zonal_math::{Vec3, vec3};
 use zonal_scene::Plate;
 
 /// Extensions that a file may require.
-const KNOWN: [&str; 3] = [
-    "KHR_texture_transform",
-    "KHR_mesh_quantization",
-    "KHR_lights_punctual",
-];
+const KNOWN: [&str; 3] = ["KHR_texture_transform", "KHR_mesh_quantization", "KHR_lights_punctual"];
 
 /// Reads the JSON of a document, validated: indices in range, nothing required that is not known here.
 pub(crate) fn document(file: &str, json: &[u8]) -> Result<Document, Fault> {
@@ -71,27 +67,17 @@ pub(crate) fn read(path: &Path, file: &str) -> Result<Mesh, Fault> {
     let buffers = Buffers::open(file, path, document.as_json(), binary)?;
     let mut mesh = Mesh::default();
     let maps = material::read_all(&document, path, &buffers, &mut mesh)?;
-    let mut reader = Reader {
-        buffers: &buffers,
-        maps,
-        mesh,
-        skipped: 0,
-    };
+    let mut reader = Reader { buffers: &buffers, maps, mesh, skipped: 0 };
     for instance in instances(file, &document)? {
         reader.node(&document, &instance)?;
     }
     let mut mesh = reader.mesh;
     if reader.skipped > 0 {
         let n = reader.skipped;
-        mesh.notes
-            .push(format!("{file}: {n} primitives of points or lines were left out"));
+        mesh.notes.push(format!("{file}: {n} primitives of points or lines were left out"));
     }
     if mesh.faces.is_empty() {
-        return Err(Fault::new(
-            file,
-            "",
-            "this file shows no triangles; export it again with its meshes",
-        ));
+        return Err(Fault::new(file, "", "this file shows no triangles; export it again with its meshes"));
     }
     Ok(mesh)
 }
@@ -145,12 +131,7 @@ pub(crate) fn instances(file: &str, document: &Document) -> Result<Vec<Instance>
             return Err(Fault::new(file, format!("node {index}"), what));
         }
         let c = node.transform().matrix().map(|c| c.map(f64::from));
-        let parent = Instance {
-            node: index,
-            mesh: 0,
-            m: pm,
-            t: pt,
-        };
+        let parent = Instance { node: index, mesh: 0, m: pm, t: pt };
         let column = |k: usize| parent.vector(vec3(c[k][0], c[k][1], c[k][2]));
         let m = [column(0), column(1), column(2)];
         let t = column(3) + pt;
@@ -159,12 +140,7 @@ pub(crate) fn instances(file: &str, document: &Document) -> Result<Vec<Instance>
             return Err(Fault::new(file, format!("node {index}"), what));
         }
         if let Some(mesh) = node.mesh() {
-            out.push(Instance {
-                node: index,
-                mesh: mesh.index(),
-                m,
-                t,
-            });
+            out.push(Instance { node: index, mesh: mesh.index(), m, t });
         }
         let children: Vec<usize> = node.children().map(|c| c.index()).collect();
         stack.extend(children.iter().rev().map(|c| (*c, m, t)));
@@ -196,9 +172,7 @@ impl Reader<'_> {
             };
             let attribute = |s: Semantic| primitive.attributes.get(&Checked::Valid(s)).copied();
             let Some(positions) = attribute(Semantic::Positions) else {
-                return Err(fault(
-                    "this primitive has no positions; export the file again".into(),
-                ));
+                return Err(fault("this primitive has no positions; export the file again".into()));
             };
             let positions = self.buffers.numbers::<3>(positions)?;
             let indices: Vec<usize> = match primitive.indices {
@@ -214,9 +188,7 @@ impl Reader<'_> {
                     positions.len()
                 )));
             }
-            let material = self
-                .maps
-                .of(primitive.material.map(|m| m.value()), &mut self.mesh);
+            let material = self.maps.of(primitive.material.map(|m| m.value()), &mut self.mesh);
             let map = self.maps.map(material);
             let uvs = match attribute(Semantic::TexCoords(map.set)).filter(|_| map.used) {
                 Some(a) => self.buffers.numbers::<2>(a)?,
@@ -237,9 +209,7 @@ impl Reader<'_> {
                 let (b, c) = if mirrored { (c, b) } else { (b, c) };
                 let corners = [corner(a), corner(b), corner(c)];
                 if corners.iter().any(|c| !c.0.is_finite()) {
-                    return Err(fault(
-                        "a corner lies beyond all numbers; export the file again".into(),
-                    ));
+                    return Err(fault("a corner lies beyond all numbers; export the file again".into()));
                 }
                 polygon::push(&mut self.mesh.faces, &template, &corners);
             }

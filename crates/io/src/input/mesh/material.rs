@@ -36,19 +36,9 @@ pub(crate) struct Map {
 }
 
 impl Map {
-    const NONE: Map = Map {
-        used: false,
-        set: 0,
-        offset: [0.0; 2],
-        scale: [1.0; 2],
-        sin_cos: (0.0, 1.0),
-    };
+    const NONE: Map = Map { used: false, set: 0, offset: [0.0; 2], scale: [1.0; 2], sin_cos: (0.0, 1.0) };
     fn new(info: &gltf::texture::Info<'_>) -> Map {
-        let mut map = Map {
-            used: true,
-            set: info.tex_coord(),
-            ..Map::NONE
-        };
+        let mut map = Map { used: true, set: info.tex_coord(), ..Map::NONE };
         if let Some(t) = info.texture_transform() {
             map.set = t.tex_coord().unwrap_or(map.set);
             map.offset = t.offset().map(f64::from);
@@ -60,10 +50,7 @@ impl Map {
     pub(crate) fn apply(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let (u, v) = (u * self.scale[0], v * self.scale[1]);
         let (sin, cos) = self.sin_cos;
-        [
-            cos * u + sin * v + self.offset[0],
-            cos * v - sin * u + self.offset[1],
-        ]
+        [cos * u + sin * v + self.offset[0], cos * v - sin * u + self.offset[1]]
     }
     fn same(&self, other: &Map) -> bool {
         (self.set, self.offset, self.scale, self.sin_cos)
@@ -107,12 +94,7 @@ pub(crate) fn read_all(
 ) -> Result<Maps, Fault> {
     let mut maps = Vec::new();
     let mut names = HashSet::new();
-    let mut pictures = Pictures {
-        path,
-        buffers,
-        read: HashMap::new(),
-        metallic: 0,
-    };
+    let mut pictures = Pictures { path, buffers, read: HashMap::new(), metallic: 0 };
     for (i, m) in document.materials().enumerate() {
         let mut name = m.name().unwrap_or("").trim().to_string();
         if name.is_empty() {
@@ -128,8 +110,7 @@ pub(crate) fn read_all(
     }
     if pictures.metallic > 0 {
         let (file, n) = (buffers.file, pictures.metallic);
-        mesh.notes
-            .push(format!("{file}: {n} metallic materials were read as diffuse"));
+        mesh.notes.push(format!("{file}: {n} metallic materials were read as diffuse"));
     }
     Ok(Maps { maps, default: None })
 }
@@ -196,14 +177,9 @@ fn glass(
     place: &str,
     notes: &mut Vec<String>,
 ) -> Result<Option<Glass>, Fault> {
-    let transmission = m
-        .transmission()
-        .map_or(0.0, |t| f64::from(t.transmission_factor()));
+    let transmission = m.transmission().map_or(0.0, |t| f64::from(t.transmission_factor()));
     let volume = m.volume();
-    let thickness = volume
-        .as_ref()
-        .map(|v| f64::from(v.thickness_factor()))
-        .filter(|t| *t > 0.0);
+    let thickness = volume.as_ref().map(|v| f64::from(v.thickness_factor())).filter(|t| *t > 0.0);
     if transmission > 0.0 {
         let loss = match &volume {
             Some(v) => Loss::PerMetre(absorption(v).ok_or_else(|| {
@@ -213,21 +189,14 @@ fn glass(
             None => Loss::Passed(base.map(|x| (x * transmission).clamp(LEAST, 1.0))),
         };
         if volume.is_some() && base != [1.0; 3] {
-            notes.push(format!(
-                "{file}: {place}: the base colour of a material with a volume was left aside"
-            ));
+            notes
+                .push(format!("{file}: {place}: the base colour of a material with a volume was left aside"));
         }
-        return Ok(Some(Glass {
-            thickness,
-            loss,
-            albedo: [0.0; 3],
-        }));
+        return Ok(Some(Glass { thickness, loss, albedo: [0.0; 3] }));
     }
     if m.alpha_mode() == AlphaMode::Blend {
         if alpha >= 1.0 {
-            notes.push(format!(
-                "{file}: {place} blends, but its alpha factor is 1; it was read as opaque"
-            ));
+            notes.push(format!("{file}: {place} blends, but its alpha factor is 1; it was read as opaque"));
             return Ok(None);
         }
         return Ok(Some(Glass {
@@ -283,10 +252,7 @@ impl Pictures<'_> {
                 return Err(Fault::new(file, label, what));
             }
         };
-        let picture = Picture::Bytes {
-            name: format!("{file}:{label}"),
-            bytes: Rc::from(bytes),
-        };
+        let picture = Picture::Bytes { name: format!("{file}:{label}"), bytes: Rc::from(bytes) };
         self.read.insert(index, picture.clone());
         Ok(Some(picture))
     }

@@ -112,18 +112,10 @@ pub(crate) fn read(path: &Path, file: &str) -> Result<Mesh, Fault> {
         Some("obj") => {
             let bytes = files::read(path, MAX_OBJ).map_err(|what| Fault::new(file, "", what))?;
             if bytes.contains(&0) {
-                return Err(Fault::new(
-                    file,
-                    "",
-                    "this is not an OBJ text; export the mesh again",
-                ));
+                return Err(Fault::new(file, "", "this is not an OBJ text; export the mesh again"));
             }
             obj::parse(path, file, &String::from_utf8_lossy(&bytes))
         }
-        _ => Err(Fault::new(
-            file,
-            "",
-            "this kind of mesh is not read; convert it to .obj, .glb or .gltf",
-        )),
+        _ => Err(Fault::new(file, "", "this kind of mesh is not read; convert it to .obj, .glb or .gltf")),
     }
 }

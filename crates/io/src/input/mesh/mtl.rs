@@ -65,13 +65,8 @@ pub(crate) fn read(path: &Path, notes: &mut Vec<String>) -> Result<Vec<Material>
 
 /// One number for all bands, or three.
 fn colour(file: &str, line: usize, text: &str) -> Result<[f64; 3], Fault> {
-    let bad = |word: &str| {
-        Fault::new(
-            file,
-            line,
-            format!("'{word}' is not a colour value; give numbers from 0"),
-        )
-    };
+    let bad =
+        |word: &str| Fault::new(file, line, format!("'{word}' is not a colour value; give numbers from 0"));
     let mut values = Vec::new();
     for word in text.split_whitespace().take(3) {
         match word.parse::<f64>() {

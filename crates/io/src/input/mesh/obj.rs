@@ -46,9 +46,7 @@ pub(crate) fn parse(path: &Path, file: &str, text: &str) -> Result<Mesh, Fault> 
     }
     if reader.crossed > 0 {
         let n = reader.crossed;
-        reader.mesh.notes.push(format!(
-            "{file}: {n} polygons cross themselves and were cut as fans"
-        ));
+        reader.mesh.notes.push(format!("{file}: {n} polygons cross themselves and were cut as fans"));
     }
     Ok(reader.mesh)
 }
@@ -105,10 +103,9 @@ impl Reader<'_> {
             count += 1;
         }
         if count < wanted {
-            return Err(self.fault(
-                line,
-                format!("this line has {count} of {wanted} numbers; mend this line"),
-            ));
+            return Err(
+                self.fault(line, format!("this line has {count} of {wanted} numbers; mend this line"))
+            );
         }
         Ok(out)
     }
@@ -134,11 +131,8 @@ impl Reader<'_> {
 
     fn libraries(&mut self, number: usize, rest: &str) -> Result<(), Fault> {
         // One name, possibly with spaces, or several.
-        let names: Vec<&str> = if self.folder.join(rest).is_file() {
-            vec![rest]
-        } else {
-            rest.split_whitespace().collect()
-        };
+        let names: Vec<&str> =
+            if self.folder.join(rest).is_file() { vec![rest] } else { rest.split_whitespace().collect() };
         for name in names {
             let path = self.folder.join(name);
             if !path.is_file() {
@@ -176,10 +170,7 @@ impl Reader<'_> {
         if corners.len() < 3 {
             return Err(self.fault(
                 number,
-                format!(
-                    "a face needs at least three corners, not {}; mend or remove it",
-                    corners.len()
-                ),
+                format!("a face needs at least three corners, not {}; mend or remove it", corners.len()),
             ));
         }
         let material = match self.current {
@@ -202,26 +193,17 @@ impl Reader<'_> {
     /// Looks an index up: from 1, or negative from the end.
     fn lookup<T: Copy>(&self, line: usize, word: &str, what: &str, list: &[T]) -> Result<T, Fault> {
         let bad = |why: String| self.fault(line, why);
-        let index: i64 = word
-            .parse()
-            .map_err(|_| bad(format!("'{word}' is not a {what} index; give a whole number")))?;
+        let index: i64 =
+            word.parse().map_err(|_| bad(format!("'{word}' is not a {what} index; give a whole number")))?;
         if index == 0 {
             return Err(bad(format!("a {what} index is 0; OBJ counts from 1")));
         }
-        let place = if index > 0 {
-            index - 1
-        } else {
-            list.len() as i64 + index
-        };
-        usize::try_from(place)
-            .ok()
-            .and_then(|i| list.get(i))
-            .copied()
-            .ok_or_else(|| {
-                bad(format!(
-                    "{what} index {index} is out of range: {} are defined above; mend the index",
-                    list.len()
-                ))
-            })
+        let place = if index > 0 { index - 1 } else { list.len() as i64 + index };
+        usize::try_from(place).ok().and_then(|i| list.get(i)).copied().ok_or_else(|| {
+            bad(format!(
+                "{what} index {index} is out of range: {} are defined above; mend the index",
+                list.len()
+            ))
+        })
     }
 }

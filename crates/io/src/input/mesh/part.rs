@@ -53,11 +53,7 @@ impl Part<'_, '_> {
             None => self.picture(&m.emission_texture, b)?,
             Some(_) => None,
         };
-        let kinds = [
-            (Shell::Open, ""),
-            (Shell::Body, " (solid)"),
-            (Shell::Room, " (room)"),
-        ];
+        let kinds = [(Shell::Open, ""), (Shell::Body, " (solid)"), (Shell::Room, " (room)")];
         let present = |kind: Shell| faces.iter().any(|(_, s)| *s == kind);
         let mixed = kinds.iter().filter(|(k, _)| present(*k)).count() > 1;
         for (kind, suffix) in kinds {
@@ -85,13 +81,11 @@ impl Part<'_, '_> {
                 patch_size: look.patch_size,
                 solid: kind == Shell::Body && sides == Sides::Front,
             });
-            b.parts
-                .facets
-                .extend(faces.iter().filter(|(_, s)| *s == kind).map(|(f, _)| Facet {
-                    surface,
-                    plate: f.plate,
-                    uv: f.uv,
-                }));
+            b.parts.facets.extend(faces.iter().filter(|(_, s)| *s == kind).map(|(f, _)| Facet {
+                surface,
+                plate: f.plate,
+                uv: f.uv,
+            }));
         }
         Ok(())
     }
@@ -159,11 +153,7 @@ impl Part<'_, '_> {
             ))
         })?;
         let albedo = keys.albedo.or(self.material.glass.map(|g| g.albedo));
-        Ok((
-            extinction,
-            albedo.unwrap_or([0.0; 3]),
-            keys.emission.unwrap_or([0.0; 3]),
-        ))
+        Ok((extinction, albedo.unwrap_or([0.0; 3]), keys.emission.unwrap_or([0.0; 3])))
     }
 
     /// A closed mesh that fills the voxmap.

@@ -113,9 +113,8 @@ pub(crate) fn read_surface(
     if solid {
         let is_wall = |m: usize| !is_pane(m) && !of(m).omit && !of(m).region;
         let wall_materials: Vec<bool> = (0..mesh.materials.len()).map(is_wall).collect();
-        let walls: Vec<usize> = (0..mesh.faces.len())
-            .filter(|i| wall_materials[mesh.faces[*i].material])
-            .collect();
+        let walls: Vec<usize> =
+            (0..mesh.faces.len()).filter(|i| wall_materials[mesh.faces[*i].material]).collect();
         let plates: Vec<Plate> = walls.iter().map(|i| mesh.faces[*i].plate).collect();
         for (i, kind) in walls.into_iter().zip(shells(&plates)) {
             kinds[i] = kind;
@@ -129,11 +128,7 @@ pub(crate) fn read_surface(
         let part = Part {
             table,
             node,
-            name: if several {
-                format!("{name}/{}", material.name)
-            } else {
-                name.to_string()
-            },
+            name: if several { format!("{name}/{}", material.name) } else { name.to_string() },
             material,
             over: &over,
             scale,

@@ -49,14 +49,9 @@ fn triangulate(corners: &[Corner]) -> (Vec<[usize; 3]>, bool) {
     }
     // Flatten along the largest component of the normal, keeping the sense of rotation.
     let normal = area_vector(&p);
-    let axis = (0..3)
-        .max_by(|a, b| normal[*a].abs().total_cmp(&normal[*b].abs()))
-        .unwrap_or(2);
-    let (i, j) = if normal[axis] >= 0.0 {
-        ((axis + 1) % 3, (axis + 2) % 3)
-    } else {
-        ((axis + 2) % 3, (axis + 1) % 3)
-    };
+    let axis = (0..3).max_by(|a, b| normal[*a].abs().total_cmp(&normal[*b].abs())).unwrap_or(2);
+    let (i, j) =
+        if normal[axis] >= 0.0 { ((axis + 1) % 3, (axis + 2) % 3) } else { ((axis + 2) % 3, (axis + 1) % 3) };
     let flat: Vec<[f64; 2]> = p.iter().map(|q| [q[i], q[j]]).collect();
     let turn = |a: usize, b: usize, c: usize| {
         (flat[b][0] - flat[a][0]) * (flat[c][1] - flat[b][1])
@@ -107,23 +102,13 @@ mod tests {
     fn area(points: &[[f64; 2]]) -> (usize, f64, bool) {
         let corners: Vec<Corner> = points.iter().map(|q| (vec3(1.0, q[0], q[1]), [0.0; 2])).collect();
         let (triangles, simple) = triangulate(&corners);
-        let sum = triangles
-            .iter()
-            .map(|t| area_vector(&t.map(|k| corners[k].0)).x)
-            .sum();
+        let sum = triangles.iter().map(|t| area_vector(&t.map(|k| corners[k].0)).x).sum();
         (triangles.len(), sum, simple)
     }
 
     #[test]
     fn concave_polygons_keep_their_area() {
-        let l = [
-            [0.0, 0.0],
-            [2.0, 0.0],
-            [2.0, 1.0],
-            [1.0, 1.0],
-            [1.0, 2.0],
-            [0.0, 2.0],
-        ];
+        let l = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
         assert_eq!(area(&l), (4, 3.0, true));
         let mut back = l;
         back.reverse();

@@ -15,13 +15,7 @@ fn folder(name: &str) -> PathBuf {
 fn scene() -> Scene {
     let mut voxmap = Voxmap::new(Vec3::ZERO, Vec3::splat(0.5), [2, 3, 4]).unwrap();
     for i in 0..24 {
-        voxmap.set(
-            i,
-            [0.1 * i as f64, 0.2, 0.0],
-            [0.5, 0.25, 1.0],
-            [1.0; 3],
-            [0.0; 3],
-        );
+        voxmap.set(i, [0.1 * i as f64, 0.2, 0.0], [0.5, 0.25, 1.0], [1.0; 3], [0.0; 3]);
     }
     let surface = |name: &str, texture| Surface {
         name: name.into(),
@@ -33,22 +27,14 @@ fn scene() -> Scene {
         patch_size: Some(0.1),
         solid: false,
     };
-    let facet = |surface, plate| Facet {
-        surface,
-        plate,
-        uv: [[0.0, 0.1], [1.0, 0.2], [0.3, 1.0]],
-    };
+    let facet = |surface, plate| Facet { surface, plate, uv: [[0.0, 0.1], [1.0, 0.2], [0.3, 1.0]] };
     let square = Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
     let triangle = Plate::triangle(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0));
     Scene::new(SceneParts {
         name: "Stube \"ä\"".into(),
         surfaces: vec![surface("floor", Some(0)), surface("lamp, old", None)],
         facets: vec![facet(0, square), facet(1, triangle)],
-        textures: vec![Texture {
-            width: 2,
-            height: 1,
-            pixels: vec![[0.25, 0.5, 1.0], [0.1, 0.2, 0.3]],
-        }],
+        textures: vec![Texture { width: 2, height: 1, pixels: vec![[0.25, 0.5, 1.0], [0.1, 0.2, 0.3]] }],
         panes: vec![Pane {
             name: "glass".into(),
             plates: vec![square, triangle],
@@ -65,10 +51,7 @@ fn scene() -> Scene {
                 irradiance: [1.0, 2.0, 3.0],
                 angular_diameter: 0.0093,
             },
-            Light::Sky {
-                name: "sky".into(),
-                radiance: [0.1, 0.2, 0.4],
-            },
+            Light::Sky { name: "sky".into(), radiance: [0.1, 0.2, 0.4] },
             Light::Emitter { surface: 1 },
         ],
         surroundings: Surroundings { radiance: [0.01; 3] },
@@ -79,10 +62,7 @@ fn scene() -> Scene {
             up: vec3(0.0, 0.0, 1.0),
             fov: 60.0,
         }],
-        options: Options {
-            patch_size: Some(0.25),
-            ..Options::default()
-        },
+        options: Options { patch_size: Some(0.25), ..Options::default() },
         notes: vec!["dropped 2 triangles".into()],
     })
     .unwrap()
@@ -92,11 +72,7 @@ fn report() -> Report {
     Report {
         status: [SolveStatus::Converged, SolveStatus::Stalled, SolveStatus::Budget],
         residuals: [vec![0.1, 1e-11], vec![], vec![1.0 / 3.0]],
-        closure: Closure {
-            worst: [1e-3, 2e-3, 3e-3],
-            restored: true,
-            ..Closure::default()
-        },
+        closure: Closure { worst: [1e-3, 2e-3, 3e-3], restored: true, ..Closure::default() },
         energy: Energy {
             emitted: [1.0, 2.0, 3.0],
             absorbed_surfaces: vec![("floor".into(), [0.1; 3])],
@@ -129,18 +105,10 @@ fn zones(scene: &Scene) -> Zones {
         emission: [0.0; 3],
         source: [0.0; 3],
     };
-    let sample = |subcell| Sample {
-        point: Vec3::splat(0.1),
-        volume: 0.01,
-        subcell,
-    };
+    let sample = |subcell| Sample { point: Vec3::splat(0.1), volume: 0.01, subcell };
     let zones = Zones {
         patches: vec![patch(0), patch(1)],
-        voxels: vec![
-            voxel(0, vec![]),
-            voxel(2, vec![sample(1), sample(63)]),
-            voxel(2, vec![sample(5)]),
-        ],
+        voxels: vec![voxel(0, vec![]), voxel(2, vec![sample(1), sample(63)]), voxel(2, vec![sample(5)])],
         panes: vec![PaneZone {
             pane: 0,
             plate: facet(0),
@@ -159,11 +127,7 @@ fn zones(scene: &Scene) -> Zones {
 fn solution() -> Solution {
     let scene = scene();
     let zones = zones(&scene);
-    let field = |s: f64| {
-        (0..zones.len())
-            .map(|i| [s / 3.0, i as f64 * s, 1e-300])
-            .collect::<Vec<_>>()
-    };
+    let field = |s: f64| (0..zones.len()).map(|i| [s / 3.0, i as f64 * s, 1e-300]).collect::<Vec<_>>();
     Solution {
         fields: Fields {
             radiosity: field(1.0),
@@ -186,10 +150,7 @@ fn same(a: &Solution, b: &Solution) {
     assert_eq!((&a.scene_hash, &a.version), (&b.scene_hash, &b.version));
     let (p, q) = (a.scene.clone().into_parts(), b.scene.clone().into_parts());
     assert_eq!(format!("{p:?}"), format!("{q:?}"));
-    assert_eq!(
-        crate::output::scene_hash(&a.scene),
-        crate::output::scene_hash(&b.scene)
-    );
+    assert_eq!(crate::output::scene_hash(&a.scene), crate::output::scene_hash(&b.scene));
 }
 
 #[test]
@@ -280,28 +241,12 @@ fn wrong_contents_are_named() {
     let nan: Vec<u8> = (0..18).flat_map(|_| f64::NAN.to_le_bytes()).collect();
     check("radiosity", with(header(Kind::F64, &[6, 3]), &nan), "finite");
     check("radiosity", with(header(Kind::F64, &[1 << 60, 3]), &nan), "shape");
-    check(
-        "radiosity",
-        with(header(Kind::F64, &[3, 6]), &nan[..0]),
-        "cut short",
-    );
+    check("radiosity", with(header(Kind::F64, &[3, 6]), &nan[..0]), "cut short");
     let index: Vec<u8> = [0i64, -1].iter().flat_map(|n| n.to_le_bytes()).collect();
-    check(
-        "patch_facet",
-        with(header(Kind::I64, &[2]), &index),
-        "out of range",
-    );
+    check("patch_facet", with(header(Kind::I64, &[2]), &index), "out of range");
     check("facet_kind", with(header(Kind::U8, &[2]), &[1, 9]), "facet");
-    check(
-        "voxel_part_first",
-        with(header(Kind::I64, &[4]), &[0; 32]),
-        "cover",
-    );
-    check(
-        "header.json",
-        with(header(Kind::U8, &[2]), b"{}"),
-        "not a zonal solution",
-    );
+    check("voxel_part_first", with(header(Kind::I64, &[4]), &[0; 32]), "cover");
+    check("header.json", with(header(Kind::U8, &[2]), b"{}"), "not a zonal solution");
     check("header.json", with(header(Kind::U8, &[9]), b"[[[[[[[[["), "JSON");
     let other = br#"{"format":"zonal solution","format_version":99}"#;
     check("header.json", with(header(Kind::U8, &[other.len()]), other), "99");
