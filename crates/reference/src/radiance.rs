@@ -68,7 +68,7 @@ fn walk(w: &World, mut o: Vec3, mut d: Vec3, band: usize, dice: &mut Dice) -> f6
                     None => return sum,
                     // Out on the far side (+1) or on the near one (−1).
                     Some(out) => {
-                        o = o + d * t;
+                        o += d * t;
                         d = out.0 * n + out.1 * d_across(n, dice);
                         continue;
                     }
@@ -90,13 +90,13 @@ fn walk(w: &World, mut o: Vec3, mut d: Vec3, band: usize, dice: &mut Dice) -> f6
         }
         match at {
             Some(t) => {
-                o = o + d * t;
+                o += d * t;
                 d = dice.direction();
             }
             None => {
                 let s = strike.expect("a wall was met");
                 let n = w.scene.facets()[s.facet].plate.normal();
-                o = o + d * s.t;
+                o += d * s.t;
                 d = dice.cosine(if s.front { n } else { -n });
             }
         }
