@@ -153,7 +153,10 @@ fn cuboid<'t>(cell: &impl Fn(usize) -> &'t str, first: usize) -> Result<Cuboid, 
                 "+" => 1,
                 "-" => -1,
                 _ => {
-                    return Err((column, format!("'{text}' is no direction; write +x, -x, +y, -y, +z or -z")));
+                    return Err((
+                        column,
+                        format!("'{text}' is no direction; write +x, -x, +y, -y, +z or -z"),
+                    ));
                 }
             };
             let axis = ["x", "y", "z"].iter().position(|a| *a == axis);
