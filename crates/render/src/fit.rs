@@ -111,12 +111,7 @@ mod tests {
     fn linear_fields_are_fitted_exactly_and_flat_directions_stay_flat() {
         let g = vec3(1.0, -2.0, 0.5);
         let mut fit = Fit::default();
-        let points = [
-            vec3(1.0, 0.0, 0.0),
-            vec3(-1.0, 0.3, 0.0),
-            vec3(0.0, 1.0, 1.0),
-            vec3(0.2, 0.0, -1.0),
-        ];
+        let points = [vec3(1.0, 0.0, 0.0), vec3(-1.0, 0.3, 0.0), vec3(0.0, 1.0, 1.0), vec3(0.2, 0.0, -1.0)];
         points.iter().for_each(|p| fit.add(*p, g.dot(*p)));
         assert!((fit.slope() - g).length() < 1e-7);
         let mut flat = Fit::default();

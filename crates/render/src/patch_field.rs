@@ -46,28 +46,16 @@ impl PatchField {
         let lookup = Lookup::all(&tiles, sheets);
         let builder = Builder::new(&tiles, &values, transport);
         let nodes = builder.nodes();
-        let centres = (0..tiles.len())
-            .map(|i| conserving(tiles[i].plate.kind, &nodes[i], values[i]))
-            .collect();
-        PatchField {
-            tiles,
-            centres,
-            nodes,
-            lookup,
-        }
+        let centres =
+            (0..tiles.len()).map(|i| conserving(tiles[i].plate.kind, &nodes[i], values[i])).collect();
+        PatchField { tiles, centres, nodes, lookup }
     }
 
     /// The value at a point of a sheet with the sheet's parameters (u, v); `None` where the sheet has no tile.
     pub fn at(&self, sheet: usize, uv: [f64; 2], point: Vec3) -> Option<Bands> {
         let i = self.lookup.get(sheet)?.find(&self.tiles, uv, point)? as usize;
         let [u, v] = inside(&self.tiles[i].plate, point);
-        Some(interpolate(
-            self.tiles[i].plate.kind,
-            &self.nodes[i],
-            self.centres[i],
-            u,
-            v,
-        ))
+        Some(interpolate(self.tiles[i].plate.kind, &self.nodes[i], self.centres[i], u, v))
     }
 }
 
@@ -85,24 +73,10 @@ fn inside(plate: &Plate, point: Vec3) -> [f64; 2] {
 /// Parameters of the nodes: corners, then edge middles.
 fn node_parameters(kind: PlateKind) -> &'static [[f64; 2]] {
     match kind {
-        PlateKind::Parallelogram => &[
-            [0.0, 0.0],
-            [1.0, 0.0],
-            [1.0, 1.0],
-            [0.0, 1.0],
-            [0.5, 0.0],
-            [1.0, 0.5],
-            [0.5, 1.0],
-            [0.0, 0.5],
-        ],
-        PlateKind::Triangle => &[
-            [0.0, 0.0],
-            [1.0, 0.0],
-            [0.0, 1.0],
-            [0.5, 0.0],
-            [0.5, 0.5],
-            [0.0, 0.5],
-        ],
+        PlateKind::Parallelogram => {
+            &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.0], [1.0, 0.5], [0.5, 1.0], [0.0, 0.5]]
+        }
+        PlateKind::Triangle => &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]],
     }
 }
 
@@ -131,13 +105,7 @@ fn interpolate(kind: PlateKind, nodes: &[Bands; 8], own: Bands, u: f64, v: f64) 
 }
 
 fn biquadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
-    let basis = |x: f64| {
-        [
-            (1.0 - 2.0 * x) * (1.0 - x),
-            4.0 * x * (1.0 - x),
-            x * (2.0 * x - 1.0),
-        ]
-    };
+    let basis = |x: f64| [(1.0 - 2.0 * x) * (1.0 - x), 4.0 * x * (1.0 - x), x * (2.0 * x - 1.0)];
     let (a, b) = (basis(u), basis(v));
     let w = [
         a[0] * b[0],
@@ -157,17 +125,7 @@ fn quadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
     let p2 = |u: f64, v: f64| {
         let l = 1.0 - u - v;
         let corner = |x: f64| x * (2.0 * x - 1.0);
-        combine(
-            [
-                corner(l),
-                corner(u),
-                corner(v),
-                4.0 * l * u,
-                4.0 * u * v,
-                4.0 * v * l,
-            ],
-            nodes,
-        )
+        combine([corner(l), corner(u), corner(v), 4.0 * l * u, 4.0 * u * v, 4.0 * v * l], nodes)
     };
     let (here, centre) = (p2(u, v), p2(1.0 / 3.0, 1.0 / 3.0));
     let bubble = 27.0 * u * v * (1.0 - u - v);
@@ -226,31 +184,17 @@ type Touching = Vec<Vec<(u32, f64)>>;
 
 impl<'a> Builder<'a> {
     fn new(tiles: &'a [Tile], values: &'a [Bands], transport: Option<&'a Transport<'a>>) -> Builder<'a> {
-        Builder {
-            tiles,
-            values,
-            transport,
-            near: Near::new(tiles),
-        }
+        Builder { tiles, values, transport, near: Near::new(tiles) }
     }
 
     fn nodes(&self) -> Vec<[Bands; 8]> {
-        let touching: Vec<Touching> = (0..self.tiles.len())
-            .into_par_iter()
-            .map(|i| self.touching(i))
-            .collect();
-        let fits: Vec<(Slope, [(f64, f64); 3])> = (0..self.tiles.len())
-            .into_par_iter()
-            .map(|i| self.slope(i, &touching[i]))
-            .collect();
-        let nodes: Vec<[Bands; 8]> = (0..self.tiles.len())
-            .into_par_iter()
-            .map(|i| self.node_values(i, &touching[i], &fits))
-            .collect();
-        (0..self.tiles.len())
-            .into_par_iter()
-            .map(|i| self.hang(i, &touching[i], &nodes))
-            .collect()
+        let touching: Vec<Touching> =
+            (0..self.tiles.len()).into_par_iter().map(|i| self.touching(i)).collect();
+        let fits: Vec<(Slope, [(f64, f64); 3])> =
+            (0..self.tiles.len()).into_par_iter().map(|i| self.slope(i, &touching[i])).collect();
+        let nodes: Vec<[Bands; 8]> =
+            (0..self.tiles.len()).into_par_iter().map(|i| self.node_values(i, &touching[i], &fits)).collect();
+        (0..self.tiles.len()).into_par_iter().map(|i| self.hang(i, &touching[i], &nodes)).collect()
     }
 
     fn touching(&self, i: usize) -> Touching {
@@ -302,10 +246,7 @@ impl<'a> Builder<'a> {
             let flat = (d - tile.normal * d.dot(tile.normal)).normalized() * d.length();
             (0..3).for_each(|b| fits[b].add(flat, self.values[j as usize][b] - self.values[i][b]));
         }
-        (
-            fits.map(|f| f.slope()),
-            range(ids.iter().map(|&j| self.values[j as usize])),
-        )
+        (fits.map(|f| f.slope()), range(ids.iter().map(|&j| self.values[j as usize])))
     }
 
     fn node_values(&self, i: usize, touching: &Touching, fits: &[(Slope, [(f64, f64); 3])]) -> [Bands; 8] {
@@ -338,9 +279,7 @@ impl<'a> Builder<'a> {
                 let tol = 1e-6 * other.diameter();
                 j != i
                     && other.area() > plate.area()
-                    && node_parameters(other.kind)
-                        .iter()
-                        .all(|&[a, b]| (other.at(a, b) - p).length() > tol)
+                    && node_parameters(other.kind).iter().all(|&[a, b]| (other.at(a, b) - p).length() > tol)
             });
             if let Some(j) = host {
                 let [a, b] = inside(&self.tiles[j].plate, p);
@@ -357,10 +296,7 @@ fn subtended(plate: &Plate, p: Vec3) -> Option<f64> {
     let (corners, n) = plate.corners();
     let at_corner = (0..n).find(|&k| (corners[k] - p).length() <= tol);
     if let Some(k) = at_corner {
-        let (a, b) = (
-            corners[(k + 1) % n] - corners[k],
-            corners[(k + n - 1) % n] - corners[k],
-        );
+        let (a, b) = (corners[(k + 1) % n] - corners[k], corners[(k + n - 1) % n] - corners[k]);
         return Some(a.normalized().dot(b.normalized()).clamp(-1.0, 1.0).acos());
     }
     let [u, v] = inside(plate, p);
@@ -388,11 +324,7 @@ impl Lookup {
         for (i, t) in tiles.iter().enumerate() {
             lookup[t.sheet].all.push(i as u32);
         }
-        lookup
-            .into_iter()
-            .zip(sheets)
-            .map(|(l, plate)| l.binned(tiles, plate))
-            .collect()
+        lookup.into_iter().zip(sheets).map(|(l, plate)| l.binned(tiles, plate)).collect()
     }
 
     fn binned(mut self, tiles: &[Tile], sheet: &Plate) -> Lookup {
@@ -499,14 +431,8 @@ mod tests {
             plates = plates.iter().flat_map(|p| p.quarters()).collect();
         }
         let f = |p: Vec3| 3.0 + p.x - 2.0 * p.y;
-        let tiles: Vec<Tile> = plates
-            .iter()
-            .map(|p| Tile {
-                plate: *p,
-                normal: whole.normal(),
-                sheet: 0,
-            })
-            .collect();
+        let tiles: Vec<Tile> =
+            plates.iter().map(|p| Tile { plate: *p, normal: whole.normal(), sheet: 0 }).collect();
         let values = plates.iter().map(|p| [f(p.centre()); 3]).collect();
         let field = PatchField::new(tiles, values, &[whole], None);
         for i in 0..400 {

@@ -34,20 +34,9 @@ impl<'a> VoxelField<'a> {
                 bands(|k| (b[k] - z.albedo[k] * direct[k] / 4.0).max(0.0))
             })
             .collect();
-        let builder = Builder {
-            s,
-            map,
-            transport,
-            values: &values,
-            near_facet: cells_near_facets(s, map),
-        };
+        let builder = Builder { s, map, transport, values: &values, near_facet: cells_near_facets(s, map) };
         let corners = builder.corners();
-        Some(VoxelField {
-            map,
-            zones: &s.zones.voxels,
-            values,
-            corners,
-        })
+        Some(VoxelField { map, zones: &s.zones.voxels, values, corners })
     }
 
     /// B_ind, W/m², at a point of the zone.
@@ -56,11 +45,7 @@ impl<'a> VoxelField<'a> {
         let (corner, cell) = (self.map.corner(self.map.coordinates(z.cell)), self.map.cell());
         let [x, y, w] = [0, 1, 2].map(|k| ((p[k] - corner[k]) / cell[k]).clamp(0.0, 1.0));
         let c = &self.corners[zone];
-        let bump = if z.part.is_empty() {
-            64.0 * x * (1.0 - x) * y * (1.0 - y) * w * (1.0 - w)
-        } else {
-            0.0
-        };
+        let bump = if z.part.is_empty() { 64.0 * x * (1.0 - x) * y * (1.0 - y) * w * (1.0 - w) } else { 0.0 };
         bands(|b| {
             let lerp = |i: usize, j: usize, t: f64| c[i][b] as f64 * (1.0 - t) + c[j][b] as f64 * t;
             let (near, far) = (
@@ -110,10 +95,7 @@ impl Builder<'_> {
     fn corners(&self) -> Vec<[[f32; 3]; 8]> {
         let n = self.values.len();
         let fits: Vec<(Slope, [(f64, f64); 3])> = (0..n).into_par_iter().map(|i| self.slope(i)).collect();
-        (0..n)
-            .into_par_iter()
-            .map(|i| self.corner_values(i, &fits))
-            .collect()
+        (0..n).into_par_iter().map(|i| self.corner_values(i, &fits)).collect()
     }
 
     /// The zone itself and those around it that are connected with it.
@@ -145,19 +127,12 @@ impl Builder<'_> {
         let mut fits = [Fit::default(); 3];
         let mut ranges = [(f64::INFINITY, f64::NEG_INFINITY); 3];
         for b in (0..3).filter(|&b| voxels[i].extinction[b] > 0.0) {
-            for j in list
-                .iter()
-                .map(|&j| j as usize)
-                .filter(|&j| voxels[j].extinction[b] > 0.0)
-            {
+            for j in list.iter().map(|&j| j as usize).filter(|&j| voxels[j].extinction[b] > 0.0) {
                 if j != i {
                     let d = voxels[j].centre - voxels[i].centre;
                     fits[b].add(d, self.values[j][b] - self.values[i][b]);
                 }
-                ranges[b] = (
-                    ranges[b].0.min(self.values[j][b]),
-                    ranges[b].1.max(self.values[j][b]),
-                );
+                ranges[b] = (ranges[b].0.min(self.values[j][b]), ranges[b].1.max(self.values[j][b]));
             }
         }
         (fits.map(|f| f.slope()), ranges)
@@ -169,11 +144,7 @@ impl Builder<'_> {
         let c = self.map.coordinates(voxels[i].cell);
         let whole = self.map.cell().product();
         std::array::from_fn(|corner| {
-            let at = [
-                c[0] + (corner >> 2 & 1),
-                c[1] + (corner >> 1 & 1),
-                c[2] + (corner & 1),
-            ];
+            let at = [c[0] + (corner >> 2 & 1), c[1] + (corner >> 1 & 1), c[2] + (corner & 1)];
             let touches = |j: usize| {
                 let d = self.map.coordinates(voxels[j].cell);
                 (0..3).all(|k| d[k] == at[k] || d[k] + 1 == at[k])
@@ -181,16 +152,13 @@ impl Builder<'_> {
             let here: Vec<usize> = list.iter().map(|&j| j as usize).filter(|&j| touches(j)).collect();
             let v = self.map.corner(at);
             bands(|b| {
-                let with = here
-                    .iter()
-                    .filter(|&&j| voxels[j].extinction[b] > 0.0)
-                    .map(|&j| Touch {
-                        weight: voxels[j].volume / whole + 1e-3,
-                        centre: voxels[j].centre,
-                        value: self.values[j][b],
-                        slope: fits[j].0[b],
-                        range: fits[j].1[b],
-                    });
+                let with = here.iter().filter(|&&j| voxels[j].extinction[b] > 0.0).map(|&j| Touch {
+                    weight: voxels[j].volume / whole + 1e-3,
+                    centre: voxels[j].centre,
+                    value: self.values[j][b],
+                    slope: fits[j].0[b],
+                    range: fits[j].1[b],
+                });
                 node_value(v, with).unwrap_or(0.0)
             })
             .map(|x| x as f32)
