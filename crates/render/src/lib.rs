@@ -14,6 +14,7 @@
 //! | `path` | a ray in pieces, and the integral over one |
 //! | `shadow` | exact lit intervals of a ray |
 //! | `shafts` | direct light scattered along a ray |
+//! | `lamplight` | the same for small lamps, without noise beside them |
 //! | `march` | one ray, everything together |
 //!
 //! Rows are computed in parallel and put together in order; every pixel depends on its own number alone, so the bits do not
@@ -21,6 +22,7 @@
 
 mod camera;
 mod fit;
+mod lamplight;
 mod march;
 mod patch_field;
 mod path;
@@ -51,12 +53,7 @@ pub struct RenderOptions {
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        RenderOptions {
-            width: 640,
-            height: 480,
-            samples: 4,
-            light_samples: 4,
-        }
+        RenderOptions { width: 640, height: 480, samples: 4, light_samples: 4 }
     }
 }
 
@@ -86,19 +83,13 @@ pub fn render(
     let rows: Vec<Vec<[f32; 3]>> = (0..height)
         .into_par_iter()
         .map(|y| {
-            let row = (0..width)
-                .map(|x| pixel(&view, &pinhole, options, x, y))
-                .collect();
+            let row = (0..width).map(|x| pixel(&view, &pinhole, options, x, y)).collect();
             progress.advance(1);
             row
         })
         .collect();
     progress.end();
-    Image {
-        width,
-        height,
-        pixels: rows.into_iter().flatten().collect(),
-    }
+    Image { width, height, pixels: rows.into_iter().flatten().collect() }
 }
 
 fn pixel(view: &View, pinhole: &Pinhole, o: &RenderOptions, x: usize, y: usize) -> [f32; 3] {
@@ -107,15 +98,8 @@ fn pixel(view: &View, pinhole: &Pinhole, o: &RenderOptions, x: usize, y: usize) 
     let mut sum = [0.0; 3];
     for i in 0..n {
         let [dx, dy] = subpixel(i, n);
-        let dir = pinhole.direction(
-            (x as f64 + dx) / o.width as f64,
-            (y as f64 + dy) / o.height as f64,
-        );
-        let draw = Draw {
-            first: i * count,
-            count,
-            shift,
-        };
+        let dir = pinhole.direction((x as f64 + dx) / o.width as f64, (y as f64 + dy) / o.height as f64);
+        let draw = Draw { first: i * count, count, shift };
         let l = view.radiance(pinhole.origin, dir, draw);
         (0..3).for_each(|b| sum[b] += l[b]);
     }

@@ -4,6 +4,7 @@
 //! B/π of the surface point, with B = E(x) + ρ(x)(H + H_dir), zero on the black back of a one-sided surface, and the radiance
 //! of surroundings and skies where there is no surface.
 
+use crate::lamplight::Even;
 use crate::patch_field::{PatchField, Tile};
 use crate::path::{Path, Piece, emitted};
 use crate::shadow::Shadows;
@@ -12,7 +13,7 @@ use crate::voxel_field::VoxelField;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, sequence};
 use zonal_scene::{Bands, Light, Plate, Sides, Solution, bands};
-use zonal_transport::direct::{Lamp, Receiver};
+use zonal_transport::direct::{Lamp, Receiver, Source};
 use zonal_transport::{Hit, Transport};
 
 /// The two Gauss points on [0,1].
@@ -31,6 +32,8 @@ pub(crate) struct View<'a> {
     pane_first: Vec<usize>,
     voxels: Option<VoxelField<'a>>,
     lamps: Vec<Lamp<'a>>,
+    /// For each lamp what the medium needs of it where its light is known in closed form.
+    even: Vec<Option<Even>>,
     shafts: Shafts<'a>,
     background: Bands,
 }
@@ -46,11 +49,7 @@ pub(crate) struct Draw {
 impl Draw {
     /// The same ray's samples where each ray takes `n`.
     fn rescaled(&self, n: usize) -> Draw {
-        Draw {
-            first: self.first / self.count * n,
-            count: n,
-            ..*self
-        }
+        Draw { first: self.first / self.count * n, count: n, ..*self }
     }
     fn at(&self, i: usize) -> [f64; 3] {
         let [x, y] = sequence::r2(self.first + i, [self.shift[0], self.shift[1]]);
@@ -71,6 +70,7 @@ impl<'a> View<'a> {
         }
         let step = scene.voxmap().map_or(1.0, |v| 1.5 * v.cell().product().cbrt());
         let (panes, pane_first) = pane_field(s);
+        let lamps: Vec<Lamp> = scene.lights().iter().map(|l| Lamp::new(scene, l)).collect();
         View {
             s,
             transport,
@@ -78,15 +78,26 @@ impl<'a> View<'a> {
             panes,
             pane_first,
             voxels: VoxelField::new(s, transport),
-            lamps: scene.lights().iter().map(|l| Lamp::new(scene, l)).collect(),
-            shafts: Shafts {
-                scene,
-                transport,
-                shadows: Shadows::new(scene),
-                step,
-            },
+            even: lamps.iter().map(|l| Even::new(scene, l)).collect(),
+            lamps,
+            shafts: Shafts { scene, transport, shadows: Shadows::new(scene), step },
             background,
         }
+    }
+
+    /// The same with every lamp sampled only, to compare with.
+    #[cfg(test)]
+    pub fn sampled_only(mut self) -> View<'a> {
+        self.even.fill_with(|| None);
+        self
+    }
+
+    /// Direct light scattered between two points, from many samples.
+    #[cfg(test)]
+    pub fn scattered(&self, from: Vec3, to: Vec3, count: usize) -> Bands {
+        let path = self.path(from, (to - from).normalized(), to);
+        let (first, shift) = (0, [0.3, 0.6, 0.9]);
+        self.direct(from, (to - from).normalized(), &path, Draw { first, count, shift })
     }
 
     /// Radiance, W/(m² sr), that arrives at `origin` from the unit direction `dir`.
@@ -113,11 +124,7 @@ impl<'a> View<'a> {
         if !hit.front && scene.surfaces()[facet.surface].sides == Sides::Front {
             return [0.0; 3];
         }
-        let normal = if hit.front {
-            facet.plate.normal()
-        } else {
-            -facet.plate.normal()
-        };
+        let normal = if hit.front { facet.plate.normal() } else { -facet.plate.normal() };
         let point = facet.plate.at(hit.u, hit.v) * 0.5 + point * 0.5;
         let emission = scene.emission_at(hit.facet, hit.u, hit.v);
         let rho = scene.reflectance_at(hit.facet, hit.u, hit.v);
@@ -149,15 +156,11 @@ impl<'a> View<'a> {
     /// Pieces, panes and transmittance between the eye and the end.
     fn path(&self, origin: Vec3, dir: Vec3, end: Vec3) -> Path {
         let mut cells = Vec::new();
-        self.transport
-            .walk(origin, end, &mut |cell, t0, t1| cells.push((cell, t0, t1)));
+        self.transport.walk(origin, end, &mut |cell, t0, t1| cells.push((cell, t0, t1)));
         let mut panes = Vec::new();
         self.transport.pane_crossings(origin, end, &mut |h| panes.push(h));
-        let mut path = Path {
-            tau: [1.0; 3],
-            pieces: Vec::with_capacity(cells.len() + panes.len()),
-            ..Path::default()
-        };
+        let mut path =
+            Path { tau: [1.0; 3], pieces: Vec::with_capacity(cells.len() + panes.len()), ..Path::default() };
         let mut panes = panes.into_iter().peekable();
         for (cell, mut t0, t1) in cells {
             while let Some(p) = panes.next_if(|p| p.t < t1) {
@@ -200,10 +203,7 @@ impl<'a> View<'a> {
         }
         let mut near: Vec<(f64, usize, Vec3)> = range
             .filter_map(|z| {
-                let part = self.s.zones.voxels[z]
-                    .part
-                    .iter()
-                    .map(|s| ((s.point - p).length2(), z, s.point));
+                let part = self.s.zones.voxels[z].part.iter().map(|s| ((s.point - p).length2(), z, s.point));
                 part.min_by(|x, y| x.0.total_cmp(&y.0))
             })
             .collect();
@@ -216,10 +216,7 @@ impl<'a> View<'a> {
         let pane = &self.s.scene.panes()[hit.pane];
         let plate = &pane.plates[hit.plate];
         let sheet = self.pane_first[hit.pane] + hit.plate;
-        let radiosity = self
-            .panes
-            .at(sheet, plate.parameters(point), point)
-            .unwrap_or([0.0; 3]);
+        let radiosity = self.panes.at(sheet, plate.parameters(point), point).unwrap_or([0.0; 3]);
         for b in 0..3 {
             let passed = (-pane.extinction[b] * pane.thickness / hit.cos).exp();
             path.glow[b] += path.tau[b] * (1.0 - passed) * radiosity[b] / PI;
@@ -251,12 +248,18 @@ impl<'a> View<'a> {
         if path.pieces.iter().all(|p| p.scatter == [0.0; 3]) {
             return out;
         }
-        for lamp in &self.lamps {
+        for (lamp, even) in self.lamps.iter().zip(&self.even) {
             let n = match lamp.light() {
                 Light::Sun { .. } => 1,
                 _ => draw.count.div_ceil(2),
             };
             let own = draw.rescaled(n);
+            if let Some(even) = even {
+                let points: Vec<Source> = (0..n).filter_map(|i| lamp.source(own.at(i))).collect();
+                let light = even.scattered(&self.shafts, lamp, (origin, dir), path, &points);
+                (0..3).for_each(|b| out[b] += light[b]);
+                continue;
+            }
             for i in 0..n {
                 if let Some(source) = lamp.source(own.at(i)) {
                     let light = self.shafts.scattered(origin, dir, path, &source);
@@ -299,11 +302,7 @@ fn pane_field(s: &Solution) -> (PatchField, Vec<usize>) {
         };
         let plates = &panes[z.pane].plates;
         let best = (0..plates.len()).min_by(|&a, &b| distance(&plates[a]).total_cmp(&distance(&plates[b])));
-        Tile {
-            plate: z.plate,
-            normal: z.normal,
-            sheet: first[z.pane] + best.unwrap_or(0),
-        }
+        Tile { plate: z.plate, normal: z.normal, sheet: first[z.pane] + best.unwrap_or(0) }
     };
     let tiles: Vec<Tile> = s.zones.panes.iter().map(tile).collect();
     let values = s.fields.radiosity[s.zones.pane_offset()..].to_vec();

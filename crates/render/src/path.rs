@@ -43,6 +43,16 @@ pub(crate) struct Path {
     pub tau: Bands,
 }
 
+impl Path {
+    /// From where to where there is something that scatters, m.
+    pub fn scattering(&self) -> Option<(f64, f64)> {
+        let active = |p: &&Piece| p.scatter.iter().any(|s| *s > 0.0);
+        let first = self.pieces.iter().find(active)?;
+        let last = self.pieces.iter().rfind(active)?;
+        Some((first.t0, last.t1))
+    }
+}
+
 /// ∫₀^ℓ κ e^{−κs} (a + b s) ds.
 pub(crate) fn emitted(kappa: f64, length: f64, a: f64, b: f64) -> f64 {
     let x = kappa * length;
@@ -50,18 +60,14 @@ pub(crate) fn emitted(kappa: f64, length: f64, a: f64, b: f64) -> f64 {
     let linear = if x < 1e-2 {
         length * x * (0.5 - x * (1.0 / 3.0 - x * (0.125 - x / 30.0)))
     } else {
-        (constant - x * (-x).exp()) / kappa
+        (constant - x * (1.0 - constant)) / kappa
     };
     a * constant + b * linear
 }
 
 /// (1 − e^{−x})/x, 1 at 0; also for x < 0.
 pub(crate) fn mean_exp(x: f64) -> f64 {
-    if x.abs() < 1e-5 {
-        1.0 - 0.5 * x
-    } else {
-        -(-x).exp_m1() / x
-    }
+    if x.abs() < 1e-5 { 1.0 - 0.5 * x } else { -(-x).exp_m1() / x }
 }
 
 #[cfg(test)]

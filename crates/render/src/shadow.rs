@@ -51,6 +51,20 @@ pub(crate) struct Lit {
     pub tints: Vec<(f64, f64, u32, Vec3)>,
 }
 
+impl Lit {
+    /// True where the light reaches the ray.
+    pub fn at(&self, t: f64) -> bool {
+        let k = self.intervals.partition_point(|i| i.1 <= t);
+        self.intervals.get(k).is_some_and(|i| i.0 <= t)
+    }
+
+    /// The panes, with their unit normals, that the light passes before it reaches the ray at `t`.
+    pub fn panes_at(&self, t: f64) -> Vec<(u32, Vec3)> {
+        let between = self.tints.iter().filter(|i| i.0 <= t && t <= i.1);
+        between.map(|i| (i.2, i.3)).collect()
+    }
+}
+
 /// The plane of ray and light with the dual basis that gives t, s and h.
 struct Fan {
     origin: Vec3,
@@ -72,11 +86,7 @@ impl Fan {
         };
         let length = e.length();
         // A ray that runs at the light spans no plane with it: tilt a little.
-        let e = if dir.cross(e).length() < 1e-5 * length {
-            e + dir.frame().0 * (1e-5 * length)
-        } else {
-            e
-        };
+        let e = if dir.cross(e).length() < 1e-5 * length { e + dir.frame().0 * (1e-5 * length) } else { e };
         let m = dir.cross(e);
         let scale = 1.0 / m.length2();
         Fan {
@@ -142,11 +152,7 @@ impl Fan {
         }
         let cut = |p: [f64; 2], q: [f64; 2]| {
             let s = p[1].clamp(0.0, top);
-            if s == p[1] {
-                p
-            } else {
-                [p[0] + (q[0] - p[0]) * (s - p[1]) / (q[1] - p[1]), s]
-            }
+            if s == p[1] { p } else { [p[0] + (q[0] - p[0]) * (s - p[1]) / (q[1] - p[1]), s] }
         };
         Some([cut(a, b), cut(b, a)])
     }
@@ -155,27 +161,15 @@ impl Fan {
 impl Shadows {
     /// The tree over all facets and panes.
     pub fn new(scene: &Scene) -> Shadows {
-        let facets = scene
-            .facets()
-            .iter()
-            .enumerate()
-            .map(|(i, f)| (f.plate, Caster::Facet(i as u32)));
+        let facets = scene.facets().iter().enumerate().map(|(i, f)| (f.plate, Caster::Facet(i as u32)));
         let panes = scene.panes().iter().enumerate();
-        let panes = panes.flat_map(|(i, p)| {
-            p.plates
-                .iter()
-                .map(move |q| (*q, Caster::Pane(i as u32, q.normal())))
-        });
+        let panes =
+            panes.flat_map(|(i, p)| p.plates.iter().map(move |q| (*q, Caster::Pane(i as u32, q.normal()))));
         let mut items: Vec<Item> = facets
             .chain(panes)
             .map(|(plate, caster)| {
                 let (lo, hi) = plate.bounds();
-                Item {
-                    plate,
-                    caster,
-                    centre: (lo + hi) * 0.5,
-                    half: (hi - lo) * 0.5,
-                }
+                Item { plate, caster, centre: (lo + hi) * 0.5, half: (hi - lo) * 0.5 }
             })
             .collect();
         let mut nodes = Vec::new();
@@ -221,15 +215,8 @@ impl Shadows {
                 }
             }
         }
-        tints.sort_by(|x, y| {
-            (x.0, x.2)
-                .partial_cmp(&(y.0, y.2))
-                .unwrap_or(std::cmp::Ordering::Equal)
-        });
-        Lit {
-            intervals: complement(dark, fan.lo, fan.hi),
-            tints,
-        }
+        tints.sort_by(|x, y| (x.0, x.2).partial_cmp(&(y.0, y.2)).unwrap_or(std::cmp::Ordering::Equal));
+        Lit { intervals: complement(dark, fan.lo, fan.hi), tints }
     }
 }
 

@@ -10,7 +10,7 @@
 //!
 //! For a point of an emitter at distance δ from the ray's line, nearest at t_c, dt/r² = dθ/δ with t = t_c + δ tanθ (equiangular): the 1/r²
 //! is integrated exactly and the rest, smooth in θ, taken at the middle of steps of at most 0.3 rad; what is linear between nodes
-//! is then D/r.
+//! is then D/r. For evenly emitting lamps of few facets see [`crate::lamplight`], which does not jump with the choice of point.
 
 use crate::path::{Path, Piece, mean_exp};
 use crate::shadow::{Lit, Shadows};
@@ -44,7 +44,7 @@ pub(crate) struct Shafts<'a> {
 }
 
 /// One light sample and one ray.
-struct Beam<'a> {
+pub(crate) struct Beam<'a> {
     shafts: &'a Shafts<'a>,
     origin: Vec3,
     dir: Vec3,
@@ -58,36 +58,19 @@ impl Shafts<'_> {
     /// Radiance, W/(m² sr), that one light sample adds along the path.
     pub fn scattered(&self, origin: Vec3, dir: Vec3, path: &Path, source: &Source) -> Bands {
         let mut out = [0.0; 3];
-        let active = |p: &&Piece| p.scatter.iter().any(|s| *s > 0.0);
-        let (Some(first), Some(last)) = (path.pieces.iter().find(active), path.pieces.iter().rfind(active))
-        else {
+        let Some((lo, hi)) = path.scattering() else {
             return out;
         };
-        let (lo, hi) = (first.t0, last.t1);
         let lit = self.shadows.lit(origin, dir, source, lo, hi);
         if lit.intervals.is_empty() {
             return out;
         }
-        let count = (((hi - lo) / self.step).ceil() as usize).clamp(4, MAX_NODES);
-        let mut beam = Beam {
-            shafts: self,
-            origin,
-            dir,
-            source,
-            lo,
-            step: (hi - lo) / count as f64,
-            nodes: vec![None; count + 1],
-        };
+        let mut beam = self.beam(origin, dir, source, (lo, hi));
         let mut cuts = Vec::new();
         for &(a, b) in &lit.intervals {
             cuts.clear();
             cuts.extend([a, b]);
-            cuts.extend(
-                lit.tints
-                    .iter()
-                    .flat_map(|t| [t.0, t.1])
-                    .filter(|t| *t > a && *t < b),
-            );
+            cuts.extend(lit.tints.iter().flat_map(|t| [t.0, t.1]).filter(|t| *t > a && *t < b));
             cuts.sort_by(f64::total_cmp);
             for pair in cuts.windows(2) {
                 beam.add(path, &lit, pair[0], pair[1], &mut out);
@@ -95,18 +78,32 @@ impl Shafts<'_> {
         }
         out
     }
+
+    /// A light sample along lo..hi, no depth known yet.
+    pub fn beam<'a>(&'a self, origin: Vec3, dir: Vec3, source: &'a Source, (lo, hi): (f64, f64)) -> Beam<'a> {
+        let count = (((hi - lo) / self.step).ceil() as usize).clamp(4, MAX_NODES);
+        Beam {
+            shafts: self,
+            origin,
+            dir,
+            source,
+            lo,
+            step: (hi - lo) / count as f64,
+            nodes: vec![None; count + 1],
+        }
+    }
 }
 
 impl Beam<'_> {
+    /// What the medium between the ray at `t` and a point of an emitter lets pass over `distance`.
+    pub fn arriving(&mut self, t: f64, distance: f64) -> Bands {
+        self.depth(self.interval(t), t).map(|d| (-d * distance).exp())
+    }
+
     /// Adds the lit interval a..b, behind the same panes all along.
     fn add(&mut self, path: &Path, lit: &Lit, a: f64, b: f64, out: &mut Bands) {
         let middle = 0.5 * (a + b);
-        let tints: Vec<(u32, Vec3)> = lit
-            .tints
-            .iter()
-            .filter(|t| t.0 <= middle && middle <= t.1)
-            .map(|t| (t.2, t.3))
-            .collect();
+        let tints = lit.panes_at(middle);
         let first = path.pieces.partition_point(|p| p.t1 <= a);
         for piece in path.pieces[first..].iter().take_while(|p| p.t0 < b) {
             if piece.scatter == [0.0; 3] {
@@ -117,11 +114,7 @@ impl Beam<'_> {
             while t < end {
                 let k = self.interval(t);
                 let border = self.lo + (k + 1) as f64 * self.step;
-                let next = if k + 2 >= self.nodes.len() || border >= end {
-                    end
-                } else {
-                    border
-                };
+                let next = if k + 2 >= self.nodes.len() || border >= end { end } else { border };
                 if next > t {
                     self.part(piece, &tints, k, t, next, out);
                 }
@@ -161,7 +154,8 @@ impl Beam<'_> {
         bands(|b| p[b] + f * (q[b] - p[b]))
     }
 
-    fn tint(&self, tints: &[(u32, Vec3)], towards: Vec3) -> Bands {
+    /// What panes let pass of light from the unit direction `towards`.
+    pub fn tint(&self, tints: &[(u32, Vec3)], towards: Vec3) -> Bands {
         let mut depth = [0.0; 3];
         for (pane, normal) in tints {
             let p = &self.shafts.scene.panes()[*pane as usize];
@@ -182,17 +176,9 @@ impl Beam<'_> {
                     out[i] += piece.scatter[i] * (b - a) * tau[i] * light * mean_exp(x);
                 }
             }
-            Source::Point {
-                at,
-                normal,
-                both,
-                power,
-                ..
-            } => {
+            Source::Point { at, normal, both, power, .. } => {
                 let centre = (at - self.origin).dot(self.dir);
-                let delta = (self.origin + self.dir * centre - at)
-                    .length()
-                    .max(1e-6 * self.step);
+                let delta = (self.origin + self.dir * centre - at).length().max(1e-6 * self.step);
                 let span = angle_between(a - centre, b - centre, delta);
                 let n = (span / MAX_ANGLE).ceil().max(1.0) as usize;
                 let start = if n > 1 { ((a - centre) / delta).atan() } else { 0.0 };

@@ -22,11 +22,7 @@ fn surface(name: &str, rho: f64, emission: f64) -> Surface {
 }
 
 fn quad(surface: usize, o: Vec3, e1: Vec3, e2: Vec3) -> Facet {
-    Facet {
-        surface,
-        plate: Plate::parallelogram(o, e1, e2),
-        uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
-    }
+    Facet { surface, plate: Plate::parallelogram(o, e1, e2), uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]] }
 }
 
 /// The six walls of a box, fronts inwards.
@@ -52,21 +48,11 @@ fn medium(lo: Vec3, hi: Vec3, dims: [usize; 3], kappa: f64, albedo: f64) -> Voxm
 }
 
 fn camera(origin: Vec3, target: Vec3, fov: f64) -> Camera {
-    Camera {
-        name: "camera".into(),
-        origin,
-        target,
-        up: vec3(0.01, 0.02, 1.0),
-        fov,
-    }
+    Camera { name: "camera".into(), origin, target, up: vec3(0.01, 0.02, 1.0), fov }
 }
 
 fn size(width: usize, height: usize) -> RenderOptions {
-    RenderOptions {
-        width,
-        height,
-        ..RenderOptions::default()
-    }
+    RenderOptions { width, height, ..RenderOptions::default() }
 }
 
 /// A solution with the given indirect fields: H of a patch (centre, normal), B_ind of a volume (centre).
@@ -91,10 +77,7 @@ fn solution(parts: SceneParts, h: impl Fn(Vec3, Vec3) -> f64, b: impl Fn(Vec3) -
         let x = h(p.plate.centre(), p.normal);
         push(p.emission[0] + p.reflectance[0] * x, x);
     }
-    zones
-        .voxels
-        .iter()
-        .for_each(|v| push(b(v.centre), 4.0 * b(v.centre)));
+    zones.voxels.iter().for_each(|v| push(b(v.centre), 4.0 * b(v.centre)));
     zones.panes.iter().for_each(|p| push(b(p.plate.centre()), 0.0));
     Solution {
         scene,
@@ -115,30 +98,19 @@ fn solution(parts: SceneParts, h: impl Fn(Vec3, Vec3) -> f64, b: impl Fn(Vec3) -
 }
 
 fn worst(image: &Image, expected: f64) -> f64 {
-    image
-        .pixels
-        .iter()
-        .flatten()
-        .fold(0.0, |m, x| (*x as f64 / expected - 1.0).abs().max(m))
+    image.pixels.iter().flatten().fold(0.0, |m, x| (*x as f64 / expected - 1.0).abs().max(m))
 }
 
 fn furnace() -> SceneParts {
     let (lo, hi) = (vec3(-1.0, -1.0, 0.0), vec3(1.0, 1.0, 1.5));
     let mut facets = walls(lo, hi);
     // An oblique wall inside, which parts voxels.
-    facets.push(quad(
-        0,
-        vec3(-0.6, -0.3, 0.2),
-        vec3(0.9, 0.5, 0.1),
-        vec3(0.1, 0.0, 0.8),
-    ));
+    facets.push(quad(0, vec3(-0.6, -0.3, 0.2), vec3(0.9, 0.5, 0.1), vec3(0.1, 0.0, 0.8)));
     SceneParts {
         surfaces: vec![surface("wall", 0.4, 0.6)],
         facets,
         voxmap: Some(medium(lo, hi, [7, 6, 5], 1.3, 0.5)),
-        surroundings: Surroundings {
-            radiance: [1.0 / PI; 3],
-        },
+        surroundings: Surroundings { radiance: [1.0 / PI; 3] },
         ..SceneParts::default()
     }
 }
@@ -149,10 +121,7 @@ fn a_furnace_shows_one_radiance_everywhere() {
     let mut open = furnace();
     open.facets.truncate(2);
     let open = solution(open, |_, _| 1.0, |_| 1.0);
-    let empty = |parts: SceneParts| SceneParts {
-        voxmap: None,
-        ..parts
-    };
+    let empty = |parts: SceneParts| SceneParts { voxmap: None, ..parts };
     let vacuum = solution(empty(furnace()), |_, _| 1.0, |_| 1.0);
     for (s, from) in [
         (&vacuum, vec3(0.3, -0.8, 0.7)),
@@ -162,11 +131,7 @@ fn a_furnace_shows_one_radiance_everywhere() {
         (&open, vec3(4.0, 3.0, 2.0)),
     ] {
         let image = render(s, &camera(from, vec3(0.0, 0.1, 0.6), 80.0), &size(64, 48), &Quiet);
-        assert!(
-            worst(&image, 1.0 / PI) < 1e-6,
-            "{from:?}: {}",
-            worst(&image, 1.0 / PI)
-        );
+        assert!(worst(&image, 1.0 / PI) < 1e-6, "{from:?}: {}", worst(&image, 1.0 / PI));
     }
 }
 
@@ -182,10 +147,7 @@ fn linear_fields_are_seen_exactly() {
     let s = solution(parts.clone(), |p, _| f(p), |_| 0.0);
     let from = vec3(1.0, 1.0, 1.0);
     let cam = camera(from, vec3(1.0, 3.0, 1.0), 80.0);
-    let one = RenderOptions {
-        samples: 1,
-        ..size(32, 32)
-    };
+    let one = RenderOptions { samples: 1, ..size(32, 32) };
     let image = render(&s, &cam, &one, &Quiet);
     let pinhole = Pinhole::new(&cam, 32, 32);
     let transport = Transport::new(&s.scene);
@@ -221,11 +183,7 @@ fn beers_law_holds_through_a_pane_at_0_and_60_degrees() {
     };
     parts.panes.push(Pane {
         name: "glass".into(),
-        plates: vec![Plate::parallelogram(
-            vec3(-1.0, 0.0, -1.0),
-            vec3(2.0, 0.0, 0.0),
-            vec3(0.0, 0.0, 2.0),
-        )],
+        plates: vec![Plate::parallelogram(vec3(-1.0, 0.0, -1.0), vec3(2.0, 0.0, 0.0), vec3(0.0, 0.0, 2.0))],
         thickness: 0.02,
         extinction: [30.0, 10.0, 0.0],
         albedo: [0.0; 3],
@@ -235,19 +193,11 @@ fn beers_law_holds_through_a_pane_at_0_and_60_degrees() {
     for angle in [0.0f64, 60.0] {
         let from = vec3(-0.5, -0.25, 0.0);
         let (sin, cos) = angle.to_radians().sin_cos();
-        let image = render(
-            &s,
-            &camera(from, from + vec3(sin, cos, 0.0), 1e-6),
-            &size(2, 2),
-            &Quiet,
-        );
+        let image = render(&s, &camera(from, from + vec3(sin, cos, 0.0), 1e-6), &size(2, 2), &Quiet);
         for b in 0..3 {
             let tau = (-0.02 * [30.0, 10.0, 0.0][b] / cos).exp();
             let exact = (tau + (1.0 - tau) * 0.25) / PI;
-            assert!(
-                (image.pixels[0][b] as f64 / exact - 1.0).abs() < 1e-6,
-                "{angle} {b}"
-            );
+            assert!((image.pixels[0][b] as f64 / exact - 1.0).abs() < 1e-6, "{angle} {b}");
         }
     }
 }
@@ -257,12 +207,7 @@ fn no_light_leaks_through_a_wall() {
     let (lo, hi) = (vec3(0.0, 0.0, 0.0), vec3(2.0, 1.0, 1.0));
     let mut facets = walls(lo, hi);
     let x = 1.03;
-    facets.push(quad(
-        0,
-        vec3(x, 0.0, 0.0),
-        vec3(0.0, 1.0, 0.0),
-        vec3(0.0, 0.0, 1.0),
-    ));
+    facets.push(quad(0, vec3(x, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)));
     let parts = SceneParts {
         surfaces: vec![surface("wall", 0.8, 0.0)],
         facets,
@@ -272,20 +217,10 @@ fn no_light_leaks_through_a_wall() {
     let bright = |p: Vec3| if p.x > x { 1.0 } else { 0.0 };
     let lit = |p: Vec3, n: Vec3| bright(p + n * 1e-3);
     let s = solution(parts, lit, bright);
-    let dark = render(
-        &s,
-        &camera(vec3(0.1, 0.5, 0.5), vec3(2.0, 0.5, 0.4), 100.0),
-        &size(80, 60),
-        &Quiet,
-    );
+    let dark = render(&s, &camera(vec3(0.1, 0.5, 0.5), vec3(2.0, 0.5, 0.4), 100.0), &size(80, 60), &Quiet);
     let most = dark.pixels.iter().flatten().fold(0.0f32, |m, x| m.max(*x));
     assert!(most < 1e-3, "{most}");
-    let light = render(
-        &s,
-        &camera(vec3(1.9, 0.5, 0.5), vec3(0.0, 0.5, 0.4), 100.0),
-        &size(80, 60),
-        &Quiet,
-    );
+    let light = render(&s, &camera(vec3(1.9, 0.5, 0.5), vec3(0.0, 0.5, 0.4), 100.0), &size(80, 60), &Quiet);
     let least = light.pixels.iter().flatten().fold(1.0f32, |m, x| m.min(*x));
     assert!(least as f64 > 0.8 / PI - 1e-3, "{least}");
 }
@@ -295,16 +230,10 @@ fn threads_do_not_change_a_bit() {
     let mut parts = furnace();
     parts.facets.remove(1);
     parts.lights.push(sun(vec3(0.3, 0.2, -1.0), 0.05));
-    parts.lights.push(Light::Sky {
-        name: "sky".into(),
-        radiance: [0.1, 0.2, 0.3],
-    });
+    parts.lights.push(Light::Sky { name: "sky".into(), radiance: [0.1, 0.2, 0.3] });
     let s = solution(parts, |p, _| 1.0 + p.x, |p| 2.0 + p.z);
     let take = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let cam = camera(vec3(0.3, -0.8, 0.7), vec3(0.0, 0.1, 0.6), 80.0);
         pool.install(|| render(&s, &cam, &size(32, 24), &Quiet))
     };
@@ -335,14 +264,8 @@ fn a_shadow_ends_where_geometry_says() {
     let s = solution(parts, |_, _| 0.0, |_| 0.0);
     let n = 200;
     let cam = camera(vec3(1.0, 0.0, 3.0), vec3(1.0, 0.0, 0.0), 20.0);
-    let cam = Camera {
-        up: vec3(0.0, 1.0, 0.0),
-        ..cam
-    };
-    let one = RenderOptions {
-        samples: 1,
-        ..size(n, 3)
-    };
+    let cam = Camera { up: vec3(0.0, 1.0, 0.0), ..cam };
+    let one = RenderOptions { samples: 1, ..size(n, 3) };
     let image = render(&s, &cam, &one, &Quiet);
     let lit = 0.5 / 2f64.sqrt() / PI;
     for x in 0..n {
@@ -375,19 +298,10 @@ fn sunlight_scattered_in_a_homogeneous_medium_has_its_closed_form() {
     // With a roof over 1 < x < 2.5 and a pane over 3 < x < 4.
     let mut parts = parts;
     parts.surfaces = vec![surface("roof", 0.0, 0.0)];
-    parts.facets = vec![quad(
-        0,
-        vec3(1.0, 0.0, 1.5),
-        vec3(1.5, 0.0, 0.0),
-        vec3(0.0, 4.0, 0.0),
-    )];
+    parts.facets = vec![quad(0, vec3(1.0, 0.0, 1.5), vec3(1.5, 0.0, 0.0), vec3(0.0, 4.0, 0.0))];
     parts.panes = vec![Pane {
         name: "glass".into(),
-        plates: vec![Plate::parallelogram(
-            vec3(3.0, 0.0, 1.5),
-            vec3(1.0, 0.0, 0.0),
-            vec3(0.0, 4.0, 0.0),
-        )],
+        plates: vec![Plate::parallelogram(vec3(3.0, 0.0, 1.5), vec3(1.0, 0.0, 0.0), vec3(0.0, 4.0, 0.0))],
         thickness: 0.01,
         extinction: [50.0, 0.0, 10.0],
         albedo: [0.0; 3],
@@ -397,11 +311,7 @@ fn sunlight_scattered_in_a_homogeneous_medium_has_its_closed_form() {
     let image = render(&s, &cam, &size(2, 2), &Quiet);
     let glass = (-0.5f64).exp();
     let lit = exact(0.5) + exact(2.5) - exact(2.0) + glass * (exact(3.5) - exact(2.5));
-    assert!(
-        (image.pixels[0][0] as f64 / lit - 1.0).abs() < 1e-5,
-        "{} {lit}",
-        image.pixels[0][0]
-    );
+    assert!((image.pixels[0][0] as f64 / lit - 1.0).abs() < 1e-5, "{} {lit}", image.pixels[0][0]);
 }
 
 #[test]
@@ -411,16 +321,8 @@ fn lit_intervals_agree_with_shadow_rays() {
     for i in 0..40 {
         let r = |k: u64| sequence::unit(i * 9 + k) - 0.5;
         let o = vec3(2.0 * r(0), 2.0 * r(1), 0.8 + r(2));
-        let plate = Plate::triangle(
-            o,
-            o + vec3(r(3), r(4), r(5)) * 0.6,
-            o + vec3(r(6), r(7), r(8)) * 0.6,
-        );
-        parts.facets.push(Facet {
-            surface: 0,
-            plate,
-            uv: [[0.0; 2]; 3],
-        });
+        let plate = Plate::triangle(o, o + vec3(r(3), r(4), r(5)) * 0.6, o + vec3(r(6), r(7), r(8)) * 0.6);
+        parts.facets.push(Facet { surface: 0, plate, uv: [[0.0; 2]; 3] });
     }
     let lamp = parts.facets.len() - 1;
     let scene = Scene::new(parts).unwrap();
@@ -472,36 +374,18 @@ fn lit_intervals_agree_with_shadow_rays() {
 fn the_mean_over_a_flat_wall_is_its_radiosity() {
     let parts = SceneParts {
         surfaces: vec![surface("wall", 1.0, 0.0)],
-        facets: vec![quad(
-            0,
-            vec3(-1.0, 1.0, -1.0),
-            vec3(2.0, 0.0, 0.0),
-            vec3(0.0, 0.0, 2.0),
-        )],
+        facets: vec![quad(0, vec3(-1.0, 1.0, -1.0), vec3(2.0, 0.0, 0.0), vec3(0.0, 0.0, 2.0))],
         ..SceneParts::default()
     };
     let f = |p: Vec3, _: Vec3| 1.0 + 0.5 * (3.0 * p.x).sin() * (2.0 * p.z).cos();
     let s = solution(parts, f, |_| 0.0);
-    let straight = Camera {
-        up: vec3(0.0, 0.0, 1.0),
-        ..camera(Vec3::ZERO, vec3(0.0, 1.0, 0.0), 90.0)
-    };
+    let straight = Camera { up: vec3(0.0, 0.0, 1.0), ..camera(Vec3::ZERO, vec3(0.0, 1.0, 0.0), 90.0) };
     let image = render(&s, &straight, &size(100, 100), &Quiet);
     let mean = image.pixels.iter().map(|p| p[0] as f64).sum::<f64>() / 1e4;
-    let zones: f64 = s
-        .zones
-        .patches
-        .iter()
-        .zip(&s.fields.incident)
-        .map(|(p, h): (_, &Bands)| p.area * h[0])
-        .sum();
+    let zones: f64 =
+        s.zones.patches.iter().zip(&s.fields.incident).map(|(p, h): (_, &Bands)| p.area * h[0]).sum();
     let front: f64 = s.zones.patches.iter().map(|p| p.area).sum();
-    assert!(
-        (mean * PI / (zones / front) - 1.0).abs() < 1e-3,
-        "{} {}",
-        mean * PI,
-        zones / front
-    );
+    assert!((mean * PI / (zones / front) - 1.0).abs() < 1e-3, "{} {}", mean * PI, zones / front);
 }
 
 #[test]
@@ -511,28 +395,15 @@ fn a_small_emitter_in_a_homogeneous_medium_has_its_integral() {
     let lo = Vec3::splat(-3.0);
     for delta in [1.0, 0.1, 0.02] {
         let parts = SceneParts {
-            surfaces: vec![Surface {
-                sides: Sides::Front,
-                ..surface("lamp", 0.0, 5.0)
-            }],
-            facets: vec![quad(
-                0,
-                vec3(-h / 2.0, 0.0, -h / 2.0),
-                vec3(0.0, 0.0, h),
-                vec3(h, 0.0, 0.0),
-            )],
+            surfaces: vec![Surface { sides: Sides::Front, ..surface("lamp", 0.0, 5.0) }],
+            facets: vec![quad(0, vec3(-h / 2.0, 0.0, -h / 2.0), vec3(0.0, 0.0, h), vec3(h, 0.0, 0.0))],
             voxmap: Some(medium(lo, -lo, [11, 9, 10], kappa, albedo)),
             lights: vec![Light::Emitter { surface: 0 }],
             ..SceneParts::default()
         };
         let s = solution(parts, |_, _| 0.0, |_| 0.0);
         let from = vec3(-2.0, delta, 0.0);
-        let image = render(
-            &s,
-            &camera(from, from + vec3(1.0, 0.0, 0.0), 1e-6),
-            &size(2, 2),
-            &Quiet,
-        );
+        let image = render(&s, &camera(from, from + vec3(1.0, 0.0, 0.0), 1e-6), &size(2, 2), &Quiet);
         let n = 200_000;
         let ds = 5.0 / n as f64;
         let sum: f64 = (0..n)
@@ -545,5 +416,97 @@ fn a_small_emitter_in_a_homogeneous_medium_has_its_integral() {
             .sum();
         let found = image.pixels[0][1] as f64;
         assert!((found / sum - 1.0).abs() < 0.02, "{delta}: {found} {sum}");
+    }
+}
+
+/// A fog room with a square lamp of side 0.4 m below the ceiling, perhaps a shelf below it, and walls that show no light.
+fn fog_room(sides: Sides, kappa: f64, shelf: bool) -> Solution {
+    let (lo, hi) = (vec3(-2.0, -2.0, 0.0), vec3(2.0, 2.0, 2.5));
+    let mut facets = walls(lo, hi);
+    facets.push(quad(1, vec3(-0.2, -0.2, 1.8), vec3(0.0, 0.4, 0.0), vec3(0.4, 0.0, 0.0)));
+    if shelf {
+        facets.push(quad(0, vec3(0.1, -0.3, 1.2), vec3(0.6, 0.0, 0.0), vec3(0.0, 0.6, 0.0)));
+    }
+    let lamp = Surface { sides, ..surface("lamp", 0.0, 10.0) };
+    let parts = SceneParts {
+        surfaces: vec![surface("wall", 0.0, 0.0), lamp],
+        facets,
+        voxmap: Some(medium(lo, hi, [16, 16, 10], kappa, 0.7)),
+        lights: vec![Light::Emitter { surface: 1 }],
+        ..SceneParts::default()
+    };
+    solution(parts, |_, _| 0.0, |_| 0.0)
+}
+
+fn fog_camera() -> Camera {
+    camera(vec3(-1.7, -1.4, 1.4), vec3(0.0, 0.0, 1.55), 60.0)
+}
+
+/// All pixels, their first band.
+fn take(view: &View, cam: &Camera, o: &RenderOptions) -> Vec<f64> {
+    let pinhole = Pinhole::new(cam, o.width, o.height);
+    let one = |i: usize| pixel(view, &pinhole, o, i % o.width, i / o.width)[0] as f64;
+    (0..o.width * o.height).into_par_iter().map(one).collect()
+}
+
+#[test]
+fn fog_beside_a_lamp_is_free_of_noise() {
+    for (sides, kappa) in [(Sides::Front, 0.15), (Sides::Both, 1.0)] {
+        let s = fog_room(sides, kappa, true);
+        let transport = Transport::new(&s.scene);
+        let o = size(28, 21);
+        let many = RenderOptions { light_samples: 400, ..o.clone() };
+        let plain = View::new(&s, &transport).sampled_only();
+        let even = View::new(&s, &transport);
+        let exact = take(&plain, &fog_camera(), &many);
+        let compare = |image: &[f64]| {
+            let square = |(x, e): (&f64, &f64)| (x / e - 1.0).powi(2);
+            let rms = (image.iter().zip(&exact).map(square).sum::<f64>() / exact.len() as f64).sqrt();
+            (rms, image.iter().sum::<f64>() / exact.iter().sum::<f64>() - 1.0)
+        };
+        let old = compare(&take(&plain, &fog_camera(), &o));
+        let new = compare(&take(&even, &fog_camera(), &o));
+        assert!(new.0 < 0.2 * old.0, "{sides:?} {kappa}: {old:?} {new:?}");
+        assert!(new.1.abs() < 5e-3, "{sides:?} {kappa}: {old:?} {new:?}");
+    }
+}
+
+#[test]
+fn fog_beside_a_lamp_without_obstacles_has_its_integral() {
+    let kappa = 1.0;
+    let s = fog_room(Sides::Front, kappa, false);
+    let transport = Transport::new(&s.scene);
+    let view = View::new(&s, &transport);
+    let plate = s.scene.facets()[6].plate;
+    // Past the lamp at 2 cm, 20 cm and 1 m below it, across it, along it to one side, straight down from it, and into it.
+    for (origin, target) in [
+        (vec3(-1.9, 0.05, 1.78), vec3(1.9, 0.05, 1.78)),
+        (vec3(-1.9, -0.3, 1.6), vec3(1.9, 0.1, 1.6)),
+        (vec3(-1.9, -1.0, 0.8), vec3(1.9, -0.5, 0.8)),
+        (vec3(-1.9, -1.3, 1.3), vec3(0.3, 0.9, 2.2)),
+        (vec3(-1.9, -0.25, 1.9), vec3(1.9, -0.25, 1.5)),
+        (vec3(-0.1, 0.0, 1.799), vec3(-0.15, 0.0, 0.0)),
+        (vec3(-1.5, -1.0, 0.3), vec3(0.05, 0.02, 1.8)),
+    ] {
+        let (length, dir) = ((target - origin).length(), (target - origin).normalized());
+        let n = 3000;
+        let m = 60;
+        let at = |t: f64| {
+            let x = origin + dir * t;
+            let g: f64 = (0..m * m)
+                .map(|i| {
+                    let way =
+                        plate.at(((i % m) as f64 + 0.5) / m as f64, ((i / m) as f64 + 0.5) / m as f64) - x;
+                    let r = way.length();
+                    (-kappa * r).exp() * (-way.dot(plate.normal())).max(0.0) / r.powi(3)
+                })
+                .sum();
+            let power = 10.0 * plate.area() / (m * m) as f64 / PI;
+            0.7 * kappa * (-kappa * t).exp() * power * g / (4.0 * PI)
+        };
+        let step = length / n as f64;
+        let exact: f64 = (0..n).into_par_iter().map(|i| at((i as f64 + 0.5) * step) * step).sum();
+        let found = view.scattered(origin, target, 64)[0];
+        assert!((found / exact - 1.0).abs() < 0.012, "{target:?}: {found} {exact}");
     }
 }
