@@ -332,6 +332,7 @@ impl Scene {
             check_bands(&key("albedo"), p.albedo, 1.0)?;
             check_bands(&key("emission"), p.emission, LARGEST_FLUX)?;
         }
+        let mut emitters = std::collections::HashSet::new();
         for l in &parts.lights {
             match l {
                 Light::Sun { name, direction, irradiance, angular_diameter } => {
@@ -353,6 +354,9 @@ impl Scene {
                 Light::Emitter { surface } => {
                     if *surface >= parts.surfaces.len() {
                         return fail("light.surface", "there is no such surface");
+                    }
+                    if !emitters.insert(*surface) {
+                        return fail("light.surface", "this surface is an emitter already; list it once");
                     }
                 }
             }

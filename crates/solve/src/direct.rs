@@ -20,6 +20,11 @@ const VOLUME_POINTS: usize = 64;
 const LIGHT_SAMPLES: usize = 4;
 /// Points of the sky for each point of a zone.
 const SKY_SAMPLES: usize = 6;
+/// A ray dimmed by less has met nothing: rounding where the medium's box and a wall coincide.
+const CLEAR: f64 = 1e-9;
+/// Beyond this relative disagreement with the power measured at the light, fields are left as they are: something is wrong that
+/// no factor mends.
+const MOST_CHANGE: f64 = 0.05;
 /// Rays that measure the power of a light.
 const BEAM_RAYS: usize = 1 << 17;
 
@@ -38,6 +43,15 @@ pub struct Direct {
     pub backs: Bands,
     /// Largest relative change by which the fields were scaled to the power measured; zero without.
     pub largest_change: f64,
+    /// Lights whose fields and power disagree too much to be scaled.
+    pub warnings: Vec<String>,
+}
+
+fn name<'a>(scene: &'a Scene, light: &'a Light) -> &'a str {
+    match light {
+        Light::Sun { name, .. } | Light::Sky { name, .. } => name,
+        Light::Emitter { surface } => &scene.surfaces()[*surface].name,
+    }
 }
 
 /// Computes all lights; `normalise` scales the fields of each to the power measured at the light.
@@ -53,7 +67,17 @@ pub fn illuminate(
         let fields = gather(scene, zones, transport, light, progress);
         let beam = beam(scene, transport, light);
         let factor = if normalise { agreement(zones, &fields, &beam) } else { [1.0; 3] };
-        out.largest_change = factor.iter().fold(out.largest_change, |m, f| m.max((f - 1.0).abs()));
+        let change = factor.iter().fold(0.0f64, |m, f| m.max((f - 1.0).abs()));
+        let factor = if change > MOST_CHANGE { [1.0; 3] } else { factor };
+        if change > MOST_CHANGE {
+            out.warnings.push(format!(
+                "light '{}': what the zones met and what its rays brought differ by {:.0} %; it was left as gathered. Look for surfaces that coincide",
+                name(scene, light),
+                100.0 * change
+            ));
+        } else {
+            out.largest_change = out.largest_change.max(change);
+        }
         for (o, f) in out.fields.iter_mut().zip(&fields) {
             (0..3).for_each(|b| o[b] += f[b] * factor[b]);
         }
@@ -252,7 +276,7 @@ fn sun_ray(direction: Vec3, angular_diameter: f64, u: [f64; 2]) -> Vec3 {
 /// on the outside of a black back has met nothing of the scene.
 fn enter(scene: &Scene, transport: &Transport, origin: Vec3, dir: Vec3, power: Bands, sum: &mut Beam) {
     let (share, back) = fate(scene, transport, origin, dir);
-    if share.iter().all(|&s| s == 1.0) {
+    if share.iter().all(|&s| s > 1.0 - CLEAR) {
         return;
     }
     for b in 0..3 {

@@ -89,6 +89,7 @@ pub fn solve_zones(
     if !escape.closed() {
         warnings.push("the scene is open: power escapes to the surroundings or onto black backs".into());
     }
+    warnings.extend(direct.warnings.iter().cloned());
     let off = balance.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
     if off > POOR_BALANCE {
         warnings.push(format!(

@@ -92,6 +92,12 @@ fn closed_form(scene: &Scene, facets: &[usize]) -> Vec<(Plate, Bands)> {
     if surface.emission_texture.is_some() {
         return Vec::new();
     }
+    // Of one-sided facets that look different ways a few samples may miss all that face a point.
+    let normal = scene.facets()[facets[0]].plate.normal();
+    let flat = facets.iter().all(|&f| scene.facets()[f].plate.normal().dot(normal) > 1.0 - 1e-9);
+    if surface.sides == Sides::Front && !flat {
+        return Vec::new();
+    }
     let radiance = surface.emission.map(|e| e / PI);
     facets.iter().map(|&f| (scene.facets()[f].plate, radiance)).collect()
 }

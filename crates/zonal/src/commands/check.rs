@@ -24,6 +24,9 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     if forecast::is_open(&scene, &zones, &transport) {
         warnings.push("the scene is open: some rays leave it; its surroundings take part as a zone".into());
     }
+    if f.bytes > zonal_solve::pipeline::DEFAULT_MEMORY {
+        warnings.push("the exchange areas need more than `solve` takes by default: use larger patches, fewer cells, or --max-memory".into());
+    }
     let threads = rayon::current_num_threads();
     if context.json {
         let json = serde_json::json!({

@@ -49,6 +49,11 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         return Err(Failure::new("--tolerance: give a number between 0 and 1"));
     }
     check_output(&args.output, &["csv"])?;
+    if let (Ok(a), Ok(b)) = (args.pairs.canonicalize(), args.output.canonicalize())
+        && a == b
+    {
+        return Err(Failure::in_file(&args.output, "is the table of pairs itself; write to another file"));
+    }
     let (header, records, pairs) = read(&args.pairs)?;
     let meter = Meter::new(context.quiet);
     meter.begin("factors", pairs.len() as u64);
