@@ -438,3 +438,67 @@ fn cut_cells_agree_with_the_oracle() {
     println!("{} cut cells, {m} pairs: rms miss {rms:?}", cut.len());
     assert!(rms.iter().all(|x| *x < 0.03), "{rms:?}");
 }
+
+/// Pairs seen in part, through a hole or past a small screen: first looks that happen to agree must not bias the sum.
+#[test]
+fn partly_visible_pairs_are_right_in_the_mean() {
+    let level = |z: f64, x: [f64; 2], y: [f64; 2]| {
+        Plate::parallelogram(vec3(x[0], y[0], z), vec3(x[1] - x[0], 0.0, 0.0), vec3(0.0, y[1] - y[0], 0.0))
+    };
+    let (a, b) = (0.37, 0.63);
+    let hole = vec![
+        level(0.5, [0.0, 1.0], [0.0, a]),
+        level(0.5, [0.0, 1.0], [b, 1.0]),
+        level(0.5, [0.0, a], [a, b]),
+        level(0.5, [b, 1.0], [a, b]),
+    ];
+    let leaning = Plate::triangle(vec3(0.2, 0.1, 0.3), vec3(0.7, 0.2, 0.6), vec3(0.4, 0.8, 0.5));
+    for (name, screens, bound) in [
+        ("hole", hole, 0.02),
+        ("small screen", vec![level(0.5, [a, b], [a, b])], 0.01),
+        ("leaning triangle", vec![leaning], 0.015),
+    ] {
+        for n in [4, 8] {
+            let mut parts = SceneParts {
+                surfaces: vec![surface("plates", false), surface("screen", false)],
+                ..SceneParts::default()
+            };
+            parts.surfaces[0].patch_size = Some(1.0 / n as f64);
+            let (floor, ceiling) =
+                (level(0.0, [0.0, 1.0], [0.0, 1.0]), level(1.0, [0.0, 1.0], [0.0, 1.0]).flipped());
+            let mut add =
+                |surface: usize, plate: Plate| parts.facets.push(Facet { surface, plate, uv: [[0.0; 2]; 3] });
+            add(0, floor);
+            add(0, ceiling);
+            screens.iter().for_each(|p| add(1, *p));
+            let scene = Scene::new(parts).unwrap();
+            let transport = Transport::new(&scene);
+            let zones = build_zones(&scene, &transport).unwrap();
+            let exchange = Exchange::new(&scene, &zones, &transport);
+            let (mut count, mut sum, mut squares) = (Counts::default(), 0.0, 0.0);
+            let up = |i: usize| zones.patches[i].surface == 0 && zones.patches[i].normal.z > 0.0;
+            let down = |i: usize| zones.patches[i].surface == 0 && zones.patches[i].normal.z < 0.0;
+            for i in (0..zones.len()).filter(|&i| up(i)) {
+                for j in (0..zones.len()).filter(|&j| down(j)) {
+                    let f = exchange.pair(i, j, &mut count);
+                    sum += f.value[0];
+                    squares += f.radius[0] * f.radius[0];
+                }
+            }
+            let w = World::new(&scene);
+            let e = by_rays(&w, &Body::Patch(floor), &Body::Patch(ceiling), 1_000_000, 5)[0];
+            let off = sum / e.value - 1.0;
+            println!(
+                "{name}, {n}²: {sum:.5} against {:.5} ± {:.5} ({:+.2} %), noise said {:.2} %",
+                e.value,
+                e.error,
+                100.0 * off,
+                100.0 * squares.sqrt() / sum
+            );
+            assert!(
+                (sum - e.value).abs() < bound * e.value + 3.0 * e.error,
+                "{name}, {n}: {sum} against {e:?}"
+            );
+        }
+    }
+}

@@ -6,7 +6,7 @@
 use super::zone::{Shape, Zone, is_close, plate_zone, weight};
 use super::{Counts, Exchange, PairFactor};
 use crate::general::Moments;
-use zonal_math::{Vec3, sequence, special};
+use zonal_math::{Vec3, sequence, special, vec3};
 use zonal_scene::{Bands, bands};
 
 /// Rays of the first look at a pair.
@@ -61,7 +61,7 @@ impl Exchange<'_> {
     ) -> [(f64, f64); 3] {
         let (mut tally, points) = ([Tally::default(); 3], Points::new(seed));
         let kappa = self.uniform.unwrap_or([0.0; 3]);
-        let mut shoot = |from: usize, to: usize, tally: &mut [Tally; 3]| {
+        let shoot = |from: usize, to: usize, tally: &mut [Tally; 3]| {
             for k in from..to {
                 let (x, y) = points.both(a, b, k);
                 let w = kernel(a, b, x, y);
@@ -73,12 +73,13 @@ impl Exchange<'_> {
                     (0..3).for_each(|k| tally[k].add(w * (-kappa[k] * r).exp(), seen));
                 }
             }
-            counts.rays += (to - from) as u64;
         };
         let close = is_close(a, b);
         let first = if close { MORE_RAYS } else { FIRST_RAYS };
         shoot(0, first, &mut tally);
-        if tally[0].mixed() {
+        let outer = if share > self.tolerance * 0.1 { self.outer_rays(a, b) } else { Outer::default() };
+        counts.rays += outer.rays;
+        if tally[0].mixed() || outer.disagrees(tally[0].blocked > 0.0) {
             counts.partial += 1;
             let n = match share > self.tolerance * 0.1 {
                 true if std::ptr::eq(a, b) => OWN_RAYS,
@@ -88,7 +89,27 @@ impl Exchange<'_> {
             };
             shoot(first, n, &mut tally);
         }
+        counts.rays += tally[0].n as u64;
         if kappa == [0.0; 3] { [tally[0].mean_and_error(); 3] } else { tally.map(Tally::mean_and_error) }
+    }
+
+    /// Rays between the rims of two zones. They say whether a pair is seen in part, but do not count: a decision by the rays that
+    /// count would take pairs that are hardly seen for hidden, and those that are hardly hidden for seen.
+    fn outer_rays(&self, a: &Zone, b: &Zone) -> Outer {
+        let (Some(p), Some(q)) = (rim(a), rim(b)) else {
+            return Outer::default();
+        };
+        let mut out = Outer::default();
+        for k in 0..4 {
+            for turn in [0, 2] {
+                let (x, y) = (p[k], q[(k + turn) % 4]);
+                if kernel(a, b, x, y) > 0.0 {
+                    out.rays += 1;
+                    out.blocked += self.transport.blocked_inside(x, y) as u64;
+                }
+            }
+        }
+        out
     }
 
     /// A pane and anything not cut. Close to each other their larger plate is quartered: grazing paths through the pane differ much.
@@ -173,9 +194,13 @@ impl Exchange<'_> {
         };
         shoot(0, rays, &mut shot);
         let blocked = shot.iter().filter(|r| r.through == [0.0; 3]).count();
-        if rays > 1 && rays < MOST_RAYS && blocked > 0 && blocked < rays {
+        let share = m.factor.value * self.coupling(a, b);
+        let undecided = self.occluders && rays > 1 && rays < MOST_RAYS;
+        let outer =
+            if undecided && share > self.tolerance * 0.1 { self.outer_rays(a, b) } else { Outer::default() };
+        counts.rays += outer.rays;
+        if undecided && (blocked > 0 && blocked < rays || outer.disagrees(blocked > 0)) {
             counts.partial += 1;
-            let share = m.factor.value * self.coupling(a, b);
             let n = if share > self.tolerance * 0.1 { MOST_RAYS } else { MORE_RAYS.max(rays) };
             shoot(rays, n, &mut shot);
         }
@@ -262,6 +287,39 @@ impl Exchange<'_> {
         let p = &self.zones.panes[k];
         let path = p.thickness / z.normal.dot(w).abs().max(1e-6);
         p.extinction.map(|k| if k * path > 1e-12 { -(-k * path).exp_m1() / k } else { path })
+    }
+}
+
+/// What [`Exchange::outer_rays`] saw.
+#[derive(Clone, Copy, Debug, Default)]
+struct Outer {
+    rays: u64,
+    blocked: u64,
+}
+
+impl Outer {
+    /// True where these rays differ among themselves, or from others that were all `blocked` or all free.
+    fn disagrees(self, blocked: bool) -> bool {
+        self.rays > 0 && self.blocked != if blocked { self.rays } else { 0 }
+    }
+}
+
+/// Four points near the rim of a plate, or near four corners of a voxel no two of which share an edge; nothing for a cut voxel.
+fn rim(z: &Zone) -> Option<[Vec3; 4]> {
+    const INWARD: f64 = 0.06;
+    let at = |x: Vec3| x + (z.centre - x) * INWARD;
+    match &z.shape {
+        Shape::Plate { plate, .. } => {
+            let (c, n) = plate.corners();
+            let last = if n == 3 { (c[1] + c[2]) * 0.5 } else { c[3] };
+            Some([at(c[0]), at(c[1]), at(c[2]), at(last)])
+        }
+        Shape::Cuboid => {
+            let (l, h) = (z.lo, z.hi);
+            let corners = [l, vec3(h.x, h.y, l.z), vec3(h.x, l.y, h.z), vec3(l.x, h.y, h.z)];
+            Some(corners.map(at))
+        }
+        Shape::Part(_) => None,
     }
 }
 
