@@ -14,6 +14,7 @@ pub struct Vec3 {
 }
 
 /// Short constructor.
+#[inline]
 pub const fn vec3(x: f64, y: f64, z: f64) -> Vec3 {
     Vec3 { x, y, z }
 }
@@ -25,63 +26,78 @@ impl Vec3 {
     pub const ONE: Vec3 = vec3(1.0, 1.0, 1.0);
 
     /// All three components equal to `s`.
+    #[inline]
     pub const fn splat(s: f64) -> Vec3 {
         vec3(s, s, s)
     }
     /// Scalar product.
+    #[inline]
     pub fn dot(self, o: Vec3) -> f64 {
         self.x * o.x + self.y * o.y + self.z * o.z
     }
     /// Vector product.
+    #[inline]
     pub fn cross(self, o: Vec3) -> Vec3 {
         vec3(self.y * o.z - self.z * o.y, self.z * o.x - self.x * o.z, self.x * o.y - self.y * o.x)
     }
     /// Square of the length.
+    #[inline]
     pub fn length2(self) -> f64 {
         self.dot(self)
     }
     /// Length.
+    #[inline]
     pub fn length(self) -> f64 {
         self.length2().sqrt()
     }
     /// The unit vector along `self`; zero stays zero.
+    #[inline]
     pub fn normalized(self) -> Vec3 {
         let l = self.length();
         if l > 0.0 { self / l } else { self }
     }
     /// Componentwise product.
+    #[inline]
     pub fn scale(self, o: Vec3) -> Vec3 {
         vec3(self.x * o.x, self.y * o.y, self.z * o.z)
     }
     /// Componentwise minimum.
+    #[inline]
     pub fn min(self, o: Vec3) -> Vec3 {
         vec3(self.x.min(o.x), self.y.min(o.y), self.z.min(o.z))
     }
     /// Componentwise maximum.
+    #[inline]
     pub fn max(self, o: Vec3) -> Vec3 {
         vec3(self.x.max(o.x), self.y.max(o.y), self.z.max(o.z))
     }
     /// Largest modulus among the components.
+    #[inline]
     pub fn max_abs(self) -> f64 {
         self.x.abs().max(self.y.abs()).max(self.z.abs())
     }
     /// Product of the components: the volume of a box with these edges.
+    #[inline]
     pub fn product(self) -> f64 {
         self.x * self.y * self.z
     }
     /// True when no component is NaN or infinite.
+    #[inline]
     pub fn is_finite(self) -> bool {
         self.x.is_finite() && self.y.is_finite() && self.z.is_finite()
     }
     /// The components as an array.
+    #[inline]
     pub const fn array(self) -> [f64; 3] {
         [self.x, self.y, self.z]
     }
     /// A vector from an array.
+    #[inline]
     pub const fn from_array(a: [f64; 3]) -> Vec3 {
         vec3(a[0], a[1], a[2])
     }
     /// Two unit vectors that complete the unit vector `self` to a right-handed orthonormal frame (t, b, self).
+    #[inline]
     pub fn frame(self) -> (Vec3, Vec3) {
         let a = if self.x.abs() < 0.6 { vec3(1.0, 0.0, 0.0) } else { vec3(0.0, 1.0, 0.0) };
         let t = a.cross(self).normalized();
@@ -91,47 +107,55 @@ impl Vec3 {
 
 impl Add for Vec3 {
     type Output = Vec3;
+    #[inline]
     fn add(self, o: Vec3) -> Vec3 {
         vec3(self.x + o.x, self.y + o.y, self.z + o.z)
     }
 }
 impl AddAssign for Vec3 {
+    #[inline]
     fn add_assign(&mut self, o: Vec3) {
         *self = *self + o;
     }
 }
 impl Sub for Vec3 {
     type Output = Vec3;
+    #[inline]
     fn sub(self, o: Vec3) -> Vec3 {
         vec3(self.x - o.x, self.y - o.y, self.z - o.z)
     }
 }
 impl Mul<f64> for Vec3 {
     type Output = Vec3;
+    #[inline]
     fn mul(self, s: f64) -> Vec3 {
         vec3(self.x * s, self.y * s, self.z * s)
     }
 }
 impl Mul<Vec3> for f64 {
     type Output = Vec3;
+    #[inline]
     fn mul(self, v: Vec3) -> Vec3 {
         v * self
     }
 }
 impl Div<f64> for Vec3 {
     type Output = Vec3;
+    #[inline]
     fn div(self, s: f64) -> Vec3 {
         vec3(self.x / s, self.y / s, self.z / s)
     }
 }
 impl Neg for Vec3 {
     type Output = Vec3;
+    #[inline]
     fn neg(self) -> Vec3 {
         vec3(-self.x, -self.y, -self.z)
     }
 }
 impl Index<usize> for Vec3 {
     type Output = f64;
+    #[inline]
     fn index(&self, axis: usize) -> &f64 {
         match axis {
             0 => &self.x,
