@@ -24,7 +24,7 @@ const SKY_SAMPLES: usize = 6;
 const CLEAR: f64 = 1e-9;
 /// Beyond this relative disagreement with the power measured at the light, fields are left as they are: something is wrong that
 /// no factor mends.
-const MOST_CHANGE: f64 = 0.05;
+const MOST_CHANGE: f64 = 0.12;
 /// Rays that measure the power of a light.
 const BEAM_RAYS: usize = 1 << 17;
 
