@@ -103,7 +103,8 @@ fn scene_text(c: &Case, n: usize, reference: &Path) -> String {
         c.hot
     );
     if c.block {
-        let size = 0.5 / n as f64;
+        // Twelve by twelve or sixteen: whole numbers of patches in each cell of the table.
+        let size = 0.025;
         let _ = write!(
             t,
             "[[surface]]\nname = \"block\"\nbox = {{ min = [0.4,0.3,0.2], max = [0.7,0.6,0.6] }}\nreflectance = 0.5\npatch_size = {size}\n"
