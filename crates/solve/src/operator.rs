@@ -4,7 +4,7 @@
 //! Out: P_i = Σ_j g_ij s_j with g_ij = F_ij/(c_i c_j), so that H_i = P_i/A_i and G_i = P_i/V_i (in a pane V = A t).
 
 use zonal_math::Grade;
-use zonal_scene::{BANDS, Bands};
+use zonal_scene::Bands;
 
 /// Radiosities in, arriving power out.
 pub trait Operator {
@@ -20,10 +20,4 @@ pub trait Operator {
     fn scale(&mut self, d: &[Bands]);
     /// The weakest grade among the factors.
     fn grade(&self) -> Grade;
-}
-
-/// One band of an array of bands.
-pub fn band(v: &[Bands], k: usize) -> Vec<f64> {
-    debug_assert!(k < BANDS);
-    v.iter().map(|x| x[k]).collect()
 }

@@ -137,11 +137,6 @@ impl<'a> Exchange<'a> {
         }
     }
 
-    /// κ where it is the same all along every path between two zones.
-    pub fn uniform(&self) -> Option<Bands> {
-        self.uniform
-    }
-
     /// g_ij; symmetric to the bit.
     pub fn pair(&self, i: usize, j: usize, counts: &mut Counts) -> PairFactor {
         let (i, j) = if i < j { (j, i) } else { (i, j) };

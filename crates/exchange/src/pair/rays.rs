@@ -3,7 +3,7 @@
 //! Points of both zones come from a six-dimensional low-discrepancy sequence shifted by a hash of the pair. A few rays first; where they
 //! disagree, more, the more the closer the zones and the larger the share of power they exchange.
 
-use super::zone::{Shape, Zone, is_close, plate_zone, weight};
+use super::zone::{Shape, Zone, is_close, plate_zone, share};
 use super::{Counts, Exchange, PairFactor};
 use crate::general::Moments;
 use zonal_math::{Vec3, sequence, special, vec3};
@@ -42,7 +42,7 @@ impl Exchange<'_> {
         seed: u64,
         counts: &mut Counts,
     ) -> PairFactor {
-        let share = base.value[0] / weight(a).min(weight(b));
+        let share = share(base.value[0], a, b);
         let v = self.visibility(a, b, seed, share, counts);
         PairFactor {
             value: bands(|k| base.value[k] * v[k].0),
@@ -194,7 +194,7 @@ impl Exchange<'_> {
         };
         shoot(0, rays, &mut shot);
         let blocked = shot.iter().filter(|r| r.through == [0.0; 3]).count();
-        let share = m.factor.value * self.coupling(a, b);
+        let share = share(m.factor.value, a, b);
         let undecided = self.occluders && rays > 1 && rays < MOST_RAYS;
         let outer =
             if undecided && share > self.tolerance * 0.1 { self.outer_rays(a, b) } else { Outer::default() };
@@ -227,11 +227,6 @@ impl Exchange<'_> {
             out.radius[k] = base * (m.factor.radius * mean + m.factor.value * error);
         }
         out
-    }
-
-    /// The larger of the two shares of power per unit of g, with extinctions of order one over the size.
-    pub(super) fn coupling(&self, a: &Zone, b: &Zone) -> f64 {
-        1.0 / weight(a).min(weight(b))
     }
 
     /// What a ray from x to y meets.

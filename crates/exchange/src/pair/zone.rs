@@ -34,11 +34,16 @@ impl Zone<'_> {
 }
 
 /// What the shares of a zone's power are relative to: A, or 4V/size so that volumes compare with surfaces.
-pub(super) fn weight(z: &Zone) -> f64 {
+fn weight(z: &Zone) -> f64 {
     match z.shape {
         Shape::Plate { .. } => z.measure,
         _ => 4.0 * z.measure,
     }
+}
+
+/// The larger of the two shares of the zones' power that a factor g carries, with extinctions of order one over the size.
+pub(super) fn share(factor: f64, a: &Zone, b: &Zone) -> f64 {
+    factor / weight(a).min(weight(b))
 }
 
 pub(super) fn plate_zone<'a>(plate: Plate, pane: Option<usize>) -> Zone<'a> {
