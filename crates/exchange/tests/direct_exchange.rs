@@ -1,6 +1,7 @@
 //! Aligned boxes against references, closed forms and laws.
 
 use std::f64::consts::PI;
+use zonal_exchange::Method;
 use zonal_exchange::aligned::{Cuboid, FactorCache, geometric_factor};
 use zonal_math::{Bounded, Grade, Vec3, sequence, vec3};
 
@@ -94,7 +95,7 @@ fn a_loose_tolerance_costs_less() {
     assert!(cost[3] < 10_000, "{cost:?}");
     let far = geometric_factor(&a, &cube(30.0, 7.0, 2.0), 1.0, 1e-10);
     assert!(far.evaluations <= 1500, "{far:?}");
-    assert_eq!(far.method, "gauss");
+    assert_eq!(far.method, Method::Gauss);
 }
 
 /// K, gg, gs, ss opposite, ss adjacent: shared/VALIDATION.md section 3.
@@ -435,7 +436,7 @@ fn unseen_pairs_are_exactly_zero() {
     let cache = FactorCache::new(1e-8);
     for b in [floor, beside, facing_away, back_to_back, below, cube(0.0, 0.0, -1.0)] {
         assert_eq!(geometric_factor(&floor, &b, 0.5, 1e-8).bounded, Bounded::ZERO, "{b:?}");
-        assert_eq!(geometric_factor(&b, &floor, 0.5, 1e-8).method, "unseen");
+        assert_eq!(geometric_factor(&b, &floor, 0.5, 1e-8).method, Method::Unseen);
         assert_eq!(cache.get(&floor, &b, 0.5), Bounded::ZERO);
         assert_eq!(cache.get_cumulants(&b, &floor).factor, Bounded::ZERO);
     }

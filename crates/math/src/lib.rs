@@ -6,11 +6,13 @@
 //! | [`bounded`] | a value with its error radius and the grade of the evidence |
 //! | [`gauss`] | Gauss–Legendre rules, and what their error is bounded by |
 //! | [`sequence`] | low-discrepancy points, deterministic |
+//! | [`simd`] | loops for the widest vectors of the machine, with the same bits on all of them |
 //! | [`special`] | exponential integrals |
 
 pub mod bounded;
 pub mod gauss;
 pub mod sequence;
+pub mod simd;
 pub mod special;
 pub mod vec3;
 

@@ -40,22 +40,8 @@ mod reduced;
 pub use cache::{Cumulants, FactorCache};
 pub use cuboid::Cuboid;
 
+use crate::{Factor, Method};
 use zonal_math::Bounded;
-
-/// A geometric factor and what it took.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Factor {
-    /// Value and proved radius: m⁴ for two voxels, m³ for a voxel and a patch, m² for two patches.
-    pub bounded: Bounded,
-    /// Evaluations of the integrand.
-    pub evaluations: u64,
-    /// How it was computed: `unseen` (exactly zero), `gauss`, or `pyramid` where the boxes touch or overlap.
-    pub method: &'static str,
-}
-
-impl Factor {
-    const UNSEEN: Factor = Factor { bounded: Bounded::ZERO, evaluations: 0, method: "unseen" };
-}
 
 /// The smallest tolerance that is asked for; below, rounding is all there is.
 const FINEST: f64 = 1e-13;
@@ -82,6 +68,6 @@ fn factor_of(pair: &reduced::Reduced, kappa: f64, tolerance: f64) -> Factor {
     Factor {
         bounded: Bounded::proved(i.value[0], i.radius),
         evaluations: i.evaluations,
-        method: if i.touching { "pyramid" } else { "gauss" },
+        method: if i.touching { Method::Pyramid } else { Method::Gauss },
     }
 }

@@ -74,7 +74,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
             format!("{:.17e}", f.bounded.value),
             format!("{:.3e}", f.bounded.radius * (1.0 + 1e-3)),
             f.bounded.grade.word().to_string(),
-            f.method.to_string(),
+            f.method.word().to_string(),
         ];
         out.write_record(record.iter().map(str::to_string).chain(cells)).map_err(broken)?;
     }

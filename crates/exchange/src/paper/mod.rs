@@ -1,0 +1,1 @@
+//! Every method of the paper (Arquès and Michelin), one file each, restated and corrected.

@@ -1,0 +1,1 @@
+//! Plates in any position: contour integrals in closed form, and Gauss rules with proven bounds.
