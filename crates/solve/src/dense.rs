@@ -95,8 +95,9 @@ impl Dense {
             for (k, row) in rows.iter_mut().enumerate() {
                 let i = first + k;
                 let mut pane = Vec::new();
+                let pairs = exchange.row(i);
                 for j in 0..=i {
-                    let f = exchange.pair(i, j, &mut chunk.counts);
+                    let f = exchange.pair_in(&pairs, j, &mut chunk.counts);
                     if i < shared {
                         for (r, &b) in row.iter_mut().zip(&lead) {
                             r[j] = f.value[b];
@@ -127,7 +128,7 @@ impl Dense {
             }
         }
         noise.iter_mut().for_each(|s| *s = s.sqrt());
-        let proved = counts.rays + counts.general + counts.cut + counts.pane == 0;
+        let proved = counts.rays + counts.general + counts.cut + counts.pane + counts.paper == 0;
         let grade = if proved { Grade::Proved } else { Grade::Estimated };
         (Dense { n, shared, matrices, group, panes, scaling: None, grade }, Assembly { counts, noise })
     }

@@ -34,4 +34,4 @@ pub mod pipeline;
 pub mod surroundings;
 
 pub use operator::Operator;
-pub use pipeline::{solve, solve_zones};
+pub use pipeline::{solve, solve_with, solve_zones};

@@ -9,7 +9,7 @@ use crate::krylov::{self, Ended};
 use crate::operator::Operator;
 use crate::surroundings::Escape;
 use std::f64::consts::PI;
-use zonal_exchange::pair::{Counts, Exchange, strength};
+use zonal_exchange::pair::{Counts, Exchange, Settings, VoxelFactors, strength};
 use zonal_math::Grade;
 use zonal_scene::{Bands, Fields, Progress, Report, Scene, SceneError, Solution, Zones, bands};
 use zonal_transport::{Transport, build_zones};
@@ -29,6 +29,16 @@ fn escape_rays(scene: &Scene) -> usize {
 
 /// Solves a scene with the dense engine; refuses with a reason when it would need more than `memory` bytes.
 pub fn solve(scene: Scene, memory: u64, progress: &dyn Progress) -> Result<Solution, SceneError> {
+    solve_with(scene, memory, Settings::default(), progress)
+}
+
+/// The same with the exchange of pairs computed as `settings` say.
+pub fn solve_with(
+    scene: Scene,
+    memory: u64,
+    settings: Settings,
+    progress: &dyn Progress,
+) -> Result<Solution, SceneError> {
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport)?;
     let forecast = Forecast::new(&scene, &zones, &transport);
@@ -43,7 +53,7 @@ pub fn solve(scene: Scene, memory: u64, progress: &dyn Progress) -> Result<Solut
             ),
         ));
     }
-    let (fields, report) = solve_zones(&scene, &zones, &transport, progress);
+    let (fields, report) = solve_zones(&scene, &zones, &transport, settings, progress);
     drop(transport);
     Ok(Solution {
         zones,
@@ -60,10 +70,11 @@ pub fn solve_zones(
     scene: &Scene,
     zones: &Zones,
     transport: &Transport,
+    settings: Settings,
     progress: &dyn Progress,
 ) -> (Fields, Report) {
     let options = scene.options();
-    let exchange = Exchange::new(scene, zones, transport);
+    let exchange = Exchange::with_settings(scene, zones, transport, settings);
     let group = dense::groups(scene, transport.has_panes_between());
     let (mut operator, assembly) = Dense::assemble(&exchange, zones, group, progress);
     drop(exchange);
@@ -86,6 +97,11 @@ pub fn solve_zones(
     let fields = fields(zones, &operator, &ended, &sources, direct.fields.clone(), &assembly, &defects);
     let balance = energy::balance(scene, zones, &fields, &ended.strengths, &escape, &direct);
     let mut warnings = forecast::warnings(scene, zones);
+    if settings.voxels != VoxelFactors::Exact && assembly.counts.paper > 0 {
+        warnings.push(
+            "the factors of two voxels are those of the paper, for comparison: the errors stated here leave out what that costs".into(),
+        );
+    }
     if !escape.closed() {
         warnings.push("the scene is open: power escapes to the surroundings or onto black backs".into());
     }
@@ -188,7 +204,8 @@ fn counts(zones: &Zones, c: &Counts, escape_rays: u64) -> Vec<(String, u64)> {
         ("patches", zones.patches.len() as u64),
         ("voxel zones", zones.voxels.len() as u64),
         ("pane zones", zones.panes.len() as u64),
-        ("pairs by the reduced integral", c.aligned),
+        ("aligned pairs", c.aligned),
+        ("voxel pairs by a formula of the paper", c.paper),
         ("pairs by the closed solid angle", c.general),
         ("pairs with a cut voxel", c.cut),
         ("pairs with a pane", c.pane),

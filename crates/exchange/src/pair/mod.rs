@@ -17,26 +17,57 @@
 
 mod parts;
 mod rays;
+mod strips;
 mod zone;
 
 use crate::aligned::{Cuboid, FactorCache};
 use crate::general::{self, Moments};
 use parts::subcell_table;
 use rays::{PANE_SPLITS, pane_own};
-use zonal_math::Vec3;
+use std::f64::consts::PI;
+use zonal_math::{Bounded, Vec3};
 use zonal_scene::zones::SUBCELLS;
 use zonal_scene::{Bands, Plate, Scene, Zones, bands};
 use zonal_transport::Transport;
 use zone::{Shape, Zone, behind, plate_zone};
 
-/// The relative radius of the axis-aligned factors in a solve: they are exact for every purpose of it.
-const ALIGNED_TOLERANCE: f64 = 1e-11;
+/// Which formula gives the exchange of two whole voxels. Every other pair, and a voxel with itself, has its exact factor always: the paper
+/// has no formula of its own for them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum VoxelFactors {
+    /// The reduced integral with the attenuation inside.
+    #[default]
+    Exact,
+    /// The paper's algorithm `Formfact`, a Gegenbauer series a strip, times the transmittance of the distance between the centres.
+    Series,
+    /// Proposition 1: the exact geometric factor times that transmittance.
+    Proposition1,
+    /// Formula (3): everything at the centres.
+    Point,
+}
+
+/// How the exchange of pairs is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Relative radius of the axis-aligned factors. The default, 1e-11, is exact for every purpose of a solve.
+    pub aligned_tolerance: f64,
+    /// The formula for two voxels.
+    pub voxels: VoxelFactors,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings { aligned_tolerance: 1e-11, voxels: VoxelFactors::Exact }
+    }
+}
 
 /// What was counted while pairs were computed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
-    /// Pairs of axis-aligned zones by the reduced integral.
+    /// Pairs of axis-aligned zones by exact factors.
     pub aligned: u64,
+    /// Pairs of voxels by a formula of the paper.
+    pub paper: u64,
     /// Pairs with a plate in a general position.
     pub general: u64,
     /// Pairs with a cut voxel.
@@ -55,6 +86,7 @@ impl Counts {
     /// Adds another count.
     pub fn merge(&mut self, o: Counts) {
         self.aligned += o.aligned;
+        self.paper += o.paper;
         self.general += o.general;
         self.cut += o.cut;
         self.pane += o.pane;
@@ -73,12 +105,20 @@ pub struct PairFactor {
     pub radius: Bands,
 }
 
+/// A zone whose pairs are asked for, with what they share.
+pub struct Row {
+    i: usize,
+    /// 𝓕 with every cell of the voxmap by the paper's algorithm, where it is asked for.
+    series: Vec<Bounded>,
+}
+
 /// Exchange of the zones of a scene.
 pub struct Exchange<'a> {
     zones: &'a Zones,
     transport: &'a Transport<'a>,
     items: Vec<Zone<'a>>,
     cache: FactorCache,
+    settings: Settings,
     tolerance: f64,
     /// κ where every zone lies in one uniform medium (zero in vacuum) and no pane can stand between two zones.
     uniform: Option<Bands>,
@@ -94,6 +134,16 @@ pub struct Exchange<'a> {
 impl<'a> Exchange<'a> {
     /// Prepares the exchange of `zones`, which were built from `scene`.
     pub fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> Exchange<'a> {
+        Exchange::with_settings(scene, zones, transport, Settings::default())
+    }
+
+    /// The same with settings of one's own.
+    pub fn with_settings(
+        scene: &'a Scene,
+        zones: &'a Zones,
+        transport: &'a Transport<'a>,
+        settings: Settings,
+    ) -> Exchange<'a> {
         let mut items = Vec::with_capacity(zones.len());
         items.extend(zones.patches.iter().map(|p| plate_zone(p.plate, None)));
         let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
@@ -115,7 +165,7 @@ impl<'a> Exchange<'a> {
             });
         }
         items.extend(zones.panes.iter().enumerate().map(|(k, p)| plate_zone(p.plate, Some(k))));
-        let cache = FactorCache::new(ALIGNED_TOLERANCE);
+        let cache = FactorCache::new(settings.aligned_tolerance);
         let subcells = if zones.voxels.iter().any(|z| !z.part.is_empty()) {
             subcell_table(cell * (1.0 / SUBCELLS as f64), &cache)
         } else {
@@ -126,6 +176,7 @@ impl<'a> Exchange<'a> {
             transport,
             items,
             cache,
+            settings,
             tolerance: scene.options().tolerance,
             uniform: uniform_medium(scene, zones, transport),
             varied: transport.has_panes_between()
@@ -140,6 +191,20 @@ impl<'a> Exchange<'a> {
     /// g_ij; symmetric to the bit.
     pub fn pair(&self, i: usize, j: usize, counts: &mut Counts) -> PairFactor {
         let (i, j) = if i < j { (j, i) } else { (i, j) };
+        self.pair_in(&self.row(i), j, counts)
+    }
+
+    /// What the pairs of zone `i` with those up to itself share: asked once for a row, it spares work.
+    pub fn row(&self, i: usize) -> Row {
+        let whole = matches!(self.items[i].shape, Shape::Cuboid);
+        let series = whole && self.settings.voxels == VoxelFactors::Series;
+        Row { i, series: if series { self.strips(i) } else { Vec::new() } }
+    }
+
+    /// g_ij of the row's zone i and j ≤ i.
+    pub fn pair_in(&self, row: &Row, j: usize, counts: &mut Counts) -> PairFactor {
+        let i = row.i;
+        assert!(j <= i, "a row has the zones up to its own");
         let (a, b) = (&self.items[i], &self.items[j]);
         if i == j {
             return self.own(i, counts);
@@ -158,8 +223,29 @@ impl<'a> Exchange<'a> {
                 counts.pane += 1;
                 self.pane_pair(a, b, seed, PANE_SPLITS, counts)
             }
+            (Shape::Cuboid, Shape::Cuboid) if self.settings.voxels != VoxelFactors::Exact => {
+                counts.paper += 1;
+                let m = self.at_centres(row, j);
+                self.attenuated(a, b, m, self.uniform, seed, counts)
+            }
             _ => self.simple(a, b, seed, counts),
         }
+    }
+
+    /// A formula of the paper for two voxels: its geometric factor, all of it at the distance of the centres.
+    fn at_centres(&self, row: &Row, j: usize) -> Moments {
+        let (a, b) = (&self.items[row.i], &self.items[j]);
+        let r = (a.centre - b.centre).length();
+        let factor = match (self.settings.voxels, &a.aligned, &b.aligned) {
+            (VoxelFactors::Point, ..) => {
+                let f = a.measure * b.measure / (PI * r * r);
+                Bounded::estimated(f, 0.0)
+            }
+            (VoxelFactors::Series, ..) => row.series[self.zones.voxels[j - self.zones.voxel_offset()].cell],
+            (_, Some(p), Some(q)) => self.cache.get(p, q, 0.0),
+            _ => unreachable!("voxels are aligned"),
+        };
+        Moments { factor, mean: r, ..Moments::ZERO }
     }
 
     /// Pairs of patches and whole voxels.
@@ -182,7 +268,20 @@ impl<'a> Exchange<'a> {
             counts.general += 1;
         }
         let m = self.moments(a, b);
-        match self.uniform.filter(|_| !self.is_thick(a, b)) {
+        self.attenuated(a, b, m, self.uniform.filter(|_| !self.is_thick(a, b)), seed, counts)
+    }
+
+    /// A geometric factor with what lies between: a `uniform` medium, or whatever rays meet.
+    fn attenuated(
+        &self,
+        a: &Zone,
+        b: &Zone,
+        m: Moments,
+        uniform: Option<Bands>,
+        seed: u64,
+        counts: &mut Counts,
+    ) -> PairFactor {
+        match uniform {
             Some(kappa) => {
                 let t = bands(|k| m.transmittance(kappa[k]));
                 let out = PairFactor {

@@ -2,6 +2,7 @@
 
 use super::atomic::write_atomic;
 use super::npy::{self, Kind};
+use super::writer::Npz;
 use super::{FileError, reader};
 use std::io::Write;
 use std::path::Path;
@@ -16,6 +17,27 @@ pub fn write_array(path: &Path, shape: &[usize], values: &[f64]) -> Result<(), F
     write_atomic(path, |out| {
         out.write_all(&npy::header(Kind::F64, shape))?;
         values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))
+    })
+}
+
+/// An array with a name: shape, and values in C order.
+pub struct Named<'a> {
+    /// Its key in numpy.
+    pub name: &'a str,
+    /// Its shape.
+    pub shape: Vec<usize>,
+    /// Its values, in C order, as many as the shape says.
+    pub values: &'a [f64],
+}
+
+/// Writes arrays of doubles into one npz, not compressed.
+pub fn write_arrays(path: &Path, arrays: &[Named]) -> Result<(), FileError> {
+    write_atomic(path, |out| {
+        let mut npz = Npz::stored(out);
+        for a in arrays {
+            npz.grid(a.name, &a.shape, a.values.iter().copied())?;
+        }
+        npz.finish()
     })
 }
 

@@ -27,7 +27,7 @@ mod npy;
 mod reader;
 mod writer;
 
-pub use arrays::{read_array, write_array, write_bytes};
+pub use arrays::{Named, read_array, write_array, write_arrays, write_bytes};
 pub use csv::write_zones_csv;
 pub use exr::{Picture, read_exr, write_exr};
 pub use hash::scene_hash;

@@ -1,4 +1,4 @@
-//! Writing arrays into an npz: a zip of npy files, deflated at the fastest level.
+//! Writing arrays into an npz: a zip of npy files, deflated at the fastest level or stored as they are.
 
 use super::npy::{self, Kind};
 use std::io::{self, Seek, Write};
@@ -6,11 +6,15 @@ use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Plate, PlateKind};
 
-pub struct Npz<W: Write + Seek>(ZipWriter<W>);
+pub struct Npz<W: Write + Seek>(ZipWriter<W>, CompressionMethod);
 
 impl<W: Write + Seek> Npz<W> {
     pub fn new(out: W) -> Npz<W> {
-        Npz(ZipWriter::new(out))
+        Npz(ZipWriter::new(out), CompressionMethod::Deflated)
+    }
+
+    pub fn stored(out: W) -> Npz<W> {
+        Npz(ZipWriter::new(out), CompressionMethod::Stored)
     }
 
     pub fn finish(self) -> io::Result<()> {
@@ -19,9 +23,10 @@ impl<W: Write + Seek> Npz<W> {
 
     fn begin(&mut self, name: &str, kind: Kind, shape: &[usize]) -> io::Result<()> {
         let bytes = kind.size() * shape.iter().product::<usize>();
+        let level = (self.1 == CompressionMethod::Deflated).then_some(1);
         let options = SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Deflated)
-            .compression_level(Some(1))
+            .compression_method(self.1)
+            .compression_level(level)
             .large_file(bytes > 1 << 31);
         self.0.start_file(format!("{name}.npy"), options).map_err(io::Error::other)?;
         self.0.write_all(&npy::header(kind, shape))

@@ -1,7 +1,7 @@
 //! Scenes and measures that several tests share.
 #![allow(dead_code, missing_docs)]
 
-use zonal_exchange::pair::{Counts, Exchange};
+use zonal_exchange::pair::{Counts, Exchange, Settings};
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Facet, Fields, Plate, Quiet, Report, Scene, SceneParts, Sides, Solution, Surface, Zones};
@@ -123,7 +123,7 @@ pub fn on_threads(scene: &Scene, threads: usize) -> (Fields, Report) {
     pool.install(|| {
         let transport = Transport::new(scene);
         let zones = build_zones(scene, &transport).unwrap();
-        solve_zones(scene, &zones, &transport, &Quiet)
+        solve_zones(scene, &zones, &transport, Settings::default(), &Quiet)
     })
 }
 

@@ -12,6 +12,9 @@ pub struct Args {
     /// How fine: zones and pixels.
     #[arg(long, value_enum, default_value_t = Size::Full)]
     pub size: Size,
+    /// Formula for the exchange of two voxels, as in `zonal solve`.
+    #[arg(long, value_enum, default_value_t = solve::Factors::Exact)]
+    pub factors: solve::Factors,
     /// Folder for the solution and the pictures; made if it is not there.
     #[arg(long, short, default_value = "zonal-demo")]
     pub output: PathBuf,
@@ -62,7 +65,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     scene.cameras().iter().try_for_each(|c| super::check_output(&picture(&c.name), &["png"]))?;
     let meter = Meter::new(context.quiet);
     let start = std::time::Instant::now();
-    let solution = solve::solved(scene, 12 << 30, &meter)?;
+    let solution = solve::solved(scene, 12 << 30, args.factors.settings(), &meter)?;
     let solved = start.elapsed().as_secs_f64();
     output::write_solution(&run, &solution)?;
     let (pixels, samples) = match args.size {

@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod demo;
+pub mod exchange;
 pub mod export;
 pub mod factors;
 pub mod render;
@@ -46,6 +47,8 @@ pub enum Command {
     Render(render::Args),
     /// Write the zones of a solution as a table (.csv).
     Export(export::Args),
+    /// Write the exchange areas of all zones of a scene, each with its error radius (.npz).
+    Exchange(exchange::Args),
     /// Exchange factors of axis-aligned pairs, with proven error bounds, from a table to a table (.csv).
     Factors(factors::Args),
 }
@@ -72,6 +75,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Command::Solve(a) => solve::run(&a, context),
         Command::Render(a) => render::run(&a, context),
         Command::Export(a) => export::run(&a, context),
+        Command::Exchange(a) => exchange::run(&a, context),
         Command::Factors(a) => factors::run(&a, context),
     }
 }

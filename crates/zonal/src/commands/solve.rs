@@ -4,6 +4,7 @@ use super::{Context, check_output};
 use crate::failure::say;
 use crate::{Failure, meter::Meter, table};
 use std::path::PathBuf;
+use zonal_exchange::pair::{Settings, VoxelFactors};
 use zonal_io::output;
 use zonal_scene::{Progress, Scene, Solution};
 
@@ -21,9 +22,38 @@ pub struct Args {
     /// Closure of the exchange areas: `measure` or `restore`; overrides the scene's.
     #[arg(long)]
     pub closure: Option<ClosureMode>,
+    /// Formula for the exchange of two voxels: the exact one, or one of the paper's for comparison.
+    #[arg(long, value_enum, default_value_t = Factors::Exact)]
+    pub factors: Factors,
     /// Largest memory for exchange areas, GB.
     #[arg(long, default_value_t = 12.0)]
     pub max_memory: f64,
+}
+
+/// The formula for the exchange of two voxels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Factors {
+    /// The reduced integral, attenuation inside, to 1e-11.
+    Exact,
+    /// The paper's method: a Gegenbauer series along strips of voxels, times the transmittance between the centres.
+    Series,
+    /// Proposition 1: the exact geometric factor times the transmittance between the centres.
+    Prop1,
+    /// Formula (3): kernel and transmittance at the centres.
+    Point,
+}
+
+impl Factors {
+    /// The settings of the exchange that it stands for.
+    pub fn settings(self) -> Settings {
+        let voxels = match self {
+            Factors::Exact => VoxelFactors::Exact,
+            Factors::Series => VoxelFactors::Series,
+            Factors::Prop1 => VoxelFactors::Proposition1,
+            Factors::Point => VoxelFactors::Point,
+        };
+        Settings { voxels, ..Settings::default() }
+    }
 }
 
 /// What to do about closure.
@@ -47,7 +77,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     options.restore_closure = args.closure.map_or(options.restore_closure, |c| c == ClosureMode::Restore);
     let scene =
         scene.with_options(options).map_err(|e| Failure::new(format!("--tolerance: {}", e.what())))?;
-    let solution = solved(scene, (args.max_memory * 1e9) as u64, &Meter::new(context.quiet))
+    let memory = (args.max_memory * 1e9) as u64;
+    let solution = solved(scene, memory, args.factors.settings(), &Meter::new(context.quiet))
         .map_err(|e| Failure::in_file(&args.scene, e))?;
     output::write_solution(&args.output, &solution)?;
     if context.json {
@@ -63,8 +94,13 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
 }
 
 /// Solves and signs a scene.
-pub fn solved(scene: Scene, memory: u64, progress: &dyn Progress) -> Result<Solution, Failure> {
-    let mut solution = zonal_solve::solve(scene, memory, progress)?;
+pub fn solved(
+    scene: Scene,
+    memory: u64,
+    settings: Settings,
+    progress: &dyn Progress,
+) -> Result<Solution, Failure> {
+    let mut solution = zonal_solve::solve_with(scene, memory, settings, progress)?;
     solution.scene_hash = output::scene_hash(&solution.scene);
     Ok(solution)
 }
