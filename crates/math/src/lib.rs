@@ -4,13 +4,19 @@
 //! |---|---|
 //! | [`mod@vec3`] | three-dimensional vectors in f64 |
 //! | [`bounded`] | a value with its error radius and the grade of the evidence |
+//! | [`collapsed`] | Gauss–Jacobi rules for triangles, with their remainders |
+//! | [`dilogarithm`] | Li₂ in the unit disc |
 //! | [`gauss`] | Gauss–Legendre rules, and what their error is bounded by |
+//! | [`logarithm`] | ln for lane arrays |
 //! | [`sequence`] | low-discrepancy points, deterministic |
 //! | [`simd`] | loops for the widest vectors of the machine, with the same bits on all of them |
 //! | [`special`] | exponential integrals |
 
 pub mod bounded;
+pub mod collapsed;
+pub mod dilogarithm;
 pub mod gauss;
+pub mod logarithm;
 pub mod sequence;
 pub mod simd;
 pub mod special;
