@@ -1,18 +1,28 @@
 //! Slow independent oracles, for tests.
 //!
 //! Nothing here is shared with the engines it checks: no tree, no quadrature, no walk from cell to cell, no cache. Every ray asks
-//! every facet; every integral is a mean over random samples with its standard error; seeds make all of it repeatable.
+//! every facet; integrals over scenes are means over random samples with their standard errors, and seeds make all of it repeatable.
+//! Factors of aligned boxes come from closed forms along rays and a tanh–sinh rule, with an error of their own.
 //!
 //! | module | what |
 //! |---|---|
 //! | [`dice`] | random numbers, points and directions |
 //! | [`world`] | a scene asked by brute force: the first facet, the medium and the panes along a ray |
 //! | [`exchange`] | g_ij of two bodies: by pairs of points, or by rays from the one that score on the other |
+//! | [`factors`] | aligned boxes and rectangles, attenuated or not, to thirteen digits |
+//! | [`closed`] | aligned rectangles without a medium, corner sums in twice the precision |
+//! | [`tanh_sinh`], [`wide`] | the rule and the numbers of 106 bits that they stand on |
+//! | [`plane`] | view factors of walls in the plane, one behind the other, exactly |
 //! | [`radiance`] | H of a plate and G in a box by random walks of light, without any zones |
 
+pub mod closed;
 pub mod dice;
 pub mod exchange;
+pub mod factors;
+pub mod plane;
 pub mod radiance;
+pub mod tanh_sinh;
+pub mod wide;
 pub mod world;
 
 pub use dice::Dice;
