@@ -1,3 +1,14 @@
 //! Plates in any position: contour integrals in closed form, and Gauss rules with proven bounds.
 
+mod contour;
+mod edges;
+mod matrix;
+mod oblique;
+mod plates;
+mod prepared;
+mod skew;
+mod tensor;
 pub mod visible;
+
+pub use matrix::{Matrix, matrix};
+pub use plates::plate_plate;

@@ -41,6 +41,9 @@ const FINE: usize = 6;
 const COARSE: usize = 4;
 /// Triangles up to which critical segments are cut along before any value is known.
 const FORCED: usize = 192;
+/// What the difference of the rules is multiplied by on a triangle that a critical segment still crosses: over a kink two rules may
+/// agree by chance.
+const UNSETTLED: f64 = 4.0;
 /// Distances below this part of the polygons' size count as none: corners that are shared, walls that stand on each other.
 const TOUCH: f64 = 1e-10;
 /// Rounding of one integrand relative to π, by experience with slivers.
@@ -144,9 +147,9 @@ pub fn exchange(a: &Polygon, b: &Polygon, obstructions: &[Polygon], demand: &Dem
     let between = between(&outer, &inner, obstructions, eps);
     let segments = critical::segments(&outer, &inner, &between);
     let view = View::new(outer.normal, &inner, &between);
-    let mut work = Work { view, parts: BinaryHeap::new(), made: 0, evaluations: 0 };
-    work.start(&outer, &segments);
-    work.refine(&segments, demand, floor)
+    let mut work = Work { view, segments: &segments, parts: BinaryHeap::new(), made: 0, evaluations: 0 };
+    work.start(&outer);
+    work.refine(demand, floor)
 }
 
 /// The smaller first; of equal ones that with the smaller corners in lexicographic order.
@@ -240,6 +243,7 @@ impl Ord for Part {
 
 struct Work<'a> {
     view: View<'a>,
+    segments: &'a [Segment],
     parts: BinaryHeap<Part>,
     made: u64,
     evaluations: u64,
@@ -247,10 +251,10 @@ struct Work<'a> {
 
 impl Work<'_> {
     /// The polygon in triangles, cut along the shadows that each obstruction casts by itself.
-    fn start(&mut self, outer: &Polygon, segments: &[Segment]) {
+    fn start(&mut self, outer: &Polygon) {
         let c = &outer.corners;
         let mut triangles: Vec<[Vec3; 3]> = (2..c.len()).map(|k| [c[0], c[k - 1], c[k]]).collect();
-        for s in segments.iter().filter(|s| s.first) {
+        for s in self.segments.iter().filter(|s| s.first) {
             if triangles.len() > FORCED {
                 break;
             }
@@ -263,7 +267,8 @@ impl Work<'_> {
 
     fn add(&mut self, corners: [Vec3; 3]) -> (f64, f64) {
         let (value, coarse) = (self.rule(&corners, FINE), self.rule(&corners, COARSE));
-        let error = (value - coarse).abs();
+        let unsettled = self.segments.iter().any(|s| s.first && s.crosses(&corners));
+        let error = (value - coarse).abs() * if unsettled { UNSETTLED } else { 1.0 };
         self.parts.push(Part { corners, value, error, made: self.made });
         self.made += 1;
         (value, error)
@@ -283,7 +288,7 @@ impl Work<'_> {
         sum * first.cross(second).length()
     }
 
-    fn refine(mut self, segments: &[Segment], demand: &Demand, floor: f64) -> Factor {
+    fn refine(mut self, demand: &Demand, floor: f64) -> Factor {
         let sums = |parts: &BinaryHeap<Part>| {
             parts.iter().fold((0.0, 0.0, 0.0), |(v, e, m), p| (v + p.value, e + p.error, p.error.max(m)))
         };
@@ -297,7 +302,7 @@ impl Work<'_> {
             }
             let part = self.parts.pop().expect("a part");
             (value, error) = (value - part.value, error - part.error);
-            let cut = segments.iter().find_map(|s| s.cut(&part.corners));
+            let cut = self.segments.iter().find_map(|s| s.cut(&part.corners));
             for t in cut.unwrap_or_else(|| halves(&part.corners)) {
                 let (v, e) = self.add(t);
                 (value, error) = (value + v, error + e);

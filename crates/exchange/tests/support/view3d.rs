@@ -1,7 +1,8 @@
 //! View3D's files, as far as the tests need them: enclosures (.vs3), cross-sections (.vs2), printed matrices.
 
 use std::path::PathBuf;
-use zonal_exchange::polygon::visible::Polygon;
+use zonal_exchange::Demand;
+use zonal_exchange::polygon::visible::{Polygon, exchange};
 use zonal_math::Vec3;
 
 /// A surface of a file, as written.
@@ -13,8 +14,6 @@ pub struct Surface {
     pub base: usize,
     /// Number (from one) of the surface that this one's factors are added to; zero for none.
     pub combine: usize,
-    /// Emissivity.
-    pub emissivity: f64,
 }
 
 /// The text of a file below View3D's folder, or None with a line on the standard output.
@@ -45,12 +44,7 @@ pub fn surfaces(text: &str, corners: usize) -> Vec<Surface> {
                 let list = (2..2 + corners).map(at).filter(|v| *v > 0).map(|v| vertices[v - 1]).collect();
                 // A cross-section has a column more, for obstructions.
                 let k = if corners == 2 { 5 } else { 6 };
-                out.push(Surface {
-                    corners: list,
-                    base: at(k),
-                    combine: at(k + 1),
-                    emissivity: number(k + 2),
-                });
+                out.push(Surface { corners: list, base: at(k), combine: at(k + 1) });
             }
             Some("end") => break,
             _ => {}
@@ -73,14 +67,104 @@ pub fn polygons(s: &Surface) -> Vec<Polygon> {
     (0..2).filter_map(split).find(same_side).expect("a quadrangle that two triangles make")
 }
 
-/// Areas, matrix and emissivities of a printed 3-D result.
+/// Exchange areas A_i F_ij of all surfaces behind one another, bases without their parts, and each row's area.
+pub fn exchange_areas(all: &[Surface], tolerance: f64, floor: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let parts: Vec<Vec<Polygon>> = all.iter().map(polygons).collect();
+    let walls: Vec<Polygon> = parts.iter().flatten().cloned().collect();
+    let demand = Demand::relative(tolerance);
+    let n = all.len();
+    let mut f = vec![vec![0.0; n]; n];
+    for i in 0..n {
+        for j in 0..i {
+            let pairs = parts[i].iter().flat_map(|a| parts[j].iter().map(move |b| (a, b)));
+            f[i][j] = pairs.map(|(a, b)| exchange(a, b, &walls, &demand, floor).bounded.value).sum();
+            f[j][i] = f[i][j];
+        }
+    }
+    let mut areas: Vec<f64> = parts.iter().map(|p| p.iter().map(Polygon::area).sum()).collect();
+    for i in (0..n).filter(|i| all[*i].base > 0) {
+        let base = all[i].base - 1;
+        areas[base] -= areas[i];
+        for j in 0..n {
+            f[base][j] -= f[i][j];
+            f[j][base] -= f[j][i];
+        }
+    }
+    (areas, f)
+}
+
+/// The surface that each one's factors are added to in the end, numbered among those.
+pub fn groups(all: &[Surface]) -> Vec<usize> {
+    let kept: Vec<usize> = (0..all.len()).filter(|i| all[*i].combine == 0).collect();
+    let root = |mut i: usize| {
+        while all[i].combine > 0 {
+            i = all[i].combine - 1;
+        }
+        kept.iter().position(|k| *k == i).unwrap()
+    };
+    (0..all.len()).map(root).collect()
+}
+
+/// Areas and plain factors F_ij of the combined surfaces.
+pub fn combined(all: &[Surface], (areas, f): &(Vec<f64>, Vec<Vec<f64>>)) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let group = groups(all);
+    let n = group.iter().max().unwrap() + 1;
+    let (mut a, mut sums) = (vec![0.0; n], vec![vec![0.0; n]; n]);
+    for i in 0..all.len() {
+        a[group[i]] += areas[i];
+        (0..all.len()).for_each(|j| sums[group[i]][group[j]] += f[i][j]);
+    }
+    for (row, a) in sums.iter_mut().zip(&a) {
+        row.iter_mut().for_each(|x| *x /= a);
+    }
+    (a, sums)
+}
+
+/// X of M X = R by Gauss's elimination.
+fn solved(mut m: Vec<Vec<f64>>, mut r: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let n = m.len();
+    for k in 0..n {
+        let pivot = (k..n).max_by(|i, j| m[*i][k].abs().total_cmp(&m[*j][k].abs())).unwrap();
+        m.swap(k, pivot);
+        r.swap(k, pivot);
+        for i in (0..n).filter(|i| *i != k) {
+            let f = m[i][k] / m[k][k];
+            for j in 0..n {
+                m[i][j] -= f * m[k][j];
+                r[i][j] -= f * r[k][j];
+            }
+        }
+    }
+    for k in 0..n {
+        let d = m[k][k];
+        r[k].iter_mut().for_each(|x| *x /= d);
+    }
+    r
+}
+
+/// Plain factors F from total exchange factors, G = ε² F + (1 − ε) G F.
+pub fn plain(g: &[Vec<f64>], e: f64) -> Vec<Vec<f64>> {
+    let mut m: Vec<Vec<f64>> = g.iter().map(|r| r.iter().map(|x| x * (1.0 - e)).collect()).collect();
+    m.iter_mut().enumerate().for_each(|(i, r)| r[i] += e * e);
+    solved(m, g.to_vec())
+}
+
+/// Total exchange factors G = ε² (I − (1 − ε) F)⁻¹ F of plain ones.
+pub fn grey(f: &[Vec<f64>], e: f64) -> Vec<Vec<f64>> {
+    let mut m: Vec<Vec<f64>> = f.iter().map(|r| r.iter().map(|x| x * (e - 1.0)).collect()).collect();
+    m.iter_mut().enumerate().for_each(|(i, r)| r[i] += 1.0);
+    solved(m, f.iter().map(|r| r.iter().map(|x| x * e * e).collect()).collect())
+}
+
+/// ε of every surface of every printed result.
+pub const EMISSIVITY: f64 = 0.9;
+
+/// Areas and matrix of a printed 3-D result.
 pub struct Printed {
     /// Areas.
     pub areas: Vec<f64>,
     /// The matrix, row by row.
     pub matrix: Vec<Vec<f64>>,
-    /// Emissivities.
-    pub emissivities: Vec<f64>,
 }
 
 /// Reads a printed 3-D result.
@@ -88,5 +172,29 @@ pub fn printed(text: &str) -> Printed {
     let row = |l: &str| l.split_whitespace().map(|x| x.parse::<f64>().unwrap()).collect::<Vec<f64>>();
     let mut rows: Vec<Vec<f64>> = text.lines().skip(1).filter(|l| !l.trim().is_empty()).map(row).collect();
     let (areas, emissivities) = (rows.remove(0), rows.pop().unwrap());
-    Printed { areas, matrix: rows, emissivities }
+    assert!(emissivities.iter().all(|e| *e == EMISSIVITY));
+    Printed { areas, matrix: rows }
+}
+
+/// A_i G_ij with i ≥ j from a file that lists its triangle, a line of number, area, emissivity and name before each row.
+pub fn triangle(text: &str) -> Vec<Vec<f64>> {
+    let text = text.replace('\u{2011}', "-");
+    let mut rows: Vec<Vec<f64>> = Vec::new();
+    for line in text.lines().skip_while(|l| !l.starts_with("!  #")).skip(1) {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        if words.first().is_some_and(|w| w.parse::<usize>().is_ok()) {
+            rows.push(Vec::new());
+        } else if let Some(row) = rows.last_mut() {
+            row.extend(words.iter().map(|w| w.parse::<f64>().unwrap()));
+        }
+    }
+    rows
+}
+
+/// F row by row from a printed 2-D result.
+pub fn printed_plane(text: &str) -> Vec<Vec<f64>> {
+    let mut words = text.lines().skip(1).filter(|l| !l.starts_with('!')).flat_map(str::split_whitespace);
+    let n: usize = words.next().unwrap().parse().unwrap();
+    words.by_ref().take(2).for_each(drop);
+    (0..n).map(|_| words.by_ref().skip(4).take(n).map(|w| w.parse().unwrap()).collect()).collect()
 }

@@ -100,7 +100,7 @@ impl Segment {
     }
 
     /// True if a part of the segment that is no trifle lies inside a convex polygon.
-    fn crosses(&self, corners: &[Vec3]) -> bool {
+    pub(super) fn crosses(&self, corners: &[Vec3]) -> bool {
         let n = corners.len();
         let d = self.to - self.from;
         let size = corners.iter().fold(0.0f64, |s, c| s.max((*c - corners[0]).length()));
