@@ -21,6 +21,7 @@ pub use zonal_transport as transport;
 pub mod commands;
 pub mod failure;
 pub mod meter;
+pub mod plot;
 pub mod table;
 
 pub use failure::Failure;

@@ -31,8 +31,8 @@ use zonal_scene::{Bands, Plate, Scene, Zones, bands};
 use zonal_transport::Transport;
 use zone::{Shape, Zone, behind, plate_zone};
 
-/// Which formula gives the exchange of two whole voxels. Every other pair, and a voxel with itself, has its exact factor always: the paper
-/// has no formula of its own for them.
+/// Which formula gives the exchange of two whole voxels. Every other pair has its exact factor always: the paper has no formula of its own
+/// for them. Nor can formula (3) serve a voxel with itself, which is exact there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VoxelFactors {
     /// The reduced integral with the attenuation inside.
@@ -332,7 +332,9 @@ impl<'a> Exchange<'a> {
             Shape::Cuboid => {
                 let kappa = self.kappa(i);
                 let c = z.aligned.as_ref().expect("a voxel is aligned");
-                let f = kappa.map(|k| self.cache.get(c, c, k));
+                // Proposition 1 has the transmittance of the distance between the centres, which is none here.
+                let outside = matches!(self.settings.voxels, VoxelFactors::Series | VoxelFactors::Proposition1);
+                let f = kappa.map(|k| self.cache.get(c, c, if outside { 0.0 } else { k }));
                 let all = PairFactor { value: f.map(|f| f.value), radius: f.map(|f| f.radius) };
                 self.own_visible(i, all, counts)
             }

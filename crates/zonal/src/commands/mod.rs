@@ -6,6 +6,7 @@ pub mod exchange;
 pub mod export;
 pub mod factors;
 pub mod render;
+pub mod reproduce;
 pub mod solve;
 
 use clap::{Parser, Subcommand};
@@ -51,6 +52,8 @@ pub enum Command {
     Exchange(exchange::Args),
     /// Exchange factors of axis-aligned pairs, with proven error bounds, from a table to a table (.csv).
     Factors(factors::Args),
+    /// Compute the paper's figures, table and claims afresh, with plots and a page that explains them.
+    Reproduce(reproduce::Args),
 }
 
 /// Where reports go.
@@ -77,6 +80,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Command::Export(a) => export::run(&a, context),
         Command::Exchange(a) => exchange::run(&a, context),
         Command::Factors(a) => factors::run(&a, context),
+        Command::Reproduce(a) => reproduce::run(&a, context),
     }
 }
 
