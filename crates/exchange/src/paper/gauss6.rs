@@ -1,0 +1,1 @@
+//! The integration that the paper measures against: Gauss–Legendre in every direction of both zones.
