@@ -97,35 +97,44 @@ fn legendre_pair(n: usize, x: Pair) -> (Pair, Pair) {
 }
 
 /// An unevaluated sum hi + lo of two doubles, |lo| ≤ ulp(hi)/2: about 106 bits (Dekker 1971).
-#[derive(Clone, Copy)]
-struct Pair {
-    hi: f64,
-    lo: f64,
+#[derive(Clone, Copy, Debug)]
+pub struct Pair {
+    /// The number, rounded.
+    pub hi: f64,
+    /// What the rounding left.
+    pub lo: f64,
 }
 
+// Plain names: operators would hide what each step costs.
+#[allow(clippy::should_implement_trait)]
 impl Pair {
-    fn new(x: f64) -> Pair {
+    /// A double as it is.
+    pub fn new(x: f64) -> Pair {
         Pair { hi: x, lo: 0.0 }
     }
     fn renormalised(hi: f64, lo: f64) -> Pair {
         let s = hi + lo;
         Pair { hi: s, lo: lo - (s - hi) }
     }
-    fn add(self, o: Pair) -> Pair {
+    /// The sum.
+    pub fn add(self, o: Pair) -> Pair {
         let s = self.hi + o.hi;
         let v = s - self.hi;
         let e = (self.hi - (s - v)) + (o.hi - v);
         Pair::renormalised(s, e + self.lo + o.lo)
     }
-    fn sub(self, o: Pair) -> Pair {
+    /// The difference.
+    pub fn sub(self, o: Pair) -> Pair {
         self.add(Pair { hi: -o.hi, lo: -o.lo })
     }
-    fn mul(self, o: Pair) -> Pair {
+    /// The product.
+    pub fn mul(self, o: Pair) -> Pair {
         let p = self.hi * o.hi;
         let e = self.hi.mul_add(o.hi, -p);
         Pair::renormalised(p, e + (self.hi * o.lo + self.lo * o.hi))
     }
-    fn div(self, o: Pair) -> Pair {
+    /// The quotient.
+    pub fn div(self, o: Pair) -> Pair {
         let q = self.hi / o.hi;
         let rest = self.sub(o.mul(Pair::new(q)));
         Pair::renormalised(q, rest.hi / o.hi)

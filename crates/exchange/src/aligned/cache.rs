@@ -16,7 +16,8 @@ use std::hash::{BuildHasherDefault, Hash, Hasher};
 use std::sync::Mutex;
 
 use super::reduced::{AxisDensity, Reduced, orientation};
-use super::{Cuboid, factor_of, integrate};
+use super::{Cuboid, integrate};
+use super::judge::factor_of;
 use zonal_math::Bounded;
 
 /// The factor without attenuation and the first cumulants of the distance under its kernel, for media whose

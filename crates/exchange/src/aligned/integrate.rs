@@ -132,7 +132,7 @@ fn rounding(cell: &Cell, kernel: &Kernel, points: usize) -> f64 {
 }
 
 /// Below this a value may have lost digits to underflow.
-const TINY: f64 = 1e-290;
+pub(super) const TINY: f64 = 1e-290;
 
 fn finish<const P: usize>(
     division: &Division,

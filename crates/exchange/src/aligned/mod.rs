@@ -30,9 +30,14 @@
 mod apart;
 mod cache;
 mod cells;
+mod closed;
 mod cuboid;
+mod density;
 mod ellipse;
 mod integrate;
+mod judge;
+pub mod lattice;
+mod moments;
 mod pyramid;
 mod radial;
 mod reduced;
@@ -40,8 +45,8 @@ mod reduced;
 pub use cache::{Cumulants, FactorCache};
 pub use cuboid::Cuboid;
 
-use crate::{Factor, Method};
-use zonal_math::Bounded;
+use crate::Factor;
+use judge::factor_of;
 
 /// The smallest tolerance that is asked for; below, rounding is all there is.
 const FINEST: f64 = 1e-13;
@@ -60,14 +65,5 @@ pub fn geometric_factor(a: &Cuboid, b: &Cuboid, kappa: f64, tolerance: f64) -> F
     match reduced::reduce(a, b) {
         None => Factor::UNSEEN,
         Some(pair) => factor_of(&pair, kappa, tolerance),
-    }
-}
-
-fn factor_of(pair: &reduced::Reduced, kappa: f64, tolerance: f64) -> Factor {
-    let i = integrate::integrate::<1>(pair, kappa, tolerance.clamp(FINEST, 0.1));
-    Factor {
-        bounded: Bounded::proved(i.value[0], i.radius),
-        evaluations: i.evaluations,
-        method: if i.touching { Method::Pyramid } else { Method::Gauss },
     }
 }

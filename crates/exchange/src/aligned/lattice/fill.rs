@@ -1,0 +1,192 @@
+//! Values and radii of a family of pairs that differ in their offset alone, eight at a time.
+//!
+//! A batch takes the cheapest method that is proved for **all** of its offsets: the moments' series (κ = 0), else Gauss rules of
+//! the density. Offsets nearer than D/RATIO, and any whose radius came out above the tolerance, go one by one to the judge of single pairs.
+
+use crate::Method;
+use crate::aligned::density::Grid;
+use crate::aligned::judge::{self, SHARE};
+use crate::aligned::moments::{self, Far, Shape};
+use crate::aligned::reduced::{AxisDensity, Reduced};
+use crate::aligned::{FINEST, integrate};
+use rayon::prelude::*;
+use zonal_math::simd::{self, LANES};
+
+/// Entries of a table by the method that served them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// By the moments' series.
+    pub moments: usize,
+    /// By the closed form of two rectangles.
+    pub closed: usize,
+    /// By Gauss rules.
+    pub gauss: usize,
+    /// By pyramid coordinates.
+    pub pyramid: usize,
+    /// Patches that do not see each other.
+    pub unseen: usize,
+}
+
+impl Tally {
+    /// The sum over the methods.
+    pub fn total(&self) -> usize {
+        self.moments + self.closed + self.gauss + self.pyramid + self.unseen
+    }
+    fn count(&mut self, method: Method, n: usize) {
+        *match method {
+            Method::Moments => &mut self.moments,
+            Method::Closed => &mut self.closed,
+            Method::Pyramid => &mut self.pyramid,
+            Method::Unseen => &mut self.unseen,
+            _ => &mut self.gauss,
+        } += n;
+    }
+    fn plus(self, o: Tally) -> Tally {
+        Tally {
+            moments: self.moments + o.moments,
+            closed: self.closed + o.closed,
+            gauss: self.gauss + o.gauss,
+            pyramid: self.pyramid + o.pyramid,
+            unseen: self.unseen + o.unseen,
+        }
+    }
+}
+
+/// Entries of a parallel piece of work: whole batches.
+const CHUNK: usize = 512 * LANES;
+
+/// Pairs of boxes whose centre offsets are (i + shift) · step.
+pub(super) struct Family {
+    extents: [(f64, f64); 3],
+    step: [f64; 3],
+    shift: [f64; 3],
+    kappa: f64,
+    tolerance: f64,
+    shape: Shape,
+    grid: Grid,
+    /// Squared distance from which a batch serves, m².
+    far2: f64,
+}
+
+impl Family {
+    /// Boxes of these extents an axis (equal, or one or both zero), m.
+    pub fn new(
+        extents: [(f64, f64); 3],
+        step: [f64; 3],
+        shift: [f64; 3],
+        kappa: f64,
+        tolerance: f64,
+    ) -> Family {
+        assert!(step.iter().all(|e| *e > 0.0 && e.is_finite()), "edges {step:?}");
+        assert!(kappa >= 0.0 && kappa.is_finite(), "extinction {kappa} 1/m");
+        assert!(tolerance > 0.0, "tolerance {tolerance}");
+        let shape = Shape::new(extents);
+        let far2 = shape.least_distance().powi(2) * (1.0 + 1e-9);
+        let tolerance = tolerance.clamp(FINEST, 0.1);
+        Family { extents, step, shift, kappa, tolerance, shape, grid: Grid::new(extents, kappa), far2 }
+    }
+
+    /// The reduced pair at an offset.
+    fn pair(&self, offset: [u16; 3]) -> Reduced {
+        Reduced(std::array::from_fn(|k| {
+            let at = |d: f64| (offset[k] as f64 + self.shift[k] + d) * self.step[k];
+            let (long, short) = self.extents[k];
+            let p = match (long > 0.0, short > 0.0) {
+                (false, _) => [at(0.0); 4],
+                (true, false) => [at(-0.5), at(-0.5), at(0.5), at(0.5)],
+                (true, true) => [at(-1.0), at(0.0), at(0.0), at(1.0)],
+            };
+            AxisDensity { long, short, p }
+        }))
+    }
+
+    /// All offsets on rayon's threads.
+    pub fn fill_parallel(&self, offsets: &[[u16; 3]]) -> (Vec<f64>, Vec<f64>, Tally) {
+        let (mut values, mut radii) = (vec![0.0; offsets.len()], vec![0.0; offsets.len()]);
+        let tally = (offsets.par_chunks(CHUNK), values.par_chunks_mut(CHUNK), radii.par_chunks_mut(CHUNK))
+            .into_par_iter()
+            .map(|(o, v, r)| self.fill(o, v, r))
+            .reduce(Tally::default, Tally::plus);
+        (values, radii, tally)
+    }
+
+    /// All offsets on this thread.
+    pub fn fill(&self, offsets: &[[u16; 3]], values: &mut [f64], radii: &mut [f64]) -> Tally {
+        let mut tally = Tally::default();
+        simd::dispatch(|| self.batches(offsets, values, radii, &mut tally));
+        tally
+    }
+
+    #[inline(always)]
+    fn batches(&self, offsets: &[[u16; 3]], values: &mut [f64], radii: &mut [f64], tally: &mut Tally) {
+        for (i, o) in offsets.chunks(LANES).enumerate() {
+            let lanes = i * LANES..i * LANES + o.len();
+            self.batch(o, &mut values[lanes.clone()], &mut radii[lanes], tally);
+        }
+    }
+
+    #[inline(always)]
+    fn batch(&self, offsets: &[[u16; 3]], values: &mut [f64], radii: &mut [f64], tally: &mut Tally) {
+        let mut centre = [[0.0; LANES]; 3];
+        let mut far = [false; LANES];
+        let mut some = LANES;
+        for l in 0..LANES {
+            let o = offsets[if l < offsets.len() { l } else { 0 }];
+            let mut r2 = 0.0;
+            for k in 0..3 {
+                centre[k][l] = (o[k] as f64 + self.shift[k]) * self.step[k];
+                r2 += centre[k][l] * centre[k][l];
+            }
+            far[l] = r2 >= self.far2;
+            some = if far[l] && some == LANES { l } else { some };
+        }
+        let mut served = None;
+        if some < LANES {
+            // Near offsets give their lanes to a far one.
+            for l in 0..LANES {
+                for k in 0..3 {
+                    centre[k][l] = if far[l] { centre[k][l] } else { centre[k][some] };
+                }
+            }
+            served = self.serve(&centre);
+        }
+        for l in 0..offsets.len() {
+            match served {
+                Some((value, radius, method))
+                    if far[l] && radius[l] <= self.tolerance * value[l] && value[l] > integrate::TINY =>
+                {
+                    (values[l], radii[l]) = (value[l], radius[l]);
+                    tally.count(method, 1);
+                }
+                _ => (values[l], radii[l]) = self.single(offsets[l], tally),
+            }
+        }
+    }
+
+    /// The cheapest method that is proved for the whole batch.
+    #[inline(always)]
+    fn serve(&self, centre: &[[f64; LANES]; 3]) -> Option<([f64; LANES], [f64; LANES], Method)> {
+        if self.kappa == 0.0 {
+            let far = Far::new(&self.shape, centre);
+            if let Some((order, left)) = moments::order(&self.shape, &far, SHARE * self.tolerance) {
+                let (value, radius) = far.finish(&self.shape, order, &left);
+                return Some((value, radius, Method::Moments));
+            }
+        }
+        let plan = self.grid.plan(centre, SHARE * self.tolerance)?;
+        let (value, radius) = self.grid.integrate(centre, &plan);
+        Some((value, radius, Method::Gauss))
+    }
+
+    #[inline(never)]
+    fn single(&self, offset: [u16; 3], tally: &mut Tally) -> (f64, f64) {
+        let pair = self.pair(offset);
+        let f = if pair.sees() {
+            judge::factor_of(&pair, self.kappa, self.tolerance)
+        } else {
+            crate::Factor::UNSEEN
+        };
+        tally.count(f.method, 1);
+        (f.bounded.value, f.bounded.radius)
+    }
+}
