@@ -16,7 +16,7 @@ fn run(pairs: u64, ask: impl Fn(u64) -> Vec<Verdict> + Sync) -> Tally {
         tally.add(v);
         let told = || format!("{v:?} {:?}", case(SEED, v.index));
         assert!(!v.miss, "an interval lies: {}", told());
-        assert!(!v.wide, "a radius above the tolerance: {}", told());
+        assert!(!v.wide || v.deep, "a radius above the tolerance: {}", told());
         assert!(!v.quarrel, "two oracles disagree: {}", told());
     }
     tally

@@ -6,7 +6,7 @@ use zonal_exchange::aligned::{Cuboid, FactorCache, geometric_factor};
 use zonal_math::{Bounded, Vec3, sequence, vec3};
 use zonal_reference::Dice;
 use zonal_reference::closed::rectangles;
-use zonal_reference::factors::{Answer, Block, factor};
+use zonal_reference::factors::{Answer, Block, factor_to};
 
 /// What a pair is like.
 pub const STRATA: [&str; 8] = [
@@ -175,6 +175,8 @@ pub struct Verdict {
     pub miss: bool,
     /// radius > max(tolerance·|value|, 1e−300).
     pub wide: bool,
+    /// Does the tolerance ask for more than rounding allows at this κr?
+    pub deep: bool,
     /// The oracle's own error exceeds the radius: the case has no teeth.
     pub blunt: bool,
     /// (|value − oracle| − oracle's error)/radius.
@@ -185,10 +187,13 @@ pub struct Verdict {
     pub seconds: [f64; 2],
 }
 
-/// The oracle, and whether the corner sums (where they apply) disagree with it.
-pub fn oracle(c: &Case) -> (Answer, bool) {
+/// The oracle's error relative to the radius that is checked, where rounding lets it.
+const TEETH: f64 = 0.03;
+
+/// The oracle to a relative tolerance, and whether the corner sums (where they apply) disagree with it.
+pub fn oracle(c: &Case, tolerance: f64) -> (Answer, bool) {
     let (a, b) = (block(&c.a), block(&c.b));
-    let rays = factor(&a, &b, c.kappa);
+    let rays = factor_to(&a, &b, c.kappa, tolerance);
     if c.kappa > 0.0 {
         return (rays, false);
     }
@@ -204,30 +209,50 @@ pub fn oracle(c: &Case) -> (Answer, bool) {
 /// Every method against the oracle.
 pub fn judge(seed: u64, index: u64) -> Vec<Verdict> {
     let c = case(seed, index);
-    let clock = Instant::now();
-    let (truth, quarrel) = oracle(&c);
-    let slow = clock.elapsed().as_secs_f64();
-    (0..METHODS.len())
+    let answers: Vec<(usize, Bounded, f64)> = (0..METHODS.len())
         .filter_map(|method| {
             let clock = Instant::now();
-            let f = ask(method, &c)?;
-            let fast = clock.elapsed().as_secs_f64();
-            let off = (f.value - truth.value).abs();
-            Some(Verdict {
-                index,
-                stratum: c.stratum,
-                kind: c.kind,
-                method,
-                seen: truth.value > 0.0,
-                miss: !(off <= f.radius + truth.error),
-                wide: !(f.radius <= (c.tolerance * f.value.abs()).max(1e-300)),
-                blunt: truth.error > f.radius && truth.value > 0.0,
-                ratio: (off - truth.error).max(0.0) / f.radius.max(1e-300),
-                quarrel,
-                seconds: [slow, fast],
-            })
+            Some((method, ask(method, &c)?, clock.elapsed().as_secs_f64()))
         })
-        .collect()
+        .collect();
+    let sharpest = answers
+        .iter()
+        .map(|(_, f, _)| if f.value > 0.0 { f.radius / f.value } else { c.tolerance })
+        .fold(c.tolerance, f64::min);
+    let clock = Instant::now();
+    let (truth, quarrel) = oracle(&c, TEETH * sharpest);
+    let slow = clock.elapsed().as_secs_f64();
+    let verdict = |&(method, f, fast): &(usize, Bounded, f64)| {
+        let off = (f.value - truth.value).abs();
+        Verdict {
+            index,
+            stratum: c.stratum,
+            kind: c.kind,
+            method,
+            seen: truth.value > 0.0,
+            miss: !(off <= f.radius + truth.error),
+            wide: is_wide(&c, &f),
+            deep: is_deep(&c),
+            blunt: truth.error > f.radius && truth.value > 0.0,
+            ratio: (off - truth.error).max(0.0) / f.radius.max(1e-300),
+            quarrel,
+            seconds: [slow, fast],
+        }
+    };
+    answers.iter().map(verdict).collect()
+}
+
+/// radius > max(tolerance·|value|, 1e−300).
+fn is_wide(c: &Case, f: &Bounded) -> bool {
+    !(f.radius <= (c.tolerance * f.value.abs()).max(1e-300))
+}
+
+/// True where the tolerance is below what rounding lets e^{−κr} have: r is known to a few ulp, so that e^{−κr} carries as many times κr.
+fn is_deep(c: &Case) -> bool {
+    const ULPS: f64 = 32.0;
+    let gap = |k: usize| (c.b.lo[k] - c.a.hi[k]).max(c.a.lo[k] - c.b.hi[k]).max(0.0);
+    let r = gap(0).hypot(gap(1)).hypot(gap(2));
+    c.tolerance < ULPS * 0.5 * f64::EPSILON * c.kappa * r
 }
 
 /// The law of additivity for a case: its second box cut at random in two or eight.
@@ -254,7 +279,8 @@ pub fn additive(seed: u64, index: u64) -> Vec<Verdict> {
                 method,
                 seen: whole.value > 0.0,
                 miss: !(off <= room),
-                wide: !(whole.radius <= (c.tolerance * whole.value.abs()).max(1e-300)),
+                wide: is_wide(&c, &whole),
+                deep: is_deep(&c),
                 blunt: false,
                 ratio: off / room.max(1e-300),
                 quarrel: false,
@@ -293,6 +319,8 @@ pub struct Tally {
     pub seen: u64,
     pub misses: u64,
     pub wide: u64,
+    /// Too wide where rounding forbids better.
+    pub deep: u64,
     pub blunt: u64,
     pub quarrels: u64,
     /// The worst |difference|/radius and the index of its case.
@@ -308,7 +336,8 @@ impl Tally {
         self.pairs += 1;
         self.seen += v.seen as u64;
         self.misses += v.miss as u64;
-        self.wide += v.wide as u64;
+        self.wide += (v.wide && !v.deep) as u64;
+        self.deep += (v.wide && v.deep) as u64;
         self.blunt += v.blunt as u64;
         self.quarrels += v.quarrel as u64;
         if v.ratio > self.worst.0 {
