@@ -56,12 +56,40 @@ fn flags_of_solve() {
         "--closure=mend",
         "--closure=",
         "--closure=1",
+        "--factors=gauss",
+        "--factors=",
     ] {
         solve(Parser, flag, flag.split('=').next().unwrap());
     }
     table(
         &f,
         &[(Parser, &["solve", "room.toml"], "--output"), (Parser, &["solve", "room.toml", "-o"], "--output")],
+    );
+}
+
+#[test]
+fn flags_of_exchange_and_reproduce() {
+    let f = Folder::new();
+    f.put("room.toml", ROOM);
+    let exchange =
+        |by, flag: &str, named| refused(&f, by, &["exchange", "room.toml", "-o", "out/x.npz", flag], named);
+    for t in ["0", "-0.1", "1", "nan", "inf"] {
+        exchange(Program, &format!("--tolerance={t}"), "--tolerance");
+    }
+    for m in ["0", "-1", "nan"] {
+        exchange(Program, &format!("--max-memory={m}"), "--max-memory");
+    }
+    exchange(Program, "--max-memory=1e-9", "GB");
+    f.put("plain", "a file");
+    table(
+        &f,
+        &[
+            (Parser, &["exchange", "room.toml"], "--output"),
+            (Program, &["exchange", "none.toml", "-o", "out/x.npz"], "none.toml"),
+            (Program, &["reproduce", "-o", "plain/paper"], "plain"),
+            (Program, &["reproduce", "-o", "plain"], "plain"),
+            (Parser, &["reproduce", "--size", "tiny"], "--size"),
+        ],
     );
 }
 
@@ -96,6 +124,7 @@ fn outputs() {
     bad_outputs(&f, &["render", "room.npz", "--size", "8x6", "--samples", "1"], "--output", "exr");
     bad_outputs(&f, &["export", "room.npz"], "-o", "csv");
     bad_outputs(&f, &["factors", "pairs.csv"], "-o", "csv");
+    bad_outputs(&f, &["exchange", "room.toml"], "-o", "npz");
     bad_outputs(&f, &["demo"], "--write", "toml");
 }
 

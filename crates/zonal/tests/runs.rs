@@ -7,7 +7,7 @@ use support::{COLUMNS, Folder, ROOM, VOXELS, solution, text};
 #[test]
 fn every_command_explains_itself() {
     let f = Folder::new();
-    for command in ["demo", "check", "solve", "render", "export", "factors"] {
+    for command in ["demo", "check", "solve", "render", "export", "exchange", "factors", "reproduce"] {
         assert!(f.done(&[command, "--help"]).contains("Usage: zonal"));
         assert!(f.done(&["--help"]).contains(command));
     }
@@ -124,7 +124,7 @@ fn the_demo_can_be_written_and_checked() {
 /// The reference table of `crates/exchange` through the command: proved bounds that hold and are as small as asked.
 #[test]
 fn factors_of_the_reference_table() {
-    const TOLERANCE: f64 = 1e-8;
+    const TOLERANCE: f64 = 1e-12;
     // What the table itself may be off by.
     const TABLE: f64 = 2e-14;
     let f = Folder::new();
@@ -146,4 +146,69 @@ fn factors_of_the_reference_table() {
         rows += 1;
     }
     assert_eq!(rows, 190);
+}
+
+/// The exchange areas of a room as arrays: symmetric to the bit, closed within their radii.
+#[test]
+fn exchange_areas_of_a_room() {
+    let f = Folder::new();
+    let medium = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction=[0,1,2]\n";
+    let room = "[solve]\npatch_size=0.5\n[[surface]]\nname=\"room\"\nroom={min=[0,0,0],max=[1,1,1]}\n";
+    f.put("room.toml", format!("{room}{medium}"));
+    let json: serde_json::Value =
+        serde_json::from_str(&f.done(&["exchange", "room.toml", "-o", "out/f.npz", "--json"])).unwrap();
+    assert_eq!((json["zones"].as_u64(), json["matrices"].as_u64()), (Some(32), Some(3)));
+    assert_eq!(json["grade"], "proved");
+    let array = |name: &str| zonal::io::output::read_array(&f.path().join("out/f.npz"), name).unwrap();
+    let ((shape, areas), (_, radii), (_, closure)) =
+        (array("exchange_areas"), array("error_radius"), array("closure"));
+    assert_eq!(shape, [3, 32, 32]);
+    for (k, row) in areas.chunks(32).enumerate() {
+        let (b, i) = (k / 32, k % 32);
+        let radius: f64 = radii[k * 32..(k + 1) * 32].iter().sum();
+        let sum: f64 = row.iter().sum();
+        assert!((sum - closure[k]).abs() <= radius + 1e-14 * closure[k], "band {b}, zone {i}: {sum}");
+        assert!(radius <= 1.1e-9 * closure[k]);
+        assert!((0..32).all(|j| row[j] == areas[(b * 32 + j) * 32 + i]));
+        // The first band has no extinction: its volumes exchange nothing.
+        assert_eq!(closure[k] == 0.0, b == 0 && i >= 24);
+    }
+}
+
+/// The paper's factors in a solve: near the exact ones, and said to be what they are.
+#[test]
+fn a_solve_on_the_factors_of_the_paper() {
+    let f = Folder::new();
+    let medium = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[5,4,4]\nextinction=1\nalbedo=0.9\n";
+    let room = "[solve]\npatch_size=0.5\n[[surface]]\nname=\"room\"\nroom={min=[0,0,0],max=[1,1,1]}\nfaces.x0={emission=1}\n";
+    f.put("room.toml", format!("{room}{medium}"));
+    let mut mean = Vec::new();
+    for factors in ["exact", "series", "prop1", "point"] {
+        let out = format!("out/{factors}.npz");
+        let report = f.done(&["solve", "room.toml", "-o", &out, "--factors", factors]);
+        assert_eq!(report.contains("those of the paper"), factors != "exact");
+        let (_, b) = zonal::io::output::read_array(&f.path().join(&out), "radiosity").unwrap();
+        mean.push(b.iter().sum::<f64>() / b.len() as f64);
+    }
+    let off: Vec<f64> = mean[1..].iter().map(|m| (m / mean[0] - 1.0).abs()).collect();
+    assert!(off[0] > 1e-5 && off[0] < 0.03, "{off:?}");
+    assert!((off[0] - off[1]).abs() < 1e-6, "{off:?}");
+    assert!(off[2] > 1e-3 && off[2] < 0.1, "{off:?}");
+}
+
+/// The reproduction at its smallest: a page whose links all exist.
+#[test]
+fn the_reproduction_writes_what_its_page_shows() {
+    let f = Folder::new();
+    f.done(&["reproduce", "--size", "small", "-o", "out/paper", "--quiet"]);
+    let page = text(&f.get("out/paper/README.md"));
+    let mut links = 0;
+    for link in page.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
+        if !link.contains('/') {
+            assert!(f.path().join("out/paper").join(link).is_file(), "{link}");
+            links += 1;
+        }
+    }
+    assert!(links >= 15, "{links} links");
+    assert!(page.contains("-0.179395297") && page.contains("-0.001666635"));
 }
