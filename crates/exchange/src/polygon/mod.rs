@@ -10,5 +10,5 @@ mod skew;
 mod tensor;
 pub mod visible;
 
-pub use matrix::{Matrix, matrix};
+pub use matrix::{Matrix, Plates, matrix};
 pub use plates::plate_plate;
