@@ -22,6 +22,7 @@ mod zone;
 
 use crate::aligned::{Cuboid, FactorCache};
 use crate::general::{self, Moments};
+use crate::paper::strip::Voxels;
 use parts::subcell_table;
 use rays::{PANE_SPLITS, pane_own};
 use std::f64::consts::PI;
@@ -119,6 +120,8 @@ pub struct Exchange<'a> {
     items: Vec<Zone<'a>>,
     cache: FactorCache,
     settings: Settings,
+    /// The voxmap as the paper's algorithm wants it.
+    grid: Option<Voxels>,
     tolerance: f64,
     /// κ where every zone lies in one uniform medium (zero in vacuum) and no pane can stand between two zones.
     uniform: Option<Bands>,
@@ -177,6 +180,7 @@ impl<'a> Exchange<'a> {
             items,
             cache,
             settings,
+            grid: scene.voxmap().map(Voxels::of),
             tolerance: scene.options().tolerance,
             uniform: uniform_medium(scene, zones, transport),
             varied: transport.has_panes_between()
@@ -333,7 +337,8 @@ impl<'a> Exchange<'a> {
                 let kappa = self.kappa(i);
                 let c = z.aligned.as_ref().expect("a voxel is aligned");
                 // Proposition 1 has the transmittance of the distance between the centres, which is none here.
-                let outside = matches!(self.settings.voxels, VoxelFactors::Series | VoxelFactors::Proposition1);
+                let outside =
+                    matches!(self.settings.voxels, VoxelFactors::Series | VoxelFactors::Proposition1);
                 let f = kappa.map(|k| self.cache.get(c, c, if outside { 0.0 } else { k }));
                 let all = PairFactor { value: f.map(|f| f.value), radius: f.map(|f| f.radius) };
                 self.own_visible(i, all, counts)

@@ -1,18 +1,19 @@
 //! The paper's algorithm `Formfact` for a voxel of the scene.
 
 use super::Exchange;
+use crate::paper::strip::{Ask, Means, formfact};
 use zonal_math::Bounded;
+
+/// Wanted relative truncation of the series: far below what taking the transmittance out of the integral costs.
+const SERIES_TOLERANCE: f64 = 1e-6;
 
 impl Exchange<'_> {
     /// 𝓕 of voxel zone `i` with every cell of the voxmap, m⁴, by cell.
     pub(super) fn strips(&self, i: usize) -> Vec<Bounded> {
-        let own = self.items[i].aligned.expect("a voxel is aligned");
-        let mut out = vec![Bounded::ZERO; self.zones.voxels.iter().map(|z| z.cell + 1).max().unwrap_or(0)];
-        for (z, item) in self.zones.voxels.iter().zip(&self.items[self.zones.voxel_offset()..]) {
-            if let Some(other) = item.aligned {
-                out[z.cell] = self.cache.get(&own, &other, 0.0);
-            }
-        }
-        out
+        let (Some(own), Some(grid)) = (self.items[i].aligned, self.grid) else {
+            unreachable!("a whole voxel is a cell of a voxmap");
+        };
+        let all = formfact(&own, &grid, Ask::Tolerance(SERIES_TOLERANCE), Means::Reduced);
+        (0..grid.len()).map(|k| all.get(k)).collect()
     }
 }

@@ -35,12 +35,12 @@ const TAIL: &str = include_str!("tail.md");
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let folder = Folder::make(&args.output)?;
     let sizes = match args.size {
-        demo::Size::Small => {
-            solves::Sizes { divisions: &[3, 4, 6], chapel: demo::Size::Small, pixels: (160, 120) }
-        }
-        demo::Size::Full => {
-            solves::Sizes { divisions: &[4, 6, 8, 10, 13, 16], chapel: demo::Size::Full, pixels: (480, 360) }
-        }
+        demo::Size::Small => solves::Sizes { divisions: &[3, 4, 6], chapel: None, pixels: (160, 120) },
+        demo::Size::Full => solves::Sizes {
+            divisions: &[4, 6, 8, 10, 13, 16],
+            chapel: Some(demo::Size::Full),
+            pixels: (480, 360),
+        },
     };
     let mut page = HEAD.to_string();
     let step = |name: &str| if context.quiet || context.json { Ok(()) } else { say(&format!("{name} …")) };

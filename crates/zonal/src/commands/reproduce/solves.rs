@@ -82,8 +82,8 @@ fn difference(s: &Solution, exact: &Solution) -> [(f64, f64); 2] {
 pub struct Sizes {
     /// Voxels along an edge of the cube, a solve each.
     pub divisions: &'static [usize],
-    /// The chapel's size.
-    pub chapel: demo::Size,
+    /// The chapel's size, where it is to be solved.
+    pub chapel: Option<demo::Size>,
     /// Pixels of the pictures.
     pub pixels: (usize, usize),
 }
@@ -139,9 +139,10 @@ and the neighbours, so that the solution is much better than the worst pair.\n\n
 
 fn formulas(folder: &Folder, sizes: Sizes) -> Result<String, Failure> {
     let n = *sizes.divisions.last().unwrap_or(&10);
-    let scenes = [("c0", cube(n), "inside"), ("chapel", demo::scene_text(sizes.chapel), "nave")];
+    let chapel = sizes.chapel.map(|size| ("chapel", demo::scene_text(size), "nave"));
+    let scenes = [Some(("c0", cube(n), "inside")), chapel];
     let (mut rows, mut pictures) = (Vec::new(), String::new());
-    for (name, text, camera) in scenes {
+    for (name, text, camera) in scenes.into_iter().flatten() {
         let mut exact: Option<(Solution, f64)> = None;
         for (factors, word) in FORMULAS {
             let clock = Clock::default();
@@ -203,8 +204,8 @@ fn formulas(folder: &Folder, sizes: Sizes) -> Result<String, Failure> {
     Ok(format!(
         "## 8. The whole system on the paper's own factors\n\n\
 `zonal solve SCENE --factors exact|series|prop1|point -o RUN.npz` runs the whole pipeline with the pairs of whole voxels by the \
-named formula; a voxel with itself and all pairs with a surface, a pane or a cut voxel stay exact, since the paper has no formula of its own for \
-them. `series` is the algorithm `Formfact` for each voxel over the whole voxmap. Times are those of the whole stage of the exchange areas, rays \
+named formula (formula (3) has none for a voxel with itself); all pairs with a surface, a pane or a cut voxel stay exact, since the paper has no formula \
+of its own for them. `series` is the algorithm `Formfact` for each voxel over the whole voxmap. Times are those of the whole stage of the exchange areas, rays \
 included, on the machine that wrote this page. c0 is the cube above with N = {n}.\n\n{}\n\
 The difference between `series` and `prop1` is that of the truncated series alone; that between `prop1` and `exact` is the transmittance taken \
 out of the integral. The same exposure for all four pictures of a scene:\n\n{pictures}[formulas.csv](formulas.csv)\n\n",
