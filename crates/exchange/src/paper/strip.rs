@@ -148,7 +148,10 @@ pub fn along(v: &Cuboid, voxels: &Voxels, axis: usize, ask: Ask, means: Means) -
             evaluations: 0,
         },
     };
-    simd::dispatch(|| run.all(v, voxels));
+    simd::dispatch(
+        #[inline(always)]
+        || run.all(v, voxels),
+    );
     run.out
 }
 
@@ -347,7 +350,8 @@ fn cheapest(v: &Cuboid, voxels: &Voxels, ask: Ask, means: Means) -> usize {
         let frame = Frame::new(v, voxels, axis, ask, means);
         let [_, n, m] = frame.count;
         let some = |n: usize| (0..n.min(SAMPLE)).map(move |i| (2 * i + 1) * n / (2 * n.min(SAMPLE)));
-        let sum: f64 = some(n).flat_map(|j| some(m).map(move |k| (j, k))).map(|(j, k)| frame.cost(j, k)).sum();
+        let sum: f64 =
+            some(n).flat_map(|j| some(m).map(move |k| (j, k))).map(|(j, k)| frame.cost(j, k)).sum();
         sum * (n * m) as f64 / (n.min(SAMPLE) * m.min(SAMPLE)).max(1) as f64
     };
     let costs = [cost(0), cost(1), cost(2)];
@@ -435,9 +439,8 @@ impl Run {
             let aside = (side(1) * side(1) + side(2) * side(2)) * (1.0 - 1e-14);
             let half = nodes.half[0];
             for first in (s.from..=s.to).step_by(LANES) {
-                let shift: [f64; LANES] = std::array::from_fn(|l| {
-                    (first + l).min(s.to) as f64 - s.reference as f64
-                });
+                let shift: [f64; LANES] =
+                    std::array::from_fn(|l| (first + l).min(s.to) as f64 - s.reference as f64);
                 let fold = shift.map(|s| {
                     let gap = ((centre[0] + s).abs() - half).max(0.0);
                     1.0 / (aside + gap * gap)
@@ -469,11 +472,10 @@ impl Run {
             Means::Six(m) => Line::product(f.extents[k][0], f.extents[k][1], m),
         };
         let first = line(0);
-        let other = |k: usize| {
-            (f.extents[k] != f.extents[0] || points[k] != points[0]).then(|| line(k))
-        };
+        let other = |k: usize| (f.extents[k] != f.extents[0] || points[k] != points[0]).then(|| line(k));
         let (second, third) = (other(1), other(2));
-        let nodes = Nodes::tensor([&first, second.as_ref().unwrap_or(&first), third.as_ref().unwrap_or(&first)]);
+        let nodes =
+            Nodes::tensor([&first, second.as_ref().unwrap_or(&first), third.as_ref().unwrap_or(&first)]);
         self.stock.push((points, nodes));
         self.stock.len() - 1
     }

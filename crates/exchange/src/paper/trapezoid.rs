@@ -174,7 +174,8 @@ const FRACTIONS: [f64; 6] = [0.95, 0.88, 0.78, 0.62, 0.42, 0.25];
 /// an interval of half-length `h`.
 fn floor(g: f64, h: f64, a: f64, b: f64) -> f64 {
     let x = g + h;
-    let axial = if x * a >= a * a + b * b { (x - a) * (x - a) } else { b * b * (x * x / (a * a + b * b) - 1.0) };
+    let axial =
+        if x * a >= a * a + b * b { (x - a) * (x - a) } else { b * b * (x * x / (a * a + b * b) - 1.0) };
     axial.min(g * g - b * b)
 }
 
@@ -307,7 +308,8 @@ mod tests {
     #[test]
     fn moments_of_the_densities() {
         let r = rule(3, 0.0);
-        let moment = |r: &Rule, k: i32| -> f64 { r.nodes.iter().zip(&r.weights).map(|(x, w)| w * x.powi(k)).sum() };
+        let moment =
+            |r: &Rule, k: i32| -> f64 { r.nodes.iter().zip(&r.weights).map(|(x, w)| w * x.powi(k)).sum() };
         assert!((moment(&r, 2) - 1.0 / 6.0).abs() < 1e-15 && (moment(&r, 4) - 1.0 / 15.0).abs() < 1e-15);
         let s = Shape::new(1.0, 3.0);
         let got = moment(&rule(3, s.plateau), 2) * s.half * s.half;
