@@ -130,8 +130,8 @@ fn against_divisions(folder: &Folder, divisions: &[usize]) -> Result<String, Fai
 Geometry: a unit cube, grey walls of reflectance 0.5, one of them emitting, N³ voxels and N×N patches a wall, κ = 1/L, albedo 0.9; all pairs of voxels \
 by Proposition 1 (uncorrected), all other pairs exact. Difference of B from the same solve with exact factors.\n\n\
 ![radiosity](radiosity.svg) · [radiosity.csv](radiosity.csv)\n\n{}\n\
-The RMS difference falls like N^−{:.2}: the errors of the pairs nearly cancel in sign between the self factor (too large by C > 0 … see section 1) \
-and the neighbours, so that the solution is much better than the worst pair.\n\n",
+The RMS difference over the voxels falls like N^−{:.2}. It is much smaller than the errors of the pairs in section 2: the factor of a voxel with itself \
+is too large and those with its neighbours are too small, and the sum over all zones, which is what the equations take, sees the difference of the two.\n\n",
         markdown(&["N", "patches, RMS", "patches, largest", "voxels, RMS", "voxels, largest"], &shown),
         rate
     ))
