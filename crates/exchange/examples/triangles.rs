@@ -124,9 +124,19 @@ fn main() {
     println!("{:10} {:>9} {:>10}", "method", "pairs", "µs a pair");
     for (method, pairs) in by_method {
         let start = Instant::now();
-        let mut sum = 0.0;
-        pairs.iter().for_each(|(i, j)| sum += ready.pair(*i, *j, RELATIVE, ABSOLUTE).bounded.value);
+        let (mut sum, mut evaluations) = (0.0, 0);
+        pairs.iter().for_each(|(i, j)| {
+            let f = ready.pair(*i, *j, RELATIVE, ABSOLUTE);
+            sum += f.bounded.value;
+            evaluations += f.evaluations;
+        });
         let time = start.elapsed().as_secs_f64() / pairs.len() as f64;
-        println!("{:10} {:>9} {:>10.3}   (sum {sum:.6})", method.word(), pairs.len(), time * 1e6);
+        println!(
+            "{:10} {:>9} {:>10.3}   {:>8.1} (sum {sum:.6})",
+            method.word(),
+            pairs.len(),
+            time * 1e6,
+            evaluations as f64 / pairs.len() as f64
+        );
     }
 }

@@ -13,6 +13,31 @@ pub fn dispatch<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
 }
 
+/// Work for [`run`]; mark `go` `#[inline(always)]`.
+pub trait Work {
+    /// What it makes.
+    type Output;
+    /// Does it.
+    fn go(self) -> Self::Output;
+}
+
+struct Call<W>(W);
+
+impl<W: Work> pulp::NullaryFnOnce for Call<W> {
+    type Output = W::Output;
+    #[inline(always)]
+    fn call(self) -> W::Output {
+        self.0.go()
+    }
+}
+
+/// Like [`dispatch`], for loops of any length: the compiler leaves a large **closure** outside of the function that has the wide
+/// instructions, a [`Work`] never.
+#[inline(always)]
+pub fn run<W: Work>(work: W) -> W::Output {
+    pulp::Arch::new().dispatch(Call(work))
+}
+
 const LOG2_E: f64 = std::f64::consts::LOG2_E;
 /// ln 2 = HIGH + LOW; HIGH has 21 trailing zero bits, so that k·HIGH is exact for |k| < 2²⁰.
 const LN2_HIGH: f64 = 6.931_471_803_691_238_2e-1;

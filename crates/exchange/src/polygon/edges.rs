@@ -24,7 +24,7 @@
 use super::skew;
 use std::sync::OnceLock;
 use zonal_math::logarithm::ln;
-use zonal_math::{Vec3, gauss};
+use zonal_math::{Vec3, gauss, simd};
 
 /// 2⁻⁵³.
 const EPS: f64 = 0.5 * f64::EPSILON;
@@ -180,7 +180,7 @@ fn apart(a: &Segment, b: &Segment, wanted: f64) -> Option<Part> {
     }
     let logs = 1.0 + ln_bound(reach).max(ln_bound(distance));
     let rounding = EPS * (PLACE_ROUNDING * reach / distance + SUM_ROUNDING * logs);
-    let value = sum(p, a.edge, b.edge, table(n, m));
+    let value = simd::run(Logs { p, u: a.edge, v: b.edge, quarter: table(n, m) });
     Some(Part { value, error: error_a + error_b + rounding, evaluations: (n * m) as u64 })
 }
 
@@ -230,6 +230,22 @@ fn make(n: usize, m: usize) -> Quarter {
         })
         .collect();
     Quarter { rows }
+}
+
+/// The sum as work for the widest vectors.
+struct Logs<'a> {
+    p: Vec3,
+    u: Vec3,
+    v: Vec3,
+    quarter: &'a Quarter,
+}
+
+impl simd::Work for Logs<'_> {
+    type Output = f64;
+    #[inline(always)]
+    fn go(self) -> f64 {
+        sum(self.p, self.u, self.v, self.quarter)
+    }
 }
 
 /// ½ Σ w ln|p + s u − t v|², four points to a logarithm.

@@ -198,7 +198,7 @@ impl Line {
 #[inline(always)]
 pub(super) fn evaluate(a: &Prepared, b: &Prepared, v: &View, plan: &Plan) -> super::contour::Sum {
     let (first, second) = (rule(a.kind, plan.first), rule(b.kind, plan.second));
-    let mean = simd::dispatch(|| sum(a, b, v, first, second));
+    let mean = simd::run(Pairwise { a, b, v, first, second });
     let value = mean * (a.area * b.area / PI);
     let points = (first.points + second.points) as f64;
     let relative = EPS * (SUM_ROUNDING + points) + plan.rounding[1];
@@ -207,6 +207,23 @@ pub(super) fn evaluate(a: &Prepared, b: &Prepared, v: &View, plan: &Plan) -> sup
         value,
         radius: radius * (1.0 + 64.0 * EPS),
         evaluations: (first.points * second.points) as u64,
+    }
+}
+
+/// The sum as work for the widest vectors.
+struct Pairwise<'a> {
+    a: &'a Prepared,
+    b: &'a Prepared,
+    v: &'a View,
+    first: &'a Rule,
+    second: &'a Rule,
+}
+
+impl simd::Work for Pairwise<'_> {
+    type Output = f64;
+    #[inline(always)]
+    fn go(self) -> f64 {
+        sum(self.a, self.b, self.v, self.first, self.second)
     }
 }
 
@@ -232,27 +249,53 @@ fn sum(a: &Prepared, b: &Prepared, v: &View, first: &Rule, second: &Rule) -> f64
             x[k][3][l] *= w[l];
         }
     }
-    let mut total = [0.0; LANES];
-    let pairs = first.points.div_ceil(2);
-    for i in 0..pairs {
+    // Sums stay in memory: stores are what the compiler makes wide vectors from. The black box keeps it from gathering across rows instead.
+    let mut total = [[0.0; LANES]; BLOCK];
+    for i in 0..first.points.div_ceil(2) {
         let (row, l) = (&x[2 * i / LANES], 2 * i % LANES);
-        let (p, q) = (
-            [row[0][l], row[1][l], row[2][l], row[3][l]],
-            [row[0][l + 1], row[1][l + 1], row[2][l + 1], row[3][l + 1]],
-        );
-        for yk in &y[..nb] {
-            for l in 0..LANES {
-                let square = |c: &[f64; 4]| {
-                    let (dx, dy, dz) = (yk[0][l] - c[0], yk[1][l] - c[1], yk[2][l] - c[2]);
-                    let r2 = dx * dx + dy * dy + dz * dz;
-                    r2 * r2
-                };
-                let (s, t) = (square(&p), square(&q));
-                total[l] += yk[3][l] * ((p[3] * t + q[3] * s) / (s * t));
-            }
+        let [p, q] = [l, l + 1].map(|l| [row[0][l], row[1][l], row[2][l], row[3][l]]);
+        for (t, y) in total[..nb].iter_mut().zip(&y[..nb]) {
+            add_two(t, std::hint::black_box(y), &p, &q);
         }
     }
-    ((total[0] + total[4]) + (total[2] + total[6])) + ((total[1] + total[5]) + (total[3] + total[7]))
+    let mut all = [0.0; LANES];
+    for t in &total[..nb] {
+        for l in 0..LANES {
+            all[l] += t[l];
+        }
+    }
+    ((all[0] + all[4]) + (all[2] + all[6])) + ((all[1] + all[5]) + (all[3] + all[7]))
+}
+
+/// Adds the kernels between eight points and two: one division for both.
+#[inline(always)]
+fn add_two(total: &mut [f64; LANES], y: &[[f64; LANES]; 4], p: &[f64; 4], q: &[f64; 4]) {
+    let (s, t) = (fourth_power(y, p), fourth_power(y, q));
+    let mut share = [0.0; LANES];
+    for l in 0..LANES {
+        share[l] = (p[3] * t[l] + q[3] * s[l]) / (s[l] * t[l]);
+    }
+    for l in 0..LANES {
+        total[l] += y[3][l] * share[l];
+    }
+}
+
+#[inline(always)]
+fn fourth_power(y: &[[f64; LANES]; 4], c: &[f64; 4]) -> [f64; LANES] {
+    let mut r2 = [0.0; LANES];
+    for k in 0..3 {
+        let mut d = [0.0; LANES];
+        for l in 0..LANES {
+            d[l] = y[k][l] - c[k];
+        }
+        for l in 0..LANES {
+            r2[l] += d[l] * d[l];
+        }
+    }
+    for l in 0..LANES {
+        r2[l] *= r2[l];
+    }
+    r2
 }
 
 /// The rule's points on a plate, `start` + α e₁ + β e₂, and their heights along `normal`.
@@ -275,6 +318,6 @@ fn place(p: &Prepared, start: Vec3, normal: Vec3, rule: &Rule, out: &mut [[[f64;
 /// A rough value from a few points, for setting tolerances; not negative.
 pub(super) fn rough(a: &Prepared, b: &Prepared, v: &View) -> f64 {
     let (first, second) = (rule(a.kind, [2, 2]), rule(b.kind, [3, 3]));
-    let mean = sum(a, b, v, first, second);
+    let mean = simd::run(Pairwise { a, b, v, first, second });
     if mean.is_finite() { mean.max(0.0) * (a.area * b.area / PI) } else { 0.0 }
 }
