@@ -116,7 +116,27 @@ pub(super) fn moments(nodes: &Nodes, centre: [f64; 3], order: usize, reach: f64)
 fn rounding(order: usize, ratio: f64, blocks: usize) -> f64 {
     let gap = 1.0 - ratio;
     let sums = 5.0 + (blocks as f64 + 12.0) + 2.0 * order as f64 + 2.0;
-    1.01 * EPS * (RECURRENCE * GROWTH * ratio / (gap * gap * gap * gap) + sums / (gap * gap))
+    let (growth, size) = if ratio <= CLOSED {
+        (GROWTH * ratio / (gap * gap * gap * gap), 1.0 / (gap * gap))
+    } else {
+        finite(order, ratio)
+    };
+    1.01 * EPS * (RECURRENCE * growth + sums * size)
+}
+
+/// Ratios up to this take the infinite sums in closed form.
+const CLOSED: f64 = 0.6;
+
+/// Σ ½n(n+1)² p^n and Σ (n+1) p^n up to n = `order`.
+fn finite(order: usize, ratio: f64) -> (f64, f64) {
+    let (mut growth, mut size, mut power) = (0.0, 0.0, 1.0);
+    for n in 0..=order {
+        let n = n as f64;
+        growth += 0.5 * n * (n + 1.0) * (n + 1.0) * power;
+        size += (n + 1.0) * power;
+        power *= ratio;
+    }
+    (growth, size)
 }
 
 #[inline(always)]

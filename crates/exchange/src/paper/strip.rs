@@ -155,6 +155,45 @@ pub fn along(v: &Cuboid, voxels: &Voxels, axis: usize, ask: Ask, means: Means) -
     run.out
 }
 
+/// The strip about one reference: `back` voxels before and `forth` after it along `axis`, all by its series of a given order,
+/// whatever the ratio: where it is too large the radius says so.
+///
+/// # Panics
+/// On boxes that are no voxels, an order above [`MAX_ORDER`], a reference so near `v` that no rule is admissible.
+pub fn about(
+    v: &Cuboid,
+    reference: &Cuboid,
+    axis: usize,
+    back: usize,
+    forth: usize,
+    order: usize,
+) -> Formfact {
+    assert!(v.normal.is_none() && v.is_valid() && reference.normal.is_none() && reference.is_valid());
+    let (mut origin, mut dims) = (reference.lo.array(), [1; 3]);
+    origin[axis] -= back as f64 * reference.extent()[axis];
+    dims[axis] = back + 1 + forth;
+    let origin = vec3(origin[0], origin[1], origin[2]);
+    let voxels = Voxels { origin, cell: reference.extent(), dims };
+    let ask = Ask::Order { order, ratio: 0.5 };
+    let n = voxels.len();
+    let out = Formfact {
+        values: vec![0.0; n],
+        radii: vec![f64::INFINITY; n],
+        counts: Counts::default(),
+        axis,
+        evaluations: 0,
+    };
+    let mut run = Run { frame: Frame::new(v, &voxels, axis, ask, Means::Reduced), stock: Vec::new(), out };
+    let start = run.frame.centre(0, 0, 0);
+    let aside = run.frame.aside(start);
+    let whole = Segment { from: 0, reference: back, to: n - 1 };
+    simd::dispatch(
+        #[inline(always)]
+        || run.serve(v, &voxels, [0, 0], start, aside, whole),
+    );
+    run.out
+}
+
 /// Orders that a plan considers.
 const ORDERS: std::ops::RangeInclusive<usize> = 4..=40;
 /// What a reference costs beside its orders, in orders.
