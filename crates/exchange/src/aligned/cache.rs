@@ -15,9 +15,9 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hash, Hasher};
 use std::sync::Mutex;
 
+use super::judge::factor_of;
 use super::reduced::{AxisDensity, Reduced, orientation};
 use super::{Cuboid, integrate};
-use super::judge::factor_of;
 use zonal_math::Bounded;
 
 /// The factor without attenuation and the first cumulants of the distance under its kernel, for media whose

@@ -126,3 +126,14 @@ fn term(y: f64, sigma: f64, root: f64, s2: f64) -> (f64, f64) {
     let log = (r2 / s2).ln();
     (arc - 0.25 * (sigma - y2) * log, arc + 0.25 * r2 * (1.0 + log.abs()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_counts_of_roundings() {
+        let (evaluation, breakpoints, additions) = (16.0, 6.0, 16.0);
+        assert!(ROUNDINGS >= evaluation + breakpoints + additions);
+    }
+}

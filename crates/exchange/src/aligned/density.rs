@@ -7,11 +7,13 @@
 //!
 //! **Error of one direction.** Let ω be symmetric and positive with mass W, Q its n-point rule, f analytic inside the Bernstein
 //! ellipse of parameter ϱ and |f| ≤ M there. Chebyshev's coefficients obey |a_k| ≤ 2Mϱ^{−k}; Q is exact for k < 2n and, by
-//! symmetry, for odd k; |∫T_k ω − Q T_k| ≤ 2W. So
+//! symmetry, for odd k; |∫T_k ω − Q T_k| is the defect d_n W for k = 2n, a number of the rule, and at most 2W beyond. So
 //!
 //! ```text
-//! |∫fω − Qf| ≤ Σ_{k=2n,2n+2,…} 2Mϱ^{−k} · 2W = 4 W M ϱ^{−2n} / (1 − ϱ^{−2}).
+//! |∫fω − Qf| ≤ 2 M W ϱ^{−2n} (d_n + 2ϱ^{−2} / (1 − ϱ^{−2})),
 //! ```
+//!
+//! with equality for f = T_{2n} and ϱ → ∞.
 //!
 //! The three directions add (see `apart.rs`); M is the supremum of the complexified kernel as there: with the other two variables
 //! real, c² the least sum of their squares, semi-axis A along, R = c² + min Re z²,
@@ -34,6 +36,14 @@ use zonal_math::simd;
 pub(super) const MOST: usize = 9;
 const EPS: f64 = 0.5 * f64::EPSILON;
 const UP: f64 = 1.000_001;
+/// |a_k| ≤ 2 M ϱ^{−k}.
+const COEFFICIENT: f64 = 2.0; // bound
+/// |∫T_k ω| + |Q T_k| ≤ 2 W.
+const NORMS: f64 = 2.0; // bound
+/// Roundings of a value without a medium: 156 + 16 + 30 + 27 + 4 + 24, see above.
+const ROUNDINGS: f64 = 280.0; // bound
+/// Roundings for each mean free path to the centre: 1.6 · 36.
+const ROUNDINGS_DEPTH: f64 = 60.0; // bound
 
 /// Nodes on [−1, 1] and weights of sum one.
 #[derive(Debug)]
@@ -130,6 +140,32 @@ impl Rule {
     }
 }
 
+/// d_n of the rules of [`Kind::Uniform`] and [`Kind::Triangle`]: |mean of T_{2n} − Q T_{2n}|, the means by a rule that is exact for them.
+fn defect(kind: Kind, n: usize) -> f64 {
+    static DEFECTS: OnceLock<[[f64; MOST + 1]; 2]> = OnceLock::new();
+    let chebyshev = |n: usize, x: f64| (2.0 * n as f64 * x.clamp(-1.0, 1.0).acos()).cos();
+    let exact = gauss::rule(gauss::MAX_POINTS);
+    let mean = |n: usize, weight: &dyn Fn(f64) -> f64| -> f64 {
+        exact.nodes.iter().zip(&exact.weights).map(|(u, w)| w * weight(*u) * chebyshev(n, *u)).sum()
+    };
+    let table = DEFECTS.get_or_init(|| {
+        [
+            std::array::from_fn(|n| {
+                let rule = gauss::rule(n.max(1));
+                let q: f64 =
+                    rule.nodes.iter().zip(&rule.weights).map(|(u, w)| w * chebyshev(n, 2.0 * u - 1.0)).sum();
+                (mean(n, &|_| 1.0) - q).abs() + 1e-12
+            }),
+            std::array::from_fn(|n| {
+                let rule = triangle(n.max(1));
+                let q: f64 = rule.nodes.iter().zip(&rule.weights).map(|(x, w)| w * chebyshev(n, *x)).sum();
+                (mean(n, &|u| 2.0 * (1.0 - u)) - q).abs() + 1e-12
+            }),
+        ]
+    });
+    table[(kind == Kind::Triangle) as usize][n]
+}
+
 /// The density of one direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -165,6 +201,14 @@ const DEEPEST: f64 = 300.0;
 pub(super) struct Plan<const N: usize> {
     pub points: [usize; 3],
     pub error: [f64; N],
+}
+
+/// The distance along a direction, the least squared distance across it, the numerator's other factors, B² of the widest ellipse.
+struct Side<const N: usize> {
+    x: [f64; N],
+    c2: [f64; N],
+    front: [f64; N],
+    widest: [f64; N],
 }
 
 impl Grid {
@@ -238,17 +282,20 @@ impl Grid {
         k: usize,
         goal: &[f64; N],
     ) -> Option<(usize, [f64; N])> {
-        // Of each candidate 4M/(1 − ϱ⁻²), then times ϱ⁻² a point.
+        let side = self.side(c, k);
+        // Of each candidate 2M, then times ϱ⁻² a point; and what follows T_{2n}.
         let mut error = [[0.0; N]; FRACTIONS.len()];
         let mut decay = [[0.0; N]; FRACTIONS.len()];
+        let mut rest = [[0.0; N]; FRACTIONS.len()];
         for (f, fraction) in FRACTIONS.into_iter().enumerate() {
+            let (m, per, square) = self.ellipse(&side, k, fraction);
             let mut depth = [0.0; N];
             for l in 0..N {
-                let (m, per, root) = self.ellipse([c[0][l], c[1][l], c[2][l]], k, fraction);
-                error[f][l] = 4.0 * m / (1.0 - per); // bound
-                decay[f][l] = per;
-                depth[l] = -self.kappa * root;
+                error[f][l] = COEFFICIENT * m[l];
+                rest[f][l] = NORMS * per[l] / (1.0 - per[l]);
+                depth[l] = -self.kappa * square[l].sqrt();
             }
+            decay[f] = per;
             if self.kappa > 0.0 {
                 let e = simd::exp(depth);
                 for l in 0..N {
@@ -258,49 +305,89 @@ impl Grid {
         }
         for n in 1..=MOST {
             let mut best = [f64::INFINITY; N];
+            let defect = defect(self.kind[k], n);
             for f in 0..FRACTIONS.len() {
                 for l in 0..N {
                     error[f][l] *= decay[f][l];
-                    best[l] = if error[f][l] < best[l] { error[f][l] } else { best[l] };
+                    let all = error[f][l] * (defect + rest[f][l]);
+                    best[l] = if all < best[l] { all } else { best[l] };
                 }
             }
-            if (0..N).all(|l| best[l] <= goal[l]) {
+            let mut enough = true;
+            for l in 0..N {
+                enough &= best[l] <= goal[l];
+            }
+            if enough {
                 return Some((n, best.map(|e| e * UP)));
             }
         }
         None
     }
 
-    /// M without its exponential, ϱ⁻² and √R of direction k's ellipse (see [`super::ellipse`]).
+    /// What the ellipses of direction k share.
     #[inline(always)]
-    fn ellipse(&self, c: [f64; 3], k: usize, fraction: f64) -> (f64, f64, f64) {
-        let h = self.half[k];
-        let (mut c2, mut front) = (0.0, 1.0);
-        for j in 0..3 {
-            if j != k {
-                let near = c[j].abs() - self.half[j];
+    fn side<const N: usize>(&self, c: &[[f64; N]; 3], k: usize) -> Side<N> {
+        let mut s = Side { x: [0.0; N], c2: [0.0; N], front: [1.0; N], widest: [0.0; N] };
+        for j in (0..3).filter(|&j| j != k) {
+            for l in 0..N {
+                let near = c[j][l].abs() - self.half[j];
                 let near = if near > 0.0 { near } else { 0.0 };
-                c2 += near * near;
-                front *= power(c[j] + self.half[j], self.power[j]);
+                s.c2[l] += near * near;
+            }
+            for _ in 0..self.power[j] {
+                for l in 0..N {
+                    s.front[l] *= c[j][l] + self.half[j];
+                }
             }
         }
-        let x = c[k].abs();
-        let p = 2.0 * c2 + x * x - h * h;
-        let b2 = fraction * fraction * 0.25 * (p + (p * p + 8.0 * c2 * h * h).sqrt());
-        let (a2, b) = (b2 + h * h, b2.sqrt());
-        let a = a2.sqrt();
-        let flat = b2 * (x * x / (a2 + b2) - 1.0);
-        let end = (x - a) * (x - a);
-        let square = c2 + if x * a >= a2 + b2 { end } else { flat };
-        let rho = (a + b) / h;
-        let m = front * power(x + a, self.power[k]) * shell(self.patches, square);
-        (m, 1.0 / (rho * rho), square.sqrt())
+        let h2 = self.half[k] * self.half[k];
+        for l in 0..N {
+            s.x[l] = c[k][l].abs();
+            let p = 2.0 * s.c2[l] + s.x[l] * s.x[l] - h2;
+            s.widest[l] = 0.25 * (p + (p * p + 8.0 * s.c2[l] * h2).sqrt());
+        }
+        s
+    }
+
+    /// M without its exponential, ϱ⁻² and R of direction k's ellipse (see [`super::ellipse`]).
+    #[inline(always)]
+    fn ellipse<const N: usize>(
+        &self,
+        s: &Side<N>,
+        k: usize,
+        fraction: f64,
+    ) -> ([f64; N], [f64; N], [f64; N]) {
+        let h = self.half[k];
+        let (mut m, mut per, mut square, mut reach) = (s.front, [0.0; N], [0.0; N], [0.0; N]);
+        for l in 0..N {
+            let x = s.x[l];
+            let b2 = fraction * fraction * s.widest[l];
+            let a2 = b2 + h * h;
+            let (a, b) = (a2.sqrt(), b2.sqrt());
+            let flat = b2 * (x * x / (a2 + b2) - 1.0);
+            let end = (x - a) * (x - a);
+            square[l] = s.c2[l] + if x * a >= a2 + b2 { end } else { flat };
+            let inverse = h / (a + b);
+            per[l] = inverse * inverse;
+            reach[l] = x + a;
+        }
+        for _ in 0..self.power[k] {
+            for l in 0..N {
+                m[l] *= reach[l];
+            }
+        }
+        match self.patches {
+            0 => (0..N).for_each(|l| m[l] *= shell(0, square[l])),
+            1 => (0..N).for_each(|l| m[l] *= shell(1, square[l])),
+            _ => (0..N).for_each(|l| m[l] *= shell(2, square[l])),
+        }
+        (m, per, square)
     }
 
     /// The relative rounding error at distance `r`, m.
     #[inline(always)]
     pub fn rounding(&self, r: f64) -> f64 {
-        EPS * (280.0 + 60.0 * self.kappa * r) // bound
+        EPS * (ROUNDINGS + ROUNDINGS_DEPTH * self.kappa * r)
     }
 
     /// Values and radii by the planned rules.
@@ -406,5 +493,72 @@ fn power(t: f64, p: i32) -> f64 {
         0 => 1.0,
         1 => t,
         _ => t * t,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_of_the_triangle_are_exact() {
+        // Two points: x² = 1/6. Three: x² = 2/5, weights 5/24, 7/12, 5/24.
+        assert!((triangle(2).nodes[0] + (1.0f64 / 6.0).sqrt()).abs() < 2e-16);
+        assert!((triangle(3).weights[1] - 7.0 / 12.0).abs() < 2e-16);
+        for n in 1..=MOST {
+            let r = triangle(n);
+            for k in 0..n {
+                let got: f64 = r.nodes.iter().zip(&r.weights).map(|(x, w)| w * x.powi(2 * k as i32)).sum();
+                let want = 1.0 / ((2 * k + 1) * (k + 1)) as f64;
+                assert!((got / want - 1.0).abs() < 2e-15, "{n} {k}: {got} {want}");
+            }
+            assert!(r.nodes.is_sorted() && r.weights.iter().all(|w| *w > 0.0));
+        }
+    }
+
+    /// The bound for T_{2n}, whose modulus on the ellipse is (ϱ^{2n} + ϱ^{−2n})/2.
+    fn bound_of_chebyshev(kind: Kind, n: usize, rho: f64) -> f64 {
+        let per = 1.0 / (rho * rho);
+        let m = 0.5 * (rho.powi(2 * n as i32) + rho.powi(-2 * n as i32));
+        COEFFICIENT * m * rho.powi(-2 * n as i32) * (defect(kind, n) + NORMS * per / (1.0 - per))
+    }
+
+    #[test]
+    fn the_bound_is_met_by_chebyshev() {
+        for n in 1..=MOST {
+            let (rule, degree) = (triangle(n), 2.0 * n as f64);
+            let t = |x: f64| (degree * x.acos()).cos();
+            let q: f64 = rule.nodes.iter().zip(&rule.weights).map(|(x, w)| w * t(*x)).sum();
+            // By the substitution x = cos φ, midpoints.
+            let steps = 200_000;
+            let exact: f64 = (0..steps)
+                .map(|i| {
+                    let phi = (i as f64 + 0.5) * std::f64::consts::PI / steps as f64;
+                    (degree * phi).cos() * (1.0 - phi.cos().abs()) * phi.sin() * std::f64::consts::PI
+                        / steps as f64
+                })
+                .sum();
+            let error = (exact - q).abs();
+            for rho in [2.0, 10.0, 1e3] {
+                assert!(error <= bound_of_chebyshev(Kind::Triangle, n, rho) + 1e-9, "{n} {rho}");
+            }
+            assert!(error >= 0.99 * bound_of_chebyshev(Kind::Triangle, n, 1e3), "{n}: {error}");
+        }
+    }
+
+    #[test]
+    fn the_norms_of_integral_and_rule() {
+        for n in 1..=MOST {
+            let q: f64 = triangle(n).weights.iter().map(|w| w.abs()).sum();
+            assert!(1.0 + q <= NORMS * (1.0 + 1e-14) && NORMS <= (1.0 + q) * (1.0 + 1e-14));
+        }
+    }
+
+    #[test]
+    fn the_counts_of_roundings() {
+        let (kernel, numerator, weights, sums, exponential, extents) =
+            (4.0 * 39.0, 16.0, 30.0, 27.0, 4.0, 24.0);
+        assert!(ROUNDINGS >= kernel + numerator + weights + sums + exponential + extents);
+        assert!(ROUNDINGS_DEPTH >= 1.6 * 36.0);
     }
 }

@@ -4,12 +4,12 @@
 //! within 2 ulp: the spans carry u ε in lo and len ([`Cell`] keeps count of u), the rules 2ε in nodes and weights; so
 //! t = lo + len·node has (u+4)ε, r at most (u+7)ε, 1/r^q q(u+8)ε, the numerator of degree m at most m(u+5)ε; three densities,
 //! each two products and a sum of nonnegative terms, (2u + 8 + 4 cuts)ε each; lengths and weights of the rules 3(u+4)ε; products 20ε;
-//! the nested sums n₁ + n₂ + n₃ + 3 roundings. The attenuation adds its argument's absolute error, 2(u+10)ε·κr (once for κ(r − r₀), once for the
+//! the sums as many roundings as a term passes additions ([`radial::depth`], [`pyramid::depth`]). The attenuation adds its argument's absolute error, 2(u+10)ε·κr (once for κ(r − r₀), once for the
 //! common factor e^{−κr₀}), and 8ε. Cells are added with compensation (Neumaier), 2ε more.
 
 use super::cells::{self, Cell, Division, Kernel, norm};
 use super::ellipse::Choice;
-use super::radial::Scratch;
+use super::radial::{self, Scratch};
 use super::reduced::Reduced;
 use super::{apart, pyramid};
 
@@ -95,7 +95,7 @@ fn run<const P: usize>(division: &Division, budget: f64, scratch: &mut Scratch) 
         } else {
             let plan = apart::plan(cell, &division.kernel, share);
             let value = apart::integrate::<P>(cell, &division.kernel, &plan, scratch);
-            pass.add(cell, &division.kernel, &plan, value);
+            pass.add(cell, &division.kernel, &plan, value, radial::depth(plan.map(|c| c.points)));
         }
     }
     pass
@@ -106,29 +106,39 @@ impl<const P: usize> Pass<P> {
         for k in 0..3 {
             let plan = pyramid::plan(cell, kernel, k, P - 1, share / 3.0);
             let value = pyramid::integrate::<P>(cell, kernel, k, &plan);
-            self.add(cell, kernel, &plan, value);
+            self.add(cell, kernel, &plan, value, pyramid::depth(plan.map(|c| c.points)));
         }
     }
 
-    fn add(&mut self, cell: &Cell, kernel: &Kernel, plan: &[Choice; 3], value: [f64; P]) {
+    /// Adds a cell whose terms pass through `depth` additions.
+    fn add(&mut self, cell: &Cell, kernel: &Kernel, plan: &[Choice; 3], value: [f64; P], depth: usize) {
         for p in 0..P {
             self.sum[p].add(value[p]);
         }
         plan.iter().for_each(|c| self.truncation.add(c.error));
-        let points: usize = plan.iter().map(|c| c.points).sum();
-        self.rounding += value[0] * rounding(cell, kernel, points);
+        self.rounding += value[0] * rounding(cell, kernel, depth);
         self.evaluations += plan.iter().map(|c| c.points as u64).product::<u64>();
     }
 }
 
+/// Roundings beyond the span's own, in units of ε: of a node's t, of its distance, of a numerator's factor, of a density (and for each cut
+/// of its cell), of a length with its weight; of all products and sums but the points; of the depth's argument.
+const OF_DISTANCE: f64 = 8.0; // bound
+const OF_NUMERATOR: f64 = 5.0; // bound
+const OF_DENSITY: f64 = 8.0; // bound
+const OF_CUT: f64 = 4.0; // bound
+const OF_LENGTH: f64 = 4.0; // bound
+const OF_PRODUCTS: f64 = 35.0; // bound
+const OF_DEPTH: f64 = 10.0; // bound
+
 /// The relative rounding error of a cell's integral (derived in the header).
 fn rounding(cell: &Cell, kernel: &Kernel, points: usize) -> f64 {
     let (u, q, m) = (cell.ulps, kernel.q() as f64, kernel.patches as f64);
-    let shape = q * (u + 8.0) + m * (u + 5.0);
-    let density = 3.0 * (2.0 * u + 8.0 + 4.0 * cell.cuts);
-    let sums = 3.0 * (u + 4.0) + 35.0 + points as f64;
+    let shape = q * (u + OF_DISTANCE) + m * (u + OF_NUMERATOR);
+    let density = 3.0 * (2.0 * u + OF_DENSITY + OF_CUT * cell.cuts);
+    let sums = 3.0 * (u + OF_LENGTH) + OF_PRODUCTS + points as f64;
     let depth = kernel.kappa * norm(cell.upper());
-    EPS * (shape + density + sums + 2.0 * (u + 10.0) * depth)
+    EPS * (shape + density + sums + 2.0 * (u + OF_DEPTH) * depth)
 }
 
 /// Below this a value may have lost digits to underflow.
@@ -152,5 +162,38 @@ fn finish<const P: usize>(
         radius,
         evaluations,
         touching: division.leaves.iter().any(|(c, _)| c.touches()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The counts of the header, step by step: nothing in [`rounding`] is less.
+    #[test]
+    fn the_constants_are_their_counts() {
+        let (node, product, sum, elementary) = (2.0, 1.0, 1.0, 2.0);
+        // t = lo + len · node.
+        let t = node + product + sum;
+        // r² = Σ t²: a square and two sums, halved by the root, and the root's own; then a power of it.
+        let r = t + 0.5 * (product + 2.0 * sum) + 1.0;
+        assert!(OF_DISTANCE >= r + product && OF_DISTANCE < 2.0 * r);
+        assert!(OF_NUMERATOR >= t + product);
+        // w₀(1−u) + w₁u: weights (of a cut: three products, a sum of products, a quotient), node, product, sum.
+        assert!(OF_DENSITY >= node + product + sum + 4.0 * product);
+        assert!(OF_CUT >= 2.0 * product + sum + product);
+        // Length times weight.
+        assert!(OF_LENGTH >= node + 2.0 * product);
+        // Twenty products, three sums' starts, the exponential twice over and its front, compensated sums.
+        assert!(OF_PRODUCTS >= 20.0 * product + 3.0 * sum + 2.0 * (elementary + elementary) + 2.0 + 2.0);
+        // κ(r − r₀) and κ r₀.
+        assert!(OF_DEPTH >= r + 2.0 * product + sum);
+        let cell = |w: f64| Cell {
+            spans: [super::super::reduced::Span { lo: 1.0, len: 1.0, w0: w, w1: w }; 3],
+            ulps: 3.0,
+            cuts: 1.0,
+        };
+        let kernel = Kernel { kappa: 0.0, nearest: 0.0, power: [0; 3], patches: 0 };
+        assert!((rounding(&cell(1.0), &kernel, 12) / EPS - (22.0 + 54.0 + 21.0 + 47.0)).abs() < 1e-9);
     }
 }

@@ -31,6 +31,7 @@ mod apart;
 mod cache;
 mod cells;
 mod closed;
+mod cube;
 mod cuboid;
 mod density;
 mod ellipse;

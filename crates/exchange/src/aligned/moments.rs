@@ -34,7 +34,7 @@
 //! order 2K carries: c²/r² 6ε, its powers 7Kε; moments (5K + 6)ε, constants 9ε; r^{−2K} 6Kε; (λ)_j 2Kε; additions at most
 //! (K+1)²ε; mass, 1/r^{2λ}, c^p, π: 30ε. The geometry itself, breakpoints and lengths within an ulp, moves t by at most
 //! 2ε(r + 2D) ≤ 4.4 ε r, against |t| ≥ 0.4 r ([`RATIO`]): 44ε in 1/|t|^4, and 8ε in the numerator. Together
-//! (120 + 20K + (K+1)²)ε.
+//! ([`ROUNDINGS`] + [`ROUNDINGS_ORDER`] K + (K+1)²)ε.
 
 use super::reduced::{AxisDensity, Reduced};
 use std::f64::consts::FRAC_1_PI;
@@ -47,6 +47,10 @@ pub(super) const RATIO: f64 = 0.6;
 /// The smallest tolerance that rounding leaves room for.
 pub(super) const FINEST: f64 = 5e-13;
 const EPS: f64 = 0.5 * f64::EPSILON;
+/// Roundings of every monomial, see above: 30 + 44 + 8 and what does not grow with the order, 20.
+pub(super) const ROUNDINGS: f64 = 120.0; // bound
+/// Roundings an order: powers, moments, (λ)_j.
+pub(super) const ROUNDINGS_ORDER: f64 = 20.0; // bound
 /// Room for the rounding of the bounds themselves.
 const UP: f64 = 1.000_001;
 
@@ -195,8 +199,8 @@ impl Shape {
             }),
             next: std::array::from_fn(|k| three(2 * k + 2, &b)),
             noise: std::array::from_fn(|k| {
-                let roundings = (120 + 20 * k + (k + 1) * (k + 1)) as f64; // bound
-                three(2 * k, &|n| EPS * roundings * g[n])
+                let count = ROUNDINGS + ROUNDINGS_ORDER * k as f64 + ((k + 1) * (k + 1)) as f64;
+                three(2 * k, &|n| EPS * count * g[n])
             }),
             shrink: std::array::from_fn(|k| UP * reach2 * b(2 * k + 4) / b(2 * k + 2)),
         }
@@ -400,4 +404,68 @@ pub(super) fn order<const N: usize>(shape: &Shape, far: &Far<N>, budget: f64) ->
         }
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_gegenbauer_polynomials() {
+        // C_n^λ(1) by the recurrence n C_n = 2(n−1+λ) C_{n−1} − (n−2+2λ) C_{n−2}.
+        for m in 0..3 {
+            let lambda = 0.5 * (2 + m) as f64;
+            let (mut before, mut now) = (1.0, 2.0 * lambda);
+            assert_eq!(gegenbauer_bound(m, 0), before);
+            for n in 1..=2 * TOP + 4 {
+                assert!((gegenbauer_bound(m, n) / now - 1.0).abs() < 1e-12, "{m} {n}");
+                let k = (n + 1) as f64;
+                (before, now) =
+                    (now, (2.0 * (k - 1.0 + lambda) * now - (k - 2.0 + 2.0 * lambda) * before) / k);
+            }
+        }
+    }
+
+    #[test]
+    fn moments_of_two_uniforms() {
+        // a = 2, b = 1: E δ² = a²/12 + b²/12, E δ⁴ = a⁴/80 + b⁴/80 + 6 a²b²/144.
+        let m = even_moments(2.0, 1.0);
+        assert!((m[1] - 5.0 / 12.0).abs() < 1e-16);
+        assert!((m[2] - (17.0 / 80.0 + 1.0 / 6.0)).abs() < 1e-16);
+        // Of the unit triangle 2/((2k+1)(2k+2)).
+        let m = even_moments(1.0, 1.0);
+        for k in 0..=ORDERS {
+            assert!((m[k] * ((2 * k + 1) * (k + 1)) as f64 - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn the_truncation_is_above_what_more_orders_change() {
+        for (extents, c) in [
+            ([(1.0, 1.0); 3], [3.0, 1.0, 0.0]),
+            ([(1.0, 0.2), (2.0, 1.0), (0.5, 0.5)], [1.0, 4.0, 2.0]),
+            ([(1.0, 0.0), (1.0, 1.0), (0.3, 0.1)], [0.5, 3.0, 1.0]),
+            ([(1.0, 0.0), (1.0, 0.0), (1.0, 1.0)], [0.5, 0.5, 4.0]),
+            ([(0.0, 0.0), (1.0, 0.7), (1.0, 1.0)], [0.1, 2.0, 4.0]),
+        ] {
+            let shape = Shape::new(extents);
+            let far = Far::new(&shape, &c.map(|x| [x]));
+            let all = far.finish(&shape, TOP, &[0.0]).0[0];
+            for order in 0..TOP - 1 {
+                let t = far.truncation(&shape, order);
+                let (value, radius) = far.finish(&shape, order, &t);
+                assert!(t[0].is_finite() && t[0] < 10.0);
+                let beyond = far.lead[0] * far.truncation(&shape, TOP)[0];
+                assert!((value[0] - all).abs() <= radius[0] + beyond, "{extents:?} {order}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_counts_of_roundings() {
+        let (value, geometry, once) = (30.0, 44.0 + 8.0, 6.0 + 9.0 + 5.0);
+        assert!(ROUNDINGS >= value + geometry + once);
+        // c²/r² and its powers, moments, r^{−2K}, (λ)_j.
+        assert!(ROUNDINGS_ORDER >= 7.0 + 5.0 + 6.0 + 2.0);
+    }
 }

@@ -21,6 +21,7 @@ use super::ellipse::{self, Choice};
 use super::radial::radial;
 use super::reduced::Span;
 use zonal_math::gauss::{self, Rule};
+use zonal_math::simd::{self, LANES};
 
 /// The pyramid over the face across axis `k`: its axes (k, j, i).
 fn axes(k: usize) -> [usize; 3] {
@@ -85,14 +86,25 @@ pub(super) fn integrate<const P: usize>(
     k: usize,
     plan: &[Choice; 3],
 ) -> [f64; P] {
-    match (kernel.patches, kernel.kappa > 0.0) {
-        (0, false) => sum::<0, false, P>(cell, kernel, k, plan),
-        (1, false) => sum::<1, false, P>(cell, kernel, k, plan),
-        (_, false) => sum::<2, false, P>(cell, kernel, k, plan),
-        (0, true) => sum::<0, true, P>(cell, kernel, k, plan),
-        (1, true) => sum::<1, true, P>(cell, kernel, k, plan),
-        (_, true) => sum::<2, true, P>(cell, kernel, k, plan),
-    }
+    let [_, j, i] = axes(k);
+    let spans = [cell.spans[k], cell.spans[j], cell.spans[i]];
+    let face = face(&spans, kernel, [j, i], plan);
+    let rule = gauss::rule(plan[0].points);
+    let total = match (kernel.patches, kernel.kappa > 0.0) {
+        (0, false) => simd::dispatch(|| sum::<0, false, P>(&spans, kernel.kappa, rule, &face)),
+        (1, false) => simd::dispatch(|| sum::<1, false, P>(&spans, kernel.kappa, rule, &face)),
+        (_, false) => simd::dispatch(|| sum::<2, false, P>(&spans, kernel.kappa, rule, &face)),
+        (0, true) => simd::dispatch(|| sum::<0, true, P>(&spans, kernel.kappa, rule, &face)),
+        (1, true) => simd::dispatch(|| sum::<1, true, P>(&spans, kernel.kappa, rule, &face)),
+        (_, true) => simd::dispatch(|| sum::<2, true, P>(&spans, kernel.kappa, rule, &face)),
+    };
+    let front = cell.volume() * cell.spans[k].len.powi(kernel.power[k]);
+    total.map(|x| x * front)
+}
+
+/// Additions that one term passes through, at most.
+pub(super) fn depth(points: [usize; 3]) -> usize {
+    points[0] + (points[1] * points[2]).div_ceil(LANES) + LANES
 }
 
 /// A node u of a rule and its mirror 1 − u, both relatively accurate.
@@ -100,56 +112,92 @@ fn node(rule: &Rule, i: usize) -> (f64, f64) {
     (rule.nodes[i], rule.nodes[rule.nodes.len() - 1 - i])
 }
 
+/// Nodes of the pyramid's face side by side: v and w with their mirrors, Q², the weights times the numerator.
+#[derive(Clone, Copy, Default)]
+struct Lanes {
+    v: [[f64; LANES]; 2],
+    w: [[f64; LANES]; 2],
+    square: [f64; LANES],
+    factor: [f64; LANES],
+}
+
+/// All nodes of the face, the last lanes padded with weight zero.
+fn face(spans: &[Span; 3], kernel: &Kernel, [j, i]: [usize; 2], plan: &[Choice; 3]) -> Vec<Lanes> {
+    let [sk, sj, si] = spans;
+    let (rv, rw) = (gauss::rule(plan[1].points), gauss::rule(plan[2].points));
+    let (nv, nw) = (rv.nodes.len(), rw.nodes.len());
+    let mut face = vec![Lanes::default(); (nv * nw).div_ceil(LANES)];
+    for place in 0..face.len() * LANES {
+        // Padding repeats the first node.
+        let real = place < nv * nw;
+        let (iv, iw) = if real { (place / nw, place % nw) } else { (0, 0) };
+        let (v, w) = (node(rv, iv), node(rw, iw));
+        let (tj, ti) = (sj.len * v.0, si.len * w.0);
+        let (lanes, l) = (&mut face[place / LANES], place % LANES);
+        (lanes.v[0][l], lanes.v[1][l], lanes.w[0][l], lanes.w[1][l]) = (v.0, v.1, w.0, w.1);
+        lanes.square[l] = sk.len * sk.len + tj * tj + ti * ti;
+        if real {
+            lanes.factor[l] =
+                rv.weights[iv] * tj.powi(kernel.power[j]) * rw.weights[iw] * ti.powi(kernel.power[i]);
+        }
+    }
+    face
+}
+
 /// The density at s·u: w₀(1 − su) + w₁ su with 1 − su = (1−s) + s(1−u), no difference taken.
-fn density(span: &Span, (s, not_s): (f64, f64), (u, not_u): (f64, f64)) -> f64 {
+#[inline(always)]
+fn density(span: &Span, (s, not_s): (f64, f64), u: f64, not_u: f64) -> f64 {
     span.w0 * (not_s + s * not_u) + span.w1 * (s * u)
 }
 
+#[inline(always)]
 fn sum<const M: i32, const ATTENUATED: bool, const P: usize>(
-    cell: &Cell,
-    kernel: &Kernel,
-    k: usize,
-    plan: &[Choice; 3],
+    spans: &[Span; 3],
+    kappa: f64,
+    rule: &Rule,
+    face: &[Lanes],
 ) -> [f64; P] {
-    let [_, j, i] = axes(k);
-    let [rs, rv, rw] = plan.map(|c| gauss::rule(c.points));
-    let (sk, sj, si) = (&cell.spans[k], &cell.spans[j], &cell.spans[i]);
-    let power = kernel.power;
-    let mut total = [0.0; P];
-    for iv in 0..rv.nodes.len() {
-        let v = node(rv, iv);
-        let tj = sj.len * v.0;
-        let mut column = [0.0; P];
-        for iw in 0..rw.nodes.len() {
-            let w = node(rw, iw);
-            let ti = si.len * w.0;
-            let q2 = sk.len * sk.len + tj * tj + ti * ti;
-            // 1/Q^q and the powers of Q; the attenuation waits for s.
-            let shape = radial::<M, false, P>(q2, 0.0, 0.0);
-            let kq = if ATTENUATED { kernel.kappa * q2.sqrt() } else { 0.0 };
-            let mut line = [0.0; P];
-            for is in 0..rs.nodes.len() {
-                let s = node(rs, is);
-                let mut f =
-                    rs.weights[is] * (sk.w0 * s.1 + sk.w1 * s.0) * density(sj, s, v) * density(si, s, w);
-                if ATTENUATED {
-                    f *= (-kq * s.0).exp();
-                }
-                for p in 0..P {
-                    line[p] += f;
-                    f *= s.0;
-                }
-            }
-            let front = rw.weights[iw] * ti.powi(power[i]);
-            for p in 0..P {
-                column[p] += front * shape[p] * line[p];
+    let [sk, sj, si] = spans;
+    let mut total = [[0.0; LANES]; P];
+    for f in face {
+        // 1/Q^q and the powers of Q; the attenuation waits for s.
+        let shape = radial::<M, false, P>(&f.square, 0.0, 0.0);
+        let mut depth = [0.0; LANES];
+        if ATTENUATED {
+            for l in 0..LANES {
+                depth[l] = -kappa * f.square[l].sqrt();
             }
         }
-        let front = rv.weights[iv] * tj.powi(power[j]);
+        let mut line = [[0.0; LANES]; P];
+        for is in 0..rule.nodes.len() {
+            let s = node(rule, is);
+            let first = rule.weights[is] * (sk.w0 * s.1 + sk.w1 * s.0);
+            let mut term = [0.0; LANES];
+            for l in 0..LANES {
+                term[l] = first * density(sj, s, f.v[0][l], f.v[1][l]) * density(si, s, f.w[0][l], f.w[1][l]);
+            }
+            if ATTENUATED {
+                let mut x = depth;
+                for l in 0..LANES {
+                    x[l] *= s.0;
+                }
+                let e = simd::exp(x);
+                for l in 0..LANES {
+                    term[l] *= e[l];
+                }
+            }
+            for p in 0..P {
+                for l in 0..LANES {
+                    line[p][l] += term[l];
+                    term[l] *= s.0;
+                }
+            }
+        }
         for p in 0..P {
-            total[p] += front * column[p];
+            for l in 0..LANES {
+                total[p][l] += f.factor[l] * shape[p][l] * line[p][l];
+            }
         }
     }
-    let front = cell.volume() * sk.len.powi(power[k]);
-    total.map(|x| x * front)
+    total.map(|lanes| lanes.iter().sum())
 }

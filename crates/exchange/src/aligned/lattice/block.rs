@@ -61,27 +61,69 @@ pub fn block(edges: [f64; 3], first: [f64; 3], counts: [usize; 3], kappa: f64, t
     let [x, y, z] = [0, 1, 2].map(|k| Axis::new(first[k], counts[k]));
     let family = Family::new(edges.map(|e| (e, e)), edges, [x.shift, y.shift, z.shift], kappa, tolerance);
     let alike = edges[1] == edges[2] && y.shift == z.shift && y.distances == z.distances;
-    let (ny, nz) = (y.distances.len(), z.distances.len());
-    let per_plane = if alike { ny * (ny + 1) / 2 } else { ny * nz };
-    let mut offsets = Vec::with_capacity(x.distances.len() * per_plane);
+    let pairs = pairs(&y, &z, alike);
+    // All three axes alike: sorted distances are met again in other planes.
+    let mut sorted = (alike && edges[0] == edges[1] && x.shift == y.shift).then(|| Sorted::new(&x, &y));
+    let mut offsets = Vec::with_capacity(x.distances.len() * pairs.len());
+    let mut places = Vec::with_capacity(offsets.capacity());
     for &dx in &x.distances {
-        for (j, &dy) in y.distances.iter().enumerate() {
-            let last = if alike { j + 1 } else { nz };
-            offsets.extend(z.distances[..last].iter().map(|&dz| [dx, dy, dz]));
+        for &[dy, dz] in &pairs {
+            let offset = [dx, dy, dz];
+            let new = offsets.len() as u32;
+            let place = sorted.as_mut().map_or(new, |s| s.place(offset, new));
+            if place == new {
+                offsets.push(offset);
+            }
+            places.push(place);
         }
     }
     let (mut value, mut radius) = (vec![0.0; offsets.len()], vec![0.0; offsets.len()]);
     let tally = family.fill(&offsets, &mut value, &mut radius);
-    let place = place_in_plane(&y, &z, alike);
-    let total = counts[0] * place.len();
+    let in_plane = place_in_plane(&y, &z, alike);
+    let total = counts[0] * in_plane.len();
     let (mut values, mut radii) = (Vec::with_capacity(total), Vec::with_capacity(total));
     for &ix in &x.of_cell {
-        let plane = ix as usize * per_plane..(ix as usize + 1) * per_plane;
-        let (v, r) = (&value[plane.clone()], &radius[plane]);
-        values.extend(place.iter().map(|&i| v[i as usize]));
-        radii.extend(place.iter().map(|&i| r[i as usize]));
+        let plane = &places[ix as usize * pairs.len()..(ix as usize + 1) * pairs.len()];
+        let v: Vec<f64> = plane.iter().map(|&i| value[i as usize]).collect();
+        let r: Vec<f64> = plane.iter().map(|&i| radius[i as usize]).collect();
+        values.extend(in_plane.iter().map(|&i| v[i as usize]));
+        radii.extend(in_plane.iter().map(|&i| r[i as usize]));
     }
     Block { values, radii, distinct: offsets.len(), tally }
+}
+
+/// The distinct distances across x, y ≥ z where the two axes are alike.
+fn pairs(y: &Axis, z: &Axis, alike: bool) -> Vec<[u16; 2]> {
+    let last = |j: usize| if alike { j + 1 } else { z.distances.len() };
+    let line = |(j, &dy): (usize, &u16)| z.distances[..last(j)].iter().map(move |&dz| [dy, dz]);
+    y.distances.iter().enumerate().flat_map(line).collect()
+}
+
+/// The first place of each sorted triple of distances.
+struct Sorted(Vec<u32>);
+
+impl Sorted {
+    fn new(x: &Axis, y: &Axis) -> Sorted {
+        let most = x.distances.last().max(y.distances.last()).map_or(0, |d| *d as usize);
+        // A block far off along an axis has no triple twice.
+        let size = if x.distances[0] > *y.distances.last().expect("a cell") { 0 } else { most + 1 };
+        Sorted(vec![u32::MAX; size * (size + 1) * (size + 2) / 6])
+    }
+    /// The place of an offset with y ≥ z: the one it has already, or `new`.
+    #[inline]
+    fn place(&mut self, [x, y, z]: [u16; 3], new: u32) -> u32 {
+        if self.0.is_empty() {
+            return new;
+        }
+        let (x, y, z) = (x as usize, y as usize, z as usize);
+        let (a, rest) = (x.max(y), x.min(y));
+        let (b, c) = (rest.max(z), rest.min(z));
+        let kept = &mut self.0[a * (a + 1) * (a + 2) / 6 + b * (b + 1) / 2 + c];
+        if *kept == u32::MAX {
+            *kept = new;
+        }
+        *kept
+    }
 }
 
 /// For each cell of a plane across x the place of its factor.

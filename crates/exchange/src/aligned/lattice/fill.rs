@@ -4,6 +4,7 @@
 //! the density. Offsets nearer than D/RATIO, and any whose radius came out above the tolerance, go one by one to the judge of single pairs.
 
 use crate::Method;
+use crate::aligned::cube::{self, Cube};
 use crate::aligned::density::Grid;
 use crate::aligned::judge::{self, SHARE};
 use crate::aligned::moments::{self, Far, Shape};
@@ -64,6 +65,8 @@ pub(super) struct Family {
     tolerance: f64,
     shape: Shape,
     grid: Grid,
+    /// The edge where all boxes are equal cubes without a medium, with the series' constants.
+    cube: Option<(f64, &'static Cube)>,
     /// Squared distance from which a batch serves, m².
     far2: f64,
 }
@@ -83,7 +86,11 @@ impl Family {
         let shape = Shape::new(extents);
         let far2 = shape.least_distance().powi(2) * (1.0 + 1e-9);
         let tolerance = tolerance.clamp(FINEST, 0.1);
-        Family { extents, step, shift, kappa, tolerance, shape, grid: Grid::new(extents, kappa), far2 }
+        let edge = extents[0].0;
+        let cubes = kappa == 0.0 && extents == [(edge, edge); 3];
+        let cube = cubes.then(|| (edge, cube::constants()));
+        let grid = Grid::new(extents, kappa);
+        Family { extents, step, shift, kappa, tolerance, shape, grid, cube, far2 }
     }
 
     /// The reduced pair at an offset.
@@ -128,45 +135,93 @@ impl Family {
     #[inline(always)]
     fn batch(&self, offsets: &[[u16; 3]], values: &mut [f64], radii: &mut [f64], tally: &mut Tally) {
         let mut centre = [[0.0; LANES]; 3];
-        let mut far = [false; LANES];
-        let mut some = LANES;
         for l in 0..LANES {
             let o = offsets[if l < offsets.len() { l } else { 0 }];
-            let mut r2 = 0.0;
             for k in 0..3 {
                 centre[k][l] = (o[k] as f64 + self.shift[k]) * self.step[k];
-                r2 += centre[k][l] * centre[k][l];
             }
-            far[l] = r2 >= self.far2;
-            some = if far[l] && some == LANES { l } else { some };
         }
+        let mut nearest = f64::INFINITY;
+        let mut r2 = [0.0; LANES];
+        for l in 0..LANES {
+            r2[l] = centre[0][l] * centre[0][l] + centre[1][l] * centre[1][l] + centre[2][l] * centre[2][l];
+            nearest = if r2[l] < nearest { r2[l] } else { nearest };
+        }
+        if nearest < self.far2 {
+            return self.mixed(offsets, centre, r2, values, radii, tally);
+        }
+        self.keep(offsets, self.serve(&centre, nearest), [true; LANES], values, radii, tally);
+    }
+
+    /// A batch with offsets that are too near: they give their lanes to a far one, if there is any.
+    #[inline(never)]
+    fn mixed(
+        &self,
+        offsets: &[[u16; 3]],
+        mut centre: [[f64; LANES]; 3],
+        r2: [f64; LANES],
+        values: &mut [f64],
+        radii: &mut [f64],
+        tally: &mut Tally,
+    ) {
+        let far = r2.map(|r2| r2 >= self.far2);
         let mut served = None;
-        if some < LANES {
-            // Near offsets give their lanes to a far one.
-            for l in 0..LANES {
+        if let Some(some) = (0..LANES).find(|&l| far[l]) {
+            for l in (0..LANES).filter(|&l| !far[l]) {
                 for k in 0..3 {
-                    centre[k][l] = if far[l] { centre[k][l] } else { centre[k][some] };
+                    centre[k][l] = centre[k][some];
                 }
             }
-            served = self.serve(&centre);
+            let nearest = (0..LANES).filter(|&l| far[l]).map(|l| r2[l]).fold(f64::INFINITY, f64::min);
+            served = self.serve(&centre, nearest);
         }
-        for l in 0..offsets.len() {
-            match served {
-                Some((value, radius, method))
-                    if far[l] && radius[l] <= self.tolerance * value[l] && value[l] > integrate::TINY =>
-                {
-                    (values[l], radii[l]) = (value[l], radius[l]);
-                    tally.count(method, 1);
-                }
-                _ => (values[l], radii[l]) = self.single(offsets[l], tally),
+        self.keep(offsets, served, far, values, radii, tally);
+    }
+
+    /// Writes what is as good as asked; the rest goes to the judge of single pairs.
+    #[inline(always)]
+    fn keep(
+        &self,
+        offsets: &[[u16; 3]],
+        served: Option<([f64; LANES], [f64; LANES], Method)>,
+        far: [bool; LANES],
+        values: &mut [f64],
+        radii: &mut [f64],
+        tally: &mut Tally,
+    ) {
+        let n = offsets.len();
+        let mut good = [false; LANES];
+        let mut count = 0;
+        if let Some((value, radius, method)) = &served {
+            for l in 0..LANES {
+                good[l] = far[l] & (radius[l] <= self.tolerance * value[l]) & (value[l] > integrate::TINY);
+            }
+            for l in 0..n {
+                (values[l], radii[l]) = (value[l], radius[l]);
+                count += good[l] as usize;
+            }
+            tally.count(*method, count);
+        }
+        if count < n {
+            for l in (0..n).filter(|&l| !good[l]) {
+                (values[l], radii[l]) = self.single(offsets[l], tally);
             }
         }
     }
 
-    /// The cheapest method that is proved for the whole batch.
+    /// The cheapest method that is proved for the whole batch; `nearest` its least squared distance, m².
     #[inline(always)]
-    fn serve(&self, centre: &[[f64; LANES]; 3]) -> Option<([f64; LANES], [f64; LANES], Method)> {
-        if self.kappa == 0.0 {
+    fn serve(
+        &self,
+        centre: &[[f64; LANES]; 3],
+        nearest: f64,
+    ) -> Option<([f64; LANES], [f64; LANES], Method)> {
+        if let Some((edge, constants)) = self.cube {
+            if let Some(order) = constants.order(edge * edge / nearest, SHARE * self.tolerance) {
+                let (value, radius) = constants.factors(order, edge, centre);
+                return Some((value, radius, Method::Moments));
+            }
+        } else if self.kappa == 0.0 {
             let far = Far::new(&self.shape, centre);
             if let Some((order, left)) = moments::order(&self.shape, &far, SHARE * self.tolerance) {
                 let (value, radius) = far.finish(&self.shape, order, &left);
