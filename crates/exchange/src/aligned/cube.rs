@@ -140,25 +140,36 @@ impl Cube {
 
     /// What the orders above K leave, relative to the order zero, at (h/r)² = `u` ≤ RATIO²/3.
     #[inline(always)]
-    pub fn truncation(&self, order: usize, u: f64) -> f64 {
+    pub fn truncation<const N: usize>(&self, order: usize, u: &[f64; N]) -> [f64; N] {
         // The order TOP + 1 has one factor u more than the loops below multiply, which are TOP in all.
-        let mut left = self.beyond[0] * u / (1.0 - self.beyond[1] * u);
+        let mut left = [0.0; N];
+        for l in 0..N {
+            left[l] = UP * self.beyond[0] * u[l] / (1.0 - self.beyond[1] * u[l]);
+        }
         for k in (order + 1..=TOP).rev() {
-            left = (left + self.sup[k]) * u;
+            for l in 0..N {
+                left[l] = (left[l] + UP * self.sup[k]) * u[l];
+            }
         }
         for _ in 0..order {
-            left *= u;
+            for l in 0..N {
+                left[l] *= u[l];
+            }
         }
-        left * UP
+        left
     }
 
-    /// The lowest order whose truncation at `u` is within `budget`.
+    /// The lowest order whose truncation at `u` is within `budget`: the first part of it tells where to begin.
     #[inline(always)]
     pub fn order(&self, u: f64, budget: f64) -> Option<usize> {
         if u * 3.0 > RATIO * RATIO {
             return None;
         }
-        (0..=TOP).find(|&k| self.truncation(k, u) <= budget)
+        let (mut k, mut power) = (0, u);
+        while k < TOP && self.sup[k + 1] * power > budget {
+            (k, power) = (k + 1, power * u);
+        }
+        (k..=TOP).find(|&k| self.truncation(k, &[u])[0] <= budget)
     }
 
     /// Values and radii of cubes with edge `h` (m) at centre offsets `c` (m), up to the order 2K.
@@ -184,10 +195,11 @@ impl Cube {
                 noise[l] = noise[l] * u[l] + rounding;
             }
         }
+        let truncation = self.truncation(order, &u);
         let (mut value, mut radius) = ([0.0; N], [0.0; N]);
         for l in 0..N {
             value[l] = lead[l] * sum[l];
-            radius[l] = lead[l] * (self.truncation(order, u[l]) + noise[l]) * UP;
+            radius[l] = lead[l] * (truncation[l] + noise[l]) * UP;
         }
         (value, radius)
     }
@@ -265,7 +277,7 @@ mod tests {
         // Geometric: with nothing but the part beyond TOP, one factor u for each order.
         let u: f64 = 0.1;
         let left = cube.beyond[0] * u.powi(TOP as i32 + 1) / (1.0 - cube.beyond[1] * u);
-        assert!((cube.truncation(TOP, u) / left - 1.0).abs() < 1e-5);
+        assert!((cube.truncation(TOP, &[u])[0] / left - 1.0).abs() < 1e-5);
     }
 
     #[test]

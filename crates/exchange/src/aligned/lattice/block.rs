@@ -79,15 +79,13 @@ pub fn block(edges: [f64; 3], first: [f64; 3], counts: [usize; 3], kappa: f64, t
     }
     let (mut value, mut radius) = (vec![0.0; offsets.len()], vec![0.0; offsets.len()]);
     let tally = family.fill(&offsets, &mut value, &mut radius);
-    let in_plane = place_in_plane(&y, &z, alike);
-    let total = counts[0] * in_plane.len();
+    let lines = lines(&y, &z, alike);
+    let total = counts.iter().product();
     let (mut values, mut radii) = (Vec::with_capacity(total), Vec::with_capacity(total));
     for &ix in &x.of_cell {
         let plane = &places[ix as usize * pairs.len()..(ix as usize + 1) * pairs.len()];
-        let v: Vec<f64> = plane.iter().map(|&i| value[i as usize]).collect();
-        let r: Vec<f64> = plane.iter().map(|&i| radius[i as usize]).collect();
-        values.extend(in_plane.iter().map(|&i| v[i as usize]));
-        radii.extend(in_plane.iter().map(|&i| r[i as usize]));
+        write(&mut values, plane, &value, &lines, &y.of_cell);
+        write(&mut radii, plane, &radius, &lines, &y.of_cell);
     }
     Block { values, radii, distinct: offsets.len(), tally }
 }
@@ -126,12 +124,31 @@ impl Sorted {
     }
 }
 
-/// For each cell of a plane across x the place of its factor.
-fn place_in_plane(y: &Axis, z: &Axis, alike: bool) -> Vec<u32> {
+/// For each distinct distance along y the places of a line of cells in the plane's pairs.
+fn lines(y: &Axis, z: &Axis, alike: bool) -> Vec<Vec<u32>> {
     let nz = z.distances.len() as u32;
     let pair = |j: u32, k: u32| match alike {
         true => j.max(k) * (j.max(k) + 1) / 2 + j.min(k),
         false => j * nz + k,
     };
-    y.of_cell.iter().flat_map(|&j| z.of_cell.iter().map(move |&k| pair(j, k))).collect()
+    (0..y.distances.len() as u32).map(|j| z.of_cell.iter().map(|&k| pair(j, k)).collect()).collect()
+}
+
+/// One plane of the block: each distinct line gathered once, then copied.
+fn write(out: &mut Vec<f64>, plane: &[u32], from: &[f64], lines: &[Vec<u32>], of_cell: &[u32]) {
+    let start = out.len();
+    let mut met = [u32::MAX; 64];
+    for (line, &j) in of_cell.iter().enumerate() {
+        let cells = &lines[j as usize];
+        match met.get(j as usize) {
+            Some(&l) if l != u32::MAX => {
+                let first = start + l as usize * cells.len();
+                out.extend_from_within(first..first + cells.len());
+            }
+            _ => out.extend(cells.iter().map(|&i| from[plane[i as usize] as usize])),
+        }
+        if let Some(l) = met.get_mut(j as usize) {
+            *l = line as u32;
+        }
+    }
 }

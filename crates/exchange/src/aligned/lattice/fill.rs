@@ -135,10 +135,12 @@ impl Family {
     #[inline(always)]
     fn batch(&self, offsets: &[[u16; 3]], values: &mut [f64], radii: &mut [f64], tally: &mut Tally) {
         let mut centre = [[0.0; LANES]; 3];
-        for l in 0..LANES {
-            let o = offsets[if l < offsets.len() { l } else { 0 }];
-            for k in 0..3 {
-                centre[k][l] = (o[k] as f64 + self.shift[k]) * self.step[k];
+        // The last batch of a chunk repeats its first offset.
+        let mut padded = [offsets[0]; LANES];
+        padded[..offsets.len()].copy_from_slice(offsets);
+        for k in 0..3 {
+            for l in 0..LANES {
+                centre[k][l] = (padded[l][k] as f64 + self.shift[k]) * self.step[k];
             }
         }
         let mut nearest = f64::INFINITY;
