@@ -128,8 +128,7 @@ impl Dense {
             }
         }
         noise.iter_mut().for_each(|s| *s = s.sqrt());
-        let proved = counts.rays + counts.general + counts.cut + counts.pane + counts.paper == 0;
-        let grade = if proved { Grade::Proved } else { Grade::Estimated };
+        let grade = if counts.all_proved() { Grade::Proved } else { Grade::Estimated };
         (Dense { n, shared, matrices, group, panes, scaling: None, grade }, Assembly { counts, noise })
     }
 

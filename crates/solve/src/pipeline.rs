@@ -206,7 +206,7 @@ fn counts(zones: &Zones, c: &Counts, escape_rays: u64) -> Vec<(String, u64)> {
         ("pane zones", zones.panes.len() as u64),
         ("aligned pairs", c.aligned),
         ("voxel pairs by a formula of the paper", c.paper),
-        ("pairs by the closed solid angle", c.general),
+        ("pairs with a plate in any position", c.general),
         ("pairs with a cut voxel", c.cut),
         ("pairs with a pane", c.pane),
         ("pairs that face away", c.facing_away),

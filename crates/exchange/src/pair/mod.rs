@@ -8,7 +8,8 @@
 //! | axis-aligned, uniform κ | reduced integral, **proved** | inside the integral |
 //! | axis-aligned, varying κ | reduced integral at κ = 0 | three moments of the distance × mean extinction along rays |
 //! | the same, optically thick | the same | chords of rays through both voxels |
-//! | a plate in any position | closed solid angle inside, Gauss points outside, estimated | the same |
+//! | two plates in any position | contours in closed form, Gauss rules, **proved** | moments of the distance, estimated |
+//! | a plate in any position and a voxel | closed solid angle inside, Gauss points outside, estimated | the same |
 //! | a voxel cut by walls | sums over its samples | the same, ray by ray |
 //! | a pane | as a plate that is seen from both sides, times (1 − e^{−κt/c})/κ, c the cosine | the same |
 //!
@@ -23,14 +24,18 @@ mod zone;
 use crate::aligned::{Cuboid, FactorCache};
 use crate::general::{self, Moments};
 use crate::paper::strip::Voxels;
+use crate::polygon::Plates;
 use parts::subcell_table;
 use rays::{PANE_SPLITS, pane_own};
 use std::f64::consts::PI;
-use zonal_math::{Bounded, Vec3};
+use zonal_math::{Bounded, Grade, Vec3};
 use zonal_scene::zones::SUBCELLS;
 use zonal_scene::{Bands, Plate, Scene, Zones, bands};
 use zonal_transport::Transport;
 use zone::{Shape, Zone, behind, plate_zone};
+
+/// The share of the smaller area that is a radius small enough in any case.
+const PLATE_ABSOLUTE: f64 = 1e-12;
 
 /// Which formula gives the exchange of two whole voxels. Every other pair has its exact factor always: the paper has no formula of its own
 /// for them. Nor can formula (3) serve a voxel with itself, which is exact there.
@@ -52,13 +57,15 @@ pub enum VoxelFactors {
 pub struct Settings {
     /// Relative radius of the axis-aligned factors. The default, 1e-11, is exact for every purpose of a solve.
     pub aligned_tolerance: f64,
+    /// Relative radius of the factors of two plates in a general position, before anything that stands between them.
+    pub plate_tolerance: f64,
     /// The formula for two voxels.
     pub voxels: VoxelFactors,
 }
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { aligned_tolerance: 1e-11, voxels: VoxelFactors::Exact }
+        Settings { aligned_tolerance: 1e-11, plate_tolerance: 1e-9, voxels: VoxelFactors::Exact }
     }
 }
 
@@ -71,6 +78,8 @@ pub struct Counts {
     pub paper: u64,
     /// Pairs with a plate in a general position.
     pub general: u64,
+    /// Pairs whose geometric factor has an estimated radius.
+    pub estimated: u64,
     /// Pairs with a cut voxel.
     pub cut: u64,
     /// Pairs with a pane.
@@ -89,11 +98,17 @@ impl Counts {
         self.aligned += o.aligned;
         self.paper += o.paper;
         self.general += o.general;
+        self.estimated += o.estimated;
         self.cut += o.cut;
         self.pane += o.pane;
         self.facing_away += o.facing_away;
         self.partial += o.partial;
         self.rays += o.rays;
+    }
+
+    /// True where every radius is proved: no ray and no estimate took part.
+    pub fn all_proved(&self) -> bool {
+        self.rays + self.estimated == 0
     }
 }
 
@@ -120,6 +135,8 @@ pub struct Exchange<'a> {
     items: Vec<Zone<'a>>,
     cache: FactorCache,
     settings: Settings,
+    /// The patches, ready for pairs in any position.
+    plates: Plates,
     /// The voxmap as the paper's algorithm wants it.
     grid: Option<Voxels>,
     tolerance: f64,
@@ -180,6 +197,7 @@ impl<'a> Exchange<'a> {
             items,
             cache,
             settings,
+            plates: Plates::new(&zones.patches.iter().map(|p| p.plate).collect::<Vec<_>>()),
             grid: scene.voxmap().map(Voxels::of),
             tolerance: scene.options().tolerance,
             uniform: uniform_medium(scene, zones, transport),
@@ -221,18 +239,21 @@ impl<'a> Exchange<'a> {
         match (&a.shape, &b.shape) {
             (Shape::Part(_), _) | (_, Shape::Part(_)) => {
                 counts.cut += 1;
+                counts.estimated += 1;
                 self.with_part(a, b, seed, counts)
             }
             (Shape::Plate { pane: Some(_), .. }, _) | (_, Shape::Plate { pane: Some(_), .. }) => {
                 counts.pane += 1;
+                counts.estimated += 1;
                 self.pane_pair(a, b, seed, PANE_SPLITS, counts)
             }
             (Shape::Cuboid, Shape::Cuboid) if self.settings.voxels != VoxelFactors::Exact => {
                 counts.paper += 1;
+                counts.estimated += 1;
                 let m = self.at_centres(row, j);
                 self.attenuated(a, b, m, self.uniform, seed, counts)
             }
-            _ => self.simple(a, b, seed, counts),
+            _ => self.simple((i, j), seed, counts),
         }
     }
 
@@ -253,7 +274,8 @@ impl<'a> Exchange<'a> {
     }
 
     /// Pairs of patches and whole voxels.
-    fn simple(&self, a: &Zone, b: &Zone, seed: u64, counts: &mut Counts) -> PairFactor {
+    fn simple(&self, (i, j): (usize, usize), seed: u64, counts: &mut Counts) -> PairFactor {
+        let (a, b) = (&self.items[i], &self.items[j]);
         if let (Some(p), Some(q)) = (&a.aligned, &b.aligned) {
             counts.aligned += 1;
             if let Some(kappa) = self.uniform {
@@ -270,9 +292,27 @@ impl<'a> Exchange<'a> {
             }
         } else {
             counts.general += 1;
+            if i < self.zones.voxel_offset() {
+                return self.two_plates((i, j), seed, counts);
+            }
         }
+        counts.estimated += u64::from(a.aligned.is_none() || b.aligned.is_none());
         let m = self.moments(a, b);
         self.attenuated(a, b, m, self.uniform.filter(|_| !self.is_thick(a, b)), seed, counts)
+    }
+
+    /// Two patches, one at least in a general position: the factor proved, its moments of distance, where they are wanted, estimated.
+    fn two_plates(&self, (i, j): (usize, usize), seed: u64, counts: &mut Counts) -> PairFactor {
+        let (a, b) = (&self.items[i], &self.items[j]);
+        let factor = self.plates.pair(i, j, self.settings.plate_tolerance, PLATE_ABSOLUTE).bounded;
+        if self.uniform != Some([0.0; 3]) {
+            let m = Moments { factor, ..self.moments(a, b) };
+            counts.estimated += 1;
+            return self.attenuated(a, b, m, self.uniform.filter(|_| !self.is_thick(a, b)), seed, counts);
+        }
+        counts.estimated += u64::from(factor.grade != Grade::Proved);
+        let out = PairFactor { value: [factor.value; 3], radius: [factor.radius; 3] };
+        if self.occluders { self.times_visibility(a, b, out, seed, counts) } else { out }
     }
 
     /// A geometric factor with what lies between: a `uniform` medium, or whatever rays meet.
@@ -345,6 +385,7 @@ impl<'a> Exchange<'a> {
             }
             Shape::Part(samples) => {
                 counts.cut += 1;
+                counts.estimated += 1;
                 let m = self.subcell_sum([0; 3], samples, samples);
                 let kappa = self.kappa(i);
                 let value = bands(|k| m.factor.value * m.transmittance(kappa[k]));

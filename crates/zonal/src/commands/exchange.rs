@@ -22,7 +22,7 @@ pub struct Args {
     /// Arrays to write (.npz): exchange_areas, error_radius, closure.
     #[arg(long, short)]
     pub output: PathBuf,
-    /// Wanted relative error of axis-aligned pairs, between 0 and 1; of other pairs the scene's tolerance.
+    /// Wanted relative error of the factors of axis-aligned pairs and of two plates, between 0 and 1. What is measured by rays has the scene's tolerance.
     #[arg(long, default_value_t = 1e-9)]
     pub tolerance: f64,
     /// Largest memory for the matrices, GB.
@@ -59,7 +59,11 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
             ),
         ));
     }
-    let settings = Settings { aligned_tolerance: args.tolerance, ..Settings::default() };
+    let settings = Settings {
+        aligned_tolerance: args.tolerance,
+        plate_tolerance: args.tolerance,
+        ..Settings::default()
+    };
     let exchange = Exchange::with_settings(&scene, &zones, &transport, settings);
     let meter = Meter::new(context.quiet);
     let m = matrices(&exchange, &zones, bands, &meter);
@@ -122,8 +126,7 @@ fn report(args: &Args, context: Context, m: &Matrices, n: usize, bands: usize) -
         let sum: f64 = m.areas[k * n..(k + 1) * n].iter().sum();
         worst.max((sum / m.closure[k] - 1.0).abs())
     });
-    let proved = m.counts.rays + m.counts.general + m.counts.cut + m.counts.pane == 0;
-    let grade = if proved { "proved" } else { "estimated" };
+    let grade = if m.counts.all_proved() { "proved" } else { "estimated" };
     let path = args.output.display();
     if context.json {
         return say(&format!(
