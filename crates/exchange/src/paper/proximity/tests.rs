@@ -1,0 +1,219 @@
+use super::surface::tests::one_of_each;
+use super::*;
+use crate::aligned::{Cuboid, geometric_factor};
+use zonal_math::{Grade, vec3};
+
+/// A parallelogram that looks at the middle of a surface, from in front of it.
+fn onlooker(s: &Surface, [u, v]: [f64; 2]) -> Plate {
+    let n = s.normal(u, v).normalized();
+    let (t, b) = n.frame();
+    let plate = Plate::parallelogram(s.at(u, v) + n * 1.5 + t * 0.3, b * 0.4, (t + b * 0.1 + n * 0.05) * 0.5);
+    if plate.normal().dot(n) > 0.0 { plate.flipped() } else { plate }
+}
+
+/// All factors of a row; every cell must have one.
+fn all(row: &Row) -> Vec<Factor> {
+    let factor = |c: &Cell| if let Cell::Factor(f) = c { *f } else { panic!("{c:?}") };
+    row.cells.iter().map(factor).collect()
+}
+
+#[test]
+fn every_kind_of_surface_within_its_radius_and_cheaper_than_cell_by_cell() {
+    for (s, at) in one_of_each() {
+        let mesh = Mesh::regular([at[0] - 0.4, at[1] - 0.3], [at[0] + 0.4, at[1] + 0.3], 24, 20);
+        let whole = onlooker(&s, at);
+        let (c, _) = whole.corners();
+        for plate in [whole, Plate::triangle(c[0], c[1], c[3])] {
+            let cell = |k: usize, n: usize| direct(&s, mesh.patch(k / 20, k % 20), &plate, n).bounded.value;
+            let want: Vec<f64> = (0..480).map(|k| cell(k, 8)).collect();
+            let mut references = usize::MAX;
+            for (order, tolerance) in [(4, 1e-3), (8, 1e-6), (12, 1e-9), (16, 1e-9)] {
+                let demand = Demand::relative(tolerance);
+                let row = factors(&s, &mesh, &plate, order, &demand);
+                let got = all(&row);
+                for (f, want) in got.iter().zip(&want) {
+                    assert_eq!((f.method, f.bounded.grade), (Method::Proximity, Grade::Proved));
+                    assert!(f.bounded.radius <= demand.radius(f.bounded.value), "{s:?} {order}: {f:?}");
+                    assert!(
+                        (f.bounded.value - want).abs() <= f.bounded.radius + 2e-14 * want,
+                        "{s:?}: {f:?} {want}"
+                    );
+                }
+                // Cell by cell, with the fewest points that are good enough for every cell.
+                let good = |n: &usize| (0..480).all(|k| (cell(k, *n) / want[k] - 1.0).abs() <= tolerance);
+                let n = (1..8).find(|n| *n > 1 && good(n)).unwrap_or(8);
+                let baseline = 480 * n.pow(4) as u64;
+                println!(
+                    "order {order}, {tolerance:e}: {} references, {} series; cell by cell {n}⁴ points, {baseline} kernels",
+                    row.references, row.evaluations
+                );
+                assert!(row.evaluations < baseline);
+                assert!(order < 16 || row.references < references);
+                references = row.references;
+            }
+        }
+    }
+}
+
+#[test]
+fn planes_agree_with_the_reduced_integral() {
+    // Parallel at height one, and perpendicular beside it.
+    let plate = Plate::parallelogram(vec3(0.0, 0.0, 1.0), vec3(0.0, 0.5, 0.0), vec3(0.75, 0.0, 0.0));
+    let b = Cuboid::patch(vec3(0.0, 0.0, 1.0), vec3(0.75, 0.5, 1.0), 2, -1);
+    let parallel = Surface::plane(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+    let beside = Surface::plane(vec3(-1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
+    let mesh = Mesh::regular([-0.5, -0.5], [1.5, 0.5], 16, 8);
+    for (s, upright) in [(parallel, false), (beside, true)] {
+        let row = factors(&s, &mesh, &plate, 14, &Demand::relative(1e-9));
+        for (k, f) in all(&row).iter().enumerate() {
+            let [u, v] = mesh.patch(k / 8, k % 8);
+            let a = if upright {
+                Cuboid::patch(vec3(-1.0, u[0], v[0]), vec3(-1.0, u[1], v[1]), 0, 1)
+            } else {
+                Cuboid::patch(vec3(u[0], v[0], 0.0), vec3(u[1], v[1], 0.0), 2, 1)
+            };
+            let want = geometric_factor(&a, &b, 0.0, 1e-12).bounded;
+            assert!(
+                (f.bounded.value - want.value).abs() <= f.bounded.radius + want.radius,
+                "{k}: {f:?} {want:?}"
+            );
+            assert!(f.bounded.radius <= 1e-9 * f.bounded.value);
+        }
+    }
+}
+
+/// Σ over a mesh, cells on the horizon by the baseline.
+fn total(s: &Surface, mesh: &Mesh, plate: &Plate) -> (f64, usize) {
+    let row = factors(s, mesh, plate, 10, &Demand::relative(1e-7));
+    let m = mesh.cells()[1];
+    let value = |(k, c): (usize, &Cell)| match c {
+        Cell::Factor(f) => f.bounded.value,
+        _ => direct(s, mesh.patch(k / m, k % m), plate, 12).bounded.value,
+    };
+    let whole = row.cells.iter().filter(|c| matches!(c, Cell::Factor(_))).count();
+    (row.cells.iter().enumerate().map(value).sum(), whole)
+}
+
+#[test]
+fn a_sphere_and_a_cylinder_from_a_small_patch() {
+    // A sphere that an element faces at h from its centre: (R/h)².
+    let side = 2e-3;
+    let s = Surface::sphere(Vec3::ZERO, vec3(0.0, 0.0, 1.0), 0.8);
+    let plate =
+        Plate::parallelogram(vec3(-0.5 * side, -0.5 * side, 2.0), vec3(0.0, side, 0.0), vec3(side, 0.0, 0.0));
+    let (rim, pole) = (0.4f64.asin(), 0.5 * PI);
+    let mesh = Mesh::regular([0.0, rim], [2.0 * PI, pole], 36, 24);
+    let (sum, whole) = total(&s, &mesh, &plate);
+    let want = 0.16 * plate.area();
+    assert!((sum / want - 1.0).abs() < 1e-5 && whole > 800, "{} {whole}", sum / want);
+    // A cylinder of radius r and length l from an element at h from its axis, level with its end, that looks at the axis
+    // (catalogue of configuration factors, plane element to right circular cylinder).
+    let (r, l, h) = (0.5, 2.0, 1.25);
+    let s = Surface::cylinder(Vec3::ZERO, vec3(0.0, 0.0, 1.0), r);
+    let x = s.at(0.0, 0.0).normalized();
+    let (y, z) = (vec3(0.0, 0.0, 1.0).cross(x), vec3(0.0, 0.0, 1.0));
+    let plate = Plate::parallelogram(x * h - (y + z) * (0.5 * side), z * side, y * side);
+    assert!(plate.normal().dot(x) < 0.0);
+    let rim = (r / h).acos();
+    let mesh = Mesh::regular([-rim, 0.0], [rim, l], 24, 24);
+    let (sum, whole) = total(&s, &mesh, &plate);
+    let (l, h) = (l / r, h / r);
+    let (x, y) = ((1.0 + h).powi(2) + l * l, (1.0 - h).powi(2) + l * l);
+    let ratio = ((h - 1.0) / (h + 1.0)).sqrt();
+    let want = (l / (h * h - 1.0).sqrt()).atan() / (PI * h)
+        + l / PI
+            * ((x - 2.0 * h) / (h * (x * y).sqrt()) * ((x / y).sqrt() * ratio).atan() - ratio.atan() / h);
+    assert!(
+        (sum / (want * plate.area()) - 1.0).abs() < 1e-3 && whole > 500,
+        "{} {want} {whole}",
+        sum / plate.area()
+    );
+}
+
+#[test]
+fn horizon_back_and_contact_are_told() {
+    let s = Surface::sphere(Vec3::ZERO, vec3(0.0, 0.0, 1.0), 1.0);
+    let plate = Plate::parallelogram(vec3(2.0, -0.2, -0.2), vec3(0.0, 0.0, 0.4), vec3(0.0, 0.4, 0.0));
+    let mesh = Mesh::regular([-PI, -0.5], [PI, 0.5], 48, 8);
+    let row = factors(&s, &mesh, &plate, 8, &Demand::relative(1e-4));
+    let mut counts = [0; 3];
+    for (k, c) in row.cells.iter().enumerate() {
+        let patch = mesh.patch(k / 8, k % 8);
+        let clamped = direct(&s, patch, &plate, 6).bounded.value;
+        match c {
+            Cell::Factor(f) if f.method == Method::Unseen => {
+                assert_eq!(clamped, 0.0);
+                counts[0] += 1;
+            }
+            Cell::Factor(f) => {
+                assert!((f.bounded.value - clamped).abs() <= f.bounded.radius + 1e-6 * clamped);
+                counts[1] += 1;
+            }
+            _ => counts[2] += 1,
+        }
+    }
+    assert!(counts[0] > 150 && counts[1] > 80 && counts[2] > 10 && counts[2] < 80, "{counts:?}");
+    // A wall that stands on the mesh: the cells at its foot are too near, those behind it are not seen.
+    let floor = Surface::plane(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+    let wall = Plate::parallelogram(Vec3::ZERO, vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
+    let row =
+        factors(&floor, &Mesh::regular([-1.0, 0.0], [4.0, 1.0], 10, 2), &wall, 12, &Demand::relative(1e-6));
+    assert!(row.cells[..4].iter().all(|c| *c == Cell::Factor(Factor::UNSEEN)));
+    assert!(
+        row.cells[4..6].iter().all(|c| matches!(c, Cell::Horizon | Cell::Near)),
+        "{:?}",
+        &row.cells[4..6]
+    );
+    assert!(
+        row.cells[12..]
+            .iter()
+            .all(|c| matches!(c, Cell::Factor(f) if f.bounded.radius <= 1e-6 * f.bounded.value))
+    );
+    // From behind, nothing.
+    let row = factors(
+        &floor,
+        &Mesh::regular([0.5, 0.0], [4.0, 1.0], 10, 2),
+        &wall.flipped(),
+        12,
+        &Demand::relative(1e-6),
+    );
+    assert!(row.cells.iter().all(|c| *c == Cell::Factor(Factor::UNSEEN)) && row.evaluations == 0);
+}
+
+#[test]
+fn far_from_the_origin_the_radius_grows_with_the_rounding() {
+    // All coordinates are exact in binary: moving by 2²⁰ changes nothing but the roundings.
+    let far = Vec3::splat(1_048_576.0);
+    let (e1, e2, e3) = (vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 0.25));
+    let mesh = Mesh::regular([0.0, 0.0], [1.0, 1.0], 8, 8);
+    let at = |o: Vec3| {
+        let plate = Plate::parallelogram(o + vec3(0.25, 0.25, 1.5), vec3(0.0, 0.5, 0.0), vec3(0.5, 0.0, 0.0));
+        all(&factors(&Surface::ruled(o, e1, e2, e3), &mesh, &plate, 18, &Demand::relative(1e-7)))
+    };
+    let (near, away) = (at(Vec3::ZERO), at(far));
+    let mut grown = 0;
+    for (f, g) in near.iter().zip(&away) {
+        assert!((f.bounded.value - g.bounded.value).abs() <= f.bounded.radius + g.bounded.radius);
+        grown += usize::from(g.bounded.radius > 1e-12 * g.bounded.value);
+    }
+    assert_eq!(grown, 64);
+}
+
+#[test]
+fn a_spent_budget_leaves_the_cells() {
+    let (s, at) = one_of_each()[4];
+    let mesh = Mesh::regular([at[0] - 0.4, at[1] - 0.3], [at[0] + 0.4, at[1] + 0.3], 24, 20);
+    let demand = Demand { tolerance: 1e-9, budget: 100 };
+    let row = factors(&s, &mesh, &onlooker(&s, at), 10, &demand);
+    assert!(row.cells.contains(&Cell::Near) && row.evaluations < 400);
+}
+
+#[test]
+fn the_bounds_count_their_roundings() {
+    let (sine, sums, products, node, second_orders) = (2.0, 4.0, 4.0, 2.0, 2.0);
+    assert_eq!(DATA, 2.0 * sine + products + sums + node + second_orders);
+    let (vector, powers, product, terms) = (10.0, 2.0, 2.0, 8.0);
+    assert_eq!(SOURCES, vector + powers + product + terms);
+    let (factors, weight, pi, area) = (2.0, 4.0, 2.0, 2.0);
+    assert_eq!(PRODUCTS, factors + weight + pi + area + second_orders);
+}
