@@ -104,11 +104,15 @@ fn sum<const M: usize, const ATTENUATED: bool>(
 
 /// The mean of the kernel with `m` points in each direction.
 fn mean(p: &Pair, kappa: f64, m: usize) -> f64 {
-    let [x, y, z] = [0, 1, 2].map(|k| line(p.extents[k], p.centre[k], p.power[k], m));
+    tensor([0, 1, 2].map(|k| line(p.extents[k], p.centre[k], p.power[k], m)), p.patches, kappa)
+}
+
+/// Σ w e^{−κr}/r^q over the tensor product of three lines of (t², w t^p).
+pub(super) fn tensor([x, y, z]: [Vec<(f64, f64)>; 3], patches: i32, kappa: f64) -> f64 {
     let (mut squares, mut weights) = (Vec::new(), Vec::new());
     plane(&y, &z, &mut squares, &mut weights);
     let (s, w) = (&squares[..], &weights[..]);
-    match (p.patches, kappa > 0.0) {
+    match (patches, kappa > 0.0) {
         (0, false) => simd::dispatch(
             #[inline(always)]
             || sum::<0, false>(&x, s, w, kappa),
@@ -163,7 +167,7 @@ fn bounded(p: &Pair, kappa: f64, m: usize, truncation: f64) -> Bounded {
         return Bounded::proved(value, value.abs() + p.cap());
     }
     let evaluations = (m as f64).powi(directions(p));
-    let relative = EPS * (60.0 + evaluations / LANES as f64 + 8.0 * kappa * p.reach()) + p.grain();
+    let relative = EPS * (60.0 + evaluations / LANES as f64 + 8.0 * kappa * p.reach()) + p.grain;
     let radius = truncation + p.shaken(g, kappa) + relative * mean.abs();
     Bounded::proved(value, 1.000_01 * p.weight * radius + f64::MIN_POSITIVE)
 }

@@ -12,7 +12,7 @@
 //! the interval nearest to zero (R grows with the distance of its centre), c² the least sum of the other squares; the numerator is at most
 //! Π_{j≠k} hi_j^{p_j} (X_k + h_k − h′ + A)^{p_k}. So |f| ≤ M = numerator · R^{−q/2} e^{−κ√R}.
 
-use super::trapezoid::Shape;
+use super::trapezoid::{self, Shape};
 use crate::aligned::Cuboid;
 
 pub(super) const EPS: f64 = 0.5 * f64::EPSILON;
@@ -25,6 +25,8 @@ pub(super) struct Pair {
     /// Extents of both boxes on each axis, m.
     pub extents: [[f64; 2]; 3],
     pub shapes: [Shape; 3],
+    /// Signs that were applied to the axes.
+    pub sign: [f64; 3],
     /// Power of t on each axis.
     pub power: [i32; 3],
     pub patches: i32,
@@ -34,6 +36,8 @@ pub(super) struct Pair {
     pub shake: f64,
     /// |a| and |b|: m³ or m².
     pub measures: [f64; 2],
+    /// Relative error of measures and of what does not depend on a method.
+    pub grain: f64,
 }
 
 /// Clips `b` to what lies in front of patch `a`; false if nothing is left.
@@ -92,16 +96,22 @@ pub(super) fn pair(a: &Cuboid, b: &Cuboid) -> Option<Pair> {
         centre: all.map(|x| x.0),
         extents: all.map(|x| x.1),
         shapes: all.map(|x| Shape::new(x.1[0], x.1[1])),
+        sign,
         power,
         patches: power.iter().sum(),
         weight: p.measure() * q.measure() * std::f64::consts::FRAC_1_PI,
         // Differences of coordinates: one rounding each of a number up to `spread`; midpoints and nodes eight more.
         shake: 16.0 * EPS * spread.min(2.0 * size + spread),
         measures: [p.measure(), q.measure()],
+        grain: 16.0 * EPS,
     })
 }
 
 impl Pair {
+    /// True when nothing of the two boxes was clipped off.
+    pub fn whole(&self, a: &Cuboid, b: &Cuboid) -> bool {
+        self.measures == [a.measure(), b.measure()]
+    }
     /// The power of r in the denominator.
     pub fn q(&self) -> i32 {
         2 + self.patches
@@ -128,9 +138,15 @@ impl Pair {
         let numerator: f64 = (0..3).map(|k| t[k].powi(self.power[k])).product();
         numerator * (-kappa * r).exp() * r.powi(-self.q())
     }
-    /// Bound of the relative errors that do not depend on a method: measures, π, the product.
-    pub fn grain(&self) -> f64 {
-        16.0 * EPS
+    /// The pair when one zone is first + step·i, its corners rounded: coordinates as large as those of `zones`.
+    pub fn of_lattice(mut self, zones: &[&Cuboid]) -> Pair {
+        let corners = zones.iter().flat_map(|z| [z.lo, z.hi]).flat_map(|c| c.array());
+        let size = corners.fold(0.0f64, |m, x| m.max(x.abs()));
+        let extents = self.extents.iter().flatten().filter(|e| **e > 0.0);
+        let thin = extents.fold(f64::INFINITY, |m, e| m.min(*e));
+        self.shake += 8.0 * EPS * size;
+        self.grain += 24.0 * EPS * size / thin;
+        self
     }
     /// Bound of what moving every node by √3 · shake does to the mean: |∇f| ≤ (κ + (q + m)/r) e^{−κr}/r², r ≥ g.
     pub fn shaken(&self, g: f64, kappa: f64) -> f64 {
@@ -151,8 +167,48 @@ impl Pair {
                 (false, false) => (a * ball(b)).min(b * ball(a)),
             }
     }
-    /// (ϱ, M) for a direction on axis `k` whose interval has the half-length `half`, within which t_k moves by up to
-    /// `shift` more on either side (a strip); |f| ≤ M without W.
+    /// Proven bound of the error of a tensor of Gauss rules for the densities, `lines` on the three axes, on the mean of f.
+    pub fn quadrature(&self, lines: [(usize, f64); 3], kappa: f64) -> f64 {
+        (0..3)
+            .filter(|&k| self.shapes[k].half > 0.0)
+            .map(|k| {
+                let (points, defect) = lines[k];
+                let best = |e: &mut (f64, f64), (rho, m): (f64, f64)| {
+                    e.0 = e.0.min(trapezoid::error(points, rho, m));
+                    e.1 = e.1.min(defect * m * (rho * rho + 1.0) / (rho * rho - 1.0));
+                };
+                let mut e = (f64::INFINITY, f64::INFINITY);
+                self.ellipses(k, self.density_half(k), kappa).for_each(|c| best(&mut e, c));
+                e.0 + e.1
+            })
+            .sum()
+    }
+    /// Points on each axis that keep [`Pair::quadrature`] without defects below `goal`; `None` if more than the rules have.
+    pub fn points(&self, kappa: f64, goal: f64) -> Option<[usize; 3]> {
+        let mut points = [1; 3];
+        for k in (0..3).filter(|&k| self.shapes[k].half > 0.0) {
+            let fewest = self
+                .ellipses(k, self.density_half(k), kappa)
+                .map(|(rho, m)| {
+                    let r2 = rho * rho;
+                    (trapezoid::error(0, rho, m) * 3.0 / goal).ln() / r2.ln()
+                })
+                .fold(f64::INFINITY, f64::min);
+            points[k] = fewest.ceil().max(1.0) as usize;
+        }
+        points.iter().all(|&n| n <= trapezoid::MOST).then_some(points)
+    }
+    /// Half the width of the density on an axis, without what a sweep has added.
+    fn density_half(&self, k: usize) -> f64 {
+        0.5 * (self.extents[k][0] + self.extents[k][1])
+    }
+    /// The pair with t_k swept by ±`by`.
+    pub fn swept(mut self, k: usize, by: f64) -> Pair {
+        self.shapes[k].half += by;
+        self
+    }
+    /// (ϱ, M) for a direction on axis `k` whose interval has the half-length `half` and lies within the support (a swept one too);
+    /// |f| ≤ M, without W.
     pub fn ellipses(&self, k: usize, half: f64, kappa: f64) -> impl Iterator<Item = (f64, f64)> {
         let pair = *self;
         let c2: f64 = (0..3).filter(|&j| j != k).map(|j| pair.gap(j) * pair.gap(j)).sum();

@@ -52,6 +52,17 @@ impl Line {
     }
 }
 
+impl Line {
+    /// (t², w t^p) of every node around `centre`.
+    pub fn table(&self, centre: f64, power: i32) -> Vec<(f64, f64)> {
+        let at = |(u, w): (&f64, &f64)| {
+            let t = centre + u;
+            (t * t, w * t.powi(power))
+        };
+        self.nodes.iter().zip(&self.weights).map(at).collect()
+    }
+}
+
 impl Nodes {
     /// The tensor product of three lines.
     pub fn tensor(lines: [&Line; 3]) -> Nodes {

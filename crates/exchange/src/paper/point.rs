@@ -47,7 +47,7 @@ pub fn factor(a: &Cuboid, b: &Cuboid, kappa: f64) -> Factor {
     let radius = if g > 0.0 {
         let variance: f64 = p.shapes.iter().map(|s| s.variance).sum();
         let r = p.reach();
-        let rounding = (40.0 + 4.0 * kappa * r) * EPS * f + p.grain() * f + p.shaken(g, kappa);
+        let rounding = (40.0 + 4.0 * kappa * r) * EPS * f + p.grain * f + p.shaken(g, kappa);
         1.000_001 * p.weight * (SECOND * variance * curvature(&p, kappa, g) + rounding) + f64::MIN_POSITIVE
     } else {
         f64::INFINITY
