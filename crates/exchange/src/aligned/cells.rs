@@ -48,7 +48,7 @@ pub(super) struct Cell {
 impl Cell {
     /// A cell whose spans carry up to three roundings each.
     fn new(spans: [Span; 3]) -> Cell {
-        Cell { spans, ulps: 3.0, cuts: 1.0 }
+        Cell { spans, ulps: SPAN_ULPS, cuts: 1.0 }
     }
 
     /// True when the singular point t = 0 is a corner.
@@ -76,7 +76,7 @@ impl Cell {
         let halved = near.len == far.len;
         let cuts = self.cuts + 1.0;
         let (mut n, mut f) = (Cell { cuts, ..*self }, Cell { cuts, ..*self });
-        f.ulps = 1.0 + if halved { self.ulps } else { 5.0 * self.ulps };
+        f.ulps = 1.0 + if halved { self.ulps } else { AMPLIFIED * self.ulps };
         (n.spans[axis], f.spans[axis]) = (near, far);
         (n, f)
     }
@@ -112,15 +112,12 @@ impl Cell {
             * near.powi(-kernel.q())
             * kernel.decay(near.max(kernel.nearest));
         if self.spans.iter().any(|s| s.len == 0.0) {
-            return 1.000_001 * self.max_weight() * plain;
+            return UP * self.max_weight() * plain;
         }
         let thin = self.spans.iter().map(|s| s.len).fold(f64::INFINITY, f64::min);
-        let slab = std::f64::consts::FRAC_PI_2
-            * thin
-            * ((norm(far) / thin).ln() + 1.5)
-            * kernel.decay(near.max(kernel.nearest));
+        let slab = slab(thin, norm(far)) * kernel.decay(near.max(kernel.nearest));
         // A NaN in `plain` (0/0 at a touching corner) loses against `slab`.
-        1.000_001 * self.max_weight() * slab.min(plain)
+        UP * self.max_weight() * slab.min(plain)
     }
 
     /// The axis along which the cell must be cut before it is integrated, and the length of the near part.
@@ -167,6 +164,23 @@ impl Cell {
         if rho < NARROW { Some(narrowest) } else { (depth > THICK).then_some(thickest) }
     }
 }
+
+/// Bound of ∫ 1/r² over a slab of thickness `thin` and a quarter disc of radius `far` ≥ √3 `thin`:
+/// (π/2) thin (ln(far/thin) + 3/2).
+fn slab(thin: f64, far: f64) -> f64 {
+    SLAB * thin * ((far / thin).ln() + SLAB_MORE)
+}
+
+/// The slab's factor π/2.
+const SLAB: f64 = std::f64::consts::FRAC_PI_2; // bound
+/// The slab's constant term.
+const SLAB_MORE: f64 = 1.5; // bound
+/// The rounding of an upper bound itself.
+const UP: f64 = 1.000_001; // bound
+/// Roundings in lo and len of a span: a difference of coordinates, one of lengths, a sum.
+const SPAN_ULPS: f64 = 3.0; // bound
+/// (a + b)/(a − b) where a ≥ [`ASPECT`] b: what a difference makes of relative errors.
+const AMPLIFIED: f64 = 5.0; // bound
 
 /// Longest over shortest edge of a touching cell that is integrated whole.
 const ASPECT: f64 = 1.5;
@@ -255,5 +269,44 @@ impl Division {
                 self.leaves.push((cell, weight));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_4;
+
+    #[test]
+    fn the_slab_holds_its_integral() {
+        let mut tightest: f64 = 0.0;
+        for i in 0..60 {
+            let (thin, far) = (1.0, 3f64.sqrt() * 1.5f64.powi(i));
+            // ∫₀^δ (π/4) ln(1 + D²/x²) dx in closed form.
+            let exact =
+                FRAC_PI_4 * (thin * (1.0 + far * far / (thin * thin)).ln() + 2.0 * far * (thin / far).atan());
+            assert!(exact <= slab(thin, far), "{far}");
+            tightest = tightest.max(exact / slab(thin, far));
+        }
+        assert!(tightest > 0.9, "{tightest}");
+    }
+
+    #[test]
+    fn an_upper_bound_is_not_below_a_flat_integrand() {
+        // Far away the integrand is all but constant: the bound is no more than the integral, rounded up.
+        let span = |lo: f64| Span { lo, len: 1e-9 * lo, w0: 0.7, w1: 0.7 };
+        let cell = Cell::new([span(1.0), span(2.0), span(2.0)]);
+        let kernel = Kernel { kappa: 0.0, nearest: 3.0, power: [0; 3], patches: 0 };
+        let exact = cell.volume() * 0.7f64.powi(3) / 9.0;
+        let bound = cell.upper_bound(&kernel);
+        assert!(bound > exact && bound < 1.000_01 * exact, "{bound} {exact}");
+    }
+
+    /// A length of a level piece is a difference of two differences; a piece cut at zero, a sum of one; each carries one rounding of its own.
+    #[test]
+    fn the_counted_roundings() {
+        let (difference, of_lengths, sum) = (1.0, 1.0, 1.0);
+        assert!(SPAN_ULPS >= difference + of_lengths + sum);
+        assert!(AMPLIFIED >= (ASPECT + 1.0) / (ASPECT - 1.0) * (1.0 - f64::EPSILON));
     }
 }

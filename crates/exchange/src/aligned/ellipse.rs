@@ -78,13 +78,14 @@ pub(super) fn choose(candidates: impl Iterator<Item = (f64, f64)>, budget: f64) 
         (needed, best) = (n, (ln_m, rho));
     }
     let points = needed.ceil().clamp(1.0, MOST as f64) as usize;
-    // The logarithms' own rounding is far below one part in a million.
-    let error = 1.000_001 * gauss::error_bound(points, best.1, 1.0) * best.0.exp();
+    let error = LOGARITHMS * gauss::error_bound(points, best.1, 1.0) * best.0.exp();
     Choice { points, error }
 }
 
 /// ln(32/15).
-const LN_32_15: f64 = 0.757_685_701_697_516_5;
+const LN_32_15: f64 = 0.757_685_701_697_516_5; // bound
+/// The rounding of logarithms and exponentials, far below one part in a million.
+const LOGARITHMS: f64 = 1.000_001; // bound
 
 #[cfg(test)]
 mod tests {
@@ -114,6 +115,19 @@ mod tests {
 
     #[test]
     fn the_constant_is_the_logarithm() {
-        assert!((LN_32_15 - (32.0f64 / 15.0).ln()).abs() < 1e-15);
+        assert!((LN_32_15 - gauss::TREFETHEN.ln()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_choice_keeps_the_bound_and_no_more_points_than_it_needs() {
+        for budget in [1e-3, 1e-8, 1e-14] {
+            for (ln_m, rho) in [(0.0, 2.0), (3.0, 1.7), (-8.0, 5.0)] {
+                let c = choose(std::iter::once((ln_m, rho)), budget);
+                let bound = |n: usize| gauss::error_bound(n, rho, f64::exp(ln_m));
+                assert!(c.error >= bound(c.points) && c.error <= 1.000_01 * bound(c.points), "{c:?}");
+                assert!(c.error <= 1.000_01 * budget, "{c:?}");
+                assert!(c.points == 1 || bound(c.points - 1) > budget, "{c:?}");
+            }
+        }
     }
 }
