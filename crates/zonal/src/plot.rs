@@ -58,14 +58,28 @@ pub struct Plot {
     pub log: (bool, bool),
     /// Least and largest value on the vertical axis, where the data shall not decide.
     pub range: Option<(f64, f64)>,
+    /// Where the legend stands.
+    pub legend: Legend,
     /// What is drawn.
     pub series: Vec<Series>,
+}
+
+/// The corner of a plot where its legend stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Legend {
+    /// For curves that fall.
+    #[default]
+    UpperRight,
+    /// For curves that rise.
+    LowerRight,
+    /// For curves that rise, where the lower right is taken.
+    UpperLeft,
 }
 
 impl Plot {
     /// An empty plot.
     pub fn new(title: &str, x: &str, y: &str, log: (bool, bool)) -> Plot {
-        Plot { title: title.into(), x: x.into(), y: y.into(), log, range: None, series: Vec::new() }
+        Plot { title: title.into(), x: x.into(), y: y.into(), log, range: None, legend: Legend::default(), series: Vec::new() }
     }
 
     /// Adds a series.
@@ -162,7 +176,11 @@ impl Plot {
         let text = (FONT, 13).into_font().color(&RGBColor(40, 40, 40)).pos(Pos::new(HPos::Left, VPos::Top));
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
+            .position(match self.legend {
+                Legend::UpperRight => SeriesLabelPosition::UpperRight,
+                Legend::LowerRight => SeriesLabelPosition::LowerRight,
+                Legend::UpperLeft => SeriesLabelPosition::UpperLeft,
+            })
             .background_style(WHITE.mix(0.85))
             .border_style(RGBColor(205, 205, 205))
             .label_font(text)

@@ -4,12 +4,14 @@
 //! |---|---|
 //! | `constants` | section 2: C(u) of Proposition 1; "< 1 %"; e = C/N for pairs |
 //! | `point` | formula (3) against distance |
+//! | `series` | figure 8; "N = 20 or 30 and a ratio of 0.5" |
 //! | `timing` | section 4.2: the table, and "3 to 20 times faster" |
 //! | `solves` | e = C/N in the solved radiosity; the whole system on the paper's own factors |
 
 mod constants;
 mod folder;
 mod point;
+mod series;
 mod solves;
 mod timing;
 
@@ -50,6 +52,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     page += &constants::write(&folder)?;
     step("formula (3)")?;
     page += &point::write(&folder)?;
+    step("series")?;
+    page += &series::write(&folder)?;
     step("times")?;
     page += &timing::write(&folder, args.size == demo::Size::Small)?;
     step("whole solves")?;

@@ -4,7 +4,7 @@
 
 use super::folder::{Folder, markdown, number};
 use crate::Failure;
-use crate::plot::{Mark, Plot};
+use crate::plot::{Legend, Mark, Plot};
 use std::time::Instant;
 use zonal_exchange::aligned::{Cuboid, geometric_factor, lattice};
 use zonal_exchange::paper::gauss6;
@@ -181,9 +181,10 @@ fn strips(folder: &Folder, quick: bool) -> Result<String, Failure> {
         "times faster",
         (true, true),
     );
+    plot.legend = Legend::UpperLeft;
     let mut rows = Vec::new();
     for (k, off) in [3.0, 10.0, 30.0].into_iter().enumerate() {
-        let (mut series, mut six, mut table) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut series, mut six) = (Vec::new(), Vec::new());
         for &n in lengths {
             let dims = [4, 4, n];
             let all = methods(Place::Axis.first(dims, off), dims, 4, 1e-6, least);
@@ -192,13 +193,9 @@ fn strips(folder: &Folder, quick: bool) -> Result<String, Failure> {
             rows.push(vec![number(off, 3), n.to_string(), number(a, 3), number(b, 3), number(c, 3)]);
             six.push((n as f64, a));
             series.push((n as f64, b));
-            table.push((n as f64, c));
         }
         plot.add(&format!("P_n reduced, {off} cells off"), Mark::Line, k, series);
         plot.add(&format!("P_n by 6-D Gauss, {off} cells off"), Mark::Dashed, k, six);
-        if k == 0 {
-            plot.add(&format!("table, {off} cells off"), Mark::Line, 3, table);
-        }
     }
     let claim = |y: f64| lengths.iter().map(|&n| (n as f64, y)).collect::<Vec<_>>();
     plot.add("the paper's 3 and 20", Mark::Dashed, 7, claim(3.0));
