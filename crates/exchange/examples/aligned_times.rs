@@ -125,11 +125,7 @@ fn patches() {
             } else {
                 [1, d[na], d[nb], d[3 - na - nb]]
             };
-            if na == nb {
-                k[1..3].sort()
-            } else {
-                k[1..3].sort()
-            }
+            k[1..3].sort();
             if seen.insert(k) {
                 pairs.push((*a, *b));
             }

@@ -14,7 +14,7 @@
 //! π𝓕 = Σ ± s_i Ψ(x, ξ, p_i),   −2Ψ = y s atan(y/s) − ¼ (s² − y²) ln(r²/S²),   s² = x² + ξ²,
 //! ```
 //!
-//! + at (x₀, ξ₀), (x₁, ξ₁), − at the others. S is free, its terms cancel: the centres' distance, so that the logarithms are small. These hold
+//! with plus at (x₀, ξ₀), (x₁, ξ₁) and minus at the others. S is free, its terms cancel: the centres' distance, so that the logarithms are small. These hold
 //! for any offsets, and are C-11 and C-14 of Howell's catalogue where the rectangles are opposed or share an edge
 //! (after Ehlert and Smith 1993).
 //!

@@ -54,7 +54,7 @@ fn moment(k: usize) -> Pair {
 
 /// μ_{2k} (−1)^k (−4)^i / ((2i)! (k−i)!).
 fn hermite(k: usize, i: usize) -> Pair {
-    let sign = if (k + i) % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if (k + i).is_multiple_of(2) { 1.0 } else { -1.0 };
     let top = number(sign * 4f64.powi(i as i32)).mul(moment(k));
     top.div(factorial(2 * i).mul(factorial(k - i)))
 }

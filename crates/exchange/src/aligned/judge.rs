@@ -45,6 +45,7 @@ pub(super) fn admissible(pair: &Reduced, kappa: f64, tolerance: f64) -> Admitted
     if kappa == 0.0
         && let Some(f) = closed::factor(pair)
         && f.radius <= tolerance * (f.value - f.radius)
+        && f.value > integrate::TINY
     {
         return Admitted::Closed(f);
     }

@@ -19,13 +19,18 @@
 //! other takes tensor Gauss–Legendre (`apart.rs`). Cells large against their distance from 0, or many mean free paths thick,
 //! are halved first; those that cannot matter go into the radius (`cells.rs`).
 //!
-//! **Proof.** The number of points in each direction follows from the Bernstein-ellipse bound of Gauss–Legendre
+//! **Cheaper ways.** The cells serve every pair. Far pairs without a medium take the moments of the densities (`moments.rs`, for cubes in
+//! two invariants: `cube.rs`), two rectangles without a medium a closed form (`closed.rs`), far pairs of equal boxes Gauss rules made for
+//! the densities (`density.rs`): each with a proof of its own in its header. One function chooses: `judge::admissible`.
+//!
+//! **Proof of the cells.** The number of points in each direction follows from the Bernstein-ellipse bound of Gauss–Legendre
 //! ([`zonal_math::gauss::error_bound`]) with the supremum of the complexified kernel derived in closed form (`ellipse.rs`,
 //! `apart.rs`, `pyramid.rs`). All terms are positive: rounding is relative and counted (`integrate.rs`). So the radius is
 //! truncation + left-out cells + rounding, grade proved, for boxes whose edges and offsets are those computed
 //! with one subtraction from the given corners (lengths a relative 2⁻⁵³ apart from the real differences).
 //!
-//! Reference: `shared/THEORY.md` section 3. Tables of whole grids ask the same few offsets again and again: [`FactorCache`].
+//! Reference: `shared/THEORY.md` section 3. Whole grids ask the same few offsets again and again: [`FactorCache`]
+//! keeps what was asked, [`lattice`] makes the table at once, eight offsets side by side.
 
 mod apart;
 mod cache;

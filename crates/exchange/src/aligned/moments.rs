@@ -181,7 +181,7 @@ impl Shape {
         let m = spread(&moments);
         let g = absolute_sums(patches);
         // E|δ|^n, the odd ones by Cauchy and Schwarz.
-        let mean = |n: usize| if n % 2 == 0 { m[n / 2] } else { (m[n / 2] * m[n / 2 + 1]).sqrt() };
+        let mean = |n: usize| if n.is_multiple_of(2) { m[n / 2] } else { (m[n / 2] * m[n / 2 + 1]).sqrt() };
         let b = |n: usize| gegenbauer_bound(patches, n);
         let three = |n: usize, f: &dyn Fn(usize) -> f64| {
             std::array::from_fn(|i| if n >= i { UP * f(n - i) * mean(n - i) } else { 0.0 })
@@ -465,7 +465,7 @@ mod tests {
     fn the_counts_of_roundings() {
         let (value, geometry, once) = (30.0, 44.0 + 8.0, 6.0 + 9.0 + 5.0);
         assert!(ROUNDINGS >= value + geometry + once);
-        // c²/r² and its powers, moments, r^{−2K}, (λ)_j.
-        assert!(ROUNDINGS_ORDER >= 7.0 + 5.0 + 6.0 + 2.0);
+        let (shares, moments, distance, rising) = (7.0, 5.0, 6.0, 2.0);
+        assert!(ROUNDINGS_ORDER >= shares + moments + distance + rising);
     }
 }

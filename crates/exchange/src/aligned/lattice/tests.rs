@@ -122,7 +122,10 @@ fn a_block_is_its_pairs() {
         for (kappa, tolerance) in [(0.0, 1e-6), (0.0, 1e-9), (0.3, 1e-9)] {
             let block = block(edges, first, counts, kappa, tolerance);
             assert_eq!(block.tally.total(), block.distinct);
-            assert!(block.values.len() == counts.iter().product() && block.distinct <= block.values.len());
+            assert!(
+                block.values.len() == counts.iter().product::<usize>()
+                    && block.distinct <= block.values.len()
+            );
             for i in (0..block.values.len()).step_by(5) {
                 let (x, y, z) = (i / (counts[1] * counts[2]), i / counts[2] % counts[1], i % counts[2]);
                 let at: [f64; 3] = std::array::from_fn(|k| (first[k] + [x, y, z][k] as f64) * edges[k]);
