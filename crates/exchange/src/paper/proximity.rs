@@ -33,10 +33,13 @@
 //!
 //! **References**: a block of cells has one, in its middle, if the bound for the whole block is within the tolerance; else the block is
 //! halved across its longer extent. A single cell that fails is too near: its radius says so or it is [`Cell::Near`].
-//! **Horizon**: a cell must see all of B and be seen by all of it. By bounds on the cell or on parts of it: cells that do not at all are
+//! **Horizon**: a cell must see all of B and be seen by all of it, but for what rounding leaves open (a wall that stands on the surface's
+//! plane), which is in the radius. By bounds on the cell or on parts of it: cells that do not at all are
 //! exactly zero; [`Cell::Horizon`] ones are left to another method, as K changes its sign there. What else stands between is not
 //! asked: the surface itself, if it is not convex towards B, may.
 
+mod develop;
+mod sight;
 mod surface;
 mod taylor;
 
@@ -44,10 +47,11 @@ pub use surface::Surface;
 pub use taylor::MAX_ORDER;
 
 use crate::{Demand, Factor, Method};
+use sight::{HORIZON_DEPTH, Sight, distance, farthest, graze, seen, size};
 use std::f64::consts::PI;
 use std::ops::Range;
 use surface::{Local, Majorant};
-use taylor::{EPS, Series};
+use taylor::EPS;
 use zonal_math::{Bounded, Vec3, gauss};
 use zonal_scene::{Plate, PlateKind};
 
@@ -57,8 +61,6 @@ const SCALES: [f64; 14] = [1.15, 1.3, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 1
 const MOVES: [f64; 6] = [0.1, 0.2, 0.35, 0.5, 0.65, 0.8];
 /// Points in a direction over B at most.
 const MOST_POINTS: usize = 32;
-/// How often a cell is quartered to tell whether it is seen.
-const HORIZON_DEPTH: u32 = 5;
 /// |d·d| ≥ (D − W)² as long as W is at most this share of D.
 const TWIST: f64 = 0.5;
 /// Roundings of a point of the surface or of B, in ε of the lengths that it is summed from: sine and cosine (2 each), four products, four sums,
@@ -90,7 +92,11 @@ impl Mesh {
     }
 
     fn patch(&self, j: usize, k: usize) -> [[f64; 2]; 2] {
-        [[self.u[j], self.u[j + 1]], [self.v[k], self.v[k + 1]]]
+        self.part(&(j..j + 1), &(k..k + 1))
+    }
+
+    fn part(&self, js: &Range<usize>, ks: &Range<usize>) -> [[f64; 2]; 2] {
+        [[self.u[js.start], self.u[js.end]], [self.v[ks.start], self.v[ks.end]]]
     }
 }
 
@@ -123,17 +129,11 @@ pub struct Row {
 pub fn factors(surface: &Surface, mesh: &Mesh, plate: &Plate, order: usize, demand: &Demand) -> Row {
     assert!((1..=MAX_ORDER).contains(&order), "order {order}");
     let [n, m] = mesh.cells();
-    let near = Factor { bounded: Bounded::ZERO, evaluations: 0, method: Method::Proximity };
-    let mut cells = vec![Cell::Near; n * m];
-    for (at, cell) in cells.iter_mut().enumerate() {
-        *cell = match seen(surface, mesh.patch(at / m, at % m), plate, 0) {
-            Sight::Whole => Cell::Factor(near),
-            Sight::Nothing => Cell::Factor(Factor::UNSEEN),
-            Sight::Part => Cell::Horizon,
-        };
-    }
-    let mut job =
-        Job { surface, mesh, plate, order, demand, row: Row { cells, references: 0, evaluations: 0 } };
+    let row = Row { cells: vec![Cell::Near; n * m], references: 0, evaluations: 0 };
+    let largest = |e: &[f64]| e[0].abs().max(e[e.len() - 1].abs());
+    let shake = DATA * EPS * (surface.magnitude(largest(&mesh.u), largest(&mesh.v)) + size(plate));
+    let mut job = Job { surface, mesh, plate, order, demand, shake, row };
+    job.sight(0..n, 0..m);
     job.block(0..n, 0..m);
     job.row
 }
@@ -179,82 +179,14 @@ fn nodes(plate: &Plate, n: usize) -> Vec<(Vec3, f64)> {
     out
 }
 
-/// Smallest distance of a point to a plate, m, rounded down.
-fn distance(plate: &Plate, x: Vec3) -> f64 {
-    let (corners, n) = plate.corners();
-    let [u, v] = plate.parameters(x);
-    let inside = u >= 0.0 && v >= 0.0 && if n == 3 { u + v <= 1.0 } else { u <= 1.0 && v <= 1.0 };
-    let to_edge = |k: usize| {
-        let (a, e) = (corners[k], corners[(k + 1) % n] - corners[k]);
-        let t = ((x - a).dot(e) / e.length2()).clamp(0.0, 1.0);
-        (x - a - e * t).length()
-    };
-    let flat = if inside { plate.normal().dot(x - plate.origin).abs() } else { f64::INFINITY };
-    (0..n).map(to_edge).fold(flat, f64::min) / SLACK
-}
-
-/// Largest distance of a point to a plate, m.
-fn farthest(plate: &Plate, x: Vec3) -> f64 {
-    let (corners, n) = plate.corners();
-    corners[..n].iter().fold(0.0f64, |s, c| s.max((x - *c).length())) * SLACK
-}
-
-enum Sight {
-    Whole,
-    Part,
-    Nothing,
-}
-
-/// Whether all points of a cell and all points of B are in front of each other.
-fn seen(surface: &Surface, cell: [[f64; 2]; 2], plate: &Plate, depth: u32) -> Sight {
-    let [u, v] = cell.map(|e| 0.5 * (e[0] + e[1]));
-    let half = cell.map(|e| 0.5 * (e[1] - e[0]) * SLACK);
-    let (s, m) = (surface.at(u, v), surface.local(u, v).majorant(half));
-    let shake = DATA * EPS * (surface.magnitude(u, v) + size(plate)) + m.reach * (SLACK - 1.0);
-    let height = plate.normal().dot(s - plate.origin);
-    let reach = m.reach + shake;
-    let normal = surface.normal(u, v);
-    let (corners, n) = plate.corners();
-    let facing = corners[..n].iter().map(|c| normal.dot(*c - s));
-    let (least, most) = facing.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-    let turn = (m.bend + DATA * EPS * m.normal) * (farthest(plate, s) + reach)
-        + normal.length() * m.rest * SLACK
-        + m.normal * shake;
-    if height <= -reach || most <= -turn {
-        return Sight::Nothing;
-    }
-    if height >= reach && least >= turn {
-        return Sight::Whole;
-    }
-    if depth == HORIZON_DEPTH {
-        return Sight::Part;
-    }
-    let (mut whole, mut nothing) = (true, true);
-    for k in 0..4 {
-        let part = |e: [f64; 2], c: f64, high: bool| if high { [c, e[1]] } else { [e[0], c] };
-        match seen(surface, [part(cell[0], u, k & 1 > 0), part(cell[1], v, k > 1)], plate, depth + 1) {
-            Sight::Whole => nothing = false,
-            Sight::Nothing => whole = false,
-            Sight::Part => return Sight::Part,
-        }
-        if !whole && !nothing {
-            return Sight::Part;
-        }
-    }
-    if whole { Sight::Whole } else { Sight::Nothing }
-}
-
-/// Lengths that a plate's points are summed from, m.
-fn size(plate: &Plate) -> f64 {
-    plate.origin.length() + plate.e1.length() + plate.e2.length()
-}
-
 struct Job<'a> {
     surface: &'a Surface,
     mesh: &'a Mesh,
     plate: &'a Plate,
     order: usize,
     demand: &'a Demand,
+    /// Error of a point by rounding, m.
+    shake: f64,
     row: Row,
 }
 
@@ -275,6 +207,36 @@ struct Reference {
 impl Job<'_> {
     fn index(&self, j: usize, k: usize) -> usize {
         j * self.mesh.cells()[1] + k
+    }
+
+    /// Tells which cells of a block are seen, all at once where that can be.
+    fn sight(&mut self, js: Range<usize>, ks: Range<usize>) {
+        let cell = js.len() * ks.len() == 1;
+        let depth = if cell { 0 } else { HORIZON_DEPTH };
+        let open = Factor { bounded: Bounded::ZERO, evaluations: 0, method: Method::Proximity };
+        let word = match seen(self.surface, self.mesh.part(&js, &ks), self.plate, self.shake, depth) {
+            Sight::Whole => Cell::Factor(open),
+            Sight::Nothing => Cell::Factor(Factor::UNSEEN),
+            Sight::Part if cell => Cell::Horizon,
+            Sight::Part => {
+                let middle = |r: &Range<usize>| (r.start + r.end) / 2;
+                if js.len() >= ks.len() {
+                    let at = middle(&js);
+                    self.sight(js.start..at, ks.clone());
+                    self.sight(at..js.end, ks);
+                } else {
+                    let at = middle(&ks);
+                    self.sight(js.clone(), ks.start..at);
+                    self.sight(js, at..ks.end);
+                }
+                return;
+            }
+        };
+        for j in js {
+            for k in ks.clone() {
+                self.set(j, k, word);
+            }
+        }
     }
 
     /// Cells of a block that want a value.
@@ -315,7 +277,7 @@ impl Job<'_> {
         let (s, normal) = (self.surface.at(u, v), self.surface.normal(u, v));
         let (corners, n) = self.plate.corners();
         let facing = corners[..n].iter().fold(0.0f64, |m, c| m.max(normal.dot(*c - s).abs()));
-        let shake = DATA * EPS * (self.surface.magnitude(u, v) + size(self.plate));
+        let shake = self.shake;
         let far = farthest(self.plate, s) + shake;
         Reference {
             at: [u, v],
@@ -338,13 +300,14 @@ impl Job<'_> {
         let truncation = |tau: f64| remainder(&discs, tau, self.order);
         let wanted = 0.25 * self.demand.tolerance * typical;
         let m = r.local.majorant(r.half);
-        if discs.is_empty() || m.reach >= r.near || (!single && !(truncation(1.0) <= wanted)) {
+        if discs.is_empty() || m.reach >= r.near || (!single && exceeds(truncation(1.0), wanted)) {
             if single {
                 cells.iter().for_each(|(j, k)| self.set(*j, *k, Cell::Near));
             }
             return false;
         }
         let (points, quadrature) = r.points(self.plate, &m, wanted);
+        let quadrature = quadrature + r.clamp(&m, self.shake);
         if self.row.evaluations >= self.demand.budget {
             cells.iter().for_each(|(j, k)| self.set(*j, *k, Cell::Near));
             return true;
@@ -359,7 +322,7 @@ impl Job<'_> {
             let (value, rounding, tau, size) = sum.over(r, patch);
             let radius = area * SLACK * (size * (truncation(tau) + quadrature) + rounding);
             let bounded = Bounded::proved(value * area, radius + 4.0 * EPS * (value * area).abs());
-            if !single && !(bounded.radius <= self.demand.radius(bounded.value)) {
+            if !single && exceeds(bounded.radius, self.demand.radius(bounded.value)) {
                 return false;
             }
             done.push(Factor { bounded, evaluations: share, method: Method::Proximity });
@@ -382,6 +345,11 @@ impl Job<'_> {
         let d = r.s - self.plate.centre();
         self.plate.normal().dot(d).max(0.0) * (-r.normal.dot(d)).max(0.0) / (PI * d.length2().powi(2))
     }
+}
+
+/// True unless `x` is a number of at most `limit`.
+fn exceeds(x: f64, limit: f64) -> bool {
+    x.partial_cmp(&limit).is_none_or(|o| o.is_gt())
 }
 
 /// M θ^{N+1}/(1 − θ) at its best.
@@ -414,6 +382,15 @@ impl Reference {
         SCALES.iter().filter_map(|s| disc(*s)).collect()
     }
 
+    /// Where a cell sees B or is seen by it along the surface, to rounding, K may be negative for what is behind: a bound of its modulus there.
+    fn clamp(&self, m: &Majorant, shake: f64) -> f64 {
+        let reach = m.reach * SLACK;
+        let (near, far) = (self.near - reach, self.far + reach);
+        let tilt = graze(m.normal, shake, far);
+        let either = shake * m.normal * far + tilt * (self.height + reach) + shake * tilt;
+        2.0 * either * SLACK / (PI * near.powi(4))
+    }
+
     /// Points in a direction over B for an error of K's mean of `wanted`, and the bound that they have.
     fn points(&self, plate: &Plate, m: &Majorant, wanted: f64) -> (usize, f64) {
         let (near, far) = (self.near - m.reach * SLACK, self.far + m.reach * SLACK);
@@ -434,183 +411,6 @@ impl Reference {
         let error = |n: usize| (one(n, along, triangle) + one(n, across, false)) * SLACK;
         let n = (2..MOST_POINTS).find(|n| error(*n) <= wanted).unwrap_or(MOST_POINTS);
         (n, error(n))
-    }
-
-    /// The development of the mean of K over B.
-    fn sum(&self, surface: &Surface, plate: &Plate, order: usize, points: usize) -> Sum {
-        let half = self.half;
-        let zero = || Series::zero(order);
-        let (mut shift, mut slopes) =
-            ([zero(), zero(), zero()], [[zero(), zero(), zero()], [zero(), zero(), zero()]]);
-        let mut table = [[0.0; MAX_ORDER + 1]; 4];
-        // Sums of moduli, with what the vectors were summed from: norms that no cancellation makes smaller.
-        let (mut spread, mut slope) = (0.0, [0.0; 2]);
-        for t in self.local.terms() {
-            let [f, g, df, dg] = &mut table;
-            t.f.coefficients(half[0], false, &mut f[..=order]);
-            t.g.coefficients(half[1], false, &mut g[..=order]);
-            t.f.coefficients(half[0], true, &mut df[..=order]);
-            t.g.coefficients(half[1], true, &mut dg[..=order]);
-            let c = t.c.array();
-            for axis in 0..3 {
-                shift[axis].add_outer(c[axis], f, g);
-                slopes[0][axis].add_outer(c[axis], df, g);
-                slopes[1][axis].add_outer(c[axis], f, dg);
-            }
-            let norm = |x: &[f64]| x[..=order].iter().map(|x| x.abs()).sum::<f64>();
-            spread += t.size * norm(f) * norm(g);
-            slope[0] += t.size * norm(df) * norm(g);
-            slope[1] += t.size * norm(f) * norm(dg);
-        }
-        shift.iter_mut().for_each(|s| s.c[0] = 0.0);
-        let mut normal = [zero(), zero(), zero()];
-        let (mut square, mut along) = (zero(), zero());
-        for a in 0..3 {
-            let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-            normal[a].add_product(surface.side(), &slopes[0][b], &slopes[1][c]);
-            normal[a].add_product(-surface.side(), &slopes[0][c], &slopes[1][b]);
-        }
-        for a in 0..3 {
-            square.add_product(1.0, &shift[a], &shift[a]);
-            along.add_product(1.0, &normal[a], &shift[a]);
-        }
-        let sizes = Sizes {
-            shake: DATA * EPS * (surface.magnitude(self.at[0], self.at[1]) + size(plate) + spread),
-            shift: 3f64.sqrt() * spread,
-            normal: 2.0 * 3f64.sqrt() * slope[0] * slope[1],
-            terms: square.c.len() as f64,
-            order: order as f64,
-        };
-        self.collect(plate, points, &sizes, &shift, &normal, &square, &along)
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "the parts of one development")]
-    fn collect(
-        &self,
-        plate: &Plate,
-        points: usize,
-        sizes: &Sizes,
-        shift: &[Series; 3],
-        normal: &[Series; 3],
-        square: &Series,
-        along: &Series,
-    ) -> Sum {
-        let order = square.order;
-        let zero = || Series::zero(order);
-        let (mut total, mut moments, mut h) = (zero(), [zero(), zero(), zero()], zero());
-        let mut tally = Tally::default();
-        for (y, w) in nodes(plate, points) {
-            let y = y - self.s;
-            let mut rho = square.clone();
-            let parts = y.array();
-            (0..3).for_each(|a| rho.add(-2.0 * parts[a], &shift[a]));
-            rho.c[0] = y.length2();
-            let own = rho.inverse_square(&mut h);
-            total.add(w, &h);
-            (0..3).for_each(|a| moments[a].add(w * parts[a], &h));
-            tally.add(w, y.length(), rho.norm(), h.norm(), own, sizes);
-        }
-        // (m·d)(N·G′ − N·(S − S₀) G)/π.
-        let m = plate.normal();
-        let (mut front, mut inner, mut kernel) = (zero(), zero(), zero());
-        (0..3).for_each(|a| front.add(m.array()[a], &shift[a]));
-        front.c[0] = m.dot(self.s - plate.origin);
-        (0..3).for_each(|a| inner.add_product(1.0, &normal[a], &moments[a]));
-        inner.add_product(-1.0, along, &total);
-        kernel.add_product(1.0 / PI, &front, &inner);
-        let (magnitude, error) = tally.finish(front.norm(), points as f64, sizes);
-        Sum { kernel, magnitude, error }
-    }
-}
-
-/// Norms of a block's series and of their errors.
-struct Sizes {
-    /// Error of a point of the surface or of B, m.
-    shake: f64,
-    /// ‖S − S₀‖, m.
-    shift: f64,
-    /// ‖N‖, m².
-    normal: f64,
-    /// Coefficients of a series.
-    terms: f64,
-    order: f64,
-}
-
-/// Norms and errors gathered over the nodes of B.
-#[derive(Default)]
-struct Tally {
-    /// Σ w ‖h‖ and Σ w |y′| ‖h‖ with their errors.
-    total: f64,
-    total_error: f64,
-    moment: f64,
-    moment_error: f64,
-}
-
-/// Roundings in a coefficient of the surface's series, besides two for each power: the local form's vector (ten at most, sines and
-/// cosines two each), two functions' last powers, a product with the vector, the sum of eight terms.
-const SOURCES: f64 = 10.0 + 2.0 + 2.0 + 8.0; // bound
-/// Roundings in a sum of products besides one for each term: factors (2), a weight and its point (4), π (2), an area (2), second orders (2).
-const PRODUCTS: f64 = 2.0 + 4.0 + 2.0 + 2.0 + 2.0; // bound
-
-impl Tally {
-    /// One node at the distance `y`, with ‖ρ‖, ‖h‖ and the recurrence's own error.
-    fn add(&mut self, w: f64, y: f64, rho: f64, h: f64, own: f64, s: &Sizes) {
-        let d = 3f64.sqrt() * y + s.shift;
-        let source = (2.0 * s.order + SOURCES) * EPS;
-        let off =
-            2.0 * d * (s.shake + source * s.shift) + s.shake * s.shake + (s.terms + PRODUCTS) * EPS * d * d;
-        // |(ρ+δ)⁻² − ρ⁻²| ≤ c ‖(ρ+δ)⁻²‖ ‖ρ⁻²‖, c = 2‖ρ‖‖δ‖ + ‖δ‖².
-        let c = (2.0 * rho + off) * off * (h + own);
-        let error = own + if c < 0.5 { c / (1.0 - c) * (h + own) } else { f64::INFINITY };
-        self.total += w * h;
-        self.total_error += w * error;
-        self.moment += w * y * h;
-        self.moment_error += w * (y * error + s.shake * (h + error));
-    }
-
-    /// ‖K‖ without cancellation, and the bound of its error.
-    fn finish(&self, front: f64, points: f64, s: &Sizes) -> (f64, f64) {
-        let sums = (points * points + 2.0 * s.terms + PRODUCTS) * EPS;
-        let source = (s.terms + 4.0 * s.order + 2.0 * SOURCES) * EPS;
-        let inner = s.normal * (self.moment + s.shift * self.total);
-        let inner_error = s.normal * (self.moment_error + s.shift * self.total_error)
-            + (2.0 * source + sums) * inner
-            + s.normal * s.shake * self.total;
-        let front_error = 2.0 * s.shake + source * s.shift + DATA * EPS * front;
-        let magnitude = front * inner / PI;
-        let error = (front + front_error) * inner_error + front_error * inner;
-        (magnitude, error / PI + (s.terms + PRODUCTS) * EPS * magnitude)
-    }
-}
-
-/// The mean of K over B about a reference.
-struct Sum {
-    kernel: Series,
-    magnitude: f64,
-    error: f64,
-}
-
-impl Sum {
-    /// ∫ over a cell, the bound of its rounding, the cell's reach in units of the block and its size in (u, v).
-    fn over(&self, r: &Reference, cell: [[f64; 2]; 2]) -> (f64, f64, f64, f64) {
-        let order = self.kernel.order;
-        let place = |k: usize| cell[k].map(|e| (e - r.at[k]) / r.half[k]);
-        let (x, z) = (place(0), place(1));
-        let (fx, fz) = (taylor::power_means(x[0], x[1], order), taylor::power_means(z[0], z[1], order));
-        let mut mean = 0.0;
-        for n in 0..=order {
-            for q in 0..=n {
-                mean += self.kernel.c[taylor::place(n - q, q)] * fx[n - q] * fz[q];
-            }
-        }
-        let sides = cell.map(|e| e[1] - e[0]);
-        let size = sides[0] * sides[1];
-        let sums = (self.kernel.c.len() as f64 + 6.0 * order as f64 + PRODUCTS) * EPS;
-        // An edge off by two roundings of its place moves as much of the cell.
-        let edges = 8.0 * EPS * (r.half[0] * sides[1] + r.half[1] * sides[0]);
-        let rounding = size * (self.error + sums * self.magnitude) + edges * self.magnitude;
-        let tau = [x, z].iter().flatten().fold(0.0f64, |t, e| t.max(e.abs()));
-        (mean * size, rounding, tau, size)
     }
 }
 
