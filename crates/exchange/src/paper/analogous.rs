@@ -332,6 +332,16 @@ fn by_series(m: &Moments, r: &Reference, p: &Pair, row: &Row, shift: f64) -> Fac
 mod tests {
     use super::*;
 
+    /// The constants count: c five roundings, coefficients two, a step two; Σ_{k ≤ n} 3(1+n−k) = (3/2)n(n+1).
+    #[test]
+    fn the_rounding_constants_are_their_derivation() {
+        let (c, coefficients, step) = (5.0, 2.0, 2.0);
+        assert_eq!(RECURRENCE, c + coefficients + step);
+        let n = 17;
+        let sum: f64 = (1..=n).map(|k| 3.0 * (1 + n - k) as f64).sum();
+        assert_eq!(GROWTH * (n * (n + 1)) as f64, sum);
+    }
+
     /// |C_n^λ| ≤ C_n^λ(1), from the recurrence at x = 1.
     #[test]
     fn the_largest_values() {

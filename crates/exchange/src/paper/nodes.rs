@@ -1,6 +1,6 @@
 //! Tensor grids of quadrature nodes around the difference of two centres, laid out for vectors.
 
-use super::trapezoid::{self, Shape};
+use super::trapezoid::{self, Rule, Shape};
 use zonal_math::gauss;
 pub(super) use zonal_math::simd::LANES;
 
@@ -26,8 +26,13 @@ pub(super) struct Line {
 impl Line {
     /// The rule of the reduced density, `n` points.
     pub fn reduced(shape: &Shape, n: usize) -> Line {
-        let r = trapezoid::rule(if shape.half > 0.0 { n } else { 1 }, shape.plateau);
-        Line { nodes: r.nodes.iter().map(|u| u * shape.half).collect(), weights: r.weights, defect: r.defect }
+        let n = if shape.half > 0.0 { n } else { 1 };
+        let of = |r: &Rule| Line {
+            nodes: r.nodes.iter().map(|u| u * shape.half).collect(),
+            weights: r.weights.clone(),
+            defect: r.defect,
+        };
+        if shape.plateau == 0.0 { of(trapezoid::triangle(n)) } else { of(&trapezoid::rule(n, shape.plateau)) }
     }
 
     /// The differences of two Gauss–Legendre rules of `n` points, n² of them: the six-dimensional integration of the paper.

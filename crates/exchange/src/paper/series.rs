@@ -75,17 +75,17 @@ pub fn order_for(p: f64, tolerance: f64) -> usize {
     n as usize
 }
 
-/// The largest ratio p̂ ≤ 0.9 at which [`plain_bound`] of an order stays below `tolerance`.
+/// The largest ratio p̂ ≤ 0.9, to a part in a thousand, at which [`plain_bound`] of an order stays below `tolerance`.
 pub fn ratio_for(order: usize, tolerance: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 0.9);
-    if plain_bound(order, high) <= tolerance {
-        return high;
+    let n = order as f64;
+    let mut p: f64 = 0.5;
+    for _ in 0..4 {
+        p = (tolerance / (n + 2.0 + (n + 1.0) * p)).powf(1.0 / (n + 1.0)).min(0.9);
     }
-    for _ in 0..40 {
-        let middle = 0.5 * (low + high);
-        if plain_bound(order, middle) <= tolerance { low = middle } else { high = middle }
+    while plain_bound(order, p) > tolerance {
+        p *= 0.9995;
     }
-    low
+    p
 }
 
 /// The moments about the reference at `centre` (difference of the centres, strip axis first, in steps) for shifts |s| ≤ `reach` < nearest.
@@ -223,4 +223,39 @@ pub(super) fn evaluate(m: &Moments, s: [f64; LANES], fold: [f64; LANES]) -> ([f6
         bound[l] = 1.000_01 * if plain < sharp { plain } else { sharp };
     }
     (value, bound)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ratios_and_orders_answer_each_other() {
+        for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
+            for order in [0, 1, 4, 10, 25, 60] {
+                let p = ratio_for(order, tolerance);
+                assert!(plain_bound(order, p) <= tolerance);
+                assert!(p == 0.9 || plain_bound(order, 1.001 * p) > tolerance, "{order} {tolerance} {p}");
+                assert!(order_for(p, tolerance) <= order);
+            }
+        }
+    }
+
+    /// Σ n(n+1)(n+2)/2 p^n is 3p/(1−p)⁴, and bounds the finite sum.
+    #[test]
+    fn the_growth_is_the_sum() {
+        for p in [0.1f64, 0.3, 0.6] {
+            let sum: f64 =
+                (1..400).map(|n| n as f64).map(|n| 0.5 * n * (n + 1.0) * (n + 2.0) * p.powf(n)).sum();
+            assert!((GROWTH * p / (1.0 - p).powi(4) / sum - 1.0).abs() < 1e-12);
+            assert!(finite(60, p).0 <= sum && finite(60, p).1 <= 1.0 / ((1.0 - p) * (1.0 - p)));
+        }
+    }
+
+    /// The constant counts the roundings of c and of one step: (t·t 3, division 1, product 1) + (product, difference).
+    #[test]
+    fn the_recurrence_constant_is_its_count() {
+        let (squares, division, product, step) = (3.0, 1.0, 1.0, 2.0);
+        assert_eq!(RECURRENCE, squares + division + product + step);
+    }
 }

@@ -127,8 +127,16 @@ impl Formfact {
 pub fn formfact(v: &Cuboid, voxels: &Voxels, ask: Ask, means: Means) -> Formfact {
     assert!(v.normal.is_none() && v.is_valid(), "not a voxel: {v:?}");
     assert!(voxels.is_empty() || voxels.voxel([0; 3]).is_valid(), "not a grid: {voxels:?}");
-    let axis = cheapest(v, voxels, ask, means);
-    along(v, voxels, axis, ask, means)
+    let limits = limits(ask);
+    // An axis with one voxel has no strips, unless they all have.
+    let alone = voxels.dims.iter().all(|&n| n <= 1);
+    let frame = |axis: usize| Frame::new(v, voxels, axis, ask, means, limits);
+    let mut frames: Vec<Frame> =
+        (0..3).filter(|&k| voxels.dims[k] > 1 || (alone && k == 0)).map(frame).collect();
+    let costs: Vec<f64> =
+        if frames.len() > 1 { frames.iter().map(Frame::sampled_cost).collect() } else { vec![0.0] };
+    let best = (0..costs.len()).fold(0, |best, k| if costs[k] < costs[best] { k } else { best });
+    work(v, voxels, frames.swap_remove(best))
 }
 
 /// The same with strips along a given axis.
@@ -136,9 +144,14 @@ pub fn formfact(v: &Cuboid, voxels: &Voxels, ask: Ask, means: Means) -> Formfact
 /// # Panics
 /// As [`formfact`].
 pub fn along(v: &Cuboid, voxels: &Voxels, axis: usize, ask: Ask, means: Means) -> Formfact {
-    let n = voxels.len();
+    assert!(axis < 3, "axis {axis}");
+    work(v, voxels, Frame::new(v, voxels, axis, ask, means, limits(ask)))
+}
+
+fn work(v: &Cuboid, voxels: &Voxels, frame: Frame) -> Formfact {
+    let (n, axis) = (voxels.len(), frame.axes[0]);
     let mut run = Run {
-        frame: Frame::new(v, voxels, axis, ask, means),
+        frame,
         stock: Vec::new(),
         out: Formfact {
             values: vec![0.0; n],
@@ -156,10 +169,10 @@ pub fn along(v: &Cuboid, voxels: &Voxels, axis: usize, ask: Ask, means: Means) -
 }
 
 /// The strip about one reference: `back` voxels before and `forth` after it along `axis`, all by its series of a given order,
-/// whatever the ratio: where it is too large the radius says so.
+/// whatever the ratio: where it is too large the radius says so. The exact integral for all where one is too near `v` for any rule.
 ///
 /// # Panics
-/// On boxes that are no voxels, an order above [`MAX_ORDER`], a reference so near `v` that no rule is admissible.
+/// On boxes that are no voxels, an order above [`MAX_ORDER`].
 pub fn about(
     v: &Cuboid,
     reference: &Cuboid,
@@ -183,7 +196,8 @@ pub fn about(
         axis,
         evaluations: 0,
     };
-    let mut run = Run { frame: Frame::new(v, &voxels, axis, ask, Means::Reduced), stock: Vec::new(), out };
+    let mut run =
+        Run { frame: Frame::new(v, &voxels, axis, ask, Means::Reduced, limits(ask)), stock: Vec::new(), out };
     let start = run.frame.centre(0, 0, 0);
     let aside = run.frame.aside(start);
     let whole = Segment { from: 0, reference: back, to: n - 1 };
@@ -196,6 +210,8 @@ pub fn about(
 
 /// Orders that a plan considers.
 const ORDERS: std::ops::RangeInclusive<usize> = 4..=40;
+/// Strips along each of two axes by which the axis is chosen.
+const SAMPLE: usize = 4;
 /// What a reference costs beside its orders, in orders.
 const SET_UP: f64 = 6.0;
 /// A division, in orders: what a direct evaluation costs a node.
@@ -220,6 +236,8 @@ struct Frame {
     shapes: [Shape; 3],
     extents: [[f64; 2]; 3],
     ladders: [Ladder; 3],
+    /// Which ladder an axis uses: equal ones share.
+    like: [usize; 3],
     means: Means,
     ask: Ask,
     ratio: f64,
@@ -241,7 +259,7 @@ struct Segment {
 }
 
 impl Frame {
-    fn new(v: &Cuboid, voxels: &Voxels, axis: usize, ask: Ask, means: Means) -> Frame {
+    fn new(v: &Cuboid, voxels: &Voxels, axis: usize, ask: Ask, means: Means, limits: Limits) -> Frame {
         let axes = [axis, (axis + 1) % 3, (axis + 2) % 3];
         let d = voxels.cell[axis];
         let e = v.extent();
@@ -252,13 +270,11 @@ impl Frame {
         let extents = axes.map(|k| [e[k] / d, voxels.cell[k] / d]);
         let shapes = extents.map(|[a, b]| Shape::new(a, b));
         let h2 = shapes.iter().map(|s| s.half * s.half).sum();
-        let (ratio, truncation, quadrature) = limits(ask);
+        let (ratio, truncation, quadrature) = limits;
         let ladder = |k: usize| match means {
             Means::Reduced => Ladder::new(shapes[k].half, h2, quadrature / 3.0),
             Means::Six(m) => Ladder::fixed(extents[k], h2, m),
         };
-        let first = ladder(0);
-        let like = |k: usize| if extents[k] == extents[0] { first.clone() } else { ladder(k) };
         let far = voxels.voxel(voxels.dims.map(|n| n.max(1) - 1)).hi;
         let corners = [v.lo, v.hi, voxels.origin, far];
         let size = corners.iter().flat_map(|c| c.array()).fold(0.0f64, |m, x| m.max(x.abs()));
@@ -269,7 +285,8 @@ impl Frame {
             count: axes.map(|k| voxels.dims[k]),
             shapes,
             extents,
-            ladders: [like(0), like(1), like(2)],
+            ladders: [ladder(0), ladder(1), ladder(2)],
+            like: [0, 1, 2].map(|k| if extents[k] == extents[0] { 0 } else { k }),
             means,
             ask,
             ratio,
@@ -327,7 +344,8 @@ impl Frame {
         if 2.0 * self.shake > SHAKY * g {
             return None;
         }
-        let [a, b, c] = [self.ladders[0].at(g)?, self.ladders[1].at(g)?, self.ladders[2].at(g)?];
+        let [a, b, c] = self.like.map(|k| self.ladders[k].at(g));
+        let (a, b, c) = (a?, b?, c?);
         let error = a.error + b.error + c.error;
         Some(([a.points, b.points, c.points], error, [a.factor, b.factor, c.factor]))
     }
@@ -337,6 +355,14 @@ impl Frame {
             Ask::Order { order, .. } => order,
             Ask::Tolerance(_) => series::order_for(ratio, self.truncation),
         }
+    }
+
+    /// A guess of what all strips cost, by a sample of at most [`SAMPLE`]² of them.
+    fn sampled_cost(&self) -> f64 {
+        let [_, n, m] = self.count;
+        let some = |n: usize| (0..n.min(SAMPLE)).map(move |i| (2 * i + 1) * n / (2 * n.min(SAMPLE)));
+        let sum: f64 = some(n).flat_map(|j| some(m).map(move |k| (j, k))).map(|(j, k)| self.cost(j, k)).sum();
+        sum * (n * m) as f64 / (n.min(SAMPLE) * m.min(SAMPLE)).max(1) as f64
     }
 
     /// A guess of what a strip costs.
@@ -363,7 +389,10 @@ impl Frame {
 }
 
 /// The largest ratio, and the tolerances of truncation and quadrature.
-fn limits(ask: Ask) -> (f64, f64, f64) {
+type Limits = (f64, f64, f64);
+
+/// What a demand leads to.
+fn limits(ask: Ask) -> Limits {
     match ask {
         Ask::Order { order, ratio } => {
             assert!(order <= MAX_ORDER && ratio > 0.0 && ratio < 1.0, "order {order}, ratio {ratio}");
@@ -376,25 +405,10 @@ fn limits(ask: Ask) -> (f64, f64, f64) {
                 let p = series::ratio_for(order, truncation);
                 (((1.0 + p) / (1.0 - p)).ln() / (order as f64 + SET_UP), p)
             };
-            let best = ORDERS.step_by(2).map(gain).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
+            let best = ORDERS.step_by(3).map(gain).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
             (best.1, truncation, QUADRATURE * tolerance.clamp(FINEST, 0.1))
         }
     }
-}
-
-/// The axis whose strips cost least, by a sample of at most [`SAMPLE`]² of them.
-fn cheapest(v: &Cuboid, voxels: &Voxels, ask: Ask, means: Means) -> usize {
-    const SAMPLE: usize = 4;
-    let cost = |axis: usize| {
-        let frame = Frame::new(v, voxels, axis, ask, means);
-        let [_, n, m] = frame.count;
-        let some = |n: usize| (0..n.min(SAMPLE)).map(move |i| (2 * i + 1) * n / (2 * n.min(SAMPLE)));
-        let sum: f64 =
-            some(n).flat_map(|j| some(m).map(move |k| (j, k))).map(|(j, k)| frame.cost(j, k)).sum();
-        sum * (n * m) as f64 / (n.min(SAMPLE) * m.min(SAMPLE)).max(1) as f64
-    };
-    let costs = [cost(0), cost(1), cost(2)];
-    (0..3).fold(0, |best, k| if costs[k] < costs[best] { k } else { best })
 }
 
 struct Run {

@@ -25,6 +25,8 @@
 //! [`floor`]. With E|t|² ≤ (g + |h|)² + |h|²/3 and Jensen, E 1/|t|² ≥ 1/E|t|², the error relative to the integral is at most
 //! 4ϱ^{−2n}/(1 − ϱ^{−2}) · E|t|²/R for each direction, and for fixed ϱ that falls with g. [`Ladder`] keeps it by steps of g.
 
+use std::cell::Cell;
+use std::sync::OnceLock;
 use zonal_math::gauss;
 
 const EPS: f64 = 0.5 * f64::EPSILON;
@@ -52,6 +54,12 @@ pub(super) fn rule(n: usize, plateau: f64) -> Rule {
     let mut rule = Rule { nodes, weights, defect: 0.0 };
     rule.defect = defect(&rule, &fine);
     rule
+}
+
+/// The rule of two equal extents, a triangle: made once, as those of [`gauss`] are.
+pub(super) fn triangle(n: usize) -> &'static Rule {
+    static RULES: [OnceLock<Rule>; MOST + 1] = [const { OnceLock::new() }; MOST + 1];
+    RULES[n].get_or_init(|| rule(n, 0.0))
 }
 
 /// Points on [0, 1] and weights of sum one that integrate even polynomials of degree ≤ 2n + 1 times the density exactly.
@@ -213,8 +221,6 @@ pub(super) fn error(n: usize, rho: f64, m: f64) -> f64 {
 /// What a rule does at a distance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
-    /// Least distance of the boxes.
-    pub g: f64,
     /// Points.
     pub points: usize,
     /// Error of the direction relative to the integral, exact nodes and weights given.
@@ -223,73 +229,86 @@ pub(super) struct Step {
     pub factor: f64,
 }
 
-/// Points for one axis by the distance of the boxes.
-#[derive(Clone, Debug)]
+/// Points for one axis by the distance of the boxes, worked out as they are asked for.
+#[derive(Debug)]
 pub(super) struct Ladder {
-    /// g ascending.
-    steps: Vec<Step>,
+    /// Half-lengths of the intervals (zero: none), and how many points: given, or as many as a tolerance needs.
+    halves: [f64; 2],
+    points: Option<usize>,
+    tolerance: f64,
+    /// Squared sum of the boxes' half-extents.
+    h2: f64,
+    steps: [Cell<Option<Step>>; STEPS * DOUBLINGS],
 }
 
 /// Steps a doubling of the distance, and the doublings from an eighth of the boxes' half-diagonal up.
-const STEPS: i32 = 4;
-const DOUBLINGS: i32 = 12;
-
-fn distances(h2: f64) -> impl Iterator<Item = f64> {
-    (0..STEPS * DOUBLINGS).map(move |i| 0.125 * h2.sqrt() * f64::powf(2.0, i as f64 / STEPS as f64))
-}
+const STEPS: usize = 4;
+const DOUBLINGS: usize = 14;
+/// 2^{i/4}.
+const FRACTION: [f64; STEPS] = [1.0, 1.189_207_115_002_721, std::f64::consts::SQRT_2, 1.681_792_830_507_429];
 
 impl Ladder {
     /// For intervals of half-length `half` in boxes whose half-extents have the squared sum `h2`: the points that keep the relative error of
     /// this direction below `tolerance`.
     pub fn new(half: f64, h2: f64, tolerance: f64) -> Ladder {
-        if half == 0.0 {
-            return Ladder::idle();
+        Ladder {
+            halves: [half, 0.0],
+            points: None,
+            tolerance,
+            h2,
+            steps: [const { Cell::new(None) }; STEPS * DOUBLINGS],
         }
-        let points = |g: f64| {
-            let mut best = Step { g, points: usize::MAX, error: f64::INFINITY, factor: f64::INFINITY };
-            for (rho, m) in ellipses(g, half, h2) {
-                let r2 = rho * rho;
-                let n = ((GAUSS * m / ((1.0 - 1.0 / r2) * tolerance)).ln() / r2.ln()).ceil().max(1.0);
-                if n < best.points as f64 {
-                    (best.points, best.error) = (n as usize, error(n as usize, rho, m));
-                }
-                best.factor = best.factor.min(m * (r2 + 1.0) / (r2 - 1.0));
-            }
-            best
-        };
-        Ladder { steps: distances(h2).map(points).filter(|s| s.points <= MOST).collect() }
     }
 
     /// For two Gauss–Legendre rules of `points` points over the two extents.
     pub fn fixed(extents: [f64; 2], h2: f64, points: usize) -> Ladder {
-        if extents == [0.0; 2] {
-            return Ladder::idle();
-        }
-        let step = |g: f64| {
-            let mut s = Step { g, points, error: 0.0, factor: 0.0 };
-            for half in extents.map(|x| 0.5 * x).into_iter().filter(|h| *h > 0.0) {
-                let (mut least, mut factor) = (f64::INFINITY, f64::INFINITY);
-                for (rho, m) in ellipses(g, half, h2) {
-                    let r2 = rho * rho;
-                    least = least.min(error(points, rho, m));
-                    factor = factor.min(m * (r2 + 1.0) / (r2 - 1.0));
-                }
-                s.error += least;
-                s.factor += factor;
-            }
-            s
-        };
-        Ladder { steps: distances(h2).map(step).filter(|s| s.error < 0.5).collect() }
-    }
-
-    fn idle() -> Ladder {
-        Ladder { steps: vec![Step { g: 0.0, points: 1, error: 0.0, factor: 0.0 }] }
+        let halves = extents.map(|x| 0.5 * x);
+        Ladder { points: Some(points), halves, ..Ladder::new(0.0, h2, 0.5) }
     }
 
     /// The step that serves boxes at distance `g`, if any does.
-    pub fn at(&self, g: f64) -> Option<&Step> {
-        let i = self.steps.partition_point(|s| s.g <= g);
-        (i > 0).then(|| &self.steps[i - 1])
+    pub fn at(&self, g: f64) -> Option<Step> {
+        let least = 0.125 * self.h2.sqrt();
+        let ratio = g / least * (1.0 - 1e-12);
+        if !(ratio >= 1.0) {
+            return None;
+        }
+        let exponent = (ratio.to_bits() >> 52) as usize - 1023;
+        let rest = ratio / f64::from_bits(((exponent + 1023) as u64) << 52);
+        let i = (exponent * STEPS + FRACTION.iter().filter(|f| **f <= rest).count() - 1)
+            .min(STEPS * DOUBLINGS - 1);
+        let step = self.steps[i].get().unwrap_or_else(|| {
+            let power = f64::from_bits(((i / STEPS + 1023) as u64) << 52);
+            self.make(least * power * FRACTION[i % STEPS])
+        });
+        self.steps[i].set(Some(step));
+        (step.error <= 1.000_001 * self.tolerance && step.points <= MOST).then_some(step)
+    }
+
+    fn make(&self, g: f64) -> Step {
+        let mut step = Step { points: self.points.unwrap_or(1), error: 0.0, factor: 0.0 };
+        for half in self.halves.into_iter().filter(|h| *h > 0.0) {
+            let (mut points, mut least, mut factor) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
+            for (rho, m) in ellipses(g, half, self.h2) {
+                let r2 = rho * rho;
+                factor = factor.min(m * (r2 + 1.0) / (r2 - 1.0));
+                if let Some(n) = self.points {
+                    least = least.min(error(n, rho, m));
+                    continue;
+                }
+                let front = GAUSS * m / ((1.0 - 1.0 / r2) * self.tolerance);
+                let needed = (front.ln() / r2.ln()).ceil().max(1.0);
+                if needed < points && needed <= MOST as f64 {
+                    (points, least) = (needed, error(needed as usize, rho, m));
+                }
+            }
+            if self.points.is_none() {
+                step.points = points.min(1e6) as usize;
+            }
+            step.error += least;
+            step.factor += factor;
+        }
+        step
     }
 }
 
