@@ -47,7 +47,7 @@ pub use surface::Surface;
 pub use taylor::MAX_ORDER;
 
 use crate::{Demand, Factor, Method};
-use sight::{HORIZON_DEPTH, Sight, distance, farthest, graze, seen, size};
+use sight::{HORIZON_DEPTH, Sight, distance, farthest, graze, seen, size, skew};
 use std::f64::consts::PI;
 use std::ops::Range;
 use surface::{Local, Majorant};
@@ -131,7 +131,8 @@ pub fn factors(surface: &Surface, mesh: &Mesh, plate: &Plate, order: usize, dema
     let [n, m] = mesh.cells();
     let row = Row { cells: vec![Cell::Near; n * m], references: 0, evaluations: 0 };
     let largest = |e: &[f64]| e[0].abs().max(e[e.len() - 1].abs());
-    let shake = DATA * EPS * (surface.magnitude(largest(&mesh.u), largest(&mesh.v)) + size(plate));
+    let shake =
+        skew(plate) * DATA * EPS * (surface.magnitude(largest(&mesh.u), largest(&mesh.v)) + size(plate));
     let mut job = Job { surface, mesh, plate, order, demand, shake, row };
     job.sight(0..n, 0..m);
     job.block(0..n, 0..m);
@@ -321,7 +322,8 @@ impl Job<'_> {
             let patch = self.mesh.patch(*j, *k);
             let (value, rounding, tau, size) = sum.over(r, patch);
             let radius = area * SLACK * (size * (truncation(tau) + quadrature) + rounding);
-            let bounded = Bounded::proved(value * area, radius + 4.0 * EPS * (value * area).abs());
+            let bounded =
+                Bounded::proved(value * area, radius + DATA * EPS * skew(self.plate) * (value * area).abs());
             if !single && exceeds(bounded.radius, self.demand.radius(bounded.value)) {
                 return false;
             }

@@ -1,6 +1,6 @@
 //! The mean of K over B as a power series about a reference, with norms that bound its roundings.
 
-use super::sight::size;
+use super::sight::{size, skew};
 use super::surface::Surface;
 use super::taylor::{self, EPS, MAX_ORDER, Series};
 use super::{DATA, Reference, nodes};
@@ -47,7 +47,10 @@ impl Reference {
             along.add_product(1.0, &normal[a], &shift[a]);
         }
         let sizes = Sizes {
-            shake: DATA * EPS * (surface.magnitude(self.at[0], self.at[1]) + size(plate) + spread),
+            shake: skew(plate)
+                * DATA
+                * EPS
+                * (surface.magnitude(self.at[0], self.at[1]) + size(plate) + spread),
             shift: 3f64.sqrt() * spread,
             normal: 2.0 * 3f64.sqrt() * slope[0] * slope[1],
             terms: square.c.len() as f64,
@@ -129,8 +132,9 @@ impl Tally {
     fn add(&mut self, w: f64, y: f64, rho: f64, h: f64, own: f64, s: &Sizes) {
         let d = 3f64.sqrt() * y + s.shift;
         let source = (2.0 * s.order + SOURCES) * EPS;
-        let off =
-            2.0 * d * (s.shake + source * s.shift) + s.shake * s.shake + (s.terms + PRODUCTS) * EPS * d * d;
+        let off = 2.0 * d * (s.shake + source * s.shift)
+            + s.shake * s.shake
+            + (3.0 * s.terms + PRODUCTS) * EPS * d * d;
         // |(ρ+δ)⁻² − ρ⁻²| ≤ c ‖(ρ+δ)⁻²‖ ‖ρ⁻²‖, c = 2‖ρ‖‖δ‖ + ‖δ‖².
         let c = (2.0 * rho + off) * off * (h + own);
         let error = own + if c < 0.5 { c / (1.0 - c) * (h + own) } else { f64::INFINITY };
@@ -142,13 +146,15 @@ impl Tally {
 
     /// ‖K‖ without cancellation, and the bound of its error.
     fn finish(&self, front: f64, points: f64, s: &Sizes) -> (f64, f64) {
-        let sums = (points * points + 2.0 * s.terms + PRODUCTS) * EPS;
-        let source = (s.terms + 4.0 * s.order + 2.0 * SOURCES) * EPS;
+        // Two products make N, three more N·(S − S₀), four N·G′ − N·(S − S₀) G; a coefficient of one has fewer terms than the series.
+        let sums = (points * points + (2.0 + 3.0 + 4.0) * s.terms + PRODUCTS) * EPS;
+        let source = (4.0 * s.order + 2.0 * SOURCES) * EPS;
         let inner = s.normal * (self.moment + s.shift * self.total);
         let inner_error = s.normal * (self.moment_error + s.shift * self.total_error)
             + (2.0 * source + sums) * inner
             + s.normal * s.shake * self.total;
-        let front_error = 2.0 * s.shake + source * s.shift + DATA * EPS * front;
+        // A point's error, that of the normal, and as much for the products.
+        let front_error = 4.0 * s.shake + source * s.shift + PRODUCTS * EPS * front;
         let magnitude = front * inner / PI;
         let error = (front + front_error) * inner_error + front_error * inner;
         (magnitude, error / PI + (s.terms + PRODUCTS) * EPS * magnitude)

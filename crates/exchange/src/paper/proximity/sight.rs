@@ -81,3 +81,8 @@ pub(super) fn graze(normal: f64, shake: f64, far: f64) -> f64 {
 pub(super) fn size(plate: &Plate) -> f64 {
     plate.origin.length() + plate.e1.length() + plate.e2.length()
 }
+
+/// How much more than its edges' roundings those of a plate's normal and area are: 1 for a rectangle.
+pub(super) fn skew(plate: &Plate) -> f64 {
+    plate.e1.length() * plate.e2.length() / plate.e1.cross(plate.e2).length()
+}
