@@ -21,11 +21,14 @@
 //! the halving resolves. The error is **estimated**: a shadow that no point of either rule falls in, cast by an obstruction
 //! whose segments were not yet cut along, is not seen.
 //!
+//! **Without obstructions** the outer integral is in closed form too ([`super::contour`]).
+//!
 //! The two polygons are ordered before the work, the smaller one outside: F_ab and F_ba are the same bits.
 
 pub(crate) mod clip;
 pub(crate) mod critical;
 
+use super::contour::{self, Contour, HEIGHT};
 use crate::{Demand, Factor, Method};
 use clip::View;
 use critical::Segment;
@@ -46,6 +49,8 @@ const FORCED: usize = 192;
 const UNSETTLED: f64 = 4.0;
 /// Distances below this part of the polygons' size count as none: corners that are shared, walls that stand on each other.
 const TOUCH: f64 = 1e-10;
+/// Radius of the first contour sum, relative to the smaller area.
+const ROUGH: f64 = 1e-9;
 /// Rounding of one integrand relative to π, by experience with slivers.
 const ROUNDING: f64 = 1e-14;
 
@@ -136,7 +141,8 @@ impl From<&Plate> for Polygon {
 }
 
 /// 𝓕 of the fronts of `a` and `b`, m², with `obstructions` between them, to a radius of `demand` or of `floor` (m²), whichever is
-/// larger. Grade estimated. Neither `a` nor `b` need be left out of the obstructions.
+/// larger. Grade estimated; method [`Method::Clipped`], or [`Method::Contour`] where nothing can hide anything. Neither `a` nor `b` need be
+/// left out of the obstructions.
 pub fn exchange(a: &Polygon, b: &Polygon, obstructions: &[Polygon], demand: &Demand, floor: f64) -> Factor {
     let (a, b) = if before(a, b) { (a, b) } else { (b, a) };
     let size = a.corners.iter().chain(&b.corners).fold(0.0f64, |s, c| s.max((*c - a.corners[0]).length()));
@@ -145,11 +151,28 @@ pub fn exchange(a: &Polygon, b: &Polygon, obstructions: &[Polygon], demand: &Dem
         return Factor::UNSEEN;
     };
     let between = between(&outer, &inner, obstructions, eps);
+    if between.is_empty() {
+        return unobstructed(&outer, &inner, size, demand, floor);
+    }
     let segments = critical::segments(&outer, &inner, &between);
     let view = View::new(outer.normal, &inner, &between);
     let mut work = Work { view, segments: &segments, parts: BinaryHeap::new(), made: 0, evaluations: 0 };
     work.start(&outer);
     work.refine(demand, floor)
+}
+
+/// The closed contour formula; its radius does not know the corners that the cut took for lying on the plane: estimated.
+fn unobstructed(a: &Polygon, b: &Polygon, size: f64, demand: &Demand, floor: f64) -> Factor {
+    let displaced = HEIGHT * f64::EPSILON * size;
+    let contour =
+        |p: &Polygon| Contour { corners: p.corners.iter().map(|c| *c - a.corners[0]).collect(), displaced };
+    let (first, second) = (contour(a), contour(b));
+    let rough = contour::sum(&first, &second, ROUGH * a.area);
+    let wanted = demand.radius(rough.value).max(floor);
+    let fine = if rough.radius <= wanted { rough } else { contour::sum(&first, &second, 0.5 * wanted) };
+    let evaluations = rough.evaluations + if rough.radius <= wanted { 0 } else { fine.evaluations };
+    let bounded = Bounded::estimated(fine.value.max(0.0), fine.radius);
+    Factor { bounded, evaluations, method: Method::Contour }
 }
 
 /// The smaller first; of equal ones that with the smaller corners in lexicographic order.
