@@ -2,7 +2,11 @@
 //! the intervals of the parts meet the interval of the whole. Shared by the test and the long command.
 
 use std::time::Instant;
+use zonal_exchange::Demand;
+use zonal_exchange::aligned::lattice::block;
 use zonal_exchange::aligned::{Cuboid, FactorCache, geometric_factor};
+use zonal_exchange::paper::strip::{self, Ask, Means, Voxels};
+use zonal_exchange::paper::{gauss6, point};
 use zonal_math::{Bounded, Vec3, sequence, vec3};
 use zonal_reference::Dice;
 use zonal_reference::closed::rectangles;
@@ -24,7 +28,21 @@ pub const STRATA: [&str; 8] = [
 pub const KINDS: [&str; 3] = ["vv", "sv", "ss"];
 
 /// The methods that are asked.
-pub const METHODS: [&str; 2] = ["geometric_factor", "cache"];
+pub const METHODS: [&str; 7] = [
+    "geometric_factor",
+    "cache",
+    "lattice block",
+    "paper point",
+    "paper gauss-6d",
+    "paper series",
+    "plate_plate",
+];
+
+/// Those that promise a radius within the tolerance; of the others it may be as large as it is.
+const PROMISED: [&str; 3] = ["geometric_factor", "cache", "lattice block"];
+
+/// Evaluations that the six-dimensional rule may take.
+const BUDGET: u64 = 100_000;
 
 /// A pair and what is asked.
 #[derive(Clone, Copy, Debug)]
@@ -148,16 +166,36 @@ fn extinction(a: &Cuboid, b: &Cuboid, dice: &mut Dice) -> f64 {
 }
 
 /// The oracle's view of a box.
-pub fn block(c: &Cuboid) -> Block {
+pub fn reference(c: &Cuboid) -> Block {
     Block { lo: c.lo.array(), hi: c.hi.array(), normal: c.normal }
 }
 
-/// What a method says of a case, where it applies.
+/// What a method says of a case, where it applies. Cache, block and series answer for lattices: the others' boxes are not on one.
 pub fn ask(method: usize, c: &Case) -> Option<Bounded> {
-    match method {
-        0 => Some(geometric_factor(&c.a, &c.b, c.kappa, c.tolerance).bounded),
-        // The cache answers for lengths rounded to its key: exact on a lattice.
-        _ if c.stratum == 7 => Some(FactorCache::new(c.tolerance).get(&c.a, &c.b, c.kappa)),
+    let demand = Demand { tolerance: c.tolerance, budget: BUDGET };
+    let lattice = STRATA[c.stratum] == "lattice";
+    let voxels = KINDS[c.kind] == "vv";
+    match METHODS[method] {
+        "geometric_factor" => Some(geometric_factor(&c.a, &c.b, c.kappa, c.tolerance).bounded),
+        "cache" if lattice => Some(FactorCache::new(c.tolerance).get(&c.a, &c.b, c.kappa)),
+        "lattice block" if lattice && voxels => {
+            let edges = c.a.extent().array();
+            let first = std::array::from_fn(|k| (c.b.lo[k] - c.a.lo[k]) / edges[k]);
+            let b = block(edges, first, [1; 3], c.kappa, c.tolerance);
+            Some(Bounded::proved(b.values[0], b.radii[0]))
+        }
+        "paper point" => Some(point::factor(&c.a, &c.b, c.kappa).bounded),
+        "paper gauss-6d" => Some(gauss6::factor(&c.a, &c.b, c.kappa, &demand).bounded),
+        "paper series" if lattice && voxels && c.kappa == 0.0 => {
+            // The box lies somewhere in a strip of seven.
+            let (axis, at) = ((c.b.lo.x.abs() as usize) % 3, 3);
+            let (cell, mut dims, mut shift) = (c.b.extent(), [1; 3], [0.0; 3]);
+            (dims[axis], shift[axis]) = (7, at as f64);
+            let origin = c.b.lo - cell.scale(Vec3::from_array(shift));
+            let grid = Voxels { origin, cell, dims };
+            let f = strip::along(&c.a, &grid, axis, Ask::Tolerance(c.tolerance), Means::Reduced);
+            Some(f.get(at))
+        }
         _ => None,
     }
 }
@@ -192,7 +230,7 @@ const TEETH: f64 = 0.03;
 
 /// The oracle to a relative tolerance, and whether the corner sums (where they apply) disagree with it.
 pub fn oracle(c: &Case, tolerance: f64) -> (Answer, bool) {
-    let (a, b) = (block(&c.a), block(&c.b));
+    let (a, b) = (reference(&c.a), reference(&c.b));
     let rays = factor_to(&a, &b, c.kappa, tolerance);
     if c.kappa > 0.0 {
         return (rays, false);
@@ -231,7 +269,7 @@ pub fn judge(seed: u64, index: u64) -> Vec<Verdict> {
             method,
             seen: truth.value > 0.0,
             miss: !(off <= f.radius + truth.error),
-            wide: is_wide(&c, &f),
+            wide: PROMISED.contains(&METHODS[method]) && is_wide(&c, &f),
             deep: is_deep(&c),
             blunt: truth.error > f.radius && truth.value > 0.0,
             ratio: (off - truth.error).max(0.0) / f.radius.max(1e-300),
@@ -262,8 +300,8 @@ pub fn additive(seed: u64, index: u64) -> Vec<Verdict> {
     let parts = split(&c.b, &mut dice);
     (0..METHODS.len())
         .filter_map(|method| {
-            // Parts lie off the lattice that the cache's key rounds to.
-            if METHODS[method] == "cache" {
+            // Parts lie off the lattice that some methods want; the six-dimensional rule has its share of pairs as it is.
+            if !["geometric_factor", "paper point"].contains(&METHODS[method]) {
                 return None;
             }
             let clock = Instant::now();
@@ -279,7 +317,7 @@ pub fn additive(seed: u64, index: u64) -> Vec<Verdict> {
                 method,
                 seen: whole.value > 0.0,
                 miss: !(off <= room),
-                wide: is_wide(&c, &whole),
+                wide: PROMISED.contains(&METHODS[method]) && is_wide(&c, &whole),
                 deep: is_deep(&c),
                 blunt: false,
                 ratio: off / room.max(1e-300),
