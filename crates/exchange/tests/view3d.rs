@@ -317,3 +317,36 @@ fn the_order_of_a_pair_does_not_change_a_bit_and_walls_do_not_hide_themselves() 
     let blocked = exchange(&floor, &top, &[rectangle(0.25, 0.75, 0.25, 0.75)], &demand, 0.0).bounded;
     assert!((through.value + blocked.value - f.bounded.value).abs() < 1e-8 && through.value > 0.03);
 }
+
+#[test]
+fn ducts_as_long_prisms() {
+    let (Some(input), Some(output)) = (text("test/2d/facet.vs2"), text("test/2d/facet.txt")) else { return };
+    let printed = printed_plane(&output);
+    let s = surfaces(&input, 2);
+    // F of walls of length L is F of the plane + c₁/L + c₂/L² + …: three lengths leave the fourth term.
+    let at = |length: f64| {
+        let wall = |s: &Surface| {
+            let (a, b, up) = (s.corners[0], s.corners[1], vec3(0.0, 0.0, length));
+            Polygon::new(vec![a, a + up, b + up, b]).unwrap()
+        };
+        let walls: Vec<Polygon> = s.iter().map(wall).collect();
+        let factor = |i: usize, j: usize| {
+            let demand = Demand::relative(1e-8);
+            exchange(&walls[i], &walls[j], &walls, &demand, 1e-9 * walls[i].area()).bounded.value
+                / walls[i].area()
+        };
+        (0..12)
+            .flat_map(|i| (0..12).map(move |j| (i, j)))
+            .map(|(i, j)| if i == j { 0.0 } else { factor(i, j) })
+            .collect::<Vec<_>>()
+    };
+    let f = [50.0, 100.0, 200.0].map(at);
+    let mut worst: f64 = 0.0;
+    for k in 0..144 {
+        let first = [2.0 * f[1][k] - f[0][k], 2.0 * f[2][k] - f[1][k]];
+        let limit = (4.0 * first[1] - first[0]) / 3.0;
+        worst = worst.max((limit - printed[k / 12][k % 12]).abs());
+    }
+    println!("facet as prisms: within {worst:.1e}");
+    assert!(worst < 2e-7);
+}

@@ -56,6 +56,65 @@ fn every_kind_of_surface_within_its_radius_and_cheaper_than_cell_by_cell() {
     }
 }
 
+/// A surface of one kind with random measures.
+fn random_surface(kind: usize, x: &mut impl FnMut(f64, f64) -> f64) -> Surface {
+    let mut vector = |s: f64| vec3(x(-s, s), x(-s, s), x(-s, s));
+    let (o, axis) = (vector(1.0), vector(1.0).normalized());
+    let (e1, e2, e3) = (vector(1.0), vector(1.0), vector(0.6));
+    let s = match kind {
+        0 => Surface::plane(o, e1, e2),
+        1 => Surface::ruled(o, e1, e2, e3),
+        2 => Surface::cylinder(o, axis, x(0.3, 2.0)),
+        3 => Surface::cone(o, axis, x(0.1, 1.5)),
+        _ => Surface::sphere(o, axis, x(0.3, 2.0)),
+    };
+    if x(0.0, 1.0) < 0.3 { s.turned() } else { s }
+}
+
+#[test]
+fn no_radius_lies_for_random_surfaces_plates_and_orders() {
+    let mut dice = zonal_reference::Dice::new(11);
+    let mut x = |lo: f64, hi: f64| dice.between(lo, hi);
+    let (mut checked, mut told, mut closest) = (0, 0, 0.0f64);
+    for k in 0..200 {
+        let s = random_surface(k % 5, &mut x);
+        let (u, v) = (x(-2.0, 2.0), if k % 5 == 3 { x(0.3, 2.0) } else { x(-1.2, 1.2) });
+        let (n, away) = (s.normal(u, v).normalized(), 10f64.powf(x(-0.7, 0.7)));
+        let mut vector = |r: f64| vec3(x(-r, r), x(-r, r), x(-r, r));
+        let (shift, e1, e2) = (vector(0.3 * away), vector(0.5), vector(0.5));
+        let mut plate = Plate::parallelogram(s.at(u, v) + n * away + shift, e1, e2);
+        if k % 3 == 0 {
+            plate = Plate::triangle(plate.origin, plate.origin + e1, plate.origin + e2);
+        }
+        if plate.normal().dot(n) > 0.0 {
+            plate = plate.flipped();
+        }
+        let size = 0.3 * away.min(1.0);
+        let mesh =
+            Mesh::regular([u - size * x(0.2, 1.0), v - size * x(0.2, 0.8)], [u + size, v + 0.8 * size], 4, 4);
+        let order = x(1.0, 20.99) as usize;
+        let row = factors(&s, &mesh, &plate, order, &Demand::relative(10f64.powf(x(-10.0, -1.0))));
+        for (at, c) in row.cells.iter().enumerate() {
+            let want = direct(&s, mesh.patch(at / 4, at % 4), &plate, 10).bounded;
+            let Cell::Factor(f) = c else {
+                told += 1;
+                continue;
+            };
+            let slack = 10.0 * want.radius + 1e-13 * want.value;
+            let off = (f.bounded.value - want.value).abs() - slack;
+            assert!(off <= f.bounded.radius, "{k} {at}: {f:?} against {want:?}");
+            if f.method == Method::Proximity && slack < 0.01 * f.bounded.radius {
+                checked += 1;
+                closest = closest.max(off / f.bounded.radius);
+            }
+        }
+    }
+    println!(
+        "{checked} radii checked, {told} cells left to another method, largest error/radius {closest:.2}"
+    );
+    assert!(checked > 1500 && told < 2000 && closest > 1e-3, "{checked} {told} {closest}");
+}
+
 #[test]
 fn planes_agree_with_the_reduced_integral() {
     // Parallel at height one, and perpendicular beside it.
