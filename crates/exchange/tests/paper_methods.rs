@@ -196,3 +196,19 @@ fn the_baseline_reaches_its_tolerance() {
         assert!(f.bounded.radius <= tolerance * want && (f.bounded.value - want).abs() <= f.bounded.radius);
     }
 }
+
+/// Rushmeier and Torrance's through the entry: estimated, near the exact value on the right side of the patch, zero behind it.
+#[test]
+fn the_hemicube_through_the_entry() {
+    let patch = Cuboid::patch(vec3(0.0, 0.0, 1.0), vec3(1.0, 1.0, 1.0), 2, -1);
+    let below = Cuboid::voxel(vec3(0.0, 0.5, -2.0), vec3(1.0, 1.5, -1.0));
+    let above = Cuboid::voxel(vec3(0.0, 0.5, 2.0), vec3(1.0, 1.5, 3.0));
+    let demand = Demand { tolerance: 1e-2, budget: 1_000_000 };
+    let want = geometric_factor(&patch, &below, 0.3, 1e-10).bounded.value;
+    for (a, b) in [(&patch, &below), (&below, &patch)] {
+        let f = factor(Method::HemiCube, a, b, 0.3, &demand);
+        assert_eq!((f.method, f.bounded.grade), (Method::HemiCube, Grade::Estimated));
+        assert!((f.bounded.value / want - 1.0).abs() < 0.03, "{f:?} {want}");
+    }
+    assert_eq!(factor(Method::HemiCube, &patch, &above, 0.3, &demand).bounded.value, 0.0);
+}

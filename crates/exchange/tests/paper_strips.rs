@@ -72,7 +72,8 @@ fn the_radius_of_a_series_is_sharp() {
 /// VALIDATION.md section 10: reference, axis, sign, j, and the relative errors of N = 5, 10, 20.
 #[test]
 fn the_ready_made_values() {
-    let rows: [([f64; 3], usize, i32, i32, [f64; 3]); 9] = [
+    type Row = ([f64; 3], usize, i32, i32, [f64; 3]);
+    let rows: [Row; 9] = [
         ([10.0, 0.0, 0.0], 0, 1, 1, [7.7e-6, 1.4e-10, 0.0]),
         ([10.0, 0.0, 0.0], 0, 1, 3, [6.5e-3, 2.8e-5, 3.4e-10]),
         ([10.0, 0.0, 0.0], 0, 1, 5, [1.6e-1, 8.9e-3, 1.8e-5]),

@@ -199,10 +199,11 @@ pub fn factor(a: &Cuboid, b: &Cuboid, kappa: f64, demand: &Demand) -> Factor {
             break;
         }
         let error = truncation(&p, kappa, m);
-        if error > demand.tolerance * guess && m < MOST && cost(m + 1) <= demand.budget {
-            if error.is_finite() || m < FEWEST + 2 {
-                continue;
-            }
+        // Where there is no bound at all, a few points do as well as many.
+        let worth = error.is_finite() || m < FEWEST + 2;
+        let room = m < MOST && cost(m + 1) <= demand.budget.saturating_sub(evaluations);
+        if error > demand.tolerance * guess && worth && room {
+            continue;
         }
         best = bounded(&p, kappa, m, error);
         evaluations += cost(m);

@@ -33,10 +33,13 @@ mod trapezoid;
 
 use crate::aligned::{Cuboid, geometric_factor};
 use crate::{Demand, Factor, Method};
+use zonal_math::vec3;
+use zonal_scene::Plate;
 
 /// The geometric factor of two aligned zones by one of the paper's methods, for extinction `kappa` (1/m).
 ///
-/// [`Method::Point`], [`Method::SixGauss`], [`Method::Proposition1`], [`Method::Series`], [`Method::Chebyshev`]; a word that is not the paper's takes the exact
+/// [`Method::Point`], [`Method::SixGauss`], [`Method::Proposition1`], [`Method::Series`], [`Method::Chebyshev`], [`Method::HemiCube`] (where one of the zones
+/// is a patch; its radius is estimated); a method that is not the paper's, and a hemi-cube without a patch, take the exact
 /// integral of [`crate::aligned`]. The radius is proved and may miss the demand where the method cannot do better. `Series` takes the
 /// neighbour of `b` one extent farther off as reference, e^{−κd} outside with what that neglects inside the radius; it takes
 /// the exact integral where no reference serves. The methods for many zones at once are in the modules.
@@ -50,6 +53,30 @@ pub fn factor(method: Method, a: &Cuboid, b: &Cuboid, kappa: f64, demand: &Deman
         Method::Proposition1 => proposition1::factor(a, b, kappa, demand),
         Method::Series => analogous::one(a, b, kappa, demand),
         Method::Chebyshev => chebyshev::one(a, b, kappa, demand),
+        Method::HemiCube => by_hemicube(a, b, kappa, demand),
         _ => geometric_factor(a, b, kappa, demand.tolerance),
     }
+}
+
+/// The hemi-cube stands on the patch of the pair.
+fn by_hemicube(a: &Cuboid, b: &Cuboid, kappa: f64, demand: &Demand) -> Factor {
+    assert!(a.is_valid() && b.is_valid(), "not a box or rectangle: {a:?}, {b:?}");
+    let target = |c: &Cuboid| plate(c).map_or(hemicube::Target::Cuboid(c.lo, c.hi), hemicube::Target::Plate);
+    match (plate(a), plate(b)) {
+        (Some(p), _) => hemicube::pair(&p, &target(b), kappa, demand),
+        (_, Some(p)) => hemicube::pair(&p, &target(a), kappa, demand),
+        _ => geometric_factor(a, b, kappa, demand.tolerance),
+    }
+}
+
+/// A patch as a plate with the same front.
+fn plate(c: &Cuboid) -> Option<Plate> {
+    let (axis, sign) = c.normal?;
+    let edge = |k: usize| {
+        let mut e = [0.0; 3];
+        e[k] = c.extent()[k];
+        vec3(e[0], e[1], e[2])
+    };
+    let plate = Plate::parallelogram(c.lo, edge((axis + 1) % 3), edge((axis + 2) % 3));
+    Some(if sign > 0 { plate } else { plate.flipped() })
 }

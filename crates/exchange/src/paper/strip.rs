@@ -501,7 +501,7 @@ impl Run {
                 let (value, bound) = series::evaluate(&m, shift, fold);
                 for l in 0..LANES.min(s.to + 1 - first) {
                     let radius = (bound[l] + m.rounding + relative * value[l].abs()) / (1.0 - relative);
-                    doubtful |= !(radius <= tolerance * value[l]);
+                    doubtful |= radius.is_nan() || radius > tolerance * value[l];
                     let index = voxels.index(self.cell(first + l, strip));
                     self.out.values[index] = self.frame.front * value[l];
                     self.out.radii[index] = 1.000_001 * self.frame.front * radius;
@@ -539,7 +539,8 @@ impl Run {
         let Ask::Tolerance(tolerance) = self.frame.ask else { return };
         for i in s.from..=s.to {
             let index = voxels.index(self.cell(i, strip));
-            if !(self.out.radii[index] <= tolerance * self.out.values[index]) {
+            let radius = self.out.radii[index];
+            if radius.is_nan() || radius > tolerance * self.out.values[index] {
                 self.exactly(v, voxels, strip, i..=i);
             }
         }

@@ -270,7 +270,7 @@ impl Ladder {
     pub fn at(&self, g: f64) -> Option<Step> {
         let least = 0.125 * self.h2.sqrt();
         let ratio = g / least * (1.0 - 1e-12);
-        if !(ratio >= 1.0) {
+        if ratio.is_nan() || ratio < 1.0 {
             return None;
         }
         let exponent = (ratio.to_bits() >> 52) as usize - 1023;
