@@ -85,10 +85,9 @@ pub fn exchange_areas(all: &[Surface], tolerance: f64, floor: f64) -> (Vec<f64>,
     for i in (0..n).filter(|i| all[*i].base > 0) {
         let base = all[i].base - 1;
         areas[base] -= areas[i];
-        for j in 0..n {
-            f[base][j] -= f[i][j];
-            f[j][base] -= f[j][i];
-        }
+        let part = f[i].clone();
+        f[base].iter_mut().zip(&part).for_each(|(x, p)| *x -= p);
+        f.iter_mut().zip(&part).for_each(|(row, p)| row[base] -= p);
     }
     (areas, f)
 }

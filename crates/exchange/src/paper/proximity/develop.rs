@@ -37,10 +37,10 @@ impl Reference {
         shift.iter_mut().for_each(|s| s.c[0] = 0.0);
         let mut normal = [zero(), zero(), zero()];
         let (mut square, mut along) = (zero(), zero());
-        for a in 0..3 {
+        for (a, n) in normal.iter_mut().enumerate() {
             let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-            normal[a].add_product(surface.side(), &slopes[0][b], &slopes[1][c]);
-            normal[a].add_product(-surface.side(), &slopes[0][c], &slopes[1][b]);
+            n.add_product(surface.side(), &slopes[0][b], &slopes[1][c]);
+            n.add_product(-surface.side(), &slopes[0][c], &slopes[1][b]);
         }
         for a in 0..3 {
             square.add_product(1.0, &shift[a], &shift[a]);
