@@ -13,7 +13,7 @@ use zonal_transport::{Transport, build_zones};
 const SCENES: u64 = 50;
 const PAIRS: usize = 20;
 /// Rays from each of the two ends of a pair.
-const RAYS: usize = 40_000;
+const RAYS: usize = 32_000;
 
 /// A room with a voxmap of two to four cells an axis whose extinctions spread over a contrast of up to 100, black walls, every third scene with
 /// a pane across it, every fifth with a screen.
@@ -60,7 +60,7 @@ fn room(seed: u64) -> Scene {
         let (o, u) = (vec3(0.2, 0.2, at), vec3(0.5, 0.05, 0.02));
         wall(o, u, vec3(0.0, 0.4, 0.0));
     }
-    if seed % 3 == 0 {
+    if seed.is_multiple_of(3) {
         let at = dice.between(0.2, 0.8) * size.y;
         parts.panes.push(Pane {
             name: "pane".into(),

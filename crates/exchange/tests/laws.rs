@@ -51,7 +51,7 @@ fn any_box() -> impl Strategy<Value = Cuboid> {
     (place(), length(), 0usize..9).prop_map(|(lo, len, shape)| {
         let lo = lo.map(|x| 0.125 * x as f64);
         let mut hi: [f64; 3] = std::array::from_fn(|k| lo[k] + 0.125 * len[k] as f64);
-        let normal = (shape < 6).then(|| (shape / 2, if shape % 2 == 0 { 1 } else { -1 }));
+        let normal = (shape < 6).then_some((shape / 2, if shape % 2 == 0 { 1 } else { -1 }));
         if let Some((axis, _)) = normal {
             hi[axis] = lo[axis];
         }

@@ -28,15 +28,8 @@ pub const STRATA: [&str; 8] = [
 pub const KINDS: [&str; 3] = ["vv", "sv", "ss"];
 
 /// The methods that are asked.
-pub const METHODS: [&str; 7] = [
-    "geometric_factor",
-    "cache",
-    "lattice block",
-    "paper point",
-    "paper gauss-6d",
-    "paper series",
-    "plate_plate",
-];
+pub const METHODS: [&str; 6] =
+    ["geometric_factor", "cache", "lattice block", "paper point", "paper gauss-6d", "paper series"];
 
 /// Those that promise a radius within the tolerance; of the others it may be as large as it is.
 const PROMISED: [&str; 3] = ["geometric_factor", "cache", "lattice block"];
@@ -268,7 +261,7 @@ pub fn judge(seed: u64, index: u64) -> Vec<Verdict> {
             kind: c.kind,
             method,
             seen: truth.value > 0.0,
-            miss: !(off <= f.radius + truth.error),
+            miss: exceeds(off, f.radius + truth.error),
             wide: PROMISED.contains(&METHODS[method]) && is_wide(&c, &f),
             deep: is_deep(&c),
             blunt: truth.error > f.radius && truth.value > 0.0,
@@ -280,9 +273,14 @@ pub fn judge(seed: u64, index: u64) -> Vec<Verdict> {
     answers.iter().map(verdict).collect()
 }
 
+/// x > limit; a NaN is as bad.
+fn exceeds(x: f64, limit: f64) -> bool {
+    x > limit || x.is_nan() || limit.is_nan()
+}
+
 /// radius > max(tolerance·|value|, 1e−300).
 fn is_wide(c: &Case, f: &Bounded) -> bool {
-    !(f.radius <= (c.tolerance * f.value.abs()).max(1e-300))
+    exceeds(f.radius, (c.tolerance * f.value.abs()).max(1e-300))
 }
 
 /// True where the tolerance is below what rounding lets e^{−κr} have: r is known to a few ulp, so that e^{−κr} carries as many times κr.
@@ -316,7 +314,7 @@ pub fn additive(seed: u64, index: u64) -> Vec<Verdict> {
                 kind: c.kind,
                 method,
                 seen: whole.value > 0.0,
-                miss: !(off <= room),
+                miss: exceeds(off, room),
                 wide: PROMISED.contains(&METHODS[method]) && is_wide(&c, &whole),
                 deep: is_deep(&c),
                 blunt: false,
