@@ -185,6 +185,23 @@ fn chebyshev_blocks_hold_their_tolerance() {
     assert!(interpolated > 1500, "{interpolated}");
 }
 
+/// Overlapping boxes whose edges leave ratios of 2^{1/3} at the corner: the halving of cells ends.
+#[test]
+fn mean_inverse_distances_of_awkward_edges() {
+    let edges = [1.0, 2f64.powf(1.0 / 3.0), 2f64.powf(2.0 / 3.0)];
+    let a = Cuboid::voxel(Vec3::splat(0.0), vec3(edges[0], edges[1], edges[2]));
+    let b = Cuboid::voxel(vec3(0.5, 0.25, 0.125), vec3(3.0, 4.0, 5.0));
+    for (a, b) in [(a, a), (a, b)] {
+        let two = inverse::mean(&a, &b, 2);
+        let want = geometric_factor(&a, &b, 0.0, 1e-13).bounded.value * std::f64::consts::PI
+            / (a.measure() * b.measure());
+        assert!(
+            (two.value - want).abs() <= two.radius + 2e-13 * want && two.radius <= 1e-12 * want,
+            "{two:?} {want}"
+        );
+    }
+}
+
 /// The number of points of the six-dimensional rule follows from the tolerance.
 #[test]
 fn the_baseline_reaches_its_tolerance() {

@@ -1,11 +1,11 @@
 //! Mean inverse distances of two boxes, proved, touching or not: what the constant of Proposition 1 is made of.
 //!
 //! E r^{−q} for q = 1, 2 over two voxels, by the difference t = x_b − x_a: its density is a product of trapezoids, cut at the breakpoints and at zero and
-//! folded onto t ≥ 0, linear on each cell. A cell with t = 0 as a corner is halved along its longest edge until its edges are similar (ratio ≤ 3/2), then
+//! folded onto t ≥ 0, linear on each cell. A cell with t = 0 as a corner is halved along its longest edge until its edges are similar (ratio ≤ 1.6), then
 //! taken in pyramid coordinates t_k = d_k s, t_j = d_j s v, t_i = d_i s w: the integrand is ω s^{2−q} Q^{−q}, Q² = d_k² + d_j²v² + d_i²w²,
 //! a polynomial of degree ≤ 4 in s and analytic in v and w. Any other cell is halved until its distance is at least 3/4 of its longest edge.
 //!
-//! **Error.** Rules of n = [`POINTS`] points. In v: on the ellipse of semi-axes A, B around [0, 1], |Q²| ≥ d_j² R, R ≥ c² + min Re v² with c = d_k/d_j ≥ 2/3
+//! **Error.** Rules of n = [`POINTS`] points. In v: on the ellipse of semi-axes A, B around [0, 1], |Q²| ≥ d_j² R, R ≥ c² + min Re v² with c = d_k/d_j ≥ 5/8
 //! (header of `aligned::ellipse`: X = h = ½, so min Re v² = −B²(1 − ¼/(A²+B²))), density at most ω_max(½ + A)·2. In t_k of a cell apart: |t·t| ≥ R of
 //! `trapezoid::floor`, density at most ω_max (1 + A/h)/1. The error of a direction is (32/15) M ϱ^{−2n}/(1 − ϱ^{−2}); three directions add.
 //! All terms are positive: rounding is at most ([`ROUNDING`] + 3n)ε relative.
@@ -19,8 +19,9 @@ use zonal_math::{Bounded, gauss};
 const POINTS: usize = 20;
 /// Roundings of a term, relative.
 const ROUNDING: f64 = 120.0;
-/// The longest over the shortest edge of a touching cell.
-const SIMILAR: f64 = 1.5;
+/// The longest over the shortest edge of a touching cell. Halving the longest reaches 2^{2/3} < 1.59 for any three edges: the logarithms to base two,
+/// modulo one, leave a gap of a third of the circle somewhere; a smaller limit might never be reached.
+const SIMILAR: f64 = 1.6;
 /// The least distance of another cell over its longest edge.
 const APART: f64 = 0.75;
 
