@@ -14,7 +14,7 @@ const ONE: u64 = 0x3FF0_0000_0000_0000;
 /// Bits of 2⁵²: an integer below 2⁵² put into its low bits is added to it.
 const SHIFT: u64 = 0x4330_0000_0000_0000;
 /// ln 2 = HIGH + LOW; HIGH has 21 trailing zero bits.
-const LN2_HIGH: f64 = 6.931_471_803_691_238_2e-1;
+const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
 /// ln x for positive normal x, lane by lane, without branches. Anything for other numbers.

@@ -40,7 +40,7 @@ pub fn run<W: Work>(work: W) -> W::Output {
 
 const LOG2_E: f64 = std::f64::consts::LOG2_E;
 /// ln 2 = HIGH + LOW; HIGH has 21 trailing zero bits, so that k·HIGH is exact for |k| < 2²⁰.
-const LN2_HIGH: f64 = 6.931_471_803_691_238_2e-1;
+const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 /// 1.5 · 2⁵²: adding it rounds to an integer that stands in the low bits.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
