@@ -10,7 +10,8 @@
 //!
 //! **Proof.** The radius adds |e_i·f_j| ΔJ_ij, the roundings of e_i·f_j, of products and of the sum, and what displaced corners do: a contour
 //! moved by at most δ changes 𝓕 by at most δ · length · |E|, for d𝓕 = ∮ (δ × dx)·E(x) with the irradiance vector E of the other
-//! polygon, |E| ≤ 1 for one polygon and ≤ 2 while its corners are a little off a plane. Corners move by the rounding of their places
+//! polygon, |E| ≤ 1 for one polygon (and at most r²/g² for one within a
+//! disc of radius r at a distance g) and twice that while its corners are a little off a plane. Corners move by the rounding of their places
 //! relative to the other plate, and by the rounding of heights where they are cut: a corner cut on an edge that climbs steeply moves little.
 //! Heights within their rounding count as zero, which moves corners as far.
 //!
@@ -49,6 +50,11 @@ impl Contour {
         let n = self.corners.len();
         (0..n).map(|k| (self.corners[(k + 1) % n] - self.corners[k]).length()).sum()
     }
+    /// A sphere about the corners.
+    fn sphere(&self) -> (Vec3, f64) {
+        let centre = self.corners.iter().fold(Vec3::ZERO, |s, c| s + *c) / self.corners.len() as f64;
+        (centre, self.corners.iter().fold(0.0f64, |s, c| s.max((*c - centre).length())))
+    }
     fn segments(&self, scale: f64) -> Vec<Segment> {
         let n = self.corners.len();
         let made =
@@ -57,12 +63,17 @@ impl Contour {
     }
     /// What lies in front of the plane through `at` with the unit normal; None where nothing rises above `eps`.
     pub(super) fn in_front(&self, at: Vec3, normal: Vec3, eps: f64) -> Option<Contour> {
-        let h: Vec<f64> = self.corners.iter().map(|c| normal.dot(*c - at)).collect();
-        if h.iter().all(|x| *x <= eps) {
+        // A corner within its rounding of the plane counts as in it: cut edges rise by more than that.
+        let height = |c: &Vec3| normal.dot(*c - at);
+        let h: Vec<f64> =
+            self.corners.iter().map(height).map(|h| if h.abs() <= eps { 0.0 } else { h }).collect();
+        if h.iter().all(|x| *x <= 0.0) {
             return None;
         }
-        if h.iter().all(|x| *x >= -eps) {
-            return Some(Contour { displaced: self.displaced + eps, ..self.clone() });
+        if h.iter().all(|x| *x >= 0.0) {
+            // Corners that are certainly in front stay where they are.
+            let slip = if h.iter().all(|x| *x > 0.0) { 0.0 } else { eps };
+            return Some(Contour { displaced: self.displaced + slip, ..self.clone() });
         }
         let mut cut = Contour { corners: Vec::with_capacity(h.len() + 1), displaced: self.displaced + eps };
         let n = h.len();
@@ -100,9 +111,17 @@ pub(super) fn sum(a: &Contour, b: &Contour, wanted: f64) -> Sum {
     }
     let back = 0.5 / (PI * scale * scale);
     let terms = (first.len() * second.len()) as f64;
-    let moved = IRRADIANCE * (a.displaced * a.length() + b.displaced * b.length());
+    let [from_a, from_b] = irradiance(a, b);
+    let moved = a.displaced * a.length() * from_b + b.displaced * b.length() * from_a;
     let radius = (error + (terms + PRODUCT) * EPS * size) * back + moved;
     Sum { value: value * back, radius: radius * (1.0 + 64.0 * EPS), evaluations }
+}
+
+/// Bounds of the irradiance vectors that a causes at b and b at a: a disc of radius r seen from a distance of at least g gives r²/g².
+fn irradiance(a: &Contour, b: &Contour) -> [f64; 2] {
+    let (p, q) = (a.sphere(), b.sphere());
+    let gap = ((p.0 - q.0).length() - p.1 - q.1).max(0.0);
+    [p.1, q.1].map(|r| IRRADIANCE * if r < gap { 1.001 * (r / gap).powi(2) } else { 1.0 })
 }
 
 /// The power of two that brings the pair's extent to between one half and one.

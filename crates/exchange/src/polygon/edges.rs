@@ -38,8 +38,10 @@ const SLACK: f64 = 64.0 * EPS;
 const SUM_ROUNDING: f64 = 64.0; // bound
 /// Roundings of ln r by the edges' differences, relative to R/D.
 const PLACE_ROUNDING: f64 = 8.0; // bound
-/// Halvings of an edge at most.
-const DEPTH: u32 = 24;
+/// Closed forms for one pair of edges at most; what is left then has the error that it has.
+const BUDGET: u32 = 200;
+/// A smaller error of J than this is not worth halving for.
+const FINEST: f64 = 4e-14;
 
 /// A straight edge; lengths in units of the pair's size, about one.
 #[derive(Clone, Copy, Debug)]
@@ -76,11 +78,12 @@ pub(super) struct Part {
 /// `sums`: d₁ + d₂ at the two ends of the `other` edge (its length); `slopes`: their derivatives along it.
 #[inline(always)]
 fn axis(sums: [f64; 2], slopes: [f64; 2], length: f64, other: f64) -> f64 {
-    let least = if !(slopes[0] < 0.0) {
+    let least = if slopes[0] >= 0.0 {
         sums[0]
-    } else if !(slopes[1] > 0.0) {
+    } else if slopes[1] <= 0.0 {
         sums[1]
     } else {
+        // A slope that is no number (an end on the other edge) leaves none here, and no rule.
         let t = (sums[1] - slopes[1] - sums[0]) / (slopes[0] - slopes[1]);
         sums[0] + slopes[0] * t
     };
@@ -144,21 +147,23 @@ fn ln_bound(x: f64) -> f64 {
 
 /// J with an error of at most `wanted` where that can be had.
 pub(super) fn integral(a: &Segment, b: &Segment, wanted: f64) -> Part {
-    divide(a, b, wanted, DEPTH)
+    let mut budget = BUDGET;
+    divide(a, b, wanted, &mut budget)
 }
 
-fn divide(a: &Segment, b: &Segment, wanted: f64, depth: u32) -> Part {
+fn divide(a: &Segment, b: &Segment, wanted: f64, budget: &mut u32) -> Part {
     if let Some(part) = apart(a, b, wanted) {
         return part;
     }
     let closed = skew::closed(a, b);
-    if closed.error <= wanted || depth == 0 {
+    if closed.error <= wanted.max(FINEST) || *budget == 0 {
         return closed;
     }
+    *budget -= 1;
     let halves = if a.length >= b.length {
-        a.halves().map(|h| divide(&h, b, wanted, depth - 1))
+        a.halves().map(|h| divide(&h, b, wanted, budget))
     } else {
-        b.halves().map(|h| divide(a, &h, wanted, depth - 1))
+        b.halves().map(|h| divide(a, &h, wanted, budget))
     };
     let value = 0.5 * (halves[0].value + halves[1].value);
     let error = 0.5 * (halves[0].error + halves[1].error) + 2.0 * EPS * value.abs();
@@ -175,7 +180,7 @@ fn apart(a: &Segment, b: &Segment, wanted: f64) -> Option<Part> {
     let p = a.start - b.start;
     let reach = p.length() + a.length + b.length;
     let distance = (0.5 * (along_a - 1.0) * a.length).max(0.5 * (along_b - 1.0) * b.length);
-    if !(distance > 1e-30) {
+    if distance.is_nan() || distance <= 1e-30 {
         return None;
     }
     let logs = 1.0 + ln_bound(reach).max(ln_bound(distance));
