@@ -150,6 +150,13 @@ pub fn error_bound(n: usize, rho: f64, m: f64) -> f64 {
     TREFETHEN * m * r2.powi(-(n as i32)) / (1.0 - 1.0 / r2)
 }
 
+/// The least number of points, one at least, for which [`error_bound`] is within `budget`, to rounding; huge where the budget is not positive.
+pub fn points_for(rho: f64, m: f64, budget: f64) -> usize {
+    let r2 = rho * rho;
+    let n = ((TREFETHEN * m / (1.0 - 1.0 / r2)).ln() - budget.max(0.0).ln()) / r2.ln();
+    n.ceil().clamp(1.0, 1e6) as usize
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -169,6 +176,16 @@ mod tests {
                 assert!((got - want).abs() < 4e-15, "n={n} degree={degree}: {got} against {want}");
             }
         }
+    }
+
+    #[test]
+    fn points_for_a_budget_are_enough_and_no_more() {
+        for (rho, m, budget) in [(1.3, 2.0, 1e-6), (3.0, 0.1, 1e-12), (40.0, 1e5, 1e-9)] {
+            let n = points_for(rho, m, budget);
+            assert!(error_bound(n, rho, m) <= budget * (1.0 + 1e-9));
+            assert!(n == 1 || error_bound(n - 1, rho, m) > budget);
+        }
+        assert!(points_for(2.0, 1.0, 0.0) > MAX_POINTS && points_for(2.0, 1e-9, 1.0) == 1);
     }
 
     #[test]

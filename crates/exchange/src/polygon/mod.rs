@@ -1,5 +1,6 @@
 //! Plates in any position: contour integrals in closed form, and Gauss rules with proven bounds.
 
+mod body;
 mod contour;
 mod edges;
 mod matrix;
@@ -11,4 +12,5 @@ mod tensor;
 pub mod visible;
 
 pub use matrix::{Matrix, Plates, matrix};
+pub use oblique::plate_cuboid;
 pub use plates::plate_plate;

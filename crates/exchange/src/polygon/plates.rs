@@ -19,7 +19,7 @@ const EPS: f64 = 0.5 * f64::EPSILON;
 /// Roundings of a corner's place relative to the other plate.
 const PLACE: f64 = 4.0; // bound
 /// Bound of what is left of a plate that lies below a height η over the other's plane: irradiance 2 times a displacement 2η.
-const HIDDEN: f64 = 4.0; // bound
+pub(super) const HIDDEN: f64 = 4.0; // bound
 /// Rounds of the contour sum: the first has a rough value only.
 const ROUNDS: usize = 3;
 
