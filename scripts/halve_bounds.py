@@ -9,7 +9,7 @@ test that should guard it is missing: both are worth a look.
 
     --only FILE    only the constants of the files whose path contains FILE
     --list         name the constants and what they would become, run nothing
-    --target DIR   where cargo builds (default: a folder beside the copy, kept between the constants)
+    --target DIR   where the copy and what cargo builds lie, kept for the next run (default: a temporary folder)
     --timeout S    seconds a test run may take (default 1800); longer counts as a failure named TIMEOUT
 
 The tree is copied into a temporary folder (target folders, out and .git left out) and changed there, never in place. For each
@@ -110,7 +110,9 @@ def failing(tree, target, crate, timeout):
 
 
 def copied(folder):
+    """A fresh copy of the tree at one place of the folder: cargo takes what it built there before for what is there now."""
     tree = pathlib.Path(folder) / "tree"
+    shutil.rmtree(tree, ignore_errors=True)
     skip = shutil.ignore_patterns("target", "target-*", ".git", "out", "zonal-demo", "node_modules", "__pycache__")
     shutil.copytree(ROOT, tree, ignore=skip, symlinks=True)
     return tree
@@ -131,8 +133,8 @@ def main():
             print(f"{name}:{number + 1}: {code.strip()}  ->  {new.strip() if new else 'NOT UNDERSTOOD'}")
         return bad > 0
     with tempfile.TemporaryDirectory(prefix="halve-bounds-") as folder:
-        tree = copied(folder)
-        target = (args.target or pathlib.Path(folder) / "target").resolve()
+        home = (args.target or pathlib.Path(folder)).resolve()
+        tree, target = copied(home), home / "target"
         crates = sorted({name.split("/")[1] for name, _, _ in constants(tree, args.only)})
         for crate in crates:
             found = failing(tree, target, f"zonal-{crate}", args.timeout)
