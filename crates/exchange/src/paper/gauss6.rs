@@ -229,21 +229,34 @@ pub fn fixed(v: &Cuboid, voxels: &Voxels, m: usize) -> Vec<Bounded> {
     };
     let [x, y, z] = [table(0), table(1), table(2)];
     let weight = v.measure() * voxels.cell.product() * std::f64::consts::FRAC_1_PI;
-    let mut values = vec![0.0; voxels.len()];
-    simd::dispatch(
-        #[inline(always)]
-        || {
-            let (mut squares, mut weights) = (Vec::new(), Vec::new());
-            for j in 0..voxels.dims[1] {
-                for k in 0..voxels.dims[2] {
-                    plane(&y[j], &z[k], &mut squares, &mut weights);
-                    for i in 0..voxels.dims[0] {
-                        let value = sum::<0, false>(&x[i], &squares, &weights, 0.0);
-                        values[voxels.index([i, j, k])] = weight * value;
-                    }
+    let mut values = simd::run(Baseline { x: &x, y: &y, z: &z, voxels });
+    values.iter_mut().for_each(|v| *v *= weight);
+    values.into_iter().map(|x| Bounded::estimated(x, f64::INFINITY)).collect()
+}
+
+/// The sums of the baseline for all voxels, in vectors as wide as the machine has them.
+struct Baseline<'a> {
+    x: &'a [Vec<(f64, f64)>],
+    y: &'a [Vec<(f64, f64)>],
+    z: &'a [Vec<(f64, f64)>],
+    voxels: &'a Voxels,
+}
+
+impl simd::Work for Baseline<'_> {
+    type Output = Vec<f64>;
+    #[inline(always)]
+    fn go(self) -> Vec<f64> {
+        let mut values = vec![0.0; self.voxels.len()];
+        let (mut squares, mut weights) = (Vec::new(), Vec::new());
+        for j in 0..self.voxels.dims[1] {
+            for k in 0..self.voxels.dims[2] {
+                plane(&self.y[j], &self.z[k], &mut squares, &mut weights);
+                for i in 0..self.voxels.dims[0] {
+                    values[self.voxels.index([i, j, k])] =
+                        sum::<0, false>(&self.x[i], &squares, &weights, 0.0);
                 }
             }
-        },
-    );
-    values.into_iter().map(|x| Bounded::estimated(x, f64::INFINITY)).collect()
+        }
+        values
+    }
 }

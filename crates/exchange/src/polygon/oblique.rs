@@ -449,3 +449,44 @@ impl simd::Work for Sum {
         total
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_constants_are_their_counts() {
+        // A place: difference of origins 1, edge and node 2, product 1, two sums 2, weights of cuts 2, each in three components of lengths that add up to
+        // twice L at most.
+        assert_eq!(PLACE, 2.0 * (1.0 + 2.0 + 1.0 + 2.0 + 2.0));
+        // Two places, and as much again for the difference and its length or its product with a normal.
+        assert_eq!(DISTANCE, 2.0 * (1.0 + 1.0));
+        // r² 6, its powers 8, the quotient 2, exponential 4, weights of five rules 20, their products 10, the front 4, sums of lanes 8 and π 2.
+        assert_eq!(PRODUCTS, 6.0 + 8.0 + 2.0 + 4.0 + 20.0 + 10.0 + 4.0 + 8.0 + 2.0);
+    }
+
+    #[test]
+    fn the_square_stays_below_every_point_of_the_ellipse() {
+        for (near, length, share) in [(1.0, 1.0, 0.9), (0.3, 2.0, 0.5), (5.0, 1.0, 0.95), (0.01, 1.0, 0.3)] {
+            let width: f64 = share * near / length;
+            let long = (width * width + 0.25f64).sqrt();
+            let Some(square) = least_square(near, length, long, width) else { continue };
+            // The edge along x in front of the origin at its nearest, in every direction.
+            for k in 0..200 {
+                let phi = k as f64 * 0.01 * PI;
+                let (x, y) = (0.5 + long * phi.cos(), width * phi.sin());
+                for turn in 0..40 {
+                    let a = turn as f64 * 0.025 * PI;
+                    // t(s) = t₀ + s·length·(cos a, sin a), its least distance from 0 over [0, 1] being `near`.
+                    let foot = if a.cos() >= 0.0 { near } else { near - length * a.cos() };
+                    let (tx, ty) = (foot + x * length * a.cos(), x * length * a.sin());
+                    let real = tx * tx + ty * ty - (y * length).powi(2);
+                    assert!(
+                        square <= real * (1.0 + 1e-9) + 1e-12,
+                        "{near} {length} {phi} {a}: {square} {real}"
+                    );
+                }
+            }
+        }
+    }
+}
