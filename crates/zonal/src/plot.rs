@@ -72,14 +72,20 @@ pub enum Legend {
     UpperRight,
     /// For curves that rise.
     LowerRight,
-    /// For curves that rise, where the lower right is taken.
-    UpperLeft,
 }
 
 impl Plot {
     /// An empty plot.
     pub fn new(title: &str, x: &str, y: &str, log: (bool, bool)) -> Plot {
-        Plot { title: title.into(), x: x.into(), y: y.into(), log, range: None, legend: Legend::default(), series: Vec::new() }
+        Plot {
+            title: title.into(),
+            x: x.into(),
+            y: y.into(),
+            log,
+            range: None,
+            legend: Legend::default(),
+            series: Vec::new(),
+        }
     }
 
     /// Adds a series.
@@ -179,7 +185,6 @@ impl Plot {
             .position(match self.legend {
                 Legend::UpperRight => SeriesLabelPosition::UpperRight,
                 Legend::LowerRight => SeriesLabelPosition::LowerRight,
-                Legend::UpperLeft => SeriesLabelPosition::UpperLeft,
             })
             .background_style(WHITE.mix(0.85))
             .border_style(RGBColor(205, 205, 205))
