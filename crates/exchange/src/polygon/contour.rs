@@ -131,3 +131,41 @@ fn unit(a: &Contour, b: &Contour) -> f64 {
     let exponent = (extent.to_bits() >> 52) as i64 - 1022;
     2f64.powi(-exponent as i32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A constant covers its count, and half of it would not.
+    fn covers(constant: f64, count: f64) {
+        assert!(constant >= count && 0.5 * constant < count, "{constant} {count}");
+    }
+
+    #[test]
+    fn the_constants_cover_their_counts() {
+        // |E| ≤ 1 for one polygon, once more for what lies between it and the displaced one.
+        covers(IRRADIANCE, 1.0 + 1.0);
+        // Three products and two sums of e·f, the product with J, its place in the sum of sizes.
+        covers(PRODUCT, 3.0 + 2.0 + 1.0 + 1.0);
+        // Difference, normal (4), product, two sums, of components that add up to twice the lengths.
+        covers(HEIGHT, 2.0 * (1.0 + 4.0 + 1.0 + 2.0));
+    }
+
+    #[test]
+    fn an_irradiance_is_below_its_bound() {
+        // Two squares face to face: the mean irradiance is the view factor, below r²/g².
+        let square = |z: f64| Contour {
+            corners: [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+                .map(|[x, y]| zonal_math::vec3(x, y, z))
+                .to_vec(),
+            displaced: 0.0,
+        };
+        for z in [3.0, 5.0, 20.0] {
+            let (a, mut b) = (square(0.0), square(z));
+            b.corners.reverse();
+            let f = sum(&a, &b, 1e-12);
+            let [bound, _] = irradiance(&a, &b);
+            assert!(f.value > 0.0 && f.value < bound, "{z}: {f:?} {bound}");
+        }
+    }
+}

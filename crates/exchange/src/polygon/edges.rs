@@ -274,3 +274,38 @@ fn sum(p: Vec3, u: Vec3, v: Vec3, quarter: &Quarter) -> f64 {
     }
     ((total[0] + total[4]) + (total[2] + total[6])) + ((total[1] + total[5]) + (total[3] + total[7]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A constant covers its count, and half of it would not.
+    fn covers(constant: f64, count: f64) {
+        assert!(constant >= count && 0.5 * constant < count, "{constant} {count}");
+    }
+
+    #[test]
+    fn the_constants_cover_their_counts() {
+        // ln of a product of four squares: four times 6, three products; the logarithm 4; two weights and their product 6; a hundred
+        // quarters in eight lanes 13 + 7.
+        covers(SUM_ROUNDING, 4.0 * 6.0 + 3.0 + 4.0 + 6.0 + 20.0);
+        // 4εR for the difference, as much for its square root's relative error.
+        covers(PLACE_ROUNDING, 4.0 + 4.0);
+    }
+
+    #[test]
+    fn a_truncation_holds_and_is_near_what_happens() {
+        // The mean of ln|x − y| over an edge, y beside its middle: closed form.
+        for (height, n) in [(1.0f64, 3), (0.7, 5), (2.0, 2)] {
+            let exact = 0.5 * (1.0 + height * height).ln() - 1.0 + height * (1.0 / height).atan();
+            let rule = gauss::rule(n);
+            let f = |s: f64| 0.5 * ((2.0 * s - 1.0).powi(2) + height * height).ln();
+            let got: f64 = rule.nodes.iter().zip(&rule.weights).map(|(s, w)| w * f(*s)).sum();
+            let axis = (1.0 + height * height).sqrt();
+            let rho = axis + (axis * axis - 1.0).sqrt();
+            let bound = truncation(n, rho.powi(-2), rho.powi(-2 * n as i32));
+            let off = (got - exact).abs();
+            assert!(off <= bound && bound < 2.0 * off, "{height} {n}: {off:e} {bound:e}");
+        }
+    }
+}

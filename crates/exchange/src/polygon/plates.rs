@@ -135,3 +135,21 @@ pub(super) fn refine(a: &Contour, b: &Contour, goal: Goal, rough: f64) -> Factor
     }
     unreachable!("the loop returns by its last round")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A constant covers its count, and half of it would not.
+    fn covers(constant: f64, count: f64) {
+        assert!(constant >= count && 0.5 * constant < count, "{constant} {count}");
+    }
+
+    #[test]
+    fn the_constants_cover_their_counts() {
+        // The difference of origins, the sum of edges, its sum with the difference.
+        covers(PLACE, 1.0 + 1.0 + 1.0);
+        // An irradiance of 1 for each of two plates off by the height and its error.
+        covers(HIDDEN, 2.0 * (1.0 + 1.0));
+    }
+}

@@ -193,3 +193,37 @@ fn parallel(a: &Segment, b: &Segment, p: Vec3, u: Vec3, v: Vec3) -> Part {
     let value = 0.5 * sum / area;
     Part { value, error: 0.5 * error / area + moved(delta, a.length.max(b.length)), evaluations: 4 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A constant covers its count, and half of it would not.
+    fn covers(constant: f64, count: f64) {
+        assert!(constant >= count && 0.5 * constant < count, "{constant} {count}");
+    }
+
+    #[test]
+    fn the_constants_cover_their_counts() {
+        // Both sides of a corner: x and z with 2 each, their product, the logarithm's 2, the difference and the sum.
+        covers(CORNER_LOG, 2.0 * (2.0 + 2.0 + 1.0 + 2.0 + 1.0 + 2.0));
+        // 2 (Δz + Δg) = 2 (2 + 4), −2z with 3, 2g atan with 5 · π, the logarithm of f once more 6, sums 4, the area's share 8; both sides.
+        covers(CORNER, 2.0 * (12.0 + 6.0 + 16.0 + 6.0 + 4.0 + 8.0));
+        // Two dilogarithms of 24 units, their arguments' 6 times the modulus of continuity 40.
+        covers(TRIANGLE, 2.0 * (24.0 + 6.0 * 40.0));
+        // Unit vectors with 3 each, feet and residual with 1.
+        covers(DISPLACED, 3.0 + 3.0 + 1.0 + 1.0);
+        // Both sides of the foot, r and r̃.
+        covers(MOVED, 2.0 * 2.0);
+    }
+
+    #[test]
+    fn a_displacement_stays_within_its_bound() {
+        // Two parallel unit edges a little apart, moved a little: J in closed form by the same formula.
+        let edge = |y: f64| Segment::between(zonal_math::vec3(0.0, y, 0.0), zonal_math::vec3(1.0, y, 0.0));
+        for (gap, delta) in [(0.0, 1e-3), (1e-3, 1e-3), (0.1, 1e-4)] {
+            let [a, b] = [gap, gap + delta].map(|y| closed(&edge(0.0), &edge(y)).value);
+            assert!((a - b).abs() <= moved(delta, 1.0), "{gap} {delta}");
+        }
+    }
+}

@@ -321,3 +321,21 @@ pub(super) fn rough(a: &Prepared, b: &Prepared, v: &View) -> f64 {
     let mean = simd::run(Pairwise { a, b, v, first, second });
     if mean.is_finite() { mean.max(0.0) * (a.area * b.area / PI) } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A constant covers its count, and half of it would not.
+    fn covers(constant: f64, count: f64) {
+        assert!(constant >= count && 0.5 * constant < count, "{constant} {count}");
+    }
+
+    #[test]
+    fn the_constants_cover_their_counts() {
+        // r² 6, its square 13, the quotient 1; two heights of 5; weights of two rules and Jacobians 8; products of these 4, the front 4.
+        covers(SUM_ROUNDING, 13.0 + 1.0 + 2.0 * 5.0 + 8.0 + 4.0 + 4.0);
+        // The fourth power of r, two places of 4, the difference and its length as much again.
+        covers(PLACE_ROUNDING, 4.0 * 2.0 * 4.0 * 2.0);
+    }
+}
