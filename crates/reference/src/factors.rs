@@ -9,7 +9,7 @@
 //! The densities are cut where they bend and at zero and mirrored onto t ≥ 0; a product of three pieces is a cell [a, b].
 //!
 //! **Along a ray** t = s x the powers of s cancel and ω is a cubic between the points where the ray enters and leaves the cell:
-//! its integral with e^{−κ|x|s} is a closed form ([`along`]). What is left are two dimensions of the face by which the ray enters
+//! its integral with e^{−κ|x|s} is a closed form (`along`). What is left are two dimensions of the face by which the ray enters
 //! (dV = s² x_k ds dx_j dx_i on the face t_k = a_k), or leaves where the cell has a corner at zero. A ray that enters by face k
 //! leaves by the face whose b/x is least, so that three regions without any kink make up a face:
 //!

@@ -72,7 +72,7 @@ pub struct Spot {
 }
 
 impl Line {
-    /// ∫ f over the line. Pieces grow with their distance from the singularities, at most [`REACH`] times that, so that each
+    /// ∫ f over the line. Pieces grow with their distance from the singularities, at most `REACH` times that, so that each
     /// is analytic well beyond its ends.
     pub fn integrate(&self, nodes: &[Node], mut f: impl FnMut(Spot) -> f64) -> f64 {
         let (mut from, mut total) = (0.0, 0.0);

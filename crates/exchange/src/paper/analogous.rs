@@ -25,7 +25,7 @@
 //!
 //! **Rounding.** Let a_n = K_n r^{−n−2λ} h_n. The recurrence is h_{n+1} = (1+ν)x h_n − ν h_{n−1}, ν = n/(n+2λ) < 1, and the energy
 //! (x h_n − h_{n−1})² + (1−x²) h_n² does not grow; so an error δ in h_k is at most (1+n−k)δ in h_n. Each step commits at most
-//! 3η, η = 9ε ([`RECURRENCE`]): |e_n| ≤ (3/2)η n(n+1) K_n r^{−n−2λ}. Sums and Horner's rule as in `series.rs`. Lengths are in units of the step.
+//! 3η, η = 9ε (`RECURRENCE`): |e_n| ≤ (3/2)η n(n+1) K_n r^{−n−2λ}. Sums and Horner's rule as in `series.rs`. Lengths are in units of the step.
 //!
 //! e^{−κr} stays outside, for the reason of `strip.rs`.
 

@@ -5,10 +5,10 @@
 //! taken in pyramid coordinates t_k = d_k s, t_j = d_j s v, t_i = d_i s w: the integrand is ω s^{2−q} Q^{−q}, Q² = d_k² + d_j²v² + d_i²w²,
 //! a polynomial of degree ≤ 4 in s and analytic in v and w. Any other cell is halved until its distance is at least 3/4 of its longest edge.
 //!
-//! **Error.** Rules of n = [`POINTS`] points. In v: on the ellipse of semi-axes A, B around [0, 1], |Q²| ≥ d_j² R, R ≥ c² + min Re v² with c = d_k/d_j ≥ 5/8
+//! **Error.** Rules of n = `POINTS` points. In v: on the ellipse of semi-axes A, B around [0, 1], |Q²| ≥ d_j² R, R ≥ c² + min Re v² with c = d_k/d_j ≥ 5/8
 //! (header of `aligned::ellipse`: X = h = ½, so min Re v² = −B²(1 − ¼/(A²+B²))), density at most ω_max(½ + A)·2. In t_k of a cell apart: |t·t| ≥ R of
 //! `trapezoid::floor`, density at most ω_max (1 + A/h)/1. The error of a direction is (32/15) M ϱ^{−2n}/(1 − ϱ^{−2}); three directions add.
-//! All terms are positive: rounding is at most ([`ROUNDING`] + 3n)ε relative.
+//! All terms are positive: rounding is at most (`ROUNDING` + 3n)ε relative.
 
 use super::kernel::EPS;
 use super::trapezoid;

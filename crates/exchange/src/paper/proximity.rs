@@ -6,7 +6,7 @@
 //! ```
 //!
 //! m the unit normal of B. About a reference (u₀, v₀), u = u₀ + Xξ, v = v₀ + Zζ, everything is a power series in ξ, ζ, cut at total degree N:
-//! S − S₀ from the surface's local form ([`surface`]), ρ = d·d = |y′|² − 2y′·(S − S₀) + |S − S₀|² with y′ = y − S₀, ρ⁻² by recurrence ([`taylor`]).
+//! S − S₀ from the surface's local form (`surface`), ρ = d·d = |y′|² − 2y′·(S − S₀) + |S − S₀|² with y′ = y − S₀, ρ⁻² by recurrence (`taylor`).
 //! m·d does not depend on y, and N·d = N·(S − S₀) − N·y′, so a node y of the rule over B costs one recurrence and four sums,
 //!
 //! ```text
@@ -22,13 +22,13 @@
 //! linear part alone leaves |d·d| ≥ (D − W₁)² (its zeros have |λ||w| = |d₀|), so **|d·d| ≥ (D − W₁)² − 2(D + W₁)W₂ − W₂²**. Or, with d = a + ib,
 //! |d·d| ≥ a² − b² and |a − d₀|² + b² ≤ W² give **|d·d| ≥ (D − W)²** for W ≤ D/2 (the least of a² − b² is then at b = 0). The larger holds. Also
 //! |m·d| ≤ |m·d₀| + W and |N·d| ≤ |N₀·d₀| + ΔN(|d₀| + W) + |N₀|W₂, as N₀ is normal to the linear part. M is their quotient. The s that serves a
-//! cell best is taken from [`SCALES`].
+//! cell best is taken from `SCALES`.
 //!
 //! **Quadrature** over B, Gauss–Legendre in two directions (collapsed on a triangle). Let y move along its plane by the complex multiple c f of an edge,
 //! |c f| ≤ δ < D′, D′ the least real distance. d·d has its zeros at complex multiples of modulus |d|/|f|, so |d·d| ≥ (|d| − δ)²; m·d does not change. On the ellipse of semi-axes
 //! a, b about the edge the distance to the edge is at most b|f|/2 = δ. So M′ = (m·d)^ N̂ (D″ + δ)/(π (D′ − δ)⁴), D″ the largest distance, times 1 + a for the weight of a triangle.
 //!
-//! **Rounding**: norms of the series ([`taylor`]) bound every product; the error of S₀ and of the nodes (`shake`) enters ρ, m·d and N·d.
+//! **Rounding**: norms of the series (`taylor`) bound every product; the error of S₀ and of the nodes (`shake`) enters ρ, m·d and N·d.
 //! Library sines and cosines are taken to be right to an ulp.
 //!
 //! **References**: a block of cells has one, in its middle, if the bound for the whole block is within the tolerance; else the block is

@@ -28,7 +28,7 @@
 //!
 //! **Rounding**, ε = 2⁻⁵³. Nodes are what floating point makes them; their distance from where they should be, δ, changes f_s by 2|δ|/r_s
 //! relative (the caller's `shake`). q carries 4ε, c 5ε, so that the recurrence is off by e_{n+1} = c e_n − q e_{n−1} + l, |l| ≤ η(|c a_n| + |q a_{n−1}|), η = 7ε
-//! ([`RECURRENCE`]). With |a_n| ≤ (n+1) r^{−n−2} and the same bound for the propagator, |e_n| ≤ η ½n(n+1)² r^{−n−2}, hence
+//! (`RECURRENCE`). With |a_n| ≤ (n+1) r^{−n−2} and the same bound for the propagator, |e_n| ≤ η ½n(n+1)² r^{−n−2}, hence
 //! Σ|s|^n|e_n| ≤ 3ηp̂/(1−p̂)⁴/r². Weights, sums and Horner's rule: (5 + sums + 2N + 2)ε Σ|s|^n Q|a_n| ≤ (…)ε/(1−p̂)²/r². In G, 4ε(N+2)³(1+p̂) r^{−N−1}.
 //!
 //! Lengths are in units of the strip's step, so that s is an integer, exact.

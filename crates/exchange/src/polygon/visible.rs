@@ -2,7 +2,7 @@
 //!
 //! 𝓕 = (1/π) ∫_a ω⊥(x) dA, m², with ω⊥(x) the projected solid angle of that part of b which x sees. For one point x all is in closed
 //! form: the cone from x over a convex obstruction is an intersection of half-spaces, so b minus the cones is a set of convex polygons
-//! ([`clip`]), and each has Lambert's sum over its edges,
+//! (`clip`), and each has Lambert's sum over its edges,
 //!
 //!   ω⊥ = ½ Σ_k γ_k n·ν_k   (γ_k: the angle that edge k spans from x; ν_k: the unit normal of the plane of x and the edge).
 //!
@@ -13,7 +13,7 @@
 //! through an edge of the one and a corner of the other that leaves both on one side. The latter are all planes of the convex hull
 //! of a ∪ b but the two polygons' own, which the cut has seen to.
 //!
-//! **Integration.** ω⊥(x) is continuous. Its derivatives jump where x crosses a critical segment ([`critical`]): the shadow of an
+//! **Integration.** ω⊥(x) is continuous. Its derivatives jump where x crosses a critical segment (`critical`): the shadow of an
 //! obstruction's edge cast on the plane of a by a corner of b, and the like. They are straight. So a is cut into triangles, along
 //! critical segments before anything else; a triangle takes two Gauss rules (collapsed coordinates); that with the largest
 //! difference is cut, along a critical segment if one crosses it, else across its longest edge, until the differences sum up to less
@@ -21,7 +21,7 @@
 //! the halving resolves. The error is **estimated**: a shadow that no point of either rule falls in, cast by an obstruction
 //! whose segments were not yet cut along, is not seen.
 //!
-//! **Without obstructions** the outer integral is in closed form too ([`super::contour`]).
+//! **Without obstructions** the outer integral is in closed form too (`super::contour`).
 //!
 //! The two polygons are ordered before the work, the smaller one outside: F_ab and F_ba are the same bits.
 
