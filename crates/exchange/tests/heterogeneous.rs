@@ -82,10 +82,6 @@ fn has_screen(seed: u64) -> bool {
     seed % 5 == 4
 }
 
-/// What n rays that all agree may have missed: a share of 1/(n + 2), one standard deviation (Laplace). The radius of a pair does not count it. A
-/// close pair has 16 rays and 8 between the rims.
-const MISSED: f64 = 1.0 / 26.0;
-
 /// One band of one pair.
 #[derive(Clone, Copy, Debug)]
 struct Check {
@@ -104,8 +100,7 @@ impl Check {
     }
 
     fn z(&self) -> f64 {
-        let missed = if has_screen(self.scene) { MISSED * self.value } else { 0.0 };
-        (self.value - self.truth.value) / self.truth.error.hypot(self.radius).hypot(missed)
+        (self.value - self.truth.value) / self.truth.error.hypot(self.radius)
     }
 }
 

@@ -15,6 +15,7 @@
 //! | `meet` | a line and a plate, watertight, in double precision |
 //! | `bvh` | the tree that finds the plates worth asking |
 //! | `hull` | facets that can never block: the walls of a convex room |
+//! | `shaft` | facets that can block no segment between two zones |
 //! | `walk` | a segment through the voxmap, cell by cell |
 //! | `solid` | whether a point lies in a closed solid |
 //!
@@ -24,11 +25,13 @@ mod bvh;
 pub mod direct;
 mod hull;
 mod meet;
+mod shaft;
 mod solid;
 pub mod solid_angle;
 pub mod transport;
 mod walk;
 pub mod zoning;
 
+pub use shaft::End;
 pub use transport::{Hit, PaneHit, Transport};
 pub use zoning::build_zones;

@@ -9,6 +9,7 @@
 
 use crate::bvh::Bvh;
 use crate::meet::Tolerance;
+use crate::shaft::{End, Shaft};
 use crate::{hull, solid, walk};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Plate, Scene, bands};
@@ -117,6 +118,11 @@ impl<'a> Transport<'a> {
     #[inline]
     pub fn blocked_inside(&self, a: Vec3, b: Vec3) -> bool {
         self.dividing.as_ref().unwrap_or(&self.all).any(a, b, &self.tol)
+    }
+    /// False when no facet can stand between any point of one zone and any of the other, both zones of the scene: then
+    /// [`Transport::blocked_inside`] is false for all of them. True says nothing.
+    pub fn may_divide(&self, ends: [End; 2]) -> bool {
+        self.dividing.as_ref().unwrap_or(&self.all).any_in(&Shaft::new(ends), &self.tol)
     }
     /// True when some facet can lie between two points of the scene.
     pub fn has_occluders(&self) -> bool {

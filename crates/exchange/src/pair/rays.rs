@@ -2,12 +2,17 @@
 //!
 //! Points of both zones come from a six-dimensional low-discrepancy sequence shifted by a hash of the pair. A few rays first; where they
 //! disagree, more, the more the closer the zones and the larger the share of power they exchange.
+//!
+//! Where no facet reaches into the hull of a pair, all of it is seen, and no ray is asked. Where one does and yet n rays agree, they may
+//! have missed a part: with nothing known before, the share on the other side is 1/(n + 2) in the mean, and as large is its standard
+//! deviation (Laplace's rule of succession).
 
 use super::zone::{Shape, Zone, is_close, plate_zone, share};
 use super::{Counts, Exchange, PairFactor};
 use crate::general::Moments;
 use zonal_math::{Vec3, sequence, special, vec3};
 use zonal_scene::{Bands, bands};
+use zonal_transport::End;
 
 /// Rays of the first look at a pair.
 pub(super) const FIRST_RAYS: usize = 4;
@@ -29,6 +34,9 @@ pub(super) const PANE_SPLITS: u32 = 2;
 
 /// Rays of a pair that nearly touches, is partly visible and carries a large share of a zone's power.
 pub(super) const CLOSE_RAYS: usize = 256;
+
+/// What the rule of succession adds to the number of rays: one on each side.
+const SUCCESSION: f64 = 2.0;
 
 /// Rays of a voxel with a sheet in its middle, to itself.
 pub(super) const OWN_RAYS: usize = 2048;
@@ -59,6 +67,9 @@ impl Exchange<'_> {
         share: f64,
         counts: &mut Counts,
     ) -> [(f64, f64); 3] {
+        if !self.may_divide(a, b) {
+            return [(1.0, 0.0); 3];
+        }
         let (mut tally, points) = ([Tally::default(); 3], Points::new(seed));
         let kappa = self.uniform.unwrap_or([0.0; 3]);
         let shoot = |from: usize, to: usize, tally: &mut [Tally; 3]| {
@@ -90,7 +101,18 @@ impl Exchange<'_> {
             shoot(first, n, &mut tally);
         }
         counts.rays += tally[0].n as u64;
-        if kappa == [0.0; 3] { [tally[0].mean_and_error(); 3] } else { tally.map(Tally::mean_and_error) }
+        let missed = if tally[0].mixed() { 0.0 } else { missed(tally[0].n, outer, tally[0].blocked > 0.0) };
+        let judged = |t: Tally| {
+            let (mean, error) = t.mean_and_error();
+            (mean, error.hypot(missed))
+        };
+        if kappa == [0.0; 3] { [judged(tally[0]); 3] } else { tally.map(judged) }
+    }
+
+    /// False where no facet can hide anything of a pair.
+    fn may_divide(&self, a: &Zone, b: &Zone) -> bool {
+        let (mut p, mut q) = (Vec::new(), Vec::new());
+        self.occluders && self.transport.may_divide([end(a, &mut p), end(b, &mut q)])
     }
 
     /// Rays between the rims of two zones. They say whether a pair is seen in part, but do not count: a decision by the rays that
@@ -184,18 +206,19 @@ impl Exchange<'_> {
         if m.factor.value <= 0.0 {
             return PairFactor { value: [0.0; 3], radius: [m.factor.radius; 3] };
         }
+        let divided = self.may_divide(a, b);
         let points = Points::new(seed);
         let mut shot: Vec<Ray> = Vec::with_capacity(rays.max(MORE_RAYS));
         let shoot = |from: usize, to: usize, shot: &mut Vec<Ray>| {
             for k in from..to {
                 let (x, y) = if rays == 1 { (a.centre, b.centre) } else { points.both(a, b, k) };
-                shot.push(self.along(a, b, x, y));
+                shot.push(self.along(a, b, x, y, divided));
             }
         };
         shoot(0, rays, &mut shot);
-        let blocked = shot.iter().filter(|r| r.through == [0.0; 3]).count();
+        let blocked = shot.iter().filter(|r| r.is_dark()).count();
         let share = share(m.factor.value, a, b);
-        let undecided = self.occluders && rays > 1 && rays < MOST_RAYS;
+        let undecided = divided && rays > 1 && rays < MOST_RAYS;
         let outer =
             if undecided && share > self.tolerance * 0.1 { self.outer_rays(a, b) } else { Outer::default() };
         counts.rays += outer.rays;
@@ -205,6 +228,11 @@ impl Exchange<'_> {
             shoot(rays, n, &mut shot);
         }
         counts.rays += shot.len() as u64;
+        let blocked = shot.iter().filter(|r| r.hidden).count();
+        let missed = match divided && (blocked == 0 || blocked == shot.len()) {
+            true => missed(shot.len() as f64, outer, blocked > 0),
+            false => 0.0,
+        };
         let thick = self.is_thick(a, b);
         let length: f64 = shot.iter().map(|r| r.w * r.r).sum();
         let weights: f64 = shot.iter().map(|r| r.w).sum();
@@ -214,14 +242,16 @@ impl Exchange<'_> {
             let depth: f64 = shot.iter().map(|r| r.w * r.depth[k]).sum();
             let kappa =
                 if chords || length <= 0.0 || depth > MOST_DEPTH * weights { 0.0 } else { depth / length };
-            let mut tally = Tally::default();
+            let (mut tally, mut open) = (Tally::default(), Tally::default());
             for r in &shot {
                 let reference = (-kappa * r.r).exp();
-                let tau = if chords { r.chords[k] } else { (-r.depth[k]).exp() };
-                tally
-                    .add(r.w * reference, if reference > 0.0 { r.through[k] * tau / reference } else { 0.0 });
+                let tau = if chords && !r.hidden { r.chords[k] } else { (-r.depth[k]).exp() };
+                let x = if reference > 0.0 { r.through[k] * tau / reference } else { 0.0 };
+                tally.add(r.w * reference, if r.hidden { 0.0 } else { x });
+                open.add(r.w * reference, x);
             }
             let (mean, error) = tally.mean_and_error();
+            let error = error.hypot(missed * open.mean_and_error().0);
             let base = m.transmittance(kappa);
             out.value[k] = m.factor.value * base * mean;
             out.radius[k] = base * (m.factor.radius * mean + m.factor.value * error);
@@ -229,8 +259,8 @@ impl Exchange<'_> {
         out
     }
 
-    /// What a ray from x to y meets.
-    pub(super) fn along(&self, a: &Zone, b: &Zone, x: Vec3, y: Vec3) -> Ray {
+    /// What a ray from x to y meets; facets are asked where the pair may be `divided`.
+    fn along(&self, a: &Zone, b: &Zone, x: Vec3, y: Vec3, divided: bool) -> Ray {
         let d = y - x;
         let r = d.length();
         let w = kernel(a, b, x, y);
@@ -238,15 +268,16 @@ impl Exchange<'_> {
             Some(k) => k.map(|k| k * r),
             None => self.transport.medium_depth(x, y),
         };
-        let mut ray = Ray { w, r, depth, chords: [0.0; 3], through: [0.0; 3] };
-        if self.occluders && self.transport.blocked_inside(x, y) {
+        let (pa, pb) = (self.pane_share(a, d / r), self.pane_share(b, d / r));
+        let through = bands(|k| pa[k] * pb[k]);
+        let mut ray = Ray { w, r, depth, chords: [0.0; 3], through, hidden: false };
+        ray.hidden = divided && self.transport.blocked_inside(x, y);
+        if ray.hidden {
             return ray;
         }
         if self.is_thick(a, b) {
             ray.chords = self.chords(a, b, x, y);
         }
-        let (pa, pb) = (self.pane_share(a, d / r), self.pane_share(b, d / r));
-        ray.through = bands(|k| pa[k] * pb[k]);
         if self.panes_between {
             let all = self.transport.optical_depth_inside(x, y);
             ray.through = bands(|k| ray.through[k] * (depth[k] - all[k]).min(0.0).exp());
@@ -299,6 +330,30 @@ impl Outer {
     }
 }
 
+/// The share that `n` rays, all `blocked` or all free, may have missed; the outer rays count where they say the same.
+fn missed(n: f64, outer: Outer, blocked: bool) -> f64 {
+    let more = if outer.disagrees(blocked) { 0 } else { outer.rays };
+    1.0 / (n + more as f64 + SUCCESSION)
+}
+
+/// A zone as the end of its rays: they start at the samples of a cut voxel, anywhere in any other zone.
+fn end<'a>(z: &Zone, points: &'a mut Vec<Vec3>) -> End<'a> {
+    let mut front = None;
+    match &z.shape {
+        Shape::Plate { plate, pane } => {
+            let (c, n) = plate.corners();
+            points.extend(&c[..n]);
+            front = pane.is_none().then_some(z.normal);
+        }
+        Shape::Cuboid => points.extend((0..8).map(|k| {
+            let pick = |bit: usize, l: f64, h: f64| if k >> bit & 1 == 1 { h } else { l };
+            vec3(pick(0, z.lo.x, z.hi.x), pick(1, z.lo.y, z.hi.y), pick(2, z.lo.z, z.hi.z))
+        })),
+        Shape::Part(samples) => points.extend(samples.iter().map(|s| s.point)),
+    }
+    End { points, front }
+}
+
 /// Four points near the rim of a plate, or near four corners of a voxel no two of which share an edge; nothing for a cut voxel.
 fn rim(z: &Zone) -> Option<[Vec3; 4]> {
     const INWARD: f64 = 0.06;
@@ -328,8 +383,16 @@ pub(super) struct Ray {
     pub(super) depth: Bands,
     /// Attenuation by the medium as [`Exchange::chords`] has it, where a zone is thick.
     pub(super) chords: Bands,
-    /// Zero where a facet blocks, else what the panes let pass, and the share of panes at the ends.
+    /// The share of panes at the ends, and what the panes between let pass where no facet blocks.
     pub(super) through: Bands,
+    /// A facet blocks.
+    pub(super) hidden: bool,
+}
+
+impl Ray {
+    fn is_dark(&self) -> bool {
+        self.hidden || self.through == [0.0; 3]
+    }
 }
 
 /// Where the line leaves a whole voxel from `x` along `w`, at most `reach` away, with (1 − e^{−κℓ})/(κℓ) of its chord there; of any

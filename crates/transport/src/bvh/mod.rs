@@ -10,12 +10,16 @@ mod build;
 mod node;
 
 use crate::meet::{Line, Prepared, Tolerance};
+use crate::shaft::Shaft;
 use build::Item;
 use node::{LANES, Node, Ray, leaf};
 use zonal_math::Vec3;
 use zonal_scene::Plate;
 
 const PAD: f64 = 1e-6;
+
+/// More than rounding in single precision moves a box against a plane, in units of R.
+const PLANE_SLACK: f64 = 1e-5;
 
 /// Plates in leaf order under their tree.
 #[derive(Clone, Debug)]
@@ -248,7 +252,7 @@ impl Bvh {
     pub fn reaches_above(&self, n: Vec3, c: f64, slack: f64) -> bool {
         let level = (c - n.dot(self.centre)) * self.scale;
         let n32 = n.array().map(|x| x as f32);
-        let level = (level - 1e-5) as f32;
+        let level = (level - PLANE_SLACK) as f32;
         let above = |b: &[[f32; LANES]; 6], lane: usize| {
             let top: f32 = (0..3).map(|k| (n32[k] * b[k][lane]).max(n32[k] * b[k + 3][lane])).sum();
             b[0][lane] <= b[3][lane] && top >= level
@@ -257,6 +261,23 @@ impl Bvh {
             let (x, count) = self.plates[slot].corners();
             x[..count].iter().any(|x| n.dot(*x) - c > slack)
         })
+    }
+
+    /// True when some plate may meet a segment of the shaft.
+    pub fn any_in(&self, shaft: &Shaft, tol: &Tolerance) -> bool {
+        let planes = shaft.planes().iter().map(|&(n, c)| {
+            let level = (c - n.dot(self.centre)) * self.scale + PLANE_SLACK;
+            (n.array().map(|x| x as f32), level as f32)
+        });
+        let planes: Vec<([f32; 3], f32)> = planes.collect();
+        let reaches_in = |b: &[[f32; LANES]; 6], lane: usize| {
+            b[0][lane] <= b[3][lane]
+                && planes.iter().all(|(n, level)| {
+                    let lowest = |k: usize| n[k] * b[if n[k] < 0.0 { k + 3 } else { k }][lane];
+                    lowest(0) + lowest(1) + lowest(2) <= *level
+                })
+        };
+        self.sift(reaches_in, |slot| shaft.may_meet(&self.plates[slot], tol))
     }
 
     /// Visits the leaves under all boxes that `keep` keeps, until `visit` says stop.
