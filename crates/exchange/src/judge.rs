@@ -164,7 +164,10 @@ mod tests {
                 let parts = sum(&halves, partner, kappa, demand);
                 let off = (whole.bounded.value - parts.value).abs();
                 assert!(whole.bounded.value > 0.0 && off <= whole.bounded.radius + parts.radius, "{off:e}");
-                assert!(parts.radius <= 1.01 * demand.tolerance * parts.value, "{partner:?} {kappa} {parts:?}");
+                assert!(
+                    parts.radius <= 1.01 * demand.tolerance * parts.value,
+                    "{partner:?} {kappa} {parts:?}"
+                );
                 assert_eq!(factor(partner, &Shape::Plate(floor()), kappa, demand), whole);
             }
         }
