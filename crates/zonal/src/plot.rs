@@ -242,10 +242,10 @@ fn ticks(range: &Range<f64>) -> Vec<f64> {
 /// A label: powers of ten on a logarithmic axis, plain numbers elsewhere.
 fn number(v: f64, log: bool) -> String {
     let magnitude = v.abs();
-    if log && (magnitude >= 1e4 || magnitude < 1e-2) {
+    if log && !(1e-2..1e4).contains(&magnitude) {
         return format!("{v:e}");
     }
-    if magnitude != 0.0 && (magnitude >= 1e5 || magnitude < 1e-3) {
+    if magnitude != 0.0 && !(1e-3..1e5).contains(&magnitude) {
         return format!("{v:.1e}");
     }
     let text = format!("{v:.4}");
