@@ -33,7 +33,6 @@ pub struct Args {
 }
 
 const HEAD: &str = include_str!("head.md");
-const TAIL: &str = include_str!("tail.md");
 
 /// Runs the command.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
@@ -58,7 +57,6 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     page += &timing::write(&folder, args.size == demo::Size::Small)?;
     step("whole solves")?;
     page += &solves::write(&folder, sizes)?;
-    page += TAIL;
     folder.page(&page)?;
     let written = folder.path("README.md");
     if context.json {

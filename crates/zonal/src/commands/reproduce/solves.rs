@@ -127,7 +127,7 @@ fn against_divisions(folder: &Folder, divisions: &[usize]) -> Result<String, Fai
         })
         .collect();
     Ok(format!(
-        "### In the solved radiosity\n\n\
+        "## 8. “e = C/N” in the solved radiosity\n\n\
 Geometry: a unit cube, grey walls of reflectance 0.5, one of them emitting, N³ voxels and N×N patches a wall, κ = 1/L, albedo 0.9; all pairs of voxels \
 by Proposition 1 (uncorrected), all other pairs exact. Difference of B from the same solve with exact factors.\n\n\
 ![radiosity](radiosity.svg) · [radiosity.csv](radiosity.csv)\n\n{}\n\
@@ -204,7 +204,7 @@ fn formulas(folder: &Folder, sizes: Sizes) -> Result<String, Failure> {
     ];
     folder.table("formulas.csv", &header, &rows)?;
     Ok(format!(
-        "## 8. The whole system on the paper's own factors\n\n\
+        "## 9. The whole system on the paper's own factors\n\n\
 `zonal solve SCENE --factors exact|series|prop1|point -o RUN.npz` runs the whole pipeline with the pairs of whole voxels by the \
 named formula (formula (3) has none for a voxel with itself); all pairs with a surface, a pane or a cut voxel stay exact, since the paper has no formula \
 of its own for them. `series` is the algorithm `Formfact` for each voxel over the whole voxmap. Times are those of the whole stage of the exchange areas, rays \
