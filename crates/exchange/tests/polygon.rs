@@ -362,3 +362,36 @@ fn aligned_rectangles_turned_agree_with_the_reduced_integral() {
         assert!(off <= f.bounded.radius + want.radius + slack, "{off:e} {f:?} {want:?} {floor:?} {other:?}");
     }
 }
+
+/// Needles, plates nearly parallel and nearly touching, sizes far apart: the whole and its four quarters have other edges and take other branches.
+#[test]
+fn nasty_pairs_sum_over_their_quarters() {
+    let mut dice = Dice(9);
+    let (mut seen, mut exact) = (0, 0);
+    for _ in 0..1_500 {
+        let power = |d: &mut Dice, lo: f64| 10f64.powf(lo * d.roll());
+        let (aspect, gap, tilt) = (power(&mut dice, -4.0), power(&mut dice, -8.0), power(&mut dice, -12.0));
+        let a = Plate::triangle(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(dice.roll(), aspect, 0.0));
+        let turned = vec3(tilt * (dice.roll() - 0.5), tilt * (dice.roll() - 0.5), 1.0);
+        let size = power(&mut dice, -4.0);
+        let on = |x: f64, y: f64| {
+            let (x, y) = (0.2 + size * x, size * y);
+            vec3(x, y, gap - (turned.x * x + turned.y * y))
+        };
+        let b = Plate::triangle(on(0.0, 0.0), on(dice.roll(), 1.0), on(1.0, dice.roll() - 0.5));
+        let b = if b.normal().z > 0.0 { b.flipped() } else { b };
+        let frame = dice.frame();
+        let (a, b) = (frame.plate(&a), frame.plate(&b));
+        let demand = Demand::relative(1e-6);
+        let whole = plate_plate(&a, &b, 0.0, demand).bounded;
+        let parts = b.quarters().map(|q| plate_plate(&a, &q, 0.0, demand).bounded);
+        let (sum, radii) = parts.iter().fold((0.0, 0.0), |(s, r), p| (s + p.value, r + p.radius));
+        let off = (whole.value - sum).abs();
+        // Quarters' corners are rounded about one unit in the last place of the coordinates.
+        let slack = 4e-16 * (a.diameter() + 4.0 * b.diameter());
+        assert!(off <= whole.radius + radii + slack, "{off:e} {whole:?} {radii:e}: {a:?} {b:?}");
+        seen += (whole.value > 0.0) as usize;
+        exact += (whole.radius <= 1e-6 * whole.value) as usize;
+    }
+    assert!(seen > 1_000 && exact > seen / 2, "{exact} of {seen}");
+}
