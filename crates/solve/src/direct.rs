@@ -28,14 +28,16 @@ const MOST_CHANGE: f64 = 0.12;
 /// Rays that measure the power of a light.
 const BEAM_RAYS: usize = 1 << 17;
 
-/// Direct light on the zones with its own balance, W a band.
+/// What one light does, with its own balance, W a band.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Direct {
-    /// H_dir of patches, G_dir of volume zones, W/m².
+pub struct Lit {
+    /// Its name: that of a sun or a sky, or of the surface of an emitter.
+    pub name: String,
+    /// H_dir of patches, G_dir of volume zones, W/m², one entry a zone.
     pub fields: Vec<Bands>,
-    /// Power that came in from sun and sky.
+    /// Power that came in, from a sun or a sky.
     pub incoming: Bands,
-    /// Power emitted by surfaces that count as direct light.
+    /// Power emitted, by a surface that counts as direct light.
     pub emitted: Bands,
     /// Power that left again without meeting anything.
     pub escaped: Bands,
@@ -43,11 +45,40 @@ pub struct Direct {
     pub backs: Bands,
     /// Largest relative change by which the fields were scaled to the power measured; zero without.
     pub largest_change: f64,
-    /// Lights whose fields and power disagree too much to be scaled.
-    pub warnings: Vec<String>,
+    /// What is wrong: fields and power disagree too much to be scaled.
+    pub warning: Option<String>,
 }
 
-fn name<'a>(scene: &'a Scene, light: &'a Light) -> &'a str {
+/// Direct light on the zones, light by light in the scene's order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Direct {
+    /// The lights, in the order of `scene.lights()`.
+    pub lights: Vec<Lit>,
+}
+
+impl Direct {
+    /// Sum of the fields of all lights over `zones` zones, in the order of the lights.
+    pub fn fields(&self, zones: usize) -> Vec<Bands> {
+        let mut out = vec![[0.0; 3]; zones];
+        for light in &self.lights {
+            for (o, f) in out.iter_mut().zip(&light.fields) {
+                (0..3).for_each(|b| o[b] += f[b]);
+            }
+        }
+        out
+    }
+    /// Largest relative change by which the fields of any light were scaled.
+    pub fn largest_change(&self) -> f64 {
+        self.lights.iter().fold(0.0, |m, l| m.max(l.largest_change))
+    }
+    /// What is wrong with the lights.
+    pub fn warnings(&self) -> impl Iterator<Item = &String> {
+        self.lights.iter().filter_map(|l| l.warning.as_ref())
+    }
+}
+
+/// The name by which a light is known.
+pub fn name<'a>(scene: &'a Scene, light: &'a Light) -> &'a str {
     match light {
         Light::Sun { name, .. } | Light::Sky { name, .. } => name,
         Light::Emitter { surface } => &scene.surfaces()[*surface].name,
@@ -62,33 +93,47 @@ pub fn illuminate(
     normalise: bool,
     progress: &dyn Progress,
 ) -> Direct {
-    let mut out = Direct { fields: vec![[0.0; 3]; zones.len()], ..Direct::default() };
-    for light in scene.lights() {
-        let fields = gather(scene, zones, transport, light, progress);
-        let beam = beam(scene, transport, light);
-        let factor = if normalise { agreement(zones, &fields, &beam) } else { [1.0; 3] };
-        let change = factor.iter().fold(0.0f64, |m, f| m.max((f - 1.0).abs()));
-        let factor = if change > MOST_CHANGE { [1.0; 3] } else { factor };
-        if change > MOST_CHANGE {
-            out.warnings.push(format!(
-                "light '{}': what the zones met and what its rays brought differ by {:.0} %; it was left as gathered. Look for surfaces that coincide",
-                name(scene, light),
-                100.0 * change
-            ));
-        } else {
-            out.largest_change = out.largest_change.max(change);
-        }
-        for (o, f) in out.fields.iter_mut().zip(&fields) {
-            (0..3).for_each(|b| o[b] += f[b] * factor[b]);
-        }
-        let power = if matches!(light, Light::Emitter { .. }) { &mut out.emitted } else { &mut out.incoming };
-        for b in 0..3 {
-            power[b] += beam.sent[b];
-            out.escaped[b] += beam.escaped[b];
-            out.backs[b] += beam.backs[b];
-        }
+    let one = |l: usize| light(scene, zones, transport, l, normalise, progress);
+    Direct { lights: (0..scene.lights().len()).map(one).collect() }
+}
+
+/// Computes light number `index` of the scene; as in [`illuminate`].
+pub fn light(
+    scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
+    index: usize,
+    normalise: bool,
+    progress: &dyn Progress,
+) -> Lit {
+    let light = &scene.lights()[index];
+    let mut fields = gather(scene, zones, transport, light, progress);
+    let beam = beam(scene, transport, light);
+    let factor = if normalise { agreement(zones, &fields, &beam) } else { [1.0; 3] };
+    let change = factor.iter().fold(0.0f64, |m, f| m.max((f - 1.0).abs()));
+    let wild = change > MOST_CHANGE;
+    if !wild {
+        fields.iter_mut().for_each(|f| *f = bands(|b| f[b] * factor[b]));
     }
-    out
+    let name = name(scene, light).to_string();
+    let warning = wild.then(|| {
+        format!(
+            "light '{name}': what the zones met and what its rays brought differ by {:.0} %; it was left as gathered. Look for surfaces that coincide",
+            100.0 * change
+        )
+    });
+    let emitter = matches!(light, Light::Emitter { .. });
+    let (emitted, incoming) = if emitter { (beam.sent, [0.0; 3]) } else { ([0.0; 3], beam.sent) };
+    Lit {
+        name,
+        fields,
+        incoming,
+        emitted,
+        escaped: beam.escaped,
+        backs: beam.backs,
+        largest_change: if wild { 0.0 } else { change },
+        warning,
+    }
 }
 
 /// Power met by the zones according to the fields, W.

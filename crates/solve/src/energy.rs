@@ -21,12 +21,16 @@ pub fn balance(
 ) -> Energy {
     let mut e = Energy {
         absorbed_surfaces: scene.surfaces().iter().map(|s| (s.name.clone(), [0.0; 3])).collect(),
-        emitted: direct.emitted,
-        incoming: direct.incoming,
-        escaped: direct.escaped,
-        backs: direct.backs,
         ..Energy::default()
     };
+    for light in &direct.lights {
+        for b in 0..3 {
+            e.emitted[b] += light.emitted[b];
+            e.incoming[b] += light.incoming[b];
+            e.escaped[b] += light.escaped[b];
+            e.backs[b] += light.backs[b];
+        }
+    }
     let arriving = |i: usize, b: usize| fields.incident[i][b] + fields.direct[i][b];
     for (i, p) in zones.patches.iter().enumerate() {
         for b in 0..3 {

@@ -2,7 +2,7 @@
 
 use crate::closure;
 use crate::dense::{self, Assembly, Dense};
-use crate::direct::{self, Direct};
+use crate::direct;
 use crate::energy;
 use crate::forecast::{self, Forecast};
 use crate::krylov::{self, Ended};
@@ -85,7 +85,8 @@ pub fn solve_zones(
         closure::measure(&operator, zones, &escape)
     };
     let direct = direct::illuminate(scene, zones, transport, options.restore_closure, progress);
-    let sources = sources(scene, zones, &escape, &direct);
+    let lit = direct.fields(zones.len());
+    let sources = sources(scene, zones, &escape, &lit);
     let ended = krylov::solve(
         &operator,
         &sources.strengths,
@@ -94,7 +95,7 @@ pub fn solve_zones(
         options.max_iterations,
         progress,
     );
-    let fields = fields(zones, &operator, &ended, &sources, direct.fields.clone(), &assembly, &defects);
+    let fields = fields(zones, &operator, &ended, &sources, lit, &assembly, &defects);
     let balance = energy::balance(scene, zones, &fields, &ended.strengths, &escape, &direct);
     let mut warnings = forecast::warnings(scene, zones);
     if settings.voxels != VoxelFactors::Exact && assembly.counts.paper > 0 {
@@ -105,7 +106,7 @@ pub fn solve_zones(
     if !escape.closed() {
         warnings.push("the scene is open: power escapes to the surroundings or onto black backs".into());
     }
-    warnings.extend(direct.warnings.iter().cloned());
+    warnings.extend(direct.warnings().cloned());
     let off = balance.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
     if off > POOR_BALANCE {
         warnings.push(format!(
@@ -113,7 +114,7 @@ pub fn solve_zones(
         ));
     }
     let mut closure = closure;
-    closure.largest_change = closure.largest_change.map(|c| c.max(direct.largest_change));
+    closure.largest_change = closure.largest_change.map(|c| c.max(direct.largest_change()));
     let report = Report {
         status: ended.status,
         residuals: ended.residuals,
@@ -163,13 +164,13 @@ fn emission(zones: &Zones, i: usize) -> Bands {
     }
 }
 
-fn sources(scene: &Scene, zones: &Zones, escape: &Escape, direct: &Direct) -> Sources {
+fn sources(scene: &Scene, zones: &Zones, escape: &Escape, direct: &[Bands]) -> Sources {
     let sky = scene.surroundings().radiance.map(|l| PI * l);
     let mut s = Sources { strengths: Vec::new(), weights: Vec::new(), sky: Vec::new() };
     for i in 0..zones.len() {
         let (c, e, (rho, measure)) = (strength(zones, i), emission(zones, i), response(zones, i));
         let arriving = bands(|b| escape.sky[i][b] * sky[b]);
-        s.strengths.push(bands(|b| c[b] * (e[b] + rho[b] * (direct.fields[i][b] + arriving[b] / measure))));
+        s.strengths.push(bands(|b| c[b] * (e[b] + rho[b] * (direct[i][b] + arriving[b] / measure))));
         s.weights.push(bands(|b| c[b] * rho[b] / measure));
         s.sky.push(arriving);
     }
