@@ -21,7 +21,7 @@ mod rays;
 mod strips;
 mod zone;
 
-use crate::aligned::{Cuboid, FactorCache};
+use crate::aligned::FactorCache;
 use crate::general::{self, Moments};
 use crate::paper::strip::Voxels;
 use crate::polygon::Plates;
@@ -32,7 +32,7 @@ use zonal_math::{Bounded, Grade, Vec3};
 use zonal_scene::zones::SUBCELLS;
 use zonal_scene::{Bands, Plate, Scene, Zones, bands};
 use zonal_transport::Transport;
-use zone::{Shape, Zone, behind, plate_zone};
+use zone::{Items, Shape, Zone, behind};
 
 /// The share of the smaller area that is a radius small enough in any case.
 const PLATE_ABSOLUTE: f64 = 1e-12;
@@ -61,11 +61,18 @@ pub struct Settings {
     pub plate_tolerance: f64,
     /// The formula for two voxels.
     pub voxels: VoxelFactors,
+    /// Keep every zone ready for its pairs, about 400 bytes each: worth it where most pairs are asked for, not where few are.
+    pub keep_zones: bool,
 }
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { aligned_tolerance: 1e-11, plate_tolerance: 1e-9, voxels: VoxelFactors::Exact }
+        Settings {
+            aligned_tolerance: 1e-11,
+            plate_tolerance: 1e-9,
+            voxels: VoxelFactors::Exact,
+            keep_zones: true,
+        }
     }
 }
 
@@ -132,7 +139,7 @@ pub struct Row {
 pub struct Exchange<'a> {
     zones: &'a Zones,
     transport: &'a Transport<'a>,
-    items: Vec<Zone<'a>>,
+    items: Items<'a>,
     cache: FactorCache,
     settings: Settings,
     /// The patches, ready for pairs in any position.
@@ -164,27 +171,7 @@ impl<'a> Exchange<'a> {
         transport: &'a Transport<'a>,
         settings: Settings,
     ) -> Exchange<'a> {
-        let mut items = Vec::with_capacity(zones.len());
-        items.extend(zones.patches.iter().map(|p| plate_zone(p.plate, None)));
         let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
-        for z in &zones.voxels {
-            let map = scene.voxmap().expect("voxel zones come from a voxmap");
-            let lo = map.corner(map.coordinates(z.cell));
-            let hi = lo + cell;
-            let shape = if z.part.is_empty() { Shape::Cuboid } else { Shape::Part(&z.part) };
-            items.push(Zone {
-                shape,
-                aligned: Some(Cuboid { lo, hi, normal: None }),
-                normal: Vec3::ZERO,
-                centre: z.centre,
-                lo,
-                hi,
-                size: cell.length(),
-                measure: z.volume,
-                thickness: z.extinction.map(|k| k * cell.length()),
-            });
-        }
-        items.extend(zones.panes.iter().enumerate().map(|(k, p)| plate_zone(p.plate, Some(k))));
         let cache = FactorCache::new(settings.aligned_tolerance);
         let subcells = if zones.voxels.iter().any(|z| !z.part.is_empty()) {
             subcell_table(cell * (1.0 / SUBCELLS as f64), &cache)
@@ -194,7 +181,7 @@ impl<'a> Exchange<'a> {
         Exchange {
             zones,
             transport,
-            items,
+            items: Items::new(scene, zones, settings.keep_zones),
             cache,
             settings,
             plates: Plates::new(&zones.patches.iter().map(|p| p.plate).collect::<Vec<_>>()),
@@ -218,7 +205,7 @@ impl<'a> Exchange<'a> {
 
     /// What the pairs of zone `i` with those up to itself share: asked once for a row, it spares work.
     pub fn row(&self, i: usize) -> Row {
-        let whole = matches!(self.items[i].shape, Shape::Cuboid);
+        let whole = matches!(self.items.get(i).shape, Shape::Cuboid);
         let series = whole && self.settings.voxels == VoxelFactors::Series;
         Row { i, series: if series { self.strips(i) } else { Vec::new() } }
     }
@@ -227,7 +214,7 @@ impl<'a> Exchange<'a> {
     pub fn pair_in(&self, row: &Row, j: usize, counts: &mut Counts) -> PairFactor {
         let i = row.i;
         assert!(j <= i, "a row has the zones up to its own");
-        let (a, b) = (&self.items[i], &self.items[j]);
+        let (a, b) = (&*self.items.get(i), &*self.items.get(j));
         if i == j {
             return self.own(i, counts);
         }
@@ -259,7 +246,7 @@ impl<'a> Exchange<'a> {
 
     /// A formula of the paper for two voxels: its geometric factor, all of it at the distance of the centres.
     fn at_centres(&self, row: &Row, j: usize) -> Moments {
-        let (a, b) = (&self.items[row.i], &self.items[j]);
+        let (a, b) = (&*self.items.get(row.i), &*self.items.get(j));
         let r = (a.centre - b.centre).length();
         let factor = match (self.settings.voxels, &a.aligned, &b.aligned) {
             (VoxelFactors::Point, ..) => {
@@ -275,7 +262,7 @@ impl<'a> Exchange<'a> {
 
     /// Pairs of patches and whole voxels.
     fn simple(&self, (i, j): (usize, usize), seed: u64, counts: &mut Counts) -> PairFactor {
-        let (a, b) = (&self.items[i], &self.items[j]);
+        let (a, b) = (&*self.items.get(i), &*self.items.get(j));
         if let (Some(p), Some(q)) = (&a.aligned, &b.aligned) {
             counts.aligned += 1;
             if let Some(kappa) = self.uniform {
@@ -303,7 +290,7 @@ impl<'a> Exchange<'a> {
 
     /// Two patches, one at least in a general position: the factor proved, its moments of distance, where they are wanted, estimated.
     fn two_plates(&self, (i, j): (usize, usize), seed: u64, counts: &mut Counts) -> PairFactor {
-        let (a, b) = (&self.items[i], &self.items[j]);
+        let (a, b) = (&*self.items.get(i), &*self.items.get(j));
         let factor = self.plates.pair(i, j, self.settings.plate_tolerance, PLATE_ABSOLUTE).bounded;
         if self.uniform != Some([0.0; 3]) {
             let m = Moments { factor, ..self.moments(a, b) };
@@ -364,7 +351,7 @@ impl<'a> Exchange<'a> {
 
     /// Exchange of a zone with itself.
     fn own(&self, i: usize, counts: &mut Counts) -> PairFactor {
-        let z = &self.items[i];
+        let z = &*self.items.get(i);
         match &z.shape {
             Shape::Plate { pane: None, .. } => PairFactor::default(),
             Shape::Plate { pane: Some(k), .. } => {
@@ -400,7 +387,8 @@ impl<'a> Exchange<'a> {
             return all;
         }
         let seed = ((i as u64) << 32) | i as u64;
-        self.times_visibility(&self.items[i], &self.items[i], all, seed, counts)
+        let z = self.items.get(i);
+        self.times_visibility(&z, &z, all, seed, counts)
     }
 
     fn kappa(&self, i: usize) -> Bands {

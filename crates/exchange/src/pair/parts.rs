@@ -81,7 +81,7 @@ impl Exchange<'_> {
     }
 
     pub(super) fn sub_volume(&self) -> f64 {
-        let z = &self.items[self.zones.voxel_offset()];
+        let z = self.items.get(self.zones.voxel_offset());
         (z.hi - z.lo).product() / (SUBCELLS * SUBCELLS * SUBCELLS) as f64
     }
 }

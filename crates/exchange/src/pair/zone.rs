@@ -1,16 +1,19 @@
 //! The zones as the judge of pairs sees them: a shape, a normal, a size, and the axis-aligned box where they are one.
 
 use crate::aligned::Cuboid;
+use std::borrow::Cow;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Bands, Plate, Sample};
+use zonal_scene::{Bands, Plate, Sample, Scene, VoxelZone, Voxmap, Zones};
 
 /// The shape of a zone.
+#[derive(Clone)]
 pub(super) enum Shape<'a> {
     Plate { plate: Plate, pane: Option<usize> },
     Cuboid,
     Part(&'a [Sample]),
 }
 
+#[derive(Clone)]
 pub(super) struct Zone<'a> {
     pub(super) shape: Shape<'a>,
     /// The zone as an axis-aligned box or rectangle; of a cut voxel, the whole cell.
@@ -30,6 +33,61 @@ impl Zone<'_> {
     /// The samples of a cut voxel.
     pub(super) fn samples(&self) -> Option<&[Sample]> {
         if let Shape::Part(s) = self.shape { Some(s) } else { None }
+    }
+}
+
+/// All zones: kept ready, or each made when asked for.
+pub(super) struct Items<'a> {
+    zones: &'a Zones,
+    map: Option<&'a Voxmap>,
+    kept: Vec<Zone<'a>>,
+}
+
+impl<'a> Items<'a> {
+    pub(super) fn new(scene: &'a Scene, zones: &'a Zones, keep: bool) -> Items<'a> {
+        let mut items = Items { zones, map: scene.voxmap(), kept: Vec::new() };
+        if keep {
+            items.kept = (0..zones.len()).map(|i| items.make(i)).collect();
+        }
+        items
+    }
+
+    /// Zone `i` of the scene.
+    pub(super) fn get(&self, i: usize) -> Cow<'_, Zone<'a>> {
+        match self.kept.get(i) {
+            Some(z) => Cow::Borrowed(z),
+            None => Cow::Owned(self.make(i)),
+        }
+    }
+
+    fn make(&self, i: usize) -> Zone<'a> {
+        let zones = self.zones;
+        if i < zones.voxel_offset() {
+            plate_zone(zones.patches[i].plate, None)
+        } else if i < zones.pane_offset() {
+            let map = self.map.expect("voxel zones come from a voxmap");
+            voxel_zone(&zones.voxels[i - zones.voxel_offset()], map)
+        } else {
+            let k = i - zones.pane_offset();
+            plate_zone(zones.panes[k].plate, Some(k))
+        }
+    }
+}
+
+fn voxel_zone<'a>(z: &'a VoxelZone, map: &Voxmap) -> Zone<'a> {
+    let cell = map.cell();
+    let lo = map.corner(map.coordinates(z.cell));
+    let hi = lo + cell;
+    Zone {
+        shape: if z.part.is_empty() { Shape::Cuboid } else { Shape::Part(&z.part) },
+        aligned: Some(Cuboid { lo, hi, normal: None }),
+        normal: Vec3::ZERO,
+        centre: z.centre,
+        lo,
+        hi,
+        size: cell.length(),
+        measure: z.volume,
+        thickness: z.extinction.map(|k| k * cell.length()),
     }
 }
 
