@@ -6,6 +6,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`plate`] | triangles and parallelograms |
+//! | [`part`] | the free part of a cut voxel, packed |
 //! | [`voxmap`] | the regular voxel grid of a medium |
 //! | [`scene`] | surfaces, panes, lights, cameras, validated once into a [`Scene`] |
 //! | [`zones`] | patches, voxel zones and pane zones |
@@ -17,6 +18,8 @@
 
 pub mod plate;
 pub mod progress;
+pub mod group;
+pub mod part;
 pub mod scene;
 pub mod solution;
 pub mod voxmap;
@@ -25,6 +28,8 @@ pub mod zones;
 pub use plate::{Plate, PlateKind};
 pub use progress::{Progress, Quiet};
 pub use scene::{
+pub use group::{Group, Values};
+pub use part::{Part, Sample};
     Camera, Facet, Light, Options, Pane, Scene, SceneError, SceneParts, Sides, Surface, Surroundings, Texture,
 };
 pub use solution::{Fields, Report, Solution, SolveStatus};

@@ -18,11 +18,45 @@ pub struct Voxmap {
     min: Vec3,
     cell: Vec3,
     dims: [usize; 3],
-    extinction: Vec<Bands>,
-    albedo: Vec<Bands>,
-    emission: Vec<Bands>,
-    source: Vec<Bands>,
-    uniform: Option<Bands>,
+    extinction: Values,
+    albedo: Values,
+    emission: Values,
+    source: Values,
+}
+
+/// A value a cell: one for all, or one each.
+#[derive(Clone, Debug, PartialEq)]
+enum Values {
+    Same(Bands),
+    Each(Vec<Bands>),
+}
+
+impl Values {
+    fn get(&self, index: usize) -> Bands {
+        match self {
+            Values::Same(v) => *v,
+            Values::Each(list) => list[index],
+        }
+    }
+    fn set(&mut self, index: usize, value: Bands, len: usize) {
+        match self {
+            Values::Same(v) if *v == value => {}
+            Values::Same(v) => {
+                let mut list = vec![*v; len];
+                list[index] = value;
+                *self = Values::Each(list);
+            }
+            Values::Each(list) => list[index] = value,
+        }
+    }
+    /// One value where all are the same.
+    fn seal(&mut self) {
+        if let Values::Each(list) = self
+            && list.iter().all(|v| *v == list[0])
+        {
+            *self = Values::Same(list[0]);
+        }
+    }
 }
 
 impl Voxmap {
@@ -56,34 +90,36 @@ impl Voxmap {
             min,
             cell,
             dims,
-            extinction: vec![[0.0; 3]; count],
-            albedo: vec![[0.0; 3]; count],
-            emission: vec![[0.0; 3]; count],
-            source: vec![[0.0; 3]; count],
-            uniform: Some([0.0; 3]),
+            extinction: Values::Same([0.0; 3]),
+            albedo: Values::Same([0.0; 3]),
+            emission: Values::Same([0.0; 3]),
+            source: Values::Same([0.0; 3]),
         })
     }
 
     /// Sets one cell: extinction κ (1/m), albedo Ω, black emissive power E (W/m²), source q (W/m³), each a band.
     /// Call [`Voxmap::seal`] after the last one.
     pub fn set(&mut self, index: usize, extinction: Bands, albedo: Bands, emission: Bands, source: Bands) {
-        self.extinction[index] = extinction;
-        self.albedo[index] = albedo;
-        self.emission[index] = emission;
-        self.source[index] = source;
-        self.uniform = None;
+        let len = self.len();
+        self.extinction.set(index, extinction, len);
+        self.albedo.set(index, albedo, len);
+        self.emission.set(index, emission, len);
+        self.source.set(index, source, len);
     }
 
     /// Validates every cell and notes whether the extinction is uniform.
     pub fn seal(mut self) -> Result<Voxmap, SceneError> {
-        for i in 0..self.len() {
+        let one = [&self.extinction, &self.albedo, &self.emission, &self.source]
+            .iter()
+            .all(|v| matches!(v, Values::Same(_)));
+        for i in 0..if one { 1 } else { self.len() } {
             let bad = |key: &str, what: &str, value: f64| {
                 let [x, y, z] = self.coordinates(i);
                 Err(SceneError::new(key, format!("{what} is {value} in cell ({x}, {y}, {z})")))
             };
             for b in 0..3 {
                 let (k, o, e, q) =
-                    (self.extinction[i][b], self.albedo[i][b], self.emission[i][b], self.source[i][b]);
+                    (self.extinction(i)[b], self.albedo(i)[b], self.emission(i)[b], self.source(i)[b]);
                 let ranges = [
                     ("extinction", k, LARGEST_EXTINCTION),
                     ("albedo", o, 1.0),
@@ -106,18 +142,19 @@ impl Voxmap {
                 }
             }
         }
-        let first = self.extinction[0];
-        self.uniform = self.extinction.iter().all(|k| *k == first).then_some(first);
+        for values in [&mut self.extinction, &mut self.albedo, &mut self.emission, &mut self.source] {
+            values.seal();
+        }
         Ok(self)
     }
 
     /// Number of cells.
     pub fn len(&self) -> usize {
-        self.extinction.len()
+        self.dims[0] * self.dims[1] * self.dims[2]
     }
     /// Never true: a voxmap has cells.
     pub fn is_empty(&self) -> bool {
-        self.extinction.is_empty()
+        self.len() == 0
     }
     /// Lower corner, m.
     pub fn min(&self) -> Vec3 {
@@ -166,23 +203,23 @@ impl Voxmap {
     }
     /// Extinction κ of a cell, 1/m.
     pub fn extinction(&self, index: usize) -> Bands {
-        self.extinction[index]
+        self.extinction.get(index)
     }
     /// Scattering albedo Ω of a cell.
     pub fn albedo(&self, index: usize) -> Bands {
-        self.albedo[index]
+        self.albedo.get(index)
     }
     /// Black emissive power E of a cell, W/m².
     pub fn emission(&self, index: usize) -> Bands {
-        self.emission[index]
+        self.emission.get(index)
     }
     /// Volumetric source q of a cell, W/m³.
     pub fn source(&self, index: usize) -> Bands {
-        self.source[index]
+        self.source.get(index)
     }
     /// The extinction, where it is the same in every cell.
     pub fn uniform_extinction(&self) -> Option<Bands> {
-        self.uniform
+        if let Values::Same(k) = self.extinction { Some(k) } else { None }
     }
 }
 

@@ -2,8 +2,10 @@
 //!
 //! Global order, used by every array of a solution: patches, then voxel zones, then pane zones.
 
-use crate::{Bands, Plate};
+use crate::{Bands, Part, Plate};
 use zonal_math::Vec3;
+
+pub use crate::part::SUBCELLS;
 
 /// A surface zone: one side of a piece of a facet.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,20 +26,6 @@ pub struct Patch {
     pub emission: Bands,
 }
 
-/// A point that stands for a part of a voxel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// A point in free space.
-    pub point: Vec3,
-    /// The free volume it stands for, m³.
-    pub volume: f64,
-    /// The sub-cell of the voxel it lies in: (i·s + j)·s + k with s = [`SUBCELLS`].
-    pub subcell: u8,
-}
-
-/// A cut voxel is resolved into SUBCELLS³ sub-cells.
-pub const SUBCELLS: usize = 4;
-
 /// A volume zone: the free part of a voxel, or one of the parts that a wall separates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VoxelZone {
@@ -48,7 +36,7 @@ pub struct VoxelZone {
     /// Free volume V, m³.
     pub volume: f64,
     /// Empty for a whole voxel; else the samples that make up this part.
-    pub part: Vec<Sample>,
+    pub part: Part,
     /// Extinction κ, 1/m.
     pub extinction: Bands,
     /// Scattering albedo Ω.

@@ -139,15 +139,8 @@ fn ray(zones: &Zones, cell: Vec3, i: usize, k: usize) -> (Vec3, Vec3, Bands) {
 
 /// A point of a voxel zone with cell edges `cell`: uniform in a whole voxel, one of the samples of a cut one.
 pub fn voxel_point(z: &VoxelZone, cell: Vec3, u: [f64; 3]) -> Vec3 {
-    if z.part.is_empty() {
-        return z.centre + cell.scale(Vec3::from_array(u) - Vec3::splat(0.5));
-    }
-    let mut target = u[0] * z.volume;
-    let chosen = z.part.iter().find(|s| {
-        target -= s.volume;
-        target <= 0.0
-    });
-    chosen.unwrap_or(&z.part[z.part.len() - 1]).point
+    let whole = || z.centre + cell.scale(Vec3::from_array(u) - Vec3::splat(0.5));
+    z.part.point_at(u[0]).unwrap_or_else(whole)
 }
 
 /// A direction of cosine density about `n` from two numbers in [0, 1).

@@ -18,7 +18,7 @@ fn zones(s: &Scene) -> Zones {
                 assert_eq!(map.cell_at(v.centre), Some(map.coordinates(c)));
                 let sum: f64 = v.part.iter().map(|s| s.volume).sum();
                 assert!(v.part.is_empty() || (sum - v.volume).abs() < 1e-12 * v.volume);
-                assert!(v.part.windows(2).all(|w| w[0].subcell < w[1].subcell));
+                assert!(v.part.iter().zip(v.part.iter().skip(1)).all(|(a, b)| a.subcell < b.subcell));
                 assert!(v.volume > 0.0 && v.volume <= map.cell().product() * (1.0 + 1e-12));
             }
         }

@@ -88,7 +88,7 @@ impl Exchange<'_> {
 
 /// A cut voxel and a plate: Σ over samples of the solid angle, or the centre where `near` is false.
 pub(super) fn part_plate(z: &Zone, plate: &Plate, two_sided: bool, near: bool) -> Moments {
-    let Shape::Part(samples) = z.shape else {
+    let Shape::Part(samples) = &z.shape else {
         return whole_plate(z, plate, two_sided);
     };
     if near {

@@ -7,15 +7,15 @@ use zonal_scene::{Bands, Plate, Sample, Scene, VoxelZone, Voxmap, Zones};
 
 /// The shape of a zone.
 #[derive(Clone)]
-pub(super) enum Shape<'a> {
+pub(super) enum Shape {
     Plate { plate: Plate, pane: Option<usize> },
     Cuboid,
-    Part(&'a [Sample]),
+    Part(Vec<Sample>),
 }
 
 #[derive(Clone)]
-pub(super) struct Zone<'a> {
-    pub(super) shape: Shape<'a>,
+pub(super) struct Zone {
+    pub(super) shape: Shape,
     /// The zone as an axis-aligned box or rectangle; of a cut voxel, the whole cell.
     pub(super) aligned: Option<Cuboid>,
     pub(super) normal: Vec3,
@@ -29,10 +29,10 @@ pub(super) struct Zone<'a> {
     pub(super) thickness: Bands,
 }
 
-impl Zone<'_> {
+impl Zone {
     /// The samples of a cut voxel.
     pub(super) fn samples(&self) -> Option<&[Sample]> {
-        if let Shape::Part(s) = self.shape { Some(s) } else { None }
+        if let Shape::Part(s) = &self.shape { Some(s) } else { None }
     }
 }
 
@@ -40,7 +40,7 @@ impl Zone<'_> {
 pub(super) struct Items<'a> {
     zones: &'a Zones,
     map: Option<&'a Voxmap>,
-    kept: Vec<Zone<'a>>,
+    kept: Vec<Zone>,
 }
 
 impl<'a> Items<'a> {
@@ -53,14 +53,14 @@ impl<'a> Items<'a> {
     }
 
     /// Zone `i` of the scene.
-    pub(super) fn get(&self, i: usize) -> Cow<'_, Zone<'a>> {
+    pub(super) fn get(&self, i: usize) -> Cow<'_, Zone> {
         match self.kept.get(i) {
             Some(z) => Cow::Borrowed(z),
             None => Cow::Owned(self.make(i)),
         }
     }
 
-    fn make(&self, i: usize) -> Zone<'a> {
+    fn make(&self, i: usize) -> Zone {
         let zones = self.zones;
         if i < zones.voxel_offset() {
             plate_zone(zones.patches[i].plate, None)
@@ -74,12 +74,12 @@ impl<'a> Items<'a> {
     }
 }
 
-fn voxel_zone<'a>(z: &'a VoxelZone, map: &Voxmap) -> Zone<'a> {
+fn voxel_zone(z: &VoxelZone, map: &Voxmap) -> Zone {
     let cell = map.cell();
     let lo = map.corner(map.coordinates(z.cell));
     let hi = lo + cell;
     Zone {
-        shape: if z.part.is_empty() { Shape::Cuboid } else { Shape::Part(&z.part) },
+        shape: if z.part.is_empty() { Shape::Cuboid } else { Shape::Part(z.part.iter().collect()) },
         aligned: Some(Cuboid { lo, hi, normal: None }),
         normal: Vec3::ZERO,
         centre: z.centre,
@@ -104,7 +104,7 @@ pub(super) fn share(factor: f64, a: &Zone, b: &Zone) -> f64 {
     factor / weight(a).min(weight(b))
 }
 
-pub(super) fn plate_zone<'a>(plate: Plate, pane: Option<usize>) -> Zone<'a> {
+pub(super) fn plate_zone(plate: Plate, pane: Option<usize>) -> Zone {
     let (lo, hi) = plate.bounds();
     let normal = plate.normal();
     Zone {

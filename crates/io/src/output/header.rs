@@ -7,7 +7,7 @@ use zonal_scene::scene::Options;
 use zonal_scene::{Camera, Light, Pane, Scene, Sides, Solution, Surface, Surroundings};
 
 /// The version of the format; readers refuse others.
-pub const FORMAT_VERSION: u64 = 1;
+pub const FORMAT_VERSION: u64 = 2;
 
 const HOW_TO_READ: &str =
     "import json, numpy as np; z = np.load(file); header = json.loads(bytes(z['header.json']))";

@@ -12,7 +12,7 @@
 //! | `radiosity`, `incident`, `direct`, `error` | [zones, 3] | B; H or G without direct light; H_dir or G_dir; error of `incident` |
 //! | `patch_origin`, `_e1`, `_e2`, `_kind`, `_normal`, `_area`, `_facet`, `_surface`, `_reflectance`, `_emission` | [patches, …] | surface zones; kind 0 triangle, 1 parallelogram |
 //! | `voxel_cell`, `_centre`, `_volume`, `_extinction`, `_albedo`, `_emission`, `_source` | [voxels, …] | volume zones |
-//! | `voxel_part_first`, `part_point`, `part_volume`, `part_subcell` | CSR | samples of cut voxels: zone i has the rows `first[i]` to `first[i+1]` |
+//! | `voxel_part_first`, `part_subcell`, `part_packed` | CSR | samples of cut voxels: zone i has the rows `first[i]` to `first[i+1]`; `part_packed.view("<u2").reshape(-1, 4)` is the place in the sub-cell and the share of the volume, in 2⁻¹⁶ |
 //! | `pane_zone_*` | [pane zones, …] | pane zones |
 //! | `facet_origin`, `_e1`, `_e2`, `_kind`, `_surface`, `_uv` | [facets, …] | the scene's surfaces |
 //! | `pane_plate_*`, `pane_plate_pane` | [plates, …] | the scene's panes |
@@ -29,7 +29,7 @@ use std::io::{self, Seek, Write};
 use std::path::Path;
 use zonal_math::Vec3;
 use zonal_scene::{
-    Facet, Fields, Pane, PaneZone, Patch, Plate, Sample, Scene, SceneError, SceneParts, Solution, Texture,
+    Facet, Fields, Pane, PaneZone, Part, Patch, Plate, Scene, SceneError, SceneParts, Solution, Texture,
     VoxelZone, Voxmap, Zones, zones::SUBCELLS,
 };
 
@@ -82,11 +82,15 @@ fn write_voxels<W: Write + Seek>(npz: &mut writer::Npz<W>, voxels: &[VoxelZone])
         Some(*sum)
     }));
     npz.ints("voxel_part_first", first.into_iter())?;
-    let samples: Vec<&Sample> = voxels.iter().flat_map(|v| &v.part).collect();
-    npz.vectors("part_point", samples.iter().map(|s| s.point))?;
-    npz.reals("part_volume", samples.iter().map(|s| s.volume))?;
-    let subcells: Vec<u8> = samples.iter().map(|s| s.subcell).collect();
-    npz.bytes("part_subcell", &subcells)
+    let words = voxels.iter().flat_map(|v| v.part.packed().1).flatten();
+    let packed: Vec<u8> = words.flat_map(|w| w.to_le_bytes()).collect();
+    npz.bytes("part_packed", &packed)?;
+    npz.bytes("part_subcell", &voxels.iter().flat_map(|v| subcells(v.part.packed().0)).collect::<Vec<u8>>())
+}
+
+/// The bits of a mask, ascending.
+fn subcells(mask: u64) -> impl Iterator<Item = u8> {
+    (0..64u8).filter(move |k| mask >> k & 1 == 1)
 }
 
 fn write_pane_zones<W: Write + Seek>(npz: &mut writer::Npz<W>, panes: &[PaneZone]) -> io::Result<()> {
@@ -276,33 +280,39 @@ fn read_voxels(npz: &mut reader::Npz, scene: &Scene) -> Result<Vec<VoxelZone>, F
     let albedo = npz.bands("voxel_albedo", n, 1.0)?;
     let emission = npz.bands("voxel_emission", n, f64::MAX)?;
     let source = npz.bands("voxel_source", n, f64::MAX)?;
-    let samples = read_samples(npz)?;
-    let first = npz.ints("voxel_part_first", Some(n + 1), samples.len() + 1)?;
-    if !first.is_sorted() || first[0] != 0 || first[n] != samples.len() {
+    let subcell = npz.bytes("part_subcell", None)?;
+    let packed = npz.bytes("part_packed", Some(8 * subcell.len()))?;
+    let first = npz.ints("voxel_part_first", Some(n + 1), subcell.len() + 1)?;
+    if !first.is_sorted() || first[0] != 0 || first[n] != subcell.len() {
         return Err(npz.error("voxel_part_first", "does not cover the samples; solve the scene again"));
     }
-    let voxel = |i: usize| VoxelZone {
+    let part = |i: usize| {
+        let rows = first[i]..first[i + 1];
+        let (mut mask, map) = (0u64, scene.voxmap()?);
+        for &k in &subcell[rows.clone()] {
+            // Ascending, so each is set once and lies above the others.
+            let free = (k as usize) < SUBCELLS.pow(3) && mask.checked_shr(k as u32) == Some(0);
+            mask |= if free { 1 << k } else { return None };
+        }
+        let word = |b: &[u8]| [0, 2, 4, 6].map(|k| u16::from_le_bytes([b[k], b[k + 1]]));
+        let samples = packed[8 * rows.start..8 * rows.end].chunks_exact(8).map(word).collect();
+        Part::from_packed(map.corner(map.coordinates(cell[i])), map.cell(), volume[i], mask, samples)
+    };
+    let parts: Option<Vec<Part>> = (0..n).map(part).collect();
+    let Some(parts) = parts else {
+        return Err(npz.error("part_subcell", "a sample is out of range; solve the scene again"));
+    };
+    let voxel = |(i, part): (usize, Part)| VoxelZone {
         cell: cell[i],
         centre: centre[i],
         volume: volume[i],
-        part: samples[first[i]..first[i + 1]].to_vec(),
+        part,
         extinction: extinction[i],
         albedo: albedo[i],
         emission: emission[i],
         source: source[i],
     };
-    Ok((0..n).map(voxel).collect())
-}
-
-fn read_samples(npz: &mut reader::Npz) -> Result<Vec<Sample>, FileError> {
-    let subcell = npz.bytes("part_subcell", None)?;
-    let point = npz.vectors("part_point", subcell.len())?;
-    let volume = npz.reals("part_volume", subcell.len())?;
-    if subcell.iter().any(|s| *s as usize >= SUBCELLS.pow(3)) || volume.iter().any(|v| *v < 0.0) {
-        return Err(npz.error("part_subcell", "a sample is out of range; solve the scene again"));
-    }
-    let sample = |i: usize| Sample { point: point[i], volume: volume[i], subcell: subcell[i] };
-    Ok((0..subcell.len()).map(sample).collect())
+    Ok(parts.into_iter().enumerate().map(voxel).collect())
 }
 
 fn read_pane_zones(npz: &mut reader::Npz, scene: &Scene) -> Result<Vec<PaneZone>, FileError> {

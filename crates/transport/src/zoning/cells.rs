@@ -12,7 +12,7 @@
 use crate::Transport;
 use crate::meet::{Line, Prepared};
 use zonal_math::{Vec3, vec3};
-use zonal_scene::zones::SUBCELLS;
+use zonal_scene::part::{SUBCELLS, packed_point};
 use zonal_scene::{Sample, Voxmap};
 
 const FINE: usize = 8;
@@ -26,7 +26,7 @@ const LOOKS: usize = 6;
 
 /// A free part of a cell.
 pub(super) struct Part {
-    pub samples: Vec<Sample>,
+    pub samples: zonal_scene::Part,
     pub centre: Vec3,
     pub volume: f64,
 }
@@ -239,37 +239,87 @@ pub(super) fn resolve(
     if samples_in_one { Resolved::Whole } else { Resolved::Parts(parts) }
 }
 
+/// What one sub-cell has of a part: the mask of its eight fine samples, free volume and first moment.
+#[derive(Clone, Copy)]
+struct Sub {
+    members: u8,
+    volume: f64,
+    moment: Vec3,
+}
+
+/// Fine samples along an edge of a sub-cell.
+const WITHIN: usize = FINE / SUBCELLS;
+
+/// The sub-cell of a fine sample, and its number there.
+fn place(s: usize) -> (usize, usize) {
+    let c = coordinates(s);
+    let [a, b] = [c.map(|i| i / WITHIN), c.map(|i| i % WITHIN)];
+    ((a[0] * SUBCELLS + a[1]) * SUBCELLS + a[2], (b[0] * WITHIN + b[1]) * WITHIN + b[2])
+}
+
+/// The fine sample with this number in a sub-cell.
+fn fine(subcell: usize, member: usize) -> usize {
+    let at = |k: usize, n: usize| [k / (n * n), k / n % n, k % n];
+    let (a, b) = (at(subcell, SUBCELLS), at(member, WITHIN));
+    let c = [0, 1, 2].map(|x| a[x] * WITHIN + b[x]);
+    (c[0] * FINE + c[1]) * FINE + c[2]
+}
+
 fn part(cell: &Cell, gaps: &Gaps, axis: usize, samples: &[usize]) -> Part {
-    let subcell = |s: usize| {
-        let c = coordinates(s).map(|i| i / (FINE / SUBCELLS));
-        (c[0] * SUBCELLS + c[1]) * SUBCELLS + c[2]
-    };
-    let mut by_subcell: Vec<Vec<usize>> = vec![Vec::new(); SUBCELLS * SUBCELLS * SUBCELLS];
-    samples.iter().for_each(|&s| by_subcell[subcell(s)].push(s));
-    let weight = |s: usize| cell.weight(gaps, axis, s);
+    let mut subs = [Sub { members: 0, volume: 0.0, moment: Vec3::ZERO }; SUBCELLS * SUBCELLS * SUBCELLS];
+    for &s in samples {
+        let ((k, member), w) = (place(s), cell.weight(gaps, axis, s));
+        let sub = &mut subs[k];
+        sub.members |= 1 << member;
+        sub.volume += w;
+        sub.moment += cell.point(s) * w;
+    }
     let (mut volume, mut moment) = (0.0, Vec3::ZERO);
-    let mut out = Vec::new();
-    for (k, list) in by_subcell.iter().enumerate().filter(|x| !x.1.is_empty()) {
-        let v: f64 = list.iter().map(|&s| weight(s)).sum();
-        let m = list.iter().fold(Vec3::ZERO, |m, &s| m + cell.point(s) * weight(s));
-        volume += v;
-        moment += m;
-        out.push(Sample { point: seen_mean(cell, list, m / v), volume: v, subcell: k as u8 });
+    let mut out = Vec::with_capacity(subs.len());
+    for (k, sub) in subs.iter().enumerate().filter(|x| x.1.members != 0) {
+        volume += sub.volume;
+        moment += sub.moment;
+        let point = cell.seen_mean(gaps, k, sub);
+        out.push(Sample { point, volume: sub.volume, subcell: k as u8 });
     }
     let mean = moment / volume;
-    let centre = nearest(cell, samples, mean);
-    Part { samples: out, centre, volume }
+    let centre = cell.nearest(samples.iter().copied(), mean);
+    Part { samples: zonal_scene::Part::new(cell.lo, cell.h, volume, &out), centre, volume }
 }
 
-fn nearest(cell: &Cell, samples: &[usize], x: Vec3) -> Vec3 {
-    let distance = |s: &usize| (cell.point(*s) - x).length2();
-    samples.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).map_or(x, |s| cell.point(*s))
-}
+impl Cell<'_> {
+    /// The fine sample nearest to `x`.
+    fn nearest(&self, samples: impl Iterator<Item = usize>, x: Vec3) -> Vec3 {
+        let mut best = (f64::INFINITY, x);
+        for p in samples.map(|s| self.point(s)) {
+            let d = (p - x).length2();
+            best = if d < best.0 { (d, p) } else { best };
+        }
+        best.1
+    }
 
-/// The mean, or the sample nearest to it when that does not see it.
-fn seen_mean(cell: &Cell, samples: &[usize], mean: Vec3) -> Vec3 {
-    let near = nearest(cell, samples, mean);
-    // A mean that lies in a facet is seen from everywhere: look a little past it.
-    let past = near + (mean - near) * 1.001;
-    if cell.sees(near, past) { mean } else { near }
+    /// Where the sample of a sub-cell lies: at the mean of its part there, or at the fine sample nearest to that when this does not
+    /// see it; as near as it can be packed.
+    fn seen_mean(&self, gaps: &Gaps, subcell: usize, sub: &Sub) -> Vec3 {
+        let mean = packed_point(self.lo, self.h, subcell as u8, sub.moment / sub.volume);
+        if sub.members == u8::MAX && self.untouched(gaps, subcell) {
+            return mean;
+        }
+        let members = (0..8).filter(|m| sub.members >> m & 1 == 1).map(|m| fine(subcell, m));
+        let near = self.nearest(members, mean);
+        // A mean that lies in a facet is seen from everywhere: look a little past it.
+        let past = near + (mean - near) * 1.001;
+        if self.sees(near, past) { mean } else { packed_point(self.lo, self.h, subcell as u8, near) }
+    }
+
+    /// True when no line is pierced between the fine samples of a sub-cell.
+    fn untouched(&self, gaps: &Gaps, subcell: usize) -> bool {
+        (0..8).all(|m| {
+            let c = coordinates(fine(subcell, m));
+            (0..3).all(|axis| {
+                let g = gaps.at(axis, c, 0);
+                c[axis] % WITHIN == 0 || g[0] > g[1]
+            })
+        })
+    }
 }

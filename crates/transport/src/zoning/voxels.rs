@@ -5,7 +5,7 @@ use super::overlap::{Met, overlaps};
 use crate::Transport;
 use rayon::prelude::*;
 use zonal_math::Vec3;
-use zonal_scene::{Sample, Scene, VoxelZone, Voxmap};
+use zonal_scene::{Part, Scene, VoxelZone, Voxmap};
 
 /// The voxel zones by ascending cell, and where each cell's begin.
 pub(super) fn voxels(scene: &Scene, map: &Voxmap, transport: &Transport) -> (Vec<VoxelZone>, Vec<u32>) {
@@ -19,13 +19,15 @@ pub(super) fn voxels(scene: &Scene, map: &Voxmap, transport: &Transport) -> (Vec
             resolve(transport, map, map.coordinates(run[0].0 as usize), &facets, gaps)
         })
         .collect();
-    let mut zones = Vec::with_capacity(map.len());
+    let parts = |r: &Resolved| if let Resolved::Parts(p) = r { p.len() } else { 1 };
+    let whole = met.iter().filter(|m| **m != Met::Cut).count();
+    let mut zones = Vec::with_capacity(whole + cut.iter().map(parts).sum::<usize>());
     let mut first = Vec::with_capacity(map.len() + 1);
     let mut cut = cut.into_iter();
     let volume = map.cell().product();
     for cell in 0..map.len() {
         first.push(zones.len() as u32);
-        let whole = || zone(map, cell, map.centre(map.coordinates(cell)), volume, Vec::new());
+        let whole = || zone(map, cell, map.centre(map.coordinates(cell)), volume, Part::default());
         match met[cell] {
             Met::Cut => match cut.next() {
                 Some(Resolved::Parts(parts)) => {
@@ -41,7 +43,7 @@ pub(super) fn voxels(scene: &Scene, map: &Voxmap, transport: &Transport) -> (Vec
     (zones, first)
 }
 
-fn zone(map: &Voxmap, cell: usize, centre: Vec3, volume: f64, part: Vec<Sample>) -> VoxelZone {
+fn zone(map: &Voxmap, cell: usize, centre: Vec3, volume: f64, part: Part) -> VoxelZone {
     VoxelZone {
         cell,
         centre,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use zonal_math::{Grade, vec3};
 use zonal_scene::scene::{Options, Sides, Surface, Surroundings};
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Camera, Light, Report, SolveStatus};
+use zonal_scene::{Camera, Light, Report, Sample, SolveStatus};
 
 fn folder(name: &str) -> PathBuf {
     let dir = std::env::temp_dir().join(format!("zonal-{name}-{}", std::process::id()));
@@ -95,11 +95,12 @@ fn zones(scene: &Scene) -> Zones {
         reflectance: [0.5; 3],
         emission: [0.25; 3],
     };
-    let voxel = |cell: usize, part: Vec<Sample>| VoxelZone {
+    let map = scene.voxmap().unwrap();
+    let voxel = |cell: usize, samples: Vec<Sample>| VoxelZone {
         cell,
         centre: Vec3::splat(0.25),
         volume: 0.125,
-        part,
+        part: Part::new(map.corner(map.coordinates(cell)), map.cell(), 0.125, &samples),
         extinction: [0.1; 3],
         albedo: [0.5; 3],
         emission: [0.0; 3],
