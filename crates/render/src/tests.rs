@@ -2,10 +2,10 @@
 
 use super::*;
 use std::f64::consts::PI;
-use zonal_math::{Grade, Vec3, vec3};
+use zonal_math::{Vec3, vec3};
 use zonal_scene::scene::{Facet, Light, Options, Pane, Scene, SceneParts, Sides, Surface, Surroundings};
-use zonal_scene::solution::{Closure, Energy, Fields};
-use zonal_scene::{Bands, Plate, Quiet, Report, SolveStatus, Voxmap};
+use zonal_scene::solution::Fields;
+use zonal_scene::{Bands, Plate, Quiet, Report, Voxmap};
 use zonal_transport::build_zones;
 
 fn surface(name: &str, rho: f64, emission: f64) -> Surface {
@@ -83,15 +83,8 @@ fn solution(parts: SceneParts, h: impl Fn(Vec3, Vec3) -> f64, b: impl Fn(Vec3) -
         scene,
         zones,
         fields,
-        report: Report {
-            status: [SolveStatus::Converged; 3],
-            residuals: Default::default(),
-            closure: Closure::default(),
-            energy: Energy::default(),
-            counts: Vec::new(),
-            warnings: Vec::new(),
-            grade: Grade::Estimated,
-        },
+        groups: Vec::new(),
+        report: Report::default(),
         scene_hash: String::new(),
         version: String::new(),
     }

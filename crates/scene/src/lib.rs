@@ -11,30 +11,35 @@
 //! | [`scene`] | surfaces, panes, lights, cameras, validated once into a [`Scene`] |
 //! | [`zones`] | patches, voxel zones and pane zones |
 //! | [`solution`] | radiosity, irradiance, fluence on the zones, with the report |
+//! | [`group`] | the share of each light in a solution |
 //! | [`progress`] | how long work tells where it stands |
+//! | [`vault`] | where long work leaves what is done |
 //!
 //! Units: metres, 1/m for extinction, W/m² for radiosity B, irradiance H and fluence G, W/m³ for volumetric sources, each per
 //! band. Three bands, called red, green, blue in pictures; thermal users may give all three the same values.
 
-pub mod plate;
-pub mod progress;
 pub mod group;
 pub mod part;
+pub mod plate;
+pub mod progress;
 pub mod scene;
 pub mod solution;
+pub mod vault;
 pub mod voxmap;
 pub mod zones;
 
+pub use group::{Group, Values};
+pub use part::{Part, Sample};
 pub use plate::{Plate, PlateKind};
 pub use progress::{Progress, Quiet};
 pub use scene::{
-pub use group::{Group, Values};
-pub use part::{Part, Sample};
-    Camera, Facet, Light, Options, Pane, Scene, SceneError, SceneParts, Sides, Surface, Surroundings, Texture,
+    Camera, Engine, Facet, Groups, Light, Options, Pane, Scene, SceneError, SceneParts, Sides, Surface,
+    Surroundings, Texture,
 };
-pub use solution::{Fields, Report, Solution, SolveStatus};
+pub use solution::{Estimate, Fields, Report, Solution, SolveStatus};
+pub use vault::{NoVault, Vault};
 pub use voxmap::Voxmap;
-pub use zones::{PaneZone, Patch, Sample, VoxelZone, Zones};
+pub use zones::{PaneZone, Patch, VoxelZone, Zones};
 
 /// One value a band.
 pub type Bands = [f64; 3];

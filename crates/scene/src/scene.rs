@@ -183,6 +183,52 @@ pub struct Camera {
     pub fov: f64,
 }
 
+/// How the exchange of all zones is represented.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Engine {
+    /// Dense for few zones, hierarchical for many.
+    #[default]
+    Auto,
+    /// Every pair of zones.
+    Dense,
+    /// Links between clusters of zones.
+    Hierarchical,
+}
+
+impl Engine {
+    /// The words that scene files use, in the order of [`Engine::ALL`].
+    pub const WORDS: [&str; 3] = ["auto", "dense", "hierarchical"];
+    /// All of them.
+    pub const ALL: [Engine; 3] = [Engine::Auto, Engine::Dense, Engine::Hierarchical];
+    /// The word that scene files and reports use.
+    pub fn word(self) -> &'static str {
+        Engine::WORDS[self as usize]
+    }
+}
+
+/// Which lights are solved apart, so that they can be turned up and down afterwards.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Groups {
+    /// Each, as long as they are few; else all in one sum.
+    #[default]
+    Auto,
+    /// Each.
+    Each,
+    /// All in one sum.
+    All,
+}
+
+impl Groups {
+    /// The words that scene files use, in the order of [`Groups::ALL`].
+    pub const WORDS: [&str; 3] = ["auto", "each", "all"];
+    /// All of them.
+    pub const ALL: [Groups; 3] = [Groups::Auto, Groups::Each, Groups::All];
+    /// The word that scene files use.
+    pub fn word(self) -> &'static str {
+        Groups::WORDS[self as usize]
+    }
+}
+
 /// How to solve: every setting has a default.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -194,8 +240,14 @@ pub struct Options {
     pub restore_closure: bool,
     /// Largest number of solver iterations.
     pub max_iterations: usize,
-    /// Wanted residual of the solver, relative to the right-hand side.
+    /// Wanted residual of the solver: power not yet distributed, relative to the power that the sources give.
     pub residual: f64,
+    /// Exactly so many sweeps of the Neumann series in place of the solver; at least one.
+    pub sweeps: Option<usize>,
+    /// The engine.
+    pub engine: Engine,
+    /// The light groups.
+    pub groups: Groups,
 }
 
 impl Default for Options {
@@ -206,6 +258,9 @@ impl Default for Options {
             restore_closure: false,
             max_iterations: 500,
             residual: 1e-10,
+            sweeps: None,
+            engine: Engine::Auto,
+            groups: Groups::Auto,
         }
     }
 }
@@ -392,6 +447,9 @@ impl Scene {
                 "solve.residual",
                 "the residual must lie between 0 and 1, with at least one iteration",
             );
+        }
+        if o.sweeps == Some(0) {
+            return fail("solve.sweeps", "there must be at least one sweep");
         }
         let mut bounds = (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY));
         let plates = parts.facets.iter().map(|f| &f.plate).chain(parts.panes.iter().flat_map(|p| &p.plates));

@@ -1,6 +1,6 @@
 //! The solution: inert data that solvers write, and pictures, tables and files read.
 
-use crate::{Bands, Scene, Zones};
+use crate::{Bands, Group, Scene, Zones, bands};
 use zonal_math::Grade;
 
 /// How the iteration ended.
@@ -12,6 +12,8 @@ pub enum SolveStatus {
     Stalled,
     /// The iterations ran out.
     Budget,
+    /// The number of sweeps asked for has been done: light of so many segments, not of all.
+    Swept,
 }
 
 impl SolveStatus {
@@ -21,8 +23,12 @@ impl SolveStatus {
             SolveStatus::Converged => "converged",
             SolveStatus::Stalled => "stalled",
             SolveStatus::Budget => "budget",
+            SolveStatus::Swept => "swept",
         }
     }
+    /// All of them.
+    pub const ALL: [SolveStatus; 4] =
+        [SolveStatus::Converged, SolveStatus::Swept, SolveStatus::Budget, SolveStatus::Stalled];
 }
 
 /// One array a quantity, over all zones in the order of [`Zones`].
@@ -59,6 +65,48 @@ pub struct Energy {
     pub residual: Bands,
 }
 
+impl Energy {
+    fn all(&mut self) -> impl Iterator<Item = &mut Bands> {
+        [
+            &mut self.emitted,
+            &mut self.incoming,
+            &mut self.absorbed_volumes,
+            &mut self.absorbed_panes,
+            &mut self.escaped,
+            &mut self.backs,
+        ]
+        .into_iter()
+        .chain(self.absorbed_surfaces.iter_mut().map(|s| &mut s.1))
+    }
+    /// The balance of lights that shine `factor` times as strongly, a band.
+    pub fn scale(&mut self, factor: Bands) {
+        self.all().for_each(|x| *x = bands(|b| x[b] * factor[b]));
+    }
+    /// Adds the balance of other light on the same surfaces; the residual is that of both.
+    pub fn add(&mut self, other: &Energy) {
+        if self.absorbed_surfaces.is_empty() {
+            self.absorbed_surfaces =
+                other.absorbed_surfaces.iter().map(|s| (s.0.clone(), [0.0; 3])).collect();
+        }
+        let mut more = other.clone();
+        self.all().zip(more.all()).for_each(|(x, y)| *x = bands(|b| x[b] + y[b]));
+        self.balance();
+    }
+    /// Sets the residual from the rest.
+    pub fn balance(&mut self) {
+        self.residual = bands(|b| {
+            let given = self.emitted[b] + self.incoming[b];
+            let surfaces: f64 = self.absorbed_surfaces.iter().map(|s| s.1[b]).sum();
+            let taken = surfaces
+                + self.absorbed_volumes[b]
+                + self.absorbed_panes[b]
+                + self.escaped[b]
+                + self.backs[b];
+            if given > 0.0 { (given - taken) / given } else { 0.0 }
+        });
+    }
+}
+
 /// Closure: how far Σ_j F_ij is from A_i or 4 κ_i V_i, surroundings and backs included.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Closure {
@@ -74,13 +122,49 @@ pub struct Closure {
     pub restored: bool,
 }
 
+/// Estimated error of a solution as a whole: root mean square of the estimated error of `incident` over the zones, relative to
+/// the root mean square of `incident`; a band.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Over the patches: of H.
+    pub patches: Bands,
+    /// Over voxel zones and pane zones: of G.
+    pub volumes: Bands,
+    /// How sure the estimate is.
+    pub grade: Grade,
+}
+
+impl Estimate {
+    /// The estimate over fields of which the first `patches` zones are patches.
+    pub fn of(fields: &Fields, patches: usize, grade: Grade) -> Estimate {
+        let square = |x: &[Bands]| x.iter().fold([0.0; 3], |s, x| bands(|b| s[b] + x[b] * x[b]));
+        let part = |range: std::ops::Range<usize>| {
+            let (e, h) = (square(&fields.error[range.clone()]), square(&fields.incident[range]));
+            bands(|b| if h[b] > 0.0 { (e[b] / h[b]).sqrt() } else { 0.0 })
+        };
+        Estimate { patches: part(0..patches), volumes: part(patches..fields.incident.len()), grade }
+    }
+}
+
+impl Default for Estimate {
+    fn default() -> Estimate {
+        Estimate { patches: [0.0; 3], volumes: [0.0; 3], grade: Grade::Estimated }
+    }
+}
+
 /// What was done, and how well it went.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
-    /// How the iteration ended, a band.
+    /// The engine: `dense` or `hierarchical`.
+    pub engine: String,
+    /// Why it was chosen.
+    pub reason: String,
+    /// How the iteration ended, a band; the worst of all light groups.
     pub status: [SolveStatus; 3],
-    /// Relative residual after each iteration, a band.
+    /// Power not yet distributed before the first and after each iteration, relative to the power that the sources give, a band.
     pub residuals: [Vec<f64>; 3],
+    /// Estimated error of the whole.
+    pub estimate: Estimate,
     /// Closure.
     pub closure: Closure,
     /// Energy balance.
@@ -93,6 +177,23 @@ pub struct Report {
     pub grade: Grade,
 }
 
+impl Default for Report {
+    fn default() -> Report {
+        Report {
+            engine: "dense".into(),
+            reason: String::new(),
+            status: [SolveStatus::Converged; 3],
+            residuals: Default::default(),
+            estimate: Estimate::default(),
+            closure: Closure::default(),
+            energy: Energy::default(),
+            counts: Vec::new(),
+            warnings: Vec::new(),
+            grade: Grade::Estimated,
+        }
+    }
+}
+
 /// A solved scene.
 #[derive(Clone, Debug)]
 pub struct Solution {
@@ -100,8 +201,10 @@ pub struct Solution {
     pub scene: Scene,
     /// Its zones.
     pub zones: Zones,
-    /// What was found on them.
+    /// What was found on them, all lights together.
     pub fields: Fields,
+    /// The same for each group of lights; empty where they were not kept.
+    pub groups: Vec<Group>,
     /// What was done.
     pub report: Report,
     /// Hash of the scene's ingredients, 64 hexadecimal digits or fewer.

@@ -58,6 +58,7 @@ pub fn solve_with(
     Ok(Solution {
         zones,
         fields,
+        groups: Vec::new(),
         report,
         scene_hash: String::new(),
         version: env!("CARGO_PKG_VERSION").to_string(),
@@ -123,6 +124,7 @@ pub fn solve_zones(
         counts: counts(zones, &assembly.counts, escape.rays),
         warnings,
         grade: if escape.closed() { operator.grade() } else { Grade::Statistical },
+        ..Report::default()
     };
     (fields, report)
 }

@@ -164,6 +164,7 @@ pub fn options_in(v: &Value) -> Result<Options, String> {
         restore_closure: flag(v, "restore_closure")?,
         max_iterations: int(v, "max_iterations")?,
         residual: real(v, "residual")?,
+        ..Options::default()
     })
 }
 

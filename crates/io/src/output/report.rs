@@ -88,11 +88,12 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
             .map(|w| w.as_str().map(String::from).ok_or("report.warnings: an entry is no text".into()))
             .collect::<Result<_, String>>()?,
         grade: grade_of(v)?,
+        ..Report::default()
     })
 }
 
 fn status_of(v: &Value) -> Result<SolveStatus, String> {
-    [SolveStatus::Converged, SolveStatus::Stalled, SolveStatus::Budget]
+    SolveStatus::ALL
         .into_iter()
         .find(|s| v.as_str() == Some(s.word()))
         .ok_or_else(|| format!("report.status: {v} is not a status"))

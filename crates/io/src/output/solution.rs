@@ -154,6 +154,7 @@ pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
         scene,
         zones,
         fields,
+        groups: Vec::new(),
     })
 }
 

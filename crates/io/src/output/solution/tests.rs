@@ -81,6 +81,7 @@ fn report() -> Report {
         counts: vec![("pairs".into(), 1 << 60), ("rays".into(), 7)],
         warnings: vec!["open".into()],
         grade: Grade::Estimated,
+        ..Report::default()
     }
 }
 
@@ -136,6 +137,7 @@ fn solution() -> Solution {
             direct: field(3.0),
             error: field(0.01),
         },
+        groups: Vec::new(),
         scene_hash: crate::output::scene_hash(&scene),
         version: "0.1.0".into(),
         report: report(),
