@@ -215,9 +215,21 @@ impl<'a> Transport<'a> {
         self.depth(self.between.as_ref().unwrap_or(&self.panes), a, b)
     }
 
+    /// ∫ κ ds over the panes alone that lie between two points of the scene itself.
+    #[inline]
+    pub fn pane_depth_inside(&self, a: Vec3, b: Vec3) -> Bands {
+        self.pane_depth(self.between.as_ref().unwrap_or(&self.panes), a, b)
+    }
+
     #[inline]
     fn depth(&self, panes: &Bvh, a: Vec3, b: Vec3) -> Bands {
-        let mut sum = self.medium_depth(a, b);
+        let (medium, panes) = (self.medium_depth(a, b), self.pane_depth(panes, a, b));
+        bands(|k| medium[k] + panes[k])
+    }
+
+    #[inline]
+    fn pane_depth(&self, panes: &Bvh, a: Vec3, b: Vec3) -> Bands {
+        let mut sum = [0.0; 3];
         self.crossings(panes, a, b, &mut |h| {
             let p = &self.scene.panes()[h.pane];
             for k in 0..3 {

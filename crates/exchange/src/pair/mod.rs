@@ -16,6 +16,7 @@
 //! **Visibility** multiplies: the mean over rays between points of both zones, weighted by the kernel. Few rays first; where
 //! they disagree, more. The points differ from pair to pair, so that the errors of neighbours do not add up.
 
+mod geometry;
 mod parts;
 mod rays;
 mod strips;
