@@ -229,6 +229,28 @@ impl Groups {
     }
 }
 
+/// What the patch size limits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PatchRule {
+    /// The edge of a square piece; a triangle is at most half of such a square.
+    #[default]
+    Edge,
+    /// The square root of a piece's area. Triangles stay whole up to that area, and up to six times the size long; a wall that
+    /// stands on a patch cuts off no less than a tenth of the largest area.
+    Area,
+}
+
+impl PatchRule {
+    /// The words that scene files use, in the order of [`PatchRule::ALL`].
+    pub const WORDS: [&str; 2] = ["edge", "area"];
+    /// All of them.
+    pub const ALL: [PatchRule; 2] = [PatchRule::Edge, PatchRule::Area];
+    /// The word that scene files use.
+    pub fn word(self) -> &'static str {
+        PatchRule::WORDS[self as usize]
+    }
+}
+
 /// How to solve: every setting has a default.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -236,6 +258,8 @@ pub struct Options {
     pub tolerance: f64,
     /// Wanted patch edge, m; a thirtieth of the scene's diagonal where not given.
     pub patch_size: Option<f64>,
+    /// What the patch size limits.
+    pub patch_rule: PatchRule,
     /// Restore closure by symmetric scaling.
     pub restore_closure: bool,
     /// Largest number of solver iterations.
@@ -255,6 +279,7 @@ impl Default for Options {
         Options {
             tolerance: 1e-2,
             patch_size: None,
+            patch_rule: PatchRule::Edge,
             restore_closure: false,
             max_iterations: 500,
             residual: 1e-10,

@@ -10,6 +10,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use zonal_math::vec3;
 use zonal_scene::{Camera, Light, Options, Plate, Scene, SceneParts, Surface, Surroundings};
+use zonal_scene::scene::PatchRule;
 
 /// The scene while it is read.
 pub(crate) struct Builder<'a> {
@@ -125,7 +126,7 @@ pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -
 }
 
 fn options(node: &Node<'_>) -> Result<Options, InputError> {
-    let t = node.table(&["tolerance", "patch_size", "closure", "residual", "max_iterations"])?;
+    let t = node.table(&["tolerance", "patch_size", "patch_rule", "closure", "residual", "max_iterations"])?;
     let mut o = Options::default();
     let between = |n: Node<'_>| match n.number()? {
         x if x > 0.0 && x < 1.0 => Ok(x),
@@ -135,6 +136,9 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
         o.tolerance = x;
     }
     o.patch_size = t.read("patch_size", |n| n.positive())?;
+    if let Some(i) = t.read("patch_rule", |n| n.choice(&PatchRule::WORDS))? {
+        o.patch_rule = PatchRule::ALL[i];
+    }
     if let Some(i) = t.read("closure", |n| n.choice(&["measure", "restore"]))? {
         o.restore_closure = i == 1;
     }

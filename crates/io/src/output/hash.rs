@@ -51,6 +51,7 @@ pub fn scene_hash(scene: &Scene) -> String {
     let o = scene.options();
     h.reals(&[o.tolerance, o.residual]);
     h.length(o.patch_size);
+    h.int(o.patch_rule as usize);
     h.int(o.restore_closure as usize);
     h.int(o.max_iterations);
     format!("{:032x}", h.0)

@@ -3,7 +3,7 @@
 use super::report::{self, bands, list, real, text};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
-use zonal_scene::scene::Options;
+use zonal_scene::scene::{Options, PatchRule};
 use zonal_scene::{Camera, Light, Pane, Scene, Sides, Solution, Surface, Surroundings};
 
 /// The version of the format; readers refuse others.
@@ -75,7 +75,7 @@ fn camera_out(c: &Camera) -> Value {
 fn options_out(scene: &Scene) -> Value {
     let o = scene.options();
     json!({
-        "tolerance": o.tolerance, "patch_size": o.patch_size, "restore_closure": o.restore_closure,
+        "tolerance": o.tolerance, "patch_size": o.patch_size, "patch_rule": o.patch_rule.word(), "restore_closure": o.restore_closure,
         "max_iterations": o.max_iterations, "residual": o.residual,
     })
 }
@@ -157,10 +157,16 @@ pub fn camera_in(v: &Value) -> Result<Camera, String> {
     })
 }
 
+fn patch_rule(v: &Value) -> Result<PatchRule, String> {
+    let word = text(v, "patch_rule")?;
+    PatchRule::ALL.into_iter().find(|r| r.word() == word).ok_or(format!("the patch rule '{word}' is not known"))
+}
+
 pub fn options_in(v: &Value) -> Result<Options, String> {
     Ok(Options {
         tolerance: real(v, "tolerance")?,
         patch_size: maybe(v, "patch_size", real)?,
+        patch_rule: patch_rule(v)?,
         restore_closure: flag(v, "restore_closure")?,
         max_iterations: int(v, "max_iterations")?,
         residual: real(v, "residual")?,

@@ -3,11 +3,17 @@
 //! A parallelogram becomes an n_u × n_v grid of cells no longer than the size. A triangle becomes n² congruent ones, n = size's
 //! share of √(2A), the edge of the square it is half of. A long thin triangle is first halved at its longest edge until its pieces are
 //! fair (longest edge at most three heights) or short enough, so a needle of length L becomes about L/size pieces, not (L/size)².
+//!
+//! By area (`PatchRule::Area`) a triangle stays whole while its area A is at most size² and its longest edge at most six sizes; one
+//! of up to two size², and a needle, is halved at its longest edge, another becomes n² congruent ones, n = √A/size rounded up.
 
 use zonal_math::Vec3;
+use zonal_scene::scene::PatchRule;
 use zonal_scene::{Plate, PlateKind};
 
 const FAIR: f64 = 3.0;
+/// Longest edge of a triangle cut by area, in sizes.
+const LONG: f64 = 6.0;
 
 /// Number of steps of at most `size` (up to rounding) that cover `length`.
 fn steps(length: f64, size: f64) -> f64 {
@@ -29,8 +35,12 @@ fn longest(p: &Plate) -> (f64, Plate) {
 }
 
 /// About how many pieces [`pieces`] makes: never more than twice as many as it does.
-pub(super) fn estimate(p: &Plate, size: f64) -> f64 {
-    let half = |p: &Plate| (2.0 * p.area() / (size * size)).max(longest(p).0 / size).max(1.0);
+pub(super) fn estimate(p: &Plate, size: f64, rule: PatchRule) -> f64 {
+    let (squares, lengths) = match rule {
+        PatchRule::Edge => (2.0, 1.0),
+        PatchRule::Area => (1.0, 1.0 / LONG),
+    };
+    let half = |p: &Plate| (squares * p.area() / (size * size)).max(lengths * longest(p).0 / size).max(1.0);
     match p.kind {
         PlateKind::Parallelogram if !skewed(p) => steps(p.e1.length(), size) * steps(p.e2.length(), size),
         PlateKind::Parallelogram => halves(p).iter().map(half).sum(),
@@ -52,7 +62,11 @@ fn halves(p: &Plate) -> [Plate; 2] {
 }
 
 /// Appends the pieces of `p`, of about edge `size`, with the orientation of `p`.
-pub(super) fn pieces(p: &Plate, size: f64, out: &mut Vec<Plate>) {
+pub(super) fn pieces(p: &Plate, size: f64, rule: PatchRule, out: &mut Vec<Plate>) {
+    let triangle = match rule {
+        PatchRule::Edge => triangle,
+        PatchRule::Area => triangle_by_area,
+    };
     match p.kind {
         PlateKind::Triangle => triangle(p, size, out),
         PlateKind::Parallelogram if skewed(p) && p.diameter() > size => {
@@ -77,13 +91,29 @@ fn triangle(p: &Plate, size: f64, out: &mut Vec<Plate>) {
     if n <= 1.0 {
         out.push(*p);
     } else if edge * edge > FAIR * area2 {
-        let (c, _) = turned.corners();
-        let middle = (c[1] + c[2]) * 0.5;
-        triangle(&Plate::triangle(c[0], c[1], middle), size, out);
-        triangle(&Plate::triangle(c[0], middle, c[2]), size, out);
+        halved(&turned).iter().for_each(|t| triangle(t, size, out));
     } else {
         congruent(p, n as usize, out);
     }
+}
+
+fn triangle_by_area(p: &Plate, size: f64, out: &mut Vec<Plate>) {
+    let (edge, turned) = longest(p);
+    let n = steps(p.area().sqrt(), size);
+    if n <= 1.0 && edge <= LONG * size {
+        out.push(*p);
+    } else if p.area() <= 2.0 * size * size || edge * edge > 2.0 * FAIR * p.area() {
+        halved(&turned).iter().for_each(|t| triangle_by_area(t, size, out));
+    } else {
+        congruent(p, n as usize, out);
+    }
+}
+
+/// The halves of a triangle whose longest edge is opposite to its origin.
+fn halved(turned: &Plate) -> [Plate; 2] {
+    let (c, _) = turned.corners();
+    let middle = (c[1] + c[2]) * 0.5;
+    [Plate::triangle(c[0], c[1], middle), Plate::triangle(c[0], middle, c[2])]
 }
 
 fn congruent(p: &Plate, n: usize, out: &mut Vec<Plate>) {
@@ -108,12 +138,16 @@ mod tests {
     use zonal_math::vec3;
 
     fn cut(p: &Plate, size: f64) -> Vec<Plate> {
+        cut_by(p, size, PatchRule::Edge)
+    }
+
+    fn cut_by(p: &Plate, size: f64, rule: PatchRule) -> Vec<Plate> {
         let mut out = Vec::new();
-        pieces(p, size, &mut out);
+        pieces(p, size, rule, &mut out);
         let area: f64 = out.iter().map(Plate::area).sum();
         assert!((area / p.area() - 1.0).abs() < 1e-12);
         assert!(out.iter().all(|q| (q.normal() - p.normal()).length() < 1e-9));
-        let guess = estimate(p, size);
+        let guess = estimate(p, size, rule);
         assert!(
             guess <= 2.0 * out.len() as f64 && out.len() as f64 <= 4.0 * guess,
             "{guess} for {}",
@@ -139,6 +173,16 @@ mod tests {
             let cut = cut(&needle, 1.0);
             assert!((8..=32).contains(&cut.len()), "{}", cut.len());
             assert!(cut.iter().all(|p| p.diameter() < 1.5));
+        }
+    }
+
+    #[test]
+    fn by_area_triangles_stay_whole_up_to_their_area_and_six_sizes() {
+        let corner = |x: f64, y: f64| Plate::triangle(Vec3::ZERO, vec3(x, 0.0, 0.0), vec3(0.0, y, 0.0));
+        for (x, y, n) in [(1.4, 1.4, 1), (1.9, 1.9, 2), (3.0, 3.0, 9), (2.8, 0.1, 1), (11.0, 0.01, 3)] {
+            let cut = cut_by(&corner(x, y), 1.0, PatchRule::Area);
+            assert_eq!(cut.len(), n, "{x} {y}");
+            assert!(cut.iter().all(|p| p.area() <= 1.0 + 1e-9 && p.diameter() <= LONG));
         }
     }
 }

@@ -3,10 +3,14 @@
 use super::{cut, split};
 use crate::Transport;
 use rayon::prelude::*;
+use zonal_scene::scene::PatchRule;
 use zonal_scene::{Bands, PaneZone, Patch, Plate, Scene, SceneError, Sides, bands};
 
 /// The most patches that a scene may be cut into.
 pub const MAX_PATCHES: usize = 1 << 22;
+
+/// By area, a wall cuts no smaller share of size² off a patch.
+const SMALLEST: f64 = 0.1;
 
 /// Texture samples along each parameter.
 const TEXELS: usize = 4;
@@ -29,11 +33,12 @@ fn check(count: f64, key: String) -> Result<(), SceneError> {
 
 /// The patches, by ascending facet.
 pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>, SceneError> {
-    let size = |surface: usize| scene.surfaces()[surface].patch_size;
+    let size = |surface: usize| scene.surfaces()[surface].patch_size.unwrap_or(scene_size(scene));
+    let rule = scene.options().patch_rule;
     let mut total = 0.0;
     for f in scene.facets() {
         let s = &scene.surfaces()[f.surface];
-        total += cut::estimate(&f.plate, s.patch_size.unwrap_or(scene_size(scene)));
+        total += cut::estimate(&f.plate, s.patch_size.unwrap_or(scene_size(scene)), rule);
         let key = match s.patch_size {
             Some(_) => format!("surface '{}'.patch_size", s.name),
             None => "solve.patch_size".into(),
@@ -46,7 +51,7 @@ pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>
         .enumerate()
         .flat_map_iter(|(k, f)| {
             let mut out = Vec::new();
-            cut::pieces(&f.plate, size(f.surface).unwrap_or(scene_size(scene)), &mut out);
+            cut::pieces(&f.plate, size(f.surface), rule, &mut out);
             out.into_iter().map(move |p| (k, p))
         })
         .collect();
@@ -54,10 +59,12 @@ pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>
     let patches: Vec<Patch> = raw
         .par_iter()
         .flat_map_iter(|&(k, plate)| {
-            let s = &scene.surfaces()[scene.facets()[k].surface];
+            let surface = scene.facets()[k].surface;
+            let s = &scene.surfaces()[surface];
+            let smallest = if rule == PatchRule::Area { SMALLEST * size(surface).powi(2) } else { 0.0 };
             let both = s.sides == Sides::Both && !s.solid;
             let sides = [Some(plate), both.then(|| plate.flipped())];
-            let pieces = sides.into_iter().flatten().flat_map(|p| split::split(transport, k, &p));
+            let pieces = sides.into_iter().flatten().flat_map(|p| split::split(transport, k, &p, smallest));
             let open = pieces.filter(|p| !split::covered(transport, k, p));
             open.map(|p| patch(scene, &direct, k, p)).collect::<Vec<_>>()
         })
@@ -105,13 +112,13 @@ fn mean(
 
 /// The pane zones, by ascending pane.
 pub(super) fn panes(scene: &Scene) -> Result<Vec<PaneZone>, SceneError> {
-    let size = scene_size(scene);
+    let (size, rule) = (scene_size(scene), scene.options().patch_rule);
     let plates = || scene.panes().iter().flat_map(|p| &p.plates);
-    check(plates().map(|p| cut::estimate(p, size)).sum(), "solve.patch_size".into())?;
+    check(plates().map(|p| cut::estimate(p, size, rule)).sum(), "solve.patch_size".into())?;
     let mut out = Vec::new();
     for (k, pane) in scene.panes().iter().enumerate() {
         let mut pieces = Vec::new();
-        pane.plates.iter().for_each(|p| cut::pieces(p, size, &mut pieces));
+        pane.plates.iter().for_each(|p| cut::pieces(p, size, rule, &mut pieces));
         out.extend(pieces.into_iter().map(|plate| PaneZone {
             pane: k,
             plate,

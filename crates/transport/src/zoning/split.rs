@@ -33,8 +33,12 @@ struct Foot {
     id: u32,
 }
 
-/// The pieces of `plate`, a part of facet `own`; the plate itself when nothing stands on it.
-pub(super) fn split(transport: &Transport, own: usize, plate: &Plate) -> Vec<Plate> {
+/// The pieces of `plate`, a part of facet `own`, none cut off with less than `smallest` m²; the plate itself when nothing stands on
+/// it.
+pub(super) fn split(transport: &Transport, own: usize, plate: &Plate, smallest: f64) -> Vec<Plate> {
+    if plate.area() < 2.0 * smallest {
+        return vec![*plate];
+    }
     let mut feet = feet(transport, own, plate);
     if feet.is_empty() {
         return vec![*plate];
@@ -51,7 +55,7 @@ pub(super) fn split(transport: &Transport, own: usize, plate: &Plate) -> Vec<Pla
             }
             let level = foot.across.dot(foot.ends[0]);
             let (a, b) = (clip(&pieces[k], foot.across, level), clip(&pieces[k], -foot.across, -level));
-            if polygon_area(&a, normal).min(polygon_area(&b, normal)) > foot.least * area {
+            if polygon_area(&a, normal).min(polygon_area(&b, normal)) > (foot.least * area).max(smallest) {
                 pieces[k] = a;
                 pieces.push(b);
             }
