@@ -3,12 +3,14 @@
 //! Bands whose extinction is the same everywhere share one matrix; rows of panes differ in every band and are last, so they are
 //! kept a band. Memory: 8 bytes × n(n+1)/2 a distinct band.
 
+use crate::columns::times;
 use crate::operator::Operator;
 use crate::packed::{Packed, stored};
+use crate::stage::{Pen, Reader};
 use rayon::prelude::*;
 use zonal_exchange::pair::{Counts, Exchange, PairFactor, strength, target};
 use zonal_math::Grade;
-use zonal_scene::{Bands, Progress, Scene, Zones, bands};
+use zonal_scene::{Bands, Progress, Scene, Vault, Zones, bands};
 
 /// Every pair of zones.
 pub struct Dense {
@@ -36,6 +38,9 @@ pub struct Assembly {
 
 /// Chunks of rows of the assembly; fixed, so that sums are the same for any number of threads.
 const CHUNKS: usize = 256;
+
+/// Columns and bands that one product serves at once.
+const WIDTHS: [usize; 5] = [12, 6, 3, 2, 1];
 
 /// Groups of bands that share all their factors outside the panes.
 pub fn groups(scene: &Scene, panes_between: bool) -> ([usize; 3], usize) {
@@ -72,12 +77,58 @@ struct Chunk {
     panes: Vec<Vec<Bands>>,
 }
 
+impl Chunk {
+    /// The chunk and its entries as a stage.
+    fn kept(&self, rows: &[Vec<&mut [f64]>]) -> Vec<u8> {
+        let c = &self.counts;
+        let mut pen = Pen::default();
+        pen.ints(&[
+            c.aligned,
+            c.paper,
+            c.general,
+            c.estimated,
+            c.cut,
+            c.pane,
+            c.facing_away,
+            c.partial,
+            c.rays,
+        ]);
+        pen.reals(&self.squares);
+        rows.iter().flatten().for_each(|row| pen.reals(row));
+        pen.int(self.panes.len());
+        self.panes.iter().for_each(|row| pen.triples(row));
+        pen.bytes()
+    }
+    /// The chunk that [`Chunk::kept`] wrote, its entries put into the rows.
+    fn restored(bytes: &[u8], rows: &mut [Vec<&mut [f64]>], first: usize, n: usize) -> Option<Chunk> {
+        let mut r = Reader::new(bytes);
+        let [aligned, paper, general, estimated, cut, pane, facing_away, partial, rays] = r.ints()?[..]
+        else {
+            return None;
+        };
+        let counts = Counts { aligned, paper, general, estimated, cut, pane, facing_away, partial, rays };
+        let squares = r.reals().filter(|s| s.len() == n)?;
+        for row in rows.iter_mut().flatten() {
+            let kept = r.reals().filter(|k| k.len() == row.len())?;
+            row.copy_from_slice(&kept);
+        }
+        let panes: Option<Vec<Vec<Bands>>> = (0..r.int()?).map(|_| r.triples()).collect();
+        let panes = panes?;
+        // Rows of panes are the last ones, each as long as its number says.
+        let offset = first + rows.len() - panes.len().min(rows.len());
+        let fit =
+            panes.len() <= rows.len() && panes.iter().enumerate().all(|(k, p)| p.len() == offset + k + 1);
+        (r.at_end() && fit).then_some(Chunk { counts, squares, panes })
+    }
+}
+
 impl Dense {
-    /// Computes every pair.
+    /// Computes every pair; every chunk of rows is a stage, `rows-…`, that `vault` may keep.
     pub fn assemble(
         exchange: &Exchange,
         zones: &Zones,
         (group, count): ([usize; 3], usize),
+        vault: &dyn Vault,
         progress: &dyn Progress,
     ) -> (Dense, Assembly) {
         let (n, shared) = (zones.len(), zones.pane_offset());
@@ -90,7 +141,14 @@ impl Dense {
             }
         }
         progress.begin("exchange areas", stored(n) as u64);
+        let panes_of = |first: usize, rows: usize| (first + rows).saturating_sub(shared).min(rows);
         let fill = |(first, rows): (usize, &mut [Vec<&mut [f64]>])| {
+            let stage = format!("rows-{first}");
+            let kept = vault.load(&stage).and_then(|b| Chunk::restored(&b, rows, first, n));
+            if let Some(chunk) = kept.filter(|c| c.panes.len() == panes_of(first, rows.len())) {
+                (first..first + rows.len()).for_each(|i| progress.advance(i as u64 + 1));
+                return chunk;
+            }
             let mut chunk = Chunk { counts: Counts::default(), squares: vec![0.0; n], panes: Vec::new() };
             for (k, row) in rows.iter_mut().enumerate() {
                 let i = first + k;
@@ -111,6 +169,9 @@ impl Dense {
                     chunk.panes.push(pane);
                 }
                 progress.advance(i as u64 + 1);
+            }
+            if vault.keeps() {
+                vault.save(&stage, &chunk.kept(rows));
             }
             chunk
         };
@@ -143,16 +204,59 @@ impl Dense {
         self.scaling.as_ref().map_or(g, |d| d[i][b] * g * d[j][b])
     }
 
-    fn apply_shared(&self, x: &[Bands], out: &mut [Bands]) {
+    /// Every matrix reads its entries once for as many columns and bands as it serves, a dozen at a time.
+    fn apply_shared(&self, x: &[&[Bands]], out: &mut [Vec<Bands>]) {
         for (g, m) in self.matrices.iter().enumerate() {
-            let members: Vec<usize> = (0..3).filter(|&b| self.group[b] == g).collect();
-            if let [b] = members[..] {
-                let column: Vec<[f64; 1]> = x[..self.shared].iter().map(|v| [v[b]]).collect();
-                out.iter_mut().zip(m.apply(&column)).for_each(|(o, v)| o[b] = v[0]);
-            } else {
-                let y = m.apply(&x[..self.shared]);
-                out.iter_mut().zip(&y).for_each(|(o, v)| members.iter().for_each(|&b| o[b] = v[b]));
+            let bands_of = (0..3).filter(|&b| self.group[b] == g);
+            let list: Vec<(usize, usize)> =
+                bands_of.flat_map(|b| (0..x.len()).map(move |c| (c, b))).collect();
+            let mut rest = &list[..];
+            while !rest.is_empty() {
+                let k = WIDTHS.into_iter().find(|&k| k <= rest.len()).unwrap_or(1);
+                let (now, later) = rest.split_at(k);
+                match k {
+                    12 => self.block::<12>(m, x, now, out),
+                    6 => self.block::<6>(m, x, now, out),
+                    3 => self.block::<3>(m, x, now, out),
+                    2 => self.block::<2>(m, x, now, out),
+                    _ => self.block::<1>(m, x, now, out),
+                }
+                rest = later;
             }
+        }
+    }
+
+    /// One product for `K` pairs of column and band.
+    fn block<const K: usize>(
+        &self,
+        m: &Packed,
+        x: &[&[Bands]],
+        list: &[(usize, usize)],
+        out: &mut [Vec<Bands>],
+    ) {
+        let gathered: Vec<[f64; K]> =
+            (0..self.shared).map(|i| std::array::from_fn(|k| x[list[k].0][i][list[k].1])).collect();
+        for (i, y) in m.apply(&gathered).iter().enumerate() {
+            (0..K).for_each(|k| out[list[k].0][i][list[k].1] = y[k]);
+        }
+    }
+
+    fn apply_slices(&self, columns: &[&[Bands]]) -> Vec<Vec<Bands>> {
+        assert!(columns.iter().all(|s| s.len() == self.n));
+        let scaled: Option<Vec<Vec<Bands>>> =
+            self.scaling.as_ref().map(|d| columns.iter().map(|s| times(s, d)).collect());
+        let x: Vec<&[Bands]> = match &scaled {
+            Some(s) => s.iter().map(Vec::as_slice).collect(),
+            None => columns.to_vec(),
+        };
+        let mut out = vec![vec![[0.0; 3]; self.n]; columns.len()];
+        self.apply_shared(&x, &mut out);
+        for (x, out) in x.iter().zip(&mut out) {
+            self.apply_panes(x, out);
+        }
+        match &self.scaling {
+            Some(d) => out.iter().map(|o| times(o, d)).collect(),
+            None => out,
         }
     }
 
@@ -209,19 +313,10 @@ impl Operator for Dense {
         self.n
     }
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
-        assert_eq!(s.len(), self.n);
-        let times = |v: &[Bands], d: &[Bands]| {
-            v.iter().zip(d).map(|(v, d)| bands(|b| v[b] * d[b])).collect::<Vec<_>>()
-        };
-        let scaled = self.scaling.as_ref().map(|d| times(s, d));
-        let x = scaled.as_deref().unwrap_or(s);
-        let mut out = vec![[0.0; 3]; self.n];
-        self.apply_shared(x, &mut out);
-        self.apply_panes(x, &mut out);
-        match &self.scaling {
-            Some(d) => times(&out, d),
-            None => out,
-        }
+        self.apply_slices(&[s]).pop().unwrap_or_default()
+    }
+    fn apply_many(&self, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
+        self.apply_slices(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>())
     }
     fn scale(&mut self, d: &[Bands]) {
         let old = self.scaling.take();

@@ -1,4 +1,4 @@
-//! Conjugate gradients for the zonal equations, with a status instead of silence.
+//! Conjugate gradients for the zonal equations: many right-hand sides at once, with a status instead of silence.
 //!
 //! With strengths s = c B, sources s⁰ and w_i = c_i ρ_i/A_i (patch) or c_i Ω_i/(4 V_i) (volume) the equations read
 //! s = s⁰ + w g s. Put s = s⁰ + √w y; then
@@ -7,139 +7,313 @@
 //!     (I − √w g √w) y = √w g s⁰,
 //! ```
 //!
-//! symmetric, and positive definite as long as some power is lost. All bands run side by side; a band that is done rests.
-//! The residual reported is ‖r‖/‖√w g s⁰‖.
+//! symmetric, and positive definite as long as some power is lost. Each column (a light group) and band is a problem of its own with
+//! its own steps and its own end; they run side by side so that the operator reads its factors once for all. One that is done rests.
+//!
+//! **The residual is power.** A residual r of y leaves δ = s⁰ + w g s − s = √w r in the strengths: power t_i δ_i that zone i should
+//! send on and does not, t = A or 4V. As (I − w g)⁻¹ has no negative entry and power neither grows nor vanishes on its way, the
+//! power of δ, wherever it would end, is at most
+//!
+//! ```text
+//!     R = Σ_i t_i √w_i |r_i|            told relative to P = Σ_i t_i s⁰_i, the power that the sources give:
+//! ```
+//!
+//! the norm of r that bounds what all zones together absorb too much or too little, in watts. That is why the iteration stops on
+//! it and not on ‖r‖₂, which dark zones and small ones blur.
+//!
+//! **Warm start.** From strengths s near the solution: √w y = s − s⁰ where w > 0, r = √w g s − y; one product, as from nothing.
+//!
+//! **Sweeps.** [`sweeps`] follows the light segment by segment instead: s_k = s⁰ + w g s_{k−1}, so that N sweeps hold the light of at
+//! most N segments between zones. After its N − 1 steps here, the field that arrives is the N-th product.
 
+use crate::columns::{self, Columns};
 use crate::operator::Operator;
-use zonal_scene::{Bands, Progress, SolveStatus, bands};
+use crate::stage::{Pen, Reader};
+use rayon::prelude::*;
+use zonal_scene::{Bands, Progress, SolveStatus, Vault, bands};
 
 /// Iterations without a new smallest residual after which a band counts as stalled.
 const PATIENCE: usize = 30;
 
-/// Where the iteration ended.
+/// Iterations between two states that are kept: little work is lost, and little time goes into keeping.
+const KEEP_EVERY: usize = 10;
+
+/// The equations: everything but the sources.
+pub struct System<'a> {
+    /// g.
+    pub operator: &'a dyn Operator,
+    /// w of every zone.
+    pub weights: &'a [Bands],
+    /// t of every zone: A of a patch, 4V of a volume zone; m² or m³.
+    pub targets: &'a [f64],
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop {
+    /// R/P that is small enough.
+    pub residual: f64,
+    /// The most iterations.
+    pub iterations: usize,
+}
+
+/// Where the iteration of one column ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ended {
     /// Strengths, a zone.
     pub strengths: Vec<Bands>,
     /// Status, a band.
     pub status: [SolveStatus; 3],
-    /// Relative residual before the first and after each iteration, a band.
+    /// R/P before the first and after each iteration, a band.
     pub residuals: [Vec<f64>; 3],
+    /// P, W a band.
+    pub power: Bands,
 }
 
-fn dot(a: &[Bands], b: &[Bands]) -> Bands {
-    a.iter().zip(b).fold([0.0; 3], |s, (x, y)| bands(|k| s[k] + x[k] * y[k]))
+/// One column on its way.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Column {
+    y: Vec<Bands>,
+    r: Vec<Bands>,
+    p: Vec<Bands>,
+    rr: Bands,
+    power: Bands,
+    status: [Option<SolveStatus>; 3],
+    residuals: [Vec<f64>; 3],
+    best: [(f64, usize); 3],
 }
 
-/// Solves s = s⁰ + w g s.
+impl Column {
+    fn done(&self) -> bool {
+        self.status.iter().all(Option::is_some)
+    }
+}
+
+/// P = Σ t s⁰, W a band.
+pub fn power(targets: &[f64], source: &[Bands]) -> Bands {
+    columns::sum(source.len(), |i| source[i].map(|s| targets[i] * s.abs()))
+}
+
+/// Solves s = s⁰ + w g s for every column of `sources`, from `initial` strengths if there are any.
+///
+/// The state is kept in `vault` every so often, as stage `krylov`, and taken up from there.
 pub fn solve(
-    operator: &dyn Operator,
-    source: &[Bands],
-    weight: &[Bands],
-    residual: f64,
-    max_iterations: usize,
+    system: &System,
+    sources: &[Vec<Bands>],
+    initial: Option<&[Vec<Bands>]>,
+    stop: Stop,
+    vault: &dyn Vault,
     progress: &dyn Progress,
-) -> Ended {
-    let root: Vec<Bands> = weight.iter().map(|w| w.map(f64::sqrt)).collect();
-    let times =
-        |a: &[Bands], b: &[Bands]| a.iter().zip(b).map(|(x, y)| bands(|k| x[k] * y[k])).collect::<Vec<_>>();
-    let rhs = times(&root, &operator.apply(source));
-    let norm = dot(&rhs, &rhs).map(f64::sqrt);
-    let mut y = vec![[0.0; 3]; source.len()];
-    let mut r = rhs.clone();
-    let mut p = rhs;
-    let mut rr = dot(&r, &r);
-    let mut residuals = norm.map(|n| vec![if n > 0.0 { 1.0 } else { 0.0 }]);
-    let mut status = norm.map(|n| if n > 0.0 { None } else { Some(SolveStatus::Converged) });
-    let mut best = [(f64::INFINITY, 0usize); 3];
-    progress.begin("solving", max_iterations as u64);
-    for iteration in 1..=max_iterations {
-        if status.iter().all(Option::is_some) {
+) -> Vec<Ended> {
+    let root: Vec<Bands> = system.weights.iter().map(|w| w.map(f64::sqrt)).collect();
+    let weight = Weight { root: &root, targets: system.targets };
+    progress.begin("solving", stop.iterations as u64);
+    let kept = vault.load(STAGE).and_then(|b| restored(&b, sources.len(), root.len()));
+    let (mut all, first) = kept.unwrap_or_else(|| (begun(system, &weight, sources, initial, stop), 1));
+    progress.advance(first as u64 - 1);
+    for iteration in first..=stop.iterations {
+        let active: Vec<usize> = (0..all.len()).filter(|&c| !all[c].done()).collect();
+        if active.is_empty() {
             break;
         }
-        let gp = times(&root, &operator.apply(&times(&root, &p)));
-        let q: Vec<Bands> = p.iter().zip(&gp).map(|(p, g)| bands(|k| p[k] - g[k])).collect();
-        let pq = dot(&p, &q);
-        let alpha = bands(|k| if status[k].is_none() && pq[k] > 0.0 { rr[k] / pq[k] } else { 0.0 });
-        for i in 0..y.len() {
-            for k in 0..3 {
-                y[i][k] += alpha[k] * p[i][k];
-                r[i][k] -= alpha[k] * q[i][k];
-            }
+        let inside: Columns = active.iter().map(|&c| columns::times(&root, &all[c].p)).collect();
+        let products = system.operator.apply_many(&inside);
+        for (&c, product) in active.iter().zip(&products) {
+            step(&mut all[c], &weight, product, iteration, stop.residual);
         }
-        let new = dot(&r, &r);
-        let beta = bands(|k| if rr[k] > 0.0 { new[k] / rr[k] } else { 0.0 });
-        rr = new;
-        for (p, r) in p.iter_mut().zip(&r) {
-            (0..3).for_each(|k| p[k] = r[k] + beta[k] * p[k]);
+        if vault.keeps() && iteration % KEEP_EVERY == 0 {
+            vault.save(STAGE, &kept_state(&all, iteration + 1));
         }
-        for k in (0..3).filter(|&k| status[k].is_none()).collect::<Vec<_>>() {
-            let relative = rr[k].sqrt() / norm[k];
-            residuals[k].push(relative);
-            if relative < best[k].0 {
-                best[k] = (relative, iteration);
+        progress.advance(1);
+    }
+    progress.end();
+    all.into_iter().zip(sources).map(|(c, s)| ended(c, &root, s)).collect()
+}
+
+/// The name of the stage.
+const STAGE: &str = "krylov";
+
+struct Weight<'a> {
+    root: &'a [Bands],
+    targets: &'a [f64],
+}
+
+impl Weight<'_> {
+    /// t √w |r| of a zone.
+    fn left(&self, i: usize, r: Bands) -> Bands {
+        bands(|b| self.targets[i] * self.root[i][b] * r[b].abs())
+    }
+}
+
+/// The columns before the first iteration.
+fn begun(
+    system: &System,
+    weight: &Weight,
+    sources: &[Vec<Bands>],
+    initial: Option<&[Vec<Bands>]>,
+    stop: Stop,
+) -> Vec<Column> {
+    let start = initial.unwrap_or(sources);
+    let products = system.operator.apply_many(start);
+    let one = |c: usize| {
+        let (s0, s, g) = (&sources[c], &start[c], &products[c]);
+        let root = weight.root;
+        let over =
+            |i: usize, b: usize| if root[i][b] > 0.0 { (s[i][b] - s0[i][b]) / root[i][b] } else { 0.0 };
+        let y: Vec<Bands> = (0..s.len()).into_par_iter().map(|i| bands(|b| over(i, b))).collect();
+        let r: Vec<Bands> =
+            g.par_iter().enumerate().map(|(i, g)| bands(|b| root[i][b] * g[b] - y[i][b])).collect();
+        let power = power(weight.targets, s0);
+        let left = columns::sum(r.len(), |i| weight.left(i, r[i]));
+        let relative = bands(|b| if power[b] > 0.0 { left[b] / power[b] } else { 0.0 });
+        let status = relative.map(|x| (x <= stop.residual).then_some(SolveStatus::Converged));
+        Column {
+            rr: columns::sum(r.len(), |i| r[i].map(|x| x * x)),
+            p: r.clone(),
+            y,
+            r,
+            power,
+            status,
+            residuals: relative.map(|x| vec![x]),
+            best: [(f64::INFINITY, 0); 3],
+        }
+    };
+    (0..sources.len()).map(one).collect()
+}
+
+/// One iteration of a column, `product` = g √w p.
+fn step(c: &mut Column, weight: &Weight, product: &[Bands], iteration: usize, wanted: f64) {
+    let root = weight.root;
+    let q = |i: usize, p: Bands| bands(|b| p[b] - root[i][b] * product[i][b]);
+    let pq = columns::sum(c.p.len(), |i| {
+        let (p, q) = (c.p[i], q(i, c.p[i]));
+        bands(|b| p[b] * q[b])
+    });
+    let alpha = bands(|b| if c.status[b].is_none() && pq[b] > 0.0 { c.rr[b] / pq[b] } else { 0.0 });
+    let parts: Vec<[Bands; 2]> = (
+        c.y.par_chunks_mut(columns::CHUNK),
+        c.r.par_chunks_mut(columns::CHUNK),
+        c.p.par_chunks(columns::CHUNK),
+    )
+        .into_par_iter()
+        .enumerate()
+        .map(|(k, (y, r, p))| {
+            let mut sums = [[0.0; 3]; 2];
+            for (j, ((y, r), p)) in y.iter_mut().zip(r).zip(p).enumerate() {
+                let i = k * columns::CHUNK + j;
+                let q = q(i, *p);
+                *y = bands(|b| y[b] + alpha[b] * p[b]);
+                *r = bands(|b| r[b] - alpha[b] * q[b]);
+                let left = weight.left(i, *r);
+                sums = [bands(|b| sums[0][b] + r[b] * r[b]), bands(|b| sums[1][b] + left[b])];
             }
-            if relative <= residual {
-                status[k] = Some(SolveStatus::Converged);
-            } else if !relative.is_finite() || pq[k] <= 0.0 || iteration - best[k].1 > PATIENCE {
-                status[k] = Some(SolveStatus::Stalled);
+            sums
+        })
+        .collect();
+    let total = |k: usize| parts.iter().fold([0.0; 3], |s, p| bands(|b| s[b] + p[k][b]));
+    let (new, left) = (total(0), total(1));
+    let beta = bands(|b| if c.rr[b] > 0.0 { new[b] / c.rr[b] } else { 0.0 });
+    c.rr = new;
+    c.p.par_iter_mut().zip(&c.r).for_each(|(p, r)| *p = bands(|b| r[b] + beta[b] * p[b]));
+    for b in (0..3).filter(|&b| c.status[b].is_none()).collect::<Vec<_>>() {
+        let relative = left[b] / c.power[b];
+        c.residuals[b].push(relative);
+        if relative < c.best[b].0 {
+            c.best[b] = (relative, iteration);
+        }
+        if relative <= wanted {
+            c.status[b] = Some(SolveStatus::Converged);
+        } else if !relative.is_finite() || pq[b] <= 0.0 || iteration - c.best[b].1 > PATIENCE {
+            c.status[b] = Some(SolveStatus::Stalled);
+        }
+    }
+}
+
+fn ended(c: Column, root: &[Bands], source: &[Bands]) -> Ended {
+    let strength = |i: usize| bands(|b| source[i][b] + root[i][b] * c.y[i][b]);
+    Ended {
+        strengths: (0..source.len()).into_par_iter().map(strength).collect(),
+        status: c.status.map(|s| s.unwrap_or(SolveStatus::Budget)),
+        residuals: c.residuals,
+        power: c.power,
+    }
+}
+
+/// `count` − 1 steps of the Neumann series from the sources; see the header.
+pub fn sweeps(system: &System, sources: &[Vec<Bands>], count: usize, progress: &dyn Progress) -> Vec<Ended> {
+    let mut all: Vec<Ended> = sources
+        .iter()
+        .map(|s| Ended {
+            strengths: s.clone(),
+            status: [SolveStatus::Swept; 3],
+            residuals: Default::default(),
+            power: power(system.targets, s),
+        })
+        .collect();
+    progress.begin("sweeping", count as u64);
+    for sweep in 1..=count {
+        let now: Columns = all.iter().map(|e| e.strengths.clone()).collect();
+        let products = system.operator.apply_many(&now);
+        for ((e, g), s0) in all.iter_mut().zip(&products).zip(sources) {
+            let next = |i: usize| bands(|b| s0[i][b] + system.weights[i][b] * g[i][b]);
+            // What the next step would still bring.
+            let left = columns::sum(s0.len(), |i| {
+                let n = next(i);
+                bands(|b| system.targets[i] * (n[b] - e.strengths[i][b]).abs())
+            });
+            (0..3).for_each(|b| {
+                e.residuals[b].push(if e.power[b] > 0.0 { left[b] / e.power[b] } else { 0.0 });
+            });
+            if sweep < count {
+                e.strengths = (0..s0.len()).into_par_iter().map(next).collect();
             }
         }
         progress.advance(1);
     }
     progress.end();
-    let strengths = (0..y.len()).map(|i| bands(|k| source[i][k] + root[i][k] * y[i][k])).collect();
-    Ended { strengths, status: status.map(|s| s.unwrap_or(SolveStatus::Budget)), residuals }
+    all
+}
+
+fn kept_state(all: &[Column], next: usize) -> Vec<u8> {
+    let mut pen = Pen::default();
+    pen.int(next);
+    for c in all {
+        [&c.y, &c.r, &c.p].into_iter().for_each(|v| pen.triples(v));
+        pen.triples(&[c.rr, c.power]);
+        for b in 0..3 {
+            pen.int(
+                c.status[b].map_or(0, |s| 1 + SolveStatus::ALL.iter().position(|x| *x == s).unwrap_or(0)),
+            );
+            pen.reals(&c.residuals[b]);
+            pen.reals(&[c.best[b].0]);
+            pen.int(c.best[b].1);
+        }
+    }
+    pen.bytes()
+}
+
+/// The state that [`kept_state`] wrote, for so many columns and zones.
+fn restored(bytes: &[u8], columns: usize, zones: usize) -> Option<(Vec<Column>, usize)> {
+    let mut r = Reader::new(bytes);
+    let next = r.int()?;
+    let mut all = Vec::new();
+    for _ in 0..columns {
+        let mut c = Column { y: r.triples()?, r: r.triples()?, p: r.triples()?, ..Column::default() };
+        let small = r.triples()?;
+        (c.rr, c.power) = (*small.first()?, *small.get(1)?);
+        for b in 0..3 {
+            let status = r.int()?;
+            c.status[b] = if status == 0 { None } else { Some(*SolveStatus::ALL.get(status - 1)?) };
+            c.residuals[b] = r.reals()?;
+            c.best[b] = (*r.reals()?.first()?, r.int()?);
+        }
+        if [&c.y, &c.r, &c.p].iter().any(|v| v.len() != zones) {
+            return None;
+        }
+        all.push(c);
+    }
+    (r.at_end() && next > 0).then_some((all, next))
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::packed::Packed;
-    use zonal_math::Grade;
-    use zonal_scene::Quiet;
-
-    struct Plain(Packed);
-    impl Operator for Plain {
-        fn len(&self) -> usize {
-            self.0.len()
-        }
-        fn apply(&self, s: &[Bands]) -> Vec<Bands> {
-            self.0.apply(s)
-        }
-        fn scale(&mut self, _: &[Bands]) {}
-        fn grade(&self) -> Grade {
-            Grade::Proved
-        }
-    }
-
-    /// Two facing walls that see only each other: s_1 = 1 + ρ s_2, s_2 = ρ s_1.
-    fn two_walls() -> Plain {
-        let mut m = Packed::zeros(2);
-        m.rows_mut()[1][0] = 1.0;
-        Plain(m)
-    }
-
-    #[test]
-    fn two_mirroring_walls_have_a_closed_form() {
-        let rho = 0.8;
-        let e = solve(&two_walls(), &[[1.0; 3], [0.0; 3]], &[[rho; 3]; 2], 1e-13, 50, &Quiet);
-        assert_eq!(e.status, [SolveStatus::Converged; 3]);
-        assert!((e.strengths[0][1] - 1.0 / (1.0 - rho * rho)).abs() < 1e-12);
-        assert!((e.strengths[1][2] - rho / (1.0 - rho * rho)).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_spent_budget_and_an_impossible_problem_are_said() {
-        let mut m = Packed::zeros(40);
-        for (i, row) in m.rows_mut().into_iter().enumerate() {
-            row.iter_mut().enumerate().for_each(|(j, x)| *x = 1.0 / (40.0 + (i * j % 7) as f64));
-        }
-        let source: Vec<Bands> = (0..40).map(|i| [1.0 + i as f64; 3]).collect();
-        let e = solve(&Plain(m), &source, &vec![[0.9; 3]; 40], 1e-15, 1, &Quiet);
-        assert_eq!(e.status[0], SolveStatus::Budget);
-        // Reflectances above one gain power at every bounce: no solution.
-        let e = solve(&two_walls(), &[[1.0; 3], [0.5; 3]], &[[1.5; 3]; 2], 1e-12, 50, &Quiet);
-        assert_eq!(e.status[0], SolveStatus::Stalled);
-    }
-}
+mod tests;

@@ -17,21 +17,29 @@
 //! | [`surroundings`] | what escapes, measured by rays |
 //! | [`direct`] | sun, sky and small emitters on the zones |
 //! | [`closure`] | row sums: measured, and restored on request |
-//! | [`krylov`] | conjugate gradients with a status |
+//! | [`krylov`] | conjugate gradients for many light groups at once, with a status; sweeps |
+//! | [`groups`] | light groups: which lights are solved apart |
+//! | [`engine`] | the choice of an engine |
+//! | [`columns`] | vectors over zones, many at a time |
+//! | [`stage`] | what is kept of long work, as bytes |
 //! | [`energy`] | the balance |
 //! | [`pipeline`] | a scene in, a solution out |
 //! | [`forecast`] | counts, time and memory beforehand |
 
 pub mod closure;
+pub mod columns;
 pub mod dense;
 pub mod direct;
 pub mod energy;
+pub mod engine;
 pub mod forecast;
+pub mod groups;
 pub mod krylov;
 pub mod operator;
 pub mod packed;
 pub mod pipeline;
+pub mod stage;
 pub mod surroundings;
 
 pub use operator::Operator;
-pub use pipeline::{solve, solve_with, solve_zones};
+pub use pipeline::{Job, solve, solve_job, solve_zones};

@@ -16,6 +16,15 @@ pub trait Operator {
     }
     /// P = g s, band by band.
     fn apply(&self, strengths: &[Bands]) -> Vec<Bands>;
+    /// P = g s for many columns of strengths; the same bits as one after the other.
+    fn apply_many(&self, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
+        columns.iter().map(|s| self.apply(s)).collect()
+    }
+    /// Estimated error of [`Operator::apply`], in the unit of P, where the engine keeps one a link; `None` where its errors are
+    /// relative to the rows.
+    fn error(&self, _strengths: &[Bands]) -> Option<Vec<Bands>> {
+        None
+    }
     /// Replaces g_ij by d_i g_ij d_j.
     fn scale(&mut self, d: &[Bands]);
     /// The weakest grade among the factors.

@@ -1,17 +1,23 @@
-//! A scene in, a solution out: zones, exchange areas, surroundings, closure, direct light, iteration, balance.
+//! A scene in, a solution out: zones, direct light, surroundings, the engine with closure, iteration, balance.
+//!
+//! What takes long is a stage that a [`Vault`] may keep: each light, the surroundings, the engine's factors, the state of the solver.
+//! Everything else is computed again in no time, and comes out the same to the bit.
 
-use crate::closure;
-use crate::dense::{self, Assembly, Dense};
-use crate::direct;
-use crate::energy;
+use crate::direct::{self, Direct, Lit};
+use crate::energy::{self, Found};
+use crate::engine::{self, Built, Site};
 use crate::forecast::{self, Forecast};
-use crate::krylov::{self, Ended};
-use crate::operator::Operator;
+use crate::groups::{self, Source, emission, response};
+use crate::krylov::{self, Ended, Stop, System};
+use crate::stage::{Pen, Reader};
 use crate::surroundings::Escape;
-use std::f64::consts::PI;
-use zonal_exchange::pair::{Counts, Exchange, Settings, VoxelFactors, strength};
+use zonal_exchange::pair::{Settings, strength, target};
 use zonal_math::Grade;
-use zonal_scene::{Bands, Fields, Progress, Report, Scene, SceneError, Solution, Zones, bands};
+use zonal_scene::solution::Energy;
+use zonal_scene::{
+    Bands, Engine, Estimate, Fields, Group, NoVault, Progress, Report, Scene, SceneError, Solution,
+    SolveStatus, Values, Vault, Zones, bands,
+};
 use zonal_transport::{Transport, build_zones};
 
 /// Largest memory that the exchange areas may take unless the caller says otherwise, bytes.
@@ -20,6 +26,28 @@ pub const DEFAULT_MEMORY: u64 = 12 << 30;
 /// Relative energy residual above which the report says so.
 const POOR_BALANCE: f64 = 1e-3;
 
+/// How a scene is solved, beside what it says itself.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    /// Largest memory of the exchange, bytes.
+    pub memory: u64,
+    /// How the exchange of pairs is computed.
+    pub settings: Settings,
+    /// Keeper of what is done.
+    pub vault: &'a dyn Vault,
+    /// Listener.
+    pub progress: &'a dyn Progress,
+    /// Light groups of an earlier solution on the same zones, from which the solver starts; none for a start from nothing.
+    pub initial: &'a [Group],
+}
+
+impl<'a> Job<'a> {
+    /// A job with the default settings that keeps nothing.
+    pub fn new(memory: u64, progress: &'a dyn Progress) -> Job<'a> {
+        Job { memory, settings: Settings::default(), vault: &NoVault, progress, initial: &[] }
+    }
+}
+
 /// Rays a zone that measure what escapes; four times as many where as much light comes in that way.
 fn escape_rays(scene: &Scene) -> usize {
     let tolerance = scene.options().tolerance;
@@ -27,38 +55,21 @@ fn escape_rays(scene: &Scene) -> usize {
     ((0.05 / (tolerance * tolerance)) as usize).clamp(256, 4096) * if shining { 4 } else { 1 }
 }
 
-/// Solves a scene with the dense engine; refuses with a reason when it would need more than `memory` bytes.
+/// Solves a scene with the engine that it asks for; refuses with a reason when that would need more than `memory` bytes.
 pub fn solve(scene: Scene, memory: u64, progress: &dyn Progress) -> Result<Solution, SceneError> {
-    solve_with(scene, memory, Settings::default(), progress)
+    solve_job(scene, &Job::new(memory, progress))
 }
 
-/// The same with the exchange of pairs computed as `settings` say.
-pub fn solve_with(
-    scene: Scene,
-    memory: u64,
-    settings: Settings,
-    progress: &dyn Progress,
-) -> Result<Solution, SceneError> {
+/// Solves a scene as a job says.
+pub fn solve_job(scene: Scene, job: &Job) -> Result<Solution, SceneError> {
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport)?;
-    let forecast = Forecast::new(&scene, &zones, &transport);
-    if forecast.bytes > memory {
-        return Err(SceneError::new(
-            "solve.patch_size",
-            format!(
-                "{} zones need {:.3} GB for their exchange areas, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
-                zones.len(),
-                forecast.bytes as f64 / 1e9,
-                memory as f64 / 1e9
-            ),
-        ));
-    }
-    let (fields, report) = solve_zones(&scene, &zones, &transport, settings, progress);
+    let (fields, groups, report) = solve_zones(&scene, &zones, &transport, job)?;
     drop(transport);
     Ok(Solution {
         zones,
         fields,
-        groups: Vec::new(),
+        groups,
         report,
         scene_hash: String::new(),
         version: env!("CARGO_PKG_VERSION").to_string(),
@@ -66,156 +77,286 @@ pub fn solve_with(
     })
 }
 
-/// Solves given zones.
+/// Solves given zones: the fields of all light together, those of each light group, and what there is to say.
 pub fn solve_zones(
     scene: &Scene,
     zones: &Zones,
     transport: &Transport,
-    settings: Settings,
-    progress: &dyn Progress,
-) -> (Fields, Report) {
-    let options = scene.options();
-    let exchange = Exchange::with_settings(scene, zones, transport, settings);
-    let group = dense::groups(scene, transport.has_panes_between());
-    let (mut operator, assembly) = Dense::assemble(&exchange, zones, group, progress);
-    drop(exchange);
-    let mut escape = Escape::measure(scene, zones, transport, escape_rays(scene), progress);
-    let (closure, defects) = if options.restore_closure {
-        closure::restore(&mut operator, zones, &mut escape)
-    } else {
-        closure::measure(&operator, zones, &escape)
+    job: &Job,
+) -> Result<(Fields, Vec<Group>, Report), SceneError> {
+    let forecast = Forecast::new(scene, zones, transport);
+    let (engine, reason) = engine::choose(scene, &forecast, job.memory)?;
+    let direct = illuminate(scene, zones, transport, job);
+    let mut escape = surroundings(scene, zones, transport, job);
+    let (sources, note) = groups::chosen(scene, zones);
+    let site = Site {
+        scene,
+        zones,
+        transport,
+        direct: &direct,
+        sources: &sources,
+        settings: job.settings,
+        memory: job.memory,
+        vault: job.vault,
+        progress: job.progress,
     };
-    let direct = direct::illuminate(scene, zones, transport, options.restore_closure, progress);
-    let lit = direct.fields(zones.len());
-    let sources = sources(scene, zones, &escape, &lit);
-    let ended = krylov::solve(
-        &operator,
-        &sources.strengths,
-        &sources.weights,
-        options.residual,
-        options.max_iterations,
-        progress,
-    );
-    let fields = fields(zones, &operator, &ended, &sources, lit, &assembly, &defects);
-    let balance = energy::balance(scene, zones, &fields, &ended.strengths, &escape, &direct);
-    let mut warnings = forecast::warnings(scene, zones);
-    if settings.voxels != VoxelFactors::Exact && assembly.counts.paper > 0 {
-        warnings.push(
-            "the factors of two voxels are those of the paper, for comparison: the errors stated here leave out what that costs".into(),
-        );
+    let built = engine::build(engine, &site, &mut escape)?;
+    let ended = iterate(&site, &built, &escape, job);
+    let (fields, groups) = fields(&site, &built, &escape, &ended, engine);
+    let mut report = report(&site, &built, &escape, &fields, &groups, &ended);
+    (report.engine, report.reason) = (engine.word().into(), reason);
+    report.warnings.extend(note);
+    Ok((fields, groups, report))
+}
+
+/// Every light of the scene, each a stage.
+fn illuminate(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Direct {
+    let one = |l: usize| {
+        let stage = format!("light-{l}");
+        let kept = job.vault.load(&stage).and_then(|b| Lit::restored(&b, zones.len()));
+        kept.unwrap_or_else(|| {
+            let normalise = scene.options().restore_closure;
+            let lit = direct::light(scene, zones, transport, l, normalise, job.progress);
+            if job.vault.keeps() {
+                job.vault.save(&stage, &lit.kept());
+            }
+            lit
+        })
+    };
+    Direct { lights: (0..scene.lights().len()).map(one).collect() }
+}
+
+impl Lit {
+    fn kept(&self) -> Vec<u8> {
+        let mut pen = Pen::default();
+        pen.text(&self.name);
+        pen.triples(&self.fields);
+        pen.triples(&[
+            self.incoming,
+            self.emitted,
+            self.escaped,
+            self.backs,
+            [self.largest_change, 0.0, 0.0],
+        ]);
+        pen.text(self.warning.as_deref().unwrap_or(""));
+        pen.bytes()
     }
+    fn restored(bytes: &[u8], zones: usize) -> Option<Lit> {
+        let mut r = Reader::new(bytes);
+        let (name, fields, small, warning) = (r.text()?, r.triples()?, r.triples()?, r.text()?);
+        let [incoming, emitted, escaped, backs, [largest_change, ..]] = small[..] else { return None };
+        let warning = (!warning.is_empty()).then_some(warning);
+        let whole = r.at_end() && fields.len() == zones;
+        whole.then_some(Lit { name, fields, incoming, emitted, escaped, backs, largest_change, warning })
+    }
+}
+
+/// What escapes, a stage.
+fn surroundings(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Escape {
+    const STAGE: &str = "surroundings";
+    let restored = |bytes: Vec<u8>| {
+        let mut r = Reader::new(&bytes);
+        let escape = Escape { sky: r.triples()?, backs: r.triples()?, rays: r.int()? as u64 };
+        (escape.sky.len() == zones.len() && escape.backs.len() == zones.len()).then_some(escape)
+    };
+    job.vault.load(STAGE).and_then(restored).unwrap_or_else(|| {
+        let escape = Escape::measure(scene, zones, transport, escape_rays(scene), job.progress);
+        if job.vault.keeps() {
+            let mut pen = Pen::default();
+            pen.triples(&escape.sky);
+            pen.triples(&escape.backs);
+            pen.int(escape.rays as usize);
+            job.vault.save(STAGE, &pen.bytes());
+        }
+        escape
+    })
+}
+
+/// A of a patch, 4V of a volume zone.
+pub fn targets(zones: &Zones) -> Vec<f64> {
+    (0..zones.len()).map(|i| target(zones, i)).collect()
+}
+
+/// Solves all groups side by side.
+fn iterate(site: &Site, built: &Built, escape: &Escape, job: &Job) -> Vec<Ended> {
+    let (weights, targets) = (groups::weights(site.zones), targets(site.zones));
+    let columns = site.columns(escape);
+    let system = System { operator: built.operator.as_ref(), weights: &weights, targets: &targets };
+    let options = site.scene.options();
+    if let Some(n) = options.sweeps {
+        return krylov::sweeps(&system, &columns, n, job.progress);
+    }
+    let stop = Stop { residual: options.residual, iterations: options.max_iterations };
+    let warm = initial(site, &columns, job.initial);
+    krylov::solve(&system, &columns, warm.as_deref(), stop, job.vault, job.progress)
+}
+
+/// Strengths that earlier groups of the same names stand for; those of the sources where there was none.
+fn initial(site: &Site, columns: &[Vec<Bands>], earlier: &[Group]) -> Option<Vec<Vec<Bands>>> {
+    let zones = site.zones;
+    let fits = |g: &&Group| g.incident.len() == zones.len();
+    let of = |name: &str| earlier.iter().find(|g| g.name == name).filter(fits);
+    if !site.sources.iter().any(|s| of(&s.name).is_some()) {
+        return None;
+    }
+    let one = |(source, column): (&Source, &Vec<Bands>)| {
+        let mut out = column.clone();
+        if let Some(g) = of(&source.name) {
+            let mut incident = vec![[0.0; 3]; zones.len()];
+            g.incident.add_to(&mut incident, g.incident_scale);
+            for (i, o) in out.iter_mut().enumerate() {
+                let (c, (rho, _)) = (strength(zones, i), response(zones, i));
+                *o = bands(|b| o[b] + c[b] * rho[b] * incident[i][b]);
+            }
+        }
+        out
+    };
+    Some(site.sources.iter().zip(columns).map(one).collect())
+}
+
+/// The fields of all light and of each group.
+fn fields(
+    site: &Site,
+    built: &Built,
+    escape: &Escape,
+    ended: &[Ended],
+    engine: Engine,
+) -> (Fields, Vec<Group>) {
+    let zones = site.zones;
+    let n = zones.len();
+    let strengths: Vec<Vec<Bands>> = ended.iter().map(|e| e.strengths.clone()).collect();
+    let mut arriving = built.operator.apply_many(&strengths);
+    drop(strengths);
+    let mut f = Fields { incident: vec![[0.0; 3]; n], direct: vec![[0.0; 3]; n], ..Fields::default() };
+    let mut list = Vec::new();
+    for ((source, ended), incident) in site.sources.iter().zip(ended).zip(&mut arriving) {
+        let (own, sky) = (source.direct(site.direct), source.sky(site.scene));
+        for (i, h) in incident.iter_mut().enumerate() {
+            let (_, measure) = response(zones, i);
+            *h = bands(|b| (h[b] + escape.sky[i][b] * sky[b]) / measure);
+            f.incident[i] = bands(|b| f.incident[i][b] + h[b]);
+        }
+        own.iter().zip(&mut f.direct).for_each(|(d, f)| *f = bands(|b| f[b] + d[b]));
+        let found = Found { incident, direct: &own, strengths: &ended.strengths };
+        let energy = energy::balance(site.scene, zones, source, &found, escape, site.direct);
+        list.push(group(source, ended, energy, std::mem::take(incident), own, engine));
+    }
+    f.radiosity = (0..n)
+        .map(|i| {
+            let (e, (rho, _)) = (emission(zones, i), response(zones, i));
+            bands(|b| e[b] + rho[b] * (f.incident[i][b] + f.direct[i][b]))
+        })
+        .collect();
+    f.error = errors(site, built, &f.incident, ended);
+    (f, list)
+}
+
+/// A group as a solution keeps it: what a dense solve found to the bit, what a hierarchical one found in single precision, far
+/// finer than its tolerance.
+fn group(
+    source: &Source,
+    ended: &Ended,
+    energy: Energy,
+    incident: Vec<Bands>,
+    direct: Vec<Bands>,
+    engine: Engine,
+) -> Group {
+    let kept = |v: Vec<Bands>| match engine {
+        Engine::Hierarchical if !v.is_empty() => Values::compact(&v),
+        _ => (Values::Double(v), [1.0; 3]),
+    };
+    let ((incident, incident_scale), (direct, direct_scale)) = (kept(incident), kept(direct));
+    Group {
+        name: source.name.clone(),
+        incident,
+        incident_scale,
+        direct,
+        direct_scale,
+        energy,
+        status: ended.status,
+        residual: [0, 1, 2].map(|b| ended.residuals[b].last().copied().unwrap_or(0.0)),
+    }
+}
+
+/// Estimated error of `incident`, W/m²: that of the engine's links, or the defects and errors of the rows.
+fn errors(site: &Site, built: &Built, incident: &[Bands], ended: &[Ended]) -> Vec<Bands> {
+    let mut all = vec![[0.0; 3]; incident.len()];
+    for e in ended {
+        all.iter_mut().zip(&e.strengths).for_each(|(a, s)| *a = bands(|b| a[b] + s[b]));
+    }
+    let known = built.operator.error(&all);
+    let defects = &built.closure.1;
+    let one = |i: usize| match &known {
+        Some(e) => e[i].map(|e| e / response(site.zones, i).1),
+        None => bands(|b| incident[i][b] * (defects[i][b].abs() + built.noise[i])),
+    };
+    (0..incident.len()).map(one).collect()
+}
+
+/// The worst end of all groups, and the power that all together have not distributed.
+fn together(ended: &[Ended]) -> ([SolveStatus; 3], [Vec<f64>; 3]) {
+    let rank = |s: SolveStatus| SolveStatus::ALL.iter().position(|x| *x == s);
+    let worst = |b: usize| ended.iter().map(|e| e.status[b]).max_by_key(|s| rank(*s));
+    let status = [0, 1, 2].map(|b| worst(b).unwrap_or(SolveStatus::Converged));
+    let residuals = [0, 1, 2].map(|b| {
+        let steps = ended.iter().map(|e| e.residuals[b].len()).max().unwrap_or(0);
+        let power: f64 = ended.iter().map(|e| e.power[b]).sum();
+        let at =
+            |e: &Ended, k: usize| e.residuals[b].get(k).or(e.residuals[b].last()).copied().unwrap_or(0.0);
+        let left = |k: usize| ended.iter().map(|e| at(e, k) * e.power[b]).sum::<f64>();
+        (0..steps).map(|k| if power > 0.0 { left(k) / power } else { 0.0 }).collect()
+    });
+    (status, residuals)
+}
+
+fn report(
+    site: &Site,
+    built: &Built,
+    escape: &Escape,
+    fields: &Fields,
+    groups: &[Group],
+    ended: &[Ended],
+) -> Report {
+    let mut energy = Energy::default();
+    groups.iter().for_each(|g| energy.add(&g.energy));
+    let mut warnings = forecast::warnings(site.scene, site.zones);
+    warnings.extend(built.warnings.iter().cloned());
     if !escape.closed() {
         warnings.push("the scene is open: power escapes to the surroundings or onto black backs".into());
     }
-    warnings.extend(direct.warnings().cloned());
-    let off = balance.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
-    if off > POOR_BALANCE {
+    warnings.extend(site.direct.warnings().cloned());
+    let off = energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+    if off > POOR_BALANCE && site.scene.options().sweeps.is_none() {
         warnings.push(format!(
             "the energy balance is off by {off:.1e}: restore closure, or ask for a smaller tolerance"
         ));
     }
-    let mut closure = closure;
-    closure.largest_change = closure.largest_change.map(|c| c.max(direct.largest_change()));
-    let report = Report {
-        status: ended.status,
-        residuals: ended.residuals,
+    let mut closure = built.closure.0.clone();
+    closure.largest_change = closure.largest_change.map(|c| c.max(site.direct.largest_change()));
+    let (status, residuals) = together(ended);
+    let grade = if escape.closed() { built.operator.grade() } else { Grade::Statistical };
+    Report {
+        status,
+        residuals,
+        estimate: Estimate::of(fields, site.zones.voxel_offset(), grade.max(Grade::Estimated)),
         closure,
-        energy: balance,
-        counts: counts(zones, &assembly.counts, escape.rays),
+        energy,
+        counts: counts(site.zones, built, escape),
         warnings,
-        grade: if escape.closed() { operator.grade() } else { Grade::Statistical },
+        grade,
         ..Report::default()
-    };
-    (fields, report)
-}
-
-/// Right-hand sides: strengths of the sources, weights of the reflections, power from the surroundings.
-struct Sources {
-    strengths: Vec<Bands>,
-    weights: Vec<Bands>,
-    sky: Vec<Bands>,
-}
-
-/// ρ or Ω/4, and the measure (A or V) of zone i.
-fn response(zones: &Zones, i: usize) -> (Bands, f64) {
-    if i < zones.voxel_offset() {
-        let p = &zones.patches[i];
-        (p.reflectance, p.area)
-    } else if i < zones.pane_offset() {
-        let v = &zones.voxels[i - zones.voxel_offset()];
-        (v.albedo.map(|o| 0.25 * o), v.volume)
-    } else {
-        let p = &zones.panes[i - zones.pane_offset()];
-        (p.albedo.map(|o| 0.25 * o), p.area * p.thickness)
     }
 }
 
-/// Own emission as a radiosity: E, (1−Ω)E + q/(4κ).
-fn emission(zones: &Zones, i: usize) -> Bands {
-    if i < zones.voxel_offset() {
-        zones.patches[i].emission
-    } else if i < zones.pane_offset() {
-        let v = &zones.voxels[i - zones.voxel_offset()];
-        bands(|b| {
-            let q = if v.extinction[b] > 0.0 { v.source[b] / (4.0 * v.extinction[b]) } else { 0.0 };
-            (1.0 - v.albedo[b]) * v.emission[b] + q
-        })
-    } else {
-        let p = &zones.panes[i - zones.pane_offset()];
-        bands(|b| (1.0 - p.albedo[b]) * p.emission[b])
-    }
-}
-
-fn sources(scene: &Scene, zones: &Zones, escape: &Escape, direct: &[Bands]) -> Sources {
-    let sky = scene.surroundings().radiance.map(|l| PI * l);
-    let mut s = Sources { strengths: Vec::new(), weights: Vec::new(), sky: Vec::new() };
-    for i in 0..zones.len() {
-        let (c, e, (rho, measure)) = (strength(zones, i), emission(zones, i), response(zones, i));
-        let arriving = bands(|b| escape.sky[i][b] * sky[b]);
-        s.strengths.push(bands(|b| c[b] * (e[b] + rho[b] * (direct[i][b] + arriving[b] / measure))));
-        s.weights.push(bands(|b| c[b] * rho[b] / measure));
-        s.sky.push(arriving);
-    }
-    s
-}
-
-fn fields(
-    zones: &Zones,
-    operator: &dyn Operator,
-    ended: &Ended,
-    sources: &Sources,
-    direct: Vec<Bands>,
-    assembly: &Assembly,
-    defects: &[Bands],
-) -> Fields {
-    let arriving = operator.apply(&ended.strengths);
-    let mut f = Fields { direct, ..Fields::default() };
-    for i in 0..zones.len() {
-        let (rho, measure) = response(zones, i);
-        let incident = bands(|b| (arriving[i][b] + sources.sky[i][b]) / measure);
-        let e = emission(zones, i);
-        f.radiosity.push(bands(|b| e[b] + rho[b] * (incident[b] + f.direct[i][b])));
-        f.error.push(bands(|b| incident[b] * (defects[i][b].abs() + assembly.noise[i])));
-        f.incident.push(incident);
-    }
-    f
-}
-
-fn counts(zones: &Zones, c: &Counts, escape_rays: u64) -> Vec<(String, u64)> {
-    let list = [
-        ("zones", zones.len() as u64),
-        ("patches", zones.patches.len() as u64),
-        ("voxel zones", zones.voxels.len() as u64),
-        ("pane zones", zones.panes.len() as u64),
-        ("aligned pairs", c.aligned),
-        ("voxel pairs by a formula of the paper", c.paper),
-        ("pairs with a plate in any position", c.general),
-        ("pairs with a cut voxel", c.cut),
-        ("pairs with a pane", c.pane),
-        ("pairs that face away", c.facing_away),
-        ("pairs partly visible", c.partial),
-        ("rays between zones", c.rays),
-        ("rays to the surroundings", escape_rays),
+fn counts(zones: &Zones, built: &Built, escape: &Escape) -> Vec<(String, u64)> {
+    let first = [
+        ("zones", zones.len()),
+        ("patches", zones.patches.len()),
+        ("voxel zones", zones.voxels.len()),
+        ("pane zones", zones.panes.len()),
     ];
-    list.into_iter().map(|(k, v)| (k.to_string(), v)).collect()
+    let mut out: Vec<(String, u64)> = first.into_iter().map(|(k, v)| (k.to_string(), v as u64)).collect();
+    out.extend(built.counts.iter().cloned());
+    out.push(("rays to the surroundings".into(), escape.rays));
+    out
 }

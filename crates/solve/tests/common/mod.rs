@@ -1,11 +1,11 @@
 //! Scenes and measures that several tests share.
 #![allow(dead_code, missing_docs)]
 
-use zonal_exchange::pair::{Counts, Exchange, Settings};
+use zonal_exchange::pair::{Counts, Exchange};
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Facet, Fields, Plate, Quiet, Report, Scene, SceneParts, Sides, Solution, Surface, Zones};
-use zonal_solve::solve_zones;
+use zonal_solve::{Job, solve_zones};
 use zonal_transport::{Transport, build_zones};
 
 pub fn read(text: &str) -> Scene {
@@ -123,7 +123,8 @@ pub fn on_threads(scene: &Scene, threads: usize) -> (Fields, Report) {
     pool.install(|| {
         let transport = Transport::new(scene);
         let zones = build_zones(scene, &transport).unwrap();
-        solve_zones(scene, &zones, &transport, Settings::default(), &Quiet)
+        let (fields, _, report) = solve_zones(scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).unwrap();
+        (fields, report)
     })
 }
 

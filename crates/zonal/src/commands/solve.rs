@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use zonal_exchange::pair::{Settings, VoxelFactors};
 use zonal_io::output;
 use zonal_scene::{Progress, Scene, Solution};
+use zonal_solve::Job;
 
 /// Solve a scene and write the solution.
 #[derive(clap::Args, Debug)]
@@ -100,7 +101,8 @@ pub fn solved(
     settings: Settings,
     progress: &dyn Progress,
 ) -> Result<Solution, Failure> {
-    let mut solution = zonal_solve::solve_with(scene, memory, settings, progress)?;
+    let job = Job { settings, ..Job::new(memory, progress) };
+    let mut solution = zonal_solve::solve_job(scene, &job)?;
     solution.scene_hash = output::scene_hash(&solution.scene);
     Ok(solution)
 }

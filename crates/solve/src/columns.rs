@@ -1,0 +1,27 @@
+//! Vectors over zones, many at a time, with the same bits for any number of threads: fixed chunks, sums in their order.
+
+use rayon::prelude::*;
+use zonal_scene::{Bands, bands};
+
+/// Zones a chunk; fixed, so that sums are the same for any number of threads.
+pub const CHUNK: usize = 1 << 12;
+
+/// One vector over the zones for each column.
+pub type Columns = Vec<Vec<Bands>>;
+
+/// Σ term(i) over i < n, band by band.
+pub fn sum(n: usize, term: impl Fn(usize) -> Bands + Sync) -> Bands {
+    let chunk = |k: usize| {
+        (k * CHUNK..((k + 1) * CHUNK).min(n)).fold([0.0; 3], |s, i| {
+            let t = term(i);
+            bands(|b| s[b] + t[b])
+        })
+    };
+    let parts: Vec<Bands> = (0..n.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
+    parts.iter().fold([0.0; 3], |s, p| bands(|b| s[b] + p[b]))
+}
+
+/// a b, entry by entry.
+pub fn times(a: &[Bands], b: &[Bands]) -> Vec<Bands> {
+    a.par_iter().zip(b).map(|(x, y)| bands(|k| x[k] * y[k])).collect()
+}

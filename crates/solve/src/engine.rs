@@ -1,0 +1,153 @@
+//! The choice of an engine, and what it hands to the rest of the solve.
+//!
+//! An engine is built from the zones, what escapes and what shines; everything after it asks [`Operator`] alone.
+
+use crate::closure;
+use crate::dense::{self, Dense};
+use crate::direct::Direct;
+use crate::forecast::Forecast;
+use crate::groups::{self, Source};
+use crate::operator::Operator;
+use crate::surroundings::Escape;
+use zonal_exchange::pair::{Counts, Exchange, Settings};
+use zonal_scene::solution::Closure;
+use zonal_scene::{Bands, Engine, Progress, Scene, SceneError, Vault, Zones};
+use zonal_transport::Transport;
+
+/// Zones up to which `auto` takes every pair: about ten seconds of assembly where nothing hides anything.
+pub const DENSE_ZONES: usize = 4000;
+
+/// True once the hierarchical engine can be built.
+const HIERARCHICAL: bool = false;
+
+/// What an engine is built from.
+pub struct Site<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its zones.
+    pub zones: &'a Zones,
+    /// What rays meet.
+    pub transport: &'a Transport<'a>,
+    /// Direct light on the zones.
+    pub direct: &'a Direct,
+    /// The light groups.
+    pub sources: &'a [Source],
+    /// Formulas of pairs.
+    pub settings: Settings,
+    /// Largest memory, bytes.
+    pub memory: u64,
+    /// Keeper of what is done.
+    pub vault: &'a dyn Vault,
+    /// Listener.
+    pub progress: &'a dyn Progress,
+}
+
+impl Site<'_> {
+    /// The strengths s⁰ of every group, W/m² and W/m³.
+    pub fn columns(&self, escape: &Escape) -> Vec<Vec<Bands>> {
+        let one = |s: &Source| groups::strengths(s, self.scene, self.zones, escape, &s.direct(self.direct));
+        self.sources.iter().map(one).collect()
+    }
+}
+
+/// An engine, ready.
+pub struct Built {
+    /// The exchange of all zones.
+    pub operator: Box<dyn Operator>,
+    /// Error of each zone's row sum relative to its target, from the errors of the factors; one entry a zone.
+    pub noise: Vec<f64>,
+    /// Closure, and the relative defect of every zone before any restoration.
+    pub closure: (Closure, Vec<Bands>),
+    /// Name and count of what was counted.
+    pub counts: Vec<(String, u64)>,
+    /// What a user should know.
+    pub warnings: Vec<String>,
+}
+
+/// The engine for a scene, with the reason; never [`Engine::Auto`].
+pub fn choose(scene: &Scene, forecast: &Forecast, memory: u64) -> Result<(Engine, String), SceneError> {
+    let zones = forecast.patches + forecast.voxels + forecast.panes;
+    let fits = forecast.bytes <= memory;
+    match scene.options().engine {
+        Engine::Hierarchical if HIERARCHICAL => Ok((Engine::Hierarchical, "as asked".into())),
+        Engine::Hierarchical => Err(SceneError::new(
+            "solve.engine",
+            "the hierarchical engine is not built yet; use auto or dense",
+        )),
+        Engine::Auto if HIERARCHICAL && (zones > DENSE_ZONES || !fits) => {
+            let why = if zones > DENSE_ZONES {
+                format!("{zones} zones are more than {DENSE_ZONES}")
+            } else {
+                "the exchange areas of all pairs would need more memory than allowed".to_string()
+            };
+            Ok((Engine::Hierarchical, why))
+        }
+        asked if fits => {
+            let why = match asked {
+                Engine::Auto if zones <= DENSE_ZONES => {
+                    format!("{zones} zones are no more than {DENSE_ZONES}")
+                }
+                _ => "as asked".to_string(),
+            };
+            Ok((Engine::Dense, why))
+        }
+        _ => Err(SceneError::new(
+            "solve.patch_size",
+            format!(
+                "{zones} zones need {:.3} GB for their exchange areas, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
+                forecast.bytes as f64 / 1e9,
+                memory as f64 / 1e9
+            ),
+        )),
+    }
+}
+
+/// Builds an engine. Closure is measured, or restored where the scene asks for it, which may scale `escape` too.
+pub fn build(engine: Engine, site: &Site, escape: &mut Escape) -> Result<Built, SceneError> {
+    match engine {
+        Engine::Hierarchical => {
+            Err(SceneError::new("solve.engine", "the hierarchical engine is not built yet"))
+        }
+        Engine::Dense | Engine::Auto => Ok(dense(site, escape)),
+    }
+}
+
+fn dense(site: &Site, escape: &mut Escape) -> Built {
+    let (scene, zones) = (site.scene, site.zones);
+    let exchange = Exchange::with_settings(scene, zones, site.transport, site.settings);
+    let group = dense::groups(scene, site.transport.has_panes_between());
+    let (mut operator, assembly) = Dense::assemble(&exchange, zones, group, site.vault, site.progress);
+    drop(exchange);
+    let closure = if scene.options().restore_closure {
+        closure::restore(&mut operator, zones, escape)
+    } else {
+        closure::measure(&operator, zones, escape)
+    };
+    let mut warnings = Vec::new();
+    if assembly.counts.paper > 0 {
+        warnings.push(
+            "the factors of two voxels are those of the paper, for comparison: the errors stated here leave out what that costs".into(),
+        );
+    }
+    Built {
+        operator: Box::new(operator),
+        noise: assembly.noise,
+        closure,
+        counts: counts(&assembly.counts),
+        warnings,
+    }
+}
+
+fn counts(c: &Counts) -> Vec<(String, u64)> {
+    let list = [
+        ("aligned pairs", c.aligned),
+        ("voxel pairs by a formula of the paper", c.paper),
+        ("pairs with a plate in any position", c.general),
+        ("pairs with a cut voxel", c.cut),
+        ("pairs with a pane", c.pane),
+        ("pairs that face away", c.facing_away),
+        ("pairs partly visible", c.partial),
+        ("rays between zones", c.rays),
+    ];
+    list.into_iter().map(|(k, v)| (k.to_string(), v)).collect()
+}
