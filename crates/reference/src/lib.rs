@@ -14,11 +14,13 @@
 //! | [`tanh_sinh`], [`wide`] | the rule and the numbers of 106 bits that they stand on |
 //! | [`plane`] | view factors of walls in the plane, one behind the other, exactly |
 //! | [`radiance`] | H of a plate and G in a box by random walks of light, without any zones |
+//! | [`judge`] | the same for scenes of any size, and pictures: an own tree, lights asked at every bounce |
 
 pub mod closed;
 pub mod dice;
 pub mod exchange;
 pub mod factors;
+pub mod judge;
 pub mod plane;
 pub mod radiance;
 pub mod tanh_sinh;
