@@ -33,7 +33,7 @@ pub struct Named<'a> {
 /// Writes arrays of doubles into one npz, not compressed.
 pub fn write_arrays(path: &Path, arrays: &[Named]) -> Result<(), FileError> {
     write_atomic(path, |out| {
-        let mut npz = Npz::stored(out);
+        let mut npz = Npz::new(out);
         for a in arrays {
             npz.grid(a.name, &a.shape, a.values.iter().copied())?;
         }

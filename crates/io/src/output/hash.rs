@@ -54,6 +54,9 @@ pub fn scene_hash(scene: &Scene) -> String {
     h.int(o.patch_rule as usize);
     h.int(o.restore_closure as usize);
     h.int(o.max_iterations);
+    h.option(o.sweeps);
+    h.int(o.engine as usize);
+    h.int(o.groups as usize);
     format!("{:032x}", h.0)
 }
 

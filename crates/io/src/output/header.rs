@@ -4,7 +4,7 @@ use super::report::{self, bands, list, real, text};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::scene::{Options, PatchRule};
-use zonal_scene::{Camera, Light, Pane, Scene, Sides, Solution, Surface, Surroundings};
+use zonal_scene::{Camera, Engine, Groups, Light, Pane, Scene, Sides, Solution, Surface, Surroundings};
 
 /// The version of the format; readers refuse others.
 pub const FORMAT_VERSION: u64 = 2;
@@ -21,7 +21,7 @@ pub fn encode(s: &Solution) -> Value {
         "format_version": FORMAT_VERSION,
         "how_to_read": HOW_TO_READ,
         "units": {
-            "lengths": "m", "extinction": "1/m", "radiosity, incident, direct, error": "W/m² per band",
+            "lengths": "m", "extinction": "1/m", "radiosity, incident, direct, error, group_*": "W/m² per band",
             "source": "W/m³ per band", "radiance": "W/(m² sr) per band", "angles": "rad, fov in degrees",
         },
         "order_of_fields": "patches, then voxel zones, then pane zones",
@@ -76,7 +76,8 @@ fn options_out(scene: &Scene) -> Value {
     let o = scene.options();
     json!({
         "tolerance": o.tolerance, "patch_size": o.patch_size, "patch_rule": o.patch_rule.word(), "restore_closure": o.restore_closure,
-        "max_iterations": o.max_iterations, "residual": o.residual,
+        "max_iterations": o.max_iterations, "residual": o.residual, "sweeps": o.sweeps,
+        "engine": o.engine.word(), "groups": o.groups.word(),
     })
 }
 
@@ -102,6 +103,12 @@ fn flag(v: &Value, key: &str) -> Result<bool, String> {
 
 fn maybe<T>(v: &Value, key: &str, get: fn(&Value, &str) -> Result<T, String>) -> Result<Option<T>, String> {
     if v[key].is_null() { Ok(None) } else { get(v, key).map(Some) }
+}
+
+/// The number of the word at a key among those known.
+fn choice(v: &Value, key: &str, words: &[&str]) -> Result<usize, String> {
+    let found = v[key].as_str().and_then(|w| words.iter().position(|x| *x == w));
+    found.ok_or_else(|| format!("{key}: must be one of {}", words.join(", ")))
 }
 
 pub fn surface_in(v: &Value) -> Result<Surface, String> {
@@ -159,7 +166,10 @@ pub fn camera_in(v: &Value) -> Result<Camera, String> {
 
 fn patch_rule(v: &Value) -> Result<PatchRule, String> {
     let word = text(v, "patch_rule")?;
-    PatchRule::ALL.into_iter().find(|r| r.word() == word).ok_or(format!("the patch rule '{word}' is not known"))
+    PatchRule::ALL
+        .into_iter()
+        .find(|r| r.word() == word)
+        .ok_or(format!("the patch rule '{word}' is not known"))
 }
 
 pub fn options_in(v: &Value) -> Result<Options, String> {
@@ -170,7 +180,9 @@ pub fn options_in(v: &Value) -> Result<Options, String> {
         restore_closure: flag(v, "restore_closure")?,
         max_iterations: int(v, "max_iterations")?,
         residual: real(v, "residual")?,
-        ..Options::default()
+        sweeps: maybe(v, "sweeps", int)?,
+        engine: choice(v, "engine", &Engine::WORDS).map(|i| Engine::ALL[i])?,
+        groups: choice(v, "groups", &Groups::WORDS).map(|i| Groups::ALL[i])?,
     })
 }
 

@@ -10,7 +10,28 @@ use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 use zip::{CompressionMethod, ZipArchive};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Plate, PlateKind};
+use zonal_scene::{Bands, Plate, PlateKind, Values};
+
+/// A row a zone, or one for all.
+pub enum Rows {
+    Same(Bands),
+    Each(Vec<Bands>),
+}
+
+impl std::ops::Index<usize> for Rows {
+    type Output = Bands;
+    fn index(&self, i: usize) -> &Bands {
+        match self {
+            Rows::Same(x) => x,
+            Rows::Each(list) => &list[i],
+        }
+    }
+}
+
+fn triple(c: [u8; 24]) -> Bands {
+    let (a, _) = c.as_chunks::<8>();
+    [f64::from_le_bytes(a[0]), f64::from_le_bytes(a[1]), f64::from_le_bytes(a[2])]
+}
 
 const LARGEST_EXPANSION: u64 = 1032;
 const DAMAGED: &str = "the file is damaged or comes from another version; solve the scene again";
@@ -18,6 +39,7 @@ const DAMAGED: &str = "the file is damaged or comes from another version; solve 
 pub struct Npz {
     path: PathBuf,
     zip: ZipArchive<BufReader<File>>,
+    size: u64,
     budget: u64,
 }
 
@@ -29,12 +51,24 @@ impl Npz {
         let zip = ZipArchive::new(BufReader::new(file)).map_err(|e| {
             whole(format!("is not a solution file, or it is cut short ({e}); solve the scene again"))
         })?;
-        Ok(Npz { path: path.into(), zip, budget: size.saturating_mul(LARGEST_EXPANSION) })
+        Ok(Npz { path: path.into(), zip, size, budget: size.saturating_mul(LARGEST_EXPANSION) })
     }
 
     /// An error at an entry of this file.
     pub fn error(&self, entry: &str, what: impl Into<String>) -> FileError {
         FileError::new(&self.path, entry, what)
+    }
+
+    /// Charges memory that an entry of this file calls for beside its own length.
+    pub fn charge(&mut self, entry: &str, bytes: u64) -> Result<(), FileError> {
+        match self.budget.checked_sub(bytes) {
+            Some(rest) => {
+                self.budget = rest;
+                Ok(())
+            }
+            None => Err(self
+                .error(entry, format!("calls for {bytes} bytes, more than this file can hold; {DAMAGED}"))),
+        }
     }
 
     fn raw(&mut self, name: &str) -> Result<Vec<u8>, FileError> {
@@ -52,7 +86,9 @@ impl Npz {
             let what = format!("declares {declared} bytes, more than this file can hold; {DAMAGED}");
             return Err(error(what));
         }
-        let mut bytes = Vec::new();
+        // What is stored as it is lies in the file; what is packed has to prove its length.
+        let known = entry.compression() == CompressionMethod::Stored && declared == entry.compressed_size();
+        let mut bytes = Vec::with_capacity(if known { declared.min(self.size) as usize + 1 } else { 0 });
         entry
             .take(declared + 1)
             .read_to_end(&mut bytes)
@@ -127,18 +163,70 @@ impl Npz {
 
     /// Finite numbers of shape `[..shape, 3]`; the shape is free where none is given.
     pub fn triples(&mut self, name: &str, shape: &[usize]) -> Result<Vec<Bands>, FileError> {
-        let (found, data) = self.grid(name)?;
+        let (found, data) = self.rows(name)?;
         self.check_shape(name, &found, &[shape, &[3]].concat())?;
-        Ok(data.as_chunks::<3>().0.to_vec())
+        Ok(data)
     }
 
-    /// As [`Npz::triples`], none below 0 or above `max`.
-    pub fn bands(&mut self, name: &str, count: usize, max: f64) -> Result<Vec<Bands>, FileError> {
-        let data = self.triples(name, &[count])?;
-        if data.iter().flatten().all(|x| *x >= 0.0 && *x <= max) {
+    /// Finite numbers, three and three, and their shape.
+    fn rows(&mut self, name: &str) -> Result<(Vec<usize>, Vec<Bands>), FileError> {
+        let (shape, data) = self.array(name, Kind::F64, triple)?;
+        let whole = 3 * data.len() == shape.iter().product::<usize>();
+        if whole && data.as_flattened().iter().all(|x| x.is_finite()) {
+            return Ok((shape, data));
+        }
+        Err(self.error(name, format!("a value is not a finite number; {DAMAGED}")))
+    }
+
+    /// As [`Npz::triples`], or one row for all.
+    pub fn same_or_each(&mut self, name: &str, shape: &[usize]) -> Result<Rows, FileError> {
+        let (found, data) = self.rows(name)?;
+        if found == [vec![1; shape.len()], vec![3]].concat() {
+            return Ok(Rows::Same(data[0]));
+        }
+        self.check_shape(name, &found, &[shape, &[3]].concat())?;
+        Ok(Rows::Each(data))
+    }
+
+    /// As [`Npz::same_or_each`], none below 0 or above `max`.
+    pub fn bands(&mut self, name: &str, count: usize, max: f64) -> Result<Rows, FileError> {
+        let data = self.same_or_each(name, &[count])?;
+        let all = match &data {
+            Rows::Same(x) => std::slice::from_ref(x),
+            Rows::Each(list) => list,
+        };
+        if all.as_flattened().iter().all(|x| *x >= 0.0 && *x <= max) {
             return Ok(data);
         }
         Err(self.error(name, format!("a value is below 0 or above {max}; {DAMAGED}")))
+    }
+
+    /// The values of a light group over `count` zones; no rows for zeros.
+    pub fn values(&mut self, name: &str, count: usize) -> Result<Values, FileError> {
+        let bytes = self.raw(name)?;
+        let error = |npz: &Npz, e: String| npz.error(name, e);
+        let (shape, finite, values) = match npy::parse(&bytes, Kind::F32) {
+            Ok((shape, data)) => {
+                let list: Vec<[f32; 3]> = data
+                    .as_chunks::<12>()
+                    .0
+                    .iter()
+                    .map(|c| [0, 4, 8].map(|k| f32::from_le_bytes([c[k], c[k + 1], c[k + 2], c[k + 3]])))
+                    .collect();
+                (shape, list.as_flattened().iter().all(|x| x.is_finite()), Values::Single(list))
+            }
+            Err(_) => {
+                let (shape, data) = npy::parse(&bytes, Kind::F64).map_err(|e| error(self, e))?;
+                let list: Vec<Bands> = data.as_chunks::<24>().0.iter().map(|c| triple(*c)).collect();
+                (shape, list.as_flattened().iter().all(|x| x.is_finite()), Values::Double(list))
+            }
+        };
+        if !finite {
+            return Err(error(self, format!("a value is not a finite number; {DAMAGED}")));
+        }
+        let rows = if values.is_empty() { 0 } else { count };
+        self.check_shape(name, &shape, &[rows, 3])?;
+        Ok(values)
     }
 
     /// A list of points or directions.

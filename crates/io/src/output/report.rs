@@ -5,11 +5,13 @@
 use serde_json::{Value, json};
 use zonal_math::Grade;
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Bands, Report, Solution, SolveStatus};
+use zonal_scene::{Bands, Estimate, Group, Report, Solution, SolveStatus};
 
-/// The report of a solution as a JSON document: zones, status, residuals, closure, energy (W), counts, warnings, provenance.
+/// The report of a solution as a JSON document: zones, engine, status, residuals, estimate, closure, energy (W), light groups, counts,
+/// warnings, provenance.
 pub fn report_json(s: &Solution) -> Value {
     let mut v = encode(&s.report);
+    v["groups"] = s.groups.iter().map(group_out).collect();
     v["scene"] = json!(s.scene.name());
     v["zones"] = json!({
         "patches": s.zones.patches.len(),
@@ -26,22 +28,66 @@ pub fn report_json(s: &Solution) -> Value {
     v
 }
 
-pub(super) fn encode(r: &Report) -> Value {
-    let (c, e) = (&r.closure, &r.energy);
+/// A light group without its fields.
+fn group_out(g: &Group) -> Value {
+    json!({
+        "name": g.name, "status": g.status.map(SolveStatus::word), "residual": g.residual,
+        "incident_scale": g.incident_scale, "direct_scale": g.direct_scale, "energy": energy_out(&g.energy),
+    })
+}
+
+/// The group in a JSON document that [`group_out`] wrote, without its fields.
+pub(super) fn group_in(v: &Value) -> Result<Group, String> {
+    Ok(Group {
+        name: text(v, "name")?,
+        incident_scale: bands(v, "incident_scale")?,
+        direct_scale: bands(v, "direct_scale")?,
+        energy: energy_in(&v["energy"])?,
+        status: statuses(v)?,
+        residual: report_bands(v, "residual")?,
+        ..Group::default()
+    })
+}
+
+fn energy_out(e: &Energy) -> Value {
     let named: Vec<Value> = e.absorbed_surfaces.iter().map(|(n, p)| json!({"name": n, "power": p})).collect();
+    json!({
+        "unit": "W",
+        "emitted": e.emitted, "incoming": e.incoming, "absorbed_surfaces": named,
+        "absorbed_volumes": e.absorbed_volumes, "absorbed_panes": e.absorbed_panes,
+        "escaped": e.escaped, "backs": e.backs, "residual": e.residual,
+    })
+}
+
+fn energy_in(e: &Value) -> Result<Energy, String> {
+    Ok(Energy {
+        emitted: report_bands(e, "emitted")?,
+        incoming: report_bands(e, "incoming")?,
+        absorbed_surfaces: list(e, "absorbed_surfaces")?
+            .iter()
+            .map(|x| Ok((text(x, "name")?, report_bands(x, "power")?)))
+            .collect::<Result<_, String>>()?,
+        absorbed_volumes: report_bands(e, "absorbed_volumes")?,
+        absorbed_panes: report_bands(e, "absorbed_panes")?,
+        escaped: report_bands(e, "escaped")?,
+        backs: report_bands(e, "backs")?,
+        residual: report_bands(e, "residual")?,
+    })
+}
+
+pub(super) fn encode(r: &Report) -> Value {
+    let (c, e) = (&r.closure, &r.estimate);
     let counts: Vec<Value> = r.counts.iter().map(|(n, k)| json!({"name": n, "count": k})).collect();
     json!({
+        "engine": r.engine,
+        "reason": r.reason,
         "status": r.status.map(SolveStatus::word),
         "residuals": r.residuals,
+        "estimate": {"patches": e.patches, "volumes": e.volumes, "grade": e.grade.word()},
         "closure": {
             "worst": c.worst, "rms": c.rms, "largest_change": c.largest_change, "after": c.after, "restored": c.restored,
         },
-        "energy": {
-            "unit": "W",
-            "emitted": e.emitted, "incoming": e.incoming, "absorbed_surfaces": named,
-            "absorbed_volumes": e.absorbed_volumes, "absorbed_panes": e.absorbed_panes,
-            "escaped": e.escaped, "backs": e.backs, "residual": e.residual,
-        },
+        "energy": energy_out(&r.energy),
         "counts": counts,
         "warnings": r.warnings,
         "grade": r.grade.word(),
@@ -50,14 +96,20 @@ pub(super) fn encode(r: &Report) -> Value {
 
 /// The report in a JSON document that [`encode`] wrote; the error names the key.
 pub(super) fn decode(v: &Value) -> Result<Report, String> {
-    let (c, e) = (&v["closure"], &v["energy"]);
-    let status = list(v, "status")?;
+    let (c, e) = (&v["closure"], &v["estimate"]);
     let residuals = list(v, "residuals")?;
-    if status.len() != 3 || residuals.len() != 3 {
-        return Err("report.status: there must be one entry a band".into());
+    if residuals.len() != 3 {
+        return Err("report.residuals: there must be one entry a band".into());
     }
     Ok(Report {
-        status: [status_of(&status[0])?, status_of(&status[1])?, status_of(&status[2])?],
+        engine: text(v, "engine")?,
+        reason: text(v, "reason")?,
+        status: statuses(v)?,
+        estimate: Estimate {
+            patches: report_bands(e, "patches")?,
+            volumes: report_bands(e, "volumes")?,
+            grade: grade_of(e)?,
+        },
         residuals: [reals(&residuals[0])?, reals(&residuals[1])?, reals(&residuals[2])?],
         closure: Closure {
             worst: report_bands(c, "worst")?,
@@ -66,19 +118,7 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
             after: report_bands(c, "after")?,
             restored: c["restored"].as_bool().ok_or("report.closure.restored: is missing")?,
         },
-        energy: Energy {
-            emitted: report_bands(e, "emitted")?,
-            incoming: report_bands(e, "incoming")?,
-            absorbed_surfaces: list(e, "absorbed_surfaces")?
-                .iter()
-                .map(|x| Ok((text(x, "name")?, report_bands(x, "power")?)))
-                .collect::<Result<_, String>>()?,
-            absorbed_volumes: report_bands(e, "absorbed_volumes")?,
-            absorbed_panes: report_bands(e, "absorbed_panes")?,
-            escaped: report_bands(e, "escaped")?,
-            backs: report_bands(e, "backs")?,
-            residual: report_bands(e, "residual")?,
-        },
+        energy: energy_in(&v["energy"])?,
         counts: list(v, "counts")?
             .iter()
             .map(|x| Ok((text(x, "name")?, x["count"].as_u64().ok_or("report.counts: a count is missing")?)))
@@ -88,8 +128,14 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
             .map(|w| w.as_str().map(String::from).ok_or("report.warnings: an entry is no text".into()))
             .collect::<Result<_, String>>()?,
         grade: grade_of(v)?,
-        ..Report::default()
     })
+}
+
+fn statuses(v: &Value) -> Result<[SolveStatus; 3], String> {
+    match list(v, "status")?.as_slice() {
+        [a, b, c] => Ok([status_of(a)?, status_of(b)?, status_of(c)?]),
+        _ => Err("report.status: there must be one entry a band".into()),
+    }
 }
 
 fn status_of(v: &Value) -> Result<SolveStatus, String> {

@@ -10,6 +10,7 @@
 //! | arrays | shape | what |
 //! |---|---|---|
 //! | `radiosity`, `incident`, `direct`, `error` | [zones, 3] | B; H or G without direct light; H_dir or G_dir; error of `incident` |
+//! | `group_0_incident`, `group_0_direct`, … | [zones, 3], `<f8` or `<f4`; [0, 3] for none | the share of each light group, times `incident_scale` and `direct_scale` in `report.groups` of the header |
 //! | `patch_origin`, `_e1`, `_e2`, `_kind`, `_normal`, `_area`, `_facet`, `_surface`, `_reflectance`, `_emission` | [patches, …] | surface zones; kind 0 triangle, 1 parallelogram |
 //! | `voxel_cell`, `_centre`, `_volume`, `_extinction`, `_albedo`, `_emission`, `_source` | [voxels, …] | volume zones |
 //! | `voxel_part_first`, `part_subcell`, `part_packed` | CSR | samples of cut voxels: zone i has the rows `first[i]` to `first[i+1]`; `part_packed.view("<u2").reshape(-1, 4)` is the place in the sub-cell and the share of the volume, in 2⁻¹⁶ |
@@ -19,18 +20,21 @@
 //! | `texture_0` … | [height, width, 3] f32 | linear textures |
 //! | `voxmap_extinction`, `_albedo`, `_emission`, `_source` | [nx, ny, nz, 3] | the medium |
 //!
+//! A quantity of patches, voxels, pane zones or cells whose rows are all the same is one row, of shape [1, 3] or [1, 1, 1, 3]; numpy
+//! repeats it in arithmetic. Nothing is compressed. Version 2; files of version 1 (compressed, without light groups) are refused by name.
+//!
 //! Reals are `<f8`, indices `<i8`, kinds and sub-cells `|u1`.
 
 use super::header::{self, FORMAT_VERSION};
 use super::report;
-use super::{FileError, atomic::write_atomic, reader, writer};
+use super::{FileError, atomic::write_atomic, reader, reader::Rows, writer};
 use serde_json::Value;
 use std::io::{self, Seek, Write};
 use std::path::Path;
 use zonal_math::Vec3;
 use zonal_scene::{
-    Facet, Fields, Pane, PaneZone, Part, Patch, Plate, Scene, SceneError, SceneParts, Solution, Texture,
-    VoxelZone, Voxmap, Zones, zones::SUBCELLS,
+    Facet, Fields, Group, Pane, PaneZone, Part, Patch, Plate, Scene, SceneError, SceneParts, Solution,
+    Texture, VoxelZone, Voxmap, Zones, zones::SUBCELLS,
 };
 
 /// Writes a solution; see the module's header for the layout.
@@ -39,6 +43,10 @@ pub fn write_solution(path: &Path, s: &Solution) -> Result<(), FileError> {
         let mut npz = writer::Npz::new(out);
         npz.bytes("header.json", header::encode(s).to_string().as_bytes())?;
         write_fields(&mut npz, &s.fields)?;
+        for (k, g) in s.groups.iter().enumerate() {
+            npz.values(&format!("group_{k}_incident"), &g.incident)?;
+            npz.values(&format!("group_{k}_direct"), &g.direct)?;
+        }
         write_patches(&mut npz, &s.zones.patches)?;
         write_voxels(&mut npz, &s.zones.voxels)?;
         write_pane_zones(&mut npz, &s.zones.panes)?;
@@ -63,8 +71,8 @@ fn write_patches<W: Write + Seek>(npz: &mut writer::Npz<W>, patches: &[Patch]) -
     npz.reals("patch_area", patches.iter().map(|p| p.area))?;
     npz.ints("patch_facet", patches.iter().map(|p| p.facet))?;
     npz.ints("patch_surface", patches.iter().map(|p| p.surface))?;
-    npz.triples("patch_reflectance", &n, patches.iter().map(|p| p.reflectance))?;
-    npz.triples("patch_emission", &n, patches.iter().map(|p| p.emission))
+    npz.rows("patch_reflectance", &n, patches.iter().map(|p| p.reflectance))?;
+    npz.rows("patch_emission", &n, patches.iter().map(|p| p.emission))
 }
 
 fn write_voxels<W: Write + Seek>(npz: &mut writer::Npz<W>, voxels: &[VoxelZone]) -> io::Result<()> {
@@ -72,10 +80,10 @@ fn write_voxels<W: Write + Seek>(npz: &mut writer::Npz<W>, voxels: &[VoxelZone])
     npz.ints("voxel_cell", voxels.iter().map(|v| v.cell))?;
     npz.vectors("voxel_centre", voxels.iter().map(|v| v.centre))?;
     npz.reals("voxel_volume", voxels.iter().map(|v| v.volume))?;
-    npz.triples("voxel_extinction", &n, voxels.iter().map(|v| v.extinction))?;
-    npz.triples("voxel_albedo", &n, voxels.iter().map(|v| v.albedo))?;
-    npz.triples("voxel_emission", &n, voxels.iter().map(|v| v.emission))?;
-    npz.triples("voxel_source", &n, voxels.iter().map(|v| v.source))?;
+    npz.rows("voxel_extinction", &n, voxels.iter().map(|v| v.extinction))?;
+    npz.rows("voxel_albedo", &n, voxels.iter().map(|v| v.albedo))?;
+    npz.rows("voxel_emission", &n, voxels.iter().map(|v| v.emission))?;
+    npz.rows("voxel_source", &n, voxels.iter().map(|v| v.source))?;
     let mut first = vec![0];
     first.extend(voxels.iter().scan(0, |sum, v| {
         *sum += v.part.len();
@@ -100,9 +108,9 @@ fn write_pane_zones<W: Write + Seek>(npz: &mut writer::Npz<W>, panes: &[PaneZone
     npz.ints("pane_zone_pane", panes.iter().map(|p| p.pane))?;
     npz.reals("pane_zone_area", panes.iter().map(|p| p.area))?;
     npz.reals("pane_zone_thickness", panes.iter().map(|p| p.thickness))?;
-    npz.triples("pane_zone_extinction", &n, panes.iter().map(|p| p.extinction))?;
-    npz.triples("pane_zone_albedo", &n, panes.iter().map(|p| p.albedo))?;
-    npz.triples("pane_zone_emission", &n, panes.iter().map(|p| p.emission))
+    npz.rows("pane_zone_extinction", &n, panes.iter().map(|p| p.extinction))?;
+    npz.rows("pane_zone_albedo", &n, panes.iter().map(|p| p.albedo))?;
+    npz.rows("pane_zone_emission", &n, panes.iter().map(|p| p.emission))
 }
 
 fn write_scene<W: Write + Seek>(npz: &mut writer::Npz<W>, scene: &Scene) -> io::Result<()> {
@@ -119,10 +127,10 @@ fn write_scene<W: Write + Seek>(npz: &mut writer::Npz<W>, scene: &Scene) -> io::
     }
     if let Some(v) = scene.voxmap() {
         let (dims, cells) = (v.dims(), 0..v.len());
-        npz.triples("voxmap_extinction", &dims, cells.clone().map(|i| v.extinction(i)))?;
-        npz.triples("voxmap_albedo", &dims, cells.clone().map(|i| v.albedo(i)))?;
-        npz.triples("voxmap_emission", &dims, cells.clone().map(|i| v.emission(i)))?;
-        npz.triples("voxmap_source", &dims, cells.map(|i| v.source(i)))?;
+        npz.rows("voxmap_extinction", &dims, cells.clone().map(|i| v.extinction(i)))?;
+        npz.rows("voxmap_albedo", &dims, cells.clone().map(|i| v.albedo(i)))?;
+        npz.rows("voxmap_emission", &dims, cells.clone().map(|i| v.emission(i)))?;
+        npz.rows("voxmap_source", &dims, cells.map(|i| v.source(i)))?;
     }
     Ok(())
 }
@@ -146,6 +154,7 @@ pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
         direct: npz.triples("direct", &n)?,
         error: npz.triples("error", &n)?,
     };
+    let groups = read_groups(&mut npz, &header, zones.len())?;
     let json = |e: String| npz.error("header.json", e);
     Ok(Solution {
         report: report::decode(&header["report"]).map_err(json)?,
@@ -154,8 +163,18 @@ pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
         scene,
         zones,
         fields,
-        groups: Vec::new(),
+        groups,
     })
+}
+
+fn read_groups(npz: &mut reader::Npz, h: &Value, zones: usize) -> Result<Vec<Group>, FileError> {
+    let groups = header::each(&h["report"], "groups", report::group_in);
+    let mut groups = groups.map_err(|e| npz.error("header.json", e))?;
+    for (k, g) in groups.iter_mut().enumerate() {
+        g.incident = npz.values(&format!("group_{k}_incident"), zones)?;
+        g.direct = npz.values(&format!("group_{k}_direct"), zones)?;
+    }
+    Ok(groups)
 }
 
 fn read_header(npz: &mut reader::Npz) -> Result<Value, FileError> {
@@ -237,13 +256,21 @@ fn read_voxmap(npz: &mut reader::Npz, h: &Value) -> Result<Voxmap, FileError> {
     let cell = header::vector(h, "cell").map_err(json)?;
     let dims = report::bands(h, "dims").map_err(json)?.map(|d| d as usize);
     // The arrays come first: what they hold is what gets allocated.
-    let extinction = npz.triples("voxmap_extinction", &dims)?;
-    let albedo = npz.triples("voxmap_albedo", &dims)?;
-    let emission = npz.triples("voxmap_emission", &dims)?;
-    let source = npz.triples("voxmap_source", &dims)?;
+    let extinction = npz.same_or_each("voxmap_extinction", &dims)?;
+    let albedo = npz.same_or_each("voxmap_albedo", &dims)?;
+    let emission = npz.same_or_each("voxmap_emission", &dims)?;
+    let source = npz.same_or_each("voxmap_source", &dims)?;
     let mut voxmap = Voxmap::new(min, cell, dims).map_err(invalid)?;
-    for i in 0..voxmap.len() {
-        voxmap.set(i, extinction[i], albedo[i], emission[i], source[i]);
+    // The index of the zones takes four bytes a cell.
+    npz.charge("voxmap_extinction", 4 * voxmap.len() as u64)?;
+    if let (Rows::Same(k), Rows::Same(o), Rows::Same(e), Rows::Same(q)) =
+        (&extinction, &albedo, &emission, &source)
+    {
+        voxmap.fill(*k, *o, *e, *q);
+    } else {
+        for i in 0..voxmap.len() {
+            voxmap.set(i, extinction[i], albedo[i], emission[i], source[i]);
+        }
     }
     voxmap.seal().map_err(invalid)
 }

@@ -1,20 +1,19 @@
-//! Writing arrays into an npz: a zip of npy files, deflated at the fastest level or stored as they are.
+//! Writing arrays into an npz: a zip of npy files, stored as they are, so that reading and writing run at the speed of memory.
 
 use super::npy::{self, Kind};
 use std::io::{self, Seek, Write};
 use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Plate, PlateKind};
+use zonal_scene::{Bands, Plate, PlateKind, Values};
 
-pub struct Npz<W: Write + Seek>(ZipWriter<W>, CompressionMethod);
+/// Bytes put together before they are written.
+const BLOCK: usize = 1 << 16;
+
+pub struct Npz<W: Write + Seek>(ZipWriter<W>);
 
 impl<W: Write + Seek> Npz<W> {
     pub fn new(out: W) -> Npz<W> {
-        Npz(ZipWriter::new(out), CompressionMethod::Deflated)
-    }
-
-    pub fn stored(out: W) -> Npz<W> {
-        Npz(ZipWriter::new(out), CompressionMethod::Stored)
+        Npz(ZipWriter::new(out))
     }
 
     pub fn finish(self) -> io::Result<()> {
@@ -23,10 +22,8 @@ impl<W: Write + Seek> Npz<W> {
 
     fn begin(&mut self, name: &str, kind: Kind, shape: &[usize]) -> io::Result<()> {
         let bytes = kind.size() * shape.iter().product::<usize>();
-        let level = (self.1 == CompressionMethod::Deflated).then_some(1);
         let options = SimpleFileOptions::default()
-            .compression_method(self.1)
-            .compression_level(level)
+            .compression_method(CompressionMethod::Stored)
             .large_file(bytes > 1 << 31);
         self.0.start_file(format!("{name}.npy"), options).map_err(io::Error::other)?;
         self.0.write_all(&npy::header(kind, shape))
@@ -34,15 +31,17 @@ impl<W: Write + Seek> Npz<W> {
 
     /// Streams elements of `N` bytes, a block at a time.
     fn stream<const N: usize>(&mut self, items: impl Iterator<Item = [u8; N]>) -> io::Result<()> {
-        let mut block = Vec::with_capacity(1 << 16);
+        let mut block = vec![[0; N]; BLOCK / N];
+        let mut filled = 0;
         for item in items {
-            block.extend(item);
-            if block.len() + N > 1 << 16 {
-                self.0.write_all(&block)?;
-                block.clear();
+            block[filled] = item;
+            filled += 1;
+            if filled == block.len() {
+                self.0.write_all(block.as_flattened())?;
+                filled = 0;
             }
         }
-        self.0.write_all(&block)
+        self.0.write_all(block[..filled].as_flattened())
     }
 
     pub fn bytes(&mut self, name: &str, data: &[u8]) -> io::Result<()> {
@@ -69,6 +68,33 @@ impl<W: Write + Seek> Npz<W> {
     ) -> io::Result<()> {
         self.begin(name, Kind::F64, &[shape, &[3]].concat())?;
         self.stream(data.flatten().map(f64::to_le_bytes))
+    }
+
+    /// As [`Npz::triples`], in one row of shape `[1, …, 3]` where all rows are the same: numpy repeats it where it must.
+    pub fn rows(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        data: impl Iterator<Item = Bands> + Clone,
+    ) -> io::Result<()> {
+        let mut all = data.clone();
+        match all.next() {
+            Some(first) if all.all(|x| x.map(f64::to_bits) == first.map(f64::to_bits)) => {
+                self.triples(name, &vec![1; shape.len()], std::iter::once(first))
+            }
+            _ => self.triples(name, shape, data),
+        }
+    }
+
+    /// The values of a light group, `[zones, 3]` of f64 or f32; no rows for zeros.
+    pub fn values(&mut self, name: &str, values: &Values) -> io::Result<()> {
+        match values {
+            Values::Double(v) => self.triples(name, &[v.len()], v.iter().copied()),
+            Values::Single(v) => {
+                self.begin(name, Kind::F32, &[v.len(), 3])?;
+                self.stream(v.iter().flatten().map(|x| x.to_le_bytes()))
+            }
+        }
     }
 
     pub fn vectors(&mut self, name: &str, data: impl ExactSizeIterator<Item = Vec3>) -> io::Result<()> {

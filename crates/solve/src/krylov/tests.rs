@@ -97,7 +97,7 @@ fn a_warm_start_at_the_solution_is_done_at_once() {
     let weights: Vec<Bands> = rows.iter().map(|t| [0.9 / t; 3]).collect();
     let system = System { operator: &g, weights: &weights, targets: &rows };
     let stop = Stop { residual: 1e-10, iterations: 100 };
-    let once = solve(&system, &[source.clone()], None, stop, &NoVault, &Quiet);
+    let once = solve(&system, std::slice::from_ref(&source), None, stop, &NoVault, &Quiet);
     let again = solve(&system, &[source], Some(&[once[0].strengths.clone()]), stop, &NoVault, &Quiet);
     assert_eq!(again[0].residuals[0].len(), 1);
     assert!(once[0].residuals[0].len() > 2);

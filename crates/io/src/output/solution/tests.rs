@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use zonal_math::{Grade, vec3};
 use zonal_scene::scene::{Options, Sides, Surface, Surroundings};
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Camera, Light, Report, Sample, SolveStatus};
+use zonal_scene::{Camera, Estimate, Light, Report, Sample, SolveStatus, Values};
 
 fn folder(name: &str) -> PathBuf {
     let dir = std::env::temp_dir().join(format!("zonal-{name}-{}", std::process::id()));
@@ -81,7 +81,9 @@ fn report() -> Report {
         counts: vec![("pairs".into(), 1 << 60), ("rays".into(), 7)],
         warnings: vec!["open".into()],
         grade: Grade::Estimated,
-        ..Report::default()
+        engine: "hierarchical".into(),
+        reason: "many zones".into(),
+        estimate: Estimate { patches: [0.01, 0.02, 0.03], volumes: [0.1; 3], grade: Grade::Statistical },
     }
 }
 
@@ -137,7 +139,18 @@ fn solution() -> Solution {
             direct: field(3.0),
             error: field(0.01),
         },
-        groups: Vec::new(),
+        groups: vec![
+            Group {
+                name: "sun".into(),
+                incident: Values::Double(field(0.5)),
+                direct: Values::compact(&field(3.0)).0,
+                direct_scale: [1.0 / 3.0, 2.0, 1e-300],
+                energy: Energy { incoming: [1.0, 2.0, 3.0], ..Energy::default() },
+                residual: [0.1, 0.2, 1e-11],
+                ..Group::default()
+            },
+            Group { name: "floor = 2".into(), incident: Values::Double(field(1.5)), ..Group::default() },
+        ],
         scene_hash: crate::output::scene_hash(&scene),
         version: "0.1.0".into(),
         report: report(),
@@ -149,6 +162,7 @@ fn solution() -> Solution {
 fn same(a: &Solution, b: &Solution) {
     assert_eq!(a.zones, b.zones);
     assert_eq!(a.fields, b.fields);
+    assert_eq!(a.groups, b.groups);
     assert_eq!(a.report, b.report);
     assert_eq!((&a.scene_hash, &a.version), (&b.scene_hash, &b.version));
     let (p, q) = (a.scene.clone().into_parts(), b.scene.clone().into_parts());
@@ -245,6 +259,9 @@ fn wrong_contents_are_named() {
     check("radiosity", with(header(Kind::F64, &[6, 3]), &nan), "finite");
     check("radiosity", with(header(Kind::F64, &[1 << 60, 3]), &nan), "shape");
     check("radiosity", with(header(Kind::F64, &[3, 6]), &nan[..0]), "cut short");
+    check("group_1_incident", with(header(Kind::F64, &[6, 3]), &nan), "finite");
+    check("group_0_direct", with(header(Kind::F32, &[5, 3]), &[0; 60]), "shape");
+    check("voxel_source", with(header(Kind::F64, &[2, 3]), &[0; 48]), "shape");
     let index: Vec<u8> = [0i64, -1].iter().flat_map(|n| n.to_le_bytes()).collect();
     check("patch_facet", with(header(Kind::I64, &[2]), &index), "out of range");
     check("facet_kind", with(header(Kind::U8, &[2]), &[1, 9]), "facet");
