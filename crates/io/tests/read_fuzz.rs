@@ -2,6 +2,7 @@
 
 mod support;
 
+use support::vdb::Vdb;
 use support::{CUBE, Folder, Quad, f32s, npy, png};
 use zonal_io::input::{parse_scene, volume_materials};
 
@@ -115,4 +116,40 @@ fn altered_scenes() {
         parse_scene(&String::from_utf8_lossy(bytes), None, "fuzz.toml").is_ok()
     });
     assert!(n > 20, "{n}");
+}
+
+#[test]
+fn altered_vdb() {
+    let text = "[medium]\nmin=[0,0,0]\nmax=[8,4,4]\ncells=[8,4,4]\nextinction=0.5\n[[medium.region]]\n\
+                density={file='a.vdb'}\n";
+    let half = "Tree_float_5_4_3_HalfFloat";
+    // Most of the file are masks, where few changes are sound …
+    let n = through_file("a.vdb", &Vdb { flags: 3, ..Vdb::default() }.bytes(), text);
+    assert!(n > 10, "{n}");
+    // … so its head and its end are altered more often.
+    let file = Vdb { flags: 6, kind: half, ..Vdb::default() }.bytes();
+    let folder = Folder::new();
+    let mut random = Random(0x2545_f491_4f6c_dd1d);
+    for _ in 0..1500 {
+        let mut bytes = file.clone();
+        let (head, end) = (random.below(500), file.len() - 1 - random.below(800));
+        bytes[head] = random.next() as u8;
+        bytes[end] ^= 1 << random.below(8);
+        folder.put("a.vdb", &bytes);
+        if let Err(e) = parse_scene(text, Some(folder.path()), "fuzz.toml") {
+            assert!(e.to_string().starts_with("fuzz.toml:"), "{e}");
+        }
+    }
+}
+
+#[test]
+fn altered_vol() {
+    let mut file = b"VOL\x03".to_vec();
+    [1u32, 2, 3, 2, 1].iter().for_each(|n| file.extend(n.to_le_bytes()));
+    file.extend(f32s(&[0.0, 0.0, 0.0, 2.0, 3.0, 2.0]));
+    file.extend(f32s(&[1.5; 12]));
+    let text =
+        "[medium]\nmin=[0,0,0]\nmax=[2,3,2]\ncells=[2,2,2]\n[[medium.region]]\ndensity={file='a.vol'}\n";
+    let n = through_file("a.vol", &file, text);
+    assert!(n > 50, "{n}");
 }

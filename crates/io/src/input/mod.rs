@@ -8,7 +8,8 @@
 //! | `source`, `node` | the text and its places; typed reading of TOML, every value with its key, line and column |
 //! | `build` | settings, lights, cameras, and the order of reading |
 //! | `surface`, `shapes` | surfaces and panes; inline geometry |
-//! | `medium`, `region`, `npy` | the voxmap and its regions; arrays |
+//! | `medium`, `region`, `density` | the voxmap and its regions |
+//! | `npy`, `vol`, `vdb` | arrays and sparse grids |
 //! | `texture` | pictures |
 //! | `mesh` | surfaces from OBJ and glTF |
 //! | `error` | refusals that name the place and the mend |
@@ -16,6 +17,7 @@
 //! Nothing here panics on any input: indices from a file are looked up, sizes are checked before memory is taken.
 
 mod build;
+mod density;
 mod error;
 mod files;
 mod medium;
@@ -27,6 +29,8 @@ mod shapes;
 mod source;
 mod surface;
 mod texture;
+mod vdb;
+mod vol;
 
 pub use error::InputError;
 pub use mesh::volume::{VolumeMaterial, volume_materials};

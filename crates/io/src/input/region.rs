@@ -1,13 +1,13 @@
-//! `[[medium.region]]`: boxes, densities from arrays, and the insides of closed meshes.
+//! `[[medium.region]]`: boxes, densities from files, and the insides of closed meshes.
 
 use super::build::Builder;
 use super::error::InputError;
 use super::medium::{Grid, MATTER, Matter};
 use super::mesh::{closed, place};
 use super::node::Node;
-use super::{files, npy, shapes};
+use super::{density, shapes};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Plate, bands};
+use zonal_scene::Plate;
 
 /// Reads one region and fills it in.
 pub(crate) fn read_region(node: &Node<'_>, grid: &mut Grid, b: &mut Builder<'_>) -> Result<(), InputError> {
@@ -32,7 +32,7 @@ pub(crate) fn read_region(node: &Node<'_>, grid: &mut Grid, b: &mut Builder<'_>)
                     e.error("a density brings its own extinction; remove this key and set density.scale")
                 );
             }
-            density(&n, grid, &matter, b)?
+            density::read_density(&n, grid, &matter, b)?
         }
         _ => {
             return Err(node.error("this region needs exactly one shape; write one of box, mesh, density"));
@@ -44,84 +44,6 @@ pub(crate) fn read_region(node: &Node<'_>, grid: &mut Grid, b: &mut Builder<'_>)
         ));
     }
     Ok(())
-}
-
-/// `density = { file, min, max, scale }`: κ is the mean over each cell of scale × the array.
-fn density(node: &Node<'_>, grid: &mut Grid, matter: &Matter, b: &Builder<'_>) -> Result<usize, InputError> {
-    let (min, max) = shapes::bounds(node, &["file", "scale"])?;
-    let t = node.any_table()?;
-    let scale = t.read("scale", |n| n.bands(f64::INFINITY))?.unwrap_or([1.0; 3]);
-    let file = t.need("file", "file = \"smoke.npy\"")?;
-    let path = b.resolve(&file)?;
-    let name = path.display().to_string();
-    let bytes = files::read(&path, npy::MAX_FILE).map_err(|e| file.error(format!("{name}: {e}")))?;
-    let array = npy::parse(&name, &bytes).map_err(|f| file.error(f.to_string()))?;
-    drop(bytes);
-    let weights = [0, 1, 2].map(|axis| Weights::new(grid, axis, min[axis], max[axis], array.shape[axis]));
-    let [nx, ny, nz] = [0, 1, 2].map(|axis| weights[axis].cells.len());
-    for x in &weights[0].cells {
-        for y in &weights[1].cells {
-            for z in &weights[2].cells {
-                let share = x.share * y.share * z.share;
-                let mean = mean(&array, [&x.parts, &y.parts, &z.parts]) / share;
-                let smoke = smoke(matter, scale.map(|s| s * mean));
-                grid.fill([x.cell, y.cell, z.cell], share.min(1.0), &smoke);
-            }
-        }
-    }
-    Ok(nx * ny * nz)
-}
-
-/// The matter of a density: sources only where there is something to come from.
-fn smoke(matter: &Matter, extinction: Bands) -> Matter {
-    let source = matter.source.map(|q| bands(|k| if extinction[k] > 0.0 { q[k] } else { 0.0 }));
-    Matter { extinction: Some(extinction), source, ..*matter }
-}
-
-/// Along one axis: the grid's cells that the array overlaps.
-struct Weights {
-    cells: Vec<CellShare>,
-}
-
-struct CellShare {
-    cell: usize,
-    /// The share of the cell that is overlapped.
-    share: f64,
-    /// The array's elements in it, each with its share of the cell.
-    parts: Vec<(usize, f64)>,
-}
-
-impl Weights {
-    fn new(grid: &Grid, axis: usize, lo: f64, hi: f64, n: usize) -> Weights {
-        let step = (hi - lo) / n as f64;
-        let cells = grid.overlaps(axis, lo, hi).into_iter().map(|(cell, _)| {
-            let start = grid.min[axis] + cell as f64 * grid.cell[axis];
-            // The cell in units of the array's elements.
-            let (a, b) = ((start - lo) / step, (start + grid.cell[axis] - lo) / step);
-            let (a, b) = (a.max(0.0), b.min(n as f64));
-            let to_cell = step / grid.cell[axis];
-            let parts: Vec<(usize, f64)> = (a.floor() as usize..(b.ceil().max(0.0) as usize).min(n))
-                .map(|i| (i, (b.min(i as f64 + 1.0) - a.max(i as f64)) * to_cell))
-                .filter(|(_, w)| *w > 0.0)
-                .collect();
-            CellShare { cell, share: parts.iter().map(|(_, w)| w).sum(), parts }
-        });
-        Weights { cells: cells.filter(|c| c.share > 0.0).collect() }
-    }
-}
-
-/// Σ of the array's values times their shares of a cell.
-fn mean(array: &npy::Array, [x, y, z]: [&[(usize, f64)]; 3]) -> f64 {
-    let [_, ny, nz] = array.shape;
-    let mut sum = 0.0;
-    for &(i, wx) in x {
-        for &(j, wy) in y {
-            let row = &array.values[(i * ny + j) * nz..][..nz];
-            let along: f64 = z.iter().map(|&(k, wz)| wz * f64::from(row[k])).sum();
-            sum += wx * wy * along;
-        }
-    }
-    sum
 }
 
 /// Fills the cells whose centre lies inside closed plates; gives their number.

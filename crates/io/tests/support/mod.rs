@@ -1,6 +1,8 @@
 //! Small files made on the spot: a folder that vanishes, PNG, npy, GLB.
 #![allow(dead_code)]
 
+pub mod vdb;
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use zonal_io::input::parse_scene;

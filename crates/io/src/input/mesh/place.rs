@@ -19,21 +19,10 @@ struct Placement {
 
 impl Placement {
     fn read(t: &Table<'_>) -> Result<Placement, InputError> {
-        let turn = t.read("rotate_degrees", |n| n.vector())?.unwrap_or_default();
-        let [(sx, cx), (sy, cy), (sz, cz)] = turn.array().map(|a| a.to_radians().sin_cos());
-        let rotate = |v: Vec3| {
-            let v = vec3(v.x, cx * v.y - sx * v.z, sx * v.y + cx * v.z);
-            let v = vec3(cy * v.x + sy * v.z, v.y, cy * v.z - sy * v.x);
-            vec3(cz * v.x - sz * v.y, sz * v.x + cz * v.y, v.z)
-        };
         let scale = t.read("scale", |n| n.positive())?.unwrap_or(1.0);
         Ok(Placement {
             scale,
-            axes: [0, 1, 2].map(|k| {
-                let mut e = [0.0; 3];
-                e[k] = scale;
-                rotate(Vec3::from_array(e))
-            }),
+            axes: turned(t, scale)?,
             translate: t.read("translate", |n| n.vector())?.unwrap_or_default(),
         })
     }
@@ -48,6 +37,18 @@ impl Placement {
             kind: p.kind,
         }
     }
+}
+
+/// Vectors of this length along x, y, z after the turns of `rotate_degrees`, about x, then y, then z.
+pub(crate) fn turned(t: &Table<'_>, length: f64) -> Result<[Vec3; 3], InputError> {
+    let turn = t.read("rotate_degrees", |n| n.vector())?.unwrap_or_default();
+    let [(sx, cx), (sy, cy), (sz, cz)] = turn.array().map(|a| a.to_radians().sin_cos());
+    let rotate = |v: Vec3| {
+        let v = vec3(v.x, cx * v.y - sx * v.z, sx * v.y + cx * v.z);
+        let v = vec3(cy * v.x + sy * v.z, v.y, cy * v.z - sy * v.x);
+        vec3(cz * v.x - sz * v.y, sz * v.x + cz * v.y, v.z)
+    };
+    Ok([vec3(length, 0.0, 0.0), vec3(0.0, length, 0.0), vec3(0.0, 0.0, length)].map(rotate))
 }
 
 /// Reads `{ file, scale, translate, rotate_degrees }`: the mesh in scene coordinates, and the factor of lengths.

@@ -1,0 +1,68 @@
+//! Mitsuba's grid volumes, version 3, of one channel of floats.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 0..4 | `VOL`, the number 3 |
+//! | 4..24 | five whole numbers: type (1 = float), nx, ny, nz, channels |
+//! | 24..48 | the box in the file's own coordinates: minimum and maximum, floats |
+//! | 48.. | floats, little-endian, x fastest |
+//!
+//! Reference: Mitsuba 3, gridvolume.
+
+use super::error::Fault;
+use super::npy::Array;
+use zonal_math::{Vec3, vec3};
+
+const HEADER: usize = 48;
+
+/// True for the bytes of a grid volume.
+pub(crate) fn is_vol(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"VOL")
+}
+
+/// The array and its box. The size that the header declares is compared with the file's before memory is taken.
+pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<(Array, (Vec3, Vec3)), Fault> {
+    let fault = |what: String| Fault::new(file, "header", what);
+    if bytes.len() < HEADER || bytes[3] != 3 {
+        return Err(fault("this is not a grid volume of version 3; save it again".into()));
+    }
+    let word = |k: usize| [0, 1, 2, 3].map(|i| bytes[4 + 4 * k + i]);
+    let [kind, nx, ny, nz, channels] = [0, 1, 2, 3, 4].map(|k| u32::from_le_bytes(word(k)));
+    if kind != 1 || channels != 1 {
+        return Err(fault(format!(
+            "values of type {kind} with {channels} channels are not read; save one channel of floats (type 1)"
+        )));
+    }
+    let shape = [nx, ny, nz].map(|n| n as usize);
+    let size = shape.iter().try_fold(4usize, |n, d| n.checked_mul(*d));
+    let data = &bytes[HEADER..];
+    if size != Some(data.len()) || data.is_empty() {
+        return Err(fault(format!(
+            "the shape ({nx}, {ny}, {nz}) does not agree with the {} bytes of data; save the volume again",
+            data.len()
+        )));
+    }
+    let corner = |k: usize| {
+        let [x, y, z] = [0, 1, 2].map(|i| f64::from(f32::from_le_bytes(word(5 + 3 * k + i))));
+        vec3(x, y, z)
+    };
+    let (min, max) = (corner(0), corner(1));
+    if !(0..3).all(|k| max[k] > min[k] && (max[k] - min[k]).is_finite()) {
+        return Err(fault(
+            "the file's box has no volume; give min and max in a file with a sound box".into(),
+        ));
+    }
+    let [nx, ny, nz] = shape;
+    let mut values = Vec::with_capacity(nx * ny * nz);
+    for i in 0..nx * ny * nz {
+        let (x, y, z) = (i / (ny * nz), i / nz % ny, i % nz);
+        let at = 4 * ((z * ny + y) * nx + x);
+        let value = f32::from_le_bytes([0, 1, 2, 3].map(|k| data[at + k]));
+        if !(value.is_finite() && value >= 0.0) {
+            let what = format!("{value} is no density; give finite values from 0");
+            return Err(Fault::new(file, format!("[{x}, {y}, {z}]"), what));
+        }
+        values.push(value);
+    }
+    Ok((Array { shape, values }, (min, max)))
+}
