@@ -21,6 +21,24 @@ pub const SURROUNDINGS: &str = "surroundings";
 /// The one group of everything, where groups were not kept apart.
 pub const ALL: &str = "all";
 
+/// What a group consists of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kind {
+    /// Light number so and so of the scene.
+    Light(usize),
+    /// What surface number so and so emits as zones.
+    Surface(usize),
+    /// What the voxels emit.
+    Medium,
+    /// What the panes emit.
+    Panes,
+    /// What comes in from the surroundings' zone.
+    Surroundings,
+    /// Everything.
+    #[default]
+    All,
+}
+
 /// Values over zones in double or single precision, three bands each; an empty list stands for zeros.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
@@ -79,6 +97,8 @@ impl Values {
 pub struct Group {
     /// Its name: that of a light or of a surface, or one of this module's.
     pub name: String,
+    /// What it consists of.
+    pub kind: Kind,
     /// H of patches, G of volume zones, W/m², without direct light; times `incident_scale`.
     pub incident: Values,
     /// Factor of `incident`, a band.
@@ -99,6 +119,7 @@ impl Default for Group {
     fn default() -> Group {
         Group {
             name: ALL.into(),
+            kind: Kind::All,
             incident: Values::default(),
             incident_scale: [1.0; 3],
             direct: Values::default(),

@@ -28,7 +28,7 @@ pub mod vault;
 pub mod voxmap;
 pub mod zones;
 
-pub use group::{Group, Values};
+pub use group::{Group, Kind, Values};
 pub use part::{Part, Sample};
 pub use plate::{Plate, PlateKind};
 pub use progress::{Progress, Quiet};

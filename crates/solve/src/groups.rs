@@ -14,30 +14,13 @@ use crate::surroundings::Escape;
 use std::f64::consts::PI;
 use zonal_exchange::pair::strength;
 use zonal_scene::group::{ALL, MEDIUM, PANES, SURROUNDINGS};
-use zonal_scene::{Bands, Groups, Light, Scene, Zones, bands};
+use zonal_scene::{Bands, Groups, Kind, Light, Scene, Zones, bands};
 
 /// Groups beyond which the lights are merged unless each is asked for: every one costs a solve and two fields.
 pub const MOST_GROUPS: usize = 8;
 
 /// Groups times zones beyond which they are merged likewise: the solver holds about 150 bytes for each, so this is one gigabyte.
 pub const MOST_VALUES: usize = 7_000_000;
-
-/// What a group consists of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Light number so and so of the scene.
-    Light(usize),
-    /// What surface number so and so emits as zones.
-    Surface(usize),
-    /// What the voxels emit.
-    Medium,
-    /// What the panes emit.
-    Panes,
-    /// What comes in from the surroundings' zone.
-    Surroundings,
-    /// Everything.
-    All,
-}
 
 /// A group of lights.
 #[derive(Clone, Debug, PartialEq)]

@@ -24,6 +24,7 @@
 //! | [`stage`] | what is kept of long work, as bytes |
 //! | [`energy`] | the balance |
 //! | [`pipeline`] | a scene in, a solution out |
+//! | [`relight`] | lights turned up and down in a solution |
 //! | [`forecast`] | counts, time and memory beforehand |
 
 pub mod closure;
@@ -33,11 +34,13 @@ pub mod direct;
 pub mod energy;
 pub mod engine;
 pub mod forecast;
+mod gather;
 pub mod groups;
 pub mod krylov;
 pub mod operator;
 pub mod packed;
 pub mod pipeline;
+pub mod relight;
 pub mod stage;
 pub mod surroundings;
 

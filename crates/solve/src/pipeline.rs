@@ -131,6 +131,8 @@ impl Lit {
         let mut pen = Pen::default();
         pen.text(&self.name);
         pen.triples(&self.fields);
+        pen.reals(&self.error);
+        pen.int(self.rays as usize);
         pen.triples(&[
             self.incoming,
             self.emitted,
@@ -143,11 +145,23 @@ impl Lit {
     }
     fn restored(bytes: &[u8], zones: usize) -> Option<Lit> {
         let mut r = Reader::new(bytes);
-        let (name, fields, small, warning) = (r.text()?, r.triples()?, r.triples()?, r.text()?);
+        let (name, fields, error, rays) = (r.text()?, r.triples()?, r.reals()?, r.int()? as u64);
+        let (small, warning) = (r.triples()?, r.text()?);
         let [incoming, emitted, escaped, backs, [largest_change, ..]] = small[..] else { return None };
         let warning = (!warning.is_empty()).then_some(warning);
-        let whole = r.at_end() && fields.len() == zones;
-        whole.then_some(Lit { name, fields, incoming, emitted, escaped, backs, largest_change, warning })
+        let whole = r.at_end() && fields.len() == zones && error.len() == zones;
+        whole.then_some(Lit {
+            name,
+            fields,
+            error,
+            rays,
+            incoming,
+            emitted,
+            escaped,
+            backs,
+            largest_change,
+            warning,
+        })
     }
 }
 
@@ -268,6 +282,7 @@ fn group(
     let ((incident, incident_scale), (direct, direct_scale)) = (kept(incident), kept(direct));
     Group {
         name: source.name.clone(),
+        kind: source.kind,
         incident,
         incident_scale,
         direct,

@@ -33,8 +33,19 @@ pub fn report(s: &Solution) -> String {
         let _ = writeln!(out, "  {name:<34}{:>12}", grouped(*count));
     }
     balance(&mut out, r);
+    if s.groups.len() > 1 {
+        out += &groups(s);
+    }
     let c = &r.closure;
     let _ = writeln!(out, "quality");
+    let _ = writeln!(out, "  {:<34}{:>12}", "engine", format!("{} ({})", r.engine, r.reason));
+    if !s.zones.patches.is_empty() {
+        row(&mut out, "estimated error of H, relative", r.estimate.patches);
+    }
+    if s.zones.len() > s.zones.patches.len() {
+        row(&mut out, "estimated error of G, relative", r.estimate.volumes);
+    }
+    let _ = writeln!(out, "  {:<34}{:>12}", "grade of the estimate", r.estimate.grade.word());
     row(&mut out, "closure, largest defect", c.worst);
     row(&mut out, "closure, rms defect", c.rms);
     if c.restored {
@@ -50,6 +61,16 @@ pub fn report(s: &Solution) -> String {
     let _ = writeln!(out, "  {:<34}{:>12}", "grade of the exchange areas", r.grade.word());
     for w in &r.warnings {
         let _ = writeln!(out, "  note: {w}");
+    }
+    out
+}
+
+/// The light groups: the power that each gives.
+pub fn groups(s: &Solution) -> String {
+    let mut out = String::from("light groups (W given)\n");
+    for g in &s.groups {
+        let e = &g.energy;
+        row(&mut out, &g.name, [0, 1, 2].map(|b| e.emitted[b] + e.incoming[b]));
     }
     out
 }

@@ -9,8 +9,8 @@ use super::{files, medium, surface, texture};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use zonal_math::vec3;
-use zonal_scene::{Camera, Light, Options, Plate, Scene, SceneParts, Surface, Surroundings};
 use zonal_scene::scene::PatchRule;
+use zonal_scene::{Camera, Engine, Groups, Light, Options, Plate, Scene, SceneParts, Surface, Surroundings};
 
 /// The scene while it is read.
 pub(crate) struct Builder<'a> {
@@ -126,7 +126,17 @@ pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -
 }
 
 fn options(node: &Node<'_>) -> Result<Options, InputError> {
-    let t = node.table(&["tolerance", "patch_size", "patch_rule", "closure", "residual", "max_iterations"])?;
+    let t = node.table(&[
+        "tolerance",
+        "patch_size",
+        "patch_rule",
+        "closure",
+        "residual",
+        "max_iterations",
+        "sweeps",
+        "engine",
+        "groups",
+    ])?;
     let mut o = Options::default();
     let between = |n: Node<'_>| match n.number()? {
         x if x > 0.0 && x < 1.0 => Ok(x),
@@ -147,6 +157,13 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
     }
     if let Some(n) = t.read("max_iterations", |n| n.count())? {
         o.max_iterations = n;
+    }
+    o.sweeps = t.read("sweeps", |n| n.count())?;
+    if let Some(i) = t.read("engine", |n| n.choice(&Engine::WORDS))? {
+        o.engine = Engine::ALL[i];
+    }
+    if let Some(i) = t.read("groups", |n| n.choice(&Groups::WORDS))? {
+        o.groups = Groups::ALL[i];
     }
     Ok(o)
 }

@@ -7,9 +7,9 @@ use super::{FileError, reader};
 use std::io::Write;
 use std::path::Path;
 
-/// Shape and values of the double-precision array `name` of an npz, all of them finite.
+/// Shape and values of the array `name` of an npz, in double or single precision, all of them finite.
 pub fn read_array(path: &Path, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
-    reader::Npz::open(path)?.grid(name)
+    reader::Npz::open(path)?.numbers(name)
 }
 
 /// Writes an npy of doubles in C order.

@@ -60,6 +60,38 @@ pub fn scene_hash(scene: &Scene) -> String {
     format!("{:032x}", h.0)
 }
 
+/// The hash of what the factors of a scene and its direct light depend on: everything but reflectances, albedos, the emission of what
+/// is no direct light, and the settings of the solver. 32 hexadecimal digits.
+pub fn factors_hash(scene: &Scene) -> String {
+    let mut h = Fnv(BASIS);
+    let shining = scene.surroundings().radiance != [0.0; 3];
+    let mut parts = scene.clone().into_parts();
+    for (s, surface) in parts.surfaces.iter_mut().enumerate() {
+        surface.reflectance = [0.0; 3];
+        if !scene.is_direct_emitter(s) {
+            surface.emission = [0.0; 3];
+        }
+    }
+    parts.panes.iter_mut().for_each(|p| (p.albedo, p.emission) = ([0.0; 3], [0.0; 3]));
+    if let Some(v) = &mut parts.voxmap {
+        v.set_albedo([0.0; 3]);
+        v.scale_sources([0.0; 3]);
+    }
+    parts.surroundings.radiance = [0.0; 3];
+    // Nothing here can make a sound scene unsound.
+    let bare = Scene::new(parts).unwrap_or_else(|_| scene.clone());
+    surfaces(&mut h, &bare);
+    media(&mut h, &bare);
+    lights(&mut h, &bare);
+    let o = scene.options();
+    h.real(o.tolerance);
+    h.length(o.patch_size);
+    [shining as usize, o.patch_rule as usize, o.restore_closure as usize, o.engine as usize]
+        .into_iter()
+        .for_each(|n| h.int(n));
+    format!("{:032x}", h.0)
+}
+
 fn surfaces(h: &mut Fnv, scene: &Scene) {
     h.int(scene.surfaces().len());
     for s in scene.surfaces() {

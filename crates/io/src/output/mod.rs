@@ -8,6 +8,7 @@
 //! | [`picture`] | exposure, filmic curve, sRGB, dither: PNG |
 //! | [`exr`] | linear pictures in f32, out and in |
 //! | [`csv`] | one line a zone |
+//! | [`vault`] | a folder that keeps the stages of a solve |
 //! | [`arrays`] | single arrays and plain bytes |
 //!
 //! Every file is written to a temporary name beside its target and renamed when it is complete: a failure leaves the old file
@@ -20,6 +21,7 @@ pub mod hash;
 pub mod picture;
 pub mod report;
 pub mod solution;
+pub mod vault;
 
 mod atomic;
 mod header;
@@ -30,10 +32,11 @@ mod writer;
 pub use arrays::{Named, read_array, write_array, write_arrays, write_bytes};
 pub use csv::write_zones_csv;
 pub use exr::{Picture, read_exr, write_exr};
-pub use hash::scene_hash;
+pub use hash::{factors_hash, scene_hash};
 pub use picture::{Curve, auto_exposure, write_png};
 pub use report::report_json;
 pub use solution::{read_solution, write_solution};
+pub use vault::{Folder, Held, Keys};
 
 use std::fmt;
 use std::path::{Path, PathBuf};

@@ -145,6 +145,17 @@ impl Npz {
         Err(self.error(name, format!("a value is not a finite number; {DAMAGED}")))
     }
 
+    /// Finite numbers of any shape, in double or single precision.
+    pub fn numbers(&mut self, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
+        let Ok((shape, data)) = self.array(name, Kind::F32, f32::from_le_bytes) else {
+            return self.grid(name);
+        };
+        if data.iter().all(|x| x.is_finite()) {
+            return Ok((shape, data.into_iter().map(f64::from).collect()));
+        }
+        Err(self.error(name, format!("a value is not a finite number; {DAMAGED}")))
+    }
+
     /// A list of finite numbers.
     pub fn reals(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
         let (shape, data) = self.grid(name)?;

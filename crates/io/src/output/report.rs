@@ -5,7 +5,7 @@
 use serde_json::{Value, json};
 use zonal_math::Grade;
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Bands, Estimate, Group, Report, Solution, SolveStatus};
+use zonal_scene::{Bands, Estimate, Group, Kind, Report, Solution, SolveStatus};
 
 /// The report of a solution as a JSON document: zones, engine, status, residuals, estimate, closure, energy (W), light groups, counts,
 /// warnings, provenance.
@@ -31,7 +31,7 @@ pub fn report_json(s: &Solution) -> Value {
 /// A light group without its fields.
 fn group_out(g: &Group) -> Value {
     json!({
-        "name": g.name, "status": g.status.map(SolveStatus::word), "residual": g.residual,
+        "name": g.name, "of": kind_out(g.kind), "status": g.status.map(SolveStatus::word), "residual": g.residual,
         "incident_scale": g.incident_scale, "direct_scale": g.direct_scale, "energy": energy_out(&g.energy),
     })
 }
@@ -40,6 +40,7 @@ fn group_out(g: &Group) -> Value {
 pub(super) fn group_in(v: &Value) -> Result<Group, String> {
     Ok(Group {
         name: text(v, "name")?,
+        kind: kind_in(&v["of"])?,
         incident_scale: bands(v, "incident_scale")?,
         direct_scale: bands(v, "direct_scale")?,
         energy: energy_in(&v["energy"])?,
@@ -47,6 +48,31 @@ pub(super) fn group_in(v: &Value) -> Result<Group, String> {
         residual: report_bands(v, "residual")?,
         ..Group::default()
     })
+}
+
+/// What a group consists of: a word, and the number of a light or surface.
+fn kind_out(k: Kind) -> Value {
+    match k {
+        Kind::Light(l) => json!(["light", l]),
+        Kind::Surface(s) => json!(["surface", s]),
+        Kind::Medium => json!(["medium"]),
+        Kind::Panes => json!(["panes"]),
+        Kind::Surroundings => json!(["surroundings"]),
+        Kind::All => json!(["all"]),
+    }
+}
+
+fn kind_in(v: &Value) -> Result<Kind, String> {
+    let number = || v[1].as_u64().map(|n| n as usize).ok_or("of: a number is missing");
+    match v[0].as_str() {
+        Some("light") => Ok(Kind::Light(number()?)),
+        Some("surface") => Ok(Kind::Surface(number()?)),
+        Some("medium") => Ok(Kind::Medium),
+        Some("panes") => Ok(Kind::Panes),
+        Some("surroundings") => Ok(Kind::Surroundings),
+        Some("all") => Ok(Kind::All),
+        _ => Err("of: is not a kind of light group".into()),
+    }
 }
 
 fn energy_out(e: &Energy) -> Value {

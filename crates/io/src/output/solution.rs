@@ -33,7 +33,7 @@ use std::io::{self, Seek, Write};
 use std::path::Path;
 use zonal_math::Vec3;
 use zonal_scene::{
-    Facet, Fields, Group, Pane, PaneZone, Part, Patch, Plate, Scene, SceneError, SceneParts, Solution,
+    Facet, Fields, Group, Kind, Pane, PaneZone, Part, Patch, Plate, Scene, SceneError, SceneParts, Solution,
     Texture, VoxelZone, Voxmap, Zones, zones::SUBCELLS,
 };
 
@@ -154,7 +154,7 @@ pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
         direct: npz.triples("direct", &n)?,
         error: npz.triples("error", &n)?,
     };
-    let groups = read_groups(&mut npz, &header, zones.len())?;
+    let groups = read_groups(&mut npz, &header, &scene, zones.len())?;
     let json = |e: String| npz.error("header.json", e);
     Ok(Solution {
         report: report::decode(&header["report"]).map_err(json)?,
@@ -167,10 +167,25 @@ pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
     })
 }
 
-fn read_groups(npz: &mut reader::Npz, h: &Value, zones: usize) -> Result<Vec<Group>, FileError> {
+fn read_groups(
+    npz: &mut reader::Npz,
+    h: &Value,
+    scene: &Scene,
+    zones: usize,
+) -> Result<Vec<Group>, FileError> {
     let groups = header::each(&h["report"], "groups", report::group_in);
     let mut groups = groups.map_err(|e| npz.error("header.json", e))?;
     for (k, g) in groups.iter_mut().enumerate() {
+        let known = match g.kind {
+            Kind::Light(l) => l < scene.lights().len(),
+            Kind::Surface(s) => s < scene.surfaces().len(),
+            _ => true,
+        };
+        if !known {
+            return Err(
+                npz.error("header.json", format!("light group '{}' is of nothing in the scene", g.name))
+            );
+        }
         g.incident = npz.values(&format!("group_{k}_incident"), zones)?;
         g.direct = npz.values(&format!("group_{k}_direct"), zones)?;
     }

@@ -5,6 +5,7 @@ pub mod demo;
 pub mod exchange;
 pub mod export;
 pub mod factors;
+pub mod relight;
 pub mod render;
 pub mod reproduce;
 pub mod solve;
@@ -44,6 +45,8 @@ pub enum Command {
     Check(check::Args),
     /// Solve a scene and write the solution (.npz).
     Solve(solve::Args),
+    /// Turn the lights of a solution up and down without solving; list them.
+    Relight(relight::Args),
     /// Draw a picture from a solution.
     Render(render::Args),
     /// Write the zones of a solution as a table (.csv).
@@ -76,6 +79,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Command::Demo(a) => demo::run(&a, context),
         Command::Check(a) => check::run(&a, context),
         Command::Solve(a) => solve::run(&a, context),
+        Command::Relight(a) => relight::run(&a, context),
         Command::Render(a) => render::run(&a, context),
         Command::Export(a) => export::run(&a, context),
         Command::Exchange(a) => exchange::run(&a, context),

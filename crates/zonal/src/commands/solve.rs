@@ -3,10 +3,10 @@
 use super::{Context, check_output};
 use crate::failure::say;
 use crate::{Failure, meter::Meter, table};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use zonal_exchange::pair::{Settings, VoxelFactors};
-use zonal_io::output;
-use zonal_scene::{Progress, Scene, Solution};
+use zonal_io::output::{self, Folder, Held, Keys};
+use zonal_scene::{Engine, Groups, NoVault, Progress, Scene, Solution, Vault};
 use zonal_solve::Job;
 
 /// Solve a scene and write the solution.
@@ -29,6 +29,46 @@ pub struct Args {
     /// Largest memory for exchange areas, GB.
     #[arg(long, default_value_t = 12.0)]
     pub max_memory: f64,
+    /// Engine; overrides the scene's.
+    #[arg(long, value_enum)]
+    pub engine: Option<EngineName>,
+    /// Light groups that are solved apart, for `zonal relight`; overrides the scene's.
+    #[arg(long, value_enum)]
+    pub groups: Option<GroupsName>,
+    /// Exactly so many sweeps of the Neumann series in place of the solver; overrides the scene's.
+    #[arg(long)]
+    pub sweeps: Option<usize>,
+    /// Keep what is done in a folder while solving (default: OUTPUT.checkpoint); it goes when the solution is written.
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1)]
+    pub checkpoint: Option<Option<PathBuf>>,
+    /// Go on from the checkpoint that a killed solve of the same scene left behind; without one, begin.
+    #[arg(long)]
+    pub resume: bool,
+    /// Keep the factors in the folder OUTPUT.factors, so that `zonal relight` can change reflectances and the albedo.
+    #[arg(long)]
+    pub keep_factors: bool,
+}
+
+/// The engine, as an argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum EngineName {
+    /// Dense for few zones, hierarchical for many.
+    Auto,
+    /// Every pair of zones.
+    Dense,
+    /// Links between clusters of zones.
+    Hierarchical,
+}
+
+/// The light groups, as an argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum GroupsName {
+    /// Each, as long as they are few; else all in one sum.
+    Auto,
+    /// Each.
+    Each,
+    /// All in one sum.
+    All,
 }
 
 /// The formula for the exchange of two voxels.
@@ -73,15 +113,27 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         return Err(Failure::new("--max-memory: give a positive number of gigabytes"));
     }
     let scene = zonal_io::input::read_scene(&args.scene)?;
-    let mut options = scene.options().clone();
-    options.tolerance = args.tolerance.unwrap_or(options.tolerance);
-    options.restore_closure = args.closure.map_or(options.restore_closure, |c| c == ClosureMode::Restore);
-    let scene =
-        scene.with_options(options).map_err(|e| Failure::new(format!("--tolerance: {}", e.what())))?;
-    let memory = (args.max_memory * 1e9) as u64;
-    let solution = solved(scene, memory, args.factors.settings(), &Meter::new(context.quiet))
-        .map_err(|e| Failure::in_file(&args.scene, e))?;
+    let scene = with_options(scene, args)?;
+    let kept = args.checkpoint.is_some() || args.resume || args.keep_factors;
+    let folder = if kept { Some(checkpoint(&scene, args)?) } else { None };
+    let meter = Meter::new(context.quiet);
+    let job = Job {
+        settings: args.factors.settings(),
+        vault: folder.as_ref().map_or(&NoVault, |f| f as &dyn Vault),
+        ..Job::new((args.max_memory * 1e9) as u64, &meter)
+    };
+    let solution = signed(scene, &job).map_err(|e| Failure::in_file(&args.scene, e))?;
     output::write_solution(&args.output, &solution)?;
+    if let Some(folder) = folder {
+        if let Some(e) = folder.failure() {
+            note(&format!("the checkpoint could not be written: {e}"));
+        }
+        if args.keep_factors {
+            folder.keep_factors(&beside(&args.output, "factors"))?;
+        } else {
+            folder.remove();
+        }
+    }
     if context.json {
         say(&format!("{:#}", output::report_json(&solution)))?;
     } else {
@@ -94,15 +146,71 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The scene with the options of the command line.
+fn with_options(scene: Scene, args: &Args) -> Result<Scene, Failure> {
+    let mut o = scene.options().clone();
+    o.tolerance = args.tolerance.unwrap_or(o.tolerance);
+    o.restore_closure = args.closure.map_or(o.restore_closure, |c| c == ClosureMode::Restore);
+    o.engine = args.engine.map_or(o.engine, |e| Engine::ALL[e as usize]);
+    o.groups = args.groups.map_or(o.groups, |g| Groups::ALL[g as usize]);
+    o.sweeps = args.sweeps.or(o.sweeps);
+    scene.with_options(o).map_err(|e| {
+        let flag = e.key().strip_prefix("solve.").unwrap_or(e.key());
+        Failure::new(format!("--{flag}: {}", e.what()))
+    })
+}
+
+/// `NAME.npz` with an ending more.
+pub fn beside(output: &Path, ending: &str) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(format!(".{ending}"));
+    PathBuf::from(name)
+}
+
+/// What the stages of a scene belong to, with formulas of these settings.
+pub fn keys(scene: &Scene, settings: Settings) -> Keys {
+    let made = |hash: String| format!("zonal {} {hash} {:?}", env!("CARGO_PKG_VERSION"), settings.voxels);
+    Keys { whole: made(output::scene_hash(scene)), factors: made(output::factors_hash(scene)) }
+}
+
+/// The folder of the checkpoint, ready: with what it holds where that is wanted and of this scene, else empty.
+fn checkpoint(scene: &Scene, args: &Args) -> Result<Folder, Failure> {
+    let named = args.checkpoint.clone().flatten();
+    let path = named.unwrap_or_else(|| beside(&args.output, "checkpoint"));
+    let folder = Folder::new(&path, keys(scene, args.factors.settings()));
+    match folder.held() {
+        Held::Same if args.resume => {}
+        Held::Other if args.resume => {
+            note(&format!(
+                "{}: holds the state of another scene, of other options or of another version; beginning anew",
+                path.display()
+            ));
+            folder.remove();
+        }
+        _ => folder.remove(),
+    }
+    folder.begin()?;
+    Ok(folder)
+}
+
+/// A line on standard error that is no error.
+fn note(text: &str) {
+    eprintln!("note: {text}");
+}
+
 /// Solves and signs a scene.
+pub fn signed(scene: Scene, job: &Job) -> Result<Solution, Failure> {
+    let mut solution = zonal_solve::solve_job(scene, job)?;
+    solution.scene_hash = output::scene_hash(&solution.scene);
+    Ok(solution)
+}
+
+/// The same with nothing but formulas to choose.
 pub fn solved(
     scene: Scene,
     memory: u64,
     settings: Settings,
     progress: &dyn Progress,
 ) -> Result<Solution, Failure> {
-    let job = Job { settings, ..Job::new(memory, progress) };
-    let mut solution = zonal_solve::solve_job(scene, &job)?;
-    solution.scene_hash = output::scene_hash(&solution.scene);
-    Ok(solution)
+    signed(scene, &Job { settings, ..Job::new(memory, progress) })
 }

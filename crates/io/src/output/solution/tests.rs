@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use zonal_math::{Grade, vec3};
 use zonal_scene::scene::{Options, Sides, Surface, Surroundings};
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Camera, Estimate, Light, Report, Sample, SolveStatus, Values};
+use zonal_scene::{Camera, Estimate, Kind, Light, Report, Sample, SolveStatus, Values};
 
 fn folder(name: &str) -> PathBuf {
     let dir = std::env::temp_dir().join(format!("zonal-{name}-{}", std::process::id()));
@@ -142,6 +142,7 @@ fn solution() -> Solution {
         groups: vec![
             Group {
                 name: "sun".into(),
+                kind: Kind::Light(0),
                 incident: Values::Double(field(0.5)),
                 direct: Values::compact(&field(3.0)).0,
                 direct_scale: [1.0 / 3.0, 2.0, 1e-300],

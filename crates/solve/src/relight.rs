@@ -1,0 +1,181 @@
+//! Lights turned up and down in a solution, without solving: the equations are linear in what shines.
+//!
+//! A relit solution is the solution of the scene with those lights changed, and says so: its scene, zones, fields, balance and report are
+//! those of that scene. Its groups can be relit again; one that was put out stays out.
+//!
+//! A change of reflectance or albedo is not linear. [`repainted`] gives the scene to solve then; no factor depends on either.
+
+use crate::groups::{emission, response};
+use rayon::prelude::*;
+use zonal_scene::{
+    Bands, Estimate, Fields, Group, Kind, Light, Scene, SceneError, SceneParts, Solution, Values, Voxmap,
+    Zones, bands,
+};
+
+fn times(a: Bands, f: Bands) -> Bands {
+    bands(|b| a[b] * f[b])
+}
+
+/// The factor of every group, 1 where none is given; the error names a group that is unknown, named twice or out.
+fn factors(groups: &[Group], wanted: &[(String, Bands)]) -> Result<Vec<Bands>, SceneError> {
+    let names = || groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>().join(", ");
+    if groups.is_empty() {
+        return Err(SceneError::new("groups", "this solution keeps no light groups; solve the scene again"));
+    }
+    let mut out: Vec<Option<Bands>> = vec![None; groups.len()];
+    for (name, factor) in wanted {
+        let fail = |what: String| Err(SceneError::new(format!("light group '{name}'"), what));
+        let Some(k) = groups.iter().position(|g| g.name == *name) else {
+            return fail(format!("there is none of this name; the groups are: {}", names()));
+        };
+        if factor.iter().any(|f| !(f.is_finite() && *f >= 0.0)) {
+            return fail("a factor must be a number from 0".into());
+        }
+        if out[k].replace(*factor).is_some() {
+            return fail("two factors are given; give one".into());
+        }
+        let scale = &groups[k].direct_scale;
+        if scale.iter().zip(&groups[k].incident_scale).all(|(d, i)| *d == 0.0 && *i == 0.0) {
+            return fail("it was put out in this solution; relight the one that this came from".into());
+        }
+    }
+    Ok(out.into_iter().map(|f| f.unwrap_or([1.0; 3])).collect())
+}
+
+/// The solution for lights that shine so many times as strongly, group by group, a band.
+pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solution, SceneError> {
+    let factors = factors(&solution.groups, wanted)?;
+    let Solution { scene, mut zones, fields: old, mut groups, mut report, version, .. } = solution;
+    let mut parts = scene.into_parts();
+    for (g, f) in groups.iter_mut().zip(&factors).filter(|(_, f)| **f != [1.0; 3]) {
+        g.scale(*f);
+        turn_parts(&mut parts, g.kind, *f)?;
+        turn_zones(&mut zones, g.kind, *f);
+    }
+    let scene = Scene::new(parts)?;
+    let fields = sum(&zones, &groups, &old);
+    report.energy = Default::default();
+    groups.iter().for_each(|g| report.energy.add(&g.energy));
+    report.residuals = [0, 1, 2].map(|b| vec![groups.iter().fold(0.0f64, |m, g| m.max(g.residual[b]))]);
+    report.estimate = Estimate::of(&fields, zones.voxel_offset(), report.estimate.grade);
+    report.warnings.extend(wanted.iter().map(|(name, f)| match f {
+        [a, b, c] if a == b && b == c => format!("relit: {name} × {a}"),
+        [a, b, c] => format!("relit: {name} × {a}, {b}, {c}"),
+    }));
+    Ok(Solution { scene, zones, fields, groups, report, scene_hash: String::new(), version })
+}
+
+/// The scene with what belongs to a group turned up or down.
+fn turn_parts(parts: &mut SceneParts, kind: Kind, f: Bands) -> Result<(), SceneError> {
+    let all = kind == Kind::All;
+    for l in 0..parts.lights.len() {
+        if all || kind == Kind::Light(l) {
+            match &mut parts.lights[l] {
+                Light::Sun { irradiance, .. } => *irradiance = times(*irradiance, f),
+                Light::Sky { radiance, .. } => *radiance = times(*radiance, f),
+                // Turned below where everything is.
+                Light::Emitter { surface } if !all => {
+                    let e = &mut parts.surfaces[*surface].emission;
+                    *e = times(*e, f);
+                }
+                Light::Emitter { .. } => {}
+            }
+        }
+    }
+    for (s, surface) in parts.surfaces.iter_mut().enumerate() {
+        if all || kind == Kind::Surface(s) {
+            surface.emission = times(surface.emission, f);
+        }
+    }
+    if all || kind == Kind::Medium {
+        parts.voxmap = parts.voxmap.take().map(|v| edited(v, |v| v.scale_sources(f))).transpose()?;
+    }
+    if all || kind == Kind::Panes {
+        parts.panes.iter_mut().for_each(|p| p.emission = times(p.emission, f));
+    }
+    if all || kind == Kind::Surroundings {
+        parts.surroundings.radiance = times(parts.surroundings.radiance, f);
+    }
+    Ok(())
+}
+
+fn edited(mut map: Voxmap, change: impl FnOnce(&mut Voxmap)) -> Result<Voxmap, SceneError> {
+    change(&mut map);
+    map.seal()
+}
+
+fn turn_zones(zones: &mut Zones, kind: Kind, f: Bands) {
+    let all = kind == Kind::All;
+    for p in zones.patches.iter_mut().filter(|p| all || kind == Kind::Surface(p.surface)) {
+        p.emission = times(p.emission, f);
+    }
+    if all || kind == Kind::Medium {
+        for v in &mut zones.voxels {
+            (v.emission, v.source) = (times(v.emission, f), times(v.source, f));
+        }
+    }
+    if all || kind == Kind::Panes {
+        zones.panes.iter_mut().for_each(|p| p.emission = times(p.emission, f));
+    }
+}
+
+/// The fields of all groups together. The estimated error of a zone stays the same share of what arrives there.
+fn sum(zones: &Zones, groups: &[Group], old: &Fields) -> Fields {
+    let n = zones.len();
+    let added = |pick: fn(&Group) -> (&Values, Bands)| {
+        let mut out = vec![[0.0; 3]; n];
+        groups.iter().map(pick).for_each(|(v, scale)| v.add_to(&mut out, scale));
+        out
+    };
+    let incident = added(|g| (&g.incident, g.incident_scale));
+    let direct = added(|g| (&g.direct, g.direct_scale));
+    let radiosity = |i: usize| {
+        let (e, (rho, _)) = (emission(zones, i), response(zones, i));
+        bands(|b| e[b] + rho[b] * (incident[i][b] + direct[i][b]))
+    };
+    let error = |i: usize| {
+        let share =
+            |b: usize| if old.incident[i][b] > 0.0 { old.error[i][b] / old.incident[i][b] } else { 0.0 };
+        bands(|b| share(b) * incident[i][b])
+    };
+    Fields {
+        radiosity: (0..n).into_par_iter().map(radiosity).collect(),
+        error: (0..n).into_par_iter().map(error).collect(),
+        incident,
+        direct,
+    }
+}
+
+/// The scene with other reflectances of surfaces (by name, or the part of it before a dot or a slash) and, if given, one albedo of
+/// all the medium.
+pub fn repainted(
+    scene: Scene,
+    reflectances: &[(String, Bands)],
+    albedo: Option<Bands>,
+) -> Result<Scene, SceneError> {
+    let mut parts = scene.into_parts();
+    for (name, value) in reflectances {
+        let belongs = |s: &str| {
+            s.strip_prefix(name.as_str()).is_some_and(|r| r.is_empty() || r.starts_with(['.', '/']))
+        };
+        let mut found = false;
+        for s in parts.surfaces.iter_mut().filter(|s| belongs(&s.name)) {
+            (s.reflectance, found) = (*value, true);
+        }
+        if !found {
+            const MOST: usize = 24;
+            let names: Vec<&str> = parts.surfaces.iter().take(MOST).map(|s| s.name.as_str()).collect();
+            return Err(SceneError::new(
+                format!("surface '{name}'"),
+                format!("there is none of this name; there are: {}", names.join(", ")),
+            ));
+        }
+    }
+    if let Some(albedo) = albedo {
+        let Some(map) = parts.voxmap.take() else {
+            return Err(SceneError::new("albedo", "the scene has no medium whose albedo could change"));
+        };
+        parts.voxmap = Some(edited(map, |v| v.set_albedo(albedo))?);
+    }
+    Scene::new(parts)
+}
