@@ -32,12 +32,12 @@ pub struct Draws {
 
 impl Draws {
     /// The next number of [0, 1).
-    pub fn next(&mut self) -> f64 {
+    pub fn draw(&mut self) -> f64 {
         self.spread.pop().unwrap_or_else(|| self.dice.roll())
     }
     /// The next numbers.
     pub fn some<const N: usize>(&mut self) -> [f64; N] {
-        std::array::from_fn(|_| self.next())
+        std::array::from_fn(|_| self.draw())
     }
 }
 
@@ -106,7 +106,7 @@ impl Paths<'_> {
     /// Flies to the next vertex; false when the path ends.
     fn step(&self, s: &mut State, d: Vec3, looking: bool, draws: &mut Draws) -> bool {
         // The distance from the spread numbers, the band by chance.
-        let u = [draws.dice.roll(), draws.next()];
+        let u = [draws.dice.roll(), draws.draw()];
         let flight = self.space.fly(&s.vertex, d, s.beta, u);
         s.found.add(bands(|b| s.beta[b] * flight.sent[b]), false);
         s.beta = bands(|b| s.beta[b] * flight.weight[b]);

@@ -1,8 +1,154 @@
 //! The judge held against tables and pictures that others made.
+//!
+//! z is a difference in standard errors, both sides' together. Tables: every entry. Pictures: blocks of 8 × 8 pixels a band, since a
+//! pixel of few paths is far from normal; the figures of single pixels are printed but not judged. Mitsuba's errors come from
+//! 7 to 32 batches, so z is wider than normal by up to √(ν/(ν − 2)) = 1.22.
 
+use crate::scenes::{BOXES, CUBES, Cube, Error, Score, blocks, cornell, receiver, sponza};
 use crate::{Arguments, Outcome};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use zonal::io::output;
+use zonal::scene::Scene;
+use zonal_reference::Estimate;
+use zonal_reference::judge::{Accuracy, Judge, Picture};
+
+/// z-scores farther from 1 than this share in their root mean square are too wide (or too narrow).
+const WIDE: f64 = 1.25;
+/// The largest mean of z that correlated tables leave.
+const SHIFTED: f64 = 0.25;
+/// The largest |z| among a few thousand.
+const FAR: f64 = 6.0;
+/// Pixels along a block's edge.
+const BLOCK: usize = 8;
+
+struct Setting {
+    relative: f64,
+    /// Every how many entries of a table.
+    step: usize,
+    /// Paths a pixel.
+    samples: usize,
+    seed: u64,
+}
 
 /// Runs the cases.
-pub fn judge(_arguments: &Arguments) -> Outcome {
-    Err("give --solution RUN.npz or --picture CAMERA".into())
+pub fn judge(arguments: &Arguments) -> Outcome {
+    let shared = PathBuf::from(arguments.text("--shared").unwrap_or("../shared"));
+    let quick = arguments.flag("--quick");
+    let setting = Setting {
+        relative: arguments.number("--error", if quick { 0.01 } else { 0.003 })?,
+        step: if quick { 7 } else { 1 },
+        samples: arguments.number("--samples", if quick { 32 } else { 512 })?,
+        seed: arguments.number("--seed", 1)?,
+    };
+    let chosen = arguments.text("--cases");
+    let wanted = |name: &str| chosen.is_none_or(|list| list.split(',').any(|n| n == name));
+    println!(
+        "case                     quantity      n   z mean    z rms  max |z|     bias  seconds  verdict"
+    );
+    let mut sound = true;
+    for c in CUBES.iter().filter(|c| wanted(c.name)) {
+        sound &= cube(c, &shared.join("reference/montecarlo"), &setting)?;
+    }
+    for (name, c) in [("image_c0", &CUBES[0]), ("image_c8", &CUBES[4])] {
+        if wanted(name) {
+            sound &= inside(name, c, &shared.join("reference/montecarlo"), &setting)?;
+        }
+    }
+    let data = shared.join("data");
+    for name in BOXES.iter().filter(|n| wanted(n)) {
+        sound &= mitsuba(name, &cornell(name, &data)?, &data, &setting)?;
+    }
+    if wanted("sponza_haze_st0.02_a09") {
+        sound &= mitsuba("sponza_haze_st0.02_a09", &sponza(&data)?, &data, &setting)?;
+    }
+    println!("{}", if sound { "the judge stands" } else { "the judge does not stand" });
+    Ok(sound)
+}
+
+fn line(case: &str, quantity: &str, s: &Score, seconds: f64, judged: bool) -> bool {
+    let good = s.rms < WIDE && s.rms > 1.0 / WIDE && s.mean.abs() < SHIFTED && s.max < FAR;
+    let verdict = if !judged {
+        "–"
+    } else if good {
+        "stands"
+    } else {
+        "FAILS"
+    };
+    println!(
+        "{case:<24} {quantity:<9} {:>5} {:>8.3} {:>8.3} {:>8.2} {:>7.3} % {seconds:>8.1}  {verdict}",
+        s.n,
+        s.mean,
+        s.rms,
+        s.max,
+        100.0 * s.bias
+    );
+    good || !judged
+}
+
+fn cube(c: &Cube, folder: &Path, setting: &Setting) -> Result<bool, Error> {
+    let scene = c.read(folder)?;
+    let judge = Judge::new(&scene);
+    let accuracy = Accuracy { relative: setting.relative, ..Accuracy::default() };
+    let mut sound = true;
+    for (k, quantity) in ["H", "G", "Hocc"].into_iter().enumerate() {
+        if quantity == "Hocc" && !c.block {
+            continue;
+        }
+        let start = Instant::now();
+        let theirs = c.table(folder, &format!("{quantity}_exp"))?;
+        let errors = c.table(folder, &format!("{quantity}_exp_se"))?;
+        let entries: Vec<usize> =
+            (0..theirs.len()).step_by(setting.step).filter(|&k| errors[k] > 0.0).collect();
+        let receivers: Vec<_> = entries.iter().map(|&k| receiver(quantity, k)).collect();
+        let ours = judge.measure(&receivers, &accuracy, setting.seed.wrapping_add(k as u64));
+        let score = Score::new(
+            entries
+                .iter()
+                .zip(&ours)
+                .map(|(&k, r)| (r.total[0], Estimate { value: theirs[k], error: errors[k] })),
+        );
+        sound &= line(c.name, quantity, &score, start.elapsed().as_secs_f64(), true);
+    }
+    Ok(sound)
+}
+
+/// Pixels and blocks of a band of ours and theirs.
+fn compare(case: &str, band: usize, ours: &Picture, theirs: (&[f64], &[f64]), seconds: f64) -> bool {
+    let of = |p: &[[f64; 3]]| p.iter().map(|x| x[band]).collect::<Vec<_>>();
+    let (mean, error) = (of(&ours.mean), of(&ours.error));
+    let pair = |a: Vec<Estimate>, b: Vec<Estimate>| Score::new(a.into_iter().zip(b));
+    let sized = |size: usize| {
+        pair(blocks(&mean, &error, ours.width, size), blocks(theirs.0, theirs.1, ours.width, size))
+    };
+    let name = |what: &str| format!("{what} {}", ["R", "G", "B"][band]);
+    let _ = line(case, &name("pixels"), &sized(1), seconds, false);
+    line(case, &name("blocks"), &sized(BLOCK), seconds, true)
+}
+
+fn inside(name: &str, c: &Cube, folder: &Path, setting: &Setting) -> Result<bool, Error> {
+    let scene = c.read(folder)?;
+    let file = folder.join(format!("image_{}_inside_64.npz", c.file));
+    let (shape, theirs) = output::read_array(&file, "img")?;
+    let errors = output::read_array(&file, "se")?.1;
+    let start = Instant::now();
+    let n = 4 * setting.samples;
+    let ours = Judge::new(&scene).picture(&scene.cameras()[0], shape[1], shape[0], n, setting.seed);
+    Ok(compare(name, 0, &ours, (&theirs, &errors), start.elapsed().as_secs_f64()))
+}
+
+fn mitsuba(name: &str, scene: &Scene, data: &Path, setting: &Setting) -> Result<bool, Error> {
+    let folder = data.join("mitsuba-refs");
+    let theirs = output::read_exr(&folder.join(format!("{name}.exr")))?;
+    let errors = output::read_exr(&folder.join(format!("{name}_stderr.exr")))?;
+    let start = Instant::now();
+    let judge = Judge::new(scene);
+    let ours = judge.picture(&scene.cameras()[0], theirs.width, theirs.height, setting.samples, setting.seed);
+    let seconds = start.elapsed().as_secs_f64();
+    let band = |p: &output::Picture, b: usize| p.pixels.iter().map(|x| f64::from(x[b])).collect::<Vec<_>>();
+    let mut sound = true;
+    for b in 0..3 {
+        sound &= compare(name, b, &ours, (&band(&theirs, b), &band(&errors, b)), seconds);
+    }
+    Ok(sound)
 }

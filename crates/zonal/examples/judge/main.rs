@@ -15,6 +15,7 @@
 
 mod cases;
 mod draw;
+mod scenes;
 mod solution;
 
 use std::process::ExitCode;
