@@ -34,7 +34,6 @@ pub mod direct;
 pub mod energy;
 pub mod engine;
 pub mod forecast;
-mod gather;
 pub mod groups;
 pub mod krylov;
 pub mod operator;
