@@ -7,6 +7,7 @@ use crate::dense::{self, Dense};
 use crate::direct::Direct;
 use crate::forecast::Forecast;
 use crate::groups::{self, Source};
+use crate::hierarchical;
 use crate::operator::Operator;
 use crate::surroundings::Escape;
 use zonal_exchange::pair::{Counts, Exchange, Settings};
@@ -18,7 +19,7 @@ use zonal_transport::Transport;
 pub const DENSE_ZONES: usize = 4000;
 
 /// True once the hierarchical engine can be built.
-const HIERARCHICAL: bool = false;
+const HIERARCHICAL: bool = true;
 
 /// What an engine is built from.
 pub struct Site<'a> {
@@ -105,9 +106,7 @@ pub fn choose(scene: &Scene, forecast: &Forecast, memory: u64) -> Result<(Engine
 /// Builds an engine. Closure is measured, or restored where the scene asks for it, which may scale `escape` too.
 pub fn build(engine: Engine, site: &Site, escape: &mut Escape) -> Result<Built, SceneError> {
     match engine {
-        Engine::Hierarchical => {
-            Err(SceneError::new("solve.engine", "the hierarchical engine is not built yet"))
-        }
+        Engine::Hierarchical => hierarchical::build(site, escape),
         Engine::Dense | Engine::Auto => Ok(dense(site, escape)),
     }
 }

@@ -1,0 +1,441 @@
+//! Which clusters exchange as wholes: refinement by the error that a link would leave in the result.
+//!
+//! **Demand.** From strengths s known roughly, node j sends M_j = Σ W s, and s varies over it by σ_j. Everything is measured against
+//! the mean of what arrives, H̄ for patches and Ḡ for volumes, the largest over bands and light groups counting, so that every group is
+//! served. A floor of uniform strength keeps links without power. Node i stands
+//!
+//! ```text
+//! tol_i = ε ((1 − α) + α min(1, H_i/H̄)) / √(leaves of i)
+//! ```
+//!
+//! from one link: dark zones ask for more, and errors of links to large clusters, which all their leaves share, for less.
+//!
+//! **Error of a link** at i, with a = K M_j and q as in [`super::kernel`]:
+//!
+//! ```text
+//! e_i = a (q_i (half at a leaf) + q_j^{3/2}/2 + c²) + 0.3 K W_j σ_j q_j        expanded pairs
+//! e_i = a (0.3; 1 for a node with itself; 0.5 where planes cut) · 3/2     flat pairs
+//! ```
+//!
+//! A pair is taken when e ≤ tol at **both** ends, else its larger or more varied end is split. Pairs of two zones are always taken.
+//!
+//! **Visibility** of a taken pair is sampled until a·(error of v) < β tol at both ends; where what is seen of it varies so much that
+//! a √(v(1 − v)) > γ tol, the pair is split after all.
+//!
+//! The pairs to look at are kept in rounds: a round looks at each pair of a list, in parallel, and what is split makes the next list.
+//! Results are put together in the order of the list, so they do not depend on threads.
+
+use super::kernel::{Curve, Place, Spot, heights};
+use super::links::Pairs;
+use super::sight::{Seen, Sight};
+use super::tree::{Kind, Node, Tree};
+use rayon::prelude::*;
+use zonal_exchange::aligned::{Cuboid, FactorCache};
+use zonal_exchange::general::Moments;
+use zonal_exchange::pair::{Counts, Exchange};
+use zonal_math::{Vec3, sequence};
+use zonal_scene::{Bands, Progress};
+
+/// β: share of the tolerance that the sampling of visibility may take.
+const BETA: f64 = 1.0;
+/// γ: share of the tolerance that unresolved variation of visibility may take.
+const GAMMA: f64 = 1.0;
+/// Relative error of a flat pair of voxel clusters, whose mean kernel is exact.
+const FLAT: f64 = 0.3;
+/// Relative error where the plane of one end cuts the other, or the mean kernel is a guess.
+const CUT: f64 = 0.6;
+/// Above this q the second-order mean of two zones does not serve: their exact geometric factor does.
+const NEAR_LEAVES: f64 = 0.04;
+/// Above this q the mean of two boxes is taken from their exact factor.
+const NEAR_BOXES: f64 = 0.01;
+/// Relative radius of the geometric factors of zones.
+const LEAF_TOLERANCE: f64 = 2e-3;
+/// Demanded error of visibility below which a pair of zones is computed as the dense engine does.
+const PRECISE: f64 = 0.02;
+/// Pairs looked at in one task.
+const CHUNK: usize = 512;
+
+/// What the refinement is driven by, a node.
+pub struct Demand {
+    /// ε.
+    pub epsilon: f64,
+    /// M_j relative to H̄: largest over bands and groups.
+    pub power: Vec<f32>,
+    /// W_j σ_j relative to H̄.
+    pub varied: Vec<f32>,
+    /// tol_i.
+    pub tolerance: Vec<f32>,
+    /// H̄/Ḡ: what arrives at volumes counts by this.
+    pub volume: f64,
+}
+
+/// What was counted.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tally {
+    /// Pairs looked at.
+    pub visits: u64,
+    /// Rays between clusters.
+    pub rays: u64,
+    /// Pairs that no facet can divide.
+    pub clear: u64,
+    /// Pairs split because of what hides them in part.
+    pub split_by_sight: u64,
+    /// Pairs of zones by an exact geometric factor.
+    pub near: u64,
+    /// Pairs of zones as the dense engine has them.
+    pub exact: u64,
+}
+
+impl Tally {
+    fn merge(&mut self, o: Tally) {
+        self.visits += o.visits;
+        self.rays += o.rays;
+        self.clear += o.clear;
+        self.split_by_sight += o.split_by_sight;
+        self.near += o.near;
+        self.exact += o.exact;
+    }
+}
+
+/// All that a look at a pair needs.
+pub struct Refiner<'a> {
+    pub(super) tree: &'a Tree,
+    pub(super) spots: &'a [Spot],
+    pub(super) sight: &'a Sight<'a>,
+    pub(super) exchange: &'a Exchange<'a>,
+    pub(super) boxes: &'a FactorCache,
+    /// The first band of each group.
+    pub(super) lead: &'a [usize],
+}
+
+/// A pair to look at; `clear` where nothing can stand between.
+#[derive(Clone, Copy, Debug)]
+pub struct Candidate {
+    ends: [u32; 2],
+    clear: bool,
+}
+
+enum Outcome {
+    Unseen,
+    Split { which: usize, clear: bool },
+    Link { kernel: [f64; 3], doubt: f64 },
+}
+
+/// A kernel with its relative errors at both ends, before visibility.
+struct Judged {
+    kernel: [f64; 3],
+    relative: [f64; 2],
+    source: [f64; 2],
+    q: [f64; 2],
+    flat: bool,
+}
+
+impl Refiner<'_> {
+    /// From the root, or from `start`, down to links that meet the demand.
+    pub fn refine(&self, demand: &Demand, progress: &dyn Progress) -> (Pairs, Tally) {
+        let root = self.tree.root();
+        let mut list = vec![Candidate { ends: [root, root], clear: self.sight.open() }];
+        let (mut pairs, mut tally) = (Pairs::default(), Tally::default());
+        progress.begin("links", 0);
+        while !list.is_empty() {
+            let parts: Vec<(Pairs, Vec<Candidate>, Tally)> =
+                list.par_chunks(CHUNK).map(|chunk| self.round(chunk, demand)).collect();
+            progress.advance(list.len() as u64);
+            let mut next = Vec::with_capacity(parts.iter().map(|p| p.1.len()).sum());
+            for (mut found, more, counts) in parts {
+                pairs.append(&mut found);
+                next.extend(more);
+                tally.merge(counts);
+            }
+            list = next;
+        }
+        progress.end();
+        (pairs, tally)
+    }
+
+    fn round(&self, chunk: &[Candidate], demand: &Demand) -> (Pairs, Vec<Candidate>, Tally) {
+        let (mut pairs, mut next, mut tally) = (Pairs::default(), Vec::new(), Tally::default());
+        for c in chunk {
+            tally.visits += 1;
+            match self.look(c, demand, &mut tally) {
+                Outcome::Unseen => {}
+                Outcome::Link { kernel, doubt } => {
+                    pairs.ends.push(c.ends);
+                    (0..self.lead.len()).for_each(|g| pairs.kernel.push(kernel[g] as f32));
+                    pairs.doubt.push(doubt as f32);
+                }
+                Outcome::Split { which, clear } => self.split(c.ends, which, clear, &mut next),
+            }
+        }
+        (pairs, next, tally)
+    }
+
+    fn split(&self, ends: [u32; 2], which: usize, clear: bool, next: &mut Vec<Candidate>) {
+        let kids = self.tree.kids(ends[which]);
+        if ends[0] == ends[1] {
+            for (m, &a) in kids.iter().enumerate() {
+                next.extend(kids[..=m].iter().map(|&b| Candidate { ends: [b.min(a), a.max(b)], clear }));
+            }
+            return;
+        }
+        let other = ends[1 - which];
+        next.extend(kids.iter().map(|&k| Candidate { ends: [k.min(other), k.max(other)], clear }));
+    }
+
+    fn look(&self, c: &Candidate, demand: &Demand, tally: &mut Tally) -> Outcome {
+        let [i, j] = c.ends.map(|x| x as usize);
+        let (a, b) = (&self.tree.nodes[i], &self.tree.nodes[j]);
+        let leaves = a.is_leaf() && b.is_leaf();
+        if i == j && a.is_leaf() {
+            return self.own(i, tally);
+        }
+        let Some(judged) = self.judge(i, j, leaves) else {
+            return Outcome::Unseen;
+        };
+        let k = judged.kernel.iter().fold(0.0f64, |m, k| m.max(*k));
+        let unit = |n: &Node| if n.kind == Kind::Patch { 1.0 } else { demand.volume };
+        let units = [unit(a), unit(b)];
+        let power = [demand.power[j] as f64, demand.power[i] as f64];
+        let varied = [demand.varied[j] as f64, demand.varied[i] as f64];
+        let tolerance = [demand.tolerance[i] as f64, demand.tolerance[j] as f64];
+        let mut excess = [0.0; 2];
+        for e in 0..2 {
+            let arriving = k * power[e] * units[e];
+            let error = arriving * judged.relative[e]
+                + arriving * judged.source[e]
+                + 0.3 * k * varied[e] * units[e] * judged.q[1 - e];
+            excess[e] = error / tolerance[e];
+        }
+        if !leaves && (excess[0] > 1.0 || excess[1] > 1.0) {
+            return Outcome::Split { which: self.larger(a, b, &judged), clear: c.clear };
+        }
+        let weight = (0..2).fold(0.0f64, |m, e| m.max(k * power[e] * units[e] / tolerance[e]));
+        self.linked(c, (i, j), leaves, judged, weight, tally)
+    }
+
+    /// Which end to split: the one over which the kernel varies more, the larger where that says nothing.
+    fn larger(&self, a: &Node, b: &Node, judged: &Judged) -> usize {
+        if a.is_leaf() {
+            return 1;
+        }
+        if b.is_leaf() {
+            return 0;
+        }
+        if a.kind == Kind::Mixed {
+            return 0;
+        }
+        if b.kind == Kind::Mixed {
+            return 1;
+        }
+        let (ra, rb) = (a.radius(), b.radius());
+        if judged.flat || ra > 2.0 * rb || rb > 2.0 * ra {
+            return (rb > ra) as usize;
+        }
+        (judged.q[1] > judged.q[0]) as usize
+    }
+
+    /// Visibility, and the link unless that asks for a split. `weight` is the larger of a/tol.
+    fn linked(
+        &self,
+        c: &Candidate,
+        (i, j): (usize, usize),
+        leaves: bool,
+        judged: Judged,
+        weight: f64,
+        tally: &mut Tally,
+    ) -> Outcome {
+        let (a, b) = (&self.tree.nodes[i], &self.tree.nodes[j]);
+        let mut kernel = judged.kernel;
+        let want = (BETA / weight.max(1e-30)).min(0.5);
+        let mut seen = Seen::CLEAR;
+        let clear = c.clear || self.sight.is_clear(a, b);
+        tally.clear += u64::from(clear);
+        if !clear {
+            let seed = sequence::hash((i as u64) << 32 | j as u64);
+            seen = self.sight.look(a, b, seed, want.max(PRECISE * 0.5));
+            tally.rays += seen.rays as u64;
+            if !leaves && seen.mixed * weight > GAMMA {
+                tally.split_by_sight += 1;
+                return Outcome::Split { which: self.larger(a, b, &judged), clear: false };
+            }
+        }
+        let mut doubt = 0.0f64;
+        if leaves {
+            if want < PRECISE || self.has_pane(a, b) && judged.flat {
+                return self.exact(i, j, tally);
+            }
+            if judged.flat || judged.q[0] + judged.q[1] > NEAR_LEAVES {
+                tally.near += 1;
+                kernel = if a.full && b.full { self.box_kernel(a, b) } else { self.near(i, j, a, b) };
+            }
+        } else if judged.flat {
+            kernel = self.flat_kernel(i, j, a, b);
+        } else if boxed(a) && boxed(b) && judged.q[0] + judged.q[1] > NEAR_BOXES {
+            kernel = self.box_kernel(a, b);
+        }
+        for g in 0..self.lead.len() {
+            let open = if leaves { seen.error } else { seen.error.max(seen.mixed) };
+            doubt = doubt.max(kernel[g] * open);
+            kernel[g] *= seen.share[self.lead[g]];
+        }
+        Outcome::Link { kernel, doubt }
+    }
+
+    fn has_pane(&self, a: &Node, b: &Node) -> bool {
+        a.kind == Kind::Pane || b.kind == Kind::Pane
+    }
+
+    /// The pair of zones as the dense engine has it.
+    fn exact(&self, i: usize, j: usize, tally: &mut Tally) -> Outcome {
+        tally.exact += 1;
+        let zone = |n: usize| self.tree.zone[n - self.tree.inner] as usize;
+        let mut counts = Counts::default();
+        let f = self.exchange.pair(zone(i), zone(j), &mut counts);
+        tally.rays += counts.rays;
+        let measure = self.measure(i) * self.measure(j);
+        let mut kernel = [0.0; 3];
+        let mut doubt = 0.0f64;
+        for (g, &b) in self.lead.iter().enumerate() {
+            kernel[g] = f.value[b] / measure;
+            doubt = doubt.max(f.radius[b] / measure);
+        }
+        Outcome::Link { kernel, doubt }
+    }
+
+    fn measure(&self, leaf: usize) -> f64 {
+        self.tree.nodes[leaf].weight as f64
+    }
+
+    fn own(&self, i: usize, tally: &mut Tally) -> Outcome {
+        if self.tree.nodes[i].kind == Kind::Patch { Outcome::Unseen } else { self.exact(i, i, tally) }
+    }
+
+    /// Two zones near each other: exact geometric factor, attenuation by its moments and the extinction along the centres.
+    fn near(&self, i: usize, j: usize, a: &Node, b: &Node) -> [f64; 3] {
+        let zone = |n: usize| self.tree.zone[n - self.tree.inner] as usize;
+        let m = self.exchange.geometry(zone(i), zone(j), LEAF_TOLERANCE);
+        self.attenuated(&m, a, b, self.measure(i) * self.measure(j))
+    }
+
+    fn attenuated(&self, m: &Moments, a: &Node, b: &Node, measure: f64) -> [f64; 3] {
+        let (x, y) = (a.centre(), b.centre());
+        let r = (x - y).length();
+        let kappa: Bands =
+            if r > 1e-6 * a.radius() { self.sight.depth(x, y).map(|d| d / r) } else { [a.kappa as f64; 3] };
+        let mut kernel = [0.0; 3];
+        for (g, &band) in self.lead.iter().enumerate() {
+            kernel[g] = m.factor.value * m.transmittance(kappa[band]) / measure;
+        }
+        kernel
+    }
+
+    /// Two clusters close to each other: the exact mean kernel of what fills its box, else a mean over a few points.
+    fn flat_kernel(&self, i: usize, j: usize, a: &Node, b: &Node) -> [f64; 3] {
+        if boxed(a) && boxed(b) {
+            return self.box_kernel(a, b);
+        }
+        let kernel = self.sight.mean_kernel(a, b, sequence::hash((j as u64) << 32 | i as u64));
+        let depth = self.sight.depth(a.centre(), b.centre());
+        let mut out = [0.0; 3];
+        for (g, &band) in self.lead.iter().enumerate() {
+            out[g] = kernel * (-depth[band]).exp();
+        }
+        out
+    }
+
+    /// The exact mean kernel of two boxes, or rectangles, along the axes.
+    fn box_kernel(&self, a: &Node, b: &Node) -> [f64; 3] {
+        let (p, q) = (cuboid(a), cuboid(b));
+        let c = self.boxes.get_cumulants(&p, &q);
+        let m = Moments { factor: c.factor, mean: c.mean_distance, variance: c.variance, third: c.third };
+        self.attenuated(&m, a, b, measure(&p) * measure(&q))
+    }
+
+    /// The kernel of two nodes before visibility and what it leaves open; `None` where they face away.
+    fn judge(&self, i: usize, j: usize, leaves: bool) -> Option<Judged> {
+        let (a, b) = (&self.tree.nodes[i], &self.tree.nodes[j]);
+        let (sa, sb) = (&self.spots[i], &self.spots[j]);
+        let mut cut = a.kind == Kind::Mixed || b.kind == Kind::Mixed;
+        for (p, q) in [(a, b), (b, a)] {
+            if p.kind == Kind::Patch {
+                let [low, high] = heights(p, q);
+                if high <= 1e-9 * (p.radius() + q.radius()) {
+                    return None;
+                }
+                cut |= low < -1e-6 * q.radius();
+            }
+        }
+        let place = Place::new(sa, sb);
+        let depth = self.sight.depth(a.centre(), b.centre());
+        let mut kernel = [0.0; 3];
+        for (g, &band) in self.lead.iter().enumerate() {
+            kernel[g] = (-depth[band]).exp();
+        }
+        if place.flat || cut {
+            // A guess from above, for the decision alone; taken pairs of volumes get their exact mean.
+            let floor = 0.1 * (a.radius() + b.radius()).powi(2);
+            let geometry = 1.0 / (std::f64::consts::PI * (place.r * place.r).max(floor));
+            let mut share = 1.0;
+            for (n, h) in [(a, place.along[0]), (b, place.along[1])] {
+                if n.kind == Kind::Patch {
+                    let reach = (place.r + a.radius() + b.radius()).max(1e-300);
+                    share *=
+                        ((h / reach).max(0.0) + 0.25 * (1.0 - (place.r / reach).min(1.0))).clamp(0.02, 1.0);
+                }
+            }
+            (0..self.lead.len()).for_each(|g| kernel[g] *= geometry * share);
+            let relative = if i == j {
+                1.0
+            } else if boxed(a) && boxed(b) {
+                FLAT
+            } else {
+                CUT
+            };
+            return Some(Judged {
+                kernel,
+                relative: [relative; 2],
+                source: [0.5 * relative; 2],
+                q: [1.0; 2],
+                flat: true,
+            });
+        }
+        let kappa = 0.5 * (sa.kappa + sb.kappa) as f64;
+        let l = place.gradient(sa, sb, kappa);
+        let curve = Curve::new(&place, a, b, l, kappa);
+        (0..self.lead.len()).for_each(|g| kernel[g] *= place.geometry * curve.mean);
+        let q = curve.q;
+        let exact = boxed(a) && boxed(b);
+        let bias = if exact { 0.0 } else { curve.curvature * curve.curvature };
+        let at = |e: usize, leaf: bool| bias + if leaf { 0.5 * q[e] } else { q[e] };
+        let half = |e: usize, leaf: bool| if leaf { 0.0 } else { 0.5 * q[e] * q[e].sqrt() };
+        let _ = leaves;
+        Some(Judged {
+            kernel,
+            relative: [at(0, a.is_leaf()), at(1, b.is_leaf())],
+            source: [half(1, b.is_leaf()), half(0, a.is_leaf())],
+            q,
+            flat: false,
+        })
+    }
+}
+
+/// True where the box of a cluster stands for it.
+fn boxed(n: &Node) -> bool {
+    n.kind == Kind::Voxel || n.full
+}
+
+fn cuboid(n: &Node) -> Cuboid {
+    let axis = (0..3).find(|&x| n.kind == Kind::Patch && n.normal[x].abs() > 0.5);
+    let mut hi = n.hi;
+    if let Some(x) = axis {
+        let mut h = hi.array();
+        h[x] = n.lo[x];
+        hi = Vec3::from_array(h);
+    }
+    Cuboid { lo: n.lo, hi, normal: axis.map(|x| (x, if n.normal[x] > 0.0 { 1 } else { -1 })) }
+}
+
+fn measure(c: &Cuboid) -> f64 {
+    let e = c.hi - c.lo;
+    c.normal.map_or(e.product(), |(x, _)| e[(x + 1) % 3] * e[(x + 2) % 3])
+}
