@@ -27,6 +27,21 @@ pub fn r3(n: usize, shift: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| wrap(0.5 + shift[k] + n as f64 * R3[k]))
 }
 
+/// The `n`-th point of Sobol's sequence in the unit square, its digits scrambled: the first 2^k points, and each 2^k after, have one in
+/// every box of area 2^−k that halving makes.
+pub fn net(n: u32, scramble: [u32; 2]) -> [f64; 2] {
+    let (mut rest, mut direction, mut second) = (n, 1u32 << 31, 0u32);
+    while rest != 0 {
+        if rest & 1 == 1 {
+            second ^= direction;
+        }
+        rest >>= 1;
+        direction ^= direction >> 1;
+    }
+    let unit = |x: u32| wrap((x as f64 + 0.5) / (1u64 << 32) as f64);
+    [unit(n.reverse_bits() ^ scramble[0]), unit(second ^ scramble[1])]
+}
+
 /// A well-mixed 64-bit hash (SplitMix64's finaliser), for decorrelated shifts.
 pub fn hash(mut z: u64) -> u64 {
     z = z.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -43,6 +58,18 @@ pub fn unit(seed: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_box_of_a_net_has_one_point() {
+        for (a, b) in [(4, 4), (16, 1), (2, 8)] {
+            let mut hit = vec![0; 16];
+            for n in 32..48 {
+                let [x, y] = net(n, [0x1234_5678, 0x9abc_def0]);
+                hit[(x * a as f64) as usize * b + (y * b as f64) as usize] += 1;
+            }
+            assert!(hit.iter().all(|h| *h == 1), "{a} {b}: {hit:?}");
+        }
+    }
 
     #[test]
     fn points_stay_in_the_unit_square_and_fill_it() {

@@ -4,22 +4,15 @@
 //! round, by rays that start at the light: what it sends in, what leaves again, what ends on black backs. Both must agree;
 //! where closure is restored, the gathered fields are scaled so that they do, and the change is told.
 
-use crate::surroundings::{cosine, fate, voxel_point};
+use crate::gather::{Gathered, gather};
+use crate::surroundings::{cosine, fate};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, sequence, vec3};
-use zonal_scene::{Bands, Light, PaneZone, Progress, Scene, Zones, bands};
+use zonal_scene::{Bands, Light, Progress, Scene, Zones, bands};
 use zonal_transport::Transport;
-use zonal_transport::direct::{Lamp, Receiver};
+use zonal_transport::direct::{Lamp, Source};
 
-/// Points of a patch or a pane.
-const SURFACE_POINTS: usize = 48;
-/// Points of a voxel.
-const VOLUME_POINTS: usize = 64;
-/// Points of an emitter for each point of a zone.
-const LIGHT_SAMPLES: usize = 4;
-/// Points of the sky for each point of a zone.
-const SKY_SAMPLES: usize = 6;
 /// A ray dimmed by less has met nothing: rounding where the medium's box and a wall coincide.
 const CLEAR: f64 = 1e-9;
 /// Beyond this relative disagreement with the power measured at the light, fields are left as they are: something is wrong that
@@ -35,6 +28,10 @@ pub struct Lit {
     pub name: String,
     /// H_dir of patches, G_dir of volume zones, W/m², one entry a zone.
     pub fields: Vec<Bands>,
+    /// Standard error of the largest band of `fields`, W/m², one entry a zone.
+    pub error: Vec<f64>,
+    /// Shadow rays.
+    pub rays: u64,
     /// Power that came in, from a sun or a sky.
     pub incoming: Bands,
     /// Power emitted, by a surface that counts as direct light.
@@ -107,7 +104,7 @@ pub fn light(
     progress: &dyn Progress,
 ) -> Lit {
     let light = &scene.lights()[index];
-    let mut fields = gather(scene, zones, transport, light, progress);
+    let Gathered { mut fields, error, rays } = gather(scene, zones, transport, light, progress);
     let beam = beam(scene, transport, light);
     let factor = if normalise { agreement(zones, &fields, &beam) } else { [1.0; 3] };
     let change = factor.iter().fold(0.0f64, |m, f| m.max((f - 1.0).abs()));
@@ -127,6 +124,8 @@ pub fn light(
     Lit {
         name,
         fields,
+        error,
+        rays,
         incoming,
         emitted,
         escaped: beam.escaped,
@@ -152,92 +151,6 @@ fn agreement(zones: &Zones, fields: &[Bands], beam: &Beam) -> Bands {
     })
 }
 
-/// A light as the zones see it: with as many points as they deserve.
-struct Illuminant<'a> {
-    transport: &'a Transport<'a>,
-    lamp: Lamp<'a>,
-    samples: usize,
-}
-
-impl<'a> Illuminant<'a> {
-    fn new(scene: &'a Scene, transport: &'a Transport<'a>, light: &'a Light) -> Illuminant<'a> {
-        let samples = match light {
-            Light::Sun { .. } => 1,
-            Light::Sky { .. } => SKY_SAMPLES,
-            Light::Emitter { .. } => LIGHT_SAMPLES,
-        };
-        Illuminant { transport, lamp: Lamp::new(scene, light), samples }
-    }
-
-    /// H or G at a point, W/m².
-    fn at(&self, point: Vec3, receiver: Receiver, seed: u64) -> Bands {
-        self.lamp.gather(self.transport, point, receiver, self.samples, seed)
-    }
-}
-
-fn gather(
-    scene: &Scene,
-    zones: &Zones,
-    transport: &Transport,
-    light: &Light,
-    progress: &dyn Progress,
-) -> Vec<Bands> {
-    let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
-    progress.begin("direct light", zones.len() as u64);
-    let source = Illuminant::new(scene, transport, light);
-    let shift = |i: usize, m: u64| sequence::unit((i as u64) << 3 | m);
-    let out = (0..zones.len())
-        .into_par_iter()
-        .map(|i| {
-            progress.advance(1);
-            let mut sum = [0.0; 3];
-            let mut add = |v: Bands, n: usize| (0..3).for_each(|b| sum[b] += v[b] / n as f64);
-            let seed = |k: usize| (i * VOLUME_POINTS + k) as u64;
-            if i < zones.voxel_offset() {
-                let p = &zones.patches[i];
-                for k in 0..SURFACE_POINTS {
-                    let [u, v] = p.plate.warp(sequence::r2(k, [shift(i, 0), shift(i, 1)]));
-                    let h = source.at(p.plate.at(u, v), Receiver::Surface(p.normal), seed(k));
-                    add(h, SURFACE_POINTS);
-                }
-            } else if i < zones.pane_offset() {
-                let z = &zones.voxels[i - zones.voxel_offset()];
-                for k in 0..VOLUME_POINTS {
-                    let u = sequence::r3(k, [shift(i, 0), shift(i, 1), shift(i, 2)]);
-                    let g = source.at(voxel_point(z, cell, u), Receiver::Free, seed(k));
-                    add(g, VOLUME_POINTS);
-                }
-            } else {
-                let p = &zones.panes[i - zones.pane_offset()];
-                for k in 0..SURFACE_POINTS {
-                    let [u, v] = p.plate.warp(sequence::r2(k, [shift(i, 0), shift(i, 1)]));
-                    add(pane_fluence(&source, p, p.plate.at(u, v), seed(k)), SURFACE_POINTS);
-                }
-            }
-            sum
-        })
-        .collect();
-    progress.end();
-    out
-}
-
-/// Fluence inside a pane that stands for what it takes from the light: κ G t = Σ E c (1 − e^{−κt/c}), c the cosine.
-fn pane_fluence(source: &Illuminant, p: &PaneZone, at: Vec3, seed: u64) -> Bands {
-    let front = source.at(at, Receiver::Surface(p.normal), seed);
-    let back = source.at(at, Receiver::Surface(-p.normal), seed);
-    let fluence = source.at(at, Receiver::Free, seed);
-    bands(|b| {
-        let flux = front[b] + back[b];
-        if flux <= 0.0 || fluence[b] <= 0.0 {
-            return 0.0;
-        }
-        let cos = (flux / fluence[b]).clamp(1e-6, 1.0);
-        let depth = p.extinction[b] * p.thickness;
-        let share = if depth > 1e-12 { -(-depth / cos).exp_m1() / depth } else { 1.0 / cos };
-        flux * share
-    })
-}
-
 /// What a light sends and loses, W.
 #[derive(Clone, Copy, Debug, Default)]
 struct Beam {
@@ -249,12 +162,13 @@ struct Beam {
 fn beam(scene: &Scene, transport: &Transport, light: &Light) -> Beam {
     // A fixed number of blocks summed in order: the same bits for any number of threads.
     const BLOCK: usize = 1 << 10;
+    let lamp = Lamp::new(scene, light);
     let parts: Vec<Beam> = (0..BEAM_RAYS / BLOCK)
         .into_par_iter()
         .map(|block| {
             let mut sum = Beam::default();
             for k in block * BLOCK..(block + 1) * BLOCK {
-                beam_ray(scene, transport, light, k, &mut sum);
+                beam_ray(scene, transport, &lamp, k, &mut sum);
             }
             sum
         })
@@ -270,11 +184,11 @@ fn beam(scene: &Scene, transport: &Transport, light: &Light) -> Beam {
     out
 }
 
-fn beam_ray(scene: &Scene, transport: &Transport, light: &Light, k: usize, sum: &mut Beam) {
+fn beam_ray(scene: &Scene, transport: &Transport, lamp: &Lamp, k: usize, sum: &mut Beam) {
     let (lo, hi) = scene.bounds();
     let (centre, radius) = ((lo + hi) * 0.5, 0.5 * scene.diagonal() * (1.0 + 1e-9));
     let (u, v) = four(k);
-    match light {
+    match lamp.light() {
         Light::Sun { direction, irradiance, angular_diameter, .. } => {
             // The rectangle that the bounds throw across the beam.
             let dir =
@@ -297,7 +211,7 @@ fn beam_ray(scene: &Scene, transport: &Transport, light: &Light, k: usize, sum: 
             let power = radiance.map(|l| l * PI * 4.0 * PI * radius * radius);
             enter(scene, transport, centre + out * radius, dir, power, sum);
         }
-        Light::Emitter { surface } => emitter_ray(scene, transport, *surface, k, u, v, sum),
+        Light::Emitter { .. } => emitter_ray(scene, transport, lamp, k, u, v, sum),
     }
 }
 
@@ -334,30 +248,21 @@ fn enter(scene: &Scene, transport: &Transport, origin: Vec3, dir: Vec3, power: B
 fn emitter_ray(
     scene: &Scene,
     transport: &Transport,
-    surface: usize,
+    lamp: &Lamp,
     k: usize,
     u: [f64; 2],
     v: [f64; 2],
     sum: &mut Beam,
 ) {
-    let both = scene.surfaces()[surface].sides == zonal_scene::Sides::Both;
-    let facets: Vec<usize> =
-        (0..scene.facets().len()).filter(|&f| scene.facets()[f].surface == surface).collect();
-    let total: f64 = facets.iter().map(|&f| scene.facets()[f].plate.area()).sum();
-    let mut rest = sequence::r1(k, 0.25) * total;
-    let Some(&facet) = facets.iter().find(|&&f| {
-        rest -= scene.facets()[f].plate.area();
-        rest <= 0.0
-    }) else {
+    let Some(Source::Point { at, normal, both, power, .. }) =
+        lamp.source([u[0], u[1], sequence::r1(k, 0.25)])
+    else {
         return;
     };
-    let plate = &scene.facets()[facet].plate;
-    let [s, t] = plate.warp(u);
-    let flip = both && k % 2 == 1;
-    let normal = if flip { -plate.normal() } else { plate.normal() };
+    let normal = if both && k % 2 == 1 { -normal } else { normal };
     let sides = if both { 2.0 } else { 1.0 };
-    let power = scene.emission_at(facet, s, t).map(|e| e * total * sides);
-    let (share, back) = fate(scene, transport, plate.at(s, t), cosine(normal, v));
+    let power = power.map(|p| p * PI * sides);
+    let (share, back) = fate(scene, transport, at, cosine(normal, v));
     for b in 0..3 {
         sum.sent[b] += power[b];
         let lost = if back { &mut sum.backs } else { &mut sum.escaped };

@@ -3,7 +3,8 @@
 //! g_i,sky = ∬ τ (cosine) dω dA/π over the directions that leave the scene, likewise for the backs; for a volume zone without its κ.
 //! Rays start at low-discrepancy points of the zone, in directions of the kernel's density (cosine on a patch, uniform in a voxel,
 //! |cosine| with the pane's own share on a pane). First a few from every zone; where any of them escapes, the scene is open and every
-//! zone gets all its rays: a window that the first few miss still counts. Grade: statistical.
+//! zone gets all its rays: a window that the first few miss still counts. Millions of zones share a number of rays: few each, since
+//! their errors are independent, and twice as many where the first ones disagree. Grade: statistical.
 
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -14,6 +15,12 @@ use zonal_transport::Transport;
 
 /// Rays of the first look.
 const PILOT: usize = 64;
+/// Rays of all zones together, where they are many; times so many where the surroundings shine.
+const BUDGET: usize = 1 << 24;
+const SHINING: usize = 4;
+/// The fewest rays of a zone, and how many times its share one takes of whose first rays some escape.
+const FEW: usize = 8;
+const MIXED: usize = 2;
 
 /// The surroundings' share of each zone.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -37,37 +44,36 @@ impl Escape {
     ) -> Escape {
         let n = zones.len();
         progress.begin("surroundings", n as u64);
-        let shoot = |first: usize, last: usize| -> Vec<Lost> {
-            (0..n).into_par_iter().map(|i| one(scene, zones, transport, i, first..last)).collect()
-        };
-        let mut sums = shoot(0, PILOT.min(rays));
-        let mut shot = PILOT.min(rays);
-        if shot < rays && sums.iter().any(|x| *x != Lost::default()) {
-            let more = shoot(shot, rays);
-            for (s, m) in sums.iter_mut().zip(&more) {
-                (0..2).for_each(|k| s[k] = bands(|b| s[k][b] + m[k][b]));
-            }
-            shot = rays;
+        let each = (budget(scene) / n.max(1)).clamp(FEW.min(rays), rays);
+        let pilot = if each < rays { PILOT.min(each.div_ceil(2)) } else { PILOT.min(rays) };
+        let shoot = |i: usize, range| one(scene, zones, transport, i, range);
+        let mut found: Vec<One> = (0..n).into_par_iter().map(|i| shoot(i, 0..pilot)).collect();
+        if pilot < rays && found.iter().any(|x| x.count > 0) {
+            found.par_iter_mut().enumerate().for_each(|(i, x)| {
+                let mixed = x.count > 0 && x.count < x.shot;
+                x.add(&shoot(i, pilot..if mixed { (MIXED * each).min(rays) } else { each }));
+            });
         }
         progress.advance(n as u64);
         progress.end();
-        Escape::from_sums(&sums, zones, 1, shot)
+        Escape::from_counts(&found, zones, 1)
     }
 
-    /// Sums over `shot` rays from every `step`-th zone, made factors.
-    fn from_sums(sums: &[Lost], zones: &Zones, step: usize, shot: usize) -> Escape {
+    /// Sums over rays from every `step`-th zone, made factors.
+    fn from_counts(found: &[One], zones: &Zones, step: usize) -> Escape {
         let scaled = |k: usize| {
-            let one = |(i, x): (usize, &Lost)| x[k].map(|x| x * target(zones, i * step) / shot as f64);
-            sums.iter().enumerate().map(one).collect()
+            let one = |(i, x): (usize, &One)| x.sums[k].map(|s| s * target(zones, i * step) / x.shot as f64);
+            found.iter().enumerate().map(one).collect()
         };
-        Escape { sky: scaled(0), backs: scaled(1), rays: (sums.len() * shot) as u64 }
+        let rays = found.iter().map(|x| x.shot as u64).sum();
+        Escape { sky: scaled(0), backs: scaled(1), rays }
     }
 
     /// A quick look at every `step`-th zone.
     pub fn sample(scene: &Scene, zones: &Zones, transport: &Transport, rays: usize, step: usize) -> Escape {
-        let sums: Vec<Lost> =
+        let found: Vec<One> =
             (0..zones.len()).step_by(step).map(|i| one(scene, zones, transport, i, 0..rays)).collect();
-        Escape::from_sums(&sums, zones, step, rays)
+        Escape::from_counts(&found, zones, step)
     }
 
     /// True where no zone loses anything.
@@ -76,18 +82,40 @@ impl Escape {
     }
 }
 
-/// Sums over rays: what went to the sky, what ended on black backs.
-type Lost = [Bands; 2];
+/// What the rays of one zone met.
+#[derive(Clone, Copy, Debug, Default)]
+struct One {
+    /// Sums over the rays that went to the sky, and that ended on black backs.
+    sums: [Bands; 2],
+    /// Number of these rays.
+    count: u32,
+    /// Number of all rays.
+    shot: u32,
+}
 
-fn one(scene: &Scene, zones: &Zones, transport: &Transport, i: usize, rays: std::ops::Range<usize>) -> Lost {
+impl One {
+    fn add(&mut self, o: &One) {
+        self.sums = [0, 1].map(|k| bands(|b| self.sums[k][b] + o.sums[k][b]));
+        (self.count, self.shot) = (self.count + o.count, self.shot + o.shot);
+    }
+}
+
+/// Rays of all zones together; more where light comes in that way.
+fn budget(scene: &Scene) -> usize {
+    if scene.surroundings().radiance == [0.0; 3] { BUDGET } else { SHINING * BUDGET }
+}
+
+fn one(scene: &Scene, zones: &Zones, transport: &Transport, i: usize, rays: std::ops::Range<usize>) -> One {
     let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
-    let mut sums = Lost::default();
+    let mut found = One { shot: rays.len() as u32, ..One::default() };
     for k in rays {
         let (origin, dir, weight) = ray(zones, cell, i, k);
         let (share, back) = fate(scene, transport, origin, dir);
-        (0..3).for_each(|b| sums[back as usize][b] += share[b] * weight[b]);
+        found.count += u32::from(share != [0.0; 3]);
+        let sums = &mut found.sums[back as usize];
+        (0..3).for_each(|b| sums[b] += share[b] * weight[b]);
     }
-    sums
+    found
 }
 
 /// Transmittance of a ray that leaves the scene or ends on a black back (true), zero for one that ends on a zone.

@@ -134,6 +134,11 @@ impl<'a> Lamp<'a> {
         matches!(self.light, Light::Sun { angular_diameter, .. } if *angular_diameter == 0.0)
     }
 
+    /// True when [`Lamp::unhindered`] knows its light.
+    pub fn has_closed_form(&self) -> bool {
+        !self.closed.is_empty()
+    }
+
     /// The sample of the light at `s` ∈ [0,1)³ as seen from `point`; `None` where it contributes nothing.
     pub fn beam(&self, transport: &Transport, point: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<Beam> {
         match self.light {

@@ -1,0 +1,424 @@
+//! Direct light on the zones, with as many shadow rays as each deserves.
+//!
+//! Each sample joins a point x of the zone with a point of the light. With w its contribution where nothing lies between, τ what the
+//! medium and panes let pass (0 behind a facet) and U the light without obstacles (in closed form where it has one, else ⟨w⟩),
+//!
+//! ```text
+//! H or G = ⟨U(x)⟩ R      R = Σ w τ / Σ w
+//! ```
+//!
+//! so that a zone seen whole has no noise but that of τ. Points of the light form scrambled (0,2)-nets, those of the zone an R sequence;
+//! of m such points the share s that is seen errs by about
+//!
+//! ```text
+//! e = √(s(1−s)) m^(−3/4)     where the samples disagree (the border between seen and not seen runs through few of m strata)
+//! e = ½/(m+1)                where all agree, m counted over the zone and the cells around it
+//! ```
+//!
+//! A few samples first, everywhere; then more where U e exceeds a share of the solve's tolerance times the root mean square of the
+//! light over the zones of its kind. In open medium the ratios R of a cell and the 26 around it are averaged where the cell's own agrees
+//! with that within its error: a penumbra is wider than a cell unless the light is a sun. All numbers are functions of zone and index.
+
+use crate::surroundings::voxel_point;
+use rayon::prelude::*;
+use zonal_math::{Vec3, sequence};
+use zonal_scene::{Bands, Light, PaneZone, Progress, Scene, VoxelZone, Voxmap, Zones, bands};
+use zonal_transport::Transport;
+use zonal_transport::direct::{Lamp, Receiver};
+
+/// Samples of every patch, and of every voxel, at first.
+const PILOT: [usize; 2] = [8, 4];
+/// The fewest and the most samples of a zone that is looked at again.
+const AGAIN: [usize; 2] = [16, 256];
+/// Samples of a voxel whose ratio is averaged with those around it.
+const AVERAGED: usize = 16;
+/// Wanted error over tolerance and root mean square.
+const SHARE: f64 = 0.5;
+/// The ratio of a cell may differ from the mean around it by so many of its own errors.
+const AGREES: f64 = 3.0;
+/// A mean over 27 cells is taken to err by this share of the cell's own error.
+const CALMED: f32 = 0.25;
+/// Points of a pane, and samples of the light at each.
+const PANE_POINTS: usize = 48;
+const PANE_SAMPLES: usize = 6;
+/// Zones at a time.
+const CHUNK: usize = 256;
+
+/// A light on all zones.
+pub(crate) struct Gathered {
+    /// H_dir of patches, G_dir of volume zones, W/m².
+    pub fields: Vec<Bands>,
+    /// Standard error of the largest band, W/m².
+    pub error: Vec<f64>,
+    /// Shadow rays.
+    pub rays: u64,
+}
+
+/// What the samples of one zone said.
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    count: usize,
+    /// Σ of U.
+    free: Bands,
+    /// Σ of w, and of w τ.
+    sent: Bands,
+    arrived: Bands,
+    /// Σ over samples of the largest band of w, its square, and those seen.
+    weight: f64,
+    square: f64,
+    seen: f64,
+}
+
+fn largest(v: Bands) -> f64 {
+    v[0].max(v[1]).max(v[2])
+}
+
+impl Tally {
+    /// Share of the light that is seen; unknown where no sample could contribute.
+    fn share(&self) -> f64 {
+        if self.weight > 0.0 { self.seen / self.weight } else { 0.5 }
+    }
+    /// Arrived over sent.
+    fn ratio(&self) -> Bands {
+        bands(|b| if self.sent[b] > 0.0 { self.arrived[b] / self.sent[b] } else { 0.0 })
+    }
+}
+
+/// One light, ready to be gathered.
+struct Gatherer<'a> {
+    scene: &'a Scene,
+    zones: &'a Zones,
+    transport: &'a Transport<'a>,
+    lamp: Lamp<'a>,
+    /// True where U is had in closed form.
+    closed: bool,
+    /// True for points of the scene itself.
+    inside: bool,
+    cell: Vec3,
+}
+
+/// The outcome for one zone.
+#[derive(Clone, Copy, Default)]
+struct One {
+    /// ⟨U⟩.
+    full: Bands,
+    ratio: Bands,
+    /// Share seen, 0.5 where unknown.
+    share: f32,
+    /// Error relative to U; at first without what samples that all agree may have missed.
+    error: f32,
+    count: u16,
+}
+
+impl One {
+    fn value(&self) -> Bands {
+        bands(|b| self.full[b] * self.ratio[b])
+    }
+    /// Every sample was seen, or none.
+    fn agrees(&self) -> bool {
+        self.share == 0.0 || self.share == 1.0
+    }
+}
+
+impl<'a> Gatherer<'a> {
+    /// Adds samples `first..last` of zone `i`.
+    fn add(&self, t: &mut Tally, i: usize, first: usize, last: usize) {
+        let seed = |m: u64| sequence::hash((i as u64) << 3 | m);
+        let shift = [0, 1, 2].map(|m| sequence::unit((i as u64) << 3 | m));
+        let scramble = [seed(3) as u32, seed(4) as u32];
+        let turn = sequence::unit((i as u64) << 3 | 5);
+        let patch = self.zones.patches.get(i);
+        for k in first..last {
+            let [u, v, w] = sequence::r3(k, shift);
+            let (x, receiver) = match patch {
+                Some(p) => {
+                    let [u, v] = p.plate.warp([u, v]);
+                    (p.plate.at(u, v), Receiver::Surface(p.normal))
+                }
+                None => {
+                    let z = &self.zones.voxels[i - self.zones.voxel_offset()];
+                    (voxel_point(z, self.cell, [u, v, w]), Receiver::Free)
+                }
+            };
+            let [p, q] = sequence::net(k as u32, scramble);
+            self.sample(t, x, receiver, [p, q, sequence::r1(k, turn)]);
+        }
+    }
+
+    fn sample(&self, t: &mut Tally, x: Vec3, receiver: Receiver, s: [f64; 3]) {
+        t.count += 1;
+        if self.closed {
+            let free = self.lamp.unhindered(x, receiver);
+            if free == [0.0; 3] {
+                return;
+            }
+            t.free = bands(|b| t.free[b] + free[b]);
+        }
+        let Some(beam) = self.lamp.beam(self.transport, x, receiver, s) else {
+            return;
+        };
+        let w = largest(beam.flux);
+        t.weight += w;
+        t.square += w * w;
+        t.sent = bands(|b| t.sent[b] + beam.flux[b]);
+        let tau = match self.inside {
+            true => self.transport.transmittance_inside(x, beam.end),
+            false => self.transport.transmittance(x, beam.end),
+        };
+        if let Some(tau) = tau {
+            t.seen += w;
+            t.arrived = bands(|b| t.arrived[b] + tau[b] * beam.flux[b]);
+        }
+    }
+
+    fn one(&self, t: &Tally) -> One {
+        let m = t.count as f64;
+        let full = if self.closed { t.free } else { t.sent }.map(|x| x / m);
+        let s = t.share();
+        // Without a closed form the flux itself is a mean over samples.
+        let relative =
+            if t.weight > 0.0 { (m * t.square / (t.weight * t.weight) - 1.0).max(0.0) } else { 0.0 };
+        let flux = if self.closed { 0.0 } else { s * s * relative };
+        One {
+            full,
+            ratio: t.ratio(),
+            share: s as f32,
+            error: ((s * (1.0 - s) + flux).sqrt() * m.powf(-0.75)) as f32,
+            count: t.count.min(u16::MAX as usize) as u16,
+        }
+    }
+
+    /// Zone `i` from `samples` samples.
+    fn look(&self, i: usize, samples: usize) -> One {
+        let mut t = Tally::default();
+        self.add(&mut t, i, 0, samples);
+        self.one(&t)
+    }
+
+    /// Zone `i` again, until its error is `wanted` (W/m²) or its samples are `most`.
+    fn again(&self, i: usize, most: usize, wanted: f64) -> One {
+        let (mut t, least) = (Tally::default(), AGAIN[0]);
+        self.add(&mut t, i, 0, least);
+        let mut one = self.one(&t);
+        let spread = error(&one, 0);
+        let full = largest(one.full);
+        if spread * full > wanted && t.count < most {
+            // e falls like m^(−3/4), or like 1/m where all agree.
+            let power = if one.agrees() { 1.0 } else { 4.0 / 3.0 };
+            let more = (least as f64 * (spread * full / wanted).powf(power)).min(most as f64);
+            let total = (more.ceil() as usize).next_power_of_two().clamp(2 * least, most);
+            self.add(&mut t, i, least, total);
+            one = self.one(&t);
+        }
+        One { error: error(&one, 0) as f32, ..one }
+    }
+
+    /// `f` of the first `n` zones.
+    fn all(&self, n: usize, progress: &dyn Progress, f: impl Fn(usize) -> One + Sync) -> Vec<One> {
+        let mut out = vec![One::default(); n];
+        out.par_chunks_mut(CHUNK).enumerate().for_each(|(c, list)| {
+            list.iter_mut().enumerate().for_each(|(k, one)| *one = f(c * CHUNK + k));
+            progress.advance(list.len() as u64);
+        });
+        out
+    }
+
+    /// G_dir of pane zone `k` and its error, from two halves of its points.
+    fn pane(&self, k: usize) -> [Bands; 2] {
+        let (p, i) = (&self.zones.panes[k], self.zones.pane_offset() + k);
+        let shift = [0, 1].map(|m| sequence::unit((i as u64) << 3 | m));
+        let mut halves = [[0.0; 3]; 2];
+        for n in 0..PANE_POINTS {
+            let [u, v] = p.plate.warp(sequence::r2(n, shift));
+            let g = self.pane_fluence(p, p.plate.at(u, v), (i * PANE_POINTS + n) as u64);
+            let half = &mut halves[n % 2];
+            *half = bands(|b| half[b] + g[b] / (PANE_POINTS / 2) as f64);
+        }
+        let [x, y] = halves;
+        [bands(|b| 0.5 * (x[b] + y[b])), bands(|b| 0.5 * (x[b] - y[b]).abs())]
+    }
+
+    /// Fluence inside a pane that stands for what it takes from the light: κ G t = Σ E c (1 − e^{−κt/c}), c the cosine.
+    fn pane_fluence(&self, p: &PaneZone, at: Vec3, seed: u64) -> Bands {
+        let source = |r: Receiver| self.lamp.gather(self.transport, at, r, PANE_SAMPLES, seed);
+        let front = source(Receiver::Surface(p.normal));
+        let back = source(Receiver::Surface(-p.normal));
+        let fluence = source(Receiver::Free);
+        bands(|b| {
+            let flux = front[b] + back[b];
+            if flux <= 0.0 || fluence[b] <= 0.0 {
+                return 0.0;
+            }
+            let cos = (flux / fluence[b]).clamp(1e-6, 1.0);
+            let depth = p.extinction[b] * p.thickness;
+            let share = if depth > 1e-12 { -(-depth / cos).exp_m1() / depth } else { 1.0 / cos };
+            flux * share
+        })
+    }
+
+    /// The voxel zones of a cell and of those that share a face with it.
+    fn around(&self, map: &Voxmap, cell: usize) -> impl Iterator<Item = usize> {
+        let (c, dims) = (map.coordinates(cell), map.dims());
+        let stride = [dims[1] * dims[2], dims[2], 1];
+        let below = (0..3).filter(move |&k| c[k] > 0).map(move |k| cell - stride[k]);
+        let above = (0..3).filter(move |&k| c[k] + 1 < dims[k]).map(move |k| cell + stride[k]);
+        let offset = self.zones.voxel_offset();
+        let cells = std::iter::once(cell).chain(below).chain(above);
+        cells.flat_map(|c| self.zones.of_cell(c)).map(move |z| z + offset)
+    }
+
+    /// Samples around zone `i` that all agree with its own, apart from its own; none where some do not.
+    fn agreeing(&self, first: &[One], i: usize) -> usize {
+        let Some(map) = self.scene.voxmap().filter(|_| first[i].agrees()) else {
+            return 0;
+        };
+        let cell = if let Some(p) = self.zones.patches.get(i) {
+            map.cell_at(p.plate.centre() + p.normal * (0.25 * largest(map.cell().array())))
+                .map(|c| map.index(c))
+        } else {
+            Some(self.zones.voxels[i - self.zones.voxel_offset()].cell)
+        };
+        let Some(cell) = cell else {
+            return 0;
+        };
+        let others = || self.around(map, cell).filter(|&j| j != i);
+        let same = others().all(|j| first[j].share == first[i].share);
+        if same { others().map(|j| first[j].count as usize).sum() } else { 0 }
+    }
+}
+
+/// Error relative to U with `more` samples around that agree.
+fn error(one: &One, more: usize) -> f64 {
+    let prior = if one.agrees() { 0.5 / (one.count as f64 + more as f64 + 1.0) } else { 0.0 };
+    (one.error as f64).hypot(prior)
+}
+
+/// Root mean square of the largest band over some zones.
+fn root_mean_square(list: &[One]) -> f64 {
+    let square = |c: &[One]| c.iter().map(|o| largest(o.value()).powi(2)).sum::<f64>();
+    let parts: Vec<f64> = list.par_chunks(CHUNK).map(square).collect();
+    (parts.iter().sum::<f64>() / list.len().max(1) as f64).sqrt()
+}
+
+/// Gathers one light on all zones.
+pub(crate) fn gather(
+    scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
+    light: &Light,
+    progress: &dyn Progress,
+) -> Gathered {
+    let lamp = Lamp::new(scene, light);
+    let g = Gatherer {
+        scene,
+        zones,
+        transport,
+        closed: lamp.has_closed_form(),
+        inside: matches!(light, Light::Emitter { .. }),
+        cell: scene.voxmap().map_or(Vec3::ZERO, |v| v.cell()),
+        lamp,
+    };
+    let (n, patches) = (zones.pane_offset(), zones.voxel_offset());
+    progress.begin("direct light", 2 * n as u64);
+    let first = g.all(n, progress, |i| g.look(i, PILOT[usize::from(i >= patches)]));
+    let limits = [&first[..patches], &first[patches..]]
+        .map(|kind| SHARE * scene.options().tolerance * root_mean_square(kind));
+    let wanted = |i: usize| limits[usize::from(i >= patches)];
+    let open = scene.voxmap().filter(|_| !matches!(light, Light::Sun { .. })).map(|m| Open::new(&g, m));
+    let open = |i: usize| open.as_ref().filter(|o| i >= patches && o.holds(zones, i - patches));
+    let second = g.all(n, progress, |i| {
+        let more = g.agreeing(&first, i);
+        if largest(first[i].full) * error(&first[i], more) <= wanted(i) {
+            return One { error: error(&first[i], more) as f32, ..first[i] };
+        }
+        let most = if open(i).is_some() { AVERAGED } else { AGAIN[1] };
+        g.again(i, most, wanted(i))
+    });
+    let counted = |list: &[One]| list.iter().map(|o| o.count as u64).sum::<u64>();
+    let rays = counted(&first) + counted(&second);
+    drop(first);
+    let settled = |i: usize| -> (Bands, f64, u64) {
+        let own = &second[i];
+        let told = |o: &One| (o.value(), largest(o.full) * o.error as f64, 0);
+        let Some(open) = open(i).filter(|_| largest(own.full) * own.error as f64 > wanted(i)) else {
+            return told(own);
+        };
+        let mean = open.mean(zones, &second[patches..], i - patches);
+        let off = (0..3).map(|b| (own.ratio[b] - mean[b]).abs()).fold(0.0, f64::max);
+        if off <= AGREES * own.error as f64 {
+            let calm = One { ratio: mean, error: CALMED * own.error, ..*own };
+            return told(&calm);
+        }
+        let again = g.again(i, AGAIN[1], wanted(i));
+        (again.value(), largest(again.full) * again.error as f64, again.count as u64)
+    };
+    let settled: Vec<(Bands, f64, u64)> = (0..n).into_par_iter().map(settled).collect();
+    let panes: Vec<[Bands; 2]> = (0..zones.panes.len()).into_par_iter().map(|k| g.pane(k)).collect();
+    progress.end();
+    Gathered {
+        fields: settled.iter().map(|s| s.0).chain(panes.iter().map(|p| p[0])).collect(),
+        error: settled.iter().map(|s| s.1).chain(panes.iter().map(|p| largest(p[1]))).collect(),
+        rays: rays + settled.iter().map(|s| s.2).sum::<u64>(),
+    }
+}
+
+/// Where a cell and the 26 around it are whole, with no facet between them.
+struct Open<'a> {
+    map: &'a Voxmap,
+    /// For each voxel zone, bit k: whole, and nothing between its centre and that of the whole next cell along axis k.
+    free: Vec<u8>,
+}
+
+impl<'a> Open<'a> {
+    fn new(g: &Gatherer, map: &'a Voxmap) -> Open<'a> {
+        let (zones, dims) = (g.zones, map.dims());
+        let stride = [dims[1] * dims[2], dims[2], 1];
+        let whole = |cell: usize| {
+            let of = zones.of_cell(cell);
+            (of.len() == 1 && zones.voxels[of.start].part.is_empty()).then(|| &zones.voxels[of.start])
+        };
+        let bits = |z: &VoxelZone| {
+            let c = map.coordinates(z.cell);
+            let free = |k: &usize| {
+                z.part.is_empty()
+                    && c[*k] + 1 < dims[*k]
+                    && whole(z.cell + stride[*k])
+                        .is_some_and(|next| !g.transport.blocked_inside(z.centre, next.centre))
+            };
+            (0..3).filter(free).map(|k| 1 << k).sum()
+        };
+        Open { map, free: zones.voxels.par_iter().map(bits).collect() }
+    }
+
+    /// The cells around voxel zone `z`, itself among them; none at the border of the grid.
+    fn block(&self, cell: usize) -> Option<impl Iterator<Item = (usize, [usize; 3])>> {
+        let (c, dims) = (self.map.coordinates(cell), self.map.dims());
+        let inner = (0..3).all(|k| c[k] > 0 && c[k] + 1 < dims[k]);
+        let map = self.map;
+        inner.then(|| {
+            (0..27).map(move |n| {
+                let d = [n / 9, n / 3 % 3, n % 3];
+                (map.index([0, 1, 2].map(|k| c[k] + d[k] - 1)), d)
+            })
+        })
+    }
+
+    fn holds(&self, zones: &Zones, z: usize) -> bool {
+        let linked = |(cell, d): (usize, [usize; 3])| {
+            let of = zones.of_cell(cell);
+            let need: u8 = (0..3).filter(|&k| d[k] < 2).map(|k| 1 << k).sum();
+            of.len() == 1 && zones.voxels[of.start].part.is_empty() && self.free[of.start] & need == need
+        };
+        self.block(zones.voxels[z].cell).is_some_and(|mut b| b.all(linked))
+    }
+
+    /// Mean ratio over the 27 cells.
+    fn mean(&self, zones: &Zones, list: &[One], z: usize) -> Bands {
+        let mut sum = [0.0; 3];
+        for (cell, _) in self.block(zones.voxels[z].cell).into_iter().flatten() {
+            let one = &list[zones.of_cell(cell).start];
+            (0..3).for_each(|b| sum[b] += one.ratio[b]);
+        }
+        sum.map(|x| x / 27.0)
+    }
+}
