@@ -1,7 +1,8 @@
 //! Lights turned up and down in a solution, without solving: the equations are linear in what shines.
 //!
 //! A relit solution is the solution of the scene with those lights changed, and says so: its scene, zones, fields, balance and report are
-//! those of that scene. Its groups can be relit again; one that was put out stays out.
+//! those of that scene. Its groups can be relit again; one that was put out stays out. (Solved afresh, a scene whose surroundings were
+//! put out measures what escapes with fewer rays: there the two agree to the error of that.)
 //!
 //! A change of reflectance or albedo is not linear. [`repainted`] gives the scene to solve then; no factor depends on either.
 

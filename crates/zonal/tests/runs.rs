@@ -7,7 +7,9 @@ use support::{COLUMNS, Folder, ROOM, VOXELS, solution, text};
 #[test]
 fn every_command_explains_itself() {
     let f = Folder::new();
-    for command in ["demo", "check", "solve", "render", "export", "exchange", "factors", "reproduce"] {
+    for command in
+        ["demo", "check", "solve", "relight", "render", "export", "exchange", "factors", "reproduce"]
+    {
         assert!(f.done(&[command, "--help"]).contains("Usage: zonal"));
         assert!(f.done(&["--help"]).contains(command));
     }

@@ -1,8 +1,8 @@
-//! The scene hash: 128-bit FNV-1a over the numbers of a scene, in a fixed order, as 32 hexadecimal digits.
+//! The scene hash: 128-bit FNV-1a over the numbers of a scene, in a fixed order, word by word, as 32 hexadecimal digits.
 //!
-//! h ← (h xor byte)·p for every byte, with the offset basis and the prime p = 2⁸⁸ + 2⁸ + 0x3b of the FNV page. Every number
-//! goes in as little-endian f64 (−0 as 0) or u64, every list with its length first. Names, notes and cameras are left out: they
-//! change no solution. It tells scenes apart; it is no protection against a forger.
+//! h ← (h xor word)·p for every word of 64 bits, with the offset basis and the prime p = 2⁸⁸ + 2⁸ + 0x3b of the FNV page, which takes
+//! bytes where this takes words: eight times as fast. Every number goes in as f64 (−0 as 0) or u64, every list with its length first.
+//! Names, notes and cameras are left out: they change no solution. It tells scenes apart; it is no protection against a forger.
 
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Light, Plate, PlateKind, Scene, Sides};
@@ -13,16 +13,14 @@ const PRIME: u128 = 0x0000000001000000000000000000013b;
 struct Fnv(u128);
 
 impl Fnv {
-    fn bytes(&mut self, bytes: &[u8]) {
-        for &b in bytes {
-            self.0 = (self.0 ^ b as u128).wrapping_mul(PRIME);
-        }
+    fn word(&mut self, word: u64) {
+        self.0 = (self.0 ^ word as u128).wrapping_mul(PRIME);
     }
     fn int(&mut self, n: usize) {
-        self.bytes(&(n as u64).to_le_bytes());
+        self.word(n as u64);
     }
     fn real(&mut self, x: f64) {
-        self.bytes(&(x + 0.0).to_bits().to_le_bytes());
+        self.word((x + 0.0).to_bits());
     }
     fn reals(&mut self, xs: &[f64]) {
         xs.iter().for_each(|&x| self.real(x));
@@ -42,7 +40,7 @@ impl Fnv {
     }
 }
 
-/// The hash of everything in a scene that a solution depends on: 32 hexadecimal digits of FNV-1a.
+/// The hash of everything in a scene that a solution depends on: 32 hexadecimal digits of FNV-1a over words.
 pub fn scene_hash(scene: &Scene) -> String {
     let mut h = Fnv(BASIS);
     surfaces(&mut h, scene);
@@ -165,10 +163,10 @@ mod tests {
     #[test]
     fn the_standard_test_vectors_hold() {
         let mut h = Fnv(BASIS);
-        h.bytes(b"a");
+        b"a".iter().for_each(|b| h.word(*b as u64));
         assert_eq!(format!("{:032x}", h.0), "d228cb696f1a8caf78912b704e4a8964");
         let mut h = Fnv(BASIS);
-        h.bytes(b"foobar");
+        b"foobar".iter().for_each(|b| h.word(*b as u64));
         assert_eq!(format!("{:032x}", h.0), "343e1662793c64bf6f0d3597ba446f18");
     }
 }

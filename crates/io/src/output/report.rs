@@ -20,7 +20,7 @@ pub fn report_json(s: &Solution) -> Value {
     });
     v["provenance"] = json!({
         "scene_hash": s.scene_hash,
-        "scene_hash_function": "FNV-1a, 128 bits",
+        "scene_hash_function": "FNV-1a over 64-bit words, 128 bits",
         "version": s.version,
         "tolerance": s.scene.options().tolerance,
         "grade": s.report.grade.word(),

@@ -2,7 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `key` | one line: what the stages belong to |
+//! | `zonal.key` | one line: what the stages belong to |
 //! | `NAME.stage` | `zonal stage 1\n`, the length of the key (u32) and the key, CRC-32 of the bytes (u32), the bytes |
 //!
 //! Every file is written beside its target and renamed, so that a kill at any moment leaves the old one or the new one. A stage that is
@@ -18,6 +18,9 @@ use std::sync::Mutex;
 use zonal_scene::Vault;
 
 const MAGIC: &[u8] = b"zonal stage 1\n";
+
+/// The file that says what the stages belong to.
+const KEY: &str = "zonal.key";
 
 /// The stage that depends on all of the scene.
 const STATE: &str = "krylov";
@@ -62,7 +65,7 @@ impl Folder {
 
     /// Whether it holds stages, and whose: `key` is the one that the folder should have.
     fn held_by(&self, key: &str) -> Held {
-        match fs::read_to_string(self.path.join("key")) {
+        match fs::read_to_string(self.path.join(KEY)) {
             Ok(text) if text.trim_end() == key => Held::Same,
             Ok(_) => Held::Other,
             Err(_) if self.stages().is_empty() => Held::Nothing,
@@ -89,7 +92,7 @@ impl Folder {
     }
 
     fn put_key(&self, key: &str) -> Result<(), FileError> {
-        write_atomic(&self.path.join("key"), |out| writeln!(out, "{key}"))
+        write_atomic(&self.path.join(KEY), |out| writeln!(out, "{key}"))
     }
 
     /// Our own files in it, whole and unfinished.
@@ -100,7 +103,7 @@ impl Folder {
             name.ends_with(".stage")
                 || (name.starts_with('.')
                     && name.ends_with(".partial")
-                    && (name.contains(".stage.") || name.starts_with(".key.")))
+                    && (name.contains(".stage.") || name.starts_with(".zonal.key.")))
         };
         entries.filter_map(|e| Some(e.ok()?.path())).filter(ours).collect()
     }
@@ -110,7 +113,7 @@ impl Folder {
         for p in self.stages() {
             let _ = fs::remove_file(p);
         }
-        let _ = fs::remove_file(self.path.join("key"));
+        let _ = fs::remove_file(self.path.join(KEY));
         let _ = fs::remove_dir(&self.path);
     }
 

@@ -122,7 +122,11 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         vault: folder.as_ref().map_or(&NoVault, |f| f as &dyn Vault),
         ..Job::new((args.max_memory * 1e9) as u64, &meter)
     };
-    let solution = signed(scene, &job).map_err(|e| Failure::in_file(&args.scene, e))?;
+    let solution = signed(scene, &job).map_err(|e| {
+        // A refusal is no interruption: there is nothing to go on from.
+        folder.iter().for_each(Folder::remove);
+        Failure::in_file(&args.scene, e)
+    })?;
     output::write_solution(&args.output, &solution)?;
     if let Some(folder) = folder {
         if let Some(e) = folder.failure() {

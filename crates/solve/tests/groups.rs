@@ -1,0 +1,267 @@
+//! Light groups: they sum to the whole, a relit solution is that of the relit scene, kept factors give what new ones would, and work
+//! that was broken off ends the same.
+
+mod common;
+
+use common::{read, solve};
+use std::collections::HashMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use zonal_scene::{Bands, Engine, Options, Quiet, Scene, Solution, SolveStatus, Values, Vault};
+use zonal_solve::relight::{relight, repainted};
+use zonal_solve::{Job, solve_job};
+
+/// Sun through an opening, a lamp as direct light, a glowing wall, warm smoke, a glowing pane, a sky beyond.
+const ROOM: &str = "
+[solve]
+patch_size = 0.5
+residual = 1e-12
+[[surface]]
+name = 'floor'
+rectangle = { origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }
+reflectance = [0.7, 0.4, 0.1]
+[[surface]]
+name = 'wall'
+rectangle = { origin = [0,0,0], edge1 = [0,1,0], edge2 = [0,0,1] }
+reflectance = 0.8
+emission = [0, 2, 1]
+[[surface]]
+name = 'lamp'
+rectangle = { origin = [0.9,0.4,0.8], edge1 = [0,0,0.1], edge2 = [0,0.2,0] }
+emission = 100
+[[pane]]
+name = 'glass'
+polygon = [[0.5,0.2,0.6], [0.9,0.2,0.6], [0.9,0.8,0.6]]
+thickness = 0.01
+extinction = [10, 20, 30]
+albedo = 0.5
+emission = 3
+[medium]
+min = [0,0,0]
+max = [1,1,1]
+cells = [2,2,2]
+extinction = [0.5, 1, 2]
+albedo = 0.6
+emission = 0.4
+[[light]]
+name = 'sun'
+kind = 'sun'
+direction = [0.3, 0.2, -1]
+irradiance = [30, 20, 10]
+[[light]]
+kind = 'emitter'
+surface = 'lamp'
+[surroundings]
+radiance = 0.1
+";
+
+const NAMES: [&str; 6] = ["sun", "lamp", "wall", "medium", "panes", "surroundings"];
+
+fn with(scene: Scene, change: impl FnOnce(&mut Options)) -> Scene {
+    let mut o = scene.options().clone();
+    change(&mut o);
+    scene.with_options(o).unwrap()
+}
+
+/// Largest difference of all fields, relative to the largest value of the field.
+fn apart(a: &Solution, b: &Solution) -> f64 {
+    let off = |x: &[Bands], y: &[Bands]| {
+        let most = y.iter().flatten().fold(0.0f64, |m, y| m.max(y.abs()));
+        let worst = x.iter().flatten().zip(y.iter().flatten()).fold(0.0f64, |w, (x, y)| w.max((x - y).abs()));
+        if most > 0.0 { worst / most } else { worst }
+    };
+    let (f, g) = (&a.fields, &b.fields);
+    [(&f.radiosity, &g.radiosity), (&f.incident, &g.incident), (&f.direct, &g.direct), (&f.error, &g.error)]
+        .into_iter()
+        .fold(0.0, |w, (x, y)| w.max(off(x, y)))
+}
+
+fn powers(s: &Solution) -> Vec<f64> {
+    let e = &s.report.energy;
+    let mut all =
+        vec![e.emitted, e.incoming, e.absorbed_volumes, e.absorbed_panes, e.escaped, e.backs, e.residual];
+    all.extend(e.absorbed_surfaces.iter().map(|a| a.1));
+    all.into_iter().flatten().collect()
+}
+
+#[test]
+fn a_relit_solution_is_that_of_the_relit_scene() {
+    let s = solve(read(ROOM));
+    assert_eq!(s.groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>(), NAMES);
+    // Nothing changes when nothing is changed, to the bit.
+    let same = relight(s.clone(), &[]).unwrap();
+    assert_eq!(same.fields.incident, s.fields.incident);
+    assert_eq!(same.report.energy, s.report.energy);
+    let factors: [Bands; 6] = [[0.2; 3], [3.0; 3], [1.0, 0.0, 2.5], [0.5; 3], [0.0; 3], [7.0; 3]];
+    let wanted: Vec<(String, Bands)> = NAMES.iter().map(|n| n.to_string()).zip(factors).collect();
+    let relit = relight(s.clone(), &wanted).unwrap();
+    let fresh = solve(relit.scene.clone());
+    let off = apart(&relit, &fresh);
+    assert!(off < 1e-9, "{off:e}");
+    for (x, y) in powers(&relit).iter().zip(powers(&fresh)) {
+        assert!((x - y).abs() < 1e-9 * relit.report.energy.incoming[0].max(1.0), "{x} {y}");
+    }
+    assert_eq!(relit.zones, fresh.zones);
+    let e = relit.report.estimate.patches[0] / fresh.report.estimate.patches[0];
+    assert!((e - 1.0).abs() < 1e-9, "{e}");
+    // One after the other is all at once, and what is out stays out.
+    let twice = relight(relight(s, &wanted[..3]).unwrap(), &wanted[3..]).unwrap();
+    assert!(apart(&twice, &relit) < 1e-14);
+    let said = relight(relit, &[("panes".into(), [2.0; 3])]).unwrap_err().to_string();
+    assert!(said.contains("put out"), "{said}");
+}
+
+/// Links are refined for the light that there is, so both are right to the tolerance, not to the bit.
+#[test]
+fn a_relit_hierarchical_solution_agrees_to_the_tolerance() {
+    let tolerance = 0.03;
+    let scene = with(read(ROOM), |o| {
+        o.engine = Engine::Hierarchical;
+        o.tolerance = tolerance;
+        o.patch_size = Some(0.2);
+    });
+    let s = solve(scene);
+    assert_eq!(s.report.engine, "hierarchical");
+    assert!(s.groups.iter().all(|g| matches!(g.incident, Values::Single(_))));
+    let same = relight(s.clone(), &[]).unwrap();
+    assert!(apart(&same, &s) < 1e-6, "{}", apart(&same, &s));
+    let wanted = [("sun", 0.2), ("lamp", 3.0), ("wall", 2.0)].map(|(n, f)| (n.to_string(), [f; 3]));
+    let relit = relight(s, &wanted).unwrap();
+    let fresh = solve(relit.scene.clone());
+    let patches = fresh.zones.voxel_offset();
+    for part in [0..patches, patches..fresh.zones.len()] {
+        let [x, y] = [&relit, &fresh].map(|s| s.fields.incident[part.clone()].as_flattened());
+        let off: f64 = x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum();
+        let off = (off / y.iter().map(|y| y * y).sum::<f64>()).sqrt();
+        assert!(off <= tolerance, "{off}");
+    }
+}
+
+#[test]
+fn unknown_groups_are_named_with_those_that_are_there() {
+    let s = solve(read(ROOM));
+    let said = |list: &[(&str, f64)]| {
+        let list: Vec<(String, Bands)> = list.iter().map(|(n, f)| (n.to_string(), [*f; 3])).collect();
+        relight(s.clone(), &list).unwrap_err().to_string()
+    };
+    assert!(said(&[("moon", 1.0)]).contains("moon") && said(&[("moon", 1.0)]).contains(&NAMES.join(", ")));
+    assert!(said(&[("sun", 1.0), ("sun", 2.0)]).contains("two factors"));
+    assert!(said(&[("sun", -1.0)]).contains("from 0") && said(&[("sun", f64::NAN)]).contains("from 0"));
+    let merged = solve(with(read(ROOM), |o| o.groups = zonal_scene::Groups::All));
+    assert_eq!(merged.groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>(), ["all"]);
+    assert!(apart(&merged, &s) < 1e-9);
+    let dim = relight(merged, &[("all".into(), [0.5; 3])]).unwrap();
+    let want = powers(&s);
+    let n = want.len();
+    // The residual is no power.
+    for (k, (x, y)) in powers(&dim).iter().zip(&want).enumerate().filter(|(k, _)| !(18..21).contains(k)) {
+        assert!((x - 0.5 * y).abs() < 1e-9 * y.abs().max(1.0), "{k} of {n}: {x} {y}");
+    }
+    assert!(apart(&dim, &solve(dim.scene.clone())) < 1e-9);
+}
+
+/// Keeps stages in memory; gives up with a panic at the save number `last`.
+#[derive(Default)]
+struct Memory {
+    stages: Mutex<HashMap<String, Vec<u8>>>,
+    left: AtomicUsize,
+    loads: AtomicUsize,
+}
+
+impl Vault for Memory {
+    fn load(&self, stage: &str) -> Option<Vec<u8>> {
+        let found = self.stages.lock().unwrap().get(stage).cloned();
+        self.loads.fetch_add(found.is_some() as usize, Ordering::Relaxed);
+        found
+    }
+    fn save(&self, stage: &str, bytes: &[u8]) {
+        let left = self.left.load(Ordering::Relaxed);
+        assert!(left > 0, "killed");
+        self.left.store(left - 1, Ordering::Relaxed);
+        self.stages.lock().unwrap().insert(stage.into(), bytes.to_vec());
+    }
+}
+
+fn run(scene: &Scene, vault: &dyn Vault) -> Solution {
+    solve_job(scene.clone(), &Job { vault, ..Job::new(4 << 30, &Quiet) }).unwrap()
+}
+
+#[test]
+fn work_broken_off_at_any_stage_ends_the_same() {
+    let scene = with(read(ROOM), |o| {
+        o.restore_closure = true;
+        o.residual = 1e-15;
+        o.max_iterations = 35;
+    });
+    let straight = solve(scene.clone());
+    let vault = Memory::default();
+    // One thread, so that one death is all.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let mut deaths = 0;
+    let resumed = loop {
+        vault.left.store(4, Ordering::Relaxed);
+        let once = || pool.install(|| run(&scene, &vault));
+        match std::panic::catch_unwind(std::panic::AssertUnwindSafe(once)) {
+            Ok(s) => break s,
+            Err(_) => deaths += 1,
+        }
+    };
+    assert!(deaths >= 5, "{deaths}");
+    assert_eq!(resumed.fields, straight.fields);
+    assert_eq!(resumed.groups, straight.groups);
+    assert_eq!(resumed.report, straight.report);
+    assert!(vault.stages.lock().unwrap().contains_key("krylov"));
+}
+
+#[test]
+fn kept_factors_serve_other_reflectances() {
+    for closure in [false, true] {
+        let scene = with(read(ROOM), |o| o.restore_closure = closure);
+        let vault = Memory { left: AtomicUsize::new(usize::MAX), ..Memory::default() };
+        let first = run(&scene, &vault);
+        vault.stages.lock().unwrap().remove("krylov");
+        vault.loads.store(0, Ordering::Relaxed);
+        vault.left.store(0, Ordering::Relaxed);
+        let painted =
+            repainted(scene.clone(), &[("floor".into(), [0.1, 0.9, 0.5])], Some([0.99, 0.5, 0.0])).unwrap();
+        // Nothing is computed that would be saved; the solver starts from what was.
+        struct Read<'a>(&'a Memory);
+        impl Vault for Read<'_> {
+            fn load(&self, stage: &str) -> Option<Vec<u8>> {
+                let found = self.0.load(stage);
+                assert!(found.is_some() || stage == "krylov", "{stage} would be computed");
+                found
+            }
+            fn save(&self, _: &str, _: &[u8]) {}
+            fn keeps(&self) -> bool {
+                false
+            }
+        }
+        let job = Job { vault: &Read(&vault), initial: &first.groups, ..Job::new(4 << 30, &Quiet) };
+        let again = solve_job(painted.clone(), &job).unwrap();
+        let fresh = solve(painted);
+        let off = apart(&again, &fresh);
+        assert!(off < 1e-9, "{off:e}");
+        assert!(apart(&again, &first) > 1e-2, "the change was to matter");
+        assert!(vault.loads.load(Ordering::Relaxed) > 5);
+    }
+    let said = repainted(read(ROOM), &[("roof".into(), [0.1; 3])], None).unwrap_err().to_string();
+    assert!(said.contains("roof") && said.contains("floor"), "{said}");
+}
+
+#[test]
+fn sweeps_approach_the_solution_from_below() {
+    let whole = solve(read(ROOM));
+    let mut last = f64::INFINITY;
+    for n in [1, 2, 4, 8, 16] {
+        let s = solve(with(read(ROOM), |o| o.sweeps = Some(n)));
+        assert_eq!(s.report.status, [SolveStatus::Swept; 3]);
+        for (x, y) in s.fields.incident.iter().flatten().zip(whole.fields.incident.iter().flatten()) {
+            assert!(*x <= y * (1.0 + 1e-9), "no sweep brings too much");
+        }
+        let off = apart(&s, &whole);
+        assert!(off < 0.7 * last, "{n}: {off} {last}");
+        last = off;
+    }
+    assert!(last < 1e-3, "{last}");
+}

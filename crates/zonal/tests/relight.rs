@@ -1,0 +1,200 @@
+//! Relighting, kept factors and checkpoints through the command.
+
+mod support;
+
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use support::{Folder, Parser, Program, ROOM, refused, solution, text};
+
+/// A room with a hot wall, a lamp as direct light and warm smoke, and a tilted shelf that hides things.
+const LIT: &str = "name = 'lit'
+[solve]
+patch_size = 0.34
+closure = 'restore'
+[[surface]]
+name = 'room'
+room = { min = [0, 0, 0], max = [1, 1, 1] }
+reflectance = 0.8
+faces.x0 = { emission = [1, 2, 3] }
+[[surface]]
+name = 'lamp'
+rectangle = { origin = [0.4, 0.4, 0.9], edge1 = [0, 0.2, 0], edge2 = [0.2, 0, 0] }
+emission = 50
+[[surface]]
+name = 'shelf'
+rectangle = { origin = [0.2, 0.2, 0.3], edge1 = [0.5, 0, 0.1], edge2 = [0, 0.5, 0] }
+sides = 'both'
+[medium]
+min = [0, 0, 0]
+max = [1, 1, 1]
+cells = [4, 4, 4]
+extinction = [0.3, 0.5, 0.7]
+albedo = 0.6
+emission = 0.5
+[[light]]
+kind = 'emitter'
+surface = 'lamp'
+";
+
+fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// Power given by each group, band 1.
+fn given(report: &serde_json::Value) -> Vec<(String, f64)> {
+    let groups = report["groups"].as_array().unwrap();
+    let power = |g: &serde_json::Value, key: &str| g["energy"][key][1].as_f64().unwrap();
+    groups
+        .iter()
+        .map(|g| (g["name"].as_str().unwrap().to_string(), power(g, "emitted") + power(g, "incoming")))
+        .collect()
+}
+
+#[test]
+fn lights_are_listed_and_turned() {
+    let f = Folder::new();
+    f.put("lit.toml", LIT);
+    let first = json(&f.done(&["solve", "lit.toml", "-o", "lit.npz", "--json"]));
+    assert_eq!(first["engine"], "dense");
+    let listed = f.done(&["relight", "lit.npz"]);
+    assert!(["lamp", "room.x0", "medium"].iter().all(|n| listed.contains(n)), "{listed}");
+    assert_eq!(json(&f.done(&["relight", "lit.npz", "--json"])), first["groups"]);
+    let args = ["relight", "lit.npz", "lamp=3", "medium=1,0.5,0", "-o", "out/relit.npz", "--json"];
+    let relit = json(&f.done(&args));
+    for (((name, now), (_, before)), factor) in given(&relit).iter().zip(given(&first)).zip([3.0, 1.0, 0.5]) {
+        assert!((now - factor * before).abs() < 1e-12 * before, "{name}: {now} {before}");
+    }
+    assert!(relit["energy"]["residual"][1].as_f64().unwrap().abs() < 1e-9);
+    // The scene in the file is the relit one: solved afresh it has the same hash and, but for rounding, the same power.
+    f.put("bright.toml", LIT.replace("emission = 50", "emission = 150"));
+    let bright = json(&f.done(&["solve", "bright.toml", "-o", "bright.npz", "--json"]));
+    let turned = json(&f.done(&["relight", "lit.npz", "lamp=3", "-o", "out/turned.npz", "--json"]));
+    assert_eq!(bright["provenance"]["scene_hash"], turned["provenance"]["scene_hash"]);
+    let absorbed = |v: &serde_json::Value| v["energy"]["absorbed_volumes"][0].as_f64().unwrap();
+    assert!((absorbed(&bright) / absorbed(&turned) - 1.0).abs() < 1e-9);
+    // And it can be drawn and exported as any other.
+    f.done(&["render", "out/relit.npz", "--help"]);
+    f.done(&["export", "out/relit.npz", "-o", "out/relit.csv"]);
+    let merged = json(&f.done(&["solve", "lit.toml", "-o", "all.npz", "--groups", "all", "--json"]));
+    assert_eq!(given(&merged).len(), 1);
+}
+
+#[test]
+fn other_reflectances_from_kept_factors() {
+    let f = Folder::new();
+    f.put("lit.toml", LIT);
+    f.done(&["solve", "lit.toml", "-o", "lit.npz", "--keep-factors"]);
+    assert!(f.path().join("lit.npz.factors/zonal.key").exists() && !f.path().join("lit.npz.checkpoint").exists());
+    let args = ["relight", "lit.npz", "--reflectance", "room=0.2,0.5,0.9", "--albedo", "0.3", "lamp=2"];
+    let out = ["-o", "out/again.npz", "--json"];
+    let again = json(&f.done(&[&args[..], &out].concat()));
+    let fresh = LIT
+        .replace("reflectance = 0.8", "reflectance = [0.2, 0.5, 0.9]")
+        .replace("albedo = 0.6", "albedo = 0.3")
+        .replace("emission = 50", "emission = 100");
+    f.put("fresh.toml", fresh);
+    let fresh = json(&f.done(&["solve", "fresh.toml", "-o", "fresh.npz", "--json"]));
+    assert_eq!(again["provenance"]["scene_hash"], fresh["provenance"]["scene_hash"]);
+    for key in ["absorbed_volumes", "emitted", "backs"] {
+        for b in 0..3 {
+            let [x, y] = [&again, &fresh].map(|v| v["energy"][key][b].as_f64().unwrap());
+            assert!((x - y).abs() <= 1e-9 * y.abs(), "{key}: {x} {y}");
+        }
+    }
+    let no = |run: &str, named: &str| {
+        refused(&f, Program, &["relight", run, "--albedo", "0.5", "-o", "out/x.npz"], named);
+    };
+    no("fresh.npz", "--keep-factors");
+    // Factors of other lights do not serve.
+    f.done(&["relight", "lit.npz", "lamp=2", "-o", "turned.npz"]);
+    std::fs::rename(f.path().join("lit.npz.factors"), f.path().join("turned.npz.factors")).unwrap();
+    no("turned.npz", "other lights");
+}
+
+#[test]
+fn wrong_wishes() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    f.put("room.toml", ROOM);
+    let out = ["-o", "out/x.npz"];
+    let refuse =
+        |by, args: &[&str], named: &str| refused(&f, by, &[&["relight", "room.npz"], args].concat(), named);
+    for (wish, named) in [
+        ("moon=2", "the groups are: room.x0"),
+        ("room.x0", "has no value"),
+        ("room.x0=much", "no number"),
+        ("room.x0=1,2", "no r,g,b"),
+        ("room.x0=-1", "from 0"),
+        ("room.x0=nan", "from 0"),
+        ("=2", "light group ''"),
+    ] {
+        refuse(Program, &[&[wish], &out[..]].concat(), named);
+    }
+    refuse(Program, &["room.x0=2"], "--output");
+    refuse(Program, &out, "nothing changes");
+    refuse(Program, &["room.x0=2", "-o", "out/x.csv"], ".npz");
+    refuse(Program, &["room.x0=2", "room.x0=3", "-o", "out/x.npz"], "two factors");
+    refuse(Program, &[&["--albedo", "2"], &out[..]].concat(), "--albedo");
+    refuse(Program, &[&["--reflectance", "room=1.5"], &out[..]].concat(), "from 0 to 1");
+    refuse(Program, &[&["--reflectance", "room=0.5"], &out[..]].concat(), "--keep-factors");
+    let solve = |by, args: &[&str], named: &str| {
+        refused(&f, by, &[&["solve", "room.toml", "-o", "out/x.npz"], args].concat(), named);
+    };
+    solve(Program, &["--sweeps", "0"], "--sweeps");
+    solve(Parser, &["--sweeps", "many"], "--sweeps");
+    solve(Parser, &["--engine", "steam"], "--engine");
+    solve(Parser, &["--groups", "some"], "--groups");
+    solve(Program, &["--checkpoint", "room.toml"], "room.toml");
+    solve(Program, &["--checkpoint", "--max-memory", "1e-7"], "--max-memory");
+}
+
+/// Killed at ten moments drawn by lot, and resumed each time: the file has the bytes of an undisturbed solve.
+#[test]
+fn killed_and_resumed_is_the_same_to_the_byte() {
+    let f = Folder::new();
+    f.put("lit.toml", LIT.replace("0.34", "0.26").replace("[4, 4, 4]", "[5, 5, 5]"));
+    let start = Instant::now();
+    f.done(&["solve", "lit.toml", "-o", "straight.npz"]);
+    let length = start.elapsed().as_secs_f64();
+    let args = ["solve", "lit.toml", "-o", "out/killed.npz", "--resume"];
+    let mut lot = 0.37;
+    for _ in 0..10 {
+        lot = (lot + 0.618_033_988_749_895) % 1.0;
+        let mut child = Command::new(env!("CARGO_BIN_EXE_zonal"))
+            .args(args)
+            .current_dir(f.path())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_secs_f64(lot * length));
+        let _ = child.kill();
+        child.wait().unwrap();
+        // Whatever it had come to, a file that is there is whole.
+        let _ = std::fs::remove_file(f.path().join("out/killed.npz"));
+    }
+    f.done(&args);
+    assert!(f.get("out/killed.npz") == f.get("straight.npz"), "resumed work differs");
+    assert!(!f.path().join("out/killed.npz.checkpoint").exists());
+}
+
+#[test]
+fn a_changed_scene_begins_anew() {
+    let f = Folder::new();
+    f.put("room.toml", ROOM);
+    std::fs::create_dir(f.path().join("kept")).unwrap();
+    f.put("kept/notes.txt", "mine");
+    // The state of another scene, as a kill would leave it.
+    f.put("kept/zonal.key", "zonal 0.0.0 another scene\n");
+    f.put("kept/light-0.stage", "torn");
+    let args = ["solve", "room.toml", "-o", "room.npz", "--checkpoint", "kept"];
+    let o = f.zonal(&[&args[..], &["--resume"]].concat());
+    assert!(o.status.success() && text(&o.stderr).contains("beginning anew"), "{}", text(&o.stderr));
+    assert!(f.get("room.npz") == solution());
+    // Without the wish to resume nothing is said. What is not ours stays.
+    f.put("kept/zonal.key", "zonal 0.0.0 another scene\n");
+    let o = f.zonal(&args);
+    assert!(o.status.success() && o.stderr.is_empty(), "{}", text(&o.stderr));
+    assert_eq!(std::fs::read_dir(f.path().join("kept")).unwrap().count(), 1);
+    assert_eq!(f.get("kept/notes.txt"), b"mine");
+}
