@@ -41,7 +41,7 @@ use zonal_scene::{Bands, Patch, Plate, Sample, Scene, VoxelZone, Voxmap};
 /// Independent replicates of a mean: their spread gives its standard error to about nine per cent.
 pub const REPLICATES: usize = 64;
 /// Paths of the first look at a receiver in each replicate.
-const PILOT: usize = 16;
+const PILOT: usize = 48;
 /// The first look's own error makes the paths that it asks for uncertain: ask for this many times as many.
 const MARGIN: f64 = 1.2;
 /// Numbers of a path that are spread evenly over the paths of a replicate.

@@ -24,6 +24,8 @@ const DEEP: usize = 64;
 const STACK: usize = DEEP + 33;
 /// Rounding of a coordinate, relative to the scene's size: boxes and edges are widened by this much.
 const ROUNDING: f64 = 1e-14;
+/// Stands for 1/0, so that no product with it is NaN.
+const STEEP: f64 = 1e300;
 /// A line whose cosine with a plate's normal is smaller runs along it.
 const ALONG: f64 = 1e-13;
 
@@ -110,11 +112,22 @@ impl Box3 {
     #[inline]
     fn entry(&self, o: Vec3, inverse: Vec3, range: &Range<f64>) -> Option<f64> {
         let (a, b) = ((self.lo - o).scale(inverse), (self.hi - o).scale(inverse));
-        // A NaN (0 · ∞: the ray runs in the box's side) is passed over by min and max.
-        let near = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z)).max(range.start);
-        let far = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z)).min(range.end);
+        let near = larger(larger(lesser(a.x, b.x), lesser(a.y, b.y)), larger(lesser(a.z, b.z), range.start));
+        let far = lesser(lesser(larger(a.x, b.x), larger(a.y, b.y)), lesser(larger(a.z, b.z), range.end));
         (near <= far).then_some(near)
     }
+}
+
+/// The lesser of two numbers that are none of them NaN, in one instruction.
+#[inline]
+fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers that are none of them NaN.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -174,7 +187,7 @@ impl Tree {
     /// Calls `each` with every plate met within `range`; what it returns is the new end of the range.
     #[inline]
     fn visit(&self, o: Vec3, d: Vec3, mut range: Range<f64>, mut each: impl FnMut(Met) -> f64) {
-        let inverse = Vec3::from_array([1.0 / d.x, 1.0 / d.y, 1.0 / d.z]);
+        let inverse = Vec3::from_array(d.array().map(|x| if x == 0.0 { STEEP } else { 1.0 / x }));
         let mut stack = [(0u32, 0.0f64); STACK];
         let mut top = 0;
         if let Some(root) = self.nodes.first()
