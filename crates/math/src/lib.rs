@@ -11,6 +11,7 @@
 //! | [`sequence`] | low-discrepancy points, deterministic |
 //! | [`simd`] | loops for the widest vectors of the machine, with the same bits on all of them |
 //! | [`special`] | exponential integrals |
+//! | [`wide`] | eight single-precision lanes with comparisons |
 
 pub mod bounded;
 pub mod collapsed;
@@ -21,6 +22,7 @@ pub mod sequence;
 pub mod simd;
 pub mod special;
 pub mod vec3;
+pub mod wide;
 
 pub use bounded::{Bounded, Grade};
 pub use vec3::{Vec3, vec3};

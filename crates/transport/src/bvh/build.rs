@@ -3,9 +3,10 @@
 //! A split of n boxes with surface S costs c_t + (S_l n_l + S_r n_r)/S plate tests; the cheapest of 16 bin borders on each axis
 //! wins (Wald 2007). Where all centres coincide, or the tree gets deep, the list is halved.
 
-use super::node::{EMPTY, LANES, LEAF_BITS, Node};
+use super::node::{EMPTY, LANES, LEAF, Node};
 
-pub(super) const MAX_LEAF: usize = 4;
+/// Plates of a leaf, which are tested side by side.
+pub(super) const MAX_LEAF: usize = LANES;
 const BINS: usize = 16;
 const TRAVERSAL: f32 = 0.4;
 /// Below this level lists are halved, so the depth is at most this plus 27.
@@ -54,15 +55,23 @@ impl Tree {
     }
 }
 
-/// Builds the nodes over `items`, which end up in leaf order; returns the nodes and their greatest depth.
-pub(super) fn build(items: &mut [Item]) -> (Vec<Node>, usize) {
-    if items.is_empty() {
-        return (Vec::new(), 0);
+/// A tree of wide nodes over plates in leaf order.
+#[derive(Default)]
+pub(super) struct Built {
+    pub nodes: Vec<Node>,
+    /// First plate and number of plates of each leaf.
+    pub leaves: Vec<(u32, u32)>,
+    /// Nodes on the longest way down.
+    pub depth: usize,
+}
+
+/// Builds the nodes over `items`, which end up in leaf order.
+pub(super) fn build(items: &mut [Item]) -> Built {
+    let mut built = Built::default();
+    if !items.is_empty() {
+        built.depth = widen(split(items, 0, 0), &mut built);
     }
-    let tree = split(items, 0, 0);
-    let mut nodes = Vec::new();
-    let depth = widen(tree, &mut nodes);
-    (nodes, depth)
+    built
 }
 
 fn split(items: &mut [Item], first: usize, level: usize) -> Tree {
@@ -71,7 +80,7 @@ fn split(items: &mut [Item], first: usize, level: usize) -> Tree {
     if items.len() == 1 {
         return Tree::Leaf(bounds, first as u32, 1);
     }
-    let leaf = (items.len() <= MAX_LEAF).then_some(items.len() as f32);
+    let leaf = (items.len() <= MAX_LEAF).then_some(blocks(items.len() as u32));
     let at = match cheapest(items, &bounds) {
         Some((cost, ..)) if leaf.is_some_and(|l| cost >= l) => {
             return Tree::Leaf(bounds, first as u32, items.len() as u32);
@@ -90,6 +99,11 @@ fn split(items: &mut [Item], first: usize, level: usize) -> Tree {
         (go(l, first), go(r, first + at))
     };
     Tree::Fork(bounds, Box::new([l, r]))
+}
+
+/// Leaves that hold n plates: they are tested eight at a time.
+fn blocks(n: u32) -> f32 {
+    n.div_ceil(MAX_LEAF as u32) as f32
 }
 
 fn centre2(i: &Item, axis: usize) -> f32 {
@@ -135,7 +149,7 @@ fn cheapest(items: &[Item], bounds: &Aabb) -> Option<Border> {
             if left.1 == 0 || right[k].1 == 0 {
                 continue;
             }
-            let share = left.0.area() * left.1 as f32 + right[k].0 * right[k].1 as f32;
+            let share = left.0.area() * blocks(left.1) + right[k].0 * blocks(right[k].1);
             let cost = TRAVERSAL + share / bounds.area().max(1e-30);
             if best.is_none_or(|b| cost < b.0) {
                 best = Some((cost, axis, k, (low, scale)));
@@ -172,7 +186,7 @@ fn halve(items: &mut [Item]) -> usize {
 
 /// Appends the wide node of `tree`; returns the depth below it. Lanes run from large to small boxes: a large one blocks
 /// more segments, so looking for any hit starts there.
-fn widen(tree: Tree, nodes: &mut Vec<Node>) -> usize {
+fn widen(tree: Tree, built: &mut Built) -> usize {
     let mut lanes = vec![tree];
     while lanes.len() < LANES {
         let widest = (0..lanes.len())
@@ -184,19 +198,22 @@ fn widen(tree: Tree, nodes: &mut Vec<Node>) -> usize {
         }
     }
     lanes.sort_by(|a, b| b.bounds().area().total_cmp(&a.bounds().area()));
-    let here = nodes.len();
-    nodes.push(EMPTY);
+    let here = built.nodes.len();
+    built.nodes.push(EMPTY);
     let mut depth = 0;
     for (lane, tree) in lanes.into_iter().enumerate() {
         for axis in 0..3 {
-            nodes[here].bounds[axis][lane] = tree.bounds().lo[axis];
-            nodes[here].bounds[axis + 3][lane] = tree.bounds().hi[axis];
+            built.nodes[here].bounds[axis][lane] = tree.bounds().lo[axis];
+            built.nodes[here].bounds[axis + 3][lane] = tree.bounds().hi[axis];
         }
-        nodes[here].child[lane] = match tree {
-            Tree::Leaf(_, first, count) => 1 << 31 | count << LEAF_BITS | first,
+        built.nodes[here].child[lane] = match tree {
+            Tree::Leaf(_, first, count) => {
+                built.leaves.push((first, count));
+                LEAF | (built.leaves.len() - 1) as u32
+            }
             fork => {
-                let next = nodes.len() as u32;
-                depth = depth.max(widen(fork, nodes));
+                let next = built.nodes.len() as u32;
+                depth = depth.max(widen(fork, built));
                 next
             }
         };

@@ -3,20 +3,31 @@
 //! A segment a + t d meets the box [lo, hi] where max_k min((lo−a)/d, (hi−a)/d)_k ≤ min_k max(…)_k on 0 ≤ t ≤ 1, eight boxes at a
 //! time in single precision. Coordinates are taken about the scene's centre in units of its half size R, and boxes are padded by
 //! 10⁻⁶ R: rounding of a, d, 1/d and of the products moves a box's face by at most 5·10⁻⁷ R, so no box that holds a hit is
-//! missed. A zero component of d becomes 10⁻²⁰, so nothing is ever 0·∞. Whether a plate is hit is decided in double precision
-//! by [`crate::meet`] alone.
+//! missed. A zero component of d becomes 10⁻²⁰, so nothing is ever 0·∞. A leaf holds up to eight plates; `block` says in single
+//! precision which of them the segment cannot cross. Whether a plate is hit is decided in double precision by
+//! [`crate::meet`] alone.
 
+mod block;
 mod build;
 mod node;
 
 use crate::meet::{Line, Prepared, Tolerance};
 use crate::shaft::Shaft;
+use block::{Block, Segment};
 use build::Item;
 use node::{LANES, Node, Ray, leaf};
 use zonal_math::Vec3;
+use zonal_math::wide::{Machine, Task, Wide};
 use zonal_scene::Plate;
 
 const PAD: f64 = 1e-6;
+
+/// Up to this depth the stack is small.
+const SHALLOW: usize = 12;
+/// So many plates in doubt wait until nothing else blocks: most segments that end on a plate are blocked elsewhere.
+const LATE: usize = 16;
+/// No tree is deeper than this.
+const DEEPEST: usize = 96;
 
 /// More than rounding in single precision moves a box against a plane, in units of R.
 const PLANE_SLACK: f64 = 1e-5;
@@ -25,9 +36,11 @@ const PLANE_SLACK: f64 = 1e-5;
 #[derive(Clone, Debug)]
 pub(crate) struct Bvh {
     nodes: Vec<Node>,
+    blocks: Vec<Block>,
     plates: Vec<Prepared>,
     ids: Vec<u32>,
     depth: usize,
+    machine: Machine,
     centre: Vec3,
     scale: f64,
     lo: Vec3,
@@ -55,13 +68,20 @@ impl Bvh {
                 }
             })
             .collect();
-        let (nodes, depth) = build::build(&mut items);
+        let built = build::build(&mut items);
+        let ordered: Vec<Plate> = items.iter().map(|i| plates[i.id as usize].1).collect();
+        let block = |(first, count): &(u32, u32)| {
+            let run = &ordered[*first as usize..(first + count) as usize];
+            Block::new(run, *first, |x| (x - centre) * scale, scale)
+        };
         let pad = Vec3::splat(2.0 * PAD / scale);
         Bvh {
-            nodes,
-            plates: items.iter().map(|i| Prepared::new(&plates[i.id as usize].1)).collect(),
+            blocks: built.leaves.iter().map(block).collect(),
+            nodes: built.nodes,
+            plates: ordered.iter().map(Prepared::new).collect(),
             ids: items.iter().map(|i| plates[i.id as usize].0).collect(),
-            depth,
+            depth: built.depth,
+            machine: Machine::detect(),
             centre,
             scale,
             lo: bounds.0 - pad,
@@ -90,77 +110,40 @@ impl Bvh {
         crate::walk::clip(a, d, self.lo, self.hi, 0.0, 1.0)
     }
 
-    /// The segment from `t0` to `t1` of a + t d as the boxes see it.
+    /// The segment from `t0` to `t1` of a + t d as boxes and blocks see it.
     #[inline(always)]
-    fn ray(&self, a: Vec3, d: Vec3, t0: f64, t1: f64) -> Ray {
-        Ray::new((a + d * t0 - self.centre) * self.scale, d * ((t1 - t0) * self.scale))
+    fn ray(&self, a: Vec3, d: Vec3, t0: f64, t1: f64) -> (Ray, Segment) {
+        let (a, d) = ((a + d * t0 - self.centre) * self.scale, d * ((t1 - t0) * self.scale));
+        (Ray::new(a, d), Segment::new(a, d))
     }
 
-    /// Shows `visit` every plate whose box the segment a + t d, 0 ≤ t ≤ 1, meets, until it says stop.
+    /// Shows `visit` every plate that the segment a + t d, 0 ≤ t ≤ 1, may cross, until it says stop; with `ANY` plates that are
+    /// surely crossed are not shown: they are a stop.
     #[inline(always)]
-    fn visit(&self, a: Vec3, d: Vec3, visit: impl FnMut(usize) -> bool) -> bool {
+    fn visit<const ANY: bool>(&self, line: &Line, visit: impl FnMut(usize) -> bool) -> bool {
         if self.nodes.is_empty() {
             return false;
         }
-        let Some((t0, t1)) = self.clip(a, d) else {
+        let Some((t0, t1)) = self.clip(line.a, line.d) else {
             return false;
         };
-        let ray = self.ray(a, d, t0, t1);
-        if self.depth <= 12 { self.descend::<12>(&ray, visit) } else { self.descend::<96>(&ray, visit) }
-    }
-
-    #[inline(always)]
-    fn descend<const DEPTH: usize>(&self, ray: &Ray, mut visit: impl FnMut(usize) -> bool) -> bool {
-        let mut stack = [(0u32, 0u32); DEPTH];
-        let mut top = 0;
-        let mut node = &self.nodes[0];
-        let mut here = 0;
-        let mut entry = [0.0; LANES];
-        let mut mask = ray.enter(node, 1.0, &mut entry);
-        loop {
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize & (LANES - 1);
-                mask &= mask - 1;
-                let child = node.child[lane];
-                match leaf(child) {
-                    Some(run) => {
-                        for slot in run {
-                            if visit(slot) {
-                                return true;
-                            }
-                        }
-                    }
-                    None => {
-                        if mask != 0 {
-                            stack[top] = (here, mask);
-                            top += 1;
-                        }
-                        here = child;
-                        node = &self.nodes[here as usize];
-                        mask = ray.enter(node, 1.0, &mut entry);
-                    }
-                }
-            }
-            if top == 0 {
-                return false;
-            }
-            top -= 1;
-            (here, mask) = stack[top];
-            node = &self.nodes[here as usize];
-        }
+        let whole = t0 == 0.0 && t1 == 1.0;
+        let (ray, segment) = self.ray(line.a, line.d, t0, t1);
+        let descent: Descent<'_, _, ANY> = Descent { bvh: self, line, whole, ray, segment, visit };
+        if self.depth <= SHALLOW { self.machine.run(descent) } else { self.machine.run(Deep(descent)) }
     }
 
     /// True when any plate crosses the segment a → b.
     #[inline]
     pub fn any(&self, a: Vec3, b: Vec3, tol: &Tolerance) -> bool {
         let line = Line::new(a, b - a, tol);
-        self.visit(a, line.d, |slot| self.plates[slot].crosses(&line))
+        self.visit::<true>(&line, |slot| self.plates[slot].crosses(&line))
     }
 
     /// Every plate that crosses the segment a → b, in no order: its id, the share t of the segment, (u, v), and d·n̂.
     pub fn all(&self, a: Vec3, b: Vec3, tol: &Tolerance, mut each: impl FnMut(u32, [f64; 3], f64)) {
         let line = Line::new(a, b - a, tol);
-        self.visit(a, line.d, |slot| {
+        self.visit::<false>(&line, |slot| {
             if let Some(at) = self.plates[slot].crossing(&line) {
                 each(self.ids[slot], at, line.d.dot(self.plates[slot].normal()));
             }
@@ -180,59 +163,8 @@ impl Bvh {
             return None;
         }
         let (t0, t1) = crate::walk::clip(a, d, self.lo, self.hi, range.0.max(0.0), range.1)?;
-        if self.depth <= 12 {
-            self.closest::<96>(a, d, (t0, t1), range, tol)
-        } else {
-            self.closest::<768>(a, d, (t0, t1), range, tol)
-        }
-    }
-
-    fn closest<const STACK: usize>(
-        &self,
-        a: Vec3,
-        d: Vec3,
-        (t0, t1): (f64, f64),
-        (t_min, mut t_max): (f64, f64),
-        tol: &Tolerance,
-    ) -> Option<(u32, [f64; 3], bool)> {
-        let ray = self.ray(a, d, t0, t1);
-        let line = Line::new(a, d, tol);
-        let mut stack = [(0.0f32, 0u32); STACK];
-        let (mut top, mut limit) = (1, 1.0f32);
-        let mut found = None;
-        while top > 0 {
-            top -= 1;
-            let (entry, child) = stack[top];
-            if entry > limit {
-                continue;
-            }
-            let Some(run) = leaf(child) else {
-                let node = &self.nodes[child as usize];
-                let mut entries = [0.0; LANES];
-                let mut mask = ray.enter(node, limit, &mut entries);
-                let bottom = top;
-                while mask != 0 {
-                    let lane = mask.trailing_zeros() as usize & (LANES - 1);
-                    mask &= mask - 1;
-                    let mut k = top;
-                    while k > bottom && stack[k - 1].0 < entries[lane] {
-                        stack[k] = stack[k - 1];
-                        k -= 1;
-                    }
-                    stack[k] = (entries[lane], node.child[lane]);
-                    top += 1;
-                }
-                continue;
-            };
-            for slot in run {
-                if let Some(at) = self.plates[slot].meets(&line, tol.rounding, t_min, t_max) {
-                    t_max = at[0];
-                    limit = (((t_max - t0) / (t1 - t0)) as f32 * 1.000_001 + 1e-6).min(1.0);
-                    found = Some((self.ids[slot], at, d.dot(self.plates[slot].normal()) < 0.0));
-                }
-            }
-        }
-        found
+        let closest = Closest { bvh: self, a, d, part: (t0, t1), range, tol };
+        if self.depth <= SHALLOW { self.machine.run(closest) } else { self.machine.run(Deep(closest)) }
     }
 
     /// Shows every plate whose padded box overlaps [lo, hi]: the id alone, in no order.
@@ -297,8 +229,8 @@ impl Bvh {
                     continue;
                 }
                 match leaf(node.child[lane]) {
-                    Some(mut run) => {
-                        if run.any(&mut visit) {
+                    Some(block) => {
+                        if self.blocks[block].run().any(&mut visit) {
                             return true;
                         }
                     }
@@ -307,5 +239,172 @@ impl Bvh {
             }
         }
         false
+    }
+}
+
+/// A way down to all leaves on a segment; with `ANY` it ends at a plate that is surely crossed, which is not shown.
+struct Descent<'a, V, const ANY: bool> {
+    bvh: &'a Bvh,
+    line: &'a Line,
+    /// True when both ends lie within the scene's bounds.
+    whole: bool,
+    ray: Ray,
+    segment: Segment,
+    visit: V,
+}
+
+/// The same for a deep tree.
+struct Deep<T>(T);
+
+impl<V: FnMut(usize) -> bool, const ANY: bool> Task for Descent<'_, V, ANY> {
+    type Output = bool;
+    #[inline(always)]
+    fn go<W: Wide>(self, wide: W) -> bool {
+        self.descend::<W, SHALLOW>(wide)
+    }
+}
+
+impl<V: FnMut(usize) -> bool, const ANY: bool> Task for Deep<Descent<'_, V, ANY>> {
+    type Output = bool;
+    #[inline(always)]
+    fn go<W: Wide>(self, wide: W) -> bool {
+        self.0.descend::<W, DEEPEST>(wide)
+    }
+}
+
+impl<V: FnMut(usize) -> bool, const ANY: bool> Descent<'_, V, ANY> {
+    #[inline(always)]
+    fn descend<W: Wide, const DEPTH: usize>(mut self, w: W) -> bool {
+        let (bvh, ray) = (self.bvh, &self.ray);
+        let mut stack = [(0u32, 0u32); DEPTH];
+        let mut top = 0;
+        let (mut doubtful, mut late) = ([0u32; LATE], 0);
+        let mut here = 0;
+        let node = &bvh.nodes[0];
+        // Copied, so that they come from memory together with the boxes.
+        let mut children = node.child;
+        let (mut mask, _) = ray.enter(w, node, 1.0);
+        loop {
+            while mask != 0 {
+                let lane = mask.trailing_zeros() as usize & (LANES - 1);
+                mask &= mask - 1;
+                let child = children[lane];
+                if let Some(block) = leaf(child) {
+                    let block = &bvh.blocks[block];
+                    let first = block.run().start;
+                    let (mut left, sure) = block.sieve(w, &self.segment);
+                    if ANY && sure != 0 {
+                        return true;
+                    }
+                    if left != 0 && self.whole && block.rests(self.line) {
+                        continue;
+                    }
+                    while left != 0 {
+                        let slot = first + left.trailing_zeros() as usize;
+                        left &= left - 1;
+                        if ANY && late < LATE {
+                            doubtful[late] = slot as u32;
+                            late += 1;
+                        } else if (self.visit)(slot) {
+                            return true;
+                        }
+                    }
+                    continue;
+                }
+                if mask != 0 {
+                    stack[top] = (here, mask);
+                    top += 1;
+                }
+                here = child;
+                let node = &bvh.nodes[here as usize];
+                children = node.child;
+                mask = ray.enter(w, node, 1.0).0;
+            }
+            if top == 0 {
+                return doubtful[..late].iter().any(|slot| (self.visit)(*slot as usize));
+            }
+            top -= 1;
+            (here, mask) = stack[top];
+            children = bvh.nodes[here as usize].child;
+        }
+    }
+}
+
+/// The search for the first plate on a ray.
+struct Closest<'a> {
+    bvh: &'a Bvh,
+    a: Vec3,
+    d: Vec3,
+    /// The part of the ray within the scene's bounds.
+    part: (f64, f64),
+    range: (f64, f64),
+    tol: &'a Tolerance,
+}
+
+/// Id, (t, u, v), and whether on the front.
+type Found = Option<(u32, [f64; 3], bool)>;
+
+impl Task for Closest<'_> {
+    type Output = Found;
+    #[inline(always)]
+    fn go<W: Wide>(self, wide: W) -> Found {
+        self.search::<W, { SHALLOW * LANES }>(wide)
+    }
+}
+
+impl Task for Deep<Closest<'_>> {
+    type Output = Found;
+    #[inline(always)]
+    fn go<W: Wide>(self, wide: W) -> Found {
+        self.0.search::<W, { DEEPEST * LANES }>(wide)
+    }
+}
+
+impl Closest<'_> {
+    #[inline(always)]
+    fn search<W: Wide, const STACK: usize>(self, w: W) -> Found {
+        let Closest { bvh, a, d, part: (t0, t1), range: (t_min, mut t_max), tol } = self;
+        let (ray, segment) = bvh.ray(a, d, t0, t1);
+        let line = Line::new(a, d, tol);
+        let mut stack = [(0.0f32, 0u32); STACK];
+        let (mut top, mut limit) = (1, 1.0f32);
+        let mut found = None;
+        while top > 0 {
+            top -= 1;
+            let (entry, child) = stack[top];
+            if entry > limit {
+                continue;
+            }
+            let Some(block) = leaf(child) else {
+                let node = &bvh.nodes[child as usize];
+                let (mut mask, entries) = ray.enter(w, node, limit);
+                let entries = w.store(entries);
+                let bottom = top;
+                while mask != 0 {
+                    let lane = mask.trailing_zeros() as usize & (LANES - 1);
+                    mask &= mask - 1;
+                    let mut k = top;
+                    while k > bottom && stack[k - 1].0 < entries[lane] {
+                        stack[k] = stack[k - 1];
+                        k -= 1;
+                    }
+                    stack[k] = (entries[lane], node.child[lane]);
+                    top += 1;
+                }
+                continue;
+            };
+            let block = &bvh.blocks[block];
+            let (mut left, _) = block.sieve(w, &segment);
+            while left != 0 {
+                let slot = block.run().start + left.trailing_zeros() as usize;
+                left &= left - 1;
+                if let Some(at) = bvh.plates[slot].meets(&line, tol.rounding, t_min, t_max) {
+                    t_max = at[0];
+                    limit = (((t_max - t0) / (t1 - t0)) as f32 * 1.000_001 + 1e-6).min(1.0);
+                    found = Some((bvh.ids[slot], at, d.dot(bvh.plates[slot].normal()) < 0.0));
+                }
+            }
+        }
+        found
     }
 }

@@ -1,14 +1,16 @@
 //! A node's eight boxes, and the slab test of all of them at once.
 
 use zonal_math::Vec3;
+use zonal_math::wide::{Lanes, Wide};
 
 pub(super) const LANES: usize = 8;
-pub(super) const LEAF_BITS: u32 = 27;
-/// Eight boxes: lower x, y, z, upper x, y, z; a child is a node, or a run of plates when its top bit is set.
+/// The bit of a child that is a leaf.
+pub(super) const LEAF: u32 = 1 << 31;
+/// Eight boxes: lower x, y, z, upper x, y, z; a child is a node, or a block of plates when its top bit is set.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Node {
-    pub bounds: [[f32; LANES]; 6],
+    pub bounds: [Lanes; 6],
     pub child: [u32; LANES],
 }
 
@@ -21,14 +23,13 @@ pub(super) const EMPTY: Node = Node {
         [f32::NEG_INFINITY; LANES],
         [f32::NEG_INFINITY; LANES],
     ],
-    child: [1 << 31; LANES],
+    child: [LEAF; LANES],
 };
 
-pub(super) fn leaf(child: u32) -> Option<std::ops::Range<usize>> {
-    (child >> 31 == 1).then(|| {
-        let first = (child & ((1 << LEAF_BITS) - 1)) as usize;
-        first..first + (child >> LEAF_BITS & 15) as usize
-    })
+/// The block of a child that is a leaf.
+#[inline(always)]
+pub(super) fn leaf(child: u32) -> Option<usize> {
+    (child & LEAF != 0).then_some((child & !LEAF) as usize)
 }
 
 /// A segment as the boxes see it.
@@ -54,24 +55,22 @@ impl Ray {
         }
     }
 
-    /// The lanes whose boxes the segment meets before `t_max`, and where it enters each. Kept out of line, or the loops are
-    /// unrolled into their callers before they become vectors.
-    #[inline(never)]
-    pub fn enter(&self, node: &Node, t_max: f32, entry: &mut [f32; LANES]) -> u32 {
-        let [nx, ny, nz] = self.near.map(|k| &node.bounds[k]);
-        let [fx, fy, fz] = self.far.map(|k| &node.bounds[k]);
-        let ([ox, oy, oz], [ix, iy, iz]) = (self.origin, self.inverse);
-        let max = |a: f32, b: f32| if a > b { a } else { b };
-        let min = |a: f32, b: f32| if a < b { a } else { b };
-        let mut hit = [0u32; LANES];
-        for l in 0..LANES {
-            let (x0, y0, z0) = ((nx[l] - ox) * ix, (ny[l] - oy) * iy, (nz[l] - oz) * iz);
-            let (x1, y1, z1) = ((fx[l] - ox) * ix, (fy[l] - oy) * iy, (fz[l] - oz) * iz);
-            let t0 = max(max(x0, y0), max(z0, 0.0));
-            let t1 = min(min(x1, y1), min(z1, t_max));
-            entry[l] = t0;
-            hit[l] = if t0 <= t1 { 1 << l } else { 0 };
-        }
-        hit.iter().fold(0, |m, h| m | h)
+    /// The lanes whose boxes the segment meets before `t_max`, and where it enters each.
+    #[inline(always)]
+    pub fn enter<W: Wide>(&self, w: W, node: &Node, t_max: f32) -> (u32, W::F) {
+        let ([nx, ny, nz], [fx, fy, fz]) = (self.near, self.far);
+        let (x0, x1) = (self.plane(w, node, nx, 0), self.plane(w, node, fx, 0));
+        let (y0, y1) = (self.plane(w, node, ny, 1), self.plane(w, node, fy, 1));
+        let (z0, z1) = (self.plane(w, node, nz, 2), self.plane(w, node, fz, 2));
+        let t0 = w.max(w.max(x0, y0), w.max(z0, w.splat(0.0)));
+        let t1 = w.min(w.min(x1, y1), w.min(z1, w.splat(t_max)));
+        (w.le(t0, t1), t0)
+    }
+
+    /// Where the segment's line meets a side of all boxes. Functions, not closures: these would miss the wide instructions.
+    #[inline(always)]
+    fn plane<W: Wide>(&self, w: W, node: &Node, side: usize, axis: usize) -> W::F {
+        let x = w.load(&node.bounds[side]);
+        w.mul(w.sub(x, w.splat(self.origin[axis])), w.splat(self.inverse[axis]))
     }
 }
