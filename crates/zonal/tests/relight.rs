@@ -145,7 +145,7 @@ fn wrong_wishes() {
     solve(Parser, &["--engine", "steam"], "--engine");
     solve(Parser, &["--groups", "some"], "--groups");
     solve(Program, &["--checkpoint", "room.toml"], "room.toml");
-    solve(Program, &["--checkpoint", "--max-memory", "1e-7"], "--max-memory");
+    solve(Program, &["--checkpoint", "--engine", "dense", "--max-memory", "1e-7"], "--max-memory");
 }
 
 /// Killed at ten moments drawn by lot, and resumed each time: the file has the bytes of an undisturbed solve.
