@@ -9,6 +9,7 @@
 //! |---|---|
 //! | `camera` | pinhole and subpixels |
 //! | `fit` | from zone means to node values |
+//! | `lazy` | values made when first asked for |
 //! | `patch_field` | a smooth field on surfaces and panes |
 //! | `voxel_field` | a smooth field in the medium |
 //! | `path` | a ray in pieces, and the integral over one |
@@ -23,6 +24,7 @@
 mod camera;
 mod fit;
 mod lamplight;
+mod lazy;
 mod march;
 mod patch_field;
 mod path;

@@ -26,8 +26,8 @@ const SKY: usize = 4;
 pub(crate) struct View<'a> {
     s: &'a Solution,
     transport: &'a Transport<'a>,
-    patches: PatchField,
-    panes: PatchField,
+    patches: PatchField<'a>,
+    panes: PatchField<'a>,
     /// Index of the first plate of each pane among all plates.
     pane_first: Vec<usize>,
     voxels: Option<VoxelField<'a>>,
@@ -272,7 +272,7 @@ impl<'a> View<'a> {
 }
 
 /// H of the patches, interpolated.
-fn surface_field(s: &Solution, transport: &Transport) -> PatchField {
+fn surface_field<'a>(s: &Solution, transport: &'a Transport<'a>) -> PatchField<'a> {
     let facets = s.scene.facets();
     let sheets: Vec<Plate> = facets.iter().flat_map(|f| [f.plate, f.plate]).collect();
     let tile = |p: &zonal_scene::Patch| Tile {
@@ -286,7 +286,7 @@ fn surface_field(s: &Solution, transport: &Transport) -> PatchField {
 }
 
 /// B of the panes, direct light included, interpolated; with the index of each pane's first plate.
-fn pane_field(s: &Solution) -> (PatchField, Vec<usize>) {
+fn pane_field(s: &Solution) -> (PatchField<'static>, Vec<usize>) {
     let panes = s.scene.panes();
     let mut first = Vec::new();
     let mut sheets = Vec::new();

@@ -8,7 +8,7 @@
 //! of their nodes. A node that lies inside a neighbour's edge takes that neighbour's value there (T-junctions).
 
 use crate::fit::{Fit, Slope, Touch, combine, node_value, range};
-use rayon::prelude::*;
+use crate::lazy::Lazy;
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 use zonal_math::Vec3;
@@ -28,34 +28,32 @@ pub(crate) struct Tile {
 }
 
 /// The field, ready to be asked at points of its sheets.
-pub(crate) struct PatchField {
-    tiles: Vec<Tile>,
-    centres: Vec<Bands>,
-    nodes: Vec<[Bands; 8]>,
+pub(crate) struct PatchField<'a> {
+    builder: Builder<'a>,
     lookup: Vec<Lookup>,
 }
 
-impl PatchField {
+impl<'a> PatchField<'a> {
     /// `values` are the tiles' means; `sheets` the plates they are cut from; walls are asked of `transport`, if given.
     pub fn new(
         tiles: Vec<Tile>,
         values: Vec<Bands>,
         sheets: &[Plate],
-        transport: Option<&Transport>,
-    ) -> PatchField {
+        transport: Option<&'a Transport<'a>>,
+    ) -> PatchField<'a> {
         let lookup = Lookup::all(&tiles, sheets);
-        let builder = Builder::new(&tiles, &values, transport);
-        let nodes = builder.nodes();
-        let centres =
-            (0..tiles.len()).map(|i| conserving(tiles[i].plate.kind, &nodes[i], values[i])).collect();
-        PatchField { tiles, centres, nodes, lookup }
+        PatchField { builder: Builder::new(tiles, values, transport), lookup }
     }
 
     /// The value at a point of a sheet with the sheet's parameters (u, v); `None` where the sheet has no tile.
     pub fn at(&self, sheet: usize, uv: [f64; 2], point: Vec3) -> Option<Bands> {
-        let i = self.lookup.get(sheet)?.find(&self.tiles, uv, point)? as usize;
-        let [u, v] = inside(&self.tiles[i].plate, point);
-        Some(interpolate(self.tiles[i].plate.kind, &self.nodes[i], self.centres[i], u, v))
+        let tiles = &self.builder.tiles;
+        let i = self.lookup.get(sheet)?.find(tiles, uv, point)? as usize;
+        let plate = &tiles[i].plate;
+        let [u, v] = inside(plate, point);
+        let nodes = self.builder.nodes(i);
+        let centre = conserving(plate.kind, nodes, self.builder.values[i]);
+        Some(interpolate(plate.kind, nodes, centre, u, v))
     }
 }
 
@@ -173,31 +171,45 @@ fn key(p: Vec3, cell: f64) -> [i64; 3] {
 }
 
 struct Builder<'a> {
-    tiles: &'a [Tile],
-    values: &'a [Bands],
+    tiles: Vec<Tile>,
+    values: Vec<Bands>,
     transport: Option<&'a Transport<'a>>,
     near: Near,
+    touching: Lazy<Touching>,
+    fits: Lazy<Fitted>,
+    /// Nodes before and after those inside a neighbour's edge have its value.
+    raw: Lazy<[Bands; 8]>,
+    nodes: Lazy<[Bands; 8]>,
 }
+
+/// The gradient of a tile, and the smallest and largest value among it and its neighbours, a band.
+type Fitted = (Slope, [(f64, f64); 3]);
 
 /// The tiles that touch each node of one tile, with the angle each subtends there.
 type Touching = Vec<Vec<(u32, f64)>>;
 
 impl<'a> Builder<'a> {
-    fn new(tiles: &'a [Tile], values: &'a [Bands], transport: Option<&'a Transport<'a>>) -> Builder<'a> {
-        Builder { tiles, values, transport, near: Near::new(tiles) }
+    fn new(tiles: Vec<Tile>, values: Vec<Bands>, transport: Option<&'a Transport<'a>>) -> Builder<'a> {
+        let (near, n) = (Near::new(&tiles), tiles.len());
+        let (touching, fits, raw, nodes) = (Lazy::new(n), Lazy::new(n), Lazy::new(n), Lazy::new(n));
+        Builder { tiles, values, transport, near, touching, fits, raw, nodes }
     }
 
-    fn nodes(&self) -> Vec<[Bands; 8]> {
-        let touching: Vec<Touching> =
-            (0..self.tiles.len()).into_par_iter().map(|i| self.touching(i)).collect();
-        let fits: Vec<(Slope, [(f64, f64); 3])> =
-            (0..self.tiles.len()).into_par_iter().map(|i| self.slope(i, &touching[i])).collect();
-        let nodes: Vec<[Bands; 8]> =
-            (0..self.tiles.len()).into_par_iter().map(|i| self.node_values(i, &touching[i], &fits)).collect();
-        (0..self.tiles.len()).into_par_iter().map(|i| self.hang(i, &touching[i], &nodes)).collect()
+    fn touching(&self, i: usize) -> &Touching {
+        self.touching.get(i, || self.touch(i))
+    }
+    fn fit(&self, i: usize) -> &Fitted {
+        self.fits.get(i, || self.slope(i))
+    }
+    fn raw_nodes(&self, i: usize) -> &[Bands; 8] {
+        self.raw.get(i, || self.node_values(i))
+    }
+    /// Values at the nodes of tile `i`.
+    fn nodes(&self, i: usize) -> &[Bands; 8] {
+        self.nodes.get(i, || self.hang(i))
     }
 
-    fn touching(&self, i: usize) -> Touching {
+    fn touch(&self, i: usize) -> Touching {
         let tile = &self.tiles[i];
         let mut known: Vec<(u32, bool)> = vec![(i as u32, true)];
         let mut list = Vec::new();
@@ -235,7 +247,8 @@ impl<'a> Builder<'a> {
         !self.transport.is_some_and(|t| t.blocked(above(a), above(b)))
     }
 
-    fn slope(&self, i: usize, touching: &Touching) -> (Slope, [(f64, f64); 3]) {
+    fn slope(&self, i: usize) -> Fitted {
+        let touching = self.touching(i);
         let mut ids: Vec<u32> = touching.iter().flatten().map(|t| t.0).collect();
         ids.sort_unstable();
         ids.dedup();
@@ -249,17 +262,21 @@ impl<'a> Builder<'a> {
         (fits.map(|f| f.slope()), range(ids.iter().map(|&j| self.values[j as usize])))
     }
 
-    fn node_values(&self, i: usize, touching: &Touching, fits: &[(Slope, [(f64, f64); 3])]) -> [Bands; 8] {
+    fn node_values(&self, i: usize) -> [Bands; 8] {
+        let touching = self.touching(i);
         let mut out = [[0.0; 3]; 8];
         let plate = &self.tiles[i].plate;
         for (k, &[u, v]) in node_parameters(plate.kind).iter().enumerate() {
             let touch = |b: usize| {
-                touching[k].iter().map(move |&(j, angle)| Touch {
-                    weight: angle,
-                    centre: self.tiles[j as usize].plate.centre(),
-                    value: self.values[j as usize][b],
-                    slope: fits[j as usize].0[b],
-                    range: fits[j as usize].1[b],
+                touching[k].iter().map(move |&(j, angle)| {
+                    let fit = self.fit(j as usize);
+                    Touch {
+                        weight: angle,
+                        centre: self.tiles[j as usize].plate.centre(),
+                        value: self.values[j as usize][b],
+                        slope: fit.0[b],
+                        range: fit.1[b],
+                    }
                 })
             };
             let p = plate.at(u, v);
@@ -269,8 +286,9 @@ impl<'a> Builder<'a> {
     }
 
     /// Nodes inside a neighbour's edge take the neighbour's value.
-    fn hang(&self, i: usize, touching: &Touching, nodes: &[[Bands; 8]]) -> [Bands; 8] {
-        let mut out = nodes[i];
+    fn hang(&self, i: usize) -> [Bands; 8] {
+        let touching = self.touching(i);
+        let mut out = *self.raw_nodes(i);
         let plate = &self.tiles[i].plate;
         for (k, &[u, v]) in node_parameters(plate.kind).iter().enumerate() {
             let p = plate.at(u, v);
@@ -283,7 +301,7 @@ impl<'a> Builder<'a> {
             });
             if let Some(j) = host {
                 let [a, b] = inside(&self.tiles[j].plate, p);
-                out[k] = interpolate(self.tiles[j].plate.kind, &nodes[j], self.values[j], a, b);
+                out[k] = interpolate(self.tiles[j].plate.kind, self.raw_nodes(j), self.values[j], a, b);
             }
         }
         out

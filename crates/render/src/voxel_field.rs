@@ -6,7 +6,7 @@
 //! interpolated trilinearly, plus a correction Π 4x(1−x) that keeps a whole voxel's own value at its centre.
 
 use crate::fit::{Fit, Slope, Touch, node_value};
-use rayon::prelude::*;
+use crate::lazy::Lazy;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Solution, VoxelZone, Voxmap, bands};
 use zonal_transport::Transport;
@@ -15,8 +15,8 @@ use zonal_transport::Transport;
 pub(crate) struct VoxelField<'a> {
     map: &'a Voxmap,
     zones: &'a [VoxelZone],
-    values: Vec<Bands>,
-    corners: Vec<[[f32; 3]; 8]>,
+    builder: Builder<'a>,
+    corners: Lazy<[[f32; 3]; 8]>,
 }
 
 impl<'a> VoxelField<'a> {
@@ -34,9 +34,9 @@ impl<'a> VoxelField<'a> {
                 bands(|k| (b[k] - z.albedo[k] * direct[k] / 4.0).max(0.0))
             })
             .collect();
-        let builder = Builder { s, map, transport, values: &values, near_facet: cells_near_facets(s, map) };
-        let corners = builder.corners();
-        Some(VoxelField { map, zones: &s.zones.voxels, values, corners })
+        let (corners, fits) = (Lazy::new(values.len()), Lazy::new(values.len()));
+        let builder = Builder { s, map, transport, values, near_facet: cells_near_facets(s, map), fits };
+        Some(VoxelField { map, zones: &s.zones.voxels, builder, corners })
     }
 
     /// B_ind, W/m², at a point of the zone.
@@ -44,7 +44,7 @@ impl<'a> VoxelField<'a> {
         let z = &self.zones[zone];
         let (corner, cell) = (self.map.corner(self.map.coordinates(z.cell)), self.map.cell());
         let [x, y, w] = [0, 1, 2].map(|k| ((p[k] - corner[k]) / cell[k]).clamp(0.0, 1.0));
-        let c = &self.corners[zone];
+        let c = self.corners.get(zone, || self.builder.corner_values(zone));
         let bump = if z.part.is_empty() { 64.0 * x * (1.0 - x) * y * (1.0 - y) * w * (1.0 - w) } else { 0.0 };
         bands(|b| {
             let lerp = |i: usize, j: usize, t: f64| c[i][b] as f64 * (1.0 - t) + c[j][b] as f64 * t;
@@ -53,7 +53,7 @@ impl<'a> VoxelField<'a> {
                 lerp(1, 5, x) * (1.0 - y) + lerp(3, 7, x) * y,
             );
             let mean = (0..8).map(|i| c[i][b] as f64).sum::<f64>() / 8.0;
-            (near * (1.0 - w) + far * w + bump * (self.values[zone][b] - mean)).max(0.0)
+            (near * (1.0 - w) + far * w + bump * (self.builder.values[zone][b] - mean)).max(0.0)
         })
     }
 }
@@ -87,47 +87,53 @@ struct Builder<'a> {
     s: &'a Solution,
     map: &'a Voxmap,
     transport: &'a Transport<'a>,
-    values: &'a [Bands],
+    values: Vec<Bands>,
     near_facet: Vec<bool>,
+    fits: Lazy<Fitted>,
 }
 
+/// The gradient of a zone, and the smallest and largest value among it and its neighbours, a band.
+type Fitted = (Slope, [(f64, f64); 3]);
+
+/// A zone that is connected with another, and the corners of the other's cell that its cell touches: bit 4i + 2j + k.
+type Neighbour = (u32, u8);
+
 impl Builder<'_> {
-    fn corners(&self) -> Vec<[[f32; 3]; 8]> {
-        let n = self.values.len();
-        let fits: Vec<(Slope, [(f64, f64); 3])> = (0..n).into_par_iter().map(|i| self.slope(i)).collect();
-        (0..n).into_par_iter().map(|i| self.corner_values(i, &fits)).collect()
+    fn fit(&self, i: usize) -> &Fitted {
+        self.fits.get(i, || self.slope(i))
     }
 
     /// The zone itself and those around it that are connected with it.
-    fn connected(&self, i: usize) -> Vec<u32> {
+    fn connected(&self, i: usize) -> Vec<Neighbour> {
         let zones = &self.s.zones;
         let own = &zones.voxels[i];
         let c = self.map.coordinates(own.cell);
         let dims = self.map.dims();
-        let mut list = vec![i as u32];
-        for x in c[0].saturating_sub(1)..(c[0] + 2).min(dims[0]) {
-            for y in c[1].saturating_sub(1)..(c[1] + 2).min(dims[1]) {
-                for z in c[2].saturating_sub(1)..(c[2] + 2).min(dims[2]) {
-                    let cell = self.map.index([x, y, z]);
-                    if cell == own.cell {
-                        continue;
-                    }
-                    let free = !self.near_facet[cell] && !self.near_facet[own.cell];
-                    let seen = |j: usize| free || !self.transport.blocked(own.centre, zones.voxels[j].centre);
-                    list.extend(zones.of_cell(cell).filter(|&j| seen(j)).map(|j| j as u32));
-                }
+        let mut list = Vec::with_capacity(32);
+        list.push((i as u32, u8::MAX));
+        // Corners on the lower side, all, and on the upper side of each axis.
+        const SIDES: [[u8; 3]; 3] = [[0x0f, 0xff, 0xf0], [0x33, 0xff, 0xcc], [0x55, 0xff, 0xaa]];
+        for n in (0..27).filter(|n| *n != 13) {
+            let d: [usize; 3] = [n / 9, n / 3 % 3, n % 3];
+            if (0..3).any(|k| c[k] + d[k] == 0 || c[k] + d[k] > dims[k]) {
+                continue;
             }
+            let cell = self.map.index([0, 1, 2].map(|k| c[k] + d[k] - 1));
+            let corners = SIDES[0][d[0]] & SIDES[1][d[1]] & SIDES[2][d[2]];
+            let free = !self.near_facet[cell] && !self.near_facet[own.cell];
+            let seen = |j: usize| free || !self.transport.blocked(own.centre, zones.voxels[j].centre);
+            list.extend(zones.of_cell(cell).filter(|&j| seen(j)).map(|j| (j as u32, corners)));
         }
         list
     }
 
-    fn slope(&self, i: usize) -> (Slope, [(f64, f64); 3]) {
+    fn slope(&self, i: usize) -> Fitted {
         let voxels = &self.s.zones.voxels;
         let list = self.connected(i);
         let mut fits = [Fit::default(); 3];
         let mut ranges = [(f64::INFINITY, f64::NEG_INFINITY); 3];
         for b in (0..3).filter(|&b| voxels[i].extinction[b] > 0.0) {
-            for j in list.iter().map(|&j| j as usize).filter(|&j| voxels[j].extinction[b] > 0.0) {
+            for j in list.iter().map(|&(j, _)| j as usize).filter(|&j| voxels[j].extinction[b] > 0.0) {
                 if j != i {
                     let d = voxels[j].centre - voxels[i].centre;
                     fits[b].add(d, self.values[j][b] - self.values[i][b]);
@@ -138,26 +144,25 @@ impl Builder<'_> {
         (fits.map(|f| f.slope()), ranges)
     }
 
-    fn corner_values(&self, i: usize, fits: &[(Slope, [(f64, f64); 3])]) -> [[f32; 3]; 8] {
+    fn corner_values(&self, i: usize) -> [[f32; 3]; 8] {
         let voxels = &self.s.zones.voxels;
         let list = self.connected(i);
         let c = self.map.coordinates(voxels[i].cell);
         let whole = self.map.cell().product();
+        let mut here: Vec<(&VoxelZone, Bands, &Fitted)> = Vec::with_capacity(8);
         std::array::from_fn(|corner| {
             let at = [c[0] + (corner >> 2 & 1), c[1] + (corner >> 1 & 1), c[2] + (corner & 1)];
-            let touches = |j: usize| {
-                let d = self.map.coordinates(voxels[j].cell);
-                (0..3).all(|k| d[k] == at[k] || d[k] + 1 == at[k])
-            };
-            let here: Vec<usize> = list.iter().map(|&j| j as usize).filter(|&j| touches(j)).collect();
             let v = self.map.corner(at);
+            here.clear();
+            let touching = list.iter().filter(|n| n.1 >> corner & 1 == 1).map(|n| n.0 as usize);
+            here.extend(touching.map(|j| (&voxels[j], self.values[j], self.fit(j))));
             bands(|b| {
-                let with = here.iter().filter(|&&j| voxels[j].extinction[b] > 0.0).map(|&j| Touch {
-                    weight: voxels[j].volume / whole + 1e-3,
-                    centre: voxels[j].centre,
-                    value: self.values[j][b],
-                    slope: fits[j].0[b],
-                    range: fits[j].1[b],
+                let with = here.iter().filter(|h| h.0.extinction[b] > 0.0).map(|(z, value, fit)| Touch {
+                    weight: z.volume / whole + 1e-3,
+                    centre: z.centre,
+                    value: value[b],
+                    slope: fit.0[b],
+                    range: fit.1[b],
                 });
                 node_value(v, with).unwrap_or(0.0)
             })

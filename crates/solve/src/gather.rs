@@ -28,12 +28,14 @@ use zonal_transport::direct::{Lamp, Receiver};
 
 /// Samples of every patch, and of every voxel, at first.
 const PILOT: [usize; 2] = [8, 4];
-/// The fewest and the most samples of a zone that is looked at again.
-const AGAIN: [usize; 2] = [16, 256];
+/// The fewest samples of a zone that is looked at again; any number is a multiple of it.
+const AGAIN: usize = 16;
+/// The most samples of a patch and of a voxel: what is left of a voxel's error averages out along any path.
+const MOST: [usize; 2] = [256, 128];
 /// Samples of a voxel whose ratio is averaged with those around it.
 const AVERAGED: usize = 16;
 /// Wanted error over tolerance and root mean square.
-const SHARE: f64 = 0.5;
+const SHARE: f64 = 0.7;
 /// The ratio of a cell may differ from the mean around it by so many of its own errors.
 const AGREES: f64 = 3.0;
 /// A mean over 27 cells is taken to err by this share of the cell's own error.
@@ -197,7 +199,7 @@ impl<'a> Gatherer<'a> {
 
     /// Zone `i` again, until its error is `wanted` (W/m²) or its samples are `most`.
     fn again(&self, i: usize, most: usize, wanted: f64) -> One {
-        let (mut t, least) = (Tally::default(), AGAIN[0]);
+        let (mut t, least) = (Tally::default(), AGAIN);
         self.add(&mut t, i, 0, least);
         let mut one = self.one(&t);
         let spread = error(&one, 0);
@@ -206,7 +208,7 @@ impl<'a> Gatherer<'a> {
             // e falls like m^(−3/4), or like 1/m where all agree.
             let power = if one.agrees() { 1.0 } else { 4.0 / 3.0 };
             let more = (least as f64 * (spread * full / wanted).powf(power)).min(most as f64);
-            let total = (more.ceil() as usize).next_power_of_two().clamp(2 * least, most);
+            let total = (more.ceil() as usize).next_multiple_of(AGAIN).clamp(2 * least, most);
             self.add(&mut t, i, least, total);
             one = self.one(&t);
         }
@@ -331,7 +333,7 @@ pub(crate) fn gather(
         if largest(first[i].full) * error(&first[i], more) <= wanted(i) {
             return One { error: error(&first[i], more) as f32, ..first[i] };
         }
-        let most = if open(i).is_some() { AVERAGED } else { AGAIN[1] };
+        let most = if open(i).is_some() { AVERAGED } else { MOST[usize::from(i >= patches)] };
         g.again(i, most, wanted(i))
     });
     let counted = |list: &[One]| list.iter().map(|o| o.count as u64).sum::<u64>();
@@ -349,7 +351,7 @@ pub(crate) fn gather(
             let calm = One { ratio: mean, error: CALMED * own.error, ..*own };
             return told(&calm);
         }
-        let again = g.again(i, AGAIN[1], wanted(i));
+        let again = g.again(i, MOST[1], wanted(i));
         (again.value(), largest(again.full) * again.error as f64, again.count as u64)
     };
     let settled: Vec<(Bands, f64, u64)> = (0..n).into_par_iter().map(settled).collect();

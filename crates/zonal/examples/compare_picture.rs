@@ -1,0 +1,140 @@
+//! Draws a solution and compares the picture with a reference in blocks of 8×8 pixels and pixel by pixel.
+//!
+//! `cargo run --release --example compare_picture -- RUN.npz --against ../shared/data/mitsuba-refs/sponza_haze_st0.02_a09 [--camera NAME]
+//! [--samples 4] [--lights 4] [-o side.png]`
+//!
+//! `--against X` reads the radiances `X.exr` and their standard errors `X_stderr.exr`. Where the ending of RUN is .exr, it is a picture already.
+//! The picture that `-o` writes has ours, the reference, and four times the difference about grey.
+
+use std::path::Path;
+use zonal::io::output;
+use zonal::render::{Image, RenderOptions, render};
+use zonal::scene::Quiet;
+
+/// Pixels along the edge of a block.
+const BLOCK: usize = 8;
+
+/// Root mean square, median and 95th percentile of the relative differences of blocks, and what single pixels say.
+struct Comparison {
+    /// Ratio of the means of the whole pictures, minus one, a band.
+    means: [f64; 3],
+    /// Relative differences of the blocks (all bands), by size, with sign.
+    blocks: Vec<f64>,
+    /// The reference's own relative error in a block, root mean square.
+    noise: f64,
+    /// sqrt(mean d² − mean σ²) over the mean, a band: what the reference's noise does not explain.
+    pixels: [f64; 3],
+}
+
+fn compare(ours: &Image, theirs: &Image, stderr: &[[f32; 3]]) -> Comparison {
+    let (w, h) = (ours.width, ours.height);
+    let n = (w * h) as f64;
+    let mean = |p: &[[f32; 3]], b: usize| p.iter().map(|c| c[b] as f64).sum::<f64>() / n;
+    let pixels = [0, 1, 2].map(|b| {
+        let square = |i: usize| (ours.pixels[i][b] as f64 - theirs.pixels[i][b] as f64).powi(2);
+        let noise = |i: usize| (stderr[i][b] as f64).powi(2);
+        let excess = (0..w * h).map(|i| square(i) - noise(i)).sum::<f64>() / n;
+        excess.max(0.0).sqrt() / mean(&theirs.pixels, b)
+    });
+    let (mut blocks, mut noise) = (Vec::new(), 0.0);
+    for y in (0..h / BLOCK).map(|y| y * BLOCK) {
+        for x in (0..w / BLOCK).map(|x| x * BLOCK) {
+            let inside = || (0..BLOCK * BLOCK).map(move |k| (y + k / BLOCK) * w + x + k % BLOCK);
+            let sum = |p: &[[f32; 3]]| inside().flat_map(|i| p[i]).map(f64::from).sum::<f64>();
+            let error = inside().flat_map(|i| stderr[i]).map(|e| f64::from(e).powi(2)).sum::<f64>().sqrt();
+            let want = sum(&theirs.pixels);
+            if want > 0.0 {
+                blocks.push(sum(&ours.pixels) / want - 1.0);
+                noise += (error / want).powi(2);
+            }
+        }
+    }
+    noise = (noise / blocks.len().max(1) as f64).sqrt();
+    blocks.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+    Comparison {
+        means: [0, 1, 2].map(|b| mean(&ours.pixels, b) / mean(&theirs.pixels, b) - 1.0),
+        blocks,
+        noise,
+        pixels,
+    }
+}
+
+impl Comparison {
+    fn percentile(&self, p: f64) -> f64 {
+        let last = self.blocks.len().saturating_sub(1);
+        self.blocks.get((last as f64 * p).round() as usize).map_or(0.0, |d| d.abs())
+    }
+    fn lines(&self) -> String {
+        let percent = |x: f64| format!("{:+.2} %", 100.0 * x);
+        let bands = |v: [f64; 3]| v.map(percent).join(" ");
+        format!(
+            "means {}\n{} blocks of {BLOCK}×{BLOCK}: median {:.2} %, 95th percentile {:.2} %, largest {}, the reference's own noise {:.2} %\nsqrt(mean d² − mean σ²)/mean {}\n",
+            bands(self.means),
+            self.blocks.len(),
+            100.0 * self.percentile(0.5),
+            100.0 * self.percentile(0.95),
+            percent(self.blocks.last().copied().unwrap_or(0.0)),
+            100.0 * self.noise,
+            bands(self.pixels)
+        )
+    }
+}
+
+/// Ours, the reference, and four times the difference about grey, each pixel `SCALE` times as large.
+fn side_by_side(ours: &Image, theirs: &Image, exposure: f64) -> (usize, usize, Vec<[f32; 3]>) {
+    const SCALE: usize = 3;
+    let (w, h) = (3 * ours.width * SCALE, ours.height * SCALE);
+    let pixel = |i: usize| {
+        let (x, y) = (i % w / SCALE, i / w / SCALE);
+        let k = y * ours.width + x % ours.width;
+        let (a, b) = (ours.pixels[k], theirs.pixels[k]);
+        match x / ours.width {
+            0 => a,
+            1 => b,
+            _ => [0, 1, 2].map(|c| (0.18 / exposure as f32 + 4.0 * (a[c] - b[c])).max(0.0)),
+        }
+    };
+    (w, h, (0..w * h).map(pixel).collect())
+}
+
+type Any = Box<dyn std::error::Error>;
+
+fn image(path: &str) -> Result<Image, Any> {
+    let p = output::read_exr(Path::new(path))?;
+    Ok(Image { width: p.width, height: p.height, pixels: p.pixels })
+}
+
+fn main() -> Result<(), Any> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let option =
+        |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1).cloned());
+    let number = |name: &str, default: usize| option(name).map_or(Ok(default), |x| x.parse());
+    let run = arguments.first().ok_or("which solution or picture? Give RUN.npz or PICTURE.exr")?;
+    let reference = option("--against").ok_or("against which reference? Give --against PATH without .exr")?;
+    let (theirs, stderr) = (image(&format!("{reference}.exr"))?, image(&format!("{reference}_stderr.exr"))?);
+    let ours = if run.ends_with(".exr") {
+        image(run)?
+    } else {
+        let solution = output::read_solution(Path::new(run))?;
+        let cameras = solution.scene.cameras();
+        let wanted = option("--camera");
+        let camera = cameras.iter().find(|c| wanted.as_ref().is_none_or(|w| *w == c.name));
+        let options = RenderOptions {
+            width: theirs.width,
+            height: theirs.height,
+            samples: number("--samples", 4)?,
+            light_samples: number("--lights", 4)?,
+        };
+        render(&solution, camera.ok_or("the solution has no such camera")?, &options, &Quiet)
+    };
+    if (ours.width, ours.height) != (theirs.width, theirs.height) {
+        return Err("the two pictures differ in size".into());
+    }
+    print!("{}", compare(&ours, &theirs, &stderr.pixels).lines());
+    if let Some(path) = option("-o") {
+        let exposure = output::auto_exposure(&theirs.pixels);
+        let (w, h, pixels) = side_by_side(&ours, &theirs, exposure);
+        output::write_png(Path::new(&path), w, h, &pixels, exposure, output::Curve::Filmic)?;
+    }
+    Ok(())
+}
