@@ -10,7 +10,7 @@ use crate::groups::{self, Source};
 use crate::hierarchical;
 use crate::operator::Operator;
 use crate::surroundings::Escape;
-use zonal_exchange::pair::{Counts, Exchange, Settings};
+use zonal_exchange::pair::{Counts, Exchange, Settings, VoxelFactors};
 use zonal_scene::solution::Closure;
 use zonal_scene::{Bands, Engine, Progress, Scene, SceneError, Vault, Zones};
 use zonal_transport::Transport;
@@ -18,8 +18,8 @@ use zonal_transport::Transport;
 /// Zones up to which `auto` takes every pair: about ten seconds of assembly where nothing hides anything.
 pub const DENSE_ZONES: usize = 4000;
 
-/// True once the hierarchical engine can be built.
-const HIERARCHICAL: bool = true;
+/// Bytes a zone below which no hierarchy can work: its nodes and a few links.
+const LEAST_BYTES: u64 = 200;
 
 /// What an engine is built from.
 pub struct Site<'a> {
@@ -65,42 +65,45 @@ pub struct Built {
     pub warnings: Vec<String>,
 }
 
-/// The engine for a scene, with the reason; never [`Engine::Auto`].
-pub fn choose(scene: &Scene, forecast: &Forecast, memory: u64) -> Result<(Engine, String), SceneError> {
+/// The engine for a scene, with the reason; never [`Engine::Auto`]. The error says what would not fit into `memory` bytes, or what
+/// only every pair can do.
+pub fn choose(
+    scene: &Scene,
+    forecast: &Forecast,
+    settings: Settings,
+    memory: u64,
+) -> Result<(Engine, String), SceneError> {
     let zones = forecast.patches + forecast.voxels + forecast.panes;
-    let fits = forecast.bytes <= memory;
-    match scene.options().engine {
-        Engine::Hierarchical if HIERARCHICAL => Ok((Engine::Hierarchical, "as asked".into())),
-        Engine::Hierarchical => Err(SceneError::new(
-            "solve.engine",
-            "the hierarchical engine is not built yet; use auto or dense",
-        )),
-        Engine::Auto if HIERARCHICAL && (zones > DENSE_ZONES || !fits) => {
-            let why = if zones > DENSE_ZONES {
-                format!("{zones} zones are more than {DENSE_ZONES}")
-            } else {
-                "the exchange areas of all pairs would need more memory than allowed".to_string()
-            };
-            Ok((Engine::Hierarchical, why))
+    let paper = settings.voxels != VoxelFactors::Exact;
+    let (engine, why) = match scene.options().engine {
+        Engine::Auto if paper => (Engine::Dense, "formulas of the paper are for pairs".to_string()),
+        Engine::Auto if zones > DENSE_ZONES => {
+            (Engine::Hierarchical, format!("{zones} zones are more than {DENSE_ZONES}"))
         }
-        asked if fits => {
-            let why = match asked {
-                Engine::Auto if zones <= DENSE_ZONES => {
-                    format!("{zones} zones are no more than {DENSE_ZONES}")
-                }
-                _ => "as asked".to_string(),
-            };
-            Ok((Engine::Dense, why))
+        Engine::Auto if forecast.bytes > memory => {
+            (Engine::Hierarchical, "every pair would need more memory than allowed".to_string())
         }
-        _ => Err(SceneError::new(
-            "solve.patch_size",
-            format!(
-                "{zones} zones need {:.3} GB for their exchange areas, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
-                forecast.bytes as f64 / 1e9,
-                memory as f64 / 1e9
-            ),
-        )),
+        Engine::Auto => (Engine::Dense, format!("{zones} zones are no more than {DENSE_ZONES}")),
+        Engine::Hierarchical if paper => {
+            return Err(SceneError::new(
+                "solve.engine",
+                "formulas of the paper are for pairs; use the dense engine, or --factors exact",
+            ));
+        }
+        asked => (asked, "as asked".to_string()),
+    };
+    let bytes = if engine == Engine::Dense { forecast.bytes } else { LEAST_BYTES * zones as u64 };
+    if bytes <= memory {
+        return Ok((engine, why));
     }
+    Err(SceneError::new(
+        "solve.patch_size",
+        format!(
+            "{zones} zones need {:.3} GB for their exchange areas, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
+            bytes as f64 / 1e9,
+            memory as f64 / 1e9
+        ),
+    ))
 }
 
 /// Builds an engine. Closure is measured, or restored where the scene asks for it, which may scale `escape` too.

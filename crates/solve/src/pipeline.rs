@@ -85,7 +85,7 @@ pub fn solve_zones(
     job: &Job,
 ) -> Result<(Fields, Vec<Group>, Report), SceneError> {
     let forecast = Forecast::new(scene, zones, transport);
-    let (engine, reason) = engine::choose(scene, &forecast, job.memory)?;
+    let (engine, reason) = engine::choose(scene, &forecast, job.settings, job.memory)?;
     let direct = illuminate(scene, zones, transport, job);
     let mut escape = surroundings(scene, zones, transport, job);
     let (sources, note) = groups::chosen(scene, zones);
@@ -101,8 +101,8 @@ pub fn solve_zones(
         progress: job.progress,
     };
     let built = engine::build(engine, &site, &mut escape)?;
-    let ended = iterate(&site, &built, &escape, job);
-    let (fields, groups) = fields(&site, &built, &escape, &ended, engine);
+    let mut ended = iterate(&site, &built, &escape, job);
+    let (fields, groups) = fields(&site, &built, &escape, &mut ended, engine);
     let mut report = report(&site, &built, &escape, &fields, &groups, &ended);
     (report.engine, report.reason) = (engine.word().into(), reason);
     report.warnings.extend(note);
@@ -233,17 +233,18 @@ fn fields(
     site: &Site,
     built: &Built,
     escape: &Escape,
-    ended: &[Ended],
+    ended: &mut [Ended],
     engine: Engine,
 ) -> (Fields, Vec<Group>) {
     let zones = site.zones;
     let n = zones.len();
-    let strengths: Vec<Vec<Bands>> = ended.iter().map(|e| e.strengths.clone()).collect();
+    // Lent to the operator and given back: fields of a large scene are not copied without need.
+    let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
     let mut arriving = built.operator.apply_many(&strengths);
-    drop(strengths);
+    ended.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
     let mut f = Fields { incident: vec![[0.0; 3]; n], direct: vec![[0.0; 3]; n], ..Fields::default() };
     let mut list = Vec::new();
-    for ((source, ended), incident) in site.sources.iter().zip(ended).zip(&mut arriving) {
+    for ((source, ended), incident) in site.sources.iter().zip(&*ended).zip(&mut arriving) {
         let (own, sky) = (source.direct(site.direct), source.sky(site.scene));
         for (i, h) in incident.iter_mut().enumerate() {
             let (_, measure) = response(zones, i);
