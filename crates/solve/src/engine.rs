@@ -15,7 +15,8 @@ use zonal_scene::solution::Closure;
 use zonal_scene::{Bands, Engine, Progress, Scene, SceneError, Vault, Zones};
 use zonal_transport::Transport;
 
-/// Zones up to which `auto` takes every pair: about ten seconds of assembly where nothing hides anything.
+/// Zones up to which `auto` takes every pair: 3700 zones with a shelf among them took 25 seconds of one core of 2023, and 2 by links
+/// whose error was ten times as large.
 pub const DENSE_ZONES: usize = 4000;
 
 /// Bytes a zone below which no hierarchy can work: its nodes and a few links.

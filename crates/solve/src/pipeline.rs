@@ -26,6 +26,9 @@ pub const DEFAULT_MEMORY: u64 = 12 << 30;
 /// Relative energy residual above which the report says so.
 const POOR_BALANCE: f64 = 1e-3;
 
+/// Residual, over the tolerance, with which an engine is content whose links err by the tolerance: far below what they leave.
+const CONTENT: f64 = 1e-4;
+
 /// How a scene is solved, beside what it says itself.
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
@@ -101,7 +104,7 @@ pub fn solve_zones(
         progress: job.progress,
     };
     let built = engine::build(engine, &site, &mut escape)?;
-    let mut ended = iterate(&site, &built, &escape, job);
+    let mut ended = iterate(&site, &built, &escape, engine, job);
     let (fields, groups) = fields(&site, &built, &escape, &mut ended, engine);
     let mut report = report(&site, &built, &escape, &fields, &groups, &ended);
     (report.engine, report.reason) = (engine.word().into(), reason);
@@ -192,7 +195,7 @@ pub fn targets(zones: &Zones) -> Vec<f64> {
 }
 
 /// Solves all groups side by side.
-fn iterate(site: &Site, built: &Built, escape: &Escape, job: &Job) -> Vec<Ended> {
+fn iterate(site: &Site, built: &Built, escape: &Escape, engine: Engine, job: &Job) -> Vec<Ended> {
     let (weights, targets) = (groups::weights(site.zones), targets(site.zones));
     let columns = site.columns(escape);
     let system = System { operator: built.operator.as_ref(), weights: &weights, targets: &targets };
@@ -200,7 +203,8 @@ fn iterate(site: &Site, built: &Built, escape: &Escape, job: &Job) -> Vec<Ended>
     if let Some(n) = options.sweeps {
         return krylov::sweeps(&system, &columns, n, job.progress);
     }
-    let stop = Stop { residual: options.residual, iterations: options.max_iterations };
+    let content = if engine == Engine::Hierarchical { CONTENT * options.tolerance } else { 0.0 };
+    let stop = Stop { residual: options.residual.max(content), iterations: options.max_iterations };
     let warm = initial(site, &columns, job.initial);
     krylov::solve(&system, &columns, warm.as_deref(), stop, job.vault, job.progress)
 }
