@@ -25,6 +25,11 @@ pub fn judge(arguments: &Arguments) -> Outcome {
     let solution = output::read_solution(Path::new(file))?;
     let own = arguments.plain().map(|p| input::read_scene(Path::new(p))).transpose()?;
     let scene = own.as_ref().unwrap_or(&solution.scene);
+    if !same(scene, &solution.scene) {
+        return Err(
+            format!("{file}: its facets, panes or cells are not the scene's; solve the scene again").into()
+        );
+    }
     let judge = Judge::new(scene);
     let accuracy = Accuracy {
         relative: arguments.number("--error", 0.01)?,
@@ -63,6 +68,12 @@ pub fn judge(arguments: &Arguments) -> Outcome {
         output::write_bytes(Path::new(path), listing(&solution, &groups).as_bytes())?;
     }
     Ok(true)
+}
+
+/// True when zones of one scene are zones of the other.
+fn same(a: &Scene, b: &Scene) -> bool {
+    let dims = |s: &Scene| s.voxmap().map(|m| m.dims());
+    (a.facets().len(), a.panes().len(), dims(a)) == (b.facets().len(), b.panes().len(), dims(b))
 }
 
 /// The size of a zone: m² or m³.
