@@ -2,6 +2,7 @@
 //!
 //! Nothing here is shared with the engines it checks: no tree, no quadrature, no walk from cell to cell, no cache. Every ray asks
 //! every facet; integrals over scenes are means over random samples with their standard errors, and seeds make all of it repeatable.
+//! Only the [`judge`] of whole scenes has a tree, its own, checked against the walk over every facet.
 //! Factors of aligned boxes come from closed forms along rays and a tanh–sinh rule, with an error of their own.
 //!
 //! | module | what |
