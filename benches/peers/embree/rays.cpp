@@ -1,4 +1,4 @@
-// The any-hit rate of Embree on triangles and segments in files: rays FOLDER NAME.
+// The any-hit rate of Embree on triangles and segments in files: rays FOLDER NAME [medium], the last for a tree without spatial splits.
 // Reads NAME.tri, NAME.volume, NAME.surface and the answers NAME.*.ours of `cargo run -p zonal-transport --example rays`.
 #include <embree3/rtcore.h>
 #include <algorithm>
@@ -24,13 +24,13 @@ static double cpu() {
 }
 
 int main(int argc, char **argv) {
-    if (argc != 3) return std::fprintf(stderr, "rays FOLDER NAME\n"), 2;
+    if (argc < 3) return std::fprintf(stderr, "rays FOLDER NAME [medium]\n"), 2;
     const std::string base = std::string(argv[1]) + "/" + argv[2];
     const std::vector<double> corners = doubles(base + ".tri");
     RTCDevice device = rtcNewDevice("threads=1");
     RTCScene scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
+    rtcSetSceneBuildQuality(scene, argc > 3 ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH);
     RTCGeometry mesh = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     const size_t n = corners.size() / 9;
     float *v = static_cast<float *>(

@@ -15,8 +15,8 @@
 //! double precision: no answer hangs on this sieve.
 //!
 //! **Flat blocks.** Walls are meshes of coplanar plates, and a segment in a wall, or from one, would be in doubt at all of them. The
-//! plates of a flat block have one plane to 10⁻¹¹ R, far below the length ε at which an end counts as lying in it; so where an
-//! end's height above the first plate is at most 0.9 ε, none is crossed.
+//! plates of a flat block have one plane to 10⁻¹¹ R, far below the length ε at which an end counts as lying in it. So none is
+//! crossed where the ends are not on both sides of it by 0.9 ε: [`Plane`], which is asked before the block is fetched.
 
 use super::node::LANES;
 use crate::meet::Line;
@@ -43,8 +43,14 @@ pub(super) struct Block {
     parallelograms: u32,
     first: u32,
     count: u32,
-    /// A point of the plane and its unit normal where all plates lie in one, m; else not a number.
-    plane: [Vec3; 2],
+}
+
+/// The plane in which all plates of a block lie, m; not a number where there is none.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(super) struct Plane {
+    origin: Vec3,
+    normal: Vec3,
 }
 
 /// How far the planes of a flat block may differ, in units of R.
@@ -89,7 +95,6 @@ impl Block {
             parallelograms: flags.sum(),
             first,
             count: plates.len().min(LANES) as u32,
-            plane: plane(plates, FLAT / scale),
         }
     }
 
@@ -97,17 +102,6 @@ impl Block {
     #[inline(always)]
     pub fn run(&self) -> std::ops::Range<usize> {
         self.first as usize..(self.first + self.count) as usize
-    }
-
-    /// True when the plates lie in one plane and the segment a → a + d ends or begins there, or lies in it: then none is crossed.
-    /// Both ends must lie in the scene's bounds or near them.
-    #[inline(always)]
-    pub fn rests(&self, line: &Line) -> bool {
-        let [origin, normal] = self.plane;
-        let start = (line.a - origin).dot(normal);
-        let end = start + line.d.dot(normal);
-        // Not a number is no.
-        start.abs() <= CERTAIN * line.plane || end.abs() <= CERTAIN * line.plane
     }
 
     /// A bit for each plate that the segment may cross, and for each that it surely crosses.
@@ -147,20 +141,34 @@ impl Block {
     }
 }
 
-/// A point and the unit normal of the plane in which all plates lie to `slack`, m; not a number where there is none.
-fn plane(plates: &[Plate], slack: f64) -> [Vec3; 2] {
-    let none = [Vec3::splat(f64::NAN); 2];
-    let Some(first) = plates.first() else {
-        return none;
-    };
-    let normal = first.normal();
-    let level = |p: &Plate| {
-        let (n, height) = (p.normal(), (p.origin - first.origin).dot(normal));
-        let turn = (n - normal).max_abs().min((n + normal).max_abs());
-        turn <= FLAT * 0.1 && height.abs() <= slack
-    };
-    if plates.iter().all(level) { [first.origin, normal] } else { none }
+impl Plane {
+    /// The common plane of plates, `scale` as for [`Block::new`].
+    pub fn new(plates: &[Plate], scale: f64) -> Plane {
+        let Some(first) = plates.first() else {
+            return NO_PLANE;
+        };
+        let (origin, normal) = (first.origin, first.normal());
+        let level = |p: &Plate| {
+            let (n, height) = (p.normal(), (p.origin - origin).dot(normal));
+            let turn = (n - normal).max_abs().min((n + normal).max_abs());
+            turn <= 0.1 * FLAT && height.abs() * scale <= FLAT
+        };
+        if plates.iter().all(level) { Plane { origin, normal } } else { NO_PLANE }
+    }
+
+    /// True when there is a plane and the segment a → a + d does not cross it for certain. Both ends must lie in the scene's bounds.
+    #[inline(always)]
+    pub fn apart(&self, line: &Line) -> bool {
+        let start = (line.a - self.origin).dot(self.normal);
+        let end = start + line.d.dot(self.normal);
+        let limit = CERTAIN * line.plane;
+        // Not a number is no.
+        (start >= -limit && end >= -limit) || (start <= limit && end <= limit)
+    }
 }
+
+const NO_PLANE: Plane =
+    Plane { origin: Vec3 { x: f64::NAN, y: f64::NAN, z: f64::NAN }, normal: Vec3 { x: 0.0, y: 0.0, z: 0.0 } };
 
 // Functions, not closures: these would miss the wide instructions.
 
@@ -254,7 +262,7 @@ mod tests {
                 assert_eq!(got, Machine::plain().run(Sieve(&block, &s)));
                 assert!(got.0 == 1 || !crossed, "{plate:?} {a:?} {b:?}");
                 assert!(got.1 == 0 || crossed, "{plate:?} {a:?} {b:?}");
-                assert!(!(block.rests(&line) && crossed), "{plate:?} {a:?} {b:?}");
+                assert!(!(Plane::new(&[plate], 1.0).apart(&line) && crossed), "{plate:?} {a:?} {b:?}");
                 match got {
                     (0, _) => out += 1,
                     (_, 0) => doubt += 1,
@@ -272,11 +280,12 @@ mod tests {
         let mut plates = vec![triangle(0.0), triangle(1.0), triangle(2.0)];
         let line = |a, b: Vec3| Line::new(a, b - a, &Tolerance { plane: 1e-9, rounding: 0.0, edge: 0.0 });
         let up = Vec3::from_array([0.1, 0.2, 9.0]);
-        let rests = |plates: &[Plate], l: &Line| Block::new(plates, 0, |x| x, 0.1).rests(l);
+        let rests = |plates: &[Plate], l: &Line| Plane::new(plates, 0.1).apart(l);
         assert!(rests(&plates, &line(at(0.3, 0.3), at(5.0, 8.0))));
         assert!(rests(&plates, &line(at(0.3, 0.3), up)));
-        assert!(!rests(&plates, &line(at(0.3, 0.3) + up * 1e-6, up)));
+        assert!(rests(&plates, &line(at(0.3, 0.3) + up * 1e-6, up)));
+        assert!(!rests(&plates, &line(at(0.3, 0.3) - up * 1e-6, up)));
         plates.push(Plate::triangle(at(0.0, 0.0), at(1.0, 0.0), up));
-        assert!(!rests(&plates, &line(at(0.3, 0.3), up)));
+        assert!(!rests(&plates, &line(at(0.3, 0.3), at(0.4, 0.4))));
     }
 }

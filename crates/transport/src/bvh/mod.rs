@@ -2,8 +2,8 @@
 //!
 //! A segment a + t d meets the box [lo, hi] where max_k min((lo−a)/d, (hi−a)/d)_k ≤ min_k max(…)_k on 0 ≤ t ≤ 1, eight boxes at a
 //! time in single precision. Coordinates are taken about the scene's centre in units of its half size R, and boxes are padded by
-//! 10⁻⁶ R: rounding of a, d, 1/d and of the products moves a box's face by at most 5·10⁻⁷ R, so no box that holds a hit is
-//! missed. A zero component of d becomes 10⁻²⁰, so nothing is ever 0·∞. A leaf holds up to eight plates; `block` says in single
+//! 10⁻⁶ R: rounding of a, d, 1/d and of the products moves a box's face by at most 5·10⁻⁷ R, so no box that
+//! holds a hit is missed. A zero component of d becomes 10⁻²⁰, so nothing is ever 0·∞. A leaf holds up to eight plates; `block` says in single
 //! precision which of them the segment cannot cross. Whether a plate is hit is decided in double precision by
 //! [`crate::meet`] alone.
 
@@ -13,7 +13,7 @@ mod node;
 
 use crate::meet::{Line, Prepared, Tolerance};
 use crate::shaft::Shaft;
-use block::{Block, Segment};
+use block::{Block, Plane, Segment};
 use build::Item;
 use node::{LANES, Node, Ray, leaf};
 use zonal_math::Vec3;
@@ -37,6 +37,8 @@ const PLANE_SLACK: f64 = 1e-5;
 pub(crate) struct Bvh {
     nodes: Vec<Node>,
     blocks: Vec<Block>,
+    /// Of each block.
+    planes: Vec<Plane>,
     plates: Vec<Prepared>,
     ids: Vec<u32>,
     depth: usize,
@@ -70,13 +72,15 @@ impl Bvh {
             .collect();
         let built = build::build(&mut items);
         let ordered: Vec<Plate> = items.iter().map(|i| plates[i.id as usize].1).collect();
-        let block = |(first, count): &(u32, u32)| {
-            let run = &ordered[*first as usize..(first + count) as usize];
-            Block::new(run, *first, |x| (x - centre) * scale, scale)
+        let run = |first: u32, count: u32| &ordered[first as usize..(first + count) as usize];
+        let block = |&(first, count): &(u32, u32)| {
+            Block::new(run(first, count), first, |x| (x - centre) * scale, scale)
         };
+        let plane = |&(first, count): &(u32, u32)| Plane::new(run(first, count), scale);
         let pad = Vec3::splat(2.0 * PAD / scale);
         Bvh {
             blocks: built.leaves.iter().map(block).collect(),
+            planes: built.leaves.iter().map(plane).collect(),
             nodes: built.nodes,
             plates: ordered.iter().map(Prepared::new).collect(),
             ids: items.iter().map(|i| plates[i.id as usize].0).collect(),
@@ -290,14 +294,14 @@ impl<V: FnMut(usize) -> bool, const ANY: bool> Descent<'_, V, ANY> {
                 mask &= mask - 1;
                 let child = children[lane];
                 if let Some(block) = leaf(child) {
+                    if self.whole && bvh.planes[block].apart(self.line) {
+                        continue;
+                    }
                     let block = &bvh.blocks[block];
                     let first = block.run().start;
                     let (mut left, sure) = block.sieve(w, &self.segment);
                     if ANY && sure != 0 {
                         return true;
-                    }
-                    if left != 0 && self.whole && block.rests(self.line) {
-                        continue;
                     }
                     while left != 0 {
                         let slot = first + left.trailing_zeros() as usize;
