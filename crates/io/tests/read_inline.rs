@@ -2,7 +2,7 @@
 
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Light, PlateKind, Scene, Sides};
+use zonal_scene::{Engine, Groups, Light, PlateKind, Scene, Sides};
 
 fn read(text: &str) -> Scene {
     parse_scene(text, None, "test.toml").unwrap_or_else(|e| panic!("{e}"))
@@ -16,6 +16,9 @@ patch_size = 0.5
 closure = "restore"
 residual = 1e-8
 max_iterations = 50
+sweeps = 6
+engine = "hierarchical"
+groups = "each"
 
 [[surface]]
 name = "floor"
@@ -97,6 +100,7 @@ fn every_inline_feature_reads_right() {
     let o = s.options();
     assert_eq!((o.tolerance, o.residual, o.max_iterations), (1e-3, 1e-8, 50));
     assert_eq!((o.patch_size, o.restore_closure), (Some(0.5), true));
+    assert_eq!((o.sweeps, o.engine, o.groups), (Some(6), Engine::Hierarchical, Groups::Each));
 
     let names: Vec<&str> = s.surfaces().iter().map(|s| s.name.as_str()).collect();
     let walls = ["hall.x0", "hall.x1", "hall.y1", "hall.z0", "hall.z1"];
