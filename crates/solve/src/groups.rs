@@ -11,6 +11,7 @@
 
 use crate::direct::{self, Direct};
 use crate::surroundings::Escape;
+use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_exchange::pair::strength;
 use zonal_scene::group::{ALL, MEDIUM, PANES, SURROUNDINGS};
@@ -167,6 +168,7 @@ pub fn strengths(
 ) -> Vec<Bands> {
     let sky = source.sky(scene);
     (0..zones.len())
+        .into_par_iter()
         .map(|i| {
             let (c, (rho, measure)) = (strength(zones, i), response(zones, i));
             let e = if source.emits(zones, i) { emission(zones, i) } else { [0.0; 3] };
@@ -182,5 +184,5 @@ pub fn weights(zones: &Zones) -> Vec<Bands> {
         let (c, (rho, measure)) = (strength(zones, i), response(zones, i));
         bands(|b| c[b] * rho[b] / measure)
     };
-    (0..zones.len()).map(one).collect()
+    (0..zones.len()).into_par_iter().map(one).collect()
 }

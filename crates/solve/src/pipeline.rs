@@ -11,6 +11,7 @@ use crate::groups::{self, Source, emission, response};
 use crate::krylov::{self, Ended, Stop, System};
 use crate::stage::{Pen, Reader};
 use crate::surroundings::Escape;
+use rayon::prelude::*;
 use zonal_exchange::pair::{Settings, strength, target};
 use zonal_math::Grade;
 use zonal_scene::solution::Energy;
@@ -191,7 +192,7 @@ fn surroundings(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) 
 
 /// A of a patch, 4V of a volume zone.
 pub fn targets(zones: &Zones) -> Vec<f64> {
-    (0..zones.len()).map(|i| target(zones, i)).collect()
+    (0..zones.len()).into_par_iter().map(|i| target(zones, i)).collect()
 }
 
 /// Solves all groups side by side.
@@ -261,6 +262,7 @@ fn fields(
         list.push(group(source, ended, energy, std::mem::take(incident), own, engine));
     }
     f.radiosity = (0..n)
+        .into_par_iter()
         .map(|i| {
             let (e, (rho, _)) = (emission(zones, i), response(zones, i));
             bands(|b| e[b] + rho[b] * (f.incident[i][b] + f.direct[i][b]))
@@ -305,12 +307,13 @@ fn errors(site: &Site, built: &Built, incident: &[Bands], ended: &[Ended]) -> Ve
         all.iter_mut().zip(&e.strengths).for_each(|(a, s)| *a = bands(|b| a[b] + s[b]));
     }
     let known = built.operator.error(&all);
-    let defects = &built.closure.1;
+    let (defects, noise) = (&built.closure.1, &built.noise);
+    let zones = site.zones;
     let one = |i: usize| match &known {
-        Some(e) => e[i].map(|e| e / response(site.zones, i).1),
-        None => bands(|b| incident[i][b] * (defects[i][b].abs() + built.noise[i])),
+        Some(e) => e[i].map(|e| e / response(zones, i).1),
+        None => bands(|b| incident[i][b] * (defects[i][b].abs() + noise[i])),
     };
-    (0..incident.len()).map(one).collect()
+    (0..incident.len()).into_par_iter().map(one).collect()
 }
 
 /// The worst end of all groups, and the power that all together have not distributed.
