@@ -4,9 +4,6 @@
 //! one of its sampled visibility, d = (error of k) · M. Errors of expansions have either sign from link to link and are alike in some:
 //! a zone with errors e_k from its own links and all those above it is taken to have √(Σe · √Σe²), between the sum and the root of the
 //! squares. Those of visibility behave likewise, d in place of e, and count by [`DOUBT`], as one blocker hides a zone from many.
-//!
-//! What is wrong at one bounce is handed on with the light: the estimate grows by the share of what arrives that was reflected before,
-//! [`gain`].
 
 use super::kernel::{Curve, Place, Spot};
 use super::links::Links;
@@ -15,9 +12,11 @@ use rayon::prelude::*;
 use zonal_scene::{Bands, bands};
 
 /// How much the joint error of visibility counts.
-const DOUBT: f64 = 1.0;
+const DOUBT: f64 = 1.5;
 /// Relative error of a pair of zones with an exact geometric factor.
 const EXACT: f64 = 1e-3;
+/// The same by points, or with parts of voxels.
+const SAMPLED: f64 = 0.03;
 /// Relative error of a flat pair.
 const FLAT: f64 = 0.3;
 
@@ -51,7 +50,7 @@ fn powers(tree: &Tree, strengths: &[Bands]) -> Vec<[Bands; 2]> {
 /// Relative errors of a link at the receiver: of what arrives, and of what the source's variation adds.
 fn open(a: &Node, b: &Node, sa: &Spot, sb: &Spot) -> (f64, f64) {
     if a.is_leaf() && b.is_leaf() {
-        return (EXACT, 0.0);
+        return (if a.full && b.full { EXACT } else { SAMPLED }, 0.0);
     }
     let place = Place::new(sa, sb);
     if place.flat {

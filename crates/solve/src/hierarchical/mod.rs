@@ -8,11 +8,13 @@
 //! | [`demand`] | power and tolerance of every node from a rough solution |
 //! | [`refine`] | which pairs become links |
 //! | [`links`] | links and their application: up, across, down |
+//! | [`closure`] | closure restored by clusters |
 //! | [`estimate`] | what the links leave open |
 //!
 //! **Passes.** A rough refinement with the sources alone, a rough solution with its links, a refinement driven by that solution; the
 //! caller solves with it. Cost and memory grow with the number of zones: the number of links per zone falls slowly as zones are refined.
 
+pub mod closure;
 pub mod demand;
 pub mod estimate;
 pub mod kernel;
@@ -21,7 +23,6 @@ pub mod refine;
 pub mod sight;
 pub mod tree;
 
-use crate::closure;
 use crate::dense;
 use crate::engine::{Built, Site};
 use crate::groups;
@@ -38,7 +39,8 @@ use tree::Tree;
 use zonal_exchange::aligned::FactorCache;
 use zonal_exchange::pair::{Exchange, Settings};
 use zonal_math::Grade;
-use zonal_scene::{Bands, NoVault, SceneError, bands};
+use zonal_scene::solution::Closure;
+use zonal_scene::{Bands, Estimate, Fields, NoVault, SceneError, bands};
 
 /// The rough refinement is coarser by this.
 const ROUGH: f64 = 10.0;
@@ -46,6 +48,8 @@ const ROUGH: f64 = 10.0;
 const ROUGHEST: f64 = 0.2;
 /// Where the rough solution stops.
 const ROUGH_STOP: Stop = Stop { residual: 1e-2, iterations: 40 };
+/// The estimate falls with ε to the power of one over this.
+const STEEPNESS: f64 = 1.8;
 /// Relative radius of the tables of boxes.
 const TABLES: f64 = 1e-6;
 
@@ -57,16 +61,49 @@ pub struct Hierarchical {
     group: [usize; 3],
     measure: Vec<f64>,
     scaling: Option<Vec<Bands>>,
+    /// ε of the last refinement.
+    epsilon: f64,
+    /// Strengths of a rough solution of every group, with what arrives.
+    known: Vec<(Vec<Bands>, Vec<Bands>)>,
     /// What the last refinement counted.
     pub tally: Tally,
 }
 
-/// Builds the engine for all light groups of a scene.
+/// Estimate over tolerance at which a refinement is content: errors are smaller than their estimates.
+const CONTENT: f64 = 1.5;
+/// Refinements at most.
+const ROUNDS: usize = 4;
+/// ε of the first refinement over the tolerance.
+const FIRST: f64 = 0.7;
+/// Zones up to which an unmet tolerance is pursued by refining again whatever it costs.
+const PURSUED: usize = 60_000;
+
+/// Builds the engine for all light groups of a scene: refines until the estimate of the solution meets the tolerance.
 pub fn build(site: &Site, escape: &mut Escape) -> Result<Built, SceneError> {
-    let made = Hierarchical::new(site, escape, site.scene.options().tolerance)
+    let (zones, tolerance) = (site.zones, site.scene.options().tolerance);
+    let mut made = Hierarchical::new(site, escape, FIRST * tolerance)
         .ok_or_else(|| SceneError::new("scene", "the scene has no zones; add a surface or a medium"))?;
-    let zones = site.zones;
-    let closure = closure::measure(&made, zones, escape);
+    let mut warnings = Vec::new();
+    for round in 1.. {
+        let estimate = made.estimated(site, escape);
+        if estimate <= CONTENT * tolerance {
+            break;
+        }
+        if round >= ROUNDS || zones.len() > PURSUED {
+            warnings.push(format!(
+                "the estimated error, {estimate:.1e}, is above what the tolerance {tolerance} asks: give a smaller tolerance"
+            ));
+            break;
+        }
+        let factor = (CONTENT * tolerance / estimate).powf(STEEPNESS).clamp(0.05, 0.7);
+        made.epsilon *= factor;
+        made.refine(site);
+    }
+    let closure = crate::closure::measure(&made, zones, escape);
+    let closure = match site.scene.options().restore_closure {
+        true => made.restore(site, escape, closure),
+        false => closure,
+    };
     let t = &made.tally;
     let list = [
         ("inner nodes", made.tree.inner as u64),
@@ -84,66 +121,121 @@ pub fn build(site: &Site, escape: &mut Escape) -> Result<Built, SceneError> {
         noise: Vec::new(),
         closure,
         counts: list.into_iter().map(|(k, v)| (k.to_string(), v)).collect(),
-        warnings: Vec::new(),
+        warnings,
     })
 }
 
 impl Hierarchical {
     /// Refines for the sources of all light groups to ε; `None` without zones.
     pub fn new(site: &Site, escape: &Escape, epsilon: f64) -> Option<Hierarchical> {
-        let (scene, zones, progress) = (site.scene, site.zones, site.progress);
-        let tree = Tree::new(scene, zones)?;
+        let tree = Tree::new(site.scene, site.zones)?;
         let spots: Vec<Spot> = tree.nodes.iter().map(Spot::of).collect();
-        let (group, count) = dense::groups(scene, site.transport.has_panes_between());
-        let lead: Vec<usize> = (0..count).map(|g| group.iter().position(|&x| x == g).unwrap_or(0)).collect();
-        let settings = Settings { keep_zones: false, ..Settings::default() };
-        let exchange = Exchange::with_settings(scene, zones, site.transport, settings);
-        let boxes = FactorCache::new(TABLES);
-        let mut measure = vec![0.0; zones.len()];
+        let (group, count) = dense::groups(site.scene, site.transport.has_panes_between());
+        let mut measure = vec![0.0; site.zones.len()];
         for slot in 0..tree.leaves() {
             measure[tree.zone[slot] as usize] = tree.nodes[tree.leaf(slot)].weight as f64;
         }
-        let tally = Tally::default();
-        let mut made =
-            Hierarchical { tree, spots, links: Links::default(), group, measure, scaling: None, tally };
-        let columns = site.columns(escape);
-        let rough = (ROUGH * epsilon).min(ROUGHEST).max(epsilon);
-        for (epsilon, first) in [(rough, true), (epsilon, false)] {
-            let solved: Vec<(Vec<Bands>, Vec<Bands>)> = if first {
-                columns.iter().map(|s| (s.clone(), Vec::new())).collect()
-            } else {
-                made.rough(site, &columns)
-            };
-            let known: Vec<Known> = solved.iter().map(|(s, h)| Known { strengths: s, arriving: h }).collect();
-            let demand = demand::demand(&made.tree, zones, &known, epsilon, if first { 1.0 } else { FLOOR });
-            let sight = Sight::new(scene, zones, site.transport, &made.tree);
-            let refiner = Refiner {
-                tree: &made.tree,
-                spots: &made.spots,
-                sight: &sight,
-                exchange: &exchange,
-                boxes: &boxes,
-                lead: &lead,
-            };
-            let (pairs, tally) = refiner.refine(&demand, progress);
-            made.links = Links::new(made.tree.nodes.len(), &pairs, count);
-            made.tally = tally;
-        }
+        let mut made = Hierarchical {
+            tree,
+            spots,
+            links: Links { groups: count, ..Links::default() },
+            group,
+            measure,
+            scaling: None,
+            epsilon: (ROUGH * epsilon).min(ROUGHEST).max(epsilon),
+            known: site.columns(escape).into_iter().map(|s| (s, Vec::new())).collect(),
+            tally: Tally::default(),
+        };
+        made.refine(site);
+        made.solve_roughly(site, escape);
+        made.epsilon = epsilon;
+        made.refine(site);
         Some(made)
     }
 
+    /// Finds the links anew for ε and what is known.
+    fn refine(&mut self, site: &Site) {
+        let count = self.links.groups;
+        let lead: Vec<usize> =
+            (0..count).map(|g| self.group.iter().position(|&x| x == g).unwrap_or(0)).collect();
+        let settings = Settings { keep_zones: false, ..Settings::default() };
+        let exchange = Exchange::with_settings(site.scene, site.zones, site.transport, settings);
+        let boxes = FactorCache::new(TABLES);
+        let known: Vec<Known> = self.known.iter().map(|(s, h)| Known { strengths: s, arriving: h }).collect();
+        let floor = if known.iter().all(|k| k.arriving.is_empty()) { 1.0 } else { FLOOR };
+        let demand = demand::demand(&self.tree, site.zones, &known, self.epsilon, floor);
+        let sight = Sight::new(site.scene, site.zones, site.transport, &self.tree);
+        let refiner = Refiner {
+            tree: &self.tree,
+            spots: &self.spots,
+            sight: &sight,
+            exchange: &exchange,
+            boxes: &boxes,
+            lead: &lead,
+        };
+        let (pairs, tally) = refiner.refine(&demand, site.progress);
+        self.links = Links::new(self.tree.nodes.len(), &pairs, count);
+        self.tally = tally;
+    }
+
+    /// Solves roughly with the links at hand and returns the estimated relative error, the largest over kinds and bands.
+    fn estimated(&mut self, site: &Site, escape: &Escape) -> f64 {
+        self.solve_roughly(site, escape);
+        let mut sum = vec![[0.0; 3]; self.measure.len()];
+        let mut arriving = sum.clone();
+        for (s, h) in &self.known {
+            sum.iter_mut().zip(s).for_each(|(a, s)| *a = bands(|b| a[b] + s[b]));
+            arriving.iter_mut().zip(h).for_each(|(a, h)| *a = bands(|b| a[b] + h[b]));
+        }
+        let errors = estimate::errors(&self.tree, &self.spots, &self.links, self.group, &sum);
+        let first = site.zones.voxel_offset();
+        let fields = Fields { error: errors, incident: arriving, ..Fields::default() };
+        let e = Estimate::of(&fields, first, Grade::Estimated);
+        e.patches.iter().chain(&e.volumes).fold(0.0, |m, x| m.max(*x))
+    }
+
+    /// Closure restored by clusters: what was measured before, with the change.
+    fn restore(
+        &mut self,
+        site: &Site,
+        escape: &mut Escape,
+        (mut report, defects): (Closure, Vec<Bands>),
+    ) -> (Closure, Vec<Bands>) {
+        let mut sum = vec![[0.0; 3]; self.measure.len()];
+        for (s, _) in &self.known {
+            sum.iter_mut().zip(s).for_each(|(a, s)| *a = bands(|b| a[b] + s[b]));
+        }
+        let d = closure::scaling(&self.tree, self, site.zones, escape, &sum);
+        for (i, d) in d.iter().enumerate() {
+            for b in 0..3 {
+                escape.sky[i][b] *= d[b];
+                escape.backs[i][b] *= d[b];
+                report.largest_change[b] = report.largest_change[b].max((d[b] * d[b] - 1.0).abs());
+            }
+        }
+        self.scale(&d);
+        report.after = crate::closure::measure(self, site.zones, escape).0.worst;
+        report.restored = true;
+        (report, defects)
+    }
+
     /// A rough solution of every group: strengths and what arrives.
-    fn rough(&self, site: &Site, columns: &[Vec<Bands>]) -> Vec<(Vec<Bands>, Vec<Bands>)> {
+    fn solve_roughly(&mut self, site: &Site, escape: &Escape) {
         let (weights, targets) = (groups::weights(site.zones), targets(site.zones));
         let system = System { operator: self, weights: &weights, targets: &targets };
-        let ended = krylov::solve(&system, columns, None, ROUGH_STOP, &NoVault, site.progress);
-        ended
+        let columns = site.columns(escape);
+        let warm: Option<Vec<Vec<Bands>>> = match self.known.iter().all(|k| k.1.is_empty()) {
+            true => None,
+            false => Some(self.known.iter().map(|k| k.0.clone()).collect()),
+        };
+        let ended = krylov::solve(&system, &columns, warm.as_deref(), ROUGH_STOP, &NoVault, site.progress);
+        self.known = ended
             .into_iter()
             .map(|e| {
                 let h = self.arriving(&e.strengths);
                 (e.strengths, h)
             })
-            .collect()
+            .collect();
     }
 
     /// H of patches, G of volumes by their strengths.
@@ -175,6 +267,12 @@ impl Operator for Hierarchical {
     }
     fn error(&self, strengths: &[Bands]) -> Option<Vec<Bands>> {
         let mut e = estimate::errors(&self.tree, &self.spots, &self.links, self.group, strengths);
+        if let Some(d) = &self.scaling {
+            let h = self.arriving(strengths);
+            e.iter_mut().zip(d.iter().zip(&h)).for_each(|(e, (d, h))| {
+                *e = bands(|b| e[b] + (d[b] * d[b] - 1.0).abs() * h[b]);
+            });
+        }
         e.iter_mut().zip(&self.measure).for_each(|(e, w)| e.iter_mut().for_each(|x| *x *= w));
         Some(e)
     }

@@ -52,6 +52,18 @@ const NEAR_BOXES: f64 = 0.01;
 const LEAF_TOLERANCE: f64 = 2e-3;
 /// Demanded error of visibility below which a pair of zones is computed as the dense engine does.
 const PRECISE: f64 = 0.02;
+/// Weight (a/tol) of two near patches, or parts of voxels, above which their factor is computed in full rather than sampled.
+const PROVED: f64 = 8.0;
+/// Cosine that stands for all directions in a pane's share where a pair has no direction.
+const MEAN_COSINE: f64 = 0.5;
+/// Weight (a/tol) above which attenuation through a medium that varies is a mean over points, not that of the centres.
+const SAMPLED: f64 = 0.1;
+/// Points in a voxel for the mean solid angle of a patch near it; up to four times as many where much depends on it.
+const NEAR_POINTS: usize = 12;
+/// Points of the mean kernel of a pair that the expansion does not serve and that carries what its tolerance allows.
+const MOST_POINTS: usize = 8;
+/// Demanded error of visibility below which it pays to ask whether anything can stand between.
+const WORTH_A_SHAFT: f64 = 0.3;
 /// Pairs looked at in one task.
 const CHUNK: usize = 512;
 
@@ -206,7 +218,8 @@ impl Refiner<'_> {
                 + 0.3 * k * varied[e] * units[e] * judged.q[1 - e];
             excess[e] = error / tolerance[e];
         }
-        if !leaves && (excess[0] > 1.0 || excess[1] > 1.0) {
+        let panes = [a, b].iter().any(|n| n.kind == Kind::Pane && !n.is_leaf());
+        if !leaves && (panes || excess[0] > 1.0 || excess[1] > 1.0) {
             return Outcome::Split { which: self.larger(a, b, &judged), clear: c.clear };
         }
         let weight = (0..2).fold(0.0f64, |m, e| m.max(k * power[e] * units[e] / tolerance[e]));
@@ -226,6 +239,9 @@ impl Refiner<'_> {
         }
         if b.kind == Kind::Mixed {
             return 1;
+        }
+        if a.kind == Kind::Pane || b.kind == Kind::Pane {
+            return (a.kind != Kind::Pane) as usize;
         }
         let (ra, rb) = (a.radius(), b.radius());
         if judged.flat || ra > 2.0 * rb || rb > 2.0 * ra {
@@ -248,11 +264,17 @@ impl Refiner<'_> {
         let mut kernel = judged.kernel;
         let want = (BETA / weight.max(1e-30)).min(0.5);
         let mut seen = Seen::CLEAR;
-        let clear = c.clear || self.sight.is_clear(a, b);
+        let clear = c.clear || self.sight.open() || want < WORTH_A_SHAFT && self.sight.is_clear(a, b);
         tally.clear += u64::from(clear);
-        if !clear {
+        let guessed = judged.flat && !(boxed(a) && boxed(b));
+        let sampled = self.sight.varied() && weight > SAMPLED;
+        let points = match guessed || sampled {
+            true => ((MOST_POINTS as f64 * weight).ceil() as usize).clamp(1, MOST_POINTS),
+            false => 1,
+        };
+        if !clear || guessed || sampled {
             let seed = sequence::hash((i as u64) << 32 | j as u64);
-            seen = self.sight.look(a, b, seed, want.max(PRECISE * 0.5));
+            seen = self.sight.look(a, b, seed, want.max(PRECISE * 0.5), points, clear);
             tally.rays += seen.rays as u64;
             if !leaves && seen.mixed * weight > GAMMA {
                 tally.split_by_sight += 1;
@@ -260,18 +282,35 @@ impl Refiner<'_> {
             }
         }
         let mut doubt = 0.0f64;
-        if leaves {
-            if want < PRECISE || self.has_pane(a, b) && judged.flat {
-                return self.exact(i, j, tally);
-            }
-            if judged.flat || judged.q[0] + judged.q[1] > NEAR_LEAVES {
-                tally.near += 1;
-                kernel = if a.full && b.full { self.box_kernel(a, b) } else { self.near(i, j, a, b) };
-            }
+        let q = judged.q[0] + judged.q[1];
+        if leaves && (want < PRECISE || self.has_pane(a, b) && (judged.flat || q > NEAR_LEAVES)) {
+            return self.exact(i, j, tally);
+        }
+        let parts = a.kind == Kind::Voxel && b.kind == Kind::Voxel && !(a.full && b.full);
+        if leaves && parts && weight > PROVED && (judged.flat || q > NEAR_LEAVES) {
+            return self.exact(i, j, tally);
+        }
+        let depth = || self.sight.depth(a.centre(), b.centre()).map(|d| (-d).exp());
+        let medium =
+            |g: usize| if points > 1 && sampled { seen.medium[self.lead[g]] } else { depth()[self.lead[g]] };
+        if boxed(a) && boxed(b) && (judged.flat || q > NEAR_BOXES) {
+            kernel = self.box_kernel(a, b, (points > 1 && sampled).then_some(seen.medium));
+        } else if leaves && (judged.flat || q > NEAR_LEAVES) && weight > 1.0 {
+            tally.near += 1;
+            let geometry = self.near((i, j), a, b, weight);
+            (0..self.lead.len()).for_each(|g| kernel[g] = geometry * medium(g));
         } else if judged.flat {
-            kernel = self.flat_kernel(i, j, a, b);
-        } else if boxed(a) && boxed(b) && judged.q[0] + judged.q[1] > NEAR_BOXES {
-            kernel = self.box_kernel(a, b);
+            let share = [a, b].map(|n| match n.kind {
+                Kind::Pane => self.pane_share(n, MEAN_COSINE),
+                _ => [1.0; 3],
+            });
+            for g in 0..self.lead.len() {
+                let band = self.lead[g];
+                kernel[g] = seen.kernel * medium(g) * share[0][band] * share[1][band];
+            }
+        } else if points > 1 && sampled {
+            let centre = depth();
+            (0..self.lead.len()).for_each(|g| kernel[g] *= medium(g) / centre[self.lead[g]].max(1e-30));
         }
         for g in 0..self.lead.len() {
             let open = if leaves { seen.error } else { seen.error.max(seen.mixed) };
@@ -302,6 +341,17 @@ impl Refiner<'_> {
         Outcome::Link { kernel, doubt }
     }
 
+    /// (1 − e^{−κt/c})/(κt/c) of a piece of pane at cosine c: its kernel relative to that of a thin sheet of its volume.
+    fn pane_share(&self, n: &Node, cos: f64) -> Bands {
+        self.sight.pane(n).map_or([1.0; 3], |(kappa, t)| {
+            kappa.map(|k| {
+                let depth = k * t / cos.max(1e-6);
+                // A sheet of volume A t sends κ A t · this; its projected area is counted already.
+                if depth > 1e-9 { -(-depth).exp_m1() / depth / cos.max(1e-6) } else { 1.0 / cos.max(1e-6) }
+            })
+        })
+    }
+
     fn measure(&self, leaf: usize) -> f64 {
         self.tree.nodes[leaf].weight as f64
     }
@@ -310,11 +360,25 @@ impl Refiner<'_> {
         if self.tree.nodes[i].kind == Kind::Patch { Outcome::Unseen } else { self.exact(i, i, tally) }
     }
 
-    /// Two zones near each other: exact geometric factor, attenuation by its moments and the extinction along the centres.
-    fn near(&self, i: usize, j: usize, a: &Node, b: &Node) -> [f64; 3] {
-        let zone = |n: usize| self.tree.zone[n - self.tree.inner] as usize;
-        let m = self.exchange.geometry(zone(i), zone(j), LEAF_TOLERANCE);
-        self.attenuated(&m, a, b, self.measure(i) * self.measure(j))
+    /// Two zones near each other: the geometric factor of two patches, the mean solid angle of a patch from a voxel, with as many
+    /// points as the pair deserves.
+    fn near(&self, (i, j): (usize, usize), a: &Node, b: &Node, weight: f64) -> f64 {
+        let points =
+            ((NEAR_POINTS as f64 * weight.sqrt()).ceil() as usize).clamp(NEAR_POINTS, 4 * NEAR_POINTS);
+        let seed = sequence::hash((j as u64) << 32 | i as u64);
+        match (a.kind, b.kind) {
+            (Kind::Voxel, _) => self.sight.solid_mean(a, b, seed, points),
+            (_, Kind::Voxel) => self.sight.solid_mean(b, a, seed, points),
+            _ if weight < PROVED => {
+                let (small, large) = if a.weight < b.weight { (a, b) } else { (b, a) };
+                self.sight.solid_mean(small, large, seed, points)
+            }
+            _ => {
+                let zone = |n: usize| self.tree.zone[n - self.tree.inner] as usize;
+                let factor = self.exchange.plates(zone(i), zone(j), LEAF_TOLERANCE);
+                factor.value / (self.measure(i) * self.measure(j))
+            }
+        }
     }
 
     fn attenuated(&self, m: &Moments, a: &Node, b: &Node, measure: f64) -> [f64; 3] {
@@ -329,26 +393,18 @@ impl Refiner<'_> {
         kernel
     }
 
-    /// Two clusters close to each other: the exact mean kernel of what fills its box, else a mean over a few points.
-    fn flat_kernel(&self, i: usize, j: usize, a: &Node, b: &Node) -> [f64; 3] {
-        if boxed(a) && boxed(b) {
-            return self.box_kernel(a, b);
-        }
-        let kernel = self.sight.mean_kernel(a, b, sequence::hash((j as u64) << 32 | i as u64));
-        let depth = self.sight.depth(a.centre(), b.centre());
-        let mut out = [0.0; 3];
-        for (g, &band) in self.lead.iter().enumerate() {
-            out[g] = kernel * (-depth[band]).exp();
-        }
-        out
-    }
-
     /// The exact mean kernel of two boxes, or rectangles, along the axes.
-    fn box_kernel(&self, a: &Node, b: &Node) -> [f64; 3] {
+    fn box_kernel(&self, a: &Node, b: &Node, medium: Option<Bands>) -> [f64; 3] {
         let (p, q) = (cuboid(a), cuboid(b));
         let c = self.boxes.get_cumulants(&p, &q);
         let m = Moments { factor: c.factor, mean: c.mean_distance, variance: c.variance, third: c.third };
-        self.attenuated(&m, a, b, measure(&p) * measure(&q))
+        let measures = measure(&p) * measure(&q);
+        if let Some(medium) = medium {
+            let mut kernel = [0.0; 3];
+            (0..self.lead.len()).for_each(|g| kernel[g] = m.factor.value * medium[self.lead[g]] / measures);
+            return kernel;
+        }
+        self.attenuated(&m, a, b, measures)
     }
 
     /// The kernel of two nodes before visibility and what it leaves open; `None` where they face away.
@@ -402,7 +458,14 @@ impl Refiner<'_> {
         let kappa = 0.5 * (sa.kappa + sb.kappa) as f64;
         let l = place.gradient(sa, sb, kappa);
         let curve = Curve::new(&place, a, b, l, kappa);
-        (0..self.lead.len()).for_each(|g| kernel[g] *= place.geometry * curve.mean);
+        for (g, &band) in self.lead.iter().enumerate() {
+            kernel[g] *= place.geometry * curve.mean;
+            for (n, h) in [(a, place.along[0]), (b, place.along[1])] {
+                if n.kind == Kind::Pane {
+                    kernel[g] *= self.pane_share(n, h / place.r)[band];
+                }
+            }
+        }
         let q = curve.q;
         let exact = boxed(a) && boxed(b);
         let bias = if exact { 0.0 } else { curve.curvature * curve.curvature };

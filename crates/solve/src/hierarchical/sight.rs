@@ -17,8 +17,6 @@ use zonal_transport::{End, Transport};
 
 /// Most rays of a link.
 pub const MOST_RAYS: usize = 128;
-/// Points of a mean kernel.
-const KERNEL_POINTS: usize = 16;
 /// What the rule of succession adds to the number of rays.
 const SUCCESSION: f64 = 2.0;
 
@@ -41,13 +39,18 @@ pub struct Seen {
     pub error: f64,
     /// The standard deviation of one ray's verdict: 0 where all agree.
     pub mixed: f64,
+    /// The mean geometric kernel over the points, 1/m²; tamed by the size of the zones where they come close.
+    pub kernel: f64,
+    /// What the medium lets pass, a mean over the same points, a band; measured where the extinction varies, else 1.
+    pub medium: Bands,
     /// Rays shot.
     pub rays: u32,
 }
 
 impl Seen {
     /// Nothing stands between.
-    pub const CLEAR: Seen = Seen { share: [1.0; 3], error: 0.0, mixed: 0.0, rays: 0 };
+    pub const CLEAR: Seen =
+        Seen { share: [1.0; 3], error: 0.0, mixed: 0.0, kernel: 0.0, medium: [1.0; 3], rays: 0 };
 }
 
 /// A scene ready for questions about pairs of clusters.
@@ -58,8 +61,27 @@ pub struct Sight<'a> {
     /// Σ of the measures of the leaves before each.
     before: Vec<f64>,
     cell: Vec3,
+    /// Square of the edge of a cell, m².
+    cell_size: f64,
     occluders: bool,
     panes: bool,
+    /// The extinction differs from cell to cell, or zones lie outside of the medium.
+    varied: bool,
+}
+
+/// By how much the attenuation along paths (weight, depth, length) differs from that of a uniform medium: the relative standard deviation of
+/// e^{−(δ − κ̄ r)}.
+fn uneven(paths: &[[f64; 3]]) -> f64 {
+    let sum = |k: usize| paths.iter().map(|p| p[0] * p[k]).sum::<f64>();
+    let (w, length) = (paths.iter().map(|p| p[0]).sum::<f64>(), sum(2));
+    if w <= 0.0 || length <= 0.0 {
+        return 0.0;
+    }
+    let kappa = sum(1) / length;
+    let x = |p: &[f64; 3]| (kappa * p[2] - p[1]).exp();
+    let mean = paths.iter().map(|p| p[0] * x(p)).sum::<f64>() / w;
+    let square = paths.iter().map(|p| p[0] * x(p) * x(p)).sum::<f64>() / w;
+    (square / (mean * mean) - 1.0).max(0.0).sqrt()
 }
 
 impl<'a> Sight<'a> {
@@ -83,14 +105,28 @@ impl<'a> Sight<'a> {
             tree,
             before,
             cell: scene.voxmap().map_or(Vec3::ZERO, |v| v.cell()),
+            cell_size: scene.voxmap().map_or(0.0, |v| v.cell().product().powf(2.0 / 3.0)),
             occluders: transport.has_occluders(),
             panes: transport.has_panes_between(),
+            varied: scene.voxmap().is_some_and(|v| v.uniform_extinction().is_none()),
         }
+    }
+
+    /// Extinction and thickness of a piece of pane.
+    pub fn pane(&self, n: &Node) -> Option<(Bands, f64)> {
+        let zone = self.tree.zone[n.first as usize] as usize;
+        let p = self.zones.panes.get(zone.checked_sub(self.zones.pane_offset())?)?;
+        Some((p.extinction, p.thickness))
     }
 
     /// Optical depth between two points, without panes, a band.
     pub fn depth(&self, a: Vec3, b: Vec3) -> Bands {
         self.transport.medium_depth(a, b)
+    }
+
+    /// True where the extinction differs from cell to cell.
+    pub fn varied(&self) -> bool {
+        self.varied
     }
 
     /// True where nothing can stand between any two points of the scene.
@@ -137,73 +173,48 @@ impl<'a> Sight<'a> {
         (self.tree.zone[slot] as usize, rest)
     }
 
-    /// The mean geometric kernel of two clusters, one of them of plates, by a few points: the solid angle of a zone of the one from a
-    /// point of the other over its area, which stays bounded where they touch, 1/m².
-    pub fn mean_kernel(&self, i: &Node, j: &Node, seed: u64) -> f64 {
-        let shift: [f64; 6] =
-            std::array::from_fn(|m| sequence::unit(seed.wrapping_mul(6).wrapping_add(m as u64)));
-        let (a, b) = if j.kind == Kind::Voxel { (j, i) } else { (i, j) };
-        let mut sum = 0.0;
-        for k in 0..KERNEL_POINTS {
-            let u: [f64; 6] = std::array::from_fn(|m| sequence::wrap(shift[m] + k as f64 * ALPHA[m]));
-            let (x, n) = self.point(a, [u[0], u[1], u[2]]);
-            let (zone, _) = self.pick(b, u[3]);
-            let (plate, area, two_sided) = if zone < self.zones.voxel_offset() {
-                (&self.zones.patches[zone].plate, self.zones.patches[zone].area, false)
-            } else {
-                let p = &self.zones.panes[zone - self.zones.pane_offset()];
-                (&p.plate, p.area, true)
-            };
-            let height = (x - plate.origin).dot(plate.normal());
-            if !two_sided && height <= 0.0 {
-                continue;
-            }
-            sum += match a.kind {
-                Kind::Voxel => solid_angle(plate, x).abs(),
-                Kind::Pane => projected_solid_angle(plate, x, n) + projected_solid_angle(plate, x, -n),
-                _ => projected_solid_angle(plate, x, n),
-            } / area;
-        }
-        sum / (KERNEL_POINTS as f64 * PI)
-    }
-
-    /// A point of a cluster with its normal, zero in a volume.
-    fn point(&self, n: &Node, u: [f64; 3]) -> (Vec3, Vec3) {
+    /// A point of a cluster with its normal, zero in a volume, and the square of the size of its zone, m².
+    fn point(&self, n: &Node, u: [f64; 3]) -> (Vec3, Vec3, f64) {
         let (zone, first) = self.pick(n, u[0]);
         let u = [first, u[1], u[2]];
         let zones = self.zones;
         if zone < zones.voxel_offset() {
             let p = &zones.patches[zone];
             let [s, t] = p.plate.warp([u[0], u[1]]);
-            (p.plate.at(s, t), p.normal)
+            (p.plate.at(s, t), p.normal, p.area)
         } else if zone < zones.pane_offset() {
-            (voxel_point(&zones.voxels[zone - zones.voxel_offset()], self.cell, u), Vec3::ZERO)
+            let z = &zones.voxels[zone - zones.voxel_offset()];
+            (voxel_point(z, self.cell, u), Vec3::ZERO, self.cell_size)
         } else {
             let p = &zones.panes[zone - zones.pane_offset()];
             let [s, t] = p.plate.warp([u[0], u[1]]);
-            (p.plate.at(s, t), p.normal)
+            (p.plate.at(s, t), p.normal, p.area)
         }
     }
 
-    /// Shoots rays until the error of the visible share is below `want`.
-    pub fn look(&self, i: &Node, j: &Node, seed: u64, want: f64) -> Seen {
+    /// Shoots rays until the error of the visible share is below `want`, `least` of them at least; where the pair is `clear`, looks at
+    /// `least` points only.
+    pub fn look(&self, i: &Node, j: &Node, seed: u64, want: f64, least: usize, clear: bool) -> Seen {
         let most = MOST_RAYS;
         let shift: [f64; 6] =
             std::array::from_fn(|m| sequence::unit(seed.wrapping_mul(6).wrapping_add(m as u64)));
-        let floor = 0.01 * (i.radius() * i.radius()).min(j.radius() * j.radius());
         let (mut w, mut sum, mut squares) = (0.0, [0.0; 3], 0.0);
-        let mut seen = Seen { share: [0.0; 3], error: 0.5, mixed: 0.0, rays: 0 };
-        let mut goal = ((1.0 / want - SUCCESSION).ceil().max(1.0) as usize).min(most);
+        let mut seen =
+            Seen { share: [0.0; 3], error: 0.5, mixed: 0.0, kernel: 0.0, medium: [1.0; 3], rays: 0 };
+        let (mut dimmed, mut paths) = ([0.0; 3], [[0.0; 3]; 8]);
+        let mut goal =
+            if clear { least } else { ((1.0 / want - SUCCESSION).ceil().max(1.0) as usize).max(least) };
+        goal = goal.min(most);
         let mut k = 0;
         loop {
             while k < goal {
                 let u: [f64; 6] = std::array::from_fn(|m| sequence::wrap(shift[m] + k as f64 * ALPHA[m]));
                 k += 1;
-                let (x, nx) = self.point(i, [u[0], u[1], u[2]]);
-                let (y, ny) = self.point(j, [u[3], u[4], u[5]]);
+                let (x, nx, sx) = self.point(i, [u[0], u[1], u[2]]);
+                let (y, ny, sy) = self.point(j, [u[3], u[4], u[5]]);
                 let d = y - x;
                 let r2 = d.length2();
-                let mut weight = 1.0 / (r2 + floor);
+                let mut weight = 1.0 / (r2 + sx.min(sy) / PI);
                 for (n, node, d) in [(nx, i, d), (ny, j, -d)] {
                     match node.kind {
                         Kind::Patch => weight *= n.dot(d).max(0.0) / r2.sqrt(),
@@ -214,22 +225,38 @@ impl<'a> Sight<'a> {
                 if weight.is_nan() || weight <= 0.0 {
                     continue;
                 }
-                seen.rays += 1;
                 w += weight;
-                let pass = self.pass(x, y);
+                if self.varied && least > 1 {
+                    let depth = self.transport.medium_depth(x, y);
+                    (0..3).for_each(|b| dimmed[b] += weight * (-depth[b]).exp());
+                    if k <= paths.len() {
+                        paths[k - 1] = [weight, depth.iter().fold(0.0f64, |m, d| m.max(*d)), r2.sqrt()];
+                    }
+                }
+                let pass = if clear { [1.0; 3] } else { self.pass(x, y) };
+                seen.rays += u32::from(!clear);
                 (0..3).for_each(|b| sum[b] += weight * pass[b]);
                 squares += weight * pass[0] * pass[0];
             }
+            seen.kernel = w / (k as f64 * PI);
+            if self.varied && least > 1 && w > 0.0 {
+                seen.medium = dimmed.map(|d| d / w);
+                seen.mixed = uneven(&paths);
+            }
+            if clear {
+                return Seen { kernel: seen.kernel, medium: seen.medium, mixed: seen.mixed, ..Seen::CLEAR };
+            }
             if w <= 0.0 {
                 // No ray could carry anything: a sliver of exchange at most.
-                return Seen { share: [1.0; 3], error: 0.5, mixed: 0.0, rays: k as u32 };
+                return Seen { share: [1.0; 3], ..seen };
             }
             seen.share = sum.map(|s| s / w);
             let v = seen.share[0];
             let variance = (squares / w - v * v).max(0.0);
             let m = seen.rays as f64;
             let agree = v <= 1e-12 || v >= 1.0 - 1e-12;
-            seen.mixed = variance.sqrt();
+            let medium = seen.mixed;
+            seen.mixed = variance.sqrt().hypot(medium);
             seen.error =
                 if agree { 1.0 / (m + SUCCESSION) } else { (variance / m).sqrt().max(0.5 / (m * m)) };
             if seen.error <= want || k >= most {
@@ -238,6 +265,27 @@ impl<'a> Sight<'a> {
             let need = if agree { 1.0 / want } else { variance / (want * want) };
             goal = (need.ceil().min(most as f64) as usize).clamp(k + 1, most);
         }
+    }
+
+    /// The mean geometric kernel of a zone and a zone that is a patch: the solid angle of the patch, projected where the other is a patch
+    /// too, over its area, at `points` points of the other, 1/m². It stays bounded where the two touch.
+    pub fn solid_mean(&self, other: &Node, plate: &Node, seed: u64, points: usize) -> f64 {
+        let zone = self.tree.zone[plate.first as usize] as usize;
+        let Some(p) = self.zones.patches.get(zone) else {
+            return 0.0;
+        };
+        let shift: [f64; 3] =
+            std::array::from_fn(|m| sequence::unit(seed.wrapping_mul(3).wrapping_add(m as u64)));
+        let mut sum = 0.0;
+        for k in 0..points {
+            let (x, n, _) = self.point(other, sequence::r3(k, shift));
+            sum += match other.kind {
+                Kind::Patch if (x - p.plate.origin).dot(p.normal) <= 0.0 => 0.0,
+                Kind::Patch => projected_solid_angle(&p.plate, x, n),
+                _ => solid_angle(&p.plate, x).max(0.0),
+            };
+        }
+        sum / (PI * p.area * points as f64)
     }
 
     #[inline]
