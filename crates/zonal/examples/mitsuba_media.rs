@@ -4,8 +4,8 @@
 //! [--cell 0.15] [--engine dense] [-o out/mitsuba-media]`
 //!
 //! The scenes are Mitsuba's test scenes of participating media, 48 × 48 pixels with paths of at most six segments. Five of the ten have
-//! neither glass nor gloss: the others cannot be said here; of the five, two with grids that go on beyond their box are left out. Their picture of a museum as the environment becomes a box
-//! far away, each of its patches with the mean radiance of its directions; it emits, so six segments are five sweeps and the one to the
+//! neither glass nor gloss: the others cannot be said here; of the five, two whose grids go on beyond their box are left out.
+//! Their picture of a museum as the environment becomes a box far away, each of its patches with the mean radiance of its directions; it emits, so six segments are five sweeps and the one to the
 //! camera. The focal length is the default, 50 mm on 36 mm × 24 mm: a diagonal of 46.8°, so 34.0° across a square.
 
 use std::fmt::Write as _;
