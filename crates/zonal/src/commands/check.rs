@@ -28,11 +28,13 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         warnings.push("the exchange areas need more than `solve` takes by default: use larger patches, fewer cells, or --max-memory".into());
     }
     let threads = rayon::current_num_threads();
+    let (rays, light) = forecast::direct_light(&scene, &zones, &transport, threads);
     if context.json {
         let json = serde_json::json!({
             "scene": scene.name(), "surfaces": scene.surfaces().len(), "facets": scene.facets().len(),
             "patches": f.patches, "voxel_zones": f.voxels, "cut_voxel_zones": f.cut, "pane_zones": f.panes,
             "pairs": f.pairs, "distinct_bands": f.groups, "memory_bytes": f.bytes, "seconds": f.seconds(threads),
+            "zone_bytes": f.zone_bytes, "field_bytes": f.field_bytes, "shadow_rays": rays, "direct_light_seconds": light,
             "occluders": f.occluders, "lights": scene.lights().len(),
             "cameras": scene.cameras().iter().map(|c| c.name.clone()).collect::<Vec<_>>(),
             "warnings": warnings,
@@ -57,6 +59,13 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         f.groups,
         f.bytes as f64 / 1e9,
         f.seconds(threads).max(1.0)
+    ))?;
+    say(&format!(
+        "  besides: zones {:.2} GB, fields {:.2} GB; {:.3e} shadow rays of direct light, {:.0} s",
+        f.zone_bytes as f64 / 1e9,
+        f.field_bytes as f64 / 1e9,
+        rays,
+        light
     ))?;
     let cameras: Vec<&str> = scene.cameras().iter().map(|c| c.name.as_str()).collect();
     say(&format!("  cameras: {}", if cameras.is_empty() { "none".into() } else { cameras.join(", ") }))?;
