@@ -201,6 +201,12 @@ impl<'a> Sight<'a> {
         let (mut w, mut sum, mut squares) = (0.0, [0.0; 3], 0.0);
         let mut seen =
             Seen { share: [0.0; 3], error: 0.5, mixed: 0.0, kernel: 0.0, medium: [1.0; 3], rays: 0 };
+        // What one point stands for, m²: closer than that, points say nothing of the mean.
+        let share = |n: &Node| {
+            let w = n.weight as f64 / least as f64;
+            if n.kind == Kind::Voxel { w.powf(2.0 / 3.0) } else { w }
+        };
+        let (share_i, share_j) = (share(i), share(j));
         let (mut dimmed, mut paths) = ([0.0; 3], [[0.0; 3]; 8]);
         let mut goal =
             if clear { least } else { ((1.0 / want - SUCCESSION).ceil().max(1.0) as usize).max(least) };
@@ -214,7 +220,7 @@ impl<'a> Sight<'a> {
                 let (y, ny, sy) = self.point(j, [u[3], u[4], u[5]]);
                 let d = y - x;
                 let r2 = d.length2();
-                let mut weight = 1.0 / (r2 + sx.min(sy) / PI);
+                let mut weight = 1.0 / (r2 + sx.max(share_i).max(sy).max(share_j) / PI);
                 for (n, node, d) in [(nx, i, d), (ny, j, -d)] {
                     match node.kind {
                         Kind::Patch => weight *= n.dot(d).max(0.0) / r2.sqrt(),
@@ -285,7 +291,13 @@ impl<'a> Sight<'a> {
                 _ => solid_angle(&p.plate, x).max(0.0),
             };
         }
-        sum / (PI * p.area * points as f64)
+        let mean = sum / (PI * p.area * points as f64);
+        // What crosses a voxel is its mean chord at most: ∫ cos/(π r²) dV ≤ its extent. Patches send no more than they have.
+        let most = match other.kind {
+            Kind::Voxel => 2.0 * other.radius() / self.cell.product(),
+            _ => 1.0 / p.area,
+        };
+        if mean.is_finite() { mean.min(most) } else { 0.0 }
     }
 
     #[inline]
