@@ -84,7 +84,9 @@ fn other_reflectances_from_kept_factors() {
     let f = Folder::new();
     f.put("lit.toml", LIT);
     f.done(&["solve", "lit.toml", "-o", "lit.npz", "--keep-factors"]);
-    assert!(f.path().join("lit.npz.factors/zonal.key").exists() && !f.path().join("lit.npz.checkpoint").exists());
+    assert!(
+        f.path().join("lit.npz.factors/zonal.key").exists() && !f.path().join("lit.npz.checkpoint").exists()
+    );
     let args = ["relight", "lit.npz", "--reflectance", "room=0.2,0.5,0.9", "--albedo", "0.3", "lamp=2"];
     let out = ["-o", "out/again.npz", "--json"];
     let again = json(&f.done(&[&args[..], &out].concat()));

@@ -39,6 +39,10 @@ impl Pairs {
     pub fn len(&self) -> usize {
         self.ends.len()
     }
+    /// True without pairs.
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty()
+    }
     /// Puts others behind these.
     pub fn append(&mut self, o: &mut Pairs) {
         self.ends.append(&mut o.ends);
@@ -104,6 +108,10 @@ impl Links {
     /// Number of directed links.
     pub fn len(&self) -> usize {
         self.other.len()
+    }
+    /// True without links.
+    pub fn is_empty(&self) -> bool {
+        self.other.is_empty()
     }
     /// Links of a node.
     #[inline]

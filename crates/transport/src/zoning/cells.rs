@@ -318,7 +318,7 @@ impl Cell<'_> {
             let c = coordinates(fine(subcell, m));
             (0..3).all(|axis| {
                 let g = gaps.at(axis, c, 0);
-                c[axis] % WITHIN == 0 || g[0] > g[1]
+                c[axis].is_multiple_of(WITHIN) || g[0] > g[1]
             })
         })
     }
