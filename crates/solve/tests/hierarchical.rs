@@ -1,0 +1,137 @@
+//! The hierarchical engine against the dense one on the same zones, and its laws.
+
+mod common;
+
+use common::{read, unit_room};
+use zonal_scene::{Bands, Engine, Groups, NoVault, Quiet, Scene, Solution};
+use zonal_solve::Operator;
+use zonal_solve::direct::Direct;
+use zonal_solve::engine::Site;
+use zonal_solve::groups;
+use zonal_solve::hierarchical::Hierarchical;
+use zonal_solve::surroundings::Escape;
+use zonal_transport::{Transport, build_zones};
+
+const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 1\nalbedo = 0.8\n";
+const BLOCK: &str =
+    "[[surface]]\nname = \"block\"\nbox = { min = [0.45,0.3,0.2], max = [0.7,0.6,0.6] }\nreflectance = 0.5\n";
+const SLANTED: &str = "[[surface]]\nname = \"sheet\"\nrectangle = { origin = [0.2,0.3,0.2], edge1 = [0.5,0.2,0.1], edge2 = [-0.1,0.2,0.5] }\nreflectance = [0.6, 0.3, 0.5]\nsides = \"both\"\n";
+const SMOKE: &str = "[[medium.region]]\nbox = { min = [0.25,0.25,0.25], max = [0.75,0.75,0.5] }\nextinction = [6, 3, 1]\nalbedo = 0.7\n";
+
+fn room(rest: &str) -> Scene {
+    let walls = "reflectance = 0.5\nfaces.x0 = { emission = 1 }";
+    read(&unit_room("patch_size = 0.125", walls, &format!("{GAS}{rest}")))
+}
+
+fn solved(scene: &Scene, engine: Engine, tolerance: f64, restore: bool) -> Solution {
+    let mut o = scene.options().clone();
+    (o.engine, o.tolerance, o.groups, o.restore_closure) = (engine, tolerance, Groups::All, restore);
+    let scene = scene.clone().with_options(o).unwrap_or_else(|e| panic!("{e}"));
+    common::solve(scene)
+}
+
+/// L2 error over a range of zones, the largest of the bands, and the share of zones within twice their own estimate.
+fn errors(ours: &Solution, dense: &Solution, range: std::ops::Range<usize>) -> (f64, f64) {
+    let mut worst = 0.0f64;
+    let mut within = 0;
+    for b in 0..3 {
+        let (mut d2, mut r2) = (0.0, 0.0);
+        for i in range.clone() {
+            let (h, t) = (ours.fields.incident[i][b], dense.fields.incident[i][b]);
+            d2 += (h - t) * (h - t);
+            r2 += t * t;
+            within += usize::from((h - t).abs() <= 2.0 * ours.fields.error[i][b]);
+        }
+        worst = worst.max((d2 / r2).sqrt());
+    }
+    (worst, within as f64 / (3 * range.len()) as f64)
+}
+
+#[test]
+fn errors_stay_below_tolerance_and_estimate() {
+    for (name, rest) in [("free", ""), ("block", BLOCK), ("smoke", SMOKE), ("slanted", SLANTED)] {
+        let scene = room(rest);
+        let dense = solved(&scene, Engine::Dense, 0.01, false);
+        for tolerance in [0.1, 0.03] {
+            let ours = solved(&scene, Engine::Hierarchical, tolerance, false);
+            let (first, last) = (ours.zones.voxel_offset(), ours.zones.len());
+            let estimate = &ours.report.estimate;
+            for (what, range, estimated) in
+                [("H", 0..first, estimate.patches), ("G", first..last, estimate.volumes)]
+            {
+                let (l2, within) = errors(&ours, &dense, range);
+                let estimated = estimated.iter().fold(0.0f64, |m, e| m.max(*e));
+                assert!(l2 <= tolerance, "{name} {what}: {l2} at tolerance {tolerance}");
+                assert!(l2 <= estimated, "{name} {what}: {l2}, estimated {estimated}");
+                assert!(within >= 0.95, "{name} {what}: {within} within twice their estimate at {tolerance}");
+            }
+        }
+    }
+}
+
+/// The operator of a room, with as many zones.
+fn with_operator(scene: &Scene, epsilon: f64, use_it: impl FnOnce(&Hierarchical, usize)) {
+    let transport = Transport::new(scene);
+    let zones = build_zones(scene, &transport).unwrap_or_else(|e| panic!("{e}"));
+    let escape = Escape { sky: vec![[0.0; 3]; zones.len()], backs: vec![[0.0; 3]; zones.len()], rays: 0 };
+    let (sources, direct) = (groups::chosen(scene, &zones).0, Direct::default());
+    let site = Site {
+        scene,
+        zones: &zones,
+        transport: &transport,
+        direct: &direct,
+        sources: &sources,
+        settings: Default::default(),
+        memory: 1 << 30,
+        vault: &NoVault,
+        progress: &Quiet,
+    };
+    let h = Hierarchical::new(&site, &escape, epsilon).expect("the room has zones");
+    use_it(&h, zones.len());
+}
+
+#[test]
+fn the_operator_is_symmetric() {
+    with_operator(&room(&format!("{SLANTED}{BLOCK}")), 0.05, |h, n| {
+        let random = |seed: usize| -> Vec<Bands> {
+            (0..n)
+                .map(|i| [0, 1, 2].map(|b| ((i * 7919 + seed * 104_729 + b * 31) % 1009) as f64 / 1009.0))
+                .collect()
+        };
+        let (x, y) = (random(1), random(2));
+        let (gx, gy) = (h.apply(&x), h.apply(&y));
+        for b in 0..3 {
+            let dot = |p: &[Bands], q: &[Bands]| p.iter().zip(q).map(|(p, q)| p[b] * q[b]).sum::<f64>();
+            let (one, other) = (dot(&x, &gy), dot(&y, &gx));
+            assert!((one / other - 1.0).abs() < 1e-6, "band {b}: {one} {other}");
+        }
+    });
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let scene = room(&format!("{SMOKE}{BLOCK}"));
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| solved(&scene, Engine::Hierarchical, 0.1, true))
+    };
+    let (one, three) = (on(1), on(3));
+    assert_eq!(one.fields, three.fields);
+}
+
+#[test]
+fn clusters_restore_the_balance_and_say_by_how_much() {
+    let scene = room(BLOCK);
+    let measured = solved(&scene, Engine::Hierarchical, 0.1, false);
+    let restored = solved(&scene, Engine::Hierarchical, 0.1, true);
+    assert!(restored.report.closure.restored && !measured.report.closure.restored);
+    let off = |s: &Solution| s.report.energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+    assert!(off(&restored) < 2e-3, "{}", off(&restored));
+    let change = restored.report.closure.largest_change[0];
+    assert!(change > 0.0 && change < 0.5, "{change}");
+    let dense = solved(&scene, Engine::Dense, 0.01, false);
+    let first = restored.zones.voxel_offset();
+    let (h, g) =
+        (errors(&restored, &dense, 0..first).0, errors(&restored, &dense, first..restored.zones.len()).0);
+    assert!(h < 0.1 && g < 0.1, "{h} {g}");
+}
