@@ -540,8 +540,10 @@ mod tests {
             within += usize::from(d <= 2.0 * found.error[i] + 1e-3 * truth);
         }
         let l2 = (off / all).sqrt();
-        println!("{light}: L2 {l2:.2e}, {within} of {n} within two errors, {} rays", found.rays);
-        assert!(l2 < limit && within as f64 > 0.9 * n as f64, "{l2:.2e}, {within} of {n}");
+        assert!(
+            l2 < limit && within as f64 > 0.9 * n as f64,
+            "{light}: {l2:.2e}, {within} of {n} within twice"
+        );
         assert!(found.rays < 256 * zones.len() as u64);
     }
 
