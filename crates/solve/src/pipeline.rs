@@ -253,7 +253,8 @@ fn fields(
         let (own, sky) = (source.direct(site.direct), source.sky(site.scene));
         for (i, h) in incident.iter_mut().enumerate() {
             let (_, measure) = response(zones, i);
-            *h = bands(|b| (h[b] + escape.sky[i][b] * sky[b]) / measure);
+            // An expansion may undershoot where next to nothing arrives.
+            *h = bands(|b| ((h[b] + escape.sky[i][b] * sky[b]) / measure).max(0.0));
             f.incident[i] = bands(|b| f.incident[i][b] + h[b]);
         }
         own.iter().zip(&mut f.direct).for_each(|(d, f)| *f = bands(|b| f[b] + d[b]));

@@ -16,8 +16,8 @@ use crate::surroundings::Escape;
 use zonal_exchange::pair::{strength, target};
 use zonal_scene::{Bands, Zones, bands};
 
-/// Clusters at least.
-const CLUSTERS: usize = 48;
+/// Clusters, about; an octree's steps are coarse.
+const CLUSTERS: usize = 16;
 /// Sweeps.
 const SWEEPS: usize = 6;
 /// Share of the mean strength that every zone counts with at least.
@@ -25,7 +25,7 @@ const FLOOR: f64 = 0.05;
 
 /// The cluster of every zone: the largest nodes with no more than a share of the leaves.
 fn clusters(tree: &Tree) -> (Vec<u32>, usize) {
-    let most = tree.leaves().div_ceil(CLUSTERS);
+    let most = 2 * tree.leaves().div_ceil(CLUSTERS);
     let mut of = vec![0; tree.leaves()];
     let (mut count, mut stack) = (0, vec![tree.root()]);
     while let Some(n) = stack.pop() {

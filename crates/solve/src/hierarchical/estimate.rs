@@ -85,7 +85,7 @@ pub fn errors(
                 let j = links.other[l] as usize;
                 let (relative, varied) = open(&tree.nodes[i], &tree.nodes[j], &spots[i], &spots[j]);
                 for b in 0..3 {
-                    let k = links.kernel[l * links.groups + group[b]] as f64;
+                    let k = links.kernel[l * links.groups + group[b]].abs() as f64;
                     let e = k * (power[j][0][b] * relative + power[j][1][b] * varied);
                     let d = links.doubt[l] as f64 * power[j][0][b];
                     s[0][b] += e;

@@ -28,7 +28,7 @@ use zonal_scene::{Bands, bands};
 pub struct Pairs {
     /// i ≤ j in the order of the tree's ids.
     pub ends: Vec<[u32; 2]>,
-    /// Mean kernels, `groups` a pair, 1/m².
+    /// Mean kernels, `groups` a pair, 1/m²; negative for a pair that is flat whatever its centres say.
     pub kernel: Vec<f32>,
     /// Absolute error of the largest of them by sampled visibility.
     pub doubt: Vec<f32>,
@@ -58,7 +58,7 @@ pub struct Links {
     pub first: Vec<u32>,
     /// The other end.
     pub other: Vec<u32>,
-    /// Mean kernels, `groups` a link.
+    /// Mean kernels, `groups` a link; negative for a flat one.
     pub kernel: Vec<f32>,
     /// Error of the largest.
     pub doubt: Vec<f32>,
@@ -191,11 +191,12 @@ fn gather(
         if leaf_i && j >= tree.inner {
             let b = &tree.nodes[j];
             let (s, w) = (strengths[tree.zone[b.first as usize] as usize], b.weight as f64);
-            (0..3).for_each(|c| got[0][c] += k[group[c]] as f64 * w * s[c]);
+            (0..3).for_each(|c| got[0][c] += k[group[c]].abs() as f64 * w * s[c]);
             continue;
         }
         let b = &spots[j];
-        let place = Place::new(a, b);
+        let mut place = Place::new(a, b);
+        place.flat |= k.iter().any(|k| *k < 0.0);
         let (mass, toward, dipole);
         if j >= tree.inner {
             let (s, w) = (strengths[tree.zone[j - tree.inner] as usize], tree.nodes[j].weight as f64);
@@ -210,7 +211,7 @@ fn gather(
             dipole = Some(&m[4..7]);
         }
         if place.flat {
-            (0..3).for_each(|c| got[0][c] += k[group[c]] as f64 * mass[c]);
+            (0..3).for_each(|c| got[0][c] += k[group[c]].abs() as f64 * mass[c]);
             continue;
         }
         let grad = place.gradient(a, b, 0.5 * (a.kappa + b.kappa) as f64);

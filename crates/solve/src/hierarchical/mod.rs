@@ -70,11 +70,11 @@ pub struct Hierarchical {
 }
 
 /// Estimate over tolerance at which a refinement is content: errors are smaller than their estimates.
-const CONTENT: f64 = 1.5;
+const CONTENT: f64 = 1.3;
 /// Refinements at most.
 const ROUNDS: usize = 4;
 /// ε of the first refinement over the tolerance.
-const FIRST: f64 = 0.7;
+const FIRST: f64 = 0.6;
 /// Zones up to which an unmet tolerance is pursued by refining again whatever it costs.
 const PURSUED: usize = 60_000;
 

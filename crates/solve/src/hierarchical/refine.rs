@@ -312,10 +312,11 @@ impl Refiner<'_> {
             let centre = depth();
             (0..self.lead.len()).for_each(|g| kernel[g] *= medium(g) / centre[self.lead[g]].max(1e-30));
         }
+        let sign = if judged.flat { -1.0 } else { 1.0 };
         for g in 0..self.lead.len() {
             let open = if leaves { seen.error } else { seen.error.max(seen.mixed) };
             doubt = doubt.max(kernel[g] * open);
-            kernel[g] *= seen.share[self.lead[g]];
+            kernel[g] *= sign * seen.share[self.lead[g]];
         }
         Outcome::Link { kernel, doubt }
     }
