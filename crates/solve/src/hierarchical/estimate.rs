@@ -3,7 +3,7 @@
 //! Each link brings to its receiver an error of its expansion, e as in [`super::refine`] with the strengths of the solution itself, and
 //! one of its sampled visibility, d = (error of k) · M. Errors of expansions have either sign from link to link and are alike in some:
 //! a zone with errors e_k from its own links and all those above it is taken to have √(Σe · √Σe²), between the sum and the root of the
-//! squares. Those of visibility behave likewise, d in place of e, and count by [`DOUBT`], as one blocker hides a zone from many.
+//! squares. Those of visibility behave likewise, d in place of e, and count by `DOUBT`, as one blocker hides a zone from many.
 
 use super::kernel::{Curve, Place, Spot};
 use super::links::Links;
