@@ -39,7 +39,7 @@ fn scene(name: &str, n: usize) -> Result<Scene, Box<dyn std::error::Error>> {
                 "[[medium.region]]\ndensity = {{ file = {:?}, min = [0,0,0], max = [1,1,1], scale = 1.0 }}\nalbedo = 0.9\n",
                 file.display().to_string()
             );
-            let scene = input::parse_scene(&room(n, 0.0, 0.9, &place), None, name);
+            let scene = input::parse_scene(&room(n, 0.0, 0.9, &place), Some(&std::env::temp_dir()), name);
             std::fs::remove_file(&file)?;
             return Ok(scene?);
         }
