@@ -17,7 +17,7 @@ use zonal_transport::Transport;
 
 /// Zones up to which `auto` takes every pair: 3700 zones with a shelf among them took 25 seconds of one core of 2023, and 2 by links
 /// whose error was ten times as large.
-pub const DENSE_ZONES: usize = 4000;
+pub const DENSE_ZONES: usize = 8000;
 
 /// Bytes a zone below which no hierarchy can work: its nodes and a few links.
 const LEAST_BYTES: u64 = 200;
