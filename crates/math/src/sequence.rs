@@ -26,6 +26,27 @@ pub fn r2(n: usize, shift: [f64; 2]) -> [f64; 2] {
 pub fn r3(n: usize, shift: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| wrap(0.5 + shift[k] + n as f64 * R3[k]))
 }
+/// φ^{−m} with φ the root of x⁷ = x + 1.
+const R6: [f64; 6] = {
+    let phi = 1.112_775_684_278_705_5;
+    let mut a = [0.0; 6];
+    let mut p = 1.0;
+    let mut m = 0;
+    while m < 6 {
+        p /= phi;
+        a[m] = p;
+        m += 1;
+    }
+    a
+};
+/// The `n`-th point of the sequence in the six-dimensional unit cube; the first is `shift` itself.
+pub fn r6(n: usize, shift: [f64; 6]) -> [f64; 6] {
+    std::array::from_fn(|m| wrap(shift[m] + n as f64 * R6[m]))
+}
+/// A shift for a sequence in `D` dimensions, of its own for each seed.
+pub fn shift<const D: usize>(seed: u64) -> [f64; D] {
+    std::array::from_fn(|m| unit(seed.wrapping_mul(D as u64).wrapping_add(m as u64)))
+}
 
 /// The `n`-th point of Sobol's sequence in the unit square, its digits scrambled: the first 2^k points, and each 2^k after, have one in
 /// every box of area 2^−k that halving makes.

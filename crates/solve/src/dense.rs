@@ -63,6 +63,11 @@ pub fn groups(scene: &Scene, panes_between: bool) -> ([usize; 3], usize) {
     (group, count)
 }
 
+/// The first band of each group.
+pub fn leads((group, count): ([usize; 3], usize)) -> Vec<usize> {
+    (0..count).map(|g| group.iter().position(|&x| x == g).unwrap_or(0)).collect()
+}
+
 /// Bytes that the matrices of `zones` zones, `panes` of them panes, need with so many groups of bands.
 pub fn bytes(zones: usize, panes: usize, groups: usize) -> u64 {
     let shared = stored(zones - panes) as u64 * groups as u64;
@@ -132,7 +137,7 @@ impl Dense {
         progress: &dyn Progress,
     ) -> (Dense, Assembly) {
         let (n, shared) = (zones.len(), zones.pane_offset());
-        let lead: Vec<usize> = (0..count).map(|g| group.iter().position(|&x| x == g).unwrap_or(0)).collect();
+        let lead = leads((group, count));
         let mut matrices: Vec<Packed> = (0..count).map(|_| Packed::zeros(shared)).collect();
         let mut slots: Vec<Vec<&mut [f64]>> = (0..n).map(|_| Vec::with_capacity(count)).collect();
         for m in &mut matrices {

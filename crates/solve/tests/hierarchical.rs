@@ -8,7 +8,7 @@ use zonal_solve::Operator;
 use zonal_solve::direct::Direct;
 use zonal_solve::engine::Site;
 use zonal_solve::groups;
-use zonal_solve::hierarchical::Hierarchical;
+use zonal_solve::hierarchical::{Factors, Hierarchical};
 use zonal_solve::surroundings::Escape;
 use zonal_transport::{Transport, build_zones};
 
@@ -86,7 +86,7 @@ fn with_operator(scene: &Scene, epsilon: f64, use_it: impl FnOnce(&Hierarchical,
         vault: &NoVault,
         progress: &Quiet,
     };
-    let h = Hierarchical::new(&site, &escape, epsilon).expect("the room has zones");
+    let h = Hierarchical::new(&site, &escape, &Factors::new(&site), epsilon).expect("the room has zones");
     use_it(&h, zones.len());
 }
 

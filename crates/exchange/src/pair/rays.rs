@@ -418,20 +418,6 @@ pub(super) fn pane_own(kappa: f64, thickness: f64) -> f64 {
     ((4.0 * tau - 2.0 * (1.0 - 2.0 * special::e3(tau))) / (kappa * kappa)).max(0.0)
 }
 
-/// φ^{−m} with φ the root of x⁷ = x + 1: the six-dimensional low-discrepancy sequence.
-pub(super) const ALPHA: [f64; 6] = {
-    let phi = 1.112_775_684_278_705_5;
-    let mut a = [0.0; 6];
-    let mut p = 1.0;
-    let mut m = 0;
-    while m < 6 {
-        p /= phi;
-        a[m] = p;
-        m += 1;
-    }
-    a
-};
-
 /// The points of a pair: a six-dimensional sequence shifted by a hash of the pair, three coordinates for each zone.
 pub(super) struct Points {
     pub(super) shift: [f64; 6],
@@ -439,11 +425,11 @@ pub(super) struct Points {
 
 impl Points {
     pub(super) fn new(seed: u64) -> Points {
-        Points { shift: std::array::from_fn(|m| sequence::unit(seed.wrapping_mul(6).wrapping_add(m as u64))) }
+        Points { shift: sequence::shift(seed) }
     }
     /// The `k`-th points on both zones.
     pub(super) fn both(&self, a: &Zone, b: &Zone, k: usize) -> (Vec3, Vec3) {
-        let u: [f64; 6] = std::array::from_fn(|m| sequence::wrap(self.shift[m] + k as f64 * ALPHA[m]));
+        let u = sequence::r6(k, self.shift);
         (point(a, [u[0], u[1], u[2]]), point(b, [u[3], u[4], u[5]]))
     }
 }

@@ -71,7 +71,7 @@ pub fn demand(tree: &Tree, zones: &Zones, groups: &[Known], epsilon: f64, floor:
             (epsilon * ((1.0 - DARK) + DARK * h) / leaves.sqrt()) as f32
         })
         .collect();
-    Demand { epsilon, power, varied, tolerance, volume: if volume > 0.0 { volume } else { 0.25 } }
+    Demand { power, varied, tolerance, volume: if volume > 0.0 { volume } else { 0.25 } }
 }
 
 /// True where this band's strengths are those of the band before: nothing new to ask for.

@@ -7,7 +7,8 @@
 
 use super::kernel::{Curve, Place, Spot};
 use super::links::Links;
-use super::tree::{Kind, Node, Tree};
+use super::refine::{FLAT, VARIED};
+use super::tree::{Node, Tree};
 use rayon::prelude::*;
 use zonal_scene::{Bands, bands};
 
@@ -17,8 +18,6 @@ const DOUBT: f64 = 1.5;
 const EXACT: f64 = 1e-3;
 /// The same by points, or with parts of voxels.
 const SAMPLED: f64 = 0.03;
-/// Relative error of a flat pair.
-const FLAT: f64 = 0.3;
 
 /// Σe, Σe², Σd, Σd² a band.
 type Sums = [Bands; 4];
@@ -59,12 +58,11 @@ fn open(a: &Node, b: &Node, sa: &Spot, sb: &Spot) -> (f64, f64) {
     let kappa = 0.5 * (sa.kappa + sb.kappa) as f64;
     let l = place.gradient(sa, sb, kappa);
     let curve = Curve::new(&place, a, b, l, kappa);
-    let boxed = |n: &Node| n.kind == Kind::Voxel || n.full;
-    let bias = if boxed(a) && boxed(b) { 0.0 } else { curve.curvature * curve.curvature };
+    let bias = if a.is_box() && b.is_box() { 0.0 } else { curve.curvature * curve.curvature };
     let [qi, qj] = curve.q;
     let own = if a.is_leaf() { 0.0 } else { qi };
     let far = if b.is_leaf() { 0.0 } else { 0.5 * qj * qj.sqrt() };
-    (own + far + bias, if b.is_leaf() { 0.0 } else { 0.3 * qj })
+    (own + far + bias, if b.is_leaf() { 0.0 } else { VARIED * qj })
 }
 
 /// Estimated error of H and G of every zone with these strengths, by zone.

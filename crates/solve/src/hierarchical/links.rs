@@ -35,14 +35,6 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// Number of pairs.
-    pub fn len(&self) -> usize {
-        self.ends.len()
-    }
-    /// True without pairs.
-    pub fn is_empty(&self) -> bool {
-        self.ends.is_empty()
-    }
     /// Puts others behind these.
     pub fn append(&mut self, o: &mut Pairs) {
         self.ends.append(&mut o.ends);
@@ -132,7 +124,7 @@ type Received = [Bands; 7];
 const NOTHING: [Bands; 7] = [[0.0; 3]; 7];
 
 /// Sums over the leaves of inner nodes: M, N, D.
-pub fn moments(tree: &Tree, strengths: &[Bands]) -> Vec<Moments> {
+fn moments(tree: &Tree, strengths: &[Bands]) -> Vec<Moments> {
     let mut out = vec![NOTHING; tree.inner];
     for n in (0..tree.inner).rev() {
         let centre = tree.nodes[n].centre();

@@ -23,6 +23,7 @@ pub mod refine;
 pub mod sight;
 pub mod tree;
 
+use crate::columns::times;
 use crate::dense;
 use crate::engine::{Built, Site};
 use crate::groups;
@@ -69,6 +70,21 @@ pub struct Hierarchical {
     pub tally: Tally,
 }
 
+/// Factors of pairs, made ready once for all refinements.
+pub struct Factors<'a> {
+    exchange: Exchange<'a>,
+    boxes: FactorCache,
+}
+
+impl<'a> Factors<'a> {
+    /// For the zones of a site.
+    pub fn new(site: &Site<'a>) -> Factors<'a> {
+        let settings = Settings { keep_zones: false, ..Settings::default() };
+        let exchange = Exchange::with_settings(site.scene, site.zones, site.transport, settings);
+        Factors { exchange, boxes: FactorCache::new(TABLES) }
+    }
+}
+
 /// Estimate over tolerance at which a refinement is content: errors are smaller than their estimates.
 const CONTENT: f64 = 1.3;
 /// Refinements at most.
@@ -81,7 +97,8 @@ const PURSUED: usize = 60_000;
 /// Builds the engine for all light groups of a scene: refines until the estimate of the solution meets the tolerance.
 pub fn build(site: &Site, escape: &mut Escape) -> Result<Built, SceneError> {
     let (zones, tolerance) = (site.zones, site.scene.options().tolerance);
-    let mut made = Hierarchical::new(site, escape, FIRST * tolerance)
+    let factors = Factors::new(site);
+    let mut made = Hierarchical::new(site, escape, &factors, FIRST * tolerance)
         .ok_or_else(|| SceneError::new("scene", "the scene has no zones; add a surface or a medium"))?;
     let mut warnings = Vec::new();
     for round in 1.. {
@@ -97,7 +114,7 @@ pub fn build(site: &Site, escape: &mut Escape) -> Result<Built, SceneError> {
         }
         let factor = (CONTENT * tolerance / estimate).powf(STEEPNESS).clamp(0.05, 0.7);
         made.epsilon *= factor;
-        made.refine(site);
+        made.refine(site, &factors);
     }
     let closure = crate::closure::measure(&made, zones, escape);
     let closure = match site.scene.options().restore_closure {
@@ -127,7 +144,7 @@ pub fn build(site: &Site, escape: &mut Escape) -> Result<Built, SceneError> {
 
 impl Hierarchical {
     /// Refines for the sources of all light groups to ε; `None` without zones.
-    pub fn new(site: &Site, escape: &Escape, epsilon: f64) -> Option<Hierarchical> {
+    pub fn new(site: &Site, escape: &Escape, factors: &Factors, epsilon: f64) -> Option<Hierarchical> {
         let tree = Tree::new(site.scene, site.zones)?;
         let spots: Vec<Spot> = tree.nodes.iter().map(Spot::of).collect();
         let (group, count) = dense::groups(site.scene, site.transport.has_panes_between());
@@ -146,21 +163,17 @@ impl Hierarchical {
             known: site.columns(escape).into_iter().map(|s| (s, Vec::new())).collect(),
             tally: Tally::default(),
         };
-        made.refine(site);
+        made.refine(site, factors);
         made.solve_roughly(site, escape);
         made.epsilon = epsilon;
-        made.refine(site);
+        made.refine(site, factors);
         Some(made)
     }
 
     /// Finds the links anew for ε and what is known.
-    fn refine(&mut self, site: &Site) {
+    fn refine(&mut self, site: &Site, factors: &Factors) {
         let count = self.links.groups;
-        let lead: Vec<usize> =
-            (0..count).map(|g| self.group.iter().position(|&x| x == g).unwrap_or(0)).collect();
-        let settings = Settings { keep_zones: false, ..Settings::default() };
-        let exchange = Exchange::with_settings(site.scene, site.zones, site.transport, settings);
-        let boxes = FactorCache::new(TABLES);
+        let lead = dense::leads((self.group, count));
         let known: Vec<Known> = self.known.iter().map(|(s, h)| Known { strengths: s, arriving: h }).collect();
         let floor = if known.iter().all(|k| k.arriving.is_empty()) { 1.0 } else { FLOOR };
         let demand = demand::demand(&self.tree, site.zones, &known, self.epsilon, floor);
@@ -169,8 +182,8 @@ impl Hierarchical {
             tree: &self.tree,
             spots: &self.spots,
             sight: &sight,
-            exchange: &exchange,
-            boxes: &boxes,
+            exchange: &factors.exchange,
+            boxes: &factors.boxes,
             lead: &lead,
         };
         let (pairs, tally) = refiner.refine(&demand, site.progress);
@@ -181,12 +194,7 @@ impl Hierarchical {
     /// Solves roughly with the links at hand and returns the estimated relative error, the largest over kinds and bands.
     fn estimated(&mut self, site: &Site, escape: &Escape) -> f64 {
         self.solve_roughly(site, escape);
-        let mut sum = vec![[0.0; 3]; self.measure.len()];
-        let mut arriving = sum.clone();
-        for (s, h) in &self.known {
-            sum.iter_mut().zip(s).for_each(|(a, s)| *a = bands(|b| a[b] + s[b]));
-            arriving.iter_mut().zip(h).for_each(|(a, h)| *a = bands(|b| a[b] + h[b]));
-        }
+        let (sum, arriving) = (self.total(|k| &k.0), self.total(|k| &k.1));
         let errors = estimate::errors(&self.tree, &self.spots, &self.links, self.group, &sum);
         let first = site.zones.voxel_offset();
         let fields = Fields { error: errors, incident: arriving, ..Fields::default() };
@@ -201,11 +209,7 @@ impl Hierarchical {
         escape: &mut Escape,
         (mut report, defects): (Closure, Vec<Bands>),
     ) -> (Closure, Vec<Bands>) {
-        let mut sum = vec![[0.0; 3]; self.measure.len()];
-        for (s, _) in &self.known {
-            sum.iter_mut().zip(s).for_each(|(a, s)| *a = bands(|b| a[b] + s[b]));
-        }
-        let d = closure::scaling(&self.tree, self, site.zones, escape, &sum);
+        let d = closure::scaling(&self.tree, self, site.zones, escape, &self.total(|k| &k.0));
         for (i, d) in d.iter().enumerate() {
             for b in 0..3 {
                 escape.sky[i][b] *= d[b];
@@ -217,6 +221,15 @@ impl Hierarchical {
         report.after = crate::closure::measure(self, site.zones, escape).0.worst;
         report.restored = true;
         (report, defects)
+    }
+
+    /// A part of what is known, summed over the groups.
+    fn total(&self, part: impl Fn(&(Vec<Bands>, Vec<Bands>)) -> &Vec<Bands>) -> Vec<Bands> {
+        let mut sum = vec![[0.0; 3]; self.measure.len()];
+        for one in &self.known {
+            sum.iter_mut().zip(part(one)).for_each(|(a, x)| *a = bands(|b| a[b] + x[b]));
+        }
+        sum
     }
 
     /// A rough solution of every group: strengths and what arrives.
@@ -239,13 +252,8 @@ impl Hierarchical {
     }
 
     /// H of patches, G of volumes by their strengths.
-    pub fn arriving(&self, strengths: &[Bands]) -> Vec<Bands> {
+    fn arriving(&self, strengths: &[Bands]) -> Vec<Bands> {
         links::apply(&self.tree, &self.spots, &self.links, self.group, strengths)
-    }
-
-    /// Directed links and bytes that they take.
-    pub fn size(&self) -> (usize, u64) {
-        (self.links.len(), self.links.bytes())
     }
 }
 
@@ -254,9 +262,6 @@ impl Operator for Hierarchical {
         self.measure.len()
     }
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
-        let times = |v: &[Bands], d: &[Bands]| {
-            v.iter().zip(d).map(|(v, d)| bands(|b| v[b] * d[b])).collect::<Vec<_>>()
-        };
         let scaled = self.scaling.as_ref().map(|d| times(s, d));
         let mut out = self.arriving(scaled.as_deref().unwrap_or(s));
         out.iter_mut().zip(&self.measure).for_each(|(o, w)| o.iter_mut().for_each(|x| *x *= w));
@@ -279,7 +284,7 @@ impl Operator for Hierarchical {
     fn scale(&mut self, d: &[Bands]) {
         let old = self.scaling.take();
         self.scaling = Some(match old {
-            Some(o) => o.iter().zip(d).map(|(o, d)| bands(|b| o[b] * d[b])).collect(),
+            Some(o) => times(&o, d),
             None => d.to_vec(),
         });
     }

@@ -14,7 +14,7 @@
 //!
 //! ```text
 //! e_i = a (q_i (half at a leaf) + q_j^{3/2}/2 + c²) + 0.3 K W_j σ_j q_j        expanded pairs
-//! e_i = a (0.3; 1 for a node with itself; 0.5 where planes cut) · 3/2     flat pairs
+//! e_i = a (0.3; 1 for a node with itself; 0.6 where planes cut) · 3/2     flat pairs
 //! ```
 //!
 //! A pair is taken when e ≤ tol at **both** ends, else its larger or more varied end is split. Pairs of two zones are always taken.
@@ -30,6 +30,7 @@ use super::links::Pairs;
 use super::sight::{Seen, Sight};
 use super::tree::{Kind, Node, Tree};
 use rayon::prelude::*;
+use std::f64::consts::PI;
 use zonal_exchange::aligned::{Cuboid, FactorCache};
 use zonal_exchange::general::Moments;
 use zonal_exchange::pair::{Counts, Exchange};
@@ -41,7 +42,9 @@ const BETA: f64 = 1.0;
 /// γ: share of the tolerance that unresolved variation of visibility may take.
 const GAMMA: f64 = 1.0;
 /// Relative error of a flat pair of voxel clusters, whose mean kernel is exact.
-const FLAT: f64 = 0.3;
+pub(super) const FLAT: f64 = 0.3;
+/// Share of the source's variation that counts.
+pub(super) const VARIED: f64 = 0.3;
 /// Relative error where the plane of one end cuts the other, or the mean kernel is a guess.
 const CUT: f64 = 0.6;
 /// Above this q the second-order mean of two zones does not serve: their exact geometric factor does.
@@ -69,8 +72,6 @@ const CHUNK: usize = 512;
 
 /// What the refinement is driven by, a node.
 pub struct Demand {
-    /// ε.
-    pub epsilon: f64,
     /// M_j relative to H̄: largest over bands and groups.
     pub power: Vec<f32>,
     /// W_j σ_j relative to H̄.
@@ -143,7 +144,7 @@ struct Judged {
 }
 
 impl Refiner<'_> {
-    /// From the root, or from `start`, down to links that meet the demand.
+    /// From the root down to links that meet the demand.
     pub fn refine(&self, demand: &Demand, progress: &dyn Progress) -> (Pairs, Tally) {
         let root = self.tree.root();
         let mut list = vec![Candidate { ends: [root, root], clear: self.sight.open() }];
@@ -201,7 +202,7 @@ impl Refiner<'_> {
         if i == j && a.is_leaf() {
             return self.own(i, tally);
         }
-        let Some(judged) = self.judge(i, j, leaves) else {
+        let Some(judged) = self.judge(i, j) else {
             return Outcome::Unseen;
         };
         let k = judged.kernel.iter().fold(0.0f64, |m, k| m.max(*k));
@@ -215,7 +216,7 @@ impl Refiner<'_> {
             let arriving = k * power[e] * units[e];
             let error = arriving * judged.relative[e]
                 + arriving * judged.source[e]
-                + 0.3 * k * varied[e] * units[e] * judged.q[1 - e];
+                + VARIED * k * varied[e] * units[e] * judged.q[1 - e];
             excess[e] = error / tolerance[e];
         }
         let panes = [a, b].iter().any(|n| n.kind == Kind::Pane && !n.is_leaf());
@@ -266,7 +267,7 @@ impl Refiner<'_> {
         let mut seen = Seen::CLEAR;
         let clear = c.clear || self.sight.open() || want < WORTH_A_SHAFT && self.sight.is_clear(a, b);
         tally.clear += u64::from(clear);
-        let guessed = judged.flat && !(boxed(a) && boxed(b));
+        let guessed = judged.flat && !(a.is_box() && b.is_box());
         let sampled = self.sight.varied() && weight > SAMPLED;
         let points = match guessed || sampled {
             true => ((MOST_POINTS as f64 * weight).ceil() as usize).clamp(1, MOST_POINTS),
@@ -293,7 +294,7 @@ impl Refiner<'_> {
         let depth = || self.sight.depth(a.centre(), b.centre()).map(|d| (-d).exp());
         let medium =
             |g: usize| if points > 1 && sampled { seen.medium[self.lead[g]] } else { depth()[self.lead[g]] };
-        if boxed(a) && boxed(b) && (judged.flat || q > NEAR_BOXES) {
+        if a.is_box() && b.is_box() && (judged.flat || q > NEAR_BOXES) {
             kernel = self.box_kernel(a, b, (points > 1 && sampled).then_some(seen.medium));
         } else if leaves && (judged.flat || q > NEAR_LEAVES) && weight > 1.0 {
             tally.near += 1;
@@ -409,7 +410,7 @@ impl Refiner<'_> {
     }
 
     /// The kernel of two nodes before visibility and what it leaves open; `None` where they face away.
-    fn judge(&self, i: usize, j: usize, leaves: bool) -> Option<Judged> {
+    fn judge(&self, i: usize, j: usize) -> Option<Judged> {
         let (a, b) = (&self.tree.nodes[i], &self.tree.nodes[j]);
         let (sa, sb) = (&self.spots[i], &self.spots[j]);
         let mut cut = a.kind == Kind::Mixed || b.kind == Kind::Mixed;
@@ -429,9 +430,9 @@ impl Refiner<'_> {
             kernel[g] = (-depth[band]).exp();
         }
         if place.flat || cut {
-            // A guess from above, for the decision alone; taken pairs of volumes get their exact mean.
+            // A guess, for the decision alone; boxes that are taken get their exact mean, others a mean over points.
             let floor = 0.1 * (a.radius() + b.radius()).powi(2);
-            let geometry = 1.0 / (std::f64::consts::PI * (place.r * place.r).max(floor));
+            let geometry = 1.0 / (PI * (place.r * place.r).max(floor));
             let mut share = 1.0;
             for (n, h) in [(a, place.along[0]), (b, place.along[1])] {
                 if n.kind == Kind::Patch {
@@ -443,7 +444,7 @@ impl Refiner<'_> {
             (0..self.lead.len()).for_each(|g| kernel[g] *= geometry * share);
             let relative = if i == j {
                 1.0
-            } else if boxed(a) && boxed(b) {
+            } else if a.is_box() && b.is_box() {
                 FLAT
             } else {
                 CUT
@@ -468,11 +469,10 @@ impl Refiner<'_> {
             }
         }
         let q = curve.q;
-        let exact = boxed(a) && boxed(b);
+        let exact = a.is_box() && b.is_box();
         let bias = if exact { 0.0 } else { curve.curvature * curve.curvature };
         let at = |e: usize, leaf: bool| bias + if leaf { 0.5 * q[e] } else { q[e] };
         let half = |e: usize, leaf: bool| if leaf { 0.0 } else { 0.5 * q[e] * q[e].sqrt() };
-        let _ = leaves;
         Some(Judged {
             kernel,
             relative: [at(0, a.is_leaf()), at(1, b.is_leaf())],
@@ -481,11 +481,6 @@ impl Refiner<'_> {
             flat: false,
         })
     }
-}
-
-/// True where the box of a cluster stands for it.
-fn boxed(n: &Node) -> bool {
-    n.kind == Kind::Voxel || n.full
 }
 
 fn cuboid(n: &Node) -> Cuboid {

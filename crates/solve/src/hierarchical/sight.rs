@@ -20,16 +20,6 @@ pub const MOST_RAYS: usize = 128;
 /// What the rule of succession adds to the number of rays.
 const SUCCESSION: f64 = 2.0;
 
-/// φ^{−m} with φ the root of x⁷ = x + 1.
-const ALPHA: [f64; 6] = [
-    0.898_653_712_628_699_3,
-    0.807_578_495_221_347_8,
-    0.725_733_412_888_614_4,
-    0.652_183_026_439_512_8,
-    0.586_086_697_577_874_5,
-    0.526_688_986_801_227_8,
-];
-
 /// What rays found between two clusters.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
@@ -196,8 +186,7 @@ impl<'a> Sight<'a> {
     /// `least` points only.
     pub fn look(&self, i: &Node, j: &Node, seed: u64, want: f64, least: usize, clear: bool) -> Seen {
         let most = MOST_RAYS;
-        let shift: [f64; 6] =
-            std::array::from_fn(|m| sequence::unit(seed.wrapping_mul(6).wrapping_add(m as u64)));
+        let shift = sequence::shift(seed);
         let (mut w, mut sum, mut squares) = (0.0, [0.0; 3], 0.0);
         let mut seen =
             Seen { share: [0.0; 3], error: 0.5, mixed: 0.0, kernel: 0.0, medium: [1.0; 3], rays: 0 };
@@ -214,7 +203,7 @@ impl<'a> Sight<'a> {
         let mut k = 0;
         loop {
             while k < goal {
-                let u: [f64; 6] = std::array::from_fn(|m| sequence::wrap(shift[m] + k as f64 * ALPHA[m]));
+                let u = sequence::r6(k, shift);
                 k += 1;
                 let (x, nx, sx) = self.point(i, [u[0], u[1], u[2]]);
                 let (y, ny, sy) = self.point(j, [u[3], u[4], u[5]]);
@@ -280,8 +269,7 @@ impl<'a> Sight<'a> {
         let Some(p) = self.zones.patches.get(zone) else {
             return 0.0;
         };
-        let shift: [f64; 3] =
-            std::array::from_fn(|m| sequence::unit(seed.wrapping_mul(3).wrapping_add(m as u64)));
+        let shift = sequence::shift(seed);
         let mut sum = 0.0;
         for k in 0..points {
             let (x, n, _) = self.point(other, sequence::r3(k, shift));

@@ -82,6 +82,10 @@ impl Node {
     pub fn leaves(&self) -> usize {
         (self.last - self.first) as usize
     }
+    /// True where its box stands for it.
+    pub fn is_box(&self) -> bool {
+        self.kind == Kind::Voxel || self.full
+    }
     /// True for a single zone.
     pub fn is_leaf(&self) -> bool {
         self.count == 0
