@@ -58,7 +58,7 @@ fn open(a: &Node, b: &Node, sa: &Spot, sb: &Spot) -> (f64, f64) {
     let kappa = 0.5 * (sa.kappa + sb.kappa) as f64;
     let l = place.gradient(sa, sb, kappa);
     let curve = Curve::new(&place, a, b, l, kappa);
-    let bias = if a.is_box() && b.is_box() { 0.0 } else { curve.curvature * curve.curvature };
+    let bias = if a.full && b.full { 0.0 } else { curve.curvature * curve.curvature };
     let [qi, qj] = curve.q;
     let own = if a.is_leaf() { 0.0 } else { qi };
     let far = if b.is_leaf() { 0.0 } else { 0.5 * qj * qj.sqrt() };

@@ -171,6 +171,14 @@ impl Curve {
     }
 }
 
+/// Heights below this share of the sizes of two clusters, and of their coordinates in single precision, are none.
+const LEVEL: [f64; 2] = [1e-5, 3e-7];
+
+/// True where `high`, the highest of [`heights`], is nothing: the other cluster lies in the plane of the one or behind it.
+pub fn is_behind(i: &Node, j: &Node, high: f64) -> bool {
+    high <= LEVEL[0] * (i.radius() + j.radius()) + LEVEL[1] * i.hi.max_abs().max(i.lo.max_abs())
+}
+
 /// Lowest and highest n·(y − x) over two boxes, relative to n's length; the cone of i's normals widens both.
 pub fn heights(i: &Node, j: &Node) -> [f64; 2] {
     let n = i.normal().normalized();
@@ -180,7 +188,7 @@ pub fn heights(i: &Node, j: &Node) -> [f64; 2] {
     // Of a flat cluster the box adds nothing along the normal.
     let flat = i.is_leaf() || i.cone < 1e-4;
     let (centre, mut far) = (i.centre(), 0.0f64);
-    let thick = if flat { form(&i.spread, n).max(0.0).sqrt() * 4.0 } else { 0.0 };
+    let thick = if flat && !i.is_leaf() { form(&i.spread, n).max(0.0).sqrt() * 4.0 } else { 0.0 };
     let (mut low, mut high) = (0.0, 0.0);
     for k in 0..3 {
         let (l, h) = (j.lo[k] - i.hi[k], j.hi[k] - i.lo[k]);

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`tree`] | clusters, their moments, flat arrays |
 //! | [`kernel`] | the kernel between two clusters to second order |
+//! | [`near`] | the mean kernel of clusters close to each other |
 //! | [`sight`] | visibility by rays |
 //! | [`demand`] | power and tolerance of every node from a rough solution |
 //! | [`refine`] | which pairs become links |
@@ -19,6 +20,7 @@ pub mod demand;
 pub mod estimate;
 pub mod kernel;
 pub mod links;
+pub mod near;
 pub mod refine;
 pub mod sight;
 pub mod tree;
@@ -116,7 +118,21 @@ pub fn build(site: &Site, escape: &mut Escape) -> Result<Built, SceneError> {
         made.epsilon *= factor;
         made.refine(site, &factors);
     }
+    made.debug_zone(&made.total(|k| &k.0));
     let closure = crate::closure::measure(&made, zones, escape);
+    if std::env::var("DBG_ROWS").is_ok() {
+        for kind in 0..3 {
+            let mut s = [0.0; 5];
+            for i in 0..zones.len() {
+                let k = if i < zones.voxel_offset() { 0 } else if zones.voxels[i - zones.voxel_offset()].part.is_empty() { 1 } else { 2 };
+                if k != kind { continue }
+                let t = zonal_exchange::pair::target(zones, i);
+                let d = closure.1[i][0];
+                s[0] += t; s[1] += t * d; s[2] += 1.0; s[3] += d; s[4] += d * d;
+            }
+            eprintln!("kind {kind}: weighted defect {:.4} plain {:.4} rms {:.4} n {}", s[1] / s[0], s[3] / s[2], (s[4] / s[2]).sqrt(), s[2]);
+        }
+    }
     let closure = match site.scene.options().restore_closure {
         true => made.restore(site, escape, closure),
         false => closure,
@@ -254,6 +270,37 @@ impl Hierarchical {
     /// H of patches, G of volumes by their strengths.
     fn arriving(&self, strengths: &[Bands]) -> Vec<Bands> {
         links::apply(&self.tree, &self.spots, &self.links, self.group, strengths)
+    }
+}
+
+impl Hierarchical {
+    fn debug_zone(&self, strengths: &[Bands]) {
+        let Ok(z) = std::env::var("DBG_ZONE") else { return };
+        let z: u32 = z.parse().unwrap();
+        let slot = self.tree.zone.iter().position(|x| *x == z).unwrap();
+        let mut n = self.tree.leaf(slot);
+        let mut power = vec![0.0; self.tree.nodes.len()];
+        for k in (0..power.len()).rev() {
+            let node = &self.tree.nodes[k];
+            power[k] = if node.is_leaf() { node.weight as f64 * strengths[self.tree.zone[node.first as usize] as usize][0] } else { self.tree.kids(k as u32).iter().map(|&c| power[c as usize]).sum() };
+        }
+        loop {
+            let node = &self.tree.nodes[n];
+            let mut list: Vec<(f64, usize)> = self.links.of(n).map(|l| (self.links.kernel[l * self.links.groups].abs() as f64 * power[self.links.other[l] as usize], l)).collect();
+            list.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let total: f64 = list.iter().map(|x| x.0).sum();
+            let row: f64 = list.iter().map(|x| self.links.kernel[x.1 * self.links.groups].abs() as f64 * self.tree.nodes[self.links.other[x.1] as usize].weight as f64).sum();
+            eprintln!("node {n} leaves {} r {:.2} cone {:.2} c {:?} n {:?}: links {} bring {total:.4} row {row:.4}", node.leaves(), node.radius(), node.cone, node.centre, node.normal, list.len());
+            for (v, l) in list.iter().take(6) {
+                let j = self.links.other[*l] as usize;
+                let o = &self.tree.nodes[j];
+                let k = self.links.kernel[*l * self.links.groups];
+                eprintln!("    {v:.4} j {j} {:?} leaves {} r {:.2} cone {:.2} c {:?} W {:.3} k {k:.4} F {:.4} doubt {:.4} n {:?} full {}", o.kind, o.leaves(), o.radius(), o.cone, o.centre, o.weight, k.abs() * o.weight, self.links.doubt[*l] as f64 * power[j], o.normal, o.full);
+            }
+            let up = self.tree.parent[n] as usize;
+            if up == n { break }
+            n = up;
+        }
     }
 }
 

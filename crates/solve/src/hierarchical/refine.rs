@@ -25,9 +25,9 @@
 //! The pairs to look at are kept in rounds: a round looks at each pair of a list, in parallel, and what is split makes the next list.
 //! Results are put together in the order of the list, so they do not depend on threads.
 
-use super::kernel::{Curve, Place, Spot, heights};
+use super::kernel::{Curve, Place, Spot, heights, is_behind};
 use super::links::Pairs;
-use super::sight::{Seen, Sight};
+use super::sight::{Look, MOST_RAYS, Seen, Sight};
 use super::tree::{Kind, Node, Tree};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -43,6 +43,12 @@ const BETA: f64 = 1.0;
 const GAMMA: f64 = 1.0;
 /// Relative error of a flat pair of voxel clusters, whose mean kernel is exact.
 pub(super) const FLAT: f64 = 0.3;
+/// Weight (a/tol) below which no pair is split for what hides it: √(v(1 − v)) is no more than a half.
+const SPLITTABLE: f64 = 2.0 * GAMMA;
+/// Rays from which on the share that they see is multiplied by the mean kernel.
+const RATIO: usize = 8;
+/// v(1 − v) of a pair of zones that something may stand between.
+const TYPICAL: f64 = 0.1;
 /// Share of the source's variation that counts.
 pub(super) const VARIED: f64 = 0.3;
 /// Relative error where the plane of one end cuts the other, or the mean kernel is a guess.
@@ -262,57 +268,61 @@ impl Refiner<'_> {
         tally: &mut Tally,
     ) -> Outcome {
         let (a, b) = (&self.tree.nodes[i], &self.tree.nodes[j]);
-        let mut kernel = judged.kernel;
-        let want = (BETA / weight.max(1e-30)).min(0.5);
-        let mut seen = Seen::CLEAR;
+        let q = judged.q[0] + judged.q[1];
+        let (panes, want) = (self.has_pane(a, b), BETA / weight.max(1e-30));
+        let close = judged.flat || q > NEAR_LEAVES;
+        let parts = a.kind == Kind::Voxel && b.kind == Kind::Voxel && !(a.full && b.full);
+        if leaves && (want < PRECISE || close && (panes || parts && weight > PROVED)) {
+            return self.exact(i, j, tally);
+        }
         let clear = c.clear || self.sight.open() || want < WORTH_A_SHAFT && self.sight.is_clear(a, b);
         tally.clear += u64::from(clear);
-        let guessed = judged.flat && !(a.is_box() && b.is_box());
+        let boxes = a.full && b.full;
         let sampled = self.sight.varied() && weight > SAMPLED;
-        let points = match guessed || sampled {
+        let points = match judged.flat && !boxes || sampled {
             true => ((MOST_POINTS as f64 * weight).ceil() as usize).clamp(1, MOST_POINTS),
             false => 1,
         };
-        if !clear || guessed || sampled {
-            let seed = sequence::hash((i as u64) << 32 | j as u64);
-            seen = self.sight.look(a, b, seed, want.max(PRECISE * 0.5), points, clear);
-            tally.rays += seen.rays as u64;
-            if !leaves && seen.mixed * weight > GAMMA {
+        let seed = sequence::hash((i as u64) << 32 | j as u64);
+        let mut look = Look { clear, through: sampled, by_number: true, tamed: true };
+        if !leaves && weight > SPLITTABLE && (!clear || sampled) {
+            let rays = (weight.ceil() as usize).clamp(points, MOST_RAYS);
+            let asked = self.sight.look(a, b, sequence::hash(seed), rays, look);
+            tally.rays += asked.rays as u64;
+            if asked.mixed * weight > GAMMA {
                 tally.split_by_sight += 1;
                 return Outcome::Split { which: self.larger(a, b, &judged), clear: false };
             }
         }
-        let mut doubt = 0.0f64;
-        let q = judged.q[0] + judged.q[1];
-        if leaves && (want < PRECISE || self.has_pane(a, b) && (judged.flat || q > NEAR_LEAVES)) {
-            return self.exact(i, j, tally);
-        }
-        let parts = a.kind == Kind::Voxel && b.kind == Kind::Voxel && !(a.full && b.full);
-        if leaves && parts && weight > PROVED && (judged.flat || q > NEAR_LEAVES) {
-            return self.exact(i, j, tally);
-        }
-        let depth = || self.sight.depth(a.centre(), b.centre()).map(|d| (-d).exp());
-        let medium =
-            |g: usize| if points > 1 && sampled { seen.medium[self.lead[g]] } else { depth()[self.lead[g]] };
-        if a.is_box() && b.is_box() && (judged.flat || q > NEAR_BOXES) {
-            kernel = self.box_kernel(a, b, (points > 1 && sampled).then_some(seen.medium));
-        } else if leaves && (judged.flat || q > NEAR_LEAVES) && weight > 1.0 {
-            tally.near += 1;
-            let geometry = self.near((i, j), a, b, weight);
-            (0..self.lead.len()).for_each(|g| kernel[g] = geometry * medium(g));
-        } else if judged.flat {
-            let share = [a, b].map(|n| match n.kind {
-                Kind::Pane => self.pane_share(n, MEAN_COSINE),
-                _ => [1.0; 3],
-            });
-            for g in 0..self.lead.len() {
-                let band = self.lead[g];
-                kernel[g] = seen.kernel * medium(g) * share[0][band] * share[1][band];
+        look.by_number = false;
+        let rays = self.rays(weight, leaves).max(points);
+        // Few rays tell the mean of kernel times visibility; the mean kernel times the share that they see would be too low.
+        let together = !panes && (judged.flat && !boxes && !(leaves && weight > 1.0) || !clear && rays < RATIO);
+        let mut kernel = judged.kernel;
+        let mut seen = Seen::CLEAR;
+        if together {
+            let rays = if clear { points } else { rays };
+            look = Look { through: true, tamed: false, ..look };
+            seen = match judged.flat {
+                true => self.sight.near(a, b, seed, rays, clear),
+                false => self.sight.look(a, b, seed, rays, look),
+            };
+            (0..self.lead.len()).for_each(|g| kernel[g] = seen.kernel * seen.medium[self.lead[g]]);
+        } else {
+            if !clear || sampled || judged.flat && !boxes {
+                seen = self.sight.look(a, b, seed, if clear { points } else { rays }, look);
             }
-        } else if points > 1 && sampled {
-            let centre = depth();
-            (0..self.lead.len()).for_each(|g| kernel[g] *= medium(g) / centre[self.lead[g]].max(1e-30));
+            self.mean_kernel((i, j), &judged, weight, leaves, sampled.then_some(&seen), &mut kernel, tally);
+            if judged.flat && panes {
+                let share = [a, b].map(|n| self.pane_share(n, MEAN_COSINE));
+                let medium = self.medium(a, b);
+                for (g, &band) in self.lead.iter().enumerate() {
+                    kernel[g] = seen.kernel * medium[band] * share[0][band] * share[1][band];
+                }
+            }
         }
+        tally.rays += seen.rays as u64;
+        let mut doubt = 0.0f64;
         let sign = if judged.flat { -1.0 } else { 1.0 };
         for g in 0..self.lead.len() {
             let open = if leaves { seen.error } else { seen.error.max(seen.mixed) };
@@ -320,6 +330,50 @@ impl Refiner<'_> {
             kernel[g] *= sign * seen.share[self.lead[g]];
         }
         Outcome::Link { kernel, doubt }
+    }
+
+    /// What the medium lets pass between two centres.
+    fn medium(&self, a: &Node, b: &Node) -> Bands {
+        self.sight.depth(a.centre(), b.centre()).map(|d| (-d).exp())
+    }
+
+    /// The mean kernel without what stands between: exact for boxes, by points for zones near each other, else as judged; with what was
+    /// `seen` of a medium that varies.
+    #[allow(clippy::too_many_arguments)]
+    fn mean_kernel(
+        &self,
+        (i, j): (usize, usize),
+        judged: &Judged,
+        weight: f64,
+        leaves: bool,
+        seen: Option<&Seen>,
+        kernel: &mut [f64; 3],
+        tally: &mut Tally,
+    ) {
+        let (a, b) = (&self.tree.nodes[i], &self.tree.nodes[j]);
+        let q = judged.q[0] + judged.q[1];
+        let medium = |g: usize| match seen {
+            Some(s) => s.medium[self.lead[g]],
+            None => self.medium(a, b)[self.lead[g]],
+        };
+        if a.full && b.full && (judged.flat || q > NEAR_BOXES) {
+            *kernel = self.box_kernel(a, b, seen.map(|s| s.medium));
+        } else if leaves && (judged.flat || q > NEAR_LEAVES) && weight > 1.0 {
+            tally.near += 1;
+            let geometry = self.near((i, j), a, b, weight);
+            (0..self.lead.len()).for_each(|g| kernel[g] = geometry * medium(g));
+        } else if seen.is_some() && !judged.flat {
+            let centre = self.medium(a, b);
+            (0..self.lead.len()).for_each(|g| kernel[g] *= medium(g) / centre[self.lead[g]].max(1e-30));
+        }
+    }
+
+    /// Rays of a link of this weight: enough for √(v(1 − v)/m) where a pair of zones may be seen in part; one that was found to agree needs
+    /// no more than would have shown otherwise.
+    fn rays(&self, weight: f64, leaves: bool) -> usize {
+        let w = (weight / BETA).min(MOST_RAYS as f64);
+        let m = if leaves { w.max(TYPICAL * w * w) } else { w };
+        (m.ceil() as usize).clamp(1, MOST_RAYS)
     }
 
     fn has_pane(&self, a: &Node, b: &Node) -> bool {
@@ -417,7 +471,7 @@ impl Refiner<'_> {
         for (p, q) in [(a, b), (b, a)] {
             if p.kind == Kind::Patch {
                 let [low, high] = heights(p, q);
-                if high <= 1e-9 * (p.radius() + q.radius()) {
+                if is_behind(p, q, high) {
                     return None;
                 }
                 cut |= low < -1e-6 * q.radius();
@@ -444,7 +498,7 @@ impl Refiner<'_> {
             (0..self.lead.len()).for_each(|g| kernel[g] *= geometry * share);
             let relative = if i == j {
                 1.0
-            } else if a.is_box() && b.is_box() {
+            } else if a.full && b.full {
                 FLAT
             } else {
                 CUT
@@ -469,7 +523,7 @@ impl Refiner<'_> {
             }
         }
         let q = curve.q;
-        let exact = a.is_box() && b.is_box();
+        let exact = a.full && b.full;
         let bias = if exact { 0.0 } else { curve.curvature * curve.curvature };
         let at = |e: usize, leaf: bool| bias + if leaf { 0.5 * q[e] } else { q[e] };
         let half = |e: usize, leaf: bool| if leaf { 0.0 } else { 0.5 * q[e] * q[e].sqrt() };

@@ -5,20 +5,23 @@
 //! share v has the standard error √(v(1 − v)/m) where they differ; where all agree, 1/(m + 2) (Laplace's rule of succession), except
 //! where no facet reaches into the hull of the pair: then v = 1 exactly, and no ray is asked.
 //!
-//! Rays are shot until the error is below what the link deserves, or until [`MOST_RAYS`].
+//! How many rays is fixed before the first of them, by what the link deserves: stopping when they agree would make what is hardly seen darker
+//! than it is, everywhere, and such errors add up. For the same reason the rays that ask whether to split a pair are not those that
+//! tell what it sees.
 
+use super::near::is_above;
 use super::tree::{Kind, Node, Tree};
 use crate::surroundings::voxel_point;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, sequence, vec3};
-use zonal_scene::{Bands, Scene, Zones, bands};
+use zonal_scene::{Bands, Plate, Scene, Zones, bands};
 use zonal_transport::solid_angle::{projected_solid_angle, solid_angle};
 use zonal_transport::{End, Transport};
 
 /// Most rays of a link.
 pub const MOST_RAYS: usize = 128;
 /// What the rule of succession adds to the number of rays.
-const SUCCESSION: f64 = 2.0;
+pub(super) const SUCCESSION: f64 = 2.0;
 
 /// What rays found between two clusters.
 #[derive(Clone, Copy, Debug)]
@@ -43,20 +46,43 @@ impl Seen {
         Seen { share: [1.0; 3], error: 0.0, mixed: 0.0, kernel: 0.0, medium: [1.0; 3], rays: 0 };
 }
 
+/// A point of a cluster.
+pub(super) struct Spotted {
+    /// Position, m.
+    pub at: Vec3,
+    /// The normal of its zone, zero in a volume.
+    pub normal: Vec3,
+    /// The square of the size of its zone, m².
+    pub size: f64,
+}
+
 /// A scene ready for questions about pairs of clusters.
 pub struct Sight<'a> {
-    zones: &'a Zones,
+    pub(super) zones: &'a Zones,
     transport: &'a Transport<'a>,
-    tree: &'a Tree,
+    pub(super) tree: &'a Tree,
     /// Σ of the measures of the leaves before each.
     before: Vec<f64>,
-    cell: Vec3,
+    pub(super) cell: Vec3,
     /// Square of the edge of a cell, m².
     cell_size: f64,
     occluders: bool,
     panes: bool,
     /// The extinction differs from cell to cell, or zones lie outside of the medium.
     varied: bool,
+}
+
+/// How to look.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    /// Nothing can stand between.
+    pub clear: bool,
+    /// Along the rays through the medium.
+    pub through: bool,
+    /// Half the zones by number rather than by measure.
+    pub by_number: bool,
+    /// The kernel between points is kept from growing without bound where they come close.
+    pub tamed: bool,
 }
 
 /// By how much the attenuation along paths (weight, depth, length) differs from that of a uniform medium: the relative standard deviation of
@@ -149,117 +175,114 @@ impl<'a> Sight<'a> {
         End { points: &points[..], front: None }
     }
 
-    /// A zone of a cluster, by its measure, and what is left of `u`.
-    fn pick(&self, n: &Node, u: f64) -> (usize, f64) {
+    /// A zone of a cluster, by its measure or half by number, and what is left of `u`.
+    fn pick(&self, n: &Node, u: f64, by_number: bool) -> (usize, f64) {
         if n.is_leaf() {
             return (self.tree.zone[n.first as usize] as usize, u);
         }
         let (first, last) = (n.first as usize, n.last as usize);
-        let (a, b) = (self.before[first], self.before[last]);
-        let target = a + u * (b - a);
-        let slot = first + self.before[first + 1..last].partition_point(|x| *x <= target);
-        let (l, h) = (self.before[slot], self.before[slot + 1]);
-        let rest = sequence::wrap(((target - l) / (h - l)).clamp(0.0, 1.0 - 1e-9));
-        (self.tree.zone[slot] as usize, rest)
+        let (slot, rest) = if by_number && u < 0.5 {
+            let count = (last - first) as f64;
+            let at = (2.0 * u * count).min(count - 1e-6);
+            (first + at as usize, at.fract())
+        } else {
+            let u = if by_number { 2.0 * u - 1.0 } else { u };
+            let (a, b) = (self.before[first], self.before[last]);
+            let target = a + u * (b - a);
+            let slot = first + self.before[first + 1..last].partition_point(|x| *x <= target);
+            (slot, (target - self.before[slot]) / (self.before[slot + 1] - self.before[slot]))
+        };
+        (self.tree.zone[slot] as usize, sequence::wrap(rest.clamp(0.0, 1.0 - 1e-9)))
     }
 
-    /// A point of a cluster with its normal, zero in a volume, and the square of the size of its zone, m².
-    fn point(&self, n: &Node, u: [f64; 3]) -> (Vec3, Vec3, f64) {
-        let (zone, first) = self.pick(n, u[0]);
+    /// A point of a cluster; half of the zones are chosen by number where asked, so that small ones are seen too.
+    pub(super) fn point(&self, n: &Node, u: [f64; 3], by_number: bool) -> Spotted {
+        let (zone, first) = self.pick(n, u[0], by_number);
         let u = [first, u[1], u[2]];
         let zones = self.zones;
+        let on = |plate: &Plate, normal: Vec3, size: f64| {
+            let [s, t] = plate.warp([u[0], u[1]]);
+            Spotted { at: plate.at(s, t), normal, size }
+        };
         if zone < zones.voxel_offset() {
             let p = &zones.patches[zone];
-            let [s, t] = p.plate.warp([u[0], u[1]]);
-            (p.plate.at(s, t), p.normal, p.area)
+            on(&p.plate, p.normal, p.area)
         } else if zone < zones.pane_offset() {
             let z = &zones.voxels[zone - zones.voxel_offset()];
-            (voxel_point(z, self.cell, u), Vec3::ZERO, self.cell_size)
+            Spotted { at: voxel_point(z, self.cell, u), normal: Vec3::ZERO, size: self.cell_size }
         } else {
             let p = &zones.panes[zone - zones.pane_offset()];
-            let [s, t] = p.plate.warp([u[0], u[1]]);
-            (p.plate.at(s, t), p.normal, p.area)
+            on(&p.plate, p.normal, p.area)
         }
     }
 
-    /// Shoots rays until the error of the visible share is below `want`, `least` of them at least; where the pair is `clear`, looks at
-    /// `least` points only.
-    pub fn look(&self, i: &Node, j: &Node, seed: u64, want: f64, least: usize, clear: bool) -> Seen {
-        let most = MOST_RAYS;
+    /// Looks along `rays` rays between points of two clusters, by measure or as asked; `through` the medium where that varies. Their number
+    /// is fixed beforehand: rays that go on only where the first ones disagree make what is hardly seen darker than it is.
+    pub fn look(&self, i: &Node, j: &Node, seed: u64, rays: usize, look: Look) -> Seen {
         let shift = sequence::shift(seed);
         let (mut w, mut sum, mut squares) = (0.0, [0.0; 3], 0.0);
         let mut seen =
-            Seen { share: [0.0; 3], error: 0.5, mixed: 0.0, kernel: 0.0, medium: [1.0; 3], rays: 0 };
+            Seen { share: [1.0; 3], error: 0.5, mixed: 0.0, kernel: 0.0, medium: [1.0; 3], rays: 0 };
         // What one point stands for, m²: closer than that, points say nothing of the mean.
         let share = |n: &Node| {
-            let w = n.weight as f64 / least as f64;
+            let w = n.weight as f64 / rays as f64;
             if n.kind == Kind::Voxel { w.powf(2.0 / 3.0) } else { w }
         };
         let (share_i, share_j) = (share(i), share(j));
+        let through = look.through;
         let (mut dimmed, mut paths) = ([0.0; 3], [[0.0; 3]; 8]);
-        let mut goal =
-            if clear { least } else { ((1.0 / want - SUCCESSION).ceil().max(1.0) as usize).max(least) };
-        goal = goal.min(most);
-        let mut k = 0;
-        loop {
-            while k < goal {
-                let u = sequence::r6(k, shift);
-                k += 1;
-                let (x, nx, sx) = self.point(i, [u[0], u[1], u[2]]);
-                let (y, ny, sy) = self.point(j, [u[3], u[4], u[5]]);
-                let d = y - x;
-                let r2 = d.length2();
-                let mut weight = 1.0 / (r2 + sx.max(share_i).max(sy).max(share_j) / PI);
-                for (n, node, d) in [(nx, i, d), (ny, j, -d)] {
-                    match node.kind {
-                        Kind::Patch => weight *= n.dot(d).max(0.0) / r2.sqrt(),
-                        Kind::Pane => weight *= n.dot(d).abs() / r2.sqrt(),
-                        _ => {}
-                    }
+        for k in 0..rays {
+            let u = sequence::r6(k, shift);
+            let p = self.point(i, [u[0], u[1], u[2]], look.by_number);
+            let q = self.point(j, [u[3], u[4], u[5]], look.by_number);
+            let (x, y) = (p.at, q.at);
+            let d = y - x;
+            let r2 = d.length2();
+            let size = if look.tamed { p.size.max(share_i).max(q.size).max(share_j) / PI } else { 0.0 };
+            let mut weight = 1.0 / (r2 + size);
+            for (n, node, d) in [(p.normal, i, d), (q.normal, j, -d)] {
+                match node.kind {
+                    Kind::Patch => weight *= n.dot(d).max(0.0) / r2.sqrt(),
+                    Kind::Pane => weight *= n.dot(d).abs() / r2.sqrt(),
+                    _ => {}
                 }
-                if weight.is_nan() || weight <= 0.0 {
-                    continue;
+            }
+            if weight.is_nan() || weight <= 0.0 {
+                continue;
+            }
+            w += weight;
+            if through {
+                let depth = self.transport.medium_depth(x, y);
+                (0..3).for_each(|b| dimmed[b] += weight * (-depth[b]).exp());
+                if k < paths.len() {
+                    paths[k] = [weight, depth.iter().fold(0.0f64, |m, d| m.max(*d)), r2.sqrt()];
                 }
-                w += weight;
-                if self.varied && least > 1 {
-                    let depth = self.transport.medium_depth(x, y);
-                    (0..3).for_each(|b| dimmed[b] += weight * (-depth[b]).exp());
-                    if k <= paths.len() {
-                        paths[k - 1] = [weight, depth.iter().fold(0.0f64, |m, d| m.max(*d)), r2.sqrt()];
-                    }
-                }
-                let pass = if clear { [1.0; 3] } else { self.pass(x, y) };
-                seen.rays += u32::from(!clear);
-                (0..3).for_each(|b| sum[b] += weight * pass[b]);
-                squares += weight * pass[0] * pass[0];
             }
-            seen.kernel = w / (k as f64 * PI);
-            if self.varied && least > 1 && w > 0.0 {
-                seen.medium = dimmed.map(|d| d / w);
-                seen.mixed = uneven(&paths);
-            }
-            if clear {
-                return Seen { kernel: seen.kernel, medium: seen.medium, mixed: seen.mixed, ..Seen::CLEAR };
-            }
-            if w <= 0.0 {
-                // No ray could carry anything: a sliver of exchange at most.
-                return Seen { share: [1.0; 3], ..seen };
-            }
-            seen.share = sum.map(|s| s / w);
-            let v = seen.share[0];
-            let variance = (squares / w - v * v).max(0.0);
-            let m = seen.rays as f64;
-            let agree = v <= 1e-12 || v >= 1.0 - 1e-12;
-            let medium = seen.mixed;
-            seen.mixed = variance.sqrt().hypot(medium);
-            seen.error =
-                if agree { 1.0 / (m + SUCCESSION) } else { (variance / m).sqrt().max(0.5 / (m * m)) };
-            if seen.error <= want || k >= most {
-                return seen;
-            }
-            let need = if agree { 1.0 / want } else { variance / (want * want) };
-            goal = (need.ceil().min(most as f64) as usize).clamp(k + 1, most);
+            let pass = if look.clear { [1.0; 3] } else { self.pass(x, y) };
+            seen.rays += u32::from(!look.clear);
+            (0..3).for_each(|b| sum[b] += weight * pass[b]);
+            squares += weight * pass[0] * pass[0];
         }
+        seen.kernel = w / (rays as f64 * PI);
+        if through && w > 0.0 {
+            seen.medium = dimmed.map(|d| d / w);
+            seen.mixed = if self.varied { uneven(&paths) } else { 0.0 };
+        }
+        if look.clear {
+            return Seen { kernel: seen.kernel, medium: seen.medium, mixed: seen.mixed, ..Seen::CLEAR };
+        }
+        if w <= 0.0 {
+            // No ray could carry anything: a sliver of exchange at most.
+            return seen;
+        }
+        seen.share = sum.map(|s| s / w);
+        let v = seen.share[0];
+        let spread = (squares / w - v * v).max(0.0).sqrt();
+        let m = seen.rays as f64;
+        let agree = v <= 1e-12 || v >= 1.0 - 1e-12;
+        seen.mixed = spread.hypot(seen.mixed);
+        seen.error = if agree { 1.0 / (m + SUCCESSION) } else { (spread / m.sqrt()).max(0.5 / (m * m)) };
+        seen
     }
 
     /// The mean geometric kernel of a zone and a zone that is a patch: the solid angle of the patch, projected where the other is a patch
@@ -272,9 +295,9 @@ impl<'a> Sight<'a> {
         let shift = sequence::shift(seed);
         let mut sum = 0.0;
         for k in 0..points {
-            let (x, n, _) = self.point(other, sequence::r3(k, shift));
+            let Spotted { at: x, normal: n, .. } = self.point(other, sequence::r3(k, shift), false);
             sum += match other.kind {
-                Kind::Patch if (x - p.plate.origin).dot(p.normal) <= 0.0 => 0.0,
+                Kind::Patch if !is_above(p, x) => 0.0,
                 Kind::Patch => projected_solid_angle(&p.plate, x, n),
                 _ => solid_angle(&p.plate, x).max(0.0),
             };
@@ -289,7 +312,7 @@ impl<'a> Sight<'a> {
     }
 
     #[inline]
-    fn pass(&self, x: Vec3, y: Vec3) -> Bands {
+    pub(super) fn pass(&self, x: Vec3, y: Vec3) -> Bands {
         if self.occluders && self.transport.blocked_inside(x, y) {
             return [0.0; 3];
         }

@@ -12,12 +12,14 @@
 //! **Layout.** Inner nodes come first, breadth first, so a parent's id is below those of its kids; the leaves follow in the order of
 //! the tree, so the leaves of a node are one range. Everything lies in flat arrays.
 //!
-//! **Voxels**: the octree of Morton codes of the cells; levels with a single kid are left out. **Patches**: a binary tree; a cluster is
+//! **Voxels**: the octree of Morton codes of the whole cells; levels with a single kid are left out. **Parts** of cells that surfaces cut
+//! are kept apart: what they receive is unlike what the cells about them do. They are sorted as patches are, each turned the way its
+//! centroid is off its cell's centre, so that both sides of a wall part early. **Patches**: a binary tree; a cluster is
 //! split at the mean of that coordinate, among place and normal times the cluster's extent, whose variance is largest. So opposite sides
 //! part at the top, and flat clusters are cut by place alone.
 
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Bands, Plate, PlateKind, Scene, VoxelZone, Zones};
+use zonal_scene::{Bands, Plate, PlateKind, Scene, VoxelZone, Voxmap, Zones};
 
 /// What a node's leaves are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +63,7 @@ pub struct Node {
     pub count: u8,
     /// Kind of the leaves.
     pub kind: Kind,
-    /// The zones fill the box: whole voxels, or rectangles along the axes in one plane.
+    /// The zones fill the box, which so stands for them: whole voxels, or rectangles along the axes in one plane.
     pub full: bool,
 }
 
@@ -81,10 +83,6 @@ impl Node {
     /// Number of leaves.
     pub fn leaves(&self) -> usize {
         (self.last - self.first) as usize
-    }
-    /// True where its box stands for it.
-    pub fn is_box(&self) -> bool {
-        self.kind == Kind::Voxel || self.full
     }
     /// True for a single zone.
     pub fn is_leaf(&self) -> bool {
@@ -117,6 +115,9 @@ pub struct Tree {
 struct Draft {
     kids: Vec<u32>,
 }
+
+/// A part of a cell whose centroid is off the cell's centre by less of an edge has no side.
+const SIDED: f64 = 0.02;
 
 /// An id in the making: leaves are their place in the order, drafts come with this bit.
 const DRAFT: u32 = 1 << 31;
@@ -156,11 +157,6 @@ impl Maker<'_> {
         if list.len() == 1 {
             return self.leaf(self.zones.voxel_offset() + list[0].1 as usize);
         }
-        if list[0].0 == list[list.len() - 1].0 {
-            let parts =
-                list.iter().map(|x| self.leaf(self.zones.voxel_offset() + x.1 as usize)).collect::<Vec<_>>();
-            return self.join(parts);
-        }
         let kids = list
             .chunk_by(|a, b| a.0 >> (3 * level) == b.0 >> (3 * level))
             .map(|octant| self.cells(octant, level.saturating_sub(1)))
@@ -175,6 +171,14 @@ struct Item {
     zone: u32,
     centre: Vec3,
     normal: Vec3,
+}
+
+/// A part of a cut cell, turned away from what cuts it.
+fn part(zone: usize, z: &VoxelZone, map: &Voxmap) -> Item {
+    let middle = map.corner(map.coordinates(z.cell)) + map.cell() * 0.5;
+    let away = z.centre - middle;
+    let normal = if away.length() > SIDED * map.cell().max_abs() { away.normalized() } else { Vec3::ZERO };
+    Item { zone: zone as u32, centre: z.centre, normal }
 }
 
 /// Sorts the list about the mean of its widest coordinate and says where; both sides keep a share.
@@ -238,11 +242,17 @@ impl Tree {
             tops.push(maker.plates(&mut list));
         }
         if let Some(map) = scene.voxmap() {
+            let whole = (0..).zip(&zones.voxels).filter(|(_, z)| z.part.is_empty());
             let mut codes: Vec<(u64, u32)> =
-                (0..).zip(&zones.voxels).map(|(k, z)| (morton(map.coordinates(z.cell)), k)).collect();
+                whole.map(|(k, z)| (morton(map.coordinates(z.cell)), k)).collect();
             codes.sort_unstable();
             if !codes.is_empty() {
                 tops.push(maker.cells(&codes, 20));
+            }
+            let cut = (zones.voxel_offset()..).zip(&zones.voxels).filter(|(_, z)| !z.part.is_empty());
+            let mut list: Vec<Item> = cut.map(|(k, z)| part(k, z, map)).collect();
+            if !list.is_empty() {
+                tops.push(maker.plates(&mut list));
             }
         }
         let mut list: Vec<Item> =
@@ -256,7 +266,10 @@ impl Tree {
 
     /// The kids of a node.
     pub fn kids(&self, node: u32) -> &[u32] {
-        let n = &self.nodes[node as usize];
+        self.kids_of(&self.nodes[node as usize])
+    }
+    /// Kids of a node that is at hand.
+    pub fn kids_of(&self, n: &Node) -> &[u32] {
         &self.kids[n.kids as usize..n.kids as usize + n.count as usize]
     }
     /// The root.
