@@ -14,6 +14,7 @@ use std::f64::consts::{PI, TAU};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Plate, PlateKind, bands};
 use zonal_transport::Transport;
+use zonal_transport::sheets::{Sheets, onto};
 
 const COS_SMOOTH: f64 = 0.939_692_620_785_908_4; // cos 20°
 
@@ -30,7 +31,7 @@ pub(crate) struct Tile {
 /// The field, ready to be asked at points of its sheets.
 pub(crate) struct PatchField<'a> {
     builder: Builder<'a>,
-    lookup: Vec<Lookup>,
+    sheets: Sheets,
 }
 
 impl<'a> PatchField<'a> {
@@ -41,30 +42,19 @@ impl<'a> PatchField<'a> {
         sheets: &[Plate],
         transport: Option<&'a Transport<'a>>,
     ) -> PatchField<'a> {
-        let lookup = Lookup::all(&tiles, sheets);
-        PatchField { builder: Builder::new(tiles, values, transport), lookup }
+        let sheets = Sheets::new(sheets, tiles.iter().map(|t| (&t.plate, t.sheet)));
+        PatchField { builder: Builder::new(tiles, values, transport), sheets }
     }
 
     /// The value at a point of a sheet with the sheet's parameters (u, v); `None` where the sheet has no tile.
     pub fn at(&self, sheet: usize, uv: [f64; 2], point: Vec3) -> Option<Bands> {
         let tiles = &self.builder.tiles;
-        let i = self.lookup.get(sheet)?.find(tiles, uv, point)? as usize;
+        let i = self.sheets.find(sheet, uv, point, |i| &tiles[i as usize].plate)? as usize;
         let plate = &tiles[i].plate;
-        let [u, v] = inside(plate, point);
+        let [u, v] = onto(plate, point);
         let nodes = self.builder.nodes(i);
         let centre = conserving(plate.kind, nodes, self.builder.values[i]);
         Some(interpolate(plate.kind, nodes, centre, u, v))
-    }
-}
-
-/// Parameters of `point` on the plate, moved onto it.
-fn inside(plate: &Plate, point: Vec3) -> [f64; 2] {
-    let [u, v] = plate.parameters(point).map(|x| x.clamp(0.0, 1.0));
-    let over = u + v - 1.0;
-    if plate.kind == PlateKind::Triangle && over > 0.0 {
-        [(u - 0.5 * over).clamp(0.0, 1.0), (v - 0.5 * over).clamp(0.0, 1.0)]
-    } else {
-        [u, v]
     }
 }
 
@@ -300,7 +290,7 @@ impl<'a> Builder<'a> {
                     && node_parameters(other.kind).iter().all(|&[a, b]| (other.at(a, b) - p).length() > tol)
             });
             if let Some(j) = host {
-                let [a, b] = inside(&self.tiles[j].plate, p);
+                let [a, b] = onto(&self.tiles[j].plate, p);
                 out[k] = interpolate(self.tiles[j].plate.kind, self.raw_nodes(j), self.values[j], a, b);
             }
         }
@@ -317,7 +307,7 @@ fn subtended(plate: &Plate, p: Vec3) -> Option<f64> {
         let (a, b) = (corners[(k + 1) % n] - corners[k], corners[(k + n - 1) % n] - corners[k]);
         return Some(a.normalized().dot(b.normalized()).clamp(-1.0, 1.0).acos());
     }
-    let [u, v] = inside(plate, p);
+    let [u, v] = onto(plate, p);
     if (plate.at(u, v) - p).length() > tol {
         return None;
     }
@@ -326,80 +316,6 @@ fn subtended(plate: &Plate, p: Vec3) -> Option<f64> {
         PlateKind::Triangle => u.min(v).min(1.0 - u - v),
     };
     Some(if edge < 1e-6 { PI } else { TAU })
-}
-
-/// The tiles of one sheet, in bins over its parameters.
-#[derive(Clone, Default)]
-struct Lookup {
-    side: usize,
-    bins: Vec<Vec<u32>>,
-    all: Vec<u32>,
-}
-
-impl Lookup {
-    fn all(tiles: &[Tile], sheets: &[Plate]) -> Vec<Lookup> {
-        let mut lookup = vec![Lookup::default(); sheets.len()];
-        for (i, t) in tiles.iter().enumerate() {
-            lookup[t.sheet].all.push(i as u32);
-        }
-        lookup.into_iter().zip(sheets).map(|(l, plate)| l.binned(tiles, plate)).collect()
-    }
-
-    fn binned(mut self, tiles: &[Tile], sheet: &Plate) -> Lookup {
-        self.side = (self.all.len() as f64).sqrt().ceil() as usize;
-        self.bins = vec![Vec::new(); self.side * self.side];
-        for &i in &self.all {
-            let (corners, n) = tiles[i as usize].plate.corners();
-            let uv = corners[..n].iter().map(|c| sheet.parameters(*c));
-            let (mut lo, mut hi) = ([1.0; 2], [0.0; 2]);
-            for p in uv {
-                for k in 0..2 {
-                    lo[k] = f64::min(lo[k], p[k] - 1e-9);
-                    hi[k] = f64::max(hi[k], p[k] + 1e-9);
-                }
-            }
-            for x in self.bin(lo[0])..=self.bin(hi[0]) {
-                for y in self.bin(lo[1])..=self.bin(hi[1]) {
-                    self.bins[x * self.side + y].push(i);
-                }
-            }
-        }
-        self
-    }
-
-    fn bin(&self, t: f64) -> usize {
-        ((t.max(0.0) * self.side as f64) as usize).min(self.side - 1)
-    }
-
-    /// The tile that holds the point most deeply, or lies nearest.
-    fn find(&self, tiles: &[Tile], uv: [f64; 2], point: Vec3) -> Option<u32> {
-        if self.side == 0 {
-            return None;
-        }
-        let bin = &self.bins[self.bin(uv[0]) * self.side + self.bin(uv[1])];
-        let list = if bin.is_empty() { &self.all } else { bin };
-        let depth = |i: u32| {
-            let plate = &tiles[i as usize].plate;
-            let [u, v] = plate.parameters(point);
-            let inner = match plate.kind {
-                PlateKind::Parallelogram => u.min(v).min(1.0 - u).min(1.0 - v),
-                PlateKind::Triangle => u.min(v).min(1.0 - u - v),
-            };
-            if inner >= 0.0 {
-                return inner;
-            }
-            let [a, b] = inside(plate, point);
-            -(plate.at(a, b) - point).length()
-        };
-        let mut best = (*list.first()?, f64::NEG_INFINITY);
-        for &i in list {
-            let d = depth(i);
-            if d > best.1 {
-                best = (i, d);
-            }
-        }
-        Some(best.0)
-    }
 }
 
 #[cfg(test)]

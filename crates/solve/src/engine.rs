@@ -53,9 +53,9 @@ impl Site<'_> {
 }
 
 /// An engine, ready.
-pub struct Built {
+pub struct Built<'a> {
     /// The exchange of all zones.
-    pub operator: Box<dyn Operator>,
+    pub operator: Box<dyn Operator + 'a>,
     /// Error of each zone's row sum relative to its target, from the errors of the factors; one entry a zone.
     pub noise: Vec<f64>,
     /// Closure, and the relative defect of every zone before any restoration.
@@ -64,6 +64,8 @@ pub struct Built {
     pub counts: Vec<(String, u64)>,
     /// What a user should know.
     pub warnings: Vec<String>,
+    /// Strengths near the solution, a group, where the engine has them.
+    pub warm: Option<Vec<Vec<Bands>>>,
 }
 
 /// The engine for a scene, with the reason; never [`Engine::Auto`]. The error says what would not fit into `memory` bytes, or what
@@ -108,14 +110,14 @@ pub fn choose(
 }
 
 /// Builds an engine. Closure is measured, or restored where the scene asks for it, which may scale `escape` too.
-pub fn build(engine: Engine, site: &Site, escape: &mut Escape) -> Result<Built, SceneError> {
+pub fn build<'a>(engine: Engine, site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, SceneError> {
     match engine {
         Engine::Hierarchical => hierarchical::build(site, escape),
         Engine::Dense | Engine::Auto => Ok(dense(site, escape)),
     }
 }
 
-fn dense(site: &Site, escape: &mut Escape) -> Built {
+fn dense(site: &Site, escape: &mut Escape) -> Built<'static> {
     let (scene, zones) = (site.scene, site.zones);
     let exchange = Exchange::with_settings(scene, zones, site.transport, site.settings);
     let group = dense::groups(scene, site.transport.has_panes_between());
@@ -138,6 +140,7 @@ fn dense(site: &Site, escape: &mut Escape) -> Built {
         closure,
         counts: counts(&assembly.counts),
         warnings,
+        warm: None,
     }
 }
 

@@ -274,6 +274,55 @@ pub fn sweeps(system: &System, sources: &[Vec<Bands>], count: usize, progress: &
     all
 }
 
+/// Light passed on from `warm`, or from the sources, until what a step still brings is small enough: for operators that are not symmetric.
+pub fn passes(
+    system: &System,
+    sources: &[Vec<Bands>],
+    warm: Option<&[Vec<Bands>]>,
+    stop: Stop,
+    progress: &dyn Progress,
+) -> Vec<Ended> {
+    let start = |k: usize| warm.map_or_else(|| sources[k].clone(), |w| w[k].clone());
+    let mut all: Vec<Ended> = sources
+        .iter()
+        .enumerate()
+        .map(|(k, s)| Ended {
+            strengths: start(k),
+            status: [SolveStatus::Budget; 3],
+            residuals: Default::default(),
+            power: power(system.targets, s),
+        })
+        .collect();
+    progress.begin("passing light on", stop.iterations as u64);
+    for _ in 0..=stop.iterations {
+        let now: Columns = all.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
+        let products = system.operator.apply_many(&now);
+        let mut done = true;
+        for (((e, g), s0), old) in all.iter_mut().zip(&products).zip(sources).zip(&now) {
+            let next = |i: usize| bands(|b| s0[i][b] + system.weights[i][b] * g[i][b]);
+            let left = columns::sum(s0.len(), |i| {
+                let n = next(i);
+                bands(|b| system.targets[i] * (n[b] - old[i][b]).abs())
+            });
+            for b in 0..3 {
+                let share = if e.power[b] > 0.0 { left[b] / e.power[b] } else { 0.0 };
+                e.residuals[b].push(share);
+                if share <= stop.residual {
+                    e.status[b] = SolveStatus::Converged;
+                }
+                done &= share <= stop.residual;
+            }
+            e.strengths = (0..s0.len()).into_par_iter().map(next).collect();
+        }
+        progress.advance(1);
+        if done {
+            break;
+        }
+    }
+    progress.end();
+    all
+}
+
 fn kept_state(all: &[Column], next: usize) -> Vec<u8> {
     let mut pen = Pen::default();
     pen.int(next);

@@ -4,7 +4,15 @@
 //! Out: P_i = Σ_j g_ij s_j with g_ij = F_ij/(c_i c_j), so that H_i = P_i/A_i and G_i = P_i/V_i (in a pane V = A t).
 
 use zonal_math::Grade;
-use zonal_scene::Bands;
+use zonal_scene::{Bands, bands};
+
+/// What arrives in the end.
+pub struct Arriving {
+    /// P of every column.
+    pub columns: Vec<Vec<Bands>>,
+    /// Estimated error of their sum; `None` where the engine's errors are relative to the rows.
+    pub error: Option<Vec<Bands>>,
+}
 
 /// Radiosities in, arriving power out.
 pub trait Operator {
@@ -24,6 +32,16 @@ pub trait Operator {
     /// relative to the rows.
     fn error(&self, _strengths: &[Bands]) -> Option<Vec<Bands>> {
         None
+    }
+    /// What arrives by the strengths of a solution: the product with each column, or better where the engine knows better.
+    fn arriving(&self, columns: &[Vec<Bands>]) -> Arriving {
+        let sum = |i: usize| columns.iter().fold([0.0; 3], |a, s| bands(|b| a[b] + s[i][b]));
+        let all: Vec<Bands> = (0..self.len()).map(sum).collect();
+        Arriving { columns: self.apply_many(columns), error: self.error(&all) }
+    }
+    /// True where g_ij = g_ji.
+    fn is_symmetric(&self) -> bool {
+        true
     }
     /// Replaces g_ij by d_i g_ij d_j.
     fn scale(&mut self, d: &[Bands]);

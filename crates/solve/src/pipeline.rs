@@ -9,6 +9,7 @@ use crate::engine::{self, Built, Site};
 use crate::forecast::{self, Forecast};
 use crate::groups::{self, Source, emission, response};
 use crate::krylov::{self, Ended, Stop, System};
+use crate::operator::Arriving;
 use crate::stage::{Pen, Reader};
 use crate::surroundings::Escape;
 use rayon::prelude::*;
@@ -29,6 +30,8 @@ const POOR_BALANCE: f64 = 1e-3;
 
 /// Residual, over the tolerance, with which an engine is content whose links err by the tolerance: far below what they leave.
 const CONTENT: f64 = 1e-4;
+/// The same where light is passed on step by step.
+const SETTLED: f64 = 1e-2;
 
 /// How a scene is solved, beside what it says itself.
 #[derive(Clone, Copy)]
@@ -204,9 +207,14 @@ fn iterate(site: &Site, built: &Built, escape: &Escape, engine: Engine, job: &Jo
     if let Some(n) = options.sweeps {
         return krylov::sweeps(&system, &columns, n, job.progress);
     }
+    let warm = initial(site, &columns, job.initial).or_else(|| built.warm.clone());
+    if !built.operator.is_symmetric() {
+        let residual = options.residual.max(SETTLED * options.tolerance);
+        let stop = Stop { residual, iterations: options.max_iterations };
+        return krylov::passes(&system, &columns, warm.as_deref(), stop, job.progress);
+    }
     let content = if engine == Engine::Hierarchical { CONTENT * options.tolerance } else { 0.0 };
     let stop = Stop { residual: options.residual.max(content), iterations: options.max_iterations };
-    let warm = initial(site, &columns, job.initial);
     krylov::solve(&system, &columns, warm.as_deref(), stop, job.vault, job.progress)
 }
 
@@ -245,7 +253,7 @@ fn fields(
     let n = zones.len();
     // Lent to the operator and given back: fields of a large scene are not copied without need.
     let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
-    let mut arriving = built.operator.apply_many(&strengths);
+    let Arriving { columns: mut arriving, error } = built.operator.arriving(&strengths);
     ended.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
     let mut f = Fields { incident: vec![[0.0; 3]; n], direct: vec![[0.0; 3]; n], ..Fields::default() };
     let mut list = Vec::new();
@@ -269,7 +277,7 @@ fn fields(
             bands(|b| e[b] + rho[b] * (f.incident[i][b] + f.direct[i][b]))
         })
         .collect();
-    f.error = errors(site, built, &f.incident, ended);
+    f.error = errors(site, built, &f.incident, error);
     (f, list)
 }
 
@@ -301,13 +309,8 @@ fn group(
     }
 }
 
-/// Estimated error of `incident`, W/m²: that of the engine's links, or the defects and errors of the rows.
-fn errors(site: &Site, built: &Built, incident: &[Bands], ended: &[Ended]) -> Vec<Bands> {
-    let mut all = vec![[0.0; 3]; incident.len()];
-    for e in ended {
-        all.iter_mut().zip(&e.strengths).for_each(|(a, s)| *a = bands(|b| a[b] + s[b]));
-    }
-    let known = built.operator.error(&all);
+/// Estimated error of `incident`, W/m²: what the engine knows of it, in the unit of P, or the defects and errors of the rows.
+fn errors(site: &Site, built: &Built, incident: &[Bands], known: Option<Vec<Bands>>) -> Vec<Bands> {
     let (defects, noise) = (&built.closure.1, &built.noise);
     let zones = site.zones;
     let one = |i: usize| match &known {

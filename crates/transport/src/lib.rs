@@ -12,6 +12,7 @@
 //! | [`zoning`] | [`build_zones`]: patches, free parts of voxels, pieces of panes |
 //! | [`direct`] | sun, sky and small emitters at a point |
 //! | [`solid_angle`] | a plate seen from a point, in closed form |
+//! | [`sheets`] | which patch of a facet holds a point |
 //! | `meet` | a line and a plate, watertight, in double precision |
 //! | `bvh` | the tree that finds the plates worth asking |
 //! | `hull` | facets that can never block: the walls of a convex room |
@@ -26,6 +27,7 @@ pub mod direct;
 mod hull;
 mod meet;
 mod shaft;
+pub mod sheets;
 mod solid;
 pub mod solid_angle;
 pub mod transport;

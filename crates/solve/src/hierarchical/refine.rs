@@ -297,7 +297,8 @@ impl Refiner<'_> {
         look.by_number = false;
         let rays = self.rays(weight, leaves).max(points);
         // Few rays tell the mean of kernel times visibility; the mean kernel times the share that they see would be too low.
-        let together = !panes && (judged.flat && !boxes && !(leaves && weight > 1.0) || !clear && rays < RATIO);
+        let together =
+            !panes && (judged.flat && !boxes && !(leaves && weight > 1.0) || !clear && rays < RATIO);
         let mut kernel = judged.kernel;
         let mut seen = Seen::CLEAR;
         if together {

@@ -171,26 +171,46 @@ struct Item {
     zone: u32,
     centre: Vec3,
     normal: Vec3,
+    /// Of its brightness, 0 … 1.
+    shade: f64,
+}
+
+/// How much brightness counts beside place and normal where a cluster is split.
+const SHADE: f64 = 1.5;
+/// Brightness over the mean of what is dark, and of what is lit, in full.
+const SHADES: [f64; 2] = [0.003, 0.3];
+
+/// Whole cells below this shade have an octree of their own.
+const DARK: f64 = 0.25;
+
+/// Brightness on a scale from dark to lit.
+fn shade(bright: f32) -> f64 {
+    let [dark, lit] = SHADES.map(f64::ln);
+    (((bright as f64).max(1e-30).ln() - dark) / (lit - dark)).clamp(0.0, 1.0)
 }
 
 /// A part of a cut cell, turned away from what cuts it.
-fn part(zone: usize, z: &VoxelZone, map: &Voxmap) -> Item {
+fn part(zone: usize, z: &VoxelZone, map: &Voxmap, bright: f32) -> Item {
     let middle = map.corner(map.coordinates(z.cell)) + map.cell() * 0.5;
     let away = z.centre - middle;
     let normal = if away.length() > SIDED * map.cell().max_abs() { away.normalized() } else { Vec3::ZERO };
-    Item { zone: zone as u32, centre: z.centre, normal }
+    Item { zone: zone as u32, centre: z.centre, normal, shade: shade(bright) }
 }
 
 /// Sorts the list about the mean of its widest coordinate and says where; both sides keep a share.
 fn divide(list: &mut [Item]) -> usize {
     let n = list.len() as f64;
-    let mut sums = [[0.0; 2]; 6];
+    let mut sums = [[0.0; 2]; 7];
     let (mut lo, mut hi) = (list[0].centre, list[0].centre);
     for x in list.iter() {
         (lo, hi) = (lo.min(x.centre), hi.max(x.centre));
     }
     let reach = 0.5 * (hi - lo).length();
-    let coordinate = |x: &Item, k: usize| if k < 3 { x.centre[k] } else { reach * x.normal[k - 3] };
+    let coordinate = |x: &Item, k: usize| match k {
+        0..3 => x.centre[k],
+        3..6 => reach * x.normal[k - 3],
+        _ => SHADE * reach * x.shade,
+    };
     let origin = list[0];
     for x in list.iter() {
         for (k, s) in sums.iter_mut().enumerate() {
@@ -199,7 +219,7 @@ fn divide(list: &mut [Item]) -> usize {
         }
     }
     let variance = sums.map(|s| s[1] / n - (s[0] / n) * (s[0] / n));
-    let axis = (0..6).fold(0, |best, k| if variance[k] > variance[best] * 1.0001 { k } else { best });
+    let axis = (0..7).fold(0, |best, k| if variance[k] > variance[best] * 1.0001 { k } else { best });
     let mean = sums[axis][0] / n + coordinate(&origin, axis);
     list.sort_unstable_by(|a, b| {
         coordinate(a, axis).total_cmp(&coordinate(b, axis)).then(a.zone.cmp(&b.zone))
@@ -224,8 +244,8 @@ fn morton(c: [usize; 3]) -> u64 {
 }
 
 impl Tree {
-    /// Builds the tree of the zones of a scene; `None` without zones.
-    pub fn new(scene: &Scene, zones: &Zones) -> Option<Tree> {
+    /// Builds the tree of the zones of a scene, which are so bright over their mean; `None` without zones.
+    pub fn new(scene: &Scene, zones: &Zones, bright: &[f32]) -> Option<Tree> {
         if zones.is_empty() {
             return None;
         }
@@ -235,6 +255,7 @@ impl Tree {
             zone: zone as u32,
             centre: plate.centre(),
             normal,
+            shade: shade(bright[zone]),
         };
         let mut list: Vec<Item> =
             (0..).zip(&zones.patches).map(|(k, p)| item(k, &p.plate, p.normal)).collect();
@@ -242,15 +263,19 @@ impl Tree {
             tops.push(maker.plates(&mut list));
         }
         if let Some(map) = scene.voxmap() {
-            let whole = (0..).zip(&zones.voxels).filter(|(_, z)| z.part.is_empty());
-            let mut codes: Vec<(u64, u32)> =
-                whole.map(|(k, z)| (morton(map.coordinates(z.cell)), k)).collect();
-            codes.sort_unstable();
-            if !codes.is_empty() {
-                tops.push(maker.cells(&codes, 20));
+            for dark in [false, true] {
+                let is_dark = |k: u32| shade(bright[zones.voxel_offset() + k as usize]) < DARK;
+                let whole =
+                    (0..).zip(&zones.voxels).filter(|(k, z)| z.part.is_empty() && is_dark(*k) == dark);
+                let mut codes: Vec<(u64, u32)> =
+                    whole.map(|(k, z)| (morton(map.coordinates(z.cell)), k)).collect();
+                codes.sort_unstable();
+                if !codes.is_empty() {
+                    tops.push(maker.cells(&codes, 20));
+                }
             }
             let cut = (zones.voxel_offset()..).zip(&zones.voxels).filter(|(_, z)| !z.part.is_empty());
-            let mut list: Vec<Item> = cut.map(|(k, z)| part(k, z, map)).collect();
+            let mut list: Vec<Item> = cut.map(|(k, z)| part(k, z, map, bright[k])).collect();
             if !list.is_empty() {
                 tops.push(maker.plates(&mut list));
             }

@@ -1,0 +1,120 @@
+//! The exchange of all zones along the rays of their [`Views`], as an operator.
+//!
+//! It is not symmetric: what i sees of j is sampled at i alone. Light is passed on step by step. What arrives in the end is smoothed over
+//! the zones around ([`super::smooth`]), which lowers the noise and gives its error.
+
+use super::smooth::Smoother;
+use super::views::{Measured, Views};
+use crate::engine::Site;
+use crate::groups::response;
+use crate::krylov::{self, Ended, Stop, System};
+use crate::operator::{Arriving, Operator};
+use crate::pipeline::targets;
+use crate::surroundings::Escape;
+use rayon::prelude::*;
+use zonal_exchange::pair::strength;
+use zonal_math::Grade;
+use zonal_scene::{Bands, Scene, Zones, bands};
+use zonal_transport::Transport;
+
+/// Rays of a patch: so many over the square of the tolerance, no fewer and no more than these.
+const RAYS: f64 = 1.0;
+const FEWEST: f64 = 32.0;
+const MOST: f64 = 1024.0;
+/// Rays of a volume zone over those of a patch: its neighbours are more.
+const VOLUME: f64 = 0.3;
+/// Rays of all zones together at most: half a gigabyte.
+const ALL: f64 = 1.34e8;
+/// Where the rough solution stops.
+const STOP: Stop = Stop { residual: 2e-3, iterations: 200 };
+
+/// All zones and what they see.
+pub struct Seeing<'a> {
+    scene: &'a Scene,
+    zones: &'a Zones,
+    transport: &'a Transport<'a>,
+    views: Views,
+    /// c of every zone.
+    strength: Vec<Bands>,
+}
+
+/// Rays of a patch and of a volume zone for a tolerance.
+pub fn rays(zones: &Zones, tolerance: f64) -> [usize; 2] {
+    let (p, v) = (zones.voxel_offset() as f64, (zones.len() - zones.voxel_offset()) as f64);
+    let wanted = (RAYS / (tolerance * tolerance)).clamp(FEWEST, MOST);
+    let fits = (ALL / (p + VOLUME * v).max(1.0)).min(wanted);
+    [fits.max(1.0) as usize, (VOLUME * fits).max(1.0).ceil() as usize]
+}
+
+impl<'a> Seeing<'a> {
+    /// Shoots the rays that the tolerance of the scene asks for.
+    pub fn new(site: &Site<'a>) -> Seeing<'a> {
+        let each = rays(site.zones, site.scene.options().tolerance);
+        Seeing {
+            scene: site.scene,
+            zones: site.zones,
+            transport: site.transport,
+            views: Views::new(site.scene, site.zones, site.transport, each, site.progress),
+            strength: (0..site.zones.len()).into_par_iter().map(|i| strength(site.zones, i)).collect(),
+        }
+    }
+
+    /// Rays shot.
+    pub fn rays(&self) -> u64 {
+        self.views.rays()
+    }
+
+    /// All groups, passed on along the rays until little is left.
+    pub fn solve(&self, site: &Site, escape: &Escape) -> Vec<Ended> {
+        let (weights, targets) = (crate::groups::weights(self.zones), targets(self.zones));
+        let system = System { operator: self, weights: &weights, targets: &targets };
+        krylov::passes(&system, &site.columns(escape), None, STOP, site.progress)
+    }
+
+    /// B of all zones by their strengths.
+    fn radiosities(&self, strengths: &[Bands]) -> Vec<[f32; 3]> {
+        let over = |s: f64, c: f64| if c > 0.0 { (s / c) as f32 } else { 0.0 };
+        let both = strengths.par_iter().zip(&self.strength);
+        both.map(|(s, c)| [0, 1, 2].map(|b| over(s[b], c[b]))).collect()
+    }
+
+    fn times_measure(&self, v: Vec<Bands>) -> Vec<Bands> {
+        v.into_par_iter()
+            .enumerate()
+            .map(|(i, v)| {
+                let measure = response(self.zones, i).1;
+                v.map(|x| x * measure)
+            })
+            .collect()
+    }
+}
+
+impl Operator for Seeing<'_> {
+    fn len(&self) -> usize {
+        self.zones.len()
+    }
+    fn apply(&self, strengths: &[Bands]) -> Vec<Bands> {
+        self.times_measure(self.views.arriving(&self.radiosities(strengths)))
+    }
+    fn arriving(&self, columns: &[Vec<Bands>]) -> Arriving {
+        let each: Vec<Vec<Bands>> =
+            columns.iter().map(|s| self.views.arriving(&self.radiosities(s))).collect();
+        let mut all = vec![[0.0; 3]; self.len()];
+        for s in columns {
+            all.iter_mut().zip(s).for_each(|(a, s)| *a = bands(|b| a[b] + s[b]));
+        }
+        let seen: Vec<Measured> = self.views.measured(&self.radiosities(&all));
+        let (fields, error) = Smoother::new(self.scene, self.zones, self.transport).smooth(&seen, &each);
+        Arriving {
+            columns: fields.into_iter().map(|f| self.times_measure(f)).collect(),
+            error: Some(self.times_measure(error)),
+        }
+    }
+    fn scale(&mut self, _: &[Bands]) {}
+    fn is_symmetric(&self) -> bool {
+        false
+    }
+    fn grade(&self) -> Grade {
+        Grade::Statistical
+    }
+}

@@ -1,0 +1,301 @@
+//! Views: what every zone sees along a few rays, and the light that this passes on.
+//!
+//! A ray of zone i, of the density of its kernel (cosine on a patch, any direction in a volume), ends in one zone: a voxel zone where the
+//! medium stops it, with the probability that it does, else a patch; or nowhere. With m rays that end in the zones j,
+//!
+//! ```text
+//! H_i = ⟨B_j⟩      G_i = 4 ⟨B_j⟩      B_i = B⁰_i + ρ_i ⟨B_j⟩     (Ω_i for ρ_i in a volume)
+//! ```
+//!
+//! Every ray ends once, so closure holds whatever the rays are, and a wall between two zones parts them, however close they are. What is
+//! wrong with it is noise, which falls with the number of rays and with that of the zones over which light is alike. Light from panes
+//! is left out; they dim.
+//!
+//! Bands in which the medium differs share the ray by their mean; each counts by its own probability over that of the ray.
+
+use crate::surroundings::{cosine, voxel_point};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use zonal_math::{Vec3, sequence, vec3};
+use zonal_scene::{Bands, Patch, Plate, Progress, Scene, Voxmap, Zones, bands};
+use zonal_transport::Transport;
+use zonal_transport::sheets::Sheets;
+
+/// A ray that ends nowhere.
+const NOWHERE: u32 = u32::MAX;
+/// Tells the numbers of these rays from those of others.
+const SEED: u64 = 0x5bd1_e995_0000_0000;
+/// Halvings of the path in which a medium that varies stops a ray.
+const HALVINGS: usize = 14;
+
+/// The zones in which the rays of every zone end.
+pub struct Views {
+    /// Number of patches.
+    first: usize,
+    /// Rays of a patch, of a volume zone.
+    each: [usize; 2],
+    met: Vec<u32>,
+    /// What a ray counts in each band; empty where that is 1 for all.
+    worth: Vec<[f32; 3]>,
+}
+
+/// H or G with its standard error.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Measured {
+    /// Value, W/m².
+    pub value: Bands,
+    /// Standard error, by the spread of the rays.
+    pub error: Bands,
+}
+
+/// Shoots rays.
+struct Shooter<'a> {
+    scene: &'a Scene,
+    zones: &'a Zones,
+    transport: &'a Transport<'a>,
+    sheets: Sheets,
+    cell: Vec3,
+    reach: f64,
+    eps: f64,
+    grey: bool,
+    uniform: Option<Bands>,
+}
+
+fn mean(v: Bands) -> f64 {
+    (v[0] + v[1] + v[2]) / 3.0
+}
+
+impl<'a> Shooter<'a> {
+    fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> Shooter<'a> {
+        let facets = scene.facets();
+        let plates: Vec<Plate> = facets.iter().flat_map(|f| [f.plate, f.plate]).collect();
+        let sheet = |p: &Patch| 2 * p.facet + usize::from(p.normal.dot(facets[p.facet].plate.normal()) < 0.0);
+        let equal = |k: Bands| k[0] == k[1] && k[1] == k[2];
+        let grey = |m: &Voxmap| match m.uniform_extinction() {
+            Some(k) => equal(k),
+            None => (0..m.len()).all(|i| equal(m.extinction(i))),
+        };
+        Shooter {
+            scene,
+            zones,
+            transport,
+            sheets: Sheets::new(&plates, zones.patches.iter().map(|p| (&p.plate, sheet(p)))),
+            cell: scene.voxmap().map_or(Vec3::ZERO, |v| v.cell()),
+            reach: 3.0 * scene.diagonal(),
+            eps: 1e-9 * scene.diagonal(),
+            grey: scene.voxmap().is_none_or(grey) && scene.panes().is_empty(),
+            uniform: scene.voxmap().and_then(|m| m.uniform_extinction()),
+        }
+    }
+
+    /// Where the `k`-th ray of a zone starts, and its direction.
+    fn ray(&self, i: usize, k: usize) -> (Vec3, Vec3) {
+        let zones = self.zones;
+        let seed = |m: u64| (i as u64 * 8 + m) ^ SEED;
+        let p = sequence::r3(k, [0, 1, 2].map(|m| sequence::unit(seed(m))));
+        let d = sequence::net(k as u32, [sequence::hash(seed(3)) as u32, sequence::hash(seed(4)) as u32]);
+        let on = |plate: &Plate| {
+            let [u, v] = plate.warp([p[0], p[1]]);
+            plate.at(u, v)
+        };
+        if let Some(z) = zones.patches.get(i) {
+            return (on(&z.plate), cosine(z.normal, d));
+        }
+        let cos = 1.0 - 2.0 * d[0];
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        let (s, c) = (2.0 * PI * d[1]).sin_cos();
+        let at = match i.checked_sub(zones.pane_offset()) {
+            Some(pane) => on(&zones.panes[pane].plate),
+            None => voxel_point(&zones.voxels[i - zones.voxel_offset()], self.cell, p),
+        };
+        (at, vec3(sin * c, sin * s, cos))
+    }
+
+    /// The zone in which the `k`-th ray of a zone ends and what it counts.
+    fn end(&self, i: usize, k: usize) -> (u32, [f32; 3]) {
+        let (origin, dir) = self.ray(i, k);
+        let hit = self.transport.nearest(origin, dir, self.eps, self.reach);
+        let t = hit.map_or(self.reach, |h| h.t);
+        let end = origin + dir * t;
+        let depth = self.transport.medium_depth(origin, end);
+        let passed = depth.map(|d| (-d).exp());
+        let through = mean(passed);
+        let u = sequence::r1(k, sequence::unit((i as u64 * 8 + 7) ^ SEED));
+        if u >= through {
+            return self.stopped(origin, dir, t, u);
+        }
+        let Some(hit) = hit else { return (NOWHERE, [1.0; 3]) };
+        let sheet = 2 * hit.facet + usize::from(!hit.front);
+        let plate = |i: u32| &self.zones.patches[i as usize].plate;
+        let zone = self.sheets.find(sheet, [hit.u, hit.v], end, plate).unwrap_or(NOWHERE);
+        (zone, self.worth(origin, end, bands(|b| passed[b] / through)))
+    }
+
+    /// What a ray counts: by band, and dimmed by panes.
+    fn worth(&self, a: Vec3, b: Vec3, share: Bands) -> [f32; 3] {
+        if self.grey {
+            return [1.0; 3];
+        }
+        let panes = self.transport.pane_depth_inside(a, b);
+        [0, 1, 2].map(|x| (share[x] * (-panes[x]).exp()) as f32)
+    }
+
+    /// A ray that the medium stops before `t`, where the mean transmittance is `u`.
+    fn stopped(&self, origin: Vec3, dir: Vec3, t: f64, u: f64) -> (u32, [f32; 3]) {
+        let Some(map) = self.scene.voxmap() else { return (NOWHERE, [1.0; 3]) };
+        let left = |s: f64| self.transport.medium_depth(origin, origin + dir * s).map(|d| (-d).exp());
+        let inside = map.cell_at(origin).is_some();
+        let s = match self.uniform {
+            Some(k) if self.grey && inside => -u.max(1e-300).ln() / k[0],
+            _ => {
+                let (mut lo, mut hi) = (0.0, t);
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (lo + hi);
+                    if mean(left(middle)) > u { lo = middle } else { hi = middle }
+                }
+                0.5 * (lo + hi)
+            }
+        };
+        let at = origin + dir * s.min(t);
+        let Some(cell) = map.cell_at(at).map(|c| map.index(c)) else { return (NOWHERE, [1.0; 3]) };
+        let zone = self.zone(cell, at);
+        let worth = if self.grey {
+            [1.0; 3]
+        } else {
+            let k = map.extinction(cell);
+            let (l, sum) = (left(s), (0..3).map(|b| k[b] * left(s)[b]).sum::<f64>() / 3.0);
+            self.worth(origin, at, bands(|b| if sum > 0.0 { k[b] * l[b] / sum } else { 1.0 }))
+        };
+        (zone.map_or(NOWHERE, |z| (z + self.zones.voxel_offset()) as u32), worth)
+    }
+
+    /// The volume zone of a cell that a point lies in, or is nearest to.
+    fn zone(&self, cell: usize, p: Vec3) -> Option<usize> {
+        let range = self.zones.of_cell(cell);
+        if range.len() <= 1 {
+            return range.into_iter().next();
+        }
+        let distance = |z: usize| {
+            let part = self.zones.voxels[z].part.iter().map(|s| (s.point - p).length2());
+            part.fold(f64::INFINITY, f64::min)
+        };
+        range.map(|z| (distance(z), z)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|x| x.1)
+    }
+}
+
+impl Views {
+    /// Shoots so many rays from every patch, and from every volume zone.
+    pub fn new(
+        scene: &Scene,
+        zones: &Zones,
+        transport: &Transport,
+        each: [usize; 2],
+        progress: &dyn Progress,
+    ) -> Views {
+        let shooter = Shooter::new(scene, zones, transport);
+        let first = zones.voxel_offset();
+        let total = each[0] * first + each[1] * (zones.len() - first);
+        progress.begin("views", zones.len() as u64);
+        let mut views = Views { first, each, met: vec![NOWHERE; total], worth: Vec::new() };
+        if !shooter.grey {
+            views.worth = vec![[1.0; 3]; total];
+        }
+        let (patches, volumes) = views.met.split_at_mut(each[0] * first);
+        let (mut none, grey) = (Vec::new(), shooter.grey);
+        let worth = if grey { &mut none } else { &mut views.worth };
+        let (pw, vw) = worth.split_at_mut(if grey { 0 } else { each[0] * first });
+        for (from, each, met, worth) in [(0, each[0], patches, pw), (first, each[1], volumes, vw)] {
+            let one = |(z, met): (usize, &mut [u32]), mut worth: Option<&mut [[f32; 3]]>| {
+                for (k, m) in met.iter_mut().enumerate() {
+                    let (zone, w) = shooter.end(from + z, k);
+                    *m = zone;
+                    if let Some(all) = &mut worth {
+                        all[k] = w;
+                    }
+                }
+            };
+            if grey {
+                met.par_chunks_mut(each).enumerate().for_each(|m| one(m, None));
+            } else {
+                let both = met.par_chunks_mut(each).enumerate().zip(worth.par_chunks_mut(each));
+                both.for_each(|(m, w)| one(m, Some(w)));
+            }
+        }
+        progress.advance(zones.len() as u64);
+        progress.end();
+        views
+    }
+
+    /// Number of rays.
+    pub fn rays(&self) -> u64 {
+        self.met.len() as u64
+    }
+
+    /// Rays of zone `i`.
+    pub fn of(&self, i: usize) -> std::ops::Range<usize> {
+        let [p, v] = self.each;
+        if i < self.first {
+            p * i..p * (i + 1)
+        } else {
+            let start = p * self.first + v * (i - self.first);
+            start..start + v
+        }
+    }
+
+    /// ⟨B⟩ over the rays of zone `i`.
+    #[inline]
+    fn mean(&self, i: usize, b: &[[f32; 3]]) -> [f32; 3] {
+        let range = self.of(i);
+        let m = range.len() as f32;
+        let mut sum = [0.0; 3];
+        for r in range {
+            let j = self.met[r];
+            if j != NOWHERE {
+                let (b, w) = (b[j as usize], self.worth.get(r).copied().unwrap_or([1.0; 3]));
+                (0..3).for_each(|x| sum[x] += w[x] * b[x]);
+            }
+        }
+        sum.map(|s| s / m)
+    }
+
+    /// What arrives, H or G, where zones shine with radiosities `b`.
+    pub fn arriving(&self, b: &[[f32; 3]]) -> Vec<Bands> {
+        (0..b.len())
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|i| {
+                let unit = self.unit(i);
+                self.mean(i, b).map(|m| unit * m as f64)
+            })
+            .collect()
+    }
+
+    /// The same with standard errors.
+    pub fn measured(&self, b: &[[f32; 3]]) -> Vec<Measured> {
+        let one = |i: usize| {
+            let range = self.of(i);
+            let (m, unit) = (range.len() as f64, self.unit(i));
+            let (mut sum, mut square) = ([0.0; 3], [0.0; 3]);
+            for r in range {
+                let j = self.met[r];
+                if j != NOWHERE {
+                    let w = self.worth.get(r).copied().unwrap_or([1.0; 3]);
+                    for x in 0..3 {
+                        let v = (w[x] * b[j as usize][x]) as f64;
+                        sum[x] += v;
+                        square[x] += v * v;
+                    }
+                }
+            }
+            let h = sum.map(|s| s / m);
+            let e = bands(|x| ((square[x] / m - h[x] * h[x]).max(0.0) / m).sqrt());
+            Measured { value: h.map(|x| x * unit), error: e.map(|x| x * unit) }
+        };
+        (0..b.len()).into_par_iter().with_min_len(256).map(one).collect()
+    }
+
+    /// H is ⟨B⟩, G four times that.
+    fn unit(&self, i: usize) -> f64 {
+        if i < self.first { 1.0 } else { 4.0 }
+    }
+}
