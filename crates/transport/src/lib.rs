@@ -23,6 +23,7 @@
 
 mod bvh;
 pub mod direct;
+mod emitter;
 mod hull;
 mod meet;
 mod shaft;
