@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | sun, angular radius α, irradiance E⊥ on a plane square to it | uniform over its cone | G: 2 E⊥/(1+cosα), times cosθ for H |
 //! | sky of radiance L | cosine-weighted for H, uniform over the sphere for G | π L, 4π L |
-//! | emitter of flux E(x), solid angle Ω | uniform over Ω, before a receiver's front ([`crate::emitter`]) | Ω E/π, times cosθ for H |
+//! | emitter of flux E(x), solid angle Ω | uniform over Ω, before a receiver's front (`emitter`) | Ω E/π, times cosθ for H |
 //!
 //! (The sun's radiance is E⊥/(π sin²α) and its solid angle 2π(1−cosα); their product is 2E⊥/(1+cosα).) τ is that of
 //! [`Transport::transmittance`]: coloured by medium and panes, zero behind a facet; the emitter's own facet does not block,
