@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | sun, angular radius α, irradiance E⊥ on a plane square to it | uniform over its cone | G: 2 E⊥/(1+cosα), times cosθ for H |
 //! | sky of radiance L | cosine-weighted for H, uniform over the sphere for G | π L, 4π L |
-//! | emitter of area A, flux E(x) | uniform over its area | A E/π · cosθ_x/r², times cosθ for H |
+//! | emitter of flux E(x), solid angle Ω | uniform over Ω, before a receiver's front (`emitter`) | Ω E/π, times cosθ for H |
 //!
 //! (The sun's radiance is E⊥/(π sin²α) and its solid angle 2π(1−cosα); their product is 2E⊥/(1+cosα).) τ is that of
 //! [`Transport::transmittance`]: coloured by medium and panes, zero behind a facet; the emitter's own facet does not block,
@@ -17,10 +17,10 @@
 //! Points are low-discrepancy ones, shifted by a hash of the seed: the same call gives the same bits. All means are statistical; their error falls like 1/samples where the light is seen whole.
 
 use crate::Transport;
-use crate::solid_angle::{projected_solid_angle, solid_angle};
+use crate::emitter::Emitter;
 use std::f64::consts::{PI, TAU};
 use zonal_math::{Vec3, sequence, vec3};
-use zonal_scene::{Bands, Light, Plate, Scene, Sides, bands};
+use zonal_scene::{Bands, Light, Scene, bands};
 
 /// Who receives the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,58 +70,19 @@ pub enum Source {
 /// A light made ready to be sampled.
 #[derive(Clone, Debug)]
 pub struct Lamp<'a> {
-    scene: &'a Scene,
     light: &'a Light,
-    /// Facets of an emitter.
-    facets: Vec<usize>,
-    /// Their areas, summed up, m².
-    cumulative: Vec<f64>,
-    /// Plates and radiances E/π of an emitter whose light without obstacles is had in closed form.
-    closed: Vec<(Plate, Bands)>,
-}
-
-/// An emitter of more facets is sampled only.
-const MOST_FACETS: usize = 32;
-
-/// Plates and radiances of an emitter of a few evenly emitting facets; empty for any other light.
-fn closed_form(scene: &Scene, facets: &[usize]) -> Vec<(Plate, Bands)> {
-    if facets.is_empty() || facets.len() > MOST_FACETS {
-        return Vec::new();
-    }
-    let surface = &scene.surfaces()[scene.facets()[facets[0]].surface];
-    if surface.emission_texture.is_some() {
-        return Vec::new();
-    }
-    // Of one-sided facets that look different ways a few samples may miss all that face a point.
-    let normal = scene.facets()[facets[0]].plate.normal();
-    let flat = facets.iter().all(|&f| scene.facets()[f].plate.normal().dot(normal) > 1.0 - 1e-9);
-    if surface.sides == Sides::Front && !flat {
-        return Vec::new();
-    }
-    let radiance = surface.emission.map(|e| e / PI);
-    facets.iter().map(|&f| (scene.facets()[f].plate, radiance)).collect()
+    /// Set for an emitter.
+    emitter: Option<Emitter<'a>>,
 }
 
 impl<'a> Lamp<'a> {
     /// Prepares a light.
     pub fn new(scene: &'a Scene, light: &'a Light) -> Lamp<'a> {
-        let facets: Vec<usize> = match light {
-            Light::Emitter { surface } => {
-                let own = |i: &usize| scene.facets()[*i].surface == *surface;
-                (0..scene.facets().len()).filter(own).collect()
-            }
-            _ => Vec::new(),
+        let emitter = match light {
+            Light::Emitter { surface } => Some(Emitter::new(scene, *surface)),
+            _ => None,
         };
-        let mut sum = 0.0;
-        let cumulative = facets
-            .iter()
-            .map(|&i| {
-                sum += scene.facets()[i].plate.area();
-                sum
-            })
-            .collect();
-        let closed = closed_form(scene, &facets);
-        Lamp { scene, light, facets, cumulative, closed }
+        Lamp { light, emitter }
     }
 
     /// The light.
@@ -136,7 +97,7 @@ impl<'a> Lamp<'a> {
 
     /// True when [`Lamp::unhindered`] knows its light.
     pub fn has_closed_form(&self) -> bool {
-        !self.closed.is_empty()
+        self.emitter.as_ref().is_some_and(Emitter::is_even)
     }
 
     /// The sample of the light at `s` ∈ [0,1)³ as seen from `point`; `None` where it contributes nothing.
@@ -159,6 +120,22 @@ impl<'a> Lamp<'a> {
         }
     }
 
+    /// [`Lamp::unhindered`] and [`Lamp::beam`] together: in free space every beam of a light with a closed form brings all of it.
+    pub fn beam_of_all(
+        &self,
+        transport: &Transport,
+        point: Vec3,
+        receiver: Receiver,
+        s: [f64; 3],
+    ) -> (Bands, Option<Beam>) {
+        let beam = self.beam(transport, point, receiver, s);
+        let all = match receiver {
+            Receiver::Free if self.has_closed_form() => beam.map_or([0.0; 3], |b| b.flux),
+            _ => self.unhindered(point, receiver),
+        };
+        (all, beam)
+    }
+
     /// The sample of the light at `s` ∈ [0,1)³, for all points at once; `None` for an emitter without facets.
     pub fn source(&self, s: [f64; 3]) -> Option<Source> {
         match self.light {
@@ -173,40 +150,15 @@ impl<'a> Lamp<'a> {
                 towards: on_sphere([s[0], s[1]]),
                 fluence: radiance.map(|l| 4.0 * PI * l),
             }),
-            Light::Emitter { .. } => self.emitter_point(s),
+            Light::Emitter { .. } => self.emitter.as_ref()?.point(s),
         }
-    }
-
-    fn emitter_point(&self, s: [f64; 3]) -> Option<Source> {
-        let total = *self.cumulative.last()?;
-        let k = self.cumulative.partition_point(|&a| a <= s[2] * total);
-        let id = self.facets[k.min(self.facets.len() - 1)];
-        let facet = &self.scene.facets()[id];
-        let [u, v] = facet.plate.warp([s[0], s[1]]);
-        Some(Source::Point {
-            at: facet.plate.at(u, v),
-            normal: facet.plate.normal(),
-            both: self.scene.surfaces()[facet.surface].sides == Sides::Both,
-            facet: id,
-            power: self.scene.emission_at(id, u, v).map(|e| e * total / PI),
-        })
     }
 
     fn emitter_beam(&self, point: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<Beam> {
-        let Some(Source::Point { at: end, normal, both, power, .. }) = self.emitter_point(s) else {
-            return None;
-        };
-        let d = end - point;
-        let r2 = d.length2();
-        let towards = d.normalized();
-        let slope = -towards.dot(normal);
-        let leaving = if both { slope.abs() } else { slope };
+        let spot = self.emitter.as_ref()?.spot(point, receiver, s)?;
+        let towards = (spot.at - point).normalized();
         let arriving = cosine(receiver, towards);
-        if !(r2 > 0.0 && leaving > 0.0 && arriving > 0.0) {
-            return None;
-        }
-        let flux = power.map(|p| p * leaving * arriving / r2);
-        Some(Beam { towards, end, flux })
+        (arriving > 0.0).then(|| Beam { towards, end: spot.at, flux: spot.fluence.map(|g| g * arriving) })
     }
 
     /// The beam's contribution after what lies between; `None` behind a facet.
@@ -246,7 +198,7 @@ impl<'a> Lamp<'a> {
                 arrived = bands(|b| arrived[b] + lit[b]);
             }
         }
-        if self.closed.is_empty() {
+        if !self.has_closed_form() {
             return arrived.map(|x| x / n as f64);
         }
         let all = self.unhindered(point, receiver);
@@ -255,19 +207,7 @@ impl<'a> Lamp<'a> {
 
     /// H or G of an emitter with nothing between, W/m², in closed form; zero for a light that has none.
     pub fn unhindered(&self, point: Vec3, receiver: Receiver) -> Bands {
-        let surface = self.facets.first().map(|&f| self.scene.facets()[f].surface);
-        let both = surface.is_some_and(|s| self.scene.surfaces()[s].sides == Sides::Both);
-        self.closed.iter().fold([0.0; 3], |sum, (plate, radiance)| {
-            let seen = solid_angle(plate, point);
-            if seen <= 0.0 && !both {
-                return sum;
-            }
-            let weight = match receiver {
-                Receiver::Free => seen.abs(),
-                Receiver::Surface(n) => projected_solid_angle(plate, point, n),
-            };
-            bands(|b| sum[b] + radiance[b] * weight)
-        })
+        self.emitter.as_ref().map_or([0.0; 3], |e| e.unhindered(point, receiver))
     }
 }
 
@@ -348,7 +288,7 @@ fn around(axis: Vec3, z: f64, r: f64, turn: f64) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use zonal_scene::{Facet, Pane, Plate, SceneParts, Surface, Voxmap};
+    use zonal_scene::{Facet, Pane, Plate, SceneParts, Sides, Surface, Voxmap};
 
     fn surface(name: &str, emission: f64) -> Surface {
         Surface {

@@ -11,6 +11,7 @@
 //! | [`transport`] | [`Transport`]: the questions, answered |
 //! | [`zoning`] | [`build_zones`]: patches, free parts of voxels, pieces of panes |
 //! | [`direct`] | sun, sky and small emitters at a point |
+//! | `emitter` | points of a lamp, by area and by solid angle |
 //! | [`solid_angle`] | a plate seen from a point, in closed form |
 //! | [`sheets`] | which patch of a facet holds a point |
 //! | `meet` | a line and a plate, watertight, in double precision |
@@ -24,6 +25,7 @@
 
 mod bvh;
 pub mod direct;
+mod emitter;
 mod hull;
 mod meet;
 mod shaft;

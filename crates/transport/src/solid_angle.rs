@@ -30,14 +30,12 @@ pub fn solid_angle(plate: &Plate, p: Vec3) -> f64 {
     }
 }
 
-/// ∫ max(0, cosθ) dω over the plate seen from `p` on a plane with unit normal `n`, sr: at most π. Counts both sides of the plate.
-pub fn projected_solid_angle(plate: &Plate, p: Vec3, n: Vec3) -> f64 {
-    let (corners, count) = plate.corners();
-    // At most one corner more than before the cut.
-    let mut poly = [Vec3::ZERO; 6];
-    let mut m = 0;
-    for k in 0..count {
-        let (a, b) = (corners[k] - p, corners[(k + 1) % count] - p);
+/// The part of a polygon of at most five corners in the half-space n·x ≥ 0, and the number of its corners: at most one more than
+/// before.
+pub(crate) fn in_front(corners: &[Vec3], n: Vec3) -> ([Vec3; 6], usize) {
+    let (mut poly, mut m) = ([Vec3::ZERO; 6], 0);
+    for (k, &a) in corners.iter().enumerate() {
+        let b = corners[(k + 1) % corners.len()];
         let (ha, hb) = (n.dot(a), n.dot(b));
         if ha >= 0.0 {
             poly[m] = a;
@@ -48,6 +46,13 @@ pub fn projected_solid_angle(plate: &Plate, p: Vec3, n: Vec3) -> f64 {
             m += 1;
         }
     }
+    (poly, m)
+}
+
+/// ∫ max(0, cosθ) dω over the plate seen from `p` on a plane with unit normal `n`, sr: at most π. Counts both sides of the plate.
+pub fn projected_solid_angle(plate: &Plate, p: Vec3, n: Vec3) -> f64 {
+    let (corners, count) = plate.corners();
+    let (poly, m) = in_front(&corners.map(|c| c - p)[..count], n);
     if m < 3 {
         return 0.0;
     }
