@@ -8,7 +8,8 @@ use crate::direct::Direct;
 use crate::forecast::Forecast;
 use crate::groups::{self, Source};
 use crate::hierarchical;
-use crate::operator::Operator;
+use crate::krylov::Ended;
+use crate::operator::{Arriving, Operator};
 use crate::surroundings::Escape;
 use zonal_exchange::pair::{Counts, Exchange, Settings, VoxelFactors};
 use zonal_scene::solution::Closure;
@@ -64,8 +65,8 @@ pub struct Built<'a> {
     pub counts: Vec<(String, u64)>,
     /// What a user should know.
     pub warnings: Vec<String>,
-    /// Strengths near the solution, a group, where the engine has them.
-    pub warm: Option<Vec<Vec<Bands>>>,
+    /// The solution, where building the engine found it: how each group ended, and what arrives.
+    pub solved: Option<(Vec<Ended>, Arriving)>,
 }
 
 /// The engine for a scene, with the reason; never [`Engine::Auto`]. The error says what would not fit into `memory` bytes, or what
@@ -112,7 +113,7 @@ pub fn choose(
 /// Builds an engine. Closure is measured, or restored where the scene asks for it, which may scale `escape` too.
 pub fn build<'a>(engine: Engine, site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, SceneError> {
     match engine {
-        Engine::Hierarchical => hierarchical::build(site, escape),
+        Engine::Hierarchical => hierarchical::build::build(site, escape),
         Engine::Dense | Engine::Auto => Ok(dense(site, escape)),
     }
 }
@@ -140,7 +141,7 @@ fn dense(site: &Site, escape: &mut Escape) -> Built<'static> {
         closure,
         counts: counts(&assembly.counts),
         warnings,
-        warm: None,
+        solved: None,
     }
 }
 

@@ -39,10 +39,6 @@ pub trait Operator {
         let all: Vec<Bands> = (0..self.len()).map(sum).collect();
         Arriving { columns: self.apply_many(columns), error: self.error(&all) }
     }
-    /// True where g_ij = g_ji.
-    fn is_symmetric(&self) -> bool {
-        true
-    }
     /// Replaces g_ij by d_i g_ij d_j.
     fn scale(&mut self, d: &[Bands]);
     /// The weakest grade among the factors.

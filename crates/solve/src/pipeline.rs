@@ -30,8 +30,6 @@ const POOR_BALANCE: f64 = 1e-3;
 
 /// Residual, over the tolerance, with which an engine is content whose links err by the tolerance: far below what they leave.
 const CONTENT: f64 = 1e-4;
-/// The same where light is passed on step by step.
-const SETTLED: f64 = 1e-2;
 
 /// How a scene is solved, beside what it says itself.
 #[derive(Clone, Copy)]
@@ -107,9 +105,12 @@ pub fn solve_zones(
         vault: job.vault,
         progress: job.progress,
     };
-    let built = engine::build(engine, &site, &mut escape)?;
-    let mut ended = iterate(&site, &built, &escape, engine, job);
-    let (fields, groups) = fields(&site, &built, &escape, &mut ended, engine);
+    let mut built = engine::build(engine, &site, &mut escape)?;
+    let (mut ended, arriving) = match built.solved.take() {
+        Some((ended, arriving)) => (ended, Some(arriving)),
+        None => (iterate(&site, &built, &escape, engine, job), None),
+    };
+    let (fields, groups) = fields(&site, &built, &escape, &mut ended, arriving, engine);
     let mut report = report(&site, &built, &escape, &fields, &groups, &ended);
     (report.engine, report.reason) = (engine.word().into(), reason);
     report.warnings.extend(note);
@@ -207,14 +208,9 @@ fn iterate(site: &Site, built: &Built, escape: &Escape, engine: Engine, job: &Jo
     if let Some(n) = options.sweeps {
         return krylov::sweeps(&system, &columns, n, job.progress);
     }
-    let warm = initial(site, &columns, job.initial).or_else(|| built.warm.clone());
-    if !built.operator.is_symmetric() {
-        let residual = options.residual.max(SETTLED * options.tolerance);
-        let stop = Stop { residual, iterations: options.max_iterations };
-        return krylov::passes(&system, &columns, warm.as_deref(), stop, job.progress);
-    }
     let content = if engine == Engine::Hierarchical { CONTENT * options.tolerance } else { 0.0 };
     let stop = Stop { residual: options.residual.max(content), iterations: options.max_iterations };
+    let warm = initial(site, &columns, job.initial);
     krylov::solve(&system, &columns, warm.as_deref(), stop, job.vault, job.progress)
 }
 
@@ -247,13 +243,15 @@ fn fields(
     built: &Built,
     escape: &Escape,
     ended: &mut [Ended],
+    arriving: Option<Arriving>,
     engine: Engine,
 ) -> (Fields, Vec<Group>) {
     let zones = site.zones;
     let n = zones.len();
     // Lent to the operator and given back: fields of a large scene are not copied without need.
     let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
-    let Arriving { columns: mut arriving, error } = built.operator.arriving(&strengths);
+    let arriving = arriving.unwrap_or_else(|| built.operator.arriving(&strengths));
+    let Arriving { columns: mut arriving, error } = arriving;
     ended.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
     let mut f = Fields { incident: vec![[0.0; 3]; n], direct: vec![[0.0; 3]; n], ..Fields::default() };
     let mut list = Vec::new();

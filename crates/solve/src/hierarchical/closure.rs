@@ -11,9 +11,12 @@
 //! with the strengths x of a rough solution as weights: the power that the cluster sends is then neither made nor lost.
 
 use super::tree::Tree;
+use super::{Hierarchical, total};
+use crate::engine::Site;
 use crate::operator::Operator;
 use crate::surroundings::Escape;
 use zonal_exchange::pair::{strength, target};
+use zonal_scene::solution::Closure;
 use zonal_scene::{Bands, Zones, bands};
 
 /// Clusters, about; an octree's steps are coarse.
@@ -22,23 +25,6 @@ const CLUSTERS: usize = 16;
 const SWEEPS: usize = 6;
 /// Share of the mean strength that every zone counts with at least.
 const FLOOR: f64 = 0.05;
-
-/// The cluster of every zone: the largest nodes with no more than a share of the leaves.
-fn clusters(tree: &Tree) -> (Vec<u32>, usize) {
-    let most = 2 * tree.leaves().div_ceil(CLUSTERS);
-    let mut of = vec![0; tree.leaves()];
-    let (mut count, mut stack) = (0, vec![tree.root()]);
-    while let Some(n) = stack.pop() {
-        let node = &tree.nodes[n as usize];
-        if node.is_leaf() || node.leaves() <= most {
-            (node.first..node.last).for_each(|slot| of[tree.zone[slot as usize] as usize] = count);
-            count += 1;
-        } else {
-            stack.extend(tree.kids(n).iter().rev());
-        }
-    }
-    (of, count as usize)
-}
 
 /// d of every zone for the strengths of a rough solution.
 pub fn scaling(
@@ -49,7 +35,7 @@ pub fn scaling(
     strengths: &[Bands],
 ) -> Vec<Bands> {
     let n = zones.len();
-    let (of, count) = clusters(tree);
+    let (of, count) = tree.clusters(2 * tree.leaves().div_ceil(CLUSTERS));
     let c: Vec<Bands> = (0..n).map(|i| strength(zones, i)).collect();
     let mean = strengths
         .iter()
@@ -85,4 +71,26 @@ pub fn scaling(
         }
     }
     (0..n).map(|i| d[of[i] as usize]).collect()
+}
+
+/// Closure restored by clusters: what was measured before, with the change.
+pub fn restore(
+    made: &mut Hierarchical,
+    site: &Site,
+    escape: &mut Escape,
+    (mut report, defects): (Closure, Vec<Bands>),
+) -> (Closure, Vec<Bands>) {
+    let sum = total(made.len(), &made.known, |k| &k.0);
+    let d = scaling(&made.tree, made, site.zones, escape, &sum);
+    for (i, d) in d.iter().enumerate() {
+        for b in 0..3 {
+            escape.sky[i][b] *= d[b];
+            escape.backs[i][b] *= d[b];
+            report.largest_change[b] = report.largest_change[b].max((d[b] * d[b] - 1.0).abs());
+        }
+    }
+    made.scale(&d);
+    report.after = crate::closure::measure(made, site.zones, escape).0.worst;
+    report.restored = true;
+    (report, defects)
 }

@@ -18,9 +18,11 @@ use zonal_scene::{Bands, Scene, Zones, bands};
 use zonal_transport::Transport;
 
 /// Rays of a patch: so many over the square of the tolerance, no fewer and no more than these.
-const RAYS: f64 = 1.0;
+const RAYS: f64 = 1.3;
 const FEWEST: f64 = 32.0;
-const MOST: f64 = 1024.0;
+const MOST: f64 = 2048.0;
+/// How many more rays are shot than would just do.
+const MARGIN: f64 = 1.3;
 /// Rays of a volume zone over those of a patch: its neighbours are more.
 const VOLUME: f64 = 0.3;
 /// Rays of all zones together at most: half a gigabyte.
@@ -40,16 +42,24 @@ pub struct Seeing<'a> {
 
 /// Rays of a patch and of a volume zone for a tolerance.
 pub fn rays(zones: &Zones, tolerance: f64) -> [usize; 2] {
+    within(zones, RAYS / (tolerance * tolerance))
+}
+
+/// Rays with which an error falls by a factor; those at hand where more are not allowed.
+pub fn more(zones: &Zones, each: [usize; 2], factor: f64) -> [usize; 2] {
+    let wanted = each[0] as f64 * (MARGIN * factor * factor).max(MARGIN);
+    if wanted > MOST { each } else { within(zones, wanted).max(each) }
+}
+
+fn within(zones: &Zones, wanted: f64) -> [usize; 2] {
     let (p, v) = (zones.voxel_offset() as f64, (zones.len() - zones.voxel_offset()) as f64);
-    let wanted = (RAYS / (tolerance * tolerance)).clamp(FEWEST, MOST);
-    let fits = (ALL / (p + VOLUME * v).max(1.0)).min(wanted);
+    let fits = (ALL / (p + VOLUME * v).max(1.0)).min(wanted.clamp(FEWEST, MOST));
     [fits.max(1.0) as usize, (VOLUME * fits).max(1.0).ceil() as usize]
 }
 
 impl<'a> Seeing<'a> {
-    /// Shoots the rays that the tolerance of the scene asks for.
-    pub fn new(site: &Site<'a>) -> Seeing<'a> {
-        let each = rays(site.zones, site.scene.options().tolerance);
+    /// Shoots so many rays from every patch, and from every volume zone.
+    pub fn new(site: &Site<'a>, each: [usize; 2]) -> Seeing<'a> {
         Seeing {
             scene: site.scene,
             zones: site.zones,
@@ -111,9 +121,6 @@ impl Operator for Seeing<'_> {
         }
     }
     fn scale(&mut self, _: &[Bands]) {}
-    fn is_symmetric(&self) -> bool {
-        false
-    }
     fn grade(&self) -> Grade {
         Grade::Statistical
     }

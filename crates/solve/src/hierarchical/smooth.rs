@@ -25,7 +25,7 @@ const WIDTH: f64 = 0.5;
 /// The same of what the rays of the zone itself say: few, but its own.
 const ALONE: f64 = 1.0;
 /// What fits leave out, and what the light that rays meet errs by itself: the errors told are larger by this.
-const CAUTION: f64 = 2.0;
+pub const CAUTION: f64 = 2.0;
 /// Zones of one task.
 const BLOCK: usize = 1024;
 /// Steps from cell to cell of the windows of a volume zone.

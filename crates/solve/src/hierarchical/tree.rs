@@ -297,6 +297,21 @@ impl Tree {
     pub fn kids_of(&self, n: &Node) -> &[u32] {
         &self.kids[n.kids as usize..n.kids as usize + n.count as usize]
     }
+    /// The cluster of every zone, and their number: the largest nodes with no more leaves than `most`.
+    pub fn clusters(&self, most: usize) -> (Vec<u32>, usize) {
+        let mut of = vec![0; self.leaves()];
+        let (mut count, mut stack) = (0, vec![self.root()]);
+        while let Some(n) = stack.pop() {
+            let node = &self.nodes[n as usize];
+            if node.is_leaf() || node.leaves() <= most {
+                (node.first..node.last).for_each(|slot| of[self.zone[slot as usize] as usize] = count);
+                count += 1;
+            } else {
+                stack.extend(self.kids(n).iter().rev());
+            }
+        }
+        (of, count as usize)
+    }
     /// The root.
     pub fn root(&self) -> u32 {
         0

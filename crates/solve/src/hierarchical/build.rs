@@ -1,0 +1,158 @@
+//! From a scene to an engine that meets its tolerance: rays from every zone first, more of them while few are missing, then links.
+
+use super::closure;
+use super::seeing::Seeing;
+use super::smooth::CAUTION;
+use super::views::Measured;
+use super::{Factors, Hierarchical, Rough, Seen, total};
+use crate::engine::{Built, Site};
+use crate::groups::response;
+use crate::krylov::Ended;
+use crate::operator::{Arriving, Operator};
+use crate::surroundings::Escape;
+use zonal_math::Grade;
+use zonal_scene::{Bands, Estimate, Fields, SceneError};
+
+/// Times that rays are shot anew because more are wanted.
+const LOOKS: usize = 3;
+/// Refinements at most.
+const ROUNDS: usize = 6;
+/// ε of the first refinement over the tolerance.
+const FIRST: f64 = 0.6;
+/// Zones above which links that are better than rays cost more than anyone waits for.
+const LINKED: usize = 200_000;
+/// Zones up to which an unmet tolerance is pursued by refining again whatever it costs.
+const PURSUED: usize = 60_000;
+/// The estimate of links falls with ε to the power of one over this.
+const STEEPNESS: f64 = 1.8;
+/// Range of the factor by which ε falls at a time.
+const STEP: [f64; 2] = [0.2, 0.7];
+
+/// What rays from every zone say.
+struct Look<'a> {
+    seeing: Seeing<'a>,
+    /// Without their strengths, which are in `known`.
+    ended: Vec<Ended>,
+    /// In the unit of P.
+    arriving: Seen,
+    known: Rough,
+    seen: Vec<Measured>,
+    estimate: f64,
+}
+
+/// Builds the engine for all light groups of a scene: what rays from every zone say where that meets the tolerance, else links, refined
+/// until their estimate meets it.
+pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, SceneError> {
+    let (zones, tolerance) = (site.zones, site.scene.options().tolerance);
+    if zones.is_empty() {
+        return Err(SceneError::new("scene", "the scene has no zones; add a surface or a medium"));
+    }
+    let mut each = super::seeing::rays(zones, tolerance);
+    let mut look = Look::new(site, escape, each);
+    let many = zones.len() > LINKED;
+    for _ in 1..if many { 1 } else { LOOKS } {
+        let more = super::seeing::more(zones, each, look.estimate / tolerance);
+        if look.estimate <= tolerance || more == each {
+            break;
+        }
+        each = more;
+        look = Look::new(site, escape, each);
+    }
+    let met = look.estimate <= tolerance;
+    if (met || many) && site.scene.options().sweeps.is_none() {
+        let closure = crate::closure::measure(&look.seeing, zones, escape);
+        let counts = vec![("rays of views".to_string(), look.seeing.rays())];
+        let arriving = Arriving { columns: look.arriving.columns, error: Some(look.arriving.error) };
+        let mut ended = look.ended;
+        ended.iter_mut().zip(look.known).for_each(|(e, k)| e.strengths = k.0);
+        let (operator, solved) = (Box::new(look.seeing), Some((ended, arriving)));
+        let warnings = if met { Vec::new() } else { vec![unmet(look.estimate, tolerance)] };
+        return Ok(Built { operator, noise: Vec::new(), closure, counts, warnings, solved });
+    }
+    links(site, escape, look)
+}
+
+impl<'a> Look<'a> {
+    fn new(site: &Site<'a>, escape: &Escape, each: [usize; 2]) -> Look<'a> {
+        let seeing = Seeing::new(site, each);
+        let mut ended = seeing.solve(site, escape);
+        let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
+        let Arriving { columns, error } = seeing.arriving(&strengths);
+        let over = |i: usize, v: Bands| v.map(|x| x / response(site.zones, i).1);
+        let field = |p: &Vec<Bands>| p.iter().enumerate().map(|(i, v)| over(i, *v)).collect();
+        let arriving = Seen { columns, error: error.unwrap_or_default() };
+        let known: Rough = strengths.into_iter().zip(arriving.columns.iter().map(field)).collect();
+        let value = total(site.zones.len(), &known, |k| &k.1);
+        let error = arriving.error.iter().enumerate().map(|(i, e)| over(i, *e));
+        let seen: Vec<Measured> =
+            value.into_iter().zip(error).map(|(value, error)| Measured { value, error }).collect();
+        let estimate = relative(site, &seen);
+        Look { seeing, ended, arriving, known, seen, estimate }
+    }
+}
+
+/// Estimated relative error, the largest over kinds and bands.
+fn relative(site: &Site, all: &[Measured]) -> f64 {
+    let error = all.iter().map(|m| m.error).collect();
+    let incident = all.iter().map(|m| m.value).collect();
+    let fields = Fields { error, incident, ..Fields::default() };
+    let e = Estimate::of(&fields, site.zones.voxel_offset(), Grade::Estimated);
+    e.patches.iter().chain(&e.volumes).fold(0.0, |m, x| m.max(*x))
+}
+
+fn unmet(estimate: f64, tolerance: f64) -> String {
+    format!(
+        "the estimated error, {estimate:.1e}, is above the tolerance {tolerance}: give a smaller tolerance"
+    )
+}
+
+/// The engine by links, beside what the rays say.
+fn links<'a>(site: &Site<'a>, escape: &mut Escape, look: Look<'a>) -> Result<Built<'a>, SceneError> {
+    let (zones, tolerance) = (site.zones, site.scene.options().tolerance);
+    let factors = Factors::new(site);
+    let views = look.seeing.rays();
+    drop(look.seeing);
+    let mut made = Hierarchical::new(site, look.known, &factors, FIRST * tolerance)
+        .ok_or_else(|| SceneError::new("scene", "the scene has no zones; add a surface or a medium"))?;
+    made.seen = site.scene.options().sweeps.is_none().then_some(look.arriving);
+    let mut warnings = Vec::new();
+    for round in 1.. {
+        made.solve_roughly(site, escape);
+        let estimate = relative(site, &made.estimated(&look.seen, CAUTION));
+        if estimate <= tolerance {
+            break;
+        }
+        if round >= ROUNDS || zones.len() > PURSUED {
+            warnings.push(unmet(estimate, tolerance));
+            break;
+        }
+        made.epsilon *= (tolerance / estimate).powf(STEEPNESS).clamp(STEP[0], STEP[1]);
+        made.refine(site, &factors);
+    }
+    let measured = crate::closure::measure(&made, zones, escape);
+    let closure = match site.scene.options().restore_closure {
+        true => closure::restore(&mut made, site, escape, measured),
+        false => measured,
+    };
+    let t = &made.tally;
+    let list = [
+        ("inner nodes", made.tree.inner as u64),
+        ("links, each direction", made.links.len() as u64),
+        ("bytes of links", made.links.bytes()),
+        ("pairs of clusters looked at", t.visits),
+        ("pairs that nothing can divide", t.clear),
+        ("pairs split for what hides them", t.split_by_sight),
+        ("pairs of near zones", t.near),
+        ("pairs of zones in full", t.exact),
+        ("rays between clusters", t.rays),
+        ("rays of views", views),
+    ];
+    Ok(Built {
+        operator: Box::new(made),
+        noise: Vec::new(),
+        closure,
+        counts: list.into_iter().map(|(k, v)| (k.to_string(), v)).collect(),
+        warnings,
+        solved: None,
+    })
+}
