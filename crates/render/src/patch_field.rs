@@ -49,7 +49,7 @@ impl<'a> PatchField<'a> {
     /// The value at a point of a sheet with the sheet's parameters (u, v); `None` where the sheet has no tile.
     pub fn at(&self, sheet: usize, uv: [f64; 2], point: Vec3) -> Option<Bands> {
         let tiles = &self.builder.tiles;
-        let i = self.sheets.find(sheet, uv, point, |i| &tiles[i as usize].plate)? as usize;
+        let i = self.sheets.find(sheet, uv)? as usize;
         let plate = &tiles[i].plate;
         let [u, v] = onto(plate, point);
         let nodes = self.builder.nodes(i);

@@ -36,7 +36,7 @@ const MOST: [usize; 2] = [256, 128];
 /// Samples of a voxel whose ratio is averaged with those around it.
 const AVERAGED: usize = 16;
 /// Wanted error over tolerance and root mean square.
-const SHARE: f64 = 0.7;
+const SHARE: f64 = 0.35;
 /// The ratio of a cell may differ from the mean around it by so many of its own errors.
 const AGREES: f64 = 3.0;
 /// Nor may it change more than this from one side of the 27 cells to the other.

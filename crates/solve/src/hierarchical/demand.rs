@@ -8,13 +8,13 @@ use zonal_scene::{Bands, Zones};
 /// α: how much a dark zone's own value counts in its tolerance.
 const DARK: f64 = 0.8;
 /// Uniform strength, relative to the mean of what arrives, that every node is taken to have at least.
-pub const FLOOR: f64 = 0.03;
+const FLOOR: f64 = 0.03;
 
 /// A light group as far as it is known: strengths c B and what arrives, H or G, of every zone.
 pub struct Known<'a> {
     /// c B.
     pub strengths: &'a [Bands],
-    /// H of patches, G of volumes; empty while unknown.
+    /// H of patches, G of volumes.
     pub arriving: &'a [Bands],
 }
 
@@ -36,18 +36,14 @@ fn means(tree: &Tree, zones: &Zones, arriving: &[Bands]) -> [Bands; 2] {
 }
 
 /// Demands for ε from what is known of each light group.
-pub fn demand(tree: &Tree, zones: &Zones, groups: &[Known], epsilon: f64, floor: f64) -> Demand {
+pub fn demand(tree: &Tree, zones: &Zones, groups: &[Known], epsilon: f64) -> Demand {
     let nodes = tree.nodes.len();
     let mut power = vec![0.0f32; nodes];
     let mut varied = vec![0.0f32; nodes];
     let mut bright = vec![0.0f32; nodes];
     let mut volume: f64 = 0.0;
     for known in groups {
-        let [patches, volumes] = if known.arriving.is_empty() {
-            guess(tree, zones, known.strengths)
-        } else {
-            means(tree, zones, known.arriving)
-        };
+        let [patches, volumes] = means(tree, zones, known.arriving);
         for b in 0..3 {
             if b > 0 && same_band(known, b) {
                 continue;
@@ -58,11 +54,8 @@ pub fn demand(tree: &Tree, zones: &Zones, groups: &[Known], epsilon: f64, floor:
             }
             let gas = if volumes[b] > 0.0 { volumes[b] } else { 4.0 * surface };
             volume = volume.max(surface / gas);
-            column(tree, zones, known, b, [surface, gas], floor, [&mut power, &mut varied, &mut bright]);
+            column(tree, zones, known, b, [surface, gas], [&mut power, &mut varied, &mut bright]);
         }
-    }
-    if groups.iter().all(|g| g.arriving.is_empty()) {
-        bright.fill(1.0);
     }
     let tolerance = (0..nodes)
         .map(|n| {
@@ -79,29 +72,12 @@ fn same_band(known: &Known, b: usize) -> bool {
     known.strengths.iter().all(|s| s[b] == s[b - 1])
 }
 
-/// Before anything is known: the mean radiosity as if all emitted power filled the scene evenly.
-fn guess(tree: &Tree, zones: &Zones, strengths: &[Bands]) -> [Bands; 2] {
-    let (mut sum, mut weight) = ([0.0; 3], [0.0; 3]);
-    for slot in 0..tree.leaves() {
-        let n = &tree.nodes[tree.leaf(slot)];
-        let zone = tree.zone[slot] as usize;
-        let c = strength(zones, zone);
-        for b in 0..3 {
-            sum[b] += n.weight as f64 * strengths[zone][b];
-            weight[b] += n.weight as f64 * c[b];
-        }
-    }
-    let mean = [0, 1, 2].map(|b: usize| if weight[b] > 0.0 { sum[b] / weight[b] } else { 0.0 });
-    [mean, mean.map(|m| 4.0 * m)]
-}
-
 fn column(
     tree: &Tree,
     zones: &Zones,
     known: &Known,
     b: usize,
     scale: [f64; 2],
-    floor: f64,
     [power, varied, bright]: [&mut [f32]; 3],
 ) {
     // W, Σ W s, Σ W s², Σ W H/scale of the inner nodes, relative to the scale.
@@ -112,9 +88,9 @@ fn column(
         if node.is_leaf() {
             let zone = tree.zone[node.first as usize] as usize;
             let w = node.weight as f64;
-            let s = (known.strengths[zone][b] + floor * scale[0] * strength(zones, zone)[b]) / scale[0];
+            let s = (known.strengths[zone][b] + FLOOR * scale[0] * strength(zones, zone)[b]) / scale[0];
             let unit = if node.kind == Kind::Patch { scale[0] } else { scale[1] };
-            let h = known.arriving.get(zone).map_or(1.0, |h| h[b] / unit);
+            let h = known.arriving[zone][b] / unit;
             sums[n] = [w * s, w * s * s, w * h];
         } else {
             sums[n] = tree.kids(n as u32).iter().fold([0.0; 3], |t, &k| {

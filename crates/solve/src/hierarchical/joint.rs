@@ -8,7 +8,7 @@
 //! ```
 //!
 //! tells by what factor f ≥ 1 the estimate of the links falls short there, and likewise over all patches and over all volumes. A few zones
-//! may show four times the noise expected by chance, all together twice. With that the mean of both, weighted by their inverse squares, has the error of both together.
+//! may show three times the noise expected by chance, all together one and a half. With that the mean of both, weighted by their inverse squares, has the error of both together.
 
 use super::tree::Tree;
 use zonal_scene::{Bands, bands};
@@ -16,7 +16,9 @@ use zonal_scene::{Bands, bands};
 /// Leaves of a cluster.
 const CLUSTER: usize = 256;
 /// Times the noise that differences over a cluster, and over all zones of a kind, may show before they count against the links.
-const NOISE: [f64; 2] = [4.0, 2.0];
+const NOISE: [f64; 2] = [3.0, 1.5];
+/// Errors of links are told larger by this at least.
+const CAUTION: f64 = 1.25;
 
 /// Values with estimated errors.
 #[derive(Clone, Copy)]
@@ -44,7 +46,7 @@ pub fn joint(tree: &Tree, patches: usize, links: Said, rays: Said, caution: f64)
         }
     }
     let short = |[d, a, b]: [f64; 3], noise: f64| {
-        if a > 0.0 { ((d - noise * b) / a).max(1.0).sqrt() } else { 1.0 }
+        if a > 0.0 { ((d - noise * b) / a).max(CAUTION * CAUTION).sqrt() } else { CAUTION }
     };
     let factor: Vec<f64> = own.iter().map(|s| short(*s, NOISE[0])).collect();
     let overall = kinds.map(|s| short(s, NOISE[1]));

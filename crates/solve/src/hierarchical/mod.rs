@@ -44,7 +44,7 @@ use crate::krylov::{self, Stop, System};
 use crate::operator::{Arriving, Operator};
 use crate::pipeline::targets;
 use crate::surroundings::Escape;
-use demand::{FLOOR, Known};
+use demand::Known;
 use joint::Said;
 use kernel::Spot;
 use links::Links;
@@ -168,7 +168,7 @@ impl Hierarchical {
         let count = self.links.groups;
         let lead = dense::leads((self.group, count));
         let known: Vec<Known> = self.known.iter().map(|(s, h)| Known { strengths: s, arriving: h }).collect();
-        let demand = demand::demand(&self.tree, site.zones, &known, self.epsilon, FLOOR);
+        let demand = demand::demand(&self.tree, site.zones, &known, self.epsilon);
         let sight = Sight::new(site.scene, site.zones, site.transport, &self.tree);
         let refiner = Refiner {
             tree: &self.tree,

@@ -22,8 +22,10 @@ use zonal_transport::Transport;
 
 /// Γ: half width of the intervals over their standard error.
 const WIDTH: f64 = 0.5;
-/// The same of what the rays of the zone itself say: few, but its own.
-const ALONE: f64 = 1.0;
+/// The same of what the rays of the zone itself say, of a patch and of a volume zone: few, but its own.
+const ALONE: [f64; 2] = [1.0, 2.0];
+/// Share of the error of the next narrower window by which a fit may be bent without showing.
+const UNSEEN: f64 = 0.2;
 /// What fits leave out, and what the light that rays meet errs by itself: the errors told are larger by this.
 pub const CAUTION: f64 = 2.0;
 /// Zones of one task.
@@ -156,6 +158,7 @@ impl<'a> Smoother<'a> {
         if i >= self.zones.pane_offset() {
             return best;
         }
+        let mut narrower = best.error;
         let mut interval = [f64::NEG_INFINITY, f64::INFINITY];
         let surface = i < self.zones.voxel_offset();
         let levels = if surface { RADII.len() } else { STEPS.len() };
@@ -174,9 +177,10 @@ impl<'a> Smoother<'a> {
             }
             let pooled = square.map(|s| (s / window.len() as f64).sqrt());
             if interval[1] == f64::INFINITY {
-                let (v, e) = (whole(&all[i].value), ALONE * whole(&pooled));
+                let (v, e) = (whole(&all[i].value), ALONE[usize::from(!surface)] * whole(&pooled));
                 interval = [v - e, v + e];
                 best.error = bands(|b| best.error[b].max(pooled[b]));
+                narrower = best.error;
             }
             let error = pooled.map(|p| p * spread.sqrt());
             let (v, e) = (whole(&value), WIDTH * whole(&error));
@@ -184,7 +188,10 @@ impl<'a> Smoother<'a> {
             if interval[0] > interval[1] {
                 break;
             }
-            best = Chosen { weights: window.iter().zip(weights).map(|(m, l)| (m.zone, l)).collect(), error };
+            let told = bands(|b| error[b].hypot(UNSEEN * narrower[b]));
+            narrower = error;
+            let weights = window.iter().zip(weights).map(|(m, l)| (m.zone, l)).collect();
+            best = Chosen { weights, error: told };
         }
         best
     }

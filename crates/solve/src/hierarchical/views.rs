@@ -126,8 +126,7 @@ impl<'a> Shooter<'a> {
         }
         let Some(hit) = hit else { return (NOWHERE, [1.0; 3]) };
         let sheet = 2 * hit.facet + usize::from(!hit.front);
-        let plate = |i: u32| &self.zones.patches[i as usize].plate;
-        let zone = self.sheets.find(sheet, [hit.u, hit.v], end, plate).unwrap_or(NOWHERE);
+        let zone = self.sheets.find(sheet, [hit.u, hit.v]).unwrap_or(NOWHERE);
         (zone, self.worth(origin, end, bands(|b| passed[b] / through)))
     }
 
