@@ -22,8 +22,8 @@ use zonal_transport::Transport;
 
 /// Γ: half width of the intervals over their standard error.
 const WIDTH: f64 = 0.5;
-/// The same of what the rays of the zone itself say, of a patch and of a volume zone: few, but its own.
-const ALONE: [f64; 2] = [1.0, 2.0];
+/// The same of what the rays of the zone itself say: few, but its own.
+const ALONE: f64 = 2.0;
 /// Share of the error of the next narrower window by which a fit may be bent without showing.
 const UNSEEN: f64 = 0.2;
 /// What fits leave out, and what the light that rays meet errs by itself: the errors told are larger by this.
@@ -177,7 +177,7 @@ impl<'a> Smoother<'a> {
             }
             let pooled = square.map(|s| (s / window.len() as f64).sqrt());
             if interval[1] == f64::INFINITY {
-                let (v, e) = (whole(&all[i].value), ALONE[usize::from(!surface)] * whole(&pooled));
+                let (v, e) = (whole(&all[i].value), ALONE * whole(&pooled));
                 interval = [v - e, v + e];
                 best.error = bands(|b| best.error[b].max(pooled[b]));
                 narrower = best.error;
