@@ -2,13 +2,12 @@
 
 use super::closure;
 use super::seeing::Seeing;
-use super::smooth::CAUTION;
 use super::views::Measured;
 use super::{Factors, Hierarchical, Rough, Seen, total};
 use crate::engine::{Built, Site};
 use crate::groups::response;
 use crate::krylov::Ended;
-use crate::operator::{Arriving, Operator};
+use crate::operator::Arriving;
 use crate::surroundings::Escape;
 use zonal_math::Grade;
 use zonal_scene::{Bands, Estimate, Fields, SceneError};
@@ -36,7 +35,6 @@ struct Look<'a> {
     /// In the unit of P.
     arriving: Seen,
     known: Rough,
-    seen: Vec<Measured>,
     estimate: f64,
 }
 
@@ -50,7 +48,9 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
     let mut each = super::seeing::rays(zones, tolerance);
     let mut look = Look::new(site, escape, each);
     let many = zones.len() > LINKED;
-    for _ in 1..if many { 1 } else { LOOKS } {
+    // Rays are dimmed by panes but see no light from them.
+    let whole = zones.panes.is_empty() && site.scene.options().sweeps.is_none();
+    for _ in 1..if many || !whole { 1 } else { LOOKS } {
         let more = super::seeing::more(zones, each, look.estimate / tolerance);
         if look.estimate <= tolerance || more == each {
             break;
@@ -59,17 +59,20 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
         look = Look::new(site, escape, each);
     }
     let met = look.estimate <= tolerance;
-    if (met || many) && site.scene.options().sweeps.is_none() {
+    if met && whole || many && site.scene.options().sweeps.is_none() {
         let closure = crate::closure::measure(&look.seeing, zones, escape);
         let counts = vec![("rays of views".to_string(), look.seeing.rays())];
         let arriving = Arriving { columns: look.arriving.columns, error: Some(look.arriving.error) };
         let mut ended = look.ended;
         ended.iter_mut().zip(look.known).for_each(|(e, k)| e.strengths = k.0);
         let (operator, solved) = (Box::new(look.seeing), Some((ended, arriving)));
-        let warnings = if met { Vec::new() } else { vec![unmet(look.estimate, tolerance)] };
+        let mut warnings = if met { Vec::new() } else { vec![unmet(look.estimate, tolerance)] };
+        if !zones.panes.is_empty() {
+            warnings.push("light that panes scatter or emit is left out in a scene of so many zones".into());
+        }
         return Ok(Built { operator, noise: Vec::new(), closure, counts, warnings, solved });
     }
-    links(site, escape, look)
+    links(site, escape, look, whole)
 }
 
 impl<'a> Look<'a> {
@@ -77,17 +80,18 @@ impl<'a> Look<'a> {
         let seeing = Seeing::new(site, each);
         let mut ended = seeing.solve(site, escape);
         let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
-        let Arriving { columns, error } = seeing.arriving(&strengths);
+        let (Arriving { columns, error }, raw, even) = seeing.look(&strengths);
         let over = |i: usize, v: Bands| v.map(|x| x / response(site.zones, i).1);
         let field = |p: &Vec<Bands>| p.iter().enumerate().map(|(i, v)| over(i, *v)).collect();
-        let arriving = Seen { columns, error: error.unwrap_or_default() };
+        let arriving = Seen { columns, error: error.unwrap_or_default(), raw };
         let known: Rough = strengths.into_iter().zip(arriving.columns.iter().map(field)).collect();
         let value = total(site.zones.len(), &known, |k| &k.1);
         let error = arriving.error.iter().enumerate().map(|(i, e)| over(i, *e));
         let seen: Vec<Measured> =
             value.into_iter().zip(error).map(|(value, error)| Measured { value, error }).collect();
-        let estimate = relative(site, &seen);
-        Look { seeing, ended, arriving, known, seen, estimate }
+        // Lights may be turned up later: each alone is to be as good.
+        let estimate = relative(site, &seen).max(even);
+        Look { seeing, ended, arriving, known, estimate }
     }
 }
 
@@ -107,18 +111,22 @@ fn unmet(estimate: f64, tolerance: f64) -> String {
 }
 
 /// The engine by links, beside what the rays say.
-fn links<'a>(site: &Site<'a>, escape: &mut Escape, look: Look<'a>) -> Result<Built<'a>, SceneError> {
+fn links<'a>(
+    site: &Site<'a>,
+    escape: &mut Escape,
+    look: Look<'a>,
+    whole: bool,
+) -> Result<Built<'a>, SceneError> {
     let (zones, tolerance) = (site.zones, site.scene.options().tolerance);
     let factors = Factors::new(site);
     let views = look.seeing.rays();
     drop(look.seeing);
     let mut made = Hierarchical::new(site, look.known, &factors, FIRST * tolerance)
         .ok_or_else(|| SceneError::new("scene", "the scene has no zones; add a surface or a medium"))?;
-    made.seen = site.scene.options().sweeps.is_none().then_some(look.arriving);
     let mut warnings = Vec::new();
     for round in 1.. {
         made.solve_roughly(site, escape);
-        let estimate = relative(site, &made.estimated(&look.seen, CAUTION));
+        let estimate = relative(site, &made.estimated(whole.then_some(&look.arriving)));
         if estimate <= tolerance {
             break;
         }
@@ -129,6 +137,7 @@ fn links<'a>(site: &Site<'a>, escape: &mut Escape, look: Look<'a>) -> Result<Bui
         made.epsilon *= (tolerance / estimate).powf(STEEPNESS).clamp(STEP[0], STEP[1]);
         made.refine(site, &factors);
     }
+    made.seen = whole.then_some(look.arriving);
     let measured = crate::closure::measure(&made, zones, escape);
     let closure = match site.scene.options().restore_closure {
         true => closure::restore(&mut made, site, escape, measured),

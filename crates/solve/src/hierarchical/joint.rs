@@ -7,36 +7,35 @@
 //! Σ (a − b)² ≈ f² Σ e_a² + Σ e_b²
 //! ```
 //!
-//! tells by what factor f ≥ 1 the estimate of the links falls short there, and likewise over all patches and over all volumes. A few zones
-//! may show three times the noise expected by chance, all together one and a half. With that the mean of both, weighted by their inverse squares, has the error of both together.
+//! tells by what factor f ≥ 1 the estimate of the links falls short there, and likewise over all patches and over all volumes; b and e_b are
+//! what the rays of each zone say by themselves, as smoothing may bend them. With that the mean of the links and of the smoothed rays,
+//! weighted by their inverse squares, has the error of both together.
 
 use super::tree::Tree;
+use super::views::Measured;
 use zonal_scene::{Bands, bands};
 
 /// Leaves of a cluster.
 const CLUSTER: usize = 256;
 /// Times the noise that differences over a cluster, and over all zones of a kind, may show before they count against the links.
-const NOISE: [f64; 2] = [3.0, 1.5];
+const NOISE: [f64; 2] = [1.4, 1.1];
 /// Errors of links are told larger by this at least.
-const CAUTION: f64 = 1.25;
+const CAUTION: f64 = 1.5;
 
-/// Values with estimated errors.
-#[derive(Clone, Copy)]
-pub struct Said<'a> {
-    /// One a zone.
-    pub value: &'a [Bands],
-    /// Likewise.
-    pub error: &'a [Bands],
-}
-
-/// The share of the links in the mean, and its error, a zone, of which the first `patches` are patches; `caution` is what errors of the
-/// rays are told larger by.
-pub fn joint(tree: &Tree, patches: usize, links: Said, rays: Said, caution: f64) -> Vec<(f64, Bands)> {
+/// The share of the links in the mean, and its error, a zone, of which the first `patches` are patches: by what links say with its error, what
+/// rays say by themselves, and the error of that smoothed.
+pub fn joint(
+    tree: &Tree,
+    patches: usize,
+    links: (&[Bands], &[Bands]),
+    raw: &[Measured],
+    smooth: &[Bands],
+) -> Vec<(f64, Bands)> {
     let (of, count) = tree.clusters(CLUSTER);
     let square = |v: &Bands| v.iter().map(|x| x * x).sum::<f64>();
     let terms = |i: usize| {
-        let d = square(&bands(|b| links.value[i][b] - rays.value[i][b]));
-        [d, square(&links.error[i]), square(&rays.error[i]) / (caution * caution)]
+        let d = square(&bands(|b| links.0[i][b] - raw[i].value[b]));
+        [d, square(&links.1[i]), square(&raw[i].error)]
     };
     let (mut own, mut kinds) = (vec![[0.0f64; 3]; count], [[0.0f64; 3]; 2]);
     for (i, &c) in of.iter().enumerate() {
@@ -53,7 +52,7 @@ pub fn joint(tree: &Tree, patches: usize, links: Said, rays: Said, caution: f64)
     (0..of.len())
         .map(|i| {
             let f = factor[of[i] as usize].max(overall[usize::from(i >= patches)]);
-            let (a, b) = (links.error[i].map(|e| f * e), rays.error[i]);
+            let (a, b) = (links.1[i].map(|e| f * e), smooth[i]);
             let (x, y) = (square(&a), square(&b));
             let share = if x + y > 0.0 { y / (x + y) } else { 1.0 };
             (share, bands(|k| (share * a[k]).hypot((1.0 - share) * b[k])))

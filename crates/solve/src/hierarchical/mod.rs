@@ -45,7 +45,6 @@ use crate::operator::{Arriving, Operator};
 use crate::pipeline::targets;
 use crate::surroundings::Escape;
 use demand::Known;
-use joint::Said;
 use kernel::Spot;
 use links::Links;
 use rayon::prelude::*;
@@ -90,6 +89,8 @@ pub struct Seen {
     pub columns: Vec<Vec<Bands>>,
     /// Estimated error of their sum.
     pub error: Vec<Bands>,
+    /// Their sum before it was smoothed, with its standard error.
+    pub raw: Vec<Measured>,
 }
 
 /// Links over a tree of clusters.
@@ -183,17 +184,37 @@ impl Hierarchical {
         self.tally = tally;
     }
 
-    /// What the rough solution of the links and the rays say together.
-    fn estimated(&self, seen: &[Measured], caution: f64) -> Vec<Measured> {
-        let n = self.measure.len();
-        let (sum, value) = (total(n, &self.known, |k| &k.0), total(n, &self.known, |k| &k.1));
-        let error = estimate::errors(&self.tree, &self.spots, &self.links, self.group, &sum);
-        let (v, e): (Vec<Bands>, Vec<Bands>) = seen.iter().map(|m| (m.value, m.error)).unzip();
-        let links = Said { value: &value, error: &error };
-        let both = joint::joint(&self.tree, self.patches, links, Said { value: &v, error: &e }, caution);
-        let mean = |i: usize, share: f64| bands(|b| share * value[i][b] + (1.0 - share) * v[i][b]);
-        let all = both.iter().enumerate();
-        all.map(|(i, (share, error))| Measured { value: mean(i, *share), error: *error }).collect()
+    /// What the rough solution of the links says, together with the rays where they count, H or G.
+    fn estimated(&self, seen: Option<&Seen>) -> Vec<Measured> {
+        let strengths: Vec<Vec<Bands>> = self.known.iter().map(|k| k.0.clone()).collect();
+        let arriving = match seen {
+            Some(seen) => self.with(seen, &strengths),
+            None => Operator::arriving(self, &strengths),
+        };
+        let error = arriving.error.unwrap_or_default();
+        let value = (0..self.measure.len()).map(|i| {
+            let sum = arriving.columns.iter().fold([0.0; 3], |a, c| bands(|b| a[b] + c[i][b]));
+            let over = |v: Bands| v.map(|x| x / self.measure[i]);
+            Measured { value: over(sum), error: over(error[i]) }
+        });
+        value.collect()
+    }
+
+    /// What arrives by links, joined with what the rays say.
+    fn with(&self, seen: &Seen, columns: &[Vec<Bands>]) -> Arriving {
+        let sum = |v: &[Vec<Bands>]| -> Vec<Bands> {
+            let one = |i: usize| v.iter().fold([0.0; 3], |a, s| bands(|b| a[b] + s[i][b]));
+            (0..self.measure.len()).into_par_iter().map(one).collect()
+        };
+        let mut out = self.apply_many(columns);
+        let error = self.error(&sum(columns)).unwrap_or_default();
+        let both = joint::joint(&self.tree, self.patches, (&sum(&out), &error), &seen.raw, &seen.error);
+        for (o, s) in out.iter_mut().zip(&seen.columns) {
+            for (i, (share, _)) in both.iter().enumerate() {
+                o[i] = bands(|b| share * o[i][b] + (1.0 - share) * s[i][b]);
+            }
+        }
+        Arriving { columns: out, error: Some(both.into_iter().map(|b| b.1).collect()) }
     }
 
     /// A rough solution of every group: strengths and what arrives.
@@ -243,24 +264,12 @@ impl Operator for Hierarchical {
         Some(e)
     }
     fn arriving(&self, columns: &[Vec<Bands>]) -> Arriving {
-        let n = self.len();
-        let sum = |v: &[Vec<Bands>]| -> Vec<Bands> {
-            let one = |i: usize| v.iter().fold([0.0; 3], |a, s| bands(|b| a[b] + s[i][b]));
-            (0..n).into_par_iter().map(one).collect()
-        };
-        let (mut out, error) = (self.apply_many(columns), self.error(&sum(columns)));
-        let (Some(seen), Some(error)) = (&self.seen, &error) else {
-            return Arriving { columns: out, error };
-        };
-        let links = Said { value: &sum(&out), error };
-        let rays = Said { value: &sum(&seen.columns), error: &seen.error };
-        let both = joint::joint(&self.tree, self.patches, links, rays, smooth::CAUTION);
-        for (o, s) in out.iter_mut().zip(&seen.columns) {
-            for (i, (share, _)) in both.iter().enumerate() {
-                o[i] = bands(|b| share * o[i][b] + (1.0 - share) * s[i][b]);
-            }
+        if let Some(seen) = &self.seen {
+            return self.with(seen, columns);
         }
-        Arriving { columns: out, error: Some(both.into_iter().map(|b| b.1).collect()) }
+        let sum = |i: usize| columns.iter().fold([0.0; 3], |a, s| bands(|b| a[b] + s[i][b]));
+        let all: Vec<Bands> = (0..self.len()).map(sum).collect();
+        Arriving { columns: self.apply_many(columns), error: self.error(&all) }
     }
     fn scale(&mut self, d: &[Bands]) {
         let old = self.scaling.take();

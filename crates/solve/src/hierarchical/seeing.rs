@@ -107,6 +107,32 @@ impl Operator for Seeing<'_> {
         self.times_measure(self.views.arriving(&self.radiosities(strengths)))
     }
     fn arriving(&self, columns: &[Vec<Bands>]) -> Arriving {
+        self.look(columns).0
+    }
+    fn scale(&mut self, _: &[Bands]) {}
+    fn grade(&self) -> Grade {
+        Grade::Statistical
+    }
+}
+
+impl Seeing<'_> {
+    /// Radiosities in which every group weighs the same: windows that suit them suit all groups, however they are turned up later.
+    fn guide(&self, columns: &[Vec<Bands>]) -> Vec<[f32; 3]> {
+        let mut out = vec![[0.0f32; 3]; self.len()];
+        for s in columns {
+            let b = self.radiosities(s);
+            let square = b.iter().flatten().map(|x| (*x as f64).powi(2)).sum::<f64>();
+            let level = (square / b.len().max(1) as f64).sqrt();
+            if level > 0.0 {
+                out.iter_mut().zip(&b).for_each(|(o, b)| (0..3).for_each(|k| o[k] += b[k] / level as f32));
+            }
+        }
+        out
+    }
+
+    /// What arrives, smoothed; of all columns together before that, P with its standard error; and the relative error where all columns weigh
+    /// the same.
+    pub fn look(&self, columns: &[Vec<Bands>]) -> (Arriving, Vec<Measured>, f64) {
         let each: Vec<Vec<Bands>> =
             columns.iter().map(|s| self.views.arriving(&self.radiosities(s))).collect();
         let mut all = vec![[0.0; 3]; self.len()];
@@ -114,14 +140,18 @@ impl Operator for Seeing<'_> {
             all.iter_mut().zip(s).for_each(|(a, s)| *a = bands(|b| a[b] + s[b]));
         }
         let seen: Vec<Measured> = self.views.measured(&self.radiosities(&all));
-        let (fields, error) = Smoother::new(self.scene, self.zones, self.transport).smooth(&seen, &each);
-        Arriving {
+        let guide = if columns.len() > 1 { Some(self.views.measured(&self.guide(columns))) } else { None };
+        let smoother = Smoother::new(self.scene, self.zones, self.transport);
+        let (fields, error, even) = smoother.smooth(guide.as_ref().unwrap_or(&seen), &seen, &each);
+        let arriving = Arriving {
             columns: fields.into_iter().map(|f| self.times_measure(f)).collect(),
             error: Some(self.times_measure(error)),
-        }
-    }
-    fn scale(&mut self, _: &[Bands]) {}
-    fn grade(&self) -> Grade {
-        Grade::Statistical
+        };
+        let scaled = |(i, m): (usize, Measured)| {
+            let measure = response(self.zones, i).1;
+            Measured { value: m.value.map(|v| v * measure), error: m.error.map(|e| e * measure) }
+        };
+        let raw = seen.into_par_iter().enumerate().map(scaled).collect();
+        (arriving, raw, even[0].max(even[1]))
     }
 }

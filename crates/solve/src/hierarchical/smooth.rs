@@ -25,9 +25,9 @@ const WIDTH: f64 = 0.5;
 /// The same of what the rays of the zone itself say: few, but its own.
 const ALONE: f64 = 2.0;
 /// Share of the error of the next narrower window by which a fit may be bent without showing.
-const UNSEEN: f64 = 0.2;
+const UNSEEN: f64 = 0.35;
 /// What fits leave out, and what the light that rays meet errs by itself: the errors told are larger by this.
-pub const CAUTION: f64 = 2.0;
+const CAUTION: f64 = 2.2;
 /// Zones of one task.
 const BLOCK: usize = 1024;
 /// Steps from cell to cell of the windows of a volume zone.
@@ -83,6 +83,8 @@ struct Chosen {
     /// Zones and their weights l.
     weights: Vec<(u32, f64)>,
     error: Bands,
+    /// Squares of the guide's error and value.
+    guide: [f64; 2],
 }
 
 /// A zone of a window.
@@ -119,9 +121,16 @@ impl<'a> Smoother<'a> {
         Smoother { zones, map, first, doors: all, grids }
     }
 
-    /// The columns smoothed, by windows that suit what all of them bring together, and the error of that.
-    pub fn smooth(&self, all: &[Measured], columns: &[Vec<Bands>]) -> (Vec<Vec<Bands>>, Vec<Bands>) {
+    /// The columns smoothed by windows that suit `guide`, the error of what all of them bring together, and the relative error of the guide
+    /// itself over patches and over volumes.
+    pub fn smooth(
+        &self,
+        guide: &[Measured],
+        all: &[Measured],
+        columns: &[Vec<Bands>],
+    ) -> (Vec<Vec<Bands>>, Vec<Bands>, [f64; 2]) {
         let n = all.len();
+        let mut squares = [[0.0; 2]; 2];
         let mut out: Vec<Vec<Bands>> = columns.iter().map(|_| vec![[0.0; 3]; n]).collect();
         let mut error = vec![[0.0; 3]; n];
         let blocks = n.div_ceil(BLOCK);
@@ -129,18 +138,27 @@ impl<'a> Smoother<'a> {
             .into_par_iter()
             .map(|block| {
                 let range = block * BLOCK..((block + 1) * BLOCK).min(n);
-                range.map(|i| self.one(i, all, columns)).collect()
+                range.map(|i| self.one(i, guide, all, columns)).collect()
             })
             .collect();
         for (i, (chosen, values)) in done.into_iter().flatten().enumerate() {
             error[i] = chosen.error.map(|e| CAUTION * e);
+            let kind = &mut squares[usize::from(i >= self.zones.voxel_offset())];
+            *kind = [kind[0] + chosen.guide[0], kind[1] + chosen.guide[1]];
             out.iter_mut().zip(values).for_each(|(o, v)| o[i] = v);
         }
-        (out, error)
+        let over = squares.map(|[e, v]| if v > 0.0 { CAUTION * (e / v).sqrt() } else { 0.0 });
+        (out, error, over)
     }
 
-    fn one(&self, i: usize, all: &[Measured], columns: &[Vec<Bands>]) -> (Chosen, Vec<Bands>) {
-        let chosen = self.choose(i, all);
+    fn one(
+        &self,
+        i: usize,
+        guide: &[Measured],
+        all: &[Measured],
+        columns: &[Vec<Bands>],
+    ) -> (Chosen, Vec<Bands>) {
+        let chosen = self.choose(i, guide, all);
         let value = |c: &Vec<Bands>| {
             let sum = chosen.weights.iter().fold([0.0; 3], |s, (j, l)| {
                 let v = c[*j as usize];
@@ -152,9 +170,10 @@ impl<'a> Smoother<'a> {
         (Chosen { weights: Vec::new(), ..chosen }, values)
     }
 
-    fn choose(&self, i: usize, all: &[Measured]) -> Chosen {
+    fn choose(&self, i: usize, guide: &[Measured], all: &[Measured]) -> Chosen {
         let whole = |v: &Bands| v.iter().sum::<f64>();
-        let mut best = Chosen { weights: vec![(i as u32, 1.0)], error: all[i].error };
+        let own = [whole(&guide[i].error).powi(2), whole(&guide[i].value).powi(2)];
+        let mut best = Chosen { weights: vec![(i as u32, 1.0)], error: all[i].error, guide: own };
         if i >= self.zones.pane_offset() {
             return best;
         }
@@ -168,30 +187,31 @@ impl<'a> Smoother<'a> {
                 continue;
             }
             let Some(weights) = fit(&window, surface) else { continue };
-            let (mut value, mut square, mut spread) = ([0.0; 3], [0.0; 3], 0.0);
+            let (mut value, mut spread) = ([0.0; 3], 0.0);
             for (m, l) in window.iter().zip(&weights) {
-                let s = &all[m.zone as usize];
-                value = bands(|b| value[b] + l * s.value[b]);
-                square = bands(|b| square[b] + s.error[b] * s.error[b]);
+                let v = guide[m.zone as usize].value;
+                value = bands(|b| value[b] + l * v[b]);
                 spread += l * l;
             }
-            let pooled = square.map(|s| (s / window.len() as f64).sqrt());
+            let noise = pooled(&window, guide);
+            let error = pooled(&window, all);
             if interval[1] == f64::INFINITY {
-                let (v, e) = (whole(&all[i].value), ALONE * whole(&pooled));
+                let (v, e) = (whole(&guide[i].value), ALONE * whole(&noise));
                 interval = [v - e, v + e];
-                best.error = bands(|b| best.error[b].max(pooled[b]));
+                best.error = bands(|b| best.error[b].max(error[b]));
                 narrower = best.error;
             }
-            let error = pooled.map(|p| p * spread.sqrt());
-            let (v, e) = (whole(&value), WIDTH * whole(&error));
+            let (v, e) = (whole(&value), WIDTH * whole(&noise) * spread.sqrt());
             interval = [interval[0].max(v - e), interval[1].min(v + e)];
             if interval[0] > interval[1] {
                 break;
             }
+            let error = error.map(|p| p * spread.sqrt());
             let told = bands(|b| error[b].hypot(UNSEEN * narrower[b]));
             narrower = error;
             let weights = window.iter().zip(weights).map(|(m, l)| (m.zone, l)).collect();
-            best = Chosen { weights, error: told };
+            let guide = [(whole(&noise) * spread.sqrt()).powi(2), v * v];
+            best = Chosen { weights, error: told, guide };
         }
         best
     }
@@ -263,6 +283,15 @@ impl<'a> Smoother<'a> {
         }
         out.into_iter().map(|x| x.1).collect()
     }
+}
+
+/// Root mean square of the errors over a window.
+fn pooled(window: &[Member], of: &[Measured]) -> Bands {
+    let square = window.iter().fold([0.0; 3], |s, m| {
+        let e = of[m.zone as usize].error;
+        bands(|b| s[b] + e[b] * e[b])
+    });
+    square.map(|s| (s / window.len() as f64).sqrt())
 }
 
 /// Volume zones across the faces of the cell of `z` whose centre its own sees.
