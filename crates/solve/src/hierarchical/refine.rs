@@ -19,8 +19,10 @@
 //!
 //! A pair is taken when e ≤ tol at **both** ends, else its larger or more varied end is split. Pairs of two zones are always taken.
 //!
-//! **Visibility** of a taken pair is sampled until a·(error of v) < β tol at both ends; where what is seen of it varies so much that
-//! a √(v(1 − v)) > γ tol, the pair is split after all.
+//! **Visibility.** A pair that could carry more than its tolerance hidden or not is asked by rays first: where what they see varies so much
+//! that a √(v(1 − v)) > γ tol, it is split after all. A pair that is taken is then looked at by other rays, a number fixed by a/tol, so
+//! that what it carries is right in the mean. Few rays give the mean of kernel times visibility; many, and boxes, the share that
+//! multiplies a mean kernel known better.
 //!
 //! The pairs to look at are kept in rounds: a round looks at each pair of a list, in parallel, and what is split makes the next list.
 //! Results are put together in the order of the list, so they do not depend on threads.

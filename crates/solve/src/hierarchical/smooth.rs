@@ -200,6 +200,10 @@ impl<'a> Smoother<'a> {
                 interval = [v - e, v + e];
                 best.error = bands(|b| best.error[b].max(error[b]));
                 narrower = best.error;
+                // What none of its own rays found lit lies in the dark; light around it is that of another room.
+                if v == 0.0 {
+                    break;
+                }
             }
             let (v, e) = (whole(&value), WIDTH * whole(&noise) * spread.sqrt());
             interval = [interval[0].max(v - e), interval[1].min(v + e)];

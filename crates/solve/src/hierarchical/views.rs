@@ -168,17 +168,20 @@ impl<'a> Shooter<'a> {
         (zone.map_or(NOWHERE, |z| (z + self.zones.voxel_offset()) as u32), worth)
     }
 
-    /// The volume zone of a cell that a point lies in, or is nearest to.
+    /// The volume zone of a cell in which a point lies: where walls part the cell, the one with the nearest sample that the point sees.
     fn zone(&self, cell: usize, p: Vec3) -> Option<usize> {
         let range = self.zones.of_cell(cell);
         if range.len() <= 1 {
             return range.into_iter().next();
         }
-        let distance = |z: usize| {
-            let part = self.zones.voxels[z].part.iter().map(|s| (s.point - p).length2());
-            part.fold(f64::INFINITY, f64::min)
+        let nearest = |z: usize| {
+            let part = self.zones.voxels[z].part.iter().map(|s| ((s.point - p).length2(), z, s.point));
+            part.min_by(|a, b| a.0.total_cmp(&b.0))
         };
-        range.map(|z| (distance(z), z)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|x| x.1)
+        let mut near: Vec<(f64, usize, Vec3)> = range.filter_map(nearest).collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let seen = near.iter().find(|n| !self.transport.blocked(p, n.2));
+        seen.or(near.first()).map(|n| n.1)
     }
 }
 
