@@ -178,7 +178,7 @@ impl<'a> View<'a> {
         if t1 <= t0 {
             return;
         }
-        let Some(zone) = self.zone(cell, origin + dir * (0.5 * (t0 + t1))) else {
+        let Some(zone) = self.transport.zone_in(&self.s.zones, cell, origin + dir * (0.5 * (t0 + t1))) else {
             return;
         };
         let z = &self.s.zones.voxels[zone];
@@ -193,23 +193,6 @@ impl<'a> View<'a> {
         if z.extinction != [0.0; 3] {
             (0..3).for_each(|b| path.tau[b] *= (-z.extinction[b] * (t1 - t0)).exp());
         }
-    }
-
-    /// The zone of a cell in which the point lies: where a wall parts the cell, the one with the nearest visible sample.
-    fn zone(&self, cell: usize, p: Vec3) -> Option<usize> {
-        let range = self.s.zones.of_cell(cell);
-        if range.len() <= 1 {
-            return range.into_iter().next();
-        }
-        let mut near: Vec<(f64, usize, Vec3)> = range
-            .filter_map(|z| {
-                let part = self.s.zones.voxels[z].part.iter().map(|s| ((s.point - p).length2(), z, s.point));
-                part.min_by(|x, y| x.0.total_cmp(&y.0))
-            })
-            .collect();
-        near.sort_by(|x, y| x.0.total_cmp(&y.0));
-        let seen = near.iter().find(|n| !self.transport.blocked(p, n.2));
-        seen.or(near.first()).map(|n| n.1)
     }
 
     fn pane(&self, path: &mut Path, hit: &zonal_transport::PaneHit, point: Vec3) {

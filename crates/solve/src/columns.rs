@@ -25,3 +25,12 @@ pub fn sum(n: usize, term: impl Fn(usize) -> Bands + Sync) -> Bands {
 pub fn times(a: &[Bands], b: &[Bands]) -> Vec<Bands> {
     a.par_iter().zip(b).map(|(x, y)| bands(|k| x[k] * y[k])).collect()
 }
+
+/// All columns of `zones` zones together, one after the other.
+pub fn total<'a>(zones: usize, columns: impl IntoIterator<Item = &'a Vec<Bands>>) -> Vec<Bands> {
+    let mut sum = vec![[0.0; 3]; zones];
+    for c in columns {
+        sum.iter_mut().zip(c).for_each(|(a, x)| *a = bands(|b| a[b] + x[b]));
+    }
+    sum
+}

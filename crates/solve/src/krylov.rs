@@ -274,20 +274,12 @@ pub fn sweeps(system: &System, sources: &[Vec<Bands>], count: usize, progress: &
     all
 }
 
-/// Light passed on from `warm`, or from the sources, until what a step still brings is small enough: for operators that are not symmetric.
-pub fn passes(
-    system: &System,
-    sources: &[Vec<Bands>],
-    warm: Option<&[Vec<Bands>]>,
-    stop: Stop,
-    progress: &dyn Progress,
-) -> Vec<Ended> {
-    let start = |k: usize| warm.map_or_else(|| sources[k].clone(), |w| w[k].clone());
+/// Light passed on from the sources until what a step still brings is small enough: for operators that are not symmetric.
+pub fn passes(system: &System, sources: &[Vec<Bands>], stop: Stop, progress: &dyn Progress) -> Vec<Ended> {
     let mut all: Vec<Ended> = sources
         .iter()
-        .enumerate()
-        .map(|(k, s)| Ended {
-            strengths: start(k),
+        .map(|s| Ended {
+            strengths: s.clone(),
             status: [SolveStatus::Budget; 3],
             residuals: Default::default(),
             power: power(system.targets, s),

@@ -3,8 +3,9 @@
 //! In: the strengths s_j = c_j B_j (W/m² for patches, W/m³ for volume zones), c = 1 for patches and κ for volumes.
 //! Out: P_i = Σ_j g_ij s_j with g_ij = F_ij/(c_i c_j), so that H_i = P_i/A_i and G_i = P_i/V_i (in a pane V = A t).
 
+use crate::columns::total;
 use zonal_math::Grade;
-use zonal_scene::{Bands, bands};
+use zonal_scene::Bands;
 
 /// What arrives in the end.
 pub struct Arriving {
@@ -35,9 +36,7 @@ pub trait Operator {
     }
     /// What arrives by the strengths of a solution: the product with each column, or better where the engine knows better.
     fn arriving(&self, columns: &[Vec<Bands>]) -> Arriving {
-        let sum = |i: usize| columns.iter().fold([0.0; 3], |a, s| bands(|b| a[b] + s[i][b]));
-        let all: Vec<Bands> = (0..self.len()).map(sum).collect();
-        Arriving { columns: self.apply_many(columns), error: self.error(&all) }
+        Arriving { columns: self.apply_many(columns), error: self.error(&total(self.len(), columns)) }
     }
     /// Replaces g_ij by d_i g_ij d_j.
     fn scale(&mut self, d: &[Bands]);

@@ -12,7 +12,7 @@ use crate::meet::Tolerance;
 use crate::shaft::{End, Shaft};
 use crate::{hull, solid, walk};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Plate, Scene, bands};
+use zonal_scene::{Bands, Plate, Scene, Zones, bands};
 
 /// The first facet on a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -237,6 +237,23 @@ impl<'a> Transport<'a> {
             }
         });
         sum
+    }
+
+    /// The volume zone, an index into `zones.voxels`, of a cell in which a point lies: where walls part the cell, the one with the nearest
+    /// sample that the point sees.
+    pub fn zone_in(&self, zones: &Zones, cell: usize, p: Vec3) -> Option<usize> {
+        let range = zones.of_cell(cell);
+        if range.len() <= 1 {
+            return range.into_iter().next();
+        }
+        let nearest = |z: usize| {
+            let part = zones.voxels[z].part.iter().map(|s| ((s.point - p).length2(), z, s.point));
+            part.min_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        let mut near: Vec<(f64, usize, Vec3)> = range.filter_map(nearest).collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let seen = near.iter().find(|n| !self.blocked(p, n.2));
+        seen.or(near.first()).map(|n| n.1)
     }
 
     /// ∫ κ ds over the voxmap alone.

@@ -3,7 +3,8 @@
 use super::closure;
 use super::seeing::Seeing;
 use super::views::Measured;
-use super::{Factors, Hierarchical, Rough, Seen, total};
+use super::{Factors, Hierarchical, Rough, Seen};
+use crate::columns::total;
 use crate::engine::{Built, Site};
 use crate::groups::response;
 use crate::krylov::Ended;
@@ -85,7 +86,7 @@ impl<'a> Look<'a> {
         let field = |p: &Vec<Bands>| p.iter().enumerate().map(|(i, v)| over(i, *v)).collect();
         let arriving = Seen { columns, error: error.unwrap_or_default(), raw };
         let known: Rough = strengths.into_iter().zip(arriving.columns.iter().map(field)).collect();
-        let value = total(site.zones.len(), &known, |k| &k.1);
+        let value = total(site.zones.len(), known.iter().map(|k| &k.1));
         let error = arriving.error.iter().enumerate().map(|(i, e)| over(i, *e));
         let seen: Vec<Measured> =
             value.into_iter().zip(error).map(|(value, error)| Measured { value, error }).collect();

@@ -10,8 +10,9 @@
 //!
 //! with the strengths x of a rough solution as weights: the power that the cluster sends is then neither made nor lost.
 
+use super::Hierarchical;
 use super::tree::Tree;
-use super::{Hierarchical, total};
+use crate::columns::total;
 use crate::engine::Site;
 use crate::operator::Operator;
 use crate::surroundings::Escape;
@@ -80,7 +81,7 @@ pub fn restore(
     escape: &mut Escape,
     (mut report, defects): (Closure, Vec<Bands>),
 ) -> (Closure, Vec<Bands>) {
-    let sum = total(made.len(), &made.known, |k| &k.0);
+    let sum = total(made.len(), made.known.iter().map(|k| &k.0));
     let d = scaling(&made.tree, made, site.zones, escape, &sum);
     for (i, d) in d.iter().enumerate() {
         for b in 0..3 {

@@ -36,7 +36,7 @@ pub mod smooth;
 pub mod tree;
 pub mod views;
 
-use crate::columns::times;
+use crate::columns::{times, total};
 use crate::dense;
 use crate::engine::Site;
 use crate::groups;
@@ -128,15 +128,6 @@ impl<'a> Factors<'a> {
     }
 }
 
-/// A part of what is known, summed over the groups.
-fn total(zones: usize, known: &Rough, part: impl Fn(&(Vec<Bands>, Vec<Bands>)) -> &Vec<Bands>) -> Vec<Bands> {
-    let mut sum = vec![[0.0; 3]; zones];
-    for one in known {
-        sum.iter_mut().zip(part(one)).for_each(|(a, x)| *a = bands(|b| a[b] + x[b]));
-    }
-    sum
-}
-
 impl Hierarchical {
     /// Refines for ε by what is roughly known of all light groups: strengths and what arrives; `None` without zones.
     pub fn new(site: &Site, known: Rough, factors: &Factors, epsilon: f64) -> Option<Hierarchical> {
@@ -187,28 +178,19 @@ impl Hierarchical {
     /// What the rough solution of the links says, together with the rays where they count, H or G.
     fn estimated(&self, seen: Option<&Seen>) -> Vec<Measured> {
         let strengths: Vec<Vec<Bands>> = self.known.iter().map(|k| k.0.clone()).collect();
-        let arriving = match seen {
-            Some(seen) => self.with(seen, &strengths),
-            None => Operator::arriving(self, &strengths),
-        };
+        let arriving = self.with(seen, &strengths);
         let error = arriving.error.unwrap_or_default();
-        let value = (0..self.measure.len()).map(|i| {
-            let sum = arriving.columns.iter().fold([0.0; 3], |a, c| bands(|b| a[b] + c[i][b]));
-            let over = |v: Bands| v.map(|x| x / self.measure[i]);
-            Measured { value: over(sum), error: over(error[i]) }
-        });
-        value.collect()
+        let value = total(self.len(), &arriving.columns);
+        let both = value.iter().zip(&error).zip(&self.measure);
+        both.map(|((v, e), m)| Measured { value: v.map(|x| x / m), error: e.map(|x| x / m) }).collect()
     }
 
-    /// What arrives by links, joined with what the rays say.
-    fn with(&self, seen: &Seen, columns: &[Vec<Bands>]) -> Arriving {
-        let sum = |v: &[Vec<Bands>]| -> Vec<Bands> {
-            let one = |i: usize| v.iter().fold([0.0; 3], |a, s| bands(|b| a[b] + s[i][b]));
-            (0..self.measure.len()).into_par_iter().map(one).collect()
-        };
-        let mut out = self.apply_many(columns);
-        let error = self.error(&sum(columns)).unwrap_or_default();
-        let both = joint::joint(&self.tree, self.patches, (&sum(&out), &error), &seen.raw, &seen.error);
+    /// What arrives by links, joined with what the rays say where they count.
+    fn with(&self, seen: Option<&Seen>, columns: &[Vec<Bands>]) -> Arriving {
+        let n = self.len();
+        let (mut out, error) = (self.apply_many(columns), self.error(&total(n, columns)).unwrap_or_default());
+        let Some(seen) = seen else { return Arriving { columns: out, error: Some(error) } };
+        let both = joint::joint(&self.tree, self.patches, (&total(n, &out), &error), &seen.raw, &seen.error);
         for (o, s) in out.iter_mut().zip(&seen.columns) {
             for (i, (share, _)) in both.iter().enumerate() {
                 o[i] = bands(|b| share * o[i][b] + (1.0 - share) * s[i][b]);
@@ -264,12 +246,7 @@ impl Operator for Hierarchical {
         Some(e)
     }
     fn arriving(&self, columns: &[Vec<Bands>]) -> Arriving {
-        if let Some(seen) = &self.seen {
-            return self.with(seen, columns);
-        }
-        let sum = |i: usize| columns.iter().fold([0.0; 3], |a, s| bands(|b| a[b] + s[i][b]));
-        let all: Vec<Bands> = (0..self.len()).map(sum).collect();
-        Arriving { columns: self.apply_many(columns), error: self.error(&all) }
+        self.with(self.seen.as_ref(), columns)
     }
     fn scale(&mut self, d: &[Bands]) {
         let old = self.scaling.take();

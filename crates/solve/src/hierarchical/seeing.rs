@@ -5,6 +5,7 @@
 
 use super::smooth::Smoother;
 use super::views::{Measured, Views};
+use crate::columns::total;
 use crate::engine::Site;
 use crate::groups::response;
 use crate::krylov::{self, Ended, Stop, System};
@@ -14,7 +15,7 @@ use crate::surroundings::Escape;
 use rayon::prelude::*;
 use zonal_exchange::pair::strength;
 use zonal_math::Grade;
-use zonal_scene::{Bands, Scene, Zones, bands};
+use zonal_scene::{Bands, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Rays of a patch: so many over the square of the tolerance, no fewer and no more than these.
@@ -78,7 +79,7 @@ impl<'a> Seeing<'a> {
     pub fn solve(&self, site: &Site, escape: &Escape) -> Vec<Ended> {
         let (weights, targets) = (crate::groups::weights(self.zones), targets(self.zones));
         let system = System { operator: self, weights: &weights, targets: &targets };
-        krylov::passes(&system, &site.columns(escape), None, STOP, site.progress)
+        krylov::passes(&system, &site.columns(escape), STOP, site.progress)
     }
 
     /// B of all zones by their strengths.
@@ -135,10 +136,7 @@ impl Seeing<'_> {
     pub fn look(&self, columns: &[Vec<Bands>]) -> (Arriving, Vec<Measured>, f64) {
         let each: Vec<Vec<Bands>> =
             columns.iter().map(|s| self.views.arriving(&self.radiosities(s))).collect();
-        let mut all = vec![[0.0; 3]; self.len()];
-        for s in columns {
-            all.iter_mut().zip(s).for_each(|(a, s)| *a = bands(|b| a[b] + s[b]));
-        }
+        let all = total(self.len(), columns);
         let seen: Vec<Measured> = self.views.measured(&self.radiosities(&all));
         let guide = if columns.len() > 1 { Some(self.views.measured(&self.guide(columns))) } else { None };
         let smoother = Smoother::new(self.scene, self.zones, self.transport);

@@ -157,31 +157,16 @@ impl<'a> Shooter<'a> {
         };
         let at = origin + dir * s.min(t);
         let Some(cell) = map.cell_at(at).map(|c| map.index(c)) else { return (NOWHERE, [1.0; 3]) };
-        let zone = self.zone(cell, at);
+        let zone = self.transport.zone_in(self.zones, cell, at);
         let worth = if self.grey {
             [1.0; 3]
         } else {
             let k = map.extinction(cell);
-            let (l, sum) = (left(s), (0..3).map(|b| k[b] * left(s)[b]).sum::<f64>() / 3.0);
+            let l = left(s);
+            let sum = (0..3).map(|b| k[b] * l[b]).sum::<f64>() / 3.0;
             self.worth(origin, at, bands(|b| if sum > 0.0 { k[b] * l[b] / sum } else { 1.0 }))
         };
         (zone.map_or(NOWHERE, |z| (z + self.zones.voxel_offset()) as u32), worth)
-    }
-
-    /// The volume zone of a cell in which a point lies: where walls part the cell, the one with the nearest sample that the point sees.
-    fn zone(&self, cell: usize, p: Vec3) -> Option<usize> {
-        let range = self.zones.of_cell(cell);
-        if range.len() <= 1 {
-            return range.into_iter().next();
-        }
-        let nearest = |z: usize| {
-            let part = self.zones.voxels[z].part.iter().map(|s| ((s.point - p).length2(), z, s.point));
-            part.min_by(|a, b| a.0.total_cmp(&b.0))
-        };
-        let mut near: Vec<(f64, usize, Vec3)> = range.filter_map(nearest).collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let seen = near.iter().find(|n| !self.transport.blocked(p, n.2));
-        seen.or(near.first()).map(|n| n.1)
     }
 }
 
