@@ -62,7 +62,8 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
     let met = look.estimate <= tolerance;
     if met && whole || many && site.scene.options().sweeps.is_none() {
         let closure = crate::closure::measure(&look.seeing, zones, escape);
-        let counts = vec![("rays of views".to_string(), look.seeing.rays())];
+        let [rays, onward] = look.seeing.rays();
+        let counts = vec![("rays of views".to_string(), rays), ("rays that went on".to_string(), onward)];
         let arriving = Arriving { columns: look.arriving.columns, error: Some(look.arriving.error) };
         let mut ended = look.ended;
         ended.iter_mut().zip(look.known).for_each(|(e, k)| e.strengths = k.0);
@@ -78,7 +79,8 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
 
 impl<'a> Look<'a> {
     fn new(site: &Site<'a>, escape: &Escape, each: [usize; 2]) -> Look<'a> {
-        let seeing = Seeing::new(site, each);
+        // Of few zones the answer is that of constant zones, as the dense engine's is.
+        let mut seeing = Seeing::new(site, each, site.zones.len() > LINKED);
         let mut ended = seeing.solve(site, escape);
         let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
         let (Arriving { columns, error }, raw, even) = seeing.look(&strengths);
@@ -120,7 +122,7 @@ fn links<'a>(
 ) -> Result<Built<'a>, SceneError> {
     let (zones, tolerance) = (site.zones, site.scene.options().tolerance);
     let factors = Factors::new(site);
-    let views = look.seeing.rays();
+    let [views, _] = look.seeing.rays();
     drop(look.seeing);
     let mut made = Hierarchical::new(site, look.known, &factors, FIRST * tolerance)
         .ok_or_else(|| SceneError::new("scene", "the scene has no zones; add a surface or a medium"))?;

@@ -29,6 +29,7 @@ pub mod joint;
 pub mod kernel;
 pub mod links;
 pub mod near;
+mod onward;
 pub mod refine;
 pub mod seeing;
 pub mod sight;

@@ -3,11 +3,12 @@
 //! It is not symmetric: what i sees of j is sampled at i alone. Light is passed on step by step. What arrives in the end is smoothed over
 //! the zones around ([`super::smooth`]), which lowers the noise and gives its error.
 
+use super::onward::{Lamps, Own};
 use super::smooth::Smoother;
-use super::views::{Measured, Views};
+use super::views::{Measured, Views, Way};
 use crate::columns::total;
 use crate::engine::Site;
-use crate::groups::response;
+use crate::groups::{Source, response};
 use crate::krylov::{self, Ended, Stop, System};
 use crate::operator::{Arriving, Operator};
 use crate::pipeline::targets;
@@ -15,7 +16,7 @@ use crate::surroundings::Escape;
 use rayon::prelude::*;
 use zonal_exchange::pair::strength;
 use zonal_math::Grade;
-use zonal_scene::{Bands, Scene, Zones};
+use zonal_scene::{Bands, Scene, Zones, bands};
 use zonal_transport::Transport;
 
 /// Rays of a patch: so many over the square of the tolerance, no fewer and no more than these.
@@ -39,6 +40,8 @@ pub struct Seeing<'a> {
     views: Views,
     /// c of every zone.
     strength: Vec<Bands>,
+    /// Of each group, where rays go on; else empty.
+    own: Vec<Own>,
 }
 
 /// Rays of a patch and of a volume zone for a tolerance.
@@ -59,27 +62,61 @@ fn within(zones: &Zones, wanted: f64) -> [usize; 2] {
 }
 
 impl<'a> Seeing<'a> {
-    /// Shoots so many rays from every patch, and from every volume zone.
-    pub fn new(site: &Site<'a>, each: [usize; 2]) -> Seeing<'a> {
+    /// Shoots so many rays from every patch, and from every volume zone; where `onward`, those that end close by go on.
+    pub fn new(site: &Site<'a>, each: [usize; 2], onward: bool) -> Seeing<'a> {
+        let lamps = onward.then(|| Lamps::new(site.scene, site.direct));
+        let views = Views::new(site.scene, site.zones, site.transport, each, lamps.as_ref(), site.progress);
         Seeing {
             scene: site.scene,
             zones: site.zones,
             transport: site.transport,
-            views: Views::new(site.scene, site.zones, site.transport, each, site.progress),
+            views,
             strength: (0..site.zones.len()).into_par_iter().map(|i| strength(site.zones, i)).collect(),
+            own: Vec::new(),
         }
     }
 
-    /// Rays shot.
-    pub fn rays(&self) -> u64 {
+    /// Rays shot, and those that went on.
+    pub fn rays(&self) -> [u64; 2] {
         self.views.rays()
     }
 
     /// All groups, passed on along the rays until little is left.
-    pub fn solve(&self, site: &Site, escape: &Escape) -> Vec<Ended> {
+    pub fn solve(&mut self, site: &Site, escape: &Escape) -> Vec<Ended> {
         let (weights, targets) = (crate::groups::weights(self.zones), targets(self.zones));
-        let system = System { operator: self, weights: &weights, targets: &targets };
-        krylov::passes(&system, &site.columns(escape), STOP, site.progress)
+        let mut columns = site.columns(escape);
+        if self.rays()[1] > 0 {
+            self.own = columns.iter().zip(site.sources).map(|(c, s)| self.own(site, s, c)).collect();
+            for (column, own) in columns.iter_mut().zip(&self.own) {
+                let dark = vec![[0.0; 3]; self.len()];
+                let lit = self.times_measure(self.views.arriving(&dark, Way::With(own)));
+                let add = |i: usize, s: &mut Bands| *s = bands(|b| s[b] + weights[i][b] * lit[i][b]);
+                column.par_iter_mut().enumerate().for_each(|(i, s)| add(i, s));
+            }
+        }
+        let system = System { operator: &Onward(self), weights: &weights, targets: &targets };
+        krylov::passes(&system, &columns, STOP, site.progress)
+    }
+
+    /// The light that patches have of their own in a group of the strengths `column`: all but that of the lights.
+    fn own(&self, site: &Site, source: &Source, column: &[Bands]) -> Own {
+        let direct = source.direct(site.direct);
+        let one = |(i, s): (usize, &Bands)| {
+            let (c, p) = (self.strength[i], &self.zones.patches[i]);
+            let lit = direct.get(i).copied().unwrap_or_default();
+            let all = |b: usize| if c[b] > 0.0 { s[b] / c[b] } else { 0.0 };
+            [0, 1, 2].map(|b| (all(b) - p.reflectance[b] * lit[b]).max(0.0) as f32)
+        };
+        let counts = |l: usize| if source.has_light(l) { 1.0 } else { 0.0 };
+        Own {
+            zones: column[..self.zones.voxel_offset()].par_iter().enumerate().map(one).collect(),
+            lights: (0..site.direct.lights.len()).map(counts).collect(),
+        }
+    }
+
+    /// How rays are followed for column `c`.
+    fn way(&self, c: usize) -> Way<'_> {
+        self.own.get(c).map_or(Way::Ends, Way::With)
     }
 
     /// B of all zones by their strengths.
@@ -105,7 +142,7 @@ impl Operator for Seeing<'_> {
         self.zones.len()
     }
     fn apply(&self, strengths: &[Bands]) -> Vec<Bands> {
-        self.times_measure(self.views.arriving(&self.radiosities(strengths)))
+        self.times_measure(self.views.arriving(&self.radiosities(strengths), Way::Ends))
     }
     fn arriving(&self, columns: &[Vec<Bands>]) -> Arriving {
         self.look(columns).0
@@ -116,29 +153,58 @@ impl Operator for Seeing<'_> {
     }
 }
 
+/// The same exchange along rays that go on.
+struct Onward<'a, 'b>(&'a Seeing<'b>);
+
+impl Operator for Onward<'_, '_> {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+    fn apply(&self, strengths: &[Bands]) -> Vec<Bands> {
+        self.0.times_measure(self.0.views.arriving(&self.0.radiosities(strengths), Way::On))
+    }
+    fn scale(&mut self, _: &[Bands]) {}
+    fn grade(&self) -> Grade {
+        Grade::Statistical
+    }
+}
+
 impl Seeing<'_> {
     /// Radiosities in which every group weighs the same: windows that suit them suit all groups, however they are turned up later.
-    fn guide(&self, columns: &[Vec<Bands>]) -> Vec<[f32; 3]> {
+    fn guide(&self, columns: &[Vec<Bands>]) -> (Vec<[f32; 3]>, Own) {
         let mut out = vec![[0.0f32; 3]; self.len()];
-        for s in columns {
+        let mut own = Own::default();
+        for (c, s) in columns.iter().enumerate() {
             let b = self.radiosities(s);
             let square = b.iter().flatten().map(|x| (*x as f64).powi(2)).sum::<f64>();
             let level = (square / b.len().max(1) as f64).sqrt();
             if level > 0.0 {
                 out.iter_mut().zip(&b).for_each(|(o, b)| (0..3).for_each(|k| o[k] += b[k] / level as f32));
+                self.own.get(c).into_iter().for_each(|o| own.add(o, 1.0 / level as f32));
             }
         }
-        out
+        (out, own)
+    }
+
+    /// What rays measure of radiosities `b`, and of the own light of the same.
+    fn measured(&self, b: &[[f32; 3]], own: &Own) -> Vec<Measured> {
+        let way = if self.own.is_empty() { Way::Ends } else { Way::With(own) };
+        self.views.measured(b, way)
     }
 
     /// What arrives, smoothed; of all columns together before that, P with its standard error; and the relative error where all columns weigh
     /// the same.
     pub fn look(&self, columns: &[Vec<Bands>]) -> (Arriving, Vec<Measured>, f64) {
-        let each: Vec<Vec<Bands>> =
-            columns.iter().map(|s| self.views.arriving(&self.radiosities(s))).collect();
-        let all = total(self.len(), columns);
-        let seen: Vec<Measured> = self.views.measured(&self.radiosities(&all));
-        let guide = if columns.len() > 1 { Some(self.views.measured(&self.guide(columns))) } else { None };
+        let one = |(c, s): (usize, &Vec<Bands>)| self.views.arriving(&self.radiosities(s), self.way(c));
+        let each: Vec<Vec<Bands>> = columns.iter().enumerate().map(one).collect();
+        let mut own = Own::default();
+        self.own.iter().for_each(|o| own.add(o, 1.0));
+        let all = self.radiosities(&total(self.len(), columns));
+        let seen: Vec<Measured> = self.measured(&all, &own);
+        let guide = (columns.len() > 1).then(|| {
+            let (b, own) = self.guide(columns);
+            self.measured(&b, &own)
+        });
         let smoother = Smoother::new(self.scene, self.zones, self.transport);
         let (fields, error, even) = smoother.smooth(guide.as_ref().unwrap_or(&seen), &seen, &each);
         let arriving = Arriving {

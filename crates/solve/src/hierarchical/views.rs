@@ -13,6 +13,7 @@
 //!
 //! Bands in which the medium differs share the ray by their mean; each counts by its own probability over that of the ray.
 
+use super::onward::{BLOCK, Lamps, Own, Step, brought, first_of, step_of};
 use crate::surroundings::{cosine, voxel_point};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -22,9 +23,9 @@ use zonal_transport::Transport;
 use zonal_transport::sheets::Sheets;
 
 /// A ray that ends nowhere.
-const NOWHERE: u32 = u32::MAX;
+pub const NOWHERE: u32 = u32::MAX;
 /// Tells the numbers of these rays from those of others.
-const SEED: u64 = 0x5bd1_e995_0000_0000;
+pub const SEED: u64 = 0x5bd1_e995_0000_0000;
 /// Halvings of the path in which a medium that varies stops a ray.
 const HALVINGS: usize = 14;
 
@@ -34,9 +35,25 @@ pub struct Views {
     first: usize,
     /// Rays of a patch, of a volume zone.
     each: [usize; 2],
+    /// The zone met, or the step from which the ray goes on.
     met: Vec<u32>,
     /// What a ray counts in each band; empty where that is 1 for all.
     worth: Vec<[f32; 3]>,
+    /// Steps of the rays of so many patches, and volume zones, at a time.
+    steps: [Vec<Vec<Step>>; 2],
+    /// ρ of the patches, where rays go on.
+    reflectance: Vec<[f32; 3]>,
+}
+
+/// How far rays are followed.
+#[derive(Clone, Copy)]
+pub enum Way<'a> {
+    /// To the zone that they meet: each ray ends once.
+    Ends,
+    /// To where they go on to.
+    On,
+    /// The same, and the own light of the patches from which they go on is added.
+    With(&'a Own),
 }
 
 /// H or G with its standard error.
@@ -48,11 +65,25 @@ pub struct Measured {
     pub error: Bands,
 }
 
+/// Where a ray stopped.
+pub struct Stop {
+    /// The zone, or nothing.
+    pub zone: u32,
+    /// What it counts, a band.
+    pub worth: [f32; 3],
+    /// How far it came, m.
+    pub distance: f64,
+    /// Position, m.
+    pub at: Vec3,
+}
+
 /// Shoots rays.
-struct Shooter<'a> {
+pub struct Shooter<'a> {
     scene: &'a Scene,
-    zones: &'a Zones,
-    transport: &'a Transport<'a>,
+    /// Zones.
+    pub zones: &'a Zones,
+    /// What rays meet.
+    pub transport: &'a Transport<'a>,
     sheets: Sheets,
     cell: Vec3,
     reach: f64,
@@ -111,23 +142,29 @@ impl<'a> Shooter<'a> {
         (at, vec3(sin * c, sin * s, cos))
     }
 
-    /// The zone in which the `k`-th ray of a zone ends and what it counts.
-    fn end(&self, i: usize, k: usize) -> (u32, [f32; 3]) {
-        let (origin, dir) = self.ray(i, k);
+    /// Where a ray stops; the medium stops it where its transmittance falls below `u`.
+    pub fn shoot(&self, origin: Vec3, dir: Vec3, u: f64) -> Stop {
         let hit = self.transport.nearest(origin, dir, self.eps, self.reach);
         let t = hit.map_or(self.reach, |h| h.t);
         let end = origin + dir * t;
         let depth = self.transport.medium_depth(origin, end);
         let passed = depth.map(|d| (-d).exp());
         let through = mean(passed);
-        let u = sequence::r1(k, sequence::unit((i as u64 * 8 + 7) ^ SEED));
         if u >= through {
-            return self.stopped(origin, dir, t, u);
+            let (zone, worth) = self.stopped(origin, dir, t, u);
+            return Stop { zone, worth, distance: t, at: end };
         }
-        let Some(hit) = hit else { return (NOWHERE, [1.0; 3]) };
+        let Some(hit) = hit else { return Stop { zone: NOWHERE, worth: [1.0; 3], distance: t, at: end } };
         let sheet = 2 * hit.facet + usize::from(!hit.front);
         let zone = self.sheets.find(sheet, [hit.u, hit.v]).unwrap_or(NOWHERE);
-        (zone, self.worth(origin, end, bands(|b| passed[b] / through)))
+        let worth = self.worth(origin, end, bands(|b| passed[b] / through));
+        Stop { zone, worth, distance: t, at: end }
+    }
+
+    /// The `k`-th ray of a zone.
+    fn own(&self, i: usize, k: usize) -> Stop {
+        let (origin, dir) = self.ray(i, k);
+        self.shoot(origin, dir, sequence::r1(k, sequence::unit((i as u64 * 8 + 7) ^ SEED)))
     }
 
     /// What a ray counts: by band, and dimmed by panes.
@@ -171,19 +208,28 @@ impl<'a> Shooter<'a> {
 }
 
 impl Views {
-    /// Shoots so many rays from every patch, and from every volume zone.
+    /// Shoots so many rays from every patch, and from every volume zone; with `lamps` those that end close by go on.
     pub fn new(
         scene: &Scene,
         zones: &Zones,
         transport: &Transport,
         each: [usize; 2],
+        lamps: Option<&Lamps>,
         progress: &dyn Progress,
     ) -> Views {
         let shooter = Shooter::new(scene, zones, transport);
         let first = zones.voxel_offset();
         let total = each[0] * first + each[1] * (zones.len() - first);
         progress.begin("views", zones.len() as u64);
-        let mut views = Views { first, each, met: vec![NOWHERE; total], worth: Vec::new() };
+        let single = |p: &Patch| p.reflectance.map(|r| r as f32);
+        let mut views = Views {
+            first,
+            each,
+            met: vec![NOWHERE; total],
+            worth: Vec::new(),
+            steps: Default::default(),
+            reflectance: if lamps.is_some() { zones.patches.iter().map(single).collect() } else { Vec::new() },
+        };
         if !shooter.grey {
             views.worth = vec![[1.0; 3]; total];
         }
@@ -191,35 +237,41 @@ impl Views {
         let (mut none, grey) = (Vec::new(), shooter.grey);
         let worth = if grey { &mut none } else { &mut views.worth };
         let (pw, vw) = worth.split_at_mut(if grey { 0 } else { each[0] * first });
-        for (from, each, met, worth) in [(0, each[0], patches, pw), (first, each[1], volumes, vw)] {
-            let one = |(z, met): (usize, &mut [u32]), mut worth: Option<&mut [[f32; 3]]>| {
-                for (k, m) in met.iter_mut().enumerate() {
-                    let (zone, w) = shooter.end(from + z, k);
-                    *m = zone;
-                    if let Some(all) = &mut worth {
-                        all[k] = w;
+        for (kind, from, met, worth) in [(0, 0, patches, pw), (1, first, volumes, vw)] {
+            let each = each[kind];
+            // Of every ray in turn; `worth` is empty where all count 1.
+            let block = |(z, met): (usize, &mut [u32]), worth: &mut [[f32; 3]]| {
+                let mut steps = Vec::new();
+                for (r, m) in met.iter_mut().enumerate() {
+                    let (i, k) = (from + z * BLOCK + r / each, r % each);
+                    let stop = shooter.own(i, k);
+                    if let Some(w) = worth.get_mut(r) {
+                        *w = stop.worth;
                     }
+                    *m = lamps.map_or(stop.zone, |l| shooter.follow(l, i, k, stop, &mut steps));
                 }
+                progress.advance(met.len() as u64 / each.max(1) as u64);
+                steps.shrink_to_fit();
+                steps
             };
-            if grey {
-                met.par_chunks_mut(each).enumerate().for_each(|m| one(m, None));
+            let met = met.par_chunks_mut(each * BLOCK).enumerate();
+            views.steps[kind] = if grey {
+                met.map(|m| block(m, &mut [])).collect()
             } else {
-                let both = met.par_chunks_mut(each).enumerate().zip(worth.par_chunks_mut(each));
-                both.for_each(|(m, w)| one(m, Some(w)));
-            }
+                met.zip(worth.par_chunks_mut(each * BLOCK)).map(|(m, w)| block(m, w)).collect()
+            };
         }
-        progress.advance(zones.len() as u64);
         progress.end();
         views
     }
 
-    /// Number of rays.
-    pub fn rays(&self) -> u64 {
-        self.met.len() as u64
+    /// Number of rays, and of those that went on.
+    pub fn rays(&self) -> [u64; 2] {
+        [self.met.len() as u64, self.steps.iter().flatten().map(|s| s.len() as u64).sum()]
     }
 
     /// Rays of zone `i`.
-    pub fn of(&self, i: usize) -> std::ops::Range<usize> {
+    fn of(&self, i: usize) -> std::ops::Range<usize> {
         let [p, v] = self.each;
         if i < self.first {
             p * i..p * (i + 1)
@@ -229,49 +281,56 @@ impl Views {
         }
     }
 
-    /// ⟨B⟩ over the rays of zone `i`.
+    /// Steps of the rays of zone `i`.
+    fn steps(&self, i: usize) -> &[Step] {
+        let (kind, z) = if i < self.first { (0, i) } else { (1, i - self.first) };
+        &self.steps[kind][z / BLOCK]
+    }
+
+    /// What ray `r` brings where zones shine with radiosities `b`.
     #[inline]
-    fn mean(&self, i: usize, b: &[[f32; 3]]) -> [f32; 3] {
-        let range = self.of(i);
-        let m = range.len() as f32;
-        let mut sum = [0.0; 3];
-        for r in range {
-            let j = self.met[r];
-            if j != NOWHERE {
-                let (b, w) = (b[j as usize], self.worth.get(r).copied().unwrap_or([1.0; 3]));
-                (0..3).for_each(|x| sum[x] += w[x] * b[x]);
-            }
+    fn ray(&self, steps: &[Step], r: usize, b: &[[f32; 3]], way: Way) -> [f32; 3] {
+        let met = self.met[r];
+        let w = self.worth.get(r).copied().unwrap_or([1.0; 3]);
+        let bright = |zone: u32| {
+            let b = b[zone as usize];
+            [w[0] * b[0], w[1] * b[1], w[2] * b[2]]
+        };
+        match (step_of(met), way) {
+            _ if met == NOWHERE => [0.0; 3],
+            (None, _) => bright(met),
+            (Some(_), Way::Ends) => bright(first_of(met, steps)),
+            (Some(at), Way::On) => brought(steps, at, w, &self.reflectance, b, None),
+            (Some(at), Way::With(own)) => brought(steps, at, w, &self.reflectance, b, Some(own)),
         }
-        sum.map(|s| s / m)
     }
 
     /// What arrives, H or G, where zones shine with radiosities `b`.
-    pub fn arriving(&self, b: &[[f32; 3]]) -> Vec<Bands> {
-        (0..b.len())
-            .into_par_iter()
-            .with_min_len(256)
-            .map(|i| {
-                let unit = self.unit(i);
-                self.mean(i, b).map(|m| unit * m as f64)
-            })
-            .collect()
+    pub fn arriving(&self, b: &[[f32; 3]], way: Way) -> Vec<Bands> {
+        let one = |i: usize| {
+            let (range, unit, steps) = (self.of(i), self.unit(i), self.steps(i));
+            let m = range.len() as f32;
+            let mut sum = [0.0; 3];
+            for r in range {
+                let v = self.ray(steps, r, b, way);
+                (0..3).for_each(|x| sum[x] += v[x]);
+            }
+            sum.map(|s| unit * (s / m) as f64)
+        };
+        (0..b.len()).into_par_iter().with_min_len(256).map(one).collect()
     }
 
     /// The same with standard errors.
-    pub fn measured(&self, b: &[[f32; 3]]) -> Vec<Measured> {
+    pub fn measured(&self, b: &[[f32; 3]], way: Way) -> Vec<Measured> {
         let one = |i: usize| {
-            let range = self.of(i);
+            let (range, steps) = (self.of(i), self.steps(i));
             let (m, unit) = (range.len() as f64, self.unit(i));
             let (mut sum, mut square) = ([0.0; 3], [0.0; 3]);
             for r in range {
-                let j = self.met[r];
-                if j != NOWHERE {
-                    let w = self.worth.get(r).copied().unwrap_or([1.0; 3]);
-                    for x in 0..3 {
-                        let v = (w[x] * b[j as usize][x]) as f64;
-                        sum[x] += v;
-                        square[x] += v * v;
-                    }
+                let v = self.ray(steps, r, b, way).map(f64::from);
+                for x in 0..3 {
+                    sum[x] += v[x];
+                    square[x] += v[x] * v[x];
                 }
             }
             let h = sum.map(|s| s / m);
