@@ -37,6 +37,8 @@ const MOST: [usize; 2] = [256, 128];
 const AVERAGED: usize = 16;
 /// Wanted error over tolerance and root mean square.
 const SHARE: f64 = 0.35;
+/// Where there is less light the error wanted falls with it, to this share.
+const DIM: [f64; 2] = [0.25, 0.5];
 /// The ratio of a cell may differ from the mean around it by so many of its own errors.
 const AGREES: f64 = 3.0;
 /// Nor may it change more than this from one side of the 27 cells to the other.
@@ -366,6 +368,24 @@ fn error(one: &One, more: usize) -> f64 {
     (one.error as f64).hypot(prior)
 }
 
+/// The error wanted of the zones of a kind, W/m².
+struct Wanted {
+    /// Root mean square of the light.
+    level: f64,
+    share: f64,
+    dim: f64,
+}
+
+impl Wanted {
+    fn new(scene: &Scene, first: &[One], kind: usize) -> Wanted {
+        Wanted { level: root_mean_square(first), share: SHARE * scene.options().tolerance, dim: DIM[kind] }
+    }
+
+    fn of(&self, one: &One) -> f64 {
+        self.share * largest(one.value()).clamp(self.dim * self.level, self.level)
+    }
+}
+
 /// Root mean square of the largest band over some zones.
 fn root_mean_square(list: &[One]) -> f64 {
     let square = |c: &[One]| c.iter().map(|o| largest(o.value()).powi(2)).sum::<f64>();
@@ -382,8 +402,9 @@ pub(crate) fn rays(scene: &Scene, zones: &Zones, transport: &Transport, light: &
         let step = (range.len() / sample.max(1)).max(1);
         let list: Vec<usize> = range.step_by(step).collect();
         let first: Vec<One> = list.par_iter().map(|&i| g.look(i, 0..PILOT[kind])).collect();
-        let wanted = SHARE * scene.options().tolerance * root_mean_square(&first);
+        let wanted = Wanted::new(scene, &first, kind);
         let more = |(o, &i): (&One, &usize)| {
+            let wanted = wanted.of(o);
             if largest(o.full) * error(o, 0) <= wanted {
                 return 0.0;
             }
@@ -410,19 +431,18 @@ pub(crate) fn gather(
     let (n, patches) = (zones.pane_offset(), zones.voxel_offset());
     progress.begin("direct light", 2 * n as u64);
     let first = g.all(n, progress, |i| g.look(i, 0..PILOT[usize::from(i >= patches)]));
-    let limits = [&first[..patches], &first[patches..]]
-        .map(|kind| SHARE * scene.options().tolerance * root_mean_square(kind));
-    let wanted = |i: usize| limits[usize::from(i >= patches)];
+    let limits = [Wanted::new(scene, &first[..patches], 0), Wanted::new(scene, &first[patches..], 1)];
+    let wanted = |i: usize, one: &One| limits[usize::from(i >= patches)].of(one);
     let calm = scene.voxmap().map(|m| Calm::new(&g, m, &first));
     let open = scene.voxmap().filter(|_| !matches!(light, Light::Sun { .. })).map(|m| Open::new(&g, m));
     let open = |i: usize| open.as_ref().filter(|o| i >= patches && o.holds(zones, i - patches));
     let second = g.all(n, progress, |i| {
         let more = calm.as_ref().map_or(0, |c| c.agreeing(&g, &first[i], i));
-        if largest(first[i].full) * error(&first[i], more) <= wanted(i) {
+        if largest(first[i].full) * error(&first[i], more) <= wanted(i, &first[i]) {
             return One { error: error(&first[i], more) as f32, ..first[i] };
         }
         let most = if open(i).is_some() { AVERAGED } else { MOST[usize::from(i >= patches)] };
-        g.again(i, &first[i], most, wanted(i))
+        g.again(i, &first[i], most, wanted(i, &first[i]))
     });
     let counted = |list: &[One]| list.iter().map(|o| o.count as u64).sum::<u64>();
     let rays = counted(&first) + counted(&second);
@@ -430,7 +450,7 @@ pub(crate) fn gather(
     let settled = |i: usize| -> (Bands, f64, u64) {
         let own = &second[i];
         let told = |o: &One| (o.value(), largest(o.full) * o.error as f64, 0);
-        let Some(open) = open(i).filter(|_| largest(own.full) * own.error as f64 > wanted(i)) else {
+        let Some(open) = open(i).filter(|_| largest(own.full) * own.error as f64 > wanted(i, own)) else {
             return told(own);
         };
         let (mean, slope) = open.mean(zones, &second[patches..], i - patches);
@@ -440,7 +460,7 @@ pub(crate) fn gather(
             let calm = One { ratio: mean, error, ..*own };
             return told(&calm);
         }
-        let again = g.again(i, own, MOST[1], wanted(i));
+        let again = g.again(i, own, MOST[1], wanted(i, own));
         (again.value(), largest(again.full) * again.error as f64, again.count as u64)
     };
     let settled: Vec<(Bands, f64, u64)> = (0..n).into_par_iter().map(settled).collect();

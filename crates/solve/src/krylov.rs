@@ -274,17 +274,23 @@ pub fn sweeps(system: &System, sources: &[Vec<Bands>], count: usize, progress: &
     all
 }
 
-/// Light passed on from the sources until what a step still brings is small enough: for operators that are not symmetric.
-pub fn passes(system: &System, sources: &[Vec<Bands>], stop: Stop, progress: &dyn Progress) -> Vec<Ended> {
-    let mut all: Vec<Ended> = sources
-        .iter()
-        .map(|s| Ended {
-            strengths: s.clone(),
-            status: [SolveStatus::Budget; 3],
-            residuals: Default::default(),
-            power: power(system.targets, s),
-        })
-        .collect();
+/// Light passed on, from strengths near the solution if there are any, until what a step still brings is small enough: for operators
+/// that are not symmetric.
+pub fn passes(
+    system: &System,
+    sources: &[Vec<Bands>],
+    initial: Option<Columns>,
+    stop: Stop,
+    progress: &dyn Progress,
+) -> Vec<Ended> {
+    let start = initial.unwrap_or_else(|| sources.to_vec());
+    let one = |(strengths, s): (Vec<Bands>, &Vec<Bands>)| Ended {
+        strengths,
+        status: [SolveStatus::Budget; 3],
+        residuals: Default::default(),
+        power: power(system.targets, s),
+    };
+    let mut all: Vec<Ended> = start.into_iter().zip(sources).map(one).collect();
     progress.begin("passing light on", stop.iterations as u64);
     for _ in 0..=stop.iterations {
         let now: Columns = all.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();

@@ -2,17 +2,10 @@
 
 mod common;
 
-use common::{read, unit_room};
-use zonal_exchange::pair::{strength, target};
-use zonal_scene::{Bands, Engine, Groups, NoVault, Quiet, Scene, Solution};
+use common::{read, unit_room, with_site};
+use zonal_scene::{Bands, Engine, Groups, Scene, Solution};
 use zonal_solve::Operator;
-use zonal_solve::direct::Direct;
-use zonal_solve::engine::Site;
-use zonal_solve::groups;
-use zonal_solve::hierarchical::seeing::Seeing;
 use zonal_solve::hierarchical::{Factors, Hierarchical};
-use zonal_solve::surroundings::Escape;
-use zonal_transport::{Transport, build_zones};
 
 const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 1\nalbedo = 0.8\n";
 const BLOCK: &str =
@@ -71,26 +64,6 @@ fn errors_stay_below_tolerance_and_estimate() {
     }
 }
 
-/// A site without direct light, for what is asked of it.
-fn with_site(scene: &Scene, use_it: impl FnOnce(&Site, &Escape)) {
-    let transport = Transport::new(scene);
-    let zones = build_zones(scene, &transport).unwrap_or_else(|e| panic!("{e}"));
-    let escape = Escape { sky: vec![[0.0; 3]; zones.len()], backs: vec![[0.0; 3]; zones.len()], rays: 0 };
-    let (sources, direct) = (groups::chosen(scene, &zones).0, Direct::default());
-    let site = Site {
-        scene,
-        zones: &zones,
-        transport: &transport,
-        direct: &direct,
-        sources: &sources,
-        settings: Default::default(),
-        memory: 1 << 30,
-        vault: &NoVault,
-        progress: &Quiet,
-    };
-    use_it(&site, &escape);
-}
-
 /// The operator of a room, with as many zones.
 fn with_operator(scene: &Scene, epsilon: f64, use_it: impl FnOnce(&Hierarchical, usize)) {
     with_site(scene, |site, escape| {
@@ -98,39 +71,6 @@ fn with_operator(scene: &Scene, epsilon: f64, use_it: impl FnOnce(&Hierarchical,
         let known = site.columns(escape).into_iter().map(|s| (s, even.clone())).collect();
         let h = Hierarchical::new(site, known, &Factors::new(site), epsilon).expect("the room has zones");
         use_it(&h, site.zones.len());
-    });
-}
-
-#[test]
-fn rays_close_and_pass_no_wall() {
-    // A sheet over the whole room, not along the axes: below it is dark.
-    const CEILING: &str = "[[surface]]\nname = \"sheet\"\nrectangle = { origin = [0,0,0.4], edge1 = [1,0,0.11], edge2 = [0,1,0.07] }\nreflectance = 0.5\nsides = \"both\"\n";
-    let scene =
-        read(&unit_room("patch_size = 0.125", "faces.z1 = { emission = 1 }", &format!("{GAS}{CEILING}")));
-    with_site(&scene, |site, escape| {
-        let (zones, seeing) = (site.zones, Seeing::new(site, [32, 16]));
-        let ones: Vec<Bands> = (0..zones.len()).map(|i| strength(zones, i)).collect();
-        for (i, p) in seeing.apply(&ones).iter().enumerate() {
-            let want = target(zones, i);
-            assert!((p[0] / want - 1.0).abs() < 1e-5, "{i}: {} of {want}", p[0]);
-        }
-        let lit = seeing.solve(site, escape).swap_remove(0).strengths;
-        let (arriving, raw, _) = seeing.look(&[lit]);
-        let above = |x: f64, y: f64, z: f64| z - (0.4 + 0.11 * x + 0.07 * y);
-        let mut dark = 0;
-        for (i, p) in zones.patches.iter().enumerate() {
-            let c = p.plate.centre() + p.normal * 1e-3;
-            if above(c.x, c.y, c.z) < 0.0
-                && (0..4).all(|k| {
-                    let q = p.plate.corners().0[k.min(p.plate.corners().1 - 1)];
-                    above(q.x, q.y, q.z) < 1e-9
-                })
-            {
-                assert_eq!((raw[i].value, arriving.columns[0][i]), ([0.0; 3], [0.0; 3]), "patch {i}");
-                dark += 1;
-            }
-        }
-        assert!(dark > 50, "{dark}");
     });
 }
 

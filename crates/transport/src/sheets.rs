@@ -12,9 +12,8 @@ pub struct Sheets {
     sheets: Vec<Sheet>,
     /// First entry of every bin of all sheets, and the end.
     bins: Vec<u32>,
-    /// Pieces, bin by bin.
-    entries: Vec<u32>,
-    pieces: Vec<Piece>,
+    /// Pieces and their numbers, bin by bin: those of a bin lie together.
+    entries: Vec<(Piece, u32)>,
 }
 
 /// The bins of one sheet.
@@ -46,6 +45,9 @@ pub fn onto(plate: &Plate, point: Vec3) -> [f64; 2] {
 }
 
 impl Piece {
+    /// Holds nothing.
+    const NONE: Piece = Piece { at: [0.0; 2], rows: [[0.0; 2]; 2], kind: PlateKind::Parallelogram };
+
     fn new(plate: &Plate, sheet: &Plate) -> Piece {
         let at = sheet.parameters(plate.origin);
         let edge = |e: Vec3| {
@@ -119,16 +121,15 @@ impl Sheets {
             counts[b + 1] += counts[b];
         }
         let mut at = counts.clone();
-        out.entries = vec![0; counts[bins as usize] as usize];
+        out.entries = vec![(Piece::NONE, 0); counts[bins as usize] as usize];
         for (i, (plate, sheet)) in pieces.clone().enumerate() {
-            let entries = &mut out.entries;
+            let (entries, piece) = (&mut out.entries, Piece::new(plate, &sheets[sheet]));
             each(plate, sheet, &out.sheets, &mut |bin| {
-                entries[at[bin] as usize] = i as u32;
+                entries[at[bin] as usize] = (piece, i as u32);
                 at[bin] += 1;
             });
         }
         out.bins = counts;
-        out.pieces = pieces.map(|(plate, sheet)| Piece::new(plate, &sheets[sheet])).collect();
         out
     }
 
@@ -142,14 +143,17 @@ impl Sheets {
         let [x, y] = s.bin(uv);
         let bin = s.index(x, y);
         let list = &self.entries[self.bins[bin] as usize..self.bins[bin + 1] as usize];
-        let mut best = (None, f32::NEG_INFINITY);
-        for &i in list {
-            let depth = self.pieces[i as usize].depth(uv.map(|x| x as f32));
+        if let [(_, only)] = list {
+            return Some(*only);
+        }
+        let (uv32, mut best) = (uv.map(|x| x as f32), (None, f32::NEG_INFINITY));
+        for (piece, i) in list {
+            let depth = piece.depth(uv32);
             if depth >= 0.0 {
-                return Some(i);
+                return Some(*i);
             }
             if depth > best.1 {
-                best = (Some(i), depth);
+                best = (Some(*i), depth);
             }
         }
         best.0.or_else(|| self.anywhere(s, uv))
@@ -159,8 +163,8 @@ impl Sheets {
     fn anywhere(&self, s: &Sheet, uv: [f64; 2]) -> Option<u32> {
         let last = s.index(s.sides[0] - 1, s.sides[1] - 1) + 1;
         let list = &self.entries[self.bins[s.first as usize] as usize..self.bins[last] as usize];
-        let depth = |i: u32| self.pieces[i as usize].depth(uv.map(|x| x as f32));
-        list.iter().copied().max_by(|a, b| depth(*a).total_cmp(&depth(*b)))
+        let depth = |e: &(Piece, u32)| e.0.depth(uv.map(|x| x as f32));
+        list.iter().max_by(|a, b| depth(a).total_cmp(&depth(b))).map(|e| e.1)
     }
 }
 

@@ -1,7 +1,7 @@
 //! From a scene to an engine that meets its tolerance: rays from every zone first, more of them while few are missing, then links.
 
 use super::closure;
-use super::seeing::Seeing;
+use super::seeing::{Looked, Seeing};
 use super::views::Measured;
 use super::{Factors, Hierarchical, Rough, Seen};
 use crate::columns::total;
@@ -37,6 +37,8 @@ struct Look<'a> {
     arriving: Seen,
     known: Rough,
     estimate: f64,
+    /// Rays that were shot again.
+    again: u64,
 }
 
 /// Builds the engine for all light groups of a scene: what rays from every zone say where that meets the tolerance, else links, refined
@@ -63,7 +65,9 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
     if met && whole || many && site.scene.options().sweeps.is_none() {
         let closure = crate::closure::measure(&look.seeing, zones, escape);
         let [rays, onward] = look.seeing.rays();
-        let counts = vec![("rays of views".to_string(), rays), ("rays that went on".to_string(), onward)];
+        let counts =
+            [("rays of views", rays), ("rays that went on", onward), ("rays shot again", look.again)];
+        let counts = counts.map(|(k, v)| (k.to_string(), v)).to_vec();
         let arriving = Arriving { columns: look.arriving.columns, error: Some(look.arriving.error) };
         let mut ended = look.ended;
         ended.iter_mut().zip(look.known).for_each(|(e, k)| e.strengths = k.0);
@@ -83,7 +87,7 @@ impl<'a> Look<'a> {
         let mut seeing = Seeing::new(site, each, site.zones.len() > LINKED);
         let mut ended = seeing.solve(site, escape);
         let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
-        let (Arriving { columns, error }, raw, even) = seeing.look(&strengths);
+        let Looked { arriving: Arriving { columns, error }, raw, even, again } = seeing.look(&strengths);
         let over = |i: usize, v: Bands| v.map(|x| x / response(site.zones, i).1);
         let field = |p: &Vec<Bands>| p.iter().enumerate().map(|(i, v)| over(i, *v)).collect();
         let arriving = Seen { columns, error: error.unwrap_or_default(), raw };
@@ -94,7 +98,7 @@ impl<'a> Look<'a> {
             value.into_iter().zip(error).map(|(value, error)| Measured { value, error }).collect();
         // Lights may be turned up later: each alone is to be as good.
         let estimate = relative(site, &seen).max(even);
-        Look { seeing, ended, arriving, known, estimate }
+        Look { seeing, ended, arriving, known, estimate, again }
     }
 }
 

@@ -21,6 +21,7 @@
 //! a few per cent at a cost in step with the number of zones; links go on from there, as their errors fall faster than one over the
 //! root of the work.
 
+mod again;
 pub mod build;
 pub mod closure;
 pub mod demand;

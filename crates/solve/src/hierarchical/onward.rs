@@ -17,10 +17,11 @@ use zonal_math::{Vec3, sequence};
 use zonal_scene::{Bands, Scene};
 use zonal_transport::direct::{Lamp, Receiver};
 
-/// A ray that ends nearer than this many square roots of the area of the patch that it meets goes on.
-const NEAR: f64 = 1.0;
+/// A ray of a patch that ends nearer than this many square roots of the area of the patch that it meets goes on. (What a volume sees of
+/// a patch close by is more of it.)
+const NEAR: f64 = 1.5;
 /// So many times at most.
-const OFTEN: usize = 8;
+const OFTEN: u64 = 8;
 /// Marks the number of a step where that of a zone may stand.
 const STEP: u32 = 1 << 31;
 /// No light.
@@ -149,7 +150,8 @@ impl Shooter<'_> {
         let first = stop.zone;
         let seed = sequence::hash(sequence::hash(i as u64 ^ super::views::SEED).wrapping_add(k as u64));
         let mut head = None;
-        for depth in 0..OFTEN as u64 {
+        let often = if i < self.zones.voxel_offset() { OFTEN } else { 0 };
+        for depth in 0..often {
             let Some(j) = self.near(&stop) else { break };
             // Independent numbers: those of the ray's beginning, turned, would tie its end to it.
             let one = |m: u64| sequence::unit(seed.wrapping_add(depth << 3 | m));

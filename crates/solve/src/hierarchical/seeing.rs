@@ -7,6 +7,7 @@ use super::onward::{Lamps, Own};
 use super::smooth::Smoother;
 use super::views::{Measured, Views, Way};
 use crate::columns::total;
+use crate::direct::Direct;
 use crate::engine::Site;
 use crate::groups::{Source, response};
 use crate::krylov::{self, Ended, Stop, System};
@@ -26,18 +27,23 @@ const MOST: f64 = 2048.0;
 /// How many more rays are shot than would just do.
 const MARGIN: f64 = 1.3;
 /// Rays of a volume zone over those of a patch: its neighbours are more.
-const VOLUME: f64 = 0.3;
+const VOLUME: f64 = 0.2;
 /// Rays of all zones together at most: half a gigabyte.
 const ALL: f64 = 1.34e8;
+/// Light is passed on along one of so many rays first, and along all of them from there.
+const FIRST: usize = 4;
 /// Where the rough solution stops.
 const STOP: Stop = Stop { residual: 2e-3, iterations: 200 };
 
 /// All zones and what they see.
 pub struct Seeing<'a> {
-    scene: &'a Scene,
-    zones: &'a Zones,
-    transport: &'a Transport<'a>,
-    views: Views,
+    pub(super) scene: &'a Scene,
+    pub(super) zones: &'a Zones,
+    pub(super) transport: &'a Transport<'a>,
+    pub(super) direct: &'a Direct,
+    pub(super) views: Views,
+    /// True where rays go on.
+    pub(super) onward: bool,
     /// c of every zone.
     strength: Vec<Bands>,
     /// Of each group, where rays go on; else empty.
@@ -70,7 +76,9 @@ impl<'a> Seeing<'a> {
             scene: site.scene,
             zones: site.zones,
             transport: site.transport,
+            direct: site.direct,
             views,
+            onward,
             strength: (0..site.zones.len()).into_par_iter().map(|i| strength(site.zones, i)).collect(),
             own: Vec::new(),
         }
@@ -89,13 +97,18 @@ impl<'a> Seeing<'a> {
             self.own = columns.iter().zip(site.sources).map(|(c, s)| self.own(site, s, c)).collect();
             for (column, own) in columns.iter_mut().zip(&self.own) {
                 let dark = vec![[0.0; 3]; self.len()];
-                let lit = self.times_measure(self.views.arriving(&dark, Way::With(own)));
+                let lit = self.times_measure(self.views.arriving(&dark, Way::With(own), 1));
                 let add = |i: usize, s: &mut Bands| *s = bands(|b| s[b] + weights[i][b] * lit[i][b]);
                 column.par_iter_mut().enumerate().for_each(|(i, s)| add(i, s));
             }
         }
-        let system = System { operator: &Onward(self), weights: &weights, targets: &targets };
-        krylov::passes(&system, &columns, STOP, site.progress)
+        let passes = |share: usize, initial| {
+            let operator = &Onward { seeing: self, share };
+            let system = System { operator, weights: &weights, targets: &targets };
+            krylov::passes(&system, &columns, initial, STOP, site.progress)
+        };
+        let near = passes(FIRST, None);
+        passes(1, Some(near.into_iter().map(|e| e.strengths).collect()))
     }
 
     /// The light that patches have of their own in a group of the strengths `column`: all but that of the lights.
@@ -115,7 +128,7 @@ impl<'a> Seeing<'a> {
     }
 
     /// How rays are followed for column `c`.
-    fn way(&self, c: usize) -> Way<'_> {
+    pub(super) fn way(&self, c: usize) -> Way<'_> {
         self.own.get(c).map_or(Way::Ends, Way::With)
     }
 
@@ -142,10 +155,10 @@ impl Operator for Seeing<'_> {
         self.zones.len()
     }
     fn apply(&self, strengths: &[Bands]) -> Vec<Bands> {
-        self.times_measure(self.views.arriving(&self.radiosities(strengths), Way::Ends))
+        self.times_measure(self.views.arriving(&self.radiosities(strengths), Way::Ends, 1))
     }
     fn arriving(&self, columns: &[Vec<Bands>]) -> Arriving {
-        self.look(columns).0
+        self.look(columns).arriving
     }
     fn scale(&mut self, _: &[Bands]) {}
     fn grade(&self) -> Grade {
@@ -153,15 +166,19 @@ impl Operator for Seeing<'_> {
     }
 }
 
-/// The same exchange along rays that go on.
-struct Onward<'a, 'b>(&'a Seeing<'b>);
+/// The same exchange along one of so many rays of every zone, which go on.
+struct Onward<'a, 'b> {
+    seeing: &'a Seeing<'b>,
+    share: usize,
+}
 
 impl Operator for Onward<'_, '_> {
     fn len(&self) -> usize {
-        self.0.len()
+        self.seeing.len()
     }
     fn apply(&self, strengths: &[Bands]) -> Vec<Bands> {
-        self.0.times_measure(self.0.views.arriving(&self.0.radiosities(strengths), Way::On))
+        let (s, b) = (self.seeing, self.seeing.radiosities(strengths));
+        s.times_measure(s.views.arriving(&b, Way::On, self.share))
     }
     fn scale(&mut self, _: &[Bands]) {}
     fn grade(&self) -> Grade {
@@ -192,11 +209,11 @@ impl Seeing<'_> {
         self.views.measured(b, way)
     }
 
-    /// What arrives, smoothed; of all columns together before that, P with its standard error; and the relative error where all columns weigh
-    /// the same.
-    pub fn look(&self, columns: &[Vec<Bands>]) -> (Arriving, Vec<Measured>, f64) {
-        let one = |(c, s): (usize, &Vec<Bands>)| self.views.arriving(&self.radiosities(s), self.way(c));
-        let each: Vec<Vec<Bands>> = columns.iter().enumerate().map(one).collect();
+    /// What arrives, and how well that is known.
+    pub fn look(&self, columns: &[Vec<Bands>]) -> Looked {
+        let shine: Vec<Vec<[f32; 3]>> = columns.iter().map(|s| self.radiosities(s)).collect();
+        let one = |(c, b): (usize, &Vec<[f32; 3]>)| self.views.arriving(b, self.way(c), 1);
+        let each: Vec<Vec<Bands>> = shine.iter().enumerate().map(one).collect();
         let mut own = Own::default();
         self.own.iter().for_each(|o| own.add(o, 1.0));
         let all = self.radiosities(&total(self.len(), columns));
@@ -206,7 +223,12 @@ impl Seeing<'_> {
             self.measured(&b, &own)
         });
         let smoother = Smoother::new(self.scene, self.zones, self.transport);
-        let (fields, error, even) = smoother.smooth(guide.as_ref().unwrap_or(&seen), &seen, &each);
+        let (mut fields, mut error, even) = smoother.smooth(guide.as_ref().unwrap_or(&seen), &seen, &each);
+        drop(smoother);
+        let again = match self.onward {
+            true => self.again(&shine, &each, &seen, &mut fields, &mut error),
+            false => 0,
+        };
         let arriving = Arriving {
             columns: fields.into_iter().map(|f| self.times_measure(f)).collect(),
             error: Some(self.times_measure(error)),
@@ -216,6 +238,18 @@ impl Seeing<'_> {
             Measured { value: m.value.map(|v| v * measure), error: m.error.map(|e| e * measure) }
         };
         let raw = seen.into_par_iter().enumerate().map(scaled).collect();
-        (arriving, raw, even[0].max(even[1]))
+        Looked { arriving, raw, even: even[0].max(even[1]), again }
     }
+}
+
+/// What [`Seeing::look`] finds.
+pub struct Looked {
+    /// What arrives, smoothed, P.
+    pub arriving: Arriving,
+    /// P of all columns together before that, with its standard error.
+    pub raw: Vec<Measured>,
+    /// The relative error where all columns weigh the same.
+    pub even: f64,
+    /// Rays shot again.
+    pub again: u64,
 }

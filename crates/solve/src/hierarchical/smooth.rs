@@ -27,7 +27,7 @@ const ALONE: f64 = 2.0;
 /// Share of the error of the next narrower window by which a fit may be bent without showing.
 const UNSEEN: f64 = 0.35;
 /// What fits leave out, and what the light that rays meet errs by itself: the errors told are larger by this.
-const CAUTION: f64 = 2.2;
+pub const CAUTION: f64 = 2.2;
 /// Zones of one task.
 const BLOCK: usize = 1024;
 /// Steps from cell to cell of the windows of a volume zone.

@@ -97,7 +97,8 @@ fn mean(v: Bands) -> f64 {
 }
 
 impl<'a> Shooter<'a> {
-    fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> Shooter<'a> {
+    /// Makes ready.
+    pub fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> Shooter<'a> {
         let facets = scene.facets();
         let plates: Vec<Plate> = facets.iter().flat_map(|f| [f.plate, f.plate]).collect();
         let sheet = |p: &Patch| 2 * p.facet + usize::from(p.normal.dot(facets[p.facet].plate.normal()) < 0.0);
@@ -162,7 +163,7 @@ impl<'a> Shooter<'a> {
     }
 
     /// The `k`-th ray of a zone.
-    fn own(&self, i: usize, k: usize) -> Stop {
+    pub fn own(&self, i: usize, k: usize) -> Stop {
         let (origin, dir) = self.ray(i, k);
         self.shoot(origin, dir, sequence::r1(k, sequence::unit((i as u64 * 8 + 7) ^ SEED)))
     }
@@ -228,7 +229,11 @@ impl Views {
             met: vec![NOWHERE; total],
             worth: Vec::new(),
             steps: Default::default(),
-            reflectance: if lamps.is_some() { zones.patches.iter().map(single).collect() } else { Vec::new() },
+            reflectance: if lamps.is_some() {
+                zones.patches.iter().map(single).collect()
+            } else {
+                Vec::new()
+            },
         };
         if !shooter.grey {
             views.worth = vec![[1.0; 3]; total];
@@ -270,8 +275,13 @@ impl Views {
         [self.met.len() as u64, self.steps.iter().flatten().map(|s| s.len() as u64).sum()]
     }
 
+    /// Number of patches.
+    pub fn patches(&self) -> usize {
+        self.first
+    }
+
     /// Rays of zone `i`.
-    fn of(&self, i: usize) -> std::ops::Range<usize> {
+    pub fn of(&self, i: usize) -> std::ops::Range<usize> {
         let [p, v] = self.each;
         if i < self.first {
             p * i..p * (i + 1)
@@ -290,28 +300,35 @@ impl Views {
     /// What ray `r` brings where zones shine with radiosities `b`.
     #[inline]
     fn ray(&self, steps: &[Step], r: usize, b: &[[f32; 3]], way: Way) -> [f32; 3] {
-        let met = self.met[r];
-        let w = self.worth.get(r).copied().unwrap_or([1.0; 3]);
+        let worth = self.worth.get(r).copied().unwrap_or([1.0; 3]);
+        self.brings(steps, self.met[r], worth, b, way)
+    }
+
+    /// What a ray brings that met a zone, or goes on from a step, and counts `worth`.
+    #[inline]
+    pub fn brings(&self, steps: &[Step], met: u32, worth: [f32; 3], b: &[[f32; 3]], way: Way) -> [f32; 3] {
         let bright = |zone: u32| {
             let b = b[zone as usize];
-            [w[0] * b[0], w[1] * b[1], w[2] * b[2]]
+            [worth[0] * b[0], worth[1] * b[1], worth[2] * b[2]]
         };
+        let on = |at: usize, own| brought(steps, at, worth, &self.reflectance, b, own);
         match (step_of(met), way) {
             _ if met == NOWHERE => [0.0; 3],
             (None, _) => bright(met),
             (Some(_), Way::Ends) => bright(first_of(met, steps)),
-            (Some(at), Way::On) => brought(steps, at, w, &self.reflectance, b, None),
-            (Some(at), Way::With(own)) => brought(steps, at, w, &self.reflectance, b, Some(own)),
+            (Some(at), Way::On) => on(at, None),
+            (Some(at), Way::With(own)) => on(at, Some(own)),
         }
     }
 
-    /// What arrives, H or G, where zones shine with radiosities `b`.
-    pub fn arriving(&self, b: &[[f32; 3]], way: Way) -> Vec<Bands> {
+    /// What arrives, H or G, where zones shine with radiosities `b`, by the first of so many rays.
+    pub fn arriving(&self, b: &[[f32; 3]], way: Way, of: usize) -> Vec<Bands> {
         let one = |i: usize| {
             let (range, unit, steps) = (self.of(i), self.unit(i), self.steps(i));
-            let m = range.len() as f32;
+            let count = range.len().div_ceil(of);
+            let m = count as f32;
             let mut sum = [0.0; 3];
-            for r in range {
+            for r in range.take(count) {
                 let v = self.ray(steps, r, b, way);
                 (0..3).for_each(|x| sum[x] += v[x]);
             }
@@ -341,7 +358,7 @@ impl Views {
     }
 
     /// H is ⟨B⟩, G four times that.
-    fn unit(&self, i: usize) -> f64 {
+    pub fn unit(&self, i: usize) -> f64 {
         if i < self.first { 1.0 } else { 4.0 }
     }
 }

@@ -4,8 +4,13 @@
 use zonal_exchange::pair::{Counts, Exchange};
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Facet, Fields, Plate, Quiet, Report, Scene, SceneParts, Sides, Solution, Surface, Zones};
-use zonal_solve::{Job, solve_zones};
+use zonal_scene::{
+    Facet, Fields, NoVault, Plate, Quiet, Report, Scene, SceneParts, Sides, Solution, Surface, Zones,
+};
+use zonal_solve::direct::illuminate;
+use zonal_solve::engine::Site;
+use zonal_solve::surroundings::Escape;
+use zonal_solve::{Job, groups, solve_zones};
 use zonal_transport::{Transport, build_zones};
 
 pub fn read(text: &str) -> Scene {
@@ -130,4 +135,25 @@ pub fn on_threads(scene: &Scene, threads: usize) -> (Fields, Report) {
 
 pub fn count() -> Counts {
     Counts::default()
+}
+
+/// A site from which nothing escapes, for what is asked of it.
+pub fn with_site(scene: &Scene, use_it: impl FnOnce(&Site, &Escape)) {
+    let transport = Transport::new(scene);
+    let zones = build_zones(scene, &transport).unwrap_or_else(|e| panic!("{e}"));
+    let escape = Escape { sky: vec![[0.0; 3]; zones.len()], backs: vec![[0.0; 3]; zones.len()], rays: 0 };
+    let sources = groups::chosen(scene, &zones).0;
+    let direct = illuminate(scene, &zones, &transport, false, &Quiet);
+    let site = Site {
+        scene,
+        zones: &zones,
+        transport: &transport,
+        direct: &direct,
+        sources: &sources,
+        settings: Default::default(),
+        memory: 1 << 30,
+        vault: &NoVault,
+        progress: &Quiet,
+    };
+    use_it(&site, &escape);
 }

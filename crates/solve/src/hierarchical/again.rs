@@ -1,0 +1,113 @@
+//! More rays where those at hand, smoothed, leave too much open.
+//!
+//! Zones that see something bright through a gap, or stand alone among others, stay noisy however wide a window others allow. Where the
+//! error told exceeds a share of the tolerance times what arrives, direct light included (no less than a part of its mean over the zones
+//! of the kind), the zone shoots again: (told/wanted)² times as many rays as it has. What all of them say then stands for it, unsmoothed.
+
+use super::onward::Lamps;
+use super::seeing::Seeing;
+use super::smooth::CAUTION;
+use super::views::{Measured, Shooter, Views};
+use rayon::prelude::*;
+use zonal_scene::{Bands, bands};
+
+/// Error wanted over tolerance and what arrives, of a patch and of a volume zone.
+const SHARE: [f64; 2] = [1.75, 2.0];
+/// What arrives counts as no less than this part of its mean.
+const DARK: f64 = 0.1;
+/// Rays over those at hand: of a zone at least and at most, and of all zones together at most.
+const TIMES: [f64; 2] = [1.0, 12.0];
+const ALL: f64 = 0.5;
+
+/// A zone that shoots again, and how many rays.
+struct Wish {
+    zone: usize,
+    rays: usize,
+}
+
+/// The light of a zone, its bands together.
+fn whole(v: &Bands) -> f64 {
+    v.iter().sum()
+}
+
+/// Which zones shoot again, by what arrives and the error told.
+fn wishes(
+    views: &Views,
+    seen: &[Measured],
+    values: &[Vec<Bands>],
+    told: &[Bands],
+    direct: &[Bands],
+    tolerance: f64,
+) -> Vec<Wish> {
+    let (n, first) = (told.len(), views.patches());
+    let value = |i: usize| values.iter().map(|c| whole(&c[i])).sum::<f64>() + whole(&direct[i]);
+    let mut out: Vec<(usize, f64)> = Vec::new();
+    for (range, share) in [0..first, first..n].into_iter().zip(SHARE) {
+        let sum: f64 = crate::columns::sum(range.len(), |k| [value(range.start + k), 0.0, 0.0])[0];
+        let dark = DARK * sum / range.len().max(1) as f64;
+        let one = |i: usize| {
+            let wanted = share * tolerance * value(i).max(dark);
+            let raw = CAUTION * whole(&seen[i].error);
+            let more = whole(&told[i]) > wanted && wanted > 0.0;
+            more.then(|| (i, (raw / wanted).powi(2).clamp(TIMES[0], TIMES[1])))
+        };
+        out.extend(range.into_par_iter().filter_map(one).collect::<Vec<_>>());
+    }
+    let asked: f64 = out.iter().map(|(i, f)| f * views.of(*i).len() as f64).sum();
+    let all = (ALL * views.rays()[0] as f64 / asked.max(1.0)).min(1.0);
+    let wish = |(i, f): (usize, f64)| Wish { zone: i, rays: (all * f * views.of(i).len() as f64) as usize };
+    out.into_iter().map(wish).collect()
+}
+
+impl Seeing<'_> {
+    /// Shoots again for the zones that need it: sets what arrives of every column of radiosities `shine`, and its error. Returns the
+    /// number of rays.
+    pub fn again(
+        &self,
+        shine: &[Vec<[f32; 3]>],
+        raw: &[Vec<Bands>],
+        seen: &[Measured],
+        values: &mut [Vec<Bands>],
+        told: &mut [Bands],
+    ) -> u64 {
+        let direct = self.direct.fields(told.len());
+        let list = wishes(&self.views, seen, values, told, &direct, self.scene.options().tolerance);
+        let shooter = Shooter::new(self.scene, self.zones, self.transport);
+        let lamps = self.onward.then(|| Lamps::new(self.scene, self.direct));
+        let one = |wish: &Wish| {
+            let (i, have) = (wish.zone, self.views.of(wish.zone).len());
+            let (mut sums, mut square) = (vec![[0.0; 3]; shine.len()], [0.0; 3]);
+            let mut steps = Vec::new();
+            for k in have..have + wish.rays {
+                steps.clear();
+                let stop = shooter.own(i, k);
+                let worth = stop.worth;
+                let met = lamps.as_ref().map_or(stop.zone, |l| shooter.follow(l, i, k, stop, &mut steps));
+                let mut all = [0.0; 3];
+                for (c, b) in shine.iter().enumerate() {
+                    let v = self.views.brings(&steps, met, worth, b, self.way(c)).map(f64::from);
+                    sums[c] = bands(|x| sums[c][x] + v[x]);
+                    all = bands(|x| all[x] + v[x]);
+                }
+                square = bands(|x| square[x] + all[x] * all[x]);
+            }
+            let (m, unit) = (wish.rays as f64, self.views.unit(i));
+            let (old, new) = (have as f64, have as f64 + m);
+            let all = sums.iter().fold([0.0; 3], |s, v| bands(|x| s[x] + v[x]));
+            // Sums of squares about the means of either part, as errors of the whole.
+            let error = bands(|x| {
+                let own = (square[x] - all[x] * all[x] / m.max(1.0)).max(0.0) * unit * unit;
+                let before = (seen[i].error[x] * old).powi(2);
+                CAUTION * (own + before).sqrt() / new
+            });
+            let value = |c: usize| bands(|x| (raw[c][i][x] * old + unit * sums[c][x]) / new);
+            (i, (0..shine.len()).map(value).collect::<Vec<_>>(), error)
+        };
+        let done: Vec<_> = list.par_iter().map(one).collect();
+        for (i, own, error) in done {
+            told[i] = error;
+            own.into_iter().zip(values.iter_mut()).for_each(|(v, to)| to[i] = v);
+        }
+        list.iter().map(|w| w.rays as u64).sum()
+    }
+}

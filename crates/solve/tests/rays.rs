@@ -1,0 +1,116 @@
+//! Rays from every zone: what they see, where they go on, and where more of them are shot.
+
+mod common;
+
+use common::{mean, patches_of, read, unit_room, with_site};
+use zonal_exchange::pair::{strength, target};
+use zonal_scene::{Bands, Scene};
+use zonal_solve::Operator;
+use zonal_solve::hierarchical::seeing::{Looked, Seeing};
+
+const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 1\nalbedo = 0.8\n";
+/// A lamp over a floor, and a sheet that hangs 5 cm above the floor: too high for the floor to be cut along its shadow.
+const SHEET: &str = r#"
+[[surface]]
+name = "lamp"
+rectangle = { origin = [-1,-1,2], edge1 = [0,2,0], edge2 = [2,0,0] }
+reflectance = 0
+emission = 1
+sides = "front"
+[[light]]
+kind = "emitter"
+surface = "lamp"
+[[surface]]
+name = "floor"
+rectangle = { origin = [-0.4,-0.4,0], edge1 = [0.8,0,0], edge2 = [0,0.8,0] }
+reflectance = 0.8
+sides = "front"
+patch_size = FLOOR
+[[surface]]
+name = "sheet"
+rectangle = { origin = [-0.0366,-0.1366,0.05], edge1 = [-0.1,0.1732,0], edge2 = [0.1732,0.1,0] }
+reflectance = 0.8
+sides = "both"
+patch_size = 0.05
+"#;
+
+fn sheet(floor: &str) -> Scene {
+    read(&format!("[solve]\nengine = \"dense\"\nclosure = \"measure\"\n{}", SHEET.replace("FLOOR", floor)))
+}
+
+#[test]
+fn rays_close_and_pass_no_wall() {
+    // A sheet over the whole room, not along the axes: below it is dark.
+    const CEILING: &str = "[[surface]]\nname = \"sheet\"\nrectangle = { origin = [0,0,0.4], edge1 = [1,0,0.11], edge2 = [0,1,0.07] }\nreflectance = 0.5\nsides = \"both\"\n";
+    let scene =
+        read(&unit_room("patch_size = 0.125", "faces.z1 = { emission = 1 }", &format!("{GAS}{CEILING}")));
+    with_site(&scene, |site, escape| {
+        let zones = site.zones;
+        let mut seeing = Seeing::new(site, [32, 16], true);
+        let ones: Vec<Bands> = (0..zones.len()).map(|i| strength(zones, i)).collect();
+        for (i, p) in seeing.apply(&ones).iter().enumerate() {
+            let want = target(zones, i);
+            assert!((p[0] / want - 1.0).abs() < 1e-5, "{i}: {} of {want}", p[0]);
+        }
+        let lit = seeing.solve(site, escape).swap_remove(0).strengths;
+        let Looked { arriving, raw, .. } = seeing.look(&[lit]);
+        let above = |x: f64, y: f64, z: f64| z - (0.4 + 0.11 * x + 0.07 * y);
+        let mut dark = 0;
+        for (i, p) in zones.patches.iter().enumerate() {
+            let c = p.plate.centre() + p.normal * 1e-3;
+            if above(c.x, c.y, c.z) < 0.0
+                && (0..4).all(|k| {
+                    let q = p.plate.corners().0[k.min(p.plate.corners().1 - 1)];
+                    above(q.x, q.y, q.z) < 1e-9
+                })
+            {
+                assert_eq!((raw[i].value, arriving.columns[0][i]), ([0.0; 3], [0.0; 3]), "patch {i}");
+                dark += 1;
+            }
+        }
+        assert!(dark > 50, "{dark}");
+    });
+}
+
+/// H of the light that arrives by way of other zones, W/m².
+fn incident(scene: &Scene, rays: usize, onward: bool) -> Vec<f64> {
+    let mut out = Vec::new();
+    with_site(scene, |site, escape| {
+        let mut seeing = Seeing::new(site, [rays, rays], onward);
+        let strengths = seeing.solve(site, escape).into_iter().map(|e| e.strengths).collect::<Vec<_>>();
+        let Looked { arriving, .. } = seeing.look(&strengths);
+        let whole = |i: usize| arriving.columns.iter().map(|c| c[i][0]).sum::<f64>();
+        out = (0..site.zones.patches.len()).map(|i| whole(i) / site.zones.patches[i].area).collect();
+    });
+    out
+}
+
+#[test]
+fn under_a_sheet_it_is_dark() {
+    // A floor of small patches knows its shadow; one of large ones does not, unless rays go on from where they meet it.
+    let fine = common::solve(sheet("0.025"));
+    let below = |s: &zonal_scene::Solution| -> Vec<usize> {
+        patches_of(s, "sheet").into_iter().filter(|&i| s.zones.patches[i].normal.z < 0.0).collect()
+    };
+    let truth = mean(&fine, &fine.fields.incident, &below(&fine));
+    let scene = sheet("0.8");
+    let coarse = common::solve(scene.clone());
+    let under = below(&coarse);
+    let of = |h: Vec<f64>| under.iter().map(|&i| h[i]).sum::<f64>() / under.len() as f64;
+    let (plain, onward) = (of(incident(&scene, 1024, false)), of(incident(&scene, 1024, true)));
+    let dense = mean(&coarse, &coarse.fields.incident, &under);
+    assert!((plain / dense - 1.0).abs() < 0.05, "rays that end say what every pair says: {plain} {dense}");
+    assert!(plain > 1.5 * truth, "{plain} {truth}");
+    assert!((onward / truth - 1.0).abs() < 0.06, "{onward} {truth}");
+}
+
+#[test]
+fn rays_that_go_on_keep_a_furnace_even() {
+    // Everything as hot, nothing escapes: B = 1 wherever a ray goes on.
+    let walls = "reflectance = 0.6\nemission = 0.4\npatch_size = 0.25";
+    let block = "[[surface]]\nname = \"block\"\nbox = { min = [0.45,0.3,0.01], max = [0.7,0.6,0.6] }\nreflectance = 0.3\nemission = 0.7\n";
+    let scene = read(&unit_room("patch_size = 0.125", walls, block));
+    for (i, h) in incident(&scene, 64, true).into_iter().enumerate() {
+        assert!((h - 1.0).abs() < 5e-3, "patch {i}: {h}");
+    }
+}
