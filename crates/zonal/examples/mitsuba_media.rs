@@ -1,7 +1,7 @@
 //! Draws published scenes with isotropic media from their own camera and compares with their reference pictures.
 //!
 //! `cargo run --release -p zonal --example mitsuba_media -- [--data ../shared/data/mitsuba-media] [--only NAME] [--env 8] [--patch 0.55]
-//! [--cell 0.15] [--engine dense] [-o out/mitsuba-media]`
+//! [--cell 0.15] [--engine dense] [--tolerance 0.01] [-o out/mitsuba-media]`
 //!
 //! The scenes are Mitsuba's test scenes of participating media, 48 × 48 pixels with paths of at most six segments. Five of the ten have
 //! neither glass nor gloss: the others cannot be said here; of the five, two whose grids go on beyond their box are left out.
@@ -46,6 +46,7 @@ struct Settings {
     patch: f64,
     cell: f64,
     engine: String,
+    tolerance: f64,
 }
 
 /// The museum, radiance by direction: u = atan2(x, −z)/2π, v = acos(y)/π.
@@ -169,7 +170,7 @@ fn scene_text(c: &Case, data: &Path, folder: &Path, museum: &Museum, s: &Setting
     let reflectance = 0.4 / codes().1;
     let (depth, height) = (Z[1] - Z[0], Y[1] - Y[0]);
     let mut t = format!(
-        "name = \"{}\"\n[solve]\npatch_size = {}\nsweeps = 5\nengine = \"{}\"\nclosure = \"measure\"\n\
+        "name = \"{}\"\n[solve]\npatch_size = {}\nsweeps = 5\nengine = \"{}\"\ntolerance = {}\nclosure = \"measure\"\n\
          [[camera]]\nname = \"front\"\norigin = [0, 0.5, 4]\ntarget = [0, -0.5, 0]\nup = [0, 1, 0]\nfov = {FOV}\n\
          [[surface]]\nname = \"floor\"\nrectangle = {{ origin = [{}, {}, {}], edge1 = [{}, 0, 0], edge2 = [0, 0, {}] }}\n\
          reflectance = {reflectance}\nsides = \"both\"\ntexture = {}\n\
@@ -178,6 +179,7 @@ fn scene_text(c: &Case, data: &Path, folder: &Path, museum: &Museum, s: &Setting
         c.name,
         s.patch,
         s.engine,
+        s.tolerance,
         -X,
         Y[0],
         Z[1],
@@ -246,6 +248,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         patch: option("--patch").unwrap_or("0.55".into()).parse()?,
         cell: option("--cell").unwrap_or("0.15".into()).parse()?,
         engine: option("--engine").unwrap_or("dense".into()),
+        tolerance: option("--tolerance").unwrap_or("0.01".into()).parse()?,
     };
     checks(&out.join("floor.png"), Z[1] - Z[0], [FLOOR_V[1], FLOOR_V[0]])?;
     checks(&out.join("wall.png"), Y[1] - Y[0], [FLOOR_V[0], TEXTURE[0]])?;

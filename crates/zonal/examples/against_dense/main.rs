@@ -1,0 +1,124 @@
+//! Compares the hierarchical engine with the dense one on the same zones.
+//!
+//! ```text
+//! against_dense [c0|c8|c9|demo|cornell|randomSEED|SCENE.toml ...] [--size 10] [--tolerances 0.1,0.03,0.01] [--dense 0.01] [--worst 5]
+//!               [--shared ../shared] [--csv docs/against_dense.csv] [--plot docs/against_dense.svg]
+//! ```
+//!
+//! Printed for each tolerance: processor time, links and rays a zone, and for patches (H), voxel zones (G) and panes the L2 error (RMS of
+//! the difference over RMS of the dense solution), what the engine estimates it to be, the pointwise error (RMS of the relative
+//! difference over zones above a tenth of the mean), the median of estimate over error, and the share of zones within twice their own
+//! estimate; a band each where they differ. What misses its mark is named at the line's end. `--csv` puts the figures into a table, in the
+//! place of older ones, and `--plot` draws the whole table, without scenes too. `--dense` is the dense engine's own tolerance: that of what
+//! it samples, pairs that are seen in part; `--worst` lists so many zones of the largest differences. c8 and cornell read from `../shared`.
+
+#[path = "../common/process.rs"]
+mod process;
+
+mod figures;
+mod random;
+mod scenes;
+
+use figures::{Cost, Row};
+use process::Process;
+use scenes::Any;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use zonal::scene::{Engine, Fields, Groups, Quiet, Report, Scene, Zones};
+use zonal::solve::pipeline::{Job, solve_zones};
+use zonal::transport::{Transport, build_zones};
+
+const MEMORY: u64 = 12 << 30;
+
+/// A solve, and the processor time that it took, s; the time that passed where no system tells.
+fn solved(scene: &Scene, engine: Engine, tolerance: f64) -> Result<(Fields, Report, Zones, f64), Any> {
+    let mut options = scene.options().clone();
+    (options.engine, options.tolerance, options.groups) = (engine, tolerance, Groups::All);
+    let scene = scene.clone().with_options(options)?;
+    let transport = Transport::new(&scene);
+    let zones = build_zones(&scene, &transport)?;
+    let (start, before) = (Instant::now(), Process::new("self").seconds());
+    let (fields, _, report) = solve_zones(&scene, &zones, &transport, &Job::new(MEMORY, &Quiet))?;
+    let used = before.zip(Process::new("self").seconds()).map(|(a, b)| b - a);
+    Ok((fields, report, zones, used.unwrap_or(start.elapsed().as_secs_f64())))
+}
+
+/// What is asked for.
+struct Wanted<'a> {
+    tolerances: Vec<f64>,
+    /// Of the dense engine.
+    reference: f64,
+    /// How many of the worst zones are listed.
+    worst: usize,
+    csv: Option<&'a Path>,
+}
+
+/// Compares one scene at all tolerances.
+fn compare(name: &str, scene: &Scene, wanted: &Wanted) -> Result<(), Any> {
+    let (dense, own, zones, seconds) = solved(scene, Engine::Dense, wanted.reference)?;
+    let (patches, panes) = (zones.voxel_offset(), zones.pane_offset());
+    println!(
+        "{name}: {} patches, {} voxel zones, {} panes; dense {seconds:.2} s, its own estimate {:.3} % of H, {:.3} % of G",
+        patches,
+        panes - patches,
+        zones.panes.len(),
+        100.0 * own.estimate.patches.into_iter().fold(0.0, f64::max),
+        100.0 * own.estimate.volumes.into_iter().fold(0.0, f64::max)
+    );
+    for &tolerance in &wanted.tolerances {
+        let (ours, report, _, seconds) = solved(scene, Engine::Hierarchical, tolerance)?;
+        let cost = Cost::new(&report, zones.len(), seconds);
+        println!(
+            "  tolerance {tolerance}: {seconds:.2} s, {:.1} links and {:.1} rays a zone, energy off by {:.1e}{}",
+            cost.links,
+            cost.rays,
+            report.energy.residual[0],
+            if cost.met { "" } else { "; the estimate does not meet it" }
+        );
+        let parts = [
+            ("H", 0..patches, report.estimate.patches),
+            ("G", patches..panes, report.estimate.volumes),
+            ("G pane", panes..zones.len(), report.estimate.volumes),
+        ];
+        let mut records = String::new();
+        for row in parts.into_iter().flat_map(|(q, range, of)| Row::all(q, range, &ours, &dense, of)) {
+            println!("{}", row.line(tolerance));
+            records += &row.record(name, tolerance, &cost);
+        }
+        figures::list_worst(scene, &zones, &ours, &dense, wanted.worst);
+        if let Some(file) = wanted.csv {
+            figures::write(file, &figures::merged(file, name, tolerance, &records)?)?;
+        }
+    }
+    Ok(())
+}
+
+fn main() -> Result<(), Any> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let option = |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1));
+    // Every option has a value.
+    let named =
+        |k: &usize| !arguments[*k].starts_with("--") && (*k == 0 || !arguments[k - 1].starts_with("--"));
+    let names: Vec<&String> = (0..arguments.len()).filter(named).map(|k| &arguments[k]).collect();
+    let size = option("--size").map(|s| s.parse()).transpose()?;
+    let tolerances = option("--tolerances").map_or("0.1,0.03,0.01", |s| s.as_str());
+    let (csv, plot) = (option("--csv").map(Path::new), option("--plot").map(Path::new));
+    let wanted = Wanted {
+        tolerances: tolerances.split(',').map(str::parse).collect::<Result<_, _>>()?,
+        reference: option("--dense").map_or("0.01", |s| s.as_str()).parse()?,
+        worst: option("--worst").map_or("0", |s| s.as_str()).parse()?,
+        csv,
+    };
+    let shared = PathBuf::from(option("--shared").map_or("../shared", |s| s.as_str()));
+    let shared = std::fs::canonicalize(&shared).unwrap_or(shared);
+    if names.is_empty() && plot.is_none() {
+        return Err("give c0, c8, c9, demo, cornell, random1, a scene file, or --csv FILE --plot FILE".into());
+    }
+    for name in names {
+        compare(name, &scenes::scene(name, size, &shared)?, &wanted)?;
+    }
+    if let Some(plot) = plot {
+        figures::draw(csv.ok_or("--plot draws a table: give --csv FILE too")?, plot)?;
+    }
+    Ok(())
+}

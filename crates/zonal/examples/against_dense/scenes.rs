@@ -1,0 +1,79 @@
+//! The scenes on which the engines are compared.
+
+#[path = "../common/cornell.rs"]
+mod cornell;
+
+use crate::random;
+use std::path::{Path, PathBuf};
+use zonal::io::{input, output};
+use zonal::scene::Scene;
+
+/// Any error, in a sentence.
+pub type Any = Box<dyn std::error::Error>;
+
+/// The scenes that have a name, with their size where none is asked for: cells along an edge, or the longest.
+pub const NAMED: [(&str, usize); 7] =
+    [("c0", 10), ("c9", 10), ("c8", 10), ("demo", 7), ("cornell", 14), ("random1", 11), ("random2", 11)];
+const DENSITY: &str = "reference/montecarlo/c8_het_a0.90_r0.5.npz";
+const MESHES: &str = "data/cornell/mitsuba-cbox/meshes";
+const BLOCK: &str =
+    "[[surface]]\nname = \"block\"\nbox = { min = [0.4,0.3,0.2], max = [0.7,0.6,0.6] }\nreflectance = 0.5\n";
+
+fn room(n: usize, kappa: f64, albedo: f64, extra: &str) -> String {
+    format!(
+        "name = \"room\"\n[solve]\npatch_size = {}\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\nreflectance = 0.5\nfaces.x0 = {{ emission = 1 }}\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [{n},{n},{n}]\nextinction = {kappa}\nalbedo = {albedo}\n{extra}",
+        1.0 / n as f64
+    )
+}
+
+/// The demo with patches and cells as given, or in step with 0.9 m and 7 × 12 × 5 cells.
+fn demo(n: usize) -> String {
+    let of = |k: f64| (k * n as f64 / 7.0).round();
+    include_str!("../../src/demo/chapel.toml.in")
+        .replace("PATCH", &format!("{}", 0.9 * 7.0 / n as f64))
+        .replace("CELLS", &format!("[{n}, {}, {}]", of(12.0), of(5.0)))
+}
+
+/// The unit room with the density of the table of c8, copied to a file.
+fn varying(n: usize, shared: &Path, file: &Path) -> Result<String, Any> {
+    let (shape, values) = output::read_array(&shared.join(DENSITY), "sigma_t")?;
+    output::write_array(file, &shape, &values)?;
+    let place = format!(
+        "[[medium.region]]\ndensity = {{ file = {:?}, min = [0,0,0], max = [1,1,1], scale = 1.0 }}\nalbedo = 0.9\n",
+        file.display().to_string()
+    );
+    Ok(room(n, 0.0, 0.9, &place))
+}
+
+/// The Cornell box in haze, each of its cells as wide as a patch.
+fn boxes(n: usize, shared: &Path) -> String {
+    let solve = format!("patch_size = {}", 560.0 / n as f64);
+    cornell::cornell("cornell", &shared.join(MESHES), true, &solve) + &cornell::haze(0.002, "0.8", n)
+}
+
+/// The scene of a name, or of a file; `size` cells along an edge.
+pub fn scene(name: &str, size: Option<usize>, shared: &Path) -> Result<Scene, Any> {
+    let default = NAMED.iter().find(|s| s.0 == name).map_or(11, |s| s.1);
+    let n = size.unwrap_or(default);
+    if !(1..=1000).contains(&n) {
+        return Err(format!("--size {n}: give 1 to 1000").into());
+    }
+    let file: PathBuf = std::env::temp_dir().join(format!("zonal-{name}-{}.npy", std::process::id()));
+    let seed = name.strip_prefix("random").and_then(|s| s.parse().ok());
+    let text = match name {
+        "c0" => room(n, 1.0, 0.9, ""),
+        "c9" => room(n, 1.0, 0.5, BLOCK),
+        "c8" => varying(n, shared, &file)?,
+        "demo" => demo(n),
+        "cornell" => boxes(n, shared),
+        _ => match seed {
+            Some(seed) => random::scene(seed, n, &file)?,
+            None => return Ok(input::read_scene(Path::new(name))?),
+        },
+    };
+    let scene = input::parse_scene(&text, Some(&std::env::temp_dir()), name);
+    if file.exists() {
+        std::fs::remove_file(&file)?;
+    }
+    Ok(scene?)
+}

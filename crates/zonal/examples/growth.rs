@@ -1,0 +1,220 @@
+//! What a solve costs as one scene is refined: runs `zonal solve` for each size and writes a table and a plot.
+//!
+//! ```text
+//! growth SCENE.toml [--factors 0.05,0.1,0.2,0.4,0.8,1.6] [--tolerance T] [--command target/release/zonal]
+//!        [--csv docs/growth-sponza.csv] [--plot docs/growth-sponza.svg]
+//! ```
+//!
+//! A factor f stands for f times as many zones: the scene's `patch_size` is divided by √f and each of its `cells` multiplied by ∛f. Processor
+//! time and peak memory are those of the command as a whole, reading and writing included, from Linux's `/proc`. Printed at last
+//! is by how much each grows when the zones double: 2 to the power of the slope of a straight line through all sizes, logarithms on both
+//! axes.
+
+#[path = "common/process.rs"]
+mod process;
+
+use process::Process;
+use std::fmt::Write as _;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use zonal::io::output;
+use zonal::plot::{Legend, Mark, Plot};
+
+type Any = Box<dyn std::error::Error>;
+
+/// Time between two looks at a process.
+const LOOK: Duration = Duration::from_millis(20);
+/// Largest growth of time and memory when the zones double.
+const MOST: f64 = 2.1;
+/// Unit of the memory in the plot, MB, which brings it among the other curves.
+const PLOTTED: f64 = 10.0;
+const HEAD: &str =
+    "zones,patches,voxels,panes,wall_s,processor_s,peak_MB,links_a_zone,rays_a_zone,estimate_H,estimate_G\n";
+
+/// What a size cost.
+struct Row {
+    zones: [f64; 3],
+    wall: f64,
+    processor: f64,
+    /// MB.
+    peak: f64,
+    links: f64,
+    rays: f64,
+    estimate: [f64; 2],
+}
+
+impl Row {
+    fn all(&self) -> f64 {
+        self.zones.iter().sum()
+    }
+    fn record(&self) -> String {
+        let [patches, voxels, panes] = self.zones;
+        format!(
+            "{},{patches},{voxels},{panes},{:.1},{:.1},{:.0},{:.2},{:.1},{:.4},{:.4}\n",
+            self.all(),
+            self.wall,
+            self.processor,
+            self.peak,
+            self.links,
+            self.rays,
+            self.estimate[0],
+            self.estimate[1]
+        )
+    }
+}
+
+/// The scene `f` times as fine, its files named from the root.
+fn refined(text: &str, folder: &Path, f: f64) -> Result<String, Any> {
+    let (mut sized, mut celled, mut out) = (false, false, String::new());
+    for line in text.lines() {
+        let (key, value) = line.split_once('=').map_or(("", ""), |(k, v)| (k.trim(), v.trim()));
+        let value = value.split('#').next().unwrap_or("").trim();
+        if key == "patch_size" {
+            let _ = writeln!(out, "patch_size = {}", value.parse::<f64>()? / f.sqrt());
+            sized = true;
+        } else if key == "cells" {
+            let cells: Result<Vec<f64>, _> =
+                value.trim_matches(['[', ']']).split(',').map(|c| c.trim().parse::<f64>()).collect();
+            let cells: Vec<usize> = cells?.iter().map(|c| (c * f.cbrt()).round().max(1.0) as usize).collect();
+            let _ = writeln!(out, "cells = {cells:?}");
+            celled = true;
+        } else if let Some((before, rest)) = line.split_once("file = \"") {
+            let (name, after) = rest.split_once('"').ok_or("a file's name does not end on its line")?;
+            let path = std::fs::canonicalize(folder.join(name))?.display().to_string();
+            let _ = writeln!(out, "{before}file = {path:?}{after}");
+        } else {
+            let _ = writeln!(out, "{line}");
+        }
+    }
+    if !(sized && celled) {
+        return Err("the scene needs lines 'patch_size = …' and 'cells = […]' to be refined by".into());
+    }
+    Ok(out)
+}
+
+/// Peak of the resident memory so far, MB.
+fn peak(id: u32) -> Option<f64> {
+    let status = std::fs::read_to_string(format!("/proc/{id}/status")).ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
+    Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? * 1024.0 / 1e6)
+}
+
+/// Runs a command to its end; what it said, with wall time, processor time and peak memory.
+fn watched(command: &mut Command) -> Result<(String, [f64; 3]), Any> {
+    let start = Instant::now();
+    let mut child = command.stdout(Stdio::piped()).spawn()?;
+    let mut pipe = child.stdout.take().ok_or("no output")?;
+    let reader = std::thread::spawn(move || {
+        let mut text = String::new();
+        pipe.read_to_string(&mut text).map(|_| text)
+    });
+    let (id, mut most) = (child.id(), 0.0f64);
+    let process = Process::new(&id.to_string());
+    // An ended process that nobody has waited for still tells its times.
+    while process.stat().is_some_and(|s| s.first().is_some_and(|state| state != "Z")) {
+        most = peak(id).map_or(most, |p| p.max(most));
+        std::thread::sleep(LOOK);
+    }
+    let (wall, seconds) = (start.elapsed().as_secs_f64(), process.seconds().unwrap_or(0.0));
+    let ended = child.wait()?;
+    let text = reader.join().map_err(|_| "the output could not be read")??;
+    if !ended.success() {
+        return Err(format!("{command:?} ended with {ended}").into());
+    }
+    Ok((text, [wall, seconds, most]))
+}
+
+fn solve(command: &Path, text: &str, tolerance: Option<&String>) -> Result<Row, Any> {
+    let folder = std::env::temp_dir().join(format!("zonal-growth-{}", std::process::id()));
+    std::fs::create_dir_all(&folder)?;
+    let scene = folder.join("scene.toml");
+    output::write_bytes(&scene, text.as_bytes())?;
+    let mut run = Command::new(command);
+    run.arg("solve").arg(&scene).args(["--json", "--max-memory", "20", "-o"]).arg(folder.join("run.npz"));
+    tolerance.iter().for_each(|t| {
+        run.arg("--tolerance").arg(t);
+    });
+    let done = watched(&mut run);
+    std::fs::remove_dir_all(&folder)?;
+    let (said, [wall, processor, peak]) = done?;
+    let report: serde_json::Value = serde_json::from_str(&said)?;
+    let zones = ["patches", "voxels", "panes"].map(|k| report["zones"][k].as_f64().unwrap_or(0.0));
+    let all: f64 = zones.iter().sum();
+    let counts = report["counts"].as_array().cloned().unwrap_or_default();
+    let count = |names: &[&str]| {
+        let wanted = counts.iter().filter(|c| c["name"].as_str().is_some_and(|n| names.contains(&n)));
+        wanted.filter_map(|c| c["count"].as_f64()).fold(0.0, |s, c| s + c) / all
+    };
+    let estimate = ["patches", "volumes"].map(|k| report["estimate"][k][0].as_f64().unwrap_or(f64::NAN));
+    Ok(Row {
+        zones,
+        wall,
+        processor,
+        peak,
+        links: count(&["links, each direction"]),
+        rays: count(&["rays between clusters", "rays of views"]),
+        estimate,
+    })
+}
+
+/// Growth of y where x doubles: by a straight line through the logarithms.
+fn doubled(points: &[(f64, f64)]) -> f64 {
+    let logs: Vec<(f64, f64)> = points.iter().map(|p| (p.0.ln(), p.1.ln())).collect();
+    let n = logs.len() as f64;
+    let (mx, my) = logs.iter().fold((0.0, 0.0), |m, p| (m.0 + p.0 / n, m.1 + p.1 / n));
+    let (xy, xx) =
+        logs.iter().fold((0.0, 0.0), |s, p| (s.0 + (p.0 - mx) * (p.1 - my), s.1 + (p.0 - mx) * (p.0 - mx)));
+    (xy / xx).exp2()
+}
+
+/// One number of a row against the zones, over a unit.
+fn curve(rows: &[Row], of: fn(&Row) -> f64, unit: f64) -> Vec<(f64, f64)> {
+    rows.iter().map(|r| (r.all(), of(r) / unit)).collect()
+}
+
+fn draw(rows: &[Row], name: &str, path: &Path) -> Result<(), Any> {
+    let title = format!("Growth at a fixed tolerance: {name}");
+    let mut p = Plot::new(&title, "zones", "processor s, 10 MB, a zone", (true, true));
+    p.legend = Legend::LowerRight;
+    let (time, memory) = (curve(rows, |r| r.processor, 1.0), curve(rows, |r| r.peak, PLOTTED));
+    let bound = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
+        let (x, y) = points.first().copied().unwrap_or((1.0, 1.0));
+        points.iter().map(|p| (p.0, y * (p.0 / x).powf(MOST.log2()))).collect()
+    };
+    p.add("processor time, s", Mark::Line, 0, time.clone())
+        .add("peak memory, 10 MB", Mark::Line, 1, memory.clone())
+        .add("rays a zone", Mark::Line, 2, curve(rows, |r| r.rays, 1.0))
+        .add("links a zone", Mark::Line, 3, curve(rows, |r| r.links, 1.0))
+        .add("×2.1 where zones double", Mark::Dashed, 7, bound(&time))
+        .add("", Mark::Dashed, 7, bound(&memory));
+    Ok(p.write(path).map_err(|e| e.to_string())?)
+}
+
+fn main() -> Result<(), Any> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let option = |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1));
+    let file = PathBuf::from(arguments.first().filter(|a| !a.starts_with("--")).ok_or("which scene?")?);
+    let command = PathBuf::from(option("--command").map_or("target/release/zonal", |c| c.as_str()));
+    let factors = option("--factors").map_or("0.05,0.1,0.2,0.4,0.8,1.6", |f| f.as_str());
+    let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let text = std::fs::read_to_string(&file)?;
+    let mut rows = Vec::new();
+    let mut table = HEAD.to_string();
+    print!("{HEAD}");
+    for factor in factors.split(',') {
+        let row = solve(&command, &refined(&text, folder, factor.parse()?)?, option("--tolerance"))?;
+        print!("{}", row.record());
+        table += &row.record();
+        if let Some(csv) = option("--csv") {
+            output::write_bytes(Path::new(csv), table.as_bytes())?;
+        }
+        rows.push(row);
+    }
+    let (time, memory) =
+        (doubled(&curve(&rows, |r| r.processor, 1.0)), doubled(&curve(&rows, |r| r.peak, 1.0)));
+    println!("where zones double: processor time ×{time:.2}, memory ×{memory:.2}, ×{MOST} at most");
+    let name = file.file_stem().and_then(|s| s.to_str()).unwrap_or("scene");
+    option("--plot").map_or(Ok(()), |p| draw(&rows, name, Path::new(p)))
+}
