@@ -97,7 +97,8 @@ fn mean(v: Bands) -> f64 {
 }
 
 impl<'a> Shooter<'a> {
-    fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> Shooter<'a> {
+    /// Makes ready.
+    pub fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> Shooter<'a> {
         let facets = scene.facets();
         let plates: Vec<Plate> = facets.iter().flat_map(|f| [f.plate, f.plate]).collect();
         let sheet = |p: &Patch| 2 * p.facet + usize::from(p.normal.dot(facets[p.facet].plate.normal()) < 0.0);
@@ -162,7 +163,7 @@ impl<'a> Shooter<'a> {
     }
 
     /// The `k`-th ray of a zone.
-    fn own(&self, i: usize, k: usize) -> Stop {
+    pub fn own(&self, i: usize, k: usize) -> Stop {
         let (origin, dir) = self.ray(i, k);
         self.shoot(origin, dir, sequence::r1(k, sequence::unit((i as u64 * 8 + 7) ^ SEED)))
     }
