@@ -122,6 +122,14 @@ pub struct Closure {
     pub restored: bool,
 }
 
+impl Closure {
+    /// Notes that all that arrives of a light group was changed by a share, a band.
+    pub fn evened(&mut self, change: Bands) {
+        self.largest_change = bands(|b| self.largest_change[b].max(change[b].abs()));
+        self.restored = true;
+    }
+}
+
 /// Estimated error of a solution as a whole: root mean square of the estimated error of `incident` over the zones, relative to
 /// the root mean square of `incident`; a band.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,6 +8,7 @@ use crate::direct::Direct;
 use crate::forecast::Forecast;
 use crate::groups::{self, Source};
 use crate::hierarchical;
+use crate::hierarchical::budget::Budget;
 use crate::krylov::Ended;
 use crate::operator::{Arriving, Operator};
 use crate::surroundings::Escape;
@@ -19,9 +20,6 @@ use zonal_transport::Transport;
 /// Zones up to which `auto` takes every pair: 3700 zones with a shelf among them took 25 seconds of one core of 2023, and 2 by links
 /// whose error was ten times as large.
 pub const DENSE_ZONES: usize = 8000;
-
-/// Bytes a zone below which no hierarchy can work: its nodes and a few links.
-const LEAST_BYTES: u64 = 200;
 
 /// What an engine is built from.
 pub struct Site<'a> {
@@ -73,21 +71,23 @@ pub struct Built<'a> {
 /// only every pair can do.
 pub fn choose(
     scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
     forecast: &Forecast,
     settings: Settings,
     memory: u64,
 ) -> Result<(Engine, String), SceneError> {
-    let zones = forecast.patches + forecast.voxels + forecast.panes;
+    let n = zones.len();
     let paper = settings.voxels != VoxelFactors::Exact;
     let (engine, why) = match scene.options().engine {
         Engine::Auto if paper => (Engine::Dense, "formulas of the paper are for pairs".to_string()),
-        Engine::Auto if zones > DENSE_ZONES => {
-            (Engine::Hierarchical, format!("{zones} zones are more than {DENSE_ZONES}"))
+        Engine::Auto if n > DENSE_ZONES => {
+            (Engine::Hierarchical, format!("{n} zones are more than {DENSE_ZONES}"))
         }
         Engine::Auto if forecast.bytes > memory => {
             (Engine::Hierarchical, "every pair would need more memory than allowed".to_string())
         }
-        Engine::Auto => (Engine::Dense, format!("{zones} zones are no more than {DENSE_ZONES}")),
+        Engine::Auto => (Engine::Dense, format!("{n} zones are no more than {DENSE_ZONES}")),
         Engine::Hierarchical if paper => {
             return Err(SceneError::new(
                 "solve.engine",
@@ -96,14 +96,20 @@ pub fn choose(
         }
         asked => (asked, "as asked".to_string()),
     };
-    let bytes = if engine == Engine::Dense { forecast.bytes } else { LEAST_BYTES * zones as u64 };
+    let (bytes, what) = match engine {
+        Engine::Hierarchical => {
+            let least = Budget::new(scene, zones, transport, memory).least(zones);
+            (least, "for the fewest rays that are worth shooting")
+        }
+        Engine::Dense | Engine::Auto => (forecast.bytes, "for their exchange areas"),
+    };
     if bytes <= memory {
         return Ok((engine, why));
     }
     Err(SceneError::new(
         "solve.patch_size",
         format!(
-            "{zones} zones need {:.3} GB for their exchange areas, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
+            "{n} zones need {:.3} GB {what}, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
             bytes as f64 / 1e9,
             memory as f64 / 1e9
         ),

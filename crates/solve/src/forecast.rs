@@ -50,7 +50,8 @@ pub fn direct_light(scene: &Scene, zones: &Zones, transport: &Transport, threads
     (rays, rays * 1e-6 * ray_microseconds(scene.facets().len()) / threads.max(1) as f64)
 }
 
-fn zone_bytes(zones: &Zones) -> u64 {
+/// Bytes of the zones themselves.
+pub(crate) fn zone_bytes(zones: &Zones) -> u64 {
     let parts: usize = zones.voxels.iter().map(|z| z.part.bytes()).sum();
     let bytes = zones.patches.len() * size_of::<Patch>()
         + zones.voxels.len() * size_of::<VoxelZone>()

@@ -25,7 +25,8 @@
 //! | [`energy`] | the balance |
 //! | [`pipeline`] | a scene in, a solution out |
 //! | [`relight`] | lights turned up and down in a solution |
-//! | [`forecast`] | counts, time and memory beforehand |
+//! | [`forecast`] | counts and memory beforehand, and what looks wrong |
+//! | [`outlook`] | time and memory beforehand, for the engine that will be taken |
 
 pub mod closure;
 pub mod columns;
@@ -39,6 +40,7 @@ pub mod groups;
 pub mod hierarchical;
 pub mod krylov;
 pub mod operator;
+pub mod outlook;
 pub mod packed;
 pub mod pipeline;
 pub mod relight;

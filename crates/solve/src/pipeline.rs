@@ -8,6 +8,7 @@ use crate::energy::{self, Found};
 use crate::engine::{self, Built, Site};
 use crate::forecast::{self, Forecast};
 use crate::groups::{self, Source, emission, response};
+use crate::hierarchical::even::even;
 use crate::krylov::{self, Ended, Stop, System};
 use crate::operator::Arriving;
 use crate::stage::{Pen, Reader};
@@ -22,7 +23,7 @@ use zonal_scene::{
 };
 use zonal_transport::{Transport, build_zones};
 
-/// Largest memory that the exchange areas may take unless the caller says otherwise, bytes.
+/// Largest memory of a solve unless the caller says otherwise, bytes.
 pub const DEFAULT_MEMORY: u64 = 12 << 30;
 
 /// Relative energy residual above which the report says so.
@@ -34,7 +35,7 @@ const CONTENT: f64 = 1e-4;
 /// How a scene is solved, beside what it says itself.
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
-    /// Largest memory of the exchange, bytes.
+    /// Largest memory, bytes: of the exchange areas of pairs, of all that the hierarchical engine holds.
     pub memory: u64,
     /// How the exchange of pairs is computed.
     pub settings: Settings,
@@ -54,7 +55,7 @@ impl<'a> Job<'a> {
 }
 
 /// Rays a zone that measure what escapes; four times as many where as much light comes in that way.
-fn escape_rays(scene: &Scene) -> usize {
+pub(crate) fn escape_rays(scene: &Scene) -> usize {
     let tolerance = scene.options().tolerance;
     let shining = scene.surroundings().radiance != [0.0; 3];
     ((0.05 / (tolerance * tolerance)) as usize).clamp(256, 4096) * if shining { 4 } else { 1 }
@@ -90,7 +91,7 @@ pub fn solve_zones(
     job: &Job,
 ) -> Result<(Fields, Vec<Group>, Report), SceneError> {
     let forecast = Forecast::new(scene, zones, transport);
-    let (engine, reason) = engine::choose(scene, &forecast, job.settings, job.memory)?;
+    let (engine, reason) = engine::choose(scene, zones, transport, &forecast, job.settings, job.memory)?;
     let direct = illuminate(scene, zones, transport, job);
     let mut escape = surroundings(scene, zones, transport, job);
     let (sources, note) = groups::chosen(scene, zones);
@@ -110,7 +111,7 @@ pub fn solve_zones(
         Some((ended, arriving)) => (ended, Some(arriving)),
         None => (iterate(&site, &built, &escape, engine, job), None),
     };
-    let (fields, groups) = fields(&site, &built, &escape, &mut ended, arriving, engine);
+    let (fields, groups) = fields(&site, &mut built, &escape, &mut ended, arriving, engine);
     let mut report = report(&site, &built, &escape, &fields, &groups, &ended);
     (report.engine, report.reason) = (engine.word().into(), reason);
     report.warnings.extend(note);
@@ -240,7 +241,7 @@ fn initial(site: &Site, columns: &[Vec<Bands>], earlier: &[Group]) -> Option<Vec
 /// The fields of all light and of each group.
 fn fields(
     site: &Site,
-    built: &Built,
+    built: &mut Built,
     escape: &Escape,
     ended: &mut [Ended],
     arriving: Option<Arriving>,
@@ -250,6 +251,9 @@ fn fields(
     let n = zones.len();
     // Lent to the operator and given back: fields of a large scene are not copied without need.
     let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
+    // Rays gave the answer: rows close as they are, the balance of power does not.
+    let uneven = arriving.is_some() && site.scene.options().restore_closure;
+    let mut changed = vec![[0.0; 3]; n * usize::from(uneven)];
     let arriving = arriving.unwrap_or_else(|| built.operator.arriving(&strengths));
     let Arriving { columns: mut arriving, error } = arriving;
     ended.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
@@ -261,11 +265,23 @@ fn fields(
             let (_, measure) = response(zones, i);
             // An expansion may undershoot where next to nothing arrives.
             *h = bands(|b| ((h[b] + escape.sky[i][b] * sky[b]) / measure).max(0.0));
-            f.incident[i] = bands(|b| f.incident[i][b] + h[b]);
         }
+        let balance = |incident: &[Bands]| {
+            let found = Found { incident, direct: &own, strengths: &ended.strengths };
+            energy::balance(site.scene, zones, source, &found, escape, site.direct)
+        };
+        let mut energy = balance(incident);
+        if uneven {
+            let change = even(zones, &energy, incident, site.scene.options().tolerance);
+            built.closure.0.evened(change);
+            changed
+                .iter_mut()
+                .zip(&*incident)
+                .for_each(|(c, h)| *c = bands(|b| c[b] + change[b].abs() * h[b]));
+            energy = balance(incident);
+        }
+        f.incident.iter_mut().zip(&*incident).for_each(|(f, h)| *f = bands(|b| f[b] + h[b]));
         own.iter().zip(&mut f.direct).for_each(|(d, f)| *f = bands(|b| f[b] + d[b]));
-        let found = Found { incident, direct: &own, strengths: &ended.strengths };
-        let energy = energy::balance(site.scene, zones, source, &found, escape, site.direct);
         list.push(group(source, ended, energy, std::mem::take(incident), own, engine));
     }
     f.radiosity = (0..n)
@@ -276,6 +292,7 @@ fn fields(
         })
         .collect();
     f.error = errors(site, built, &f.incident, error);
+    f.error.iter_mut().zip(changed).for_each(|(e, c)| *e = bands(|b| e[b] + c[b]));
     (f, list)
 }
 
@@ -352,9 +369,8 @@ fn report(
     warnings.extend(site.direct.warnings().cloned());
     let off = energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
     if off > POOR_BALANCE && site.scene.options().sweeps.is_none() {
-        warnings.push(format!(
-            "the energy balance is off by {off:.1e}: restore closure, or ask for a smaller tolerance"
-        ));
+        let mend = if site.scene.options().restore_closure { "" } else { "restore closure, or " };
+        warnings.push(format!("the energy balance is off by {off:.1e}: {mend}ask for a smaller tolerance"));
     }
     let mut closure = built.closure.0.clone();
     closure.largest_change = closure.largest_change.map(|c| c.max(site.direct.largest_change()));

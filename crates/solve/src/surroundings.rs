@@ -44,8 +44,7 @@ impl Escape {
     ) -> Escape {
         let n = zones.len();
         progress.begin("surroundings", n as u64);
-        let each = (budget(scene) / n.max(1)).clamp(FEW.min(rays), rays);
-        let pilot = if each < rays { PILOT.min(each.div_ceil(2)) } else { PILOT.min(rays) };
+        let (each, pilot) = shares(scene, n, rays);
         let shoot = |i: usize, range| one(scene, zones, transport, i, range);
         let mut found: Vec<One> = (0..n).into_par_iter().map(|i| shoot(i, 0..pilot)).collect();
         if pilot < rays && found.iter().any(|x| x.count > 0) {
@@ -69,10 +68,17 @@ impl Escape {
         Escape { sky: scaled(0), backs: scaled(1), rays }
     }
 
+    /// Rays that [`Escape::measure`] will take of `zones` zones, about.
+    pub fn forecast(scene: &Scene, zones: usize, closed: bool) -> u64 {
+        let rays = crate::pipeline::escape_rays(scene);
+        let (each, pilot) = shares(scene, zones, rays);
+        (zones * if closed { pilot } else { each }) as u64
+    }
+
     /// A quick look at every `step`-th zone.
     pub fn sample(scene: &Scene, zones: &Zones, transport: &Transport, rays: usize, step: usize) -> Escape {
-        let found: Vec<One> =
-            (0..zones.len()).step_by(step).map(|i| one(scene, zones, transport, i, 0..rays)).collect();
+        let list: Vec<usize> = (0..zones.len()).step_by(step).collect();
+        let found: Vec<One> = list.into_par_iter().map(|i| one(scene, zones, transport, i, 0..rays)).collect();
         Escape::from_counts(&found, zones, step)
     }
 
@@ -98,6 +104,12 @@ impl One {
         self.sums = [0, 1].map(|k| bands(|b| self.sums[k][b] + o.sums[k][b]));
         (self.count, self.shot) = (self.count + o.count, self.shot + o.shot);
     }
+}
+
+/// Rays of each of `n` zones, no more than `rays`, and the first of them.
+fn shares(scene: &Scene, n: usize, rays: usize) -> (usize, usize) {
+    let each = (budget(scene) / n.max(1)).clamp(FEW.min(rays), rays);
+    (each, if each < rays { PILOT.min(each.div_ceil(2)) } else { PILOT.min(rays) })
 }
 
 /// Rays of all zones together; more where light comes in that way.

@@ -1,5 +1,6 @@
 //! From a scene to an engine that meets its tolerance: rays from every zone first, more of them while few are missing, then links.
 
+use super::budget::Budget;
 use super::closure;
 use super::seeing::{Looked, Seeing};
 use super::views::Measured;
@@ -20,9 +21,12 @@ const ROUNDS: usize = 6;
 /// ε of the first refinement over the tolerance.
 const FIRST: f64 = 0.6;
 /// Zones above which links that are better than rays cost more than anyone waits for.
-const LINKED: usize = 200_000;
+pub const LINKED: usize = 200_000;
 /// Zones up to which an unmet tolerance is pursued by refining again whatever it costs.
 const PURSUED: usize = 60_000;
+/// What to say where links that would meet the tolerance are not made.
+pub const NO_LINKS: &str =
+    "memory does not allow the links that would meet the tolerance: allow more (--max-memory)";
 /// The estimate of links falls with ε to the power of one over this.
 const STEEPNESS: f64 = 1.8;
 /// Range of the factor by which ε falls at a time.
@@ -48,13 +52,17 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
     if zones.is_empty() {
         return Err(SceneError::new("scene", "the scene has no zones; add a surface or a medium"));
     }
-    let mut each = super::seeing::rays(zones, tolerance);
+    let budget = Budget::new(site.scene, zones, site.transport, site.memory);
+    let mut each = budget.each(zones, tolerance).ok_or_else(|| {
+        SceneError::new("solve.patch_size", "memory allows too few rays; allow more (--max-memory)")
+    })?;
     let mut look = Look::new(site, escape, each);
     let many = zones.len() > LINKED;
+    let barred = !many && !budget.holds_links(zones, tolerance);
     // Rays are dimmed by panes but see no light from them.
     let whole = zones.panes.is_empty() && site.scene.options().sweeps.is_none();
     for _ in 1..if many || !whole { 1 } else { LOOKS } {
-        let more = super::seeing::more(zones, each, look.estimate / tolerance);
+        let more = super::seeing::more(zones, each, look.estimate / tolerance, budget.rays);
         if look.estimate <= tolerance || more == each {
             break;
         }
@@ -62,7 +70,7 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
         look = Look::new(site, escape, each);
     }
     let met = look.estimate <= tolerance;
-    if met && whole || many && site.scene.options().sweeps.is_none() {
+    if met && whole || (many || barred) && site.scene.options().sweeps.is_none() {
         let closure = crate::closure::measure(&look.seeing, zones, escape);
         let [rays, onward] = look.seeing.rays();
         let counts =
@@ -72,13 +80,20 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
         let mut ended = look.ended;
         ended.iter_mut().zip(look.known).for_each(|(e, k)| e.strengths = k.0);
         let (operator, solved) = (Box::new(look.seeing), Some((ended, arriving)));
-        let mut warnings = if met { Vec::new() } else { vec![unmet(look.estimate, tolerance)] };
+        let mut warnings: Vec<String> = budget.note(zones, tolerance, each).into_iter().collect();
+        if !met {
+            warnings.push(unmet(look.estimate, tolerance));
+            warnings.extend(barred.then(|| NO_LINKS.into()));
+        }
         if !zones.panes.is_empty() {
-            warnings.push("light that panes scatter or emit is left out in a scene of so many zones".into());
+            warnings.push("light that panes scatter or emit is left out of an answer by rays".into());
         }
         return Ok(Built { operator, noise: Vec::new(), closure, counts, warnings, solved });
     }
-    links(site, escape, look, whole)
+    let note = budget.note(zones, tolerance, each);
+    let mut built = links(site, escape, look, whole, &budget)?;
+    built.warnings.extend(note);
+    Ok(built)
 }
 
 impl<'a> Look<'a> {
@@ -123,6 +138,7 @@ fn links<'a>(
     escape: &mut Escape,
     look: Look<'a>,
     whole: bool,
+    budget: &Budget,
 ) -> Result<Built<'a>, SceneError> {
     let (zones, tolerance) = (site.zones, site.scene.options().tolerance);
     let factors = Factors::new(site);
@@ -141,7 +157,12 @@ fn links<'a>(
             warnings.push(unmet(estimate, tolerance));
             break;
         }
-        made.epsilon *= (tolerance / estimate).powf(STEEPNESS).clamp(STEP[0], STEP[1]);
+        let step = (tolerance / estimate).powf(STEEPNESS).clamp(STEP[0], STEP[1]);
+        if made.links.len() as f64 / step * budget.link > budget.links {
+            warnings.extend([unmet(estimate, tolerance), NO_LINKS.into()]);
+            break;
+        }
+        made.epsilon *= step;
         made.refine(site, &factors);
     }
     made.seen = whole.then_some(look.arriving);

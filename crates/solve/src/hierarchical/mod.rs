@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`views`], [`seeing`] | what every zone sees along a few rays, and the operator that this makes |
 //! | [`build`] | from a scene to an engine that meets its tolerance |
+//! | [`budget`], [`trial`] | memory and time beforehand |
 //! | [`tree`] | clusters, their moments, flat arrays |
 //! | [`kernel`] | the kernel between two clusters to second order |
 //! | [`near`] | the mean kernel of clusters close to each other |
@@ -13,6 +14,7 @@
 //! | [`smooth`] | light that arrives, smoothed over the zones around |
 //! | [`links`] | links and their application: up, across, down |
 //! | [`closure`] | closure restored by clusters |
+//! | [`even`] | closure restored for an answer by rays |
 //! | [`estimate`] | what the links leave open |
 //! | [`joint`] | one answer from links and rays |
 //!
@@ -22,10 +24,12 @@
 //! root of the work.
 
 mod again;
+pub mod budget;
 pub mod build;
 pub mod closure;
 pub mod demand;
 pub mod estimate;
+pub mod even;
 pub mod joint;
 pub mod kernel;
 pub mod links;
@@ -36,6 +40,7 @@ pub mod seeing;
 pub mod sight;
 pub mod smooth;
 pub mod tree;
+pub mod trial;
 pub mod views;
 
 use crate::columns::{times, total};

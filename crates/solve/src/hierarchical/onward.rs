@@ -43,6 +43,9 @@ pub struct Step {
     worth: [f32; 3],
 }
 
+/// Bytes of a step.
+pub const BYTES: usize = size_of::<Step>();
+
 /// Zone or step?
 pub fn step_of(met: u32) -> Option<usize> {
     (met != NOWHERE && met >= STEP).then_some((met & !STEP) as usize)

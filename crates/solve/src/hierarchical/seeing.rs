@@ -27,7 +27,7 @@ const MOST: f64 = 2048.0;
 /// How many more rays are shot than would just do.
 const MARGIN: f64 = 1.3;
 /// Rays of a volume zone over those of a patch: its neighbours are more.
-const VOLUME: f64 = 0.2;
+pub const VOLUME: f64 = 0.2;
 /// Rays of all zones together at most: half a gigabyte.
 const ALL: f64 = 1.34e8;
 /// Light is passed on along one of so many rays first, and along all of them from there.
@@ -50,20 +50,27 @@ pub struct Seeing<'a> {
     own: Vec<Own>,
 }
 
-/// Rays of a patch and of a volume zone for a tolerance.
-pub fn rays(zones: &Zones, tolerance: f64) -> [usize; 2] {
-    within(zones, RAYS / (tolerance * tolerance))
+/// Rays of a patch and of a volume zone for a tolerance; no more than `most` of all zones together.
+pub fn rays(zones: &Zones, tolerance: f64, most: f64) -> [usize; 2] {
+    within(zones, RAYS / (tolerance * tolerance), most)
 }
 
 /// Rays with which an error falls by a factor; those at hand where more are not allowed.
-pub fn more(zones: &Zones, each: [usize; 2], factor: f64) -> [usize; 2] {
+pub fn more(zones: &Zones, each: [usize; 2], factor: f64, most: f64) -> [usize; 2] {
     let wanted = each[0] as f64 * (MARGIN * factor * factor).max(MARGIN);
-    if wanted > MOST { each } else { within(zones, wanted).max(each) }
+    if wanted > MOST { each } else { within(zones, wanted, most).max(each) }
 }
 
-fn within(zones: &Zones, wanted: f64) -> [usize; 2] {
+/// Rays of all zones, with so many of every patch and volume zone.
+pub fn count(zones: &Zones, each: [usize; 2]) -> u64 {
+    (each[0] * zones.voxel_offset() + each[1] * (zones.len() - zones.voxel_offset())) as u64
+}
+
+fn within(zones: &Zones, wanted: f64, most: f64) -> [usize; 2] {
     let (p, v) = (zones.voxel_offset() as f64, (zones.len() - zones.voxel_offset()) as f64);
-    let fits = (ALL / (p + VOLUME * v).max(1.0)).min(wanted.clamp(FEWEST, MOST));
+    // Numbers of volume zones are rounded up: one ray a zone is left for that.
+    let most = (most - v).min(ALL);
+    let fits = (most / (p + VOLUME * v).max(1.0)).min(wanted.clamp(FEWEST, MOST));
     [fits.max(1.0) as usize, (VOLUME * fits).max(1.0).ceil() as usize]
 }
 

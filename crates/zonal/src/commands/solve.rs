@@ -26,7 +26,7 @@ pub struct Args {
     /// Formula for the exchange of two voxels: the exact one, or one of the paper's for comparison.
     #[arg(long, value_enum, default_value_t = Factors::Exact)]
     pub factors: Factors,
-    /// Largest memory for exchange areas, GB.
+    /// Largest memory, GB: for exchange areas of pairs, or all that the hierarchical engine holds; fewer rays are shot to stay within it.
     #[arg(long, default_value_t = 12.0)]
     pub max_memory: f64,
     /// Engine; overrides the scene's.

@@ -1,0 +1,195 @@
+//! Time and memory of a solve beforehand, for the engine that it will take.
+//!
+//! Rays from the zones, rays to the surroundings, rays of direct light and pairs of zones are known in number; what one of each takes on
+//! this machine and in this scene a sample tells, timed by whoever asks. What remains are constants. Where rays may fall short of the
+//! tolerance and links have to go on from there, nobody knows how many: a number to expect is told, and one that is hardly exceeded.
+
+use crate::engine;
+use crate::forecast::{self, Forecast};
+use crate::groups;
+use crate::hierarchical::budget::{self, Budget};
+use crate::hierarchical::build::{LINKED, NO_LINKS};
+use crate::hierarchical::seeing;
+use crate::hierarchical::trial::trial;
+use crate::surroundings::Escape;
+use rayon::prelude::*;
+use zonal_exchange::pair::{Counts, Exchange, Settings};
+use zonal_scene::{Engine, Scene, SceneError, Zones};
+use zonal_transport::Transport;
+
+/// Pairs of zones in the sample of the dense engine, and rows that they lie in.
+const PAIRS: usize = 16_384;
+const ROWS: usize = 128;
+/// Zones whose rays to the surroundings are sampled.
+const LOOKS: usize = 2048;
+/// Rays of each.
+const LOOK_RAYS: usize = 16;
+/// Nanoseconds to bring light along a ray: with the zones' light at hand in the cache, and without; and the zones from which on.
+const PASS: [f64; 2] = [1.8, 5.0];
+const CACHED: usize = 300_000;
+/// Microseconds a zone: smoothing, and all that is done once a zone and light group.
+const SMOOTH: f64 = 16.0;
+const FIELD: f64 = 3.0;
+/// A link, all refinements until the tolerance is met, over a pair of zones in full.
+const LINK: f64 = 2.0;
+/// Links are hardly more than this many times those expected.
+const HARDLY: f64 = 4.0;
+/// Tolerance above which rays mostly meet it.
+const MET: f64 = 0.04;
+/// Bytes of a dense solve over those of its exchange areas: chunks on their way, factors kept by offset.
+const DENSE: f64 = 1.8;
+/// Bytes of the program itself.
+const PROGRAM: u64 = 8_000_000;
+/// A multiplication with all pairs, nanoseconds a pair and band, and about how many are needed.
+const PRODUCT: f64 = 0.6;
+const PRODUCTS: f64 = 25.0;
+
+/// What a solve will take.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outlook {
+    /// The engine.
+    pub engine: Engine,
+    /// Why it.
+    pub reason: String,
+    /// Parts of the work with their seconds, in their order.
+    pub parts: Vec<(String, f64)>,
+    /// Seconds to expect, and hardly exceeded.
+    pub seconds: [f64; 2],
+    /// Bytes at the peak to expect, and hardly exceeded.
+    pub bytes: [u64; 2],
+    /// What memory changes.
+    pub notes: Vec<String>,
+}
+
+/// A solve to be looked at.
+#[derive(Clone, Copy)]
+pub struct Plan<'a> {
+    /// Scene.
+    pub scene: &'a Scene,
+    /// Its zones.
+    pub zones: &'a Zones,
+    /// What rays meet.
+    pub transport: &'a Transport<'a>,
+    /// Counts.
+    pub forecast: &'a Forecast,
+    /// Formulas of pairs.
+    pub settings: Settings,
+    /// Largest memory, bytes.
+    pub memory: u64,
+    /// Threads.
+    pub threads: usize,
+}
+
+impl Outlook {
+    /// Looks ahead; `clock` tells seconds. An error where the solve would be refused.
+    pub fn new(plan: &Plan, clock: &dyn Fn() -> f64) -> Result<Outlook, SceneError> {
+        let Plan { scene, zones, transport, forecast, settings, memory, threads } = *plan;
+        let (engine, reason) = engine::choose(scene, zones, transport, forecast, settings, memory)?;
+        let (_, light) = forecast::direct_light(scene, zones, transport, threads);
+        let mut parts = vec![("direct light".to_string(), light)];
+        parts.push(("surroundings".to_string(), surroundings(plan, clock)));
+        let mut out = Outlook { engine, reason, parts, seconds: [0.0; 2], bytes: [0; 2], notes: Vec::new() };
+        let more = match engine {
+            Engine::Hierarchical => out.hierarchical(plan, clock),
+            Engine::Dense | Engine::Auto => out.dense(plan, clock),
+        };
+        let sum: f64 = out.parts.iter().map(|p| p.1).sum();
+        out.seconds = [sum, sum + more];
+        Ok(out)
+    }
+
+    fn dense(&mut self, plan: &Plan, clock: &dyn Fn() -> f64) -> f64 {
+        let f = plan.forecast;
+        self.parts.push(("exchange areas".into(), f.pairs as f64 * pair(plan, clock)));
+        let columns = groups::chosen(plan.scene, plan.zones).0.len() as f64;
+        let products = PRODUCTS * columns * 3.0 * PRODUCT * 1e-9 * f.pairs as f64;
+        self.parts.push(("solving".into(), products / plan.threads.max(1) as f64));
+        let bytes = (DENSE * f.bytes as f64) as u64 + f.zone_bytes + f.field_bytes + PROGRAM;
+        self.bytes = [bytes; 2];
+        0.0
+    }
+
+    /// The parts of the hierarchical engine; seconds that links may take beyond those expected.
+    fn hierarchical(&mut self, plan: &Plan, clock: &dyn Fn() -> f64) -> f64 {
+        let Plan { scene, zones, transport, memory, .. } = *plan;
+        let tolerance = scene.options().tolerance;
+        let budget = Budget::new(scene, zones, transport, memory);
+        let each =
+            budget.each(zones, tolerance).unwrap_or_else(|| seeing::rays(zones, tolerance, f64::INFINITY));
+        self.notes.extend(budget.note(zones, tolerance, each));
+        let rays = seeing::count(zones, each);
+        let t = trial(scene, zones, transport, each, clock);
+        let (n, threads) = (zones.len() as f64, plan.threads.max(1) as f64);
+        let columns = groups::chosen(scene, zones).0.len() as f64;
+        let pass = PASS[usize::from(zones.len() > CACHED)] * 1e-9;
+        self.parts.push((format!("{rays} rays from the zones"), t.seconds));
+        let passed = (t.passes + 2.0) * columns * (rays as f64 + t.onward) * pass;
+        self.parts.push(("passing light on".into(), passed / threads));
+        self.parts.push(("smoothing".into(), n * (SMOOTH + FIELD * columns) * 1e-6 / threads));
+        let by_rays = PROGRAM + budget.with_trial(rays, t.onward);
+        self.bytes = [by_rays; 2];
+        if zones.len() > LINKED {
+            return 0.0;
+        }
+        if !budget.holds_links(zones, tolerance) {
+            self.notes.push(NO_LINKS.into());
+            return 0.0;
+        }
+        let expected = budget::links(zones, tolerance);
+        let most = (HARDLY * expected).min(n * n);
+        let one = LINK * pair(plan, clock);
+        let fits = |links: f64| budget.with_links(links).min(memory).max(by_rays);
+        self.bytes[1] = fits(most);
+        if tolerance > MET && zones.panes.is_empty() {
+            return most * one;
+        }
+        self.bytes[0] = fits(expected);
+        self.parts.push((format!("about {:.1e} links", expected), expected * one));
+        (most - expected) * one
+    }
+}
+
+/// Seconds of the rays to the surroundings.
+fn surroundings(plan: &Plan, clock: &dyn Fn() -> f64) -> f64 {
+    let (scene, zones) = (plan.scene, plan.zones);
+    let step = zones.len().div_ceil(LOOKS).max(1);
+    let start = clock();
+    let found = Escape::sample(scene, zones, plan.transport, LOOK_RAYS, step);
+    let one = (clock() - start) / found.rays.max(1) as f64;
+    one * Escape::forecast(scene, zones.len(), found.closed()) as f64
+}
+
+/// Seconds of a pair of zones on all threads.
+fn pair(plan: &Plan, clock: &dyn Fn() -> f64) -> f64 {
+    let n = plan.zones.len();
+    if n == 0 {
+        return 0.0;
+    }
+    let exchange = Exchange::with_settings(plan.scene, plan.zones, plan.transport, plan.settings);
+    // Rows by the share of the pairs that they have.
+    let rows: Vec<usize> = (0..ROWS)
+        .map(|k| ((n as f64 * ((k as f64 + 0.5) / ROWS as f64).sqrt()) as usize).min(n - 1))
+        .collect();
+    let each = PAIRS / ROWS;
+    let one = |k: usize| {
+        let (i, mut counts) = (rows[k], Counts::default());
+        let row = exchange.row(i);
+        let js = (0..each.min(i + 1)).map(|m| (m * (i + 1) + k) / each.min(i + 1));
+        js.filter(|&j| j <= i).map(|j| exchange.pair_in(&row, j, &mut counts)).count()
+    };
+    let all = || (0..ROWS).into_par_iter().with_max_len(1).map(one).sum::<usize>();
+    // The first time some factors are new that all pairs of a solve share.
+    all();
+    let start = clock();
+    let done = all();
+    (clock() - start) / done.max(1) as f64
+}
+
+impl Outlook {
+    /// The same with what it takes to read the scene and make its zones, in seconds.
+    pub fn beginning(mut self, seconds: f64) -> Outlook {
+        self.parts.insert(0, ("reading".into(), seconds));
+        self.seconds = self.seconds.map(|s| s + seconds);
+        self
+    }
+}

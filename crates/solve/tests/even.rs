@@ -1,0 +1,64 @@
+//! Closure restored for an answer by rays: the balance closes, no zone gains on another, and the change is told.
+
+mod common;
+
+use common::{read, solve, unit_room};
+use zonal_scene::{Engine, Solution};
+
+const REST: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 1\nalbedo = [0.5, 0.8, 0.95]\nemission = 0.2
+[[surface]]\nname = \"block\"\nbox = { min = [0.45,0.3,0.2], max = [0.7,0.6,0.6] }\nreflectance = 0.5\n";
+
+fn solved(engine: Engine, restore: bool) -> Solution {
+    let walls = "reflectance = [0.3, 0.6, 0.9]\nfaces.x0 = { emission = 1 }";
+    let scene = read(&unit_room("patch_size = 0.125", walls, REST));
+    let mut o = scene.options().clone();
+    (o.engine, o.tolerance, o.restore_closure) =
+        (engine, if engine == Engine::Dense { 0.003 } else { 0.1 }, restore);
+    solve(scene.with_options(o).unwrap())
+}
+
+#[test]
+fn the_balance_closes_without_moving_light_from_zone_to_zone() {
+    let [plain, even] = [false, true].map(|restore| solved(Engine::Hierarchical, restore));
+    for s in [&plain, &even] {
+        assert!(s.report.counts.iter().any(|c| c.0 == "rays of views"));
+        assert!(s.report.counts.iter().all(|c| !c.0.contains("links")), "rays were to do");
+    }
+    assert_eq!(
+        (plain.groups.len(), even.report.closure.restored, plain.report.closure.restored),
+        (2, true, false)
+    );
+    for b in 0..3 {
+        let off = plain.report.energy.residual[b].abs();
+        assert!(off > 1e-5, "there was to be something to mend: {off}");
+        assert!(even.report.energy.residual[b].abs() < 1e-12, "{:?}", even.report.energy.residual);
+        for (g, h) in plain.groups.iter().zip(&even.groups) {
+            let n = g.incident.len();
+            let (mut x, mut y) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
+            g.incident.add_to(&mut x, g.incident_scale);
+            h.incident.add_to(&mut y, h.incident_scale);
+            let f: Vec<f64> =
+                x.iter().zip(&y).filter(|(x, _)| x[b] > 1e-3).map(|(x, y)| y[b] / x[b] - 1.0).collect();
+            let [low, high] = [f64::min, f64::max].map(|m| f.iter().copied().reduce(m).unwrap());
+            assert!(f.len() > 100 && high - low < 1e-6, "one factor for all: {low} {high}");
+            let told = even.report.closure.largest_change[b];
+            assert!(low.abs() <= told + 1e-6 && told < 0.1, "{low} {told}");
+            assert!(h.energy.residual[b].abs() < 1e-12);
+        }
+    }
+    // What was changed counts as error.
+    let grown = |i: usize, b: usize| even.fields.error[i][b] - plain.fields.error[i][b];
+    let n = plain.fields.error.len();
+    assert!((0..n).all(|i| (0..3).all(|b| grown(i, b) >= 0.0)) && (0..n).any(|i| grown(i, 0) > 0.0));
+    // Who does not ask is told what would help.
+    let advice = |s: &Solution| s.report.warnings.iter().any(|w| w.contains("restore closure"));
+    let off = plain.report.energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+    assert_eq!((advice(&plain), advice(&even)), (off > 1e-3, false));
+    // And it comes nearer to the truth, if anything.
+    let dense = solved(Engine::Dense, true);
+    let square = |s: &Solution| {
+        let both = s.fields.incident.iter().flatten().zip(dense.fields.incident.iter().flatten());
+        both.map(|(x, y)| (x - y).powi(2)).sum::<f64>()
+    };
+    assert!(square(&even) <= square(&plain), "{} {}", square(&even), square(&plain));
+}

@@ -1,0 +1,115 @@
+//! What is said of a solve beforehand, and memory that bounds it.
+
+mod common;
+
+use common::{read, unit_room};
+use zonal_exchange::pair::Settings;
+use zonal_scene::{Engine, Quiet, Scene, SceneError, Solution};
+use zonal_solve::forecast::Forecast;
+use zonal_solve::outlook::{Outlook, Plan};
+use zonal_solve::{Job, solve_job};
+use zonal_transport::{Transport, build_zones};
+
+const GAS: &str =
+    "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = [1, 1, 2]\nalbedo = 0.8\n";
+
+fn room(engine: Engine, tolerance: f64) -> Scene {
+    let walls = "reflectance = 0.5\nfaces.x0 = { emission = 1 }";
+    let scene = read(&unit_room("patch_size = 0.125", walls, GAS));
+    let mut o = scene.options().clone();
+    (o.engine, o.tolerance) = (engine, tolerance);
+    scene.with_options(o).unwrap()
+}
+
+/// Looks ahead with a clock that goes on by a second whenever it is asked.
+fn look(scene: &Scene, memory: u64) -> Result<Outlook, SceneError> {
+    let transport = Transport::new(scene);
+    let zones = build_zones(scene, &transport).unwrap();
+    let forecast = Forecast::new(scene, &zones, &transport);
+    let plan = Plan {
+        scene,
+        zones: &zones,
+        transport: &transport,
+        forecast: &forecast,
+        settings: Settings::default(),
+        memory,
+        threads: 1,
+    };
+    let now = std::cell::Cell::new(0.0);
+    Outlook::new(&plan, &|| now.replace(now.get() + 1.0))
+}
+
+fn solved(scene: &Scene, memory: u64) -> Result<Solution, SceneError> {
+    solve_job(scene.clone(), &Job::new(memory, &Quiet))
+}
+
+fn count(s: &Solution, name: &str) -> u64 {
+    s.report.counts.iter().find(|c| c.0 == name).map_or(0, |c| c.1)
+}
+
+#[test]
+fn rays_foretold_are_rays_shot() {
+    let scene = room(Engine::Hierarchical, 0.1);
+    let said = look(&scene, 1 << 30).unwrap();
+    let s = solved(&scene, 1 << 30).unwrap();
+    assert_eq!(said.engine, Engine::Hierarchical);
+    let rays = format!("{} rays from the zones", count(&s, "rays of views"));
+    assert!(said.parts.iter().any(|p| p.0 == rays), "{rays}: {:?}", said.parts);
+    // Rays mostly do at this tolerance; links may be needed.
+    assert!(said.seconds[0] > 0.0 && said.seconds[1] > said.seconds[0]);
+    assert!(said.bytes[0] > 0 && said.bytes[1] >= said.bytes[0]);
+    // Below it links are expected, the more the smaller the tolerance.
+    let links = |t: f64| look(&room(Engine::Hierarchical, t), 1 << 30).unwrap();
+    let (some, many) = (links(0.03), links(0.01));
+    assert!(some.parts.iter().any(|p| p.0.contains("links")), "{:?}", some.parts);
+    assert!(many.bytes[0] > some.bytes[0] && many.bytes[0] > said.bytes[0]);
+}
+
+#[test]
+fn the_dense_engine_is_foretold_as_such() {
+    let said = look(&room(Engine::Auto, 0.01), 1 << 30).unwrap();
+    assert_eq!(said.engine, Engine::Dense);
+    assert!(said.parts.iter().any(|p| p.0 == "exchange areas" && p.1 > 0.0));
+    assert_eq!(said.seconds[0], said.seconds[1]);
+}
+
+#[test]
+fn little_memory_means_fewer_rays_and_none_a_refusal() {
+    let scene = room(Engine::Hierarchical, 0.1);
+    let plenty = look(&scene, 1 << 30).unwrap().bytes[0];
+    let whole = solved(&scene, 1 << 30).unwrap();
+    let mut last = count(&whole, "rays of views");
+    assert!(whole.report.warnings.iter().all(|w| !w.contains("--max-memory")), "{:?}", whole.report.warnings);
+    for share in [0.7, 0.5] {
+        let memory = (share * plenty as f64) as u64;
+        let said = look(&scene, memory).unwrap();
+        let s = solved(&scene, memory).unwrap();
+        let rays = count(&s, "rays of views");
+        assert!(rays > 0 && rays < last, "{rays} of {last}");
+        // Four bytes a ray, and twelve where bands differ.
+        assert!(16 * rays < memory);
+        for words in [&s.report.warnings, &said.notes] {
+            assert!(words.iter().any(|w| w.contains("the tolerance may be missed")), "{words:?}");
+        }
+        assert!(said.bytes[0] <= memory, "{} of {memory}", said.bytes[0]);
+        last = rays;
+    }
+    for refused in [look(&scene, plenty / 20).err(), solved(&scene, plenty / 20).err()] {
+        let words = refused.map(|e| e.to_string()).unwrap_or_default();
+        assert!(words.contains("--max-memory") && words.contains("rays"), "{words}");
+    }
+}
+
+#[test]
+fn links_that_do_not_fit_are_not_made() {
+    let scene = room(Engine::Hierarchical, 0.003);
+    let free = solved(&scene, 1 << 30).unwrap();
+    assert!(count(&free, "links, each direction") > 0);
+    let s = solved(&scene, 24_000_000).unwrap();
+    assert_eq!(count(&s, "links, each direction"), 0);
+    assert!(
+        s.report.warnings.iter().any(|w| w.contains("does not allow the links")),
+        "{:?}",
+        s.report.warnings
+    );
+}
