@@ -38,7 +38,7 @@ const AVERAGED: usize = 16;
 /// Wanted error over tolerance and root mean square.
 const SHARE: f64 = 0.35;
 /// Where there is less light the error wanted falls with it, to this share.
-const DIM: [f64; 2] = [0.25, 0.5];
+const DIM: [f64; 2] = [0.25, 0.7];
 /// The ratio of a cell may differ from the mean around it by so many of its own errors.
 const AGREES: f64 = 3.0;
 /// Nor may it change more than this from one side of the 27 cells to the other.

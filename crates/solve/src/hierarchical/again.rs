@@ -12,12 +12,12 @@ use rayon::prelude::*;
 use zonal_scene::{Bands, bands};
 
 /// Error wanted over tolerance and what arrives, of a patch and of a volume zone.
-const SHARE: [f64; 2] = [1.75, 2.0];
+const SHARE: [f64; 2] = [1.75, 2.2];
 /// What arrives counts as no less than this part of its mean.
 const DARK: f64 = 0.1;
 /// Rays over those at hand: of a zone at least and at most, and of all zones together at most.
 const TIMES: [f64; 2] = [1.0, 12.0];
-const ALL: f64 = 0.5;
+const ALL: f64 = 0.25;
 
 /// A zone that shoots again, and how many rays.
 struct Wish {
