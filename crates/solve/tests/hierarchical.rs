@@ -108,7 +108,7 @@ fn rays_close_and_pass_no_wall() {
     let scene =
         read(&unit_room("patch_size = 0.125", "faces.z1 = { emission = 1 }", &format!("{GAS}{CEILING}")));
     with_site(&scene, |site, escape| {
-        let (zones, seeing) = (site.zones, Seeing::new(site, [32, 16]));
+        let (zones, mut seeing) = (site.zones, Seeing::new(site, [32, 16], false));
         let ones: Vec<Bands> = (0..zones.len()).map(|i| strength(zones, i)).collect();
         for (i, p) in seeing.apply(&ones).iter().enumerate() {
             let want = target(zones, i);
