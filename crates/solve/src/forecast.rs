@@ -46,7 +46,8 @@ fn ray_microseconds(facets: usize) -> f64 {
 /// Shadow rays of direct light on all zones, from a look at some, and their seconds on so many threads.
 pub fn direct_light(scene: &Scene, zones: &Zones, transport: &Transport, threads: usize) -> (f64, f64) {
     let one = |light| gather::rays(scene, zones, transport, light, LOOKS);
-    let rays: f64 = scene.lights().iter().map(one).sum();
+    // No lights sum to −0.
+    let rays: f64 = scene.lights().iter().map(one).sum::<f64>() + 0.0;
     (rays, rays * 1e-6 * ray_microseconds(scene.facets().len()) / threads.max(1) as f64)
 }
 

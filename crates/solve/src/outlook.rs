@@ -7,7 +7,7 @@
 use crate::engine;
 use crate::forecast::{self, Forecast};
 use crate::groups;
-use crate::hierarchical::budget::{self, Budget};
+use crate::hierarchical::budget::{self, Budget, PROGRAM};
 use crate::hierarchical::build::{LINKED, NO_LINKS};
 use crate::hierarchical::seeing;
 use crate::hierarchical::trial::trial;
@@ -38,8 +38,6 @@ const HARDLY: f64 = 4.0;
 const MET: f64 = 0.04;
 /// Bytes of a dense solve over those of its exchange areas: chunks on their way, factors kept by offset.
 const DENSE: f64 = 1.8;
-/// Bytes of the program itself.
-const PROGRAM: u64 = 8_000_000;
 /// A multiplication with all pairs, nanoseconds a pair and band, and about how many are needed.
 const PRODUCT: f64 = 0.6;
 const PRODUCTS: f64 = 25.0;
@@ -126,7 +124,7 @@ impl Outlook {
         let passed = (t.passes + 2.0) * columns * (rays as f64 + t.onward) * pass;
         self.parts.push(("passing light on".into(), passed / threads));
         self.parts.push(("smoothing".into(), n * (SMOOTH + FIELD * columns) * 1e-6 / threads));
-        let by_rays = PROGRAM + budget.with_trial(rays, t.onward);
+        let by_rays = budget.with_trial(rays, t.onward);
         self.bytes = [by_rays; 2];
         if zones.len() > LINKED {
             return 0.0;

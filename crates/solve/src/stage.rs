@@ -18,6 +18,12 @@ impl Pen {
         self.int(list.len());
         list.iter().for_each(|n| self.0.extend(n.to_le_bytes()));
     }
+    /// So many numbers of 32 bits.
+    pub fn words(&mut self, number: usize, list: impl Iterator<Item = u32>) {
+        self.int(number);
+        self.0.reserve(4 * number);
+        list.for_each(|n| self.0.extend(n.to_le_bytes()));
+    }
     /// Numbers, to the bit.
     pub fn reals(&mut self, list: &[f64]) {
         self.int(list.len());
@@ -67,6 +73,11 @@ impl<'a> Reader<'a> {
     pub fn ints(&mut self) -> Option<Vec<u64>> {
         let n = self.int()?.checked_mul(8)?;
         Some(self.take(n)?.as_chunks::<8>().0.iter().map(|c| u64::from_le_bytes(*c)).collect())
+    }
+    /// Numbers of 32 bits, as their bytes.
+    pub fn words(&mut self) -> Option<&'a [[u8; 4]]> {
+        let n = self.int()?.checked_mul(4)?;
+        Some(self.take(n)?.as_chunks().0)
     }
     /// Numbers.
     pub fn reals(&mut self) -> Option<Vec<f64>> {

@@ -78,7 +78,8 @@ impl Escape {
     /// A quick look at every `step`-th zone.
     pub fn sample(scene: &Scene, zones: &Zones, transport: &Transport, rays: usize, step: usize) -> Escape {
         let list: Vec<usize> = (0..zones.len()).step_by(step).collect();
-        let found: Vec<One> = list.into_par_iter().map(|i| one(scene, zones, transport, i, 0..rays)).collect();
+        let found: Vec<One> =
+            list.into_par_iter().map(|i| one(scene, zones, transport, i, 0..rays)).collect();
         Escape::from_counts(&found, zones, step)
     }
 

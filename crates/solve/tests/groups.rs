@@ -213,6 +213,57 @@ fn work_broken_off_at_any_stage_ends_the_same() {
     assert!(vault.stages.lock().unwrap().contains_key("krylov"));
 }
 
+/// The room without its pane, of which rays see no light.
+fn bare() -> Scene {
+    let (head, tail) = (ROOM.split("[[pane]]").next().unwrap(), ROOM.split("[medium]").nth(1).unwrap());
+    read(&format!("{head}[medium]{tail}"))
+}
+
+/// The same by the hierarchical engine: rays that do, and rays that do not and are followed by links.
+#[test]
+fn views_broken_off_at_any_stage_end_the_same() {
+    for (tolerance, links) in [(0.2, false), (0.02, true)] {
+        let scene = with(bare(), |o| {
+            (o.engine, o.tolerance) = (zonal_scene::Engine::Hierarchical, tolerance);
+        });
+        let straight = solve(scene.clone());
+        let has = |name: &str| straight.report.counts.iter().any(|c| c.0.contains(name));
+        assert_eq!((has("links"), has("rays of views")), (links, true));
+        let vault = Memory::default();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let mut deaths = 0;
+        let resumed = loop {
+            vault.left.store(1, Ordering::Relaxed);
+            let once = || pool.install(|| run(&scene, &vault));
+            match std::panic::catch_unwind(std::panic::AssertUnwindSafe(once)) {
+                Ok(s) => break s,
+                Err(_) => deaths += 1,
+            }
+        };
+        assert!(deaths >= 3, "{deaths}");
+        assert_eq!(resumed.fields, straight.fields);
+        assert_eq!(resumed.groups, straight.groups);
+        assert_eq!(resumed.report, straight.report);
+        assert!(vault.stages.lock().unwrap().keys().any(|k| k.starts_with("views-")));
+    }
+}
+
+/// Views know nothing of reflectances: kept, they give to the bit what a fresh solve gives.
+#[test]
+fn kept_views_serve_other_reflectances() {
+    let scene = with(bare(), |o| (o.engine, o.tolerance) = (zonal_scene::Engine::Hierarchical, 0.2));
+    let vault = Memory { left: AtomicUsize::new(usize::MAX), ..Memory::default() };
+    run(&scene, &vault);
+    let painted = repainted(scene, &[("floor".into(), [0.1, 0.9, 0.5])], Some([0.9, 0.5, 0.0])).unwrap();
+    vault.stages.lock().unwrap().remove("krylov");
+    let views = |v: &Memory| v.stages.lock().unwrap().keys().filter(|k| k.starts_with("views-")).count();
+    let before = (views(&vault), vault.loads.load(Ordering::Relaxed));
+    let again = run(&painted, &vault);
+    // Two lights, the surroundings, and the first views of patches and of volume zones; other light may ask for more rays.
+    assert!(before.0 >= 2 && vault.loads.load(Ordering::Relaxed) >= before.1 + 5);
+    assert_eq!(again.fields, solve(painted).fields);
+}
+
 #[test]
 fn kept_factors_serve_other_reflectances() {
     for closure in [false, true] {

@@ -53,8 +53,10 @@ fn rays_foretold_are_rays_shot() {
     let said = look(&scene, 1 << 30).unwrap();
     let s = solved(&scene, 1 << 30).unwrap();
     assert_eq!(said.engine, Engine::Hierarchical);
-    let rays = format!("{} rays from the zones", count(&s, "rays of views"));
-    assert!(said.parts.iter().any(|p| p.0 == rays), "{rays}: {:?}", said.parts);
+    let told = said.parts.iter().find_map(|p| p.0.strip_suffix(" rays from the zones")).unwrap();
+    let (told, shot) = (told.parse::<u64>().unwrap(), count(&s, "rays of views"));
+    // More may be shot once the first ones have told the error.
+    assert!(told > 0 && told <= shot && shot <= 3 * told, "{told} {shot}");
     // Rays mostly do at this tolerance; links may be needed.
     assert!(said.seconds[0] > 0.0 && said.seconds[1] > said.seconds[0]);
     assert!(said.bytes[0] > 0 && said.bytes[1] >= said.bytes[0]);
@@ -76,25 +78,27 @@ fn the_dense_engine_is_foretold_as_such() {
 #[test]
 fn little_memory_means_fewer_rays_and_none_a_refusal() {
     let scene = room(Engine::Hierarchical, 0.1);
-    let plenty = look(&scene, 1 << 30).unwrap().bytes[0];
+    let plenty = look(&scene, 1 << 30).unwrap();
+    let told = plenty.parts.iter().find_map(|p| p.0.strip_suffix(" rays from the zones")).unwrap();
+    // Four bytes a ray, and twelve as bands differ.
+    let (plenty, views) = (plenty.bytes[0], 16.0 * told.parse::<f64>().unwrap());
     let whole = solved(&scene, 1 << 30).unwrap();
     let mut last = count(&whole, "rays of views");
     assert!(whole.report.warnings.iter().all(|w| !w.contains("--max-memory")), "{:?}", whole.report.warnings);
-    for share in [0.7, 0.5] {
-        let memory = (share * plenty as f64) as u64;
+    for share in [0.3, 0.6] {
+        let memory = plenty - (share * views) as u64;
         let said = look(&scene, memory).unwrap();
         let s = solved(&scene, memory).unwrap();
         let rays = count(&s, "rays of views");
-        assert!(rays > 0 && rays < last, "{rays} of {last}");
-        // Four bytes a ray, and twelve where bands differ.
-        assert!(16 * rays < memory);
+        assert!(rays > 0 && rays < last && 16.0 * rays as f64 <= (1.0 - share) * views, "{rays} of {last}");
         for words in [&s.report.warnings, &said.notes] {
             assert!(words.iter().any(|w| w.contains("the tolerance may be missed")), "{words:?}");
         }
         assert!(said.bytes[0] <= memory, "{} of {memory}", said.bytes[0]);
         last = rays;
     }
-    for refused in [look(&scene, plenty / 20).err(), solved(&scene, plenty / 20).err()] {
+    let none = plenty - views as u64;
+    for refused in [look(&scene, none).err(), solved(&scene, none).err()] {
         let words = refused.map(|e| e.to_string()).unwrap_or_default();
         assert!(words.contains("--max-memory") && words.contains("rays"), "{words}");
     }

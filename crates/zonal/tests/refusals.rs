@@ -24,7 +24,12 @@ fn flags_of_all_commands() {
     check(&["--threads"], "--threads");
     check(&["--json=yes"], "--json");
     check(&["--quiet=3"], "--quiet");
-    check(&["--tolerance", "0.1"], "--tolerance");
+    check(&["--closure", "restore"], "--closure");
+    check(&["--tolerance=fine"], "--tolerance");
+    check(&["--engine=steam"], "--engine");
+    for (flag, named) in [("--tolerance=0", "--tolerance"), ("--max-memory=0", "--max-memory")] {
+        refused(&f, Program, &["check", "room.toml", flag], named);
+    }
     table(
         &f,
         &[

@@ -151,19 +151,18 @@ fn wrong_wishes() {
 }
 
 /// Killed at ten moments drawn by lot, and resumed each time: the file has the bytes of an undisturbed solve.
-#[test]
-fn killed_and_resumed_is_the_same_to_the_byte() {
+fn killed_ten_times(scene: &str, options: &[&str]) -> String {
     let f = Folder::new();
-    f.put("lit.toml", LIT.replace("0.34", "0.26").replace("[4, 4, 4]", "[5, 5, 5]"));
+    f.put("lit.toml", scene);
     let start = Instant::now();
-    f.done(&["solve", "lit.toml", "-o", "straight.npz"]);
+    let report = f.done(&[&["solve", "lit.toml", "-o", "straight.npz"], options].concat());
     let length = start.elapsed().as_secs_f64();
-    let args = ["solve", "lit.toml", "-o", "out/killed.npz", "--resume"];
+    let args = [&["solve", "lit.toml", "-o", "out/killed.npz", "--resume"], options].concat();
     let mut lot = 0.37;
     for _ in 0..10 {
         lot = (lot + 0.618_033_988_749_895) % 1.0;
         let mut child = Command::new(env!("CARGO_BIN_EXE_zonal"))
-            .args(args)
+            .args(&args)
             .current_dir(f.path())
             .stdout(Stdio::null())
             .stderr(Stdio::null())
@@ -178,6 +177,18 @@ fn killed_and_resumed_is_the_same_to_the_byte() {
     f.done(&args);
     assert!(f.get("out/killed.npz") == f.get("straight.npz"), "resumed work differs");
     assert!(!f.path().join("out/killed.npz.checkpoint").exists());
+    report
+}
+
+#[test]
+fn killed_and_resumed_is_the_same_to_the_byte() {
+    let finer = LIT.replace("0.34", "0.26").replace("[4, 4, 4]", "[5, 5, 5]");
+    let dense = killed_ten_times(&finer, &["--engine", "dense"]);
+    assert!(dense.contains("rays between zones"), "{dense}");
+    let rays = killed_ten_times(&finer, &["--engine", "hierarchical", "--tolerance", "0.05"]);
+    assert!(rays.contains("rays of views") && !rays.contains("bytes of links"), "{rays}");
+    let links = killed_ten_times(&finer, &["--engine", "hierarchical", "--tolerance", "0.02"]);
+    assert!(links.contains("bytes of links"), "{links}");
 }
 
 #[test]

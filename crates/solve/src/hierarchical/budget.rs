@@ -1,7 +1,7 @@
 //! Memory of the hierarchical engine beforehand, and how many rays and links fit into what is allowed.
 //!
 //! ```text
-//! bytes = zones + n (ZONE + lights LIGHT + groups GROUP) + rays (4, +12 where bands differ, + those that go on)
+//! bytes = PROGRAM + zones + n (ZONE + lights LIGHT + groups GROUP) + rays (4, +12 where bands differ, + those that go on)
 //! ```
 //!
 //! The constants were measured as the growth of the resident memory at its peak (smoothing and the fields of the solution) over 58,475,
@@ -14,6 +14,8 @@ use crate::{dense, groups};
 use zonal_scene::{Scene, Zones};
 use zonal_transport::Transport;
 
+/// Bytes of the program itself.
+pub const PROGRAM: u64 = 8_000_000;
 /// Bytes a zone at the peak, whatever shines.
 const ZONE: u64 = 330;
 /// The same for each light, and for each light group.
@@ -28,11 +30,11 @@ const ONWARD: f64 = 0.25;
 const LEAST: f64 = 8.0;
 /// Links in each direction: so many a zone over the tolerance where rays fall short of it, no more than a share of all pairs; and so many
 /// times more where panes take rays out of the answer. Measured on rooms with a block and on a chapel with panes.
-const LINKS: f64 = 3.0;
+const LINKS: f64 = 2.5;
 const MOST_LINKS: f64 = 0.75;
 const PANED: f64 = 8.0;
 /// Bytes of a link while links are found: pairs, and links in the order of their zones; and for each distinct band.
-const LINK: f64 = 32.0;
+const LINK: f64 = 16.0;
 const LINK_BAND: f64 = 32.0;
 
 /// What the memory of a hierarchical solve goes into.
@@ -58,7 +60,7 @@ impl Budget {
         let n = zones.len();
         let groups = groups::chosen(scene, zones).0.len();
         let each = ZONE + LIGHT * scene.lights().len() as u64 + GROUP * groups as u64;
-        let fixed = crate::forecast::zone_bytes(zones) + n as u64 * each;
+        let fixed = PROGRAM + crate::forecast::zone_bytes(zones) + n as u64 * each;
         let bands = dense::groups(scene, transport.has_panes_between()).1;
         let grey = bands == 1 && scene.panes().is_empty();
         let onward = if n > LINKED { ONWARD * onward::BYTES as f64 } else { 0.0 };

@@ -67,6 +67,8 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
             break;
         }
         each = more;
+        // Its rays go first: both would not fit.
+        drop(look);
         look = Look::new(site, escape, each);
     }
     let met = look.estimate <= tolerance;

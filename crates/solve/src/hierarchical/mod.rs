@@ -3,6 +3,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`views`], [`seeing`] | what every zone sees along a few rays, and the operator that this makes |
+//! | `onward`, `kept` | rays that go on, and views that a vault keeps |
 //! | [`build`] | from a scene to an engine that meets its tolerance |
 //! | [`budget`], [`trial`] | memory and time beforehand |
 //! | [`tree`] | clusters, their moments, flat arrays |
@@ -31,6 +32,7 @@ pub mod demand;
 pub mod estimate;
 pub mod even;
 pub mod joint;
+mod kept;
 pub mod kernel;
 pub mod links;
 pub mod near;

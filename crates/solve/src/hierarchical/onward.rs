@@ -43,6 +43,29 @@ pub struct Step {
     worth: [f32; 3],
 }
 
+impl Step {
+    /// Numbers that make a step.
+    pub const WORDS: usize = 9;
+    /// The numbers.
+    pub fn words(&self) -> [u32; 9] {
+        let ([a, b, c], [d, e, f]) = (self.bright.map(f32::to_bits), self.worth.map(f32::to_bits));
+        [self.zone, self.next, self.light, a, b, c, d, e, f]
+    }
+    /// The step of these numbers.
+    pub fn of([zone, next, light, a, b, c, d, e, f]: [u32; 9]) -> Step {
+        let (bright, worth) = ([a, b, c].map(f32::from_bits), [d, e, f].map(f32::from_bits));
+        Step { zone, next, light, bright, worth }
+    }
+    /// What is met next: a zone, a step or nothing.
+    pub fn next(&self) -> u32 {
+        self.next
+    }
+    /// True where the step is on one of so many patches.
+    pub fn is_on(&self, patches: usize) -> bool {
+        (self.zone as usize) < patches
+    }
+}
+
 /// Bytes of a step.
 pub const BYTES: usize = size_of::<Step>();
 

@@ -78,7 +78,15 @@ impl<'a> Seeing<'a> {
     /// Shoots so many rays from every patch, and from every volume zone; where `onward`, those that end close by go on.
     pub fn new(site: &Site<'a>, each: [usize; 2], onward: bool) -> Seeing<'a> {
         let lamps = onward.then(|| Lamps::new(site.scene, site.direct));
-        let views = Views::new(site.scene, site.zones, site.transport, each, lamps.as_ref(), site.progress);
+        let views = Views::new(
+            site.scene,
+            site.zones,
+            site.transport,
+            each,
+            lamps.as_ref(),
+            site.vault,
+            site.progress,
+        );
         Seeing {
             scene: site.scene,
             zones: site.zones,

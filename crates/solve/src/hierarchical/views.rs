@@ -13,12 +13,13 @@
 //!
 //! Bands in which the medium differs share the ray by their mean; each counts by its own probability over that of the ray.
 
+use super::kept;
 use super::onward::{BLOCK, Lamps, Own, Step, brought, first_of, step_of};
 use crate::surroundings::{cosine, voxel_point};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, sequence, vec3};
-use zonal_scene::{Bands, Patch, Plate, Progress, Scene, Voxmap, Zones, bands};
+use zonal_scene::{Bands, Patch, Plate, Progress, Scene, Vault, Voxmap, Zones, bands};
 use zonal_transport::Transport;
 use zonal_transport::sheets::Sheets;
 
@@ -209,13 +210,15 @@ impl<'a> Shooter<'a> {
 }
 
 impl Views {
-    /// Shoots so many rays from every patch, and from every volume zone; with `lamps` those that end close by go on.
+    /// Shoots so many rays from every patch, and from every volume zone; with `lamps` those that end close by go on. What is done is kept
+    /// in `vault` in stages ([`kept`]).
     pub fn new(
         scene: &Scene,
         zones: &Zones,
         transport: &Transport,
         each: [usize; 2],
         lamps: Option<&Lamps>,
+        vault: &dyn Vault,
         progress: &dyn Progress,
     ) -> Views {
         let shooter = Shooter::new(scene, zones, transport);
@@ -243,12 +246,14 @@ impl Views {
         let worth = if grey { &mut none } else { &mut views.worth };
         let (pw, vw) = worth.split_at_mut(if grey { 0 } else { each[0] * first });
         for (kind, from, met, worth) in [(0, 0, patches, pw), (1, first, volumes, vw)] {
+            let stage = |number: usize| kept::name(views.each, kind, number);
             let each = each[kind];
+            let blocks = kept::blocks(each);
             // Of every ray in turn; `worth` is empty where all count 1.
             let block = |(z, met): (usize, &mut [u32]), worth: &mut [[f32; 3]]| {
                 let mut steps = Vec::new();
                 for (r, m) in met.iter_mut().enumerate() {
-                    let (i, k) = (from + z * BLOCK + r / each, r % each);
+                    let (i, k) = (z + r / each, r % each);
                     let stop = shooter.own(i, k);
                     if let Some(w) = worth.get_mut(r) {
                         *w = stop.worth;
@@ -259,12 +264,28 @@ impl Views {
                 steps.shrink_to_fit();
                 steps
             };
-            let met = met.par_chunks_mut(each * BLOCK).enumerate();
-            views.steps[kind] = if grey {
-                met.map(|m| block(m, &mut [])).collect()
-            } else {
-                met.zip(worth.par_chunks_mut(each * BLOCK)).map(|(m, w)| block(m, w)).collect()
-            };
+            let mut worth = worth.chunks_mut(each * BLOCK * blocks);
+            for (number, met) in met.chunks_mut(each * BLOCK * blocks).enumerate() {
+                let (stage, worth) = (stage(number), worth.next().unwrap_or_default());
+                let held = vault.load(&stage);
+                let size = (first, zones.len());
+                if let Some(steps) = held.and_then(|b| kept::restored(&b, met, worth, each * BLOCK, size)) {
+                    progress.advance(met.len() as u64 / each.max(1) as u64);
+                    views.steps[kind].extend(steps);
+                    continue;
+                }
+                let at = |b: usize| from + (number * blocks + b) * BLOCK;
+                let chunks = met.par_chunks_mut(each * BLOCK).enumerate().map(|(b, m)| (at(b), m));
+                let steps: Vec<Vec<Step>> = if grey {
+                    chunks.map(|m| block(m, &mut [])).collect()
+                } else {
+                    chunks.zip(worth.par_chunks_mut(each * BLOCK)).map(|(m, w)| block(m, w)).collect()
+                };
+                if vault.keeps() {
+                    vault.save(&stage, &kept::stage(met, worth, &steps));
+                }
+                views.steps[kind].extend(steps);
+            }
         }
         progress.end();
         views
