@@ -73,7 +73,8 @@ impl Budget {
     /// Bytes without which there is nothing to begin with: everything but rays, and the fewest of these.
     pub fn least(&self, zones: &Zones) -> u64 {
         let (patches, n) = (zones.voxel_offset() as f64, zones.len() as f64);
-        self.fixed + (self.ray * (n + LEAST * (patches + seeing::VOLUME * (n - patches)))).ceil() as u64
+        self.fixed
+            + (self.ray * (n + LEAST * (patches + seeing::volume(zones) * (n - patches)))).ceil() as u64
     }
 
     /// Rays of a patch and of a volume zone for a tolerance; `None` where memory allows too few to be worth it.

@@ -3,7 +3,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`views`], [`seeing`] | what every zone sees along a few rays, and the operator that this makes |
-//! | `onward`, `kept` | rays that go on, and views that a vault keeps |
+//! | `onward`, `again`, `kept` | rays that go on, rays shot again where it stays noisy, and views that a vault keeps |
 //! | [`build`] | from a scene to an engine that meets its tolerance |
 //! | [`budget`], [`trial`] | memory and time beforehand |
 //! | [`tree`] | clusters, their moments, flat arrays |

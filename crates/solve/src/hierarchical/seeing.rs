@@ -3,6 +3,7 @@
 //! It is not symmetric: what i sees of j is sampled at i alone. Light is passed on step by step. What arrives in the end is smoothed over
 //! the zones around ([`super::smooth`]), which lowers the noise and gives its error.
 
+use super::build::LINKED;
 use super::onward::{Lamps, Own};
 use super::smooth::Smoother;
 use super::views::{Measured, Views, Way};
@@ -26,8 +27,8 @@ const FEWEST: f64 = 32.0;
 const MOST: f64 = 2048.0;
 /// How many more rays are shot than would just do.
 const MARGIN: f64 = 1.3;
-/// Rays of a volume zone over those of a patch: its neighbours are more.
-pub const VOLUME: f64 = 0.2;
+/// Rays of a volume zone over those of a patch: its neighbours are more. Fewer where noisy ones shoot again.
+const VOLUME: [f64; 2] = [0.3, 0.2];
 /// Rays of all zones together at most: half a gigabyte.
 const ALL: f64 = 1.34e8;
 /// Light is passed on along one of so many rays first, and along all of them from there.
@@ -50,6 +51,11 @@ pub struct Seeing<'a> {
     own: Vec<Own>,
 }
 
+/// Rays of a volume zone over those of a patch.
+pub fn volume(zones: &Zones) -> f64 {
+    VOLUME[usize::from(zones.len() > LINKED)]
+}
+
 /// Rays of a patch and of a volume zone for a tolerance; no more than `most` of all zones together.
 pub fn rays(zones: &Zones, tolerance: f64, most: f64) -> [usize; 2] {
     within(zones, RAYS / (tolerance * tolerance), most)
@@ -70,8 +76,8 @@ fn within(zones: &Zones, wanted: f64, most: f64) -> [usize; 2] {
     let (p, v) = (zones.voxel_offset() as f64, (zones.len() - zones.voxel_offset()) as f64);
     // Numbers of volume zones are rounded up: one ray a zone is left for that.
     let most = (most - v).min(ALL);
-    let fits = (most / (p + VOLUME * v).max(1.0)).min(wanted.clamp(FEWEST, MOST));
-    [fits.max(1.0) as usize, (VOLUME * fits).max(1.0).ceil() as usize]
+    let fits = (most / (p + volume(zones) * v).max(1.0)).min(wanted.clamp(FEWEST, MOST));
+    [fits.max(1.0) as usize, (volume(zones) * fits).max(1.0).ceil() as usize]
 }
 
 impl<'a> Seeing<'a> {

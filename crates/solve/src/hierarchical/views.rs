@@ -211,7 +211,7 @@ impl<'a> Shooter<'a> {
 
 impl Views {
     /// Shoots so many rays from every patch, and from every volume zone; with `lamps` those that end close by go on. What is done is kept
-    /// in `vault` in stages ([`kept`]).
+    /// in `vault` in stages (`kept`).
     pub fn new(
         scene: &Scene,
         zones: &Zones,
