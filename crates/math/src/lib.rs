@@ -6,6 +6,7 @@
 //! | [`bounded`] | a value with its error radius and the grade of the evidence |
 //! | [`collapsed`] | Gauss–Jacobi rules for triangles, with their remainders |
 //! | [`dilogarithm`] | Li₂ in the unit disc |
+//! | [`directions`] | directions from numbers: on the circle, the sphere, by the cosine |
 //! | [`gauss`] | Gauss–Legendre rules, and what their error is bounded by |
 //! | [`logarithm`] | ln for lane arrays |
 //! | [`sequence`] | low-discrepancy points, deterministic |
@@ -16,6 +17,7 @@
 pub mod bounded;
 pub mod collapsed;
 pub mod dilogarithm;
+pub mod directions;
 pub mod gauss;
 pub mod logarithm;
 pub mod sequence;

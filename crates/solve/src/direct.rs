@@ -5,10 +5,11 @@
 //! where closure is restored, the gathered fields are scaled so that they do, and the change is told.
 
 use crate::gather::{Gathered, gather};
-use crate::surroundings::{cosine, fate};
+use crate::surroundings::fate;
 use rayon::prelude::*;
 use std::f64::consts::PI;
-use zonal_math::{Vec3, sequence, vec3};
+use zonal_math::directions::{cosine, sphere, turn};
+use zonal_math::{Vec3, sequence};
 use zonal_scene::{Bands, Light, Progress, Scene, Zones, bands};
 use zonal_transport::Transport;
 use zonal_transport::direct::{Lamp, Source};
@@ -203,10 +204,7 @@ fn beam_ray(scene: &Scene, transport: &Transport, lamp: &Lamp, k: usize, sum: &m
             enter(scene, transport, at - dir * (2.0 * radius), dir, power, sum);
         }
         Light::Sky { radiance, .. } => {
-            let cos = 1.0 - 2.0 * u[0];
-            let sin = (1.0 - cos * cos).max(0.0).sqrt();
-            let (s, c) = (2.0 * PI * u[1]).sin_cos();
-            let out = vec3(sin * c, sin * s, cos);
+            let out = sphere(u);
             let dir = cosine(-out, v);
             let power = radiance.map(|l| l * PI * 4.0 * PI * radius * radius);
             enter(scene, transport, centre + out * radius, dir, power, sum);
@@ -227,7 +225,7 @@ fn four(k: usize) -> ([f64; 2], [f64; 2]) {
 fn sun_ray(direction: Vec3, angular_diameter: f64, u: [f64; 2]) -> Vec3 {
     let (t, b) = direction.frame();
     let r = (0.5 * angular_diameter).tan() * u[0].sqrt();
-    let (s, c) = (2.0 * PI * u[1]).sin_cos();
+    let (s, c) = turn(u[1]);
     (direction + t * (r * c) + b * (r * s)).normalized()
 }
 

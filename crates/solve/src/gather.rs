@@ -20,10 +20,11 @@
 //! light over the zones of its kind. In open medium the ratios R of a cell and the 26 around it are averaged where the cell's own agrees
 //! with that within its error: a penumbra is wider than a cell unless the light is a sun. All numbers are functions of zone and index.
 
+use crate::open::{Open, Row};
 use crate::surroundings::voxel_point;
 use rayon::prelude::*;
 use zonal_math::{Vec3, sequence};
-use zonal_scene::{Bands, Light, PaneZone, Progress, Scene, VoxelZone, Voxmap, Zones, bands};
+use zonal_scene::{Bands, Light, PaneZone, Progress, Scene, Voxmap, Zones, bands};
 use zonal_transport::Transport;
 use zonal_transport::direct::{Lamp, Receiver};
 
@@ -436,8 +437,11 @@ pub(crate) fn gather(
     let limits = [Wanted::new(scene, &first[..patches], 0), Wanted::new(scene, &first[patches..], 1)];
     let wanted = |i: usize, one: &One| limits[usize::from(i >= patches)].of(one);
     let calm = scene.voxmap().map(|m| Calm::new(&g, m, &first));
-    let open = scene.voxmap().filter(|_| !matches!(light, Light::Sun { .. })).map(|m| Open::new(&g, m));
-    let open = |i: usize| open.as_ref().filter(|o| i >= patches && o.holds(zones, i - patches));
+    let open = scene
+        .voxmap()
+        .filter(|_| !matches!(light, Light::Sun { .. }))
+        .map(|m| Open::new(m, zones, transport));
+    let open = |i: usize| open.as_ref().filter(|_| i >= patches).and_then(|o| o.cube(i - patches, 1));
     let second = g.all(n, progress, |i| {
         let more = calm.as_ref().map_or(0, |c| c.agreeing(&g, &first[i], i));
         if largest(first[i].full) * error(&first[i], more) <= wanted(i, &first[i]) {
@@ -452,10 +456,10 @@ pub(crate) fn gather(
     let settled = |i: usize| -> (Bands, f64, u64) {
         let own = &second[i];
         let told = |o: &One| (o.value(), TOLD * largest(o.full) * o.error as f64, 0);
-        let Some(open) = open(i).filter(|_| largest(own.full) * own.error as f64 > wanted(i, own)) else {
+        let Some(rows) = open(i).filter(|_| largest(own.full) * own.error as f64 > wanted(i, own)) else {
             return told(own);
         };
-        let (mean, slope) = open.mean(zones, &second[patches..], i - patches);
+        let (mean, slope) = mean(rows, &second[patches..]);
         let off = (0..3).map(|b| (own.ratio[b] - mean[b]).abs()).fold(0.0, f64::max);
         if off <= AGREES * own.error as f64 && slope <= LEVEL {
             let error = (CALMED * own.error).hypot(CURVED * slope as f32);
@@ -475,68 +479,20 @@ pub(crate) fn gather(
     }
 }
 
-/// Where a cell and the 26 around it are whole, with no facet between them.
-struct Open<'a> {
-    map: &'a Voxmap,
-    /// For each voxel zone, bit k: whole, and nothing between its centre and that of the whole next cell along axis k.
-    free: Vec<u8>,
-}
-
-impl<'a> Open<'a> {
-    fn new(g: &Gatherer, map: &'a Voxmap) -> Open<'a> {
-        let (zones, dims) = (g.zones, map.dims());
-        let stride = [dims[1] * dims[2], dims[2], 1];
-        let whole = |cell: usize| {
-            let of = zones.of_cell(cell);
-            (of.len() == 1 && zones.voxels[of.start].part.is_empty()).then(|| &zones.voxels[of.start])
-        };
-        let bits = |z: &VoxelZone| {
-            let c = map.coordinates(z.cell);
-            let free = |k: &usize| {
-                z.part.is_empty()
-                    && c[*k] + 1 < dims[*k]
-                    && whole(z.cell + stride[*k])
-                        .is_some_and(|next| !g.transport.blocked_inside(z.centre, next.centre))
-            };
-            (0..3).filter(free).map(|k| 1 << k).sum()
-        };
-        Open { map, free: zones.voxels.par_iter().map(bits).collect() }
-    }
-
-    /// The cells around voxel zone `z`, itself among them; none at the border of the grid.
-    fn block(&self, cell: usize) -> Option<impl Iterator<Item = (usize, [usize; 3])>> {
-        let (c, dims) = (self.map.coordinates(cell), self.map.dims());
-        let inner = (0..3).all(|k| c[k] > 0 && c[k] + 1 < dims[k]);
-        let map = self.map;
-        inner.then(|| {
-            (0..27).map(move |n| {
-                let d = [n / 9, n / 3 % 3, n % 3];
-                (map.index([0, 1, 2].map(|k| c[k] + d[k] - 1)), d)
-            })
-        })
-    }
-
-    fn holds(&self, zones: &Zones, z: usize) -> bool {
-        let linked = |(cell, d): (usize, [usize; 3])| {
-            let of = zones.of_cell(cell);
-            let need: u8 = (0..3).filter(|&k| d[k] < 2).map(|k| 1 << k).sum();
-            of.len() == 1 && zones.voxels[of.start].part.is_empty() && self.free[of.start] & need == need
-        };
-        self.block(zones.voxels[z].cell).is_some_and(|mut b| b.all(linked))
-    }
-
-    /// Mean ratio over the 27 cells, and its largest change from one side to the other.
-    fn mean(&self, zones: &Zones, list: &[One], z: usize) -> (Bands, f64) {
-        let (mut sum, mut change) = ([0.0; 3], [[0.0; 3]; 3]);
-        for (cell, d) in self.block(zones.voxels[z].cell).into_iter().flatten() {
-            let one = &list[zones.of_cell(cell).start];
+/// Mean ratio over the rows of 27 cells, and its largest change from one side to the other.
+fn mean(rows: impl Iterator<Item = Row>, list: &[One]) -> (Bands, f64) {
+    let (mut sum, mut change) = ([0.0; 3], [[0.0; 3]; 3]);
+    for row in rows {
+        for (z, away) in row.zones.zip([-1.0, 0.0, 1.0]) {
+            let one = &list[z];
+            let d = [row.steps[0] as f64, row.steps[1] as f64, away];
             for b in 0..3 {
                 sum[b] += one.ratio[b] / 27.0;
-                (0..3).for_each(|k| change[k][b] += (d[k] as f64 - 1.0) * one.ratio[b] / 9.0);
+                (0..3).for_each(|k| change[k][b] += d[k] * one.ratio[b] / 9.0);
             }
         }
-        (sum, change.iter().flatten().fold(0.0, |m, c| c.abs().max(m)))
     }
+    (sum, change.iter().flatten().fold(0.0, |m, c| c.abs().max(m)))
 }
 
 #[cfg(test)]

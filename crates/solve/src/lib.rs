@@ -39,6 +39,7 @@ mod gather;
 pub mod groups;
 pub mod hierarchical;
 pub mod krylov;
+mod open;
 pub mod operator;
 pub mod outlook;
 pub mod packed;

@@ -8,6 +8,7 @@ use crate::engine;
 use crate::forecast::{self, Forecast};
 use crate::groups;
 use crate::hierarchical::budget::{self, Budget, PROGRAM};
+use crate::hierarchical::build::tells_escape;
 use crate::hierarchical::build::{LINKED, NO_LINKS};
 use crate::hierarchical::seeing;
 use crate::hierarchical::trial::trial;
@@ -85,7 +86,9 @@ impl Outlook {
         let (engine, reason) = engine::choose(scene, zones, transport, forecast, settings, memory)?;
         let (_, light) = forecast::direct_light(scene, zones, transport, threads);
         let mut parts = vec![("direct light".to_string(), light)];
-        parts.push(("surroundings".to_string(), surroundings(plan, clock)));
+        if engine != Engine::Hierarchical || !tells_escape(scene, zones) {
+            parts.push(("surroundings".to_string(), surroundings(plan, clock)));
+        }
         let mut out = Outlook { engine, reason, parts, seconds: [0.0; 2], bytes: [0; 2], notes: Vec::new() };
         let more = match engine {
             Engine::Hierarchical => out.hierarchical(plan, clock),

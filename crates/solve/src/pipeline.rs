@@ -8,6 +8,7 @@ use crate::energy::{self, Found};
 use crate::engine::{self, Built, Site};
 use crate::forecast::{self, Forecast};
 use crate::groups::{self, Source, emission, response};
+use crate::hierarchical::build::tells_escape;
 use crate::hierarchical::even::even;
 use crate::krylov::{self, Ended, Stop, System};
 use crate::operator::Arriving;
@@ -93,7 +94,7 @@ pub fn solve_zones(
     let forecast = Forecast::new(scene, zones, transport);
     let (engine, reason) = engine::choose(scene, zones, transport, &forecast, job.settings, job.memory)?;
     let direct = illuminate(scene, zones, transport, job);
-    let mut escape = surroundings(scene, zones, transport, job);
+    let mut escape = surroundings(scene, zones, transport, engine, job);
     let (sources, note) = groups::chosen(scene, zones);
     let site = Site {
         scene,
@@ -175,8 +176,11 @@ impl Lit {
 }
 
 /// What escapes, a stage.
-fn surroundings(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Escape {
+fn surroundings(scene: &Scene, zones: &Zones, transport: &Transport, engine: Engine, job: &Job) -> Escape {
     const STAGE: &str = "surroundings";
+    if engine == Engine::Hierarchical && tells_escape(scene, zones) {
+        return Escape::of_panes(scene, zones, transport, escape_rays(scene));
+    }
     let restored = |bytes: Vec<u8>| {
         let mut r = Reader::new(&bytes);
         let escape = Escape { sky: r.triples()?, backs: r.triples()?, rays: r.int()? as u64 };
@@ -398,6 +402,6 @@ fn counts(zones: &Zones, built: &Built, escape: &Escape) -> Vec<(String, u64)> {
     ];
     let mut out: Vec<(String, u64)> = first.into_iter().map(|(k, v)| (k.to_string(), v as u64)).collect();
     out.extend(built.counts.iter().cloned());
-    out.push(("rays to the surroundings".into(), escape.rays));
+    out.extend((escape.rays > 0).then(|| ("rays to the surroundings".into(), escape.rays)));
     out
 }

@@ -7,9 +7,9 @@
 //! their errors are independent, and twice as many where the first ones disagree. Grade: statistical.
 
 use rayon::prelude::*;
-use std::f64::consts::PI;
 use zonal_exchange::pair::target;
-use zonal_math::{Vec3, sequence, vec3};
+use zonal_math::directions::{cosine, sphere};
+use zonal_math::{Vec3, sequence};
 use zonal_scene::{Bands, Progress, Scene, Sides, VoxelZone, Zones, bands};
 use zonal_transport::Transport;
 
@@ -56,6 +56,16 @@ impl Escape {
         progress.advance(n as u64);
         progress.end();
         Escape::from_counts(&found, zones, 1)
+    }
+
+    /// Measures pane zones alone, with so many rays each: the others wait for [`crate::hierarchical::views::Views::escape`].
+    pub fn of_panes(scene: &Scene, zones: &Zones, transport: &Transport, rays: usize) -> Escape {
+        let (n, from) = (zones.len(), zones.pane_offset());
+        let measured: Vec<One> =
+            (from..n).into_par_iter().map(|i| one(scene, zones, transport, i, 0..rays)).collect();
+        let mut found = vec![One { shot: 1, ..One::default() }; from];
+        found.extend(measured);
+        Escape { rays: ((n - from) * rays) as u64, ..Escape::from_counts(&found, zones, 1) }
     }
 
     /// Sums over rays from every `step`-th zone, made factors.
@@ -168,26 +178,11 @@ fn ray(zones: &Zones, cell: Vec3, i: usize, k: usize) -> (Vec3, Vec3, Bands) {
         let weight = z.extinction.map(|e| if e * path > 1e-12 { -(-e * path).exp_m1() / e } else { path });
         return (z.plate.at(u, v), w, weight.map(|x| x / (2.0 * z.thickness)));
     }
-    let cos = 1.0 - 2.0 * d[0];
-    let sin = (1.0 - cos * cos).max(0.0).sqrt();
-    let (s, c) = (2.0 * PI * d[1]).sin_cos();
-    (
-        voxel_point(&zones.voxels[i - zones.voxel_offset()], cell, p),
-        vec3(sin * c, sin * s, cos),
-        bands(|_| 1.0),
-    )
+    (voxel_point(&zones.voxels[i - zones.voxel_offset()], cell, p), sphere(d), [1.0; 3])
 }
 
 /// A point of a voxel zone with cell edges `cell`: uniform in a whole voxel, one of the samples of a cut one.
 pub fn voxel_point(z: &VoxelZone, cell: Vec3, u: [f64; 3]) -> Vec3 {
     let whole = || z.centre + cell.scale(Vec3::from_array(u) - Vec3::splat(0.5));
     z.part.point_at(u[0]).unwrap_or_else(whole)
-}
-
-/// A direction of cosine density about `n` from two numbers in [0, 1).
-pub fn cosine(n: Vec3, u: [f64; 2]) -> Vec3 {
-    let (t, b) = n.frame();
-    let r = u[0].sqrt();
-    let (s, c) = (2.0 * PI * u[1]).sin_cos();
-    t * (r * c) + b * (r * s) + n * (1.0 - u[0]).max(0.0).sqrt()
 }

@@ -18,8 +18,9 @@
 
 use crate::Transport;
 use crate::emitter::Emitter;
-use std::f64::consts::{PI, TAU};
-use zonal_math::{Vec3, sequence, vec3};
+use std::f64::consts::PI;
+use zonal_math::directions::{sphere, turn};
+use zonal_math::{Vec3, sequence};
 use zonal_scene::{Bands, Light, Scene, bands};
 
 /// Who receives the light.
@@ -112,7 +113,7 @@ impl<'a> Lamp<'a> {
             Light::Sky { radiance, .. } => {
                 let (towards, weight) = match receiver {
                     Receiver::Surface(n) => (cosine_weighted(n, [s[0], s[1]]), PI),
-                    Receiver::Free => (on_sphere([s[0], s[1]]), 4.0 * PI),
+                    Receiver::Free => (sphere([s[0], s[1]]), 4.0 * PI),
                 };
                 distant(transport, point, towards, weight, *radiance)
             }
@@ -147,7 +148,7 @@ impl<'a> Lamp<'a> {
                 })
             }
             Light::Sky { radiance, .. } => Some(Source::Distant {
-                towards: on_sphere([s[0], s[1]]),
+                towards: sphere([s[0], s[1]]),
                 fluence: radiance.map(|l| 4.0 * PI * l),
             }),
             Light::Emitter { .. } => self.emitter.as_ref()?.point(s),
@@ -273,21 +274,17 @@ fn cosine_weighted(normal: Vec3, s: [f64; 2]) -> Vec3 {
     around(normal, (1.0 - s[0]).sqrt(), s[0].sqrt(), s[1])
 }
 
-fn on_sphere(s: [f64; 2]) -> Vec3 {
-    let z = 1.0 - 2.0 * s[0];
-    let r = (1.0 - z * z).max(0.0).sqrt();
-    vec3(r * (TAU * s[1]).cos(), r * (TAU * s[1]).sin(), z)
-}
-
-fn around(axis: Vec3, z: f64, r: f64, turn: f64) -> Vec3 {
+fn around(axis: Vec3, z: f64, r: f64, share: f64) -> Vec3 {
     let (t, b) = axis.frame();
-    let (sin, cos) = (TAU * turn).sin_cos();
+    let (sin, cos) = turn(share);
     (axis * z + (t * cos + b * sin) * r).normalized()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
+    use zonal_math::vec3;
     use zonal_scene::{Facet, Pane, Plate, SceneParts, Sides, Surface, Voxmap};
 
     fn surface(name: &str, emission: f64) -> Surface {

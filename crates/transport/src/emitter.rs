@@ -24,6 +24,7 @@
 use crate::direct::{Receiver, Source};
 use crate::solid_angle::{in_front, projected_solid_angle, solid_angle};
 use std::f64::consts::PI;
+use zonal_math::directions::turn;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Bands, Plate, PlateKind, Scene, Sides, bands};
 
@@ -264,7 +265,7 @@ impl Fan {
     /// The point of the facet's plane at `s` ∈ [0,1)², uniform in solid angle, from the facet's origin.
     #[inline(always)]
     fn at(&self, s: [f64; 2]) -> Option<Vec3> {
-        let (sin, cos) = (0.5 * s[0] * self.total).sin_cos();
+        let (sin, cos) = turn(s[0] * self.total / (4.0 * PI));
         // Turned back by one triangle after the other.
         let (mut left, mut found) = ([cos, sin], None);
         for (k, &[x, y]) in self.half[..self.count].iter().enumerate().filter(|h| h.1[1] > 0.0) {

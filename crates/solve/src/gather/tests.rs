@@ -1,6 +1,6 @@
 use super::*;
-use crate::surroundings::cosine;
 use std::f64::consts::PI;
+use zonal_math::directions::cosine;
 use zonal_math::vec3;
 use zonal_scene::Quiet;
 use zonal_transport::{Hit, build_zones};

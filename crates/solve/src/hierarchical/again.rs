@@ -6,8 +6,9 @@
 
 use super::onward::Lamps;
 use super::seeing::Seeing;
+use super::shooter::Shooter;
 use super::smooth::CAUTION;
-use super::views::{Measured, Shooter, Views};
+use super::views::{Measured, Shine, Views};
 use rayon::prelude::*;
 use zonal_scene::{Bands, bands};
 
@@ -18,6 +19,9 @@ const DARK: f64 = 0.1;
 /// Rays over those at hand: of a zone at least and at most, and of all zones together at most.
 const TIMES: [f64; 2] = [1.0, 12.0];
 const ALL: f64 = 0.25;
+
+/// Zones whose rays are shot together.
+const TOGETHER: usize = 32;
 
 /// A zone that shoots again, and how many rays.
 struct Wish {
@@ -64,7 +68,7 @@ impl Seeing<'_> {
     /// number of rays.
     pub fn again(
         &self,
-        shine: &[Vec<[f32; 3]>],
+        shine: &[Vec<Shine>],
         raw: &[Vec<Bands>],
         seen: &[Measured],
         values: &mut [Vec<Bands>],
@@ -74,36 +78,48 @@ impl Seeing<'_> {
         let list = wishes(&self.views, seen, values, told, &direct, self.scene.options().tolerance);
         let shooter = Shooter::new(self.scene, self.zones, self.transport);
         let lamps = self.onward.then(|| Lamps::new(self.scene, self.direct));
-        let one = |wish: &Wish| {
-            let (i, have) = (wish.zone, self.views.of(wish.zone).len());
-            let (mut sums, mut square) = (vec![[0.0; 3]; shine.len()], [0.0; 3]);
+        let some = |wishes: &[Wish]| -> Vec<(usize, Vec<Bands>, Bands)> {
+            // Which of the wishes each ray serves, and its number among them.
+            let of_wish: Vec<u32> =
+                (0..).zip(wishes).flat_map(|(w, wish)| std::iter::repeat_n(w, wish.rays)).collect();
+            let mut starts = vec![0];
+            wishes.iter().for_each(|w| starts.push(starts[starts.len() - 1] + w.rays));
+            let of = |r: usize| {
+                let (w, i) = (of_wish[r] as usize, wishes[of_wish[r] as usize].zone);
+                (i, self.views.of(i).len() + r - starts[w])
+            };
             let mut steps = Vec::new();
-            for k in have..have + wish.rays {
+            let mut sums = vec![vec![[0.0; 3]; shine.len()]; wishes.len()];
+            let mut squares = vec![[0.0; 3]; wishes.len()];
+            shooter.volley(of_wish.len(), of, |r, stop| {
+                let (w, worth) = (of_wish[r] as usize, stop.worth);
                 steps.clear();
-                let stop = shooter.own(i, k);
-                let worth = stop.worth;
-                let met = lamps.as_ref().map_or(stop.zone, |l| shooter.follow(l, i, k, stop, &mut steps));
+                let met = lamps.as_ref().map_or(stop.zone, |l| shooter.follow(l, of(r), stop, &mut steps));
                 let mut all = [0.0; 3];
                 for (c, b) in shine.iter().enumerate() {
                     let v = self.views.brings(&steps, met, worth, b, self.way(c)).map(f64::from);
-                    sums[c] = bands(|x| sums[c][x] + v[x]);
+                    sums[w][c] = bands(|x| sums[w][c][x] + v[x]);
                     all = bands(|x| all[x] + v[x]);
                 }
-                square = bands(|x| square[x] + all[x] * all[x]);
-            }
-            let (m, unit) = (wish.rays as f64, self.views.unit(i));
-            let (old, new) = (have as f64, have as f64 + m);
-            let all = sums.iter().fold([0.0; 3], |s, v| bands(|x| s[x] + v[x]));
-            // Sums of squares about the means of either part, as errors of the whole.
-            let error = bands(|x| {
-                let own = (square[x] - all[x] * all[x] / m.max(1.0)).max(0.0) * unit * unit;
-                let before = (seen[i].error[x] * old).powi(2);
-                CAUTION * (own + before).sqrt() / new
+                squares[w] = bands(|x| squares[w][x] + all[x] * all[x]);
             });
-            let value = |c: usize| bands(|x| (raw[c][i][x] * old + unit * sums[c][x]) / new);
-            (i, (0..shine.len()).map(value).collect::<Vec<_>>(), error)
+            let joined = |((wish, sums), square): ((&Wish, Vec<Bands>), Bands)| {
+                let (i, have) = (wish.zone, self.views.of(wish.zone).len());
+                let (m, unit) = (wish.rays as f64, self.views.unit(i));
+                let (old, new) = (have as f64, have as f64 + m);
+                let all = sums.iter().fold([0.0; 3], |s, v| bands(|x| s[x] + v[x]));
+                // Sums of squares about the means of either part, as errors of the whole.
+                let error = bands(|x| {
+                    let own = (square[x] - all[x] * all[x] / m.max(1.0)).max(0.0) * unit * unit;
+                    let before = (seen[i].error[x] * old).powi(2);
+                    CAUTION * (own + before).sqrt() / new
+                });
+                let value = |c: usize| bands(|x| (raw[c][i][x] * old + unit * sums[c][x]) / new);
+                (i, (0..shine.len()).map(value).collect(), error)
+            };
+            wishes.iter().zip(sums).zip(squares).map(joined).collect()
         };
-        let done: Vec<_> = list.par_iter().map(one).collect();
+        let done: Vec<_> = list.par_chunks(TOGETHER).flat_map_iter(some).collect();
         for (i, own, error) in done {
             told[i] = error;
             own.into_iter().zip(values.iter_mut()).for_each(|(v, to)| to[i] = v);

@@ -12,7 +12,7 @@ use crate::krylov::Ended;
 use crate::operator::Arriving;
 use crate::surroundings::Escape;
 use zonal_math::Grade;
-use zonal_scene::{Bands, Estimate, Fields, SceneError};
+use zonal_scene::{Bands, Estimate, Fields, Scene, SceneError, Zones};
 
 /// Times that rays are shot anew because more are wanted.
 const LOOKS: usize = 3;
@@ -98,10 +98,19 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
     Ok(built)
 }
 
+/// True where the rays of the views say what leaves the scene: they are the answer, and nothing comes in that way.
+pub fn tells_escape(scene: &Scene, zones: &Zones) -> bool {
+    let options = scene.options();
+    zones.len() > LINKED && options.sweeps.is_none() && scene.surroundings().radiance == [0.0; 3]
+}
+
 impl<'a> Look<'a> {
-    fn new(site: &Site<'a>, escape: &Escape, each: [usize; 2]) -> Look<'a> {
+    fn new(site: &Site<'a>, escape: &mut Escape, each: [usize; 2]) -> Look<'a> {
         // Of few zones the answer is that of constant zones, as the dense engine's is.
         let mut seeing = Seeing::new(site, each, site.zones.len() > LINKED);
+        if tells_escape(site.scene, site.zones) {
+            seeing.escape(escape);
+        }
         let mut ended = seeing.solve(site, escape);
         let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
         let Looked { arriving: Arriving { columns, error }, raw, even, again } = seeing.look(&strengths);

@@ -6,7 +6,7 @@
 //! and for each block of zones the steps from which its rays go on.
 
 use super::onward::{BLOCK, Step, step_of};
-use super::views::NOWHERE;
+use super::shooter::NOWHERE;
 use crate::stage::{Pen, Reader};
 
 /// Bytes of a stage, about: some seconds of work.
@@ -65,7 +65,7 @@ pub fn restored(
         // Steps lead on to later ones: nothing goes round.
         let leads = |to: u32, after: usize| match step_of(to) {
             Some(s) => (after..steps.len()).contains(&s),
-            None => to == NOWHERE || (to as usize) < zones,
+            None => to >= NOWHERE || (to as usize) < zones,
         };
         met.iter().all(|m| leads(*m, 0))
             && steps.iter().enumerate().all(|(k, s)| s.is_on(patches) && leads(s.next(), k + 1))

@@ -39,11 +39,13 @@ pub mod near;
 mod onward;
 pub mod refine;
 pub mod seeing;
+mod shooter;
 pub mod sight;
 pub mod smooth;
 pub mod tree;
 pub mod trial;
 pub mod views;
+mod windows;
 
 use crate::columns::{times, total};
 use crate::dense;

@@ -10,9 +10,10 @@
 //!
 //! in place of B_j: unbiased for the light at x, of which B_j is the mean over the patch. It may go on again at k.
 
-use super::views::{NOWHERE, Shooter, Stop};
+use super::shooter::{NOWHERE, SEED, Shooter, Stop};
+use super::views::Shine;
 use crate::direct::Direct;
-use crate::surroundings::cosine;
+use zonal_math::directions::cosine;
 use zonal_math::{Vec3, sequence};
 use zonal_scene::{Bands, Scene};
 use zonal_transport::direct::{Lamp, Receiver};
@@ -60,6 +61,10 @@ impl Step {
     pub fn next(&self) -> u32 {
         self.next
     }
+    /// The same, but that `next` is met next.
+    pub fn leading(self, next: u32) -> Step {
+        Step { next, ..self }
+    }
     /// True where the step is on one of so many patches.
     pub fn is_on(&self, patches: usize) -> bool {
         (self.zone as usize) < patches
@@ -69,9 +74,14 @@ impl Step {
 /// Bytes of a step.
 pub const BYTES: usize = size_of::<Step>();
 
+/// The number of step `at` where that of a zone may stand.
+pub fn number(at: usize) -> u32 {
+    STEP | at as u32
+}
+
 /// Zone or step?
 pub fn step_of(met: u32) -> Option<usize> {
-    (met != NOWHERE && met >= STEP).then_some((met & !STEP) as usize)
+    (STEP..NOWHERE).contains(&met).then_some((met & !STEP) as usize)
 }
 
 /// The zone that a ray meets first.
@@ -83,7 +93,7 @@ pub fn first_of(met: u32, steps: &[Step]) -> u32 {
 #[derive(Clone, Debug, Default)]
 pub struct Own {
     /// B⁰ of the patches without the lights followed, W/m².
-    pub zones: Vec<[f32; 3]>,
+    pub zones: Vec<Shine>,
     /// What each light counts.
     pub lights: Vec<f32>,
 }
@@ -91,7 +101,7 @@ pub struct Own {
 impl Own {
     /// Adds so many times `other`.
     pub fn add(&mut self, other: &Own, times: f32) {
-        self.zones.resize(other.zones.len(), [0.0; 3]);
+        self.zones.resize(other.zones.len(), [0.0; 4]);
         self.lights.resize(other.lights.len(), 0.0);
         for (o, z) in self.zones.iter_mut().zip(&other.zones) {
             (0..3).for_each(|b| o[b] += times * z[b]);
@@ -104,12 +114,12 @@ impl Own {
 pub fn brought(
     steps: &[Step],
     at: usize,
-    worth: [f32; 3],
-    reflectance: &[[f32; 3]],
-    shine: &[[f32; 3]],
+    worth: Shine,
+    reflectance: &[Shine],
+    shine: &[Shine],
     own: Option<&Own>,
-) -> [f32; 3] {
-    let (mut left, mut sum, mut next) = (worth, [0.0; 3], Some(at));
+) -> Shine {
+    let (mut left, mut sum, mut next) = (worth, [0.0; 4], Some(at));
     while let Some(at) = next {
         let step = &steps[at];
         let rho = reflectance[step.zone as usize];
@@ -120,9 +130,9 @@ pub fn brought(
         }
         (0..3).for_each(|k| left[k] *= rho[k] * step.worth[k]);
         next = step_of(step.next);
-        if next.is_none() && step.next != NOWHERE {
+        if next.is_none() && step.next < NOWHERE {
             let b = shine[step.next as usize];
-            (0..3).for_each(|k| sum[k] += left[k] * b[k]);
+            (0..4).for_each(|k| sum[k] += left[k] * b[k]);
         }
     }
     sum
@@ -172,9 +182,15 @@ impl Shooter<'_> {
     }
 
     /// Follows ray `k` of zone `i` from where it stopped; the number of the zone or the step to note for it.
-    pub fn follow(&self, lamps: &Lamps, i: usize, k: usize, mut stop: Stop, steps: &mut Vec<Step>) -> u32 {
+    pub fn follow(
+        &self,
+        lamps: &Lamps,
+        (i, k): (usize, usize),
+        mut stop: Stop,
+        steps: &mut Vec<Step>,
+    ) -> u32 {
         let first = stop.zone;
-        let seed = sequence::hash(sequence::hash(i as u64 ^ super::views::SEED).wrapping_add(k as u64));
+        let seed = sequence::hash(sequence::hash(i as u64 ^ SEED).wrapping_add(k as u64));
         let mut head = None;
         let often = if i < self.zones.voxel_offset() { OFTEN } else { 0 };
         for depth in 0..often {
@@ -184,7 +200,7 @@ impl Shooter<'_> {
             let (x, normal) = (stop.at, self.zones.patches[j].normal);
             let (light, bright) = lamps.lit(self, j, x, [one(0), one(1), one(2), one(3)]);
             let next = self.shoot(x, cosine(normal, [one(4), one(5)]), one(6));
-            let number = STEP | steps.len() as u32;
+            let number = number(steps.len());
             if head.is_none() {
                 head = Some(number);
             } else if let Some(last) = steps.last_mut() {

@@ -6,7 +6,7 @@
 use super::build::LINKED;
 use super::onward::{Lamps, Own};
 use super::smooth::Smoother;
-use super::views::{Measured, Views, Way};
+use super::views::{Measured, Shine, Views, Way, shine};
 use crate::columns::total;
 use crate::direct::Direct;
 use crate::engine::Site;
@@ -110,6 +110,11 @@ impl<'a> Seeing<'a> {
         self.views.rays()
     }
 
+    /// What leaves the patches and voxel zones for good, by the same rays.
+    pub fn escape(&self, escape: &mut Escape) {
+        self.views.escape(self.zones, escape);
+    }
+
     /// All groups, passed on along the rays until little is left.
     pub fn solve(&mut self, site: &Site, escape: &Escape) -> Vec<Ended> {
         let (weights, targets) = (crate::groups::weights(self.zones), targets(self.zones));
@@ -117,7 +122,7 @@ impl<'a> Seeing<'a> {
         if self.rays()[1] > 0 {
             self.own = columns.iter().zip(site.sources).map(|(c, s)| self.own(site, s, c)).collect();
             for (column, own) in columns.iter_mut().zip(&self.own) {
-                let dark = vec![[0.0; 3]; self.len()];
+                let dark = vec![[0.0; 4]; self.len()];
                 let lit = self.times_measure(self.views.arriving(&dark, Way::With(own), 1));
                 let add = |i: usize, s: &mut Bands| *s = bands(|b| s[b] + weights[i][b] * lit[i][b]);
                 column.par_iter_mut().enumerate().for_each(|(i, s)| add(i, s));
@@ -139,7 +144,7 @@ impl<'a> Seeing<'a> {
             let (c, p) = (self.strength[i], &self.zones.patches[i]);
             let lit = direct.get(i).copied().unwrap_or_default();
             let all = |b: usize| if c[b] > 0.0 { s[b] / c[b] } else { 0.0 };
-            [0, 1, 2].map(|b| (all(b) - p.reflectance[b] * lit[b]).max(0.0) as f32)
+            shine(bands(|b| (all(b) - p.reflectance[b] * lit[b]).max(0.0)))
         };
         let counts = |l: usize| if source.has_light(l) { 1.0 } else { 0.0 };
         Own {
@@ -154,10 +159,10 @@ impl<'a> Seeing<'a> {
     }
 
     /// B of all zones by their strengths.
-    fn radiosities(&self, strengths: &[Bands]) -> Vec<[f32; 3]> {
-        let over = |s: f64, c: f64| if c > 0.0 { (s / c) as f32 } else { 0.0 };
+    fn radiosities(&self, strengths: &[Bands]) -> Vec<Shine> {
+        let over = |s: f64, c: f64| if c > 0.0 { s / c } else { 0.0 };
         let both = strengths.par_iter().zip(&self.strength);
-        both.map(|(s, c)| [0, 1, 2].map(|b| over(s[b], c[b]))).collect()
+        both.map(|(s, c)| shine(bands(|b| over(s[b], c[b])))).collect()
     }
 
     fn times_measure(&self, v: Vec<Bands>) -> Vec<Bands> {
@@ -209,8 +214,8 @@ impl Operator for Onward<'_, '_> {
 
 impl Seeing<'_> {
     /// Radiosities in which every group weighs the same: windows that suit them suit all groups, however they are turned up later.
-    fn guide(&self, columns: &[Vec<Bands>]) -> (Vec<[f32; 3]>, Own) {
-        let mut out = vec![[0.0f32; 3]; self.len()];
+    fn guide(&self, columns: &[Vec<Bands>]) -> (Vec<Shine>, Own) {
+        let mut out = vec![[0.0f32; 4]; self.len()];
         let mut own = Own::default();
         for (c, s) in columns.iter().enumerate() {
             let b = self.radiosities(s);
@@ -225,20 +230,24 @@ impl Seeing<'_> {
     }
 
     /// What rays measure of radiosities `b`, and of the own light of the same.
-    fn measured(&self, b: &[[f32; 3]], own: &Own) -> Vec<Measured> {
+    fn measured(&self, b: &[Shine], own: &Own) -> Vec<Measured> {
         let way = if self.own.is_empty() { Way::Ends } else { Way::With(own) };
         self.views.measured(b, way)
     }
 
     /// What arrives, and how well that is known.
     pub fn look(&self, columns: &[Vec<Bands>]) -> Looked {
-        let shine: Vec<Vec<[f32; 3]>> = columns.iter().map(|s| self.radiosities(s)).collect();
-        let one = |(c, b): (usize, &Vec<[f32; 3]>)| self.views.arriving(b, self.way(c), 1);
-        let each: Vec<Vec<Bands>> = shine.iter().enumerate().map(one).collect();
+        let shine: Vec<Vec<Shine>> = columns.iter().map(|s| self.radiosities(s)).collect();
         let mut own = Own::default();
         self.own.iter().for_each(|o| own.add(o, 1.0));
         let all = self.radiosities(&total(self.len(), columns));
         let seen: Vec<Measured> = self.measured(&all, &own);
+        // Of one column that is all already.
+        let one = |(c, b): (usize, &Vec<Shine>)| match columns.len() {
+            1 => seen.iter().map(|m| m.value).collect(),
+            _ => self.views.arriving(b, self.way(c), 1),
+        };
+        let each: Vec<Vec<Bands>> = shine.iter().enumerate().map(one).collect();
         let guide = (columns.len() > 1).then(|| {
             let (b, own) = self.guide(columns);
             self.measured(&b, &own)

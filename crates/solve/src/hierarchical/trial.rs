@@ -3,7 +3,7 @@
 use super::budget::Budget;
 use super::build::LINKED;
 use super::onward::Lamps;
-use super::views::{NOWHERE, Shooter};
+use super::shooter::{NOWHERE, Shooter};
 use crate::direct::{Direct, Lit};
 use rayon::prelude::*;
 use zonal_scene::{Scene, Zones};
@@ -87,16 +87,15 @@ fn sample(shooter: &Shooter, lamps: Option<&Lamps>, range: std::ops::Range<usize
         let start = range.start + run * stride;
         let mut kind = Kind::default();
         let mut steps = Vec::new();
-        for i in start..(start + RUN.min(stride)).min(range.end) {
-            for k in 0..RAYS {
-                let stop = shooter.own(i, k);
-                kind.sent += response(shooter.zones, stop.zone);
-                kind.shot += 1;
-                if let Some(l) = lamps {
-                    shooter.follow(l, i, k, stop, &mut steps);
-                }
+        let end = (start + RUN.min(stride)).min(range.end);
+        let of = |r: usize| (start + r / RAYS, r % RAYS);
+        kind.shot = RAYS * (end - start);
+        shooter.volley(kind.shot, of, |r, stop| {
+            kind.sent += response(shooter.zones, stop.zone);
+            if let Some(l) = lamps {
+                shooter.follow(l, of(r), stop, &mut steps);
             }
-        }
+        });
         kind.steps = steps.len();
         kind
     };
@@ -109,7 +108,7 @@ fn sample(shooter: &Shooter, lamps: Option<&Lamps>, range: std::ops::Range<usize
 /// The largest ρ or Ω of a zone that a ray met.
 fn response(zones: &Zones, zone: u32) -> f64 {
     let v = match zone {
-        NOWHERE => return 0.0,
+        NOWHERE.. => return 0.0,
         z if (z as usize) < zones.voxel_offset() => zones.patches[z as usize].reflectance,
         z if (z as usize) < zones.pane_offset() => zones.voxels[z as usize - zones.voxel_offset()].albedo,
         z => zones.panes[z as usize - zones.pane_offset()].albedo,

@@ -14,21 +14,26 @@
 //! Bands in which the medium differs share the ray by their mean; each counts by its own probability over that of the ray.
 
 use super::kept;
-use super::onward::{BLOCK, Lamps, Own, Step, brought, first_of, step_of};
-use crate::surroundings::{cosine, voxel_point};
+use super::onward::{BLOCK, Lamps, Own, Step, brought, first_of, number, step_of};
+use super::shooter::{BACK, LOST, NOWHERE, SKY, Shooter};
+use crate::surroundings::Escape;
 use rayon::prelude::*;
-use std::f64::consts::PI;
-use zonal_math::{Vec3, sequence, vec3};
-use zonal_scene::{Bands, Patch, Plate, Progress, Scene, Vault, Voxmap, Zones, bands};
+use zonal_exchange::pair::target;
+use zonal_scene::{Bands, Progress, Scene, Vault, Zones, bands};
 use zonal_transport::Transport;
-use zonal_transport::sheets::Sheets;
 
-/// A ray that ends nowhere.
-pub const NOWHERE: u32 = u32::MAX;
-/// Tells the numbers of these rays from those of others.
-pub const SEED: u64 = 0x5bd1_e995_0000_0000;
-/// Halvings of the path in which a medium that varies stops a ray.
-const HALVINGS: usize = 14;
+/// Radiosities, or what else belongs to bands, W/m²; the fourth is nought, so that one load brings all.
+pub type Shine = [f32; 4];
+
+/// Three bands as [`Shine`].
+pub fn shine(v: Bands) -> Shine {
+    [v[0] as f32, v[1] as f32, v[2] as f32, 0.0]
+}
+
+/// What a ray counts as [`Shine`].
+fn wide([a, b, c]: [f32; 3]) -> Shine {
+    [a, b, c, 0.0]
+}
 
 /// The zones in which the rays of every zone end.
 pub struct Views {
@@ -43,7 +48,7 @@ pub struct Views {
     /// Steps of the rays of so many patches, and volume zones, at a time.
     steps: [Vec<Vec<Step>>; 2],
     /// ρ of the patches, where rays go on.
-    reflectance: Vec<[f32; 3]>,
+    reflectance: Vec<Shine>,
 }
 
 /// How far rays are followed.
@@ -66,149 +71,6 @@ pub struct Measured {
     pub error: Bands,
 }
 
-/// Where a ray stopped.
-pub struct Stop {
-    /// The zone, or nothing.
-    pub zone: u32,
-    /// What it counts, a band.
-    pub worth: [f32; 3],
-    /// How far it came, m.
-    pub distance: f64,
-    /// Position, m.
-    pub at: Vec3,
-}
-
-/// Shoots rays.
-pub struct Shooter<'a> {
-    scene: &'a Scene,
-    /// Zones.
-    pub zones: &'a Zones,
-    /// What rays meet.
-    pub transport: &'a Transport<'a>,
-    sheets: Sheets,
-    cell: Vec3,
-    reach: f64,
-    eps: f64,
-    grey: bool,
-    uniform: Option<Bands>,
-}
-
-fn mean(v: Bands) -> f64 {
-    (v[0] + v[1] + v[2]) / 3.0
-}
-
-impl<'a> Shooter<'a> {
-    /// Makes ready.
-    pub fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> Shooter<'a> {
-        let facets = scene.facets();
-        let plates: Vec<Plate> = facets.iter().flat_map(|f| [f.plate, f.plate]).collect();
-        let sheet = |p: &Patch| 2 * p.facet + usize::from(p.normal.dot(facets[p.facet].plate.normal()) < 0.0);
-        let equal = |k: Bands| k[0] == k[1] && k[1] == k[2];
-        let grey = |m: &Voxmap| match m.uniform_extinction() {
-            Some(k) => equal(k),
-            None => (0..m.len()).all(|i| equal(m.extinction(i))),
-        };
-        Shooter {
-            scene,
-            zones,
-            transport,
-            sheets: Sheets::new(&plates, zones.patches.iter().map(|p| (&p.plate, sheet(p)))),
-            cell: scene.voxmap().map_or(Vec3::ZERO, |v| v.cell()),
-            reach: 3.0 * scene.diagonal(),
-            eps: 1e-9 * scene.diagonal(),
-            grey: scene.voxmap().is_none_or(grey) && scene.panes().is_empty(),
-            uniform: scene.voxmap().and_then(|m| m.uniform_extinction()),
-        }
-    }
-
-    /// Where the `k`-th ray of a zone starts, and its direction.
-    fn ray(&self, i: usize, k: usize) -> (Vec3, Vec3) {
-        let zones = self.zones;
-        let seed = |m: u64| (i as u64 * 8 + m) ^ SEED;
-        let p = sequence::r3(k, [0, 1, 2].map(|m| sequence::unit(seed(m))));
-        let d = sequence::net(k as u32, [sequence::hash(seed(3)) as u32, sequence::hash(seed(4)) as u32]);
-        let on = |plate: &Plate| {
-            let [u, v] = plate.warp([p[0], p[1]]);
-            plate.at(u, v)
-        };
-        if let Some(z) = zones.patches.get(i) {
-            return (on(&z.plate), cosine(z.normal, d));
-        }
-        let cos = 1.0 - 2.0 * d[0];
-        let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        let (s, c) = (2.0 * PI * d[1]).sin_cos();
-        let at = match i.checked_sub(zones.pane_offset()) {
-            Some(pane) => on(&zones.panes[pane].plate),
-            None => voxel_point(&zones.voxels[i - zones.voxel_offset()], self.cell, p),
-        };
-        (at, vec3(sin * c, sin * s, cos))
-    }
-
-    /// Where a ray stops; the medium stops it where its transmittance falls below `u`.
-    pub fn shoot(&self, origin: Vec3, dir: Vec3, u: f64) -> Stop {
-        let hit = self.transport.nearest(origin, dir, self.eps, self.reach);
-        let t = hit.map_or(self.reach, |h| h.t);
-        let end = origin + dir * t;
-        let depth = self.transport.medium_depth(origin, end);
-        let passed = depth.map(|d| (-d).exp());
-        let through = mean(passed);
-        if u >= through {
-            let (zone, worth) = self.stopped(origin, dir, t, u);
-            return Stop { zone, worth, distance: t, at: end };
-        }
-        let Some(hit) = hit else { return Stop { zone: NOWHERE, worth: [1.0; 3], distance: t, at: end } };
-        let sheet = 2 * hit.facet + usize::from(!hit.front);
-        let zone = self.sheets.find(sheet, [hit.u, hit.v]).unwrap_or(NOWHERE);
-        let worth = self.worth(origin, end, bands(|b| passed[b] / through));
-        Stop { zone, worth, distance: t, at: end }
-    }
-
-    /// The `k`-th ray of a zone.
-    pub fn own(&self, i: usize, k: usize) -> Stop {
-        let (origin, dir) = self.ray(i, k);
-        self.shoot(origin, dir, sequence::r1(k, sequence::unit((i as u64 * 8 + 7) ^ SEED)))
-    }
-
-    /// What a ray counts: by band, and dimmed by panes.
-    fn worth(&self, a: Vec3, b: Vec3, share: Bands) -> [f32; 3] {
-        if self.grey {
-            return [1.0; 3];
-        }
-        let panes = self.transport.pane_depth_inside(a, b);
-        [0, 1, 2].map(|x| (share[x] * (-panes[x]).exp()) as f32)
-    }
-
-    /// A ray that the medium stops before `t`, where the mean transmittance is `u`.
-    fn stopped(&self, origin: Vec3, dir: Vec3, t: f64, u: f64) -> (u32, [f32; 3]) {
-        let Some(map) = self.scene.voxmap() else { return (NOWHERE, [1.0; 3]) };
-        let left = |s: f64| self.transport.medium_depth(origin, origin + dir * s).map(|d| (-d).exp());
-        let inside = map.cell_at(origin).is_some();
-        let s = match self.uniform {
-            Some(k) if self.grey && inside => -u.max(1e-300).ln() / k[0],
-            _ => {
-                let (mut lo, mut hi) = (0.0, t);
-                for _ in 0..HALVINGS {
-                    let middle = 0.5 * (lo + hi);
-                    if mean(left(middle)) > u { lo = middle } else { hi = middle }
-                }
-                0.5 * (lo + hi)
-            }
-        };
-        let at = origin + dir * s.min(t);
-        let Some(cell) = map.cell_at(at).map(|c| map.index(c)) else { return (NOWHERE, [1.0; 3]) };
-        let zone = self.transport.zone_in(self.zones, cell, at);
-        let worth = if self.grey {
-            [1.0; 3]
-        } else {
-            let k = map.extinction(cell);
-            let l = left(s);
-            let sum = (0..3).map(|b| k[b] * l[b]).sum::<f64>() / 3.0;
-            self.worth(origin, at, bands(|b| if sum > 0.0 { k[b] * l[b] / sum } else { 1.0 }))
-        };
-        (zone.map_or(NOWHERE, |z| (z + self.zones.voxel_offset()) as u32), worth)
-    }
-}
-
 impl Views {
     /// Shoots so many rays from every patch, and from every volume zone; with `lamps` those that end close by go on. What is done is kept
     /// in `vault` in stages (`kept`).
@@ -225,15 +87,14 @@ impl Views {
         let first = zones.voxel_offset();
         let total = each[0] * first + each[1] * (zones.len() - first);
         progress.begin("views", zones.len() as u64);
-        let single = |p: &Patch| p.reflectance.map(|r| r as f32);
         let mut views = Views {
             first,
             each,
-            met: vec![NOWHERE; total],
+            met: vec![LOST; total],
             worth: Vec::new(),
             steps: Default::default(),
             reflectance: if lamps.is_some() {
-                zones.patches.iter().map(single).collect()
+                zones.patches.iter().map(|p| shine(p.reflectance)).collect()
             } else {
                 Vec::new()
             },
@@ -249,19 +110,18 @@ impl Views {
             let stage = |number: usize| kept::name(views.each, kind, number);
             let each = each[kind];
             let blocks = kept::blocks(each);
-            // Of every ray in turn; `worth` is empty where all count 1.
+            // `worth` is empty where all count 1.
             let block = |(z, met): (usize, &mut [u32]), worth: &mut [[f32; 3]]| {
                 let mut steps = Vec::new();
-                for (r, m) in met.iter_mut().enumerate() {
-                    let (i, k) = (z + r / each, r % each);
-                    let stop = shooter.own(i, k);
+                let of = |r: usize| (z + r / each, r % each);
+                shooter.volley(met.len(), of, |r, stop| {
                     if let Some(w) = worth.get_mut(r) {
                         *w = stop.worth;
                     }
-                    *m = lamps.map_or(stop.zone, |l| shooter.follow(l, i, k, stop, &mut steps));
-                }
+                    met[r] = lamps.map_or(stop.zone, |l| shooter.follow(l, of(r), stop, &mut steps));
+                });
+                let steps = in_turn(met, steps);
                 progress.advance(met.len() as u64 / each.max(1) as u64);
-                steps.shrink_to_fit();
                 steps
             };
             let mut worth = worth.chunks_mut(each * BLOCK * blocks);
@@ -301,6 +161,23 @@ impl Views {
         self.first
     }
 
+    /// What leaves the patches and voxel zones for good, put into `escape`.
+    pub fn escape(&self, zones: &Zones, escape: &mut Escape) {
+        let one = |i: usize| {
+            let (mut found, range) = ([[0.0; 3]; 2], self.of(i));
+            let over = target(zones, i) / range.len() as f64;
+            for r in range.filter(|&r| self.met[r] == SKY || self.met[r] == BACK) {
+                let worth = self.worth.get(r).copied().unwrap_or([1.0; 3]);
+                let sum = &mut found[usize::from(self.met[r] == BACK)];
+                (0..3).for_each(|b| sum[b] += over * worth[b] as f64);
+            }
+            found
+        };
+        let n = zones.pane_offset();
+        let each = escape.sky[..n].par_iter_mut().zip(&mut escape.backs[..n]).enumerate();
+        each.for_each(|(i, (sky, backs))| [*sky, *backs] = one(i));
+    }
+
     /// Rays of zone `i`.
     pub fn of(&self, i: usize) -> std::ops::Range<usize> {
         let [p, v] = self.each;
@@ -318,23 +195,41 @@ impl Views {
         &self.steps[kind][z / BLOCK]
     }
 
-    /// What ray `r` brings where zones shine with radiosities `b`.
-    #[inline]
-    fn ray(&self, steps: &[Step], r: usize, b: &[[f32; 3]], way: Way) -> [f32; 3] {
-        let worth = self.worth.get(r).copied().unwrap_or([1.0; 3]);
-        self.brings(steps, self.met[r], worth, b, way)
+    /// Shows `each` what every ray of `range`, of a zone of these steps, brings where zones shine with radiosities `b`.
+    #[inline(always)]
+    fn bring(
+        &self,
+        range: std::ops::Range<usize>,
+        steps: &[Step],
+        b: &[Shine],
+        way: Way,
+        mut each: impl FnMut(Shine),
+    ) {
+        if self.worth.is_empty() {
+            for &met in &self.met[range] {
+                each(match b.get(met as usize) {
+                    Some(b) => *b,
+                    None => self.brings(steps, met, [1.0; 3], b, way),
+                });
+            }
+        } else {
+            for (met, worth) in self.met[range.clone()].iter().zip(&self.worth[range]) {
+                each(self.brings(steps, *met, *worth, b, way));
+            }
+        }
     }
 
     /// What a ray brings that met a zone, or goes on from a step, and counts `worth`.
     #[inline]
-    pub fn brings(&self, steps: &[Step], met: u32, worth: [f32; 3], b: &[[f32; 3]], way: Way) -> [f32; 3] {
+    pub fn brings(&self, steps: &[Step], met: u32, worth: [f32; 3], b: &[Shine], way: Way) -> Shine {
+        let worth = wide(worth);
         let bright = |zone: u32| {
             let b = b[zone as usize];
-            [worth[0] * b[0], worth[1] * b[1], worth[2] * b[2]]
+            [0, 1, 2, 3].map(|k| worth[k] * b[k])
         };
         let on = |at: usize, own| brought(steps, at, worth, &self.reflectance, b, own);
         match (step_of(met), way) {
-            _ if met == NOWHERE => [0.0; 3],
+            _ if met >= NOWHERE => [0.0; 4],
             (None, _) => bright(met),
             (Some(_), Way::Ends) => bright(first_of(met, steps)),
             (Some(at), Way::On) => on(at, None),
@@ -343,37 +238,33 @@ impl Views {
     }
 
     /// What arrives, H or G, where zones shine with radiosities `b`, by the first of so many rays.
-    pub fn arriving(&self, b: &[[f32; 3]], way: Way, of: usize) -> Vec<Bands> {
+    pub fn arriving(&self, b: &[Shine], way: Way, of: usize) -> Vec<Bands> {
         let one = |i: usize| {
-            let (range, unit, steps) = (self.of(i), self.unit(i), self.steps(i));
+            let (range, unit) = (self.of(i), self.unit(i));
             let count = range.len().div_ceil(of);
-            let m = count as f32;
-            let mut sum = [0.0; 3];
-            for r in range.take(count) {
-                let v = self.ray(steps, r, b, way);
-                (0..3).for_each(|x| sum[x] += v[x]);
-            }
-            sum.map(|s| unit * (s / m) as f64)
+            let mut sum = [0.0; 4];
+            self.bring(range.start..range.start + count, self.steps(i), b, way, |v| {
+                (0..4).for_each(|x| sum[x] += v[x]);
+            });
+            bands(|x| unit * (sum[x] / count as f32) as f64)
         };
         (0..b.len()).into_par_iter().with_min_len(256).map(one).collect()
     }
 
     /// The same with standard errors.
-    pub fn measured(&self, b: &[[f32; 3]], way: Way) -> Vec<Measured> {
+    pub fn measured(&self, b: &[Shine], way: Way) -> Vec<Measured> {
         let one = |i: usize| {
-            let (range, steps) = (self.of(i), self.steps(i));
+            let range = self.of(i);
             let (m, unit) = (range.len() as f64, self.unit(i));
-            let (mut sum, mut square) = ([0.0; 3], [0.0; 3]);
-            for r in range {
-                let v = self.ray(steps, r, b, way).map(f64::from);
-                for x in 0..3 {
-                    sum[x] += v[x];
-                    square[x] += v[x] * v[x];
-                }
-            }
+            let (mut sum, mut square) = ([0.0; 4], [0.0; 4]);
+            self.bring(range, self.steps(i), b, way, |v| {
+                let v = v.map(f64::from);
+                (0..4).for_each(|x| sum[x] += v[x]);
+                (0..4).for_each(|x| square[x] += v[x] * v[x]);
+            });
             let h = sum.map(|s| s / m);
             let e = bands(|x| ((square[x] / m - h[x] * h[x]).max(0.0) / m).sqrt());
-            Measured { value: h.map(|x| x * unit), error: e.map(|x| x * unit) }
+            Measured { value: bands(|x| h[x] * unit), error: e.map(|x| x * unit) }
         };
         (0..b.len()).into_par_iter().with_min_len(256).map(one).collect()
     }
@@ -382,4 +273,21 @@ impl Views {
     pub fn unit(&self, i: usize) -> f64 {
         if i < self.first { 1.0 } else { 4.0 }
     }
+}
+
+/// Steps in the order of the rays that met them, whose numbers are set anew: they are asked in that order, again and again.
+fn in_turn(met: &mut [u32], steps: Vec<Step>) -> Vec<Step> {
+    let mut out: Vec<Step> = Vec::with_capacity(steps.len());
+    for m in met {
+        let mut next = step_of(*m);
+        if next.is_some() {
+            *m = number(out.len());
+        }
+        while let Some(at) = next {
+            next = step_of(steps[at].next());
+            let on = number(out.len() + 1);
+            out.push(if next.is_some() { steps[at].leading(on) } else { steps[at] });
+        }
+    }
+    out
 }
