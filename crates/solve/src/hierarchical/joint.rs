@@ -20,6 +20,8 @@ use zonal_scene::{Bands, bands};
 const CLUSTER: usize = 256;
 /// Times the noise that differences over a cluster, and over all zones of a kind, may show before they count against the links.
 const NOISE: [f64; 2] = [1.4, 1.1];
+/// Where links are made, light is uneven and few rays do not serve: errors of smoothed rays count so much more.
+const BENT: f64 = 1.3;
 
 /// Σ (a − b)², Σ e_a², Σ e_b², Σ (a − s)², Σ e_s² of a set.
 type Sums = [f64; 5];
@@ -65,7 +67,7 @@ pub fn joint(
         .map(|i| {
             let (here, all) = (factor[of[i] as usize], overall[usize::from(i >= patches)]);
             let [f, g] = [0, 1].map(|k| here[k].max(all[k]));
-            let (a, b) = (links.1[i].map(|e| f * e), smooth.1[i].map(|e| g * e));
+            let (a, b) = (links.1[i].map(|e| f * e), smooth.1[i].map(|e| BENT * g * e));
             let (x, y) = (square(&a), square(&b));
             let share = if x + y > 0.0 { y / (x + y) } else { 1.0 };
             let differ = apart(&links.0[i], &smooth.0[i]);
