@@ -4,6 +4,10 @@
 //! one of its sampled visibility, d = (error of k) · M. Errors of expansions have either sign from link to link and are alike in some:
 //! a zone with errors e_k from its own links and all those above it is taken to have √(Σe · √Σe²), between the sum and the root of the
 //! squares. Those of visibility behave likewise, d in place of e, and count by `DOUBT`, as one blocker hides a zone from many.
+//!
+//! Pairs of two zones have nothing in common: points and rays of each are its own, their number is fixed beforehand, and no zone stands
+//! for others. Their errors are independent and add up as squares, but for a share `ALIKE` of them: what they bring is light that came
+//! by other links, with the errors of those.
 
 use super::kernel::{Curve, Place, Spot};
 use super::links::Links;
@@ -14,13 +18,15 @@ use zonal_scene::{Bands, bands};
 
 /// How much the joint error of visibility counts.
 const DOUBT: f64 = 1.5;
+/// Share of the errors of pairs of zones that is alike in all of them.
+const ALIKE: f64 = 0.1;
 /// Relative error of a pair of zones with an exact geometric factor.
 const EXACT: f64 = 1e-3;
 /// The same by points, or with parts of voxels.
 const SAMPLED: f64 = 0.03;
 
-/// Σe, Σe², Σd, Σd² a band.
-type Sums = [Bands; 4];
+/// Σe, Σe², Σd, Σd² of links with clusters, Σ (e² + (`DOUBT` d)²) and Σ (e + d) of those of two zones, a band.
+type Sums = [Bands; 6];
 
 /// Σ W s and W σ of every node.
 fn powers(tree: &Tree, strengths: &[Bands]) -> Vec<[Bands; 2]> {
@@ -78,14 +84,20 @@ pub fn errors(
         .into_par_iter()
         .with_min_len(64)
         .map(|i| {
-            let mut s: Sums = [[0.0; 3]; 4];
+            let mut s: Sums = [[0.0; 3]; 6];
             for l in links.of(i) {
                 let j = links.other[l] as usize;
+                let zones = tree.nodes[i].is_leaf() && tree.nodes[j].is_leaf();
                 let (relative, varied) = open(&tree.nodes[i], &tree.nodes[j], &spots[i], &spots[j]);
                 for b in 0..3 {
                     let k = links.kernel[l * links.groups + group[b]].abs() as f64;
                     let e = k * (power[j][0][b] * relative + power[j][1][b] * varied);
                     let d = links.doubt[l] as f64 * power[j][0][b];
+                    if zones {
+                        s[4][b] += e * e + (DOUBT * d).powi(2);
+                        s[5][b] += e + d;
+                        continue;
+                    }
                     s[0][b] += e;
                     s[1][b] += e * e;
                     s[2][b] += d;
@@ -100,13 +112,14 @@ pub fn errors(
         let up = tree.parent[n] as usize;
         if up != n {
             let from = sums[up];
-            (0..4).for_each(|m| sums[n][m] = bands(|b| sums[n][m][b] + from[m][b]));
+            (0..6).for_each(|m| sums[n][m] = bands(|b| sums[n][m][b] + from[m][b]));
         }
         if tree.nodes[n].is_leaf() {
             let s = &sums[n];
             let joint = |m: usize, b: usize| (s[m][b] * s[m + 1][b].sqrt()).sqrt();
+            let single = |b: usize| s[4][b].sqrt().hypot(ALIKE * s[5][b]);
             out[tree.zone[tree.nodes[n].first as usize] as usize] =
-                bands(|b| joint(0, b).hypot(DOUBT * joint(2, b)));
+                bands(|b| joint(0, b).hypot(DOUBT * joint(2, b)).hypot(single(b)));
         }
     }
     out

@@ -201,7 +201,14 @@ impl Hierarchical {
         let n = self.len();
         let (mut out, error) = (self.apply_many(columns), self.error(&total(n, columns)).unwrap_or_default());
         let Some(seen) = seen else { return Arriving { columns: out, error: Some(error) } };
-        let both = joint::joint(&self.tree, self.patches, (&total(n, &out), &error), &seen.raw, &seen.error);
+        let smooth = total(n, &seen.columns);
+        let both = joint::joint(
+            &self.tree,
+            self.patches,
+            (&total(n, &out), &error),
+            &seen.raw,
+            (&smooth, &seen.error),
+        );
         for (o, s) in out.iter_mut().zip(&seen.columns) {
             for (i, (share, _)) in both.iter().enumerate() {
                 o[i] = bands(|b| share * o[i][b] + (1.0 - share) * s[i][b]);

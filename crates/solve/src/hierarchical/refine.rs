@@ -274,7 +274,8 @@ impl Refiner<'_> {
         let (panes, want) = (self.has_pane(a, b), BETA / weight.max(1e-30));
         let close = judged.flat || q > NEAR_LEAVES;
         let parts = a.kind == Kind::Voxel && b.kind == Kind::Voxel && !(a.full && b.full);
-        if leaves && (want < PRECISE || close && (panes || parts && weight > PROVED)) {
+        let touching = judged.flat && parts && weight > 1.0;
+        if leaves && (want < PRECISE || touching || close && (panes || parts && weight > PROVED)) {
             return self.exact(i, j, tally);
         }
         let clear = c.clear || self.sight.open() || want < WORTH_A_SHAFT && self.sight.is_clear(a, b);
@@ -355,13 +356,15 @@ impl Refiner<'_> {
     ) {
         let (a, b) = (&self.tree.nodes[i], &self.tree.nodes[j]);
         let q = judged.q[0] + judged.q[1];
+        // The solid angle of a patch serves a pair that has one; between volumes apart the second order does.
+        let patch = a.kind == Kind::Patch || b.kind == Kind::Patch;
         let medium = |g: usize| match seen {
             Some(s) => s.medium[self.lead[g]],
             None => self.medium(a, b)[self.lead[g]],
         };
         if a.full && b.full && (judged.flat || q > NEAR_BOXES) {
             *kernel = self.box_kernel(a, b, seen.map(|s| s.medium));
-        } else if leaves && (judged.flat || q > NEAR_LEAVES) && weight > 1.0 {
+        } else if leaves && patch && (judged.flat || q > NEAR_LEAVES) && weight > 1.0 {
             tally.near += 1;
             let geometry = self.near((i, j), a, b, weight);
             (0..self.lead.len()).for_each(|g| kernel[g] = geometry * medium(g));

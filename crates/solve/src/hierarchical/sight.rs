@@ -28,7 +28,7 @@ pub(super) const SUCCESSION: f64 = 2.0;
 pub struct Seen {
     /// The visible share, panes between included, a band.
     pub share: Bands,
-    /// Its error.
+    /// Its error, with that of the mean of what the medium lets pass.
     pub error: f64,
     /// The standard deviation of one ray's verdict: 0 where all agree.
     pub mixed: f64,
@@ -268,8 +268,11 @@ impl<'a> Sight<'a> {
             seen.medium = dimmed.map(|d| d / w);
             seen.mixed = if self.varied { uneven(&paths) } else { 0.0 };
         }
+        // What the mean over these points leaves open of a medium that varies.
+        let dim = if through { seen.mixed / (rays as f64).sqrt() } else { 0.0 };
         if look.clear {
-            return Seen { kernel: seen.kernel, medium: seen.medium, mixed: seen.mixed, ..Seen::CLEAR };
+            let Seen { kernel, medium, mixed, .. } = seen;
+            return Seen { kernel, medium, mixed, error: dim, ..Seen::CLEAR };
         }
         if w <= 0.0 {
             // No ray could carry anything: a sliver of exchange at most.
@@ -281,7 +284,8 @@ impl<'a> Sight<'a> {
         let m = seen.rays as f64;
         let agree = v <= 1e-12 || v >= 1.0 - 1e-12;
         seen.mixed = spread.hypot(seen.mixed);
-        seen.error = if agree { 1.0 / (m + SUCCESSION) } else { (spread / m.sqrt()).max(0.5 / (m * m)) };
+        let missed = if agree { 1.0 / (m + SUCCESSION) } else { (spread / m.sqrt()).max(0.5 / (m * m)) };
+        seen.error = missed.hypot(dim * v);
         seen
     }
 
