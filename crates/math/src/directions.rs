@@ -32,12 +32,12 @@ const COS: [f64; 9] = [
 /// (sin, cos) of 2πu for |u| up to some thousands, to 2·10⁻¹⁶ and the rounding of u.
 #[inline]
 pub fn turn(u: f64) -> (f64, f64) {
-    let quarters = (4.0 * u).round();
-    let x = (4.0 * u - quarters) * FRAC_PI_2;
+    let quarters = (4.0 * u + if u < 0.0 { -0.5 } else { 0.5 }) as i64;
+    let x = (4.0 * u - quarters as f64) * FRAC_PI_2;
     let x2 = x * x;
     let series = |c: &[f64]| c.iter().fold(0.0, |s, c| s * x2 + c);
     let (sin, cos) = (x * series(&SIN), series(&COS));
-    match (quarters as i64).rem_euclid(4) {
+    match quarters & 3 {
         0 => (sin, cos),
         1 => (cos, -sin),
         2 => (-sin, -cos),

@@ -11,7 +11,9 @@ const RIM: f64 = 1e-6;
 
 /// The fractional part of `x`, kept off the borders of the unit interval.
 pub fn wrap(x: f64) -> f64 {
-    (x - x.floor()).clamp(RIM, 1.0 - RIM)
+    // As x − ⌊x⌋, which is a call where the processor may be old.
+    let part = x - (x as i64) as f64;
+    (if part < 0.0 { part + 1.0 } else { part }).clamp(RIM, 1.0 - RIM)
 }
 
 /// The `n`-th point of the golden-ratio sequence in (0,1), shifted by `shift`.

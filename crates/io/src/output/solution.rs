@@ -90,10 +90,13 @@ fn write_voxels<W: Write + Seek>(npz: &mut writer::Npz<W>, voxels: &[VoxelZone])
         Some(*sum)
     }));
     npz.ints("voxel_part_first", first.into_iter())?;
-    let words = voxels.iter().flat_map(|v| v.part.packed().1).flatten();
-    let packed: Vec<u8> = words.flat_map(|w| w.to_le_bytes()).collect();
+    let (mut packed, mut cells) = (Vec::new(), Vec::new());
+    for (mask, samples) in voxels.iter().filter(|v| !v.part.is_empty()).map(|v| v.part.packed()) {
+        samples.iter().flatten().for_each(|w| packed.extend_from_slice(&w.to_le_bytes()));
+        cells.extend(subcells(mask));
+    }
     npz.bytes("part_packed", &packed)?;
-    npz.bytes("part_subcell", &voxels.iter().flat_map(|v| subcells(v.part.packed().0)).collect::<Vec<u8>>())
+    npz.bytes("part_subcell", &cells)
 }
 
 /// The bits of a mask, ascending.

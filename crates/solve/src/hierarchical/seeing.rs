@@ -22,7 +22,7 @@ use zonal_scene::{Bands, Scene, Zones, bands};
 use zonal_transport::Transport;
 
 /// Rays of a patch: so many over the square of the tolerance, no fewer and no more than these.
-const RAYS: f64 = 1.5;
+const RAYS: f64 = 1.35;
 const FEWEST: f64 = 32.0;
 const MOST: f64 = 2048.0;
 /// How many more rays are shot than would just do.

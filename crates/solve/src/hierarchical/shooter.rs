@@ -1,9 +1,8 @@
 //! Rays: where those of a zone start, where they stop, and many of them together.
 //!
-//! Zones that follow each other are neighbours. Rays of some of them that have like directions pass the same boxes, facets and cells, which
-//! then lie in the near memory: a volley sorts its rays into the cells of a cube's faces, each cut in [`SIDE`]², and shoots cell by cell.
-//! What a ray meets does not depend on the order. The zone at the point hit is looked up for some rays at a time, so that they wait for
-//! memory together.
+//! The zones at the points hit are looked up for some rays at a time: first what a lookup reads is read for all of them, without a branch
+//! that waits for it, so that they wait for memory together. (Rays sorted by direction, so that those that follow each other pass the
+//! same boxes, were tried: the sorting cost more than the tree gained.)
 
 use crate::surroundings::voxel_point;
 use zonal_math::directions::{cosine, sphere};
@@ -22,11 +21,6 @@ pub const NOWHERE: u32 = LOST;
 pub const SEED: u64 = 0x5bd1_e995_0000_0000;
 /// Halvings of the path in which a medium that varies stops a ray.
 const HALVINGS: usize = 14;
-
-/// Cells along the edge of a face.
-const SIDE: usize = 8;
-/// Cells of all faces.
-const CELLS: usize = 6 * SIDE * SIDE;
 
 /// Rays that meet facets before their zones are looked up.
 const TOGETHER: usize = 64;
@@ -141,29 +135,29 @@ impl<'a> Shooter<'a> {
         sequence::r1(k, sequence::unit((i as u64 * 8 + 7) ^ SEED))
     }
 
-    /// Shoots so many rays, in an order of its own; `of` names the zone and the number of each among its rays. `stopped` is shown which
-    /// it was and where it stopped.
+    /// Shoots so many rays; `of` names the zone and the number of each among its rays. `stopped` is shown which it was and where it stopped,
+    /// in turn.
     pub fn volley(
         &self,
         rays: usize,
         of: impl Fn(usize) -> (usize, usize),
         mut stopped: impl FnMut(usize, Stop),
     ) {
-        let direction = |r: usize| {
-            let (i, k) = of(r);
-            self.ray(i, k).1
-        };
         let mut met = Vec::with_capacity(TOGETHER);
-        for some in order(rays, direction).chunks(TOGETHER) {
+        let mut places = Vec::with_capacity(TOGETHER);
+        for start in (0..rays).step_by(TOGETHER) {
+            let some = start..(start + TOGETHER).min(rays);
             met.clear();
-            met.extend(some.iter().map(|&r| {
-                let (i, k) = of(r as usize);
+            met.extend(some.clone().map(|r| {
+                let (i, k) = of(r);
                 let (origin, dir) = self.ray(i, k);
                 (origin, dir, self.meet(origin, dir))
             }));
-            for (&r, &(origin, dir, hit)) in some.iter().zip(&met) {
-                let (i, k) = of(r as usize);
-                stopped(r as usize, self.settle(origin, dir, hit, self.luck(i, k)));
+            let sheet = |hit: &Hit| (2 * hit.facet + usize::from(!hit.front), [hit.u, hit.v]);
+            self.sheets.fetch(met.iter().filter_map(|m| m.2.as_ref()).map(sheet), &mut places);
+            for (r, &(origin, dir, hit)) in some.zip(&met) {
+                let (i, k) = of(r);
+                stopped(r, self.settle(origin, dir, hit, self.luck(i, k)));
             }
         }
     }
@@ -206,36 +200,4 @@ impl<'a> Shooter<'a> {
         };
         (zone.map_or(LOST, |z| (z + self.zones.voxel_offset()) as u32), worth)
     }
-}
-
-/// The cell of a direction.
-fn cell(d: Vec3) -> usize {
-    let a = d.array().map(f64::abs);
-    let k = if a[0] >= a[1] && a[0] >= a[2] {
-        0
-    } else if a[1] >= a[2] {
-        1
-    } else {
-        2
-    };
-    let [x, y] = [d[(k + 1) % 3] / a[k], d[(k + 2) % 3] / a[k]]
-        .map(|t| (((0.5 + 0.5 * t) * SIDE as f64) as usize).min(SIDE - 1));
-    // There and back, so that cells that follow each other are neighbours.
-    let y = if x % 2 == 0 { y } else { SIDE - 1 - y };
-    ((2 * k + usize::from(d[k] < 0.0)) * SIDE + x) * SIDE + y
-}
-
-/// The order of so many rays by their directions.
-pub fn order(rays: usize, direction: impl Fn(usize) -> Vec3) -> Vec<u32> {
-    let cells: Vec<u16> = (0..rays).map(|r| cell(direction(r)) as u16).collect();
-    let mut at = [0u32; CELLS + 1];
-    cells.iter().for_each(|c| at[*c as usize + 1] += 1);
-    (0..CELLS).for_each(|c| at[c + 1] += at[c]);
-    let mut out = vec![0; rays];
-    for (r, c) in cells.iter().enumerate() {
-        let to = &mut at[*c as usize];
-        out[*to as usize] = r as u32;
-        *to += 1;
-    }
-    out
 }
