@@ -118,9 +118,7 @@ impl Exchange<'_> {
     /// Rays between the rims of two zones. They say whether a pair is seen in part, but do not count: a decision by the rays that
     /// count would take pairs that are hardly seen for hidden, and those that are hardly hidden for seen.
     fn outer_rays(&self, a: &Zone, b: &Zone) -> Outer {
-        let (Some(p), Some(q)) = (rim(a), rim(b)) else {
-            return Outer::default();
-        };
+        let (p, q) = (rim(a), rim(b));
         let mut out = Outer::default();
         for k in 0..4 {
             for turn in [0, 2] {
@@ -182,7 +180,8 @@ impl Exchange<'_> {
             MOST_RAYS
         } else if near && self.varied || self.occluders && is_close(a, b) {
             MORE_RAYS
-        } else if self.occluders || near {
+        } else if self.occluders || self.varied || near {
+            // In a medium that varies e^{−δ} between the centres is no mean of the pair's.
             FIRST_RAYS
         } else {
             1
@@ -354,22 +353,31 @@ fn end<'a>(z: &Zone, points: &'a mut Vec<Vec3>) -> End<'a> {
     End { points, front }
 }
 
-/// Four points near the rim of a plate, or near four corners of a voxel no two of which share an edge; nothing for a cut voxel.
-fn rim(z: &Zone) -> Option<[Vec3; 4]> {
+/// Four points near the rim of a plate, or near four corners of a voxel no two of which share an edge; of a cut voxel the samples that
+/// lie farthest towards these.
+fn rim(z: &Zone) -> [Vec3; 4] {
     const INWARD: f64 = 0.06;
     let at = |x: Vec3| x + (z.centre - x) * INWARD;
     match &z.shape {
         Shape::Plate { plate, .. } => {
             let (c, n) = plate.corners();
             let last = if n == 3 { (c[1] + c[2]) * 0.5 } else { c[3] };
-            Some([at(c[0]), at(c[1]), at(c[2]), at(last)])
+            [at(c[0]), at(c[1]), at(c[2]), at(last)]
         }
         Shape::Cuboid => {
             let (l, h) = (z.lo, z.hi);
             let corners = [l, vec3(h.x, h.y, l.z), vec3(h.x, l.y, h.z), vec3(l.x, h.y, h.z)];
-            Some(corners.map(at))
+            corners.map(at)
         }
-        Shape::Part(_) => None,
+        Shape::Part(samples) => {
+            let towards =
+                [vec3(1.0, 1.0, 1.0), vec3(1.0, -1.0, -1.0), vec3(-1.0, 1.0, -1.0), vec3(-1.0, -1.0, 1.0)];
+            towards.map(|d| {
+                let reach = |x: Vec3| (x - z.centre).dot(d);
+                let farther = |best: Vec3, x: Vec3| if reach(x) > reach(best) { x } else { best };
+                samples.iter().map(|s| s.point).fold(z.centre, farther)
+            })
+        }
     }
 }
 

@@ -68,6 +68,8 @@ use zonal_exchange::pair::{Exchange, Settings};
 use zonal_math::Grade;
 use zonal_scene::{Bands, NoVault, bands};
 
+/// Errors told over those of the links and rays of a zone: what arrives was passed on by others, whose errors these leave out.
+const TOLD: f64 = 1.3;
 /// Where the rough solution stops.
 const ROUGH_STOP: Stop = Stop { residual: 1e-2, iterations: 40 };
 /// Relative radius of the tables of boxes.
@@ -200,7 +202,10 @@ impl Hierarchical {
     fn with(&self, seen: Option<&Seen>, columns: &[Vec<Bands>]) -> Arriving {
         let n = self.len();
         let (mut out, error) = (self.apply_many(columns), self.error(&total(n, columns)).unwrap_or_default());
-        let Some(seen) = seen else { return Arriving { columns: out, error: Some(error) } };
+        let told = |e: Bands| e.map(|e| TOLD * e);
+        let Some(seen) = seen else {
+            return Arriving { columns: out, error: Some(error.into_iter().map(told).collect()) };
+        };
         let smooth = total(n, &seen.columns);
         let both = joint::joint(
             &self.tree,
@@ -214,7 +219,7 @@ impl Hierarchical {
                 o[i] = bands(|b| share * o[i][b] + (1.0 - share) * s[i][b]);
             }
         }
-        Arriving { columns: out, error: Some(both.into_iter().map(|b| b.1).collect()) }
+        Arriving { columns: out, error: Some(both.into_iter().map(|b| told(b.1)).collect()) }
     }
 
     /// A rough solution of every group: strengths and what arrives.
