@@ -36,8 +36,8 @@ const AGAIN: usize = 16;
 const MOST: [usize; 2] = [256, 128];
 /// Samples of a voxel whose ratio is averaged with those around it.
 const AVERAGED: usize = 16;
-/// Wanted error over tolerance and root mean square.
-const SHARE: f64 = 0.35;
+/// Wanted error over tolerance and root mean square, of patches and of volume zones, whose errors average out along any path.
+const SHARE: [f64; 2] = [0.35, 0.45];
 /// The error told over the one above, which holds in the mean: of penumbras sampled often it is a little small.
 const TOLD: f64 = 1.25;
 /// Where there is less light the error wanted falls with it, to this share.
@@ -381,7 +381,11 @@ struct Wanted {
 
 impl Wanted {
     fn new(scene: &Scene, first: &[One], kind: usize) -> Wanted {
-        Wanted { level: root_mean_square(first), share: SHARE * scene.options().tolerance, dim: DIM[kind] }
+        Wanted {
+            level: root_mean_square(first),
+            share: SHARE[kind] * scene.options().tolerance,
+            dim: DIM[kind],
+        }
     }
 
     fn of(&self, one: &One) -> f64 {

@@ -14,6 +14,7 @@
 //! | [`operator`] | the one interface: strengths in, arriving power out |
 //! | [`packed`] | symmetric matrices, half of them stored, applied with the same bits by any number of threads |
 //! | [`dense`] | the dense engine: every pair of zones |
+//! | `open` | where the medium is open |
 //! | [`surroundings`] | what escapes, measured by rays |
 //! | [`direct`] | sun, sky and small emitters on the zones |
 //! | [`closure`] | row sums: measured, and restored on request |

@@ -78,3 +78,48 @@ impl<'a> Open<'a> {
         rows.clone().all(holds).then_some(rows)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zonal_transport::build_zones;
+
+    /// A room of 9³ cells with a block and, on the border of cells, a sheet that cuts none.
+    const ROOM: &str = "[solve]\npatch_size = 0.5\n[[surface]]\nname = \"room\"\nroom = { min = [0, 0, 0], max = [9, 9, 9] }\n\
+        [[surface]]\nname = \"block\"\nbox = { min = [1.2, 1.2, 1.2], max = [3.6, 2.8, 2.6] }\n\
+        [[surface]]\nname = \"sheet\"\nrectangle = { origin = [5, 4, 0], edge1 = [0, 5, 0], edge2 = [0, 0, 9] }\nsides = \"both\"\n\
+        [medium]\nmin = [0, 0, 0]\nmax = [9, 9, 9]\ncells = [9, 9, 9]\nextinction = 0.1\nalbedo = 0.5\n";
+
+    #[test]
+    fn cubes_are_open_where_one_can_go_everywhere_in_them() {
+        let scene = zonal_io::input::parse_scene(ROOM, None, "room").unwrap();
+        let transport = Transport::new(&scene);
+        let zones = build_zones(&scene, &transport).unwrap();
+        let map = scene.voxmap().unwrap();
+        let open = Open::new(map, &zones, &transport);
+        let mut found = [0; 2];
+        for z in 0..zones.voxels.len() {
+            let c = map.coordinates(zones.voxels[z].cell).map(|c| c as i64);
+            for reach in [1, 2] {
+                let r = reach as i64;
+                let near = |k: usize, lo: i64, hi: i64| c[k] + r >= lo && c[k] - r <= hi;
+                let inside = (0..3).all(|k| c[k] >= r && c[k] + r < 9);
+                // The block lies in the cells 1 to 3, 1 to 2, 1 to 2; the sheet between the cells 4 and 5 along x, from 4 on along y.
+                let block = near(0, 1, 3) && near(1, 1, 2) && near(2, 1, 2);
+                let sheet = c[0] - r <= 4 && c[0] + r >= 5 && c[1] + r >= 4;
+                let cube = open.cube(z, reach);
+                assert_eq!(cube.is_some(), inside && !block && !sheet, "{c:?} {reach}");
+                let Some(rows) = cube else { continue };
+                found[reach - 1] += 1;
+                for row in rows {
+                    for (z, step) in row.zones.zip(-r..) {
+                        let want =
+                            [c[0] + i64::from(row.steps[0]), c[1] + i64::from(row.steps[1]), c[2] + step];
+                        assert_eq!(map.coordinates(zones.voxels[z].cell).map(|c| c as i64), want);
+                    }
+                }
+            }
+        }
+        assert!(found[0] > 50 && found[1] > 5, "{found:?}");
+    }
+}

@@ -3,6 +3,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`views`], [`seeing`] | what every zone sees along a few rays, and the operator that this makes |
+//! | `shooter` | rays, one and many together |
 //! | `onward`, `again`, `kept` | rays that go on, rays shot again where it stays noisy, and views that a vault keeps |
 //! | [`build`] | from a scene to an engine that meets its tolerance |
 //! | [`budget`], [`trial`] | memory and time beforehand |
@@ -12,7 +13,7 @@
 //! | [`sight`] | visibility by rays |
 //! | [`demand`] | power and tolerance of every node from a rough solution |
 //! | [`refine`] | which pairs become links |
-//! | [`smooth`] | light that arrives, smoothed over the zones around |
+//! | [`smooth`], `windows` | light that arrives, smoothed; the zones around over which it is |
 //! | [`links`] | links and their application: up, across, down |
 //! | [`closure`] | closure restored by clusters |
 //! | [`even`] | closure restored for an answer by rays |

@@ -28,7 +28,7 @@ const MOST: f64 = 2048.0;
 /// How many more rays are shot than would just do.
 const MARGIN: f64 = 1.3;
 /// Rays of a volume zone over those of a patch: its neighbours are more. Fewer where noisy ones shoot again.
-const VOLUME: [f64; 2] = [0.3, 0.2];
+const VOLUME: [f64; 2] = [0.3, 0.17];
 /// Rays of all zones together at most: half a gigabyte.
 const ALL: f64 = 1.34e8;
 /// Light is passed on along one of so many rays first, and along all of them from there.
