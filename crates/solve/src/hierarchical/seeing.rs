@@ -21,8 +21,8 @@ use zonal_math::Grade;
 use zonal_scene::{Bands, Scene, Zones, bands};
 use zonal_transport::Transport;
 
-/// Rays of a patch: so many over the square of the tolerance, no fewer and no more than these.
-const RAYS: f64 = 1.35;
+/// Rays of a patch: so many over the square of the tolerance (fewer where noisy zones shoot again), no fewer and no more than these.
+const RAYS: [f64; 2] = [1.35, 1.2];
 const FEWEST: f64 = 32.0;
 const MOST: f64 = 2048.0;
 /// How many more rays are shot than would just do.
@@ -58,7 +58,7 @@ pub fn volume(zones: &Zones) -> f64 {
 
 /// Rays of a patch and of a volume zone for a tolerance; no more than `most` of all zones together.
 pub fn rays(zones: &Zones, tolerance: f64, most: f64) -> [usize; 2] {
-    within(zones, RAYS / (tolerance * tolerance), most)
+    within(zones, RAYS[usize::from(zones.len() > LINKED)] / (tolerance * tolerance), most)
 }
 
 /// Rays with which an error falls by a factor; those at hand where more are not allowed.
