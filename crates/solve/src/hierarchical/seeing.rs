@@ -21,8 +21,8 @@ use zonal_math::Grade;
 use zonal_scene::{Bands, Scene, Zones, bands};
 use zonal_transport::Transport;
 
-/// Rays of a patch: so many over the square of the tolerance (fewer where noisy zones shoot again), no fewer and no more than these.
-const RAYS: [f64; 2] = [1.35, 1.2];
+/// Rays of a patch, in small scenes and in those beyond links: so many over the square of the tolerance, no fewer and no more than these.
+const RAYS: [f64; 2] = [1.35, 1.5];
 const FEWEST: f64 = 32.0;
 const MOST: f64 = 2048.0;
 /// How many more rays are shot than would just do.
