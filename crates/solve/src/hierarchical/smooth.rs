@@ -8,7 +8,8 @@
 //! ```
 //!
 //! and a is the value. Windows grow; the widest is taken whose interval a ± Γ e_a still meets those of all narrower ones (the rule of the
-//! intersection of confidence intervals), and, wider, that of the zone's own rays. The weights l_j are the same for all bands and light groups, so sums stay sums.
+//! intersection of confidence intervals), and, wider, that of the zone's own rays. The weights l_j
+//! are the same for all bands and light groups, so sums stay sums.
 
 use super::views::Measured;
 use super::windows::{Window, Windows};
@@ -26,6 +27,7 @@ const UNSEEN: f64 = 0.35;
 pub const CAUTION: f64 = 2.2;
 /// Zones of one task.
 const BLOCK: usize = 1024;
+
 /// The window chosen for a zone.
 struct Chosen {
     /// None: the zone alone.
