@@ -8,8 +8,7 @@ use crate::engine;
 use crate::forecast::{self, Forecast};
 use crate::groups;
 use crate::hierarchical::budget::{self, Budget, PROGRAM};
-use crate::hierarchical::build::tells_escape;
-use crate::hierarchical::build::{LINKED, NO_LINKS};
+use crate::hierarchical::build::{NO_LINKS, beyond_links, tells_escape};
 use crate::hierarchical::seeing;
 use crate::hierarchical::trial::trial;
 use crate::surroundings::Escape;
@@ -129,7 +128,7 @@ impl Outlook {
         self.parts.push(("smoothing".into(), n * (SMOOTH + FIELD * columns) * 1e-6 / threads));
         let by_rays = budget.with_trial(rays, t.onward);
         self.bytes = [by_rays; 2];
-        if zones.len() > LINKED {
+        if beyond_links(zones) {
             return 0.0;
         }
         if !budget.holds_links(zones, tolerance) {

@@ -55,23 +55,23 @@ impl Escape {
         }
         progress.advance(n as u64);
         progress.end();
-        Escape::from_counts(&found, zones, 1)
+        Escape::from_counts(&found, |i| target(zones, i))
     }
 
     /// Measures pane zones alone, with so many rays each: the others wait for [`crate::hierarchical::views::Views::escape`].
     pub fn of_panes(scene: &Scene, zones: &Zones, transport: &Transport, rays: usize) -> Escape {
         let (n, from) = (zones.len(), zones.pane_offset());
-        let measured: Vec<One> =
+        let found: Vec<One> =
             (from..n).into_par_iter().map(|i| one(scene, zones, transport, i, 0..rays)).collect();
-        let mut found = vec![One { shot: 1, ..One::default() }; from];
-        found.extend(measured);
-        Escape { rays: ((n - from) * rays) as u64, ..Escape::from_counts(&found, zones, 1) }
+        let Escape { sky, backs, rays } = Escape::from_counts(&found, |k| target(zones, from + k));
+        let whole = |panes: Vec<Bands>| [vec![[0.0; 3]; from], panes].concat();
+        Escape { sky: whole(sky), backs: whole(backs), rays }
     }
 
-    /// Sums over rays from every `step`-th zone, made factors.
-    fn from_counts(found: &[One], zones: &Zones, step: usize) -> Escape {
+    /// Sums over rays of zones with these targets, made factors.
+    fn from_counts(found: &[One], target: impl Fn(usize) -> f64) -> Escape {
         let scaled = |k: usize| {
-            let one = |(i, x): (usize, &One)| x.sums[k].map(|s| s * target(zones, i * step) / x.shot as f64);
+            let one = |(i, x): (usize, &One)| x.sums[k].map(|s| s * target(i) / x.shot as f64);
             found.iter().enumerate().map(one).collect()
         };
         let rays = found.iter().map(|x| x.shot as u64).sum();
@@ -90,7 +90,7 @@ impl Escape {
         let list: Vec<usize> = (0..zones.len()).step_by(step).collect();
         let found: Vec<One> =
             list.into_par_iter().map(|i| one(scene, zones, transport, i, 0..rays)).collect();
-        Escape::from_counts(&found, zones, step)
+        Escape::from_counts(&found, |i| target(zones, i * step))
     }
 
     /// True where no zone loses anything.

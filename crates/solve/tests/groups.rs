@@ -186,6 +186,27 @@ fn run(scene: &Scene, vault: &dyn Vault) -> Solution {
     solve_job(scene.clone(), &Job { vault, ..Job::new(4 << 30, &Quiet) }).unwrap()
 }
 
+/// Solves, broken off after every `stages` stages that were saved, no less than `least` times in all; it must end as `straight` did.
+fn broken_off(scene: &Scene, stages: usize, least: usize, straight: &Solution) -> Memory {
+    let vault = Memory::default();
+    // One thread, so that one death is all.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let mut deaths = 0;
+    let resumed = loop {
+        vault.left.store(stages, Ordering::Relaxed);
+        let once = || pool.install(|| run(scene, &vault));
+        match std::panic::catch_unwind(std::panic::AssertUnwindSafe(once)) {
+            Ok(s) => break s,
+            Err(_) => deaths += 1,
+        }
+    };
+    assert!(deaths >= least, "{deaths}");
+    assert_eq!(resumed.fields, straight.fields);
+    assert_eq!(resumed.groups, straight.groups);
+    assert_eq!(resumed.report, straight.report);
+    vault
+}
+
 #[test]
 fn work_broken_off_at_any_stage_ends_the_same() {
     let scene = with(read(ROOM), |o| {
@@ -194,22 +215,7 @@ fn work_broken_off_at_any_stage_ends_the_same() {
         o.max_iterations = 35;
     });
     let straight = solve(scene.clone());
-    let vault = Memory::default();
-    // One thread, so that one death is all.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let mut deaths = 0;
-    let resumed = loop {
-        vault.left.store(4, Ordering::Relaxed);
-        let once = || pool.install(|| run(&scene, &vault));
-        match std::panic::catch_unwind(std::panic::AssertUnwindSafe(once)) {
-            Ok(s) => break s,
-            Err(_) => deaths += 1,
-        }
-    };
-    assert!(deaths >= 5, "{deaths}");
-    assert_eq!(resumed.fields, straight.fields);
-    assert_eq!(resumed.groups, straight.groups);
-    assert_eq!(resumed.report, straight.report);
+    let vault = broken_off(&scene, 4, 5, &straight);
     assert!(vault.stages.lock().unwrap().contains_key("krylov"));
 }
 
@@ -229,21 +235,7 @@ fn views_broken_off_at_any_stage_end_the_same() {
         let straight = solve(scene.clone());
         let has = |name: &str| straight.report.counts.iter().any(|c| c.0.contains(name));
         assert_eq!((has("links"), has("rays of views")), (links, true));
-        let vault = Memory::default();
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        let mut deaths = 0;
-        let resumed = loop {
-            vault.left.store(1, Ordering::Relaxed);
-            let once = || pool.install(|| run(&scene, &vault));
-            match std::panic::catch_unwind(std::panic::AssertUnwindSafe(once)) {
-                Ok(s) => break s,
-                Err(_) => deaths += 1,
-            }
-        };
-        assert!(deaths >= 3, "{deaths}");
-        assert_eq!(resumed.fields, straight.fields);
-        assert_eq!(resumed.groups, straight.groups);
-        assert_eq!(resumed.report, straight.report);
+        let vault = broken_off(&scene, 1, 3, &straight);
         assert!(vault.stages.lock().unwrap().keys().any(|k| k.starts_with("views-")));
     }
 }

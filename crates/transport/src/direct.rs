@@ -19,7 +19,7 @@
 use crate::Transport;
 use crate::emitter::Emitter;
 use std::f64::consts::PI;
-use zonal_math::directions::{sphere, turn};
+use zonal_math::directions::{self, sphere, turn};
 use zonal_math::{Vec3, sequence};
 use zonal_scene::{Bands, Light, Scene, bands};
 
@@ -112,7 +112,7 @@ impl<'a> Lamp<'a> {
             }
             Light::Sky { radiance, .. } => {
                 let (towards, weight) = match receiver {
-                    Receiver::Surface(n) => (cosine_weighted(n, [s[0], s[1]]), PI),
+                    Receiver::Surface(n) => (directions::cosine(n, [s[0], s[1]]), PI),
                     Receiver::Free => (sphere([s[0], s[1]]), 4.0 * PI),
                 };
                 distant(transport, point, towards, weight, *radiance)
@@ -268,10 +268,6 @@ fn in_cone(axis: Vec3, angle: f64, s: [f64; 2]) -> Vec3 {
     let height = 2.0 * (0.25 * angle).sin().powi(2) * s[0];
     let z = 1.0 - height;
     around(axis, z, (height * (2.0 - height)).max(0.0).sqrt(), s[1])
-}
-
-fn cosine_weighted(normal: Vec3, s: [f64; 2]) -> Vec3 {
-    around(normal, (1.0 - s[0]).sqrt(), s[0].sqrt(), s[1])
 }
 
 fn around(axis: Vec3, z: f64, r: f64, share: f64) -> Vec3 {

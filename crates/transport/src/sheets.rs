@@ -74,7 +74,7 @@ impl Piece {
 
 impl Sheet {
     fn bin(&self, uv: [f64; 2]) -> [u32; 2] {
-        let one = |t: f64, side: u32| ((t.max(0.0) * side as f64) as u32).min(side - 1);
+        let one = |t: f64, side: u32| ((t.max(0.0) * side as f64) as u32).min(side.saturating_sub(1));
         [one(uv[0], self.sides[0]), one(uv[1], self.sides[1])]
     }
     fn index(&self, x: u32, y: u32) -> usize {
@@ -160,18 +160,17 @@ impl Sheets {
     }
 
     /// Reads what [`Sheets::find`] will read of these sheets and parameters, all at once; `places` is scratch.
-    pub fn fetch(&self, points: impl Iterator<Item = (usize, [f64; 2])>, places: &mut Vec<u32>) {
+    pub fn fetch(&self, points: impl Iterator<Item = (usize, [f64; 2])>, places: &mut Vec<usize>) {
         places.clear();
         places.extend(points.map(|(sheet, uv)| {
             let s = &self.sheets[sheet];
-            let last = s.sides.map(|n| n.saturating_sub(1));
-            let one = |k: usize| ((uv[k] * s.sides[k] as f64) as u32).min(last[k]);
-            s.first + one(0) * s.sides[1] + one(1)
+            let [x, y] = s.bin(uv);
+            s.index(x, y)
         }));
         for p in places.iter_mut() {
-            *p = self.bins[*p as usize];
+            *p = self.bins[*p] as usize;
         }
-        let read = |p: &u32| self.entries.get(*p as usize).map_or(0, |e| e.1);
+        let read = |p: &usize| self.entries.get(*p).map_or(0, |e| e.1);
         std::hint::black_box(places.iter().map(read).fold(0, |s, i| s ^ i));
     }
 

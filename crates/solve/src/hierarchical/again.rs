@@ -79,20 +79,18 @@ impl Seeing<'_> {
         let shooter = Shooter::new(self.scene, self.zones, self.transport);
         let lamps = self.onward.then(|| Lamps::new(self.scene, self.direct));
         let some = |wishes: &[Wish]| -> Vec<(usize, Vec<Bands>, Bands)> {
-            // Which of the wishes each ray serves, and its number among them.
-            let of_wish: Vec<u32> =
-                (0..).zip(wishes).flat_map(|(w, wish)| std::iter::repeat_n(w, wish.rays)).collect();
-            let mut starts = vec![0];
-            wishes.iter().for_each(|w| starts.push(starts[starts.len() - 1] + w.rays));
-            let of = |r: usize| {
-                let (w, i) = (of_wish[r] as usize, wishes[of_wish[r] as usize].zone);
-                (i, self.views.of(i).len() + r - starts[w])
-            };
+            // The wish that each ray serves, and its number among the rays of the zone.
+            let mut serves: Vec<(usize, usize)> = Vec::new();
+            for (w, wish) in wishes.iter().enumerate() {
+                let have = self.views.of(wish.zone).len();
+                serves.extend((have..have + wish.rays).map(|k| (w, k)));
+            }
+            let of = |r: usize| (wishes[serves[r].0].zone, serves[r].1);
             let mut steps = Vec::new();
             let mut sums = vec![vec![[0.0; 3]; shine.len()]; wishes.len()];
             let mut squares = vec![[0.0; 3]; wishes.len()];
-            shooter.volley(of_wish.len(), of, |r, stop| {
-                let (w, worth) = (of_wish[r] as usize, stop.worth);
+            shooter.volley(serves.len(), of, |r, stop| {
+                let (w, worth) = (serves[r].0, stop.worth);
                 steps.clear();
                 let met = lamps.as_ref().map_or(stop.zone, |l| shooter.follow(l, of(r), stop, &mut steps));
                 let mut all = [0.0; 3];

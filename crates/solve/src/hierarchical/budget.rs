@@ -7,7 +7,7 @@
 //! The constants were measured as the growth of the resident memory at its peak (smoothing and the fields of the solution) over 58,475,
 //! 10,376 and 1,966,188 zones.
 
-use super::build::LINKED;
+use super::build::beyond_links;
 use super::onward;
 use super::seeing;
 use crate::{dense, groups};
@@ -63,7 +63,7 @@ impl Budget {
         let fixed = PROGRAM + crate::forecast::zone_bytes(zones) + n as u64 * each;
         let bands = dense::groups(scene, transport.has_panes_between()).1;
         let grey = bands == 1 && scene.panes().is_empty();
-        let onward = if n > LINKED { ONWARD * onward::BYTES as f64 } else { 0.0 };
+        let onward = if beyond_links(zones) { ONWARD * onward::BYTES as f64 } else { 0.0 };
         let plain = RAY + if grey { 0.0 } else { WORTH };
         let ray = plain + onward;
         let left = memory.saturating_sub(fixed) as f64;

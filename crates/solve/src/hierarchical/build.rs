@@ -21,7 +21,7 @@ const ROUNDS: usize = 6;
 /// ε of the first refinement over the tolerance.
 const FIRST: f64 = 0.6;
 /// Zones above which links that are better than rays cost more than anyone waits for.
-pub const LINKED: usize = 200_000;
+const LINKED: usize = 200_000;
 /// Zones up to which an unmet tolerance is pursued by refining again whatever it costs.
 const PURSUED: usize = 60_000;
 /// What to say where links that would meet the tolerance are not made.
@@ -57,7 +57,7 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
         SceneError::new("solve.patch_size", "memory allows too few rays; allow more (--max-memory)")
     })?;
     let mut look = Look::new(site, escape, each);
-    let many = zones.len() > LINKED;
+    let many = beyond_links(zones);
     let barred = !many && !budget.holds_links(zones, tolerance);
     // Rays are dimmed by panes but see no light from them.
     let whole = zones.panes.is_empty() && site.scene.options().sweeps.is_none();
@@ -98,16 +98,21 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
     Ok(built)
 }
 
+/// True where zones are so many that rays alone answer.
+pub fn beyond_links(zones: &Zones) -> bool {
+    zones.len() > LINKED
+}
+
 /// True where the rays of the views say what leaves the scene: they are the answer, and nothing comes in that way.
 pub fn tells_escape(scene: &Scene, zones: &Zones) -> bool {
     let options = scene.options();
-    zones.len() > LINKED && options.sweeps.is_none() && scene.surroundings().radiance == [0.0; 3]
+    beyond_links(zones) && options.sweeps.is_none() && scene.surroundings().radiance == [0.0; 3]
 }
 
 impl<'a> Look<'a> {
     fn new(site: &Site<'a>, escape: &mut Escape, each: [usize; 2]) -> Look<'a> {
         // Of few zones the answer is that of constant zones, as the dense engine's is.
-        let mut seeing = Seeing::new(site, each, site.zones.len() > LINKED);
+        let mut seeing = Seeing::new(site, each, beyond_links(site.zones));
         if tells_escape(site.scene, site.zones) {
             seeing.escape(escape);
         }

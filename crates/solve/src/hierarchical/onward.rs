@@ -61,10 +61,6 @@ impl Step {
     pub fn next(&self) -> u32 {
         self.next
     }
-    /// The same, but that `next` is met next.
-    pub fn leading(self, next: u32) -> Step {
-        Step { next, ..self }
-    }
     /// True where the step is on one of so many patches.
     pub fn is_on(&self, patches: usize) -> bool {
         (self.zone as usize) < patches
@@ -73,11 +69,6 @@ impl Step {
 
 /// Bytes of a step.
 pub const BYTES: usize = size_of::<Step>();
-
-/// The number of step `at` where that of a zone may stand.
-pub fn number(at: usize) -> u32 {
-    STEP | at as u32
-}
 
 /// Zone or step?
 pub fn step_of(met: u32) -> Option<usize> {
@@ -200,7 +191,7 @@ impl Shooter<'_> {
             let (x, normal) = (stop.at, self.zones.patches[j].normal);
             let (light, bright) = lamps.lit(self, j, x, [one(0), one(1), one(2), one(3)]);
             let next = self.shoot(x, cosine(normal, [one(4), one(5)]), one(6));
-            let number = number(steps.len());
+            let number = STEP | steps.len() as u32;
             if head.is_none() {
                 head = Some(number);
             } else if let Some(last) = steps.last_mut() {

@@ -3,7 +3,7 @@
 //! It is not symmetric: what i sees of j is sampled at i alone. Light is passed on step by step. What arrives in the end is smoothed over
 //! the zones around ([`super::smooth`]), which lowers the noise and gives its error.
 
-use super::build::LINKED;
+use super::build::beyond_links;
 use super::onward::{Lamps, Own};
 use super::smooth::Smoother;
 use super::views::{Measured, Shine, Views, Way, shine};
@@ -53,12 +53,12 @@ pub struct Seeing<'a> {
 
 /// Rays of a volume zone over those of a patch.
 pub fn volume(zones: &Zones) -> f64 {
-    VOLUME[usize::from(zones.len() > LINKED)]
+    VOLUME[usize::from(beyond_links(zones))]
 }
 
 /// Rays of a patch and of a volume zone for a tolerance; no more than `most` of all zones together.
 pub fn rays(zones: &Zones, tolerance: f64, most: f64) -> [usize; 2] {
-    within(zones, RAYS[usize::from(zones.len() > LINKED)] / (tolerance * tolerance), most)
+    within(zones, RAYS[usize::from(beyond_links(zones))] / (tolerance * tolerance), most)
 }
 
 /// Rays with which an error falls by a factor; those at hand where more are not allowed.

@@ -53,6 +53,11 @@ pub struct Shooter<'a> {
     uniform: Option<Bands>,
 }
 
+/// The side of a facet that was hit, and where.
+fn place(hit: &Hit) -> (usize, [f64; 2]) {
+    (2 * hit.facet + usize::from(!hit.front), [hit.u, hit.v])
+}
+
 fn mean(v: Bands) -> f64 {
     (v[0] + v[1] + v[2]) / 3.0
 }
@@ -123,8 +128,8 @@ impl<'a> Shooter<'a> {
             return Stop { zone, worth, distance: t, at: end };
         }
         let zone = hit.map_or(SKY, |hit| {
-            let sheet = 2 * hit.facet + usize::from(!hit.front);
-            self.sheets.find(sheet, [hit.u, hit.v]).unwrap_or(BACK)
+            let (sheet, uv) = place(&hit);
+            self.sheets.find(sheet, uv).unwrap_or(BACK)
         });
         let worth = self.worth(origin, end, bands(|b| passed[b] / through));
         Stop { zone, worth, distance: t, at: end }
@@ -153,8 +158,7 @@ impl<'a> Shooter<'a> {
                 let (origin, dir) = self.ray(i, k);
                 (origin, dir, self.meet(origin, dir))
             }));
-            let sheet = |hit: &Hit| (2 * hit.facet + usize::from(!hit.front), [hit.u, hit.v]);
-            self.sheets.fetch(met.iter().filter_map(|m| m.2.as_ref()).map(sheet), &mut places);
+            self.sheets.fetch(met.iter().filter_map(|m| m.2.as_ref()).map(place), &mut places);
             for (r, &(origin, dir, hit)) in some.zip(&met) {
                 let (i, k) = of(r);
                 stopped(r, self.settle(origin, dir, hit, self.luck(i, k)));

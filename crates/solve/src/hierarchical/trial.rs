@@ -1,7 +1,7 @@
 //! Time of rays from the zones beforehand: a few of them are shot, and whoever asks takes the time.
 
 use super::budget::Budget;
-use super::build::LINKED;
+use super::build::beyond_links;
 use super::onward::Lamps;
 use super::shooter::{NOWHERE, Shooter};
 use crate::direct::{Direct, Lit};
@@ -49,7 +49,7 @@ pub fn trial(
     clock: &dyn Fn() -> f64,
 ) -> Trial {
     let shooter = Shooter::new(scene, zones, transport);
-    let onward = zones.len() > LINKED;
+    let onward = beyond_links(zones);
     // Rays that go on ask a light: which one matters little for the time.
     let lit = |_| Lit { fields: vec![[1.0; 3]; zones.voxel_offset()], ..Lit::default() };
     let direct = Direct { lights: scene.lights().iter().filter(|_| onward).map(lit).collect() };

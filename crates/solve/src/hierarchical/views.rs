@@ -14,7 +14,7 @@
 //! Bands in which the medium differs share the ray by their mean; each counts by its own probability over that of the ray.
 
 use super::kept;
-use super::onward::{BLOCK, Lamps, Own, Step, brought, first_of, number, step_of};
+use super::onward::{BLOCK, Lamps, Own, Step, brought, first_of, step_of};
 use super::shooter::{BACK, LOST, NOWHERE, SKY, Shooter};
 use crate::surroundings::Escape;
 use rayon::prelude::*;
@@ -120,8 +120,8 @@ impl Views {
                     }
                     met[r] = lamps.map_or(stop.zone, |l| shooter.follow(l, of(r), stop, &mut steps));
                 });
-                let steps = in_turn(met, steps);
                 progress.advance(met.len() as u64 / each.max(1) as u64);
+                steps.shrink_to_fit();
                 steps
             };
             let mut worth = worth.chunks_mut(each * BLOCK * blocks);
@@ -273,21 +273,4 @@ impl Views {
     pub fn unit(&self, i: usize) -> f64 {
         if i < self.first { 1.0 } else { 4.0 }
     }
-}
-
-/// Steps in the order of the rays that met them, whose numbers are set anew: they are asked in that order, again and again.
-fn in_turn(met: &mut [u32], steps: Vec<Step>) -> Vec<Step> {
-    let mut out: Vec<Step> = Vec::with_capacity(steps.len());
-    for m in met {
-        let mut next = step_of(*m);
-        if next.is_some() {
-            *m = number(out.len());
-        }
-        while let Some(at) = next {
-            next = step_of(steps[at].next());
-            let on = number(out.len() + 1);
-            out.push(if next.is_some() { steps[at].leading(on) } else { steps[at] });
-        }
-    }
-    out
 }
