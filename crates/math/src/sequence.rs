@@ -65,6 +65,32 @@ pub fn net(n: u32, scramble: [u32; 2]) -> [f64; 2] {
     [unit(n.reverse_bits() ^ scramble[0]), unit(second ^ scramble[1])]
 }
 
+/// Directions of the third coordinate of Sobol's sequence: m_k = 2 m_{k−1} ⊕ 4 m_{k−2} ⊕ m_{k−2} from 1 and 3, as binary fractions.
+const THIRD: [u32; 32] = {
+    let mut m = [1u64, 3];
+    let mut out = [0; 32];
+    let mut k = 0;
+    while k < 32 {
+        out[k] = (m[0] << (31 - k)) as u32;
+        m = [m[1], (2 * m[1]) ^ (4 * m[0]) ^ m[0]];
+        k += 1;
+    }
+    out
+};
+
+/// The coordinate that belongs to the `n`-th point of [`net`]: (x, y, z) fill the unit cube evenly.
+pub fn third(n: u32, scramble: u32) -> f64 {
+    let (mut rest, mut sum, mut k) = (n, scramble, 0);
+    while rest != 0 {
+        if rest & 1 == 1 {
+            sum ^= THIRD[k];
+        }
+        rest >>= 1;
+        k += 1;
+    }
+    wrap((sum as f64 + 0.5) / (1u64 << 32) as f64)
+}
+
 /// A well-mixed 64-bit hash (SplitMix64's finaliser), for decorrelated shifts.
 pub fn hash(mut z: u64) -> u64 {
     z = z.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -91,6 +117,30 @@ mod tests {
                 hit[(x * a as f64) as usize * b + (y * b as f64) as usize] += 1;
             }
             assert!(hit.iter().all(|h| *h == 1), "{a} {b}: {hit:?}");
+        }
+    }
+
+    #[test]
+    fn every_slab_of_a_cube_has_its_share() {
+        // Of 64 points each box of 8 × 8, 16 × 4 … in any two coordinates has one, and each octant eight.
+        let points: Vec<[f64; 3]> = (64..128)
+            .map(|n| {
+                let [x, y] = net(n, [0x1234_5678, 0x9abc_def0]);
+                [x, y, third(n, 0x0f1e_2d3c)]
+            })
+            .collect();
+        let count = |sides: [usize; 3]| {
+            let mut hit = vec![0; sides.iter().product()];
+            for p in &points {
+                let at = [0, 1, 2].map(|k| (p[k] * sides[k] as f64) as usize);
+                hit[(at[0] * sides[1] + at[1]) * sides[2] + at[2]] += 1;
+            }
+            (hit.iter().copied().min().unwrap_or(0), hit.iter().copied().max().unwrap_or(0))
+        };
+        assert_eq!(count([1, 1, 64]), (1, 1));
+        assert_eq!(count([2, 2, 2]), (8, 8));
+        for sides in [[8, 1, 4], [4, 1, 8], [1, 8, 4], [1, 4, 8]] {
+            assert_eq!(count(sides), (2, 2), "{sides:?}");
         }
     }
 

@@ -14,6 +14,7 @@ use std::f64::consts::PI;
 use zonal_math::{Vec3, sequence};
 use zonal_scene::{Bands, Light, Plate, Sides, Solution, bands};
 use zonal_transport::direct::{Lamp, Receiver, Source};
+use zonal_transport::sheets::pane_sheets;
 use zonal_transport::{Hit, Transport};
 
 /// The two Gauss points on [0,1].
@@ -270,24 +271,9 @@ fn surface_field<'a>(s: &Solution, transport: &'a Transport<'a>) -> PatchField<'
 
 /// B of the panes, direct light included, interpolated; with the index of each pane's first plate.
 fn pane_field(s: &Solution) -> (PatchField<'static>, Vec<usize>) {
-    let panes = s.scene.panes();
-    let mut first = Vec::new();
-    let mut sheets = Vec::new();
-    for p in panes {
-        first.push(sheets.len());
-        sheets.extend(p.plates.iter().copied());
-    }
-    let tile = |z: &zonal_scene::PaneZone| {
-        let distance = |plate: &Plate| {
-            let [u, v] = plate.parameters(z.plate.centre());
-            let outside = |x: f64| (-x).max(x - 1.0).max(0.0);
-            outside(u) + outside(v) + (plate.at(u, v) - z.plate.centre()).length()
-        };
-        let plates = &panes[z.pane].plates;
-        let best = (0..plates.len()).min_by(|&a, &b| distance(&plates[a]).total_cmp(&distance(&plates[b])));
-        Tile { plate: z.plate, normal: z.normal, sheet: first[z.pane] + best.unwrap_or(0) }
-    };
-    let tiles: Vec<Tile> = s.zones.panes.iter().map(tile).collect();
+    let (first, sheets, of) = pane_sheets(&s.scene, &s.zones);
+    let tile = |(z, sheet): (&zonal_scene::PaneZone, usize)| Tile { plate: z.plate, normal: z.normal, sheet };
+    let tiles: Vec<Tile> = s.zones.panes.iter().zip(of).map(tile).collect();
     let values = s.fields.radiosity[s.zones.pane_offset()..].to_vec();
     (PatchField::new(tiles, values, &sheets, None), first)
 }

@@ -168,6 +168,13 @@ pub struct Surroundings {
     pub radiance: Bands,
 }
 
+impl Surroundings {
+    /// Its radiosity as a zone, W/m².
+    pub fn radiosity(&self) -> Bands {
+        self.radiance.map(|l| std::f64::consts::PI * l)
+    }
+}
+
 /// A pinhole camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {

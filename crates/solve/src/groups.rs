@@ -12,7 +12,6 @@
 use crate::direct::{self, Direct};
 use crate::surroundings::Escape;
 use rayon::prelude::*;
-use std::f64::consts::PI;
 use zonal_exchange::pair::strength;
 use zonal_scene::group::{ALL, MEDIUM, PANES, SURROUNDINGS};
 use zonal_scene::{Bands, Groups, Kind, Light, Scene, Zones, bands};
@@ -50,7 +49,7 @@ impl Source {
     /// The radiosity that stands for what the surroundings send in, W/m².
     pub fn sky(&self, scene: &Scene) -> Bands {
         match self.kind {
-            Kind::All | Kind::Surroundings => scene.surroundings().radiance.map(|l| PI * l),
+            Kind::All | Kind::Surroundings => scene.surroundings().radiosity(),
             _ => [0.0; 3],
         }
     }

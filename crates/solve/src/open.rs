@@ -1,4 +1,4 @@
-//! Where the medium is open: cells that no facet cuts, and no facet between one and the next.
+//! Where the medium is open: cells that no facet cuts, and neither facet nor pane between one and the next.
 //!
 //! In a cube of (2r + 1)³ such cells fields are smooth, and sums over it need no walk from cell to cell: a row of the cube is a run of
 //! volume zones that follow each other.
@@ -40,7 +40,7 @@ impl<'a> Open<'a> {
                 z.part.is_empty()
                     && c[*k] + 1 < dims[*k]
                     && whole(z.cell + stride[*k])
-                        .is_some_and(|next| !transport.blocked_inside(z.centre, next.centre))
+                        .is_some_and(|next| !transport.parted_inside(z.centre, next.centre))
             };
             (0..3).filter(free).map(|k| 1 << k).sum()
         };

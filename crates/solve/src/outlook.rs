@@ -140,7 +140,7 @@ impl Outlook {
         let one = LINK * pair(plan, clock);
         let fits = |links: f64| budget.with_links(links).min(memory).max(by_rays);
         self.bytes[1] = fits(most);
-        if tolerance > MET && zones.panes.is_empty() {
+        if tolerance > MET {
             return most * one;
         }
         self.bytes[0] = fits(expected);

@@ -179,19 +179,23 @@ impl Lit {
 fn surroundings(scene: &Scene, zones: &Zones, transport: &Transport, engine: Engine, job: &Job) -> Escape {
     const STAGE: &str = "surroundings";
     if engine == Engine::Hierarchical && tells_escape(scene, zones) {
-        return Escape::of_panes(scene, zones, transport, escape_rays(scene));
+        return Escape::untold(zones);
     }
     let restored = |bytes: Vec<u8>| {
         let mut r = Reader::new(&bytes);
-        let escape = Escape { sky: r.triples()?, backs: r.triples()?, rays: r.int()? as u64 };
-        (escape.sky.len() == zones.len() && escape.backs.len() == zones.len()).then_some(escape)
+        let [sky, backs, error] = [r.triples()?, r.triples()?, r.triples()?];
+        let (n, rays) = (zones.len(), r.int()? as u64);
+        let fits = sky.len() == n && backs.len() == n && (error.is_empty() || error.len() == n);
+        fits.then_some(Escape { sky, backs, error, rays })
     };
     job.vault.load(STAGE).and_then(restored).unwrap_or_else(|| {
-        let escape = Escape::measure(scene, zones, transport, escape_rays(scene), job.progress);
+        let sampled = (escape_rays(scene), job.settings.sample);
+        let escape = Escape::measure(scene, zones, transport, sampled, job.progress);
         if job.vault.keeps() {
             let mut pen = Pen::default();
             pen.triples(&escape.sky);
             pen.triples(&escape.backs);
+            pen.triples(&escape.error);
             pen.int(escape.rays as usize);
             job.vault.save(STAGE, &pen.bytes());
         }
@@ -268,7 +272,8 @@ fn fields(
         for (i, h) in incident.iter_mut().enumerate() {
             let (_, measure) = response(zones, i);
             // An expansion may undershoot where next to nothing arrives.
-            *h = bands(|b| ((h[b] + escape.sky[i][b] * sky[b]) / measure).max(0.0));
+            let [incoming, _] = escape.incoming(i, sky);
+            *h = bands(|b| ((h[b] + incoming[b]) / measure).max(0.0));
         }
         let balance = |incident: &[Bands]| {
             let found = Found { incident, direct: &own, strengths: &ended.strengths };
@@ -297,6 +302,13 @@ fn fields(
         .collect();
     f.error = errors(site, built, &f.incident, error);
     f.error.iter_mut().zip(changed).for_each(|(e, c)| *e = bands(|b| e[b] + c[b]));
+    if !escape.error.is_empty() {
+        let sky = site.scene.surroundings().radiosity();
+        f.error.par_iter_mut().enumerate().for_each(|(i, e)| {
+            let ([_, error], measure) = (escape.incoming(i, sky), response(zones, i).1);
+            *e = bands(|b| e[b].hypot(error[b] / measure));
+        });
+    }
     (f, list)
 }
 

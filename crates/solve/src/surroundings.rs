@@ -5,12 +5,17 @@
 //! |cosine| with the pane's own share on a pane). First a few from every zone; where any of them escapes, the scene is open and every
 //! zone gets all its rays: a window that the first few miss still counts. Millions of zones share a number of rays: few each, since
 //! their errors are independent, and twice as many where the first ones disagree. Grade: statistical.
+//!
+//! The standard error of g_i,sky is told by the spread of batches of successive rays, whose sums are as independent as makes no matter;
+//! of n rays none of which escaped, it is a share of 1/(n + 2), as [`zonal_exchange::pair`] has it.
+//! Where the surroundings shine, zones whose error exceeds a share of the tolerance times the root mean square of what comes in shoot
+//! more. The error of a batch falls with its rays to the power of about 3/4.
 
 use rayon::prelude::*;
-use zonal_exchange::pair::target;
+use zonal_exchange::pair::{sample_seed, target};
 use zonal_math::directions::{cosine, sphere};
 use zonal_math::{Vec3, sequence};
-use zonal_scene::{Bands, Progress, Scene, Sides, VoxelZone, Zones, bands};
+use zonal_scene::{Bands, PaneZone, Progress, Scene, Sides, VoxelZone, Zones, bands};
 use zonal_transport::Transport;
 
 /// Rays of the first look.
@@ -21,6 +26,19 @@ const SHINING: usize = 4;
 /// The fewest rays of a zone, and how many times its share one takes of whose first rays some escape.
 const FEW: usize = 8;
 const MIXED: usize = 2;
+/// Batches whose spread tells the error.
+const BATCHES: usize = 8;
+/// What the rule of succession adds to the number of rays.
+const SUCCESSION: f64 = 2.0;
+/// Error wanted of what comes in over tolerance and root mean square.
+const SHARE: f64 = 0.4;
+/// Times that zones shoot more, and how many times as many rays at most.
+const ROUNDS: usize = 2;
+const MORE: f64 = 16.0;
+/// How many times as many that comes to, about, where light falls in through windows.
+const LIKELY: usize = 10;
+/// Rays of a zone at most.
+const MOST: u32 = 1 << 16;
 
 /// The surroundings' share of each zone.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,23 +47,26 @@ pub struct Escape {
     pub sky: Vec<Bands>,
     /// g_i,backs.
     pub backs: Vec<Bands>,
+    /// Standard error of g_i,sky; empty where nothing comes in from there.
+    pub error: Vec<Bands>,
     /// Rays shot.
     pub rays: u64,
 }
 
 impl Escape {
-    /// Measures all zones with up to `rays` rays each.
+    /// Measures all zones with up to `rays` rays each, of one of the samples as in [`zonal_exchange::pair::Settings`].
     pub fn measure(
         scene: &Scene,
         zones: &Zones,
         transport: &Transport,
-        rays: usize,
+        (rays, sample): (usize, u64),
         progress: &dyn Progress,
     ) -> Escape {
         let n = zones.len();
         progress.begin("surroundings", n as u64);
         let (each, pilot) = shares(scene, n, rays);
-        let shoot = |i: usize, range| one(scene, zones, transport, i, range);
+        let seed = sample_seed(sample);
+        let shoot = |i: usize, range| one(scene, zones, transport, (i, seed), range);
         let mut found: Vec<One> = (0..n).into_par_iter().map(|i| shoot(i, 0..pilot)).collect();
         if pilot < rays && found.iter().any(|x| x.count > 0) {
             found.par_iter_mut().enumerate().for_each(|(i, x)| {
@@ -54,18 +75,37 @@ impl Escape {
             });
         }
         progress.advance(n as u64);
+        let shining = scene.surroundings().radiance != [0.0; 3];
+        let target = |i: usize| target(zones, i);
+        for _ in 0..if shining { ROUNDS } else { 0 } {
+            let most = most(n);
+            let wish = wishes(&found, zones, SHARE * scene.options().tolerance);
+            found.par_iter_mut().zip(wish).enumerate().for_each(|(i, (x, wish))| {
+                let all = ((x.shot as f64 * wish) as u32).min(most);
+                if all > x.shot {
+                    x.add(&shoot(i, x.shot as usize..all as usize));
+                }
+            });
+        }
         progress.end();
-        Escape::from_counts(&found, |i| target(zones, i))
+        let mut escape = Escape::from_counts(&found, target);
+        if shining && !escape.closed() {
+            let error = |(i, x): (usize, &One)| x.error().map(|e| e * target(i));
+            escape.error = found.iter().enumerate().map(error).collect();
+        }
+        escape
     }
 
-    /// Measures pane zones alone, with so many rays each: the others wait for [`crate::hierarchical::views::Views::escape`].
-    pub fn of_panes(scene: &Scene, zones: &Zones, transport: &Transport, rays: usize) -> Escape {
-        let (n, from) = (zones.len(), zones.pane_offset());
-        let found: Vec<One> =
-            (from..n).into_par_iter().map(|i| one(scene, zones, transport, i, 0..rays)).collect();
-        let Escape { sky, backs, rays } = Escape::from_counts(&found, |k| target(zones, from + k));
-        let whole = |panes: Vec<Bands>| [vec![[0.0; 3]; from], panes].concat();
-        Escape { sky: whole(sky), backs: whole(backs), rays }
+    /// What comes in from the surroundings to zone `i` where they shine with radiosity `sky`, in the unit of P, and its error.
+    pub fn incoming(&self, i: usize, sky: Bands) -> [Bands; 2] {
+        let error = self.error.get(i).copied().unwrap_or_default();
+        [bands(|b| self.sky[i][b] * sky[b]), bands(|b| error[b] * sky[b])]
+    }
+
+    /// Nothing yet, for [`crate::hierarchical::views::Views::escape`] to tell.
+    pub fn untold(zones: &Zones) -> Escape {
+        let none = vec![[0.0; 3]; zones.len()];
+        Escape { sky: none.clone(), backs: none, ..Escape::default() }
     }
 
     /// Sums over rays of zones with these targets, made factors.
@@ -75,21 +115,23 @@ impl Escape {
             found.iter().enumerate().map(one).collect()
         };
         let rays = found.iter().map(|x| x.shot as u64).sum();
-        Escape { sky: scaled(0), backs: scaled(1), rays }
+        Escape { sky: scaled(0), backs: scaled(1), error: Vec::new(), rays }
     }
 
     /// Rays that [`Escape::measure`] will take of `zones` zones, about.
     pub fn forecast(scene: &Scene, zones: usize, closed: bool) -> u64 {
         let rays = crate::pipeline::escape_rays(scene);
         let (each, pilot) = shares(scene, zones, rays);
-        (zones * if closed { pilot } else { each }) as u64
+        let shining = scene.surroundings().radiance != [0.0; 3];
+        let more = if shining { LIKELY.min(most(zones) as usize / each.max(1)).max(1) } else { 1 };
+        (zones * if closed { pilot } else { more * each }) as u64
     }
 
     /// A quick look at every `step`-th zone.
     pub fn sample(scene: &Scene, zones: &Zones, transport: &Transport, rays: usize, step: usize) -> Escape {
         let list: Vec<usize> = (0..zones.len()).step_by(step).collect();
         let found: Vec<One> =
-            list.into_par_iter().map(|i| one(scene, zones, transport, i, 0..rays)).collect();
+            list.into_par_iter().map(|i| one(scene, zones, transport, (i, 0), 0..rays)).collect();
         Escape::from_counts(&found, |i| target(zones, i * step))
     }
 
@@ -104,6 +146,8 @@ impl Escape {
 struct One {
     /// Sums over the rays that went to the sky, and that ended on black backs.
     sums: [Bands; 2],
+    /// Variance of the first of these sums.
+    variance: Bands,
     /// Number of these rays.
     count: u32,
     /// Number of all rays.
@@ -113,8 +157,34 @@ struct One {
 impl One {
     fn add(&mut self, o: &One) {
         self.sums = [0, 1].map(|k| bands(|b| self.sums[k][b] + o.sums[k][b]));
+        self.variance = bands(|b| self.variance[b] + o.variance[b]);
         (self.count, self.shot) = (self.count + o.count, self.shot + o.shot);
     }
+
+    /// The share that comes from the sky, and its standard error.
+    fn sky(&self) -> Bands {
+        self.sums[0].map(|s| s / self.shot.max(1) as f64)
+    }
+    fn error(&self) -> Bands {
+        match self.count {
+            0 => [1.0 / (self.shot as f64 + SUCCESSION); 3],
+            _ => self.variance.map(|v| v.sqrt() / self.shot.max(1) as f64),
+        }
+    }
+}
+
+/// How many times as many rays every zone wants, for errors of `share` of the root mean square over the zones of its kind.
+fn wishes(found: &[One], zones: &Zones, share: f64) -> Vec<f64> {
+    let square = |v: Bands| v.iter().map(|x| x * x).sum::<f64>();
+    let first = zones.voxel_offset();
+    let mean = |of: &[One]| of.iter().map(|x| square(x.sky())).sum::<f64>() / of.len().max(1) as f64;
+    let (patches, volumes) = found.split_at(first.min(found.len()));
+    let wanted = [patches, volumes].map(|of| share * share * mean(of));
+    let one = |(i, x): (usize, &One)| {
+        let wanted = wanted[usize::from(i >= first)];
+        if wanted > 0.0 { (square(x.error()) / wanted).powf(2.0 / 3.0).clamp(1.0, MORE) } else { 1.0 }
+    };
+    found.iter().enumerate().map(one).collect()
 }
 
 /// Rays of each of `n` zones, no more than `rays`, and the first of them.
@@ -123,20 +193,47 @@ fn shares(scene: &Scene, n: usize, rays: usize) -> (usize, usize) {
     (each, if each < rays { PILOT.min(each.div_ceil(2)) } else { PILOT.min(rays) })
 }
 
+/// Rays of each of `n` zones at most where the surroundings shine.
+fn most(n: usize) -> u32 {
+    (SHINING * BUDGET / n.max(1)).min(MOST as usize) as u32
+}
+
 /// Rays of all zones together; more where light comes in that way.
 fn budget(scene: &Scene) -> usize {
     if scene.surroundings().radiance == [0.0; 3] { BUDGET } else { SHINING * BUDGET }
 }
 
-fn one(scene: &Scene, zones: &Zones, transport: &Transport, i: usize, rays: std::ops::Range<usize>) -> One {
+/// Rays of a zone, shifted by `seed`.
+fn one(
+    scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
+    (i, seed): (usize, u64),
+    rays: std::ops::Range<usize>,
+) -> One {
     let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
     let mut found = One { shot: rays.len() as u32, ..One::default() };
-    for k in rays {
-        let (origin, dir, weight) = ray(zones, cell, i, k);
-        let (share, back) = fate(scene, transport, origin, dir);
-        found.count += u32::from(share != [0.0; 3]);
-        let sums = &mut found.sums[back as usize];
-        (0..3).for_each(|b| sums[b] += share[b] * weight[b]);
+    // Sums of the batches, and of their squares.
+    let (mut sum, mut squares, mut batches) = ([0.0; 3], [0.0; 3], 0.0);
+    for batch in 0..BATCHES {
+        let at = |b: usize| rays.start + b * rays.len() / BATCHES;
+        let before = found.sums[0];
+        for k in at(batch)..at(batch + 1) {
+            let (origin, dir, weight) = ray(zones, cell, (i, seed), k);
+            let (share, back) = fate(scene, transport, origin, dir);
+            found.count += u32::from(share != [0.0; 3]);
+            let sums = &mut found.sums[back as usize];
+            (0..3).for_each(|b| sums[b] += share[b] * weight[b]);
+        }
+        if at(batch) < at(batch + 1) {
+            let own = bands(|b| found.sums[0][b] - before[b]);
+            (sum, squares) = (bands(|b| sum[b] + own[b]), bands(|b| squares[b] + own[b] * own[b]));
+            batches += 1.0;
+        }
+    }
+    if batches > 1.0 {
+        let spread = |b: usize| (squares[b] - sum[b] * sum[b] / batches).max(0.0);
+        found.variance = bands(|b| spread(b) * batches / (batches - 1.0));
     }
     found
 }
@@ -159,10 +256,11 @@ pub fn fate(scene: &Scene, transport: &Transport, origin: Vec3, dir: Vec3) -> (B
 }
 
 /// The `k`-th ray of a zone: origin, direction and weight with mean 1 (a pane's own share apart).
-fn ray(zones: &Zones, cell: Vec3, i: usize, k: usize) -> (Vec3, Vec3, Bands) {
-    let shift = |m: u64| sequence::unit(i as u64 * 8 + m);
-    let p = sequence::r3(k, [shift(0), shift(1), shift(2)]);
-    let d = sequence::r2(k, [shift(3), shift(4)]);
+fn ray(zones: &Zones, cell: Vec3, (i, seed): (usize, u64), k: usize) -> (Vec3, Vec3, Bands) {
+    let hash = |m: u64| sequence::hash((i as u64 * 8 + m) ^ seed);
+    let p = sequence::r3(k, [0, 1, 2].map(|m| sequence::unit((i as u64 * 8 + m) ^ seed)));
+    // Two sequences of one sort would keep step for thousands of rays.
+    let d = sequence::net(k as u32, [hash(3) as u32, hash(4) as u32]);
     if i < zones.voxel_offset() {
         let z = &zones.patches[i];
         let [u, v] = z.plate.warp([p[0], p[1]]);
@@ -171,14 +269,22 @@ fn ray(zones: &Zones, cell: Vec3, i: usize, k: usize) -> (Vec3, Vec3, Bands) {
     if i >= zones.pane_offset() {
         let z = &zones.panes[i - zones.pane_offset()];
         let [u, v] = z.plate.warp([p[0], p[1]]);
-        let side = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let w = cosine(z.normal * side, d);
-        let path = z.thickness / z.normal.dot(w).abs().max(1e-6);
-        // 2 A ⟨(1 − e^{−κt/c})/κ⟩ against the target 4 A t.
-        let weight = z.extinction.map(|e| if e * path > 1e-12 { -(-e * path).exp_m1() / e } else { path });
-        return (z.plate.at(u, v), w, weight.map(|x| x / (2.0 * z.thickness)));
+        let w = pane_dir(z, d, p[2]);
+        return (z.plate.at(u, v), w, pane_share(z, w));
     }
     (voxel_point(&zones.voxels[i - zones.voxel_offset()], cell, p), sphere(d), [1.0; 3])
+}
+
+/// The direction of a ray of a pane, by the cosine, to either side by `side` in [0,1).
+pub fn pane_dir(z: &PaneZone, d: [f64; 2], side: f64) -> Vec3 {
+    cosine(if side < 0.5 { z.normal } else { -z.normal }, d)
+}
+
+/// What such a ray counts, a band: with c its cosine 2 A ⟨(1 − e^{−κt/c})/κ⟩ against the target 4 A t.
+pub fn pane_share(z: &PaneZone, dir: Vec3) -> Bands {
+    let path = z.thickness / z.normal.dot(dir).abs().max(1e-6);
+    let within = z.extinction.map(|e| if e * path > 1e-12 { -(-e * path).exp_m1() / e } else { path });
+    within.map(|x| x / (2.0 * z.thickness))
 }
 
 /// A point of a voxel zone with cell edges `cell`: uniform in a whole voxel, one of the samples of a cut one.

@@ -12,6 +12,7 @@ const BLOCK: &str =
     "[[surface]]\nname = \"block\"\nbox = { min = [0.45,0.3,0.2], max = [0.7,0.6,0.6] }\nreflectance = 0.5\n";
 const SLANTED: &str = "[[surface]]\nname = \"sheet\"\nrectangle = { origin = [0.2,0.3,0.2], edge1 = [0.5,0.2,0.1], edge2 = [-0.1,0.2,0.5] }\nreflectance = [0.6, 0.3, 0.5]\nsides = \"both\"\n";
 const SMOKE: &str = "[[medium.region]]\nbox = { min = [0.25,0.25,0.25], max = [0.75,0.75,0.5] }\nextinction = [6, 3, 1]\nalbedo = 0.7\n";
+const PANE: &str = "[[pane]]\npolygon = [[0.55,0,0],[0.55,1,0],[0.55,1,1],[0.55,0,1]]\nthickness = 0.01\nextinction = [30, 100, 300]\nalbedo = 0.6\n";
 
 fn room(rest: &str) -> Scene {
     let walls = "reflectance = 0.5\nfaces.x0 = { emission = 1 }";
@@ -44,7 +45,9 @@ fn errors(ours: &Solution, dense: &Solution, range: std::ops::Range<usize>) -> (
 
 #[test]
 fn errors_stay_below_tolerance_and_estimate() {
-    for (name, rest) in [("free", ""), ("block", BLOCK), ("smoke", SMOKE), ("slanted", SLANTED)] {
+    for (name, rest) in
+        [("free", ""), ("block", BLOCK), ("smoke", SMOKE), ("slanted", SLANTED), ("pane", PANE)]
+    {
         let scene = room(rest);
         let dense = solved(&scene, Engine::Dense, 0.01, false);
         for tolerance in [0.1, 0.03, 0.01] {
@@ -65,6 +68,25 @@ fn errors_stay_below_tolerance_and_estimate() {
 }
 
 /// The operator of a room, with as many zones.
+/// A floor in two rooms, one lit red and one blue: as bright, and patches of one plane, but not alike.
+#[test]
+fn light_of_two_colours_is_not_mixed() {
+    let rest = "[[surface]]\nname = \"wall\"\nrectangle = { origin = [0.5,0,0], edge1 = [0,1,0], edge2 = [0,0,1] }\nreflectance = 0.5\nsides = \"both\"\n";
+    let walls =
+        "reflectance = 0.5\nfaces.x0 = { emission = [1, 0.1, 0] }\nfaces.x1 = { emission = [0, 0.1, 1] }";
+    let scene = read(&unit_room("patch_size = 0.0625", walls, rest));
+    let dense = solved(&scene, Engine::Dense, 0.01, false);
+    let ours = solved(&scene, Engine::Hierarchical, 0.1, false);
+    assert_eq!(ours.report.counts.iter().find(|c| c.0.starts_with("links")), None, "rays alone are asked");
+    for i in 0..ours.zones.patches.len() {
+        let c = ours.zones.patches[i].plate.centre();
+        let other = if c.x < 0.5 || c.x == 0.5 && ours.zones.patches[i].normal.x < 0.0 { 2 } else { 0 };
+        assert_eq!(dense.fields.incident[i][other], 0.0);
+        let [stray, light] = [other, 2 - other].map(|b| ours.fields.incident[i][b]);
+        assert!(stray < 0.02 * light, "patch {i} at {c:?}: {stray} beside {light}");
+    }
+}
+
 fn with_operator(scene: &Scene, epsilon: f64, use_it: impl FnOnce(&Hierarchical, usize)) {
     with_site(scene, |site, escape| {
         let even = vec![[1.0; 3]; site.zones.len()];

@@ -2,9 +2,11 @@
 
 mod common;
 
-use common::{mean, patches_of, solved, unit_room};
+use common::{mean, patches_of, read, solved, unit_room};
 use zonal_reference::{World, radiance};
-use zonal_scene::Solution;
+use zonal_scene::{Quiet, Solution};
+use zonal_solve::surroundings::Escape;
+use zonal_transport::{Transport, build_zones};
 
 fn told(name: &str, s: &Solution) -> f64 {
     let e = &s.report.energy;
@@ -129,4 +131,35 @@ fn a_sky_light_agrees_with_surroundings_of_its_radiance() {
     let (x, y) = (a.report.energy.incoming[0] - a.report.energy.backs[0], b.report.energy.incoming[0]);
     println!("incoming {x} {y}, π L A = {}", 2.0 * std::f64::consts::PI);
     assert!((x / y - 1.0).abs() < 0.02);
+}
+
+/// What comes in through a small window is known as well as is said, and better where more is asked for.
+#[test]
+fn the_error_of_the_surroundings_is_told() {
+    const ROOM: &str = "patch_size=0.25\ntolerance=TOL\n[surroundings]\nradiance=[1,2,3]\n[[surface]]\nname=\"room\"\nroom={min=[0,0,0],max=[1,1,1]}\nomit=[\"z1\"]\nreflectance=0.5\n";
+    const ROOF: &str = "[[surface]]\nname=\"roof\"\nrectangle={origin=[0,0,1],edge1=[0,1,0],edge2=[0.8,0,0]}\nreflectance=0.5\n[[surface]]\nname=\"rest\"\nrectangle={origin=[0.8,0,1],edge1=[0,0.7,0],edge2=[0.2,0,0]}\nreflectance=0.5\n[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[4,4,4]\nextinction=0.5\nalbedo=0.5\n";
+    let found = |tolerance: &str, sample: u64| {
+        let scene = read(&format!("[solve]\n{ROOM}{ROOF}").replace("TOL", tolerance));
+        let transport = Transport::new(&scene);
+        let zones = build_zones(&scene, &transport).unwrap_or_else(|e| panic!("{e}"));
+        (Escape::measure(&scene, &zones, &transport, (256, sample), &Quiet), zones.voxel_offset())
+    };
+    let rms = |of: &mut dyn Iterator<Item = f64>| {
+        let all: Vec<f64> = of.collect();
+        (all.iter().map(|x| x * x).sum::<f64>() / all.len() as f64).sqrt()
+    };
+    let (truth, patches) = found("0.001", 9);
+    let mut told = Vec::new();
+    for tolerance in ["0.2", "0.05"] {
+        let (ours, _) = found(tolerance, 0);
+        for range in [0..patches, patches..truth.sky.len()] {
+            let level = rms(&mut range.clone().map(|i| truth.sky[i][0]));
+            let error = rms(&mut range.clone().map(|i| ours.error[i][0])) / level;
+            let off = rms(&mut range.clone().map(|i| ours.sky[i][0] - truth.sky[i][0])) / level;
+            println!("tolerance {tolerance}: {error:.4} told, {off:.4} off");
+            assert!(off < 1.5 * error && error < 6.0 * off, "{tolerance}: {error} told, {off} off");
+            told.push(error);
+        }
+    }
+    assert!(told[2] < 0.6 * told[0] && told[3] < 0.6 * told[1], "{told:?}");
 }

@@ -72,6 +72,60 @@ fn rays_close_and_pass_no_wall() {
     });
 }
 
+/// A room with a pane in its middle, of one colour or of three.
+fn glazed(extinction: &str) -> Scene {
+    let pane = format!(
+        "[[pane]]\npolygon = [[0.5,0,0],[0.5,1,0],[0.5,1,1],[0.5,0,1]]\nthickness = 0.01\nextinction = {extinction}\nalbedo = 0.6\n"
+    );
+    let walls = "reflectance = 0.5\nfaces.x0 = { emission = 1 }";
+    read(&format!(
+        "{}{GAS}{pane}",
+        unit_room(
+            "patch_size = 0.25\ntolerance = 0.003\nengine = \"dense\"\nclosure = \"measure\"",
+            walls,
+            ""
+        )
+    ))
+}
+
+#[test]
+fn rows_of_a_room_with_a_pane_close() {
+    with_site(&glazed("100"), |site, _| {
+        let zones = site.zones;
+        let seeing = Seeing::new(site, [64, 64], false);
+        let ones: Vec<Bands> = (0..zones.len()).map(|i| strength(zones, i)).collect();
+        for (i, p) in seeing.apply(&ones).iter().enumerate() {
+            let want = target(zones, i);
+            assert!((p[0] / want - 1.0).abs() < 1e-5, "{i}: {} of {want}", p[0]);
+        }
+    });
+}
+
+#[test]
+fn rays_stop_in_panes_and_start_from_them() {
+    let scene = glazed("[30, 100, 300]");
+    let dense = common::solve(scene.clone());
+    with_site(&scene, |site, escape| {
+        let zones = site.zones;
+        let mut seeing = Seeing::new(site, [2048, 2048], false);
+        let strengths: Vec<_> = seeing.solve(site, escape).into_iter().map(|e| e.strengths).collect();
+        let Looked { raw, .. } = seeing.look(&strengths);
+        let patches = |side: bool| {
+            let of = |i: &usize| (zones.patches[*i].plate.centre().x > 0.5) == side;
+            (0..zones.voxel_offset()).filter(of).collect::<Vec<_>>()
+        };
+        let panes: Vec<usize> = (zones.pane_offset()..zones.len()).collect();
+        for (what, list) in [("lit", patches(false)), ("behind", patches(true)), ("pane", panes)] {
+            for b in 0..3 {
+                let measure = |i: usize| zonal_solve::groups::response(zones, i).1;
+                let ours: f64 = list.iter().map(|&i| raw[i].value[b] / measure(i)).sum();
+                let want: f64 = list.iter().map(|&i| dense.fields.incident[i][b]).sum();
+                assert!((ours / want - 1.0).abs() < 0.012, "{what}, band {b}: {ours} against {want}");
+            }
+        }
+    });
+}
+
 /// H of the light that arrives by way of other zones, W/m².
 fn incident(scene: &Scene, rays: usize, onward: bool) -> Vec<f64> {
     let mut out = Vec::new();

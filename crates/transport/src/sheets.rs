@@ -4,7 +4,7 @@
 //! as large as a piece in the mean, so that long sheets are cut along their length.
 
 use zonal_math::Vec3;
-use zonal_scene::{Plate, PlateKind};
+use zonal_scene::{PaneZone, Plate, PlateKind, Scene, Zones};
 
 /// Pieces (patches, parts of panes) by the sheet that they are cut from: one side of a facet, or a plate of a pane.
 #[derive(Clone, Debug, Default)]
@@ -31,6 +31,35 @@ struct Piece {
     at: [f32; 2],
     rows: [[f32; 2]; 2],
     kind: PlateKind,
+}
+
+/// The pieces of all panes by the plates from which they are cut; and the number of each pane's first plate.
+pub fn of_panes(scene: &Scene, zones: &Zones) -> (Vec<usize>, Sheets) {
+    let (first, plates, of) = pane_sheets(scene, zones);
+    let sheets = Sheets::new(&plates, zones.panes.iter().map(|z| &z.plate).zip(of));
+    (first, sheets)
+}
+
+/// The number of each pane's first plate, the plates of all panes, and the one from which each piece is cut.
+pub fn pane_sheets(scene: &Scene, zones: &Zones) -> (Vec<usize>, Vec<Plate>, Vec<usize>) {
+    let (mut first, mut plates) = (Vec::new(), Vec::new());
+    for pane in scene.panes() {
+        first.push(plates.len());
+        plates.extend(pane.plates.iter().copied());
+    }
+    let of = |z: &PaneZone| {
+        let centre = z.plate.centre();
+        let distance = |plate: &Plate| {
+            let [u, v] = plate.parameters(centre);
+            let outside = |x: f64| (-x).max(x - 1.0).max(0.0);
+            outside(u) + outside(v) + (plate.at(u, v) - centre).length()
+        };
+        let own = &scene.panes()[z.pane].plates;
+        let best = (0..own.len()).min_by(|&a, &b| distance(&own[a]).total_cmp(&distance(&own[b])));
+        first[z.pane] + best.unwrap_or(0)
+    };
+    let of = zones.panes.iter().map(of).collect();
+    (first, plates, of)
 }
 
 /// Parameters of `point` on the plate, moved onto it.

@@ -119,6 +119,10 @@ impl<'a> Transport<'a> {
     pub fn blocked_inside(&self, a: Vec3, b: Vec3) -> bool {
         self.dividing.as_ref().unwrap_or(&self.all).any(a, b, &self.tol)
     }
+    /// True when a facet or a pane stands between two points of the scene itself.
+    pub fn parted_inside(&self, a: Vec3, b: Vec3) -> bool {
+        self.blocked_inside(a, b) || self.has_panes_between() && self.pane_depth_inside(a, b) != [0.0; 3]
+    }
     /// False when no facet can stand between any point of one zone and any of the other, both zones of the scene: then
     /// [`Transport::blocked_inside`] is false for all of them. True says nothing.
     pub fn may_divide(&self, ends: [End; 2]) -> bool {

@@ -29,7 +29,7 @@ use crate::polygon::Plates;
 use parts::subcell_table;
 use rays::{PANE_SPLITS, pane_own};
 use std::f64::consts::PI;
-use zonal_math::{Bounded, Grade, Vec3};
+use zonal_math::{Bounded, Grade, Vec3, sequence};
 use zonal_scene::zones::SUBCELLS;
 use zonal_scene::{Bands, Plate, Scene, Zones, bands};
 use zonal_transport::Transport;
@@ -64,6 +64,20 @@ pub struct Settings {
     pub voxels: VoxelFactors,
     /// Keep every zone ready for its pairs, about 400 bytes each: worth it where most pairs are asked for, not where few are.
     pub keep_zones: bool,
+    /// Which sample rays take their points from: any other gives an independent answer of the same quality.
+    pub sample: u64,
+}
+
+impl Settings {
+    /// What the points of the pair of zones `i` and `j` are drawn by.
+    fn seed(&self, i: usize, j: usize) -> u64 {
+        ((i as u64) << 32 | j as u64) ^ sample_seed(self.sample)
+    }
+}
+
+/// What sets the points of one sample apart from those of others; nought for the first.
+pub fn sample_seed(sample: u64) -> u64 {
+    if sample == 0 { 0 } else { sequence::hash(sample) }
 }
 
 impl Default for Settings {
@@ -73,6 +87,7 @@ impl Default for Settings {
             plate_tolerance: 1e-9,
             voxels: VoxelFactors::Exact,
             keep_zones: true,
+            sample: 0,
         }
     }
 }
@@ -223,7 +238,7 @@ impl<'a> Exchange<'a> {
             counts.facing_away += 1;
             return PairFactor::default();
         }
-        let seed = ((i as u64) << 32) | j as u64;
+        let seed = self.settings.seed(i, j);
         match (&a.shape, &b.shape) {
             (Shape::Part(_), _) | (_, Shape::Part(_)) => {
                 counts.cut += 1;
@@ -387,7 +402,7 @@ impl<'a> Exchange<'a> {
         if !self.occluders {
             return all;
         }
-        let seed = ((i as u64) << 32) | i as u64;
+        let seed = self.settings.seed(i, i);
         let z = self.items.get(i);
         self.times_visibility(&z, &z, all, seed, counts)
     }

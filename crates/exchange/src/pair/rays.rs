@@ -3,6 +3,9 @@
 //! Points of both zones come from a six-dimensional low-discrepancy sequence shifted by a hash of the pair. A few rays first; where they
 //! disagree, more, the more the closer the zones and the larger the share of power they exchange.
 //!
+//! Where that leaves more of a zone's power open than the tolerance allows a pair, as many follow as bring it down to that: errors fall
+//! with the root of the rays at least.
+//!
 //! Where no facet reaches into the hull of a pair, all of it is seen, and no ray is asked. Where one does and yet n rays agree, they may
 //! have missed a part: with nothing known before, the share on the other side is 1/(n + 2) in the mean, and as large is its standard
 //! deviation (Laplace's rule of succession).
@@ -34,6 +37,12 @@ pub(super) const PANE_SPLITS: u32 = 2;
 
 /// Rays of a pair that nearly touches, is partly visible and carries a large share of a zone's power.
 pub(super) const CLOSE_RAYS: usize = 256;
+
+/// The share of a zone's power over the tolerance that the rays of a pair may leave open, and the largest number of rays for that.
+const OPEN: f64 = 0.1;
+const FINE_RAYS: usize = 4096;
+/// Times that more rays are asked for.
+const ROUNDS: usize = 2;
 
 /// What the rule of succession adds to the number of rays: one on each side.
 const SUCCESSION: f64 = 2.0;
@@ -100,6 +109,14 @@ impl Exchange<'_> {
             };
             shoot(first, n, &mut tally);
         }
+        for _ in 0..ROUNDS {
+            let error = tally.iter().fold(0.0f64, |m, t| m.max(t.mean_and_error().1));
+            let (have, want) = (tally[0].n as usize, self.fine(tally[0].n as usize, share * error));
+            if !tally[0].mixed() || want <= have {
+                break;
+            }
+            shoot(have, want, &mut tally);
+        }
         counts.rays += tally[0].n as u64;
         let missed = if tally[0].mixed() { 0.0 } else { missed(tally[0].n, outer, tally[0].blocked > 0.0) };
         let judged = |t: Tally| {
@@ -107,6 +124,12 @@ impl Exchange<'_> {
             (mean, error.hypot(missed))
         };
         if kappa == [0.0; 3] { [judged(tally[0]); 3] } else { tally.map(judged) }
+    }
+
+    /// Rays of a pair of whose zones' power `open` is left open by `n` of them.
+    fn fine(&self, n: usize, open: f64) -> usize {
+        let over = open / (OPEN * self.tolerance);
+        if over > 1.0 { ((n as f64 * over * over) as usize).min(FINE_RAYS) } else { n }
     }
 
     /// False where no facet can hide anything of a pair.
@@ -206,6 +229,8 @@ impl Exchange<'_> {
             return PairFactor { value: [0.0; 3], radius: [m.factor.radius; 3] };
         }
         let divided = self.may_divide(a, b);
+        let distance = (a.centre - b.centre).length();
+        let scale = self.pane_scale(a) * self.pane_scale(b);
         let points = Points::new(seed);
         let mut shot: Vec<Ray> = Vec::with_capacity(rays.max(MORE_RAYS));
         let shoot = |from: usize, to: usize, shot: &mut Vec<Ray>| {
@@ -226,23 +251,43 @@ impl Exchange<'_> {
             let n = if share > self.tolerance * 0.1 { MOST_RAYS } else { MORE_RAYS.max(rays) };
             shoot(rays, n, &mut shot);
         }
+        for _ in 0..if rays > 1 { ROUNDS } else { 0 } {
+            let seen = self.judged(a, b, &shot);
+            let open = seen.iter().fold(0.0f64, |m, s| m.max(scale * s.error * (-s.kappa * distance).exp()));
+            let want = self.fine(shot.len(), share * open);
+            if want <= shot.len() {
+                break;
+            }
+            shoot(shot.len(), want, &mut shot);
+        }
         counts.rays += shot.len() as u64;
         let blocked = shot.iter().filter(|r| r.hidden).count();
         let missed = match divided && (blocked == 0 || blocked == shot.len()) {
             true => missed(shot.len() as f64, outer, blocked > 0),
             false => 0.0,
         };
+        let mut out = PairFactor::default();
+        for (k, Judged { kappa, mean, error, open }) in self.judged(a, b, &shot).into_iter().enumerate() {
+            let error = error.hypot(missed * open);
+            let base = m.transmittance(kappa);
+            out.value[k] = m.factor.value * base * mean;
+            out.radius[k] = base * (m.factor.radius * mean + m.factor.value * error);
+        }
+        out
+    }
+
+    /// What the rays of a pair say in each band.
+    fn judged(&self, a: &Zone, b: &Zone, shot: &[Ray]) -> [Judged; 3] {
         let thick = self.is_thick(a, b);
         let length: f64 = shot.iter().map(|r| r.w * r.r).sum();
         let weights: f64 = shot.iter().map(|r| r.w).sum();
-        let mut out = PairFactor::default();
-        for k in 0..3 {
+        std::array::from_fn(|k| {
             let chords = thick && a.thickness[k].max(b.thickness[k]) > THICK;
             let depth: f64 = shot.iter().map(|r| r.w * r.depth[k]).sum();
             let kappa =
                 if chords || length <= 0.0 || depth > MOST_DEPTH * weights { 0.0 } else { depth / length };
             let (mut tally, mut open) = (Tally::default(), Tally::default());
-            for r in &shot {
+            for r in shot {
                 let reference = (-kappa * r.r).exp();
                 let tau = if chords && !r.hidden { r.chords[k] } else { (-r.depth[k]).exp() };
                 let x = if reference > 0.0 { r.through[k] * tau / reference } else { 0.0 };
@@ -250,12 +295,8 @@ impl Exchange<'_> {
                 open.add(r.w * reference, x);
             }
             let (mean, error) = tally.mean_and_error();
-            let error = error.hypot(missed * open.mean_and_error().0);
-            let base = m.transmittance(kappa);
-            out.value[k] = m.factor.value * base * mean;
-            out.radius[k] = base * (m.factor.radius * mean + m.factor.value * error);
-        }
-        out
+            Judged { kappa, mean, error, open: open.mean_and_error().0 }
+        })
     }
 
     /// What a ray from x to y meets; facets are asked where the pair may be `divided`.
@@ -312,6 +353,16 @@ impl Exchange<'_> {
         let p = &self.zones.panes[k];
         let path = p.thickness / z.normal.dot(w).abs().max(1e-6);
         p.extinction.map(|k| if k * path > 1e-12 { -(-k * path).exp_m1() / k } else { path })
+    }
+}
+
+impl Exchange<'_> {
+    /// What makes a pane's own share, a length, part of its power: one over its thickness; 1 for any other zone.
+    fn pane_scale(&self, z: &Zone) -> f64 {
+        match z.shape {
+            Shape::Plate { pane: Some(k), .. } => 1.0 / self.zones.panes[k].thickness,
+            _ => 1.0,
+        }
     }
 }
 
@@ -379,6 +430,17 @@ fn rim(z: &Zone) -> [Vec3; 4] {
             })
         }
     }
+}
+
+/// What the rays of a pair say in a band.
+struct Judged {
+    /// The extinction of a uniform medium that dims as much, 1/m.
+    kappa: f64,
+    /// What passes relative to that medium alone, and its error.
+    mean: f64,
+    error: f64,
+    /// The same without facets.
+    open: f64,
 }
 
 /// A ray between two zones.

@@ -2,7 +2,9 @@
 //!
 //! Zones that see something bright through a gap, or stand alone among others, stay noisy however wide a window others allow. Where the
 //! error told exceeds a share of the tolerance times what arrives, direct light included (no less than a part of its mean over the zones
-//! of the kind), the zone shoots again: (told/wanted)² times as many rays as it has. What all of them say then stands for it, unsmoothed.
+//! of the kind, and no more than a part of its root mean square: errors of bright zones count in full), the zone shoots again:
+//! (e/wanted)² times as many rays as it has, e the error of its own rays; all wishes shrink alike where they are too many. (To serve the
+//! worst first was tried: it costs the others more than it gains them.) What all its rays say then stands for it, unsmoothed.
 
 use super::onward::Lamps;
 use super::seeing::Seeing;
@@ -16,9 +18,11 @@ use zonal_scene::{Bands, bands};
 const SHARE: [f64; 2] = [1.75, 2.2];
 /// What arrives counts as no less than this part of its mean.
 const DARK: f64 = 0.1;
+/// And as no more than this part of its root mean square.
+const BRIGHT: f64 = 0.5;
 /// Rays over those at hand: of a zone at least and at most, and of all zones together at most.
 const TIMES: [f64; 2] = [1.0, 12.0];
-const ALL: f64 = 0.25;
+const ALL: f64 = 0.3;
 
 /// Zones whose rays are shot together.
 const TOGETHER: usize = 32;
@@ -47,10 +51,12 @@ fn wishes(
     let value = |i: usize| values.iter().map(|c| whole(&c[i])).sum::<f64>() + whole(&direct[i]);
     let mut out: Vec<(usize, f64)> = Vec::new();
     for (range, share) in [0..first, first..n].into_iter().zip(SHARE) {
-        let sum: f64 = crate::columns::sum(range.len(), |k| [value(range.start + k), 0.0, 0.0])[0];
-        let dark = DARK * sum / range.len().max(1) as f64;
+        let own = |k: usize| value(range.start + k);
+        let [sum, squares, _] = crate::columns::sum(range.len(), |k| [own(k), own(k).powi(2), 0.0]);
+        let count = range.len().max(1) as f64;
+        let (dark, bright) = (DARK * sum / count, BRIGHT * (squares / count).sqrt());
         let one = |i: usize| {
-            let wanted = share * tolerance * value(i).max(dark);
+            let wanted = share * tolerance * value(i).max(dark).min(bright);
             let raw = CAUTION * whole(&seen[i].error);
             let more = whole(&told[i]) > wanted && wanted > 0.0;
             more.then(|| (i, (raw / wanted).powi(2).clamp(TIMES[0], TIMES[1])))
@@ -112,7 +118,10 @@ impl Seeing<'_> {
                     let before = (seen[i].error[x] * old).powi(2);
                     CAUTION * (own + before).sqrt() / new
                 });
-                let value = |c: usize| bands(|x| (raw[c][i][x] * old + unit * sums[c][x]) / new);
+                let value = |c: usize| {
+                    let within = self.views.within(i, &shine[c]);
+                    bands(|x| (raw[c][i][x] * old + unit * (sums[c][x] + m * within[x])) / new)
+                };
                 (i, (0..shine.len()).map(value).collect(), error)
             };
             wishes.iter().zip(sums).zip(squares).map(joined).collect()

@@ -28,11 +28,10 @@ const WORTH: f64 = 12.0;
 const ONWARD: f64 = 0.25;
 /// The fewest rays of a patch that are worth shooting.
 const LEAST: f64 = 8.0;
-/// Links in each direction: so many a zone over the tolerance where rays fall short of it, no more than a share of all pairs; and so many
-/// times more where panes take rays out of the answer. Measured on rooms with a block and on a chapel with panes.
+/// Links in each direction: so many a zone over the tolerance where rays fall short of it, no more than a share of all pairs. Measured on
+/// rooms with a block.
 const LINKS: f64 = 2.5;
 const MOST_LINKS: f64 = 0.75;
-const PANED: f64 = 8.0;
 /// Bytes of a link while links are found: pairs, and links in the order of their zones; and for each distinct band.
 const LINK: f64 = 16.0;
 const LINK_BAND: f64 = 32.0;
@@ -113,6 +112,5 @@ impl Budget {
 /// Links in each direction to expect where rays do not meet the tolerance.
 pub fn links(zones: &Zones, tolerance: f64) -> f64 {
     let n = zones.len() as f64;
-    let paned = if zones.panes.is_empty() { 1.0 } else { PANED };
-    (paned * LINKS * n / tolerance).min(MOST_LINKS * n * n)
+    (LINKS * n / tolerance).min(MOST_LINKS * n * n)
 }

@@ -12,7 +12,7 @@ use crate::krylov::Ended;
 use crate::operator::Arriving;
 use crate::surroundings::Escape;
 use zonal_math::Grade;
-use zonal_scene::{Bands, Estimate, Fields, Scene, SceneError, Zones};
+use zonal_scene::{Bands, Estimate, Fields, Scene, SceneError, Zones, bands};
 
 /// Times that rays are shot anew because more are wanted.
 const LOOKS: usize = 3;
@@ -59,8 +59,8 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
     let mut look = Look::new(site, escape, each);
     let many = beyond_links(zones);
     let barred = !many && !budget.holds_links(zones, tolerance);
-    // Rays are dimmed by panes but see no light from them.
-    let whole = zones.panes.is_empty() && site.scene.options().sweeps.is_none();
+    // Light followed a few times only is not what rays tell.
+    let whole = site.scene.options().sweeps.is_none();
     for _ in 1..if many || !whole { 1 } else { LOOKS } {
         let more = super::seeing::more(zones, each, look.estimate / tolerance, budget.rays);
         if look.estimate <= tolerance || more == each {
@@ -72,7 +72,7 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
         look = Look::new(site, escape, each);
     }
     let met = look.estimate <= tolerance;
-    if met && whole || (many || barred) && site.scene.options().sweeps.is_none() {
+    if whole && (met || many || barred) {
         let closure = crate::closure::measure(&look.seeing, zones, escape);
         let [rays, onward] = look.seeing.rays();
         let counts =
@@ -86,9 +86,6 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
         if !met {
             warnings.push(unmet(look.estimate, tolerance));
             warnings.extend(barred.then(|| NO_LINKS.into()));
-        }
-        if !zones.panes.is_empty() {
-            warnings.push("light that panes scatter or emit is left out of an answer by rays".into());
         }
         return Ok(Built { operator, noise: Vec::new(), closure, counts, warnings, solved });
     }
@@ -128,15 +125,20 @@ impl<'a> Look<'a> {
         let seen: Vec<Measured> =
             value.into_iter().zip(error).map(|(value, error)| Measured { value, error }).collect();
         // Lights may be turned up later: each alone is to be as good.
-        let estimate = relative(site, &seen).max(even);
+        let estimate = relative(site, escape, &seen).max(even);
         Look { seeing, ended, arriving, known, estimate, again }
     }
 }
 
-/// Estimated relative error, the largest over kinds and bands.
-fn relative(site: &Site, all: &[Measured]) -> f64 {
-    let error = all.iter().map(|m| m.error).collect();
-    let incident = all.iter().map(|m| m.value).collect();
+/// Estimated relative error with what comes in from the surroundings, the largest over kinds and bands.
+fn relative(site: &Site, escape: &Escape, all: &[Measured]) -> f64 {
+    let sky = site.scene.surroundings().radiosity();
+    let whole = |(i, m): (usize, &Measured)| {
+        let ([value, error], measure) = (escape.incoming(i, sky), response(site.zones, i).1);
+        let error = bands(|b| m.error[b].hypot(error[b] / measure));
+        (error, bands(|b| m.value[b] + value[b] / measure))
+    };
+    let (error, incident) = all.iter().enumerate().map(whole).unzip();
     let fields = Fields { error, incident, ..Fields::default() };
     let e = Estimate::of(&fields, site.zones.voxel_offset(), Grade::Estimated);
     e.patches.iter().chain(&e.volumes).fold(0.0, |m, x| m.max(*x))
@@ -165,7 +167,7 @@ fn links<'a>(
     let mut warnings = Vec::new();
     for round in 1.. {
         made.solve_roughly(site, escape);
-        let estimate = relative(site, &made.estimated(whole.then_some(&look.arriving)));
+        let estimate = relative(site, escape, &made.estimated(whole.then_some(&look.arriving)));
         if estimate <= tolerance {
             break;
         }

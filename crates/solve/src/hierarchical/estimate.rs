@@ -12,17 +12,17 @@
 use super::kernel::{Curve, Place, Spot};
 use super::links::Links;
 use super::refine::{FLAT, VARIED};
-use super::tree::{Node, Tree};
+use super::tree::{Kind, Node, Tree};
 use rayon::prelude::*;
 use zonal_scene::{Bands, bands};
 
 /// How much the joint error of visibility counts.
 const DOUBT: f64 = 1.5;
 /// Share of the errors of pairs of zones that is alike in all of them.
-const ALIKE: f64 = 0.1;
-/// Relative error of a pair of zones with an exact geometric factor.
+const ALIKE: f64 = 0.05;
+/// Relative error of a pair of zones beyond what its factor tells.
 const EXACT: f64 = 1e-3;
-/// The same by points, or with parts of voxels.
+/// The same with parts of voxels.
 const SAMPLED: f64 = 0.03;
 
 /// Σe, Σe², Σd, Σd² of links with clusters, Σ (e² + (`DOUBT` d)²) and Σ (e + d) of those of two zones, a band.
@@ -55,7 +55,8 @@ fn powers(tree: &Tree, strengths: &[Bands]) -> Vec<[Bands; 2]> {
 /// Relative errors of a link at the receiver: of what arrives, and of what the source's variation adds.
 fn open(a: &Node, b: &Node, sa: &Spot, sb: &Spot) -> (f64, f64) {
     if a.is_leaf() && b.is_leaf() {
-        return (if a.full && b.full { EXACT } else { SAMPLED }, 0.0);
+        let cut = |n: &Node| n.kind == Kind::Voxel && !n.full;
+        return (if cut(a) || cut(b) { SAMPLED } else { EXACT }, 0.0);
     }
     let place = Place::new(sa, sb);
     if place.flat {

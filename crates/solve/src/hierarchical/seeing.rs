@@ -22,7 +22,7 @@ use zonal_scene::{Bands, Scene, Zones, bands};
 use zonal_transport::Transport;
 
 /// Rays of a patch, in small scenes and in those beyond links: so many over the square of the tolerance, no fewer and no more than these.
-const RAYS: [f64; 2] = [1.35, 1.5];
+const RAYS: [f64; 2] = [1.35, 1.45];
 const FEWEST: f64 = 32.0;
 const MOST: f64 = 2048.0;
 /// How many more rays are shot than would just do.
@@ -110,7 +110,7 @@ impl<'a> Seeing<'a> {
         self.views.rays()
     }
 
-    /// What leaves the patches and voxel zones for good, by the same rays.
+    /// What leaves the zones for good, by the same rays.
     pub fn escape(&self, escape: &mut Escape) {
         self.views.escape(self.zones, escape);
     }

@@ -3,13 +3,22 @@
 //! The zones at the points hit are looked up for some rays at a time: first what a lookup reads is read for all of them, without a branch
 //! that waits for it, so that they wait for memory together. (Rays sorted by direction, so that those that follow each other pass the
 //! same boxes, were tried: the sorting cost more than the tree gained.)
+//!
+//! What dims a ray, medium and panes, also stops it: where the mean of its transmittances falls below a number u drawn for it. What
+//! it counts in each band, with l what is left there of the light, averages to one over all u:
+//!
+//! ```text
+//! in the medium κ l/⟨κ l⟩      in a pane (l⁻ − l⁺)/⟨l⁻ − l⁺⟩      where it ends l/⟨l⟩      ⟨⟩ the mean of the bands
+//! ```
+//!
+//! Rays from a pane count what the pane takes of them; the rest of what closes its row is its own light.
 
-use crate::surroundings::voxel_point;
+use crate::surroundings::{pane_dir, pane_share, voxel_point};
 use zonal_math::directions::{cosine, sphere};
 use zonal_math::{Vec3, sequence};
 use zonal_scene::{Bands, Patch, Plate, Scene, Voxmap, Zones, bands};
 use zonal_transport::sheets::Sheets;
-use zonal_transport::{Hit, Transport};
+use zonal_transport::{Hit, PaneHit, Transport};
 
 /// A ray that leaves the scene, one that ends on a black back, and one that ends where there is no zone.
 pub const SKY: u32 = u32::MAX;
@@ -37,6 +46,15 @@ pub struct Stop {
     pub at: Vec3,
 }
 
+/// How far a ray came undisturbed, and what is left of the light there.
+struct Reached {
+    distance: f64,
+    /// Transmittance of the panes before.
+    panes: Bands,
+    /// The same with the medium.
+    left: Bands,
+}
+
 /// Shoots rays.
 pub struct Shooter<'a> {
     scene: &'a Scene,
@@ -45,6 +63,9 @@ pub struct Shooter<'a> {
     /// What rays meet.
     pub transport: &'a Transport<'a>,
     sheets: Sheets,
+    /// Pieces of panes by the plates of all panes, and the number of each pane's first plate.
+    glass: Sheets,
+    first_plate: Vec<usize>,
     cell: Vec3,
     reach: f64,
     eps: f64,
@@ -73,10 +94,13 @@ impl<'a> Shooter<'a> {
             Some(k) => equal(k),
             None => (0..m.len()).all(|i| equal(m.extinction(i))),
         };
+        let (first_plate, glass) = zonal_transport::sheets::of_panes(scene, zones);
         Shooter {
             scene,
             zones,
             transport,
+            glass,
+            first_plate,
             sheets: Sheets::new(&plates, zones.patches.iter().map(|p| (&p.plate, sheet(p)))),
             cell: scene.voxmap().map_or(Vec3::ZERO, |v| v.cell()),
             reach: 3.0 * scene.diagonal(),
@@ -99,14 +123,14 @@ impl<'a> Shooter<'a> {
         if let Some(z) = zones.patches.get(i) {
             return (on(&z.plate), cosine(z.normal, d));
         }
-        let at = match i.checked_sub(zones.pane_offset()) {
-            Some(pane) => on(&zones.panes[pane].plate),
-            None => voxel_point(&zones.voxels[i - zones.voxel_offset()], self.cell, p),
-        };
-        (at, sphere(d))
+        if let Some(pane) = i.checked_sub(zones.pane_offset()) {
+            let z = &zones.panes[pane];
+            return (on(&z.plate), pane_dir(z, d, p[2]));
+        }
+        (voxel_point(&zones.voxels[i - zones.voxel_offset()], self.cell, p), sphere(d))
     }
 
-    /// Where a ray stops; the medium stops it where its transmittance falls below `u`.
+    /// Where a ray stops; the medium or a pane stops it where the transmittance falls below `u`.
     pub fn shoot(&self, origin: Vec3, dir: Vec3, u: f64) -> Stop {
         self.settle(origin, dir, self.meet(origin, dir), u)
     }
@@ -119,25 +143,73 @@ impl<'a> Shooter<'a> {
     /// Where a ray stops that met `hit`.
     fn settle(&self, origin: Vec3, dir: Vec3, hit: Option<Hit>, u: f64) -> Stop {
         let t = hit.map_or(self.reach, |h| h.t);
-        let end = origin + dir * t;
-        let depth = self.transport.medium_depth(origin, end);
-        let passed = depth.map(|d| (-d).exp());
-        let through = mean(passed);
-        if u >= through {
-            let (zone, worth) = self.stopped(origin, dir, t, u);
-            return Stop { zone, worth, distance: t, at: end };
-        }
-        let zone = hit.map_or(SKY, |hit| {
-            let (sheet, uv) = place(&hit);
-            self.sheets.find(sheet, uv).unwrap_or(BACK)
+        let mut panes = [1.0; 3];
+        let mut stop = None;
+        self.transport.pane_crossings(origin, origin + dir * t, &mut |p| {
+            if stop.is_none() {
+                stop = self.through(origin, dir, &p, &mut panes, u);
+            }
         });
-        let worth = self.worth(origin, end, bands(|b| passed[b] / through));
-        Stop { zone, worth, distance: t, at: end }
+        stop.unwrap_or_else(|| {
+            let reached = self.reached(origin, dir, t, panes);
+            let through = mean(reached.left);
+            if u >= through {
+                return self.stopped(origin, dir, &reached, u);
+            }
+            let zone = hit.map_or(SKY, |hit| {
+                let (sheet, uv) = place(&hit);
+                self.sheets.find(sheet, uv).unwrap_or(BACK)
+            });
+            self.stop(zone, origin, dir, t, reached.left)
+        })
     }
 
-    /// The number by which the medium stops the `k`-th ray of a zone.
+    /// What is left of a ray at the distance `t`, behind panes that let `panes` through.
+    fn reached(&self, origin: Vec3, dir: Vec3, t: f64, panes: Bands) -> Reached {
+        let depth = self.transport.medium_depth(origin, origin + dir * t);
+        Reached { distance: t, panes, left: bands(|b| panes[b] * (-depth[b]).exp()) }
+    }
+
+    /// A stop that counts `light` over its mean.
+    fn stop(&self, zone: u32, origin: Vec3, dir: Vec3, distance: f64, light: Bands) -> Stop {
+        let whole = mean(light);
+        let one = |b: usize| if whole > 0.0 { (light[b] / whole) as f32 } else { 1.0 };
+        let worth = if self.grey { [1.0; 3] } else { [0, 1, 2].map(one) };
+        Stop { zone, worth, distance, at: origin + dir * distance }
+    }
+
+    /// Where a ray stops before a pane or in it, if it does; `panes` lets less through behind it.
+    fn through(&self, origin: Vec3, dir: Vec3, hit: &PaneHit, panes: &mut Bands, u: f64) -> Option<Stop> {
+        let before = self.reached(origin, dir, hit.t, *panes);
+        if u >= mean(before.left) {
+            return Some(self.stopped(origin, dir, &before, u));
+        }
+        let pane = &self.scene.panes()[hit.pane];
+        let pass = pane.extinction.map(|k| (-k * pane.thickness / hit.cos).exp());
+        let after = bands(|b| before.left[b] * pass[b]);
+        if u >= mean(after) {
+            let uv = pane.plates[hit.plate].parameters(origin + dir * hit.t);
+            let piece = self.glass.find(self.first_plate[hit.pane] + hit.plate, uv);
+            let zone = piece.map_or(LOST, |p| p + self.zones.pane_offset() as u32);
+            let taken = bands(|b| before.left[b] - after[b]);
+            return Some(self.stop(zone, origin, dir, hit.t, taken));
+        }
+        *panes = bands(|b| panes[b] * pass[b]);
+        None
+    }
+
+    /// The share of the light of pane zone `i` that meets itself, as so many of its rays leave it.
+    pub fn within(&self, i: usize, rays: usize) -> Bands {
+        let pane = &self.zones.panes[i - self.zones.pane_offset()];
+        let sum = (0..rays).map(|k| pane_share(pane, self.ray(i, k).1));
+        let sum = sum.fold([0.0; 3], |s, v| bands(|b| s[b] + v[b]));
+        sum.map(|s| 1.0 - s / rays as f64)
+    }
+
+    /// The number by which medium or pane stops the `k`-th ray of a zone: of the sequence of its directions, as one of the sort that its
+    /// places are from would keep step with these for thousands of rays.
     fn luck(&self, i: usize, k: usize) -> f64 {
-        sequence::r1(k, sequence::unit((i as u64 * 8 + 7) ^ SEED))
+        sequence::third(k as u32, sequence::hash((i as u64 * 8 + 7) ^ SEED) as u32)
     }
 
     /// Shoots so many rays; `of` names the zone and the number of each among its rays. `stopped` is shown which it was and where it stopped,
@@ -161,27 +233,24 @@ impl<'a> Shooter<'a> {
             self.sheets.fetch(met.iter().filter_map(|m| m.2.as_ref()).map(place), &mut places);
             for (r, &(origin, dir, hit)) in some.zip(&met) {
                 let (i, k) = of(r);
-                stopped(r, self.settle(origin, dir, hit, self.luck(i, k)));
+                let mut stop = self.settle(origin, dir, hit, self.luck(i, k));
+                if let Some(pane) = i.checked_sub(self.zones.pane_offset()) {
+                    let share = pane_share(&self.zones.panes[pane], dir);
+                    (0..3).for_each(|b| stop.worth[b] *= share[b] as f32);
+                }
+                stopped(r, stop);
             }
         }
     }
 
-    /// What a ray counts: by band, and dimmed by panes.
-    fn worth(&self, a: Vec3, b: Vec3, share: Bands) -> [f32; 3] {
-        if self.grey {
-            return [1.0; 3];
-        }
-        let panes = self.transport.pane_depth_inside(a, b);
-        [0, 1, 2].map(|x| (share[x] * (-panes[x]).exp()) as f32)
-    }
-
-    /// A ray that the medium stops before `t`, where the mean transmittance is `u`.
-    fn stopped(&self, origin: Vec3, dir: Vec3, t: f64, u: f64) -> (u32, [f32; 3]) {
-        let Some(map) = self.scene.voxmap() else { return (LOST, [1.0; 3]) };
-        let left = |s: f64| self.transport.medium_depth(origin, origin + dir * s).map(|d| (-d).exp());
-        let inside = map.cell_at(origin).is_some();
+    /// A ray that the medium stops before it has come so far.
+    fn stopped(&self, origin: Vec3, dir: Vec3, reached: &Reached, u: f64) -> Stop {
+        let Reached { distance: t, panes, .. } = *reached;
+        let lost = Stop { zone: LOST, worth: [1.0; 3], distance: t, at: origin + dir * t };
+        let Some(map) = self.scene.voxmap() else { return lost };
+        let left = |s: f64| self.reached(origin, dir, s, panes).left;
         let s = match self.uniform {
-            Some(k) if self.grey && inside => -u.max(1e-300).ln() / k[0],
+            Some(k) if self.grey && map.cell_at(origin).is_some() => -u.max(1e-300).ln() / k[0],
             _ => {
                 let (mut lo, mut hi) = (0.0, t);
                 for _ in 0..HALVINGS {
@@ -192,16 +261,15 @@ impl<'a> Shooter<'a> {
             }
         };
         let at = origin + dir * s.min(t);
-        let Some(cell) = map.cell_at(at).map(|c| map.index(c)) else { return (LOST, [1.0; 3]) };
+        let Some(cell) = map.cell_at(at).map(|c| map.index(c)) else { return lost };
         let zone = self.transport.zone_in(self.zones, cell, at);
-        let worth = if self.grey {
+        let zone = zone.map_or(LOST, |z| (z + self.zones.voxel_offset()) as u32);
+        let light = if self.grey {
             [1.0; 3]
         } else {
-            let k = map.extinction(cell);
-            let l = left(s);
-            let sum = (0..3).map(|b| k[b] * l[b]).sum::<f64>() / 3.0;
-            self.worth(origin, at, bands(|b| if sum > 0.0 { k[b] * l[b] / sum } else { 1.0 }))
+            let (k, l) = (map.extinction(cell), left(s));
+            bands(|b| k[b] * l[b])
         };
-        (zone.map_or(LOST, |z| (z + self.zones.voxel_offset()) as u32), worth)
+        self.stop(zone, origin, dir, s.min(t), light)
     }
 }

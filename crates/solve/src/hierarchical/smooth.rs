@@ -105,7 +105,9 @@ impl<'a> Smoother<'a> {
             return best;
         }
         let mut narrower = best.error;
-        let mut interval = [f64::NEG_INFINITY, f64::INFINITY];
+        // Of each band: light of another colour is another light.
+        let mut interval = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
+        let mut first = true;
         for level in 0..self.windows.levels(i) {
             let Some(window) = self.windows.window(i, level) else { continue };
             let (mut value, mut spread) = ([0.0; 3], 0.0);
@@ -116,25 +118,27 @@ impl<'a> Smoother<'a> {
             });
             let noise = pooled(&window, guide);
             let error = if std::ptr::eq(guide, all) { noise } else { pooled(&window, all) };
-            if interval[1] == f64::INFINITY {
-                let (v, e) = (whole(&guide[i].value), ALONE * whole(&noise));
-                interval = [v - e, v + e];
+            if first {
+                let v = &guide[i].value;
+                interval = [-1.0, 1.0].map(|s| bands(|b| v[b] + s * ALONE * noise[b]));
                 best.error = bands(|b| best.error[b].max(error[b]));
-                narrower = best.error;
+                (narrower, first) = (best.error, false);
                 // What none of its own rays found lit lies in the dark; light around it is that of another room.
-                if v == 0.0 {
+                if whole(v) == 0.0 {
                     break;
                 }
             }
-            let (v, e) = (whole(&value), WIDTH * whole(&noise) * spread.sqrt());
-            interval = [interval[0].max(v - e), interval[1].min(v + e)];
-            if interval[0] > interval[1] {
+            let half = noise.map(|e| WIDTH * e * spread.sqrt());
+            let [low, high] = interval;
+            interval =
+                [bands(|b| low[b].max(value[b] - half[b])), bands(|b| high[b].min(value[b] + half[b]))];
+            if (0..3).any(|b| interval[0][b] > interval[1][b]) {
                 break;
             }
             let error = error.map(|p| p * spread.sqrt());
             let told = bands(|b| error[b].hypot(UNSEEN * narrower[b]));
             narrower = error;
-            let guide = [(whole(&noise) * spread.sqrt()).powi(2), v * v];
+            let guide = [(whole(&noise) * spread.sqrt()).powi(2), whole(&value).powi(2)];
             best = Chosen { window: Some(window), error: told, guide };
         }
         best

@@ -49,6 +49,8 @@ pub struct Views {
     steps: [Vec<Vec<Step>>; 2],
     /// ρ of the patches, where rays go on.
     reflectance: Vec<Shine>,
+    /// Of each pane zone: what of its own light meets itself, a share.
+    within: Vec<Bands>,
 }
 
 /// How far rays are followed.
@@ -98,6 +100,7 @@ impl Views {
             } else {
                 Vec::new()
             },
+            within: (zones.pane_offset()..zones.len()).map(|i| shooter.within(i, each[1])).collect(),
         };
         if !shooter.grey {
             views.worth = vec![[1.0; 3]; total];
@@ -161,7 +164,7 @@ impl Views {
         self.first
     }
 
-    /// What leaves the patches and voxel zones for good, put into `escape`.
+    /// What leaves the zones for good, put into `escape`.
     pub fn escape(&self, zones: &Zones, escape: &mut Escape) {
         let one = |i: usize| {
             let (mut found, range) = ([[0.0; 3]; 2], self.of(i));
@@ -173,8 +176,7 @@ impl Views {
             }
             found
         };
-        let n = zones.pane_offset();
-        let each = escape.sky[..n].par_iter_mut().zip(&mut escape.backs[..n]).enumerate();
+        let each = escape.sky.par_iter_mut().zip(&mut escape.backs).enumerate();
         each.for_each(|(i, (sky, backs))| [*sky, *backs] = one(i));
     }
 
@@ -246,7 +248,8 @@ impl Views {
             self.bring(range.start..range.start + count, self.steps(i), b, way, |v| {
                 (0..4).for_each(|x| sum[x] += v[x]);
             });
-            bands(|x| unit * (sum[x] / count as f32) as f64)
+            let within = self.within(i, b);
+            bands(|x| unit * ((sum[x] / count as f32) as f64 + within[x]))
         };
         (0..b.len()).into_par_iter().with_min_len(256).map(one).collect()
     }
@@ -264,9 +267,16 @@ impl Views {
             });
             let h = sum.map(|s| s / m);
             let e = bands(|x| ((square[x] / m - h[x] * h[x]).max(0.0) / m).sqrt());
-            Measured { value: bands(|x| h[x] * unit), error: e.map(|x| x * unit) }
+            let within = self.within(i, b);
+            Measured { value: bands(|x| (h[x] + within[x]) * unit), error: e.map(|x| x * unit) }
         };
         (0..b.len()).into_par_iter().with_min_len(256).map(one).collect()
+    }
+
+    /// What zone `i` brings itself besides its rays where zones shine with radiosities `b`: nought but for a pane.
+    pub fn within(&self, i: usize, b: &[Shine]) -> Bands {
+        let pane = (i + self.within.len()).checked_sub(b.len());
+        pane.map_or([0.0; 3], |p| bands(|x| self.within[p][x] * b[i][x] as f64))
     }
 
     /// H is ⟨B⟩, G four times that.

@@ -240,7 +240,7 @@ fn doors(zones: &Zones, map: &Voxmap, transport: &Transport, open: &Open, z: usi
             let passes = if own.part.is_empty() && next.part.is_empty() {
                 open.leads_on(if up { z } else { other }, k)
             } else {
-                !transport.blocked(own.centre, next.centre)
+                !transport.parted_inside(own.centre, next.centre)
             };
             if passes {
                 out.push(other as u32);

@@ -141,7 +141,7 @@ pub fn count() -> Counts {
 pub fn with_site(scene: &Scene, use_it: impl FnOnce(&Site, &Escape)) {
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap_or_else(|e| panic!("{e}"));
-    let escape = Escape { sky: vec![[0.0; 3]; zones.len()], backs: vec![[0.0; 3]; zones.len()], rays: 0 };
+    let escape = Escape::untold(&zones);
     let sources = groups::chosen(scene, &zones).0;
     let direct = illuminate(scene, &zones, &transport, false, &Quiet);
     let site = Site {

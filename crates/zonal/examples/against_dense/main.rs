@@ -1,8 +1,8 @@
 //! Compares the hierarchical engine with the dense one on the same zones.
 //!
 //! ```text
-//! against_dense [c0|c8|c9|demo|cornell|randomSEED|SCENE.toml ...] [--size 10] [--tolerances 0.1,0.03,0.01] [--dense 0.01] [--worst 5]
-//!               [--shared ../shared] [--csv docs/against_dense.csv] [--plot docs/against_dense.svg]
+//! against_dense [c0|c8|c9|demo|cornell|randomSEED|SCENE.toml ...] [--size 10] [--tolerances 0.1,0.03,0.01] [--dense 0.01]
+//!               [--samples 4] [--worst 5] [--shared ../shared] [--csv docs/against_dense.csv] [--plot docs/against_dense.svg]
 //! ```
 //!
 //! Printed for each tolerance: processor time, links and rays a zone, and for patches (H), voxel zones (G) and panes the L2 error (RMS of
@@ -10,7 +10,9 @@
 //! difference over zones above a tenth of the mean), the median of estimate over error, and the share of zones within twice their own
 //! estimate; a band each where they differ. What misses its mark is named at the line's end. `--csv` puts the figures into a table, in the
 //! place of older ones, and `--plot` draws the whole table, without scenes too. `--dense` is the dense engine's own tolerance: that of what
-//! it samples, pairs that are seen in part; `--worst` lists so many zones of the largest differences. c8 and cornell read from `../shared`.
+//! it samples, pairs that are seen in part. The reference is the mean of so many `--samples` of it, whose rays have nothing in common with
+//! one another or with what is compared; their spread tells how well it is known itself. `--worst` lists so many zones of the largest
+//! differences. c8 and cornell read from `../shared`.
 
 #[path = "../common/process.rs"]
 mod process;
@@ -24,30 +26,69 @@ use process::Process;
 use scenes::Any;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use zonal::scene::{Engine, Fields, Groups, Quiet, Report, Scene, Zones};
+use zonal::exchange::pair::Settings;
+use zonal::scene::{Bands, Engine, Fields, Groups, Quiet, Report, Scene, Zones, bands};
 use zonal::solve::pipeline::{Job, solve_zones};
 use zonal::transport::{Transport, build_zones};
 
 const MEMORY: u64 = 12 << 30;
 
-/// A solve, and the processor time that it took, s; the time that passed where no system tells.
-fn solved(scene: &Scene, engine: Engine, tolerance: f64) -> Result<(Fields, Report, Zones, f64), Any> {
+/// What a solve found.
+struct Solved {
+    fields: Fields,
+    report: Report,
+    zones: Zones,
+    /// Processor time, s; the time that passed where no system tells.
+    seconds: f64,
+}
+
+/// Solves with rays of one of the samples.
+fn solved(scene: &Scene, engine: Engine, tolerance: f64, sample: u64) -> Result<Solved, Any> {
     let mut options = scene.options().clone();
     (options.engine, options.tolerance, options.groups) = (engine, tolerance, Groups::All);
     let scene = scene.clone().with_options(options)?;
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport)?;
     let (start, before) = (Instant::now(), Process::new("self").seconds());
-    let (fields, _, report) = solve_zones(&scene, &zones, &transport, &Job::new(MEMORY, &Quiet))?;
+    let job = Job { settings: Settings { sample, ..Settings::default() }, ..Job::new(MEMORY, &Quiet) };
+    let (fields, _, report) = solve_zones(&scene, &zones, &transport, &job)?;
     let used = before.zip(Process::new("self").seconds()).map(|(a, b)| b - a);
-    Ok((fields, report, zones, used.unwrap_or(start.elapsed().as_secs_f64())))
+    Ok(Solved { fields, report, zones, seconds: used.unwrap_or(start.elapsed().as_secs_f64()) })
+}
+
+/// The mean of so many samples of the dense engine, and the standard errors of H and G over their root mean squares.
+fn reference(scene: &Scene, tolerance: f64, samples: u64) -> Result<(Solved, [f64; 2]), Any> {
+    let mut all = Vec::new();
+    for sample in 1..=samples {
+        all.push(solved(scene, Engine::Dense, tolerance, sample)?);
+    }
+    let n = all.len() as f64;
+    let count = all[0].zones.len();
+    let mean: Vec<Bands> =
+        (0..count).map(|i| bands(|b| all.iter().map(|s| s.fields.incident[i][b]).sum::<f64>() / n)).collect();
+    let part = |range: std::ops::Range<usize>| {
+        let (mut apart, mut whole) = (0.0, 0.0);
+        for i in range {
+            for b in 0..3 {
+                whole += n * mean[i][b].powi(2);
+                apart += all.iter().map(|s| (s.fields.incident[i][b] - mean[i][b]).powi(2)).sum::<f64>();
+            }
+        }
+        if n > 1.0 && whole > 0.0 { (apart / whole / (n - 1.0)).sqrt() } else { 0.0 }
+    };
+    let first = all[0].zones.voxel_offset();
+    let known = [part(0..first), part(first..count)];
+    let mut out = all.swap_remove(0);
+    out.fields.incident = mean;
+    Ok((out, known))
 }
 
 /// What is asked for.
 struct Wanted<'a> {
     tolerances: Vec<f64>,
-    /// Of the dense engine.
+    /// Of the dense engine, and how many samples of it.
     reference: f64,
+    samples: u64,
     /// How many of the worst zones are listed.
     worst: usize,
     csv: Option<&'a Path>,
@@ -55,18 +96,21 @@ struct Wanted<'a> {
 
 /// Compares one scene at all tolerances.
 fn compare(name: &str, scene: &Scene, wanted: &Wanted) -> Result<(), Any> {
-    let (dense, own, zones, seconds) = solved(scene, Engine::Dense, wanted.reference)?;
+    let (Solved { fields: dense, report: own, zones, seconds }, known) =
+        reference(scene, wanted.reference, wanted.samples)?;
     let (patches, panes) = (zones.voxel_offset(), zones.pane_offset());
     println!(
-        "{name}: {} patches, {} voxel zones, {} panes; dense {seconds:.2} s, its own estimate {:.3} % of H, {:.3} % of G",
+        "{name}: {} patches, {} voxel zones, {} panes; dense {seconds:.2} s, its own estimate {:.3} % of H, {:.3} % of G; known to {:.3} and {:.3} %",
         patches,
         panes - patches,
         zones.panes.len(),
         100.0 * own.estimate.patches.into_iter().fold(0.0, f64::max),
-        100.0 * own.estimate.volumes.into_iter().fold(0.0, f64::max)
+        100.0 * own.estimate.volumes.into_iter().fold(0.0, f64::max),
+        100.0 * known[0],
+        100.0 * known[1]
     );
     for &tolerance in &wanted.tolerances {
-        let (ours, report, _, seconds) = solved(scene, Engine::Hierarchical, tolerance)?;
+        let Solved { fields: ours, report, seconds, .. } = solved(scene, Engine::Hierarchical, tolerance, 0)?;
         let cost = Cost::new(&report, zones.len(), seconds);
         println!(
             "  tolerance {tolerance}: {seconds:.2} s, {:.1} links and {:.1} rays a zone, energy off by {:.1e}{}",
@@ -106,6 +150,7 @@ fn main() -> Result<(), Any> {
     let wanted = Wanted {
         tolerances: tolerances.split(',').map(str::parse).collect::<Result<_, _>>()?,
         reference: option("--dense").map_or("0.01", |s| s.as_str()).parse()?,
+        samples: option("--samples").map_or("4", |s| s.as_str()).parse::<u64>()?.max(1),
         worst: option("--worst").map_or("0", |s| s.as_str()).parse()?,
         csv,
     };
