@@ -54,7 +54,10 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
         turn_zones(&mut zones, g.kind, *f);
     }
     let scene = Scene::new(parts)?;
-    let fields = sum(&zones, &groups, &old);
+    // What comes in from the surroundings errs by as much as they are turned up.
+    let sky = factors.iter().zip(&groups).filter(|(_, g)| g.kind == Kind::Surroundings);
+    let sky = sky.fold([0.0f64; 3], |m, (f, _)| bands(|b| m[b].max(f[b])));
+    let fields = sum(&zones, &groups, &old, sky);
     report.energy = Default::default();
     groups.iter().for_each(|g| report.energy.add(&g.energy));
     report.residuals = [0, 1, 2].map(|b| vec![groups.iter().fold(0.0f64, |m, g| m.max(g.residual[b]))]);
@@ -120,8 +123,9 @@ fn turn_zones(zones: &mut Zones, kind: Kind, f: Bands) {
     }
 }
 
-/// The fields of all groups together. The estimated error of a zone stays the same share of what arrives there.
-fn sum(zones: &Zones, groups: &[Group], old: &Fields) -> Fields {
+/// The fields of all groups together. The estimated error of a zone stays the same share of what arrives there, or grows as what comes in
+/// from the surroundings, turned up by `sky`: whichever is more, as it is not known which part is whose.
+fn sum(zones: &Zones, groups: &[Group], old: &Fields, sky: Bands) -> Fields {
     let n = zones.len();
     let added = |pick: fn(&Group) -> (&Values, Bands)| {
         let mut out = vec![[0.0; 3]; n];
@@ -135,9 +139,9 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields) -> Fields {
         bands(|b| e[b] + rho[b] * (incident[i][b] + direct[i][b]))
     };
     let error = |i: usize| {
-        let share =
-            |b: usize| if old.incident[i][b] > 0.0 { old.error[i][b] / old.incident[i][b] } else { 0.0 };
-        bands(|b| share(b) * incident[i][b])
+        let grown =
+            |b: usize| if old.incident[i][b] > 0.0 { incident[i][b] / old.incident[i][b] } else { 0.0 };
+        bands(|b| old.error[i][b] * grown(b).max(sky[b]))
     };
     Fields {
         radiosity: (0..n).into_par_iter().map(radiosity).collect(),

@@ -54,11 +54,20 @@ fn the_balance_closes_without_moving_light_from_zone_to_zone() {
     let advice = |s: &Solution| s.report.warnings.iter().any(|w| w.contains("restore closure"));
     let off = plain.report.energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
     assert_eq!((advice(&plain), advice(&even)), (off > 1e-3, false));
-    // And it comes nearer to the truth, if anything.
+    // The power that all zones take together comes nearer to that of every pair, and no zone is spoilt by what is noise in the others.
     let dense = solved(Engine::Dense, true);
+    let taken = |s: &Solution| {
+        let e = &s.report.energy;
+        [0, 1, 2].map(|b| e.absorbed_volumes[b] + e.absorbed_surfaces.iter().map(|a| a.1[b]).sum::<f64>())
+    };
+    let off = |s: &Solution| {
+        let both = taken(s).into_iter().zip(taken(&dense));
+        both.map(|(x, y)| (x - y).powi(2)).sum::<f64>()
+    };
+    assert!(off(&even) < 0.1 * off(&plain), "{} {}", off(&even), off(&plain));
     let square = |s: &Solution| {
         let both = s.fields.incident.iter().flatten().zip(dense.fields.incident.iter().flatten());
         both.map(|(x, y)| (x - y).powi(2)).sum::<f64>()
     };
-    assert!(square(&even) <= square(&plain), "{} {}", square(&even), square(&plain));
+    assert!(square(&even) <= 1.02 * square(&plain), "{} {}", square(&even), square(&plain));
 }
