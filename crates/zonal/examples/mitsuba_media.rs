@@ -196,7 +196,8 @@ fn scene_text(c: &Case, data: &Path, folder: &Path, museum: &Museum, s: &Setting
         "[[surface]]\nname = \"foot\"\nmesh = {{ file = {} }}\nreflectance = 0.5\n",
         mesh("sphere_base")
     );
-    let half = 0.75;
+    // The box of 1.5 m is a boundary only: the constant volume in it fills a unit cube.
+    let half = 0.5;
     match c.filling {
         Filling::Spheres(extinction, albedo) => {
             let cells = LOW.map(|l| ((HIGH - l) / s.cell).round() as usize);
