@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn every_slab_of_a_cube_has_its_share() {
-        // Of 64 points each box of 8 × 8, 16 × 4 … in any two coordinates has one, and each octant eight.
+        // Of 64 points each slab has one, each octant eight, and each box of 8 × 4 in two coordinates two.
         let points: Vec<[f64; 3]> = (64..128)
             .map(|n| {
                 let [x, y] = net(n, [0x1234_5678, 0x9abc_def0]);

@@ -53,9 +53,7 @@ impl Draw {
         Draw { first: self.first / self.count * n, count: n, ..*self }
     }
     fn at(&self, i: usize) -> [f64; 3] {
-        let [x, y] = sequence::r2(self.first + i, [self.shift[0], self.shift[1]]);
-        let z = sequence::r1(self.first + i, self.shift[2]);
-        [x, y, z]
+        sequence::r3(self.first + i, self.shift)
     }
 }
 

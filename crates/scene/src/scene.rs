@@ -169,6 +169,11 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
+    /// True where light comes in from them.
+    pub fn shine(&self) -> bool {
+        self.radiance != [0.0; 3]
+    }
+
     /// Its radiosity as a zone, W/m².
     pub fn radiosity(&self) -> Bands {
         self.radiance.map(|l| std::f64::consts::PI * l)

@@ -42,6 +42,8 @@ pub struct Fields {
     pub direct: Vec<Bands>,
     /// Estimated error of `incident`, W/m².
     pub error: Vec<Bands>,
+    /// The part of `error` that comes in from the surroundings, W/m²; the rest joins it as √(rest² + part²). Empty where they are dark.
+    pub surroundings_error: Vec<Bands>,
 }
 
 /// Where the power went, W a band.

@@ -192,8 +192,7 @@ fn beam_ray(scene: &Scene, transport: &Transport, lamp: &Lamp, k: usize, sum: &m
     match lamp.light() {
         Light::Sun { direction, irradiance, angular_diameter, .. } => {
             // The rectangle that the bounds throw across the beam.
-            let dir =
-                sun_ray(*direction, *angular_diameter, [sequence::r1(k, 0.1), sequence::unit(k as u64)]);
+            let dir = sun_ray(*direction, *angular_diameter, sequence::net(k as u32, [0, 0]));
             let (t, s) = direction.frame();
             let half = (hi - lo) * 0.5;
             let extent = |w: Vec3| half.x * w.x.abs() + half.y * w.y.abs() + half.z * w.z.abs();
@@ -253,7 +252,7 @@ fn emitter_ray(
     sum: &mut Beam,
 ) {
     let Some(Source::Point { at, normal, both, power, .. }) =
-        lamp.source([u[0], u[1], sequence::r1(k, 0.25)])
+        lamp.source([u[0], u[1], sequence::third(k as u32, 0)])
     else {
         return;
     };

@@ -167,8 +167,7 @@ impl<'a> Gatherer<'a> {
     fn add(&self, t: &mut Tally, i: usize, first: usize, last: usize) {
         let seed = |m: u64| sequence::hash((i as u64) << 3 | m);
         let shift = [0, 1, 2].map(|m| sequence::unit((i as u64) << 3 | m));
-        let scramble = [seed(3) as u32, seed(4) as u32];
-        let turn = sequence::unit((i as u64) << 3 | 5);
+        let (scramble, turn) = ([seed(3) as u32, seed(4) as u32], seed(5) as u32);
         let patch = self.zones.patches.get(i);
         for k in first..last {
             let [u, v, w] = sequence::r3(k, shift);
@@ -183,7 +182,7 @@ impl<'a> Gatherer<'a> {
                 }
             };
             let [p, q] = sequence::net(k as u32, scramble);
-            self.sample(t, x, receiver, [p, q, sequence::r1(k, turn)]);
+            self.sample(t, x, receiver, [p, q, sequence::third(k as u32, turn)]);
         }
     }
 

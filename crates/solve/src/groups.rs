@@ -101,7 +101,7 @@ pub fn each(scene: &Scene, zones: &Zones) -> Vec<Source> {
     if zones.panes.iter().any(|p| p.emission != [0.0; 3]) {
         add(PANES, Kind::Panes);
     }
-    if scene.surroundings().radiance != [0.0; 3] {
+    if scene.surroundings().shine() {
         add(SURROUNDINGS, Kind::Surroundings);
     }
     out

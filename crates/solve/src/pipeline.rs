@@ -58,7 +58,7 @@ impl<'a> Job<'a> {
 /// Rays a zone that measure what escapes; four times as many where as much light comes in that way.
 pub(crate) fn escape_rays(scene: &Scene) -> usize {
     let tolerance = scene.options().tolerance;
-    let shining = scene.surroundings().radiance != [0.0; 3];
+    let shining = scene.surroundings().shine();
     ((0.05 / (tolerance * tolerance)) as usize).clamp(256, 4096) * if shining { 4 } else { 1 }
 }
 
@@ -304,10 +304,10 @@ fn fields(
     f.error.iter_mut().zip(changed).for_each(|(e, c)| *e = bands(|b| e[b] + c[b]));
     if !escape.error.is_empty() {
         let sky = site.scene.surroundings().radiosity();
-        f.error.par_iter_mut().enumerate().for_each(|(i, e)| {
-            let ([_, error], measure) = (escape.incoming(i, sky), response(zones, i).1);
-            *e = bands(|b| e[b].hypot(error[b] / measure));
-        });
+        let part = |i| escape.incoming(i, sky)[1].map(|e| e / response(zones, i).1);
+        f.surroundings_error = (0..n).into_par_iter().map(part).collect();
+        let both = f.error.par_iter_mut().zip(&f.surroundings_error);
+        both.for_each(|(e, part)| *e = bands(|b| e[b].hypot(part[b])));
     }
     (f, list)
 }

@@ -54,9 +54,8 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
         turn_zones(&mut zones, g.kind, *f);
     }
     let scene = Scene::new(parts)?;
-    // What comes in from the surroundings errs by as much as they are turned up.
-    let sky = factors.iter().zip(&groups).filter(|(_, g)| g.kind == Kind::Surroundings);
-    let sky = sky.fold([0.0f64; 3], |m, (f, _)| bands(|b| m[b].max(f[b])));
+    let sky = groups.iter().position(|g| matches!(g.kind, Kind::Surroundings | Kind::All));
+    let sky = sky.map_or([1.0; 3], |k| factors[k]);
     let fields = sum(&zones, &groups, &old, sky);
     report.energy = Default::default();
     groups.iter().for_each(|g| report.energy.add(&g.energy));
@@ -123,8 +122,8 @@ fn turn_zones(zones: &mut Zones, kind: Kind, f: Bands) {
     }
 }
 
-/// The fields of all groups together. The estimated error of a zone stays the same share of what arrives there, or grows as what comes in
-/// from the surroundings, turned up by `sky`: whichever is more, as it is not known which part is whose.
+/// The fields of all groups together. What comes in from the surroundings errs by as much as they are turned up, by `sky`; the rest of
+/// the estimated error of a zone stays the same share of what arrives there.
 fn sum(zones: &Zones, groups: &[Group], old: &Fields, sky: Bands) -> Fields {
     let n = zones.len();
     let added = |pick: fn(&Group) -> (&Values, Bands)| {
@@ -141,9 +140,13 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, sky: Bands) -> Fields {
     let error = |i: usize| {
         let grown =
             |b: usize| if old.incident[i][b] > 0.0 { incident[i][b] / old.incident[i][b] } else { 0.0 };
-        bands(|b| old.error[i][b] * grown(b).max(sky[b]))
+        let part = old.surroundings_error.get(i).copied().unwrap_or_default();
+        let rest = |b: usize| (old.error[i][b].powi(2) - part[b].powi(2)).max(0.0).sqrt();
+        bands(|b| (rest(b) * grown(b)).hypot(part[b] * sky[b]))
     };
+    let part = |e: &Bands| times(*e, sky);
     Fields {
+        surroundings_error: old.surroundings_error.par_iter().map(part).collect(),
         radiosity: (0..n).into_par_iter().map(radiosity).collect(),
         error: (0..n).into_par_iter().map(error).collect(),
         incident,

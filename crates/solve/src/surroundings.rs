@@ -12,7 +12,7 @@
 //! more. The error of a batch falls with its rays to the power of about 3/4.
 
 use rayon::prelude::*;
-use zonal_exchange::pair::{sample_seed, target};
+use zonal_exchange::pair::{SUCCESSION, sample_seed, target};
 use zonal_math::directions::{cosine, sphere};
 use zonal_math::{Vec3, sequence};
 use zonal_scene::{Bands, PaneZone, Progress, Scene, Sides, VoxelZone, Zones, bands};
@@ -28,8 +28,6 @@ const FEW: usize = 8;
 const MIXED: usize = 2;
 /// Batches whose spread tells the error.
 const BATCHES: usize = 8;
-/// What the rule of succession adds to the number of rays.
-const SUCCESSION: f64 = 2.0;
 /// Error wanted of what comes in over tolerance and root mean square.
 const SHARE: f64 = 0.4;
 /// Times that zones shoot more, and how many times as many rays at most.
@@ -75,7 +73,7 @@ impl Escape {
             });
         }
         progress.advance(n as u64);
-        let shining = scene.surroundings().radiance != [0.0; 3];
+        let shining = scene.surroundings().shine();
         let target = |i: usize| target(zones, i);
         for _ in 0..if shining { ROUNDS } else { 0 } {
             let most = most(n);
@@ -122,7 +120,7 @@ impl Escape {
     pub fn forecast(scene: &Scene, zones: usize, closed: bool) -> u64 {
         let rays = crate::pipeline::escape_rays(scene);
         let (each, pilot) = shares(scene, zones, rays);
-        let shining = scene.surroundings().radiance != [0.0; 3];
+        let shining = scene.surroundings().shine();
         let more = if shining { LIKELY.min(most(zones) as usize / each.max(1)).max(1) } else { 1 };
         (zones * if closed { pilot } else { more * each }) as u64
     }
@@ -200,7 +198,7 @@ fn most(n: usize) -> u32 {
 
 /// Rays of all zones together; more where light comes in that way.
 fn budget(scene: &Scene) -> usize {
-    if scene.surroundings().radiance == [0.0; 3] { BUDGET } else { SHINING * BUDGET }
+    if scene.surroundings().shine() { SHINING * BUDGET } else { BUDGET }
 }
 
 /// Rays of a zone, shifted by `seed`.
@@ -256,7 +254,7 @@ pub fn fate(scene: &Scene, transport: &Transport, origin: Vec3, dir: Vec3) -> (B
 }
 
 /// The `k`-th ray of a zone: origin, direction and weight with mean 1 (a pane's own share apart).
-fn ray(zones: &Zones, cell: Vec3, (i, seed): (usize, u64), k: usize) -> (Vec3, Vec3, Bands) {
+pub fn ray(zones: &Zones, cell: Vec3, (i, seed): (usize, u64), k: usize) -> (Vec3, Vec3, Bands) {
     let hash = |m: u64| sequence::hash((i as u64 * 8 + m) ^ seed);
     let p = sequence::r3(k, [0, 1, 2].map(|m| sequence::unit((i as u64 * 8 + m) ^ seed)));
     // Two sequences of one sort would keep step for thousands of rays.
@@ -269,22 +267,16 @@ fn ray(zones: &Zones, cell: Vec3, (i, seed): (usize, u64), k: usize) -> (Vec3, V
     if i >= zones.pane_offset() {
         let z = &zones.panes[i - zones.pane_offset()];
         let [u, v] = z.plate.warp([p[0], p[1]]);
-        let w = pane_dir(z, d, p[2]);
+        // By the cosine, to either side.
+        let w = cosine(if p[2] < 0.5 { z.normal } else { -z.normal }, d);
         return (z.plate.at(u, v), w, pane_share(z, w));
     }
     (voxel_point(&zones.voxels[i - zones.voxel_offset()], cell, p), sphere(d), [1.0; 3])
 }
 
-/// The direction of a ray of a pane, by the cosine, to either side by `side` in [0,1).
-pub fn pane_dir(z: &PaneZone, d: [f64; 2], side: f64) -> Vec3 {
-    cosine(if side < 0.5 { z.normal } else { -z.normal }, d)
-}
-
 /// What such a ray counts, a band: with c its cosine 2 A ⟨(1 − e^{−κt/c})/κ⟩ against the target 4 A t.
 pub fn pane_share(z: &PaneZone, dir: Vec3) -> Bands {
-    let path = z.thickness / z.normal.dot(dir).abs().max(1e-6);
-    let within = z.extinction.map(|e| if e * path > 1e-12 { -(-e * path).exp_m1() / e } else { path });
-    within.map(|x| x / (2.0 * z.thickness))
+    z.within(dir).map(|x| x / (2.0 * z.thickness))
 }
 
 /// A point of a voxel zone with cell edges `cell`: uniform in a whole voxel, one of the samples of a cut one.

@@ -67,7 +67,6 @@ fn errors_stay_below_tolerance_and_estimate() {
     }
 }
 
-/// The operator of a room, with as many zones.
 /// A floor in two rooms, one lit red and one blue: as bright, and patches of one plane, but not alike.
 #[test]
 fn light_of_two_colours_is_not_mixed() {
@@ -87,6 +86,7 @@ fn light_of_two_colours_is_not_mixed() {
     }
 }
 
+/// The operator of a room, with as many zones.
 fn with_operator(scene: &Scene, epsilon: f64, use_it: impl FnOnce(&Hierarchical, usize)) {
     with_site(scene, |site, escape| {
         let even = vec![[1.0; 3]; site.zones.len()];

@@ -41,7 +41,13 @@ fn solution(n: usize) -> Solution {
     };
     let groups = vec![group(0, "sun"), group(1, "sky")];
     let zero: Vec<Bands> = vec![[0.0; 3]; zones.len()];
-    let fields = Fields { radiosity: zero.clone(), incident: field(2), direct: zero.clone(), error: zero };
+    let fields = Fields {
+        radiosity: zero.clone(),
+        incident: field(2),
+        direct: zero.clone(),
+        error: zero,
+        ..Fields::default()
+    };
     drop(transport);
     Solution {
         scene,

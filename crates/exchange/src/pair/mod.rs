@@ -27,6 +27,7 @@ use crate::general::{self, Moments};
 use crate::paper::strip::Voxels;
 use crate::polygon::Plates;
 use parts::subcell_table;
+pub use rays::SUCCESSION;
 use rays::{PANE_SPLITS, pane_own};
 use std::f64::consts::PI;
 use zonal_math::{Bounded, Grade, Vec3, sequence};

@@ -45,7 +45,7 @@ const FINE_RAYS: usize = 4096;
 const ROUNDS: usize = 2;
 
 /// What the rule of succession adds to the number of rays: one on each side.
-const SUCCESSION: f64 = 2.0;
+pub const SUCCESSION: f64 = 2.0;
 
 /// Rays of a voxel with a sheet in its middle, to itself.
 pub(super) const OWN_RAYS: usize = 2048;
@@ -251,14 +251,15 @@ impl Exchange<'_> {
             let n = if share > self.tolerance * 0.1 { MOST_RAYS } else { MORE_RAYS.max(rays) };
             shoot(rays, n, &mut shot);
         }
+        let mut seen = self.judged(a, b, &shot);
         for _ in 0..if rays > 1 { ROUNDS } else { 0 } {
-            let seen = self.judged(a, b, &shot);
             let open = seen.iter().fold(0.0f64, |m, s| m.max(scale * s.error * (-s.kappa * distance).exp()));
             let want = self.fine(shot.len(), share * open);
             if want <= shot.len() {
                 break;
             }
             shoot(shot.len(), want, &mut shot);
+            seen = self.judged(a, b, &shot);
         }
         counts.rays += shot.len() as u64;
         let blocked = shot.iter().filter(|r| r.hidden).count();
@@ -267,7 +268,7 @@ impl Exchange<'_> {
             false => 0.0,
         };
         let mut out = PairFactor::default();
-        for (k, Judged { kappa, mean, error, open }) in self.judged(a, b, &shot).into_iter().enumerate() {
+        for (k, Judged { kappa, mean, error, open }) in seen.into_iter().enumerate() {
             let error = error.hypot(missed * open);
             let base = m.transmittance(kappa);
             out.value[k] = m.factor.value * base * mean;
@@ -350,13 +351,9 @@ impl Exchange<'_> {
         let Shape::Plate { pane: Some(k), .. } = z.shape else {
             return [1.0; 3];
         };
-        let p = &self.zones.panes[k];
-        let path = p.thickness / z.normal.dot(w).abs().max(1e-6);
-        p.extinction.map(|k| if k * path > 1e-12 { -(-k * path).exp_m1() / k } else { path })
+        self.zones.panes[k].within(w)
     }
-}
 
-impl Exchange<'_> {
     /// What makes a pane's own share, a length, part of its power: one over its thickness; 1 for any other zone.
     fn pane_scale(&self, z: &Zone) -> f64 {
         match z.shape {

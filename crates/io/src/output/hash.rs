@@ -62,7 +62,7 @@ pub fn scene_hash(scene: &Scene) -> String {
 /// is no direct light, and the settings of the solver. 32 hexadecimal digits.
 pub fn factors_hash(scene: &Scene) -> String {
     let mut h = Fnv(BASIS);
-    let shining = scene.surroundings().radiance != [0.0; 3];
+    let shining = scene.surroundings().shine();
     let mut parts = scene.clone().into_parts();
     for (s, surface) in parts.surfaces.iter_mut().enumerate() {
         surface.reflectance = [0.0; 3];

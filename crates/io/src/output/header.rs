@@ -7,7 +7,7 @@ use zonal_scene::scene::{Options, PatchRule};
 use zonal_scene::{Camera, Engine, Groups, Light, Pane, Scene, Sides, Solution, Surface, Surroundings};
 
 /// The version of the format; readers refuse others.
-pub const FORMAT_VERSION: u64 = 2;
+pub const FORMAT_VERSION: u64 = 3;
 
 const HOW_TO_READ: &str =
     "import json, numpy as np; z = np.load(file); header = json.loads(bytes(z['header.json']))";

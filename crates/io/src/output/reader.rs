@@ -179,6 +179,15 @@ impl Npz {
         Ok(data)
     }
 
+    /// As [`Npz::triples`] of `n`, or none.
+    pub fn triples_or_none(&mut self, name: &str, n: usize) -> Result<Vec<Bands>, FileError> {
+        let (found, data) = self.rows(name)?;
+        if found != [0, 3] {
+            self.check_shape(name, &found, &[n, 3])?;
+        }
+        Ok(data)
+    }
+
     /// Finite numbers, three and three, and their shape.
     fn rows(&mut self, name: &str) -> Result<(Vec<usize>, Vec<Bands>), FileError> {
         let (shape, data) = self.array(name, Kind::F64, triple)?;

@@ -10,6 +10,7 @@
 //! | arrays | shape | what |
 //! |---|---|---|
 //! | `radiosity`, `incident`, `direct`, `error` | [zones, 3] | B; H or G without direct light; H_dir or G_dir; error of `incident` |
+//! | `surroundings_error` | [zones, 3] or [0, 3] | the part of `error` that comes in from the surroundings |
 //! | `group_0_incident`, `group_0_direct`, … | [zones, 3], `<f8` or `<f4`; [0, 3] for none | the share of each light group, times `incident_scale` and `direct_scale` in `report.groups` of the header |
 //! | `patch_origin`, `_e1`, `_e2`, `_kind`, `_normal`, `_area`, `_facet`, `_surface`, `_reflectance`, `_emission` | [patches, …] | surface zones; kind 0 triangle, 1 parallelogram |
 //! | `voxel_cell`, `_centre`, `_volume`, `_extinction`, `_albedo`, `_emission`, `_source` | [voxels, …] | volume zones |
@@ -61,7 +62,8 @@ fn write_fields<W: Write + Seek>(npz: &mut writer::Npz<W>, f: &Fields) -> io::Re
     {
         npz.triples(name, &[field.len()], field.iter().copied())?;
     }
-    Ok(())
+    let part = &f.surroundings_error;
+    npz.triples("surroundings_error", &[part.len()], part.iter().copied())
 }
 
 fn write_patches<W: Write + Seek>(npz: &mut writer::Npz<W>, patches: &[Patch]) -> io::Result<()> {
@@ -156,6 +158,7 @@ pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
         incident: npz.triples("incident", &n)?,
         direct: npz.triples("direct", &n)?,
         error: npz.triples("error", &n)?,
+        surroundings_error: npz.triples_or_none("surroundings_error", zones.len())?,
     };
     let groups = read_groups(&mut npz, &header, &scene, zones.len())?;
     let json = |e: String| npz.error("header.json", e);

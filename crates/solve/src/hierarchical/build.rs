@@ -103,7 +103,7 @@ pub fn beyond_links(zones: &Zones) -> bool {
 /// True where the rays of the views say what leaves the scene: they are the answer, and nothing comes in that way.
 pub fn tells_escape(scene: &Scene, zones: &Zones) -> bool {
     let options = scene.options();
-    beyond_links(zones) && options.sweeps.is_none() && scene.surroundings().radiance == [0.0; 3]
+    beyond_links(zones) && options.sweeps.is_none() && !scene.surroundings().shine()
 }
 
 impl<'a> Look<'a> {

@@ -13,10 +13,11 @@
 //! with q found by a walk down the tree that takes each kid with the probability that its size, distance and orientation suggest. So
 //! p_q follows S, and a sample stays near its mean, whatever the distance. One ray from x to a point of q tells what is seen of it.
 
-use super::sight::{SUCCESSION, Seen, Sight, Spotted};
+use super::sight::{Seen, Sight, Spotted};
 use super::tree::{Kind, Node};
 use crate::surroundings::voxel_point;
 use std::f64::consts::PI;
+use zonal_exchange::pair::SUCCESSION;
 use zonal_math::{Vec3, sequence};
 use zonal_scene::Patch;
 use zonal_transport::solid_angle::{projected_solid_angle, solid_angle};

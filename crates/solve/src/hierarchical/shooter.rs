@@ -13,8 +13,7 @@
 //!
 //! Rays from a pane count what the pane takes of them; the rest of what closes its row is its own light.
 
-use crate::surroundings::{pane_dir, pane_share, voxel_point};
-use zonal_math::directions::{cosine, sphere};
+use crate::surroundings::{pane_share, ray};
 use zonal_math::{Vec3, sequence};
 use zonal_scene::{Bands, Patch, Plate, Scene, Voxmap, Zones, bands};
 use zonal_transport::sheets::Sheets;
@@ -112,22 +111,8 @@ impl<'a> Shooter<'a> {
 
     /// Where the `k`-th ray of a zone starts, and its direction.
     fn ray(&self, i: usize, k: usize) -> (Vec3, Vec3) {
-        let zones = self.zones;
-        let seed = |m: u64| (i as u64 * 8 + m) ^ SEED;
-        let p = sequence::r3(k, [0, 1, 2].map(|m| sequence::unit(seed(m))));
-        let d = sequence::net(k as u32, [sequence::hash(seed(3)) as u32, sequence::hash(seed(4)) as u32]);
-        let on = |plate: &Plate| {
-            let [u, v] = plate.warp([p[0], p[1]]);
-            plate.at(u, v)
-        };
-        if let Some(z) = zones.patches.get(i) {
-            return (on(&z.plate), cosine(z.normal, d));
-        }
-        if let Some(pane) = i.checked_sub(zones.pane_offset()) {
-            let z = &zones.panes[pane];
-            return (on(&z.plate), pane_dir(z, d, p[2]));
-        }
-        (voxel_point(&zones.voxels[i - zones.voxel_offset()], self.cell, p), sphere(d))
+        let (origin, dir, _) = ray(self.zones, self.cell, (i, SEED), k);
+        (origin, dir)
     }
 
     /// Where a ray stops; the medium or a pane stops it where the transmittance falls below `u`.

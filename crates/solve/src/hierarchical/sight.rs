@@ -13,6 +13,7 @@ use super::near::is_above;
 use super::tree::{Kind, Node, Tree};
 use crate::surroundings::voxel_point;
 use std::f64::consts::PI;
+use zonal_exchange::pair::SUCCESSION;
 use zonal_math::{Vec3, sequence, vec3};
 use zonal_scene::{Bands, Plate, Scene, Zones, bands};
 use zonal_transport::solid_angle::{projected_solid_angle, solid_angle};
@@ -20,8 +21,6 @@ use zonal_transport::{End, Transport};
 
 /// Most rays of a link.
 pub const MOST_RAYS: usize = 128;
-/// What the rule of succession adds to the number of rays.
-pub(super) const SUCCESSION: f64 = 2.0;
 
 /// What rays found between two clusters.
 #[derive(Clone, Copy, Debug)]

@@ -138,6 +138,7 @@ fn solution() -> Solution {
             incident: field(2.0),
             direct: field(3.0),
             error: field(0.01),
+            surroundings_error: field(0.002),
         },
         groups: vec![
             Group {
