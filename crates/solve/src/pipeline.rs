@@ -260,7 +260,8 @@ fn fields(
     // Lent to the operator and given back: fields of a large scene are not copied without need.
     let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
     // Rays gave the answer: rows close as they are, the balance of power does not.
-    let uneven = arriving.is_some() && site.scene.options().restore_closure;
+    let options = site.scene.options();
+    let uneven = arriving.is_some() && options.restore_closure && options.sweeps.is_none();
     let mut changed = vec![[0.0; 3]; n * usize::from(uneven)];
     let arriving = arriving.unwrap_or_else(|| built.operator.arriving(&strengths));
     let Arriving { columns: mut arriving, error } = arriving;

@@ -140,3 +140,55 @@ fn clusters_restore_the_balance_and_say_by_how_much() {
         (errors(&restored, &dense, 0..first).0, errors(&restored, &dense, first..restored.zones.len()).0);
     assert!(h < 0.02 && g < 0.02, "{h} {g}");
 }
+
+/// A small thick cloud hides little of a large floor from lights far away: few rays between them meet it.
+#[test]
+fn a_small_cloud_shades_a_large_floor() {
+    let wall = |name: &str, x: f64, edge: &str| {
+        format!(
+            "[[surface]]\nname = \"{name}\"\nrectangle = {{ origin = [{x}, 0, -150], {edge} }}\nreflectance = 0\nemission = 1\npatch_size = 25\n"
+        )
+    };
+    let text = format!(
+        "[solve]\npatch_size = 0.6\n[[surface]]\nname = \"floor\"\nrectangle = {{ origin = [-6, -1, 6], edge1 = [12, 0, 0], edge2 = [0, 0, -12] }}\nreflectance = 0.4\n{}{}[medium]\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\ncells = [5, 5, 5]\n[[medium.region]]\nbox = {{ min = [-0.6, -0.9, -0.6], max = [0.6, 0.6, 0.6] }}\nextinction = 4\nalbedo = 0\n",
+        wall("left", -150.0, "edge1 = [0, 300, 0], edge2 = [0, 0, 300]"),
+        wall("right", 150.0, "edge1 = [0, 0, 300], edge2 = [0, 300, 0]"),
+    );
+    let scene = read(&text);
+    let [dense, ours] =
+        [Engine::Dense, Engine::Hierarchical].map(|engine| solved(&scene, engine, 0.01, false));
+    assert!(ours.report.counts.iter().any(|c| c.0.contains("links")), "links were to do");
+    let floor = common::patches_of(&ours, "floor");
+    let most = floor.iter().fold(0.0f64, |m, &i| m.max(dense.fields.incident[i][0]));
+    let shaded = floor.iter().filter(|&&i| dense.fields.incident[i][0] < 0.7 * most).count();
+    assert!(shaded > 4 && shaded < floor.len() / 4, "{shaded} of {}", floor.len());
+    let off = |&i: &usize| (ours.fields.incident[i][0] / dense.fields.incident[i][0] - 1.0).abs();
+    let worst = floor.iter().map(off).fold(0.0, f64::max);
+    let (l2, _) = errors(&ours, &dense, 0..ours.zones.voxel_offset());
+    assert!(l2 < 0.01 && worst < 0.3, "{l2} {worst}");
+}
+
+/// Light followed a few times only is followed along rays too where these do.
+#[test]
+fn rays_count_sweeps() {
+    let mut o = room(BLOCK).options().clone();
+    for sweeps in [1, 3] {
+        o.sweeps = Some(sweeps);
+        let scene = room(BLOCK).with_options(o.clone()).unwrap();
+        let [dense, ours] =
+            [(Engine::Dense, 0.01), (Engine::Hierarchical, 0.15)].map(|(e, t)| solved(&scene, e, t, true));
+        assert!(ours.report.counts.iter().all(|c| !c.0.contains("links")), "rays were to do");
+        let n = ours.zones.voxel_offset();
+        for range in [0..n, n..ours.zones.len()] {
+            let (l2, _) = errors(&ours, &dense, range.clone());
+            let mean = |s: &Solution| range.clone().map(|i| s.fields.incident[i][0]).sum::<f64>();
+            assert!(l2 < 0.08, "{sweeps}: {l2}");
+            assert!(
+                (mean(&ours) / mean(&dense) - 1.0).abs() < 0.03,
+                "{sweeps}: {} {}",
+                mean(&ours),
+                mean(&dense)
+            );
+        }
+    }
+}

@@ -59,9 +59,7 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
     let mut look = Look::new(site, escape, each);
     let many = beyond_links(zones);
     let barred = !many && !budget.holds_links(zones, tolerance);
-    // Light followed a few times only is not what rays tell.
-    let whole = site.scene.options().sweeps.is_none();
-    for _ in 1..if many || !whole { 1 } else { LOOKS } {
+    for _ in 1..if many { 1 } else { LOOKS } {
         let more = super::seeing::more(zones, each, look.estimate / tolerance, budget.rays);
         if look.estimate <= tolerance || more == each {
             break;
@@ -72,7 +70,7 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
         look = Look::new(site, escape, each);
     }
     let met = look.estimate <= tolerance;
-    if whole && (met || many || barred) {
+    if met || many || barred {
         let closure = crate::closure::measure(&look.seeing, zones, escape);
         let [rays, onward] = look.seeing.rays();
         let counts =
@@ -90,7 +88,7 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
         return Ok(Built { operator, noise: Vec::new(), closure, counts, warnings, solved });
     }
     let note = budget.note(zones, tolerance, each);
-    let mut built = links(site, escape, look, whole, &budget)?;
+    let mut built = links(site, escape, look, &budget)?;
     built.warnings.extend(note);
     Ok(built)
 }
@@ -102,14 +100,14 @@ pub fn beyond_links(zones: &Zones) -> bool {
 
 /// True where the rays of the views say what leaves the scene: they are the answer, and nothing comes in that way.
 pub fn tells_escape(scene: &Scene, zones: &Zones) -> bool {
-    let options = scene.options();
-    beyond_links(zones) && options.sweeps.is_none() && !scene.surroundings().shine()
+    beyond_links(zones) && !scene.surroundings().shine()
 }
 
 impl<'a> Look<'a> {
     fn new(site: &Site<'a>, escape: &mut Escape, each: [usize; 2]) -> Look<'a> {
-        // Of few zones the answer is that of constant zones, as the dense engine's is.
-        let mut seeing = Seeing::new(site, each, beyond_links(site.zones));
+        // Of few zones the answer is that of constant zones, as the dense engine's is; light followed so many times is counted by zones.
+        let onward = beyond_links(site.zones) && site.scene.options().sweeps.is_none();
+        let mut seeing = Seeing::new(site, each, onward);
         if tells_escape(site.scene, site.zones) {
             seeing.escape(escape);
         }
@@ -155,11 +153,12 @@ fn links<'a>(
     site: &Site<'a>,
     escape: &mut Escape,
     look: Look<'a>,
-    whole: bool,
     budget: &Budget,
 ) -> Result<Built<'a>, SceneError> {
     let (zones, tolerance) = (site.zones, site.scene.options().tolerance);
     let factors = Factors::new(site);
+    // What rays say joins that of links where both follow light to its end.
+    let whole = site.scene.options().sweeps.is_none();
     let [views, _] = look.seeing.rays();
     drop(look.seeing);
     let mut made = Hierarchical::new(site, look.known, &factors, FIRST * tolerance)

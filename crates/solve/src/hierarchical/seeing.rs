@@ -115,7 +115,7 @@ impl<'a> Seeing<'a> {
         self.views.escape(self.zones, escape);
     }
 
-    /// All groups, passed on along the rays until little is left.
+    /// All groups, passed on along the rays until little is left, or so many times as the scene says.
     pub fn solve(&mut self, site: &Site, escape: &Escape) -> Vec<Ended> {
         let (weights, targets) = (crate::groups::weights(self.zones), targets(self.zones));
         let mut columns = site.columns(escape);
@@ -133,6 +133,11 @@ impl<'a> Seeing<'a> {
             let system = System { operator, weights: &weights, targets: &targets };
             krylov::passes(&system, &columns, initial, STOP, site.progress)
         };
+        if let Some(count) = site.scene.options().sweeps {
+            let system =
+                System { operator: &Onward { seeing: self, share: 1 }, weights: &weights, targets: &targets };
+            return krylov::sweeps(&system, &columns, count, site.progress);
+        }
         let near = passes(FIRST, None);
         passes(1, Some(near.into_iter().map(|e| e.strengths).collect()))
     }
@@ -255,7 +260,7 @@ impl Seeing<'_> {
         let smoother = Smoother::new(self.scene, self.zones, self.transport);
         let (mut fields, mut error, even) = smoother.smooth(guide.as_ref().unwrap_or(&seen), &seen, &each);
         drop(smoother);
-        let again = match self.onward {
+        let again = match beyond_links(self.zones) {
             true => self.again(&shine, &each, &seen, &mut fields, &mut error),
             false => 0,
         };

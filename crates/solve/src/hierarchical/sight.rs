@@ -229,7 +229,9 @@ impl<'a> Sight<'a> {
         };
         let (share_i, share_j) = (share(i), share(j));
         let through = look.through;
-        let (mut dimmed, mut paths) = ([0.0; 3], [[0.0; 3]; 8]);
+        // All of them: a medium may hide a small part of a cluster from another.
+        let mut paths = Vec::with_capacity(if through && self.varied { rays } else { 0 });
+        let mut dimmed = [0.0; 3];
         for k in 0..rays {
             let u = sequence::r6(k, shift);
             let p = self.point(i, [u[0], u[1], u[2]], look.by_number);
@@ -253,8 +255,8 @@ impl<'a> Sight<'a> {
             if through {
                 let depth = self.transport.medium_depth(x, y);
                 (0..3).for_each(|b| dimmed[b] += weight * (-depth[b]).exp());
-                if k < paths.len() {
-                    paths[k] = [weight, depth.iter().fold(0.0f64, |m, d| m.max(*d)), r2.sqrt()];
+                if self.varied {
+                    paths.push([weight, depth.iter().fold(0.0f64, |m, d| m.max(*d)), r2.sqrt()]);
                 }
             }
             let pass = if look.clear { [1.0; 3] } else { self.pass(x, y) };
