@@ -8,8 +8,8 @@
 //! ```
 //!
 //! Every ray ends once, so closure holds whatever the rays are, and a wall between two zones parts them, however close they are. What is
-//! wrong with it is noise, which falls with the number of rays and with that of the zones over which light is alike. Light from panes
-//! is left out; they dim.
+//! wrong with it is noise, which falls with the number of rays and with that of the zones over which light is alike. Panes stop rays as
+//! the medium does, and send their own: what of its light meets a pane itself closes its row.
 //!
 //! Bands in which the medium differs share the ray by their mean; each counts by its own probability over that of the ray.
 
