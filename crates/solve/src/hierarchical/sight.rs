@@ -96,7 +96,9 @@ fn uneven(paths: &[[f64; 3]]) -> f64 {
     let x = |p: &[f64; 3]| (kappa * p[2] - p[1]).exp();
     let mean = paths.iter().map(|p| p[0] * x(p)).sum::<f64>() / w;
     let square = paths.iter().map(|p| p[0] * x(p) * x(p)).sum::<f64>() / w;
-    (square / (mean * mean) - 1.0).max(0.0).sqrt()
+    // Few paths vary less about their own mean than about that of all.
+    let few = paths.len() as f64 / (paths.len().max(2) - 1) as f64;
+    (few * (square / (mean * mean) - 1.0).max(0.0)).sqrt()
 }
 
 impl<'a> Sight<'a> {
