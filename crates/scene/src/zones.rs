@@ -70,7 +70,7 @@ pub struct PaneZone {
 
 impl PaneZone {
     /// (1 − e^{−κt/c})/κ of light in direction `dir`, c the cosine, m: over the thickness, what the pane takes of it.
-    pub fn within(&self, dir: Vec3) -> Bands {
+    pub fn effective_path(&self, dir: Vec3) -> Bands {
         let path = self.thickness / self.normal.dot(dir).abs().max(1e-6);
         self.extinction.map(|k| if k * path > 1e-12 { -(-k * path).exp_m1() / k } else { path })
     }

@@ -16,6 +16,7 @@
 //! | [`dense`] | the dense engine: every pair of zones |
 //! | `open` | where the medium is open |
 //! | [`surroundings`] | what escapes, measured by rays |
+//! | `openings` | rays of one zone, evenly or to where they leave |
 //! | [`direct`] | sun, sky and small emitters on the zones |
 //! | [`closure`] | row sums: measured, and restored on request |
 //! | [`krylov`] | conjugate gradients for many light groups at once, with a status; sweeps |
@@ -41,6 +42,7 @@ pub mod groups;
 pub mod hierarchical;
 pub mod krylov;
 mod open;
+mod openings;
 pub mod operator;
 pub mod outlook;
 pub mod packed;

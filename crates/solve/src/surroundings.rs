@@ -9,13 +9,15 @@
 //! The standard error of g_i,sky is told by the spread of batches of successive rays, whose sums are as independent as makes no matter;
 //! of n rays none of which escaped, it is a share of 1/(n + 2), as [`zonal_exchange::pair`] has it.
 //! Where the surroundings shine, zones whose error exceeds a share of the tolerance times the root mean square of what comes in shoot
-//! more. The error of a batch falls with its rays to the power of about 3/4.
+//! more. The error of a batch falls with its rays to the power of about 3/4. Where zones are few enough for thousands of rays each, these
+//! go where they are needed: see [`crate::openings`].
 
+use crate::openings::{self, Met, Openings, Room};
 use rayon::prelude::*;
-use zonal_exchange::pair::{SUCCESSION, sample_seed, target};
+use zonal_exchange::pair::{sample_seed, target};
 use zonal_math::directions::{cosine, sphere};
 use zonal_math::{Vec3, sequence};
-use zonal_scene::{Bands, PaneZone, Progress, Scene, Sides, VoxelZone, Zones, bands};
+use zonal_scene::{Bands, PaneZone, Plate, Progress, Scene, Sides, VoxelZone, Zones, bands};
 use zonal_transport::Transport;
 
 /// Rays of the first look.
@@ -26,17 +28,22 @@ const SHINING: usize = 4;
 /// The fewest rays of a zone, and how many times its share one takes of whose first rays some escape.
 const FEW: usize = 8;
 const MIXED: usize = 2;
-/// Batches whose spread tells the error.
-const BATCHES: usize = 8;
 /// Error wanted of what comes in over tolerance and root mean square.
 const SHARE: f64 = 0.4;
 /// Times that zones shoot more, and how many times as many rays at most.
 const ROUNDS: usize = 2;
 const MORE: f64 = 16.0;
+/// Rays of a zone before [`crate::openings`] takes over.
+const FIRST: usize = 256;
 /// How many times as many that comes to, about, where light falls in through windows.
 const LIKELY: usize = 10;
+/// Rays of a zone to openings, about: three times so many at this tolerance.
+const AIMED: f64 = 1500.0;
+const AIMED_AT: f64 = 0.05;
 /// Rays of a zone at most.
-const MOST: u32 = 1 << 16;
+const MOST: usize = 1 << 18;
+/// Tolerance below which all zones together may shoot more: rays go with the error to the power of −4/3.
+const FINE: f64 = 0.01;
 
 /// The surroundings' share of each zone.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -61,34 +68,27 @@ impl Escape {
         progress: &dyn Progress,
     ) -> Escape {
         let n = zones.len();
-        progress.begin("surroundings", n as u64);
+        let shining = scene.surroundings().shine();
+        progress.begin("surroundings", if shining { 2 * n as u64 } else { n as u64 });
+        let rays = if worth_aiming(scene, n) { rays.min(FIRST) } else { rays };
         let (each, pilot) = shares(scene, n, rays);
-        let seed = sample_seed(sample);
-        let shoot = |i: usize, range| one(scene, zones, transport, (i, seed), range);
-        let mut found: Vec<One> = (0..n).into_par_iter().map(|i| shoot(i, 0..pilot)).collect();
+        let room = Room { scene, zones, transport, seed: sample_seed(sample) };
+        let mut found: Vec<Met> = (0..n).into_par_iter().map(|i| Met::evenly(&room, i, 0..pilot)).collect();
         if pilot < rays && found.iter().any(|x| x.count > 0) {
             found.par_iter_mut().enumerate().for_each(|(i, x)| {
                 let mixed = x.count > 0 && x.count < x.shot;
-                x.add(&shoot(i, pilot..if mixed { (MIXED * each).min(rays) } else { each }));
+                x.add(&Met::evenly(&room, i, pilot..if mixed { (MIXED * each).min(rays) } else { each }));
             });
         }
         progress.advance(n as u64);
-        let shining = scene.surroundings().shine();
         let target = |i: usize| target(zones, i);
-        for _ in 0..if shining { ROUNDS } else { 0 } {
-            let most = most(n);
-            let wish = wishes(&found, zones, SHARE * scene.options().tolerance);
-            found.par_iter_mut().zip(wish).enumerate().for_each(|(i, (x, wish))| {
-                let all = ((x.shot as f64 * wish) as u32).min(most);
-                if all > x.shot {
-                    x.add(&shoot(i, x.shot as usize..all as usize));
-                }
-            });
+        if shining {
+            shoot_more(&room, &mut found, progress);
         }
         progress.end();
         let mut escape = Escape::from_counts(&found, target);
         if shining && !escape.closed() {
-            let error = |(i, x): (usize, &One)| x.error().map(|e| e * target(i));
+            let error = |(i, x): (usize, &Met)| x.error().map(|e| e * target(i));
             escape.error = found.iter().enumerate().map(error).collect();
         }
         escape
@@ -107,12 +107,12 @@ impl Escape {
     }
 
     /// Sums over rays of zones with these targets, made factors.
-    fn from_counts(found: &[One], target: impl Fn(usize) -> f64) -> Escape {
+    fn from_counts(found: &[Met], target: impl Fn(usize) -> f64) -> Escape {
         let scaled = |k: usize| {
-            let one = |(i, x): (usize, &One)| x.sums[k].map(|s| s * target(i) / x.shot as f64);
+            let one = |(i, x): (usize, &Met)| x.sums[k].map(|s| s * target(i) / x.shot as f64);
             found.iter().enumerate().map(one).collect()
         };
-        let rays = found.iter().map(|x| x.shot as u64).sum();
+        let rays = found.iter().map(|x| (x.shot + x.looked) as u64).sum();
         Escape { sky: scaled(0), backs: scaled(1), error: Vec::new(), rays }
     }
 
@@ -120,16 +120,25 @@ impl Escape {
     pub fn forecast(scene: &Scene, zones: usize, closed: bool) -> u64 {
         let rays = crate::pipeline::escape_rays(scene);
         let (each, pilot) = shares(scene, zones, rays);
+        let most = most(scene, zones);
         let shining = scene.surroundings().shine();
-        let more = if shining { LIKELY.min(most(zones) as usize / each.max(1)).max(1) } else { 1 };
-        (zones * if closed { pilot } else { more * each }) as u64
+        let each = match shining {
+            _ if closed => pilot,
+            true if worth_aiming(scene, zones) => {
+                let finer = (AIMED_AT / scene.options().tolerance).powf(4.0 / 3.0);
+                (AIMED * (2.0 + finer)).min(most as f64) as usize
+            }
+            true => each * LIKELY.min(most / each.max(1)).max(1),
+            false => each,
+        };
+        (zones * each) as u64
     }
 
     /// A quick look at every `step`-th zone.
     pub fn sample(scene: &Scene, zones: &Zones, transport: &Transport, rays: usize, step: usize) -> Escape {
         let list: Vec<usize> = (0..zones.len()).step_by(step).collect();
-        let found: Vec<One> =
-            list.into_par_iter().map(|i| one(scene, zones, transport, (i, 0), 0..rays)).collect();
+        let room = Room { scene, zones, transport, seed: 0 };
+        let found: Vec<Met> = list.into_par_iter().map(|i| Met::evenly(&room, i, 0..rays)).collect();
         Escape::from_counts(&found, |i| target(zones, i * step))
     }
 
@@ -139,50 +148,44 @@ impl Escape {
     }
 }
 
-/// What the rays of one zone met.
-#[derive(Clone, Copy, Debug, Default)]
-struct One {
-    /// Sums over the rays that went to the sky, and that ended on black backs.
-    sums: [Bands; 2],
-    /// Variance of the first of these sums.
-    variance: Bands,
-    /// Number of these rays.
-    count: u32,
-    /// Number of all rays.
-    shot: u32,
-}
-
-impl One {
-    fn add(&mut self, o: &One) {
-        self.sums = [0, 1].map(|k| bands(|b| self.sums[k][b] + o.sums[k][b]));
-        self.variance = bands(|b| self.variance[b] + o.variance[b]);
-        (self.count, self.shot) = (self.count + o.count, self.shot + o.shot);
-    }
-
-    /// The share that comes from the sky, and its standard error.
-    fn sky(&self) -> Bands {
-        self.sums[0].map(|s| s / self.shot.max(1) as f64)
-    }
-    fn error(&self) -> Bands {
-        match self.count {
-            0 => [1.0 / (self.shot as f64 + SUCCESSION); 3],
-            _ => self.variance.map(|v| v.sqrt() / self.shot.max(1) as f64),
-        }
+/// Shoots more from zones whose error is too large.
+fn shoot_more(room: &Room, found: &mut [Met], progress: &dyn Progress) {
+    let options = room.scene.options();
+    let most = most(room.scene, found.len());
+    let kinds = [room.zones.voxel_offset(), room.zones.pane_offset()];
+    let openings = if worth_aiming(room.scene, found.len()) { Openings::find(*room) } else { None };
+    for round in if openings.is_some() { ROUNDS - 1 } else { 0 }..ROUNDS {
+        let wanted = wanted(found, kinds, SHARE * options.tolerance);
+        found.par_iter_mut().enumerate().for_each(|(i, x)| {
+            let wanted = wanted[kinds.iter().filter(|first| i >= **first).count()];
+            let off = norm(x.error()) / wanted;
+            if wanted > 0.0 && off > 1.0 {
+                let all = ((x.shot as f64 * off.powf(4.0 / 3.0).min(MORE)) as usize).min(most);
+                match &openings {
+                    Some(openings) => *x = openings.measure(i, wanted, most),
+                    None if all > x.shot as usize => x.add(&Met::evenly(room, i, x.shot as usize..all)),
+                    None => {}
+                }
+            }
+            progress.advance(u64::from(round == ROUNDS - 1));
+        });
     }
 }
 
-/// How many times as many rays every zone wants, for errors of `share` of the root mean square over the zones of its kind.
-fn wishes(found: &[One], zones: &Zones, share: f64) -> Vec<f64> {
-    let square = |v: Bands| v.iter().map(|x| x * x).sum::<f64>();
-    let first = zones.voxel_offset();
-    let mean = |of: &[One]| of.iter().map(|x| square(x.sky())).sum::<f64>() / of.len().max(1) as f64;
-    let (patches, volumes) = found.split_at(first.min(found.len()));
-    let wanted = [patches, volumes].map(|of| share * share * mean(of));
-    let one = |(i, x): (usize, &One)| {
-        let wanted = wanted[usize::from(i >= first)];
-        if wanted > 0.0 { (square(x.error()) / wanted).powf(2.0 / 3.0).clamp(1.0, MORE) } else { 1.0 }
-    };
-    found.iter().enumerate().map(one).collect()
+/// Whether zones may shoot so many rays that openings are worth looking for.
+fn worth_aiming(scene: &Scene, zones: usize) -> bool {
+    scene.surroundings().shine() && most(scene, zones) >= openings::WORTHWHILE
+}
+
+/// The error wanted of patches, voxel zones and panes, of which the latter begin so: `share` of the root mean square over the kind.
+fn wanted(found: &[Met], [voxels, panes]: [usize; 2], share: f64) -> [f64; 3] {
+    let mean = |of: &[Met]| of.iter().map(|x| norm(x.sky()).powi(2)).sum::<f64>() / of.len().max(1) as f64;
+    [0..voxels, voxels..panes, panes..found.len()].map(|of| share * mean(&found[of]).sqrt())
+}
+
+/// Root of the sum of squares over bands.
+fn norm(v: Bands) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Rays of each of `n` zones, no more than `rays`, and the first of them.
@@ -192,48 +195,14 @@ fn shares(scene: &Scene, n: usize, rays: usize) -> (usize, usize) {
 }
 
 /// Rays of each of `n` zones at most where the surroundings shine.
-fn most(n: usize) -> u32 {
-    (SHINING * BUDGET / n.max(1)).min(MOST as usize) as u32
+fn most(scene: &Scene, n: usize) -> usize {
+    let finer = (FINE / scene.options().tolerance).powf(4.0 / 3.0).max(1.0);
+    ((finer * (SHINING * BUDGET) as f64 / n.max(1) as f64) as usize).min(MOST)
 }
 
 /// Rays of all zones together; more where light comes in that way.
 fn budget(scene: &Scene) -> usize {
     if scene.surroundings().shine() { SHINING * BUDGET } else { BUDGET }
-}
-
-/// Rays of a zone, shifted by `seed`.
-fn one(
-    scene: &Scene,
-    zones: &Zones,
-    transport: &Transport,
-    (i, seed): (usize, u64),
-    rays: std::ops::Range<usize>,
-) -> One {
-    let cell = scene.voxmap().map_or(Vec3::ZERO, |v| v.cell());
-    let mut found = One { shot: rays.len() as u32, ..One::default() };
-    // Sums of the batches, and of their squares.
-    let (mut sum, mut squares, mut batches) = ([0.0; 3], [0.0; 3], 0.0);
-    for batch in 0..BATCHES {
-        let at = |b: usize| rays.start + b * rays.len() / BATCHES;
-        let before = found.sums[0];
-        for k in at(batch)..at(batch + 1) {
-            let (origin, dir, weight) = ray(zones, cell, (i, seed), k);
-            let (share, back) = fate(scene, transport, origin, dir);
-            found.count += u32::from(share != [0.0; 3]);
-            let sums = &mut found.sums[back as usize];
-            (0..3).for_each(|b| sums[b] += share[b] * weight[b]);
-        }
-        if at(batch) < at(batch + 1) {
-            let own = bands(|b| found.sums[0][b] - before[b]);
-            (sum, squares) = (bands(|b| sum[b] + own[b]), bands(|b| squares[b] + own[b] * own[b]));
-            batches += 1.0;
-        }
-    }
-    if batches > 1.0 {
-        let spread = |b: usize| (squares[b] - sum[b] * sum[b] / batches).max(0.0);
-        found.variance = bands(|b| spread(b) * batches / (batches - 1.0));
-    }
-    found
 }
 
 /// Transmittance of a ray that leaves the scene or ends on a black back (true), zero for one that ends on a zone.
@@ -255,28 +224,51 @@ pub fn fate(scene: &Scene, transport: &Transport, origin: Vec3, dir: Vec3) -> (B
 
 /// The `k`-th ray of a zone: origin, direction and weight with mean 1 (a pane's own share apart).
 pub fn ray(zones: &Zones, cell: Vec3, (i, seed): (usize, u64), k: usize) -> (Vec3, Vec3, Bands) {
+    let (p, d) = numbers(i, seed, k);
+    ray_at(zones, cell, i, p, d)
+}
+
+/// Where in the unit cube of places and in the unit square of directions the `k`-th ray of zone `i` is.
+pub fn numbers(i: usize, seed: u64, k: usize) -> ([f64; 3], [f64; 2]) {
     let hash = |m: u64| sequence::hash((i as u64 * 8 + m) ^ seed);
     let p = sequence::r3(k, [0, 1, 2].map(|m| sequence::unit((i as u64 * 8 + m) ^ seed)));
     // Two sequences of one sort would keep step for thousands of rays.
-    let d = sequence::net(k as u32, [hash(3) as u32, hash(4) as u32]);
+    (p, sequence::net(k as u32, [hash(3) as u32, hash(4) as u32]))
+}
+
+/// The ray of zone `i` from its place `p` of the unit cube in the direction `d` of the unit square, as [`ray`].
+pub fn ray_at(zones: &Zones, cell: Vec3, i: usize, p: [f64; 3], d: [f64; 2]) -> (Vec3, Vec3, Bands) {
+    let origin = place(zones, cell, i, p);
     if i < zones.voxel_offset() {
-        let z = &zones.patches[i];
-        let [u, v] = z.plate.warp([p[0], p[1]]);
-        return (z.plate.at(u, v), cosine(z.normal, d), [1.0; 3]);
+        return (origin, cosine(zones.patches[i].normal, d), [1.0; 3]);
     }
     if i >= zones.pane_offset() {
         let z = &zones.panes[i - zones.pane_offset()];
-        let [u, v] = z.plate.warp([p[0], p[1]]);
         // By the cosine, to either side.
         let w = cosine(if p[2] < 0.5 { z.normal } else { -z.normal }, d);
-        return (z.plate.at(u, v), w, pane_share(z, w));
+        return (origin, w, pane_share(z, w));
     }
-    (voxel_point(&zones.voxels[i - zones.voxel_offset()], cell, p), sphere(d), [1.0; 3])
+    (origin, sphere(d), [1.0; 3])
+}
+
+/// The place of zone `i` at the point `p` of the unit cube.
+pub fn place(zones: &Zones, cell: Vec3, i: usize, p: [f64; 3]) -> Vec3 {
+    let on = |plate: &Plate| {
+        let [u, v] = plate.warp([p[0], p[1]]);
+        plate.at(u, v)
+    };
+    if i < zones.voxel_offset() {
+        return on(&zones.patches[i].plate);
+    }
+    match i.checked_sub(zones.pane_offset()) {
+        Some(k) => on(&zones.panes[k].plate),
+        None => voxel_point(&zones.voxels[i - zones.voxel_offset()], cell, p),
+    }
 }
 
 /// What such a ray counts, a band: with c its cosine 2 A ⟨(1 − e^{−κt/c})/κ⟩ against the target 4 A t.
 pub fn pane_share(z: &PaneZone, dir: Vec3) -> Bands {
-    z.within(dir).map(|x| x / (2.0 * z.thickness))
+    z.effective_path(dir).map(|x| x / (2.0 * z.thickness))
 }
 
 /// A point of a voxel zone with cell edges `cell`: uniform in a whole voxel, one of the samples of a cut one.

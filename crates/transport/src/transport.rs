@@ -128,6 +128,10 @@ impl<'a> Transport<'a> {
     pub fn may_divide(&self, ends: [End; 2]) -> bool {
         self.dividing.as_ref().unwrap_or(&self.all).any_in(&Shaft::new(ends), &self.tol)
     }
+    /// The same of panes.
+    pub fn pane_may_divide(&self, ends: [End; 2]) -> bool {
+        self.between.as_ref().unwrap_or(&self.panes).any_in(&Shaft::new(ends), &self.tol)
+    }
     /// True when some facet can lie between two points of the scene.
     pub fn has_occluders(&self) -> bool {
         self.occluder_count() > 0

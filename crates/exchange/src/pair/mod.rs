@@ -28,7 +28,7 @@ use crate::paper::strip::Voxels;
 use crate::polygon::Plates;
 use parts::subcell_table;
 pub use rays::SUCCESSION;
-use rays::{PANE_SPLITS, pane_own};
+use rays::pane_own;
 use std::f64::consts::PI;
 use zonal_math::{Bounded, Grade, Vec3, sequence};
 use zonal_scene::zones::SUBCELLS;
@@ -249,7 +249,7 @@ impl<'a> Exchange<'a> {
             (Shape::Plate { pane: Some(_), .. }, _) | (_, Shape::Plate { pane: Some(_), .. }) => {
                 counts.pane += 1;
                 counts.estimated += 1;
-                self.pane_pair(a, b, seed, PANE_SPLITS, counts)
+                self.pane_pair(a, b, seed, self.pane_splits(a, b), counts)
             }
             (Shape::Cuboid, Shape::Cuboid) if self.settings.voxels != VoxelFactors::Exact => {
                 counts.paper += 1;

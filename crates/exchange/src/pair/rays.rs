@@ -8,7 +8,8 @@
 //!
 //! Where no facet reaches into the hull of a pair, all of it is seen, and no ray is asked. Where one does and yet n rays agree, they may
 //! have missed a part: with nothing known before, the share on the other side is 1/(n + 2) in the mean, and as large is its standard
-//! deviation (Laplace's rule of succession).
+//! deviation (Laplace's rule of succession). A pane between may dim a part that no ray met in the same way; where one reaches into the
+//! hull, rays are as many as make that share small.
 
 use super::zone::{Shape, Zone, is_close, plate_zone, share};
 use super::{Counts, Exchange, PairFactor};
@@ -32,8 +33,10 @@ pub(super) const THICK: f64 = 1.7;
 /// Mean optical depth of a pair's rays beyond which their ratio to a uniform medium says nothing.
 pub(super) const MOST_DEPTH: f64 = 20.0;
 
-/// How often a pane and a zone close to it are quartered.
-pub(super) const PANE_SPLITS: u32 = 2;
+/// How often a pane and a zone close to it are quartered; a patch, which may share an edge with it, where the tolerance is finer.
+const PANE_SPLITS: u32 = 2;
+const EDGE_SPLITS: u32 = 4;
+const FINE: f64 = 0.01;
 
 /// Rays of a pair that nearly touches, is partly visible and carries a large share of a zone's power.
 pub(super) const CLOSE_RAYS: usize = 256;
@@ -138,6 +141,12 @@ impl Exchange<'_> {
         self.occluders && self.transport.may_divide([end(a, &mut p), end(b, &mut q)])
     }
 
+    /// False where no pane can dim a part of a pair.
+    fn may_dim(&self, a: &Zone, b: &Zone) -> bool {
+        let (mut p, mut q) = (Vec::new(), Vec::new());
+        self.panes_between && self.transport.pane_may_divide([end(a, &mut p), end(b, &mut q)])
+    }
+
     /// Rays between the rims of two zones. They say whether a pair is seen in part, but do not count: a decision by the rays that
     /// count would take pairs that are hardly seen for hidden, and those that are hardly hidden for seen.
     fn outer_rays(&self, a: &Zone, b: &Zone) -> Outer {
@@ -153,6 +162,12 @@ impl Exchange<'_> {
             }
         }
         out
+    }
+
+    /// How often a pane and another zone that is close to it are quartered.
+    pub(super) fn pane_splits(&self, a: &Zone, b: &Zone) -> u32 {
+        let plates = [a, b].iter().all(|z| matches!(z.shape, Shape::Plate { .. }));
+        if plates && self.tolerance < FINE { EDGE_SPLITS } else { PANE_SPLITS }
     }
 
     /// A pane and anything not cut. Close to each other their larger plate is quartered: grazing paths through the pane differ much.
@@ -251,6 +266,12 @@ impl Exchange<'_> {
             let n = if share > self.tolerance * 0.1 { MOST_RAYS } else { MORE_RAYS.max(rays) };
             shoot(rays, n, &mut shot);
         }
+        let dimmed = rays > 1 && self.may_dim(a, b);
+        if dimmed {
+            // So many that a pane which none of them met could not matter.
+            let n = (share / (OPEN * self.tolerance)) as usize;
+            shoot(shot.len(), n.min(FINE_RAYS).max(shot.len()), &mut shot);
+        }
         let mut seen = self.judged(a, b, &shot);
         for _ in 0..if rays > 1 { ROUNDS } else { 0 } {
             let open = seen.iter().fold(0.0f64, |m, s| m.max(scale * s.error * (-s.kappa * distance).exp()));
@@ -266,6 +287,11 @@ impl Exchange<'_> {
         let missed = match divided && (blocked == 0 || blocked == shot.len()) {
             true => missed(shot.len() as f64, outer, blocked > 0),
             false => 0.0,
+        };
+        let dimmer = shot.iter().filter(|r| r.dimmed).count();
+        let missed = match dimmed && (dimmer == 0 || dimmer == shot.len()) {
+            true => missed.hypot(1.0 / (shot.len() as f64 + SUCCESSION)),
+            false => missed,
         };
         let mut out = PairFactor::default();
         for (k, Judged { kappa, mean, error, open }) in seen.into_iter().enumerate() {
@@ -311,7 +337,7 @@ impl Exchange<'_> {
         };
         let (pa, pb) = (self.pane_share(a, d / r), self.pane_share(b, d / r));
         let through = bands(|k| pa[k] * pb[k]);
-        let mut ray = Ray { w, r, depth, chords: [0.0; 3], through, hidden: false };
+        let mut ray = Ray { w, r, depth, chords: [0.0; 3], through, dimmed: false, hidden: false };
         ray.hidden = divided && self.transport.blocked_inside(x, y);
         if ray.hidden {
             return ray;
@@ -322,6 +348,7 @@ impl Exchange<'_> {
         if self.panes_between {
             let all = self.transport.optical_depth_inside(x, y);
             ray.through = bands(|k| ray.through[k] * (depth[k] - all[k]).min(0.0).exp());
+            ray.dimmed = (0..3).any(|k| all[k] > depth[k]);
         }
         ray
     }
@@ -351,7 +378,7 @@ impl Exchange<'_> {
         let Shape::Plate { pane: Some(k), .. } = z.shape else {
             return [1.0; 3];
         };
-        self.zones.panes[k].within(w)
+        self.zones.panes[k].effective_path(w)
     }
 
     /// What makes a pane's own share, a length, part of its power: one over its thickness; 1 for any other zone.
@@ -452,6 +479,8 @@ pub(super) struct Ray {
     pub(super) chords: Bands,
     /// The share of panes at the ends, and what the panes between let pass where no facet blocks.
     pub(super) through: Bands,
+    /// A pane stands between.
+    pub(super) dimmed: bool,
     /// A facet blocks.
     pub(super) hidden: bool,
 }

@@ -31,6 +31,10 @@ pub const NO_LINKS: &str =
 const STEEPNESS: f64 = 1.8;
 /// Range of the factor by which ε falls at a time.
 const STEP: [f64; 2] = [0.2, 0.7];
+/// An estimate that a refinement leaves above so much of what it was has come to the errors of single pairs.
+const LITTLE: f64 = 0.75;
+/// Rays whose estimate is so many times that of the links cannot judge them, nor help.
+const BLIND: f64 = 6.0;
 
 /// What rays from every zone say.
 struct Look<'a> {
@@ -164,16 +168,23 @@ fn links<'a>(
     let mut made = Hierarchical::new(site, look.known, &factors, FIRST * tolerance)
         .ok_or_else(|| SceneError::new("scene", "the scene has no zones; add a surface or a medium"))?;
     let mut warnings = Vec::new();
+    let (mut before, mut joined) = (f64::INFINITY, whole);
     for round in 1.. {
         made.solve_roughly(site, escape);
-        let estimate = relative(site, escape, &made.estimated(whole.then_some(&look.arriving)));
+        let alone = relative(site, escape, &made.estimated(None));
+        joined = whole && look.estimate < BLIND * alone;
+        let estimate = match joined {
+            true => relative(site, escape, &made.estimated(Some(&look.arriving))),
+            false => alone,
+        };
         if estimate <= tolerance {
             break;
         }
-        if round >= ROUNDS || zones.len() > PURSUED {
+        if round >= ROUNDS || zones.len() > PURSUED || estimate > LITTLE * before {
             warnings.push(unmet(estimate, tolerance));
             break;
         }
+        before = estimate;
         let step = (tolerance / estimate).powf(STEEPNESS).clamp(STEP[0], STEP[1]);
         if made.links.len() as f64 / step * budget.link > budget.links {
             warnings.extend([unmet(estimate, tolerance), NO_LINKS.into()]);
@@ -182,7 +193,7 @@ fn links<'a>(
         made.epsilon *= step;
         made.refine(site, &factors);
     }
-    made.seen = whole.then_some(look.arriving);
+    made.seen = joined.then_some(look.arriving);
     let measured = crate::closure::measure(&made, zones, escape);
     let closure = match site.scene.options().restore_closure {
         true => closure::restore(&mut made, site, escape, measured),

@@ -318,7 +318,7 @@ impl Refiner<'_> {
             }
             self.mean_kernel((i, j), &judged, weight, leaves, sampled.then_some(&seen), &mut kernel, tally);
             if judged.flat && panes {
-                let share = [a, b].map(|n| self.pane_share(n, MEAN_COSINE));
+                let share = [a, b].map(|n| self.sheet(n, MEAN_COSINE));
                 let medium = self.medium(a, b);
                 for (g, &band) in self.lead.iter().enumerate() {
                     kernel[g] = seen.kernel * medium[band] * share[0][band] * share[1][band];
@@ -404,7 +404,7 @@ impl Refiner<'_> {
     }
 
     /// (1 − e^{−κt/c})/(κt/c) of a piece of pane at cosine c: its kernel relative to that of a thin sheet of its volume.
-    fn pane_share(&self, n: &Node, cos: f64) -> Bands {
+    fn sheet(&self, n: &Node, cos: f64) -> Bands {
         self.sight.pane(n).map_or([1.0; 3], |(kappa, t)| {
             kappa.map(|k| {
                 let depth = k * t / cos.max(1e-6);
@@ -524,7 +524,7 @@ impl Refiner<'_> {
             kernel[g] *= place.geometry * curve.mean;
             for (n, h) in [(a, place.along[0]), (b, place.along[1])] {
                 if n.kind == Kind::Pane {
-                    kernel[g] *= self.pane_share(n, h / place.r)[band];
+                    kernel[g] *= self.sheet(n, h / place.r)[band];
                 }
             }
         }

@@ -13,7 +13,7 @@
 //!
 //! Rays from a pane count what the pane takes of them; the rest of what closes its row is its own light.
 
-use crate::surroundings::{pane_share, ray};
+use crate::surroundings::ray;
 use zonal_math::{Vec3, sequence};
 use zonal_scene::{Bands, Patch, Plate, Scene, Voxmap, Zones, bands};
 use zonal_transport::sheets::Sheets;
@@ -109,10 +109,9 @@ impl<'a> Shooter<'a> {
         }
     }
 
-    /// Where the `k`-th ray of a zone starts, and its direction.
-    fn ray(&self, i: usize, k: usize) -> (Vec3, Vec3) {
-        let (origin, dir, _) = ray(self.zones, self.cell, (i, SEED), k);
-        (origin, dir)
+    /// Where the `k`-th ray of a zone starts, its direction and what it counts.
+    fn ray(&self, i: usize, k: usize) -> (Vec3, Vec3, Bands) {
+        ray(self.zones, self.cell, (i, SEED), k)
     }
 
     /// Where a ray stops; the medium or a pane stops it where the transmittance falls below `u`.
@@ -185,8 +184,7 @@ impl<'a> Shooter<'a> {
 
     /// The share of the light of pane zone `i` that meets itself, as so many of its rays leave it.
     pub fn within(&self, i: usize, rays: usize) -> Bands {
-        let pane = &self.zones.panes[i - self.zones.pane_offset()];
-        let sum = (0..rays).map(|k| pane_share(pane, self.ray(i, k).1));
+        let sum = (0..rays).map(|k| self.ray(i, k).2);
         let sum = sum.fold([0.0; 3], |s, v| bands(|b| s[b] + v[b]));
         sum.map(|s| 1.0 - s / rays as f64)
     }
@@ -212,17 +210,14 @@ impl<'a> Shooter<'a> {
             met.clear();
             met.extend(some.clone().map(|r| {
                 let (i, k) = of(r);
-                let (origin, dir) = self.ray(i, k);
-                (origin, dir, self.meet(origin, dir))
+                let (origin, dir, weight) = self.ray(i, k);
+                (origin, dir, weight, self.meet(origin, dir))
             }));
-            self.sheets.fetch(met.iter().filter_map(|m| m.2.as_ref()).map(place), &mut places);
-            for (r, &(origin, dir, hit)) in some.zip(&met) {
+            self.sheets.fetch(met.iter().filter_map(|m| m.3.as_ref()).map(place), &mut places);
+            for (r, &(origin, dir, weight, hit)) in some.zip(&met) {
                 let (i, k) = of(r);
                 let mut stop = self.settle(origin, dir, hit, self.luck(i, k));
-                if let Some(pane) = i.checked_sub(self.zones.pane_offset()) {
-                    let share = pane_share(&self.zones.panes[pane], dir);
-                    (0..3).for_each(|b| stop.worth[b] *= share[b] as f32);
-                }
+                (0..3).for_each(|b| stop.worth[b] *= weight[b] as f32);
                 stopped(r, stop);
             }
         }
