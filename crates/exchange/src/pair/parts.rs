@@ -12,11 +12,11 @@ use zonal_scene::{Plate, Sample};
 /// Beyond this many diameters a cut voxel is seen as a point.
 pub(super) const PART_FAR: f64 = 3.0;
 
-/// Samples not as many diagonals of their sub-cells from a plate as this stand beside it.
+/// Points not as many diagonals of what they stand for from a plate as this are beside it.
 const BESIDE: f64 = 1.0;
 
-/// Points along an edge of a sub-cell beside a plate, and of what each stands for where that is beside it still.
-const GRID: [usize; 3] = [4, 2, 2];
+/// Points along an edge of a sub-cell, and of what each stands for where that is beside a plate.
+const GRID: [usize; 4] = [2, 2, 2, 2];
 
 /// Offsets of sub-cells between two cells that touch.
 pub(super) const SUB_SPAN: usize = 2 * SUBCELLS;
@@ -25,40 +25,41 @@ impl Exchange<'_> {
     /// Pairs with a cut voxel: sums over its samples where it is near, the centres where it is far.
     pub(super) fn with_part(&self, a: &Zone, b: &Zone, seed: u64, counts: &mut Counts) -> PairFactor {
         let near = (a.centre - b.centre).length() < PART_FAR * (a.size.max(b.size));
-        let m = match (&a.shape, &b.shape) {
-            (Shape::Plate { plate, pane }, _) => self.part_plate(b, plate, pane.is_some(), near),
-            (_, Shape::Plate { plate, pane }) => self.part_plate(a, plate, pane.is_some(), near),
-            _ => self.part_volume(a, b),
-        };
         let rays = if near { MORE_RAYS } else { FIRST_RAYS };
+        let (plate, pane, part) = match (&a.shape, &b.shape) {
+            (Shape::Plate { plate, pane }, _) => (plate, pane, b),
+            (_, Shape::Plate { plate, pane }) => (plate, pane, a),
+            _ => return self.average(a, b, self.part_volume(a, b), seed, rays, counts),
+        };
+        if !near {
+            let m =
+                general::points_plate(plate, std::iter::once((part.centre, part.measure)), pane.is_some());
+            return self.average(a, b, m, seed, rays, counts);
+        }
+        let finer = self.beside(part, plate);
+        let (a, b) = if std::ptr::eq(part, a) { (&finer, b) } else { (a, &finer) };
+        let points = finer.samples().unwrap_or_default().iter().map(|s| (s.point, s.volume));
+        let m = general::points_plate(plate, points, pane.is_some());
         self.average(a, b, m, seed, rays, counts)
     }
 
-    /// A cut voxel and a plate: Σ over samples of the solid angle, or the centre where `near` is false.
-    ///
-    /// A sample beside the plate says little of its sub-cell, over which the solid angle varies from nothing to 2π. There a grid of points
-    /// takes its place, those that it sees; the same for every plate, so that what a point sees of all of them together stays whole.
-    fn part_plate(&self, z: &Zone, plate: &Plate, two_sided: bool, near: bool) -> Moments {
-        let Shape::Part(samples) = &z.shape else {
-            return whole_plate(z, plate, two_sided);
-        };
-        if !near {
-            return general::points_plate(plate, std::iter::once((z.centre, z.measure)), two_sided);
-        }
+    /// A cut voxel with more samples, finer ones beside a plate, whose solid angle varies there from nothing to 2π over a sub-cell. A grid of
+    /// points takes the place of each sample, those that it sees; the same for all plates that are not beside it, so that what a point sees
+    /// of all of them together stays whole.
+    fn beside(&self, z: &Zone, plate: &Plate) -> Zone {
         let edges = (z.hi - z.lo) * (1.0 / SUBCELLS as f64);
-        let mut points = Vec::with_capacity(samples.len());
-        for s in samples {
-            if gap(plate, s.point) > BESIDE * edges.length() {
-                points.push((s.point, s.volume));
-                continue;
-            }
+        let free = |x: Vec3, y: Vec3| !self.transport.blocked(x, y);
+        let mut all = Vec::new();
+        let mut points = Vec::new();
+        for s in z.samples().unwrap_or_default() {
             let n = SUBCELLS as u8;
             let at = [s.subcell / (n * n), s.subcell / n % n, s.subcell % n].map(f64::from);
             let lo = z.lo + edges.scale(Vec3::from_array(at));
-            let free = |x: Vec3, y: Vec3| !self.transport.blocked(x, y);
+            points.clear();
             grid(plate, (lo, edges), (s.point, s.volume), &free, 0, &mut points);
+            all.extend(points.iter().map(|&(point, volume)| Sample { point, volume, ..*s }));
         }
-        general::points_plate(plate, points.into_iter(), two_sided)
+        Zone { shape: Shape::Part(all), ..z.clone() }
     }
 
     /// Two volume zones, at least one of them cut.
@@ -150,10 +151,6 @@ fn grid(
             out.push((at, volume));
         }
     }
-}
-
-pub(super) fn whole_plate(z: &Zone, plate: &Plate, two_sided: bool) -> Moments {
-    general::plate_cuboid(plate, z.lo, z.hi, two_sided, 1e-2)
 }
 
 /// The samples of a whole cell, at the centres of its sub-cells, relative to its corner.

@@ -32,7 +32,7 @@ const STEEPNESS: f64 = 1.8;
 /// Range of the factor by which ε falls at a time.
 const STEP: [f64; 2] = [0.2, 0.7];
 /// An estimate that a refinement leaves above so much of what it was has come to the errors of single pairs.
-const LITTLE: f64 = 0.75;
+const LITTLE: f64 = 0.9;
 /// Rays whose estimate is so many times that of the links cannot judge them, nor help.
 const BLIND: f64 = 6.0;
 
