@@ -124,7 +124,8 @@ pub fn build<'a>(engine: Engine, site: &Site<'a>, escape: &mut Escape) -> Result
     }
 }
 
-fn dense(site: &Site, escape: &mut Escape) -> Built<'static> {
+/// Every pair of zones.
+pub(crate) fn dense(site: &Site, escape: &mut Escape) -> Built<'static> {
     let (scene, zones) = (site.scene, site.zones);
     let exchange = Exchange::with_settings(scene, zones, site.transport, site.settings);
     let group = dense::groups(scene, site.transport.has_panes_between());

@@ -10,7 +10,7 @@
 //! of n rays none of which escaped, it is a share of 1/(n + 2), as [`zonal_exchange::pair`] has it.
 //! Where the surroundings shine, zones whose error exceeds a share of the tolerance times the root mean square of what comes in shoot
 //! more. The error of a batch falls with its rays to the power of about 3/4. Where zones are few enough for thousands of rays each, these
-//! go where they are needed: see [`crate::openings`].
+//! go where they are needed (module `openings`).
 
 use crate::openings::{self, Met, Openings, Room};
 use rayon::prelude::*;

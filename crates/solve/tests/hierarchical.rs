@@ -67,6 +67,21 @@ fn errors_stay_below_tolerance_and_estimate() {
     }
 }
 
+/// Where links that do not serve are nearly as many as pairs, every pair is taken: the dense solution.
+#[test]
+fn many_links_become_every_pair() {
+    let walls = "reflectance = 0.5\nfaces.x0 = { emission = 1 }";
+    let gas = GAS.replace("8,8,8", "3,3,3");
+    let scene = read(&unit_room("patch_size = 0.34", walls, &format!("{gas}{SLANTED}")));
+    let ours = solved(&scene, Engine::Hierarchical, 0.001, true);
+    let dense = solved(&scene, Engine::Dense, 0.001, true);
+    assert!(ours.report.counts.iter().any(|c| c.0 == "pairs of zones, all"), "{:?}", ours.report.counts);
+    // But for where their solvers stop.
+    for (x, y) in ours.fields.incident.iter().zip(&dense.fields.incident) {
+        assert!((0..3).all(|b| (x[b] / y[b] - 1.0).abs() < 1e-6), "{x:?} {y:?}");
+    }
+}
+
 /// A floor in two rooms, one lit red and one blue: as bright, and patches of one plane, but not alike.
 #[test]
 fn light_of_two_colours_is_not_mixed() {
@@ -150,7 +165,7 @@ fn a_small_cloud_shades_a_large_floor() {
         )
     };
     let text = format!(
-        "[solve]\npatch_size = 0.6\n[[surface]]\nname = \"floor\"\nrectangle = {{ origin = [-6, -1, 6], edge1 = [12, 0, 0], edge2 = [0, 0, -12] }}\nreflectance = 0.4\n{}{}[medium]\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\ncells = [5, 5, 5]\n[[medium.region]]\nbox = {{ min = [-0.6, -0.9, -0.6], max = [0.6, 0.6, 0.6] }}\nextinction = 4\nalbedo = 0\n",
+        "[solve]\npatch_size = 0.4\n[[surface]]\nname = \"floor\"\nrectangle = {{ origin = [-6, -1, 6], edge1 = [12, 0, 0], edge2 = [0, 0, -12] }}\nreflectance = 0.4\n{}{}[medium]\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\ncells = [5, 5, 5]\n[[medium.region]]\nbox = {{ min = [-0.6, -0.9, -0.6], max = [0.6, 0.6, 0.6] }}\nextinction = 4\nalbedo = 0\n",
         wall("left", -150.0, "edge1 = [0, 300, 0], edge2 = [0, 0, 300]"),
         wall("right", 150.0, "edge1 = [0, 0, 300], edge2 = [0, 300, 0]"),
     );

@@ -6,7 +6,8 @@ use super::seeing::{Looked, Seeing};
 use super::views::Measured;
 use super::{Factors, Hierarchical, Rough, Seen};
 use crate::columns::total;
-use crate::engine::{Built, Site};
+use crate::dense;
+use crate::engine::{self, Built, Site};
 use crate::groups::response;
 use crate::krylov::Ended;
 use crate::operator::Arriving;
@@ -33,6 +34,8 @@ const STEEPNESS: f64 = 1.8;
 const STEP: [f64; 2] = [0.2, 0.7];
 /// An estimate that a refinement leaves above so much of what it was has come to the errors of single pairs.
 const LITTLE: f64 = 0.9;
+/// Share of all pairs of zones above which links that do not serve cost more than every pair would.
+const EVERY: f64 = 0.3;
 /// Rays whose estimate is so many times that of the links cannot judge them, nor help.
 const BLIND: f64 = 6.0;
 
@@ -152,6 +155,20 @@ fn unmet(estimate: f64, tolerance: f64) -> String {
     )
 }
 
+/// Whether memory holds a factor for every pair.
+fn every_pair_fits(site: &Site) -> bool {
+    let (_, groups) = dense::groups(site.scene, site.transport.has_panes_between());
+    dense::bytes(site.zones.len(), site.zones.panes.len(), groups) <= site.memory
+}
+
+/// Every pair of zones, as the dense engine has them: what links come to in the end.
+fn every_pair(site: &Site, escape: &mut Escape, views: u64) -> Built<'static> {
+    let mut built = engine::dense(site, escape);
+    let n = site.zones.len() as u64;
+    built.counts.extend([("pairs of zones, all".into(), n * (n + 1) / 2), ("rays of views".into(), views)]);
+    built
+}
+
 /// The engine by links, beside what the rays say.
 fn links<'a>(
     site: &Site<'a>,
@@ -179,6 +196,10 @@ fn links<'a>(
         };
         if estimate <= tolerance {
             break;
+        }
+        if made.links.len() as f64 > EVERY * (zones.len() as f64).powi(2) && every_pair_fits(site) {
+            drop(made);
+            return Ok(every_pair(site, escape, views));
         }
         if round >= ROUNDS || zones.len() > PURSUED || estimate > LITTLE * before {
             warnings.push(unmet(estimate, tolerance));
