@@ -36,6 +36,8 @@ const STEP: [f64; 2] = [0.2, 0.7];
 const LITTLE: f64 = 0.9;
 /// Share of all pairs of zones above which links that do not serve cost more than every pair would.
 const EVERY: f64 = 0.3;
+/// Noise told of every pair over the noise of the shares of power: light comes by bright pairs, not by all alike.
+const UNEVEN: f64 = 2.0;
 /// Rays whose estimate is so many times that of the links cannot judge them, nor help.
 const BLIND: f64 = 6.0;
 
@@ -164,6 +166,7 @@ fn every_pair_fits(site: &Site) -> bool {
 /// Every pair of zones, as the dense engine has them: what links come to in the end.
 fn every_pair(site: &Site, escape: &mut Escape, views: u64) -> Built<'static> {
     let mut built = engine::dense(site, escape);
+    built.noise.iter_mut().for_each(|s| *s *= UNEVEN);
     let n = site.zones.len() as u64;
     built.counts.extend([("pairs of zones, all".into(), n * (n + 1) / 2), ("rays of views".into(), views)]);
     built
