@@ -187,7 +187,11 @@ fn killed_and_resumed_is_the_same_to_the_byte() {
     assert!(dense.contains("rays between zones"), "{dense}");
     let rays = killed_ten_times(&finer, &["--engine", "hierarchical", "--tolerance", "0.05"]);
     assert!(rays.contains("rays of views") && !rays.contains("bytes of links"), "{rays}");
-    let links = killed_ten_times(&finer, &["--engine", "hierarchical", "--tolerance", "0.02"]);
+    let pairs = killed_ten_times(&finer, &["--engine", "hierarchical", "--tolerance", "0.02"]);
+    assert!(pairs.contains("pairs of zones, all"), "{pairs}");
+    // Links are fewer than pairs where zones are more.
+    let many = LIT.replace("0.34", "0.1").replace("[4, 4, 4]", "[9, 9, 9]");
+    let links = killed_ten_times(&many, &["--engine", "hierarchical", "--tolerance", "0.02"]);
     assert!(links.contains("bytes of links"), "{links}");
 }
 

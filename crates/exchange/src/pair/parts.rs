@@ -209,8 +209,10 @@ mod tests {
             assert!((volume / cell.product() - 1.0).abs() < 1e-12);
             let ours = general::points_plate(&plate, points.into_iter(), two_sided);
             let off = ours.factor.value / exact.factor.value - 1.0;
-            println!("x {x} lean {lean}: {:.6} for {:.6}", ours.factor.value, exact.factor.value);
-            assert!(off.abs() < 0.015 && (ours.mean / exact.mean - 1.0).abs() < 0.02, "{off}");
+            assert!(
+                off.abs() < 0.015 && (ours.mean / exact.mean - 1.0).abs() < 0.02,
+                "x {x} lean {lean}: {off}"
+            );
         }
     }
 
