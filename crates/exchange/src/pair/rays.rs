@@ -284,18 +284,18 @@ impl Exchange<'_> {
         }
         counts.rays += shot.len() as u64;
         let blocked = shot.iter().filter(|r| r.hidden).count();
-        let missed = match divided && (blocked == 0 || blocked == shot.len()) {
-            true => missed(shot.len() as f64, outer, blocked > 0),
-            false => 0.0,
-        };
-        let dimmer = shot.iter().filter(|r| r.dimmed).count();
-        let missed = match dimmed && (dimmer == 0 || dimmer == shot.len()) {
-            true => missed.hypot(1.0 / (shot.len() as f64 + SUCCESSION)),
-            false => missed,
-        };
+        let n = shot.len();
+        let mut unmet = 0.0f64;
+        if divided && (blocked == 0 || blocked == n) {
+            unmet = missed(n as f64, outer, blocked > 0);
+        }
+        let behind = shot.iter().filter(|r| r.dimmed).count();
+        if dimmed && (behind == 0 || behind == n) {
+            unmet = unmet.hypot(missed(n as f64, Outer::default(), behind > 0));
+        }
         let mut out = PairFactor::default();
         for (k, Judged { kappa, mean, error, open }) in seen.into_iter().enumerate() {
-            let error = error.hypot(missed * open);
+            let error = error.hypot(unmet * open);
             let base = m.transmittance(kappa);
             out.value[k] = m.factor.value * base * mean;
             out.radius[k] = base * (m.factor.radius * mean + m.factor.value * error);
