@@ -42,7 +42,7 @@ struct Packed {
 }
 
 /// Coordinates of a sub-cell, 0 to SUBCELLS − 1 each.
-fn coordinates(subcell: u8) -> Vec3 {
+pub fn coordinates(subcell: u8) -> Vec3 {
     let (k, s) = (subcell as usize, SUBCELLS);
     vec3((k / (s * s)) as f64, (k / s % s) as f64, (k % s) as f64)
 }

@@ -6,6 +6,7 @@ use super::{Counts, Exchange, PairFactor};
 use crate::aligned::{Cuboid, FactorCache};
 use crate::general::{self, Moments};
 use zonal_math::{Vec3, vec3};
+use zonal_scene::part::coordinates;
 use zonal_scene::zones::SUBCELLS;
 use zonal_scene::{Plate, Sample};
 
@@ -15,8 +16,8 @@ pub(super) const PART_FAR: f64 = 3.0;
 /// Points not as many diagonals of what they stand for from a plate as this are beside it.
 const BESIDE: f64 = 1.0;
 
-/// Points along an edge of a sub-cell, and of what each stands for where that is beside a plate.
-const GRID: [usize; 4] = [2, 2, 2, 2];
+/// Times that a sub-cell is halved along its edges: once everywhere, further beside a plate.
+const HALVINGS: usize = 4;
 
 /// Offsets of sub-cells between two cells that touch.
 pub(super) const SUB_SPAN: usize = 2 * SUBCELLS;
@@ -52,9 +53,7 @@ impl Exchange<'_> {
         let mut all = Vec::new();
         let mut points = Vec::new();
         for s in z.samples().unwrap_or_default() {
-            let n = SUBCELLS as u8;
-            let at = [s.subcell / (n * n), s.subcell / n % n, s.subcell % n].map(f64::from);
-            let lo = z.lo + edges.scale(Vec3::from_array(at));
+            let lo = z.lo + edges.scale(coordinates(s.subcell));
             points.clear();
             grid(plate, (lo, edges), (s.point, s.volume), &free, 0, &mut points);
             all.extend(points.iter().map(|&(point, volume)| Sample { point, volume, ..*s }));
@@ -135,17 +134,16 @@ fn grid(
     depth: usize,
     out: &mut Vec<(Vec3, f64)>,
 ) {
-    let n = GRID[depth];
-    let piece = edges * (1.0 / n as f64);
-    let corner = |k: usize| lo + piece.scale(vec3((k / (n * n)) as f64, (k / n % n) as f64, (k % n) as f64));
+    let piece = edges * 0.5;
+    let corner = |k: usize| lo + piece.scale(vec3((k >> 2) as f64, (k >> 1 & 1) as f64, (k & 1) as f64));
     let centre = |k: usize| corner(k) + piece * 0.5;
-    let open: Vec<usize> = (0..n * n * n).filter(|&k| free(from, centre(k))).collect();
+    let open: Vec<usize> = (0..8).filter(|&k| free(from, centre(k))).collect();
     if open.is_empty() {
         out.push((from, volume));
     }
     for &k in &open {
         let (at, volume) = (centre(k), volume / open.len() as f64);
-        if depth + 1 < GRID.len() && gap(plate, at) < BESIDE * piece.length() {
+        if depth + 1 < HALVINGS && gap(plate, at) < BESIDE * piece.length() {
             grid(plate, (corner(k), piece), (at, volume), free, depth + 1, out);
         } else {
             out.push((at, volume));
@@ -201,8 +199,7 @@ mod tests {
             let exact = general::plate_cuboid(&plate, lo, lo + cell, two_sided, 1e-3);
             let mut points = Vec::new();
             for s in whole_samples(cell) {
-                let c = [s.subcell / 16, s.subcell / 4 % 4, s.subcell % 4].map(f64::from);
-                let lo = lo + edges.scale(Vec3::from_array(c));
+                let lo = lo + edges.scale(coordinates(s.subcell));
                 grid(&plate, (lo, edges), (lo + edges * 0.5, s.volume), &|_, _| true, 0, &mut points);
             }
             let volume: f64 = points.iter().map(|p| p.1).sum();
