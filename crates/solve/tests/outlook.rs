@@ -106,7 +106,7 @@ fn little_memory_means_fewer_rays_and_none_a_refusal() {
 
 #[test]
 fn links_that_do_not_fit_are_not_made() {
-    let scene = room(Engine::Hierarchical, 0.003);
+    let scene = room(Engine::Hierarchical, 0.01);
     let free = solved(&scene, 1 << 30).unwrap();
     assert!(count(&free, "links, each direction") > 0);
     let s = solved(&scene, 24_000_000).unwrap();

@@ -13,10 +13,13 @@ use zonal_scene::{Plate, Sample};
 /// Beyond this many diameters a cut voxel is seen as a point.
 pub(super) const PART_FAR: f64 = 3.0;
 
-/// Points not as many diagonals of what they stand for from a plate as this are beside it.
+/// Pieces of space not as many of their diagonals from a plate's rim as this are beside it, and so are pieces that it may divide.
 const BESIDE: f64 = 1.0;
 
-/// Times that a sub-cell is halved along its edges: once everywhere, further beside a plate.
+/// A sub-cell whose sample stands for all of its volume up to this share is whole.
+const WHOLE: f64 = 1e-3;
+
+/// Times that a sub-cell is halved along its edges: once where it is cut or near a plate, further beside it.
 const HALVINGS: usize = 4;
 
 /// Offsets of sub-cells between two cells that touch.
@@ -44,9 +47,8 @@ impl Exchange<'_> {
         self.average(a, b, m, seed, rays, counts)
     }
 
-    /// A cut voxel with more samples, finer ones beside a plate, whose solid angle varies there from nothing to 2π over a sub-cell. A grid of
-    /// points takes the place of each sample, those that it sees; the same for all plates that are not beside it, so that what a point sees
-    /// of all of them together stays whole.
+    /// A cut voxel with more samples near a plate, finer ones beside it, where its solid angle varies from nothing to 2π over a sub-cell. A grid
+    /// of points takes the place of each sample, those that it sees.
     fn beside(&self, z: &Zone, plate: &Plate) -> Zone {
         let edges = (z.hi - z.lo) * (1.0 / SUBCELLS as f64);
         let free = |x: Vec3, y: Vec3| !self.transport.blocked(x, y);
@@ -54,6 +56,11 @@ impl Exchange<'_> {
         let mut points = Vec::new();
         for s in z.samples().unwrap_or_default() {
             let lo = z.lo + edges.scale(coordinates(s.subcell));
+            let whole = s.volume > (1.0 - WHOLE) * edges.product();
+            if whole && !beside(plate, lo + edges * 0.5, edges) {
+                all.push(Sample { point: lo + edges * 0.5, ..*s });
+                continue;
+            }
             points.clear();
             grid(plate, (lo, edges), (s.point, s.volume), &free, 0, &mut points);
             all.extend(points.iter().map(|&(point, volume)| Sample { point, volume, ..*s }));
@@ -119,10 +126,29 @@ impl Exchange<'_> {
     }
 }
 
-/// Distance of a point from a plate at least: from its plane, or from the ball about it.
-fn gap(plate: &Plate, x: Vec3) -> f64 {
-    let d = x - plate.centre();
-    d.dot(plate.normal()).abs().max(d.length() - 0.5 * plate.diameter())
+/// True where a piece of space of these edges is not told by its middle. The solid angle of a plate is a harmonic function of the point as
+/// long as the plate does not divide the piece, and varies over the distance d from its rim: the middle of a cube of edge h then tells the
+/// mean up to 0.04 (h/d)⁴, however near the plate itself is.
+fn beside(plate: &Plate, middle: Vec3, edges: Vec3) -> bool {
+    let (d, n, size) = (middle - plate.centre(), plate.normal(), edges.length());
+    let far = d.length() - 0.5 * plate.diameter();
+    if far > BESIDE * size {
+        return false;
+    }
+    let reach = 0.5 * (0..3).map(|k| n[k].abs() * edges[k]).sum::<f64>();
+    let height = d.dot(n).abs();
+    if height < 0.999 * reach {
+        return height.max(far) < BESIDE * size;
+    }
+    let (corners, count) = plate.corners();
+    (0..count).any(|i| from_segment(corners[i], corners[(i + 1) % count], middle) < BESIDE * size)
+}
+
+/// Distance of a point from the line between two others.
+fn from_segment(a: Vec3, b: Vec3, x: Vec3) -> f64 {
+    let (along, to) = (b - a, x - a);
+    let t = (to.dot(along) / along.length2()).clamp(0.0, 1.0);
+    (to - along * t).length()
 }
 
 /// Points of a grid over a piece of a voxel that are `free` from `from`, each with its share of the `volume`; finer beside the plate.
@@ -143,7 +169,7 @@ fn grid(
     }
     for &k in &open {
         let (at, volume) = (centre(k), volume / open.len() as f64);
-        if depth + 1 < HALVINGS && gap(plate, at) < BESIDE * piece.length() {
+        if depth + 1 < HALVINGS && beside(plate, at, piece) {
             grid(plate, (corner(k), piece), (at, volume), free, depth + 1, out);
         } else {
             out.push((at, volume));
