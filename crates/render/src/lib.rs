@@ -7,6 +7,7 @@
 //!
 //! | module | what |
 //! |---|---|
+//! | [`bake`] | the solution on triangles, for viewers and other engines |
 //! | `camera` | pinhole and subpixels |
 //! | `fit` | from zone means to node values |
 //! | `lazy` | values made when first asked for |
@@ -20,6 +21,8 @@
 //!
 //! Rows are computed in parallel and put together in order; every pixel depends on its own number alone, so the bits do not
 //! depend on the number of threads.
+
+pub mod bake;
 
 mod camera;
 mod fit;

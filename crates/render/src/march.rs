@@ -255,23 +255,34 @@ impl<'a> View<'a> {
 
 /// H of the patches, interpolated.
 fn surface_field<'a>(s: &Solution, transport: &'a Transport<'a>) -> PatchField<'a> {
+    let sheets: Vec<Plate> = s.scene.facets().iter().flat_map(|f| [f.plate, f.plate]).collect();
+    let tiles = patch_tiles(s);
+    let values = s.fields.incident[..tiles.len()].to_vec();
+    PatchField::new(tiles, values, &sheets, Some(transport))
+}
+
+/// The patches as tiles of sheets: sheet 2f is the front of facet f, 2f + 1 its back.
+pub(crate) fn patch_tiles(s: &Solution) -> Vec<Tile> {
     let facets = s.scene.facets();
-    let sheets: Vec<Plate> = facets.iter().flat_map(|f| [f.plate, f.plate]).collect();
     let tile = |p: &zonal_scene::Patch| Tile {
         plate: p.plate,
         normal: p.normal,
         sheet: 2 * p.facet + usize::from(p.normal.dot(facets[p.facet].plate.normal()) < 0.0),
     };
-    let tiles: Vec<Tile> = s.zones.patches.iter().map(tile).collect();
-    let values = s.fields.incident[..tiles.len()].to_vec();
-    PatchField::new(tiles, values, &sheets, Some(transport))
+    s.zones.patches.iter().map(tile).collect()
 }
 
 /// B of the panes, direct light included, interpolated; with the index of each pane's first plate.
 fn pane_field(s: &Solution) -> (PatchField<'static>, Vec<usize>) {
     let (first, sheets, of) = pane_sheets(&s.scene, &s.zones);
-    let tile = |(z, sheet): (&zonal_scene::PaneZone, usize)| Tile { plate: z.plate, normal: z.normal, sheet };
-    let tiles: Vec<Tile> = s.zones.panes.iter().zip(of).map(tile).collect();
+    let tiles = pane_tiles(s, &of);
     let values = s.fields.radiosity[s.zones.pane_offset()..].to_vec();
     (PatchField::new(tiles, values, &sheets, None), first)
+}
+
+/// The pieces of panes as tiles of the plates `of` which they are cut.
+pub(crate) fn pane_tiles(s: &Solution, of: &[usize]) -> Vec<Tile> {
+    let tile =
+        |(z, &sheet): (&zonal_scene::PaneZone, &usize)| Tile { plate: z.plate, normal: z.normal, sheet };
+    s.zones.panes.iter().zip(of).map(tile).collect()
 }

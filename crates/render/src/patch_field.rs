@@ -30,7 +30,8 @@ pub(crate) struct Tile {
 
 /// The field, ready to be asked at points of its sheets.
 pub(crate) struct PatchField<'a> {
-    builder: Builder<'a>,
+    shape: Shape<'a>,
+    layer: Layer,
     sheets: Sheets,
 }
 
@@ -43,18 +44,14 @@ impl<'a> PatchField<'a> {
         transport: Option<&'a Transport<'a>>,
     ) -> PatchField<'a> {
         let sheets = Sheets::new(sheets, tiles.iter().map(|t| (&t.plate, t.sheet)));
-        PatchField { builder: Builder::new(tiles, values, transport), sheets }
+        PatchField { shape: Shape::new(tiles, transport), layer: Layer::new(values), sheets }
     }
 
     /// The value at a point of a sheet with the sheet's parameters (u, v); `None` where the sheet has no tile.
     pub fn at(&self, sheet: usize, uv: [f64; 2], point: Vec3) -> Option<Bands> {
-        let tiles = &self.builder.tiles;
         let i = self.sheets.find(sheet, uv)? as usize;
-        let plate = &tiles[i].plate;
-        let [u, v] = onto(plate, point);
-        let nodes = self.builder.nodes(i);
-        let centre = conserving(plate.kind, nodes, self.builder.values[i]);
-        Some(interpolate(plate.kind, nodes, centre, u, v))
+        let uv = onto(&self.shape.tiles[i].plate, point);
+        Some(self.layer.at(&self.shape, i, uv))
     }
 }
 
@@ -160,12 +157,17 @@ fn key(p: Vec3, cell: f64) -> [i64; 3] {
     p.array().map(|x| (x / cell).floor() as i64)
 }
 
-struct Builder<'a> {
+/// Where the tiles lie and which of them belong together: the same for every field on them.
+pub(crate) struct Shape<'a> {
     tiles: Vec<Tile>,
-    values: Vec<Bands>,
     transport: Option<&'a Transport<'a>>,
     near: Near,
     touching: Lazy<Touching>,
+}
+
+/// One field on the tiles of a shape.
+pub(crate) struct Layer {
+    values: Vec<Bands>,
     fits: Lazy<Fitted>,
     /// Nodes before and after those inside a neighbour's edge have its value.
     raw: Lazy<[Bands; 8]>,
@@ -178,25 +180,20 @@ type Fitted = (Slope, [(f64, f64); 3]);
 /// The tiles that touch each node of one tile, with the angle each subtends there.
 type Touching = Vec<Vec<(u32, f64)>>;
 
-impl<'a> Builder<'a> {
-    fn new(tiles: Vec<Tile>, values: Vec<Bands>, transport: Option<&'a Transport<'a>>) -> Builder<'a> {
-        let (near, n) = (Near::new(&tiles), tiles.len());
-        let (touching, fits, raw, nodes) = (Lazy::new(n), Lazy::new(n), Lazy::new(n), Lazy::new(n));
-        Builder { tiles, values, transport, near, touching, fits, raw, nodes }
+impl<'a> Shape<'a> {
+    /// The tiles, with walls asked of `transport`, if given.
+    pub fn new(tiles: Vec<Tile>, transport: Option<&'a Transport<'a>>) -> Shape<'a> {
+        let (near, touching) = (Near::new(&tiles), Lazy::new(tiles.len()));
+        Shape { tiles, transport, near, touching }
+    }
+
+    /// The tiles.
+    pub fn tiles(&self) -> &[Tile] {
+        &self.tiles
     }
 
     fn touching(&self, i: usize) -> &Touching {
         self.touching.get(i, || self.touch(i))
-    }
-    fn fit(&self, i: usize) -> &Fitted {
-        self.fits.get(i, || self.slope(i))
-    }
-    fn raw_nodes(&self, i: usize) -> &[Bands; 8] {
-        self.raw.get(i, || self.node_values(i))
-    }
-    /// Values at the nodes of tile `i`.
-    fn nodes(&self, i: usize) -> &[Bands; 8] {
-        self.nodes.get(i, || self.hang(i))
     }
 
     fn touch(&self, i: usize) -> Touching {
@@ -236,15 +233,40 @@ impl<'a> Builder<'a> {
         let above = |t: &Tile| t.plate.centre() + t.normal * lift;
         !self.transport.is_some_and(|t| t.blocked(above(a), above(b)))
     }
+}
 
-    fn slope(&self, i: usize) -> Fitted {
-        let touching = self.touching(i);
+impl Layer {
+    /// The field with these means, one a tile.
+    pub fn new(values: Vec<Bands>) -> Layer {
+        let n = values.len();
+        Layer { values, fits: Lazy::new(n), raw: Lazy::new(n), nodes: Lazy::new(n) }
+    }
+
+    /// The value at the point of tile `i` with the tile's parameters (u, v).
+    pub fn at(&self, shape: &Shape, i: usize, [u, v]: [f64; 2]) -> Bands {
+        let (kind, nodes) = (shape.tiles[i].plate.kind, self.nodes(shape, i));
+        interpolate(kind, nodes, conserving(kind, nodes, self.values[i]), u, v)
+    }
+
+    fn fit(&self, shape: &Shape, i: usize) -> &Fitted {
+        self.fits.get(i, || self.slope(shape, i))
+    }
+    fn raw_nodes(&self, shape: &Shape, i: usize) -> &[Bands; 8] {
+        self.raw.get(i, || self.node_values(shape, i))
+    }
+    /// Values at the nodes of tile `i`.
+    fn nodes(&self, shape: &Shape, i: usize) -> &[Bands; 8] {
+        self.nodes.get(i, || self.hang(shape, i))
+    }
+
+    fn slope(&self, shape: &Shape, i: usize) -> Fitted {
+        let touching = shape.touching(i);
         let mut ids: Vec<u32> = touching.iter().flatten().map(|t| t.0).collect();
         ids.sort_unstable();
         ids.dedup();
-        let (tile, mut fits) = (&self.tiles[i], [Fit::default(); 3]);
+        let (tile, mut fits) = (&shape.tiles[i], [Fit::default(); 3]);
         for &j in ids.iter().filter(|j| **j as usize != i) {
-            let d = self.tiles[j as usize].plate.centre() - tile.plate.centre();
+            let d = shape.tiles[j as usize].plate.centre() - tile.plate.centre();
             // Unrolled onto the tile's plane at its own length.
             let flat = (d - tile.normal * d.dot(tile.normal)).normalized() * d.length();
             (0..3).for_each(|b| fits[b].add(flat, self.values[j as usize][b] - self.values[i][b]));
@@ -252,17 +274,17 @@ impl<'a> Builder<'a> {
         (fits.map(|f| f.slope()), range(ids.iter().map(|&j| self.values[j as usize])))
     }
 
-    fn node_values(&self, i: usize) -> [Bands; 8] {
-        let touching = self.touching(i);
+    fn node_values(&self, shape: &Shape, i: usize) -> [Bands; 8] {
+        let touching = shape.touching(i);
         let mut out = [[0.0; 3]; 8];
-        let plate = &self.tiles[i].plate;
+        let plate = &shape.tiles[i].plate;
         for (k, &[u, v]) in node_parameters(plate.kind).iter().enumerate() {
             let touch = |b: usize| {
                 touching[k].iter().map(move |&(j, angle)| {
-                    let fit = self.fit(j as usize);
+                    let fit = self.fit(shape, j as usize);
                     Touch {
                         weight: angle,
-                        centre: self.tiles[j as usize].plate.centre(),
+                        centre: shape.tiles[j as usize].plate.centre(),
                         value: self.values[j as usize][b],
                         slope: fit.0[b],
                         range: fit.1[b],
@@ -276,22 +298,23 @@ impl<'a> Builder<'a> {
     }
 
     /// Nodes inside a neighbour's edge take the neighbour's value.
-    fn hang(&self, i: usize) -> [Bands; 8] {
-        let touching = self.touching(i);
-        let mut out = *self.raw_nodes(i);
-        let plate = &self.tiles[i].plate;
+    fn hang(&self, shape: &Shape, i: usize) -> [Bands; 8] {
+        let touching = shape.touching(i);
+        let mut out = *self.raw_nodes(shape, i);
+        let plate = &shape.tiles[i].plate;
         for (k, &[u, v]) in node_parameters(plate.kind).iter().enumerate() {
             let p = plate.at(u, v);
             let host = touching[k].iter().map(|t| t.0 as usize).find(|&j| {
-                let other = &self.tiles[j].plate;
+                let other = &shape.tiles[j].plate;
                 let tol = 1e-6 * other.diameter();
                 j != i
                     && other.area() > plate.area()
                     && node_parameters(other.kind).iter().all(|&[a, b]| (other.at(a, b) - p).length() > tol)
             });
             if let Some(j) = host {
-                let [a, b] = onto(&self.tiles[j].plate, p);
-                out[k] = interpolate(self.tiles[j].plate.kind, self.raw_nodes(j), self.values[j], a, b);
+                let [a, b] = onto(&shape.tiles[j].plate, p);
+                out[k] =
+                    interpolate(shape.tiles[j].plate.kind, self.raw_nodes(shape, j), self.values[j], a, b);
             }
         }
         out

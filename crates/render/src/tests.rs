@@ -8,7 +8,7 @@ use zonal_scene::solution::Fields;
 use zonal_scene::{Bands, Plate, Quiet, Report, Voxmap};
 use zonal_transport::build_zones;
 
-fn surface(name: &str, rho: f64, emission: f64) -> Surface {
+pub(crate) fn surface(name: &str, rho: f64, emission: f64) -> Surface {
     Surface {
         name: name.into(),
         reflectance: [rho; 3],
@@ -21,12 +21,12 @@ fn surface(name: &str, rho: f64, emission: f64) -> Surface {
     }
 }
 
-fn quad(surface: usize, o: Vec3, e1: Vec3, e2: Vec3) -> Facet {
+pub(crate) fn quad(surface: usize, o: Vec3, e1: Vec3, e2: Vec3) -> Facet {
     Facet { surface, plate: Plate::parallelogram(o, e1, e2), uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]] }
 }
 
 /// The six walls of a box, fronts inwards.
-fn walls(lo: Vec3, hi: Vec3) -> Vec<Facet> {
+pub(crate) fn walls(lo: Vec3, hi: Vec3) -> Vec<Facet> {
     let d = hi - lo;
     let (x, y, z) = (vec3(d.x, 0.0, 0.0), vec3(0.0, d.y, 0.0), vec3(0.0, 0.0, d.z));
     vec![
@@ -39,7 +39,7 @@ fn walls(lo: Vec3, hi: Vec3) -> Vec<Facet> {
     ]
 }
 
-fn medium(lo: Vec3, hi: Vec3, dims: [usize; 3], kappa: f64, albedo: f64) -> Voxmap {
+pub(crate) fn medium(lo: Vec3, hi: Vec3, dims: [usize; 3], kappa: f64, albedo: f64) -> Voxmap {
     let d = hi - lo;
     let cell = vec3(d.x / dims[0] as f64, d.y / dims[1] as f64, d.z / dims[2] as f64);
     let mut map = Voxmap::new(lo, cell, dims).unwrap();
@@ -56,7 +56,11 @@ fn size(width: usize, height: usize) -> RenderOptions {
 }
 
 /// A solution with the given indirect fields: H of a patch (centre, normal), B_ind of a volume (centre).
-fn solution(parts: SceneParts, h: impl Fn(Vec3, Vec3) -> f64, b: impl Fn(Vec3) -> f64) -> Solution {
+pub(crate) fn solution(
+    parts: SceneParts,
+    h: impl Fn(Vec3, Vec3) -> f64,
+    b: impl Fn(Vec3) -> f64,
+) -> Solution {
     let parts = SceneParts {
         options: Options {
             patch_size: Some(parts.options.patch_size.unwrap_or(0.25)),
@@ -94,7 +98,7 @@ fn worst(image: &Image, expected: f64) -> f64 {
     image.pixels.iter().flatten().fold(0.0, |m, x| (*x as f64 / expected - 1.0).abs().max(m))
 }
 
-fn furnace() -> SceneParts {
+pub(crate) fn furnace() -> SceneParts {
     let (lo, hi) = (vec3(-1.0, -1.0, 0.0), vec3(1.0, 1.0, 1.5));
     let mut facets = walls(lo, hi);
     // An oblique wall inside, which parts voxels.

@@ -10,7 +10,7 @@
 //! names below.
 
 use crate::solution::Energy;
-use crate::{Bands, SolveStatus, bands};
+use crate::{Bands, SolveStatus, Zones, bands};
 
 /// The group of what voxels emit: emission and volumetric source of the medium.
 pub const MEDIUM: &str = "medium";
@@ -39,6 +39,23 @@ pub enum Kind {
     All,
 }
 
+impl Kind {
+    /// True where the own emission of zone `i` belongs to the group.
+    pub fn emits(self, zones: &Zones, i: usize) -> bool {
+        match self {
+            Kind::All => true,
+            Kind::Surface(s) => i < zones.voxel_offset() && zones.patches[i].surface == s,
+            Kind::Medium => (zones.voxel_offset()..zones.pane_offset()).contains(&i),
+            Kind::Panes => i >= zones.pane_offset(),
+            Kind::Light(_) | Kind::Surroundings => false,
+        }
+    }
+    /// True where light number `l` of the scene belongs to the group.
+    pub fn has_light(self, l: usize) -> bool {
+        self == Kind::All || self == Kind::Light(l)
+    }
+}
+
 /// Values over zones in double or single precision, three bands each; an empty list stands for zeros.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
@@ -65,6 +82,13 @@ impl Values {
     /// True for zeros.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+    /// The value of zone `i`.
+    pub fn at(&self, i: usize) -> Bands {
+        match self {
+            Values::Double(v) => v.get(i).copied().unwrap_or_default(),
+            Values::Single(v) => v.get(i).map_or([0.0; 3], |x| x.map(f64::from)),
+        }
     }
     /// Adds `scale` times the values to `out`, zone by zone.
     pub fn add_to(&self, out: &mut [Bands], scale: Bands) {

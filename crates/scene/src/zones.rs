@@ -2,7 +2,7 @@
 //!
 //! Global order, used by every array of a solution: patches, then voxel zones, then pane zones.
 
-use crate::{Bands, Part, Plate};
+use crate::{Bands, Part, Plate, bands};
 use zonal_math::Vec3;
 
 pub use crate::part::SUBCELLS;
@@ -112,5 +112,33 @@ impl Zones {
             return 0..0;
         }
         self.first[cell] as usize..self.first[cell + 1] as usize
+    }
+    /// ρ of a patch, Ω/4 of the others, and the measure (A in m², V in m³) of zone `i`: B = E + response · (H or G).
+    pub fn response(&self, i: usize) -> (Bands, f64) {
+        if i < self.voxel_offset() {
+            let p = &self.patches[i];
+            (p.reflectance, p.area)
+        } else if i < self.pane_offset() {
+            let v = &self.voxels[i - self.voxel_offset()];
+            (v.albedo.map(|o| 0.25 * o), v.volume)
+        } else {
+            let p = &self.panes[i - self.pane_offset()];
+            (p.albedo.map(|o| 0.25 * o), p.area * p.thickness)
+        }
+    }
+    /// Own emission of zone `i` as a radiosity, W/m²: E of a patch, (1−Ω)E + q/(4κ) of the others.
+    pub fn emission(&self, i: usize) -> Bands {
+        if i < self.voxel_offset() {
+            self.patches[i].emission
+        } else if i < self.pane_offset() {
+            let v = &self.voxels[i - self.voxel_offset()];
+            bands(|b| {
+                let q = if v.extinction[b] > 0.0 { v.source[b] / (4.0 * v.extinction[b]) } else { 0.0 };
+                (1.0 - v.albedo[b]) * v.emission[b] + q
+            })
+        } else {
+            let p = &self.panes[i - self.pane_offset()];
+            bands(|b| (1.0 - p.albedo[b]) * p.emission[b])
+        }
     }
 }

@@ -34,17 +34,11 @@ pub struct Source {
 impl Source {
     /// True where the own emission of zone `i` belongs to the group.
     pub fn emits(&self, zones: &Zones, i: usize) -> bool {
-        match self.kind {
-            Kind::All => true,
-            Kind::Surface(s) => i < zones.voxel_offset() && zones.patches[i].surface == s,
-            Kind::Medium => (zones.voxel_offset()..zones.pane_offset()).contains(&i),
-            Kind::Panes => i >= zones.pane_offset(),
-            Kind::Light(_) | Kind::Surroundings => false,
-        }
+        self.kind.emits(zones, i)
     }
     /// True where light number `l` of the scene belongs to the group.
     pub fn has_light(&self, l: usize) -> bool {
-        self.kind == Kind::All || self.kind == Kind::Light(l)
+        self.kind.has_light(l)
     }
     /// The radiosity that stands for what the surroundings send in, W/m².
     pub fn sky(&self, scene: &Scene) -> Bands {
@@ -129,32 +123,12 @@ pub fn chosen(scene: &Scene, zones: &Zones) -> (Vec<Source>, Option<String>) {
 
 /// ρ or Ω/4, and the measure (A or V) of zone `i`, m² or m³.
 pub fn response(zones: &Zones, i: usize) -> (Bands, f64) {
-    if i < zones.voxel_offset() {
-        let p = &zones.patches[i];
-        (p.reflectance, p.area)
-    } else if i < zones.pane_offset() {
-        let v = &zones.voxels[i - zones.voxel_offset()];
-        (v.albedo.map(|o| 0.25 * o), v.volume)
-    } else {
-        let p = &zones.panes[i - zones.pane_offset()];
-        (p.albedo.map(|o| 0.25 * o), p.area * p.thickness)
-    }
+    zones.response(i)
 }
 
 /// Own emission of zone `i` as a radiosity, W/m²: E, (1−Ω)E + q/(4κ).
 pub fn emission(zones: &Zones, i: usize) -> Bands {
-    if i < zones.voxel_offset() {
-        zones.patches[i].emission
-    } else if i < zones.pane_offset() {
-        let v = &zones.voxels[i - zones.voxel_offset()];
-        bands(|b| {
-            let q = if v.extinction[b] > 0.0 { v.source[b] / (4.0 * v.extinction[b]) } else { 0.0 };
-            (1.0 - v.albedo[b]) * v.emission[b] + q
-        })
-    } else {
-        let p = &zones.panes[i - zones.pane_offset()];
-        bands(|b| (1.0 - p.albedo[b]) * p.emission[b])
-    }
+    zones.emission(i)
 }
 
 /// The strengths s⁰ of a group, whose direct light is `direct` (empty for none).

@@ -49,7 +49,7 @@ pub enum Command {
     Relight(relight::Args),
     /// Draw a picture from a solution.
     Render(render::Args),
-    /// Write the zones of a solution as a table (.csv).
+    /// Write a solution for other programs: table, Blender and the web, ParaView (.csv, .glb, .vtu, .vti).
     Export(export::Args),
     /// Write the exchange areas of all zones of a scene, each with its error radius (.npz).
     Exchange(exchange::Args),

@@ -1,0 +1,99 @@
+//! Panes as triangles, and the medium on its grid.
+//!
+//! A cell's values are means over its zones j by volume, B = Σ B_j V_j / Σ V_j; with the free volume V = Σ V_j the sums of κBV and κGV over
+//! the cells are those over the zones, since κ is one number a cell.
+
+use super::share::Share;
+use super::{BakedMedium, PaneMesh, single};
+use crate::march::pane_tiles;
+use crate::patch_field::{Layer, Shape};
+use rayon::prelude::*;
+use zonal_scene::{Bands, PlateKind, Solution, bands};
+use zonal_transport::sheets::pane_sheets;
+
+/// Vertices of a piece in its parameters, in quarters: corners, edge middles, centre.
+const SQUARE: [[f64; 2]; 9] = [
+    [0.0, 0.0],
+    [0.5, 0.0],
+    [1.0, 0.0],
+    [0.0, 0.5],
+    [0.5, 0.5],
+    [1.0, 0.5],
+    [0.0, 1.0],
+    [0.5, 1.0],
+    [1.0, 1.0],
+];
+const SQUARE_TRIANGLES: [[u32; 3]; 8] =
+    [[0, 1, 4], [0, 4, 3], [1, 2, 4], [2, 5, 4], [3, 4, 6], [4, 7, 6], [4, 5, 8], [4, 8, 7]];
+const TRIANGLE: [[f64; 2]; 6] = [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [0.0, 0.5], [0.5, 0.5], [0.0, 1.0]];
+const TRIANGLE_TRIANGLES: [[u32; 3]; 4] = [[0, 1, 3], [1, 2, 4], [1, 4, 3], [3, 4, 5]];
+
+fn parts(kind: PlateKind) -> (&'static [[f64; 2]], &'static [[u32; 3]]) {
+    match kind {
+        PlateKind::Parallelogram => (&SQUARE, &SQUARE_TRIANGLES),
+        PlateKind::Triangle => (&TRIANGLE, &TRIANGLE_TRIANGLES),
+    }
+}
+
+/// The panes.
+pub(super) fn panes(s: &Solution, shares: &[Share]) -> PaneMesh {
+    let offset = s.zones.pane_offset();
+    let mut mesh = PaneMesh::default();
+    let mut places = Vec::new();
+    for (i, z) in s.zones.panes.iter().enumerate() {
+        let (points, triangles) = parts(z.plate.kind);
+        let first = mesh.positions.len() as u32;
+        for &[u, v] in points {
+            places.push((i, [u, v]));
+            mesh.positions.push(single(z.plate.at(u, v)));
+            mesh.normals.push(single(z.normal));
+            mesh.panes.push(z.pane as u32);
+            mesh.depth.push(z.extinction.map(|k| (k * z.thickness) as f32));
+            mesh.error.push(s.fields.error[offset + i].map(|x| x as f32));
+        }
+        for t in triangles {
+            mesh.triangles.push(t.map(|k| first + k));
+            mesh.zones.push((offset + i) as u32);
+        }
+    }
+    let (_, _, of) = pane_sheets(&s.scene, &s.zones);
+    let shape = Shape::new(pane_tiles(s, &of), None);
+    let field = |share: &Share| {
+        let values: Vec<Bands> =
+            (0..s.zones.panes.len()).into_par_iter().map(|i| share.radiosity(offset + i)).collect();
+        let layer = Layer::new(values);
+        places.par_iter().map(|&(i, uv)| layer.at(&shape, i, uv).map(|x| x as f32)).collect()
+    };
+    mesh.radiosity = shares.iter().map(field).collect();
+    mesh
+}
+
+/// The medium, where there is one.
+pub(super) fn medium(s: &Solution, shares: &[Share]) -> Option<BakedMedium> {
+    let (map, zones) = (s.scene.voxmap()?, &s.zones);
+    let offset = zones.voxel_offset();
+    let cells = map.len();
+    let volume = |c: usize| zones.of_cell(c).map(|i| zones.voxels[i].volume).sum::<f64>();
+    let mean = |c: usize, value: &(dyn Fn(usize) -> Bands + Sync)| {
+        let whole = volume(c);
+        let mut sum = [0.0; 3];
+        for i in zones.of_cell(c) {
+            let (x, share) = (value(i), zones.voxels[i].volume / whole);
+            sum = bands(|b| sum[b] + share * x[b]);
+        }
+        sum.map(|x| x as f32)
+    };
+    let grid = |value: &(dyn Fn(usize) -> Bands + Sync)| -> Vec<[f32; 3]> {
+        (0..cells).into_par_iter().map(|c| mean(c, value)).collect()
+    };
+    Some(BakedMedium {
+        min: map.min(),
+        cell: map.cell(),
+        dims: map.dims(),
+        volume: (0..cells).into_par_iter().map(|c| volume(c) as f32).collect(),
+        extinction: grid(&|i| zones.voxels[i].extinction),
+        albedo: grid(&|i| zones.voxels[i].albedo),
+        radiosity: shares.iter().map(|g| grid(&|i| g.radiosity(offset + i))).collect(),
+        fluence: shares.iter().map(|g| grid(&|i| g.fluence(offset + i))).collect(),
+    })
+}

@@ -1,0 +1,74 @@
+//! What each light group gives to a zone.
+//!
+//! B_g = E_g + response · (G_g + G_dir,g), with ρ or Ω/4 in place of `response`; one share of everything where groups were not kept.
+
+use zonal_scene::group::ALL;
+use zonal_scene::{Bands, Group, Kind, Light, Scene, Solution, bands};
+
+/// One group of a solution.
+pub(super) struct Share<'a> {
+    pub name: &'a str,
+    pub kind: Kind,
+    s: &'a Solution,
+    /// `None` for everything together.
+    group: Option<&'a Group>,
+}
+
+impl<'a> Share<'a> {
+    /// All of them, at least one.
+    pub fn all(s: &'a Solution) -> Vec<Share<'a>> {
+        if s.groups.is_empty() {
+            return vec![Share { name: ALL, kind: Kind::All, s, group: None }];
+        }
+        s.groups.iter().map(|g| Share { name: &g.name, kind: g.kind, s, group: Some(g) }).collect()
+    }
+
+    /// H or G of a zone without direct light, W/m².
+    pub fn incident(&self, zone: usize) -> Bands {
+        match self.group {
+            None => self.s.fields.incident[zone],
+            Some(g) => times(g.incident.at(zone), g.incident_scale),
+        }
+    }
+
+    /// H_dir or G_dir of a zone, W/m².
+    pub fn direct(&self, zone: usize) -> Bands {
+        match self.group {
+            None => self.s.fields.direct[zone],
+            Some(g) => times(g.direct.at(zone), g.direct_scale),
+        }
+    }
+
+    /// G + G_dir, W/m².
+    pub fn fluence(&self, zone: usize) -> Bands {
+        let (g, d) = (self.incident(zone), self.direct(zone));
+        bands(|b| g[b] + d[b])
+    }
+
+    /// B, direct light included, W/m².
+    pub fn radiosity(&self, zone: usize) -> Bands {
+        let zones = &self.s.zones;
+        let (g, (rho, _)) = (self.fluence(zone), zones.response(zone));
+        let e = if self.kind.emits(zones, zone) { zones.emission(zone) } else { [0.0; 3] };
+        bands(|b| e[b] + rho[b] * g[b])
+    }
+
+    /// True where its direct light is so smooth that the zones' own values serve: a sky by itself.
+    pub fn is_smooth(&self) -> bool {
+        matches!(self.kind, Kind::Light(l) if matches!(self.s.scene.lights()[l], Light::Sky { .. }))
+    }
+
+    /// True where the emission of a surface belongs to the group.
+    pub fn owns_surface(&self, scene: &Scene, surface: usize) -> bool {
+        match self.kind {
+            Kind::All => true,
+            Kind::Surface(s) => s == surface,
+            Kind::Light(l) => matches!(scene.lights()[l], Light::Emitter { surface: s } if s == surface),
+            Kind::Medium | Kind::Panes | Kind::Surroundings => false,
+        }
+    }
+}
+
+fn times(a: Bands, f: Bands) -> Bands {
+    bands(|b| a[b] * f[b])
+}
