@@ -150,7 +150,7 @@ fn every_inline_feature_reads_right() {
         other => panic!("{other:?}"),
     }
     assert_eq!(s.lights()[1], Light::Sky { name: "blue".into(), radiance: [1.0, 2.0, 3.0] });
-    assert_eq!(s.lights()[2], Light::Emitter { surface: 4 });
+    assert_eq!(s.lights()[2], Light::Emitter { surface: 4, name: None });
     assert_eq!(s.surroundings().radiance, [0.25; 3]);
     assert_eq!((s.cameras()[0].name.as_str(), s.cameras()[0].fov), ("nave", 75.0));
     assert_eq!((s.cameras()[1].name.as_str(), s.cameras()[1].fov), ("camera2", 60.0));

@@ -129,8 +129,8 @@ fn isothermal() -> Scene {
         facets,
         panes: vec![pane],
         voxmap: Some(map),
-        lights: vec![Light::Emitter { surface: 1 }],
-        surroundings: zonal_scene::Surroundings { radiance: hot.map(|e| e / PI) },
+        lights: vec![Light::Emitter { surface: 1, name: None }],
+        surroundings: zonal_scene::Surroundings { radiance: hot.map(|e| e / PI), name: None },
         ..SceneParts::default()
     })
     .unwrap()
@@ -264,7 +264,7 @@ fn everything() -> Scene {
         albedo: [0.9, 0.5, 0.1],
         emission: [0.5, 0.0, 1.0],
     };
-    let lights = vec![Light::Emitter { surface: 2 }];
+    let lights = vec![Light::Emitter { surface: 2, name: None }];
     Scene::new(SceneParts {
         surfaces,
         facets,

@@ -85,7 +85,7 @@ struct Ray<'a> {
 impl Even {
     /// `None` for a light that is better sampled.
     pub fn new(scene: &Scene, lamp: &Lamp) -> Option<Even> {
-        let Light::Emitter { surface } = lamp.light() else {
+        let Light::Emitter { surface, .. } = lamp.light() else {
             return None;
         };
         let own = scene.facets().iter().filter(|f| f.surface == *surface);

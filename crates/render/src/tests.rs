@@ -107,7 +107,7 @@ pub(crate) fn furnace() -> SceneParts {
         surfaces: vec![surface("wall", 0.4, 0.6)],
         facets,
         voxmap: Some(medium(lo, hi, [7, 6, 5], 1.3, 0.5)),
-        surroundings: Surroundings { radiance: [1.0 / PI; 3] },
+        surroundings: Surroundings { radiance: [1.0 / PI; 3], ..Default::default() },
         ..SceneParts::default()
     }
 }
@@ -395,7 +395,7 @@ fn a_small_emitter_in_a_homogeneous_medium_has_its_integral() {
             surfaces: vec![Surface { sides: Sides::Front, ..surface("lamp", 0.0, 5.0) }],
             facets: vec![quad(0, vec3(-h / 2.0, 0.0, -h / 2.0), vec3(0.0, 0.0, h), vec3(h, 0.0, 0.0))],
             voxmap: Some(medium(lo, -lo, [11, 9, 10], kappa, albedo)),
-            lights: vec![Light::Emitter { surface: 0 }],
+            lights: vec![Light::Emitter { surface: 0, name: None }],
             ..SceneParts::default()
         };
         let s = solution(parts, |_, _| 0.0, |_| 0.0);
@@ -429,7 +429,7 @@ fn fog_room(sides: Sides, kappa: f64, shelf: bool) -> Solution {
         surfaces: vec![surface("wall", 0.0, 0.0), lamp],
         facets,
         voxmap: Some(medium(lo, hi, [16, 16, 10], kappa, 0.7)),
-        lights: vec![Light::Emitter { surface: 1 }],
+        lights: vec![Light::Emitter { surface: 1, name: None }],
         ..SceneParts::default()
     };
     solution(parts, |_, _| 0.0, |_| 0.0)

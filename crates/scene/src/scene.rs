@@ -156,19 +156,38 @@ pub enum Light {
     },
     /// A small emitting surface, treated as direct light: its emission leaves the zonal exchange.
     Emitter {
+        /// Name; the surface's where not given.
+        name: Option<String>,
         /// Index of the surface.
         surface: usize,
     },
 }
 
+impl Light {
+    /// The name by which the light is known.
+    pub fn name<'a>(&'a self, scene: &'a Scene) -> &'a str {
+        match self {
+            Light::Sun { name, .. } | Light::Sky { name, .. } => name,
+            Light::Emitter { name, surface } => name.as_ref().unwrap_or(&scene.surfaces()[*surface].name),
+        }
+    }
+}
+
 /// What lies beyond the scene: a zone of its own.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surroundings {
+    /// Name of their light; "surroundings" where not given.
+    pub name: Option<String>,
     /// Radiance that comes in from everywhere, W/(m² sr); zero for black surroundings.
     pub radiance: Bands,
 }
 
 impl Surroundings {
+    /// The name by which their light is known.
+    pub fn name(&self) -> &str {
+        self.name.as_deref().unwrap_or(crate::group::SURROUNDINGS)
+    }
+
     /// True where light comes in from them.
     pub fn shine(&self) -> bool {
         self.radiance != [0.0; 3]
@@ -443,7 +462,7 @@ impl Scene {
                 Light::Sky { name, radiance } => {
                     check_bands(&format!("light '{name}'.radiance"), *radiance, LARGEST_FLUX)?;
                 }
-                Light::Emitter { surface } => {
+                Light::Emitter { surface, .. } => {
                     if *surface >= parts.surfaces.len() {
                         return fail("light.surface", "there is no such surface");
                     }
@@ -525,8 +544,8 @@ impl Scene {
         &self.parts.lights
     }
     /// Beyond the scene.
-    pub fn surroundings(&self) -> Surroundings {
-        self.parts.surroundings
+    pub fn surroundings(&self) -> &Surroundings {
+        &self.parts.surroundings
     }
     /// Cameras.
     pub fn cameras(&self) -> &[Camera] {
@@ -571,7 +590,7 @@ impl Scene {
     }
     /// True when the emission of this surface is treated as direct light.
     pub fn is_direct_emitter(&self, surface: usize) -> bool {
-        self.parts.lights.iter().any(|l| matches!(l, Light::Emitter { surface: s } if *s == surface))
+        self.parts.lights.iter().any(|l| matches!(l, Light::Emitter { surface: s, .. } if *s == surface))
     }
     /// The same scene with other settings.
     pub fn with_options(mut self, options: Options) -> Result<Scene, SceneError> {

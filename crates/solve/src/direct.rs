@@ -75,14 +75,6 @@ impl Direct {
     }
 }
 
-/// The name by which a light is known.
-pub fn name<'a>(scene: &'a Scene, light: &'a Light) -> &'a str {
-    match light {
-        Light::Sun { name, .. } | Light::Sky { name, .. } => name,
-        Light::Emitter { surface } => &scene.surfaces()[*surface].name,
-    }
-}
-
 /// Computes all lights; `normalise` scales the fields of each to the power measured at the light.
 pub fn illuminate(
     scene: &Scene,
@@ -113,7 +105,7 @@ pub fn light(
     if !wild {
         fields.iter_mut().for_each(|f| *f = bands(|b| f[b] * factor[b]));
     }
-    let name = name(scene, light).to_string();
+    let name = light.name(scene).to_string();
     let warning = wild.then(|| {
         format!(
             "light '{name}': what the zones met and what its rays brought differ by {:.0} %; it was left as gathered. Look for surfaces that coincide",

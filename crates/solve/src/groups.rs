@@ -9,11 +9,11 @@
 //!
 //! with only what belongs to the group.
 
-use crate::direct::{self, Direct};
+use crate::direct::Direct;
 use crate::surroundings::Escape;
 use rayon::prelude::*;
 use zonal_exchange::pair::strength;
-use zonal_scene::group::{ALL, MEDIUM, PANES, SURROUNDINGS};
+use zonal_scene::group::{ALL, MEDIUM, PANES};
 use zonal_scene::{Bands, Groups, Kind, Light, Scene, Zones, bands};
 
 /// Groups beyond which the lights are merged unless each is asked for: every one costs a solve and two fields.
@@ -63,7 +63,7 @@ fn shines(light: &Light, scene: &Scene) -> bool {
     match light {
         Light::Sun { irradiance, .. } => *irradiance != [0.0; 3],
         Light::Sky { radiance, .. } => *radiance != [0.0; 3],
-        Light::Emitter { surface } => scene.surfaces()[*surface].emission != [0.0; 3],
+        Light::Emitter { surface, .. } => scene.surfaces()[*surface].emission != [0.0; 3],
     }
 }
 
@@ -82,7 +82,7 @@ pub fn each(scene: &Scene, zones: &Zones) -> Vec<Source> {
         out.push(Source { name: unique, kind });
     };
     for (l, light) in scene.lights().iter().enumerate().filter(|(_, l)| shines(l, scene)) {
-        add(direct::name(scene, light), Kind::Light(l));
+        add(light.name(scene), Kind::Light(l));
     }
     let mut emitting = vec![false; scene.surfaces().len()];
     zones.patches.iter().for_each(|p| emitting[p.surface] |= p.emission != [0.0; 3]);
@@ -96,7 +96,7 @@ pub fn each(scene: &Scene, zones: &Zones) -> Vec<Source> {
         add(PANES, Kind::Panes);
     }
     if scene.surroundings().shine() {
-        add(SURROUNDINGS, Kind::Surroundings);
+        add(scene.surroundings().name(), Kind::Surroundings);
     }
     out
 }

@@ -77,7 +77,7 @@ fn turn_parts(parts: &mut SceneParts, kind: Kind, f: Bands) -> Result<(), SceneE
                 Light::Sun { irradiance, .. } => *irradiance = times(*irradiance, f),
                 Light::Sky { radiance, .. } => *radiance = times(*radiance, f),
                 // Turned below where everything is.
-                Light::Emitter { surface } if !all => {
+                Light::Emitter { surface, .. } if !all => {
                     let e = &mut parts.surfaces[*surface].emission;
                     *e = times(*e, f);
                 }

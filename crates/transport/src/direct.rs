@@ -80,7 +80,7 @@ impl<'a> Lamp<'a> {
     /// Prepares a light.
     pub fn new(scene: &'a Scene, light: &'a Light) -> Lamp<'a> {
         let emitter = match light {
-            Light::Emitter { surface } => Some(Emitter::new(scene, *surface)),
+            Light::Emitter { surface, .. } => Some(Emitter::new(scene, *surface)),
             _ => None,
         };
         Lamp { light, emitter }
@@ -328,7 +328,7 @@ mod tests {
         let scene = Scene::new(SceneParts {
             surfaces: vec![surface("lamp", 7.0), surface("floor", 0.0)],
             facets: vec![facet(0, square(1.0, 0.5, false)), facet(1, square(0.0, 2.0, true))],
-            lights: vec![Light::Emitter { surface: 0 }],
+            lights: vec![Light::Emitter { surface: 0, name: None }],
             ..SceneParts::default()
         })
         .unwrap();

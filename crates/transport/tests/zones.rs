@@ -191,7 +191,7 @@ fn both_sides_are_two_zones_and_texture_is_averaged() {
             height: 1,
             pixels: (0..64).map(|i| [i as f32 / 64.0, 0.5, 0.0]).collect(),
         }],
-        lights: vec![Light::Emitter { surface: 0 }],
+        lights: vec![Light::Emitter { surface: 0, name: None }],
         panes: vec![Pane {
             name: "glass".into(),
             plates: vec![plate],

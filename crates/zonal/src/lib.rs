@@ -18,6 +18,7 @@ pub use zonal_scene as scene;
 pub use zonal_solve as solve;
 pub use zonal_transport as transport;
 
+pub mod church;
 pub mod commands;
 pub mod failure;
 pub mod meter;

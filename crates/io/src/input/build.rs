@@ -114,9 +114,10 @@ pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -
         b.parts.lights.push(light);
     }
     if let Some(node) = root.get("surroundings") {
-        let t = node.table(&["radiance"])?;
+        let t = node.table(&["name", "radiance"])?;
+        let name = t.read("name", |n| Ok(n.text()?.to_string()))?;
         let radiance = t.read("radiance", |n| n.bands(f64::INFINITY))?;
-        b.parts.surroundings = Surroundings { radiance: radiance.unwrap_or_default() };
+        b.parts.surroundings = Surroundings { name, radiance: radiance.unwrap_or_default() };
     }
     for (i, node) in root.list("camera")?.iter().enumerate() {
         let camera = camera(node, i)?;
@@ -207,12 +208,13 @@ fn light(node: &Node<'_>, index: usize, surfaces: &[Surface]) -> Result<Light, I
         }
         _ => {
             t.check(&["kind", "name", "surface"])?;
-            emitter(&t.need("surface", "surface = \"the name of an emitting surface\"")?, surfaces)
+            let surface = t.need("surface", "surface = \"the name of an emitting surface\"")?;
+            Ok(Light::Emitter { name: t.get("name").map(|_| name), surface: emitter(&surface, surfaces)? })
         }
     }
 }
 
-fn emitter(node: &Node<'_>, surfaces: &[Surface]) -> Result<Light, InputError> {
+fn emitter(node: &Node<'_>, surfaces: &[Surface]) -> Result<usize, InputError> {
     let wanted = node.text()?;
     let Some(surface) = surfaces.iter().position(|s| s.name == wanted) else {
         let names: Vec<&str> = surfaces.iter().map(|s| s.name.as_str()).collect();
@@ -231,7 +233,7 @@ fn emitter(node: &Node<'_>, surfaces: &[Surface]) -> Result<Light, InputError> {
             "surface '{wanted}' does not emit; give it an emission above 0 or remove this light"
         )));
     }
-    Ok(Light::Emitter { surface })
+    Ok(surface)
 }
 
 fn camera(node: &Node<'_>, index: usize) -> Result<Camera, InputError> {

@@ -147,7 +147,7 @@ fn lights(h: &mut Fnv, scene: &Scene) {
                 h.int(1);
                 h.reals(radiance);
             }
-            Light::Emitter { surface } => {
+            Light::Emitter { surface, .. } => {
                 h.int(2);
                 h.int(*surface);
             }

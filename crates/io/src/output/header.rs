@@ -32,7 +32,7 @@ pub fn encode(s: &Solution) -> Value {
         "textures": scene.textures().len(),
         "voxmap": scene.voxmap().map(|v| json!({"min": v.min().array(), "cell": v.cell().array(), "dims": v.dims()})),
         "lights": scene.lights().iter().map(light_out).collect::<Vec<_>>(),
-        "surroundings": {"radiance": scene.surroundings().radiance},
+        "surroundings": {"name": scene.surroundings().name, "radiance": scene.surroundings().radiance},
         "cameras": scene.cameras().iter().map(camera_out).collect::<Vec<_>>(),
         "options": options_out(scene),
         "report": report,
@@ -62,7 +62,7 @@ fn light_out(l: &Light) -> Value {
             "angular_diameter": angular_diameter,
         }),
         Light::Sky { name, radiance } => json!({"kind": "sky", "name": name, "radiance": radiance}),
-        Light::Emitter { surface } => json!({"kind": "emitter", "surface": surface}),
+        Light::Emitter { name, surface } => json!({"kind": "emitter", "name": name, "surface": surface}),
     }
 }
 
@@ -149,7 +149,7 @@ pub fn light_in(v: &Value) -> Result<Light, String> {
             angular_diameter: real(v, "angular_diameter")?,
         }),
         Some("sky") => Ok(Light::Sky { name: text(v, "name")?, radiance: bands(v, "radiance")? }),
-        Some("emitter") => Ok(Light::Emitter { surface: int(v, "surface")? }),
+        Some("emitter") => Ok(Light::Emitter { name: maybe(v, "name", text)?, surface: int(v, "surface")? }),
         _ => Err("kind: must be sun, sky or emitter".into()),
     }
 }
@@ -187,5 +187,5 @@ pub fn options_in(v: &Value) -> Result<Options, String> {
 }
 
 pub fn surroundings_in(v: &Value) -> Result<Surroundings, String> {
-    Ok(Surroundings { radiance: bands(v, "radiance")? })
+    Ok(Surroundings { name: maybe(v, "name", text)?, radiance: bands(v, "radiance")? })
 }

@@ -63,7 +63,7 @@ impl<'a> Share<'a> {
         match self.kind {
             Kind::All => true,
             Kind::Surface(s) => s == surface,
-            Kind::Light(l) => matches!(scene.lights()[l], Light::Emitter { surface: s } if s == surface),
+            Kind::Light(l) => matches!(scene.lights()[l], Light::Emitter { surface: s, .. } if s == surface),
             Kind::Medium | Kind::Panes | Kind::Surroundings => false,
         }
     }

@@ -50,7 +50,7 @@ fn furnished() -> Solution {
                 irradiance: [4.0, 2.0, 1.0],
                 angular_diameter: 0.0,
             },
-            Light::Emitter { surface: 2 },
+            Light::Emitter { surface: 2, name: None },
         ],
         voxmap: Some(medium(lo, hi, [4, 4, 4], 0.3, 0.5)),
         panes: vec![Pane {

@@ -74,7 +74,7 @@ fn brute(g: &Gatherer, i: usize, n: usize) -> [f64; 2] {
         };
         let lamp = |h: &Hit| {
             h.front
-                && matches!(g.lamp.light(), Light::Emitter { surface } if scene.facets()[h.facet].surface == *surface)
+                && matches!(g.lamp.light(), Light::Emitter { surface, .. } if scene.facets()[h.facet].surface == *surface)
         };
         let hit = g.transport.nearest(x, dir, 1e-9, 100.0).filter(lamp);
         hit.map_or(0.0, |h| weight * RADIANCE * (-g.transport.optical_depth(x, x + dir * h.t)[0]).exp())

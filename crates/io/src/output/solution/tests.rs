@@ -52,9 +52,9 @@ fn scene() -> Scene {
                 angular_diameter: 0.0093,
             },
             Light::Sky { name: "sky".into(), radiance: [0.1, 0.2, 0.4] },
-            Light::Emitter { surface: 1 },
+            Light::Emitter { surface: 1, name: Some("lamp".into()) },
         ],
-        surroundings: Surroundings { radiance: [0.01; 3] },
+        surroundings: Surroundings { radiance: [0.01; 3], name: Some("sky".into()) },
         cameras: vec![Camera {
             name: "c".into(),
             origin: Vec3::ONE,

@@ -141,7 +141,7 @@ difference of the two. On coarse grids the two all but cancel.\n\n",
 
 fn formulas(folder: &Folder, sizes: Sizes) -> Result<String, Failure> {
     let n = *sizes.divisions.last().unwrap_or(&10);
-    let chapel = sizes.chapel.map(|size| ("chapel", demo::scene_text(size), "nave"));
+    let chapel = sizes.chapel.map(|size| ("chapel", demo::chapel_text(size), "nave"));
     let scenes = [Some(("c0", cube(n), "inside")), chapel];
     let (mut rows, mut pictures) = (Vec::new(), String::new());
     for (name, text, camera) in scenes.into_iter().flatten() {

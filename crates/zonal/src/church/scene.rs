@@ -1,0 +1,148 @@
+//! The church as a scene file beside its mesh.
+
+use super::glass::HUES;
+use super::model::Stuff;
+use super::{HIGH, NAVE, OUTER, Plan, textures};
+use zonal_scene::Texture;
+
+/// Thickness of the glass, m.
+pub(super) const GLASS: f64 = 0.006;
+/// What of its extinction the glass scatters.
+const HAZE: f64 = 0.06;
+
+/// How a material looks: name, reflectance, texture with its side in metres, emitted flux in W/m², both sides.
+pub struct Look {
+    /// Name in the mesh.
+    pub name: String,
+    /// Reflectance, which multiplies the texture.
+    pub reflectance: [f64; 3],
+    /// Picture and the length of its side, m.
+    pub texture: Option<(Texture, f64)>,
+    /// Emitted flux, W/m².
+    pub emission: [f64; 3],
+    /// True where both sides show.
+    pub both: bool,
+    /// What glass lets pass; nothing else.
+    pub passes: Option<[f64; 3]>,
+}
+
+/// How a material looks.
+pub fn look(stuff: Stuff) -> Look {
+    let plain = |name: &str, reflectance: [f64; 3]| Look {
+        name: name.into(),
+        reflectance,
+        texture: None,
+        emission: [0.0; 3],
+        both: false,
+        passes: None,
+    };
+    let on = |name: &str, reflectance, texture, side| Look {
+        texture: Some((texture, side)),
+        ..plain(name, reflectance)
+    };
+    match stuff {
+        Stuff::Ashlar => on("ashlar", [0.76, 0.70, 0.60], textures::ashlar(), 3.2),
+        Stuff::Dressed => on("dressed stone", [0.74, 0.69, 0.60], textures::dressed(), 1.5),
+        Stuff::Web => on("web", [0.84, 0.80, 0.72], textures::web(), 3.0),
+        Stuff::Tiles => on("tiles", [0.66, 0.62, 0.56], textures::tiles(), 2.0),
+        Stuff::Oak => on("oak", [0.36, 0.20, 0.10], textures::oak(), 1.0),
+        Stuff::Iron => Look { both: true, ..plain("iron", [0.06, 0.06, 0.065]) },
+        Stuff::Linen => plain("linen", [0.85, 0.83, 0.78]),
+        Stuff::Carpet => plain("carpet", [0.40, 0.04, 0.05]),
+        Stuff::Wax => plain("wax", [0.82, 0.76, 0.60]),
+        Stuff::Flame => Look { emission: [5200.0, 2900.0, 1000.0], ..plain("flame", [0.0; 3]) },
+        Stuff::Glass(hue) => Look {
+            passes: Some(HUES[hue].passes),
+            both: true,
+            ..plain(&format!("glass {}", HUES[hue].name), [0.0; 3])
+        },
+    }
+}
+
+/// The scene file: `mesh` is the name of the mesh beside it, `patch` the wanted root of a patch's area and `cell` the edge of a voxel, m.
+pub fn scene_text(plan: &Plan, mesh: &str, patch: f64, cell: f64) -> String {
+    let l = plan.length();
+    let mut out = format!(
+        "# A church of {} bays: nave and aisles under ribbed vaults, an apse, stained glass, dusty air. z is up, the nave runs along y.
+#
+# Written by `zonal demo church`. Change it and solve it again: zonal check, zonal solve, zonal render.
+name = \"church\"
+
+[solve]
+tolerance = 0.03
+patch_size = {patch}         # metres: the root of a patch's area
+patch_rule = \"area\"
+groups = \"each\"
+
+[[surface]]
+name = \"church\"
+mesh = {{ file = \"{mesh}\", rotate_degrees = [90, 0, 0] }}   # glTF has y up
+",
+        plan.bays
+    );
+    for hue in &HUES {
+        let kappa = hue.passes.map(|t| format!("{:.1}", -f64::ln(t) / GLASS)).join(", ");
+        let pane = format!("pane = {{ thickness = {GLASS}, extinction = [{kappa}], albedo = {HAZE} }}");
+        out += &format!("materials.\"glass {}\".{pane}\n", hue.name);
+    }
+    let (x, y1) = (OUTER + 0.1, l + NAVE.0 + 0.1);
+    let top = HIGH.0 + HIGH.1 + 0.1;
+    let inner = 0.5 * (NAVE.0 + NAVE.1);
+    out += &format!(
+        "
+[medium]                  # the voxmap; what lies outside the walls is empty
+min = [-{x}, -0.1, 0]
+max = [{x}, {y1}, {top}]
+cell_size = {cell}
+
+[[medium.region]]         # dusty air: slightly absorbing, strongly scattering
+box = {{ min = [-{inner}, -0.1, 0], max = [{inner}, {y1}, {top}] }}
+extinction = 0.02         # 1/m
+albedo = 0.92
+
+[[medium.region]]
+box = {{ min = [-{x}, -0.1, 0], max = [{x}, {l}, 8] }}
+extinction = 0.02
+albedo = 0.92
+
+[[light]]
+kind = \"sun\"
+name = \"sun\"
+direction = [-0.70, 0.36, -0.62]
+irradiance = [1000, 900, 740]   # W/m2 on a plane square to it
+angular_diameter = 0.53
+
+[[light]]
+kind = \"emitter\"
+name = \"candles\"
+surface = \"church/flame\"
+
+[surroundings]            # the sky, a zone of its own
+name = \"sky\"
+radiance = [26, 33, 44]   # W/(m2 sr)
+
+[[camera]]
+name = \"nave\"
+origin = [-0.6, 1.2, 2.4]
+target = [0.25, {:.1}, 4.6]
+fov = 70
+
+[[camera]]
+name = \"aisle\"
+origin = [-7.0, {:.1}, 2.0]
+target = [4.4, {:.1}, 5.2]
+fov = 74
+
+[[camera]]
+name = \"rose\"
+origin = [1.4, {:.1}, 2.2]
+target = [-0.7, 0, 6.2]
+fov = 66
+",
+        l * 0.75,
+        l * 0.80,
+        l * 0.38,
+        l - 3.0
+    );
+    out
+}

@@ -1,0 +1,176 @@
+//! Walls with openings, cut into strips that meet without gaps.
+//!
+//! A wall stands in a [`Frame`]: x along it, z up, its normal into the church. Between two x its surface reaches from a lower to an
+//! upper height, both functions of x; an opening is left out by strips beside, below and above it.
+
+use super::arch::Arch;
+use super::model::{Model, Stuff};
+use zonal_math::{Vec3, vec3};
+
+/// A vertical plane with axes of its own.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// The point x = 0, z = 0, m.
+    pub origin: Vec3,
+    /// Unit vector along the wall.
+    pub along: Vec3,
+    /// Unit normal, into the church.
+    pub inward: Vec3,
+}
+
+impl Frame {
+    /// A frame whose x runs along `along`; `inward` tells the side.
+    pub fn new(origin: Vec3, along: Vec3, inward: Vec3) -> Frame {
+        Frame { origin, along: along.normalized(), inward: inward.normalized() }
+    }
+    /// The point (x, z), `depth` behind the plane, m.
+    pub fn at(&self, x: f64, z: f64, depth: f64) -> Vec3 {
+        self.origin + self.along * x + vec3(0.0, 0.0, z) - self.inward * depth
+    }
+}
+
+/// An opening with a pointed head, or a round one.
+#[derive(Clone, Copy, Debug)]
+pub enum Opening {
+    /// Jambs from the sill to the springing, a pointed arch above.
+    Pointed {
+        /// x of its axis, m.
+        centre: f64,
+        /// Height of the sill, m.
+        sill: f64,
+        /// Height of the springing, m.
+        spring: f64,
+        /// Head.
+        head: Arch,
+    },
+    /// A circle.
+    Round {
+        /// x of the centre, m.
+        centre: f64,
+        /// Height of the centre, m.
+        height: f64,
+        /// Radius, m.
+        radius: f64,
+        /// Sides of the polygon that stands for it.
+        sides: usize,
+    },
+}
+
+impl Opening {
+    /// x from where to where.
+    fn span(&self) -> (f64, f64) {
+        match *self {
+            Opening::Pointed { centre, head, .. } => (centre - head.half, centre + head.half),
+            Opening::Round { centre, radius, .. } => (centre - radius, centre + radius),
+        }
+    }
+    /// Its outline (x, z), counter-clockwise seen with x to the right, from the lower left.
+    pub fn outline(&self) -> Vec<[f64; 2]> {
+        match *self {
+            Opening::Pointed { centre, sill, spring, head } => {
+                let mut out = vec![[centre - head.half, sill], [centre + head.half, sill]];
+                out.extend(head.points().into_iter().rev().map(|[x, z]| [centre + x, spring + z]));
+                out
+            }
+            Opening::Round { centre, height, radius, sides } => (0..sides)
+                .map(|k| {
+                    let (sin, cos) = (std::f64::consts::TAU * k as f64 / sides as f64).sin_cos();
+                    [centre + radius * cos, height + radius * sin]
+                })
+                .collect(),
+        }
+    }
+    /// Where its lower and upper borders have corners.
+    fn corners(&self) -> Vec<f64> {
+        let mut xs: Vec<f64> = self.outline().iter().map(|p| p[0]).collect();
+        xs.sort_by(f64::total_cmp);
+        xs.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
+        xs
+    }
+    fn lower(&self, x: f64) -> f64 {
+        match *self {
+            Opening::Pointed { sill, .. } => sill,
+            Opening::Round { centre, height, radius, .. } => {
+                height - (radius * radius - (x - centre).powi(2)).max(0.0).sqrt()
+            }
+        }
+    }
+    fn upper(&self, x: f64) -> f64 {
+        match *self {
+            Opening::Pointed { centre, spring, head, .. } => spring + head.height(x - centre),
+            Opening::Round { centre, height, radius, .. } => {
+                height + (radius * radius - (x - centre).powi(2)).max(0.0).sqrt()
+            }
+        }
+    }
+}
+
+/// A wall from `from` to `to` between two heights, less an opening.
+pub struct Wall<'a> {
+    /// Where it stands.
+    pub frame: Frame,
+    /// x of its ends, m.
+    pub ends: (f64, f64),
+    /// Lower border over x, m.
+    pub lower: &'a dyn Fn(f64) -> f64,
+    /// Upper border over x, m.
+    pub upper: &'a dyn Fn(f64) -> f64,
+    /// x at which the borders have corners.
+    pub corners: Vec<f64>,
+    /// What is left out.
+    pub opening: Option<Opening>,
+}
+
+impl Wall<'_> {
+    /// Adds the wall.
+    pub fn build(&self, m: &mut Model) {
+        let (lower, upper) = (self.lower, self.upper);
+        let Some(o) = self.opening else {
+            return self.strips(m, self.ends, &[], lower, upper);
+        };
+        let (a, b) = o.span();
+        let own = o.corners();
+        self.strips(m, (self.ends.0, a), &[], lower, upper);
+        self.strips(m, (b, self.ends.1), &[], lower, upper);
+        self.strips(m, (a, b), &own, lower, &|x| o.lower(x));
+        self.strips(m, (a, b), &own, &|x| o.upper(x), upper);
+    }
+
+    fn strips(
+        &self,
+        m: &mut Model,
+        (a, b): (f64, f64),
+        more: &[f64],
+        lower: &dyn Fn(f64) -> f64,
+        upper: &dyn Fn(f64) -> f64,
+    ) {
+        let inside = |x: &&f64| **x > a + 1e-6 && **x < b - 1e-6;
+        let mut xs = vec![a, b];
+        xs.extend(self.corners.iter().chain(more).filter(inside));
+        xs.sort_by(f64::total_cmp);
+        xs.dedup_by(|x, y| (*x - *y).abs() < 1e-6);
+        for w in xs.windows(2) {
+            let at = |x: f64, z: f64| self.frame.at(x, z, 0.0);
+            let quad =
+                [at(w[0], lower(w[0])), at(w[1], lower(w[1])), at(w[1], upper(w[1])), at(w[0], upper(w[0]))];
+            m.polygon(Stuff::Ashlar, &quad, quad[0] + self.frame.inward);
+        }
+    }
+}
+
+/// Faces of an opening's outline, pushed `depth` into the wall.
+pub fn reveal(m: &mut Model, frame: &Frame, opening: &Opening, depth: f64) {
+    let outline = opening.outline();
+    let n = outline.len();
+    let middle = outline.iter().fold([0.0; 2], |s, p| [s[0] + p[0] / n as f64, s[1] + p[1] / n as f64]);
+    for i in 0..n {
+        let (a, b) = (outline[i], outline[(i + 1) % n]);
+        let face = [
+            frame.at(a[0], a[1], 0.0),
+            frame.at(b[0], b[1], 0.0),
+            frame.at(b[0], b[1], depth),
+            frame.at(a[0], a[1], depth),
+        ];
+        m.polygon(Stuff::Dressed, &face, frame.at(middle[0], middle[1], 0.5 * depth));
+    }
+}
