@@ -9,7 +9,7 @@
 //! ```
 //!
 //! which is right where the picture has its mean colour, and in the shadows everywhere. A pane, which cannot tint what is behind it without
-//! lights, is seen as before the surroundings: colour = c(exposure ((1−τ) B/π + τ L)), opacity 1 − τ̄/2, with τ square to it and L
+//! lights, is seen as before the surroundings: colour = c(exposure ((1−τ) B/π + τ L)), opacity 1 − τ̄/4, with τ square to it and L
 //! the radiance of surroundings and skies.
 
 use super::{Bake, Colours};
@@ -166,7 +166,7 @@ fn panes(scene: &Scene, baked: &Baked, tone: Tone, model: &mut Model) {
             let b: Bands = bands(|k| m.radiosity.iter().map(|g| g[i][k] as f64).sum());
             let tau = m.depth[i].map(|d| (-d as f64).exp());
             let [r, g, b] = tone.of(bands(|k| (1.0 - tau[k]) * b[k] / PI + tau[k] * beyond[k]));
-            [r, g, b, 1.0 - tau.iter().sum::<f64>() / 6.0].map(|x| x as f32)
+            [r, g, b, 1.0 - tau.iter().sum::<f64>() / 12.0].map(|x| x as f32)
         };
         model.materials.push(Material {
             unlit: true,
