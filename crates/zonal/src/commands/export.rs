@@ -139,6 +139,10 @@ fn write_scene(
     context: Context,
     more: &mut serde_json::Map<String, serde_json::Value>,
 ) -> Result<Vec<PathBuf>, Failure> {
+    let beside = beside(&args.output);
+    if s.scene.voxmap().is_some() {
+        check_output(&beside, &["npz"])?;
+    }
     let defaults = BakeOptions::default();
     let options = BakeOptions {
         finest: args.bake.finest,
@@ -151,7 +155,6 @@ fn write_scene(
     more.insert("triangles".into(), (baked.surfaces.triangles.len() + baked.panes.triangles.len()).into());
     output::write_glb(&args.output, &model)?;
     let Some(medium) = &baked.medium else { return Ok(Vec::new()) };
-    let beside = beside(&args.output);
     scene::write_medium(&beside, &baked.groups, medium)?;
     Ok(vec![beside])
 }
