@@ -23,6 +23,40 @@ fn every_ending_is_written_and_threads_do_not_change_a_bit() {
     assert!(json["triangles"].as_u64().unwrap() >= 12);
 }
 
+/// The values of an array of a VTK file with appended data.
+fn array(file: &[u8], name: &str) -> Vec<f64> {
+    let words = text(file);
+    let line =
+        words.lines().find(|l| l.contains(&format!("Name=\"{name}\""))).expect("the array is declared");
+    let offset: usize = line.split("offset=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
+    let start = file.windows(3).position(|w| w == b">\n_").unwrap() + 3 + offset;
+    let word = |at: usize| <[u8; 8]>::try_from(&file[at..at + 8]).unwrap();
+    let bytes = u64::from_le_bytes(word(start)) as usize;
+    (0..bytes / 8).map(|i| f64::from_le_bytes(word(start + 8 * (i + 1)))).collect()
+}
+
+#[test]
+fn sums_over_the_cells_of_vtk_files_are_those_of_the_zones() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    for ending in ["csv", "vtu", "vti"] {
+        f.done(&["export", "room.npz", "-o", &format!("room.{ending}")]);
+    }
+    let table = text(&f.get("room.csv"));
+    let surfaces = f.get("room.vtu");
+    let (areas, b) = (array(&surfaces, "area [m2]"), array(&surfaces, "radiosity [W/m2]"));
+    assert_eq!((areas.len(), b.len()), (6, 18));
+    let power: f64 = areas.iter().enumerate().map(|(i, a)| a * b[3 * i]).sum();
+    let wanted = over_patches(&table, |of| of("size") * of("radiosity_0"));
+    assert!((power / wanted - 1.0).abs() < 1e-12, "{power} {wanted}");
+    let medium = f.get("room.vti");
+    let volume = array(&medium, "volume [m3]");
+    assert!((volume.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    // The wall at x = 0 is hot, and x runs fastest: even cells are brighter.
+    let g = array(&medium, "fluence [W/m2]");
+    assert!((0..8).step_by(2).all(|i| g[3 * i] > g[3 * (i + 1)]), "{g:?}");
+}
+
 /// Σ of a column of the table of zones over its patches.
 fn over_patches(table: &str, value: impl Fn(&dyn Fn(&str) -> f64) -> f64) -> f64 {
     let mut lines = table.lines();
