@@ -42,7 +42,7 @@ pub struct Model {
     pub meshes: Vec<Mesh>,
     /// Materials that meshes name by index.
     pub materials: Vec<Material>,
-    /// PNG files that materials name by index; texture coordinates repeat beyond [0,1]², v runs down.
+    /// PNG files that materials name by index; texture coordinates repeat beyond 0 to 1, v runs down.
     pub pictures: Vec<Vec<u8>>,
     /// Cameras.
     pub cameras: Vec<View>,

@@ -11,19 +11,19 @@ use zonal_io::output::{self, Curve};
 use zonal_render::bake::{BakeOptions, bake};
 use zonal_scene::Solution;
 
+/// What the endings mean.
+const ENDINGS: &str = "\
+The ending of the name says what is written:
+  .csv  one line a zone, for spreadsheets
+  .glb  the scene with its light baked into vertex colours, for Blender, web viewers and engines; the light of the
+        medium goes beside it, as NAME.medium.npz
+  .vtu  patches and panes with all fields, for ParaView
+  .vti  the medium on its grid with all fields, for ParaView
+docs/export.md says what each file holds and how to open it.";
+
 /// Write a solution for other programs.
-///
-/// The ending of the name says what:
-///
-///   .csv  one line a zone, for spreadsheets
-///   .glb  the scene with its light baked into vertex colours, for Blender, web viewers and engines; the light of the
-///         medium goes beside it, as NAME.medium.npz
-///   .vtu  patches and panes with all fields, for ParaView
-///   .vti  the medium on its grid with all fields, for ParaView
-///
-/// docs/export.md says what each file holds and how to open it.
 #[derive(clap::Args, Debug)]
-#[command(verbatim_doc_comment)]
+#[command(after_long_help = ENDINGS)]
 pub struct Args {
     /// Solution (.npz).
     pub run: PathBuf,
