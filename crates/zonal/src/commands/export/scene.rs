@@ -1,7 +1,7 @@
 //! A baked solution as a glTF model.
 //!
 //! Materials are unlit: what is seen is colour × picture. With x the exposed radiance, c the tone curve and T a surface's picture, scaled
-//! so that its brightest value is 1, with mean m,
+//! so that its brightest values (all but 2 %) are 1, with mean m,
 //!
 //! ```text
 //!     without picture   colour = c(exposure (E + ρ H)/π)
@@ -9,7 +9,7 @@
 //! ```
 //!
 //! which is right where the picture has its mean colour, and in the shadows everywhere. A pane, which cannot tint what is behind it without
-//! lights, is seen as before the surroundings: colour = c(exposure ((1−τ) B/π + τ L)), opacity 1 − τ̄/2, with τ square to it and L
+//! lights, is seen as before the surroundings: colour = c(exposure ((1−τ) B/π + τ L)), opacity 1 − τ̄/4, with τ square to it and L
 //! the radiance of surroundings and skies.
 
 use super::{Bake, Colours};
@@ -23,6 +23,8 @@ use zonal_scene::{Bands, Light, Scene, Solution, Texture, bands};
 
 /// Places along the surface at which the exposure is measured.
 const PROBES: usize = 20_000;
+/// Share of a picture's values that may be brighter than its white: a few sparks must not darken all the rest, whose light then has no room.
+const CLIPPED: f64 = 0.02;
 /// Width over height of the cameras' pictures.
 const ASPECT: f64 = 4.0 / 3.0;
 
@@ -48,6 +50,10 @@ pub fn model(s: &Solution, baked: &Baked, options: &Bake) -> Model {
     let mut model = Model { name: scene.name().into(), up: up(scene), ..Model::default() };
     let pictures: Vec<Option<Picture>> = scene.textures().iter().map(Picture::new).collect();
     let mut used = vec![None; pictures.len()];
+    let mut of_surface = vec![Vec::new(); scene.surfaces().len()];
+    for t in &baked.surfaces.triangles {
+        of_surface[baked.surfaces.surfaces[t[0] as usize] as usize].push(*t);
+    }
     for (i, surface) in scene.surfaces().iter().enumerate() {
         let texture = surface.reflectance_texture.filter(|_| what == Colours::Radiosity);
         let picture = texture.and_then(|t| pictures[t].as_ref().map(|p| (t, p)));
@@ -65,7 +71,8 @@ pub fn model(s: &Solution, baked: &Baked, options: &Bake) -> Model {
         });
         let shade = Shade { tone, what, reflectance: surface.reflectance, picture: picture.map(|p| p.1) };
         model.meshes.push(Mesh { name: surface.name.clone(), material: Some(i), ..Mesh::default() });
-        fill(model.meshes.last_mut().expect("just pushed"), baked, i as u32, &shade, options.light_groups);
+        let triangles = std::mem::take(&mut of_surface[i]);
+        fill(model.meshes.last_mut().expect("just pushed"), baked, &triangles, &shade, options.light_groups);
     }
     panes(scene, baked, tone, &mut model);
     model.cameras = scene.cameras().iter().map(|c| view(c, scene)).collect();
@@ -82,13 +89,23 @@ struct Picture {
 
 impl Picture {
     fn new(t: &Texture) -> Option<Picture> {
-        let most = t.pixels.iter().fold([1e-6f32; 3], |m, p| [0, 1, 2].map(|b| m[b].max(p[b])));
-        let scaled: Vec<[f32; 3]> = t.pixels.iter().map(|p| [0, 1, 2].map(|b| p[b] / most[b])).collect();
+        let most = [0, 1, 2].map(|b| highest(t.pixels.iter().map(|p| p[b]).collect()));
+        let scaled: Vec<[f32; 3]> =
+            t.pixels.iter().map(|p| [0, 1, 2].map(|b| (p[b] / most[b]).min(1.0))).collect();
         let n = scaled.len().max(1) as f64;
         let mean = bands(|b| (scaled.iter().map(|p| p[b] as f64).sum::<f64>() / n).max(1e-3));
         let png = output::encode_png(t.width, t.height, &scaled)?;
         Some(Picture { png, most: most.map(f64::from), mean })
     }
+}
+
+/// What all but [`CLIPPED`] of the values do not exceed; above 0.
+fn highest(mut values: Vec<f32>) -> f32 {
+    let k = ((1.0 - CLIPPED) * values.len().saturating_sub(1) as f64) as usize;
+    if values.is_empty() {
+        return 1.0;
+    }
+    values.select_nth_unstable_by(k, f32::total_cmp).1.max(1e-6)
 }
 
 /// How the vertices of one surface are coloured.
@@ -116,11 +133,11 @@ impl Shade<'_> {
 }
 
 /// Gives a mesh the triangles of one surface.
-fn fill(mesh: &mut Mesh, baked: &Baked, surface: u32, shade: &Shade, groups: bool) {
+fn fill(mesh: &mut Mesh, baked: &Baked, triangles: &[[u32; 3]], shade: &Shade, groups: bool) {
     let m = &baked.surfaces;
     let mut numbers = std::collections::HashMap::new();
     let mut own = Vec::new();
-    for t in m.triangles.iter().filter(|t| m.surfaces[t[0] as usize] == surface) {
+    for t in triangles {
         mesh.triangles.push(t.map(|i| {
             *numbers.entry(i).or_insert_with(|| {
                 own.push(i as usize);
@@ -148,21 +165,21 @@ fn attribute(group: usize) -> String {
     format!("IRRADIANCE_{group}")
 }
 
-/// The panes, one mesh each.
+/// The panes, one mesh each. The vertices and triangles of a pane follow each other.
 fn panes(scene: &Scene, baked: &Baked, tone: Tone, model: &mut Model) {
     let m = &baked.panes;
     let beyond = beyond(scene);
-    for (p, pane) in scene.panes().iter().enumerate() {
-        let own: Vec<usize> = (0..m.positions.len()).filter(|i| m.panes[*i] == p as u32).collect();
-        let Some(&first) = own.first() else { continue };
-        let colour = |i: &usize| {
-            let b: Bands = bands(|k| m.radiosity.iter().map(|g| g[*i][k] as f64).sum());
-            let tau = m.depth[*i].map(|d| (-d as f64).exp());
+    for triangles in m.triangles.chunk_by(|s, t| m.panes[s[0] as usize] == m.panes[t[0] as usize]) {
+        let pane = &scene.panes()[m.panes[triangles[0][0] as usize] as usize];
+        let ids = || triangles.iter().flatten().copied();
+        let (first, last) = (ids().min().unwrap_or(0), ids().max().unwrap_or(0));
+        let own = first as usize..=last as usize;
+        let colour = |i: usize| {
+            let b: Bands = bands(|k| m.radiosity.iter().map(|g| g[i][k] as f64).sum());
+            let tau = m.depth[i].map(|d| (-d as f64).exp());
             let [r, g, b] = tone.of(bands(|k| (1.0 - tau[k]) * b[k] / PI + tau[k] * beyond[k]));
-            [r, g, b, 1.0 - tau.iter().sum::<f64>() / 6.0].map(|x| x as f32)
+            [r, g, b, 1.0 - tau.iter().sum::<f64>() / 12.0].map(|x| x as f32)
         };
-        // The vertices of a pane follow each other.
-        let inside = m.triangles.iter().filter(|t| m.panes[t[0] as usize] == p as u32);
         model.materials.push(Material {
             unlit: true,
             double_sided: true,
@@ -172,10 +189,10 @@ fn panes(scene: &Scene, baked: &Baked, tone: Tone, model: &mut Model) {
         model.meshes.push(Mesh {
             name: pane.name.clone(),
             material: Some(model.materials.len() - 1),
-            positions: own.iter().map(|i| m.positions[*i]).collect(),
-            normals: own.iter().map(|i| m.normals[*i]).collect(),
-            colours: own.iter().map(colour).collect(),
-            triangles: inside.map(|t| t.map(|i| i - first as u32)).collect(),
+            positions: m.positions[own.clone()].to_vec(),
+            normals: m.normals[own.clone()].to_vec(),
+            colours: own.map(colour).collect(),
+            triangles: triangles.iter().map(|t| t.map(|i| i - first)).collect(),
             ..Mesh::default()
         });
     }
