@@ -3,7 +3,7 @@
 //! A pointed arch of half span h and rise R ≥ h is two arcs of radius r = (R² + h²)/(2h) about points on the springing line:
 //!
 //! ```text
-//! z(x) = √(r² − (|x| + r − h)²)      |x|(z) = √(r² − z²) − (r − h)
+//! |x|(z) = √(r² − z²) − (r − h)
 //! ```
 //!
 //! A ribbed vault is the upper envelope of two such barrels of the same rise, square to one another. At equal heights their half widths
@@ -30,11 +30,6 @@ impl Arch {
     }
     fn radius(&self) -> f64 {
         (self.rise * self.rise + self.half * self.half) / (2.0 * self.half)
-    }
-    /// Height over the springing line at `x` from the axis, m; 0 beyond the span.
-    pub fn height(&self, x: f64) -> f64 {
-        let (r, d) = (self.radius(), x.abs() + self.radius() - self.half);
-        (r * r - d * d).max(0.0).sqrt()
     }
     /// Half width at a height over the springing line, m.
     pub fn width(&self, z: f64) -> f64 {
@@ -87,7 +82,17 @@ impl Vault {
     }
     /// Heights of the level lines, m over the springing.
     pub fn levels(&self) -> Vec<f64> {
-        self.across().points()[..=self.pieces].iter().map(|p| p[1]).collect()
+        self.across().points()[..=self.pieces].iter().map(|p| p[1]).collect::<Vec<f64>>()
+    }
+
+    /// The border of the webs along a wall in y: (y from the middle, z).
+    pub fn edge(&self) -> Vec<[f64; 2]> {
+        let b = self.along();
+        let right = self.levels().into_iter().map(|z| [b.width(z), self.lo.z + z]);
+        let left = self.levels().into_iter().map(|z| [-b.width(z), self.lo.z + z]);
+        let mut out: Vec<[f64; 2]> = left.collect();
+        out.extend(right.rev().skip(1));
+        out
     }
 
     /// The four webs.
@@ -163,10 +168,11 @@ mod tests {
     #[test]
     fn an_arch_springs_and_closes_where_it_should() {
         let a = Arch::new(2.0, 3.1, 9);
-        assert!((a.height(0.0) - 3.1).abs() < 1e-12 && a.height(2.0).abs() < 1e-6);
         for [x, z] in a.points() {
-            assert!((a.height(x) - z).abs() < 1e-6 && (a.width(z) - x.abs()).abs() < 1e-6);
+            assert!((a.width(z) - x.abs()).abs() < 1e-6);
         }
-        assert_eq!(a.points().len(), 19);
+        let points = a.points();
+        assert!(points.len() == 19 && points[9] == [0.0, 3.1]);
+        assert!((points[0][0] + 2.0).abs() + points[0][1].abs() + (points[18][0] - 2.0).abs() < 1e-12);
     }
 }

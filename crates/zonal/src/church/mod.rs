@@ -41,7 +41,7 @@ use arch::{Arch, Vault, rib};
 use furniture::CAPITAL;
 use glass::{SCHEMES, Window};
 use std::f64::consts::PI;
-use wall::{Frame, Opening, Wall};
+use wall::{Frame, Line, Opening, Wall};
 use zonal_math::{Vec3, vec3};
 
 /// How large and how fine.
@@ -110,14 +110,6 @@ struct Church<'a> {
     plan: &'a Plan,
 }
 
-fn pointed(centre: f64, head: Arch) -> impl Fn(f64) -> f64 {
-    move |x| head.height(x - centre)
-}
-
-fn crown_xs(arch: &Arch) -> Vec<f64> {
-    arch.points().into_iter().map(|p| p[0]).collect()
-}
-
 impl Church<'_> {
     fn end(&self) -> f64 {
         self.plan.length()
@@ -161,7 +153,6 @@ impl Church<'_> {
         vault.webs(m);
         vault.diagonals(m, &rib(0.22, 0.24));
         vault.transverse(m, self.border(bay + 1), &rib(0.34, 0.32));
-        let top = vault.along();
         for s in SIDES {
             let frame = Frame::new(
                 vec3(s * NAVE.0, self.border(bay) + 0.5 * BAY, 0.0),
@@ -184,9 +175,8 @@ impl Church<'_> {
             let wall = Wall {
                 frame,
                 ends: (-0.5 * BAY, 0.5 * BAY),
-                lower: &|x| CAPITAL + arcade.height(x),
-                upper: &|x| HIGH.0 + top.height(x),
-                corners: [crown_xs(&arcade), crown_xs(&top)].concat(),
+                lower: Line::arch(&arcade, CAPITAL),
+                upper: Line(vault.edge()),
                 opening: Some(window.opening()),
             };
             wall.build(m);
@@ -205,7 +195,6 @@ impl Church<'_> {
         if bay + 1 < self.plan.bays {
             vault.transverse(m, self.border(bay + 1), &rib(0.26, 0.24));
         }
-        let top = vault.along();
         let frame = Frame::new(
             vec3(s * OUTER, self.border(bay) + 0.5 * BAY, 0.0),
             vec3(0.0, 1.0, 0.0),
@@ -225,9 +214,8 @@ impl Church<'_> {
         let wall = Wall {
             frame,
             ends: (-0.5 * BAY, 0.5 * BAY),
-            lower: &|_| 0.0,
-            upper: &|x| CAPITAL + top.height(x),
-            corners: crown_xs(&top),
+            lower: Line::level(0.0),
+            upper: Line(vault.edge()),
             opening: Some(window.opening()),
         };
         wall.build(m);
@@ -238,13 +226,13 @@ impl Church<'_> {
     fn arcade(&self, m: &mut Model, s: f64, bay: usize) {
         let middle = self.border(bay) + 0.5 * BAY;
         let frame = Frame::new(vec3(s * NAVE.1, middle, 0.0), vec3(0.0, 1.0, 0.0), vec3(s, 0.0, 0.0));
-        let (arch, top) = (self.head(ARCADE.0, ARCADE.1), Arch::new(0.5 * BAY, LOW, self.plan.pieces));
+        let arch = self.head(ARCADE.0, ARCADE.1);
+        let vault = self.vault(bay, (NAVE.1, OUTER), CAPITAL, LOW);
         let wall = Wall {
             frame,
             ends: (-0.5 * BAY, 0.5 * BAY),
-            lower: &|x| CAPITAL + arch.height(x),
-            upper: &|x| CAPITAL + top.height(x),
-            corners: [crown_xs(&arch), crown_xs(&top)].concat(),
+            lower: Line::arch(&arch, CAPITAL),
+            upper: Line(vault.edge()),
             opening: None,
         };
         wall.build(m);
@@ -294,9 +282,8 @@ impl Church<'_> {
         let wall = Wall {
             frame,
             ends: (-NAVE.0, NAVE.0),
-            lower: &|_| 0.0,
-            upper: &|x| HIGH.0 + top.height(x),
-            corners: crown_xs(&top),
+            lower: Line::level(0.0),
+            upper: Line::arch(&top, HIGH.0),
             opening: Some(rose),
         };
         wall.build(m);
@@ -324,13 +311,11 @@ impl Church<'_> {
         let middle = s * 0.5 * (NAVE.1 + OUTER);
         let half = 0.5 * (OUTER - NAVE.1);
         let top = Arch::new(half, LOW, self.plan.pieces);
-        let rise = pointed(0.0, top);
         let wall = Wall {
             frame: Frame::new(vec3(middle, y, 0.0), vec3(1.0, 0.0, 0.0), inward),
             ends: (-half, half),
-            lower: &|_| 0.0,
-            upper: &|x| CAPITAL + rise(x),
-            corners: crown_xs(&top),
+            lower: Line::level(0.0),
+            upper: Line::arch(&top, CAPITAL),
             opening: window.as_ref().map(Window::opening),
         };
         wall.build(m);
@@ -377,9 +362,8 @@ impl Church<'_> {
             let wall = Wall {
                 frame,
                 ends: (-half, half),
-                lower: &|_| 0.0,
-                upper: &|_| HIGH.0,
-                corners: Vec::new(),
+                lower: Line::level(0.0),
+                upper: Line::level(HIGH.0),
                 opening: Some(window.opening()),
             };
             wall.build(m);

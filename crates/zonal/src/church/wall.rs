@@ -1,7 +1,8 @@
 //! Walls with openings, cut into strips that meet without gaps.
 //!
-//! A wall stands in a [`Frame`]: x along it, z up, its normal into the church. Between two x its surface reaches from a lower to an
-//! upper height, both functions of x; an opening is left out by strips beside, below and above it.
+//! A wall stands in a [`Frame`]: x along it, z up, its normal into the church. It reaches from a lower to an upper border, both straight
+//! between points; an opening is left out by strips beside, below and above it. What meets a border must have the same points, or light
+//! comes in between.
 
 use super::arch::Arch;
 use super::model::{Model, Stuff};
@@ -87,53 +88,77 @@ impl Opening {
         xs.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
         xs
     }
-    fn lower(&self, x: f64) -> f64 {
-        match *self {
-            Opening::Pointed { sill, .. } => sill,
-            Opening::Round { centre, height, radius, .. } => {
-                height - (radius * radius - (x - centre).powi(2)).max(0.0).sqrt()
+    /// Heights of the outline at `x`, lowest and highest.
+    fn heights(&self, x: f64) -> (f64, f64) {
+        let outline = self.outline();
+        let edges = (0..outline.len()).map(|i| (outline[i], outline[(i + 1) % outline.len()]));
+        let mut found = (f64::INFINITY, f64::NEG_INFINITY);
+        for (p, q) in edges {
+            let (l, r) = if p[0] < q[0] { (p, q) } else { (q, p) };
+            if x < l[0] - 1e-9 || x > r[0] + 1e-9 {
+                continue;
             }
+            let at = |t: f64| l[1] + (r[1] - l[1]) * t.clamp(0.0, 1.0);
+            let ends = if r[0] - l[0] < 1e-9 { [l[1], r[1]] } else { [at((x - l[0]) / (r[0] - l[0])); 2] };
+            found = (found.0.min(ends[0]).min(ends[1]), found.1.max(ends[0]).max(ends[1]));
         }
+        found
     }
-    fn upper(&self, x: f64) -> f64 {
-        match *self {
-            Opening::Pointed { centre, spring, head, .. } => spring + head.height(x - centre),
-            Opening::Round { centre, height, radius, .. } => {
-                height + (radius * radius - (x - centre).powi(2)).max(0.0).sqrt()
-            }
+}
+
+/// A border: straight between points with ascending x.
+#[derive(Clone, Debug)]
+pub struct Line(pub Vec<[f64; 2]>);
+
+impl Line {
+    /// The same height everywhere.
+    pub fn level(z: f64) -> Line {
+        Line(vec![[0.0, z]])
+    }
+    /// An arch on its springing line at `z`, with level ends.
+    pub fn arch(head: &Arch, z: f64) -> Line {
+        Line(head.points().into_iter().map(|[x, h]| [x, z + h]).collect())
+    }
+    fn at(&self, x: f64) -> f64 {
+        let k = self.0.partition_point(|p| p[0] <= x);
+        match (k.checked_sub(1).map(|i| self.0[i]), self.0.get(k)) {
+            (Some(p), Some(q)) => p[1] + (q[1] - p[1]) * (x - p[0]) / (q[0] - p[0]),
+            (Some(p), None) => p[1],
+            (None, Some(q)) => q[1],
+            (None, None) => 0.0,
         }
     }
 }
 
-/// A wall from `from` to `to` between two heights, less an opening.
-pub struct Wall<'a> {
+/// A wall between two borders, less an opening.
+pub struct Wall {
     /// Where it stands.
     pub frame: Frame,
     /// x of its ends, m.
     pub ends: (f64, f64),
-    /// Lower border over x, m.
-    pub lower: &'a dyn Fn(f64) -> f64,
-    /// Upper border over x, m.
-    pub upper: &'a dyn Fn(f64) -> f64,
-    /// x at which the borders have corners.
-    pub corners: Vec<f64>,
+    /// Lower border.
+    pub lower: Line,
+    /// Upper border.
+    pub upper: Line,
     /// What is left out.
     pub opening: Option<Opening>,
 }
 
-impl Wall<'_> {
+impl Wall {
     /// Adds the wall.
     pub fn build(&self, m: &mut Model) {
-        let (lower, upper) = (self.lower, self.upper);
+        let (lower, upper) = (|x| self.lower.at(x), |x| self.upper.at(x));
         let Some(o) = self.opening else {
-            return self.strips(m, self.ends, &[], lower, upper);
+            return self.strips(m, self.ends, &[], &lower, &upper);
         };
         let (a, b) = o.span();
         let own = o.corners();
-        self.strips(m, (self.ends.0, a), &[], lower, upper);
-        self.strips(m, (b, self.ends.1), &[], lower, upper);
-        self.strips(m, (a, b), &own, lower, &|x| o.lower(x));
-        self.strips(m, (a, b), &own, &|x| o.upper(x), upper);
+        self.strips(m, (self.ends.0, a), &[], &lower, &upper);
+        self.strips(m, (b, self.ends.1), &[], &lower, &upper);
+        self.strips(m, (a, b), &own, &lower, &|x| o.heights(x).0);
+        // At its ends an opening with jambs is as high as these.
+        let above = |x: f64| o.heights(x.clamp(a + 1e-7, b - 1e-7)).1;
+        self.strips(m, (a, b), &own, &above, &upper);
     }
 
     fn strips(
@@ -144,9 +169,10 @@ impl Wall<'_> {
         lower: &dyn Fn(f64) -> f64,
         upper: &dyn Fn(f64) -> f64,
     ) {
-        let inside = |x: &&f64| **x > a + 1e-6 && **x < b - 1e-6;
+        let inside = |x: &f64| *x > a + 1e-6 && *x < b - 1e-6;
+        let corners = self.lower.0.iter().chain(&self.upper.0).map(|p| p[0]);
         let mut xs = vec![a, b];
-        xs.extend(self.corners.iter().chain(more).filter(inside));
+        xs.extend(corners.chain(more.iter().copied()).filter(inside));
         xs.sort_by(f64::total_cmp);
         xs.dedup_by(|x, y| (*x - *y).abs() < 1e-6);
         for w in xs.windows(2) {
