@@ -23,5 +23,6 @@ pub mod failure;
 pub mod meter;
 pub mod plot;
 pub mod table;
+pub mod viewer;
 
 pub use failure::Failure;
