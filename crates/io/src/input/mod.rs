@@ -21,7 +21,7 @@ mod density;
 mod error;
 mod files;
 mod medium;
-mod mesh;
+pub(crate) mod mesh;
 mod node;
 mod npy;
 mod region;

@@ -41,6 +41,28 @@ pub fn write_arrays(path: &Path, arrays: &[Named]) -> Result<(), FileError> {
     })
 }
 
+/// An array of single precision with a name: shape, and values in C order.
+pub struct NamedSingle<'a> {
+    /// Its key in numpy.
+    pub name: &'a str,
+    /// Its shape.
+    pub shape: Vec<usize>,
+    /// Its values, in C order, in as many pieces as it is kept in.
+    pub values: Vec<&'a [f32]>,
+}
+
+/// Writes arrays of single precision and one text (key `about`, UTF-8 bytes) into one npz, not compressed.
+pub fn write_single_arrays(path: &Path, about: &str, arrays: &[NamedSingle]) -> Result<(), FileError> {
+    write_atomic(path, |out| {
+        let mut npz = Npz::new(out);
+        npz.bytes("about", about.as_bytes())?;
+        for a in arrays {
+            npz.singles(a.name, &a.shape, a.values.iter().copied().flatten().copied())?;
+        }
+        npz.finish()
+    })
+}
+
 /// Writes a file of these bytes.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write_atomic(path, |out| out.write_all(bytes))

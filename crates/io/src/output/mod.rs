@@ -9,6 +9,8 @@
 //! | [`texture`] | textures as the bytes of a PNG |
 //! | [`exr`] | linear pictures in f32, out and in |
 //! | [`csv`] | one line a zone |
+//! | [`glb`] | meshes, materials and cameras for other engines |
+//! | [`vtu`], [`vti`] | zones for ParaView: surfaces and panes, the medium |
 //! | [`vault`] | a folder that keeps the stages of a solve |
 //! | [`arrays`] | single arrays and plain bytes |
 //!
@@ -18,28 +20,37 @@
 pub mod arrays;
 pub mod csv;
 pub mod exr;
+pub mod glb;
 pub mod hash;
 pub mod picture;
 pub mod report;
 pub mod solution;
 pub mod texture;
 pub mod vault;
+pub mod vti;
+pub mod vtu;
 
 mod atomic;
 mod header;
 mod npy;
 mod reader;
+mod vtk;
 mod writer;
 
-pub use arrays::{Named, read_array, write_array, write_arrays, write_bytes};
+pub use arrays::{
+    Named, NamedSingle, read_array, write_array, write_arrays, write_bytes, write_single_arrays,
+};
 pub use csv::write_zones_csv;
 pub use exr::{Picture, read_exr, write_exr};
+pub use glb::write_glb;
 pub use hash::{factors_hash, scene_hash};
-pub use picture::{Curve, auto_exposure, write_png};
+pub use picture::{Curve, auto_exposure, encode_png, write_png};
 pub use report::report_json;
 pub use solution::{read_solution, write_solution};
 pub use texture::texture_png;
 pub use vault::{Folder, Held, Keys};
+pub use vti::write_vti;
+pub use vtu::write_vtu;
 
 use std::fmt;
 use std::path::{Path, PathBuf};

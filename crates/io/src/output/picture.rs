@@ -128,6 +128,25 @@ pub fn write_png(
     })
 }
 
+/// Linear values from 0 to 1 as the bytes of an 8-bit sRGB PNG file, rounded, for textures; `None` where the size is not that of the list.
+pub fn encode_png(width: usize, height: usize, linear: &[[f32; 3]]) -> Option<Vec<u8>> {
+    check_size(Path::new(""), width, height, linear.len()).ok()?;
+    let bytes: Vec<u8> = linear
+        .as_flattened()
+        .iter()
+        .map(|x| (255.0 * srgb(*x as f64)).round().clamp(0.0, 255.0) as u8)
+        .collect();
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header().ok()?;
+    writer.write_image_data(&bytes).ok()?;
+    writer.finish().ok()?;
+    Some(out)
+}
+
 /// Refuses pictures without pixels, too large ones, and lists of another length.
 pub(super) fn check_size(path: &Path, width: usize, height: usize, pixels: usize) -> Result<(), FileError> {
     let fits = width.checked_mul(height) == Some(pixels);

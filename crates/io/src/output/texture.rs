@@ -1,25 +1,16 @@
 //! A texture as the bytes of an 8-bit sRGB PNG, for pages and meshes that carry their pictures with them.
 
-use super::picture::srgb;
-use std::io;
+use super::picture::encode_png;
 use zonal_scene::Texture;
 
-/// The PNG of a texture, values above 1 clipped. One larger than `side` pixels is halved, four pixels in one, until it fits.
-pub fn texture_png(texture: &Texture, side: usize) -> io::Result<Vec<u8>> {
+/// The PNG of a texture, values above 1 clipped. One larger than `side` pixels is halved, four pixels in one, until it fits; `None` without pixels.
+pub fn texture_png(texture: &Texture, side: usize) -> Option<Vec<u8>> {
     let (mut width, mut height, mut pixels) = (texture.width, texture.height, texture.pixels.clone());
     while width.max(height) > side.max(1) {
         pixels = halved(&pixels, width, height);
         (width, height) = (width.div_ceil(2), height.div_ceil(2));
     }
-    let bytes: Vec<u8> = pixels.iter().flatten().map(|x| (255.0 * srgb(*x as f64)).round() as u8).collect();
-    let mut out = Vec::new();
-    let mut encoder = png::Encoder::new(&mut out, width as u32, height as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&bytes)?;
-    writer.finish()?;
-    Ok(out)
+    encode_png(width, height, &pixels)
 }
 
 /// Means over squares of four pixels, fewer at an odd edge.
@@ -41,6 +32,7 @@ fn halved(pixels: &[[f32; 3]], width: usize, height: usize) -> Vec<[f32; 3]> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::picture::srgb;
     use super::*;
 
     #[test]
@@ -50,7 +42,7 @@ mod tests {
         let texture = Texture { width: 5, height: 3, pixels };
         let size = |side| {
             let bytes = texture_png(&texture, side).unwrap();
-            let mut reader = png::Decoder::new(io::Cursor::new(bytes)).read_info().unwrap();
+            let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
             let mut out = vec![0; reader.output_buffer_size().unwrap()];
             reader.next_frame(&mut out).unwrap();
             (reader.info().width, reader.info().height, out[1])

@@ -59,6 +59,17 @@ impl<W: Write + Seek> Npz<W> {
         self.stream(data.map(f64::to_le_bytes))
     }
 
+    /// An array of single precision.
+    pub fn singles(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        data: impl Iterator<Item = f32>,
+    ) -> io::Result<()> {
+        self.begin(name, Kind::F32, shape)?;
+        self.stream(data.map(f32::to_le_bytes))
+    }
+
     /// An array of shape `[..shape, 3]`.
     pub fn triples(
         &mut self,

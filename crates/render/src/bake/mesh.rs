@@ -8,7 +8,7 @@ use super::light::{Lights, interpolated};
 use super::refine::refine;
 use super::share::Share;
 use super::tree::{Piece, Place, Tree, centre, corners};
-use super::{BakeOptions, SurfaceMesh, single};
+use super::{BakeOptions, SurfaceMesh, seams, single};
 use crate::patch_field::Layer;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -38,7 +38,8 @@ pub(super) fn surfaces(
     options: &BakeOptions,
     progress: &dyn Progress,
 ) -> SurfaceMesh {
-    let trees = refine(lights, shares, options, progress);
+    let mut trees = refine(lights, shares, options, progress);
+    seams::close(lights, &mut trees);
     let tiles = lights.shape.tiles();
     let mut sheets: Vec<Vec<Tree>> = Vec::new();
     let mut order: Vec<Option<Tree>> = trees.into_iter().map(Some).collect();

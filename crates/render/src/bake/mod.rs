@@ -12,8 +12,8 @@
 //!
 //! Each patch is halved both ways where the light between the points of a piece is not what linear interpolation says (`tree`,
 //! `refine`): the difference of edge middles and centre from it, relative to what is there, against `tolerance`. The pieces that err most are
-//! halved first when vertices run out. Within a patch the triangles fit edge to edge; two patches of one facet may meet with a vertex
-//! of one on an edge of the other, which opens no gap, as both are flat, and shows no seam above the tolerance.
+//! halved first when vertices run out. Triangles fit edge to edge within a patch and where patches share a whole edge. Elsewhere a vertex may
+//! lie on an edge of a neighbour.
 //!
 //! Memory: about 70 bytes and 12 more a group of sampled lights for each point tried (nine a patch and four a piece), then 72 bytes
 //! and 12 a group for each vertex; in the medium 36 bytes and 24 a group for each cell. One group is interpolated at a time.
@@ -24,6 +24,7 @@
 //! | `light` | light at a point of a patch |
 //! | `tree` | one patch, halved |
 //! | `refine` | which pieces to halve |
+//! | `seams` | common edges of patches have common vertices |
 //! | `mesh` | from pieces to triangles |
 //! | `rest` | panes and medium |
 //! | [`haze`] | the medium on a finer grid, with crisp shafts |
@@ -35,6 +36,7 @@ mod light;
 mod mesh;
 mod refine;
 mod rest;
+mod seams;
 mod share;
 mod tree;
 
@@ -51,7 +53,7 @@ pub struct BakeOptions {
     pub finest: Option<f64>,
     /// Difference from linear interpolation that is left, relative to the light about; 0.05.
     pub tolerance: f64,
-    /// The most vertices on patches, unless their corners alone are more; 2,000,000.
+    /// The most vertices on patches before those that close seams, unless the patches' corners alone are more; 2,000,000.
     pub vertices: usize,
     /// Points of each sun and emitter that a vertex asks, and a sixteenth of those of a sky that shares a group; 16.
     pub light_samples: usize,

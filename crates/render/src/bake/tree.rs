@@ -11,7 +11,7 @@ use zonal_scene::{PlateKind, bands};
 /// Halvings at most.
 pub(super) const LEVELS: u32 = 10;
 /// Edge of a patch on the lattice.
-const SIDE: i32 = 3 << (LEVELS + 1);
+pub(super) const SIDE: i32 = 3 << (LEVELS + 1);
 
 /// A place of the lattice.
 pub(super) type Place = [i32; 2];
@@ -67,6 +67,33 @@ impl Tree {
     pub fn known(&self, n: usize, at: Place) -> &[[f32; 3]] {
         let i = self.index[&at] as usize;
         &self.values[i * n..(i + 1) * n]
+    }
+
+    /// Where corners lie inside a side, from its beginning, on the lattice. Side k runs from corner k of the plate to the next.
+    pub fn border(&self, side: u8) -> impl Iterator<Item = i32> {
+        let kind = self.kind;
+        let on = move |&[x, y]: &Place| match (kind, side) {
+            (_, 0) => (y == 0).then_some(x),
+            (PlateKind::Parallelogram, 1) => (x == SIDE).then_some(y),
+            (PlateKind::Parallelogram, 2) => (y == SIDE).then_some(SIDE - x),
+            (PlateKind::Triangle, 1) => (x + y == SIDE).then_some(y),
+            _ => (x == 0).then_some(SIDE - y),
+        };
+        self.corners.iter().filter_map(on).filter(|t| (1..SIDE).contains(t))
+    }
+
+    /// Puts a corner on a side.
+    pub fn add_corner(&mut self, lights: &Lights, side: u8, t: i32) {
+        let place = match (self.kind, side) {
+            (_, 0) => [t, 0],
+            (PlateKind::Parallelogram, 1) => [SIDE, t],
+            (PlateKind::Parallelogram, 2) => [SIDE - t, SIDE],
+            (PlateKind::Triangle, 1) => [SIDE - t, t],
+            _ => [0, SIDE - t],
+        };
+        if self.corners.insert(place) {
+            self.values(lights, place);
+        }
     }
 
     /// Vertices of its triangles: corners, and the centres of pieces that have one on an edge.

@@ -52,7 +52,7 @@ pub enum Command {
     Render(render::Args),
     /// Walk through a solution in a browser on this machine.
     View(view::Args),
-    /// Write the zones of a solution as a table (.csv), or the page of `view` as one file (.html).
+    /// Write a solution for other programs: table, one-file web page, Blender, ParaView (.csv, .html, .glb, .vtu, .vti).
     Export(export::Args),
     /// Write the exchange areas of all zones of a scene, each with its error radius (.npz).
     Exchange(exchange::Args),

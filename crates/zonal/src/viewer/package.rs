@@ -61,8 +61,7 @@ pub fn package(s: &Solution, detail: &Detail, progress: &dyn Progress) -> Result
     volume(&mut pack, medium.as_ref(), origin, &mut scales);
     pack.set("groups", groups(s, &baked, &scales));
     for (i, t) in s.scene.textures().iter().enumerate() {
-        let bytes = texture_png(t, TEXTURE_SIDE)
-            .map_err(|e| Failure::new(format!("a texture cannot be packed ({e})")))?;
+        let bytes = texture_png(t, TEXTURE_SIDE).ok_or_else(|| Failure::new("a texture has no pixels"))?;
         pack.u8(&format!("texture{i}"), &bytes);
     }
     pack.finish().map_err(|e| Failure::new(format!("the solution cannot be packed ({e})")))

@@ -30,6 +30,10 @@ pub(crate) fn document(file: &str, json: &[u8]) -> Result<Document, Fault> {
         return Err(Fault::new(file, "extensionsRequired", what));
     }
     root.extensions_required.clear();
+    // Attributes of an application's own begin with an underscore; nothing here reads them.
+    for primitive in root.meshes.iter_mut().flat_map(|m| &mut m.primitives) {
+        primitive.attributes.retain(|name, _| matches!(name, Checked::Valid(_)));
+    }
     check_positions(file, &mut root)?;
     Document::from_json(root).map_err(|e| match e {
         gltf::Error::Validation(list) => match list.first() {

@@ -11,7 +11,7 @@
 
 pub(crate) mod closed;
 mod glb;
-mod gltf;
+pub(crate) mod gltf;
 mod material;
 mod mtl;
 mod obj;
