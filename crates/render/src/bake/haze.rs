@@ -20,7 +20,7 @@ use zonal_transport::direct::{Lamp, Receiver};
 /// The most points along an axis: what any graphics card takes.
 pub const MAX_SIDE: usize = 256;
 /// Cells are divided into at most so many along an axis.
-const MAX_PARTS: usize = 8;
+const MAX_PARTS: usize = 12;
 /// Points of a part at which direct light is asked, a lamp.
 const SAMPLES: usize = 4;
 /// A sky among other lights takes this many times as many.
@@ -29,7 +29,7 @@ const SKY: usize = 8;
 /// How many points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HazeOptions {
-    /// Cells are divided as long as there are no more points than this; 400,000.
+    /// Cells are divided as long as there are no more points than this; 500,000.
     pub divided: usize,
     /// Blocks of cells become one point where there are more cells than this; 1,500,000.
     pub most: usize,
@@ -37,7 +37,7 @@ pub struct HazeOptions {
 
 impl Default for HazeOptions {
     fn default() -> Self {
-        HazeOptions { divided: 400_000, most: 1_500_000 }
+        HazeOptions { divided: 500_000, most: 1_500_000 }
     }
 }
 

@@ -25,6 +25,11 @@ use zonal_scene::{Bands, Group, Kind, Light, Progress, Solution};
 /// Textures larger than this are halved, pixels.
 const TEXTURE_SIDE: usize = 2048;
 
+/// Pieces of patches are not halved below this part of the scene's diagonal.
+const FINEST: f64 = 3000.0;
+/// Difference from linear interpolation that is left within pieces.
+const TOLERANCE: f64 = 0.02;
+
 /// How finely to bake for the page.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detail {
@@ -48,7 +53,10 @@ pub fn package(s: &Solution, detail: &Detail, progress: &dyn Progress) -> Result
     if s.scene.panes().len() > 1 << 16 {
         return Err(too_many("panes"));
     }
-    let baked = bake(s, &BakeOptions { vertices: detail.vertices, ..BakeOptions::default() }, progress);
+    let finest = Some(s.scene.diagonal() / FINEST);
+    let options =
+        BakeOptions { vertices: detail.vertices, tolerance: TOLERANCE, finest, ..BakeOptions::default() };
+    let baked = bake(s, &options, progress);
     let medium = haze(s, &HazeOptions::default(), progress);
     let (low, high) = s.scene.bounds();
     let origin = (low + high) * 0.5;
