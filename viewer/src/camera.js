@@ -15,7 +15,7 @@ export function overview(bounds) {
   const centre = mix(bounds[0], bounds[1], 0.5);
   const reach = length(sub(bounds[1], bounds[0]));
   const forward = unit([-1, -1.4, -0.8]);
-  return { eye: sub(centre, scale(forward, 1.1 * reach)), forward, up: [0, 0, 1], fov: 50 };
+  return { eye: sub(centre, scale(forward, 1.4 * reach)), forward, up: [0, 0, 1], fov: 50 };
 }
 
 /** Looks around: `across` to the left, `upward` up, radians. */

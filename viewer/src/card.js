@@ -50,9 +50,10 @@ export function show(card, found, close) {
   else body.append(group('at this point'));
   body.append(row('Irradiance', found.here.irradiance));
   const m = found.mean;
-  body.append(group('mean of the zone'), row('Radiosity', m.radiosity), row('Irradiance', m.irradiance), row('indirect', m.indirect, true), row('direct', m.direct, true), row('error, as solved', m.error, true));
+  body.append(group('mean of the zone'), row('Radiosity', m.radiosity), row('Irradiance', m.irradiance), row('indirect', m.indirect, true), row('direct', m.direct, true), row('error', m.error, true));
   table.append(thead, body);
   card.replaceChildren(head, where, table);
+  card.append(element('div', 'error: of the indirect light, as solved', 'note'));
   if (found.through.length) card.append(element('div', `seen through ${found.through.join(', ')}`, 'note'));
   if (found.back) card.append(element('div', 'the black back of this surface; the numbers are those of its front', 'note'));
   card.hidden = false;

@@ -8,10 +8,12 @@ const $ = (id) => document.getElementById(id);
 export const NAMES = { irradiance: 'Irradiance', radiosity: 'Radiosity', error: 'Error estimate of the irradiance' };
 const BAND_NAMES = { mean: 'mean of bands', luminance: 'luminance', red: 'red band', green: 'green band', blue: 'blue band' };
 
-/** Fills the part of a slider's track before its thumb. */
+/** Fills a slider's track between its middle and its thumb. */
 function fill(input) {
   const { min, max, value } = input;
-  input.style.setProperty('--at', `${(100 * (value - min)) / (max - min)}%`);
+  const at = (100 * (value - min)) / (max - min);
+  input.style.setProperty('--from', `${Math.min(at, 50)}%`);
+  input.style.setProperty('--to', `${Math.max(at, 50)}%`);
 }
 
 function slide(input, output, place, text, changed) {
@@ -119,6 +121,7 @@ export class Panel {
     $('camera').value = state.at ?? 'free';
     if (mapped) this.legend(state, ends);
     $('legend').hidden = !mapped;
+    document.body.classList.toggle('mapped', mapped);
   }
 
   legend(state, [low, high]) {

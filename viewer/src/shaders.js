@@ -15,8 +15,9 @@ layout(location = 4) in vec3 normal;
 uniform mat4 viewProjection;
 uniform vec3 eye;
 uniform bool seams;
-out vec2 vUv;
-out vec3 vH;
+// At the edges of triangles values are taken inside them: beyond, steep light would be drawn too bright or below zero.
+centroid out vec2 vUv;
+centroid out vec3 vH;
 flat out int vSurface;
 flat out int vAway;
 void main() {
@@ -30,8 +31,8 @@ void main() {
 }`,
   // B = E + ρH; the back of a one-sided surface is black, or not there.
   fragment: `${HEAD}
-in vec2 vUv;
-in vec3 vH;
+centroid in vec2 vUv;
+centroid in vec3 vH;
 flat in int vSurface;
 flat in int vAway;
 uniform highp sampler2D surfaces;

@@ -198,7 +198,7 @@ fn damaged(kind: u64, state: &mut u64, address: SocketAddr) -> Vec<u8> {
         2 => {
             let mut b = sound;
             let i = at(state, 14);
-            b[i] = b"\0\r\n\x7f\xff %"[at(state, 7)];
+            b[i] = b"\0\r\n\x7f\xff%"[at(state, 6)];
             b
         }
         3 => [b"GET / HTTP/1.1\r\n", vec![b'a'; 8192 + at(state, 40000)].as_slice(), b"\r\n\r\n"].concat(),
