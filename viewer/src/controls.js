@@ -8,7 +8,7 @@ const HELD = {
 };
 
 /** True where keys belong to a field that is being edited. */
-const editing = (e) => e.target.closest?.('input, select, textarea, button, summary, [role="dialog"]');
+const editing = (e) => e.target.closest?.('input, select, textarea, button');
 
 export class Controls {
   /** `on` has: look(dx, dy), pan(dx, dy), zoom(factor), tap(x, y), key(code, event), changed(). Shares of the canvas. */
@@ -33,6 +33,7 @@ export class Controls {
 
   keydown(e) {
     this.fast = e.shiftKey;
+    if (e.target.closest?.('dialog')) return;
     if (e.ctrlKey || e.metaKey || e.altKey || (editing(e) && e.key !== 'Escape')) return;
     if (HELD[e.code]) {
       e.preventDefault();

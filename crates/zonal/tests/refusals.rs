@@ -127,7 +127,9 @@ fn outputs() {
     bad_outputs(&f, &["solve", "room.toml"], "-o", "npz");
     bad_outputs(&f, &["render", "room.npz", "--size", "8x6", "--samples", "1"], "-o", "png");
     bad_outputs(&f, &["render", "room.npz", "--size", "8x6", "--samples", "1"], "--output", "exr");
-    bad_outputs(&f, &["export", "room.npz"], "-o", "csv");
+    for ending in ["csv", "glb", "vtu", "vti"] {
+        bad_outputs(&f, &["export", "room.npz"], "-o", ending);
+    }
     bad_outputs(&f, &["factors", "pairs.csv"], "-o", "csv");
     bad_outputs(&f, &["exchange", "room.toml"], "-o", "npz");
     bad_outputs(&f, &["demo"], "--write", "toml");

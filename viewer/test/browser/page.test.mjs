@@ -130,7 +130,8 @@ test('page', { skip: missing }, async (t) => {
     await p.waitForFunction(() => !document.getElementById('legend').hidden);
     await fits('#legend');
     // One finger looks, two move; with reduced motion cameras change at once.
-    const touch = async (type, points) => (await p.context().newCDPSession(p)).send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+    const session = await p.context().newCDPSession(p);
+    const touch = (type, points) => session.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
     const a = await camera(p);
     await touch('touchStart', [[160, 300]]);
     await touch('touchMove', [[200, 300]]);

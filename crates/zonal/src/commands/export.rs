@@ -13,20 +13,20 @@ use zonal_io::output::{self, Curve};
 use zonal_render::bake::{BakeOptions, bake};
 use zonal_scene::Solution;
 
+/// What the endings mean.
+const ENDINGS: &str = "\
+The ending of the name says what is written:
+  .csv  one line a zone, for spreadsheets
+  .html the page of `zonal view` with all its data: one file that opens without a server or a network
+  .glb  the scene with its light baked into vertex colours, for Blender, web viewers and engines; the light of the
+        medium goes beside it, as NAME.medium.npz
+  .vtu  patches and panes with all fields, for ParaView
+  .vti  the medium on its grid with all fields, for ParaView
+docs/export.md says what each file holds and how to open it.";
+
 /// Write a solution for other programs.
-///
-/// The ending of the name says what:
-///
-///   .csv  one line a zone, for spreadsheets
-///   .html the page of `zonal view` with all its data: one file that opens without a server or a network
-///   .glb  the scene with its light baked into vertex colours, for Blender, web viewers and engines; the light of the
-///         medium goes beside it, as NAME.medium.npz
-///   .vtu  patches and panes with all fields, for ParaView
-///   .vti  the medium on its grid with all fields, for ParaView
-///
-/// docs/export.md says what each file holds and how to open it.
 #[derive(clap::Args, Debug)]
-#[command(verbatim_doc_comment)]
+#[command(after_long_help = ENDINGS)]
 pub struct Args {
     /// Solution (.npz).
     pub run: PathBuf,
@@ -155,6 +155,10 @@ fn write_scene(
     context: Context,
     more: &mut serde_json::Map<String, serde_json::Value>,
 ) -> Result<Vec<PathBuf>, Failure> {
+    let beside = beside(&args.output);
+    if s.scene.voxmap().is_some() {
+        check_output(&beside, &["npz"])?;
+    }
     let defaults = BakeOptions::default();
     let options = BakeOptions {
         finest: args.bake.finest,
@@ -167,7 +171,6 @@ fn write_scene(
     more.insert("triangles".into(), (baked.surfaces.triangles.len() + baked.panes.triangles.len()).into());
     output::write_glb(&args.output, &model)?;
     let Some(medium) = &baked.medium else { return Ok(Vec::new()) };
-    let beside = beside(&args.output);
     scene::write_medium(&beside, &baked.groups, medium)?;
     Ok(vec![beside])
 }

@@ -1,7 +1,7 @@
 //! A baked solution as a glTF model.
 //!
 //! Materials are unlit: what is seen is colour × picture. With x the exposed radiance, c the tone curve and T a surface's picture, scaled
-//! so that its brightest value is 1, with mean m,
+//! so that its brightest values (all but 2 %) are 1, with mean m,
 //!
 //! ```text
 //!     without picture   colour = c(exposure (E + ρ H)/π)
@@ -23,6 +23,8 @@ use zonal_scene::{Bands, Light, Scene, Solution, Texture, bands};
 
 /// Places along the surface at which the exposure is measured.
 const PROBES: usize = 20_000;
+/// Share of a picture's values that may be brighter than its white: a few sparks must not darken all the rest, whose light then has no room.
+const CLIPPED: f64 = 0.02;
 /// Width over height of the cameras' pictures.
 const ASPECT: f64 = 4.0 / 3.0;
 
@@ -87,13 +89,23 @@ struct Picture {
 
 impl Picture {
     fn new(t: &Texture) -> Option<Picture> {
-        let most = t.pixels.iter().fold([1e-6f32; 3], |m, p| [0, 1, 2].map(|b| m[b].max(p[b])));
-        let scaled: Vec<[f32; 3]> = t.pixels.iter().map(|p| [0, 1, 2].map(|b| p[b] / most[b])).collect();
+        let most = [0, 1, 2].map(|b| highest(t.pixels.iter().map(|p| p[b]).collect()));
+        let scaled: Vec<[f32; 3]> =
+            t.pixels.iter().map(|p| [0, 1, 2].map(|b| (p[b] / most[b]).min(1.0))).collect();
         let n = scaled.len().max(1) as f64;
         let mean = bands(|b| (scaled.iter().map(|p| p[b] as f64).sum::<f64>() / n).max(1e-3));
         let png = output::encode_png(t.width, t.height, &scaled)?;
         Some(Picture { png, most: most.map(f64::from), mean })
     }
+}
+
+/// What all but [`CLIPPED`] of the values do not exceed; above 0.
+fn highest(mut values: Vec<f32>) -> f32 {
+    let k = ((1.0 - CLIPPED) * values.len().saturating_sub(1) as f64) as usize;
+    if values.is_empty() {
+        return 1.0;
+    }
+    values.select_nth_unstable_by(k, f32::total_cmp).1.max(1e-6)
 }
 
 /// How the vertices of one surface are coloured.
