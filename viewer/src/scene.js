@@ -4,6 +4,7 @@ import { parameters, table, flat } from './gl.js';
 import { cross, unit } from './maths.js';
 import { toHalves, VALUES } from './half.js';
 import { emissions, sum } from './relight.js';
+import { seams, weld } from './seams.js';
 
 /** The most triangles of panes that are put in order for every frame. */
 const MOST_SORTED = 30000;
@@ -66,58 +67,6 @@ export function buckets(scene) {
   return { order, runs };
 }
 
-/**
- * One number for all vertices at the same place, to 2⁻¹⁷ of the scene's size, and the same coordinates for them: patches compute the
- * points of a common edge each for itself, and the last bit may differ.
- */
-export function weld(position) {
-  const count = position.length / 3;
-  const low = [Infinity, Infinity, Infinity];
-  const high = [-Infinity, -Infinity, -Infinity];
-  for (let i = 0; i < position.length; i++) {
-    low[i % 3] = Math.min(low[i % 3], position[i]);
-    high[i % 3] = Math.max(high[i % 3], position[i]);
-  }
-  const fine = 2 ** 17 / Math.max(...high.map((h, k) => h - low[k]), 1e-30);
-  const step = (i, k) => Math.min(Math.round((position[3 * i + k] - low[k]) * fine), 2 ** 17 - 1);
-  const first = new Map();
-  const ids = new Uint32Array(count);
-  for (let i = 0; i < count; i++) {
-    const key = (step(i, 0) * 2 ** 17 + step(i, 1)) * 2 ** 17 + step(i, 2);
-    const known = first.get(key);
-    if (known === undefined) first.set(key, i);
-    else position.copyWithin(3 * i, 3 * known, 3 * known + 3);
-    ids[i] = known ?? i;
-  }
-  return ids;
-}
-
-/**
- * Edges that no other triangle shares, as pairs of vertices, in the runs of `buckets`: along them a patch may meet the middle of another's
- * edge, and rounding leaves gaps. `ids` is what `weld` gave.
- */
-export function seams({ order, runs }, ids) {
-  const seen = new Map();
-  const key = (a, b) => Math.min(ids[a], ids[b]) * 2 ** 26 + Math.max(ids[a], ids[b]);
-  const each = (does) => {
-    for (let t = 0; t < order.length; t += 3) {
-      for (let k = 0; k < 3; k++) does(order[t + k], order[t + ((k + 1) % 3)], t);
-    }
-  };
-  each((a, b) => seen.set(key(a, b), (seen.get(key(a, b)) ?? 0) + 1));
-  const lines = [];
-  const out = [];
-  let run = 0;
-  each((a, b, t) => {
-    while (t >= runs[run].first + runs[run].count) run++;
-    if (seen.get(key(a, b)) > 1) return;
-    out[run] ??= { ...runs[run], first: lines.length, count: 0 };
-    lines.push(a, b);
-    out[run].count += 2;
-  });
-  return { lines: Uint32Array.from(lines), runs: out.filter(Boolean) };
-}
-
 /** Unit normals of the triangles at their vertices, as signed bytes. */
 function normals({ position: p, index }) {
   const out = new Int8Array((4 * p.length) / 3);
@@ -140,7 +89,7 @@ function meshOf(gl, scene) {
   const light = attribute(gl, 3, new Float32Array(arrays.position.length), 3, gl.FLOAT);
   attribute(gl, 4, normals(arrays), 4, gl.BYTE, false);
   const triangles = buckets(scene);
-  const edges = seams(triangles, ids);
+  const edges = seams(triangles, ids, arrays.position);
   const lists = [[triangles.order, triangles.runs], [edges.lines, edges.runs]].map(([data, runs]) => {
     const buffer = gl.createBuffer();
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);

@@ -24,24 +24,25 @@ test('page', { skip: missing }, async (t) => {
   });
 
   await t.test('keys walk, turn, and go faster with Shift', async () => {
-    const hold = async (keys, time) => {
+    const hold = async (...keys) => {
       await page.evaluate(() => window.zonal.fly(0));
       await page.waitForFunction(() => !window.zonal.flight);
       await page.locator('#canvas').focus();
       const before = await camera(page);
+      const frames = await page.evaluate(() => window.zonal.frames);
       for (const k of keys) await page.keyboard.down(k);
-      await page.waitForTimeout(time);
+      await page.waitForFunction((n) => window.zonal.frames >= n + 12, frames);
       for (const k of keys) await page.keyboard.up(k);
       await page.waitForFunction(() => !window.zonal.controls.active);
       return [before, await camera(page)];
     };
-    const [a, b] = await hold(['w'], 500);
-    assert.ok(b.eye[1] > a.eye[1] + 0.1 && Math.abs(b.eye[2] - a.eye[2]) < 1e-9, 'ahead and level');
-    const [c, d] = await hold(['Shift', 'W'], 500);
+    const [a, b] = await hold('w');
+    assert.ok(b.eye[1] > a.eye[1] + 1e-2 && Math.abs(b.eye[2] - a.eye[2]) < 1e-9, `ahead and level: ${a.eye} ${b.eye}`);
+    const [c, d] = await hold('Shift', 'W');
     assert.ok(far(c.eye, d.eye) > 1.5 * far(a.eye, b.eye), 'faster');
-    const [e, f] = await hold(['ArrowRight'], 400);
-    assert.ok(f.forward[0] > e.forward[0] + 0.1 && far(e.eye, f.eye) < 1e-9, 'turned to the right');
-    const [g, h] = await hold(['e'], 300);
+    const [e, f] = await hold('ArrowRight');
+    assert.ok(f.forward[0] > e.forward[0] + 1e-2 && far(e.eye, f.eye) < 1e-9, 'turned to the right');
+    const [g, h] = await hold('e');
     assert.ok(h.eye[2] > g.eye[2], 'up');
   });
 

@@ -11,13 +11,19 @@ use rayon::prelude::*;
 use zonal_scene::{Bands, PlateKind, Solution, bands};
 use zonal_transport::sheets::pane_sheets;
 
-/// Parts of an edge of a piece: the field within one is a curve whose mean straight lines between corners and middles would miss.
-const PARTS: u32 = 4;
+/// The most points on panes, unless two parts of an edge are more.
+const POINTS: usize = 200_000;
+
+/// Parts of an edge of a piece, fewer where there are many pieces: the field within one is a curve, and straight lines between a few
+/// points would miss its mean.
+fn parts_of(pieces: usize) -> u32 {
+    [8u32, 4].into_iter().find(|n| pieces * (*n as usize + 1).pow(2) <= POINTS).unwrap_or(2)
+}
 
 /// The points of a piece in its parameters, and the triangles between them, counter-clockwise.
-fn parts(kind: PlateKind) -> (Vec<[f64; 2]>, Vec<[u32; 3]>) {
-    let inside = |i: u32, j: u32| kind == PlateKind::Parallelogram || i + j <= PARTS;
-    let cells = (0..=PARTS).flat_map(|j| (0..=PARTS).map(move |i| (i, j)));
+fn parts(kind: PlateKind, n: u32) -> (Vec<[f64; 2]>, Vec<[u32; 3]>) {
+    let inside = |i: u32, j: u32| kind == PlateKind::Parallelogram || i + j <= n;
+    let cells = (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j)));
     let places: Vec<(u32, u32)> = cells.filter(|(i, j)| inside(*i, *j)).collect();
     let at = |i: u32, j: u32| places.iter().position(|p| *p == (i, j)).map(|k| k as u32);
     let mut triangles = Vec::new();
@@ -29,7 +35,7 @@ fn parts(kind: PlateKind) -> (Vec<[f64; 2]>, Vec<[u32; 3]>) {
             _ => {}
         }
     }
-    (places.iter().map(|&(i, j)| [i, j].map(|k| k as f64 / PARTS as f64)).collect(), triangles)
+    (places.iter().map(|&(i, j)| [i, j].map(|k| k as f64 / n as f64)).collect(), triangles)
 }
 
 /// The panes.
@@ -37,10 +43,12 @@ pub(super) fn panes(s: &Solution, shares: &[Share]) -> PaneMesh {
     let offset = s.zones.pane_offset();
     let mut mesh = PaneMesh::default();
     let mut places = Vec::new();
+    let n = parts_of(s.zones.panes.len());
+    let [square, triangle] = [PlateKind::Parallelogram, PlateKind::Triangle].map(|kind| parts(kind, n));
     for (i, z) in s.zones.panes.iter().enumerate() {
-        let (points, triangles) = parts(z.plate.kind);
+        let (points, triangles) = if z.plate.kind == PlateKind::Triangle { &triangle } else { &square };
         let first = mesh.positions.len() as u32;
-        for &[u, v] in &points {
+        for &[u, v] in points {
             places.push((i, [u, v]));
             mesh.positions.push(single(z.plate.at(u, v)));
             mesh.normals.push(single(z.normal));
@@ -48,7 +56,7 @@ pub(super) fn panes(s: &Solution, shares: &[Share]) -> PaneMesh {
             mesh.depth.push(z.extinction.map(|k| (k * z.thickness) as f32));
             mesh.error.push(s.fields.error[offset + i].map(|x| x as f32));
         }
-        for t in &triangles {
+        for t in triangles {
             mesh.triangles.push(t.map(|k| first + k));
             mesh.zones.push((offset + i) as u32);
         }
