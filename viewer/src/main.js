@@ -51,7 +51,6 @@ async function begin() {
     const viewer = new Viewer(gl, canvas, data, scene);
     if (innerWidth > 900) viewer.panel.toggle(true);
     $('cover').hidden = true;
-    canvas.focus({ preventScroll: true });
     canvas.addEventListener('webglcontextlost', (e) => {
       e.preventDefault();
       $('cover').hidden = false;

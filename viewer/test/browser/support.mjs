@@ -117,7 +117,7 @@ export const spread = (page) => page.evaluate(() => {
 });
 
 /** `zonal render` of a camera as linear floats, row 0 on top. */
-export function rendered(solution, camera, width, height, samples = 36) {
+export function rendered(solution, camera, width, height, samples = 64) {
   run('render', solution, '--camera', camera, '--size', `${width}x${height}`, '--samples', String(samples), '-o', 'reference.exr');
   execFileSync(floats, ['reference.exr', 'reference.npy'], { cwd: folder });
   const bytes = readFileSync(file('reference.npy'));
