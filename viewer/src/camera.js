@@ -1,6 +1,6 @@
 // The camera as a thing that moves: { eye, forward, up, fov } with unit vectors and degrees across a 4:3 picture or wider.
 
-import { add, cross, dot, length, mix, scale, sub, turn, unit } from './maths.js';
+import { add, cross, dot, frame, length, mix, scale, sub, turn, unit } from './maths.js';
 
 /** How near to straight up or down one may look, as the cosine. */
 const STEEP = 0.995;
@@ -10,12 +10,15 @@ export const copy = (c) => ({ eye: [...c.eye], forward: [...c.forward], up: [...
 /** A camera of the scene. */
 export const named = (c) => ({ eye: [...c.origin], forward: unit(sub(c.target, c.origin)), up: unit(c.up), fov: c.fov });
 
-/** One for a scene that has none: from a corner above, at the whole of it. */
-export function overview(bounds) {
+/** The whole of the scene from a corner above, for a picture with an aspect (width over height). */
+export function overview(bounds, aspect) {
   const centre = mix(bounds[0], bounds[1], 0.5);
-  const reach = length(sub(bounds[1], bounds[0]));
   const forward = unit([-1, -1.4, -0.8]);
-  return { eye: sub(centre, scale(forward, 1.4 * reach)), forward, up: [0, 0, 1], fov: 50 };
+  const camera = { eye: centre, forward, up: [0, 0, 1], fov: 50 };
+  const { tanX, tanY } = frame(camera, aspect);
+  // The ball around it fills the narrower side, but for its edge.
+  const reach = 0.5 * length(sub(bounds[1], bounds[0]));
+  return { ...camera, eye: sub(centre, scale(forward, (0.95 * reach) / Math.sin(Math.atan(Math.min(tanX, tanY))))) };
 }
 
 /** Looks around: `across` to the left, `upward` up, radians. */

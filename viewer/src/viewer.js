@@ -42,7 +42,11 @@ export class Viewer {
 
   start() {
     const c = this.data.cameras[0];
-    return c ? cameras.named(c) : cameras.overview(this.data.bounds);
+    return c ? cameras.named(c) : cameras.overview(this.data.bounds, this.aspect());
+  }
+
+  aspect() {
+    return this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1);
   }
 
   // State.
@@ -109,7 +113,7 @@ export class Viewer {
 
   fly(which) {
     const c = this.data.cameras[which];
-    const goal = c ? cameras.named(c) : cameras.overview(this.data.bounds);
+    const goal = c ? cameras.named(c) : cameras.overview(this.data.bounds, this.aspect());
     const mode = which === 'overview' ? 'orbit' : 'walk';
     if (which === 'overview') this.pivot = mix(this.data.bounds[0], this.data.bounds[1], 0.5);
     const from = cameras.copy(this.state.camera);
@@ -123,8 +127,7 @@ export class Viewer {
   }
 
   gestures() {
-    const aspect = () => this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1);
-    const lens = () => frame(this.state.camera, aspect());
+    const lens = () => frame(this.state.camera, this.aspect());
     return {
       changed: () => this.changed(),
       look: (dx, dy) => {
@@ -240,8 +243,7 @@ export class Viewer {
   // Probe.
 
   probe(x, y, middle = false) {
-    const aspect = this.canvas.clientWidth / this.canvas.clientHeight;
-    const dir = direction(frame(this.state.camera, aspect), x, y);
+    const dir = direction(frame(this.state.camera, this.aspect()), x, y);
     this.spot = { eye: [...this.state.camera.eye], dir, at: [x, y] };
     $('cross').hidden = !middle;
     this.refresh();

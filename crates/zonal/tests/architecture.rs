@@ -282,7 +282,11 @@ fn no_file_of_the_page_is_too_long() {
         for entry in std::fs::read_dir(root().join(folder)).unwrap() {
             let path = entry.unwrap().path();
             let lines = std::fs::read_to_string(&path).unwrap().lines().count();
-            assert!(lines <= MAX_LINES, "{}: {lines} lines, more than {MAX_LINES}; divide it", path.display());
+            assert!(
+                lines <= MAX_LINES,
+                "{}: {lines} lines, more than {MAX_LINES}; divide it",
+                path.display()
+            );
         }
     }
 }

@@ -53,6 +53,18 @@ test('walking stays level, orbiting keeps its distance', () => {
   assert.ok(Math.abs(dot(cross(c.forward, c.up), [0, 0, 1])) < 1e-9);
 });
 
+test('the overview holds the whole scene, in windows of any shape', () => {
+  const bounds = [[-3, -5, -1], [3, 5, 5]];
+  for (const aspect of [0.4, 1, 2.5]) {
+    const c = cameras.overview(bounds, aspect);
+    for (let k = 0; k < 8; k++) {
+      const corner = [0, 1, 2].map((i) => bounds[(k >> i) & 1][i]);
+      const at = project(frame(c, aspect), c.eye, corner);
+      assert.ok(at.every((x) => x > 0 && x < 1), `${aspect} ${at}`);
+    }
+  }
+});
+
 // A floor of two surfaces: the left one-sided, the right seen from both sides.
 const floor = {
   origin: [10, 0, 0],

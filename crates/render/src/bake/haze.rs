@@ -274,3 +274,65 @@ fn even(mut values: Vec<[f32; 3]>, known: &[bool], order: &[(usize, Vec<usize>)]
     fill(&mut values, order);
     values
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::{furnace, medium, quad, solution, surface};
+    use zonal_scene::Quiet;
+    use zonal_scene::scene::SceneParts;
+
+    fn with(divided: usize, most: usize) -> HazeOptions {
+        HazeOptions { divided, most }
+    }
+
+    /// Fluence 4 and albedo ½, no emission: B = ½.
+    #[test]
+    fn a_furnace_is_even_however_finely_it_is_asked() {
+        let s = solution(furnace(), |_, _| 1.0, |_| 1.0);
+        for (options, dims) in [
+            (with(6000, 1000), [21, 18, 15]),
+            (with(0, 1000), [7, 6, 5]),
+            (with(0, 100), [4, 3, 3]),
+            (with(0, 1), [1, 1, 1]),
+        ] {
+            let h = haze(&s, &options, &Quiet).unwrap();
+            assert_eq!(h.dims, dims);
+            assert_eq!((h.radiosity.len(), h.extinction.len()), (1, 1));
+            assert!(h.radiosity[0].iter().flatten().all(|b| (b - 0.5).abs() < 1e-6));
+            assert!(h.extinction[0].iter().all(|k| (k - 1.3).abs() < 1e-6));
+        }
+    }
+
+    #[test]
+    fn a_shaft_is_as_narrow_as_what_lets_it_through() {
+        let (lo, hi) = (vec3(0.0, 0.0, 0.0), vec3(2.0, 2.0, 2.0));
+        let parts = SceneParts {
+            surfaces: vec![surface("board", 0.0, 0.0)],
+            facets: vec![quad(0, vec3(-1.0, -1.0, 1.5), vec3(1.75, 0.0, 0.0), vec3(0.0, 4.0, 0.0))],
+            lights: vec![Light::Sun {
+                name: "sun".into(),
+                direction: vec3(0.0, 0.0, -1.0),
+                irradiance: [8.0; 3],
+                angular_diameter: 0.0,
+            }],
+            voxmap: Some(medium(lo, hi, [2, 2, 2], 0.1, 0.5)),
+            ..SceneParts::default()
+        };
+        let s = solution(parts, |_, _| 0.0, |_| 0.0);
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| haze(&s, &with(4096, 4096), &Quiet).unwrap())
+        };
+        let h = run(1);
+        assert_eq!(h, run(3));
+        assert_eq!(h.dims, [16; 3]);
+        let own = s.zones.emission(s.zones.voxel_offset())[0];
+        for (i, b) in h.radiosity[0].iter().enumerate() {
+            let [x, _, z] = [i / 256, i / 16 % 16, i % 16].map(|k| (k as f64 + 0.5) / 8.0);
+            let lit = if x < 0.75 && z < 1.5 { 0.0 } else { 8.0 * (-0.1 * (2.0 - z)).exp() };
+            let expected = own + 0.5 / 4.0 * lit;
+            assert!((b[0] as f64 - expected).abs() < 1e-4, "{x} {z}: {} {expected}", b[0]);
+        }
+    }
+}

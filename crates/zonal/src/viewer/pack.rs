@@ -134,6 +134,6 @@ mod tests {
         assert_eq!(bytes[at("bytes")..][..3], [1, 2, 3]);
         assert_eq!(bytes[at("floats")..][..8], [1.5f32.to_le_bytes(), (-2.0f32).to_le_bytes()].concat());
         assert_eq!(bytes[at("halves")..][..4], [half(1.5).to_le_bytes(), half(0.5).to_le_bytes()].concat());
-        assert!((at("halves") - 16 - n) % 8 == 0 && (16 + n) % 8 == 0);
+        assert!((at("halves") - 16 - n).is_multiple_of(8) && (16 + n).is_multiple_of(8));
     }
 }
