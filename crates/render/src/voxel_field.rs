@@ -22,18 +22,18 @@ pub(crate) struct VoxelField<'a> {
 impl<'a> VoxelField<'a> {
     /// The field of a solution; `None` without a voxmap.
     pub fn new(s: &'a Solution, transport: &'a Transport) -> Option<VoxelField<'a>> {
-        let map = s.scene.voxmap()?;
         let offset = s.zones.voxel_offset();
-        let values: Vec<Bands> = s
-            .zones
-            .voxels
-            .iter()
-            .enumerate()
-            .map(|(i, z)| {
-                let (b, direct) = (s.fields.radiosity[offset + i], s.fields.direct[offset + i]);
-                bands(|k| (b[k] - z.albedo[k] * direct[k] / 4.0).max(0.0))
-            })
-            .collect();
+        let rest = |(i, z): (usize, &VoxelZone)| {
+            let (b, direct) = (s.fields.radiosity[offset + i], s.fields.direct[offset + i]);
+            bands(|k| b[k] - z.albedo[k] * direct[k] / 4.0)
+        };
+        VoxelField::of(s, transport, s.zones.voxels.iter().enumerate().map(rest).collect())
+    }
+
+    /// The field with these means, one a voxel zone, W/m²; those below zero count as zero. `None` without a voxmap.
+    pub fn of(s: &'a Solution, transport: &'a Transport, mut values: Vec<Bands>) -> Option<VoxelField<'a>> {
+        let map = s.scene.voxmap()?;
+        values.iter_mut().flatten().for_each(|x| *x = x.max(0.0));
         let (corners, fits) = (Lazy::new(values.len()), Lazy::new(values.len()));
         let builder = Builder { s, map, transport, values, near_facet: cells_near_facets(s, map), fits };
         Some(VoxelField { map, zones: &s.zones.voxels, builder, corners })

@@ -24,5 +24,6 @@ pub mod failure;
 pub mod meter;
 pub mod plot;
 pub mod table;
+pub mod viewer;
 
 pub use failure::Failure;

@@ -275,6 +275,22 @@ fn no_test_is_switched_off_and_no_file_is_too_long() {
     none(sources("crates").iter().flat_map(|(name, text)| unfinished(name, text)).collect());
 }
 
+/// The viewer's page is small files too.
+#[test]
+fn no_file_of_the_page_is_too_long() {
+    for folder in ["viewer/src", "viewer/test/unit", "viewer/test/browser"] {
+        for entry in std::fs::read_dir(root().join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let lines = std::fs::read_to_string(&path).unwrap().lines().count();
+            assert!(
+                lines <= MAX_LINES,
+                "{}: {lines} lines, more than {MAX_LINES}; divide it",
+                path.display()
+            );
+        }
+    }
+}
+
 #[test]
 fn unfinished_work_is_noticed() {
     assert_eq!(unfinished("a.rs", concat!("#[", "ignore = \"slow\"]\n#[test]\nfn f() {}")).len(), 1);

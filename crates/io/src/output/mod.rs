@@ -6,6 +6,7 @@
 //! | [`report`] | the report as JSON, for `--json` and for the solution's header |
 //! | [`hash`] | the scene hash: which scene a solution belongs to |
 //! | [`picture`] | exposure, filmic curve, sRGB, dither: PNG |
+//! | [`texture`] | textures as the bytes of a PNG |
 //! | [`exr`] | linear pictures in f32, out and in |
 //! | [`csv`] | one line a zone |
 //! | [`glb`] | meshes, materials and cameras for other engines |
@@ -24,6 +25,7 @@ pub mod hash;
 pub mod picture;
 pub mod report;
 pub mod solution;
+pub mod texture;
 pub mod vault;
 pub mod vti;
 pub mod vtu;
@@ -45,6 +47,7 @@ pub use hash::{factors_hash, scene_hash};
 pub use picture::{Curve, auto_exposure, encode_png, write_png};
 pub use report::report_json;
 pub use solution::{read_solution, write_solution};
+pub use texture::texture_png;
 pub use vault::{Folder, Held, Keys};
 pub use vti::write_vti;
 pub use vtu::write_vtu;

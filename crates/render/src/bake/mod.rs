@@ -27,9 +27,11 @@
 //! | `seams` | common edges of patches have common vertices |
 //! | `mesh` | from pieces to triangles |
 //! | `rest` | panes and medium |
+//! | [`haze`] | the medium on a finer grid, with crisp shafts |
 //!
 //! The same bits for any number of threads: patches are independent, and what is chosen among them is put in order first.
 
+pub mod haze;
 mod light;
 mod mesh;
 mod refine;

@@ -11,28 +11,31 @@ use rayon::prelude::*;
 use zonal_scene::{Bands, PlateKind, Solution, bands};
 use zonal_transport::sheets::pane_sheets;
 
-/// Vertices of a piece in its parameters, in quarters: corners, edge middles, centre.
-const SQUARE: [[f64; 2]; 9] = [
-    [0.0, 0.0],
-    [0.5, 0.0],
-    [1.0, 0.0],
-    [0.0, 0.5],
-    [0.5, 0.5],
-    [1.0, 0.5],
-    [0.0, 1.0],
-    [0.5, 1.0],
-    [1.0, 1.0],
-];
-const SQUARE_TRIANGLES: [[u32; 3]; 8] =
-    [[0, 1, 4], [0, 4, 3], [1, 2, 4], [2, 5, 4], [3, 4, 6], [4, 7, 6], [4, 5, 8], [4, 8, 7]];
-const TRIANGLE: [[f64; 2]; 6] = [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [0.0, 0.5], [0.5, 0.5], [0.0, 1.0]];
-const TRIANGLE_TRIANGLES: [[u32; 3]; 4] = [[0, 1, 3], [1, 2, 4], [1, 4, 3], [3, 4, 5]];
+/// The most points on panes, unless two parts of an edge are more.
+const POINTS: usize = 200_000;
 
-fn parts(kind: PlateKind) -> (&'static [[f64; 2]], &'static [[u32; 3]]) {
-    match kind {
-        PlateKind::Parallelogram => (&SQUARE, &SQUARE_TRIANGLES),
-        PlateKind::Triangle => (&TRIANGLE, &TRIANGLE_TRIANGLES),
+/// Parts of an edge of a piece, fewer where there are many pieces: the field within one is a curve, and straight lines between a few
+/// points would miss its mean.
+fn parts_of(pieces: usize) -> u32 {
+    [8u32, 4].into_iter().find(|n| pieces * (*n as usize + 1).pow(2) <= POINTS).unwrap_or(2)
+}
+
+/// The points of a piece in its parameters, and the triangles between them, counter-clockwise.
+fn parts(kind: PlateKind, n: u32) -> (Vec<[f64; 2]>, Vec<[u32; 3]>) {
+    let inside = |i: u32, j: u32| kind == PlateKind::Parallelogram || i + j <= n;
+    let cells = (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j)));
+    let places: Vec<(u32, u32)> = cells.filter(|(i, j)| inside(*i, *j)).collect();
+    let at = |i: u32, j: u32| places.iter().position(|p| *p == (i, j)).map(|k| k as u32);
+    let mut triangles = Vec::new();
+    for &(i, j) in &places {
+        let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+        match corners {
+            [Some(a), Some(b), Some(c), Some(d)] => triangles.extend([[a, b, d], [b, c, d]]),
+            [Some(a), Some(b), None, Some(d)] => triangles.push([a, b, d]),
+            _ => {}
+        }
     }
+    (places.iter().map(|&(i, j)| [i, j].map(|k| k as f64 / n as f64)).collect(), triangles)
 }
 
 /// The panes.
@@ -40,8 +43,10 @@ pub(super) fn panes(s: &Solution, shares: &[Share]) -> PaneMesh {
     let offset = s.zones.pane_offset();
     let mut mesh = PaneMesh::default();
     let mut places = Vec::new();
+    let n = parts_of(s.zones.panes.len());
+    let [square, triangle] = [PlateKind::Parallelogram, PlateKind::Triangle].map(|kind| parts(kind, n));
     for (i, z) in s.zones.panes.iter().enumerate() {
-        let (points, triangles) = parts(z.plate.kind);
+        let (points, triangles) = if z.plate.kind == PlateKind::Triangle { &triangle } else { &square };
         let first = mesh.positions.len() as u32;
         for &[u, v] in points {
             places.push((i, [u, v]));

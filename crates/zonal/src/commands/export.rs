@@ -4,6 +4,8 @@ mod scene;
 
 use super::{Context, check_output};
 use crate::failure::say;
+use crate::viewer::package::{Detail, package};
+use crate::viewer::page;
 use crate::{Failure, meter::Meter};
 use clap::ValueEnum;
 use std::path::{Path, PathBuf};
@@ -15,6 +17,7 @@ use zonal_scene::Solution;
 const ENDINGS: &str = "\
 The ending of the name says what is written:
   .csv  one line a zone, for spreadsheets
+  .html the page of `zonal view` with all its data: one file that opens without a server or a network
   .glb  the scene with its light baked into vertex colours, for Blender, web viewers and engines; the light of the
         medium goes beside it, as NAME.medium.npz
   .vtu  patches and panes with all fields, for ParaView
@@ -27,7 +30,7 @@ docs/export.md says what each file holds and how to open it.";
 pub struct Args {
     /// Solution (.npz).
     pub run: PathBuf,
-    /// File to write: .csv, .glb, .vtu or .vti.
+    /// File to write: .csv, .html, .glb, .vtu or .vti.
     #[arg(long, short)]
     pub output: PathBuf,
     /// How the .glb is baked.
@@ -91,7 +94,7 @@ impl From<CurveName> for Curve {
 
 /// Runs the command.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
-    check_output(&args.output, &["csv", "glb", "vtu", "vti"])?;
+    check_output(&args.output, &["csv", "html", "glb", "vtu", "vti"])?;
     let ending =
         args.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     check(&args.bake, &ending)?;
@@ -102,6 +105,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         "csv" => output::write_zones_csv(&args.output, &solution)?,
         "vtu" => output::write_vtu(&args.output, &solution)?,
         "vti" => output::write_vti(&args.output, &solution)?,
+        "html" => write_page(args, &solution, context, &mut more)?,
         _ => written.extend(write_scene(args, &solution, context, &mut more)?),
     }
     let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
@@ -130,6 +134,18 @@ fn check(b: &Bake, ending: &str) -> Result<(), Failure> {
         return Err(Failure::new("--finest: give a length above 0, in metres"));
     }
     Ok(())
+}
+
+/// Bakes and writes the viewer's page.
+fn write_page(
+    args: &Args,
+    s: &Solution,
+    context: Context,
+    more: &mut serde_json::Map<String, serde_json::Value>,
+) -> Result<(), Failure> {
+    let text = page::single(&package(s, &Detail::default(), &Meter::new(context.quiet))?);
+    more.insert("bytes".into(), text.len().into());
+    Ok(output::write_bytes(&args.output, text.as_bytes())?)
 }
 
 /// Bakes and writes the .glb and what lies beside it; returns the names of the latter.

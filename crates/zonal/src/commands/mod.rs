@@ -9,6 +9,7 @@ pub mod relight;
 pub mod render;
 pub mod reproduce;
 pub mod solve;
+pub mod view;
 
 use clap::{Parser, Subcommand};
 use std::path::Path;
@@ -49,7 +50,9 @@ pub enum Command {
     Relight(relight::Args),
     /// Draw a picture from a solution.
     Render(render::Args),
-    /// Write a solution for other programs: table, Blender and the web, ParaView (.csv, .glb, .vtu, .vti).
+    /// Walk through a solution in a browser on this machine.
+    View(view::Args),
+    /// Write a solution for other programs: table, one-file web page, Blender, ParaView (.csv, .html, .glb, .vtu, .vti).
     Export(export::Args),
     /// Write the exchange areas of all zones of a scene, each with its error radius (.npz).
     Exchange(exchange::Args),
@@ -81,6 +84,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Command::Solve(a) => solve::run(&a, context),
         Command::Relight(a) => relight::run(&a, context),
         Command::Render(a) => render::run(&a, context),
+        Command::View(a) => view::run(&a, context),
         Command::Export(a) => export::run(&a, context),
         Command::Exchange(a) => exchange::run(&a, context),
         Command::Factors(a) => factors::run(&a, context),

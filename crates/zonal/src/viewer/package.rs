@@ -1,0 +1,218 @@
+//! Everything that the page needs of a solution.
+//!
+//! Positions are relative to `origin`, the middle of the scene, so that single floats serve far from zero. Light comes a group: what
+//! the page draws is Σ_g f_g (E_g + ρ H_g) with factors f_g of its own. Fields on the mesh, the panes and the medium are half floats times a
+//! scale; what the probe tells of zones is single floats. In the header, units as everywhere: m, 1/m, W/m², W/(m² sr).
+//!
+//! | arrays | a | what |
+//! |---|---|---|
+//! | `position`, `uv`, `surface`, `irradianceG`, `error` | vertex | mesh of the patches; irradiance of group G, direct light included |
+//! | `index`, `triangleZone` | triangle | corners; patch zone |
+//! | `zoneIndirectG`, `zoneDirectG`, `zoneError`, `zoneReflectance`, `zoneEmission`, `zoneSurface` | patch | the solution itself |
+//! | `panePosition`, `paneNormal`, `paneOf`, `paneG`, `paneIndex` | vertex, triangle | panes with their radiosity |
+//! | `extinction`, `volumeG` | point of the medium | κ where it varies; radiosity |
+//! | `textureN` | | PNG |
+
+use super::pack::{Pack, scale_of};
+use crate::Failure;
+use serde_json::{Value, json};
+use zonal_io::output::texture_png;
+use zonal_math::Vec3;
+use zonal_render::bake::haze::{Haze, HazeOptions, haze};
+use zonal_render::bake::{BakeOptions, Baked, PaneMesh, SurfaceMesh, bake};
+use zonal_scene::{Bands, Group, Kind, Light, Progress, Solution};
+
+/// Textures larger than this are halved, pixels.
+const TEXTURE_SIDE: usize = 2048;
+
+/// Pieces of patches are not halved below this part of the scene's diagonal.
+const FINEST: f64 = 3000.0;
+/// Difference from linear interpolation that is left within pieces.
+const TOLERANCE: f64 = 0.02;
+
+/// How finely to bake for the page.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Detail {
+    /// The most vertices on patches.
+    pub vertices: usize,
+}
+
+impl Default for Detail {
+    fn default() -> Self {
+        Detail { vertices: 400_000 }
+    }
+}
+
+/// Bakes a solution into a blob, compressed.
+pub fn package(s: &Solution, detail: &Detail, progress: &dyn Progress) -> Result<Vec<u8>, Failure> {
+    let too_many =
+        |what: &str| Failure::new(format!("the viewer takes at most 65,536 {what}; join some of them"));
+    if s.scene.surfaces().len() > 1 << 16 {
+        return Err(too_many("surfaces"));
+    }
+    if s.scene.panes().len() > 1 << 16 {
+        return Err(too_many("panes"));
+    }
+    let finest = Some(s.scene.diagonal() / FINEST);
+    let options =
+        BakeOptions { vertices: detail.vertices, tolerance: TOLERANCE, finest, ..BakeOptions::default() };
+    let baked = bake(s, &options, progress);
+    let medium = haze(s, &HazeOptions::default(), progress);
+    let (low, high) = s.scene.bounds();
+    let origin = (low + high) * 0.5;
+    let mut pack = Pack::default();
+    let mut scales = vec![json!({}); baked.groups.len()];
+    general(&mut pack, s, &baked, origin);
+    mesh(&mut pack, &baked.surfaces, origin, &mut scales);
+    zones(&mut pack, s);
+    panes(&mut pack, s, &baked.panes, origin, &mut scales);
+    volume(&mut pack, medium.as_ref(), origin, &mut scales);
+    pack.set("groups", groups(s, &baked, &scales));
+    for (i, t) in s.scene.textures().iter().enumerate() {
+        let bytes = texture_png(t, TEXTURE_SIDE).ok_or_else(|| Failure::new("a texture has no pixels"))?;
+        pack.u8(&format!("texture{i}"), &bytes);
+    }
+    pack.finish().map_err(|e| Failure::new(format!("the solution cannot be packed ({e})")))
+}
+
+fn array(v: Vec3) -> Value {
+    json!(v.array())
+}
+
+/// Names, counts, cameras, surfaces, report.
+fn general(pack: &mut Pack, s: &Solution, baked: &Baked, origin: Vec3) {
+    let (scene, report) = (&s.scene, &s.report);
+    let (low, high) = scene.bounds();
+    pack.set("name", scene.name().into());
+    pack.set("version", s.version.clone().into());
+    pack.set("origin", array(origin));
+    pack.set("bounds", json!([array(low - origin), array(high - origin)]));
+    pack.set("textures", scene.textures().len().into());
+    let z = &s.zones;
+    pack.set(
+        "counts",
+        json!({ "patches": z.patches.len(), "voxels": z.voxels.len(), "panes": z.panes.len() }),
+    );
+    let mut status: Vec<&str> = report.status.iter().map(|x| x.word()).collect();
+    status.dedup();
+    pack.set(
+        "report",
+        json!({
+            "engine": report.engine, "status": status.join(", "), "grade": report.estimate.grade.word(),
+            "estimate": { "patches": report.estimate.patches, "volumes": report.estimate.volumes },
+            "residual": report.energy.residual, "warnings": report.warnings,
+        }),
+    );
+    let camera = |c: &zonal_scene::Camera| json!({ "name": c.name, "origin": array(c.origin - origin), "target": array(c.target - origin), "up": array(c.up), "fov": c.fov });
+    pack.set("cameras", scene.cameras().iter().map(camera).collect());
+    let surface = |(i, x): (usize, &zonal_scene::Surface)| {
+        json!({
+            "name": x.name, "reflectance": x.reflectance, "emission": x.emission, "group": baked.emission_groups[i],
+            "texture": x.reflectance_texture, "emissionTexture": x.emission_texture, "both": x.sides == zonal_scene::Sides::Both,
+        })
+    };
+    pack.set("surfaces", scene.surfaces().iter().enumerate().map(surface).collect());
+    let pane =
+        |p: &zonal_scene::Pane| json!({ "name": p.name, "depth": p.extinction.map(|k| k * p.thickness) });
+    pack.set("panes", scene.panes().iter().map(pane).collect());
+}
+
+/// Half floats of a field with the scale that they are to be multiplied by.
+fn field(pack: &mut Pack, name: &str, values: &[[f32; 3]]) -> f32 {
+    let scale = scale_of(values.as_flattened());
+    pack.f16(name, values.as_flattened(), scale);
+    scale
+}
+
+/// The same a group, the scale noted under the field's name.
+fn fields(pack: &mut Pack, stem: &str, groups: &[Vec<[f32; 3]>], scales: &mut [Value]) {
+    for (g, values) in groups.iter().enumerate() {
+        scales[g][stem] = field(pack, &format!("{stem}{g}"), values).into();
+    }
+}
+
+fn positions(points: &[[f32; 3]], origin: Vec3) -> Vec<f32> {
+    points.iter().flat_map(|p| [0, 1, 2].map(|k| (p[k] as f64 - origin[k]) as f32)).collect()
+}
+
+fn mesh(pack: &mut Pack, m: &SurfaceMesh, origin: Vec3, scales: &mut [Value]) {
+    pack.f32("position", &positions(&m.positions, origin));
+    pack.f32("uv", m.uvs.as_flattened());
+    pack.u16("surface", &m.surfaces.iter().map(|s| *s as u16).collect::<Vec<_>>());
+    fields(pack, "irradiance", &m.irradiance, scales);
+    let error = field(pack, "error", &m.error);
+    pack.u32("index", m.triangles.as_flattened());
+    pack.u32("triangleZone", &m.zones);
+    pack.set("mesh", json!({ "vertices": m.positions.len(), "errorScale": error }));
+}
+
+/// The patches as solved, for the probe.
+fn zones(pack: &mut Pack, s: &Solution) {
+    let n = s.zones.patches.len();
+    let list = |value: &dyn Fn(usize) -> Bands| -> Vec<f32> {
+        (0..n).flat_map(|i| value(i).map(|x| x as f32)).collect()
+    };
+    let whole = [Group::default()];
+    let groups = if s.groups.is_empty() { &whole[..] } else { &s.groups };
+    for (g, group) in groups.iter().enumerate() {
+        let of = |i: usize, direct: bool| match (s.groups.is_empty(), direct) {
+            (true, false) => s.fields.incident[i],
+            (true, true) => s.fields.direct[i],
+            (false, false) => scaled(group.incident.at(i), group.incident_scale),
+            (false, true) => scaled(group.direct.at(i), group.direct_scale),
+        };
+        pack.f32(&format!("zoneIndirect{g}"), &list(&|i| of(i, false)));
+        pack.f32(&format!("zoneDirect{g}"), &list(&|i| of(i, true)));
+    }
+    pack.f32("zoneError", &list(&|i| s.fields.error[i]));
+    pack.f32("zoneReflectance", &list(&|i| s.zones.patches[i].reflectance));
+    pack.f32("zoneEmission", &list(&|i| s.zones.patches[i].emission));
+    pack.u16("zoneSurface", &s.zones.patches.iter().map(|p| p.surface as u16).collect::<Vec<_>>());
+}
+
+fn scaled(v: Bands, scale: Bands) -> Bands {
+    [0, 1, 2].map(|b| v[b] * scale[b])
+}
+
+fn panes(pack: &mut Pack, s: &Solution, m: &PaneMesh, origin: Vec3, scales: &mut [Value]) {
+    if s.zones.panes.is_empty() {
+        return;
+    }
+    pack.f32("panePosition", &positions(&m.positions, origin));
+    pack.f32("paneNormal", m.normals.as_flattened());
+    pack.u16("paneOf", &m.panes.iter().map(|p| *p as u16).collect::<Vec<_>>());
+    fields(pack, "pane", &m.radiosity, scales);
+    pack.u32("paneIndex", m.triangles.as_flattened());
+}
+
+fn volume(pack: &mut Pack, medium: Option<&Haze>, origin: Vec3, scales: &mut [Value]) {
+    let Some(m) = medium else {
+        return;
+    };
+    let mut head = json!({ "min": array(m.min - origin), "max": array(m.max - origin), "dims": m.dims });
+    match &m.extinction[..] {
+        [one] => head["extinction"] = json!(one),
+        many => head["extinctionScale"] = field(pack, "extinction", many).into(),
+    }
+    fields(pack, "volume", &m.radiosity, scales);
+    pack.set("volume", head);
+}
+
+/// Light groups: name, what lies beyond the scene of their light, scales of their fields.
+fn groups(s: &Solution, baked: &Baked, scales: &[Value]) -> Value {
+    let kind = |g: usize| s.groups.get(g).map_or(Kind::All, |x| x.kind);
+    let background = |g: usize| {
+        let mut sum = match kind(g) {
+            Kind::All | Kind::Surroundings => s.scene.surroundings().radiance,
+            _ => [0.0; 3],
+        };
+        for (_, light) in s.scene.lights().iter().enumerate().filter(|(l, _)| kind(g).has_light(*l)) {
+            if let Light::Sky { radiance, .. } = light {
+                sum = [0, 1, 2].map(|b| sum[b] + radiance[b]);
+            }
+        }
+        sum
+    };
+    let one = |(g, name): (usize, &String)| json!({ "name": name, "background": background(g), "scales": scales[g] });
+    baked.groups.iter().enumerate().map(one).collect()
+}

@@ -1,0 +1,146 @@
+// The controls beside the picture. They show a state and tell of wishes; they keep nothing themselves.
+
+import { css } from './colour.js';
+import { LOWEST, count, fromPlace, number, percent, stops, ticks, times, toPlace } from './format.js';
+
+const $ = (id) => document.getElementById(id);
+
+export const NAMES = { irradiance: 'Irradiance', radiosity: 'Radiosity', error: 'Error estimate of the irradiance' };
+const BAND_NAMES = { mean: 'mean of bands', luminance: 'luminance', red: 'red band', green: 'green band', blue: 'blue band' };
+
+/** Fills a slider's track between its middle and its thumb. */
+function fill(input) {
+  const { min, max, value } = input;
+  const at = (100 * (value - min)) / (max - min);
+  input.style.setProperty('--from', `${Math.min(at, 50)}%`);
+  input.style.setProperty('--to', `${Math.max(at, 50)}%`);
+}
+
+function slide(input, output, place, text, changed) {
+  input.value = place;
+  input.setAttribute('aria-valuetext', text);
+  output.textContent = text;
+  output.classList.toggle('changed', changed);
+  fill(input);
+}
+
+/** `on` has one call a wish: each takes what it asks for. */
+export class Panel {
+  constructor(data, on) {
+    this.data = data;
+    this.on = on;
+    $('title').textContent = data.name;
+    document.title = `${data.name} · zonal`;
+    this.cameras(data.cameras);
+    this.lights(data.groups);
+    this.report(data);
+    $('densityRow').hidden = !data.volume;
+    $('exposure').addEventListener('input', (e) => on.stops(Number(e.target.value)));
+    $('density').addEventListener('input', (e) => on.density(fromPlace(Number(e.target.value))));
+    for (const [id, value] of [['exposure', () => on.stops(0)], ['density', () => on.density(1)]]) $(id).addEventListener('dblclick', value);
+    $('lightsReset').addEventListener('click', () => on.lightsReset());
+    $('show').addEventListener('change', (e) => on.show(e.target.value));
+    $('band').addEventListener('change', (e) => on.band(e.target.value));
+    $('log').addEventListener('click', () => on.log(true));
+    $('linear').addEventListener('click', () => on.log(false));
+    $('rangeReset').addEventListener('click', () => on.range(null));
+    for (const id of ['low', 'high']) $(id).addEventListener('change', () => this.range());
+    for (const mode of ['walk', 'orbit']) $(mode).addEventListener('click', () => on.mode(mode));
+    $('panelButton').addEventListener('click', () => this.toggle());
+    $('helpButton').addEventListener('click', () => $('help').showModal());
+  }
+
+  cameras(cameras) {
+    const select = $('camera');
+    const add = (text, value) => select.append(Object.assign(document.createElement('option'), { textContent: text, value }));
+    cameras.forEach((c, i) => add(c.name, i));
+    add('overview', 'overview');
+    add('free', 'free');
+    select.addEventListener('change', () => select.value !== 'free' && this.on.camera(select.value === 'overview' ? 'overview' : Number(select.value)));
+  }
+
+  lights(groups) {
+    groups.forEach((g, i) => {
+      const row = document.createElement('div');
+      row.className = 'slider light';
+      const id = `light${i}`;
+      const label = Object.assign(document.createElement('label'), { htmlFor: id, textContent: g.name, title: g.name });
+      const output = Object.assign(document.createElement('output'), { id: `${id}Out`, htmlFor: id });
+      const input = Object.assign(document.createElement('input'), { type: 'range', id, min: LOWEST, max: -LOWEST, step: 0.1 });
+      input.addEventListener('input', () => this.on.light(i, fromPlace(Number(input.value))));
+      input.addEventListener('dblclick', () => this.on.light(i, 1));
+      row.append(label, output, input);
+      $('lights').append(row);
+    });
+  }
+
+  report({ counts, report }) {
+    const row = (name, value) => {
+      $('report').append(Object.assign(document.createElement('dt'), { textContent: name }), Object.assign(document.createElement('dd'), { textContent: value }));
+    };
+    row('Patches', count(counts.patches));
+    if (counts.voxels) row('Voxel zones', count(counts.voxels));
+    if (counts.panes) row('Pane zones', count(counts.panes));
+    row('Engine', report.engine);
+    row('Ended', report.status);
+    row('Error of H, rms', percent(Math.max(...report.estimate.patches)));
+    if (counts.voxels || counts.panes) row('Error of G, rms', percent(Math.max(...report.estimate.volumes)));
+    row('Grade', report.grade);
+    row('Energy residual', percent(Math.max(...report.residual.map(Math.abs))));
+    for (const w of report.warnings) $('warnings').append(Object.assign(document.createElement('li'), { textContent: w }));
+  }
+
+  /** Reads the two fields of the range. */
+  range() {
+    const [low, high] = ['low', 'high'].map((id) => Number($(id).value.replace(',', '.')));
+    const sound = Number.isFinite(low) && Number.isFinite(high) && high > low && low >= 0;
+    for (const id of ['low', 'high']) $(id).setAttribute('aria-invalid', String(!sound));
+    if (sound) this.on.range([low, high]);
+  }
+
+  toggle(open = $('panel').hidden) {
+    $('panel').hidden = !open;
+    document.body.classList.toggle('panel', open);
+    $('panelButton').setAttribute('aria-expanded', String(open));
+  }
+
+  /** Shows a state. */
+  update(state, ends) {
+    slide($('exposure'), $('exposureOut'), state.stops, stops(state.stops), state.stops !== 0);
+    slide($('density'), $('densityOut'), toPlace(state.density), times(state.density), state.density !== 1);
+    state.factors.forEach((f, i) => slide($(`light${i}`), $(`light${i}Out`), toPlace(f), times(f), f !== 1));
+    $('lightsReset').disabled = state.factors.every((f) => f === 1);
+    for (const input of document.getElementsByName('show')) input.checked = input.value === state.show;
+    const mapped = state.show !== 'picture';
+    $('mapSettings').hidden = !mapped;
+    $('pictureSettings').hidden = mapped;
+    $('band').value = state.band;
+    $('log').setAttribute('aria-pressed', String(state.log));
+    $('linear').setAttribute('aria-pressed', String(!state.log));
+    for (const mode of ['walk', 'orbit']) $(mode).setAttribute('aria-pressed', String(state.mode === mode));
+    $('camera').value = state.at ?? 'free';
+    if (mapped) this.legend(state, ends);
+    $('legend').hidden = !mapped;
+    document.body.classList.toggle('mapped', mapped);
+  }
+
+  legend(state, [low, high]) {
+    if (document.activeElement !== $('low')) $('low').value = number(low, 3);
+    if (document.activeElement !== $('high')) $('high').value = number(high, 3);
+    $('legendTitle').replaceChildren(NAMES[state.show], Object.assign(document.createElement('span'), { textContent: ` · ${BAND_NAMES[state.band]} · W/m²` }));
+    $('legendBar').style.background = `linear-gradient(90deg in srgb, ${Array.from({ length: 33 }, (_, i) => css(i / 32)).join(', ')})`;
+    if (!$('legendBar').style.background) $('legendBar').style.background = `linear-gradient(90deg, ${Array.from({ length: 33 }, (_, i) => css(i / 32)).join(', ')})`;
+    const place = (x) => (state.log ? Math.log(x / low) / Math.log(high / low) : (x - low) / (high - low));
+    let last = -1;
+    const marks = ticks(low, high, state.log).filter((x) => {
+      const keep = place(x) - last > 0.11;
+      if (keep) last = place(x);
+      return keep;
+    });
+    $('legendTicks').replaceChildren(...marks.map((x) => {
+      const s = Object.assign(document.createElement('span'), { textContent: number(x, 3).replace(/(\.\d*?)0+$/, '$1').replace(/\.$/, '') });
+      s.style.left = `${100 * place(x)}%`;
+      return s;
+    }));
+  }
+}

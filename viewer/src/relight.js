@@ -1,0 +1,54 @@
+// Light groups summed in the browser: H = Σ f_g H_g, and what follows from it. All sums are linear in the factors f_g.
+
+import { VALUES } from './half.js';
+
+/** Adds `factor` times halves to `out`. */
+function addHalves(out, halves, factor) {
+  for (let i = 0; i < out.length; i++) out[i] += factor * VALUES[halves[i]];
+}
+
+/** Σ_g f_g X_g over the arrays of halves named `stem` + g, each times its group's scale of that name; zeros where there is none. */
+export function sum(scene, stem, factors, length) {
+  const out = new Float32Array(length);
+  scene.groups.forEach((group, g) => {
+    const halves = scene.arrays[stem + g];
+    if (halves && factors[g]) addHalves(out, halves, factors[g] * group.scales[stem]);
+  });
+  return out;
+}
+
+/** Emitted flux of each surface, W/m²: that of its group, turned up and down. */
+export function emissions(scene, factors) {
+  return scene.surfaces.map((s) => s.emission.map((e) => e * (s.group === null ? 1 : factors[s.group])));
+}
+
+/** Radiance beyond the scene, W/(m² sr). */
+export function background(scene, factors) {
+  return [0, 1, 2].map((b) => scene.groups.reduce((s, g, i) => s + factors[i] * g.background[b], 0));
+}
+
+/** What the solution says of a patch, group by group and together, W/m². */
+export function patch(scene, zone, factors) {
+  const { arrays, groups, surfaces } = scene;
+  const three = (name) => {
+    const a = arrays[name];
+    return a ? [0, 1, 2].map((b) => a[3 * zone + b]) : [0, 0, 0];
+  };
+  const total = (stem) => groups.reduce((s, _, g) => {
+    const v = three(stem + g);
+    return s.map((x, b) => x + factors[g] * v[b]);
+  }, [0, 0, 0]);
+  const indirect = total('zoneIndirect');
+  const direct = total('zoneDirect');
+  const rho = three('zoneReflectance');
+  const s = surfaces[arrays.zoneSurface[zone]];
+  const f = s.group === null ? 1 : factors[s.group];
+  const emission = three('zoneEmission').map((e) => e * f);
+  return {
+    indirect,
+    direct,
+    irradiance: indirect.map((x, b) => x + direct[b]),
+    radiosity: rho.map((r, b) => emission[b] + r * (indirect[b] + direct[b])),
+    error: three('zoneError'),
+  };
+}

@@ -1,0 +1,233 @@
+// A solution on the graphics card: mesh, textures, panes, medium; relit when factors change.
+
+import { parameters, table, flat } from './gl.js';
+import { cross, unit } from './maths.js';
+import { toHalves, VALUES } from './half.js';
+import { emissions, sum } from './relight.js';
+import { seams, weld } from './seams.js';
+
+/** The most triangles of panes that are put in order for every frame. */
+const MOST_SORTED = 30000;
+
+/** Pictures decoded as textures of linear light, told one by one. */
+async function textures(gl, scene, progress) {
+  const anisotropic = gl.getExtension('EXT_texture_filter_anisotropic');
+  const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+  const made = [];
+  for (let i = 0; i < scene.textures; i++) {
+    const blob = new Blob([scene.arrays[`texture${i}`]], { type: 'image/png' });
+    const plain = { colorSpaceConversion: 'none', premultiplyAlpha: 'none' };
+    let bitmap = await createImageBitmap(blob, plain);
+    if (Math.max(bitmap.width, bitmap.height) > most) {
+      bitmap = await createImageBitmap(blob, { ...plain, resizeWidth: Math.min(bitmap.width, most), resizeHeight: Math.min(bitmap.height, most) });
+    }
+    const t = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, t);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, bitmap);
+    gl.generateMipmap(gl.TEXTURE_2D);
+    parameters(gl, gl.TEXTURE_2D, gl.LINEAR_MIPMAP_LINEAR, gl.LINEAR, gl.REPEAT);
+    if (anisotropic) gl.texParameterf(gl.TEXTURE_2D, anisotropic.TEXTURE_MAX_ANISOTROPY_EXT, 4);
+    bitmap.close();
+    made.push(t);
+    progress((i + 1) / scene.textures);
+  }
+  return made;
+}
+
+function attribute(gl, location, data, size, type, whole = false) {
+  const buffer = gl.createBuffer();
+  gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+  gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
+  gl.enableVertexAttribArray(location);
+  if (whole) gl.vertexAttribIPointer(location, size, type, 0, 0);
+  else gl.vertexAttribPointer(location, size, type, false, 0, 0);
+  return buffer;
+}
+
+/** Triangles in order of what they are drawn with, and where each run of them lies. */
+export function buckets(scene) {
+  const { index, surface } = scene.arrays;
+  const keys = scene.surfaces.map((s) => `${s.texture ?? ''},${s.emissionTexture ?? ''}`);
+  const lists = new Map();
+  for (let t = 0; t < index.length; t += 3) {
+    const s = surface[index[t]];
+    if (!lists.has(keys[s])) lists.set(keys[s], { texture: scene.surfaces[s].texture, emissionTexture: scene.surfaces[s].emissionTexture, triangles: [] });
+    lists.get(keys[s]).triangles.push(t);
+  }
+  const order = new Uint32Array(index.length);
+  const runs = [];
+  let at = 0;
+  for (const { triangles, ...look } of lists.values()) {
+    runs.push({ ...look, first: at, count: 3 * triangles.length });
+    for (const t of triangles) {
+      for (let k = 0; k < 3; k++) order[at++] = index[t + k];
+    }
+  }
+  return { order, runs };
+}
+
+/** Unit normals of the triangles at their vertices, as signed bytes. */
+function normals({ position: p, index }) {
+  const out = new Int8Array((4 * p.length) / 3);
+  for (let t = 0; t < index.length; t += 3) {
+    const [i, j, k] = [3 * index[t], 3 * index[t + 1], 3 * index[t + 2]];
+    const n = unit(cross([0, 1, 2].map((c) => p[j + c] - p[i + c]), [0, 1, 2].map((c) => p[k + c] - p[i + c])));
+    for (const v of [i, j, k]) n.forEach((x, c) => (out[(4 * v) / 3 + c] = Math.round(127 * x)));
+  }
+  return out;
+}
+
+function meshOf(gl, scene) {
+  const { arrays } = scene;
+  const ids = weld(arrays.position);
+  const array = gl.createVertexArray();
+  gl.bindVertexArray(array);
+  attribute(gl, 0, arrays.position, 3, gl.FLOAT);
+  attribute(gl, 1, arrays.uv, 2, gl.FLOAT);
+  attribute(gl, 2, arrays.surface, 1, gl.UNSIGNED_SHORT, true);
+  const light = attribute(gl, 3, new Float32Array(arrays.position.length), 3, gl.FLOAT);
+  attribute(gl, 4, normals(arrays), 4, gl.BYTE, false);
+  const triangles = buckets(scene);
+  const edges = seams(triangles, ids, arrays.position);
+  const lists = [[triangles.order, triangles.runs], [edges.lines, edges.runs]].map(([data, runs]) => {
+    const buffer = gl.createBuffer();
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, data, gl.STATIC_DRAW);
+    return { buffer, runs };
+  });
+  gl.bindVertexArray(null);
+  return { array, light, triangles: lists[0], seams: lists[1] };
+}
+
+function panesOf(gl, scene) {
+  const { panePosition, paneNormal, paneOf, paneIndex } = scene.arrays;
+  if (!paneIndex?.length) return null;
+  const array = gl.createVertexArray();
+  gl.bindVertexArray(array);
+  attribute(gl, 0, panePosition, 3, gl.FLOAT);
+  attribute(gl, 1, paneNormal, 3, gl.FLOAT);
+  attribute(gl, 2, paneOf, 1, gl.UNSIGNED_SHORT, true);
+  const light = attribute(gl, 3, new Float32Array(panePosition.length), 3, gl.FLOAT);
+  const order = gl.createBuffer();
+  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, order);
+  gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, paneIndex, gl.DYNAMIC_DRAW);
+  gl.bindVertexArray(null);
+  const count = paneIndex.length / 3;
+  const centres = new Float32Array(3 * count);
+  for (let t = 0; t < count; t++) {
+    for (let b = 0; b < 3; b++) {
+      centres[3 * t + b] = (panePosition[3 * paneIndex[3 * t] + b] + panePosition[3 * paneIndex[3 * t + 1] + b] + panePosition[3 * paneIndex[3 * t + 2] + b]) / 3;
+    }
+  }
+  const table3 = table(gl, scene.panes.map((p) => [[...p.depth, 0]]), 1);
+  return { array, light, order, count, centres, index: paneIndex, table: table3, from: null };
+}
+
+/** Every second cell of a grid of three values a cell, eight in one, for devices that take no more. */
+export function halved(values, [nz, ny, nx]) {
+  const small = [nz, ny, nx].map((n) => Math.ceil(n / 2));
+  const out = new Float32Array(3 * small[0] * small[1] * small[2]);
+  let at = 0;
+  for (let x = 0; x < small[2]; x++) {
+    for (let y = 0; y < small[1]; y++) {
+      for (let z = 0; z < small[0]; z++) {
+        const sums = [0, 0, 0];
+        let n = 0;
+        for (let k = 0; k < 8; k++) {
+          const [i, j, l] = [2 * x + (k >> 2), 2 * y + ((k >> 1) & 1), 2 * z + (k & 1)];
+          if (i >= nx || j >= ny || l >= nz) continue;
+          n++;
+          const from = 3 * ((i * ny + j) * nz + l);
+          for (let b = 0; b < 3; b++) sums[b] += values[from + b];
+        }
+        for (let b = 0; b < 3; b++) out[at++] = sums[b] / n;
+      }
+    }
+  }
+  return { values: out, dims: small };
+}
+
+function volumeOf(gl, scene, most) {
+  const v = scene.volume;
+  if (!v) return null;
+  const texture = () => {
+    const t = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_3D, t);
+    parameters(gl, gl.TEXTURE_3D, gl.LINEAR, gl.LINEAR, gl.CLAMP_TO_EDGE);
+    return t;
+  };
+  const fill = (t, values, dims, scale) => {
+    let grid = { values, dims };
+    while (Math.max(...grid.dims) > most) grid = halved(grid.values, grid.dims);
+    const scaled = scale === 1 ? grid.values : grid.values.map((x) => x / scale);
+    gl.bindTexture(gl.TEXTURE_3D, t);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.texImage3D(gl.TEXTURE_3D, 0, gl.RGB16F, ...grid.dims, 0, gl.RGB, gl.HALF_FLOAT, toHalves(scaled));
+  };
+  // The array is [x][y][z]: z runs across the texture.
+  const dims = [v.dims[2], v.dims[1], v.dims[0]];
+  const extinction = texture();
+  const halves = scene.arrays.extinction;
+  if (halves) fill(extinction, Float32Array.from(halves, (h) => VALUES[h] * v.extinctionScale), dims, 1);
+  else fill(extinction, Float32Array.from(v.extinction), [1, 1, 1], 1);
+  const cell = v.dims.map((n, k) => (v.max[k] - v.min[k]) / n);
+  return { extinction, radiosity: texture(), fill, dims, cell: Math.min(...cell), min: v.min, max: v.max, unit: 1 };
+}
+
+/** Everything drawn of a solution. */
+export class Scene {
+  static async load(gl, data, progress, small) {
+    const s = new Scene();
+    s.gl = gl;
+    s.data = data;
+    s.textures = await textures(gl, data, progress);
+    s.white = flat(gl, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, 1, 1, new Uint8Array([255, 255, 255, 255]));
+    s.mesh = meshOf(gl, data);
+    s.panes = panesOf(gl, data);
+    s.volume = volumeOf(gl, data, Math.min(gl.getParameter(gl.MAX_3D_TEXTURE_SIZE), small ? 96 : 256));
+    return s;
+  }
+
+  /** Puts the light of all groups together. `field` is what the mesh carries: its irradiance, or the error estimate. */
+  relight(factors, field = 'irradiance') {
+    const { gl, data } = this;
+    const error = field === 'error';
+    this.values = error
+      ? Float32Array.from(data.arrays.error, (h) => VALUES[h] * data.mesh.errorScale)
+      : sum(data, 'irradiance', factors, data.arrays.position.length);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.mesh.light);
+    gl.bufferData(gl.ARRAY_BUFFER, this.values, gl.DYNAMIC_DRAW);
+    if (this.surfaces) gl.deleteTexture(this.surfaces);
+    const emitted = emissions(data, factors);
+    this.surfaces = table(gl, data.surfaces.map((s, i) => [[...s.reflectance, s.both ? 1 : 0], [...emitted[i], 0]]), 2);
+    if (this.panes) {
+      gl.bindBuffer(gl.ARRAY_BUFFER, this.panes.light);
+      gl.bufferData(gl.ARRAY_BUFFER, sum(data, 'pane', factors, data.arrays.panePosition.length), gl.DYNAMIC_DRAW);
+    }
+    if (this.volume) {
+      const v = this.volume;
+      const light = sum(data, 'volume', factors, 3 * v.dims[0] * v.dims[1] * v.dims[2]);
+      v.unit = Math.max(light.reduce((m, x) => Math.max(m, x), 0) / 1000, 1e-30);
+      v.fill(v.radiosity, light, v.dims, v.unit);
+    }
+  }
+
+  /** Puts the panes in order from far to near as seen from `eye`. */
+  sortPanes(eye) {
+    const p = this.panes;
+    if (!p || p.count > MOST_SORTED || (p.from && p.from.every((x, k) => x === eye[k]))) return;
+    p.from = [...eye];
+    const far = new Float32Array(p.count);
+    for (let t = 0; t < p.count; t++) {
+      far[t] = (p.centres[3 * t] - eye[0]) ** 2 + (p.centres[3 * t + 1] - eye[1]) ** 2 + (p.centres[3 * t + 2] - eye[2]) ** 2;
+    }
+    const order = Uint32Array.from(far.keys()).sort((a, b) => far[b] - far[a]);
+    const index = new Uint32Array(3 * p.count);
+    order.forEach((t, i) => index.set(p.index.subarray(3 * t, 3 * t + 3), 3 * i));
+    this.gl.bindVertexArray(p.array);
+    this.gl.bindBuffer(this.gl.ELEMENT_ARRAY_BUFFER, p.order);
+    this.gl.bufferData(this.gl.ELEMENT_ARRAY_BUFFER, index, this.gl.DYNAMIC_DRAW);
+    this.gl.bindVertexArray(null);
+  }
+}

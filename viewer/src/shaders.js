@@ -1,0 +1,234 @@
+// The programs of the graphics card. Radiances are drawn times the exposure, so that halves hold them whatever their unit.
+
+const HEAD = `#version 300 es
+precision highp float;
+precision highp int;
+`;
+
+export const MESH = {
+  vertex: `${HEAD}
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec2 uv;
+layout(location = 2) in uint surface;
+layout(location = 3) in vec3 irradiance;
+layout(location = 4) in vec3 normal;
+uniform mat4 viewProjection;
+uniform vec3 eye;
+uniform bool seams;
+// At the edges of triangles values are taken inside them: beyond, steep light would be drawn too bright or below zero.
+centroid out vec2 vUv;
+centroid out vec3 vH;
+flat out int vSurface;
+flat out int vAway;
+void main() {
+  vAway = seams && dot(normal, eye - position) <= 0.0 ? 1 : 0;
+  vUv = uv;
+  vH = irradiance;
+  vSurface = int(surface);
+  gl_Position = viewProjection * vec4(position, 1.0);
+  // Seams lie a little behind the surfaces whose gaps they close.
+  if (seams) gl_Position.z += 1e-6 * gl_Position.w;
+}`,
+  // B = E + ρH; the back of a one-sided surface is black, or not there.
+  fragment: `${HEAD}
+centroid in vec2 vUv;
+centroid in vec3 vH;
+flat in int vSurface;
+flat in int vAway;
+uniform highp sampler2D surfaces;
+uniform sampler2D albedo, glow, colours;
+uniform float exposure;
+uniform int show;
+uniform bool hideBacks;
+uniform vec4 range;
+uniform vec3 weights;
+out vec4 colour;
+void main() {
+  ivec2 at = ivec2(vSurface & 511, 2 * (vSurface >> 9));
+  vec4 reflectance = texelFetch(surfaces, at, 0);
+  if (!gl_FrontFacing || vAway == 1) {
+    if (hideBacks || reflectance.a > 0.5 || vAway == 1) discard;
+    colour = vec4(0.0, 0.0, 0.0, 1.0);
+    return;
+  }
+  vec3 rho = min(reflectance.rgb * texture(albedo, vUv).rgb, 1.0);
+  vec3 B = texelFetch(surfaces, at + ivec2(0, 1), 0).rgb * texture(glow, vUv).rgb + rho * vH;
+  if (show == 0) {
+    colour = vec4(min(B * (exposure / 3.14159265359), 60000.0), 1.0);
+    return;
+  }
+  float value = dot(weights, show == 1 ? B : vH);
+  float t = range.z > 0.5 ? (log2(max(value, 1e-35)) - range.x) * range.y : (value - range.x) * range.y;
+  colour = vec4(texture(colours, vec2(clamp(t, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb, 1.0);
+}`,
+};
+
+export const PANE = {
+  vertex: `${HEAD}
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in uint pane;
+layout(location = 3) in vec3 radiosity;
+uniform mat4 viewProjection;
+out vec3 vPoint;
+out vec3 vB;
+flat out vec3 vNormal;
+flat out int vPane;
+void main() {
+  vPoint = position;
+  vB = radiosity;
+  vNormal = normal;
+  vPane = int(pane);
+  gl_Position = viewProjection * vec4(position, 1.0);
+}`,
+  // One band a pass: rgb is what the pane adds, a the share that passes.
+  fragment: `${HEAD}
+in vec3 vPoint;
+in vec3 vB;
+flat in vec3 vNormal;
+flat in int vPane;
+uniform highp sampler2D panes;
+uniform vec3 eye;
+uniform float exposure;
+uniform int band;
+out vec4 colour;
+void main() {
+  float cosine = max(abs(dot(normalize(vPoint - eye), vNormal)), 1e-4);
+  vec3 passed = exp(-texelFetch(panes, ivec2(vPane & 511, vPane >> 9), 0).rgb / cosine);
+  vec3 added = min((1.0 - passed) * vB * (exposure / 3.14159265359), 60000.0);
+  colour = vec4(vec3(added[band]), passed[band]);
+}`,
+  // For the medium: what all panes on the way let pass, and how far off the nearest is.
+  tint: `${HEAD}
+in vec3 vPoint;
+flat in vec3 vNormal;
+flat in int vPane;
+uniform highp sampler2D panes;
+uniform highp sampler2D depth;
+uniform vec3 eye, ahead;
+uniform vec2 planes;
+uniform vec2 size;
+out vec4 colour;
+void main() {
+  float z = texture(depth, gl_FragCoord.xy / size).r;
+  float seen = 2.0 * planes.x * planes.y / (planes.y + planes.x - (2.0 * z - 1.0) * (planes.y - planes.x));
+  vec3 ray = vPoint - eye;
+  if (dot(ray, ahead) > seen) discard;
+  float cosine = max(abs(dot(normalize(ray), vNormal)), 1e-4);
+  colour = vec4(exp(-texelFetch(panes, ivec2(vPane & 511, vPane >> 9), 0).rgb / cosine), length(ray));
+}`,
+};
+
+const SCREEN = `${HEAD}
+out vec2 at;
+void main() {
+  at = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0;
+  gl_Position = vec4(2.0 * at - 1.0, 0.0, 1.0);
+}`;
+
+const NOISE = `
+float noise(vec2 p) { return fract(52.9829189 * fract(0.06711056 * p.x + 0.00583715 * p.y)); }
+float distanceOf(float z, vec2 planes) {
+  return 2.0 * planes.x * planes.y / (planes.y + planes.x - (2.0 * z - 1.0) * (planes.y - planes.x));
+}`;
+
+export const HAZE = {
+  vertex: SCREEN,
+  // L = Σ τ (1 − exp(−κ d)) B/π over the steps of a ray up to what it meets, with one shift of all steps a pixel.
+  fragment: `${HEAD}${NOISE}
+in vec2 at;
+uniform highp sampler2D depth;
+uniform sampler2D tint;
+uniform highp sampler3D extinction, radiosity;
+uniform vec3 eye, forward, across, upward, low, high;
+uniform vec2 planes;
+uniform float density, exposure, stride, shift;
+uniform int most;
+uniform bool tinted;
+layout(location = 0) out vec4 scattered;
+layout(location = 1) out vec4 passed;
+void main() {
+  float z = distanceOf(texture(depth, at).r, planes);
+  vec3 ray = forward + (2.0 * at.x - 1.0) * across + (2.0 * at.y - 1.0) * upward;
+  float end = z * length(ray);
+  vec3 dir = normalize(ray);
+  vec3 one = (low - eye) / dir, two = (high - eye) / dir;
+  vec3 near = min(one, two), far = max(one, two);
+  float t0 = max(max(near.x, max(near.y, near.z)), 0.0);
+  float t1 = min(min(far.x, min(far.y, far.z)), end);
+  vec3 tau = vec3(1.0), sum = vec3(0.0);
+  vec4 glass = tinted ? texture(tint, at) : vec4(1.0, 1.0, 1.0, 1e30);
+  if (t1 > t0) {
+    int count = clamp(int(ceil((t1 - t0) / stride)), 1, most);
+    float step = (t1 - t0) / float(count);
+    float first = t0 + step * (shift < 0.0 ? 0.5 : fract(noise(gl_FragCoord.xy) + shift));
+    for (int i = 0; i < count; i++) {
+      float t = first + float(i) * step;
+      vec3 where = ((eye + dir * t - low) / (high - low)).zyx;
+      vec3 kappa = density * texture(extinction, where).rgb;
+      vec3 left = exp(-kappa * step);
+      vec3 light = tau * (1.0 - left) * texture(radiosity, where).rgb;
+      sum += t > glass.a ? light * glass.rgb : light;
+      tau *= left;
+    }
+  }
+  scattered = vec4(min(sum * exposure, 60000.0), end);
+  passed = vec4(tau, 1.0);
+}`,
+};
+
+export const FINAL = {
+  vertex: SCREEN,
+  fragment: `${HEAD}${NOISE}
+in vec2 at;
+uniform sampler2D image;
+uniform highp sampler2D depth;
+uniform highp sampler2D scattered;
+uniform sampler2D passed;
+uniform vec3 forward, across, upward;
+uniform vec2 planes;
+uniform bool hazy;
+uniform int finish;
+out vec4 colour;
+vec3 curve(vec3 x) {
+  vec3 t = (max(x, 0.0) - 0.25) / 0.75;
+  return mix(x, 0.25 + 0.75 * t / (1.0 + t), greaterThan(x, vec3(0.25)));
+}
+vec3 srgb(vec3 x) {
+  x = clamp(x, 0.0, 1.0);
+  return mix(1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, 12.92 * x, lessThanEqual(x, vec3(0.0031308)));
+}
+void main() {
+  vec3 L = texture(image, at).rgb;
+  if (hazy) {
+    // The four samples around, those at another distance counted less.
+    vec3 ray = forward + (2.0 * at.x - 1.0) * across + (2.0 * at.y - 1.0) * upward;
+    float far = distanceOf(texture(depth, at).r, planes) * length(ray);
+    ivec2 size = textureSize(scattered, 0);
+    vec2 p = at * vec2(size) - 0.5;
+    ivec2 base = ivec2(floor(p));
+    vec2 f = p - vec2(base);
+    vec3 s = vec3(0.0), t = vec3(0.0);
+    float total = 0.0;
+    for (int k = 0; k < 4; k++) {
+      ivec2 o = ivec2(k & 1, k >> 1);
+      ivec2 q = clamp(base + o, ivec2(0), size - 1);
+      vec4 a = texelFetch(scattered, q, 0);
+      float w = (o.x == 1 ? f.x : 1.0 - f.x) * (o.y == 1 ? f.y : 1.0 - f.y) + 1e-3;
+      w /= 1e-3 + abs(min(a.a, 6e4) - min(far, 6e4)) / min(far, 6e4);
+      s += w * a.rgb;
+      t += w * texelFetch(passed, q, 0).rgb;
+      total += w;
+    }
+    L = L * (t / total) + s / total;
+  }
+  if (finish == 2) {
+    colour = vec4(L, 1.0);
+    return;
+  }
+  vec3 v = srgb(finish == 1 ? L : curve(L));
+  vec2 p = vec2(gl_FragCoord.x, gl_FragCoord.y);
+  vec3 d = vec3(noise(p), noise(p + vec2(47.0, 17.0)), noise(p + vec2(94.0, 34.0)));
+  colour = vec4(v + (d - 0.5) / 255.0, 1.0);
+}`,
+};

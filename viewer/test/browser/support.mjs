@@ -1,0 +1,161 @@
+// Chromium, the program and a small solution for the tests; all of them may be missing on a machine of one's own.
+
+import { execFileSync, spawn } from 'node:child_process';
+import { accessSync, constants, existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { delimiter, join, resolve } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const root = fileURLToPath(new URL('../../../', import.meta.url));
+const release = resolve(root, process.env.CARGO_TARGET_DIR ?? 'target', 'release');
+const zonal = join(release, 'zonal');
+const floats = join(release, 'examples/floats');
+
+function inPath(names) {
+  for (const folder of (process.env.PATH ?? '').split(delimiter)) {
+    for (const name of names) {
+      const path = join(folder, name);
+      try {
+        accessSync(path, constants.X_OK);
+        return path;
+      } catch {
+        // Not here.
+      }
+    }
+  }
+  return null;
+}
+
+const chromiumPath = process.env.CHROMIUM ?? inPath(['chromium', 'chromium-browser', 'google-chrome']);
+
+/** Why the tests cannot run here; on the CI that is a failure. */
+export const missing = (() => {
+  const lacks = [
+    [existsSync(zonal) && existsSync(floats), 'cargo build --release --bin zonal --example floats'],
+    [chromiumPath, 'chromium'],
+    [existsSync(join(root, 'viewer/node_modules/playwright-core')), 'npm ci in viewer/'],
+  ].filter(([there]) => !there);
+  if (lacks.length && process.env.CI) throw new Error(`missing: ${lacks.map((l) => l[1]).join(', ')}`);
+  return lacks.length ? `missing: ${lacks.map((l) => l[1]).join(', ')}` : false;
+})();
+
+export const folder = mkdtempSync(join(tmpdir(), 'zonal-viewer-'));
+export const file = (name) => join(folder, name);
+process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
+
+/** Runs the program; gives what it says. */
+export const run = (...args) => execFileSync(zonal, args, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'inherit'] });
+
+/** The demo's small chapel, solved once a test file. */
+export function chapel() {
+  if (!existsSync(file('chapel.npz'))) run('demo', '--size', 'small', '-o', '.');
+  return 'chapel.npz';
+}
+
+/** A server of a solution: its address, and how to end it. */
+export async function serve(solution) {
+  const child = spawn(zonal, ['view', solution, '--port', '0'], { cwd: folder, stdio: ['ignore', 'pipe', 'inherit'] });
+  let said = '';
+  const url = await new Promise((done, fail) => {
+    child.stdout.on('data', (d) => {
+      said += d;
+      const found = /http:\S+/.exec(said);
+      if (found) done(found[0]);
+    });
+    child.on('exit', (code) => fail(new Error(`zonal view ended with ${code}`)));
+  });
+  const stop = () => new Promise((done) => {
+    child.on('exit', (code) => done(code));
+    child.kill('SIGINT');
+  });
+  return { url, stop };
+}
+
+/** A browser that draws by software. */
+export async function launch() {
+  const { chromium } = await import('playwright-core');
+  return chromium.launch({
+    executablePath: chromiumPath,
+    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--disable-dev-shm-usage'],
+  });
+}
+
+/** A page with the viewer, loaded; `said` has what it complained of, `asked` the addresses that it asked for. */
+export async function open(browser, url, { width = 160, height = 120, loaded = true, before = null, ...context } = {}) {
+  const page = await (await browser.newContext({ viewport: { width, height }, ...context })).newPage();
+  const said = [];
+  const asked = [];
+  page.on('console', (m) => ['error', 'warning'].includes(m.type()) && said.push(m.text()));
+  page.on('pageerror', (e) => said.push(String(e)));
+  page.on('request', (r) => asked.push(r.url()));
+  if (before) await page.addInitScript(before);
+  await page.goto(url);
+  await page.waitForFunction(() => window.zonal || document.body.dataset.failed, null, { timeout: 120000 });
+  if (loaded) await page.waitForFunction(() => window.zonal, null, { timeout: 1000 });
+  return { page, said, asked };
+}
+
+/** What software rasterisers say of themselves is no fault of the page. */
+export const complaints = (said) => said.filter((s) => !/GPU stall|software (WebGL|rendering)|swiftshader/i.test(s));
+
+/** Pixels of the last frame: spread of their brightness, 0 to 255. */
+export const spread = (page) => page.evaluate(() => {
+  const v = window.zonal;
+  v.frame(true);
+  const { width, height } = v.canvas;
+  const bytes = new Uint8Array(4 * width * height);
+  v.gl.bindFramebuffer(v.gl.FRAMEBUFFER, null);
+  v.gl.readPixels(0, 0, width, height, v.gl.RGBA, v.gl.UNSIGNED_BYTE, bytes);
+  let [n, sum, squares] = [0, 0, 0];
+  for (let i = 0; i < bytes.length; i += 4) {
+    const y = (bytes[i] + bytes[i + 1] + bytes[i + 2]) / 3;
+    n++;
+    sum += y;
+    squares += y * y;
+  }
+  return Math.sqrt(Math.max(0, squares / n - (sum / n) ** 2));
+});
+
+/** `zonal render` of a camera as linear floats, row 0 on top. */
+export function rendered(solution, camera, width, height, samples = 64) {
+  run('render', solution, '--camera', camera, '--size', `${width}x${height}`, '--samples', String(samples), '-o', 'reference.exr');
+  execFileSync(floats, ['reference.exr', 'reference.npy'], { cwd: folder });
+  const bytes = readFileSync(file('reference.npy'));
+  const start = 10 + bytes.readUInt16LE(8);
+  return new Float64Array(bytes.buffer.slice(bytes.byteOffset + start, bytes.byteOffset + start + 24 * width * height));
+}
+
+/** Mean colours of square blocks. */
+function blocks(pixels, width, height, side) {
+  const out = [];
+  for (let y = 0; y < height; y += side) {
+    for (let x = 0; x < width; x += side) {
+      const sum = [0, 0, 0];
+      for (let j = 0; j < side; j++) {
+        for (let i = 0; i < side; i++) {
+          for (let b = 0; b < 3; b++) sum[b] += pixels[3 * ((y + j) * width + x + i) + b] / (side * side);
+        }
+      }
+      out.push(sum);
+    }
+  }
+  return out;
+}
+
+/**
+ * How far the mean colours of blocks of 8 × 8 pixels are apart, in linear radiance: for each block the largest difference of a band over
+ * the largest band of the reference. `fine` has `times` as many pixels each way, since edges of one pixel's width are no matter of light.
+ */
+export function apart(reference, fine, width, height, times) {
+  const a = blocks(reference, width, height, 8);
+  const b = blocks(fine, times * width, times * height, 8 * times);
+  const all = a.map((r, i) => Math.max(...r.map((x, k) => Math.abs(b[i][k] - x))) / Math.max(...r)).sort((x, y) => x - y);
+  return { median: all[all.length >> 1], largest: all[all.length - 1], over: all.filter((x) => x > 0.05).length, count: all.length };
+}
+
+/** Rows of a table of zones by zone. */
+export function zones(solution) {
+  run('export', solution, '-o', 'zones.csv');
+  const [head, ...rows] = readFileSync(file('zones.csv'), 'utf8').trim().split('\n').map((l) => l.split(','));
+  return rows.map((r) => Object.fromEntries(head.map((name, i) => [name, Number.isNaN(Number(r[i])) ? r[i] : Number(r[i])])));
+}
