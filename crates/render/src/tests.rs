@@ -3,9 +3,9 @@
 use super::*;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::scene::{Facet, Light, Options, Pane, Scene, SceneParts, Sides, Surface, Surroundings};
+use zonal_scene::scene::{Facet, Options, Pane, Scene, SceneParts, Sides, Surface};
 use zonal_scene::solution::Fields;
-use zonal_scene::{Bands, Plate, Quiet, Report, Voxmap};
+use zonal_scene::{Bands, Light, Plate, Quiet, Report, Surroundings, Voxmap};
 use zonal_transport::build_zones;
 
 pub(crate) fn surface(name: &str, rho: f64, emission: f64) -> Surface {

@@ -11,6 +11,7 @@
 //! | [`scene`] | surfaces, panes, lights, cameras, validated once into a [`Scene`] |
 //! | [`zones`] | patches, voxel zones and pane zones |
 //! | [`solution`] | radiosity, irradiance, fluence on the zones, with the report |
+//! | [`light`] | sun, sky, emitters, surroundings |
 //! | [`group`] | the share of each light in a solution |
 //! | [`progress`] | how long work tells where it stands |
 //! | [`vault`] | where long work leaves what is done |
@@ -19,6 +20,7 @@
 //! band. Three bands, called red, green, blue in pictures; thermal users may give all three the same values.
 
 pub mod group;
+pub mod light;
 pub mod part;
 pub mod plate;
 pub mod progress;
@@ -29,12 +31,12 @@ pub mod voxmap;
 pub mod zones;
 
 pub use group::{Group, Kind, Values};
+pub use light::{Light, Surroundings};
 pub use part::{Part, Sample};
 pub use plate::{Plate, PlateKind};
 pub use progress::{Progress, Quiet};
 pub use scene::{
-    Camera, Engine, Facet, Groups, Light, Options, Pane, Scene, SceneError, SceneParts, Sides, Surface,
-    Surroundings, Texture,
+    Camera, Engine, Facet, Groups, Options, Pane, Scene, SceneError, SceneParts, Sides, Surface, Texture,
 };
 pub use solution::{Estimate, Fields, Report, Solution, SolveStatus};
 pub use vault::{NoVault, Vault};

@@ -4,8 +4,8 @@ use super::*;
 use crate::tests::{furnace, medium, quad, solution, surface, walls};
 use std::sync::LazyLock;
 use zonal_math::vec3;
-use zonal_scene::scene::{Facet, Light, Pane, SceneParts};
-use zonal_scene::{Bands, Group, Kind, Plate, Quiet, Values, bands};
+use zonal_scene::scene::{Facet, Pane, SceneParts};
+use zonal_scene::{Bands, Group, Kind, Light, Plate, Quiet, Values, bands};
 use zonal_transport::build_zones;
 
 fn baked(s: &Solution, options: &BakeOptions) -> Baked {

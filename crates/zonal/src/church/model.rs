@@ -57,7 +57,7 @@ impl Model {
         self.meshes.values().map(|m| m.triangles.len()).sum()
     }
 
-    /// A convex polygon in one plane, seen from `front`; texture coordinates by [`flat_uv`].
+    /// A convex polygon in one plane, seen from `front`; texture coordinates by `flat_uv`.
     pub fn polygon(&mut self, stuff: Stuff, corners: &[Vec3], front: Vec3) {
         let normal = area_vector(corners).normalized();
         let seen = normal.dot(front - corners[0]) > 0.0;

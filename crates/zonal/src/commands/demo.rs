@@ -10,7 +10,7 @@ use zonal_scene::Scene;
 /// Solve a scene of our own with stained glass and dusty air, and draw it.
 ///
 /// chapel: embedded, about a minute. church: built by parameters, at the size of the paper's pictures (a hundred thousand patches, a
-/// million and a half voxels), some minutes.
+/// million and a half voxels), which takes long; --size small is two bays of it.
 #[derive(clap::Args, Debug)]
 pub struct Args {
     /// Which scene.

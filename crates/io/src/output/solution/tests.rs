@@ -2,7 +2,8 @@ use super::*;
 use std::fs;
 use std::path::PathBuf;
 use zonal_math::{Grade, vec3};
-use zonal_scene::scene::{Options, Sides, Surface, Surroundings};
+use zonal_scene::Surroundings;
+use zonal_scene::scene::{Options, Sides, Surface};
 use zonal_scene::solution::{Closure, Energy};
 use zonal_scene::{Camera, Estimate, Kind, Light, Report, Sample, SolveStatus, Values};
 
