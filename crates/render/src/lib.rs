@@ -9,6 +9,7 @@
 //! |---|---|
 //! | [`bake`] | the solution on triangles, for viewers and other engines |
 //! | `camera` | pinhole and subpixels |
+//! | `columns` | what a sun reaches, by columns along its light |
 //! | `fit` | from zone means to node values |
 //! | `lazy` | values made when first asked for |
 //! | `patch_field` | a smooth field on surfaces and panes |
@@ -25,6 +26,7 @@
 pub mod bake;
 
 mod camera;
+mod columns;
 mod fit;
 mod lamplight;
 mod lazy;

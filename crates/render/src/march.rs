@@ -4,6 +4,7 @@
 //! B/π of the surface point, with B = E(x) + ρ(x)(H + H_dir), zero on the black back of a one-sided surface, and the radiance
 //! of surroundings and skies where there is no surface.
 
+use crate::columns::Columns;
 use crate::lamplight::Even;
 use crate::patch_field::{PatchField, Tile};
 use crate::path::{Path, Piece, emitted};
@@ -35,6 +36,8 @@ pub(crate) struct View<'a> {
     lamps: Vec<Lamp<'a>>,
     /// For each lamp what the medium needs of it where its light is known in closed form.
     even: Vec<Option<Even>>,
+    /// For each lamp its columns, where it is a sun with an extent.
+    columns: Vec<Option<Columns<'a>>>,
     shafts: Shafts<'a>,
     background: Bands,
 }
@@ -78,6 +81,7 @@ impl<'a> View<'a> {
             pane_first,
             voxels: VoxelField::new(s, transport),
             even: lamps.iter().map(|l| Even::new(scene, l)).collect(),
+            columns: lamps.iter().map(|l| columns(transport, l)).collect(),
             lamps,
             shafts: Shafts { scene, transport, shadows: Shadows::new(scene), step },
             background,
@@ -97,6 +101,22 @@ impl<'a> View<'a> {
         let path = self.path(from, (to - from).normalized(), to);
         let (first, shift) = (0, [0.3, 0.6, 0.9]);
         self.direct(from, (to - from).normalized(), &path, Draw { first, count, shift })
+    }
+
+    /// Light of suns by their columns, scattered between two points.
+    #[cfg(test)]
+    pub fn scattered_by_suns(&self, from: Vec3, to: Vec3, first: usize, shift: [f64; 3]) -> Bands {
+        let dir = (to - from).normalized();
+        let path = self.path(from, dir, to);
+        let one = |c: &Columns| c.scattered(&self.shafts, (from, dir), &path, (first, shift));
+        self.columns.iter().flatten().map(one).fold([0.0; 3], |s, l| bands(|b| s[b] + l[b]))
+    }
+
+    /// Light of one point of a lamp, scattered between two points.
+    #[cfg(test)]
+    pub fn scattered_exactly(&self, from: Vec3, to: Vec3, source: &Source) -> Bands {
+        let dir = (to - from).normalized();
+        self.shafts.scattered(from, dir, &self.path(from, dir, to), source)
     }
 
     /// Radiance, W/(m² sr), that arrives at `origin` from the unit direction `dir`.
@@ -139,7 +159,10 @@ impl<'a> View<'a> {
     /// H_dir at a surface point.
     fn irradiance(&self, point: Vec3, normal: Vec3, draw: Draw) -> Bands {
         let mut sum = [0.0; 3];
-        for lamp in &self.lamps {
+        for (lamp, columns) in self.lamps.iter().zip(&self.columns) {
+            if columns.as_ref().is_some_and(|c| c.are_dark(point)) {
+                continue;
+            }
             let n = match lamp.light() {
                 _ if lamp.is_single() => 1,
                 Light::Sky { .. } => SKY * draw.count,
@@ -230,7 +253,12 @@ impl<'a> View<'a> {
         if path.pieces.iter().all(|p| p.scatter == [0.0; 3]) {
             return out;
         }
-        for (lamp, even) in self.lamps.iter().zip(&self.even) {
+        for ((lamp, even), columns) in self.lamps.iter().zip(&self.even).zip(&self.columns) {
+            if let Some(columns) = columns {
+                let light = columns.scattered(&self.shafts, (origin, dir), path, (draw.first, draw.shift));
+                (0..3).for_each(|b| out[b] += light[b]);
+                continue;
+            }
             let n = match lamp.light() {
                 Light::Sun { .. } => 1,
                 _ => draw.count.div_ceil(2),
@@ -250,6 +278,18 @@ impl<'a> View<'a> {
             }
         }
         out
+    }
+}
+
+/// The columns of a sun that has an extent; shadows of one without are exact otherwise.
+fn columns<'a>(transport: &'a Transport<'a>, lamp: &Lamp) -> Option<Columns<'a>> {
+    match (lamp.light(), lamp.source([0.0; 3])?) {
+        (Light::Sun { direction, angular_diameter, .. }, Source::Distant { fluence, .. })
+            if *angular_diameter > 0.0 =>
+        {
+            Some(Columns::new(transport, -*direction, *angular_diameter, fluence))
+        }
+        _ => None,
     }
 }
 

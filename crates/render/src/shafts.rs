@@ -123,6 +123,39 @@ impl Beam<'_> {
         }
     }
 
+    /// Adds a..b of a distant light with the same tint all along.
+    pub fn add_tinted(&mut self, path: &Path, tint: Bands, a: f64, b: f64, out: &mut Bands) {
+        let first = path.pieces.partition_point(|p| p.t1 <= a);
+        for piece in path.pieces[first..].iter().take_while(|p| p.t0 < b) {
+            if piece.scatter == [0.0; 3] {
+                continue;
+            }
+            let (mut t, end) = (piece.t0.max(a), piece.t1.min(b));
+            while t < end {
+                let k = self.interval(t);
+                let border = self.lo + (k + 1) as f64 * self.step;
+                let next = if k + 2 >= self.nodes.len() || border >= end { end } else { border };
+                if next > t {
+                    self.distant(piece, tint, k, t, next, out);
+                }
+                t = if next > t { next } else { end };
+            }
+        }
+    }
+
+    /// A part of a piece between two nodes.
+    fn distant(&mut self, piece: &Piece, tint: Bands, k: usize, a: f64, b: f64, out: &mut Bands) {
+        let Source::Distant { fluence, .. } = *self.source else {
+            return;
+        };
+        let (da, db, tau) = (self.depth(k, a), self.depth(k, b), piece.tau_at(a));
+        for i in 0..3 {
+            let x = piece.kappa[i] * (b - a) + db[i] - da[i];
+            let light = fluence[i] * tint[i] * (-da[i]).exp() / (4.0 * PI);
+            out[i] += piece.scatter[i] * (b - a) * tau[i] * light * mean_exp(x);
+        }
+    }
+
     fn interval(&self, t: f64) -> usize {
         (((t - self.lo) / self.step * (1.0 + 1e-12) + 1e-9) as usize).min(self.nodes.len() - 2)
     }
@@ -167,14 +200,9 @@ impl Beam<'_> {
 
     fn part(&mut self, piece: &Piece, tints: &[(u32, Vec3)], k: usize, a: f64, b: f64, out: &mut Bands) {
         match *self.source {
-            Source::Distant { towards, fluence } => {
-                let (da, db) = (self.depth(k, a), self.depth(k, b));
-                let (tau, tint) = (piece.tau_at(a), self.tint(tints, towards));
-                for i in 0..3 {
-                    let x = piece.kappa[i] * (b - a) + db[i] - da[i];
-                    let light = fluence[i] * tint[i] * (-da[i]).exp() / (4.0 * PI);
-                    out[i] += piece.scatter[i] * (b - a) * tau[i] * light * mean_exp(x);
-                }
+            Source::Distant { towards, .. } => {
+                let tint = self.tint(tints, towards);
+                self.distant(piece, tint, k, a, b, out);
             }
             Source::Point { at, normal, both, power, .. } => {
                 let centre = (at - self.origin).dot(self.dir);

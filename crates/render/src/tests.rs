@@ -507,3 +507,59 @@ fn fog_beside_a_lamp_without_obstacles_has_its_integral() {
         assert!((found / exact - 1.0).abs() < 0.012, "{target:?}: {found} {exact}");
     }
 }
+
+#[test]
+fn columns_of_a_sun_agree_with_exact_intervals() {
+    // Fog under a lid with a hole and a pane beside it, crossed by rays; a sun of 2 degrees.
+    let (lo, hi) = (vec3(0.0, 0.0, 0.0), vec3(4.0, 4.0, 2.0));
+    let lid = |x: f64, y: f64, w: f64, d: f64| quad(0, vec3(x, y, 2.5), vec3(w, 0.0, 0.0), vec3(0.0, d, 0.0));
+    let light = sun(vec3(0.3, 0.1, -1.0).normalized(), 2.0f64.to_radians());
+    let parts = SceneParts {
+        surfaces: vec![surface("lid", 0.0, 0.0)],
+        facets: vec![
+            lid(-2.0, -2.0, 8.0, 3.0),
+            lid(-2.0, 2.0, 8.0, 4.0),
+            lid(2.6, 1.0, 3.4, 1.0),
+            lid(-2.0, 1.0, 2.5, 1.0),
+        ],
+        panes: vec![Pane {
+            name: "glass".into(),
+            plates: vec![Plate::parallelogram(vec3(1.5, 1.0, 2.5), vec3(1.1, 0.0, 0.0), vec3(0.0, 1.0, 0.0))],
+            thickness: 0.01,
+            extinction: [50.0, 0.0, 10.0],
+            albedo: [0.0; 3],
+            emission: [0.0; 3],
+        }],
+        voxmap: Some(medium(lo, hi, [9, 7, 5], 0.2, 0.9)),
+        lights: vec![light.clone()],
+        ..SceneParts::default()
+    };
+    let s = solution(parts, |_, _| 0.0, |_| 0.0);
+    let transport = Transport::new(&s.scene);
+    let view = View::new(&s, &transport);
+    let lamp = zonal_transport::direct::Lamp::new(&s.scene, &light);
+    for (from, to) in [
+        (vec3(0.1, 0.5, 0.2), vec3(3.9, 2.2, 1.4)),
+        (vec3(2.0, 0.1, 1.0), vec3(1.4, 3.9, 0.3)),
+        (vec3(3.8, 1.5, 1.9), vec3(0.2, 1.6, 1.8)),
+        (vec3(1.2, 1.4, 0.1), vec3(1.3, 1.5, 1.9)),
+    ] {
+        let count = 400;
+        let (mut ours, mut exact) = ([0.0; 3], [0.0; 3]);
+        for i in 0..count {
+            let shift = [0.3, 0.6, 0.9];
+            let l = view.scattered_by_suns(from, to, i, shift);
+            let source = lamp.source(sequence::r3(i, shift)).unwrap();
+            let e = view.scattered_exactly(from, to, &source);
+            for b in 0..3 {
+                (ours[b], exact[b]) = (ours[b] + l[b] / count as f64, exact[b] + e[b] / count as f64);
+            }
+        }
+        for b in 0..3 {
+            assert!(
+                exact[b] > 1e-4 && (ours[b] / exact[b] - 1.0).abs() < 0.01,
+                "{from:?} {ours:?} {exact:?}"
+            );
+        }
+    }
+}
