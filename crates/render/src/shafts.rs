@@ -102,29 +102,23 @@ impl Beam<'_> {
 
     /// Adds the lit interval a..b, behind the same panes all along.
     fn add(&mut self, path: &Path, lit: &Lit, a: f64, b: f64, out: &mut Bands) {
-        let middle = 0.5 * (a + b);
-        let tints = lit.panes_at(middle);
-        let first = path.pieces.partition_point(|p| p.t1 <= a);
-        for piece in path.pieces[first..].iter().take_while(|p| p.t0 < b) {
-            if piece.scatter == [0.0; 3] {
-                continue;
-            }
-            let end = piece.t1.min(b);
-            let mut t = piece.t0.max(a);
-            while t < end {
-                let k = self.interval(t);
-                let border = self.lo + (k + 1) as f64 * self.step;
-                let next = if k + 2 >= self.nodes.len() || border >= end { end } else { border };
-                if next > t {
-                    self.part(piece, &tints, k, t, next, out);
-                }
-                t = if next > t { next } else { end };
-            }
-        }
+        let tints = lit.panes_at(0.5 * (a + b));
+        self.parts(path, a, b, |beam, piece, k, t, next| beam.part(piece, &tints, k, t, next, out));
     }
 
     /// Adds a..b of a distant light with the same tint all along.
     pub fn add_tinted(&mut self, path: &Path, tint: Bands, a: f64, b: f64, out: &mut Bands) {
+        self.parts(path, a, b, |beam, piece, k, t, next| beam.distant(piece, tint, k, t, next, out));
+    }
+
+    /// The parts of a..b that scatter, each within one piece and between the nodes k, k + 1.
+    fn parts(
+        &mut self,
+        path: &Path,
+        a: f64,
+        b: f64,
+        mut each: impl FnMut(&mut Self, &Piece, usize, f64, f64),
+    ) {
         let first = path.pieces.partition_point(|p| p.t1 <= a);
         for piece in path.pieces[first..].iter().take_while(|p| p.t0 < b) {
             if piece.scatter == [0.0; 3] {
@@ -136,7 +130,7 @@ impl Beam<'_> {
                 let border = self.lo + (k + 1) as f64 * self.step;
                 let next = if k + 2 >= self.nodes.len() || border >= end { end } else { border };
                 if next > t {
-                    self.distant(piece, tint, k, t, next, out);
+                    each(self, piece, k, t, next);
                 }
                 t = if next > t { next } else { end };
             }
