@@ -77,6 +77,16 @@ fn bar(m: &mut Model, frame: &Frame, line: &[Point], stuff: Stuff, depth: f64, s
     m.sweep(stuff, &line, frame.inward, section);
 }
 
+/// A round bar of stone of this radius, of so many straight pieces.
+fn ring(m: &mut Model, frame: &Frame, at: Point, (radius, pieces): (f64, usize), section: &[[f64; 2]]) {
+    let point = |k: usize| {
+        let (sin, cos) = (TAU * k as f64 / pieces as f64).sin_cos();
+        [at[0] + radius * cos, at[1] + radius * sin]
+    };
+    let line: Vec<Point> = (0..pieces).map(point).chain([point(0)]).collect();
+    bar(m, frame, &line, Stuff::Dressed, GLASS, section);
+}
+
 /// A window of one light or two.
 pub struct Window<'a> {
     /// Its wall.
@@ -113,7 +123,7 @@ impl Window<'_> {
         let outline = self.opening().outline();
         reveal(m, &self.frame, &self.opening(), DEPTH);
         if self.lights == 1 {
-            self.glaze(m, &outline, self.sill, self.head.half);
+            self.glaze(m, &outline, self.centre, self.sill, self.head.half);
             return self.saddles(m, self.centre, self.head.half);
         }
         let half = 0.5 * (self.head.half - MULLION);
@@ -134,7 +144,7 @@ impl Window<'_> {
         }
         self.tracery(m, &centres, sub, (lift, radius));
         for (r, c) in regions.iter().zip(&centres) {
-            self.glaze_about(m, r, *c, self.sill, half);
+            self.glaze(m, r, *c, self.sill, half);
             self.saddles(m, *c, half);
         }
         self.wheel(m, lift, radius);
@@ -148,13 +158,8 @@ impl Window<'_> {
             let line: Vec<Point> = sub.points().into_iter().map(|[x, z]| [c + x, self.spring + z]).collect();
             bar(m, &self.frame, &line, Stuff::Dressed, GLASS, &section(0.07, 0.04));
         }
-        let sides = 4 * self.head.pieces;
-        let ring = |k: usize| {
-            let (sin, cos) = (TAU * k as f64 / sides as f64).sin_cos();
-            [self.centre + radius * cos, self.spring + lift + radius * sin]
-        };
-        let line: Vec<Point> = (0..sides).map(ring).chain([ring(0)]).collect();
-        bar(m, &self.frame, &line, Stuff::Dressed, GLASS, &section(0.075, 0.045));
+        let middle = [self.centre, self.spring + lift];
+        ring(m, &self.frame, middle, (radius, 4 * self.head.pieces), &section(0.075, 0.045));
     }
 
     fn saddles(&self, m: &mut Model, centre: f64, half: f64) {
@@ -169,12 +174,8 @@ impl Window<'_> {
         }
     }
 
-    fn glaze(&self, m: &mut Model, region: &[Point], foot: f64, half: f64) {
-        self.glaze_about(m, region, self.centre, foot, half);
-    }
-
     /// A grid of cells: a border column on each side, an odd number between.
-    fn glaze_about(&self, m: &mut Model, region: &[Point], centre: f64, foot: f64, half: f64) {
+    fn glaze(&self, m: &mut Model, region: &[Point], centre: f64, foot: f64, half: f64) {
         let border = 0.5 * self.cell;
         let inner = 2.0 * (half - border);
         let fields = (((inner / self.cell - 1.0) * 0.5).round().max(0.0) as usize) * 2 + 1;
@@ -311,16 +312,8 @@ pub fn rose(m: &mut Model, frame: &Frame, opening: &Opening, leaded: bool) {
         6 => [COBALT, CLEAR][k % 2],
         _ => [RUBY, EMERALD, GOLD, COBALT][k % 4],
     });
-    let around = |at: Point, r: f64, n: usize, s: &[[f64; 2]], m: &mut Model| {
-        let point = |k: usize| {
-            let (sin, cos) = (TAU * k as f64 / n as f64).sin_cos();
-            [at[0] + r * cos, at[1] + r * sin]
-        };
-        let line: Vec<Point> = (0..n).map(point).chain([point(0)]).collect();
-        bar(m, frame, &line, Stuff::Dressed, GLASS, s);
-    };
-    around(c, 0.22 * radius, sides, &section(0.09, 0.05), m);
-    around(c, 0.64 * radius, sides, &section(0.08, 0.04), m);
+    ring(m, frame, c, (0.22 * radius, sides), &section(0.09, 0.05));
+    ring(m, frame, c, (0.64 * radius, sides), &section(0.08, 0.04));
     for k in 0..petals {
         let at = |r: f64, k: f64| {
             let (sin, cos) = (TAU * k / petals as f64).sin_cos();
@@ -328,6 +321,7 @@ pub fn rose(m: &mut Model, frame: &Frame, opening: &Opening, leaded: bool) {
         };
         let spoke = [at(0.22 * radius, k as f64), at(radius, k as f64)];
         bar(m, frame, &spoke, Stuff::Dressed, GLASS, &section(0.08, 0.04));
-        around(at(0.81 * radius, k as f64 + 0.5), 0.16 * radius, sides / 2, &section(0.06, 0.03), m);
+        let small = at(0.81 * radius, k as f64 + 0.5);
+        ring(m, frame, small, (0.16 * radius, sides / 2), &section(0.06, 0.03));
     }
 }
