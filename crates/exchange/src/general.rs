@@ -340,11 +340,17 @@ fn seen_from(p: &Plate, quarters: &[Plate; 4], at: Vec3, two_sided: bool, weight
     quarters.iter().for_each(|q| spread(q, at, weight, SPREAD, &|q| solid_angle(q, at).abs(), s));
 }
 
-/// A plate and points in free space, each with the volume it stands for: 𝓕 = (1/π) Σ ω V, with moments of distance.
-pub fn points_plate(p: &Plate, points: impl Iterator<Item = (Vec3, f64)>, two_sided: bool) -> Moments {
+/// A plate and points in free space, each with the volume it stands for: 𝓕 = (1/π) Σ ω V, with moments of distance. What the points
+/// miss of the space is an `error` relative to that.
+pub fn points_plate(
+    p: &Plate,
+    points: impl Iterator<Item = (Vec3, f64)>,
+    two_sided: bool,
+    error: f64,
+) -> Moments {
     let (quarters, mut s) = (p.quarters(), Sums::default());
     points.for_each(|(at, volume)| seen_from(p, &quarters, at, two_sided, volume, &mut s));
-    s.error = 0.01 * s.f;
+    s.error = error * s.f;
     s.finish()
 }
 

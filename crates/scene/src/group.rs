@@ -125,7 +125,10 @@ pub struct Group {
     pub kind: Kind,
     /// H of patches, G of volume zones, W/m², without direct light; times `incident_scale`.
     pub incident: Values,
-    /// Factor of `incident`, a band.
+    /// Estimated error of `incident` without what the surroundings' own adds, W/m²; times `incident_scale`. Empty where errors are known of
+    /// all groups together only.
+    pub error: Values,
+    /// Factor of `incident` and `error`, a band.
     pub incident_scale: Bands,
     /// H_dir, G_dir, W/m²; times `direct_scale`. Empty where the group has no direct light.
     pub direct: Values,
@@ -145,6 +148,7 @@ impl Default for Group {
             name: ALL.into(),
             kind: Kind::All,
             incident: Values::default(),
+            error: Values::default(),
             incident_scale: [1.0; 3],
             direct: Values::default(),
             direct_scale: [1.0; 3],

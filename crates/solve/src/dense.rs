@@ -1,11 +1,12 @@
 //! The dense engine: the exchange of every pair of zones, each computed once.
 //!
 //! Bands whose extinction is the same everywhere share one matrix; rows of panes differ in every band and are last, so they are
-//! kept a band. Memory: 8 bytes × n(n+1)/2 a distinct band.
+//! kept a band. Memory: 8 bytes × n(n+1)/2 a distinct band, and a byte × n(n+1)/2 for the errors.
 
 use crate::columns::times;
-use crate::operator::Operator;
+use crate::operator::{Arriving, Operator};
 use crate::packed::{Packed, stored};
+use crate::radii::{Radii, step};
 use crate::stage::{Pen, Reader};
 use rayon::prelude::*;
 use zonal_exchange::pair::{Counts, Exchange, PairFactor, strength, target};
@@ -25,6 +26,8 @@ pub struct Dense {
     panes: [Vec<Vec<f64>>; 3],
     /// d of g'_ij = d_i g_ij d_j, where closure was restored: bands that share a matrix have their own.
     scaling: Option<Vec<Bands>>,
+    /// Error radii of the pairs, those of the worst band.
+    radii: Radii,
     grade: Grade,
 }
 
@@ -72,7 +75,7 @@ pub fn leads((group, count): ([usize; 3], usize)) -> Vec<usize> {
 pub fn bytes(zones: usize, panes: usize, groups: usize) -> u64 {
     let shared = stored(zones - panes) as u64 * groups as u64;
     let rows = 3 * panes as u64 * zones as u64;
-    8 * (shared + rows)
+    8 * (shared + rows) + stored(zones) as u64
 }
 
 /// What one chunk of rows yields beside its entries.
@@ -80,6 +83,8 @@ struct Chunk {
     counts: Counts,
     squares: Vec<f64>,
     panes: Vec<Vec<Bands>>,
+    /// Steps of the radii, row by row.
+    steps: Vec<u8>,
 }
 
 impl Chunk {
@@ -102,6 +107,7 @@ impl Chunk {
         rows.iter().flatten().for_each(|row| pen.reals(row));
         pen.int(self.panes.len());
         self.panes.iter().for_each(|row| pen.triples(row));
+        pen.raw(&self.steps);
         pen.bytes()
     }
     /// The chunk that [`Chunk::kept`] wrote, its entries put into the rows.
@@ -123,7 +129,9 @@ impl Chunk {
         let offset = first + rows.len() - panes.len().min(rows.len());
         let fit =
             panes.len() <= rows.len() && panes.iter().enumerate().all(|(k, p)| p.len() == offset + k + 1);
-        (r.at_end() && fit).then_some(Chunk { counts, squares, panes })
+        let steps = r.raw()?.to_vec();
+        let pairs = stored(first + rows.len()) - stored(first);
+        (r.at_end() && fit && steps.len() == pairs).then_some(Chunk { counts, squares, panes, steps })
     }
 }
 
@@ -154,7 +162,8 @@ impl Dense {
                 (first..first + rows.len()).for_each(|i| progress.advance(i as u64 + 1));
                 return chunk;
             }
-            let mut chunk = Chunk { counts: Counts::default(), squares: vec![0.0; n], panes: Vec::new() };
+            let (counts, panes) = (Counts::default(), Vec::new());
+            let mut chunk = Chunk { counts, squares: vec![0.0; n], panes, steps: Vec::new() };
             for (k, row) in rows.iter_mut().enumerate() {
                 let i = first + k;
                 let mut pane = Vec::new();
@@ -169,6 +178,7 @@ impl Dense {
                         pane.push(f.value);
                     }
                     note_error(zones, i, j, &f, &mut chunk.squares);
+                    chunk.steps.push(step(f.radius.into_iter().fold(0.0, f64::max)));
                 }
                 if i >= shared {
                     chunk.panes.push(pane);
@@ -184,18 +194,21 @@ impl Dense {
         progress.end();
         let mut counts = Counts::default();
         let mut noise = vec![0.0; n];
+        let mut steps = Vec::with_capacity(stored(n));
         let mut panes = [const { Vec::new() }; 3];
         // Back into the order of the rows.
         for c in chunks.into_iter().rev() {
             counts.merge(c.counts);
             noise.iter_mut().zip(&c.squares).for_each(|(a, b)| *a += b);
+            steps.extend(&c.steps);
             for row in &c.panes {
                 (0..3).for_each(|b| panes[b].push(row.iter().map(|x| x[b]).collect()));
             }
         }
         noise.iter_mut().for_each(|s| *s = s.sqrt());
         let grade = if counts.all_proved() { Grade::Proved } else { Grade::Estimated };
-        (Dense { n, shared, matrices, group, panes, scaling: None, grade }, Assembly { counts, noise })
+        let radii = Radii::new(n, steps);
+        (Dense { n, shared, matrices, group, panes, scaling: None, radii, grade }, Assembly { counts, noise })
     }
 
     /// Exchange factor g_ij in band `b`, scaling included.
@@ -319,6 +332,13 @@ impl Operator for Dense {
     }
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
         self.apply_slices(&[s]).pop().unwrap_or_default()
+    }
+    fn error(&self, strengths: &[Bands]) -> Option<Vec<Bands>> {
+        Some(self.radii.spread(strengths))
+    }
+    fn arriving(&self, columns: &[Vec<Bands>]) -> Arriving {
+        // Errors are put together with the defects of the rows, group by group.
+        Arriving { columns: self.apply_many(columns), error: None }
     }
     fn apply_many(&self, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
         self.apply_slices(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>())

@@ -13,6 +13,7 @@
 //! |---|---|
 //! | [`operator`] | the one interface: strengths in, arriving power out |
 //! | [`packed`] | symmetric matrices, half of them stored, applied with the same bits by any number of threads |
+//! | `radii` | error radii of all pairs, a byte each |
 //! | [`dense`] | the dense engine: every pair of zones |
 //! | `open` | where the medium is open |
 //! | [`surroundings`] | what escapes, measured by rays |
@@ -47,6 +48,7 @@ pub mod operator;
 pub mod outlook;
 pub mod packed;
 pub mod pipeline;
+mod radii;
 pub mod relight;
 pub mod stage;
 pub mod surroundings;

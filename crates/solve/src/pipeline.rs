@@ -301,7 +301,10 @@ fn fields(
             bands(|b| e[b] + rho[b] * (f.incident[i][b] + f.direct[i][b]))
         })
         .collect();
-    f.error = errors(site, built, &f.incident, error);
+    f.error = match error {
+        Some(e) => e.iter().enumerate().map(|(i, e)| e.map(|e| e / response(zones, i).1)).collect(),
+        None => by_rows(site, built, escape, ended, &mut list),
+    };
     f.error.iter_mut().zip(changed).for_each(|(e, c)| *e = bands(|b| e[b] + c[b]));
     if !escape.error.is_empty() {
         let sky = site.scene.surroundings().radiosity();
@@ -338,18 +341,37 @@ fn group(
         energy,
         status: ended.status,
         residual: [0, 1, 2].map(|b| ended.residuals[b].last().copied().unwrap_or(0.0)),
+        error: Values::default(),
     }
 }
 
-/// Estimated error of `incident`, W/m²: what the engine knows of it, in the unit of P, or the defects and errors of the rows.
-fn errors(site: &Site, built: &Built, incident: &[Bands], known: Option<Vec<Bands>>) -> Vec<Bands> {
-    let (defects, noise) = (&built.closure.1, &built.noise);
-    let zones = site.zones;
-    let one = |i: usize| match &known {
-        Some(e) => e[i].map(|e| e / response(zones, i).1),
-        None => bands(|b| incident[i][b] * (defects[i][b].abs() + noise[i])),
+/// Estimated error of what arrives at every zone, W/m², from the errors of the factors, group by group; put into the groups, and their sum,
+/// which is no less than the error of all together. A row misses closure by the error of what escapes, which brings no light, and by what the
+/// factors have in common, which no sum of squares tells: what it misses beyond twice the former counts as the same share of all that arrives.
+fn by_rows(site: &Site, built: &Built, escape: &Escape, ended: &[Ended], groups: &mut [Group]) -> Vec<Bands> {
+    const TWICE: f64 = 2.0;
+    let (zones, defects) = (site.zones, &built.closure.1);
+    let untold = |i: usize| {
+        let lost = escape.spread(i, target(zones, i));
+        bands(|b| (defects[i][b].abs() - TWICE * lost[b]).max(0.0))
     };
-    (0..incident.len()).into_par_iter().map(one).collect()
+    let untold: Vec<Bands> = (0..zones.len()).into_par_iter().map(untold).collect();
+    let mut sum = vec![[0.0; 3]; zones.len()];
+    for (group, ended) in groups.iter_mut().zip(ended) {
+        let spread = built.operator.error(&ended.strengths).unwrap_or_else(|| vec![[0.0; 3]; zones.len()]);
+        let one = |i: usize| {
+            let (e, incident) = (spread[i].map(|e| e / response(zones, i).1), group.incident.at(i));
+            bands(|b| e[b] + incident[b] * group.incident_scale[b] * untold[i][b])
+        };
+        let error: Vec<Bands> = (0..zones.len()).into_par_iter().map(one).collect();
+        sum.iter_mut().zip(&error).for_each(|(s, e)| *s = bands(|b| s[b] + e[b]));
+        let own = |e: &Bands| bands(|b| e[b] / group.incident_scale[b]);
+        group.error = match group.incident {
+            Values::Double(_) => Values::Double(error.iter().map(own).collect()),
+            Values::Single(_) => Values::Single(error.iter().map(|e| own(e).map(|x| x as f32)).collect()),
+        };
+    }
+    sum
 }
 
 /// The worst end of all groups, and the power that all together have not distributed.

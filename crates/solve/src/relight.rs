@@ -43,6 +43,11 @@ fn factors(groups: &[Group], wanted: &[(String, Bands)]) -> Result<Vec<Bands>, S
     Ok(out.into_iter().map(|f| f.unwrap_or([1.0; 3])).collect())
 }
 
+/// Refuses factors that [`relight`] would refuse.
+pub fn check(groups: &[Group], wanted: &[(String, Bands)]) -> Result<(), SceneError> {
+    factors(groups, wanted).map(|_| ())
+}
+
 /// The solution for lights that shine so many times as strongly, group by group, a band.
 pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solution, SceneError> {
     let factors = factors(&solution.groups, wanted)?;
@@ -123,7 +128,7 @@ fn turn_zones(zones: &mut Zones, kind: Kind, f: Bands) {
 }
 
 /// The fields of all groups together. What comes in from the surroundings errs by as much as they are turned up, by `sky`; the rest of
-/// the estimated error of a zone stays the same share of what arrives there.
+/// the estimated error is that of the groups, or where it is not known of each stays the same share of what arrives at a zone.
 fn sum(zones: &Zones, groups: &[Group], old: &Fields, sky: Bands) -> Fields {
     let n = zones.len();
     let added = |pick: fn(&Group) -> (&Values, Bands)| {
@@ -137,12 +142,17 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, sky: Bands) -> Fields {
         let (e, (rho, _)) = (emission(zones, i), response(zones, i));
         bands(|b| e[b] + rho[b] * (incident[i][b] + direct[i][b]))
     };
+    let each = groups.iter().all(|g| !g.error.is_empty() || g.incident.is_empty());
+    let own = added(|g| (&g.error, g.incident_scale));
     let error = |i: usize| {
         let grown =
             |b: usize| if old.incident[i][b] > 0.0 { incident[i][b] / old.incident[i][b] } else { 0.0 };
         let part = old.surroundings_error.get(i).copied().unwrap_or_default();
-        let rest = |b: usize| (old.error[i][b].powi(2) - part[b].powi(2)).max(0.0).sqrt();
-        bands(|b| (rest(b) * grown(b)).hypot(part[b] * sky[b]))
+        let rest = |b: usize| match each {
+            true => own[i][b],
+            false => (old.error[i][b].powi(2) - part[b].powi(2)).max(0.0).sqrt() * grown(b),
+        };
+        bands(|b| rest(b).hypot(part[b] * sky[b]))
     };
     let part = |e: &Bands| times(*e, sky);
     Fields {

@@ -100,6 +100,19 @@ impl Escape {
         [bands(|b| self.sky[i][b] * sky[b]), bands(|b| error[b] * sky[b])]
     }
 
+    /// Standard error of the share of a zone's power that escapes, of a zone with this `target`: as measured, or that of as many independent
+    /// rays as zones have in the mean, which is no less.
+    pub fn spread(&self, i: usize, target: f64) -> Bands {
+        if let Some(e) = self.error.get(i) {
+            return e.map(|e| e / target);
+        }
+        let rays = (self.rays as f64 / self.sky.len().max(1) as f64).max(1.0);
+        bands(|b| {
+            let share = ((self.sky[i][b] + self.backs[i][b]) / target).clamp(0.0, 1.0);
+            (share * (1.0 - share) / rays).sqrt()
+        })
+    }
+
     /// Nothing yet, for [`crate::hierarchical::views::Views::escape`] to tell.
     pub fn untold(zones: &Zones) -> Escape {
         let none = vec![[0.0; 3]; zones.len()];

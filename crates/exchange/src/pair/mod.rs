@@ -16,6 +16,7 @@
 //! **Visibility** multiplies: the mean over rays between points of both zones, weighted by the kernel. Few rays first; where
 //! they disagree, more. The points differ from pair to pair, so that the errors of neighbours do not add up.
 
+mod agree;
 mod geometry;
 mod parts;
 mod rays;
@@ -26,6 +27,7 @@ use crate::aligned::FactorCache;
 use crate::general::{self, Moments};
 use crate::paper::strip::Voxels;
 use crate::polygon::Plates;
+use agree::Agreement;
 use parts::subcell_table;
 pub use rays::SUCCESSION;
 use rays::pane_own;
@@ -171,6 +173,8 @@ pub struct Exchange<'a> {
     varied: bool,
     /// Some pane can stand between two zones.
     panes_between: bool,
+    /// What pairs may hide whose rays agree.
+    agreement: Agreement,
     /// Factors of sub-cells by their offset, with the means of r, r² and r³.
     subcells: Vec<[f64; 4]>,
 }
@@ -195,7 +199,7 @@ impl<'a> Exchange<'a> {
         } else {
             Vec::new()
         };
-        Exchange {
+        let mut exchange = Exchange {
             zones,
             transport,
             items: Items::new(scene, zones, settings.keep_zones),
@@ -210,8 +214,11 @@ impl<'a> Exchange<'a> {
                 || uniform_medium(scene, zones, transport).is_none(),
             occluders: transport.has_occluders(),
             panes_between: transport.has_panes_between(),
+            agreement: Agreement::default(),
             subcells,
-        }
+        };
+        exchange.agreement = exchange.agreement();
+        exchange
     }
 
     /// g_ij; symmetric to the bit.

@@ -8,8 +8,8 @@
 //!
 //! Where no facet reaches into the hull of a pair, all of it is seen, and no ray is asked. Where one does and yet n rays agree, they may
 //! have missed a part: with nothing known before, the share on the other side is 1/(n + 2) in the mean, and as large is its standard
-//! deviation (Laplace's rule of succession). A pane between may dim a part that no ray met in the same way; where one reaches into the
-//! hull, rays are as many as make that share small.
+//! deviation (Laplace's rule of succession), of pairs that are seen in part at all: how many are, [`super::agree`] tells. A pane
+//! between may dim a part that no ray met in the same way; where one reaches into the hull, rays are as many as make that share small.
 
 use super::zone::{Shape, Zone, is_close, plate_zone, share};
 use super::{Counts, Exchange, PairFactor};
@@ -121,7 +121,9 @@ impl Exchange<'_> {
             shoot(have, want, &mut tally);
         }
         counts.rays += tally[0].n as u64;
-        let missed = if tally[0].mixed() { 0.0 } else { missed(tally[0].n, outer, tally[0].blocked > 0.0) };
+        let blocked = tally[0].blocked > 0.0;
+        let doubt = self.agreement.doubt(a, b, blocked);
+        let missed = if tally[0].mixed() { 0.0 } else { doubt * missed(tally[0].n, outer, blocked) };
         let judged = |t: Tally| {
             let (mean, error) = t.mean_and_error();
             (mean, error.hypot(missed))
@@ -136,7 +138,7 @@ impl Exchange<'_> {
     }
 
     /// False where no facet can hide anything of a pair.
-    fn may_divide(&self, a: &Zone, b: &Zone) -> bool {
+    pub(super) fn may_divide(&self, a: &Zone, b: &Zone) -> bool {
         let (mut p, mut q) = (Vec::new(), Vec::new());
         self.occluders && self.transport.may_divide([end(a, &mut p), end(b, &mut q)])
     }
@@ -145,6 +147,17 @@ impl Exchange<'_> {
     fn may_dim(&self, a: &Zone, b: &Zone) -> bool {
         let (mut p, mut q) = (Vec::new(), Vec::new());
         self.panes_between && self.transport.pane_may_divide([end(a, &mut p), end(b, &mut q)])
+    }
+
+    /// The first rays of a pair and those between its rims: how many, and how many are blocked.
+    pub(super) fn first_look(&self, a: &Zone, b: &Zone, seed: u64, first: usize) -> [u64; 2] {
+        let points = Points::new(seed);
+        let outer = self.outer_rays(a, b);
+        let hidden = |k: &usize| {
+            let (x, y) = points.both(a, b, *k);
+            self.transport.blocked_inside(x, y)
+        };
+        [first as u64 + outer.rays, (0..first).filter(hidden).count() as u64 + outer.blocked]
     }
 
     /// Rays between the rims of two zones. They say whether a pair is seen in part, but do not count: a decision by the rays that
@@ -287,7 +300,7 @@ impl Exchange<'_> {
         let n = shot.len();
         let mut unmet = 0.0f64;
         if divided && (blocked == 0 || blocked == n) {
-            unmet = missed(n as f64, outer, blocked > 0);
+            unmet = self.agreement.doubt(a, b, blocked > 0) * missed(n as f64, outer, blocked > 0);
         }
         let behind = shot.iter().filter(|r| r.dimmed).count();
         if dimmed && (behind == 0 || behind == n) {

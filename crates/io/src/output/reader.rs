@@ -71,6 +71,11 @@ impl Npz {
         }
     }
 
+    /// True where there is an array of that name.
+    pub fn has(&self, name: &str) -> bool {
+        self.zip.index_for_name(&format!("{name}.npy")).is_some()
+    }
+
     fn raw(&mut self, name: &str) -> Result<Vec<u8>, FileError> {
         let path = self.path.clone();
         let error = |what: String| FileError::new(&path, name, what);

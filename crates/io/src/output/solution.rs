@@ -12,6 +12,7 @@
 //! | `radiosity`, `incident`, `direct`, `error` | [zones, 3] | B; H or G without direct light; H_dir or G_dir; error of `incident` |
 //! | `surroundings_error` | [zones, 3] or [0, 3] | the part of `error` that comes in from the surroundings |
 //! | `group_0_incident`, `group_0_direct`, … | [zones, 3], `<f8` or `<f4`; [0, 3] for none | the share of each light group, times `incident_scale` and `direct_scale` in `report.groups` of the header |
+//! | `group_0_error`, … | [zones, 3] | its part of `error`, times `incident_scale`, where errors are known of each group |
 //! | `patch_origin`, `_e1`, `_e2`, `_kind`, `_normal`, `_area`, `_facet`, `_surface`, `_reflectance`, `_emission` | [patches, …] | surface zones; kind 0 triangle, 1 parallelogram |
 //! | `voxel_cell`, `_centre`, `_volume`, `_extinction`, `_albedo`, `_emission`, `_source` | [voxels, …] | volume zones |
 //! | `voxel_part_first`, `part_subcell`, `part_packed` | CSR | samples of cut voxels: zone i has the rows `first[i]` to `first[i+1]`; `part_packed.view("<u2").reshape(-1, 4)` is the place in the sub-cell and the share of the volume, in 2⁻¹⁶ |
@@ -47,6 +48,9 @@ pub fn write_solution(path: &Path, s: &Solution) -> Result<(), FileError> {
         for (k, g) in s.groups.iter().enumerate() {
             npz.values(&format!("group_{k}_incident"), &g.incident)?;
             npz.values(&format!("group_{k}_direct"), &g.direct)?;
+            if !g.error.is_empty() {
+                npz.values(&format!("group_{k}_error"), &g.error)?;
+            }
         }
         write_patches(&mut npz, &s.zones.patches)?;
         write_voxels(&mut npz, &s.zones.voxels)?;
@@ -194,6 +198,10 @@ fn read_groups(
         }
         g.incident = npz.values(&format!("group_{k}_incident"), zones)?;
         g.direct = npz.values(&format!("group_{k}_direct"), zones)?;
+        let error = format!("group_{k}_error");
+        if npz.has(&error) {
+            g.error = npz.values(&error, zones)?;
+        }
     }
     Ok(groups)
 }

@@ -36,8 +36,6 @@ const STEP: [f64; 2] = [0.2, 0.7];
 const LITTLE: f64 = 0.9;
 /// Share of all pairs of zones above which links that do not serve cost more than every pair would.
 const EVERY: f64 = 0.3;
-/// Noise told of every pair over the noise of the shares of power: light comes by bright pairs, not by all alike.
-const UNEVEN: f64 = 2.0;
 /// Rays whose estimate is so many times that of the links cannot judge them, nor help.
 const BLIND: f64 = 6.0;
 
@@ -166,7 +164,6 @@ fn every_pair_fits(site: &Site) -> bool {
 /// Every pair of zones, as the dense engine has them: what links come to in the end.
 fn every_pair(site: &Site, escape: &mut Escape, views: u64) -> Built<'static> {
     let mut built = engine::dense(site, escape);
-    built.noise.iter_mut().for_each(|s| *s *= UNEVEN);
     let n = site.zones.len() as u64;
     built.counts.extend([("pairs of zones, all".into(), n * (n + 1) / 2), ("rays of views".into(), views)]);
     built
@@ -189,7 +186,9 @@ fn links<'a>(
         .ok_or_else(|| SceneError::new("scene", "the scene has no zones; add a surface or a medium"))?;
     let mut warnings = Vec::new();
     let (mut before, mut joined) = (f64::INFINITY, whole);
+    let mut held = 0;
     for round in 1.. {
+        held = closure::hold(&mut made, zones, escape);
         made.solve_roughly(site, escape);
         let alone = relative(site, escape, &made.estimated(None));
         joined = whole && look.estimate < BLIND * alone;
@@ -234,6 +233,7 @@ fn links<'a>(
         ("pairs of near zones", t.near),
         ("pairs of zones in full", t.exact),
         ("rays between clusters", t.rays),
+        ("rows of links held to closure", held as u64),
         ("rays of views", views),
     ];
     Ok(Built {

@@ -24,6 +24,8 @@ use zonal_scene::{Bands, Zones, bands};
 const CLUSTERS: usize = 16;
 /// Sweeps.
 const SWEEPS: usize = 6;
+/// A row of links so many times its target is held to it.
+const OVERFULL: f64 = 1.5;
 /// Share of the mean strength that every zone counts with at least.
 const FLOOR: f64 = 0.05;
 
@@ -72,6 +74,28 @@ pub fn scaling(
         }
     }
     (0..n).map(|i| d[of[i] as usize]).collect()
+}
+
+/// Holds rows that close to more than `OVERFULL` times their target to it, symmetrically; gives their number. Links of zones that all but touch may add
+/// up to several times what a zone can receive, and light between two such would never end.
+pub fn hold(made: &mut Hierarchical, zones: &Zones, escape: &Escape) -> usize {
+    let n = zones.len();
+    let c: Vec<Bands> = (0..n).map(|i| strength(zones, i)).collect();
+    let mut held = vec![[1.0f64; 3]; n];
+    for _ in 0..SWEEPS {
+        let rows = made.apply(&c);
+        let full = |i: usize, b: usize| {
+            let (t, away) = (target(zones, i), escape.sky[i][b] + escape.backs[i][b]);
+            if rows[i][b] + away > OVERFULL * t { ((t - away).max(0.0) / rows[i][b]).sqrt() } else { 1.0 }
+        };
+        let d: Vec<Bands> = (0..n).map(|i| bands(|b| full(i, b))).collect();
+        if d.iter().all(|d| *d == [1.0; 3]) {
+            break;
+        }
+        held.iter_mut().zip(&d).for_each(|(h, d)| *h = bands(|b| h[b] * d[b]));
+        made.scale(&d);
+    }
+    held.iter().filter(|h| **h != [1.0; 3]).count()
 }
 
 /// Closure restored by clusters: what was measured before, with the change.

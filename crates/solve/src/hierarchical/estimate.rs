@@ -92,8 +92,8 @@ pub fn errors(
                 let (relative, varied) = open(&tree.nodes[i], &tree.nodes[j], &spots[i], &spots[j]);
                 for b in 0..3 {
                     let k = links.kernel[l * links.groups + group[b]].abs() as f64;
-                    let e = k * (power[j][0][b] * relative + power[j][1][b] * varied);
-                    let d = links.doubt[l] as f64 * power[j][0][b];
+                    let e = k * (power[j][0][b].abs() * relative + power[j][1][b] * varied);
+                    let d = links.doubt[l] as f64 * power[j][0][b].abs();
                     if zones {
                         s[4][b] += e * e + (DOUBT * d).powi(2);
                         s[5][b] += e + d;

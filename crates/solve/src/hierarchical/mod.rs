@@ -186,7 +186,7 @@ impl Hierarchical {
         };
         let (pairs, tally) = refiner.refine(&demand, site.progress);
         self.links = Links::new(self.tree.nodes.len(), &pairs, count);
-        self.tally = tally;
+        (self.scaling, self.tally) = (None, tally);
     }
 
     /// What the rough solution of the links says, together with the rays where they count, H or G.
@@ -233,7 +233,8 @@ impl Hierarchical {
         self.known = ended
             .into_iter()
             .map(|e| {
-                let h = self.arriving(&e.strengths);
+                let mut h = self.apply(&e.strengths);
+                h.iter_mut().zip(&self.measure).for_each(|(h, w)| *h = h.map(|x| x / w));
                 (e.strengths, h)
             })
             .collect();

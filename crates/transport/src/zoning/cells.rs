@@ -7,7 +7,7 @@
 //!
 //! **Volumes.** Along the axis that facets pierce most often each sample stands for the stretch of its line that is nearer to it
 //! than to its neighbours and not behind a facet, times the line's share h²/64 of the cross-section. So a wall square to an axis
-//! gives exact volumes, and an oblique one is integrated exactly along the lines.
+//! gives exact volumes and centroids, and an oblique one is integrated exactly along the lines.
 
 use crate::Transport;
 use crate::meet::{Line, Prepared};
@@ -125,15 +125,18 @@ impl Cell<'_> {
         }
     }
 
-    /// The free volume that a sample stands for, by lines along `axis`.
-    fn weight(&self, gaps: &Gaps, axis: usize, sample: usize) -> f64 {
+    /// The free volume that a sample stands for, by lines along `axis`, and its middle.
+    fn stretch(&self, gaps: &Gaps, axis: usize, sample: usize) -> (f64, Vec3) {
         let c = coordinates(sample);
         let (below, above) = (gaps.at(axis, c, 0), gaps.at(axis, c, 1));
         let n = FINE as f64;
         let from = if below[0] <= below[1] { below[1] } else { c[axis] as f64 / n };
         let to = if above[0] <= above[1] { above[0] } else { (c[axis] + 1) as f64 / n };
+        let mut middle = self.point(sample).array();
+        middle[axis] = self.lo[axis] + 0.5 * (from + to) * self.h[axis];
         // Never quite nothing, so that means over weights exist.
-        (to - from).max(1e-9 / n) / (n * n) * self.h.product()
+        let volume = (to - from).max(1e-9 / n) / (n * n) * self.h.product();
+        (volume, Vec3::from_array(middle))
     }
 }
 
@@ -268,11 +271,11 @@ fn fine(subcell: usize, member: usize) -> usize {
 fn part(cell: &Cell, gaps: &Gaps, axis: usize, samples: &[usize]) -> Part {
     let mut subs = [Sub { members: 0, volume: 0.0, moment: Vec3::ZERO }; SUBCELLS * SUBCELLS * SUBCELLS];
     for &s in samples {
-        let ((k, member), w) = (place(s), cell.weight(gaps, axis, s));
+        let ((k, member), (w, middle)) = (place(s), cell.stretch(gaps, axis, s));
         let sub = &mut subs[k];
         sub.members |= 1 << member;
         sub.volume += w;
-        sub.moment += cell.point(s) * w;
+        sub.moment += middle * w;
     }
     let (mut volume, mut moment) = (0.0, Vec3::ZERO);
     let mut out = Vec::with_capacity(subs.len());

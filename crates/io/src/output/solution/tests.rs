@@ -150,6 +150,7 @@ fn solution() -> Solution {
                 direct_scale: [1.0 / 3.0, 2.0, 1e-300],
                 energy: Energy { incoming: [1.0, 2.0, 3.0], ..Energy::default() },
                 residual: [0.1, 0.2, 1e-11],
+                error: Values::Double(field(0.003)),
                 ..Group::default()
             },
             Group { name: "floor = 2".into(), incident: Values::Double(field(1.5)), ..Group::default() },
