@@ -43,6 +43,11 @@ fn factors(groups: &[Group], wanted: &[(String, Bands)]) -> Result<Vec<Bands>, S
     Ok(out.into_iter().map(|f| f.unwrap_or([1.0; 3])).collect())
 }
 
+/// Refuses factors that [`relight`] would refuse.
+pub fn check(groups: &[Group], wanted: &[(String, Bands)]) -> Result<(), SceneError> {
+    factors(groups, wanted).map(|_| ())
+}
+
 /// The solution for lights that shine so many times as strongly, group by group, a band.
 pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solution, SceneError> {
     let factors = factors(&solution.groups, wanted)?;
