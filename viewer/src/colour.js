@@ -1,4 +1,4 @@
-// Light to the screen: the curve of crates/io/src/output/picture.rs, and a colour map for single values.
+// Light to the screen: the curve of crates/io/src/output/tone.rs, and a colour map for single values.
 
 const KNEE = 0.25;
 export const LUMINANCE = [0.2126, 0.7152, 0.0722];
@@ -17,7 +17,7 @@ export function srgb(x) {
   return x >= 1 ? 1 : 1.055 * x ** (1 / 2.4) - 0.055;
 }
 
-/** Exposure that suits a picture of linear RGBA: the rule of picture.rs. */
+/** Exposure that suits a picture of linear RGBA: the rule of tone.rs. */
 export function autoExposure(pixels) {
   const l = [];
   for (let i = 0; i < pixels.length; i += 4) {

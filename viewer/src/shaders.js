@@ -190,9 +190,16 @@ uniform vec2 planes;
 uniform bool hazy;
 uniform int finish;
 out vec4 colour;
+vec2 range(vec3 c) {
+  return vec2(min(c.r, min(c.g, c.b)), max(c.r, max(c.g, c.b)));
+}
 vec3 curve(vec3 x) {
-  vec3 t = (max(x, 0.0) - 0.25) / 0.75;
-  return mix(x, 0.25 + 0.75 * t / (1.0 + t), greaterThan(x, vec3(0.25)));
+  x = max(x, 0.0);
+  vec3 t = (x - 0.25) / 0.75;
+  vec3 y = mix(x, 0.25 + 0.75 * t / (1.0 + t), greaterThan(x, vec3(0.25)));
+  // Half-way to the curve that keeps the hue.
+  vec2 from = range(x), to = range(y);
+  return 0.5 * (y + to.x + (x - from.x) * (to.y - to.x) / max(from.y - from.x, 1e-12));
 }
 vec3 srgb(vec3 x) {
   x = clamp(x, 0.0, 1.0);

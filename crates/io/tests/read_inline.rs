@@ -2,7 +2,7 @@
 
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Engine, Groups, Light, PlateKind, Scene, Sides};
+use zonal_scene::{Engine, Groups, Lens, Light, PlateKind, Scene, Sides};
 
 fn read(text: &str) -> Scene {
     parse_scene(text, None, "test.toml").unwrap_or_else(|e| panic!("{e}"))
@@ -88,6 +88,8 @@ name = "nave"
 origin = [2,1,1.6]
 target = [2,6,1.6]
 fov = 75
+aperture = 0.04
+focus = 3
 [[camera]]
 origin = [0,0,0]
 target = [1,1,1]
@@ -154,6 +156,8 @@ fn every_inline_feature_reads_right() {
     assert_eq!(s.surroundings().radiance, [0.25; 3]);
     assert_eq!((s.cameras()[0].name.as_str(), s.cameras()[0].fov), ("nave", 75.0));
     assert_eq!((s.cameras()[1].name.as_str(), s.cameras()[1].fov), ("camera2", 60.0));
+    assert_eq!(s.cameras()[0].lens, Lens { aperture: 0.04, focus: Some(3.0) });
+    assert_eq!(s.cameras()[1].lens, Lens::default());
     assert_eq!(s.cameras()[1].up, vec3(0.0, 0.0, 1.0));
 }
 

@@ -191,6 +191,7 @@ fn media_lights_and_cameras() {
         "[[surface]]\nname='hall'\nroom={min=[0,0,0],max=[1,1,1]}\n[[light]]\nkind='emitter'\nsurface='hall'";
     let camera = |rest: &str| format!("[[surface]]\nSQUARE\n[[camera]]\nname='c'\norigin=[0,0,0]\n{rest}");
     let (aim, up) = (camera("target=[0,0,0]"), camera("target=[0,0,1]"));
+    let (lens, focus) = (camera("target=[1,0,0]\naperture=-1"), camera("target=[1,0,0]\nfocus=0"));
     let (fov, two) = (
         camera("target=[1,0,0]\nfov=180"),
         camera("target=[1,0,0]\n[[camera]]\nname='c'\norigin=[0,0,0]\ntarget=[1,0,0]"),
@@ -227,6 +228,8 @@ fn media_lights_and_cameras() {
             (&aim, &["test.toml:6:8: camera 'c'.target", "apart"]),
             (&up, &["test.toml:3:1: camera 'c'.up", "line of sight"]),
             (&fov, &["test.toml:7:5: camera 'c'.fov", "below 180"]),
+            (&lens, &["camera 'c'.aperture", "diameter in metres, from 0"]),
+            (&focus, &["camera 'c'.focus", "above 0"]),
             (&two, &["test.toml:8:6: camera 'c'.name: two cameras have this name; rename one"]),
         ],
     );
@@ -550,7 +553,7 @@ fn whole_files() {
         "{}",
         read("no.toml")
     );
-    assert!(read("latin.toml").ends_with("latin.toml:2:1: this is not UTF-8 text; save the scene as UTF-8"));
+    assert!(read("latin.toml").ends_with("latin.toml:2:1: this is not UTF-8 text; save the file as UTF-8"));
     assert!(read(".").contains("this is not a file"), "{}", read("."));
     assert!(read("dir.txt").contains("dir.txt:1:1: the scene is empty"));
     let text = format!("[[surface]]\n{SQUARE}\ntexture = 'a.png'");

@@ -157,6 +157,7 @@ fn an_isothermal_enclosure_is_isothermal() {
         target: vec3(0.5, 0.3, 0.9),
         up: vec3(0.0, 1.0, 0.0),
         fov: 60.0,
+        lens: Default::default(),
     };
     let picture = judge.picture(&camera, 4, 3, 3000, 1);
     for (mean, error) in picture.mean.iter().zip(&picture.error) {

@@ -8,7 +8,8 @@
 //! | module | what |
 //! |---|---|
 //! | [`bake`] | the solution on triangles, for viewers and other engines |
-//! | `camera` | pinhole and subpixels |
+//! | [`bloom()`] | light that a lens scatters over the picture |
+//! | `camera` | pinhole, thin lens and subpixels |
 //! | `columns` | what a sun reaches, by columns along its light |
 //! | `fit` | from zone means to node values |
 //! | `lazy` | values made when first asked for |
@@ -25,6 +26,7 @@
 
 pub mod bake;
 
+mod bloom;
 mod camera;
 mod columns;
 mod fit;
@@ -37,11 +39,13 @@ mod shadow;
 mod shafts;
 mod voxel_field;
 
+pub use bloom::bloom;
+
 use camera::{Pinhole, subpixel};
 use march::{Draw, View};
 use rayon::prelude::*;
 use zonal_math::sequence;
-use zonal_scene::{Camera, Progress, Solution};
+use zonal_scene::{Camera, Lens, Progress, Solution};
 use zonal_transport::Transport;
 
 /// Size and quality of a picture.
@@ -82,15 +86,57 @@ pub fn render(
     options: &RenderOptions,
     progress: &dyn Progress,
 ) -> Image {
+    let mut out = None;
+    let cameras = std::slice::from_ref(camera);
+    let Ok(()) = render_each(solution, cameras, options, progress, |_, image| {
+        out = Some(image);
+        Ok::<(), std::convert::Infallible>(())
+    });
+    out.unwrap_or(Image { width: 0, height: 0, pixels: Vec::new() })
+}
+
+/// Renders what each of the cameras sees, and gives number and picture to `take`, which may end it. What belongs to the solution is
+/// prepared once; the pictures are those of [`render`].
+pub fn render_each<E>(
+    solution: &Solution,
+    cameras: &[Camera],
+    options: &RenderOptions,
+    progress: &dyn Progress,
+    mut take: impl FnMut(usize, Image) -> Result<(), E>,
+) -> Result<(), E> {
     let transport = Transport::new(&solution.scene);
     let view = View::new(solution, &transport);
+    for (i, camera) in cameras.iter().enumerate() {
+        let focus = camera.lens.focus.or_else(|| in_the_middle(&transport, camera));
+        let camera = Camera { lens: Lens { focus, ..camera.lens }, ..camera.clone() };
+        let pinhole = Pinhole::new(&camera, options.width, options.height);
+        take(i, picture(&view, &pinhole, options, progress))?;
+    }
+    Ok(())
+}
+
+/// How far away, m, is what each camera sees in its middle, a surface or a pane; none where there is nothing.
+pub fn middle_distances(solution: &Solution, cameras: &[Camera]) -> Vec<Option<f64>> {
+    let transport = Transport::new(&solution.scene);
+    cameras.iter().map(|c| in_the_middle(&transport, c)).collect()
+}
+
+fn in_the_middle(transport: &Transport, camera: &Camera) -> Option<f64> {
+    let dir = (camera.target - camera.origin).normalized();
+    let wall = transport.nearest(camera.origin, dir, 0.0, f64::INFINITY).map(|h| h.t);
+    let end = wall.map_or_else(|| transport.beyond(camera.origin, dir), |t| camera.origin + dir * t);
+    let mut pane = None;
+    transport.pane_crossings(camera.origin, end, &mut |h| pane = pane.or(Some(h.t)));
+    pane.or(wall)
+}
+
+fn picture(view: &View, pinhole: &Pinhole, options: &RenderOptions, progress: &dyn Progress) -> Image {
     let (width, height) = (options.width, options.height);
-    let pinhole = Pinhole::new(camera, width, height);
     progress.begin("render", height as u64);
     let rows: Vec<Vec<[f32; 3]>> = (0..height)
         .into_par_iter()
         .map(|y| {
-            let row = (0..width).map(|x| pixel(&view, &pinhole, options, x, y)).collect();
+            let row = (0..width).map(|x| pixel(view, pinhole, options, x, y)).collect();
             progress.advance(1);
             row
         })
@@ -105,9 +151,10 @@ fn pixel(view: &View, pinhole: &Pinhole, o: &RenderOptions, x: usize, y: usize) 
     let mut sum = [0.0; 3];
     for i in 0..n {
         let [dx, dy] = subpixel(i, n);
-        let dir = pinhole.direction((x as f64 + dx) / o.width as f64, (y as f64 + dy) / o.height as f64);
+        let at = [(x as f64 + dx) / o.width as f64, (y as f64 + dy) / o.height as f64];
+        let (origin, dir) = pinhole.ray(at, i, [shift[1], shift[2]]);
         let draw = Draw { first: i * count, count, shift };
-        let l = view.radiance(pinhole.origin, dir, draw);
+        let l = view.radiance(origin, dir, draw);
         (0..3).for_each(|b| sum[b] += l[b]);
     }
     sum.map(|s| (s / n as f64) as f32)
@@ -119,5 +166,7 @@ fn pixel_shift(x: usize, y: usize) -> [f64; 3] {
     [0, 1, 2].map(|k| sequence::unit(seed.wrapping_mul(3).wrapping_add(k)))
 }
 
+#[cfg(test)]
+mod lens_tests;
 #[cfg(test)]
 mod tests;

@@ -48,7 +48,7 @@ pub(crate) fn medium(lo: Vec3, hi: Vec3, dims: [usize; 3], kappa: f64, albedo: f
 }
 
 fn camera(origin: Vec3, target: Vec3, fov: f64) -> Camera {
-    Camera { name: "camera".into(), origin, target, up: vec3(0.01, 0.02, 1.0), fov }
+    Camera { name: "camera".into(), origin, target, up: vec3(0.01, 0.02, 1.0), fov, lens: Lens::default() }
 }
 
 fn size(width: usize, height: usize) -> RenderOptions {

@@ -8,6 +8,7 @@
 //! | [`plate`] | triangles and parallelograms |
 //! | [`part`] | the free part of a cut voxel, packed |
 //! | [`voxmap`] | the regular voxel grid of a medium |
+//! | [`camera`] | pinholes and thin lenses |
 //! | [`scene`] | surfaces, panes, lights, cameras, validated once into a [`Scene`] |
 //! | [`zones`] | patches, voxel zones and pane zones |
 //! | [`solution`] | radiosity, irradiance, fluence on the zones, with the report |
@@ -19,6 +20,7 @@
 //! Units: metres, 1/m for extinction, W/m² for radiosity B, irradiance H and fluence G, W/m³ for volumetric sources, each per
 //! band. Three bands, called red, green, blue in pictures; thermal users may give all three the same values.
 
+pub mod camera;
 pub mod group;
 pub mod light;
 pub mod part;
@@ -30,13 +32,14 @@ pub mod vault;
 pub mod voxmap;
 pub mod zones;
 
+pub use camera::{Camera, Lens};
 pub use group::{Group, Kind, Values};
 pub use light::{Light, Surroundings};
 pub use part::{Part, Sample};
 pub use plate::{Plate, PlateKind};
 pub use progress::{Progress, Quiet};
 pub use scene::{
-    Camera, Engine, Facet, Groups, Options, Pane, Scene, SceneError, SceneParts, Sides, Surface, Texture,
+    Engine, Facet, Groups, Options, Pane, Scene, SceneError, SceneParts, Sides, Surface, Texture,
 };
 pub use solution::{Estimate, Fields, Report, Solution, SolveStatus};
 pub use vault::{NoVault, Vault};

@@ -1,6 +1,6 @@
 //! The scene: validated once, read-only ever after.
 
-use crate::{Bands, Light, Plate, Surroundings, Voxmap};
+use crate::{Bands, Camera, Light, Plate, Surroundings, Voxmap};
 use std::fmt;
 use zonal_math::Vec3;
 
@@ -131,21 +131,6 @@ pub struct Pane {
     pub albedo: Bands,
     /// Black emissive power E, W/m².
     pub emission: Bands,
-}
-
-/// A pinhole camera.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Camera {
-    /// Unique name.
-    pub name: String,
-    /// Pinhole, m.
-    pub origin: Vec3,
-    /// A point in the middle of the picture, m.
-    pub target: Vec3,
-    /// Upward direction.
-    pub up: Vec3,
-    /// Full angle of view across the picture's width, degrees.
-    pub fov: f64,
 }
 
 /// How the exchange of all zones is represented.
@@ -409,21 +394,10 @@ impl Scene {
         check_bands("surroundings.radiance", parts.surroundings.radiance, f64::INFINITY)?;
         let mut names = std::collections::HashSet::new();
         for c in &parts.cameras {
-            let key = |k: &str| format!("camera '{}'.{k}", c.name);
             if !names.insert(c.name.as_str()) {
-                return fail(key("name"), "two cameras have this name; rename one");
+                return fail(format!("camera '{}'.name", c.name), "two cameras have this name; rename one");
             }
-            let view = c.target - c.origin;
-            if !(c.origin.is_finite() && c.target.is_finite() && view.length() > 0.0) {
-                return fail(key("target"), "origin and target must be finite and apart");
-            }
-            let askew = view.normalized().cross(c.up.normalized()).length();
-            if askew <= 1e-9 || askew.is_nan() {
-                return fail(key("up"), "up must not run along the line of sight");
-            }
-            if !(c.fov > 0.0 && c.fov < 180.0) {
-                return fail(key("fov"), "the field of view must lie between 0 and 180 degrees");
-            }
+            c.check()?;
         }
         let o = &parts.options;
         if !(o.tolerance > 0.0 && o.tolerance < 1.0) {

@@ -134,7 +134,7 @@ fn main() -> Result<(), Any> {
     if let Some(path) = option("-o") {
         let exposure = output::auto_exposure(&theirs.pixels);
         let (w, h, pixels) = side_by_side(&ours, &theirs, exposure);
-        output::write_png(Path::new(&path), w, h, &pixels, exposure, output::Curve::Filmic)?;
+        output::write_png(Path::new(&path), w, h, &pixels, &output::Tone::filmic(exposure))?;
     }
     Ok(())
 }

@@ -159,7 +159,7 @@ fn side_by_side(
             }
         })
         .collect();
-    Ok(output::write_png(path, w, h, &pixels, exposure, output::Curve::Filmic)?)
+    Ok(output::write_png(path, w, h, &pixels, &output::Tone::filmic(exposure))?)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

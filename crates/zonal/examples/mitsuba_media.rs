@@ -160,7 +160,7 @@ fn checks(path: &Path, height: f64, v: [f64; 2]) -> Result<(), Box<dyn std::erro
             [colours[usize::from(!same)]; 3]
         })
         .collect();
-    Ok(output::write_png(path, w, h, &pixels, 1.0, output::Curve::Linear)?)
+    Ok(output::write_png(path, w, h, &pixels, &output::Tone::linear(1.0))?)
 }
 
 fn scene_text(c: &Case, data: &Path, folder: &Path, museum: &Museum, s: &Settings) -> String {

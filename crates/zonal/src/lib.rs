@@ -21,6 +21,7 @@ pub use zonal_transport as transport;
 pub mod church;
 pub mod commands;
 pub mod failure;
+pub mod flight;
 pub mod meter;
 pub mod plot;
 pub mod table;

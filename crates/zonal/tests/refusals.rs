@@ -236,6 +236,19 @@ fn flags_of_render_and_export() {
     for stops in ["nan", "inf", "31", "-1e9"] {
         render(Program, &format!("--stops={stops}"), "--stops");
     }
+    for (flag, values) in [
+        ("--contrast", ["nan", "0", "-1", "11"]),
+        ("--bloom", ["nan", "-0.1", "1.1", "inf"]),
+        ("--aperture", ["nan", "-1", "inf", "-inf"]),
+        ("--focus", ["nan", "0", "-1", "inf"]),
+    ] {
+        values.iter().for_each(|v| render(Program, &format!("{flag}={v}"), flag));
+    }
+    render(Program, "--focus=2", "--aperture");
+    for flag in ["--stops=1", "--contrast=1.2"] {
+        let args = ["render", "room.npz", "-o", "out/x.exr", flag];
+        refused(&f, Program, &args, "write a .png");
+    }
     for flag in [
         "--samples=0",
         "--samples=-1",

@@ -56,6 +56,30 @@ fn from_a_scene_to_a_picture() {
     assert_eq!(std::fs::read_dir(f.path().join("out")).unwrap().count(), 4);
 }
 
+/// A sharp lens, no bloom and even contrast are the plain picture; anything else is another, and says how many pixels are clipped.
+#[test]
+fn looks_of_a_picture() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    let draw = |more: &[&str]| {
+        let args = ["render", "room.npz", "--size", "16x12", "--samples", "4", "-o", "out/x.png", "--json"];
+        let report: serde_json::Value = serde_json::from_str(&f.done(&[&args, more].concat())).unwrap();
+        (f.get("out/x.png"), report)
+    };
+    let (plain, report) = draw(&[]);
+    assert_eq!(report["clipped"], 0, "{report}");
+    assert!(draw(&["--bloom", "0", "--aperture", "0", "--contrast", "1", "--stops", "0"]).0 == plain);
+    for look in [["--bloom", "0.2"], ["--aperture", "0.2"], ["--contrast", "1.3"], ["--stops", "1"]] {
+        let (other, bloomed) = draw(&look);
+        assert!(other != plain, "{look:?}");
+        let mean = |r: &serde_json::Value| r["mean"][0].as_f64().unwrap();
+        assert!(
+            (mean(&bloomed) / mean(&report) - 1.0).abs() < if look[0] == "--aperture" { 0.1 } else { 1e-6 }
+        );
+    }
+    assert_eq!(draw(&["--stops", "20"]).1["clipped"], 16 * 12);
+}
+
 #[test]
 fn threads_do_not_change_a_bit_of_any_file() {
     let f = Folder::new();

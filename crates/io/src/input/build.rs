@@ -10,7 +10,9 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use zonal_math::vec3;
 use zonal_scene::scene::PatchRule;
-use zonal_scene::{Camera, Engine, Groups, Light, Options, Plate, Scene, SceneParts, Surface, Surroundings};
+use zonal_scene::{
+    Camera, Engine, Groups, Lens, Light, Options, Plate, Scene, SceneParts, Surface, Surroundings,
+};
 
 /// The scene while it is read.
 pub(crate) struct Builder<'a> {
@@ -236,20 +238,39 @@ fn emitter(node: &Node<'_>, surfaces: &[Surface]) -> Result<usize, InputError> {
     Ok(surface)
 }
 
-fn camera(node: &Node<'_>, index: usize) -> Result<Camera, InputError> {
-    let (name, mut t) = surface::named(node, "camera", index)?;
-    t.check(&["name", "origin", "target", "up", "fov"])?;
-    t.key = format!("camera '{name}'");
-    t.remember();
-    let fov = |n: Node<'_>| match n.number()? {
+/// Keys of a camera that say where it stands and how it sees.
+pub(super) const VIEW: [&str; 6] = ["origin", "target", "up", "fov", "aperture", "focus"];
+
+/// Degrees across the picture.
+pub(super) fn fov(n: Node<'_>) -> Result<f64, InputError> {
+    match n.number()? {
         x if x > 0.0 && x < 180.0 => Ok(x),
         x => Err(n.error(format!("{x} is out of range; give degrees above 0 and below 180"))),
-    };
+    }
+}
+
+/// Metres from 0.
+pub(super) fn aperture(n: Node<'_>) -> Result<f64, InputError> {
+    match n.number()? {
+        x if x >= 0.0 => Ok(x),
+        x => Err(n.error(format!("{x} is out of range; give the lens's diameter in metres, from 0"))),
+    }
+}
+
+fn camera(node: &Node<'_>, index: usize) -> Result<Camera, InputError> {
+    let (name, mut t) = surface::named(node, "camera", index)?;
+    t.check(&[["name"].as_slice(), &VIEW].concat())?;
+    t.key = format!("camera '{name}'");
+    t.remember();
     Ok(Camera {
         origin: t.need("origin", "origin = [x, y, z]")?.vector()?,
         target: t.need("target", "target = [x, y, z]")?.vector()?,
         up: t.read("up", |n| n.vector())?.unwrap_or(vec3(0.0, 0.0, 1.0)),
         fov: t.read("fov", fov)?.unwrap_or(60.0),
+        lens: Lens {
+            aperture: t.read("aperture", aperture)?.unwrap_or(0.0),
+            focus: t.read("focus", |n| n.positive())?,
+        },
         name,
     })
 }

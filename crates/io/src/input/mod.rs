@@ -11,6 +11,7 @@
 //! | `medium`, `region`, `density` | the voxmap and its regions |
 //! | `npy`, `vol`, `vdb` | arrays and sparse grids |
 //! | `texture` | pictures |
+//! | `flight` | key frames of a camera's path, a file of its own |
 //! | `mesh` | surfaces from OBJ and glTF |
 //! | `error` | refusals that name the place and the mend |
 //!
@@ -20,6 +21,7 @@ mod build;
 mod density;
 mod error;
 mod files;
+mod flight;
 mod medium;
 pub(crate) mod mesh;
 mod node;
@@ -33,6 +35,7 @@ mod vdb;
 mod vol;
 
 pub use error::InputError;
+pub use flight::{Flight, Key, MAX_FRAMES, read_flight};
 pub use mesh::volume::{VolumeMaterial, volume_materials};
 
 use node::Table;
@@ -46,15 +49,21 @@ const MAX_TEXT: u64 = 64 << 20;
 /// Reads a scene file, and the files that it refers to, relative to its folder.
 pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
     let file = path.display().to_string();
-    let refused = |what: String| InputError::new(&file, None, "", what);
-    let bytes = files::read(path, MAX_TEXT).map_err(refused)?;
-    let text = String::from_utf8(bytes).map_err(|e| {
-        let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
-        let what = "this is not UTF-8 text; save the scene as UTF-8";
-        InputError::new(&file, Some((line + 1, 1)), "", what)
-    })?;
+    let text = read_text(path, MAX_TEXT)?;
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned());
     parse_named(&text, path.parent(), &file, stem.as_deref().unwrap_or("scene"))
+}
+
+/// The text of a file of at most so many bytes.
+fn read_text(path: &Path, most: u64) -> Result<String, InputError> {
+    let file = path.display().to_string();
+    let refused = |what: String| InputError::new(&file, None, "", what);
+    let bytes = files::read(path, most).map_err(refused)?;
+    String::from_utf8(bytes).map_err(|e| {
+        let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
+        let what = "this is not UTF-8 text; save the file as UTF-8";
+        InputError::new(&file, Some((line + 1, 1)), "", what)
+    })
 }
 
 /// Reads a scene from its text. Referenced files are looked for in `base`; without one they are refused.

@@ -4,7 +4,7 @@ use super::report::{self, bands, list, real, text};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::scene::{Options, PatchRule};
-use zonal_scene::{Camera, Engine, Groups, Light, Pane, Scene, Sides, Solution, Surface, Surroundings};
+use zonal_scene::{Camera, Engine, Groups, Lens, Light, Pane, Scene, Sides, Solution, Surface, Surroundings};
 
 /// The version of the format; readers refuse others.
 pub const FORMAT_VERSION: u64 = 3;
@@ -69,6 +69,7 @@ fn light_out(l: &Light) -> Value {
 fn camera_out(c: &Camera) -> Value {
     json!({
         "name": c.name, "origin": c.origin.array(), "target": c.target.array(), "up": c.up.array(), "fov": c.fov,
+        "aperture": c.lens.aperture, "focus": c.lens.focus,
     })
 }
 
@@ -161,6 +162,7 @@ pub fn camera_in(v: &Value) -> Result<Camera, String> {
         target: vector(v, "target")?,
         up: vector(v, "up")?,
         fov: real(v, "fov")?,
+        lens: Lens { aperture: maybe(v, "aperture", real)?.unwrap_or(0.0), focus: maybe(v, "focus", real)? },
     })
 }
 

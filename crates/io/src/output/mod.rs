@@ -5,7 +5,8 @@
 //! | [`solution`] | a solution as one `.npz` that numpy opens without us, and back |
 //! | [`report`] | the report as JSON, for `--json` and for the solution's header |
 //! | [`hash`] | the scene hash: which scene a solution belongs to |
-//! | [`picture`] | exposure, filmic curve, sRGB, dither: PNG |
+//! | [`tone`] | exposure, contrast, filmic curve, sRGB, dither |
+//! | [`picture`] | pictures as PNG |
 //! | [`texture`] | textures as the bytes of a PNG |
 //! | [`exr`] | linear pictures in f32, out and in |
 //! | [`csv`] | one line a zone |
@@ -26,6 +27,7 @@ pub mod picture;
 pub mod report;
 pub mod solution;
 pub mod texture;
+pub mod tone;
 pub mod vault;
 pub mod vti;
 pub mod vtu;
@@ -44,10 +46,11 @@ pub use csv::write_zones_csv;
 pub use exr::{Picture, read_exr, write_exr};
 pub use glb::write_glb;
 pub use hash::{factors_hash, scene_hash};
-pub use picture::{Curve, auto_exposure, encode_png, write_png};
+pub use picture::{encode_png, png_note, write_png, write_png_noted};
 pub use report::report_json;
 pub use solution::{read_solution, write_solution};
 pub use texture::texture_png;
+pub use tone::{Curve, Tone, auto_exposure};
 pub use vault::{Folder, Held, Keys};
 pub use vti::write_vti;
 pub use vtu::write_vtu;

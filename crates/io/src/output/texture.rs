@@ -32,7 +32,7 @@ fn halved(pixels: &[[f32; 3]], width: usize, height: usize) -> Vec<[f32; 3]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::picture::srgb;
+    use super::super::tone::srgb;
     use super::*;
 
     #[test]

@@ -107,6 +107,7 @@ impl Cube {
             target: vec3(0.1, 0.3, 0.2),
             up: vec3(0.0, 0.0, 1.0),
             fov: 75.0,
+            lens: Default::default(),
         };
         let parts = SceneParts {
             name: self.name.into(),

@@ -65,5 +65,5 @@ fn side_by_side(ours: &Image, theirs: &[f64], path: &Path) -> Result<(), Any> {
         }
     };
     let pixels: Vec<[f32; 3]> = (0..w * h).map(pixel).collect();
-    Ok(output::write_png(path, w, h, &pixels, exposure, output::Curve::Filmic)?)
+    Ok(output::write_png(path, w, h, &pixels, &output::Tone::filmic(exposure))?)
 }

@@ -152,7 +152,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     for camera in solution.scene.cameras() {
         let path = picture(&camera.name);
         let image = render::draw(&solution, camera, pixels, samples, &meter);
-        render::save(&path, &image, 0.0)?;
+        render::save(&path, image, &render::Look::default())?;
         pictures.push(path.display().to_string());
     }
     let total = start.elapsed().as_secs_f64();

@@ -1,5 +1,6 @@
 //! The subcommands of `zonal`.
 
+pub mod animate;
 pub mod check;
 pub mod demo;
 pub mod exchange;
@@ -48,7 +49,7 @@ pub enum Command {
     Solve(solve::Args),
     /// Turn the lights of a solution up and down without solving; list them.
     Relight(relight::Args),
-    /// Draw a picture from a solution.
+    /// Draw a picture from a solution, or the frames of a flight through it.
     Render(render::Args),
     /// Walk through a solution in a browser on this machine.
     View(view::Args),

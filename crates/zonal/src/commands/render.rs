@@ -4,12 +4,30 @@ use super::{Context, check_output};
 use crate::failure::say;
 use crate::{Failure, meter::Meter};
 use std::path::{Path, PathBuf};
-use zonal_io::output::{self, Curve};
+use zonal_io::output::{self, Tone};
 use zonal_render::{Image, RenderOptions};
 use zonal_scene::{Camera, Progress, Solution};
 
-/// Draw a picture from a solution.
+const EXAMPLES: &str = "Examples:
+  zonal render church.npz -o nave.png                                    the scene's first camera
+  zonal render church.npz --camera rose --size 1920x1080 -o rose.png --bloom 0.1 --contrast 1.3
+  zonal render church.npz --aperture 0.05 --focus 6 --samples 64 -o near.png
+  zonal render church.npz -o nave.exr                                    linear radiance, W/(m2 sr)
+  zonal render church.npz --animate scenes/church-flight.toml --size 640x360 -o flight
+
+A path of key frames looks like this (docs/animation.md):
+  frames_per_second = 24
+  [[key]]
+  time = 0                        # seconds
+  camera = \"nave\"
+  [[key]]
+  time = 5
+  origin = [0, 8, 2.4]            # what a key leaves out stays as it was
+  lights = { sun = 0.2, candles = 2 }";
+
+/// Draw a picture from a solution, or the frames of a flight through it.
 #[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Solution (.npz).
     pub run: PathBuf,
@@ -19,15 +37,81 @@ pub struct Args {
     /// Pixels across and down.
     #[arg(long, default_value = "640x480", value_name = "WxH")]
     pub size: String,
-    /// Picture to write: .png (exposed, filmic, 8 bits) or .exr (linear radiance).
+    /// Picture to write: .png (exposed, filmic, 8 bits, dithered) or .exr (linear radiance). With --animate: a folder.
     #[arg(long, short)]
     pub output: PathBuf,
     /// Samples a pixel.
     #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: u32,
-    /// Exposure of a .png in stops above the automatic one.
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    /// Exposure of a .png in stops above the automatic one [default: 0].
+    #[arg(long, allow_hyphen_values = true)]
+    pub stops: Option<f64>,
+    /// Contrast of a .png: exponent of the luminance about middle grey [default: 1]. 1.3 suits hazy air.
+    #[arg(long)]
+    pub contrast: Option<f64>,
+    /// Share of the light that the lens scatters over the picture, 0 to 1; 0.1 is a glow around windows.
+    #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
+    pub bloom: f64,
+    /// Diameter of the lens in metres, for depth of field (default: the camera's; 0 is sharp throughout). Wants more --samples.
+    #[arg(long, value_name = "METRES", conflicts_with = "animate")]
+    pub aperture: Option<f64>,
+    /// Distance in focus (default: the camera's, or that of what the middle of the picture sees).
+    #[arg(long, value_name = "METRES", conflicts_with = "animate")]
+    pub focus: Option<f64>,
+    /// Draw the frames of this path of key frames (.toml) into the folder --output, and a video if ffmpeg is at hand. Frames that are
+    /// there already are kept.
+    #[arg(long, value_name = "PATH", conflicts_with = "camera")]
+    pub animate: Option<PathBuf>,
+}
+
+/// How light becomes a picture, apart from its exposure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// Exponent of the luminance about middle grey.
+    pub contrast: f64,
+    /// Share of the light that is scattered over the picture.
+    pub bloom: f64,
+    /// Stops above the automatic exposure.
     pub stops: f64,
+}
+
+impl Default for Look {
+    fn default() -> Look {
+        Look { contrast: 1.0, bloom: 0.0, stops: 0.0 }
+    }
+}
+
+impl Look {
+    /// What the arguments say, checked.
+    pub fn of(args: &Args) -> Result<Look, Failure> {
+        let plain = Look::default();
+        let look = Look {
+            contrast: args.contrast.unwrap_or(plain.contrast),
+            bloom: args.bloom,
+            stops: args.stops.unwrap_or(plain.stops),
+        };
+        for (flag, x, range) in [
+            ("--stops", look.stops, -30.0..=30.0),
+            ("--contrast", look.contrast, 0.1..=10.0),
+            ("--bloom", look.bloom, 0.0..=1.0),
+        ] {
+            if !range.contains(&x) {
+                let (from, to) = range.into_inner();
+                return Err(Failure::new(format!(
+                    "{flag}: {x} is out of range; give a number between {from} and {to}"
+                )));
+            }
+        }
+        Ok(look)
+    }
+    /// Development with an exposure that these stops are added to.
+    pub fn tone(&self, exposure: f64) -> Tone {
+        Tone { contrast: self.contrast, ..Tone::filmic(exposure * self.stops.exp2()) }
+    }
+    /// The picture with its bloom.
+    pub fn scattered(&self, image: Image) -> Image {
+        if self.bloom > 0.0 { zonal_render::bloom(&image, self.bloom) } else { image }
+    }
 }
 
 /// The most pixels of a picture.
@@ -62,29 +146,67 @@ pub fn find_camera<'a>(solution: &'a Solution, name: Option<&str>) -> Result<&'a
     }
 }
 
+/// The camera that the arguments ask for, with its lens.
+fn camera(args: &Args, solution: &Solution) -> Result<Camera, Failure> {
+    let mut camera = find_camera(solution, args.camera.as_deref())?.clone();
+    camera.lens.aperture = args.aperture.unwrap_or(camera.lens.aperture);
+    camera.lens.focus = args.focus.or(camera.lens.focus);
+    Ok(camera)
+}
+
+/// Refuses lenses that are none.
+fn check_lens(args: &Args) -> Result<(), Failure> {
+    if args.aperture.is_some_and(|x| !(x.is_finite() && x >= 0.0)) {
+        return Err(Failure::new("--aperture: give the lens's diameter in metres, from 0"));
+    }
+    if args.focus.is_some_and(|x| !(x.is_finite() && x > 0.0)) {
+        return Err(Failure::new("--focus: give a distance in metres above 0"));
+    }
+    Ok(())
+}
+
 /// Runs the command.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
-    let (width, height) = parse_size(&args.size)?;
-    if !(args.stops.is_finite() && args.stops.abs() <= 30.0) {
-        return Err(Failure::new("--stops: give a number between -30 and 30"));
+    if let Some(path) = &args.animate {
+        return super::animate::run(args, path, context);
     }
+    let (width, height) = parse_size(&args.size)?;
+    let look = Look::of(args)?;
+    check_lens(args)?;
     check_output(&args.output, &["png", "exr"])?;
+    if is_linear(&args.output) {
+        for (flag, given) in [("--stops", args.stops), ("--contrast", args.contrast)] {
+            if given.is_some() {
+                let what = "an .exr holds radiance as it is; leave it out, or write a .png";
+                return Err(Failure::new(format!("{flag}: {what}")));
+            }
+        }
+    }
     let solution = output::read_solution(&args.run)?;
-    let camera = find_camera(&solution, args.camera.as_deref())?;
-    let image = draw(&solution, camera, (width, height), args.samples, &Meter::new(context.quiet));
-    let exposure = save(&args.output, &image, args.stops)?;
+    let camera = camera(args, &solution)?;
+    if args.focus.is_some() && camera.lens.aperture == 0.0 {
+        return Err(Failure::new("--focus: a pinhole is sharp everywhere; give the lens an --aperture too"));
+    }
+    let image = draw(&solution, &camera, (width, height), args.samples, &Meter::new(context.quiet));
+    let saved = save(&args.output, image, &look)?;
+    let written = args.output.display();
     if context.json {
-        say(&format!(
+        return say(&format!(
             "{}",
             serde_json::json!({
                 "camera": camera.name, "width": width, "height": height, "samples": args.samples,
-                "exposure": exposure, "mean": mean(&image), "written": args.output.display().to_string(),
+                "exposure": saved.tone.map(|t| t.exposure), "clipped": saved.clipped, "mean": saved.mean,
+                "written": written.to_string(),
             })
-        ))?;
-    } else {
-        say(&format!("{}: {width}×{height} written: {}", camera.name, args.output.display()))?;
+        ));
     }
-    Ok(())
+    say(&format!("{}: {width}×{height} written: {written}", camera.name))?;
+    match saved.clipped.map(|n| n as f64 / (width * height) as f64) {
+        Some(share) if share > 1e-3 => {
+            say(&format!("{:.1} % of the pixels are clipped; --stops -1 darkens the picture", 100.0 * share))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Draws.
@@ -99,15 +221,30 @@ pub fn draw(
     zonal_render::render(s, camera, &options, progress)
 }
 
-/// Writes a picture by its name's ending; returns the exposure of a PNG.
-pub fn save(path: &Path, image: &Image, stops: f64) -> Result<Option<f64>, Failure> {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
-        output::write_exr(path, image.width, image.height, &image.pixels)?;
-        return Ok(None);
+/// A picture that was written.
+pub struct Saved {
+    /// How a PNG was developed.
+    pub tone: Option<Tone>,
+    /// Pixels of a PNG that are clipped.
+    pub clipped: Option<usize>,
+    /// Mean radiance, W/(m² sr).
+    pub mean: [f64; 3],
+}
+
+fn is_linear(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+}
+
+/// Writes a picture by its name's ending. Bloom does not change the exposure.
+pub fn save(path: &Path, image: Image, look: &Look) -> Result<Saved, Failure> {
+    let tone = (!is_linear(path)).then(|| look.tone(output::auto_exposure(&image.pixels)));
+    let image = look.scattered(image);
+    match &tone {
+        Some(tone) => output::write_png(path, image.width, image.height, &image.pixels, tone)?,
+        None => output::write_exr(path, image.width, image.height, &image.pixels)?,
     }
-    let exposure = output::auto_exposure(&image.pixels) * stops.exp2();
-    output::write_png(path, image.width, image.height, &image.pixels, exposure, Curve::Filmic)?;
-    Ok(Some(exposure))
+    let clipped = tone.map(|t| t.clipped(&image.pixels));
+    Ok(Saved { tone, clipped, mean: mean(&image) })
 }
 
 fn mean(image: &Image) -> [f64; 3] {

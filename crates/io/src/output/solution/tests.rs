@@ -62,6 +62,7 @@ fn scene() -> Scene {
             target: Vec3::ZERO,
             up: vec3(0.0, 0.0, 1.0),
             fov: 60.0,
+            lens: zonal_scene::Lens { aperture: 0.02, focus: Some(3.5) },
         }],
         options: Options { patch_size: Some(0.25), ..Options::default() },
         notes: vec!["dropped 2 triangles".into()],

@@ -37,7 +37,7 @@ struct Tone {
 
 impl Tone {
     fn of(&self, radiance: Bands) -> Bands {
-        radiance.map(|l| self.curve.apply(self.exposure * l))
+        self.curve.colour(radiance.map(|l| self.exposure * l))
     }
 }
 

@@ -159,15 +159,8 @@ fn formulas(folder: &Folder, sizes: Sizes) -> Result<String, Failure> {
                 None => output::auto_exposure(&image.pixels),
             };
             let file = format!("{name}-{word}.png");
-            let curve = output::Curve::Filmic;
-            output::write_png(
-                &folder.path(&file),
-                image.width,
-                image.height,
-                &image.pixels,
-                exposure,
-                curve,
-            )?;
+            let tone = output::Tone::filmic(exposure);
+            output::write_png(&folder.path(&file), image.width, image.height, &image.pixels, &tone)?;
             let d = exact.as_ref().map(|(e, _)| difference(&s, e));
             let paper = s.report.counts.iter().find(|c| c.0 == "voxel pairs by a formula of the paper");
             let text = |d: Option<f64>| d.map_or("–".into(), percent);
