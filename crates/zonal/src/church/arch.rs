@@ -62,10 +62,11 @@ pub struct Vault {
     pub pieces: usize,
 }
 
-/// The profile of ribs: side and depth, m; negative depth hangs below the web.
+/// The profile of ribs: side and depth, m; negative depth hangs below the web, at which the flanks are parted.
 pub fn rib(width: f64, depth: f64) -> Vec<[f64; 2]> {
     let (w, c) = (0.5 * width, 0.28 * width);
-    vec![[-w, 0.03], [-w, -0.5 * depth], [-c, -depth], [c, -depth], [w, -0.5 * depth], [w, 0.03]]
+    let below = [[-w, 0.0], [-w, -0.5 * depth], [-c, -depth], [c, -depth], [w, -0.5 * depth], [w, 0.0]];
+    [[-w, 0.03]].into_iter().chain(below).chain([[w, 0.03]]).collect()
 }
 
 impl Vault {

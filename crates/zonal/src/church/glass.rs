@@ -66,10 +66,11 @@ const GLASS: f64 = 0.3;
 /// Half the breadth of a came, and how far before the glass it lies, m.
 const CAME: (f64, f64) = (0.009, 0.004);
 
-/// A bar of rectangular section in a frame's plane: half its depth and half its breadth, m.
-fn section(half_depth: f64, half_breadth: f64) -> [[f64; 2]; 4] {
+/// A bar of rectangular section in a frame's plane: half its depth and half its breadth, m. Its flanks are parted in the middle, where
+/// the glass is: no face is lit from both sides of it.
+fn section(half_depth: f64, half_breadth: f64) -> [[f64; 2]; 6] {
     let (d, b) = (half_depth, half_breadth);
-    [[-d, -b], [d, -b], [d, b], [-d, b]]
+    [[-d, -b], [0.0, -b], [d, -b], [d, b], [0.0, b], [-d, b]]
 }
 
 fn bar(m: &mut Model, frame: &Frame, line: &[Point], stuff: Stuff, depth: f64, section: &[[f64; 2]]) {
@@ -121,7 +122,7 @@ impl Window<'_> {
     /// Adds reveals, tracery, glass and bars.
     pub fn build(&self, m: &mut Model) {
         let outline = self.opening().outline();
-        reveal(m, &self.frame, &self.opening(), DEPTH);
+        reveal(m, &self.frame, &self.opening(), &[0.0, GLASS, DEPTH]);
         if self.lights == 1 {
             self.glaze(m, &outline, self.centre, self.sill, self.head.half);
             return self.saddles(m, self.centre, self.head.half);
@@ -294,7 +295,7 @@ pub fn rose(m: &mut Model, frame: &Frame, opening: &Opening, leaded: bool) {
     let Opening::Round { centre, height, radius, sides } = *opening else {
         return;
     };
-    reveal(m, frame, opening, DEPTH);
+    reveal(m, frame, opening, &[0.0, GLASS, DEPTH]);
     let (c, petals) = ([centre, height], if leaded { 12 } else { 6 });
     let shares: &[f64] = if leaded {
         &[0.0, 0.11, 0.22, 0.36, 0.50, 0.64, 0.76, 0.88, 1.02]

@@ -18,6 +18,7 @@
 //! | `wall` | walls with openings |
 //! | `glass` | tracery, panes, cames, the rose |
 //! | `furniture` | columns, benches, altar, candles |
+//! | `roof` | roofs, gables, buttresses: what keeps the light out |
 //! | `mesh` | the GLB |
 //! | `textures` | stone, tiles, oak |
 //! | `scene` | the scene file |
@@ -28,6 +29,7 @@ mod glass;
 mod mesh;
 mod model;
 mod plane;
+mod roof;
 mod scene;
 mod textures;
 mod wall;
@@ -103,6 +105,7 @@ pub fn build(plan: &Plan) -> Model {
     SIDES.iter().for_each(|s| church.aisle_east(&mut m, *s));
     church.apse(&mut m);
     church.furnish(&mut m);
+    roof::build(&mut m, &church);
     m
 }
 
@@ -182,7 +185,7 @@ impl Church<'_> {
             wall.build(m);
             window.build(m);
             let (y0, y1, x) = (self.border(bay), self.border(bay + 1), NAVE.0);
-            let (a, b) = ((s * (x - 0.09)).min(s * (x + 0.02)), (s * (x - 0.09)).max(s * (x + 0.02)));
+            let (a, b) = ((s * (x - 0.09)).min(s * x), (s * (x - 0.09)).max(s * x));
             m.block(Stuff::Dressed, vec3(a, y0, 8.98), vec3(b, y1, 9.14));
         }
     }
@@ -279,20 +282,19 @@ impl Church<'_> {
         let frame = Frame::new(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
         let rose = Opening::Round { centre: 0.0, height: 10.3, radius: 2.4, sides: 4 * self.plan.arc };
         let top = Arch::new(NAVE.0, HIGH.1, self.plan.pieces);
-        let wall = Wall {
-            frame,
-            ends: (-NAVE.0, NAVE.0),
-            lower: Line::level(0.0),
-            upper: Line::arch(&top, HIGH.0),
-            opening: Some(rose),
-        };
-        wall.build(m);
+        let door = self.head(1.15, 1.5);
+        let portal = Opening::Pointed { centre: 0.0, sill: 0.0, spring: 2.4, head: door };
+        let (above, crown) = (Line::level(5.0), Line::arch(&top, HIGH.0));
+        for (lower, upper, opening) in
+            [(Line::level(0.0), above.clone(), portal), (above.clone(), crown.clone(), rose)]
+        {
+            Wall { frame, ends: (-NAVE.0, NAVE.0), lower, upper, opening: Some(opening) }.build(m);
+        }
         glass::rose(m, &frame, &rose, self.plan.fine);
         SIDES.iter().for_each(|s| self.aisle_end(m, *s, 0.0, vec3(0.0, 1.0, 0.0), None));
-        let door = self.head(1.15, 1.5);
         let mut leaf = vec![[-1.15, 0.0], [1.15, 0.0]];
         leaf.extend(door.points().into_iter().rev().map(|[x, z]| [x, 2.4 + z]));
-        let base: Vec<Vec3> = leaf.iter().map(|p| vec3(p[0], -0.02, p[1])).collect();
+        let base: Vec<Vec3> = leaf.iter().map(|p| vec3(p[0], 0.0, p[1])).collect();
         m.prism(Stuff::Oak, &base, vec3(0.0, 0.1, 0.0));
         let arch: Vec<Vec3> = leaf[2..].iter().map(|p| vec3(p[0], 0.0, p[1])).collect();
         let mut jambs = vec![vec3(1.15, 0.0, 0.0)];
@@ -302,7 +304,7 @@ impl Church<'_> {
             Stuff::Dressed,
             &jambs,
             vec3(0.0, 1.0, 0.0),
-            &[[-0.02, -0.2], [0.2, -0.2], [0.2, -0.12], [0.12, 0.02], [-0.02, 0.02]],
+            &[[0.0, -0.2], [0.2, -0.2], [0.2, -0.12], [0.12, 0.0], [0.0, 0.0]],
         );
     }
 

@@ -69,7 +69,7 @@ pub fn scene_text(plan: &Plan, mesh: &str, patch: f64, cell: f64) -> String {
 name = \"church\"
 
 [solve]
-tolerance = 0.03
+tolerance = {}
 patch_size = {patch}         # metres: the root of a patch's area
 patch_rule = \"area\"
 groups = \"each\"
@@ -78,7 +78,8 @@ groups = \"each\"
 name = \"church\"
 mesh = {{ file = \"{mesh}\", rotate_degrees = [90, 0, 0] }}   # glTF has y up
 ",
-        plan.bays
+        plan.bays,
+        if plan.fine { 0.1 } else { 0.2 }
     );
     for hue in &HUES {
         let kappa = hue.passes.map(|t| format!("{:.1}", -f64::ln(t) / GLASS)).join(", ");

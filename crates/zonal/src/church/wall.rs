@@ -184,19 +184,21 @@ impl Wall {
     }
 }
 
-/// Faces of an opening's outline, pushed `depth` into the wall.
-pub fn reveal(m: &mut Model, frame: &Frame, opening: &Opening, depth: f64) {
+/// Faces of an opening's outline, pushed into the wall in strips between these `depths`, m.
+pub fn reveal(m: &mut Model, frame: &Frame, opening: &Opening, depths: &[f64]) {
     let outline = opening.outline();
     let n = outline.len();
     let middle = outline.iter().fold([0.0; 2], |s, p| [s[0] + p[0] / n as f64, s[1] + p[1] / n as f64]);
     for i in 0..n {
         let (a, b) = (outline[i], outline[(i + 1) % n]);
-        let face = [
-            frame.at(a[0], a[1], 0.0),
-            frame.at(b[0], b[1], 0.0),
-            frame.at(b[0], b[1], depth),
-            frame.at(a[0], a[1], depth),
-        ];
-        m.polygon(Stuff::Dressed, &face, frame.at(middle[0], middle[1], 0.5 * depth));
+        for d in depths.windows(2) {
+            let face = [
+                frame.at(a[0], a[1], d[0]),
+                frame.at(b[0], b[1], d[0]),
+                frame.at(b[0], b[1], d[1]),
+                frame.at(a[0], a[1], d[1]),
+            ];
+            m.polygon(Stuff::Dressed, &face, frame.at(middle[0], middle[1], 0.5 * (d[0] + d[1])));
+        }
     }
 }
