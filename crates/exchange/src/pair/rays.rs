@@ -11,6 +11,7 @@
 //! deviation (Laplace's rule of succession), of pairs that are seen in part at all: how many are, [`super::agree`] tells. A pane
 //! between may dim a part that no ray met in the same way; where one reaches into the hull, rays are as many as make that share small.
 
+use super::agree::{Outer, missed};
 use super::zone::{Shape, Zone, is_close, plate_zone, share};
 use super::{Counts, Exchange, PairFactor};
 use crate::general::Moments;
@@ -147,34 +148,6 @@ impl Exchange<'_> {
     fn may_dim(&self, a: &Zone, b: &Zone) -> bool {
         let (mut p, mut q) = (Vec::new(), Vec::new());
         self.panes_between && self.transport.pane_may_divide([end(a, &mut p), end(b, &mut q)])
-    }
-
-    /// The first rays of a pair and those between its rims: how many, and how many are blocked.
-    pub(super) fn first_look(&self, a: &Zone, b: &Zone, seed: u64, first: usize) -> [u64; 2] {
-        let points = Points::new(seed);
-        let outer = self.outer_rays(a, b);
-        let hidden = |k: &usize| {
-            let (x, y) = points.both(a, b, *k);
-            self.transport.blocked_inside(x, y)
-        };
-        [first as u64 + outer.rays, (0..first).filter(hidden).count() as u64 + outer.blocked]
-    }
-
-    /// Rays between the rims of two zones. They say whether a pair is seen in part, but do not count: a decision by the rays that
-    /// count would take pairs that are hardly seen for hidden, and those that are hardly hidden for seen.
-    fn outer_rays(&self, a: &Zone, b: &Zone) -> Outer {
-        let (p, q) = (rim(a), rim(b));
-        let mut out = Outer::default();
-        for k in 0..4 {
-            for turn in [0, 2] {
-                let (x, y) = (p[k], q[(k + turn) % 4]);
-                if kernel(a, b, x, y) > 0.0 {
-                    out.rays += 1;
-                    out.blocked += self.transport.blocked_inside(x, y) as u64;
-                }
-            }
-        }
-        out
     }
 
     /// How often a pane and another zone that is close to it are quartered.
@@ -403,26 +376,6 @@ impl Exchange<'_> {
     }
 }
 
-/// What [`Exchange::outer_rays`] saw.
-#[derive(Clone, Copy, Debug, Default)]
-struct Outer {
-    rays: u64,
-    blocked: u64,
-}
-
-impl Outer {
-    /// True where these rays differ among themselves, or from others that were all `blocked` or all free.
-    fn disagrees(self, blocked: bool) -> bool {
-        self.rays > 0 && self.blocked != if blocked { self.rays } else { 0 }
-    }
-}
-
-/// The share that `n` rays, all `blocked` or all free, may have missed; the outer rays count where they say the same.
-fn missed(n: f64, outer: Outer, blocked: bool) -> f64 {
-    let more = if outer.disagrees(blocked) { 0 } else { outer.rays };
-    1.0 / (n + more as f64 + SUCCESSION)
-}
-
 /// A zone as the end of its rays: they start at the samples of a cut voxel, anywhere in any other zone.
 fn end<'a>(z: &Zone, points: &'a mut Vec<Vec3>) -> End<'a> {
     let mut front = None;
@@ -439,34 +392,6 @@ fn end<'a>(z: &Zone, points: &'a mut Vec<Vec3>) -> End<'a> {
         Shape::Part(samples) => points.extend(samples.iter().map(|s| s.point)),
     }
     End { points, front }
-}
-
-/// Four points near the rim of a plate, or near four corners of a voxel no two of which share an edge; of a cut voxel the samples that
-/// lie farthest towards these.
-fn rim(z: &Zone) -> [Vec3; 4] {
-    const INWARD: f64 = 0.06;
-    let at = |x: Vec3| x + (z.centre - x) * INWARD;
-    match &z.shape {
-        Shape::Plate { plate, .. } => {
-            let (c, n) = plate.corners();
-            let last = if n == 3 { (c[1] + c[2]) * 0.5 } else { c[3] };
-            [at(c[0]), at(c[1]), at(c[2]), at(last)]
-        }
-        Shape::Cuboid => {
-            let (l, h) = (z.lo, z.hi);
-            let corners = [l, vec3(h.x, h.y, l.z), vec3(h.x, l.y, h.z), vec3(l.x, h.y, h.z)];
-            corners.map(at)
-        }
-        Shape::Part(samples) => {
-            let towards =
-                [vec3(1.0, 1.0, 1.0), vec3(1.0, -1.0, -1.0), vec3(-1.0, 1.0, -1.0), vec3(-1.0, -1.0, 1.0)];
-            towards.map(|d| {
-                let reach = |x: Vec3| (x - z.centre).dot(d);
-                let farther = |best: Vec3, x: Vec3| if reach(x) > reach(best) { x } else { best };
-                samples.iter().map(|s| s.point).fold(z.centre, farther)
-            })
-        }
-    }
 }
 
 /// What the rays of a pair say in a band.
