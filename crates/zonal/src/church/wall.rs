@@ -106,6 +106,9 @@ impl Opening {
     }
 }
 
+/// Height of a field that is worth leaving whole, m.
+const FIELD: f64 = 0.3;
+
 /// A border: straight between points with ascending x.
 #[derive(Clone, Debug)]
 pub struct Line(pub Vec<[f64; 2]>);
@@ -161,6 +164,7 @@ impl Wall {
         self.strips(m, (a, b), &own, &above, &upper);
     }
 
+    /// From a lower to an upper border: one field where both allow it, strips below and above it.
     fn strips(
         &self,
         m: &mut Model,
@@ -175,6 +179,17 @@ impl Wall {
         xs.extend(corners.chain(more.iter().copied()).filter(inside));
         xs.sort_by(f64::total_cmp);
         xs.dedup_by(|x, y| (*x - *y).abs() < 1e-6);
+        let highest = xs.iter().fold(f64::NEG_INFINITY, |h, x| h.max(lower(*x)));
+        let lowest = xs.iter().fold(f64::INFINITY, |l, x| l.min(upper(*x)));
+        if lowest < highest + FIELD {
+            return self.quads(m, &xs, lower, upper);
+        }
+        self.quads(m, &xs, lower, &|_| highest);
+        self.quads(m, &[a, b], &|_| highest, &|_| lowest);
+        self.quads(m, &xs, &|_| lowest, upper);
+    }
+
+    fn quads(&self, m: &mut Model, xs: &[f64], lower: &dyn Fn(f64) -> f64, upper: &dyn Fn(f64) -> f64) {
         for w in xs.windows(2) {
             let at = |x: f64, z: f64| self.frame.at(x, z, 0.0);
             let quad =
