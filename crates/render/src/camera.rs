@@ -26,6 +26,13 @@ impl Pinhole {
             up: right.cross(forward) * (half * height as f64 / width as f64),
         }
     }
+    /// Where in the picture, x and y ∈ [0,1] with y down, a point is seen; `None` behind the camera.
+    pub fn place(&self, point: Vec3) -> Option<[f64; 2]> {
+        let way = point - self.origin;
+        let depth = way.dot(self.forward);
+        let across = |axis: Vec3| way.dot(axis) / (axis.length2() * depth);
+        (depth > 0.0).then(|| [0.5 + 0.5 * across(self.right), 0.5 - 0.5 * across(self.up)])
+    }
     /// Unit direction through (x, y) ∈ [0,1]², y down.
     pub fn direction(&self, x: f64, y: f64) -> Vec3 {
         (self.forward + self.right * (2.0 * x - 1.0) + self.up * (1.0 - 2.0 * y)).normalized()
@@ -61,6 +68,10 @@ mod tests {
         let edge = |x, y| p.direction(x, y);
         assert!((edge(1.0, 0.5) - vec3(1.0, 1.0, 0.0).normalized()).length() < 1e-15);
         assert!((edge(0.5, 0.0) - vec3(0.0, 1.0, 0.5).normalized()).length() < 1e-15);
+        let [x, y] = p.place(edge(0.3, 0.8) * 5.0).unwrap();
+        assert!(
+            (x - 0.3).abs() < 1e-12 && (y - 0.8).abs() < 1e-12 && p.place(edge(0.3, 0.8) * -5.0).is_none()
+        );
         assert!((edge(0.5, 0.5) - vec3(0.0, 1.0, 0.0)).length() < 1e-15);
     }
 }

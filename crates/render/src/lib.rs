@@ -8,9 +8,13 @@
 //! | module | what |
 //! |---|---|
 //! | [`bake`] | the solution on triangles, for viewers and other engines |
+//! | `adaptive` | rays where the picture needs them |
 //! | `camera` | pinhole and subpixels |
 //! | `columns` | what a sun reaches, by columns along its light |
+//! | `crowd` | light of lamps of many facets in the medium |
+//! | `towards` | optical depth towards a distant light, everywhere |
 //! | `fit` | from zone means to node values |
+//! | `gather` | indirect light of a surface point by rays |
 //! | `lazy` | values made when first asked for |
 //! | `patch_field` | a smooth field on surfaces and panes |
 //! | `voxel_field` | a smooth field in the medium |
@@ -25,9 +29,12 @@
 
 pub mod bake;
 
+mod adaptive;
 mod camera;
 mod columns;
+mod crowd;
 mod fit;
+mod gather;
 mod lamplight;
 mod lazy;
 mod march;
@@ -35,8 +42,10 @@ mod patch_field;
 mod path;
 mod shadow;
 mod shafts;
+mod towards;
 mod voxel_field;
 
+use adaptive::Adaptive;
 use camera::{Pinhole, subpixel};
 use march::{Draw, View};
 use rayon::prelude::*;
@@ -51,16 +60,18 @@ pub struct RenderOptions {
     pub width: usize,
     /// Pixels down; 480.
     pub height: usize,
-    /// Rays a pixel, on a regular grid where it is a square number; 4.
+    /// Rays of every pixel, on a regular grid where it is a square number; 0: one to nine, where neighbours differ; 4.
     pub samples: usize,
     /// Points of each extended light a ray: as many of suns and emitters for surfaces, four times as many of skies; for the medium
     /// one of a sun, half as many of skies and emitters; 4.
     pub light_samples: usize,
+    /// Rays that gather the indirect light of each surface point seen; 0: that of the patches is interpolated; 0.
+    pub gather: usize,
 }
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        RenderOptions { width: 640, height: 480, samples: 4, light_samples: 4 }
+        RenderOptions { width: 640, height: 480, samples: 4, light_samples: 4, gather: 0 }
     }
 }
 
@@ -83,10 +94,16 @@ pub fn render(
     progress: &dyn Progress,
 ) -> Image {
     let transport = Transport::new(&solution.scene);
-    let view = View::new(solution, &transport);
+    let view = View::new(solution, &transport).gathering(options.gather);
     let (width, height) = (options.width, options.height);
     let pinhole = Pinhole::new(camera, width, height);
     progress.begin("render", height as u64);
+    if options.samples == 0 && width * height > 0 {
+        let view = view.roughly();
+        let pixels = Adaptive::new(&view, &pinhole, options).draw(progress);
+        progress.end();
+        return Image { width, height, pixels };
+    }
     let rows: Vec<Vec<[f32; 3]>> = (0..height)
         .into_par_iter()
         .map(|y| {
@@ -106,7 +123,7 @@ fn pixel(view: &View, pinhole: &Pinhole, o: &RenderOptions, x: usize, y: usize) 
     for i in 0..n {
         let [dx, dy] = subpixel(i, n);
         let dir = pinhole.direction((x as f64 + dx) / o.width as f64, (y as f64 + dy) / o.height as f64);
-        let draw = Draw { first: i * count, count, shift };
+        let draw = Draw::of_ray(i, count, shift);
         let l = view.radiance(pinhole.origin, dir, draw);
         (0..3).for_each(|b| sum[b] += l[b]);
     }
@@ -121,3 +138,5 @@ fn pixel_shift(x: usize, y: usize) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_fast;

@@ -22,14 +22,21 @@ pub struct Args {
     /// Picture to write: .png (exposed, filmic, 8 bits) or .exr (linear radiance).
     #[arg(long, short)]
     pub output: PathBuf,
-    /// Samples a pixel.
-    #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub samples: u32,
+    /// Rays of every pixel. Without it: one to nine, where neighbouring pixels differ, and rays through the medium shared where it
+    /// is smooth; about thirty times as fast as 9.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub samples: Option<u32>,
+    /// Final gather: indirect light of surfaces by N rays from each point seen, not interpolated between patches: crisp creases and
+    /// contacts, at N times the cost of a ray; 64 shows, 256 is smooth.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=4096))]
+    pub gather: u32,
     /// Exposure of a .png in stops above the automatic one.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     pub stops: f64,
 }
 
+/// The number of samples that stands for as many as a pixel needs.
+pub const ADAPTIVE: u32 = 0;
 /// The most pixels of a picture.
 const MAX_PIXELS: usize = 1 << 26;
 
@@ -71,7 +78,14 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     check_output(&args.output, &["png", "exr"])?;
     let solution = output::read_solution(&args.run)?;
     let camera = find_camera(&solution, args.camera.as_deref())?;
-    let image = draw(&solution, camera, (width, height), args.samples, &Meter::new(context.quiet));
+    let options = RenderOptions {
+        width,
+        height,
+        samples: args.samples.unwrap_or(ADAPTIVE) as usize,
+        gather: args.gather as usize,
+        ..RenderOptions::default()
+    };
+    let image = zonal_render::render(&solution, camera, &options, &Meter::new(context.quiet));
     let exposure = save(&args.output, &image, args.stops)?;
     if context.json {
         say(&format!(
@@ -87,7 +101,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Draws.
+/// Draws with so many samples a pixel, or [`ADAPTIVE`].
 pub fn draw(
     s: &Solution,
     camera: &Camera,
