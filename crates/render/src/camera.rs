@@ -48,6 +48,17 @@ impl Pinhole {
             lens: (aperture > 0.0).then(|| Disc { right: right * radius, up: up * radius, focus }),
         }
     }
+    /// Where in the picture, x and y ∈ [0,1] with y down, a point is seen; `None` behind the camera.
+    pub fn place(&self, point: Vec3) -> Option<[f64; 2]> {
+        let way = point - self.origin;
+        let depth = way.dot(self.forward);
+        let across = |axis: Vec3| way.dot(axis) / (axis.length2() * depth);
+        (depth > 0.0).then(|| [0.5 + 0.5 * across(self.right), 0.5 - 0.5 * across(self.up)])
+    }
+    /// True where rays start at points of a lens.
+    pub fn has_lens(&self) -> bool {
+        self.lens.is_some()
+    }
     fn along(&self, x: f64, y: f64) -> Vec3 {
         self.forward + self.right * (2.0 * x - 1.0) + self.up * (1.0 - 2.0 * y)
     }
@@ -116,6 +127,9 @@ mod tests {
         same(1.0, 0.5, vec3(1.0, 1.0, 0.0));
         same(0.5, 0.0, vec3(0.0, 1.0, 0.5));
         same(0.5, 0.5, vec3(0.0, 1.0, 0.0));
+        let far = p.direction(0.3, 0.8) * 5.0;
+        let [x, y] = p.place(far).unwrap();
+        assert!((x - 0.3).abs() < 1e-12 && (y - 0.8).abs() < 1e-12 && p.place(-far).is_none());
     }
 
     /// The rays of one point of the picture meet in the focal plane, and fill the disc of the formula elsewhere.

@@ -15,6 +15,7 @@
 use crate::lazy::Lazy;
 use crate::path::Path;
 use crate::shafts::Shafts;
+use crate::towards::Towards;
 use zonal_math::{Vec3, directions, sequence};
 use zonal_scene::{Bands, bands};
 use zonal_transport::Transport;
@@ -24,11 +25,14 @@ use zonal_transport::direct::Source;
 const COLUMNS: f64 = 2560.0;
 /// Columns along a side of a tile.
 const TILE: usize = 32;
-/// Steps of a ray at most.
-const STEPS: usize = 256;
+/// Steps of a ray at most, where a pixel has several and where it has one, or shares it.
+pub(crate) const STEPS: usize = 256;
+pub(crate) const FINE_STEPS: usize = 1024;
 /// A step over the width of a column, at least.
 const COARSE: f64 = 3.0;
 
+/// Directions in which a point of a surface looks for what hides the disc in part.
+const ASKED: usize = 8;
 /// A surface so many columns' widths below all that is lit around it is dark, however steep.
 const MARGIN: f64 = 16.0;
 
@@ -49,6 +53,8 @@ struct Tile {
 /// The columns of a disc of light.
 pub(crate) struct Columns<'a> {
     transport: &'a Transport<'a>,
+    /// Optical depths towards the disc's middle.
+    depths: Towards<'a>,
     source: Source,
     towards: Vec3,
     across: [Vec3; 2],
@@ -93,6 +99,7 @@ impl<'a> Columns<'a> {
         let tiles = [0, 1].map(|k| ((hi[k] - lo[k]) / (side * TILE as f64)).ceil().max(1.0) as usize);
         Columns {
             transport,
+            depths: Towards::new(transport, towards),
             source: Source::Distant { towards, fluence },
             towards,
             across: [u, v],
@@ -192,6 +199,11 @@ impl<'a> Columns<'a> {
         moved(edge).seen(z)
     }
 
+    /// Optical depths of the medium towards the disc's middle.
+    pub fn depths(&self) -> &Towards<'a> {
+        &self.depths
+    }
+
     /// True where no light reaches a point of a surface for sure.
     pub fn are_dark(&self, point: Vec3) -> bool {
         let z = -self.towards.dot(point) - self.plane;
@@ -199,21 +211,35 @@ impl<'a> Columns<'a> {
         tile.is_some_and(|(tile, _)| z > self.bounds_around(tile).1 as f64 + MARGIN * self.side)
     }
 
-    /// Radiance, W/(m² sr), that the light adds along the path; `first` and `shift` choose the points that are asked.
+    /// False where a point of a surface sees all of the disc through the same panes, or nothing, for all that a few directions tell.
+    pub fn may_be_partly_lit(&self, point: Vec3, shift: [f64; 3]) -> bool {
+        // Before the surface, which is in the columns too.
+        let z = -self.towards.dot(point) - self.plane - MARGIN * self.side;
+        let place = self.across.map(|a| a.dot(point));
+        let state = |k: usize| {
+            let [a, b] = sequence::r2(k, [shift[0], shift[1]]);
+            self.state(place, z, self.off_middle(a, b))
+        };
+        let first = state(0);
+        (1..ASKED).any(|k| state(k) != first)
+    }
+
+    /// Radiance, W/(m² sr), that the light adds along the path; `first` and `shift` choose the points that are asked,
+    /// one of each of so many steps at most.
     pub fn scattered(
         &self,
         shafts: &Shafts,
         (origin, dir): (Vec3, Vec3),
         path: &Path,
-        (first, shift): (usize, [f64; 3]),
+        (first, shift, most): (usize, [f64; 3], usize),
     ) -> Bands {
         let mut out = [0.0; 3];
         let Some((lo, hi)) = path.scattering() else {
             return out;
         };
-        let n = (((hi - lo) / (COARSE * self.side)).ceil() as usize).clamp(1, STEPS);
+        let n = (((hi - lo) / (COARSE * self.side)).ceil() as usize).clamp(1, most);
         let step = (hi - lo) / n as f64;
-        let mut beam = shafts.beam(origin, dir, &self.source, (lo, hi));
+        let mut beam = shafts.beam((origin, dir), &self.source, Some(&self.depths), (lo, hi));
         let start = origin + dir * lo;
         let (place, rate) = (self.across.map(|a| a.dot(start)), self.across.map(|a| a.dot(dir)));
         let (depth, sink) = (-self.towards.dot(start) - self.plane, -self.towards.dot(dir));
@@ -223,10 +249,10 @@ impl<'a> Columns<'a> {
             let mut state = None;
             let mut next = k + 1;
             if k < n {
-                let [a, b, c] = sequence::r3(first * STEPS + k, shift);
+                let [a, b, c] = sequence::r3(first * most + k, shift);
                 let t = (k as f64 + c) * step;
                 let (x, z) = ([0, 1].map(|l| place[l] + rate[l] * t), depth + sink * t);
-                match self.dark(x, z, rate.map(|r| r * step), sink * step) {
+                match self.dark(x, z, rate.map(|r| r * step), sink * step, most) {
                     0 => state = self.state(x, z, self.off_middle(a, b)),
                     dark => next = (k + dark).min(n),
                 }
@@ -251,7 +277,7 @@ impl<'a> Columns<'a> {
     }
 
     /// How many steps from here are dark for sure.
-    fn dark(&self, place: [f64; 2], z: f64, rate: [f64; 2], sink: f64) -> usize {
+    fn dark(&self, place: [f64; 2], z: f64, rate: [f64; 2], sink: f64, most: usize) -> usize {
         let Some((tile, _)) = self.column(place) else {
             return 0;
         };
@@ -261,7 +287,7 @@ impl<'a> Columns<'a> {
         }
         let width = self.side * TILE as f64;
         let corner = [tile / self.tiles[1], tile % self.tiles[1]];
-        let mut steps = STEPS as f64;
+        let mut steps = most as f64;
         for k in 0..2 {
             let low = self.lo[k] + corner[k] as f64 * width;
             let left = if rate[k] > 0.0 { low + width - place[k] } else { place[k] - low };

@@ -135,7 +135,7 @@ impl Even {
                     normal,
                     both,
                     lit: shafts.shadows.lit(origin, dir, source, lo, hi),
-                    beam: shafts.beam(origin, dir, source, (lo, hi)),
+                    beam: shafts.beam((origin, dir), source, None, (lo, hi)),
                 }),
                 Source::Distant { .. } => None,
             })

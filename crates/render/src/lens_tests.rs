@@ -29,7 +29,7 @@ fn through(aperture: f64, focus: Option<f64>) -> Camera {
 /// Standard deviation of the edge's blur at its distance, m.
 fn spread(distance: f64, camera: &Camera) -> f64 {
     let (width, height) = (240, 24);
-    let options = RenderOptions { width, height, samples: 64, light_samples: 1 };
+    let options = RenderOptions { width, height, samples: 64, light_samples: 1, gather: 0 };
     let image = render(&edge(distance), camera, &options, &Quiet);
     let column = |x: usize| (0..height).map(|y| image.pixels[y * width + x][0] as f64).sum::<f64>();
     let step = 2.0 * distance * (0.5 * camera.fov.to_radians()).tan() / width as f64;

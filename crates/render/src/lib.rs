@@ -8,10 +8,14 @@
 //! | module | what |
 //! |---|---|
 //! | [`bake`] | the solution on triangles, for viewers and other engines |
+//! | `adaptive` | rays where the picture needs them |
 //! | [`bloom()`] | light that a lens scatters over the picture |
 //! | `camera` | pinhole, thin lens and subpixels |
 //! | `columns` | what a sun reaches, by columns along its light |
+//! | `crowd` | light of lamps of many facets in the medium |
+//! | `towards` | optical depth towards a distant light, everywhere |
 //! | `fit` | from zone means to node values |
+//! | `gather` | indirect light of a surface point by rays |
 //! | `lazy` | values made when first asked for |
 //! | `patch_field` | a smooth field on surfaces and panes |
 //! | `voxel_field` | a smooth field in the medium |
@@ -26,10 +30,13 @@
 
 pub mod bake;
 
+mod adaptive;
 mod bloom;
 mod camera;
 mod columns;
+mod crowd;
 mod fit;
+mod gather;
 mod lamplight;
 mod lazy;
 mod march;
@@ -37,10 +44,12 @@ mod patch_field;
 mod path;
 mod shadow;
 mod shafts;
+mod towards;
 mod voxel_field;
 
 pub use bloom::bloom;
 
+use adaptive::Adaptive;
 use camera::{Pinhole, subpixel};
 use march::{Draw, View};
 use rayon::prelude::*;
@@ -55,16 +64,18 @@ pub struct RenderOptions {
     pub width: usize,
     /// Pixels down; 480.
     pub height: usize,
-    /// Rays a pixel, on a regular grid where it is a square number; 4.
+    /// Rays of every pixel, on a regular grid where it is a square number; 0: one to nine, where neighbours differ; 4.
     pub samples: usize,
     /// Points of each extended light a ray: as many of suns and emitters for surfaces, four times as many of skies; for the medium
     /// one of a sun, half as many of skies and emitters; 4.
     pub light_samples: usize,
+    /// Rays that gather the indirect light of each surface point seen; 0: that of the patches is interpolated; 0.
+    pub gather: usize,
 }
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        RenderOptions { width: 640, height: 480, samples: 4, light_samples: 4 }
+        RenderOptions { width: 640, height: 480, samples: 4, light_samples: 4, gather: 0 }
     }
 }
 
@@ -78,6 +89,9 @@ pub struct Image {
     /// Radiance, W/(m² sr) a band, row by row, row 0 on top.
     pub pixels: Vec<[f32; 3]>,
 }
+
+/// Rays of a pixel behind a lens where their number is left open.
+const LENS_RAYS: usize = 64;
 
 /// Renders what the camera sees of the solution. The same bits for any number of threads.
 pub fn render(
@@ -105,7 +119,8 @@ pub fn render_each<E>(
     mut take: impl FnMut(usize, Image) -> Result<(), E>,
 ) -> Result<(), E> {
     let transport = Transport::new(&solution.scene);
-    let view = View::new(solution, &transport);
+    let view = View::new(solution, &transport).gathering(options.gather);
+    let view = if options.samples == 0 { view.roughly() } else { view };
     for (i, camera) in cameras.iter().enumerate() {
         let focus = camera.lens.focus.or_else(|| in_the_middle(&transport, camera));
         let camera = Camera { lens: Lens { focus, ..camera.lens }, ..camera.clone() };
@@ -133,6 +148,15 @@ fn in_the_middle(transport: &Transport, camera: &Camera) -> Option<f64> {
 fn picture(view: &View, pinhole: &Pinhole, options: &RenderOptions, progress: &dyn Progress) -> Image {
     let (width, height) = (options.width, options.height);
     progress.begin("render", height as u64);
+    let adaptive = options.samples == 0;
+    if adaptive && !pinhole.has_lens() && width * height > 0 {
+        let pixels = Adaptive::new(view, pinhole, options).draw(progress);
+        progress.end();
+        return Image { width, height, pixels };
+    }
+    // Behind a lens no two pixels look from one place.
+    let options =
+        &RenderOptions { samples: if adaptive { LENS_RAYS } else { options.samples }, ..options.clone() };
     let rows: Vec<Vec<[f32; 3]>> = (0..height)
         .into_par_iter()
         .map(|y| {
@@ -153,7 +177,7 @@ fn pixel(view: &View, pinhole: &Pinhole, o: &RenderOptions, x: usize, y: usize) 
         let [dx, dy] = subpixel(i, n);
         let at = [(x as f64 + dx) / o.width as f64, (y as f64 + dy) / o.height as f64];
         let (origin, dir) = pinhole.ray(at, i, [shift[1], shift[2]]);
-        let draw = Draw { first: i * count, count, shift };
+        let draw = Draw::of_ray(i, count, shift);
         let l = view.radiance(origin, dir, draw);
         (0..3).for_each(|b| sum[b] += l[b]);
     }
@@ -170,3 +194,5 @@ fn pixel_shift(x: usize, y: usize) -> [f64; 3] {
 mod lens_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_fast;

@@ -14,6 +14,7 @@
 
 use crate::path::{Path, Piece, mean_exp};
 use crate::shadow::{Lit, Shadows};
+use crate::towards::Towards;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Scene, bands};
@@ -49,14 +50,22 @@ pub(crate) struct Beam<'a> {
     origin: Vec3,
     dir: Vec3,
     source: &'a Source,
+    /// Depths towards a distant source, where they are kept.
+    towards: Option<&'a Towards<'a>>,
     lo: f64,
     step: f64,
     nodes: Vec<Option<Bands>>,
 }
 
 impl Shafts<'_> {
-    /// Radiance, W/(m² sr), that one light sample adds along the path.
-    pub fn scattered(&self, origin: Vec3, dir: Vec3, path: &Path, source: &Source) -> Bands {
+    /// Radiance, W/(m² sr), that one light sample adds along the path; `towards` knows depths in the direction of a distant one.
+    pub fn scattered(
+        &self,
+        (origin, dir): (Vec3, Vec3),
+        path: &Path,
+        source: &Source,
+        towards: Option<&Towards>,
+    ) -> Bands {
         let mut out = [0.0; 3];
         let Some((lo, hi)) = path.scattering() else {
             return out;
@@ -65,7 +74,7 @@ impl Shafts<'_> {
         if lit.intervals.is_empty() {
             return out;
         }
-        let mut beam = self.beam(origin, dir, source, (lo, hi));
+        let mut beam = self.beam((origin, dir), source, towards, (lo, hi));
         let mut cuts = Vec::new();
         for &(a, b) in &lit.intervals {
             cuts.clear();
@@ -80,13 +89,20 @@ impl Shafts<'_> {
     }
 
     /// A light sample along lo..hi, no depth known yet.
-    pub fn beam<'a>(&'a self, origin: Vec3, dir: Vec3, source: &'a Source, (lo, hi): (f64, f64)) -> Beam<'a> {
+    pub fn beam<'a>(
+        &'a self,
+        (origin, dir): (Vec3, Vec3),
+        source: &'a Source,
+        towards: Option<&'a Towards<'a>>,
+        (lo, hi): (f64, f64),
+    ) -> Beam<'a> {
         let count = (((hi - lo) / self.step).ceil() as usize).clamp(4, MAX_NODES);
         Beam {
             shafts: self,
             origin,
             dir,
             source,
+            towards,
             lo,
             step: (hi - lo) / count as f64,
             nodes: vec![None; count + 1],
@@ -162,6 +178,11 @@ impl Beam<'_> {
         let x = self.origin + self.dir * (self.lo + k as f64 * self.step);
         let d = match *self.source {
             Source::Distant { towards, .. } => {
+                if let Some(known) = self.towards {
+                    let d = known.depth(x);
+                    self.nodes[k] = Some(d);
+                    return d;
+                }
                 let end = self.shafts.transport.beyond(x, towards);
                 self.shafts.transport.medium_depth(x, end)
             }

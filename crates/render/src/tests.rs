@@ -47,11 +47,11 @@ pub(crate) fn medium(lo: Vec3, hi: Vec3, dims: [usize; 3], kappa: f64, albedo: f
     map.seal().unwrap()
 }
 
-fn camera(origin: Vec3, target: Vec3, fov: f64) -> Camera {
+pub(crate) fn camera(origin: Vec3, target: Vec3, fov: f64) -> Camera {
     Camera { name: "camera".into(), origin, target, up: vec3(0.01, 0.02, 1.0), fov, lens: Lens::default() }
 }
 
-fn size(width: usize, height: usize) -> RenderOptions {
+pub(crate) fn size(width: usize, height: usize) -> RenderOptions {
     RenderOptions { width, height, ..RenderOptions::default() }
 }
 
@@ -94,7 +94,7 @@ pub(crate) fn solution(
     }
 }
 
-fn worst(image: &Image, expected: f64) -> f64 {
+pub(crate) fn worst(image: &Image, expected: f64) -> f64 {
     image.pixels.iter().flatten().fold(0.0, |m, x| (*x as f64 / expected - 1.0).abs().max(m))
 }
 
@@ -232,12 +232,13 @@ fn threads_do_not_change_a_bit() {
     let take = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let cam = camera(vec3(0.3, -0.8, 0.7), vec3(0.0, 0.1, 0.6), 80.0);
-        pool.install(|| render(&s, &cam, &size(32, 24), &Quiet))
+        let adaptive = RenderOptions { samples: 0, ..size(33, 26) };
+        pool.install(|| [size(32, 24), adaptive].map(|o| render(&s, &cam, &o, &Quiet)))
     };
     assert_eq!(take(1), take(3));
 }
 
-fn sun(direction: Vec3, angular_diameter: f64) -> Light {
+pub(crate) fn sun(direction: Vec3, angular_diameter: f64) -> Light {
     Light::Sun {
         name: "sun".into(),
         direction: direction.normalized(),

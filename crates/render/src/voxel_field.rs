@@ -5,6 +5,7 @@
 //! that is all eight. A zone without extinction in a band says nothing about that band. Inside the cell the corners are
 //! interpolated trilinearly, plus a correction Π 4x(1−x) that keeps a whole voxel's own value at its centre.
 
+use crate::crowd::Crowds;
 use crate::fit::{Fit, Slope, Touch, node_value};
 use crate::lazy::Lazy;
 use zonal_math::Vec3;
@@ -20,14 +21,25 @@ pub(crate) struct VoxelField<'a> {
 }
 
 impl<'a> VoxelField<'a> {
-    /// The field of a solution; `None` without a voxmap.
-    pub fn new(s: &'a Solution, transport: &'a Transport) -> Option<VoxelField<'a>> {
+    /// The field of a solution, with the smooth part of the light of `crowds`; `None` without a voxmap.
+    pub fn new(
+        s: &'a Solution,
+        transport: &'a Transport,
+        crowds: Option<Crowds<'a>>,
+    ) -> Option<VoxelField<'a>> {
         let offset = s.zones.voxel_offset();
         let rest = |(i, z): (usize, &VoxelZone)| {
             let (b, direct) = (s.fields.radiosity[offset + i], s.fields.direct[offset + i]);
             bands(|k| b[k] - z.albedo[k] * direct[k] / 4.0)
         };
-        VoxelField::of(s, transport, s.zones.voxels.iter().enumerate().map(rest).collect())
+        let mut field = VoxelField::of(s, transport, s.zones.voxels.iter().enumerate().map(rest).collect())?;
+        field.builder.crowds = crowds.map(|c| (c, Lazy::new(s.zones.voxels.len())));
+        Some(field)
+    }
+
+    /// The lamps whose light is in the field, but for what is close to them.
+    pub fn crowds(&self) -> Option<&Crowds<'a>> {
+        self.builder.crowds.as_ref().map(|c| &c.0)
     }
 
     /// The field with these means, one a voxel zone, W/m²; those below zero count as zero. `None` without a voxmap.
@@ -35,7 +47,8 @@ impl<'a> VoxelField<'a> {
         let map = s.scene.voxmap()?;
         values.iter_mut().flatten().for_each(|x| *x = x.max(0.0));
         let (corners, fits) = (Lazy::new(values.len()), Lazy::new(values.len()));
-        let builder = Builder { s, map, transport, values, near_facet: cells_near_facets(s, map), fits };
+        let builder =
+            Builder { s, map, transport, values, near_facet: cells_near_facets(s, map), fits, crowds: None };
         Some(VoxelField { map, zones: &s.zones.voxels, builder, corners })
     }
 
@@ -46,6 +59,7 @@ impl<'a> VoxelField<'a> {
         let [x, y, w] = [0, 1, 2].map(|k| ((p[k] - corner[k]) / cell[k]).clamp(0.0, 1.0));
         let c = self.corners.get(zone, || self.builder.corner_values(zone));
         let bump = if z.part.is_empty() { 64.0 * x * (1.0 - x) * y * (1.0 - y) * w * (1.0 - w) } else { 0.0 };
+        let own = if bump > 0.0 { self.builder.value(zone) } else { [0.0; 3] };
         bands(|b| {
             let lerp = |i: usize, j: usize, t: f64| c[i][b] as f64 * (1.0 - t) + c[j][b] as f64 * t;
             let (near, far) = (
@@ -53,7 +67,7 @@ impl<'a> VoxelField<'a> {
                 lerp(1, 5, x) * (1.0 - y) + lerp(3, 7, x) * y,
             );
             let mean = (0..8).map(|i| c[i][b] as f64).sum::<f64>() / 8.0;
-            (near * (1.0 - w) + far * w + bump * (self.builder.values[zone][b] - mean)).max(0.0)
+            (near * (1.0 - w) + far * w + bump * (own[b] - mean)).max(0.0)
         })
     }
 }
@@ -90,6 +104,7 @@ struct Builder<'a> {
     values: Vec<Bands>,
     near_facet: Vec<bool>,
     fits: Lazy<Fitted>,
+    crowds: Option<(Crowds<'a>, Lazy<Bands>)>,
 }
 
 /// The gradient of a zone, and the smallest and largest value among it and its neighbours, a band.
@@ -99,6 +114,15 @@ type Fitted = (Slope, [(f64, f64); 3]);
 type Neighbour = (u32, u8);
 
 impl Builder<'_> {
+    /// The mean of a zone.
+    fn value(&self, i: usize) -> Bands {
+        let (own, Some((crowds, more))) = (self.values[i], &self.crowds) else {
+            return self.values[i];
+        };
+        let more = more.get(i, || crowds.far(i, own));
+        bands(|b| own[b] + more[b])
+    }
+
     fn fit(&self, i: usize) -> &Fitted {
         self.fits.get(i, || self.slope(i))
     }
@@ -132,13 +156,14 @@ impl Builder<'_> {
         let list = self.connected(i);
         let mut fits = [Fit::default(); 3];
         let mut ranges = [(f64::INFINITY, f64::NEG_INFINITY); 3];
-        for b in (0..3).filter(|&b| voxels[i].extinction[b] > 0.0) {
-            for j in list.iter().map(|&(j, _)| j as usize).filter(|&j| voxels[j].extinction[b] > 0.0) {
+        let own = self.value(i);
+        for j in list.iter().map(|&(j, _)| j as usize) {
+            let (d, value) = (voxels[j].centre - voxels[i].centre, self.value(j));
+            for b in (0..3).filter(|&b| voxels[i].extinction[b] > 0.0 && voxels[j].extinction[b] > 0.0) {
                 if j != i {
-                    let d = voxels[j].centre - voxels[i].centre;
-                    fits[b].add(d, self.values[j][b] - self.values[i][b]);
+                    fits[b].add(d, value[b] - own[b]);
                 }
-                ranges[b] = (ranges[b].0.min(self.values[j][b]), ranges[b].1.max(self.values[j][b]));
+                ranges[b] = (ranges[b].0.min(value[b]), ranges[b].1.max(value[b]));
             }
         }
         (fits.map(|f| f.slope()), ranges)
@@ -155,7 +180,7 @@ impl Builder<'_> {
             let v = self.map.corner(at);
             here.clear();
             let touching = list.iter().filter(|n| n.1 >> corner & 1 == 1).map(|n| n.0 as usize);
-            here.extend(touching.map(|j| (&voxels[j], self.values[j], self.fit(j))));
+            here.extend(touching.map(|j| (&voxels[j], self.value(j), self.fit(j))));
             bands(|b| {
                 let with = here.iter().filter(|h| h.0.extinction[b] > 0.0).map(|(z, value, fit)| Touch {
                     weight: z.volume / whole + 1e-3,

@@ -17,7 +17,7 @@
 //! Points are low-discrepancy ones, shifted by a hash of the seed: the same call gives the same bits. All means are statistical; their error falls like 1/samples where the light is seen whole.
 
 use crate::Transport;
-use crate::emitter::Emitter;
+use crate::emitter::{Emitter, Spot};
 use std::f64::consts::PI;
 use zonal_math::directions::{self, sphere, turn};
 use zonal_math::{Vec3, sequence};
@@ -96,6 +96,42 @@ impl<'a> Lamp<'a> {
         matches!(self.light, Light::Sun { angular_diameter, .. } if *angular_diameter == 0.0)
     }
 
+    /// True for an emitter of so many facets that they are drawn cluster by cluster.
+    pub fn is_crowd(&self) -> bool {
+        self.emitter.as_ref().is_some_and(Emitter::is_crowd)
+    }
+
+    /// Centre, m, and radius, m, of each cluster of an emitter's facets; none where these are few.
+    pub fn clusters(&self) -> Vec<(Vec3, f64)> {
+        self.emitter.as_ref().map_or(Vec::new(), Emitter::clusters)
+    }
+
+    /// About H or G with nothing between, W/m², of an emitter of many facets; zero for other lights.
+    pub fn estimate(&self, point: Vec3, receiver: Receiver) -> Bands {
+        self.emitter.as_ref().map_or([0.0; 3], |e| e.estimate(point, receiver))
+    }
+
+    /// [`Lamp::beam`] of an emitter of many facets with each cluster as seen from its middle where it looks small: what it brings is right within a few
+    /// per cent, and had at much less work. With the distance from which it comes, m.
+    pub fn rough_beam(
+        &self,
+        transport: &Transport,
+        point: Vec3,
+        receiver: Receiver,
+        s: [f64; 3],
+    ) -> Option<(Beam, f64)> {
+        let far = self.emitter.as_ref().and_then(|e| e.far_spot(point, receiver, s));
+        match far {
+            Some((spot, r)) => arriving(spot, point, receiver).map(|b| (b, r)),
+            None => self.beam(transport, point, receiver, s).map(|b| (b, (b.end - point).length())),
+        }
+    }
+
+    /// G r² of cluster number `k` with nothing between, W/m² · m², far away in the unit direction `dir` from it.
+    pub fn cluster_intensity(&self, k: usize, dir: Vec3) -> Bands {
+        self.emitter.as_ref().map_or([0.0; 3], |e| e.intensity(k, dir))
+    }
+
     /// True when [`Lamp::unhindered`] knows its light.
     pub fn has_closed_form(&self) -> bool {
         self.emitter.as_ref().is_some_and(Emitter::is_even)
@@ -156,10 +192,7 @@ impl<'a> Lamp<'a> {
     }
 
     fn emitter_beam(&self, point: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<Beam> {
-        let spot = self.emitter.as_ref()?.spot(point, receiver, s)?;
-        let towards = (spot.at - point).normalized();
-        let arriving = cosine(receiver, towards);
-        (arriving > 0.0).then(|| Beam { towards, end: spot.at, flux: spot.fluence.map(|g| g * arriving) })
+        arriving(self.emitter.as_ref()?.spot(point, receiver, s)?, point, receiver)
     }
 
     /// The beam's contribution after what lies between; `None` behind a facet.
@@ -242,6 +275,12 @@ pub fn fluence(
 fn stratified(i: usize, n: usize, shift: [f64; 3]) -> [f64; 3] {
     let [x, y] = sequence::r2(i, [shift[0], shift[1]]);
     [x, y, (i as f64 + shift[2]) / n as f64]
+}
+
+fn arriving(spot: Spot, point: Vec3, receiver: Receiver) -> Option<Beam> {
+    let towards = (spot.at - point).normalized();
+    let arriving = cosine(receiver, towards);
+    (arriving > 0.0).then(|| Beam { towards, end: spot.at, flux: spot.fluence.map(|g| g * arriving) })
 }
 
 fn cosine(receiver: Receiver, towards: Vec3) -> f64 {

@@ -21,16 +21,20 @@
 //! triangle (Arvo 1995; this form of it after Peters 2021). The map from the unit square onto the whole fan is continuous and keeps
 //! areas: evenly spread numbers give evenly spread directions.
 
+use crate::cluster::{self, Tree};
 use crate::direct::{Receiver, Source};
 use crate::solid_angle::{in_front, projected_solid_angle, solid_angle};
 use std::f64::consts::PI;
+use std::ops::Range;
 use zonal_math::directions::turn;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Bands, Plate, PlateKind, Scene, Sides, bands};
 
-/// Facets are chosen by the solid angles of all of them, and the light without obstacles is had in closed form, up to so many; of more
-/// the first costs more than the shadow ray, and they are chosen by area.
-const FEW: usize = 16;
+/// Facets are chosen by the solid angles of all of them, and the light without obstacles is had in closed form, up to so many. Of more,
+/// a cluster is chosen first (`cluster`), then one of its facets by solid angle.
+const FEW: usize = cluster::LEAF;
+/// A cluster farther away than so many of its radii looks small.
+const FAR: f64 = 6.0;
 /// A point nearer to the plane of a facet, over the scene's diagonal, lies in it: that of `Transport::epsilon`.
 const IN_PLANE: f64 = 1e-9;
 /// A triangle of a smaller determinant is so far away, or so thin, that rounding shows: its points are drawn by area. What it adds to
@@ -47,6 +51,8 @@ const CORNERS: usize = 6;
 pub(crate) struct Emitter<'a> {
     scene: &'a Scene,
     facets: Vec<Facet>,
+    /// Their clusters, where there are many.
+    tree: Option<Tree>,
     /// Their areas, summed up, m².
     cumulative: Vec<f64>,
     both: bool,
@@ -112,7 +118,8 @@ impl<'a> Emitter<'a> {
     pub fn new(scene: &'a Scene, surface: usize) -> Emitter<'a> {
         let own = |(_, f): &(usize, &zonal_scene::Facet)| f.surface == surface;
         let ready = |(id, f): (usize, &zonal_scene::Facet)| Facet::new(id, f.plate);
-        let facets: Vec<Facet> = scene.facets().iter().enumerate().filter(own).map(ready).collect();
+        let mut facets: Vec<Facet> = scene.facets().iter().enumerate().filter(own).map(ready).collect();
+        let tree = (facets.len() > FEW).then(|| Tree::new(&mut facets, |f| f.plate));
         let mut sum = 0.0;
         let add = |f: &Facet| {
             sum += f.plate.area();
@@ -123,7 +130,7 @@ impl<'a> Emitter<'a> {
         let even =
             (facets.len() <= FEW && own.emission_texture.is_none()).then(|| own.emission.map(|e| e / PI));
         let plane = IN_PLANE * scene.diagonal();
-        Emitter { scene, facets, cumulative, both: own.sides == Sides::Both, even, plane }
+        Emitter { scene, facets, tree, cumulative, both: own.sides == Sides::Both, even, plane }
     }
 
     /// True when [`Emitter::unhindered`] knows its light.
@@ -165,7 +172,7 @@ impl<'a> Emitter<'a> {
         if self.shines(from.z) { Fan::new(facet, from, receiver) } else { None }
     }
 
-    /// The point at `s` ∈ [0,1)³, by solid angle from `p`; `None` where nothing of the emitter, or of a facet chosen by area, is seen.
+    /// The point at `s` ∈ [0,1)³, by solid angle from `p`; `None` where nothing of the emitter, or of a cluster chosen, is seen.
     pub fn spot(&self, p: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<Spot> {
         let (k, fan, share, weight) = match self.facets.len() {
             1 => {
@@ -173,13 +180,14 @@ impl<'a> Emitter<'a> {
                 let weight = fan.total;
                 (0, fan, s[0], weight)
             }
-            n if n <= FEW => self.by_solid_angle(p, receiver, s[0])?,
-            _ => {
-                let (total, k) = (*self.cumulative.last()?, self.by_area(s[2])?);
-                let fan = self.fan(k, p, receiver)?;
-                let weight = fan.total * total / self.facets[k].plate.area();
-                (k, fan, s[0], weight)
-            }
+            n => match &self.tree {
+                None => self.by_solid_angle(0..n, p, receiver, s[0])?,
+                Some(tree) => {
+                    let leaf = tree.descend(p, receiver, s[2])?;
+                    let (k, fan, share, weight) = self.by_solid_angle(leaf.facets, p, receiver, s[0])?;
+                    (k, fan, share, weight / leaf.chance)
+                }
+            },
         };
         let facet = &self.facets[k];
         let [u, v] = facet.inside(fan.at([share, s[1]])?);
@@ -187,19 +195,89 @@ impl<'a> Emitter<'a> {
         Some(Spot { at: facet.plate.at(u, v), fluence: radiance.map(|l| l * weight) })
     }
 
-    /// The facet that holds the share `s` ∈ [0,1) of the solid angle of all, where in it, and that solid angle, sr.
-    fn by_solid_angle(&self, p: Vec3, receiver: Receiver, s: f64) -> Option<(usize, Fan, f64, f64)> {
+    /// Of some facets the one that holds the share `s` ∈ [0,1) of their solid angle, where in it, and that solid angle, sr.
+    fn by_solid_angle(
+        &self,
+        among: Range<usize>,
+        p: Vec3,
+        receiver: Receiver,
+        s: f64,
+    ) -> Option<(usize, Fan, f64, f64)> {
         let mut sums = [0.0; FEW];
         let mut total = 0.0;
-        for k in 0..self.facets.len() {
+        for (sum, k) in sums.iter_mut().zip(among.clone()) {
             total += self.fan(k, p, receiver).map_or(0.0, |f| f.total);
-            sums[k] = total;
+            *sum = total;
         }
-        let sums = &sums[..self.facets.len()];
+        let sums = &sums[..among.len()];
         let k = sums.partition_point(|&x| x <= s * total);
         let before = if k > 0 { sums[k - 1] } else { 0.0 };
         let own = *sums.get(k)? - before;
-        Some((k, self.fan(k, p, receiver)?, (s * total - before) / own, total))
+        let facet = among.start + k;
+        Some((facet, self.fan(facet, p, receiver)?, (s * total - before) / own, total))
+    }
+
+    /// About H or G with nothing between, W/m², of a surface of many facets; zero of few.
+    pub fn estimate(&self, p: Vec3, receiver: Receiver) -> Bands {
+        let (Some(tree), Some(first)) = (&self.tree, self.facets.first()) else {
+            return [0.0; 3];
+        };
+        let own = &self.scene.surfaces()[self.scene.facets()[first.id].surface];
+        let seen = tree.estimate(p, receiver) / PI;
+        own.emission.map(|e| e * seen)
+    }
+
+    /// True where facets are many, and in clusters.
+    pub fn is_crowd(&self) -> bool {
+        self.tree.is_some()
+    }
+
+    /// Centre, m, and radius, m, of each cluster; none where facets are few.
+    pub fn clusters(&self) -> Vec<(Vec3, f64)> {
+        let tree = self.tree.iter();
+        tree.flat_map(|t| (0..t.len()).map(|k| t.leaf(k))).map(|(c, r, _)| (c, r)).collect()
+    }
+
+    /// G r² of cluster number `k`, W/m² · m², far away in the unit direction `dir` from it.
+    pub fn intensity(&self, k: usize, dir: Vec3) -> Bands {
+        let Some(tree) = &self.tree else {
+            return [0.0; 3];
+        };
+        let mut sum = [0.0; 3];
+        for f in &self.facets[tree.leaf(k).2] {
+            let slope = dir.dot(f.axes[2]);
+            let seen = if self.both { slope.abs() } else { slope.max(0.0) } * f.plate.area() / PI;
+            if seen > 0.0 {
+                let flux = self.scene.emission_at(f.id, 1.0 / 3.0, 1.0 / 3.0);
+                sum = bands(|b| sum[b] + flux[b] * seen);
+            }
+        }
+        sum
+    }
+
+    /// A point at `s` ∈ [0,1)³ that brings what its cluster would bring from its middle, and the distance of this, m: facets by the area that
+    /// they show, points by area. `None` of few facets, and of a cluster that does not look small.
+    pub fn far_spot(&self, p: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<(Spot, f64)> {
+        let leaf = self.tree.as_ref()?.descend(p, receiver, s[2])?;
+        let (way, radius) = (p - leaf.ball.0, leaf.ball.1);
+        let r = way.length();
+        if r < FAR * radius {
+            return None;
+        }
+        let (dir, facets) = (way / r, &self.facets[leaf.facets.clone()]);
+        let (mut sums, mut total) = ([0.0; FEW], 0.0);
+        for (sum, f) in sums.iter_mut().zip(facets) {
+            let slope = dir.dot(f.axes[2]);
+            total += if self.both { slope.abs() } else { slope.max(0.0) } * f.plate.area();
+            *sum = total;
+        }
+        let k = sums[..facets.len()].partition_point(|&x| x <= s[0] * total);
+        let before = if k > 0 { sums[k - 1] } else { 0.0 };
+        let facet = facets.get(k)?;
+        let [u, v] = facet.plate.warp([(s[0] * total - before) / (sums[k] - before), s[1]]);
+        let weight = total / (PI * r * r * leaf.chance);
+        let fluence = self.scene.emission_at(facet.id, u, v).map(|e| e * weight);
+        Some((Spot { at: facet.plate.at(u, v), fluence }, r))
     }
 
     /// H or G with nothing between, W/m², in closed form; zero unless [`Emitter::is_even`].

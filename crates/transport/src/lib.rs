@@ -11,6 +11,7 @@
 //! | [`transport`] | [`Transport`]: the questions, answered |
 //! | [`zoning`] | [`build_zones`]: patches, free parts of voxels, pieces of panes |
 //! | [`direct`] | sun, sky and small emitters at a point |
+//! | `cluster` | which of many shining facets to ask |
 //! | `emitter` | points of a lamp, by area and by solid angle |
 //! | [`solid_angle`] | a plate seen from a point, in closed form |
 //! | [`sheets`] | which patch of a facet holds a point |
@@ -24,6 +25,7 @@
 //! This room knows no radiosity and no form factor. It reads the scene and never changes it.
 
 mod bvh;
+mod cluster;
 pub mod direct;
 mod emitter;
 mod hull;

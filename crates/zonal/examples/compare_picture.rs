@@ -124,6 +124,7 @@ fn main() -> Result<(), Any> {
             height: theirs.height,
             samples: number("--samples", 4)?,
             light_samples: number("--lights", 4)?,
+            ..RenderOptions::default()
         };
         render(&solution, camera.ok_or("the solution has no such camera")?, &options, &Quiet)
     };

@@ -38,7 +38,7 @@ pub fn run(args: &Args, path: &Path, context: Context) -> Result<(), Failure> {
     let (width, height) = parse_size(&args.size)?;
     let look = Look::of(args)?;
     check_folder(&args.output)?;
-    let options = RenderOptions { width, height, samples: args.samples as usize, ..RenderOptions::default() };
+    let options = super::render::options(args, (width, height));
     let solution = output::read_solution(&args.run)?;
     let flight = read(path, &solution)?;
     let shots = shots(&flight);

@@ -118,13 +118,13 @@ impl Which {
             Which::Church => render::Look { contrast: 1.3, bloom: 0.06, ..render::Look::default() },
         }
     }
-    /// Pixels and samples of the pictures.
-    fn picture(self, size: Size) -> ((usize, usize), u32) {
+    /// Pixels of the pictures.
+    fn picture(self, size: Size) -> (usize, usize) {
         match (self, size) {
-            (Which::Chapel, Size::Small) => ((160, 120), 4),
-            (Which::Chapel, Size::Full) => ((640, 480), 6),
-            (Which::Church, Size::Small) => ((240, 150), 4),
-            (Which::Church, Size::Full) => ((1280, 800), 4),
+            (Which::Chapel, Size::Small) => (160, 120),
+            (Which::Chapel, Size::Full) => (640, 480),
+            (Which::Church, Size::Small) => (240, 150),
+            (Which::Church, Size::Full) => (1280, 800),
         }
     }
 }
@@ -154,11 +154,11 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let solution = solve::solved(scene, 12 << 30, args.factors.settings(), &meter)?;
     let solved = start.elapsed().as_secs_f64();
     output::write_solution(&run, &solution)?;
-    let (pixels, samples) = which.picture(args.size);
+    let pixels = which.picture(args.size);
     let mut pictures = Vec::new();
     for camera in solution.scene.cameras() {
         let path = picture(&camera.name);
-        let image = render::draw(&solution, camera, pixels, samples, &meter);
+        let image = render::draw(&solution, camera, pixels, render::ADAPTIVE, &meter);
         render::save(&path, image, &which.look())?;
         pictures.push(path.display().to_string());
     }
