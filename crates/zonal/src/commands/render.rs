@@ -27,7 +27,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: Option<u32>,
     /// Final gather: indirect light of surfaces by N rays from each point seen, not interpolated between patches: crisp creases and
-    /// contacts, at N times the cost of a ray; 64 shows, 256 is smooth.
+    /// contacts, slow (docs/pictures.md); 64 shows what it does, 256 is smooth.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=4096))]
     pub gather: u32,
     /// Exposure of a .png in stops above the automatic one.
