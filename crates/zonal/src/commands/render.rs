@@ -41,11 +41,11 @@ pub struct Args {
     #[arg(long, short)]
     pub output: PathBuf,
     /// Rays of every pixel. Without it: one to nine, where neighbouring pixels differ, and rays through the medium shared where it
-    /// is smooth; about thirty times as fast as 9.
+    /// is smooth; some twelve times as fast as 9.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: Option<u32>,
     /// Final gather: indirect light of surfaces by N rays from each point seen, not interpolated between patches: crisp creases and
-    /// contacts, at N times the cost of a ray; 64 shows, 256 is smooth.
+    /// contacts, slow (docs/pictures.md); 64 shows what it does, 256 is smooth.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=4096))]
     pub gather: u32,
     /// Exposure of a .png in stops above the automatic one [default: 0].
