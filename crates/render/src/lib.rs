@@ -10,6 +10,7 @@
 //! | [`bake`] | the solution on triangles, for viewers and other engines |
 //! | `adaptive` | rays where the picture needs them |
 //! | [`bloom()`] | light that a lens scatters over the picture |
+//! | `calm` | noise of patches, as far as the solution tells of it, taken out |
 //! | `camera` | pinhole, thin lens and subpixels |
 //! | `columns` | what a sun reaches, by columns along its light |
 //! | `crowd` | light of lamps of many facets in the medium |
@@ -32,6 +33,7 @@ pub mod bake;
 
 mod adaptive;
 mod bloom;
+mod calm;
 mod camera;
 mod columns;
 mod crowd;

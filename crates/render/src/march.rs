@@ -4,6 +4,7 @@
 //! B/π of the surface point, with B = E(x) + ρ(x)(H + H_dir), zero on the black back of a one-sided surface, and the radiance
 //! of surroundings and skies where there is no surface.
 
+use crate::calm::calmed;
 use crate::columns::{Columns, STEPS};
 use crate::crowd::Crowds;
 use crate::gather::Gather;
@@ -523,9 +524,9 @@ fn depths<'a>(transport: &'a Transport<'a>, lamp: &Lamp) -> Option<Towards<'a>> 
     }
 }
 
-/// H of the patches, interpolated.
+/// H of the patches without the noise that they tell of, interpolated.
 fn surface_field<'a>(s: &Solution, transport: &'a Transport<'a>) -> PatchField<'a> {
-    patch_field(s, transport, &s.fields.incident)
+    patch_field(s, transport, &calmed(&s.zones.patches, &s.fields.incident, &s.fields.error))
 }
 
 /// A field on the patches, interpolated; `values` has one entry a zone.
