@@ -10,9 +10,9 @@
 //! over patches within 3r, r a few patches wide, that face nearly the same way. What differs by more than noise (shadows, another room)
 //! stays apart, and where errors are below LEAST nothing is touched.
 
+use crate::patch_field::key;
 use rayon::prelude::*;
 use std::collections::HashMap;
-use zonal_math::Vec3;
 use zonal_scene::{Bands, Patch, bands};
 
 /// Share of the estimated error that counts as noise: estimates are two to five times what they bound.
@@ -36,17 +36,16 @@ pub(crate) fn calmed(patches: &[Patch], incident: &[Bands], error: &[Bands]) -> 
     let mean = patches.iter().map(|p| p.area.sqrt()).sum::<f64>() / patches.len() as f64;
     let reach = |i: usize| WIDTH * patches[i].area.sqrt().min(2.0 * mean);
     let cell = 6.0 * WIDTH * mean.max(1e-12);
-    let key = |x: Vec3| x.array().map(|x| (x / cell).floor() as i64);
     let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
     for (i, p) in patches.iter().enumerate() {
-        cells.entry(key(p.plate.centre())).or_default().push(i as u32);
+        cells.entry(key(p.plate.centre(), cell)).or_default().push(i as u32);
     }
     let one = |i: usize| {
         if noise[i] == 0.0 {
             return incident[i];
         }
         let (x, n, r) = (patches[i].plate.centre(), patches[i].normal, reach(i));
-        let (home, mut total, mut weights) = (key(x), [0.0; 3], 0.0);
+        let (home, mut total, mut weights) = (key(x, cell), [0.0; 3], 0.0);
         for c in 0..27 {
             let at = [home[0] + c / 9 - 1, home[1] + c / 3 % 3 - 1, home[2] + c % 3 - 1];
             for &j in cells.get(&at).map_or(&[][..], Vec::as_slice) {

@@ -153,7 +153,8 @@ impl Near {
     }
 }
 
-fn key(p: Vec3, cell: f64) -> [i64; 3] {
+/// The cell of a uniform grid in which a point lies.
+pub(crate) fn key(p: Vec3, cell: f64) -> [i64; 3] {
     p.array().map(|x| (x / cell).floor() as i64)
 }
 

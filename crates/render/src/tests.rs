@@ -47,6 +47,18 @@ pub(crate) fn medium(lo: Vec3, hi: Vec3, dims: [usize; 3], kappa: f64, albedo: f
     map.seal().unwrap()
 }
 
+/// A pane of optical depth 0.5, 0 and 0.1 square to it.
+fn glass(plate: Plate) -> Pane {
+    Pane {
+        name: "glass".into(),
+        plates: vec![plate],
+        thickness: 0.01,
+        extinction: [50.0, 0.0, 10.0],
+        albedo: [0.0; 3],
+        emission: [0.0; 3],
+    }
+}
+
 pub(crate) fn camera(origin: Vec3, target: Vec3, fov: f64) -> Camera {
     Camera { name: "camera".into(), origin, target, up: vec3(0.01, 0.02, 1.0), fov, lens: Lens::default() }
 }
@@ -297,14 +309,8 @@ fn sunlight_scattered_in_a_homogeneous_medium_has_its_closed_form() {
     let mut parts = parts;
     parts.surfaces = vec![surface("roof", 0.0, 0.0)];
     parts.facets = vec![quad(0, vec3(1.0, 0.0, 1.5), vec3(1.5, 0.0, 0.0), vec3(0.0, 4.0, 0.0))];
-    parts.panes = vec![Pane {
-        name: "glass".into(),
-        plates: vec![Plate::parallelogram(vec3(3.0, 0.0, 1.5), vec3(1.0, 0.0, 0.0), vec3(0.0, 4.0, 0.0))],
-        thickness: 0.01,
-        extinction: [50.0, 0.0, 10.0],
-        albedo: [0.0; 3],
-        emission: [0.0; 3],
-    }];
+    parts.panes =
+        vec![glass(Plate::parallelogram(vec3(3.0, 0.0, 1.5), vec3(1.0, 0.0, 0.0), vec3(0.0, 4.0, 0.0)))];
     let s = solution(parts, |_, _| 0.0, |_| 0.0);
     let image = render(&s, &cam, &size(2, 2), &Quiet);
     let glass = (-0.5f64).exp();
@@ -523,14 +529,11 @@ fn columns_of_a_sun_agree_with_exact_intervals() {
             lid(2.6, 1.0, 3.4, 1.0),
             lid(-2.0, 1.0, 2.5, 1.0),
         ],
-        panes: vec![Pane {
-            name: "glass".into(),
-            plates: vec![Plate::parallelogram(vec3(1.5, 1.0, 2.5), vec3(1.1, 0.0, 0.0), vec3(0.0, 1.0, 0.0))],
-            thickness: 0.01,
-            extinction: [50.0, 0.0, 10.0],
-            albedo: [0.0; 3],
-            emission: [0.0; 3],
-        }],
+        panes: vec![glass(Plate::parallelogram(
+            vec3(1.5, 1.0, 2.5),
+            vec3(1.1, 0.0, 0.0),
+            vec3(0.0, 1.0, 0.0),
+        ))],
         voxmap: Some(medium(lo, hi, [9, 7, 5], 0.2, 0.9)),
         lights: vec![light.clone()],
         ..SceneParts::default()

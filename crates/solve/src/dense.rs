@@ -9,7 +9,7 @@ use crate::packed::{Packed, stored};
 use crate::radii::{Radii, step};
 use crate::stage::{Pen, Reader};
 use rayon::prelude::*;
-use zonal_exchange::pair::{Counts, Exchange, PairFactor, strength, target};
+use zonal_exchange::pair::{Counts, Exchange};
 use zonal_math::Grade;
 use zonal_scene::{Bands, Progress, Scene, Vault, Zones, bands};
 
@@ -29,14 +29,6 @@ pub struct Dense {
     /// Error radii of the pairs, those of the worst band.
     radii: Radii,
     grade: Grade,
-}
-
-/// What the assembly counted and how sure it is.
-pub struct Assembly {
-    /// Pairs by method.
-    pub counts: Counts,
-    /// Error of Σ_j g_ij c_j relative to its target, from the errors of the pairs taken as independent, a zone.
-    pub noise: Vec<f64>,
 }
 
 /// Chunks of rows of the assembly; fixed, so that sums are the same for any number of threads.
@@ -79,9 +71,9 @@ pub fn bytes(zones: usize, panes: usize, groups: usize) -> u64 {
 }
 
 /// What one chunk of rows yields beside its entries.
+#[derive(Default)]
 struct Chunk {
     counts: Counts,
-    squares: Vec<f64>,
     panes: Vec<Vec<Bands>>,
     /// Steps of the radii, row by row.
     steps: Vec<u8>,
@@ -103,7 +95,6 @@ impl Chunk {
             c.partial,
             c.rays,
         ]);
-        pen.reals(&self.squares);
         rows.iter().flatten().for_each(|row| pen.reals(row));
         pen.int(self.panes.len());
         self.panes.iter().for_each(|row| pen.triples(row));
@@ -111,14 +102,13 @@ impl Chunk {
         pen.bytes()
     }
     /// The chunk that [`Chunk::kept`] wrote, its entries put into the rows.
-    fn restored(bytes: &[u8], rows: &mut [Vec<&mut [f64]>], first: usize, n: usize) -> Option<Chunk> {
+    fn restored(bytes: &[u8], rows: &mut [Vec<&mut [f64]>], first: usize) -> Option<Chunk> {
         let mut r = Reader::new(bytes);
         let [aligned, paper, general, estimated, cut, pane, facing_away, partial, rays] = r.ints()?[..]
         else {
             return None;
         };
         let counts = Counts { aligned, paper, general, estimated, cut, pane, facing_away, partial, rays };
-        let squares = r.reals().filter(|s| s.len() == n)?;
         for row in rows.iter_mut().flatten() {
             let kept = r.reals().filter(|k| k.len() == row.len())?;
             row.copy_from_slice(&kept);
@@ -131,19 +121,19 @@ impl Chunk {
             panes.len() <= rows.len() && panes.iter().enumerate().all(|(k, p)| p.len() == offset + k + 1);
         let steps = r.raw()?.to_vec();
         let pairs = stored(first + rows.len()) - stored(first);
-        (r.at_end() && fit && steps.len() == pairs).then_some(Chunk { counts, squares, panes, steps })
+        (r.at_end() && fit && steps.len() == pairs).then_some(Chunk { counts, panes, steps })
     }
 }
 
 impl Dense {
-    /// Computes every pair; every chunk of rows is a stage, `rows-…`, that `vault` may keep.
+    /// Computes every pair, counted by method; every chunk of rows is a stage, `rows-…`, that `vault` may keep.
     pub fn assemble(
         exchange: &Exchange,
         zones: &Zones,
         (group, count): ([usize; 3], usize),
         vault: &dyn Vault,
         progress: &dyn Progress,
-    ) -> (Dense, Assembly) {
+    ) -> (Dense, Counts) {
         let (n, shared) = (zones.len(), zones.pane_offset());
         let lead = leads((group, count));
         let mut matrices: Vec<Packed> = (0..count).map(|_| Packed::zeros(shared)).collect();
@@ -157,13 +147,12 @@ impl Dense {
         let panes_of = |first: usize, rows: usize| (first + rows).saturating_sub(shared).min(rows);
         let fill = |(first, rows): (usize, &mut [Vec<&mut [f64]>])| {
             let stage = format!("rows-{first}");
-            let kept = vault.load(&stage).and_then(|b| Chunk::restored(&b, rows, first, n));
+            let kept = vault.load(&stage).and_then(|b| Chunk::restored(&b, rows, first));
             if let Some(chunk) = kept.filter(|c| c.panes.len() == panes_of(first, rows.len())) {
                 (first..first + rows.len()).for_each(|i| progress.advance(i as u64 + 1));
                 return chunk;
             }
-            let (counts, panes) = (Counts::default(), Vec::new());
-            let mut chunk = Chunk { counts, squares: vec![0.0; n], panes, steps: Vec::new() };
+            let mut chunk = Chunk::default();
             for (k, row) in rows.iter_mut().enumerate() {
                 let i = first + k;
                 let mut pane = Vec::new();
@@ -177,7 +166,6 @@ impl Dense {
                     } else {
                         pane.push(f.value);
                     }
-                    note_error(zones, i, j, &f, &mut chunk.squares);
                     chunk.steps.push(step(f.radius.into_iter().fold(0.0, f64::max)));
                 }
                 if i >= shared {
@@ -193,22 +181,19 @@ impl Dense {
         let chunks: Vec<Chunk> = cut(&mut slots, n).into_par_iter().with_max_len(1).map(fill).collect();
         progress.end();
         let mut counts = Counts::default();
-        let mut noise = vec![0.0; n];
         let mut steps = Vec::with_capacity(stored(n));
         let mut panes = [const { Vec::new() }; 3];
         // Back into the order of the rows.
         for c in chunks.into_iter().rev() {
             counts.merge(c.counts);
-            noise.iter_mut().zip(&c.squares).for_each(|(a, b)| *a += b);
             steps.extend(&c.steps);
             for row in &c.panes {
                 (0..3).for_each(|b| panes[b].push(row.iter().map(|x| x[b]).collect()));
             }
         }
-        noise.iter_mut().for_each(|s| *s = s.sqrt());
         let grade = if counts.all_proved() { Grade::Proved } else { Grade::Estimated };
         let radii = Radii::new(n, steps);
-        (Dense { n, shared, matrices, group, panes, scaling: None, radii, grade }, Assembly { counts, noise })
+        (Dense { n, shared, matrices, group, panes, scaling: None, radii, grade }, counts)
     }
 
     /// Exchange factor g_ij in band `b`, scaling included.
@@ -310,20 +295,6 @@ fn cut<'a, 'b>(slots: &'a mut [Vec<&'b mut [f64]>], n: usize) -> Vec<(usize, &'a
     // The long rows first, so that what is left at the end is short.
     out.reverse();
     out
-}
-
-/// Adds the squared error of a pair, relative to the targets of both zones: that of the worst band.
-fn note_error(zones: &Zones, i: usize, j: usize, f: &PairFactor, squares: &mut [f64]) {
-    if f.radius == [0.0; 3] {
-        return;
-    }
-    let (ci, cj) = (strength(zones, i), strength(zones, j));
-    let worst =
-        |c: Bands, zone: usize| (0..3).map(|b| f.radius[b] * c[b]).fold(0.0, f64::max) / target(zones, zone);
-    squares[i] += worst(cj, i).powi(2);
-    if i != j {
-        squares[j] += worst(ci, j).powi(2);
-    }
 }
 
 impl Operator for Dense {

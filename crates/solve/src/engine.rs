@@ -55,8 +55,6 @@ impl Site<'_> {
 pub struct Built<'a> {
     /// The exchange of all zones.
     pub operator: Box<dyn Operator + 'a>,
-    /// Error of each zone's row sum relative to its target, from the errors of the factors; one entry a zone.
-    pub noise: Vec<f64>,
     /// Closure, and the relative defect of every zone before any restoration.
     pub closure: (Closure, Vec<Bands>),
     /// Name and count of what was counted.
@@ -129,7 +127,7 @@ pub(crate) fn dense(site: &Site, escape: &mut Escape) -> Built<'static> {
     let (scene, zones) = (site.scene, site.zones);
     let exchange = Exchange::with_settings(scene, zones, site.transport, site.settings);
     let group = dense::groups(scene, site.transport.has_panes_between());
-    let (mut operator, assembly) = Dense::assemble(&exchange, zones, group, site.vault, site.progress);
+    let (mut operator, pairs) = Dense::assemble(&exchange, zones, group, site.vault, site.progress);
     drop(exchange);
     let closure = if scene.options().restore_closure {
         closure::restore(&mut operator, zones, escape)
@@ -137,19 +135,12 @@ pub(crate) fn dense(site: &Site, escape: &mut Escape) -> Built<'static> {
         closure::measure(&operator, zones, escape)
     };
     let mut warnings = Vec::new();
-    if assembly.counts.paper > 0 {
+    if pairs.paper > 0 {
         warnings.push(
             "the factors of two voxels are those of the paper, for comparison: the errors stated here leave out what that costs".into(),
         );
     }
-    Built {
-        operator: Box::new(operator),
-        noise: assembly.noise,
-        closure,
-        counts: counts(&assembly.counts),
-        warnings,
-        solved: None,
-    }
+    Built { operator: Box::new(operator), closure, counts: counts(&pairs), warnings, solved: None }
 }
 
 fn counts(c: &Counts) -> Vec<(String, u64)> {

@@ -209,12 +209,9 @@ impl<'a> Emitter<'a> {
             total += self.fan(k, p, receiver).map_or(0.0, |f| f.total);
             *sum = total;
         }
-        let sums = &sums[..among.len()];
-        let k = sums.partition_point(|&x| x <= s * total);
-        let before = if k > 0 { sums[k - 1] } else { 0.0 };
-        let own = *sums.get(k)? - before;
+        let (k, share) = chosen(&sums[..among.len()], s)?;
         let facet = among.start + k;
-        Some((facet, self.fan(facet, p, receiver)?, (s * total - before) / own, total))
+        Some((facet, self.fan(facet, p, receiver)?, share, total))
     }
 
     /// About H or G with nothing between, W/m², of a surface of many facets; zero of few.
@@ -238,6 +235,12 @@ impl<'a> Emitter<'a> {
         tree.flat_map(|t| (0..t.len()).map(|k| t.leaf(k))).map(|(c, r, _)| (c, r)).collect()
     }
 
+    /// The area that a facet shows far away in the unit direction `dir`, m².
+    fn shown(&self, f: &Facet, dir: Vec3) -> f64 {
+        let slope = dir.dot(f.axes[2]);
+        (if self.both { slope.abs() } else { slope.max(0.0) }) * f.plate.area()
+    }
+
     /// G r² of cluster number `k`, W/m² · m², far away in the unit direction `dir` from it.
     pub fn intensity(&self, k: usize, dir: Vec3) -> Bands {
         let Some(tree) = &self.tree else {
@@ -245,8 +248,7 @@ impl<'a> Emitter<'a> {
         };
         let mut sum = [0.0; 3];
         for f in &self.facets[tree.leaf(k).2] {
-            let slope = dir.dot(f.axes[2]);
-            let seen = if self.both { slope.abs() } else { slope.max(0.0) } * f.plate.area() / PI;
+            let seen = self.shown(f, dir) / PI;
             if seen > 0.0 {
                 let flux = self.scene.emission_at(f.id, 1.0 / 3.0, 1.0 / 3.0);
                 sum = bands(|b| sum[b] + flux[b] * seen);
@@ -267,14 +269,12 @@ impl<'a> Emitter<'a> {
         let (dir, facets) = (way / r, &self.facets[leaf.facets.clone()]);
         let (mut sums, mut total) = ([0.0; FEW], 0.0);
         for (sum, f) in sums.iter_mut().zip(facets) {
-            let slope = dir.dot(f.axes[2]);
-            total += if self.both { slope.abs() } else { slope.max(0.0) } * f.plate.area();
+            total += self.shown(f, dir);
             *sum = total;
         }
-        let k = sums[..facets.len()].partition_point(|&x| x <= s[0] * total);
-        let before = if k > 0 { sums[k - 1] } else { 0.0 };
-        let facet = facets.get(k)?;
-        let [u, v] = facet.plate.warp([(s[0] * total - before) / (sums[k] - before), s[1]]);
+        let (k, share) = chosen(&sums[..facets.len()], s[0])?;
+        let facet = &facets[k];
+        let [u, v] = facet.plate.warp([share, s[1]]);
         let weight = total / (PI * r * r * leaf.chance);
         let fluence = self.scene.emission_at(facet.id, u, v).map(|e| e * weight);
         Some((Spot { at: facet.plate.at(u, v), fluence }, r))
@@ -292,6 +292,14 @@ impl<'a> Emitter<'a> {
         };
         bands(|b| radiance[b] * sum)
     }
+}
+
+/// Of parts whose sums from the first on these are, the one that holds the share `s` ∈ [0,1) of all, and where in it.
+fn chosen(sums: &[f64], s: f64) -> Option<(usize, f64)> {
+    let at = s * sums.last()?;
+    let k = sums.partition_point(|&x| x <= at);
+    let before = if k > 0 { sums[k - 1] } else { 0.0 };
+    Some((k, (at - before) / (sums.get(k)? - before)))
 }
 
 /// What a point sees of a facet: a polygon, split into triangles about the point of it that is nearest to the foot. In the facet's

@@ -20,6 +20,7 @@ mod agree;
 mod geometry;
 mod parts;
 mod rays;
+mod spread;
 mod strips;
 mod zone;
 
@@ -65,7 +66,7 @@ pub struct Settings {
     pub plate_tolerance: f64,
     /// The formula for two voxels.
     pub voxels: VoxelFactors,
-    /// Keep every zone ready for its pairs, about 400 bytes each: worth it where most pairs are asked for, not where few are.
+    /// Keep every zone ready for its pairs, about 500 bytes each: worth it where most pairs are asked for, not where few are.
     pub keep_zones: bool,
     /// Which sample rays take their points from: any other gives an independent answer of the same quality.
     pub sample: u64,

@@ -1,6 +1,7 @@
 //! Pairs with a cut voxel: sums over the samples of its part, or its centre from afar.
 
 use super::rays::{FIRST_RAYS, MORE_RAYS};
+use super::spread::Spread;
 use super::zone::{Shape, Zone};
 use super::{Counts, Exchange, PairFactor};
 use crate::aligned::{Cuboid, FactorCache};
@@ -36,7 +37,7 @@ impl Exchange<'_> {
             _ => return self.average(a, b, self.part_volume(a, b), seed, rays, counts),
         };
         if !near {
-            let (once, off) = (std::iter::once((middle(part), part.measure)), far_error(part, plate));
+            let (once, off) = (std::iter::once((part.middle, part.measure)), far_error(part, plate));
             let m = general::points_plate(plate, once, pane.is_some(), off);
             return self.average(a, b, m, seed, rays, counts);
         }
@@ -100,9 +101,8 @@ impl Exchange<'_> {
         let c = self.cache.get_cumulants(p, q);
         // The kernel about the centres of the free parts instead of those of the cells, to the second order.
         let whole = Spread::whole(cell);
-        let of = |z: &Zone| z.samples().map_or(whole, |s| Spread::of(s, middle(z), cell));
-        let (parts, cells) = (of(a).and(of(b)), whole.and(whole));
-        let (d, between) = (middle(b) - middle(a), (b.lo + b.hi - a.lo - a.hi) * 0.5);
+        let (parts, cells) = (a.spread.and(b.spread), whole.and(whole));
+        let (d, between) = (b.middle - a.middle, (b.lo + b.hi - a.lo - a.hi) * 0.5);
         let (bent, even) = (parts.bend(d), cells.bend(between));
         let shift = between.length2() / d.length2();
         let share = a.measure * b.measure / cell.product().powi(2);
@@ -163,64 +163,10 @@ fn from_segment(a: Vec3, b: Vec3, x: Vec3) -> f64 {
     (to - along * t).length()
 }
 
-/// The centroid of a zone, which may lie in a wall that parts its voxel.
-fn middle(z: &Zone) -> Vec3 {
-    let Some(samples) = z.samples() else {
-        return z.centre;
-    };
-    let all: f64 = samples.iter().map(|s| s.volume).sum();
-    samples.iter().fold(Vec3::ZERO, |c, s| c + s.point * (s.volume / all))
-}
-
-/// Second moments of a part about its centre: xx, yy, zz, xy, yz, zx, m².
-#[derive(Clone, Copy)]
-struct Spread([f64; 6]);
-
-impl Spread {
-    fn whole(cell: Vec3) -> Spread {
-        let [x, y, z] = cell.scale(cell).array().map(|e| e / 12.0);
-        Spread([x, y, z, 0.0, 0.0, 0.0])
-    }
-    /// Each sample stands for a sub-cell of its own.
-    fn of(samples: &[Sample], centre: Vec3, cell: Vec3) -> Spread {
-        let (mut sum, mut all) = ([0.0; 6], 0.0);
-        for s in samples {
-            let x = s.point - centre;
-            let products = [x.x * x.x, x.y * x.y, x.z * x.z, x.x * x.y, x.y * x.z, x.z * x.x];
-            (0..6).for_each(|k| sum[k] += s.volume * products[k]);
-            all += s.volume;
-        }
-        let own = Spread::whole(cell * (1.0 / SUBCELLS as f64));
-        Spread(std::array::from_fn(|k| sum[k] / all + own.0[k]))
-    }
-    /// Of the differences between the points of two parts.
-    fn and(self, o: Spread) -> Spread {
-        Spread(std::array::from_fn(|k| self.0[k] + o.0[k]))
-    }
-    /// ⟨1/|d + x|²⟩ d² − 1 to the second order: (4 d̂·C d̂ − tr C)/d².
-    fn bend(self, d: Vec3) -> f64 {
-        let [xx, yy, zz, xy, yz, zx] = self.0;
-        let along = d.x * d.x * xx
-            + d.y * d.y * yy
-            + d.z * d.z * zz
-            + 2.0 * (d.x * d.y * xy + d.y * d.z * yz + d.z * d.x * zx);
-        let d2 = d.length2();
-        (4.0 * along / d2 - xx - yy - zz) / d2
-    }
-    /// The largest departure from a multiple of the unit matrix, m².
-    fn uneven(self) -> f64 {
-        let mean = (self.0[0] + self.0[1] + self.0[2]) / 3.0;
-        let (own, mixed) = self.0.split_at(3);
-        own.iter().map(|x| (x - mean).abs()).chain(mixed.iter().map(|x| x.abs())).fold(0.0, f64::max)
-    }
-}
-
 /// Relative error of a part taken at its centre: the solid angle is harmonic, so that only the uneven spread counts, with second
 /// derivatives of about 4/d² in it.
 fn far_error(part: &Zone, plate: &Plate) -> f64 {
-    let at = middle(part);
-    let spread = Spread::of(part.samples().unwrap_or_default(), at, part.hi - part.lo);
-    2.0 * spread.uneven() / (at - plate.centre()).length2()
+    2.0 * part.spread.uneven() / (part.middle - plate.centre()).length2()
 }
 
 /// Relative error of a sub-cell of edge h of which a share was cut off, d away from the middle of a plate. At its centroid: what its
@@ -287,6 +233,7 @@ pub(super) fn subcell_table(cell: Vec3, cache: &FactorCache) -> Vec<[f64; 4]> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::spread::centroid;
     use super::*;
 
     #[test]
@@ -345,7 +292,7 @@ mod tests {
             }
             let centre = |s: &[Sample]| {
                 let all: f64 = s.iter().map(|s| s.volume).sum();
-                (s.iter().fold(Vec3::ZERO, |c, s| c + s.point * (s.volume / all)), all)
+                (centroid(s), all)
             };
             let ((a, va), (b, vb)) = (centre(&p), centre(&q));
             let own = Spread::whole(cell * (1.0 / SUBCELLS as f64));

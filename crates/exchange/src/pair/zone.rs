@@ -1,5 +1,6 @@
 //! The zones as the judge of pairs sees them: a shape, a normal, a size, and the axis-aligned box where they are one.
 
+use super::spread::{Spread, centroid};
 use crate::aligned::Cuboid;
 use std::borrow::Cow;
 use zonal_math::{Vec3, vec3};
@@ -20,6 +21,9 @@ pub(super) struct Zone {
     pub(super) aligned: Option<Cuboid>,
     pub(super) normal: Vec3,
     pub(super) centre: Vec3,
+    /// The centroid, which may lie in a wall that parts a cut voxel, and the second moments of a volume about it.
+    pub(super) middle: Vec3,
+    pub(super) spread: Spread,
     pub(super) lo: Vec3,
     pub(super) hi: Vec3,
     pub(super) size: f64,
@@ -78,8 +82,16 @@ fn voxel_zone(z: &VoxelZone, map: &Voxmap) -> Zone {
     let cell = map.cell();
     let lo = map.corner(map.coordinates(z.cell));
     let hi = lo + cell;
+    let samples: Vec<Sample> = z.part.iter().collect();
+    let middle = if samples.is_empty() { z.centre } else { centroid(&samples) };
     Zone {
-        shape: if z.part.is_empty() { Shape::Cuboid } else { Shape::Part(z.part.iter().collect()) },
+        middle,
+        spread: if samples.is_empty() {
+            Spread::whole(hi - lo)
+        } else {
+            Spread::of(&samples, middle, hi - lo)
+        },
+        shape: if samples.is_empty() { Shape::Cuboid } else { Shape::Part(samples) },
         aligned: Some(Cuboid { lo, hi, normal: None }),
         normal: Vec3::ZERO,
         centre: z.centre,
@@ -112,6 +124,8 @@ pub(super) fn plate_zone(plate: Plate, pane: Option<usize>) -> Zone {
         shape: Shape::Plate { plate, pane },
         normal,
         centre: plate.centre(),
+        middle: plate.centre(),
+        spread: Spread::default(),
         lo,
         hi,
         size: plate.diameter(),

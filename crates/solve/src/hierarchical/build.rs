@@ -92,7 +92,7 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
             warnings.push(unmet(look.estimate, tolerance));
             warnings.extend(barred.then(|| NO_LINKS.into()));
         }
-        return Ok(Built { operator, noise: Vec::new(), closure, counts, warnings, solved });
+        return Ok(Built { operator, closure, counts, warnings, solved });
     }
     let note = budget.note(zones, tolerance, each);
     let mut built = links(site, escape, look, &budget)?;
@@ -238,7 +238,6 @@ fn links<'a>(
     ];
     Ok(Built {
         operator: Box::new(made),
-        noise: Vec::new(),
         closure,
         counts: list.into_iter().map(|(k, v)| (k.to_string(), v)).collect(),
         warnings,

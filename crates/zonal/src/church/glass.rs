@@ -59,10 +59,10 @@ pub const SCHEMES: [Scheme; 6] = [
     Scheme { border: [VIOLET, CLEAR], ground: [TURQUOISE, AZURE], medallion: [ROSE, AMBER] },
 ];
 
-/// How far a wall's openings reach in, m.
-pub const DEPTH: f64 = 0.4;
 /// How far in the glass stands, m.
 const GLASS: f64 = 0.3;
+/// The strips of a reveal: before the glass and behind it, as far as a wall's openings reach in, m.
+const REVEAL: [f64; 3] = [0.0, GLASS, 0.4];
 /// Half the breadth of a came, and how far before the glass it lies, m.
 const CAME: (f64, f64) = (0.009, 0.004);
 
@@ -122,7 +122,7 @@ impl Window<'_> {
     /// Adds reveals, tracery, glass and bars.
     pub fn build(&self, m: &mut Model) {
         let outline = self.opening().outline();
-        reveal(m, &self.frame, &self.opening(), &[0.0, GLASS, DEPTH]);
+        reveal(m, &self.frame, &self.opening(), &REVEAL);
         if self.lights == 1 {
             self.glaze(m, &outline, self.centre, self.sill, self.head.half);
             return self.saddles(m, self.centre, self.head.half);
@@ -295,7 +295,7 @@ pub fn rose(m: &mut Model, frame: &Frame, opening: &Opening, leaded: bool) {
     let Opening::Round { centre, height, radius, sides } = *opening else {
         return;
     };
-    reveal(m, frame, opening, &[0.0, GLASS, DEPTH]);
+    reveal(m, frame, opening, &REVEAL);
     let (c, petals) = ([centre, height], if leaded { 12 } else { 6 });
     let shares: &[f64] = if leaded {
         &[0.0, 0.11, 0.22, 0.36, 0.50, 0.64, 0.76, 0.88, 1.02]

@@ -151,17 +151,26 @@ impl Church<'_> {
         Vault { lo: vec3(x.0, y0, spring), hi: vec3(x.1, y1, spring), rise, pieces: self.plan.pieces }
     }
 
+    /// The wall of a bay at `x` from the axis, on the side `s`, seen from the axis.
+    fn side(&self, s: f64, x: f64, bay: usize) -> Frame {
+        let middle = vec3(s * x, self.border(bay) + 0.5 * BAY, 0.0);
+        Frame::new(middle, vec3(0.0, 1.0, 0.0), vec3(-s, 0.0, 0.0))
+    }
+
+    /// The end wall of an aisle at `y`, and the arch of the vault over it.
+    fn end_of_aisle(&self, s: f64, y: f64, inward: Vec3) -> (Frame, Arch) {
+        let middle = vec3(s * 0.5 * (NAVE.1 + OUTER), y, 0.0);
+        let arch = Arch::new(0.5 * (OUTER - NAVE.1), LOW, self.plan.pieces);
+        (Frame::new(middle, vec3(1.0, 0.0, 0.0), inward), arch)
+    }
+
     fn nave_bay(&self, m: &mut Model, bay: usize) {
         let vault = self.vault(bay, (-NAVE.0, NAVE.0), HIGH.0, HIGH.1);
         vault.webs(m);
         vault.diagonals(m, &rib(0.22, 0.24));
         vault.transverse(m, self.border(bay + 1), &rib(0.34, 0.32));
         for s in SIDES {
-            let frame = Frame::new(
-                vec3(s * NAVE.0, self.border(bay) + 0.5 * BAY, 0.0),
-                vec3(0.0, 1.0, 0.0),
-                vec3(-s, 0.0, 0.0),
-            );
+            let frame = self.side(s, NAVE.0, bay);
             let head = self.head(0.85, 1.3);
             let window = Window {
                 frame,
@@ -198,11 +207,7 @@ impl Church<'_> {
         if bay + 1 < self.plan.bays {
             vault.transverse(m, self.border(bay + 1), &rib(0.26, 0.24));
         }
-        let frame = Frame::new(
-            vec3(s * OUTER, self.border(bay) + 0.5 * BAY, 0.0),
-            vec3(0.0, 1.0, 0.0),
-            vec3(-s, 0.0, 0.0),
-        );
+        let frame = self.side(s, OUTER, bay);
         let window = Window {
             frame,
             centre: 0.0,
@@ -310,12 +315,10 @@ impl Church<'_> {
 
     /// The end wall of an aisle.
     fn aisle_end(&self, m: &mut Model, s: f64, y: f64, inward: Vec3, window: Option<Window>) {
-        let middle = s * 0.5 * (NAVE.1 + OUTER);
-        let half = 0.5 * (OUTER - NAVE.1);
-        let top = Arch::new(half, LOW, self.plan.pieces);
+        let (frame, top) = self.end_of_aisle(s, y, inward);
         let wall = Wall {
-            frame: Frame::new(vec3(middle, y, 0.0), vec3(1.0, 0.0, 0.0), inward),
-            ends: (-half, half),
+            frame,
+            ends: (-top.half, top.half),
             lower: Line::level(0.0),
             upper: Line::arch(&top, CAPITAL),
             opening: window.as_ref().map(Window::opening),
@@ -329,7 +332,7 @@ impl Church<'_> {
     fn aisle_east(&self, m: &mut Model, s: f64) {
         let inward = vec3(0.0, -1.0, 0.0);
         let window = Window {
-            frame: Frame::new(vec3(s * 0.5 * (NAVE.1 + OUTER), self.end(), 0.0), vec3(1.0, 0.0, 0.0), inward),
+            frame: self.end_of_aisle(s, self.end(), inward).0,
             centre: 0.0,
             sill: 1.6,
             spring: 4.3,

@@ -38,9 +38,8 @@ pub fn build(m: &mut Model, church: &Church) {
         let roof = [vec3(x[0], 0.0, low), vec3(x[1], 0.0, low), vec3(x[1], l, low), vec3(x[0], l, low)];
         m.polygon(Stuff::Oak, &roof, vec3(x[0], 0.0, 0.0));
         for (y, inward) in [(0.0, 1.0), (l, -1.0)] {
-            let middle = vec3(s * 0.5 * (NAVE.1 + OUTER), y, 0.0);
-            let frame = Frame::new(middle, vec3(1.0, 0.0, 0.0), vec3(0.0, inward, 0.0));
-            gable(m, frame, Arch::new(0.5 * (OUTER - NAVE.1), LOW, church.plan.pieces), CAPITAL, low);
+            let (frame, arch) = church.end_of_aisle(s, y, vec3(0.0, inward, 0.0));
+            gable(m, frame, arch, CAPITAL, low);
             // The end of the wall between nave and aisle.
             let z = [CAPITAL, low];
             let (a, b) = (s * NAVE.0, s * NAVE.1);
@@ -58,8 +57,7 @@ pub fn build(m: &mut Model, church: &Church) {
                 (OUTER, church.vault(bay, (NAVE.1, OUTER), CAPITAL, LOW), low),
             ];
             for (x, vault, top) in vaults {
-                let middle = vec3(s * x, church.border(bay) + 0.5 * BAY, 0.0);
-                let frame = Frame::new(middle, vec3(0.0, 1.0, 0.0), vec3(-s, 0.0, 0.0));
+                let frame = church.side(s, x, bay);
                 let (lower, upper) = (Line(vault.edge()), Line::level(top));
                 Wall { frame, ends: (-0.5 * BAY, 0.5 * BAY), lower, upper, opening: None }.build(m);
             }
