@@ -8,7 +8,7 @@ use crate::engine;
 use crate::forecast::{self, Forecast};
 use crate::groups;
 use crate::hierarchical::budget::{self, Budget, PROGRAM};
-use crate::hierarchical::build::{NO_LINKS, beyond_links, tells_escape};
+use crate::hierarchical::build::{NO_LINKS, beyond_links, tells_escape, within_links};
 use crate::hierarchical::seeing;
 use crate::hierarchical::trial::trial;
 use crate::surroundings::Escape;
@@ -109,7 +109,7 @@ impl Outlook {
         0.0
     }
 
-    /// The parts of the hierarchical engine; seconds that links may take beyond those expected.
+    /// The parts of the hierarchical engine; seconds that links, or more rays, may take beyond those expected.
     fn hierarchical(&mut self, plan: &Plan, clock: &dyn Fn() -> f64) -> f64 {
         let Plan { scene, zones, transport, memory, .. } = *plan;
         let tolerance = scene.options().tolerance;
@@ -130,6 +130,12 @@ impl Outlook {
         self.bytes = [by_rays; 2];
         if beyond_links(zones) {
             return 0.0;
+        }
+        if !within_links(zones) {
+            // Rays that fall short are shot again, as many as may be.
+            let most = seeing::count(zones, seeing::more(zones, each, f64::INFINITY, budget.rays, false));
+            self.bytes[1] = by_rays.max(budget.with_trial(most, 0.0));
+            return most as f64 / rays.max(1) as f64 * (t.seconds + passed / threads);
         }
         if !budget.holds_links(zones, tolerance) {
             self.notes.push(NO_LINKS.into());

@@ -1,10 +1,11 @@
 //! Draws a solution and compares the picture with a reference in blocks of 8×8 pixels and pixel by pixel.
 //!
 //! `cargo run --release --example compare_picture -- RUN.npz --against ../shared/data/mitsuba-refs/sponza_haze_st0.02_a09 [--camera NAME]
-//! [--samples 4] [--lights 4] [-o side.png]`
+//! [--samples 4] [--lights 4] [--gather 0] [--worst 0] [-o side.png]`
 //!
 //! `--against X` reads the radiances `X.exr` and their standard errors `X_stderr.exr`. Where the ending of RUN is .exr, it is a picture already.
-//! The picture that `-o` writes has ours, the reference, and four times the difference about grey.
+//! The picture that `-o` writes has ours, the reference, and four times the difference about grey, in tiles of 4 × 4 pixels, so that what is
+//! structured shows through the reference's noise.
 
 use std::path::Path;
 use zonal::io::output;
@@ -18,12 +19,22 @@ const BLOCK: usize = 8;
 struct Comparison {
     /// Ratio of the means of the whole pictures, minus one, a band.
     means: [f64; 3],
-    /// Relative differences of the blocks (all bands), by size, with sign.
-    blocks: Vec<f64>,
+    /// The blocks, by the size of their difference.
+    blocks: Vec<Block>,
     /// The reference's own relative error in a block, root mean square.
     noise: f64,
     /// sqrt(mean d² − mean σ²) over the mean, a band: what the reference's noise does not explain.
     pixels: [f64; 3],
+}
+
+/// Eight by eight pixels, all bands together.
+struct Block {
+    /// Its upper left pixel.
+    at: [usize; 2],
+    /// Ours over the reference's, minus one.
+    difference: f64,
+    /// The reference's own relative standard error.
+    sigma: f64,
 }
 
 fn compare(ours: &Image, theirs: &Image, stderr: &[[f32; 3]]) -> Comparison {
@@ -36,7 +47,7 @@ fn compare(ours: &Image, theirs: &Image, stderr: &[[f32; 3]]) -> Comparison {
         let excess = (0..w * h).map(|i| square(i) - noise(i)).sum::<f64>() / n;
         excess.max(0.0).sqrt() / mean(&theirs.pixels, b)
     });
-    let (mut blocks, mut noise) = (Vec::new(), 0.0);
+    let mut blocks = Vec::new();
     for y in (0..h / BLOCK).map(|y| y * BLOCK) {
         for x in (0..w / BLOCK).map(|x| x * BLOCK) {
             let inside = || (0..BLOCK * BLOCK).map(move |k| (y + k / BLOCK) * w + x + k % BLOCK);
@@ -44,13 +55,17 @@ fn compare(ours: &Image, theirs: &Image, stderr: &[[f32; 3]]) -> Comparison {
             let error = inside().flat_map(|i| stderr[i]).map(|e| f64::from(e).powi(2)).sum::<f64>().sqrt();
             let want = sum(&theirs.pixels);
             if want > 0.0 {
-                blocks.push(sum(&ours.pixels) / want - 1.0);
-                noise += (error / want).powi(2);
+                blocks.push(Block {
+                    at: [x, y],
+                    difference: sum(&ours.pixels) / want - 1.0,
+                    sigma: error / want,
+                });
             }
         }
     }
-    noise = (noise / blocks.len().max(1) as f64).sqrt();
-    blocks.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let square = |b: &Block| b.sigma.powi(2);
+    let noise = (blocks.iter().map(square).sum::<f64>() / blocks.len().max(1) as f64).sqrt();
+    blocks.sort_by(|a, b| a.difference.abs().total_cmp(&b.difference.abs()));
     Comparison {
         means: [0, 1, 2].map(|b| mean(&ours.pixels, b) / mean(&theirs.pixels, b) - 1.0),
         blocks,
@@ -62,27 +77,49 @@ fn compare(ours: &Image, theirs: &Image, stderr: &[[f32; 3]]) -> Comparison {
 impl Comparison {
     fn percentile(&self, p: f64) -> f64 {
         let last = self.blocks.len().saturating_sub(1);
-        self.blocks.get((last as f64 * p).round() as usize).map_or(0.0, |d| d.abs())
+        self.blocks.get((last as f64 * p).round() as usize).map_or(0.0, |b| b.difference.abs())
+    }
+    /// The `n` blocks that differ most.
+    fn worst(&self, n: usize) -> String {
+        let line = |b: &Block| {
+            format!(
+                "  block at {:?}: {:+.1} %, {:.1} σ of the reference\n",
+                b.at,
+                100.0 * b.difference,
+                b.difference.abs() / b.sigma
+            )
+        };
+        self.blocks.iter().rev().take(n).map(line).collect()
     }
     fn lines(&self) -> String {
         let percent = |x: f64| format!("{:+.2} %", 100.0 * x);
+        let count = |far: &dyn Fn(&Block) -> bool| self.blocks.iter().filter(|b| far(b)).count();
+        let beyond = count(&|b| b.difference.abs() > 0.05 + 2.0 * b.sigma);
+        let significant = count(&|b| b.difference.abs() > 4.0 * b.sigma);
         let bands = |v: [f64; 3]| v.map(percent).join(" ");
         format!(
-            "means {}\n{} blocks of {BLOCK}×{BLOCK}: median {:.2} %, 95th percentile {:.2} %, largest {}, the reference's own noise {:.2} %\nsqrt(mean d² − mean σ²)/mean {}\n",
+            "means {}\n{} blocks of {BLOCK}×{BLOCK}: median {:.2} %, 95th percentile {:.2} %, largest {}, the reference's own noise {:.2} %\n{beyond} beyond 5 % and two σ of the reference, {significant} beyond four σ\nsqrt(mean d² − mean σ²)/mean {}\n",
             bands(self.means),
             self.blocks.len(),
             100.0 * self.percentile(0.5),
             100.0 * self.percentile(0.95),
-            percent(self.blocks.last().copied().unwrap_or(0.0)),
+            percent(self.blocks.last().map_or(0.0, |b| b.difference)),
             100.0 * self.noise,
             bands(self.pixels)
         )
     }
 }
 
-/// Ours, the reference, and four times the difference about grey, each pixel `SCALE` times as large.
+/// Ours, the reference, and four times the difference in tiles about grey, each pixel `SCALE` times as large.
 fn side_by_side(ours: &Image, theirs: &Image, exposure: f64) -> (usize, usize, Vec<[f32; 3]>) {
     const SCALE: usize = 3;
+    const TILE: usize = 4;
+    let difference = |x: usize, y: usize, c: usize| {
+        let span = |at: usize, end: usize| at / TILE * TILE..(at / TILE * TILE + TILE).min(end);
+        let tile = || span(y, ours.height).flat_map(|v| span(x, ours.width).map(move |u| v * ours.width + u));
+        let sum: f32 = tile().map(|k| ours.pixels[k][c] - theirs.pixels[k][c]).sum();
+        sum / tile().count() as f32
+    };
     let (w, h) = (3 * ours.width * SCALE, ours.height * SCALE);
     let pixel = |i: usize| {
         let (x, y) = (i % w / SCALE, i / w / SCALE);
@@ -91,7 +128,9 @@ fn side_by_side(ours: &Image, theirs: &Image, exposure: f64) -> (usize, usize, V
         match x / ours.width {
             0 => a,
             1 => b,
-            _ => [0, 1, 2].map(|c| (0.18 / exposure as f32 + 4.0 * (a[c] - b[c])).max(0.0)),
+            _ => {
+                [0, 1, 2].map(|c| (0.18 / exposure as f32 + 4.0 * difference(x % ours.width, y, c)).max(0.0))
+            }
         }
     };
     (w, h, (0..w * h).map(pixel).collect())
@@ -124,14 +163,15 @@ fn main() -> Result<(), Any> {
             height: theirs.height,
             samples: number("--samples", 4)?,
             light_samples: number("--lights", 4)?,
-            ..RenderOptions::default()
+            gather: number("--gather", 0)?,
         };
         render(&solution, camera.ok_or("the solution has no such camera")?, &options, &Quiet)
     };
     if (ours.width, ours.height) != (theirs.width, theirs.height) {
         return Err("the two pictures differ in size".into());
     }
-    print!("{}", compare(&ours, &theirs, &stderr.pixels).lines());
+    let comparison = compare(&ours, &theirs, &stderr.pixels);
+    print!("{}{}", comparison.lines(), comparison.worst(number("--worst", 0)?));
     if let Some(path) = option("-o") {
         let exposure = output::auto_exposure(&theirs.pixels);
         let (w, h, pixels) = side_by_side(&ours, &theirs, exposure);

@@ -21,10 +21,10 @@ const LOOKS: usize = 3;
 const ROUNDS: usize = 6;
 /// ε of the first refinement over the tolerance.
 const FIRST: f64 = 0.6;
-/// Zones above which links that are better than rays cost more than anyone waits for.
-const LINKED: usize = 200_000;
-/// Zones up to which an unmet tolerance is pursued by refining again whatever it costs.
-const PURSUED: usize = 60_000;
+/// Zones above which rays alone answer, shot once; those that end close by go on.
+const ONCE: usize = 200_000;
+/// Zones above which links that are better than rays cost more than anyone waits for: as many rays as may be are shot instead.
+const MOST_LINKED: usize = 60_000;
 /// What to say where links that would meet the tolerance are not made.
 pub const NO_LINKS: &str =
     "memory does not allow the links that would meet the tolerance: allow more (--max-memory)";
@@ -65,9 +65,10 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
     })?;
     let mut look = Look::new(site, escape, each);
     let many = beyond_links(zones);
-    let barred = !many && !budget.holds_links(zones, tolerance);
+    let linked = within_links(zones);
+    let barred = linked && !budget.holds_links(zones, tolerance);
     for _ in 1..if many { 1 } else { LOOKS } {
-        let more = super::seeing::more(zones, each, look.estimate / tolerance, budget.rays);
+        let more = super::seeing::more(zones, each, look.estimate / tolerance, budget.rays, linked);
         if look.estimate <= tolerance || more == each {
             break;
         }
@@ -77,7 +78,7 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
         look = Look::new(site, escape, each);
     }
     let met = look.estimate <= tolerance;
-    if met || many || barred {
+    if met || !linked || barred {
         let closure = crate::closure::measure(&look.seeing, zones, escape);
         let [rays, onward] = look.seeing.rays();
         let counts =
@@ -100,9 +101,14 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
     Ok(built)
 }
 
-/// True where zones are so many that rays alone answer.
+/// True where zones are so many that rays alone answer, shot once.
 pub fn beyond_links(zones: &Zones) -> bool {
-    zones.len() > LINKED
+    zones.len() > ONCE
+}
+
+/// True where links are worth it if rays fall short.
+pub fn within_links(zones: &Zones) -> bool {
+    zones.len() <= MOST_LINKED
 }
 
 /// True where the rays of the views say what leaves the scene: they are the answer, and nothing comes in that way.
@@ -203,7 +209,7 @@ fn links<'a>(
             drop(made);
             return Ok(every_pair(site, escape, views));
         }
-        if round >= ROUNDS || zones.len() > PURSUED || estimate > LITTLE * before {
+        if round >= ROUNDS || estimate > LITTLE * before {
             warnings.push(unmet(estimate, tolerance));
             break;
         }

@@ -61,10 +61,11 @@ pub fn rays(zones: &Zones, tolerance: f64, most: f64) -> [usize; 2] {
     within(zones, RAYS[usize::from(beyond_links(zones))] / (tolerance * tolerance), most)
 }
 
-/// Rays with which an error falls by a factor; those at hand where more are not allowed.
-pub fn more(zones: &Zones, each: [usize; 2], factor: f64, most: f64) -> [usize; 2] {
+/// Rays with which an error falls by a factor; those at hand where more are not allowed, or where that takes more than are worth it and
+/// there are `links` to turn to.
+pub fn more(zones: &Zones, each: [usize; 2], factor: f64, most: f64, links: bool) -> [usize; 2] {
     let wanted = each[0] as f64 * (MARGIN * factor * factor).max(MARGIN);
-    if wanted > MOST { each } else { within(zones, wanted, most).max(each) }
+    if wanted > MOST && links { each } else { within(zones, wanted, most).max(each) }
 }
 
 /// Rays of all zones, with so many of every patch and volume zone.

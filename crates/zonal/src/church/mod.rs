@@ -13,17 +13,19 @@
 //! | module | what |
 //! |---|---|
 //! | `model` | meshes by material, boxes, bodies of revolution, swept bars |
+//! | `body` | these cut flush with the walls they stand at |
 //! | `arch` | pointed arches, vaults, ribs |
 //! | `plane` | convex polygons cut by one another |
 //! | `wall` | walls with openings |
 //! | `glass` | tracery, panes, cames, the rose |
 //! | `furniture` | columns, benches, altar, candles |
-//! | `roof` | roofs, gables, buttresses: what keeps the light out |
+//! | `roof` | roofs, gables: what keeps the light out |
 //! | `mesh` | the GLB |
 //! | `textures` | stone, tiles, oak |
 //! | `scene` | the scene file |
 
 mod arch;
+mod body;
 mod furniture;
 mod glass;
 mod mesh;
@@ -146,6 +148,26 @@ impl Church<'_> {
             .collect()
     }
 
+    /// The half-spaces within the walls of nave and apse.
+    fn nave(&self) -> Vec<(Vec3, f64)> {
+        let corners = self.choir(NAVE.0, 0.0);
+        let mut plan = vec![vec3(-NAVE.0, 0.0, 0.0), vec3(NAVE.0, 0.0, 0.0)];
+        plan.extend(corners);
+        plan.push(plan[0]);
+        let inward = |p: &[Vec3]| {
+            let d = (p[1] - p[0]).normalized();
+            let n = vec3(-d.y, d.x, 0.0);
+            (n, n.dot(p[0]))
+        };
+        plan.windows(2).map(inward).collect()
+    }
+
+    /// The half-spaces within the walls of an aisle.
+    fn aisle(&self, s: f64) -> [(Vec3, f64); 4] {
+        let (across, along) = (vec3(s, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+        [(across, NAVE.1), (-across, -OUTER), (along, 0.0), (-along, -self.end())]
+    }
+
     fn vault(&self, bay: usize, x: (f64, f64), spring: f64, rise: f64) -> Vault {
         let (y0, y1) = (self.border(bay), self.border(bay + 1));
         Vault { lo: vec3(x.0, y0, spring), hi: vec3(x.1, y1, spring), rise, pieces: self.plan.pieces }
@@ -167,8 +189,10 @@ impl Church<'_> {
     fn nave_bay(&self, m: &mut Model, bay: usize) {
         let vault = self.vault(bay, (-NAVE.0, NAVE.0), HIGH.0, HIGH.1);
         vault.webs(m);
-        vault.diagonals(m, &rib(0.22, 0.24));
-        vault.transverse(m, self.border(bay + 1), &rib(0.34, 0.32));
+        m.within(&self.nave(), |m| {
+            vault.diagonals(m, &rib(0.22, 0.24));
+            vault.transverse(m, self.border(bay + 1), &rib(0.34, 0.32));
+        });
         for s in SIDES {
             let frame = self.side(s, NAVE.0, bay);
             let head = self.head(0.85, 1.3);
@@ -203,10 +227,12 @@ impl Church<'_> {
         let x = if s > 0.0 { (NAVE.1, OUTER) } else { (-OUTER, -NAVE.1) };
         let vault = self.vault(bay, x, CAPITAL, LOW);
         vault.webs(m);
-        vault.diagonals(m, &rib(0.16, 0.18));
-        if bay + 1 < self.plan.bays {
-            vault.transverse(m, self.border(bay + 1), &rib(0.26, 0.24));
-        }
+        m.within(&self.aisle(s), |m| {
+            vault.diagonals(m, &rib(0.16, 0.18));
+            if bay + 1 < self.plan.bays {
+                vault.transverse(m, self.border(bay + 1), &rib(0.26, 0.24));
+            }
+        });
         let frame = self.side(s, OUTER, bay);
         let window = Window {
             frame,
@@ -256,12 +282,8 @@ impl Church<'_> {
         }
         let line: Vec<Vec3> =
             points.iter().map(|p| frame.at(p[0] * 1.03, CAPITAL + p[1] * 1.03, depth)).collect();
-        m.sweep(
-            Stuff::Dressed,
-            &line,
-            frame.inward,
-            &[[-0.06, -0.05], [0.02, -0.05], [0.02, 0.09], [-0.03, 0.09], [-0.06, 0.05]],
-        );
+        let profile = [[-0.06, -0.05], [0.02, -0.05], [0.02, 0.09], [-0.03, 0.09], [-0.06, 0.05]];
+        m.within(&self.nave(), |m| m.sweep(Stuff::Dressed, &line, frame.inward, &profile));
     }
 
     /// Columns, shafts before the walls, and the half piers at both ends of the arcades.
@@ -271,16 +293,22 @@ impl Church<'_> {
             for bay in 1..self.plan.bays {
                 let y = self.border(bay);
                 furniture::column(m, vec3(s * 0.5 * (NAVE.0 + NAVE.1), y, 0.0), sides);
-                furniture::shaft(m, vec3(s * NAVE.0, y, 0.0), (CAPITAL + 0.4, HIGH.0), sides / 2);
-                furniture::shaft(m, vec3(s * OUTER, y, 0.0), (0.35, CAPITAL), sides / 2);
+                m.within(&self.nave(), |m| {
+                    furniture::shaft(m, vec3(s * NAVE.0, y, 0.0), (CAPITAL + 0.4, HIGH.0), sides / 2);
+                });
+                m.within(&self.aisle(s), |m| {
+                    furniture::shaft(m, vec3(s * OUTER, y, 0.0), (0.35, CAPITAL), sides / 2);
+                });
             }
             let (x0, x1) = ((s * NAVE.0).min(s * NAVE.1), (s * NAVE.0).max(s * NAVE.1));
             m.block(Stuff::Dressed, vec3(x0, 0.0, 0.0), vec3(x1, 0.4, CAPITAL));
             m.block(Stuff::Dressed, vec3(x0, l - 0.4, 0.0), vec3(x1, l, CAPITAL));
         }
-        for corner in self.choir(NAVE.0, 0.0) {
-            furniture::shaft(m, corner, (0.35, HIGH.0), sides / 2);
-        }
+        m.within(&self.nave(), |m| {
+            for corner in self.choir(NAVE.0, 0.0) {
+                furniture::shaft(m, corner, (0.35, HIGH.0), sides / 2);
+            }
+        });
     }
 
     fn west(&self, m: &mut Model) {
@@ -397,7 +425,8 @@ impl Church<'_> {
         for k in 1..5 {
             let line: Vec<Vec3> = rings.iter().map(|r| r[k]).collect();
             let out = line[0] - vec3(0.0, self.end(), line[0].z);
-            m.sweep(Stuff::Dressed, &line, vec3(out.y, -out.x, 0.0).normalized(), &rib(0.22, 0.24));
+            let side = vec3(out.y, -out.x, 0.0).normalized();
+            m.within(&self.nave(), |m| m.sweep(Stuff::Dressed, &line, side, &rib(0.22, 0.24)));
         }
         m.turned(
             Stuff::Dressed,

@@ -3,6 +3,7 @@
 //! Coordinates are metres, z up, the nave along y from west to east. Faces look where their corners run counter-clockwise; whoever adds
 //! a face names a point in front of it, so that no face looks the wrong way. Texture coordinates are metres over the picture's side.
 
+use super::body::{Cell, cut};
 use std::f64::consts::TAU;
 use zonal_math::{Vec3, vec3};
 
@@ -49,9 +50,30 @@ pub struct Mesh {
 pub struct Model {
     /// In the order of [`Stuff`].
     pub meshes: std::collections::BTreeMap<Stuff, Mesh>,
+    /// Half-spaces n·x ≥ level that bodies of revolution and bars are cut to.
+    keep: Vec<(Vec3, f64)>,
 }
 
 impl Model {
+    /// Adds with `build`, bodies of revolution and bars cut to the half-spaces n·x ≥ level: flush with the walls they stand at.
+    pub fn within(&mut self, half_spaces: &[(Vec3, f64)], build: impl FnOnce(&mut Model)) {
+        let before = self.keep.len();
+        self.keep.extend(half_spaces);
+        build(self);
+        self.keep.truncate(before);
+    }
+
+    /// A body of convex cells, less what is beyond the half-spaces kept.
+    fn body(&mut self, stuff: Stuff, cells: Vec<Cell>) {
+        let keep = self.keep.clone();
+        let inside = |c: Cell| keep.iter().try_fold(c, |c, (n, level)| cut(c, *n, *level));
+        for cell in cells.into_iter().filter_map(inside) {
+            for (face, front) in &cell {
+                front.iter().for_each(|f| self.polygon(stuff, face, *f));
+            }
+        }
+    }
+
     /// Number of triangles.
     pub fn triangles(&self) -> usize {
         self.meshes.values().map(|m| m.triangles.len()).sum()
@@ -122,24 +144,24 @@ impl Model {
             foot + vec3(r * angle.cos(), r * angle.sin(), z)
         };
         let ring = |p: (f64, f64)| (0..sides).map(|k| at(k, p)).collect::<Vec<_>>();
-        let (first, last) = (profile[0], profile[profile.len() - 1]);
-        self.polygon(stuff, &ring(first), foot + vec3(0.0, 0.0, first.1 - 1.0));
-        self.polygon(stuff, &ring(last), foot + vec3(0.0, 0.0, last.1 + 1.0));
-        for pair in profile.windows(2) {
+        let last = profile.len() - 1;
+        let disc = |k: usize, out: f64| {
+            let end = if out < 0.0 { k == 0 } else { k == last };
+            (ring(profile[k]), end.then(|| foot + vec3(0.0, 0.0, profile[k].1 + out)))
+        };
+        let cell = |(i, pair): (usize, &[(f64, f64)])| {
             let widest = pair[0].0.max(pair[1].0);
-            for k in 0..sides {
+            let side = |k: usize| {
                 let angle = TAU * (k as f64 + 0.5) / sides as f64;
                 let (dr, dz) = (pair[1].0 - pair[0].0, pair[1].1 - pair[0].1);
                 let middle =
                     foot + vec3(widest * angle.cos(), widest * angle.sin(), 0.5 * (pair[0].1 + pair[1].1));
                 let front = middle + (vec3(angle.cos(), angle.sin(), 0.0) * dz - vec3(0.0, 0.0, dr)) * 10.0;
-                self.polygon(
-                    stuff,
-                    &[at(k, pair[0]), at(k + 1, pair[0]), at(k + 1, pair[1]), at(k, pair[1])],
-                    front,
-                );
-            }
-        }
+                (vec![at(k, pair[0]), at(k + 1, pair[0]), at(k + 1, pair[1]), at(k, pair[1])], Some(front))
+            };
+            [disc(i, -1.0), disc(i + 1, 1.0)].into_iter().chain((0..sides).map(side)).collect()
+        };
+        self.body(stuff, profile.windows(2).enumerate().map(cell).collect());
     }
 
     /// A bar of a convex profile swept along a line, closed at its ends unless the line returns to its start. A profile point (a, b) lies
@@ -162,20 +184,23 @@ impl Model {
             })
             .collect();
         let middle = |r: &[Vec3]| r.iter().fold(Vec3::ZERO, |s, &p| s + p) / r.len() as f64;
-        for (a, b) in rings.iter().zip(&rings[1..]) {
+        let end = |i: usize, at_end: bool, way: f64| {
+            (rings[i].clone(), (at_end && !closed).then(|| line[i] + tangent(i) * way))
+        };
+        let cell = |i: usize| {
+            let (a, b) = (&rings[i], &rings[i + 1]);
             let axis = (middle(a) + middle(b)) * 0.5;
+            let mut faces = vec![end(i, i == 0, -1.0), end(i + 1, i + 2 == n, 1.0)];
             for k in 0..profile.len() {
                 let l = (k + 1) % profile.len();
                 for face in [[a[k], a[l], b[l]], [a[k], b[l], b[k]]] {
                     let centre = (face[0] + face[1] + face[2]) / 3.0;
-                    self.polygon(stuff, &face, centre + (centre - axis) * 100.0);
+                    faces.push((face.to_vec(), Some(centre + (centre - axis) * 100.0)));
                 }
             }
-        }
-        if !closed {
-            self.polygon(stuff, &rings[0], line[0] - tangent(0));
-            self.polygon(stuff, &rings[n - 1], line[n - 1] + tangent(n - 1));
-        }
+            faces
+        };
+        self.body(stuff, (0..n - 1).map(cell).collect());
     }
 }
 
@@ -226,5 +251,9 @@ mod tests {
             16,
         );
         assert!(volume(&m.meshes[&Stuff::Flame]) > 0.0);
+        // Flush with two walls, a quarter of it is left, closed.
+        let walls = [(vec3(1.0, 0.0, 0.0), 5.0), (vec3(0.0, -1.0, 0.0), 0.0)];
+        m.within(&walls, |m| m.turned(Stuff::Tiles, vec3(5.0, 0.0, 1.0), &[(1.0, 0.0), (1.0, 2.0)], 64));
+        assert!((volume(&m.meshes[&Stuff::Tiles]) - cylinder / 4.0).abs() < 1e-9);
     }
 }
