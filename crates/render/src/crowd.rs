@@ -16,11 +16,13 @@
 //! ```
 //!
 //! in each voxel that sees the cluster from its centre: flames do not shine through walls. Where clusters are large beside voxels w is 0.
+//! A voxel without a cluster near has no first part: there the solution's own G of the lamp serves, where it keeps the lamp apart.
 
 use crate::path::Piece;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, sequence};
+use zonal_scene::group::{Group, Kind};
 use zonal_scene::{Bands, Solution, bands};
 use zonal_transport::Transport;
 use zonal_transport::direct::{Lamp, Receiver};
@@ -50,6 +52,8 @@ pub(crate) struct Crowds<'a> {
     s: &'a Solution,
     transport: &'a Transport<'a>,
     lamps: Vec<Lamp<'a>>,
+    /// The light group of each lamp, where it has one of its own.
+    groups: Vec<Option<&'a Group>>,
     clusters: Vec<Cluster>,
     /// R, m; 0 where all is far.
     reach: f64,
@@ -59,10 +63,13 @@ pub(crate) struct Crowds<'a> {
 }
 
 impl<'a> Crowds<'a> {
-    /// The lamps among these that have clusters; `None` without one, or without a medium.
+    /// The lamps among these, which are all lights of the scene in its order, that have clusters; `None` without one, or without a medium.
     pub fn new(s: &'a Solution, transport: &'a Transport<'a>, lamps: &[Lamp<'a>]) -> Option<Crowds<'a>> {
         let map = s.scene.voxmap()?;
-        let lamps: Vec<Lamp> = lamps.iter().filter(|l| l.is_crowd()).cloned().collect();
+        let crowds = || lamps.iter().enumerate().filter(|l| l.1.is_crowd());
+        let own = |l: usize| s.groups.iter().find(|g| g.kind == Kind::Light(l) && !g.direct.is_empty());
+        let groups = crowds().map(|(l, _)| own(l)).collect();
+        let lamps: Vec<Lamp> = crowds().map(|l| l.1.clone()).collect();
         let of = |(lamp, l): (usize, &Lamp)| {
             let all = l.clusters().into_iter().enumerate();
             all.map(move |(number, (centre, radius))| Cluster { lamp, number, centre, radius })
@@ -76,7 +83,8 @@ impl<'a> Crowds<'a> {
         let reach = REACH * cell.x.max(cell.y).max(cell.z);
         let small = clusters.iter().all(|c| c.radius <= SMALL * reach);
         let reach = if small { reach } else { 0.0 };
-        let mut out = Crowds { s, transport, lamps, clusters, reach, begin: Vec::new(), near: Vec::new() };
+        let mut out =
+            Crowds { s, transport, lamps, groups, clusters, reach, begin: Vec::new(), near: Vec::new() };
         out.find_near();
         Some(out)
     }
@@ -131,7 +139,12 @@ impl<'a> Crowds<'a> {
         }
         let shift = [0, 1, 2].map(|k| sequence::unit((zone as u64).wrapping_mul(3).wrapping_add(k)));
         let mut g = [0.0; 3];
-        for lamp in &self.lamps {
+        for (k, lamp) in self.lamps.iter().enumerate() {
+            if let Some(group) = self.groups[k].filter(|_| !self.is_near(k, zone)) {
+                let (own, scale) = (group.direct.at(self.s.zones.voxel_offset() + zone), group.direct_scale);
+                g = bands(|b| g[b] + scale[b] * own[b]);
+                continue;
+            }
             let most = lamp.estimate(z.centre, Receiver::Free);
             let share = |b: usize| most[b] * z.albedo[b] / (4.0 * ENOUGH * rest[b]).max(1e-300);
             let share = (0..3).fold(0.0, |s: f64, b| s.max(share(b)));
@@ -152,6 +165,17 @@ impl<'a> Crowds<'a> {
         bands(|b| z.albedo[b] * g[b] / 4.0)
     }
 
+    /// The clusters near a zone.
+    fn near_of(&self, zone: usize) -> impl Iterator<Item = &Cluster> {
+        let all = self.begin[zone] as usize..self.begin[zone + 1] as usize;
+        self.near[all].iter().map(|&c| &self.clusters[c as usize])
+    }
+
+    /// True where clusters of lamp `k` are near a zone.
+    fn is_near(&self, k: usize, zone: usize) -> bool {
+        self.near_of(zone).any(|c| c.lamp == k)
+    }
+
     /// w at the square of a distance.
     fn window(&self, r2: f64) -> f64 {
         let rest = 1.0 - r2 / (self.reach * self.reach);
@@ -161,8 +185,7 @@ impl<'a> Crowds<'a> {
     /// Radiance, W/(m² sr), that clusters nearby add along a piece of a ray.
     pub fn near(&self, origin: Vec3, dir: Vec3, piece: &Piece) -> Bands {
         let mut out = [0.0; 3];
-        for &c in &self.near[self.begin[piece.zone] as usize..self.begin[piece.zone + 1] as usize] {
-            let c = &self.clusters[c as usize];
+        for c in self.near_of(piece.zone) {
             let foot = (c.centre - origin).dot(dir);
             let d2 = (origin + dir * foot - c.centre).length2() + SOFT * c.radius * c.radius;
             let (r2, d) = (self.reach * self.reach, d2.sqrt());

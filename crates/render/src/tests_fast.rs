@@ -5,7 +5,7 @@ use super::*;
 use std::f64::consts::PI;
 use zonal_math::vec3;
 use zonal_scene::scene::{Facet, Pane, SceneParts, Sides, Surface};
-use zonal_scene::{Light, Plate, Quiet};
+use zonal_scene::{Group, Kind, Light, Plate, Quiet, Solution, Values};
 
 /// A fog room with candles of eight facets each, a shelf, a pane and a sun through a hole of the ceiling.
 fn candle_room(candles: usize, sunny: bool) -> SceneParts {
@@ -62,26 +62,52 @@ fn blocks(pixels: &[f64], width: usize) -> Vec<f64> {
     out
 }
 
+/// Direct light of the lamp on every zone, as a solution with light groups keeps it.
+fn own_group(s: &Solution, lamp: &zonal_transport::direct::Lamp, transport: &Transport) -> Group {
+    let free = zonal_transport::direct::Receiver::Free;
+    let volume = |z: &zonal_scene::VoxelZone| lamp.gather(transport, z.centre, free, 64, 7);
+    let mut direct = vec![[0.0; 3]; s.zones.voxel_offset()];
+    direct.extend(s.zones.voxels.iter().map(volume));
+    Group {
+        kind: Kind::Light(0),
+        direct: Values::Double(direct),
+        direct_scale: [2.0, 1.0, 0.5],
+        ..Group::default()
+    }
+}
+
 #[test]
 fn light_of_many_flames_in_fog_is_that_of_their_points() {
     let s = solution(candle_room(30, false), |_, _| 0.0, |_| 0.0);
     let transport = Transport::new(&s.scene);
-    let (fast, slow) = (View::new(&s, &transport), View::new(&s, &transport).sampled_only());
     let lamp = zonal_transport::direct::Lamp::new(&s.scene, &s.scene.lights()[0]);
     assert!((30..36).contains(&lamp.clusters().len()), "every flame is one cluster, or two");
-    let (mut sums, mut square) = ([0.0; 2], 0.0);
-    for i in 0..40u64 {
+    let mut kept = s.clone();
+    kept.groups = vec![own_group(&s, &lamp, &transport)];
+    let slow = View::new(&s, &transport).sampled_only();
+    let way = |i: u64| {
         let unit = |k: u64| sequence::unit(6 * i + k);
         let at = |k: u64| vec3(3.8 * unit(k) - 1.9, 3.8 * unit(k + 1) - 1.9, 2.4 * unit(k + 2) + 0.05);
-        let (from, to) = (at(0), at(3));
-        let (found, exact) = (fast.scattered(from, to, 4)[0], slow.scattered(from, to, 3000)[0]);
-        sums = [sums[0] + found, sums[1] + exact];
-        square += (found - exact).powi(2) / 40.0;
+        (at(0), at(3))
+    };
+    let exact: Vec<f64> = (0..40).map(way).map(|(from, to)| slow.scattered(from, to, 3000)[1]).collect();
+    let mean = exact.iter().sum::<f64>() / 40.0;
+    for s in [&s, &kept] {
+        let fast = View::new(s, &transport);
+        let found: Vec<f64> = (0..40).map(way).map(|(from, to)| fast.scattered(from, to, 4)[1]).collect();
+        let off = found.iter().sum::<f64>() / 40.0 / mean - 1.0;
+        assert!(off.abs() < 0.03, "{off}");
+        // Rays that pass a flame closer than it is wide are the rest.
+        let square = found.iter().zip(&exact).map(|(f, e)| (f - e).powi(2) / 40.0).sum::<f64>();
+        assert!(square.sqrt() < 0.3 * mean, "{} {mean}", square.sqrt());
     }
-    let mean = sums[1] / 40.0;
-    assert!((sums[0] / sums[1] - 1.0).abs() < 0.03, "{sums:?}");
-    // Rays that pass a flame closer than it is wide are the rest.
-    assert!(square.sqrt() < 0.3 * mean, "{} {mean}", square.sqrt());
+    // What is far from every flame is the group's own, as it was turned up and down.
+    let (plain, turned) = (View::new(&s, &transport), View::new(&kept, &transport));
+    let ratio = |b: usize| {
+        let sum = |v: &View| (0..40).map(way).map(|(from, to)| v.scattered(from, to, 4)[b]).sum::<f64>();
+        sum(&turned) / sum(&plain)
+    };
+    assert!(ratio(0) > 1.02 && ratio(2) < 0.99, "{} {}", ratio(0), ratio(2));
 }
 
 #[test]
