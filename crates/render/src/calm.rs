@@ -7,7 +7,7 @@
 //! H_i' = Σ_j w_ij H_j / Σ_j w_ij      w_ij = A_j exp(−d²/2r²) exp(−|H_i − H_j|²/2σ²)      σ² = Σ_{i,j} (SHARE · (e − LEAST · H)₊)²
 //! ```
 //!
-//! over patches within 3r, r a few patches wide, that face nearly the same way. What differs by more than noise (shadows, another room)
+//! over patches within 3r, r a few patches wide, that face nearly the same way or bend round a column. What differs by more than noise (shadows, another room)
 //! stays apart, and where errors are below LEAST nothing is touched.
 
 use crate::patch_field::key;
@@ -20,10 +20,10 @@ const SHARE: f64 = 0.5;
 /// Relative errors below this do not show.
 const LEAST: f64 = 0.05;
 /// r over the root of a patch's area.
-const WIDTH: f64 = 1.6;
-/// Least cosine between normals, and height over the patch's plane relative to distance: round columns count.
-const ALIKE: f64 = 0.9;
-const HEIGHT: f64 = 0.25;
+const WIDTH: f64 = 2.4;
+/// Least cosine between normals, and height over the patch's plane relative to distance: two sides of a round column count.
+const ALIKE: f64 = 0.78;
+const HEIGHT: f64 = 0.34;
 
 /// What arrives at patches, without the noise that its `error` tells.
 pub(crate) fn calmed(patches: &[Patch], incident: &[Bands], error: &[Bands]) -> Vec<Bands> {

@@ -4,6 +4,7 @@
 mod common;
 use common::*;
 use zonal_math::{Vec3, vec3};
+use zonal_scene::scene::PatchRule;
 use zonal_scene::{Facet, Light, Pane, Plate, Scene, SceneParts, Sides, Surface, Texture, Voxmap, Zones};
 use zonal_transport::{Transport, build_zones};
 
@@ -138,6 +139,38 @@ fn patches_under_a_box_go_and_none_straddles_a_wall() {
     }
     // The box's own bottom is no zone.
     assert!(!z.patches.iter().any(|p| p.surface == 1 && p.normal.z < -0.5));
+}
+
+/// A body before the wall x = 0, its back of many facets, all but a strip of 4 mm of a patch's width hidden; `off` is what single precision does.
+fn column(off: f64) -> Vec<Plate> {
+    let (lo, hi) = (vec3(off, 0.254, 0.1), vec3(0.2, 0.5, 0.9));
+    let mut plates: Vec<Plate> = room(lo, hi).iter().map(Plate::flipped).collect();
+    let back = plates.iter().position(|p| p.normal().x < -0.5).unwrap();
+    let whole = plates.remove(back);
+    plates.extend(whole.quarters().iter().flat_map(|p| p.quarters()));
+    plates
+}
+
+#[test]
+fn what_is_seen_beside_a_column_is_a_zone_of_its_own() {
+    for off in [0.0, 5e-8, -5e-8] {
+        let mut parts = SceneParts::default();
+        let walls = Surface { patch_size: Some(0.25), ..surface("walls") };
+        parts.facets = room(Vec3::ZERO, Vec3::ONE).iter().map(|p| facet(0, *p)).collect();
+        parts.facets.extend(column(off).iter().map(|p| facet(1, *p)));
+        parts.surfaces = vec![walls, solid("column")];
+        parts.options.patch_rule = PatchRule::Area;
+        let z = zones(&Scene::new(parts).unwrap());
+        let wall = || z.patches.iter().filter(|p| p.surface == 0 && p.normal.x > 0.5);
+        let hidden = |p: &zonal_scene::Patch| {
+            let c = p.plate.centre();
+            (c.y > 0.254 && c.y < 0.5) && (c.z > 0.1 && c.z < 0.9)
+        };
+        assert!(!wall().any(hidden), "{off}");
+        let seen: f64 = wall().map(|p| p.area).sum();
+        assert!((seen - (1.0 - 0.246 * 0.8)).abs() < 1e-6, "{off}: {seen}");
+        assert!(wall().count() < 40, "{}", wall().count());
+    }
 }
 
 #[test]

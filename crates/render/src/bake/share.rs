@@ -1,9 +1,11 @@
 //! What each light group gives to a zone.
 //!
 //! B_g = E_g + response · (G_g + G_dir,g), with ρ or Ω/4 in place of `response`; one share of everything where groups were not kept.
+//! H of patches is taken without the noise that the solution tells of, as in pictures.
 
+use crate::calm::calmed;
 use zonal_scene::group::ALL;
-use zonal_scene::{Bands, Group, Kind, Light, Scene, Solution, bands};
+use zonal_scene::{Bands, Group, Kind, Light, Scene, Solution, Values, bands};
 
 /// One group of a solution.
 pub(super) struct Share<'a> {
@@ -12,20 +14,30 @@ pub(super) struct Share<'a> {
     s: &'a Solution,
     /// `None` for everything together.
     group: Option<&'a Group>,
+    /// H of the patches without direct light, W/m².
+    calm: Vec<Bands>,
 }
 
 impl<'a> Share<'a> {
     /// All of them, at least one.
     pub fn all(s: &'a Solution) -> Vec<Share<'a>> {
+        let patches = &s.zones.patches;
         if s.groups.is_empty() {
-            return vec![Share { name: ALL, kind: Kind::All, s, group: None }];
+            let calm = calmed(patches, &s.fields.incident, &s.fields.error);
+            return vec![Share { name: ALL, kind: Kind::All, s, group: None, calm }];
         }
-        s.groups.iter().map(|g| Share { name: &g.name, kind: g.kind, s, group: Some(g) }).collect()
+        let share = |g: &'a Group| {
+            let all = |v: &Values| (0..patches.len()).map(|i| times(v.at(i), g.incident_scale)).collect();
+            let (incident, error): (Vec<Bands>, Vec<Bands>) = (all(&g.incident), all(&g.error));
+            Share { name: &g.name, kind: g.kind, s, group: Some(g), calm: calmed(patches, &incident, &error) }
+        };
+        s.groups.iter().map(share).collect()
     }
 
     /// H or G of a zone without direct light, W/m².
     pub fn incident(&self, zone: usize) -> Bands {
         match self.group {
+            _ if zone < self.calm.len() => self.calm[zone],
             None => self.s.fields.incident[zone],
             Some(g) => times(g.incident.at(zone), g.incident_scale),
         }

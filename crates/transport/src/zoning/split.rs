@@ -3,7 +3,8 @@
 //! A facet g divides a patch p when it reaches to the front of p's plane and the segment g ∩ plane(p) runs through the inside of
 //! p. Every piece that the segment runs through is then halved along the segment's line, so no piece has a wall in its middle.
 //! A facet that lies close in front of p (a lamp under a ceiling, a carpet on a floor) divides it along its outline; what lies under
-//! its black back is no zone.
+//! its black back is no zone. Small parts are not cut off, but where they, or what is left of them, are hidden: what can be seen of a patch
+//! behind a column is a zone of its own, however narrow.
 
 use crate::Transport;
 use crate::meet::Prepared;
@@ -14,10 +15,16 @@ use zonal_scene::{Plate, PlateKind, Sides};
 const LEAST_AREA: f64 = 2e-3;
 /// The same for the outline of what lies on it, which need not be cut as sharply.
 const LEAST_LYING: f64 = 0.04;
+/// The same where one of the parts is hidden, so that there is no zone more.
+const LEAST_SEEN: f64 = 1e-3;
 /// A wall shorter than this share of the piece's diameter does not divide it.
 const LEAST_LENGTH: f64 = 0.02;
 /// A facet within this share of a patch's diameter in front of it lies on it.
 const CONTACT: f64 = 0.02;
+/// Corners nearer to a plane than this many times [`Transport::epsilon`] lie in it: meshes come in single precision.
+const IN_PLANE: f64 = 100.0;
+/// Planes of an angle whose cosine is nearer to one look the same way.
+const PARALLEL: f64 = 1e-6;
 /// No patch is cut into more pieces than this.
 const MOST_PIECES: usize = 32;
 
@@ -36,9 +43,6 @@ struct Foot {
 /// The pieces of `plate`, a part of facet `own`, none cut off with less than `smallest` m²; the plate itself when nothing stands on
 /// it.
 pub(super) fn split(transport: &Transport, own: usize, plate: &Plate, smallest: f64) -> Vec<Plate> {
-    if plate.area() < 2.0 * smallest {
-        return vec![*plate];
-    }
     let mut feet = feet(transport, own, plate);
     if feet.is_empty() {
         return vec![*plate];
@@ -48,14 +52,18 @@ pub(super) fn split(transport: &Transport, own: usize, plate: &Plate, smallest: 
     let (corners, n) = plate.corners();
     let (normal, area) = (plate.normal(), plate.area());
     let mut pieces: Vec<Polygon> = vec![corners[..n].to_vec()];
-    for foot in &feet {
+    let hidden = |p: &Polygon| plates(p, normal).iter().all(|x| covered(transport, own, x));
+    for (foot, again) in feet.iter().map(|f| (f, false)).chain(feet.iter().map(|f| (f, true))) {
         for k in 0..pieces.len() {
             if pieces.len() >= MOST_PIECES || !runs_through(foot, &pieces[k], normal) {
                 continue;
             }
             let level = foot.across.dot(foot.ends[0]);
             let (a, b) = (clip(&pieces[k], foot.across, level), clip(&pieces[k], -foot.across, -level));
-            if polygon_area(&a, normal).min(polygon_area(&b, normal)) > (foot.least * area).max(smallest) {
+            let least = polygon_area(&a, normal).min(polygon_area(&b, normal));
+            let fair = least > (foot.least * area).max(smallest);
+            // Only when all fair cuts are made it shows what is hidden.
+            if fair || again && least > LEAST_SEEN * area && (hidden(&a) || hidden(&b)) {
                 pieces[k] = a;
                 pieces.push(b);
             }
@@ -68,7 +76,7 @@ pub(super) fn split(transport: &Transport, own: usize, plate: &Plate, smallest: 
 }
 
 fn feet(transport: &Transport, own: usize, plate: &Plate) -> Vec<Foot> {
-    let tol = transport.epsilon();
+    let tol = IN_PLANE * transport.epsilon();
     let (lo, hi) = plate.bounds();
     let normal = plate.normal();
     let (corners, n) = plate.corners();
@@ -91,6 +99,13 @@ fn feet(transport: &Transport, own: usize, plate: &Plate) -> Vec<Foot> {
                 out.push(foot);
             }
         };
+        // What stands on the plane divides it where its sides do, not where its foot is made of facets.
+        if is_solid(transport, id as usize)
+            && top.max(-bottom) <= tol
+            && wall.normal().dot(normal) < -1.0 + PARALLEL
+        {
+            continue;
+        }
         if bottom > -tol && top <= contact {
             let down = |i: usize| x[i] - normal * h[i];
             (0..k).for_each(|i| add([down(i), down((i + 1) % k)], LEAST_LYING));
@@ -213,7 +228,7 @@ pub(super) fn covered(transport: &Transport, own: usize, plate: &Plate) -> bool 
     let normal = plate.normal();
     let lift = normal * (1e3 * transport.epsilon());
     let contact = CONTACT * plate.diameter();
-    let solid = scene.surfaces()[scene.facets()[own].surface].solid;
+    let solid = is_solid(transport, own);
     at.into_iter().all(|[u, v]| {
         let p = plate.at(u, v);
         // The black back of something that lies on it; a thin gap between two zones is a gap.
@@ -228,15 +243,21 @@ pub(super) fn covered(transport: &Transport, own: usize, plate: &Plate) -> bool 
     })
 }
 
+/// True where the facet belongs to a closed body.
+fn is_solid(transport: &Transport, facet: usize) -> bool {
+    let scene = transport.scene();
+    scene.surfaces()[scene.facets()[facet].surface].solid
+}
+
 /// True when a facet that looks the other way lies at `p` of the plate: a box that stands on a floor.
 fn against_another(transport: &Transport, own: usize, plate: &Plate, p: Vec3) -> bool {
-    let tol = transport.epsilon();
+    let tol = IN_PLANE * transport.epsilon();
     let pad = Vec3::splat(tol);
     let near = transport.facets_near(p - pad, p + pad);
     near.into_iter().filter(|&id| id as usize != own).any(|id| {
         let other = &transport.scene().facets()[id as usize].plate;
         let flat = Prepared::new(other).height(p).abs() <= tol;
-        let opposite = other.normal().dot(plate.normal()) < -1.0 + 1e-9;
+        let opposite = other.normal().dot(plate.normal()) < -1.0 + PARALLEL;
         let [u, v] = other.parameters(p);
         let within = match other.kind {
             PlateKind::Triangle => u >= 0.0 && v >= 0.0 && u + v <= 1.0,
