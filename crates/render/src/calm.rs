@@ -16,9 +16,9 @@ use std::collections::HashMap;
 use zonal_scene::{Bands, Patch, bands};
 
 /// Share of the estimated error that counts as noise: estimates are two to five times what they bound.
-const SHARE: f64 = 0.5;
+const SHARE: f64 = 0.7;
 /// Relative errors below this do not show.
-const LEAST: f64 = 0.05;
+const LEAST: f64 = 0.04;
 /// r over the root of a patch's area.
 const WIDTH: f64 = 2.4;
 /// Least cosine between normals, and height over the patch's plane relative to distance: two sides of a round column count.

@@ -15,8 +15,9 @@ use zonal_scene::{Plate, PlateKind, Sides};
 const LEAST_AREA: f64 = 2e-3;
 /// The same for the outline of what lies on it, which need not be cut as sharply.
 const LEAST_LYING: f64 = 0.04;
-/// The same where one of the parts is hidden, so that there is no zone more.
+/// The same where one of the parts is hidden for the most part and the other is not: shares of points hidden that differ by so much.
 const LEAST_SEEN: f64 = 1e-3;
+const APART: f64 = 0.6;
 /// A wall shorter than this share of the piece's diameter does not divide it.
 const LEAST_LENGTH: f64 = 0.02;
 /// A facet within this share of a patch's diameter in front of it lies on it.
@@ -52,7 +53,14 @@ pub(super) fn split(transport: &Transport, own: usize, plate: &Plate, smallest: 
     let (corners, n) = plate.corners();
     let (normal, area) = (plate.normal(), plate.area());
     let mut pieces: Vec<Polygon> = vec![corners[..n].to_vec()];
-    let hidden = |p: &Polygon| plates(p, normal).iter().all(|x| covered(transport, own, x));
+    let apart = |a: &Polygon, b: &Polygon| {
+        let hidden = |p: &Polygon| {
+            let parts = plates(p, normal);
+            let sum: f64 = parts.iter().map(|x| x.area() * hidden(transport, own, x)).sum();
+            sum / polygon_area(p, normal)
+        };
+        (hidden(a) - hidden(b)).abs() > APART
+    };
     for (foot, again) in feet.iter().map(|f| (f, false)).chain(feet.iter().map(|f| (f, true))) {
         for k in 0..pieces.len() {
             if pieces.len() >= MOST_PIECES || !runs_through(foot, &pieces[k], normal) {
@@ -63,7 +71,7 @@ pub(super) fn split(transport: &Transport, own: usize, plate: &Plate, smallest: 
             let least = polygon_area(&a, normal).min(polygon_area(&b, normal));
             let fair = least > (foot.least * area).max(smallest);
             // Only when all fair cuts are made it shows what is hidden.
-            if fair || again && least > LEAST_SEEN * area && (hidden(&a) || hidden(&b)) {
+            if fair || again && least > LEAST_SEEN * area && apart(&a, &b) {
                 pieces[k] = a;
                 pieces.push(b);
             }
@@ -220,6 +228,11 @@ fn plates(polygon: &[Vec3], normal: Vec3) -> Vec<Plate> {
 
 /// True when nothing can see the front of `plate`, a part of facet `own`.
 pub(super) fn covered(transport: &Transport, own: usize, plate: &Plate) -> bool {
+    hidden(transport, own, plate) == 1.0
+}
+
+/// The share of points of `plate`, a part of facet `own`, whose front nothing can see.
+fn hidden(transport: &Transport, own: usize, plate: &Plate) -> f64 {
     let at: [[f64; 2]; 4] = match plate.kind {
         PlateKind::Triangle => [[0.33, 0.34], [0.6, 0.2], [0.2, 0.6], [0.2, 0.2]],
         PlateKind::Parallelogram => [[0.51, 0.49], [0.2, 0.25], [0.75, 0.2], [0.3, 0.8]],
@@ -229,18 +242,19 @@ pub(super) fn covered(transport: &Transport, own: usize, plate: &Plate) -> bool 
     let lift = normal * (1e3 * transport.epsilon());
     let contact = CONTACT * plate.diameter();
     let solid = is_solid(transport, own);
-    at.into_iter().all(|[u, v]| {
+    let behind = |[u, v]: [f64; 2]| {
         let p = plate.at(u, v);
         // The black back of something that lies on it; a thin gap between two zones is a gap.
         let black = |h: crate::Hit| {
             let s = &scene.surfaces()[scene.facets()[h.facet].surface];
             !h.front && s.sides == Sides::Front
         };
-        let hidden = transport.nearest(p, normal, transport.epsilon(), contact).is_some_and(black);
-        hidden
+        let under = transport.nearest(p, normal, transport.epsilon(), contact).is_some_and(black);
+        under
             || transport.inside_solid(p + lift)
             || (solid && against_another(transport, own, plate, p) && transport.inside_solid(p - lift))
-    })
+    };
+    at.into_iter().filter(|uv| behind(*uv)).count() as f64 / at.len() as f64
 }
 
 /// True where the facet belongs to a closed body.

@@ -115,7 +115,7 @@ impl Which {
     fn look(self) -> render::Look {
         match self {
             Which::Chapel => render::Look::default(),
-            Which::Church => render::Look { contrast: 1.3, bloom: 0.06, ..render::Look::default() },
+            Which::Church => render::Look { contrast: 1.7, bloom: 0.06, stops: -0.4 },
         }
     }
     /// Pixels of the pictures.
@@ -176,7 +176,18 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     say(&format!("time\n  solve {solved:.1} s, with pictures {total:.1} s\nwritten"))?;
     say(&format!("  {}   (numpy opens it)", run.display()))?;
     pictures.iter().try_for_each(|p| say(&format!("  {p}")))?;
-    say(&format!("\nnext\n  zonal render {} --camera aisle --size 1280x960 -o aisle.png", run.display()))?;
+    let (look, plain) = (which.look(), render::Look::default());
+    let flags = [
+        (look.contrast, plain.contrast, "--contrast"),
+        (look.bloom, plain.bloom, "--bloom"),
+        (look.stops, plain.stops, "--stops"),
+    ];
+    let flags = flags.into_iter().filter(|(x, plain, _)| x != plain);
+    let flags: String = flags.map(|(x, _, flag)| format!(" {flag} {x}")).collect();
+    say(&format!(
+        "\nnext\n  zonal render {} --camera aisle --size 1280x960{flags} -o aisle.png",
+        run.display()
+    ))?;
     say(&format!(
         "  zonal demo {} --write {}.toml    the scene, to change; then zonal check, solve, render",
         which.word(),
