@@ -178,7 +178,9 @@ impl Lit {
 /// What escapes, a stage.
 fn surroundings(scene: &Scene, zones: &Zones, transport: &Transport, engine: Engine, job: &Job) -> Escape {
     const STAGE: &str = "surroundings";
-    if engine == Engine::Hierarchical && tells_escape(scene, zones) {
+    let images = engine == Engine::Spectral || scene.periodic() != [false; 3];
+    if images || engine == Engine::Hierarchical && tells_escape(scene, zones) {
+        // The engine will tell, or the box is closed.
         return Escape::untold(zones);
     }
     let restored = |bytes: Vec<u8>| {
@@ -414,7 +416,9 @@ fn report(
     let mut closure = built.closure.0.clone();
     closure.largest_change = closure.largest_change.map(|c| c.max(site.direct.largest_change()));
     let (status, residuals) = together(ended);
-    let grade = if escape.closed() { built.operator.grade() } else { Grade::Statistical };
+    // The spectral engine knows what escapes without a ray.
+    let measured = escape.rays > 0 && !escape.closed();
+    let grade = if measured { Grade::Statistical } else { built.operator.grade() };
     Report {
         status,
         residuals,

@@ -42,7 +42,7 @@ impl Tally {
             _ => &mut self.gauss,
         } += n;
     }
-    fn plus(self, o: Tally) -> Tally {
+    pub(super) fn plus(self, o: Tally) -> Tally {
         Tally {
             moments: self.moments + o.moments,
             closed: self.closed + o.closed,
