@@ -13,6 +13,7 @@
 
 use super::even::{Even, turned};
 use super::grid::{Grid, OTHERS};
+use std::sync::Arc;
 use zonal_exchange::aligned::lattice::{Images, OffsetTable, Tally, WallTable};
 
 /// Relative radius of every table entry.
@@ -49,18 +50,35 @@ struct Maker<'a> {
     images: Images,
     even: [Even; 3],
     counts: [usize; 3],
+    /// Tables of walls that are made, by the axes of their normals.
+    made: Vec<(Vec<usize>, Arc<WallTable>)>,
+}
+
+/// A table whose axes are those of the grid exchanged: axis k of an offset is axis `turn[k]` of the table's.
+struct Turned {
+    table: Arc<WallTable>,
+    turn: [usize; 3],
+}
+
+impl Turned {
+    fn value(&self, offset: [i64; 3]) -> f64 {
+        let mut at = [0; 3];
+        (0..3).for_each(|k| at[self.turn[k]] = offset[k]);
+        self.table.get(at).value
+    }
 }
 
 impl Kernels {
     /// The kernels of a grid with extinction `kappa` ≥ 0, above 0 where an axis repeats itself (1/m).
     pub fn new(grid: &Grid, kappa: f64) -> Kernels {
         let period = [0, 1, 2].map(|k| grid.periodic[k].then_some(grid.cells[k]));
-        let maker = Maker {
+        let mut maker = Maker {
             grid,
             kappa,
             images: Images::new(period, grid.edges, kappa),
             even: grid.lengths().map(Even::new),
             counts: grid.distances(),
+            made: Vec::new(),
         };
         let mut out = Kernels {
             volume: Vec::new(),
@@ -73,6 +91,9 @@ impl Kernels {
         out.volume = maker.volume(&mut out);
         for a in grid.walled() {
             out.walls[a] = maker.wall(a, &mut out);
+        }
+        maker.made.clear();
+        for a in grid.walled() {
             out.opposite[a] = maker.opposite(a, &mut out);
         }
         for [a, b] in grid.corners() {
@@ -113,7 +134,28 @@ impl Maker<'_> {
         self.spectrum(data, true)
     }
 
-    fn table(&self, normals: &[usize]) -> WallTable {
+    /// The table of walls across these axes: one made before where the grid looks the same along axes that are exchanged.
+    fn table(&mut self, what: &'static str, normals: &[usize], out: &mut Kernels) -> Turned {
+        const TURNS: [[usize; 3]; 6] = [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
+        let g = self.grid;
+        let alike = |k: usize, l: usize| {
+            (g.edges[k], g.cells[k], g.periodic[k]) == (g.edges[l], g.cells[l], g.periodic[l])
+        };
+        for (made, table) in &self.made {
+            let fits = |turn: &&[usize; 3]| {
+                (0..3).all(|k| alike(k, turn[k])) && normals.iter().map(|&a| turn[a]).eq(made.iter().copied())
+            };
+            if let Some(turn) = TURNS.iter().find(fits) {
+                return Turned { table: table.clone(), turn: *turn };
+            }
+        }
+        let table = Arc::new(self.new_table(normals));
+        out.note(what, table.tally(), table.worst());
+        self.made.push((normals.to_vec(), table.clone()));
+        Turned { table, turn: [0, 1, 2] }
+    }
+
+    fn new_table(&self, normals: &[usize]) -> WallTable {
         let (edges, counts, kappa) = (self.grid.edges, self.counts, self.kappa);
         match *normals {
             _ if self.images.any() => {
@@ -126,11 +168,9 @@ impl Maker<'_> {
         }
     }
 
-    fn wall(&self, a: usize, out: &mut Kernels) -> Vec<f64> {
-        let table = self.table(&[a]);
-        out.note("voxel and wall", table.tally(), table.worst());
-        let data = self.array(self.counts, |d| table.get(d).value);
-        drop(table);
+    fn wall(&mut self, a: usize, out: &mut Kernels) -> Vec<f64> {
+        let table = self.table("voxel and wall", &[a], out);
+        let data = self.array(self.counts, |d| table.value(d));
         self.spectrum(data, a != 0)
     }
 
@@ -145,30 +185,28 @@ impl Maker<'_> {
         if along_first { self.even[0].lines(&data, m0, n0) } else { data }
     }
 
-    fn opposite(&self, a: usize, out: &mut Kernels) -> Vec<f64> {
-        let table = self.table(&[a, a]);
-        out.note("opposite walls", table.tally(), table.worst());
+    fn opposite(&mut self, a: usize, out: &mut Kernels) -> Vec<f64> {
+        let table = self.table("opposite walls", &[a, a], out);
         let [b, c] = OTHERS[a];
         let (counts, lengths) = (self.counts, self.grid.lengths());
         let data = self.array([1, counts[b], counts[c]], |d| {
             let mut at = [0; 3];
             (at[b], at[c]) = (d[1], d[2]);
-            table.get(at).value
+            table.value(at)
         });
         let data = self.even[c].lines(&data, counts[c], 1.0 / lengths[c] as f64);
         let data = turned(&data, [1, counts[b], self.grid.halves()[c]], [0, 2, 1]);
         self.even[b].lines(&data, counts[b], 1.0 / lengths[b] as f64)
     }
 
-    fn adjacent(&self, [a, b]: [usize; 2], out: &mut Kernels) -> Vec<f64> {
-        let table = self.table(&[a, b]);
-        out.note("adjacent walls", table.tally(), table.worst());
+    fn adjacent(&mut self, [a, b]: [usize; 2], out: &mut Kernels) -> Vec<f64> {
+        let table = self.table("adjacent walls", &[a, b], out);
         let c = 3 - a - b;
         let (counts, length) = (self.counts, self.grid.lengths()[c]);
         let data = self.array([counts[a], counts[b], counts[c]], |d| {
             let mut at = [0; 3];
             (at[a], at[b], at[c]) = (d[0], d[1], d[2]);
-            table.get(at).value
+            table.value(at)
         });
         let data = self.even[c].lines(&data, counts[c], 1.0 / length as f64);
         turned(&data, [counts[a], counts[b], self.grid.halves()[c]], [2, 0, 1])
