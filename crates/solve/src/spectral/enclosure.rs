@@ -5,6 +5,7 @@
 //! has no patches at its two ends.
 
 use super::grid::{Grid, OTHERS};
+use rayon::prelude::*;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Patch, PlateKind, Scene, Voxmap, Zones};
 
@@ -36,7 +37,7 @@ impl Enclosure {
         if !scene.panes().is_empty() {
             return Err("there are panes".into());
         }
-        let whole = zones.voxels.len() == map.len() && zones.voxels.iter().all(|z| z.part.is_empty());
+        let whole = zones.voxels.len() == map.len() && zones.voxels.par_iter().all(|z| z.part.is_empty());
         if !whole {
             return Err("surfaces cut or fill voxels".into());
         }

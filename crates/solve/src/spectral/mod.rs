@@ -54,12 +54,6 @@ pub struct Spectral {
     scaling: Option<Vec<Bands>>,
 }
 
-/// Values of one band: voxels by cell, and the walls.
-struct Field {
-    voxels: Vec<f64>,
-    faces: Faces,
-}
-
 impl Spectral {
     /// Computes the tables of an enclosure with so many patches.
     pub fn new(enclosure: Enclosure, patches: usize, progress: &dyn Progress) -> Spectral {
@@ -119,61 +113,59 @@ impl Spectral {
     /// What arrives through the openings, for a radiosity of one there: the factors of the surroundings, m² and m³.
     pub fn openings(&self) -> Vec<Bands> {
         let mut out = vec![[0.0; 3]; self.len()];
+        let mut faces = self.walls.zeros();
+        for (face, zones) in faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
+            face.iter_mut().zip(zones).for_each(|(x, z)| *x = f64::from(u8::from(*z == OPENING)));
+        }
+        let (nothing, mut voxels) = (vec![0.0; self.grid().len()], vec![0.0; self.grid().len()]);
         for g in 0..self.kernels.len() {
-            let mut field = self.empty();
-            for (faces, zones) in field.faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten())
-            {
-                faces.iter_mut().zip(zones).for_each(|(x, z)| *x = f64::from(u8::from(*z == OPENING)));
-            }
-            let found = self.exchange(g, &field);
+            let met = self.exchange(g, &nothing, &faces, &mut voxels);
             let of = (0..3).filter(|&b| self.group[b] == g).collect::<Vec<_>>();
-            self.scatter(&found, &mut out, &of);
+            self.scatter(&voxels, &met, &mut out, &of);
         }
         // Transforms round to a little more or less than nothing.
         out.iter_mut().flatten().for_each(|x| *x = x.max(0.0));
         out
     }
 
-    fn empty(&self) -> Field {
-        Field { voxels: vec![0.0; self.grid().len()], faces: self.walls.zeros() }
-    }
-
-    /// Band `b` of a vector over the zones.
-    fn gather(&self, s: &[Bands], b: usize) -> Field {
-        let mut field = self.empty();
-        field.voxels.par_iter_mut().zip(&s[self.patches..]).for_each(|(x, s)| *x = s[b]);
-        for (face, zones) in field.faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
-            face.iter_mut().zip(zones).for_each(|(x, z)| *x = s.get(*z as usize).map_or(0.0, |s| s[b]));
+    /// The walls of a vector over the zones; openings send nothing.
+    fn faces(&self, at: impl Fn(usize) -> f64) -> Faces {
+        let mut faces = self.walls.zeros();
+        for (face, zones) in faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
+            face.iter_mut()
+                .zip(zones)
+                .for_each(|(x, z)| *x = if *z == OPENING { 0.0 } else { at(*z as usize) });
         }
-        field
+        faces
     }
 
-    /// Puts a field into some bands of a vector over the zones.
-    fn scatter(&self, field: &Field, out: &mut [Bands], of: &[usize]) {
-        for (face, zones) in field.faces.iter().flatten().zip(self.enclosure.faces.iter().flatten()) {
+    /// Puts voxels and walls into some bands of a vector over the zones.
+    fn scatter<const N: usize>(&self, voxels: &[f64], faces: &Faces, out: &mut [[f64; N]], of: &[usize]) {
+        for (face, zones) in faces.iter().flatten().zip(self.enclosure.faces.iter().flatten()) {
             for (x, z) in face.iter().zip(zones).filter(|(_, z)| **z != OPENING) {
                 of.iter().for_each(|&b| out[*z as usize][b] = *x);
             }
         }
-        let voxels = out[self.patches..].par_iter_mut().zip(&field.voxels);
-        voxels.for_each(|(o, x)| of.iter().for_each(|&b| o[b] = *x));
+        let all = out[self.patches..].par_iter_mut().zip(voxels);
+        all.for_each(|(o, x)| of.iter().for_each(|&b| o[b] = *x));
     }
 
-    /// What arrives, of strengths in one band.
-    fn exchange(&self, group: usize, sent: &Field) -> Field {
+    /// What arrives at the voxels, written to `met`, and at the walls, of strengths in one band.
+    fn exchange(&self, group: usize, voxels: &[f64], faces: &Faces, met: &mut [f64]) -> Faces {
         let k = &self.kernels[group];
-        let mut met = self.empty();
-        let spectra = self.walls.spectra(&sent.faces);
-        let mut found = self.volume.apply(k, &sent.voxels, &spectra, &mut met.voxels);
+        let mut walls = self.walls.zeros();
+        let spectra = self.walls.spectra(faces);
+        let mut found = self.volume.apply(k, voxels, &spectra, met);
         self.walls.opposite(k, &spectra, &mut found);
-        self.walls.add(found, &mut met.faces);
-        self.walls.adjacent(k, &sent.faces, &mut met.faces);
-        met
+        self.walls.add(found, &mut walls);
+        self.walls.adjacent(k, faces, &mut walls);
+        walls
     }
 
     fn product(&self, s: &[Bands]) -> Vec<Bands> {
         assert_eq!(s.len(), self.len(), "a strength for every zone");
         let mut out = vec![[0.0; 3]; s.len()];
+        let (mut own, mut met) = (vec![0.0; self.grid().len()], vec![0.0; self.grid().len()]);
         let mut done = [false; 3];
         for b in 0..3 {
             if done[b] {
@@ -187,8 +179,9 @@ impl Spectral {
             };
             let of: Vec<usize> = (b..3).filter(|c| !done[*c]).filter(same).collect();
             of.iter().for_each(|&c| done[c] = true);
-            let found = self.exchange(self.group[b], &self.gather(s, b));
-            self.scatter(&found, &mut out, &of);
+            own.par_iter_mut().zip(&s[self.patches..]).for_each(|(x, s)| *x = s[b]);
+            let walls = self.exchange(self.group[b], &own, &self.faces(|i| s[i][b]), &mut met);
+            self.scatter(&met, &walls, &mut out, &of);
         }
         out
     }
@@ -214,6 +207,20 @@ impl Operator for Spectral {
             Some(d) => times(&self.product(&times(s, d)), d),
             None => self.product(s),
         }
+    }
+    fn one_band(&self) -> bool {
+        self.kernels.len() == 1 && self.scaling.is_none()
+    }
+    fn apply_band(&self, s: &[[f64; 1]]) -> Vec<[f64; 1]> {
+        let mut out = vec![[0.0]; s.len()];
+        let faces = self.faces(|i| s[i][0]);
+        let met = &mut out.as_flattened_mut()[self.patches..];
+        let walls = self.exchange(0, &s.as_flattened()[self.patches..], &faces, met);
+        for (face, zones) in walls.iter().flatten().zip(self.enclosure.faces.iter().flatten()) {
+            let all = face.iter().zip(zones).filter(|(_, z)| **z != OPENING);
+            all.for_each(|(x, z)| out[*z as usize] = [*x]);
+        }
+        out
     }
     fn error(&self, strengths: &[Bands]) -> Option<Vec<Bands>> {
         Some(self.spread(strengths, &self.apply(strengths)))
