@@ -13,7 +13,9 @@ use crate::krylov::Ended;
 use crate::operator::{Arriving, Operator};
 use crate::spectral::Spectral;
 use crate::spectral::enclosure::Enclosure;
+use crate::spectral::kernels;
 use crate::surroundings::Escape;
+use rayon::prelude::*;
 use zonal_exchange::pair::{Counts, Exchange, Settings, VoxelFactors};
 use zonal_scene::solution::Closure;
 use zonal_scene::{Bands, Engine, Progress, Scene, SceneError, Vault, Zones};
@@ -25,6 +27,11 @@ pub const DENSE_ZONES: usize = 8000;
 
 /// Zones from which on `auto` takes transforms where they apply: all pairs of as many took two seconds of one core of 2023.
 pub const SPECTRAL_ZONES: usize = 4000;
+
+/// Offsets of images that tables may have: some minutes of two cores of 2023.
+const MOST_IMAGES: f64 = 5e9;
+/// Images of all pairs that the dense engine may add up: some minutes too.
+const MOST_PAIRS: f64 = 5e9;
 
 /// What an engine is built from.
 pub struct Site<'a> {
@@ -90,7 +97,7 @@ pub fn choose(
         asked == Engine::Spectral || periodic || (asked == Engine::Auto && (n > SPECTRAL_ZONES || many));
     let found = looked.then(|| Enclosure::find(scene, zones));
     if periodic {
-        check_periodic(asked, found.as_ref())?;
+        check_periodic(scene, asked, forecast.pairs, found.as_ref())?;
     }
     let wrong = |what: String| Err(SceneError::new("solve.engine", what));
     let mut not = String::new();
@@ -101,10 +108,11 @@ pub fn choose(
             );
         }
         (Engine::Auto, _) if paper => (Engine::Dense, "formulas of the paper are for pairs".to_string()),
-        (Engine::Auto, Some(Ok(_))) if n > SPECTRAL_ZONES || many => (
-            Engine::Spectral,
-            format!("{n} zones in a box on the grid of its medium, with one extinction a band"),
-        ),
+        (Engine::Auto, Some(Ok(_))) if n > SPECTRAL_ZONES || many || periodic => {
+            let kind = if periodic { "a periodic box" } else { "a box" };
+            let why = format!("{n} zones in {kind} on the grid of its medium, with one extinction a band");
+            (Engine::Spectral, why)
+        }
         (Engine::Auto, found) if many => {
             if let Some(Err(why)) = found {
                 not = format!("; spectral does not apply: {why}");
@@ -126,7 +134,9 @@ pub fn choose(
             let least = Budget::new(scene, zones, transport, memory).least(zones);
             (least, "for the fewest rays that are worth shooting")
         }
-        Engine::Spectral => (spectral_bytes(forecast, found.as_ref()), "for their spectra and fields"),
+        Engine::Spectral => {
+            (spectral_bytes(scene, zones, forecast, found.as_ref()), "for their spectra and fields")
+        }
         Engine::Dense | Engine::Auto => (forecast.bytes, "for their exchange areas"),
     };
     let why = format!("{why}{not}");
@@ -143,23 +153,53 @@ pub fn choose(
     ))
 }
 
-/// Bytes of a spectral solve, all that it holds.
-pub(crate) fn spectral_bytes(forecast: &Forecast, found: Option<&Result<Enclosure, String>>) -> u64 {
-    let engine =
-        found.and_then(|f| f.as_ref().ok()).map_or(0, |e| Spectral::bytes(&e.grid, e.groups().1.len()));
-    engine + forecast.zone_bytes + forecast.field_bytes
+/// Bytes of a spectral solve, all that it holds: the engine, the zones, and the larger of what the iteration and the fields need.
+pub(crate) fn spectral_bytes(
+    scene: &Scene,
+    zones: &Zones,
+    forecast: &Forecast,
+    found: Option<&Result<Enclosure, String>>,
+) -> u64 {
+    let Some(Ok(e)) = found else { return 0 };
+    let kappa = e.groups().1.len();
+    let columns = groups::chosen(scene, zones).0.len() as u64;
+    let alike = |v: Bands| v[0] == v[1] && v[1] == v[2];
+    let grey = kappa == 1
+        && zones.patches.par_iter().all(|p| alike(p.reflectance) && alike(p.emission))
+        && zones.voxels.par_iter().all(|v| alike(v.albedo) && alike(v.emission) && alike(v.source));
+    // Sources, weights, targets; of each group what comes in and the seven vectors of the iteration, in one band or three.
+    let bands = if grey { 1 } else { 3 };
+    let solving = 24 + 8 + columns * (24 + 7 * 8 * bands);
+    // Radiosity, incident, direct, error; of each group its strengths and what arrives; direct light of each light.
+    let fields = 4 * 24 + columns * 48;
+    let more = 24 * u64::from(e.is_open()) + 56 * scene.lights().len() as u64;
+    Spectral::bytes(&e.grid, kappa) + forecast.zone_bytes + zones.len() as u64 * (solving.max(fields) + more)
 }
 
 /// Engines that know of images: all pairs of a closed box, and transforms.
-fn check_periodic(asked: Engine, found: Option<&Result<Enclosure, String>>) -> Result<(), SceneError> {
+fn check_periodic(
+    scene: &Scene,
+    asked: Engine,
+    pairs: u64,
+    found: Option<&Result<Enclosure, String>>,
+) -> Result<(), SceneError> {
     let what = match (asked, found) {
         (Engine::Hierarchical, _) => {
             "rays know no images of a periodic scene; use the spectral engine".to_string()
         }
         (_, Some(Err(why))) => format!("a periodic scene must be a box on the grid of its medium, but {why}"),
+        (Engine::Auto | Engine::Spectral, Some(Ok(e)))
+            if e.groups().1.iter().any(|&k| kernels::work(&e.grid, k) > MOST_IMAGES) =>
+        {
+            "the images within 36 mean free paths are too many; a period of one cell has only one, or use larger cells"
+                .to_string()
+        }
         (Engine::Dense, Some(Ok(e))) if e.is_open() => {
             "a periodic scene with openings is for the spectral engine; use that, or close the walls"
                 .to_string()
+        }
+        (Engine::Dense, _) if zonal_exchange::pair::images(scene) * pairs as f64 > MOST_PAIRS => {
+            "all pairs of zones with all their images are too many; use the spectral engine".to_string()
         }
         _ => return Ok(()),
     };

@@ -39,9 +39,10 @@ const HARDLY: f64 = 4.0;
 const MET: f64 = 0.04;
 /// Bytes of a dense solve over those of its exchange areas: chunks on their way, factors kept by offset.
 const DENSE: f64 = 1.8;
-/// Microseconds of an offset of a table; nanoseconds of a product with all pairs by transforms, for each of their points.
-const OFFSET: f64 = 1.2;
-const TRANSFORM: f64 = 15.0;
+/// Microseconds of an offset of a table, and of the spectra for each point of a transform; nanoseconds of a product with all pairs by transforms, for each of their points.
+const OFFSET: f64 = 0.4;
+const SPECTRUM: f64 = 0.05;
+const TRANSFORM: f64 = 8.0;
 /// A multiplication with all pairs, nanoseconds a pair and band, and about how many are needed.
 const PRODUCT: f64 = 0.6;
 const PRODUCTS: f64 = 25.0;
@@ -110,14 +111,16 @@ impl Outlook {
         let Ok(e) = &found else { return 0.0 };
         let threads = plan.threads.max(1) as f64;
         let (_, kappa) = e.groups();
+        let points: f64 = e.grid.lengths().iter().map(|n| *n as f64).product();
         let work: f64 = kappa.iter().map(|&k| kernels::work(&e.grid, k)).sum();
-        self.parts.push(("exchange areas by offset".into(), work * OFFSET * 1e-6 / threads));
+        self.parts
+            .push(("exchange areas by offset".into(), (work * OFFSET + points * SPECTRUM) * 1e-6 / threads));
         let columns = groups::chosen(plan.scene, plan.zones).0.len() as f64;
         let products = PRODUCTS * columns * kappa.len() as f64;
-        let points: f64 = e.grid.lengths().iter().map(|n| *n as f64).product();
         self.parts.push(("solving".into(), products * points * TRANSFORM * 1e-9 / threads));
-        self.parts.push(("fields".into(), plan.zones.len() as f64 * FIELD * columns * 1e-6 / threads));
-        self.bytes = [engine::spectral_bytes(plan.forecast, Some(&found)) + PROGRAM; 2];
+        self.parts.push(("fields".into(), plan.zones.len() as f64 * 0.2 * FIELD * columns * 1e-6 / threads));
+        self.bytes =
+            [engine::spectral_bytes(plan.scene, plan.zones, plan.forecast, Some(&found)) + PROGRAM; 2];
         0.0
     }
 

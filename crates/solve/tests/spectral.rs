@@ -9,6 +9,8 @@ use zonal_scene::{
     Bands, Engine, Facet, Fields, Options, Plate, Progress, Quiet, Report, Scene, SceneParts, Surroundings,
     Texture, Voxmap, Zones, bands,
 };
+use zonal_solve::engine::choose;
+use zonal_solve::forecast::Forecast;
 use zonal_solve::spectral::{Spectral, enclosure::Enclosure};
 use zonal_solve::{Job, Operator, solve_zones};
 use zonal_transport::{Transport, build_zones};
@@ -306,5 +308,54 @@ fn periodic_scenes_are_for_engines_that_know_images() {
     for kappa in [[0.0; 3], [1.0, 0.0, 1.0]] {
         let told = Scene::new(Room { kappa, ..room.clone() }.parts()).unwrap_err().to_string();
         assert!(told.contains("boundary.x"), "{told}");
+    }
+}
+
+#[test]
+fn auto_takes_it_where_zones_are_many_and_tells_why_not() {
+    let room = Room::new([18, 18, 18], [0.1; 3], [1.0; 3]).with(Engine::Auto);
+    let chosen = |parts: SceneParts| {
+        let scene = Scene::new(parts).unwrap();
+        let transport = Transport::new(&scene);
+        let zones = build_zones(&scene, &transport).unwrap();
+        let forecast = Forecast::new(&scene, &zones, &transport);
+        choose(&scene, &zones, &transport, &forecast, Default::default(), 4 << 30).unwrap()
+    };
+    let (engine, why) = chosen(room.parts());
+    assert!(engine == Engine::Spectral && why.contains("7776 zones in a box"), "{why}");
+    let mut parts = Room { cells: [20; 3], ..room.clone() }.parts();
+    let map = parts.voxmap.take().unwrap();
+    let mut map = map.clone();
+    map.set(5, [2.0, 1.0, 1.0], [0.5; 3], [0.0; 3], [0.0; 3]);
+    parts.voxmap = Some(map.seal().unwrap());
+    let (engine, why) = chosen(parts);
+    assert_eq!(engine, Engine::Hierarchical);
+    assert!(why.contains("spectral does not apply: the extinction varies in band 0"), "{why}");
+    // Few zones of a periodic box too.
+    let few = Room { periodic: [true, false, false], ..Room::new([4; 3], [0.1; 3], [1.0; 3]) };
+    assert_eq!(chosen(few.with(Engine::Auto).parts()).0, Engine::Spectral);
+}
+
+#[test]
+fn slabs_are_the_closed_forms() {
+    // VALIDATION 5 (b): between black plates, the medium in radiative equilibrium.
+    let slab = |n: usize, tau: f64| {
+        let room = Room::new([1, 1, n], [1.0 / n as f64; 3], [tau; 3]);
+        let mut parts = Room { periodic: [true, true, false], ..room }.parts();
+        for (k, s) in parts.surfaces.iter_mut().enumerate() {
+            (s.reflectance_texture, s.emission_texture) = (None, None);
+            (s.reflectance, s.emission) = ([0.0; 3], [f64::from(u8::from(k == 0)); 3]);
+        }
+        parts.voxmap.as_mut().unwrap().fill([tau; 3], [1.0; 3], [0.0; 3], [0.0; 3]);
+        let (zones, fields, _) = solved(&Scene::new(parts).unwrap());
+        assert_eq!(zones.patches.len(), 2);
+        fields.incident[1][0]
+    };
+    for (tau, flux) in [(0.1, 0.91570287), (1.0, 0.55340599), (10.0, 0.11674511)] {
+        let (rough, fine) = (slab(50, tau), slab(100, tau));
+        assert!((fine - flux).abs() < 3e-5 * (1.0 + tau), "{tau}: {fine}");
+        // The error falls with the square of the cells' size.
+        let better = fine + (fine - rough) / 3.0;
+        assert!((better - flux).abs() < 1e-5, "{tau}: {better}");
     }
 }

@@ -406,7 +406,7 @@ mod tests {
         let (kernel, numerator, weights, sums, exponential, extents) =
             (4.0 * 39.0, 16.0, 30.0, 27.0, 4.0, 24.0);
         assert!(ROUNDINGS >= kernel + numerator + weights + sums + exponential + extents);
-        let (farthest, a_path) = (1.0 + RATIO, 36.0);
+        let (farthest, a_path) = (1.0 + crate::aligned::moments::RATIO, 36.0);
         assert!(ROUNDINGS_DEPTH >= farthest * a_path);
     }
 }

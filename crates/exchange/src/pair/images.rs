@@ -14,7 +14,22 @@ pub(super) struct Images {
     period: Vec3,
 }
 
+/// Images of a zone that a pair adds up at most: 1 where a scene does not repeat itself.
+pub fn images(scene: &Scene) -> f64 {
+    let (Some(images), Some(map)) = (Images::of(scene), scene.voxmap()) else { return 1.0 };
+    let least = map.extinction(0).into_iter().fold(f64::INFINITY, f64::min);
+    images.most(DEPTH / least).iter().map(|m| (2 * m + 1) as f64).product()
+}
+
 impl Images {
+    /// Images to either side along each axis that may lie within `reach`, m.
+    fn most(&self, reach: f64) -> [i64; 3] {
+        [0, 1, 2].map(|k| match self.period[k] {
+            p if p > 0.0 => (reach / p).ceil() as i64 + 1,
+            _ => 0,
+        })
+    }
+
     /// Of a scene that repeats itself.
     pub(super) fn of(scene: &Scene) -> Option<Images> {
         let map = scene.voxmap().filter(|_| scene.periodic() != [false; 3])?;
@@ -26,10 +41,7 @@ impl Images {
     /// The factor of `a` with all images of `b`, for extinction `kappa` > 0 (1/m).
     pub(super) fn sum(&self, cache: &FactorCache, a: &Cuboid, b: &Cuboid, kappa: f64) -> Bounded {
         let reach = DEPTH / kappa;
-        let most = [0, 1, 2].map(|k| match self.period[k] {
-            p if p > 0.0 => (reach / p).ceil() as i64 + 1,
-            _ => 0,
-        });
+        let most = self.most(reach);
         let (mut value, mut radius) = (0.0, 0.0);
         for i in -most[0]..=most[0] {
             for j in -most[1]..=most[1] {

@@ -33,6 +33,7 @@ use crate::paper::strip::Voxels;
 use crate::polygon::Plates;
 use agree::Agreement;
 use images::Images;
+pub use images::images;
 use parts::subcell_table;
 pub use rays::SUCCESSION;
 use rays::pane_own;

@@ -33,7 +33,7 @@ impl Grid {
         [0, 1, 2].map(|k| if self.periodic[k] { self.cells[k] / 2 + 1 } else { self.cells[k] })
     }
     /// Number of cells.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.cells.iter().product()
     }
     /// Patches of a wall across `axis`.

@@ -106,7 +106,7 @@ impl Spectral {
     pub fn bytes(grid: &Grid, extinctions: usize) -> u64 {
         // While spectra are made, two of their stages are there at a time.
         let making = 8 * grid.halves().iter().map(|h| *h as u64).product::<u64>() * 2;
-        let vectors = 2 * 8 * grid.len() as u64;
+        let vectors = 2 * 8 * grid.count() as u64;
         grid.spectra_bytes() * extinctions as u64 + (grid.work_bytes() + vectors).max(making)
     }
 
@@ -117,7 +117,7 @@ impl Spectral {
         for (face, zones) in faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
             face.iter_mut().zip(zones).for_each(|(x, z)| *x = f64::from(u8::from(*z == OPENING)));
         }
-        let (nothing, mut voxels) = (vec![0.0; self.grid().len()], vec![0.0; self.grid().len()]);
+        let (nothing, mut voxels) = (vec![0.0; self.grid().count()], vec![0.0; self.grid().count()]);
         for g in 0..self.kernels.len() {
             let met = self.exchange(g, &nothing, &faces, &mut voxels);
             let of = (0..3).filter(|&b| self.group[b] == g).collect::<Vec<_>>();
@@ -165,7 +165,7 @@ impl Spectral {
     fn product(&self, s: &[Bands]) -> Vec<Bands> {
         assert_eq!(s.len(), self.len(), "a strength for every zone");
         let mut out = vec![[0.0; 3]; s.len()];
-        let (mut own, mut met) = (vec![0.0; self.grid().len()], vec![0.0; self.grid().len()]);
+        let (mut own, mut met) = (vec![0.0; self.grid().count()], vec![0.0; self.grid().count()]);
         let mut done = [false; 3];
         for b in 0..3 {
             if done[b] {
@@ -200,7 +200,7 @@ impl Spectral {
 
 impl Operator for Spectral {
     fn len(&self) -> usize {
-        self.patches + self.grid().len()
+        self.patches + self.grid().count()
     }
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
         match &self.scaling {

@@ -261,11 +261,25 @@ impl Family {
         Some((value, radius, Method::Gauss))
     }
 
+    /// One offset where the second box reaches `beyond` (m) farther to both sides along some axes: cells in a row are one box.
+    pub fn merged(&self, offset: [u16; 3], beyond: [f64; 3], tally: &mut Tally) -> (f64, f64) {
+        let mut pair = self.pair(offset);
+        for k in (0..3).filter(|&k| beyond[k] > 0.0) {
+            let (long, short) = (self.extents[k].0 + 2.0 * beyond[k], self.extents[k].1);
+            let [inner, outer] = [0.5 * (long - short), 0.5 * (long + short)];
+            pair.0[k] = AxisDensity { long, short, p: [-outer, -inner, inner, outer] };
+        }
+        self.judged(&pair, tally)
+    }
+
     #[inline(never)]
     fn single(&self, offset: [u16; 3], tally: &mut Tally) -> (f64, f64) {
-        let pair = self.pair(offset);
+        self.judged(&self.pair(offset), tally)
+    }
+
+    fn judged(&self, pair: &Reduced, tally: &mut Tally) -> (f64, f64) {
         let f = if pair.sees() {
-            judge::factor_of(&pair, self.kappa, self.tolerance)
+            judge::factor_of(pair, self.kappa, self.tolerance)
         } else {
             crate::Factor::UNSEEN
         };

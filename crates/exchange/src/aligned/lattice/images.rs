@@ -8,6 +8,8 @@
 //! over all zones, what is left out of a row is at most e^{−κR} of the row's sum, A of a patch and 4V of a voxel (times the strengths of a
 //! level field). So R = 36/κ leaves 2·10⁻¹⁶ of a row.
 //!
+//! **A period of one cell.** The images of a cell are the cells of a row: together one box, as long as it need be, and one factor instead of a sum.
+//!
 //! **Tolerance.** Rows are sums over shells whose weight falls as e^{−κr}; a shell at r may err by e^{κr/2} times the relative tolerance, and
 //! the sum of all errs by twice the tolerance: ∫ κ e^{−κr/2} dr = 2. The families of [`RUNGS`] tolerances serve, half of it each.
 
@@ -50,7 +52,7 @@ impl Images {
 
     /// Distances in cells along an axis of the images of `offset` that may lie within reach.
     pub fn distances(&self, axis: usize, offset: usize) -> Vec<usize> {
-        let Some(period) = self.period[axis] else { return vec![offset] };
+        let Some(period) = self.period[axis].filter(|p| *p > 1) else { return vec![offset] };
         let most = (self.reach / self.edges[axis]).ceil() as usize + 1;
         let up = (offset..=most).step_by(period);
         let down = (1..).map(|m| (m * period).abs_diff(offset)).zip(1..);
@@ -62,6 +64,7 @@ impl Images {
     /// Offsets that a table with these `counts` of distinct offsets computes, about: the box around what is within reach.
     pub fn work(&self, counts: [usize; 3]) -> f64 {
         let along = |k: usize| match self.period[k] {
+            Some(1) => 1.0,
             Some(_) => (self.reach / self.edges[k]).ceil() + 2.0,
             None => counts[k] as f64,
         };
@@ -89,12 +92,24 @@ impl Images {
         let gap = |k: usize, d: usize| self.edges[k] * d.saturating_sub(1) as f64;
         let mut waiting: [Vec<[u16; 3]>; RUNGS] = Default::default();
         let mut found = ([0.0; 2], Tally::default());
+        // Cells in a row are one box, which ends out of reach.
+        let beyond = [0, 1, 2].map(|k| match self.period[k] {
+            Some(1) => ((self.reach / self.edges[k]).ceil() + 1.0) * self.edges[k],
+            _ => 0.0,
+        });
+        let rows = beyond != [0.0; 3];
         for &i in &x {
             for &j in &y {
                 let g2 = gap(0, i).powi(2) + gap(1, j).powi(2);
                 for &k in &z {
                     let g = (g2 + gap(2, k).powi(2)).sqrt();
                     if g > self.reach {
+                        continue;
+                    }
+                    if rows {
+                        let (value, radius) =
+                            families[0].merged([i, j, k].map(integer), beyond, &mut found.1);
+                        found.0 = [found.0[0] + value, found.0[1] + radius];
                         continue;
                     }
                     let rung = ((0.5 * self.kappa * g) / RUNG.ln()) as usize;
@@ -136,7 +151,7 @@ mod tests {
         d.sort_unstable();
         assert_eq!(d, [0, 5, 5, 10, 10]);
         assert_eq!(images.distances(1, 4), [4]);
-        assert_eq!(images.distances(2, 0).len(), 27);
+        assert_eq!(images.distances(2, 0), [0], "a row is one box");
     }
 
     #[test]
@@ -157,6 +172,20 @@ mod tests {
             }
             let got = table.get(e);
             assert!((got.value - sum).abs() < 4e-12 * sum, "{d:?}: {got:?} {sum}");
+        }
+    }
+
+    #[test]
+    fn a_row_of_images_is_one_box() {
+        // A period of one cell against the sum over cells of a period of two, of which every second is at an odd distance.
+        let (edges, kappa) = ([0.5, 0.4, 0.3], 9.0);
+        let one = Images::new([Some(1), None, None], edges, kappa);
+        let two = Images::new([Some(2), None, None], edges, kappa);
+        let a = OffsetTable::repeated(edges, [1, 3, 3], &one, kappa, 1e-12);
+        let b = OffsetTable::repeated(edges, [2, 3, 3], &two, kappa, 1e-12);
+        for at in [[0, 0, 0], [0, 1, 0], [0, 2, 2]] {
+            let sum = b.get(at).value + b.get([1, at[1], at[2]]).value;
+            assert!((a.get(at).value / sum - 1.0).abs() < 4e-12, "{at:?}: {:?} {sum}", a.get(at));
         }
     }
 
