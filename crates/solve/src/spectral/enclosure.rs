@@ -22,7 +22,7 @@ pub struct Enclosure {
     pub grid: Grid,
     /// Extinction, 1/m.
     pub kappa: Bands,
-    /// The zone of every patch of the walls, low and high across each axis, by [i_b][i_c]; [`OPENING`] where there is none.
+    /// The zone of every patch of the walls, low and high across each axis, by `[i_b][i_c]`; [`OPENING`] where there is none.
     pub faces: [[Vec<u32>; 2]; 3],
 }
 

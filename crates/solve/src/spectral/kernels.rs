@@ -21,13 +21,13 @@ pub const TOLERANCE: f64 = 1e-12;
 
 /// Spectra of all kernels of a grid.
 pub struct Kernels {
-    /// V by [f₁][f₂][f₀].
+    /// V by `[f₁][f₂][f₀]`.
     pub volume: Vec<f64>,
-    /// S₀ by [f₁][f₂][d₀]; S₁ and S₂ by [f₁][f₂][f₀]; empty across periodic axes.
+    /// S₀ by `[f₁][f₂][d₀]`; S₁ and S₂ by `[f₁][f₂][f₀]`; empty across periodic axes.
     pub walls: [Vec<f64>; 3],
-    /// O of the walls across each axis by [f_c][f_b].
+    /// O of the walls across each axis by `[f_c][f_b]`.
     pub opposite: [Vec<f64>; 3],
-    /// Q by [f_c][i_a][i_b] for the pairs of axes (0, 1), (0, 2), (1, 2).
+    /// Q by `[f_c][i_a][i_b]` for the pairs of axes (0, 1), (0, 2), (1, 2).
     pub adjacent: [Vec<f64>; 3],
     /// Entries of the tables by method.
     pub tally: Vec<(&'static str, Tally)>,
@@ -179,7 +179,7 @@ impl Maker<'_> {
         self.spectrum(data, a != 0)
     }
 
-    /// [d₀][d₁][d₂] to [f₁][f₂][f₀], or to [f₁][f₂][d₀].
+    /// `[d₀][d₁][d₂]` to `[f₁][f₂][f₀]`, or to `[f₁][f₂][d₀]`.
     fn spectrum(&self, data: Vec<f64>, along_first: bool) -> Vec<f64> {
         let ([m0, m1, m2], [_, h1, h2]) = (self.counts, self.grid.halves());
         let [n0, n1, n2] = self.grid.lengths().map(|n| 1.0 / n as f64);

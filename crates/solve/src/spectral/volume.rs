@@ -29,7 +29,7 @@ pub const BLOCK: usize = 16;
 
 const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
 
-/// Spectra of two opposite walls, low and high, each by [f_c][f_b].
+/// Spectra of two opposite walls, low and high, each by `[f_c][f_b]`.
 pub type Pair = [Vec<Complex64>; 2];
 
 /// Plans of the transforms.
@@ -47,11 +47,11 @@ pub struct Volume {
 
 /// What a block of frequencies finds about the walls.
 struct Found {
-    /// Walls across x: [side][f₂][f₁ of the block].
+    /// Walls across x: `[side][f₂][f₁ of the block]`.
     x: [Vec<Complex64>; 2],
-    /// Walls across y: [side][f₂][f₀], this block's part of the sum.
+    /// Walls across y: `[side][f₂][f₀]`, this block's part of the sum.
     y: [Vec<Complex64>; 2],
-    /// Walls across z: [side][f₁ of the block][f₀].
+    /// Walls across z: `[side][f₁ of the block][f₀]`.
     z: [Vec<Complex64>; 2],
 }
 

@@ -20,7 +20,7 @@ use zonal_math::simd::{self, LANES};
 
 const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
 
-/// Values on the patches of the six walls, low and high across each axis, by [i_b][i_c]; empty across periodic axes.
+/// Values on the patches of the six walls, low and high across each axis, by `[i_b][i_c]`; empty across periodic axes.
 pub type Faces = [[Vec<f64>; 2]; 3];
 
 /// Plans of the transforms along walls.
@@ -74,7 +74,7 @@ impl Walls {
         out
     }
 
-    /// The spectrum of one wall by [f_c][f_b].
+    /// The spectrum of one wall by `[f_c][f_b]`.
     fn spectrum(&self, a: usize, face: &[f64]) -> Vec<Complex64> {
         let ([b, c], n, l) = (OTHERS[a], self.grid.cells, self.grid.lengths());
         let kept = self.kept(a);
@@ -159,7 +159,7 @@ impl Walls {
         }
     }
 
-    /// The walls across `a` transformed along `c`, by [f][side][i].
+    /// The walls across `a` transformed along `c`, by `[f][side][i]`.
     fn along(&self, a: usize, c: usize, faces: &[Vec<f64>; 2]) -> Vec<Complex64> {
         let (n, l, h) = (self.grid.cells, self.grid.lengths()[c], self.grid.halves()[c]);
         let i = 3 - a - c;
@@ -201,7 +201,7 @@ impl Walls {
     }
 }
 
-/// One frequency of two pairs of adjacent walls: q by [i_a][i_b], walls by [side][i].
+/// One frequency of two pairs of adjacent walls: q by `[i_a][i_b]`, walls by `[side][i]`.
 struct Meet<'a> {
     q: &'a [f64],
     from: [&'a [Complex64]; 2],
@@ -233,7 +233,7 @@ impl simd::Work for Meet<'_> {
     }
 }
 
-/// (low, high, R low, R high) of two walls by [side][i].
+/// (low, high, R low, R high) of two walls by `[side][i]`.
 #[inline(always)]
 fn columns(walls: &[Complex64]) -> Vec<Columns> {
     let n = walls.len() / 2;
