@@ -187,8 +187,8 @@ impl Spectral {
     }
 
     /// Error of what arrives: the radii of the factors, and the rounding of the transforms.
-    fn spread(&self, s: &[Bands], arriving: &[Bands]) -> Vec<Bands> {
-        let n = s.len().max(1) as f64;
+    fn spread(&self, arriving: &[Bands]) -> Vec<Bands> {
+        let n = arriving.len().max(1) as f64;
         let square = |x: &[Bands]| crate::columns::sum(x.len(), |i| x[i].map(|x| x * x));
         let rms = square(arriving).map(|x| (x / n).sqrt());
         let length: usize = self.grid().lengths().iter().product();
@@ -223,11 +223,11 @@ impl Operator for Spectral {
         out
     }
     fn error(&self, strengths: &[Bands]) -> Option<Vec<Bands>> {
-        Some(self.spread(strengths, &self.apply(strengths)))
+        Some(self.spread(&self.apply(strengths)))
     }
     fn arriving(&self, columns: &[Vec<Bands>]) -> Arriving {
         let found = self.apply_many(columns);
-        let error = self.spread(&columns[0], &total(self.len(), &found));
+        let error = self.spread(&total(self.len(), &found));
         Arriving { columns: found, error: Some(error) }
     }
     fn scale(&mut self, d: &[Bands]) {
