@@ -2,6 +2,7 @@
 
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
+use zonal_scene::scene::PatchRule;
 use zonal_scene::{Engine, Groups, Lens, Light, PlateKind, Scene, Sides};
 
 fn read(text: &str) -> Scene {
@@ -211,6 +212,25 @@ fn the_example_of_the_manual_is_a_scene() {
     let s = read(example);
     assert_eq!((s.surfaces().len(), s.panes().len(), s.lights().len()), (5, 1, 1));
     assert_eq!(s.voxmap().unwrap().dims(), [16, 24, 12]);
+}
+
+#[test]
+fn axes_may_be_periodic() {
+    let medium = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction=1\n";
+    assert_eq!(read(medium).periodic(), [false; 3]);
+    let s = read(&format!(
+        "[solve]\npatch_rule=\"voxels\"\nengine=\"spectral\"\n[boundary]\nx=\"periodic\"\ny=\"scene\"\n{medium}"
+    ));
+    assert_eq!(s.periodic(), [true, false, false]);
+    assert_eq!((s.options().patch_rule, s.options().engine), (PatchRule::Voxels, Engine::Spectral));
+    let wrong = |text: &str| parse_scene(text, None, "scene.toml").unwrap_err().to_string();
+    let all = wrong(&format!("[boundary]\nx=\"periodic\"\ny=\"periodic\"\nz=\"periodic\"\n{medium}"));
+    assert!(all.contains("no more than two axes"), "{all}");
+    let word = wrong(&format!("[boundary]\nx=\"mirror\"\n{medium}"));
+    assert!(word.contains(":2:") && word.contains("periodic"), "{word}");
+    let light = "[[light]]\nkind=\"sun\"\ndirection=[0,0,-1]\nirradiance=1\n";
+    let lit = wrong(&format!("[boundary]\nx=\"periodic\"\n{medium}{light}"));
+    assert!(lit.contains("no images"), "{lit}");
 }
 
 #[test]

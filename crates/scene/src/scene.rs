@@ -136,20 +136,22 @@ pub struct Pane {
 /// How the exchange of all zones is represented.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Engine {
-    /// Dense for few zones, hierarchical for many.
+    /// Dense for few zones, for many spectral where that applies, else hierarchical.
     #[default]
     Auto,
     /// Every pair of zones.
     Dense,
     /// Links between clusters of zones.
     Hierarchical,
+    /// Every pair of zones of a box on the grid of its medium, by transforms.
+    Spectral,
 }
 
 impl Engine {
     /// The words that scene files use, in the order of [`Engine::ALL`].
-    pub const WORDS: [&str; 3] = ["auto", "dense", "hierarchical"];
+    pub const WORDS: [&str; 4] = ["auto", "dense", "hierarchical", "spectral"];
     /// All of them.
-    pub const ALL: [Engine; 3] = [Engine::Auto, Engine::Dense, Engine::Hierarchical];
+    pub const ALL: [Engine; 4] = [Engine::Auto, Engine::Dense, Engine::Hierarchical, Engine::Spectral];
     /// The word that scene files and reports use.
     pub fn word(self) -> &'static str {
         Engine::WORDS[self as usize]
@@ -188,13 +190,15 @@ pub enum PatchRule {
     /// The square root of a piece's area. Triangles stay whole up to that area, and up to six times the size long; a wall that
     /// stands on a patch cuts off no less than a tenth of the largest area.
     Area,
+    /// Nothing on rectangles along the axes, which are cut along the voxels of the medium; elsewhere the edge.
+    Voxels,
 }
 
 impl PatchRule {
     /// The words that scene files use, in the order of [`PatchRule::ALL`].
-    pub const WORDS: [&str; 2] = ["edge", "area"];
+    pub const WORDS: [&str; 3] = ["edge", "area", "voxels"];
     /// All of them.
-    pub const ALL: [PatchRule; 2] = [PatchRule::Edge, PatchRule::Area];
+    pub const ALL: [PatchRule; 3] = [PatchRule::Edge, PatchRule::Area, PatchRule::Voxels];
     /// The word that scene files use.
     pub fn word(self) -> &'static str {
         PatchRule::WORDS[self as usize]
@@ -259,6 +263,8 @@ pub struct SceneParts {
     pub lights: Vec<Light>,
     /// Beyond the scene.
     pub surroundings: Surroundings,
+    /// Axes along which the scene repeats itself, with the medium's extent as its period.
+    pub periodic: [bool; 3],
     /// Cameras.
     pub cameras: Vec<Camera>,
     /// Settings.
@@ -292,6 +298,33 @@ fn check_bands(key: &str, v: Bands, max: f64) -> Result<(), SceneError> {
         Some(x) => fail(key, format!("{x:e} is out of range; give values from 0 to {max:e}")),
         None => Ok(()),
     }
+}
+
+/// A scene that repeats itself needs a medium whose extent is the period.
+fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
+    let Some(axis) = (0..3).find(|&k| parts.periodic[k]) else { return Ok(()) };
+    let key = |k: usize| format!("boundary.{}", ["x", "y", "z"][k]);
+    let Some(map) = &parts.voxmap else {
+        return fail(key(axis), "the period is the extent of the medium; add a [medium]");
+    };
+    if parts.periodic == [true; 3] {
+        return fail(key(2), "no more than two axes can be periodic: light has to end somewhere");
+    }
+    if let Some(l) = parts.lights.first() {
+        let key = match l {
+            Light::Sun { name, .. } | Light::Sky { name, .. } => format!("light '{name}'"),
+            Light::Emitter { .. } => "light.surface".into(),
+        };
+        return fail(
+            key,
+            "direct light knows no images of a periodic scene; let a surface emit as zones instead",
+        );
+    }
+    let uniform = map.uniform_extinction().is_some_and(|k| k.iter().all(|k| *k > 0.0));
+    if !uniform {
+        return fail(key(axis), "a periodic scene needs one extinction everywhere, above 0 in every band");
+    }
+    Ok(())
 }
 
 fn check_plate(key: &str, p: &Plate) -> Result<(), SceneError> {
@@ -392,6 +425,7 @@ impl Scene {
             }
         }
         check_bands("surroundings.radiance", parts.surroundings.radiance, f64::INFINITY)?;
+        check_periodic(&parts)?;
         let mut names = std::collections::HashSet::new();
         for c in &parts.cameras {
             if !names.insert(c.name.as_str()) {
@@ -454,6 +488,10 @@ impl Scene {
     /// Beyond the scene.
     pub fn surroundings(&self) -> &Surroundings {
         &self.parts.surroundings
+    }
+    /// Axes along which the scene repeats itself, with the medium's extent as its period.
+    pub fn periodic(&self) -> [bool; 3] {
+        self.parts.periodic
     }
     /// Cameras.
     pub fn cameras(&self) -> &[Camera] {

@@ -165,7 +165,7 @@ impl Default for Estimate {
 /// What was done, and how well it went.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
-    /// The engine: `dense` or `hierarchical`.
+    /// The engine: `dense`, `hierarchical` or `spectral`.
     pub engine: String,
     /// Why it was chosen.
     pub reason: String,

@@ -6,6 +6,7 @@
 
 use crate::operator::Operator;
 use crate::surroundings::Escape;
+use rayon::prelude::*;
 use zonal_exchange::pair::{strength, target};
 use zonal_scene::solution::Closure;
 use zonal_scene::{Bands, Zones, bands};
@@ -17,14 +18,14 @@ const GOAL: f64 = 1e-13;
 
 /// Relative defects (row − target)/target of every zone.
 pub fn defects(operator: &dyn Operator, zones: &Zones, escape: &Escape) -> Vec<Bands> {
-    let c: Vec<Bands> = (0..zones.len()).map(|i| strength(zones, i)).collect();
-    let rows = operator.apply(&c);
-    (0..zones.len())
-        .map(|i| {
-            let t = target(zones, i);
-            bands(|b| (rows[i][b] + escape.sky[i][b] + escape.backs[i][b] - t) / t)
-        })
-        .collect()
+    let c: Vec<Bands> = (0..zones.len()).into_par_iter().map(|i| strength(zones, i)).collect();
+    let mut rows = operator.apply(&c);
+    drop(c);
+    rows.par_iter_mut().enumerate().for_each(|(i, row)| {
+        let (t, sky, backs) = (target(zones, i), escape.sky_of(i), escape.backs_of(i));
+        *row = bands(|b| (row[b] + sky[b] + backs[b] - t) / t);
+    });
+    rows
 }
 
 fn worst(d: &[Bands]) -> Bands {
@@ -56,7 +57,7 @@ pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) 
         for i in 0..n {
             let t = target(zones, i);
             for b in 0..3 {
-                let row = d[i][b] * (rows[i][b] + escape.sky[i][b] + escape.backs[i][b]);
+                let row = d[i][b] * (rows[i][b] + escape.sky_of(i)[b] + escape.backs_of(i)[b]);
                 if row > 1e-12 * t {
                     off = off.max((row / t - 1.0).abs());
                     d[i][b] *= (t / row).sqrt();
@@ -74,8 +75,8 @@ pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) 
     };
     for i in 0..n {
         for b in 0..3 {
-            escape.sky[i][b] *= d[i][b];
-            escape.backs[i][b] *= d[i][b];
+            escape.sky.get_mut(i).into_iter().for_each(|x| x[b] *= d[i][b]);
+            escape.backs.get_mut(i).into_iter().for_each(|x| x[b] *= d[i][b]);
         }
     }
     operator.scale(&d);

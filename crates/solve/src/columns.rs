@@ -10,20 +10,16 @@ pub const CHUNK: usize = 1 << 12;
 pub type Columns = Vec<Vec<Bands>>;
 
 /// Σ term(i) over i < n, band by band.
-pub fn sum(n: usize, term: impl Fn(usize) -> Bands + Sync) -> Bands {
-    let chunk = |k: usize| {
-        (k * CHUNK..((k + 1) * CHUNK).min(n)).fold([0.0; 3], |s, i| {
-            let t = term(i);
-            bands(|b| s[b] + t[b])
-        })
-    };
-    let parts: Vec<Bands> = (0..n.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-    parts.iter().fold([0.0; 3], |s, p| bands(|b| s[b] + p[b]))
+pub fn sum<const N: usize>(n: usize, term: impl Fn(usize) -> [f64; N] + Sync) -> [f64; N] {
+    let plus = |s: [f64; N], t: [f64; N]| std::array::from_fn(|b| s[b] + t[b]);
+    let chunk = |k: usize| (k * CHUNK..((k + 1) * CHUNK).min(n)).fold([0.0; N], |s, i| plus(s, term(i)));
+    let parts: Vec<[f64; N]> = (0..n.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
+    parts.into_iter().fold([0.0; N], plus)
 }
 
 /// a b, entry by entry.
-pub fn times(a: &[Bands], b: &[Bands]) -> Vec<Bands> {
-    a.par_iter().zip(b).map(|(x, y)| bands(|k| x[k] * y[k])).collect()
+pub fn times<const N: usize>(a: &[[f64; N]], b: &[[f64; N]]) -> Vec<[f64; N]> {
+    a.par_iter().zip(b).map(|(x, y)| std::array::from_fn(|k| x[k] * y[k])).collect()
 }
 
 /// All columns of `zones` zones together, one after the other.

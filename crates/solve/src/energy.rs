@@ -4,6 +4,7 @@
 //! direct light; it is not a difference. The residual is what remains, relative to emitted + incoming. Every light group has a balance
 //! of its own; that of the whole is their sum.
 
+use crate::columns;
 use crate::direct::Direct;
 use crate::groups::Source;
 use crate::surroundings::Escape;
@@ -50,13 +51,18 @@ pub fn balance(
             e.absorbed_surfaces[p.surface].1[b] += (1.0 - p.reflectance[b]) * arriving(i, b) * p.area;
         }
     }
-    for (k, v) in zones.voxels.iter().enumerate() {
-        let i = zones.voxel_offset() + k;
-        for b in 0..3 {
+    let volumes: [f64; 6] = columns::sum(zones.voxels.len(), |k| {
+        let (i, v) = (zones.voxel_offset() + k, &zones.voxels[k]);
+        std::array::from_fn(|n| {
+            let b = n % 3;
             let absorption = v.extinction[b] * (1.0 - v.albedo[b]);
-            e.emitted[b] += own(i) * (4.0 * absorption * v.emission[b] + v.source[b]) * v.volume;
-            e.absorbed_volumes[b] += absorption * arriving(i, b) * v.volume;
-        }
+            let shining = own(i) * (4.0 * absorption * v.emission[b] + v.source[b]);
+            v.volume * if n < 3 { shining } else { absorption * arriving(i, b) }
+        })
+    });
+    for b in 0..3 {
+        e.emitted[b] += volumes[b];
+        e.absorbed_volumes[b] += volumes[3 + b];
     }
     for (k, p) in zones.panes.iter().enumerate() {
         let i = zones.pane_offset() + k;
@@ -68,12 +74,18 @@ pub fn balance(
         }
     }
     let sky = source.sky(scene);
-    for i in 0..zones.len() {
-        let c = strength(zones, i);
+    if !escape.closed() {
+        let away: [f64; 9] = columns::sum(zones.len(), |i| {
+            let (c, to_sky, to_backs) = (strength(zones, i), escape.sky_of(i), escape.backs_of(i));
+            std::array::from_fn(|n| {
+                let (b, s) = (n % 3, found.strengths[i][n % 3]);
+                [to_sky[b] * s, to_backs[b] * s, to_sky[b] * c[b] * sky[b]][n / 3]
+            })
+        });
         for b in 0..3 {
-            e.escaped[b] += escape.sky[i][b] * found.strengths[i][b];
-            e.backs[b] += escape.backs[i][b] * found.strengths[i][b];
-            e.incoming[b] += escape.sky[i][b] * c[b] * sky[b];
+            e.escaped[b] += away[b];
+            e.backs[b] += away[3 + b];
+            e.incoming[b] += away[6 + b];
         }
     }
     e.balance();

@@ -11,7 +11,11 @@ use crate::hierarchical;
 use crate::hierarchical::budget::Budget;
 use crate::krylov::Ended;
 use crate::operator::{Arriving, Operator};
+use crate::spectral::Spectral;
+use crate::spectral::enclosure::Enclosure;
+use crate::spectral::kernels;
 use crate::surroundings::Escape;
+use rayon::prelude::*;
 use zonal_exchange::pair::{Counts, Exchange, Settings, VoxelFactors};
 use zonal_scene::solution::Closure;
 use zonal_scene::{Bands, Engine, Progress, Scene, SceneError, Vault, Zones};
@@ -20,6 +24,14 @@ use zonal_transport::Transport;
 /// Zones up to which `auto` takes every pair: 3700 zones with a shelf among them took 25 seconds of one core of 2023, and 2 by links
 /// whose error was ten times as large.
 pub const DENSE_ZONES: usize = 8000;
+
+/// Zones from which on `auto` takes transforms where they apply: all pairs of as many took two seconds of one core of 2023.
+pub const SPECTRAL_ZONES: usize = 4000;
+
+/// Offsets of images that tables may have: some minutes of two cores of 2023.
+const MOST_IMAGES: f64 = 5e9;
+/// Images of all pairs that the dense engine may add up: some minutes too.
+const MOST_PAIRS: f64 = 5e9;
 
 /// What an engine is built from.
 pub struct Site<'a> {
@@ -77,30 +89,57 @@ pub fn choose(
 ) -> Result<(Engine, String), SceneError> {
     let n = zones.len();
     let paper = settings.voxels != VoxelFactors::Exact;
-    let (engine, why) = match scene.options().engine {
-        Engine::Auto if paper => (Engine::Dense, "formulas of the paper are for pairs".to_string()),
-        Engine::Auto if n > DENSE_ZONES => {
-            (Engine::Hierarchical, format!("{n} zones are more than {DENSE_ZONES}"))
+    let many = n > DENSE_ZONES || forecast.bytes > memory;
+    let asked = scene.options().engine;
+    let periodic = scene.periodic() != [false; 3];
+    // Looked for only where the answer counts.
+    let looked =
+        asked == Engine::Spectral || periodic || (asked == Engine::Auto && (n > SPECTRAL_ZONES || many));
+    let found = looked.then(|| Enclosure::find(scene, zones));
+    if periodic {
+        check_periodic(scene, asked, forecast.pairs, found.as_ref())?;
+    }
+    let wrong = |what: String| Err(SceneError::new("solve.engine", what));
+    let mut not = String::new();
+    let (engine, why) = match (asked, &found) {
+        (Engine::Hierarchical | Engine::Spectral, _) if paper => {
+            return wrong(
+                "formulas of the paper are for pairs; use the dense engine, or --factors exact".into(),
+            );
         }
-        Engine::Auto if forecast.bytes > memory => {
-            (Engine::Hierarchical, "every pair would need more memory than allowed".to_string())
+        (Engine::Auto, _) if paper => (Engine::Dense, "formulas of the paper are for pairs".to_string()),
+        (Engine::Auto, Some(Ok(_))) if n > SPECTRAL_ZONES || many || periodic => {
+            let kind = if periodic { "a periodic box" } else { "a box" };
+            let why = format!("{n} zones in {kind} on the grid of its medium, with one extinction a band");
+            (Engine::Spectral, why)
         }
-        Engine::Auto => (Engine::Dense, format!("{n} zones are no more than {DENSE_ZONES}")),
-        Engine::Hierarchical if paper => {
-            return Err(SceneError::new(
-                "solve.engine",
-                "formulas of the paper are for pairs; use the dense engine, or --factors exact",
-            ));
+        (Engine::Auto, found) if many => {
+            if let Some(Err(why)) = found {
+                not = format!("; spectral does not apply: {why}");
+            }
+            let why = match n > DENSE_ZONES {
+                true => format!("{n} zones are more than {DENSE_ZONES}"),
+                false => "every pair would need more memory than allowed".to_string(),
+            };
+            (Engine::Hierarchical, why)
         }
-        asked => (asked, "as asked".to_string()),
+        (Engine::Auto, _) => (Engine::Dense, format!("{n} zones are no more than {DENSE_ZONES}")),
+        (Engine::Spectral, Some(Err(why))) => {
+            return wrong(format!("spectral does not apply: {why}; use another engine, or \"auto\""));
+        }
+        (asked, _) => (asked, "as asked".to_string()),
     };
     let (bytes, what) = match engine {
         Engine::Hierarchical => {
             let least = Budget::new(scene, zones, transport, memory).least(zones);
             (least, "for the fewest rays that are worth shooting")
         }
+        Engine::Spectral => {
+            (spectral_bytes(scene, zones, forecast, found.as_ref()), "for their spectra and fields")
+        }
         Engine::Dense | Engine::Auto => (forecast.bytes, "for their exchange areas"),
     };
+    let why = format!("{why}{not}");
     if bytes <= memory {
         return Ok((engine, why));
     }
@@ -114,12 +153,85 @@ pub fn choose(
     ))
 }
 
+/// Bytes of a spectral solve, all that it holds: the engine, the zones, and the larger of what the iteration and the fields need.
+pub(crate) fn spectral_bytes(
+    scene: &Scene,
+    zones: &Zones,
+    forecast: &Forecast,
+    found: Option<&Result<Enclosure, String>>,
+) -> u64 {
+    let Some(Ok(e)) = found else { return 0 };
+    let kappa = e.groups().1.len();
+    let columns = groups::chosen(scene, zones).0.len() as u64;
+    let alike = |v: Bands| v[0] == v[1] && v[1] == v[2];
+    let grey = kappa == 1
+        && zones.patches.par_iter().all(|p| alike(p.reflectance) && alike(p.emission))
+        && zones.voxels.par_iter().all(|v| alike(v.albedo) && alike(v.emission) && alike(v.source));
+    // Sources, weights, targets; of each group what comes in and the seven vectors of the iteration, in one band or three.
+    let bands = if grey { 1 } else { 3 };
+    let solving = 24 + 8 + columns * (24 + 7 * 8 * bands);
+    // Radiosity, incident, direct, error; of each group its strengths and what arrives; direct light of each light.
+    let fields = 4 * 24 + columns * 48;
+    let more = 24 * u64::from(e.is_open()) + 56 * scene.lights().len() as u64;
+    Spectral::bytes(&e.grid, kappa) + forecast.zone_bytes + zones.len() as u64 * (solving.max(fields) + more)
+}
+
+/// Engines that know of images: all pairs of a closed box, and transforms.
+fn check_periodic(
+    scene: &Scene,
+    asked: Engine,
+    pairs: u64,
+    found: Option<&Result<Enclosure, String>>,
+) -> Result<(), SceneError> {
+    let what = match (asked, found) {
+        (Engine::Hierarchical, _) => {
+            "rays know no images of a periodic scene; use the spectral engine".to_string()
+        }
+        (_, Some(Err(why))) => format!("a periodic scene must be a box on the grid of its medium, but {why}"),
+        (Engine::Auto | Engine::Spectral, Some(Ok(e)))
+            if e.groups().1.iter().any(|&k| kernels::work(&e.grid, k) > MOST_IMAGES) =>
+        {
+            "the images within 36 mean free paths are too many; a period of one cell has only one, or use larger cells"
+                .to_string()
+        }
+        (Engine::Dense, Some(Ok(e))) if e.is_open() => {
+            "a periodic scene with openings is for the spectral engine; use that, or close the walls"
+                .to_string()
+        }
+        (Engine::Dense, _) if zonal_exchange::pair::images(scene) * pairs as f64 > MOST_PAIRS => {
+            "all pairs of zones with all their images are too many; use the spectral engine".to_string()
+        }
+        _ => return Ok(()),
+    };
+    Err(SceneError::new("boundary", what))
+}
+
 /// Builds an engine. Closure is measured, or restored where the scene asks for it, which may scale `escape` too.
 pub fn build<'a>(engine: Engine, site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, SceneError> {
     match engine {
         Engine::Hierarchical => hierarchical::build::build(site, escape),
+        Engine::Spectral => spectral(site, escape),
         Engine::Dense | Engine::Auto => Ok(dense(site, escape)),
     }
+}
+
+/// Every pair of a box by transforms; what leaves through its openings is what would arrive there.
+fn spectral(site: &Site, escape: &mut Escape) -> Result<Built<'static>, SceneError> {
+    let (scene, zones) = (site.scene, site.zones);
+    let enclosure = Enclosure::find(scene, zones)
+        .map_err(|why| SceneError::new("solve.engine", format!("spectral does not apply: {why}")))?;
+    let open = enclosure.is_open();
+    let mut operator = Spectral::new(enclosure, zones.patches.len(), site.progress);
+    if open {
+        escape.sky = operator.openings();
+    }
+    let closure = if scene.options().restore_closure {
+        closure::restore(&mut operator, zones, escape)
+    } else {
+        closure::measure(&operator, zones, escape)
+    };
+    let counts = operator.counts();
+    Ok(Built { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None })
 }
 
 /// Every pair of zones.

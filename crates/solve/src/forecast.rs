@@ -2,6 +2,7 @@
 
 use crate::surroundings::Escape;
 use crate::{dense, gather};
+use rayon::prelude::*;
 use zonal_scene::{PaneZone, Patch, Scene, VoxelZone, Zones};
 use zonal_transport::Transport;
 
@@ -53,7 +54,7 @@ pub fn direct_light(scene: &Scene, zones: &Zones, transport: &Transport, threads
 
 /// Bytes of the zones themselves.
 pub(crate) fn zone_bytes(zones: &Zones) -> u64 {
-    let parts: usize = zones.voxels.iter().map(|z| z.part.bytes()).sum();
+    let parts: usize = zones.voxels.par_iter().map(|z| z.part.bytes()).sum();
     let bytes = zones.patches.len() * size_of::<Patch>()
         + zones.voxels.len() * size_of::<VoxelZone>()
         + zones.panes.len() * size_of::<PaneZone>()
@@ -70,7 +71,7 @@ impl Forecast {
         Forecast {
             patches: zones.patches.len(),
             voxels: zones.voxels.len(),
-            cut: zones.voxels.iter().filter(|z| !z.part.is_empty()).count(),
+            cut: zones.voxels.par_iter().filter(|z| !z.part.is_empty()).count(),
             panes: zones.panes.len(),
             pairs: (n as u64 * (n as u64 + 1)) / 2,
             groups,
@@ -104,7 +105,8 @@ pub fn warnings(scene: &Scene, zones: &Zones) -> Vec<String> {
     }
     if let Some(map) = scene.voxmap() {
         let edge = map.cell().max_abs();
-        let thick = zones.voxels.iter().flat_map(|z| z.extinction).fold(0.0f64, |m, k| m.max(k * edge));
+        let worst = |z: &VoxelZone| z.extinction.iter().fold(0.0f64, |m, k| m.max(k * edge));
+        let thick = zones.voxels.par_iter().map(worst).reduce(|| 0.0, f64::max);
         if thick > THICK {
             out.push(format!(
                 "voxels are up to {thick:.2e} optical depths across; below {THICK} is better: use more cells"

@@ -89,7 +89,7 @@ pub fn each(scene: &Scene, zones: &Zones) -> Vec<Source> {
     for (s, surface) in scene.surfaces().iter().enumerate().filter(|(s, _)| emitting[*s]) {
         add(&surface.name, Kind::Surface(s));
     }
-    if zones.voxels.iter().any(|v| v.emission != [0.0; 3] || v.source != [0.0; 3]) {
+    if zones.voxels.par_iter().any(|v| v.emission != [0.0; 3] || v.source != [0.0; 3]) {
         add(MEDIUM, Kind::Medium);
     }
     if zones.panes.iter().any(|p| p.emission != [0.0; 3]) {
@@ -146,7 +146,8 @@ pub fn strengths(
             let (c, (rho, measure)) = (strength(zones, i), response(zones, i));
             let e = if source.emits(zones, i) { emission(zones, i) } else { [0.0; 3] };
             let d = direct.get(i).copied().unwrap_or_default();
-            bands(|b| c[b] * (e[b] + rho[b] * (d[b] + escape.sky[i][b] * sky[b] / measure)))
+            let to_sky = escape.sky_of(i);
+            bands(|b| c[b] * (e[b] + rho[b] * (d[b] + to_sky[b] * sky[b] / measure)))
         })
         .collect()
 }

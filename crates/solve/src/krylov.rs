@@ -70,31 +70,82 @@ pub struct Ended {
     pub power: Bands,
 }
 
-/// One column on its way.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct Column {
-    y: Vec<Bands>,
-    r: Vec<Bands>,
-    p: Vec<Bands>,
-    rr: Bands,
-    power: Bands,
-    status: [Option<SolveStatus>; 3],
-    residuals: [Vec<f64>; 3],
-    best: [(f64, usize); 3],
+/// One column on its way, in N bands: three, or one that stands for all.
+#[derive(Clone, Debug, PartialEq)]
+struct Column<const N: usize> {
+    y: Vec<[f64; N]>,
+    r: Vec<[f64; N]>,
+    p: Vec<[f64; N]>,
+    rr: [f64; N],
+    power: [f64; N],
+    status: [Option<SolveStatus>; N],
+    residuals: [Vec<f64>; N],
+    best: [(f64, usize); N],
 }
 
-impl Column {
+impl<const N: usize> Column<N> {
     fn done(&self) -> bool {
         self.status.iter().all(Option::is_some)
     }
 }
 
+/// What differs with the number of bands: products, and what is kept.
+trait Bundle<const N: usize>: Sized {
+    /// g s of every column.
+    fn products(operator: &dyn Operator, columns: &[Vec<[f64; N]>]) -> Vec<Vec<[f64; N]>>;
+    /// The state as a stage; none where beginning anew is as quick.
+    fn kept(all: &[Self], next: usize) -> Option<Vec<u8>>;
+    /// The state that was kept, for so many columns and zones.
+    fn restored(bytes: &[u8], columns: usize, zones: usize) -> Option<(Vec<Self>, usize)>;
+}
+
+impl Bundle<3> for Column<3> {
+    fn products(operator: &dyn Operator, columns: &[Columnar<3>]) -> Vec<Columnar<3>> {
+        operator.apply_many(columns)
+    }
+    fn kept(all: &[Self], next: usize) -> Option<Vec<u8>> {
+        Some(kept_state(all, next))
+    }
+    fn restored(bytes: &[u8], columns: usize, zones: usize) -> Option<(Vec<Self>, usize)> {
+        restored(bytes, columns, zones)
+    }
+}
+
+impl Bundle<1> for Column<1> {
+    fn products(operator: &dyn Operator, columns: &[Columnar<1>]) -> Vec<Columnar<1>> {
+        columns.iter().map(|c| operator.apply_band(c)).collect()
+    }
+    fn kept(_: &[Self], _: usize) -> Option<Vec<u8>> {
+        None
+    }
+    fn restored(_: &[u8], _: usize, _: usize) -> Option<(Vec<Self>, usize)> {
+        None
+    }
+}
+
+/// A vector over the zones in N bands.
+type Columnar<const N: usize> = Vec<[f64; N]>;
+
+fn each<const N: usize>(f: impl FnMut(usize) -> f64) -> [f64; N] {
+    std::array::from_fn(f)
+}
+
+/// The first N bands of a vector.
+fn first<const N: usize>(v: &[Bands]) -> Columnar<N> {
+    v.par_iter().map(|x| each(|b| x[b])).collect()
+}
+
 /// P = Σ t s⁰, W a band.
-pub fn power(targets: &[f64], source: &[Bands]) -> Bands {
+pub fn power<const N: usize>(targets: &[f64], source: &[[f64; N]]) -> [f64; N] {
     columns::sum(source.len(), |i| source[i].map(|s| targets[i] * s.abs()))
 }
 
-/// Solves s = s⁰ + w g s for every column of `sources`, from `initial` strengths if there are any.
+/// True where the bands of all entries have the same bits.
+fn grey(v: &[Bands]) -> bool {
+    v.par_iter().all(|x| x[0].to_bits() == x[1].to_bits() && x[0].to_bits() == x[2].to_bits())
+}
+
+/// Solves s = s⁰ + w g s for every column of `sources`, from `initial` strengths if there are any; bands that are alike in everything once.
 ///
 /// The state is kept in `vault` every so often, as stage `krylov`, and taken up from there.
 pub fn solve(
@@ -105,10 +156,29 @@ pub fn solve(
     vault: &dyn Vault,
     progress: &dyn Progress,
 ) -> Vec<Ended> {
-    let root: Vec<Bands> = system.weights.iter().map(|w| w.map(f64::sqrt)).collect();
+    let all = || sources.iter().chain(initial.unwrap_or_default());
+    let one = system.operator.one_band() && grey(system.weights) && all().all(|v| grey(v));
+    match one {
+        true => solve_bands::<1>(system, sources, initial, stop, vault, progress),
+        false => solve_bands::<3>(system, sources, initial, stop, vault, progress),
+    }
+}
+
+fn solve_bands<const N: usize>(
+    system: &System,
+    sources: &[Vec<Bands>],
+    initial: Option<&[Vec<Bands>]>,
+    stop: Stop,
+    vault: &dyn Vault,
+    progress: &dyn Progress,
+) -> Vec<Ended>
+where
+    Column<N>: Bundle<N>,
+{
+    let root: Columnar<N> = system.weights.par_iter().map(|w| each(|b| w[b].sqrt())).collect();
     let weight = Weight { root: &root, targets: system.targets };
     progress.begin("solving", stop.iterations as u64);
-    let kept = vault.load(STAGE).and_then(|b| restored(&b, sources.len(), root.len()));
+    let kept = vault.load(STAGE).and_then(|b| Column::<N>::restored(&b, sources.len(), root.len()));
     let (mut all, first) = kept.unwrap_or_else(|| (begun(system, &weight, sources, initial, stop), 1));
     progress.advance(first as u64 - 1);
     for iteration in first..=stop.iterations {
@@ -116,13 +186,17 @@ pub fn solve(
         if active.is_empty() {
             break;
         }
-        let inside: Columns = active.iter().map(|&c| columns::times(&root, &all[c].p)).collect();
-        let products = system.operator.apply_many(&inside);
+        let inside: Vec<Columnar<N>> = active.iter().map(|&c| columns::times(&root, &all[c].p)).collect();
+        let products = Column::<N>::products(system.operator, &inside);
+        drop(inside);
         for (&c, product) in active.iter().zip(&products) {
             step(&mut all[c], &weight, product, iteration, stop.residual);
         }
-        if vault.keeps() && iteration % KEEP_EVERY == 0 {
-            vault.save(STAGE, &kept_state(&all, iteration + 1));
+        if vault.keeps()
+            && iteration % KEEP_EVERY == 0
+            && let Some(state) = Column::<N>::kept(&all, iteration + 1)
+        {
+            vault.save(STAGE, &state);
         }
         progress.advance(1);
     }
@@ -133,39 +207,44 @@ pub fn solve(
 /// The name of the stage.
 const STAGE: &str = "krylov";
 
-struct Weight<'a> {
-    root: &'a [Bands],
+struct Weight<'a, const N: usize> {
+    root: &'a [[f64; N]],
     targets: &'a [f64],
 }
 
-impl Weight<'_> {
+impl<const N: usize> Weight<'_, N> {
     /// t √w |r| of a zone.
-    fn left(&self, i: usize, r: Bands) -> Bands {
-        bands(|b| self.targets[i] * self.root[i][b] * r[b].abs())
+    fn left(&self, i: usize, r: [f64; N]) -> [f64; N] {
+        each(|b| self.targets[i] * self.root[i][b] * r[b].abs())
     }
 }
 
 /// The columns before the first iteration.
-fn begun(
+fn begun<const N: usize>(
     system: &System,
-    weight: &Weight,
+    weight: &Weight<N>,
     sources: &[Vec<Bands>],
     initial: Option<&[Vec<Bands>]>,
     stop: Stop,
-) -> Vec<Column> {
-    let start = initial.unwrap_or(sources);
-    let products = system.operator.apply_many(start);
+) -> Vec<Column<N>>
+where
+    Column<N>: Bundle<N>,
+{
+    let sources: Vec<Columnar<N>> = sources.iter().map(|s| first(s)).collect();
+    let initial: Option<Vec<Columnar<N>>> = initial.map(|i| i.iter().map(|s| first(s)).collect());
+    let start = initial.as_ref().unwrap_or(&sources);
+    let products = Column::<N>::products(system.operator, start);
     let one = |c: usize| {
         let (s0, s, g) = (&sources[c], &start[c], &products[c]);
         let root = weight.root;
         let over =
             |i: usize, b: usize| if root[i][b] > 0.0 { (s[i][b] - s0[i][b]) / root[i][b] } else { 0.0 };
-        let y: Vec<Bands> = (0..s.len()).into_par_iter().map(|i| bands(|b| over(i, b))).collect();
-        let r: Vec<Bands> =
-            g.par_iter().enumerate().map(|(i, g)| bands(|b| root[i][b] * g[b] - y[i][b])).collect();
+        let y: Columnar<N> = (0..s.len()).into_par_iter().map(|i| each(|b| over(i, b))).collect();
+        let r: Columnar<N> =
+            g.par_iter().enumerate().map(|(i, g)| each(|b| root[i][b] * g[b] - y[i][b])).collect();
         let power = power(weight.targets, s0);
         let left = columns::sum(r.len(), |i| weight.left(i, r[i]));
-        let relative = bands(|b| if power[b] > 0.0 { left[b] / power[b] } else { 0.0 });
+        let relative: [f64; N] = each(|b| if power[b] > 0.0 { left[b] / power[b] } else { 0.0 });
         let status = relative.map(|x| (x <= stop.residual).then_some(SolveStatus::Converged));
         Column {
             rr: columns::sum(r.len(), |i| r[i].map(|x| x * x)),
@@ -175,22 +254,28 @@ fn begun(
             power,
             status,
             residuals: relative.map(|x| vec![x]),
-            best: [(f64::INFINITY, 0); 3],
+            best: [(f64::INFINITY, 0); N],
         }
     };
     (0..sources.len()).map(one).collect()
 }
 
 /// One iteration of a column, `product` = g √w p.
-fn step(c: &mut Column, weight: &Weight, product: &[Bands], iteration: usize, wanted: f64) {
+fn step<const N: usize>(
+    c: &mut Column<N>,
+    weight: &Weight<N>,
+    product: &[[f64; N]],
+    iteration: usize,
+    wanted: f64,
+) {
     let root = weight.root;
-    let q = |i: usize, p: Bands| bands(|b| p[b] - root[i][b] * product[i][b]);
-    let pq = columns::sum(c.p.len(), |i| {
+    let q = |i: usize, p: [f64; N]| -> [f64; N] { each(|b| p[b] - root[i][b] * product[i][b]) };
+    let pq: [f64; N] = columns::sum(c.p.len(), |i| {
         let (p, q) = (c.p[i], q(i, c.p[i]));
-        bands(|b| p[b] * q[b])
+        each(|b| p[b] * q[b])
     });
-    let alpha = bands(|b| if c.status[b].is_none() && pq[b] > 0.0 { c.rr[b] / pq[b] } else { 0.0 });
-    let parts: Vec<[Bands; 2]> = (
+    let alpha: [f64; N] = each(|b| if c.status[b].is_none() && pq[b] > 0.0 { c.rr[b] / pq[b] } else { 0.0 });
+    let parts: Vec<[[f64; N]; 2]> = (
         c.y.par_chunks_mut(columns::CHUNK),
         c.r.par_chunks_mut(columns::CHUNK),
         c.p.par_chunks(columns::CHUNK),
@@ -198,24 +283,24 @@ fn step(c: &mut Column, weight: &Weight, product: &[Bands], iteration: usize, wa
         .into_par_iter()
         .enumerate()
         .map(|(k, (y, r, p))| {
-            let mut sums = [[0.0; 3]; 2];
+            let mut sums = [[0.0; N]; 2];
             for (j, ((y, r), p)) in y.iter_mut().zip(r).zip(p).enumerate() {
                 let i = k * columns::CHUNK + j;
                 let q = q(i, *p);
-                *y = bands(|b| y[b] + alpha[b] * p[b]);
-                *r = bands(|b| r[b] - alpha[b] * q[b]);
+                *y = each(|b| y[b] + alpha[b] * p[b]);
+                *r = each(|b| r[b] - alpha[b] * q[b]);
                 let left = weight.left(i, *r);
-                sums = [bands(|b| sums[0][b] + r[b] * r[b]), bands(|b| sums[1][b] + left[b])];
+                sums = [each(|b| sums[0][b] + r[b] * r[b]), each(|b| sums[1][b] + left[b])];
             }
             sums
         })
         .collect();
-    let total = |k: usize| parts.iter().fold([0.0; 3], |s, p| bands(|b| s[b] + p[k][b]));
+    let total = |k: usize| parts.iter().fold([0.0; N], |s, p| each(|b| s[b] + p[k][b]));
     let (new, left) = (total(0), total(1));
-    let beta = bands(|b| if c.rr[b] > 0.0 { new[b] / c.rr[b] } else { 0.0 });
+    let beta: [f64; N] = each(|b| if c.rr[b] > 0.0 { new[b] / c.rr[b] } else { 0.0 });
     c.rr = new;
-    c.p.par_iter_mut().zip(&c.r).for_each(|(p, r)| *p = bands(|b| r[b] + beta[b] * p[b]));
-    for b in (0..3).filter(|&b| c.status[b].is_none()).collect::<Vec<_>>() {
+    c.p.par_iter_mut().zip(&c.r).for_each(|(p, r)| *p = each(|b| r[b] + beta[b] * p[b]));
+    for b in (0..N).filter(|&b| c.status[b].is_none()).collect::<Vec<_>>() {
         let relative = left[b] / c.power[b];
         c.residuals[b].push(relative);
         if relative < c.best[b].0 {
@@ -229,13 +314,14 @@ fn step(c: &mut Column, weight: &Weight, product: &[Bands], iteration: usize, wa
     }
 }
 
-fn ended(c: Column, root: &[Bands], source: &[Bands]) -> Ended {
-    let strength = |i: usize| bands(|b| source[i][b] + root[i][b] * c.y[i][b]);
+fn ended<const N: usize>(c: Column<N>, root: &[[f64; N]], source: &[Bands]) -> Ended {
+    let of = |b: usize| b.min(N - 1);
+    let strength = |i: usize| bands(|b| source[i][b] + root[i][of(b)] * c.y[i][of(b)]);
     Ended {
         strengths: (0..source.len()).into_par_iter().map(strength).collect(),
-        status: c.status.map(|s| s.unwrap_or(SolveStatus::Budget)),
-        residuals: c.residuals,
-        power: c.power,
+        status: [0, 1, 2].map(|b| c.status[of(b)].unwrap_or(SolveStatus::Budget)),
+        residuals: [0, 1, 2].map(|b| c.residuals[of(b)].clone()),
+        power: bands(|b| c.power[of(b)]),
     }
 }
 
@@ -321,7 +407,7 @@ pub fn passes(
     all
 }
 
-fn kept_state(all: &[Column], next: usize) -> Vec<u8> {
+fn kept_state(all: &[Column<3>], next: usize) -> Vec<u8> {
     let mut pen = Pen::default();
     pen.int(next);
     for c in all {
@@ -340,20 +426,22 @@ fn kept_state(all: &[Column], next: usize) -> Vec<u8> {
 }
 
 /// The state that [`kept_state`] wrote, for so many columns and zones.
-fn restored(bytes: &[u8], columns: usize, zones: usize) -> Option<(Vec<Column>, usize)> {
+fn restored(bytes: &[u8], columns: usize, zones: usize) -> Option<(Vec<Column<3>>, usize)> {
     let mut r = Reader::new(bytes);
     let next = r.int()?;
     let mut all = Vec::new();
     for _ in 0..columns {
-        let mut c = Column { y: r.triples()?, r: r.triples()?, p: r.triples()?, ..Column::default() };
+        let [y, rest, p] = [r.triples()?, r.triples()?, r.triples()?];
         let small = r.triples()?;
-        (c.rr, c.power) = (*small.first()?, *small.get(1)?);
+        let (rr, power) = (*small.first()?, *small.get(1)?);
+        let (mut status, mut residuals, mut best) = ([None; 3], [const { Vec::new() }; 3], [(0.0, 0); 3]);
         for b in 0..3 {
-            let status = r.int()?;
-            c.status[b] = if status == 0 { None } else { Some(*SolveStatus::ALL.get(status - 1)?) };
-            c.residuals[b] = r.reals()?;
-            c.best[b] = (*r.reals()?.first()?, r.int()?);
+            let known = r.int()?;
+            status[b] = if known == 0 { None } else { Some(*SolveStatus::ALL.get(known - 1)?) };
+            residuals[b] = r.reals()?;
+            best[b] = (*r.reals()?.first()?, r.int()?);
         }
+        let c = Column { y, r: rest, p, rr, power, status, residuals, best };
         if [&c.y, &c.r, &c.p].iter().any(|v| v.len() != zones) {
             return None;
         }

@@ -15,6 +15,7 @@
 //! | [`packed`] | symmetric matrices, half of them stored, applied with the same bits by any number of threads |
 //! | `radii` | error radii of all pairs, a byte each |
 //! | [`dense`] | the dense engine: every pair of zones |
+//! | [`spectral`] | the spectral engine: box enclosures, where exchange is a convolution |
 //! | `open` | where the medium is open |
 //! | [`surroundings`] | what escapes, measured by rays |
 //! | `openings` | rays of one zone, evenly or to where they leave |
@@ -50,6 +51,7 @@ pub mod packed;
 pub mod pipeline;
 mod radii;
 pub mod relight;
+pub mod spectral;
 pub mod stage;
 pub mod surroundings;
 

@@ -29,6 +29,16 @@ pub trait Operator {
     fn apply_many(&self, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
         columns.iter().map(|s| self.apply(s)).collect()
     }
+    /// True where all bands have the same factors and [`Operator::apply_band`] costs a third of [`Operator::apply`]: bands that also shine
+    /// and reflect alike are then solved once.
+    fn one_band(&self) -> bool {
+        false
+    }
+    /// P = g s in the first band.
+    fn apply_band(&self, strengths: &[[f64; 1]]) -> Vec<[f64; 1]> {
+        let all: Vec<Bands> = strengths.iter().map(|s| [s[0]; 3]).collect();
+        self.apply(&all).iter().map(|p| [p[0]]).collect()
+    }
     /// Estimated error of [`Operator::apply`], in the unit of P, where the engine keeps one a link; `None` where its errors are
     /// relative to the rows.
     fn error(&self, _strengths: &[Bands]) -> Option<Vec<Bands>> {

@@ -11,6 +11,7 @@ use crate::hierarchical::budget::{self, Budget, PROGRAM};
 use crate::hierarchical::build::{NO_LINKS, beyond_links, tells_escape, within_links};
 use crate::hierarchical::seeing;
 use crate::hierarchical::trial::trial;
+use crate::spectral::{enclosure::Enclosure, kernels};
 use crate::surroundings::Escape;
 use rayon::prelude::*;
 use zonal_exchange::pair::{Counts, Exchange, Settings};
@@ -38,6 +39,10 @@ const HARDLY: f64 = 4.0;
 const MET: f64 = 0.04;
 /// Bytes of a dense solve over those of its exchange areas: chunks on their way, factors kept by offset.
 const DENSE: f64 = 1.8;
+/// Microseconds of an offset of a table, and of the spectra for each point of a transform; nanoseconds of a product with all pairs by transforms, for each of their points.
+const OFFSET: f64 = 0.4;
+const SPECTRUM: f64 = 0.05;
+const TRANSFORM: f64 = 8.0;
 /// A multiplication with all pairs, nanoseconds a pair and band, and about how many are needed.
 const PRODUCT: f64 = 0.6;
 const PRODUCTS: f64 = 25.0;
@@ -85,17 +90,38 @@ impl Outlook {
         let (engine, reason) = engine::choose(scene, zones, transport, forecast, settings, memory)?;
         let (_, light) = forecast::direct_light(scene, zones, transport, threads);
         let mut parts = vec![("direct light".to_string(), light)];
-        if engine != Engine::Hierarchical || !tells_escape(scene, zones) {
+        let told = engine == Engine::Spectral || scene.periodic() != [false; 3];
+        if !told && (engine != Engine::Hierarchical || !tells_escape(scene, zones)) {
             parts.push(("surroundings".to_string(), surroundings(plan, clock)));
         }
         let mut out = Outlook { engine, reason, parts, seconds: [0.0; 2], bytes: [0; 2], notes: Vec::new() };
         let more = match engine {
             Engine::Hierarchical => out.hierarchical(plan, clock),
+            Engine::Spectral => out.spectral(plan),
             Engine::Dense | Engine::Auto => out.dense(plan, clock),
         };
         let sum: f64 = out.parts.iter().map(|p| p.1).sum();
         out.seconds = [sum, sum + more];
         Ok(out)
+    }
+
+    /// The parts of the spectral engine.
+    fn spectral(&mut self, plan: &Plan) -> f64 {
+        let found = Enclosure::find(plan.scene, plan.zones);
+        let Ok(e) = &found else { return 0.0 };
+        let threads = plan.threads.max(1) as f64;
+        let (_, kappa) = e.groups();
+        let points: f64 = e.grid.lengths().iter().map(|n| *n as f64).product();
+        let work: f64 = kappa.iter().map(|&k| kernels::work(&e.grid, k)).sum();
+        self.parts
+            .push(("exchange areas by offset".into(), (work * OFFSET + points * SPECTRUM) * 1e-6 / threads));
+        let columns = groups::chosen(plan.scene, plan.zones).0.len() as f64;
+        let products = PRODUCTS * columns * kappa.len() as f64;
+        self.parts.push(("solving".into(), products * points * TRANSFORM * 1e-9 / threads));
+        self.parts.push(("fields".into(), plan.zones.len() as f64 * 0.2 * FIELD * columns * 1e-6 / threads));
+        self.bytes =
+            [engine::spectral_bytes(plan.scene, plan.zones, plan.forecast, Some(&found)) + PROGRAM; 2];
+        0.0
     }
 
     fn dense(&mut self, plan: &Plan, clock: &dyn Fn() -> f64) -> f64 {

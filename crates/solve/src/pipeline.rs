@@ -178,8 +178,10 @@ impl Lit {
 /// What escapes, a stage.
 fn surroundings(scene: &Scene, zones: &Zones, transport: &Transport, engine: Engine, job: &Job) -> Escape {
     const STAGE: &str = "surroundings";
-    if engine == Engine::Hierarchical && tells_escape(scene, zones) {
-        return Escape::untold(zones);
+    let images = engine == Engine::Spectral || scene.periodic() != [false; 3];
+    if images || engine == Engine::Hierarchical && tells_escape(scene, zones) {
+        // The engine will tell, or the box is closed.
+        return if images { Escape::default() } else { Escape::untold(zones) };
     }
     let restored = |bytes: Vec<u8>| {
         let mut r = Reader::new(&bytes);
@@ -270,12 +272,12 @@ fn fields(
     let mut list = Vec::new();
     for ((source, ended), incident) in site.sources.iter().zip(&*ended).zip(&mut arriving) {
         let (own, sky) = (source.direct(site.direct), source.sky(site.scene));
-        for (i, h) in incident.iter_mut().enumerate() {
+        incident.par_iter_mut().enumerate().for_each(|(i, h)| {
             let (_, measure) = response(zones, i);
             // An expansion may undershoot where next to nothing arrives.
             let [incoming, _] = escape.incoming(i, sky);
             *h = bands(|b| ((h[b] + incoming[b]) / measure).max(0.0));
-        }
+        });
         let balance = |incident: &[Bands]| {
             let found = Found { incident, direct: &own, strengths: &ended.strengths };
             energy::balance(site.scene, zones, source, &found, escape, site.direct)
@@ -290,7 +292,7 @@ fn fields(
                 .for_each(|(c, h)| *c = bands(|b| c[b] + change[b].abs() * h[b]));
             energy = balance(incident);
         }
-        f.incident.iter_mut().zip(&*incident).for_each(|(f, h)| *f = bands(|b| f[b] + h[b]));
+        f.incident.par_iter_mut().zip(&*incident).for_each(|(f, h)| *f = bands(|b| f[b] + h[b]));
         own.iter().zip(&mut f.direct).for_each(|(d, f)| *f = bands(|b| f[b] + d[b]));
         list.push(group(source, ended, energy, std::mem::take(incident), own, engine));
     }
@@ -302,7 +304,10 @@ fn fields(
         })
         .collect();
     f.error = match error {
-        Some(e) => e.iter().enumerate().map(|(i, e)| e.map(|e| e / response(zones, i).1)).collect(),
+        Some(mut errors) => {
+            errors.par_iter_mut().enumerate().for_each(|(i, e)| *e = e.map(|e| e / response(zones, i).1));
+            errors
+        }
         None => by_rows(site, built, escape, ended, &mut list),
     };
     f.error.iter_mut().zip(changed).for_each(|(e, c)| *e = bands(|b| e[b] + c[b]));
@@ -414,7 +419,9 @@ fn report(
     let mut closure = built.closure.0.clone();
     closure.largest_change = closure.largest_change.map(|c| c.max(site.direct.largest_change()));
     let (status, residuals) = together(ended);
-    let grade = if escape.closed() { built.operator.grade() } else { Grade::Statistical };
+    // The spectral engine knows what escapes without a ray.
+    let measured = escape.rays > 0 && !escape.closed();
+    let grade = if measured { Grade::Statistical } else { built.operator.grade() };
     Report {
         status,
         residuals,

@@ -48,9 +48,9 @@ const FINE: f64 = 0.01;
 /// The surroundings' share of each zone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Escape {
-    /// g_i,sky.
+    /// g_i,sky; an empty list stands for zeros.
     pub sky: Vec<Bands>,
-    /// g_i,backs.
+    /// g_i,backs; an empty list stands for zeros.
     pub backs: Vec<Bands>,
     /// Standard error of g_i,sky; empty where nothing comes in from there.
     pub error: Vec<Bands>,
@@ -97,7 +97,8 @@ impl Escape {
     /// What comes in from the surroundings to zone `i` where they shine with radiosity `sky`, in the unit of P, and its error.
     pub fn incoming(&self, i: usize, sky: Bands) -> [Bands; 2] {
         let error = self.error.get(i).copied().unwrap_or_default();
-        [bands(|b| self.sky[i][b] * sky[b]), bands(|b| error[b] * sky[b])]
+        let own = self.sky_of(i);
+        [bands(|b| own[b] * sky[b]), bands(|b| error[b] * sky[b])]
     }
 
     /// Standard error of the share of a zone's power that escapes, of a zone with this `target`: as measured, or that of as many independent
@@ -107,10 +108,25 @@ impl Escape {
             return e.map(|e| e / target);
         }
         let rays = (self.rays as f64 / self.sky.len().max(1) as f64).max(1.0);
+        let away = self.away(i);
         bands(|b| {
-            let share = ((self.sky[i][b] + self.backs[i][b]) / target).clamp(0.0, 1.0);
+            let share = (away[b] / target).clamp(0.0, 1.0);
             (share * (1.0 - share) / rays).sqrt()
         })
+    }
+
+    /// g_i,sky of zone `i`.
+    pub fn sky_of(&self, i: usize) -> Bands {
+        self.sky.get(i).copied().unwrap_or_default()
+    }
+    /// g_i,backs of zone `i`.
+    pub fn backs_of(&self, i: usize) -> Bands {
+        self.backs.get(i).copied().unwrap_or_default()
+    }
+    /// Both together.
+    pub fn away(&self, i: usize) -> Bands {
+        let (sky, backs) = (self.sky_of(i), self.backs_of(i));
+        bands(|b| sky[b] + backs[b])
     }
 
     /// Nothing yet, for [`crate::hierarchical::views::Views::escape`] to tell.

@@ -10,22 +10,18 @@
 //! is by how much each grows when the zones double: 2 to the power of the slope of a straight line through all sizes, logarithms on both
 //! axes.
 
-#[path = "common/process.rs"]
-mod process;
+#[path = "common/watch.rs"]
+mod watch;
 
-use process::Process;
 use std::fmt::Write as _;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
+use watch::watched;
 use zonal::io::output;
 use zonal::plot::{Legend, Mark, Plot};
 
 type Any = Box<dyn std::error::Error>;
 
-/// Time between two looks at a process.
-const LOOK: Duration = Duration::from_millis(20);
 /// Largest growth of time and memory when the zones double.
 const MOST: f64 = 2.1;
 /// Unit of the memory in the plot, MB, which brings it among the other curves.
@@ -92,38 +88,6 @@ fn refined(text: &str, folder: &Path, f: f64) -> Result<String, Any> {
         return Err("the scene needs lines 'patch_size = …' and 'cells = […]' to be refined by".into());
     }
     Ok(out)
-}
-
-/// Peak of the resident memory so far, MB.
-fn peak(id: u32) -> Option<f64> {
-    let status = std::fs::read_to_string(format!("/proc/{id}/status")).ok()?;
-    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
-    Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? * 1024.0 / 1e6)
-}
-
-/// Runs a command to its end; what it said, with wall time, processor time and peak memory.
-fn watched(command: &mut Command) -> Result<(String, [f64; 3]), Any> {
-    let start = Instant::now();
-    let mut child = command.stdout(Stdio::piped()).spawn()?;
-    let mut pipe = child.stdout.take().ok_or("no output")?;
-    let reader = std::thread::spawn(move || {
-        let mut text = String::new();
-        pipe.read_to_string(&mut text).map(|_| text)
-    });
-    let (id, mut most) = (child.id(), 0.0f64);
-    let process = Process::new(&id.to_string());
-    // An ended process that nobody has waited for still tells its times.
-    while process.stat().is_some_and(|s| s.first().is_some_and(|state| state != "Z")) {
-        most = peak(id).map_or(most, |p| p.max(most));
-        std::thread::sleep(LOOK);
-    }
-    let (wall, seconds) = (start.elapsed().as_secs_f64(), process.seconds().unwrap_or(0.0));
-    let ended = child.wait()?;
-    let text = reader.join().map_err(|_| "the output could not be read")??;
-    if !ended.success() {
-        return Err(format!("{command:?} ended with {ended}").into());
-    }
-    Ok((text, [wall, seconds, most]))
 }
 
 fn solve(command: &Path, text: &str, tolerance: Option<&String>) -> Result<Row, Any> {

@@ -27,7 +27,10 @@
 //! the attenuation κ|t|·36ε + 4ε with κ|t| ≤ 1.6 κr. In all (280 + 60 κr)ε, which also covers extents that
 //! differ by two ulp and are taken for equal: 24ε.
 
-use super::moments::RATIO;
+mod plan;
+
+pub(super) use plan::{Hint, Plan};
+
 use std::sync::OnceLock;
 use zonal_math::gauss::{self, Pair};
 use zonal_math::simd;
@@ -191,26 +194,6 @@ pub(super) struct Grid {
     pub kappa: f64,
 }
 
-/// Where between the interval and the widest ellipse the bound is tried.
-const FRACTIONS: [f64; 6] = [0.95, 0.75, 0.5, 0.3, 0.15, 0.06];
-/// Beyond this many mean free paths the exponential may underflow.
-const DEEPEST: f64 = 300.0;
-
-/// A number of points a direction, and the error that they leave in each lane (without mass/π).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Plan<const N: usize> {
-    pub points: [usize; 3],
-    pub error: [f64; N],
-}
-
-/// The distance along a direction, the least squared distance across it, the numerator's other factors, B² of the widest ellipse.
-struct Side<const N: usize> {
-    x: [f64; N],
-    c2: [f64; N],
-    front: [f64; N],
-    widest: [f64; N],
-}
-
 impl Grid {
     /// Of two boxes with these extents on each axis (equal, or one or both zero), m.
     pub fn new(extents: [(f64, f64); 3], kappa: f64) -> Grid {
@@ -246,142 +229,6 @@ impl Grid {
             }
         }
         out
-    }
-
-    /// The fewest points whose error is within the relative `budget` in every lane; `None` beyond [`MOST`] or too near.
-    #[inline(always)]
-    pub fn plan<const N: usize>(&self, c: &[[f64; N]; 3], budget: f64) -> Option<Plan<N>> {
-        let goal = self.estimate(c).map(|v| v * budget / 3.0);
-        let reach2: f64 = self.half.iter().map(|h| h * h).sum();
-        let mut served = true;
-        for l in 0..N {
-            let r2 = c[0][l] * c[0][l] + c[1][l] * c[1][l] + c[2][l] * c[2][l];
-            served &= reach2 <= RATIO * RATIO * r2 && self.kappa * self.kappa * r2 < DEEPEST * DEEPEST;
-            for k in 0..3 {
-                served &= self.power[k] != 1 || c[k][l] * (1.0 + 1e-9) >= self.half[k];
-            }
-        }
-        if !served {
-            return None;
-        }
-        let mut plan = Plan { points: [1; 3], error: [0.0; N] };
-        for k in (0..3).filter(|&k| self.kind[k] != Kind::Fixed) {
-            let (points, error) = self.direction(c, k, &goal)?;
-            plan.points[k] = points;
-            for l in 0..N {
-                plan.error[l] += error[l];
-            }
-        }
-        Some(plan)
-    }
-
-    #[inline(always)]
-    fn direction<const N: usize>(
-        &self,
-        c: &[[f64; N]; 3],
-        k: usize,
-        goal: &[f64; N],
-    ) -> Option<(usize, [f64; N])> {
-        let side = self.side(c, k);
-        // Of each candidate 2M, then times ϱ⁻² a point; and what follows T_{2n}.
-        let mut error = [[0.0; N]; FRACTIONS.len()];
-        let mut decay = [[0.0; N]; FRACTIONS.len()];
-        let mut rest = [[0.0; N]; FRACTIONS.len()];
-        for (f, fraction) in FRACTIONS.into_iter().enumerate() {
-            let (m, per, square) = self.ellipse(&side, k, fraction);
-            let mut depth = [0.0; N];
-            for l in 0..N {
-                error[f][l] = COEFFICIENT * m[l];
-                rest[f][l] = NORMS * per[l] / (1.0 - per[l]);
-                depth[l] = -self.kappa * square[l].sqrt();
-            }
-            decay[f] = per;
-            if self.kappa > 0.0 {
-                let e = simd::exp(depth);
-                for l in 0..N {
-                    error[f][l] *= e[l];
-                }
-            }
-        }
-        for n in 1..=MOST {
-            let mut best = [f64::INFINITY; N];
-            let defect = defect(self.kind[k], n);
-            for f in 0..FRACTIONS.len() {
-                for l in 0..N {
-                    error[f][l] *= decay[f][l];
-                    let all = error[f][l] * (defect + rest[f][l]);
-                    best[l] = if all < best[l] { all } else { best[l] };
-                }
-            }
-            let mut enough = true;
-            for l in 0..N {
-                enough &= best[l] <= goal[l];
-            }
-            if enough {
-                return Some((n, best.map(|e| e * UP)));
-            }
-        }
-        None
-    }
-
-    /// What the ellipses of direction k share.
-    #[inline(always)]
-    fn side<const N: usize>(&self, c: &[[f64; N]; 3], k: usize) -> Side<N> {
-        let mut s = Side { x: [0.0; N], c2: [0.0; N], front: [1.0; N], widest: [0.0; N] };
-        for j in (0..3).filter(|&j| j != k) {
-            for l in 0..N {
-                let near = c[j][l].abs() - self.half[j];
-                let near = if near > 0.0 { near } else { 0.0 };
-                s.c2[l] += near * near;
-            }
-            for _ in 0..self.power[j] {
-                for l in 0..N {
-                    s.front[l] *= c[j][l] + self.half[j];
-                }
-            }
-        }
-        let h2 = self.half[k] * self.half[k];
-        for l in 0..N {
-            s.x[l] = c[k][l].abs();
-            let p = 2.0 * s.c2[l] + s.x[l] * s.x[l] - h2;
-            s.widest[l] = 0.25 * (p + (p * p + 8.0 * s.c2[l] * h2).sqrt());
-        }
-        s
-    }
-
-    /// M without its exponential, ϱ⁻² and R of direction k's ellipse (see [`super::ellipse`]).
-    #[inline(always)]
-    fn ellipse<const N: usize>(
-        &self,
-        s: &Side<N>,
-        k: usize,
-        fraction: f64,
-    ) -> ([f64; N], [f64; N], [f64; N]) {
-        let h = self.half[k];
-        let (mut m, mut per, mut square, mut reach) = (s.front, [0.0; N], [0.0; N], [0.0; N]);
-        for l in 0..N {
-            let x = s.x[l];
-            let b2 = fraction * fraction * s.widest[l];
-            let a2 = b2 + h * h;
-            let (a, b) = (a2.sqrt(), b2.sqrt());
-            let flat = b2 * (x * x / (a2 + b2) - 1.0);
-            let end = (x - a) * (x - a);
-            square[l] = s.c2[l] + if x * a >= a2 + b2 { end } else { flat };
-            let inverse = h / (a + b);
-            per[l] = inverse * inverse;
-            reach[l] = x + a;
-        }
-        for _ in 0..self.power[k] {
-            for l in 0..N {
-                m[l] *= reach[l];
-            }
-        }
-        match self.patches {
-            0 => (0..N).for_each(|l| m[l] *= shell(0, square[l])),
-            1 => (0..N).for_each(|l| m[l] *= shell(1, square[l])),
-            _ => (0..N).for_each(|l| m[l] *= shell(2, square[l])),
-        }
-        (m, per, square)
     }
 
     /// The relative rounding error at distance `r`, m.
@@ -559,7 +406,7 @@ mod tests {
         let (kernel, numerator, weights, sums, exponential, extents) =
             (4.0 * 39.0, 16.0, 30.0, 27.0, 4.0, 24.0);
         assert!(ROUNDINGS >= kernel + numerator + weights + sums + exponential + extents);
-        let (farthest, a_path) = (1.0 + RATIO, 36.0);
+        let (farthest, a_path) = (1.0 + crate::aligned::moments::RATIO, 36.0);
         assert!(ROUNDINGS_DEPTH >= farthest * a_path);
     }
 }

@@ -13,22 +13,27 @@
 //! | a voxel cut by walls | sums over its samples | the same, ray by ray |
 //! | a pane | as a plate that is seen from both sides, times (1 − e^{−κt/c})/κ, c the cosine | the same |
 //!
+//! Where the scene repeats itself, an axis-aligned pair in a uniform medium has the sum over the images of one of its zones.
+//!
 //! **Visibility** multiplies: the mean over rays between points of both zones, weighted by the kernel. Few rays first; where
 //! they disagree, more. The points differ from pair to pair, so that the errors of neighbours do not add up.
 
 mod agree;
 mod geometry;
+mod images;
 mod parts;
 mod rays;
 mod spread;
 mod strips;
 mod zone;
 
-use crate::aligned::FactorCache;
+use crate::aligned::{Cuboid, FactorCache};
 use crate::general::{self, Moments};
 use crate::paper::strip::Voxels;
 use crate::polygon::Plates;
 use agree::Agreement;
+use images::Images;
+pub use images::images;
 use parts::subcell_table;
 pub use rays::SUCCESSION;
 use rays::pane_own;
@@ -174,6 +179,8 @@ pub struct Exchange<'a> {
     varied: bool,
     /// Some pane can stand between two zones.
     panes_between: bool,
+    /// Images of the scene, where it repeats itself.
+    images: Option<Images>,
     /// What pairs may hide whose rays agree.
     agreement: Agreement,
     /// Factors of sub-cells by their offset, with the means of r, r² and r³.
@@ -215,6 +222,7 @@ impl<'a> Exchange<'a> {
                 || uniform_medium(scene, zones, transport).is_none(),
             occluders: transport.has_occluders(),
             panes_between: transport.has_panes_between(),
+            images: Images::of(scene),
             agreement: Agreement::default(),
             subcells,
         };
@@ -296,7 +304,7 @@ impl<'a> Exchange<'a> {
                     if let Some(same) = (0..k).find(|&m| kappa[m] == kappa[k]) {
                         (out.value[k], out.radius[k]) = (out.value[same], out.radius[same]);
                     } else {
-                        let f = self.cache.get(p, q, kappa[k]);
+                        let f = self.aligned(p, q, kappa[k]);
                         (out.value[k], out.radius[k]) = (f.value, f.radius);
                     }
                 }
@@ -311,6 +319,14 @@ impl<'a> Exchange<'a> {
         counts.estimated += u64::from(a.aligned.is_none() || b.aligned.is_none());
         let m = self.moments(a, b);
         self.attenuated(a, b, m, self.uniform.filter(|_| !self.is_thick(a, b)), seed, counts)
+    }
+
+    /// Two boxes or rectangles along the axes in a uniform medium, with all images of one of them.
+    fn aligned(&self, p: &Cuboid, q: &Cuboid, kappa: f64) -> Bounded {
+        match &self.images {
+            Some(images) => images.sum(&self.cache, p, q, kappa),
+            None => self.cache.get(p, q, kappa),
+        }
     }
 
     /// Two patches, one at least in a general position: the factor proved, its moments of distance, where they are wanted, estimated.
@@ -391,7 +407,7 @@ impl<'a> Exchange<'a> {
                 // Proposition 1 has the transmittance of the distance between the centres, which is none here.
                 let outside =
                     matches!(self.settings.voxels, VoxelFactors::Series | VoxelFactors::Proposition1);
-                let f = kappa.map(|k| self.cache.get(c, c, if outside { 0.0 } else { k }));
+                let f = kappa.map(|k| self.aligned(c, c, if outside { 0.0 } else { k }));
                 let all = PairFactor { value: f.map(|f| f.value), radius: f.map(|f| f.radius) };
                 self.own_visible(i, all, counts)
             }

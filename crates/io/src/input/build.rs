@@ -84,7 +84,17 @@ impl Builder<'_> {
 
 /// Reads a parsed document into a scene.
 pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -> Result<Scene, InputError> {
-    root.check(&["name", "solve", "surface", "pane", "medium", "light", "surroundings", "camera"])?;
+    root.check(&[
+        "name",
+        "solve",
+        "surface",
+        "pane",
+        "medium",
+        "boundary",
+        "light",
+        "surroundings",
+        "camera",
+    ])?;
     let mut b = Builder {
         source: root.source,
         base,
@@ -110,6 +120,9 @@ pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -
     if let Some(node) = medium_node {
         let voxmap = medium::read_medium(&node, &mut b)?;
         b.parts.voxmap = Some(voxmap);
+    }
+    if let Some(node) = root.get("boundary") {
+        b.parts.periodic = boundary(&node)?;
     }
     for (i, node) in root.list("light")?.iter().enumerate() {
         let light = light(node, i, &b.parts.surfaces)?;
@@ -169,6 +182,17 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
         o.groups = Groups::ALL[i];
     }
     Ok(o)
+}
+
+/// Axes along which the scene repeats itself.
+fn boundary(node: &Node<'_>) -> Result<[bool; 3], InputError> {
+    const AXES: [&str; 3] = ["x", "y", "z"];
+    let t = node.table(&AXES)?;
+    let mut periodic = [false; 3];
+    for (axis, periodic) in AXES.into_iter().zip(&mut periodic) {
+        *periodic = t.read(axis, |n| n.choice(&["scene", "periodic"]))? == Some(1);
+    }
+    Ok(periodic)
 }
 
 fn light(node: &Node<'_>, index: usize, surfaces: &[Surface]) -> Result<Light, InputError> {

@@ -143,10 +143,9 @@ pub(crate) fn read_medium(node: &Node<'_>, b: &mut Builder<'_>) -> Result<Voxmap
         let what = "nothing fills the medium; write extinction = 0.1 (1/m) or add a [[medium.region]]";
         return Err(node.error(what));
     }
-    for i in 0..grid.voxmap.len() {
-        let at = grid.voxmap.coordinates(i);
-        grid.fill(at, 1.0, &background);
-    }
+    let of = |x: Option<Bands>| x.unwrap_or_default();
+    let Matter { extinction, albedo, emission, source } = background;
+    grid.voxmap.fill(of(extinction), of(albedo), of(emission), of(source));
     for region in &regions {
         region::read_region(region, &mut grid, b)?;
     }

@@ -122,6 +122,9 @@ fn media(h: &mut Fnv, scene: &Scene) {
         h.real(p.thickness);
         [p.extinction, p.albedo, p.emission].iter().for_each(|b: &Bands| h.reals(b));
     }
+    if scene.periodic() != [false; 3] {
+        scene.periodic().into_iter().for_each(|p| h.int(p as usize));
+    }
     h.int(scene.voxmap().map_or(0, |v| v.len()));
     if let Some(v) = scene.voxmap() {
         h.vec(v.min());

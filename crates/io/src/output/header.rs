@@ -33,6 +33,7 @@ pub fn encode(s: &Solution) -> Value {
         "voxmap": scene.voxmap().map(|v| json!({"min": v.min().array(), "cell": v.cell().array(), "dims": v.dims()})),
         "lights": scene.lights().iter().map(light_out).collect::<Vec<_>>(),
         "surroundings": {"name": scene.surroundings().name, "radiance": scene.surroundings().radiance},
+        "periodic": scene.periodic(),
         "cameras": scene.cameras().iter().map(camera_out).collect::<Vec<_>>(),
         "options": options_out(scene),
         "report": report,
@@ -164,6 +165,15 @@ pub fn camera_in(v: &Value) -> Result<Camera, String> {
         fov: real(v, "fov")?,
         lens: Lens { aperture: maybe(v, "aperture", real)?.unwrap_or(0.0), focus: maybe(v, "focus", real)? },
     })
+}
+
+/// Periodic axes; none in files that do not say.
+pub fn periodic_in(v: &Value) -> Result<[bool; 3], String> {
+    if v["periodic"].is_null() {
+        return Ok([false; 3]);
+    }
+    let list: Option<Vec<bool>> = list(v, "periodic")?.iter().map(Value::as_bool).collect();
+    list.and_then(|l| l.try_into().ok()).ok_or("periodic: three times true or false are missing".into())
 }
 
 fn patch_rule(v: &Value) -> Result<PatchRule, String> {

@@ -241,6 +241,7 @@ fn read_scene(npz: &mut reader::Npz, h: &Value) -> Result<Scene, FileError> {
         voxmap: if h["voxmap"].is_null() { None } else { Some(read_voxmap(npz, &h["voxmap"])?) },
         lights: header::each(h, "lights", header::light_in).map_err(json)?,
         surroundings: header::surroundings_in(&h["surroundings"]).map_err(json)?,
+        periodic: header::periodic_in(h).map_err(json)?,
         cameras: header::each(h, "cameras", header::camera_in).map_err(json)?,
         options: header::options_in(&h["options"]).map_err(json)?,
         notes,

@@ -6,10 +6,12 @@
 //!
 //! By area (`PatchRule::Area`) a triangle stays whole while its area A is at most size² and its longest edge at most six sizes; one
 //! of up to two size², and a needle, is halved at its longest edge, another becomes n² congruent ones, n = √A/size rounded up.
+//!
+//! By voxels (`PatchRule::Voxels`) a rectangle along the axes is cut by the planes between the cells of the medium.
 
 use zonal_math::Vec3;
 use zonal_scene::scene::PatchRule;
-use zonal_scene::{Plate, PlateKind};
+use zonal_scene::{Plate, PlateKind, Voxmap};
 
 const FAIR: f64 = 3.0;
 /// Longest edge of a triangle cut by area, in sizes.
@@ -37,7 +39,7 @@ fn longest(p: &Plate) -> (f64, Plate) {
 /// About how many pieces [`pieces`] makes: never more than twice as many as it does.
 pub(super) fn estimate(p: &Plate, size: f64, rule: PatchRule) -> f64 {
     let (squares, lengths) = match rule {
-        PatchRule::Edge => (2.0, 1.0),
+        PatchRule::Edge | PatchRule::Voxels => (2.0, 1.0),
         PatchRule::Area => (1.0, 1.0 / LONG),
     };
     let half = |p: &Plate| (squares * p.area() / (size * size)).max(lengths * longest(p).0 / size).max(1.0);
@@ -64,7 +66,7 @@ fn halves(p: &Plate) -> [Plate; 2] {
 /// Appends the pieces of `p`, of about edge `size`, with the orientation of `p`.
 pub(super) fn pieces(p: &Plate, size: f64, rule: PatchRule, out: &mut Vec<Plate>) {
     let triangle = match rule {
-        PatchRule::Edge => triangle,
+        PatchRule::Edge | PatchRule::Voxels => triangle,
         PatchRule::Area => triangle_by_area,
     };
     match p.kind {
@@ -80,6 +82,30 @@ pub(super) fn pieces(p: &Plate, size: f64, rule: PatchRule, out: &mut Vec<Plate>
                     out.push(Plate::parallelogram(p.at(i as f64 / nu as f64, j as f64 / nv as f64), e1, e2));
                 }
             }
+        }
+    }
+}
+
+/// Parameters u and v at which the planes between voxels cut a rectangle along the axes, its ends included; `None` for any other plate.
+pub(super) fn by_voxels(p: &Plate, map: &Voxmap) -> Option<[Vec<f64>; 2]> {
+    let along = |e: Vec3| (0..3).find(|&k| e.length() - e[k].abs() <= 1e-12 * e.length());
+    let (a, b) = (along(p.e1)?, along(p.e2)?);
+    let cuts = |e: Vec3, k: usize| {
+        let parameter = |i: usize| (map.min()[k] + i as f64 * map.cell()[k] - p.origin[k]) / e[k];
+        let slack = 1e-6 * map.cell()[k] / e[k].abs();
+        let inside = (0..=map.dims()[k]).map(parameter).filter(|t| (slack..1.0 - slack).contains(t));
+        let mut all: Vec<f64> = [0.0, 1.0].into_iter().chain(inside).collect();
+        all.sort_by(f64::total_cmp);
+        all
+    };
+    (p.kind == PlateKind::Parallelogram && a != b).then(|| [cuts(p.e1, a), cuts(p.e2, b)])
+}
+
+/// Appends the pieces of `p` between these parameters.
+pub(super) fn between(p: &Plate, [u, v]: &[Vec<f64>; 2], out: &mut Vec<Plate>) {
+    for s in u.windows(2) {
+        for t in v.windows(2) {
+            out.push(Plate::parallelogram(p.at(s[0], t[0]), p.e1 * (s[1] - s[0]), p.e2 * (t[1] - t[0])));
         }
     }
 }

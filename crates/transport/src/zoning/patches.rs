@@ -35,10 +35,15 @@ fn check(count: f64, key: String) -> Result<(), SceneError> {
 pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>, SceneError> {
     let size = |surface: usize| scene.surfaces()[surface].patch_size.unwrap_or(scene_size(scene));
     let rule = scene.options().patch_rule;
+    let map = scene.voxmap().filter(|_| rule == PatchRule::Voxels);
+    let by_voxels = |p: &Plate| map.and_then(|m| cut::by_voxels(p, m));
     let mut total = 0.0;
     for f in scene.facets() {
         let s = &scene.surfaces()[f.surface];
-        total += cut::estimate(&f.plate, s.patch_size.unwrap_or(scene_size(scene)), rule);
+        total += match by_voxels(&f.plate) {
+            Some([u, v]) => (u.len() * v.len()) as f64,
+            None => cut::estimate(&f.plate, size(f.surface), rule),
+        };
         let key = match s.patch_size {
             Some(_) => format!("surface '{}'.patch_size", s.name),
             None => "solve.patch_size".into(),
@@ -51,7 +56,10 @@ pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>
         .enumerate()
         .flat_map_iter(|(k, f)| {
             let mut out = Vec::new();
-            cut::pieces(&f.plate, size(f.surface), rule, &mut out);
+            match by_voxels(&f.plate) {
+                Some(cuts) => cut::between(&f.plate, &cuts, &mut out),
+                None => cut::pieces(&f.plate, size(f.surface), rule, &mut out),
+            }
             out.into_iter().map(move |p| (k, p))
         })
         .collect();

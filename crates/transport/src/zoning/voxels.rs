@@ -19,6 +19,9 @@ pub(super) fn voxels(scene: &Scene, map: &Voxmap, transport: &Transport) -> (Vec
             resolve(transport, map, map.coordinates(run[0].0 as usize), &facets, gaps)
         })
         .collect();
+    if runs.is_empty() && solid.is_empty() {
+        return whole(map);
+    }
     let parts = |r: &Resolved| if let Resolved::Parts(p) = r { p.len() } else { 1 };
     let whole = met.iter().filter(|m| **m != Met::Cut).count();
     let mut zones = Vec::with_capacity(whole + cut.iter().map(parts).sum::<usize>());
@@ -41,6 +44,13 @@ pub(super) fn voxels(scene: &Scene, map: &Voxmap, transport: &Transport) -> (Vec
     }
     first.push(zones.len() as u32);
     (zones, first)
+}
+
+/// Every cell a zone.
+fn whole(map: &Voxmap) -> (Vec<VoxelZone>, Vec<u32>) {
+    let volume = map.cell().product();
+    let one = |cell: usize| zone(map, cell, map.centre(map.coordinates(cell)), volume, Part::default());
+    ((0..map.len()).into_par_iter().map(one).collect(), (0..=map.len() as u32).collect())
 }
 
 fn zone(map: &Voxmap, cell: usize, centre: Vec3, volume: f64, part: Part) -> VoxelZone {

@@ -26,7 +26,7 @@ pub struct Args {
     /// Formula for the exchange of two voxels: the exact one, or one of the paper's for comparison.
     #[arg(long, value_enum, default_value_t = Factors::Exact)]
     pub factors: Factors,
-    /// Largest memory, GB: for exchange areas of pairs, or all that the hierarchical engine holds; fewer rays are shot to stay within it.
+    /// Largest memory, GB: for exchange areas of pairs, or all that the other engines hold; fewer rays are shot to stay within it.
     #[arg(long, default_value_t = 12.0)]
     pub max_memory: f64,
     /// Engine; overrides the scene's.
@@ -52,12 +52,14 @@ pub struct Args {
 /// The engine, as an argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum EngineName {
-    /// Dense for few zones, hierarchical for many.
+    /// Dense for few zones, for many spectral where that applies, else hierarchical.
     Auto,
     /// Every pair of zones.
     Dense,
     /// Links between clusters of zones.
     Hierarchical,
+    /// Every pair of zones of a box on the grid of its medium, by transforms.
+    Spectral,
 }
 
 /// The light groups, as an argument.

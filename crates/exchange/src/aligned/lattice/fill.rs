@@ -5,7 +5,7 @@
 
 use crate::Method;
 use crate::aligned::cube::{self, Cube};
-use crate::aligned::density::Grid;
+use crate::aligned::density::{Grid, Hint};
 use crate::aligned::judge::{self, SHARE};
 use crate::aligned::moments::{self, Far, Shape};
 use crate::aligned::reduced::{AxisDensity, Reduced};
@@ -42,7 +42,7 @@ impl Tally {
             _ => &mut self.gauss,
         } += n;
     }
-    fn plus(self, o: Tally) -> Tally {
+    pub(super) fn plus(self, o: Tally) -> Tally {
         Tally {
             moments: self.moments + o.moments,
             closed: self.closed + o.closed,
@@ -69,6 +69,23 @@ pub(super) struct Family {
     cube: Option<(f64, &'static Cube)>,
     /// Squared distance from which a batch serves, m².
     far2: f64,
+}
+
+/// A list of offsets to fill.
+struct Fill<'a> {
+    family: &'a Family,
+    offsets: &'a [[u16; 3]],
+    values: &'a mut [f64],
+    radii: &'a mut [f64],
+    tally: &'a mut Tally,
+}
+
+impl simd::Work for Fill<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn go(self) {
+        self.family.batches(self.offsets, self.values, self.radii, self.tally);
+    }
 }
 
 impl Family {
@@ -120,20 +137,28 @@ impl Family {
     /// All offsets on this thread.
     pub fn fill(&self, offsets: &[[u16; 3]], values: &mut [f64], radii: &mut [f64]) -> Tally {
         let mut tally = Tally::default();
-        simd::dispatch(|| self.batches(offsets, values, radii, &mut tally));
+        simd::run(Fill { family: self, offsets, values, radii, tally: &mut tally });
         tally
     }
 
     #[inline(always)]
     fn batches(&self, offsets: &[[u16; 3]], values: &mut [f64], radii: &mut [f64], tally: &mut Tally) {
+        let mut hint = Hint::default();
         for (i, o) in offsets.chunks(LANES).enumerate() {
             let lanes = i * LANES..i * LANES + o.len();
-            self.batch(o, &mut values[lanes.clone()], &mut radii[lanes], tally);
+            self.batch(o, &mut values[lanes.clone()], &mut radii[lanes], tally, &mut hint);
         }
     }
 
     #[inline(always)]
-    fn batch(&self, offsets: &[[u16; 3]], values: &mut [f64], radii: &mut [f64], tally: &mut Tally) {
+    fn batch(
+        &self,
+        offsets: &[[u16; 3]],
+        values: &mut [f64],
+        radii: &mut [f64],
+        tally: &mut Tally,
+        hint: &mut Hint,
+    ) {
         let mut centre = [[0.0; LANES]; 3];
         // The last batch of a chunk repeats its first offset.
         let mut padded = [offsets[0]; LANES];
@@ -152,7 +177,7 @@ impl Family {
         if nearest < self.far2 {
             return self.mixed(offsets, centre, r2, values, radii, tally);
         }
-        self.keep(offsets, self.serve(&centre, nearest), [true; LANES], values, radii, tally);
+        self.keep(offsets, self.serve(&centre, nearest, hint), [true; LANES], values, radii, tally);
     }
 
     /// A batch with offsets that are too near: they give their lanes to a far one, if there is any.
@@ -175,7 +200,7 @@ impl Family {
                 }
             }
             let nearest = (0..LANES).filter(|&l| far[l]).map(|l| r2[l]).fold(f64::INFINITY, f64::min);
-            served = self.serve(&centre, nearest);
+            served = self.serve(&centre, nearest, &mut Hint::default());
         }
         self.keep(offsets, served, far, values, radii, tally);
     }
@@ -217,6 +242,7 @@ impl Family {
         &self,
         centre: &[[f64; LANES]; 3],
         nearest: f64,
+        hint: &mut Hint,
     ) -> Option<([f64; LANES], [f64; LANES], Method)> {
         if let Some((edge, constants)) = self.cube {
             if let Some(order) = constants.order(edge * edge / nearest, SHARE * self.tolerance) {
@@ -230,16 +256,30 @@ impl Family {
                 return Some((value, radius, Method::Moments));
             }
         }
-        let plan = self.grid.plan(centre, SHARE * self.tolerance)?;
+        let plan = self.grid.plan_near(centre, SHARE * self.tolerance, hint)?;
         let (value, radius) = self.grid.integrate(centre, &plan);
         Some((value, radius, Method::Gauss))
     }
 
+    /// One offset where the second box reaches `beyond` (m) farther to both sides along some axes: cells in a row are one box.
+    pub fn merged(&self, offset: [u16; 3], beyond: [f64; 3], tally: &mut Tally) -> (f64, f64) {
+        let mut pair = self.pair(offset);
+        for k in (0..3).filter(|&k| beyond[k] > 0.0) {
+            let (long, short) = (self.extents[k].0 + 2.0 * beyond[k], self.extents[k].1);
+            let [inner, outer] = [0.5 * (long - short), 0.5 * (long + short)];
+            pair.0[k] = AxisDensity { long, short, p: [-outer, -inner, inner, outer] };
+        }
+        self.judged(&pair, tally)
+    }
+
     #[inline(never)]
     fn single(&self, offset: [u16; 3], tally: &mut Tally) -> (f64, f64) {
-        let pair = self.pair(offset);
+        self.judged(&self.pair(offset), tally)
+    }
+
+    fn judged(&self, pair: &Reduced, tally: &mut Tally) -> (f64, f64) {
         let f = if pair.sees() {
-            judge::factor_of(&pair, self.kappa, self.tolerance)
+            judge::factor_of(pair, self.kappa, self.tolerance)
         } else {
             crate::Factor::UNSEEN
         };

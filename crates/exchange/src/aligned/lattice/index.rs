@@ -29,6 +29,11 @@ impl Index {
         }
     }
 
+    /// No two axes alike.
+    pub fn plain(counts: [usize; 3]) -> Index {
+        Index::new([0, 1, 2], 1, counts)
+    }
+
     /// The axis `odd` apart, the other two alike or not.
     pub fn odd(odd: usize, alike: bool, counts: [usize; 3]) -> Index {
         Index::new([odd, (odd + 1) % 3, (odd + 2) % 3], if alike { 2 } else { 1 }, counts)

@@ -11,15 +11,19 @@
 //! | [`WallTable`] | voxel and wall, opposite walls, adjacent walls | near ones by the judge of single pairs |
 //! | [`block()`] | one voxel against a block of voxels | |
 //!
+//! Where a grid repeats itself along an axis, an entry is the sum over the images of its offset (`images.rs`).
+//!
 //! Work is cut into fixed chunks of whole batches: no value depends on the number of threads.
 
 mod block;
 mod fill;
+mod images;
 mod index;
 mod walls;
 
 pub use block::{Block, block};
 pub use fill::Tally;
+pub use images::Images;
 pub use walls::WallTable;
 
 use fill::Family;
@@ -43,6 +47,10 @@ impl Table {
     fn get(&self, offset: [i64; 3]) -> Bounded {
         let i = self.index.place(offset);
         Bounded::proved(self.values[i], self.radii[i])
+    }
+    fn worst(&self) -> f64 {
+        let of = |(v, r): (&f64, &f64)| if *v > 0.0 { r / v } else { 0.0 };
+        self.values.iter().zip(&self.radii).map(of).fold(0.0, f64::max)
     }
 }
 
@@ -68,6 +76,26 @@ impl OffsetTable {
         OffsetTable(Table::new(Index::of_edges(edges, counts), &family))
     }
 
+    /// The same of a voxmap that repeats itself: `counts` are the offsets wanted, each value the sum over its `images`.
+    ///
+    /// # Panics
+    /// As [`OffsetTable::new`]; on a reach of more than 65,534 cells.
+    pub fn repeated(
+        edges: [f64; 3],
+        counts: [usize; 3],
+        images: &Images,
+        kappa: f64,
+        tolerance: f64,
+    ) -> OffsetTable {
+        let make = |tolerance: f64| Family::new(edges.map(|e| (e, e)), edges, [0.0; 3], kappa, tolerance);
+        OffsetTable(images.table(Index::plain(counts), make, tolerance))
+    }
+
+    /// Largest radius over value.
+    pub fn worst(&self) -> f64 {
+        self.0.worst()
+    }
+
     /// The factor of two voxels whose indices differ by `offset`, each |component| below its count.
     ///
     /// # Panics
@@ -90,6 +118,12 @@ impl OffsetTable {
     pub fn tally(&self) -> Tally {
         self.0.tally
     }
+}
+
+/// A distance in cells as tables keep it.
+fn integer(d: usize) -> u16 {
+    assert!(d < u16::MAX as usize, "a distance of {d} cells");
+    d as u16
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Tables of a grid's walls: patches are the outer faces of its cells, looking inwards.
 
-use super::Table;
 use super::fill::{Family, Tally};
 use super::index::Index;
+use super::{Images, Table};
 use zonal_math::Bounded;
 
 /// Factors of a grid's wall patches with its voxels (m³) or with patches of other walls (m²), by offset.
@@ -65,6 +65,36 @@ impl WallTable {
         }
         let index = Index::odd(3 - axes[0] - axes[1], edges[axes[0]] == edges[axes[1]], counts);
         WallTable(Table::new(index, &Family::new(extents, edges, shift, kappa, tolerance)))
+    }
+
+    /// The tables of a grid that repeats itself along other axes than the walls' normals, as [`WallTable::voxels`],
+    /// [`WallTable::opposite`] and [`WallTable::adjacent`] in turn: `normals` names one axis, two times the same one, or two.
+    /// `counts` are the offsets wanted of each axis, each value the sum over its `images`; across opposite walls the count is the number of cells
+    /// between them.
+    ///
+    /// # Panics
+    /// As [`WallTable::voxels`]; on a reach of more than 65,534 cells.
+    pub fn repeated(
+        edges: [f64; 3],
+        mut counts: [usize; 3],
+        normals: &[usize],
+        images: &Images,
+        kappa: f64,
+        tolerance: f64,
+    ) -> WallTable {
+        let mut extents = edges.map(|e| (e, e));
+        let mut shift = [0.0; 3];
+        match *normals {
+            [a, b] if a == b => (extents[a], shift[a], counts[a]) = ((0.0, 0.0), counts[a] as f64, 1),
+            _ => normals.iter().for_each(|&a| (extents[a].1, shift[a]) = (0.0, 0.5)),
+        }
+        let make = |tolerance: f64| Family::new(extents, edges, shift, kappa, tolerance);
+        WallTable(images.table(Index::plain(counts), make, tolerance))
+    }
+
+    /// Largest radius over value.
+    pub fn worst(&self) -> f64 {
+        self.0.worst()
     }
 
     /// The factor at an offset.

@@ -55,6 +55,7 @@ fn scene() -> Scene {
             Light::Sky { name: "sky".into(), radiance: [0.1, 0.2, 0.4] },
             Light::Emitter { surface: 1, name: Some("lamp".into()) },
         ],
+        periodic: [false; 3],
         surroundings: Surroundings { radiance: [0.01; 3], name: Some("sky".into()) },
         cameras: vec![Camera {
             name: "c".into(),

@@ -1,0 +1,121 @@
+//! Transforms of real sequences that are even, so that their spectra are real and even too and half of each is enough.
+//!
+//! A kernel k(d), d = 0 … m − 1, stands for the circular sequence of length N with x(d) = x(N − d) = k(d) and zeros between. Its spectrum
+//!
+//! ```text
+//!     X(f) = Σ_d x(d) cos(2π d f/N),      f = 0 … N/2,      X(N − f) = X(f).
+//! ```
+
+use rayon::prelude::*;
+use realfft::RealToComplex;
+use rustfft::num_complex::Complex64;
+use std::sync::Arc;
+
+/// Frequencies that are kept of a length.
+pub fn half(length: usize) -> usize {
+    length / 2 + 1
+}
+
+/// The least even length ≥ 2n − 1 whose prime factors are 2, 3, 5 and 7: zeros enough for a linear convolution of n cells. One for one.
+pub fn padded(n: usize) -> usize {
+    let smooth = |mut x: usize| {
+        for p in [2, 3, 5, 7] {
+            while x.is_multiple_of(p) {
+                x /= p;
+            }
+        }
+        x == 1
+    };
+    if n == 1 { 1 } else { (2 * n..).step_by(2).find(|&x| smooth(x)).unwrap_or(2 * n) }
+}
+
+/// The transform of one length.
+pub struct Even {
+    length: usize,
+    plan: Arc<dyn RealToComplex<f64>>,
+}
+
+impl Even {
+    /// Of this length.
+    pub fn new(length: usize) -> Even {
+        Even { length, plan: realfft::RealFftPlanner::new().plan_fft_forward(length) }
+    }
+
+    /// Transforms every line of `m` numbers in `data` to [`half`] of the length each, times `scale`.
+    pub fn lines(&self, data: &[f64], m: usize, scale: f64) -> Vec<f64> {
+        let (n, h) = (self.length, half(self.length));
+        assert!(m <= n && data.len().is_multiple_of(m), "lines of {m} for a length of {n}");
+        let mut out = vec![0.0; data.len() / m * h];
+        let work = || (vec![0.0; n], vec![Complex64::default(); h], self.plan.make_scratch_vec());
+        out.par_chunks_mut(h).zip(data.par_chunks(m)).for_each_init(
+            work,
+            |(line, spectrum, scratch), (out, k)| {
+                line.fill(0.0);
+                // Where 2m > N + 1 the two halves meet, and agree.
+                for (d, &x) in k.iter().enumerate().take(h) {
+                    line[d] = x;
+                    line[(n - d) % n] = x;
+                }
+                let done = self.plan.process_with_scratch(line, spectrum, scratch);
+                assert!(done.is_ok(), "buffers of the plan's lengths");
+                out.iter_mut().zip(&*spectrum).for_each(|(o, s)| *o = s.re * scale);
+            },
+        );
+        out
+    }
+}
+
+/// An array of shape `dims`, turned so that `order[k]` is its k-th axis.
+pub fn turned(data: &[f64], dims: [usize; 3], order: [usize; 3]) -> Vec<f64> {
+    let stride = [dims[1] * dims[2], dims[2], 1];
+    let [p, q, r] = order.map(|k| (dims[k], stride[k]));
+    let mut out = vec![0.0; data.len()];
+    out.par_chunks_mut(q.0 * r.0).enumerate().for_each(|(i, plane)| {
+        // Square pieces, so that either side stays in the cache.
+        const PIECE: usize = 16;
+        for j0 in (0..q.0).step_by(PIECE) {
+            for k0 in (0..r.0).step_by(PIECE) {
+                for j in j0..(j0 + PIECE).min(q.0) {
+                    for k in k0..(k0 + PIECE).min(r.0) {
+                        plane[j * r.0 + k] = data[i * p.1 + j * q.1 + k * r.1];
+                    }
+                }
+            }
+        }
+    });
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_smooth_and_long_enough() {
+        assert_eq!([1, 2, 32, 64, 115, 256].map(padded), [1, 4, 64, 128, 240, 512]);
+    }
+
+    #[test]
+    fn a_line_is_its_cosine_sum() {
+        let k = [3.0, -1.0, 0.5, 0.25];
+        for n in [7, 8, 12] {
+            let got = Even::new(n).lines(&k, 4, 2.0);
+            for (f, g) in got.iter().enumerate() {
+                let term = |d: usize| (std::f64::consts::TAU * (d * f) as f64 / n as f64).cos() * k[d];
+                let want = 2.0 * (k[0] + 2.0 * (1..4).map(term).sum::<f64>());
+                assert!((g - want).abs() < 1e-14, "{n} {f}: {g} {want}");
+            }
+        }
+        // A period of six: the distance 3 is its own opposite.
+        let got = Even::new(6).lines(&k, 4, 1.0);
+        assert!((got[0] - (3.0 - 2.0 + 1.0 + 0.25)).abs() < 1e-14);
+    }
+
+    #[test]
+    fn arrays_are_turned() {
+        let dims = [2, 3, 4];
+        let data: Vec<f64> = (0..24).map(f64::from).collect();
+        let t = turned(&data, dims, [2, 0, 1]);
+        assert_eq!(t[(3 * 2 + 1) * 3 + 2], data[(3 + 2) * 4 + 3]);
+    }
+}

@@ -1,0 +1,219 @@
+//! The exchange factors of a grid for one extinction, by offset, and their spectra.
+//!
+//! | kernel | of | kept as |
+//! |---|---|---|
+//! | V(d₀, d₁, d₂) | two voxels | one octant of its real, even spectrum |
+//! | S₀(d₀; d₁, d₂) | a voxel d₀ cells from a wall across the first axis | spectra along the wall, one for each d₀ |
+//! | S₁, S₂ | the same for walls across the other axes | one octant; extended evenly across the wall, which nothing ever reads |
+//! | O(d_b, d_c) | opposite walls | one quadrant |
+//! | Q(i_a, i_b; d_c) | adjacent walls across a and b | spectra along their edge, a matrix for each frequency |
+//!
+//! All entries come from the lattice tables of `zonal_exchange`, attenuation inside the integrals, each to a proven relative [`TOLERANCE`];
+//! along axes that repeat themselves they are sums over images. The scale 1/(N₀N₁N₂) of the transforms is in the spectra.
+
+use super::even::{Even, turned};
+use super::grid::{Grid, OTHERS};
+use std::sync::Arc;
+use zonal_exchange::aligned::lattice::{Images, OffsetTable, Tally, WallTable};
+
+/// Relative radius of every table entry.
+pub const TOLERANCE: f64 = 1e-12;
+
+/// Spectra of all kernels of a grid.
+pub struct Kernels {
+    /// V by `[f₁][f₂][f₀]`.
+    pub volume: Vec<f64>,
+    /// S₀ by `[f₁][f₂][d₀]`; S₁ and S₂ by `[f₁][f₂][f₀]`; empty across periodic axes.
+    pub walls: [Vec<f64>; 3],
+    /// O of the walls across each axis by `[f_c][f_b]`.
+    pub opposite: [Vec<f64>; 3],
+    /// Q by `[f_c][i_a][i_b]` for the pairs of axes (0, 1), (0, 2), (1, 2).
+    pub adjacent: [Vec<f64>; 3],
+    /// Entries of the tables by method.
+    pub tally: Vec<(&'static str, Tally)>,
+    /// Largest relative radius of an entry.
+    pub radius: f64,
+}
+
+/// Offsets that the tables of a grid compute, about.
+pub fn work(grid: &Grid, kappa: f64) -> f64 {
+    let period = [0, 1, 2].map(|k| grid.periodic[k].then_some(grid.cells[k]));
+    let images = Images::new(period, grid.edges, kappa);
+    let one = images.work(grid.distances());
+    let [x, y, z] = [0, 1, 2].map(|k| (grid.edges[k], grid.cells[k]));
+    if !images.any() && x == y && y == z {
+        // A sixth of the offsets of voxels, half of those of walls, which are the same for all.
+        return one * (1.0 / 6.0 + 0.5 + 0.5);
+    }
+    one * (1 + grid.walled().count() + grid.corners().count()) as f64
+}
+
+/// Everything between tables and spectra.
+struct Maker<'a> {
+    grid: &'a Grid,
+    kappa: f64,
+    images: Images,
+    even: [Even; 3],
+    counts: [usize; 3],
+    /// Tables of walls that are made, by the axes of their normals.
+    made: Vec<(Vec<usize>, Arc<WallTable>)>,
+}
+
+/// A table whose axes are those of the grid exchanged: axis k of an offset is axis `turn[k]` of the table's.
+struct Turned {
+    table: Arc<WallTable>,
+    turn: [usize; 3],
+}
+
+impl Turned {
+    fn value(&self, offset: [i64; 3]) -> f64 {
+        let mut at = [0; 3];
+        (0..3).for_each(|k| at[self.turn[k]] = offset[k]);
+        self.table.get(at).value
+    }
+}
+
+impl Kernels {
+    /// The kernels of a grid with extinction `kappa` ≥ 0, above 0 where an axis repeats itself (1/m).
+    pub fn new(grid: &Grid, kappa: f64) -> Kernels {
+        let period = [0, 1, 2].map(|k| grid.periodic[k].then_some(grid.cells[k]));
+        let mut maker = Maker {
+            grid,
+            kappa,
+            images: Images::new(period, grid.edges, kappa),
+            even: grid.lengths().map(Even::new),
+            counts: grid.distances(),
+            made: Vec::new(),
+        };
+        let mut out = Kernels {
+            volume: Vec::new(),
+            walls: Default::default(),
+            opposite: Default::default(),
+            adjacent: Default::default(),
+            tally: Vec::new(),
+            radius: 0.0,
+        };
+        out.volume = maker.volume(&mut out);
+        for a in grid.walled() {
+            out.walls[a] = maker.wall(a, &mut out);
+        }
+        maker.made.clear();
+        for a in grid.walled() {
+            out.opposite[a] = maker.opposite(a, &mut out);
+        }
+        for [a, b] in grid.corners() {
+            out.adjacent[a + b - 1] = maker.adjacent([a, b], &mut out);
+        }
+        out
+    }
+
+    fn note(&mut self, what: &'static str, tally: Tally, radius: f64) {
+        self.tally.push((what, tally));
+        self.radius = self.radius.max(radius);
+    }
+}
+
+impl Maker<'_> {
+    /// The offsets below `counts`, with their values.
+    fn array(&self, counts: [usize; 3], value: impl Fn([i64; 3]) -> f64 + Sync) -> Vec<f64> {
+        use rayon::prelude::*;
+        let [_, m1, m2] = counts;
+        let mut out = vec![0.0; counts.iter().product()];
+        out.par_chunks_mut(m1 * m2).enumerate().for_each(|(i, plane)| {
+            for (jk, x) in plane.iter_mut().enumerate() {
+                *x = value([i, jk / m2, jk % m2].map(|d| d as i64));
+            }
+        });
+        out
+    }
+
+    fn volume(&self, out: &mut Kernels) -> Vec<f64> {
+        let edges = self.grid.edges;
+        let table = match self.images.any() {
+            true => OffsetTable::repeated(edges, self.counts, &self.images, self.kappa, TOLERANCE),
+            false => OffsetTable::new(edges, self.counts, self.kappa, TOLERANCE),
+        };
+        out.note("voxel and voxel", table.tally(), table.worst());
+        let data = self.array(self.counts, |d| table.get(d).value);
+        drop(table);
+        self.spectrum(data, true)
+    }
+
+    /// The table of walls across these axes: one made before where the grid looks the same along axes that are exchanged.
+    fn table(&mut self, what: &'static str, normals: &[usize], out: &mut Kernels) -> Turned {
+        const TURNS: [[usize; 3]; 6] = [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
+        let g = self.grid;
+        let alike = |k: usize, l: usize| {
+            (g.edges[k], g.cells[k], g.periodic[k]) == (g.edges[l], g.cells[l], g.periodic[l])
+        };
+        for (made, table) in &self.made {
+            let fits = |turn: &&[usize; 3]| {
+                (0..3).all(|k| alike(k, turn[k])) && normals.iter().map(|&a| turn[a]).eq(made.iter().copied())
+            };
+            if let Some(turn) = TURNS.iter().find(fits) {
+                return Turned { table: table.clone(), turn: *turn };
+            }
+        }
+        let table = Arc::new(self.new_table(normals));
+        out.note(what, table.tally(), table.worst());
+        self.made.push((normals.to_vec(), table.clone()));
+        Turned { table, turn: [0, 1, 2] }
+    }
+
+    fn new_table(&self, normals: &[usize]) -> WallTable {
+        let (edges, counts, kappa) = (self.grid.edges, self.counts, self.kappa);
+        match *normals {
+            _ if self.images.any() => {
+                WallTable::repeated(edges, counts, normals, &self.images, kappa, TOLERANCE)
+            }
+            [a] => WallTable::voxels(edges, counts, a, kappa, TOLERANCE),
+            [a, b] if a == b => WallTable::opposite(edges, counts, a, kappa, TOLERANCE),
+            [a, b] => WallTable::adjacent(edges, counts, [a, b], kappa, TOLERANCE),
+            _ => unreachable!("one wall or two"),
+        }
+    }
+
+    fn wall(&mut self, a: usize, out: &mut Kernels) -> Vec<f64> {
+        let table = self.table("voxel and wall", &[a], out);
+        let data = self.array(self.counts, |d| table.value(d));
+        self.spectrum(data, a != 0)
+    }
+
+    /// `[d₀][d₁][d₂]` to `[f₁][f₂][f₀]`, or to `[f₁][f₂][d₀]`.
+    fn spectrum(&self, data: Vec<f64>, along_first: bool) -> Vec<f64> {
+        let ([m0, m1, m2], [_, h1, h2]) = (self.counts, self.grid.halves());
+        let [n0, n1, n2] = self.grid.lengths().map(|n| 1.0 / n as f64);
+        let data = self.even[2].lines(&data, m2, n2);
+        let data = turned(&data, [m0, m1, h2], [0, 2, 1]);
+        let data = self.even[1].lines(&data, m1, n1);
+        let data = turned(&data, [m0, h2, h1], [2, 1, 0]);
+        if along_first { self.even[0].lines(&data, m0, n0) } else { data }
+    }
+
+    fn opposite(&mut self, a: usize, out: &mut Kernels) -> Vec<f64> {
+        let table = self.table("opposite walls", &[a, a], out);
+        let [b, c] = OTHERS[a];
+        let (counts, lengths) = (self.counts, self.grid.lengths());
+        let data = self.array([1, counts[b], counts[c]], |d| {
+            let mut at = [0; 3];
+            (at[b], at[c]) = (d[1], d[2]);
+            table.value(at)
+        });
+        let data = self.even[c].lines(&data, counts[c], 1.0 / lengths[c] as f64);
+        let data = turned(&data, [1, counts[b], self.grid.halves()[c]], [0, 2, 1]);
+        self.even[b].lines(&data, counts[b], 1.0 / lengths[b] as f64)
+    }
+
+    fn adjacent(&mut self, [a, b]: [usize; 2], out: &mut Kernels) -> Vec<f64> {
+        let table = self.table("adjacent walls", &[a, b], out);
+        let c = 3 - a - b;
+        let (counts, length) = (self.counts, self.grid.lengths()[c]);
+        let data = self.array([counts[a], counts[b], counts[c]], |d| {
+            let mut at = [0; 3];
+            (at[a], at[b], at[c]) = (d[0], d[1], d[2]);
+            table.value(at)
+        });
+        let data = self.even[c].lines(&data, counts[c], 1.0 / length as f64);
+        turned(&data, [counts[a], counts[b], self.grid.halves()[c]], [2, 0, 1])
+    }
+}

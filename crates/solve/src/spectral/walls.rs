@@ -1,0 +1,256 @@
+//! Walls with walls, and the transforms along walls.
+//!
+//! Opposite walls: a two-dimensional convolution. Adjacent walls across axes a and b, with an edge along c: transforms along c, and for each
+//! frequency a matrix Q(i_a, i_b) between the patches i_a cells off the first wall, on the second, and those i_b cells off the second, on the first.
+//! Low and high walls are met by reversal R of an index: with the four columns (low, high, R low, R high) on the right of Q and of its transpose
+//!
+//! ```text
+//!     low_a  += Qᵀ low_b   + R Qᵀ high_b        high_a += Qᵀ R low_b + R Qᵀ R high_b        and the same with Q for b from a.
+//! ```
+
+use super::grid::{Grid, OTHERS};
+use super::kernels::Kernels;
+use super::volume::Pair;
+use rayon::prelude::*;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::num_complex::Complex64;
+use rustfft::{Fft, FftPlanner};
+use std::sync::Arc;
+use zonal_math::simd::{self, LANES};
+
+const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
+
+/// Values on the patches of the six walls, low and high across each axis, by `[i_b][i_c]`; empty across periodic axes.
+pub type Faces = [[Vec<f64>; 2]; 3];
+
+/// Plans of the transforms along walls.
+pub struct Walls {
+    grid: Grid,
+    forward: [Arc<dyn Fft<f64>>; 3],
+    back: [Arc<dyn Fft<f64>>; 3],
+    real: [Arc<dyn RealToComplex<f64>>; 3],
+    unreal: [Arc<dyn ComplexToReal<f64>>; 3],
+}
+
+/// Real columns that a matrix of adjacent walls meets at once: four complex ones.
+type Columns = [f64; LANES];
+
+impl Walls {
+    /// Plans for a grid.
+    pub fn new(grid: Grid) -> Walls {
+        let n = grid.lengths();
+        let (mut complex, mut real) = (FftPlanner::new(), RealFftPlanner::new());
+        Walls {
+            forward: n.map(|n| complex.plan_fft_forward(n)),
+            back: n.map(|n| complex.plan_fft_inverse(n)),
+            real: n.map(|n| real.plan_fft_forward(n)),
+            unreal: n.map(|n| real.plan_fft_inverse(n)),
+            grid,
+        }
+    }
+
+    /// Faces of zeros.
+    pub fn zeros(&self) -> Faces {
+        [0, 1, 2].map(|a| {
+            let size = if self.grid.periodic[a] { 0 } else { self.grid.patches(a) };
+            [vec![0.0; size], vec![0.0; size]]
+        })
+    }
+
+    /// Frequencies along the second direction of a wall that are kept: half of them along z.
+    fn kept(&self, a: usize) -> usize {
+        if a == 2 { self.grid.lengths()[1] } else { self.grid.halves()[2] }
+    }
+
+    /// The spectra of both walls across each axis.
+    pub fn spectra(&self, faces: &Faces) -> [Option<Pair>; 3] {
+        let one = |(a, side): (usize, usize)| self.spectrum(a, &faces[a][side]);
+        let list: Vec<(usize, usize)> = self.grid.walled().flat_map(|a| [(a, 0), (a, 1)]).collect();
+        let mut made = list.par_iter().map(|&x| one(x)).collect::<Vec<_>>().into_iter();
+        let mut out = [const { None }; 3];
+        for a in self.grid.walled() {
+            out[a] = made.next().zip(made.next()).map(|(low, high)| [low, high]);
+        }
+        out
+    }
+
+    /// The spectrum of one wall by `[f_c][f_b]`.
+    fn spectrum(&self, a: usize, face: &[f64]) -> Vec<Complex64> {
+        let ([b, c], n, l) = (OTHERS[a], self.grid.cells, self.grid.lengths());
+        let kept = self.kept(a);
+        let mut rows = vec![ZERO; n[b] * l[c]];
+        for (row, cells) in rows.chunks_mut(l[c]).zip(face.chunks(n[c])) {
+            row.iter_mut().zip(cells).for_each(|(r, x)| r.re = *x);
+        }
+        self.forward[c].process(&mut rows);
+        let mut out = vec![ZERO; kept * l[b]];
+        for (f, line) in out.chunks_mut(l[b]).enumerate() {
+            (0..n[b]).for_each(|i| line[i] = rows[i * l[c] + f]);
+        }
+        self.forward[b].process(&mut out);
+        out
+    }
+
+    /// Adds what arrives at the walls: twice the real part of the half sums that the spectra are.
+    pub fn add(&self, spectra: [Option<Pair>; 3], faces: &mut Faces) {
+        let list = spectra.into_iter().zip(faces).enumerate();
+        let list: Vec<_> = list.filter_map(|(a, (s, f))| s.map(|s| (a, s, f))).collect();
+        list.into_par_iter().for_each(|(a, spectra, faces)| {
+            spectra.into_par_iter().zip(faces.par_iter_mut()).for_each(|(s, face)| self.back(a, s, face));
+        });
+    }
+
+    fn back(&self, a: usize, mut spectrum: Vec<Complex64>, face: &mut [f64]) {
+        let ([b, c], n, l) = (OTHERS[a], self.grid.cells, self.grid.lengths());
+        self.back[b].process(&mut spectrum);
+        let mut rows = vec![ZERO; n[b] * l[c]];
+        for (f, line) in spectrum.chunks(l[b]).enumerate() {
+            (0..n[b]).for_each(|i| rows[i * l[c] + f] = line[i]);
+        }
+        drop(spectrum);
+        self.back[c].process(&mut rows);
+        for (row, cells) in rows.chunks(l[c]).zip(face.chunks_mut(n[c])) {
+            cells.iter_mut().zip(row).for_each(|(x, r)| *x += 2.0 * r.re);
+        }
+    }
+
+    /// Adds what opposite walls, whose spectra are given, send to each other.
+    pub fn opposite(&self, k: &Kernels, sent: &[Option<Pair>; 3], met: &mut [Option<Pair>; 3]) {
+        for a in self.grid.walled() {
+            let (Some(sent), Some(met)) = (&sent[a], &mut met[a]) else { continue };
+            let [b, c] = OTHERS[a];
+            let (lb, hb, lc) = (self.grid.lengths()[b], self.grid.halves()[b], self.grid.lengths()[c]);
+            for side in 0..2 {
+                let from = sent[1 - side].par_chunks(lb);
+                met[side].par_chunks_mut(lb).zip(from).enumerate().for_each(|(f, (met, sent))| {
+                    // All frequencies across z, each with half of its weight; else half of them.
+                    let weight = if a == 2 || f == 0 || 2 * f == lc { 0.5 } else { 1.0 };
+                    let kernel = &k.opposite[a][f.min(lc - f) * hb..(f.min(lc - f) + 1) * hb];
+                    for (i, (m, s)) in met.iter_mut().zip(sent).enumerate() {
+                        *m += s * (weight * kernel[i.min(lb - i)]);
+                    }
+                });
+            }
+        }
+    }
+
+    /// Adds what adjacent walls send to each other.
+    pub fn adjacent(&self, k: &Kernels, sent: &Faces, met: &mut Faces) {
+        for pair in self.grid.corners() {
+            let [a, b] = pair;
+            let (c, h) = (3 - a - b, self.grid.halves()[3 - a - b]);
+            let [na, nb] = [self.grid.cells[a], self.grid.cells[b]];
+            // Patches of the wall across a by their cells along b, and the other way round.
+            let from = [self.along(a, c, &sent[a]), self.along(b, c, &sent[b])];
+            let mut to = [vec![ZERO; 2 * nb * h], vec![ZERO; 2 * na * h]];
+            {
+                let [to_a, to_b] = &mut to;
+                let q = &k.adjacent[a + b - 1];
+                to_a.par_chunks_mut(2 * nb).zip(to_b.par_chunks_mut(2 * na)).enumerate().for_each(
+                    |(f, to)| {
+                        let from =
+                            [&from[0][f * 2 * nb..(f + 1) * 2 * nb], &from[1][f * 2 * na..(f + 1) * 2 * na]];
+                        simd::run(Meet { q: &q[f * na * nb..(f + 1) * na * nb], from, to: [to.0, to.1] });
+                    },
+                );
+            }
+            self.along_back(a, c, &to[0], &mut met[a]);
+            self.along_back(b, c, &to[1], &mut met[b]);
+        }
+    }
+
+    /// The walls across `a` transformed along `c`, by `[f][side][i]`.
+    fn along(&self, a: usize, c: usize, faces: &[Vec<f64>; 2]) -> Vec<Complex64> {
+        let (n, l, h) = (self.grid.cells, self.grid.lengths()[c], self.grid.halves()[c]);
+        let i = 3 - a - c;
+        let [step_i, step_c] = if i < c { [n[c], 1] } else { [1, n[i]] };
+        let mut out = vec![ZERO; 2 * n[i] * h];
+        let (mut line, mut spectrum) = (vec![0.0; l], vec![ZERO; h]);
+        let mut scratch = self.real[c].make_scratch_vec();
+        for (side, face) in faces.iter().enumerate() {
+            for k in 0..n[i] {
+                line.fill(0.0);
+                (0..n[c]).for_each(|j| line[j] = face[k * step_i + j * step_c]);
+                let done = self.real[c].process_with_scratch(&mut line, &mut spectrum, &mut scratch);
+                assert!(done.is_ok(), "buffers of the plan's lengths");
+                (0..h).for_each(|f| out[(f * 2 + side) * n[i] + k] = spectrum[f]);
+            }
+        }
+        out
+    }
+
+    /// Adds what [`Walls::along`] would have made into `spectra`.
+    fn along_back(&self, a: usize, c: usize, spectra: &[Complex64], faces: &mut [Vec<f64>; 2]) {
+        let (n, l, h) = (self.grid.cells, self.grid.lengths()[c], self.grid.halves()[c]);
+        let i = 3 - a - c;
+        let [step_i, step_c] = if i < c { [n[c], 1] } else { [1, n[i]] };
+        let (mut line, mut spectrum) = (vec![0.0; l], vec![ZERO; h]);
+        let mut scratch = self.unreal[c].make_scratch_vec();
+        for (side, face) in faces.iter_mut().enumerate() {
+            for k in 0..n[i] {
+                (0..h).for_each(|f| spectrum[f] = spectra[(f * 2 + side) * n[i] + k]);
+                spectrum[0].im = 0.0;
+                if l.is_multiple_of(2) {
+                    spectrum[h - 1].im = 0.0;
+                }
+                let done = self.unreal[c].process_with_scratch(&mut spectrum, &mut line, &mut scratch);
+                assert!(done.is_ok(), "buffers of the plan's lengths");
+                (0..n[c]).for_each(|j| face[k * step_i + j * step_c] += line[j]);
+            }
+        }
+    }
+}
+
+/// One frequency of two pairs of adjacent walls: q by `[i_a][i_b]`, walls by `[side][i]`.
+struct Meet<'a> {
+    q: &'a [f64],
+    from: [&'a [Complex64]; 2],
+    to: [&'a mut [Complex64]; 2],
+}
+
+impl simd::Work for Meet<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn go(self) {
+        let Meet { q, from: [from_a, from_b], to: [to_a, to_b] } = self;
+        let (nb, na) = (from_a.len() / 2, from_b.len() / 2);
+        let (of_a, of_b) = (columns(from_a), columns(from_b));
+        let (mut sum_a, mut sum_b) = (vec![[0.0; LANES]; nb], vec![[0.0; LANES]; na]);
+        for i in 0..na {
+            let row = &q[i * nb..(i + 1) * nb];
+            let x = of_b[i];
+            let mut own = [0.0; LANES];
+            for j in 0..nb {
+                for l in 0..LANES {
+                    sum_a[j][l] += row[j] * x[l];
+                    own[l] += row[j] * of_a[j][l];
+                }
+            }
+            sum_b[i] = own;
+        }
+        collect(&sum_a, to_a);
+        collect(&sum_b, to_b);
+    }
+}
+
+/// (low, high, R low, R high) of two walls by `[side][i]`.
+#[inline(always)]
+fn columns(walls: &[Complex64]) -> Vec<Columns> {
+    let n = walls.len() / 2;
+    let at = |i: usize| {
+        let z = [walls[i], walls[n + i], walls[n - 1 - i], walls[2 * n - 1 - i]];
+        std::array::from_fn(|l| if l % 2 == 0 { z[l / 2].re } else { z[l / 2].im })
+    };
+    (0..n).map(at).collect()
+}
+
+/// From the four products back to two walls.
+#[inline(always)]
+fn collect(sums: &[Columns], to: &mut [Complex64]) {
+    let n = sums.len();
+    for i in 0..n {
+        let (own, turned) = (sums[i], sums[n - 1 - i]);
+        to[i] = Complex64::new(own[0] + turned[2], own[1] + turned[3]);
+        to[n + i] = Complex64::new(own[4] + turned[6], own[5] + turned[7]);
+    }
+}

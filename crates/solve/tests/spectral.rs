@@ -1,0 +1,361 @@
+//! The spectral engine against all pairs, and against the laws.
+
+mod common;
+
+use common::surface;
+use zonal_math::{Vec3, vec3};
+use zonal_scene::scene::PatchRule;
+use zonal_scene::{
+    Bands, Engine, Facet, Fields, Options, Plate, Progress, Quiet, Report, Scene, SceneParts, Surroundings,
+    Texture, Voxmap, Zones, bands,
+};
+use zonal_solve::engine::choose;
+use zonal_solve::forecast::Forecast;
+use zonal_solve::spectral::{Spectral, enclosure::Enclosure};
+use zonal_solve::{Job, Operator, solve_zones};
+use zonal_transport::{Transport, build_zones};
+
+/// Numbers in [0, 1) that look random.
+struct Dice(u64);
+
+impl Dice {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+    fn bands(&mut self) -> Bands {
+        [0; 3].map(|_| self.next())
+    }
+}
+
+/// A box of cells with walls; textures of chance on the walls, albedo, emission and sources of chance in the cells.
+#[derive(Clone)]
+struct Room {
+    cells: [usize; 3],
+    edges: [f64; 3],
+    kappa: Bands,
+    periodic: [bool; 3],
+    omit: Vec<usize>,
+    engine: Engine,
+}
+
+impl Room {
+    fn new(cells: [usize; 3], edges: [f64; 3], kappa: Bands) -> Room {
+        Room { cells, edges, kappa, periodic: [false; 3], omit: Vec::new(), engine: Engine::Spectral }
+    }
+    fn parts(&self) -> SceneParts {
+        let size = Vec3::from_array([0, 1, 2].map(|k| self.cells[k] as f64 * self.edges[k]));
+        let min = vec3(-0.3, 0.7, 2.0);
+        let mut dice = Dice(7);
+        let mut parts = SceneParts {
+            options: Options {
+                patch_rule: PatchRule::Voxels,
+                engine: self.engine,
+                residual: 1e-14,
+                ..Options::default()
+            },
+            periodic: self.periodic,
+            ..SceneParts::default()
+        };
+        for face in (0..6).filter(|f| !self.periodic[f / 2] && !self.omit.contains(f)) {
+            let (axis, high) = (face / 2, face % 2 == 1);
+            let [b, c] =
+                if high { [(axis + 2) % 3, (axis + 1) % 3] } else { [(axis + 1) % 3, (axis + 2) % 3] };
+            let along = |k: usize| {
+                let mut e = [0.0; 3];
+                e[k] = size[k];
+                Vec3::from_array(e)
+            };
+            let origin = if high { min + along(axis) } else { min };
+            let mut texture = || Texture {
+                width: 5,
+                height: 4,
+                pixels: (0..20).map(|_| dice.bands().map(|x| x as f32)).collect(),
+            };
+            parts.textures.extend([texture(), texture()]);
+            let n = parts.textures.len();
+            let mut s = surface(&format!("wall{face}"), 0.9, 3.0, false);
+            (s.reflectance_texture, s.emission_texture) = (Some(n - 2), Some(n - 1));
+            parts.surfaces.push(s);
+            parts.facets.push(Facet {
+                surface: parts.surfaces.len() - 1,
+                plate: Plate::parallelogram(origin, along(b), along(c)),
+                uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+            });
+        }
+        let mut map = Voxmap::new(min, Vec3::from_array(self.edges), self.cells).unwrap();
+        for i in 0..map.len() {
+            let source = dice.bands().map(|x| if x > 0.7 { x } else { 0.0 });
+            map.set(
+                i,
+                self.kappa,
+                dice.bands().map(|x| 0.95 * x),
+                dice.bands(),
+                bands(|b| source[b] * self.kappa[b].min(1.0)),
+            );
+        }
+        parts.voxmap = Some(map.seal().unwrap());
+        parts
+    }
+    fn scene(&self) -> Scene {
+        Scene::new(self.parts()).unwrap_or_else(|e| panic!("{e}"))
+    }
+    fn with(&self, engine: Engine) -> Room {
+        Room { engine, ..self.clone() }
+    }
+}
+
+fn solved(scene: &Scene) -> (Zones, Fields, Report) {
+    let transport = Transport::new(scene);
+    let zones = build_zones(scene, &transport).unwrap();
+    let (fields, _, report) =
+        solve_zones(scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).unwrap_or_else(|e| panic!("{e}"));
+    (zones, fields, report)
+}
+
+fn operator(scene: &Scene) -> (Zones, Spectral) {
+    let transport = Transport::new(scene);
+    let zones = build_zones(scene, &transport).unwrap();
+    let found = Enclosure::find(scene, &zones).unwrap_or_else(|e| panic!("{e}"));
+    let s = Spectral::new(found, zones.patches.len(), &Quiet as &dyn Progress);
+    (zones, s)
+}
+
+/// Largest relative difference of what arrives, and of radiosities.
+fn apart(a: &Fields, b: &Fields) -> f64 {
+    let of = |a: &[Bands], b: &[Bands]| {
+        let pairs = a.iter().flatten().zip(b.iter().flatten());
+        pairs.fold(0.0f64, |m, (x, y)| m.max((x - y).abs() / y.abs().max(1e-300)))
+    };
+    of(&a.incident, &b.incident).max(of(&a.radiosity, &b.radiosity))
+}
+
+const EDGES: [f64; 3] = [0.11, 0.17, 0.07];
+
+fn like_dense(room: &Room) {
+    let [(_, spectral, report), (_, dense, pairs)] =
+        [Engine::Spectral, Engine::Dense].map(|e| solved(&room.with(e).scene()));
+    assert_eq!((report.engine.as_str(), pairs.engine.as_str()), ("spectral", "dense"));
+    let off = apart(&spectral, &dense);
+    assert!(off < 1e-10, "{:?}: {off:e}", room.periodic);
+    // What is left over of the power, and the radius that the report tells, which holds.
+    assert!(report.energy.residual.iter().all(|r| r.abs() < 1e-11), "{:?}", report.energy.residual);
+    let told = |i: usize, b: usize| spectral.error[i][b] + 3e-11 * dense.incident[i][b];
+    for i in 0..dense.incident.len() {
+        (0..3).for_each(|b| {
+            assert!((spectral.incident[i][b] - dense.incident[i][b]).abs() <= told(i, b), "{i} {b}");
+        });
+    }
+}
+
+#[test]
+fn zones_of_three_edges_are_those_of_all_pairs() {
+    like_dense(&Room::new([12, 9, 7], EDGES, [1.5, 1.5, 4.0]));
+}
+
+#[test]
+fn cubes_are_those_of_all_pairs() {
+    like_dense(&Room::new([6, 6, 6], [0.25; 3], [0.7, 2.0, 0.0]));
+}
+
+#[test]
+fn periodic_zones_are_those_of_all_pairs() {
+    for periodic in [[true, false, false], [false, true, false], [false, false, true]] {
+        like_dense(&Room { periodic, ..Room::new([12, 9, 7], EDGES, [7.0; 3]) });
+    }
+    for periodic in [[true, true, false], [true, false, true], [false, true, true]] {
+        like_dense(&Room { periodic, ..Room::new([5, 4, 3], EDGES, [20.0, 20.0, 30.0]) });
+    }
+}
+
+/// Closed, open, periodic rooms, with an odd and a single cell among their counts.
+fn rooms() -> Vec<Room> {
+    let plain = Room::new([7, 10, 5], EDGES, [1.5, 6.0, 1.5]);
+    vec![
+        plain.clone(),
+        Room { omit: vec![1, 2], ..plain.clone() },
+        Room::new([1, 6, 3], [0.3, 0.1, 0.2], [2.0; 3]),
+        Room { periodic: [true, false, false], ..plain.clone() },
+        Room { periodic: [false, true, true], ..Room::new([6, 5, 8], EDGES, [9.0, 9.0, 12.0]) },
+        Room { periodic: [true, true, false], ..Room::new([1, 1, 12], [0.5, 0.5, 0.1], [3.0; 3]) },
+    ]
+}
+
+#[test]
+fn reciprocity_and_closure() {
+    for room in rooms() {
+        let scene = room.scene();
+        let (zones, s) = operator(&scene);
+        let mut dice = Dice(11);
+        let [x, y] = [0; 2].map(|_| (0..zones.len()).map(|_| dice.bands()).collect::<Vec<_>>());
+        let (gx, gy) = (s.apply(&x), s.apply(&y));
+        for b in 0..3 {
+            let dot = |a: &[Bands], c: &[Bands]| a.iter().zip(c).map(|(a, c)| a[b] * c[b]).sum::<f64>();
+            let (left, right) = (dot(&x, &gy), dot(&gx, &y));
+            assert!((left - right).abs() < 1e-12 * left, "{left} {right}");
+        }
+        let strength: Vec<Bands> =
+            (0..zones.len()).map(|i| zonal_exchange::pair::strength(&zones, i)).collect();
+        let (rows, open) = (s.apply(&strength), s.openings());
+        for i in 0..zones.len() {
+            let t = zonal_exchange::pair::target(&zones, i);
+            (0..3).for_each(|b| {
+                let row = rows[i][b] + open[i][b];
+                assert!((row / t - 1.0).abs() < 1e-12, "{:?} {i} {b}: {row} {t}", room.periodic);
+            });
+        }
+    }
+}
+
+#[test]
+fn an_isothermal_enclosure_is_level() {
+    for room in rooms() {
+        let mut parts = room.parts();
+        for s in &mut parts.surfaces {
+            (s.reflectance_texture, s.emission_texture) = (None, None);
+            (s.reflectance, s.emission) = ([0.25, 0.5, 0.75], [0.75, 0.5, 0.25]);
+        }
+        parts.surroundings =
+            Surroundings { radiance: [std::f64::consts::FRAC_1_PI; 3], ..Surroundings::default() };
+        let map = parts.voxmap.as_mut().unwrap();
+        map.fill(room.kappa, [0.6, 0.0, 1.0], [1.0; 3], [0.0; 3]);
+        let (zones, fields, report) = solved(&Scene::new(parts).unwrap());
+        for (i, x) in fields.incident.iter().enumerate() {
+            let want = if i < zones.voxel_offset() { 1.0 } else { 4.0 };
+            assert!(x.iter().all(|x| (x / want - 1.0).abs() < 1e-12), "{:?} {i}: {x:?}", room.periodic);
+        }
+        assert!(report.energy.residual.iter().all(|r| r.abs() < 1e-12), "{:?}", report.energy.residual);
+    }
+}
+
+#[test]
+fn what_the_room_has_of_symmetry_its_light_has() {
+    // Equal walls, cubes, a medium of one look: 48 symmetries, among them the exchange of axes and reversals.
+    let mut parts = Room::new([6; 3], [0.2; 3], [2.0; 3]).parts();
+    for s in &mut parts.surfaces {
+        (s.reflectance_texture, s.emission_texture) = (None, None);
+    }
+    parts.voxmap.as_mut().unwrap().fill([2.0; 3], [0.7; 3], [0.4; 3], [0.0; 3]);
+    let (zones, fields, _) = solved(&Scene::new(parts).unwrap());
+    let g = |c: [usize; 3]| fields.incident[zones.voxel_offset() + (c[0] * 6 + c[1]) * 6 + c[2]][0];
+    for c in [[0, 1, 2], [1, 1, 0], [2, 0, 0]] {
+        let [x, y, z] = c;
+        for other in [[y, z, x], [x, z, y], [5 - x, y, z], [x, 5 - y, 5 - z], [5 - z, x, 5 - y]] {
+            assert!((g(c) / g(other) - 1.0).abs() < 1e-12, "{c:?} {other:?}");
+        }
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let scene = Room::new([9, 20, 6], EDGES, [1.5, 4.0, 1.5]).scene();
+    let one = common::on_threads(&scene, 1);
+    let four = common::on_threads(&scene, 4);
+    assert!(one.0 == four.0 && one.1 == four.1);
+}
+
+#[test]
+fn where_it_does_not_apply_the_reason_is_told() {
+    let room = Room::new([3, 4, 5], EDGES, [1.0; 3]);
+    let refused = |change: &dyn Fn(&mut SceneParts)| {
+        let mut parts = room.parts();
+        change(&mut parts);
+        let scene = Scene::new(parts).unwrap();
+        let transport = Transport::new(&scene);
+        let zones = build_zones(&scene, &transport).unwrap();
+        solve_zones(&scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).unwrap_err().to_string()
+    };
+    let told = refused(&|p| {
+        let map = p.voxmap.as_mut().unwrap();
+        map.set(7, [1.0, 2.0, 1.0], [0.5; 3], [0.0; 3], [0.0; 3]);
+        *map = map.clone().seal().unwrap();
+    });
+    assert!(told.contains("spectral does not apply: the extinction varies in band 1"), "{told}");
+    let told = refused(&|p| p.voxmap = None);
+    assert!(told.contains("there is no medium"), "{told}");
+    let told = refused(&|p| p.options.patch_rule = PatchRule::Edge);
+    assert!(told.contains("'wall0'") && told.contains("patch_rule = \"voxels\""), "{told}");
+    let told = refused(&|p| p.facets.push(Facet { surface: 2, ..p.facets[0] }));
+    assert!(told.contains("lies on another") || told.contains("no face of a voxel"), "{told}");
+    // Too little memory is said before anything is computed.
+    let scene = Room::new([20, 20, 20], EDGES, [1.0; 3]).scene();
+    let transport = Transport::new(&scene);
+    let zones = build_zones(&scene, &transport).unwrap();
+    let told = solve_zones(&scene, &zones, &transport, &Job::new(1 << 20, &Quiet)).unwrap_err().to_string();
+    assert!(told.contains("--max-memory"), "{told}");
+}
+
+#[test]
+fn periodic_scenes_are_for_engines_that_know_images() {
+    let room = Room { periodic: [true, false, false], ..Room::new([3, 4, 5], EDGES, [9.0; 3]) };
+    let refused = |room: &Room| {
+        let scene = room.scene();
+        let transport = Transport::new(&scene);
+        let zones = build_zones(&scene, &transport).unwrap();
+        let job = Job::new(4 << 30, &Quiet);
+        solve_zones(&scene, &zones, &transport, &job).unwrap_err().to_string()
+    };
+    assert!(refused(&room.with(Engine::Hierarchical)).contains("boundary"));
+    assert!(refused(&Room { omit: vec![2], ..room.with(Engine::Dense) }).contains("boundary"));
+    // Walls stand across no periodic axis; vacuum has no end.
+    let mut parts = Room { periodic: [false; 3], ..room.clone() }.parts();
+    parts.periodic = [true, false, false];
+    let scene = Scene::new(parts).unwrap();
+    let transport = Transport::new(&scene);
+    let zones = build_zones(&scene, &transport).unwrap();
+    let told = solve_zones(&scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).unwrap_err().to_string();
+    assert!(told.contains("'wall0' stands across"), "{told}");
+    for kappa in [[0.0; 3], [1.0, 0.0, 1.0]] {
+        let told = Scene::new(Room { kappa, ..room.clone() }.parts()).unwrap_err().to_string();
+        assert!(told.contains("boundary.x"), "{told}");
+    }
+}
+
+#[test]
+fn auto_takes_it_where_zones_are_many_and_tells_why_not() {
+    let room = Room::new([18, 18, 18], [0.1; 3], [1.0; 3]).with(Engine::Auto);
+    let chosen = |parts: SceneParts| {
+        let scene = Scene::new(parts).unwrap();
+        let transport = Transport::new(&scene);
+        let zones = build_zones(&scene, &transport).unwrap();
+        let forecast = Forecast::new(&scene, &zones, &transport);
+        choose(&scene, &zones, &transport, &forecast, Default::default(), 4 << 30).unwrap()
+    };
+    let (engine, why) = chosen(room.parts());
+    assert!(engine == Engine::Spectral && why.contains("7776 zones in a box"), "{why}");
+    let mut parts = Room { cells: [20; 3], ..room.clone() }.parts();
+    let map = parts.voxmap.take().unwrap();
+    let mut map = map.clone();
+    map.set(5, [2.0, 1.0, 1.0], [0.5; 3], [0.0; 3], [0.0; 3]);
+    parts.voxmap = Some(map.seal().unwrap());
+    let (engine, why) = chosen(parts);
+    assert_eq!(engine, Engine::Hierarchical);
+    assert!(why.contains("spectral does not apply: the extinction varies in band 0"), "{why}");
+    // Few zones of a periodic box too.
+    let few = Room { periodic: [true, false, false], ..Room::new([4; 3], [0.1; 3], [1.0; 3]) };
+    assert_eq!(chosen(few.with(Engine::Auto).parts()).0, Engine::Spectral);
+}
+
+#[test]
+fn slabs_are_the_closed_forms() {
+    // VALIDATION 5 (b): between black plates, the medium in radiative equilibrium.
+    let slab = |n: usize, tau: f64| {
+        let room = Room::new([1, 1, n], [1.0 / n as f64; 3], [tau; 3]);
+        let mut parts = Room { periodic: [true, true, false], ..room }.parts();
+        for (k, s) in parts.surfaces.iter_mut().enumerate() {
+            (s.reflectance_texture, s.emission_texture) = (None, None);
+            (s.reflectance, s.emission) = ([0.0; 3], [f64::from(u8::from(k == 0)); 3]);
+        }
+        parts.voxmap.as_mut().unwrap().fill([tau; 3], [1.0; 3], [0.0; 3], [0.0; 3]);
+        let (zones, fields, _) = solved(&Scene::new(parts).unwrap());
+        assert_eq!(zones.patches.len(), 2);
+        fields.incident[1][0]
+    };
+    for (tau, flux) in [(0.1, 0.91570287), (1.0, 0.55340599), (10.0, 0.11674511)] {
+        let (rough, fine) = (slab(50, tau), slab(100, tau));
+        assert!((fine - flux).abs() < 3e-5 * (1.0 + tau), "{tau}: {fine}");
+        // The error falls with the square of the cells' size.
+        let better = fine + (fine - rough) / 3.0;
+        assert!((better - flux).abs() < 1e-5, "{tau}: {better}");
+    }
+}
