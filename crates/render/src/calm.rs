@@ -13,6 +13,7 @@
 use crate::patch_field::key;
 use rayon::prelude::*;
 use std::collections::HashMap;
+use zonal_math::Vec3;
 use zonal_scene::{Bands, Patch, bands};
 
 /// Share of the estimated error that counts as noise: estimates are two to five times what they bound.
@@ -25,6 +26,19 @@ const WIDTH: f64 = 2.4;
 const ALIKE: f64 = 0.78;
 const HEIGHT: f64 = 0.34;
 
+/// What is asked of a patch.
+struct Spot {
+    /// Centre, m.
+    at: Vec3,
+    normal: Vec3,
+    /// m².
+    area: f64,
+    /// W/m².
+    value: Bands,
+    /// W/m², all bands together.
+    noise: f64,
+}
+
 /// What arrives at patches, without the noise that its `error` tells.
 pub(crate) fn calmed(patches: &[Patch], incident: &[Bands], error: &[Bands]) -> Vec<Bands> {
     let noise: Vec<f64> =
@@ -34,40 +48,45 @@ pub(crate) fn calmed(patches: &[Patch], incident: &[Bands], error: &[Bands]) -> 
     }
     // A few large patches must not fill the grid.
     let mean = patches.iter().map(|p| p.area.sqrt()).sum::<f64>() / patches.len() as f64;
-    let reach = |i: usize| WIDTH * patches[i].area.sqrt().min(2.0 * mean);
     let cell = 6.0 * WIDTH * mean.max(1e-12);
+    let spot = |i: usize| Spot {
+        at: patches[i].plate.centre(),
+        normal: patches[i].normal,
+        area: patches[i].area,
+        value: incident[i],
+        noise: noise[i],
+    };
+    let spots: Vec<Spot> = (0..patches.len()).into_par_iter().map(spot).collect();
     let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
-    for (i, p) in patches.iter().enumerate() {
-        cells.entry(key(p.plate.centre(), cell)).or_default().push(i as u32);
-    }
-    let one = |i: usize| {
-        if noise[i] == 0.0 {
-            return incident[i];
+    spots.iter().enumerate().for_each(|(i, p)| cells.entry(key(p.at, cell)).or_default().push(i as u32));
+    let one = |own: &Spot| {
+        if own.noise == 0.0 {
+            return own.value;
         }
-        let (x, n, r) = (patches[i].plate.centre(), patches[i].normal, reach(i));
-        let (home, mut total, mut weights) = (key(x, cell), [0.0; 3], 0.0);
+        let r2 = (WIDTH * own.area.sqrt().min(2.0 * mean)).powi(2);
+        let (home, mut total, mut weights) = (key(own.at, cell), [0.0; 3], 0.0);
         for c in 0..27 {
             let at = [home[0] + c / 9 - 1, home[1] + c / 3 % 3 - 1, home[2] + c % 3 - 1];
             for &j in cells.get(&at).map_or(&[][..], Vec::as_slice) {
-                let j = j as usize;
-                let away = patches[j].plate.centre() - x;
+                let other = &spots[j as usize];
+                let away = other.at - own.at;
                 let d2 = away.length2();
-                let apart = d2 > 9.0 * r * r
-                    || n.dot(patches[j].normal) < ALIKE
-                    || n.dot(away).abs() > HEIGHT * d2.sqrt();
+                let apart = d2 > 9.0 * r2
+                    || own.normal.dot(other.normal) < ALIKE
+                    || own.normal.dot(away).powi(2) > HEIGHT * HEIGHT * d2;
                 if apart {
                     continue;
                 }
-                let differ = sum(&bands(|b| (incident[i][b] - incident[j][b]).abs()));
-                let spread = noise[i].powi(2) + noise[j].powi(2);
-                let w = patches[j].area * (-0.5 * (d2 / (r * r) + differ * differ / spread)).exp();
-                total = bands(|b| total[b] + w * incident[j][b]);
+                let differ = sum(&bands(|b| (own.value[b] - other.value[b]).abs()));
+                let spread = own.noise.powi(2) + other.noise.powi(2);
+                let w = other.area * (-0.5 * (d2 / r2 + differ * differ / spread)).exp();
+                total = bands(|b| total[b] + w * other.value[b]);
                 weights += w;
             }
         }
         total.map(|t| t / weights)
     };
-    (0..patches.len()).into_par_iter().map(one).collect()
+    spots.par_iter().map(one).collect()
 }
 
 fn sum(v: &Bands) -> f64 {
