@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! montecarlo [--cases c0,c9] [--sizes 10,20] [--reference FOLDER] [-o docs/montecarlo.md]
-//! montecarlo --engine hierarchical [--tolerances 0.03,0.01] [--cases c0,c8,c9] [--sizes 40] [--pictures FOLDER]
+//! montecarlo --engine hierarchical|spectral [--tolerances 0.03,0.01] [--cases c0,c8,c9] [--sizes 40] [--pictures FOLDER]
 //! ```
 //!
 //! Our zones are averaged down to the tables' 10×10 patches a wall and 10³ voxels, and compared with `*_sym` where it exists. The page,
