@@ -489,6 +489,10 @@ impl Scene {
     pub fn surroundings(&self) -> &Surroundings {
         &self.parts.surroundings
     }
+    /// True where the scene repeats itself.
+    pub fn is_periodic(&self) -> bool {
+        self.periodic() != [false; 3]
+    }
     /// Axes along which the scene repeats itself, with the medium's extent as its period.
     pub fn periodic(&self) -> [bool; 3] {
         self.parts.periodic

@@ -73,12 +73,7 @@ pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) 
         let high = d.iter().fold([1.0f64; 3], |m, d| bands(|b| m[b].max(d[b])));
         bands(|b| (high[b] * high[b] - 1.0).max(1.0 - low[b] * low[b]))
     };
-    for i in 0..n {
-        for b in 0..3 {
-            escape.sky.get_mut(i).into_iter().for_each(|x| x[b] *= d[i][b]);
-            escape.backs.get_mut(i).into_iter().for_each(|x| x[b] *= d[i][b]);
-        }
-    }
+    escape.scale(&d);
     operator.scale(&d);
     closure.after = worst(&defects(operator, zones, escape));
     closure.restored = true;

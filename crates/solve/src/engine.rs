@@ -91,7 +91,7 @@ pub fn choose(
     let paper = settings.voxels != VoxelFactors::Exact;
     let many = n > DENSE_ZONES || forecast.bytes > memory;
     let asked = scene.options().engine;
-    let periodic = scene.periodic() != [false; 3];
+    let periodic = scene.is_periodic();
     // Looked for only where the answer counts.
     let looked =
         asked == Engine::Spectral || periodic || (asked == Engine::Auto && (n > SPECTRAL_ZONES || many));
@@ -204,6 +204,11 @@ fn check_periodic(
         _ => return Ok(()),
     };
     Err(SceneError::new("boundary", what))
+}
+
+/// True where no ray is needed to know what escapes: transforms tell it, and a periodic box of all pairs is closed.
+pub(crate) fn knows_escape(engine: Engine, scene: &Scene) -> bool {
+    engine == Engine::Spectral || scene.is_periodic()
 }
 
 /// Builds an engine. Closure is measured, or restored where the scene asks for it, which may scale `escape` too.

@@ -90,8 +90,9 @@ impl Outlook {
         let (engine, reason) = engine::choose(scene, zones, transport, forecast, settings, memory)?;
         let (_, light) = forecast::direct_light(scene, zones, transport, threads);
         let mut parts = vec![("direct light".to_string(), light)];
-        let told = engine == Engine::Spectral || scene.periodic() != [false; 3];
-        if !told && (engine != Engine::Hierarchical || !tells_escape(scene, zones)) {
+        if !engine::knows_escape(engine, scene)
+            && (engine != Engine::Hierarchical || !tells_escape(scene, zones))
+        {
             parts.push(("surroundings".to_string(), surroundings(plan, clock)));
         }
         let mut out = Outlook { engine, reason, parts, seconds: [0.0; 2], bytes: [0; 2], notes: Vec::new() };

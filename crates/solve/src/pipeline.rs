@@ -178,10 +178,11 @@ impl Lit {
 /// What escapes, a stage.
 fn surroundings(scene: &Scene, zones: &Zones, transport: &Transport, engine: Engine, job: &Job) -> Escape {
     const STAGE: &str = "surroundings";
-    let images = engine == Engine::Spectral || scene.periodic() != [false; 3];
-    if images || engine == Engine::Hierarchical && tells_escape(scene, zones) {
-        // The engine will tell, or the box is closed.
-        return if images { Escape::default() } else { Escape::untold(zones) };
+    if engine::knows_escape(engine, scene) {
+        return Escape::default();
+    }
+    if engine == Engine::Hierarchical && tells_escape(scene, zones) {
+        return Escape::untold(zones);
     }
     let restored = |bytes: Vec<u8>| {
         let mut r = Reader::new(&bytes);

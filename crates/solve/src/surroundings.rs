@@ -129,6 +129,13 @@ impl Escape {
         bands(|b| sky[b] + backs[b])
     }
 
+    /// What escapes of every zone times its factor, where closure is restored.
+    pub fn scale(&mut self, d: &[Bands]) {
+        for away in [&mut self.sky, &mut self.backs] {
+            away.iter_mut().zip(d).for_each(|(x, d)| *x = bands(|b| x[b] * d[b]));
+        }
+    }
+
     /// Nothing yet, for [`crate::hierarchical::views::Views::escape`] to tell.
     pub fn untold(zones: &Zones) -> Escape {
         let none = vec![[0.0; 3]; zones.len()];

@@ -1,13 +1,11 @@
 //! Scenes that repeat themselves: the exchange of two zones is that of one with all images of the other.
 //!
-//! Images with a gap beyond 36 mean free paths are left out: a row misses at most e^{−36} of its sum (`aligned/lattice/images.rs`).
+//! Images with a gap beyond [`DEPTH`] mean free paths are left out; what a row misses is told in `aligned/lattice/images.rs`.
 
+use crate::aligned::lattice::DEPTH;
 use crate::aligned::{Cuboid, FactorCache};
 use zonal_math::{Bounded, Vec3};
 use zonal_scene::Scene;
-
-/// Mean free paths after which an image is left out.
-const DEPTH: f64 = 36.0;
 
 /// The period along each axis, m; zero where there is none.
 pub(super) struct Images {
@@ -32,7 +30,7 @@ impl Images {
 
     /// Of a scene that repeats itself.
     pub(super) fn of(scene: &Scene) -> Option<Images> {
-        let map = scene.voxmap().filter(|_| scene.periodic() != [false; 3])?;
+        let map = scene.voxmap().filter(|_| scene.is_periodic())?;
         let extent = (map.max() - map.min()).array();
         let period = [0, 1, 2].map(|k| if scene.periodic()[k] { extent[k] } else { 0.0 });
         Some(Images { period: Vec3::from_array(period) })

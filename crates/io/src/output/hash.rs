@@ -122,7 +122,7 @@ fn media(h: &mut Fnv, scene: &Scene) {
         h.real(p.thickness);
         [p.extinction, p.albedo, p.emission].iter().for_each(|b: &Bands| h.reals(b));
     }
-    if scene.periodic() != [false; 3] {
+    if scene.is_periodic() {
         scene.periodic().into_iter().for_each(|p| h.int(p as usize));
     }
     h.int(scene.voxmap().map_or(0, |v| v.len()));

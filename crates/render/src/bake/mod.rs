@@ -149,7 +149,7 @@ pub struct BakedMedium {
 /// Bakes a solution.
 pub fn bake(solution: &Solution, options: &BakeOptions, progress: &dyn Progress) -> Baked {
     let transport = Transport::new(&solution.scene);
-    let shares = Share::all(solution);
+    let shares: Vec<Share> = Share::all(solution).into_iter().map(Share::calmed).collect();
     let lights = Lights::new(solution, &transport, &shares, options.light_samples);
     let surfaces = mesh::surfaces(solution, &lights, &shares, options, progress);
     let owner = |s| shares.iter().position(|g| g.owns_surface(&solution.scene, s)).map(|g| g as u32);

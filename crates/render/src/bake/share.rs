@@ -1,7 +1,7 @@
 //! What each light group gives to a zone.
 //!
 //! B_g = E_g + response · (G_g + G_dir,g), with ρ or Ω/4 in place of `response`; one share of everything where groups were not kept.
-//! H of patches is taken without the noise that the solution tells of, as in pictures.
+//! H of patches may be taken without the noise that the solution tells of, as in pictures.
 
 use crate::calm::calmed;
 use zonal_scene::group::ALL;
@@ -14,24 +14,32 @@ pub(super) struct Share<'a> {
     s: &'a Solution,
     /// `None` for everything together.
     group: Option<&'a Group>,
-    /// H of the patches without direct light, W/m².
+    /// H of the patches without direct light and without noise, W/m²; empty where it is taken as it is.
     calm: Vec<Bands>,
 }
 
 impl<'a> Share<'a> {
     /// All of them, at least one.
     pub fn all(s: &'a Solution) -> Vec<Share<'a>> {
-        let patches = &s.zones.patches;
         if s.groups.is_empty() {
-            let calm = calmed(patches, &s.fields.incident, &s.fields.error);
-            return vec![Share { name: ALL, kind: Kind::All, s, group: None, calm }];
+            return vec![Share { name: ALL, kind: Kind::All, s, group: None, calm: Vec::new() }];
         }
-        let share = |g: &'a Group| {
-            let all = |v: &Values| (0..patches.len()).map(|i| times(v.at(i), g.incident_scale)).collect();
-            let (incident, error): (Vec<Bands>, Vec<Bands>) = (all(&g.incident), all(&g.error));
-            Share { name: &g.name, kind: g.kind, s, group: Some(g), calm: calmed(patches, &incident, &error) }
-        };
+        let share = |g: &'a Group| Share { name: &g.name, kind: g.kind, s, group: Some(g), calm: Vec::new() };
         s.groups.iter().map(share).collect()
+    }
+
+    /// The same without the noise of the patches.
+    pub fn calmed(self) -> Share<'a> {
+        let patches = &self.s.zones.patches;
+        let calm = match self.group {
+            None => calmed(patches, &self.s.fields.incident, &self.s.fields.error),
+            Some(g) => {
+                let all = |v: &Values| (0..patches.len()).map(|i| times(v.at(i), g.incident_scale)).collect();
+                let (incident, error): (Vec<Bands>, Vec<Bands>) = (all(&g.incident), all(&g.error));
+                calmed(patches, &incident, &error)
+            }
+        };
+        Share { calm, ..self }
     }
 
     /// H or G of a zone without direct light, W/m².

@@ -107,13 +107,10 @@ pub fn restore(
 ) -> (Closure, Vec<Bands>) {
     let sum = total(made.len(), made.known.iter().map(|k| &k.0));
     let d = scaling(&made.tree, made, site.zones, escape, &sum);
-    for (i, d) in d.iter().enumerate() {
-        for b in 0..3 {
-            escape.sky[i][b] *= d[b];
-            escape.backs[i][b] *= d[b];
-            report.largest_change[b] = report.largest_change[b].max((d[b] * d[b] - 1.0).abs());
-        }
+    for d in &d {
+        report.largest_change = bands(|b| report.largest_change[b].max((d[b] * d[b] - 1.0).abs()));
     }
+    escape.scale(&d);
     made.scale(&d);
     report.after = crate::closure::measure(made, site.zones, escape).0.worst;
     report.restored = true;

@@ -37,7 +37,7 @@ const RUNG: f64 = 100.0;
 /// Offsets that are computed together.
 const TOGETHER: usize = 4096;
 /// Mean free paths after which an image is left out.
-const DEPTH: f64 = 36.0;
+pub const DEPTH: f64 = 36.0;
 
 impl Images {
     /// Of a grid with extinction `kappa` > 0 (1/m).

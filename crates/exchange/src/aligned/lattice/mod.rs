@@ -23,7 +23,7 @@ mod walls;
 
 pub use block::{Block, block};
 pub use fill::Tally;
-pub use images::Images;
+pub use images::{DEPTH, Images};
 pub use walls::WallTable;
 
 use fill::Family;
