@@ -93,13 +93,17 @@ pub(super) struct Powers {
     scale: Vec<(f64, Bands)>,
     /// What h is of P: 1/A or 1/(4V).
     over: Vec<f64>,
+    /// The three bands are one in everything: the engine is asked for one.
+    one: bool,
 }
 
 impl Powers {
-    pub fn new(zones: &Zones, locals: &[Local]) -> Powers {
+    /// Of zones whose bands are all alike where `grey`.
+    pub fn new(operator: &dyn Operator, zones: &Zones, locals: &[Local], grey: bool) -> Powers {
         let scale =
             (0..zones.len()).into_par_iter().map(|i| (target(zones, i), strength(zones, i))).collect();
-        Powers { scale, over: locals.iter().map(|l| l.part / l.measure).collect() }
+        let over = locals.iter().map(|l| l.part / l.measure).collect();
+        Powers { scale, over, one: grey && operator.one_band() }
     }
     /// The power of a zone's radiosity.
     pub fn of(&self, i: usize, radiosity: Bands) -> Bands {
@@ -111,7 +115,14 @@ impl Powers {
     }
     /// h of every zone, without what comes from the surroundings.
     pub fn arriving(&self, operator: &dyn Operator, u: &[Bands]) -> Vec<Bands> {
-        let mut p = operator.apply(&self.strengths(u));
+        let s = self.strengths(u);
+        let mut p: Vec<Bands> = match self.one {
+            true => {
+                let first: Vec<[f64; 1]> = s.par_iter().map(|s| [s[0]]).collect();
+                operator.apply_band(&first).par_iter().map(|p| [p[0]; 3]).collect()
+            }
+            false => operator.apply(&s),
+        };
         p.par_iter_mut().zip(&self.over).for_each(|(p, o)| *p = p.map(|x| x * o));
         p
     }
@@ -161,7 +172,7 @@ pub fn solve(site: &Site, built: &Built, escape: &Escape) -> Result<Coupled, Sce
     let shares = &table.thermal.shares;
     let locals = table.all(site.zones);
     let operator = built.operator.as_ref();
-    let powers = Powers::new(site.zones, &locals);
+    let powers = Powers::new(operator, site.zones, &locals, false);
     let sky = scene.surroundings().radiosity();
     // h that comes from the surroundings.
     let outside: Vec<Bands> =
