@@ -23,7 +23,8 @@
 //! cells too near or too thick are cut.
 //!
 //! **Error.** Rules have points enough for a relative error of about 1e-11 of a cell (see [`points`]): estimated, and compared in tests with
-//! the proven tables for constant radiosity and with rules of more points. Where the grid repeats itself images are added as in `images.rs`.
+//! the proven tables for constant radiosity and by refinement. Where the grid repeats itself images are added as in `images.rs`. The images of a
+//! period of one cell are a row without end, of density one: slopes along it are zero by symmetry, and so are their factors here.
 
 use super::images::{DEPTH, Images};
 use rayon::prelude::*;
@@ -163,6 +164,11 @@ impl Linear<'_> {
         std::array::from_fn(|k| if self.along[k] == Along::Across { 1 } else { self.counts[k] })
     }
 
+    /// True along an axis whose cells are all images of one.
+    fn is_row(&self, k: usize) -> bool {
+        self.period(k) == Some(1)
+    }
+
     fn period(&self, k: usize) -> Option<usize> {
         self.images.period[k].filter(|_| self.along[k] == Along::Between)
     }
@@ -170,6 +176,7 @@ impl Linear<'_> {
     /// Cells of the lattice of t along an axis.
     fn cells(&self, k: usize) -> usize {
         match self.period(k) {
+            Some(1) => 1,
             Some(_) => (DEPTH / self.kappa / self.edges[k]).ceil() as usize + 1,
             None => self.slots()[k],
         }
@@ -178,12 +185,13 @@ impl Linear<'_> {
     /// Where the shares of cell `i` along axis `k` go.
     fn goals(&self, k: usize, i: usize) -> Vec<Goal> {
         match self.along[k] {
+            // A row has two sides.
+            Along::Between if self.is_row(k) => vec![Goal { slot: 0, first: 0, even: 2.0, odd: 0.0 }],
             Along::Across => vec![Goal { slot: 0, first: 0, even: 1.0, odd: 1.0 }],
             Along::Depth => vec![Goal { slot: i, first: 0, even: 1.0, odd: 1.0 }],
-            Along::Between => [(i, 0), (i + 1, 3)]
-                .into_iter()
-                .flat_map(|(d, first)| self.places(k, d, first))
-                .collect(),
+            Along::Between => {
+                [(i, 0), (i + 1, 3)].into_iter().flat_map(|(d, first)| self.places(k, d, first)).collect()
+            }
         }
     }
 
@@ -205,7 +213,7 @@ impl Linear<'_> {
     /// Adds a plane of offset `raw` along the first axis to its places.
     fn put(&self, raw: usize, plane: &[Vec<f64>], terms: &[[usize; 3]], out: &mut [Vec<f64>]) {
         let goals = match self.along[0] {
-            Along::Between => self.places(0, raw, 0),
+            Along::Between if !self.is_row(0) => self.places(0, raw, 0),
             _ => self.goals(0, raw).into_iter().filter(|g| g.slot < self.slots()[0]).collect(),
         };
         for ((plane, term), out) in plane.iter().zip(terms).zip(out) {
@@ -225,7 +233,7 @@ impl Linear<'_> {
     fn chunk(&self, first: usize, terms: &[[usize; 3]]) -> Vec<Vec<f64>> {
         let last = (first + CHUNK).min(self.cells(0));
         let [_, n1, n2] = self.slots();
-        let above = usize::from(self.along[0] == Along::Between);
+        let above = usize::from(self.along[0] == Along::Between && !self.is_row(0));
         let mut planes = vec![vec![0.0; n1 * n2]; (last - first + above) * terms.len()];
         let goals: [Vec<Vec<Goal>>; 2] =
             [1, 2].map(|k| (0..self.cells(k)).map(|i| self.goals(k, i)).collect());
@@ -261,6 +269,7 @@ impl Linear<'_> {
         for k in 0..3 {
             let (lo, len) = match self.along[k] {
                 Along::Across => (self.counts[k] as f64 * self.edges[k], 0.0),
+                Along::Between if self.is_row(k) => (0.0, DEPTH / self.kappa + self.edges[k]),
                 _ => (at[k] as f64 * self.edges[k], self.edges[k]),
             };
             (piece.lo[k], piece.len[k]) = (lo, len);
@@ -315,6 +324,7 @@ impl Linear<'_> {
     fn densities(&self, k: usize, x: f64) -> [f64; 6] {
         let root3 = 3.0f64.sqrt();
         match self.along[k] {
+            Along::Between if self.is_row(k) => [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
             Along::Between => {
                 let y = 1.0 - x;
                 let odd = root3 * x * y;
@@ -341,8 +351,7 @@ impl Linear<'_> {
                         t[c] *= w;
                         let r = t.iter().map(|t| t * t).sum::<f64>().sqrt();
                         let up: f64 = (0..3).map(|k| t[k].powi(power[k])).product();
-                        let value =
-                            volume * ws * wv * ww * s * s * up * r.powi(-q) * (-self.kappa * r).exp();
+                        let value = volume * ws * wv * ww * s * s * up * r.powi(-q) * (-self.kappa * r).exp();
                         let [x, y, z]: [[f64; 6]; 3] =
                             std::array::from_fn(|k| self.densities(k, t[k] / self.edges[k]));
                         for (plane, x) in shares.iter_mut().zip(x) {
@@ -538,8 +547,7 @@ mod tests {
                         sums[0] += f00;
                         sums[1] += slope(b) * f00 + 0.5 * f01;
                         // Of the first the slope has the other sign: 𝓕_10(d) = −𝓕_01(d).
-                        sums[2] += slope(a) * slope(b) * f00 + 0.5 * slope(a) * f01
-                            - 0.5 * slope(b) * f01
+                        sums[2] += slope(a) * slope(b) * f00 + 0.5 * slope(a) * f01 - 0.5 * slope(b) * f01
                             + 0.25 * f11;
                     }
                 }
