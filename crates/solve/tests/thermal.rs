@@ -30,7 +30,7 @@ fn balance(s: &Solution) -> f64 {
 /// The furnace of 2 × 2 × 4 m: source 5 kW/m³, extinction 0.5 1/m, m cells a metre.
 fn furnace(m: usize, albedo: f64, engine: &str) -> String {
     format!(
-        "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nengine = \"{engine}\"\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [2,2,4] }}\ntemperature = 900\nemissivity = 0.7\nfaces.z0 = {{ temperature = 1200, emissivity = 0.85 }}\nfaces.z1 = {{ temperature = 400 }}\n[medium]\nmin = [0,0,0]\nmax = [2,2,4]\ncells = [{}, {}, {}]\nextinction = 0.5\nalbedo = {albedo}\nheat_source = 5000\n",
+        "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nengine = \"{engine}\"\nthick_zones = \"constant\"\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [2,2,4] }}\ntemperature = 900\nemissivity = 0.7\nfaces.z0 = {{ temperature = 1200, emissivity = 0.85 }}\nfaces.z1 = {{ temperature = 400 }}\n[medium]\nmin = [0,0,0]\nmax = [2,2,4]\ncells = [{}, {}, {}]\nextinction = 0.5\nalbedo = {albedo}\nheat_source = 5000\n",
         2 * m,
         2 * m,
         4 * m
@@ -133,9 +133,10 @@ fn slab(tau: f64, cells: usize, [hot, cold]: [f64; 2]) -> String {
 
 #[test]
 fn slabs_in_radiative_equilibrium() {
+    let plain = |text: String| text.replace("[solve]", "[solve]\nthick_zones = \"constant\"");
     let psi = |tau: f64, eps: [f64; 2]| {
         // The error falls with the square of the cells.
-        let [a, b] = [24, 48].map(|n| flux(&solved(&slab(tau, n, eps)), "slab.z0"));
+        let [a, b] = [24, 48].map(|n| flux(&solved(&plain(slab(tau, n, eps))), "slab.z0"));
         (b + (b - a) / 3.0) / (black(1000.0) - black(500.0))
     };
     for (tau, want) in [(0.2, 0.84917879), (1.0, 0.55340599), (3.0, 0.30164472)] {
@@ -144,6 +145,15 @@ fn slabs_in_radiative_equilibrium() {
         let [e1, e2] = [0.8, 0.35];
         let grey = want / (1.0 + want * (1.0 / e1 + 1.0 / e2 - 2.0));
         assert!((psi(tau, [e1, e2]) - grey).abs() < 1e-5, "τ = {tau}");
+    }
+    // Slopes inside the cells do as well with few of them, grey or in bands that are coupled.
+    for shares in [Shares::Grey, Shares::constant([0.5, 0.3, 0.2])] {
+        let text = slab(1.0, 12, [1.0, 1.0]).replace("[solve]", "[solve]\nthick_zones = \"linear\"");
+        let mut parts = read(&text).into_parts();
+        parts.thermal.as_mut().unwrap().shares = shares;
+        let s = solve(Scene::new(parts).unwrap());
+        let psi = flux(&s, "slab.z0") / (black(1000.0) - black(500.0));
+        assert!((psi - 0.55340599).abs() < 1e-5, "{psi}");
     }
     // Hardly a medium: two plates.
     let s = solved(&slab(1e-9, 1, [0.8, 0.35]));

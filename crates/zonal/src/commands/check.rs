@@ -40,7 +40,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     zonal_solve::thermal::pose(&scene, &mut zones);
     let reading = start.elapsed().as_secs_f64();
     let f = Forecast::new(&scene, &zones, &transport);
-    let mut warnings = forecast::warnings(&scene, &zones);
+    let mut warnings = Vec::new();
     if forecast::is_open(&scene, &zones, &transport) {
         warnings.push("the scene is open: some rays leave it; its surroundings take part as a zone".into());
     }
@@ -56,6 +56,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         threads,
     };
     let outlook = Outlook::new(&plan, &|| start.elapsed().as_secs_f64()).map(|o| o.beginning(reading));
+    warnings.extend(forecast::warnings(&scene, &zones, !outlook.as_ref().is_ok_and(|o| o.slopes)));
     match &outlook {
         Ok(o) => warnings.extend(o.notes.iter().cloned()),
         Err(e) => warnings.push(format!("`solve` will refuse: {e}")),
