@@ -15,10 +15,9 @@ fn the_furnace_of_the_manual() {
     let f = Folder::new();
     let walls = ["furnace.z0", "furnace.z1", "furnace.x0"];
     // Radiosity constant in each zone, and with slopes: the latter near what ever finer zones come to.
-    for (thick, want, close) in [
-        ("constant", [54715.3, -24559.8, -6269.4], 0.051),
-        ("auto", [53900.0, -24256.0, -6205.0], 60.0),
-    ] {
+    for (thick, want, close) in
+        [("constant", [54715.3, -24559.8, -6269.4], 0.051), ("auto", [53900.0, -24256.0, -6205.0], 60.0)]
+    {
         let args = ["solve", FURNACE, "-o", "out/a.npz", "--json", "--thick-zones", thick];
         let json: serde_json::Value = serde_json::from_str(&f.done(&args)).unwrap();
         let rows = json["heat"]["rows"].as_array().unwrap();

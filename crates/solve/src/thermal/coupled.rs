@@ -115,7 +115,9 @@ impl Powers {
         scale.extend(slopes.iter().map(|&i| scale[i as usize]).collect::<Vec<_>>());
         over.extend(slopes.iter().map(|&i| over[i as usize]).collect::<Vec<_>>());
         let (slopes, zones) = (slopes.to_vec(), zones.len());
-        Powers { scale, over, slopes, zones, one: grey && operator.one_band() }
+        // Where slopes are left out only all bands together are asked for.
+        let one = grey && operator.one_band() && operator.len() == scale.len();
+        Powers { scale, over, slopes, zones, one }
     }
     /// The zone of an unknown.
     pub fn zone(&self, k: usize) -> usize {
