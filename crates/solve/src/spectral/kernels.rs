@@ -85,8 +85,16 @@ struct Maker<'a> {
     counts: [usize; 3],
     /// Tables of walls that are made, by the axes of their normals.
     made: Vec<(Vec<usize>, Arc<WallTable>)>,
-    /// The same of zones with slopes, by normals and densities.
-    sloped: Vec<(Vec<usize>, Vec<[usize; 3]>, Vec<Vec<f64>>)>,
+    /// The same of zones with slopes.
+    sloped: Vec<Sloped>,
+}
+
+/// The tables of walls of zones with slopes.
+struct Sloped {
+    normals: Vec<usize>,
+    densities: Vec<[usize; 3]>,
+    /// One for each of the densities, by offset.
+    tables: Vec<Vec<f64>>,
 }
 
 /// A table whose axes are those of the grid exchanged: axis k of an offset is axis `turn[k]` of the table's.
@@ -190,7 +198,7 @@ impl Maker<'_> {
             let along = lie(normals);
             [0, 1, 2].map(|k| if along[k] == Along::Across { 1 } else { self.counts[k] })
         };
-        for (made, densities, tables) in &self.sloped {
+        for Sloped { normals: made, densities, tables } in &self.sloped {
             let Some(turn) = self.turn(normals, made) else { continue };
             let other = |d: &[usize; 3]| {
                 let mut of = [0; 3];
@@ -205,7 +213,8 @@ impl Maker<'_> {
         out.tally.push((what, Tally { gauss: tables.iter().map(Vec::len).sum(), ..Tally::default() }));
         // Other walls may want them; voxels with voxels come once.
         if !normals.is_empty() {
-            self.sloped.push((normals.to_vec(), layout.densities.clone(), tables.clone()));
+            let (normals, densities) = (normals.to_vec(), layout.densities.clone());
+            self.sloped.push(Sloped { normals, densities, tables: tables.clone() });
         }
         tables
     }
