@@ -297,6 +297,9 @@ fn periodic_scenes_are_for_engines_that_know_images() {
     };
     assert!(refused(&room.with(Engine::Hierarchical)).contains("boundary"));
     assert!(refused(&Room { omit: vec![2], ..room.with(Engine::Dense) }).contains("boundary"));
+    // Light goes too far in next to nothing.
+    let thin = refused(&Room { kappa: [1e-4; 3], ..room.with(Engine::Spectral) });
+    assert!(thin.contains("the images within 36 mean free paths are too many"), "{thin}");
     // Walls stand across no periodic axis; vacuum has no end.
     let mut parts = Room { periodic: [false; 3], ..room.clone() }.parts();
     parts.periodic = [true, false, false];
