@@ -3,6 +3,7 @@
 mod common;
 
 use common::{read, unit_room, with_site};
+use zonal_scene::scene::ThickZones;
 use zonal_scene::{Bands, Engine, Groups, Scene, Solution};
 use zonal_solve::Operator;
 use zonal_solve::hierarchical::{Factors, Hierarchical};
@@ -22,6 +23,7 @@ fn room(rest: &str) -> Scene {
 fn solved(scene: &Scene, engine: Engine, tolerance: f64, restore: bool) -> Solution {
     let mut o = scene.options().clone();
     (o.engine, o.tolerance, o.groups, o.restore_closure) = (engine, tolerance, Groups::All, restore);
+    o.thick_zones = ThickZones::Constant;
     let scene = scene.clone().with_options(o).unwrap_or_else(|e| panic!("{e}"));
     common::solve(scene)
 }

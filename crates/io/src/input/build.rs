@@ -9,7 +9,7 @@ use super::{files, medium, surface, texture};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use zonal_math::vec3;
-use zonal_scene::scene::PatchRule;
+use zonal_scene::scene::{PatchRule, ThickZones};
 use zonal_scene::{
     Camera, Engine, Groups, Lens, Light, Options, Plate, Scene, SceneParts, Surface, Surroundings,
 };
@@ -152,6 +152,7 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
         "sweeps",
         "engine",
         "groups",
+        "thick_zones",
     ])?;
     let mut o = Options::default();
     let between = |n: Node<'_>| match n.number()? {
@@ -180,6 +181,9 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
     }
     if let Some(i) = t.read("groups", |n| n.choice(&Groups::WORDS))? {
         o.groups = Groups::ALL[i];
+    }
+    if let Some(i) = t.read("thick_zones", |n| n.choice(&ThickZones::WORDS))? {
+        o.thick_zones = ThickZones::ALL[i];
     }
     Ok(o)
 }

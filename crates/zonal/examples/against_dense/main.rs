@@ -29,6 +29,7 @@ use scenes::Any;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use zonal::exchange::pair::Settings;
+use zonal::scene::scene::ThickZones;
 use zonal::scene::{Bands, Engine, Fields, Groups, Quiet, Report, Scene, Zones, bands};
 use zonal::solve::pipeline::{Job, solve_zones};
 use zonal::transport::{Transport, build_zones};
@@ -48,6 +49,8 @@ struct Solved {
 fn solved(scene: &Scene, engine: Engine, tolerance: f64, sample: u64) -> Result<Solved, Any> {
     let mut options = scene.options().clone();
     (options.engine, options.tolerance, options.groups) = (engine, tolerance, Groups::All);
+    // What links and rays have, too.
+    options.thick_zones = ThickZones::Constant;
     let scene = scene.clone().with_options(options)?;
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport)?;
