@@ -2,8 +2,7 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use zonal::io::{input, output};
-use zonal::scene::Scene;
+use zonal::io::output;
 
 /// Any error, in a sentence.
 pub type Any = Box<dyn std::error::Error>;
@@ -84,20 +83,18 @@ impl Case {
         t + "[[camera]]\nname = \"inside\"\norigin = [0.9, 0.9, 0.8]\ntarget = [0.1, 0.3, 0.2]\nup = [0, 0, 1]\nfov = 75\n"
     }
 
-    /// The scene with n³ voxels and n² patches a wall; `solve` are lines of its `[solve]`.
-    pub fn scene(&self, n: usize, solve: &str, folder: &Path) -> Result<Scene, Any> {
+    /// The text of the scene with n³ voxels and n² patches a wall; `solve` are lines of its `[solve]`. With it the file that it reads, if any:
+    /// the medium's densities, to be removed when the scene has been read.
+    pub fn written(&self, n: usize, solve: &str, folder: &Path) -> Result<(String, Option<PathBuf>), Any> {
         let density =
             std::env::temp_dir().join(format!("zonal-montecarlo-{}-{}.npy", self.name, std::process::id()));
-        if self.kappa.is_empty() {
-            let (shape, values) = output::read_array(&self.table(folder), "sigma_t")?;
-            output::write_array(&density, &shape, &values)?;
+        let text = self.text(n, solve, &density);
+        if !self.kappa.is_empty() {
+            return Ok((text, None));
         }
-        let scene =
-            input::parse_scene(&self.text(n, solve, &density), Some(&std::env::temp_dir()), self.name);
-        if density.exists() {
-            std::fs::remove_file(&density)?;
-        }
-        Ok(scene?)
+        let (shape, values) = output::read_array(&self.table(folder), "sigma_t")?;
+        output::write_array(&density, &shape, &values)?;
+        Ok((text, Some(density)))
     }
 
     /// The file of its table.
