@@ -52,7 +52,8 @@ fn a_closed_room_does_not_care_about_a_voxmap_that_sticks_out() {
         let medium = format!(
             "[medium]\nmin=[{min},{min},{min}]\nmax=[{max},{max},{max}]\ncells=[{n},{n},{n}]\nextinction=1\nalbedo=0.5"
         );
-        solved(&unit_room("patch_size=0.25", "reflectance=0.5\nfaces.x0={emission=1}", &medium))
+        let solve = "patch_size=0.25\nthick_zones=\"constant\"";
+        solved(&unit_room(solve, "reflectance=0.5\nfaces.x0={emission=1}", &medium))
     };
     // Cells coincide inside the room.
     let (a, b) = (room("0", "1", 4), room("-0.5", "1.5", 8));

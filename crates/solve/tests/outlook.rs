@@ -15,7 +15,7 @@ const GAS: &str =
 
 fn room(engine: Engine, tolerance: f64) -> Scene {
     let walls = "reflectance = 0.5\nfaces.x0 = { emission = 1 }";
-    let scene = read(&unit_room("patch_size = 0.125", walls, GAS));
+    let scene = read(&unit_room("patch_size = 0.125\nthick_zones = \"constant\"", walls, GAS));
     let mut o = scene.options().clone();
     (o.engine, o.tolerance) = (engine, tolerance);
     scene.with_options(o).unwrap()
