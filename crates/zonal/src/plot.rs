@@ -30,6 +30,8 @@ pub enum Mark {
     Dashed,
     /// Dots only.
     Dots,
+    /// A line without dots.
+    Plain,
 }
 
 /// Points with a name in the legend; an empty name has none.
@@ -170,6 +172,7 @@ impl Plot {
                 Mark::Dashed => {
                     chart.draw_series(DashedLineSeries::new(points(), 6, 4, colour.stroke_width(2)))?
                 }
+                Mark::Plain => chart.draw_series(LineSeries::new(points(), colour.stroke_width(2)))?,
                 Mark::Dots => chart.draw_series(points().map(|p| Circle::new(p, 3, colour.filled())))?,
             };
             if s.name.is_empty() {
@@ -197,7 +200,7 @@ impl Plot {
 /// The sample of a series in the legend: a stroke, a thin stroke for a dashed line, a spot for dots.
 fn sample(x: i32, y: i32, mark: Mark, colour: RGBColor) -> PathElement<(i32, i32)> {
     match mark {
-        Mark::Line => PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(3)),
+        Mark::Line | Mark::Plain => PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(3)),
         Mark::Dashed => PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(1)),
         Mark::Dots => PathElement::new(vec![(x + 7, y), (x + 13, y)], colour.stroke_width(6)),
     }

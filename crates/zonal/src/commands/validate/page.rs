@@ -1,0 +1,167 @@
+//! The page `validation.md` with its plots.
+
+use super::case::{Done, Profile};
+use super::listing::{cells, counts, summary};
+use super::richardson::Sequence;
+use crate::Failure;
+use crate::commands::reproduce::{Folder, markdown, number};
+use crate::plot::{Legend, Mark, Plot};
+use std::path::{Path, PathBuf};
+use zonal_io::output;
+
+/// Rows that stand on the page at once; more are folded.
+const OPEN: usize = 14;
+/// Curves in a plot of convergence.
+const CURVES: usize = 6;
+
+/// Writes the page and its plots; its path.
+pub fn write(folder: &Path, plots: &Folder, done: &[Done]) -> Result<PathBuf, Failure> {
+    let mut page = include_str!("head.md").to_string();
+    page += &overview(done);
+    let mut group = "";
+    for d in done {
+        if d.case.group != group {
+            group = d.case.group;
+            page += &format!("## {group}\n\n");
+        }
+        page += &case(d, plots)?;
+    }
+    let path = folder.join("validation.md");
+    output::write_bytes(&path, page.as_bytes())?;
+    Ok(path)
+}
+
+/// The largest share of a limit that a case uses.
+fn share(d: &Done) -> String {
+    let worst = d
+        .outcome
+        .checks
+        .iter()
+        .filter_map(|c| c.share())
+        .fold(None, |m: Option<f64>, s| Some(m.map_or(s, |m| m.max(s))));
+    worst.map_or("–".into(), |s| {
+        if s < 1e-3 { "< 0.1 %".into() } else { format!("{} %", number(100.0 * s, 2)) }
+    })
+}
+
+fn overview(done: &[Done]) -> String {
+    let [held, failed, skipped] = counts(done);
+    let seconds: f64 = done.iter().map(|d| d.seconds).sum();
+    let cases = done.len();
+    let mut out = format!(
+        "**{held} of {} verdicts hold**, {failed} do not; {cases} cases, {skipped} skipped; {seconds:.0} s on {} threads, version {}.\n\n",
+        held + failed,
+        rayon::current_num_threads(),
+        env!("CARGO_PKG_VERSION")
+    );
+    let rows: Vec<Vec<String>> = (done.iter())
+        .map(|d| {
+            let name = format!("[{0}](#{0})", d.case.name);
+            vec![name, d.case.title.into(), summary(&d.outcome), share(d), format!("{:.1}", d.seconds)]
+        })
+        .collect();
+    out += &markdown(&["case", "what", "verdicts", "largest share of a limit used", "s"], &rows);
+    out.push('\n');
+    out
+}
+
+fn case(d: &Done, plots: &Folder) -> Result<String, Failure> {
+    let name = d.case.name;
+    let mut out = format!("### {name}\n\n{}: {}. {}\n\n", d.case.title, summary(&d.outcome), d.case.about);
+    if let Some(why) = &d.outcome.skipped {
+        return Ok(out + &format!("Skipped: {why}.\n\n"));
+    }
+    for p in &d.outcome.profiles {
+        profile(p, plots)?;
+        out += &format!("![{}](validation/{}.svg)\n\n", p.title, p.file);
+    }
+    if !d.outcome.sequences.is_empty() {
+        convergence(d, plots)?;
+        out += &format!("![convergence of {name}](validation/{name}.svg)\n\n");
+        out += &extrapolations(&d.outcome.sequences);
+    }
+    for p in &d.outcome.pictures {
+        out += &format!("![{0}](validation/{1})\n\n{0}\n\n", p.caption, p.file);
+    }
+    let rows: Vec<Vec<String>> = (d.outcome.checks.iter())
+        .map(|c| {
+            let [reference, ours, difference, limit] = cells(c);
+            vec![c.quantity.clone(), reference, ours, difference, limit, c.verdict().word().into()]
+        })
+        .collect();
+    let table = markdown(&["quantity", "reference", "ours", "difference", "limit", "verdict"], &rows);
+    out += &if rows.len() > OPEN {
+        format!("<details><summary>{} rows</summary>\n\n{table}\n</details>\n\n", rows.len())
+    } else {
+        format!("{table}\n")
+    };
+    d.outcome.notes.iter().for_each(|n| out += &format!("{n}\n\n"));
+    Ok(out)
+}
+
+fn extrapolations(all: &[Sequence]) -> String {
+    let rows: Vec<Vec<String>> = (all.iter())
+        .map(|s| {
+            let last = s.steps.last().map_or((f64::NAN, f64::NAN), |l| *l);
+            let reference =
+                s.reference.filter(|r| r.0 != 0.0 || r.1 != 0.0).map_or("–".into(), |(value, bracket)| {
+                    match bracket {
+                        0.0 => number(value, 7),
+                        b => format!("{} ± {}", number(value, 7), number(b, 1)),
+                    }
+                });
+            let (value, order) = match &s.limit {
+                Ok(e) => {
+                    let orders: Vec<String> = e.orders.iter().map(|p| format!("{p:.2}")).collect();
+                    (format!("{} ± {}", number(e.value, 7), number(e.uncertainty, 1)), orders.join(", "))
+                }
+                Err(why) => (format!("none: {why}"), "–".into()),
+            };
+            vec![s.name.clone(), format!("{} at {}", number(last.1, 7), last.0), order, value, reference]
+        })
+        .collect();
+    markdown(&["sequence", "finest", "observed orders", "extrapolated", "reference"], &rows) + "\n"
+}
+
+/// Distance from the reference against resolution.
+fn convergence(d: &Done, plots: &Folder) -> Result<(), Failure> {
+    let all = &d.outcome.sequences;
+    let relative = all.iter().all(|s| s.reference.is_none_or(|r| r.0 != 0.0));
+    let what = if relative { "distance from the reference, relative" } else { "error" };
+    let mut plot =
+        Plot::new(&format!("{}: {}", d.case.name, d.case.title), "zones along an edge", what, (true, true));
+    let step = all.len().div_ceil(CURVES);
+    let mut most = (f64::INFINITY, 0.0f64, 0.0f64);
+    for (k, s) in all.iter().step_by(step).enumerate() {
+        let (to, bracket) = s.reference.unwrap_or((s.value(), 0.0));
+        let size = if relative { to.abs() } else { 1.0 };
+        let points: Vec<(f64, f64)> = s.steps.iter().map(|&(n, v)| (n, (v - to).abs() / size)).collect();
+        for &(n, e) in &points {
+            most = (most.0.min(n), most.1.max(n), most.2.max(e));
+        }
+        let ends = [s.steps.first(), s.steps.last()];
+        plot.add(&s.name, Mark::Line, k, points);
+        if let (true, [Some(a), Some(b)]) = (bracket > 0.0, ends) {
+            plot.add("", Mark::Dashed, k, vec![(a.0, bracket / size), (b.0, bracket / size)]);
+        }
+    }
+    // Slopes above all curves.
+    for (order, name) in [(1, "slope 1"), (2, "slope 2")] {
+        let guide = |n: f64| 1.5 * most.2 * (most.0 / n).powi(order);
+        plot.add(name, Mark::Dashed, 7, vec![(most.0, guide(most.0)), (most.1, guide(most.1))]);
+    }
+    plots.plot(&format!("{}.svg", d.case.name), &plot)
+}
+
+/// Ours as a line, the reference as spots.
+fn profile(p: &Profile, plots: &Folder) -> Result<(), Failure> {
+    let mut plot = Plot::new(&p.title, &p.x, &p.y, (false, false));
+    plot.legend = Legend::UpperRight;
+    for (k, (name, points)) in p.ours.iter().enumerate() {
+        plot.add(name, Mark::Plain, k, points.clone());
+    }
+    for (k, (name, points)) in p.reference.iter().enumerate() {
+        plot.add(name, Mark::Dots, p.ours.len() + k, points.clone());
+    }
+    plots.plot(&format!("{}.svg", p.file), &plot)
+}
