@@ -13,6 +13,7 @@
 //! | [`zones`] | patches, voxel zones and pane zones |
 //! | [`solution`] | radiosity, irradiance, fluence on the zones, with the report |
 //! | [`light`] | sun, sky, emitters, surroundings |
+//! | [`thermal`] | temperatures and net powers that are known, shares of the emission |
 //! | [`group`] | the share of each light in a solution |
 //! | [`progress`] | how long work tells where it stands |
 //! | [`vault`] | where long work leaves what is done |
@@ -28,6 +29,7 @@ pub mod plate;
 pub mod progress;
 pub mod scene;
 pub mod solution;
+pub mod thermal;
 pub mod vault;
 pub mod voxmap;
 pub mod zones;
@@ -41,7 +43,8 @@ pub use progress::{Progress, Quiet};
 pub use scene::{
     Engine, Facet, Groups, Options, Pane, Scene, SceneError, SceneParts, Sides, Surface, Texture,
 };
-pub use solution::{Estimate, Fields, Report, Solution, SolveStatus};
+pub use solution::{Estimate, Fields, Heat, HeatKind, HeatReport, HeatRow, Report, Solution, SolveStatus};
+pub use thermal::{Known, Shares, Thermal};
 pub use vault::{NoVault, Vault};
 pub use voxmap::Voxmap;
 pub use zones::{PaneZone, Patch, VoxelZone, Zones};

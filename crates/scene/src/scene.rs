@@ -1,6 +1,6 @@
 //! The scene: validated once, read-only ever after.
 
-use crate::{Bands, Camera, Light, Plate, Surroundings, Voxmap};
+use crate::{Bands, Camera, Light, Plate, Surroundings, Thermal, Voxmap};
 use std::fmt;
 use zonal_math::Vec3;
 
@@ -265,6 +265,8 @@ pub struct SceneParts {
     pub surroundings: Surroundings,
     /// Axes along which the scene repeats itself, with the medium's extent as its period.
     pub periodic: [bool; 3],
+    /// What is known of temperatures and heat; none in light mode.
+    pub thermal: Option<Thermal>,
     /// Cameras.
     pub cameras: Vec<Camera>,
     /// Settings.
@@ -454,7 +456,20 @@ impl Scene {
         for (lo, hi) in plates.map(Plate::bounds).chain(parts.voxmap.iter().map(|v| (v.min(), v.max()))) {
             bounds = (bounds.0.min(lo), bounds.1.max(hi));
         }
-        Ok(Scene { parts, bounds })
+        let scene = Scene { parts, bounds };
+        match scene.thermal() {
+            Some(thermal) => thermal.check(&scene)?,
+            None if scene.voxmap().is_some_and(Voxmap::is_thermal) => {
+                return fail("medium.temperature", "temperatures belong to mode = \"thermal\"");
+            }
+            None => {}
+        }
+        Ok(scene)
+    }
+
+    /// What is known of temperatures and heat; none in light mode.
+    pub fn thermal(&self) -> Option<&Thermal> {
+        self.parts.thermal.as_ref()
     }
 
     /// Name.

@@ -44,6 +44,21 @@ pub struct Fields {
     pub error: Vec<Bands>,
     /// The part of `error` that comes in from the surroundings, W/m²; the rest joins it as √(rest² + part²). Empty where they are dark.
     pub surroundings_error: Vec<Bands>,
+    /// Temperatures and net powers; none in light mode.
+    pub heat: Option<Heat>,
+}
+
+/// What thermal mode finds on the zones, all bands together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Heat {
+    /// T, K; not a number where none is defined: perfect mirrors, volumes that absorb nothing, heat taken from where there is none.
+    pub temperature: Vec<f64>,
+    /// Estimated error of T, K; 0 where it is known, not a number where T is.
+    pub temperature_error: Vec<f64>,
+    /// Net power that the zone gives: W/m² of patches, W/m³ of volume zones.
+    pub net: Vec<f64>,
+    /// Estimated error of `net`; 0 where it is known.
+    pub net_error: Vec<f64>,
 }
 
 /// Where the power went, W a band.
@@ -162,6 +177,72 @@ impl Default for Estimate {
     }
 }
 
+/// What a row of [`HeatReport`] is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeatKind {
+    /// A named surface.
+    Surface,
+    /// All voxels.
+    Medium,
+    /// A named pane.
+    Pane,
+}
+
+impl HeatKind {
+    /// All of them.
+    pub const ALL: [HeatKind; 3] = [HeatKind::Surface, HeatKind::Medium, HeatKind::Pane];
+    /// The word that reports use.
+    pub fn word(self) -> &'static str {
+        ["surface", "medium", "pane"][self as usize]
+    }
+}
+
+/// Temperature and heat of a named surface, of the medium or of a pane. Errors are bounds by the estimated errors of all that arrives, added
+/// up as if they had one sign.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeatRow {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: HeatKind,
+    /// Area of all its patches, m²; volume of media and panes, m³.
+    pub size: f64,
+    /// (mean of T⁴ over area or volume)^¼, K, of what has a temperature; none where nothing has.
+    pub temperature: Option<f64>,
+    /// Its error, K.
+    pub temperature_error: Option<f64>,
+    /// Net power that it gives, W.
+    pub power: f64,
+    /// Its error, W.
+    pub power_error: f64,
+}
+
+impl HeatRow {
+    /// Net power over size: W/m² of surfaces, W/m³ of media and panes, and its error.
+    pub fn flux(&self) -> [f64; 2] {
+        let over = |x: f64| if self.size > 0.0 { x / self.size } else { 0.0 };
+        [over(self.power), over(self.power_error)]
+    }
+}
+
+/// Temperatures and heat by name, and their balance.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HeatReport {
+    /// Surfaces in the scene's order, then the medium, then panes.
+    pub rows: Vec<HeatRow>,
+    /// Power that comes in from the surroundings less what escapes to them, W.
+    pub surroundings: f64,
+    /// Power lost on the black, cold backs of one-sided surfaces, W.
+    pub backs: f64,
+}
+
+impl HeatReport {
+    /// Σ of all net powers, which would be 0 but for errors, W.
+    pub fn balance(&self) -> f64 {
+        self.rows.iter().map(|r| r.power).sum::<f64>() + self.surroundings - self.backs
+    }
+}
+
 /// What was done, and how well it went.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
@@ -179,6 +260,8 @@ pub struct Report {
     pub closure: Closure,
     /// Energy balance.
     pub energy: Energy,
+    /// Temperatures and heat by name; none in light mode.
+    pub heat: Option<HeatReport>,
     /// Name and count of what was counted: pairs by method, rays, tables.
     pub counts: Vec<(String, u64)>,
     /// Warnings: zones too thick, open enclosures, dropped triangles.
@@ -197,6 +280,7 @@ impl Default for Report {
             estimate: Estimate::default(),
             closure: Closure::default(),
             energy: Energy::default(),
+            heat: None,
             counts: Vec::new(),
             warnings: Vec::new(),
             grade: Grade::Estimated,

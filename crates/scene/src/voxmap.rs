@@ -4,7 +4,7 @@
 //! index = (i·ny + j)·nz + k, the order of a C array `[x][y][z]`. Within a cell extinction, albedo and sources are constant.
 
 use crate::scene::{LARGEST_EXTINCTION, LARGEST_FLUX, LARGEST_LENGTH, SceneError};
-use crate::{Bands, bands};
+use crate::{Bands, Known, bands};
 use zonal_math::{Vec3, vec3};
 
 /// The most cells a voxmap may have: at 100 bytes a cell this is what a large machine holds.
@@ -18,27 +18,29 @@ pub struct Voxmap {
     min: Vec3,
     cell: Vec3,
     dims: [usize; 3],
-    extinction: Values,
-    albedo: Values,
-    emission: Values,
-    source: Values,
+    extinction: Values<Bands>,
+    albedo: Values<Bands>,
+    emission: Values<Bands>,
+    source: Values<Bands>,
+    /// In thermal mode.
+    heat: Option<Values<Known>>,
 }
 
 /// A value a cell: one for all, or one each.
 #[derive(Clone, Debug, PartialEq)]
-enum Values {
-    Same(Bands),
-    Each(Vec<Bands>),
+enum Values<T> {
+    Same(T),
+    Each(Vec<T>),
 }
 
-impl Values {
-    fn get(&self, index: usize) -> Bands {
+impl<T: Copy + PartialEq> Values<T> {
+    fn get(&self, index: usize) -> T {
         match self {
             Values::Same(v) => *v,
             Values::Each(list) => list[index],
         }
     }
-    fn set(&mut self, index: usize, value: Bands, len: usize) {
+    fn set(&mut self, index: usize, value: T, len: usize) {
         match self {
             Values::Same(v) if *v == value => {}
             Values::Same(v) => {
@@ -94,6 +96,7 @@ impl Voxmap {
             albedo: Values::Same([0.0; 3]),
             emission: Values::Same([0.0; 3]),
             source: Values::Same([0.0; 3]),
+            heat: None,
         })
     }
 
@@ -115,6 +118,23 @@ impl Voxmap {
         self.source = Values::Same(source);
     }
 
+    /// Sets what is known of one cell in thermal mode: its temperature (K), or the heat that it gives (W/m³); of all the others
+    /// `rest` where nothing was known before. Call [`Voxmap::seal`] after the last one.
+    pub fn set_heat(&mut self, index: usize, known: Known, rest: Known) {
+        let len = self.len();
+        self.heat.get_or_insert(Values::Same(rest)).set(index, known, len);
+    }
+
+    /// Sets what is known of all cells in thermal mode.
+    pub fn fill_heat(&mut self, known: Known) {
+        self.heat = Some(Values::Same(known));
+    }
+
+    /// Forgets temperatures and heat.
+    pub fn clear_heat(&mut self) {
+        self.heat = None;
+    }
+
     /// Multiplies emission and source of every cell by a factor a band. Call [`Voxmap::seal`] afterwards.
     pub fn scale_sources(&mut self, factor: Bands) {
         let scaled = |v: Bands| bands(|b| v[b] * factor[b]);
@@ -133,10 +153,7 @@ impl Voxmap {
 
     /// Validates every cell and notes whether the extinction is uniform.
     pub fn seal(mut self) -> Result<Voxmap, SceneError> {
-        let one = [&self.extinction, &self.albedo, &self.emission, &self.source]
-            .iter()
-            .all(|v| matches!(v, Values::Same(_)));
-        for i in 0..if one { 1 } else { self.len() } {
+        for i in 0..if self.is_uniform() { 1 } else { self.len() } {
             let bad = |key: &str, what: &str, value: f64| {
                 let [x, y, z] = self.coordinates(i);
                 Err(SceneError::new(key, format!("{what} is {value} in cell ({x}, {y}, {z})")))
@@ -169,7 +186,34 @@ impl Voxmap {
         for values in [&mut self.extinction, &mut self.albedo, &mut self.emission, &mut self.source] {
             values.seal();
         }
+        if let Some(heat) = &mut self.heat {
+            heat.seal();
+        }
+        self.check_heat()?;
         Ok(self)
+    }
+
+    /// Heat comes from cells that absorb, and kelvin are above 0.
+    fn check_heat(&self) -> Result<(), SceneError> {
+        if self.heat.is_none() {
+            return Ok(());
+        }
+        for i in 0..if self.is_uniform() { 1 } else { self.len() } {
+            let [x, y, z] = self.coordinates(i);
+            let at =
+                |e: SceneError| SceneError::new(e.key(), format!("in cell ({x}, {y}, {z}) {}", e.what()));
+            let Some(known) = self.heat(i) else { continue };
+            known
+                .check(|k| format!("medium.{}", if k == "temperature" { k } else { "heat_source" }))
+                .map_err(at)?;
+            let (k, o) = (self.extinction(i), self.albedo(i));
+            let absorbs = (0..3).any(|b| k[b] * (1.0 - o[b]) > 0.0);
+            if matches!(known, Known::Flux(q) | Known::Power(q) if q != 0.0) && !absorbs {
+                let what = "heat needs a medium that absorbs to come from; raise the extinction, lower the albedo, or give 0";
+                return Err(at(SceneError::new("medium.heat_source", what)));
+            }
+        }
+        Ok(())
     }
 
     /// Number of cells.
@@ -240,6 +284,20 @@ impl Voxmap {
     /// Volumetric source q of a cell, W/m³.
     pub fn source(&self, index: usize) -> Bands {
         self.source.get(index)
+    }
+    /// What is known of a cell in thermal mode; none in light mode.
+    pub fn heat(&self, index: usize) -> Option<Known> {
+        self.heat.as_ref().map(|h| h.get(index))
+    }
+    /// True where cells know temperatures or heat sources.
+    pub fn is_thermal(&self) -> bool {
+        self.heat.is_some()
+    }
+    /// True where all cells are alike in everything.
+    pub fn is_uniform(&self) -> bool {
+        let same = |v: &Values<Bands>| matches!(v, Values::Same(_));
+        [&self.extinction, &self.albedo, &self.emission, &self.source].into_iter().all(same)
+            && !matches!(self.heat, Some(Values::Each(_)))
     }
     /// The extinction, where it is the same in every cell.
     pub fn uniform_extinction(&self) -> Option<Bands> {

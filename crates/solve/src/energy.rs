@@ -10,7 +10,7 @@ use crate::groups::Source;
 use crate::surroundings::Escape;
 use zonal_exchange::pair::strength;
 use zonal_scene::solution::Energy;
-use zonal_scene::{Bands, Scene, Zones};
+use zonal_scene::{Bands, Kind, Scene, Zones};
 
 /// What arrives because of one group, without and with its direct light, and what leaves.
 pub struct Found<'a> {
@@ -43,8 +43,45 @@ pub fn balance(
             e.backs[b] += light.backs[b];
         }
     }
-    let arriving = |i: usize, b: usize| found.incident[i][b] + found.direct.get(i).map_or(0.0, |d| d[b]);
-    let own = |i: usize| if source.emits(zones, i) { 1.0 } else { 0.0 };
+    add_zones(&mut e, zones, source.kind, found.incident, found.direct);
+    let sky = source.sky(scene);
+    if !escape.closed() {
+        let away: [f64; 9] = columns::sum(zones.len(), |i| {
+            let (c, to_sky, to_backs) = (strength(zones, i), escape.sky_of(i), escape.backs_of(i));
+            std::array::from_fn(|n| {
+                let (b, s) = (n % 3, found.strengths[i][n % 3]);
+                [to_sky[b] * s, to_backs[b] * s, to_sky[b] * c[b] * sky[b]][n / 3]
+            })
+        });
+        for b in 0..3 {
+            e.escaped[b] += away[b];
+            e.backs[b] += away[3 + b];
+            e.incoming[b] += away[6 + b];
+        }
+    }
+    e.balance();
+    e
+}
+
+/// The balance of all light together on zones that emit and absorb otherwise, from what arrives (W/m²); what came in and went from the
+/// scene stays as in `old`.
+pub fn of_zones(scene: &Scene, zones: &Zones, incident: &[Bands], old: &Energy) -> Energy {
+    let mut e = Energy {
+        incoming: old.incoming,
+        escaped: old.escaped,
+        backs: old.backs,
+        absorbed_surfaces: scene.surfaces().iter().map(|s| (s.name.clone(), [0.0; 3])).collect(),
+        ..Energy::default()
+    };
+    add_zones(&mut e, zones, Kind::All, incident, &[]);
+    e.balance();
+    e
+}
+
+/// Adds what zones of a group emit and what they absorb.
+fn add_zones(e: &mut Energy, zones: &Zones, kind: Kind, incident: &[Bands], direct: &[Bands]) {
+    let arriving = |i: usize, b: usize| incident[i][b] + direct.get(i).map_or(0.0, |d| d[b]);
+    let own = |i: usize| if kind.emits(zones, i) { 1.0 } else { 0.0 };
     for (i, p) in zones.patches.iter().enumerate() {
         for b in 0..3 {
             e.emitted[b] += own(i) * p.emission[b] * p.area;
@@ -73,21 +110,4 @@ pub fn balance(
             e.absorbed_panes[b] += absorption * arriving(i, b) * volume;
         }
     }
-    let sky = source.sky(scene);
-    if !escape.closed() {
-        let away: [f64; 9] = columns::sum(zones.len(), |i| {
-            let (c, to_sky, to_backs) = (strength(zones, i), escape.sky_of(i), escape.backs_of(i));
-            std::array::from_fn(|n| {
-                let (b, s) = (n % 3, found.strengths[i][n % 3]);
-                [to_sky[b] * s, to_backs[b] * s, to_sky[b] * c[b] * sky[b]][n / 3]
-            })
-        });
-        for b in 0..3 {
-            e.escaped[b] += away[b];
-            e.backs[b] += away[3 + b];
-            e.incoming[b] += away[6 + b];
-        }
-    }
-    e.balance();
-    e
 }

@@ -101,9 +101,12 @@ pub fn each(scene: &Scene, zones: &Zones) -> Vec<Source> {
     out
 }
 
-/// The groups that are solved, and a note where they were merged for want of room.
+/// The groups that are solved, and a note where they were merged for want of room. Heat is one sum: temperatures do not add up.
 pub fn chosen(scene: &Scene, zones: &Zones) -> (Vec<Source>, Option<String>) {
     let all = || vec![Source { name: ALL.into(), kind: Kind::All }];
+    if scene.thermal().is_some() {
+        return (all(), None);
+    }
     let each = each(scene, zones);
     let many = each.len() > MOST_GROUPS || each.len() * zones.len() > MOST_VALUES;
     match scene.options().groups {

@@ -28,6 +28,7 @@
 //! | [`stage`] | what is kept of long work, as bytes |
 //! | [`energy`] | the balance |
 //! | [`pipeline`] | a scene in, a solution out |
+//! | [`thermal`] | temperatures and net powers: zones posed for the linear equations, the coupling of bands, what is found |
 //! | [`relight`] | lights turned up and down in a solution |
 //! | [`forecast`] | counts and memory beforehand, and what looks wrong |
 //! | [`outlook`] | time and memory beforehand, for the engine that will be taken |
@@ -54,6 +55,7 @@ pub mod relight;
 pub mod spectral;
 pub mod stage;
 pub mod surroundings;
+pub mod thermal;
 
 pub use operator::Operator;
 pub use pipeline::{Job, solve, solve_job, solve_zones};

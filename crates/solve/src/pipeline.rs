@@ -14,6 +14,7 @@ use crate::krylov::{self, Ended, Stop, System};
 use crate::operator::Arriving;
 use crate::stage::{Pen, Reader};
 use crate::surroundings::Escape;
+use crate::thermal;
 use rayon::prelude::*;
 use zonal_exchange::pair::{Settings, strength, target};
 use zonal_math::Grade;
@@ -70,9 +71,11 @@ pub fn solve(scene: Scene, memory: u64, progress: &dyn Progress) -> Result<Solut
 /// Solves a scene as a job says.
 pub fn solve_job(scene: Scene, job: &Job) -> Result<Solution, SceneError> {
     let transport = Transport::new(&scene);
-    let zones = build_zones(&scene, &transport)?;
-    let (fields, groups, report) = solve_zones(&scene, &zones, &transport, job)?;
+    let mut zones = build_zones(&scene, &transport)?;
+    thermal::pose(&scene, &mut zones);
+    let (mut fields, mut groups, mut report) = solve_zones(&scene, &zones, &transport, job)?;
     drop(transport);
+    thermal::settle(&scene, &mut zones, &mut fields, &mut groups, &mut report);
     Ok(Solution {
         zones,
         fields,
@@ -84,7 +87,8 @@ pub fn solve_job(scene: Scene, job: &Job) -> Result<Solution, SceneError> {
     })
 }
 
-/// Solves given zones: the fields of all light together, those of each light group, and what there is to say.
+/// Solves given zones, posed by [`thermal::pose`] where they have temperatures: the fields of all light together, those of each light group,
+/// and what there is to say.
 pub fn solve_zones(
     scene: &Scene,
     zones: &Zones,
@@ -108,11 +112,26 @@ pub fn solve_zones(
         progress: job.progress,
     };
     let mut built = engine::build(engine, &site, &mut escape)?;
-    let (mut ended, arriving) = match built.solved.take() {
-        Some((ended, arriving)) => (ended, Some(arriving)),
-        None => (iterate(&site, &built, &escape, engine, job), None),
+    thermal::check_level(scene, zones, &escape)?;
+    let coupled = match thermal::coupled::needed(scene) {
+        true => Some(thermal::coupled::solve(&site, &built, &escape)?),
+        false => None,
     };
-    let (fields, groups) = fields(&site, &mut built, &escape, &mut ended, arriving, engine);
+    let (site, (mut ended, arriving)) = match (&coupled, built.solved.take()) {
+        (Some(c), _) => {
+            built.counts.push(("products with all bands".into(), c.products as u64));
+            (Site { zones: &c.zones, ..site }, (vec![c.ended.clone()], None))
+        }
+        (None, Some((ended, arriving))) => (site, (ended, Some(arriving))),
+        (None, None) => {
+            let ended = iterate(&site, &built, &escape, engine, job);
+            (site, (ended, None))
+        }
+    };
+    let (mut fields, groups) = fields(&site, &mut built, &escape, &mut ended, arriving, engine);
+    if scene.thermal().is_some() {
+        thermal::spread(&site, &built, &mut fields, coupled.is_some());
+    }
     let mut report = report(&site, &built, &escape, &fields, &groups, &ended);
     (report.engine, report.reason) = (engine.word().into(), reason);
     report.warnings.extend(note);

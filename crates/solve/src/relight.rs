@@ -161,6 +161,7 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, sky: Bands) -> Fields {
         error: (0..n).into_par_iter().map(error).collect(),
         incident,
         direct,
+        heat: None,
     }
 }
 

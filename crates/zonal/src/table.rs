@@ -1,7 +1,7 @@
 //! Reports as tables for people.
 
 use std::fmt::Write;
-use zonal_scene::{Bands, Report, Solution};
+use zonal_scene::{Bands, HeatKind, HeatReport, Report, Solution};
 
 /// Significant digits enough for a table.
 pub fn number(x: f64) -> String {
@@ -32,7 +32,10 @@ pub fn report(s: &Solution) -> String {
     for (name, count) in r.counts.iter().filter(|c| c.1 > 0) {
         let _ = writeln!(out, "  {name:<34}{:>12}", grouped(*count));
     }
-    balance(&mut out, r);
+    match &r.heat {
+        Some(heat) => self::heat(&mut out, heat),
+        None => balance(&mut out, r),
+    }
     if s.groups.len() > 1 {
         out += &groups(s);
     }
@@ -73,6 +76,56 @@ pub fn groups(s: &Solution) -> String {
         row(&mut out, &g.name, [0, 1, 2].map(|b| e.emitted[b] + e.incoming[b]));
     }
     out
+}
+
+/// Temperatures and net powers by name, and their balance.
+fn heat(out: &mut String, r: &HeatReport) {
+    const MOST: usize = 40;
+    let _ = writeln!(out, "heat given (net; temperatures of mean T^4)");
+    let _ = writeln!(
+        out,
+        "  {:<26}{:>14}{:>20}{:>30}{:>28}",
+        "", "size", "temperature, K", "net flux", "net power, W"
+    );
+    let with = |x: f64, e: f64| match e > 0.0 {
+        true => format!("{} ± {}", number(x), rough(e)),
+        false => number(x),
+    };
+    for x in r.rows.iter().take(MOST) {
+        let unit = if x.kind == HeatKind::Surface { "2" } else { "3" };
+        let warm = x.temperature.map_or("undefined".into(), |t| with(t, x.temperature_error.unwrap_or(0.0)));
+        let [flux, error] = x.flux();
+        let _ = writeln!(
+            out,
+            "  {:<26}{:>14}{:>20}{:>30}{:>28}",
+            x.name,
+            format!("{} m{unit}", number(x.size)),
+            warm,
+            format!("{} W/m{unit}", with(flux, error)),
+            with(x.power, x.power_error)
+        );
+    }
+    if r.rows.len() > MOST {
+        let rest: f64 = r.rows[MOST..].iter().map(|x| x.power).sum();
+        let _ = writeln!(out, "  {:<90}{:>28}", format!("{} more", r.rows.len() - MOST), number(rest));
+    }
+    for (name, power) in [
+        ("from the surroundings, less what escapes", r.surroundings),
+        ("lost on cold black backs", -r.backs),
+        ("balance", r.balance()),
+    ] {
+        let _ = writeln!(out, "  {name:<90}{:>28}", number(power));
+    }
+}
+
+/// An error to two digits.
+fn rough(e: f64) -> String {
+    if (1e-3..1e5).contains(&e) {
+        let digits = (1.0 - e.log10().floor()).max(0.0) as usize;
+        format!("{e:.digits$}")
+    } else {
+        format!("{e:.1e}")
+    }
 }
 
 fn balance(out: &mut String, r: &Report) {

@@ -5,13 +5,15 @@ use super::medium::Matter;
 use super::mesh::Picture;
 use super::node::{Node, Table};
 use super::source::Source;
-use super::{files, medium, surface, texture};
+use super::surface::Look;
+use super::{files, medium, surface, texture, thermal};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use zonal_math::vec3;
 use zonal_scene::scene::PatchRule;
 use zonal_scene::{
-    Camera, Engine, Groups, Lens, Light, Options, Plate, Scene, SceneParts, Surface, Surroundings,
+    Camera, Engine, Groups, Known, Lens, Light, Options, Plate, Scene, SceneError, SceneParts, Surface,
+    Surroundings,
 };
 
 /// The scene while it is read.
@@ -34,10 +36,39 @@ pub(crate) struct Fill {
 }
 
 impl Builder<'_> {
-    /// Adds a surface and gives its index.
-    pub(crate) fn add_surface(&mut self, surface: Surface) -> usize {
+    /// Adds a surface and gives its index. In thermal mode its look says what is known of it.
+    pub(crate) fn add_surface(&mut self, surface: Surface, look: &Look) -> Result<usize, InputError> {
+        if let Some(thermal) = &mut self.parts.thermal {
+            let lacks = |key: &str, what: &str| {
+                let key = format!("surface '{}'.{key}", surface.name);
+                Err(self.source.scene_error(&SceneError::new(key, what)))
+            };
+            let Some(known) = look.heat else {
+                return lacks(
+                    "temperature",
+                    "nothing is known of this surface; write temperature (K), heat_flux (W/m2) or net_power (W); heat_flux = 0 is adiabatic",
+                );
+            };
+            if look.reflectance.is_none() {
+                return lacks(
+                    "emissivity",
+                    "this key is missing; write emissivity = 0.9, or 1 for a black surface",
+                );
+            }
+            thermal.surfaces.push(known);
+        }
         self.parts.surfaces.push(surface);
-        self.parts.surfaces.len() - 1
+        Ok(self.parts.surfaces.len() - 1)
+    }
+    /// True in thermal mode.
+    pub(crate) fn thermal(&self) -> bool {
+        self.parts.thermal.is_some()
+    }
+    /// Adds what is known of a pane in thermal mode: equilibrium where nothing is said.
+    pub(crate) fn add_pane_heat(&mut self, known: Option<Known>) {
+        if let Some(thermal) = &mut self.parts.thermal {
+            thermal.panes.push(known.unwrap_or(Known::Flux(0.0)));
+        }
     }
     /// An error about surface `name` belongs where surface `at` stands, unless it has a place of its own.
     pub(crate) fn alias(&self, name: &str, at: &str) {
@@ -86,6 +117,8 @@ impl Builder<'_> {
 pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -> Result<Scene, InputError> {
     root.check(&[
         "name",
+        "mode",
+        "thermal",
         "solve",
         "surface",
         "pane",
@@ -103,6 +136,7 @@ pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -
         fills: Vec::new(),
         pictures: HashMap::new(),
     };
+    b.parts.thermal = thermal::mode(root)?;
     let name = root.read("name", |n| n.text())?;
     b.parts.name = name.unwrap_or(default_name).to_string();
     b.parts.options = root.read("solve", |n| options(&n))?.unwrap_or_default();
@@ -125,13 +159,21 @@ pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -
         b.parts.periodic = boundary(&node)?;
     }
     for (i, node) in root.list("light")?.iter().enumerate() {
+        if b.thermal() {
+            return Err(node.error("lights belong to mode = \"light\"; in thermal mode give temperatures, or heat_flux to what is warmed"));
+        }
         let light = light(node, i, &b.parts.surfaces)?;
         b.parts.lights.push(light);
     }
     if let Some(node) = root.get("surroundings") {
-        let t = node.table(&["name", "radiance"])?;
+        let t = node.table(&["name", "radiance", "temperature"])?;
+        thermal::check_mode(&t, b.thermal())?;
         let name = t.read("name", |n| Ok(n.text()?.to_string()))?;
-        let radiance = t.read("radiance", |n| n.bands(f64::INFINITY))?;
+        let mut radiance = t.read("radiance", |n| n.bands(f64::INFINITY))?;
+        if let Some(thermal) = &mut b.parts.thermal {
+            thermal.surroundings = t.read("temperature", thermal::kelvin)?;
+            radiance = Some(thermal.surroundings_radiance());
+        }
         b.parts.surroundings = Surroundings { name, radiance: radiance.unwrap_or_default() };
     }
     for (i, node) in root.list("camera")?.iter().enumerate() {

@@ -11,16 +11,35 @@ use super::npy::{self, Array};
 use super::vdb::{self, fill};
 use super::{files, shapes, vol};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, bands};
+use zonal_scene::{Bands, Known, bands};
 
 /// The keys that place a grid of an OpenVDB file.
 const VDB_KEYS: [&str; 5] = ["grid", "unit", "translate", "rotate_degrees", "level_set"];
+
+/// What a file's values become.
+pub(crate) struct Filling<'a> {
+    /// What is averaged over a cell, of a value.
+    pub(crate) of: fn(f64) -> f64,
+    /// The power of `scale` that belongs to it.
+    pub(crate) power: i32,
+    /// The matter of a mean × scale.
+    pub(crate) matter: &'a dyn Fn(Bands) -> Matter,
+    /// Where an array lies that has no place of its own.
+    pub(crate) place: Option<(Vec3, Vec3)>,
+}
+
+impl<'a> Filling<'a> {
+    /// Of the values themselves.
+    pub(crate) fn plain(matter: &'a dyn Fn(Bands) -> Matter) -> Filling<'a> {
+        Filling { of: |x| x, power: 1, matter, place: None }
+    }
+}
 
 /// Reads the file and fills it in; gives the number of cells met.
 pub(crate) fn read_density(
     node: &Node<'_>,
     grid: &mut Grid,
-    matter: &Matter,
+    filling: &Filling<'_>,
     b: &mut Builder<'_>,
 ) -> Result<usize, InputError> {
     let mut known = vec!["file", "min", "max", "scale"];
@@ -31,6 +50,7 @@ pub(crate) fn read_density(
         _ => Some(shapes::bounds(node, &known[..])?),
     };
     let scale = t.read("scale", |n| n.bands(f64::INFINITY))?.unwrap_or([1.0; 3]);
+    let scale = scale.map(|s| s.powi(filling.power));
     let file = t.need("file", "file = \"smoke.npy\" (or .vdb, .vol)")?;
     let path = b.resolve(&file)?;
     let name = path.display().to_string();
@@ -38,7 +58,7 @@ pub(crate) fn read_density(
     let refused = |f: Fault| file.error(f.to_string());
     if vdb::is_vdb(&bytes) {
         let placing = fill::Placing::read(&t, bounds)?;
-        let (cells, note) = fill::fill(&name, &bytes, &placing, scale, matter, grid).map_err(refused)?;
+        let (cells, note) = fill::fill(&name, &bytes, &placing, scale, filling, grid).map_err(refused)?;
         if let Some(note) = note {
             b.note(note);
         }
@@ -55,23 +75,30 @@ pub(crate) fn read_density(
     };
     drop(bytes);
     // Without a place of its own the array needs one, and the refusal says so.
-    let (min, max) = match bounds.or(own) {
+    let (min, max) = match bounds.or(own).or(filling.place) {
         Some(bounds) => bounds,
         None => shapes::bounds(node, &known)?,
     };
-    Ok(fill_array(&array, min, max, scale, matter, grid))
+    Ok(fill_array(&array, min, max, scale, filling, grid))
 }
 
-fn fill_array(array: &Array, min: Vec3, max: Vec3, scale: Bands, matter: &Matter, grid: &mut Grid) -> usize {
+fn fill_array(
+    array: &Array,
+    min: Vec3,
+    max: Vec3,
+    scale: Bands,
+    filling: &Filling<'_>,
+    grid: &mut Grid,
+) -> usize {
     let weights = [0, 1, 2].map(|axis| Weights::new(grid, axis, min[axis], max[axis], array.shape[axis]));
     let [nx, ny, nz] = [0, 1, 2].map(|axis| weights[axis].cells.len());
     for x in &weights[0].cells {
         for y in &weights[1].cells {
             for z in &weights[2].cells {
                 let share = x.share * y.share * z.share;
-                let mean = mean(array, [&x.parts, &y.parts, &z.parts]) / share;
-                let smoke = smoke(matter, scale.map(|s| s * mean));
-                grid.fill([x.cell, y.cell, z.cell], share.min(1.0), &smoke);
+                let mean = mean(array, [&x.parts, &y.parts, &z.parts], filling.of) / share;
+                let matter = (filling.matter)(scale.map(|s| s * mean));
+                grid.fill([x.cell, y.cell, z.cell], share.min(1.0), &matter);
             }
         }
     }
@@ -81,7 +108,11 @@ fn fill_array(array: &Array, min: Vec3, max: Vec3, scale: Bands, matter: &Matter
 /// The matter of a density: sources only where there is something to come from.
 pub(crate) fn smoke(matter: &Matter, extinction: Bands) -> Matter {
     let source = matter.source.map(|q| bands(|k| if extinction[k] > 0.0 { q[k] } else { 0.0 }));
-    Matter { extinction: Some(extinction), source, ..*matter }
+    let heat = match matter.heat {
+        Some(Known::Flux(_)) if extinction == [0.0; 3] => Some(Known::Flux(0.0)),
+        heat => heat,
+    };
+    Matter { extinction: Some(extinction), source, heat, ..*matter }
 }
 
 /// Along one axis: the grid's cells that the array overlaps.
@@ -116,14 +147,14 @@ impl Weights {
     }
 }
 
-/// Σ of the array's values times their shares of a cell.
-fn mean(array: &Array, [x, y, z]: [&[(usize, f64)]; 3]) -> f64 {
+/// Σ of what the array's values stand for times their shares of a cell.
+fn mean(array: &Array, [x, y, z]: [&[(usize, f64)]; 3], of: fn(f64) -> f64) -> f64 {
     let [_, ny, nz] = array.shape;
     let mut sum = 0.0;
     for &(i, wx) in x {
         for &(j, wy) in y {
             let row = &array.values[(i * ny + j) * nz..][..nz];
-            let along: f64 = z.iter().map(|&(k, wz)| wz * f64::from(row[k])).sum();
+            let along: f64 = z.iter().map(|&(k, wz)| wz * of(f64::from(row[k]))).sum();
             sum += wx * wy * along;
         }
     }

@@ -17,6 +17,7 @@
 //!
 //! Nothing here panics on any input: indices from a file are looked up, sizes are checked before memory is taken.
 
+mod arrays;
 mod build;
 mod density;
 mod error;
@@ -31,6 +32,7 @@ mod shapes;
 mod source;
 mod surface;
 mod texture;
+mod thermal;
 mod vdb;
 mod vol;
 

@@ -1,27 +1,30 @@
 //! `[[medium.region]]`: boxes, densities from files, and the insides of closed meshes.
 
 use super::build::Builder;
+use super::density::Filling;
 use super::error::InputError;
 use super::medium::{Grid, MATTER, Matter};
-use super::mesh::{closed, place};
+use super::mesh::{closed, place as placed};
 use super::node::Node;
-use super::{density, shapes};
+use super::{arrays, density, shapes};
 use zonal_math::Vec3;
-use zonal_scene::Plate;
+use zonal_scene::{Bands, Plate};
 
 /// Reads one region and fills it in.
 pub(crate) fn read_region(node: &Node<'_>, grid: &mut Grid, b: &mut Builder<'_>) -> Result<(), InputError> {
     let mut known = vec!["box", "mesh", "density"];
     known.extend(MATTER);
     let t = node.table(&known)?;
-    let matter = Matter::read(&t)?;
+    let matter = Matter::read(&t, b)?;
+    let mut place = grid.bounds();
     let cells = match (t.get("box"), t.get("mesh"), t.get("density")) {
         (Some(n), None, None) => {
             let (min, max) = shapes::bounds(&n, &[])?;
+            place = (min, max);
             grid.fill_box(min, max, &matter)
         }
         (None, Some(n), None) => {
-            let (mesh, _) = place::load(&n, b)?;
+            let (mesh, _) = placed::load(&n, b)?;
             let plates: Vec<Plate> = mesh.faces.iter().map(|f| f.plate).collect();
             closed::check_closed(&plates).map_err(|what| n.error(what))?;
             fill_inside(grid, &plates, &matter)
@@ -32,8 +35,10 @@ pub(crate) fn read_region(node: &Node<'_>, grid: &mut Grid, b: &mut Builder<'_>)
                     e.error("a density brings its own extinction; remove this key and set density.scale")
                 );
             }
-            density::read_density(&n, grid, &matter, b)?
+            let smoke = |k: Bands| density::smoke(&matter, k);
+            density::read_density(&n, grid, &Filling::plain(&smoke), b)?
         }
+        (None, None, None) if arrays::given(&t) => 1,
         _ => {
             return Err(node.error("this region needs exactly one shape; write one of box, mesh, density"));
         }
@@ -43,7 +48,7 @@ pub(crate) fn read_region(node: &Node<'_>, grid: &mut Grid, b: &mut Builder<'_>)
             "this region fills no cell of the medium; move it inside, enlarge it, or use smaller cells",
         ));
     }
-    Ok(())
+    arrays::read_arrays(&t, grid, place, b)
 }
 
 /// Fills the cells whose centre lies inside closed plates; gives their number.

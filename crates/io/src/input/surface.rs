@@ -4,12 +4,23 @@ use super::build::Builder;
 use super::error::InputError;
 use super::node::{Node, Table};
 use super::shapes::{self, FACES, UPRIGHT};
-use zonal_scene::{Bands, Facet, Pane, Plate, Sides, Surface};
+use super::thermal;
+use zonal_scene::{Bands, Facet, Known, Pane, Plate, Sides, Surface};
 
 /// Reflectance where nothing says otherwise.
 pub(crate) const REFLECTANCE: Bands = [0.5; 3];
 /// The keys of a look, in every table that has one.
-pub(crate) const LOOK: [&str; 5] = ["reflectance", "emission", "sides", "patch_size", "texture"];
+pub(crate) const LOOK: [&str; 9] = [
+    "reflectance",
+    "emission",
+    "sides",
+    "patch_size",
+    "texture",
+    "emissivity",
+    "temperature",
+    "heat_flux",
+    "net_power",
+];
 
 /// What a table says about a surface; what it leaves out comes from elsewhere.
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,12 +30,16 @@ pub(crate) struct Look {
     pub(crate) sides: Option<Sides>,
     pub(crate) patch_size: Option<f64>,
     pub(crate) texture: Option<usize>,
+    /// Temperature or net power, in thermal mode.
+    pub(crate) heat: Option<Known>,
 }
 
 impl Look {
     pub(crate) fn read(table: &Table<'_>, b: &mut Builder<'_>) -> Result<Look, InputError> {
+        thermal::check_mode(table, b.thermal())?;
         Ok(Look {
-            reflectance: table.read("reflectance", |n| n.bands(1.0))?,
+            heat: thermal::wall(table)?,
+            reflectance: thermal::reflectance(table)?,
             emission: table.read("emission", |n| n.bands(f64::INFINITY))?,
             sides: table.read("sides", |n| Ok([Sides::Front, Sides::Both][n.choice(&["front", "both"])?]))?,
             patch_size: table.read("patch_size", |n| n.positive())?,
@@ -39,6 +54,7 @@ impl Look {
             sides: self.sides.or(other.sides),
             patch_size: self.patch_size.or(other.patch_size),
             texture: self.texture.or(other.texture),
+            heat: self.heat.or(other.heat),
         }
     }
     /// An inline surface that looks like this.
@@ -93,8 +109,8 @@ pub(crate) fn read_surface(node: &Node<'_>, index: usize, b: &mut Builder<'_>) -
     let look = Look::read(&table, b)?;
     let shape_node = table.need(shape, "a shape")?;
     match *shape {
-        "rectangle" => single(b, &name, &look, shapes::rectangle(&shape_node)?),
-        "triangle" => single(b, &name, &look, shapes::triangle(&shape_node)?),
+        "rectangle" => single(b, &name, &look, shapes::rectangle(&shape_node)?)?,
+        "triangle" => single(b, &name, &look, shapes::triangle(&shape_node)?)?,
         "box" => {
             let plates = shapes::solid_box(&shape_node)?;
             read_faces(&table, b, &name, &look, &plates, true)?;
@@ -121,9 +137,10 @@ pub(crate) fn named<'a>(
     Ok((name, table))
 }
 
-fn single(b: &mut Builder<'_>, name: &str, look: &Look, plate: Plate) {
-    let surface = b.add_surface(look.surface(name.to_string(), false));
+fn single(b: &mut Builder<'_>, name: &str, look: &Look, plate: Plate) -> Result<(), InputError> {
+    let surface = b.add_surface(look.surface(name.to_string(), false), look)?;
     b.parts.facets.push(Facet { surface, plate, uv: UPRIGHT });
+    Ok(())
 }
 
 /// The faces of a box (one surface, apart from the faces with a look of their own) or of a room (a surface each).
@@ -167,9 +184,12 @@ fn read_faces(
             b.alias(&face_name, name);
         }
         let surface = match (own[i], solid) {
-            (Some(own), _) => b.add_surface(own.surface(face_name, solid)),
-            (None, false) => b.add_surface(look.surface(face_name, false)),
-            (None, true) => *rest.get_or_insert_with(|| b.add_surface(look.surface(name.to_string(), true))),
+            (Some(own), _) => b.add_surface(own.surface(face_name, solid), &own)?,
+            (None, false) => b.add_surface(look.surface(face_name, false), look)?,
+            (None, true) => match rest {
+                Some(surface) => surface,
+                None => *rest.insert(b.add_surface(look.surface(name.to_string(), true), look)?),
+            },
         };
         b.parts.facets.push(Facet { surface, plate: plates[i], uv: UPRIGHT });
     }
@@ -179,22 +199,42 @@ fn read_faces(
 /// One entry of `[[pane]]`.
 pub(crate) fn read_pane(node: &Node<'_>, index: usize, b: &mut Builder<'_>) -> Result<(), InputError> {
     let (name, mut table) = named(node, "pane", index)?;
-    table.check(&["name", "polygon", "thickness", "extinction", "albedo", "emission"])?;
+    table.check(&PANE)?;
     table.key = format!("pane '{name}'");
     table.remember();
+    thermal::check_mode(&table, b.thermal())?;
     let plates = shapes::polygon(&table.need("polygon", "polygon = [[x, y, z], [x, y, z], [x, y, z]]")?)?;
     let thickness = table.need("thickness", "thickness = 0.01 (metres)")?.positive()?;
-    let extinction = table.need(
-        "extinction",
-        "extinction = [red, green, blue] (1/m; the share that passes is exp(-extinction × thickness))",
-    )?;
+    let [extinction, albedo] = thermal::extinction(&table)?;
+    let Some(extinction) = extinction else {
+        let example =
+            "extinction = [red, green, blue] (1/m; the share that passes is exp(-extinction × thickness))";
+        return Err(match table.need("extinction", example) {
+            Err(e) => e,
+            Ok(n) => n.error("this key is missing"),
+        });
+    };
+    b.add_pane_heat(thermal::volume(&table)?);
     b.parts.panes.push(Pane {
         name,
         plates,
         thickness,
-        extinction: extinction.bands(f64::INFINITY)?,
-        albedo: table.read("albedo", |n| n.bands(1.0))?.unwrap_or([0.0; 3]),
+        extinction,
+        albedo: albedo.unwrap_or([0.0; 3]),
         emission: table.read("emission", |n| n.bands(f64::INFINITY))?.unwrap_or([0.0; 3]),
     });
     Ok(())
 }
+
+/// The keys of a pane.
+const PANE: [&str; 9] = [
+    "name",
+    "polygon",
+    "thickness",
+    "extinction",
+    "albedo",
+    "emission",
+    "absorption",
+    "temperature",
+    "heat_source",
+];

@@ -2,7 +2,8 @@
 //!
 //! Columns: zone (global index), kind (patch, voxel, pane), of (name of the surface or pane, index of the voxmap's cell),
 //! x, y, z (centre, m), size (area in m² of patches and panes, free volume in m³ of voxels), then per band b = 0, 1, 2: radiosity_b,
-//! incident_b (H of patches, fluence G of the others, without direct light), direct_b, error_b (of incident), all W/m².
+//! incident_b (H of patches, fluence G of the others, without direct light), direct_b, error_b (of incident), all W/m². In thermal mode also
+//! temperature_K, temperature_error_K (empty where none is defined), net, net_error (given: W/m² of patches, W/m³ of the others).
 
 use super::FileError;
 use super::atomic::write_atomic;
@@ -20,12 +21,15 @@ fn quoted(name: &str) -> String {
     }
 }
 
-fn heading() -> String {
+fn heading(thermal: bool) -> String {
     let mut line = String::from("zone,kind,of,x,y,z,size");
     for field in ["radiosity", "incident", "direct", "error"] {
         for b in 0..3 {
             let _ = write!(line, ",{field}_{b}");
         }
+    }
+    if thermal {
+        line.push_str(",temperature_K,temperature_error_K,net,net_error");
     }
     line
 }
@@ -49,13 +53,21 @@ fn describe(s: &Solution, i: usize) -> (&'static str, String, Vec3, f64) {
 pub fn write_zones_csv(path: &Path, s: &Solution) -> Result<(), FileError> {
     let f = &s.fields;
     write_atomic(path, |out| {
-        writeln!(out, "{}", heading())?;
+        writeln!(out, "{}", heading(f.heat.is_some()))?;
         for i in 0..s.zones.len() {
             let (kind, of, c, size) = describe(s, i);
             write!(out, "{i},{kind},{of},{},{},{},{size}", c.x, c.y, c.z)?;
             for field in [&f.radiosity, &f.incident, &f.direct, &f.error] {
                 for x in field[i] {
                     write!(out, ",{x}")?;
+                }
+            }
+            if let Some(h) = &f.heat {
+                for x in [h.temperature[i], h.temperature_error[i], h.net[i], h.net_error[i]] {
+                    write!(out, ",")?;
+                    if !x.is_nan() {
+                        write!(out, "{x}")?;
+                    }
                 }
             }
             writeln!(out)?;

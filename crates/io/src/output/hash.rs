@@ -5,7 +5,7 @@
 //! Names, notes and cameras are left out: they change no solution. It tells scenes apart; it is no protection against a forger.
 
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Light, Plate, PlateKind, Scene, Sides};
+use zonal_scene::{Bands, Known, Light, Plate, PlateKind, Scene, Shares, Sides};
 
 const BASIS: u128 = 0x6c62272e07bb014262b821756295c58d;
 const PRIME: u128 = 0x0000000001000000000000000000013b;
@@ -46,6 +46,7 @@ pub fn scene_hash(scene: &Scene) -> String {
     surfaces(&mut h, scene);
     media(&mut h, scene);
     lights(&mut h, scene);
+    heat(&mut h, scene);
     let o = scene.options();
     h.reals(&[o.tolerance, o.residual]);
     h.length(o.patch_size);
@@ -75,6 +76,10 @@ pub fn factors_hash(scene: &Scene) -> String {
         v.set_albedo([0.0; 3]);
         v.scale_sources([0.0; 3]);
     }
+    if let Some(v) = &mut parts.voxmap {
+        v.clear_heat();
+    }
+    parts.thermal = None;
     parts.surroundings.radiance = [0.0; 3];
     // Nothing here can make a sound scene unsound.
     let bare = Scene::new(parts).unwrap_or_else(|_| scene.clone());
@@ -88,6 +93,33 @@ pub fn factors_hash(scene: &Scene) -> String {
         .into_iter()
         .for_each(|n| h.int(n));
     format!("{:032x}", h.0)
+}
+
+/// What thermal mode knows; nothing in light mode.
+fn heat(h: &mut Fnv, scene: &Scene) {
+    let Some(t) = scene.thermal() else { return };
+    let known = |h: &mut Fnv, k: Known| {
+        let (kind, x) = match k {
+            Known::Temperature(t) => (0, t),
+            Known::Flux(q) => (1, q),
+            Known::Power(p) => (2, p),
+        };
+        h.int(kind);
+        h.real(x);
+    };
+    if let Shares::Weights { coefficients, range, left_out } = &t.shares {
+        h.reals(range);
+        h.int(*left_out as usize);
+        for c in coefficients {
+            h.int(c.len());
+            h.reals(c);
+        }
+    }
+    t.surfaces.iter().chain(&t.panes).for_each(|k| known(h, *k));
+    h.length(t.surroundings);
+    if let Some(map) = scene.voxmap() {
+        (0..map.len()).filter_map(|i| map.heat(i)).for_each(|k| known(h, k));
+    }
 }
 
 fn surfaces(h: &mut Fnv, scene: &Scene) {

@@ -1,5 +1,6 @@
 //! The JSON document inside a solution file: everything that is not an array over zones, facets or cells.
 
+use super::heat;
 use super::report::{self, bands, list, real, text};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
@@ -7,7 +8,7 @@ use zonal_scene::scene::{Options, PatchRule};
 use zonal_scene::{Camera, Engine, Groups, Lens, Light, Pane, Scene, Sides, Solution, Surface, Surroundings};
 
 /// The version of the format; readers refuse others.
-pub const FORMAT_VERSION: u64 = 3;
+pub const FORMAT_VERSION: u64 = 4;
 
 const HOW_TO_READ: &str =
     "import json, numpy as np; z = np.load(file); header = json.loads(bytes(z['header.json']))";
@@ -22,6 +23,7 @@ pub fn encode(s: &Solution) -> Value {
         "how_to_read": HOW_TO_READ,
         "units": {
             "lengths": "m", "extinction": "1/m", "radiosity, incident, direct, error, group_*": "W/m² per band",
+            "temperature, temperature_error": "K", "net, net_error": "W/m² of patches, W/m³ of voxels and panes",
             "source": "W/m³ per band", "radiance": "W/(m² sr) per band", "angles": "rad, fov in degrees",
         },
         "order_of_fields": "patches, then voxel zones, then pane zones",
@@ -34,6 +36,8 @@ pub fn encode(s: &Solution) -> Value {
         "lights": scene.lights().iter().map(light_out).collect::<Vec<_>>(),
         "surroundings": {"name": scene.surroundings().name, "radiance": scene.surroundings().radiance},
         "periodic": scene.periodic(),
+        "mode": if scene.thermal().is_some() { "thermal" } else { "light" },
+        "thermal": heat::thermal_out(scene),
         "cameras": scene.cameras().iter().map(camera_out).collect::<Vec<_>>(),
         "options": options_out(scene),
         "report": report,

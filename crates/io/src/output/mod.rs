@@ -34,6 +34,7 @@ pub mod vtu;
 
 mod atomic;
 mod header;
+mod heat;
 mod npy;
 mod reader;
 mod vtk;

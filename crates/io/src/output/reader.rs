@@ -168,6 +168,16 @@ impl Npz {
         Ok(data)
     }
 
+    /// A list of numbers; NaN where there is none.
+    pub fn reals_or_nan(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
+        let (shape, data) = self.array(name, Kind::F64, f64::from_le_bytes)?;
+        self.check_shape(name, &shape, &[count])?;
+        match data.iter().all(|x| !x.is_infinite()) {
+            true => Ok(data),
+            false => Err(self.error(name, format!("a value is infinite; {DAMAGED}"))),
+        }
+    }
+
     /// A list of positive finite numbers.
     pub fn positive(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
         let data = self.reals(name, count)?;

@@ -2,6 +2,7 @@
 //!
 //! Lists over bands have three numbers. A number that is not finite is `null`.
 
+use super::heat;
 use serde_json::{Value, json};
 use zonal_math::Grade;
 use zonal_scene::solution::{Closure, Energy};
@@ -114,6 +115,7 @@ pub(super) fn encode(r: &Report) -> Value {
             "worst": c.worst, "rms": c.rms, "largest_change": c.largest_change, "after": c.after, "restored": c.restored,
         },
         "energy": energy_out(&r.energy),
+        "heat": heat::report_out(r.heat.as_ref()),
         "counts": counts,
         "warnings": r.warnings,
         "grade": r.grade.word(),
@@ -145,6 +147,7 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
             restored: c["restored"].as_bool().ok_or("report.closure.restored: is missing")?,
         },
         energy: energy_in(&v["energy"])?,
+        heat: heat::report_in(&v["heat"]).map_err(|e| format!("report.heat.{e}"))?,
         counts: list(v, "counts")?
             .iter()
             .map(|x| Ok((text(x, "name")?, x["count"].as_u64().ok_or("report.counts: a count is missing")?)))

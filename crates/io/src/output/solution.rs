@@ -11,6 +11,7 @@
 //! |---|---|---|
 //! | `radiosity`, `incident`, `direct`, `error` | [zones, 3] | B; H or G without direct light; H_dir or G_dir; error of `incident` |
 //! | `surroundings_error` | [zones, 3] or [0, 3] | the part of `error` that comes in from the surroundings |
+//! | `temperature`, `temperature_error`, `net`, `net_error` | [zones] | in thermal mode: K, and the net power that a zone gives, W/m² of patches, W/m³ of the others; a temperature that is not defined is NaN |
 //! | `group_0_incident`, `group_0_direct`, … | [zones, 3], `<f8` or `<f4`; [0, 3] for none | the share of each light group, times `incident_scale` and `direct_scale` in `report.groups` of the header |
 //! | `group_0_error`, … | [zones, 3] | its part of `error`, times `incident_scale`, where errors are known of each group |
 //! | `patch_origin`, `_e1`, `_e2`, `_kind`, `_normal`, `_area`, `_facet`, `_surface`, `_reflectance`, `_emission` | [patches, …] | surface zones; kind 0 triangle, 1 parallelogram |
@@ -21,13 +22,15 @@
 //! | `pane_plate_*`, `pane_plate_pane` | [plates, …] | the scene's panes |
 //! | `texture_0` … | [height, width, 3] f32 | linear textures |
 //! | `voxmap_extinction`, `_albedo`, `_emission`, `_source` | [nx, ny, nz, 3] | the medium |
+//! | `voxmap_heat` | [nx, ny, nz, 3] | in thermal mode: 1, T, 0 where the temperature is known (K), else 0, 0, Q (W/m³) |
 //!
 //! A quantity of patches, voxels, pane zones or cells whose rows are all the same is one row, of shape [1, 3] or [1, 1, 1, 3]; numpy
-//! repeats it in arithmetic. Nothing is compressed. Version 2; files of version 1 (compressed, without light groups) are refused by name.
+//! repeats it in arithmetic. Nothing is compressed. Version 4; files of other versions are refused by name.
 //!
 //! Reals are `<f8`, indices `<i8`, kinds and sub-cells `|u1`.
 
 use super::header::{self, FORMAT_VERSION};
+use super::heat;
 use super::report;
 use super::{FileError, atomic::write_atomic, reader, reader::Rows, writer};
 use serde_json::Value;
@@ -35,8 +38,8 @@ use std::io::{self, Seek, Write};
 use std::path::Path;
 use zonal_math::Vec3;
 use zonal_scene::{
-    Facet, Fields, Group, Kind, Pane, PaneZone, Part, Patch, Plate, Scene, SceneError, SceneParts, Solution,
-    Texture, VoxelZone, Voxmap, Zones, zones::SUBCELLS,
+    Facet, Fields, Group, Heat, Kind, Known, Pane, PaneZone, Part, Patch, Plate, Scene, SceneError,
+    SceneParts, Solution, Texture, VoxelZone, Voxmap, Zones, zones::SUBCELLS,
 };
 
 /// Writes a solution; see the module's header for the layout.
@@ -67,8 +70,16 @@ fn write_fields<W: Write + Seek>(npz: &mut writer::Npz<W>, f: &Fields) -> io::Re
         npz.triples(name, &[field.len()], field.iter().copied())?;
     }
     let part = &f.surroundings_error;
-    npz.triples("surroundings_error", &[part.len()], part.iter().copied())
+    npz.triples("surroundings_error", &[part.len()], part.iter().copied())?;
+    let Some(h) = &f.heat else { return Ok(()) };
+    for (name, list) in HEAT.into_iter().zip([&h.temperature, &h.temperature_error, &h.net, &h.net_error]) {
+        npz.reals(name, list.iter().copied())?;
+    }
+    Ok(())
 }
+
+/// The arrays of thermal mode.
+const HEAT: [&str; 4] = ["temperature", "temperature_error", "net", "net_error"];
 
 fn write_patches<W: Write + Seek>(npz: &mut writer::Npz<W>, patches: &[Patch]) -> io::Result<()> {
     let n = [patches.len()];
@@ -139,7 +150,15 @@ fn write_scene<W: Write + Seek>(npz: &mut writer::Npz<W>, scene: &Scene) -> io::
         npz.rows("voxmap_extinction", &dims, cells.clone().map(|i| v.extinction(i)))?;
         npz.rows("voxmap_albedo", &dims, cells.clone().map(|i| v.albedo(i)))?;
         npz.rows("voxmap_emission", &dims, cells.clone().map(|i| v.emission(i)))?;
-        npz.rows("voxmap_source", &dims, cells.map(|i| v.source(i)))?;
+        npz.rows("voxmap_source", &dims, cells.clone().map(|i| v.source(i)))?;
+        if v.is_thermal() {
+            let known = |i| match v.heat(i) {
+                Some(Known::Temperature(t)) => [1.0, t, 0.0],
+                Some(Known::Flux(q) | Known::Power(q)) => [0.0, 0.0, q],
+                None => [0.0; 3],
+            };
+            npz.rows("voxmap_heat", &dims, cells.map(known))?;
+        }
     }
     Ok(())
 }
@@ -163,6 +182,7 @@ pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
         direct: npz.triples("direct", &n)?,
         error: npz.triples("error", &n)?,
         surroundings_error: npz.triples_or_none("surroundings_error", zones.len())?,
+        heat: if scene.thermal().is_some() { Some(read_heat(&mut npz, zones.len())?) } else { None },
     };
     let groups = read_groups(&mut npz, &header, &scene, zones.len())?;
     let json = |e: String| npz.error("header.json", e);
@@ -175,6 +195,13 @@ pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
         fields,
         groups,
     })
+}
+
+fn read_heat(npz: &mut reader::Npz, zones: usize) -> Result<Heat, FileError> {
+    let [temperature, temperature_error] =
+        [npz.reals_or_nan(HEAT[0], zones)?, npz.reals_or_nan(HEAT[1], zones)?];
+    let [net, net_error] = [npz.reals(HEAT[2], zones)?, npz.reals(HEAT[3], zones)?];
+    Ok(Heat { temperature, temperature_error, net, net_error })
 }
 
 fn read_groups(
@@ -242,6 +269,7 @@ fn read_scene(npz: &mut reader::Npz, h: &Value) -> Result<Scene, FileError> {
         lights: header::each(h, "lights", header::light_in).map_err(json)?,
         surroundings: header::surroundings_in(&h["surroundings"]).map_err(json)?,
         periodic: header::periodic_in(h).map_err(json)?,
+        thermal: heat::thermal_in(h).map_err(json)?,
         cameras: header::each(h, "cameras", header::camera_in).map_err(json)?,
         options: header::options_in(&h["options"]).map_err(json)?,
         notes,
@@ -300,6 +328,18 @@ fn read_voxmap(npz: &mut reader::Npz, h: &Value) -> Result<Voxmap, FileError> {
     } else {
         for i in 0..voxmap.len() {
             voxmap.set(i, extinction[i], albedo[i], emission[i], source[i]);
+        }
+    }
+    if npz.has("voxmap_heat") {
+        let known =
+            |x: zonal_scene::Bands| if x[0] > 0.0 { Known::Temperature(x[1]) } else { Known::Flux(x[2]) };
+        match npz.same_or_each("voxmap_heat", &dims)? {
+            Rows::Same(x) => voxmap.fill_heat(known(x)),
+            Rows::Each(list) => {
+                list.into_iter()
+                    .enumerate()
+                    .for_each(|(i, x)| voxmap.set_heat(i, known(x), Known::Flux(0.0)));
+            }
         }
     }
     voxmap.seal().map_err(invalid)

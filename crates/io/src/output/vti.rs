@@ -9,11 +9,13 @@
 //! | `error [W/m2]` | estimated error of the fluence |
 //! | `extinction [1/m]`, `albedo` | κ, Ω |
 //! | `emission [W/m2]`, `source [W/m3]` | black emissive power E, volumetric source q |
+//! | `temperature [K]`, `temperature error [K]` | in thermal mode; not a number where none is defined |
+//! | `net heat [W/m3]`, `net heat error [W/m3]` | given |
 //! | `radiosity of NAME [W/m2]` | the share of each light group, where there are several |
 //!
 //! Values of a cell that walls divide are means over its zones by volume: B = Σ B_j V_j/V. With V the free volume, Σ BV, and Σ κBV
 //! with it (κ is one number a cell), are those of the zones: 4 Σ κBV is what the medium emits and scatters, Σ κ(1−Ω)(G + G_dir)V
-//! what it absorbs. Cells without zones are 0.
+//! what it absorbs; the temperature is that of the mean of T⁴. Cells without zones are 0.
 
 use super::FileError;
 use super::vtk::{Array, Document, Number};
@@ -74,6 +76,19 @@ fn fields<'a>(s: &'a Solution, map: &'a Voxmap) -> Vec<Array<'a>> {
         Array::one("zones", Number::Int64, n, move |i| here(i).len() as f64),
         Array::one("zone", Number::Int64, n, move |i| here(i).next().map_or(-1.0, |j| (first + j) as f64)),
     ];
+    if let Some(h) = &f.heat {
+        let one = |name: &str, list: &'a [f64], power: i32| {
+            let value = move |i: usize| {
+                let at = |j: usize| [list[first + j].powi(power); 3];
+                mean(i, &at)[0].powf(1.0 / f64::from(power))
+            };
+            Array::one(name, Number::Float64, n, value)
+        };
+        out.push(one("temperature [K]", &h.temperature, 4));
+        out.push(one("temperature error [K]", &h.temperature_error, 1));
+        out.push(one("net heat [W/m3]", &h.net, 1));
+        out.push(one("net heat error [W/m3]", &h.net_error, 1));
+    }
     for g in s.groups.iter().filter(|_| s.groups.len() > 1) {
         let name = format!("radiosity of {} [W/m2]", g.name);
         out.push(Array::three(&name, n, move |i| mean(i, &|j| radiosity(s, g, first + j))));

@@ -13,6 +13,8 @@
 //! | `error [W/m2]` | estimated error of irradiance or fluence |
 //! | `reflectance`, `extinction [1/m]`, `albedo` | ρ of patches; κ and Ω of panes; 0 on the others |
 //! | `emission [W/m2]` | E of zones that emit (lamps that are direct light have none) |
+//! | `temperature [K]`, `temperature error [K]` | in thermal mode; not a number where none is defined |
+//! | `net flux [W/m2]`, `net flux error [W/m2]` | given by a square metre: of panes, through both faces |
 //! | `radiosity of NAME [W/m2]` | the share of each light group, where there are several |
 //!
 //! Sums: over patches Σ BA is the power that leaves them, Σ (1−ρ)(H + H_dir)A what they absorb; over panes 4κ Σ BAt is what
@@ -119,6 +121,22 @@ fn fields<'a>(c: &'a Cells<'a>) -> Vec<Array<'a>> {
         int("surface", Box::new(c.each(|p| p.surface as f64, |_| -1.0))),
         int("pane", Box::new(c.each(|_| -1.0, |p| p.pane as f64))),
     ];
+    if let Some(h) = &f.heat {
+        // Of a pane W/m³ times its thickness.
+        let thick = move |i: usize| match i.checked_sub(c.patches) {
+            Some(k) => s.zones.panes[k].thickness,
+            None => 1.0,
+        };
+        let real =
+            |name: &str, list: &'a [f64]| Array::one(name, Number::Float64, n, move |i| list[c.zone(i)]);
+        let flux = |name: &str, list: &'a [f64]| {
+            Array::one(name, Number::Float64, n, move |i| list[c.zone(i)] * thick(i))
+        };
+        out.push(real("temperature [K]", &h.temperature));
+        out.push(real("temperature error [K]", &h.temperature_error));
+        out.push(flux("net flux [W/m2]", &h.net));
+        out.push(flux("net flux error [W/m2]", &h.net_error));
+    }
     for g in s.groups.iter().filter(|_| s.groups.len() > 1) {
         let name = format!("radiosity of {} [W/m2]", g.name);
         out.push(Array::three(&name, n, move |i| radiosity(s, g, c.zone(i))));

@@ -5,8 +5,9 @@ use crate::input::build::Builder;
 use crate::input::error::InputError;
 use crate::input::node::{Table, suggestion};
 use crate::input::surface::{LOOK, Look};
+use crate::input::thermal;
 use std::collections::BTreeMap;
-use zonal_scene::Bands;
+use zonal_scene::{Bands, Known};
 
 /// What `materials."X"` says.
 #[derive(Clone, Default)]
@@ -25,6 +26,8 @@ pub(crate) struct PaneKeys {
     pub(crate) extinction: Option<Bands>,
     pub(crate) albedo: Option<Bands>,
     pub(crate) emission: Option<Bands>,
+    /// In thermal mode.
+    pub(crate) heat: Option<Known>,
 }
 
 pub(crate) fn read(
@@ -52,8 +55,11 @@ pub(crate) fn read(
                     true => Ok(Some(PaneKeys::default())),
                 };
             }
-            let t = n.table(&["thickness", "extinction", "albedo", "emission"])?;
+            let t =
+                n.table(&["thickness", "extinction", "albedo", "emission", "temperature", "heat_source"])?;
+            thermal::check_mode(&t, b.thermal())?;
             Ok(Some(PaneKeys {
+                heat: thermal::volume(&t)?,
                 thickness: t.read("thickness", |n| n.positive())?,
                 extinction: t.read("extinction", |n| n.bands(f64::INFINITY))?,
                 albedo: t.read("albedo", |n| n.bands(1.0))?,

@@ -44,15 +44,17 @@ impl Part<'_, '_> {
         let m = self.material;
         let look = self.over.look.or(look);
         // A reflectance or picture of the scene file replaces the material's picture.
-        let own_picture = look.reflectance.is_none() && look.texture.is_none();
+        // What a picture shows is not what is warm.
+        let own_picture = look.reflectance.is_none() && look.texture.is_none() && !b.thermal();
         let texture = match own_picture {
             true => self.picture(&m.texture, b)?,
             false => look.texture,
         };
         let emission_texture = match look.emission {
-            None => self.picture(&m.emission_texture, b)?,
-            Some(_) => None,
+            None if !b.thermal() => self.picture(&m.emission_texture, b)?,
+            _ => None,
         };
+        let emission = if b.thermal() { [0.0; 3] } else { look.emission.unwrap_or(m.emission) };
         let kinds = [(Shell::Open, ""), (Shell::Body, " (solid)"), (Shell::Room, " (room)")];
         let present = |kind: Shell| faces.iter().any(|(_, s)| *s == kind);
         let mixed = kinds.iter().filter(|(k, _)| present(*k)).count() > 1;
@@ -71,16 +73,17 @@ impl Part<'_, '_> {
                 false => self.name.clone(),
             };
             b.alias(&name, &self.name);
-            let surface = b.add_surface(Surface {
+            let surface = Surface {
                 name,
                 reflectance: look.reflectance.or(m.reflectance).unwrap_or(REFLECTANCE),
-                emission: look.emission.unwrap_or(m.emission),
+                emission,
                 reflectance_texture: texture,
                 emission_texture,
                 sides,
                 patch_size: look.patch_size,
                 solid: kind == Shell::Body && sides == Sides::Front,
-            });
+            };
+            let surface = b.add_surface(surface, &look)?;
             b.parts.facets.extend(faces.iter().filter(|(_, s)| *s == kind).map(|(f, _)| Facet {
                 surface,
                 plate: f.plate,
@@ -107,6 +110,7 @@ impl Part<'_, '_> {
         for (i, (bits, plates)) in groups.into_iter().enumerate() {
             let thickness = f64::from_bits(bits);
             let (extinction, albedo, emission) = self.matter(Some(thickness))?;
+            b.add_pane_heat(self.keys().heat);
             b.parts.panes.push(Pane {
                 name: match i {
                     0 => self.name.clone(),
@@ -175,6 +179,7 @@ impl Part<'_, '_> {
                 albedo: Some(albedo),
                 emission: Some(emission),
                 source: None,
+                heat: self.keys().heat,
             },
         });
         Ok(())

@@ -9,9 +9,9 @@
 
 use super::tree::Block;
 use super::{VdbGrid, bytes, open};
-use crate::input::density::smoke;
+use crate::input::density::Filling;
 use crate::input::error::{Fault, InputError};
-use crate::input::medium::{Grid, Matter};
+use crate::input::medium::Grid;
 use crate::input::mesh::place::turned;
 use crate::input::node::Table;
 use zonal_math::{Vec3, vec3};
@@ -59,12 +59,12 @@ pub(crate) fn fill(
     bytes: &[u8],
     placing: &Placing,
     scale: Bands,
-    matter: &Matter,
+    filling: &Filling<'_>,
     medium: &mut Grid,
 ) -> Result<(usize, Option<String>), Fault> {
     let (name, grid) = open(file, bytes, placing.grid.as_deref())?;
     let refused = |what: String| Fault::new(file, format!("grid '{name:.60}'"), what);
-    let rule = Rule::of(&grid, placing.level_set).map_err(|e| refused(e.to_string()))?;
+    let rule = Rule::of(&grid, placing.level_set, filling.of).map_err(|e| refused(e.to_string()))?;
     let turn = |v: Vec3| placing.axes[0] * v.x + placing.axes[1] * v.y + placing.axes[2] * v.z;
     let axes = grid.map.axes.map(turn);
     let origin = turn(grid.map.origin) + placing.translate - (axes[0] + axes[1] + axes[2]) * 0.5;
@@ -97,22 +97,22 @@ pub(crate) fn fill(
             100.0 * share
         )
     });
-    Ok((sums.fill(scale, matter), note))
+    Ok((sums.fill(scale, filling), note))
 }
 
 /// What a value stands for.
 enum Rule {
-    /// Active values are densities.
-    Fog,
+    /// Active values are densities, or stand for this function of them.
+    Fog(fn(f64) -> f64),
     /// Distances, and the edge of a voxel in the same unit.
     Inside(f64),
 }
 
 impl Rule {
-    fn of(grid: &VdbGrid<'_>, inside: bool) -> Result<Rule, &'static str> {
+    fn of(grid: &VdbGrid<'_>, inside: bool, of: fn(f64) -> f64) -> Result<Rule, &'static str> {
         let [a, b, c] = grid.map.axes;
         match (grid.level_set, inside) {
-            (false, false) => Ok(Rule::Fog),
+            (false, false) => Ok(Rule::Fog(of)),
             (true, true) => Ok(Rule::Inside(a.cross(b).dot(c).abs().cbrt())),
             (true, false) => Err("this is a level set (distances to a surface), not a density; \
                                   write level_set = true for the density 1 inside it, or convert it to fog"),
@@ -122,7 +122,7 @@ impl Rule {
     /// The share of a voxel that is filled, and the density there; none where nothing is.
     fn part(&self, value: f64, active: bool) -> Option<(f64, f64)> {
         match self {
-            Rule::Fog => active.then_some((1.0, value)),
+            Rule::Fog(of) => active.then(|| (1.0, of(value))),
             Rule::Inside(h) => {
                 let share = (0.5 - value / h).clamp(0.0, 1.0);
                 (share > 0.0).then_some((share, 1.0))
@@ -134,7 +134,7 @@ impl Rule {
 /// Refuses values that stand for nothing.
 fn check(file: &str, block: &Block<'_>, rule: &Rule) -> Result<(), Fault> {
     let wrong = |i: usize, v: f64| match rule {
-        Rule::Fog => bytes::bit(block.active, i) && !(v >= 0.0 && v <= f64::from(f32::MAX)),
+        Rule::Fog(_) => bytes::bit(block.active, i) && !(v >= 0.0 && v <= f64::from(f32::MAX)),
         Rule::Inside(_) => v.is_nan(),
     };
     let Some(i) = (0..block.values.len()).find(|i| wrong(*i, block.values[*i])) else {
@@ -356,15 +356,15 @@ impl<'a> Sums<'a> {
         (share > OUTSIDE).then_some(share)
     }
     /// Fills the cells; gives their number.
-    fn fill(self, scale: Bands, matter: &Matter) -> usize {
+    fn fill(self, scale: Bands, filling: &Filling<'_>) -> usize {
         let [_, ny, nz] = self.medium.dims;
         let mut met = 0;
         for (i, (&share, &density)) in self.share.iter().zip(&self.density).enumerate() {
             // Cubes that stand for turned parts may overlap a little: what comes to the cell is kept, not its share.
             let share = share.min(1.0);
             if share > 0.0 {
-                let smoke = smoke(matter, scale.map(|s| s * density / share));
-                self.medium.fill([i / (ny * nz), i / nz % ny, i % nz], share, &smoke);
+                let matter = (filling.matter)(scale.map(|s| s * density / share));
+                self.medium.fill([i / (ny * nz), i / nz % ny, i % nz], share, &matter);
                 met += 1;
             }
         }
