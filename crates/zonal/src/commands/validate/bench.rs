@@ -89,8 +89,10 @@ pub struct Room {
     pub extinction: f64,
     /// Lines of `[medium]` besides.
     pub medium: String,
-    /// Reflectance and emission (W/m²) of the six walls; `None` for one that is not there.
+    /// Reflectance and emission (W/m²) of the six walls, or emissivity and temperature (K) where the room is warm; `None` for one that is not there.
     pub walls: [Option<(f64, f64)>; 6],
+    /// True in thermal mode.
+    pub warm: bool,
     /// Lines of `[solve]` besides.
     pub solve: String,
 }
@@ -104,6 +106,7 @@ impl Room {
             extinction,
             medium: String::new(),
             walls: [Some((0.0, 0.0)); 6],
+            warm: false,
             solve: String::new(),
         }
     }
@@ -115,15 +118,22 @@ impl Room {
         room
     }
 
+    /// The same in thermal mode: all walls that there are with this emissivity and temperature, K.
+    pub fn warm(mut self, emissivity: f64, kelvin: f64) -> Room {
+        self.warm = true;
+        self.walls.iter_mut().flatten().for_each(|w| *w = (emissivity, kelvin));
+        self
+    }
+
     /// Lines of the medium.
     pub fn medium(mut self, lines: &str) -> Room {
         self.medium = lines.into();
         self
     }
 
-    /// One wall's reflectance and emission.
-    pub fn wall(mut self, face: usize, reflectance: f64, emission: f64) -> Room {
-        self.walls[face] = Some((reflectance, emission));
+    /// One wall's reflectance and emission, or emissivity and temperature.
+    pub fn wall(mut self, face: usize, first: f64, second: f64) -> Room {
+        self.walls[face] = Some((first, second));
         self
     }
 
@@ -135,8 +145,9 @@ impl Room {
 
     /// The scene file: axes without walls are periodic.
     pub fn text(&self, name: &str) -> String {
+        let mode = if self.warm { "mode = \"thermal\"\n" } else { "" };
         let mut t = format!(
-            "name = \"{name}\"\n\n[solve]\npatch_rule = \"voxels\"\nresidual = 1e-12\ngroups = \"all\"\n"
+            "name = \"{name}\"\n{mode}\n[solve]\npatch_rule = \"voxels\"\nresidual = 1e-12\ngroups = \"all\"\n"
         );
         if !self.solve.is_empty() {
             let _ = writeln!(t, "{}", self.solve.trim_end());
@@ -152,8 +163,11 @@ impl Room {
         }
         let _ = write!(
             t,
-            "\n[[surface]]\nname = \"walls\"\nroom = {{ min = [0, 0, 0], max = [{x:?}, {y:?}, {z:?}] }}\nreflectance = 0\n"
+            "\n[[surface]]\nname = \"walls\"\nroom = {{ min = [0, 0, 0], max = [{x:?}, {y:?}, {z:?}] }}\n"
         );
+        if !self.warm {
+            t.push_str("reflectance = 0\n");
+        }
         let gone: Vec<String> =
             (0..6).filter(|&f| self.walls[f].is_none()).map(|f| format!("\"{}\"", FACES[f])).collect();
         if !gone.is_empty() {
@@ -161,6 +175,9 @@ impl Room {
         }
         for (face, wall) in FACES.iter().zip(&self.walls) {
             match wall {
+                Some((e, kelvin)) if self.warm => {
+                    let _ = writeln!(t, "faces.{face} = {{ emissivity = {e:?}, temperature = {kelvin:?} }}");
+                }
                 Some((r, e)) if *r != 0.0 || *e != 0.0 => {
                     let _ = writeln!(t, "faces.{face} = {{ reflectance = {r:?}, emission = {e:?} }}");
                 }
@@ -205,6 +222,20 @@ impl Wall {
     pub fn net(&self) -> f64 {
         self.radiosity - self.incident
     }
+}
+
+/// Net flux out of the walls whose name ends in `face`, of a solution in thermal mode, W/m².
+pub fn net(s: &Solution, face: &str) -> f64 {
+    let rows = s.report.heat.iter().flat_map(|h| &h.rows).filter(|r| r.name.ends_with(face));
+    let (power, size) = rows.fold((0.0, 0.0), |(p, a), r| (p + r.power, a + r.size));
+    power / size
+}
+
+/// The temperature of a voxel, K, of a solution in thermal mode.
+pub fn temperature(s: &Solution, c: [usize; 3]) -> f64 {
+    let index = s.scene.voxmap().map_or(0, |m| m.index(c));
+    let heat = s.fields.heat.as_ref();
+    heat.and_then(|h| h.temperature.get(s.zones.voxel_offset() + index)).map_or(f64::NAN, |t| *t)
 }
 
 /// The values of a field of voxels, by the coordinates of the cell, in the first band.

@@ -78,9 +78,9 @@ pub const CASES: [Case; 7] = [
         name: "beam-lengths",
         group: "4 Mean beam lengths",
         title: "the thin limit 4V/A, and the emissivity of a sphere",
-        about: "The thin limit from a cube at KL = 10⁻⁷ and a layer. A sphere is no box: its share of each voxel emits and absorbs, which costs an error that falls with the size of the voxels, in no even \
-            way; at 48 voxels across, 0.2 % is asked for.",
-        quick: true,
+        about: "The thin limit from a cube at KL = 10⁻⁷ and a layer. A sphere is no box: its share of each voxel emits and absorbs, a boundary as soft as a voxel is wide, which costs an error of about \
+            (κh)² ln(κh); from 16 to 81 voxels across, extrapolated, to 0.2 %.",
+        quick: false,
         needs: None,
         run: beam_lengths,
     },

@@ -1,9 +1,9 @@
 //! Section 5: layers between plates, periodic along x and y.
 
-use super::bench::{Bench, Room, Wall, voxel};
+use super::bench::{Bench, Room, Wall, net, temperature};
 use super::case::{Case, Limit, Outcome};
 use super::data::table;
-use super::factors::printed_limit;
+use super::factors::{SIGMA, printed_limit};
 use super::richardson::Sequence;
 use crate::Failure;
 
@@ -28,8 +28,9 @@ pub const CASES: [Case; 2] = [
         name: "equilibrium-slab",
         group: "5 Slabs",
         title: "radiative equilibrium between plates",
-        about: "A layer that scatters all and absorbs nothing is one in radiative equilibrium; hot wall 1, cold wall 0. Radiosity is constant in each of the layer's cells, so the flux converges as the \
-            cells shrink: its value on the finest grid and the extrapolated one are both held to 10⁻⁴ absolute. Grey plates by Ψ = Ψ_b/[1 + Ψ_b(1/ε₁ + 1/ε₂ − 2)].",
+        about: "Thermal mode: walls of 1000 K and 500 K, a medium without heat source; Ψ = q/σ(T₁⁴ − T₂⁴). Radiosity is constant in each of the layer's cells, so the flux converges as the \
+            cells shrink: its value on the finest grid and the extrapolated one are both held to 10⁻⁴ absolute. As a second way a layer that scatters all and absorbs nothing, light mode, which must give \
+            the same. Grey plates by Ψ = Ψ_b/[1 + Ψ_b(1/ε₁ + 1/ε₂ − 2)].",
         quick: false,
         needs: None,
         run: equilibrium,
@@ -68,17 +69,33 @@ fn layer(bench: &Bench) -> Result<Outcome, Failure> {
     Ok(out)
 }
 
-/// Net flux of the hot wall of a layer that scatters all, for walls of these reflectances, and the source function in the middle.
-fn psi(bench: &Bench, tau: f64, n: usize, rho: [f64; 2]) -> Result<[f64; 2], Failure> {
-    let name = format!("equilibrium-slab-{tau}-{n}-{}-{}", rho[0], rho[1]);
+/// Temperatures of the hot and of the cold wall, K.
+const HOT: f64 = 1000.0;
+const COLD: f64 = 500.0;
+
+/// Net flux of the hot wall over σ(T₁⁴ − T₂⁴) for walls of these emissivities, and (T⁴ − T₂⁴)/(T₁⁴ − T₂⁴) in the middle.
+fn psi(bench: &Bench, tau: f64, n: usize, emissivity: [f64; 2]) -> Result<[f64; 2], Failure> {
+    let name = format!("equilibrium-slab-{tau}-{n}-{}-{}", emissivity[0], emissivity[1]);
     let room = Room::layer(tau, n)
-        .medium("albedo = 1")
-        .wall(4, rho[0], 1.0 - rho[0])
-        .wall(5, rho[1], 0.0)
+        .warm(1.0, COLD)
+        .wall(4, emissivity[0], HOT)
+        .wall(5, emissivity[1], COLD)
+        .medium("heat_source = 0")
         .solve(&format!("engine = \"spectral\"\n{}", super::cube::PLAIN));
     let s = bench.solve(&name, &room.text(&name))?;
-    let middle = |k: usize| voxel(&s, &s.fields.radiosity, [0, 0, k]);
-    Ok([Wall::of(&s, "z0").net(), 0.5 * (middle(n / 2) + middle((n - 1) / 2))])
+    let drop = HOT.powi(4) - COLD.powi(4);
+    let middle = |k: usize| (temperature(&s, [0, 0, k]).powi(4) - COLD.powi(4)) / drop;
+    Ok([net(&s, "z0") / (SIGMA * drop), 0.5 * (middle(n / 2) + middle((n - 1) / 2))])
+}
+
+/// Net flux of the hot wall of the same layer between black walls as one that scatters all.
+fn analogue(bench: &Bench, tau: f64, n: usize) -> Result<f64, Failure> {
+    let name = format!("scattering-slab-{tau}-{n}");
+    let room = Room::layer(tau, n)
+        .medium("albedo = 1")
+        .wall(4, 0.0, 1.0)
+        .solve(&format!("engine = \"spectral\"\n{}", super::cube::PLAIN));
+    Ok(Wall::of(&bench.solve(&name, &room.text(&name))?, "z0").net())
 }
 
 fn equilibrium(bench: &Bench) -> Result<Outcome, Failure> {
@@ -88,7 +105,7 @@ fn equilibrium(bench: &Bench) -> Result<Outcome, Failure> {
         let mut steps = Vec::new();
         let mut middle = 0.0;
         for n in LAYERS {
-            let [flux, source] = psi(bench, tau, n, [0.0; 2])?;
+            let [flux, source] = psi(bench, tau, n, [1.0; 2])?;
             steps.push((n as f64, flux));
             middle = source;
         }
@@ -96,11 +113,17 @@ fn equilibrium(bench: &Bench) -> Result<Outcome, Failure> {
         let sequence = Sequence::new(format!("τ = {tau}: Ψ"), steps, Some((p.value, p.half)));
         out.check(format!("τ = {tau}, 192 cells: Ψ"), p.value, finest, Limit::Absolute(SLAB));
         out.check(format!("τ = {tau}, extrapolated: Ψ"), p.value, sequence.value(), Limit::Absolute(SLAB));
-        out.check(format!("τ = {tau}: source function in the middle"), 0.5, middle, Limit::Absolute(1e-9));
+        out.check(format!("τ = {tau}: T⁴ in the middle, of the walls'"), 0.5, middle, Limit::Absolute(1e-9));
         if [0.1, 1.0, 10.0].contains(&tau) {
+            let other = analogue(bench, tau, 192)?;
+            out.error(
+                format!("τ = {tau}: the layer as one that scatters all, difference of Ψ"),
+                other - finest,
+                1e-9,
+            );
             for (e1, e2) in [(0.8, 0.5), (0.2, 0.9)] {
                 let grey = p.value / (1.0 + p.value * (1.0 / e1 + 1.0 / e2 - 2.0));
-                let [flux, _] = psi(bench, tau, 192, [1.0 - e1, 1.0 - e2])?;
+                let [flux, _] = psi(bench, tau, 192, [e1, e2])?;
                 out.check(format!("τ = {tau}, ε = {e1}, {e2}: Ψ"), grey, flux, Limit::Absolute(SLAB));
             }
         }

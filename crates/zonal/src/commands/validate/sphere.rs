@@ -9,12 +9,13 @@
 use super::bench::{Bench, Room, voxel};
 use super::case::{Limit, Outcome};
 use super::data::table;
+use super::richardson::Sequence;
 use crate::Failure;
 use std::f64::consts::PI;
 use zonal_scene::Scene;
 
 /// Voxels across.
-const CELLS: usize = 48;
+const SIZES: [usize; 5] = [16, 24, 36, 54, 81];
 /// Points along an edge of a voxel by which its share is found.
 const POINTS: usize = 8;
 
@@ -28,13 +29,13 @@ fn share(c: [usize; 3], n: usize) -> f64 {
     inside.count() as f64 / POINTS.pow(3) as f64
 }
 
-fn emissivity(bench: &Bench, depth: f64) -> Result<f64, Failure> {
-    let name = format!("sphere-{depth}");
-    let text = Room::new([1.0; 3], [CELLS; 3], depth).solve("engine = \"spectral\"").text(&name);
+fn emissivity(bench: &Bench, depth: f64, n: usize) -> Result<f64, Failure> {
+    let name = format!("sphere-{depth}-{n}");
+    let text = Room::new([1.0; 3], [n; 3], depth).solve("engine = \"spectral\"").text(&name);
     let mut parts = bench.scene(&name, &text)?.into_parts();
     let Some(mut map) = parts.voxmap.take() else { return Err(Failure::new("the sphere has no medium")) };
-    let cells = CELLS.pow(3);
-    let shares: Vec<f64> = (0..cells).map(|i| share(map.coordinates(i), CELLS)).collect();
+    let cells = n.pow(3);
+    let shares: Vec<f64> = (0..cells).map(|i| share(map.coordinates(i), n)).collect();
     for (i, w) in shares.iter().enumerate() {
         map.set(i, [depth; 3], [0.0; 3], [*w; 3], [0.0; 3]);
     }
@@ -53,8 +54,19 @@ fn emissivity(bench: &Bench, depth: f64) -> Result<f64, Failure> {
 pub fn check(bench: &Bench, out: &mut Outcome) -> Result<(), Failure> {
     for row in table!("sphere.csv")?.rows() {
         let (depth, p) = (row.number("KD")?, row.printed("value")?);
-        let ours = emissivity(bench, depth)?;
-        out.check(format!("sphere, KD = {depth}: emissivity"), p.value, ours, Limit::Relative(2e-3));
+        let steps: Vec<(f64, f64)> = SIZES
+            .iter()
+            .map(|&n| Ok((n as f64, emissivity(bench, depth, n)?)))
+            .collect::<Result<_, Failure>>()?;
+        let sequence =
+            Sequence::new(format!("sphere, KD = {depth}: emissivity"), steps, Some((p.value, p.half)));
+        out.check(
+            format!("sphere, KD = {depth}, extrapolated: emissivity"),
+            p.value,
+            sequence.value(),
+            Limit::Relative(2e-3),
+        );
+        out.sequences.push(sequence);
     }
     Ok(())
 }
