@@ -19,6 +19,8 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(90, 90, 90),
 ];
 const SIZE: (u32, u32) = (860, 560);
+/// Pixels of the labels along the vertical axis.
+const LABELS: u32 = 78;
 const FONT: &str = "Helvetica, Arial, sans-serif";
 
 /// How a series is drawn.
@@ -74,7 +76,12 @@ pub enum Legend {
     UpperRight,
     /// For curves that rise.
     LowerRight,
+    /// Beside the plot, for many curves.
+    Beside,
 }
+
+/// Pixels that a legend beside the plot takes.
+const BESIDE: u32 = 230;
 
 impl Plot {
     /// An empty plot.
@@ -144,9 +151,9 @@ impl Plot {
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, title)
             .margin(14)
-            .margin_right(24)
+            .margin_right(if self.legend == Legend::Beside { BESIDE } else { 24 })
             .x_label_area_size(52)
-            .y_label_area_size(78)
+            .y_label_area_size(LABELS)
             .build_cartesian_2d(x, y)?;
         let label = (FONT, 14).into_font().color(&RGBColor(60, 60, 60));
         chart
@@ -188,6 +195,7 @@ impl Plot {
             .position(match self.legend {
                 Legend::UpperRight => SeriesLabelPosition::UpperRight,
                 Legend::LowerRight => SeriesLabelPosition::LowerRight,
+                Legend::Beside => SeriesLabelPosition::Coordinate(chart_width(area) + 8, 0),
             })
             .background_style(WHITE.mix(0.85))
             .border_style(RGBColor(205, 205, 205))
@@ -195,6 +203,11 @@ impl Plot {
             .draw()?;
         Ok(())
     }
+}
+
+/// Width of the plot itself beside its legend, pixels: what margins and labels leave.
+fn chart_width(area: &DrawingArea<SVGBackend, plotters::coord::Shift>) -> i32 {
+    area.dim_in_pixel().0 as i32 - (14 + LABELS + BESIDE) as i32
 }
 
 /// The sample of a series in the legend: a stroke, a thin stroke for a dashed line, a spot for dots.

@@ -81,7 +81,7 @@ fn run(bench: &Bench) -> Result<Outcome, Failure> {
         if n != SIZES[SIZES.len() - 1] {
             continue;
         }
-        let curve = (0..=100).map(|k| 0.005 * k as f64).map(|x| (x, divergence(x))).collect();
+        let curve = (0..=40).map(|k| 0.0125 * k as f64).map(|x| (x, divergence(x))).collect();
         let mut profile = Profile {
             file: "burns-christon-line".into(),
             title: "Burns and Christon: divergence of the flux along the axis".into(),

@@ -96,6 +96,7 @@ impl Check {
     /// The difference as a share of the limit; what is no number is infinite. `None` without a limit.
     pub fn share(&self) -> Option<f64> {
         let share = match self.limit {
+            Limit::Absolute(_) | Limit::Relative(_) | Limit::AtMost(_) if self.difference() == 0.0 => 0.0,
             Limit::Absolute(most) | Limit::Relative(most) | Limit::AtMost(most) => {
                 self.difference().abs() / most
             }

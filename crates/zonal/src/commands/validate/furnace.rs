@@ -206,7 +206,7 @@ fn gas(out: &mut Outcome, solutions: [&Solution; 2], m: usize) -> Result<(), Fai
         ..Profile::default()
     };
     for (s, albedo) in solutions.into_iter().zip(["0", "0.7"]) {
-        let curve = (0..=80).map(|k| 0.1 + 3.8 * k as f64 / 80.0).map(|z| (z, on_axis(s, m, z)));
+        let curve = (0..=38).map(|k| 0.1 + 3.8 * k as f64 / 38.0).map(|z| (z, on_axis(s, m, z)));
         profile.ours.push((format!("ours, albedo {albedo}"), curve.collect()));
         let mut points = Vec::new();
         for row in table!("furnace_gas.csv")?.rows() {

@@ -1,6 +1,6 @@
 //! The page `validation.md` with its plots.
 
-use super::case::{Done, Profile};
+use super::case::{Done, Profile, Verdict};
 use super::listing::{cells, counts, summary};
 use super::richardson::Sequence;
 use crate::Failure;
@@ -13,6 +13,11 @@ use zonal_io::output;
 const OPEN: usize = 14;
 /// Curves in a plot of convergence.
 const CURVES: usize = 6;
+/// Levels that lie farther below all curves than this are left out of a plot.
+const FRAME: f64 = 0.2;
+
+const LEGEND: &str = "Lines: distance from the extrapolated value where there is one, else from the reference. Dashed in the same colour: the reference's own distance from it (of tables by \
+Monte Carlo: their standard error), where it is in the frame.";
 
 /// Writes the page and its plots; its path.
 pub fn write(folder: &Path, plots: &Folder, done: &[Done]) -> Result<PathBuf, Failure> {
@@ -60,9 +65,33 @@ fn overview(done: &[Done]) -> String {
             vec![name, d.case.title.into(), summary(&d.outcome), share(d), format!("{:.1}", d.seconds)]
         })
         .collect();
+    out += &failures(done);
     out += &markdown(&["case", "what", "verdicts", "largest share of a limit used", "s"], &rows);
     out.push('\n');
     out
+}
+
+/// The rows that fail, all in one place.
+fn failures(done: &[Done]) -> String {
+    let mut rows = Vec::new();
+    for d in done {
+        for c in d.outcome.checks.iter().filter(|c| c.verdict() == Verdict::Fails) {
+            let [reference, ours, difference, limit] = cells(c);
+            rows.push(vec![
+                format!("[{0}](#{0})", d.case.name),
+                c.quantity.clone(),
+                reference,
+                ours,
+                difference,
+                limit,
+            ]);
+        }
+    }
+    if rows.is_empty() {
+        return String::new();
+    }
+    let head = ["what does not hold", "quantity", "reference", "ours", "difference", "limit"];
+    format!("{}\nWhy stands with the case.\n\n", markdown(&head, &rows))
 }
 
 fn case(d: &Done, plots: &Folder) -> Result<String, Failure> {
@@ -77,7 +106,7 @@ fn case(d: &Done, plots: &Folder) -> Result<String, Failure> {
     }
     if !d.outcome.sequences.is_empty() {
         convergence(d, plots)?;
-        out += &format!("![convergence of {name}](validation/{name}.svg)\n\n");
+        out += &format!("![convergence of {name}](validation/{name}.svg)\n\n{}\n\n", LEGEND);
         out += &extrapolations(&d.outcome.sequences);
     }
     for p in &d.outcome.pictures {
@@ -123,32 +152,62 @@ fn extrapolations(all: &[Sequence]) -> String {
     markdown(&["sequence", "finest", "observed orders", "extrapolated", "reference"], &rows) + "\n"
 }
 
-/// Distance from the reference against resolution.
+/// What a curve of convergence shows: distances, and the level that a dashed line marks.
+struct Curve {
+    points: Vec<(f64, f64)>,
+    level: f64,
+}
+
+impl Curve {
+    /// From the extrapolated value, with the reference's own distance from it as level; without one from the reference, with its uncertainty.
+    fn new(s: &Sequence) -> Curve {
+        let (reference, bracket) = s.reference.unwrap_or((f64::NAN, f64::NAN));
+        let (to, level) = match &s.limit {
+            Ok(e) => (e.value, (reference - e.value).abs()),
+            Err(_) => (reference, bracket),
+        };
+        let size = if to == 0.0 { 1.0 } else { to.abs() };
+        Curve {
+            points: s.steps.iter().map(|&(n, v)| (n, (v - to).abs() / size)).collect(),
+            level: level / size,
+        }
+    }
+}
+
+/// Distance from the limit against resolution.
 fn convergence(d: &Done, plots: &Folder) -> Result<(), Failure> {
     let all = &d.outcome.sequences;
-    let relative = all.iter().all(|s| s.reference.is_none_or(|r| r.0 != 0.0));
-    let what = if relative { "distance from the reference, relative" } else { "error" };
+    let errors = all.iter().all(|s| s.reference.is_some_and(|r| r.0 == 0.0));
+    let what = if errors {
+        all[0].name.split_once(", ").map_or("error", |n| n.1)
+    } else {
+        "relative distance from the extrapolated value"
+    };
     let mut plot =
         Plot::new(&format!("{}: {}", d.case.name, d.case.title), "zones along an edge", what, (true, true));
+    plot.legend = Legend::Beside;
     let step = all.len().div_ceil(CURVES);
-    let mut most = (f64::INFINITY, 0.0f64, 0.0f64);
-    for (k, s) in all.iter().step_by(step).enumerate() {
-        let (to, bracket) = s.reference.unwrap_or((s.value(), 0.0));
-        let size = if relative { to.abs() } else { 1.0 };
-        let points: Vec<(f64, f64)> = s.steps.iter().map(|&(n, v)| (n, (v - to).abs() / size)).collect();
-        for &(n, e) in &points {
-            most = (most.0.min(n), most.1.max(n), most.2.max(e));
-        }
-        let ends = [s.steps.first(), s.steps.last()];
-        plot.add(&s.name, Mark::Line, k, points);
-        if let (true, [Some(a), Some(b)]) = (bracket > 0.0, ends) {
-            plot.add("", Mark::Dashed, k, vec![(a.0, bracket / size), (b.0, bracket / size)]);
+    let curves: Vec<(&Sequence, Curve)> = all.iter().step_by(step).map(|s| (s, Curve::new(s))).collect();
+    let points = || curves.iter().flat_map(|c| c.1.points.iter()).filter(|p| p.1 > 0.0);
+    let least = points().fold(f64::INFINITY, |m, p| m.min(p.1));
+    let (first, last) = points().fold((f64::INFINITY, 0.0f64), |(a, b), p| (a.min(p.0), b.max(p.0)));
+    let top = points().fold(0.0f64, |m, p| m.max(p.1));
+    for (k, (s, c)) in curves.iter().enumerate() {
+        plot.add(
+            s.name.split_once(": ").map_or(&s.name, |n| if all.len() > 3 { n.0 } else { &s.name }),
+            Mark::Line,
+            k,
+            c.points.clone(),
+        );
+        if c.level > FRAME * least {
+            let ends = [c.points.first(), c.points.last()];
+            plot.add("", Mark::Dashed, k, ends.into_iter().flatten().map(|p| (p.0, c.level)).collect());
         }
     }
     // Slopes above all curves.
-    for (order, name) in [(1, "slope 1"), (2, "slope 2")] {
-        let guide = |n: f64| 1.5 * most.2 * (most.0 / n).powi(order);
-        plot.add(name, Mark::Dashed, 7, vec![(most.0, guide(most.0)), (most.1, guide(most.1))]);
+    for (order, name) in [(1, "slopes 1 and 2"), (2, "")] {
+        let guide = |n: f64| 1.5 * top * (first / n).powi(order);
+        plot.add(name, Mark::Dashed, 7, vec![(first, guide(first)), (last, guide(last))]);
     }
     plots.plot(&format!("{}.svg", d.case.name), &plot)
 }
@@ -156,7 +215,6 @@ fn convergence(d: &Done, plots: &Folder) -> Result<(), Failure> {
 /// Ours as a line, the reference as spots.
 fn profile(p: &Profile, plots: &Folder) -> Result<(), Failure> {
     let mut plot = Plot::new(&p.title, &p.x, &p.y, (false, false));
-    plot.legend = Legend::UpperRight;
     for (k, (name, points)) in p.ours.iter().enumerate() {
         plot.add(name, Mark::Plain, k, points.clone());
     }

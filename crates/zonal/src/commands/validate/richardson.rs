@@ -25,7 +25,7 @@ pub struct Sequence {
     pub name: String,
     /// Zones along an edge and the value there, from coarse to fine.
     pub steps: Vec<(f64, f64)>,
-    /// The reference, where there is one, and by how much it is uncertain.
+    /// The reference, where there is one, and by how much it is uncertain. A reference of 0 makes errors of the values.
     pub reference: Option<(f64, f64)>,
     /// The extrapolation, or why there is none.
     pub limit: Result<Extrapolation, String>,

@@ -72,7 +72,7 @@ fn run(bench: &Bench) -> Result<Outcome, Failure> {
         y: "S, of the hot wall's emissive power".into(),
         ours: vec![(
             "ours, 321²".into(),
-            line.iter().enumerate().map(|(k, s)| ((k as f64 + 0.5) / line.len() as f64, *s)).collect(),
+            (0..=40).map(|k| k as f64 / 40.0).map(|t| (t, between(&line, t))).collect(),
         )],
         reference: vec![("Crosbie and Schrenker".into(), Vec::new())],
     };
