@@ -205,6 +205,29 @@ impl PatchRule {
     }
 }
 
+/// What is done about voxels through which light passes less than easily: radiosity that is constant in each is then a rough picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ThickZones {
+    /// Slopes where voxels are thick and the engine can.
+    #[default]
+    Auto,
+    /// Slopes of radiosity in every zone.
+    Linear,
+    /// Nothing.
+    Constant,
+}
+
+impl ThickZones {
+    /// The words that scene files use, in the order of [`ThickZones::ALL`].
+    pub const WORDS: [&str; 3] = ["auto", "linear", "constant"];
+    /// All of them.
+    pub const ALL: [ThickZones; 3] = [ThickZones::Auto, ThickZones::Linear, ThickZones::Constant];
+    /// The word that scene files use.
+    pub fn word(self) -> &'static str {
+        ThickZones::WORDS[self as usize]
+    }
+}
+
 /// How to solve: every setting has a default.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -226,6 +249,8 @@ pub struct Options {
     pub engine: Engine,
     /// The light groups.
     pub groups: Groups,
+    /// What is done about thick voxels.
+    pub thick_zones: ThickZones,
 }
 
 impl Default for Options {
@@ -240,6 +265,7 @@ impl Default for Options {
             sweeps: None,
             engine: Engine::Auto,
             groups: Groups::Auto,
+            thick_zones: ThickZones::Auto,
         }
     }
 }

@@ -12,11 +12,14 @@ use crate::hierarchical::budget::Budget;
 use crate::krylov::Ended;
 use crate::operator::{Arriving, Operator};
 use crate::spectral::Spectral;
+use crate::spectral::basis::Variation;
 use crate::spectral::enclosure::Enclosure;
 use crate::spectral::kernels;
 use crate::surroundings::Escape;
 use rayon::prelude::*;
+use zonal_exchange::aligned::lattice::DEPTH;
 use zonal_exchange::pair::{Counts, Exchange, Settings, VoxelFactors};
+use zonal_scene::scene::ThickZones;
 use zonal_scene::solution::Closure;
 use zonal_scene::{Bands, Engine, Progress, Scene, SceneError, Vault, Zones};
 use zonal_transport::Transport;
@@ -27,6 +30,10 @@ pub const DENSE_ZONES: usize = 8000;
 
 /// Zones from which on `auto` takes transforms where they apply: all pairs of as many took two seconds of one core of 2023.
 pub const SPECTRAL_ZONES: usize = 4000;
+
+/// Optical depth across a voxel beyond which radiosity varies inside it, unless the scene says otherwise: slopes take five to ten times the time
+/// and memory, and below it they change the mean of a zone by less than a thousandth or so.
+pub const THIN: f64 = 0.1;
 
 /// Offsets of images that tables may have: some minutes of two cores of 2023.
 const MOST_IMAGES: f64 = 5e9;
@@ -73,12 +80,26 @@ pub struct Built<'a> {
     pub counts: Vec<(String, u64)>,
     /// What a user should know.
     pub warnings: Vec<String>,
+    /// What arrives from the surroundings at the slopes of the operator, for a radiosity of one there, m² and m³; empty where nothing does.
+    pub sky_of_slopes: Vec<Bands>,
     /// The solution, where building the engine found it: how each group ended, and what arrives.
     pub solved: Option<(Vec<Ended>, Arriving)>,
 }
 
-/// The engine for a scene, with the reason; never [`Engine::Auto`]. The error says what would not fit into `memory` bytes, or what
-/// only every pair can do.
+/// What was chosen for a scene.
+#[derive(Clone, Debug)]
+pub struct Choice {
+    /// The engine; never [`Engine::Auto`].
+    pub engine: Engine,
+    /// Why.
+    pub reason: String,
+    /// For the spectral engine: the box that the scene is, and how radiosity varies inside its zones.
+    pub boxed: Option<(Enclosure, Variation)>,
+    /// What a user should know of it.
+    pub note: Option<String>,
+}
+
+/// The engine for a scene. The error says what would not fit into `memory` bytes, or what only another engine can do.
 pub fn choose(
     scene: &Scene,
     zones: &Zones,
@@ -86,31 +107,51 @@ pub fn choose(
     forecast: &Forecast,
     settings: Settings,
     memory: u64,
-) -> Result<(Engine, String), SceneError> {
+) -> Result<Choice, SceneError> {
     let n = zones.len();
     let paper = settings.voxels != VoxelFactors::Exact;
     let many = n > DENSE_ZONES || forecast.bytes > memory;
-    let asked = scene.options().engine;
+    let (asked, slopes) = (scene.options().engine, scene.options().thick_zones);
     let periodic = scene.is_periodic();
+    let wrong = |key: &'static str, what: String| Err(SceneError::new(key, what));
+    if slopes == ThickZones::Linear && (paper || !matches!(asked, Engine::Auto | Engine::Spectral)) {
+        return wrong(
+            "solve.thick_zones",
+            "slopes inside zones are for the spectral engine; use that, or \"constant\"".into(),
+        );
+    }
+    let thick = slopes == ThickZones::Linear
+        || (slopes == ThickZones::Auto && crate::forecast::thickness(scene, zones) > THIN);
     // Looked for only where the answer counts.
-    let looked =
-        asked == Engine::Spectral || periodic || (asked == Engine::Auto && (n > SPECTRAL_ZONES || many));
+    let looked = asked == Engine::Spectral
+        || periodic
+        || (asked == Engine::Auto && (n > SPECTRAL_ZONES || many || thick));
     let found = looked.then(|| Enclosure::find(scene, zones));
     if periodic {
         check_periodic(scene, asked, forecast.pairs, found.as_ref())?;
     }
-    let wrong = |what: String| Err(SceneError::new("solve.engine", what));
     let mut not = String::new();
     let (engine, why) = match (asked, &found) {
         (Engine::Hierarchical | Engine::Spectral, _) if paper => {
             return wrong(
+                "solve.engine",
                 "formulas of the paper are for pairs; use the dense engine, or --factors exact".into(),
             );
         }
         (Engine::Auto, _) if paper => (Engine::Dense, "formulas of the paper are for pairs".to_string()),
-        (Engine::Auto, Some(Ok(_))) if n > SPECTRAL_ZONES || many || periodic => {
+        (Engine::Auto, Some(Err(why))) if slopes == ThickZones::Linear => {
+            return wrong(
+                "solve.thick_zones",
+                format!(
+                    "slopes inside zones are for the spectral engine, which does not apply: {why}; use \"constant\""
+                ),
+            );
+        }
+        (Engine::Auto, Some(Ok(_))) if n > SPECTRAL_ZONES || many || periodic || thick => {
             let kind = if periodic { "a periodic box" } else { "a box" };
-            let why = format!("{n} zones in {kind} on the grid of its medium, with one extinction a band");
+            let of = if thick { " and thick voxels" } else { "" };
+            let why =
+                format!("{n} zones{of} in {kind} on the grid of its medium, with one extinction a band");
             (Engine::Spectral, why)
         }
         (Engine::Auto, found) if many => {
@@ -125,23 +166,43 @@ pub fn choose(
         }
         (Engine::Auto, _) => (Engine::Dense, format!("{n} zones are no more than {DENSE_ZONES}")),
         (Engine::Spectral, Some(Err(why))) => {
-            return wrong(format!("spectral does not apply: {why}; use another engine, or \"auto\""));
+            return wrong(
+                "solve.engine",
+                format!("spectral does not apply: {why}; use another engine, or \"auto\""),
+            );
         }
         (asked, _) => (asked, "as asked".to_string()),
     };
+    let mut out = Choice { engine, reason: format!("{why}{not}"), boxed: None, note: None };
+    if let (Engine::Spectral, Some(Ok(found))) = (engine, found) {
+        let mut variation = if thick { Variation::Linear } else { Variation::Constant };
+        let fits = spectral_bytes(scene, zones, forecast, &found, Variation::Linear) <= memory
+            && found
+                .groups()
+                .1
+                .iter()
+                .all(|&k| kernels::work(&found.grid, k, Variation::Linear) < MOST_IMAGES);
+        if thick && slopes == ThickZones::Auto && !fits {
+            variation = Variation::Constant;
+            out.note = Some(
+                "voxels are thick, but slopes inside them would need more memory or time than allowed".into(),
+            );
+        }
+        out.boxed = Some((found, variation));
+    }
     let (bytes, what) = match engine {
         Engine::Hierarchical => {
             let least = Budget::new(scene, zones, transport, memory).least(zones);
             (least, "for the fewest rays that are worth shooting")
         }
         Engine::Spectral => {
-            (spectral_bytes(scene, zones, forecast, found.as_ref()), "for their spectra and fields")
+            let of = |(e, v): &(Enclosure, Variation)| spectral_bytes(scene, zones, forecast, e, *v);
+            (out.boxed.as_ref().map_or(0, of), "for their spectra and fields")
         }
         Engine::Dense | Engine::Auto => (forecast.bytes, "for their exchange areas"),
     };
-    let why = format!("{why}{not}");
     if bytes <= memory {
-        return Ok((engine, why));
+        return Ok(out);
     }
     Err(SceneError::new(
         "solve.patch_size",
@@ -158,9 +219,9 @@ pub(crate) fn spectral_bytes(
     scene: &Scene,
     zones: &Zones,
     forecast: &Forecast,
-    found: Option<&Result<Enclosure, String>>,
+    e: &Enclosure,
+    variation: Variation,
 ) -> u64 {
-    let Some(Ok(e)) = found else { return 0 };
     let kappa = e.groups().1.len();
     let columns = groups::chosen(scene, zones).0.len() as u64;
     let alike = |v: Bands| v[0] == v[1] && v[1] == v[2];
@@ -173,7 +234,11 @@ pub(crate) fn spectral_bytes(
     // Radiosity, incident, direct, error; of each group its strengths and what arrives; direct light of each light.
     let fields = 4 * 24 + columns * 48;
     let more = 24 * u64::from(e.is_open()) + 56 * scene.lights().len() as u64;
-    Spectral::bytes(&e.grid, kappa) + forecast.zone_bytes + zones.len() as u64 * (solving.max(fields) + more)
+    let [voxel, patch] = [variation.voxel() - 1, variation.patch() - 1].map(|n| n as u64);
+    let slopes = voxel * zones.voxels.len() as u64 + patch * zones.patches.len() as u64;
+    // Of slopes: what the zones have in the iteration, and to which zone they belong.
+    let unknowns = zones.len() as u64 * (solving.max(fields) + more) + slopes * (solving + 4);
+    Spectral::bytes(&e.grid, kappa, variation) + forecast.zone_bytes + unknowns
 }
 
 /// Engines that know of images: all pairs of a closed box, and transforms.
@@ -189,10 +254,11 @@ fn check_periodic(
         }
         (_, Some(Err(why))) => format!("a periodic scene must be a box on the grid of its medium, but {why}"),
         (Engine::Auto | Engine::Spectral, Some(Ok(e)))
-            if e.groups().1.iter().any(|&k| kernels::work(&e.grid, k) > MOST_IMAGES) =>
+            if e.groups().1.iter().any(|&k| kernels::work(&e.grid, k, Variation::Constant) > MOST_IMAGES) =>
         {
-            "the images within 36 mean free paths are too many; a period of one cell has only one, or use larger cells"
-                .to_string()
+            format!(
+                "the images within {DEPTH} mean free paths are too many; a period of one cell has only one, or use larger cells"
+            )
         }
         (Engine::Dense, Some(Ok(e))) if e.is_open() => {
             "a periodic scene with openings is for the spectral engine; use that, or close the walls"
@@ -212,23 +278,31 @@ pub(crate) fn knows_escape(engine: Engine, scene: &Scene) -> bool {
 }
 
 /// Builds an engine. Closure is measured, or restored where the scene asks for it, which may scale `escape` too.
-pub fn build<'a>(engine: Engine, site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, SceneError> {
-    match engine {
-        Engine::Hierarchical => hierarchical::build::build(site, escape),
-        Engine::Spectral => spectral(site, escape),
-        Engine::Dense | Engine::Auto => Ok(dense(site, escape)),
+pub fn build<'a>(choice: Choice, site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, SceneError> {
+    match (choice.engine, choice.boxed) {
+        (Engine::Hierarchical, _) => hierarchical::build::build(site, escape),
+        (Engine::Spectral, Some((enclosure, variation))) => {
+            Ok(spectral(site, enclosure, variation, choice.note, escape))
+        }
+        _ => Ok(dense(site, escape)),
     }
 }
 
 /// Every pair of a box by transforms; what leaves through its openings is what would arrive there.
-fn spectral(site: &Site, escape: &mut Escape) -> Result<Built<'static>, SceneError> {
+fn spectral(
+    site: &Site,
+    enclosure: Enclosure,
+    variation: Variation,
+    note: Option<String>,
+    escape: &mut Escape,
+) -> Built<'static> {
     let (scene, zones) = (site.scene, site.zones);
-    let enclosure = Enclosure::find(scene, zones)
-        .map_err(|why| SceneError::new("solve.engine", format!("spectral does not apply: {why}")))?;
     let open = enclosure.is_open();
-    let mut operator = Spectral::new(enclosure, zones.patches.len(), site.progress);
+    let mut operator = Spectral::new(enclosure, zones.patches.len(), variation, site.progress);
+    let mut sky_of_slopes = Vec::new();
     if open {
         escape.sky = operator.openings();
+        sky_of_slopes = escape.sky.split_off(zones.len());
     }
     let closure = if scene.options().restore_closure {
         closure::restore(&mut operator, zones, escape)
@@ -236,7 +310,8 @@ fn spectral(site: &Site, escape: &mut Escape) -> Result<Built<'static>, SceneErr
         closure::measure(&operator, zones, escape)
     };
     let counts = operator.counts();
-    Ok(Built { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None })
+    let warnings = note.into_iter().collect();
+    Built { operator: Box::new(operator), closure, counts, warnings, sky_of_slopes, solved: None }
 }
 
 /// Every pair of zones.
@@ -257,7 +332,8 @@ pub(crate) fn dense(site: &Site, escape: &mut Escape) -> Built<'static> {
             "the factors of two voxels are those of the paper, for comparison: the errors stated here leave out what that costs".into(),
         );
     }
-    Built { operator: Box::new(operator), closure, counts: counts(&pairs), warnings, solved: None }
+    let counts = counts(&pairs);
+    Built { operator: Box::new(operator), closure, counts, warnings, sky_of_slopes: Vec::new(), solved: None }
 }
 
 fn counts(c: &Counts) -> Vec<(String, u64)> {

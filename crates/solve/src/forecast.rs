@@ -95,23 +95,27 @@ pub const THICK: f64 = 0.3;
 /// Facets smaller than this share of the scene's diagonal across are tiny.
 const TINY: f64 = 1e-4;
 
-/// What a user should know before solving: zones too thick, notes of the reader.
-pub fn warnings(scene: &Scene, zones: &Zones) -> Vec<String> {
+/// Largest optical depth across a voxel zone, along the longest edge of a cell.
+pub fn thickness(scene: &Scene, zones: &Zones) -> f64 {
+    let Some(map) = scene.voxmap() else { return 0.0 };
+    let edge = map.cell().max_abs();
+    let worst = |z: &VoxelZone| z.extinction.iter().fold(0.0f64, |m, k| m.max(k * edge));
+    zones.voxels.par_iter().map(worst).reduce(|| 0.0, f64::max)
+}
+
+/// What a user should know of a scene: notes of the reader, and voxels too thick for radiosity that is `constant` in each.
+pub fn warnings(scene: &Scene, zones: &Zones, constant: bool) -> Vec<String> {
     let mut out: Vec<String> = scene.notes().to_vec();
     let least = (TINY * scene.diagonal()).powi(2);
     let tiny = scene.facets().iter().filter(|f| f.plate.area() < least).count();
     if tiny > 0 {
         out.push(format!("{tiny} facet(s) are tiny: smaller than {TINY:e} of the scene across"));
     }
-    if let Some(map) = scene.voxmap() {
-        let edge = map.cell().max_abs();
-        let worst = |z: &VoxelZone| z.extinction.iter().fold(0.0f64, |m, k| m.max(k * edge));
-        let thick = zones.voxels.par_iter().map(worst).reduce(|| 0.0, f64::max);
-        if thick > THICK {
-            out.push(format!(
-                "voxels are up to {thick:.2e} optical depths across; below {THICK} is better: use more cells"
-            ));
-        }
+    let thick = thickness(scene, zones);
+    if constant && thick > THICK {
+        out.push(format!(
+            "voxels are up to {thick:.2e} optical depths across; below {THICK} is better: use more cells, or, in a box on the grid of its medium, thick_zones = \"linear\""
+        ));
     }
     out
 }

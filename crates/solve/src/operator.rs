@@ -17,13 +17,18 @@ pub struct Arriving {
 
 /// Radiosities in, arriving power out.
 pub trait Operator {
-    /// Number of zones.
+    /// Number of unknowns: the zones, then their slopes, if it has any ([`Operator::slopes`]).
     fn len(&self) -> usize;
     /// True without zones.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
-    /// P = g s, band by band.
+    /// The zone of every unknown beyond the zones: where radiosity varies inside a zone, its further components, with the weight and target of the
+    /// zone.
+    fn slopes(&self) -> Vec<u32> {
+        Vec::new()
+    }
+    /// P = g s, band by band, of all unknowns or of the zones alone, as many as there are strengths.
     fn apply(&self, strengths: &[Bands]) -> Vec<Bands>;
     /// P = g s for many columns of strengths; the same bits as one after the other.
     fn apply_many(&self, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {

@@ -5,13 +5,15 @@
 //! tolerance and links have to go on from there, nobody knows how many: a number to expect is told, and one that is hardly exceeded.
 
 use crate::engine;
+use crate::engine::Choice;
 use crate::forecast::{self, Forecast};
 use crate::groups;
 use crate::hierarchical::budget::{self, Budget, PROGRAM};
 use crate::hierarchical::build::{NO_LINKS, beyond_links, tells_escape, within_links};
 use crate::hierarchical::seeing;
 use crate::hierarchical::trial::trial;
-use crate::spectral::{enclosure::Enclosure, kernels};
+use crate::spectral::basis::Variation;
+use crate::spectral::kernels;
 use crate::surroundings::Escape;
 use rayon::prelude::*;
 use zonal_exchange::pair::{Counts, Exchange, Settings};
@@ -62,6 +64,8 @@ pub struct Outlook {
     pub bytes: [u64; 2],
     /// What memory changes.
     pub notes: Vec<String>,
+    /// True where radiosity varies inside zones.
+    pub slopes: bool,
 }
 
 /// A solve to be looked at.
@@ -87,7 +91,8 @@ impl Outlook {
     /// Looks ahead; `clock` tells seconds. An error where the solve would be refused.
     pub fn new(plan: &Plan, clock: &dyn Fn() -> f64) -> Result<Outlook, SceneError> {
         let Plan { scene, zones, transport, forecast, settings, memory, threads } = *plan;
-        let (engine, reason) = engine::choose(scene, zones, transport, forecast, settings, memory)?;
+        let choice = engine::choose(scene, zones, transport, forecast, settings, memory)?;
+        let (engine, reason) = (choice.engine, choice.reason.clone());
         let (_, light) = forecast::direct_light(scene, zones, transport, threads);
         let mut parts = vec![("direct light".to_string(), light)];
         if !engine::knows_escape(engine, scene)
@@ -95,10 +100,18 @@ impl Outlook {
         {
             parts.push(("surroundings".to_string(), surroundings(plan, clock)));
         }
-        let mut out = Outlook { engine, reason, parts, seconds: [0.0; 2], bytes: [0; 2], notes: Vec::new() };
+        let mut out = Outlook {
+            engine,
+            reason,
+            parts,
+            seconds: [0.0; 2],
+            bytes: [0; 2],
+            notes: Vec::new(),
+            slopes: false,
+        };
         let more = match engine {
             Engine::Hierarchical => out.hierarchical(plan, clock),
-            Engine::Spectral => out.spectral(plan),
+            Engine::Spectral => out.spectral(plan, choice),
             Engine::Dense | Engine::Auto => out.dense(plan, clock),
         };
         let sum: f64 = out.parts.iter().map(|p| p.1).sum();
@@ -107,21 +120,26 @@ impl Outlook {
     }
 
     /// The parts of the spectral engine.
-    fn spectral(&mut self, plan: &Plan) -> f64 {
-        let found = Enclosure::find(plan.scene, plan.zones);
-        let Ok(e) = &found else { return 0.0 };
+    fn spectral(&mut self, plan: &Plan, choice: Choice) -> f64 {
+        let Some((e, variation)) = &choice.boxed else { return 0.0 };
+        self.notes.extend(choice.note);
+        self.slopes = *variation == Variation::Linear;
+        // Of slopes all fields have components, and all kernels are matrices between these.
+        let [fields, matrices] = [variation.voxel(), variation.volume().terms.len()].map(|n| n as f64);
         let threads = plan.threads.max(1) as f64;
         let (_, kappa) = e.groups();
         let points: f64 = e.grid.lengths().iter().map(|n| *n as f64).product();
-        let work: f64 = kappa.iter().map(|&k| kernels::work(&e.grid, k)).sum();
-        self.parts
-            .push(("exchange areas by offset".into(), (work * OFFSET + points * SPECTRUM) * 1e-6 / threads));
+        let work: f64 = kappa.iter().map(|&k| kernels::work(&e.grid, k, *variation)).sum();
+        self.parts.push((
+            "exchange areas by offset".into(),
+            (work * OFFSET + matrices * points * SPECTRUM) * 1e-6 / threads,
+        ));
         let columns = groups::chosen(plan.scene, plan.zones).0.len() as f64;
         let products = PRODUCTS * columns * kappa.len() as f64;
-        self.parts.push(("solving".into(), products * points * TRANSFORM * 1e-9 / threads));
+        self.parts.push(("solving".into(), products * fields * points * TRANSFORM * 1e-9 / threads));
         self.parts.push(("fields".into(), plan.zones.len() as f64 * 0.2 * FIELD * columns * 1e-6 / threads));
         self.bytes =
-            [engine::spectral_bytes(plan.scene, plan.zones, plan.forecast, Some(&found)) + PROGRAM; 2];
+            [engine::spectral_bytes(plan.scene, plan.zones, plan.forecast, e, *variation) + PROGRAM; 2];
         0.0
     }
 

@@ -31,6 +31,9 @@ pub const DEFAULT_MEMORY: u64 = 12 << 30;
 /// Relative energy residual above which the report says so.
 const POOR_BALANCE: f64 = 1e-3;
 
+/// Share of the largest incident flux by which a zone may be below zero without a word.
+const UNDERSHOOT: f64 = 1e-6;
+
 /// Residual, over the tolerance, with which an engine is content whose links err by the tolerance: far below what they leave.
 const CONTENT: f64 = 1e-4;
 
@@ -96,7 +99,8 @@ pub fn solve_zones(
     job: &Job,
 ) -> Result<(Fields, Vec<Group>, Report), SceneError> {
     let forecast = Forecast::new(scene, zones, transport);
-    let (engine, reason) = engine::choose(scene, zones, transport, &forecast, job.settings, job.memory)?;
+    let choice = engine::choose(scene, zones, transport, &forecast, job.settings, job.memory)?;
+    let (engine, reason) = (choice.engine, choice.reason.clone());
     let direct = illuminate(scene, zones, transport, job);
     let mut escape = surroundings(scene, zones, transport, engine, job);
     let (sources, note) = groups::chosen(scene, zones);
@@ -111,7 +115,7 @@ pub fn solve_zones(
         vault: job.vault,
         progress: job.progress,
     };
-    let mut built = engine::build(engine, &site, &mut escape)?;
+    let mut built = engine::build(choice, &site, &mut escape)?;
     thermal::check_level(scene, zones, &escape)?;
     let coupled = match thermal::coupled::needed(scene) {
         true => Some(thermal::coupled::solve(&site, &built, &escape)?),
@@ -230,10 +234,24 @@ pub fn targets(zones: &Zones) -> Vec<f64> {
     (0..zones.len()).into_par_iter().map(|i| target(zones, i)).collect()
 }
 
-/// Solves all groups side by side.
+/// Solves all groups side by side; what a zone has holds for its slopes too.
 fn iterate(site: &Site, built: &Built, escape: &Escape, engine: Engine, job: &Job) -> Vec<Ended> {
-    let (weights, targets) = (groups::weights(site.zones), targets(site.zones));
-    let columns = site.columns(escape);
+    let slopes = built.operator.slopes();
+    let (mut weights, mut targets) = (groups::weights(site.zones), targets(site.zones));
+    weights.extend(slopes.iter().map(|&i| weights[i as usize]).collect::<Vec<_>>());
+    targets.extend(slopes.iter().map(|&i| targets[i as usize]).collect::<Vec<_>>());
+    let zones = site.zones.len();
+    let mut columns = site.columns(escape);
+    let warm = initial(site, &columns, job.initial).map(|mut columns| {
+        columns.iter_mut().for_each(|c| c.resize(targets.len(), [0.0; 3]));
+        columns
+    });
+    for (source, column) in site.sources.iter().zip(&mut columns) {
+        let (sky, from) = (source.sky(site.scene), &built.sky_of_slopes);
+        column.resize(targets.len(), [0.0; 3]);
+        let all = column[zones..].iter_mut().zip(&weights[zones..]).zip(from);
+        all.for_each(|((s, w), from)| *s = bands(|b| w[b] * from[b] * sky[b]));
+    }
     let system = System { operator: built.operator.as_ref(), weights: &weights, targets: &targets };
     let options = site.scene.options();
     if let Some(n) = options.sweeps {
@@ -241,7 +259,6 @@ fn iterate(site: &Site, built: &Built, escape: &Escape, engine: Engine, job: &Jo
     }
     let content = if engine == Engine::Hierarchical { CONTENT * options.tolerance } else { 0.0 };
     let stop = Stop { residual: options.residual.max(content), iterations: options.max_iterations };
-    let warm = initial(site, &columns, job.initial);
     krylov::solve(&system, &columns, warm.as_deref(), stop, job.vault, job.progress)
 }
 
@@ -286,17 +303,21 @@ fn fields(
     let uneven = arriving.is_some() && options.restore_closure && options.sweeps.is_none();
     let mut changed = vec![[0.0; 3]; n * usize::from(uneven)];
     let arriving = arriving.unwrap_or_else(|| built.operator.arriving(&strengths));
-    let Arriving { columns: mut arriving, error } = arriving;
+    let Arriving { columns: mut arriving, mut error } = arriving;
     ended.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
+    // An expansion may undershoot where next to nothing arrives; the means of zones with slopes keep their sign, and with it the power.
+    let least = if built.operator.len() > n { f64::NEG_INFINITY } else { 0.0 };
+    // Slopes have done their work: a solution tells of means.
+    ended.iter_mut().for_each(|e| e.strengths.truncate(n));
+    arriving.iter_mut().chain(&mut error).for_each(|a| a.truncate(n));
     let mut f = Fields { incident: vec![[0.0; 3]; n], direct: vec![[0.0; 3]; n], ..Fields::default() };
     let mut list = Vec::new();
     for ((source, ended), incident) in site.sources.iter().zip(&*ended).zip(&mut arriving) {
         let (own, sky) = (source.direct(site.direct), source.sky(site.scene));
         incident.par_iter_mut().enumerate().for_each(|(i, h)| {
             let (_, measure) = response(zones, i);
-            // An expansion may undershoot where next to nothing arrives.
             let [incoming, _] = escape.incoming(i, sky);
-            *h = bands(|b| ((h[b] + incoming[b]) / measure).max(0.0));
+            *h = bands(|b| ((h[b] + incoming[b]) / measure).max(least));
         });
         let balance = |incident: &[Bands]| {
             let found = Found { incident, direct: &own, strengths: &ended.strengths };
@@ -425,8 +446,9 @@ fn report(
 ) -> Report {
     let mut energy = Energy::default();
     groups.iter().for_each(|g| energy.add(&g.energy));
-    let mut warnings = forecast::warnings(site.scene, site.zones);
+    let mut warnings = forecast::warnings(site.scene, site.zones, built.operator.len() == site.zones.len());
     warnings.extend(built.warnings.iter().cloned());
+    warnings.extend(undershoot(fields));
     if !escape.closed() {
         warnings.push("the scene is open: power escapes to the surroundings or onto black backs".into());
     }
@@ -453,6 +475,20 @@ fn report(
         grade,
         ..Report::default()
     }
+}
+
+/// What a user should know of zones whose slopes are steeper than what they hold.
+fn undershoot(fields: &Fields) -> Option<String> {
+    let most = fields.incident.iter().flatten().fold(0.0f64, |m, x| m.max(*x));
+    let below = || fields.incident.iter().filter(|h| h.iter().any(|x| *x < -UNDERSHOOT * most));
+    let least = below().flatten().fold(0.0f64, |m, x| m.min(*x));
+    (least < 0.0).then(|| {
+        format!(
+            "less than nothing arrives at {} zone(s), down to {:.1e} of the most: light falls off too steeply for these voxels, use more cells",
+            below().count(),
+            least / most
+        )
+    })
 }
 
 fn counts(zones: &Zones, built: &Built, escape: &Escape) -> Vec<(String, u64)> {

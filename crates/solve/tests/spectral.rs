@@ -4,14 +4,14 @@ mod common;
 
 use common::surface;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::scene::PatchRule;
+use zonal_scene::scene::{PatchRule, ThickZones};
 use zonal_scene::{
     Bands, Engine, Facet, Fields, Options, Plate, Progress, Quiet, Report, Scene, SceneParts, Surroundings,
     Texture, Voxmap, Zones, bands,
 };
-use zonal_solve::engine::choose;
+use zonal_solve::engine::{Choice, choose};
 use zonal_solve::forecast::Forecast;
-use zonal_solve::spectral::{Spectral, enclosure::Enclosure};
+use zonal_solve::spectral::{Spectral, basis::Variation, enclosure::Enclosure};
 use zonal_solve::{Job, Operator, solve_zones};
 use zonal_transport::{Transport, build_zones};
 
@@ -52,6 +52,7 @@ impl Room {
                 patch_rule: PatchRule::Voxels,
                 engine: self.engine,
                 residual: 1e-14,
+                thick_zones: ThickZones::Constant,
                 ..Options::default()
             },
             periodic: self.periodic,
@@ -117,7 +118,7 @@ fn operator(scene: &Scene) -> (Zones, Spectral) {
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap();
     let found = Enclosure::find(scene, &zones).unwrap_or_else(|e| panic!("{e}"));
-    let s = Spectral::new(found, zones.patches.len(), &Quiet as &dyn Progress);
+    let s = Spectral::new(found, zones.patches.len(), Variation::Constant, &Quiet as &dyn Progress);
     (zones, s)
 }
 
@@ -321,19 +322,20 @@ fn auto_takes_it_where_zones_are_many_and_tells_why_not() {
         let forecast = Forecast::new(&scene, &zones, &transport);
         choose(&scene, &zones, &transport, &forecast, Default::default(), 4 << 30).unwrap()
     };
-    let (engine, why) = chosen(room.parts());
+    let told = |c: Choice| (c.engine, c.reason);
+    let (engine, why) = told(chosen(room.parts()));
     assert!(engine == Engine::Spectral && why.contains("7776 zones in a box"), "{why}");
     let mut parts = Room { cells: [20; 3], ..room.clone() }.parts();
     let map = parts.voxmap.take().unwrap();
     let mut map = map.clone();
     map.set(5, [2.0, 1.0, 1.0], [0.5; 3], [0.0; 3], [0.0; 3]);
     parts.voxmap = Some(map.seal().unwrap());
-    let (engine, why) = chosen(parts);
+    let (engine, why) = told(chosen(parts));
     assert_eq!(engine, Engine::Hierarchical);
     assert!(why.contains("spectral does not apply: the extinction varies in band 0"), "{why}");
     // Few zones of a periodic box too.
     let few = Room { periodic: [true, false, false], ..Room::new([4; 3], [0.1; 3], [1.0; 3]) };
-    assert_eq!(chosen(few.with(Engine::Auto).parts()).0, Engine::Spectral);
+    assert_eq!(chosen(few.with(Engine::Auto).parts()).engine, Engine::Spectral);
 }
 
 #[test]

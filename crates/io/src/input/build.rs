@@ -10,7 +10,7 @@ use super::{files, medium, surface, texture, thermal};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use zonal_math::vec3;
-use zonal_scene::scene::PatchRule;
+use zonal_scene::scene::{PatchRule, ThickZones};
 use zonal_scene::{
     Camera, Engine, Groups, Known, Lens, Light, Options, Plate, Scene, SceneError, SceneParts, Surface,
     Surroundings,
@@ -194,6 +194,7 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
         "sweeps",
         "engine",
         "groups",
+        "thick_zones",
     ])?;
     let mut o = Options::default();
     let between = |n: Node<'_>| match n.number()? {
@@ -222,6 +223,9 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
     }
     if let Some(i) = t.read("groups", |n| n.choice(&Groups::WORDS))? {
         o.groups = Groups::ALL[i];
+    }
+    if let Some(i) = t.read("thick_zones", |n| n.choice(&ThickZones::WORDS))? {
+        o.thick_zones = ThickZones::ALL[i];
     }
     Ok(o)
 }

@@ -4,7 +4,7 @@ use super::heat;
 use super::report::{self, bands, list, real, text};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
-use zonal_scene::scene::{Options, PatchRule};
+use zonal_scene::scene::{Options, PatchRule, ThickZones};
 use zonal_scene::{Camera, Engine, Groups, Lens, Light, Pane, Scene, Sides, Solution, Surface, Surroundings};
 
 /// The version of the format; readers refuse others.
@@ -83,7 +83,7 @@ fn options_out(scene: &Scene) -> Value {
     json!({
         "tolerance": o.tolerance, "patch_size": o.patch_size, "patch_rule": o.patch_rule.word(), "restore_closure": o.restore_closure,
         "max_iterations": o.max_iterations, "residual": o.residual, "sweeps": o.sweeps,
-        "engine": o.engine.word(), "groups": o.groups.word(),
+        "engine": o.engine.word(), "groups": o.groups.word(), "thick_zones": o.thick_zones.word(),
     })
 }
 
@@ -199,6 +199,7 @@ pub fn options_in(v: &Value) -> Result<Options, String> {
         sweeps: maybe(v, "sweeps", int)?,
         engine: choice(v, "engine", &Engine::WORDS).map(|i| Engine::ALL[i])?,
         groups: choice(v, "groups", &Groups::WORDS).map(|i| Groups::ALL[i])?,
+        thick_zones: choice(v, "thick_zones", &ThickZones::WORDS).map(|i| ThickZones::ALL[i])?,
     })
 }
 

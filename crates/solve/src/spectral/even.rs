@@ -1,10 +1,12 @@
-//! Transforms of real sequences that are even, so that their spectra are real and even too and half of each is enough.
+//! Transforms of real sequences that are even or odd, so that their spectra are real (times −i) and even or odd too and half of each is enough.
 //!
 //! A kernel k(d), d = 0 … m − 1, stands for the circular sequence of length N with x(d) = x(N − d) = k(d) and zeros between. Its spectrum
 //!
 //! ```text
 //!     X(f) = Σ_d x(d) cos(2π d f/N),      f = 0 … N/2,      X(N − f) = X(f).
 //! ```
+//!
+//! Where x(N − d) = −k(d), X(f) = −i S(f) with S(f) = Σ_d x(d) sin(2π d f/N), and S is what is kept.
 
 use rayon::prelude::*;
 use realfft::RealToComplex;
@@ -41,9 +43,10 @@ impl Even {
         Even { length, plan: realfft::RealFftPlanner::new().plan_fft_forward(length) }
     }
 
-    /// Transforms every line of `m` numbers in `data` to [`half`] of the length each, times `scale`.
-    pub fn lines(&self, data: &[f64], m: usize, scale: f64) -> Vec<f64> {
+    /// Transforms every line of `m` numbers in `data`, extended evenly or oddly, to [`half`] of the length each, times `scale`.
+    pub fn lines(&self, data: &[f64], m: usize, odd: bool, scale: f64) -> Vec<f64> {
         let (n, h) = (self.length, half(self.length));
+        let other = if odd { -1.0 } else { 1.0 };
         assert!(m <= n && data.len().is_multiple_of(m), "lines of {m} for a length of {n}");
         let mut out = vec![0.0; data.len() / m * h];
         let work = || (vec![0.0; n], vec![Complex64::default(); h], self.plan.make_scratch_vec());
@@ -51,14 +54,18 @@ impl Even {
             work,
             |(line, spectrum, scratch), (out, k)| {
                 line.fill(0.0);
-                // Where 2m > N + 1 the two halves meet, and agree.
+                // Where 2m > N + 1 the two halves meet, and agree; odd ones are zero there.
                 for (d, &x) in k.iter().enumerate().take(h) {
                     line[d] = x;
-                    line[(n - d) % n] = x;
+                    line[(n - d) % n] = other * x;
+                    if odd && 2 * d % n == 0 {
+                        line[d] = 0.0;
+                    }
                 }
                 let done = self.plan.process_with_scratch(line, spectrum, scratch);
                 assert!(done.is_ok(), "buffers of the plan's lengths");
-                out.iter_mut().zip(&*spectrum).for_each(|(o, s)| *o = s.re * scale);
+                let kept = |s: &Complex64| if odd { -s.im } else { s.re };
+                out.iter_mut().zip(&*spectrum).for_each(|(o, s)| *o = kept(s) * scale);
             },
         );
         out
@@ -99,7 +106,7 @@ mod tests {
     fn a_line_is_its_cosine_sum() {
         let k = [3.0, -1.0, 0.5, 0.25];
         for n in [7, 8, 12] {
-            let got = Even::new(n).lines(&k, 4, 2.0);
+            let got = Even::new(n).lines(&k, 4, false, 2.0);
             for (f, g) in got.iter().enumerate() {
                 let term = |d: usize| (std::f64::consts::TAU * (d * f) as f64 / n as f64).cos() * k[d];
                 let want = 2.0 * (k[0] + 2.0 * (1..4).map(term).sum::<f64>());
@@ -107,8 +114,16 @@ mod tests {
             }
         }
         // A period of six: the distance 3 is its own opposite.
-        let got = Even::new(6).lines(&k, 4, 1.0);
+        let got = Even::new(6).lines(&k, 4, false, 1.0);
         assert!((got[0] - (3.0 - 2.0 + 1.0 + 0.25)).abs() < 1e-14);
+        for n in [8, 12] {
+            let got = Even::new(n).lines(&k, 4, true, 2.0);
+            for (f, g) in got.iter().enumerate() {
+                let term = |d: usize| (std::f64::consts::TAU * (d * f) as f64 / n as f64).sin() * k[d];
+                let want = 4.0 * (1..4).map(term).sum::<f64>();
+                assert!((g - want).abs() < 1e-14, "{n} {f}: {g} {want}");
+            }
+        }
     }
 
     #[test]

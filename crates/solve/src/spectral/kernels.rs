@@ -8,27 +8,32 @@
 //! | O(d_b, d_c) | opposite walls | one quadrant |
 //! | Q(i_a, i_b; d_c) | adjacent walls across a and b | spectra along their edge, a matrix for each frequency |
 //!
-//! All entries come from the lattice tables of `zonal_exchange`, attenuation inside the integrals, each to a proven relative [`TOLERANCE`];
+//! All entries come from the lattice tables of `zonal_exchange`, attenuation inside the integrals, each to a proven relative [`TOLERANCE`]
+//! (those for radiosity that varies inside a zone to about [`LINEAR_TOLERANCE`], estimated);
 //! along axes that repeat themselves they are sums over images. The scale 1/(N₀N₁N₂) of the transforms is in the spectra.
+//! Of radiosity that varies there is a kernel for each pair of components (`basis.rs`), odd along some axes.
 
+use super::basis::{Array, Layout, Set, Variation};
 use super::even::{Even, turned};
 use super::grid::{Grid, OTHERS};
 use std::sync::Arc;
-use zonal_exchange::aligned::lattice::{Images, OffsetTable, Tally, WallTable};
+use zonal_exchange::aligned::lattice::{Along, Images, Linear, OffsetTable, Tally, WallTable};
 
 /// Relative radius of every table entry.
 pub const TOLERANCE: f64 = 1e-12;
+/// Relative error of the tables of [`Variation::Linear`], about.
+pub const LINEAR_TOLERANCE: f64 = 1e-10;
 
 /// Spectra of all kernels of a grid.
 pub struct Kernels {
     /// V by `[f₁][f₂][f₀]`.
-    pub volume: Vec<f64>,
+    pub volume: Set,
     /// S₀ by `[f₁][f₂][d₀]`; S₁ and S₂ by `[f₁][f₂][f₀]`; empty across periodic axes.
-    pub walls: [Vec<f64>; 3],
+    pub walls: [Set; 3],
     /// O of the walls across each axis by `[f_c][f_b]`.
-    pub opposite: [Vec<f64>; 3],
+    pub opposite: [Set; 3],
     /// Q by `[f_c][i_a][i_b]` for the pairs of axes (0, 1), (0, 2), (1, 2).
-    pub adjacent: [Vec<f64>; 3],
+    pub adjacent: [Set; 3],
     /// Entries of the tables by method.
     pub tally: Vec<(&'static str, Tally)>,
     /// Largest relative radius of an entry.
@@ -36,9 +41,13 @@ pub struct Kernels {
 }
 
 /// Offsets that the tables of a grid compute, about.
-pub fn work(grid: &Grid, kappa: f64) -> f64 {
-    let period = [0, 1, 2].map(|k| grid.periodic[k].then_some(grid.cells[k]));
-    let images = Images::new(period, grid.edges, kappa);
+pub fn work(grid: &Grid, kappa: f64, variation: Variation) -> f64 {
+    let images = images(grid, kappa);
+    if variation == Variation::Linear {
+        let of = |along| Linear { along, ..linear(grid, kappa, &images) }.work();
+        let walls = grid.walled().map(|a| of(lie(&[a]))).sum::<f64>();
+        return of(lie(&[])) + walls + grid.corners().map(|pair| of(lie(&pair))).sum::<f64>();
+    }
     let one = images.work(grid.distances());
     let [x, y, z] = [0, 1, 2].map(|k| (grid.edges[k], grid.cells[k]));
     if !images.any() && x == y && y == z {
@@ -48,10 +57,29 @@ pub fn work(grid: &Grid, kappa: f64) -> f64 {
     one * (1 + grid.walled().count() + grid.corners().count()) as f64
 }
 
+fn images(grid: &Grid, kappa: f64) -> Images {
+    let period = [0, 1, 2].map(|k| grid.periodic[k].then_some(grid.cells[k]));
+    Images::new(period, grid.edges, kappa)
+}
+
+/// How two zones lie, of which as many are patches as there are normals.
+fn lie(normals: &[usize]) -> [Along; 3] {
+    [0, 1, 2].map(|k| match normals.iter().filter(|&&a| a == k).count() {
+        0 => Along::Between,
+        1 => Along::Depth,
+        _ => Along::Across,
+    })
+}
+
+fn linear<'a>(grid: &Grid, kappa: f64, images: &'a Images) -> Linear<'a> {
+    Linear { edges: grid.edges, counts: grid.distances(), along: [Along::Between; 3], kappa, images }
+}
+
 /// Everything between tables and spectra.
 struct Maker<'a> {
     grid: &'a Grid,
     kappa: f64,
+    variation: Variation,
     images: Images,
     even: [Even; 3],
     counts: [usize; 3],
@@ -75,23 +103,23 @@ impl Turned {
 
 impl Kernels {
     /// The kernels of a grid with extinction `kappa` ≥ 0, above 0 where an axis repeats itself (1/m).
-    pub fn new(grid: &Grid, kappa: f64) -> Kernels {
-        let period = [0, 1, 2].map(|k| grid.periodic[k].then_some(grid.cells[k]));
+    pub fn new(grid: &Grid, kappa: f64, variation: Variation) -> Kernels {
         let mut maker = Maker {
             grid,
             kappa,
-            images: Images::new(period, grid.edges, kappa),
+            variation,
+            images: images(grid, kappa),
             even: grid.lengths().map(Even::new),
             counts: grid.distances(),
             made: Vec::new(),
         };
         let mut out = Kernels {
-            volume: Vec::new(),
+            volume: Set::default(),
             walls: Default::default(),
             opposite: Default::default(),
             adjacent: Default::default(),
             tally: Vec::new(),
-            radius: 0.0,
+            radius: if variation == Variation::Linear { LINEAR_TOLERANCE } else { 0.0 },
         };
         out.volume = maker.volume(&mut out);
         for a in grid.walled() {
@@ -101,8 +129,8 @@ impl Kernels {
         for a in grid.walled() {
             out.opposite[a] = maker.opposite(a, &mut out);
         }
-        for [a, b] in grid.corners() {
-            out.adjacent[a + b - 1] = maker.adjacent([a, b], &mut out);
+        for pair in grid.corners() {
+            out.adjacent[pair[0] + pair[1] - 1] = maker.adjacent(pair, &mut out);
         }
         out
     }
@@ -127,7 +155,37 @@ impl Maker<'_> {
         out
     }
 
-    fn volume(&self, out: &mut Kernels) -> Vec<f64> {
+    /// The tables of a layout by offset, each made a spectrum: across the normals' axes nothing is odd.
+    fn set(
+        &self,
+        what: &'static str,
+        normals: &[usize],
+        layout: Layout,
+        out: &mut Kernels,
+        spectrum: impl Fn(Vec<f64>, [bool; 3]) -> Vec<f64>,
+    ) -> Set {
+        let along = lie(normals);
+        let pairs = Linear { along, ..linear(self.grid, self.kappa, &self.images) };
+        let tables = pairs.tables(&layout.densities);
+        out.tally.push((what, Tally { gauss: tables.iter().map(Vec::len).sum(), ..Tally::default() }));
+        let one = |(data, densities): (Vec<f64>, &[usize; 3])| {
+            let odd = [0, 1, 2].map(|k| along[k] == Along::Between && densities[k] == 1);
+            Array { odd, data: spectrum(data, odd) }
+        };
+        let arrays = tables.into_iter().zip(&layout.densities).map(one).collect();
+        Set { terms: layout.terms, arrays }
+    }
+
+    /// The set of a single kernel.
+    fn single(&self, layout: Layout, data: Vec<f64>) -> Set {
+        Set { terms: layout.terms, arrays: vec![Array { odd: [false; 3], data }] }
+    }
+
+    fn volume(&self, out: &mut Kernels) -> Set {
+        let layout = self.variation.volume();
+        if self.variation == Variation::Linear {
+            return self.set("voxel and voxel", &[], layout, out, |data, odd| self.spectrum(data, true, odd));
+        }
         let edges = self.grid.edges;
         let table = match self.images.any() {
             true => OffsetTable::repeated(edges, self.counts, &self.images, self.kappa, TOLERANCE),
@@ -136,7 +194,7 @@ impl Maker<'_> {
         out.note("voxel and voxel", table.tally(), table.worst());
         let data = self.array(self.counts, |d| table.get(d).value);
         drop(table);
-        self.spectrum(data, true)
+        self.single(layout, self.spectrum(data, true, [false; 3]))
     }
 
     /// The table of walls across these axes: one made before where the grid looks the same along axes that are exchanged.
@@ -173,47 +231,74 @@ impl Maker<'_> {
         }
     }
 
-    fn wall(&mut self, a: usize, out: &mut Kernels) -> Vec<f64> {
-        let table = self.table("voxel and wall", &[a], out);
+    fn wall(&mut self, a: usize, out: &mut Kernels) -> Set {
+        const WHAT: &str = "voxel and wall";
+        let layout = self.variation.wall(a);
+        if self.variation == Variation::Linear {
+            return self.set(WHAT, &[a], layout, out, |data, odd| self.spectrum(data, a != 0, odd));
+        }
+        let table = self.table(WHAT, &[a], out);
         let data = self.array(self.counts, |d| table.value(d));
-        self.spectrum(data, a != 0)
+        self.single(layout, self.spectrum(data, a != 0, [false; 3]))
     }
 
     /// `[d₀][d₁][d₂]` to `[f₁][f₂][f₀]`, or to `[f₁][f₂][d₀]`.
-    fn spectrum(&self, data: Vec<f64>, along_first: bool) -> Vec<f64> {
+    fn spectrum(&self, data: Vec<f64>, along_first: bool, odd: [bool; 3]) -> Vec<f64> {
         let ([m0, m1, m2], [_, h1, h2]) = (self.counts, self.grid.halves());
         let [n0, n1, n2] = self.grid.lengths().map(|n| 1.0 / n as f64);
-        let data = self.even[2].lines(&data, m2, n2);
+        let data = self.even[2].lines(&data, m2, odd[2], n2);
         let data = turned(&data, [m0, m1, h2], [0, 2, 1]);
-        let data = self.even[1].lines(&data, m1, n1);
+        let data = self.even[1].lines(&data, m1, odd[1], n1);
         let data = turned(&data, [m0, h2, h1], [2, 1, 0]);
-        if along_first { self.even[0].lines(&data, m0, n0) } else { data }
+        if along_first { self.even[0].lines(&data, m0, odd[0], n0) } else { data }
     }
 
-    fn opposite(&mut self, a: usize, out: &mut Kernels) -> Vec<f64> {
-        let table = self.table("opposite walls", &[a, a], out);
+    fn opposite(&mut self, a: usize, out: &mut Kernels) -> Set {
+        const WHAT: &str = "opposite walls";
+        let layout = self.variation.opposite(a);
+        if self.variation == Variation::Linear {
+            return self.set(WHAT, &[a, a], layout, out, |data, odd| self.facing(a, data, odd));
+        }
+        let table = self.table(WHAT, &[a, a], out);
         let [b, c] = OTHERS[a];
-        let (counts, lengths) = (self.counts, self.grid.lengths());
-        let data = self.array([1, counts[b], counts[c]], |d| {
+        let data = self.array([1, self.counts[b], self.counts[c]], |d| {
             let mut at = [0; 3];
             (at[b], at[c]) = (d[1], d[2]);
             table.value(at)
         });
-        let data = self.even[c].lines(&data, counts[c], 1.0 / lengths[c] as f64);
-        let data = turned(&data, [1, counts[b], self.grid.halves()[c]], [0, 2, 1]);
-        self.even[b].lines(&data, counts[b], 1.0 / lengths[b] as f64)
+        self.single(layout, self.facing(a, data, [false; 3]))
     }
 
-    fn adjacent(&mut self, [a, b]: [usize; 2], out: &mut Kernels) -> Vec<f64> {
-        let table = self.table("adjacent walls", &[a, b], out);
-        let c = 3 - a - b;
-        let (counts, length) = (self.counts, self.grid.lengths()[c]);
-        let data = self.array([counts[a], counts[b], counts[c]], |d| {
+    /// `[d_b][d_c]` of the walls across `a` to `[f_c][f_b]`.
+    fn facing(&self, a: usize, data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
+        let [b, c] = OTHERS[a];
+        let (counts, lengths) = (self.counts, self.grid.lengths());
+        let data = self.even[c].lines(&data, counts[c], odd[c], 1.0 / lengths[c] as f64);
+        let data = turned(&data, [1, counts[b], self.grid.halves()[c]], [0, 2, 1]);
+        self.even[b].lines(&data, counts[b], odd[b], 1.0 / lengths[b] as f64)
+    }
+
+    fn adjacent(&mut self, [a, b]: [usize; 2], out: &mut Kernels) -> Set {
+        const WHAT: &str = "adjacent walls";
+        let (layout, c) = (self.variation.adjacent([a, b]), 3 - a - b);
+        if self.variation == Variation::Linear {
+            return self.set(WHAT, &[a, b], layout, out, |data, odd| {
+                self.edge([a, b], turned(&data, self.counts, [a, b, c]), odd)
+            });
+        }
+        let table = self.table(WHAT, &[a, b], out);
+        let data = self.array([self.counts[a], self.counts[b], self.counts[c]], |d| {
             let mut at = [0; 3];
             (at[a], at[b], at[c]) = (d[0], d[1], d[2]);
             table.value(at)
         });
-        let data = self.even[c].lines(&data, counts[c], 1.0 / length as f64);
-        turned(&data, [counts[a], counts[b], self.grid.halves()[c]], [2, 0, 1])
+        self.single(layout, self.edge([a, b], data, [false; 3]))
+    }
+
+    /// `[i_a][i_b][d_c]` to `[f_c][i_a][i_b]`.
+    fn edge(&self, [a, b]: [usize; 2], data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
+        let c = 3 - a - b;
+        let data = self.even[c].lines(&data, self.counts[c], odd[c], 1.0 / self.grid.lengths()[c] as f64);
+        turned(&data, [self.counts[a], self.counts[b], self.grid.halves()[c]], [2, 0, 1])
     }
 }

@@ -6,6 +6,7 @@
 //!
 //! | module | what |
 //! |---|---|
+//! | [`basis`] | radiosity that varies inside a zone: components, and which kernels they have with each other |
 //! | [`enclosure`] | where the engine applies, and why not |
 //! | [`grid`] | cells, lengths, memory |
 //! | [`even`] | transforms of even sequences: kernels to real spectra |
@@ -13,10 +14,16 @@
 //! | [`volume`] | voxels with voxels and walls |
 //! | [`walls`] | walls with walls |
 //!
+//! **Zones too thick.** Radiosity that is constant in a voxel lets light through it too easily where κℓ is not small: the diffusion of a thick medium
+//! is not that of its zones. With slopes ([`Variation::Linear`]) it is, in the limit of any thickness, and the error falls by more than one
+//! order in ℓ. The unknowns are the zones' own, then the slopes of the patches along their first axis, along their second, then those of
+//! the voxels along x, y, z; whoever asks for the zones alone gets them, with slopes of zero.
+//!
 //! **Error.** Every factor has a proven relative radius ([`kernels::TOLERANCE`]), images of periodic axes end where e^{−36} of the light is left.
 //! Transforms round: what arrives is off by about ε √log₂N times the root mean square over all zones, which is large only against zones that
 //! next to nothing reaches. The grade of the whole is therefore estimated.
 
+pub mod basis;
 pub mod enclosure;
 pub mod even;
 pub mod grid;
@@ -26,6 +33,7 @@ pub mod walls;
 
 use crate::columns::{times, total};
 use crate::operator::{Arriving, Operator};
+use basis::Variation;
 use enclosure::{Enclosure, OPENING};
 use grid::Grid;
 use kernels::Kernels;
@@ -44,6 +52,7 @@ pub struct Spectral {
     enclosure: Enclosure,
     /// Patches, which come before the voxels.
     patches: usize,
+    variation: Variation,
     volume: Volume,
     walls: Walls,
     /// One set a distinct extinction.
@@ -56,21 +65,26 @@ pub struct Spectral {
 
 impl Spectral {
     /// Computes the tables of an enclosure with so many patches.
-    pub fn new(enclosure: Enclosure, patches: usize, progress: &dyn Progress) -> Spectral {
+    pub fn new(
+        enclosure: Enclosure,
+        patches: usize,
+        variation: Variation,
+        progress: &dyn Progress,
+    ) -> Spectral {
         let (group, kappa) = enclosure.groups();
         let grid = enclosure.grid;
         progress.begin("exchange areas by offset", kappa.len() as u64);
         let kernels = kappa
             .iter()
             .map(|&kappa| {
-                let k = Kernels::new(&grid, kappa);
+                let k = Kernels::new(&grid, kappa, variation);
                 progress.advance(1);
                 k
             })
             .collect();
         progress.end();
-        let (volume, walls) = (Volume::new(grid), Walls::new(grid));
-        Spectral { enclosure, patches, volume, walls, kernels, group, scaling: None }
+        let (volume, walls) = (Volume::new(grid, variation), Walls::new(grid, variation));
+        Spectral { enclosure, patches, variation, volume, walls, kernels, group, scaling: None }
     }
 
     /// The grid.
@@ -87,9 +101,11 @@ impl Spectral {
     pub fn counts(&self) -> Vec<(String, u64)> {
         let all: Vec<_> = self.kernels.iter().flat_map(|k| &k.tally).collect();
         let sum = |of: fn(&Tally) -> usize| all.iter().map(|(_, t)| of(t) as u64).sum::<u64>();
-        let n = self.len() as u64;
+        let n = self.zones() as u64;
+        let slopes = (self.len() - self.zones()) as u64;
         [
             ("pairs", n * (n + 1) / 2),
+            ("slopes of radiosity", slopes),
             ("offsets in tables", sum(Tally::total)),
             ("offsets by series of moments", sum(|t| t.moments)),
             ("offsets by Gauss rules", sum(|t| t.gauss)),
@@ -103,11 +119,45 @@ impl Spectral {
     }
 
     /// Bytes that the engine holds for a grid with so many distinct extinctions.
-    pub fn bytes(grid: &Grid, extinctions: usize) -> u64 {
-        // While spectra are made, two of their stages are there at a time.
-        let making = 8 * grid.halves().iter().map(|h| *h as u64).product::<u64>() * 2;
-        let vectors = 2 * 8 * grid.count() as u64;
-        grid.spectra_bytes() * extinctions as u64 + (grid.work_bytes() + vectors).max(making)
+    pub fn bytes(grid: &Grid, extinctions: usize, variation: Variation) -> u64 {
+        // While spectra are made, two of their stages are there at a time; of slopes, the tables of all kernels.
+        let tables = match variation {
+            Variation::Constant => 0,
+            Variation::Linear => {
+                8 * variation.volume().densities.len() as u64
+                    * grid.distances().iter().map(|n| *n as u64).product::<u64>()
+            }
+        };
+        let making = 8 * grid.halves().iter().map(|h| *h as u64).product::<u64>() * 2 + tables;
+        let vectors = 2 * 8 * (variation.voxel() * grid.count()) as u64;
+        grid.spectra_bytes(variation) * extinctions as u64
+            + (grid.work_bytes(variation) + vectors).max(making)
+    }
+
+    /// Number of zones; [`Operator::len`] counts their slopes too.
+    pub fn zones(&self) -> usize {
+        self.patches + self.grid().count()
+    }
+
+    /// Where component `q` of the patches begins in a vector of unknowns.
+    fn of_patches(&self, q: usize) -> usize {
+        if q == 0 { 0 } else { self.zones() + (q - 1) * self.patches }
+    }
+
+    /// Where component `p` of the voxels begins.
+    fn of_voxels(&self, p: usize) -> usize {
+        match p {
+            0 => self.patches,
+            _ => self.zones() + (self.variation.patch() - 1) * self.patches + (p - 1) * self.grid().count(),
+        }
+    }
+
+    /// The component, place in its wall's values and unknown of every patch of a wall.
+    fn placed<'a>(&'a self, zones: &'a [u32]) -> impl Iterator<Item = (usize, usize)> + 'a {
+        (0..self.variation.patch()).flat_map(move |q| {
+            let all = zones.iter().enumerate().filter(|(_, z)| **z != OPENING);
+            all.map(move |(i, z)| (q * zones.len() + i, self.of_patches(q) + *z as usize))
+        })
     }
 
     /// What arrives through the openings, for a radiosity of one there: the factors of the surroundings, m² and m³.
@@ -117,37 +167,38 @@ impl Spectral {
         for (face, zones) in faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
             face.iter_mut().zip(zones).for_each(|(x, z)| *x = f64::from(u8::from(*z == OPENING)));
         }
-        let (nothing, mut voxels) = (vec![0.0; self.grid().count()], vec![0.0; self.grid().count()]);
+        let nothing = vec![0.0; self.variation.voxel() * self.grid().count()];
+        let mut voxels = nothing.clone();
         for g in 0..self.kernels.len() {
             let met = self.exchange(g, &nothing, &faces, &mut voxels);
             let of = (0..3).filter(|&b| self.group[b] == g).collect::<Vec<_>>();
             self.scatter(&voxels, &met, &mut out, &of);
         }
         // Transforms round to a little more or less than nothing.
-        out.iter_mut().flatten().for_each(|x| *x = x.max(0.0));
+        out[..self.zones()].iter_mut().flatten().for_each(|x| *x = x.max(0.0));
         out
     }
 
-    /// The walls of a vector over the zones; openings send nothing.
+    /// The walls of a vector over the unknowns; openings send nothing.
     fn faces(&self, at: impl Fn(usize) -> f64) -> Faces {
         let mut faces = self.walls.zeros();
         for (face, zones) in faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
-            face.iter_mut()
-                .zip(zones)
-                .for_each(|(x, z)| *x = if *z == OPENING { 0.0 } else { at(*z as usize) });
+            self.placed(zones).for_each(|(i, unknown)| face[i] = at(unknown));
         }
         faces
     }
 
-    /// Puts voxels and walls into some bands of a vector over the zones.
+    /// Puts voxels and walls into some bands of a vector over the unknowns.
     fn scatter<const N: usize>(&self, voxels: &[f64], faces: &Faces, out: &mut [[f64; N]], of: &[usize]) {
         for (face, zones) in faces.iter().flatten().zip(self.enclosure.faces.iter().flatten()) {
-            for (x, z) in face.iter().zip(zones).filter(|(_, z)| **z != OPENING) {
-                of.iter().for_each(|&b| out[*z as usize][b] = *x);
+            for (i, unknown) in self.placed(zones) {
+                of.iter().for_each(|&b| out[unknown][b] = face[i]);
             }
         }
-        let all = out[self.patches..].par_iter_mut().zip(voxels);
-        all.for_each(|(o, x)| of.iter().for_each(|&b| o[b] = *x));
+        for (p, voxels) in voxels.chunks(self.grid().count()).enumerate() {
+            let all = out[self.of_voxels(p)..].par_iter_mut().zip(voxels);
+            all.for_each(|(o, x)| of.iter().for_each(|&b| o[b] = *x));
+        }
     }
 
     /// What arrives at the voxels, written to `met`, and at the walls, of strengths in one band.
@@ -162,10 +213,20 @@ impl Spectral {
         walls
     }
 
+    /// The strengths of the voxels by component and cell.
+    fn voxels(&self, own: &mut [f64], at: impl Fn(usize) -> f64 + Sync) {
+        let count = self.grid().count();
+        own.par_chunks_mut(count).enumerate().for_each(|(p, own)| {
+            let first = self.of_voxels(p);
+            own.par_iter_mut().enumerate().for_each(|(i, x)| *x = at(first + i));
+        });
+    }
+
     fn product(&self, s: &[Bands]) -> Vec<Bands> {
         assert_eq!(s.len(), self.len(), "a strength for every zone");
         let mut out = vec![[0.0; 3]; s.len()];
-        let (mut own, mut met) = (vec![0.0; self.grid().count()], vec![0.0; self.grid().count()]);
+        let mut own = vec![0.0; self.variation.voxel() * self.grid().count()];
+        let mut met = own.clone();
         let mut done = [false; 3];
         for b in 0..3 {
             if done[b] {
@@ -179,7 +240,7 @@ impl Spectral {
             };
             let of: Vec<usize> = (b..3).filter(|c| !done[*c]).filter(same).collect();
             of.iter().for_each(|&c| done[c] = true);
-            own.par_iter_mut().zip(&s[self.patches..]).for_each(|(x, s)| *x = s[b]);
+            self.voxels(&mut own, |i| s[i][b]);
             let walls = self.exchange(self.group[b], &own, &self.faces(|i| s[i][b]), &mut met);
             self.scatter(&met, &walls, &mut out, &of);
         }
@@ -200,9 +261,16 @@ impl Spectral {
 
 impl Operator for Spectral {
     fn len(&self) -> usize {
-        self.patches + self.grid().count()
+        self.patches * self.variation.patch() + self.grid().count() * self.variation.voxel()
     }
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
+        if s.len() < self.len() {
+            let mut all = s.to_vec();
+            all.resize(self.len(), [0.0; 3]);
+            let mut out = self.apply(&all);
+            out.truncate(s.len());
+            return out;
+        }
         match &self.scaling {
             Some(d) => times(&self.product(&times(s, d)), d),
             None => self.product(s),
@@ -214,13 +282,31 @@ impl Operator for Spectral {
     fn apply_band(&self, s: &[[f64; 1]]) -> Vec<[f64; 1]> {
         let mut out = vec![[0.0]; s.len()];
         let faces = self.faces(|i| s[i][0]);
-        let met = &mut out.as_flattened_mut()[self.patches..];
-        let walls = self.exchange(0, &s.as_flattened()[self.patches..], &faces, met);
+        let n = self.grid().count();
+        // The constant alone needs no copies.
+        let walls = match self.variation {
+            Variation::Constant => {
+                let met = &mut out.as_flattened_mut()[self.patches..];
+                self.exchange(0, &s.as_flattened()[self.patches..], &faces, met)
+            }
+            Variation::Linear => {
+                let mut own = vec![0.0; self.variation.voxel() * n];
+                let mut met = own.clone();
+                self.voxels(&mut own, |i| s[i][0]);
+                let walls = self.exchange(0, &own, &faces, &mut met);
+                self.scatter(&met, &walls, &mut out, &[0]);
+                walls
+            }
+        };
         for (face, zones) in walls.iter().flatten().zip(self.enclosure.faces.iter().flatten()) {
-            let all = face.iter().zip(zones).filter(|(_, z)| **z != OPENING);
-            all.for_each(|(x, z)| out[*z as usize] = [*x]);
+            self.placed(zones).for_each(|(i, unknown)| out[unknown] = [face[i]]);
         }
         out
+    }
+    fn slopes(&self) -> Vec<u32> {
+        let patches = (1..self.variation.patch()).flat_map(|_| 0..self.patches);
+        let voxels = (1..self.variation.voxel()).flat_map(|_| self.patches..self.zones());
+        patches.chain(voxels).map(|i| i as u32).collect()
     }
     fn error(&self, strengths: &[Bands]) -> Option<Vec<Bands>> {
         Some(self.spread(&self.apply(strengths)))
@@ -231,9 +317,11 @@ impl Operator for Spectral {
         Arriving { columns: found, error: Some(error) }
     }
     fn scale(&mut self, d: &[Bands]) {
+        let mut d = d.to_vec();
+        d.extend(self.slopes().into_iter().map(|i| d[i as usize]).collect::<Vec<_>>());
         self.scaling = Some(match self.scaling.take() {
-            Some(old) => times(&old, d),
-            None => d.to_vec(),
+            Some(old) => times(&old, &d),
+            None => d,
         });
     }
     fn grade(&self) -> Grade {

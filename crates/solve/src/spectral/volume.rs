@@ -12,9 +12,13 @@
 //!     wall to voxels:  P̂ += Ŝ (ŵ_low + e^{−2πi f (n−1)/N} ŵ_high)        back:  ŵ_low = Σ_f Ŝ ŝ,   ŵ_high = Σ_f e^{+2πi f (n−1)/N} Ŝ ŝ
 //! ```
 //!
+//! Radiosity that varies inside a zone has components (`basis.rs`), each a field of its own with its transforms; then V and S are matrices between
+//! components. Slopes along y and z are taken times i while frequencies are along these axes, slopes along x after the transform along x.
+//!
 //! Along z half of the frequencies are kept; sums over them count f and −f at once (weight ½ where f = −f), and the wall takes twice the real
 //! part. Every sum has an order of its own: the bits are the same for any number of threads.
 
+use super::basis::{Array, Term, Variation};
 use super::grid::Grid;
 use super::kernels::Kernels;
 use rayon::prelude::*;
@@ -29,12 +33,13 @@ pub const BLOCK: usize = 16;
 
 const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
 
-/// Spectra of two opposite walls, low and high, each by `[f_c][f_b]`.
+/// Spectra of two opposite walls, low and high, each by `[component][f_c][f_b]`.
 pub type Pair = [Vec<Complex64>; 2];
 
 /// Plans of the transforms.
 pub struct Volume {
     grid: Grid,
+    variation: Variation,
     forward: [Arc<dyn Fft<f64>>; 2],
     back: [Arc<dyn Fft<f64>>; 2],
     real: Arc<dyn RealToComplex<f64>>,
@@ -47,17 +52,17 @@ pub struct Volume {
 
 /// What a block of frequencies finds about the walls.
 struct Found {
-    /// Walls across x: `[side][f₂][f₁ of the block]`.
+    /// Walls across x: `[side][component][f₂][f₁ of the block]`.
     x: [Vec<Complex64>; 2],
-    /// Walls across y: `[side][f₂][f₀]`, this block's part of the sum.
+    /// Walls across y: `[side][component][f₂][f₀]`, this block's part of the sum.
     y: [Vec<Complex64>; 2],
-    /// Walls across z: `[side][f₁ of the block][f₀]`.
+    /// Walls across z: `[side][component][f₁ of the block][f₀]`.
     z: [Vec<Complex64>; 2],
 }
 
 impl Volume {
     /// Plans for a grid.
-    pub fn new(grid: Grid) -> Volume {
+    pub fn new(grid: Grid, variation: Variation) -> Volume {
         let n = grid.lengths();
         let (mut complex, mut real) = (FftPlanner::new(), RealFftPlanner::new());
         let phase = |a: usize| {
@@ -73,10 +78,11 @@ impl Volume {
             phase: [phase(1), phase(2)],
             room: Mutex::default(),
             grid,
+            variation,
         }
     }
 
-    /// What arrives at the voxels of strengths `s` (by cell) and of `walls`, and the spectra of what arrives at the walls: those across the
+    /// What arrives at the voxels of strengths `s` (by component and cell) and of `walls`, and the spectra of what arrives at the walls: those across the
     /// first two axes times the weight of f₂, those across the third half of a sum of which twice the real part counts.
     pub fn apply(
         &self,
@@ -85,18 +91,22 @@ impl Volume {
         walls: &[Option<Pair>; 3],
         out: &mut [f64],
     ) -> [Option<Pair>; 3] {
-        let (n, h2) = (self.grid.cells, self.grid.halves()[2]);
-        let blocks = self.grid.lengths()[1].div_ceil(BLOCK);
+        let (n, h2, count) = (self.grid.cells, self.grid.halves()[2], self.grid.count());
+        let (blocks, parts) = (self.grid.lengths()[1].div_ceil(BLOCK), self.variation.voxel());
         let size = n[0] * h2 * BLOCK;
         let mut room = std::mem::take(&mut *self.room.lock().unwrap_or_else(|e| e.into_inner()));
-        room.resize(blocks * size, ZERO);
-        let mut slots: Vec<Vec<&mut [Complex64]>> = (0..n[0]).map(|_| Vec::with_capacity(blocks)).collect();
-        for block in room.chunks_mut(size) {
-            block.chunks_mut(h2 * BLOCK).zip(&mut slots).for_each(|(piece, slot)| slot.push(piece));
+        room.resize(blocks * parts * size, ZERO);
+        let mut slots: Vec<Vec<Vec<&mut [Complex64]>>> =
+            (0..parts).map(|_| (0..n[0]).map(|_| Vec::with_capacity(blocks)).collect()).collect();
+        for (b, block) in room.chunks_mut(size).enumerate() {
+            let pieces = block.chunks_mut(h2 * BLOCK).zip(&mut slots[b % parts]);
+            pieces.for_each(|(piece, slot)| slot.push(piece));
         }
-        self.planes(s, slots);
+        for (s, slots) in s.chunks(count).zip(slots) {
+            self.planes(s, slots);
+        }
         let found: Vec<Found> = room
-            .par_chunks_mut(size)
+            .par_chunks_mut(parts * size)
             .enumerate()
             .with_max_len(1)
             .map_init(
@@ -106,7 +116,9 @@ impl Volume {
                 },
             )
             .collect();
-        self.planes_back(&room, size, out);
+        for (p, out) in out.chunks_mut(count).enumerate() {
+            self.planes_back(&room[p * size..], (size, parts), out);
+        }
         *self.room.lock().unwrap_or_else(|e| e.into_inner()) = room;
         self.gather(found)
     }
@@ -141,7 +153,7 @@ impl Volume {
     }
 
     /// Back along y and z, plane by plane.
-    fn planes_back(&self, room: &[Complex64], size: usize, out: &mut [f64]) {
+    fn planes_back(&self, room: &[Complex64], (size, parts): (usize, usize), out: &mut [f64]) {
         let ([_, n1, n2], [_, l1, l2], h2) = (self.grid.cells, self.grid.lengths(), self.grid.halves()[2]);
         let plan = &self.back[1];
         let work = || {
@@ -151,7 +163,7 @@ impl Volume {
         out.par_chunks_mut(n1 * n2).enumerate().with_max_len(1).for_each_init(
             work,
             |(line, spectrum, plane, scratch_z, scratch_y), (x, cells)| {
-                for (b, block) in room.chunks(size).enumerate() {
+                for (b, block) in room.chunks(size).step_by(parts).enumerate() {
                     let piece = &block[x * h2 * BLOCK..(x + 1) * h2 * BLOCK];
                     let (from, to) = (b * BLOCK, ((b + 1) * BLOCK).min(l1));
                     for (f2, part) in piece.chunks(BLOCK).enumerate() {
@@ -182,27 +194,29 @@ impl Volume {
 
     /// Puts the blocks' parts together, in their order.
     fn gather(&self, found: Vec<Found>) -> [Option<Pair>; 3] {
-        let ([l0, l1, _], h2) = (self.grid.lengths(), self.grid.halves()[2]);
-        let mut sides = [0, 1, 2].map(|a| {
-            let size = [l1 * h2, l0 * h2, l0 * l1][a];
-            (!self.grid.periodic[a]).then(|| [vec![ZERO; size], vec![ZERO; size]])
-        });
-        for side in 0..2 {
+        let ([l0, l1, _], h2, parts) = (self.grid.lengths(), self.grid.halves()[2], self.variation.patch());
+        let sizes = [l1 * h2, l0 * h2, l0 * l1];
+        let mut sides =
+            [0, 1, 2].map(|a| (!self.grid.periodic[a]).then(|| [0, 1].map(|_| vec![ZERO; parts * sizes[a]])));
+        for (side, q) in [0, 1].into_iter().flat_map(|side| (0..parts).map(move |q| (side, q))) {
             if let Some(x) = &mut sides[0] {
+                let x = &mut x[side][q * sizes[0]..(q + 1) * sizes[0]];
                 for (b, f) in found.iter().enumerate() {
+                    let f = &f.x[side][q * h2 * BLOCK..];
                     for f2 in 0..h2 {
                         let (from, to) = (b * BLOCK, ((b + 1) * BLOCK).min(l1));
-                        let part = &f.x[side][f2 * BLOCK..f2 * BLOCK + to - from];
+                        let part = &f[f2 * BLOCK..f2 * BLOCK + to - from];
                         let w = self.weight(f2);
-                        let line = &mut x[side][f2 * l1 + from..f2 * l1 + to];
+                        let line = &mut x[f2 * l1 + from..f2 * l1 + to];
                         line.iter_mut().zip(part).for_each(|(o, p)| *o = p * w);
                     }
                 }
             }
             if let Some(y) = &mut sides[1] {
-                y[side].par_chunks_mut(l0).enumerate().for_each(|(f2, line)| {
+                let y = &mut y[side][q * sizes[1]..(q + 1) * sizes[1]];
+                y.par_chunks_mut(l0).enumerate().for_each(|(f2, line)| {
                     for f in &found {
-                        let part = &f.y[side][f2 * l0..(f2 + 1) * l0];
+                        let part = &f.y[side][(q * h2 + f2) * l0..(q * h2 + f2 + 1) * l0];
                         line.iter_mut().zip(part).for_each(|(o, p)| *o += p);
                     }
                     let w = self.weight(f2);
@@ -210,8 +224,10 @@ impl Volume {
                 });
             }
             if let Some(z) = &mut sides[2] {
-                let all = found.iter().flat_map(|f| &f.z[side]);
-                z[side].iter_mut().zip(all).for_each(|(o, p)| *o = *p);
+                let z = &mut z[side][q * sizes[2]..(q + 1) * sizes[2]];
+                let part = |f: &Found| f.z[side].len() / parts;
+                let all = found.iter().flat_map(|f| &f.z[side][q * part(f)..(q + 1) * part(f)]);
+                z.iter_mut().zip(all).for_each(|(o, p)| *o = *p);
             }
         }
         sides
@@ -220,22 +236,23 @@ impl Volume {
 
 /// Room for the lines of a block.
 struct Lines {
-    lines: Vec<Complex64>,
+    /// By component.
+    lines: Vec<Vec<Complex64>>,
     scratch: Vec<Complex64>,
-    /// What the walls add to a line.
-    added: Vec<Complex64>,
-    /// An even spectrum written out.
+    /// What arrives at a line, by component.
+    added: Vec<Vec<Complex64>>,
+    /// A spectrum written out.
     full: Vec<f64>,
 }
 
 impl Lines {
     fn new(v: &Volume) -> Lines {
-        let l0 = v.grid.lengths()[0];
+        let (l0, parts) = (v.grid.lengths()[0], v.variation.voxel());
         let scratch = v.forward[0].get_inplace_scratch_len().max(v.back[0].get_inplace_scratch_len());
         Lines {
-            lines: vec![ZERO; BLOCK * l0],
+            lines: vec![vec![ZERO; BLOCK * l0]; parts],
             scratch: vec![ZERO; scratch],
-            added: vec![ZERO; l0],
+            added: vec![vec![ZERO; l0]; parts],
             full: vec![0.0; l0],
         }
     }
@@ -248,6 +265,7 @@ struct Block<'a> {
     walls: &'a [Option<Pair>; 3],
     first: usize,
     lines: &'a mut Lines,
+    /// By component.
     block: &'a mut [Complex64],
 }
 
@@ -258,71 +276,147 @@ impl simd::Work for Block<'_> {
         let Block { volume: v, kernels, walls, first, lines, block } = self;
         let Lines { lines, scratch, added, full } = lines;
         let ([n0, _, _], [l0, l1, _], [h0, _, h2]) = (v.grid.cells, v.grid.lengths(), v.grid.halves());
-        let count = BLOCK.min(l1 - first);
-        let room =
-            |a: usize, size: usize| [0, 1].map(|_| vec![ZERO; if walls[a].is_some() { size } else { 0 }]);
+        let (count, size, parts) = (BLOCK.min(l1 - first), n0 * h2 * BLOCK, v.variation.patch());
+        let room = |a: usize, size: usize| {
+            [0, 1].map(|_| vec![ZERO; if walls[a].is_some() { parts * size } else { 0 }])
+        };
         let mut found = Found { x: room(0, h2 * BLOCK), y: room(1, h2 * l0), z: room(2, count * l0) };
-        let used = &mut lines[..count * l0];
+        // Frequencies along y and z; those along z are never opposites of what is kept.
+        let at = |f1: usize, f2: usize| f1.min(l1 - f1) * h2 + f2;
+        let opposite = |f1: usize| 2 * f1 > l1;
         for f2 in 0..h2 {
-            for (x, row) in block.chunks(BLOCK).skip(f2).step_by(h2).enumerate() {
-                (0..count).for_each(|j| used[j * l0 + x] = row[j]);
+            for (p, lines) in lines.iter_mut().enumerate() {
+                let rows = block[p * size..(p + 1) * size].chunks(BLOCK).skip(f2).step_by(h2);
+                for (x, row) in rows.enumerate() {
+                    (0..count).for_each(|j| lines[j * l0 + x] = row[j]);
+                }
+                lines[..count * l0].chunks_mut(l0).for_each(|line| {
+                    line[n0..].fill(ZERO);
+                    if p > 1 {
+                        turn(&mut line[..n0]);
+                    }
+                });
             }
-            for j in 0..count {
-                let line = &mut used[j * l0..(j + 1) * l0];
-                line[n0..].fill(ZERO);
-                if walls[0].is_some() {
-                    let at = ((first + j).min(l1 - first - j) * h2 + f2) * n0;
-                    let sums = meet(&kernels.walls[0][at..at + n0], &line[..n0]);
-                    (0..2).for_each(|side| found.x[side][f2 * BLOCK + j] = sums[side]);
+            if walls[0].is_some() {
+                let set = &kernels.walls[0];
+                for (j, Term { p, q, array }) in
+                    (0..count).flat_map(|j| set.terms.iter().map(move |t| (j, *t)))
+                {
+                    let (f1, array) = (first + j, &set.arrays[array]);
+                    let from = at(f1, f2) * n0;
+                    let sums = meet(&array.data[from..from + n0], &lines[p][j * l0..j * l0 + n0]);
+                    // The slope across the wall is the other way round at the high end.
+                    let sign = array.sign(1, opposite(f1));
+                    let place = (q * h2 + f2) * BLOCK + j;
+                    found.x[0][place] += sums[0] * sign;
+                    found.x[1][place] += sums[1] * if p == 1 { -sign } else { sign };
                 }
             }
-            v.forward[0].process_with_scratch(used, scratch);
+            for (p, lines) in lines.iter_mut().enumerate() {
+                v.forward[0].process_with_scratch(&mut lines[..count * l0], scratch);
+                if p == 1 {
+                    turn(&mut lines[..count * l0]);
+                }
+            }
             for j in 0..count {
                 let f1 = first + j;
-                let at = (f1.min(l1 - f1) * h2 + f2) * h0;
-                let line = &mut used[j * l0..(j + 1) * l0];
-                added.fill(ZERO);
-                if let Some(sent) = &walls[1] {
-                    unfold(full, &kernels.walls[1][at..at + h0]);
-                    let sent = [0, 1].map(|s| &sent[s][f2 * l0..(f2 + 1) * l0]);
-                    let met = found.y.each_mut().map(|m| &mut m[f2 * l0..(f2 + 1) * l0]);
-                    exchange(line, full, added, met, sent, (v.phase[0][f1], 1.0));
+                let from = at(f1, f2) * h0;
+                let line = j * l0..(j + 1) * l0;
+                added.iter_mut().for_each(|a| a.fill(ZERO));
+                let write = |full: &mut [f64], array: &Array| {
+                    let sign = array.sign(1, opposite(f1));
+                    unfold(full, &array.data[from..from + h0], sign, array.odd[0]);
+                };
+                for a in [1, 2] {
+                    let Some(sent) = &walls[a] else { continue };
+                    let (met, place, of) = match a {
+                        1 => (&mut found.y, f2, h2),
+                        _ => (&mut found.z, j, count),
+                    };
+                    let (phase, weight) = match a {
+                        1 => (v.phase[0][f1], 1.0),
+                        _ => (v.phase[1][f2], v.weight(f2)),
+                    };
+                    // What a wall sent has its frequencies along the axis that is not x.
+                    let (g, others) = if a == 1 { (f2, h2) } else { (f1, l1) };
+                    let set = &kernels.walls[a];
+                    for (k, array) in set.arrays.iter().enumerate() {
+                        write(full, array);
+                        for &Term { p, q, .. } in set.terms.iter().filter(|t| t.array == k) {
+                            let sent = sent.each_ref().map(|s| &s[(q * others + g) * l0..][..l0]);
+                            let met = met.each_mut().map(|m| &mut m[(q * of + place) * l0..][..l0]);
+                            let (line, added) = (&lines[p][line.clone()], &mut added[p][..]);
+                            match p == a + 1 {
+                                true => exchange::<true>(line, full, added, met, sent, (phase, weight)),
+                                false => exchange::<false>(line, full, added, met, sent, (phase, weight)),
+                            }
+                        }
+                    }
                 }
-                if let Some(sent) = &walls[2] {
-                    unfold(full, &kernels.walls[2][at..at + h0]);
-                    let sent = [0, 1].map(|s| &sent[s][f1 * l0..(f1 + 1) * l0]);
-                    let met = found.z.each_mut().map(|m| &mut m[j * l0..(j + 1) * l0]);
-                    exchange(line, full, added, met, sent, (v.phase[1][f2], v.weight(f2)));
+                let set = &kernels.volume;
+                for (k, array) in set.arrays.iter().enumerate() {
+                    write(full, array);
+                    for &Term { p, q, .. } in set.terms.iter().filter(|t| t.array == k) {
+                        let all = added[p].iter_mut().zip(&lines[q][line.clone()]).zip(&*full);
+                        all.for_each(|((o, x), k)| *o += x * k);
+                    }
                 }
-                unfold(full, &kernels.volume[at..at + h0]);
-                for ((x, k), more) in line.iter_mut().zip(&*full).zip(&*added) {
-                    *x = *x * k + more;
+                for (lines, added) in lines.iter_mut().zip(&*added) {
+                    lines[line.clone()].copy_from_slice(added);
                 }
             }
-            v.back[0].process_with_scratch(used, scratch);
-            for j in 0..count {
-                let line = &mut used[j * l0..j * l0 + n0];
-                if let Some([low, high]) = &walls[0] {
-                    let f1 = first + j;
-                    let at = (f1.min(l1 - f1) * h2 + f2) * n0;
-                    let sent = [low[f2 * l1 + f1], high[f2 * l1 + f1]];
-                    send(&kernels.walls[0][at..at + n0], line, sent);
+            for (p, lines) in lines.iter_mut().enumerate() {
+                if p == 1 {
+                    turn_back(&mut lines[..count * l0]);
+                }
+                v.back[0].process_with_scratch(&mut lines[..count * l0], scratch);
+            }
+            if let Some([low, high]) = &walls[0] {
+                let set = &kernels.walls[0];
+                for (j, Term { p, q, array }) in
+                    (0..count).flat_map(|j| set.terms.iter().map(move |t| (j, *t)))
+                {
+                    let (f1, array) = (first + j, &set.arrays[array]);
+                    let (from, place) = (at(f1, f2) * n0, (q * h2 + f2) * l1 + f1);
+                    let sign = array.sign(1, opposite(f1));
+                    let sent = [low[place] * sign, high[place] * if p == 1 { -sign } else { sign }];
+                    send(&array.data[from..from + n0], &mut lines[p][j * l0..j * l0 + n0], sent);
                 }
             }
-            for (x, row) in block.chunks_mut(BLOCK).skip(f2).step_by(h2).enumerate() {
-                (0..count).for_each(|j| row[j] = used[j * l0 + x]);
+            for (p, lines) in lines.iter_mut().enumerate() {
+                if p > 1 {
+                    lines[..count * l0].chunks_mut(l0).for_each(|line| turn_back(&mut line[..n0]));
+                }
+                let rows = block[p * size..(p + 1) * size].chunks_mut(BLOCK).skip(f2).step_by(h2);
+                for (x, row) in rows.enumerate() {
+                    (0..count).for_each(|j| row[j] = lines[j * l0 + x]);
+                }
             }
         }
         found
     }
 }
 
-/// An even spectrum of which one half is given, written out.
+/// Times i.
 #[inline(always)]
-fn unfold(full: &mut [f64], half: &[f64]) {
+pub fn turn(line: &mut [Complex64]) {
+    line.iter_mut().for_each(|z| *z = Complex64::new(-z.im, z.re));
+}
+
+/// Times −i.
+#[inline(always)]
+pub fn turn_back(line: &mut [Complex64]) {
+    line.iter_mut().for_each(|z| *z = Complex64::new(z.im, -z.re));
+}
+
+/// A spectrum of which one half is given, even or odd, written out with a sign.
+#[inline(always)]
+fn unfold(full: &mut [f64], half: &[f64], sign: f64, odd: bool) {
     let n = full.len();
-    full[..half.len()].copy_from_slice(half);
-    full[half.len()..].iter_mut().zip(half[..=n - half.len()].iter().rev()).for_each(|(x, h)| *x = *h);
+    let other = if odd { -sign } else { sign };
+    full.iter_mut().zip(half).for_each(|(x, h)| *x = sign * h);
+    let rest = full[half.len()..].iter_mut().zip(half[..=n - half.len()].iter().rev());
+    rest.for_each(|(x, h)| *x = other * h);
 }
 
 /// What a line of voxels sends to the walls at its ends.
@@ -343,9 +437,10 @@ fn send(kernel: &[f64], line: &mut [Complex64], sent: [Complex64; 2]) {
     }
 }
 
-/// Voxels and the walls across another axis, in frequencies; the phase takes the low wall to the high one.
+/// Voxels and the walls across another axis, in frequencies; the phase takes the low wall to the high one. `ACROSS`: the slope of the voxels across
+/// these walls, which is kept times i but meets them as it is, and the high one the other way round.
 #[inline(always)]
-fn exchange(
+fn exchange<const ACROSS: bool>(
     line: &[Complex64],
     kernel: &[f64],
     added: &mut [Complex64],
@@ -357,9 +452,17 @@ fn exchange(
     let (added, low, high) = (&mut added[..n], &mut low[..n], &mut high[..n]);
     let (kernel, from_low, from_high) = (&kernel[..n], &from_low[..n], &from_high[..n]);
     for i in 0..n {
-        let u = line[i] * (kernel[i] * weight);
-        low[i] += u;
-        high[i] += u * phase.conj();
-        added[i] += (from_low[i] + from_high[i] * phase) * kernel[i];
+        let mut u = line[i] * (kernel[i] * weight);
+        if ACROSS {
+            u = Complex64::new(u.im, -u.re);
+            low[i] += u;
+            high[i] -= u * phase.conj();
+            let more = (from_low[i] - from_high[i] * phase) * kernel[i];
+            added[i] += Complex64::new(-more.im, more.re);
+        } else {
+            low[i] += u;
+            high[i] += u * phase.conj();
+            added[i] += (from_low[i] + from_high[i] * phase) * kernel[i];
+        }
     }
 }

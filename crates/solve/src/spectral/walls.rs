@@ -4,13 +4,16 @@
 //! frequency a matrix Q(i_a, i_b) between the patches i_a cells off the first wall, on the second, and those i_b cells off the second, on the first.
 //! Low and high walls are met by reversal R of an index: with the four columns (low, high, R low, R high) on the right of Q and of its transpose
 //!
+//! Slopes of radiosity along the reversed index change their sign with it.
+//!
 //! ```text
 //!     low_a  += Qᵀ low_b   + R Qᵀ high_b        high_a += Qᵀ R low_b + R Qᵀ R high_b        and the same with Q for b from a.
 //! ```
 
+use super::basis::{Variation, patch_axis};
 use super::grid::{Grid, OTHERS};
 use super::kernels::Kernels;
-use super::volume::Pair;
+use super::volume::{Pair, turn, turn_back};
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_complex::Complex64;
@@ -20,12 +23,13 @@ use zonal_math::simd::{self, LANES};
 
 const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
 
-/// Values on the patches of the six walls, low and high across each axis, by `[i_b][i_c]`; empty across periodic axes.
+/// Values on the patches of the six walls, low and high across each axis, by `[component][i_b][i_c]`; empty across periodic axes.
 pub type Faces = [[Vec<f64>; 2]; 3];
 
 /// Plans of the transforms along walls.
 pub struct Walls {
     grid: Grid,
+    variation: Variation,
     forward: [Arc<dyn Fft<f64>>; 3],
     back: [Arc<dyn Fft<f64>>; 3],
     real: [Arc<dyn RealToComplex<f64>>; 3],
@@ -37,7 +41,7 @@ type Columns = [f64; LANES];
 
 impl Walls {
     /// Plans for a grid.
-    pub fn new(grid: Grid) -> Walls {
+    pub fn new(grid: Grid, variation: Variation) -> Walls {
         let n = grid.lengths();
         let (mut complex, mut real) = (FftPlanner::new(), RealFftPlanner::new());
         Walls {
@@ -46,13 +50,14 @@ impl Walls {
             real: n.map(|n| real.plan_fft_forward(n)),
             unreal: n.map(|n| real.plan_fft_inverse(n)),
             grid,
+            variation,
         }
     }
 
     /// Faces of zeros.
     pub fn zeros(&self) -> Faces {
         [0, 1, 2].map(|a| {
-            let size = if self.grid.periodic[a] { 0 } else { self.grid.patches(a) };
+            let size = if self.grid.periodic[a] { 0 } else { self.variation.patch() * self.grid.patches(a) };
             [vec![0.0; size], vec![0.0; size]]
         })
     }
@@ -64,7 +69,17 @@ impl Walls {
 
     /// The spectra of both walls across each axis.
     pub fn spectra(&self, faces: &Faces) -> [Option<Pair>; 3] {
-        let one = |(a, side): (usize, usize)| self.spectrum(a, &faces[a][side]);
+        let one = |(a, side): (usize, usize)| {
+            let mut out = Vec::new();
+            for (q, face) in faces[a][side].chunks(self.grid.patches(a)).enumerate() {
+                let mut spectrum = self.spectrum(a, face);
+                if q > 0 {
+                    turn(&mut spectrum);
+                }
+                if q == 0 { out = spectrum } else { out.append(&mut spectrum) }
+            }
+            out
+        };
         let list: Vec<(usize, usize)> = self.grid.walled().flat_map(|a| [(a, 0), (a, 1)]).collect();
         let mut made = list.par_iter().map(|&x| one(x)).collect::<Vec<_>>().into_iter();
         let mut out = [const { None }; 3];
@@ -96,18 +111,26 @@ impl Walls {
         let list = spectra.into_iter().zip(faces).enumerate();
         let list: Vec<_> = list.filter_map(|(a, (s, f))| s.map(|s| (a, s, f))).collect();
         list.into_par_iter().for_each(|(a, spectra, faces)| {
-            spectra.into_par_iter().zip(faces.par_iter_mut()).for_each(|(s, face)| self.back(a, s, face));
+            spectra.into_par_iter().zip(faces.par_iter_mut()).for_each(|(mut s, face)| {
+                let size = s.len() / self.variation.patch();
+                let parts = s.chunks_mut(size).zip(face.chunks_mut(self.grid.patches(a)));
+                for (q, (spectrum, face)) in parts.enumerate() {
+                    if q > 0 {
+                        turn_back(spectrum);
+                    }
+                    self.back(a, spectrum, face);
+                }
+            });
         });
     }
 
-    fn back(&self, a: usize, mut spectrum: Vec<Complex64>, face: &mut [f64]) {
+    fn back(&self, a: usize, spectrum: &mut [Complex64], face: &mut [f64]) {
         let ([b, c], n, l) = (OTHERS[a], self.grid.cells, self.grid.lengths());
-        self.back[b].process(&mut spectrum);
+        self.back[b].process(spectrum);
         let mut rows = vec![ZERO; n[b] * l[c]];
         for (f, line) in spectrum.chunks(l[b]).enumerate() {
             (0..n[b]).for_each(|i| rows[i * l[c] + f] = line[i]);
         }
-        drop(spectrum);
         self.back[c].process(&mut rows);
         for (row, cells) in rows.chunks(l[c]).zip(face.chunks_mut(n[c])) {
             cells.iter_mut().zip(row).for_each(|(x, r)| *x += 2.0 * r.re);
@@ -120,14 +143,21 @@ impl Walls {
             let (Some(sent), Some(met)) = (&sent[a], &mut met[a]) else { continue };
             let [b, c] = OTHERS[a];
             let (lb, hb, lc) = (self.grid.lengths()[b], self.grid.halves()[b], self.grid.lengths()[c]);
-            for side in 0..2 {
-                let from = sent[1 - side].par_chunks(lb);
-                met[side].par_chunks_mut(lb).zip(from).enumerate().for_each(|(f, (met, sent))| {
+            let size = sent[0].len() / self.variation.patch();
+            for (side, term) in
+                [0, 1].into_iter().flat_map(|s| k.opposite[a].terms.iter().map(move |t| (s, t)))
+            {
+                let array = &k.opposite[a].arrays[term.array];
+                let from = sent[1 - side][term.q * size..(term.q + 1) * size].par_chunks(lb);
+                let to = met[side][term.p * size..(term.p + 1) * size].par_chunks_mut(lb);
+                to.zip(from).enumerate().for_each(|(f, (met, sent))| {
                     // All frequencies across z, each with half of its weight; else half of them.
                     let weight = if a == 2 || f == 0 || 2 * f == lc { 0.5 } else { 1.0 };
-                    let kernel = &k.opposite[a][f.min(lc - f) * hb..(f.min(lc - f) + 1) * hb];
+                    let weight = weight * array.sign(c, 2 * f > lc);
+                    let kernel = &array.data[f.min(lc - f) * hb..(f.min(lc - f) + 1) * hb];
                     for (i, (m, s)) in met.iter_mut().zip(sent).enumerate() {
-                        *m += s * (weight * kernel[i.min(lb - i)]);
+                        let sign = array.sign(b, 2 * i > lb);
+                        *m += s * (weight * sign * kernel[i.min(lb - i)]);
                     }
                 });
             }
@@ -140,27 +170,44 @@ impl Walls {
             let [a, b] = pair;
             let (c, h) = (3 - a - b, self.grid.halves()[3 - a - b]);
             let [na, nb] = [self.grid.cells[a], self.grid.cells[b]];
-            // Patches of the wall across a by their cells along b, and the other way round.
-            let from = [self.along(a, c, &sent[a]), self.along(b, c, &sent[b])];
-            let mut to = [vec![ZERO; 2 * nb * h], vec![ZERO; 2 * na * h]];
-            {
+            let (parts, set) = (self.variation.patch(), &k.adjacent[a + b - 1]);
+            let axes = |a: usize| (0..parts).map(move |q| patch_axis(a, q));
+            // Patches of the wall across a by their cells along b, and the other way round; slopes along c times i.
+            let from = [(a, &sent[a]), (b, &sent[b])].map(|(a, faces)| {
+                axes(a)
+                    .enumerate()
+                    .map(|(q, axis)| self.along(a, c, q, axis == Some(c), faces))
+                    .collect::<Vec<_>>()
+            });
+            let empty = |n: usize| vec![vec![ZERO; 2 * n * h]; parts];
+            let mut to = [empty(nb), empty(na)];
+            for term in &set.terms {
+                let q = &set.arrays[term.array].data;
                 let [to_a, to_b] = &mut to;
-                let q = &k.adjacent[a + b - 1];
+                let (to_a, to_b) = (&mut to_a[term.p], &mut to_b[term.q]);
+                let (from_a, from_b) = (&from[0][term.p], &from[1][term.q]);
+                let sign = |turned: bool| if turned { -1.0 } else { 1.0 };
+                let signs = [patch_axis(a, term.p) == Some(b), patch_axis(b, term.q) == Some(a)].map(sign);
                 to_a.par_chunks_mut(2 * nb).zip(to_b.par_chunks_mut(2 * na)).enumerate().for_each(
                     |(f, to)| {
                         let from =
-                            [&from[0][f * 2 * nb..(f + 1) * 2 * nb], &from[1][f * 2 * na..(f + 1) * 2 * na]];
-                        simd::run(Meet { q: &q[f * na * nb..(f + 1) * na * nb], from, to: [to.0, to.1] });
+                            [&from_a[f * 2 * nb..(f + 1) * 2 * nb], &from_b[f * 2 * na..(f + 1) * 2 * na]];
+                        let q = &q[f * na * nb..(f + 1) * na * nb];
+                        simd::run(Meet { q, from, to: [to.0, to.1], signs });
                     },
                 );
             }
-            self.along_back(a, c, &to[0], &mut met[a]);
-            self.along_back(b, c, &to[1], &mut met[b]);
+            for (a, to) in [a, b].into_iter().zip(&to) {
+                for ((q, axis), to) in axes(a).enumerate().zip(to) {
+                    self.along_back(a, c, q, axis == Some(c), to, &mut met[a]);
+                }
+            }
         }
     }
 
-    /// The walls across `a` transformed along `c`, by `[f][side][i]`.
-    fn along(&self, a: usize, c: usize, faces: &[Vec<f64>; 2]) -> Vec<Complex64> {
+    /// Component `q` of the walls across `a` transformed along `c`, by `[f][side][i]`, times i where it is a slope along c.
+    fn along(&self, a: usize, c: usize, q: usize, slope: bool, faces: &[Vec<f64>; 2]) -> Vec<Complex64> {
+        let first = q * self.grid.patches(a);
         let (n, l, h) = (self.grid.cells, self.grid.lengths()[c], self.grid.halves()[c]);
         let i = 3 - a - c;
         let [step_i, step_c] = if i < c { [n[c], 1] } else { [1, n[i]] };
@@ -170,17 +217,29 @@ impl Walls {
         for (side, face) in faces.iter().enumerate() {
             for k in 0..n[i] {
                 line.fill(0.0);
-                (0..n[c]).for_each(|j| line[j] = face[k * step_i + j * step_c]);
+                (0..n[c]).for_each(|j| line[j] = face[first + k * step_i + j * step_c]);
                 let done = self.real[c].process_with_scratch(&mut line, &mut spectrum, &mut scratch);
                 assert!(done.is_ok(), "buffers of the plan's lengths");
                 (0..h).for_each(|f| out[(f * 2 + side) * n[i] + k] = spectrum[f]);
             }
         }
+        if slope {
+            turn(&mut out);
+        }
         out
     }
 
     /// Adds what [`Walls::along`] would have made into `spectra`.
-    fn along_back(&self, a: usize, c: usize, spectra: &[Complex64], faces: &mut [Vec<f64>; 2]) {
+    fn along_back(
+        &self,
+        a: usize,
+        c: usize,
+        q: usize,
+        slope: bool,
+        spectra: &[Complex64],
+        faces: &mut [Vec<f64>; 2],
+    ) {
+        let first = q * self.grid.patches(a);
         let (n, l, h) = (self.grid.cells, self.grid.lengths()[c], self.grid.halves()[c]);
         let i = 3 - a - c;
         let [step_i, step_c] = if i < c { [n[c], 1] } else { [1, n[i]] };
@@ -189,30 +248,34 @@ impl Walls {
         for (side, face) in faces.iter_mut().enumerate() {
             for k in 0..n[i] {
                 (0..h).for_each(|f| spectrum[f] = spectra[(f * 2 + side) * n[i] + k]);
+                if slope {
+                    turn_back(&mut spectrum);
+                }
                 spectrum[0].im = 0.0;
                 if l.is_multiple_of(2) {
                     spectrum[h - 1].im = 0.0;
                 }
                 let done = self.unreal[c].process_with_scratch(&mut spectrum, &mut line, &mut scratch);
                 assert!(done.is_ok(), "buffers of the plan's lengths");
-                (0..n[c]).for_each(|j| face[k * step_i + j * step_c] += line[j]);
+                (0..n[c]).for_each(|j| face[first + k * step_i + j * step_c] += line[j]);
             }
         }
     }
 }
 
-/// One frequency of two pairs of adjacent walls: q by `[i_a][i_b]`, walls by `[side][i]`.
+/// One frequency of two pairs of adjacent walls: q by `[i_a][i_b]`, walls by `[side][i]`; the signs that reversal gives the components of each.
 struct Meet<'a> {
     q: &'a [f64],
     from: [&'a [Complex64]; 2],
     to: [&'a mut [Complex64]; 2],
+    signs: [f64; 2],
 }
 
 impl simd::Work for Meet<'_> {
     type Output = ();
     #[inline(always)]
     fn go(self) {
-        let Meet { q, from: [from_a, from_b], to: [to_a, to_b] } = self;
+        let Meet { q, from: [from_a, from_b], to: [to_a, to_b], signs: [sign_a, sign_b] } = self;
         let (nb, na) = (from_a.len() / 2, from_b.len() / 2);
         let (of_a, of_b) = (columns(from_a), columns(from_b));
         let (mut sum_a, mut sum_b) = (vec![[0.0; LANES]; nb], vec![[0.0; LANES]; na]);
@@ -228,8 +291,8 @@ impl simd::Work for Meet<'_> {
             }
             sum_b[i] = own;
         }
-        collect(&sum_a, to_a);
-        collect(&sum_b, to_b);
+        collect(&sum_a, to_a, [sign_a, sign_b]);
+        collect(&sum_b, to_b, [sign_b, sign_a]);
     }
 }
 
@@ -244,13 +307,13 @@ fn columns(walls: &[Complex64]) -> Vec<Columns> {
     (0..n).map(at).collect()
 }
 
-/// From the four products back to two walls.
+/// Adds the four products to two walls, whose own index, when turned, gives the first sign, and that of the other walls the second.
 #[inline(always)]
-fn collect(sums: &[Columns], to: &mut [Complex64]) {
+fn collect(sums: &[Columns], to: &mut [Complex64], [own_sign, other_sign]: [f64; 2]) {
     let n = sums.len();
     for i in 0..n {
-        let (own, turned) = (sums[i], sums[n - 1 - i]);
-        to[i] = Complex64::new(own[0] + turned[2], own[1] + turned[3]);
-        to[n + i] = Complex64::new(own[4] + turned[6], own[5] + turned[7]);
+        let (own, turned) = (sums[i], sums[n - 1 - i].map(|x| own_sign * x));
+        to[i] += Complex64::new(own[0] + turned[2], own[1] + turned[3]);
+        to[n + i] += Complex64::new(own[4] + turned[6], own[5] + turned[7]) * other_sign;
     }
 }

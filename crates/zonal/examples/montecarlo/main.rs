@@ -3,6 +3,7 @@
 //! ```text
 //! montecarlo [--cases c0,c9] [--sizes 10,20] [--reference FOLDER] [-o docs/montecarlo.md]
 //! montecarlo --engine hierarchical|spectral [--tolerances 0.03,0.01] [--cases c0,c8,c9] [--sizes 40] [--pictures FOLDER]
+//!            [--thick-zones constant|linear]
 //! ```
 //!
 //! Our zones are averaged down to the tables' 10×10 patches a wall and 10³ voxels, and compared with `*_sym` where it exists. The page,
@@ -116,13 +117,16 @@ fn main() -> Result<(), Any> {
     let sizes: Vec<usize> = sizes.split(',').map(str::parse).collect::<Result<_, _>>()?;
     let tolerances = option("--tolerances").unwrap_or("0.01".into());
     let tolerances: Vec<f64> = tolerances.split(',').map(str::parse).collect::<Result<_, _>>()?;
+    let thick = option("--thick-zones").unwrap_or("auto".into());
     let pictures = option("--pictures").map(PathBuf::from);
     let mut page = if dense { PAGE } else { TABLE }.to_string();
     print!("{page}");
     for c in CUBES.iter().filter(|c| chosen.as_ref().is_none_or(|l| l.split(',').any(|n| n == c.name))) {
         for (&n, &tolerance) in sizes.iter().flat_map(|n| tolerances.iter().map(move |t| (n, t))) {
             let residual = if dense { "residual = 1e-12\n" } else { "" };
-            let solve = format!("{residual}engine = \"{engine}\"\ntolerance = {tolerance}");
+            let solve = format!(
+                "{residual}engine = \"{engine}\"\ntolerance = {tolerance}\nthick_zones = \"{thick}\""
+            );
             let scene = scene(c, n, &solve, &reference)?;
             let (start, before) = (Instant::now(), Process::new("self").seconds());
             let s = zonal::solve::solve(scene, MEMORY, &Quiet)?;

@@ -39,7 +39,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let zones = build_zones(&scene, &transport).map_err(|e| Failure::in_file(&args.scene, e))?;
     let reading = start.elapsed().as_secs_f64();
     let f = Forecast::new(&scene, &zones, &transport);
-    let mut warnings = forecast::warnings(&scene, &zones);
+    let mut warnings = Vec::new();
     if forecast::is_open(&scene, &zones, &transport) {
         warnings.push("the scene is open: some rays leave it; its surroundings take part as a zone".into());
     }
@@ -55,6 +55,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         threads,
     };
     let outlook = Outlook::new(&plan, &|| start.elapsed().as_secs_f64()).map(|o| o.beginning(reading));
+    warnings.extend(forecast::warnings(&scene, &zones, !outlook.as_ref().is_ok_and(|o| o.slopes)));
     match &outlook {
         Ok(o) => warnings.extend(o.notes.iter().cloned()),
         Err(e) => warnings.push(format!("`solve` will refuse: {e}")),

@@ -6,6 +6,7 @@ use crate::{Failure, meter::Meter, table};
 use std::path::{Path, PathBuf};
 use zonal_exchange::pair::{Settings, VoxelFactors};
 use zonal_io::output::{self, Folder, Held, Keys};
+use zonal_scene::scene::ThickZones;
 use zonal_scene::{Engine, Groups, NoVault, Progress, Scene, Solution, Vault};
 use zonal_solve::Job;
 
@@ -35,6 +36,9 @@ pub struct Args {
     /// Light groups that are solved apart, for `zonal relight`; overrides the scene's.
     #[arg(long, value_enum)]
     pub groups: Option<GroupsName>,
+    /// What is done about voxels that are thick in optical depths; overrides the scene's.
+    #[arg(long, value_enum)]
+    pub thick_zones: Option<ThickName>,
     /// Exactly so many sweeps of the Neumann series in place of the solver; overrides the scene's.
     #[arg(long)]
     pub sweeps: Option<usize>,
@@ -60,6 +64,17 @@ pub enum EngineName {
     Hierarchical,
     /// Every pair of zones of a box on the grid of its medium, by transforms.
     Spectral,
+}
+
+/// What is done about thick voxels, as an argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum ThickName {
+    /// Slopes where voxels are thick and the engine can.
+    Auto,
+    /// Slopes of radiosity in every zone, by the spectral engine.
+    Linear,
+    /// Nothing: radiosity is constant in every zone.
+    Constant,
 }
 
 /// The light groups, as an argument.
@@ -159,9 +174,10 @@ fn with_options(scene: Scene, args: &Args) -> Result<Scene, Failure> {
     o.restore_closure = args.closure.map_or(o.restore_closure, |c| c == ClosureMode::Restore);
     o.engine = args.engine.map_or(o.engine, |e| Engine::ALL[e as usize]);
     o.groups = args.groups.map_or(o.groups, |g| Groups::ALL[g as usize]);
+    o.thick_zones = args.thick_zones.map_or(o.thick_zones, |t| ThickZones::ALL[t as usize]);
     o.sweeps = args.sweeps.or(o.sweeps);
     scene.with_options(o).map_err(|e| {
-        let flag = e.key().strip_prefix("solve.").unwrap_or(e.key());
+        let flag = e.key().strip_prefix("solve.").unwrap_or(e.key()).replace('_', "-");
         Failure::new(format!("--{flag}: {}", e.what()))
     })
 }

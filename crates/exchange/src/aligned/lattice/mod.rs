@@ -11,6 +11,8 @@
 //! | [`WallTable`] | voxel and wall, opposite walls, adjacent walls | near ones by the judge of single pairs |
 //! | [`block()`] | one voxel against a block of voxels | |
 //!
+//! For radiosity that varies within a cell `linear.rs` has tables of its own.
+//!
 //! Where a grid repeats itself along an axis, an entry is the sum over the images of its offset (`images.rs`).
 //!
 //! Work is cut into fixed chunks of whole batches: no value depends on the number of threads.
@@ -19,11 +21,13 @@ mod block;
 mod fill;
 mod images;
 mod index;
+mod linear;
 mod walls;
 
 pub use block::{Block, block};
 pub use fill::Tally;
 pub use images::{DEPTH, Images};
+pub use linear::{Along, Linear};
 pub use walls::WallTable;
 
 use fill::Family;

@@ -1,0 +1,634 @@
+//! Tables of a grid for radiosity that varies linearly inside each cell.
+//!
+//! On a cell with centre c and edges e let φ₀ = 1 and φ_k = √12 (x_k − c_k)/e_k: functions of mean square one, square to each other. The factor of
+//! component p of one cell and q of another
+//!
+//! ```text
+//!     𝓕_pq(d) = (1/π) ∬ φ_p φ_q Π|t_k|^{p_k} e^{−κr} / r^{2+Σp}                  t = x_j − x_i,  r = |t|
+//! ```
+//!
+//! depends on their offset d alone. As for constant radiosity the integrand depends on t only, and the densities of t are products, one factor an
+//! axis. With τ = t/e − d, and x the place within the cell of the lattice of t that holds it:
+//!
+//! | along the axis | term | density for the cell above d (x = τ) | for the cell below (1 − x = −τ) |
+//! |---|---|---|---|
+//! | [`Along::Between`] | 0: φ₀φ₀ | 1 − x | x |
+//! | | 1: φ₀ of the first, φ_k of the second | √3 x(1 − x) | −√3 x(1 − x) |
+//! | | 2: φ_kφ_k | 1 − 3x + 2x³ | 1 − 3y + 2y³, y = 1 − x |
+//! | [`Along::Depth`], off a wall | 0, 1: φ₀, φ_k of what has an extent | 1, √3(2x − 1) | |
+//! | [`Along::Across`], wall to wall | 0 | 1 | |
+//!
+//! Terms 0 and 2 are even in d, term 1 is odd. So a table is a sum over the cells of t's own lattice: each is integrated once, by a Gauss rule for
+//! all densities together, and gives its shares to the (up to eight) offsets around it. The one cell that touches t = 0 takes pyramid coordinates;
+//! cells too near or too thick are cut.
+//!
+//! **Error.** Rules have points enough for a relative error of about 1e-11 of a cell (see [`points`]): estimated, and compared in tests with
+//! the proven tables for constant radiosity and by refinement. Where the grid repeats itself images are added as in `images.rs`. The images of a
+//! period of one cell are a row without end, of density one: slopes along it are zero by symmetry, and so are their factors here.
+
+use super::images::{DEPTH, Images};
+use rayon::prelude::*;
+use zonal_math::gauss;
+use zonal_math::simd::{self, LANES};
+
+/// How two zones lie along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Along {
+    /// Both extend: the offset is the difference of their cells.
+    Between,
+    /// One is a patch across this axis, the other a cell that begins so many cells off it.
+    Depth,
+    /// Both are patches across this axis, with so many cells between them as the count says.
+    Across,
+}
+
+/// The pairs of zones that a table is of.
+#[derive(Clone, Copy, Debug)]
+pub struct Linear<'a> {
+    /// Edges of a cell, m.
+    pub edges: [f64; 3],
+    /// Offsets wanted along each axis; across, the number of cells between the walls.
+    pub counts: [usize; 3],
+    /// How the zones lie.
+    pub along: [Along; 3],
+    /// Extinction, 1/m.
+    pub kappa: f64,
+    /// How the grid repeats itself, if it does.
+    pub images: &'a Images,
+}
+
+/// Shares of a cell by density: `[x][y][z]`, for an axis between first the three terms above the offset, then those below.
+type Shares = [[[f64; LANES]; 6]; 6];
+
+/// Planes of the lattice of t that are worked on together.
+const CHUNK: usize = 4;
+/// Chunks whose planes are held at a time.
+const HELD: usize = 16;
+/// Points of the rules in pyramid coordinates.
+const PYRAMID: usize = 20;
+/// Longest edge over nearest distance of a cell that is integrated whole.
+const NEAR: f64 = 1.25;
+/// Longest over shortest edge of a touching cell that is integrated whole.
+const ASPECT: f64 = 1.5;
+/// Longest edge in mean free paths of a cell that is integrated whole.
+const THICK: f64 = 4.0;
+/// Cuts of a cell, one in another.
+const MOST_CUTS: u32 = 60;
+
+/// Where a share goes along an axis: the offset, which of the densities, and what even and odd terms are multiplied by.
+#[derive(Clone, Copy)]
+struct Goal {
+    slot: usize,
+    first: usize,
+    even: f64,
+    odd: f64,
+}
+
+/// A box in the octant of t, m.
+#[derive(Clone, Copy)]
+struct Piece {
+    lo: [f64; 3],
+    len: [f64; 3],
+}
+
+impl Piece {
+    fn nearest(&self) -> f64 {
+        self.lo.iter().map(|x| x * x).sum::<f64>().sqrt()
+    }
+    fn longest(&self) -> usize {
+        (0..3).fold(0, |m, k| if self.len[k] > self.len[m] { k } else { m })
+    }
+    /// The half towards zero and the other.
+    fn halves(&self, k: usize) -> [Piece; 2] {
+        let (mut low, mut high) = (*self, *self);
+        low.len[k] *= 0.5;
+        high.len[k] = low.len[k];
+        high.lo[k] += low.len[k];
+        [low, high]
+    }
+}
+
+/// Points an axis for a cell whose longest edge is `ratio` of its nearest distance and `depth` mean free paths: with 2n − 4 the degree that is left
+/// for the kernel, ϱ^{−(2n−4)} (ϱ = 4/ratio + 2 at least, see `density.rs`) and the remainder of e^{−depth·x} are below 1e-11.
+fn points(ratio: f64, depth: f64) -> usize {
+    let of_distance = match ratio {
+        r if r <= 0.008 => 4,
+        r if r <= 0.05 => 5,
+        r if r <= 0.14 => 6,
+        r if r <= 0.27 => 7,
+        r if r <= 0.45 => 8,
+        r if r <= 0.7 => 10,
+        _ => 13,
+    };
+    let of_depth = match depth {
+        d if d <= 0.05 => 4,
+        d if d <= 0.2 => 5,
+        d if d <= 0.7 => 6,
+        d if d <= 1.5 => 7,
+        d if d <= 2.5 => 8,
+        _ => 10,
+    };
+    of_distance.max(of_depth)
+}
+
+impl Linear<'_> {
+    /// The table of each of `terms` (numbers of densities along the three axes), by `[d₀][d₁][d₂]`, m⁴, m³ or m². Across, the count is one.
+    ///
+    /// # Panics
+    /// On an edge that is not positive and finite, an extinction that is negative or infinite, or 0 where the grid repeats itself.
+    pub fn tables(&self, terms: &[[usize; 3]]) -> Vec<Vec<f64>> {
+        assert!(self.edges.iter().all(|e| *e > 0.0 && e.is_finite()), "edges {:?}", self.edges);
+        assert!(self.kappa >= 0.0 && self.kappa.is_finite(), "extinction {} 1/m", self.kappa);
+        assert!(self.kappa > 0.0 || !self.images.any(), "a medium where images are added");
+        let [n0, n1, n2] = self.slots();
+        let mut out = vec![vec![0.0; n0 * n1 * n2]; terms.len()];
+        let firsts: Vec<usize> = (0..self.cells(0)).step_by(CHUNK).collect();
+        for some in firsts.chunks(HELD) {
+            let done: Vec<Vec<Vec<f64>>> =
+                some.par_iter().with_max_len(1).map(|&first| self.chunk(first, terms)).collect();
+            for (&first, planes) in some.iter().zip(done) {
+                for (raw, plane) in planes.chunks(terms.len()).enumerate() {
+                    self.put(first + raw, plane, terms, &mut out);
+                }
+            }
+        }
+        out
+    }
+
+    /// Cells of the lattice of t that [`Linear::tables`] integrates.
+    pub fn work(&self) -> f64 {
+        (0..3).map(|k| self.cells(k) as f64).product()
+    }
+
+    fn slots(&self) -> [usize; 3] {
+        std::array::from_fn(|k| if self.along[k] == Along::Across { 1 } else { self.counts[k] })
+    }
+
+    /// True along an axis whose cells are all images of one.
+    fn is_row(&self, k: usize) -> bool {
+        self.period(k) == Some(1)
+    }
+
+    fn period(&self, k: usize) -> Option<usize> {
+        self.images.period[k].filter(|_| self.along[k] == Along::Between)
+    }
+
+    /// Cells of the lattice of t along an axis.
+    fn cells(&self, k: usize) -> usize {
+        match self.period(k) {
+            Some(1) => 1,
+            Some(_) => (DEPTH / self.kappa / self.edges[k]).ceil() as usize + 1,
+            None => self.slots()[k],
+        }
+    }
+
+    /// Where the shares of cell `i` along axis `k` go.
+    fn goals(&self, k: usize, i: usize) -> Vec<Goal> {
+        match self.along[k] {
+            // A row has two sides.
+            Along::Between if self.is_row(k) => vec![Goal { slot: 0, first: 0, even: 2.0, odd: 0.0 }],
+            Along::Across => vec![Goal { slot: 0, first: 0, even: 1.0, odd: 1.0 }],
+            Along::Depth => vec![Goal { slot: i, first: 0, even: 1.0, odd: 1.0 }],
+            Along::Between => {
+                [(i, 0), (i + 1, 3)].into_iter().flat_map(|(d, first)| self.places(k, d, first)).collect()
+            }
+        }
+    }
+
+    /// The places of an offset d ≥ 0 and of −d along axis `k`.
+    fn places(&self, k: usize, d: usize, first: usize) -> Vec<Goal> {
+        // The cells on both sides of zero are images of each other.
+        let own = if d == 0 { (2.0, 0.0) } else { (1.0, 1.0) };
+        let mut out = vec![Goal { slot: d, first, even: own.0, odd: own.1 }];
+        if let Some(period) = self.period(k) {
+            out[0].slot = d % period;
+            if d > 0 {
+                out.push(Goal { slot: (period - d % period) % period, first, even: 1.0, odd: -1.0 });
+            }
+        }
+        out.retain(|g| g.slot < self.counts[k]);
+        out
+    }
+
+    /// Adds a plane of offset `raw` along the first axis to its places.
+    fn put(&self, raw: usize, plane: &[Vec<f64>], terms: &[[usize; 3]], out: &mut [Vec<f64>]) {
+        let goals = match self.along[0] {
+            Along::Between if !self.is_row(0) => self.places(0, raw, 0),
+            _ => self.goals(0, raw).into_iter().filter(|g| g.slot < self.slots()[0]).collect(),
+        };
+        for ((plane, term), out) in plane.iter().zip(terms).zip(out) {
+            for g in &goals {
+                let by = if self.odd(0, term[0]) { g.odd } else { g.even };
+                let to = &mut out[g.slot * plane.len()..(g.slot + 1) * plane.len()];
+                to.iter_mut().zip(plane).for_each(|(o, x)| *o += by * x);
+            }
+        }
+    }
+
+    fn odd(&self, k: usize, term: usize) -> bool {
+        self.along[k] == Along::Between && term == 1
+    }
+
+    /// Some planes of the lattice of t: their shares by raw offset along the first axis and term.
+    fn chunk(&self, first: usize, terms: &[[usize; 3]]) -> Vec<Vec<f64>> {
+        let last = (first + CHUNK).min(self.cells(0));
+        let [_, n1, n2] = self.slots();
+        let above = usize::from(self.along[0] == Along::Between && !self.is_row(0));
+        let mut planes = vec![vec![0.0; n1 * n2]; (last - first + above) * terms.len()];
+        let goals: [Vec<Vec<Goal>>; 2] =
+            [1, 2].map(|k| (0..self.cells(k)).map(|i| self.goals(k, i)).collect());
+        for i in first..last {
+            for (j, goals1) in goals[0].iter().enumerate() {
+                for (k, goals2) in goals[1].iter().enumerate() {
+                    let Some(shares) = self.cell([i, j, k]) else { continue };
+                    for piece in 0..=above {
+                        let at = (i - first + piece) * terms.len();
+                        let planes = &mut planes[at..at + terms.len()];
+                        for (plane, term) in planes.iter_mut().zip(terms) {
+                            let shares = &shares[3 * piece + term[0]];
+                            let (odd1, odd2) = (self.odd(1, term[1]), self.odd(2, term[2]));
+                            for g1 in goals1 {
+                                let by = if odd1 { g1.odd } else { g1.even };
+                                let shares = &shares[g1.first + term[1]];
+                                for g2 in goals2 {
+                                    let by = by * if odd2 { g2.odd } else { g2.even };
+                                    plane[g1.slot * n2 + g2.slot] += by * shares[g2.first + term[2]];
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        planes
+    }
+
+    /// The shares of one cell of the lattice of t; none out of reach.
+    fn cell(&self, at: [usize; 3]) -> Option<Box<Shares>> {
+        let mut piece = Piece { lo: [0.0; 3], len: [0.0; 3] };
+        for k in 0..3 {
+            let (lo, len) = match self.along[k] {
+                Along::Across => (self.counts[k] as f64 * self.edges[k], 0.0),
+                Along::Between if self.is_row(k) => (0.0, DEPTH / self.kappa + self.edges[k]),
+                _ => (at[k] as f64 * self.edges[k], self.edges[k]),
+            };
+            (piece.lo[k], piece.len[k]) = (lo, len);
+        }
+        if self.kappa * piece.nearest() > DEPTH {
+            return None;
+        }
+        let mut shares = Box::new([[[0.0; LANES]; 6]; 6]);
+        self.divide(piece, piece.lo, 0, &mut shares);
+        // 1/π, and the lengths that make integrals over t of means over cells.
+        let front = std::f64::consts::FRAC_1_PI
+            * (0..3)
+                .map(|k| if self.along[k] == Along::Between { self.edges[k] } else { 1.0 })
+                .product::<f64>();
+        shares.as_flattened_mut().as_flattened_mut().iter_mut().for_each(|x| *x *= front);
+        Some(shares)
+    }
+
+    /// Cuts a piece of the cell at `origin` until it is integrated whole.
+    fn divide(&self, piece: Piece, origin: [f64; 3], cuts: u32, shares: &mut Shares) {
+        let k = piece.longest();
+        let (near, long) = (piece.nearest(), piece.len[k]);
+        if cuts < MOST_CUTS {
+            let shortest = piece.len.iter().copied().fold(f64::INFINITY, f64::min);
+            let unfit = if near == 0.0 { long > ASPECT * shortest } else { long > NEAR * near };
+            if unfit || self.kappa * long > THICK {
+                return piece.halves(k).into_iter().for_each(|half| {
+                    if self.kappa * half.nearest() <= DEPTH {
+                        self.divide(half, origin, cuts + 1, shares);
+                    }
+                });
+            }
+        }
+        if near == 0.0 {
+            self.pyramids(piece, shares);
+        } else {
+            let n = points(long / near, self.kappa * long);
+            simd::run(Tensor { of: self, piece, origin, n, shares });
+        }
+    }
+
+    fn power(&self) -> [i32; 3] {
+        self.along.map(|a| match a {
+            Along::Between => 0,
+            Along::Depth => 1,
+            Along::Across => 2,
+        })
+    }
+
+    /// The densities along axis `k` at the place `x` within the cell.
+    #[inline(always)]
+    fn densities(&self, k: usize, x: f64) -> [f64; 6] {
+        let root3 = 3.0f64.sqrt();
+        match self.along[k] {
+            Along::Between if self.is_row(k) => [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            Along::Between => {
+                let y = 1.0 - x;
+                let odd = root3 * x * y;
+                [y, odd, 1.0 - 3.0 * x + 2.0 * x * x * x, x, -odd, 1.0 - 3.0 * y + 2.0 * y * y * y]
+            }
+            Along::Depth => [1.0, root3 * (2.0 * x - 1.0), 0.0, 0.0, 0.0, 0.0],
+            Along::Across => [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        }
+    }
+
+    /// A piece that touches zero, a corner of the cell at zero.
+    fn pyramids(&self, piece: Piece, shares: &mut Shares) {
+        let (rule, power) = (gauss::rule(PYRAMID), self.power());
+        let q = 2 + power.iter().sum::<i32>();
+        let volume: f64 = piece.len.iter().product();
+        let nodes = || rule.nodes.iter().zip(&rule.weights);
+        for apex in 0..3 {
+            let [b, c] = [(apex + 1) % 3, (apex + 2) % 3];
+            for (s, ws) in nodes() {
+                for (v, wv) in nodes() {
+                    for (w, ww) in nodes() {
+                        let mut t = piece.len.map(|l| l * s);
+                        t[b] *= v;
+                        t[c] *= w;
+                        let r = t.iter().map(|t| t * t).sum::<f64>().sqrt();
+                        let up: f64 = (0..3).map(|k| t[k].powi(power[k])).product();
+                        let value = volume * ws * wv * ww * s * s * up * r.powi(-q) * (-self.kappa * r).exp();
+                        let [x, y, z]: [[f64; 6]; 3] =
+                            std::array::from_fn(|k| self.densities(k, t[k] / self.edges[k]));
+                        for (plane, x) in shares.iter_mut().zip(x) {
+                            for (line, y) in plane.iter_mut().zip(y) {
+                                let by = value * x * y;
+                                line.iter_mut().zip(z).for_each(|(o, z)| *o += by * z);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The most points of an axis.
+const MOST: usize = 13;
+/// Room for the points of two axes, in whole lanes.
+const PLANE: usize = (MOST * MOST).div_ceil(LANES);
+
+/// One piece by a product of Gauss rules.
+struct Tensor<'a, 'b> {
+    of: &'a Linear<'b>,
+    piece: Piece,
+    origin: [f64; 3],
+    n: usize,
+    shares: &'a mut Shares,
+}
+
+impl simd::Work for Tensor<'_, '_> {
+    type Output = ();
+    #[inline(always)]
+    fn go(self) {
+        let Tensor { of, piece, origin, n, shares } = self;
+        let power = of.power();
+        let patches: i32 = power.iter().sum();
+        // Nodes, weights with the numerator's share, and densities times weights.
+        let mut count = [1; 3];
+        let mut square = [[0.0; MOST]; 3];
+        let mut density = [[[0.0; LANES]; MOST]; 3];
+        for k in 0..3 {
+            if piece.len[k] > 0.0 {
+                count[k] = n;
+            }
+            let rule = gauss::rule(count[k]);
+            for i in 0..count[k] {
+                let t = piece.lo[k] + piece.len[k] * rule.nodes[i];
+                let length = if piece.len[k] > 0.0 { piece.len[k] } else { 1.0 };
+                let up = match power[k] {
+                    0 => 1.0,
+                    1 => t,
+                    _ => t * t,
+                };
+                square[k][i] = t * t;
+                let by = rule.weights[i] * length * up;
+                let d = of.densities(k, (t - origin[k]) / of.edges[k]);
+                for f in 0..6 {
+                    density[k][i][f] = by * d[f];
+                }
+            }
+        }
+        let [nx, ny, nz] = count;
+        let groups = (ny * nz).div_ceil(LANES);
+        let mut plane = [[square[1][0] + square[2][0]; LANES]; PLANE];
+        for j in 0..ny {
+            for k in 0..nz {
+                let m = j * nz + k;
+                plane[m / LANES][m % LANES] = square[1][j] + square[2][k];
+            }
+        }
+        let mut value = [[0.0; LANES]; PLANE];
+        for i in 0..nx {
+            for g in 0..groups {
+                let mut r2 = [0.0; LANES];
+                for l in 0..LANES {
+                    r2[l] = square[0][i] + plane[g][l];
+                }
+                let mut r = [0.0; LANES];
+                for l in 0..LANES {
+                    r[l] = r2[l].sqrt();
+                }
+                let mut v = [0.0; LANES];
+                for l in 0..LANES {
+                    v[l] = match patches {
+                        0 => 1.0 / r2[l],
+                        1 => 1.0 / (r2[l] * r[l]),
+                        _ => 1.0 / (r2[l] * r2[l]),
+                    };
+                }
+                if of.kappa > 0.0 {
+                    let e = simd::exp(r.map(|r| -of.kappa * r));
+                    for l in 0..LANES {
+                        v[l] *= e[l];
+                    }
+                }
+                value[g] = v;
+            }
+            let mut lines = [[0.0; LANES]; 6];
+            for j in 0..ny {
+                let mut line = [0.0; LANES];
+                for k in 0..nz {
+                    let m = j * nz + k;
+                    let v = value[m / LANES][m % LANES];
+                    for l in 0..LANES {
+                        line[l] += v * density[2][k][l];
+                    }
+                }
+                for f in 0..6 {
+                    for l in 0..LANES {
+                        lines[f][l] += density[1][j][f] * line[l];
+                    }
+                }
+            }
+            for e in 0..6 {
+                for f in 0..6 {
+                    for l in 0..LANES {
+                        shares[e][f][l] += density[0][i][e] * lines[f][l];
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{OffsetTable, WallTable};
+    use super::*;
+    use Along::{Across, Between, Depth};
+
+    const PLAIN: [Option<usize>; 3] = [None; 3];
+
+    fn tables(
+        edges: [f64; 3],
+        counts: [usize; 3],
+        along: [Along; 3],
+        kappa: f64,
+        terms: &[[usize; 3]],
+    ) -> Vec<Vec<f64>> {
+        let images = Images::new(PLAIN, edges, kappa);
+        Linear { edges, counts, along, kappa, images: &images }.tables(terms)
+    }
+
+    #[test]
+    fn constant_terms_are_the_proven_tables() {
+        for (edges, kappa) in [([0.3, 0.3, 0.3], 0.0), ([0.5, 0.2, 0.9], 1.7), ([1.0, 1.0, 0.07], 6.0)] {
+            let counts = [5, 4, 6];
+            let place = |n: [usize; 3], d: [usize; 3]| (d[0] * n[1] + d[1]) * n[2] + d[2];
+            let every = |n: [usize; 3]| {
+                (0..n[0]).flat_map(move |i| (0..n[1]).flat_map(move |j| (0..n[2]).map(move |k| [i, j, k])))
+            };
+            let check = |along: [Along; 3], want: &dyn Fn([i64; 3]) -> f64| {
+                let mut n = counts;
+                (0..3).filter(|&k| along[k] == Across).for_each(|k| n[k] = 1);
+                let got = &tables(edges, counts, along, kappa, &[[0, 0, 0]])[0];
+                for d in every(n) {
+                    let (got, want) = (got[place(n, d)], want(d.map(|d| d as i64)));
+                    assert!((got / want - 1.0).abs() < 2e-11, "{edges:?} {along:?} {d:?}: {got} {want}");
+                }
+            };
+            let v = OffsetTable::new(edges, counts, kappa, 1e-12);
+            check([Between; 3], &|d| v.get(d).value);
+            let s = WallTable::voxels(edges, counts, 1, kappa, 1e-12);
+            check([Between, Depth, Between], &|d| s.get(d).value);
+            let o = WallTable::opposite(edges, counts, 2, kappa, 1e-12);
+            check([Between, Between, Across], &|d| o.get(d).value);
+            let q = WallTable::adjacent(edges, counts, [0, 2], kappa, 1e-12);
+            check([Depth, Between, Depth], &|d| q.get(d).value);
+        }
+    }
+
+    /// A linear function on a cell is seen from its halves: their means, and their own slopes of half the size.
+    #[test]
+    fn halves_add_up() {
+        let (edges, kappa) = ([0.6, 0.4, 0.5], 2.0);
+        let half = [0.3, 0.4, 0.5];
+        let terms = [[0, 0, 0], [1, 0, 0], [2, 0, 0]];
+        let whole = tables(edges, [3, 2, 2], [Between; 3], kappa, &terms);
+        let parts = tables(half, [7, 2, 2], [Between; 3], kappa, &terms);
+        // On half h ∈ {−1, +1} of a cell φ is h √3/2 + φ_half/2, and half of the cell's own integral is there.
+        let of_part = |term: usize, d: i64, jk: usize| {
+            let sign = if term == 1 && d < 0 { -1.0 } else { 1.0 };
+            sign * parts[term][d.unsigned_abs() as usize * 4 + jk]
+        };
+        let slope = |h: i64| h as f64 * 0.75f64.sqrt();
+        for d in 0..3i64 {
+            for jk in 0..4 {
+                let mut sums = [0.0; 3];
+                for a in [-1i64, 1] {
+                    for b in [-1i64, 1] {
+                        let at = 2 * d + (b - a) / 2;
+                        let [f00, f01, f11] = [0, 1, 2].map(|t| of_part(t, at, jk));
+                        sums[0] += f00;
+                        sums[1] += slope(b) * f00 + 0.5 * f01;
+                        // Of the first the slope has the other sign: 𝓕_10(d) = −𝓕_01(d).
+                        sums[2] += slope(a) * slope(b) * f00 + 0.5 * slope(a) * f01 - 0.5 * slope(b) * f01
+                            + 0.25 * f11;
+                    }
+                }
+                for term in 0..3 {
+                    let got = whole[term][d as usize * 4 + jk];
+                    let scale = whole[0][d as usize * 4 + jk];
+                    assert!((got - sums[term]).abs() < 1e-11 * scale, "{d} {jk} {term}: {got} {sums:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn terms_are_integrals() {
+        // Against midpoints of the six-fold integral, far enough for them.
+        let (edges, kappa, m) = ([0.5, 0.4, 0.3], 0.8, 6);
+        let terms = [[0, 1, 0], [1, 1, 0], [1, 0, 1], [0, 0, 2], [0, 2, 0]];
+        let got = tables(edges, [4, 3, 5], [Between; 3], kappa, &terms);
+        let d = [3usize, 2, 4];
+        let places = |k: usize| (0..m).map(move |i| ((i as f64 + 0.5) / m as f64 - 0.5, edges[k]));
+        for (term, got) in terms.iter().zip(got) {
+            let mut sum = 0.0;
+            let each = |k: usize| -> Vec<(f64, f64)> {
+                let mut out = vec![];
+                for (a, e) in places(k) {
+                    for (b, _) in places(k) {
+                        // Terms of an odd axis: the first odd axis belongs to the second cell, another to the first.
+                        let first_odd = (0..3).find(|&k| term[k] == 1);
+                        let root = 12f64.sqrt();
+                        let by = match term[k] {
+                            0 => 1.0,
+                            1 if first_odd == Some(k) => root * b,
+                            1 => -root * a,
+                            _ => 12.0 * a * b,
+                        };
+                        out.push(((d[k] as f64 + b - a) * e, by));
+                    }
+                }
+                out
+            };
+            let [x, y, z] = [0, 1, 2].map(each);
+            for (tx, wx) in &x {
+                for (ty, wy) in &y {
+                    for (tz, wz) in &z {
+                        let r2 = tx * tx + ty * ty + tz * tz;
+                        sum += wx * wy * wz * (-kappa * r2.sqrt()).exp() / r2;
+                    }
+                }
+            }
+            let volume: f64 = edges.iter().product();
+            let want = sum * (volume / (m * m * m) as f64).powi(2) / std::f64::consts::PI;
+            let got = got[(d[0] * 3 + d[1]) * 5 + d[2]];
+            assert!((got / want - 1.0).abs() < 0.08, "{term:?}: {got} {want}");
+        }
+    }
+
+    #[test]
+    fn images_are_those_of_a_longer_grid() {
+        let (edges, kappa) = ([0.5, 0.4, 0.3], 9.0);
+        let images = Images::new([Some(4), Some(3), None], edges, kappa);
+        let terms = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [2, 0, 0], [0, 1, 1]];
+        let counts = [3, 2, 5];
+        let got = Linear { edges, counts, along: [Between; 3], kappa, images: &images }.tables(&terms);
+        let plain = tables(edges, [14, 15, 5], [Between; 3], kappa, &terms);
+        for (t, term) in terms.iter().enumerate() {
+            for (i, got) in got[t].iter().enumerate() {
+                let d = [i / 10, i / 5 % 2, i % 5].map(|d| d as i64);
+                let (mut sum, mut scale) = (0.0, 0.0);
+                for m in -3i64..=3 {
+                    for k in -4i64..=4 {
+                        let at = [d[0] + 4 * m, d[1] + 3 * k];
+                        if at[0].abs() < 14 && at[1].abs() < 15 {
+                            let place = (at[0].unsigned_abs() * 15 + at[1].unsigned_abs()) as usize * 5;
+                            let sign = |k: usize| if term[k] == 1 && at[k] < 0 { -1.0 } else { 1.0 };
+                            sum += sign(0) * sign(1) * plain[t][place + d[2] as usize];
+                            scale += plain[0][place + d[2] as usize];
+                        }
+                    }
+                }
+                assert!((got - sum).abs() < 1e-11 * scale, "{term:?} {d:?}: {got} {sum}");
+            }
+        }
+    }
+}

@@ -1,0 +1,335 @@
+//! Radiosity that varies inside zones: exact refinement, the laws, and problems with known answers.
+
+mod common;
+
+use common::surface;
+use zonal_math::{Vec3, vec3};
+use zonal_scene::scene::{PatchRule, ThickZones};
+use zonal_scene::{
+    Bands, Engine, Facet, Fields, Options, Plate, Quiet, Report, Scene, SceneParts, Surroundings, Voxmap,
+    Zones,
+};
+use zonal_solve::spectral::{Spectral, basis::Variation, enclosure::Enclosure};
+use zonal_solve::{Job, Operator, solve_zones};
+use zonal_transport::{Transport, build_zones};
+
+/// A box with black cold walls, except one that shines, and a medium that scatters or rests in balance.
+#[derive(Clone)]
+struct Room {
+    cells: [usize; 3],
+    edges: [f64; 3],
+    kappa: f64,
+    albedo: f64,
+    reflectance: f64,
+    periodic: [bool; 3],
+    omit: Vec<usize>,
+    thick: ThickZones,
+}
+
+impl Room {
+    fn cube(n: usize, kappa: f64) -> Room {
+        Room {
+            cells: [n; 3],
+            edges: [1.0 / n as f64; 3],
+            kappa,
+            albedo: 1.0,
+            reflectance: 0.0,
+            periodic: [false; 3],
+            omit: Vec::new(),
+            thick: ThickZones::Linear,
+        }
+    }
+    fn parts(&self) -> SceneParts {
+        let size = Vec3::from_array([0, 1, 2].map(|k| self.cells[k] as f64 * self.edges[k]));
+        let mut parts = SceneParts {
+            options: Options {
+                patch_rule: PatchRule::Voxels,
+                engine: Engine::Spectral,
+                residual: 1e-13,
+                thick_zones: self.thick,
+                ..Options::default()
+            },
+            periodic: self.periodic,
+            ..SceneParts::default()
+        };
+        for face in (0..6).filter(|f| !self.periodic[f / 2] && !self.omit.contains(f)) {
+            let (axis, high) = (face / 2, face % 2 == 1);
+            let [b, c] =
+                if high { [(axis + 2) % 3, (axis + 1) % 3] } else { [(axis + 1) % 3, (axis + 2) % 3] };
+            let along = |k: usize| {
+                let mut e = [0.0; 3];
+                e[k] = size[k];
+                Vec3::from_array(e)
+            };
+            let origin = if high { along(axis) } else { vec3(0.0, 0.0, 0.0) };
+            let mut s = surface(&format!("wall{face}"), self.reflectance, 0.0, false);
+            s.emission = [f64::from(u8::from(face == 4)); 3];
+            parts.surfaces.push(s);
+            parts.facets.push(Facet {
+                surface: parts.surfaces.len() - 1,
+                plate: Plate::parallelogram(origin, along(b), along(c)),
+                uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+            });
+        }
+        let mut map = Voxmap::new(vec3(0.0, 0.0, 0.0), Vec3::from_array(self.edges), self.cells).unwrap();
+        map.fill([self.kappa; 3], [self.albedo; 3], [0.0; 3], [0.0; 3]);
+        parts.voxmap = Some(map.seal().unwrap());
+        parts
+    }
+    fn scene(&self) -> Scene {
+        Scene::new(self.parts()).unwrap_or_else(|e| panic!("{e}"))
+    }
+    /// Twice as many cells along each axis.
+    fn halved(&self) -> Room {
+        Room { cells: self.cells.map(|n| 2 * n), edges: self.edges.map(|e| 0.5 * e), ..self.clone() }
+    }
+}
+
+fn solved(scene: &Scene) -> (Zones, Fields, Report) {
+    let transport = Transport::new(scene);
+    let zones = build_zones(scene, &transport).unwrap();
+    let (fields, _, report) =
+        solve_zones(scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).unwrap_or_else(|e| panic!("{e}"));
+    (zones, fields, report)
+}
+
+/// Numbers in [−1, 1) that look random.
+fn dice(n: usize, mut seed: u64) -> Vec<Bands> {
+    let mut next = || {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    (0..n).map(|_| [next(), next(), next()]).collect()
+}
+
+fn operator(room: &Room) -> (Zones, Spectral) {
+    let scene = room.scene();
+    let transport = Transport::new(&scene);
+    let zones = build_zones(&scene, &transport).unwrap();
+    let found = Enclosure::find(&scene, &zones).unwrap_or_else(|e| panic!("{e}"));
+    let s = Spectral::new(found, zones.patches.len(), Variation::Linear, &Quiet);
+    (zones, s)
+}
+
+/// Centre, normal (zero of voxels) and the axes of the slopes of every zone.
+fn places(room: &Room, zones: &Zones) -> Vec<(Vec3, Vec3, Vec<usize>)> {
+    let patch = |p: &zonal_scene::Patch| {
+        let (lo, hi) = p.plate.bounds();
+        let axis = (0..3).find(|&k| p.normal[k].abs() > 0.5).unwrap();
+        ((lo + hi) * 0.5, p.normal, (0..3).filter(|&k| k != axis).collect())
+    };
+    let voxel = |i: usize| {
+        let [_, ny, nz] = room.cells;
+        let at = [i / (ny * nz), i / nz % ny, i % nz];
+        let c = [0, 1, 2].map(|k| (at[k] as f64 + 0.5) * room.edges[k]);
+        (Vec3::from_array(c), vec3(0.0, 0.0, 0.0), vec![0, 1, 2])
+    };
+    let mut out: Vec<_> = zones.patches.iter().map(patch).collect();
+    out.extend((0..zones.voxels.len()).map(voxel));
+    out
+}
+
+/// The unknowns of every zone: its own, then its slopes.
+fn unknowns(s: &Spectral) -> Vec<Vec<usize>> {
+    let mut out: Vec<Vec<usize>> = (0..s.zones()).map(|i| vec![i]).collect();
+    for (k, zone) in s.slopes().into_iter().enumerate() {
+        out[zone as usize].push(s.zones() + k);
+    }
+    out
+}
+
+fn rooms() -> Vec<Room> {
+    let plain = Room {
+        cells: [3, 4, 2],
+        edges: [0.22, 0.34, 0.14],
+        kappa: 4.0,
+        reflectance: 0.4,
+        albedo: 0.7,
+        ..Room::cube(2, 1.0)
+    };
+    vec![
+        plain.clone(),
+        Room { omit: vec![0, 3, 5], ..plain.clone() },
+        Room { kappa: 0.0, ..plain.clone() },
+        Room { kappa: 15.0, periodic: [true, false, false], ..plain.clone() },
+        Room { kappa: 15.0, periodic: [false, true, true], ..plain.clone() },
+        Room { cells: [2, 1, 3], kappa: 9.0, periodic: [true, true, false], ..plain },
+    ]
+}
+
+/// A function that is linear on a cell is linear on its eighths: what arrives at the cells is what arrives at these, put together.
+#[test]
+fn halved_cells_tell_the_same() {
+    // Of a period of one cell the slopes are left out.
+    let single = |r: &Room| (0..3).any(|k| r.periodic[k] && r.cells[k] == 1);
+    for room in rooms().into_iter().filter(|r| !single(r)) {
+        let ((coarse, s), fine_room) = (operator(&room), room.halved());
+        let (fine, t) = operator(&fine_room);
+        let (at, parts) = (places(&room, &coarse), places(&fine_room, &fine));
+        let (of, of_parts) = (unknowns(&s), unknowns(&t));
+        // The parent of every part, and on which side of its centre the part lies.
+        let parent = |(c, n, axes): &(Vec3, Vec3, Vec<usize>)| {
+            let near = |p: &(Vec3, Vec3, Vec<usize>)| {
+                p.1 == *n && (0..3).all(|k| (p.0[k] - c[k]).abs() < 0.4 * room.edges[k])
+            };
+            let i = at.iter().position(near).unwrap();
+            let sides: Vec<f64> = axes.iter().map(|&k| (c[k] - at[i].0[k]).signum()).collect();
+            (i, sides)
+        };
+        let parents: Vec<(usize, Vec<f64>)> = parts.iter().map(parent).collect();
+        let root = 0.75f64.sqrt();
+        let x = dice(s.len(), 3);
+        let mut y = vec![[0.0; 3]; t.len()];
+        for ((i, sides), own) in parents.iter().zip(&of_parts) {
+            for b in 0..3 {
+                y[own[0]][b] = x[*i][b];
+                for (k, side) in sides.iter().enumerate() {
+                    y[own[0]][b] += side * root * x[of[*i][k + 1]][b];
+                    y[own[k + 1]][b] = 0.5 * x[of[*i][k + 1]][b];
+                }
+            }
+        }
+        let (got, from) = (s.apply(&x), t.apply(&y));
+        let mut want = vec![[0.0; 3]; s.len()];
+        for ((i, sides), own) in parents.iter().zip(&of_parts) {
+            for b in 0..3 {
+                want[*i][b] += from[own[0]][b];
+                for (k, side) in sides.iter().enumerate() {
+                    want[of[*i][k + 1]][b] += side * root * from[own[0]][b] + 0.5 * from[own[k + 1]][b];
+                }
+            }
+        }
+        let scale = got.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
+        for (i, (got, want)) in got.iter().zip(&want).enumerate() {
+            for b in 0..3 {
+                assert!((got[b] - want[b]).abs() < 1e-10 * scale, "{i} of {}: {got:?} {want:?}", s.zones());
+            }
+        }
+    }
+}
+
+#[test]
+fn reciprocity_and_closure() {
+    for room in rooms() {
+        let (zones, s) = operator(&room);
+        let (x, y) = (dice(s.len(), 1), dice(s.len(), 2));
+        let (gx, gy) = (s.apply(&x), s.apply(&y));
+        let dot = |a: &[Bands], b: &[Bands]| a.iter().zip(b).map(|(a, b)| a[1] * b[1]).sum::<f64>();
+        let size: f64 = gy.iter().map(|g| g[1].abs()).sum();
+        assert!((dot(&x, &gy) - dot(&gx, &y)).abs() < 1e-12 * size);
+        // A level field sends as much to every side: nothing to slopes, the whole to the zones.
+        let mut level: Vec<Bands> =
+            (0..s.zones()).map(|i| zonal_exchange::pair::strength(&zones, i)).collect();
+        level.resize(s.len(), [0.0; 3]);
+        let (rows, open) = (s.apply(&level), s.openings());
+        for (i, row) in rows.iter().enumerate() {
+            let zone = if i < s.zones() { i } else { s.slopes()[i - s.zones()] as usize };
+            let target = zonal_exchange::pair::target(&zones, zone);
+            let want = if i < s.zones() { target } else { 0.0 };
+            assert!((row[0] + open[i][0] - want).abs() < 1e-9 * target, "{i}: {row:?} {want}");
+        }
+    }
+}
+
+/// Net flux of the hot wall of a unit cube, the others cold, whose medium is in radiative equilibrium.
+fn hot_wall(room: &Room) -> (f64, f64) {
+    let (zones, fields, report) = solved(&room.scene());
+    let hot = zones.patches.iter().zip(&fields.incident).filter(|(p, _)| p.emission[0] > 0.0);
+    let (area, back) = hot.fold((0.0, 0.0), |(a, h), (p, i)| (a + p.area, h + p.area * i[0]));
+    (1.0 - back / area, report.energy.residual[0])
+}
+
+#[test]
+fn a_thick_cube_needs_few_voxels() {
+    // Optical depth 10: VALIDATION section 7 has 0.4483, and 0.513363 and 0.465052 where radiosity is constant in 9³ and 21³ voxels.
+    for (n, plain, limit) in [(9, 0.513363, 0.02), (21, 0.465052, 0.007)] {
+        let (flux, residual) = hot_wall(&Room { thick: ThickZones::Constant, ..Room::cube(n, 10.0) });
+        assert!((flux - plain).abs() < 5e-7 && residual.abs() < 1e-11, "{n}: {flux}");
+        let (flux, residual) = hot_wall(&Room::cube(n, 10.0));
+        println!("{n}: {flux} {:+.3} %", 100.0 * (flux / 0.4483 - 1.0));
+        assert!((flux / 0.4483 - 1.0).abs() < limit && residual.abs() < 1e-9, "{n}: {flux} {residual}");
+    }
+}
+
+#[test]
+fn a_slab_of_any_thickness() {
+    // VALIDATION section 5 (b): ten cells, up to one optical depth each; diffusion with jumps at the walls beyond.
+    let slab = |tau: f64| {
+        let room =
+            Room { cells: [1, 1, 10], edges: [0.1; 3], periodic: [true, true, false], ..Room::cube(10, tau) };
+        hot_wall(&room).0
+    };
+    for (tau, flux) in [(0.1, 0.91570287), (1.0, 0.55340599), (3.0, 0.30164472), (10.0, 0.11674511)] {
+        let got = slab(tau);
+        println!("{tau}: {got} {:+.4} %", 100.0 * (got / flux - 1.0));
+        assert!((got / flux - 1.0).abs() < 2e-3, "{tau}: {got}");
+    }
+    for tau in [100.0, 1000.0] {
+        let (got, diffusion) = (slab(tau), 1.0 / (0.75 * tau + 1.0657));
+        println!("{tau}: {got} {:+.4} %", 100.0 * (got / diffusion - 1.0));
+        assert!((got / diffusion - 1.0).abs() < 0.02, "{tau}: {got} {diffusion}");
+    }
+}
+
+#[test]
+fn isothermal_rooms_are_even() {
+    for room in rooms().into_iter().filter(|r| r.omit.is_empty() && r.kappa > 0.0) {
+        let mut parts = room.parts();
+        parts.surfaces.iter_mut().for_each(|s| s.emission = [2.0 * (1.0 - room.reflectance); 3]);
+        parts.voxmap.as_mut().unwrap().fill([room.kappa; 3], [0.7; 3], [2.0; 3], [0.0; 3]);
+        let (zones, fields, report) = solved(&Scene::new(parts).unwrap());
+        let n = zones.patches.len();
+        for (i, incident) in fields.incident.iter().enumerate() {
+            let off = incident[0] / if i < n { 2.0 } else { 8.0 } - 1.0;
+            assert!(off.abs() < 1e-9, "{:?} {i} of {n}: {off:e}", room.cells);
+        }
+        assert!(report.counts.iter().any(|c| c.0 == "slopes of radiosity"));
+    }
+}
+
+#[test]
+fn light_through_openings_has_slopes_too() {
+    // A level sky on a room that scatters everything and reflects everything: all is level.
+    let room = Room { reflectance: 1.0, albedo: 1.0, omit: vec![1, 2], ..rooms()[0].clone() };
+    let mut parts = room.parts();
+    parts.surfaces.iter_mut().for_each(|s| s.emission = [0.0; 3]);
+    parts.surroundings = Surroundings { name: None, radiance: [1.0; 3] };
+    let (zones, fields, _) = solved(&Scene::new(parts).unwrap());
+    let (n, pi) = (zones.patches.len(), std::f64::consts::PI);
+    for (i, incident) in fields.incident.iter().enumerate() {
+        let want = if i < n { pi } else { 4.0 * pi };
+        assert!((incident[0] / want - 1.0).abs() < 1e-8, "{i}: {incident:?}");
+    }
+}
+
+#[test]
+fn slopes_are_refused_where_they_cannot_be() {
+    let told = |change: &dyn Fn(&mut SceneParts)| {
+        let mut parts = Room::cube(2, 1.0).parts();
+        change(&mut parts);
+        let scene = Scene::new(parts).unwrap();
+        let transport = Transport::new(&scene);
+        let zones = build_zones(&scene, &transport).unwrap();
+        solve_zones(&scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).map(|x| x.2)
+    };
+    let message = |change: &dyn Fn(&mut SceneParts)| told(change).unwrap_err().to_string();
+    let dense = message(&|p| p.options.engine = Engine::Dense);
+    assert!(dense.contains("solve.thick_zones") && dense.contains("spectral engine"), "{dense}");
+    let varying = |p: &mut SceneParts| {
+        p.options.engine = Engine::Auto;
+        let mut map = p.voxmap.take().unwrap();
+        map.set(1, [2.0; 3], [0.5; 3], [0.0; 3], [0.0; 3]);
+        p.voxmap = Some(map.seal().unwrap());
+    };
+    let why = message(&varying);
+    assert!(why.contains("the extinction varies"), "{why}");
+    // By themselves they are taken where voxels are thick, and not where they are thin.
+    for (kappa, want) in [(10.0, true), (0.1, false)] {
+        let auto = |p: &mut SceneParts| {
+            p.options.thick_zones = ThickZones::Auto;
+            p.voxmap.as_mut().unwrap().fill([kappa; 3], [0.5; 3], [0.0; 3], [0.0; 3]);
+        };
+        let report = told(&auto).unwrap();
+        assert_eq!(report.counts.iter().any(|c| c.0 == "slopes of radiosity"), want, "{kappa}");
+    }
+}
