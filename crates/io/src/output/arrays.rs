@@ -30,10 +30,13 @@ pub struct Named<'a> {
     pub values: &'a [f64],
 }
 
-/// Writes arrays of doubles into one npz, not compressed.
-pub fn write_arrays(path: &Path, arrays: &[Named]) -> Result<(), FileError> {
+/// Writes arrays of doubles into one npz, not compressed, and first a text (key `about`, UTF-8 bytes) where there is one.
+pub fn write_arrays(path: &Path, about: Option<&str>, arrays: &[Named]) -> Result<(), FileError> {
     write_atomic(path, |out| {
         let mut npz = Npz::new(out);
+        if let Some(text) = about {
+            npz.bytes("about", text.as_bytes())?;
+        }
         for a in arrays {
             npz.grid(a.name, &a.shape, a.values.iter().copied())?;
         }

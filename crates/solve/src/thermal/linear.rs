@@ -2,7 +2,7 @@
 //!
 //! u_i = t_i s_i (W) is the power that zone i sends out and M u what it sends on of what arrives. M is not symmetric where shares differ from
 //! zone to zone, but no entry is negative (beside those of weights that fall with temperature) and no column sums to more than 1:
-//! power is lost or kept. The residual told is Σ|u⁰ + M u − u| / Σ|u⁰|, power that went astray.
+//! power is lost or kept. Where the gradients come to nothing, power is passed on step by step, which never grows. The residual told is Σ|u⁰ + M u − u| / Σ|u⁰|, power that went astray.
 
 use crate::columns;
 use rayon::prelude::*;
@@ -32,7 +32,7 @@ fn combined(x: &[Bands], f: impl Fn(usize, usize) -> f64 + Sync) -> Vec<Bands> {
     (0..x.len()).into_par_iter().map(|i| bands(|b| f(i, b))).collect()
 }
 
-/// Solves u = `source` + `passed`(u) from `start` to the residual `wanted`, in at most `steps` steps.
+/// Solves u = `source` + `passed`(u) from `start` to the residual `wanted`, in at most `steps` steps of two products.
 pub(super) fn solve(
     passed: impl Fn(&[Bands]) -> Vec<Bands>,
     source: &[Bands],
@@ -41,53 +41,77 @@ pub(super) fn solve(
     steps: usize,
 ) -> End {
     let given = power(source);
-    let rest = |u: &[Bands]| {
-        let m = passed(u);
-        combined(u, |i, b| source[i][b] + m[i][b] - u[i][b])
-    };
+    let mut end = End { residual: 0.0, products: 0, u: start };
+    let mut r = rest(&passed, source, &mut end, given);
+    if end.residual <= wanted {
+        return end;
+    }
+    gradients(&passed, &mut r, &mut end, given, wanted, steps);
+    if end.residual > wanted {
+        r = rest(&passed, source, &mut end, given);
+    }
+    // What is left, passed on: r is what one more pass brings.
+    while end.residual > wanted && end.products < 2 * steps {
+        end.u = combined(&r, |i, b| end.u[i][b] + r[i][b]);
+        r = passed(&r);
+        end.products += 1;
+        end.residual = power(&r) / given;
+    }
+    end
+}
+
+/// source + M u − u, and its share of what is given.
+fn rest(passed: &impl Fn(&[Bands]) -> Vec<Bands>, source: &[Bands], end: &mut End, given: f64) -> Vec<Bands> {
+    let m = passed(&end.u);
+    end.products += 1;
+    let r = combined(&m, |i, b| source[i][b] + m[i][b] - end.u[i][b]);
+    end.residual = if given > 0.0 { power(&r) / given } else { 0.0 };
+    r
+}
+
+/// Bi-conjugate gradients from a residual; `end` is the best found.
+fn gradients(
+    passed: &impl Fn(&[Bands]) -> Vec<Bands>,
+    r: &mut Vec<Bands>,
+    end: &mut End,
+    given: f64,
+    wanted: f64,
+    steps: usize,
+) {
     let taken = |p: &[Bands]| {
         let m = passed(p);
         combined(p, |i, b| p[i][b] - m[i][b])
     };
-    let mut u = start;
-    let mut r = rest(&u);
-    let mut end =
-        End { u: u.clone(), residual: if given > 0.0 { power(&r) / given } else { 0.0 }, products: 1 };
-    if end.residual <= wanted {
-        return end;
-    }
-    let shadow = r.clone();
-    let mut p = r.clone();
-    let mut rho = dot(&shadow, &r);
+    let (shadow, mut p, mut u) = (r.clone(), r.clone(), end.u.clone());
+    let mut rho = dot(&shadow, r);
     let mut since = 0;
     for _ in 0..steps {
         let v = taken(&p);
         let along = dot(&shadow, &v);
         if along == 0.0 || !along.is_finite() {
-            break;
+            return;
         }
         let alpha = rho / along;
-        let s = combined(&r, |i, b| r[i][b] - alpha * v[i][b]);
+        let s = combined(r, |i, b| r[i][b] - alpha * v[i][b]);
         let t = taken(&s);
         end.products += 2;
         let tt = dot(&t, &t);
         let omega = if tt > 0.0 { dot(&t, &s) / tt } else { 0.0 };
         u = combined(&u, |i, b| u[i][b] + alpha * p[i][b] + omega * s[i][b]);
-        r = combined(&s, |i, b| s[i][b] - omega * t[i][b]);
-        let residual = power(&r) / given;
+        *r = combined(&s, |i, b| s[i][b] - omega * t[i][b]);
+        let residual = power(r) / given;
         since += 1;
         if residual < end.residual {
             (end.u, end.residual, since) = (u.clone(), residual, 0);
         }
         if end.residual <= wanted || since > PATIENCE || !residual.is_finite() || omega == 0.0 {
-            break;
+            return;
         }
-        let next = dot(&shadow, &r);
+        let next = dot(&shadow, r);
         let beta = next / rho * (alpha / omega);
         rho = next;
         p = combined(&p, |i, b| r[i][b] + beta * (p[i][b] - omega * v[i][b]));
     }
-    end
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 //! A frame's picture carries a mark of all that it depends on; frames that are there with their mark are not drawn again. Lights are
 //! turned in the solution (`relight`), which solves nothing.
 
-use super::Context;
 use super::render::{Args, Look, parse_size};
+use super::{Context, read_light};
 use crate::failure::say;
 use crate::flight::{Shot, shots};
 use crate::{Failure, meter::Meter};
@@ -39,7 +39,7 @@ pub fn run(args: &Args, path: &Path, context: Context) -> Result<(), Failure> {
     let look = Look::of(args)?;
     check_folder(&args.output)?;
     let options = super::render::options(args, (width, height));
-    let solution = output::read_solution(&args.run)?;
+    let solution = read_light(&args.run)?;
     let flight = read(path, &solution)?;
     let shots = shots(&flight);
     for s in &shots {

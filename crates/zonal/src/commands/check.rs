@@ -36,7 +36,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let start = Instant::now();
     let scene = with_options(zonal_io::input::read_scene(&args.scene)?, args)?;
     let transport = Transport::new(&scene);
-    let zones = build_zones(&scene, &transport).map_err(|e| Failure::in_file(&args.scene, e))?;
+    let mut zones = build_zones(&scene, &transport).map_err(|e| Failure::in_file(&args.scene, e))?;
+    zonal_solve::thermal::pose(&scene, &mut zones);
     let reading = start.elapsed().as_secs_f64();
     let f = Forecast::new(&scene, &zones, &transport);
     let mut warnings = Vec::new();

@@ -2,7 +2,7 @@
 
 mod scene;
 
-use super::{Context, check_output};
+use super::{Context, check_output, read_light};
 use crate::failure::say;
 use crate::viewer::package::{Detail, package};
 use crate::viewer::page;
@@ -98,7 +98,10 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let ending =
         args.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     check(&args.bake, &ending)?;
-    let solution = output::read_solution(&args.run)?;
+    let solution = match ending.as_str() {
+        "html" | "glb" => read_light(&args.run)?,
+        _ => output::read_solution(&args.run)?,
+    };
     let mut written = vec![args.output.clone()];
     let mut more = serde_json::Map::new();
     match ending.as_str() {

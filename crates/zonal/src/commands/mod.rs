@@ -97,6 +97,18 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
     }
 }
 
+/// A solution that is to be looked at as light; refused where it is one of heat, of which exports and tables tell.
+pub fn read_light(path: &Path) -> Result<zonal_scene::Solution, Failure> {
+    let solution = zonal_io::output::read_solution(path)?;
+    if solution.scene.thermal().is_none() {
+        return Ok(solution);
+    }
+    Err(Failure::in_file(
+        path,
+        "this is a solution of mode = \"thermal\", whose temperatures are no picture of light; export it as .vtu (walls), .vti (medium) or .csv, and colour by temperature there",
+    ))
+}
+
 /// Refuses an output whose folder does not exist or cannot be written, or whose name has another ending than those allowed, before any work is done.
 pub fn check_output(path: &Path, endings: &[&str]) -> Result<(), Failure> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();

@@ -1,7 +1,7 @@
 //! `zonal relight`: lights turned up and down in a solution; other reflectances and another albedo from kept factors.
 
 use super::solve::{Factors, beside, keys, signed};
-use super::{Context, check_output};
+use super::{Context, check_output, read_light};
 use crate::failure::say;
 use crate::{Failure, meter::Meter, table};
 use std::path::PathBuf;
@@ -69,13 +69,13 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         if args.output.is_some() {
             return Err(Failure::new("--output: nothing changes; name a light group, as in sun=0.5"));
         }
-        return list(&output::read_solution(&args.run)?, context);
+        return list(&read_light(&args.run)?, context);
     }
     let Some(path) = &args.output else {
         return Err(Failure::new("--output: name the solution to write, as in -o relit.npz"));
     };
     check_output(path, &["npz"])?;
-    let mut solution = output::read_solution(&args.run)?;
+    let mut solution = read_light(&args.run)?;
     let at = |e: zonal_scene::SceneError| Failure::in_file(&args.run, e);
     if repaint {
         solution = resolved(args, solution, &reflectances, albedo, context)?;

@@ -1,6 +1,6 @@
 //! `zonal render`: a picture from a solution.
 
-use super::{Context, check_output};
+use super::{Context, check_output, read_light};
 use crate::failure::say;
 use crate::{Failure, meter::Meter};
 use std::path::{Path, PathBuf};
@@ -189,7 +189,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
             }
         }
     }
-    let solution = output::read_solution(&args.run)?;
+    let solution = read_light(&args.run)?;
     let camera = camera(args, &solution)?;
     if args.focus.is_some() && camera.lens.aperture == 0.0 {
         return Err(Failure::new("--focus: a pinhole is sharp everywhere; give the lens an --aperture too"));

@@ -1,6 +1,6 @@
 //! `zonal view`: a solution in the browser.
 
-use super::Context;
+use super::{Context, read_light};
 use crate::failure::say;
 use crate::viewer::package::{Detail, package};
 use crate::viewer::{page, server::Server};
@@ -35,7 +35,7 @@ const PORT: u16 = 8765;
 
 /// Runs the command until Ctrl-C.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
-    let solution = output::read_solution(&args.run)?;
+    let solution = read_light(&args.run)?;
     let detail = Detail { vertices: args.vertices as usize };
     let bytes = package(&solution, &detail, &Meter::new(context.quiet))?;
     let size = bytes.len();

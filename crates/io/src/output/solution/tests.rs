@@ -5,7 +5,7 @@ use zonal_math::{Grade, vec3};
 use zonal_scene::Surroundings;
 use zonal_scene::scene::{Options, Sides, Surface};
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Camera, Estimate, Kind, Light, Report, Sample, SolveStatus, Values};
+use zonal_scene::{Camera, Estimate, Kind, Light, Report, Sample, Shares, SolveStatus, Thermal, Values};
 
 fn folder(name: &str) -> PathBuf {
     let dir = std::env::temp_dir().join(format!("zonal-{name}-{}", std::process::id()));
@@ -56,6 +56,7 @@ fn scene() -> Scene {
             Light::Emitter { surface: 1, name: Some("lamp".into()) },
         ],
         periodic: [false; 3],
+        thermal: None,
         surroundings: Surroundings { radiance: [0.01; 3], name: Some("sky".into()) },
         cameras: vec![Camera {
             name: "c".into(),
@@ -81,6 +82,7 @@ fn report() -> Report {
             absorbed_surfaces: vec![("floor".into(), [0.1; 3])],
             ..Energy::default()
         },
+        heat: None,
         counts: vec![("pairs".into(), 1 << 60), ("rays".into(), 7)],
         warnings: vec!["open".into()],
         grade: Grade::Estimated,
@@ -142,6 +144,7 @@ fn solution() -> Solution {
             direct: field(3.0),
             error: field(0.01),
             surroundings_error: field(0.002),
+            heat: None,
         },
         groups: vec![
             Group {
@@ -277,4 +280,69 @@ fn wrong_contents_are_named() {
     let other = br#"{"format":"zonal solution","format_version":99}"#;
     check("header.json", with(header(Kind::U8, &[other.len()]), other), "99");
     fs::remove_dir_all(&dir).unwrap();
+}
+
+#[test]
+fn what_is_warm_round_trips() {
+    let mut s = solution();
+    let mut parts = s.scene.into_parts();
+    parts.lights.clear();
+    parts.surfaces.iter_mut().for_each(|x| {
+        (x.emission, x.emission_texture, x.reflectance_texture) = ([0.0; 3], None, None);
+    });
+    parts.panes.iter_mut().for_each(|p| p.emission = [0.0; 3]);
+    let map = parts.voxmap.take().unwrap();
+    let mut warm = Voxmap::new(map.min(), map.cell(), map.dims()).unwrap();
+    for i in 0..map.len() {
+        let known = if i % 2 == 0 { Known::Temperature(300.0 + i as f64) } else { Known::Flux(7.5) };
+        warm.set(i, [1.0; 3], [0.5; 3], [0.0; 3], [0.0; 3]);
+        warm.set_heat(i, known, Known::Flux(0.0));
+    }
+    parts.voxmap = Some(warm.seal().unwrap());
+    let surfaces = [Known::Power(-3.5), Known::Temperature(1e3 / 3.0), Known::Flux(0.0)];
+    parts.thermal = Some(Thermal {
+        shares: Shares::Weights {
+            coefficients: [vec![0.5, -1e-4], vec![0.25, 1e-4], vec![0.25]],
+            range: [400.0, 2e3],
+            left_out: false,
+        },
+        surfaces: surfaces.into_iter().cycle().take(parts.surfaces.len()).collect(),
+        panes: vec![Known::Temperature(290.0); parts.panes.len()],
+        surroundings: Some(280.0),
+    });
+    s.scene = Scene::new(parts).unwrap();
+    let n = s.zones.len();
+    let list = |x: f64| (0..n).map(|i| x + i as f64).collect::<Vec<_>>();
+    let mut heat = Heat {
+        temperature: list(300.0),
+        temperature_error: list(0.1),
+        net: list(-2.0),
+        net_error: list(0.0),
+    };
+    (heat.temperature[1], heat.temperature_error[1]) = (f64::NAN, f64::NAN);
+    s.fields.heat = Some(heat);
+    s.groups.clear();
+    let row = |name: &str, temperature| zonal_scene::HeatRow {
+        name: name.into(),
+        kind: zonal_scene::HeatKind::Medium,
+        size: 2.0,
+        temperature,
+        temperature_error: temperature.map(|_| 0.25),
+        power: -1.0 / 3.0,
+        power_error: 1e-9,
+    };
+    s.report.heat = Some(zonal_scene::HeatReport {
+        rows: vec![row("a", None), row("b", Some(431.0))],
+        surroundings: 1.5,
+        backs: 0.25,
+    });
+    let path = std::env::temp_dir().join(format!("zonal-warm-{}.npz", std::process::id()));
+    write_solution(&path, &s).unwrap();
+    let back = read_solution(&path).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    // Not a number is not equal to itself.
+    assert_eq!(format!("{:?}", s.fields.heat), format!("{:?}", back.fields.heat));
+    assert_eq!(s.report, back.report);
+    assert_eq!(format!("{:?}", s.scene), format!("{:?}", back.scene));
+    assert_eq!(crate::output::scene_hash(&s.scene), crate::output::scene_hash(&back.scene));
 }

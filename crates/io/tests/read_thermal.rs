@@ -1,0 +1,236 @@
+//! Thermal mode in scene files: what is read, what arrays give, and what is refused.
+
+mod support;
+
+use support::{Folder, f32s, npy};
+use zonal_io::input::parse_scene;
+use zonal_scene::{Known, Scene, Shares};
+
+fn read(text: &str) -> Scene {
+    parse_scene(text, None, "test.toml").unwrap_or_else(|e| panic!("{e}"))
+}
+
+const ROOM: &str = "mode = 'thermal'\n[[surface]]\nname = 'r'\nroom = { min = [0,0,0], max = [1,1,1] }\n";
+const MEDIUM: &str = "[medium]\nmin = [0,0,0]\nmax = [2,1,1]\ncells = [2,1,1]\n";
+
+#[test]
+fn knowledge_of_walls_and_media() {
+    let s = read(&format!(
+        "{ROOM}temperature = 300\nemissivity = 0.8\nfaces.x0 = {{ temperature = 500, reflectance = 0.25 }}\nfaces.x1 = {{ heat_flux = 0, emissivity = 0 }}\n"
+    ));
+    let t = s.thermal().unwrap();
+    // A face has a look of its own; what it knows takes the place of what the room knows.
+    assert_eq!(t.surfaces[0], Known::Temperature(500.0));
+    assert_eq!(t.surfaces[1], Known::Flux(0.0));
+    assert_eq!(t.surfaces[2], Known::Temperature(300.0));
+    let rho = |k: usize| s.surfaces()[k].reflectance[0];
+    assert!((rho(0) - 0.25).abs() < 1e-15 && rho(1) == 1.0 && (rho(2) - 0.2).abs() < 1e-15);
+    let optics = |keys: &str| {
+        let s = read(&format!("mode = 'thermal'\n{MEDIUM}heat_source = 7\n{keys}\n"));
+        let m = s.voxmap().unwrap();
+        assert_eq!(m.heat(1), Some(Known::Flux(7.0)));
+        (m.extinction(0)[1], m.albedo(0)[1])
+    };
+    assert_eq!(optics("absorption = 0.5"), (0.5, 0.0));
+    assert_eq!(optics("absorption = 0.5\nalbedo = 0.75"), (2.0, 0.75));
+    assert_eq!(optics("absorption = 0.5\nextinction = 2"), (2.0, 0.75));
+    assert_eq!(optics("absorption = 0.5\nextinction = 2\nalbedo = 0.75"), (2.0, 0.75));
+    let s = read(&format!(
+        "mode = 'thermal'\nsurroundings.temperature = 290\n{MEDIUM}extinction = 1\ntemperature = 900\n[[medium.region]]\nbox = {{ min = [1,0,0], max = [2,1,1] }}\nheat_source = -2\n"
+    ));
+    let m = s.voxmap().unwrap();
+    assert_eq!((m.heat(0), m.heat(1)), (Some(Known::Temperature(900.0)), Some(Known::Flux(-2.0))));
+    let sent = s.surroundings().radiosity()[0] / (5.670374419e-8 * 290f64.powi(4));
+    assert!((sent - 1.0).abs() < 1e-14);
+}
+
+#[test]
+fn shares_of_the_emission() {
+    let of = |keys: &str| {
+        let text =
+            format!("mode = 'thermal'\n[thermal]\n{keys}\n{MEDIUM}extinction = 1\ntemperature = 900\n");
+        read(&text).thermal().unwrap().shares.clone()
+    };
+    assert_eq!(of("shares = [0.2, 0.3, 0.5]"), Shares::constant([0.2, 0.3, 0.5]));
+    let rest = of("weights = [[0.5, -1e-4], 'rest', [0.1, 0, 1e-8]]\nrange = [300, 2000]");
+    for t in [300.0, 900.0, 2000.0] {
+        assert!((rest.weights(t).iter().sum::<f64>() - 1.0).abs() < 1e-14);
+        assert!((rest.weights(t)[0] - (0.5 - 1e-4 * t)).abs() < 1e-14);
+    }
+    let smith = "weights = [[6.508e-1,-5.551e-4,3.029e-7,-5.353e-11], [-0.2504e-1,6.112e-4,-3.882e-7,6.528e-11], [2.718e-1,-3.118e-4,1.221e-7,-1.612e-11]]\nrange = [600, 2400]\nleft_out = true";
+    let a = of(smith).weights(1500.0);
+    assert!(a.iter().all(|a| *a > 0.0) && a.iter().sum::<f64>() < 1.0);
+}
+
+#[test]
+fn arrays_give_each_voxel_its_own() {
+    let four = |values: [f32; 4]| npy("<f4", false, "(4, 1, 1)", &f32s(&values));
+    let folder = Folder::new()
+        .with("t.npy", four([300.0, 500.0, 900.0, 900.0]))
+        .with("q.npy", four([1.0, 3.0, 0.0, 8.0]))
+        .with("o.npy", four([0.2, 0.4, 1.0, 0.5]));
+    // Two values a cell: means over the volume, of T⁴ and of the rest.
+    let s = folder.scene(&format!(
+        "mode = 'thermal'\n{MEDIUM}extinction = 1\nalbedo = {{ file = 'o.npy' }}\ntemperature = {{ file = 't.npy' }}\n"
+    ));
+    let m = s.voxmap().unwrap();
+    let mean = (0.5f64 * (300f64.powi(4) + 500f64.powi(4))).powf(0.25);
+    let Some(Known::Temperature(t)) = m.heat(0) else { panic!("{:?}", m.heat(0)) };
+    assert!((t - mean).abs() < 1e-9 && m.heat(1) == Some(Known::Temperature(900.0)));
+    assert!((m.albedo(0)[2] - 0.3).abs() < 1e-7 && (m.albedo(1)[2] - 0.75).abs() < 1e-7);
+    assert_eq!(m.extinction(0), [1.0; 3]);
+    // In a region's box, turned up; the rest stays as it was.
+    let s = folder.scene(&format!(
+        "mode = 'thermal'\n{MEDIUM}extinction = 1\ntemperature = 400\n[[medium.region]]\nbox = {{ min = [1,0,0], max = [2,1,1] }}\nheat_source = {{ file = 'q.npy', scale = 10 }}\n"
+    ));
+    let m = s.voxmap().unwrap();
+    assert_eq!((m.heat(0), m.heat(1)), (Some(Known::Temperature(400.0)), Some(Known::Flux(30.0))));
+    // Arrays of their own place, without a shape; light mode knows albedo and emission.
+    let s = folder.scene(&format!(
+        "{MEDIUM}extinction = 1\nemission = {{ file = 'q.npy', scale = [1, 2, 0] }}\n[[medium.region]]\nalbedo = {{ file = 'o.npy', min = [0,0,0], max = [1,1,1] }}\n"
+    ));
+    let m = s.voxmap().unwrap();
+    assert_eq!((m.emission(0), m.emission(1)), ([2.0, 4.0, 0.0], [4.0, 8.0, 0.0]));
+    assert!((m.albedo(0)[0] - 0.525).abs() < 1e-7 && m.albedo(1) == [0.0; 3]);
+}
+
+/// A scene text and what its refusal must contain.
+type Case<'a> = (&'a str, &'a [&'a str]);
+
+#[test]
+fn what_is_refused() {
+    let cases: &[Case<'_>] = &[
+        (
+            "ROOMtemperature = 0\nemissivity = 1",
+            &["test.toml:5:15: ", "surface 'r'.temperature", "0 K is out of range", "above 0"],
+        ),
+        ("ROOMtemperature = -40\nemissivity = 1", &["-40 K is out of range"]),
+        (
+            "ROOMtemperature = 300\nheat_flux = 3\nemissivity = 1",
+            &["test.toml:6:13:", "more than one of", "keep"],
+        ),
+        ("ROOMnet_power = 30\nheat_flux = 3\nemissivity = 1", &["more than one of"]),
+        ("ROOMemissivity = 1", &["test.toml:", "surface 'r.x0'.temperature", "heat_flux = 0 is adiabatic"]),
+        ("ROOMtemperature = 300", &["surface 'r.x0'.emissivity: this key is missing", "emissivity = 0.9"]),
+        ("ROOMtemperature = 300\nemissivity = 0.5\nreflectance = 0.6", &["test.toml:6:14:", "at odds"]),
+        ("ROOMtemperature = 300\nemissivity = 1.5", &["emissivity", "from 0 to 1"]),
+        ("ROOMheat_flux = 5\nemissivity = 0", &["r.x0'.heat_flux", "emissivity 0 can give no power"]),
+        ("ROOMnet_power = 5\nemissivity = 0", &["r.x0'.net_power", "emissivity 0"]),
+        (
+            "ROOMtemperature = 300\nemissivity = [0.1, 0.2, 0.3]",
+            &["emissivity", "the bands differ", "shares"],
+        ),
+        (
+            "ROOMtemperature = 300\nemissivity = 1\nemission = 3",
+            &["test.toml:7:12:", "emission", "mode = \"light\""],
+        ),
+        (
+            "[[surface]]\nroom={min=[0,0,0],max=[1,1,1]}\ntemperature = 300",
+            &["test.toml:3:15:", "mode = \"thermal\""],
+        ),
+        ("[[surface]]\nroom={min=[0,0,0],max=[1,1,1]}\nheat_flux = 3", &["mode = \"thermal\""]),
+        ("MEDIUMextinction = 1\nheat_source = 3", &["medium.heat_source", "mode = \"thermal\""]),
+        (
+            "surroundings.temperature = 300\nMEDIUMextinction = 1",
+            &["surroundings.temperature", "mode = \"thermal\""],
+        ),
+        (
+            "mode = 'warm'\nMEDIUMextinction = 1",
+            &["test.toml:1:8: mode: 'warm' is not known", "light, thermal"],
+        ),
+        ("[thermal]\nshares = [0.5,0.5,0]\nMEDIUMextinction = 1", &["thermal: ", "mode = \"thermal\""]),
+        (
+            "ROOMtemperature = 300\nemissivity = 1\n[[light]]\nkind='sun'\ndirection=[0,0,-1]\nirradiance=1",
+            &["light[0]", "mode = \"light\""],
+        ),
+        (
+            "mode = 'thermal'\nsurroundings.radiance = 3\nMEDIUMextinction = 1\ntemperature = 300",
+            &["surroundings.radiance", "mode = \"light\""],
+        ),
+        (
+            "mode = 'thermal'\nMEDIUMextinction = 1",
+            &["nothing is known of the medium in cell (0, 0, 0)", "heat_source"],
+        ),
+        (
+            "mode = 'thermal'\nMEDIUMextinction = 1\ntemperature = 300\nheat_source = 4",
+            &["more than one of temperature, heat_source"],
+        ),
+        (
+            "mode = 'thermal'\nMEDIUMextinction = 1\nsource = 3\ntemperature = 300",
+            &["medium.source", "mode = \"light\""],
+        ),
+        ("mode = 'thermal'\nMEDIUMextinction = 0\nheat_source = 4", &["medium.heat_source", "absorbs"]),
+        (
+            "mode = 'thermal'\nMEDIUMextinction = 1\nalbedo = 1\nheat_source = 4",
+            &["medium.heat_source", "absorbs"],
+        ),
+        (
+            "mode = 'thermal'\nMEDIUMextinction = [1, 2, 3]\ntemperature = 300",
+            &["medium.extinction", "the bands differ"],
+        ),
+        (
+            "mode = 'thermal'\nMEDIUMabsorption = 3\nextinction = 2\ntemperature = 300",
+            &["exceeds the extinction"],
+        ),
+        (
+            "mode = 'thermal'\nMEDIUMabsorption = 1\nextinction = 2\nalbedo = 0.3\ntemperature = 300",
+            &["at odds"],
+        ),
+        (
+            "mode = 'thermal'\nMEDIUMabsorption = 1\nalbedo = 1\ntemperature = 300",
+            &["does not tell the extinction"],
+        ),
+        (
+            "mode = 'thermal'\n[thermal]\nshares = [0.5, 0.2, 0.2]\nMEDIUMextinction = 1\ntemperature = 300",
+            &["thermal.shares", "sum to 0.9"],
+        ),
+        (
+            "mode = 'thermal'\n[thermal]\nweights = [[1], [0], [0]]\nMEDIUMextinction = 1\ntemperature = 300",
+            &["thermal.range", "missing"],
+        ),
+        (
+            "mode = 'thermal'\n[thermal]\nweights = [[1], [0]]\nrange = [300, 900]\nMEDIUMextinction = 1\ntemperature = 300",
+            &["three lists"],
+        ),
+        (
+            "mode = 'thermal'\n[thermal]\nweights = ['rest', 'rest', [0]]\nrange = [300, 900]\nMEDIUMextinction = 1\ntemperature = 300",
+            &["two bands are the rest"],
+        ),
+        (
+            "mode = 'thermal'\n[thermal]\nweights = [[1, -1e-3], 'rest', [0]]\nrange = [300, 1900]\nMEDIUMextinction = 1\ntemperature = 300",
+            &["thermal.weights", "band 0 is -0."],
+        ),
+        (
+            "mode = 'thermal'\n[thermal]\nshares = [1, 0, 0]\nrange = [300, 900]\nMEDIUMextinction = 1\ntemperature = 300",
+            &["hold everywhere"],
+        ),
+        (
+            "mode = 'thermal'\n[solve]\nsweeps = 3\nMEDIUMextinction = 1\ntemperature = 300",
+            &["solve.sweeps", "thermal"],
+        ),
+        (
+            "mode = 'thermal'\nMEDIUMextinction = 1\ntemperature = { file = 'zero.npy' }",
+            &["temperature", "in cell (1, 0, 0) 0 K"],
+        ),
+        ("MEDIUMextinction = 1\nalbedo = { file = 'hot.npy' }", &["albedo must lie between 0 and 1"]),
+        ("MEDIUMextinction = 1\nalbedo = { file = 'none.npy' }", &["medium.albedo.file", "none.npy"]),
+        (
+            "mode = 'thermal'\n[[pane]]\npolygon=[[0,0,0],[1,0,0],[1,1,0]]\nthickness=0.01\nextinction=3\nheat_source = 4",
+            &["heat_source", "a pane has a temperature"],
+        ),
+    ];
+    let two = |values: [f32; 2]| npy("<f4", false, "(2, 1, 1)", &f32s(&values));
+    let folder = Folder::new().with("zero.npy", two([300.0, 0.0])).with("hot.npy", two([300.0, 900.0]));
+    let mut wrong = String::new();
+    for (text, wanted) in cases {
+        let text = text.replace("ROOM", ROOM).replace("MEDIUM", MEDIUM);
+        let message = folder.refusal(&text);
+        for w in wanted.iter().filter(|w| !message.contains(**w)) {
+            wrong += &format!("'{w}' is not in:\n{message}\nfor\n{text}\n\n");
+        }
+        if !message.contains([';', '?', '(']) || message.contains('\n') {
+            wrong += &format!("no mend, or several lines:\n{message}\n\n");
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}
