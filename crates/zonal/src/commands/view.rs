@@ -7,7 +7,6 @@ use crate::viewer::{page, server::Server};
 use crate::{Failure, meter::Meter};
 use std::io::ErrorKind;
 use std::path::PathBuf;
-use zonal_io::output;
 
 /// Walk through a solution in a browser on this machine.
 ///

@@ -9,7 +9,9 @@ use crate::Failure;
 use zonal_scene::Solution;
 
 /// Settings of `[solve]` for zones of one radiosity each.
-pub const PLAIN: &str = "";
+pub const PLAIN: &str = "thick_zones = \"constant\"";
+/// Settings of `[solve]` for zones in which radiosity varies linearly.
+pub const LINEAR: &str = "thick_zones = \"linear\"";
 
 /// The sequences; the thick ones go on.
 const SIZES: [usize; 6] = [8, 16, 24, 32, 48, 64];
@@ -57,7 +59,8 @@ fn warm(bench: &Bench, tau: f64, n: usize) -> Result<f64, Failure> {
 
 /// The cube of n³ voxels as one that scatters all.
 pub fn solve(bench: &Bench, tau: f64, n: usize, settings: &str) -> Result<Solution, Failure> {
-    let name = format!("cube-{tau}-{n}");
+    let linear = if settings == LINEAR { "-linear" } else { "" };
+    let name = format!("cube-{tau}-{n}{linear}");
     let room = Room::new([1.0; 3], [n; 3], tau)
         .medium("albedo = 1")
         .wall(4, 0.0, 1.0)

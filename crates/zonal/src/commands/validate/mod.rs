@@ -6,7 +6,7 @@
 //! | `bench` | scenes as texts that a user could run, solved and measured |
 //! | `data` | the committed references, as printed, with where they come from |
 //! | `richardson` | extrapolation with its uncertainty |
-//! | `factors`, `sphere`, `slabs`, `square`, `cube`, `burns`, `furnace`, `series`, `gases`, `laws` | the cases, closed forms first |
+//! | `factors`, `sphere`, `slabs`, `square`, `cube`, `burns`, `furnace`, `series`, `gases`, `thick`, `laws` | the cases, closed forms first |
 //! | `montecarlo` | seven cubes by Monte Carlo, two pictures; the example of that name shares them |
 //! | `openfoam`, `elmer`, `conduction` | other solvers |
 //! | `listing`, `page` | what is printed, and `validation.md` with its plots |
@@ -33,6 +33,7 @@ mod series;
 mod slabs;
 mod sphere;
 mod square;
+mod thick;
 
 use super::Context;
 use super::reproduce::Folder;
@@ -70,7 +71,7 @@ pub struct Args {
 
 /// All cases, in the order of the page.
 fn cases() -> impl Iterator<Item = &'static Case> {
-    let parts: [&'static [Case]; 12] = [
+    let parts: [&'static [Case]; 13] = [
         &factors::CASES,
         &slabs::CASES,
         &square::CASES,
@@ -82,6 +83,7 @@ fn cases() -> impl Iterator<Item = &'static Case> {
         &openfoam::CASES,
         &elmer::CASES,
         &montecarlo::CASES,
+        &thick::CASES,
         &laws::CASES,
     ];
     parts.into_iter().flatten()

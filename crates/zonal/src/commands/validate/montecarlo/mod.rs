@@ -104,7 +104,7 @@ pub const CASES: [Case; 8] = [
     case(
         "mc-c5",
         "κL = 5, albedo 0.5, walls 0.5, one hot",
-        "As c0. Zones are thick here, a quarter of a mean free path at 20³, and one radiosity a zone converges slowly: at most 0.8 % at 40³.",
+        "As c0. Zones are thick here, a quarter of a mean free path at 20³, and one radiosity a zone (`thick_zones = \"constant\"`) converges slowly: at most 0.8 % at 40³. With slopes: `thick-tables`.",
         |b| uniform(b, "c5"),
     ),
     case("mc-c10", "κL = 1, albedo 0.5, hot medium between cold walls 0.5", SAME, |b| uniform(b, "c10")),
@@ -154,15 +154,26 @@ fn limit(name: &str) -> f64 {
     if name == "c5" { 0.8e-2 } else { 0.25e-2 }
 }
 
+/// A cube of uniform extinction by the spectral engine, `settings` more lines of its `[solve]`.
+pub fn spectral(
+    bench: &Bench,
+    name: &str,
+    n: usize,
+    settings: &str,
+) -> Result<(Solution, Compared), Failure> {
+    let c = cube(name)?;
+    let s = solve(bench, c, n, &format!("engine = \"spectral\"\npatch_rule = \"voxels\"\n{settings}"))?;
+    let compared = Compared::new(&s, c, &tables(bench))?;
+    Ok((s, compared))
+}
+
 fn uniform(bench: &Bench, name: &str) -> Result<Outcome, Failure> {
-    let (c, folder) = (cube(name)?, tables(bench));
+    let c = cube(name)?;
     let mut out = Outcome::default();
     let (mut h, mut g) = (Vec::new(), Vec::new());
     let mut noise = [0.0; 2];
-    let lines = format!("engine = \"spectral\"\npatch_rule = \"voxels\"\n{}", super::cube::PLAIN);
     for n in SIZES {
-        let s = solve(bench, c, n, &lines)?;
-        let d = Compared::new(&s, c, &folder)?;
+        let (s, d) = spectral(bench, name, n, super::cube::PLAIN)?;
         h.push((n as f64, d.h.all.0));
         g.push((n as f64, d.g.all.0));
         noise = [d.h.noise, d.g.noise];
@@ -221,9 +232,8 @@ fn order(bench: &Bench) -> Result<Outcome, Failure> {
     let c = cube("c0")?;
     let mut out = Outcome::default();
     let (mut h, mut g) = (Vec::new(), Vec::new());
-    let lines = format!("engine = \"spectral\"\npatch_rule = \"voxels\"\n{}", super::cube::PLAIN);
     for n in [10, 16, 24, 32, 48, 64] {
-        let s = solve(bench, c, n, &lines)?;
+        let (s, _) = spectral(bench, "c0", n, super::cube::PLAIN)?;
         let voxels = &s.fields.incident[s.zones.voxel_offset()..];
         h.push((n as f64, super::bench::Wall::of(&s, "x1").incident));
         g.push((n as f64, voxels.iter().map(|v| v[0]).sum::<f64>() / voxels.len() as f64));
