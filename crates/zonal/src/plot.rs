@@ -135,6 +135,22 @@ impl Plot {
         Ok(())
     }
 
+    /// The legend to the right of the plot.
+    fn beside(
+        &self,
+        area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
+        text: &TextStyle,
+    ) -> Result<(), Box<dyn std::error::Error>> {
+        const LINE: i32 = 22;
+        let left = (SIZE.0 - BESIDE) as i32 + 14;
+        for (k, s) in self.series.iter().filter(|s| !s.name.is_empty()).enumerate() {
+            let y = 52 + LINE * k as i32;
+            area.draw(&sample(left, y, s.mark, COLOURS[s.colour % COLOURS.len()]))?;
+            area.draw(&Text::new(s.name.clone(), (left + 28, y - 7), text.clone()))?;
+        }
+        Ok(())
+    }
+
     fn chart<X, Y>(
         &self,
         area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
@@ -190,24 +206,20 @@ impl Plot {
             drawn.legend(move |(x, y)| sample(x, y, mark, colour));
         }
         let text = (FONT, 13).into_font().color(&RGBColor(40, 40, 40)).pos(Pos::new(HPos::Left, VPos::Top));
+        let corner = match self.legend {
+            Legend::UpperRight => SeriesLabelPosition::UpperRight,
+            Legend::LowerRight => SeriesLabelPosition::LowerRight,
+            Legend::Beside => return self.beside(area, &text),
+        };
         chart
             .configure_series_labels()
-            .position(match self.legend {
-                Legend::UpperRight => SeriesLabelPosition::UpperRight,
-                Legend::LowerRight => SeriesLabelPosition::LowerRight,
-                Legend::Beside => SeriesLabelPosition::Coordinate(chart_width(area) + 8, 0),
-            })
+            .position(corner)
             .background_style(WHITE.mix(0.85))
             .border_style(RGBColor(205, 205, 205))
             .label_font(text)
             .draw()?;
         Ok(())
     }
-}
-
-/// Width of the plot itself beside its legend, pixels: what margins and labels leave.
-fn chart_width(area: &DrawingArea<SVGBackend, plotters::coord::Shift>) -> i32 {
-    area.dim_in_pixel().0 as i32 - (14 + LABELS + BESIDE) as i32
 }
 
 /// The sample of a series in the legend: a stroke, a thin stroke for a dashed line, a spot for dots.

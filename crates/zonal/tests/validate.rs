@@ -48,7 +48,7 @@ fn a_page_with_plots_and_scenes_that_run() {
     ] {
         assert!(page.contains(part), "'{part}' is not in\n{page}");
     }
-    assert!(text(&f.get("out/page/validation/thick-limit.svg")).contains("slope 2"));
+    assert!(text(&f.get("out/page/validation/thick-limit.svg")).contains("slopes 1 and 2"));
     f.done(&["check", "out/scenes/layer-1-10.toml"]);
 }
 
