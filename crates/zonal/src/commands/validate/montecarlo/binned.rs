@@ -38,8 +38,11 @@ impl Binned {
     }
 }
 
-/// H on the walls (6×10×10), H on the block (6×4×4) and G (10×10×10) of a solution of one of the cubes.
-pub fn averaged(s: &Solution) -> Result<(Vec<f64>, Vec<f64>, Vec<f64>), Failure> {
+/// H on the walls (6×10×10), H on the block (6×4×4) and G (10×10×10), W/m².
+pub type Means = (Vec<f64>, Vec<f64>, Vec<f64>);
+
+/// The means of a solution of one of the cubes.
+pub fn averaged(s: &Solution) -> Result<Means, Failure> {
     let other =
         |what: &str| Failure::new(format!("{}: is none of the cubes of the tables: {what}", s.scene.name()));
     let mut walls = Binned::new(vec![6, 10, 10]);

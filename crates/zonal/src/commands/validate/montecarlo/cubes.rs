@@ -105,6 +105,6 @@ impl Cube {
             Some((of("")?.1, of("_se")?.1))
         };
         let none = || Failure::new(format!("{}: no such table; give --reference FOLDER", file.display()));
-        Ok(pair("sym").or_else(|| pair("exp")).ok_or_else(none)?)
+        pair("sym").or_else(|| pair("exp")).ok_or_else(none)
     }
 }
