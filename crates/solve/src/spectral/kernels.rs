@@ -85,6 +85,16 @@ struct Maker<'a> {
     counts: [usize; 3],
     /// Tables of walls that are made, by the axes of their normals.
     made: Vec<(Vec<usize>, Arc<WallTable>)>,
+    /// The same of zones with slopes.
+    sloped: Vec<Sloped>,
+}
+
+/// The tables of walls of zones with slopes.
+struct Sloped {
+    normals: Vec<usize>,
+    densities: Vec<[usize; 3]>,
+    /// One for each of the densities, by offset.
+    tables: Vec<Vec<f64>>,
 }
 
 /// A table whose axes are those of the grid exchanged: axis k of an offset is axis `turn[k]` of the table's.
@@ -112,6 +122,7 @@ impl Kernels {
             even: grid.lengths().map(Even::new),
             counts: grid.distances(),
             made: Vec::new(),
+            sloped: Vec::new(),
         };
         let mut out = Kernels {
             volume: Set::default(),
@@ -126,6 +137,7 @@ impl Kernels {
             out.walls[a] = maker.wall(a, &mut out);
         }
         maker.made.clear();
+        maker.sloped.clear();
         for a in grid.walled() {
             out.opposite[a] = maker.opposite(a, &mut out);
         }
@@ -157,23 +169,67 @@ impl Maker<'_> {
 
     /// The tables of a layout by offset, each made a spectrum: across the normals' axes nothing is odd.
     fn set(
-        &self,
+        &mut self,
         what: &'static str,
         normals: &[usize],
         layout: Layout,
         out: &mut Kernels,
-        spectrum: impl Fn(Vec<f64>, [bool; 3]) -> Vec<f64>,
+        spectrum: impl Fn(&Self, Vec<f64>, [bool; 3]) -> Vec<f64>,
     ) -> Set {
+        let along = lie(normals);
+        let tables = self.sloped(what, normals, &layout, out);
+        let one = |(data, densities): (Vec<f64>, &[usize; 3])| {
+            let odd = [0, 1, 2].map(|k| along[k] == Along::Between && densities[k] == 1);
+            Array { odd, data: spectrum(self, data, odd) }
+        };
+        let arrays = tables.into_iter().zip(&layout.densities).map(one).collect();
+        Set { terms: layout.terms, arrays }
+    }
+
+    /// The tables of a layout: those of other walls with axes exchanged, where the grid looks the same along these.
+    fn sloped(
+        &mut self,
+        what: &'static str,
+        normals: &[usize],
+        layout: &Layout,
+        out: &mut Kernels,
+    ) -> Vec<Vec<f64>> {
+        let dims = |normals: &[usize]| {
+            let along = lie(normals);
+            [0, 1, 2].map(|k| if along[k] == Along::Across { 1 } else { self.counts[k] })
+        };
+        for Sloped { normals: made, densities, tables } in &self.sloped {
+            let Some(turn) = self.turn(normals, made) else { continue };
+            let other = |d: &[usize; 3]| {
+                let mut of = [0; 3];
+                (0..3).for_each(|k| of[turn[k]] = d[k]);
+                densities.iter().position(|x| *x == of).unwrap_or(0)
+            };
+            return layout.densities.iter().map(|d| turned(&tables[other(d)], dims(made), turn)).collect();
+        }
         let along = lie(normals);
         let pairs = Linear { along, ..linear(self.grid, self.kappa, &self.images) };
         let tables = pairs.tables(&layout.densities);
         out.tally.push((what, Tally { gauss: tables.iter().map(Vec::len).sum(), ..Tally::default() }));
-        let one = |(data, densities): (Vec<f64>, &[usize; 3])| {
-            let odd = [0, 1, 2].map(|k| along[k] == Along::Between && densities[k] == 1);
-            Array { odd, data: spectrum(data, odd) }
+        // Other walls may want them; voxels with voxels come once.
+        if !normals.is_empty() {
+            let (normals, densities) = (normals.to_vec(), layout.densities.clone());
+            self.sloped.push(Sloped { normals, densities, tables: tables.clone() });
+        }
+        tables
+    }
+
+    /// How axes are exchanged that look the same, so that walls across `normals` are those across `made`.
+    fn turn(&self, normals: &[usize], made: &[usize]) -> Option<[usize; 3]> {
+        const TURNS: [[usize; 3]; 6] = [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
+        let g = self.grid;
+        let alike = |k: usize, l: usize| {
+            (g.edges[k], g.cells[k], g.periodic[k]) == (g.edges[l], g.cells[l], g.periodic[l])
         };
-        let arrays = tables.into_iter().zip(&layout.densities).map(one).collect();
-        Set { terms: layout.terms, arrays }
+        let fits = |turn: &[usize; 3]| {
+            (0..3).all(|k| alike(k, turn[k])) && normals.iter().map(|&a| turn[a]).eq(made.iter().copied())
+        };
+        TURNS.into_iter().find(fits)
     }
 
     /// The set of a single kernel.
@@ -181,10 +237,10 @@ impl Maker<'_> {
         Set { terms: layout.terms, arrays: vec![Array { odd: [false; 3], data }] }
     }
 
-    fn volume(&self, out: &mut Kernels) -> Set {
+    fn volume(&mut self, out: &mut Kernels) -> Set {
         let layout = self.variation.volume();
         if self.variation == Variation::Linear {
-            return self.set("voxel and voxel", &[], layout, out, |data, odd| self.spectrum(data, true, odd));
+            return self.set("voxel and voxel", &[], layout, out, |m, data, odd| m.spectrum(data, true, odd));
         }
         let edges = self.grid.edges;
         let table = match self.images.any() {
@@ -199,17 +255,9 @@ impl Maker<'_> {
 
     /// The table of walls across these axes: one made before where the grid looks the same along axes that are exchanged.
     fn table(&mut self, what: &'static str, normals: &[usize], out: &mut Kernels) -> Turned {
-        const TURNS: [[usize; 3]; 6] = [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
-        let g = self.grid;
-        let alike = |k: usize, l: usize| {
-            (g.edges[k], g.cells[k], g.periodic[k]) == (g.edges[l], g.cells[l], g.periodic[l])
-        };
         for (made, table) in &self.made {
-            let fits = |turn: &&[usize; 3]| {
-                (0..3).all(|k| alike(k, turn[k])) && normals.iter().map(|&a| turn[a]).eq(made.iter().copied())
-            };
-            if let Some(turn) = TURNS.iter().find(fits) {
-                return Turned { table: table.clone(), turn: *turn };
+            if let Some(turn) = self.turn(normals, made) {
+                return Turned { table: table.clone(), turn };
             }
         }
         let table = Arc::new(self.new_table(normals));
@@ -235,7 +283,7 @@ impl Maker<'_> {
         const WHAT: &str = "voxel and wall";
         let layout = self.variation.wall(a);
         if self.variation == Variation::Linear {
-            return self.set(WHAT, &[a], layout, out, |data, odd| self.spectrum(data, a != 0, odd));
+            return self.set(WHAT, &[a], layout, out, |m, data, odd| m.spectrum(data, a != 0, odd));
         }
         let table = self.table(WHAT, &[a], out);
         let data = self.array(self.counts, |d| table.value(d));
@@ -257,7 +305,7 @@ impl Maker<'_> {
         const WHAT: &str = "opposite walls";
         let layout = self.variation.opposite(a);
         if self.variation == Variation::Linear {
-            return self.set(WHAT, &[a, a], layout, out, |data, odd| self.facing(a, data, odd));
+            return self.set(WHAT, &[a, a], layout, out, |m, data, odd| m.facing(a, data, odd));
         }
         let table = self.table(WHAT, &[a, a], out);
         let [b, c] = OTHERS[a];
@@ -282,8 +330,8 @@ impl Maker<'_> {
         const WHAT: &str = "adjacent walls";
         let (layout, c) = (self.variation.adjacent([a, b]), 3 - a - b);
         if self.variation == Variation::Linear {
-            return self.set(WHAT, &[a, b], layout, out, |data, odd| {
-                self.edge([a, b], turned(&data, self.counts, [a, b, c]), odd)
+            return self.set(WHAT, &[a, b], layout, out, |m, data, odd| {
+                m.edge([a, b], turned(&data, m.counts, [a, b, c]), odd)
             });
         }
         let table = self.table(WHAT, &[a, b], out);

@@ -108,24 +108,24 @@ impl Piece {
     }
 }
 
-/// Points an axis for a cell whose longest edge is `ratio` of its nearest distance and `depth` mean free paths: with 2n − 4 the degree that is left
-/// for the kernel, ϱ^{−(2n−4)} (ϱ = 4/ratio + 2 at least, see `density.rs`) and the remainder of e^{−depth·x} are below 1e-11.
+/// Points an axis for a cell whose longest edge is `ratio` of its nearest distance and `depth` mean free paths: densities take three of the 2n
+/// degrees, for the kernel ϱ^{−(2n−3)} is left (ϱ = 4/ratio + 2 at least, see `density.rs`) and the remainder of e^{−depth·x}, both about 1e-11.
 fn points(ratio: f64, depth: f64) -> usize {
     let of_distance = match ratio {
-        r if r <= 0.008 => 4,
-        r if r <= 0.05 => 5,
-        r if r <= 0.14 => 6,
-        r if r <= 0.27 => 7,
-        r if r <= 0.45 => 8,
-        r if r <= 0.7 => 10,
-        _ => 13,
+        r if r <= 0.025 => 4,
+        r if r <= 0.1 => 5,
+        r if r <= 0.25 => 6,
+        r if r <= 0.45 => 7,
+        r if r <= 0.65 => 8,
+        r if r <= 0.9 => 10,
+        _ => MOST,
     };
     let of_depth = match depth {
-        d if d <= 0.05 => 4,
-        d if d <= 0.2 => 5,
-        d if d <= 0.7 => 6,
-        d if d <= 1.5 => 7,
-        d if d <= 2.5 => 8,
+        d if d <= 0.07 => 4,
+        d if d <= 0.3 => 5,
+        d if d <= 0.9 => 6,
+        d if d <= 1.8 => 7,
+        d if d <= 2.7 => 8,
         _ => 10,
     };
     of_distance.max(of_depth)
@@ -368,7 +368,7 @@ impl Linear<'_> {
 }
 
 /// The most points of an axis.
-const MOST: usize = 13;
+const MOST: usize = 12;
 /// Room for the points of two axes, in whole lanes.
 const PLANE: usize = (MOST * MOST).div_ceil(LANES);
 
@@ -387,6 +387,11 @@ impl simd::Work for Tensor<'_, '_> {
     fn go(self) {
         let Tensor { of, piece, origin, n, shares } = self;
         let power = of.power();
+        let used = of.along.map(|a| match a {
+            Along::Between => 6,
+            Along::Depth => 2,
+            Along::Across => 1,
+        });
         let patches: i32 = power.iter().sum();
         // Nodes, weights with the numerator's share, and densities times weights.
         let mut count = [1; 3];
@@ -459,14 +464,14 @@ impl simd::Work for Tensor<'_, '_> {
                         line[l] += v * density[2][k][l];
                     }
                 }
-                for f in 0..6 {
+                for f in 0..used[1] {
                     for l in 0..LANES {
                         lines[f][l] += density[1][j][f] * line[l];
                     }
                 }
             }
-            for e in 0..6 {
-                for f in 0..6 {
+            for e in 0..used[0] {
+                for f in 0..used[1] {
                     for l in 0..LANES {
                         shares[e][f][l] += density[0][i][e] * lines[f][l];
                     }
