@@ -126,6 +126,25 @@ fn what_is_not_active_stays_as_it_was() {
 }
 
 #[test]
+fn a_grid_of_temperatures_warms_what_is_active() {
+    let mut leaf = vec![-1000.0; 512];
+    leaf[511] = 4.0;
+    let v = Vdb { leaf, map: ("TranslationMap", vec![0.5; 3]), ..Vdb::default() };
+    let s = folder(&v).scene(
+        "mode='thermal'\n[medium]\nmin=[0,0,0]\nmax=[16,8,8]\ncell_size=2\nextinction=0.5\ntemperature=900\n[[medium.region]]\ntemperature={file='d.vdb',scale=150}\n",
+    );
+    let m = s.voxmap().unwrap();
+    let kelvin = |c: [usize; 3]| match m.heat(m.index(c)) {
+        Some(zonal_scene::Known::Temperature(t)) => t,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(kelvin([0, 0, 0]), 900.0);
+    // The tile, and one voxel of the eight in a cell: the mean of T⁴.
+    close(kelvin([4, 0, 0]), 300.0);
+    close(kelvin([3, 3, 3]), (7.0 / 8.0 * 900f64.powi(4) + 600f64.powi(4) / 8.0).powf(0.25));
+}
+
+#[test]
 fn a_level_set_is_said_or_filled() {
     // A plane at x = 3.25: distances grow with x; the tile beyond is outside.
     let leaf = (0..512).map(|i| ((i / 64) as f32 - 3.25) * 0.5).collect();

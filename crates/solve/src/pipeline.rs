@@ -99,7 +99,8 @@ pub fn solve_zones(
     job: &Job,
 ) -> Result<(Fields, Vec<Group>, Report), SceneError> {
     let forecast = Forecast::new(scene, zones, transport);
-    let choice = engine::choose(scene, zones, transport, &forecast, job.settings, job.memory)?;
+    let memory = job.memory.saturating_sub(thermal::bytes(scene, zones));
+    let choice = engine::choose(scene, zones, transport, &forecast, job.settings, memory)?;
     let (engine, reason) = (choice.engine, choice.reason.clone());
     let direct = illuminate(scene, zones, transport, job);
     let mut escape = surroundings(scene, zones, transport, engine, job);
@@ -111,7 +112,7 @@ pub fn solve_zones(
         direct: &direct,
         sources: &sources,
         settings: job.settings,
-        memory: job.memory,
+        memory,
         vault: job.vault,
         progress: job.progress,
     };

@@ -30,7 +30,7 @@ fn balance(s: &Solution) -> f64 {
 /// The furnace of 2 × 2 × 4 m: source 5 kW/m³, extinction 0.5 1/m, m cells a metre.
 fn furnace(m: usize, albedo: f64, engine: &str) -> String {
     format!(
-        "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nengine = \"{engine}\"\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [2,2,4] }}\ntemperature = 900\nemissivity = 0.7\nfaces.z0 = {{ temperature = 1200, emissivity = 0.85 }}\nfaces.z1 = {{ temperature = 400 }}\n[medium]\nmin = [0,0,0]\nmax = [2,2,4]\ncells = [{}, {}, {}]\nextinction = 0.5\nalbedo = {albedo}\nheat_source = 5000\n",
+        "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nengine = \"{engine}\"\nthick_zones = \"constant\"\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [2,2,4] }}\ntemperature = 900\nemissivity = 0.7\nfaces.z0 = {{ temperature = 1200, emissivity = 0.85 }}\nfaces.z1 = {{ temperature = 400 }}\n[medium]\nmin = [0,0,0]\nmax = [2,2,4]\ncells = [{}, {}, {}]\nextinction = 0.5\nalbedo = {albedo}\nheat_source = 5000\n",
         2 * m,
         2 * m,
         4 * m
@@ -133,9 +133,10 @@ fn slab(tau: f64, cells: usize, [hot, cold]: [f64; 2]) -> String {
 
 #[test]
 fn slabs_in_radiative_equilibrium() {
+    let plain = |text: String| text.replace("[solve]", "[solve]\nthick_zones = \"constant\"");
     let psi = |tau: f64, eps: [f64; 2]| {
         // The error falls with the square of the cells.
-        let [a, b] = [24, 48].map(|n| flux(&solved(&slab(tau, n, eps)), "slab.z0"));
+        let [a, b] = [24, 48].map(|n| flux(&solved(&plain(slab(tau, n, eps))), "slab.z0"));
         (b + (b - a) / 3.0) / (black(1000.0) - black(500.0))
     };
     for (tau, want) in [(0.2, 0.84917879), (1.0, 0.55340599), (3.0, 0.30164472)] {
@@ -144,6 +145,15 @@ fn slabs_in_radiative_equilibrium() {
         let [e1, e2] = [0.8, 0.35];
         let grey = want / (1.0 + want * (1.0 / e1 + 1.0 / e2 - 2.0));
         assert!((psi(tau, [e1, e2]) - grey).abs() < 1e-5, "τ = {tau}");
+    }
+    // Slopes inside the cells do as well with few of them, grey or in bands that are coupled.
+    for shares in [Shares::Grey, Shares::constant([0.5, 0.3, 0.2])] {
+        let text = slab(1.0, 12, [1.0, 1.0]).replace("[solve]", "[solve]\nthick_zones = \"linear\"");
+        let mut parts = read(&text).into_parts();
+        parts.thermal.as_mut().unwrap().shares = shares;
+        let s = solve(Scene::new(parts).unwrap());
+        let psi = flux(&s, "slab.z0") / (black(1000.0) - black(500.0));
+        assert!((psi - 0.55340599).abs() < 1e-5, "{psi}");
     }
     // Hardly a medium: two plates.
     let s = solved(&slab(1e-9, 1, [0.8, 0.35]));
@@ -526,79 +536,4 @@ fn panes_are_warm_or_in_equilibrium() {
     assert!(balance(&calm).abs() < 1e-3);
     let warm = solved(&text("temperature = 900"));
     assert!(row(&warm, "screen").power > 0.0 && balance(&warm).abs() < 1e-3);
-}
-
-#[path = "../../exchange/tests/support/view3d.rs"]
-mod view3d;
-
-#[test]
-fn total_areas_of_view3d() {
-    let Some(input) = view3d::text("examples/test4.vs3") else { return };
-    let s = view3d::surfaces(&input, 4);
-    let (areas, f) = view3d::combined(&s, &view3d::exchange_areas(&s, 1e-7, 1e-8));
-    let n = areas.len();
-    let flat: Vec<f64> =
-        (0..n * n).map(|k| 0.5 * (areas[k / n] * f[k / n][k % n] + areas[k % n] * f[k % n][k / n])).collect();
-    let e = view3d::EMISSIVITY;
-    let t = zonal_solve::total::total(&flat, &vec![1e-6; n * n], &areas, &vec![1.0 - e; n]).unwrap();
-    let ours = |i: usize, j: usize| t.areas[i * n + j] / areas[i];
-    // The same from another formula, by elimination.
-    let grey = view3d::grey(&f, e);
-    let w = view3d::printed(&view3d::text("test/viewht/test-viewfactors.txt").unwrap());
-    for i in 0..n {
-        let row: f64 = (0..n).map(|j| ours(i, j)).sum();
-        assert!((row - e).abs() < 1e-6, "row {i} sums to {row}");
-        for j in 0..n {
-            assert!((ours(i, j) - grey[i][j]).abs() < 1e-6, "{i} {j}");
-            // Printed at a tolerance of 1e-4.
-            assert!(
-                (ours(i, j) - w.matrix[i][j]).abs() < 1.5e-4,
-                "{i} {j}: {} {}",
-                ours(i, j),
-                w.matrix[i][j]
-            );
-        }
-    }
-    // And back to the plain factors by View3D's own formula.
-    let mut g = vec![vec![0.0; n]; n];
-    (0..n * n).for_each(|k| g[k / n][k % n] = ours(k / n, k % n));
-    for (a, b) in view3d::plain(&g, e).iter().flatten().zip(f.iter().flatten()) {
-        assert!((a - b).abs() < 2e-6);
-    }
-}
-
-#[test]
-fn total_areas_give_the_net_fluxes() {
-    // A furnace of known temperatures: net powers by T are those of the solve.
-    let text = furnace(1, 0.4, "dense").replace("heat_source = 5000", "temperature = 1100");
-    let s = solved(&text);
-    let scene = read(&text);
-    let (t, closure) = common::with_exchange(&scene, |zones, _, exchange| {
-        let n = zones.len();
-        let c: Vec<f64> = (0..n)
-            .map(|i| zonal_exchange::pair::target(zones, i) * zonal_exchange::pair::strength(zones, i)[0])
-            .collect();
-        let mut f = vec![0.0; n * n];
-        for i in 0..n {
-            let (row, mut counts) = (exchange.row(i), common::count());
-            for j in 0..n {
-                let own = |k: usize| zonal_exchange::pair::strength(zones, k)[0];
-                f[i * n + j] = exchange.pair_in(&row, j, &mut counts).value[0] * own(i) * own(j);
-            }
-        }
-        let part = |i: usize| if i < zones.voxel_offset() { 1.0 } else { 4.0 };
-        let r: Vec<f64> = (0..n).map(|i| zones.response(i).0[0] * part(i)).collect();
-        let closure: Vec<f64> = c.iter().zip(&r).map(|(c, r)| c * (1.0 - r)).collect();
-        (zonal_solve::total::total(&f, &vec![0.0; n * n], &c, &r).unwrap(), closure)
-    });
-    let n = closure.len();
-    let heat = s.fields.heat.as_ref().unwrap();
-    let e: Vec<f64> = heat.temperature.iter().map(|t| black(*t)).collect();
-    for i in 0..n {
-        let row: f64 = t.areas[i * n..(i + 1) * n].iter().sum();
-        assert!((row / closure[i] - 1.0).abs() < 1e-9);
-        let net: f64 = (0..n).map(|j| t.areas[i * n + j] * (e[i] - e[j])).sum();
-        let want = heat.net[i] * s.zones.response(i).1;
-        assert!((net - want).abs() < 1e-6 * closure[i] * black(1200.0), "zone {i}: {net} {want}");
-    }
 }

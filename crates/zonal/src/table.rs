@@ -88,8 +88,8 @@ fn heat(out: &mut String, r: &HeatReport) {
         "", "size", "temperature, K", "net flux", "net power, W"
     );
     let with = |x: f64, e: f64| match e > 0.0 {
-        true => format!("{} ± {}", number(x), rough(e)),
-        false => number(x),
+        true => format!("{} ± {}", large(x), rough(e)),
+        false => large(x),
     };
     for x in r.rows.iter().take(MOST) {
         let unit = if x.kind == HeatKind::Surface { "2" } else { "3" };
@@ -107,15 +107,20 @@ fn heat(out: &mut String, r: &HeatReport) {
     }
     if r.rows.len() > MOST {
         let rest: f64 = r.rows[MOST..].iter().map(|x| x.power).sum();
-        let _ = writeln!(out, "  {:<90}{:>28}", format!("{} more", r.rows.len() - MOST), number(rest));
+        let _ = writeln!(out, "  {:<90}{:>28}", format!("{} more", r.rows.len() - MOST), large(rest));
     }
     for (name, power) in [
         ("from the surroundings, less what escapes", r.surroundings),
         ("lost on cold black backs", -r.backs),
         ("balance", r.balance()),
     ] {
-        let _ = writeln!(out, "  {name:<90}{:>28}", number(power));
+        let _ = writeln!(out, "  {name:<90}{:>28}", large(power));
     }
+}
+
+/// As [`number`], with a tenth of a unit where that is large.
+fn large(x: f64) -> String {
+    if (1e5..1e12).contains(&x.abs()) { format!("{x:.1}") } else { number(x) }
 }
 
 /// An error to two digits.

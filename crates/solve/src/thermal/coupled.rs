@@ -93,15 +93,37 @@ pub(super) struct Powers {
     scale: Vec<(f64, Bands)>,
     /// What h is of P: 1/A or 1/(4V).
     over: Vec<f64>,
+    /// The zone of every unknown beyond the zones.
+    slopes: Vec<u32>,
+    zones: usize,
+    /// The three bands are one in everything: the engine is asked for one.
+    one: bool,
 }
 
 impl Powers {
-    pub fn new(zones: &Zones, locals: &[Local]) -> Powers {
-        let scale =
+    /// Of zones whose bands are all alike where `grey`, and of these zones' slopes.
+    pub fn new(
+        operator: &dyn Operator,
+        zones: &Zones,
+        locals: &[Local],
+        grey: bool,
+        slopes: &[u32],
+    ) -> Powers {
+        let mut scale: Vec<(f64, Bands)> =
             (0..zones.len()).into_par_iter().map(|i| (target(zones, i), strength(zones, i))).collect();
-        Powers { scale, over: locals.iter().map(|l| l.part / l.measure).collect() }
+        let mut over: Vec<f64> = locals.iter().map(|l| l.part / l.measure).collect();
+        scale.extend(slopes.iter().map(|&i| scale[i as usize]).collect::<Vec<_>>());
+        over.extend(slopes.iter().map(|&i| over[i as usize]).collect::<Vec<_>>());
+        let (slopes, zones) = (slopes.to_vec(), zones.len());
+        // Where slopes are left out only all bands together are asked for.
+        let one = grey && operator.one_band() && operator.len() == scale.len();
+        Powers { scale, over, slopes, zones, one }
     }
-    /// The power of a zone's radiosity.
+    /// The zone of an unknown.
+    pub fn zone(&self, k: usize) -> usize {
+        if k < self.zones { k } else { self.slopes[k - self.zones] as usize }
+    }
+    /// The power of an unknown's radiosity.
     pub fn of(&self, i: usize, radiosity: Bands) -> Bands {
         let (t, c) = self.scale[i];
         bands(|b| t * c[b] * radiosity[b])
@@ -111,7 +133,14 @@ impl Powers {
     }
     /// h of every zone, without what comes from the surroundings.
     pub fn arriving(&self, operator: &dyn Operator, u: &[Bands]) -> Vec<Bands> {
-        let mut p = operator.apply(&self.strengths(u));
+        let s = self.strengths(u);
+        let mut p: Vec<Bands> = match self.one {
+            true => {
+                let first: Vec<[f64; 1]> = s.par_iter().map(|s| [s[0]]).collect();
+                operator.apply_band(&first).par_iter().map(|p| [p[0]; 3]).collect()
+            }
+            false => operator.apply(&s),
+        };
         p.par_iter_mut().zip(&self.over).for_each(|(p, o)| *p = p.map(|x| x * o));
         p
     }
@@ -123,7 +152,7 @@ impl Powers {
         turn: impl Fn(usize, Bands) -> Bands + Sync,
     ) -> Vec<Bands> {
         let h = self.arriving(operator, u);
-        (0..u.len()).into_par_iter().map(|i| self.of(i, turn(i, h[i]))).collect()
+        (0..u.len()).into_par_iter().map(|k| self.of(k, turn(self.zone(k), h[k]))).collect()
     }
 }
 
@@ -147,81 +176,114 @@ pub fn needed(scene: &Scene) -> bool {
 
 /// Iterates over the temperatures of a scene that needs it.
 pub fn solve(site: &Site, built: &Built, escape: &Escape) -> Result<Coupled, SceneError> {
-    let (scene, n) = (site.scene, site.zones.len());
-    let bytes = BYTES * n as u64;
-    if bytes > site.memory {
-        let what = format!(
-            "the iteration over temperatures of {n} zones needs {:.3} GB, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
-            bytes as f64 / 1e9,
-            site.memory as f64 / 1e9
-        );
-        return Err(SceneError::new("solve.patch_size", what));
-    }
+    let (scene, operator) = (site.scene, built.operator.as_ref());
+    check_memory(site, operator.len())?;
     let table = Locals::new(scene, site.zones);
-    let shares = &table.thermal.shares;
-    let locals = table.all(site.zones);
-    let operator = built.operator.as_ref();
-    let powers = Powers::new(site.zones, &locals);
-    let sky = scene.surroundings().radiosity();
-    // h that comes from the surroundings.
-    let outside: Vec<Bands> =
-        (0..n).into_par_iter().map(|i| escape.incoming(i, sky)[0].map(|x| x * powers.over[i])).collect();
-    let options = scene.options();
-    let wanted = options.residual;
+    let (shares, locals) = (&table.thermal.shares, table.all(site.zones));
+    let powers = Powers::new(operator, site.zones, &locals, false, &operator.slopes());
+    let outside = outside(site, built, escape, &powers);
+    let (wanted, steps) = (scene.options().residual, scene.options().max_iterations);
     let begin = black(table.level());
     let mut e: Vec<f64> =
         locals.iter().map(|l| if let Known::Temperature(t) = l.known { black(t) } else { begin }).collect();
-    let mut u: Option<Vec<Bands>> = None;
-    let (mut residuals, mut status) = (Vec::new(), SolveStatus::Budget);
-    let (mut best, mut since, mut pace, mut products) = (f64::INFINITY, 0, 1.0, 0);
+    let (mut u, mut products) = (Vec::new(), 0);
+    let mut course = Course::new(wanted);
     site.progress.begin("temperatures", STEPS as u64);
-    for step in 0..STEPS {
+    while course.status.is_none() {
         let turns: Vec<Turn> = locals.par_iter().zip(&e).map(|(l, e)| Turn::of(l, shares, *e)).collect();
-        let source: Vec<Bands> = (0..n)
-            .into_par_iter()
-            .map(|i| {
-                let sky = turns[i].passed(outside[i]);
-                powers.of(i, bands(|b| turns[i].own[b] + sky[b]))
-            })
-            .collect();
+        // What zones give of themselves, and of the surroundings; slopes have none of their own.
+        let source = |k: usize| {
+            let turn = &turns[powers.zone(k)];
+            let (own, sky) = (if k < locals.len() { turn.own } else { [0.0; 3] }, turn.passed(outside[k]));
+            powers.of(k, bands(|b| own[b] + sky[b]))
+        };
+        let source: Vec<Bands> = (0..outside.len()).into_par_iter().map(source).collect();
         let passed = |u: &[Bands]| powers.passed(operator, u, |i, h| turns[i].passed(h));
-        let start = u.take().unwrap_or_else(|| source.clone());
-        let end = linear::solve(passed, &source, start, FINER * wanted, options.max_iterations);
-        products += end.products + 1;
+        let start = if u.is_empty() { source.clone() } else { u };
+        let end = linear::solve(passed, &source, start, FINER * wanted, steps);
         let h = powers.arriving(operator, &end.u);
-        u = Some(end.u);
-        let (next, off) = stepped(&locals, shares, &e, |i| bands(|b| h[i][b] + outside[i][b]), pace);
-        e = next;
-        residuals.push(off.max(end.residual));
+        let arriving = |i: usize| bands(|b| h[i][b] + outside[i][b]);
+        let (next, off) = stepped(&locals, shares, &e, arriving, course.pace());
+        (e, products) = (next, products + end.products + 1);
+        course.step(off, end.residual);
+        u = end.u;
         site.progress.advance(1);
-        if off <= wanted {
-            status = if end.residual <= wanted { SolveStatus::Converged } else { SolveStatus::Stalled };
-            break;
-        }
-        since = if off < best { 0 } else { since + 1 };
-        best = best.min(off);
-        if since >= PATIENCE {
-            pace = 0.5;
-        }
-        if since >= LAST || !off.is_finite() || step + 1 == STEPS {
-            status =
-                if since >= LAST || !off.is_finite() { SolveStatus::Stalled } else { SolveStatus::Budget };
-            break;
-        }
     }
     site.progress.end();
     let mut zones = site.zones.clone();
     let emissive: Vec<Bands> = e.iter().map(|e| shares.emissive(*e)[0]).collect();
     super::physical(scene, &mut zones, &emissive);
-    let u = u.unwrap_or_default();
-    let given = linear::power(&u);
     let ended = Ended {
         strengths: powers.strengths(&u),
-        status: [status; 3],
-        residuals: [0, 1, 2].map(|_| residuals.clone()),
-        power: [given; 3],
+        status: [course.status.unwrap_or(SolveStatus::Budget); 3],
+        residuals: [0, 1, 2].map(|_| course.residuals.clone()),
+        power: [linear::power(&u); 3],
     };
     Ok(Coupled { zones, ended, products })
+}
+
+/// Refuses what would not fit.
+fn check_memory(site: &Site, unknowns: usize) -> Result<(), SceneError> {
+    let bytes = BYTES * unknowns as u64;
+    if bytes <= site.memory {
+        return Ok(());
+    }
+    let what = format!(
+        "the iteration over temperatures of {} zones needs {:.3} GB, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
+        site.zones.len(),
+        bytes as f64 / 1e9,
+        site.memory as f64 / 1e9
+    );
+    Err(SceneError::new("solve.patch_size", what))
+}
+
+/// h of every unknown that comes from the surroundings.
+fn outside(site: &Site, built: &Built, escape: &Escape, powers: &Powers) -> Vec<Bands> {
+    let sky = site.scene.surroundings().radiosity();
+    let (n, of_slopes) = (site.zones.len(), &built.sky_of_slopes);
+    let one = |k: usize| {
+        let arrives = match k.checked_sub(n) {
+            None => escape.incoming(k, sky)[0],
+            Some(j) => of_slopes.get(j).map_or([0.0; 3], |from| bands(|b| from[b] * sky[b])),
+        };
+        arrives.map(|x| x * powers.over[k])
+    };
+    (0..powers.over.len()).into_par_iter().map(one).collect()
+}
+
+/// How the iteration goes.
+struct Course {
+    wanted: f64,
+    residuals: Vec<f64>,
+    best: f64,
+    /// Steps since the best.
+    since: usize,
+    halved: bool,
+    status: Option<SolveStatus>,
+}
+
+impl Course {
+    fn new(wanted: f64) -> Course {
+        Course { wanted, residuals: Vec::new(), best: f64::INFINITY, since: 0, halved: false, status: None }
+    }
+    /// The share of a step that is taken.
+    fn pace(&self) -> f64 {
+        if self.halved { 0.5 } else { 1.0 }
+    }
+    /// Notes R of a step, and the residual of its linear solve.
+    fn step(&mut self, off: f64, linear: f64) {
+        self.residuals.push(off.max(linear));
+        self.since = if off < self.best { 0 } else { self.since + 1 };
+        self.best = self.best.min(off);
+        self.halved |= self.since >= PATIENCE;
+        self.status = if off <= self.wanted {
+            Some(if linear <= self.wanted { SolveStatus::Converged } else { SolveStatus::Stalled })
+        } else if self.since >= LAST || !off.is_finite() {
+            Some(SolveStatus::Stalled)
+        } else {
+            (self.residuals.len() >= STEPS).then_some(SolveStatus::Budget)
+        };
+    }
 }
 
 /// E after a step, and R.

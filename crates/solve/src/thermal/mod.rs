@@ -81,6 +81,14 @@ fn physical(scene: &Scene, zones: &mut Zones, emissive: &[Bands]) {
     }
 }
 
+/// Bytes a zone: its part in the equations, the vectors of the errors' solve, temperatures and net powers.
+const BYTES: u64 = 500;
+
+/// Bytes that temperatures take beside what light would.
+pub fn bytes(scene: &Scene, zones: &Zones) -> u64 {
+    if scene.thermal().is_some() { BYTES * zones.len() as u64 } else { 0 }
+}
+
 /// Refuses a scene in which nothing fixes the level of temperatures: closed, and of no zone that absorbs is the temperature known.
 pub(crate) fn check_level(scene: &Scene, zones: &Zones, escape: &Escape) -> Result<(), SceneError> {
     if scene.thermal().is_none() || !escape.closed() {

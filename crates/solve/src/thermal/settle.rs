@@ -17,7 +17,7 @@ use zonal_scene::{
 };
 
 /// Residual of the errors' own solve, and its steps.
-const ROUGHLY: f64 = 0.05;
+const ROUGHLY: f64 = 0.1;
 const STEPS: usize = 200;
 
 /// Puts into the errors of what arrives those of what the zones send out because of them.
@@ -42,7 +42,7 @@ pub(crate) fn spread(site: &Site, built: &Built, fields: &mut Fields, coupled: b
     };
     let turn = |i: usize, h: Bands| turns.get(i).map_or_else(|| posed(i, h), |t| t.passed(h));
     let operator = built.operator.as_ref();
-    let powers = Powers::new(site.zones, &locals);
+    let powers = Powers::new(operator, site.zones, &locals, shares.grey(), &[]);
     let source: Vec<Bands> = (0..n).into_par_iter().map(|i| powers.of(i, turn(i, part(i)))).collect();
     if linear::power(&source) == 0.0 {
         return;

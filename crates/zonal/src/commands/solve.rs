@@ -160,7 +160,10 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     } else {
         say(table::report(&solution).trim_end())?;
         say(&format!("written: {}", args.output.display()))?;
-        if let Some(c) = solution.scene.cameras().first() {
+        if solution.scene.thermal().is_some() {
+            let run = args.output.display();
+            say(&format!("next: zonal export {run} -o walls.vtu, and colour by temperature in ParaView"))?;
+        } else if let Some(c) = solution.scene.cameras().first() {
             say(&format!("next: zonal render {} --camera {} -o picture.png", args.output.display(), c.name))?;
         }
     }

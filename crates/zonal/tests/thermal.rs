@@ -1,0 +1,92 @@
+//! Thermal mode through the command: the furnace that comes with the program, exports, total exchange areas, and what is refused.
+
+mod support;
+
+use support::Folder;
+
+const FURNACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/furnace.toml");
+
+fn array(f: &Folder, file: &str, name: &str) -> (Vec<usize>, Vec<f64>) {
+    zonal::io::output::read_array(&f.path().join(file), name).unwrap()
+}
+
+#[test]
+fn the_furnace_of_the_manual() {
+    let f = Folder::new();
+    let walls = ["furnace.z0", "furnace.z1", "furnace.x0"];
+    // Radiosity constant in each zone, and with slopes: the latter near what ever finer zones come to.
+    for (thick, want, close) in
+        [("constant", [54715.3, -24559.8, -6269.4], 0.051), ("auto", [53900.0, -24256.0, -6205.0], 60.0)]
+    {
+        let args = ["solve", FURNACE, "-o", "out/a.npz", "--json", "--thick-zones", thick];
+        let json: serde_json::Value = serde_json::from_str(&f.done(&args)).unwrap();
+        let rows = json["heat"]["rows"].as_array().unwrap();
+        let row = |name: &str| rows.iter().find(|r| r["name"] == name).unwrap();
+        for (name, want) in walls.iter().zip(want) {
+            let q = row(name)["net_flux"].as_f64().unwrap();
+            assert!((q - want).abs() < close, "{thick}, {name}: {q}");
+            assert_eq!(row(name)["net_flux_unit"], "W/m2");
+        }
+        assert!((row("medium")["net_power_W"].as_f64().unwrap() - 80e3).abs() < 1e-6);
+    }
+    let (shape, kelvin) = array(&f, "out/a.npz", "temperature");
+    assert_eq!(shape, [288]);
+    assert!(kelvin.iter().all(|t| (400.0..1201.0).contains(t)));
+    // The table for people, in the manual word for word apart from what rounding leaves.
+    let text = f.done(&["solve", FURNACE, "-o", "out/a.npz"]);
+    for word in ["heat given", "furnace.z0", "W/m2", "balance"] {
+        assert!(text.contains(word), "{word} is not in\n{text}");
+    }
+    for (file, words) in [
+        ("out/walls.vtu", ["temperature [K]", "net flux [W/m2]"]),
+        ("out/gas.vti", ["temperature [K]", "net heat [W/m3]"]),
+        ("out/zones.csv", ["temperature_K", "net_error"]),
+    ] {
+        f.done(&["export", "out/a.npz", "-o", file]);
+        let bytes = f.get(file);
+        let head = String::from_utf8_lossy(&bytes[..bytes.len().min(6000)]).into_owned();
+        assert!(words.iter().all(|w| head.contains(w)), "{file}: {head}");
+    }
+    // What is for light is refused, and says where to look.
+    for args in [
+        vec!["render", "out/a.npz", "-o", "out/x.png"],
+        vec!["relight", "out/a.npz", "medium=2", "-o", "out/x.npz"],
+        vec!["export", "out/a.npz", "-o", "out/x.glb"],
+        vec!["view", "out/a.npz"],
+    ] {
+        let o = f.zonal(&args);
+        let error = support::text(&o.stderr);
+        assert_eq!(o.status.code(), Some(2), "{args:?}");
+        assert!(error.contains("thermal") && error.contains(".vtu"), "{args:?}: {error}");
+    }
+}
+
+#[test]
+fn total_exchange_areas_of_the_furnace() {
+    let f = Folder::new();
+    let json: serde_json::Value =
+        serde_json::from_str(&f.done(&["exchange", FURNACE, "-o", "out/t.npz", "--json"])).unwrap();
+    assert_eq!((json["zones"].as_u64(), json["matrices"].as_u64()), (Some(288), Some(1)));
+    assert!(json["largest_total_row_defect"].as_f64().unwrap() < 1e-9);
+    let n = 288;
+    let (shape, t) = array(&f, "out/t.npz", "total_exchange_areas");
+    let (_, radii) = array(&f, "out/t.npz", "total_error_radius");
+    let (_, closure) = array(&f, "out/t.npz", "total_closure");
+    assert_eq!(shape, [1, n, n]);
+    for i in 0..n {
+        let (row, radius) = (&t[i * n..(i + 1) * n], &radii[i * n..(i + 1) * n]);
+        let (sum, error): (f64, f64) = (row.iter().sum(), radius.iter().sum());
+        assert!((sum - closure[i]).abs() <= error + 1e-13 * closure[i], "row {i}");
+        assert!(error < 1e-7 * closure[i] && row.iter().all(|x| *x >= 0.0));
+        assert!((0..n).all(|j| row[j] == t[j * n + i]));
+    }
+    let (shape, named) = array(&f, "out/t.npz", "named_exchange_areas");
+    assert_eq!(shape, [1, 7, 7]);
+    // ε A of the bottom, 4 κ V of the gas.
+    let sum = |k: usize| named[7 * k..7 * k + 7].iter().sum::<f64>();
+    assert!((sum(4) - 0.85 * 4.0).abs() < 1e-8 && (sum(6) - 4.0 * 0.5 * 16.0).abs() < 1e-7);
+    // Direct areas alone, as before.
+    f.done(&["exchange", FURNACE, "-o", "out/d.npz", "--direct-only"]);
+    assert_eq!(array(&f, "out/d.npz", "exchange_areas"), array(&f, "out/t.npz", "exchange_areas"));
+    assert!(zonal::io::output::read_array(&f.path().join("out/d.npz"), "total_exchange_areas").is_err());
+}
