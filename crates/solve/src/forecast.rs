@@ -1,5 +1,6 @@
 //! What a solve will take, said beforehand, and what looks wrong with a scene.
 
+use crate::spectral::enclosure::Enclosure;
 use crate::surroundings::Escape;
 use crate::{dense, gather};
 use rayon::prelude::*;
@@ -120,8 +121,12 @@ pub fn warnings(scene: &Scene, zones: &Zones, constant: bool) -> Vec<String> {
     out
 }
 
-/// True where rays leave the scene, or end on black backs, from some zone; a few rays for each of up to a thousand zones.
+/// True where rays leave the scene, or end on black backs, from some zone; a few rays for each of up to a thousand zones. Rays know no
+/// images: a periodic box tells by its walls.
 pub fn is_open(scene: &Scene, zones: &Zones, transport: &Transport) -> bool {
+    if scene.is_periodic() {
+        return Enclosure::find(scene, zones).is_ok_and(|e| e.is_open());
+    }
     let step = zones.len().div_ceil(1000).max(1);
     !Escape::sample(scene, zones, transport, 16, step).closed()
 }

@@ -30,6 +30,8 @@ pub const DEFAULT_MEMORY: u64 = 12 << 30;
 
 /// Relative energy residual above which the report says so.
 const POOR_BALANCE: f64 = 1e-3;
+/// Share of the power that is missing where none of it arrives for good.
+const ALL_OF_IT: f64 = 1.0 - 1e-6;
 
 /// Share of the largest incident flux by which a zone may be below zero without a word.
 const UNDERSHOOT: f64 = 1e-6;
@@ -421,6 +423,17 @@ fn by_rows(site: &Site, built: &Built, escape: &Escape, ended: &[Ended], groups:
     sum
 }
 
+/// What to do about so much of the power that is missing at the end.
+fn balance_mend(off: f64, status: &[SolveStatus; 3], restored: bool) -> &'static str {
+    if off > ALL_OF_IT {
+        return "nothing absorbs light and nothing lets it out; lower a reflectance or the albedo";
+    }
+    if status.contains(&SolveStatus::Budget) {
+        return "allow the solver more steps (solve.max_iterations)";
+    }
+    if restored { "ask for a smaller tolerance" } else { "restore closure, or ask for a smaller tolerance" }
+}
+
 /// The worst end of all groups, and the power that all together have not distributed.
 fn together(ended: &[Ended]) -> ([SolveStatus; 3], [Vec<f64>; 3]) {
     let rank = |s: SolveStatus| SolveStatus::ALL.iter().position(|x| *x == s);
@@ -454,14 +467,14 @@ fn report(
         warnings.push("the scene is open: power escapes to the surroundings or onto black backs".into());
     }
     warnings.extend(site.direct.warnings().cloned());
+    let (status, residuals) = together(ended);
     let off = energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
     if off > POOR_BALANCE && site.scene.options().sweeps.is_none() {
-        let mend = if site.scene.options().restore_closure { "" } else { "restore closure, or " };
-        warnings.push(format!("the energy balance is off by {off:.1e}: {mend}ask for a smaller tolerance"));
+        let mend = balance_mend(off, &status, site.scene.options().restore_closure);
+        warnings.push(format!("the energy balance is off by {off:.1e}: {mend}"));
     }
     let mut closure = built.closure.0.clone();
     closure.largest_change = closure.largest_change.map(|c| c.max(site.direct.largest_change()));
-    let (status, residuals) = together(ended);
     // The spectral engine knows what escapes without a ray.
     let measured = escape.rays > 0 && !escape.closed();
     let grade = if measured { Grade::Statistical } else { built.operator.grade() };

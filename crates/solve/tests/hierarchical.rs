@@ -1,8 +1,9 @@
-//! The hierarchical engine against the dense one on the same zones, and its laws.
+//! The hierarchical engine against the dense one and the spectral one on the same zones, and its laws.
 
 mod common;
 
 use common::{read, unit_room, with_site};
+use zonal_scene::scene::ThickZones;
 use zonal_scene::{Bands, Engine, Groups, Scene, Solution};
 use zonal_solve::Operator;
 use zonal_solve::hierarchical::{Factors, Hierarchical};
@@ -22,6 +23,7 @@ fn room(rest: &str) -> Scene {
 fn solved(scene: &Scene, engine: Engine, tolerance: f64, restore: bool) -> Solution {
     let mut o = scene.options().clone();
     (o.engine, o.tolerance, o.groups, o.restore_closure) = (engine, tolerance, Groups::All, restore);
+    o.thick_zones = ThickZones::Constant;
     let scene = scene.clone().with_options(o).unwrap_or_else(|e| panic!("{e}"));
     common::solve(scene)
 }
@@ -43,6 +45,21 @@ fn errors(ours: &Solution, dense: &Solution, range: std::ops::Range<usize>) -> (
     (worst, within as f64 / (3 * range.len()) as f64)
 }
 
+/// Solves at a tolerance: errors against a reference on the same zones stay below it, and below what is estimated.
+fn holds(name: &str, scene: &Scene, reference: &Solution, tolerance: f64) {
+    let ours = solved(scene, Engine::Hierarchical, tolerance, false);
+    let (first, last) = (ours.zones.voxel_offset(), ours.zones.len());
+    let estimate = &ours.report.estimate;
+    for (what, range, estimated) in [("H", 0..first, estimate.patches), ("G", first..last, estimate.volumes)]
+    {
+        let (l2, within) = errors(&ours, reference, range);
+        let estimated = estimated.iter().fold(0.0f64, |m, e| m.max(*e));
+        assert!(l2 <= tolerance, "{name} {what}: {l2} at tolerance {tolerance}");
+        assert!(l2 <= estimated, "{name} {what}: {l2}, estimated {estimated}");
+        assert!(within >= 0.95, "{name} {what}: {within} within twice their estimate at {tolerance}");
+    }
+}
+
 #[test]
 fn errors_stay_below_tolerance_and_estimate() {
     for (name, rest) in
@@ -50,20 +67,23 @@ fn errors_stay_below_tolerance_and_estimate() {
     {
         let scene = room(rest);
         let dense = solved(&scene, Engine::Dense, 0.01, false);
-        for tolerance in [0.1, 0.03, 0.01] {
-            let ours = solved(&scene, Engine::Hierarchical, tolerance, false);
-            let (first, last) = (ours.zones.voxel_offset(), ours.zones.len());
-            let estimate = &ours.report.estimate;
-            for (what, range, estimated) in
-                [("H", 0..first, estimate.patches), ("G", first..last, estimate.volumes)]
-            {
-                let (l2, within) = errors(&ours, &dense, range);
-                let estimated = estimated.iter().fold(0.0f64, |m, e| m.max(*e));
-                assert!(l2 <= tolerance, "{name} {what}: {l2} at tolerance {tolerance}");
-                assert!(l2 <= estimated, "{name} {what}: {l2}, estimated {estimated}");
-                assert!(within >= 0.95, "{name} {what}: {within} within twice their estimate at {tolerance}");
-            }
-        }
+        [0.1, 0.03, 0.01].iter().for_each(|&t| holds(name, &scene, &dense, t));
+    }
+}
+
+/// Transforms know every exchange area of a box to 1e-12: rays alone at the first two tolerances, links at the last.
+#[test]
+fn errors_beside_transforms_stay_below_tolerance_and_estimate() {
+    let walls = "reflectance = 0.5\nfaces.z0 = { emission = 1 }";
+    for (name, kappa, cells, tolerances) in
+        [("thin", 1, "[14,14,14]", [0.1, 0.05, 0.02]), ("thick", 2, "[16,12,10]", [0.1, 0.05, 0.02])]
+    {
+        let gas = format!(
+            "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = {cells}\nextinction = {kappa}\nalbedo = 0.9\n"
+        );
+        let scene = read(&unit_room("patch_rule = \"voxels\"", walls, &gas));
+        let exact = solved(&scene, Engine::Spectral, 0.01, false);
+        tolerances.iter().for_each(|&t| holds(name, &scene, &exact, t));
     }
 }
 

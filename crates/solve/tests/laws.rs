@@ -230,6 +230,7 @@ fn a_budget_of_one_iteration_is_reported() {
         solved(&unit_room("patch_size=0.5\nmax_iterations=1", "reflectance=0.9\nfaces.x0={emission=1}", ""));
     assert_eq!(s.report.status, [SolveStatus::Budget; 3]);
     assert!(s.report.residuals.iter().all(|r| r.len() == 2));
+    assert!(s.report.warnings.iter().any(|w| w.contains("max_iterations")), "{:?}", s.report.warnings);
 }
 
 #[test]
@@ -272,6 +273,7 @@ fn a_box_that_keeps_everything_is_not_called_converged() {
         s.report.status,
         s.fields.incident[0]
     );
+    assert!(s.report.warnings.iter().any(|w| w.contains("nothing absorbs")), "{:?}", s.report.warnings);
 }
 
 /// A conservative medium with a source gives it all to the walls.

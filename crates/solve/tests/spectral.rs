@@ -10,7 +10,7 @@ use zonal_scene::{
     Texture, Voxmap, Zones, bands,
 };
 use zonal_solve::engine::{Choice, choose};
-use zonal_solve::forecast::Forecast;
+use zonal_solve::forecast::{Forecast, is_open};
 use zonal_solve::spectral::{Spectral, basis::Variation, enclosure::Enclosure};
 use zonal_solve::{Job, Operator, solve_zones};
 use zonal_transport::{Transport, build_zones};
@@ -298,6 +298,9 @@ fn periodic_scenes_are_for_engines_that_know_images() {
     };
     assert!(refused(&room.with(Engine::Hierarchical)).contains("boundary"));
     assert!(refused(&Room { omit: vec![2], ..room.with(Engine::Dense) }).contains("boundary"));
+    // Light goes too far in next to nothing.
+    let thin = refused(&Room { kappa: [1e-4; 3], ..room.with(Engine::Spectral) });
+    assert!(thin.contains("the images within 36 mean free paths are too many"), "{thin}");
     // Walls stand across no periodic axis; vacuum has no end.
     let mut parts = Room { periodic: [false; 3], ..room.clone() }.parts();
     parts.periodic = [true, false, false];
@@ -333,6 +336,14 @@ fn auto_takes_it_where_zones_are_many_and_tells_why_not() {
     let (engine, why) = told(chosen(parts));
     assert_eq!(engine, Engine::Hierarchical);
     assert!(why.contains("spectral does not apply: the extinction varies in band 0"), "{why}");
+    // A periodic box is open where walls are missing, not where its images are.
+    for (omit, open) in [(vec![], false), (vec![2], true)] {
+        let scene =
+            Room { omit, periodic: [true, false, false], ..Room::new([4; 3], [0.1; 3], [1.0; 3]) }.scene();
+        let transport = Transport::new(&scene);
+        let zones = build_zones(&scene, &transport).unwrap();
+        assert_eq!(is_open(&scene, &zones, &transport), open);
+    }
     // Few zones of a periodic box too.
     let few = Room { periodic: [true, false, false], ..Room::new([4; 3], [0.1; 3], [1.0; 3]) };
     assert_eq!(chosen(few.with(Engine::Auto).parts()).engine, Engine::Spectral);

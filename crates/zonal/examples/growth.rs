@@ -10,13 +10,12 @@
 //! is by how much each grows when the zones double: 2 to the power of the slope of a straight line through all sizes, logarithms on both
 //! axes.
 
-#[path = "common/watch.rs"]
-mod watch;
+#[path = "common/command.rs"]
+mod command;
+#[path = "common/sized.rs"]
+mod sized;
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use watch::watched;
 use zonal::io::output;
 use zonal::plot::{Legend, Mark, Plot};
 
@@ -32,10 +31,8 @@ const HEAD: &str =
 /// What a size cost.
 struct Row {
     zones: [f64; 3],
-    wall: f64,
-    processor: f64,
-    /// MB.
-    peak: f64,
+    /// Wall time and processor time, s; peak memory, MB.
+    took: [f64; 3],
     links: f64,
     rays: f64,
     estimate: [f64; 2],
@@ -46,13 +43,10 @@ impl Row {
         self.zones.iter().sum()
     }
     fn record(&self) -> String {
-        let [patches, voxels, panes] = self.zones;
+        let ([patches, voxels, panes], [wall, processor, peak]) = (self.zones, self.took);
         format!(
-            "{},{patches},{voxels},{panes},{:.1},{:.1},{:.0},{:.2},{:.1},{:.4},{:.4}\n",
+            "{},{patches},{voxels},{panes},{wall:.1},{processor:.1},{peak:.0},{:.2},{:.1},{:.4},{:.4}\n",
             self.all(),
-            self.wall,
-            self.processor,
-            self.peak,
             self.links,
             self.rays,
             self.estimate[0],
@@ -63,47 +57,30 @@ impl Row {
 
 /// The scene `f` times as fine, its files named from the root.
 fn refined(text: &str, folder: &Path, f: f64) -> Result<String, Any> {
-    let (mut sized, mut celled, mut out) = (false, false, String::new());
+    let text = sized::with(text, "patch_size", |v| Ok((v.parse::<f64>()? / f.sqrt()).to_string()))?;
+    let text = sized::with(&text, "cells", |v| {
+        let cells = v.trim_matches(['[', ']']).split(',').map(|c| c.trim().parse::<f64>());
+        let finer = cells.map(|c| Ok((c? * f.cbrt()).round().max(1.0) as usize));
+        Ok(format!("{:?}", finer.collect::<Result<Vec<_>, Any>>()?))
+    })?;
+    let mut out = String::new();
     for line in text.lines() {
-        let (key, value) = line.split_once('=').map_or(("", ""), |(k, v)| (k.trim(), v.trim()));
-        let value = value.split('#').next().unwrap_or("").trim();
-        if key == "patch_size" {
-            let _ = writeln!(out, "patch_size = {}", value.parse::<f64>()? / f.sqrt());
-            sized = true;
-        } else if key == "cells" {
-            let cells: Result<Vec<f64>, _> =
-                value.trim_matches(['[', ']']).split(',').map(|c| c.trim().parse::<f64>()).collect();
-            let cells: Vec<usize> = cells?.iter().map(|c| (c * f.cbrt()).round().max(1.0) as usize).collect();
-            let _ = writeln!(out, "cells = {cells:?}");
-            celled = true;
-        } else if let Some((before, rest)) = line.split_once("file = \"") {
-            let (name, after) = rest.split_once('"').ok_or("a file's name does not end on its line")?;
-            let path = std::fs::canonicalize(folder.join(name))?.display().to_string();
-            let _ = writeln!(out, "{before}file = {path:?}{after}");
-        } else {
-            let _ = writeln!(out, "{line}");
-        }
-    }
-    if !(sized && celled) {
-        return Err("the scene needs lines 'patch_size = …' and 'cells = […]' to be refined by".into());
+        out += &match line.split_once("file = \"") {
+            Some((before, rest)) => {
+                let (name, after) = rest.split_once('"').ok_or("a file's name does not end on its line")?;
+                let path = std::fs::canonicalize(folder.join(name))?.display().to_string();
+                format!("{before}file = {path:?}{after}\n")
+            }
+            None => format!("{line}\n"),
+        };
     }
     Ok(out)
 }
 
 fn solve(command: &Path, text: &str, tolerance: Option<&String>) -> Result<Row, Any> {
-    let folder = std::env::temp_dir().join(format!("zonal-growth-{}", std::process::id()));
-    std::fs::create_dir_all(&folder)?;
-    let scene = folder.join("scene.toml");
-    output::write_bytes(&scene, text.as_bytes())?;
-    let mut run = Command::new(command);
-    run.arg("solve").arg(&scene).args(["--json", "--max-memory", "20", "-o"]).arg(folder.join("run.npz"));
-    tolerance.iter().for_each(|t| {
-        run.arg("--tolerance").arg(t);
-    });
-    let done = watched(&mut run);
-    std::fs::remove_dir_all(&folder)?;
-    let (said, [wall, processor, peak]) = done?;
-    let report: serde_json::Value = serde_json::from_str(&said)?;
+    let mut more = vec!["--max-memory", "20"];
+    more.extend(tolerance.iter().flat_map(|t| ["--tolerance", t.as_str()]));
+    let (report, took, ()) = command::solve(command, text, &more, |_| Ok(()))?;
     let zones = ["patches", "voxels", "panes"].map(|k| report["zones"][k].as_f64().unwrap_or(0.0));
     let all: f64 = zones.iter().sum();
     let counts = report["counts"].as_array().cloned().unwrap_or_default();
@@ -112,15 +89,9 @@ fn solve(command: &Path, text: &str, tolerance: Option<&String>) -> Result<Row, 
         wanted.filter_map(|c| c["count"].as_f64()).fold(0.0, |s, c| s + c) / all
     };
     let estimate = ["patches", "volumes"].map(|k| report["estimate"][k][0].as_f64().unwrap_or(f64::NAN));
-    Ok(Row {
-        zones,
-        wall,
-        processor,
-        peak,
-        links: count(&["links, each direction"]),
-        rays: count(&["rays between clusters", "rays of views"]),
-        estimate,
-    })
+    let links = count(&["links, each direction"]);
+    let rays = count(&["rays between clusters", "rays of views"]);
+    Ok(Row { zones, took, links, rays, estimate })
 }
 
 /// Growth of y where x doubles: by a straight line through the logarithms.
@@ -142,7 +113,7 @@ fn draw(rows: &[Row], name: &str, path: &Path) -> Result<(), Any> {
     let title = format!("Growth at a fixed tolerance: {name}");
     let mut p = Plot::new(&title, "zones", "processor s, 10 MB, a zone", (true, true));
     p.legend = Legend::LowerRight;
-    let (time, memory) = (curve(rows, |r| r.processor, 1.0), curve(rows, |r| r.peak, PLOTTED));
+    let (time, memory) = (curve(rows, |r| r.took[1], 1.0), curve(rows, |r| r.took[2], PLOTTED));
     let bound = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
         let (x, y) = points.first().copied().unwrap_or((1.0, 1.0));
         points.iter().map(|p| (p.0, y * (p.0 / x).powf(MOST.log2()))).collect()
@@ -177,7 +148,7 @@ fn main() -> Result<(), Any> {
         rows.push(row);
     }
     let (time, memory) =
-        (doubled(&curve(&rows, |r| r.processor, 1.0)), doubled(&curve(&rows, |r| r.peak, 1.0)));
+        (doubled(&curve(&rows, |r| r.took[1], 1.0)), doubled(&curve(&rows, |r| r.took[2], 1.0)));
     println!("where zones double: processor time ×{time:.2}, memory ×{memory:.2}, ×{MOST} at most");
     let name = file.file_stem().and_then(|s| s.to_str()).unwrap_or("scene");
     option("--plot").map_or(Ok(()), |p| draw(&rows, name, Path::new(p)))

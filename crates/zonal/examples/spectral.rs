@@ -14,13 +14,13 @@
 //!     bytes        16 n h N + the solution as written             one spectrum, and what is asked for
 //! ```
 
-#[path = "common/watch.rs"]
-mod watch;
+#[path = "common/command.rs"]
+mod command;
+#[path = "common/sized.rs"]
+mod sized;
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Instant;
-use watch::watched;
 use zonal::io::output;
 use zonal::plot::{Legend, Mark, Plot};
 
@@ -33,29 +33,22 @@ const HEAD: &str =
 struct Row {
     cells: usize,
     zones: f64,
-    wall: f64,
-    processor: f64,
-    /// MB.
-    peak: f64,
+    /// Wall time and processor time, s; peak memory, MB.
+    took: [f64; 3],
     products: f64,
     floor: [f64; 2],
 }
 
 impl Row {
     fn record(&self) -> String {
-        let [time, memory] = self.floor;
+        let ([time, memory], [wall, processor, peak]) = (self.floor, self.took);
         format!(
-            "{},{},{:.2},{:.2},{:.0},{},{:.3},{:.0},{:.1},{:.1}\n",
+            "{},{},{wall:.2},{processor:.2},{peak:.0},{},{time:.3},{memory:.0},{:.1},{:.1}\n",
             self.cells,
             self.zones,
-            self.wall,
-            self.processor,
-            self.peak,
             self.products,
-            time,
-            memory,
-            self.wall / time,
-            self.peak / memory
+            wall / time,
+            peak / memory
         )
     }
 }
@@ -83,24 +76,13 @@ fn operations(n: f64) -> f64 {
 }
 
 fn solve(command: &Path, text: &str, cells: usize) -> Result<Row, Any> {
-    let folder = std::env::temp_dir().join(format!("zonal-spectral-{}", std::process::id()));
-    std::fs::create_dir_all(&folder)?;
-    let (scene, run) = (folder.join("scene.toml"), folder.join("run.npz"));
-    let of = |l: &str| {
-        if l.starts_with("cells") {
-            format!("cells = [{cells}, {cells}, {cells}]\n")
-        } else {
-            format!("{l}\n")
-        }
-    };
-    output::write_bytes(&scene, text.lines().map(of).collect::<String>().as_bytes())?;
-    let mut solve = Command::new(command);
-    solve.arg("solve").arg(&scene).args(["--json", "--engine", "spectral", "-o"]).arg(&run);
-    let done = watched(&mut solve);
-    let written = std::fs::metadata(&run).map_or(0, |m| m.len());
-    std::fs::remove_dir_all(&folder)?;
-    let (said, [wall, processor, peak]) = done?;
-    let report: serde_json::Value = serde_json::from_str(&said)?;
+    let size = |run: &Path| Ok(std::fs::metadata(run).map_or(0, |m| m.len()));
+    let (report, took, written) = command::solve(
+        command,
+        &sized::with(text, "cells", |_| Ok(format!("{:?}", [cells; 3])))?,
+        &["--engine", "spectral"],
+        size,
+    )?;
     let zones = ["patches", "voxels"].iter().filter_map(|k| report["zones"][k].as_f64()).sum();
     let steps = report["residuals"][0].as_array().map_or(0, Vec::len);
     // One a step and one to begin with, closure, and what arrives in the end.
@@ -109,7 +91,7 @@ fn solve(command: &Path, text: &str, cells: usize) -> Result<Row, Any> {
     let threads = std::thread::available_parallelism()?.get() as f64;
     let time = products * operations(n) / (rate((2 * cells).next_power_of_two()) * threads);
     let memory = (16.0 * n * (n + 1.0) * 2.0 * n + written as f64) / 1e6;
-    Ok(Row { cells, zones, wall, processor, peak, products, floor: [time, memory] })
+    Ok(Row { cells, zones, took, products, floor: [time, memory] })
 }
 
 fn draw(rows: &[Row], path: &Path) -> Result<(), Any> {
@@ -117,9 +99,9 @@ fn draw(rows: &[Row], path: &Path) -> Result<(), Any> {
         Plot::new("The spectral engine: a cube of n³ voxels and its walls", "zones", "s, GB", (true, true));
     p.legend = Legend::LowerRight;
     let curve = |of: &dyn Fn(&Row) -> f64| rows.iter().map(|r| (r.zones, of(r))).collect();
-    p.add("wall time of the command, s", Mark::Line, 0, curve(&|r| r.wall))
+    p.add("wall time of the command, s", Mark::Line, 0, curve(&|r| r.took[0]))
         .add("its floor: transforms alone, s", Mark::Dashed, 0, curve(&|r| r.floor[0]))
-        .add("peak memory, GB", Mark::Line, 1, curve(&|r| r.peak / 1e3))
+        .add("peak memory, GB", Mark::Line, 1, curve(&|r| r.took[2] / 1e3))
         .add("its floor: one spectrum, the solution, GB", Mark::Dashed, 1, curve(&|r| r.floor[1] / 1e3));
     Ok(p.write(path).map_err(|e| e.to_string())?)
 }

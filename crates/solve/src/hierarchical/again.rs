@@ -3,8 +3,9 @@
 //! Zones that see something bright through a gap, or stand alone among others, stay noisy however wide a window others allow. Where the
 //! error told exceeds a share of the tolerance times what arrives, direct light included (no less than a part of its mean over the zones
 //! of the kind, and no more than a part of its root mean square: errors of bright zones count in full), the zone shoots again:
-//! (e/wanted)² times as many rays as it has, e the error of its own rays; all wishes shrink alike where they are too many. (To serve the
-//! worst first was tried: it costs the others more than it gains them.) What all its rays say then stands for it, unsmoothed.
+//! (e/wanted)² times as many rays as it has, e the error of its own rays; all wishes shrink alike where they are too many, and zones that so
+//! few would not serve stay as they are. (To serve the worst first was tried: it costs the others more than it gains them.) What all its
+//! rays say then stands for it, unsmoothed.
 
 use super::onward::Lamps;
 use super::seeing::Seeing;
@@ -33,6 +34,15 @@ struct Wish {
     rays: usize,
 }
 
+/// A zone whose error is above what is wanted.
+struct Noisy {
+    zone: usize,
+    /// Rays that it wishes for over those that it has.
+    times: f64,
+    /// Rays over those that it has with which these alone, old and new, are as good as the smoothed field.
+    least: f64,
+}
+
 /// The light of a zone, its bands together.
 fn whole(v: &Bands) -> f64 {
     v.iter().sum()
@@ -49,7 +59,7 @@ fn wishes(
 ) -> Vec<Wish> {
     let (n, first) = (told.len(), views.patches());
     let value = |i: usize| values.iter().map(|c| whole(&c[i])).sum::<f64>() + whole(&direct[i]);
-    let mut out: Vec<(usize, f64)> = Vec::new();
+    let mut out: Vec<Noisy> = Vec::new();
     for (range, share) in [0..first, first..n].into_iter().zip(SHARE) {
         let own = |k: usize| value(range.start + k);
         let [sum, squares, _] = crate::columns::sum(range.len(), |k| [own(k), own(k).powi(2), 0.0]);
@@ -59,14 +69,24 @@ fn wishes(
             let wanted = share * tolerance * value(i).max(dark).min(bright);
             let raw = CAUTION * whole(&seen[i].error);
             let more = whole(&told[i]) > wanted && wanted > 0.0;
-            more.then(|| (i, (raw / wanted).powi(2).clamp(TIMES[0], TIMES[1])))
+            let times = (raw / wanted).powi(2).clamp(TIMES[0], TIMES[1]);
+            more.then(|| Noisy { zone: i, times, least: (raw / whole(&told[i])).powi(2) })
         };
         out.extend(range.into_par_iter().filter_map(one).collect::<Vec<_>>());
     }
-    let asked: f64 = out.iter().map(|(i, f)| f * views.of(*i).len() as f64).sum();
-    let all = (ALL * views.rays()[0] as f64 / asked.max(1.0)).min(1.0);
-    let wish = |(i, f): (usize, f64)| Wish { zone: i, rays: (all * f * views.of(i).len() as f64) as usize };
-    out.into_iter().map(wish).collect()
+    share_out(out, &|zone| views.of(zone).len(), ALL * views.rays()[0] as f64)
+}
+
+/// No more than so many rays for zones that have some.
+fn share_out(mut list: Vec<Noisy>, rays_of: &dyn Fn(usize) -> usize, most: f64) -> Vec<Wish> {
+    let asked = |list: &[Noisy]| list.iter().map(|z| z.times * rays_of(z.zone) as f64).sum::<f64>();
+    let share = |list: &[Noisy]| (most / asked(list).max(1.0)).min(1.0);
+    // What those leave over that it would not serve goes to the others.
+    let all = share(&list);
+    list.retain(|z| 1.0 + all * z.times > z.least);
+    let all = share(&list);
+    let wish = |z: Noisy| Wish { zone: z.zone, rays: (all * z.times * rays_of(z.zone) as f64) as usize };
+    list.into_iter().map(wish).collect()
 }
 
 impl Seeing<'_> {
@@ -132,5 +152,22 @@ impl Seeing<'_> {
             own.into_iter().zip(values.iter_mut()).for_each(|(v, to)| to[i] = v);
         }
         list.iter().map(|w| w.rays as u64).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_go_where_they_serve() {
+        let noisy = |zone, times, least| Noisy { zone, times, least };
+        // Of 100 rays each: 400 are asked for and 200 allowed. Half a wish would leave the second worse than smoothing does.
+        let list = vec![noisy(3, 2.0, 1.5), noisy(5, 2.0, 2.5)];
+        let wishes = share_out(list, &|_| 100, 200.0);
+        assert_eq!(wishes.iter().map(|w| (w.zone, w.rays)).collect::<Vec<_>>(), [(3, 200)]);
+        // Where all have what they wish for, all are served.
+        let list = vec![noisy(3, 2.0, 1.5), noisy(5, 2.0, 2.5)];
+        assert_eq!(share_out(list, &|_| 100, 400.0).len(), 2);
     }
 }

@@ -90,7 +90,9 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
         let (operator, solved) = (Box::new(look.seeing), Some((ended, arriving)));
         let mut warnings: Vec<String> = budget.note(zones, tolerance, each).into_iter().collect();
         if !met {
-            warnings.push(unmet(look.estimate, tolerance));
+            // No tolerance asks for more.
+            let all = each == super::seeing::rays(zones, f64::MIN_POSITIVE, f64::INFINITY);
+            warnings.push(unmet(look.estimate, tolerance, all && !linked));
             warnings.extend(barred.then(|| NO_LINKS.into()));
         }
         return Ok(Built { operator, closure, counts, warnings, sky_of_slopes: Vec::new(), solved });
@@ -155,10 +157,15 @@ fn relative(site: &Site, escape: &Escape, all: &[Measured]) -> f64 {
     e.patches.iter().chain(&e.volumes).fold(0.0, |m, x| m.max(*x))
 }
 
-fn unmet(estimate: f64, tolerance: f64) -> String {
-    format!(
-        "the estimated error, {estimate:.1e}, is above the tolerance {tolerance}: give a smaller tolerance"
-    )
+/// What to say where the tolerance is missed; `all` where no more rays are ever shot.
+fn unmet(estimate: f64, tolerance: f64, all: bool) -> String {
+    let mend = match all {
+        true => {
+            "no more rays are shot of so many zones; use fewer (patch_size, cells), or a larger tolerance"
+        }
+        false => "give a smaller tolerance",
+    };
+    format!("the estimated error, {estimate:.1e}, is above the tolerance {tolerance}: {mend}")
 }
 
 /// Whether memory holds a factor for every pair.
@@ -210,13 +217,13 @@ fn links<'a>(
             return Ok(every_pair(site, escape, views));
         }
         if round >= ROUNDS || estimate > LITTLE * before {
-            warnings.push(unmet(estimate, tolerance));
+            warnings.push(unmet(estimate, tolerance, false));
             break;
         }
         before = estimate;
         let step = (tolerance / estimate).powf(STEEPNESS).clamp(STEP[0], STEP[1]);
         if made.links.len() as f64 / step * budget.link > budget.links {
-            warnings.extend([unmet(estimate, tolerance), NO_LINKS.into()]);
+            warnings.extend([unmet(estimate, tolerance, false), NO_LINKS.into()]);
             break;
         }
         made.epsilon *= step;

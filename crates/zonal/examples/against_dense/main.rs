@@ -1,8 +1,8 @@
-//! Compares the hierarchical engine with the dense one on the same zones.
+//! Compares the hierarchical engine with the dense or the spectral one on the same zones.
 //!
 //! ```text
 //! against_dense [c0|c8|c9|demo|cornell|randomSEED|SCENE.toml ...] [--size 10] [--tolerances 0.1,0.03,0.01] [--dense 0.01]
-//!               [--samples 4] [--worst 5] [--shared ../shared] [--csv docs/against_dense.csv] [--plot docs/against_dense.svg]
+//!               [--reference dense|spectral] [--samples 4] [--worst 5] [--shared ../shared] [--csv docs/against_dense.csv] [--plot docs/against_dense.svg]
 //! ```
 //!
 //! Printed for each tolerance: processor time, links and rays a zone, and for patches (H), voxel zones (G) and panes the L2 error (RMS of
@@ -11,7 +11,9 @@
 //! estimate; a band each where they differ. What misses its mark is named at the line's end. `--csv` puts the figures into a table, in the
 //! place of older ones, and `--plot` draws the whole table, without scenes too. `--dense` is the dense engine's own tolerance: that of what
 //! it samples, pairs that are seen in part. The reference is the mean of so many `--samples` of it, whose rays have nothing in common with
-//! one another or with what is compared; their spread tells how well it is known itself. `--worst` lists so many zones of the largest
+//! one another or with what is compared; their spread tells how well it is known itself. In a box on the grid of its medium
+//! `--reference spectral` gives every exchange area to 1e-12 instead, for as many zones as memory holds. `--size` also sets the cells along
+//! each edge of a scene file's medium. `--worst` lists so many zones of the largest
 //! differences. c8 and cornell read from `../shared`.
 
 #[path = "../common/process.rs"]
@@ -27,6 +29,7 @@ use scenes::Any;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use zonal::exchange::pair::Settings;
+use zonal::scene::scene::ThickZones;
 use zonal::scene::{Bands, Engine, Fields, Groups, Quiet, Report, Scene, Zones, bands};
 use zonal::solve::pipeline::{Job, solve_zones};
 use zonal::transport::{Transport, build_zones};
@@ -46,6 +49,8 @@ struct Solved {
 fn solved(scene: &Scene, engine: Engine, tolerance: f64, sample: u64) -> Result<Solved, Any> {
     let mut options = scene.options().clone();
     (options.engine, options.tolerance, options.groups) = (engine, tolerance, Groups::All);
+    // What links and rays have, too.
+    options.thick_zones = ThickZones::Constant;
     let scene = scene.clone().with_options(options)?;
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport)?;
@@ -56,11 +61,14 @@ fn solved(scene: &Scene, engine: Engine, tolerance: f64, sample: u64) -> Result<
     Ok(Solved { fields, report, zones, seconds: used.unwrap_or(start.elapsed().as_secs_f64()) })
 }
 
-/// The mean of so many samples of the dense engine, and the standard errors of H and G over their root mean squares.
-fn reference(scene: &Scene, tolerance: f64, samples: u64) -> Result<(Solved, [f64; 2]), Any> {
+/// The mean of so many samples of the engine that is compared with, and the standard errors of H and G over their root mean squares.
+fn reference(scene: &Scene, wanted: &Wanted) -> Result<(Solved, [f64; 2]), Any> {
     let mut all = Vec::new();
-    for sample in 1..=samples {
-        all.push(solved(scene, Engine::Dense, tolerance, sample)?);
+    for sample in 1..=wanted.samples {
+        all.push(solved(scene, wanted.engine, wanted.reference, sample)?);
+    }
+    if all.len() == 1 {
+        return Ok((all.swap_remove(0), [0.0; 2]));
     }
     let n = all.len() as f64;
     let count = all[0].zones.len();
@@ -74,7 +82,7 @@ fn reference(scene: &Scene, tolerance: f64, samples: u64) -> Result<(Solved, [f6
                 apart += all.iter().map(|s| (s.fields.incident[i][b] - mean[i][b]).powi(2)).sum::<f64>();
             }
         }
-        if n > 1.0 && whole > 0.0 { (apart / whole / (n - 1.0)).sqrt() } else { 0.0 }
+        if whole > 0.0 { (apart / whole / (n - 1.0)).sqrt() } else { 0.0 }
     };
     let first = all[0].zones.voxel_offset();
     let known = [part(0..first), part(first..count)];
@@ -86,7 +94,8 @@ fn reference(scene: &Scene, tolerance: f64, samples: u64) -> Result<(Solved, [f6
 /// What is asked for.
 struct Wanted<'a> {
     tolerances: Vec<f64>,
-    /// Of the dense engine, and how many samples of it.
+    /// What is compared with: the engine, its tolerance, and how many samples of it.
+    engine: Engine,
     reference: f64,
     samples: u64,
     /// How many of the worst zones are listed.
@@ -96,14 +105,14 @@ struct Wanted<'a> {
 
 /// Compares one scene at all tolerances.
 fn compare(name: &str, scene: &Scene, wanted: &Wanted) -> Result<(), Any> {
-    let (Solved { fields: dense, report: own, zones, seconds }, known) =
-        reference(scene, wanted.reference, wanted.samples)?;
+    let (Solved { fields: dense, report: own, zones, seconds }, known) = reference(scene, wanted)?;
     let (patches, panes) = (zones.voxel_offset(), zones.pane_offset());
     println!(
-        "{name}: {} patches, {} voxel zones, {} panes; dense {seconds:.2} s, its own estimate {:.3} % of H, {:.3} % of G; known to {:.3} and {:.3} %",
+        "{name}: {} patches, {} voxel zones, {} panes; {:?} {seconds:.2} s, its own estimate {:.3} % of H, {:.3} % of G; known to {:.3} and {:.3} %",
         patches,
         panes - patches,
         zones.panes.len(),
+        wanted.engine,
         100.0 * own.estimate.patches.into_iter().fold(0.0, f64::max),
         100.0 * own.estimate.volumes.into_iter().fold(0.0, f64::max),
         100.0 * known[0],
@@ -147,10 +156,21 @@ fn main() -> Result<(), Any> {
     let size = option("--size").map(|s| s.parse()).transpose()?;
     let tolerances = option("--tolerances").map_or("0.1,0.03,0.01", |s| s.as_str());
     let (csv, plot) = (option("--csv").map(Path::new), option("--plot").map(Path::new));
+    let spectral = match option("--reference").map_or("dense", |e| e.as_str()) {
+        "dense" => false,
+        "spectral" => true,
+        other => return Err(format!("--reference {other}: give dense or spectral").into()),
+    };
     let wanted = Wanted {
         tolerances: tolerances.split(',').map(str::parse).collect::<Result<_, _>>()?,
+        engine: if spectral { Engine::Spectral } else { Engine::Dense },
         reference: option("--dense").map_or("0.01", |s| s.as_str()).parse()?,
-        samples: option("--samples").map_or("4", |s| s.as_str()).parse::<u64>()?.max(1),
+        // Transforms have no rays, and no second opinion.
+        samples: if spectral {
+            1
+        } else {
+            option("--samples").map_or("4", |s| s.as_str()).parse::<u64>()?.max(1)
+        },
         worst: option("--worst").map_or("0", |s| s.as_str()).parse()?,
         csv,
     };

@@ -2,6 +2,8 @@
 
 #[path = "../common/cornell.rs"]
 mod cornell;
+#[path = "../common/sized.rs"]
+mod sized;
 
 use crate::random;
 use std::path::{Path, PathBuf};
@@ -51,6 +53,14 @@ fn boxes(n: usize, shared: &Path) -> String {
     cornell::cornell("cornell", &shared.join(MESHES), true, &solve) + &cornell::haze(0.002, "0.8", n)
 }
 
+/// The scene of a file, its medium with so many cells along each edge where that is asked for.
+fn of_file(file: &Path, cells: Option<usize>) -> Result<Scene, Any> {
+    let Some(n) = cells else { return Ok(input::read_scene(file)?) };
+    let text = sized::with(&std::fs::read_to_string(file)?, "cells", |_| Ok(format!("{:?}", [n; 3])))?;
+    let name = file.file_stem().and_then(|s| s.to_str()).unwrap_or("scene");
+    Ok(input::parse_scene(&text, file.parent(), name)?)
+}
+
 /// The scene of a name, or of a file; `size` cells along an edge.
 pub fn scene(name: &str, size: Option<usize>, shared: &Path) -> Result<Scene, Any> {
     let default = NAMED.iter().find(|s| s.0 == name).map_or(11, |s| s.1);
@@ -68,7 +78,7 @@ pub fn scene(name: &str, size: Option<usize>, shared: &Path) -> Result<Scene, An
         "cornell" => boxes(n, shared),
         _ => match seed {
             Some(seed) => random::scene(seed, n, &file)?,
-            None => return Ok(input::read_scene(Path::new(name))?),
+            None => return of_file(Path::new(name), size),
         },
     };
     let scene = input::parse_scene(&text, Some(&std::env::temp_dir()), name);

@@ -1,7 +1,7 @@
 //! Commands run to their end, with what they took.
 
 #[path = "process.rs"]
-mod process;
+pub mod process;
 
 use process::Process;
 use std::io::Read as _;

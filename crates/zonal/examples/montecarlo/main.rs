@@ -2,26 +2,28 @@
 //!
 //! ```text
 //! montecarlo [--cases c0,c9] [--sizes 10,20] [--reference FOLDER] [-o docs/montecarlo.md]
-//! montecarlo --engine hierarchical|spectral [--tolerances 0.03,0.01] [--cases c0,c8,c9] [--sizes 40] [--pictures FOLDER]
-//!            [--thick-zones constant|linear]
+//! montecarlo --engine hierarchical|spectral [--command target/release/zonal] [--tolerances 0.03,0.01] [--cases c0,c8,c9] [--sizes 40]
+//!            [--thick-zones constant|linear] [--pictures FOLDER]
 //! ```
 //!
 //! Our zones are averaged down to the tables' 10×10 patches a wall and 10³ voxels, and compared with `*_sym` where it exists. The page,
-//! by the dense engine, has the root mean square and the largest of the relative difference over all entries above zero. With
-//! `--engine hierarchical` a table is printed of L2 (RMS of the difference over RMS of the table) and pointwise errors (RMS of the
-//! relative difference over entries above a tenth of the mean), with what the solve took. `--pictures` draws c0 and c8 from the camera
-//! of `image_*`, writes them as EXR into the folder and compares: sqrt(mean d² − mean σ²) over the mean, σ the reference's standard error.
+//! by the dense engine, has the root mean square and the largest of the relative difference over all entries above zero; sections that
+//! follow its table stay. With `--engine hierarchical` or `spectral` a table is printed of L2 (RMS of the difference over RMS of the table)
+//! and pointwise errors (RMS of the relative difference over entries above a tenth of the mean), with the processor time of the solve; with
+//! `--command` the solve is a process of its own, and the time all of its: reading, solving, writing. `--pictures` draws c0 and c8 from the
+//! camera of `image_*`, writes them as EXR into the folder and compares: sqrt(mean d² − mean σ²) over the mean, σ the reference's standard
+//! error.
 
-#[path = "../common/process.rs"]
-mod process;
+#[path = "../common/command.rs"]
+mod command;
 
-use process::Process;
+use command::watch::process::Process;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use zonal::commands::validate::montecarlo::cubes::{CUBES, Cube};
 use zonal::commands::validate::montecarlo::{Compared, Difference, pictures};
 use zonal::io::{input, output};
-use zonal::scene::{Quiet, Scene, Solution};
+use zonal::scene::{Quiet, Solution};
 
 /// Any error, in a sentence.
 type Any = Box<dyn std::error::Error>;
@@ -59,7 +61,7 @@ fn line(d: &Compared, c: &Cube, n: usize, tolerance: f64, s: &Solution, seconds:
     };
     let errors = |e: &Difference| both((e.l2, e.pointwise));
     format!(
-        "| {} | {n} | {tolerance} | {zones} | {seconds:.1} | {:.1}, {:.0} | {} | {} | {} | {}, {} | {}, {} |\n",
+        "| {} | {n} | {tolerance} | {zones} | {seconds:.2} | {:.1}, {:.0} | {} | {} | {} | {}, {} | {}, {} |\n",
         c.name,
         count(&["links, each direction"]),
         count(&["rays of views", "rays between clusters"]),
@@ -77,18 +79,16 @@ fn both((a, b): (f64, f64)) -> String {
     format!("{} | {}", percent(a), percent(b))
 }
 
-/// The scene of a cube; an extinction that varies lies in a file while it is read.
-fn scene(c: &Cube, n: usize, solve: &str, folder: &Path) -> Result<Scene, Any> {
-    let base = std::env::temp_dir();
+/// The scene of a cube. With it the file that it reads, if any: the medium's densities, to be removed when the scene has been read.
+fn written(c: &Cube, n: usize, solve: &str, folder: &Path) -> Result<(String, Option<PathBuf>), Any> {
     if !c.varies() {
-        return Ok(input::parse_scene(&c.text(n, solve, ""), Some(&base), c.name)?);
+        return Ok((c.text(n, solve, ""), None));
     }
-    let density = base.join(format!("zonal-montecarlo-{}-{}.npy", c.name, std::process::id()));
+    let density =
+        std::env::temp_dir().join(format!("zonal-montecarlo-{}-{}.npy", c.name, std::process::id()));
     let (shape, values) = c.extinction(folder)?;
     output::write_array(&density, &shape, &values)?;
-    let scene = input::parse_scene(&c.text(n, solve, &density.display().to_string()), Some(&base), c.name);
-    std::fs::remove_file(&density)?;
-    Ok(scene?)
+    Ok((c.text(n, solve, &density.display().to_string()), Some(density)))
 }
 
 /// Draws, writes `NAME.exr` and `NAME.png`, and says how the picture compares.
@@ -105,6 +105,21 @@ fn picture(s: &Solution, c: &Cube, folder: &Path, (out, name): (&Path, &str)) ->
     ))
 }
 
+/// A solution and its processor time, s; the time that passed where no system tells.
+fn here(text: &str, name: &str) -> Result<(Solution, f64), Any> {
+    let scene = input::parse_scene(text, Some(&std::env::temp_dir()), name)?;
+    let (start, before) = (Instant::now(), Process::new("self").seconds());
+    let s = zonal::solve::solve(scene, MEMORY, &Quiet)?;
+    let used = before.zip(Process::new("self").seconds()).map(|(a, b)| b - a);
+    Ok((s, used.unwrap_or(start.elapsed().as_secs_f64())))
+}
+
+/// The same by the command, with all that its process took.
+fn by_command(command: &Path, text: &str) -> Result<(Solution, f64), Any> {
+    let (_, [_, seconds, _], s) = command::solve(command, text, &[], |run| Ok(output::read_solution(run)?))?;
+    Ok((s, seconds))
+}
+
 fn main() -> Result<(), Any> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let option =
@@ -118,6 +133,7 @@ fn main() -> Result<(), Any> {
     let tolerances = option("--tolerances").unwrap_or("0.01".into());
     let tolerances: Vec<f64> = tolerances.split(',').map(str::parse).collect::<Result<_, _>>()?;
     let thick = option("--thick-zones").unwrap_or("auto".into());
+    let command = option("--command").map(PathBuf::from);
     let pictures = option("--pictures").map(PathBuf::from);
     let mut page = if dense { PAGE } else { TABLE }.to_string();
     print!("{page}");
@@ -127,11 +143,13 @@ fn main() -> Result<(), Any> {
             let solve = format!(
                 "{residual}engine = \"{engine}\"\ntolerance = {tolerance}\nthick_zones = \"{thick}\""
             );
-            let scene = scene(c, n, &solve, &reference)?;
-            let (start, before) = (Instant::now(), Process::new("self").seconds());
-            let s = zonal::solve::solve(scene, MEMORY, &Quiet)?;
-            let used = before.zip(Process::new("self").seconds()).map(|(a, b)| b - a);
-            let seconds = used.unwrap_or(start.elapsed().as_secs_f64());
+            let (text, file) = written(c, n, &solve, &reference)?;
+            let solved = match &command {
+                Some(command) => by_command(command, &text),
+                None => here(&text, c.name),
+            };
+            file.map_or(Ok(()), std::fs::remove_file)?;
+            let (s, seconds) = solved?;
             let compared = Compared::new(&s, c, &reference)?;
             let line = if dense {
                 page_line(&compared, c, n, &s)
@@ -147,6 +165,8 @@ fn main() -> Result<(), Any> {
         }
     }
     if let Some(out) = option("-o") {
+        let old = std::fs::read_to_string(&out).unwrap_or_default();
+        page += old.find("\n## ").map_or("", |at| &old[at..]);
         output::write_bytes(Path::new(&out), page.as_bytes())?;
     }
     Ok(())

@@ -61,11 +61,15 @@ impl Images {
         up.chain(down).collect()
     }
 
-    /// Offsets that a table with these `counts` of distinct offsets computes, about: the box around what is within reach.
+    /// Offsets that a table with these `counts` of distinct offsets computes, about: the box around what is within reach. Infinitely many
+    /// where that is further than tables count cells.
     pub fn work(&self, counts: [usize; 3]) -> f64 {
         let along = |k: usize| match self.period[k] {
             Some(1) => 1.0,
-            Some(_) => (self.reach / self.edges[k]).ceil() + 2.0,
+            Some(_) => match (self.reach / self.edges[k]).ceil() + 2.0 {
+                cells if cells < f64::from(u16::MAX) => cells,
+                _ => f64::INFINITY,
+            },
             None => counts[k] as f64,
         };
         (0..3).map(along).product()
