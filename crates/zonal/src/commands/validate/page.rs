@@ -16,9 +16,6 @@ const CURVES: usize = 6;
 /// Levels that lie farther below all curves than this are left out of a plot.
 const FRAME: f64 = 0.2;
 
-const LEGEND: &str = "Lines: distance from the extrapolated value where there is one, else from the reference. Dashed in the same colour: the reference's own distance from it (of tables by \
-Monte Carlo: their standard error), where it is in the frame.";
-
 /// Writes the page and its plots; its path.
 pub fn write(folder: &Path, plots: &Folder, done: &[Done]) -> Result<PathBuf, Failure> {
     let mut page = include_str!("head.md").to_string();
@@ -96,7 +93,8 @@ fn failures(done: &[Done]) -> String {
 
 fn case(d: &Done, plots: &Folder) -> Result<String, Failure> {
     let name = d.case.name;
-    let mut out = format!("### {name}\n\n{}: {}. {}\n\n", d.case.title, summary(&d.outcome), d.case.about);
+    let mut out =
+        format!("### {name}\n\n**{}**: {}. {}\n\n", d.case.title, summary(&d.outcome), d.case.about);
     if let Some(why) = &d.outcome.skipped {
         return Ok(out + &format!("Skipped: {why}.\n\n"));
     }
@@ -106,7 +104,7 @@ fn case(d: &Done, plots: &Folder) -> Result<String, Failure> {
     }
     if !d.outcome.sequences.is_empty() {
         convergence(d, plots)?;
-        out += &format!("![convergence of {name}](validation/{name}.svg)\n\n{}\n\n", LEGEND);
+        out += &format!("![convergence of {name}](validation/{name}.svg)\n\n");
         out += &extrapolations(&d.outcome.sequences);
     }
     for p in &d.outcome.pictures {
@@ -132,13 +130,11 @@ fn extrapolations(all: &[Sequence]) -> String {
     let rows: Vec<Vec<String>> = (all.iter())
         .map(|s| {
             let last = s.steps.last().map_or((f64::NAN, f64::NAN), |l| *l);
-            let reference =
-                s.reference.filter(|r| r.0 != 0.0 || r.1 != 0.0).map_or("–".into(), |(value, bracket)| {
-                    match bracket {
-                        0.0 => number(value, 7),
-                        b => format!("{} ± {}", number(value, 7), number(b, 1)),
-                    }
-                });
+            let reference = s.reference.map_or("–".into(), |(value, bracket)| match bracket {
+                b if value == 0.0 => format!("standard error {}", number(b, 2)),
+                0.0 => number(value, 7),
+                b => format!("{} ± {}", number(value, 7), number(b, 1)),
+            });
             let (value, order) = match &s.limit {
                 Ok(e) => {
                     let orders: Vec<String> = e.orders.iter().map(|p| format!("{p:.2}")).collect();
