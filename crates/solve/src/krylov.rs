@@ -35,6 +35,9 @@ use zonal_scene::{Bands, Progress, SolveStatus, Vault, bands};
 /// Iterations without a new smallest residual after which a band counts as stalled.
 const PATIENCE: usize = 30;
 
+/// Residual that rounding may leave of a solve that counts as converged, where less was asked for.
+const MOST_ROUNDING: f64 = 1e-10;
+
 /// Iterations between two states that are kept: little work is lost, and little time goes into keeping.
 const KEEP_EVERY: usize = 10;
 
@@ -307,11 +310,19 @@ fn step<const N: usize>(
             c.best[b] = (relative, iteration);
         }
         if relative <= wanted {
-            c.status[b] = Some(SolveStatus::Converged);
+            c.status[b] =
+                Some(if carried(c, weight, b) { SolveStatus::Converged } else { SolveStatus::Stalled });
         } else if !relative.is_finite() || pq[b] <= 0.0 || iteration - c.best[b].1 > PATIENCE {
             c.status[b] = Some(SolveStatus::Stalled);
         }
     }
+}
+
+/// True where the strengths can carry the residual that the iteration tells: it is kept apart from them, and where next to nothing is absorbed
+/// they grow until their own rounding leaves more power than that.
+fn carried<const N: usize>(c: &Column<N>, weight: &Weight<N>, b: usize) -> bool {
+    let whole = columns::sum(c.y.len(), |i| weight.left(i, c.y[i]));
+    f64::EPSILON * whole[b] <= c.residuals[b].last().map_or(0.0, |r| r.max(MOST_ROUNDING)) * c.power[b]
 }
 
 fn ended<const N: usize>(c: Column<N>, root: &[[f64; N]], source: &[Bands]) -> Ended {

@@ -74,7 +74,8 @@ fn radiative_equilibrium_in_a_cube_gives_the_table_at_finite_zones() {
         let medium =
             format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[{n},{n},{n}]\nextinction={tau}\nalbedo=1");
         let walls = "reflectance=0\nfaces.z0 = { emission = 1 }";
-        let s = solved(&unit_room(&format!("patch_size={}\nresidual=1e-12", 1.0 / n as f64), walls, &medium));
+        let solve = format!("patch_size={}\nresidual=1e-12\nthick_zones=\"constant\"", 1.0 / n as f64);
+        let s = solved(&unit_room(&solve, walls, &medium));
         let q = 1.0 - mean(&s, &s.fields.incident, &patches_of(&s, "z0"));
         assert!((q - want).abs() < 6e-7, "tau {tau}, n {n}: {q} against {want}");
         let opposite = mean(&s, &s.fields.incident, &patches_of(&s, "z1"));
@@ -93,7 +94,7 @@ fn radiative_equilibrium_in_a_cube_gives_the_table_at_finite_zones() {
 fn centreline_of_the_equilibrium_cube() {
     let medium = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[9,9,9]\nextinction=1\nalbedo=1";
     let s = solved(&unit_room(
-        "patch_size=0.11111111111111112",
+        "patch_size=0.11111111111111112\nthick_zones=\"constant\"",
         "reflectance=0\nfaces.z0 = { emission = 1 }",
         medium,
     ));
@@ -157,8 +158,10 @@ fn one_cell_changed_by_nothing_changes_nothing() {
             k * (1.0 + 1e-12)
         );
         let walls = "reflectance=0.4\nfaces.x0 = { emission = 1 }";
-        let a = solved(&unit_room("patch_size=0.25", walls, &medium("")));
-        let b = solved(&unit_room("patch_size=0.25", walls, &medium(&other)));
+        // Slopes are for one extinction.
+        let solve = "patch_size=0.25\nthick_zones=\"constant\"";
+        let a = solved(&unit_room(solve, walls, &medium("")));
+        let b = solved(&unit_room(solve, walls, &medium(&other)));
         assert!(b.scene.voxmap().unwrap().uniform_extinction().is_none());
         let off = a
             .fields
