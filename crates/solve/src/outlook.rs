@@ -114,6 +114,8 @@ impl Outlook {
             Engine::Spectral => out.spectral(plan, choice),
             Engine::Dense | Engine::Auto => out.dense(plan, clock),
         };
+        let heat = crate::thermal::bytes(scene, zones);
+        out.bytes = out.bytes.map(|b| b + heat);
         let sum: f64 = out.parts.iter().map(|p| p.1).sum();
         out.seconds = [sum, sum + more];
         Ok(out)

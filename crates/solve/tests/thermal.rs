@@ -537,3 +537,33 @@ fn panes_are_warm_or_in_equilibrium() {
     let warm = solved(&text("temperature = 900"));
     assert!(row(&warm, "screen").power > 0.0 && balance(&warm).abs() < 1e-3);
 }
+
+#[test]
+fn a_slab_of_gases_emits_by_their_weights() {
+    // Three gases at 1500 K between cold black plates: Σ a_b(T) (1 − 2 E₃(τ_b)) σT⁴.
+    let smith = "weights = [[6.508e-1,-5.551e-4,3.029e-7,-5.353e-11], [-0.2504e-1,6.112e-4,-3.882e-7,6.528e-11], [2.718e-1,-3.118e-4,1.221e-7,-1.612e-11]]\nrange = [600, 2400]\nleft_out = true";
+    let text = slab(1.0, 4, [1.0, 1.0])
+        .replace("extinction = 1", "extinction = [0.1, 1, 2]")
+        .replace("heat_source = 0", "temperature = 1500")
+        .replace("temperature = 1000", "temperature = 1e-2")
+        .replace("temperature = 500", "temperature = 1e-2");
+    let scene = read(&format!("{text}[thermal]\n{smith}\n"));
+    let a = scene.thermal().unwrap().shares.weights(1500.0);
+    let s = solve(scene);
+    let want: f64 =
+        a.iter().zip([0.16741708, 0.78061607, 0.93973324]).map(|(a, e)| a * e).sum::<f64>() * black(1500.0);
+    for name in ["slab.z0", "slab.z1"] {
+        let [q, e] = row(&s, name).flux();
+        assert!((q + want).abs() < 1e-7 * want, "{q} ± {e}, {want}");
+    }
+    assert!((row(&s, "medium").power - 2.0 * want).abs() < 1e-7 * want);
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let heat = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| solve(Scene::new(gas_room(gas())).unwrap()).fields.heat.unwrap())
+    };
+    assert_eq!(heat(1), heat(3));
+}

@@ -56,6 +56,7 @@ pub fn scene_hash(scene: &Scene) -> String {
     h.option(o.sweeps);
     h.int(o.engine as usize);
     h.int(o.groups as usize);
+    h.int(o.thick_zones as usize);
     format!("{:032x}", h.0)
 }
 
@@ -89,9 +90,15 @@ pub fn factors_hash(scene: &Scene) -> String {
     let o = scene.options();
     h.real(o.tolerance);
     h.length(o.patch_size);
-    [shining as usize, o.patch_rule as usize, o.restore_closure as usize, o.engine as usize]
-        .into_iter()
-        .for_each(|n| h.int(n));
+    [
+        shining as usize,
+        o.patch_rule as usize,
+        o.restore_closure as usize,
+        o.engine as usize,
+        o.thick_zones as usize,
+    ]
+    .into_iter()
+    .for_each(|n| h.int(n));
     format!("{:032x}", h.0)
 }
 

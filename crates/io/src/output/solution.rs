@@ -11,7 +11,7 @@
 //! |---|---|---|
 //! | `radiosity`, `incident`, `direct`, `error` | [zones, 3] | B; H or G without direct light; H_dir or G_dir; error of `incident` |
 //! | `surroundings_error` | [zones, 3] or [0, 3] | the part of `error` that comes in from the surroundings |
-//! | `temperature`, `temperature_error`, `net`, `net_error` | [zones] | in thermal mode: K, and the net power that a zone gives, W/m² of patches, W/m³ of the others; a temperature that is not defined is NaN |
+//! | `temperature`, `temperature_error`, `net`, `net_error` | \[zones\] | in thermal mode: K, and the net power that a zone gives, W/m² of patches, W/m³ of the others; a temperature that is not defined is NaN |
 //! | `group_0_incident`, `group_0_direct`, … | [zones, 3], `<f8` or `<f4`; [0, 3] for none | the share of each light group, times `incident_scale` and `direct_scale` in `report.groups` of the header |
 //! | `group_0_error`, … | [zones, 3] | its part of `error`, times `incident_scale`, where errors are known of each group |
 //! | `patch_origin`, `_e1`, `_e2`, `_kind`, `_normal`, `_area`, `_facet`, `_surface`, `_reflectance`, `_emission` | [patches, …] | surface zones; kind 0 triangle, 1 parallelogram |
