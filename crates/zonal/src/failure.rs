@@ -3,25 +3,42 @@
 use std::fmt;
 use std::path::Path;
 
-/// Bad input or a file that cannot be written; the message names the file, the place and the mend. Exit code 2.
+/// Bad input or a file that cannot be written; the message names the file, the place and the mend. Exit code 2; that of a verdict that does
+/// not hold is 1.
 #[derive(Debug)]
-pub struct Failure(String);
+pub struct Failure {
+    message: String,
+    code: u8,
+}
+
+/// Exit code of bad input.
+const BAD: u8 = 2;
+/// Exit code of a verdict that does not hold.
+const VERDICT: u8 = 1;
 
 impl Failure {
     /// A failure with this message.
     pub fn new(message: impl Into<String>) -> Failure {
-        Failure(message.into())
+        Failure { message: message.into(), code: BAD }
     }
     /// A scene error that belongs to a file.
     pub fn in_file(path: &Path, error: impl fmt::Display) -> Failure {
-        Failure(format!("{}: {error}", path.display()))
+        Failure::new(format!("{}: {error}", path.display()))
+    }
+    /// Verdicts of `zonal validate` that do not hold.
+    pub fn verdict(message: impl Into<String>) -> Failure {
+        Failure { message: message.into(), code: VERDICT }
+    }
+    /// The exit code.
+    pub fn code(&self) -> u8 {
+        self.code
     }
 }
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // One line, whatever the parts said.
-        write!(f, "{}", self.0.trim().replace('\n', "; "))
+        write!(f, "{}", self.message.trim().replace('\n', "; "))
     }
 }
 
@@ -29,17 +46,17 @@ impl std::error::Error for Failure {}
 
 impl From<zonal_io::input::InputError> for Failure {
     fn from(e: zonal_io::input::InputError) -> Failure {
-        Failure(e.to_string())
+        Failure::new(e.to_string())
     }
 }
 impl From<zonal_io::output::FileError> for Failure {
     fn from(e: zonal_io::output::FileError) -> Failure {
-        Failure(e.to_string())
+        Failure::new(e.to_string())
     }
 }
 impl From<zonal_scene::SceneError> for Failure {
     fn from(e: zonal_scene::SceneError) -> Failure {
-        Failure(e.to_string())
+        Failure::new(e.to_string())
     }
 }
 

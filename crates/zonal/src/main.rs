@@ -4,13 +4,13 @@ use clap::Parser;
 use std::process::ExitCode;
 use zonal::commands::{Cli, run};
 
-/// Exit codes: 0 done, 2 bad input or an output that cannot be written.
+/// Exit codes: 0 done, 1 a verdict of `validate` does not hold, 2 bad input or an output that cannot be written.
 fn main() -> ExitCode {
     match run(Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
             eprintln!("error: {e}");
-            ExitCode::from(2)
+            ExitCode::from(e.code())
         }
     }
 }

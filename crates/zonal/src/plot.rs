@@ -19,6 +19,8 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(90, 90, 90),
 ];
 const SIZE: (u32, u32) = (860, 560);
+/// Pixels of the labels along the vertical axis.
+const LABELS: u32 = 78;
 const FONT: &str = "Helvetica, Arial, sans-serif";
 
 /// How a series is drawn.
@@ -30,6 +32,8 @@ pub enum Mark {
     Dashed,
     /// Dots only.
     Dots,
+    /// A line without dots.
+    Plain,
 }
 
 /// Points with a name in the legend; an empty name has none.
@@ -72,7 +76,12 @@ pub enum Legend {
     UpperRight,
     /// For curves that rise.
     LowerRight,
+    /// Beside the plot, for many curves.
+    Beside,
 }
+
+/// Pixels that a legend beside the plot takes.
+const BESIDE: u32 = 230;
 
 impl Plot {
     /// An empty plot.
@@ -126,6 +135,22 @@ impl Plot {
         Ok(())
     }
 
+    /// The legend to the right of the plot.
+    fn beside(
+        &self,
+        area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
+        text: &TextStyle,
+    ) -> Result<(), Box<dyn std::error::Error>> {
+        const LINE: i32 = 22;
+        let left = (SIZE.0 - BESIDE) as i32 + 14;
+        for (k, s) in self.series.iter().filter(|s| !s.name.is_empty()).enumerate() {
+            let y = 52 + LINE * k as i32;
+            area.draw(&sample(left, y, s.mark, COLOURS[s.colour % COLOURS.len()]))?;
+            area.draw(&Text::new(s.name.clone(), (left + 28, y - 7), text.clone()))?;
+        }
+        Ok(())
+    }
+
     fn chart<X, Y>(
         &self,
         area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
@@ -142,9 +167,9 @@ impl Plot {
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, title)
             .margin(14)
-            .margin_right(24)
+            .margin_right(if self.legend == Legend::Beside { BESIDE } else { 24 })
             .x_label_area_size(52)
-            .y_label_area_size(78)
+            .y_label_area_size(LABELS)
             .build_cartesian_2d(x, y)?;
         let label = (FONT, 14).into_font().color(&RGBColor(60, 60, 60));
         chart
@@ -170,6 +195,7 @@ impl Plot {
                 Mark::Dashed => {
                     chart.draw_series(DashedLineSeries::new(points(), 6, 4, colour.stroke_width(2)))?
                 }
+                Mark::Plain => chart.draw_series(LineSeries::new(points(), colour.stroke_width(2)))?,
                 Mark::Dots => chart.draw_series(points().map(|p| Circle::new(p, 3, colour.filled())))?,
             };
             if s.name.is_empty() {
@@ -180,12 +206,14 @@ impl Plot {
             drawn.legend(move |(x, y)| sample(x, y, mark, colour));
         }
         let text = (FONT, 13).into_font().color(&RGBColor(40, 40, 40)).pos(Pos::new(HPos::Left, VPos::Top));
+        let corner = match self.legend {
+            Legend::UpperRight => SeriesLabelPosition::UpperRight,
+            Legend::LowerRight => SeriesLabelPosition::LowerRight,
+            Legend::Beside => return self.beside(area, &text),
+        };
         chart
             .configure_series_labels()
-            .position(match self.legend {
-                Legend::UpperRight => SeriesLabelPosition::UpperRight,
-                Legend::LowerRight => SeriesLabelPosition::LowerRight,
-            })
+            .position(corner)
             .background_style(WHITE.mix(0.85))
             .border_style(RGBColor(205, 205, 205))
             .label_font(text)
@@ -197,7 +225,7 @@ impl Plot {
 /// The sample of a series in the legend: a stroke, a thin stroke for a dashed line, a spot for dots.
 fn sample(x: i32, y: i32, mark: Mark, colour: RGBColor) -> PathElement<(i32, i32)> {
     match mark {
-        Mark::Line => PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(3)),
+        Mark::Line | Mark::Plain => PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(3)),
         Mark::Dashed => PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(1)),
         Mark::Dots => PathElement::new(vec![(x + 7, y), (x + 13, y)], colour.stroke_width(6)),
     }

@@ -7,9 +7,18 @@ use support::{COLUMNS, Folder, ROOM, VOXELS, solution, text};
 #[test]
 fn every_command_explains_itself() {
     let f = Folder::new();
-    for command in
-        ["demo", "check", "solve", "relight", "render", "export", "exchange", "factors", "reproduce"]
-    {
+    for command in [
+        "demo",
+        "check",
+        "solve",
+        "relight",
+        "render",
+        "export",
+        "exchange",
+        "factors",
+        "reproduce",
+        "validate",
+    ] {
         assert!(f.done(&[command, "--help"]).contains("Usage: zonal"));
         assert!(f.done(&["--help"]).contains(command));
     }

@@ -17,120 +17,92 @@
 #[path = "../common/command.rs"]
 mod command;
 
-mod binned;
-mod cases;
-mod pictures;
-
-use cases::{Any, CASES, Case};
 use command::watch::process::Process;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use zonal::commands::validate::montecarlo::cubes::{CUBES, Cube};
+use zonal::commands::validate::montecarlo::{Compared, Difference, pictures};
 use zonal::io::{input, output};
 use zonal::scene::{Quiet, Solution};
 
-/// Entries below this share of the mean do not count into the pointwise error.
-const DARK: f64 = 0.1;
+/// Any error, in a sentence.
+type Any = Box<dyn std::error::Error>;
+
 const MEMORY: u64 = 16 << 30;
 
 const PAGE: &str = "# Against Monte Carlo\n\nWritten by `cargo run --release --example montecarlo`. RMS and largest relative difference of irradiance H and fluence G\nfrom the tables, our zones averaged down to theirs; `s.e.` is the tables' own RMS standard error. Dense engine, closure as measured.\n\n| case | n³ | zones | H rms | H max | G rms | G max | block H rms | block H max | s.e. H | s.e. G | closure rms |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 const TABLE: &str = "| case | n³ | tolerance | zones | processor s | links, rays a zone | H L2 | H pointwise | G L2 | G pointwise | block L2 | block pointwise | estimated H, G | s.e. H, G |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (n, sum) = values.fold((0usize, 0.0), |(n, s), x| (n + 1, s + x * x));
-    (sum / n.max(1) as f64).sqrt()
-}
-
-/// What a field says beside its table.
-#[derive(Default)]
-struct Difference {
-    /// RMS of the difference over RMS of the table.
-    l2: f64,
-    /// RMS of the relative difference over entries above a tenth of the mean.
-    pointwise: f64,
-    /// RMS and largest modulus of the relative difference over all entries above zero.
-    all: (f64, f64),
-    /// The table's own RMS relative standard error.
-    noise: f64,
-}
-
-impl Difference {
-    fn new(ours: &[f64], (table, errors): &(Vec<f64>, Vec<f64>)) -> Difference {
-        let mean = table.iter().sum::<f64>() / table.len() as f64;
-        let pairs = || ours.iter().zip(table).map(|(o, t)| (o - t, *t));
-        let above = |least: f64| pairs().filter(move |p| p.1 > least).map(|(d, t)| d / t);
-        let relative = errors.iter().zip(table).filter(|p| *p.1 > 0.0).map(|(e, t)| e / t);
-        Difference {
-            l2: rms(pairs().map(|p| p.0)) / rms(table.iter().copied()),
-            pointwise: rms(above(DARK * mean)),
-            all: (rms(above(0.0)), above(0.0).fold(0.0, |m, x| m.max(x.abs()))),
-            noise: rms(relative),
-        }
-    }
-}
-
 fn percent(x: f64) -> String {
     format!("{:.2} %", 100.0 * x)
 }
 
-/// A solve beside its tables.
-struct Compared {
-    h: Difference,
-    g: Difference,
-    block: Option<Difference>,
+/// A line of the page.
+fn page_line(d: &Compared, c: &Cube, n: usize, s: &Solution) -> String {
+    let on_block = d.block.as_ref().map_or("– | –".into(), |b| both(b.all));
+    format!(
+        "| {} | {n} | {} | {} | {} | {on_block} | {} | {} | {:.1e} |\n",
+        c.name,
+        s.zones.len(),
+        both(d.h.all),
+        both(d.g.all),
+        percent(d.h.noise),
+        percent(d.g.noise),
+        s.report.closure.rms[0]
+    )
 }
 
-impl Compared {
-    fn new(s: &Solution, c: &Case, folder: &Path) -> Result<Compared, Any> {
-        let (walls, block, gas) = binned::averaged(s);
-        let of = |ours: &[f64], q: &str| Ok::<_, Any>(Difference::new(ours, &c.read(folder, q)?));
-        Ok(Compared {
-            h: of(&walls, "H")?,
-            g: of(&gas, "G")?,
-            block: if c.block { Some(of(&block, "Hocc")?) } else { None },
-        })
-    }
-
-    /// A line of the page.
-    fn page(&self, c: &Case, n: usize, s: &Solution) -> String {
-        let on_block = self.block.as_ref().map_or("– | –".into(), |b| both(b.all));
-        format!(
-            "| {} | {n} | {} | {} | {} | {on_block} | {} | {} | {:.1e} |\n",
-            c.name,
-            s.zones.len(),
-            both(self.h.all),
-            both(self.g.all),
-            percent(self.h.noise),
-            percent(self.g.noise),
-            s.report.closure.rms[0]
-        )
-    }
-
-    /// A line of the table of errors and costs.
-    fn line(&self, c: &Case, n: usize, tolerance: f64, s: &Solution, seconds: f64) -> String {
-        let zones = s.zones.len();
-        let count = |names: &[&str]| {
-            let all = s.report.counts.iter().filter(|c| names.contains(&c.0.as_str()));
-            all.fold(0.0, |sum, c| sum + c.1 as f64) / zones as f64
-        };
-        let errors = |d: &Difference| both((d.l2, d.pointwise));
-        format!(
-            "| {} | {n} | {tolerance} | {zones} | {seconds:.2} | {:.1}, {:.0} | {} | {} | {} | {}, {} | {}, {} |\n",
-            c.name,
-            count(&["links, each direction"]),
-            count(&["rays of views", "rays between clusters"]),
-            errors(&self.h),
-            errors(&self.g),
-            self.block.as_ref().map_or("– | –".into(), errors),
-            percent(s.report.estimate.patches[0]),
-            percent(s.report.estimate.volumes[0]),
-            percent(self.h.noise),
-            percent(self.g.noise)
-        )
-    }
+/// A line of the table of errors and costs.
+fn line(d: &Compared, c: &Cube, n: usize, tolerance: f64, s: &Solution, seconds: f64) -> String {
+    let zones = s.zones.len();
+    let count = |names: &[&str]| {
+        let all = s.report.counts.iter().filter(|c| names.contains(&c.0.as_str()));
+        all.fold(0.0, |sum, c| sum + c.1 as f64) / zones as f64
+    };
+    let errors = |e: &Difference| both((e.l2, e.pointwise));
+    format!(
+        "| {} | {n} | {tolerance} | {zones} | {seconds:.2} | {:.1}, {:.0} | {} | {} | {} | {}, {} | {}, {} |\n",
+        c.name,
+        count(&["links, each direction"]),
+        count(&["rays of views", "rays between clusters"]),
+        errors(&d.h),
+        errors(&d.g),
+        d.block.as_ref().map_or("– | –".into(), errors),
+        percent(s.report.estimate.patches[0]),
+        percent(s.report.estimate.volumes[0]),
+        percent(d.h.noise),
+        percent(d.g.noise)
+    )
 }
 
 fn both((a, b): (f64, f64)) -> String {
     format!("{} | {}", percent(a), percent(b))
+}
+
+/// The scene of a cube. With it the file that it reads, if any: the medium's densities, to be removed when the scene has been read.
+fn written(c: &Cube, n: usize, solve: &str, folder: &Path) -> Result<(String, Option<PathBuf>), Any> {
+    if !c.varies() {
+        return Ok((c.text(n, solve, ""), None));
+    }
+    let density =
+        std::env::temp_dir().join(format!("zonal-montecarlo-{}-{}.npy", c.name, std::process::id()));
+    let (shape, values) = c.extinction(folder)?;
+    output::write_array(&density, &shape, &values)?;
+    Ok((c.text(n, solve, &density.display().to_string()), Some(density)))
+}
+
+/// Draws, writes `NAME.exr` and `NAME.png`, and says how the picture compares.
+fn picture(s: &Solution, c: &Cube, folder: &Path, (out, name): (&Path, &str)) -> Result<String, Any> {
+    let p = pictures::compare(s, c.file, folder, &Quiet)?;
+    output::write_exr(&out.join(format!("{name}.exr")), p.image.width, p.image.height, &p.image.pixels)?;
+    p.write(&out.join(format!("{name}.png")))?;
+    Ok(format!(
+        "  picture: sqrt(mean d² − mean σ²) = {:.2} % of the mean (σ: {:.2} %), mean {:+.2} %, blocks of 8×8: {:.2} % RMS",
+        100.0 * p.difference,
+        100.0 * p.noise,
+        100.0 * p.mean,
+        100.0 * p.blocks
+    ))
 }
 
 /// A solution and its processor time, s; the time that passed where no system tells.
@@ -165,13 +137,13 @@ fn main() -> Result<(), Any> {
     let pictures = option("--pictures").map(PathBuf::from);
     let mut page = if dense { PAGE } else { TABLE }.to_string();
     print!("{page}");
-    for c in CASES.iter().filter(|c| chosen.as_ref().is_none_or(|l| l.split(',').any(|n| n == c.name))) {
+    for c in CUBES.iter().filter(|c| chosen.as_ref().is_none_or(|l| l.split(',').any(|n| n == c.name))) {
         for (&n, &tolerance) in sizes.iter().flat_map(|n| tolerances.iter().map(move |t| (n, t))) {
             let residual = if dense { "residual = 1e-12\n" } else { "" };
             let solve = format!(
                 "{residual}engine = \"{engine}\"\ntolerance = {tolerance}\nthick_zones = \"{thick}\""
             );
-            let (text, file) = c.written(n, &solve, &reference)?;
+            let (text, file) = written(c, n, &solve, &reference)?;
             let solved = match &command {
                 Some(command) => by_command(command, &text),
                 None => here(&text, c.name),
@@ -179,13 +151,16 @@ fn main() -> Result<(), Any> {
             file.map_or(Ok(()), std::fs::remove_file)?;
             let (s, seconds) = solved?;
             let compared = Compared::new(&s, c, &reference)?;
-            let line =
-                if dense { compared.page(c, n, &s) } else { compared.line(c, n, tolerance, &s, seconds) };
+            let line = if dense {
+                page_line(&compared, c, n, &s)
+            } else {
+                line(&compared, c, n, tolerance, &s, seconds)
+            };
             print!("{line}");
             page.push_str(&line);
             if let Some(folder) = pictures.as_ref().filter(|_| c.picture) {
                 let name = format!("image_{}_{n}_{tolerance}", c.name);
-                println!("{}", pictures::compare(&s, c.file, &reference, (folder, &name))?);
+                println!("{}", picture(&s, c, &reference, (folder, &name))?);
             }
         }
     }

@@ -10,6 +10,7 @@ pub mod relight;
 pub mod render;
 pub mod reproduce;
 pub mod solve;
+pub mod validate;
 pub mod view;
 
 use clap::{Parser, Subcommand};
@@ -61,6 +62,8 @@ pub enum Command {
     Factors(factors::Args),
     /// Compute the paper's figures, table and claims afresh, with plots and a page that explains them.
     Reproduce(reproduce::Args),
+    /// Run the cases with known answers: a verdict for each quantity, and a page with plots of convergence.
+    Validate(validate::Args),
 }
 
 /// Where reports go.
@@ -90,6 +93,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Command::Exchange(a) => exchange::run(&a, context),
         Command::Factors(a) => factors::run(&a, context),
         Command::Reproduce(a) => reproduce::run(&a, context),
+        Command::Validate(a) => validate::run(&a, context),
     }
 }
 

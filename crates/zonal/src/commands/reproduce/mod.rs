@@ -18,7 +18,7 @@ mod timing;
 use super::{Context, demo};
 use crate::Failure;
 use crate::failure::say;
-use folder::Folder;
+pub use folder::{Folder, markdown, number};
 use std::path::PathBuf;
 
 /// Reproduce the paper's figures, table and claims.

@@ -1,14 +1,12 @@
 //! The unit cubes of the tables, and what the tables say of them.
 
+use crate::Failure;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use zonal::io::output;
-
-/// Any error, in a sentence.
-pub type Any = Box<dyn std::error::Error>;
+use zonal_io::output;
 
 /// A unit cube.
-pub struct Case {
+pub struct Cube {
     /// Short name.
     pub name: &'static str,
     /// File without its ending.
@@ -25,7 +23,7 @@ pub struct Case {
     pub picture: bool,
 }
 
-const PLAIN: Case = Case {
+const PLAIN: Cube = Cube {
     name: "",
     file: "",
     kappa: "1",
@@ -38,21 +36,23 @@ const PLAIN: Case = Case {
 };
 
 /// The cubes.
-pub const CASES: [Case; 7] = [
-    Case { name: "c0", file: "c0_K1_a0.90_r0.5", albedo: 0.9, picture: true, ..PLAIN },
-    Case { name: "c1", file: "c1_K0.1_a0_r0", kappa: "0.1", albedo: 0.0, rho: 0.0, ..PLAIN },
-    Case { name: "c3", file: "c3_K1_a0.50_r0", rho: 0.0, ..PLAIN },
-    Case { name: "c5", file: "c5_K5_a0.50_r0.5", kappa: "5", ..PLAIN },
-    Case { name: "c8", file: "c8_het_a0.90_r0.5", kappa: "", albedo: 0.9, picture: true, ..PLAIN },
-    Case { name: "c9", file: "c9_occ_K1_a0.50_r0.5", block: true, ..PLAIN },
-    Case { name: "c10", file: "c10_emitting_K1_a0.50_r0.5", hot: 0.0, gas: 1.0, ..PLAIN },
+pub const CUBES: [Cube; 7] = [
+    Cube { name: "c0", file: "c0_K1_a0.90_r0.5", albedo: 0.9, picture: true, ..PLAIN },
+    Cube { name: "c1", file: "c1_K0.1_a0_r0", kappa: "0.1", albedo: 0.0, rho: 0.0, ..PLAIN },
+    Cube { name: "c3", file: "c3_K1_a0.50_r0", rho: 0.0, ..PLAIN },
+    Cube { name: "c5", file: "c5_K5_a0.50_r0.5", kappa: "5", ..PLAIN },
+    Cube { name: "c8", file: "c8_het_a0.90_r0.5", kappa: "", albedo: 0.9, picture: true, ..PLAIN },
+    Cube { name: "c9", file: "c9_occ_K1_a0.50_r0.5", block: true, ..PLAIN },
+    Cube { name: "c10", file: "c10_emitting_K1_a0.50_r0.5", hot: 0.0, gas: 1.0, ..PLAIN },
 ];
 
 /// Edge of the patches on the block at most, m: twelve by twelve or sixteen, whole numbers of them in each cell of the table.
 const ON_BLOCK: f64 = 0.025;
 
-impl Case {
-    fn text(&self, n: usize, solve: &str, density: &Path) -> String {
+impl Cube {
+    /// The scene with n³ voxels and n² patches a wall; `solve` are lines of its `[solve]`, `density` the file of its extinction where
+    /// [`Cube::varies`].
+    pub fn text(&self, n: usize, solve: &str, density: &str) -> String {
         let mut t = format!(
             "name = \"{}\"\n[solve]\npatch_size = {}\n{solve}\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\nreflectance = {}\nfaces.x0 = {{ emission = {} }}\n",
             self.name,
@@ -76,25 +76,20 @@ impl Case {
             let _ = write!(
                 t,
                 "[[medium.region]]\ndensity = {{ file = {:?}, min = [0,0,0], max = [1,1,1], scale = 1.0 }}\nalbedo = {}\n",
-                density.display().to_string(),
-                self.albedo
+                density, self.albedo
             );
         }
         t + "[[camera]]\nname = \"inside\"\norigin = [0.9, 0.9, 0.8]\ntarget = [0.1, 0.3, 0.2]\nup = [0, 0, 1]\nfov = 75\n"
     }
 
-    /// The text of the scene with n³ voxels and n² patches a wall; `solve` are lines of its `[solve]`. With it the file that it reads, if any:
-    /// the medium's densities, to be removed when the scene has been read.
-    pub fn written(&self, n: usize, solve: &str, folder: &Path) -> Result<(String, Option<PathBuf>), Any> {
-        let density =
-            std::env::temp_dir().join(format!("zonal-montecarlo-{}-{}.npy", self.name, std::process::id()));
-        let text = self.text(n, solve, &density);
-        if !self.kappa.is_empty() {
-            return Ok((text, None));
-        }
-        let (shape, values) = output::read_array(&self.table(folder), "sigma_t")?;
-        output::write_array(&density, &shape, &values)?;
-        Ok((text, Some(density)))
+    /// True where the extinction is the table's own.
+    pub fn varies(&self) -> bool {
+        self.kappa.is_empty()
+    }
+
+    /// The extinction of the table: shape, and 1/m.
+    pub fn extinction(&self, folder: &Path) -> Result<(Vec<usize>, Vec<f64>), Failure> {
+        Ok(output::read_array(&self.table(folder), "sigma_t")?)
     }
 
     /// The file of its table.
@@ -103,13 +98,13 @@ impl Case {
     }
 
     /// A quantity of the table with its standard errors: by symmetry where the cube has one.
-    pub fn read(&self, folder: &Path, quantity: &str) -> Result<(Vec<f64>, Vec<f64>), Any> {
+    pub fn read(&self, folder: &Path, quantity: &str) -> Result<(Vec<f64>, Vec<f64>), Failure> {
         let file = self.table(folder);
         let pair = |kind: &str| -> Option<(Vec<f64>, Vec<f64>)> {
             let of = |end: &str| output::read_array(&file, &format!("{quantity}_{kind}{end}")).ok();
             Some((of("")?.1, of("_se")?.1))
         };
-        let none = || format!("{}: no such table; give --reference FOLDER", file.display());
-        Ok(pair("sym").or_else(|| pair("exp")).ok_or_else(none)?)
+        let none = || Failure::new(format!("{}: no such table; give --reference FOLDER", file.display()));
+        pair("sym").or_else(|| pair("exp")).ok_or_else(none)
     }
 }

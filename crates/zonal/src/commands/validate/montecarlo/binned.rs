@@ -1,6 +1,7 @@
 //! Our zones averaged down to the cells of the tables.
 
-use zonal::scene::Solution;
+use crate::Failure;
+use zonal_scene::Solution;
 
 /// Mean over coarse cells of a field on fine rectangles or boxes: each fine zone is spread over the cells it overlaps.
 struct Binned {
@@ -37,8 +38,13 @@ impl Binned {
     }
 }
 
-/// H on the walls (6×10×10), H on the block (6×4×4) and G (10×10×10) of a solution.
-pub fn averaged(s: &Solution) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+/// H on the walls (6×10×10), H on the block (6×4×4) and G (10×10×10), W/m².
+pub type Means = (Vec<f64>, Vec<f64>, Vec<f64>);
+
+/// The means of a solution of one of the cubes.
+pub fn averaged(s: &Solution) -> Result<Means, Failure> {
+    let other =
+        |what: &str| Failure::new(format!("{}: is none of the cubes of the tables: {what}", s.scene.name()));
     let mut walls = Binned::new(vec![6, 10, 10]);
     let mut block = Binned::new(vec![6, 4, 4]);
     let mut gas = Binned::new(vec![10, 10, 10]);
@@ -53,7 +59,7 @@ pub fn averaged(s: &Solution) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let head = if is_block {
             2 * axis + (n[axis] > 0.0) as usize
         } else {
-            faces.iter().position(|f| name.ends_with(f)).expect("a wall of the room")
+            faces.iter().position(|f| name.ends_with(f)).ok_or_else(|| other("a wall has another name"))?
         };
         let (origin, size, cells) =
             if is_block { ([0.4, 0.3, 0.2], [0.3, 0.3, 0.4], 4.0) } else { ([0.0; 3], [1.0; 3], 10.0) };
@@ -63,7 +69,7 @@ pub fn averaged(s: &Solution) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
             .collect();
         if is_block { block.add(head, &spans, h) } else { walls.add(head, &spans, h) }
     }
-    let map = s.scene.voxmap().expect("a medium");
+    let map = s.scene.voxmap().ok_or_else(|| other("there is no medium"))?;
     for (k, z) in s.zones.voxels.iter().enumerate() {
         let c = map.coordinates(z.cell);
         let spans: Vec<(f64, f64)> = (0..3)
@@ -74,5 +80,5 @@ pub fn averaged(s: &Solution) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
             .collect();
         gas.add(0, &spans, s.fields.incident[s.zones.voxel_offset() + k][0]);
     }
-    (walls.means(), block.means(), gas.means())
+    Ok((walls.means(), block.means(), gas.means()))
 }

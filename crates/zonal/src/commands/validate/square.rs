@@ -1,0 +1,116 @@
+//! Section 6: a square between black walls, one of them hot: a box that repeats itself along y, one cell deep.
+
+use super::bench::{Bench, Room, Wall, voxel};
+use super::case::{Case, Limit, Outcome, Profile};
+use super::data::table;
+use super::richardson::Sequence;
+use crate::Failure;
+use zonal_scene::Solution;
+
+/// Odd, so that a zone stands in the middle.
+const SIZES: [usize; 5] = [21, 41, 81, 161, 321];
+
+/// The cases.
+pub const CASES: [Case; 1] = [Case {
+    name: "crosbie-schrenker",
+    group: "6 Square in radiative equilibrium",
+    title: "Crosbie and Schrenker (1984), source function on the centreline",
+    about: "Optical thickness 1 × 1, conservative scattering, wall x = 0 hot. Values between the centres of the zones by a cubic through four of them, beyond the first and the last on a line through two. \
+        Limit: 2·10⁻³ absolute; in the middle the source function is ¼ by superposition, limit 10⁻⁶. Mean fluxes at 10², 20² and 40² to all printed digits; the mean flux is extrapolated from 21² … 321² zones and held to the bracket 10⁻⁴ of its reference.",
+    quick: false,
+    needs: None,
+    run,
+}];
+
+fn room(n: usize) -> Room {
+    let mut room = Room::new([1.0; 3], [n, 1, n], 1.0).medium("albedo = 1").wall(0, 0.0, 1.0);
+    room.walls[2..4].fill(None);
+    room.solve(&format!("engine = \"spectral\"\n{}", super::cube::PLAIN))
+}
+
+fn solve(bench: &Bench, n: usize) -> Result<Solution, Failure> {
+    let name = format!("square-{n}");
+    bench.solve(&name, &room(n).text(&name))
+}
+
+/// The value at `t` of what has `values` at the centres of equal cells of [0, 1].
+pub fn between(values: &[f64], t: f64) -> f64 {
+    let n = values.len();
+    let x = t * n as f64 - 0.5;
+    let (count, first) = if x < 0.0 {
+        (2, 0)
+    } else if x > (n - 1) as f64 {
+        (2, n - 2)
+    } else {
+        (4, (x.floor() as usize).saturating_sub(1).min(n - 4))
+    };
+    (first..first + count)
+        .map(|i| {
+            let weight = (first..first + count).filter(|&j| j != i);
+            values[i] * weight.map(|j| (x - j as f64) / (i as f64 - j as f64)).product::<f64>()
+        })
+        .sum()
+}
+
+fn run(bench: &Bench) -> Result<Outcome, Failure> {
+    let mut out = Outcome::default();
+    let (mut flux, mut near) = (Vec::new(), Vec::new());
+    let mut line = Vec::new();
+    for n in SIZES {
+        let s = solve(bench, n)?;
+        flux.push((n as f64, Wall::of(&s, "x0").net()));
+        line = (0..n).map(|k| voxel(&s, &s.fields.radiosity, [k, 0, n / 2])).collect();
+        near.push((n as f64, between(&line, 0.25449)));
+        if n == SIZES[0] || n == SIZES[SIZES.len() - 1] {
+            out.check(format!("{n}²: S in the middle"), 0.25, line[n / 2], Limit::Absolute(1e-6));
+        }
+    }
+    let mut profile = Profile {
+        file: "crosbie-schrenker-line".into(),
+        title: "Source function on the centreline of the square".into(),
+        x: "optical distance from the hot wall".into(),
+        y: "S, of the hot wall's emissive power".into(),
+        ours: vec![(
+            "ours, 321²".into(),
+            (0..=40).map(|k| k as f64 / 40.0).map(|t| (t, between(&line, t))).collect(),
+        )],
+        reference: vec![("Crosbie and Schrenker".into(), Vec::new())],
+    };
+    for row in table!("square.csv")?.rows() {
+        let tau = row.number("tau")?;
+        profile.reference[0].1.push((tau, row.number("published")?));
+        let ours = between(&line, tau);
+        out.check(format!("τ = {tau}: S, published"), row.number("published")?, ours, Limit::Absolute(2e-3));
+        if let Some(p) = row.maybe("computed")? {
+            out.check(format!("τ = {tau}: S, computed"), p.value, ours, Limit::Absolute(2e-3));
+        }
+    }
+    out.profiles.push(profile);
+    let flux = Sequence::new("mean net flux of the hot wall", flux, Some((0.7963, 1e-4)));
+    out.check("mean net flux of the hot wall, extrapolated", 0.7963, flux.value(), Limit::Absolute(1e-4));
+    out.sequences.push(flux);
+    out.sequences.push(Sequence::new("S at τ = 0.25449", near, Some((0.3918, 5e-5))));
+    for row in table!("square_flux.csv")?.rows() {
+        let n = row.number("n")?;
+        let s = solve(bench, n as usize)?;
+        let p = row.printed("value")?;
+        out.check(format!("{n}²: mean net flux"), p.value, Wall::of(&s, "x0").net(), Limit::Absolute(p.half));
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::between;
+
+    #[test]
+    fn cubics_are_met_and_lines_beyond_the_ends() {
+        let f = |t: f64| 1.0 + t * (2.0 - t * (3.0 - t));
+        let values: Vec<f64> = (0..9).map(|k| f((k as f64 + 0.5) / 9.0)).collect();
+        for t in [0.06, 0.3, 0.5, 0.77, 0.94] {
+            assert!((between(&values, t) - f(t)).abs() < 1e-13);
+        }
+        let line: Vec<f64> = (0..9).map(|k| 1.0 - 0.1 * k as f64).collect();
+        assert!((between(&line, 0.0) - 1.05).abs() < 1e-13 && (between(&line, 1.0) - 0.15).abs() < 1e-13);
+    }
+}

@@ -1,0 +1,134 @@
+//! Zones too thick for one radiosity: what slopes inside them (`thick_zones = "linear"`) are worth.
+
+use super::bench::{Bench, Room, Wall};
+use super::case::{Case, Limit, Outcome};
+use super::cube::{LINEAR, PLAIN, fluxes, solve};
+use super::data::table;
+use super::montecarlo::{TABLES, spectral};
+use super::richardson::Sequence;
+use crate::Failure;
+
+const GROUP: &str = "Thick zones";
+
+/// The cases.
+pub const CASES: [Case; 3] = [
+    Case {
+        name: "thick-cube",
+        group: GROUP,
+        title: "cube in radiative equilibrium, optical depth 10, with slopes",
+        about: "The hot wall's net flux against 0.4483(1) of section 7: with slopes at most 0.7 % off at 21³ and 2 % at 9³ (one radiosity a zone: 3.7 % and 14.5 %). At all depths of section 7 slopes may not be farther from the \
+            extrapolated value than none, beyond its bracket.",
+        quick: false,
+        needs: None,
+        run: cube,
+    },
+    Case {
+        name: "thick-slab",
+        group: GROUP,
+        title: "slabs in radiative equilibrium, cells of up to ten optical depths, with slopes",
+        about: "Ψ of section 5 for τ = 10 on 12 to 96 cells: 10⁻⁴ at 48 and extrapolated. And the diffusion limit: τ = 50 in 5 cells of ten optical depths each, where one radiosity a cell is of no use; limit 2 %.",
+        quick: true,
+        needs: None,
+        run: slab,
+    },
+    Case {
+        name: "thick-tables",
+        group: GROUP,
+        title: "Monte Carlo tables with slopes",
+        about: "c5 (κL = 5): at 40³ RMS of H and G at most 0.4 %, the table's noise left in, and the error at 20³ cut at least threefold. No other table gets worse: the ratio of the errors at 10³ without and with slopes is \
+            at least 0.98, since what is left is noise.",
+        quick: false,
+        needs: Some(TABLES),
+        run: tables,
+    },
+];
+
+fn cube(bench: &Bench) -> Result<Outcome, Failure> {
+    let mut out = Outcome::default();
+    let mut steps = Vec::new();
+    for row in table!("cube.csv")?.rows() {
+        let (tau, exact, bracket) = (row.number("tau")?, row.number("hot")?, row.number("bracket")?);
+        for n in [5, 9, 13, 21, 32] {
+            let hot = |settings| Ok::<f64, Failure>(fluxes(&solve(bench, tau, n, settings)?)[0]);
+            let (sloped, plain) = (hot(LINEAR)?, hot(PLAIN)?);
+            if tau == 10.0 {
+                let limit = match n {
+                    9 => Limit::Relative(0.02),
+                    21 => Limit::Relative(0.007),
+                    _ => Limit::None,
+                };
+                out.check(format!("τ = 10, {n}³, slopes: q_hot"), exact, sloped, limit);
+                out.inform(format!("τ = 10, {n}³, none: q_hot"), exact, plain);
+                steps.push((n as f64, sloped));
+            }
+            let worse = (sloped - exact).abs() - (plain - exact).abs();
+            out.error(format!("τ = {tau}, {n}³: by how much slopes are worse"), worse.max(0.0), bracket);
+        }
+    }
+    out.sequences.push(Sequence::new("τ = 10: q_hot, slopes", steps, Some((0.4483, 1e-4))));
+    Ok(out)
+}
+
+fn psi(bench: &Bench, tau: f64, n: usize, settings: &str) -> Result<f64, Failure> {
+    let name = format!("thick-slab-{tau}-{n}-{}", if settings == LINEAR { "slopes" } else { "none" });
+    let room = Room::layer(tau, n)
+        .medium("albedo = 1")
+        .wall(4, 0.0, 1.0)
+        .solve(&format!("engine = \"spectral\"\n{settings}"));
+    Ok(Wall::of(&bench.solve(&name, &room.text(&name))?, "z0").net())
+}
+
+fn slab(bench: &Bench) -> Result<Outcome, Failure> {
+    let mut out = Outcome::default();
+    let exact = 0.11674511;
+    let mut steps = Vec::new();
+    for n in [6, 12, 24, 48, 96] {
+        let sloped = psi(bench, 10.0, n, LINEAR)?;
+        let limit = if n == 48 { Limit::Absolute(1e-4) } else { Limit::None };
+        out.check(format!("τ = 10, {n} cells, slopes: Ψ"), exact, sloped, limit);
+        out.inform(format!("τ = 10, {n} cells, none: Ψ"), exact, psi(bench, 10.0, n, PLAIN)?);
+        steps.push((n as f64, sloped));
+    }
+    let sequence = Sequence::new("τ = 10: Ψ, slopes", steps, Some((exact, 5e-9)));
+    out.check("τ = 10, slopes, extrapolated: Ψ", exact, sequence.value(), Limit::Absolute(1e-4));
+    out.sequences.push(sequence);
+    let diffusion = super::laws::diffusion(50.0);
+    out.check("τ = 50, 5 cells, slopes: Ψ", diffusion, psi(bench, 50.0, 5, LINEAR)?, Limit::Relative(0.02));
+    out.inform("τ = 50, 5 cells, none: Ψ", diffusion, psi(bench, 50.0, 5, PLAIN)?);
+    Ok(out)
+}
+
+fn tables(bench: &Bench) -> Result<Outcome, Failure> {
+    let mut out = Outcome::default();
+    let errors = |name: &str, n: usize, settings: &str| -> Result<[f64; 2], Failure> {
+        let (_, d) = spectral(bench, name, n, settings)?;
+        Ok([d.h.all.0, d.g.all.0])
+    };
+    for (what, e) in ["H", "G"].into_iter().zip(errors("c5", 40, LINEAR)?) {
+        out.error(format!("c5, 40³, slopes: {what}, RMS of the relative difference"), e, 0.4e-2);
+    }
+    let (sloped, plain) = (errors("c5", 20, LINEAR)?, errors("c5", 20, PLAIN)?);
+    for (k, what) in ["H", "G"].into_iter().enumerate() {
+        out.inform(format!("c5, 20³, slopes: {what}, RMS of the relative difference"), 0.0, sloped[k]);
+        out.inform(format!("c5, 20³, none: {what}, RMS of the relative difference"), 0.0, plain[k]);
+        out.check(
+            format!("c5, 20³: {what}, error without over error with slopes"),
+            0.0,
+            plain[k] / sloped[k],
+            Limit::AtLeast(3.0),
+        );
+    }
+    for name in ["c0", "c1", "c3", "c10"] {
+        let (sloped, plain) = (errors(name, 10, LINEAR)?, errors(name, 10, PLAIN)?);
+        for (k, what) in ["H", "G"].into_iter().enumerate() {
+            let ratio = plain[k] / sloped[k];
+            out.check(
+                format!("{name}, 10³: {what}, error without over error with slopes"),
+                0.0,
+                ratio,
+                Limit::AtLeast(0.98),
+            );
+        }
+    }
+    Ok(out)
+}
