@@ -45,7 +45,7 @@ pub const CASES: [Case; 3] = [
 
 fn cube(bench: &Bench) -> Result<Outcome, Failure> {
     let mut out = Outcome::default();
-    let mut steps = Vec::new();
+    let (mut steps, mut without) = (Vec::new(), Vec::new());
     for row in table!("cube.csv")?.rows() {
         let (tau, exact, bracket) = (row.number("tau")?, row.number("hot")?, row.number("bracket")?);
         for n in [5, 9, 13, 21, 32] {
@@ -60,12 +60,15 @@ fn cube(bench: &Bench) -> Result<Outcome, Failure> {
                 out.check(format!("τ = 10, {n}³, slopes: q_hot"), exact, sloped, limit);
                 out.inform(format!("τ = 10, {n}³, none: q_hot"), exact, plain);
                 steps.push((n as f64, sloped));
+                without.push((n as f64, plain));
             }
             let worse = (sloped - exact).abs() - (plain - exact).abs();
             out.error(format!("τ = {tau}, {n}³: by how much slopes are worse"), worse.max(0.0), bracket);
         }
     }
-    out.sequences.push(Sequence::new("τ = 10: q_hot, slopes", steps, Some((0.4483, 1e-4))));
+    let limit = Some((0.4483, 1e-4));
+    out.sequences.push(Sequence::new("τ = 10: q_hot, slopes", steps, limit));
+    out.sequences.push(Sequence::new("τ = 10: q_hot, none", without, limit));
     Ok(out)
 }
 
@@ -81,17 +84,20 @@ fn psi(bench: &Bench, tau: f64, n: usize, settings: &str) -> Result<f64, Failure
 fn slab(bench: &Bench) -> Result<Outcome, Failure> {
     let mut out = Outcome::default();
     let exact = 0.11674511;
-    let mut steps = Vec::new();
+    let (mut steps, mut without) = (Vec::new(), Vec::new());
     for n in [6, 12, 24, 48, 96] {
         let sloped = psi(bench, 10.0, n, LINEAR)?;
         let limit = if n == 48 { Limit::Absolute(1e-4) } else { Limit::None };
         out.check(format!("τ = 10, {n} cells, slopes: Ψ"), exact, sloped, limit);
-        out.inform(format!("τ = 10, {n} cells, none: Ψ"), exact, psi(bench, 10.0, n, PLAIN)?);
+        let plain = psi(bench, 10.0, n, PLAIN)?;
+        out.inform(format!("τ = 10, {n} cells, none: Ψ"), exact, plain);
         steps.push((n as f64, sloped));
+        without.push((n as f64, plain));
     }
     let sequence = Sequence::new("τ = 10: Ψ, slopes", steps, Some((exact, 5e-9)));
     out.check("τ = 10, slopes, extrapolated: Ψ", exact, sequence.value(), Limit::Absolute(1e-4));
     out.sequences.push(sequence);
+    out.sequences.push(Sequence::new("τ = 10: Ψ, none", without, Some((exact, 5e-9))));
     let diffusion = super::laws::diffusion(50.0);
     out.check("τ = 50, 5 cells, slopes: Ψ", diffusion, psi(bench, 50.0, 5, LINEAR)?, Limit::Relative(0.02));
     out.inform("τ = 50, 5 cells, none: Ψ", diffusion, psi(bench, 50.0, 5, PLAIN)?);
