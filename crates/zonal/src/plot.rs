@@ -226,7 +226,7 @@ impl Plot {
 fn sample(x: i32, y: i32, mark: Mark, colour: RGBColor) -> PathElement<(i32, i32)> {
     match mark {
         Mark::Line | Mark::Plain => PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(3)),
-        Mark::Dashed => PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(1)),
+        Mark::Dashed => PathElement::new(vec![(x, y), (x + 9, y)], colour.stroke_width(2)),
         Mark::Dots => PathElement::new(vec![(x + 7, y), (x + 13, y)], colour.stroke_width(6)),
     }
 }

@@ -200,8 +200,8 @@ fn convergence(d: &Done, plots: &Folder) -> Result<(), Failure> {
             plot.add("", Mark::Dashed, k, ends.into_iter().flatten().map(|p| (p.0, c.level)).collect());
         }
     }
-    // Slopes above all curves.
-    for (order, name) in [(1, "slopes 1 and 2"), (2, "")] {
+    // Orders, above all curves.
+    for (order, name) in [(1, "orders 1 and 2, dashed"), (2, "")] {
         let guide = |n: f64| 1.5 * top * (first / n).powi(order);
         plot.add(name, Mark::Dashed, 7, vec![(first, guide(first)), (last, guide(last))]);
     }
