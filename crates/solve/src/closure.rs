@@ -44,9 +44,10 @@ pub fn measure(operator: &dyn Operator, zones: &Zones, escape: &Escape) -> (Clos
     (closure, d)
 }
 
-/// Restores closure by symmetric scaling of all factors, those of the surroundings included.
+/// Restores closure by symmetric scaling of all factors, those of the surroundings included. With it, of every zone the share of a level field by
+/// which its row was changed, |d_i − 1| + Σ_j g_ij c_j |d_j − 1| / target: the factors that were right were changed too, for those that were wrong.
 pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) -> (Closure, Vec<Bands>) {
-    let (mut closure, before) = measure(operator, zones, escape);
+    let (mut closure, _) = measure(operator, zones, escape);
     let n = zones.len();
     let c: Vec<Bands> = (0..n).map(|i| strength(zones, i)).collect();
     let mut d = vec![[1.0; 3]; n];
@@ -73,9 +74,14 @@ pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) 
         let high = d.iter().fold([1.0f64; 3], |m, d| bands(|b| m[b].max(d[b])));
         bands(|b| (high[b] * high[b] - 1.0).max(1.0 - low[b] * low[b]))
     };
-    escape.scale(&d);
+    let off: Vec<Bands> = d.iter().map(|d| d.map(|d| (d - 1.0).abs())).collect();
+    let others = operator.apply(&crate::columns::times(&c, &off));
+    let change = (0..n).map(|i| bands(|b| off[i][b] + others[i][b] / target(zones, i))).collect();
+    let mut all = d.clone();
+    all.extend(operator.slopes().into_iter().map(|i| d[i as usize]));
+    escape.scale(&all);
     operator.scale(&d);
     closure.after = worst(&defects(operator, zones, escape));
     closure.restored = true;
-    (closure, before)
+    (closure, change)
 }

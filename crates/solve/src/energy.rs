@@ -18,7 +18,7 @@ pub struct Found<'a> {
     pub incident: &'a [Bands],
     /// H_dir and G_dir, W/m²; empty for none.
     pub direct: &'a [Bands],
-    /// c B of every zone.
+    /// c B of every zone, and behind them of their slopes, if they have any: with these more or less escapes than by the means.
     pub strengths: &'a [Bands],
 }
 
@@ -46,8 +46,10 @@ pub fn balance(
     add_zones(&mut e, zones, source.kind, found.incident, found.direct);
     let sky = source.sky(scene);
     if !escape.closed() {
-        let away: [f64; 9] = columns::sum(zones.len(), |i| {
-            let (c, to_sky, to_backs) = (strength(zones, i), escape.sky_of(i), escape.backs_of(i));
+        let away: [f64; 9] = columns::sum(found.strengths.len(), |i| {
+            let (to_sky, to_backs) = (escape.sky_of(i), escape.backs_of(i));
+            // What comes in is even: slopes have no part in it.
+            let c = if i < zones.len() { strength(zones, i) } else { [0.0; 3] };
             std::array::from_fn(|n| {
                 let (b, s) = (n % 3, found.strengths[i][n % 3]);
                 [to_sky[b] * s, to_backs[b] * s, to_sky[b] * c[b] * sky[b]][n / 3]

@@ -74,14 +74,12 @@ impl Site<'_> {
 pub struct Built<'a> {
     /// The exchange of all zones.
     pub operator: Box<dyn Operator + 'a>,
-    /// Closure, and the relative defect of every zone before any restoration.
+    /// Closure, and the relative defect of every zone; where it was restored, by how much that changed its row.
     pub closure: (Closure, Vec<Bands>),
     /// Name and count of what was counted.
     pub counts: Vec<(String, u64)>,
     /// What a user should know.
     pub warnings: Vec<String>,
-    /// What arrives from the surroundings at the slopes of the operator, for a radiosity of one there, m² and m³; empty where nothing does.
-    pub sky_of_slopes: Vec<Bands>,
     /// The solution, where building the engine found it: how each group ended, and what arrives.
     pub solved: Option<(Vec<Ended>, Arriving)>,
 }
@@ -299,10 +297,8 @@ fn spectral(
     let (scene, zones) = (site.scene, site.zones);
     let open = enclosure.is_open();
     let mut operator = Spectral::new(enclosure, zones.patches.len(), variation, site.progress);
-    let mut sky_of_slopes = Vec::new();
     if open {
         escape.sky = operator.openings();
-        sky_of_slopes = escape.sky.split_off(zones.len());
     }
     let closure = if scene.options().restore_closure {
         closure::restore(&mut operator, zones, escape)
@@ -311,7 +307,7 @@ fn spectral(
     };
     let counts = operator.counts();
     let warnings = note.into_iter().collect();
-    Built { operator: Box::new(operator), closure, counts, warnings, sky_of_slopes, solved: None }
+    Built { operator: Box::new(operator), closure, counts, warnings, solved: None }
 }
 
 /// Every pair of zones.
@@ -333,7 +329,7 @@ pub(crate) fn dense(site: &Site, escape: &mut Escape) -> Built<'static> {
         );
     }
     let counts = counts(&pairs);
-    Built { operator: Box::new(operator), closure, counts, warnings, sky_of_slopes: Vec::new(), solved: None }
+    Built { operator: Box::new(operator), closure, counts, warnings, solved: None }
 }
 
 fn counts(c: &Counts) -> Vec<(String, u64)> {

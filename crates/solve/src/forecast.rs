@@ -93,6 +93,10 @@ impl Forecast {
 /// Optical thickness of a zone beyond which constant radiosity is a rough approximation.
 pub const THICK: f64 = 0.3;
 
+/// Optical thickness of a zone beyond which slopes are rough too, beside edges where walls of different radiosity meet: a cube of optical depth 10
+/// is 2 % off there, one of 100 in voxels of 6 is 7 %.
+pub const STEEP: f64 = 2.0;
+
 /// Facets smaller than this share of the scene's diagonal across are tiny.
 const TINY: f64 = 1e-4;
 
@@ -116,6 +120,11 @@ pub fn warnings(scene: &Scene, zones: &Zones, constant: bool) -> Vec<String> {
     if constant && thick > THICK {
         out.push(format!(
             "voxels are up to {thick:.2e} optical depths across; below {THICK} is better: use more cells, or, in a box on the grid of its medium, thick_zones = \"linear\""
+        ));
+    }
+    if !constant && thick > STEEP {
+        out.push(format!(
+            "voxels are up to {thick:.2e} optical depths across: slopes inside them carry light that changes along one direction, but beside edges where hot walls meet cold ones below {STEEP} is better: use more cells"
         ));
     }
     out

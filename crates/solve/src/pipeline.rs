@@ -36,6 +36,9 @@ const ALL_OF_IT: f64 = 1.0 - 1e-6;
 /// Share of the largest incident flux by which a zone may be below zero without a word.
 const UNDERSHOOT: f64 = 1e-6;
 
+/// How often an undistributed power may meet a zone, for the errors of a solve that has not converged.
+const FOLLOWED: f64 = 100.0;
+
 /// Residual, over the tolerance, with which an engine is content whose links err by the tolerance: far below what they leave.
 const CONTENT: f64 = 1e-4;
 
@@ -250,10 +253,12 @@ fn iterate(site: &Site, built: &Built, escape: &Escape, engine: Engine, job: &Jo
         columns
     });
     for (source, column) in site.sources.iter().zip(&mut columns) {
-        let (sky, from) = (source.sky(site.scene), &built.sky_of_slopes);
-        column.resize(targets.len(), [0.0; 3]);
-        let all = column[zones..].iter_mut().zip(&weights[zones..]).zip(from);
-        all.for_each(|((s, w), from)| *s = bands(|b| w[b] * from[b] * sky[b]));
+        let sky = source.sky(site.scene);
+        let of_slope = |k: usize| {
+            let ([arrives, _], w) = (escape.incoming(k, sky), weights[k]);
+            bands(|b| w[b] * arrives[b])
+        };
+        column.extend((zones..targets.len()).map(of_slope));
     }
     let system = System { operator: built.operator.as_ref(), weights: &weights, targets: &targets };
     let options = site.scene.options();
@@ -310,8 +315,7 @@ fn fields(
     ended.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
     // An expansion may undershoot where next to nothing arrives; the means of zones with slopes keep their sign, and with it the power.
     let least = if built.operator.len() > n { f64::NEG_INFINITY } else { 0.0 };
-    // Slopes have done their work: a solution tells of means.
-    ended.iter_mut().for_each(|e| e.strengths.truncate(n));
+    // A solution tells of means; slopes count in what escapes.
     arriving.iter_mut().chain(&mut error).for_each(|a| a.truncate(n));
     let mut f = Fields { incident: vec![[0.0; 3]; n], direct: vec![[0.0; 3]; n], ..Fields::default() };
     let mut list = Vec::new();
@@ -354,6 +358,7 @@ fn fields(
         }
         None => by_rows(site, built, escape, ended, &mut list),
     };
+    unfinished(zones, ended, &mut f);
     f.error.iter_mut().zip(changed).for_each(|(e, c)| *e = bands(|b| e[b] + c[b]));
     if !escape.error.is_empty() {
         let sky = site.scene.surroundings().radiosity();
@@ -397,10 +402,15 @@ fn group(
 /// Estimated error of what arrives at every zone, W/m², from the errors of the factors, group by group; put into the groups, and their sum,
 /// which is no less than the error of all together. A row misses closure by the error of what escapes, which brings no light, and by what the
 /// factors have in common, which no sum of squares tells: what it misses beyond twice the former counts as the same share of all that arrives.
+/// Where closure was restored, the whole change of the row does.
 fn by_rows(site: &Site, built: &Built, escape: &Escape, ended: &[Ended], groups: &mut [Group]) -> Vec<Bands> {
     const TWICE: f64 = 2.0;
     let (zones, defects) = (site.zones, &built.closure.1);
+    let restored = built.closure.0.restored;
     let untold = |i: usize| {
+        if restored {
+            return defects[i].map(f64::abs);
+        }
         let lost = escape.spread(i, target(zones, i));
         bands(|b| (defects[i][b].abs() - TWICE * lost[b]).max(0.0))
     };
@@ -434,6 +444,27 @@ fn balance_mend(off: f64, status: &[SolveStatus; 3], restored: bool) -> &'static
     if restored { "ask for a smaller tolerance" } else { "restore closure, or ask for a smaller tolerance" }
 }
 
+/// Adds what the solver left to the errors: the power that it has not distributed, relative to what the sources give, of a zone's own field and
+/// of the mean of its kind, [`FOLLOWED`] times.
+fn unfinished(zones: &Zones, ended: &[Ended], f: &mut Fields) {
+    let (_, residuals) = together(ended);
+    let spent = |b: usize| {
+        let done = ended.iter().all(|e| matches!(e.status[b], SolveStatus::Converged | SolveStatus::Swept));
+        if done { 0.0 } else { FOLLOWED * residuals[b].last().copied().unwrap_or(0.0) }
+    };
+    let spent = [0, 1, 2].map(spent);
+    if spent == [0.0; 3] {
+        return;
+    }
+    for kind in [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()] {
+        let size = kind.len().max(1) as f64;
+        let mean = kind.clone().fold([0.0; 3], |m, i| bands(|b| m[b] + f.incident[i][b].abs() / size));
+        for i in kind {
+            f.error[i] = bands(|b| f.error[i][b] + spent[b] * (f.incident[i][b].abs() + mean[b]));
+        }
+    }
+}
+
 /// The worst end of all groups, and the power that all together have not distributed.
 fn together(ended: &[Ended]) -> ([SolveStatus; 3], [Vec<f64>; 3]) {
     let rank = |s: SolveStatus| SolveStatus::ALL.iter().position(|x| *x == s);
@@ -462,7 +493,11 @@ fn report(
     groups.iter().for_each(|g| energy.add(&g.energy));
     let mut warnings = forecast::warnings(site.scene, site.zones, built.operator.len() == site.zones.len());
     warnings.extend(built.warnings.iter().cloned());
-    warnings.extend(undershoot(fields));
+    warnings.extend(undershoot(site, fields));
+    let short = ended.iter().flat_map(|e| e.status).any(|s| s == SolveStatus::Budget);
+    warnings.extend(short.then(|| {
+        "the solver ran out of steps before the residual that was asked for; errors have what it left: allow more (max_iterations)".into()
+    }));
     if !escape.closed() {
         warnings.push("the scene is open: power escapes to the surroundings or onto black backs".into());
     }
@@ -492,8 +527,13 @@ fn report(
 }
 
 /// What a user should know of zones whose slopes are steeper than what they hold.
-fn undershoot(fields: &Fields) -> Option<String> {
+fn undershoot(site: &Site, fields: &Fields) -> Option<String> {
+    // Powers that are taken away may leave less than nothing without any slope.
+    let taken = |i: usize| emission(site.zones, i).iter().any(|e| *e < 0.0);
     let most = fields.incident.iter().flatten().fold(0.0f64, |m, x| m.max(*x));
+    if most <= 0.0 || (0..site.zones.len()).into_par_iter().any(taken) {
+        return None;
+    }
     let below = || fields.incident.iter().filter(|h| h.iter().any(|x| *x < -UNDERSHOOT * most));
     let least = below().flatten().fold(0.0f64, |m, x| m.min(*x));
     (least < 0.0).then(|| {

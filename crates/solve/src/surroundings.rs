@@ -129,7 +129,7 @@ impl Escape {
         bands(|b| sky[b] + backs[b])
     }
 
-    /// What escapes of every zone times its factor, where closure is restored.
+    /// What escapes of every zone (and slope) times its factor, where closure is restored.
     pub fn scale(&mut self, d: &[Bands]) {
         for away in [&mut self.sky, &mut self.backs] {
             away.iter_mut().zip(d).for_each(|(x, d)| *x = bands(|b| x[b] * d[b]));

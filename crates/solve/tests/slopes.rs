@@ -302,6 +302,55 @@ fn light_through_openings_has_slopes_too() {
     }
 }
 
+/// What leaves through an opening leaves by means and slopes; no power is lost or won.
+#[test]
+fn open_rooms_keep_their_power() {
+    let slab = |tau: f64, n: usize| Room {
+        cells: [1, 1, n],
+        edges: [1.0, 1.0, 1.0 / n as f64],
+        periodic: [true, true, false],
+        omit: vec![5],
+        ..Room::cube(n, tau)
+    };
+    // A black bottom and a medium that scatters all: (4/3)/(τ + 1.42089) goes through, within what diffusion leaves out.
+    for (tau, n) in [(0.5, 2), (8.0, 8), (80.0, 8)] {
+        let (_, _, report) = solved(&slab(tau, n).scene());
+        let e = &report.energy;
+        assert!(e.residual[0].abs() < 1e-9, "{tau}: {e:?}");
+        let through = 4.0 / 3.0 / (tau + 1.42089);
+        assert!((e.escaped[0] / through - 1.0).abs() < 0.02, "{tau}: {e:?} {through}");
+    }
+    let open = Room { omit: vec![1, 2], ..rooms()[0].clone() };
+    for restore_closure in [false, true] {
+        let mut parts = open.parts();
+        parts.options.restore_closure = restore_closure;
+        parts.surroundings = Surroundings { name: None, radiance: [0.3, 1.0, 0.0] };
+        let (_, _, report) = solved(&Scene::new(parts).unwrap());
+        let off = report.energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+        assert!(off < 1e-8, "{:?}", report.energy);
+    }
+}
+
+/// Steps that do not suffice are told, and the errors have what they leave.
+#[test]
+fn a_spent_budget_is_in_the_errors() {
+    let solve = |iterations: usize| {
+        let mut parts = Room::cube(6, 20.0).parts();
+        parts.options.max_iterations = iterations;
+        solved(&Scene::new(parts).unwrap())
+    };
+    let ((_, rough, told), (_, exact, full)) = (solve(12), solve(2000));
+    let warned = |r: &Report| r.warnings.iter().any(|w| w.contains("max_iterations"));
+    assert!(warned(&told) && !warned(&full));
+    for (i, (a, b)) in rough.incident.iter().zip(&exact.incident).enumerate() {
+        assert!(
+            (a[0] - b[0]).abs() <= rough.error[i][0] + exact.error[i][0],
+            "{i}: {a:?} {b:?} {:?}",
+            rough.error[i]
+        );
+    }
+}
+
 #[test]
 fn slopes_are_refused_where_they_cannot_be() {
     let told = |change: &dyn Fn(&mut SceneParts)| {

@@ -95,7 +95,7 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
             warnings.push(unmet(look.estimate, tolerance, all && !linked));
             warnings.extend(barred.then(|| NO_LINKS.into()));
         }
-        return Ok(Built { operator, closure, counts, warnings, sky_of_slopes: Vec::new(), solved });
+        return Ok(Built { operator, closure, counts, warnings, solved });
     }
     let note = budget.note(zones, tolerance, each);
     let mut built = links(site, escape, look, &budget)?;
@@ -250,7 +250,6 @@ fn links<'a>(
         ("rays of views", views),
     ];
     Ok(Built {
-        sky_of_slopes: Vec::new(),
         operator: Box::new(made),
         closure,
         counts: list.into_iter().map(|(k, v)| (k.to_string(), v)).collect(),

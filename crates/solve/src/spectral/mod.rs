@@ -15,8 +15,8 @@
 //! | [`walls`] | walls with walls |
 //!
 //! **Zones too thick.** Radiosity that is constant in a voxel lets light through it too easily where κℓ is not small: the diffusion of a thick medium
-//! is not that of its zones. With slopes ([`Variation::Linear`]) it is, in the limit of any thickness, and the error falls by more than one
-//! order in ℓ. The unknowns are the zones' own, then the slopes of the patches along their first axis, along their second, then those of
+//! is not that of its zones. With slopes ([`Variation::Linear`]) it is, in slabs of any thickness, and the error falls by more than one
+//! order in ℓ; beside edges where walls of different radiosity meet, light still falls off within a mean free path, which voxels have to follow. The unknowns are the zones' own, then the slopes of the patches along their first axis, along their second, then those of
 //! the voxels along x, y, z; whoever asks for the zones alone gets them, with slopes of zero.
 //!
 //! **Error.** Every factor has a proven relative radius ([`kernels::TOLERANCE`]), images of periodic axes end where e^{−36} of the light is left.

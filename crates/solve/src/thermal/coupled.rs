@@ -181,7 +181,7 @@ pub fn solve(site: &Site, built: &Built, escape: &Escape) -> Result<Coupled, Sce
     let table = Locals::new(scene, site.zones);
     let (shares, locals) = (&table.thermal.shares, table.all(site.zones));
     let powers = Powers::new(operator, site.zones, &locals, false, &operator.slopes());
-    let outside = outside(site, built, escape, &powers);
+    let outside = outside(site, escape, &powers);
     let (wanted, steps) = (scene.options().residual, scene.options().max_iterations);
     let begin = black(table.level());
     let mut e: Vec<f64> =
@@ -238,16 +238,9 @@ fn check_memory(site: &Site, unknowns: usize) -> Result<(), SceneError> {
 }
 
 /// h of every unknown that comes from the surroundings.
-fn outside(site: &Site, built: &Built, escape: &Escape, powers: &Powers) -> Vec<Bands> {
+fn outside(site: &Site, escape: &Escape, powers: &Powers) -> Vec<Bands> {
     let sky = site.scene.surroundings().radiosity();
-    let (n, of_slopes) = (site.zones.len(), &built.sky_of_slopes);
-    let one = |k: usize| {
-        let arrives = match k.checked_sub(n) {
-            None => escape.incoming(k, sky)[0],
-            Some(j) => of_slopes.get(j).map_or([0.0; 3], |from| bands(|b| from[b] * sky[b])),
-        };
-        arrives.map(|x| x * powers.over[k])
-    };
+    let one = |k: usize| escape.incoming(k, sky)[0].map(|x| x * powers.over[k]);
     (0..powers.over.len()).into_par_iter().map(one).collect()
 }
 
