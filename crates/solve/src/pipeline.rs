@@ -37,7 +37,7 @@ const ALL_OF_IT: f64 = 1.0 - 1e-6;
 const UNDERSHOOT: f64 = 1e-6;
 
 /// How often an undistributed power may meet a zone, for the errors of a solve that has not converged.
-const FOLLOWED: f64 = 100.0;
+const FOLLOWED: f64 = 10.0;
 
 /// Residual, over the tolerance, with which an engine is content whose links err by the tolerance: far below what they leave.
 const CONTENT: f64 = 1e-4;
@@ -145,6 +145,13 @@ pub fn solve_zones(
     let mut report = report(&site, &built, &escape, &fields, &groups, &ended);
     (report.engine, report.reason) = (engine.word().into(), reason);
     report.warnings.extend(note);
+    let wanted = scene.options().tolerance;
+    let estimate = report.estimate.patches.into_iter().chain(report.estimate.volumes).fold(0.0f64, f64::max);
+    if engine == Engine::Dense && estimate > wanted {
+        report.warnings.push(format!(
+            "the estimated error, {estimate:.1e}, misses the tolerance, {wanted:.1e}: what rays measure of pairs that are partly hidden, and of what escapes, is no better here"
+        ));
+    }
     Ok((fields, groups, report))
 }
 

@@ -20,6 +20,8 @@ use std::path::PathBuf;
 use zonal_exchange::pair::{Counts, Exchange, Settings, strength, target};
 use zonal_io::output::{self, Named};
 use zonal_scene::{Bands, Progress, Scene, Zones};
+use zonal_solve::engine::THIN;
+use zonal_solve::forecast;
 use zonal_solve::total;
 use zonal_transport::{Transport, build_zones};
 
@@ -97,7 +99,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     ];
     if args.direct_only {
         output::write_arrays(&args.output, None, &list)?;
-        return report(args, context, &m, n, bands, None);
+        return report(args, context, &m, (n, bands), None, constant(&scene, &zones));
     }
     meter.begin("total exchange areas", bands as u64);
     let names = Names::new(&scene, &zones);
@@ -119,7 +121,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         "order_of_zones": "patches, then voxel zones, then pane zones",
     });
     output::write_arrays(&args.output, Some(&about.to_string()), &list)?;
-    report(args, context, &m, n, bands, Some(&t))
+    report(args, context, &m, (n, bands), Some(&t), constant(&scene, &zones))
 }
 
 /// The names that zones belong to: surfaces, the medium, panes.
@@ -224,13 +226,23 @@ fn worst_row(areas: &[f64], closure: &[f64], n: usize) -> f64 {
     })
 }
 
+/// What a user should know of thick voxels: areas are of zones of one radiosity each.
+fn constant(scene: &Scene, zones: &Zones) -> Option<String> {
+    let thick = forecast::thickness(scene, zones);
+    (thick > THIN).then(|| {
+        format!(
+            "voxels are up to {thick:.2e} optical depths across, and these are the areas of zones of one radiosity each; `solve` takes slopes inside such voxels where it can (thick_zones), and its fluxes are then better than theirs"
+        )
+    })
+}
+
 fn report(
     args: &Args,
     context: Context,
     m: &Matrices,
-    n: usize,
-    bands: usize,
+    (n, bands): (usize, usize),
     totals: Option<&Totals>,
+    note: Option<String>,
 ) -> Result<(), Failure> {
     let defect = worst_row(&m.areas, &m.closure, n);
     let total = totals.map(|t| worst_row(&t.areas, &t.closure, n));
@@ -243,12 +255,13 @@ fn report(
                 "zones": n, "matrices": bands, "grade": grade, "largest_row_defect": defect,
                 "largest_total_row_defect": total,
                 "aligned_pairs": m.counts.aligned, "general_pairs": m.counts.general, "rays": m.counts.rays,
-                "written": path.to_string(),
+                "written": path.to_string(), "note": note,
             })
         ));
     }
+    let note = note.map_or(String::new(), |n| format!("\nnote: {n}"));
     let also = total.map_or(String::new(), |d| format!(", of total areas by {d:.1e}"));
     say(&format!(
-        "{n} zones, {bands} matrix(es), grade {grade}; row sums are off by at most {defect:.1e}{also} (an open scene loses what leaves it)\nwritten: {path}"
+        "{n} zones, {bands} matrix(es), grade {grade}; row sums are off by at most {defect:.1e}{also} (an open scene loses what leaves it)\nwritten: {path}{note}"
     ))
 }
