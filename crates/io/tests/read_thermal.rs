@@ -11,6 +11,7 @@ fn read(text: &str) -> Scene {
 }
 
 const ROOM: &str = "mode = 'thermal'\n[[surface]]\nname = 'r'\nroom = { min = [0,0,0], max = [1,1,1] }\n";
+const GLASS: &str = "mode = 'thermal'\n[[surface]]\nname = 'm'\nmesh = { file = 'a.obj' }\ntemperature = 900\nemissivity = 0.7\n";
 const MEDIUM: &str = "[medium]\nmin = [0,0,0]\nmax = [2,1,1]\ncells = [2,1,1]\n";
 
 #[test]
@@ -218,12 +219,68 @@ fn what_is_refused() {
             "mode = 'thermal'\n[[pane]]\npolygon=[[0,0,0],[1,0,0],[1,1,0]]\nthickness=0.01\nextinction=3\nheat_source = 4",
             &["heat_source", "a pane has a temperature"],
         ),
+        // Powers without measure.
+        (
+            "ROOMheat_flux = 1e300\nemissivity = 1",
+            &["test.toml:5:13:", "r'.heat_flux", "1e300 is out of range", "1e18"],
+        ),
+        ("ROOMnet_power = -1e19\nemissivity = 1", &["net_power", "-1e19 is out of range"]),
+        (
+            "mode = 'thermal'\nMEDIUMextinction = 1\nheat_source = 2e18",
+            &["medium.heat_source: 2e18 is out of range"],
+        ),
+        (
+            "mode = 'thermal'\nMEDIUMextinction = 1\nheat_source = { file = 'hot.npy', scale = 1e300 }",
+            &["medium.heat_source", "e302 is out of range"],
+        ),
+        (
+            "mode = 'thermal'\nMEDIUMextinction = 1\nheat_source = { file = 'cold.npy' }",
+            &["cold.npy", "-3 is no heat source; give finite values from 0"],
+        ),
+        // What can emit in no band gives no power.
+        (
+            "mode = 'thermal'\n[thermal]\nshares = [0, 0, 1]\nMEDIUMextinction = [1, 4, 0]\nheat_source = 4",
+            &["medium.heat_source", "in cell (0, 0, 0)", "no band that has a share"],
+        ),
+        (
+            "mode = 'thermal'\n[thermal]\nweights = [[0.3, 1e-4], 'rest', [0]]\nrange = [300, 900]\nMEDIUMextinction = [1, 1, 4]\nalbedo = [1, 1, 0]\nheat_source = 4",
+            &["medium.heat_source", "no band that has a share"],
+        ),
+        (
+            "ROOMheat_flux = 9\nemissivity = [0, 1, 0]\n[thermal]\nshares = [0.5, 0, 0.5]",
+            &["r.x0'.heat_flux", "share"],
+        ),
+        // Glass knows nothing of surfaces.
+        (
+            "MESHmaterials.'a'.pane = { thickness = 0.1, extinction = 3 }\nmaterials.'a'.temperature = 500",
+            &[
+                "test.toml:8:29:",
+                "materials.a.temperature",
+                "is a pane",
+                "put temperature into materials.\"a\".pane",
+            ],
+        ),
+        (
+            "MESHmaterials.'a' = { pane = { thickness = 0.1, extinction = 3 }, net_power = 5 }",
+            &["materials.a.net_power", "put temperature into"],
+        ),
+        (
+            "MESHmaterials.'a' = { pane = { thickness = 0.1, extinction = 3 }, emissivity = 0.5 }",
+            &["materials.a.emissivity", "has no emissivity; remove"],
+        ),
+        (
+            "MESHmaterials.'a' = { region = true, pane = { extinction = 3 }, heat_flux = 0 }\nMEDIUMextinction = 1\nheat_source = 0",
+            &["materials.a.heat_flux", "fills the medium", "heat_source into"],
+        ),
     ];
     let two = |values: [f32; 2]| npy("<f4", false, "(2, 1, 1)", &f32s(&values));
     let folder = Folder::new().with("zero.npy", two([300.0, 0.0])).with("hot.npy", two([300.0, 900.0]));
+    let folder = folder
+        .with("cold.npy", two([-3.0, 1.0]))
+        .with("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n");
     let mut wrong = String::new();
     for (text, wanted) in cases {
-        let text = text.replace("ROOM", ROOM).replace("MEDIUM", MEDIUM);
+        let text = text.replace("ROOM", ROOM).replace("MEDIUM", MEDIUM).replace("MESH", GLASS);
         let message = folder.refusal(&text);
         for w in wanted.iter().filter(|w| !message.contains(**w)) {
             wrong += &format!("'{w}' is not in:\n{message}\nfor\n{text}\n\n");
@@ -233,4 +290,18 @@ fn what_is_refused() {
         }
     }
     assert!(wrong.is_empty(), "{wrong}");
+}
+
+/// Zero power needs no share, great powers up to the limit are taken, and glass has its temperature among its own keys.
+#[test]
+fn what_is_near_to_that_is_read() {
+    read(&format!(
+        "mode = 'thermal'\n[thermal]\nshares = [0, 0, 1]\n{MEDIUM}extinction = [1, 4, 0]\nheat_source = 0\n"
+    ));
+    read(&format!("mode = 'thermal'\n{MEDIUM}extinction = 1\nheat_source = -1e18\n"));
+    let folder = Folder::new().with("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n");
+    let s = folder.scene(&format!(
+        "{GLASS}materials.a.pane = {{ thickness = 0.1, extinction = 3, temperature = 500 }}\n"
+    ));
+    assert_eq!(s.thermal().unwrap().panes, [Known::Temperature(500.0)]);
 }

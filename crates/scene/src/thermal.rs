@@ -18,6 +18,12 @@ pub const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
 /// The highest temperature, K.
 pub const LARGEST_TEMPERATURE: f64 = 1e6;
 
+/// The largest modulus of a known net power, in W, W/m² or W/m³.
+pub const LARGEST_POWER: f64 = 1e18;
+
+/// Shares of the emission below this are rounding, such as that of a `"rest"` that nothing is left for.
+const SMALLEST_SHARE: f64 = 1e-12;
+
 /// How far shares of the emission may be from 1 in sum.
 const SHARE_ROUNDING: f64 = 1e-6;
 
@@ -50,8 +56,8 @@ impl Known {
     pub fn check(self, key: impl Fn(&str) -> String) -> Result<(), SceneError> {
         let (word, fine) = match self {
             Known::Temperature(t) => ("temperature", t > 0.0 && t <= LARGEST_TEMPERATURE),
-            Known::Flux(q) => ("heat_flux", q.is_finite()),
-            Known::Power(p) => ("net_power", p.is_finite()),
+            Known::Flux(q) => ("heat_flux", q.abs() <= LARGEST_POWER),
+            Known::Power(p) => ("net_power", p.abs() <= LARGEST_POWER),
         };
         if fine {
             return Ok(());
@@ -60,10 +66,15 @@ impl Known {
             Known::Temperature(t) => {
                 format!("{t} K is out of range; give kelvin above 0, up to {LARGEST_TEMPERATURE:e}")
             }
-            _ => "this is no finite number; give watts".to_string(),
+            Known::Flux(q) | Known::Power(q) => power_out_of_range(q),
         };
         Err(SceneError::new(key(word), what))
     }
+}
+
+/// What is wrong with a power beyond [`LARGEST_POWER`].
+pub fn power_out_of_range(q: f64) -> String {
+    format!("{q:e} is out of range; give watts of a modulus up to {LARGEST_POWER:e}")
 }
 
 /// The share of the black emissive power that each band has.
@@ -128,6 +139,14 @@ impl Shares {
     /// What values of the bands come to: their sum, or any of them in a grey scene.
     pub fn total(&self, v: Bands) -> f64 {
         if self.grey() { v[0] } else { v[0] + v[1] + v[2] }
+    }
+    /// Of each band, whether it has a share of the emission at some temperature.
+    pub fn shining(&self) -> [bool; 3] {
+        let Shares::Weights { range: [from, to], .. } = self else { return [true; 3] };
+        let temperatures = (0..=CHECKS).map(|k| from + (to - from) * k as f64 / CHECKS as f64);
+        temperatures
+            .map(|t| self.weights(t))
+            .fold([false; 3], |s, a| [0, 1, 2].map(|b| s[b] || a[b] > SMALLEST_SHARE))
     }
     /// Refuses shares that are negative or do not sum to 1.
     pub fn check(&self) -> Result<(), SceneError> {
@@ -227,6 +246,7 @@ impl Thermal {
         Ok(())
     }
     fn check_surfaces(&self, scene: &Scene) -> Result<(), SceneError> {
+        let shining = self.shares.shining();
         for (s, known) in scene.surfaces().iter().zip(&self.surfaces) {
             let key = |k: &str| format!("surface '{}'.{k}", s.name);
             known.check(key)?;
@@ -246,6 +266,12 @@ impl Thermal {
                 return Err(SceneError::new(
                     key(word),
                     "a surface of emissivity 0 can give no power; raise its emissivity, or give 0",
+                ));
+            }
+            if gives && !(0..3).any(|b| shining[b] && s.reflectance[b] < 1.0) {
+                return Err(SceneError::new(
+                    key(word),
+                    "the emissivity is 0 in every band that has a share of the emission, so that the surface can give no power; raise it in one of them, or give 0",
                 ));
             }
         }
@@ -277,6 +303,7 @@ impl Thermal {
                 "neither temperature nor heat_source is given; write heat_source = 0 for radiative equilibrium",
             ));
         }
+        let shining = self.shares.shining();
         for i in 0..if map.is_uniform() { 1 } else { map.len() } {
             self.check_grey("medium.extinction".into(), map.extinction(i))?;
             self.check_grey("medium.albedo".into(), map.albedo(i))?;
@@ -285,6 +312,15 @@ impl Thermal {
                     "medium.emission",
                     "emission and source belong to mode = \"light\"; give temperature or heat_source",
                 ));
+            }
+            let (k, o) = (map.extinction(i), map.albedo(i));
+            let gives = matches!(map.heat(i), Some(Known::Flux(q) | Known::Power(q)) if q != 0.0);
+            if gives && !(0..3).any(|b| shining[b] && k[b] * (1.0 - o[b]) > 0.0) {
+                let [x, y, z] = map.coordinates(i);
+                let what = format!(
+                    "in cell ({x}, {y}, {z}) the medium absorbs in no band that has a share of the emission, so that it can give no heat; raise extinction or shares there, or give 0"
+                );
+                return Err(SceneError::new("medium.heat_source", what));
             }
         }
         Ok(())

@@ -520,6 +520,14 @@ fn what_has_no_temperature_is_said() {
     ));
     assert!(s.report.warnings.iter().any(|w| w.contains("more heat is taken")), "{:?}", s.report.warnings);
     assert!(s.fields.heat.as_ref().unwrap().temperature.iter().any(|t| t.is_nan()));
+    // What absorbs only where nothing is emitted; no word of powers, of which none is negative.
+    let s = solved(&room(
+        "temperature = 600\nemissivity = [0.2, 0.5, 0.9]",
+        "[thermal]\nshares = [0, 0, 1]\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [2,2,2]\nextinction = [1, 4, 0]\nheat_source = 0",
+    ));
+    let notes = &s.report.warnings;
+    assert!(notes.iter().any(|w| w.contains("8 zones emit in no band")), "{notes:?}");
+    assert!(!notes.iter().any(|w| w.contains("negative")), "{notes:?}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 /// Bad input or a file that cannot be written; the message names the file, the place and the mend. Exit code 2; that of a verdict that does
-/// not hold is 1.
+/// not hold, or of a validation that checked nothing, is 1.
 #[derive(Debug)]
 pub struct Failure {
     message: String,
@@ -25,7 +25,7 @@ impl Failure {
     pub fn in_file(path: &Path, error: impl fmt::Display) -> Failure {
         Failure::new(format!("{}: {error}", path.display()))
     }
-    /// Verdicts of `zonal validate` that do not hold.
+    /// Verdicts of `zonal validate` that do not hold, or none at all.
     pub fn verdict(message: impl Into<String>) -> Failure {
         Failure { message: message.into(), code: VERDICT }
     }

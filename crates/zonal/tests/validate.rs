@@ -13,7 +13,7 @@ const FAST: &str = "view-factors,fds-*,volumes,cube-areas,layer,gegenbauer,wsgg,
 #[test]
 fn the_fast_cases_hold() {
     let f = Folder::new();
-    let out = f.done(&["validate", "--only", FAST, "--json", "--reference", "nowhere"]);
+    let out = f.done(&["validate", "--only", FAST, "--json", "--reference", "."]);
     let report: serde_json::Value = serde_json::from_str(&out).unwrap();
     assert_eq!((report["failed"].as_u64(), report["skipped"].as_u64()), (Some(0), Some(0)), "{out}");
     assert!(report["held"].as_u64() > Some(190), "{out}");
@@ -48,7 +48,7 @@ fn a_page_with_plots_and_scenes_that_run() {
     ] {
         assert!(page.contains(part), "'{part}' is not in\n{page}");
     }
-    assert!(text(&f.get("out/page/validation/thick-limit.svg")).contains("slopes 1 and 2"));
+    assert!(text(&f.get("out/page/validation/thick-limit.svg")).contains("orders 1 and 2"));
     f.done(&["check", "out/scenes/layer-1-10.toml"]);
 }
 
@@ -81,12 +81,17 @@ fn a_reference_that_is_not_met_ends_with_1() {
 #[test]
 fn cases_without_their_files_are_skipped_and_do_not_pass() {
     let f = Folder::new();
-    let out =
-        f.done(&["validate", "--only", "mc-c1,elmer-cavity,fds-box", "--reference", "nowhere", "--json"]);
+    let out = f.done(&["validate", "--only", "mc-c1, elmer-cavity,fds-box,", "--reference", ".", "--json"]);
     let report: serde_json::Value = serde_json::from_str(&out).unwrap();
     assert_eq!((report["skipped"].as_u64(), report["held"].as_u64()), (Some(2), Some(10)), "{out}");
     assert_eq!(report["cases"][2]["verdict"], "skipped");
     assert!(report["cases"][2]["skipped"].as_str().unwrap().contains("--reference"), "{out}");
+    // Where all were skipped nothing was checked, and that is no success.
+    for more in [&["--json"][..], &[]] {
+        let o = f.zonal(&[&["validate", "--only", "mc-c1,elmer-cavity", "--reference", "."], more].concat());
+        assert_eq!(o.status.code(), Some(1), "{o:?}");
+        assert!(text(&o.stderr).contains("nothing was checked"), "{o:?}");
+    }
 }
 
 #[test]
@@ -108,6 +113,14 @@ fn wrong_options_are_refused() {
     f.put("taken", "a file");
     refused(&f, Program, &["validate", "--only", "cubes"], "no case is called 'cubes'");
     refused(&f, Program, &["validate", "--only", "a*b*c*d*e*f"], "too many stars");
+    refused(&f, Program, &["validate", "--only", " ,"], "no case is named");
+    refused(
+        &f,
+        Program,
+        &["validate", "--only", "fds-box", "--reference", "nowhere"],
+        "nowhere is no folder",
+    );
+    refused(&f, Program, &["validate", "--only", "fds-box", "--reference", "taken"], "taken is no folder");
     refused(&f, Program, &["validate", "--only", "burns-christon", "--quick"], "--quick");
     refused(&f, Program, &["validate", "--only", "fds-box", "--output", "taken/x"], "--output");
     refused(&f, Program, &["validate", "--only", "fds-box", "--scenes", "taken/x"], "cannot be made");

@@ -42,6 +42,7 @@ pub(crate) fn read_arrays(
             power: if fourth { 4 } else { 1 },
             matter: &matter,
             place: Some(place),
+            word: if key == "heat_source" { "heat source" } else { key },
         };
         if density::read_density(&node, grid, &filling, b)? == 0 {
             return Err(

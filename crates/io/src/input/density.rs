@@ -26,12 +26,14 @@ pub(crate) struct Filling<'a> {
     pub(crate) matter: &'a dyn Fn(Bands) -> Matter,
     /// Where an array lies that has no place of its own.
     pub(crate) place: Option<(Vec3, Vec3)>,
+    /// What a value is, for messages.
+    pub(crate) word: &'static str,
 }
 
 impl<'a> Filling<'a> {
     /// Of the values themselves.
     pub(crate) fn plain(matter: &'a dyn Fn(Bands) -> Matter) -> Filling<'a> {
-        Filling { of: |x| x, power: 1, matter, place: None }
+        Filling { of: |x| x, power: 1, matter, place: None, word: "density" }
     }
 }
 
@@ -68,10 +70,10 @@ pub(crate) fn read_density(
         return Err(n.error("only OpenVDB files know this key; remove it and give min and max"));
     }
     let (array, own) = if vol::is_vol(&bytes) {
-        let (array, own) = vol::parse(&name, &bytes).map_err(refused)?;
+        let (array, own) = vol::parse(&name, &bytes, filling.word).map_err(refused)?;
         (array, Some(own))
     } else {
-        (npy::parse(&name, &bytes).map_err(refused)?, None)
+        (npy::parse(&name, &bytes, filling.word).map_err(refused)?, None)
     };
     drop(bytes);
     // Without a place of its own the array needs one, and the refusal says so.

@@ -14,8 +14,9 @@ pub(crate) struct Array {
     pub(crate) values: Vec<f32>,
 }
 
-/// Reads a file's bytes. The size that the header declares is compared with the file's before memory is taken.
-pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<Array, Fault> {
+/// Reads a file's bytes. The size that the header declares is compared with the file's before memory is taken; `word` names
+/// what a value is.
+pub(crate) fn parse(file: &str, bytes: &[u8], word: &str) -> Result<Array, Fault> {
     let fault = |what: String| Fault::new(file, "header", what);
     let cut = || fault("the file is cut short; save it again with numpy.save".into());
     if !bytes.starts_with(b"\x93NUMPY") {
@@ -71,7 +72,7 @@ pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<Array, Fault> {
             return Err(Fault::new(
                 file,
                 format!("[{x}, {y}, {z}]"),
-                format!("{value} is no density; give finite values from 0"),
+                format!("{value} is no {word}; give finite values from 0"),
             ));
         }
         values.push(value as f32);

@@ -4,7 +4,7 @@
 
 use super::error::InputError;
 use super::node::{Node, Table};
-use zonal_scene::thermal::LARGEST_TEMPERATURE;
+use zonal_scene::thermal::{LARGEST_POWER, LARGEST_TEMPERATURE, power_out_of_range};
 use zonal_scene::{Bands, Known, Shares, Thermal, bands};
 
 /// Keys of surfaces that belong to thermal mode.
@@ -44,6 +44,14 @@ pub(crate) fn kelvin(n: Node<'_>) -> Result<f64, InputError> {
     }
 }
 
+/// W, W/m² or W/m³ of net power.
+fn watts(n: &Node<'_>) -> Result<f64, InputError> {
+    match n.number()? {
+        q if q.abs() <= LARGEST_POWER => Ok(q),
+        q => Err(n.error(power_out_of_range(q))),
+    }
+}
+
 /// Exactly one of some keys, or none.
 fn one<'a>(t: &Table<'a>, keys: &[&str]) -> Result<Option<(usize, Node<'a>)>, InputError> {
     let mut given = keys.iter().enumerate().filter_map(|(k, key)| Some((k, t.get(key)?)));
@@ -60,8 +68,8 @@ pub(crate) fn wall(t: &Table<'_>) -> Result<Option<Known>, InputError> {
     let Some((k, n)) = one(t, &WALL[..3])? else { return Ok(None) };
     Ok(Some(match k {
         0 => Known::Temperature(kelvin(n)?),
-        1 => Known::Flux(n.number()?),
-        _ => Known::Power(n.number()?),
+        1 => Known::Flux(watts(&n)?),
+        _ => Known::Power(watts(&n)?),
     }))
 }
 
@@ -70,7 +78,7 @@ pub(crate) fn volume(t: &Table<'_>) -> Result<Option<Known>, InputError> {
     match one(t, &VOLUME)? {
         Some((_, n)) if n.is_table() => Ok(None),
         Some((0, n)) => Ok(Some(Known::Temperature(kelvin(n)?))),
-        Some((_, n)) => Ok(Some(Known::Flux(n.number()?))),
+        Some((_, n)) => Ok(Some(Known::Flux(watts(&n)?))),
         None => Ok(None),
     }
 }

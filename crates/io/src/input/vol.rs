@@ -20,8 +20,9 @@ pub(crate) fn is_vol(bytes: &[u8]) -> bool {
     bytes.starts_with(b"VOL")
 }
 
-/// The array and its box. The size that the header declares is compared with the file's before memory is taken.
-pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<(Array, (Vec3, Vec3)), Fault> {
+/// The array and its box. The size that the header declares is compared with the file's before memory is taken; `noun`
+/// names what a value is.
+pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<(Array, (Vec3, Vec3)), Fault> {
     let fault = |what: String| Fault::new(file, "header", what);
     if bytes.len() < HEADER || bytes[3] != 3 {
         return Err(fault("this is not a grid volume of version 3; save it again".into()));
@@ -59,7 +60,7 @@ pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<(Array, (Vec3, Vec3)), F
         let at = 4 * ((z * ny + y) * nx + x);
         let value = f32::from_le_bytes([0, 1, 2, 3].map(|k| data[at + k]));
         if !(value.is_finite() && value >= 0.0) {
-            let what = format!("{value} is no density; give finite values from 0");
+            let what = format!("{value} is no {noun}; give finite values from 0");
             return Err(Fault::new(file, format!("[{x}, {y}, {z}]"), what));
         }
         values.push(value);

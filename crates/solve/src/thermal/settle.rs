@@ -109,7 +109,7 @@ pub(crate) fn settle(
         net: all.iter().map(|x| x.1).collect(),
         net_error: errors.iter().map(|d| d[0]).collect(),
     };
-    report.warnings.extend(undefined(&locals, &heat));
+    report.warnings.extend(undefined(&locals, shares, &heat));
     let emissive: Vec<Bands> =
         all.iter().map(|x| shares.emissive(if x.0.is_nan() { 0.0 } else { x.0 })[0]).collect();
     super::physical(scene, zones, &emissive);
@@ -140,21 +140,27 @@ pub(crate) fn settle(
 }
 
 /// What to say of zones without a temperature.
-fn undefined(locals: &[Local], heat: &Heat) -> Vec<String> {
-    let mut out = Vec::new();
-    let none = |l: &Local| l.uptake() == [0.0; 3];
-    let lacking = |i: &usize| heat.temperature[*i].is_nan();
-    let mirrors = (0..locals.len()).filter(lacking).filter(|i| none(&locals[*i])).count();
-    let below = (0..locals.len()).filter(lacking).count() - mirrors;
-    if mirrors > 0 {
-        out.push(format!("{mirrors} zones neither absorb nor emit: their temperature is undefined"));
+fn undefined(locals: &[Local], shares: &zonal_scene::Shares, heat: &Heat) -> Vec<String> {
+    const WHY: [&str; 4] = [
+        "zones neither absorb nor emit: their temperature is undefined",
+        "zones emit in no band that has a share of the emission: their temperature is undefined",
+        "zones have no temperature: more heat is taken from them than arrives; give less negative powers",
+        "zones have no temperature: next to nothing arrives at them; give a lower solve.residual",
+    ];
+    let shining = shares.shining();
+    let mut counts = [0; 4];
+    for (l, _) in locals.iter().zip(&heat.temperature).filter(|(_, t)| t.is_nan()) {
+        let m = l.uptake();
+        let why = match l.known {
+            _ if m == [0.0; 3] => 0,
+            _ if !(0..3).any(|b| shining[b] && m[b] > 0.0) => 1,
+            Known::Flux(q) | Known::Power(q) if q < 0.0 => 2,
+            _ => 3,
+        };
+        counts[why] += 1;
     }
-    if below > 0 {
-        out.push(format!(
-            "{below} zones have no temperature: more heat is taken from them than arrives; give less negative powers"
-        ));
-    }
-    out
+    let told = counts.iter().zip(WHY).filter(|(n, _)| **n > 0);
+    told.map(|(n, why)| format!("{n} {why}")).collect()
 }
 
 fn table(

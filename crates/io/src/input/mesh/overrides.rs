@@ -18,6 +18,18 @@ pub(crate) struct Override {
     /// None: as the file says; Some(None): opaque.
     pub(crate) pane: Option<Option<PaneKeys>>,
     pub(crate) offset: Option<usize>,
+    /// In thermal mode: what holds of surfaces alone.
+    pub(crate) wall: Option<Wall>,
+}
+
+/// The first key of a warm surface among those of a material.
+#[derive(Clone)]
+pub(crate) struct Wall {
+    pub(crate) offset: usize,
+    /// The whole key.
+    pub(crate) key: String,
+    /// Its last part.
+    pub(crate) name: &'static str,
 }
 
 #[derive(Clone, Copy, Default)]
@@ -72,6 +84,10 @@ pub(crate) fn read(
             region: t.read("region", |n| n.boolean())?.unwrap_or(false),
             pane,
             offset: Some(node.offset()),
+            wall: thermal::WALL.iter().find_map(|&name| {
+                let n = t.get(name)?;
+                Some(Wall { offset: n.offset(), key: n.key.clone(), name })
+            }),
         };
         out.insert(index, over);
     }

@@ -28,6 +28,23 @@ impl Part<'_, '_> {
         self.table.source.error(offset, &self.table.key, what)
     }
 
+    /// Refuses what thermal mode knows of surfaces alone: glass has no use for it.
+    pub(crate) fn check_glass(&self, b: &Builder<'_>) -> Result<(), InputError> {
+        let Some(wall) = self.over.wall.as_ref().filter(|_| b.thermal()) else { return Ok(()) };
+        let (name, kind) =
+            (&self.material.name, if self.over.region { "fills the medium" } else { "is a pane" });
+        let known = if self.over.region { "temperature or heat_source" } else { "temperature" };
+        let what = match wall.name {
+            "emissivity" => format!(
+                "material '{name}' {kind}, and has no emissivity; remove this key, and put {known} into materials.\"{name}\".pane = {{ … }}"
+            ),
+            _ => format!(
+                "material '{name}' {kind}, and this key is of surfaces; put {known} into materials.\"{name}\".pane = {{ … }}"
+            ),
+        };
+        Err(self.table.source.error(wall.offset, &wall.key, what))
+    }
+
     /// The picture's index, where there is one.
     fn picture(&self, picture: &Option<Picture>, b: &mut Builder<'_>) -> Result<Option<usize>, InputError> {
         let read = picture.as_ref().map(|p| b.picture(p));

@@ -140,6 +140,9 @@ pub(crate) fn read_surface(
         } else {
             b.alias(&part.name, name);
         }
+        if over.region || is_pane(m) {
+            part.check_glass(b)?;
+        }
         let faces: Vec<&Face> = by_material[m].iter().map(|i| &mesh.faces[*i]).collect();
         if over.region {
             part.region(faces, b)?;

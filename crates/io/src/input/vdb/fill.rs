@@ -84,7 +84,7 @@ pub(crate) fn fill(
         return Err(refused("its transform shears, which is not read; resample the grid without it".into()));
     }
     grid.scan(&mut |block| {
-        check(file, block, &rule)?;
+        check(file, block, &rule, filling.word)?;
         let done = match &straight {
             Some(s) => sums.add_straight(s, block, &rule, lattice.voxel()),
             None => sums.add_turned(&lattice, block, &rule),
@@ -132,7 +132,7 @@ impl Rule {
 }
 
 /// Refuses values that stand for nothing.
-fn check(file: &str, block: &Block<'_>, rule: &Rule) -> Result<(), Fault> {
+fn check(file: &str, block: &Block<'_>, rule: &Rule, word: &str) -> Result<(), Fault> {
     let wrong = |i: usize, v: f64| match rule {
         Rule::Fog(_) => bytes::bit(block.active, i) && !(v >= 0.0 && v <= f64::from(f32::MAX)),
         Rule::Inside(_) => v.is_nan(),
@@ -143,7 +143,7 @@ fn check(file: &str, block: &Block<'_>, rule: &Rule) -> Result<(), Fault> {
     let [x, y, z] = [i / (block.count * block.count), i / block.count % block.count, i % block.count];
     let [a, b, c] = block.origin;
     let place = format!("[{}, {}, {}]", a + x as i64, b + y as i64, c + z as i64);
-    let what = format!("{} is no density; give finite values from 0", block.values[i]);
+    let what = format!("{} is no {word}; give finite values from 0", block.values[i]);
     Err(Fault::new(file, place, what))
 }
 

@@ -41,12 +41,13 @@ use crate::failure::say;
 use crate::{Failure, meter::Meter};
 use bench::Bench;
 use case::{Case, Done, Outcome, Verdict};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Check the program against known answers.
 ///
-/// Exit codes: 0 every verdict holds, 1 a verdict does not hold, 2 bad options or a folder that cannot be written.
+/// Exit codes: 0 every verdict holds, 1 a verdict does not hold or every chosen case was skipped, 2 bad options, a reference folder that is not
+/// there, or a folder that cannot be written.
 #[derive(clap::Args, Debug)]
 pub struct Args {
     /// Cases to run, by name or pattern with * and ?, separated by commas (default: all).
@@ -61,9 +62,9 @@ pub struct Args {
     /// Folder for the page validation.md and its plots; made if it is not there (default: docs when all cases run, else no page).
     #[arg(long, short, value_name = "DIR")]
     pub output: Option<PathBuf>,
-    /// Folder of reference files that are not part of the program; cases that need one of them are skipped without.
-    #[arg(long, value_name = "DIR", default_value = "../shared")]
-    pub reference: PathBuf,
+    /// Folder of reference files that are not part of the program; cases that need one of them are skipped without (default: ../shared).
+    #[arg(long, value_name = "DIR")]
+    pub reference: Option<PathBuf>,
     /// Write every scene that is solved into this folder, for `zonal solve`.
     #[arg(long, value_name = "DIR")]
     pub scenes: Option<PathBuf>,
@@ -103,8 +104,18 @@ fn fits(pattern: &[u8], name: &[u8]) -> bool {
 /// The longest pattern, and the most stars in it.
 const PATTERN: (usize, usize) = (80, 4);
 
+/// The patterns of `--only`, without the space around them; what is empty, as after a last comma, is none.
+fn patterns(args: &Args) -> Result<Vec<&str>, Failure> {
+    let list: Vec<&str> = args.only.iter().map(|p| p.trim()).filter(|p| !p.is_empty()).collect();
+    if list.is_empty() && !args.only.is_empty() {
+        return Err(Failure::new("--only: no case is named; `zonal validate --list` names them"));
+    }
+    Ok(list)
+}
+
 fn chosen(args: &Args) -> Result<Vec<&'static Case>, Failure> {
-    for pattern in &args.only {
+    let only = patterns(args)?;
+    for pattern in &only {
         if pattern.len() > PATTERN.0 || pattern.matches('*').count() > PATTERN.1 {
             let what = "is too long for a pattern, or has too many stars";
             return Err(Failure::new(format!(
@@ -117,8 +128,7 @@ fn chosen(args: &Args) -> Result<Vec<&'static Case>, Failure> {
             )));
         }
     }
-    let wanted =
-        |c: &&Case| args.only.is_empty() || args.only.iter().any(|p| fits(p.as_bytes(), c.name.as_bytes()));
+    let wanted = |c: &&Case| only.is_empty() || only.iter().any(|p| fits(p.as_bytes(), c.name.as_bytes()));
     let all: Vec<&Case> = cases().filter(wanted).filter(|c| c.quick || !args.quick).collect();
     if all.is_empty() {
         return Err(Failure::new(
@@ -128,9 +138,22 @@ fn chosen(args: &Args) -> Result<Vec<&'static Case>, Failure> {
     Ok(all)
 }
 
+/// The folder of reference files: one that was asked for has to be there.
+fn reference(args: &Args) -> Result<&Path, Failure> {
+    match &args.reference {
+        Some(folder) if !folder.is_dir() => Err(Failure::new(format!(
+            "--reference: {} is no folder; give that of the reference files, or leave the option out",
+            folder.display()
+        ))),
+        Some(folder) => Ok(folder),
+        None => Ok(Path::new("../shared")),
+    }
+}
+
 /// Runs the command.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let cases = chosen(args)?;
+    let reference = reference(args)?;
     if args.list {
         return say(&listing::list(&cases, context.json));
     }
@@ -145,7 +168,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     };
     let meter = Meter::new(context.quiet || context.json);
     let pictures = plots.as_ref().map(|f| f.path(""));
-    let bench = Bench::new(&args.reference, pictures.as_deref(), args.scenes.as_deref(), &meter)?;
+    let bench = Bench::new(reference, pictures.as_deref(), args.scenes.as_deref(), &meter)?;
     let mut done = Vec::new();
     for case in cases {
         let one = timed(case, &bench)?;
@@ -179,7 +202,7 @@ fn timed(case: &'static Case, bench: &Bench) -> Result<Done, Failure> {
     Ok(Done { case, outcome, seconds: start.elapsed().as_secs_f64() })
 }
 
-/// A failure with an exit code of its own where a verdict does not hold.
+/// A failure with an exit code of its own where a verdict does not hold, or nothing was checked.
 fn verdict(done: &[Done]) -> Result<(), Failure> {
     let failed: Vec<String> = (done.iter())
         .map(|d| (d.case.name, d.outcome.count(Verdict::Fails)))
@@ -187,7 +210,12 @@ fn verdict(done: &[Done]) -> Result<(), Failure> {
         .map(|(name, count)| format!("{name} ({count})"))
         .collect();
     if failed.is_empty() {
-        return Ok(());
+        return match done.iter().all(|d| d.outcome.skipped.is_some()) {
+            true => Err(Failure::verdict(
+                "nothing was checked: every chosen case was skipped; give the folder of their files with --reference",
+            )),
+            false => Ok(()),
+        };
     }
     Err(Failure::verdict(format!("verdicts that do not hold, by case: {}", failed.join(", "))))
 }
