@@ -2,12 +2,11 @@
 
 mod common;
 
-use common::surface;
+use common::{surface, wall};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::scene::{PatchRule, ThickZones};
 use zonal_scene::{
-    Bands, Engine, Facet, Fields, Options, Plate, Quiet, Report, Scene, SceneParts, Surroundings, Voxmap,
-    Zones,
+    Bands, Engine, Facet, Fields, Options, Quiet, Report, Scene, SceneParts, Surroundings, Voxmap, Zones,
 };
 use zonal_solve::spectral::{Spectral, basis::Variation, enclosure::Enclosure};
 use zonal_solve::{Job, Operator, solve_zones};
@@ -53,21 +52,12 @@ impl Room {
             ..SceneParts::default()
         };
         for face in (0..6).filter(|f| !self.periodic[f / 2] && !self.omit.contains(f)) {
-            let (axis, high) = (face / 2, face % 2 == 1);
-            let [b, c] =
-                if high { [(axis + 2) % 3, (axis + 1) % 3] } else { [(axis + 1) % 3, (axis + 2) % 3] };
-            let along = |k: usize| {
-                let mut e = [0.0; 3];
-                e[k] = size[k];
-                Vec3::from_array(e)
-            };
-            let origin = if high { along(axis) } else { vec3(0.0, 0.0, 0.0) };
             let mut s = surface(&format!("wall{face}"), self.reflectance, 0.0, false);
             s.emission = [f64::from(u8::from(face == 4)); 3];
             parts.surfaces.push(s);
             parts.facets.push(Facet {
                 surface: parts.surfaces.len() - 1,
-                plate: Plate::parallelogram(origin, along(b), along(c)),
+                plate: wall(face, vec3(0.0, 0.0, 0.0), size),
                 uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
             });
         }

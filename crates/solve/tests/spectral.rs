@@ -2,12 +2,12 @@
 
 mod common;
 
-use common::surface;
+use common::{surface, wall};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::scene::{PatchRule, ThickZones};
 use zonal_scene::{
-    Bands, Engine, Facet, Fields, Options, Plate, Progress, Quiet, Report, Scene, SceneParts, Surroundings,
-    Texture, Voxmap, Zones, bands,
+    Bands, Engine, Facet, Fields, Options, Progress, Quiet, Report, Scene, SceneParts, Surroundings, Texture,
+    Voxmap, Zones, bands,
 };
 use zonal_solve::engine::{Choice, choose};
 use zonal_solve::forecast::{Forecast, is_open};
@@ -59,15 +59,6 @@ impl Room {
             ..SceneParts::default()
         };
         for face in (0..6).filter(|f| !self.periodic[f / 2] && !self.omit.contains(f)) {
-            let (axis, high) = (face / 2, face % 2 == 1);
-            let [b, c] =
-                if high { [(axis + 2) % 3, (axis + 1) % 3] } else { [(axis + 1) % 3, (axis + 2) % 3] };
-            let along = |k: usize| {
-                let mut e = [0.0; 3];
-                e[k] = size[k];
-                Vec3::from_array(e)
-            };
-            let origin = if high { min + along(axis) } else { min };
             let mut texture = || Texture {
                 width: 5,
                 height: 4,
@@ -80,7 +71,7 @@ impl Room {
             parts.surfaces.push(s);
             parts.facets.push(Facet {
                 surface: parts.surfaces.len() - 1,
-                plate: Plate::parallelogram(origin, along(b), along(c)),
+                plate: wall(face, min, size),
                 uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
             });
         }

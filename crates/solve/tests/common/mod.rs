@@ -25,6 +25,19 @@ pub fn solved(text: &str) -> Solution {
     solve(read(text))
 }
 
+/// Wall `face` (x low, x high, y low, …) of the box at `min` of this size, looking inwards.
+pub fn wall(face: usize, min: Vec3, size: Vec3) -> Plate {
+    let (axis, high) = (face / 2, face % 2 == 1);
+    let [b, c] = if high { [(axis + 2) % 3, (axis + 1) % 3] } else { [(axis + 1) % 3, (axis + 2) % 3] };
+    let along = |k: usize| {
+        let mut e = [0.0; 3];
+        e[k] = size[k];
+        Vec3::from_array(e)
+    };
+    let origin = if high { min + along(axis) } else { min };
+    Plate::parallelogram(origin, along(b), along(c))
+}
+
 /// The unit room with walls of one look.
 pub fn unit_room(solve: &str, walls: &str, rest: &str) -> String {
     format!(
