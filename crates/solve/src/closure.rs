@@ -4,7 +4,7 @@
 //! stays exact, and the surroundings move with the zones. The iteration d ← d √(target/row) is the damped form of Sinkhorn and
 //! Knopp's; zones that see nothing are left alone.
 
-use crate::operator::Operator;
+use crate::operator::{Operator, extend_to_slopes};
 use crate::surroundings::Escape;
 use rayon::prelude::*;
 use zonal_exchange::pair::{strength, target};
@@ -78,7 +78,7 @@ pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) 
     let others = operator.apply(&crate::columns::times(&c, &off));
     let change = (0..n).map(|i| bands(|b| off[i][b] + others[i][b] / target(zones, i))).collect();
     let mut all = d.clone();
-    all.extend(operator.slopes().into_iter().map(|i| d[i as usize]));
+    extend_to_slopes(&mut all, &operator.slopes());
     escape.scale(&all);
     operator.scale(&d);
     closure.after = worst(&defects(operator, zones, escape));

@@ -74,7 +74,7 @@ impl Site<'_> {
 pub struct Built<'a> {
     /// The exchange of all zones.
     pub operator: Box<dyn Operator + 'a>,
-    /// Closure, and the relative defect of every zone; where it was restored, by how much that changed its row.
+    /// Closure, and the relative defect of every zone before any restoration; where [`closure::restore`] restored it, by how much that changed its row.
     pub closure: (Closure, Vec<Bands>),
     /// Name and count of what was counted.
     pub counts: Vec<(String, u64)>,
@@ -174,13 +174,12 @@ pub fn choose(
     let mut out = Choice { engine, reason: format!("{why}{not}"), boxed: None, note: None };
     if let (Engine::Spectral, Some(Ok(found))) = (engine, found) {
         let mut variation = if thick { Variation::Linear } else { Variation::Constant };
-        let fits = spectral_bytes(scene, zones, forecast, &found, Variation::Linear) <= memory
-            && found
-                .groups()
-                .1
-                .iter()
-                .all(|&k| kernels::work(&found.grid, k, Variation::Linear) < MOST_IMAGES);
-        if thick && slopes == ThickZones::Auto && !fits {
+        let few = |k: &f64| kernels::work(&found.grid, *k, Variation::Linear) < MOST_IMAGES;
+        let fits = || {
+            spectral_bytes(scene, zones, forecast, &found, Variation::Linear) <= memory
+                && found.groups().1.iter().all(few)
+        };
+        if thick && slopes == ThickZones::Auto && !fits() {
             variation = Variation::Constant;
             out.note = Some(
                 "voxels are thick, but slopes inside them would need more memory or time than allowed".into(),

@@ -7,6 +7,12 @@ use crate::columns::total;
 use zonal_math::Grade;
 use zonal_scene::Bands;
 
+/// Gives every slope what its zone has: `values` are of the zones, `slopes` as [`Operator::slopes`] tells them.
+pub fn extend_to_slopes<T: Copy>(values: &mut Vec<T>, slopes: &[u32]) {
+    values.reserve_exact(slopes.len());
+    slopes.iter().for_each(|&i| values.push(values[i as usize]));
+}
+
 /// What arrives in the end.
 pub struct Arriving {
     /// P of every column.

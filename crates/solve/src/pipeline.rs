@@ -11,7 +11,7 @@ use crate::groups::{self, Source, emission, response};
 use crate::hierarchical::build::tells_escape;
 use crate::hierarchical::even::even;
 use crate::krylov::{self, Ended, Stop, System};
-use crate::operator::Arriving;
+use crate::operator::{Arriving, extend_to_slopes};
 use crate::stage::{Pen, Reader};
 use crate::surroundings::Escape;
 use crate::thermal;
@@ -251,8 +251,8 @@ pub fn targets(zones: &Zones) -> Vec<f64> {
 fn iterate(site: &Site, built: &Built, escape: &Escape, engine: Engine, job: &Job) -> Vec<Ended> {
     let slopes = built.operator.slopes();
     let (mut weights, mut targets) = (groups::weights(site.zones), targets(site.zones));
-    weights.extend(slopes.iter().map(|&i| weights[i as usize]).collect::<Vec<_>>());
-    targets.extend(slopes.iter().map(|&i| targets[i as usize]).collect::<Vec<_>>());
+    extend_to_slopes(&mut weights, &slopes);
+    extend_to_slopes(&mut targets, &slopes);
     let zones = site.zones.len();
     let mut columns = site.columns(escape);
     let warm = initial(site, &columns, job.initial).map(|mut columns| {

@@ -2,11 +2,11 @@
 
 mod common;
 
-use common::{surface, wall};
+use common::{solved_zones as solved, surface, wall};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::scene::{PatchRule, ThickZones};
 use zonal_scene::{
-    Bands, Engine, Facet, Fields, Options, Quiet, Report, Scene, SceneParts, Surroundings, Voxmap, Zones,
+    Bands, Engine, Facet, Options, Quiet, Report, Scene, SceneParts, Surroundings, Voxmap, Zones,
 };
 use zonal_solve::spectral::{Spectral, basis::Variation, enclosure::Enclosure};
 use zonal_solve::{Job, Operator, solve_zones};
@@ -73,14 +73,6 @@ impl Room {
     fn halved(&self) -> Room {
         Room { cells: self.cells.map(|n| 2 * n), edges: self.edges.map(|e| 0.5 * e), ..self.clone() }
     }
-}
-
-fn solved(scene: &Scene) -> (Zones, Fields, Report) {
-    let transport = Transport::new(scene);
-    let zones = build_zones(scene, &transport).unwrap();
-    let (fields, _, report) =
-        solve_zones(scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).unwrap_or_else(|e| panic!("{e}"));
-    (zones, fields, report)
 }
 
 /// Numbers in [−1, 1) that look random.

@@ -2,12 +2,12 @@
 
 mod common;
 
-use common::{surface, wall};
+use common::{solved_zones as solved, surface, wall};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::scene::{PatchRule, ThickZones};
 use zonal_scene::{
-    Bands, Engine, Facet, Fields, Options, Progress, Quiet, Report, Scene, SceneParts, Surroundings, Texture,
-    Voxmap, Zones, bands,
+    Bands, Engine, Facet, Fields, Options, Progress, Quiet, Scene, SceneParts, Surroundings, Texture, Voxmap,
+    Zones, bands,
 };
 use zonal_solve::engine::{Choice, choose};
 use zonal_solve::forecast::{Forecast, is_open};
@@ -95,14 +95,6 @@ impl Room {
     fn with(&self, engine: Engine) -> Room {
         Room { engine, ..self.clone() }
     }
-}
-
-fn solved(scene: &Scene) -> (Zones, Fields, Report) {
-    let transport = Transport::new(scene);
-    let zones = build_zones(scene, &transport).unwrap();
-    let (fields, _, report) =
-        solve_zones(scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).unwrap_or_else(|e| panic!("{e}"));
-    (zones, fields, report)
 }
 
 fn operator(scene: &Scene) -> (Zones, Spectral) {

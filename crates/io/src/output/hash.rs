@@ -76,8 +76,6 @@ pub fn factors_hash(scene: &Scene) -> String {
     if let Some(v) = &mut parts.voxmap {
         v.set_albedo([0.0; 3]);
         v.scale_sources([0.0; 3]);
-    }
-    if let Some(v) = &mut parts.voxmap {
         v.clear_heat();
     }
     parts.thermal = None;

@@ -134,13 +134,6 @@ pub struct Set {
     pub arrays: Vec<Array>,
 }
 
-impl Set {
-    /// Bytes of its arrays.
-    pub fn bytes(&self) -> u64 {
-        self.arrays.iter().map(|a| 8 * a.data.len() as u64).sum()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -32,7 +32,7 @@ pub mod volume;
 pub mod walls;
 
 use crate::columns::{times, total};
-use crate::operator::{Arriving, Operator};
+use crate::operator::{Arriving, Operator, extend_to_slopes};
 use basis::Variation;
 use enclosure::{Enclosure, OPENING};
 use grid::Grid;
@@ -282,24 +282,20 @@ impl Operator for Spectral {
     fn apply_band(&self, s: &[[f64; 1]]) -> Vec<[f64; 1]> {
         let mut out = vec![[0.0]; s.len()];
         let faces = self.faces(|i| s[i][0]);
-        let n = self.grid().count();
-        // The constant alone needs no copies.
-        let walls = match self.variation {
+        // The constant alone stands as it is wanted, and needs no copies.
+        match self.variation {
             Variation::Constant => {
                 let met = &mut out.as_flattened_mut()[self.patches..];
-                self.exchange(0, &s.as_flattened()[self.patches..], &faces, met)
+                let walls = self.exchange(0, &s.as_flattened()[self.patches..], &faces, met);
+                self.scatter(&[], &walls, &mut out, &[0]);
             }
             Variation::Linear => {
-                let mut own = vec![0.0; self.variation.voxel() * n];
+                let mut own = vec![0.0; self.variation.voxel() * self.grid().count()];
                 let mut met = own.clone();
                 self.voxels(&mut own, |i| s[i][0]);
                 let walls = self.exchange(0, &own, &faces, &mut met);
                 self.scatter(&met, &walls, &mut out, &[0]);
-                walls
             }
-        };
-        for (face, zones) in walls.iter().flatten().zip(self.enclosure.faces.iter().flatten()) {
-            self.placed(zones).for_each(|(i, unknown)| out[unknown] = [face[i]]);
         }
         out
     }
@@ -318,7 +314,7 @@ impl Operator for Spectral {
     }
     fn scale(&mut self, d: &[Bands]) {
         let mut d = d.to_vec();
-        d.extend(self.slopes().into_iter().map(|i| d[i as usize]).collect::<Vec<_>>());
+        extend_to_slopes(&mut d, &self.slopes());
         self.scaling = Some(match self.scaling.take() {
             Some(old) => times(&old, &d),
             None => d,

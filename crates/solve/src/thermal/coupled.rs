@@ -21,7 +21,7 @@ use super::linear;
 use super::local::{Local, Locals};
 use crate::engine::{Built, Site};
 use crate::krylov::Ended;
-use crate::operator::Operator;
+use crate::operator::{Operator, extend_to_slopes};
 use crate::surroundings::Escape;
 use rayon::prelude::*;
 use zonal_exchange::pair::{strength, target};
@@ -112,8 +112,8 @@ impl Powers {
         let mut scale: Vec<(f64, Bands)> =
             (0..zones.len()).into_par_iter().map(|i| (target(zones, i), strength(zones, i))).collect();
         let mut over: Vec<f64> = locals.iter().map(|l| l.part / l.measure).collect();
-        scale.extend(slopes.iter().map(|&i| scale[i as usize]).collect::<Vec<_>>());
-        over.extend(slopes.iter().map(|&i| over[i as usize]).collect::<Vec<_>>());
+        extend_to_slopes(&mut scale, slopes);
+        extend_to_slopes(&mut over, slopes);
         let (slopes, zones) = (slopes.to_vec(), zones.len());
         // Where slopes are left out only all bands together are asked for.
         let one = grey && operator.one_band() && operator.len() == scale.len();

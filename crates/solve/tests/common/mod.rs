@@ -25,6 +25,15 @@ pub fn solved(text: &str) -> Solution {
     solve(read(text))
 }
 
+/// Zones, fields and report of a scene.
+pub fn solved_zones(scene: &Scene) -> (Zones, Fields, Report) {
+    let transport = Transport::new(scene);
+    let zones = build_zones(scene, &transport).unwrap();
+    let (fields, _, report) =
+        solve_zones(scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).unwrap_or_else(|e| panic!("{e}"));
+    (zones, fields, report)
+}
+
 /// Wall `face` (x low, x high, y low, …) of the box at `min` of this size, looking inwards.
 pub fn wall(face: usize, min: Vec3, size: Vec3) -> Plate {
     let (axis, high) = (face / 2, face % 2 == 1);
