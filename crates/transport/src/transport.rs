@@ -239,12 +239,17 @@ impl<'a> Transport<'a> {
     fn pane_depth(&self, panes: &Bvh, a: Vec3, b: Vec3) -> Bands {
         let mut sum = [0.0; 3];
         self.crossings(panes, a, b, &mut |h| {
-            let p = &self.scene.panes()[h.pane];
-            for k in 0..3 {
-                sum[k] += p.extinction[k] * p.thickness / h.cos;
-            }
+            let depth = self.slant_depth(&h);
+            (0..3).for_each(|k| sum[k] += depth[k]);
         });
         sum
+    }
+
+    /// κt/c of the pane that a segment meets, c the cosine of how it does.
+    #[inline]
+    pub fn slant_depth(&self, hit: &PaneHit) -> Bands {
+        let p = &self.scene.panes()[hit.pane];
+        p.extinction.map(|k| k * p.thickness / hit.cos)
     }
 
     /// The volume zone, an index into `zones.voxels`, of a cell in which a point lies: where walls part the cell, the one with the nearest

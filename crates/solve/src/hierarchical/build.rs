@@ -4,7 +4,7 @@ use super::budget::Budget;
 use super::closure;
 use super::seeing::{Looked, Seeing};
 use super::views::Measured;
-use super::{Factors, Hierarchical, Rough, Seen};
+use super::{Factors, Hierarchical, Rough, Seen, told};
 use crate::columns::total;
 use crate::dense;
 use crate::engine::{self, Built, Site};
@@ -203,10 +203,16 @@ fn links<'a>(
     for round in 1.. {
         held = closure::hold(&mut made, zones, escape);
         made.solve_roughly(site, escape);
-        let alone = relative(site, escape, &made.estimated(None));
+        let rough = made.rough();
+        let errors = rough.error.iter().map(|e| told(*e));
+        let alone = relative(site, escape, &made.measured(&rough.columns, errors));
         joined = whole && look.estimate < BLIND * alone;
         let estimate = match joined {
-            true => relative(site, escape, &made.estimated(Some(&look.arriving))),
+            true => {
+                let both = made.joined(&look.arriving, rough);
+                let errors = both.error.unwrap_or_default().into_iter();
+                relative(site, escape, &made.measured(&both.columns, errors))
+            }
             false => alone,
         };
         if estimate <= tolerance {

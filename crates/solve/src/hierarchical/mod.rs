@@ -107,6 +107,19 @@ pub struct Seen {
     pub raw: Vec<Measured>,
 }
 
+/// What links alone say arrives, in the unit of P.
+struct ByLinks {
+    /// A group.
+    columns: Vec<Vec<Bands>>,
+    /// Estimated error of their sum, not yet as it is [`told`].
+    error: Vec<Bands>,
+}
+
+/// An error as it is told.
+fn told(error: Bands) -> Bands {
+    error.map(|e| TOLD * e)
+}
+
 /// Links over a tree of clusters.
 pub struct Hierarchical {
     tree: Tree,
@@ -189,24 +202,29 @@ impl Hierarchical {
         (self.scaling, self.tally) = (None, tally);
     }
 
-    /// What the rough solution of the links says, together with the rays where they count, H or G.
-    fn estimated(&self, seen: Option<&Seen>) -> Vec<Measured> {
+    /// What arrives by the rough solution of the links, and the error of it.
+    fn rough(&self) -> ByLinks {
         let strengths: Vec<Vec<Bands>> = self.known.iter().map(|k| k.0.clone()).collect();
-        let arriving = self.with(seen, &strengths);
-        let error = arriving.error.unwrap_or_default();
-        let value = total(self.len(), &arriving.columns);
-        let both = value.iter().zip(&error).zip(&self.measure);
+        self.by_links(&strengths)
+    }
+
+    /// H or G and its error, as told, of what arrives.
+    fn measured(&self, columns: &[Vec<Bands>], error: impl Iterator<Item = Bands>) -> Vec<Measured> {
+        let value = total(self.len(), columns);
+        let both = value.iter().zip(error).zip(&self.measure);
         both.map(|((v, e), m)| Measured { value: v.map(|x| x / m), error: e.map(|x| x / m) }).collect()
     }
 
+    /// What these strengths send by links, and the error of it.
+    fn by_links(&self, columns: &[Vec<Bands>]) -> ByLinks {
+        let error = self.error(&total(self.len(), columns)).unwrap_or_default();
+        ByLinks { columns: self.apply_many(columns), error }
+    }
+
     /// What arrives by links, joined with what the rays say where they count.
-    fn with(&self, seen: Option<&Seen>, columns: &[Vec<Bands>]) -> Arriving {
+    fn joined(&self, seen: &Seen, links: ByLinks) -> Arriving {
         let n = self.len();
-        let (mut out, error) = (self.apply_many(columns), self.error(&total(n, columns)).unwrap_or_default());
-        let told = |e: Bands| e.map(|e| TOLD * e);
-        let Some(seen) = seen else {
-            return Arriving { columns: out, error: Some(error.into_iter().map(told).collect()) };
-        };
+        let ByLinks { columns: mut out, error } = links;
         let smooth = total(n, &seen.columns);
         let both = joint::joint(
             &self.tree,
@@ -221,6 +239,17 @@ impl Hierarchical {
             }
         }
         Arriving { columns: out, error: Some(both.into_iter().map(|b| told(b.1)).collect()) }
+    }
+
+    /// The two together where rays were seen to help, else the links alone.
+    fn with(&self, seen: Option<&Seen>, columns: &[Vec<Bands>]) -> Arriving {
+        let links = self.by_links(columns);
+        match seen {
+            Some(seen) => self.joined(seen, links),
+            None => {
+                Arriving { columns: links.columns, error: Some(links.error.into_iter().map(told).collect()) }
+            }
+        }
     }
 
     /// A rough solution of every group: strengths and what arrives.

@@ -168,11 +168,10 @@ impl<'a> Shooter<'a> {
         if u >= mean(before.left) {
             return Some(self.stopped(origin, dir, &before, u));
         }
-        let pane = &self.scene.panes()[hit.pane];
-        let pass = pane.extinction.map(|k| (-k * pane.thickness / hit.cos).exp());
+        let pass = self.transport.slant_depth(hit).map(|d| (-d).exp());
         let after = bands(|b| before.left[b] * pass[b]);
         if u >= mean(after) {
-            let uv = pane.plates[hit.plate].parameters(origin + dir * hit.t);
+            let uv = self.scene.panes()[hit.pane].plates[hit.plate].parameters(origin + dir * hit.t);
             let piece = self.glass.find(self.first_plate[hit.pane] + hit.plate, uv);
             let zone = piece.map_or(LOST, |p| p + self.zones.pane_offset() as u32);
             let taken = bands(|b| before.left[b] - after[b]);
