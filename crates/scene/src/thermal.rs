@@ -10,7 +10,7 @@
 //! scenes the three bands are one: each has all of the emission, and their sum stands for nothing.
 
 use crate::scene::SceneError;
-use crate::{Bands, Scene, bands};
+use crate::{Bands, Groups, Scene, bands};
 
 /// σ, W/(m² K⁴).
 pub const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
@@ -223,6 +223,12 @@ impl Thermal {
             return Err(SceneError::new(
                 "light",
                 "lights belong to mode = \"light\"; in thermal mode give temperatures, or heat_flux to what the sun warms",
+            ));
+        }
+        if scene.options().groups == Groups::Each {
+            return Err(SceneError::new(
+                "solve.groups",
+                "heat is one sum: temperatures do not add up; remove this key in thermal mode",
             ));
         }
         if scene.options().sweeps.is_some() {

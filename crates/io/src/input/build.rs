@@ -151,6 +151,11 @@ pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -
     if surfaces.is_empty() && b.parts.panes.is_empty() && medium_node.is_none() {
         return Err(root.error("the scene is empty; add a [[surface]], a [[pane]] or a [medium]"));
     }
+    if b.parts.options.patch_rule == PatchRule::Voxels && medium_node.is_none() {
+        let at = root.get("solve").map(|n| n.any_table()).transpose()?.and_then(|t| t.get("patch_rule"));
+        let what = "there is no medium whose voxels walls could follow; add a [medium], or remove this key";
+        return Err(at.map_or_else(|| root.error(what), |n| n.error(what)));
+    }
     if let Some(node) = medium_node {
         let voxmap = medium::read_medium(&node, &mut b)?;
         b.parts.voxmap = Some(voxmap);

@@ -30,15 +30,22 @@ pub(crate) fn read_region(node: &Node<'_>, grid: &mut Grid, b: &mut Builder<'_>)
             fill_inside(grid, &plates, &matter)
         }
         (None, None, Some(n)) => {
-            if let Some(e) = t.get("extinction") {
-                return Err(
-                    e.error("a density brings its own extinction; remove this key and set density.scale")
-                );
+            if let Some(e) = t.get("extinction").or_else(|| t.get("absorption")) {
+                return Err(e.error(
+                    "a density brings its own extinction; remove this key and set density.scale and albedo",
+                ));
             }
             let smoke = |k: Bands| density::smoke(&matter, k);
             density::read_density(&n, grid, &Filling::plain(&smoke), b)?
         }
-        (None, None, None) if arrays::given(&t) => 1,
+        (None, None, None) if arrays::given(&t) => {
+            if let Some(n) = MATTER.iter().filter_map(|k| t.get(k)).find(|n| !n.is_table()) {
+                return Err(n.error(
+                    "a region without a shape has arrays alone, and a number fills nothing; write box = { min, max }, or move this key to [medium]",
+                ));
+            }
+            1
+        }
         _ => {
             return Err(node.error("this region needs exactly one shape; write one of box, mesh, density"));
         }

@@ -8,7 +8,7 @@ use zonal_scene::thermal::{LARGEST_POWER, LARGEST_TEMPERATURE, power_out_of_rang
 use zonal_scene::{Bands, Known, Shares, Thermal, bands};
 
 /// Keys of surfaces that belong to thermal mode.
-pub(crate) const WALL: [&str; 4] = ["temperature", "heat_flux", "net_power", "emissivity"];
+const WALL: [&str; 4] = ["temperature", "heat_flux", "net_power", "emissivity"];
 /// Keys of volumes that belong to thermal mode.
 pub(crate) const VOLUME: [&str; 2] = ["temperature", "heat_source"];
 /// Keys that belong to light mode.
@@ -106,6 +106,9 @@ pub(crate) fn extinction(t: &Table<'_>) -> Result<[Option<Bands>; 2], InputError
     };
     let Some(n) = t.get("absorption") else { return Ok([kappa, albedo]) };
     let own = n.bands(f64::INFINITY)?;
+    if t.get("albedo").is_some_and(|a| a.is_table()) {
+        return Err(n.error("beside an albedo from a file the absorption follows from the extinction; give the extinction instead"));
+    }
     match (kappa, albedo) {
         (None, None) => Ok([Some(own), Some([0.0; 3])]),
         (Some(k), None) => {

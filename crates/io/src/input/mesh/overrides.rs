@@ -18,11 +18,11 @@ pub(crate) struct Override {
     /// None: as the file says; Some(None): opaque.
     pub(crate) pane: Option<Option<PaneKeys>>,
     pub(crate) offset: Option<usize>,
-    /// In thermal mode: what holds of surfaces alone.
+    /// What holds of surfaces alone.
     pub(crate) wall: Option<Wall>,
 }
 
-/// The first key of a warm surface among those of a material.
+/// The first key of a look, in the order of the file, among those of a material.
 #[derive(Clone)]
 pub(crate) struct Wall {
     pub(crate) offset: usize,
@@ -84,11 +84,17 @@ pub(crate) fn read(
             region: t.read("region", |n| n.boolean())?.unwrap_or(false),
             pane,
             offset: Some(node.offset()),
-            wall: thermal::WALL.iter().find_map(|&name| {
-                let n = t.get(name)?;
-                Some(Wall { offset: n.offset(), key: n.key.clone(), name })
-            }),
+            wall: LOOK
+                .iter()
+                .filter_map(|&name| {
+                    let n = t.get(name)?;
+                    Some(Wall { offset: n.offset(), key: n.key.clone(), name })
+                })
+                .min_by_key(|w| w.offset),
         };
+        if let (true, Some(None), Some(n)) = (over.region, over.pane, t.get("pane")) {
+            return Err(n.error("region = true fills the medium with a glass, and this makes it an opaque surface; keep one of them"));
+        }
         out.insert(index, over);
     }
     Ok(out)

@@ -28,20 +28,27 @@ impl Part<'_, '_> {
         self.table.source.error(offset, &self.table.key, what)
     }
 
-    /// Refuses what thermal mode knows of surfaces alone: glass has no use for it.
-    pub(crate) fn check_glass(&self, b: &Builder<'_>) -> Result<(), InputError> {
-        let Some(wall) = self.over.wall.as_ref().filter(|_| b.thermal()) else { return Ok(()) };
+    /// Refuses what is said of surfaces alone: glass has no use for it.
+    pub(crate) fn check_glass(&self, thermal: bool) -> Result<(), InputError> {
+        let Some(wall) = &self.over.wall else { return Ok(()) };
         let (name, kind) =
             (&self.material.name, if self.over.region { "fills the medium" } else { "is a pane" });
-        let known = if self.over.region { "temperature or heat_source" } else { "temperature" };
-        let what = match wall.name {
-            "emissivity" => format!(
-                "material '{name}' {kind}, and has no emissivity; remove this key, and put {known} into materials.\"{name}\".pane = {{ … }}"
-            ),
-            _ => format!(
-                "material '{name}' {kind}, and this key is of surfaces; put {known} into materials.\"{name}\".pane = {{ … }}"
-            ),
+        let known = match wall.name {
+            "emission" => "emission",
+            _ if self.over.region => "temperature or heat_source",
+            _ => "temperature",
         };
+        let inside = format!("put {known} into materials.\"{name}\".pane = {{ … }}");
+        let opaque = match self.over.region {
+            true => String::new(),
+            false => format!(", or write materials.\"{name}\".pane = false for an opaque surface"),
+        };
+        let (why, mend) = match wall.name {
+            "emissivity" if thermal => ("has no emissivity", format!("remove this key, and {inside}")),
+            "emission" | "temperature" | "heat_flux" | "net_power" => ("this key is of surfaces", inside),
+            _ => ("this key is of surfaces", format!("remove it{opaque}")),
+        };
+        let what = format!("material '{name}' {kind}, and {why}; {mend}");
         Err(self.table.source.error(wall.offset, &wall.key, what))
     }
 

@@ -141,7 +141,7 @@ pub(crate) fn read_surface(
             b.alias(&part.name, name);
         }
         if over.region || is_pane(m) {
-            part.check_glass(b)?;
+            part.check_glass(b.thermal())?;
         }
         let faces: Vec<&Face> = by_material[m].iter().map(|i| &mesh.faces[*i]).collect();
         if over.region {
