@@ -97,6 +97,31 @@ pub struct Choice {
     pub note: Option<String>,
 }
 
+/// What the choice is made from.
+struct Wish<'a> {
+    scene: &'a Scene,
+    zones: &'a Zones,
+    forecast: &'a Forecast,
+    memory: u64,
+    /// What the scene asks for.
+    asked: Engine,
+    slopes: ThickZones,
+    /// The voxels' factors are formulas of the paper.
+    paper: bool,
+    periodic: bool,
+    /// Too many zones, or bytes, for every pair.
+    many: bool,
+    /// Slopes inside zones are wanted.
+    thick: bool,
+}
+
+/// What a look for a box found: the box, or why there is none.
+type Found = Result<Enclosure, String>;
+
+fn wrong<T>(key: &'static str, what: impl Into<String>) -> Result<T, SceneError> {
+    Err(SceneError::new(key, what))
+}
+
 /// The engine for a scene. The error says what would not fit into `memory` bytes, or what only another engine can do.
 pub fn choose(
     scene: &Scene,
@@ -106,109 +131,166 @@ pub fn choose(
     settings: Settings,
     memory: u64,
 ) -> Result<Choice, SceneError> {
-    let n = zones.len();
-    let paper = settings.voxels != VoxelFactors::Exact;
-    let many = n > DENSE_ZONES || forecast.bytes > memory;
-    let (asked, slopes) = (scene.options().engine, scene.options().thick_zones);
-    let periodic = scene.is_periodic();
-    let wrong = |key: &'static str, what: String| Err(SceneError::new(key, what));
-    if slopes == ThickZones::Linear && (paper || !matches!(asked, Engine::Auto | Engine::Spectral)) {
-        return wrong(
-            "solve.thick_zones",
-            "slopes inside zones are for the spectral engine; use that, or \"constant\"".into(),
-        );
+    let wish = Wish::new(scene, zones, forecast, settings, memory);
+    wish.check_slopes()?;
+    let found = wish.looks_for_a_box().then(|| Enclosure::find(scene, zones));
+    if wish.periodic {
+        check_periodic(scene, wish.asked, forecast.pairs, found.as_ref())?;
     }
-    let thick = slopes == ThickZones::Linear
-        || (slopes == ThickZones::Auto && crate::forecast::thickness(scene, zones) > THIN);
-    // Looked for only where the answer counts.
-    let looked = asked == Engine::Spectral
-        || periodic
-        || (asked == Engine::Auto && (n > SPECTRAL_ZONES || many || thick));
-    let found = looked.then(|| Enclosure::find(scene, zones));
-    if periodic {
-        check_periodic(scene, asked, forecast.pairs, found.as_ref())?;
+    let (engine, reason) = wish.engine(found.as_ref())?;
+    let mut out = Choice { engine, reason, boxed: None, note: None };
+    if let (Engine::Spectral, Some(Ok(found))) = (engine, found) {
+        let (variation, note) = wish.variation(&found);
+        (out.boxed, out.note) = (Some((found, variation)), note);
     }
-    let mut not = String::new();
-    let (engine, why) = match (asked, &found) {
-        (Engine::Hierarchical | Engine::Spectral, _) if paper => {
-            return wrong(
-                "solve.engine",
-                "formulas of the paper are for pairs; use the dense engine, or --factors exact".into(),
-            );
+    wish.check_memory(&out, transport)?;
+    Ok(out)
+}
+
+impl<'a> Wish<'a> {
+    fn new(
+        scene: &'a Scene,
+        zones: &'a Zones,
+        forecast: &'a Forecast,
+        settings: Settings,
+        memory: u64,
+    ) -> Wish<'a> {
+        let slopes = scene.options().thick_zones;
+        Wish {
+            scene,
+            zones,
+            forecast,
+            memory,
+            asked: scene.options().engine,
+            slopes,
+            paper: settings.voxels != VoxelFactors::Exact,
+            periodic: scene.is_periodic(),
+            many: zones.len() > DENSE_ZONES || forecast.bytes > memory,
+            thick: slopes == ThickZones::Linear || (slopes == ThickZones::Auto && forecast.thickness > THIN),
         }
-        (Engine::Auto, _) if paper => (Engine::Dense, "formulas of the paper are for pairs".to_string()),
-        (Engine::Auto, Some(Err(why))) if slopes == ThickZones::Linear => {
-            return wrong(
+    }
+
+    /// Refuses slopes of engines that have none.
+    fn check_slopes(&self) -> Result<(), SceneError> {
+        let other = self.paper || !matches!(self.asked, Engine::Auto | Engine::Spectral);
+        match self.slopes == ThickZones::Linear && other {
+            true => wrong(
+                "solve.thick_zones",
+                "slopes inside zones are for the spectral engine; use that, or \"constant\"",
+            ),
+            false => Ok(()),
+        }
+    }
+
+    /// True where transforms are better than every pair, if the scene is a box.
+    fn prefers_transforms(&self) -> bool {
+        self.zones.len() > SPECTRAL_ZONES || self.many || self.periodic || self.thick
+    }
+
+    /// True where it counts whether the scene is a box: it is looked for nowhere else.
+    fn looks_for_a_box(&self) -> bool {
+        let auto = self.asked == Engine::Auto && self.prefers_transforms();
+        self.asked == Engine::Spectral || self.periodic || auto
+    }
+
+    /// The engine and why.
+    fn engine(&self, found: Option<&Found>) -> Result<(Engine, String), SceneError> {
+        match self.asked {
+            Engine::Hierarchical | Engine::Spectral if self.paper => wrong(
+                "solve.engine",
+                "formulas of the paper are for pairs; use the dense engine, or --factors exact",
+            ),
+            Engine::Auto => self.best(found),
+            Engine::Spectral => match found {
+                Some(Err(why)) => wrong(
+                    "solve.engine",
+                    format!("spectral does not apply: {why}; use another engine, or \"auto\""),
+                ),
+                _ => Ok((Engine::Spectral, "as asked".into())),
+            },
+            asked => Ok((asked, "as asked".into())),
+        }
+    }
+
+    /// The engine that `auto` takes, and why: formulas of the paper by pairs, boxes by transforms, many zones by links, else every pair.
+    fn best(&self, found: Option<&Found>) -> Result<(Engine, String), SceneError> {
+        let n = self.zones.len();
+        if self.paper {
+            return Ok((Engine::Dense, "formulas of the paper are for pairs".into()));
+        }
+        match found {
+            Some(Err(why)) if self.slopes == ThickZones::Linear => wrong(
                 "solve.thick_zones",
                 format!(
                     "slopes inside zones are for the spectral engine, which does not apply: {why}; use \"constant\""
                 ),
-            );
-        }
-        (Engine::Auto, Some(Ok(_))) if n > SPECTRAL_ZONES || many || periodic || thick => {
-            let kind = if periodic { "a periodic box" } else { "a box" };
-            let of = if thick { " and thick voxels" } else { "" };
-            let why =
-                format!("{n} zones{of} in {kind} on the grid of its medium, with one extinction a band");
-            (Engine::Spectral, why)
-        }
-        (Engine::Auto, found) if many => {
-            if let Some(Err(why)) = found {
-                not = format!("; spectral does not apply: {why}");
+            ),
+            Some(Ok(_)) if self.prefers_transforms() => {
+                let kind = if self.periodic { "a periodic box" } else { "a box" };
+                let of = if self.thick { " and thick voxels" } else { "" };
+                let why =
+                    format!("{n} zones{of} in {kind} on the grid of its medium, with one extinction a band");
+                Ok((Engine::Spectral, why))
             }
-            let why = match n > DENSE_ZONES {
-                true => format!("{n} zones are more than {DENSE_ZONES}"),
-                false => "every pair would need more memory than allowed".to_string(),
-            };
-            (Engine::Hierarchical, why)
+            found if self.many => {
+                let why = match n > DENSE_ZONES {
+                    true => format!("{n} zones are more than {DENSE_ZONES}"),
+                    false => "every pair would need more memory than allowed".to_string(),
+                };
+                let not = match found {
+                    Some(Err(why)) => format!("; spectral does not apply: {why}"),
+                    _ => String::new(),
+                };
+                Ok((Engine::Hierarchical, format!("{why}{not}")))
+            }
+            _ => Ok((Engine::Dense, format!("{n} zones are no more than {DENSE_ZONES}"))),
         }
-        (Engine::Auto, _) => (Engine::Dense, format!("{n} zones are no more than {DENSE_ZONES}")),
-        (Engine::Spectral, Some(Err(why))) => {
-            return wrong(
-                "solve.engine",
-                format!("spectral does not apply: {why}; use another engine, or \"auto\""),
-            );
+    }
+
+    /// How radiosity varies inside the zones of a box, and what a user should know of that: slopes that nobody insists on have to fit.
+    fn variation(&self, found: &Enclosure) -> (Variation, Option<String>) {
+        if !self.thick {
+            return (Variation::Constant, None);
         }
-        (asked, _) => (asked, "as asked".to_string()),
-    };
-    let mut out = Choice { engine, reason: format!("{why}{not}"), boxed: None, note: None };
-    if let (Engine::Spectral, Some(Ok(found))) = (engine, found) {
-        let mut variation = if thick { Variation::Linear } else { Variation::Constant };
         let few = |k: &f64| kernels::work(&found.grid, *k, Variation::Linear) < MOST_IMAGES;
         let fits = || {
-            spectral_bytes(scene, zones, forecast, &found, Variation::Linear) <= memory
+            spectral_bytes(self.scene, self.zones, self.forecast, found, Variation::Linear) <= self.memory
                 && found.groups().1.iter().all(few)
         };
-        if thick && slopes == ThickZones::Auto && !fits() {
-            variation = Variation::Constant;
-            out.note = Some(
-                "voxels are thick, but slopes inside them would need more memory or time than allowed".into(),
-            );
+        if self.slopes != ThickZones::Auto || fits() {
+            return (Variation::Linear, None);
         }
-        out.boxed = Some((found, variation));
+        let note = "voxels are thick, but slopes inside them would need more memory or time than allowed";
+        (Variation::Constant, Some(note.into()))
     }
-    let (bytes, what) = match engine {
-        Engine::Hierarchical => {
-            let least = Budget::new(scene, zones, transport, memory).least(zones);
-            (least, "for the fewest rays that are worth shooting")
+
+    /// Refuses an engine that does not fit.
+    fn check_memory(&self, choice: &Choice, transport: &Transport) -> Result<(), SceneError> {
+        let (scene, zones) = (self.scene, self.zones);
+        let (bytes, what) = match choice.engine {
+            Engine::Hierarchical => {
+                let least = Budget::new(scene, zones, transport, self.memory).least(zones);
+                (least, "for the fewest rays that are worth shooting")
+            }
+            Engine::Spectral => {
+                let of = |(e, v): &(Enclosure, Variation)| spectral_bytes(scene, zones, self.forecast, e, *v);
+                (choice.boxed.as_ref().map_or(0, of), "for their spectra and fields")
+            }
+            Engine::Dense | Engine::Auto => (self.forecast.bytes, "for their exchange areas"),
+        };
+        if bytes <= self.memory {
+            return Ok(());
         }
-        Engine::Spectral => {
-            let of = |(e, v): &(Enclosure, Variation)| spectral_bytes(scene, zones, forecast, e, *v);
-            (out.boxed.as_ref().map_or(0, of), "for their spectra and fields")
-        }
-        Engine::Dense | Engine::Auto => (forecast.bytes, "for their exchange areas"),
-    };
-    if bytes <= memory {
-        return Ok(out);
+        wrong(
+            "solve.patch_size",
+            format!(
+                "{} zones need {:.3} GB {what}, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
+                zones.len(),
+                bytes as f64 / 1e9,
+                self.memory as f64 / 1e9
+            ),
+        )
     }
-    Err(SceneError::new(
-        "solve.patch_size",
-        format!(
-            "{n} zones need {:.3} GB {what}, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
-            bytes as f64 / 1e9,
-            memory as f64 / 1e9
-        ),
-    ))
 }
 
 /// Bytes of a spectral solve, all that it holds: the engine, the zones, and the larger of what the iteration and the fields need.

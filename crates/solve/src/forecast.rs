@@ -30,6 +30,8 @@ pub struct Forecast {
     pub zone_bytes: u64,
     /// Bytes of direct light, surroundings, iteration and fields, whatever the engine.
     pub field_bytes: u64,
+    /// Largest optical depth across a voxel zone: [`thickness`].
+    pub thickness: f64,
 }
 
 /// Bytes a zone while a solve runs: fields (radiosity, incident, direct, error), surroundings and backs, sources and weights, and the
@@ -80,6 +82,7 @@ impl Forecast {
             occluders: transport.occluder_count(),
             zone_bytes: zone_bytes(zones),
             field_bytes: n as u64 * (FIELDS + LIGHT * scene.lights().len() as u64),
+            thickness: thickness(scene, zones),
         }
     }
 
@@ -108,15 +111,15 @@ pub fn thickness(scene: &Scene, zones: &Zones) -> f64 {
     zones.voxels.par_iter().map(worst).reduce(|| 0.0, f64::max)
 }
 
-/// What a user should know of a scene: notes of the reader, and voxels too thick for radiosity that is `constant` in each.
-pub fn warnings(scene: &Scene, zones: &Zones, constant: bool) -> Vec<String> {
+/// What a user should know of a scene: notes of the reader, and voxels, so many optical depths across, too thick for radiosity that is
+/// `constant` in each.
+pub fn warnings(scene: &Scene, thick: f64, constant: bool) -> Vec<String> {
     let mut out: Vec<String> = scene.notes().to_vec();
     let least = (TINY * scene.diagonal()).powi(2);
     let tiny = scene.facets().iter().filter(|f| f.plate.area() < least).count();
     if tiny > 0 {
         out.push(format!("{tiny} facet(s) are tiny: smaller than {TINY:e} of the scene across"));
     }
-    let thick = thickness(scene, zones);
     if constant && thick > THICK {
         out.push(format!(
             "voxels are up to {thick:.2e} optical depths across; below {THICK} is better: use more cells, or, in a box on the grid of its medium, thick_zones = \"linear\""

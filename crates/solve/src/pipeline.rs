@@ -142,7 +142,7 @@ pub fn solve_zones(
     if scene.thermal().is_some() {
         thermal::spread(&site, &built, &mut fields, coupled.is_some());
     }
-    let mut report = report(&site, &built, &escape, &fields, &groups, &ended);
+    let mut report = report(&site, &built, &escape, &fields, &groups, &ended, forecast.thickness);
     (report.engine, report.reason) = (engine.word().into(), reason);
     report.warnings.extend(note);
     let wanted = scene.options().tolerance;
@@ -495,10 +495,11 @@ fn report(
     fields: &Fields,
     groups: &[Group],
     ended: &[Ended],
+    thickness: f64,
 ) -> Report {
     let mut energy = Energy::default();
     groups.iter().for_each(|g| energy.add(&g.energy));
-    let mut warnings = forecast::warnings(site.scene, site.zones, built.operator.len() == site.zones.len());
+    let mut warnings = forecast::warnings(site.scene, thickness, built.operator.len() == site.zones.len());
     warnings.extend(built.warnings.iter().cloned());
     warnings.extend(undershoot(site, fields));
     let short = ended.iter().flat_map(|e| e.status).any(|s| s == SolveStatus::Budget);

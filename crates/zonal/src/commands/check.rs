@@ -56,7 +56,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         threads,
     };
     let outlook = Outlook::new(&plan, &|| start.elapsed().as_secs_f64()).map(|o| o.beginning(reading));
-    warnings.extend(forecast::warnings(&scene, &zones, !outlook.as_ref().is_ok_and(|o| o.slopes)));
+    warnings.extend(forecast::warnings(&scene, f.thickness, !outlook.as_ref().is_ok_and(|o| o.slopes)));
     match &outlook {
         Ok(o) => warnings.extend(o.notes.iter().cloned()),
         Err(e) => warnings.push(format!("`solve` will refuse: {e}")),
