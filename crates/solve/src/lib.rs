@@ -27,6 +27,7 @@
 //! | [`columns`] | vectors over zones, many at a time |
 //! | [`stage`] | what is kept of long work, as bytes |
 //! | [`energy`] | the balance |
+//! | `notes` | what the report says of a balance that is off |
 //! | [`pipeline`] | a scene in, a solution out |
 //! | [`thermal`] | temperatures and net powers: zones posed for the linear equations, the coupling of bands, what is found |
 //! | [`total`] | total exchange areas: all reflections in one matrix |
@@ -45,6 +46,7 @@ mod gather;
 pub mod groups;
 pub mod hierarchical;
 pub mod krylov;
+mod notes;
 mod open;
 mod openings;
 pub mod operator;

@@ -11,6 +11,7 @@ use crate::groups::{self, Source, emission, response};
 use crate::hierarchical::build::tells_escape;
 use crate::hierarchical::even::even;
 use crate::krylov::{self, Ended, Stop, System};
+use crate::notes;
 use crate::operator::{Arriving, extend_to_slopes};
 use crate::stage::{Pen, Reader};
 use crate::surroundings::Escape;
@@ -27,11 +28,6 @@ use zonal_transport::{Transport, build_zones};
 
 /// Largest memory of a solve unless the caller says otherwise, bytes.
 pub const DEFAULT_MEMORY: u64 = 12 << 30;
-
-/// Relative energy residual above which the report says so.
-const POOR_BALANCE: f64 = 1e-3;
-/// Share of the power that is missing where none of it arrives for good.
-const ALL_OF_IT: f64 = 1.0 - 1e-6;
 
 /// Share of the largest incident flux by which a zone may be below zero without a word.
 const UNDERSHOOT: f64 = 1e-6;
@@ -84,6 +80,7 @@ pub fn solve_job(scene: Scene, job: &Job) -> Result<Solution, SceneError> {
     let (mut fields, mut groups, mut report) = solve_zones(&scene, &zones, &transport, job)?;
     drop(transport);
     thermal::settle(&scene, &mut zones, &mut fields, &mut groups, &mut report);
+    report.warnings.extend(notes::of_heat(&scene, &zones, &fields, &report));
     Ok(Solution {
         zones,
         fields,
@@ -440,17 +437,6 @@ fn by_rows(site: &Site, built: &Built, escape: &Escape, ended: &[Ended], groups:
     sum
 }
 
-/// What to do about so much of the power that is missing at the end.
-fn balance_mend(off: f64, status: &[SolveStatus; 3], restored: bool) -> &'static str {
-    if off > ALL_OF_IT {
-        return "nothing absorbs light and nothing lets it out; lower a reflectance or the albedo";
-    }
-    if status.contains(&SolveStatus::Budget) {
-        return "allow the solver more steps (solve.max_iterations)";
-    }
-    if restored { "ask for a smaller tolerance" } else { "restore closure, or ask for a smaller tolerance" }
-}
-
 /// Adds what the solver left to the errors: the power that it has not distributed, relative to what the sources give, of a zone's own field and
 /// of the mean of its kind, [`FOLLOWED`] times.
 fn unfinished(zones: &Zones, ended: &[Ended], f: &mut Fields) {
@@ -502,20 +488,15 @@ fn report(
     let mut warnings = forecast::warnings(site.scene, thickness, built.operator.len() == site.zones.len());
     warnings.extend(built.warnings.iter().cloned());
     warnings.extend(undershoot(site, fields));
-    let short = ended.iter().flat_map(|e| e.status).any(|s| s == SolveStatus::Budget);
-    warnings.extend(short.then(|| {
-        "the solver ran out of steps before the residual that was asked for; errors have what it left: allow more (max_iterations)".into()
-    }));
     if !escape.closed() {
         warnings.push("the scene is open: power escapes to the surroundings or onto black backs".into());
     }
     warnings.extend(site.direct.warnings().cloned());
-    let (status, residuals) = together(ended);
-    let off = energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
-    if off > POOR_BALANCE && site.scene.options().sweeps.is_none() {
-        let mend = balance_mend(off, &status, site.scene.options().restore_closure);
-        warnings.push(format!("the energy balance is off by {off:.1e}: {mend}"));
+    if site.scene.thermal().is_none() {
+        let short = ended.iter().flat_map(|e| e.status).any(|s| s == SolveStatus::Budget);
+        warnings.extend(notes::of_light(&energy, site.scene.options(), short));
     }
+    let (status, residuals) = together(ended);
     let mut closure = built.closure.0.clone();
     closure.largest_change = closure.largest_change.map(|c| c.max(site.direct.largest_change()));
     // The spectral engine knows what escapes without a ray.

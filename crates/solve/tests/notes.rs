@@ -1,0 +1,59 @@
+//! What the report says of balances that are off, once, and by the measure that matters.
+
+mod common;
+
+use common::solved;
+use zonal_scene::{Solution, SolveStatus};
+
+fn notes<'a>(s: &'a Solution, word: &str) -> Vec<&'a String> {
+    s.report.warnings.iter().filter(|w| w.contains(word)).collect()
+}
+
+/// A room of 1000 K with a floor of `floor` K and a shelf that hides things, so that rays measure some pairs.
+fn warm(floor: f64, closure: &str) -> Solution {
+    solved(&format!(
+        "mode = 'thermal'\n[solve]\npatch_size = 0.34\nclosure = '{closure}'\n[[surface]]\nname = 'room'\nroom = {{ min = [0,0,0], max = [1,1,1] }}\ntemperature = 1000\nemissivity = 0.8\nfaces.z0.temperature = {floor}\n[[surface]]\nname = 'shelf'\nrectangle = {{ origin = [0.2,0.2,0.3], edge1 = [0.5,0,0.1], edge2 = [0,0.5,0] }}\nsides = 'both'\ntemperature = 1000\nemissivity = 0.8\n"
+    ))
+}
+
+/// Walls that are nearly equally warm exchange a thousandth of what they emit: what is missing beside that is told.
+#[test]
+fn heat_that_is_missing_is_told_by_what_is_exchanged() {
+    let s = warm(1002.0, "measure");
+    let table = s.report.heat.as_ref().unwrap();
+    let given: f64 = table.rows.iter().map(|r| r.power.max(0.0)).sum();
+    let off = table.balance().abs() / given;
+    let of_emission = s.report.energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+    assert!(
+        of_emission < 1e-3 && off > 0.1,
+        "{of_emission:e} of what is emitted, {off} of what is exchanged"
+    );
+    let told = notes(&s, "balance is off");
+    assert_eq!(told.len(), 1, "{:?}", s.report.warnings);
+    assert!(told[0].contains("heat balance") && told[0].contains("restore closure"), "{}", told[0]);
+    // Good enough where closure is restored, also where all is equally warm and nothing flows.
+    for s in [warm(1002.0, "restore"), warm(1000.0, "restore")] {
+        assert!(notes(&s, "balance").is_empty(), "{:?}", s.report.warnings);
+    }
+}
+
+#[test]
+fn a_spent_budget_is_told_once() {
+    let duct = |mode: &str, look: &str| {
+        solved(&format!(
+            "{mode}[solve]\npatch_size = 0.5\nmax_iterations = 1\n[[surface]]\nname = 'duct'\nroom = {{ min = [0,0,0], max = [1,1,8] }}\n{look}\n"
+        ))
+    };
+    let light = duct("", "reflectance = 0.9\nfaces.z0 = { emission = 1 }");
+    let heat = duct(
+        "mode = 'thermal'\n",
+        "heat_flux = 0\nemissivity = 0.5\nfaces.z0.heat_flux = 5000\nfaces.z1.temperature = 400",
+    );
+    for (s, balance) in [(light, "energy balance is off"), (heat, "heat balance is off")] {
+        assert_eq!(s.report.status, [SolveStatus::Budget; 3]);
+        let told = notes(&s, "more");
+        assert_eq!(told.len(), 1, "{:?}", s.report.warnings);
+        assert!(told[0].contains("ran out of steps") && told[0].contains("max_iterations"), "{}", told[0]);
+        assert_eq!((notes(&s, "balance").len(), notes(&s, balance)), (1, told));
+    }
+}
