@@ -2,6 +2,11 @@
 //!
 //! Work is cut into named stages. A stage that is loaded is not computed; one that was computed is saved. What is kept must be what was
 //! computed, to the bit, so that work in one go and work in pieces end the same.
+//!
+//! A stage whose name begins with [`STATE`] depends on all that the scene says; any other on what factors and direct light depend on.
+
+/// How the names of stages begin that are states of an iteration, for one scene alone.
+pub const STATE: &str = "state-";
 
 /// A keeper of finished stages. Calls come from any thread.
 pub trait Vault: Sync {

@@ -92,37 +92,21 @@ impl<const N: usize> Column<N> {
     }
 }
 
-/// What differs with the number of bands: products, and what is kept.
+/// What differs with the number of bands.
 trait Bundle<const N: usize>: Sized {
     /// g s of every column.
     fn products(operator: &dyn Operator, columns: &[Vec<[f64; N]>]) -> Vec<Vec<[f64; N]>>;
-    /// The state as a stage; none where beginning anew is as quick.
-    fn kept(all: &[Self], next: usize) -> Option<Vec<u8>>;
-    /// The state that was kept, for so many columns and zones.
-    fn restored(bytes: &[u8], columns: usize, zones: usize) -> Option<(Vec<Self>, usize)>;
 }
 
 impl Bundle<3> for Column<3> {
     fn products(operator: &dyn Operator, columns: &[Columnar<3>]) -> Vec<Columnar<3>> {
         operator.apply_many(columns)
     }
-    fn kept(all: &[Self], next: usize) -> Option<Vec<u8>> {
-        Some(kept_state(all, next))
-    }
-    fn restored(bytes: &[u8], columns: usize, zones: usize) -> Option<(Vec<Self>, usize)> {
-        restored(bytes, columns, zones)
-    }
 }
 
 impl Bundle<1> for Column<1> {
     fn products(operator: &dyn Operator, columns: &[Columnar<1>]) -> Vec<Columnar<1>> {
         columns.iter().map(|c| operator.apply_band(c)).collect()
-    }
-    fn kept(_: &[Self], _: usize) -> Option<Vec<u8>> {
-        None
-    }
-    fn restored(_: &[u8], _: usize, _: usize) -> Option<(Vec<Self>, usize)> {
-        None
     }
 }
 
@@ -150,7 +134,7 @@ fn grey(v: &[Bands]) -> bool {
 
 /// Solves s = s⁰ + w g s for every column of `sources`, from `initial` strengths if there are any; bands that are alike in everything once.
 ///
-/// The state is kept in `vault` every so often, as stage `krylov`, and taken up from there.
+/// The state is kept in `vault` every so often, as stage `state-krylov`, and taken up from there.
 pub fn solve(
     system: &System,
     sources: &[Vec<Bands>],
@@ -181,7 +165,7 @@ where
     let root: Columnar<N> = system.weights.par_iter().map(|w| each(|b| w[b].sqrt())).collect();
     let weight = Weight { root: &root, targets: system.targets };
     progress.begin("solving", stop.iterations as u64);
-    let kept = vault.load(STAGE).and_then(|b| Column::<N>::restored(&b, sources.len(), root.len()));
+    let kept = vault.load(STAGE).and_then(|b| restored::<N>(&b, sources.len(), root.len()));
     let (mut all, first) = kept.unwrap_or_else(|| (begun(system, &weight, sources, initial, stop), 1));
     progress.advance(first as u64 - 1);
     for iteration in first..=stop.iterations {
@@ -195,11 +179,8 @@ where
         for (&c, product) in active.iter().zip(&products) {
             step(&mut all[c], &weight, product, iteration, stop.residual);
         }
-        if vault.keeps()
-            && iteration % KEEP_EVERY == 0
-            && let Some(state) = Column::<N>::kept(&all, iteration + 1)
-        {
-            vault.save(STAGE, &state);
+        if vault.keeps() && iteration % KEEP_EVERY == 0 {
+            vault.save(STAGE, &kept_state(&all, iteration + 1));
         }
         progress.advance(1);
     }
@@ -208,7 +189,7 @@ where
 }
 
 /// The name of the stage.
-const STAGE: &str = "krylov";
+const STAGE: &str = "state-krylov";
 
 struct Weight<'a, const N: usize> {
     root: &'a [[f64; N]],
@@ -336,9 +317,15 @@ fn ended<const N: usize>(c: Column<N>, root: &[[f64; N]], source: &[Bands]) -> E
     }
 }
 
-/// `count` − 1 steps of the Neumann series from the sources; see the header.
-pub fn sweeps(system: &System, sources: &[Vec<Bands>], count: usize, progress: &dyn Progress) -> Vec<Ended> {
-    let mut all: Vec<Ended> = sources
+/// `count` − 1 steps of the Neumann series from the sources; see the header. The state is kept in `vault` as stage `state-sweeps`.
+pub fn sweeps(
+    system: &System,
+    sources: &[Vec<Bands>],
+    count: usize,
+    vault: &dyn Vault,
+    progress: &dyn Progress,
+) -> Vec<Ended> {
+    let all: Vec<Ended> = sources
         .iter()
         .map(|s| Ended {
             strengths: s.clone(),
@@ -348,7 +335,10 @@ pub fn sweeps(system: &System, sources: &[Vec<Bands>], count: usize, progress: &
         })
         .collect();
     progress.begin("sweeping", count as u64);
-    for sweep in 1..=count {
+    let kept = vault.load(SWEEPS).and_then(|b| swept(&b, &all)).filter(|s| s.1 <= count);
+    let (mut all, first) = kept.unwrap_or((all, 1));
+    progress.advance(first as u64 - 1);
+    for sweep in first..=count {
         let now: Columns = all.iter().map(|e| e.strengths.clone()).collect();
         let products = system.operator.apply_many(&now);
         for ((e, g), s0) in all.iter_mut().zip(&products).zip(sources) {
@@ -365,10 +355,39 @@ pub fn sweeps(system: &System, sources: &[Vec<Bands>], count: usize, progress: &
                 e.strengths = (0..s0.len()).into_par_iter().map(next).collect();
             }
         }
+        if vault.keeps() && sweep < count && sweep % KEEP_EVERY == 0 {
+            vault.save(SWEEPS, &kept_sweeps(&all, sweep + 1));
+        }
         progress.advance(1);
     }
     progress.end();
     all
+}
+
+/// The name of the stage of sweeps.
+const SWEEPS: &str = "state-sweeps";
+
+fn kept_sweeps(all: &[Ended], next: usize) -> Vec<u8> {
+    let mut pen = Pen::default();
+    pen.int(next);
+    for e in all {
+        pen.triples(&e.strengths);
+        e.residuals.iter().for_each(|r| pen.reals(r));
+    }
+    pen.bytes()
+}
+
+/// The state that [`kept_sweeps`] wrote, put into the `fresh` one, and the sweep that is next.
+fn swept(bytes: &[u8], fresh: &[Ended]) -> Option<(Vec<Ended>, usize)> {
+    let mut r = Reader::new(bytes);
+    let next = r.int()?;
+    let mut all = Vec::new();
+    for f in fresh {
+        let strengths = r.triples().filter(|s| s.len() == f.strengths.len())?;
+        let residuals = [r.reals()?, r.reals()?, r.reals()?];
+        all.push(Ended { strengths, residuals, status: f.status, power: f.power });
+    }
+    (r.at_end() && next > 0).then_some((all, next))
 }
 
 /// Light passed on, from strengths near the solution if there are any, until what a step still brings is small enough: for operators
@@ -418,13 +437,16 @@ pub fn passes(
     all
 }
 
-fn kept_state(all: &[Column<3>], next: usize) -> Vec<u8> {
+/// The state as a stage, the number of bands first.
+fn kept_state<const N: usize>(all: &[Column<N>], next: usize) -> Vec<u8> {
     let mut pen = Pen::default();
+    pen.int(N);
     pen.int(next);
     for c in all {
-        [&c.y, &c.r, &c.p].into_iter().for_each(|v| pen.triples(v));
-        pen.triples(&[c.rr, c.power]);
-        for b in 0..3 {
+        [&c.y, &c.r, &c.p].into_iter().for_each(|v| pen.reals(v.as_flattened()));
+        pen.reals(&c.rr);
+        pen.reals(&c.power);
+        for b in 0..N {
             pen.int(
                 c.status[b].map_or(0, |s| 1 + SolveStatus::ALL.iter().position(|x| *x == s).unwrap_or(0)),
             );
@@ -436,27 +458,29 @@ fn kept_state(all: &[Column<3>], next: usize) -> Vec<u8> {
     pen.bytes()
 }
 
-/// The state that [`kept_state`] wrote, for so many columns and zones.
-fn restored(bytes: &[u8], columns: usize, zones: usize) -> Option<(Vec<Column<3>>, usize)> {
+/// The state that [`kept_state`] wrote, for so many columns and zones, and the iteration that is next.
+fn restored<const N: usize>(bytes: &[u8], columns: usize, zones: usize) -> Option<(Vec<Column<N>>, usize)> {
     let mut r = Reader::new(bytes);
-    let next = r.int()?;
+    let (bands, next) = (r.int()?, r.int()?);
+    if bands != N {
+        return None;
+    }
     let mut all = Vec::new();
     for _ in 0..columns {
-        let [y, rest, p] = [r.triples()?, r.triples()?, r.triples()?];
-        let small = r.triples()?;
-        let (rr, power) = (*small.first()?, *small.get(1)?);
-        let (mut status, mut residuals, mut best) = ([None; 3], [const { Vec::new() }; 3], [(0.0, 0); 3]);
-        for b in 0..3 {
+        let mut field = || -> Option<Columnar<N>> {
+            let flat = r.reals()?;
+            (flat.len() == N * zones).then(|| flat.as_chunks::<N>().0.to_vec())
+        };
+        let [y, rest, p] = [field()?, field()?, field()?];
+        let (rr, power) = (r.reals()?.try_into().ok()?, r.reals()?.try_into().ok()?);
+        let (mut status, mut residuals, mut best) = ([None; N], [const { Vec::new() }; N], [(0.0, 0); N]);
+        for b in 0..N {
             let known = r.int()?;
             status[b] = if known == 0 { None } else { Some(*SolveStatus::ALL.get(known - 1)?) };
             residuals[b] = r.reals()?;
             best[b] = (*r.reals()?.first()?, r.int()?);
         }
-        let c = Column { y, r: rest, p, rr, power, status, residuals, best };
-        if [&c.y, &c.r, &c.p].iter().any(|v| v.len() != zones) {
-            return None;
-        }
-        all.push(c);
+        all.push(Column { y, r: rest, p, rr, power, status, residuals, best });
     }
     (r.at_end() && next > 0).then_some((all, next))
 }

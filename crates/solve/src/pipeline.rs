@@ -267,7 +267,7 @@ fn iterate(site: &Site, built: &Built, escape: &Escape, engine: Engine, job: &Jo
     let system = System { operator: built.operator.as_ref(), weights: &weights, targets: &targets };
     let options = site.scene.options();
     if let Some(n) = options.sweeps {
-        return krylov::sweeps(&system, &columns, n, job.progress);
+        return krylov::sweeps(&system, &columns, n, job.vault, job.progress);
     }
     let content = if engine == Engine::Hierarchical { CONTENT * options.tolerance } else { 0.0 };
     let stop = Stop { residual: options.residual.max(content), iterations: options.max_iterations };

@@ -175,6 +175,7 @@ fn unknown_groups_are_named_with_those_that_are_there() {
 #[derive(Default)]
 struct Memory {
     stages: Mutex<HashMap<String, Vec<u8>>>,
+    saves: Mutex<Vec<String>>,
     left: AtomicUsize,
     loads: AtomicUsize,
 }
@@ -189,6 +190,7 @@ impl Vault for Memory {
         let left = self.left.load(Ordering::Relaxed);
         assert!(left > 0, "killed");
         self.left.store(left - 1, Ordering::Relaxed);
+        self.saves.lock().unwrap().push(stage.into());
         self.stages.lock().unwrap().insert(stage.into(), bytes.to_vec());
     }
 }
@@ -227,7 +229,80 @@ fn work_broken_off_at_any_stage_ends_the_same() {
     });
     let straight = solve(scene.clone());
     let vault = broken_off(&scene, 4, 5, &straight);
-    assert!(vault.stages.lock().unwrap().contains_key("krylov"));
+    assert!(vault.stages.lock().unwrap().contains_key("state-krylov"));
+}
+
+/// Bands that are one keep the solver's state too: the end of the solve is broken off at every state in turn.
+#[test]
+fn grey_work_broken_off_in_the_solver_ends_the_same() {
+    let grey = ROOM
+        .replace("[0.7, 0.4, 0.1]", "0.97")
+        .replace("reflectance = 0.8", "reflectance = 0.95")
+        .replace("[0, 2, 1]", "2")
+        .replace("[10, 20, 30]", "10")
+        .replace("[0.5, 1, 2]", "1")
+        .replace("[30, 20, 10]", "30");
+    let scene = with(read(&grey), |o| {
+        o.restore_closure = true;
+        o.residual = 1e-30;
+        o.max_iterations = 35;
+    });
+    let straight = solve(scene.clone());
+    assert_eq!(straight.fields.radiosity.iter().find(|b| b[0] != b[1] || b[0] != b[2]), None);
+    let states = |kept: &Memory| kept.saves.lock().unwrap().iter().filter(|s| *s == "state-krylov").count();
+    let kept = broken_off(&scene, 1, 5, &straight);
+    let iterations = straight.report.residuals[0].len() - 1;
+    assert!(iterations >= 20, "{iterations}");
+    assert_eq!(states(&kept), iterations / 10, "every tenth iteration, each kept once");
+}
+
+/// A duct of three bands that share the emission by temperature, whose walls reflect nearly all, so that each step takes its time.
+const GASES: &str = "mode = 'thermal'
+[solve]
+patch_size = 0.5
+residual = 1e-13
+[thermal]
+weights = [[0.65, -5.5e-4, 3e-7, -5.3e-11], [-0.025, 6.1e-4, -3.9e-7, 6.5e-11], 'rest']
+range = [600, 2400]
+[[surface]]
+name = 'room'
+room = { min = [0,0,0], max = [1,1,6] }
+temperature = 700
+emissivity = [0.02, 0.01, 0.03]
+faces.z0 = { temperature = 1800, emissivity = [0.8, 0.3, 0.1] }
+faces.x1.heat_flux = 0
+faces.y0.heat_flux = 3000
+[medium]
+min = [0,0,0]
+max = [1,1,6]
+cells = [2,2,12]
+extinction = [0.4, 2.5, 0]
+albedo = [0.1, 0.3, 0]
+heat_source = 2000
+";
+
+/// Temperatures of coupled bands go on where they were: no step is done twice, nor are those of the linear solve in one.
+#[test]
+fn coupled_temperatures_broken_off_at_any_step_end_the_same() {
+    for shares in ["", "shares = [0.25, 0.35, 0.4]"] {
+        let text = match shares.is_empty() {
+            true => GASES.to_string(),
+            false => {
+                let (head, tail) = GASES.split_once("weights").unwrap();
+                format!("{head}{shares}\n{}", tail.split_once("2400]\n").unwrap().1)
+            }
+        };
+        let scene = read(&text);
+        let straight = solve(scene.clone());
+        assert_eq!(straight.report.status, [SolveStatus::Converged; 3]);
+        let steps = straight.report.residuals[0].len();
+        assert!(if shares.is_empty() { steps > 2 } else { steps == 1 }, "{steps}");
+        let kept = broken_off(&scene, 1, steps + 2, &straight);
+        let saves = kept.saves.lock().unwrap();
+        let of = |name: &str| saves.iter().filter(|s| *s == name).count();
+        assert_eq!(of("state-temperatures"), steps, "each step once");
+        assert!(of("state-temperatures-linear") > 0);
+    }
 }
 
 /// The room without its pane, with patches of this size.
@@ -261,7 +336,7 @@ fn kept_views_serve_other_reflectances() {
     let vault = Memory { left: AtomicUsize::new(usize::MAX), ..Memory::default() };
     run(&scene, &vault);
     let painted = repainted(scene, &[("floor".into(), [0.1, 0.9, 0.5])], Some([0.9, 0.5, 0.0])).unwrap();
-    vault.stages.lock().unwrap().remove("krylov");
+    vault.stages.lock().unwrap().remove("state-krylov");
     let views = |v: &Memory| v.stages.lock().unwrap().keys().filter(|k| k.starts_with("views-")).count();
     let before = (views(&vault), vault.loads.load(Ordering::Relaxed));
     let again = run(&painted, &vault);
@@ -276,7 +351,7 @@ fn kept_factors_serve_other_reflectances() {
         let scene = with(read(ROOM), |o| o.restore_closure = closure);
         let vault = Memory { left: AtomicUsize::new(usize::MAX), ..Memory::default() };
         let first = run(&scene, &vault);
-        vault.stages.lock().unwrap().remove("krylov");
+        vault.stages.lock().unwrap().remove("state-krylov");
         vault.loads.store(0, Ordering::Relaxed);
         vault.left.store(0, Ordering::Relaxed);
         let painted =
@@ -286,7 +361,7 @@ fn kept_factors_serve_other_reflectances() {
         impl Vault for Read<'_> {
             fn load(&self, stage: &str) -> Option<Vec<u8>> {
                 let found = self.0.load(stage);
-                assert!(found.is_some() || stage == "krylov", "{stage} would be computed");
+                assert!(found.is_some() || stage == "state-krylov", "{stage} would be computed");
                 found
             }
             fn save(&self, _: &str, _: &[u8]) {}

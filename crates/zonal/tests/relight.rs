@@ -195,6 +195,72 @@ fn killed_and_resumed_is_the_same_to_the_byte() {
     assert!(links.contains("bytes of links"), "{links}");
 }
 
+/// Killed as soon as each of these stages is there, then resumed: the file has the bytes of an undisturbed solve.
+fn killed_in_stages(scene: &str, stages: &[&str]) {
+    const TRIES: usize = 5;
+    let f = Folder::new();
+    f.put("duct.toml", scene);
+    f.done(&["solve", "duct.toml", "-o", "straight.npz"]);
+    let args = ["solve", "duct.toml", "-o", "out/killed.npz", "--resume"];
+    for stage in stages {
+        let kept = f.path().join(format!("out/killed.npz.checkpoint/{stage}.stage"));
+        let killed = (0..TRIES).any(|_| {
+            let mut child = Command::new(env!("CARGO_BIN_EXE_zonal"))
+                .args(args)
+                .current_dir(f.path())
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap();
+            while child.try_wait().unwrap().is_none() {
+                if kept.exists() {
+                    let _ = child.kill();
+                    break;
+                }
+                std::thread::sleep(Duration::from_micros(200));
+            }
+            child.wait().unwrap();
+            // One that ended before it was killed has taken its stages away.
+            kept.exists()
+        });
+        assert!(killed, "never killed in {stage}");
+    }
+    f.done(&args);
+    assert!(f.get("out/killed.npz") == f.get("straight.npz"), "resumed work differs");
+    assert!(!f.path().join("out/killed.npz.checkpoint").exists());
+}
+
+/// Light goes a long way in these ducts, so that the solver takes its time: in one band, and in bands that temperatures couple.
+#[test]
+fn killed_in_the_solver_is_the_same_to_the_byte() {
+    let grey = "[solve]\npatch_size = 0.13\nengine = 'dense'\n[[surface]]\nname = 'duct'\nroom = { min = [0,0,0], max = [1,1,8] }\nreflectance = 0.98\nfaces.z0 = { emission = 1 }\n";
+    killed_in_stages(grey, &["state-krylov"]);
+    let gases = "mode = 'thermal'
+[solve]
+patch_size = 0.25
+engine = 'dense'
+residual = 1e-12
+[thermal]
+weights = [[0.65, -5.5e-4, 3e-7, -5.3e-11], [-0.025, 6.1e-4, -3.9e-7, 6.5e-11], 'rest']
+range = [600, 2400]
+[[surface]]
+name = 'duct'
+room = { min = [0,0,0], max = [1,1,8] }
+temperature = 700
+emissivity = [0.02, 0.01, 0.03]
+faces.z0 = { temperature = 1800, emissivity = [0.8, 0.3, 0.1] }
+faces.x1.heat_flux = 0
+[medium]
+min = [0,0,0]
+max = [1,1,8]
+cells = [4,4,32]
+extinction = [0.4, 2.5, 0]
+albedo = [0.1, 0.3, 0]
+heat_source = 2000
+";
+    killed_in_stages(gases, &["state-temperatures-linear", "state-temperatures"]);
+}
+
 #[test]
 fn a_changed_scene_begins_anew() {
     let f = Folder::new();

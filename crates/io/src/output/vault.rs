@@ -6,8 +6,8 @@
 //! | `NAME.stage` | `zonal stage 1\n`, the length of the key (u32) and the key, CRC-32 of the bytes (u32), the bytes |
 //!
 //! Every file is written beside its target and renamed, so that a kill at any moment leaves the old one or the new one. A stage that is
-//! torn, damaged or of another key is not there. Two keys: that of the whole scene for the state of the solver, and that of what
-//! factors depend on for everything else, which therefore serves a scene with other reflectances too.
+//! torn, damaged or of another key is not there. Two keys: that of the whole scene for the states of solvers (names that begin with
+//! [`STATE`]), and that of what factors depend on for everything else, which therefore serves a scene with other reflectances too.
 
 use super::FileError;
 use super::atomic::write_atomic;
@@ -16,14 +16,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use zonal_scene::Vault;
+use zonal_scene::vault::STATE;
 
 const MAGIC: &[u8] = b"zonal stage 1\n";
 
 /// The file that says what the stages belong to.
 const KEY: &str = "zonal.key";
-
-/// The stage that depends on all of the scene.
-const STATE: &str = "krylov";
 
 /// What a folder was found to hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,9 +115,12 @@ impl Folder {
         let _ = fs::remove_dir(&self.path);
     }
 
-    /// Makes it a folder of factors at `target`, in place of an earlier one, without the state of the solver.
+    /// Makes it a folder of factors at `target`, in place of an earlier one, without the states of solvers.
     pub fn keep_factors(self, target: &Path) -> Result<(), FileError> {
-        let _ = fs::remove_file(self.file(STATE));
+        let name = |p: &Path| p.file_name().and_then(|n| n.to_str()).map(String::from).unwrap_or_default();
+        self.stages().iter().filter(|p| name(p).starts_with(STATE)).for_each(|p| {
+            let _ = fs::remove_file(p);
+        });
         self.put_key(&self.keys.factors)?;
         Folder::new(target, self.keys.clone()).remove();
         fs::rename(&self.path, target)
@@ -136,7 +137,7 @@ impl Folder {
     }
 
     fn key_of(&self, stage: &str) -> &str {
-        if stage == STATE { &self.keys.whole } else { &self.keys.factors }
+        if stage.starts_with(STATE) { &self.keys.whole } else { &self.keys.factors }
     }
 }
 
@@ -180,15 +181,15 @@ mod tests {
         assert_eq!(a.held(), Held::Nothing);
         a.begin().unwrap();
         a.save("rows-0", b"123");
-        a.save("krylov", b"abc");
+        a.save("state-krylov", b"abc");
         assert_eq!((a.held(), a.load("rows-0"), a.load("rows-1")), (Held::Same, Some(b"123".to_vec()), None));
         // Another scene with the same factors, and one with others.
         let (b, c) = (folder("x", "f"), folder("w", "x"));
         assert_eq!(
-            (b.held(), b.load("rows-0"), b.load("krylov")),
+            (b.held(), b.load("rows-0"), b.load("state-krylov")),
             (Held::Other, Some(b"123".to_vec()), None)
         );
-        assert_eq!((c.load("rows-0"), c.load("krylov")), (None, Some(b"abc".to_vec())));
+        assert_eq!((c.load("rows-0"), c.load("state-krylov")), (None, Some(b"abc".to_vec())));
         let whole = fs::read(a.file("rows-0")).unwrap();
         for cut in 0..whole.len() {
             fs::write(a.file("rows-0"), &whole[..cut]).unwrap();
@@ -206,6 +207,7 @@ mod tests {
         a.keep_factors(&dir.join("b")).unwrap();
         let kept = Folder::new(&dir.join("b"), keys("y", "f"));
         assert_eq!((kept.held_factors(), kept.load("rows-0")), (Held::Same, Some(b"123".to_vec())));
+        assert!(!kept.file("state-krylov").exists());
         kept.remove();
         assert!(dir.join("b/mine.txt").exists());
         assert_eq!(fs::read_dir(dir.join("b")).unwrap().count(), 1);

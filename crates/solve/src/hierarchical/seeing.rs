@@ -18,7 +18,7 @@ use crate::surroundings::Escape;
 use rayon::prelude::*;
 use zonal_exchange::pair::strength;
 use zonal_math::Grade;
-use zonal_scene::{Bands, Scene, Zones, bands};
+use zonal_scene::{Bands, NoVault, Scene, Zones, bands};
 use zonal_transport::Transport;
 
 /// Rays of a patch, in small scenes and in those beyond links: so many over the square of the tolerance, no fewer and no more than these.
@@ -137,7 +137,7 @@ impl<'a> Seeing<'a> {
         if let Some(count) = site.scene.options().sweeps {
             let system =
                 System { operator: &Onward { seeing: self, share: 1 }, weights: &weights, targets: &targets };
-            return krylov::sweeps(&system, &columns, count, site.progress);
+            return krylov::sweeps(&system, &columns, count, &NoVault, site.progress);
         }
         let near = passes(FIRST, None);
         passes(1, Some(near.into_iter().map(|e| e.strengths).collect()))

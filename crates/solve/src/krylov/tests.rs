@@ -109,7 +109,7 @@ fn sweeps_are_partial_sums_of_the_neumann_series() {
     let g = two_walls();
     let system = System { operator: &g, weights: &weights, targets: &[1.0; 2] };
     for n in 1..7 {
-        let e = sweeps(&system, &[vec![[1.0; 3], [0.0; 3]]], n, &Quiet);
+        let e = sweeps(&system, &[vec![[1.0; 3], [0.0; 3]]], n, &NoVault, &Quiet);
         let arriving = g.apply(&e[0].strengths)[1][0];
         // Light arrives at the second wall after 1, 3, 5 … segments.
         let want: f64 = (1..=n).step_by(2).map(|k| rho_to(rho, k - 1)).sum();
@@ -117,6 +117,23 @@ fn sweeps_are_partial_sums_of_the_neumann_series() {
         assert_eq!((e[0].status[0], e[0].residuals[0].len()), (SolveStatus::Swept, n));
         assert!((e[0].residuals[0][n - 1] - rho_to(rho, n)).abs() < 1e-14);
     }
+}
+
+#[test]
+fn sweeps_taken_up_end_with_the_same_bits() {
+    let (g, rows) = many();
+    let sources = [(0..40).map(|i| [(1 + i % 5) as f64, 0.0, 1.0 / (1 + i) as f64]).collect()];
+    let weights: Vec<Bands> = (0..40).map(|i| [(1.0 - 1.0 / (2 + i) as f64) / rows[i]; 3]).collect();
+    let system = System { operator: &g, weights: &weights, targets: &rows };
+    let vault = Memory::default();
+    let with = |n, v: &dyn Vault| sweeps(&system, &sources, n, v, &Quiet);
+    let straight = with(35, &NoVault);
+    with(23, &vault);
+    let state = vault.load(SWEEPS).expect("a state after twenty sweeps");
+    assert_eq!(swept(&state, &straight).map(|s| s.1), Some(21));
+    assert_eq!(with(35, &vault), straight);
+    assert!(swept(&state[..state.len() - 1], &straight).is_none());
+    assert_eq!(with(12, &vault), with(12, &NoVault), "a state beyond the wanted end");
 }
 
 fn rho_to(rho: f64, k: usize) -> f64 {
@@ -137,21 +154,34 @@ impl Vault for Memory {
 #[test]
 fn a_state_taken_up_ends_with_the_same_bits() {
     let (g, rows) = many();
-    let sources: Vec<Vec<Bands>> = (1..3)
-        .map(|k| (0..40).map(|i| [(1 + i * k % 5) as f64, 0.0, 1.0 / (1 + i) as f64]).collect())
-        .collect();
+    let sources = |colours: [f64; 3]| -> Vec<Vec<Bands>> {
+        let one = |k: usize, i: usize| colours.map(|c| c * (1 + i * k % 5) as f64);
+        (1..3).map(|k| (0..40).map(|i| one(k, i)).collect()).collect()
+    };
     // Strong absorption apart, so that it takes its time.
     let weights: Vec<Bands> = (0..40).map(|i| [(1.0 - 1.0 / (2 + i) as f64) / rows[i]; 3]).collect();
     let system = System { operator: &g, weights: &weights, targets: &rows };
-    let vault = Memory::default();
-    let with =
-        |n, v: &dyn Vault| solve(&system, &sources, None, Stop { residual: 1e-30, iterations: n }, v, &Quiet);
-    let straight = with(35, &NoVault);
-    with(14, &vault);
-    let state = vault.load(STAGE).expect("a state after ten iterations");
-    assert_eq!(with(35, &vault), straight);
-    // Another number of zones or a cut file: begun afresh.
-    assert!(restored(&state, 2, 40).is_some());
-    assert!(restored(&state, 2, 41).is_none() && restored(&state, 1, 40).is_none());
-    assert!(restored(&state[..state.len() - 1], 2, 40).is_none());
+    fn check<const N: usize>(system: &System, sources: &[Vec<Bands>]) -> Vec<u8>
+    where
+        Column<N>: Bundle<N>,
+    {
+        let vault = Memory::default();
+        let with = |n, v: &dyn Vault| {
+            let stop = Stop { residual: 1e-30, iterations: n };
+            solve_bands::<N>(system, sources, None, stop, v, &Quiet)
+        };
+        let straight = with(35, &NoVault);
+        with(14, &vault);
+        let state = vault.load(STAGE).expect("a state after ten iterations");
+        assert_eq!(restored::<N>(&state, 2, 40).map(|s| s.1), Some(11));
+        assert_eq!(with(35, &vault), straight);
+        // Another number of zones or a cut file: begun afresh.
+        assert!(restored::<N>(&state, 2, 41).is_none() && restored::<N>(&state, 1, 40).is_none());
+        assert!(restored::<N>(&state[..state.len() - 1], 2, 40).is_none());
+        state
+    }
+    let three = check::<3>(&system, &sources([1.0, 0.0, 0.3]));
+    let one = check::<1>(&system, &sources([1.0; 3]));
+    // Of another number of bands.
+    assert!(restored::<1>(&three, 2, 40).is_none() && restored::<3>(&one, 2, 40).is_none());
 }

@@ -15,13 +15,14 @@
 //! ```
 //!
 //! A step changes no temperature by more than half; where weights fall so fast that ψ_b < 0, ψ = a(T) takes its place (Picard), and
-//! steps are halved when R no longer falls. The end is a status.
+//! steps are halved when R no longer falls. The end is a status. Every step is a stage that a vault may keep, and so is the linear solve in it.
 
-use super::linear;
+use super::linear::{self, Keeper};
 use super::local::{Local, Locals};
 use crate::engine::{Built, Site};
 use crate::krylov::Ended;
 use crate::operator::{Operator, extend_to_slopes};
+use crate::stage::{Pen, Reader};
 use crate::surroundings::Escape;
 use rayon::prelude::*;
 use zonal_exchange::pair::{strength, target};
@@ -37,8 +38,11 @@ const LAST: usize = 20;
 const REACH: f64 = 5.0;
 /// The linear solves' residual over that of the temperatures.
 const FINER: f64 = 0.1;
-/// Bytes a zone: its part in the equations, its turn, and the vectors of the linear solve.
-const BYTES: u64 = 400 + 12 * 24;
+/// Bytes a zone: its part in the equations, its turn, the vectors of the linear solve, and those of them that are kept as a stage.
+const BYTES: u64 = 400 + 12 * 24 + 5 * 24;
+/// The stages: temperatures after each step, and the linear solve in one.
+const STAGE: &str = "state-temperatures";
+const LINEAR: &str = "state-temperatures-linear";
 
 /// What a zone makes of what arrives, in the linear equations.
 #[derive(Clone, Copy, Debug)]
@@ -184,11 +188,15 @@ pub fn solve(site: &Site, built: &Built, escape: &Escape) -> Result<Coupled, Sce
     let outside = outside(site, escape, &powers);
     let (wanted, steps) = (scene.options().residual, scene.options().max_iterations);
     let begin = black(table.level());
-    let mut e: Vec<f64> =
-        locals.iter().map(|l| if let Known::Temperature(t) = l.known { black(t) } else { begin }).collect();
-    let (mut u, mut products) = (Vec::new(), 0);
-    let mut course = Course::new(wanted);
+    let start = || -> Vec<f64> {
+        locals.iter().map(|l| if let Known::Temperature(t) = l.known { black(t) } else { begin }).collect()
+    };
+    let kept = site.vault.load(STAGE).and_then(|b| State::restored(&b, locals.len(), outside.len(), wanted));
+    let State { mut e, mut u, mut products, mut course } =
+        kept.unwrap_or_else(|| State { e: start(), u: Vec::new(), products: 0, course: Course::new(wanted) });
+    let first = course.residuals.len();
     site.progress.begin("temperatures", STEPS as u64);
+    site.progress.advance(first as u64);
     while course.status.is_none() {
         let turns: Vec<Turn> = locals.par_iter().zip(&e).map(|(l, e)| Turn::of(l, shares, *e)).collect();
         // What zones give of themselves, and of the surroundings; slopes have none of their own.
@@ -200,13 +208,18 @@ pub fn solve(site: &Site, built: &Built, escape: &Escape) -> Result<Coupled, Sce
         let source: Vec<Bands> = (0..outside.len()).into_par_iter().map(source).collect();
         let passed = |u: &[Bands]| powers.passed(operator, u, |i, h| turns[i].passed(h));
         let start = if u.is_empty() { source.clone() } else { u };
-        let end = linear::solve(passed, &source, start, FINER * wanted, steps);
+        let number = course.residuals.len();
+        let keeper = Keeper { vault: site.vault, stage: LINEAR, number, resumes: number == first };
+        let end = linear::solve_kept(passed, &source, start, (FINER * wanted, steps), &keeper);
         let h = powers.arriving(operator, &end.u);
         let arriving = |i: usize| bands(|b| h[i][b] + outside[i][b]);
         let (next, off) = stepped(&locals, shares, &e, arriving, course.pace());
         (e, products) = (next, products + end.products + 1);
         course.step(off, end.residual);
         u = end.u;
+        if site.vault.keeps() {
+            site.vault.save(STAGE, &kept_state(&e, &u, products, &course));
+        }
         site.progress.advance(1);
     }
     site.progress.end();
@@ -242,6 +255,44 @@ fn outside(site: &Site, escape: &Escape, powers: &Powers) -> Vec<Bands> {
     let sky = site.scene.surroundings().radiosity();
     let one = |k: usize| escape.incoming(k, sky)[0].map(|x| x * powers.over[k]);
     (0..powers.over.len()).into_par_iter().map(one).collect()
+}
+
+/// The iteration between two steps.
+struct State {
+    /// E of every zone, W/m².
+    e: Vec<f64>,
+    /// Powers of all unknowns, W.
+    u: Vec<Bands>,
+    products: usize,
+    course: Course,
+}
+
+/// A [`State`] as a stage.
+fn kept_state(e: &[f64], u: &[Bands], products: usize, course: &Course) -> Vec<u8> {
+    let mut pen = Pen::default();
+    pen.reals(e);
+    pen.triples(u);
+    pen.reals(&course.residuals);
+    pen.reals(&[course.best]);
+    let status = course.status.and_then(|s| SolveStatus::ALL.iter().position(|x| *x == s));
+    [products, course.since, usize::from(course.halved), status.map_or(0, |k| k + 1)]
+        .into_iter()
+        .for_each(|n| pen.int(n));
+    pen.bytes()
+}
+
+impl State {
+    /// The state that [`kept_state`] wrote, of so many zones and unknowns.
+    fn restored(bytes: &[u8], zones: usize, unknowns: usize, wanted: f64) -> Option<State> {
+        let mut r = Reader::new(bytes);
+        let (e, u, residuals) = (r.reals()?, r.triples()?, r.reals()?);
+        let best = *r.reals()?.first()?;
+        let [products, since, halved, status] = [r.int()?, r.int()?, r.int()?, r.int()?];
+        let status = if status == 0 { None } else { Some(*SolveStatus::ALL.get(status - 1)?) };
+        let course = Course { wanted, residuals, best, since, halved: halved > 0, status };
+        let fits = r.at_end() && e.len() == zones && u.len() == unknowns;
+        fits.then_some(State { e, u, products, course })
+    }
 }
 
 /// How the iteration goes.
