@@ -302,6 +302,9 @@ fn coupled_temperatures_broken_off_at_any_step_end_the_same() {
         let of = |name: &str| saves.iter().filter(|s| *s == name).count();
         assert_eq!(of("state-temperatures"), steps, "each step once");
         assert!(of("state-temperatures-linear") > 0);
+        // So is the second solve, which tells what the size of the zones costs.
+        assert!(straight.report.zoning.is_some());
+        assert!(of("state-larger-zones-state-temperatures") > 0);
     }
 }
 
