@@ -233,7 +233,22 @@ fn killed_in_stages(scene: &str, stages: &[&str]) {
 /// Light goes a long way in these ducts, so that the solver takes its time: in one band, and in bands that temperatures couple.
 #[test]
 fn killed_in_the_solver_is_the_same_to_the_byte() {
-    let grey = "[solve]\npatch_size = 0.13\nengine = 'dense'\n[[surface]]\nname = 'duct'\nroom = { min = [0,0,0], max = [1,1,8] }\nreflectance = 0.98\nfaces.z0 = { emission = 1 }\n";
+    let grey = "[solve]
+patch_rule = 'voxels'
+engine = 'spectral'
+residual = 1e-12
+[[surface]]
+name = 'duct'
+room = { min = [0,0,0], max = [1,1,8] }
+reflectance = 0.98
+faces.z0 = { emission = 1 }
+[medium]
+min = [0,0,0]
+max = [1,1,8]
+cells = [32,32,256]
+extinction = 0.1
+albedo = 0.5
+";
     killed_in_stages(grey, &["state-krylov"]);
     let gases = "mode = 'thermal'
 [solve]
