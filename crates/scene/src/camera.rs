@@ -1,7 +1,7 @@
 //! Cameras: where they stand and how they see.
 
 use crate::SceneError;
-use zonal_math::Vec3;
+use zonal_math::{Vec3, vec3};
 
 /// A thin lens; a pinhole where its aperture is 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,6 +30,34 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// The whole of a box (m) from a corner above it, as large as it fits into a picture of that aspect (width over height). The side
+    /// from which one looks is that of the viewer's overview.
+    pub fn overview((low, high): (Vec3, Vec3), aspect: f64) -> Camera {
+        const FOV: f64 = 50.0;
+        /// The share of the picture that the box may fill.
+        const FILLED: f64 = 0.94;
+        let centre = (low + high) * 0.5;
+        let up = vec3(0.0, 0.0, 1.0);
+        let forward = vec3(-1.0, -1.4, -0.8).normalized();
+        let right = forward.cross(up).normalized();
+        let above = right.cross(forward);
+        let half = FILLED * (0.5 * FOV).to_radians().tan();
+        // A corner c is in the picture from the distance |c·r|/tan − c·f on.
+        let far = |corner: usize| {
+            let end = |k: usize| if corner >> k & 1 == 0 { low.array()[k] } else { high.array()[k] };
+            let c = vec3(end(0), end(1), end(2)) - centre;
+            (c.dot(right).abs() / half).max(c.dot(above).abs() * aspect / half) - c.dot(forward)
+        };
+        let distance = (0..8).map(far).fold(1e-3 * (high - low).length(), f64::max);
+        Camera {
+            name: "overview".into(),
+            origin: centre - forward * distance,
+            target: centre,
+            up,
+            fov: FOV,
+            lens: Lens::default(),
+        }
+    }
     /// Refuses what no camera can be; keys are `camera 'NAME'.KEY`.
     pub fn check(&self) -> Result<(), SceneError> {
         let fail =
