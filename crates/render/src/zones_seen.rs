@@ -120,9 +120,8 @@ impl<'a> ZonesSeen<'a> {
         for first in (0..self.height).step_by(STRIP) {
             let rows = first..(first + STRIP).min(self.height);
             let strip = Strip::new(self, rows.clone());
-            let row = |y: usize| -> Vec<[f32; 3]> {
-                (0..self.width).map(|x| strip.pixel(x, y, colour)).collect()
-            };
+            let row =
+                |y: usize| -> Vec<[f32; 3]> { (0..self.width).map(|x| strip.pixel(x, y, colour)).collect() };
             let drawn: Vec<Vec<[f32; 3]>> = rows.clone().into_par_iter().map(row).collect();
             out.extend(drawn.into_iter().flatten());
             progress.advance(rows.len() as u64);
@@ -201,8 +200,11 @@ impl Strip {
         let wider = |r: &Range<usize>| r.start.saturating_sub(1)..(r.end + 1).min(seen.height);
         let rows = wider(&rows);
         let all = wider(&rows);
-        let middles: Vec<Vec<Spot>> =
-            all.clone().into_par_iter().map(|y| (0..seen.width).map(|x| seen.middle(x, y)).collect()).collect();
+        let middles: Vec<Vec<Spot>> = all
+            .clone()
+            .into_par_iter()
+            .map(|y| (0..seen.width).map(|x| seen.middle(x, y)).collect())
+            .collect();
         let mut strip = Strip {
             width: seen.width,
             first: all.start,

@@ -29,7 +29,8 @@ const PLAIN: [Station; 8] = [
     [0.87, 0.17, 118.0],
     [0.95, 0.13, 104.0],
 ];
-const BELOW: [Station; 4] = [[0.37, 0.13, 264.0], [0.55, 0.13, 254.0], [0.76, 0.08, 245.0], [0.93, 0.0, 245.0]];
+const BELOW: [Station; 4] =
+    [[0.37, 0.13, 264.0], [0.55, 0.13, 254.0], [0.76, 0.08, 245.0], [0.93, 0.0, 245.0]];
 const ABOVE: [Station; 4] = [[0.93, 0.0, 45.0], [0.77, 0.1, 45.0], [0.57, 0.16, 32.0], [0.37, 0.14, 25.0]];
 
 /// The colour, linear, of zones that have no value.
@@ -95,8 +96,11 @@ mod tests {
     fn the_plain_map_is_the_viewer_s() {
         let source = include_str!("../../../../viewer/src/colour.js");
         let list = source.split("STATIONS = [").nth(1).and_then(|s| s.split("];").next()).unwrap();
-        let numbers: Vec<f64> =
-            list.split(['[', ']', ',', ' ', '\n']).filter(|w| !w.is_empty()).map(|w| w.parse().unwrap()).collect();
+        let numbers: Vec<f64> = list
+            .split(['[', ']', ',', ' ', '\n'])
+            .filter(|w| !w.is_empty())
+            .map(|w| w.parse().unwrap())
+            .collect();
         assert_eq!(numbers, PLAIN.as_flattened());
     }
 

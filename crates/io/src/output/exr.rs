@@ -192,13 +192,8 @@ mod tests {
         std::fs::create_dir_all(&dir).unwrap();
         let path = dir.join("a.exr");
         let values: std::vec::Vec<f32> = (0..12).map(|i| 400.0 + i as f32 / 3.0).collect();
-        let mut field = FieldPicture {
-            width: 4,
-            height: 3,
-            values,
-            quantity: "temperature".into(),
-            unit: "K".into(),
-        };
+        let mut field =
+            FieldPicture { width: 4, height: 3, values, quantity: "temperature".into(), unit: "K".into() };
         write_exr_field(&path, &field).unwrap();
         assert_eq!(read_exr_field(&path).unwrap(), field);
         assert!(read_exr(&path).is_err());
