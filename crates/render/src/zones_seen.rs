@@ -6,7 +6,7 @@
 //! Colours are found zone by zone and mean colours are taken, not means of values: between 400 and 1200 K there is no 800 K. Where two
 //! pixels side by side differ in zone, surface or direction, both have a grid of 4 × 4 rays. Where neighbours half a pixel apart lie on
 //! different surfaces, face ways more than 20° apart, or one stands behind the other (n·d > sin 20° |d|, d from one to the other), a thin
-//! dark line parts them, so that walls of one temperature can be told apart.
+//! line parts them, so that walls of one temperature can be told apart.
 //!
 //! Every pixel is a function of its place alone; strips of rows bound the memory and change nothing.
 
@@ -28,8 +28,10 @@ const REACH: isize = SIDE as isize / 2;
 const STRIP: usize = 64;
 const COS_CREASE: f64 = 0.939_692_620_785_908_4; // cos 20°
 const SIN_CREASE: f64 = 0.342_020_143_325_668_7;
-/// How much of the colour a line takes away.
+/// A line is dark on light colours, and light on dark ones.
 const INK: f32 = 0.62;
+const DARK: f32 = 0.06;
+const CHALK: f32 = 0.22;
 
 /// What a camera sees of a solution's zones.
 pub struct ZonesSeen<'a> {
@@ -257,9 +259,16 @@ impl Strip {
             let (i, j) = ((x * SIDE + k % SIDE) as isize, (y * SIDE + k / SIDE) as isize);
             let around = [(-REACH, 0), (REACH, 0), (0, -REACH), (0, REACH)];
             let line = around.iter().any(|(a, b)| self.ray(i + a, j + b).is_some_and(|o| spot.parted(o)));
-            let (c, share) = (colour(spot.zone()), if line { 1.0 - INK } else { 1.0 });
-            (0..3).for_each(|b| sum[b] += share * c[b] / RAYS as f32);
+            let c = colour(spot.zone());
+            let c = if line { lined(c) } else { c };
+            (0..3).for_each(|b| sum[b] += c[b] / RAYS as f32);
         }
         sum
     }
+}
+
+/// A line on a colour.
+fn lined(c: [f32; 3]) -> [f32; 3] {
+    let luminance = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+    c.map(|x| if luminance < DARK { x + CHALK * (1.0 - x) } else { x * (1.0 - INK) })
 }
