@@ -1,7 +1,8 @@
 //! Which zone every pixel sees, and false colours of zones with clean edges.
 //!
 //! A ray ends at the first side of a surface that is a zone, or, where panes are wanted, at the first pane. Sides that are none (backs of
-//! one-sided surfaces) are looked through, and so is the medium: a room shows its inside from without.
+//! one-sided surfaces) are looked through, and so is the medium: a room shows its inside from without. On a plane x_k = c that cuts the
+//! medium, where one is wanted, rays end at the voxel zones.
 //!
 //! Colours are found zone by zone and mean colours are taken, not means of values: between 400 and 1200 K there is no 800 K. Where two
 //! pixels side by side differ in zone, surface or direction, both have a grid of 4 × 4 rays. Where neighbours half a pixel apart lie on
@@ -40,6 +41,8 @@ pub struct ZonesSeen<'a> {
     patches: Sheets,
     /// The number of each pane's first plate, and the pieces of all panes, where panes are wanted.
     panes: Option<(Vec<usize>, Sheets)>,
+    /// Axis and place, m, of a plane on which the medium is seen.
+    slice: Option<(usize, f64)>,
     pinhole: Pinhole,
     width: usize,
     height: usize,
@@ -92,10 +95,17 @@ impl<'a> ZonesSeen<'a> {
             transport: Transport::new(scene),
             patches: Sheets::new(&sheets, tiles.iter().map(|t| (&t.plate, t.sheet))),
             panes: panes.then(|| of_panes(scene, &solution.zones)),
+            slice: None,
             pinhole: Pinhole::new(&pinhole, width, height),
             width,
             height,
         }
+    }
+
+    /// The same with the voxel zones where the plane at `place` (m) across an axis cuts the medium; between two cells it shows the upper one.
+    pub fn sliced(mut self, axis: usize, place: f64) -> ZonesSeen<'a> {
+        self.slice = Some((axis, place));
+        self
     }
 
     /// The zone in the middle of every pixel, row by row, row 0 on top; `None` where there is nothing.
@@ -154,8 +164,10 @@ impl<'a> ZonesSeen<'a> {
             found = seen.iter().find_map(|h| Some((*h, Some(self.patch(h)?))));
         }
         let found = found.and_then(|(h, patch)| Some((h, patch?)));
-        let end = found.map_or(far, |(h, _)| origin + dir * h.t);
-        if let Some(spot) = self.pane(origin, dir, end) {
+        let cut = self.cut(origin, dir).filter(|c| found.is_none_or(|(h, _)| c.0 <= h.t));
+        let reach = cut.as_ref().map(|c| c.0).or(found.map(|(h, _)| h.t));
+        let end = reach.map_or(far, |t| origin + dir * t);
+        if let Some(spot) = self.pane(origin, dir, end).or(cut.map(|c| c.1)) {
             return spot;
         }
         found.map_or(NOTHING, |(_, i)| {
@@ -167,6 +179,22 @@ impl<'a> ZonesSeen<'a> {
     /// The patch of the side of a facet that is met.
     fn patch(&self, hit: &Hit) -> Option<u32> {
         self.patches.find(2 * hit.facet + usize::from(!hit.front), [hit.u, hit.v])
+    }
+
+    /// Where a ray meets the plane in the medium, and its distance, m.
+    fn cut(&self, origin: Vec3, dir: Vec3) -> Option<(f64, Spot)> {
+        let ((axis, place), map) = (self.slice?, self.solution.scene.voxmap()?);
+        let t = (place - origin[axis]) / dir[axis];
+        if !(t > 0.0 && t.is_finite()) {
+            return None;
+        }
+        let mut point = (origin + dir * t).array();
+        point[axis] = place;
+        let point = Vec3::from_array(point);
+        let zones = &self.solution.zones;
+        let zone = self.transport.zone_in(zones, map.index(map.cell_at(point)?), point)?;
+        let normal = Vec3::from_array(std::array::from_fn(|k| f64::from(u8::from(k == axis))));
+        Some((t, Spot { zone: (zones.voxel_offset() + zone) as u32, surface: u32::MAX - 1, normal, point }))
     }
 
     /// The first pane on the way.

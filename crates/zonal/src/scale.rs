@@ -79,17 +79,18 @@ impl Scale {
         if self.log { self.powers(count) } else { self.steps(count) }
     }
     fn steps(&self, count: usize) -> Vec<f64> {
-        let rough = (self.high - self.low) / count.max(1) as f64;
-        let ten = rough.log10().floor() as i32;
+        let first = ((self.high - self.low) / count.max(1) as f64).log10().floor() as i32 - 1;
         // From text, so that a tick is the double next to the decimal number.
-        let power = |s: u32, e: i32| format!("{s}e{e}").parse::<f64>().unwrap_or(f64::NAN);
-        let (digit, e) = [(1, ten), (2, ten), (5, ten)]
-            .into_iter()
-            .find(|(s, e)| power(*s, *e) >= rough)
-            .unwrap_or((1, ten + 1));
-        let step = power(digit, e);
-        let (from, to) = ((self.low / step - 1e-9).ceil() as i64, (self.high / step + 1e-9).floor() as i64);
-        let round = |k: i64| format!("{}e{e}", k * digit as i64).parse().unwrap_or(f64::NAN);
+        let power = |s: i64, e: i32| format!("{s}e{e}").parse::<f64>().unwrap_or(f64::NAN);
+        let range = |(digit, e): &(i64, i32)| {
+            let step = power(*digit, *e);
+            ((self.low / step - 1e-9).ceil() as i64, (self.high / step + 1e-9).floor() as i64)
+        };
+        let mut steps = (first..first + 4).flat_map(|e| [(1, e), (2, e), (5, e)]);
+        let few = |s: &(i64, i32)| range(s).1 - range(s).0 <= count as i64;
+        let (digit, e) = steps.find(few).unwrap_or((1, first + 4));
+        let (from, to) = range(&(digit, e));
+        let round = |k: i64| format!("{}e{e}", k * digit).parse().unwrap_or(f64::NAN);
         (from..=to).map(round).collect()
     }
     fn powers(&self, count: usize) -> Vec<f64> {
@@ -161,7 +162,8 @@ mod tests {
         let ticks = |low, high, log, n| Scale { low, high, map: Plain, log }.ticks(n);
         assert_eq!(ticks(400.0, 1200.0, false, 5), [400.0, 600.0, 800.0, 1000.0, 1200.0]);
         assert_eq!(ticks(-24.26, 53.92, false, 5), [-20.0, 0.0, 20.0, 40.0]);
-        assert_eq!(ticks(0.1, 0.72, false, 6), [0.2, 0.4, 0.6]);
+        assert_eq!(ticks(1e5, 9e5, false, 3), [2e5, 4e5, 6e5, 8e5]);
+        assert_eq!(ticks(0.1, 0.72, false, 5), [0.2, 0.4, 0.6]);
         assert_eq!(ticks(3.0, 400.0, true, 5), [3.0, 10.0, 30.0, 100.0, 300.0]);
         assert_eq!(ticks(1e-8, 1.0, true, 4), [1e-8, 1e-6, 1e-4, 1e-2, 1.0]);
         assert_eq!(ticks(900.0, 1100.0, true, 4), [900.0, 950.0, 1000.0, 1050.0, 1100.0]);

@@ -1,5 +1,5 @@
-//! Linear pictures as OpenEXR: f32 out; f16, f32 or u32 channels R, G, B in. Fields of single values have one channel, Y, and attributes
-//! `quantity` and `unit`.
+//! Linear pictures as OpenEXR: f32 out; f16, f32 or u32 channels R, G, B in. Fields of single values have one channel, Y, and the attribute
+//! `comments` with quantity and unit, `temperature [K]`.
 
 use super::FileError;
 use super::atomic::write_atomic;
@@ -12,9 +12,6 @@ use std::path::Path;
 
 /// The most pixels a picture may have.
 const MAX_PIXELS: usize = 1 << 26;
-/// Attributes of a field.
-const QUANTITY: &str = "quantity";
-const UNIT: &str = "unit";
 
 /// A linear picture, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,9 +94,8 @@ pub fn write_exr_field(path: &Path, field: &FieldPicture) -> std::result::Result
         .with_pixel_fn(|p: Vec2<usize>| (field.values[p.y() * field.width + p.x()],));
     let mut image =
         Image::from_encoded_channels((field.width, field.height), Encoding::SMALL_FAST_LOSSLESS, channels);
-    for (name, text) in [(QUANTITY, &field.quantity), (UNIT, &field.unit)] {
-        image.layer_data.attributes.other.insert(name.into(), AttributeValue::Text(text.as_str().into()));
-    }
+    image.layer_data.attributes.comments =
+        Some(format!("{} [{}]", field.quantity, field.unit).as_str().into());
     write_atomic(path, |out| {
         image.write().non_parallel().to_buffered(out).map_err(|e| io::Error::other(e.to_string()))
     })
@@ -127,11 +123,9 @@ pub fn read_exr_field(path: &Path) -> std::result::Result<FieldPicture, FileErro
         .non_parallel()
         .from_buffered(open(path)?)
         .map_err(broken)?;
-    let text = |name: &str| match image.layer_data.attributes.other.get(&Text::from(name)) {
-        Some(AttributeValue::Text(t)) => t.to_string(),
-        _ => String::new(),
-    };
-    let (quantity, unit) = (text(QUANTITY), text(UNIT));
+    let comments = image.layer_data.attributes.comments.map_or(String::new(), |t| t.to_string());
+    let (quantity, unit) = comments.strip_suffix(']').and_then(|c| c.rsplit_once(" [")).unwrap_or(("", ""));
+    let (quantity, unit) = (quantity.to_string(), unit.to_string());
     let (width, values) = image.layer_data.channel_data.pixels;
     Ok(FieldPicture { width, height: values.len() / width.max(1), values, quantity, unit })
 }

@@ -15,6 +15,7 @@ const EXAMPLES: &str = "Examples:
   zonal render church.npz --aperture 0.05 --focus 6 --samples 64 -o near.png
   zonal render church.npz -o nave.exr                                    linear radiance, W/(m2 sr)
   zonal render furnace.npz --show temperature -o walls.png               false colours with a scale
+  zonal render furnace.npz --show temperature --slice x=1 -o gas.png     the medium on a plane
   zonal render furnace.npz --show net-flux --range -25000,55000 -o flux.png
   zonal render church.npz --animate scenes/church-flight.toml --size 640x360 -o flight
 
@@ -72,12 +73,15 @@ pub struct Args {
     #[arg(long, value_name = "PATH", conflicts_with = "camera")]
     pub animate: Option<PathBuf>,
     /// False colours of zones in place of light: of what a ray meets first among surfaces and panes, each zone in the colour of its one
-    /// value. The medium and backs of one-sided surfaces are looked through; grey has no value. A .png has a scale, an .exr the values themselves.
+    /// value. The medium (but for a --slice) and backs of one-sided surfaces are looked through; grey has no value. A .png has a scale, an .exr the values themselves.
     #[arg(long, value_name = "FIELD", value_enum, help_heading = NUMBERS)]
     pub show: Option<Field>,
     /// Ends of the scale (default: those of what is seen). Beyond them the colours of the ends hold; net fluxes have zero in the middle of the colours.
     #[arg(long, value_name = "LOW,HIGH", allow_hyphen_values = true, requires = "show", help_heading = NUMBERS)]
     pub range: Option<String>,
+    /// With --show temperature: the temperature of the medium where the plane across an axis at METRES cuts it, such as z=1.0.
+    #[arg(long, value_name = "AXIS=METRES", requires = "show", help_heading = NUMBERS)]
+    pub slice: Option<String>,
     /// A logarithmic scale, over three decades at most unless --range says more.
     #[arg(long, requires = "show", help_heading = NUMBERS)]
     pub log: bool,

@@ -79,6 +79,7 @@ struct Wish {
     field: Field,
     size: (usize, usize),
     range: Option<(f64, f64)>,
+    slice: Option<(usize, f64)>,
     numbers: bool,
 }
 
@@ -117,7 +118,12 @@ impl Wish {
                 "--range: a logarithmic scale begins above 0; leave out --log, or raise the low end",
             ));
         }
-        Ok(Wish { field, size, range, numbers })
+        let slice = args.slice.as_deref().map(parse_slice).transpose()?;
+        if slice.is_some() && field != Field::Temperature {
+            let what = "a plane through the medium shows temperatures; leave it out, or show temperature";
+            return Err(Failure::new(format!("--slice: {what}")));
+        }
+        Ok(Wish { field, size, range, slice, numbers })
     }
 }
 
@@ -134,6 +140,32 @@ fn parse_range(text: &str) -> Result<(f64, f64), Failure> {
         return Err(wrong("has no low end below its high end"));
     }
     Ok((low, high))
+}
+
+/// Axis and place, m, from `AXIS=METRES`.
+fn parse_slice(text: &str) -> Result<(usize, f64), Failure> {
+    let read = || {
+        let (axis, place) = text.split_once('=')?;
+        let axis = ["x", "y", "z"].iter().position(|a| *a == axis.trim())?;
+        Some((axis, place.trim().parse::<f64>().ok().filter(|x| x.is_finite())?))
+    };
+    read()
+        .ok_or_else(|| Failure::new(format!("--slice: '{text}' is not AXIS=METRES; write for example z=1.0")))
+}
+
+/// Refuses a plane that does not cut the medium.
+fn check_slice(s: &Solution, (axis, place): (usize, f64)) -> Result<(), Failure> {
+    let Some(map) = s.scene.voxmap() else {
+        return Err(Failure::new("--slice: the scene has no medium to cut; leave it out"));
+    };
+    let (low, high) = (map.min()[axis], map.max()[axis]);
+    if !(low..=high).contains(&place) {
+        let axis = ["x", "y", "z"][axis];
+        let what =
+            format!("{axis}={place} does not cut the medium, which is from {axis}={low} to {axis}={high}");
+        return Err(Failure::new(format!("--slice: {what}")));
+    }
+    Ok(())
 }
 
 /// The camera of that name, or the first; `overview` is there in any scene, and the first where there is no other.
@@ -158,9 +190,16 @@ pub fn run(args: &Args, field: Field, context: Context) -> Result<(), Failure> {
         let what = "is found in mode = \"thermal\" only, and this is a solution of light; show radiosity or irradiance";
         return Err(Failure::in_file(&args.run, format!("--show: {} {what}", field.word())));
     };
+    if let Some(slice) = wish.slice {
+        check_slice(&solution, slice)?;
+    }
     let camera = camera(&solution, args.camera.as_deref(), wish.size)?;
     let meter = Meter::new(context.quiet);
     let view = ZonesSeen::new(&solution, &camera, wish.size, field.is_heat());
+    let view = match wish.slice {
+        Some((axis, place)) => view.sliced(axis, place),
+        None => view,
+    };
     let zones = view.zones(&meter);
     if zones.iter().all(Option::is_none) {
         let what = "sees no zone of a surface or pane (backs of one-sided surfaces are none); choose another --camera";
@@ -229,7 +268,8 @@ fn write(
     let shown = Scale { low: scale.low * factor, high: scale.high * factor, ..scale };
     let canvas = beside(picture, wish.size, &Legend { title, scale: shown, has_no_value });
     let range = format!("{} {}", scale.low, scale.high);
-    let notes = [("show", wish.field.word()), ("unit", wish.field.unit()), ("range", &range)];
+    let mut notes = vec![("show", wish.field.word()), ("unit", wish.field.unit()), ("range", range.as_str())];
+    notes.extend(args.slice.as_deref().map(|slice| ("slice", slice)));
     output::write_png_bytes(&args.output, (canvas.width, canvas.height), &canvas.bytes, &notes)?;
     Ok(())
 }
@@ -250,7 +290,7 @@ fn tell(args: &Args, wish: &Wish, camera: &Camera, told: &Told, context: Context
         return say(&format!(
             "{}",
             serde_json::json!({
-                "camera": camera.name, "width": width, "height": height, "show": field, "unit": unit,
+                "camera": camera.name, "width": width, "height": height, "show": field, "slice": args.slice, "unit": unit,
                 "range": told.range.map(|r| [r.0, r.1]), "seen": known.then_some([told.seen.0, told.seen.1]),
                 "without_value": told.without, "beyond_range": told.beyond, "written": written.to_string(),
             })
