@@ -270,7 +270,7 @@ impl Strip {
 
     /// The ray of column `i` and row `j` of all rays; of a pixel without a grid the one in its middle. `None` beyond the picture.
     fn ray(&self, i: isize, j: isize) -> Option<&Spot> {
-        let cell = |i: isize| (i >= 0).then(|| (i as usize / SIDE, i as usize % SIDE));
+        let cell = |i: isize| (i >= 0).then_some((i as usize / SIDE, i as usize % SIDE));
         let ((x, a), (y, b)) = (cell(i)?, cell(j)?);
         if x >= self.width || !self.rows.contains(&y) {
             return None;

@@ -111,6 +111,9 @@ fn ray(c: &Camera, (w, h): (usize, usize), x: usize, y: usize) -> Vec3 {
     (f + right * (x * half) + right.cross(f) * (y * half * h as f64 / w as f64)).normalized()
 }
 
+/// The value of a zone.
+type Value<'a> = &'a dyn Fn(usize) -> f64;
+
 #[test]
 fn every_pixel_has_the_value_of_the_zone_that_its_ray_meets_first() {
     let f = warm();
@@ -123,7 +126,7 @@ fn every_pixel_has_the_value_of_the_zone_that_its_ray_meets_first() {
     let panes = s.zones.pane_offset();
     let net = |i: usize| heat.net[i] * if i < panes { 1.0 } else { s.zones.panes[i - panes].thickness };
     let light = |i: usize| s.fields.incident[i][0] + s.fields.direct[i][0];
-    let fields: [(&str, bool, &str, &dyn Fn(usize) -> f64); 4] = [
+    let fields: [(&str, bool, &str, Value); 4] = [
         ("temperature", true, "K", &|i| heat.temperature[i]),
         ("net-flux", true, "W/m2", &net),
         ("radiosity", false, "W/m2", &|i| s.fields.radiosity[i][0]),
