@@ -22,8 +22,10 @@
 //! band. Three bands, called red, green, blue in pictures; thermal users may give all three the same values.
 
 pub mod camera;
+mod coarser;
 pub mod group;
 pub mod light;
+pub mod options;
 pub mod part;
 pub mod plate;
 pub mod progress;
@@ -37,13 +39,14 @@ pub mod zones;
 pub use camera::{Camera, Lens};
 pub use group::{Group, Kind, Values};
 pub use light::{Light, Surroundings};
+pub use options::{Engine, Groups, Options};
 pub use part::{Part, Sample};
 pub use plate::{Plate, PlateKind};
 pub use progress::{Progress, Quiet};
-pub use scene::{
-    Engine, Facet, Groups, Options, Pane, Scene, SceneError, SceneParts, Sides, Surface, Texture,
+pub use scene::{Facet, Pane, Scene, SceneError, SceneParts, Sides, Surface, Texture};
+pub use solution::{
+    Estimate, Fields, Heat, HeatKind, HeatReport, HeatRow, Report, Solution, SolveStatus, Zoning,
 };
-pub use solution::{Estimate, Fields, Heat, HeatKind, HeatReport, HeatRow, Report, Solution, SolveStatus};
 pub use thermal::{Known, Shares, Thermal};
 pub use vault::{NoVault, Vault};
 pub use voxmap::Voxmap;

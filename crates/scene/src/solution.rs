@@ -220,8 +220,11 @@ pub struct HeatRow {
 impl HeatRow {
     /// Net power over size: W/m² of surfaces, W/m³ of media and panes, and its error.
     pub fn flux(&self) -> [f64; 2] {
-        let over = |x: f64| if self.size > 0.0 { x / self.size } else { 0.0 };
-        [over(self.power), over(self.power_error)]
+        [self.over_size(self.power), self.over_size(self.power_error)]
+    }
+    /// A power (W) over the size: W/m² or W/m³; 0 of what has none.
+    pub fn over_size(&self, power: f64) -> f64 {
+        if self.size > 0.0 { power / self.size } else { 0.0 }
     }
 }
 
@@ -243,6 +246,21 @@ impl HeatReport {
     }
 }
 
+/// What the size of the zones costs, estimated from a second solve on zones about twice as large. With Q of the zones as they are, Q' of
+/// those that are `ratio` times as large across, and an error that is proportional to the size of the zones or falls faster, Q errs by at
+/// most |Q − Q'|/(ratio − 1).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Zoning {
+    /// Zones of the second solve.
+    pub zones: usize,
+    /// How many times as large they are across, above 1.
+    pub ratio: f64,
+    /// Errors of temperature (K) and net power (W) of each row of [`HeatReport`]; 0 of what is known, empty in light mode.
+    pub heat: Vec<[f64; 2]>,
+    /// Errors of the powers in [`Report::energy`], W a band; its residual is 0.
+    pub energy: Energy,
+}
+
 /// What was done, and how well it went.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
@@ -262,6 +280,8 @@ pub struct Report {
     pub energy: Energy,
     /// Temperatures and heat by name; none in light mode.
     pub heat: Option<HeatReport>,
+    /// What the size of the zones costs, where it was asked for and can be told.
+    pub zoning: Option<Zoning>,
     /// Name and count of what was counted: pairs by method, rays, tables.
     pub counts: Vec<(String, u64)>,
     /// Warnings: zones too thick, open enclosures, dropped triangles.
@@ -281,6 +301,7 @@ impl Default for Report {
             closure: Closure::default(),
             energy: Energy::default(),
             heat: None,
+            zoning: None,
             counts: Vec::new(),
             warnings: Vec::new(),
             grade: Grade::Estimated,

@@ -30,6 +30,7 @@
 //! | [`pipeline`] | a scene in, a solution out |
 //! | [`thermal`] | temperatures and net powers: zones posed for the linear equations, the coupling of bands, what is found |
 //! | [`total`] | total exchange areas: all reflections in one matrix |
+//! | [`zoning`] | what the size of the zones costs |
 //! | [`relight`] | lights turned up and down in a solution |
 //! | [`forecast`] | counts and memory beforehand, and what looks wrong |
 //! | [`outlook`] | time and memory beforehand, for the engine that will be taken |
@@ -58,6 +59,7 @@ pub mod stage;
 pub mod surroundings;
 pub mod thermal;
 pub mod total;
+pub mod zoning;
 
 pub use operator::Operator;
 pub use pipeline::{Job, solve, solve_job, solve_zones};

@@ -15,6 +15,7 @@ use crate::operator::{Arriving, extend_to_slopes};
 use crate::stage::{Pen, Reader};
 use crate::surroundings::Escape;
 use crate::thermal;
+use crate::zoning;
 use rayon::prelude::*;
 use zonal_exchange::pair::{Settings, strength, target};
 use zonal_math::Grade;
@@ -81,9 +82,12 @@ pub fn solve_job(scene: Scene, job: &Job) -> Result<Solution, SceneError> {
     let transport = Transport::new(&scene);
     let mut zones = build_zones(&scene, &transport)?;
     thermal::pose(&scene, &mut zones);
-    let (mut fields, mut groups, mut report) = solve_zones(&scene, &zones, &transport, job)?;
+    let Solved { mut fields, mut groups, mut report, slopes } = solved(&scene, &zones, &transport, job)?;
     drop(transport);
     thermal::settle(&scene, &mut zones, &mut fields, &mut groups, &mut report);
+    if zoning::wanted(&scene) {
+        zoning::estimate(&scene, &zones, slopes, &mut report, job);
+    }
     Ok(Solution {
         zones,
         fields,
@@ -103,6 +107,20 @@ pub fn solve_zones(
     transport: &Transport,
     job: &Job,
 ) -> Result<(Fields, Vec<Group>, Report), SceneError> {
+    let Solved { fields, groups, report, .. } = solved(scene, zones, transport, job)?;
+    Ok((fields, groups, report))
+}
+
+/// What [`solve_zones`] gives.
+struct Solved {
+    fields: Fields,
+    groups: Vec<Group>,
+    report: Report,
+    /// Whether radiosity has slopes inside the zones.
+    slopes: bool,
+}
+
+fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Result<Solved, SceneError> {
     let forecast = Forecast::new(scene, zones, transport);
     let memory = job.memory.saturating_sub(thermal::bytes(scene, zones));
     let choice = engine::choose(scene, zones, transport, &forecast, job.settings, memory)?;
@@ -152,7 +170,7 @@ pub fn solve_zones(
             "the estimated error, {estimate:.1e}, misses the tolerance, {wanted:.1e}: what rays measure of pairs that are partly hidden, and of what escapes, is no better here"
         ));
     }
-    Ok((fields, groups, report))
+    Ok(Solved { fields, groups, report, slopes: built.operator.len() > zones.len() })
 }
 
 /// Every light of the scene, each a stage.

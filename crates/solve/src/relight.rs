@@ -62,6 +62,7 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
     let sky = groups.iter().position(|g| matches!(g.kind, Kind::Surroundings | Kind::All));
     let sky = sky.map_or([1.0; 3], |k| factors[k]);
     let fields = sum(&zones, &groups, &old, sky);
+    report.zoning = None;
     report.energy = Default::default();
     groups.iter().for_each(|g| report.energy.add(&g.energy));
     report.residuals = [0, 1, 2].map(|b| vec![groups.iter().fold(0.0f64, |m, g| m.max(g.residual[b]))]);

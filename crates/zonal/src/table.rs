@@ -1,7 +1,8 @@
 //! Reports as tables for people.
 
 use std::fmt::Write;
-use zonal_scene::{Bands, HeatKind, HeatReport, Report, Solution};
+use zonal_scene::solution::Energy;
+use zonal_scene::{Bands, HeatKind, HeatReport, Report, Solution, Zoning};
 
 /// Significant digits enough for a table.
 pub fn number(x: f64) -> String {
@@ -33,8 +34,11 @@ pub fn report(s: &Solution) -> String {
         let _ = writeln!(out, "  {name:<34}{:>12}", grouped(*count));
     }
     match &r.heat {
-        Some(heat) => self::heat(&mut out, heat),
-        None => balance(&mut out, r),
+        Some(heat) => self::heat(&mut out, heat, r.zoning.as_ref()),
+        None => {
+            balance(&mut out, r);
+            r.zoning.iter().for_each(|z| zones(&mut out, z));
+        }
     }
     if s.groups.len() > 1 {
         out += &groups(s);
@@ -78,8 +82,8 @@ pub fn groups(s: &Solution) -> String {
     out
 }
 
-/// Temperatures and net powers by name, and their balance.
-fn heat(out: &mut String, r: &HeatReport) {
+/// Temperatures and net powers by name, and their balance. Errors are those of the exchange and, where they are known, of the zones.
+fn heat(out: &mut String, r: &HeatReport, zoning: Option<&Zoning>) {
     const MOST: usize = 40;
     let _ = writeln!(out, "heat given (net; temperatures of mean T^4)");
     let _ = writeln!(
@@ -87,22 +91,20 @@ fn heat(out: &mut String, r: &HeatReport) {
         "  {:<26}{:>14}{:>20}{:>30}{:>28}",
         "", "size", "temperature, K", "net flux", "net power, W"
     );
-    let with = |x: f64, e: f64| match e > 0.0 {
-        true => format!("{} ± {}", large(x), rough(e)),
-        false => large(x),
-    };
-    for x in r.rows.iter().take(MOST) {
+    for (i, x) in r.rows.iter().enumerate().take(MOST) {
         let unit = if x.kind == HeatKind::Surface { "2" } else { "3" };
-        let warm = x.temperature.map_or("undefined".into(), |t| with(t, x.temperature_error.unwrap_or(0.0)));
-        let [flux, error] = x.flux();
+        let [kelvin, watts] = zoning.and_then(|z| z.heat.get(i)).copied().unwrap_or_default();
+        let known = |e: f64| if e.is_finite() { e } else { 0.0 };
+        let warm = |t| with(t, x.temperature_error.unwrap_or(0.0) + known(kelvin));
+        let power = x.power_error + known(watts);
         let _ = writeln!(
             out,
             "  {:<26}{:>14}{:>20}{:>30}{:>28}",
             x.name,
             format!("{} m{unit}", number(x.size)),
-            warm,
-            format!("{} W/m{unit}", with(flux, error)),
-            with(x.power, x.power_error)
+            x.temperature.map_or("undefined".into(), warm),
+            format!("{} W/m{unit}", with(x.over_size(x.power), x.over_size(power))),
+            with(x.power, power)
         );
     }
     if r.rows.len() > MOST {
@@ -116,6 +118,20 @@ fn heat(out: &mut String, r: &HeatReport) {
     ] {
         let _ = writeln!(out, "  {name:<90}{:>28}", large(power));
     }
+    let most = r.rows.iter().fold(0.0f64, |m, x| m.max(x.power_error));
+    let _ = match zoning {
+        Some(z) => writeln!(
+            out,
+            "  errors: of the zones, estimated from {} that are {:.2} times as large, and of the exchange, up to {} W",
+            grouped(z.zones as u64),
+            z.ratio,
+            rough(most)
+        ),
+        None => writeln!(
+            out,
+            "  errors are those of the exchange; what the size of the zones costs is not in them"
+        ),
+    };
 }
 
 /// As [`number`], with a tenth of a unit where that is large.
@@ -123,19 +139,41 @@ fn large(x: f64) -> String {
     if (1e5..1e12).contains(&x.abs()) { format!("{x:.1}") } else { number(x) }
 }
 
+/// Decimals that an error is told with: two digits of it.
+fn decimals(e: f64) -> usize {
+    (1.0 - e.log10().floor()).clamp(0.0, 12.0) as usize
+}
+
 /// An error to two digits.
 fn rough(e: f64) -> String {
-    if (1e-3..1e5).contains(&e) {
-        let digits = (1.0 - e.log10().floor()).max(0.0) as usize;
-        format!("{e:.digits$}")
-    } else {
-        format!("{e:.1e}")
+    if (1e-3..1e5).contains(&e) { format!("{e:.0$}", decimals(e)) } else { format!("{e:.1e}") }
+}
+
+/// A value and its error; digits that the error leaves open are not shown.
+fn with(x: f64, e: f64) -> String {
+    match e > 0.0 {
+        true if e >= 1e-3 && (1e-3..1e12).contains(&x.abs()) => {
+            format!("{x:.0$} ± {1}", decimals(e), rough(e))
+        }
+        true => format!("{} ± {}", large(x), rough(e)),
+        false => large(x),
     }
 }
 
+/// What the size of the zones costs of the powers of the balance.
+fn zones(out: &mut String, z: &Zoning) {
+    let of = grouped(z.zones as u64);
+    let _ = writeln!(out, "errors of zones (W, estimated from {of} that are {:.2} times as large)", z.ratio);
+    powers(out, &z.energy);
+}
+
 fn balance(out: &mut String, r: &Report) {
-    let e = &r.energy;
     let _ = writeln!(out, "power (W)");
+    powers(out, &r.energy);
+    row(out, "residual, relative", r.energy.residual);
+}
+
+fn powers(out: &mut String, e: &Energy) {
     row(out, "emitted", e.emitted);
     row(out, "incoming", e.incoming);
     const MOST: usize = 12;
@@ -152,7 +190,6 @@ fn balance(out: &mut String, r: &Report) {
     row(out, "absorbed by panes", e.absorbed_panes);
     row(out, "escaped", e.escaped);
     row(out, "lost on black backs", e.backs);
-    row(out, "residual, relative", e.residual);
 }
 
 fn grouped(n: u64) -> String {

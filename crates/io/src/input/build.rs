@@ -195,6 +195,7 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
         "engine",
         "groups",
         "thick_zones",
+        "zoning_error",
     ])?;
     let mut o = Options::default();
     let between = |n: Node<'_>| match n.number()? {
@@ -227,6 +228,7 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
     if let Some(i) = t.read("thick_zones", |n| n.choice(&ThickZones::WORDS))? {
         o.thick_zones = ThickZones::ALL[i];
     }
+    o.zoning_error = t.read("zoning_error", |n| n.boolean())?;
     Ok(o)
 }
 

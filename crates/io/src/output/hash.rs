@@ -57,6 +57,7 @@ pub fn scene_hash(scene: &Scene) -> String {
     h.int(o.engine as usize);
     h.int(o.groups as usize);
     h.int(o.thick_zones as usize);
+    h.option(o.zoning_error.map(usize::from));
     format!("{:032x}", h.0)
 }
 

@@ -84,6 +84,7 @@ fn options_out(scene: &Scene) -> Value {
         "tolerance": o.tolerance, "patch_size": o.patch_size, "patch_rule": o.patch_rule.word(), "restore_closure": o.restore_closure,
         "max_iterations": o.max_iterations, "residual": o.residual, "sweeps": o.sweeps,
         "engine": o.engine.word(), "groups": o.groups.word(), "thick_zones": o.thick_zones.word(),
+        "zoning_error": o.zoning_error,
     })
 }
 
@@ -200,6 +201,7 @@ pub fn options_in(v: &Value) -> Result<Options, String> {
         engine: choice(v, "engine", &Engine::WORDS).map(|i| Engine::ALL[i])?,
         groups: choice(v, "groups", &Groups::WORDS).map(|i| Groups::ALL[i])?,
         thick_zones: choice(v, "thick_zones", &ThickZones::WORDS).map(|i| ThickZones::ALL[i])?,
+        zoning_error: maybe(v, "zoning_error", flag)?,
     })
 }
 

@@ -2,12 +2,14 @@
 //!
 //! `thermal`: `{shares, surfaces, panes, surroundings}`, each known value `{temperature: K}`, `{heat: W/m² or W/m³}` or `{net_power: W}`.
 //! `report.heat`: rows `{name, kind, size, temperature_K, temperature_error_K, net_flux, net_flux_error, net_power_W, net_power_error_W}` with
-//! `size` in m² of surfaces and m³ of media and panes, and net fluxes per m² or m³; `null` where no temperature is defined.
+//! `size` in m² of surfaces and m³ of media and panes, and net fluxes per m² or m³; `null` where no temperature is defined. `*_error` is of the
+//! exchange; where it is known what the size of the zones costs, `temperature_zoning_error_K`, `net_flux_zoning_error` and
+//! `net_power_zoning_error_W` say it.
 
 use super::header::each;
 use super::report::{list, real, text};
 use serde_json::{Value, json};
-use zonal_scene::{HeatKind, HeatReport, HeatRow, Known, Scene, Shares, Thermal};
+use zonal_scene::{HeatKind, HeatReport, HeatRow, Known, Scene, Shares, Thermal, Zoning};
 
 /// What is known of a scene; null in light mode.
 pub(super) fn thermal_out(scene: &Scene) -> Value {
@@ -73,22 +75,28 @@ fn known_in(v: &Value) -> Result<Known, String> {
 }
 
 /// The table by name; null in light mode.
-pub(super) fn report_out(r: Option<&HeatReport>) -> Value {
+pub(super) fn report_out(r: Option<&HeatReport>, zoning: Option<&Zoning>) -> Value {
     let Some(r) = r else { return Value::Null };
-    let row = |x: &HeatRow| {
+    let row = |(i, x): (usize, &HeatRow)| {
         let [flux, error] = x.flux();
         let unit = if x.kind == HeatKind::Surface { ["m2", "W/m2"] } else { ["m3", "W/m3"] };
-        json!({
+        let mut out = json!({
             "name": x.name, "kind": x.kind.word(), "size": x.size, "size_unit": unit[0],
             "temperature_K": x.temperature, "temperature_error_K": x.temperature_error,
             "net_flux": flux, "net_flux_error": error, "net_flux_unit": unit[1],
             "net_power_W": x.power, "net_power_error_W": x.power_error,
-        })
+        });
+        if let Some([kelvin, watts]) = zoning.and_then(|z| z.heat.get(i)) {
+            out["temperature_zoning_error_K"] = json!(kelvin);
+            out["net_flux_zoning_error"] = json!(x.over_size(*watts));
+            out["net_power_zoning_error_W"] = json!(watts);
+        }
+        out
     };
     json!({
         "temperature_is": "fourth root of the mean of T^4 over area or volume",
         "net_is": "given: positive where heat leaves",
-        "rows": r.rows.iter().map(row).collect::<Vec<_>>(),
+        "rows": r.rows.iter().enumerate().map(row).collect::<Vec<_>>(),
         "surroundings_W": r.surroundings, "backs_W": r.backs, "balance_W": r.balance(),
     })
 }
@@ -116,4 +124,14 @@ pub(super) fn report_in(v: &Value) -> Result<Option<HeatReport>, String> {
         surroundings: real(v, "surroundings_W")?,
         backs: real(v, "backs_W")?,
     }))
+}
+
+/// The errors of zones that [`report_out`] wrote; empty in light mode.
+pub(super) fn zoning_in(v: &Value) -> Result<Vec<[f64; 2]>, String> {
+    if v.is_null() {
+        return Ok(Vec::new());
+    }
+    let of = |x: &Value, key: &str| x[key].as_f64().unwrap_or(f64::NAN);
+    let row = |x: &Value| Ok([of(x, "temperature_zoning_error_K"), of(x, "net_power_zoning_error_W")]);
+    each(v, "rows", row)
 }

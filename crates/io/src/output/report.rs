@@ -6,7 +6,7 @@ use super::heat;
 use serde_json::{Value, json};
 use zonal_math::Grade;
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Bands, Estimate, Group, Kind, Report, Solution, SolveStatus};
+use zonal_scene::{Bands, Estimate, Group, Kind, Report, Solution, SolveStatus, Zoning};
 
 /// The report of a solution as a JSON document: zones, engine, status, residuals, estimate, closure, energy (W), light groups, counts,
 /// warnings, provenance.
@@ -115,7 +115,10 @@ pub(super) fn encode(r: &Report) -> Value {
             "worst": c.worst, "rms": c.rms, "largest_change": c.largest_change, "after": c.after, "restored": c.restored,
         },
         "energy": energy_out(&r.energy),
-        "heat": heat::report_out(r.heat.as_ref()),
+        "heat": heat::report_out(r.heat.as_ref(), r.zoning.as_ref()),
+        "zoning": r.zoning.as_ref().map(|z| json!({
+            "zones": z.zones, "ratio": z.ratio, "energy": energy_out(&z.energy), "grade": Grade::Estimated.word(),
+        })),
         "counts": counts,
         "warnings": r.warnings,
         "grade": r.grade.word(),
@@ -148,6 +151,7 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
         },
         energy: energy_in(&v["energy"])?,
         heat: heat::report_in(&v["heat"]).map_err(|e| format!("report.heat.{e}"))?,
+        zoning: zoning_in(v)?,
         counts: list(v, "counts")?
             .iter()
             .map(|x| Ok((text(x, "name")?, x["count"].as_u64().ok_or("report.counts: a count is missing")?)))
@@ -158,6 +162,20 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
             .collect::<Result<_, String>>()?,
         grade: grade_of(v)?,
     })
+}
+
+/// What the size of the zones costs; none in files that do not say.
+fn zoning_in(v: &Value) -> Result<Option<Zoning>, String> {
+    let z = &v["zoning"];
+    if z.is_null() {
+        return Ok(None);
+    }
+    Ok(Some(Zoning {
+        zones: z["zones"].as_u64().ok_or("report.zoning.zones: a whole number is missing")? as usize,
+        ratio: real(z, "ratio")?,
+        heat: heat::zoning_in(&v["heat"])?,
+        energy: energy_in(&z["energy"])?,
+    }))
 }
 
 fn statuses(v: &Value) -> Result<[SolveStatus; 3], String> {

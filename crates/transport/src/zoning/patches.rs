@@ -15,10 +15,6 @@ const SMALLEST: f64 = 0.1;
 /// Texture samples along each parameter.
 const TEXELS: usize = 4;
 
-fn scene_size(scene: &Scene) -> f64 {
-    scene.options().patch_size.unwrap_or(scene.diagonal() / 30.0)
-}
-
 fn check(count: f64, key: String) -> Result<(), SceneError> {
     if count <= MAX_PATCHES as f64 {
         return Ok(());
@@ -33,7 +29,7 @@ fn check(count: f64, key: String) -> Result<(), SceneError> {
 
 /// The patches, by ascending facet.
 pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>, SceneError> {
-    let size = |surface: usize| scene.surfaces()[surface].patch_size.unwrap_or(scene_size(scene));
+    let size = |surface: usize| scene.surfaces()[surface].patch_size.unwrap_or(scene.patch_size());
     let rule = scene.options().patch_rule;
     let map = scene.voxmap().filter(|_| rule == PatchRule::Voxels);
     let by_voxels = |p: &Plate| map.and_then(|m| cut::by_voxels(p, m));
@@ -120,7 +116,7 @@ fn mean(
 
 /// The pane zones, by ascending pane.
 pub(super) fn panes(scene: &Scene) -> Result<Vec<PaneZone>, SceneError> {
-    let (size, rule) = (scene_size(scene), scene.options().patch_rule);
+    let (size, rule) = (scene.patch_size(), scene.options().patch_rule);
     let plates = || scene.panes().iter().flat_map(|p| &p.plates);
     check(plates().map(|p| cut::estimate(p, size, rule)).sum(), "solve.patch_size".into())?;
     let mut out = Vec::new();

@@ -39,6 +39,9 @@ pub struct Args {
     /// What is done about voxels that are thick in optical depths; overrides the scene's.
     #[arg(long, value_enum)]
     pub thick_zones: Option<ThickName>,
+    /// Whether to tell what the size of the zones costs, by a second solve on larger ones; overrides the scene's.
+    #[arg(long, value_name = "BOOL")]
+    pub zoning_error: Option<bool>,
     /// Exactly so many sweeps of the Neumann series in place of the solver; overrides the scene's.
     #[arg(long)]
     pub sweeps: Option<usize>,
@@ -177,6 +180,7 @@ fn with_options(scene: Scene, args: &Args) -> Result<Scene, Failure> {
     o.engine = args.engine.map_or(o.engine, |e| Engine::ALL[e as usize]);
     o.groups = args.groups.map_or(o.groups, |g| Groups::ALL[g as usize]);
     o.thick_zones = args.thick_zones.map_or(o.thick_zones, |t| ThickZones::ALL[t as usize]);
+    o.zoning_error = args.zoning_error.or(o.zoning_error);
     o.sweeps = args.sweeps.or(o.sweeps);
     scene.with_options(o).map_err(|e| {
         let flag = e.key().strip_prefix("solve.").unwrap_or(e.key()).replace('_', "-");

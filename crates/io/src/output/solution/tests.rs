@@ -83,6 +83,7 @@ fn report() -> Report {
             ..Energy::default()
         },
         heat: None,
+        zoning: None,
         counts: vec![("pairs".into(), 1 << 60), ("rays".into(), 7)],
         warnings: vec!["open".into()],
         grade: Grade::Estimated,
@@ -335,6 +336,12 @@ fn what_is_warm_round_trips() {
         rows: vec![row("a", None), row("b", Some(431.0))],
         surroundings: 1.5,
         backs: 0.25,
+    });
+    s.report.zoning = Some(zonal_scene::Zoning {
+        zones: 7,
+        ratio: 1.0 / 3.0 + 1.0,
+        heat: vec![[0.0, 1e-3], [0.1, 2.0]],
+        energy: s.report.energy.clone(),
     });
     let path = std::env::temp_dir().join(format!("zonal-warm-{}.npz", std::process::id()));
     write_solution(&path, &s).unwrap();

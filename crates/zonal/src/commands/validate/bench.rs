@@ -54,8 +54,11 @@ impl<'a> Bench<'a> {
         Ok(input::parse_scene(text, Some(&self.work), &file.display().to_string())?)
     }
 
-    /// Solves a scene.
+    /// Solves a scene; what its zones cost is seen from finer ones here, and estimated only where it says so.
     pub fn solve_scene(&self, scene: Scene) -> Result<Solution, Failure> {
+        let mut options = scene.options().clone();
+        options.zoning_error.get_or_insert(false);
+        let scene = scene.with_options(options)?;
         signed(scene, &Job::new(MEMORY, self.progress))
     }
 

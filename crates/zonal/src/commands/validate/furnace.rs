@@ -50,9 +50,10 @@ fn solve(bench: &Bench, m: usize, albedo: f64) -> Result<Solution, Failure> {
 }
 
 /// In thermal mode, with settings of `[solve]`.
-fn solve_with(bench: &Bench, m: usize, albedo: f64, settings: &str) -> Result<Solution, Failure> {
-    let linear = if settings == LINEAR { "-slopes" } else { "" };
-    let name = format!("furnace-{m}-{albedo}{linear}");
+pub fn solve_with(bench: &Bench, m: usize, albedo: f64, settings: &str) -> Result<Solution, Failure> {
+    let linear = if settings.contains(LINEAR) { "-slopes" } else { "" };
+    let told = if settings.contains("zoning_error") { "-told" } else { "" };
+    let name = format!("furnace-{m}-{albedo}{linear}{told}");
     let medium = format!("albedo = {albedo:?}\nheat_source = {SOURCE:?}");
     let mut room = room(m, settings).warm(1.0, 300.0).medium(&medium);
     for face in 0..6 {

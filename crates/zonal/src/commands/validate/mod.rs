@@ -34,6 +34,7 @@ mod slabs;
 mod sphere;
 mod square;
 mod thick;
+mod zoning;
 
 use super::Context;
 use super::reproduce::Folder;
@@ -72,7 +73,7 @@ pub struct Args {
 
 /// All cases, in the order of the page.
 fn cases() -> impl Iterator<Item = &'static Case> {
-    let parts: [&'static [Case]; 13] = [
+    let parts: [&'static [Case]; 14] = [
         &factors::CASES,
         &slabs::CASES,
         &square::CASES,
@@ -85,6 +86,7 @@ fn cases() -> impl Iterator<Item = &'static Case> {
         &elmer::CASES,
         &montecarlo::CASES,
         &thick::CASES,
+        &zoning::CASES,
         &laws::CASES,
     ];
     parts.into_iter().flatten()

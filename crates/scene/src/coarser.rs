@@ -1,0 +1,180 @@
+//! The same scene on zones twice as large, for what their size costs.
+//!
+//! Patches may be twice as long. An axis of n cells gets ⌈n/2⌉ over the same extent; with w_c the share that an old cell c has of a new one,
+//!
+//! ```text
+//!     κ' = Σ w κ      κ'Ω' = Σ w κΩ      κ'(1−Ω')E' = Σ w κ(1−Ω)E      q' = Σ w q
+//! ```
+//!
+//! and likewise T⁴ with the weight w κ(1−Ω), heat with w. Of a new cell in which temperatures and heat are known beside each other the one is
+//! known of which more is absorbed.
+
+use crate::{Bands, Known, Scene, SceneError, Voxmap, bands};
+use zonal_math::vec3;
+
+impl Scene {
+    /// The scene on zones about twice as large: patches and cells as far as the geometry lets them.
+    pub fn coarser(&self) -> Result<Scene, SceneError> {
+        let default = self.patch_size();
+        let mut parts = self.clone().into_parts();
+        parts.options.patch_size = Some(2.0 * default);
+        for surface in &mut parts.surfaces {
+            surface.patch_size = surface.patch_size.map(|p| 2.0 * p);
+        }
+        parts.voxmap = parts.voxmap.map(|v| v.coarser()).transpose()?;
+        Scene::new(parts)
+    }
+}
+
+/// For each new cell of an axis, the old cells that it covers and their shares of it.
+fn shares(old: usize, new: usize) -> Vec<Vec<(usize, f64)>> {
+    let edge = old as f64 / new as f64;
+    let one = |k: usize| {
+        let (from, to) = (k as f64 * edge, ((k + 1) as f64 * edge).min(old as f64));
+        let covered = from.floor() as usize..(to.ceil() as usize).min(old);
+        let share = |c: usize| ((to.min((c + 1) as f64) - from.max(c as f64)) / edge).max(0.0);
+        covered.map(|c| (c, share(c))).filter(|x| x.1 > 0.0).collect()
+    };
+    (0..new).map(one).collect()
+}
+
+/// What is known of a cell that holds others, each with its share and with what it absorbs.
+fn merged(cells: &[(Known, f64, f64)]) -> Known {
+    let absorbed = cells.iter().map(|c| c.2).sum::<f64>();
+    let weight = |c: &(Known, f64, f64)| if absorbed > 0.0 { c.2 } else { c.1 };
+    let (mut warm, mut fourth, mut heat, mut given) = (0.0, 0.0, 0.0, 0.0);
+    for c in cells {
+        match c.0 {
+            Known::Temperature(t) => (warm, fourth) = (warm + weight(c), fourth + weight(c) * t.powi(4)),
+            Known::Flux(q) | Known::Power(q) => (heat, given) = (heat + weight(c), given + c.1 * q),
+        }
+    }
+    if warm > heat { Known::Temperature((fourth / warm).sqrt().sqrt()) } else { Known::Flux(given) }
+}
+
+impl Voxmap {
+    /// The same medium on half as many cells along each axis, at least one.
+    fn coarser(&self) -> Result<Voxmap, SceneError> {
+        let (old, extent) = (self.dims(), self.max() - self.min());
+        let dims = old.map(|n| n.div_ceil(2));
+        let edge = vec3(extent.x / dims[0] as f64, extent.y / dims[1] as f64, extent.z / dims[2] as f64);
+        let mut out = Voxmap::new(self.min(), edge, dims)?;
+        if self.is_uniform() {
+            out.fill(self.extinction(0), self.albedo(0), self.emission(0), self.source(0));
+            self.heat(0).into_iter().for_each(|k| out.fill_heat(k));
+            return out.seal();
+        }
+        let axes = [0, 1, 2].map(|a| shares(old[a], dims[a]));
+        for index in 0..out.len() {
+            let [i, j, k] = out.coordinates(index);
+            let mut covered = Vec::new();
+            for &(x, u) in &axes[0][i] {
+                for &(y, v) in &axes[1][j] {
+                    covered.extend(axes[2][k].iter().map(|&(z, w)| (self.index([x, y, z]), u * v * w)));
+                }
+            }
+            self.merge(&covered, &mut out, index);
+        }
+        out.seal()
+    }
+
+    /// Sets cell `index` of `out` to what the cells `covered` of this map are together, each with its share.
+    fn merge(&self, covered: &[(usize, f64)], out: &mut Voxmap, index: usize) {
+        let sum = |of: &dyn Fn(usize) -> Bands| {
+            covered.iter().fold([0.0; 3], |s, &(c, w)| {
+                let x = of(c);
+                bands(|b| s[b] + w * x[b])
+            })
+        };
+        let absorbs = |c: usize| {
+            let (k, o) = (self.extinction(c), self.albedo(c));
+            bands(|b| k[b] * (1.0 - o[b]))
+        };
+        let extinction = sum(&|c| self.extinction(c));
+        let (plain, scattering) = (
+            sum(&|c| self.albedo(c)),
+            sum(&|c| {
+                let (k, o) = (self.extinction(c), self.albedo(c));
+                bands(|b| k[b] * o[b])
+            }),
+        );
+        let albedo = bands(|b| if extinction[b] > 0.0 { scattering[b] / extinction[b] } else { plain[b] });
+        let (absorption, emitted) = (
+            sum(&absorbs),
+            sum(&|c| {
+                let (a, e) = (absorbs(c), self.emission(c));
+                bands(|b| a[b] * e[b])
+            }),
+        );
+        let emission = bands(|b| if absorption[b] > 0.0 { emitted[b] / absorption[b] } else { 0.0 });
+        out.set(index, extinction, albedo.map(|o| o.min(1.0)), emission, sum(&|c| self.source(c)));
+        let known: Vec<_> = covered
+            .iter()
+            .filter_map(|&(c, w)| Some((self.heat(c)?, w, w * absorbs(c).iter().sum::<f64>())))
+            .collect();
+        if !known.is_empty() {
+            out.set_heat(index, merged(&known), Known::Flux(0.0));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zonal_math::Vec3;
+
+    #[test]
+    fn shares_of_a_cell_sum_to_one_and_cover_all() {
+        for (old, new) in [(9, 5), (4, 2), (3, 2), (1, 1), (7, 4), (115, 58)] {
+            let all = shares(old, new);
+            for list in &all {
+                assert!((list.iter().map(|x| x.1).sum::<f64>() - 1.0).abs() < 1e-12, "{old} {list:?}");
+            }
+            let covered: f64 = all.iter().flatten().map(|x| x.1).sum::<f64>() * old as f64 / new as f64;
+            assert!((covered - old as f64).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_larger_cell_has_the_powers_of_those_in_it() {
+        let mut map = Voxmap::new(Vec3::ZERO, vec3(0.5, 0.25, 1.0), [3, 5, 2]).unwrap();
+        for i in 0..map.len() {
+            let x = i as f64;
+            map.set(i, [0.1 * x, 0.2, 1.0], [0.01 * x, 0.5, 0.9], [x, 1.0, 2.0 + x], [0.0, 0.1 * x, 1.0]);
+            map.set_heat(i, Known::Flux(x), Known::Flux(0.0));
+        }
+        let map = map.seal().unwrap();
+        let half = map.coarser().unwrap();
+        assert_eq!(half.dims(), [2, 3, 1]);
+        let totals = |m: &Voxmap| {
+            let volume = m.cell().x * m.cell().y * m.cell().z;
+            let mut out = [0.0; 13];
+            for i in 0..m.len() {
+                let (k, o, e, q) = (m.extinction(i), m.albedo(i), m.emission(i), m.source(i));
+                for b in 0..3 {
+                    out[b] += volume * k[b];
+                    out[3 + b] += volume * k[b] * o[b];
+                    out[6 + b] += volume * k[b] * (1.0 - o[b]) * e[b];
+                    out[9 + b] += volume * q[b];
+                }
+                let Some(Known::Flux(q)) = m.heat(i) else { panic!("heat") };
+                out[12] += volume * q;
+            }
+            out
+        };
+        for (a, b) in totals(&map).into_iter().zip(totals(&half)) {
+            assert!((a - b).abs() < 1e-12 * a.abs(), "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn what_absorbs_more_decides_what_is_known() {
+        let hot = (Known::Temperature(1000.0), 0.25, 2.0);
+        let clear = (Known::Flux(0.0), 0.75, 0.0);
+        assert_eq!(merged(&[hot, clear]), Known::Temperature(1000.0));
+        let source = (Known::Flux(8.0), 0.75, 3.0);
+        assert_eq!(merged(&[hot, source]), Known::Flux(6.0));
+        let Known::Temperature(t) = merged(&[hot, (Known::Temperature(500.0), 0.5, 2.0)]) else { panic!() };
+        assert!((t.powi(4) - 0.5 * (1e12 + 6.25e10)).abs() < 1.0);
+    }
+}

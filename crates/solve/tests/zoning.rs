@@ -1,0 +1,200 @@
+//! What the size of the zones costs: the estimate covers the error wherever the answer is known from far finer zones, and says where it cannot tell.
+
+mod common;
+
+use common::{read, solved, unit_room};
+use zonal_scene::{Bands, HeatRow, Scene, Solution};
+
+/// The estimate may be so many times the error, and no more than so many.
+const COVER: [f64; 2] = [1.0, 40.0];
+/// Differences below this share of a power or temperature are not worth a word.
+const SMALL: f64 = 1e-6;
+
+fn without(text: &str) -> String {
+    text.replace("[solve]", "[solve]\nzoning_error = false")
+}
+
+/// Checks the estimates of a coarse solve against a solve on finer zones; how many were checked.
+fn covered(name: &str, coarse: &str, fine: &str) -> usize {
+    let (s, exact) = (solved(coarse), solved(&without(fine)));
+    let zoning = s.report.zoning.as_ref().unwrap_or_else(|| panic!("{name}: {:?}", s.report.warnings));
+    let rows = |s: &Solution| -> Vec<HeatRow> { s.report.heat.as_ref().unwrap().rows.clone() };
+    let (own, other) = (rows(&s), rows(&exact));
+    assert_eq!(zoning.heat.len(), own.len());
+    let mut seen = 0;
+    let mut check = |what: String, a: f64, b: f64, told: f64, exchange: f64| {
+        let error = (a - b).abs();
+        if error > SMALL * b.abs() + exchange {
+            seen += 1;
+            assert!(
+                told >= COVER[0] * error && told <= COVER[1] * error,
+                "{what}: error {error:e}, estimate {told:e}"
+            );
+        }
+    };
+    for ((a, b), told) in own.iter().zip(&other).zip(&zoning.heat) {
+        check(format!("{name}, power of {}", a.name), a.power, b.power, told[1], a.power_error);
+        let (t, u) = (a.temperature.unwrap(), b.temperature.unwrap());
+        check(format!("{name}, temperature of {}", a.name), t, u, told[0], a.temperature_error.unwrap());
+    }
+    seen
+}
+
+fn furnace(m: usize, thick: &str) -> String {
+    format!(
+        "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nthick_zones = \"{thick}\"\nengine = \"spectral\"\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [2,2,4] }}\ntemperature = 900\nemissivity = 0.7\nfaces.z0 = {{ temperature = 1200, emissivity = 0.85 }}\nfaces.z1 = {{ temperature = 400 }}\n[medium]\nmin = [0,0,0]\nmax = [2,2,4]\ncells = [{}, {}, {}]\nextinction = 0.5\nalbedo = 0\nheat_source = 5000\n",
+        2 * m,
+        2 * m,
+        4 * m
+    )
+}
+
+fn cube(n: usize, thick: &str) -> String {
+    format!(
+        "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nthick_zones = \"{thick}\"\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\ntemperature = 300\nemissivity = 0.8\nfaces.z0 = {{ temperature = 1000, emissivity = 1 }}\nfaces.x0 = {{ heat_flux = 0 }}\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [{n},{n},{n}]\nextinction = 2\nalbedo = 0\nheat_source = 0\n"
+    )
+}
+
+#[test]
+fn furnaces_err_by_no_more_than_they_say() {
+    let fine = furnace(10, "linear");
+    for (m, thick) in [(3, "constant"), (4, "constant"), (2, "linear"), (3, "linear")] {
+        assert!(covered(&format!("m = {m}, {thick}"), &furnace(m, thick), &fine) >= 6);
+    }
+}
+
+#[test]
+fn odd_numbers_of_cells_err_by_no_more_than_they_say() {
+    let fine = cube(20, "linear");
+    for (n, thick) in [(5, "constant"), (7, "constant"), (3, "linear"), (5, "linear")] {
+        assert!(covered(&format!("n = {n}, {thick}"), &cube(n, thick), &fine) >= 6);
+    }
+}
+
+#[test]
+fn a_room_without_a_medium_errs_by_no_more_than_it_says() {
+    let room = |n: usize| {
+        format!(
+            "mode = \"thermal\"\n{}",
+            unit_room(
+                &format!("engine = \"dense\"\npatch_size = {}", 1.0 / n as f64),
+                "temperature = 300\nemissivity = 0.5\nfaces.z0 = { temperature = 1000, emissivity = 0.9 }\nfaces.x0 = { heat_flux = 0 }",
+                ""
+            )
+        )
+    };
+    for n in [4, 5, 6] {
+        assert!(covered(&format!("n = {n}"), &room(n), &room(18)) >= 6);
+    }
+}
+
+/// A gas of 6³ densities, thicker in the middle and hotter below, in `split`³ zones each.
+fn cloud(split: usize) -> Scene {
+    let n = 6 * split;
+    let text = format!(
+        "mode = \"thermal\"\n{}",
+        unit_room(
+            "patch_rule = \"voxels\"\nengine = \"dense\"",
+            "temperature = 300\nemissivity = 0.9\nfaces.z0 = { temperature = 900 }",
+            &format!(
+                "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [{n},{n},{n}]\nextinction = 1\nalbedo = 0\ntemperature = 500"
+            )
+        )
+    );
+    let mut parts = read(&text).into_parts();
+    let map = parts.voxmap.as_mut().unwrap();
+    for i in 0..map.len() {
+        let p = map.coordinates(i).map(|c| ((c / split) as f64 + 0.5) / 6.0);
+        let p = zonal_math::vec3(p[0], p[1], p[2]);
+        let bump = |a: f64| (std::f64::consts::PI * a).sin();
+        map.set(i, [1.5 * bump(p.x) * bump(p.y) * bump(p.z); 3], [0.2 * p.x; 3], [0.0; 3], [0.0; 3]);
+        map.set_heat(i, zonal_scene::Known::Temperature(1400.0 - 600.0 * p.z), zonal_scene::Known::Flux(0.0));
+    }
+    parts.voxmap = Some(parts.voxmap.unwrap().seal().unwrap());
+    Scene::new(parts).unwrap()
+}
+
+#[test]
+fn a_gas_of_many_densities_errs_by_no_more_than_it_says() {
+    let (s, exact) = (common::solve(cloud(1)), common::solve(cloud(2)));
+    let zoning = s.report.zoning.as_ref().unwrap();
+    assert_eq!((zoning.zones, zoning.ratio), (6 * 9 + 27, 2.0));
+    let rows =
+        |s: &Solution| -> Vec<f64> { s.report.heat.as_ref().unwrap().rows.iter().map(|r| r.power).collect() };
+    for ((a, b), told) in rows(&s).into_iter().zip(rows(&exact)).zip(&zoning.heat) {
+        let error = (a - b).abs();
+        assert!(told[1] > error && told[1] < 0.1 * a.abs(), "{a} {b}: estimate {}", told[1]);
+    }
+}
+
+#[test]
+fn light_tells_it_on_request() {
+    let room = |n: usize, more: &str| {
+        unit_room(
+            &format!("patch_rule = \"voxels\"\nthick_zones = \"constant\"\n{more}"),
+            "reflectance = 0.5\nfaces.x0 = { emission = [1, 2, 0] }",
+            &format!(
+                "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [{n},{n},{n}]\nextinction = [0.5, 1, 2]\nalbedo = 0.7"
+            ),
+        )
+    };
+    let s = solved(&room(6, "zoning_error = true"));
+    let exact = solved(&room(16, ""));
+    assert_eq!(exact.report.zoning, None);
+    let told = &s.report.zoning.as_ref().unwrap().energy;
+    let all = |s: &Solution| -> Vec<(String, Bands)> {
+        let e = &s.report.energy;
+        let mut out = e.absorbed_surfaces.clone();
+        out.push(("medium".into(), e.absorbed_volumes));
+        out
+    };
+    let mut estimates: Vec<Bands> = told.absorbed_surfaces.iter().map(|x| x.1).collect();
+    estimates.push(told.absorbed_volumes);
+    for (((name, a), (_, b)), told) in all(&s).into_iter().zip(all(&exact)).zip(estimates) {
+        for k in 0..2 {
+            let error = (a[k] - b[k]).abs();
+            assert!(
+                told[k] >= error && told[k] <= 20.0 * error + 1e-5,
+                "{name} {k}: {error:e}, {:e}",
+                told[k]
+            );
+        }
+        // No light in the last band, no error in it.
+        assert_eq!(told[2], 0.0);
+    }
+    // Other lights, other errors: what was told of these is gone.
+    let relit = zonal_solve::relight::relight(s, &[("room.x0".into(), [2.0; 3])]).unwrap();
+    assert_eq!(relit.report.zoning, None);
+}
+
+#[test]
+fn what_cannot_be_told_is_said() {
+    let text = |solve: &str, cells: &str| {
+        format!(
+            "mode = \"thermal\"\n{}",
+            unit_room(
+                solve,
+                "temperature = 300\nemissivity = 0.5\nfaces.z0 = { temperature = 1000 }",
+                &format!(
+                    "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = {cells}\nextinction = 0.2\nheat_source = 0"
+                )
+            )
+        )
+    };
+    let notes = |text: &str| {
+        let s = solved(text);
+        (s.report.zoning.is_some(), s.report.warnings.join("\n"))
+    };
+    let (told, said) = notes(&text("patch_size = 2", "[1,1,1]"));
+    assert!(!told && said.contains("not known") && said.contains("patch_size"), "{said}");
+    let (told, said) = notes(&text("patch_size = 0.25", "[1,1,1]"));
+    assert!(told && said.contains("one cell across"), "{said}");
+    let (told, said) = notes(&text("patch_size = 2", "[8,8,8]"));
+    assert!(told && said.contains("patches are as large"), "{said}");
+    let (told, said) = notes(&text("patch_rule = \"voxels\"", "[2,2,2]"));
+    assert!(told && said.contains("themselves rough"), "{said}");
+    let (told, said) = notes(&text("patch_rule = \"voxels\"", "[6,6,6]"));
+    assert!(told && !said.contains("zones"), "{said}");
+    let (told, said) = notes(&text("patch_rule = \"voxels\"\nzoning_error = false", "[6,6,6]"));
+    assert!(!told && !said.contains("zones"), "{said}");
+}
