@@ -25,8 +25,9 @@ const SIDE: usize = 4;
 const RAYS: usize = SIDE * SIDE;
 /// Rays on either side that a line reaches: half a pixel.
 const REACH: isize = SIDE as isize / 2;
-/// Rows of a strip.
+/// Rows of a strip, and its pixels at most.
 const STRIP: usize = 64;
+const STRIP_PIXELS: usize = 1 << 18;
 const COS_CREASE: f64 = 0.939_692_620_785_908_4; // cos 20°
 const SIN_CREASE: f64 = 0.342_020_143_325_668_7;
 /// A line is dark on light colours, and light on dark ones.
@@ -129,8 +130,9 @@ impl<'a> ZonesSeen<'a> {
     ) -> Vec<[f32; 3]> {
         progress.begin("render", self.height as u64);
         let mut out = Vec::with_capacity(self.width * self.height);
-        for first in (0..self.height).step_by(STRIP) {
-            let rows = first..(first + STRIP).min(self.height);
+        let step = (STRIP_PIXELS / self.width.max(1)).clamp(1, STRIP);
+        for first in (0..self.height).step_by(step) {
+            let rows = first..(first + step).min(self.height);
             let strip = Strip::new(self, rows.clone());
             let row =
                 |y: usize| -> Vec<[f32; 3]> { (0..self.width).map(|x| strip.pixel(x, y, colour)).collect() };

@@ -82,3 +82,35 @@ impl Camera {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All corners of a box are in the picture, and some corner is close to its border.
+    #[test]
+    fn an_overview_fills_the_picture() {
+        let boxes = [vec3(2.0, 2.0, 4.0), vec3(1.0, 90.0, 3.0), vec3(5.0, 5.0, 0.0), vec3(0.0, 1e-3, 1e-3)];
+        for size in boxes {
+            for aspect in [0.3, 1.0, 4.0 / 3.0, 5.0] {
+                let low = vec3(-3.0, 7.0, 1.0);
+                let c = Camera::overview((low, low + size), aspect);
+                c.check().unwrap();
+                let f = (c.target - c.origin).normalized();
+                let r = f.cross(c.up).normalized();
+                let half = (0.5 * c.fov.to_radians()).tan();
+                let place = |k: usize| {
+                    let corner = Vec3::from_array(std::array::from_fn(|a| {
+                        low[a] + if k >> a & 1 == 1 { size[a] } else { 0.0 }
+                    }));
+                    let way = corner - c.origin;
+                    let [x, y] = [r, r.cross(f)].map(|u| (way.dot(u) / (way.dot(f) * half)).abs());
+                    assert!(way.dot(f) > 0.0);
+                    x.max(y * aspect)
+                };
+                let most = (0..8).map(place).fold(0.0, f64::max);
+                assert!((0.9..0.95).contains(&most), "{size:?} {aspect}: {most}");
+            }
+        }
+    }
+}

@@ -412,6 +412,7 @@ fn what_makes_no_sense_is_refused() {
     show("warm.npz", Program, "temperature", "out/x.exr", &["--range=1,4"], "--range");
     show("warm.npz", Program, "temperature", "out/x.exr", &["--log"], "--log");
     show("warm.npz", Program, "temperature", "out/x.png", &["--size=0x4"], "--size");
+    show("warm.npz", Program, "temperature", "out/x.png", &["--size=16385x1"], "16384");
     show("warm.npz", Program, "temperature", "out/x.png", &["--camera=window"], "--camera");
     show("warm.npz", Program, "temperature", "out/x.jpg", &[], ".png");
     show("none.npz", Program, "temperature", "out/x.png", &[], "none.npz");

@@ -15,6 +15,9 @@ const BACKGROUND: [f32; 3] = [1.0; 3];
 /// Differences that are rounding, relative to the largest temperature or radiosity.
 const ROUNDING: f64 = 1e-7;
 
+/// The most pixels along a side.
+const LONGEST: usize = 16384;
+
 /// What a picture of numbers shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Field {
@@ -86,6 +89,10 @@ struct Wish {
 impl Wish {
     fn of(args: &Args, field: Field) -> Result<Wish, Failure> {
         let size = parse_size(&args.size)?;
+        if size.0.max(size.1) > LONGEST {
+            let what = format!("with --show a side has {LONGEST} pixels at most");
+            return Err(Failure::new(format!("--size: '{}': {what}", args.size)));
+        }
         for (flag, given) in [
             ("--animate", args.animate.is_some()),
             ("--gather", args.gather != 0),
