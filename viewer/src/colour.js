@@ -1,4 +1,4 @@
-// Light to the screen: the curve of crates/io/src/output/tone.rs, and a colour map for single values.
+// Light to the screen: the curve of crates/io/src/output/tone.rs, and the colour map of colour_map.rs there for single values.
 
 const KNEE = 0.25;
 export const LUMINANCE = [0.2126, 0.7152, 0.0722];

@@ -25,6 +25,7 @@
 //! | `shafts` | direct light scattered along a ray |
 //! | `lamplight` | the same for small lamps, without noise beside them |
 //! | `march` | one ray, everything together |
+//! | `zones_seen` | which zone every pixel sees, for false colours |
 //!
 //! Rows are computed in parallel and put together in order; every pixel depends on its own number alone, so the bits do not
 //! depend on the number of threads.
@@ -48,8 +49,10 @@ mod shadow;
 mod shafts;
 mod towards;
 mod voxel_field;
+mod zones_seen;
 
 pub use bloom::bloom;
+pub use zones_seen::ZonesSeen;
 
 use adaptive::Adaptive;
 use camera::{Pinhole, subpixel};

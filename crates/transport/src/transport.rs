@@ -153,6 +153,14 @@ impl<'a> Transport<'a> {
         Some(Hit { t, facet, u, v, front })
     }
 
+    /// Calls `each` with every facet that the segment a–b crosses, in no order. A facet on which an end lies is not crossed.
+    pub fn facet_crossings(&self, a: Vec3, b: Vec3, each: &mut impl FnMut(Hit)) {
+        let length = (b - a).length();
+        self.all.all(a, b, &self.tol, |id, [t, u, v], along| {
+            each(Hit { t: t * length, facet: id as usize, u, v, front: along < 0.0 });
+        });
+    }
+
     /// Ids of the facets whose boxes overlap [lo, hi], ascending.
     pub(crate) fn facets_near(&self, lo: Vec3, hi: Vec3) -> Vec<u32> {
         let mut ids = Vec::new();

@@ -22,8 +22,10 @@ pub mod church;
 pub mod commands;
 pub mod failure;
 pub mod flight;
+pub mod legend;
 pub mod meter;
 pub mod plot;
+pub mod scale;
 pub mod table;
 pub mod viewer;
 

@@ -268,7 +268,7 @@ fn ticks(range: &Range<f64>) -> Vec<f64> {
 }
 
 /// A label: powers of ten on a logarithmic axis, plain numbers elsewhere.
-fn number(v: f64, log: bool) -> String {
+pub(crate) fn number(v: f64, log: bool) -> String {
     let magnitude = v.abs();
     if log && !(1e-2..1e4).contains(&magnitude) {
         return format!("{v:e}");

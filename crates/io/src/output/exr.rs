@@ -1,4 +1,5 @@
-//! Linear pictures as OpenEXR: f32 out; f16, f32 or u32 channels R, G, B in.
+//! Linear pictures as OpenEXR: f32 out; f16, f32 or u32 channels R, G, B in. Fields of single values have one channel, Y, and the attribute
+//! `comments` with quantity and unit, `temperature [K]`.
 
 use super::FileError;
 use super::atomic::write_atomic;
@@ -47,21 +48,7 @@ pub fn read_exr(path: &Path) -> std::result::Result<Picture, FileError> {
         let what = format!("cannot be read as an OpenEXR picture with channels R, G, B ({e})");
         FileError::new(path, "", what)
     };
-    let open = || {
-        File::open(path)
-            .map(BufReader::new)
-            .map_err(|e| FileError::new(path, "", format!("cannot be opened ({e})")))
-    };
-    let size = std::fs::metadata(path).map_or(0, |m| m.len() as usize);
-    let meta = MetaData::read_from_buffered(open()?, false).map_err(broken)?;
-    for header in &meta.headers {
-        let count = header.layer_size.width().saturating_mul(header.layer_size.height());
-        if count > MAX_PIXELS || count > size.saturating_mul(4096) {
-            let what =
-                format!("declares {count} pixels, which its {size} bytes cannot hold; the file is damaged");
-            return Err(FileError::new(path, "", what));
-        }
-    }
+    check(path, &broken)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -79,9 +66,91 @@ pub fn read_exr(path: &Path) -> std::result::Result<Picture, FileError> {
         .first_valid_layer()
         .all_attributes()
         .non_parallel()
-        .from_buffered(open()?)
+        .from_buffered(open(path)?)
         .map_err(broken)?;
     Ok(image.layer_data.channel_data.pixels)
+}
+
+/// Values of one quantity, pixel by pixel, row 0 on top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FieldPicture {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    /// Values, row by row; not a number where there is none.
+    pub values: std::vec::Vec<f32>,
+    /// What they are.
+    pub quantity: String,
+    /// Their unit.
+    pub unit: String,
+}
+
+/// Writes a field as the f32 channel Y.
+pub fn write_exr_field(path: &Path, field: &FieldPicture) -> std::result::Result<(), FileError> {
+    check_size(path, field.width, field.height, field.values.len())?;
+    let channels = SpecificChannels::build()
+        .with_channel("Y")
+        .with_pixel_fn(|p: Vec2<usize>| (field.values[p.y() * field.width + p.x()],));
+    let mut image =
+        Image::from_encoded_channels((field.width, field.height), Encoding::SMALL_FAST_LOSSLESS, channels);
+    image.layer_data.attributes.comments =
+        Some(format!("{} [{}]", field.quantity, field.unit).as_str().into());
+    write_atomic(path, |out| {
+        image.write().non_parallel().to_buffered(out).map_err(|e| io::Error::other(e.to_string()))
+    })
+}
+
+/// Reads what [`write_exr_field`] wrote.
+pub fn read_exr_field(path: &Path) -> std::result::Result<FieldPicture, FileError> {
+    let broken = |e: exr::error::Error| {
+        FileError::new(path, "", format!("cannot be read as an OpenEXR field with the channel Y ({e})"))
+    };
+    check(path, &broken)?;
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("Y")
+        .collect_pixels(
+            |size, _| (size.width(), vec![0.0f32; size.width() * size.height()]),
+            |(width, values): &mut (usize, std::vec::Vec<f32>), p, (y,): (f32,)| {
+                values[p.y() * *width + p.x()] = y;
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(open(path)?)
+        .map_err(broken)?;
+    let comments = image.layer_data.attributes.comments.map_or(String::new(), |t| t.to_string());
+    let (quantity, unit) = comments.strip_suffix(']').and_then(|c| c.rsplit_once(" [")).unwrap_or(("", ""));
+    let (quantity, unit) = (quantity.to_string(), unit.to_string());
+    let (width, values) = image.layer_data.channel_data.pixels;
+    Ok(FieldPicture { width, height: values.len() / width.max(1), values, quantity, unit })
+}
+
+fn open(path: &Path) -> std::result::Result<BufReader<File>, FileError> {
+    let failed = |e| FileError::new(path, "", format!("cannot be opened ({e})"));
+    File::open(path).map(BufReader::new).map_err(failed)
+}
+
+/// Refuses files that declare more pixels than they can hold.
+fn check(
+    path: &Path,
+    broken: &impl Fn(exr::error::Error) -> FileError,
+) -> std::result::Result<(), FileError> {
+    let size = std::fs::metadata(path).map_or(0, |m| m.len() as usize);
+    let meta = MetaData::read_from_buffered(open(path)?, false).map_err(broken)?;
+    for header in &meta.headers {
+        let count = header.layer_size.width().saturating_mul(header.layer_size.height());
+        if count > MAX_PIXELS || count > size.saturating_mul(4096) {
+            let what =
+                format!("declares {count} pixels, which its {size} bytes cannot hold; the file is damaged");
+            return Err(FileError::new(path, "", what));
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -108,6 +177,27 @@ mod tests {
             std::fs::write(&path, &hurt).unwrap();
             let _ = read_exr(&path);
         }
+        std::fs::remove_dir_all(&dir).unwrap();
+    }
+
+    #[test]
+    fn a_field_round_trips_with_its_unit_and_is_no_picture() {
+        let dir = std::env::temp_dir().join(format!("zonal-exr-field-{}", std::process::id()));
+        std::fs::create_dir_all(&dir).unwrap();
+        let path = dir.join("a.exr");
+        let values: std::vec::Vec<f32> = (0..12).map(|i| 400.0 + i as f32 / 3.0).collect();
+        let mut field =
+            FieldPicture { width: 4, height: 3, values, quantity: "temperature".into(), unit: "K".into() };
+        write_exr_field(&path, &field).unwrap();
+        assert_eq!(read_exr_field(&path).unwrap(), field);
+        assert!(read_exr(&path).is_err());
+        write_exr(&path, 4, 3, &[[1.0; 3]; 12]).unwrap();
+        assert!(read_exr_field(&path).is_err());
+        field.values[5] = f32::NAN;
+        write_exr_field(&path, &field).unwrap();
+        assert!(read_exr_field(&path).unwrap().values[5].is_nan());
+        field.values.pop();
+        assert!(write_exr_field(&path, &field).is_err());
         std::fs::remove_dir_all(&dir).unwrap();
     }
 

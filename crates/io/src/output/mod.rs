@@ -6,9 +6,10 @@
 //! | [`report`] | the report as JSON, for `--json` and for the solution's header |
 //! | [`hash`] | the scene hash: which scene a solution belongs to |
 //! | [`tone`] | exposure, contrast, filmic curve, sRGB, dither |
+//! | [`colour_map`] | colours of single values |
 //! | [`picture`] | pictures as PNG |
 //! | [`texture`] | textures as the bytes of a PNG |
-//! | [`exr`] | linear pictures in f32, out and in |
+//! | [`exr`] | linear pictures and single fields in f32, out and in |
 //! | [`csv`] | one line a zone |
 //! | [`glb`] | meshes, materials and cameras for other engines |
 //! | [`vtu`], [`vti`] | zones for ParaView: surfaces and panes, the medium |
@@ -19,6 +20,7 @@
 //! untouched and nothing behind.
 
 pub mod arrays;
+pub mod colour_map;
 pub mod csv;
 pub mod exr;
 pub mod glb;
@@ -43,15 +45,16 @@ mod writer;
 pub use arrays::{
     Named, NamedSingle, read_array, write_array, write_arrays, write_bytes, write_single_arrays,
 };
+pub use colour_map::{ColourMap, NO_VALUE};
 pub use csv::write_zones_csv;
-pub use exr::{Picture, read_exr, write_exr};
+pub use exr::{FieldPicture, Picture, read_exr, read_exr_field, write_exr, write_exr_field};
 pub use glb::write_glb;
 pub use hash::{factors_hash, scene_hash};
-pub use picture::{encode_png, png_note, write_png, write_png_noted};
+pub use picture::{encode_png, png_note, write_png, write_png_bytes, write_png_noted};
 pub use report::report_json;
 pub use solution::{read_solution, write_solution};
 pub use texture::texture_png;
-pub use tone::{Curve, Tone, auto_exposure};
+pub use tone::{Curve, Tone, auto_exposure, srgb};
 pub use vault::{Folder, Held, Keys};
 pub use vti::write_vti;
 pub use vtu::write_vtu;

@@ -34,20 +34,30 @@ pub fn write_png_noted(
     }
     let bytes: Vec<u8> =
         linear.iter().enumerate().flat_map(|(i, c)| tone.bytes(*c, i % width, i / width)).collect();
+    let (exposure, contrast) = (format!("{}", tone.exposure), format!("{}", tone.contrast));
+    let tones = [("exposure", exposure.as_str()), ("contrast", &contrast), ("curve", tone.curve.word())];
+    write_png_bytes(path, (width, height), &bytes, &[&tones, notes].concat())
+}
+
+/// Writes 8-bit sRGB pixels, three bytes each, as they are, with text chunks: keyword and text, in Latin letters.
+pub fn write_png_bytes(
+    path: &Path,
+    (width, height): (usize, usize),
+    bytes: &[u8],
+    notes: &[(&str, &str)],
+) -> Result<(), FileError> {
+    check_size(path, width, height, bytes.len() / 3)?;
     write_atomic(path, |out| {
         let mut encoder = png::Encoder::new(out, width as u32, height as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        encoder.add_text_chunk("exposure".into(), format!("{}", tone.exposure))?;
-        encoder.add_text_chunk("contrast".into(), format!("{}", tone.contrast))?;
-        encoder.add_text_chunk("curve".into(), tone.curve.word().into())?;
-        encoder.add_text_chunk("Software".into(), format!("zonal {}", env!("CARGO_PKG_VERSION")))?;
         for (keyword, text) in notes {
             encoder.add_text_chunk(keyword.to_string(), text.to_string())?;
         }
+        encoder.add_text_chunk("Software".into(), format!("zonal {}", env!("CARGO_PKG_VERSION")))?;
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(&bytes)?;
+        writer.write_image_data(bytes)?;
         writer.finish()?;
         Ok(())
     })

@@ -9,6 +9,7 @@ pub mod factors;
 pub mod relight;
 pub mod render;
 pub mod reproduce;
+pub mod show;
 pub mod solve;
 pub mod validate;
 pub mod view;
@@ -105,7 +106,7 @@ pub fn read_light(path: &Path) -> Result<zonal_scene::Solution, Failure> {
     }
     Err(Failure::in_file(
         path,
-        "this is a solution of mode = \"thermal\", whose temperatures are no picture of light; export it as .vtu (walls), .vti (medium) or .csv, and colour by temperature there",
+        "this is a solution of mode = \"thermal\", whose temperatures are no picture of light; draw them with zonal render --show temperature, or export as .vtu (walls), .vti (medium) or .csv",
     ))
 }
 

@@ -1,5 +1,6 @@
 //! `zonal render`: a picture from a solution.
 
+use super::show::Field;
 use super::{Context, check_output, read_light};
 use crate::failure::say;
 use crate::{Failure, meter::Meter};
@@ -13,6 +14,9 @@ const EXAMPLES: &str = "Examples:
   zonal render church.npz --camera rose --size 1920x1080 -o rose.png --bloom 0.1 --contrast 1.3
   zonal render church.npz --aperture 0.05 --focus 6 --samples 64 -o near.png
   zonal render church.npz -o nave.exr                                    linear radiance, W/(m2 sr)
+  zonal render furnace.npz --show temperature -o walls.png               false colours with a scale
+  zonal render furnace.npz --show temperature --slice x=1 -o gas.png     the medium on a plane
+  zonal render furnace.npz --show net-flux --range -25000,55000 -o flux.png
   zonal render church.npz --animate scenes/church-flight.toml --size 640x360 -o flight
 
 A path of key frames looks like this (docs/animation.md):
@@ -31,10 +35,11 @@ A path of key frames looks like this (docs/animation.md):
 pub struct Args {
     /// Solution (.npz).
     pub run: PathBuf,
-    /// Name of a camera of the scene (default: the first).
+    /// Name of a camera of the scene (default: the first). With --show there is an `overview` too, of the whole scene from a corner
+    /// above, which is the default where the scene has no camera.
     #[arg(long)]
     pub camera: Option<String>,
-    /// Pixels across and down.
+    /// Pixels across and down. With --show the scale comes beside them.
     #[arg(long, default_value = "640x480", value_name = "WxH")]
     pub size: String,
     /// Picture to write: .png (exposed, filmic, 8 bits, dithered) or .exr (linear radiance). With --animate: a folder.
@@ -67,7 +72,22 @@ pub struct Args {
     /// there already are kept.
     #[arg(long, value_name = "PATH", conflicts_with = "camera")]
     pub animate: Option<PathBuf>,
+    /// False colours of zones in place of light: of what a ray meets first among surfaces and panes, each zone in the colour of its one
+    /// value. The medium (but for a --slice) and backs of one-sided surfaces are looked through; grey has no value. A .png has a scale, an .exr the values themselves.
+    #[arg(long, value_name = "FIELD", value_enum, help_heading = NUMBERS)]
+    pub show: Option<Field>,
+    /// Ends of the scale (default: those of what is seen). Beyond them the colours of the ends hold; net fluxes have zero in the middle of the colours.
+    #[arg(long, value_name = "LOW,HIGH", allow_hyphen_values = true, requires = "show", help_heading = NUMBERS)]
+    pub range: Option<String>,
+    /// With --show temperature: the temperature of the medium where the plane across an axis at METRES cuts it, such as z=1.0.
+    #[arg(long, value_name = "AXIS=METRES", requires = "show", help_heading = NUMBERS)]
+    pub slice: Option<String>,
+    /// A logarithmic scale, over three decades at most unless --range says more.
+    #[arg(long, requires = "show", help_heading = NUMBERS)]
+    pub log: bool,
 }
+
+const NUMBERS: &str = "Pictures of numbers";
 
 /// How light becomes a picture, apart from its exposure.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -174,6 +194,9 @@ fn check_lens(args: &Args) -> Result<(), Failure> {
 
 /// Runs the command.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
+    if let Some(field) = args.show {
+        return super::show::run(args, field, context);
+    }
     if let Some(path) = &args.animate {
         return super::animate::run(args, path, context);
     }
@@ -245,7 +268,8 @@ pub struct Saved {
     pub mean: [f64; 3],
 }
 
-fn is_linear(path: &Path) -> bool {
+/// True where a picture's name asks for numbers as they are.
+pub fn is_linear(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 

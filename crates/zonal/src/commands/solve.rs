@@ -164,8 +164,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         say(table::report(&solution).trim_end())?;
         say(&format!("written: {}", args.output.display()))?;
         if solution.scene.thermal().is_some() {
-            let run = args.output.display();
-            say(&format!("next: zonal export {run} -o walls.vtu, and colour by temperature in ParaView"))?;
+            say(&format!("next: zonal render {} --show temperature -o walls.png", args.output.display()))?;
         } else if let Some(c) = solution.scene.cameras().first() {
             say(&format!("next: zonal render {} --camera {} -o picture.png", args.output.display(), c.name))?;
         }
