@@ -40,6 +40,9 @@ fn the_furnace_of_the_manual() {
     let quiet = ["solve", FURNACE, "-o", "out/b.npz", "--json", "--zoning-error", "false"];
     let json: serde_json::Value = serde_json::from_str(&f.done(&quiet)).unwrap();
     assert!(json["zoning"].is_null() && json["heat"]["rows"][0]["net_flux_zoning_error"].is_null());
+    let json: serde_json::Value = serde_json::from_str(&f.done(&["check", FURNACE, "--json"])).unwrap();
+    let last = json["parts"].as_array().unwrap().last().unwrap();
+    assert_eq!(last["what"], "the same on larger zones");
     // The table for people, in the manual word for word apart from what rounding leaves.
     let text = f.done(&["solve", FURNACE, "-o", "out/a.npz"]);
     for word in ["heat given", "furnace.z0", "W/m2", "balance"] {

@@ -210,7 +210,7 @@ pub fn solve(site: &Site, built: &Built, escape: &Escape) -> Result<Coupled, Sce
         let start = if u.is_empty() { source.clone() } else { u };
         let number = course.residuals.len();
         let keeper = Keeper { vault: site.vault, stage: LINEAR, number, resumes: number == first };
-        let end = linear::solve_kept(passed, &source, start, (FINER * wanted, steps), &keeper);
+        let end = linear::solve(passed, &source, start, (FINER * wanted, steps), &keeper);
         let h = powers.arriving(operator, &end.u);
         let arriving = |i: usize| bands(|b| h[i][b] + outside[i][b]);
         let (next, off) = stepped(&locals, shares, &e, arriving, course.pace());

@@ -9,7 +9,7 @@
 use crate::columns;
 use crate::stage::{Pen, Reader};
 use rayon::prelude::*;
-use zonal_scene::{Bands, NoVault, Vault, bands};
+use zonal_scene::{Bands, Vault, bands};
 
 /// Steps without a new smallest residual after which no better one is waited for.
 const PATIENCE: usize = 30;
@@ -30,9 +30,6 @@ pub(super) struct Keeper<'a> {
 }
 
 impl Keeper<'_> {
-    /// Nothing is kept.
-    const NONE: Keeper<'static> = Keeper { vault: &NoVault, stage: "", number: 0, resumes: false };
-
     fn load(&self, unknowns: usize) -> Option<Way> {
         let bytes = self.resumes.then(|| self.vault.load(self.stage)).flatten()?;
         Way::restored(&bytes, self.number, unknowns)
@@ -136,19 +133,9 @@ impl Way {
     }
 }
 
-/// Solves u = `source` + `passed`(u) from `start` to the residual `wanted`, in at most `steps` steps of two products.
+/// Solves u = `source` + `passed`(u) from `start` to the residual `wanted`, in at most `steps` steps of two products; its state is kept, and
+/// taken up where it is there.
 pub(super) fn solve(
-    passed: impl Fn(&[Bands]) -> Vec<Bands>,
-    source: &[Bands],
-    start: Vec<Bands>,
-    wanted: f64,
-    steps: usize,
-) -> End {
-    solve_kept(passed, source, start, (wanted, steps), &Keeper::NONE)
-}
-
-/// The same with its state kept, and taken up where it is there.
-pub(super) fn solve_kept(
     passed: impl Fn(&[Bands]) -> Vec<Bands>,
     source: &[Bands],
     start: Vec<Bands>,
@@ -239,6 +226,9 @@ fn gradients(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zonal_scene::NoVault;
+
+    const NONE: Keeper<'static> = Keeper { vault: &NoVault, stage: "", number: 0, resumes: false };
 
     #[test]
     fn power_passed_on_in_a_ring_adds_up() {
@@ -249,7 +239,7 @@ mod tests {
         };
         let mut source = vec![[0.0; 3]; n];
         source[3] = [1.0, 2.0, 4.0];
-        let end = solve(passed, &source, source.clone(), 1e-12, 500);
+        let end = solve(passed, &source, source.clone(), (1e-12, 500), &NONE);
         assert!(end.residual <= 1e-12, "{:e}", end.residual);
         assert!((power(&end.u) - 70.0).abs() < 1e-8);
     }
@@ -285,8 +275,8 @@ mod tests {
                 };
                 (0..n).map(|i| bands(|b| of(i, b))).collect()
             };
-            let run = |keeper: &Keeper| solve_kept(passed, &source, source.clone(), (1e-12, 400), keeper);
-            let straight = run(&Keeper::NONE);
+            let run = |keeper: &Keeper| solve(passed, &source, source.clone(), (1e-12, 400), keeper);
+            let straight = run(&NONE);
             for k in 1.. {
                 let vault = Nth(Cell::new((k, None)));
                 let keeper = Keeper { vault: &vault, stage: "s", number: 4, resumes: true };

@@ -81,8 +81,8 @@ fn physical(scene: &Scene, zones: &mut Zones, emissive: &[Bands]) {
     }
 }
 
-/// Bytes a zone: its part in the equations, the vectors of the errors' solve, temperatures and net powers.
-const BYTES: u64 = 500;
+/// Bytes a zone: its part in the equations, the vectors of the errors' solve, those of them that are kept as a stage, temperatures and net powers.
+const BYTES: u64 = 500 + 5 * 24;
 
 /// Bytes that temperatures take beside what light would.
 pub fn bytes(scene: &Scene, zones: &Zones) -> u64 {

@@ -6,7 +6,7 @@
 //! sign, and the power that the solver left undistributed.
 
 use super::coupled::{Powers, Turn};
-use super::linear;
+use super::linear::{self, Keeper};
 use super::local::{Local, Locals};
 use crate::energy;
 use crate::engine::{Built, Site};
@@ -19,6 +19,8 @@ use zonal_scene::{
 /// Residual of the errors' own solve, and its steps.
 const ROUGHLY: f64 = 0.1;
 const STEPS: usize = 200;
+/// Its stage.
+const STAGE: &str = "state-errors";
 
 /// Puts into the errors of what arrives those of what the zones send out because of them.
 pub(crate) fn spread(site: &Site, built: &Built, fields: &mut Fields, coupled: bool) {
@@ -47,7 +49,9 @@ pub(crate) fn spread(site: &Site, built: &Built, fields: &mut Fields, coupled: b
     if linear::power(&source) == 0.0 {
         return;
     }
-    let end = linear::solve(|u| powers.passed(operator, u, turn), &source, source.clone(), ROUGHLY, STEPS);
+    let keeper = Keeper { vault: site.vault, stage: STAGE, number: 0, resumes: true };
+    let passed = |u: &[Bands]| powers.passed(operator, u, turn);
+    let end = linear::solve(passed, &source, source.clone(), (ROUGHLY, STEPS), &keeper);
     let more = powers.arriving(operator, &end.u);
     for (i, e) in fields.error.iter_mut().enumerate() {
         *e = bands(|b| e[b] + more[i][b].abs() / locals[i].part);
