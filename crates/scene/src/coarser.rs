@@ -6,8 +6,8 @@
 //!     κ' = Σ w κ      κ'Ω' = Σ w κΩ      κ'(1−Ω')E' = Σ w κ(1−Ω)E      q' = Σ w q
 //! ```
 //!
-//! and likewise T⁴ with the weight w κ(1−Ω), heat with w. Of a new cell in which temperatures and heat are known beside each other the one is
-//! known of which more is absorbed.
+//! and likewise T⁴ with the weight w κ(1−Ω), heat with w. Where cells that absorb would meet in one, some of known temperature and some of known
+//! heat, the medium stays as it is: neither can be both.
 
 use crate::{Bands, Known, Scene, SceneError, Voxmap, bands};
 use zonal_math::vec3;
@@ -21,7 +21,9 @@ impl Scene {
         for surface in &mut parts.surfaces {
             surface.patch_size = surface.patch_size.map(|p| 2.0 * p);
         }
-        parts.voxmap = parts.voxmap.map(|v| v.coarser()).transpose()?;
+        if let Some(coarser) = self.voxmap().map(Voxmap::coarser).transpose()?.flatten() {
+            parts.voxmap = Some(coarser);
+        }
         Scene::new(parts)
     }
 }
@@ -38,8 +40,8 @@ fn shares(old: usize, new: usize) -> Vec<Vec<(usize, f64)>> {
     (0..new).map(one).collect()
 }
 
-/// What is known of a cell that holds others, each with its share and with what it absorbs.
-fn merged(cells: &[(Known, f64, f64)]) -> Known {
+/// What is known of a cell that holds others, each with its share and with what it absorbs; `None` where that is temperatures and heat.
+fn merged(cells: &[(Known, f64, f64)]) -> Option<Known> {
     let absorbed = cells.iter().map(|c| c.2).sum::<f64>();
     let weight = |c: &(Known, f64, f64)| if absorbed > 0.0 { c.2 } else { c.1 };
     let (mut warm, mut fourth, mut heat, mut given) = (0.0, 0.0, 0.0, 0.0);
@@ -49,12 +51,17 @@ fn merged(cells: &[(Known, f64, f64)]) -> Known {
             Known::Flux(q) | Known::Power(q) => (heat, given) = (heat + weight(c), given + c.1 * q),
         }
     }
-    if warm > heat { Known::Temperature((fourth / warm).sqrt().sqrt()) } else { Known::Flux(given) }
+    match (warm > 0.0, heat > 0.0) {
+        // What does not absorb has no say.
+        (true, true) if absorbed > 0.0 => None,
+        (true, _) => Some(Known::Temperature((fourth / warm).sqrt().sqrt())),
+        (false, _) => Some(Known::Flux(given)),
+    }
 }
 
 impl Voxmap {
-    /// The same medium on half as many cells along each axis, at least one.
-    fn coarser(&self) -> Result<Voxmap, SceneError> {
+    /// The same medium on half as many cells along each axis, at least one; `None` where temperatures and heat would be known of one cell.
+    fn coarser(&self) -> Result<Option<Voxmap>, SceneError> {
         let (old, extent) = (self.dims(), self.max() - self.min());
         let dims = old.map(|n| n.div_ceil(2));
         let edge = vec3(extent.x / dims[0] as f64, extent.y / dims[1] as f64, extent.z / dims[2] as f64);
@@ -62,7 +69,7 @@ impl Voxmap {
         if self.is_uniform() {
             out.fill(self.extinction(0), self.albedo(0), self.emission(0), self.source(0));
             self.heat(0).into_iter().for_each(|k| out.fill_heat(k));
-            return out.seal();
+            return out.seal().map(Some);
         }
         let axes = [0, 1, 2].map(|a| shares(old[a], dims[a]));
         for index in 0..out.len() {
@@ -73,13 +80,15 @@ impl Voxmap {
                     covered.extend(axes[2][k].iter().map(|&(z, w)| (self.index([x, y, z]), u * v * w)));
                 }
             }
-            self.merge(&covered, &mut out, index);
+            if !self.merge(&covered, &mut out, index) {
+                return Ok(None);
+            }
         }
-        out.seal()
+        out.seal().map(Some)
     }
 
-    /// Sets cell `index` of `out` to what the cells `covered` of this map are together, each with its share.
-    fn merge(&self, covered: &[(usize, f64)], out: &mut Voxmap, index: usize) {
+    /// Sets cell `index` of `out` to what the cells `covered` of this map are together, each with its share; false where they cannot be one.
+    fn merge(&self, covered: &[(usize, f64)], out: &mut Voxmap, index: usize) -> bool {
         let sum = |of: &dyn Fn(usize) -> Bands| {
             covered.iter().fold([0.0; 3], |s, &(c, w)| {
                 let x = of(c);
@@ -112,9 +121,12 @@ impl Voxmap {
             .iter()
             .filter_map(|&(c, w)| Some((self.heat(c)?, w, w * absorbs(c).iter().sum::<f64>())))
             .collect();
-        if !known.is_empty() {
-            out.set_heat(index, merged(&known), Known::Flux(0.0));
+        if known.is_empty() {
+            return true;
         }
+        let one = merged(&known);
+        one.into_iter().for_each(|k| out.set_heat(index, k, Known::Flux(0.0)));
+        one.is_some()
     }
 }
 
@@ -144,7 +156,7 @@ mod tests {
             map.set_heat(i, Known::Flux(x), Known::Flux(0.0));
         }
         let map = map.seal().unwrap();
-        let half = map.coarser().unwrap();
+        let half = map.coarser().unwrap().unwrap();
         assert_eq!(half.dims(), [2, 3, 1]);
         let totals = |m: &Voxmap| {
             let volume = m.cell().x * m.cell().y * m.cell().z;
@@ -168,13 +180,17 @@ mod tests {
     }
 
     #[test]
-    fn what_absorbs_more_decides_what_is_known() {
+    fn what_absorbs_decides_what_is_known() {
         let hot = (Known::Temperature(1000.0), 0.25, 2.0);
         let clear = (Known::Flux(0.0), 0.75, 0.0);
-        assert_eq!(merged(&[hot, clear]), Known::Temperature(1000.0));
+        assert_eq!(merged(&[hot, clear]), Some(Known::Temperature(1000.0)));
+        assert_eq!(merged(&[clear, clear]), Some(Known::Flux(0.0)));
         let source = (Known::Flux(8.0), 0.75, 3.0);
-        assert_eq!(merged(&[hot, source]), Known::Flux(6.0));
-        let Known::Temperature(t) = merged(&[hot, (Known::Temperature(500.0), 0.5, 2.0)]) else { panic!() };
+        assert_eq!(merged(&[source, (Known::Temperature(300.0), 0.25, 0.0)]), Some(Known::Flux(6.0)));
+        assert_eq!(merged(&[hot, source]), None);
+        let Some(Known::Temperature(t)) = merged(&[hot, (Known::Temperature(500.0), 0.5, 2.0)]) else {
+            panic!()
+        };
         assert!((t.powi(4) - 0.5 * (1e12 + 6.25e10)).abs() < 1.0);
     }
 }

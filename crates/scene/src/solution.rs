@@ -259,6 +259,8 @@ pub struct Zoning {
     pub heat: Vec<[f64; 2]>,
     /// Errors of the powers in [`Report::energy`], W a band; its residual is 0.
     pub energy: Energy,
+    /// What these errors do not tell: of which zones, and why.
+    pub notes: Vec<String>,
 }
 
 /// What was done, and how well it went.

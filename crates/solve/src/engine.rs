@@ -118,6 +118,12 @@ struct Wish<'a> {
 /// What a look for a box found: the box, or why there is none.
 type Found = Result<Enclosure, String>;
 
+/// Bytes in GB, to be read.
+fn gigabytes(bytes: u64) -> String {
+    let x = bytes as f64 / 1e9;
+    if x < 0.01 { format!("{x:.1e}") } else { format!("{x:.3}") }
+}
+
 fn wrong<T>(key: &'static str, what: impl Into<String>) -> Result<T, SceneError> {
     Err(SceneError::new(key, what))
 }
@@ -284,10 +290,10 @@ impl<'a> Wish<'a> {
         wrong(
             "solve.patch_size",
             format!(
-                "{} zones need {:.3} GB {what}, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
+                "{} zones need {} GB {what}, more than the {} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
                 zones.len(),
-                bytes as f64 / 1e9,
-                self.memory as f64 / 1e9
+                gigabytes(bytes),
+                gigabytes(self.memory)
             ),
         )
     }

@@ -59,7 +59,7 @@ pub(crate) fn of_heat(scene: &Scene, zones: &Zones, fields: &Fields, report: &Re
     let e = &report.energy;
     let emitted = (0..3).fold(0.0f64, |m, b| m.max(e.emitted[b] + e.incoming[b]));
     let poor = balance > POOR * exchanged && balance > ROUNDING * emitted;
-    let told = format!("the heat balance is off by {:.1e} of what is exchanged", balance / exchanged);
+    let told = format!("the heat balance is off by {balance:.2e} W of {exchanged:.2e} W that are exchanged");
     if report.status.contains(&SolveStatus::Budget) {
         return Some(spent(poor.then_some(told)));
     }

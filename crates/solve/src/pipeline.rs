@@ -76,12 +76,8 @@ pub fn solve(scene: Scene, memory: u64, progress: &dyn Progress) -> Result<Solut
 /// Solves a scene as a job says.
 pub fn solve_job(scene: Scene, job: &Job) -> Result<Solution, SceneError> {
     let transport = Transport::new(&scene);
-    let mut zones = build_zones(&scene, &transport)?;
-    thermal::pose(&scene, &mut zones);
-    let Solved { mut fields, mut groups, mut report, slopes } = solved(&scene, &zones, &transport, job)?;
-    drop(transport);
-    thermal::settle(&scene, &mut zones, &mut fields, &mut groups, &mut report);
-    report.warnings.extend(notes::of_heat(&scene, &zones, &fields, &report));
+    let zones = build_zones(&scene, &transport)?;
+    let (zones, Solved { fields, groups, mut report, slopes }) = settled(&scene, transport, zones, job)?;
     if zoning::wanted(&scene) {
         zoning::estimate(&scene, &zones, slopes, &mut report, job);
     }
@@ -94,6 +90,21 @@ pub fn solve_job(scene: Scene, job: &Job) -> Result<Solution, SceneError> {
         version: env!("CARGO_PKG_VERSION").to_string(),
         scene,
     })
+}
+
+/// Poses, solves and settles zones.
+pub(crate) fn settled(
+    scene: &Scene,
+    transport: Transport,
+    mut zones: Zones,
+    job: &Job,
+) -> Result<(Zones, Solved), SceneError> {
+    thermal::pose(scene, &mut zones);
+    let mut s = solved(scene, &zones, &transport, job)?;
+    drop(transport);
+    thermal::settle(scene, &mut zones, &mut s.fields, &mut s.groups, &mut s.report);
+    s.report.warnings.extend(notes::of_heat(scene, &zones, &s.fields, &s.report));
+    Ok((zones, s))
 }
 
 /// Solves given zones, posed by [`thermal::pose`] where they have temperatures: the fields of all light together, those of each light group,
@@ -109,12 +120,12 @@ pub fn solve_zones(
 }
 
 /// What [`solve_zones`] gives.
-struct Solved {
-    fields: Fields,
-    groups: Vec<Group>,
-    report: Report,
+pub(crate) struct Solved {
+    pub fields: Fields,
+    pub groups: Vec<Group>,
+    pub report: Report,
     /// Whether radiosity has slopes inside the zones.
-    slopes: bool,
+    pub slopes: bool,
 }
 
 fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Result<Solved, SceneError> {
@@ -164,7 +175,7 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
     let estimate = report.estimate.patches.into_iter().chain(report.estimate.volumes).fold(0.0f64, f64::max);
     if engine == Engine::Dense && estimate > wanted {
         report.warnings.push(format!(
-            "the estimated error, {estimate:.1e}, misses the tolerance, {wanted:.1e}: what rays measure of pairs that are partly hidden, and of what escapes, is no better here"
+            "the estimated error, {estimate:.2e}, misses the tolerance, {wanted:.2e}: rays that measure pairs that are partly hidden, and what escapes, are not enough for it here"
         ));
     }
     Ok(Solved { fields, groups, report, slopes: built.operator.len() > zones.len() })

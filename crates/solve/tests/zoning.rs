@@ -3,7 +3,7 @@
 mod common;
 
 use common::{read, solved, unit_room};
-use zonal_scene::{Bands, HeatRow, Scene, Solution};
+use zonal_scene::{Bands, HeatRow, Scene, Solution, Zoning};
 
 /// The estimate may be so many times the error, and no more than so many.
 const COVER: [f64; 2] = [1.0, 40.0];
@@ -167,34 +167,98 @@ fn light_tells_it_on_request() {
     assert_eq!(relit.report.zoning, None);
 }
 
+/// The errors of zones if they are told, and all notes.
+fn notes(text: &str) -> (Option<Zoning>, String) {
+    let s = solved(text);
+    let mut notes = s.report.warnings;
+    notes.extend(s.report.zoning.iter().flat_map(|z| z.notes.clone()));
+    (s.report.zoning, notes.join("\n"))
+}
+
+const WALLS: &str = "temperature = 300\nemissivity = 0.5\nfaces.z0 = { temperature = 1000 }";
+
+fn room(solve: &str, rest: &str) -> String {
+    format!("mode = \"thermal\"\n{}", unit_room(solve, WALLS, rest))
+}
+
+fn gas(cells: &str, known: &str) -> String {
+    format!("[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = {cells}\nextinction = 0.2\n{known}")
+}
+
 #[test]
 fn what_cannot_be_told_is_said() {
-    let text = |solve: &str, cells: &str| {
+    let equilibrium = |cells: &str| gas(cells, "heat_source = 0");
+    let (told, said) = notes(&room("patch_size = 2", &equilibrium("[1,1,1]")));
+    assert!(told.is_none() && said.contains("not known: the medium has one cell"), "{said}");
+    let (told, said) = notes(&room("patch_size = 0.25", &equilibrium("[1,1,1]")));
+    assert!(told.is_some() && said.contains("one cell across"), "{said}");
+    let (told, said) = notes(&room("patch_size = 2", &equilibrium("[8,8,8]")));
+    assert!(told.is_some() && said.contains("on room.x0, room.x1, room.y0, room.y1 and 2 more"), "{said}");
+    let (told, said) = notes(&room("patch_rule = \"voxels\"", &equilibrium("[2,2,2]")));
+    assert!(told.is_some() && said.contains("zones are few"), "{said}");
+    let (told, said) = notes(&room("patch_rule = \"voxels\"", &equilibrium("[6,6,6]")));
+    assert!(told.is_some() && said.is_empty(), "{said}");
+    let (told, said) = notes(&room("patch_rule = \"voxels\"\nzoning_error = false", &equilibrium("[6,6,6]")));
+    assert!(told.is_none() && said.is_empty(), "{said}");
+    // A gap that is a tenth as wide as the patches beside it.
+    let gap = room("patch_size = 0.2", "").replace("max = [1,1,1]", "max = [1,1,0.02]");
+    let (told, said) = notes(&gap);
+    assert!(told.is_some() && said.contains("twice the gap"), "{said}");
+}
+
+#[test]
+fn a_surface_that_stays_as_it_was_is_named() {
+    let lamp = "[[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.4,0.4,0.5], edge1 = [0.1,0,0], edge2 = [0,0.1,0] }\ntemperature = 1500\nemissivity = 1\n";
+    let (told, said) = notes(&room("patch_size = 0.2", lamp));
+    assert!(told.is_some() && said.contains("as large as the first on lamp, and"), "{said}");
+    let (told, said) =
+        notes(&room("patch_size = 0.2", &lamp.replace("emissivity", "patch_size = 0.05\nemissivity")));
+    assert!(told.is_some() && !said.contains("lamp"), "{said}");
+}
+
+#[test]
+fn where_a_scene_repeats_itself_one_cell_is_enough() {
+    let slab = |periodic: &str, omit: &str| {
         format!(
-            "mode = \"thermal\"\n{}",
+            "mode = \"thermal\"\n[boundary]\n{periodic}\n{}",
             unit_room(
-                solve,
-                "temperature = 300\nemissivity = 0.5\nfaces.z0 = { temperature = 1000 }",
-                &format!(
-                    "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = {cells}\nextinction = 0.2\nheat_source = 0"
-                )
+                "patch_rule = \"voxels\"",
+                &format!("omit = {omit}\n{}", WALLS),
+                &gas("[1,1,12]", "heat_source = 0")
             )
         )
     };
-    let notes = |text: &str| {
-        let s = solved(text);
-        (s.report.zoning.is_some(), s.report.warnings.join("\n"))
-    };
-    let (told, said) = notes(&text("patch_size = 2", "[1,1,1]"));
-    assert!(!told && said.contains("not known") && said.contains("patch_size"), "{said}");
-    let (told, said) = notes(&text("patch_size = 0.25", "[1,1,1]"));
-    assert!(told && said.contains("one cell across"), "{said}");
-    let (told, said) = notes(&text("patch_size = 2", "[8,8,8]"));
-    assert!(told && said.contains("patches are as large"), "{said}");
-    let (told, said) = notes(&text("patch_rule = \"voxels\"", "[2,2,2]"));
-    assert!(told && said.contains("themselves rough"), "{said}");
-    let (told, said) = notes(&text("patch_rule = \"voxels\"", "[6,6,6]"));
-    assert!(told && !said.contains("zones"), "{said}");
-    let (told, said) = notes(&text("patch_rule = \"voxels\"\nzoning_error = false", "[6,6,6]"));
-    assert!(!told && !said.contains("zones"), "{said}");
+    let (told, said) = notes(&slab("x = \"periodic\"\ny = \"periodic\"", "[\"x0\", \"x1\", \"y0\", \"y1\"]"));
+    assert!(told.is_some_and(|z| z.ratio == 2.0) && said.is_empty(), "{said}");
+    // Walls at y see more than one value along y.
+    let (_, said) = notes(&slab("x = \"periodic\"", "[\"x0\", \"x1\"]"));
+    assert!(said.contains("one cell across") && said.contains("on room.z0, room.z1"), "{said}");
+}
+
+#[test]
+fn what_is_given_has_no_error_and_neither_kind_of_knowledge_is_lost() {
+    // Everything given: temperatures of all walls and cells.
+    let all =
+        room("patch_size = 0.25\nengine = \"dense\"", &gas("[5,5,5]", "temperature = 700\nalbedo = 0.3"));
+    let (told, _) = notes(&all);
+    let told = told.unwrap();
+    assert_eq!(told.heat.iter().filter(|e| e[0] != 0.0).count(), 0);
+    assert!(told.heat.iter().all(|e| e[1] > 0.0));
+    assert_eq!(told.energy.emitted, [0.0; 3]);
+    // A source in a gas of known temperature, not along larger cells: these do not melt into one.
+    let source = "[[medium.region]]\nbox = { min = [0.2,0.2,0.2], max = [0.8,0.8,0.8] }\nextinction = 0.2\nheat_source = 1e5\n";
+    let text = |known: &str, rule: &str| room(rule, &format!("{}\n{source}", gas("[5,5,5]", known)));
+    let (told, said) = notes(&text("temperature = 700", "patch_size = 0.1"));
+    assert!(told.is_some() && said.contains("which cannot be one"), "{said}");
+    let (told, said) = notes(&text("temperature = 700", "patch_rule = \"voxels\""));
+    assert!(told.is_none() && said.contains("not known: cells of known temperature"), "{said}");
+    let (told, said) = notes(&text("heat_source = 0", "patch_rule = \"voxels\""));
+    assert!(told.is_some() && !said.contains("not known"), "{said}");
+}
+
+#[test]
+fn panes_alone_are_told_of() {
+    let pane = "mode = \"thermal\"\n[solve]\npatch_size = 0.25\n[surroundings]\ntemperature = 300\n[[pane]]\nname = \"p\"\npolygon = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\nthickness = 0.04\nextinction = 5\nalbedo = 0\ntemperature = 900\n";
+    let (told, said) = notes(pane);
+    assert!(told.is_some_and(|z| z.zones == 4 && z.ratio == 2.0), "{said}");
 }

@@ -66,7 +66,7 @@ pub fn report(s: &Solution) -> String {
         let _ = writeln!(out, "  {:<34}{text:>12}", format!("solver, band {band}"));
     }
     let _ = writeln!(out, "  {:<34}{:>12}", "grade of the exchange areas", r.grade.word());
-    for w in &r.warnings {
+    for w in r.warnings.iter().chain(r.zoning.iter().flat_map(|z| &z.notes)) {
         let _ = writeln!(out, "  note: {w}");
     }
     out
@@ -146,7 +146,13 @@ fn decimals(e: f64) -> usize {
 
 /// An error to two digits.
 fn rough(e: f64) -> String {
-    if (1e-3..1e5).contains(&e) { format!("{e:.0$}", decimals(e)) } else { format!("{e:.1e}") }
+    if e == 0.0 {
+        "0".into()
+    } else if (1e-3..1e5).contains(&e) {
+        format!("{e:.0$}", decimals(e))
+    } else {
+        format!("{e:.1e}")
+    }
 }
 
 /// A value and its error; digits that the error leaves open are not shown.

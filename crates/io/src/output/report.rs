@@ -118,6 +118,7 @@ pub(super) fn encode(r: &Report) -> Value {
         "heat": heat::report_out(r.heat.as_ref(), r.zoning.as_ref()),
         "zoning": r.zoning.as_ref().map(|z| json!({
             "zones": z.zones, "ratio": z.ratio, "energy": energy_out(&z.energy), "grade": Grade::Estimated.word(),
+            "notes": z.notes,
         })),
         "counts": counts,
         "warnings": r.warnings,
@@ -156,10 +157,7 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
             .iter()
             .map(|x| Ok((text(x, "name")?, x["count"].as_u64().ok_or("report.counts: a count is missing")?)))
             .collect::<Result<_, String>>()?,
-        warnings: list(v, "warnings")?
-            .iter()
-            .map(|w| w.as_str().map(String::from).ok_or("report.warnings: an entry is no text".into()))
-            .collect::<Result<_, String>>()?,
+        warnings: texts(v, "warnings")?,
         grade: grade_of(v)?,
     })
 }
@@ -175,7 +173,14 @@ fn zoning_in(v: &Value) -> Result<Option<Zoning>, String> {
         ratio: real(z, "ratio")?,
         heat: heat::zoning_in(&v["heat"])?,
         energy: energy_in(&z["energy"])?,
+        notes: texts(z, "notes")?,
     }))
+}
+
+/// The texts of a list.
+fn texts(v: &Value, key: &str) -> Result<Vec<String>, String> {
+    let one = |w: &Value| w.as_str().map(String::from).ok_or(format!("report.{key}: an entry is no text"));
+    list(v, key)?.iter().map(one).collect()
 }
 
 fn statuses(v: &Value) -> Result<[SolveStatus; 3], String> {

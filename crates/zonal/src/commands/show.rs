@@ -117,7 +117,7 @@ impl Wish {
             }
         }
         if args.log && field == Field::NetFlux {
-            return Err(Failure::new("--log: net fluxes have a sign; leave it out, or narrow the --range"));
+            return Err(Failure::new("--log: net fluxes have a sign; leave it out"));
         }
         let range = args.range.as_deref().map(parse_range).transpose()?;
         if args.log && range.is_some_and(|r| r.0 <= 0.0) {
@@ -140,8 +140,11 @@ fn parse_range(text: &str) -> Result<(f64, f64), Failure> {
     let (low, high) = text.split_once(',').ok_or_else(|| wrong("is not LOW,HIGH"))?;
     let number = |s: &str| s.trim().parse::<f64>().map_err(|_| wrong("is not two numbers"));
     let (low, high) = (number(low)?, number(high)?);
-    if !(low.is_finite() && high.is_finite() && (high - low).is_finite()) {
+    if !(low.is_finite() && high.is_finite()) {
         return Err(wrong("is not finite"));
+    }
+    if !(high - low).is_finite() {
+        return Err(wrong("is too wide"));
     }
     if low >= high {
         return Err(wrong("has no low end below its high end"));
@@ -209,6 +212,15 @@ pub fn run(args: &Args, field: Field, context: Context) -> Result<(), Failure> {
     };
     let zones = view.zones(&meter);
     if zones.iter().all(Option::is_none) {
+        let (none, panes) = (solution.zones.patches.is_empty(), solution.zones.panes.is_empty());
+        if none && (panes || !field.is_heat()) {
+            let what = match (field, solution.scene.voxmap()) {
+                (Field::Temperature, Some(_)) => "give a --slice of the medium",
+                _ => "write its zones with zonal export",
+            };
+            let told = format!("--show: there is no surface that has a {}; {what}", field.word());
+            return Err(Failure::in_file(&args.run, told));
+        }
         let what = "sees no zone of a surface or pane (backs of one-sided surfaces are none); choose another --camera";
         return Err(Failure::new(format!("--camera: '{}' {what}", camera.name)));
     }

@@ -164,7 +164,13 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         say(table::report(&solution).trim_end())?;
         say(&format!("written: {}", args.output.display()))?;
         if solution.scene.thermal().is_some() {
-            say(&format!("next: zonal render {} --show temperature -o walls.png", args.output.display()))?;
+            let (low, high) = solution.scene.bounds();
+            let gas = solution.zones.patches.is_empty() && solution.zones.panes.is_empty();
+            let slice = if gas { format!(" --slice z={}", 0.5 * (low.z + high.z)) } else { String::new() };
+            say(&format!(
+                "next: zonal render {} --show temperature{slice} -o walls.png",
+                args.output.display()
+            ))?;
         } else if let Some(c) = solution.scene.cameras().first() {
             say(&format!("next: zonal render {} --camera {} -o picture.png", args.output.display(), c.name))?;
         }

@@ -342,6 +342,7 @@ fn what_is_warm_round_trips() {
         ratio: 1.0 / 3.0 + 1.0,
         heat: vec![[0.0, 1e-3], [0.1, 2.0]],
         energy: s.report.energy.clone(),
+        notes: vec!["a pane".into()],
     });
     let path = std::env::temp_dir().join(format!("zonal-warm-{}.npz", std::process::id()));
     write_solution(&path, &s).unwrap();

@@ -16,8 +16,8 @@ pub const CASES: [Case; 1] = [Case {
     name: "errors-of-zones",
     group: "Errors of zones",
     title: "what the size of the zones costs, estimated and known",
-    about: "The furnace of section 9 (net wall powers) and a lit cube (κL = 2, albedo 0.9, power absorbed by the walls), zones of one radiosity and with slopes. Error: the distance to the answer of zones a sixth of a metre and \
-        a twenty-fourth across, with slopes. Limit: the error of zones that the report of the coarse solve gives.",
+    about: "The furnace of section 9 (net wall powers) and a lit cube (κL = 2, albedo 0.9, power absorbed by the walls), zones of one radiosity and with slopes. Error: the distance to the answer of zones of a tenth of a metre (furnace) and a \
+        twenty-fourth (cube), with slopes. Limit: the error of zones that the report of the coarse solve gives.",
     quick: true,
     needs: None,
     run,
