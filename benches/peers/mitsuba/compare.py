@@ -38,7 +38,7 @@ def options():
     p.add_argument("--cells", default="10,20,40", help="voxels along an edge of ours")
     p.add_argument("--runs", type=int, default=5, help="solves and pictures of ours, of which the fastest counts")
     p.add_argument("--zonal", default=os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target")) + "/release/zonal")
-    p.add_argument("--reference", default=str(ROOT / "../shared/reference/montecarlo/image_c0_K1_a0.90_r0.5_inside_64.npz"))
+    p.add_argument("--reference", help="the 64 x 64 picture, an .npz; not compared with where there is none", default=str(ROOT / "../shared/reference/montecarlo/image_c0_K1_a0.90_r0.5_inside_64.npz"))
     p.add_argument("--out", default="out/mitsuba")
     return p.parse_args()
 
@@ -206,7 +206,7 @@ def main():
     total = seconds.sum()
     print(f"{key}: {spp} samples a pixel, {total:.1f} processor seconds, noise {100 * noise:.2f} % of the mean")
     print(f"  at {100 * TARGET:g} %: {total * (noise / TARGET) ** 2:.0f} processor seconds a view\n")
-    reference = np.load(o.reference) if Path(o.reference).exists() else None
+    reference = np.load(o.reference) if Path(o.reference).is_file() else None
     if reference is not None:
         img, own = reference["img"].astype(float), reference["se"]
         small = binned(theirs, 64)

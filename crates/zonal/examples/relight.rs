@@ -62,8 +62,11 @@ fn solution(n: usize) -> Solution {
 
 fn main() {
     let mut args = std::env::args().skip(1);
-    let folder = args.next().expect("a folder for the files");
-    let n = args.next().map_or(66, |n| n.parse().expect("a number of cells"));
+    let (folder, n) = (args.next(), args.next().map_or(Ok(66), |n| n.parse()));
+    let (Some(folder), Ok(n)) = (folder, n) else {
+        eprintln!("relight: give a folder for the files and, if you like, a number of cells");
+        std::process::exit(2);
+    };
     let (run, out) = (Path::new(&folder).join("run.npz"), Path::new(&folder).join("relit.npz"));
     let s = solution(n);
     output::write_solution(&run, &s).unwrap_or_else(|e| panic!("{e}"));
