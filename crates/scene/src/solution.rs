@@ -109,6 +109,13 @@ impl Energy {
         self.all().zip(more.all()).for_each(|(x, y)| *x = bands(|b| x[b] + y[b]));
         self.balance();
     }
+    /// Every power of this balance `with` that of another on the same surfaces; the residual is 0.
+    pub fn compared(&self, other: &Energy, with: impl Fn(f64, f64) -> f64) -> Energy {
+        let (mut out, mut other) = (self.clone(), other.clone());
+        out.all().zip(other.all()).for_each(|(x, y)| *x = bands(|b| with(x[b], y[b])));
+        out.residual = [0.0; 3];
+        out
+    }
     /// Sets the residual from the rest.
     pub fn balance(&mut self) {
         self.residual = bands(|b| {

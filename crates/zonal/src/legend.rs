@@ -6,7 +6,7 @@
 use crate::plot::number;
 use crate::scale::Scale;
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
-use zonal_io::output::{NO_VALUE, srgb};
+use zonal_io::output::{NO_VALUE, srgb_byte};
 
 const INK: [u8; 3] = [40, 40, 40];
 const FRAME: [u8; 3] = [120, 120, 120];
@@ -36,7 +36,7 @@ pub struct Legend {
 
 /// The bytes of a linear colour.
 pub fn bytes(linear: [f32; 3]) -> [u8; 3] {
-    linear.map(|x| (255.0 * srgb(x as f64)).round().clamp(0.0, 255.0) as u8)
+    linear.map(srgb_byte)
 }
 
 impl Canvas {

@@ -30,12 +30,7 @@ impl Scale {
     /// A scale for values; what is not finite among them is left aside. Differences up to `floor` are no differences. `None` where no
     /// value serves.
     pub fn of(values: impl Iterator<Item = f64>, map: ColourMap, log: bool, floor: f64) -> Option<Scale> {
-        let fit = values.filter(|v| v.is_finite() && (!log || *v > 0.0));
-        let (mut low, mut high) =
-            fit.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-        if low > high {
-            return None;
-        }
+        let (mut low, mut high) = ends(values.filter(|v| !log || *v > 0.0))?;
         if map == ColourMap::Signed {
             (low, high) = (low.min(0.0), high.max(0.0));
         }
@@ -110,6 +105,14 @@ impl Scale {
             .filter(|x| (-1e-9..=1.0 + 1e-9).contains(&self.place(*x)))
             .collect()
     }
+}
+
+/// The least and the largest of what is finite among values; `None` where nothing is.
+pub fn ends(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values.filter(|v| v.is_finite()).fold(None, |e, v| {
+        let (low, high) = e.unwrap_or((v, v));
+        Some((low.min(v), high.max(v)))
+    })
 }
 
 #[cfg(test)]

@@ -54,7 +54,7 @@ pub use picture::{encode_png, png_note, write_png, write_png_bytes, write_png_no
 pub use report::report_json;
 pub use solution::{read_solution, write_solution};
 pub use texture::texture_png;
-pub use tone::{Curve, Tone, auto_exposure, srgb};
+pub use tone::{Curve, Tone, auto_exposure, srgb_byte};
 pub use vault::{Folder, Held, Keys};
 pub use vti::write_vti;
 pub use vtu::write_vtu;

@@ -2,7 +2,7 @@
 
 use super::FileError;
 use super::atomic::write_atomic;
-use super::tone::{Tone, srgb};
+use super::tone::{Tone, srgb_byte};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -75,11 +75,7 @@ pub fn png_note(path: &Path, keyword: &str) -> Option<String> {
 /// Linear values from 0 to 1 as the bytes of an 8-bit sRGB PNG file, rounded, for textures; `None` where the size is not that of the list.
 pub fn encode_png(width: usize, height: usize, linear: &[[f32; 3]]) -> Option<Vec<u8>> {
     check_size(Path::new(""), width, height, linear.len()).ok()?;
-    let bytes: Vec<u8> = linear
-        .as_flattened()
-        .iter()
-        .map(|x| (255.0 * srgb(*x as f64)).round().clamp(0.0, 255.0) as u8)
-        .collect();
+    let bytes: Vec<u8> = linear.as_flattened().iter().map(|x| srgb_byte(*x)).collect();
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, width as u32, height as u32);
     encoder.set_color(png::ColorType::Rgb);

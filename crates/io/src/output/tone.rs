@@ -78,6 +78,11 @@ pub fn srgb(x: f64) -> f64 {
     }
 }
 
+/// The byte of a linear value from 0 to 1 in 8-bit sRGB, rounded.
+pub fn srgb_byte(x: f32) -> u8 {
+    (255.0 * srgb(x as f64)).round().clamp(0.0, 255.0) as u8
+}
+
 /// Relative luminance (Rec. 709 weights) of a linear colour.
 pub fn luminance(c: [f32; 3]) -> f64 {
     0.2126 * c[0] as f64 + 0.7152 * c[1] as f64 + 0.0722 * c[2] as f64

@@ -58,13 +58,11 @@ impl Grown {
             }
         }
         if !stuck.is_empty() {
-            let mut names = stuck.clone();
-            let rest = names.len().saturating_sub(NAMES);
-            let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
-            names.truncate(NAMES);
+            let (named, rest) = stuck.split_at(stuck.len().min(NAMES));
+            let more = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
             notes.push(format!(
                 "the second solve has zones as large as the first on {}{more}, and their errors do not tell what that costs: give them a smaller patch_size",
-                names.join(", ")
+                named.join(", ")
             ));
         }
         let patches = (after > 0).then(|| (before as f64 / after as f64).sqrt());
@@ -144,12 +142,12 @@ fn rough(other: &Scene, others: &Zones, slopes: bool, few: bool) -> Option<&'sta
 /// Whether patches are far wider than the gap before them.
 fn wide(zones: &Zones, transport: &Transport) -> Option<&'static str> {
     let width = |p: &Patch| p.plate.e1.length().max(p.plate.e2.length());
-    let narrow = |p: &&Patch| {
+    let narrow = |p: &Patch| {
         let reach = width(p) / WIDE;
         transport.nearest(p.plate.centre(), p.normal, 1e-6 * reach, reach).is_some()
     };
-    let area = |list: Vec<&Patch>| list.iter().map(|p| p.area).sum::<f64>();
-    let all = area(zones.patches.iter().collect());
-    let share = area(zones.patches.par_iter().filter(narrow).collect());
+    let narrow: Vec<bool> = zones.patches.par_iter().map(narrow).collect();
+    let all: f64 = zones.patches.iter().map(|p| p.area).sum();
+    let share: f64 = zones.patches.iter().zip(narrow).filter(|x| x.1).map(|x| x.0.area).sum();
     (share > SHARE * all).then_some("patches are wider than twice the gap before them")
 }

@@ -17,9 +17,10 @@ mod grown;
 use crate::pipeline::{self, Job};
 use grown::Grown;
 use zonal_scene::scene::ThickZones;
-use zonal_scene::solution::Energy;
 use zonal_scene::vault::STATE;
-use zonal_scene::{Engine, Known, Progress, Report, Scene, SceneError, Vault, Zones, Zoning, bands};
+use zonal_scene::{
+    Engine, HeatKind, HeatReport, HeatRow, Known, Progress, Report, Scene, SceneError, Vault, Zones, Zoning,
+};
 use zonal_transport::{Transport, build_zones};
 
 /// Differences below this share of a number are rounding.
@@ -90,9 +91,10 @@ fn second(scene: &Scene, zones: &Zones, slopes: bool, report: &Report, job: &Job
     let larger = Job { vault: &vault, initial: &[], progress: &progress, ..*job };
     let (_, other) = pipeline::settled(&coarser, transport, others, &larger).map_err(of)?;
     let apart = |a: f64, b: f64| differs(a, b) / (ratio - 1.0);
-    let rows = report.heat.iter().zip(&other.report.heat).flat_map(|(a, b)| a.rows.iter().zip(&b.rows));
-    let heat = rows.enumerate().map(|(i, (a, b))| {
-        let kelvin = match (is_given(scene, i), a.temperature, b.temperature) {
+    let tables = report.heat.iter().zip(&other.report.heat);
+    let heat = tables.flat_map(|(own, other)| own.rows.iter().zip(&other.rows).zip(are_given(scene, own)));
+    let heat = heat.map(|((a, b), given)| {
+        let kelvin = match (given, a.temperature, b.temperature) {
             (true, ..) => 0.0,
             (false, Some(a), Some(b)) => apart(a, b),
             _ => f64::NAN,
@@ -103,49 +105,31 @@ fn second(scene: &Scene, zones: &Zones, slopes: bool, report: &Report, job: &Job
         zones: grown.zones,
         ratio,
         heat: heat.collect(),
-        energy: differences(&report.energy, &other.report.energy, apart),
+        energy: report.energy.compared(&other.report.energy, apart),
         notes: grown.notes,
     })
 }
 
-/// True where the temperature of a row of the table by name is given, of all that is in it: surfaces, then the medium, then panes.
-fn is_given(scene: &Scene, row: usize) -> bool {
-    let (Some(thermal), warm) = (scene.thermal(), |k: &Known| matches!(k, Known::Temperature(_))) else {
-        return false;
+/// Of each row of a table by name, whether the temperature of all that is in it is given.
+fn are_given(scene: &Scene, table: &HeatReport) -> Vec<bool> {
+    let warm = |k: &Known| matches!(k, Known::Temperature(_));
+    let (surfaces, panes) = scene.thermal().map_or((&[][..], &[][..]), |t| (&t.surfaces[..], &t.panes[..]));
+    let medium = || {
+        let map = scene.voxmap()?;
+        let cells = if map.is_uniform() { 1 } else { map.len() };
+        Some((0..cells).all(|i| map.heat(i).is_some_and(|k| warm(&k))))
     };
-    let (surfaces, panes) = (thermal.surfaces.len(), thermal.panes.len());
-    let rest = row.saturating_sub(surfaces);
-    match scene.voxmap() {
-        _ if row < surfaces => warm(&thermal.surfaces[row]),
-        Some(map) if rest == 0 => {
-            let cells = if map.is_uniform() { 1 } else { map.len() };
-            (0..cells).all(|i| map.heat(i).is_some_and(|k| warm(&k)))
-        }
-        map => {
-            let pane = rest - usize::from(map.is_some());
-            pane < panes && warm(&thermal.panes[pane])
-        }
-    }
+    let (mut surfaces, mut panes) = (surfaces.iter(), panes.iter());
+    let one = |row: &HeatRow| match row.kind {
+        HeatKind::Surface => surfaces.next().is_some_and(warm),
+        HeatKind::Medium => medium().unwrap_or(false),
+        HeatKind::Pane => panes.next().is_some_and(warm),
+    };
+    table.rows.iter().map(one).collect()
 }
 
 /// |a − b|, 0 where that is rounding.
 fn differs(a: f64, b: f64) -> f64 {
     let d = (a - b).abs();
     if d > ROUNDING * a.abs().max(b.abs()) { d } else { 0.0 }
-}
-
-/// How far the powers of two balances are `apart`.
-fn differences(a: &Energy, b: &Energy, apart: impl Fn(f64, f64) -> f64) -> Energy {
-    let apart = |a: &[f64; 3], b: &[f64; 3]| bands(|k| apart(a[k], b[k]));
-    let surfaces = a.absorbed_surfaces.iter().zip(&b.absorbed_surfaces);
-    Energy {
-        emitted: apart(&a.emitted, &b.emitted),
-        incoming: apart(&a.incoming, &b.incoming),
-        absorbed_surfaces: surfaces.map(|(a, b)| (a.0.clone(), apart(&a.1, &b.1))).collect(),
-        absorbed_volumes: apart(&a.absorbed_volumes, &b.absorbed_volumes),
-        absorbed_panes: apart(&a.absorbed_panes, &b.absorbed_panes),
-        escaped: apart(&a.escaped, &b.escaped),
-        backs: apart(&a.backs, &b.backs),
-        residual: [0.0; 3],
-    }
 }

@@ -4,7 +4,7 @@ use super::render::{Args, find_camera, parse_size};
 use super::{Context, check_output};
 use crate::failure::say;
 use crate::legend::{Legend, beside};
-use crate::scale::Scale;
+use crate::scale::{Scale, ends};
 use crate::{Failure, meter::Meter};
 use zonal_io::output::{self, ColourMap, FieldPicture};
 use zonal_render::ZonesSeen;
@@ -226,10 +226,6 @@ pub fn run(args: &Args, field: Field, context: Context) -> Result<(), Failure> {
     }
     let seen: Vec<f64> = zones.iter().map(|z| z.map_or(f64::NAN, |z| values[z as usize])).collect();
     let without = zones.iter().zip(&seen).filter(|(z, v)| z.is_some() && v.is_nan()).count();
-    let (low, high) = seen
-        .iter()
-        .filter(|v| v.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     let scale = if wish.numbers {
         let (width, height) = wish.size;
         let values = seen.iter().map(|v| *v as f32).collect();
@@ -253,7 +249,7 @@ pub fn run(args: &Args, field: Field, context: Context) -> Result<(), Failure> {
         args,
         &wish,
         &camera,
-        &Told { range: scale.map(|s| (s.low, s.high)), seen: (low, high), without, beyond },
+        &Told { range: scale.map(|s| (s.low, s.high)), seen: ends(seen.iter().copied()), without, beyond },
         context,
     )
 }
@@ -296,7 +292,7 @@ fn write(
 /// What was seen.
 struct Told {
     range: Option<(f64, f64)>,
-    seen: (f64, f64),
+    seen: Option<(f64, f64)>,
     without: usize,
     beyond: Option<usize>,
 }
@@ -304,21 +300,19 @@ struct Told {
 fn tell(args: &Args, wish: &Wish, camera: &Camera, told: &Told, context: Context) -> Result<(), Failure> {
     let ((width, height), written) = (wish.size, args.output.display());
     let (field, unit) = (wish.field.word(), wish.field.unit());
-    let known = told.seen.0 <= told.seen.1;
     if context.json {
         return say(&format!(
             "{}",
             serde_json::json!({
                 "camera": camera.name, "width": width, "height": height, "show": field, "slice": args.slice, "unit": unit,
-                "range": told.range.map(|r| [r.0, r.1]), "seen": known.then_some([told.seen.0, told.seen.1]),
+                "range": told.range.map(|r| [r.0, r.1]), "seen": told.seen.map(|s| [s.0, s.1]),
                 "without_value": told.without, "beyond_range": told.beyond, "written": written.to_string(),
             })
         ));
     }
-    let ends = if known {
-        format!(" from {} to {} {unit}", short(told.seen.0), short(told.seen.1))
-    } else {
-        " nowhere".into()
+    let ends = match told.seen {
+        Some((low, high)) => format!(" from {} to {} {unit}", short(low), short(high)),
+        None => " nowhere".into(),
     };
     say(&format!("{}: {width}×{height}, {field}{ends}, written: {written}", camera.name))?;
     let pixels = |n: usize, what: &str| say(&format!("{n} pixels {what}"));
