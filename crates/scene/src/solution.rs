@@ -1,6 +1,6 @@
 //! The solution: inert data that solvers write, and pictures, tables and files read.
 
-use crate::{Bands, Group, Scene, Zones, bands};
+use crate::{Bands, Group, Note, Scene, Zones, bands};
 use zonal_math::Grade;
 
 /// How the iteration ended.
@@ -267,7 +267,7 @@ pub struct Zoning {
     /// Errors of the powers in [`Report::energy`], W a band; its residual is 0.
     pub energy: Energy,
     /// What these errors do not tell: of which zones, and why.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// What was done, and how well it went.
@@ -293,8 +293,8 @@ pub struct Report {
     pub zoning: Option<Zoning>,
     /// Name and count of what was counted: pairs by method, rays, tables.
     pub counts: Vec<(String, u64)>,
-    /// Warnings: zones too thick, open enclosures, dropped triangles.
-    pub warnings: Vec<String>,
+    /// Notes and warnings: zones too thick, open enclosures, dropped triangles.
+    pub warnings: Vec<Note>,
     /// The weakest grade among the exchange areas used.
     pub grade: Grade,
 }

@@ -22,7 +22,7 @@ use zonal_exchange::pair::{Settings, strength, target};
 use zonal_math::Grade;
 use zonal_scene::solution::Energy;
 use zonal_scene::{
-    Bands, Engine, Estimate, Fields, Group, NoVault, Progress, Report, Scene, SceneError, Solution,
+    Bands, Engine, Estimate, Fields, Group, NoVault, Note, Progress, Report, Scene, SceneError, Solution,
     SolveStatus, Values, Vault, Zones, bands,
 };
 use zonal_transport::{Transport, build_zones};
@@ -174,9 +174,10 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
     let wanted = scene.options().tolerance;
     let estimate = report.estimate.patches.into_iter().chain(report.estimate.volumes).fold(0.0f64, f64::max);
     if engine == Engine::Dense && estimate > wanted {
-        report.warnings.push(format!(
+        let text = format!(
             "the estimated error, {estimate:.2e}, misses the tolerance, {wanted:.2e}: rays that measure pairs that are partly hidden, and what escapes, are not enough for it here"
-        ));
+        );
+        report.warnings.push(Note::warning("tolerance", text));
     }
     Ok(Solved { fields, groups, report, slopes: built.operator.len() > zones.len() })
 }
@@ -518,9 +519,10 @@ fn report(
     warnings.extend(built.warnings.iter().cloned());
     warnings.extend(undershoot(site, fields));
     if !escape.closed() {
-        warnings.push("the scene is open: power escapes to the surroundings or onto black backs".into());
+        let text = "the scene is open: power escapes to the surroundings or onto black backs";
+        warnings.push(Note::note("open-scene", text));
     }
-    warnings.extend(site.direct.warnings().cloned());
+    warnings.extend(site.direct.warnings());
     if site.scene.thermal().is_none() {
         let short = ended.iter().flat_map(|e| e.status).any(|s| s == SolveStatus::Budget);
         warnings.extend(notes::of_light(&energy, site.scene.options(), short));
@@ -545,7 +547,7 @@ fn report(
 }
 
 /// What a user should know of zones whose slopes are steeper than what they hold.
-fn undershoot(site: &Site, fields: &Fields) -> Option<String> {
+fn undershoot(site: &Site, fields: &Fields) -> Option<Note> {
     // Powers that are taken away may leave less than nothing without any slope.
     let taken = |i: usize| emission(site.zones, i).iter().any(|e| *e < 0.0);
     let most = fields.incident.iter().flatten().fold(0.0f64, |m, x| m.max(*x));
@@ -555,11 +557,12 @@ fn undershoot(site: &Site, fields: &Fields) -> Option<String> {
     let below = || fields.incident.iter().filter(|h| h.iter().any(|x| *x < -UNDERSHOOT * most));
     let least = below().flatten().fold(0.0f64, |m, x| m.min(*x));
     (least < 0.0).then(|| {
-        format!(
+        let text = format!(
             "less than nothing arrives at {} zone(s), down to {:.1e} of the most: light falls off too steeply for these voxels, use more cells",
             below().count(),
             least / most
-        )
+        );
+        Note::warning("negative-flux", text)
     })
 }
 

@@ -9,8 +9,8 @@
 use crate::groups::{emission, response};
 use rayon::prelude::*;
 use zonal_scene::{
-    Bands, Estimate, Fields, Group, Kind, Light, Scene, SceneError, SceneParts, Solution, Values, Voxmap,
-    Zones, bands,
+    Bands, Estimate, Fields, Group, Kind, Light, Note, Scene, SceneError, SceneParts, Solution, Values,
+    Voxmap, Zones, bands,
 };
 
 fn times(a: Bands, f: Bands) -> Bands {
@@ -67,9 +67,12 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
     groups.iter().for_each(|g| report.energy.add(&g.energy));
     report.residuals = [0, 1, 2].map(|b| vec![groups.iter().fold(0.0f64, |m, g| m.max(g.residual[b]))]);
     report.estimate = Estimate::of(&fields, zones.voxel_offset(), report.estimate.grade);
-    report.warnings.extend(wanted.iter().map(|(name, f)| match f {
-        [a, b, c] if a == b && b == c => format!("relit: {name} × {a}"),
-        [a, b, c] => format!("relit: {name} × {a}, {b}, {c}"),
+    report.warnings.extend(wanted.iter().map(|(name, f)| {
+        let text = match f {
+            [a, b, c] if a == b && b == c => format!("relit: {name} × {a}"),
+            [a, b, c] => format!("relit: {name} × {a}, {b}, {c}"),
+        };
+        Note::note("relit", text)
     }));
     Ok(Solution { scene, zones, fields, groups, report, scene_hash: String::new(), version })
 }

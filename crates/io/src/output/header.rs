@@ -28,7 +28,7 @@ pub fn encode(s: &Solution) -> Value {
         },
         "order_of_fields": "patches, then voxel zones, then pane zones",
         "name": scene.name(),
-        "notes": scene.notes(),
+        "notes": super::notes::notes_json(scene.notes()),
         "surfaces": scene.surfaces().iter().map(surface_out).collect::<Vec<_>>(),
         "panes": scene.panes().iter().map(pane_out).collect::<Vec<_>>(),
         "textures": scene.textures().len(),

@@ -3,10 +3,11 @@
 //! Lists over bands have three numbers. A number that is not finite is `null`.
 
 use super::heat;
+use super::notes::{note_in, notes_json};
 use serde_json::{Value, json};
 use zonal_math::Grade;
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Bands, Estimate, Group, Kind, Report, Solution, SolveStatus, Zoning};
+use zonal_scene::{Bands, Estimate, Group, Kind, Note, Report, Solution, SolveStatus, Zoning};
 
 /// The report of a solution as a JSON document: zones, engine, status, residuals, estimate, closure, energy (W), light groups, counts,
 /// warnings, provenance.
@@ -118,10 +119,10 @@ pub(super) fn encode(r: &Report) -> Value {
         "heat": heat::report_out(r.heat.as_ref(), r.zoning.as_ref()),
         "zoning": r.zoning.as_ref().map(|z| json!({
             "zones": z.zones, "ratio": z.ratio, "energy": energy_out(&z.energy), "grade": Grade::Estimated.word(),
-            "notes": z.notes,
+            "notes": notes_json(&z.notes),
         })),
         "counts": counts,
-        "warnings": r.warnings,
+        "warnings": notes_json(&r.warnings),
         "grade": r.grade.word(),
     })
 }
@@ -157,7 +158,7 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
             .iter()
             .map(|x| Ok((text(x, "name")?, x["count"].as_u64().ok_or("report.counts: a count is missing")?)))
             .collect::<Result<_, String>>()?,
-        warnings: texts(v, "warnings")?,
+        warnings: notes(v, "warnings")?,
         grade: grade_of(v)?,
     })
 }
@@ -173,13 +174,13 @@ fn zoning_in(v: &Value) -> Result<Option<Zoning>, String> {
         ratio: real(z, "ratio")?,
         heat: heat::zoning_in(&v["heat"])?,
         energy: energy_in(&z["energy"])?,
-        notes: texts(z, "notes")?,
+        notes: notes(z, "notes")?,
     }))
 }
 
-/// The texts of a list.
-fn texts(v: &Value, key: &str) -> Result<Vec<String>, String> {
-    let one = |w: &Value| w.as_str().map(String::from).ok_or(format!("report.{key}: an entry is no text"));
+/// The notes of a list.
+fn notes(v: &Value, key: &str) -> Result<Vec<Note>, String> {
+    let one = |w: &Value| note_in(w).map_err(|e| format!("report.{key}: {e}"));
     list(v, key)?.iter().map(one).collect()
 }
 

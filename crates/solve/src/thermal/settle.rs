@@ -13,7 +13,7 @@ use crate::engine::{Built, Site};
 use rayon::prelude::*;
 use zonal_scene::thermal::{black, temperature};
 use zonal_scene::{
-    Bands, Fields, Group, Heat, HeatKind, HeatReport, HeatRow, Known, Report, Scene, Zones, bands,
+    Bands, Fields, Group, Heat, HeatKind, HeatReport, HeatRow, Known, Note, Report, Scene, Zones, bands,
 };
 
 /// Residual of the errors' own solve, and its steps.
@@ -144,7 +144,7 @@ pub(crate) fn settle(
 }
 
 /// What to say of zones without a temperature.
-fn undefined(locals: &[Local], shares: &zonal_scene::Shares, heat: &Heat) -> Vec<String> {
+fn undefined(locals: &[Local], shares: &zonal_scene::Shares, heat: &Heat) -> Vec<Note> {
     const WHY: [&str; 4] = [
         "zones neither absorb nor emit: their temperature is undefined",
         "zones emit in no band that has a share of the emission: their temperature is undefined",
@@ -164,7 +164,7 @@ fn undefined(locals: &[Local], shares: &zonal_scene::Shares, heat: &Heat) -> Vec
         counts[why] += 1;
     }
     let told = counts.iter().zip(WHY).filter(|(n, _)| **n > 0);
-    told.map(|(n, why)| format!("{n} {why}")).collect()
+    told.map(|(n, why)| Note::warning("no-temperature", format!("{n} {why}"))).collect()
 }
 
 fn table(

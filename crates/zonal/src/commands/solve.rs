@@ -175,7 +175,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
             say(&format!("next: zonal render {} --camera {} -o picture.png", args.output.display(), c.name))?;
         }
     }
-    Ok(())
+    context.judge_report(&solution.report)
 }
 
 /// The scene with the options of the command line.
