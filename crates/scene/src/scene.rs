@@ -410,6 +410,10 @@ impl Scene {
     pub fn options(&self) -> &Options {
         &self.parts.options
     }
+    /// Whether closure is restored: as the settings say, else in thermal mode alone, where missing closure is missing heat.
+    pub fn restores_closure(&self) -> bool {
+        self.options().restore_closure.unwrap_or(self.thermal().is_some())
+    }
     /// What the reader noticed and mended.
     pub fn notes(&self) -> &[Note] {
         &self.parts.notes

@@ -387,7 +387,7 @@ fn spectral(
     if open {
         escape.sky = operator.openings();
     }
-    let closure = if scene.options().restore_closure {
+    let closure = if scene.restores_closure() {
         closure::restore(&mut operator, zones, escape)
     } else {
         closure::measure(&operator, zones, escape)
@@ -404,7 +404,7 @@ pub(crate) fn dense(site: &Site, escape: &mut Escape) -> Built<'static> {
     let group = dense::groups(scene, site.transport.has_panes_between());
     let (mut operator, pairs) = Dense::assemble(&exchange, zones, group, site.vault, site.progress);
     drop(exchange);
-    let closure = if scene.options().restore_closure {
+    let closure = if scene.restores_closure() {
         closure::restore(&mut operator, zones, escape)
     } else {
         closure::measure(&operator, zones, escape)

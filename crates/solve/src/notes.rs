@@ -33,7 +33,7 @@ fn of_factors(restored: bool) -> &'static str {
 }
 
 /// What to say of the balance of light, and of a solver that is `short` of steps.
-pub(crate) fn of_light(energy: &Energy, options: &Options, short: bool) -> Option<Note> {
+pub(crate) fn of_light(energy: &Energy, options: &Options, restored: bool, short: bool) -> Option<Note> {
     let off = energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
     let poor = off > POOR && options.sweeps.is_none();
     let told = format!("the energy balance is off by {off:.1e}");
@@ -46,7 +46,7 @@ pub(crate) fn of_light(energy: &Energy, options: &Options, short: bool) -> Optio
     if short {
         return Some(spent(poor.then_some(told)));
     }
-    poor.then(|| Note::warning("energy-balance", format!("{told}: {}", of_factors(options.restore_closure))))
+    poor.then(|| Note::warning("energy-balance", format!("{told}: {}", of_factors(restored))))
 }
 
 /// What to say of the balance of heat of a settled solution, and of a solver that ran out of steps; nothing in light mode.
@@ -68,6 +68,6 @@ pub(crate) fn of_heat(scene: &Scene, zones: &Zones, fields: &Fields, report: &Re
     let left = report.residuals.iter().filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r));
     let coarse = report.engine != "hierarchical" && left * emitted > 0.5 * balance;
     let mend =
-        if coarse { "ask for a smaller residual" } else { of_factors(scene.options().restore_closure) };
+        if coarse { "ask for a smaller residual" } else { of_factors(scene.restores_closure()) };
     poor.then(|| Note::warning("heat-balance", format!("{told}: {mend}")))
 }

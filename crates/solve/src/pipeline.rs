@@ -188,7 +188,7 @@ fn illuminate(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) ->
         let stage = format!("light-{l}");
         let kept = job.vault.load(&stage).and_then(|b| Lit::restored(&b, zones.len()));
         kept.unwrap_or_else(|| {
-            let normalise = scene.options().restore_closure;
+            let normalise = scene.restores_closure();
             let lit = direct::light(scene, zones, transport, l, normalise, job.progress);
             if job.vault.keeps() {
                 job.vault.save(&stage, &lit.kept());
@@ -342,7 +342,7 @@ fn fields(
     let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
     // Rays gave the answer: rows close as they are, the balance of power does not.
     let options = site.scene.options();
-    let uneven = arriving.is_some() && options.restore_closure && options.sweeps.is_none();
+    let uneven = arriving.is_some() && site.scene.restores_closure() && options.sweeps.is_none();
     let mut changed = vec![[0.0; 3]; n * usize::from(uneven)];
     let arriving = arriving.unwrap_or_else(|| built.operator.arriving(&strengths));
     let Arriving { columns: mut arriving, mut error } = arriving;
@@ -525,7 +525,7 @@ fn report(
     warnings.extend(site.direct.warnings());
     if site.scene.thermal().is_none() {
         let short = ended.iter().flat_map(|e| e.status).any(|s| s == SolveStatus::Budget);
-        warnings.extend(notes::of_light(&energy, site.scene.options(), short));
+        warnings.extend(notes::of_light(&energy, site.scene.options(), site.scene.restores_closure(), short));
     }
     let (status, residuals) = together(ended);
     let mut closure = built.closure.0.clone();

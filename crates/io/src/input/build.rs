@@ -215,7 +215,7 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
         o.patch_rule = PatchRule::ALL[i];
     }
     if let Some(i) = t.read("closure", |n| n.choice(&["measure", "restore"]))? {
-        o.restore_closure = i == 1;
+        o.restore_closure = Some(i == 1);
     }
     if let Some(x) = t.read("residual", between)? {
         o.residual = x;

@@ -194,7 +194,7 @@ pub fn options_in(v: &Value) -> Result<Options, String> {
         tolerance: real(v, "tolerance")?,
         patch_size: maybe(v, "patch_size", real)?,
         patch_rule: patch_rule(v)?,
-        restore_closure: flag(v, "restore_closure")?,
+        restore_closure: maybe(v, "restore_closure", flag)?,
         max_iterations: int(v, "max_iterations")?,
         residual: real(v, "residual")?,
         sweeps: maybe(v, "sweeps", int)?,

@@ -238,7 +238,7 @@ fn links<'a>(
     }
     made.seen = joined.then_some(look.arriving);
     let measured = crate::closure::measure(&made, zones, escape);
-    let closure = match site.scene.options().restore_closure {
+    let closure = match site.scene.restores_closure() {
         true => closure::restore(&mut made, site, escape, measured),
         false => measured,
     };
