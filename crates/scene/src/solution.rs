@@ -172,7 +172,7 @@ impl Estimate {
         let square = |x: &[Bands]| x.iter().fold([0.0; 3], |s, x| bands(|b| s[b] + x[b] * x[b]));
         let part = |range: std::ops::Range<usize>| {
             let (e, h) = (square(&fields.error[range.clone()]), square(&fields.incident[range]));
-            bands(|b| if h[b] > 0.0 { (e[b] / h[b]).sqrt() } else { 0.0 })
+            bands(|b| relative(e[b], h[b]).sqrt())
         };
         Estimate { patches: part(0..patches), volumes: part(patches..fields.incident.len()), grade }
     }
@@ -181,6 +181,16 @@ impl Estimate {
 impl Default for Estimate {
     fn default() -> Estimate {
         Estimate { patches: [0.0; 3], volumes: [0.0; 3], grade: Grade::Estimated }
+    }
+}
+
+/// `error` over `value`, both from 0: nothing of nothing is known, an error of nothing is not, and what is not a number is infinite.
+fn relative(error: f64, value: f64) -> f64 {
+    match () {
+        () if error.is_nan() || value.is_nan() => f64::INFINITY,
+        () if value > 0.0 => error / value,
+        () if error == 0.0 => 0.0,
+        () => f64::INFINITY,
     }
 }
 
@@ -287,6 +297,9 @@ pub struct Report {
     pub closure: Closure,
     /// Energy balance.
     pub energy: Energy,
+    /// Stated errors of the powers in `energy`, W a band: of the exchange, of direct light, of the solver, and of what does not add up. Infinite
+    /// where they are not known; the residual is 0.
+    pub energy_error: Energy,
     /// Temperatures and heat by name; none in light mode.
     pub heat: Option<HeatReport>,
     /// What the size of the zones costs, where it was asked for and can be told.
@@ -309,6 +322,7 @@ impl Default for Report {
             estimate: Estimate::default(),
             closure: Closure::default(),
             energy: Energy::default(),
+            energy_error: Energy::default(),
             heat: None,
             zoning: None,
             counts: Vec::new(),

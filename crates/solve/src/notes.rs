@@ -67,7 +67,6 @@ pub(crate) fn of_heat(scene: &Scene, zones: &Zones, fields: &Fields, report: &Re
     }
     let left = report.residuals.iter().filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r));
     let coarse = report.engine != "hierarchical" && left * emitted > 0.5 * balance;
-    let mend =
-        if coarse { "ask for a smaller residual" } else { of_factors(scene.restores_closure()) };
+    let mend = if coarse { "ask for a smaller residual" } else { of_factors(scene.restores_closure()) };
     poor.then(|| Note::warning("heat-balance", format!("{told}: {mend}")))
 }

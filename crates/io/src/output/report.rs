@@ -116,6 +116,7 @@ pub(super) fn encode(r: &Report) -> Value {
             "worst": c.worst, "rms": c.rms, "largest_change": c.largest_change, "after": c.after, "restored": c.restored,
         },
         "energy": energy_out(&r.energy),
+        "energy_error": energy_out(&r.energy_error),
         "heat": heat::report_out(r.heat.as_ref(), r.zoning.as_ref()),
         "zoning": r.zoning.as_ref().map(|z| json!({
             "zones": z.zones, "ratio": z.ratio, "energy": energy_out(&z.energy), "grade": Grade::Estimated.word(),
@@ -139,8 +140,8 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
         reason: text(v, "reason")?,
         status: statuses(v)?,
         estimate: Estimate {
-            patches: report_bands(e, "patches")?,
-            volumes: report_bands(e, "volumes")?,
+            patches: report_bands(e, "patches")?.map(unknown),
+            volumes: report_bands(e, "volumes")?.map(unknown),
             grade: grade_of(e)?,
         },
         residuals: [reals(&residuals[0])?, reals(&residuals[1])?, reals(&residuals[2])?],
@@ -152,6 +153,7 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
             restored: c["restored"].as_bool().ok_or("report.closure.restored: is missing")?,
         },
         energy: energy_in(&v["energy"])?,
+        energy_error: energy_error_in(v)?,
         heat: heat::report_in(&v["heat"]).map_err(|e| format!("report.heat.{e}"))?,
         zoning: zoning_in(v)?,
         counts: list(v, "counts")?
@@ -161,6 +163,21 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
         warnings: notes(v, "warnings")?,
         grade: grade_of(v)?,
     })
+}
+
+/// An error that was written as null is not known.
+fn unknown(error: f64) -> f64 {
+    if error.is_nan() { f64::INFINITY } else { error }
+}
+
+/// The stated errors of the powers, infinite where they are not known: `null`, and all of files that do not say.
+fn energy_error_in(v: &Value) -> Result<Energy, String> {
+    if v["energy_error"].is_null() {
+        let energy = energy_in(&v["energy"])?;
+        return Ok(energy.compared(&energy, |_, _| f64::INFINITY));
+    }
+    let error = energy_in(&v["energy_error"])?;
+    Ok(error.compared(&error, |x, _| unknown(x)))
 }
 
 /// What the size of the zones costs; none in files that do not say.
