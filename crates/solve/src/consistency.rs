@@ -5,7 +5,7 @@
 //!
 //! ```text
 //!     closure          e_i ≥ |d_i| h_i            d_i: relative defect of row i beyond what is known of its escape
-//!     steps            e_i += 10 r (h_i + mean h)  r: share of the power that the solver has not distributed, where it ended early
+//!     steps            e_i += 10 r/(1−r) (h_i + mean h)   r: share of the power not distributed, where the solver ended early
 //!     negative flux    e_i ≥ −h_i                  where h_i < 0 with no negative source
 //!     balance          e_i += f h_i,   f = (|R| − Σ_j a_j e_j)⁺ / Σ_j a_j h_j
 //! ```
@@ -41,8 +41,10 @@ fn widest(a: f64, b: f64) -> f64 {
 /// Adds what the solver left: the power that it has not distributed, of a zone's own field and of the mean of its kind.
 pub(crate) fn steps(zones: &Zones, groups: &[Group], fields: &mut Fields) {
     let done = |s: SolveStatus| matches!(s, SolveStatus::Converged | SolveStatus::Swept);
+    // What is found holds 1 − r of the power, what is left r.
+    let share = |r: f64| if r < 1.0 { MEETINGS * r / (1.0 - r) } else { f64::INFINITY };
     for g in groups {
-        let spent = bands(|b| if done(g.status[b]) { 0.0 } else { MEETINGS * g.residual[b] });
+        let spent = bands(|b| if done(g.status[b]) { 0.0 } else { share(g.residual[b]) });
         if spent == [0.0; 3] {
             continue;
         }

@@ -247,3 +247,25 @@ fn the_reproduction_writes_what_its_page_shows() {
     assert!(links >= 15, "{links} links");
     assert!(page.contains("-0.179395297") && page.contains("-0.001666635"));
 }
+
+/// A warning is a failed verdict for those who ask for it; what was asked for is written all the same, and scripts read which it was.
+#[test]
+fn strict_runs_fail_on_warnings() {
+    let f = Folder::new();
+    let room = |steps: usize| {
+        format!(
+            "[solve]\npatch_size = 0.5\nmax_iterations = {steps}\n[[surface]]\nname = 'r'\nroom = {{ min = [0,0,0], max = [1,1,1] }}\nreflectance = 0.9\nfaces.x0 = {{ emission = 1 }}\n"
+        )
+    };
+    f.put("good.toml", room(500));
+    f.put("short.toml", room(1));
+    f.done(&["solve", "good.toml", "-o", "good.npz", "--strict"]);
+    f.done(&["solve", "short.toml", "-o", "short.npz"]);
+    let out = f.zonal(&["solve", "short.toml", "-o", "strict.npz", "--strict", "--json"]);
+    assert_eq!(out.status.code(), Some(1));
+    assert_eq!(f.get("strict.npz"), f.get("short.npz"));
+    let json: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    let note = &json["warnings"][0];
+    assert_eq!((note["severity"].as_str(), note["code"].as_str()), (Some("warning"), Some("not-converged")));
+    assert!(note["text"].as_str().unwrap().contains("max_iterations") && note["location"].is_null());
+}
