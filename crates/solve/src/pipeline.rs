@@ -4,6 +4,8 @@
 //! Everything else is computed again in no time, and comes out the same to the bit.
 
 use crate::direct::{self, Direct, Lit};
+use crate::direct_error;
+use crate::emitters;
 use crate::energy::{self, Found};
 use crate::engine::{self, Built, Site};
 use crate::forecast::{self, Forecast};
@@ -13,6 +15,7 @@ use crate::hierarchical::even::even;
 use crate::krylov::{self, Ended, Stop, System};
 use crate::notes;
 use crate::operator::{Arriving, extend_to_slopes};
+use crate::radii;
 use crate::stage::{Pen, Reader};
 use crate::surroundings::Escape;
 use crate::thermal;
@@ -133,7 +136,14 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
     let memory = job.memory.saturating_sub(thermal::bytes(scene, zones));
     let choice = engine::choose(scene, zones, transport, &forecast, job.settings, memory)?;
     let (engine, reason) = (choice.engine, choice.reason.clone());
-    let direct = illuminate(scene, zones, transport, job);
+    let by_exchange = |l: usize| emitters::surface(scene, zones, engine, job.settings, l);
+    let mut direct = Direct::default();
+    for l in 0..scene.lights().len() {
+        direct.lights.push(match by_exchange(l) {
+            Some(_) => Lit::default(),
+            None => illuminate(scene, zones, transport, l, job),
+        });
+    }
     let mut escape = surroundings(scene, zones, transport, engine, job);
     let (sources, note) = groups::chosen(scene, zones);
     let site = Site {
@@ -148,6 +158,23 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
         progress: job.progress,
     };
     let mut built = engine::build(choice, &site, &mut escape)?;
+    let complete;
+    let site = match (0..direct.lights.len()).any(|l| by_exchange(l).is_some()) {
+        true => {
+            let mut lights = direct.lights.clone();
+            for (l, lit) in lights.iter_mut().enumerate() {
+                let Some(surface) = by_exchange(l) else { continue };
+                *lit = emitters::light(&site, &built, &escape, (l, surface));
+                if !emitters::suffices(&site, lit) {
+                    let sampled = illuminate(scene, zones, transport, l, job);
+                    *lit = emitters::better(zones, std::mem::take(lit), sampled);
+                }
+            }
+            complete = Direct { lights };
+            Site { direct: &complete, ..site }
+        }
+        false => site,
+    };
     thermal::check_level(scene, zones, &escape)?;
     let coupled = match thermal::coupled::needed(scene) {
         true => Some(thermal::coupled::solve(&site, &built, &escape)?),
@@ -181,60 +208,18 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
     Ok(Solved { fields, groups, report, slopes: built.operator.len() > zones.len() })
 }
 
-/// Every light of the scene, each a stage.
-fn illuminate(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Direct {
-    let one = |l: usize| {
-        let stage = format!("light-{l}");
-        let kept = job.vault.load(&stage).and_then(|b| Lit::restored(&b, zones.len()));
-        kept.unwrap_or_else(|| {
-            let normalise = scene.options().restore_closure;
-            let lit = direct::light(scene, zones, transport, l, normalise, job.progress);
-            if job.vault.keeps() {
-                job.vault.save(&stage, &lit.kept());
-            }
-            lit
-        })
-    };
-    Direct { lights: (0..scene.lights().len()).map(one).collect() }
-}
-
-impl Lit {
-    fn kept(&self) -> Vec<u8> {
-        let mut pen = Pen::default();
-        pen.text(&self.name);
-        pen.triples(&self.fields);
-        pen.reals(&self.error);
-        pen.int(self.rays as usize);
-        pen.triples(&[
-            self.incoming,
-            self.emitted,
-            self.escaped,
-            self.backs,
-            [self.largest_change, 0.0, 0.0],
-        ]);
-        pen.text(self.warning.as_deref().unwrap_or(""));
-        pen.bytes()
-    }
-    fn restored(bytes: &[u8], zones: usize) -> Option<Lit> {
-        let mut r = Reader::new(bytes);
-        let (name, fields, error, rays) = (r.text()?, r.triples()?, r.reals()?, r.int()? as u64);
-        let (small, warning) = (r.triples()?, r.text()?);
-        let [incoming, emitted, escaped, backs, [largest_change, ..]] = small[..] else { return None };
-        let warning = (!warning.is_empty()).then_some(warning);
-        let whole = r.at_end() && fields.len() == zones && error.len() == zones;
-        whole.then_some(Lit {
-            name,
-            fields,
-            error,
-            rays,
-            incoming,
-            emitted,
-            escaped,
-            backs,
-            largest_change,
-            warning,
-        })
-    }
+/// Light number `l` of the scene by shadow rays, a stage.
+fn illuminate(scene: &Scene, zones: &Zones, transport: &Transport, l: usize, job: &Job) -> Lit {
+    let stage = format!("light-{l}");
+    let kept = job.vault.load(&stage).and_then(|b| Lit::restored(&b, zones.len()));
+    kept.unwrap_or_else(|| {
+        let normalise = scene.options().restore_closure;
+        let lit = direct::light(scene, zones, transport, l, normalise, job.progress);
+        if job.vault.keeps() {
+            job.vault.save(&stage, &lit.kept());
+        }
+        lit
+    })
 }
 
 /// What escapes, a stage.
@@ -289,6 +274,9 @@ fn iterate(site: &Site, built: &Built, escape: &Escape, engine: Engine, job: &Jo
         let sky = source.sky(site.scene);
         let of_slope = |k: usize| {
             let ([arrives, _], w) = (escape.incoming(k, sky), weights[k]);
+            let lights = site.direct.lights.iter().enumerate().filter(|(l, _)| source.has_light(*l));
+            let direct = lights.filter_map(|(_, l)| l.slopes.get(k - zones));
+            let arrives = direct.fold(arrives, |a, d| bands(|b| a[b] + d[b]));
             bands(|b| w[b] * arrives[b])
         };
         column.extend((zones..targets.len()).map(of_slope));
@@ -375,7 +363,14 @@ fn fields(
         }
         f.incident.par_iter_mut().zip(&*incident).for_each(|(f, h)| *f = bands(|b| f[b] + h[b]));
         own.iter().zip(&mut f.direct).for_each(|(d, f)| *f = bands(|b| f[b] + d[b]));
-        list.push(group(source, ended, energy, std::mem::take(incident), own, engine));
+        let mut group = group(source, ended, energy, std::mem::take(incident), own, engine);
+        let off = direct_error::of_group(source, site.direct);
+        if !off.is_empty() {
+            f.direct_error.resize(n, [0.0; 3]);
+            f.direct_error.iter_mut().zip(&off).for_each(|(f, e)| *f = bands(|b| f[b] + e[b]));
+            group.direct_error = like(&group.direct, &off, group.direct_scale);
+        }
+        list.push(group);
     }
     f.radiosity = (0..n)
         .into_par_iter()
@@ -391,6 +386,19 @@ fn fields(
         }
         None => by_rows(site, built, escape, ended, &mut list),
     };
+    for (source, group) in site.sources.iter().zip(&mut list) {
+        let incident = group.incident.expanded(n);
+        let incident: Vec<Bands> =
+            incident.iter().map(|h| bands(|b| h[b] * group.incident_scale[b])).collect();
+        let more = direct_error::propagated(zones, built.operator.as_ref(), source, site.direct, &incident);
+        f.error.iter_mut().zip(&more).for_each(|(f, e)| *f = bands(|b| f[b] + e[b]));
+        if !more.is_empty() && !group.error.is_empty() {
+            let mut own = vec![[0.0; 3]; n];
+            group.error.add_to(&mut own, group.incident_scale);
+            own.iter_mut().zip(&more).for_each(|(o, e)| *o = bands(|b| o[b] + e[b]));
+            group.error = like(&group.incident, &own, group.incident_scale);
+        }
+    }
     unfinished(zones, ended, &mut f);
     f.error.iter_mut().zip(changed).for_each(|(e, c)| *e = bands(|b| e[b] + c[b]));
     if !escape.error.is_empty() {
@@ -424,6 +432,7 @@ fn group(
         incident,
         incident_scale,
         direct,
+        direct_error: Values::default(),
         direct_scale,
         energy,
         status: ended.status,
@@ -437,17 +446,8 @@ fn group(
 /// factors have in common, which no sum of squares tells: what it misses beyond twice the former counts as the same share of all that arrives.
 /// Where closure was restored, the whole change of the row does.
 fn by_rows(site: &Site, built: &Built, escape: &Escape, ended: &[Ended], groups: &mut [Group]) -> Vec<Bands> {
-    const TWICE: f64 = 2.0;
-    let (zones, defects) = (site.zones, &built.closure.1);
-    let restored = built.closure.0.restored;
-    let untold = |i: usize| {
-        if restored {
-            return defects[i].map(f64::abs);
-        }
-        let lost = escape.spread(i, target(zones, i));
-        bands(|b| (defects[i][b].abs() - TWICE * lost[b]).max(0.0))
-    };
-    let untold: Vec<Bands> = (0..zones.len()).into_par_iter().map(untold).collect();
+    let zones = site.zones;
+    let untold = radii::untold(zones, built, escape);
     let mut sum = vec![[0.0; 3]; zones.len()];
     for (group, ended) in groups.iter_mut().zip(ended) {
         let spread = built.operator.error(&ended.strengths).unwrap_or_else(|| vec![[0.0; 3]; zones.len()]);
@@ -457,13 +457,18 @@ fn by_rows(site: &Site, built: &Built, escape: &Escape, ended: &[Ended], groups:
         };
         let error: Vec<Bands> = (0..zones.len()).into_par_iter().map(one).collect();
         sum.iter_mut().zip(&error).for_each(|(s, e)| *s = bands(|b| s[b] + e[b]));
-        let own = |e: &Bands| bands(|b| e[b] / group.incident_scale[b]);
-        group.error = match group.incident {
-            Values::Double(_) => Values::Double(error.iter().map(own).collect()),
-            Values::Single(_) => Values::Single(error.iter().map(|e| own(e).map(|x| x as f32)).collect()),
-        };
+        group.error = like(&group.incident, &error, group.incident_scale);
     }
     sum
+}
+
+/// Errors over `scale`, in the precision of `values`.
+fn like(values: &Values, errors: &[Bands], scale: Bands) -> Values {
+    let own = |e: &Bands| bands(|b| e[b] / scale[b]);
+    match values {
+        Values::Double(_) => Values::Double(errors.iter().map(own).collect()),
+        Values::Single(_) => Values::Single(errors.iter().map(|e| own(e).map(|x| x as f32)).collect()),
+    }
 }
 
 /// Adds what the solver left to the errors: the power that it has not distributed, relative to what the sources give, of a zone's own field and
@@ -531,10 +536,12 @@ fn report(
     // The spectral engine knows what escapes without a ray.
     let measured = escape.rays > 0 && !escape.closed();
     let grade = if measured { Grade::Statistical } else { built.operator.grade() };
+    let sampled = site.direct.lights.iter().any(|l| !l.by_exchange);
+    let of_light = if sampled { Grade::Statistical } else { Grade::Estimated };
     Report {
         status,
         residuals,
-        estimate: Estimate::of(fields, site.zones.voxel_offset(), grade.max(Grade::Estimated)),
+        estimate: Estimate::of(fields, site.zones.voxel_offset(), grade.max(of_light)),
         closure,
         energy,
         counts: counts(site.zones, built, escape),

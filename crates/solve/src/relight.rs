@@ -139,6 +139,10 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, sky: Bands) -> Fields {
     };
     let incident = added(|g| (&g.incident, g.incident_scale));
     let direct = added(|g| (&g.direct, g.direct_scale));
+    let direct_error = match groups.iter().any(|g| !g.direct_error.is_empty()) {
+        true => added(|g| (&g.direct_error, g.direct_scale)),
+        false => Vec::new(),
+    };
     let radiosity = |i: usize| {
         let (e, (rho, _)) = (emission(zones, i), response(zones, i));
         bands(|b| e[b] + rho[b] * (incident[i][b] + direct[i][b]))
@@ -162,6 +166,7 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, sky: Bands) -> Fields {
         error: (0..n).into_par_iter().map(error).collect(),
         incident,
         direct,
+        direct_error,
         heat: None,
     }
 }
