@@ -2,12 +2,13 @@
 
 use super::*;
 use crate::direct;
-use zonal_scene::Quiet;
+use zonal_math::{Grade, vec3};
+use zonal_scene::{Quiet, Solution};
 use zonal_transport::build_zones;
 
 const ROOM: &str = "name = \"room\"\n[solve]\ntolerance = TOL\npatch_size = 0.25\n\
-    [[surface]]\nname = \"room\"\nroom = { min = [0, 0, 0], max = [2, 2, 2] }\nomit = [OMIT]\nreflectance = 0.5\n\
-    [[surface]]\nname = \"block\"\nbox = { min = [0.7, 0.6, 0.5], max = [1.3, 1.4, 0.9], rotate_z_degrees = 20 }\n";
+    [[surface]]\nname = \"room\"\nroom = { min = [0, 0, 0], max = [2, 2, 2] }\nomit = [OMIT]\nreflectance = 0.5\n";
+const BLOCK: &str = "[[surface]]\nname = \"block\"\nbox = { min = [0.7, 0.6, 0.5], max = [1.3, 1.4, 0.9], rotate_z_degrees = 20 }\n";
 const LAMP: &str = "[[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.6, 0.7, 1.95], edge1 = [0, 0.6, 0], edge2 = [0.8, 0, 0] }\n\
     emission = 10\n[[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n";
 const SUN: &str =
@@ -28,6 +29,10 @@ fn lid() -> String {
         + &[part("c", 0.9, 0.0, 0.12, 0.9), part("d", 0.9, 1.02, 0.12, 0.98)].concat()
 }
 
+/// Zones that are compared, about, and samples of each.
+const COMPARED: usize = 100;
+const SAMPLES: usize = 1 << 14;
+
 /// What a check found: relative errors over the zones, true and stated, and shares of the zones within once and twice the stated error.
 struct Found {
     off: f64,
@@ -38,20 +43,18 @@ struct Found {
     sums: Vec<(String, f64)>,
 }
 
-fn check(text: &str, tolerance: f64, step: usize) -> Found {
+fn check(text: &str, tolerance: f64) -> Found {
     let text = text.replace("TOL", &tolerance.to_string());
     let scene = zonal_io::input::parse_scene(&text, None, "room").unwrap();
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
     let g = Gatherer::new(&scene, &zones, &transport, &scene.lights()[0]);
     let lit = direct::light(&scene, &zones, &transport, 0, false, &Quiet);
-    let samples = (100.0 * (lit.rays as f64 / zones.len() as f64)) as usize;
-    let samples = samples.clamp(1 << 12, 1 << 15);
-    let list: Vec<usize> = (0..zones.len()).step_by(step).collect();
+    let list: Vec<usize> = (0..zones.len()).step_by((zones.len() / COMPARED).max(1)).collect();
     let truth: Vec<Bands> = list
         .par_iter()
         .map(|&i| match i < zones.pane_offset() {
-            true => g.look(i, 1 << 16..(1 << 16) + samples).value(),
+            true => g.look(i, 1 << 16..(1 << 16) + SAMPLES).value(),
             false => g.pane(i - zones.pane_offset(), PANE_POINTS * 64)[0],
         })
         .collect();
@@ -79,25 +82,119 @@ fn check(text: &str, tolerance: f64, step: usize) -> Found {
     Found { off: (off / all).sqrt(), told: (told / all).sqrt(), once: once as f64 / n, twice: twice as f64 / n, sums }
 }
 
+fn scenes() -> [(&'static str, String); 7] {
+    let open = ROOM.replace("OMIT", "\"z1\"") + BLOCK;
+    let closed = ROOM.replace("OMIT", "") + BLOCK;
+    [
+        ("sun through a hole", open.clone() + &lid() + SUN),
+        ("sun", open.clone() + SUN),
+        ("lamp behind a block", closed.clone() + LAMP),
+        ("sky in haze", open.clone() + HAZE + SKY),
+        ("lamp in haze", closed + HAZE + LAMP),
+        ("sun and a pane", open.clone() + PANE + SUN),
+        ("sky and a pane", open + PANE + SKY),
+    ]
+}
+
 #[test]
-fn explore() {
-    let open = ROOM.replace("OMIT", "\"z1\"");
-    let closed = ROOM.replace("OMIT", "");
-    let scenes = [
-        ("sun through a hole", open.clone() + &lid() + SUN, 1),
-        ("sun", open.clone() + SUN, 1),
-        ("lamp behind a block", closed.clone() + LAMP, 1),
-        ("sky in haze", open.clone() + HAZE + SKY, 3),
-        ("lamp in haze", closed.clone() + HAZE + LAMP, 3),
-        ("sun and a pane", open.clone() + PANE + SUN, 1),
-        ("sky and a pane", open.clone() + PANE + SKY, 1),
-    ];
-    for (name, text, step) in scenes {
-        for tolerance in [0.1, 0.02, 0.005] {
-            let f = check(&text, tolerance, step);
+fn stated_errors_cover_the_true_ones_and_fall_with_the_tolerance() {
+    let mut wrong = Vec::new();
+    for (name, text) in scenes() {
+        let mut last = f64::INFINITY;
+        for tolerance in [0.1, 0.01] {
+            let f = check(&text, tolerance);
             let worst = f.sums.iter().fold(0.0f64, |m, s| m.max(s.1));
-            let beyond = f.sums.iter().filter(|s| s.1 > 1.0).count();
-            println!("{name} {tolerance}: off {:.2e} told {:.2e} once {:.3} twice {:.3} sums worst {worst:.2}, {beyond} of {} beyond", f.off, f.told, f.once, f.twice, f.sums.len());
+            let line = format!(
+                "{name} {tolerance}: off {:.2e} told {:.2e} once {:.3} twice {:.3} sums {worst:.2}",
+                f.off, f.told, f.once, f.twice
+            );
+            println!("{line}");
+            let holds = f.off <= f.told && f.twice >= 0.97 && f.once > 0.8 && worst <= 2.5 && f.told <= last;
+            if !holds {
+                wrong.push(line);
+            }
+            last = f.told;
         }
     }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+fn solved(text: &str) -> Solution {
+    let scene = zonal_io::input::parse_scene(text, None, "room").unwrap();
+    crate::solve(scene, 1 << 30, &Quiet).unwrap()
+}
+
+/// Trial of 2026: a symmetric room lit by its ceiling, of whose walls mirror images differed by 1 % with a stated error of 4e-13.
+const MIRROR: &str = "[solve]\ntolerance = TOL\npatch_size = 0.5\nengine = \"ENGINE\"\n[[surface]]\nname = \"room\"\n\
+    room = { min = [0, 0, 0], max = [2, 2, 2] }\nreflectance = 0.5\nfaces.z1 = { emission = 10 }\n\
+    [[light]]\nkind = \"emitter\"\nsurface = \"room.z1\"\n";
+
+#[test]
+fn mirror_images_agree_within_the_stated_errors() {
+    for engine in ["dense", "hierarchical"] {
+        for tolerance in ["0.1", "0.02", "0.004"] {
+            let s = solved(&MIRROR.replace("TOL", tolerance).replace("ENGINE", engine));
+            let p = &s.zones.patches;
+            let centre = |i: usize| p[i].plate.centre();
+            let (mut pairs, mut beyond, mut most) = (0, 0, 0.0f64);
+            for i in 0..p.len() {
+                let c = centre(i);
+                // Mirrored in x, in y, and in the plane x = y.
+                for image in [vec3(2.0 - c.x, c.y, c.z), vec3(c.x, 2.0 - c.y, c.z), vec3(c.y, c.x, c.z)] {
+                    let j = (0..p.len()).find(|&j| (centre(j) - image).length() < 1e-9).unwrap();
+                    for (field, e) in [
+                        (&s.fields.direct, s.fields.direct_error[i][0] + s.fields.direct_error[j][0]),
+                        (&s.fields.incident, s.fields.error[i][0] + s.fields.error[j][0]),
+                    ] {
+                        let d = (field[i][0] - field[j][0]).abs();
+                        pairs += 1;
+                        beyond += usize::from(d > e + 1e-12);
+                        most = most.max(d / field[i][0].max(1e-12));
+                    }
+                }
+            }
+            assert!(beyond * 33 <= pairs, "{engine} {tolerance}: {beyond} of {pairs} beyond, up to {most:.1e}");
+            let estimate = s.report.estimate.patches[0];
+            match engine {
+                "dense" => assert!(most < 1e-9 && estimate < 1e-9, "{most:e} {estimate:e}"),
+                _ => assert!(estimate > 0.0 && s.report.estimate.grade == Grade::Statistical, "{estimate:e}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn errors_of_sunlight_reach_what_it_becomes() {
+    let open = ROOM.replace("OMIT", "\"z1\"") + &lid() + SUN;
+    let truth = solved(&open.replace("TOL", "0.003"));
+    let mut last = f64::INFINITY;
+    for tolerance in ["0.2", "0.05", "0.01"] {
+        let s = solved(&open.replace("TOL", tolerance));
+        let (f, t) = (&s.fields, &truth.fields);
+        let n = f.incident.len();
+        let within = |i: &usize| {
+            let d = (f.incident[*i][0] - t.incident[*i][0]).abs();
+            d <= 2.0 * (f.error[*i][0] + t.error[*i][0])
+        };
+        let (share, told) = ((0..n).filter(within).count() as f64 / n as f64, s.report.estimate.patches[0]);
+        println!("{tolerance}: {share:.3} within twice, estimate {told:.2e}");
+        assert!(share >= 0.97 && told <= last && told > 1e-6, "{tolerance}: {share} {told:e} {last:e}");
+        assert_eq!(s.report.estimate.grade, Grade::Statistical);
+        last = told;
+    }
+}
+
+#[test]
+fn threads_and_checkpoints_change_no_bit() {
+    let text = (ROOM.replace("OMIT", "\"z1\"") + BLOCK + HAZE + SUN).replace("TOL", "0.05");
+    let scene = zonal_io::input::parse_scene(&text, None, "room").unwrap();
+    let transport = Transport::new(&scene);
+    let zones = build_zones(&scene, &transport).unwrap();
+    let lit = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| direct::light(&scene, &zones, &transport, 0, true, &Quiet))
+    };
+    let one = lit(1);
+    assert_eq!(one, lit(3));
+    assert_eq!(direct::Lit::restored(&one.kept(), zones.len()), Some(one));
 }
