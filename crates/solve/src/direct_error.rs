@@ -15,12 +15,16 @@
 //! zones of a light share ([`crate::direct::Lit::shared`]).
 
 use crate::direct::{Direct, Lit, section};
+use crate::energy::uptake;
+use crate::engine::Site;
 use crate::groups::{Source, response};
 use crate::operator::Operator;
+use crate::pipeline::like;
 use rayon::prelude::*;
 use zonal_exchange::pair::strength;
 use zonal_math::sequence;
-use zonal_scene::{Bands, Zones, bands};
+use zonal_scene::solution::Energy;
+use zonal_scene::{Bands, Fields, Group, Zones, bands};
 
 /// Draws of signs; one where zones are more than [`MANY_ZONES`].
 const DRAWS: usize = 2;
@@ -139,4 +143,75 @@ fn later(zones: &Zones, own: &[&Lit], error: &[Bands], sampled: bool) -> Bands {
         let first = if sampled { TWICE * sums[b].sqrt() } else { sums[b] };
         if sums[3 + b] > 0.0 { (first + sums[6 + b]) / sums[3 + b] } else { 0.0 }
     })
+}
+
+/// Adds what the errors of direct light cost what arrives of it to the errors of all light and of each group.
+pub(crate) fn reach(site: &Site, operator: &dyn Operator, fields: &mut Fields, groups: &mut [Group]) {
+    let zones = site.zones;
+    for (source, group) in site.sources.iter().zip(groups) {
+        let mut incident = vec![[0.0; 3]; zones.len()];
+        group.incident.add_to(&mut incident, group.incident_scale);
+        let more = propagated(zones, operator, source, site.direct, &incident);
+        fields.error.iter_mut().zip(&more).for_each(|(f, e)| *f = bands(|b| f[b] + e[b]));
+        if !more.is_empty() && !group.error.is_empty() {
+            let mut own = vec![[0.0; 3]; zones.len()];
+            group.error.add_to(&mut own, group.incident_scale);
+            own.iter_mut().zip(&more).for_each(|(o, e)| *o = bands(|b| o[b] + e[b]));
+            group.error = like(&group.incident, &own, group.incident_scale);
+        }
+    }
+}
+
+/// Standard error of the power that the lights send in or lose, as rays from them measure it, W.
+pub(crate) fn of_lights(direct: &Direct) -> [Bands; 3] {
+    let mut square = [[0.0; 3]; 3];
+    for l in &direct.lights {
+        for (s, e) in square.iter_mut().zip(l.power_error) {
+            *s = bands(|b| s[b] + e[b] * e[b]);
+        }
+    }
+    square.map(|s| s.map(f64::sqrt))
+}
+
+/// Adds the errors of direct light to those of the powers by name: independent errors of zones by squares, what they share and the errors of exchange
+/// areas by amounts, [`TWICE`] the standard error.
+pub(crate) fn add_to_powers(zones: &Zones, energy: &Energy, direct: &Direct, out: &mut Energy) {
+    if direct.lights.is_empty() {
+        return;
+    }
+    let mut all = [0.0; 3];
+    let mut add = |row: &mut Bands, list: &mut dyn Iterator<Item = usize>| {
+        let (mut square, mut sum) = ([0.0; 3], [0.0; 3]);
+        for i in list {
+            let a = uptake(zones, i);
+            for l in &direct.lights {
+                for b in 0..3 {
+                    let own = a[b] * l.error[i][b];
+                    match l.by_exchange {
+                        true => sum[b] += own,
+                        false => square[b] += own * own,
+                    }
+                    sum[b] += a[b] * l.shared[b] * l.fields[i][b].abs();
+                }
+            }
+        }
+        let more = bands(|b| sum[b] + TWICE * square[b].sqrt());
+        *row = bands(|b| row[b] + more[b]);
+        all = bands(|b| all[b] + more[b]);
+    };
+    let mut of_surface = vec![Vec::new(); out.absorbed_surfaces.len()];
+    zones.patches.iter().enumerate().for_each(|(i, p)| of_surface[p.surface].push(i));
+    for (row, list) in out.absorbed_surfaces.iter_mut().zip(of_surface) {
+        add(&mut row.1, &mut list.into_iter());
+    }
+    add(&mut out.absorbed_volumes, &mut (zones.voxel_offset()..zones.pane_offset()));
+    add(&mut out.absorbed_panes, &mut (zones.pane_offset()..zones.len()));
+    let [sent, escaped, backs] = of_lights(direct);
+    let came = energy.incoming != [0.0; 3];
+    out.incoming = bands(|b| out.incoming[b] + if came { TWICE * sent[b] } else { 0.0 });
+    let left = |error: Bands, power: Bands, own: Bands| {
+        bands(|b| if power[b] == 0.0 { error[b] } else { error[b] + all[b] + TWICE * own[b] })
+    };
+    out.escaped = left(out.escaped, energy.escaped, escaped);
+    out.backs = left(out.backs, energy.backs, backs);
 }

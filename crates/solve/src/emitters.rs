@@ -11,7 +11,7 @@
 //! between, measured visibility elsewhere. One application of the operator, and its error is that of the factors. Where this error is within the share
 //! of the tolerance that shadow rays aim at, no ray is shot; otherwise both are computed, and the one with the smaller error over all zones is taken.
 
-use crate::direct::{Lit, section};
+use crate::direct::{Direct, Lit, section};
 use crate::engine::{Built, Site};
 use crate::gather::SHARE;
 use crate::groups::response;
@@ -105,12 +105,27 @@ fn relative(zones: &Zones, lit: &Lit) -> f64 {
     of(0..zones.voxel_offset()).max(of(zones.voxel_offset()..zones.len()))
 }
 
-/// True where the error of a light from exchange areas is as small as shadow rays are asked for.
-pub(crate) fn suffices(site: &Site, lit: &Lit) -> bool {
-    relative(site.zones, lit) <= SHARE[0] * site.scene.options().tolerance
-}
-
-/// The one of two answers with the smaller error.
-pub(crate) fn better(zones: &Zones, a: Lit, b: Lit) -> Lit {
-    if relative(zones, &a) <= relative(zones, &b) { a } else { b }
+/// The lights with those from exchange areas in their places, where `by_exchange` says the surface of any; `sampled` gives a light by shadow rays.
+pub(crate) fn complete(
+    site: &Site,
+    built: &Built,
+    escape: &Escape,
+    by_exchange: impl Fn(usize) -> Option<usize>,
+    sampled: impl Fn(usize) -> Lit,
+) -> Option<Direct> {
+    let count = site.direct.lights.len();
+    (0..count).find(|&l| by_exchange(l).is_some())?;
+    let mut lights = site.direct.lights.clone();
+    for (l, lit) in lights.iter_mut().enumerate() {
+        let Some(surface) = by_exchange(l) else { continue };
+        *lit = light(site, built, escape, (l, surface));
+        let aim = SHARE[0] * site.scene.options().tolerance;
+        if relative(site.zones, lit) > aim {
+            let other = sampled(l);
+            if relative(site.zones, &other) < relative(site.zones, lit) {
+                *lit = other;
+            }
+        }
+    }
+    Some(Direct { lights })
 }
