@@ -40,12 +40,22 @@ pub struct Fields {
     pub incident: Vec<Bands>,
     /// H_dir of patches, G_dir of volume zones, W/m²: direct light alone.
     pub direct: Vec<Bands>,
-    /// Estimated error of `incident`, W/m².
+    /// Estimated error of `incident`, W/m²; what the error of `direct` costs it is in it.
     pub error: Vec<Bands>,
+    /// Estimated error of `direct`, W/m²: of shadow rays, or of the exchange areas that it comes from. Empty where there is no direct light.
+    pub direct_error: Vec<Bands>,
     /// The part of `error` that comes in from the surroundings, W/m²; the rest joins it as √(rest² + part²). Empty where they are dark.
     pub surroundings_error: Vec<Bands>,
     /// Temperatures and net powers; none in light mode.
     pub heat: Option<Heat>,
+}
+
+impl Fields {
+    /// Estimated error of all that arrives at zone `i`, direct light included, W/m².
+    pub fn error_of_all(&self, i: usize) -> Bands {
+        let direct = self.direct_error.get(i).copied().unwrap_or_default();
+        bands(|b| self.error[i][b] + direct[b])
+    }
 }
 
 /// What thermal mode finds on the zones, all bands together.
@@ -155,12 +165,12 @@ impl Closure {
 }
 
 /// Estimated error of a solution as a whole: root mean square of the estimated error of `incident` over the zones, relative to
-/// the root mean square of `incident`; a band.
+/// the root mean square of `incident`, or the same of all that arrives, direct light included, whichever is larger; a band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
-    /// Over the patches: of H.
+    /// Over the patches: of H, without and with direct light.
     pub patches: Bands,
-    /// Over voxel zones and pane zones: of G.
+    /// Over voxel zones and pane zones: of G, without and with direct light.
     pub volumes: Bands,
     /// How sure the estimate is.
     pub grade: Grade,
@@ -171,8 +181,20 @@ impl Estimate {
     pub fn of(fields: &Fields, patches: usize, grade: Grade) -> Estimate {
         let square = |x: &[Bands]| x.iter().fold([0.0; 3], |s, x| bands(|b| s[b] + x[b] * x[b]));
         let part = |range: std::ops::Range<usize>| {
-            let (e, h) = (square(&fields.error[range.clone()]), square(&fields.incident[range]));
-            bands(|b| relative(e[b], h[b]).sqrt())
+            let ratio = |e: Bands, h: Bands| bands(|b| relative(e[b], h[b]).sqrt());
+            let own = ratio(square(&fields.error[range.clone()]), square(&fields.incident[range.clone()]));
+            if fields.direct_error.is_empty() {
+                return own;
+            }
+            let sum = |x: &[Bands], y: &[Bands]| {
+                let both = range.clone().map(|i| bands(|b| x[i][b] + y[i][b]));
+                square(&both.collect::<Vec<_>>())
+            };
+            let all = ratio(
+                sum(&fields.error, &fields.direct_error),
+                sum(&fields.incident, &fields.direct),
+            );
+            bands(|b| own[b].max(all[b]))
         };
         Estimate { patches: part(0..patches), volumes: part(patches..fields.incident.len()), grade }
     }

@@ -73,7 +73,7 @@ pub(crate) fn negative_flux(fields: &mut Fields) {
 /// Shares out what a balance misses and neither the stated errors nor that of what escapes, `lost` (W a band), explain.
 pub(crate) fn balance(zones: &Zones, energy: &Energy, lost: Bands, fields: &mut Fields) {
     let missing = bands(|b| (energy.residual[b] * (energy.emitted[b] + energy.incoming[b])).abs());
-    let explained = absorbed(zones, |i| fields.error[i]);
+    let explained = absorbed(zones, |i| fields.error_of_all(i));
     let arriving = |fields: &Fields, i: usize| bands(|b| (fields.incident[i][b] + fields.direct[i][b]).abs());
     let taken = absorbed(zones, |i| arriving(fields, i));
     let share = bands(|b| {
@@ -98,21 +98,26 @@ pub(crate) fn balance(zones: &Zones, energy: &Energy, lost: Bands, fields: &mut 
     }
 }
 
-/// The stated errors of the powers of a balance, W a band: of what zones absorb the sum of their errors, of what comes in from the surroundings the
+/// The stated errors of the powers of a balance, W a band, with the `error` of what arrives at each zone (W/m²): of what zones absorb the sum of their errors, of what comes in from the surroundings the
 /// root of the sum of squares, since each zone has its own rays, of what escapes all that the rest leaves open. What is emitted is given.
-pub(crate) fn of_powers(zones: &Zones, energy: &Energy, fields: &Fields) -> Energy {
+pub(crate) fn of_powers(
+    zones: &Zones,
+    energy: &Energy,
+    fields: &Fields,
+    error: impl Fn(usize) -> Bands + Sync,
+) -> Energy {
     let mut out = Energy {
         absorbed_surfaces: energy.absorbed_surfaces.iter().map(|s| (s.0.clone(), [0.0; 3])).collect(),
         ..Energy::default()
     };
     for (i, p) in zones.patches.iter().enumerate() {
-        let (a, e) = (uptake(zones, i), fields.error[i]);
+        let (a, e) = (uptake(zones, i), error(i));
         let sum = &mut out.absorbed_surfaces[p.surface].1;
         *sum = bands(|b| sum[b] + power(a[b], e[b]));
     }
     let of = |range: std::ops::Range<usize>| {
         columns::sum(range.len(), |k| {
-            let (a, e) = (uptake(zones, range.start + k), fields.error[range.start + k]);
+            let (a, e) = (uptake(zones, range.start + k), error(range.start + k));
             bands(|b| power(a[b], e[b]))
         })
     };

@@ -318,7 +318,7 @@ pub(crate) fn spectral_bytes(
     let solving = 24 + 8 + columns * (24 + 7 * 8 * bands);
     // Radiosity, incident, direct, error; of each group its strengths and what arrives; direct light of each light.
     let fields = 4 * 24 + columns * 48;
-    let more = 24 * u64::from(e.is_open()) + 56 * scene.lights().len() as u64;
+    let more = 24 * u64::from(e.is_open()) + 120 * scene.lights().len() as u64;
     let [voxel, patch] = [variation.voxel() - 1, variation.patch() - 1].map(|n| n as u64);
     let slopes = voxel * zones.voxels.len() as u64 + patch * zones.patches.len() as u64;
     // Of slopes: what the zones have in the iteration, and to which zone they belong.

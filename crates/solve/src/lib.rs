@@ -20,6 +20,8 @@
 //! | [`surroundings`] | what escapes, measured by rays |
 //! | `openings` | rays of one zone, evenly or to where they leave |
 //! | [`direct`] | sun, sky and small emitters on the zones |
+//! | `emitters` | direct light of emitters from exchange areas |
+//! | `direct_error` | what the error of direct light costs indirect light |
 //! | [`closure`] | row sums: measured, and restored on request |
 //! | [`krylov`] | conjugate gradients for many light groups at once, with a status; sweeps |
 //! | [`groups`] | light groups: which lights are solved apart |
@@ -42,6 +44,8 @@ pub mod columns;
 mod consistency;
 pub mod dense;
 pub mod direct;
+mod direct_error;
+mod emitters;
 pub mod energy;
 pub mod engine;
 pub mod forecast;

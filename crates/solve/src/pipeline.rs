@@ -5,6 +5,8 @@
 
 use crate::consistency;
 use crate::direct::{self, Direct, Lit};
+use crate::direct_error;
+use crate::emitters;
 use crate::energy::{self, Found};
 use crate::engine::{self, Built, Site};
 use crate::forecast::{self, Forecast};
@@ -14,6 +16,7 @@ use crate::hierarchical::even::even;
 use crate::krylov::{self, Ended, Stop, System};
 use crate::notes;
 use crate::operator::{Arriving, extend_to_slopes};
+use crate::radii;
 use crate::stage::{Pen, Reader};
 use crate::surroundings::Escape;
 use crate::thermal;
@@ -131,7 +134,14 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
     let memory = job.memory.saturating_sub(thermal::bytes(scene, zones));
     let choice = engine::choose(scene, zones, transport, &forecast, job.settings, memory)?;
     let (engine, reason) = (choice.engine, choice.reason.clone());
-    let direct = illuminate(scene, zones, transport, job);
+    let by_exchange = |l: usize| emitters::surface(scene, zones, engine, job.settings, l);
+    let mut direct = Direct::default();
+    for l in 0..scene.lights().len() {
+        direct.lights.push(match by_exchange(l) {
+            Some(_) => Lit::default(),
+            None => illuminate(scene, zones, transport, l, job),
+        });
+    }
     let mut escape = surroundings(scene, zones, transport, engine, job);
     let (sources, note) = groups::chosen(scene, zones);
     let site = Site {
@@ -146,6 +156,9 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
         progress: job.progress,
     };
     let mut built = engine::build(choice, &site, &mut escape)?;
+    let sampled = |l: usize| illuminate(scene, zones, transport, l, job);
+    let complete = emitters::complete(&site, &built, &escape, by_exchange, sampled);
+    let site = Site { direct: complete.as_ref().unwrap_or(&direct), ..site };
     thermal::check_level(scene, zones, &escape)?;
     let coupled = match thermal::coupled::needed(scene) {
         true => Some(thermal::coupled::solve(&site, &built, &escape)?),
@@ -168,7 +181,8 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
     }
     let mut energy = Energy::default();
     groups.iter().for_each(|g| energy.add(&g.energy));
-    let lost = escape_error(zones, &escape, &ended);
+    let mut lost = escape_error(zones, &escape, &ended);
+    lost = direct_error::of_lights(site.direct).iter().fold(lost, |s, e| bands(|b| s[b].hypot(e[b])));
     // Heat is balanced where its temperatures are found.
     if scene.thermal().is_none() && scene.options().sweeps.is_none() {
         consistency::balance(zones, &energy, lost, &mut fields);
@@ -176,7 +190,11 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
     let mut report = report(&site, &built, &escape, (&fields, energy), &ended, forecast.thickness);
     report.energy_error = match scene.thermal() {
         Some(_) => Energy { escaped: lost, ..Energy::default() },
-        None => consistency::of_powers(zones, &report.energy, &fields),
+        None => {
+            let mut error = consistency::of_powers(zones, &report.energy, &fields, |i| fields.error[i]);
+            direct_error::add_to_powers(zones, &report.energy, site.direct, &mut error);
+            error
+        }
     };
     (report.engine, report.reason) = (engine.word().into(), reason);
     report.warnings.extend(note);
@@ -191,60 +209,18 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
     Ok(Solved { fields, groups, report, slopes: built.operator.len() > zones.len() })
 }
 
-/// Every light of the scene, each a stage.
-fn illuminate(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Direct {
-    let one = |l: usize| {
-        let stage = format!("light-{l}");
-        let kept = job.vault.load(&stage).and_then(|b| Lit::restored(&b, zones.len()));
-        kept.unwrap_or_else(|| {
-            let normalise = scene.restores_closure();
-            let lit = direct::light(scene, zones, transport, l, normalise, job.progress);
-            if job.vault.keeps() {
-                job.vault.save(&stage, &lit.kept());
-            }
-            lit
-        })
-    };
-    Direct { lights: (0..scene.lights().len()).map(one).collect() }
-}
-
-impl Lit {
-    fn kept(&self) -> Vec<u8> {
-        let mut pen = Pen::default();
-        pen.text(&self.name);
-        pen.triples(&self.fields);
-        pen.reals(&self.error);
-        pen.int(self.rays as usize);
-        pen.triples(&[
-            self.incoming,
-            self.emitted,
-            self.escaped,
-            self.backs,
-            [self.largest_change, 0.0, 0.0],
-        ]);
-        pen.text(self.warning.as_deref().unwrap_or(""));
-        pen.bytes()
-    }
-    fn restored(bytes: &[u8], zones: usize) -> Option<Lit> {
-        let mut r = Reader::new(bytes);
-        let (name, fields, error, rays) = (r.text()?, r.triples()?, r.reals()?, r.int()? as u64);
-        let (small, warning) = (r.triples()?, r.text()?);
-        let [incoming, emitted, escaped, backs, [largest_change, ..]] = small[..] else { return None };
-        let warning = (!warning.is_empty()).then_some(warning);
-        let whole = r.at_end() && fields.len() == zones && error.len() == zones;
-        whole.then_some(Lit {
-            name,
-            fields,
-            error,
-            rays,
-            incoming,
-            emitted,
-            escaped,
-            backs,
-            largest_change,
-            warning,
-        })
-    }
+/// Light number `l` of the scene by shadow rays, a stage.
+fn illuminate(scene: &Scene, zones: &Zones, transport: &Transport, l: usize, job: &Job) -> Lit {
+    let stage = format!("light-{l}");
+    let kept = job.vault.load(&stage).and_then(|b| Lit::restored(&b, zones.len()));
+    kept.unwrap_or_else(|| {
+        let normalise = scene.restores_closure();
+        let lit = direct::light(scene, zones, transport, l, normalise, job.progress);
+        if job.vault.keeps() {
+            job.vault.save(&stage, &lit.kept());
+        }
+        lit
+    })
 }
 
 /// What escapes, a stage.
@@ -299,6 +275,9 @@ fn iterate(site: &Site, built: &Built, escape: &Escape, engine: Engine, job: &Jo
         let sky = source.sky(site.scene);
         let of_slope = |k: usize| {
             let ([arrives, _], w) = (escape.incoming(k, sky), weights[k]);
+            let lights = site.direct.lights.iter().enumerate().filter(|(l, _)| source.has_light(*l));
+            let direct = lights.filter_map(|(_, l)| l.slopes.get(k - zones));
+            let arrives = direct.fold(arrives, |a, d| bands(|b| a[b] + d[b]));
             bands(|b| w[b] * arrives[b])
         };
         column.extend((zones..targets.len()).map(of_slope));
@@ -353,7 +332,7 @@ fn fields(
     let options = site.scene.options();
     let uneven = arriving.is_some() && site.scene.restores_closure() && options.sweeps.is_none();
     let mut changed = vec![[0.0; 3]; n * usize::from(uneven)];
-    let missed: Vec<Bands> = (0..n).into_par_iter().map(missed(site, built, escape)).collect();
+    let missed: Vec<Bands> = radii::untold(zones, built, escape);
     let arriving = arriving.unwrap_or_else(|| built.operator.arriving(&strengths));
     let Arriving { columns: mut arriving, mut error } = arriving;
     ended.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
@@ -386,7 +365,14 @@ fn fields(
         }
         f.incident.par_iter_mut().zip(&*incident).for_each(|(f, h)| *f = bands(|b| f[b] + h[b]));
         own.iter().zip(&mut f.direct).for_each(|(d, f)| *f = bands(|b| f[b] + d[b]));
-        list.push(group(source, ended, energy, std::mem::take(incident), own, engine));
+        let mut group = group(source, ended, energy, std::mem::take(incident), own, engine);
+        let off = direct_error::of_group(source, site.direct);
+        if !off.is_empty() {
+            f.direct_error.resize(n, [0.0; 3]);
+            f.direct_error.iter_mut().zip(&off).for_each(|(f, e)| *f = bands(|b| f[b] + e[b]));
+            group.direct_error = like(&group.direct, &off, group.direct_scale);
+        }
+        list.push(group);
     }
     f.radiosity = (0..n)
         .into_par_iter()
@@ -402,6 +388,7 @@ fn fields(
         }
         None => by_rows(site, built, &missed, ended, &mut list),
     };
+    direct_error::reach(site, built.operator.as_ref(), &mut f, &mut list);
     consistency::closure(&missed, &mut f);
     consistency::steps(zones, &list, &mut f);
     f.error.iter_mut().zip(changed).for_each(|(e, c)| *e = bands(|b| e[b] + c[b]));
@@ -439,25 +426,12 @@ fn group(
         incident,
         incident_scale,
         direct,
+        direct_error: Values::default(),
         direct_scale,
         energy,
         status: ended.status,
         residual: [0, 1, 2].map(|b| ended.residuals[b].last().copied().unwrap_or(0.0)),
         error: Values::default(),
-    }
-}
-
-/// The share of all that arrives at a zone by which its row misses closure beyond twice the error of what escapes; where closure was restored, by
-/// which it was changed.
-fn missed<'a>(site: &'a Site, built: &'a Built, escape: &'a Escape) -> impl Fn(usize) -> Bands + 'a {
-    const TWICE: f64 = 2.0;
-    let (closure, defects) = &built.closure;
-    move |i| {
-        if closure.restored {
-            return defects[i].map(f64::abs);
-        }
-        let lost = escape.spread(i, target(site.zones, i));
-        bands(|b| (defects[i][b].abs() - TWICE * lost[b]).max(0.0))
     }
 }
 
@@ -496,13 +470,18 @@ fn by_rows(
         };
         let error: Vec<Bands> = (0..zones.len()).into_par_iter().map(one).collect();
         sum.iter_mut().zip(&error).for_each(|(s, e)| *s = bands(|b| s[b] + e[b]));
-        let own = |e: &Bands| bands(|b| e[b] / group.incident_scale[b]);
-        group.error = match group.incident {
-            Values::Double(_) => Values::Double(error.iter().map(own).collect()),
-            Values::Single(_) => Values::Single(error.iter().map(|e| own(e).map(|x| x as f32)).collect()),
-        };
+        group.error = like(&group.incident, &error, group.incident_scale);
     }
     sum
+}
+
+/// Errors over `scale`, in the precision of `values`.
+pub(crate) fn like(values: &Values, errors: &[Bands], scale: Bands) -> Values {
+    let own = |e: &Bands| bands(|b| e[b] / scale[b]);
+    match values {
+        Values::Double(_) => Values::Double(errors.iter().map(own).collect()),
+        Values::Single(_) => Values::Single(errors.iter().map(|e| own(e).map(|x| x as f32)).collect()),
+    }
 }
 
 /// The worst end of all groups, and the power that all together have not distributed.
@@ -547,10 +526,12 @@ fn report(
     // The spectral engine knows what escapes without a ray.
     let measured = escape.rays > 0 && !escape.closed();
     let grade = if measured { Grade::Statistical } else { built.operator.grade() };
+    let sampled = site.direct.lights.iter().any(|l| !l.by_exchange);
+    let of_light = if sampled { Grade::Statistical } else { Grade::Estimated };
     Report {
         status,
         residuals,
-        estimate: Estimate::of(fields, site.zones.voxel_offset(), grade.max(Grade::Estimated)),
+        estimate: Estimate::of(fields, site.zones.voxel_offset(), grade.max(of_light)),
         closure,
         energy,
         counts: counts(site.zones, built, escape),

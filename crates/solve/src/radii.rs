@@ -10,8 +10,11 @@
 //! of the step of a ladder, r = 2^((k − 193)/2), k from 1 to 255, 0 for none: 19 % off at most, which an estimate may be.
 
 use crate::packed::stored;
+use crate::engine::Built;
+use crate::surroundings::Escape;
 use rayon::prelude::*;
-use zonal_scene::{Bands, bands};
+use zonal_exchange::pair::target;
+use zonal_scene::{Bands, Zones, bands};
 
 /// Blocks of rows; fixed, so that sums are the same for any number of threads.
 const BLOCKS: usize = 32;
@@ -64,6 +67,22 @@ impl Radii {
         let total = |i: usize| parts.iter().fold([0.0; 3], |t, p| bands(|b| t[b] + p[i][b])).map(f64::sqrt);
         (0..self.n).map(total).collect()
     }
+}
+
+/// What a row misses of closure beyond the errors of its factors, as a share of all that arrives. A row misses closure by the error of what escapes and by
+/// what the factors have in common, which no sum of squares tells: what it misses beyond twice the former counts. Where closure was restored, the
+/// whole change of the row does.
+pub(crate) fn untold(zones: &Zones, built: &Built, escape: &Escape) -> Vec<Bands> {
+    const TWICE: f64 = 2.0;
+    let (defects, restored) = (&built.closure.1, built.closure.0.restored);
+    let one = |i: usize| {
+        if restored {
+            return defects[i].map(f64::abs);
+        }
+        let lost = escape.spread(i, target(zones, i));
+        bands(|b| (defects[i][b].abs() - TWICE * lost[b]).max(0.0))
+    };
+    (0..zones.len()).into_par_iter().map(one).collect()
 }
 
 #[cfg(test)]

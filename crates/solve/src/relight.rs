@@ -68,7 +68,7 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
     report.energy = Default::default();
     groups.iter().for_each(|g| report.energy.add(&g.energy));
     report.residuals = [0, 1, 2].map(|b| vec![groups.iter().fold(0.0f64, |m, g| m.max(g.residual[b]))]);
-    report.energy_error = consistency::of_powers(&zones, &report.energy, &fields);
+    report.energy_error = consistency::of_powers(&zones, &report.energy, &fields, |i| fields.error_of_all(i));
     report.estimate = Estimate::of(&fields, zones.voxel_offset(), report.estimate.grade);
     report.warnings.extend(wanted.iter().map(|(name, f)| {
         let text = match f {
@@ -155,6 +155,10 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, (known, sky): (Option<Vec<
     };
     let incident = added(|g| (&g.incident, g.incident_scale));
     let direct = added(|g| (&g.direct, g.direct_scale));
+    let direct_error = match groups.iter().any(|g| !g.direct_error.is_empty()) {
+        true => added(|g| (&g.direct_error, g.direct_scale)),
+        false => Vec::new(),
+    };
     let radiosity = |i: usize| {
         let (e, (rho, _)) = (emission(zones, i), response(zones, i));
         bands(|b| e[b] + rho[b] * (incident[i][b] + direct[i][b]))
@@ -180,6 +184,7 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, (known, sky): (Option<Vec<
         error: (0..n).into_par_iter().map(error).collect(),
         incident,
         direct,
+        direct_error,
         heat: None,
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Columns: zone (global index), kind (patch, voxel, pane), of (name of the surface or pane, index of the voxmap's cell),
 //! x, y, z (centre, m), size (area in m² of patches and panes, free volume in m³ of voxels), then per band b = 0, 1, 2: radiosity_b,
-//! incident_b (H of patches, fluence G of the others, without direct light), direct_b, error_b (of incident), all W/m². In thermal mode also
+//! incident_b (H of patches, fluence G of the others, without direct light), direct_b, error_b (of incident), direct_error_b (of direct), all W/m². In thermal mode also
 //! temperature_K, temperature_error_K (empty where none is defined), net, net_error (given: W/m² of patches, W/m³ of the others).
 
 use super::FileError;
@@ -23,7 +23,7 @@ fn quoted(name: &str) -> String {
 
 fn heading(thermal: bool) -> String {
     let mut line = String::from("zone,kind,of,x,y,z,size");
-    for field in ["radiosity", "incident", "direct", "error"] {
+    for field in ["radiosity", "incident", "direct", "error", "direct_error"] {
         for b in 0..3 {
             let _ = write!(line, ",{field}_{b}");
         }
@@ -61,6 +61,9 @@ pub fn write_zones_csv(path: &Path, s: &Solution) -> Result<(), FileError> {
                 for x in field[i] {
                     write!(out, ",{x}")?;
                 }
+            }
+            for x in f.direct_error.get(i).copied().unwrap_or_default() {
+                write!(out, ",{x}")?;
             }
             if let Some(h) = &f.heat {
                 for x in [h.temperature[i], h.temperature_error[i], h.net[i], h.net_error[i]] {

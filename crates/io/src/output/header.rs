@@ -8,7 +8,7 @@ use zonal_scene::scene::{Options, PatchRule, ThickZones};
 use zonal_scene::{Camera, Engine, Groups, Lens, Light, Pane, Scene, Sides, Solution, Surface, Surroundings};
 
 /// The version of the format; readers refuse others.
-pub const FORMAT_VERSION: u64 = 4;
+pub const FORMAT_VERSION: u64 = 5;
 
 const HOW_TO_READ: &str =
     "import json, numpy as np; z = np.load(file); header = json.loads(bytes(z['header.json']))";
@@ -22,7 +22,7 @@ pub fn encode(s: &Solution) -> Value {
         "format_version": FORMAT_VERSION,
         "how_to_read": HOW_TO_READ,
         "units": {
-            "lengths": "m", "extinction": "1/m", "radiosity, incident, direct, error, group_*": "W/m² per band",
+            "lengths": "m", "extinction": "1/m", "radiosity, incident, direct, error, direct_error, group_*": "W/m² per band",
             "temperature, temperature_error": "K", "net, net_error": "W/m² of patches, W/m³ of voxels and panes",
             "source": "W/m³ per band", "radiance": "W/(m² sr) per band", "angles": "rad, fov in degrees",
         },

@@ -10,10 +10,12 @@
 //! | arrays | shape | what |
 //! |---|---|---|
 //! | `radiosity`, `incident`, `direct`, `error` | [zones, 3] | B; H or G without direct light; H_dir or G_dir; error of `incident` |
+//! | `direct_error` | [zones, 3] or [0, 3] | error of `direct` |
 //! | `surroundings_error` | [zones, 3] or [0, 3] | the part of `error` that comes in from the surroundings |
 //! | `temperature`, `temperature_error`, `net`, `net_error` | \[zones\] | in thermal mode: K, and the net power that a zone gives, W/m² of patches, W/m³ of the others; a temperature that is not defined is NaN |
 //! | `group_0_incident`, `group_0_direct`, … | [zones, 3], `<f8` or `<f4`; [0, 3] for none | the share of each light group, times `incident_scale` and `direct_scale` in `report.groups` of the header |
 //! | `group_0_error`, … | [zones, 3] | its part of `error`, times `incident_scale`, where errors are known of each group |
+//! | `group_0_direct_error`, … | [zones, 3] | its part of `direct_error`, times `direct_scale`, where it has direct light |
 //! | `patch_origin`, `_e1`, `_e2`, `_kind`, `_normal`, `_area`, `_facet`, `_surface`, `_reflectance`, `_emission` | [patches, …] | surface zones; kind 0 triangle, 1 parallelogram |
 //! | `voxel_cell`, `_centre`, `_volume`, `_extinction`, `_albedo`, `_emission`, `_source` | [voxels, …] | volume zones |
 //! | `voxel_part_first`, `part_subcell`, `part_packed` | CSR | samples of cut voxels: zone i has the rows `first[i]` to `first[i+1]`; `part_packed.view("<u2").reshape(-1, 4)` is the place in the sub-cell and the share of the volume, in 2⁻¹⁶ |
@@ -25,7 +27,7 @@
 //! | `voxmap_heat` | [nx, ny, nz, 3] | in thermal mode: 1, T, 0 where the temperature is known (K), else 0, 0, Q (W/m³) |
 //!
 //! A quantity of patches, voxels, pane zones or cells whose rows are all the same is one row, of shape [1, 3] or [1, 1, 1, 3]; numpy
-//! repeats it in arithmetic. Nothing is compressed. Version 4; files of other versions are refused by name.
+//! repeats it in arithmetic. Nothing is compressed. Version 5; files of other versions are refused by name.
 //!
 //! Reals are `<f8`, indices `<i8`, kinds and sub-cells `|u1`.
 
@@ -54,6 +56,9 @@ pub fn write_solution(path: &Path, s: &Solution) -> Result<(), FileError> {
             if !g.error.is_empty() {
                 npz.values(&format!("group_{k}_error"), &g.error)?;
             }
+            if !g.direct_error.is_empty() {
+                npz.values(&format!("group_{k}_direct_error"), &g.direct_error)?;
+            }
         }
         write_patches(&mut npz, &s.zones.patches)?;
         write_voxels(&mut npz, &s.zones.voxels)?;
@@ -69,8 +74,9 @@ fn write_fields<W: Write + Seek>(npz: &mut writer::Npz<W>, f: &Fields) -> io::Re
     {
         npz.triples(name, &[field.len()], field.iter().copied())?;
     }
-    let part = &f.surroundings_error;
-    npz.triples("surroundings_error", &[part.len()], part.iter().copied())?;
+    for (name, part) in [("direct_error", &f.direct_error), ("surroundings_error", &f.surroundings_error)] {
+        npz.triples(name, &[part.len()], part.iter().copied())?;
+    }
     let Some(h) = &f.heat else { return Ok(()) };
     for (name, list) in HEAT.into_iter().zip([&h.temperature, &h.temperature_error, &h.net, &h.net_error]) {
         npz.reals(name, list.iter().copied())?;
@@ -181,6 +187,7 @@ pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
         incident: npz.triples("incident", &n)?,
         direct: npz.triples("direct", &n)?,
         error: npz.triples("error", &n)?,
+        direct_error: npz.triples_or_none("direct_error", zones.len())?,
         surroundings_error: npz.triples_or_none("surroundings_error", zones.len())?,
         heat: if scene.thermal().is_some() { Some(read_heat(&mut npz, zones.len())?) } else { None },
     };
@@ -228,6 +235,10 @@ fn read_groups(
         let error = format!("group_{k}_error");
         if npz.has(&error) {
             g.error = npz.values(&error, zones)?;
+        }
+        let direct = format!("group_{k}_direct_error");
+        if npz.has(&direct) {
+            g.direct_error = npz.values(&direct, zones)?;
         }
     }
     Ok(groups)

@@ -19,7 +19,7 @@ pub const PROGRAM: u64 = 8_000_000;
 /// Bytes a zone at the peak, whatever shines.
 const ZONE: u64 = 330;
 /// The same for each light, and for each light group.
-const LIGHT: u64 = 56;
+const LIGHT: u64 = 108;
 const GROUP: u64 = 80;
 /// Bytes of a ray: the zone it meets; and what it counts in each band, where bands differ.
 const RAY: f64 = 4.0;

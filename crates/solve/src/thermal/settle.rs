@@ -152,7 +152,7 @@ pub(crate) fn settle(
         .sum::<f64>()
         * report.residuals.iter().filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r));
     report.estimate = Estimate::of(fields, zones.voxel_offset(), report.estimate.grade);
-    report.energy_error = consistency::of_powers(zones, &report.energy, fields);
+    report.energy_error = consistency::of_powers(zones, &report.energy, fields, |i| fields.error[i]);
     report.heat = Some(table(scene, zones, report, shares, left, of));
     fields.heat = Some(heat);
 }

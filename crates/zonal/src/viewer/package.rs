@@ -164,7 +164,7 @@ fn zones(pack: &mut Pack, s: &Solution) {
         pack.f32(&format!("zoneIndirect{g}"), &list(&|i| of(i, false)));
         pack.f32(&format!("zoneDirect{g}"), &list(&|i| of(i, true)));
     }
-    pack.f32("zoneError", &list(&|i| s.fields.error[i]));
+    pack.f32("zoneError", &list(&|i| s.fields.error_of_all(i)));
     pack.f32("zoneReflectance", &list(&|i| s.zones.patches[i].reflectance));
     pack.f32("zoneEmission", &list(&|i| s.zones.patches[i].emission));
     pack.u16("zoneSurface", &s.zones.patches.iter().map(|p| p.surface as u16).collect::<Vec<_>>());

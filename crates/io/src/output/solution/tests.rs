@@ -144,6 +144,7 @@ fn solution() -> Solution {
             incident: field(2.0),
             direct: field(3.0),
             error: field(0.01),
+            direct_error: field(0.004),
             surroundings_error: field(0.002),
             heat: None,
         },
@@ -157,6 +158,7 @@ fn solution() -> Solution {
                 energy: Energy { incoming: [1.0, 2.0, 3.0], ..Energy::default() },
                 residual: [0.1, 0.2, 1e-11],
                 error: Values::Double(field(0.003)),
+                direct_error: Values::Double(field(0.004)),
                 ..Group::default()
             },
             Group { name: "floor = 2".into(), incident: Values::Double(field(1.5)), ..Group::default() },
