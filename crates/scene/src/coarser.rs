@@ -6,7 +6,8 @@
 //!     κ' = Σ w κ      κ'Ω' = Σ w κΩ      κ'(1−Ω')E' = Σ w κ(1−Ω)E      q' = Σ w q
 //! ```
 //!
-//! and likewise T⁴ with the weight w κ(1−Ω), heat with w. Where cells that absorb would meet in one, some of known temperature and some of known
+//! and likewise T⁴ with the weight w κ(1−Ω), heat with w. Every mean is held between the least and the largest of its terms, so that equal values
+//! stay what they are to the bit: of weights such as 0.6 and 0.4 rounding alone would make one extinction many. Where cells that absorb would meet in one, some of known temperature and some of known
 //! heat, the medium stays as it is: neither can be both.
 
 use crate::{Bands, Known, Scene, SceneError, Voxmap, bands};
@@ -40,6 +41,12 @@ fn shares(old: usize, new: usize) -> Vec<Vec<(usize, f64)>> {
     (0..new).map(one).collect()
 }
 
+/// A mean without the rounding that would put it outside what it is the mean of; as it is where there is nothing.
+fn between(mean: f64, terms: impl Iterator<Item = f64>) -> f64 {
+    let (low, high) = terms.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    if low <= high { mean.clamp(low, high) } else { mean }
+}
+
 /// What is known of a cell that holds others, each with its share and with what it absorbs; `None` where that is temperatures and heat.
 fn merged(cells: &[(Known, f64, f64)]) -> Option<Known> {
     let absorbed = cells.iter().map(|c| c.2).sum::<f64>();
@@ -54,8 +61,20 @@ fn merged(cells: &[(Known, f64, f64)]) -> Option<Known> {
     match (warm > 0.0, heat > 0.0) {
         // What does not absorb has no say.
         (true, true) if absorbed > 0.0 => None,
-        (true, _) => Some(Known::Temperature((fourth / warm).sqrt().sqrt())),
-        (false, _) => Some(Known::Flux(given)),
+        (true, _) => {
+            let kelvin = cells.iter().filter_map(|c| match c.0 {
+                Known::Temperature(t) if weight(c) > 0.0 => Some(t),
+                _ => None,
+            });
+            Some(Known::Temperature(between((fourth / warm).sqrt().sqrt(), kelvin)))
+        }
+        (false, _) => {
+            let heat = cells.iter().map(|c| match c.0 {
+                Known::Flux(q) | Known::Power(q) => q,
+                Known::Temperature(_) => 0.0,
+            });
+            Some(Known::Flux(between(given, heat)))
+        }
     }
 }
 
@@ -99,24 +118,31 @@ impl Voxmap {
             let (k, o) = (self.extinction(c), self.albedo(c));
             bands(|b| k[b] * (1.0 - o[b]))
         };
-        let extinction = sum(&|c| self.extinction(c));
-        let (plain, scattering) = (
-            sum(&|c| self.albedo(c)),
-            sum(&|c| {
-                let (k, o) = (self.extinction(c), self.albedo(c));
-                bands(|b| k[b] * o[b])
-            }),
-        );
-        let albedo = bands(|b| if extinction[b] > 0.0 { scattering[b] / extinction[b] } else { plain[b] });
-        let (absorption, emitted) = (
-            sum(&absorbs),
-            sum(&|c| {
-                let (a, e) = (absorbs(c), self.emission(c));
-                bands(|b| a[b] * e[b])
-            }),
-        );
-        let emission = bands(|b| if absorption[b] > 0.0 { emitted[b] / absorption[b] } else { 0.0 });
-        out.set(index, extinction, albedo.map(|o| o.min(1.0)), emission, sum(&|c| self.source(c)));
+        // Means of what `has` it, by their sums and the sums of their weights.
+        let mean = |of: &dyn Fn(usize) -> Bands, has: &dyn Fn(usize) -> Bands, total: Bands, weight: Bands| {
+            bands(|b| {
+                let terms = covered.iter().filter(|&&(c, _)| has(c)[b] > 0.0).map(|&(c, _)| of(c)[b]);
+                if weight[b] > 0.0 { between(total[b] / weight[b], terms) } else { 0.0 }
+            })
+        };
+        let scatters = |c: usize| {
+            let (k, o) = (self.extinction(c), self.albedo(c));
+            bands(|b| k[b] * o[b])
+        };
+        let emits = |c: usize| {
+            let (a, e) = (absorbs(c), self.emission(c));
+            bands(|b| a[b] * e[b])
+        };
+        let (all, one) = (&|_: usize| [1.0; 3], [1.0; 3]);
+        let plain = |of: &dyn Fn(usize) -> Bands| mean(of, all, sum(of), one);
+        let (extinction, absorption) = (sum(&|c| self.extinction(c)), sum(&absorbs));
+        let weighted =
+            mean(&|c| self.albedo(c), &|c| self.extinction(c), sum(&scatters), extinction);
+        let even = plain(&|c| self.albedo(c));
+        let albedo = bands(|b| if extinction[b] > 0.0 { weighted[b] } else { even[b] });
+        let emission = mean(&|c| self.emission(c), &absorbs, sum(&emits), absorption);
+        let source = plain(&|c| self.source(c));
+        out.set(index, plain(&|c| self.extinction(c)), albedo, emission, source);
         let known: Vec<_> = covered
             .iter()
             .filter_map(|&(c, w)| Some((self.heat(c)?, w, w * absorbs(c).iter().sum::<f64>())))
@@ -176,6 +202,25 @@ mod tests {
         };
         for (a, b) in totals(&map).into_iter().zip(totals(&half)) {
             assert!((a - b).abs() <= 1e-12 * a.abs(), "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn equal_values_stay_equal_to_the_bit() {
+        for n in [3, 5, 7, 11, 13] {
+            let mut map = Voxmap::new(Vec3::ZERO, vec3(0.4, 0.3, 0.1), [n, n, 2 * n]).unwrap();
+            for i in 0..map.len() {
+                // One value varies, so that cells are merged one by one.
+                map.set(i, [0.1, 0.7, 1.3], [0.3, 0.1, 0.9], [10.0 / 3.0; 3], [0.7; 3]);
+                map.set_heat(i, Known::Temperature(300.0 + i as f64), Known::Flux(0.0));
+            }
+            let half = map.seal().unwrap().coarser().unwrap().unwrap();
+            assert_eq!(half.uniform_extinction(), Some([0.1, 0.7, 1.3]), "{n}");
+            for i in 0..half.len() {
+                assert_eq!(half.albedo(i), [0.3, 0.1, 0.9]);
+                assert_eq!(half.emission(i), [10.0 / 3.0; 3]);
+                assert_eq!(half.source(i), [0.7; 3]);
+            }
         }
     }
 
