@@ -1,4 +1,4 @@
-//! The same scene on zones twice as large, for what their size costs.
+//! The same scene on zones twice as large, or on smaller ones, for the discretization error.
 //!
 //! Patches may be twice as long. An axis of n cells gets ⌈n/2⌉ over the same extent; with w_c the share that an old cell c has of a new one,
 //!
@@ -7,10 +7,14 @@
 //! ```
 //!
 //! and likewise T⁴ with the weight w κ(1−Ω), heat with w. Every mean is held between the least and the largest of its terms, so that equal values
-//! stay what they are to the bit: of weights such as 0.6 and 0.4 rounding alone would make one extinction many. Where cells that absorb would meet in one, some of known temperature and some of known
-//! heat, the medium stays as it is: neither can be both.
+//! stay what they are to the bit: of weights such as 0.6 and 0.4 rounding alone would make one extinction many. Where cells that absorb
+//! would meet in one, some of known temperature and some of known heat, the medium stays as it is: neither can be both.
+//!
+//! On zones an m-th as large an axis of n cells gets mn, each with the values of the cell that it is a part of; an axis of one cell along which the
+//! scene repeats itself stays as it is, since nothing changes along it. Patches are at most an m-th as large as the largest of their surface.
 
-use crate::{Bands, Known, Scene, SceneError, Voxmap, bands};
+use crate::scene::PatchRule;
+use crate::{Bands, Known, Plate, PlateKind, Scene, SceneError, Voxmap, Zones, bands};
 use zonal_math::vec3;
 
 impl Scene {
@@ -26,6 +30,38 @@ impl Scene {
             parts.voxmap = Some(coarser);
         }
         Scene::new(parts)
+    }
+}
+
+impl Scene {
+    /// The scene on zones that are at most an `n`-th as large across as the largest of `zones`, which are its own.
+    pub fn finer(&self, zones: &Zones, n: usize) -> Result<Scene, SceneError> {
+        let rule = self.options().patch_rule;
+        let mut largest = vec![0.0f64; self.surfaces().len()];
+        zones.patches.iter().for_each(|p| largest[p.surface] = largest[p.surface].max(size(&p.plate, rule)));
+        let sheets = zones.panes.iter().fold(f64::INFINITY, |s, p| s.min(size(&p.plate, rule)));
+        let default = self.patch_size();
+        let share = |own: f64, set: f64| if own > 0.0 { own.min(set) } else { set } / n as f64;
+        let mut parts = self.clone().into_parts();
+        parts.options.patch_size = Some(share(if sheets.is_finite() { sheets } else { 0.0 }, default));
+        for (surface, largest) in parts.surfaces.iter_mut().zip(largest) {
+            surface.patch_size = Some(share(largest, surface.patch_size.unwrap_or(default)));
+        }
+        parts.voxmap = self.voxmap().map(|m| m.finer(self.periodic(), n)).transpose()?;
+        Scene::new(parts)
+    }
+}
+
+/// The size of a patch that a rule limits, m.
+fn size(p: &Plate, rule: PatchRule) -> f64 {
+    let longest = p.e1.length().max(p.e2.length());
+    match (rule, p.kind) {
+        (PatchRule::Area, PlateKind::Triangle) => p.area().sqrt(),
+        (_, PlateKind::Triangle) => {
+            let longest = longest.max((p.e2 - p.e1).length());
+            (2.0 * p.area()).sqrt().max(longest * std::f64::consts::FRAC_1_SQRT_2)
+        }
+        (_, PlateKind::Parallelogram) => longest,
     }
 }
 
@@ -104,6 +140,27 @@ impl Voxmap {
             }
         }
         out.seal().map(Some)
+    }
+
+    /// The same medium on `n` times as many cells along each axis but those of one cell along which the scene is `periodic`.
+    fn finer(&self, periodic: [bool; 3], n: usize) -> Result<Voxmap, SceneError> {
+        let (old, extent) = (self.dims(), self.max() - self.min());
+        let split: [usize; 3] = std::array::from_fn(|a| if old[a] == 1 && periodic[a] { 1 } else { n });
+        let dims: [usize; 3] = std::array::from_fn(|a| old[a].saturating_mul(split[a]));
+        let edge = vec3(extent.x / dims[0] as f64, extent.y / dims[1] as f64, extent.z / dims[2] as f64);
+        let mut out = Voxmap::new(self.min(), edge, dims)?;
+        out.fill(self.extinction(0), self.albedo(0), self.emission(0), self.source(0));
+        self.heat(0).into_iter().for_each(|k| out.fill_heat(k));
+        if self.is_uniform() {
+            return out.seal();
+        }
+        for index in 0..out.len() {
+            let at = out.coordinates(index);
+            let c = self.index(std::array::from_fn(|a| at[a] / split[a]));
+            out.set(index, self.extinction(c), self.albedo(c), self.emission(c), self.source(c));
+            self.heat(c).into_iter().for_each(|k| out.set_heat(index, k, Known::Flux(0.0)));
+        }
+        out.seal()
     }
 
     /// Sets cell `index` of `out` to what the cells `covered` of this map are together, each with its share; false where they cannot be one.
@@ -221,6 +278,22 @@ mod tests {
                 assert_eq!(half.emission(i), [10.0 / 3.0; 3]);
                 assert_eq!(half.source(i), [0.7; 3]);
             }
+        }
+    }
+
+    #[test]
+    fn a_finer_medium_has_the_values_of_the_cells_it_divides() {
+        let mut map = Voxmap::new(Vec3::ZERO, vec3(0.5, 0.25, 1.0), [3, 1, 1]).unwrap();
+        for i in 0..map.len() {
+            map.set(i, [0.1 * i as f64; 3], [0.5; 3], [1.0; 3], [0.0; 3]);
+            map.set_heat(i, Known::Flux(i as f64), Known::Flux(0.0));
+        }
+        let fine = map.seal().unwrap().finer([true, true, false], 2).unwrap();
+        assert_eq!((fine.dims(), fine.max()), ([6, 1, 2], vec3(1.5, 0.25, 1.0)));
+        for i in 0..fine.len() {
+            let x = fine.coordinates(i)[0] / 2;
+            assert_eq!(fine.extinction(i), [0.1 * x as f64; 3]);
+            assert_eq!(fine.heat(i), Some(Known::Flux(x as f64)));
         }
     }
 
