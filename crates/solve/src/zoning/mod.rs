@@ -4,9 +4,10 @@
 //!
 //! ```text
 //!     |Q(h) − Q| = |Q(h) − Q(rh)| / (r^p − 1)             ≤  |Q(h) − Q(rh)| / (r − 1)             of zones r times as large
-//!     |Q(h) − Q| = |Q(h) − Q(h/r)| · r^p / (r^p − 1)      ≤  |Q(h) − Q(h/r)| · r / (r − 1)        of zones r times as small
+//!     |Q(h) − Q| = |Q(h) − Q(h/r)| · r^p / (r^p − 1)      ≤  2 |Q(h) − Q(h/r)|                    of zones r ≥ 2 times as small
 //! ```
 //!
+//! The last holds for p ≥ 1/log₂ r already: few zones, which are divided by four or eight, need not be on their way to Q.
 //! Orders that are seen lie between 1.5 and 2 (`docs/validation.md`), so that the right-hand side is two to three times the error; for r = 2 and
 //! p = 2 it is the grid convergence index of two grids. It is an estimate: where zones are so large that Q(rh) is not yet on its way to Q, it may
 //! fail.
@@ -29,11 +30,13 @@ use zonal_scene::{
 };
 use zonal_transport::{Transport, build_zones};
 
-/// The most zones of a solve on smaller ones.
-const MOST_ZONES: usize = 2500;
 
-/// By what zones are divided across for it.
-const DIVISIONS: [usize; 3] = [8, 4, 2];
+/// The factor of a difference to smaller zones (header).
+const SMALLER: f64 = 2.0;
+
+/// By what zones are divided across for a solve on smaller ones, and how many these may be at most.
+const DIVISIONS: [(usize, usize); 3] = [(8, 1000), (4, 1000), (2, MOST_ZONES)];
+const MOST_ZONES: usize = 2500;
 
 /// An error is no less than this share of the mean relative error of its kind: differences that pass through zero hide errors.
 const MEAN_SHARE: f64 = 0.3;
@@ -166,7 +169,7 @@ impl<'a> Other<'a> {
         let count = zones.len();
         let (_, other) = pipeline::settled(other, transport, zones, &second)
             .map_err(|e| format!("{word} zones do not serve ({e})"))?;
-        let factor = grown.caution * if finer { ratio / (ratio - 1.0) } else { 1.0 / (ratio - 1.0) };
+        let factor = grown.caution * if finer { SMALLER } else { 1.0 / (ratio - 1.0) };
         let apart = |a: f64, b: f64| differs(a, b) * factor;
         let least = Least::new(report, &other.report, &apart);
         let untold = |stuck: bool, error: f64| if stuck { f64::INFINITY } else { error };
@@ -252,7 +255,7 @@ fn compared(
     if larger.as_ref().is_ok_and(|o| o.grown.tells_all()) {
         return larger?.solved(scene, report, job);
     }
-    for n in division(scene, zones) {
+    for n in divisions(scene, zones) {
         let finer = scene.finer(zones, n).map_err(said).and_then(|s| posed(s, report, slopes));
         let Ok(finer) = finer else { continue };
         let smaller = Other::new(own, &finer, slopes, true);
@@ -265,11 +268,26 @@ fn compared(
 }
 
 /// By how much zones may be divided so that a solve on them takes next to no time, the most first.
-fn division(scene: &Scene, zones: &Zones) -> impl Iterator<Item = usize> {
+fn divisions(scene: &Scene, zones: &Zones) -> impl Iterator<Item = usize> {
+    DIVISIONS.into_iter().filter(|(n, most)| divided(scene, zones, *n) <= *most).map(|x| x.0)
+}
+
+/// About how many zones there are when each is divided by `n` across.
+fn divided(scene: &Scene, zones: &Zones, n: usize) -> usize {
     let sheets = zones.patches.len() + zones.panes.len();
-    let divided = (0..3).filter(|&k| scene.voxmap().is_some_and(|m| m.dims()[k] > 1 || !scene.periodic()[k]));
-    let (cells, axes) = (zones.voxels.len(), divided.count() as u32);
-    DIVISIONS.into_iter().filter(move |n| n * n * sheets + n.pow(axes) * cells <= MOST_ZONES)
+    let axes = (0..3).filter(|&k| scene.voxmap().is_some_and(|m| m.dims()[k] > 1 || !scene.periodic()[k]));
+    (n * n * sheets).saturating_add(n.pow(axes.count() as u32).saturating_mul(zones.voxels.len()))
+}
+
+/// About how many zones a second solve has where it takes smaller ones, which is where larger ones do not tell all.
+pub(crate) fn smaller(scene: &Scene, zones: &Zones, slopes: bool) -> Option<usize> {
+    let n = divisions(scene, zones).next()?;
+    let tells = || {
+        let coarser = scene.coarser().ok()?;
+        let larger = Other::new((scene, zones), &coarser, slopes, false).ok()?;
+        larger.grown.tells_all().then_some(())
+    };
+    if tells().is_some() { None } else { Some(divided(scene, zones, n)) }
 }
 
 /// Of each row of a table by name, whether the temperature of all that is in it is given.
