@@ -176,12 +176,13 @@ impl Voxmap {
             bands(|b| k[b] * (1.0 - o[b]))
         };
         // Means of what `has` it, by their sums and the sums of their weights.
-        let mean = |of: &dyn Fn(usize) -> Bands, has: &dyn Fn(usize) -> Bands, total: Bands, weight: Bands| {
-            bands(|b| {
-                let terms = covered.iter().filter(|&&(c, _)| has(c)[b] > 0.0).map(|&(c, _)| of(c)[b]);
-                if weight[b] > 0.0 { between(total[b] / weight[b], terms) } else { 0.0 }
-            })
-        };
+        let mean =
+            |of: &dyn Fn(usize) -> Bands, has: &dyn Fn(usize) -> Bands, total: Bands, weight: Bands| {
+                bands(|b| {
+                    let terms = covered.iter().filter(|&&(c, _)| has(c)[b] > 0.0).map(|&(c, _)| of(c)[b]);
+                    if weight[b] > 0.0 { between(total[b] / weight[b], terms) } else { 0.0 }
+                })
+            };
         let scatters = |c: usize| {
             let (k, o) = (self.extinction(c), self.albedo(c));
             bands(|b| k[b] * o[b])
@@ -193,8 +194,7 @@ impl Voxmap {
         let (all, one) = (&|_: usize| [1.0; 3], [1.0; 3]);
         let plain = |of: &dyn Fn(usize) -> Bands| mean(of, all, sum(of), one);
         let (extinction, absorption) = (sum(&|c| self.extinction(c)), sum(&absorbs));
-        let weighted =
-            mean(&|c| self.albedo(c), &|c| self.extinction(c), sum(&scatters), extinction);
+        let weighted = mean(&|c| self.albedo(c), &|c| self.extinction(c), sum(&scatters), extinction);
         let even = plain(&|c| self.albedo(c));
         let albedo = bands(|b| if extinction[b] > 0.0 { weighted[b] } else { even[b] });
         let emission = mean(&|c| self.emission(c), &absorbs, sum(&emits), absorption);

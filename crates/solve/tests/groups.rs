@@ -311,7 +311,9 @@ fn coupled_temperatures_broken_off_at_any_step_end_the_same() {
         assert!(of("state-temperatures-linear") > 0);
         // So is the second solve, which tells what the size of the zones costs.
         let second = ["larger", "smaller"].map(|w| of(&format!("state-{w}-zones-state-temperatures")));
-        assert!(straight.report.zoning.as_ref().is_some_and(|z| z.zones > 0) && second.iter().sum::<usize>() > 0);
+        assert!(
+            straight.report.zoning.as_ref().is_some_and(|z| z.zones > 0) && second.iter().sum::<usize>() > 0
+        );
     }
 }
 

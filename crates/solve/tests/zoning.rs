@@ -197,11 +197,16 @@ fn told(z: &Option<Zoning>) -> &Zoning {
 #[test]
 fn few_zones_are_told_by_smaller_ones() {
     let equilibrium = |cells: &str| gas(cells, "heat_source = 0");
-    for (solve, cells) in
-        [("patch_size = 2", "[1,1,1]"), ("patch_size = 0.25", "[1,1,1]"), ("patch_rule = \"voxels\"", "[2,2,2]")]
-    {
+    for (solve, cells) in [
+        ("patch_size = 2", "[1,1,1]"),
+        ("patch_size = 0.25", "[1,1,1]"),
+        ("patch_rule = \"voxels\"", "[2,2,2]"),
+    ] {
         let (z, said) = notes(&room(solve, &equilibrium(cells)));
-        assert!(told(&z).zones > 40 && said.is_empty() && !told(&z).heat.as_flattened().contains(&f64::INFINITY), "{said}");
+        assert!(
+            told(&z).zones > 40 && said.is_empty() && !told(&z).heat.as_flattened().contains(&f64::INFINITY),
+            "{said}"
+        );
     }
     let (z, said) = notes(&room("patch_rule = \"voxels\"", &equilibrium("[6,6,6]")));
     assert!(told(&z).zones == 6 * 9 + 27 && said.is_empty(), "{said}");
@@ -274,7 +279,13 @@ fn odd_numbers_of_cells_of_temperatures_have_an_error() {
         ([1, 3, 5], 0.3, 0.2, "auto"),
     ] {
         let s = common::solve(flame(cells, 1, extinction, albedo, thick));
-        let exact = common::solve(flame(cells, 4, extinction, albedo, if thick == "constant" { thick } else { "linear" }));
+        let exact = common::solve(flame(
+            cells,
+            4,
+            extinction,
+            albedo,
+            if thick == "constant" { thick } else { "linear" },
+        ));
         assert!(s.report.warnings.is_empty() && exact.report.zoning.is_none(), "{:?}", s.report.warnings);
         let zoning = told(&s.report.zoning);
         assert!(zoning.zones > 0 && zoning.notes.is_empty(), "{:?}", zoning.notes);

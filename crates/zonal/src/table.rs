@@ -131,7 +131,9 @@ fn heat(out: &mut String, r: &HeatReport, zoning: Option<&Zoning>) {
             writeln!(out, "  errors: of the zones, estimated from {}, and of the exchange, {most}", others(z))
         }
         Some(_) => writeln!(out, "  errors: of the zones, unknown, and of the exchange, {most}"),
-        None => writeln!(out, "  errors are those of the exchange only: those of the zones were not asked for"),
+        None => {
+            writeln!(out, "  errors are those of the exchange only: those of the zones were not asked for")
+        }
     };
 }
 

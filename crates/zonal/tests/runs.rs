@@ -31,7 +31,10 @@ fn every_command_explains_itself() {
 fn check_refuses_what_solve_refuses() {
     let f = Folder::new();
     f.put("room.toml", ROOM);
-    for command in [&["check", "room.toml", "--max-memory", "1e-7"][..], &["check", "room.toml", "--max-memory", "1e-7", "--json"]] {
+    for command in [
+        &["check", "room.toml", "--max-memory", "1e-7"][..],
+        &["check", "room.toml", "--max-memory", "1e-7", "--json"],
+    ] {
         let out = f.zonal(command);
         let (said, error) = (String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
         assert_eq!(out.status.code(), Some(2), "{said}{error}");

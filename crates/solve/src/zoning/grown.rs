@@ -168,9 +168,7 @@ fn stuck_cells(scene: &Scene, map: &Voxmap, none_grew: bool) -> Option<String> {
                 .into(),
         );
     }
-    single.then(|| {
-        "the medium has one cell across an axis: the discretization errors are unknown".into()
-    })
+    single.then(|| "the medium has one cell across an axis: the discretization errors are unknown".into())
 }
 
 /// Each surface and pane: its name, the number of its zones before and after, and whether it may stay in one piece: across axes that repeat

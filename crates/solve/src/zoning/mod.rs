@@ -23,13 +23,13 @@ mod grown;
 use crate::pipeline::{self, Job};
 use grown::Grown;
 use zonal_scene::scene::ThickZones;
-use zonal_scene::vault::STATE;
 use zonal_scene::solution::Energy;
+use zonal_scene::vault::STATE;
 use zonal_scene::{
-    Bands, Engine, HeatKind, HeatReport, HeatRow, Known, Progress, Report, Scene, SceneError, Vault, Zones, Zoning, bands,
+    Bands, Engine, HeatKind, HeatReport, HeatRow, Known, Progress, Report, Scene, SceneError, Vault, Zones,
+    Zoning, bands,
 };
 use zonal_transport::{Transport, build_zones};
-
 
 /// The factor of a difference to smaller zones (header).
 const SMALLER: f64 = 2.0;
@@ -232,7 +232,11 @@ impl Least {
         let wider = |e: &mut Bands, x: Bands| {
             *e = bands(|b| if e[b] > 0.0 { e[b].max(self.energy[b] * x[b].abs()) } else { e[b] });
         };
-        errors.absorbed_surfaces.iter_mut().zip(&values.absorbed_surfaces).for_each(|(e, x)| wider(&mut e.1, x.1));
+        errors
+            .absorbed_surfaces
+            .iter_mut()
+            .zip(&values.absorbed_surfaces)
+            .for_each(|(e, x)| wider(&mut e.1, x.1));
         wider(&mut errors.absorbed_volumes, values.absorbed_volumes);
         wider(&mut errors.absorbed_panes, values.absorbed_panes);
         wider(&mut errors.escaped, values.escaped);
