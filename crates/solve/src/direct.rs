@@ -33,7 +33,7 @@ const CLEAR: f64 = 1e-9;
 /// no factor mends.
 const MOST_CHANGE: f64 = 0.12;
 /// Rays that measure the power of a light.
-const BEAM_RAYS: usize = 1 << 17;
+pub(crate) const BEAM_RAYS: usize = 1 << 17;
 
 /// What one light does, with its own balance, W a band.
 #[derive(Clone, Debug, Default, PartialEq)]

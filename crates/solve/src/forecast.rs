@@ -1,5 +1,6 @@
 //! What a solve will take, said beforehand, and what looks wrong with a scene.
 
+use crate::direct::BEAM_RAYS;
 use crate::spectral::enclosure::Enclosure;
 use crate::surroundings::Escape;
 use crate::{dense, gather};
@@ -47,12 +48,13 @@ fn ray_microseconds(facets: usize) -> f64 {
     0.1 + 0.02 * (1.0 + facets as f64).log2()
 }
 
-/// Shadow rays of direct light on all zones, from a look at some, and their seconds on so many threads.
+/// Shadow rays of direct light on all zones, from a look at some, and the seconds that they and the rays from the lights take on so many threads.
 pub fn direct_light(scene: &Scene, zones: &Zones, transport: &Transport, threads: usize) -> (f64, f64) {
     let one = |light| gather::rays(scene, zones, transport, light, LOOKS);
     // No lights sum to −0.
     let rays: f64 = scene.lights().iter().map(one).sum::<f64>() + 0.0;
-    (rays, rays * 1e-6 * ray_microseconds(scene.facets().len()) / threads.max(1) as f64)
+    let all = rays + (scene.lights().len() * BEAM_RAYS) as f64;
+    (rays, all * 1e-6 * ray_microseconds(scene.facets().len()) / threads.max(1) as f64)
 }
 
 /// Bytes of the zones themselves.

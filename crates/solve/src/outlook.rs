@@ -4,6 +4,7 @@
 //! this machine and in this scene a sample tells, timed by whoever asks. What remains are constants. Where rays may fall short of the
 //! tolerance and links have to go on from there, nobody knows how many: a number to expect is told, and one that is hardly exceeded.
 
+use crate::dense;
 use crate::engine;
 use crate::engine::Choice;
 use crate::forecast::{self, Forecast};
@@ -116,9 +117,14 @@ impl Outlook {
             Engine::Dense | Engine::Auto => out.dense(plan, clock),
         };
         let heat = crate::thermal::bytes(scene, zones);
-        out.bytes = out.bytes.map(|b| b + heat);
-        let (sum, again) = (out.parts.iter().map(|p| p.1).sum::<f64>(), again(scene, zones, engine));
-        out.parts.extend((again > 0.0).then(|| ("the same on larger zones".to_string(), again * sum)));
+        let smaller = if zoning::wanted(scene) { zoning::smaller(scene, zones, out.slopes) } else { None };
+        // Smaller zones of a second solve may hold more than the first: every pair at worst.
+        let second = |m: usize| (DENSE * dense::bytes(m, 0, forecast.groups) as f64) as u64 + PROGRAM;
+        out.bytes = out.bytes.map(|b| (b + heat).max(smaller.map_or(0, second).min(memory)));
+        let word = if smaller.is_some() { "smaller" } else { "larger" };
+        let sum = out.parts.iter().map(|p| p.1).sum::<f64>();
+        let again = again(scene, zones, engine, smaller);
+        out.parts.extend((again > 0.0).then(|| (format!("the same on {word} zones"), again * sum)));
         out.seconds = [sum, sum + more].map(|s| (1.0 + again) * s);
         Ok(out)
     }
@@ -204,13 +210,17 @@ impl Outlook {
     }
 }
 
-/// The share of a solve that the second one takes on zones twice as large, where it is wanted: a quarter of the patches, an eighth of the voxels.
-fn again(scene: &Scene, zones: &Zones, engine: Engine) -> f64 {
+/// What the second solve takes over the first, where it is wanted: on zones twice as large, a quarter of the patches and an eighth of the voxels;
+/// or on so many smaller ones.
+fn again(scene: &Scene, zones: &Zones, engine: Engine, smaller: Option<usize>) -> f64 {
     if !zoning::wanted(scene) || zones.is_empty() {
         return 0.0;
     }
     let sheets = (zones.patches.len() + zones.panes.len()) as f64;
-    let fewer = (sheets / 4.0 + zones.voxels.len() as f64 / 8.0) / zones.len() as f64;
+    let fewer = match smaller {
+        Some(others) => others as f64 / zones.len() as f64,
+        None => (sheets / 4.0 + zones.voxels.len() as f64 / 8.0) / zones.len() as f64,
+    };
     match engine {
         Engine::Dense | Engine::Auto => fewer * fewer,
         Engine::Hierarchical | Engine::Spectral => fewer,

@@ -310,8 +310,10 @@ fn coupled_temperatures_broken_off_at_any_step_end_the_same() {
         assert_eq!(of("state-temperatures"), steps, "each step once");
         assert!(of("state-temperatures-linear") > 0);
         // So is the second solve, which tells what the size of the zones costs.
-        assert!(straight.report.zoning.is_some());
-        assert!(of("state-larger-zones-state-temperatures") > 0);
+        let second = ["larger", "smaller"].map(|w| of(&format!("state-{w}-zones-state-temperatures")));
+        assert!(
+            straight.report.zoning.as_ref().is_some_and(|z| z.zones > 0) && second.iter().sum::<usize>() > 0
+        );
     }
 }
 

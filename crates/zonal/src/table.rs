@@ -8,6 +8,8 @@ use zonal_scene::{Bands, HeatKind, HeatReport, Report, Solution, Zoning};
 pub fn number(x: f64) -> String {
     if x == 0.0 {
         "0".into()
+    } else if !x.is_finite() {
+        "unknown".into()
     } else if (1e-3..1e5).contains(&x.abs()) {
         format!("{x:.4}").trim_end_matches('0').trim_end_matches('.').to_string()
     } else {
@@ -81,10 +83,12 @@ pub fn groups(s: &Solution) -> String {
     out
 }
 
-/// Temperatures and net powers by name, and their balance. Errors are those of the exchange and, where they are known, of the zones.
+/// Temperatures and net powers by name, and their balance. Errors are those of the exchange and of the zones; where nobody asked for the latter,
+/// those of the exchange alone, which the heading says.
 fn heat(out: &mut String, r: &HeatReport, zoning: Option<&Zoning>) {
     const MOST: usize = 40;
-    let _ = writeln!(out, "heat given (net; temperatures of mean T^4)");
+    let only = if zoning.is_none() { "; ± of the exchange only" } else { "" };
+    let _ = writeln!(out, "heat given (net; temperatures of mean T^4{only})");
     let _ = writeln!(
         out,
         "  {:<26}{:>14}{:>20}{:>30}{:>28}",
@@ -92,10 +96,12 @@ fn heat(out: &mut String, r: &HeatReport, zoning: Option<&Zoning>) {
     );
     for (i, x) in r.rows.iter().enumerate().take(MOST) {
         let unit = if x.kind == HeatKind::Surface { "2" } else { "3" };
-        let [kelvin, watts] = zoning.and_then(|z| z.heat.get(i)).copied().unwrap_or_default();
-        let known = |e: f64| if e.is_finite() { e } else { 0.0 };
-        let warm = |t| with(t, x.temperature_error.unwrap_or(0.0) + known(kelvin));
-        let power = x.power_error + known(watts);
+        let [kelvin, watts] = match zoning {
+            Some(z) => z.heat.get(i).copied().unwrap_or([f64::INFINITY; 2]),
+            None => [0.0; 2],
+        };
+        let warm = |t| with(t, x.temperature_error.unwrap_or(f64::INFINITY) + kelvin);
+        let power = x.power_error + watts;
         let _ = writeln!(
             out,
             "  {:<26}{:>14}{:>20}{:>30}{:>28}",
@@ -118,19 +124,21 @@ fn heat(out: &mut String, r: &HeatReport, zoning: Option<&Zoning>) {
         let _ = writeln!(out, "  {name:<90}{:>28}", large(power));
     }
     let most = r.rows.iter().fold(0.0f64, |m, x| m.max(x.power_error));
+    let most = if most.is_finite() { format!("up to {} W", rough(most)) } else { "unknown".into() };
     let _ = match zoning {
-        Some(z) => writeln!(
-            out,
-            "  errors: of the zones, estimated from {} that are {:.2} times as large, and of the exchange, up to {} W",
-            grouped(z.zones as u64),
-            z.ratio,
-            rough(most)
-        ),
-        None => writeln!(
-            out,
-            "  errors are those of the exchange; what the size of the zones costs is not in them"
-        ),
+        Some(z) if z.zones > 0 => {
+            writeln!(out, "  errors: of the zones, estimated from {}, and of the exchange, {most}", others(z))
+        }
+        Some(_) => writeln!(out, "  errors: of the zones, unknown, and of the exchange, {most}"),
+        None => {
+            writeln!(out, "  errors are those of the exchange only: those of the zones were not asked for")
+        }
     };
+}
+
+/// The zones of the second solve.
+fn others(z: &Zoning) -> String {
+    format!("{} of another size, a factor of {:.2} across", grouped(z.zones as u64), z.ratio)
 }
 
 /// As [`number`], with a tenth of a unit where that is large.
@@ -156,14 +164,12 @@ fn rough(e: f64) -> String {
 
 /// A value and its error; digits that the error leaves open are not shown.
 fn with(x: f64, e: f64) -> String {
-    match e > 0.0 {
-        true if e.is_infinite() => format!("{} ± unknown", large(x)),
+    match e > 0.0 || e.is_nan() {
+        true if !e.is_finite() => format!("{} ± unknown", large(x)),
         true if e >= 1e-3 && (1e-3..1e12).contains(&x.abs()) => {
             format!("{x:.0$} ± {1}", decimals(e), rough(e))
         }
         true => format!("{} ± {}", large(x), rough(e)),
-        // Not a number is no error.
-        false if e.is_nan() => format!("{} ± unknown", large(x)),
         false => large(x),
     }
 }
@@ -179,15 +185,13 @@ fn balance(out: &mut String, r: &Report) {
     powers(out, &r.energy, &errors);
     row(out, "residual, relative", r.energy.residual);
     let _ = match &r.zoning {
-        Some(z) => writeln!(
-            out,
-            "  errors: of the zones, estimated from {} that are {:.2} times as large, and of the exchange",
-            grouped(z.zones as u64),
-            z.ratio
-        ),
+        Some(z) if z.zones > 0 => {
+            writeln!(out, "  errors: of the zones, estimated from {}, and of the exchange", others(z))
+        }
+        Some(_) => writeln!(out, "  errors: of the zones, unknown, and of the exchange"),
         None => writeln!(
             out,
-            "  errors are those of the exchange; what the size of the zones costs is not in them (--zoning-error true)"
+            "  errors are those of the exchange only: those of the zones were not asked for (--zoning-error true)"
         ),
     };
 }

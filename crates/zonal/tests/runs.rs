@@ -26,6 +26,35 @@ fn every_command_explains_itself() {
     assert_eq!(f.listing().len(), 1);
 }
 
+/// What `solve` would refuse is not sound: the verdict says so first, and the exit code is that of `solve`.
+#[test]
+fn check_refuses_what_solve_refuses() {
+    let f = Folder::new();
+    f.put("room.toml", ROOM);
+    for command in [
+        &["check", "room.toml", "--max-memory", "1e-7"][..],
+        &["check", "room.toml", "--max-memory", "1e-7", "--json"],
+    ] {
+        let out = f.zonal(command);
+        let (said, error) = (String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
+        assert_eq!(out.status.code(), Some(2), "{said}{error}");
+        assert!(!said.contains("sound") && error.contains("error:") && error.contains("GB"), "{said}{error}");
+        assert!(said.contains("refuse"), "{said}");
+    }
+}
+
+/// Every light measures its power by rays of its own, however few zones there are.
+#[test]
+fn many_lights_take_their_time() {
+    let f = Folder::new();
+    let sun = "[[light]]\nkind = \"sun\"\ndirection = [0,0,-1]\nirradiance = 1\n";
+    let floor = "[solve]\npatch_size = 0.5\n[[surface]]\nrectangle = { origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }\n";
+    f.put("suns.toml", &format!("{floor}{}", sun.repeat(800)));
+    let json: serde_json::Value = serde_json::from_str(&f.done(&["check", "suns.toml", "--json"])).unwrap();
+    // 1e8 rays.
+    assert!(json["direct_light_seconds"].as_f64().unwrap() > 0.1, "{json}");
+}
+
 #[test]
 fn from_a_scene_to_a_picture() {
     let f = Folder::new();

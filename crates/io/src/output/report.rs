@@ -188,9 +188,13 @@ fn zoning_in(v: &Value) -> Result<Option<Zoning>, String> {
     }
     Ok(Some(Zoning {
         zones: z["zones"].as_u64().ok_or("report.zoning.zones: a whole number is missing")? as usize,
-        ratio: real(z, "ratio")?,
+        // Written as null where there was no second solve, as are errors that are unknown.
+        ratio: z["ratio"].as_f64().unwrap_or(f64::INFINITY),
         heat: heat::zoning_in(&v["heat"])?,
-        energy: energy_in(&z["energy"])?,
+        energy: {
+            let own = energy_in(&z["energy"])?;
+            own.compared(&own, |x, _| unknown(x))
+        },
         notes: notes(z, "notes")?,
     }))
 }

@@ -7,7 +7,7 @@ use crate::failure::say;
 use std::path::PathBuf;
 use std::time::Instant;
 use zonal_exchange::pair::Settings;
-use zonal_scene::{Engine, Note, Scene};
+use zonal_scene::{Engine, Note, Scene, SceneError};
 use zonal_solve::forecast::{self, Forecast};
 use zonal_solve::outlook::{Outlook, Plan};
 use zonal_transport::{Transport, build_zones};
@@ -60,7 +60,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     warnings.extend(forecast::warnings(&scene, f.thickness, !outlook.as_ref().is_ok_and(|o| o.slopes)));
     match &outlook {
         Ok(o) => warnings.extend(o.notes.iter().cloned()),
-        Err(e) => warnings.push(Note::warning("refused", format!("`solve` will refuse: {e}"))),
+        Err(_) => {}
     }
     if context.json {
         let o = outlook.as_ref().ok();
@@ -68,6 +68,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
             o.parts.iter().map(|(k, s)| serde_json::json!({"what": k, "seconds": s})).collect::<Vec<_>>()
         };
         let json = serde_json::json!({
+            "verdict": if o.is_some() { "sound" } else { "refused" },
             "scene": scene.name(), "surfaces": scene.surfaces().len(), "facets": scene.facets().len(),
             "patches": f.patches, "voxel_zones": f.voxels, "cut_voxel_zones": f.cut, "pane_zones": f.panes,
             "pairs": f.pairs, "distinct_bands": f.groups, "dense_bytes": f.bytes,
@@ -79,9 +80,11 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
             "warnings": zonal_io::output::notes_json(&warnings),
         });
         say(&format!("{json:#}"))?;
+        verdict(args, outlook)?;
         return context.judge(&warnings);
     }
-    say(&format!("{}: sound", args.scene.display()))?;
+    let word = if outlook.is_ok() { "sound" } else { "`solve` will refuse it" };
+    say(&format!("{}: {word}", args.scene.display()))?;
     say(&format!(
         "  {} surfaces, {} facets, {} of which can hide something",
         scene.surfaces().len(),
@@ -106,7 +109,13 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     for w in &warnings {
         say(&format!("  {}: {w}", w.severity.word()))?;
     }
+    verdict(args, outlook)?;
     context.judge(&warnings)
+}
+
+/// A refusal that `solve` would end with, as it would end.
+fn verdict(args: &Args, outlook: Result<Outlook, SceneError>) -> Result<(), Failure> {
+    outlook.map(|_| ()).map_err(|e| Failure::in_file(&args.scene, e))
 }
 
 /// The scene with the options of the command line.

@@ -346,13 +346,21 @@ fn what_is_warm_round_trips() {
         energy: s.report.energy.clone(),
         notes: vec!["a pane".into()],
     });
-    let path = std::env::temp_dir().join(format!("zonal-warm-{}.npz", std::process::id()));
-    write_solution(&path, &s).unwrap();
-    let back = read_solution(&path).unwrap();
-    std::fs::remove_file(&path).unwrap();
-    // Not a number is not equal to itself.
-    assert_eq!(format!("{:?}", s.fields.heat), format!("{:?}", back.fields.heat));
-    assert_eq!(s.report, back.report);
-    assert_eq!(format!("{:?}", s.scene), format!("{:?}", back.scene));
-    assert_eq!(crate::output::scene_hash(&s.scene), crate::output::scene_hash(&back.scene));
+    for unknown in [false, true] {
+        if unknown {
+            let zoning = s.report.zoning.as_mut().unwrap();
+            (zoning.zones, zoning.ratio) = (0, f64::INFINITY);
+            zoning.heat = vec![[f64::NAN, f64::INFINITY], [f64::INFINITY; 2]];
+            zoning.energy = zoning.energy.compared(&zoning.energy, |_, _| f64::INFINITY);
+        }
+        let path = std::env::temp_dir().join(format!("zonal-warm-{}.npz", std::process::id()));
+        write_solution(&path, &s).unwrap();
+        let back = read_solution(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        // Not a number is not equal to itself.
+        assert_eq!(format!("{:?}", s.fields.heat), format!("{:?}", back.fields.heat));
+        assert_eq!(format!("{:?}", s.report), format!("{:?}", back.report));
+        assert_eq!(format!("{:?}", s.scene), format!("{:?}", back.scene));
+        assert_eq!(crate::output::scene_hash(&s.scene), crate::output::scene_hash(&back.scene));
+    }
 }
