@@ -120,7 +120,8 @@ impl Part<'_, '_> {
     /// One pane a thickness: nodes of different scales show the same glass in different thicknesses.
     pub(crate) fn panes(&self, faces: Vec<&Face>, b: &mut Builder<'_>) -> Result<(), InputError> {
         let plates: Vec<Plate> = faces.iter().map(|f| f.plate).collect();
-        if shells(&plates).iter().any(|s| *s != Shell::Open) {
+        let shells = shells(&plates);
+        if (0..plates.len()).any(|i| shells.of(i) != Shell::Open) {
             b.note(format!(
                 "pane '{}' is a closed slab: light goes through both its faces and the glass counts twice; give half the thickness, or region = true",
                 self.name

@@ -117,8 +117,9 @@ pub(crate) fn read_surface(
         let walls: Vec<usize> =
             (0..mesh.faces.len()).filter(|i| wall_materials[mesh.faces[*i].material]).collect();
         let plates: Vec<Plate> = walls.iter().map(|i| mesh.faces[*i].plate).collect();
-        for (i, kind) in walls.into_iter().zip(shells(&plates)) {
-            kinds[i] = kind;
+        let shells = shells(&plates);
+        for (k, i) in walls.into_iter().enumerate() {
+            kinds[i] = shells.of(k);
         }
     }
     for (m, material) in mesh.materials.iter().enumerate() {
