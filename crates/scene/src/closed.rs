@@ -18,7 +18,7 @@ use zonal_math::Vec3;
 /// Kind of the component of a plate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shell {
-    /// Some edge is not balanced.
+    /// Some edge is not balanced, or no volume is enclosed.
     Open,
     /// Closed with normals outward.
     Body,
@@ -33,6 +33,10 @@ pub struct Component {
     pub shell: Shell,
     /// Volume enclosed, m³; negative for a room.
     pub volume: f64,
+    /// Area, m².
+    pub area: f64,
+    /// Sum of the area vectors, m²: zero of a closed component.
+    pub area_vector: Vec3,
     /// Edges without a partner.
     pub free_edges: usize,
     /// Edges at which all plates run the same way: a neighbour's normal points to the other side.
@@ -58,6 +62,8 @@ struct EdgeUse {
 
 /// Angles around an edge that differ by less than this are equal, radians.
 const EQUAL_ANGLE: f64 = 1e-6;
+/// Volume that rounding may enclose, in units of the area to the power 3/2: two sheets back to back are no body.
+const LEAST_VOLUME: f64 = 1e-9;
 /// Shift of the weld grid, in its steps: no multiple of a simple fraction lies on the border of a cell.
 const GRID_SHIFT: f64 = 0.286_391_7;
 
@@ -90,16 +96,21 @@ impl Shells {
                 shells.list.push(Component {
                     shell: Shell::Open,
                     volume: 0.0,
+                    area: 0.0,
+                    area_vector: Vec3::ZERO,
                     free_edges: 0,
                     turned_edges: 0,
                 });
             }
             shells.component[i] = number[r];
             let (c, n) = p.corners();
+            let own = &mut shells.list[number[r] as usize];
             for k in 1..n - 1 {
                 let (a, b, d) = (c[0] - origin, c[k] - origin, c[k + 1] - origin);
-                shells.list[number[r] as usize].volume += a.dot(b.cross(d)) / 6.0;
+                own.volume += a.dot(b.cross(d)) / 6.0;
             }
+            own.area += p.area();
+            own.area_vector += p.normal() * p.area();
         }
         for (plate, turned) in unbalanced {
             let c = &mut shells.list[shells.component[plate as usize] as usize];
@@ -108,8 +119,8 @@ impl Shells {
         for c in &mut shells.list {
             c.shell = match c.volume {
                 _ if c.free_edges + c.turned_edges > 0 => Shell::Open,
-                v if v > 0.0 => Shell::Body,
-                v if v < 0.0 => Shell::Room,
+                v if v > LEAST_VOLUME * c.area.powf(1.5) => Shell::Body,
+                v if v < -LEAST_VOLUME * c.area.powf(1.5) => Shell::Room,
                 _ => Shell::Open,
             };
         }
@@ -274,6 +285,13 @@ mod tests {
         let c = Shells::find(&body, 1e-6).components()[0];
         assert_eq!((c.shell, c.turned_edges, c.free_edges), (Shell::Open, 0, 3));
         assert!(Shells::find(&[], 1e-6).components().is_empty());
+    }
+
+    #[test]
+    fn two_sheets_back_to_back_are_open() {
+        let sheet = Plate::parallelogram(vec3(0.1, 0.2, 0.3), vec3(1.0, 0.3, 0.1), vec3(-0.3, 1.0, 0.7));
+        let c = Shells::find(&[sheet, sheet.flipped()], 1e-6).components()[0];
+        assert_eq!((c.shell, c.free_edges, c.turned_edges), (Shell::Open, 0, 0), "{c:?}");
     }
 
     #[test]

@@ -185,7 +185,42 @@ pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -
         let camera = camera(node, i)?;
         b.parts.cameras.push(camera);
     }
+    b.parts.notes = merged(std::mem::take(&mut b.parts.notes));
     Scene::new(b.parts).map_err(|e| root.source.scene_error(&e))
+}
+
+/// Names in a note that stands for several.
+const NAMED: usize = 3;
+
+/// Notes that differ in one quoted name, or in nothing, as one: with the first three names and a count.
+fn merged(notes: Vec<String>) -> Vec<String> {
+    let mut out: Vec<(String, Vec<String>, usize)> = Vec::new();
+    let mut known: HashMap<String, usize> = HashMap::new();
+    for note in notes {
+        // The first quoted name, wherever it stands in the note.
+        let name = note.split('\'').nth(1).filter(|n| !n.is_empty() && note.matches('\'').count() >= 2);
+        let name = name.unwrap_or_default().to_string();
+        let key = if name.is_empty() { note.clone() } else { note.replace(&name, "\0") };
+        let at = *known.entry(key).or_insert_with(|| {
+            out.push((note, Vec::new(), 0));
+            out.len() - 1
+        });
+        let (_, names, count) = &mut out[at];
+        *count += 1;
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let tell = |(note, names, count): (String, Vec<String>, usize)| match (count, names.len()) {
+        (1, _) => note,
+        (n, 1) => format!("{note} ({n} times)"),
+        (_, n) => {
+            let first: Vec<String> = names[1..].iter().take(NAMED - 1).map(|x| format!("'{x}'")).collect();
+            let more = if n > NAMED { format!(" and {} more", n - NAMED) } else { String::new() };
+            format!("{note} (likewise {}{more})", first.join(", "))
+        }
+    };
+    out.into_iter().map(tell).collect()
 }
 
 fn options(node: &Node<'_>) -> Result<Options, InputError> {

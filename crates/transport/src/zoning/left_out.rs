@@ -99,7 +99,7 @@ fn gives(scene: &Scene, surface: usize) -> bool {
     match known {
         Some(Known::Temperature(_)) => true,
         Some(Known::Flux(q) | Known::Power(q)) => *q != 0.0,
-        None => scene.surfaces()[surface].emission != [0.0; 3],
+        None => scene.surfaces()[surface].emission != [0.0; 3] || scene.is_direct_emitter(surface),
     }
 }
 

@@ -67,6 +67,10 @@ impl Part<'_, '_> {
     ) -> Result<(), InputError> {
         let m = self.material;
         let look = self.over.look.or(look);
+        m.lost_opaque.iter().for_each(|text| b.note(text));
+        if look.reflectance.is_none() && m.reflectance.is_none() {
+            m.unknown.iter().for_each(|text| b.note(text));
+        }
         // A reflectance or picture of the scene file replaces the material's picture.
         // What a picture shows is not what is warm.
         let own_picture = look.reflectance.is_none() && look.texture.is_none() && !b.thermal();
@@ -126,6 +130,9 @@ impl Part<'_, '_> {
                 "pane '{}' is a closed slab: light goes through both its faces and the glass counts twice; give half the thickness, or region = true",
                 self.name
             ));
+        }
+        if self.keys().extinction.is_none() {
+            self.material.lost_pane.iter().for_each(|text| b.note(text));
         }
         let mut groups: BTreeMap<u64, Vec<Plate>> = BTreeMap::new();
         for f in faces {
