@@ -201,6 +201,10 @@ fn merged(notes: Vec<String>) -> Vec<String> {
         let name = note.split('\'').nth(1).filter(|n| !n.is_empty() && note.matches('\'').count() >= 2);
         let name = name.unwrap_or_default().to_string();
         let key = if name.is_empty() { note.clone() } else { note.replace(&name, "\0") };
+        // Lines of a file are no difference.
+        let line = |part: &&str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+        let key: Vec<&str> = key.split(':').filter(|part| !line(part)).collect();
+        let key = key.join(":");
         let at = *known.entry(key).or_insert_with(|| {
             out.push((note, Vec::new(), 0));
             out.len() - 1
