@@ -292,9 +292,8 @@ fn alpha_that_is_not_read_is_told_where_it_takes_effect() {
     let notes = |mode: &str, picture: bool, more: &str| {
         let (folder, _) = quad(|q| {
             let texture = if picture { r#","baseColorTexture":{"index":0}"# } else { "" };
-            q.material = format!(
-                r#"{{"name":"leaf",{mode},"pbrMetallicRoughness":{{"metallicFactor":0{texture}}}}}"#
-            );
+            q.material =
+                format!(r#"{{"name":"leaf",{mode},"pbrMetallicRoughness":{{"metallicFactor":0{texture}}}}}"#);
             q.more = format!(
                 r#","textures":[{{"source":0}}],"images":[{{"uri":"data:image/png;base64,{CLEAR}"}}]"#
             );
@@ -330,9 +329,11 @@ fn notes_that_differ_in_a_name_are_one() {
 
 #[test]
 fn parts_that_are_nearly_closed_are_told() {
-    let mut mesh_text = String::from("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n");
+    let mut mesh_text =
+        String::from("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n");
     mesh_text += "f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
-    let folder = Folder::new().with("turned.obj", mesh_text).with("open.obj", CUBE.replace("f 4 3 2 1\n", ""));
+    let folder =
+        Folder::new().with("turned.obj", mesh_text).with("open.obj", CUBE.replace("f 4 3 2 1\n", ""));
     let s = folder.scene(&mesh("turned.obj", ""));
     assert_eq!(s.notes().len(), 1, "{:?}", s.notes());
     assert!(s.notes()[0].contains("4 edge(s) whose faces have neighbours that look opposite ways"));

@@ -236,7 +236,9 @@ mod tests {
         let sides = [(lo, y, x), (lo, z, y), (lo, x, z), (hi, -x, -y), (hi, -y, -z), (hi, -z, -x)];
         sides
             .into_iter()
-            .flat_map(|(o, a, b)| [Plate::triangle(o, o + a, o + b), Plate::triangle(o + a + b, o + b, o + a)])
+            .flat_map(|(o, a, b)| {
+                [Plate::triangle(o, o + a, o + b), Plate::triangle(o + a + b, o + b, o + a)]
+            })
             .map(|p| if inward { p.flipped() } else { p })
             .collect()
     }

@@ -39,10 +39,7 @@ fn sphere(radius: f64) -> Vec<Plate> {
 
 /// Skins with name, radius, whether they look inwards, temperature (K) and emissivity.
 fn shells(list: &[(&str, f64, bool, f64, f64)]) -> (Scene, Vec<f64>) {
-    let mut parts = SceneParts {
-        thermal: Some(Thermal::default()),
-        ..SceneParts::default()
-    };
+    let mut parts = SceneParts { thermal: Some(Thermal::default()), ..SceneParts::default() };
     parts.options.patch_size = Some(10.0);
     let mut areas = Vec::new();
     for (k, &(name, radius, inward, kelvin, emissivity)) in list.iter().enumerate() {

@@ -186,8 +186,7 @@ impl Solids {
     }
     /// True when `p` lies in material.
     pub fn inside(&self, p: Vec3) -> bool {
-        self.any()
-            && self.vote(|k| starts_inside(self.crossings(&self.material, p, k, |_| true)).is_some())
+        self.any() && self.vote(|k| starts_inside(self.crossings(&self.material, p, k, |_| true)).is_some())
     }
     /// The facet through which a way leaves the material in which `p` lies.
     pub fn around(&self, p: Vec3) -> Option<usize> {

@@ -47,7 +47,8 @@ fn brute_force(list: &[Skin], plates: &[Vec<Plate>], p: Vec3) -> bool {
         around.min_by(|a, b| volume(*a).total_cmp(&volume(*b)).then(list[*b].2.cmp(&list[*a].2)))
     };
     let cavity = |k: usize| {
-        let centre = plates[k].iter().fold(Vec3::ZERO, |s, f| s + f.centre()) * (1.0 / plates[k].len() as f64);
+        let centre =
+            plates[k].iter().fold(Vec3::ZERO, |s, f| s + f.centre()) * (1.0 / plates[k].len() as f64);
         let holds = |j: &usize| *j != k && volume(*j) >= volume(k) && within(*j, centre);
         smallest(&mut (0..list.len()).filter(holds)).is_some_and(|j| !list[j].2)
     };
@@ -163,7 +164,8 @@ fn medium_outside_a_closed_room_has_no_zones() {
     let two = [walls(0.125, 0.375), walls(0.625, 0.875)].concat();
     let (volume, _) = medium(&[(surface("rooms"), two)]);
     assert!((volume - 2.0 / 64.0).abs() < 1e-12, "{volume}");
-    let (volume, _) = medium(&[(surface("outer"), walls(0.125, 0.875)), (surface("inner"), walls(0.25, 0.5))]);
+    let (volume, _) =
+        medium(&[(surface("outer"), walls(0.125, 0.875)), (surface("inner"), walls(0.25, 0.5))]);
     assert!((volume - 27.0 / 64.0).abs() < 1e-12, "{volume}");
 }
 

@@ -108,7 +108,8 @@ fn solid_around<'a>(scene: &'a Scene, transport: &Transport, surface: usize) -> 
     if !transport.has_solids() {
         return None;
     }
-    let own: Vec<usize> = (0..scene.facets().len()).filter(|k| scene.facets()[*k].surface == surface).collect();
+    let own: Vec<usize> =
+        (0..scene.facets().len()).filter(|k| scene.facets()[*k].surface == surface).collect();
     let step = own.len().div_ceil(FACETS_ASKED).max(1);
     let mut around = None;
     for k in own.into_iter().step_by(step) {

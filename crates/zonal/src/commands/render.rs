@@ -228,10 +228,14 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
                 "camera": camera.name, "width": width, "height": height, "samples": args.samples,
                 "exposure": saved.tone.map(|t| t.exposure), "clipped": saved.clipped, "mean": saved.mean,
                 "written": written.to_string(),
+                "warnings": zonal_solve::forecast::sky_in_medium(&solution.scene).into_iter().collect::<Vec<_>>(),
             })
         ));
     }
     say(&format!("{}: {width}×{height} written: {written}", camera.name))?;
+    if let Some(warning) = zonal_solve::forecast::sky_in_medium(&solution.scene) {
+        say(&format!("warning: {warning}"))?;
+    }
     match saved.clipped.map(|n| n as f64 / (width * height) as f64) {
         Some(share) if share > 1e-3 => {
             say(&format!("{:.1} % of the pixels are clipped; --stops -1 darkens the picture", 100.0 * share))

@@ -1,7 +1,7 @@
 //! Which parts of a mesh are closed, and which way they look: [`zonal_scene::closed`] with corners welded on 1e-6 of the mesh's extent.
 
-pub(crate) use zonal_scene::closed::{Shell, Shells};
 use zonal_scene::Plate;
+pub(crate) use zonal_scene::closed::{Shell, Shells};
 
 /// Corners nearer than this share of the mesh's extent are one.
 const WELD: f64 = 1e-6;

@@ -133,10 +133,9 @@ impl Reader<'_> {
         for name in names {
             let path = self.folder.join(name);
             if !path.is_file() {
-                self.mesh.notes.push(format!(
-                    "{}:{number}: there is no material library '{name}'",
-                    self.file
-                ));
+                self.mesh
+                    .notes
+                    .push(format!("{}:{number}: there is no material library '{name}'", self.file));
                 continue;
             }
             for m in mtl::read(&path, &mut self.mesh.notes)? {

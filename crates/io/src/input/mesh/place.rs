@@ -174,7 +174,8 @@ fn nearly_closed(shells: &Shells, name: &str, b: &mut Builder<'_>) {
             *f = (f.0 + 1, f.1 + c.turned_edges + c.free_edges);
         }
     }
-    for ((parts, edges), why) in found.into_iter().zip(["neighbours that look opposite ways", "no neighbour"]) {
+    for ((parts, edges), why) in found.into_iter().zip(["neighbours that look opposite ways", "no neighbour"])
+    {
         if parts > 0 {
             b.note(format!(
                 "mesh of surface '{name}': {parts} part(s) would be closed but for {edges} edge(s) whose faces have {why}; they count as open, so that both sides exchange and a medium inside takes part: mend the mesh, or write sides"
