@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::solved;
+use common::{read, solved};
 use zonal_scene::{Solution, SolveStatus};
 
 fn notes<'a>(s: &'a Solution, word: &str) -> Vec<&'a String> {
