@@ -6,6 +6,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`plate`] | triangles and parallelograms |
+//! | [`closed`] | closed parts of a set of plates: bodies and rooms |
 //! | [`part`] | the free part of a cut voxel, packed |
 //! | [`voxmap`] | the regular voxel grid of a medium |
 //! | [`camera`] | pinholes and thin lenses |
@@ -23,6 +24,7 @@
 //! band. Three bands, called red, green, blue in pictures; thermal users may give all three the same values.
 
 pub mod camera;
+pub mod closed;
 mod coarser;
 pub mod group;
 pub mod light;

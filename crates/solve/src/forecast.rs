@@ -5,7 +5,7 @@ use crate::spectral::enclosure::Enclosure;
 use crate::surroundings::Escape;
 use crate::{dense, gather};
 use rayon::prelude::*;
-use zonal_scene::{Note, PaneZone, Patch, Scene, VoxelZone, Zones};
+use zonal_scene::{Light, Note, PaneZone, Patch, Scene, VoxelZone, Zones};
 use zonal_transport::Transport;
 
 /// Counts, memory and time of a solve.
@@ -117,6 +117,7 @@ pub fn thickness(scene: &Scene, zones: &Zones) -> f64 {
 /// `constant` in each.
 pub fn warnings(scene: &Scene, thick: f64, constant: bool) -> Vec<Note> {
     let mut out: Vec<Note> = scene.notes().to_vec();
+    out.extend(sky_in_medium(scene));
     let least = (TINY * scene.diagonal()).powi(2);
     let tiny = scene.facets().iter().filter(|f| f.plate.area() < least).count();
     if tiny > 0 {
@@ -134,6 +135,22 @@ pub fn warnings(scene: &Scene, thick: f64, constant: bool) -> Vec<Note> {
         )));
     }
     out
+}
+
+/// The warning of sky light in a medium that scatters: pictures sample it at few points of the sky along each ray.
+pub fn sky_in_medium(scene: &Scene) -> Option<Note> {
+    let map = scene.voxmap()?;
+    let sky = scene.lights().iter().find_map(|l| match l {
+        Light::Sky { name, radiance } if *radiance != [0.0; 3] => Some(name),
+        _ => None,
+    })?;
+    let scatters = |c: usize| (0..3).any(|b| map.extinction(c)[b] * map.albedo(c)[b] > 0.0);
+    (0..map.len()).any(scatters).then(|| {
+        let text = format!(
+            "light '{sky}': sky light in a medium that scatters is sampled; single pixels of pictures have noise of 10 % and more, which no stated error has in it: draw with more --samples"
+        );
+        Note::warning("sky-noise", text)
+    })
 }
 
 /// True where rays leave the scene, or end on black backs, from some zone; a few rays for each of up to a thousand zones. Rays know no

@@ -29,6 +29,7 @@ use zonal_scene::{
     Bands, Engine, Estimate, Fields, Group, NoVault, Note, Progress, Report, Scene, SceneError, Solution,
     SolveStatus, Values, Vault, Zones, bands,
 };
+use zonal_transport::zoning::left_out;
 use zonal_transport::{Transport, build_zones};
 
 /// Largest memory of a solve unless the caller says otherwise, bytes.
@@ -78,7 +79,9 @@ pub fn solve(scene: Scene, memory: u64, progress: &dyn Progress) -> Result<Solut
 pub fn solve_job(scene: Scene, job: &Job) -> Result<Solution, SceneError> {
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport)?;
+    let left_out = left_out(&scene, &transport, &zones)?;
     let (zones, Solved { fields, groups, mut report, slopes }) = settled(&scene, transport, zones, job)?;
+    report.warnings.splice(0..0, left_out.warnings.into_iter().chain(left_out.notes));
     if zoning::wanted(&scene) {
         zoning::estimate(&scene, &zones, slopes, &mut report, job);
     }

@@ -185,7 +185,50 @@ pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -
         let camera = camera(node, i)?;
         b.parts.cameras.push(camera);
     }
+    b.parts.notes = merged(std::mem::take(&mut b.parts.notes));
     Scene::new(b.parts).map_err(|e| root.source.scene_error(&e))
+}
+
+/// Names in a note that stands for several.
+const NAMED: usize = 3;
+
+/// Notes that differ in one quoted name, or in nothing, as one: with the first three names and a count.
+fn merged(notes: Vec<Note>) -> Vec<Note> {
+    let mut out: Vec<(Note, Vec<String>, usize)> = Vec::new();
+    let mut known: HashMap<String, usize> = HashMap::new();
+    for note in notes {
+        // The first quoted name, wherever it stands in the note.
+        let text = &note.text;
+        let name = text.split('\'').nth(1).filter(|n| !n.is_empty() && text.matches('\'').count() >= 2);
+        let name = name.unwrap_or_default().to_string();
+        let key = if name.is_empty() { text.clone() } else { text.replace(&name, "\0") };
+        // Lines of a file are no difference.
+        let line = |part: &&str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+        let key: Vec<&str> = key.split(':').filter(|part| !line(part)).collect();
+        let key = format!("{} {}", note.code, key.join(":"));
+        let at = *known.entry(key).or_insert_with(|| {
+            out.push((note, Vec::new(), 0));
+            out.len() - 1
+        });
+        let (_, names, count) = &mut out[at];
+        *count += 1;
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let tell = |(note, names, count): (Note, Vec<String>, usize)| {
+        let more = match (count, names.len()) {
+            (1, _) => String::new(),
+            (n, 1) => format!(" ({n} times)"),
+            (_, n) => {
+                let first: Vec<String> = names[1..].iter().take(NAMED - 1).map(|x| format!("'{x}'")).collect();
+                let more = if n > NAMED { format!(" and {} more", n - NAMED) } else { String::new() };
+                format!(" (likewise {}{more})", first.join(", "))
+            }
+        };
+        Note { text: note.text + &more, ..note }
+    };
+    out.into_iter().map(tell).collect()
 }
 
 fn options(node: &Node<'_>) -> Result<Options, InputError> {

@@ -8,16 +8,19 @@
 //! | `overlap` | which facets pass through which cells |
 //! | `cells` | the free parts of a cell that facets pass through |
 //! | `voxels` | the volume zones |
+//! | `left_out` | what has no zones: refused, or told |
 //!
 //! The result is the same for any number of threads.
 
 mod cells;
 mod cut;
+mod left_out;
 mod overlap;
 mod patches;
 mod split;
 mod voxels;
 
+pub use left_out::{LeftOut, left_out};
 pub use patches::MAX_PATCHES;
 
 use crate::Transport;

@@ -10,6 +10,7 @@ use zonal_exchange::pair::Settings;
 use zonal_scene::{Engine, Note, Scene, SceneError};
 use zonal_solve::forecast::{self, Forecast};
 use zonal_solve::outlook::{Outlook, Plan};
+use zonal_transport::zoning::left_out;
 use zonal_transport::{Transport, build_zones};
 
 /// Validate a scene, count its zones, forecast time and memory, warn.
@@ -37,10 +38,12 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let scene = with_options(zonal_io::input::read_scene(&args.scene)?, args)?;
     let transport = Transport::new(&scene);
     let mut zones = build_zones(&scene, &transport).map_err(|e| Failure::in_file(&args.scene, e))?;
+    let left_out = left_out(&scene, &transport, &zones).map_err(|e| Failure::in_file(&args.scene, e))?;
     zonal_solve::thermal::pose(&scene, &mut zones);
     let reading = start.elapsed().as_secs_f64();
     let f = Forecast::new(&scene, &zones, &transport);
-    let mut warnings: Vec<Note> = Vec::new();
+    let mut warnings = left_out.warnings;
+    warnings.extend(left_out.notes);
     if forecast::is_open(&scene, &zones, &transport) {
         let text = "the scene is open: some rays leave it; its surroundings take part as a zone";
         warnings.push(Note::note("open-scene", text));
