@@ -10,7 +10,7 @@
 //!
 //! All entries come from the lattice tables of `zonal_exchange`, attenuation inside the integrals, each to a proven relative [`TOLERANCE`]
 //! (those for radiosity that varies inside a zone to about [`LINEAR_TOLERANCE`], estimated);
-//! along axes that repeat themselves they are sums over images. The scale 1/(N₀N₁N₂) of the transforms is in the spectra.
+//! along axes that repeat themselves they are sums over images, each to 2e-13. The scale 1/(N₀N₁N₂) of the transforms is in the spectra.
 //! Of radiosity that varies there is a kernel for each pair of components (`basis.rs`), odd along some axes.
 
 use super::basis::{Array, Layout, Set, Variation};
@@ -48,7 +48,7 @@ pub fn work(grid: &Grid, kappa: f64, variation: Variation) -> f64 {
         let walls = grid.walled().map(|a| of(lie(&[a]))).sum::<f64>();
         return of(lie(&[])) + walls + grid.corners().map(|pair| of(lie(&pair))).sum::<f64>();
     }
-    let one = images.work(grid.distances());
+    let one = grid.distances().iter().map(|n| *n as f64).product::<f64>();
     let [x, y, z] = [0, 1, 2].map(|k| (grid.edges[k], grid.cells[k]));
     if !images.any() && x == y && y == z {
         // A sixth of the offsets of voxels, half of those of walls, which are the same for all.
@@ -112,7 +112,7 @@ impl Turned {
 }
 
 impl Kernels {
-    /// The kernels of a grid with extinction `kappa` ≥ 0, above 0 where an axis repeats itself (1/m).
+    /// The kernels of a grid with extinction `kappa` ≥ 0 (1/m).
     pub fn new(grid: &Grid, kappa: f64, variation: Variation) -> Kernels {
         let mut maker = Maker {
             grid,
@@ -244,7 +244,7 @@ impl Maker<'_> {
         }
         let edges = self.grid.edges;
         let table = match self.images.any() {
-            true => OffsetTable::repeated(edges, self.counts, &self.images, self.kappa, TOLERANCE),
+            true => OffsetTable::repeated(self.counts, &self.images),
             false => OffsetTable::new(edges, self.counts, self.kappa, TOLERANCE),
         };
         out.note("voxel and voxel", table.tally(), table.worst());
@@ -269,9 +269,7 @@ impl Maker<'_> {
     fn new_table(&self, normals: &[usize]) -> WallTable {
         let (edges, counts, kappa) = (self.grid.edges, self.counts, self.kappa);
         match *normals {
-            _ if self.images.any() => {
-                WallTable::repeated(edges, counts, normals, &self.images, kappa, TOLERANCE)
-            }
+            _ if self.images.any() => WallTable::repeated(counts, normals, &self.images),
             [a] => WallTable::voxels(edges, counts, a, kappa, TOLERANCE),
             [a, b] if a == b => WallTable::opposite(edges, counts, a, kappa, TOLERANCE),
             [a, b] => WallTable::adjacent(edges, counts, [a, b], kappa, TOLERANCE),

@@ -19,7 +19,7 @@
 //! order in ℓ; beside edges where walls of different radiosity meet, light still falls off within a mean free path, which voxels have to follow. The unknowns are the zones' own, then the slopes of the patches along their first axis, along their second, then those of
 //! the voxels along x, y, z; whoever asks for the zones alone gets them, with slopes of zero.
 //!
-//! **Error.** Every factor has a proven relative radius ([`kernels::TOLERANCE`]), images of periodic axes end where e^{−36} of the light is left.
+//! **Error.** Every factor has a proven relative radius ([`kernels::TOLERANCE`]), with all images of periodic axes.
 //! Transforms round: what arrives is off by about ε √log₂N times the root mean square over all zones, which is large only against zones that
 //! next to nothing reaches. The grade of the whole is therefore estimated.
 
@@ -111,6 +111,7 @@ impl Spectral {
             ("offsets by Gauss rules", sum(|t| t.gauss)),
             ("offsets by pyramid coordinates", sum(|t| t.pyramid)),
             ("offsets in closed form", sum(|t| t.closed)),
+            ("offsets by sums of Gaussians", sum(|t| t.gaussians)),
         ]
         .into_iter()
         .filter(|x| x.1 > 0)
