@@ -384,6 +384,7 @@ fn spectral(
     if open {
         escape.sky = operator.openings();
     }
+    operator.measure(zones, &escape.sky);
     let closure = if scene.options().restore_closure {
         closure::restore(&mut operator, zones, escape)
     } else {

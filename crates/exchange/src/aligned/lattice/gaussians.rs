@@ -26,7 +26,7 @@
 //! **Error.** All terms of the factors for constant radiosity are positive.
 //! - *Step.* The rule multiplies r^{−q} by 1 + ε, |ε| ≤ 2 Σ_l |Γ(q/2 + 2πil/h)|/Γ(q/2), below 1e-25 for h = [`STEP`]. With a medium the contour may be
 //!   turned by any φ < π/2: |ε| is about e^{−2πφ/h + κr(1 − cos φ)}, below 1e-13 up to κr = 30; beyond, it is a share of e^{−κr} that is told by [`step`].
-//! - *Ends.* Integrands fall at least as u and 1/u towards the ends, [`ENDS`] lengths off the longest and the shortest: that share is left out.
+//! - *Ends.* Integrands fall at least as u and 1/u towards the ends, a factor [`ENDS`] off the longest and the shortest length (or mean free path): that share is left out.
 //!   Below κ/18, iᵐerfc(9) < 1e-36 of the radiation of a row is left out.
 //! - *Profiles.* Gauss rules on pieces over which the exponent changes by [`PIECE`] at most: below 1e-15.
 //! - *Rounding.* Exponents up to 41 with a relative error of 2 ulp, sums of eight columns: below 4e-14.
@@ -76,11 +76,12 @@ impl Nodes {
     fn new(kappa: f64, patches: usize, shortest: f64, longest: f64) -> Nodes {
         let kappa = if kappa > 0.0 { kappa.max(LEAST / longest) } else { 0.0 };
         let first = if kappa > 0.0 { kappa * FIRST } else { ENDS / longest };
-        let last = 1.0 / (ENDS * shortest);
+        let last = kappa.max(1.0 / shortest) / ENDS;
         let count = (2.0 * (last / first).ln() / STEP).ceil().max(1.0) as usize + 1;
         let u: Vec<f64> = (0..count).map(|i| first * (0.5 * STEP * i as f64).exp()).collect();
         let power = patches as i32;
-        let weight = |u: &f64| FRAC_1_PI * STEP * u * u * (2.0 * u).powi(power) * ierfc(patches, 0.5 * kappa / u);
+        let weight =
+            |u: &f64| FRAC_1_PI * STEP * u * u * (2.0 * u).powi(power) * ierfc(patches, 0.5 * kappa / u);
         Nodes { weight: u.iter().map(weight).collect(), u }
     }
 }
