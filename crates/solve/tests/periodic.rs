@@ -103,7 +103,7 @@ fn room(periodic: &[&str], omit: &[&str], engine: &str, kappa: &str) -> Scene {
     let omit: Vec<String> = omit.iter().map(|f| format!("{f:?}")).collect();
     let face = ["x0", "y1", "z0"].into_iter().find(|f| !omit.contains(&format!("{f:?}"))).unwrap_or("z0");
     read(&format!(
-        "[solve]\nengine = \"{engine}\"\npatch_rule = \"voxels\"\nresidual = 1e-13\n[boundary]\n{boundary}[[surface]]\nname = \"r\"\nroom = {{ min = [0,0,0], max = [0.9,0.8,0.7] }}\nomit = [{}]\nreflectance = 0.4\nemission = 1\nfaces.{face} = {{ emission = 3 }}\n[medium]\nmin = [0,0,0]\nmax = [0.9,0.8,0.7]\ncells = [4, 3, 5]\nextinction = {kappa}\nalbedo = 0.6\n",
+        "[solve]\nengine = \"{engine}\"\nthick_zones = \"constant\"\npatch_rule = \"voxels\"\nresidual = 1e-13\n[boundary]\n{boundary}[[surface]]\nname = \"r\"\nroom = {{ min = [0,0,0], max = [0.9,0.8,0.7] }}\nomit = [{}]\nreflectance = 0.4\nemission = 1\nfaces.{face} = {{ emission = 3 }}\n[medium]\nmin = [0,0,0]\nmax = [0.9,0.8,0.7]\ncells = [4, 3, 5]\nextinction = {kappa}\nalbedo = 0.6\n",
         omit.join(", ")
     ))
 }
