@@ -17,7 +17,6 @@ use crate::spectral::enclosure::Enclosure;
 use crate::spectral::kernels;
 use crate::surroundings::Escape;
 use rayon::prelude::*;
-use zonal_exchange::aligned::lattice::DEPTH;
 use zonal_exchange::pair::{Counts, Exchange, Settings, VoxelFactors};
 use zonal_scene::scene::ThickZones;
 use zonal_scene::solution::Closure;
@@ -35,10 +34,8 @@ pub const SPECTRAL_ZONES: usize = 4000;
 /// and memory, and below it they change the mean of a zone by less than a thousandth or so.
 pub const THIN: f64 = 0.1;
 
-/// Offsets of images that tables may have: some minutes of two cores of 2023.
-const MOST_IMAGES: f64 = 5e9;
-/// Images of all pairs that the dense engine may add up: some minutes too.
-const MOST_PAIRS: f64 = 5e9;
+/// Cells that tables of slopes may integrate: some minutes of two cores of 2023.
+const MOST_CELLS: f64 = 5e9;
 
 /// What an engine is built from.
 pub struct Site<'a> {
@@ -141,7 +138,7 @@ pub fn choose(
     wish.check_slopes()?;
     let found = wish.looks_for_a_box().then(|| Enclosure::find(scene, zones));
     if wish.periodic {
-        check_periodic(scene, wish.asked, forecast.pairs, found.as_ref())?;
+        check_periodic(&wish, found.as_ref())?;
     }
     let (engine, reason) = wish.engine(found.as_ref())?;
     let mut out = Choice { engine, reason, boxed: None, note: None };
@@ -258,7 +255,7 @@ impl<'a> Wish<'a> {
         if !self.thick {
             return (Variation::Constant, None);
         }
-        let few = |k: &f64| kernels::work(&found.grid, *k, Variation::Linear) < MOST_IMAGES;
+        let few = |k: &f64| kernels::work(&found.grid, *k, Variation::Linear) < MOST_CELLS;
         let fits = || {
             spectral_bytes(self.scene, self.zones, self.forecast, found, Variation::Linear) <= self.memory
                 && found.groups().1.iter().all(few)
@@ -327,34 +324,34 @@ pub(crate) fn spectral_bytes(
 }
 
 /// Engines that know of images: all pairs of a closed box, and transforms.
-fn check_periodic(
-    scene: &Scene,
-    asked: Engine,
-    pairs: u64,
-    found: Option<&Result<Enclosure, String>>,
-) -> Result<(), SceneError> {
-    let what = match (asked, found) {
+fn check_periodic(wish: &Wish, found: Option<&Found>) -> Result<(), SceneError> {
+    let what = match (wish.asked, found) {
         (Engine::Hierarchical, _) => {
             "rays know no images of a periodic scene; use the spectral engine".to_string()
         }
-        (_, Some(Err(why))) => format!("a periodic scene must be a box on the grid of its medium, but {why}"),
-        (Engine::Auto | Engine::Spectral, Some(Ok(e)))
-            if e.groups().1.iter().any(|&k| kernels::work(&e.grid, k, Variation::Constant) > MOST_IMAGES) =>
-        {
-            format!(
-                "the images within {DEPTH} mean free paths are too many; a period of one cell has only one, or use larger cells"
-            )
+        (_, Some(Err(why))) => {
+            format!("a periodic scene must be a box on the grid of its medium, but {why}")
+        }
+        (Engine::Auto | Engine::Dense, _) if wish.paper => {
+            "formulas of the paper know no images of a periodic scene; use --factors exact".to_string()
         }
         (Engine::Dense, Some(Ok(e))) if e.is_open() => {
             "a periodic scene with openings is for the spectral engine; use that, or close the walls"
                 .to_string()
         }
-        (Engine::Dense, _) if zonal_exchange::pair::images(scene) * pairs as f64 > MOST_PAIRS => {
-            "all pairs of zones with all their images are too many; use the spectral engine".to_string()
-        }
         _ => return Ok(()),
     };
     Err(SceneError::new("boundary", what))
+}
+
+/// Refuses periodic scenes whose pairs [`Exchange`] does not know: all that are no box on the grid of their medium.
+pub fn check_pairs(scene: &Scene, zones: &Zones) -> Result<(), SceneError> {
+    match scene.is_periodic().then(|| Enclosure::find(scene, zones)) {
+        Some(Err(why)) => {
+            wrong("boundary", format!("a periodic scene must be a box on the grid of its medium, but {why}"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// True where no ray is needed to know what escapes: transforms tell it, and a periodic box of all pairs is closed.
@@ -387,6 +384,7 @@ fn spectral(
     if open {
         escape.sky = operator.openings();
     }
+    operator.measure(zones, &escape.sky);
     let closure = if scene.restores_closure() {
         closure::restore(&mut operator, zones, escape)
     } else {

@@ -51,6 +51,9 @@ const TRANSFORM: f64 = 8.0;
 const PRODUCT: f64 = 0.6;
 const PRODUCTS: f64 = 25.0;
 
+/// Nanoseconds of the total exchange areas for each triple of zones.
+const TRIPLE: f64 = 1.0;
+
 /// What a solve will take.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outlook {
@@ -261,6 +264,24 @@ fn pair(plan: &Plan, clock: &dyn Fn() -> f64) -> f64 {
     let start = clock();
     let done = all();
     (clock() - start) / done.max(1) as f64
+}
+
+/// Seconds that all direct and total exchange areas of a periodic scene take, in so many matrices, where there are no more than [`engine::DENSE_ZONES`]
+/// zones; images take no time of their own. `None` of other scenes, whose pairs the dense engine's forecast tells.
+pub fn exchange_areas(plan: &Plan, clock: &dyn Fn() -> f64) -> Option<f64> {
+    let n = plan.zones.len();
+    if !plan.scene.is_periodic()
+        || n > engine::DENSE_ZONES
+        || engine::check_pairs(plan.scene, plan.zones).is_err()
+    {
+        return None;
+    }
+    let matrices = plan.forecast.groups as f64;
+    let totals = matrices * (n as f64).powi(3) * TRIPLE * 1e-9 / plan.threads.max(1) as f64;
+    let start = clock();
+    let one = pair(plan, clock);
+    // The tables are made anew by the command.
+    Some((clock() - start) + plan.forecast.pairs as f64 * one + totals)
 }
 
 impl Outlook {

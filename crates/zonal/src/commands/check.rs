@@ -9,7 +9,7 @@ use std::time::Instant;
 use zonal_exchange::pair::Settings;
 use zonal_scene::{Engine, Note, Scene, SceneError};
 use zonal_solve::forecast::{self, Forecast};
-use zonal_solve::outlook::{Outlook, Plan};
+use zonal_solve::outlook::{self, Outlook, Plan};
 use zonal_transport::zoning::left_out;
 use zonal_transport::{Transport, build_zones};
 
@@ -107,6 +107,9 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         f.groups,
         f.bytes as f64 / 1e9
     ))?;
+    if let Some(seconds) = outlook::exchange_areas(&plan, &|| start.elapsed().as_secs_f64()) {
+        say(&format!("  all exchange areas as arrays (`zonal exchange`): about {seconds:.1} s"))?;
+    }
     let cameras: Vec<&str> = scene.cameras().iter().map(|c| c.name.as_str()).collect();
     say(&format!("  cameras: {}", if cameras.is_empty() { "none".into() } else { cameras.join(", ") }))?;
     for w in &warnings {
