@@ -17,7 +17,7 @@
 //! | [`arrays`] | single arrays and plain bytes |
 //!
 //! Every file is written to a temporary name beside its target and renamed when it is complete: a failure leaves the old file
-//! untouched and nothing behind.
+//! untouched and nothing behind. Devices and pipes are written directly.
 
 pub mod arrays;
 pub mod colour_map;
@@ -42,6 +42,7 @@ mod reader;
 mod vtk;
 mod writer;
 
+pub use atomic::{check_writable, is_stream, remove_stale};
 pub use arrays::{
     Named, NamedSingle, read_array, write_array, write_arrays, write_bytes, write_single_arrays,
 };

@@ -5,6 +5,7 @@
 
 use super::FileError;
 use super::npy::{self, Kind};
+use crate::input::files;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -46,8 +47,7 @@ pub struct Npz {
 impl Npz {
     pub fn open(path: &Path) -> Result<Npz, FileError> {
         let whole = |what: String| FileError::new(path, "", what);
-        let file = File::open(path).map_err(|e| whole(format!("cannot be opened ({e}); check the name")))?;
-        let size = file.metadata().map_err(|e| whole(format!("cannot be read ({e})")))?.len();
+        let (file, size) = files::open(path).map_err(&whole)?;
         let zip = ZipArchive::new(BufReader::new(file)).map_err(|e| {
             whole(format!("is not a solution file, or it is cut short ({e}); solve the scene again"))
         })?;
