@@ -126,7 +126,8 @@ impl Energy {
                 + self.absorbed_panes[b]
                 + self.escaped[b]
                 + self.backs[b];
-            if given > 0.0 { (given - taken) / given } else { 0.0 }
+            // What is not a number stays so.
+            if given <= 0.0 { 0.0 } else { (given - taken) / given }
         });
     }
 }
@@ -172,7 +173,8 @@ impl Estimate {
         let square = |x: &[Bands]| x.iter().fold([0.0; 3], |s, x| bands(|b| s[b] + x[b] * x[b]));
         let part = |range: std::ops::Range<usize>| {
             let (e, h) = (square(&fields.error[range.clone()]), square(&fields.incident[range]));
-            bands(|b| if h[b] > 0.0 { (e[b] / h[b]).sqrt() } else { 0.0 })
+            // What is not a number stays so.
+            bands(|b| if h[b] == 0.0 { 0.0 } else { (e[b] / h[b]).sqrt() })
         };
         Estimate { patches: part(0..patches), volumes: part(patches..fields.incident.len()), grade }
     }

@@ -27,6 +27,7 @@
 //! | [`columns`] | vectors over zones, many at a time |
 //! | [`stage`] | what is kept of long work, as bytes |
 //! | [`energy`] | the balance |
+//! | `finite` | the guard at the end: nothing that is not a finite number is told |
 //! | `notes` | what the report says of a balance that is off |
 //! | [`pipeline`] | a scene in, a solution out |
 //! | [`thermal`] | temperatures and net powers: zones posed for the linear equations, the coupling of bands, what is found |
@@ -43,6 +44,7 @@ pub mod direct;
 pub mod energy;
 pub mod engine;
 pub mod forecast;
+mod finite;
 mod gather;
 pub mod groups;
 pub mod hierarchical;

@@ -25,9 +25,13 @@ pub struct Radii {
     steps: Vec<u8>,
 }
 
-/// The step of a radius.
+/// The step of a radius; the last where it is not known.
 pub fn step(radius: f64) -> u8 {
-    if radius > 0.0 { (2.0 * radius.log2() + ONE).round().clamp(1.0, 255.0) as u8 } else { 0 }
+    match radius {
+        r if r > 0.0 => (2.0 * r.log2() + ONE).round().clamp(1.0, 255.0) as u8,
+        r if r.is_nan() => 255,
+        _ => 0,
+    }
 }
 
 impl Radii {

@@ -61,7 +61,7 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
     let scene = Scene::new(parts)?;
     let sky = groups.iter().position(|g| matches!(g.kind, Kind::Surroundings | Kind::All));
     let sky = sky.map_or([1.0; 3], |k| factors[k]);
-    let fields = sum(&zones, &groups, &old, sky);
+    let mut fields = sum(&zones, &groups, &old, sky);
     report.zoning = None;
     report.energy = Default::default();
     groups.iter().for_each(|g| report.energy.add(&g.energy));
@@ -71,6 +71,7 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
         [a, b, c] if a == b && b == c => format!("relit: {name} × {a}"),
         [a, b, c] => format!("relit: {name} × {a}, {b}, {c}"),
     }));
+    crate::finite::check(&scene, &zones, &mut fields, &mut groups, &mut report)?;
     Ok(Solution { scene, zones, fields, groups, report, scene_hash: String::new(), version })
 }
 
