@@ -15,6 +15,7 @@
 //! | [`light`] | sun, sky, emitters, surroundings |
 //! | [`thermal`] | temperatures and net powers that are known, shares of the emission |
 //! | [`group`] | the share of each light in a solution |
+//! | [`printable`] | text without what steers a terminal |
 //! | [`progress`] | how long work tells where it stands |
 //! | [`vault`] | where long work leaves what is done |
 //!
@@ -28,6 +29,7 @@ pub mod light;
 pub mod options;
 pub mod part;
 pub mod plate;
+pub mod printable;
 pub mod progress;
 pub mod scene;
 pub mod solution;
@@ -42,6 +44,7 @@ pub use light::{Light, Surroundings};
 pub use options::{Engine, Groups, Options};
 pub use part::{Part, Sample};
 pub use plate::{Plate, PlateKind};
+pub use printable::{printable, printable_lines};
 pub use progress::{Progress, Quiet};
 pub use scene::{Facet, Pane, Scene, SceneError, SceneParts, Sides, Surface, Texture};
 pub use solution::{

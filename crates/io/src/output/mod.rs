@@ -47,7 +47,7 @@ pub use arrays::{
     Named, NamedSingle, read_array, write_array, write_arrays, write_bytes, write_single_arrays,
 };
 pub use colour_map::{ColourMap, NO_VALUE};
-pub use csv::write_zones_csv;
+pub use csv::{csv_cell, write_zones_csv};
 pub use exr::{FieldPicture, Picture, read_exr, read_exr_field, write_exr, write_exr_field};
 pub use glb::write_glb;
 pub use hash::{factors_hash, scene_hash};
