@@ -17,6 +17,7 @@
 //! | [`thermal`] | temperatures and net powers that are known, shares of the emission |
 //! | [`group`] | the share of each light in a solution |
 //! | [`note`] | messages of a report, each with its severity and code |
+//! | [`printable`] | text without what steers a terminal |
 //! | [`progress`] | how long work tells where it stands |
 //! | [`vault`] | where long work leaves what is done |
 //!
@@ -32,6 +33,7 @@ pub mod note;
 pub mod options;
 pub mod part;
 pub mod plate;
+pub mod printable;
 pub mod progress;
 pub mod scene;
 pub mod solution;
@@ -47,6 +49,7 @@ pub use note::{Note, Severity};
 pub use options::{Engine, Groups, Options};
 pub use part::{Part, Sample};
 pub use plate::{Plate, PlateKind};
+pub use printable::{printable, printable_lines};
 pub use progress::{Progress, Quiet};
 pub use scene::{Facet, Pane, Scene, SceneError, SceneParts, Sides, Surface, Texture};
 pub use solution::{

@@ -1,7 +1,9 @@
 //! The scene: validated once, read-only ever after.
 
 pub use crate::options::{Engine, Groups, Options, PatchRule, ThickZones};
+use crate::printable::printable;
 use crate::{Bands, Camera, Light, Note, Plate, Surroundings, Thermal, Voxmap};
+use std::borrow::Cow;
 use std::fmt;
 use zonal_math::Vec3;
 
@@ -181,6 +183,29 @@ pub const LARGEST_EXTINCTION: f64 = 1e8;
 /// The largest emission, irradiance or radiance, W/m² (and W/m³ for sources).
 pub const LARGEST_FLUX: f64 = 1e30;
 
+impl SceneParts {
+    /// All names.
+    fn names(&mut self) -> impl Iterator<Item = &mut String> {
+        let lights = self.lights.iter_mut().filter_map(|l| match l {
+            Light::Sun { name, .. } | Light::Sky { name, .. } => Some(name),
+            Light::Emitter { name, .. } => name.as_mut(),
+        });
+        let others = self.surroundings.name.as_mut().into_iter();
+        std::iter::once(&mut self.name)
+            .chain(self.surfaces.iter_mut().map(|s| &mut s.name))
+            .chain(self.panes.iter_mut().map(|p| &mut p.name))
+            .chain(self.cameras.iter_mut().map(|c| &mut c.name))
+            .chain(lights)
+            .chain(others)
+    }
+}
+
+fn spell_out(name: &mut String) {
+    if let Cow::Owned(spelled) = printable(name) {
+        *name = spelled;
+    }
+}
+
 fn fail<T>(key: impl Into<String>, what: impl Into<String>) -> Result<T, SceneError> {
     Err(SceneError::new(key, what))
 }
@@ -238,8 +263,9 @@ fn check_plate(key: &str, p: &Plate) -> Result<(), SceneError> {
 }
 
 impl Scene {
-    /// Validates the parts.
-    pub fn new(parts: SceneParts) -> Result<Scene, SceneError> {
+    /// Validates the parts. Names lose what would steer a terminal or break a line.
+    pub fn new(mut parts: SceneParts) -> Result<Scene, SceneError> {
+        parts.names().for_each(spell_out);
         if parts.facets.is_empty() && parts.panes.is_empty() && parts.voxmap.is_none() {
             return fail("scene", "the scene is empty; add a surface or a medium");
         }

@@ -136,7 +136,8 @@ impl Energy {
                 + self.absorbed_panes[b]
                 + self.escaped[b]
                 + self.backs[b];
-            if given > 0.0 { (given - taken) / given } else { 0.0 }
+            // What is not a number stays so.
+            if given <= 0.0 { 0.0 } else { (given - taken) / given }
         });
     }
 }
@@ -190,10 +191,7 @@ impl Estimate {
                 let both = range.clone().map(|i| bands(|b| x[i][b] + y[i][b]));
                 square(&both.collect::<Vec<_>>())
             };
-            let all = ratio(
-                sum(&fields.error, &fields.direct_error),
-                sum(&fields.incident, &fields.direct),
-            );
+            let all = ratio(sum(&fields.error, &fields.direct_error), sum(&fields.incident, &fields.direct));
             bands(|b| own[b].max(all[b]))
         };
         Estimate { patches: part(0..patches), volumes: part(patches..fields.incident.len()), grade }

@@ -101,9 +101,7 @@ pub(crate) fn propagated(
         let mut mean = vec![[0.0; 3]; n];
         for k in 1..=draws {
             let one = reflected(k as u64);
-            mean.par_iter_mut()
-                .zip(one)
-                .for_each(|(m, x)| *m = bands(|b| m[b] + x[b] * x[b] / draws as f64));
+            mean.par_iter_mut().zip(one).for_each(|(m, x)| *m = bands(|b| m[b] + x[b] * x[b] / draws as f64));
         }
         for range in [0..zones.voxel_offset(), zones.voxel_offset()..n] {
             let start = range.start;

@@ -238,7 +238,8 @@ impl<'a> Gatherer<'a> {
         // The medium dims the samples that are seen unequally.
         let dim = if t.seen > 0.0 { t.through2 / t.seen - (t.through / t.seen).powi(2) } else { 0.0 };
         let slow = (effective / FOUR_DIMENSIONS).max(1.0).powf(0.75 - SLOW);
-        let error = (s * (1.0 - s + dim.max(0.0)) + s * s * flux.max(0.0)).sqrt() * effective.powf(-0.75) * slow;
+        let error =
+            (s * (1.0 - s + dim.max(0.0)) + s * s * flux.max(0.0)).sqrt() * effective.powf(-0.75) * slow;
         One {
             full,
             ratio: t.ratio(),
@@ -331,7 +332,8 @@ impl<'a> Gatherer<'a> {
     fn panes(&self, tolerance: f64) -> (Vec<[Bands; 2]>, u64) {
         let n = self.zones.panes.len();
         let mut found: Vec<[Bands; 2]> = (0..n).into_par_iter().map(|k| self.pane(k, PANE_POINTS)).collect();
-        let square = |of: usize, found: &[[Bands; 2]]| found.iter().map(|f| largest(f[of]).powi(2)).sum::<f64>();
+        let square =
+            |of: usize, found: &[[Bands; 2]]| found.iter().map(|f| largest(f[of]).powi(2)).sum::<f64>();
         let level = (square(0, &found) / n.max(1) as f64).sqrt();
         let more: Vec<u64> = found
             .par_iter_mut()

@@ -30,6 +30,7 @@
 //! | [`stage`] | what is kept of long work, as bytes |
 //! | [`energy`] | the balance |
 //! | `consistency` | errors that a solution tells of itself |
+//! | `finite` | the guard at the end: nothing that is not a finite number is told |
 //! | `notes` | what the report says of a balance that is off |
 //! | [`pipeline`] | a scene in, a solution out |
 //! | [`thermal`] | temperatures and net powers: zones posed for the linear equations, the coupling of bands, what is found |
@@ -48,6 +49,7 @@ mod direct_error;
 mod emitters;
 pub mod energy;
 pub mod engine;
+mod finite;
 pub mod forecast;
 mod gather;
 pub mod groups;

@@ -9,6 +9,7 @@ use crate::direct_error;
 use crate::emitters;
 use crate::energy::{self, Found};
 use crate::engine::{self, Built, Site};
+use crate::finite;
 use crate::forecast::{self, Forecast};
 use crate::groups::{self, Source, emission, response};
 use crate::hierarchical::build::tells_escape;
@@ -108,6 +109,7 @@ pub(crate) fn settled(
     drop(transport);
     thermal::settle(scene, &mut zones, &mut s.fields, &mut s.groups, &mut s.report);
     s.report.warnings.extend(notes::of_heat(scene, &zones, &s.fields, &s.report));
+    finite::check(scene, &zones, &mut s.fields, &mut s.groups, &mut s.report)?;
     Ok((zones, s))
 }
 
@@ -350,7 +352,9 @@ fn fields(
         incident.par_iter_mut().enumerate().for_each(|(i, h)| {
             let (_, measure) = response(zones, i);
             let [incoming, _] = escape.incoming(i, sky);
-            *h = bands(|b| ((h[b] + incoming[b]) / measure).max(least));
+            // `max` would make nothing of what is not a number.
+            let raised = |x: f64| if x < least { least } else { x };
+            *h = bands(|b| raised((h[b] + incoming[b]) / measure));
         });
         let balance = |incident: &[Bands]| {
             let found = Found { incident, direct: &own, strengths: &ended.strengths };

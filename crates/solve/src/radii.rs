@@ -9,8 +9,8 @@
 //! which is small where the pairs that bring the light are known well, however badly the others are. A radius r is kept as the number k
 //! of the step of a ladder, r = 2^((k − 193)/2), k from 1 to 255, 0 for none: 19 % off at most, which an estimate may be.
 
-use crate::packed::stored;
 use crate::engine::Built;
+use crate::packed::stored;
 use crate::surroundings::Escape;
 use rayon::prelude::*;
 use zonal_exchange::pair::target;
@@ -28,9 +28,13 @@ pub struct Radii {
     steps: Vec<u8>,
 }
 
-/// The step of a radius.
+/// The step of a radius; the last where it is not known.
 pub fn step(radius: f64) -> u8 {
-    if radius > 0.0 { (2.0 * radius.log2() + ONE).round().clamp(1.0, 255.0) as u8 } else { 0 }
+    match radius {
+        r if r > 0.0 => (2.0 * r.log2() + ONE).round().clamp(1.0, 255.0) as u8,
+        r if r.is_nan() => 255,
+        _ => 0,
+    }
 }
 
 impl Radii {

@@ -63,7 +63,7 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
     let scene = Scene::new(parts)?;
     let sky = groups.iter().position(|g| matches!(g.kind, Kind::Surroundings | Kind::All));
     let sky = sky.map_or([1.0; 3], |k| factors[k]);
-    let fields = sum(&zones, &groups, &old, (known, sky));
+    let mut fields = sum(&zones, &groups, &old, (known, sky));
     report.zoning = None;
     report.energy = Default::default();
     groups.iter().for_each(|g| report.energy.add(&g.energy));
@@ -77,6 +77,7 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
         };
         Note::note("relit", text)
     }));
+    crate::finite::check(&scene, &zones, &mut fields, &mut groups, &mut report)?;
     Ok(Solution { scene, zones, fields, groups, report, scene_hash: String::new(), version })
 }
 

@@ -50,7 +50,8 @@ fn rows_that_do_not_close_widen_the_errors() {
 /// Thermal mode restores closure unless the scene says otherwise; light mode does not.
 #[test]
 fn thermal_mode_restores_closure() {
-    let scene = |mode: &str, walls: &str| read(&format!("{mode}{}", unit_room("patch_size = 0.5", walls, "")));
+    let scene =
+        |mode: &str, walls: &str| read(&format!("{mode}{}", unit_room("patch_size = 0.5", walls, "")));
     let heat = scene("mode = 'thermal'\n", HOT);
     assert!(heat.restores_closure() && solve(heat.clone()).report.closure.restored);
     assert!(!with(&heat, |o| o.restore_closure = Some(false)).restores_closure());
@@ -76,7 +77,8 @@ fn a_solver_that_ends_early_widens_the_errors() {
 /// Every power of the balance has an error that is no less than what the balance misses of it.
 #[test]
 fn powers_by_name_have_errors() {
-    let s = solve(read(&unit_room("patch_size = 0.25", "reflectance = 0.5\nfaces.x0 = { emission = 1 }", "")));
+    let s =
+        solve(read(&unit_room("patch_size = 0.25", "reflectance = 0.5\nfaces.x0 = { emission = 1 }", "")));
     let (e, d) = (&s.report.energy, &s.report.energy_error);
     assert_eq!(e.absorbed_surfaces.len(), d.absorbed_surfaces.len());
     let told: f64 = d.absorbed_surfaces.iter().map(|x| x.1[0]).sum();

@@ -221,7 +221,8 @@ fn merged(notes: Vec<Note>) -> Vec<Note> {
             (1, _) => String::new(),
             (n, 1) => format!(" ({n} times)"),
             (_, n) => {
-                let first: Vec<String> = names[1..].iter().take(NAMED - 1).map(|x| format!("'{x}'")).collect();
+                let first: Vec<String> =
+                    names[1..].iter().take(NAMED - 1).map(|x| format!("'{x}'")).collect();
                 let more = if n > NAMED { format!(" and {} more", n - NAMED) } else { String::new() };
                 format!(" (likewise {}{more})", first.join(", "))
             }

@@ -21,7 +21,7 @@ mod arrays;
 mod build;
 mod density;
 mod error;
-mod files;
+pub(crate) mod files;
 mod flight;
 mod medium;
 pub(crate) mod mesh;
@@ -54,6 +54,17 @@ pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
     let text = read_text(path, MAX_TEXT)?;
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned());
     parse_named(&text, path.parent(), &file, stem.as_deref().unwrap_or("scene"))
+}
+
+/// A regular file, open for reading. Pipes, devices, sockets, folders and files of more than `most` bytes are refused at once.
+pub fn open_file(path: &Path, most: u64) -> Result<std::fs::File, InputError> {
+    let refused = |what: String| InputError::new(&path.display().to_string(), None, "", what);
+    let (file, length) = files::open(path).map_err(refused)?;
+    if length > most {
+        let what = format!("this file is larger than the {} MiB that are read; make it smaller", most >> 20);
+        return Err(refused(what));
+    }
+    Ok(file)
 }
 
 /// The text of a file of at most so many bytes.

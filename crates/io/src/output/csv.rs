@@ -7,17 +7,30 @@
 
 use super::FileError;
 use super::atomic::write_atomic;
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::Path;
 use zonal_math::Vec3;
-use zonal_scene::Solution;
+use zonal_scene::{Solution, printable};
 
+/// A cell that no spreadsheet takes for a formula: one that begins with `=`, `+`, `-`, `@`, a tab or a line break and is no number and no
+/// direction (`+x`) gets an apostrophe before it.
+pub fn csv_cell(text: &str) -> Cow<'_, str> {
+    let formula = text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
+    let direction = matches!(text.trim().as_bytes(), [b'+' | b'-', b'x' | b'y' | b'z']);
+    let plain = direction || text.trim().parse::<f64>().is_ok();
+    if formula && !plain { Cow::Owned(format!("'{text}")) } else { Cow::Borrowed(text) }
+}
+
+/// The cell of a name: without what steers a terminal, never a formula, in quotes where it needs them.
 fn quoted(name: &str) -> String {
+    let name = printable(name);
+    let name = csv_cell(&name);
     if name.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", name.replace('"', "\"\""))
     } else {
-        name.into()
+        name.into_owned()
     }
 }
 

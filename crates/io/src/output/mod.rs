@@ -18,7 +18,7 @@
 //! | [`arrays`] | single arrays and plain bytes |
 //!
 //! Every file is written to a temporary name beside its target and renamed when it is complete: a failure leaves the old file
-//! untouched and nothing behind.
+//! untouched and nothing behind. Devices and pipes are written directly.
 
 pub mod arrays;
 pub mod colour_map;
@@ -47,8 +47,9 @@ mod writer;
 pub use arrays::{
     Named, NamedSingle, read_array, write_array, write_arrays, write_bytes, write_single_arrays,
 };
+pub use atomic::{check_writable, is_stream, remove_stale};
 pub use colour_map::{ColourMap, NO_VALUE};
-pub use csv::write_zones_csv;
+pub use csv::{csv_cell, write_zones_csv};
 pub use exr::{FieldPicture, Picture, read_exr, read_exr_field, write_exr, write_exr_field};
 pub use glb::write_glb;
 pub use hash::{factors_hash, scene_hash};

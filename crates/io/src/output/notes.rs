@@ -3,7 +3,7 @@
 //! Files of versions before severities have plain texts, which are read as notes without a code of their own.
 
 use serde_json::{Value, json};
-use zonal_scene::{Note, Severity};
+use zonal_scene::{Note, Severity, printable};
 
 /// A note as a JSON object.
 pub fn note_json(n: &Note) -> Value {
@@ -19,9 +19,11 @@ pub fn notes_json(notes: &[Note]) -> Value {
 /// The note in what [`note_json`] wrote, or in a plain text.
 pub(super) fn note_in(v: &Value) -> Result<Note, String> {
     if let Some(text) = v.as_str() {
-        return Ok(text.into());
+        return Ok(printable(text).into_owned().into());
     }
-    let text = |key: &str| v[key].as_str().map(String::from).ok_or(format!("a note's {key} is no text"));
+    let text = |key: &str| {
+        v[key].as_str().map(|t| printable(t).into_owned()).ok_or(format!("a note's {key} is no text"))
+    };
     let severity = text("severity")?;
     Ok(Note {
         severity: Severity::ALL

@@ -7,7 +7,7 @@ use super::notes::{note_in, notes_json};
 use serde_json::{Value, json};
 use zonal_math::Grade;
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Bands, Estimate, Group, Kind, Note, Report, Solution, SolveStatus, Zoning};
+use zonal_scene::{Bands, Estimate, Group, Kind, Note, Report, Solution, SolveStatus, Zoning, printable};
 
 /// The report of a solution as a JSON document: zones, engine, status, residuals, estimate, closure, energy (W), light groups, counts,
 /// warnings, provenance.
@@ -43,8 +43,8 @@ pub(super) fn group_in(v: &Value) -> Result<Group, String> {
     Ok(Group {
         name: text(v, "name")?,
         kind: kind_in(&v["of"])?,
-        incident_scale: bands(v, "incident_scale")?,
-        direct_scale: bands(v, "direct_scale")?,
+        incident_scale: factors(v, "incident_scale")?,
+        direct_scale: factors(v, "direct_scale")?,
         energy: energy_in(&v["energy"])?,
         status: statuses(v)?,
         residual: report_bands(v, "residual")?,
@@ -233,7 +233,9 @@ pub(super) fn list<'a>(v: &'a Value, key: &str) -> Result<&'a Vec<Value>, String
 
 /// The text at a key.
 pub(super) fn text(v: &Value, key: &str) -> Result<String, String> {
-    v[key].as_str().map(String::from).ok_or_else(|| format!("{key}: a text is missing"))
+    // A file may say anything; what would steer a terminal is spelled out.
+    let text = v[key].as_str().map(|t| printable(t).into_owned());
+    text.ok_or_else(|| format!("{key}: a text is missing"))
 }
 
 /// The number at a key.
@@ -250,6 +252,14 @@ pub(super) fn bands(v: &Value, key: &str) -> Result<Bands, String> {
             _ => Err(format!("{key}: an entry is not a number")),
         },
         _ => Err(format!("{key}: there must be three numbers")),
+    }
+}
+
+/// As [`bands`], none below 0.
+fn factors(v: &Value, key: &str) -> Result<Bands, String> {
+    match bands(v, key)? {
+        f if f.iter().all(|x| x.is_finite() && *x >= 0.0) => Ok(f),
+        _ => Err(format!("{key}: a factor is below 0 or not finite")),
     }
 }
 

@@ -186,9 +186,9 @@ pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
         radiosity: npz.triples("radiosity", &n)?,
         incident: npz.triples("incident", &n)?,
         direct: npz.triples("direct", &n)?,
-        error: npz.triples("error", &n)?,
-        direct_error: npz.triples_or_none("direct_error", zones.len())?,
-        surroundings_error: npz.triples_or_none("surroundings_error", zones.len())?,
+        error: npz.errors("error", zones.len(), false)?,
+        direct_error: npz.errors("direct_error", zones.len(), true)?,
+        surroundings_error: npz.errors("surroundings_error", zones.len(), true)?,
         heat: if scene.thermal().is_some() { Some(read_heat(&mut npz, zones.len())?) } else { None },
     };
     let groups = read_groups(&mut npz, &header, &scene, zones.len())?;
@@ -205,9 +205,9 @@ pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
 }
 
 fn read_heat(npz: &mut reader::Npz, zones: usize) -> Result<Heat, FileError> {
-    let [temperature, temperature_error] =
-        [npz.reals_or_nan(HEAT[0], zones)?, npz.reals_or_nan(HEAT[1], zones)?];
-    let [net, net_error] = [npz.reals(HEAT[2], zones)?, npz.reals(HEAT[3], zones)?];
+    let temperature = npz.reals_or_nan(HEAT[0], zones, f64::is_finite)?;
+    let temperature_error = npz.reals_or_nan(HEAT[1], zones, |e| e >= 0.0)?;
+    let (net, net_error) = (npz.reals(HEAT[2], zones)?, npz.error_list(HEAT[3], zones)?);
     Ok(Heat { temperature, temperature_error, net, net_error })
 }
 
@@ -234,20 +234,18 @@ fn read_groups(
         g.direct = npz.values(&format!("group_{k}_direct"), zones)?;
         let error = format!("group_{k}_error");
         if npz.has(&error) {
-            g.error = npz.values(&error, zones)?;
+            g.error = npz.error_values(&error, zones)?;
         }
         let direct = format!("group_{k}_direct_error");
         if npz.has(&direct) {
-            g.direct_error = npz.values(&direct, zones)?;
+            g.direct_error = npz.error_values(&direct, zones)?;
         }
     }
     Ok(groups)
 }
 
 fn read_header(npz: &mut reader::Npz) -> Result<Value, FileError> {
-    let bytes = npz.bytes("header.json", None)?;
-    let header: Value = serde_json::from_slice(&bytes)
-        .map_err(|e| npz.error("header.json", format!("is not JSON ({e}); solve the scene again")))?;
+    let header = npz.json("header.json")?;
     if header["format"] != "zonal solution" {
         return Err(npz.error("header.json", "this is not a zonal solution; give a file that zonal wrote"));
     }

@@ -110,7 +110,9 @@ fn fields<'a>(c: &'a Cells<'a>) -> Vec<Array<'a>> {
         Array::three("fluence [W/m2]", n, move |i| when(false, i)),
         of("direct [W/m2]", &f.direct),
         of("error [W/m2]", &f.error),
-        Array::three("direct error [W/m2]", n, move |i| f.direct_error.get(c.zone(i)).copied().unwrap_or(zero)),
+        Array::three("direct error [W/m2]", n, move |i| {
+            f.direct_error.get(c.zone(i)).copied().unwrap_or(zero)
+        }),
         Array::three("reflectance", n, c.each(|p| p.reflectance, |_| [0.0; 3])),
         Array::three("extinction [1/m]", n, c.each(|_| [0.0; 3], |p| p.extinction)),
         Array::three("albedo", n, c.each(|_| [0.0; 3], |p| p.albedo)),

@@ -14,7 +14,8 @@ const LAMP: &str = "[[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.6, 0
 const SUN: &str =
     "[[light]]\nkind = \"sun\"\ndirection = [0.3, 0.2, -1]\nirradiance = 100\nangular_diameter = 2\n";
 const SKY: &str = "[[light]]\nkind = \"sky\"\nradiance = 1\n";
-const HAZE: &str = "[medium]\nmin = [0, 0, 0]\nmax = [2, 2, 2]\ncells = [8, 8, 8]\nextinction = 0.4\nalbedo = 0.5\n";
+const HAZE: &str =
+    "[medium]\nmin = [0, 0, 0]\nmax = [2, 2, 2]\ncells = [8, 8, 8]\nextinction = 0.4\nalbedo = 0.5\n";
 const PANE: &str = "[[pane]]\nname = \"glass\"\nrectangle = { origin = [0.2, 0.1, 1.6], edge1 = [1.4, 0, 0], edge2 = [0, 1.5, 0] }\n\
     thickness = 0.01\nextinction = [20, 40, 80]\nalbedo = 0\npatch_size = 0.25\n";
 
@@ -75,11 +76,22 @@ fn check(text: &str, tolerance: f64) -> Found {
         }
         let w = direct::section(&zones, i)[0];
         let own = &mut sums.last_mut().unwrap().1;
-        *own = [own[0] + w * d, own[1] + (w * lit.error[i][0]).powi(2), own[2] + w * lit.shared[0] * lit.fields[i][0]];
+        *own = [
+            own[0] + w * d,
+            own[1] + (w * lit.error[i][0]).powi(2),
+            own[2] + w * lit.shared[0] * lit.fields[i][0],
+        ];
     }
     let n = list.len() as f64;
-    let sums = sums.into_iter().map(|(name, [d, e, s])| (name, d.abs() / (e.sqrt() + s).max(1e-300))).collect();
-    Found { off: (off / all).sqrt(), told: (told / all).sqrt(), once: once as f64 / n, twice: twice as f64 / n, sums }
+    let sums =
+        sums.into_iter().map(|(name, [d, e, s])| (name, d.abs() / (e.sqrt() + s).max(1e-300))).collect();
+    Found {
+        off: (off / all).sqrt(),
+        told: (told / all).sqrt(),
+        once: once as f64 / n,
+        twice: twice as f64 / n,
+        sums,
+    }
 }
 
 fn scenes() -> [(&'static str, String); 7] {
@@ -153,7 +165,10 @@ fn mirror_images_agree_within_the_stated_errors() {
                     }
                 }
             }
-            assert!(beyond * 33 <= pairs, "{engine} {tolerance}: {beyond} of {pairs} beyond, up to {most:.1e}");
+            assert!(
+                beyond * 33 <= pairs,
+                "{engine} {tolerance}: {beyond} of {pairs} beyond, up to {most:.1e}"
+            );
             let estimate = s.report.estimate.patches[0];
             match engine {
                 "dense" => assert!(most < 1e-9 && estimate < 1e-9, "{most:e} {estimate:e}"),

@@ -26,8 +26,8 @@ use zonal_scene::scene::ThickZones;
 use zonal_scene::solution::Energy;
 use zonal_scene::vault::STATE;
 use zonal_scene::{
-    Bands, Engine, HeatKind, HeatReport, HeatRow, Known, Note, Progress, Report, Scene, SceneError, Vault, Zones,
-    Zoning, bands,
+    Bands, Engine, HeatKind, HeatReport, HeatRow, Known, Note, Progress, Report, Scene, SceneError, Vault,
+    Zones, Zoning, bands,
 };
 use zonal_transport::{Transport, build_zones};
 
@@ -187,7 +187,12 @@ impl<'a> Other<'a> {
         let mut energy = report.energy.compared(&other.report.energy, apart);
         least.widen(&mut energy, &report.energy);
         grown.stuck.widen(&mut energy);
-        Ok(Zoning { zones: count, ratio, heat: heat.collect(), energy, notes: grown.notes.into_iter().map(|t| Note::warning("discretization", t)).collect(),
+        Ok(Zoning {
+            zones: count,
+            ratio,
+            heat: heat.collect(),
+            energy,
+            notes: grown.notes.into_iter().map(|t| Note::warning("discretization", t)).collect(),
         })
     }
 }

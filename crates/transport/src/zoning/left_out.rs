@@ -55,7 +55,8 @@ pub fn left_out(scene: &Scene, transport: &Transport, zones: &Zones) -> Result<L
                 let text = format!(
                     "lies inside the solid '{around}' and takes no part; turn the normals of '{around}' inwards if it is a room, or remove the surface"
                 );
-                out.warnings.push(Note::warning("surface-inside-solid", text).at(format!("surface '{}'", s.name)));
+                out.warnings
+                    .push(Note::warning("surface-inside-solid", text).at(format!("surface '{}'", s.name)));
             }
             None => covered.push(s.name.as_str()),
         }

@@ -5,11 +5,14 @@
 //! value, error_bound, grade, method. `value` is (1/π) ∬ e^{−κr} cosines/r², in m² (ss), m³ (sv), m⁴ (vv).
 
 use super::{Context, check_output};
-use crate::failure::say;
+use crate::failure::{note, say};
 use crate::{Failure, meter::Meter};
 use rayon::prelude::*;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use zonal_exchange::aligned::{Cuboid, geometric_factor};
+use zonal_io::output;
 use zonal_math::vec3;
 use zonal_scene::Progress;
 use zonal_scene::scene::{LARGEST_EXTINCTION, LARGEST_LENGTH};
@@ -36,6 +39,30 @@ pub const COLUMNS: [&str; 16] = [
 const SMALLEST_LENGTH: f64 = 1e-9;
 /// The most rows that are read.
 const MAX_ROWS: usize = 10_000_000;
+
+/// The most bytes of a table, and of a line of it.
+const MAX_FILE: u64 = 8 << 30;
+const MAX_LINE: usize = 1 << 16;
+
+/// A file of lines, none of them longer than [`MAX_LINE`]: a reader of records keeps the whole line.
+struct Lines {
+    file: File,
+    length: usize,
+}
+
+impl Read for Lines {
+    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
+        let n = self.file.read(out)?;
+        for byte in &out[..n] {
+            self.length = if *byte == b'\n' { 0 } else { self.length + 1 };
+            if self.length > MAX_LINE {
+                let what = format!("a line is longer than {MAX_LINE} bytes; this is no table of pairs");
+                return Err(std::io::Error::other(what));
+            }
+        }
+        Ok(n)
+    }
+}
 
 struct Pair {
     a: Cuboid,
@@ -66,9 +93,19 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         })
         .collect();
     meter.end();
+    if let Some(k) =
+        values.iter().position(|f| !(f.bounded.value.is_finite() && f.bounded.radius.is_finite()))
+    {
+        let line = records[k].position().map_or(0, |p| p.line());
+        let what =
+            "the lengths of this pair are too far apart for double precision; write 0 for what is nothing";
+        return Err(Failure::in_file(&args.pairs, format!("line {line}: {what}")));
+    }
     let mut out = csv::Writer::from_writer(Vec::new());
     let broken = |e: csv::Error| Failure::in_file(&args.output, e);
-    out.write_record(header.iter().chain(["value", "error_bound", "grade", "method"])).map_err(broken)?;
+    let columns = header.iter().map(|c| output::csv_cell(c).into_owned());
+    let found = ["value", "error_bound", "grade", "method"].map(String::from);
+    out.write_record(columns.chain(found)).map_err(broken)?;
     for (record, f) in records.iter().zip(&values) {
         let cells = [
             format!("{:.17e}", f.bounded.value),
@@ -76,16 +113,17 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
             f.bounded.grade.word().to_string(),
             f.method.word().to_string(),
         ];
-        out.write_record(record.iter().map(str::to_string).chain(cells)).map_err(broken)?;
+        let own = record.iter().map(|c| output::csv_cell(c).into_owned());
+        out.write_record(own.chain(cells)).map_err(broken)?;
     }
     let bytes = out.into_inner().map_err(|e| Failure::in_file(&args.output, e))?;
-    zonal_io::output::write_bytes(&args.output, &bytes)?;
+    output::write_bytes(&args.output, &bytes)?;
     let missed = values.iter().filter(|f| f.bounded.radius > args.tolerance * f.bounded.value.abs()).count();
     if missed > 0 {
-        eprintln!(
-            "note: {missed} pair(s) cannot be had to {:e} in double precision; their error_bound says what was reached",
+        note(&format!(
+            "{missed} pair(s) cannot be had to {:e} in double precision; their error_bound says what was reached",
             args.tolerance
-        );
+        ));
     }
     if context.json {
         say(&format!(
@@ -101,7 +139,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
 type Table = (csv::StringRecord, Vec<csv::StringRecord>, Vec<Pair>);
 
 fn read(path: &Path) -> Result<Table, Failure> {
-    let mut reader = csv::ReaderBuilder::new().from_path(path).map_err(|e| Failure::in_file(path, e))?;
+    let file = zonal_io::input::open_file(path, MAX_FILE)?;
+    let mut reader = csv::ReaderBuilder::new().from_reader(Lines { file, length: 0 });
     let header = reader.headers().map_err(|e| Failure::in_file(path, e))?.clone();
     let index: Vec<usize> = COLUMNS
         .iter()

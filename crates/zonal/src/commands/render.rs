@@ -240,7 +240,10 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     }
     match saved.clipped.map(|n| n as f64 / (width * height) as f64) {
         Some(share) if share > 1e-3 => {
-            say(&format!("{:.1} % of the pixels are clipped; --stops -1 darkens the picture", 100.0 * share))?;
+            say(&format!(
+                "{:.1} % of the pixels are clipped; --stops -1 darkens the picture",
+                100.0 * share
+            ))?;
         }
         _ => {}
     }

@@ -1,7 +1,7 @@
 //! `zonal solve`: a scene in, a solution out.
 
 use super::{Context, check_output};
-use crate::failure::say;
+use crate::failure::{note, say};
 use crate::{Failure, meter::Meter, table};
 use std::path::{Path, PathBuf};
 use zonal_exchange::pair::{Settings, VoxelFactors};
@@ -225,11 +225,6 @@ fn checkpoint(scene: &Scene, args: &Args) -> Result<Folder, Failure> {
     }
     folder.begin()?;
     Ok(folder)
-}
-
-/// A line on standard error that is no error.
-fn note(text: &str) {
-    eprintln!("note: {text}");
 }
 
 /// Solves and signs a scene.

@@ -252,6 +252,7 @@ fn exchange(path: &Path, name: &str, data: &[u8], method: zip::CompressionMethod
 
 #[test]
 fn wrong_contents_are_named() {
+    use crate::output::header as scene_header;
     use crate::output::npy::{Kind, header};
     let dir = folder("wrong");
     let path = dir.join("a.npz");
@@ -282,6 +283,44 @@ fn wrong_contents_are_named() {
     check("header.json", with(header(Kind::U8, &[9]), b"[[[[[[[[["), "JSON");
     let other = br#"{"format":"zonal solution","format_version":99}"#;
     check("header.json", with(header(Kind::U8, &[other.len()]), other), "99");
+    let below: Vec<u8> = (0..18).flat_map(|_| (-1.0f64).to_le_bytes()).collect();
+    check("error", with(header(Kind::F64, &[6, 3]), &below), "below 0");
+    let mut negative = scene_header::encode(&solution());
+    negative["report"]["groups"][0]["incident_scale"] = serde_json::json!([1.0, -1.0, 1.0]);
+    let negative = negative.to_string();
+    let text = with(header(Kind::U8, &[negative.len()]), negative.as_bytes());
+    check("header.json", text, "incident_scale: a factor is below 0");
+    fs::remove_dir_all(&dir).unwrap();
+}
+
+/// Trial of 2026: 148 KB of packed JSON that took 1.4 GB.
+#[test]
+fn json_that_the_file_does_not_pay_for_is_refused_before_it_is_parsed() {
+    use crate::output::npy::{Kind, header};
+    let dir = folder("bomb");
+    let path = dir.join("a.npz");
+    let with = |text: String| [header(Kind::U8, &[text.len()]), text.into_bytes()].concat();
+    for (text, says) in [
+        (format!("[{}0]", "0,".repeat(3_000_000)), "values, more than"),
+        (format!("\"{}\"", "a".repeat(40 << 20)), "bytes, more than"),
+    ] {
+        write_solution(&path, &solution()).unwrap();
+        exchange(&path, "header.json.npy", &with(text), zip::CompressionMethod::Deflated);
+        assert!(fs::metadata(&path).unwrap().len() < 1 << 17);
+        let e = read_solution(&path).unwrap_err().to_string();
+        assert!(e.contains("header.json") && e.contains(says), "{e}");
+    }
+    fs::remove_dir_all(&dir).unwrap();
+}
+
+#[test]
+fn unknown_errors_survive_the_file() {
+    let dir = folder("unknown");
+    let path = dir.join("a.npz");
+    let mut s = solution();
+    s.fields.error[1][2] = f64::INFINITY;
+    write_solution(&path, &s).unwrap();
+    assert_eq!(read_solution(&path).unwrap().fields, s.fields);
     fs::remove_dir_all(&dir).unwrap();
 }
 
