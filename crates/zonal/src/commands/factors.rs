@@ -8,6 +8,8 @@ use super::{Context, check_output};
 use crate::failure::say;
 use crate::{Failure, meter::Meter};
 use rayon::prelude::*;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use zonal_exchange::aligned::{Cuboid, geometric_factor};
 use zonal_math::vec3;
@@ -54,20 +56,61 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     {
         return Err(Failure::in_file(&args.output, "is the table of pairs itself; write to another file"));
     }
-    let (header, records, pairs) = read(&args.pairs)?;
+    let table = read(&args.pairs)?;
     let meter = Meter::new(context.quiet);
-    meter.begin("factors", pairs.len() as u64);
+    let Valued { csv, pairs, missed } = values(&table, args.tolerance, &meter, &args.output)?;
+    zonal_io::output::write_bytes(&args.output, &csv)?;
+    if missed > 0 {
+        eprintln!(
+            "note: {missed} pair(s) cannot be had to {:e} in double precision; their error_bound says what was reached",
+            args.tolerance
+        );
+    }
+    if context.json {
+        say(&format!(
+            "{}",
+            serde_json::json!({ "pairs": pairs, "written": args.output.display().to_string() })
+        ))?;
+    } else {
+        say(&format!("{pairs} pairs written: {}", args.output.display()))?;
+    }
+    Ok(())
+}
+
+/// A table of pairs with their values.
+pub struct Valued {
+    /// The table, CSV.
+    pub csv: Vec<u8>,
+    /// Its rows.
+    pub pairs: usize,
+    /// Those whose relative error is larger than was asked.
+    pub missed: usize,
+}
+
+/// The values of a table's bytes, in memory.
+pub fn values_from_bytes(bytes: &[u8], tolerance: f64) -> Result<Valued, Failure> {
+    let path = Path::new("memory");
+    values(&read_from(bytes, path)?, tolerance, &zonal_scene::Quiet, path)
+}
+
+fn values(
+    (header, records, pairs): &Table,
+    tolerance: f64,
+    progress: &dyn Progress,
+    output: &Path,
+) -> Result<Valued, Failure> {
+    progress.begin("factors", pairs.len() as u64);
     let values: Vec<_> = pairs
         .par_iter()
         .map(|p| {
-            let f = geometric_factor(&p.a, &p.b, p.kappa, args.tolerance);
-            meter.advance(1);
+            let f = geometric_factor(&p.a, &p.b, p.kappa, tolerance);
+            progress.advance(1);
             f
         })
         .collect();
-    meter.end();
+    progress.end();
     let mut out = csv::Writer::from_writer(Vec::new());
-    let broken = |e: csv::Error| Failure::in_file(&args.output, e);
+    let broken = |e: csv::Error| Failure::in_file(output, e);
     out.write_record(header.iter().chain(["value", "error_bound", "grade", "method"])).map_err(broken)?;
     for (record, f) in records.iter().zip(&values) {
         let cells = [
@@ -78,30 +121,21 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         ];
         out.write_record(record.iter().map(str::to_string).chain(cells)).map_err(broken)?;
     }
-    let bytes = out.into_inner().map_err(|e| Failure::in_file(&args.output, e))?;
-    zonal_io::output::write_bytes(&args.output, &bytes)?;
-    let missed = values.iter().filter(|f| f.bounded.radius > args.tolerance * f.bounded.value.abs()).count();
-    if missed > 0 {
-        eprintln!(
-            "note: {missed} pair(s) cannot be had to {:e} in double precision; their error_bound says what was reached",
-            args.tolerance
-        );
-    }
-    if context.json {
-        say(&format!(
-            "{}",
-            serde_json::json!({ "pairs": pairs.len(), "written": args.output.display().to_string() })
-        ))?;
-    } else {
-        say(&format!("{} pairs written: {}", pairs.len(), args.output.display()))?;
-    }
-    Ok(())
+    let csv = out.into_inner().map_err(|e| Failure::in_file(output, e))?;
+    let missed = values.iter().filter(|f| f.bounded.radius > tolerance * f.bounded.value.abs()).count();
+    Ok(Valued { csv, pairs: values.len(), missed })
 }
 
 type Table = (csv::StringRecord, Vec<csv::StringRecord>, Vec<Pair>);
 
 fn read(path: &Path) -> Result<Table, Failure> {
-    let mut reader = csv::ReaderBuilder::new().from_path(path).map_err(|e| Failure::in_file(path, e))?;
+    let input = File::open(path).map_err(|e| Failure::in_file(path, e))?;
+    read_from(input, path)
+}
+
+/// The table that `input` holds; `path` names it in messages.
+fn read_from(input: impl Read, path: &Path) -> Result<Table, Failure> {
+    let mut reader = csv::ReaderBuilder::new().from_reader(input);
     let header = reader.headers().map_err(|e| Failure::in_file(path, e))?.clone();
     let index: Vec<usize> = COLUMNS
         .iter()

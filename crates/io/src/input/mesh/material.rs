@@ -12,6 +12,7 @@
 use super::glb::{self, Buffers};
 use super::{Glass, Loss, Material, Mesh, Picture};
 use crate::input::error::Fault;
+use crate::input::files::Files;
 use gltf::Document;
 use gltf::material::AlphaMode;
 use std::collections::{HashMap, HashSet};
@@ -88,13 +89,14 @@ impl Maps {
 /// Reads all materials into `mesh.materials`, in the file's order.
 pub(crate) fn read_all(
     document: &Document,
+    files: Files<'_>,
     path: &Path,
     buffers: &Buffers<'_>,
     mesh: &mut Mesh,
 ) -> Result<Maps, Fault> {
     let mut maps = Vec::new();
     let mut names = HashSet::new();
-    let mut pictures = Pictures { path, buffers, read: HashMap::new(), metallic: 0 };
+    let mut pictures = Pictures { files, path, buffers, read: HashMap::new(), metallic: 0 };
     for (i, m) in document.materials().enumerate() {
         let mut name = m.name().unwrap_or("").trim().to_string();
         if name.is_empty() {
@@ -219,6 +221,7 @@ pub(crate) fn absorption(v: &gltf::material::Volume<'_>) -> Option<Bands> {
 }
 
 struct Pictures<'a> {
+    files: Files<'a>,
     path: &'a Path,
     buffers: &'a Buffers<'a>,
     read: HashMap<usize, Picture>,
@@ -241,7 +244,9 @@ impl Pictures<'_> {
         let label = format!("image {index}");
         let bytes = match (image.buffer_view, &image.uri) {
             (Some(view), _) => self.buffers.view(view, &label)?.to_vec(),
-            (None, Some(uri)) if uri.starts_with("data:") => glb::resolve(file, self.path, &label, uri)?,
+            (None, Some(uri)) if uri.starts_with("data:") => {
+                glb::resolve(self.files, file, self.path, &label, uri)?
+            }
             (None, Some(uri)) => {
                 let picture = Picture::File(glb::beside(self.path, uri));
                 self.read.insert(index, picture.clone());
