@@ -298,7 +298,13 @@ fn alpha_that_is_not_read_is_told_where_it_takes_effect() {
                 r#","textures":[{{"source":0}}],"images":[{{"uri":"data:image/png;base64,{CLEAR}"}}]"#
             );
         });
-        folder.scene(&mesh("q.glb", more)).notes().join("\n")
+        folder
+            .scene(&mesh("q.glb", more))
+            .notes()
+            .iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>()
+            .join("\n")
     };
     let mask = r#""alphaMode":"MASK""#;
     let blend = r#""alphaMode":"BLEND""#;

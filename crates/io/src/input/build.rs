@@ -1,12 +1,13 @@
 //! From the document to the scene: settings, lights, cameras, and the order in which everything is read.
 
 use super::error::{Fault, InputError};
+use super::files::Files;
 use super::medium::Matter;
 use super::mesh::Picture;
 use super::node::{Node, Table};
 use super::source::Source;
 use super::surface::Look;
-use super::{files, medium, surface, texture, thermal};
+use super::{medium, surface, texture, thermal};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use zonal_math::vec3;
@@ -19,14 +20,24 @@ use zonal_scene::{
 /// The scene while it is read.
 pub(crate) struct Builder<'a> {
     pub(crate) source: &'a Source<'a>,
-    /// Folder of referenced files.
-    pub(crate) base: Option<&'a Path>,
+    pub(crate) place: Place<'a>,
     pub(crate) parts: SceneParts,
     /// True where the scene has a medium.
     pub(crate) has_medium: bool,
     /// Bodies of meshes that fill the medium, after its regions.
     pub(crate) fills: Vec<Fill>,
     pictures: HashMap<String, usize>,
+}
+
+/// Where a scene is read, and how much it may be.
+#[derive(Clone, Copy)]
+pub(crate) struct Place<'a> {
+    /// Folder of referenced files.
+    pub(crate) base: Option<&'a Path>,
+    /// Where they are read from.
+    pub(crate) files: Files<'a>,
+    /// The most cells of the medium.
+    pub(crate) most_cells: usize,
 }
 
 /// A closed body and what fills it.
@@ -80,7 +91,7 @@ impl Builder<'_> {
     /// The path of the file that a node names.
     pub(crate) fn resolve(&self, node: &Node<'_>) -> Result<PathBuf, InputError> {
         let name = node.text()?;
-        match self.base {
+        match self.place.base {
             Some(base) => Ok(base.join(name)),
             None => Err(node
                 .error("this scene is a text without a folder and cannot refer to files; save it as a file")),
@@ -103,7 +114,7 @@ impl Builder<'_> {
         let texture = match picture {
             Picture::Bytes { bytes, .. } => texture::decode(&name, bytes)?,
             Picture::File(path) => {
-                let bytes = files::read(path, texture::MAX_FILE);
+                let bytes = self.place.files.read(path, texture::MAX_FILE);
                 texture::decode(&name, &bytes.map_err(|what| Fault::new(&name, "", what))?)?
             }
         };
@@ -114,7 +125,7 @@ impl Builder<'_> {
 }
 
 /// Reads a parsed document into a scene.
-pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -> Result<Scene, InputError> {
+pub(crate) fn scene(root: &Table<'_>, place: Place<'_>, default_name: &str) -> Result<Scene, InputError> {
     root.check(&[
         "name",
         "mode",
@@ -130,7 +141,7 @@ pub(crate) fn scene(root: &Table<'_>, base: Option<&Path>, default_name: &str) -
     ])?;
     let mut b = Builder {
         source: root.source,
-        base,
+        place,
         parts: SceneParts::default(),
         has_medium: root.get("medium").is_some(),
         fills: Vec::new(),

@@ -9,7 +9,7 @@ use super::medium::{Grid, Matter};
 use super::node::Node;
 use super::npy::{self, Array};
 use super::vdb::{self, fill};
-use super::{files, shapes, vol};
+use super::{shapes, vol};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Known, Note, bands};
 
@@ -56,7 +56,7 @@ pub(crate) fn read_density(
     let file = t.need("file", "file = \"smoke.npy\" (or .vdb, .vol)")?;
     let path = b.resolve(&file)?;
     let name = path.display().to_string();
-    let bytes = files::read(&path, npy::MAX_FILE).map_err(|e| file.error(format!("{name}: {e}")))?;
+    let bytes = b.place.files.read(&path, npy::MAX_FILE).map_err(|e| file.error(format!("{name}: {e}")))?;
     let refused = |f: Fault| file.error(f.to_string());
     if vdb::is_vdb(&bytes) {
         let placing = fill::Placing::read(&t, bounds)?;

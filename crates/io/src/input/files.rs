@@ -1,8 +1,43 @@
-//! Files, read with a limit. Only regular files are read: a pipe would be waited for, and a device has no end.
+//! Files, read with a limit, from folders or from memory. Only regular files are read: a pipe would be waited for, and a device has no end.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// A scene's referenced files in memory, by their paths relative to it.
+pub type FilesInMemory = BTreeMap<PathBuf, Vec<u8>>;
+
+/// Where the files that a scene refers to are found.
+#[derive(Clone, Copy)]
+pub(crate) enum Files<'a> {
+    /// On disk.
+    Disk,
+    /// In memory.
+    Memory(&'a FilesInMemory),
+}
+
+impl Files<'_> {
+    /// The bytes of a file of at most `limit` bytes; else what is wrong and what to do.
+    pub(crate) fn read(self, path: &Path, limit: u64) -> Result<Vec<u8>, String> {
+        let Files::Memory(files) = self else { return read(path, limit) };
+        match files.get(path) {
+            Some(bytes) if bytes.len() as u64 <= limit => Ok(bytes.clone()),
+            Some(_) => Err(format!(
+                "this file is larger than the {} MiB that are read; make it smaller",
+                limit >> 20
+            )),
+            None => Err("there is no such file; check the path".to_string()),
+        }
+    }
+    /// True where there is a regular file of that name.
+    pub(crate) fn has(self, path: &Path) -> bool {
+        match self {
+            Files::Disk => path.is_file(),
+            Files::Memory(files) => files.contains_key(path),
+        }
+    }
+}
 
 /// A regular file, open, and its length in bytes; else what is wrong and what to do. Pipes, devices, sockets and folders are refused
 /// before they are opened, since opening a pipe waits for the one that writes it.

@@ -44,7 +44,17 @@ pub struct Key {
 pub fn read_flight(path: &Path, cameras: &[Camera], groups: &[&str]) -> Result<Flight, InputError> {
     let file = path.display().to_string();
     let text = read_text(path, MAX_TEXT)?;
-    let source = Source::new(&file, &text);
+    parse_flight(&text, &file, cameras, groups)
+}
+
+/// As [`read_flight`], from its text; `name_for_messages` stands for the file in messages.
+pub fn parse_flight(
+    text: &str,
+    name_for_messages: &str,
+    cameras: &[Camera],
+    groups: &[&str],
+) -> Result<Flight, InputError> {
+    let source = Source::new(name_for_messages, text);
     let document = source.parse()?;
     flight(&Table::root(&source, document.get_ref()), cameras, groups)
 }

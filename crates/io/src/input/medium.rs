@@ -5,7 +5,7 @@ use super::error::InputError;
 use super::node::{Node, Table};
 use super::{arrays, region, shapes, thermal};
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Bands, Known, SceneError, Voxmap, bands};
+use zonal_scene::{Bands, Known, SceneError, Voxmap, bands, voxmap::MAX_CELLS};
 
 /// The keys of what fills a place.
 pub(crate) const MATTER: [&str; 7] =
@@ -174,6 +174,12 @@ pub(crate) fn read_medium(node: &Node<'_>, b: &mut Builder<'_>) -> Result<Voxmap
     let (min, max) = shapes::bounds(node, &known)?;
     let t = node.any_table()?;
     let dims = cells(&t, max - min)?;
+    let count = dims.iter().fold(1usize, |n, d| n.saturating_mul(*d));
+    if count > b.place.most_cells && count <= MAX_CELLS {
+        let what =
+            format!("{count} cells are more than the {} that are read here; use fewer", b.place.most_cells);
+        return Err(b.source.scene_error(&SceneError::new("medium.cells", what)));
+    }
     let size = max - min;
     let cell = vec3(size.x / dims[0] as f64, size.y / dims[1] as f64, size.z / dims[2] as f64);
     let refused = |e: zonal_scene::SceneError| b.source.scene_error(&e);

@@ -37,13 +37,15 @@ mod vdb;
 mod vol;
 
 pub use error::InputError;
-pub use flight::{Flight, Key, MAX_FRAMES, read_flight};
-pub use mesh::volume::{VolumeMaterial, volume_materials};
+pub use flight::{Flight, Key, MAX_FRAMES, parse_flight, read_flight};
+pub use mesh::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
 
+use files::Files;
+pub use files::FilesInMemory;
 use node::Table;
 use source::Source;
 use std::path::Path;
-use zonal_scene::Scene;
+use zonal_scene::{Scene, voxmap::MAX_CELLS};
 
 /// The largest scene text, bytes.
 const MAX_TEXT: u64 = 64 << 20;
@@ -53,7 +55,7 @@ pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
     let file = path.display().to_string();
     let text = read_text(path, MAX_TEXT)?;
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned());
-    parse_named(&text, path.parent(), &file, stem.as_deref().unwrap_or("scene"))
+    parse_named(&text, on_disk(path.parent()), &file, stem.as_deref().unwrap_or("scene"))
 }
 
 /// A regular file, open for reading. Pipes, devices, sockets, folders and files of more than `most` bytes are refused at once.
@@ -71,23 +73,43 @@ pub fn open_file(path: &Path, most: u64) -> Result<std::fs::File, InputError> {
 fn read_text(path: &Path, most: u64) -> Result<String, InputError> {
     let file = path.display().to_string();
     let refused = |what: String| InputError::new(&file, None, "", what);
-    let bytes = files::read(path, most).map_err(refused)?;
+    utf8(&file, files::read(path, most).map_err(refused)?)
+}
+
+fn utf8(file: &str, bytes: Vec<u8>) -> Result<String, InputError> {
     String::from_utf8(bytes).map_err(|e| {
         let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
         let what = "this is not UTF-8 text; save the file as UTF-8";
-        InputError::new(&file, Some((line + 1, 1)), "", what)
+        InputError::new(file, Some((line + 1, 1)), "", what)
     })
 }
 
 /// Reads a scene from its text. Referenced files are looked for in `base`; without one they are refused.
 /// `name_for_messages` stands for the file in messages.
 pub fn parse_scene(text: &str, base: Option<&Path>, name_for_messages: &str) -> Result<Scene, InputError> {
-    parse_named(text, base, name_for_messages, "scene")
+    parse_named(text, on_disk(base), name_for_messages, "scene")
 }
 
-fn parse_named(text: &str, base: Option<&Path>, file: &str, name: &str) -> Result<Scene, InputError> {
+/// As [`read_scene`], of bytes in memory: the scene's text, and the files that it refers to. Media of more than `most_cells` cells
+/// are refused.
+pub fn read_scene_from_bytes(
+    text: &[u8],
+    files: &FilesInMemory,
+    name_for_messages: &str,
+    most_cells: usize,
+) -> Result<Scene, InputError> {
+    let text = utf8(name_for_messages, text.to_vec())?;
+    let place = build::Place { base: Some(Path::new("")), files: Files::Memory(files), most_cells };
+    parse_named(&text, place, name_for_messages, "scene")
+}
+
+fn on_disk(base: Option<&Path>) -> build::Place<'_> {
+    build::Place { base, files: Files::Disk, most_cells: MAX_CELLS }
+}
+
+fn parse_named(text: &str, place: build::Place<'_>, file: &str, name: &str) -> Result<Scene, InputError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let source = Source::new(file, text);
     let document = source.parse()?;
-    build::scene(&Table::root(&source, document.get_ref()), base, name)
+    build::scene(&Table::root(&source, document.get_ref()), place, name)
 }

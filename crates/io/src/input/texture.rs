@@ -11,6 +11,10 @@ pub(crate) const MAX_FILE: u64 = 512 << 20;
 const MAX_SIDE: usize = 16384;
 /// The most pixels of one picture (12 bytes each in memory).
 const MAX_PIXELS: usize = 1 << 26;
+/// Deflate expands at most 1032-fold, and a pixel has a bit at least.
+const PNG_PIXELS_PER_BYTE: usize = 8 * 1032;
+/// A block of 8 × 8 pixels has a bit at least, and blocks of colour may be four times as wide and high.
+const JPEG_PIXELS_PER_BYTE: usize = 8 * 64 * 16;
 
 /// Decodes a picture by its first bytes; `file` names it in messages.
 pub(crate) fn decode(file: &str, bytes: &[u8]) -> Result<Texture, Fault> {
@@ -58,6 +62,7 @@ fn png(bytes: &[u8]) -> Result<Raw, String> {
     let mut reader = decoder.read_info().map_err(broken)?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
     check_size(width, height)?;
+    check_paid(width * height, bytes.len(), PNG_PIXELS_PER_BYTE)?;
     let channels = reader.output_color_type().0.samples();
     let size = reader.output_buffer_size().ok_or("this picture is too large; make it smaller")?;
     let mut data = vec![0; size];
@@ -79,6 +84,7 @@ fn jpeg(bytes: &[u8]) -> Result<Raw, String> {
     let info = decoder.info().ok_or("this JPEG has no header; export it again")?;
     let (width, height) = (info.width as usize, info.height as usize);
     check_size(width, height)?;
+    check_paid(width * height, bytes.len(), JPEG_PIXELS_PER_BYTE)?;
     let data = decoder.decode().map_err(broken)?;
     Ok((width, height, 3, data))
 }
@@ -91,6 +97,16 @@ fn check_size(width: usize, height: usize) -> Result<(), String> {
     if width > MAX_SIDE || height > MAX_SIDE || pixels > MAX_PIXELS {
         return Err(format!(
             "this picture has {width} × {height} pixels, more than are read ({MAX_SIDE} a side and {MAX_PIXELS} in all); make it smaller"
+        ));
+    }
+    Ok(())
+}
+
+/// Refuses pictures that declare more pixels than their bytes can hold, before memory is taken.
+fn check_paid(pixels: usize, bytes: usize, most: usize) -> Result<(), String> {
+    if pixels / most > bytes {
+        return Err(format!(
+            "this picture declares {pixels} pixels, which its {bytes} bytes cannot hold; export it again"
         ));
     }
     Ok(())

@@ -8,7 +8,7 @@ use crate::input::files;
 use exr::meta::MetaData;
 use exr::prelude::*;
 use std::fs::File;
-use std::io::{self, BufReader};
+use std::io::{self, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 /// The most pixels a picture may have.
@@ -45,11 +45,24 @@ pub fn write_exr(
 
 /// Reads the R, G, B channels of the first layer that has them.
 pub fn read_exr(path: &Path) -> std::result::Result<Picture, FileError> {
+    rgb(path, length(path), || open(path))
+}
+
+/// As [`read_exr`], of a file's bytes.
+pub fn read_exr_from_bytes(bytes: &[u8]) -> std::result::Result<Picture, FileError> {
+    rgb(Path::new("memory"), bytes.len(), || Ok(Cursor::new(bytes)))
+}
+
+fn rgb<R: Read + Seek>(
+    path: &Path,
+    size: usize,
+    open: impl Fn() -> std::result::Result<R, FileError>,
+) -> std::result::Result<Picture, FileError> {
     let broken = |e: exr::error::Error| {
         let what = format!("cannot be read as an OpenEXR picture with channels R, G, B ({e})");
         FileError::new(path, "", what)
     };
-    check(path, &broken)?;
+    check(path, size, open()?, &broken)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -67,7 +80,7 @@ pub fn read_exr(path: &Path) -> std::result::Result<Picture, FileError> {
         .first_valid_layer()
         .all_attributes()
         .non_parallel()
-        .from_buffered(open(path)?)
+        .from_buffered(open()?)
         .map_err(broken)?;
     Ok(image.layer_data.channel_data.pixels)
 }
@@ -104,10 +117,23 @@ pub fn write_exr_field(path: &Path, field: &FieldPicture) -> std::result::Result
 
 /// Reads what [`write_exr_field`] wrote.
 pub fn read_exr_field(path: &Path) -> std::result::Result<FieldPicture, FileError> {
+    single(path, length(path), || open(path))
+}
+
+/// As [`read_exr_field`], of a file's bytes.
+pub fn read_exr_field_from_bytes(bytes: &[u8]) -> std::result::Result<FieldPicture, FileError> {
+    single(Path::new("memory"), bytes.len(), || Ok(Cursor::new(bytes)))
+}
+
+fn single<R: Read + Seek>(
+    path: &Path,
+    size: usize,
+    open: impl Fn() -> std::result::Result<R, FileError>,
+) -> std::result::Result<FieldPicture, FileError> {
     let broken = |e: exr::error::Error| {
         FileError::new(path, "", format!("cannot be read as an OpenEXR field with the channel Y ({e})"))
     };
-    check(path, &broken)?;
+    check(path, size, open()?, &broken)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -122,13 +148,17 @@ pub fn read_exr_field(path: &Path) -> std::result::Result<FieldPicture, FileErro
         .first_valid_layer()
         .all_attributes()
         .non_parallel()
-        .from_buffered(open(path)?)
+        .from_buffered(open()?)
         .map_err(broken)?;
     let comments = image.layer_data.attributes.comments.map_or(String::new(), |t| t.to_string());
     let (quantity, unit) = comments.strip_suffix(']').and_then(|c| c.rsplit_once(" [")).unwrap_or(("", ""));
     let (quantity, unit) = (quantity.to_string(), unit.to_string());
     let (width, values) = image.layer_data.channel_data.pixels;
     Ok(FieldPicture { width, height: values.len() / width.max(1), values, quantity, unit })
+}
+
+fn length(path: &Path) -> usize {
+    std::fs::metadata(path).map_or(0, |m| m.len() as usize)
 }
 
 fn open(path: &Path) -> std::result::Result<BufReader<File>, FileError> {
@@ -139,10 +169,11 @@ fn open(path: &Path) -> std::result::Result<BufReader<File>, FileError> {
 /// Refuses files that declare more pixels than they can hold.
 fn check(
     path: &Path,
+    size: usize,
+    input: impl Read + Seek,
     broken: &impl Fn(exr::error::Error) -> FileError,
 ) -> std::result::Result<(), FileError> {
-    let size = std::fs::metadata(path).map_or(0, |m| m.len() as usize);
-    let meta = MetaData::read_from_buffered(open(path)?, false).map_err(broken)?;
+    let meta = MetaData::read_from_buffered(input, false).map_err(broken)?;
     for header in &meta.headers {
         let count = header.layer_size.width().saturating_mul(header.layer_size.height());
         if count > MAX_PIXELS || count > size.saturating_mul(4096) {

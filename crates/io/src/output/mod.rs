@@ -50,13 +50,16 @@ pub use arrays::{
 pub use atomic::{check_writable, is_stream, remove_stale};
 pub use colour_map::{ColourMap, NO_VALUE};
 pub use csv::{csv_cell, write_zones_csv};
-pub use exr::{FieldPicture, Picture, read_exr, read_exr_field, write_exr, write_exr_field};
+pub use exr::{
+    FieldPicture, Picture, read_exr, read_exr_field, read_exr_field_from_bytes, read_exr_from_bytes,
+    write_exr, write_exr_field,
+};
 pub use glb::write_glb;
 pub use hash::{factors_hash, scene_hash};
 pub use notes::{note_json, notes_json};
-pub use picture::{encode_png, png_note, write_png, write_png_bytes, write_png_noted};
+pub use picture::{encode_png, png_note, png_note_from, write_png, write_png_bytes, write_png_noted};
 pub use report::report_json;
-pub use solution::{read_solution, write_solution};
+pub use solution::{read_solution, read_solution_from_bytes, solution_bytes, write_solution};
 pub use texture::texture_png;
 pub use tone::{Curve, Tone, auto_exposure, srgb_byte};
 pub use vault::{Folder, Held, Keys};

@@ -4,7 +4,7 @@ use super::FileError;
 use super::atomic::write_atomic;
 use super::tone::{Tone, srgb_byte};
 use crate::input::files;
-use std::io::BufReader;
+use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
 /// Writes linear pixels (row 0 on top) as an 8-bit sRGB PNG; exposure, contrast and curve go into text chunks of these names.
@@ -65,7 +65,12 @@ pub fn write_png_bytes(
 
 /// The text chunk of that keyword in a PNG; `None` where there is none, or where the file is not whole.
 pub fn png_note(path: &Path, keyword: &str) -> Option<String> {
-    let mut reader = png::Decoder::new(BufReader::new(files::open(path).ok()?.0)).read_info().ok()?;
+    png_note_from(BufReader::new(files::open(path).ok()?.0), keyword)
+}
+
+/// As [`png_note`], of what is read.
+pub fn png_note_from(input: impl BufRead + Seek, keyword: &str) -> Option<String> {
+    let mut reader = png::Decoder::new(input).read_info().ok()?;
     while reader.next_row().ok()?.is_some() {}
     reader.finish().ok()?;
     let texts = &reader.info().uncompressed_latin1_text;

@@ -6,8 +6,7 @@
 use super::FileError;
 use super::npy::{self, Kind};
 use crate::input::files;
-use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 use zip::{CompressionMethod, ZipArchive};
 use zonal_math::Vec3;
@@ -55,18 +54,29 @@ fn triple(c: [u8; 24]) -> Bands {
 const LARGEST_EXPANSION: u64 = 1032;
 const DAMAGED: &str = "the file is damaged or comes from another version; solve the scene again";
 
-pub struct Npz {
+/// What an npz is read from.
+pub trait Input: Read + Seek {}
+
+impl<T: Read + Seek> Input for T {}
+
+pub struct Npz<'a> {
     path: PathBuf,
-    zip: ZipArchive<BufReader<File>>,
+    zip: ZipArchive<Box<dyn Input + 'a>>,
     size: u64,
     budget: u64,
 }
 
-impl Npz {
-    pub fn open(path: &Path) -> Result<Npz, FileError> {
+impl<'a> Npz<'a> {
+    pub fn open(path: &Path) -> Result<Npz<'static>, FileError> {
         let whole = |what: String| FileError::new(path, "", what);
         let (file, size) = files::open(path).map_err(&whole)?;
-        let zip = ZipArchive::new(BufReader::new(file)).map_err(|e| {
+        Npz::new(path, Box::new(BufReader::new(file)), size)
+    }
+
+    /// Of `size` bytes; `path` names them in messages.
+    pub fn new(path: &Path, input: Box<dyn Input + 'a>, size: u64) -> Result<Npz<'a>, FileError> {
+        let whole = |what: String| FileError::new(path, "", what);
+        let zip = ZipArchive::new(input).map_err(|e| {
             whole(format!("is not a solution file, or it is cut short ({e}); solve the scene again"))
         })?;
         Ok(Npz { path: path.into(), zip, size, budget: size.saturating_mul(LARGEST_EXPANSION) })
@@ -324,7 +334,7 @@ impl Npz {
 
     fn values_of(&mut self, name: &str, count: usize, sound: fn(f64) -> bool) -> Result<Values, FileError> {
         let bytes = self.raw(name)?;
-        let error = |npz: &Npz, e: String| npz.error(name, e);
+        let error = |npz: &Npz<'_>, e: String| npz.error(name, e);
         let (shape, finite, values) = match npy::parse(&bytes, Kind::F32) {
             Ok((shape, data)) => {
                 let list: Vec<[f32; 3]> = data

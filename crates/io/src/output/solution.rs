@@ -36,7 +36,7 @@ use super::heat;
 use super::report;
 use super::{FileError, atomic::write_atomic, reader, reader::Rows, writer};
 use serde_json::Value;
-use std::io::{self, Seek, Write};
+use std::io::{self, Cursor, Seek, Write};
 use std::path::Path;
 use zonal_math::Vec3;
 use zonal_scene::{
@@ -46,26 +46,35 @@ use zonal_scene::{
 
 /// Writes a solution; see the module's header for the layout.
 pub fn write_solution(path: &Path, s: &Solution) -> Result<(), FileError> {
-    write_atomic(path, |out| {
-        let mut npz = writer::Npz::new(out);
-        npz.bytes("header.json", header::encode(s).to_string().as_bytes())?;
-        write_fields(&mut npz, &s.fields)?;
-        for (k, g) in s.groups.iter().enumerate() {
-            npz.values(&format!("group_{k}_incident"), &g.incident)?;
-            npz.values(&format!("group_{k}_direct"), &g.direct)?;
-            if !g.error.is_empty() {
-                npz.values(&format!("group_{k}_error"), &g.error)?;
-            }
-            if !g.direct_error.is_empty() {
-                npz.values(&format!("group_{k}_direct_error"), &g.direct_error)?;
-            }
+    write_atomic(path, |out| write(out, s))
+}
+
+/// As [`write_solution`], into memory.
+pub fn solution_bytes(s: &Solution) -> io::Result<Vec<u8>> {
+    let mut out = Cursor::new(Vec::new());
+    write(&mut out, s)?;
+    Ok(out.into_inner())
+}
+
+fn write<W: Write + Seek>(out: W, s: &Solution) -> io::Result<()> {
+    let mut npz = writer::Npz::new(out);
+    npz.bytes("header.json", header::encode(s).to_string().as_bytes())?;
+    write_fields(&mut npz, &s.fields)?;
+    for (k, g) in s.groups.iter().enumerate() {
+        npz.values(&format!("group_{k}_incident"), &g.incident)?;
+        npz.values(&format!("group_{k}_direct"), &g.direct)?;
+        if !g.error.is_empty() {
+            npz.values(&format!("group_{k}_error"), &g.error)?;
         }
-        write_patches(&mut npz, &s.zones.patches)?;
-        write_voxels(&mut npz, &s.zones.voxels)?;
-        write_pane_zones(&mut npz, &s.zones.panes)?;
-        write_scene(&mut npz, &s.scene)?;
-        npz.finish()
-    })
+        if !g.direct_error.is_empty() {
+            npz.values(&format!("group_{k}_direct_error"), &g.direct_error)?;
+        }
+    }
+    write_patches(&mut npz, &s.zones.patches)?;
+    write_voxels(&mut npz, &s.zones.voxels)?;
+    write_pane_zones(&mut npz, &s.zones.panes)?;
+    write_scene(&mut npz, &s.scene)?;
+    npz.finish()
 }
 
 fn write_fields<W: Write + Seek>(npz: &mut writer::Npz<W>, f: &Fields) -> io::Result<()> {
@@ -171,7 +180,15 @@ fn write_scene<W: Write + Seek>(npz: &mut writer::Npz<W>, scene: &Scene) -> io::
 
 /// Reads a solution and validates all of it: shapes, ranges, finite numbers. Damaged or hostile files give one clear error.
 pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
-    let mut npz = reader::Npz::open(path)?;
+    read(reader::Npz::open(path)?)
+}
+
+/// As [`read_solution`], of a file's bytes.
+pub fn read_solution_from_bytes(bytes: &[u8]) -> Result<Solution, FileError> {
+    read(reader::Npz::new(Path::new("memory"), Box::new(Cursor::new(bytes)), bytes.len() as u64)?)
+}
+
+fn read(mut npz: reader::Npz<'_>) -> Result<Solution, FileError> {
     let header = read_header(&mut npz)?;
     let scene = read_scene(&mut npz, &header)?;
     let zones = Zones {
@@ -204,7 +221,7 @@ pub fn read_solution(path: &Path) -> Result<Solution, FileError> {
     })
 }
 
-fn read_heat(npz: &mut reader::Npz, zones: usize) -> Result<Heat, FileError> {
+fn read_heat(npz: &mut reader::Npz<'_>, zones: usize) -> Result<Heat, FileError> {
     let temperature = npz.reals_or_nan(HEAT[0], zones, f64::is_finite)?;
     let temperature_error = npz.reals_or_nan(HEAT[1], zones, |e| e >= 0.0)?;
     let (net, net_error) = (npz.reals(HEAT[2], zones)?, npz.error_list(HEAT[3], zones)?);
@@ -212,7 +229,7 @@ fn read_heat(npz: &mut reader::Npz, zones: usize) -> Result<Heat, FileError> {
 }
 
 fn read_groups(
-    npz: &mut reader::Npz,
+    npz: &mut reader::Npz<'_>,
     h: &Value,
     scene: &Scene,
     zones: usize,
@@ -244,7 +261,7 @@ fn read_groups(
     Ok(groups)
 }
 
-fn read_header(npz: &mut reader::Npz) -> Result<Value, FileError> {
+fn read_header(npz: &mut reader::Npz<'_>) -> Result<Value, FileError> {
     let header = npz.json("header.json")?;
     if header["format"] != "zonal solution" {
         return Err(npz.error("header.json", "this is not a zonal solution; give a file that zonal wrote"));
@@ -259,7 +276,7 @@ fn read_header(npz: &mut reader::Npz) -> Result<Value, FileError> {
     Ok(header)
 }
 
-fn read_scene(npz: &mut reader::Npz, h: &Value) -> Result<Scene, FileError> {
+fn read_scene(npz: &mut reader::Npz<'_>, h: &Value) -> Result<Scene, FileError> {
     let path = npz.error("", "").path().to_owned();
     let json = |e: String| FileError::new(&path, "header.json", e);
     let invalid = |e: SceneError| FileError::new(&path, e.key(), e.what());
@@ -285,7 +302,7 @@ fn read_scene(npz: &mut reader::Npz, h: &Value) -> Result<Scene, FileError> {
     Scene::new(parts).map_err(invalid)
 }
 
-fn read_facets(npz: &mut reader::Npz, surfaces: usize) -> Result<Vec<Facet>, FileError> {
+fn read_facets(npz: &mut reader::Npz<'_>, surfaces: usize) -> Result<Vec<Facet>, FileError> {
     let plates = npz.plates("facet")?;
     let surface = npz.ints("facet_surface", Some(plates.len()), surfaces)?;
     let (shape, uv) = npz.grid("facet_uv")?;
@@ -300,12 +317,12 @@ fn read_facets(npz: &mut reader::Npz, surfaces: usize) -> Result<Vec<Facet>, Fil
     Ok(plates.into_iter().enumerate().map(facet).collect())
 }
 
-fn read_texture(npz: &mut reader::Npz, i: usize) -> Result<Texture, FileError> {
+fn read_texture(npz: &mut reader::Npz<'_>, i: usize) -> Result<Texture, FileError> {
     let (width, height, pixels) = npz.picture(&format!("texture_{i}"))?;
     Ok(Texture { width, height, pixels })
 }
 
-fn read_panes(npz: &mut reader::Npz, mut panes: Vec<Pane>) -> Result<Vec<Pane>, FileError> {
+fn read_panes(npz: &mut reader::Npz<'_>, mut panes: Vec<Pane>) -> Result<Vec<Pane>, FileError> {
     let plates = npz.plates("pane_plate")?;
     let owner = npz.ints("pane_plate_pane", Some(plates.len()), panes.len())?;
     for (plate, i) in plates.into_iter().zip(owner) {
@@ -314,7 +331,7 @@ fn read_panes(npz: &mut reader::Npz, mut panes: Vec<Pane>) -> Result<Vec<Pane>, 
     Ok(panes)
 }
 
-fn read_voxmap(npz: &mut reader::Npz, h: &Value) -> Result<Voxmap, FileError> {
+fn read_voxmap(npz: &mut reader::Npz<'_>, h: &Value) -> Result<Voxmap, FileError> {
     let path = npz.error("", "").path().to_owned();
     let json = |e: String| FileError::new(&path, "header.json", format!("voxmap.{e}"));
     let invalid = |e: SceneError| FileError::new(&path, e.key(), e.what());
@@ -353,7 +370,7 @@ fn read_voxmap(npz: &mut reader::Npz, h: &Value) -> Result<Voxmap, FileError> {
     voxmap.seal().map_err(invalid)
 }
 
-fn read_patches(npz: &mut reader::Npz, scene: &Scene) -> Result<Vec<Patch>, FileError> {
+fn read_patches(npz: &mut reader::Npz<'_>, scene: &Scene) -> Result<Vec<Patch>, FileError> {
     let plates = npz.plates("patch")?;
     let n = plates.len();
     let normal = npz.units("patch_normal", n)?;
@@ -374,7 +391,7 @@ fn read_patches(npz: &mut reader::Npz, scene: &Scene) -> Result<Vec<Patch>, File
     Ok(plates.into_iter().enumerate().map(patch).collect())
 }
 
-fn read_voxels(npz: &mut reader::Npz, scene: &Scene) -> Result<Vec<VoxelZone>, FileError> {
+fn read_voxels(npz: &mut reader::Npz<'_>, scene: &Scene) -> Result<Vec<VoxelZone>, FileError> {
     let cell = npz.ints("voxel_cell", None, scene.voxmap().map_or(0, |v| v.len()))?;
     let n = cell.len();
     if !cell.is_sorted() {
@@ -421,7 +438,7 @@ fn read_voxels(npz: &mut reader::Npz, scene: &Scene) -> Result<Vec<VoxelZone>, F
     Ok(parts.into_iter().enumerate().map(voxel).collect())
 }
 
-fn read_pane_zones(npz: &mut reader::Npz, scene: &Scene) -> Result<Vec<PaneZone>, FileError> {
+fn read_pane_zones(npz: &mut reader::Npz<'_>, scene: &Scene) -> Result<Vec<PaneZone>, FileError> {
     let plates = npz.plates("pane_zone")?;
     let n = plates.len();
     let normal: Vec<Vec3> = npz.units("pane_zone_normal", n)?;

@@ -8,7 +8,6 @@ use super::{Context, check_output};
 use crate::failure::{note, say};
 use crate::{Failure, meter::Meter};
 use rayon::prelude::*;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use zonal_exchange::aligned::{Cuboid, geometric_factor};
@@ -44,15 +43,15 @@ const MAX_ROWS: usize = 10_000_000;
 const MAX_FILE: u64 = 8 << 30;
 const MAX_LINE: usize = 1 << 16;
 
-/// A file of lines, none of them longer than [`MAX_LINE`]: a reader of records keeps the whole line.
-struct Lines {
-    file: File,
+/// Lines, none of them longer than [`MAX_LINE`]: a reader of records keeps the whole line.
+struct Lines<R> {
+    input: R,
     length: usize,
 }
 
-impl Read for Lines {
+impl<R: Read> Read for Lines<R> {
     fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        let n = self.file.read(out)?;
+        let n = self.input.read(out)?;
         for byte in &out[..n] {
             self.length = if *byte == b'\n' { 0 } else { self.length + 1 };
             if self.length > MAX_LINE {
@@ -81,28 +80,68 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     {
         return Err(Failure::in_file(&args.output, "is the table of pairs itself; write to another file"));
     }
-    let (header, records, pairs) = read(&args.pairs)?;
+    let table = read(&args.pairs)?;
     let meter = Meter::new(context.quiet);
-    meter.begin("factors", pairs.len() as u64);
+    let Valued { csv, pairs, missed } = values(&table, args.tolerance, &meter, (&args.pairs, &args.output))?;
+    output::write_bytes(&args.output, &csv)?;
+    if missed > 0 {
+        note(&format!(
+            "{missed} pair(s) cannot be had to {:e} in double precision; their error_bound says what was reached",
+            args.tolerance
+        ));
+    }
+    if context.json {
+        say(&format!(
+            "{}",
+            serde_json::json!({ "pairs": pairs, "written": args.output.display().to_string() })
+        ))?;
+    } else {
+        say(&format!("{pairs} pairs written: {}", args.output.display()))?;
+    }
+    Ok(())
+}
+
+/// A table of pairs with their values.
+pub struct Valued {
+    /// The table, CSV.
+    pub csv: Vec<u8>,
+    /// Its rows.
+    pub pairs: usize,
+    /// Those whose relative error is larger than was asked.
+    pub missed: usize,
+}
+
+/// The values of a table's bytes, in memory.
+pub fn values_from_bytes(bytes: &[u8], tolerance: f64) -> Result<Valued, Failure> {
+    let path = Path::new("memory");
+    values(&read_from(bytes, path)?, tolerance, &zonal_scene::Quiet, (path, path))
+}
+
+fn values(
+    (header, records, pairs): &Table,
+    tolerance: f64,
+    progress: &dyn Progress,
+    (input, target): (&Path, &Path),
+) -> Result<Valued, Failure> {
+    progress.begin("factors", pairs.len() as u64);
     let values: Vec<_> = pairs
         .par_iter()
         .map(|p| {
-            let f = geometric_factor(&p.a, &p.b, p.kappa, args.tolerance);
-            meter.advance(1);
+            let f = geometric_factor(&p.a, &p.b, p.kappa, tolerance);
+            progress.advance(1);
             f
         })
         .collect();
-    meter.end();
-    if let Some(k) =
-        values.iter().position(|f| !(f.bounded.value.is_finite() && f.bounded.radius.is_finite()))
-    {
+    progress.end();
+    let finite = |f: &zonal_math::Bounded| f.value.is_finite() && f.radius.is_finite();
+    if let Some(k) = values.iter().position(|f| !finite(&f.bounded)) {
         let line = records[k].position().map_or(0, |p| p.line());
         let what =
             "the lengths of this pair are too far apart for double precision; write 0 for what is nothing";
-        return Err(Failure::in_file(&args.pairs, format!("line {line}: {what}")));
+        return Err(Failure::in_file(input, format!("line {line}: {what}")));
     }
     let mut out = csv::Writer::from_writer(Vec::new());
-    let broken = |e: csv::Error| Failure::in_file(&args.output, e);
+    let broken = |e: csv::Error| Failure::in_file(target, e);
     let columns = header.iter().map(|c| output::csv_cell(c).into_owned());
     let found = ["value", "error_bound", "grade", "method"].map(String::from);
     out.write_record(columns.chain(found)).map_err(broken)?;
@@ -116,31 +155,20 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         let own = record.iter().map(|c| output::csv_cell(c).into_owned());
         out.write_record(own.chain(cells)).map_err(broken)?;
     }
-    let bytes = out.into_inner().map_err(|e| Failure::in_file(&args.output, e))?;
-    output::write_bytes(&args.output, &bytes)?;
-    let missed = values.iter().filter(|f| f.bounded.radius > args.tolerance * f.bounded.value.abs()).count();
-    if missed > 0 {
-        note(&format!(
-            "{missed} pair(s) cannot be had to {:e} in double precision; their error_bound says what was reached",
-            args.tolerance
-        ));
-    }
-    if context.json {
-        say(&format!(
-            "{}",
-            serde_json::json!({ "pairs": pairs.len(), "written": args.output.display().to_string() })
-        ))?;
-    } else {
-        say(&format!("{} pairs written: {}", pairs.len(), args.output.display()))?;
-    }
-    Ok(())
+    let csv = out.into_inner().map_err(|e| Failure::in_file(target, e))?;
+    let missed = values.iter().filter(|f| f.bounded.radius > tolerance * f.bounded.value.abs()).count();
+    Ok(Valued { csv, pairs: values.len(), missed })
 }
 
 type Table = (csv::StringRecord, Vec<csv::StringRecord>, Vec<Pair>);
 
 fn read(path: &Path) -> Result<Table, Failure> {
-    let file = zonal_io::input::open_file(path, MAX_FILE)?;
-    let mut reader = csv::ReaderBuilder::new().from_reader(Lines { file, length: 0 });
+    read_from(zonal_io::input::open_file(path, MAX_FILE)?, path)
+}
+
+/// The table that `input` holds; `path` names it in messages.
+fn read_from(input: impl Read, path: &Path) -> Result<Table, Failure> {
+    let mut reader = csv::ReaderBuilder::new().from_reader(Lines { input, length: 0 });
     let header = reader.headers().map_err(|e| Failure::in_file(path, e))?.clone();
     let index: Vec<usize> = COLUMNS
         .iter()

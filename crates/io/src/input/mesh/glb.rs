@@ -1,16 +1,13 @@
 //! The containers of glTF: GLB chunks, buffers from files and data URIs, and accessors read with every bound checked.
 
 use crate::input::error::Fault;
-use crate::input::files;
+use crate::input::files::Files;
 use gltf::json::{self, Root, accessor::ComponentType, accessor::Type, validation::Checked};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 /// The largest glTF or buffer file, bytes.
 pub(crate) const MAX_FILE: u64 = 2 << 30;
-/// The most elements of an accessor without data of its own (all zeros).
-const MAX_ZEROS: usize = 1 << 26;
-
 /// A GLB or glTF file, split into its JSON and its binary chunk.
 pub(crate) fn split<'a>(file: &str, bytes: &'a [u8]) -> Result<(&'a [u8], Option<&'a [u8]>), Fault> {
     if !bytes.starts_with(b"glTF") {
@@ -54,7 +51,13 @@ pub(crate) fn split<'a>(file: &str, bytes: &'a [u8]) -> Result<(&'a [u8], Option
 }
 
 /// The bytes behind a URI: a data URI, or a file beside `path`.
-pub(crate) fn resolve(file: &str, path: &Path, place: &str, uri: &str) -> Result<Vec<u8>, Fault> {
+pub(crate) fn resolve(
+    files: Files<'_>,
+    file: &str,
+    path: &Path,
+    place: &str,
+    uri: &str,
+) -> Result<Vec<u8>, Fault> {
     if let Some(data) = uri.strip_prefix("data:") {
         let encoded = data.split_once(";base64,").map(|(_, e)| e);
         return encoded
@@ -62,7 +65,8 @@ pub(crate) fn resolve(file: &str, path: &Path, place: &str, uri: &str) -> Result
             .ok_or_else(|| Fault::new(file, place, "this data URI is not base64; export the file again"));
     }
     let beside = beside(path, uri);
-    files::read(&beside, MAX_FILE)
+    files
+        .read(&beside, MAX_FILE)
         .map_err(|what| Fault::new(file, place, format!("'{}': {what}", beside.display())))
 }
 
@@ -118,20 +122,24 @@ pub(crate) struct Buffers<'a> {
     pub(crate) file: &'a str,
     pub(crate) root: &'a Root,
     pub(crate) data: Vec<Cow<'a, [u8]>>,
+    /// Bytes of the JSON, and of all data.
+    pub(crate) size: usize,
 }
 
 impl<'a> Buffers<'a> {
     pub(crate) fn open(
+        files: Files<'_>,
         file: &'a str,
         path: &Path,
         root: &'a Root,
+        json: usize,
         binary: Option<&'a [u8]>,
     ) -> Result<Buffers<'a>, Fault> {
         let mut data = Vec::new();
         for (i, b) in root.buffers.iter().enumerate() {
             let place = format!("buffer {i}");
             let bytes = match (&b.uri, binary) {
-                (Some(uri), _) => Cow::Owned(resolve(file, path, &place, uri)?),
+                (Some(uri), _) => Cow::Owned(resolve(files, file, path, &place, uri)?),
                 (None, Some(binary)) if i == 0 => Cow::Borrowed(binary),
                 _ => {
                     let what = "this buffer has no data; export the file again, with its .bin beside it";
@@ -140,7 +148,8 @@ impl<'a> Buffers<'a> {
             };
             data.push(bytes);
         }
-        Ok(Buffers { file, root, data })
+        let size = json + data.iter().map(|d| d.len()).sum::<usize>();
+        Ok(Buffers { file, root, data, size })
     }
 
     /// The bytes of a buffer view.
@@ -199,7 +208,8 @@ impl<'a> Buffers<'a> {
                     || fault("this accessor reaches beyond its buffer view; copy or export the file again"),
                 )?
             }
-            None if count <= MAX_ZEROS => vec![[0.0; N]; count],
+            // All zeros: no more of them than the file has bytes.
+            None if count <= self.size => vec![[0.0; N]; count],
             None => return Err(fault("this accessor is too large; export the file again")),
         };
         if let Some(sparse) = &accessor.sparse {

@@ -7,7 +7,7 @@ use super::glb::{self, Buffers};
 use super::polygon;
 use super::{Face, Mesh, material};
 use crate::input::error::Fault;
-use crate::input::files;
+use crate::input::files::Files;
 use gltf::Document;
 use gltf::json::{Root, mesh::Mode, mesh::Semantic, validation::Checked};
 use std::collections::BTreeSet;
@@ -17,6 +17,9 @@ use zonal_scene::Plate;
 
 /// Extensions that a file may require.
 const KNOWN: [&str; 3] = ["KHR_texture_transform", "KHR_mesh_quantization", "KHR_lights_punctual"];
+
+/// Positions and corners that nodes may show however small the file is.
+const MAX_READ: usize = 1 << 24;
 
 /// Reads the JSON of a document, validated: indices in range, nothing required that is not known here.
 pub(crate) fn document(file: &str, json: &[u8]) -> Result<Document, Fault> {
@@ -64,14 +67,14 @@ fn check_positions(file: &str, root: &mut Root) -> Result<(), Fault> {
 }
 
 /// Reads a GLB or glTF file.
-pub(crate) fn read(path: &Path, file: &str) -> Result<Mesh, Fault> {
-    let bytes = files::read(path, glb::MAX_FILE).map_err(|what| Fault::new(file, "", what))?;
+pub(crate) fn read(files: Files<'_>, path: &Path, file: &str) -> Result<Mesh, Fault> {
+    let bytes = files.read(path, glb::MAX_FILE).map_err(|what| Fault::new(file, "", what))?;
     let (json, binary) = glb::split(file, &bytes)?;
     let document = document(file, json)?;
-    let buffers = Buffers::open(file, path, document.as_json(), binary)?;
+    let buffers = Buffers::open(files, file, path, document.as_json(), json.len(), binary)?;
     let mut mesh = Mesh::default();
-    let maps = material::read_all(&document, path, &buffers, &mut mesh)?;
-    let mut reader = Reader { buffers: &buffers, maps, mesh, skipped: 0 };
+    let maps = material::read_all(&document, files, path, &buffers, &mut mesh)?;
+    let mut reader = Reader { buffers: &buffers, maps, mesh, skipped: 0, read: 0 };
     for instance in instances(file, &document)? {
         reader.node(&document, &instance)?;
     }
@@ -157,6 +160,8 @@ struct Reader<'a> {
     maps: material::Maps,
     mesh: Mesh,
     skipped: usize,
+    /// Positions and corners read so far, each time that a node shows them.
+    read: usize,
 }
 
 impl Reader<'_> {
@@ -186,6 +191,13 @@ impl Reader<'_> {
                 }
                 None => (0..positions.len()).collect(),
             };
+            self.read = self.read.saturating_add(positions.len()).saturating_add(indices.len());
+            if self.read > MAX_READ.max(4 * self.buffers.size) {
+                return Err(fault(format!(
+                    "the nodes up to this one show {} positions and corners, more than are read; show meshes less often",
+                    self.read
+                )));
+            }
             if let Some(i) = indices.iter().find(|i| **i >= positions.len()) {
                 return Err(fault(format!(
                     "index {i} is out of range: there are {} positions; export the file again",

@@ -13,7 +13,8 @@
 use super::glb::{self, Buffers};
 use super::{Glass, Loss, Material, Mesh, Picture};
 use crate::input::error::Fault;
-use crate::input::{files, texture};
+use crate::input::files::Files;
+use crate::input::texture;
 use gltf::Document;
 use gltf::material::AlphaMode;
 use std::collections::{HashMap, HashSet};
@@ -90,13 +91,14 @@ impl Maps {
 /// Reads all materials into `mesh.materials`, in the file's order.
 pub(crate) fn read_all(
     document: &Document,
+    files: Files<'_>,
     path: &Path,
     buffers: &Buffers<'_>,
     mesh: &mut Mesh,
 ) -> Result<Maps, Fault> {
     let mut maps = Vec::new();
     let mut names = HashSet::new();
-    let mut pictures = Pictures { path, buffers, read: HashMap::new(), metallic: 0 };
+    let mut pictures = Pictures { files, path, buffers, read: HashMap::new(), metallic: 0 };
     for (i, m) in document.materials().enumerate() {
         let mut name = m.name().unwrap_or("").trim().to_string();
         if name.is_empty() {
@@ -169,16 +171,29 @@ fn read(
     }
     out.glass = glass(m, base, alpha, file, &place, notes)?;
     if m.transmission().is_none_or(|t| t.transmission_factor() <= 0.0) {
-        lost_alpha(m.alpha_mode(), alpha, m.alpha_cutoff(), &format!("{file}: {place}"), &mut out);
+        // Pictures are looked into only where their alpha counts.
+        let in_picture = m.alpha_mode() != AlphaMode::Opaque
+            && out.texture.as_ref().is_some_and(|picture| has_alpha(pictures.files, picture));
+        lost_alpha(
+            (m.alpha_mode(), in_picture),
+            alpha,
+            m.alpha_cutoff(),
+            &format!("{file}: {place}"),
+            &mut out,
+        );
     }
     Ok((out, map))
 }
 
 /// Says what of a material's alpha is not read: that of its picture, and cut-outs.
-fn lost_alpha(mode: AlphaMode, alpha: f64, cutoff: Option<f32>, place: &str, out: &mut Material) {
+fn lost_alpha(
+    (mode, in_picture): (AlphaMode, bool),
+    alpha: f64,
+    cutoff: Option<f32>,
+    place: &str,
+    out: &mut Material,
+) {
     let name = out.name.clone();
-    // Pictures are looked into only where their alpha counts.
-    let in_picture = mode != AlphaMode::Opaque && out.texture.as_ref().is_some_and(has_alpha);
     let mend = format!("leave it out by materials.\"{name}\".omit = true, or cut its holes into the mesh");
     match mode {
         AlphaMode::Mask if in_picture => {
@@ -206,10 +221,10 @@ fn lost_alpha(mode: AlphaMode, alpha: f64, cutoff: Option<f32>, place: &str, out
 }
 
 /// True where a picture may have an alpha channel; one that cannot be read is refused where it is used.
-fn has_alpha(picture: &Picture) -> bool {
+fn has_alpha(files: Files<'_>, picture: &Picture) -> bool {
     match picture {
         Picture::Bytes { bytes, .. } => texture::has_alpha(bytes),
-        Picture::File(path) => files::read(path, texture::MAX_FILE).is_ok_and(|b| texture::has_alpha(&b)),
+        Picture::File(path) => files.read(path, texture::MAX_FILE).is_ok_and(|b| texture::has_alpha(&b)),
     }
 }
 
@@ -262,6 +277,7 @@ pub(crate) fn absorption(v: &gltf::material::Volume<'_>) -> Option<Bands> {
 }
 
 struct Pictures<'a> {
+    files: Files<'a>,
     path: &'a Path,
     buffers: &'a Buffers<'a>,
     read: HashMap<usize, Picture>,
@@ -284,7 +300,9 @@ impl Pictures<'_> {
         let label = format!("image {index}");
         let bytes = match (image.buffer_view, &image.uri) {
             (Some(view), _) => self.buffers.view(view, &label)?.to_vec(),
-            (None, Some(uri)) if uri.starts_with("data:") => glb::resolve(file, self.path, &label, uri)?,
+            (None, Some(uri)) if uri.starts_with("data:") => {
+                glb::resolve(self.files, file, self.path, &label, uri)?
+            }
             (None, Some(uri)) => {
                 let picture = Picture::File(glb::beside(self.path, uri));
                 self.read.insert(index, picture.clone());

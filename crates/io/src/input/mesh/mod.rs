@@ -22,7 +22,7 @@ mod polygon;
 pub(crate) mod volume;
 
 use super::error::Fault;
-use super::files;
+use super::files::Files;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use zonal_scene::{Bands, Plate};
@@ -114,16 +114,16 @@ pub(crate) enum Loss {
 }
 
 /// Reads a mesh file by its extension; `file` names it in messages.
-pub(crate) fn read(path: &Path, file: &str) -> Result<Mesh, Fault> {
+pub(crate) fn read(files: Files<'_>, path: &Path, file: &str) -> Result<Mesh, Fault> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     match extension.as_deref() {
-        Some("glb" | "gltf") => gltf::read(path, file),
+        Some("glb" | "gltf") => gltf::read(files, path, file),
         Some("obj") => {
-            let bytes = files::read(path, MAX_OBJ).map_err(|what| Fault::new(file, "", what))?;
+            let bytes = files.read(path, MAX_OBJ).map_err(|what| Fault::new(file, "", what))?;
             if bytes.contains(&0) {
                 return Err(Fault::new(file, "", "this is not an OBJ text; export the mesh again"));
             }
-            obj::parse(path, file, &String::from_utf8_lossy(&bytes))
+            obj::parse(files, path, file, &String::from_utf8_lossy(&bytes))
         }
         _ => Err(Fault::new(file, "", "this kind of mesh is not read; convert it to .obj, .glb or .gltf")),
     }

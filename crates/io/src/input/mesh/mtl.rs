@@ -2,16 +2,16 @@
 
 use super::{Material, Picture};
 use crate::input::error::Fault;
-use crate::input::files;
+use crate::input::files::Files;
 use std::f64::consts::PI;
 use std::path::Path;
 
 const MAX_FILE: u64 = 64 << 20;
 
 /// Reads a library; what is mended or left aside goes into `notes`.
-pub(crate) fn read(path: &Path, notes: &mut Vec<String>) -> Result<Vec<Material>, Fault> {
+pub(crate) fn read(files: Files<'_>, path: &Path, notes: &mut Vec<String>) -> Result<Vec<Material>, Fault> {
     let file = path.display().to_string();
-    let bytes = files::read(path, MAX_FILE).map_err(|what| Fault::new(&file, "", what))?;
+    let bytes = files.read(path, MAX_FILE).map_err(|what| Fault::new(&file, "", what))?;
     let text = String::from_utf8_lossy(&bytes);
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut materials: Vec<Material> = Vec::new();
@@ -41,7 +41,7 @@ pub(crate) fn read(path: &Path, notes: &mut Vec<String>) -> Result<Vec<Material>
                     false => rest,
                 };
                 let picture = folder.join(name.replace('\\', "/"));
-                if picture.is_file() {
+                if files.has(&picture) {
                     m.texture = Some(Picture::File(picture));
                 } else {
                     notes.push(format!("{file}:{number}: there is no picture '{name}'; Kd alone was used"));

@@ -3,6 +3,7 @@
 use super::polygon::{self, Corner};
 use super::{Face, Material, Mesh, mtl};
 use crate::input::error::Fault;
+use crate::input::files::Files;
 use std::collections::HashMap;
 use std::path::Path;
 use zonal_math::{Vec3, vec3};
@@ -12,8 +13,9 @@ use zonal_scene::Plate;
 const MAX_CORNERS: usize = 1024;
 
 /// Reads an OBJ file's text; material libraries and pictures are looked for beside `path`.
-pub(crate) fn parse(path: &Path, file: &str, text: &str) -> Result<Mesh, Fault> {
+pub(crate) fn parse(files: Files<'_>, path: &Path, file: &str, text: &str) -> Result<Mesh, Fault> {
     let mut reader = Reader {
+        files,
         file,
         folder: path.parent().unwrap_or(Path::new("")),
         mesh: Mesh::default(),
@@ -52,6 +54,7 @@ pub(crate) fn parse(path: &Path, file: &str, text: &str) -> Result<Mesh, Fault> 
 }
 
 struct Reader<'a> {
+    files: Files<'a>,
     file: &'a str,
     folder: &'a Path,
     mesh: Mesh,
@@ -128,17 +131,20 @@ impl Reader<'_> {
 
     fn libraries(&mut self, number: usize, rest: &str) -> Result<(), Fault> {
         // One name, possibly with spaces, or several.
-        let names: Vec<&str> =
-            if self.folder.join(rest).is_file() { vec![rest] } else { rest.split_whitespace().collect() };
+        let names: Vec<&str> = if self.files.has(&self.folder.join(rest)) {
+            vec![rest]
+        } else {
+            rest.split_whitespace().collect()
+        };
         for name in names {
             let path = self.folder.join(name);
-            if !path.is_file() {
+            if !self.files.has(&path) {
                 self.mesh
                     .notes
                     .push(format!("{}:{number}: there is no material library '{name}'", self.file));
                 continue;
             }
-            for m in mtl::read(&path, &mut self.mesh.notes)? {
+            for m in mtl::read(self.files, &path, &mut self.mesh.notes)? {
                 self.library.insert(m.name.clone(), m);
             }
         }

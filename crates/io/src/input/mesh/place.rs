@@ -60,7 +60,7 @@ pub(crate) fn load(node: &Node<'_>, b: &mut Builder<'_>) -> Result<(Mesh, f64), 
     let placement = Placement::read(&t)?;
     let name = path.display().to_string();
     let refused = |f: Fault| file.error(f.to_string());
-    let mut mesh = super::read(&path, &name).map_err(refused)?;
+    let mut mesh = super::read(b.place.files, &path, &name).map_err(refused)?;
     for face in &mut mesh.faces {
         face.plate = placement.plate(&face.plate);
         if !(face.plate.origin.is_finite() && face.plate.area().is_finite()) {

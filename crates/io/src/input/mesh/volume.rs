@@ -29,9 +29,19 @@ pub fn volume_materials(path: &Path) -> Result<Vec<VolumeMaterial>, InputError> 
     read(path, &file).map_err(|f| InputError::new(&file, None, "", f.to_string()))
 }
 
+/// As [`volume_materials`], of a GLB or glTF file in memory that refers to no other file.
+pub fn volume_materials_from_bytes(bytes: &[u8]) -> Result<Vec<VolumeMaterial>, InputError> {
+    let file = "memory";
+    parse(bytes, file).map_err(|f| InputError::new(file, None, "", f.to_string()))
+}
+
 fn read(path: &Path, file: &str) -> Result<Vec<VolumeMaterial>, Fault> {
     let bytes = files::read(path, glb::MAX_FILE).map_err(|what| Fault::new(file, "", what))?;
-    let (json, _) = glb::split(file, &bytes)?;
+    parse(&bytes, file)
+}
+
+fn parse(bytes: &[u8], file: &str) -> Result<Vec<VolumeMaterial>, Fault> {
+    let (json, _) = glb::split(file, bytes)?;
     let document = gltf::document(file, json)?;
     let instances = gltf::instances(file, &document)?;
     let meshes = &document.as_json().meshes;

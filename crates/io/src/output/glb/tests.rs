@@ -1,6 +1,7 @@
 //! Models that come back.
 
 use super::*;
+use crate::input::files::Files;
 use crate::input::mesh::gltf;
 
 fn folder(name: &str) -> std::path::PathBuf {
@@ -53,7 +54,7 @@ fn geometry_and_materials_come_back() {
     let path = dir.join("a.glb");
     for (up, axis) in [(Up::Y, [0.0, 0.0, 1.0]), (Up::Z, [0.0, 1.0, 0.0])] {
         write_glb(&path, &Model { up, ..model() }).unwrap();
-        let back = gltf::read(&path, "a.glb").unwrap();
+        let back = gltf::read(Files::Disk, &path, "a.glb").unwrap();
         let area: f64 = back.faces.iter().map(|f| f.plate.area()).sum();
         let wanted = 3.0 + 0.5 * (1.5f64 * 1.5 + 1.0 + 36.0).sqrt();
         assert!((area - wanted).abs() < 1e-5, "{area} {wanted}");

@@ -5,7 +5,9 @@ use zonal_math::{Grade, vec3};
 use zonal_scene::Surroundings;
 use zonal_scene::scene::{Options, Sides, Surface};
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Camera, Estimate, Kind, Light, Report, Sample, Shares, SolveStatus, Thermal, Values};
+use zonal_scene::{
+    Camera, Estimate, Kind, Light, Note, Report, Sample, Shares, SolveStatus, Thermal, Values,
+};
 
 fn folder(name: &str) -> PathBuf {
     let dir = std::env::temp_dir().join(format!("zonal-{name}-{}", std::process::id()));
@@ -82,10 +84,15 @@ fn report() -> Report {
             absorbed_surfaces: vec![("floor".into(), [0.1; 3])],
             ..Energy::default()
         },
+        energy_error: Energy {
+            absorbed_surfaces: vec![("floor".into(), [0.01, f64::INFINITY, 0.03])],
+            escaped: [f64::INFINITY; 3],
+            ..Energy::default()
+        },
         heat: None,
         zoning: None,
         counts: vec![("pairs".into(), 1 << 60), ("rays".into(), 7)],
-        warnings: vec!["open".into()],
+        warnings: vec!["open".into(), Note::warning("heat-balance", "off").at("surface 'a'")],
         grade: Grade::Estimated,
         engine: "hierarchical".into(),
         reason: "many zones".into(),

@@ -1,0 +1,92 @@
+//! What fuzzing found, and the corpora that it grew from, replayed through the functions of the fuzz targets (`fuzz/src`).
+
+#[path = "../../../fuzz/src/lib.rs"]
+#[allow(missing_docs)]
+mod harness;
+
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz")
+}
+
+/// The files in a folder of `fuzz/`, sorted; none where there is no such folder.
+fn files(folder: &str) -> Vec<PathBuf> {
+    let list = std::fs::read_dir(root().join(folder)).into_iter().flatten();
+    let mut files: Vec<PathBuf> = list.map(|e| e.unwrap().path()).filter(|p| p.is_file()).collect();
+    files.sort();
+    files
+}
+
+/// Runs a target on its corpus and its findings; the names of files on which it panics.
+fn replay(target: &str) -> Vec<String> {
+    let (_, run) = *harness::TARGETS.iter().find(|t| t.0 == target).unwrap();
+    let mut failed = Vec::new();
+    for path in [files(&format!("corpus/{target}")), files(&format!("findings/{target}"))].concat() {
+        let bytes = std::fs::read(&path).unwrap();
+        if std::panic::catch_unwind(|| run(&bytes)).is_err() {
+            failed.push(path.display().to_string());
+        }
+    }
+    failed
+}
+
+macro_rules! replays {
+    ($($name:ident: $($target:literal),+;)*) => {
+        $(#[test]
+        fn $name() {
+            let failed: Vec<String> = [$($target),+].into_iter().flat_map(replay).collect();
+            assert!(failed.is_empty(), "\n{}\n", failed.join("\n"));
+        })*
+
+        const REPLAYED: &[&str] = &[$($($target),+),*];
+    };
+}
+
+replays! {
+    scenes_and_flights: "scene", "flight", "request";
+    meshes: "obj", "gltf";
+    media: "vdb", "npy", "vol";
+    pictures: "png", "jpeg", "exr";
+    solutions: "npz";
+    tables_of_pairs: "factors";
+    scenes_solved_and_drawn: "solve", "solve_toml";
+}
+
+#[test]
+fn every_target_has_a_corpus_and_is_replayed() {
+    for (target, _) in harness::TARGETS {
+        assert!(REPLAYED.contains(&target), "{target} is not replayed");
+        assert!(!files(&format!("corpus/{target}")).is_empty(), "{target} has no corpus");
+        assert!(root().join(format!("fuzz_targets/{target}.rs")).is_file(), "{target} has no target");
+    }
+    for folder in ["corpus", "findings"] {
+        for entry in std::fs::read_dir(root().join(folder)).into_iter().flatten() {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            assert!(harness::TARGETS.iter().any(|t| t.0 == name), "{folder}/{name} belongs to no target");
+        }
+    }
+}
+
+/// Scenes that are refused test the refusal alone: most of those that bytes stand for have to be read.
+#[test]
+fn most_random_scenes_are_valid() {
+    let mut state = 0x9e37_79b9_7f4a_7c15u64;
+    let mut byte = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 32) as u8
+    };
+    let mut read = 0;
+    let mut refused = std::collections::BTreeMap::<String, usize>::new();
+    for _ in 0..500 {
+        let data: Vec<u8> = (0..200).map(|_| byte()).collect();
+        let (text, files) = harness::scene_text(&data);
+        match zonal::io::input::read_scene_from_bytes(text.as_bytes(), &files, "random.toml", 1 << 12) {
+            Ok(_) => read += 1,
+            Err(e) => *refused.entry(e.to_string().chars().skip(12).take(90).collect()).or_default() += 1,
+        }
+    }
+    assert!(read >= 350, "{read} of 500 are read; refused: {refused:#?}");
+}

@@ -1,0 +1,169 @@
+//! A scene solved, drawn, packed, written and read back, at tiny size. What comes out has to be finite, errors from 0 on or unknown
+//! (infinite), and no pixel negative.
+
+use super::{readers, scenes};
+use zonal::io::output;
+use zonal::render::{RenderOptions, ZonesSeen, render};
+use zonal::scene::{Bands, Camera, Lens, Quiet, Scene, Solution, Values};
+use zonal::viewer::package::{Detail, package};
+
+/// The most zones that are solved, and that a solution from a file may have to be used.
+const ZONES: usize = 96;
+/// The most facets, panes' plates and voxels of a scene.
+const PARTS: usize = 64;
+/// The most direct lights.
+const LIGHTS: usize = 4;
+/// Bytes that a solve may take.
+const MEMORY: u64 = 256 << 20;
+
+/// A scene that [`scenes`] writes from bytes, with its own files beside it.
+pub fn solve(data: &[u8]) {
+    let (text, files) = scenes::text(data);
+    if let Some(scene) = readers::read(text.as_bytes(), &files) {
+        solve_and_draw(scene);
+    }
+}
+
+/// A scene's text as it is.
+pub fn solve_toml(data: &[u8]) {
+    if let Some(scene) = readers::read_with_fixtures(data) {
+        solve_and_draw(scene);
+    }
+}
+
+fn tiny(scene: &Scene) -> bool {
+    scene.facets().len() <= PARTS
+        && scene.panes().iter().map(|p| p.plates.len()).sum::<usize>() <= PARTS
+        && scene.voxmap().is_none_or(|v| v.len() <= PARTS)
+        && scene.lights().len() <= LIGHTS
+}
+
+/// The same scene with zones no smaller than a third of it, and content with little; none where it stays large.
+fn coarse(scene: Scene) -> Option<Scene> {
+    if !tiny(&scene) {
+        return None;
+    }
+    let size = scene.diagonal() / 3.0;
+    if !(size > 0.0 && size.is_finite()) {
+        return None;
+    }
+    let mut parts = scene.into_parts();
+    parts.options.patch_size = Some(parts.options.patch_size.map_or(size, |p| p.max(size)));
+    parts.surfaces.iter_mut().for_each(|s| s.patch_size = s.patch_size.map(|p| p.max(size)));
+    parts.options.tolerance = parts.options.tolerance.max(0.05);
+    parts.options.max_iterations = parts.options.max_iterations.min(100);
+    parts.options.sweeps = parts.options.sweeps.map(|n| n.min(20));
+    let scene = Scene::new(parts).ok()?;
+    let transport = zonal::transport::Transport::new(&scene);
+    let zones = zonal::transport::build_zones(&scene, &transport).ok()?;
+    drop(transport);
+    (zones.len() <= ZONES).then_some(scene)
+}
+
+fn finite(what: &str, list: &[Bands]) {
+    if let Some(x) = list.as_flattened().iter().find(|x| !x.is_finite()) {
+        panic!("{what} is {x}");
+    }
+}
+
+fn errors(what: &str, list: &[Bands]) {
+    if let Some(x) = list.as_flattened().iter().find(|x| x.is_nan() || **x < 0.0) {
+        panic!("the {what} is {x}");
+    }
+}
+
+fn solve_and_draw(scene: Scene) {
+    let Some(scene) = coarse(scene) else { return };
+    let Ok(solution) = zonal::solve::solve(scene, MEMORY, &Quiet) else { return };
+    let f = &solution.fields;
+    finite("radiosity", &f.radiosity);
+    finite("incident", &f.incident);
+    finite("direct", &f.direct);
+    errors("error", &f.error);
+    errors("error of the surroundings", &f.surroundings_error);
+    for g in &solution.groups {
+        for values in [&g.incident, &g.direct] {
+            let sound = match values {
+                Values::Double(list) => list.as_flattened().iter().all(|x| x.is_finite()),
+                Values::Single(list) => list.as_flattened().iter().all(|x| x.is_finite()),
+            };
+            assert!(sound, "light group '{}' is not finite", g.name);
+        }
+    }
+    if let Some(h) = &f.heat {
+        for (t, e) in h.temperature.iter().zip(&h.temperature_error) {
+            assert!(t.is_nan() || *t >= 0.0 && t.is_finite(), "a temperature is {t}");
+            assert!(t.is_nan() || *e >= 0.0, "the error of a temperature is {e}");
+        }
+        for (q, e) in h.net.iter().zip(&h.net_error) {
+            assert!(q.is_finite() && *e >= 0.0, "a net power is {q} ± {e}");
+        }
+    }
+    let bytes = output::solution_bytes(&solution).expect("memory takes all");
+    match output::read_solution_from_bytes(&bytes) {
+        Ok(back) => assert_eq!(
+            format!("{:?}", back.fields),
+            format!("{:?}", solution.fields),
+            "the file holds another solution"
+        ),
+        Err(e) => panic!("our own file is refused: {e}"),
+    }
+    let light = solution.scene.thermal().is_none();
+    let drawn = draw(&solution);
+    let bad = drawn.iter().flatten().flatten().find(|x| !(x.is_finite() && **x >= 0.0));
+    assert!(!light || bad.is_none(), "a pixel is {bad:?}");
+}
+
+/// Some cameras of the scene, or one in its middle.
+fn cameras(scene: &Scene) -> Vec<Camera> {
+    let mut cameras: Vec<Camera> = scene.cameras().iter().take(2).cloned().collect();
+    if cameras.is_empty() {
+        let (lo, hi) = scene.bounds();
+        cameras.push(Camera {
+            name: "middle".into(),
+            origin: lo * 0.4 + hi * 0.6,
+            target: hi,
+            up: zonal::math::vec3(0.0, 0.1, 1.0),
+            fov: 70.0,
+            lens: Lens::default(),
+        });
+    }
+    cameras.retain(|c| c.check().is_ok());
+    cameras
+}
+
+/// Everything that only reads a solution.
+fn draw(solution: &Solution) -> Vec<Vec<[f32; 3]>> {
+    zonal::table::report(solution);
+    zonal::table::groups(solution);
+    output::report_json(solution).to_string();
+    let mut out = Vec::new();
+    for (i, camera) in cameras(&solution.scene).iter().enumerate() {
+        let options = RenderOptions { width: 3, height: 2, samples: i, light_samples: 1, gather: 2 * i };
+        out.push(render(solution, camera, &options, &Quiet).pixels);
+        let mut seen = ZonesSeen::new(solution, camera, (3, 2), true);
+        if solution.scene.voxmap().is_some() {
+            seen = seen.sliced(i, solution.scene.bounds().0.z);
+        }
+        seen.zones(&Quiet);
+    }
+    if solution.zones.len() <= ZONES / 4 {
+        let _ = package(solution, &Detail { vertices: 200 }, &Quiet);
+    }
+    out
+}
+
+/// A solution from a file of anyone's: drawn and relit.
+pub fn use_solution(solution: Solution) {
+    let s = &solution.scene;
+    let size = s.diagonal();
+    if solution.zones.len() > ZONES || !tiny(s) || !(size > 1e-6 && size < 1e6) {
+        return;
+    }
+    draw(&solution);
+    if let Some(name) = solution.groups.first().map(|g| g.name.clone())
+        && let Ok(relit) = zonal::solve::relight::relight(solution, &[(name, [0.5, 2.0, 0.0])])
+    {
+        let _ = output::solution_bytes(&relit);
+    }
+}
