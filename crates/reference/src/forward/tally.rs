@@ -2,7 +2,7 @@
 
 use super::ground::Ground;
 use super::{Answer, HeatAnswer, estimate};
-use crate::{Dice, Estimate};
+use crate::Dice;
 use zonal_math::Vec3;
 use zonal_scene::thermal::black;
 use zonal_scene::zones::SUBCELLS;

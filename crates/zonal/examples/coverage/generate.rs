@@ -3,10 +3,10 @@
 use super::model::{Heat, Light, Look, Medium, Model, Pane, Part, Shape, Surface, V, add, quads, sub, times};
 use zonal_reference::Dice;
 
-/// A model and the dice that go on with it.
-pub fn model(seed: u64, index: u64) -> (Model, Dice) {
+/// A model, of few zones if `small`, and the dice that go on with it.
+pub fn model(seed: u64, index: u64, small: bool) -> (Model, Dice) {
     let mut dice = Dice::new(seed.wrapping_mul(0x9E37_79B9).wrapping_add(index.wrapping_mul(0xD1B5_4A33)));
-    let mut g = Maker::new(&mut dice);
+    let mut g = Maker::new(&mut dice, small);
     let u = g.dice.roll();
     let model = match u {
         _ if u < 0.36 => g.furnace(),
@@ -27,11 +27,12 @@ struct Maker<'a> {
     bands: usize,
     /// Shares that depend on temperature: only given temperatures then.
     given: bool,
+    small: bool,
     features: Vec<&'static str>,
 }
 
 impl<'a> Maker<'a> {
-    fn new(dice: &'a mut Dice) -> Maker<'a> {
+    fn new(dice: &'a mut Dice, small: bool) -> Maker<'a> {
         let thermal = dice.roll() < 0.5;
         let u = dice.roll();
         let bands = if u < 0.6 { 1 } else if u < 0.75 { 2 } else { 3 };
@@ -41,7 +42,7 @@ impl<'a> Maker<'a> {
         if given {
             features.push("weights by temperature");
         }
-        Maker { dice, thermal, bands, given, features }
+        Maker { dice, thermal, bands, given, small, features }
     }
 
     fn chance(&mut self, p: f64) -> bool {
@@ -243,12 +244,19 @@ impl<'a> Maker<'a> {
         (Surface { name: "room".into(), shape: Shape::Room { min: [0.0; 3], max: size, walls }, look }, open)
     }
 
+    /// A size of patches in a room of this mean edge.
+    fn patch(&mut self, mean: f64) -> f64 {
+        let [lo, hi] = if self.small { [0.5, 0.8] } else { [0.25, 0.5] };
+        Maker::short(mean * self.dice.between(lo, hi))
+    }
+
     fn size(&mut self) -> V {
         let scale = if self.chance(0.2) { self.log(0.1, 10.0) } else { 1.0 };
         [0; 3].map(|_| Maker::short(scale * self.dice.between(0.5, 2.0)))
     }
 
     fn cells(&mut self, lo: usize, hi: usize) -> [usize; 3] {
+        let hi = if self.small { lo + 1 } else { hi };
         let cells = [0; 3].map(|_| self.whole(lo, hi));
         self.features.push(match cells.iter().filter(|c| **c % 2 == 1).count() {
             0 => "even cells",
@@ -360,7 +368,7 @@ impl<'a> Maker<'a> {
             self.features.push("vacuum");
         }
         let mean = (size[0] + size[1] + size[2]) / 3.0;
-        m.patch_size = Some(Maker::short(mean * self.dice.between(0.25, 0.5)));
+        m.patch_size = Some(self.patch(mean));
         self.lights(&mut m, open, [0.5 * size[0], 0.5 * size[1], 0.85 * size[2]], times(size, 0.5));
         self.finished(m)
     }
@@ -396,7 +404,7 @@ impl<'a> Maker<'a> {
             self.features.push("vacuum");
         }
         let mean = (size[0] + size[1] + size[2]) / 3.0;
-        m.patch_size = Some(Maker::short(mean * self.dice.between(0.25, 0.5)));
+        m.patch_size = Some(self.patch(mean));
         self.lights(&mut m, open, [0.5 * size[0], 0.5 * size[1], 0.85 * size[2]], times(size, 0.5));
         self.finished(m)
     }
@@ -430,7 +438,7 @@ impl<'a> Maker<'a> {
             m.surfaces.push(Surface { name: format!("plate{}", k + 1), shape, look });
         }
         let mean = (size[0] + size[1] + size[2]) / 3.0;
-        m.patch_size = Some(Maker::short(mean * self.dice.between(0.15, 0.4)));
+        m.patch_size = Some(self.patch(0.7 * mean));
         self.lights(&mut m, true, [0.5 * size[0], 0.5 * size[1], 1.5 * size[2]], size);
         self.finished(m)
     }
@@ -446,11 +454,9 @@ impl<'a> Maker<'a> {
         let quads: Vec<[V; 4]> = (quads([0.0; 3], size, true).into_iter())
             .map(|q| q.map(|p| [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]]))
             .collect();
-        let sides = [&quads[..2], &quads[2..]];
         let points = || quads.iter().flatten();
         let lo = [0, 1, 2].map(|k| points().map(|p| p[k]).fold(f64::INFINITY, f64::min));
         let hi = [0, 1, 2].map(|k| points().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max));
-        let _ = sides;
         let look = self.look(2.0 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]));
         m.surfaces.push(Surface { name: "hull".into(), shape: Shape::Mesh { quads }, look });
         let depth = self.depth();
@@ -474,7 +480,7 @@ impl<'a> Maker<'a> {
         let edges = [[0.2 * size[0], 0.0, 0.0], [0.0, 0.2 * size[1], 0.0]].map(|e| e.map(Maker::short));
         m.surfaces.push(Surface { name: "heater".into(), shape: Shape::Plate { corner, edges, triangle: false }, look });
         let mean = (size[0] + size[1] + size[2]) / 3.0;
-        m.patch_size = Some(Maker::short(mean * self.dice.between(0.25, 0.5)));
+        m.patch_size = Some(self.patch(mean));
         m.closed_room = true;
         self.finished(m)
     }
@@ -484,7 +490,7 @@ impl<'a> Maker<'a> {
         self.features.extend(["hollow shell", "nested", "mesh"]);
         let size = self.size();
         let mut m = self.empty();
-        let (room, open) = self.room(size, 0.2);
+        let (room, _) = self.room(size, 0.2);
         m.surfaces.push(room);
         let at = |f: f64| times(size, f).map(Maker::short);
         for (name, [lo, hi], inward) in
@@ -508,8 +514,7 @@ impl<'a> Maker<'a> {
             self.features.push("vacuum");
         }
         let mean = (size[0] + size[1] + size[2]) / 3.0;
-        m.patch_size = Some(Maker::short(mean * self.dice.between(0.25, 0.45)));
-        let _ = open;
+        m.patch_size = Some(self.patch(mean));
         self.finished(m)
     }
 }

@@ -403,6 +403,9 @@ impl Model {
             Shape::Mesh { quads } => {
                 let file = format!("{}.obj", s.name);
                 let _ = writeln!(t, "mesh = {{ file = \"{file}\" }}");
+                if quads.len() == 1 {
+                    t.push_str("sides = \"front\"\n");
+                }
                 files.push((file, obj(quads)));
             }
             Shape::Room { min, max, walls } => {
