@@ -12,6 +12,8 @@ const NEAR: f64 = 1e-9;
 const UNDER: f64 = 1e-7;
 /// Points by which the free part of a cell is measured.
 const SAMPLES: usize = 1000;
+/// Points along an edge of a facet by which its free area is measured.
+const GRID: usize = 64;
 /// Images after which a flight in an empty periodic scene is given up.
 const IMAGES: usize = 1_000_000;
 
@@ -115,6 +117,29 @@ impl<'a> Ground<'a> {
             let f = &self.scene.facets()[m.id as usize];
             !m.front && self.scene.surfaces()[f.surface].sides == Sides::Front
         })
+    }
+
+    /// The area of each surface, both sides where both take part, without what is covered by solids that touch it, m².
+    pub fn areas(&self, seed: u64) -> Vec<f64> {
+        let mut dice = Dice::new(seed);
+        let mut out = vec![0.0; self.scene.surfaces().len()];
+        for (k, f) in (0u32..).zip(self.scene.facets()) {
+            let both = self.scene.surfaces()[f.surface].sides == Sides::Both;
+            for normal in [f.plate.normal(), -f.plate.normal()].into_iter().take(1 + usize::from(both)) {
+                let mut seen = GRID * GRID;
+                if self.closed.is_some() {
+                    let at = |i: usize, dice: &mut Dice| (i as f64 + dice.roll()) / GRID as f64;
+                    seen = (0..GRID * GRID)
+                        .filter(|i| {
+                            let [u, v] = f.plate.warp([at(i / GRID, &mut dice), at(i % GRID, &mut dice)]);
+                            !self.covered(f.plate.at(u, v), normal, k)
+                        })
+                        .count();
+                }
+                out[f.surface] += f.plate.area() * seen as f64 / (GRID * GRID) as f64;
+            }
+        }
+        out
     }
 
     /// The free volume of each cell, m³.

@@ -19,6 +19,8 @@
 //!     Σ_b a_b (1 − ρ_b) ∫σT⁴ dA = absorbed + ∫q dA          Σ_b 4 κ_b (1 − Ω_b) a_b ∫σT⁴ dV = absorbed + ∫q dV
 //! ```
 //!
+//! What solids that touch it cover of a surface is no part of it: a known power is that of the rest.
+//!
 //! Shares that depend on the temperature are for scenes of given temperatures alone.
 //!
 //! Every number is a mean over [`BATCHES`] independent batches, their spread its standard error; all of it is a function of the seed.
@@ -79,11 +81,15 @@ pub struct Answer {
 /// Finds powers and temperatures by `walks` walks for each band: those of the continuous problem, or of the equations of `zones`.
 pub fn answer(scene: &Scene, closed: &Closed, zones: Option<&Zones>, walks: usize, seed: u64) -> Answer {
     let ground = Ground::new(scene, closed);
-    let optics = Optics::new(scene);
-    let volumes = match zones {
-        None => ground.volumes(hash(seed, 3)),
-        Some(_) => Vec::new(),
+    let (areas, volumes) = match zones {
+        None => (ground.areas(hash(seed, 4)), ground.volumes(hash(seed, 3))),
+        Some(z) => {
+            let mut areas = vec![0.0; scene.surfaces().len()];
+            z.patches.iter().for_each(|p| areas[p.surface] += p.area);
+            (areas, Vec::new())
+        }
     };
+    let optics = Optics::new(scene, &areas);
     let slots = Slots::new(scene, zones);
     let bands: &[usize] = if optics.one_band { &[0] } else { &[0, 1, 2] };
     let sources: Vec<Sources> = bands.iter().map(|&b| Sources::new(&ground, &optics, zones, b)).collect();
@@ -98,7 +104,7 @@ pub fn answer(scene: &Scene, closed: &Closed, zones: Option<&Zones>, walks: usiz
             sums
         })
         .collect();
-    walker.slots.read(scene, zones, &walker.optics, &volumes, &sums)
+    walker.slots.read(scene, zones, &walker.optics, &areas, &volumes, &sums)
 }
 
 /// The patches of each facet.
@@ -217,7 +223,10 @@ impl Walker<'_> {
         if let Some(f) = w.start.facet
             && self.ground.covered(w.start.at, w.direction_side(scene, f), f)
         {
-            sums[4 * slots.backs + w.band] += w.weight;
+            // What is covered is not there; a patch that is covered in part loses what it sends.
+            if self.zones.is_some() {
+                sums[4 * slots.backs + w.band] += w.weight;
+            }
             return;
         }
         for _ in 0..EVENTS {

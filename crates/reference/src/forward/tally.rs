@@ -6,7 +6,7 @@ use crate::Dice;
 use zonal_math::Vec3;
 use zonal_scene::thermal::black;
 use zonal_scene::zones::SUBCELLS;
-use zonal_scene::{Bands, Known, Scene, Sides, VoxelZone, Zones, bands};
+use zonal_scene::{Bands, Known, Scene, VoxelZone, Zones, bands};
 
 /// Tries to draw a point of a sub-cell that its sample sees.
 const TRIES: usize = 200;
@@ -77,14 +77,9 @@ fn of(absorb: Bands, extinction: Option<Bands>, light: Bands, known: Option<Know
 }
 
 impl Optics {
-    /// Of a scene.
-    pub fn new(scene: &Scene) -> Optics {
+    /// Of a scene whose surfaces have these areas, m².
+    pub fn new(scene: &Scene, areas: &[f64]) -> Optics {
         let thermal = scene.thermal();
-        let mut areas = vec![0.0; scene.surfaces().len()];
-        for f in scene.facets() {
-            let sides = if scene.surfaces()[f.surface].sides == Sides::Both { 2.0 } else { 1.0 };
-            areas[f.surface] += sides * f.plate.area();
-        }
         let surfaces: Vec<Known3> = (scene.surfaces().iter().enumerate())
             .map(|(i, s)| {
                 let known = thermal.map(|t| match t.surfaces[i] {
@@ -168,6 +163,7 @@ impl Slots {
         scene: &Scene,
         zones: Option<&Zones>,
         optics: &Optics,
+        areas: &[f64],
         volumes: &[f64],
         sums: &[Vec<f64>],
     ) -> Answer {
@@ -219,10 +215,7 @@ impl Slots {
         };
         let one = [1.0; 3];
         for (i, k) in optics.surfaces.iter().enumerate() {
-            let own = scene.facets().iter().filter(|f| f.surface == i);
-            let sides = if scene.surfaces()[i].sides == Sides::Both { 2.0 } else { 1.0 };
-            let area = sides * own.map(|f| f.plate.area()).sum::<f64>();
-            out.heat.push(heat(i, one, &[(k, area)]));
+            out.heat.push(heat(i, one, &[(k, areas[i])]));
         }
         if scene.voxmap().is_some() {
             let parts: Vec<(&Known3, f64)> = match zones {

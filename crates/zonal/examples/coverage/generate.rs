@@ -20,6 +20,14 @@ pub fn model(seed: u64, index: u64, small: bool) -> (Model, Dice) {
     (model, dice)
 }
 
+/// Edges of the cells of a box, m.
+fn edges(size: V, cells: [usize; 3]) -> V {
+    [0, 1, 2].map(|k| size[k] / cells[k] as f64)
+}
+
+/// The largest optical depth across an edge of a cell: beyond, the program warns of thick voxels in every report.
+const THICKEST: f64 = 2.0;
+
 struct Maker<'a> {
     dice: &'a mut Dice,
     thermal: bool,
@@ -92,12 +100,14 @@ impl<'a> Maker<'a> {
         Look { reflectance, emission, heat: self.heat(area), both: false }
     }
 
-    fn part(&mut self, min: V, max: V, depth: f64) -> Part {
+    /// A medium of this optical depth across its least edge, and of at most [`THICKEST`] across an edge of a cell.
+    fn part(&mut self, min: V, max: V, cell: V, depth: f64) -> Part {
         let length = (0..3).map(|k| max[k] - min[k]).fold(f64::INFINITY, f64::min);
-        let kappa = depth / length;
+        let most = THICKEST / cell.iter().fold(0.0f64, |m, c| m.max(*c));
+        let kappa = (depth / length).min(most);
         let extinction = self.spread(|m| {
             let factor = if m.bands == 1 { 1.0 } else { m.log(0.1, 3.0) };
-            Maker::short(kappa * factor)
+            Maker::short((kappa * factor).min(most))
         });
         let albedo = match self.whole(0, 2) {
             0 => [0.0; 3],
@@ -246,7 +256,7 @@ impl<'a> Maker<'a> {
 
     /// A size of patches in a room of this mean edge.
     fn patch(&mut self, mean: f64) -> f64 {
-        let [lo, hi] = if self.small { [0.5, 0.8] } else { [0.25, 0.5] };
+        let [lo, hi] = if self.small { [0.5, 0.8] } else { [0.35, 0.65] };
         Maker::short(mean * self.dice.between(lo, hi))
     }
 
@@ -269,19 +279,19 @@ impl<'a> Maker<'a> {
     /// A box on the grid of its medium.
     fn furnace(&mut self) -> Model {
         self.features.push("box");
-        let (size, cells) = (self.size(), self.cells(2, 6));
+        let (size, cells) = (self.size(), self.cells(2, 5));
         let mut m = self.empty();
         let missing = if self.chance(0.4) { 0.2 } else { 0.0 };
         let (room, open) = self.room(size, missing);
         m.surfaces.push(room);
         let depth = self.depth();
-        let whole = self.part([0.0; 3], size, depth);
+        let whole = self.part([0.0; 3], size, edges(size, cells), depth);
         let mut regions = Vec::new();
         if self.chance(0.35) {
             self.features.push("varying medium");
             let lo: V = [0, 1, 2].map(|k| size[k] * (self.whole(0, cells[k] - 1) as f64) / cells[k] as f64);
             let depth = depth.max(1e-3) * self.log(0.2, 5.0);
-            let mut part = self.part(lo, size, depth.min(20.0));
+            let mut part = self.part(lo, size, edges(size, cells), depth.min(20.0));
             if self.chance(0.3) {
                 part.extinction = whole.extinction;
             }
@@ -309,7 +319,7 @@ impl<'a> Maker<'a> {
         }
         m.surfaces.push(room);
         let depth = self.depth();
-        let mut whole = self.part([0.0; 3], size, depth);
+        let mut whole = self.part([0.0; 3], size, edges(size, cells), depth);
         if self.bands > 1 && self.chance(0.3) {
             self.features.push("one band very thin");
             whole.extinction[2] = self.log(1e-12, 1e-6);
@@ -359,8 +369,8 @@ impl<'a> Maker<'a> {
         }
         let depth = self.depth();
         if self.chance(0.6) {
-            let cells = self.cells(2, 5);
-            let mut whole = self.part([0.0; 3], size, depth.min(6.0));
+            let cells = self.cells(2, 4);
+            let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(6.0));
             whole.source = [0.0; 3];
             m.medium = Some(Medium { whole, cells, regions: Vec::new() });
         } else {
@@ -375,6 +385,7 @@ impl<'a> Maker<'a> {
 
     fn panes(&mut self) -> Model {
         self.features.push("panes");
+        let filled = self.chance(0.4);
         let size = self.size();
         let mut m = self.empty();
         let missing = if self.chance(0.5) { 0.3 } else { 0.0 };
@@ -383,7 +394,7 @@ impl<'a> Maker<'a> {
         for k in 0..self.whole(1, 2) {
             let x = Maker::short(size[0] * self.dice.between(0.2 + 0.4 * k as f64, 0.5 + 0.4 * k as f64));
             let (y, z) = (Maker::short(0.8 * size[1]), Maker::short(0.7 * size[2]));
-            let lean = if self.chance(0.4) { Maker::short(0.08 * size[0]) } else { 0.0 };
+            let lean = if !filled && self.chance(0.5) { Maker::short(0.08 * size[0]) } else { 0.0 };
             let polygon = vec![[x, 0.1 * size[1], 0.1 * size[2]], [x, y, 0.1 * size[2]], [x + lean, y, z], [x + lean, 0.1 * size[1], z]];
             let thickness = Maker::short(0.005 * size[0]);
             let depth = self.log(0.02, 2.0);
@@ -394,10 +405,10 @@ impl<'a> Maker<'a> {
             let temperature = known.then(|| self.between(300.0, 1200.0).round());
             m.panes.push(Pane { name: format!("pane{}", k + 1), polygon, thickness, extinction, albedo, emission, temperature });
         }
-        if self.chance(0.4) {
+        if filled {
             let depth = self.depth();
-            let cells = self.cells(2, 4);
-            let mut whole = self.part([0.0; 3], size, depth.min(4.0));
+            let cells = self.cells(2, 3);
+            let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(4.0));
             whole.source = [0.0; 3];
             m.medium = Some(Medium { whole, cells, regions: Vec::new() });
         } else {
@@ -461,8 +472,8 @@ impl<'a> Maker<'a> {
         m.surfaces.push(Surface { name: "hull".into(), shape: Shape::Mesh { quads }, look });
         let depth = self.depth();
         if self.chance(0.6) {
-            let cells = self.cells(3, 5);
-            let mut whole = self.part(lo, hi, depth.min(6.0));
+            let cells = self.cells(3, 4);
+            let mut whole = self.part(lo, hi, edges(sub(hi, lo), cells), depth.min(6.0));
             whole.source = [0.0; 3];
             m.medium = Some(Medium { whole, cells, regions: Vec::new() });
         } else {
@@ -506,8 +517,8 @@ impl<'a> Maker<'a> {
         }
         if self.chance(0.5) {
             let depth = self.depth();
-            let cells = self.cells(3, 5);
-            let mut whole = self.part([0.0; 3], size, depth.min(4.0));
+            let cells = self.cells(3, 4);
+            let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(4.0));
             whole.source = [0.0; 3];
             m.medium = Some(Medium { whole, cells, regions: Vec::new() });
         } else {
