@@ -25,8 +25,8 @@ fn edges(size: V, cells: [usize; 3]) -> V {
     [0, 1, 2].map(|k| size[k] / cells[k] as f64)
 }
 
-/// The largest optical depth across an edge of a cell: beyond, the program warns of thick voxels in every report.
-const THICKEST: f64 = 2.0;
+/// The largest optical depth across an edge of a cell: thicker ones are the matter of `zonal validate`, cases `thick`.
+const THICKEST: f64 = 1.0;
 
 struct Maker<'a> {
     dice: &'a mut Dice,

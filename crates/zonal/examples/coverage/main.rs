@@ -2,7 +2,7 @@
 //! states of its errors beside what they are.
 //!
 //! ```text
-//! coverage --random N --seed S [--walks 40000] [--index K] [--keep FOLDER] [--page docs/coverage.md]
+//! coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--page docs/coverage.md]
 //! ```
 //!
 //! Sums by name (power absorbed, net power, temperature) are compared with the continuous problem: the stated error is that of the exchange
@@ -10,7 +10,8 @@
 //! exchange. **Covered** means |difference| ≤ stated + 3σ of the reference, of zones 2 stated + 3σ. Each scene is solved once more said otherwise
 //! (mirrored, turned, scaled …), by one of the engines; both solutions must agree within the errors that they state.
 //!
-//! `--keep` writes the scenes on which something fails, `--index` runs one scene and lists all of it. Exit code 1 where a verdict fails.
+//! `--keep` writes the scenes on which something fails, `--index` runs one scene and lists all of it, `--small yes` makes scenes of few zones, each
+//! for one engine. Exit code 1 where a verdict fails.
 
 mod generate;
 mod invariance;
@@ -44,6 +45,7 @@ fn options() -> Result<Options, String> {
             "--seed" => plan.seed = number()?,
             "--walks" => plan.walks = number()? as usize,
             "--index" => (plan.scenes, all) = (vec![number()?], true),
+            "--small" => plan.small = value == "yes",
             "--keep" => plan.keep = Some(value.into()),
             "--page" => page = Some(value.into()),
             _ => return Err(format!("{key}: no such option; see the head of this example")),
