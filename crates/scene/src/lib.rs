@@ -15,6 +15,7 @@
 //! | [`light`] | sun, sky, emitters, surroundings |
 //! | [`thermal`] | temperatures and net powers that are known, shares of the emission |
 //! | [`group`] | the share of each light in a solution |
+//! | [`note`] | messages of a report, each with its severity and code |
 //! | [`progress`] | how long work tells where it stands |
 //! | [`vault`] | where long work leaves what is done |
 //!
@@ -25,6 +26,7 @@ pub mod camera;
 mod coarser;
 pub mod group;
 pub mod light;
+pub mod note;
 pub mod options;
 pub mod part;
 pub mod plate;
@@ -39,6 +41,7 @@ pub mod zones;
 pub use camera::{Camera, Lens};
 pub use group::{Group, Kind, Values};
 pub use light::{Light, Surroundings};
+pub use note::{Note, Severity};
 pub use options::{Engine, Groups, Options};
 pub use part::{Part, Sample};
 pub use plate::{Plate, PlateKind};

@@ -1,7 +1,7 @@
 //! The scene: validated once, read-only ever after.
 
 pub use crate::options::{Engine, Groups, Options, PatchRule, ThickZones};
-use crate::{Bands, Camera, Light, Plate, Surroundings, Thermal, Voxmap};
+use crate::{Bands, Camera, Light, Note, Plate, Surroundings, Thermal, Voxmap};
 use std::fmt;
 use zonal_math::Vec3;
 
@@ -162,7 +162,7 @@ pub struct SceneParts {
     /// Settings.
     pub options: Options,
     /// What the reader noticed and mended, such as dropped triangles.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// A validated scene.
@@ -410,8 +410,12 @@ impl Scene {
     pub fn options(&self) -> &Options {
         &self.parts.options
     }
+    /// Whether closure is restored: as the settings say, else in thermal mode alone, where missing closure is missing heat.
+    pub fn restores_closure(&self) -> bool {
+        self.options().restore_closure.unwrap_or(self.thermal().is_some())
+    }
     /// What the reader noticed and mended.
-    pub fn notes(&self) -> &[String] {
+    pub fn notes(&self) -> &[Note] {
         &self.parts.notes
     }
     /// Smallest and largest coordinates of everything in the scene, m.

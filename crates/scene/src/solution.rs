@@ -1,6 +1,6 @@
 //! The solution: inert data that solvers write, and pictures, tables and files read.
 
-use crate::{Bands, Group, Scene, Zones, bands};
+use crate::{Bands, Group, Note, Scene, Zones, bands};
 use zonal_math::Grade;
 
 /// How the iteration ended.
@@ -172,7 +172,7 @@ impl Estimate {
         let square = |x: &[Bands]| x.iter().fold([0.0; 3], |s, x| bands(|b| s[b] + x[b] * x[b]));
         let part = |range: std::ops::Range<usize>| {
             let (e, h) = (square(&fields.error[range.clone()]), square(&fields.incident[range]));
-            bands(|b| if h[b] > 0.0 { (e[b] / h[b]).sqrt() } else { 0.0 })
+            bands(|b| relative(e[b], h[b]).sqrt())
         };
         Estimate { patches: part(0..patches), volumes: part(patches..fields.incident.len()), grade }
     }
@@ -181,6 +181,16 @@ impl Estimate {
 impl Default for Estimate {
     fn default() -> Estimate {
         Estimate { patches: [0.0; 3], volumes: [0.0; 3], grade: Grade::Estimated }
+    }
+}
+
+/// `error` over `value`, both from 0: nothing of nothing is known, an error of nothing is not, and what is not a number is infinite.
+fn relative(error: f64, value: f64) -> f64 {
+    match () {
+        () if error.is_nan() || value.is_nan() => f64::INFINITY,
+        () if value > 0.0 => error / value,
+        () if error == 0.0 => 0.0,
+        () => f64::INFINITY,
     }
 }
 
@@ -267,7 +277,7 @@ pub struct Zoning {
     /// Errors of the powers in [`Report::energy`], W a band; its residual is 0.
     pub energy: Energy,
     /// What these errors do not tell: of which zones, and why.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// What was done, and how well it went.
@@ -287,14 +297,17 @@ pub struct Report {
     pub closure: Closure,
     /// Energy balance.
     pub energy: Energy,
+    /// Stated errors of the powers in `energy`, W a band: of the exchange, of direct light, of the solver, and of what does not add up. Infinite
+    /// where they are not known; the residual is 0.
+    pub energy_error: Energy,
     /// Temperatures and heat by name; none in light mode.
     pub heat: Option<HeatReport>,
     /// What the size of the zones costs, where it was asked for and can be told.
     pub zoning: Option<Zoning>,
     /// Name and count of what was counted: pairs by method, rays, tables.
     pub counts: Vec<(String, u64)>,
-    /// Warnings: zones too thick, open enclosures, dropped triangles.
-    pub warnings: Vec<String>,
+    /// Notes and warnings: zones too thick, open enclosures, dropped triangles.
+    pub warnings: Vec<Note>,
     /// The weakest grade among the exchange areas used.
     pub grade: Grade,
 }
@@ -309,6 +322,7 @@ impl Default for Report {
             estimate: Estimate::default(),
             closure: Closure::default(),
             energy: Energy::default(),
+            energy_error: Energy::default(),
             heat: None,
             zoning: None,
             counts: Vec::new(),

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::directions::{cosine, sphere, turn};
 use zonal_math::{Vec3, sequence};
-use zonal_scene::{Bands, Light, Progress, Scene, Zones, bands};
+use zonal_scene::{Bands, Light, Note, Progress, Scene, Zones, bands};
 use zonal_transport::Transport;
 use zonal_transport::direct::{Lamp, Source};
 
@@ -70,8 +70,11 @@ impl Direct {
         self.lights.iter().fold(0.0, |m, l| m.max(l.largest_change))
     }
     /// What is wrong with the lights.
-    pub fn warnings(&self) -> impl Iterator<Item = &String> {
-        self.lights.iter().filter_map(|l| l.warning.as_ref())
+    pub fn warnings(&self) -> impl Iterator<Item = Note> {
+        self.lights
+            .iter()
+            .filter_map(|l| l.warning.as_ref())
+            .map(|w| Note::warning("light-power", w.as_str()))
     }
 }
 

@@ -21,7 +21,7 @@ use zonal_exchange::aligned::lattice::DEPTH;
 use zonal_exchange::pair::{Counts, Exchange, Settings, VoxelFactors};
 use zonal_scene::scene::ThickZones;
 use zonal_scene::solution::Closure;
-use zonal_scene::{Bands, Engine, Progress, Scene, SceneError, Vault, Zones};
+use zonal_scene::{Bands, Engine, Note, Progress, Scene, SceneError, Vault, Zones};
 use zonal_transport::Transport;
 
 /// Zones up to which `auto` takes every pair: 3700 zones with a shelf among them took 25 seconds of one core of 2023, and 2 by links
@@ -79,7 +79,7 @@ pub struct Built<'a> {
     /// Name and count of what was counted.
     pub counts: Vec<(String, u64)>,
     /// What a user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Note>,
     /// The solution, where building the engine found it: how each group ended, and what arrives.
     pub solved: Option<(Vec<Ended>, Arriving)>,
 }
@@ -94,7 +94,7 @@ pub struct Choice {
     /// For the spectral engine: the box that the scene is, and how radiosity varies inside its zones.
     pub boxed: Option<(Enclosure, Variation)>,
     /// What a user should know of it.
-    pub note: Option<String>,
+    pub note: Option<Note>,
 }
 
 /// What the choice is made from.
@@ -254,7 +254,7 @@ impl<'a> Wish<'a> {
     }
 
     /// How radiosity varies inside the zones of a box, and what a user should know of that: slopes that nobody insists on have to fit.
-    fn variation(&self, found: &Enclosure) -> (Variation, Option<String>) {
+    fn variation(&self, found: &Enclosure) -> (Variation, Option<Note>) {
         if !self.thick {
             return (Variation::Constant, None);
         }
@@ -267,7 +267,7 @@ impl<'a> Wish<'a> {
             return (Variation::Linear, None);
         }
         let note = "voxels are thick, but slopes inside them would need more memory or time than allowed";
-        (Variation::Constant, Some(note.into()))
+        (Variation::Constant, Some(Note::warning("no-slopes", note)))
     }
 
     /// Refuses an engine that does not fit.
@@ -378,7 +378,7 @@ fn spectral(
     site: &Site,
     enclosure: Enclosure,
     variation: Variation,
-    note: Option<String>,
+    note: Option<Note>,
     escape: &mut Escape,
 ) -> Built<'static> {
     let (scene, zones) = (site.scene, site.zones);
@@ -387,7 +387,7 @@ fn spectral(
     if open {
         escape.sky = operator.openings();
     }
-    let closure = if scene.options().restore_closure {
+    let closure = if scene.restores_closure() {
         closure::restore(&mut operator, zones, escape)
     } else {
         closure::measure(&operator, zones, escape)
@@ -404,16 +404,15 @@ pub(crate) fn dense(site: &Site, escape: &mut Escape) -> Built<'static> {
     let group = dense::groups(scene, site.transport.has_panes_between());
     let (mut operator, pairs) = Dense::assemble(&exchange, zones, group, site.vault, site.progress);
     drop(exchange);
-    let closure = if scene.options().restore_closure {
+    let closure = if scene.restores_closure() {
         closure::restore(&mut operator, zones, escape)
     } else {
         closure::measure(&operator, zones, escape)
     };
     let mut warnings = Vec::new();
     if pairs.paper > 0 {
-        warnings.push(
-            "the factors of two voxels are those of the paper, for comparison: the errors stated here leave out what that costs".into(),
-        );
+        let text = "the factors of two voxels are those of the paper, for comparison: the errors stated here leave out what that costs";
+        warnings.push(Note::warning("paper-factors", text));
     }
     let counts = counts(&pairs);
     Built { operator: Box::new(operator), closure, counts, warnings, solved: None }

@@ -4,7 +4,7 @@ use crate::spectral::enclosure::Enclosure;
 use crate::surroundings::Escape;
 use crate::{dense, gather};
 use rayon::prelude::*;
-use zonal_scene::{PaneZone, Patch, Scene, VoxelZone, Zones};
+use zonal_scene::{Note, PaneZone, Patch, Scene, VoxelZone, Zones};
 use zonal_transport::Transport;
 
 /// Counts, memory and time of a solve.
@@ -113,22 +113,23 @@ pub fn thickness(scene: &Scene, zones: &Zones) -> f64 {
 
 /// What a user should know of a scene: notes of the reader, and voxels, so many optical depths across, too thick for radiosity that is
 /// `constant` in each.
-pub fn warnings(scene: &Scene, thick: f64, constant: bool) -> Vec<String> {
-    let mut out: Vec<String> = scene.notes().to_vec();
+pub fn warnings(scene: &Scene, thick: f64, constant: bool) -> Vec<Note> {
+    let mut out: Vec<Note> = scene.notes().to_vec();
     let least = (TINY * scene.diagonal()).powi(2);
     let tiny = scene.facets().iter().filter(|f| f.plate.area() < least).count();
     if tiny > 0 {
-        out.push(format!("{tiny} facet(s) are tiny: smaller than {TINY:e} of the scene across"));
+        let text = format!("{tiny} facet(s) are tiny: smaller than {TINY:e} of the scene across");
+        out.push(Note::note("tiny-facets", text));
     }
     if constant && thick > THICK {
-        out.push(format!(
+        out.push(Note::note("thick-voxels", format!(
             "voxels are up to {thick:.2e} optical depths across; below {THICK} is better: use more cells, or, in a box on the grid of its medium, thick_zones = \"linear\""
-        ));
+        )));
     }
     if !constant && thick > STEEP {
-        out.push(format!(
+        out.push(Note::note("thick-voxels", format!(
             "voxels are up to {thick:.2e} optical depths across: slopes inside them carry light that changes along one direction, but beside edges where hot walls meet cold ones below {STEEP} is better: use more cells"
-        ));
+        )));
     }
     out
 }

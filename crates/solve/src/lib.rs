@@ -27,6 +27,7 @@
 //! | [`columns`] | vectors over zones, many at a time |
 //! | [`stage`] | what is kept of long work, as bytes |
 //! | [`energy`] | the balance |
+//! | `consistency` | errors that a solution tells of itself |
 //! | `notes` | what the report says of a balance that is off |
 //! | [`pipeline`] | a scene in, a solution out |
 //! | [`thermal`] | temperatures and net powers: zones posed for the linear equations, the coupling of bands, what is found |
@@ -38,6 +39,7 @@
 
 pub mod closure;
 pub mod columns;
+mod consistency;
 pub mod dense;
 pub mod direct;
 pub mod energy;

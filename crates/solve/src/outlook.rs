@@ -18,7 +18,7 @@ use crate::surroundings::Escape;
 use crate::zoning;
 use rayon::prelude::*;
 use zonal_exchange::pair::{Counts, Exchange, Settings};
-use zonal_scene::{Engine, Scene, SceneError, Zones};
+use zonal_scene::{Engine, Note, Scene, SceneError, Zones};
 use zonal_transport::Transport;
 
 /// Pairs of zones in the sample of the dense engine, and rows that they lie in.
@@ -64,7 +64,7 @@ pub struct Outlook {
     /// Bytes at the peak to expect, and hardly exceeded.
     pub bytes: [u64; 2],
     /// What memory changes.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
     /// True where radiosity varies inside zones.
     pub slopes: bool,
 }
@@ -187,7 +187,7 @@ impl Outlook {
             return most as f64 / rays.max(1) as f64 * (t.seconds + passed / threads);
         }
         if !budget.holds_links(zones, tolerance) {
-            self.notes.push(NO_LINKS.into());
+            self.notes.push(Note::warning("memory", NO_LINKS));
             return 0.0;
         }
         let expected = budget::links(zones, tolerance);

@@ -3,6 +3,7 @@
 //! What takes long is a stage that a [`Vault`] may keep: each light, the surroundings, the engine's factors, the state of the solver.
 //! Everything else is computed again in no time, and comes out the same to the bit.
 
+use crate::consistency;
 use crate::direct::{self, Direct, Lit};
 use crate::energy::{self, Found};
 use crate::engine::{self, Built, Site};
@@ -22,7 +23,7 @@ use zonal_exchange::pair::{Settings, strength, target};
 use zonal_math::Grade;
 use zonal_scene::solution::Energy;
 use zonal_scene::{
-    Bands, Engine, Estimate, Fields, Group, NoVault, Progress, Report, Scene, SceneError, Solution,
+    Bands, Engine, Estimate, Fields, Group, NoVault, Note, Progress, Report, Scene, SceneError, Solution,
     SolveStatus, Values, Vault, Zones, bands,
 };
 use zonal_transport::{Transport, build_zones};
@@ -32,9 +33,6 @@ pub const DEFAULT_MEMORY: u64 = 12 << 30;
 
 /// Share of the largest incident flux by which a zone may be below zero without a word.
 const UNDERSHOOT: f64 = 1e-6;
-
-/// How often an undistributed power may meet a zone, for the errors of a solve that has not converged.
-const FOLLOWED: f64 = 10.0;
 
 /// Residual, over the tolerance, with which an engine is content whose links err by the tolerance: far below what they leave.
 const CONTENT: f64 = 1e-4;
@@ -168,15 +166,27 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
     if scene.thermal().is_some() {
         thermal::spread(&site, &built, &mut fields, coupled.is_some());
     }
-    let mut report = report(&site, &built, &escape, &fields, &groups, &ended, forecast.thickness);
+    let mut energy = Energy::default();
+    groups.iter().for_each(|g| energy.add(&g.energy));
+    let lost = escape_error(zones, &escape, &ended);
+    // Heat is balanced where its temperatures are found.
+    if scene.thermal().is_none() && scene.options().sweeps.is_none() {
+        consistency::balance(zones, &energy, lost, &mut fields);
+    }
+    let mut report = report(&site, &built, &escape, (&fields, energy), &ended, forecast.thickness);
+    report.energy_error = match scene.thermal() {
+        Some(_) => Energy { escaped: lost, ..Energy::default() },
+        None => consistency::of_powers(zones, &report.energy, &fields),
+    };
     (report.engine, report.reason) = (engine.word().into(), reason);
     report.warnings.extend(note);
     let wanted = scene.options().tolerance;
     let estimate = report.estimate.patches.into_iter().chain(report.estimate.volumes).fold(0.0f64, f64::max);
     if engine == Engine::Dense && estimate > wanted {
-        report.warnings.push(format!(
+        let text = format!(
             "the estimated error, {estimate:.2e}, misses the tolerance, {wanted:.2e}: rays that measure pairs that are partly hidden, and what escapes, are not enough for it here"
-        ));
+        );
+        report.warnings.push(Note::warning("tolerance", text));
     }
     Ok(Solved { fields, groups, report, slopes: built.operator.len() > zones.len() })
 }
@@ -187,7 +197,7 @@ fn illuminate(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) ->
         let stage = format!("light-{l}");
         let kept = job.vault.load(&stage).and_then(|b| Lit::restored(&b, zones.len()));
         kept.unwrap_or_else(|| {
-            let normalise = scene.options().restore_closure;
+            let normalise = scene.restores_closure();
             let lit = direct::light(scene, zones, transport, l, normalise, job.progress);
             if job.vault.keeps() {
                 job.vault.save(&stage, &lit.kept());
@@ -341,8 +351,9 @@ fn fields(
     let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
     // Rays gave the answer: rows close as they are, the balance of power does not.
     let options = site.scene.options();
-    let uneven = arriving.is_some() && options.restore_closure && options.sweeps.is_none();
+    let uneven = arriving.is_some() && site.scene.restores_closure() && options.sweeps.is_none();
     let mut changed = vec![[0.0; 3]; n * usize::from(uneven)];
+    let missed: Vec<Bands> = (0..n).into_par_iter().map(missed(site, built, escape)).collect();
     let arriving = arriving.unwrap_or_else(|| built.operator.arriving(&strengths));
     let Arriving { columns: mut arriving, mut error } = arriving;
     ended.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
@@ -389,9 +400,10 @@ fn fields(
             errors.par_iter_mut().enumerate().for_each(|(i, e)| *e = e.map(|e| e / response(zones, i).1));
             errors
         }
-        None => by_rows(site, built, escape, ended, &mut list),
+        None => by_rows(site, built, &missed, ended, &mut list),
     };
-    unfinished(zones, ended, &mut f);
+    consistency::closure(&missed, &mut f);
+    consistency::steps(zones, &list, &mut f);
     f.error.iter_mut().zip(changed).for_each(|(e, c)| *e = bands(|b| e[b] + c[b]));
     if !escape.error.is_empty() {
         let sky = site.scene.surroundings().radiosity();
@@ -399,6 +411,9 @@ fn fields(
         f.surroundings_error = (0..n).into_par_iter().map(part).collect();
         let both = f.error.par_iter_mut().zip(&f.surroundings_error);
         both.for_each(|(e, part)| *e = bands(|b| e[b].hypot(part[b])));
+    }
+    if !takes_power(zones) {
+        consistency::negative_flux(&mut f);
     }
     (f, list)
 }
@@ -432,28 +447,52 @@ fn group(
     }
 }
 
+/// The share of all that arrives at a zone by which its row misses closure beyond twice the error of what escapes; where closure was restored, by
+/// which it was changed.
+fn missed<'a>(site: &'a Site, built: &'a Built, escape: &'a Escape) -> impl Fn(usize) -> Bands + 'a {
+    const TWICE: f64 = 2.0;
+    let (closure, defects) = &built.closure;
+    move |i| {
+        if closure.restored {
+            return defects[i].map(f64::abs);
+        }
+        let lost = escape.spread(i, target(site.zones, i));
+        bands(|b| (defects[i][b].abs() - TWICE * lost[b]).max(0.0))
+    }
+}
+
+/// Standard error of the power that escapes, from rays of their own of each zone, W a band.
+fn escape_error(zones: &Zones, escape: &Escape, ended: &[Ended]) -> Bands {
+    if escape.closed() || escape.rays == 0 {
+        return [0.0; 3];
+    }
+    let one = |i: usize| {
+        let (t, sent) =
+            (target(zones, i), ended.iter().fold([0.0; 3], |s, e| bands(|b| s[b] + e.strengths[i][b])));
+        let spread = escape.spread(i, t);
+        bands(|b| (spread[b] * t * sent[b]).powi(2))
+    };
+    crate::columns::sum::<3>(zones.len(), one).map(f64::sqrt)
+}
+
 /// Estimated error of what arrives at every zone, W/m², from the errors of the factors, group by group; put into the groups, and their sum,
 /// which is no less than the error of all together. A row misses closure by the error of what escapes, which brings no light, and by what the
 /// factors have in common, which no sum of squares tells: what it misses beyond twice the former counts as the same share of all that arrives.
 /// Where closure was restored, the whole change of the row does.
-fn by_rows(site: &Site, built: &Built, escape: &Escape, ended: &[Ended], groups: &mut [Group]) -> Vec<Bands> {
-    const TWICE: f64 = 2.0;
-    let (zones, defects) = (site.zones, &built.closure.1);
-    let restored = built.closure.0.restored;
-    let untold = |i: usize| {
-        if restored {
-            return defects[i].map(f64::abs);
-        }
-        let lost = escape.spread(i, target(zones, i));
-        bands(|b| (defects[i][b].abs() - TWICE * lost[b]).max(0.0))
-    };
-    let untold: Vec<Bands> = (0..zones.len()).into_par_iter().map(untold).collect();
+fn by_rows(
+    site: &Site,
+    built: &Built,
+    missed: &[Bands],
+    ended: &[Ended],
+    groups: &mut [Group],
+) -> Vec<Bands> {
+    let zones = site.zones;
     let mut sum = vec![[0.0; 3]; zones.len()];
     for (group, ended) in groups.iter_mut().zip(ended) {
         let spread = built.operator.error(&ended.strengths).unwrap_or_else(|| vec![[0.0; 3]; zones.len()]);
         let one = |i: usize| {
             let (e, incident) = (spread[i].map(|e| e / response(zones, i).1), group.incident.at(i));
-            bands(|b| e[b] + incident[b] * group.incident_scale[b] * untold[i][b])
+            bands(|b| e[b] + incident[b] * group.incident_scale[b] * missed[i][b])
         };
         let error: Vec<Bands> = (0..zones.len()).into_par_iter().map(one).collect();
         sum.iter_mut().zip(&error).for_each(|(s, e)| *s = bands(|b| s[b] + e[b]));
@@ -464,27 +503,6 @@ fn by_rows(site: &Site, built: &Built, escape: &Escape, ended: &[Ended], groups:
         };
     }
     sum
-}
-
-/// Adds what the solver left to the errors: the power that it has not distributed, relative to what the sources give, of a zone's own field and
-/// of the mean of its kind, [`FOLLOWED`] times.
-fn unfinished(zones: &Zones, ended: &[Ended], f: &mut Fields) {
-    let (_, residuals) = together(ended);
-    let spent = |b: usize| {
-        let done = ended.iter().all(|e| matches!(e.status[b], SolveStatus::Converged | SolveStatus::Swept));
-        if done { 0.0 } else { FOLLOWED * residuals[b].last().copied().unwrap_or(0.0) }
-    };
-    let spent = [0, 1, 2].map(spent);
-    if spent == [0.0; 3] {
-        return;
-    }
-    for kind in [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()] {
-        let size = kind.len().max(1) as f64;
-        let mean = kind.clone().fold([0.0; 3], |m, i| bands(|b| m[b] + f.incident[i][b].abs() / size));
-        for i in kind {
-            f.error[i] = bands(|b| f.error[i][b] + spent[b] * (f.incident[i][b].abs() + mean[b]));
-        }
-    }
 }
 
 /// The worst end of all groups, and the power that all together have not distributed.
@@ -507,23 +525,21 @@ fn report(
     site: &Site,
     built: &Built,
     escape: &Escape,
-    fields: &Fields,
-    groups: &[Group],
+    (fields, energy): (&Fields, Energy),
     ended: &[Ended],
     thickness: f64,
 ) -> Report {
-    let mut energy = Energy::default();
-    groups.iter().for_each(|g| energy.add(&g.energy));
     let mut warnings = forecast::warnings(site.scene, thickness, built.operator.len() == site.zones.len());
     warnings.extend(built.warnings.iter().cloned());
     warnings.extend(undershoot(site, fields));
     if !escape.closed() {
-        warnings.push("the scene is open: power escapes to the surroundings or onto black backs".into());
+        let text = "the scene is open: power escapes to the surroundings or onto black backs";
+        warnings.push(Note::note("open-scene", text));
     }
-    warnings.extend(site.direct.warnings().cloned());
+    warnings.extend(site.direct.warnings());
     if site.scene.thermal().is_none() {
         let short = ended.iter().flat_map(|e| e.status).any(|s| s == SolveStatus::Budget);
-        warnings.extend(notes::of_light(&energy, site.scene.options(), short));
+        warnings.extend(notes::of_light(&energy, site.scene.options(), site.scene.restores_closure(), short));
     }
     let (status, residuals) = together(ended);
     let mut closure = built.closure.0.clone();
@@ -544,22 +560,26 @@ fn report(
     }
 }
 
+/// True where powers are taken away from zones, which may leave less than nothing to arrive.
+fn takes_power(zones: &Zones) -> bool {
+    (0..zones.len()).into_par_iter().any(|i| emission(zones, i).iter().any(|e| *e < 0.0))
+}
+
 /// What a user should know of zones whose slopes are steeper than what they hold.
-fn undershoot(site: &Site, fields: &Fields) -> Option<String> {
-    // Powers that are taken away may leave less than nothing without any slope.
-    let taken = |i: usize| emission(site.zones, i).iter().any(|e| *e < 0.0);
+fn undershoot(site: &Site, fields: &Fields) -> Option<Note> {
     let most = fields.incident.iter().flatten().fold(0.0f64, |m, x| m.max(*x));
-    if most <= 0.0 || (0..site.zones.len()).into_par_iter().any(taken) {
+    if most <= 0.0 || takes_power(site.zones) {
         return None;
     }
     let below = || fields.incident.iter().filter(|h| h.iter().any(|x| *x < -UNDERSHOOT * most));
     let least = below().flatten().fold(0.0f64, |m, x| m.min(*x));
     (least < 0.0).then(|| {
-        format!(
+        let text = format!(
             "less than nothing arrives at {} zone(s), down to {:.1e} of the most: light falls off too steeply for these voxels, use more cells",
             below().count(),
             least / most
-        )
+        );
+        Note::warning("negative-flux", text)
     })
 }
 

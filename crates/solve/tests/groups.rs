@@ -223,7 +223,7 @@ fn broken_off(scene: &Scene, stages: usize, least: usize, straight: &Solution) -
 #[test]
 fn work_broken_off_at_any_stage_ends_the_same() {
     let scene = with(read(ROOM), |o| {
-        o.restore_closure = true;
+        o.restore_closure = Some(true);
         o.residual = 1e-15;
         o.max_iterations = 35;
     });
@@ -358,7 +358,7 @@ fn kept_views_serve_other_reflectances() {
 #[test]
 fn kept_factors_serve_other_reflectances() {
     for closure in [false, true] {
-        let scene = with(read(ROOM), |o| o.restore_closure = closure);
+        let scene = with(read(ROOM), |o| o.restore_closure = Some(closure));
         let vault = Memory { left: AtomicUsize::new(usize::MAX), ..Memory::default() };
         let first = run(&scene, &vault);
         vault.stages.lock().unwrap().remove("state-krylov");

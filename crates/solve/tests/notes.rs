@@ -3,9 +3,9 @@
 mod common;
 
 use common::solved;
-use zonal_scene::{Solution, SolveStatus};
+use zonal_scene::{Note, Solution, SolveStatus};
 
-fn notes<'a>(s: &'a Solution, word: &str) -> Vec<&'a String> {
+fn notes<'a>(s: &'a Solution, word: &str) -> Vec<&'a Note> {
     s.report.warnings.iter().filter(|w| w.contains(word)).collect()
 }
 

@@ -172,7 +172,7 @@ fn notes(text: &str) -> (Option<Zoning>, String) {
     let s = solved(text);
     let mut notes = s.report.warnings;
     notes.extend(s.report.zoning.iter().flat_map(|z| z.notes.clone()));
-    (s.report.zoning, notes.join("\n"))
+    (s.report.zoning, notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
 }
 
 const WALLS: &str = "temperature = 300\nemissivity = 0.5\nfaces.z0 = { temperature = 1000 }";

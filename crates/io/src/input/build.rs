@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use zonal_math::vec3;
 use zonal_scene::scene::{PatchRule, ThickZones};
 use zonal_scene::{
-    Camera, Engine, Groups, Known, Lens, Light, Options, Plate, Scene, SceneError, SceneParts, Surface,
+    Camera, Engine, Groups, Known, Lens, Light, Note, Options, Plate, Scene, SceneError, SceneParts, Surface,
     Surroundings,
 };
 
@@ -74,8 +74,8 @@ impl Builder<'_> {
     pub(crate) fn alias(&self, name: &str, at: &str) {
         self.source.alias(&format!("surface '{name}'"), &format!("surface '{at}'"));
     }
-    pub(crate) fn note(&mut self, text: impl Into<String>) {
-        self.parts.notes.push(text.into());
+    pub(crate) fn note(&mut self, note: impl Into<Note>) {
+        self.parts.notes.push(note.into());
     }
     /// The path of the file that a node names.
     pub(crate) fn resolve(&self, node: &Node<'_>) -> Result<PathBuf, InputError> {
@@ -215,7 +215,7 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
         o.patch_rule = PatchRule::ALL[i];
     }
     if let Some(i) = t.read("closure", |n| n.choice(&["measure", "restore"]))? {
-        o.restore_closure = i == 1;
+        o.restore_closure = Some(i == 1);
     }
     if let Some(x) = t.read("residual", between)? {
         o.residual = x;

@@ -3,7 +3,7 @@
 //! `thermal`: `{shares, surfaces, panes, surroundings}`, each known value `{temperature: K}`, `{heat: W/m² or W/m³}` or `{net_power: W}`.
 //! `report.heat`: rows `{name, kind, size, temperature_K, temperature_error_K, net_flux, net_flux_error, net_power_W, net_power_error_W}` with
 //! `size` in m² of surfaces and m³ of media and panes, and net fluxes per m² or m³; `null` where no temperature is defined. `*_error` is of the
-//! exchange; where it is known what the size of the zones costs, `temperature_zoning_error_K`, `net_flux_zoning_error` and
+//! exchange, `null` where it is not known; where it is known what the size of the zones costs, `temperature_zoning_error_K`, `net_flux_zoning_error` and
 //! `net_power_zoning_error_W` say it.
 
 use super::header::each;
@@ -114,9 +114,10 @@ pub(super) fn report_in(v: &Value) -> Result<Option<HeatReport>, String> {
             kind: *HeatKind::ALL.iter().find(|k| k.word() == kind).ok_or("kind: is not known")?,
             size: real(x, "size")?,
             temperature: maybe(x, "temperature_K"),
-            temperature_error: maybe(x, "temperature_error_K"),
+            temperature_error: maybe(x, "temperature_K")
+                .map(|_| maybe(x, "temperature_error_K").unwrap_or(f64::INFINITY)),
             power: real(x, "net_power_W")?,
-            power_error: maybe(x, "net_power_error_W").unwrap_or(f64::NAN),
+            power_error: maybe(x, "net_power_error_W").unwrap_or(f64::INFINITY),
         })
     };
     Ok(Some(HeatReport {

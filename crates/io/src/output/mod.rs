@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`solution`] | a solution as one `.npz` that numpy opens without us, and back |
 //! | [`report`] | the report as JSON, for `--json` and for the solution's header |
+//! | [`notes`] | notes and warnings as JSON |
 //! | [`hash`] | the scene hash: which scene a solution belongs to |
 //! | [`tone`] | exposure, contrast, filmic curve, sRGB, dither |
 //! | [`colour_map`] | colours of single values |
@@ -25,6 +26,7 @@ pub mod csv;
 pub mod exr;
 pub mod glb;
 pub mod hash;
+pub mod notes;
 pub mod picture;
 pub mod report;
 pub mod solution;
@@ -50,6 +52,7 @@ pub use csv::write_zones_csv;
 pub use exr::{FieldPicture, Picture, read_exr, read_exr_field, write_exr, write_exr_field};
 pub use glb::write_glb;
 pub use hash::{factors_hash, scene_hash};
+pub use notes::{note_json, notes_json};
 pub use picture::{encode_png, png_note, write_png, write_png_bytes, write_png_noted};
 pub use report::report_json;
 pub use solution::{read_solution, write_solution};

@@ -3,10 +3,11 @@
 //! Lists over bands have three numbers. A number that is not finite is `null`.
 
 use super::heat;
+use super::notes::{note_in, notes_json};
 use serde_json::{Value, json};
 use zonal_math::Grade;
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Bands, Estimate, Group, Kind, Report, Solution, SolveStatus, Zoning};
+use zonal_scene::{Bands, Estimate, Group, Kind, Note, Report, Solution, SolveStatus, Zoning};
 
 /// The report of a solution as a JSON document: zones, engine, status, residuals, estimate, closure, energy (W), light groups, counts,
 /// warnings, provenance.
@@ -115,13 +116,14 @@ pub(super) fn encode(r: &Report) -> Value {
             "worst": c.worst, "rms": c.rms, "largest_change": c.largest_change, "after": c.after, "restored": c.restored,
         },
         "energy": energy_out(&r.energy),
+        "energy_error": energy_out(&r.energy_error),
         "heat": heat::report_out(r.heat.as_ref(), r.zoning.as_ref()),
         "zoning": r.zoning.as_ref().map(|z| json!({
             "zones": z.zones, "ratio": z.ratio, "energy": energy_out(&z.energy), "grade": Grade::Estimated.word(),
-            "notes": z.notes,
+            "notes": notes_json(&z.notes),
         })),
         "counts": counts,
-        "warnings": r.warnings,
+        "warnings": notes_json(&r.warnings),
         "grade": r.grade.word(),
     })
 }
@@ -138,8 +140,8 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
         reason: text(v, "reason")?,
         status: statuses(v)?,
         estimate: Estimate {
-            patches: report_bands(e, "patches")?,
-            volumes: report_bands(e, "volumes")?,
+            patches: report_bands(e, "patches")?.map(unknown),
+            volumes: report_bands(e, "volumes")?.map(unknown),
             grade: grade_of(e)?,
         },
         residuals: [reals(&residuals[0])?, reals(&residuals[1])?, reals(&residuals[2])?],
@@ -151,15 +153,31 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
             restored: c["restored"].as_bool().ok_or("report.closure.restored: is missing")?,
         },
         energy: energy_in(&v["energy"])?,
+        energy_error: energy_error_in(v)?,
         heat: heat::report_in(&v["heat"]).map_err(|e| format!("report.heat.{e}"))?,
         zoning: zoning_in(v)?,
         counts: list(v, "counts")?
             .iter()
             .map(|x| Ok((text(x, "name")?, x["count"].as_u64().ok_or("report.counts: a count is missing")?)))
             .collect::<Result<_, String>>()?,
-        warnings: texts(v, "warnings")?,
+        warnings: notes(v, "warnings")?,
         grade: grade_of(v)?,
     })
+}
+
+/// An error that was written as null is not known.
+fn unknown(error: f64) -> f64 {
+    if error.is_nan() { f64::INFINITY } else { error }
+}
+
+/// The stated errors of the powers, infinite where they are not known: `null`, and all of files that do not say.
+fn energy_error_in(v: &Value) -> Result<Energy, String> {
+    if v["energy_error"].is_null() {
+        let energy = energy_in(&v["energy"])?;
+        return Ok(energy.compared(&energy, |_, _| f64::INFINITY));
+    }
+    let error = energy_in(&v["energy_error"])?;
+    Ok(error.compared(&error, |x, _| unknown(x)))
 }
 
 /// What the size of the zones costs; none in files that do not say.
@@ -173,13 +191,13 @@ fn zoning_in(v: &Value) -> Result<Option<Zoning>, String> {
         ratio: real(z, "ratio")?,
         heat: heat::zoning_in(&v["heat"])?,
         energy: energy_in(&z["energy"])?,
-        notes: texts(z, "notes")?,
+        notes: notes(z, "notes")?,
     }))
 }
 
-/// The texts of a list.
-fn texts(v: &Value, key: &str) -> Result<Vec<String>, String> {
-    let one = |w: &Value| w.as_str().map(String::from).ok_or(format!("report.{key}: an entry is no text"));
+/// The notes of a list.
+fn notes(v: &Value, key: &str) -> Result<Vec<Note>, String> {
+    let one = |w: &Value| note_in(w).map_err(|e| format!("report.{key}: {e}"));
     list(v, key)?.iter().map(one).collect()
 }
 

@@ -256,8 +256,7 @@ fn read_scene(npz: &mut reader::Npz, h: &Value) -> Result<Scene, FileError> {
     let invalid = |e: SceneError| FileError::new(&path, e.key(), e.what());
     let surfaces = header::each(h, "surfaces", header::surface_in).map_err(json)?;
     let panes = header::each(h, "panes", header::pane_in).map_err(json)?;
-    let notes = header::each(h, "notes", |v| v.as_str().map(String::from).ok_or("is no text".into()))
-        .map_err(json)?;
+    let notes = header::each(h, "notes", super::notes::note_in).map_err(json)?;
     let textures = header::int(h, "textures").map_err(json)?;
     let parts = SceneParts {
         name: report::text(h, "name").map_err(json)?,

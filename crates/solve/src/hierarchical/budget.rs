@@ -11,7 +11,7 @@ use super::build::beyond_links;
 use super::onward;
 use super::seeing;
 use crate::{dense, groups};
-use zonal_scene::{Scene, Zones};
+use zonal_scene::{Note, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Bytes of the program itself.
@@ -88,13 +88,14 @@ impl Budget {
     }
 
     /// What to say where memory allows fewer rays than the tolerance asks for.
-    pub fn note(&self, zones: &Zones, tolerance: f64, each: [usize; 2]) -> Option<String> {
+    pub fn note(&self, zones: &Zones, tolerance: f64, each: [usize; 2]) -> Option<Note> {
         let wanted = seeing::rays(zones, tolerance, f64::INFINITY);
         (each[0] < wanted[0] || each[1] < wanted[1]).then(|| {
-            format!(
+            let text = format!(
                 "memory allows {} rays of a patch and {} of a volume zone in place of {} and {}: the tolerance may be missed; allow more (--max-memory)",
                 each[0], each[1], wanted[0], wanted[1]
-            )
+            );
+            Note::warning("memory", text)
         })
     }
 

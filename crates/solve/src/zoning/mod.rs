@@ -19,7 +19,8 @@ use grown::Grown;
 use zonal_scene::scene::ThickZones;
 use zonal_scene::vault::STATE;
 use zonal_scene::{
-    Engine, HeatKind, HeatReport, HeatRow, Known, Progress, Report, Scene, SceneError, Vault, Zones, Zoning,
+    Engine, HeatKind, HeatReport, HeatRow, Known, Note, Progress, Report, Scene, SceneError, Vault, Zones,
+    Zoning,
 };
 use zonal_transport::{Transport, build_zones};
 
@@ -71,7 +72,10 @@ impl Vault for Apart<'_> {
 pub(crate) fn estimate(scene: &Scene, zones: &Zones, slopes: bool, report: &mut Report, job: &Job) {
     match second(scene, zones, slopes, report, job) {
         Ok(zoning) => report.zoning = Some(zoning),
-        Err(why) => report.warnings.push(format!("what the size of the zones costs is not known: {why}")),
+        Err(why) => {
+            let text = format!("what the size of the zones costs is not known: {why}");
+            report.warnings.push(Note::warning("discretization", text));
+        }
     }
 }
 
@@ -106,7 +110,7 @@ fn second(scene: &Scene, zones: &Zones, slopes: bool, report: &Report, job: &Job
         ratio,
         heat: heat.collect(),
         energy: report.energy.compared(&other.report.energy, apart),
-        notes: grown.notes,
+        notes: grown.notes.into_iter().map(|t| Note::warning("discretization", t)).collect(),
     })
 }
 

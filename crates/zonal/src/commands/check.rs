@@ -7,7 +7,7 @@ use crate::failure::say;
 use std::path::PathBuf;
 use std::time::Instant;
 use zonal_exchange::pair::Settings;
-use zonal_scene::{Engine, Scene};
+use zonal_scene::{Engine, Note, Scene};
 use zonal_solve::forecast::{self, Forecast};
 use zonal_solve::outlook::{Outlook, Plan};
 use zonal_transport::{Transport, build_zones};
@@ -40,9 +40,10 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     zonal_solve::thermal::pose(&scene, &mut zones);
     let reading = start.elapsed().as_secs_f64();
     let f = Forecast::new(&scene, &zones, &transport);
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<Note> = Vec::new();
     if forecast::is_open(&scene, &zones, &transport) {
-        warnings.push("the scene is open: some rays leave it; its surroundings take part as a zone".into());
+        let text = "the scene is open: some rays leave it; its surroundings take part as a zone";
+        warnings.push(Note::note("open-scene", text));
     }
     let threads = rayon::current_num_threads();
     let (rays, light) = forecast::direct_light(&scene, &zones, &transport, threads);
@@ -59,7 +60,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     warnings.extend(forecast::warnings(&scene, f.thickness, !outlook.as_ref().is_ok_and(|o| o.slopes)));
     match &outlook {
         Ok(o) => warnings.extend(o.notes.iter().cloned()),
-        Err(e) => warnings.push(format!("`solve` will refuse: {e}")),
+        Err(e) => warnings.push(Note::warning("refused", format!("`solve` will refuse: {e}"))),
     }
     if context.json {
         let o = outlook.as_ref().ok();
@@ -75,9 +76,10 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
             "zone_bytes": f.zone_bytes, "shadow_rays": rays, "direct_light_seconds": light,
             "occluders": f.occluders, "lights": scene.lights().len(),
             "cameras": scene.cameras().iter().map(|c| c.name.clone()).collect::<Vec<_>>(),
-            "warnings": warnings,
+            "warnings": zonal_io::output::notes_json(&warnings),
         });
-        return say(&format!("{json:#}"));
+        say(&format!("{json:#}"))?;
+        return context.judge(&warnings);
     }
     say(&format!("{}: sound", args.scene.display()))?;
     say(&format!(
@@ -101,10 +103,10 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     ))?;
     let cameras: Vec<&str> = scene.cameras().iter().map(|c| c.name.as_str()).collect();
     say(&format!("  cameras: {}", if cameras.is_empty() { "none".into() } else { cameras.join(", ") }))?;
-    for w in warnings {
-        say(&format!("  note: {w}"))?;
+    for w in &warnings {
+        say(&format!("  {}: {w}", w.severity.word()))?;
     }
-    Ok(())
+    context.judge(&warnings)
 }
 
 /// The scene with the options of the command line.

@@ -18,6 +18,7 @@ use clap::{Parser, Subcommand};
 use std::path::Path;
 
 use crate::Failure;
+use zonal_scene::{Note, Report};
 
 /// Radiative exchange between surfaces and participating media by the zonal method.
 ///
@@ -38,6 +39,9 @@ pub struct Cli {
     /// No progress bars. They are off anyway where standard error is not a terminal.
     #[arg(long, short, global = true)]
     pub quiet: bool,
+    /// Any warning in a report ends with exit code 1; what was asked for is written all the same.
+    #[arg(long, global = true)]
+    pub strict: bool,
 }
 
 /// The subcommands.
@@ -74,6 +78,25 @@ pub struct Context {
     pub json: bool,
     /// No progress bars.
     pub quiet: bool,
+    /// Warnings count as a failed verdict.
+    pub strict: bool,
+}
+
+impl Context {
+    /// Refuses a report with warnings where the user is strict; its end is exit code 1.
+    pub fn judge<'a>(self, notes: impl IntoIterator<Item = &'a Note>) -> Result<(), Failure> {
+        let warnings: Vec<&Note> = notes.into_iter().filter(|n| n.is_warning()).collect();
+        match warnings.first() {
+            Some(first) if self.strict => {
+                Err(Failure::verdict(format!("{} warning(s) with --strict, first: {first}", warnings.len())))
+            }
+            _ => Ok(()),
+        }
+    }
+    /// The same of all that a report says.
+    pub fn judge_report(self, report: &Report) -> Result<(), Failure> {
+        self.judge(report.warnings.iter().chain(report.zoning.iter().flat_map(|z| &z.notes)))
+    }
 }
 
 /// Runs a parsed command line.
@@ -82,7 +105,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         // Fails only where a pool exists already, which then serves as well.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(n as usize).build_global();
     }
-    let context = Context { json: cli.json, quiet: cli.quiet };
+    let context = Context { json: cli.json, quiet: cli.quiet, strict: cli.strict };
     match cli.command {
         Command::Demo(a) => demo::run(&a, context),
         Command::Check(a) => check::run(&a, context),

@@ -100,7 +100,7 @@ fn general(pack: &mut Pack, s: &Solution, baked: &Baked, origin: Vec3) {
         json!({
             "engine": report.engine, "status": status.join(", "), "grade": report.estimate.grade.word(),
             "estimate": { "patches": report.estimate.patches, "volumes": report.estimate.volumes },
-            "residual": report.energy.residual, "warnings": report.warnings,
+            "residual": report.energy.residual, "warnings": report.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         }),
     );
     let camera = |c: &zonal_scene::Camera| json!({ "name": c.name, "origin": array(c.origin - origin), "target": array(c.target - origin), "up": array(c.up), "fov": c.fov });
