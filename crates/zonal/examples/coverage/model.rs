@@ -140,13 +140,24 @@ pub fn wall(min: V, max: V, face: usize) -> (V, [V; 2]) {
     }
 }
 
-/// The quadrilaterals of a box, with its normals outward or inward.
+/// The quadrilaterals of a box, with its normals outward or inward; equal corners are equal to the bit.
 pub fn quads(min: V, max: V, inward: bool) -> Vec<[V; 4]> {
     (0..6)
         .map(|face| {
-            let (o, [e1, e2]) = wall(min, max, face);
-            let (e1, e2) = if inward { (e1, e2) } else { (e2, e1) };
-            [o, add(o, e1), add(add(o, e1), e2), add(o, e2)]
+            let (axis, high) = (face / 2, face % 2 == 1);
+            let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+            let at = |i: bool, j: bool| {
+                let mut p = min;
+                p[axis] = if high { max[axis] } else { min[axis] };
+                p[a] = if i { max[a] } else { min[a] };
+                p[b] = if j { max[b] } else { min[b] };
+                p
+            };
+            let mut quad = [at(false, false), at(true, false), at(true, true), at(false, true)];
+            if high == inward {
+                quad.reverse();
+            }
+            quad
         })
         .collect()
 }
