@@ -162,14 +162,7 @@ impl<'a> Ground<'a> {
 
     /// Flies from `start` along the unit vector `d` in band `b` until the optical depth `tau` is spent or something is met. `track` is told
     /// of every length in a cell (index, m) and, with an index beyond all cells, in a pane.
-    pub fn fly(
-        &self,
-        start: &Start,
-        d: Vec3,
-        b: usize,
-        tau: f64,
-        track: &mut impl FnMut(Place, f64),
-    ) -> End {
+    pub fn fly(&self, start: &Start, d: Vec3, b: usize, tau: f64, track: &mut impl FnMut(Place, f64)) -> End {
         let (mut o, mut rest, mut skip) = (start.at, tau, start.facet);
         if let Some((plate, height)) = start.pane {
             let (pane, q) = self.plates[plate];

@@ -12,8 +12,9 @@ const POINTS: usize = 1500;
 
 fn row(name: &str, l: &Line) -> String {
     let far = format!("{} / {}", l.far[0], l.far[1]);
-    let [names, zones] = [[l.names_covered, l.names], [l.zones_covered, l.zones]]
-        .map(|[part, of]| if of == 0 { "–".into() } else { format!("{:.2} % of {of}", Line::percent(part, of)) });
+    let [names, zones] = [[l.names_covered, l.names], [l.zones_covered, l.zones]].map(|[part, of]| {
+        if of == 0 { "–".into() } else { format!("{:.2} % of {of}", Line::percent(part, of)) }
+    });
     format!("| {name} | {} | {names} | {zones} | {} | {far} |\n", l.scenes, l.unknown)
 }
 
