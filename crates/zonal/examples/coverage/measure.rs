@@ -13,6 +13,9 @@ use zonal_reference::forward::{Answer, Closed, answer};
 const MEMORY: u64 = 2 << 30;
 /// Differences below this share of the largest quantity of their kind are rounding.
 const ROUNDING: f64 = 1e-9;
+/// Zones at which the reference's standard error is a larger share of its value are not compared: so few walks have come by that their
+/// spread does not tell it.
+const ROUGH: f64 = 0.1;
 /// Words by which an engine says that it does not serve a scene.
 const REFUSALS: [&str; 4] = ["does not apply", "images", "periodic", "is for the spectral engine"];
 /// Engines, and what they do inside zones.
@@ -312,6 +315,9 @@ pub fn zones(s: &Solution, truth: &Answer) -> Vec<Quantity> {
         let t = &truth.zones[i];
         let same = grey || ((0..3).all(|b| h(i, b) == h(i, 0)) && t[0] == t[1] && t[1] == t[2]);
         for b in 0..if same { 1 } else { 3 } {
+            if t[b].error > ROUGH * t[b].value || (t[b].value == 0.0 && h(i, b) > ROUNDING * scale[b]) {
+                continue;
+            }
             let what = format!("{}, band {b}", word(i));
             out.push(quantity(Kind::Zone, what, h(i, b), s.fields.error[i][b], t[b], scale[b]));
         }
@@ -322,6 +328,7 @@ pub fn zones(s: &Solution, truth: &Answer) -> Vec<Quantity> {
             if let Some(e) = truth.zone_heat[i].emissive
                 && t.is_finite()
                 && te > 0.0
+                && e.error <= ROUGH * e.value
             {
                 out.push(quantity(Kind::Zone, format!("T beside {}", word(i)), t, te, kelvin(e), t));
             }
