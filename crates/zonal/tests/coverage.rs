@@ -29,7 +29,8 @@ fn stated_errors_cover_true_ones_in_fifty_random_scenes() {
     let s = Summary::new(&done);
     let missed: Vec<_> = done.iter().flat_map(|d| d.missed()).collect();
     let failures: Vec<_> = done.iter().flat_map(|d| &d.failures).collect();
-    let broken: Vec<_> = done.iter().filter_map(|d| d.invariance.as_ref()).flat_map(|i| &i.1.broken).collect();
+    let broken: Vec<_> =
+        done.iter().filter_map(|d| d.invariance.as_ref()).flat_map(|i| &i.1.broken).collect();
     assert!(failures.is_empty(), "{failures:#?}");
     assert!(broken.is_empty(), "{broken:#?}");
     assert_eq!(s.all.far[0], 0, "beyond ten times the stated error without a warning: {missed:#?}");

@@ -106,17 +106,14 @@ impl<'a> Ground<'a> {
         votes.count() >= 2
     }
 
-    /// True where a front at this point is covered by what stands on it.
+    /// True where a front at this point is covered: another front lies on it, face to face.
     pub fn covered(&self, at: Vec3, normal: Vec3, facet: u32) -> bool {
         if self.closed.is_none() {
             return false;
         }
         let h = UNDER * self.size;
         let met = self.facets.nearest(at - normal * h, normal, 0.0..2.0 * h, Some(facet));
-        met.is_some_and(|m| {
-            let f = &self.scene.facets()[m.id as usize];
-            !m.front && self.scene.surfaces()[f.surface].sides == Sides::Front
-        })
+        met.is_some_and(|m| m.front)
     }
 
     /// The area of each surface, both sides where both take part, without what is covered by solids that touch it, m².
@@ -165,14 +162,7 @@ impl<'a> Ground<'a> {
 
     /// Flies from `start` along the unit vector `d` in band `b` until the optical depth `tau` is spent or something is met. `track` is told
     /// of every length in a cell (index, m) and, with an index beyond all cells, in a pane.
-    pub fn fly(
-        &self,
-        start: &Start,
-        d: Vec3,
-        b: usize,
-        tau: f64,
-        track: &mut impl FnMut(Place, f64),
-    ) -> End {
+    pub fn fly(&self, start: &Start, d: Vec3, b: usize, tau: f64, track: &mut impl FnMut(Place, f64)) -> End {
         let (mut o, mut rest, mut skip) = (start.at, tau, start.facet);
         if let Some((plate, height)) = start.pane {
             let (pane, q) = self.plates[plate];

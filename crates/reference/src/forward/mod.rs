@@ -99,7 +99,13 @@ pub fn answer(scene: &Scene, closed: &Closed, zones: Option<&Zones>, walks: usiz
         .map(|k| {
             let mut sums = vec![0.0; 4 * walker.slots.len];
             for (n, &b) in bands.iter().enumerate() {
-                walker.batch(&sources[n], b, walks.div_ceil(BATCHES), hash(hash(seed, k as u64), b as u64), &mut sums);
+                walker.batch(
+                    &sources[n],
+                    b,
+                    walks.div_ceil(BATCHES),
+                    hash(hash(seed, k as u64), b as u64),
+                    &mut sums,
+                );
             }
             sums
         })
@@ -163,7 +169,8 @@ impl Walker<'_> {
                 let zones = self.zones?;
                 if i < zones.voxel_offset() {
                     let p = &zones.patches[i];
-                    let start = Start { at: dice.on_plate(&p.plate), facet: Some(p.facet as u32), pane: None };
+                    let start =
+                        Start { at: dice.on_plate(&p.plate), facet: Some(p.facet as u32), pane: None };
                     return Some((start, dice.cosine(p.normal), true));
                 }
                 Some((self.within(i, dice)?, dice.direction(), true))
@@ -172,7 +179,9 @@ impl Walker<'_> {
                 let map = scene.voxmap()?;
                 let lo = map.corner(map.coordinates(c));
                 let at = dice.in_box(lo, lo + map.cell());
-                self.ground.free(at, dice).then(|| (Start { at, facet: None, pane: None }, dice.direction(), true))
+                self.ground
+                    .free(at, dice)
+                    .then(|| (Start { at, facet: None, pane: None }, dice.direction(), true))
             }
             Take::Plate(k) => Some((self.in_pane(k, None, dice), dice.direction(), true)),
             Take::Sun(towards, cos) => {
@@ -195,7 +204,11 @@ impl Walker<'_> {
     fn in_pane(&self, plate: usize, at: Option<Vec3>, dice: &mut Dice) -> Start {
         let (pane, q) = &self.ground.plates[plate];
         let at = at.unwrap_or_else(|| dice.on_plate(q));
-        Start { at, facet: None, pane: Some((plate, dice.roll() * self.ground.scene.panes()[*pane].thickness)) }
+        Start {
+            at,
+            facet: None,
+            pane: Some((plate, dice.roll() * self.ground.scene.panes()[*pane].thickness)),
+        }
     }
 
     /// A point of volume zone `i`.
@@ -304,7 +317,15 @@ impl Walker<'_> {
     }
 
     /// Counts what a surface or a zone of it takes.
-    fn arrive(&self, k: &Known3, surface: usize, zone: Option<usize>, weight: f64, band: usize, sums: &mut [f64]) {
+    fn arrive(
+        &self,
+        k: &Known3,
+        surface: usize,
+        zone: Option<usize>,
+        weight: f64,
+        band: usize,
+        sums: &mut [f64],
+    ) {
         let taken = weight * k.absorb[band];
         sums[4 * surface + if k.again { 3 } else { band }] += if k.again { taken / k.emits } else { taken };
         if let Some(i) = zone {

@@ -239,7 +239,8 @@ impl Slots {
                 } else {
                     optics.pane(z.panes[i - z.pane_offset()].pane)
                 };
-                let part = if i < z.voxel_offset() { k.absorb } else { bands(|b| k.absorb[b] * k.extinction[b]) };
+                let part =
+                    if i < z.voxel_offset() { k.absorb } else { bands(|b| k.absorb[b] * k.extinction[b]) };
                 out.zone_heat.push(heat(self.zones + i, part, &[(k, measure)]));
             }
         }

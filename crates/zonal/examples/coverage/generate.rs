@@ -43,7 +43,13 @@ impl<'a> Maker<'a> {
     fn new(dice: &'a mut Dice, small: bool) -> Maker<'a> {
         let thermal = dice.roll() < 0.5;
         let u = dice.roll();
-        let bands = if u < 0.6 { 1 } else if u < 0.75 { 2 } else { 3 };
+        let bands = if u < 0.6 {
+            1
+        } else if u < 0.75 {
+            2
+        } else {
+            3
+        };
         let given = thermal && bands > 1 && dice.roll() < 0.4;
         let mut features = vec![if thermal { "thermal" } else { "light" }];
         features.push(["one band", "two bands", "three bands"][bands - 1]);
@@ -227,7 +233,8 @@ impl<'a> Maker<'a> {
         if self.chance(0.35) {
             self.features.push("emitter");
             let edge = self.between(0.08, 0.3);
-            let corner = add(centre, [0, 1, 2].map(|k| size[k] * self.dice.between(-0.3, 0.1)).map(Maker::short));
+            let corner =
+                add(centre, [0, 1, 2].map(|k| size[k] * self.dice.between(-0.3, 0.1)).map(Maker::short));
             let mut look = self.look(1.0);
             look.emission = self.spread(|m| m.between(100.0, 1000.0));
             let edges = [[0.0, edge * size[1], 0.0], [edge * size[0], 0.0, 0.0]];
@@ -337,7 +344,9 @@ impl<'a> Maker<'a> {
         let missing = if self.chance(0.3) { 0.3 } else { 0.0 };
         let (room, open) = self.room(size, missing);
         m.surfaces.push(room);
-        let at = |m: &mut Self, lo: f64, hi: f64| [0, 1, 2].map(|k| Maker::short(size[k] * m.dice.between(lo, hi)));
+        let at = |m: &mut Self, lo: f64, hi: f64| {
+            [0, 1, 2].map(|k| Maker::short(size[k] * m.dice.between(lo, hi)))
+        };
         let (mut lo, mut hi) = (at(self, 0.2, 0.35), at(self, 0.5, 0.7));
         if self.chance(0.4) {
             self.features.push("solid on the floor");
@@ -395,15 +404,30 @@ impl<'a> Maker<'a> {
             let x = Maker::short(size[0] * self.dice.between(0.2 + 0.4 * k as f64, 0.5 + 0.4 * k as f64));
             let (y, z) = (Maker::short(0.8 * size[1]), Maker::short(0.7 * size[2]));
             let lean = if !filled && self.chance(0.5) { Maker::short(0.08 * size[0]) } else { 0.0 };
-            let polygon = vec![[x, 0.1 * size[1], 0.1 * size[2]], [x, y, 0.1 * size[2]], [x + lean, y, z], [x + lean, 0.1 * size[1], z]];
+            let polygon = vec![
+                [x, 0.1 * size[1], 0.1 * size[2]],
+                [x, y, 0.1 * size[2]],
+                [x + lean, y, z],
+                [x + lean, 0.1 * size[1], z],
+            ];
             let thickness = Maker::short(0.005 * size[0]);
             let depth = self.log(0.02, 2.0);
-            let extinction = self.spread(|m| Maker::short(depth / thickness * if m.bands > 1 { m.log(0.3, 3.0) } else { 1.0 }));
+            let extinction = self.spread(|m| {
+                Maker::short(depth / thickness * if m.bands > 1 { m.log(0.3, 3.0) } else { 1.0 })
+            });
             let albedo = if self.chance(0.5) { [0.0; 3] } else { self.spread(|m| m.between(0.1, 0.9)) };
             let emission = if self.chance(0.3) { self.spread(|m| m.between(1.0, 100.0)) } else { [0.0; 3] };
             let known = self.given || self.chance(0.5);
             let temperature = known.then(|| self.between(300.0, 1200.0).round());
-            m.panes.push(Pane { name: format!("pane{}", k + 1), polygon, thickness, extinction, albedo, emission, temperature });
+            m.panes.push(Pane {
+                name: format!("pane{}", k + 1),
+                polygon,
+                thickness,
+                extinction,
+                albedo,
+                emission,
+                temperature,
+            });
         }
         if filled {
             let depth = self.depth();
@@ -489,7 +513,11 @@ impl<'a> Maker<'a> {
         look.heat = Heat::Temperature(1300.0);
         look.both = true;
         let edges = [[0.2 * size[0], 0.0, 0.0], [0.0, 0.2 * size[1], 0.0]].map(|e| e.map(Maker::short));
-        m.surfaces.push(Surface { name: "heater".into(), shape: Shape::Plate { corner, edges, triangle: false }, look });
+        m.surfaces.push(Surface {
+            name: "heater".into(),
+            shape: Shape::Plate { corner, edges, triangle: false },
+            look,
+        });
         let mean = (size[0] + size[1] + size[2]) / 3.0;
         m.patch_size = Some(self.patch(mean));
         m.closed_room = true;

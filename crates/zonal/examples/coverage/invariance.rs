@@ -79,9 +79,11 @@ fn other(model: &Model, k: usize, dice: &mut Dice) -> Option<(Model, [f64; 2])> 
 /// One plate as two, of the names X and X~.
 fn split(model: &Model, dice: &mut Dice) -> Option<Model> {
     let mut m = model.lowered();
-    let lamp = |s: &Surface| m.lights.iter().any(|l| matches!(l, Light::Emitter { surface } if *surface == s.name));
-    let plates: Vec<usize> =
-        (0..m.surfaces.len()).filter(|&k| matches!(m.surfaces[k].shape, Shape::Plate { .. }) && !lamp(&m.surfaces[k])).collect();
+    let lamp =
+        |s: &Surface| m.lights.iter().any(|l| matches!(l, Light::Emitter { surface } if *surface == s.name));
+    let plates: Vec<usize> = (0..m.surfaces.len())
+        .filter(|&k| matches!(m.surfaces[k].shape, Shape::Plate { .. }) && !lamp(&m.surfaces[k]))
+        .collect();
     let k = *plates.get((dice.roll() * plates.len() as f64) as usize)?;
     let Shape::Plate { corner, edges: [a, b], triangle } = m.surfaces[k].shape.clone() else { return None };
     if let Heat::Power(p) = &mut m.surfaces[k].look.heat {
@@ -210,7 +212,9 @@ pub fn check(
             Of::Temperature(_) => (kelvin, a.value),
             _ => (watt, largest),
         };
-        if name == "two bands that are alike" && matches!(a.of, Of::Surface(_, 2) | Of::Medium(2) | Of::Panes(2) | Of::Escaped(2)) {
+        if name == "two bands that are alike"
+            && matches!(a.of, Of::Surface(_, 2) | Of::Medium(2) | Of::Panes(2) | Of::Escaped(2))
+        {
             continue;
         }
         let mut values = [a.value, factor * b.value];
@@ -229,7 +233,14 @@ pub fn check(
         if !stated.is_finite() {
             out.unknown += 1;
         } else if !((values[0] - values[1]).abs() <= stated + ROUNDING * slack.abs()) {
-            out.broken.push(Broken { scene, invariance: name, engine: words, what: a.what.clone(), values, stated });
+            out.broken.push(Broken {
+                scene,
+                invariance: name,
+                engine: words,
+                what: a.what.clone(),
+                values,
+                stated,
+            });
         }
     }
     (name, out)

@@ -75,7 +75,10 @@ fn complaints(d: &Done) -> Vec<String> {
         out.extend(o.failure.iter().map(|f| format!("scene {}, {name}: {f}", d.index)));
         for b in o.broken.iter().take(6) {
             let [x, y] = b.values;
-            out.push(format!("scene {}, {}, {}: {} = {x:.6e}, otherwise {y:.6e}, stated {:.1e}", b.scene, b.invariance, b.engine, b.what, b.stated));
+            out.push(format!(
+                "scene {}, {}, {}: {} = {x:.6e}, otherwise {y:.6e}, stated {:.1e}",
+                b.scene, b.invariance, b.engine, b.what, b.stated
+            ));
         }
     }
     out

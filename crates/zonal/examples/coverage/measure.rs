@@ -13,6 +13,9 @@ use zonal_reference::forward::{Answer, Closed, answer};
 const MEMORY: u64 = 2 << 30;
 /// Differences below this share of the largest quantity of their kind are rounding.
 const ROUNDING: f64 = 1e-9;
+/// Zones at which the reference's standard error is a larger share of its value are not compared: so few walks have come by that their
+/// spread does not tell it.
+const ROUGH: f64 = 0.1;
 /// Words by which an engine says that it does not serve a scene.
 const REFUSALS: [&str; 4] = ["does not apply", "images", "periodic", "is for the spectral engine"];
 /// Engines, and what they do inside zones.
@@ -98,7 +101,9 @@ pub fn solved(model: &Model, engine: &str, basis: &str, folder: &Path) -> Result
 /// Which surfaces of a scene are closed parts.
 pub fn closed(model: &Model, scene: &Scene) -> Closed {
     let whole = |name: &str| {
-        let own = |s: &super::model::Surface| matches!(s.shape, super::model::Shape::Mesh { .. }) && name.starts_with(&s.name);
+        let own = |s: &super::model::Surface| {
+            matches!(s.shape, super::model::Shape::Mesh { .. }) && name.starts_with(&s.name)
+        };
         model.surfaces.iter().any(own)
     };
     Closed { surfaces: scene.surfaces().iter().map(|s| whole(&s.name)).collect(), room: model.closed_room }
@@ -115,8 +120,16 @@ pub struct Measured {
 }
 
 /// Solves a model by every engine that applies, or by the first that does from number `first` on, and compares.
-pub fn measure(model: &Model, index: u64, seed: u64, walks: usize, first: Option<usize>, folder: &Path) -> Measured {
-    let mut out = Measured { quantities: Vec::new(), engines: Vec::new(), failures: Vec::new(), solutions: Vec::new() };
+pub fn measure(
+    model: &Model,
+    index: u64,
+    seed: u64,
+    walks: usize,
+    first: Option<usize>,
+    folder: &Path,
+) -> Measured {
+    let mut out =
+        Measured { quantities: Vec::new(), engines: Vec::new(), failures: Vec::new(), solutions: Vec::new() };
     let mut truths: Option<(Answer, Option<Answer>)> = None;
     let order = (0..VARIANTS.len()).map(|k| (k + first.unwrap_or(0)) % VARIANTS.len());
     for k in order {
@@ -138,7 +151,8 @@ pub fn measure(model: &Model, index: u64, seed: u64, walks: usize, first: Option
             truths.get_or_insert_with(|| (answer(&s.scene, &enclosing, None, walks, 2 * seed), None));
         let mut list = names(&s, by_name);
         if basis == "constant" {
-            let zones = by_zone.get_or_insert_with(|| answer(&s.scene, &enclosing, Some(&s.zones), walks, 2 * seed + 1));
+            let zones = by_zone
+                .get_or_insert_with(|| answer(&s.scene, &enclosing, Some(&s.zones), walks, 2 * seed + 1));
             if zones.zones.len() == s.zones.len() {
                 list.extend(self::zones(&s, zones));
             }
@@ -147,7 +161,13 @@ pub fn measure(model: &Model, index: u64, seed: u64, walks: usize, first: Option
         out.engines.push(engine);
         let warned = stated::warned(&s.report);
         let proved = s.report.grade == zonal::math::Grade::Proved;
-        out.quantities.extend(list.into_iter().map(|q| Quantity { scene: index, engine, warned, proved, ..q }));
+        out.quantities.extend(list.into_iter().map(|q| Quantity {
+            scene: index,
+            engine,
+            warned,
+            proved,
+            ..q
+        }));
         out.solutions.push((k, s));
     }
     out
@@ -156,7 +176,18 @@ pub fn measure(model: &Model, index: u64, seed: u64, walks: usize, first: Option
 fn quantity(kind: Kind, what: String, value: f64, stated: f64, truth: Estimate, scale: f64) -> Quantity {
     let sigma = truth.error + ROUNDING * scale / 3.0;
     let (engine, scene) = ("", 0);
-    Quantity { scene, engine, kind, what, value, stated, truth: truth.value, sigma, proved: false, warned: false }
+    Quantity {
+        scene,
+        engine,
+        kind,
+        what,
+        value,
+        stated,
+        truth: truth.value,
+        sigma,
+        proved: false,
+        warned: false,
+    }
 }
 
 /// T and its standard error from a mean of σT⁴.
@@ -238,7 +269,8 @@ pub fn scale(list: &[Sum]) -> f64 {
 pub fn names(s: &Solution, truth: &Answer) -> Vec<Quantity> {
     let list = sums(s);
     let powers = truth.heat.iter().map(|h| h.power.value.abs());
-    let scale = powers.chain(truth.surfaces.iter().flatten().map(|e| e.value.abs())).fold(scale(&list), f64::max);
+    let scale =
+        powers.chain(truth.surfaces.iter().flatten().map(|e| e.value.abs())).fold(scale(&list), f64::max);
     let mut out: Vec<Quantity> = Vec::new();
     for x in list {
         let (truth, scale) = match x.of {
@@ -254,7 +286,8 @@ pub fn names(s: &Solution, truth: &Answer) -> Vec<Quantity> {
         };
         // What is given is no quantity.
         let given = truth.error == 0.0 && (x.value - truth.value).abs() <= ROUNDING * scale;
-        let again = out.last().is_some_and(|q| q.truth == truth.value && q.value == x.value && q.stated == x.stated);
+        let again =
+            out.last().is_some_and(|q| q.truth == truth.value && q.value == x.value && q.stated == x.stated);
         if !given && !again {
             out.push(quantity(Kind::Name, x.what, x.value, x.stated, truth, scale));
         }
@@ -282,6 +315,9 @@ pub fn zones(s: &Solution, truth: &Answer) -> Vec<Quantity> {
         let t = &truth.zones[i];
         let same = grey || ((0..3).all(|b| h(i, b) == h(i, 0)) && t[0] == t[1] && t[1] == t[2]);
         for b in 0..if same { 1 } else { 3 } {
+            if t[b].error > ROUGH * t[b].value || (t[b].value == 0.0 && h(i, b) > ROUNDING * scale[b]) {
+                continue;
+            }
             let what = format!("{}, band {b}", word(i));
             out.push(quantity(Kind::Zone, what, h(i, b), s.fields.error[i][b], t[b], scale[b]));
         }
@@ -292,6 +328,7 @@ pub fn zones(s: &Solution, truth: &Answer) -> Vec<Quantity> {
             if let Some(e) = truth.zone_heat[i].emissive
                 && t.is_finite()
                 && te > 0.0
+                && e.error <= ROUGH * e.value
             {
                 out.push(quantity(Kind::Zone, format!("T beside {}", word(i)), t, te, kelvin(e), t));
             }

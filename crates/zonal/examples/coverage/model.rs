@@ -140,13 +140,24 @@ pub fn wall(min: V, max: V, face: usize) -> (V, [V; 2]) {
     }
 }
 
-/// The quadrilaterals of a box, with its normals outward or inward.
+/// The quadrilaterals of a box, with its normals outward or inward; equal corners are equal to the bit.
 pub fn quads(min: V, max: V, inward: bool) -> Vec<[V; 4]> {
     (0..6)
         .map(|face| {
-            let (o, [e1, e2]) = wall(min, max, face);
-            let (e1, e2) = if inward { (e1, e2) } else { (e2, e1) };
-            [o, add(o, e1), add(add(o, e1), e2), add(o, e2)]
+            let (axis, high) = (face / 2, face % 2 == 1);
+            let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+            let at = |i: bool, j: bool| {
+                let mut p = min;
+                p[axis] = if high { max[axis] } else { min[axis] };
+                p[a] = if i { max[a] } else { min[a] };
+                p[b] = if j { max[b] } else { min[b] };
+                p
+            };
+            let mut quad = [at(false, false), at(true, false), at(true, true), at(false, true)];
+            if high == inward {
+                quad.reverse();
+            }
+            quad
         })
         .collect()
 }
@@ -173,7 +184,9 @@ impl Motion {
     }
     fn mirrors(&self) -> bool {
         let [a, b, c] = self.rows;
-        a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]) < 0.0
+        a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
+            + a[2] * (b[0] * c[1] - b[1] * c[0])
+            < 0.0
     }
     /// For each axis the one that it goes to.
     fn axes(&self) -> [usize; 3] {
@@ -336,7 +349,11 @@ impl Model {
             }
         }
         if let Some(m) = &self.medium {
-            let _ = writeln!(t, "[medium]\nmin = {:?}\nmax = {:?}\ncells = {:?}", m.whole.min, m.whole.max, m.cells);
+            let _ = writeln!(
+                t,
+                "[medium]\nmin = {:?}\nmax = {:?}\ncells = {:?}",
+                m.whole.min, m.whole.max, m.cells
+            );
             t += &self.part(&m.whole);
             for r in &m.regions {
                 let _ = writeln!(t, "[[medium.region]]\nbox = {{ min = {:?}, max = {:?} }}", r.min, r.max);
@@ -350,7 +367,9 @@ impl Model {
                     "[[light]]\nkind = \"sun\"\ndirection = {direction:?}\nirradiance = {irradiance:?}\nangular_diameter = {degrees:?}"
                 ),
                 Light::Sky { radiance } => writeln!(t, "[[light]]\nkind = \"sky\"\nradiance = {radiance:?}"),
-                Light::Emitter { surface } => writeln!(t, "[[light]]\nkind = \"emitter\"\nsurface = \"{surface}\""),
+                Light::Emitter { surface } => {
+                    writeln!(t, "[[light]]\nkind = \"emitter\"\nsurface = \"{surface}\"")
+                }
             };
         }
         (t, files)
@@ -393,12 +412,18 @@ impl Model {
         match &s.shape {
             Shape::Plate { corner: o, edges: [a, b], triangle } => {
                 let _ = match triangle {
-                    true => writeln!(t, "triangle = {{ corners = [{o:?}, {:?}, {:?}] }}", add(*o, *a), add(*o, *b)),
+                    true => writeln!(
+                        t,
+                        "triangle = {{ corners = [{o:?}, {:?}, {:?}] }}",
+                        add(*o, *a),
+                        add(*o, *b)
+                    ),
                     false => writeln!(t, "rectangle = {{ origin = {o:?}, edge1 = {a:?}, edge2 = {b:?} }}"),
                 };
             }
             Shape::Box { min, max, degrees } => {
-                let _ = writeln!(t, "box = {{ min = {min:?}, max = {max:?}, rotate_z_degrees = {degrees:?} }}");
+                let _ =
+                    writeln!(t, "box = {{ min = {min:?}, max = {max:?}, rotate_z_degrees = {degrees:?} }}");
             }
             Shape::Mesh { quads } => {
                 let file = format!("{}.obj", s.name);

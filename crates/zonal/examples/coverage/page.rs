@@ -12,8 +12,9 @@ const POINTS: usize = 1500;
 
 fn row(name: &str, l: &Line) -> String {
     let far = format!("{} / {}", l.far[0], l.far[1]);
-    let [names, zones] = [[l.names_covered, l.names], [l.zones_covered, l.zones]]
-        .map(|[part, of]| if of == 0 { "–".into() } else { format!("{:.2} % of {of}", Line::percent(part, of)) });
+    let [names, zones] = [[l.names_covered, l.names], [l.zones_covered, l.zones]].map(|[part, of]| {
+        if of == 0 { "–".into() } else { format!("{:.2} % of {of}", Line::percent(part, of)) }
+    });
     format!("| {name} | {} | {names} | {zones} | {} | {far} |\n", l.scenes, l.unknown)
 }
 
@@ -53,8 +54,8 @@ pub fn write(path: &Path, plan: &Plan, done: &[Done], s: &Summary) -> Result<(),
         varying media; every kind of light; thermal mode with every kind of condition; one to three bands), each solved by every engine that applies and\n\
         by {walks} walks of the reference a band. A sum by name (power absorbed, net power, temperature) is compared with the continuous problem: its\n\
         stated error is that of the exchange and of the size of the zones. What arrives at a zone, and its temperature, is compared with the exact\n\
-        solution of the zonal equations on the same zones. *Covered*: |difference| ≤ stated + 3σ of the reference, of zones 2 stated + 3σ. A single\n\
-        scene is `--index K`; `--keep FOLDER` writes those on which something fails.\n\n{}\n\
+        solution of the zonal equations on the same zones. *Covered*: |difference| ≤ stated + 3σ of the reference, of zones 2 stated + 3σ;\n\
+        beyond ten times: 10 stated + 6σ. A single scene is `--index K`; `--keep FOLDER` writes those on which something fails.\n\n{}\n\
         ![stated errors against differences]({file})\n\n\
         Each point is a quantity whose difference from the reference is more than 3σ; both errors are relative to the quantity. Below the dashed\n\
         line the stated error is too small.\n",
