@@ -349,7 +349,7 @@ fn stepped(
             Known::Flux(q) | Known::Power(q) => {
                 let found = l.balanced(shares, q, h(i)).unwrap_or(old[i]);
                 // Constant shares are a straight line already.
-                let (low, high) = if shares.is_constant() || found <= 0.0 {
+                let (low, high) = if shares.is_constant() || found.is_nan() || found <= 0.0 {
                     (f64::NEG_INFINITY, f64::INFINITY)
                 } else {
                     (old[i].max(0.0) / REACH, old[i].max(1e-3 * found) * REACH)

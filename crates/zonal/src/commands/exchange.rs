@@ -19,10 +19,11 @@ use rayon::prelude::*;
 use std::path::PathBuf;
 use zonal_exchange::pair::{Counts, Exchange, Settings, strength, target};
 use zonal_io::output::{self, Named};
-use zonal_scene::{Bands, Progress, Scene, Zones};
+use zonal_scene::{Bands, Progress, Scene, Zones, printable};
 use zonal_solve::engine::{self, THIN};
 use zonal_solve::forecast;
 use zonal_solve::total;
+use zonal_transport::zoning::left_out;
 use zonal_transport::{Transport, build_zones};
 
 /// Exchange areas of a scene. Direct ones leave out reflection and scattering; total ones are net watts from zone to zone per W/m2 of σT⁴ that they differ.
@@ -61,6 +62,10 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let scene = zonal_io::input::read_scene(&args.scene)?;
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).map_err(|e| Failure::in_file(&args.scene, e))?;
+    let left_out = left_out(&scene, &transport, &zones).map_err(|e| Failure::in_file(&args.scene, e))?;
+    for n in left_out.warnings.iter().chain(&left_out.notes) {
+        eprintln!("{}: {}", n.severity.word(), printable(&n.to_string()));
+    }
     engine::check_pairs(&scene, &zones).map_err(|e| Failure::in_file(&args.scene, e))?;
     let n = zones.len();
     let alike = |v: Bands| v[0] == v[1] && v[1] == v[2];
@@ -91,6 +96,10 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let exchange = Exchange::with_settings(&scene, &zones, &transport, settings);
     let meter = Meter::new(context.quiet);
     let m = matrices(&exchange, &zones, bands, &meter);
+    if !m.areas.iter().chain(&m.closure).all(|x| x.is_finite()) || m.radii.iter().any(|r| r.is_nan()) {
+        let what = "an exchange area is not a finite number: lengths or extinctions are too far apart for double precision; bring them closer together";
+        return Err(Failure::in_file(&args.scene, what));
+    }
     let shape = vec![bands, n, n];
     let named = |name, shape, values| Named { name, shape, values };
     let mut list = vec![
