@@ -102,7 +102,7 @@ fn every_inline_feature_reads_right() {
     assert_eq!(s.name(), "chapel");
     let o = s.options();
     assert_eq!((o.tolerance, o.residual, o.max_iterations), (1e-3, 1e-8, 50));
-    assert_eq!((o.patch_size, o.restore_closure), (Some(0.5), true));
+    assert_eq!((o.patch_size, o.restore_closure), (Some(0.5), Some(true)));
     assert_eq!((o.sweeps, o.engine, o.groups), (Some(6), Engine::Hierarchical, Groups::Each));
 
     let names: Vec<&str> = s.surfaces().iter().map(|s| s.name.as_str()).collect();

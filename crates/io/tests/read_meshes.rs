@@ -105,8 +105,8 @@ fn overrides_win_over_the_file() {
     let c = &s.panes()[0];
     assert_eq!((c.name.as_str(), c.thickness, c.extinction), ("m/c", 0.02, [1.0, 2.0, 3.0]));
     assert_eq!((c.albedo, c.emission, c.plates.len()), ([0.5; 3], [6.0; 3], 1));
-    // The two that say nothing: no library, the surface's own reflectance.
-    assert_eq!(s.notes().len(), 3, "{:?}", s.notes());
+    // No library, but nothing of these materials takes its place.
+    assert!(s.notes().is_empty(), "{:?}", s.notes());
 }
 
 #[test]
@@ -282,4 +282,83 @@ fn a_picture_on_a_wall_stands_upright() {
             assert!(s.reflectance_at(i, 0.5, down[1])[0] < 1e-6);
         }
     }
+}
+
+/// Trial of 2026: a picture of 8 × 8 pixels that are white and let all through.
+const CLEAR: &str = "iVBORw0KGgoAAAANSUhEUgAAAAgAAAAICAYAAADED76LAAAAFUlEQVR4nGM8ceIEAz7AhFd22CgAAG92AmjpTOXIAAAAAElFTkSuQmCC";
+
+#[test]
+fn alpha_that_is_not_read_is_told_where_it_takes_effect() {
+    let notes = |mode: &str, picture: bool, more: &str| {
+        let (folder, _) = quad(|q| {
+            let texture = if picture { r#","baseColorTexture":{"index":0}"# } else { "" };
+            q.material =
+                format!(r#"{{"name":"leaf",{mode},"pbrMetallicRoughness":{{"metallicFactor":0{texture}}}}}"#);
+            q.more = format!(
+                r#","textures":[{{"source":0}}],"images":[{{"uri":"data:image/png;base64,{CLEAR}"}}]"#
+            );
+        });
+        folder
+            .scene(&mesh("q.glb", more))
+            .notes()
+            .iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>()
+            .join("\n")
+    };
+    let mask = r#""alphaMode":"MASK""#;
+    let blend = r#""alphaMode":"BLEND""#;
+    for mode in [mask, blend] {
+        let told = notes(mode, true, "");
+        assert!(told.contains("'leaf'") && told.contains("not read"), "{told}");
+        // Opaque without a picture; no surface; a pane of its own; something else.
+        assert_eq!(notes(mode, false, ""), "");
+        let pane = "materials.leaf.pane = {thickness=0.01, extinction=5}";
+        assert_eq!(notes(mode, true, pane), "");
+    }
+    assert_eq!(notes(r#""alphaMode":"OPAQUE""#, true, ""), "");
+}
+
+#[test]
+fn notes_that_differ_in_a_name_are_one() {
+    let mut obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_string();
+    (0..400).for_each(|k| obj += &format!("usemtl m{k}\nf 1 2 3\n"));
+    let folder = Folder::new().with("a.obj", obj);
+    let s = folder.scene(&mesh("a.obj", ""));
+    assert_eq!(s.notes().len(), 1, "{:?}", s.notes());
+    let note = &s.notes()[0];
+    assert!(note.contains("'m0' is in no library") && note.contains("'m1', 'm2' and 397 more"), "{note}");
+    // What the scene gives is no default.
+    let given = folder.scene(&mesh("a.obj", "reflectance = 0.2"));
+    assert!(given.notes().is_empty(), "{:?}", given.notes());
+}
+
+#[test]
+fn parts_that_are_nearly_closed_are_told() {
+    let mut mesh_text =
+        String::from("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n");
+    mesh_text += "f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    let folder =
+        Folder::new().with("turned.obj", mesh_text).with("open.obj", CUBE.replace("f 4 3 2 1\n", ""));
+    let s = folder.scene(&mesh("turned.obj", ""));
+    assert_eq!(s.notes().len(), 1, "{:?}", s.notes());
+    assert!(s.notes()[0].contains("4 edge(s) whose faces have neighbours that look opposite ways"));
+    assert!(folder.scene(&mesh("turned.obj", "sides = 'front'")).notes().is_empty());
+    // A box without a lid is meant to be open.
+    assert!(folder.scene(&mesh("open.obj", "")).notes().is_empty());
+}
+
+#[test]
+fn touching_bodies_are_solid() {
+    let mut two = CUBE.to_string();
+    for line in CUBE.lines() {
+        let n: Vec<f64> = line.split(' ').skip(1).map(|x| x.parse().unwrap()).collect();
+        two += &match line.starts_with('v') {
+            true => format!("v {} {} {}\n", n[0] + 1.0, n[1] + 1.0, n[2]),
+            false => format!("f {} {} {} {}\n", n[0] + 8.0, n[1] + 8.0, n[2] + 8.0, n[3] + 8.0),
+        };
+    }
+    let folder = Folder::new().with("two.obj", two);
+    let s = folder.scene(&mesh("two.obj", ""));
+    assert!(s.surfaces().len() == 1 && s.surfaces()[0].solid, "{:?}", s.surfaces());
 }

@@ -136,7 +136,8 @@ fn sponza_is_whole() {
         .notes()
         .iter()
         .filter_map(|n| {
-            n.split(": ")
+            n.text
+                .split(": ")
                 .nth(1)?
                 .split(' ')
                 .next()?
@@ -175,7 +176,7 @@ fn the_factory_wants_to_know_how_thick_its_windows_are() {
         .notes()
         .iter()
         .filter(|n| n.contains("without area"))
-        .filter_map(|n| n.split(": ").nth(1)?.split(' ').next()?.parse::<usize>().ok())
+        .filter_map(|n| n.text.split(": ").nth(1)?.split(' ').next()?.parse::<usize>().ok())
         .sum();
     assert_eq!(triangles(&s) + dropped, 45_347);
     let vetro = s.panes().iter().find(|p| p.name == "m/vetro").unwrap();

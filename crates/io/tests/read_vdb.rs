@@ -190,7 +190,7 @@ fn what_is_not_read_is_said() {
 #[test]
 fn part_of_it_outside_is_noted() {
     let s = folder(&Vdb::default()).scene(&medium("[4,4,4]", ",translate=[6,0,0]"));
-    let notes = s.notes().join("\n");
+    let notes: String = s.notes().iter().map(ToString::to_string).collect();
     assert!(notes.contains("outside the medium"), "{notes}");
     let inside = folder(&Vdb::default()).scene(&medium("[4,4,4]", ""));
     assert!(inside.notes().is_empty());

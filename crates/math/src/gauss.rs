@@ -150,12 +150,16 @@ pub fn error_bound(n: usize, rho: f64, m: f64) -> f64 {
     TREFETHEN * m * r2.powi(-(n as i32)) / (1.0 - 1.0 / r2)
 }
 
-/// The least number of points, one at least, for which [`error_bound`] is within `budget`, to rounding; huge where the budget is not positive.
+/// The least number of points, one at least, for which [`error_bound`] is within `budget`, to rounding; huge where the budget is not positive
+/// or where no number is known (`m` or `rho` not finite).
 pub fn points_for(rho: f64, m: f64, budget: f64) -> usize {
     let r2 = rho * rho;
     let n = ((TREFETHEN * m / (1.0 - 1.0 / r2)).ln() - budget.max(0.0).ln()) / r2.ln();
-    n.ceil().clamp(1.0, 1e6) as usize
+    if n.is_nan() { MANY } else { n.ceil().clamp(1.0, MANY as f64) as usize }
 }
+
+/// More points than any rule has.
+const MANY: usize = 1_000_000;
 
 #[cfg(test)]
 mod tests {

@@ -2,7 +2,7 @@
 //!
 //! Nothing here is shared with the engines it checks: no tree, no quadrature, no walk from cell to cell, no cache. Every ray asks
 //! every facet; integrals over scenes are means over random samples with their standard errors, and seeds make all of it repeatable.
-//! Only the [`judge`] of whole scenes has a tree, its own, checked against the walk over every facet.
+//! Only [`judge`] and [`forward`], for whole scenes, have a tree, their own, checked against the walk over every facet.
 //! Factors of aligned boxes come from closed forms along rays and a tanh–sinh rule, with an error of their own.
 //!
 //! | module | what |
@@ -15,12 +15,14 @@
 //! | [`tanh_sinh`], [`wide`] | the rule and the numbers of 106 bits that they stand on |
 //! | [`plane`] | view factors of walls in the plane, one behind the other, exactly |
 //! | [`radiance`] | H of a plate and G in a box by random walks of light, without any zones |
+//! | [`forward`] | power by name and by zone, temperatures too, by walks from the sources: of the continuous problem, or of the zones' own equations |
 //! | [`judge`] | the same for scenes of any size, and pictures: an own tree, lights asked at every bounce |
 
 pub mod closed;
 pub mod dice;
 pub mod exchange;
 pub mod factors;
+pub mod forward;
 pub mod judge;
 pub mod plane;
 pub mod radiance;

@@ -86,8 +86,15 @@ pub(crate) fn node_value(v: Vec3, touching: impl Iterator<Item = Touch> + Clone)
     for t in touching {
         x += t.weight / total * (2.0 / 3.0) * (t.slope - slope).dot(v - t.centre);
     }
+    Some(within_range(x, low, high))
+}
+
+/// x within one range of [low, high], and not below zero. Negative values, which the means of thick voxels with slopes may have, give zero.
+fn within_range(x: f64, low: f64, high: f64) -> f64 {
     let slack = high - low;
-    Some(x.clamp((low - slack).max(0.0), high + slack))
+    let (low, high) = ((low - slack).max(0.0), (high + slack).max(0.0));
+    // Where nothing has a value the range is empty; `clamp` would panic.
+    x.min(high).max(low.min(high))
 }
 
 /// Smallest and largest of a list, a band.
@@ -106,6 +113,19 @@ pub(crate) fn combine<const N: usize>(weights: [f64; N], values: &[Bands]) -> Ba
 mod tests {
     use super::*;
     use zonal_math::vec3;
+
+    #[test]
+    fn values_at_nodes_are_kept_within_ranges_of_any_sign() {
+        let of = |value: f64, range: (f64, f64)| {
+            let touch = Touch { weight: 1.0, centre: Vec3::ZERO, value, slope: vec3(1.0, 0.0, 0.0), range };
+            node_value(vec3(0.5, 0.0, 0.0), std::iter::once(touch)).unwrap()
+        };
+        assert_eq!(of(1.0, (0.9, 1.1)), 1.3);
+        assert_eq!(of(-2.0, (-2.0, -1.0)), 0.0);
+        assert_eq!(of(1.0, (-3.0, 2.0)), 1.5);
+        assert_eq!(of(1e-300, (1e-300, 2e-300)), 3e-300);
+        assert!(of(1.0, (f64::INFINITY, f64::NEG_INFINITY)) >= 0.0);
+    }
 
     #[test]
     fn linear_fields_are_fitted_exactly_and_flat_directions_stay_flat() {

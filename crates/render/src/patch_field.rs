@@ -77,7 +77,8 @@ fn conserving(kind: PlateKind, nodes: &[Bands; 8], own: Bands) -> Bands {
             (4.0 * middles - corners) / 3.0 + (own[b] - middles) * (20.0 / 9.0)
         }
     };
-    bands(|b| centre(b).clamp(0.5 * own[b], 1.5 * own[b]))
+    // Negative means, as slopes in thick voxels may leave them, turn the limits round.
+    bands(|b| centre(b).clamp(0.5 * own[b].max(0.0), 1.5 * own[b].max(0.0)))
 }
 
 fn interpolate(kind: PlateKind, nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
@@ -86,7 +87,7 @@ fn interpolate(kind: PlateKind, nodes: &[Bands; 8], own: Bands, u: f64, v: f64) 
         PlateKind::Triangle => (6, quadratic(nodes, own, u, v)),
     };
     let limits = range(nodes[..count].iter().copied().chain([own]));
-    bands(|b| raw[b].clamp(limits[b].0, limits[b].1))
+    bands(|b| raw[b].max(limits[b].0).min(limits[b].1))
 }
 
 fn biquadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {

@@ -132,7 +132,9 @@ pub struct Group {
     pub incident_scale: Bands,
     /// H_dir, G_dir, W/m²; times `direct_scale`. Empty where the group has no direct light.
     pub direct: Values,
-    /// Factor of `direct`, a band.
+    /// Estimated error of `direct`, W/m²; times `direct_scale`. Empty where the group has no direct light.
+    pub direct_error: Values,
+    /// Factor of `direct` and `direct_error`, a band.
     pub direct_scale: Bands,
     /// Its own balance, W.
     pub energy: Energy,
@@ -151,6 +153,7 @@ impl Default for Group {
             error: Values::default(),
             incident_scale: [1.0; 3],
             direct: Values::default(),
+            direct_error: Values::default(),
             direct_scale: [1.0; 3],
             energy: Energy::default(),
             status: [SolveStatus::Converged; 3],

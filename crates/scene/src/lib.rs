@@ -6,6 +6,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`plate`] | triangles and parallelograms |
+//! | [`closed`] | closed parts of a set of plates: bodies and rooms |
 //! | [`part`] | the free part of a cut voxel, packed |
 //! | [`voxmap`] | the regular voxel grid of a medium |
 //! | [`camera`] | pinholes and thin lenses |
@@ -15,6 +16,8 @@
 //! | [`light`] | sun, sky, emitters, surroundings |
 //! | [`thermal`] | temperatures and net powers that are known, shares of the emission |
 //! | [`group`] | the share of each light in a solution |
+//! | [`note`] | messages of a report, each with its severity and code |
+//! | [`printable`] | text without what steers a terminal |
 //! | [`progress`] | how long work tells where it stands |
 //! | [`vault`] | where long work leaves what is done |
 //!
@@ -22,12 +25,15 @@
 //! band. Three bands, called red, green, blue in pictures; thermal users may give all three the same values.
 
 pub mod camera;
+pub mod closed;
 mod coarser;
 pub mod group;
 pub mod light;
+pub mod note;
 pub mod options;
 pub mod part;
 pub mod plate;
+pub mod printable;
 pub mod progress;
 pub mod scene;
 pub mod solution;
@@ -39,9 +45,11 @@ pub mod zones;
 pub use camera::{Camera, Lens};
 pub use group::{Group, Kind, Values};
 pub use light::{Light, Surroundings};
+pub use note::{Note, Severity};
 pub use options::{Engine, Groups, Options};
 pub use part::{Part, Sample};
 pub use plate::{Plate, PlateKind};
+pub use printable::{printable, printable_lines};
 pub use progress::{Progress, Quiet};
 pub use scene::{Facet, Pane, Scene, SceneError, SceneParts, Sides, Surface, Texture};
 pub use solution::{

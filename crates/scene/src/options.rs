@@ -104,8 +104,8 @@ pub struct Options {
     pub patch_size: Option<f64>,
     /// What the patch size limits.
     pub patch_rule: PatchRule,
-    /// Restore closure by symmetric scaling.
-    pub restore_closure: bool,
+    /// Restore closure by symmetric scaling; where not given, in thermal mode alone ([`crate::Scene::restores_closure`]).
+    pub restore_closure: Option<bool>,
     /// Largest number of solver iterations.
     pub max_iterations: usize,
     /// Wanted residual of the solver: power not yet distributed, relative to the power that the sources give.
@@ -128,7 +128,7 @@ impl Default for Options {
             tolerance: 1e-2,
             patch_size: None,
             patch_rule: PatchRule::Edge,
-            restore_closure: false,
+            restore_closure: None,
             max_iterations: 500,
             residual: 1e-10,
             sweeps: None,

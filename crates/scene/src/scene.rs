@@ -1,7 +1,9 @@
 //! The scene: validated once, read-only ever after.
 
 pub use crate::options::{Engine, Groups, Options, PatchRule, ThickZones};
-use crate::{Bands, Camera, Light, Plate, Surroundings, Thermal, Voxmap};
+use crate::printable::printable;
+use crate::{Bands, Camera, Light, Note, Plate, Surroundings, Thermal, Voxmap};
+use std::borrow::Cow;
 use std::fmt;
 use zonal_math::Vec3;
 
@@ -162,7 +164,7 @@ pub struct SceneParts {
     /// Settings.
     pub options: Options,
     /// What the reader noticed and mended, such as dropped triangles.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// A validated scene.
@@ -180,6 +182,29 @@ pub const SMALLEST_AREA: f64 = 1e-24;
 pub const LARGEST_EXTINCTION: f64 = 1e8;
 /// The largest emission, irradiance or radiance, W/m² (and W/m³ for sources).
 pub const LARGEST_FLUX: f64 = 1e30;
+
+impl SceneParts {
+    /// All names.
+    fn names(&mut self) -> impl Iterator<Item = &mut String> {
+        let lights = self.lights.iter_mut().filter_map(|l| match l {
+            Light::Sun { name, .. } | Light::Sky { name, .. } => Some(name),
+            Light::Emitter { name, .. } => name.as_mut(),
+        });
+        let others = self.surroundings.name.as_mut().into_iter();
+        std::iter::once(&mut self.name)
+            .chain(self.surfaces.iter_mut().map(|s| &mut s.name))
+            .chain(self.panes.iter_mut().map(|p| &mut p.name))
+            .chain(self.cameras.iter_mut().map(|c| &mut c.name))
+            .chain(lights)
+            .chain(others)
+    }
+}
+
+fn spell_out(name: &mut String) {
+    if let Cow::Owned(spelled) = printable(name) {
+        *name = spelled;
+    }
+}
 
 fn fail<T>(key: impl Into<String>, what: impl Into<String>) -> Result<T, SceneError> {
     Err(SceneError::new(key, what))
@@ -212,9 +237,8 @@ fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
             "direct light knows no images of a periodic scene; let a surface emit as zones instead",
         );
     }
-    let uniform = map.uniform_extinction().is_some_and(|k| k.iter().all(|k| *k > 0.0));
-    if !uniform {
-        return fail(key(axis), "a periodic scene needs one extinction everywhere, above 0 in every band");
+    if map.uniform_extinction().is_none() {
+        return fail(key(axis), "a periodic scene needs one extinction everywhere");
     }
     Ok(())
 }
@@ -239,8 +263,9 @@ fn check_plate(key: &str, p: &Plate) -> Result<(), SceneError> {
 }
 
 impl Scene {
-    /// Validates the parts.
-    pub fn new(parts: SceneParts) -> Result<Scene, SceneError> {
+    /// Validates the parts. Names lose what would steer a terminal or break a line.
+    pub fn new(mut parts: SceneParts) -> Result<Scene, SceneError> {
+        parts.names().for_each(spell_out);
         if parts.facets.is_empty() && parts.panes.is_empty() && parts.voxmap.is_none() {
             return fail("scene", "the scene is empty; add a surface or a medium");
         }
@@ -410,8 +435,12 @@ impl Scene {
     pub fn options(&self) -> &Options {
         &self.parts.options
     }
+    /// Whether closure is restored: as the settings say, else in thermal mode alone, where missing closure is missing heat.
+    pub fn restores_closure(&self) -> bool {
+        self.options().restore_closure.unwrap_or(self.thermal().is_some())
+    }
     /// What the reader noticed and mended.
-    pub fn notes(&self) -> &[String] {
+    pub fn notes(&self) -> &[Note] {
         &self.parts.notes
     }
     /// Smallest and largest coordinates of everything in the scene, m.

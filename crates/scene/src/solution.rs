@@ -1,6 +1,6 @@
 //! The solution: inert data that solvers write, and pictures, tables and files read.
 
-use crate::{Bands, Group, Scene, Zones, bands};
+use crate::{Bands, Group, Note, Scene, Zones, bands};
 use zonal_math::Grade;
 
 /// How the iteration ended.
@@ -40,12 +40,22 @@ pub struct Fields {
     pub incident: Vec<Bands>,
     /// H_dir of patches, G_dir of volume zones, W/m²: direct light alone.
     pub direct: Vec<Bands>,
-    /// Estimated error of `incident`, W/m².
+    /// Estimated error of `incident`, W/m²; what the error of `direct` costs it is in it.
     pub error: Vec<Bands>,
+    /// Estimated error of `direct`, W/m²: of shadow rays, or of the exchange areas that it comes from. Empty where there is no direct light.
+    pub direct_error: Vec<Bands>,
     /// The part of `error` that comes in from the surroundings, W/m²; the rest joins it as √(rest² + part²). Empty where they are dark.
     pub surroundings_error: Vec<Bands>,
     /// Temperatures and net powers; none in light mode.
     pub heat: Option<Heat>,
+}
+
+impl Fields {
+    /// Estimated error of all that arrives at zone `i`, direct light included, W/m².
+    pub fn error_of_all(&self, i: usize) -> Bands {
+        let direct = self.direct_error.get(i).copied().unwrap_or_default();
+        bands(|b| self.error[i][b] + direct[b])
+    }
 }
 
 /// What thermal mode finds on the zones, all bands together.
@@ -126,7 +136,8 @@ impl Energy {
                 + self.absorbed_panes[b]
                 + self.escaped[b]
                 + self.backs[b];
-            if given > 0.0 { (given - taken) / given } else { 0.0 }
+            // What is not a number stays so.
+            if given <= 0.0 { 0.0 } else { (given - taken) / given }
         });
     }
 }
@@ -155,12 +166,12 @@ impl Closure {
 }
 
 /// Estimated error of a solution as a whole: root mean square of the estimated error of `incident` over the zones, relative to
-/// the root mean square of `incident`; a band.
+/// the root mean square of `incident`, or the same of all that arrives, direct light included, whichever is larger; a band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
-    /// Over the patches: of H.
+    /// Over the patches: of H, without and with direct light.
     pub patches: Bands,
-    /// Over voxel zones and pane zones: of G.
+    /// Over voxel zones and pane zones: of G, without and with direct light.
     pub volumes: Bands,
     /// How sure the estimate is.
     pub grade: Grade,
@@ -171,8 +182,17 @@ impl Estimate {
     pub fn of(fields: &Fields, patches: usize, grade: Grade) -> Estimate {
         let square = |x: &[Bands]| x.iter().fold([0.0; 3], |s, x| bands(|b| s[b] + x[b] * x[b]));
         let part = |range: std::ops::Range<usize>| {
-            let (e, h) = (square(&fields.error[range.clone()]), square(&fields.incident[range]));
-            bands(|b| if h[b] > 0.0 { (e[b] / h[b]).sqrt() } else { 0.0 })
+            let ratio = |e: Bands, h: Bands| bands(|b| relative(e[b], h[b]).sqrt());
+            let own = ratio(square(&fields.error[range.clone()]), square(&fields.incident[range.clone()]));
+            if fields.direct_error.is_empty() {
+                return own;
+            }
+            let sum = |x: &[Bands], y: &[Bands]| {
+                let both = range.clone().map(|i| bands(|b| x[i][b] + y[i][b]));
+                square(&both.collect::<Vec<_>>())
+            };
+            let all = ratio(sum(&fields.error, &fields.direct_error), sum(&fields.incident, &fields.direct));
+            bands(|b| own[b].max(all[b]))
         };
         Estimate { patches: part(0..patches), volumes: part(patches..fields.incident.len()), grade }
     }
@@ -181,6 +201,16 @@ impl Estimate {
 impl Default for Estimate {
     fn default() -> Estimate {
         Estimate { patches: [0.0; 3], volumes: [0.0; 3], grade: Grade::Estimated }
+    }
+}
+
+/// `error` over `value`, both from 0: nothing of nothing is known, an error of nothing is not, and what is not a number is infinite.
+fn relative(error: f64, value: f64) -> f64 {
+    match () {
+        () if error.is_nan() || value.is_nan() => f64::INFINITY,
+        () if value > 0.0 => error / value,
+        () if error == 0.0 => 0.0,
+        () => f64::INFINITY,
     }
 }
 
@@ -267,7 +297,7 @@ pub struct Zoning {
     /// Errors of the powers in [`Report::energy`], W a band; its residual is 0.
     pub energy: Energy,
     /// What these errors do not tell: of which zones, and why.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// What was done, and how well it went.
@@ -287,14 +317,17 @@ pub struct Report {
     pub closure: Closure,
     /// Energy balance.
     pub energy: Energy,
+    /// Stated errors of the powers in `energy`, W a band: of the exchange, of direct light, of the solver, and of what does not add up. Infinite
+    /// where they are not known; the residual is 0.
+    pub energy_error: Energy,
     /// Temperatures and heat by name; none in light mode.
     pub heat: Option<HeatReport>,
     /// What the size of the zones costs, where it was asked for and can be told.
     pub zoning: Option<Zoning>,
     /// Name and count of what was counted: pairs by method, rays, tables.
     pub counts: Vec<(String, u64)>,
-    /// Warnings: zones too thick, open enclosures, dropped triangles.
-    pub warnings: Vec<String>,
+    /// Notes and warnings: zones too thick, open enclosures, dropped triangles.
+    pub warnings: Vec<Note>,
     /// The weakest grade among the exchange areas used.
     pub grade: Grade,
 }
@@ -309,6 +342,7 @@ impl Default for Report {
             estimate: Estimate::default(),
             closure: Closure::default(),
             energy: Energy::default(),
+            energy_error: Energy::default(),
             heat: None,
             zoning: None,
             counts: Vec::new(),

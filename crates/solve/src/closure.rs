@@ -11,6 +11,8 @@ use zonal_exchange::pair::{strength, target};
 use zonal_scene::solution::Closure;
 use zonal_scene::{Bands, Zones, bands};
 
+/// Defect below which rows close but for rounding: there is nothing to restore.
+const ROUNDED: f64 = 1e-11;
 /// Sweeps of the restoration.
 const SWEEPS: usize = 400;
 /// Defect at which the restoration is content.
@@ -47,8 +49,12 @@ pub fn measure(operator: &dyn Operator, zones: &Zones, escape: &Escape) -> (Clos
 /// Restores closure by symmetric scaling of all factors, those of the surroundings included. With it, of every zone the share of a level field by
 /// which its row was changed, |d_i − 1| + Σ_j g_ij c_j |d_j − 1| / target: the factors that were right were changed too, for those that were wrong.
 pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) -> (Closure, Vec<Bands>) {
-    let (mut closure, _) = measure(operator, zones, escape);
+    let (mut closure, defects) = measure(operator, zones, escape);
     let n = zones.len();
+    if closure.worst.iter().all(|w| *w <= ROUNDED) {
+        closure.restored = true;
+        return (closure, defects);
+    }
     let c: Vec<Bands> = (0..n).map(|i| strength(zones, i)).collect();
     let mut d = vec![[1.0; 3]; n];
     for _ in 0..SWEEPS {
@@ -81,7 +87,7 @@ pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) 
     extend_to_slopes(&mut all, &operator.slopes());
     escape.scale(&all);
     operator.scale(&d);
-    closure.after = worst(&defects(operator, zones, escape));
+    closure.after = worst(&self::defects(operator, zones, escape));
     closure.restored = true;
     (closure, change)
 }

@@ -3,14 +3,27 @@
 //! Zones gather: points of the zone, shadow rays with coloured transmittance. The power of a light is measured the other way
 //! round, by rays that start at the light: what it sends in, what leaves again, what ends on black backs. Both must agree;
 //! where closure is restored, the gathered fields are scaled so that they do, and the change is told.
+//!
+//! **Error.** With P the power that the zones meet by the gathered fields, P' the power measured at the light, σ and σ' their standard errors (σ from
+//! the errors of the zones, which are independent; σ' from the spread of blocks of rays) and D = P'/P − 1, the fields are scaled by
+//!
+//! ```text
+//! f = 1 + αD,      α = σ²/(σ² + σ'²)
+//! ```
+//!
+//! the mean by inverse variance. Scaling adds the relative error α σ'/P, which all zones share. What |D| exceeds 2 √(σ² + σ'²)/P by is no noise: it is
+//! added to the shared error whether the fields are scaled or not. The error of a zone is its own error and its share of the shared one:
+//! [`Lit::error_of`].
 
+use crate::columns;
 use crate::gather::{Gathered, gather};
+use crate::stage::{Pen, Reader};
 use crate::surroundings::fate;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::directions::{cosine, sphere, turn};
 use zonal_math::{Vec3, sequence};
-use zonal_scene::{Bands, Light, Progress, Scene, Zones, bands};
+use zonal_scene::{Bands, Light, Note, Progress, Scene, Zones, bands};
 use zonal_transport::Transport;
 use zonal_transport::direct::{Lamp, Source};
 
@@ -20,7 +33,7 @@ const CLEAR: f64 = 1e-9;
 /// no factor mends.
 const MOST_CHANGE: f64 = 0.12;
 /// Rays that measure the power of a light.
-const BEAM_RAYS: usize = 1 << 17;
+pub(crate) const BEAM_RAYS: usize = 1 << 17;
 
 /// What one light does, with its own balance, W a band.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,8 +42,14 @@ pub struct Lit {
     pub name: String,
     /// H_dir of patches, G_dir of volume zones, W/m², one entry a zone.
     pub fields: Vec<Bands>,
-    /// Standard error of the largest band of `fields`, W/m², one entry a zone.
-    pub error: Vec<f64>,
+    /// Standard error of `fields`, W/m², one entry a zone: independent from zone to zone unless `by_exchange`.
+    pub error: Vec<Bands>,
+    /// Relative error of `fields` that all zones share.
+    pub shared: Bands,
+    /// True where the fields come from exchange areas, false where they come from shadow rays.
+    pub by_exchange: bool,
+    /// Power P that arrives at the slopes inside zones, W (see [`crate::Operator::slopes`]); empty for none.
+    pub slopes: Vec<Bands>,
     /// Shadow rays.
     pub rays: u64,
     /// Power that came in, from a sun or a sky.
@@ -41,10 +60,72 @@ pub struct Lit {
     pub escaped: Bands,
     /// Power on black backs.
     pub backs: Bands,
+    /// Standard errors of the power that came in or was emitted, of `escaped`, of `backs`, W.
+    pub power_error: [Bands; 3],
     /// Largest relative change by which the fields were scaled to the power measured; zero without.
     pub largest_change: f64,
-    /// What is wrong: fields and power disagree too much to be scaled.
+    /// What is wrong: fields and power disagree too much to be scaled, or the sampling error misses the tolerance.
     pub warning: Option<String>,
+}
+
+impl Lit {
+    /// Error of the field of zone `i`, W/m².
+    pub fn error_of(&self, i: usize) -> Bands {
+        let own = self.error.get(i).copied().unwrap_or_default();
+        let field = self.fields.get(i).copied().unwrap_or_default();
+        bands(|b| own[b] + self.shared[b] * field[b].abs())
+    }
+
+    /// The light as a stage.
+    pub(crate) fn kept(&self) -> Vec<u8> {
+        let mut pen = Pen::default();
+        pen.text(&self.name);
+        pen.triples(&self.fields);
+        pen.triples(&self.error);
+        pen.int(self.rays as usize);
+        let [sent, escaped, backs] = self.power_error;
+        pen.triples(&[
+            self.incoming,
+            self.emitted,
+            self.escaped,
+            self.backs,
+            [self.largest_change, 0.0, 0.0],
+            self.shared,
+            sent,
+            escaped,
+            backs,
+        ]);
+        pen.text(self.warning.as_deref().unwrap_or(""));
+        pen.bytes()
+    }
+
+    /// A light of shadow rays on so many zones that [`Lit::kept`] wrote.
+    pub(crate) fn restored(bytes: &[u8], zones: usize) -> Option<Lit> {
+        let mut r = Reader::new(bytes);
+        let (name, fields, error, rays) = (r.text()?, r.triples()?, r.triples()?, r.int()? as u64);
+        let (small, warning) = (r.triples()?, r.text()?);
+        let [incoming, emitted, escaped, backs, [largest_change, ..], shared, e0, e1, e2] = small[..] else {
+            return None;
+        };
+        let warning = (!warning.is_empty()).then_some(warning);
+        let whole = r.at_end() && fields.len() == zones && error.len() == zones;
+        whole.then_some(Lit {
+            name,
+            fields,
+            error,
+            shared,
+            by_exchange: false,
+            slopes: Vec::new(),
+            rays,
+            incoming,
+            emitted,
+            escaped,
+            backs,
+            power_error: [e0, e1, e2],
+            largest_change,
+            warning,
+        })
+    }
 }
 
 /// Direct light on the zones, light by light in the scene's order.
@@ -70,8 +151,11 @@ impl Direct {
         self.lights.iter().fold(0.0, |m, l| m.max(l.largest_change))
     }
     /// What is wrong with the lights.
-    pub fn warnings(&self) -> impl Iterator<Item = &String> {
-        self.lights.iter().filter_map(|l| l.warning.as_ref())
+    pub fn warnings(&self) -> impl Iterator<Item = Note> {
+        self.lights
+            .iter()
+            .filter_map(|l| l.warning.as_ref())
+            .map(|w| Note::warning("light-power", w.as_str()))
     }
 }
 
@@ -97,51 +181,113 @@ pub fn light(
     progress: &dyn Progress,
 ) -> Lit {
     let light = &scene.lights()[index];
-    let Gathered { mut fields, error, rays } = gather(scene, zones, transport, light, progress);
-    let beam = beam(scene, transport, light);
-    let factor = if normalise { agreement(zones, &fields, &beam) } else { [1.0; 3] };
-    let change = factor.iter().fold(0.0f64, |m, f| m.max((f - 1.0).abs()));
-    let wild = change > MOST_CHANGE;
-    if !wild {
-        fields.iter_mut().for_each(|f| *f = bands(|b| f[b] * factor[b]));
-    }
+    let Gathered { mut fields, mut error, rays, limited } = gather(scene, zones, transport, light, progress);
+    let mut beam = beam(scene, transport, light);
+    let emitter = matches!(light, Light::Emitter { .. });
+    let Agreement { off, change, shared } = agreement(zones, &fields, &error, &beam, normalise);
+    let largest = |v: Bands| v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let wild = largest(off) > MOST_CHANGE;
     let name = light.name(scene).to_string();
-    let warning = wild.then(|| {
+    let mut warning = wild.then(|| {
         format!(
             "light '{name}': what the zones met and what its rays brought differ by {:.0} %; it was left as gathered. Look for surfaces that coincide",
-            100.0 * change
+            100.0 * largest(off)
         )
     });
-    let emitter = matches!(light, Light::Emitter { .. });
+    if normalise && !wild {
+        let factor = change.map(|c| 1.0 + c);
+        for list in [&mut fields, &mut error] {
+            list.iter_mut().for_each(|x| *x = bands(|b| x[b] * factor[b]));
+        }
+        beam.balance(met(zones, &fields), emitter);
+    }
+    let tolerance = scene.options().tolerance;
+    if warning.is_none() && limited.0 > tolerance {
+        warning = Some(format!(
+            "light '{name}': shadow rays on the zones leave an error of {:.1e} of its root mean square, more than the tolerance, {tolerance:.1e}; they are limited to {} a zone. The stated errors include it; use smaller patches where its shadows end, or a larger tolerance",
+            limited.0, limited.1
+        ));
+    }
     let (emitted, incoming) = if emitter { (beam.sent, [0.0; 3]) } else { ([0.0; 3], beam.sent) };
     Lit {
         name,
         fields,
         error,
+        shared,
+        by_exchange: false,
+        slopes: Vec::new(),
         rays,
         incoming,
         emitted,
         escaped: beam.escaped,
         backs: beam.backs,
-        largest_change: if wild { 0.0 } else { change },
+        power_error: beam.error,
+        largest_change: if wild || !normalise { 0.0 } else { largest(change) },
         warning,
+    }
+}
+
+/// Area of a patch, κV of a volume zone: the power that zone `i` meets over its field, m².
+pub(crate) fn section(zones: &Zones, i: usize) -> Bands {
+    if let Some(p) = zones.patches.get(i) {
+        return [p.area; 3];
+    }
+    match i.checked_sub(zones.pane_offset()) {
+        Some(k) => zones.panes[k].extinction.map(|x| x * zones.panes[k].area * zones.panes[k].thickness),
+        None => {
+            let v = &zones.voxels[i - zones.voxel_offset()];
+            v.extinction.map(|k| k * v.volume)
+        }
     }
 }
 
 /// Power met by the zones according to the fields, W.
 fn met(zones: &Zones, fields: &[Bands]) -> Bands {
-    let patches = zones.patches.iter().map(|p| [p.area; 3]);
-    let voxels = zones.voxels.iter().map(|v| v.extinction.map(|k| k * v.volume));
-    let panes = zones.panes.iter().map(|p| p.extinction.map(|k| k * p.area * p.thickness));
-    patches.chain(voxels).chain(panes).zip(fields).fold([0.0; 3], |s, (w, f)| bands(|b| s[b] + w[b] * f[b]))
+    columns::sum(fields.len(), |i| {
+        let w = section(zones, i);
+        bands(|b| w[b] * fields[i][b])
+    })
 }
 
-fn agreement(zones: &Zones, fields: &[Bands], beam: &Beam) -> Bands {
+/// How the fields of a light are made to agree with the power measured at it.
+struct Agreement {
+    /// Relative difference, where it is more than noise.
+    off: Bands,
+    /// Relative change of the fields.
+    change: Bands,
+    /// Relative error that all zones share after it.
+    shared: Bands,
+}
+
+/// Compares fields with their errors to the power of the beam; see the module's header.
+fn agreement(zones: &Zones, fields: &[Bands], error: &[Bands], beam: &Beam, normalise: bool) -> Agreement {
+    /// A difference beyond so many standard errors is no noise.
+    const NOISE: f64 = 2.0;
     let met = met(zones, fields);
-    bands(|b| {
+    let square: Bands = columns::sum(fields.len(), |i| {
+        let w = section(zones, i);
+        bands(|b| (w[b] * error[i][b]).powi(2))
+    });
+    let mut out = Agreement { off: [0.0; 3], change: [0.0; 3], shared: [0.0; 3] };
+    for b in 0..3 {
         let want = beam.sent[b] - beam.escaped[b] - beam.backs[b];
-        if met[b] > 0.0 && want > 0.0 { want / met[b] } else { 1.0 }
-    })
+        if met[b] <= 0.0 || want <= 0.0 {
+            continue;
+        }
+        let (own, other) = (square[b].sqrt() / met[b], beam.kept_error[b] / met[b]);
+        let off = want / met[b] - 1.0;
+        let both = own.hypot(other);
+        let weight = if both > 0.0 { (own / both).powi(2) } else { 1.0 };
+        out.change[b] = weight * off;
+        out.shared[b] = (off.abs() - NOISE * both).max(0.0);
+        if out.shared[b] > 0.0 {
+            out.off[b] = off;
+        }
+        if normalise {
+            out.shared[b] += weight * other;
+        }
+    }
+    out
 }
 
 /// What a light sends and loses, W.
@@ -150,6 +296,33 @@ struct Beam {
     sent: Bands,
     escaped: Bands,
     backs: Bands,
+    /// Standard errors of the three.
+    error: [Bands; 3],
+    /// Standard error of what is kept, sent − escaped − backs.
+    kept_error: Bands,
+}
+
+impl Beam {
+    fn powers(&self) -> [Bands; 4] {
+        let kept = bands(|b| self.sent[b] - self.escaped[b] - self.backs[b]);
+        [self.sent, self.escaped, self.backs, kept]
+    }
+    /// Makes the powers balance with what the zones met: what a surface emits is known, and what comes in from outside is not.
+    fn balance(&mut self, met: Bands, emitter: bool) {
+        for b in 0..3 {
+            if met[b] <= 0.0 {
+                continue;
+            }
+            let lost = self.escaped[b] + self.backs[b];
+            if emitter && lost > 0.0 && self.sent[b] >= met[b] {
+                let factor = (self.sent[b] - met[b]) / lost;
+                self.escaped[b] *= factor;
+                self.backs[b] *= factor;
+            } else {
+                self.sent[b] = met[b] + lost;
+            }
+        }
+    }
 }
 
 fn beam(scene: &Scene, transport: &Transport, light: &Light) -> Beam {
@@ -166,15 +339,25 @@ fn beam(scene: &Scene, transport: &Transport, light: &Light) -> Beam {
             sum
         })
         .collect();
-    let mut out = Beam::default();
-    for p in parts {
-        for b in 0..3 {
-            out.sent[b] += p.sent[b] / BEAM_RAYS as f64;
-            out.escaped[b] += p.escaped[b] / BEAM_RAYS as f64;
-            out.backs[b] += p.backs[b] / BEAM_RAYS as f64;
-        }
+    let n = parts.len() as f64;
+    let powers: Vec<[Bands; 4]> = parts.iter().map(Beam::powers).collect();
+    // A block's sum over the rays of a block is one estimate of the power.
+    let each = n / BEAM_RAYS as f64;
+    let mean = |k: usize| bands(|b| powers.iter().map(|p| p[k][b]).sum::<f64>() / BEAM_RAYS as f64);
+    let spread = |k: usize| {
+        let mean = mean(k);
+        bands(|b| {
+            let square: f64 = powers.iter().map(|p| (p[k][b] * each - mean[b]).powi(2)).sum();
+            (square / (n * (n - 1.0))).sqrt()
+        })
+    };
+    Beam {
+        sent: mean(0),
+        escaped: mean(1),
+        backs: mean(2),
+        error: [spread(0), spread(1), spread(2)],
+        kept_error: spread(3),
     }
-    out
 }
 
 fn beam_ray(scene: &Scene, transport: &Transport, lamp: &Lamp, k: usize, sum: &mut Beam) {

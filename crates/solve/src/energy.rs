@@ -10,7 +10,7 @@ use crate::groups::Source;
 use crate::surroundings::Escape;
 use zonal_exchange::pair::strength;
 use zonal_scene::solution::Energy;
-use zonal_scene::{Bands, Kind, Scene, Zones};
+use zonal_scene::{Bands, Kind, Scene, Zones, bands};
 
 /// What arrives because of one group, without and with its direct light, and what leaves.
 pub struct Found<'a> {
@@ -78,6 +78,33 @@ pub fn of_zones(scene: &Scene, zones: &Zones, incident: &[Bands], old: &Energy) 
     add_zones(&mut e, zones, Kind::All, incident, &[]);
     e.balance();
     e
+}
+
+/// Power that a zone absorbs of one W/m² that arrives, m² a band: (1 − ρ) A of a patch, κ (1 − Ω) V of a volume zone.
+pub(crate) fn uptake(zones: &Zones, i: usize) -> Bands {
+    if let Some(p) = zones.patches.get(i) {
+        return p.reflectance.map(|r| (1.0 - r) * p.area);
+    }
+    let (k, o, volume) = match i.checked_sub(zones.pane_offset()) {
+        Some(pane) => {
+            let p = &zones.panes[pane];
+            (p.extinction, p.albedo, p.area * p.thickness)
+        }
+        None => {
+            let v = &zones.voxels[i - zones.voxel_offset()];
+            (v.extinction, v.albedo, v.volume)
+        }
+    };
+    bands(|b| k[b] * (1.0 - o[b]) * volume)
+}
+
+/// Power that all zones absorb of a field (W/m²), W a band.
+pub(crate) fn absorbed(zones: &Zones, field: impl Fn(usize) -> Bands + Sync) -> Bands {
+    columns::sum(zones.len(), |i| {
+        let (a, h) = (uptake(zones, i), field(i));
+        // A zone that absorbs nothing has no part in it, whatever its field.
+        bands(|b| if a[b] == 0.0 { 0.0 } else { a[b] * h[b] })
+    })
 }
 
 /// Adds what zones of a group emit and what they absorb.

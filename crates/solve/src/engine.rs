@@ -17,11 +17,10 @@ use crate::spectral::enclosure::Enclosure;
 use crate::spectral::kernels;
 use crate::surroundings::Escape;
 use rayon::prelude::*;
-use zonal_exchange::aligned::lattice::DEPTH;
 use zonal_exchange::pair::{Counts, Exchange, Settings, VoxelFactors};
 use zonal_scene::scene::ThickZones;
 use zonal_scene::solution::Closure;
-use zonal_scene::{Bands, Engine, Progress, Scene, SceneError, Vault, Zones};
+use zonal_scene::{Bands, Engine, Note, Progress, Scene, SceneError, Vault, Zones};
 use zonal_transport::Transport;
 
 /// Zones up to which `auto` takes every pair: 3700 zones with a shelf among them took 25 seconds of one core of 2023, and 2 by links
@@ -35,10 +34,8 @@ pub const SPECTRAL_ZONES: usize = 4000;
 /// and memory, and below it they change the mean of a zone by less than a thousandth or so.
 pub const THIN: f64 = 0.1;
 
-/// Offsets of images that tables may have: some minutes of two cores of 2023.
-const MOST_IMAGES: f64 = 5e9;
-/// Images of all pairs that the dense engine may add up: some minutes too.
-const MOST_PAIRS: f64 = 5e9;
+/// Cells that tables of slopes may integrate: some minutes of two cores of 2023.
+const MOST_CELLS: f64 = 5e9;
 
 /// What an engine is built from.
 pub struct Site<'a> {
@@ -79,7 +76,7 @@ pub struct Built<'a> {
     /// Name and count of what was counted.
     pub counts: Vec<(String, u64)>,
     /// What a user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Note>,
     /// The solution, where building the engine found it: how each group ended, and what arrives.
     pub solved: Option<(Vec<Ended>, Arriving)>,
 }
@@ -94,7 +91,7 @@ pub struct Choice {
     /// For the spectral engine: the box that the scene is, and how radiosity varies inside its zones.
     pub boxed: Option<(Enclosure, Variation)>,
     /// What a user should know of it.
-    pub note: Option<String>,
+    pub note: Option<Note>,
 }
 
 /// What the choice is made from.
@@ -141,7 +138,7 @@ pub fn choose(
     wish.check_slopes()?;
     let found = wish.looks_for_a_box().then(|| Enclosure::find(scene, zones));
     if wish.periodic {
-        check_periodic(scene, wish.asked, forecast.pairs, found.as_ref())?;
+        check_periodic(&wish, found.as_ref())?;
     }
     let (engine, reason) = wish.engine(found.as_ref())?;
     let mut out = Choice { engine, reason, boxed: None, note: None };
@@ -254,11 +251,11 @@ impl<'a> Wish<'a> {
     }
 
     /// How radiosity varies inside the zones of a box, and what a user should know of that: slopes that nobody insists on have to fit.
-    fn variation(&self, found: &Enclosure) -> (Variation, Option<String>) {
+    fn variation(&self, found: &Enclosure) -> (Variation, Option<Note>) {
         if !self.thick {
             return (Variation::Constant, None);
         }
-        let few = |k: &f64| kernels::work(&found.grid, *k, Variation::Linear) < MOST_IMAGES;
+        let few = |k: &f64| kernels::work(&found.grid, *k, Variation::Linear) < MOST_CELLS;
         let fits = || {
             spectral_bytes(self.scene, self.zones, self.forecast, found, Variation::Linear) <= self.memory
                 && found.groups().1.iter().all(few)
@@ -267,7 +264,7 @@ impl<'a> Wish<'a> {
             return (Variation::Linear, None);
         }
         let note = "voxels are thick, but slopes inside them would need more memory or time than allowed";
-        (Variation::Constant, Some(note.into()))
+        (Variation::Constant, Some(Note::warning("no-slopes", note)))
     }
 
     /// Refuses an engine that does not fit.
@@ -318,7 +315,7 @@ pub(crate) fn spectral_bytes(
     let solving = 24 + 8 + columns * (24 + 7 * 8 * bands);
     // Radiosity, incident, direct, error; of each group its strengths and what arrives; direct light of each light.
     let fields = 4 * 24 + columns * 48;
-    let more = 24 * u64::from(e.is_open()) + 56 * scene.lights().len() as u64;
+    let more = 24 * u64::from(e.is_open()) + 120 * scene.lights().len() as u64;
     let [voxel, patch] = [variation.voxel() - 1, variation.patch() - 1].map(|n| n as u64);
     let slopes = voxel * zones.voxels.len() as u64 + patch * zones.patches.len() as u64;
     // Of slopes: what the zones have in the iteration, and to which zone they belong.
@@ -327,34 +324,34 @@ pub(crate) fn spectral_bytes(
 }
 
 /// Engines that know of images: all pairs of a closed box, and transforms.
-fn check_periodic(
-    scene: &Scene,
-    asked: Engine,
-    pairs: u64,
-    found: Option<&Result<Enclosure, String>>,
-) -> Result<(), SceneError> {
-    let what = match (asked, found) {
+fn check_periodic(wish: &Wish, found: Option<&Found>) -> Result<(), SceneError> {
+    let what = match (wish.asked, found) {
         (Engine::Hierarchical, _) => {
             "rays know no images of a periodic scene; use the spectral engine".to_string()
         }
-        (_, Some(Err(why))) => format!("a periodic scene must be a box on the grid of its medium, but {why}"),
-        (Engine::Auto | Engine::Spectral, Some(Ok(e)))
-            if e.groups().1.iter().any(|&k| kernels::work(&e.grid, k, Variation::Constant) > MOST_IMAGES) =>
-        {
-            format!(
-                "the images within {DEPTH} mean free paths are too many; a period of one cell has only one, or use larger cells"
-            )
+        (_, Some(Err(why))) => {
+            format!("a periodic scene must be a box on the grid of its medium, but {why}")
+        }
+        (Engine::Auto | Engine::Dense, _) if wish.paper => {
+            "formulas of the paper know no images of a periodic scene; use --factors exact".to_string()
         }
         (Engine::Dense, Some(Ok(e))) if e.is_open() => {
             "a periodic scene with openings is for the spectral engine; use that, or close the walls"
                 .to_string()
         }
-        (Engine::Dense, _) if zonal_exchange::pair::images(scene) * pairs as f64 > MOST_PAIRS => {
-            "all pairs of zones with all their images are too many; use the spectral engine".to_string()
-        }
         _ => return Ok(()),
     };
     Err(SceneError::new("boundary", what))
+}
+
+/// Refuses periodic scenes whose pairs [`Exchange`] does not know: all that are no box on the grid of their medium.
+pub fn check_pairs(scene: &Scene, zones: &Zones) -> Result<(), SceneError> {
+    match scene.is_periodic().then(|| Enclosure::find(scene, zones)) {
+        Some(Err(why)) => {
+            wrong("boundary", format!("a periodic scene must be a box on the grid of its medium, but {why}"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// True where no ray is needed to know what escapes: transforms tell it, and a periodic box of all pairs is closed.
@@ -378,7 +375,7 @@ fn spectral(
     site: &Site,
     enclosure: Enclosure,
     variation: Variation,
-    note: Option<String>,
+    note: Option<Note>,
     escape: &mut Escape,
 ) -> Built<'static> {
     let (scene, zones) = (site.scene, site.zones);
@@ -387,7 +384,8 @@ fn spectral(
     if open {
         escape.sky = operator.openings();
     }
-    let closure = if scene.options().restore_closure {
+    operator.measure(zones, &escape.sky);
+    let closure = if scene.restores_closure() {
         closure::restore(&mut operator, zones, escape)
     } else {
         closure::measure(&operator, zones, escape)
@@ -404,16 +402,15 @@ pub(crate) fn dense(site: &Site, escape: &mut Escape) -> Built<'static> {
     let group = dense::groups(scene, site.transport.has_panes_between());
     let (mut operator, pairs) = Dense::assemble(&exchange, zones, group, site.vault, site.progress);
     drop(exchange);
-    let closure = if scene.options().restore_closure {
+    let closure = if scene.restores_closure() {
         closure::restore(&mut operator, zones, escape)
     } else {
         closure::measure(&operator, zones, escape)
     };
     let mut warnings = Vec::new();
     if pairs.paper > 0 {
-        warnings.push(
-            "the factors of two voxels are those of the paper, for comparison: the errors stated here leave out what that costs".into(),
-        );
+        let text = "the factors of two voxels are those of the paper, for comparison: the errors stated here leave out what that costs";
+        warnings.push(Note::warning("paper-factors", text));
     }
     let counts = counts(&pairs);
     Built { operator: Box::new(operator), closure, counts, warnings, solved: None }

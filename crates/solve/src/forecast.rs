@@ -1,10 +1,11 @@
 //! What a solve will take, said beforehand, and what looks wrong with a scene.
 
+use crate::direct::BEAM_RAYS;
 use crate::spectral::enclosure::Enclosure;
 use crate::surroundings::Escape;
 use crate::{dense, gather};
 use rayon::prelude::*;
-use zonal_scene::{PaneZone, Patch, Scene, VoxelZone, Zones};
+use zonal_scene::{Light, Note, PaneZone, Patch, Scene, VoxelZone, Zones};
 use zonal_transport::Transport;
 
 /// Counts, memory and time of a solve.
@@ -47,12 +48,13 @@ fn ray_microseconds(facets: usize) -> f64 {
     0.1 + 0.02 * (1.0 + facets as f64).log2()
 }
 
-/// Shadow rays of direct light on all zones, from a look at some, and their seconds on so many threads.
+/// Shadow rays of direct light on all zones, from a look at some, and the seconds that they and the rays from the lights take on so many threads.
 pub fn direct_light(scene: &Scene, zones: &Zones, transport: &Transport, threads: usize) -> (f64, f64) {
     let one = |light| gather::rays(scene, zones, transport, light, LOOKS);
     // No lights sum to −0.
     let rays: f64 = scene.lights().iter().map(one).sum::<f64>() + 0.0;
-    (rays, rays * 1e-6 * ray_microseconds(scene.facets().len()) / threads.max(1) as f64)
+    let all = rays + (scene.lights().len() * BEAM_RAYS) as f64;
+    (rays, all * 1e-6 * ray_microseconds(scene.facets().len()) / threads.max(1) as f64)
 }
 
 /// Bytes of the zones themselves.
@@ -113,24 +115,42 @@ pub fn thickness(scene: &Scene, zones: &Zones) -> f64 {
 
 /// What a user should know of a scene: notes of the reader, and voxels, so many optical depths across, too thick for radiosity that is
 /// `constant` in each.
-pub fn warnings(scene: &Scene, thick: f64, constant: bool) -> Vec<String> {
-    let mut out: Vec<String> = scene.notes().to_vec();
+pub fn warnings(scene: &Scene, thick: f64, constant: bool) -> Vec<Note> {
+    let mut out: Vec<Note> = scene.notes().to_vec();
+    out.extend(sky_in_medium(scene));
     let least = (TINY * scene.diagonal()).powi(2);
     let tiny = scene.facets().iter().filter(|f| f.plate.area() < least).count();
     if tiny > 0 {
-        out.push(format!("{tiny} facet(s) are tiny: smaller than {TINY:e} of the scene across"));
+        let text = format!("{tiny} facet(s) are tiny: smaller than {TINY:e} of the scene across");
+        out.push(Note::note("tiny-facets", text));
     }
     if constant && thick > THICK {
-        out.push(format!(
+        out.push(Note::note("thick-voxels", format!(
             "voxels are up to {thick:.2e} optical depths across; below {THICK} is better: use more cells, or, in a box on the grid of its medium, thick_zones = \"linear\""
-        ));
+        )));
     }
     if !constant && thick > STEEP {
-        out.push(format!(
+        out.push(Note::note("thick-voxels", format!(
             "voxels are up to {thick:.2e} optical depths across: slopes inside them carry light that changes along one direction, but beside edges where hot walls meet cold ones below {STEEP} is better: use more cells"
-        ));
+        )));
     }
     out
+}
+
+/// The warning of sky light in a medium that scatters: pictures sample it at few points of the sky along each ray.
+pub fn sky_in_medium(scene: &Scene) -> Option<Note> {
+    let map = scene.voxmap()?;
+    let sky = scene.lights().iter().find_map(|l| match l {
+        Light::Sky { name, radiance } if *radiance != [0.0; 3] => Some(name),
+        _ => None,
+    })?;
+    let scatters = |c: usize| (0..3).any(|b| map.extinction(c)[b] * map.albedo(c)[b] > 0.0);
+    (0..map.len()).any(scatters).then(|| {
+        let text = format!(
+            "light '{sky}': sky light in a medium that scatters is sampled; single pixels of pictures have noise of 10 % and more, which no stated error has in it: draw with more --samples"
+        );
+        Note::warning("sky-noise", text)
+    })
 }
 
 /// True where rays leave the scene, or end on black backs, from some zone; a few rays for each of up to a thousand zones. Rays know no

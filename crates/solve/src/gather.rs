@@ -12,12 +12,13 @@
 //! of m such points the share s that is seen errs by about
 //!
 //! ```text
-//! e = √(s(1−s)) m^(−3/4)     where the samples disagree (the border between seen and not seen runs through few of m strata)
+//! e = √(s(1−s)) m^(−3/4)     where the samples disagree (the border between seen and not seen runs through few of m strata);
+//!                            beyond 256 samples it falls like m^(−5/8): points and directions have four dimensions
 //! e = ½/(m+1)                where all agree, m counted over the zone and the 124 cells around it (25 of them for a patch)
 //! ```
 //!
 //! A few samples first, everywhere; then others, so many as these let expect, where U e exceeds a share of the solve's tolerance times the root mean square of the
-//! light over the zones of its kind. In open medium the ratios R of a cell and the 26 around it are averaged where the cell's own agrees
+//! light over the zones of its kind; so many at most that the limits below allow, which grow where the tolerance is small. In open medium the ratios R of a cell and the 26 around it are averaged where the cell's own agrees
 //! with that within its error: a penumbra is wider than a cell unless the light is a sun. All numbers are functions of zone and index.
 
 use crate::open::{Open, Row};
@@ -32,12 +33,20 @@ use zonal_transport::direct::{Lamp, Receiver};
 const PILOT: [usize; 2] = [8, 4];
 /// The fewest samples of a zone that is looked at again; any number is a multiple of it.
 const AGAIN: usize = 16;
-/// The most samples of a patch and of a voxel: what is left of a voxel's error averages out along any path.
+/// The most samples of a patch and of a voxel: what is left of a voxel's error averages out along any path. More where the tolerance is
+/// below [`FINE`], as many as that error needs, but no more than [`MOST_OF_ZONE`], nor than [`MAX_RAYS`] of all zones together.
 const MOST: [usize; 2] = [256, 128];
+const FINE: f64 = 0.02;
+const MOST_OF_ZONE: usize = 1 << 14;
+/// Shadow rays of one light to all zones together that a small tolerance may ask for.
+const MAX_RAYS: usize = 1 << 26;
+/// Samples beyond which the error of samples that disagree falls like the number to the power of −5/8.
+const FOUR_DIMENSIONS: f64 = 256.0;
+const SLOW: f64 = 0.625;
 /// Samples of a voxel whose ratio is averaged with those around it.
 const AVERAGED: usize = 16;
 /// Wanted error over tolerance and root mean square, of patches and of volume zones, whose errors average out along any path.
-const SHARE: [f64; 2] = [0.35, 0.45];
+pub(crate) const SHARE: [f64; 2] = [0.35, 0.45];
 /// The error told over the one above, which holds in the mean: of penumbras sampled often it is a little small.
 const TOLD: f64 = 1.25;
 /// Where there is less light the error wanted falls with it, to this share.
@@ -49,9 +58,11 @@ const LEVEL: f64 = 0.12;
 /// A mean over 27 cells is taken to err by this share of that change, and by the next one of the cell's own error.
 const CURVED: f32 = 0.1;
 const CALMED: f32 = 0.25;
-/// Points of a pane, and samples of the light at each.
+/// Points of a pane, and samples of the light at each; the most points over the first ones, and parts whose spread tells the error.
 const PANE_POINTS: usize = 48;
 const PANE_SAMPLES: usize = 6;
+const PANE_MORE: usize = 8;
+const PANE_PARTS: usize = 8;
 /// First samples are compared over so many cells to each side: a share of the light that all of them miss is too small to count.
 const AROUND: usize = 2;
 /// Of the zones whose own first samples agree about this share have others around it that do not, for the forecast.
@@ -63,10 +74,12 @@ const CHUNK: usize = 256;
 pub(crate) struct Gathered {
     /// H_dir of patches, G_dir of volume zones, W/m².
     pub fields: Vec<Bands>,
-    /// Standard error of the largest band, W/m².
-    pub error: Vec<f64>,
+    /// Standard error, W/m².
+    pub error: Vec<Bands>,
     /// Shadow rays.
     pub rays: u64,
+    /// The largest error of a kind of zones, root mean square over that of the light, and the most samples that a zone could have.
+    pub limited: (f64, usize),
 }
 
 /// What the samples of one zone said.
@@ -224,7 +237,9 @@ impl<'a> Gatherer<'a> {
         };
         // The medium dims the samples that are seen unequally.
         let dim = if t.seen > 0.0 { t.through2 / t.seen - (t.through / t.seen).powi(2) } else { 0.0 };
-        let error = (s * (1.0 - s + dim.max(0.0)) + s * s * flux.max(0.0)).sqrt() * effective.powf(-0.75);
+        let slow = (effective / FOUR_DIMENSIONS).max(1.0).powf(0.75 - SLOW);
+        let error =
+            (s * (1.0 - s + dim.max(0.0)) + s * s * flux.max(0.0)).sqrt() * effective.powf(-0.75) * slow;
         One {
             full,
             ratio: t.ratio(),
@@ -271,7 +286,11 @@ impl<'a> Gatherer<'a> {
         let (m, e) = (first.count as f64, largest(first.full) * error(first, 0));
         // e falls like m^(−3/4), or like 1/m where all agree.
         let power = if first.agrees() { 1.0 } else { 4.0 / 3.0 };
-        let wish = (m * (e / wanted).powf(power)).min(most as f64).ceil() as usize;
+        let mut wish = m * (e / wanted).powf(power);
+        if !first.agrees() && wish > FOUR_DIMENSIONS {
+            wish = FOUR_DIMENSIONS * (wish / FOUR_DIMENSIONS).powf(0.75 / SLOW);
+        }
+        let wish = wish.min(most as f64).ceil() as usize;
         let samples = wish.next_multiple_of(AGAIN).clamp(AGAIN, most);
         let one = self.look(i, MOST[0]..MOST[0] + samples);
         One { error: error(&one, 0) as f32, ..one }
@@ -287,19 +306,57 @@ impl<'a> Gatherer<'a> {
         out
     }
 
-    /// G_dir of pane zone `k` and its error, from two halves of its points.
-    fn pane(&self, k: usize) -> [Bands; 2] {
+    /// G_dir of pane zone `k` and its standard error from the spread of parts of `count` points.
+    fn pane(&self, k: usize, count: usize) -> [Bands; 2] {
         let (p, i) = (&self.zones.panes[k], self.zones.pane_offset() + k);
         let shift = [0, 1].map(|m| sequence::unit((i as u64) << 3 | m));
-        let mut halves = [[0.0; 3]; 2];
-        for n in 0..PANE_POINTS {
+        let mut parts = [[0.0; 3]; PANE_PARTS];
+        for n in 0..count {
             let [u, v] = p.plate.warp(sequence::r2(n, shift));
-            let g = self.pane_fluence(p, p.plate.at(u, v), (i * PANE_POINTS + n) as u64);
-            let half = &mut halves[n % 2];
-            *half = bands(|b| half[b] + g[b] / (PANE_POINTS / 2) as f64);
+            let seed = match n < PANE_POINTS {
+                true => (i * PANE_POINTS + n) as u64,
+                false => sequence::hash((i as u64) << 20 | n as u64),
+            };
+            let g = self.pane_fluence(p, p.plate.at(u, v), seed);
+            let part = &mut parts[n % PANE_PARTS];
+            *part = bands(|b| part[b] + g[b] / (count / PANE_PARTS) as f64);
         }
-        let [x, y] = halves;
-        [bands(|b| 0.5 * (x[b] + y[b])), bands(|b| 0.5 * (x[b] - y[b]).abs())]
+        const N: f64 = PANE_PARTS as f64;
+        let mean = bands(|b| parts.iter().map(|p| p[b]).sum::<f64>() / N);
+        let square = bands(|b| parts.iter().map(|p| (p[b] - mean[b]).powi(2)).sum::<f64>());
+        [mean, square.map(|s| (s / (N * (N - 1.0))).sqrt())]
+    }
+
+    /// G_dir of all pane zones with their errors and rays: first points everywhere, more where the error exceeds a share of the tolerance. A spread of few
+    /// parts is itself uncertain: the error told is the mean square of a zone's own and of the relative one of all panes.
+    fn panes(&self, tolerance: f64) -> (Vec<[Bands; 2]>, u64) {
+        let n = self.zones.panes.len();
+        let mut found: Vec<[Bands; 2]> = (0..n).into_par_iter().map(|k| self.pane(k, PANE_POINTS)).collect();
+        let square =
+            |of: usize, found: &[[Bands; 2]]| found.iter().map(|f| largest(f[of]).powi(2)).sum::<f64>();
+        let level = (square(0, &found) / n.max(1) as f64).sqrt();
+        let more: Vec<u64> = found
+            .par_iter_mut()
+            .enumerate()
+            .map(|(k, f)| {
+                let wanted = SHARE[1] * tolerance * largest(f[0]).clamp(DIM[1] * level, level);
+                let off = largest(f[1]) / wanted;
+                if level <= 0.0 || off <= 1.0 {
+                    return 0;
+                }
+                let finer = (FINE / tolerance).max(1.0);
+                let most = (PANE_MORE as f64 * finer * finer).min((MOST_OF_ZONE / PANE_POINTS) as f64);
+                let count = PANE_POINTS * (off * off).min(most).ceil() as usize;
+                *f = self.pane(k, count);
+                count as u64
+            })
+            .collect();
+        let pooled = square(1, &found) / square(0, &found).max(f64::MIN_POSITIVE);
+        for [g, e] in &mut found {
+            *e = bands(|b| (0.5 * (e[b] * e[b] + pooled * g[b] * g[b])).sqrt());
+        }
+        let points = more.iter().sum::<u64>() + (n * PANE_POINTS) as u64;
+        (found, 3 * points * PANE_SAMPLES as u64)
     }
 
     /// Fluence inside a pane that stands for what it takes from the light: κ G t = Σ E c (1 − e^{−κt/c}), c the cosine.
@@ -370,6 +427,13 @@ fn error(one: &One, more: usize) -> f64 {
     (one.error as f64).hypot(prior)
 }
 
+/// The most samples of each patch and each voxel of `n` zones together.
+fn most(scene: &Scene, n: usize) -> [usize; 2] {
+    let finer = (FINE / scene.options().tolerance).max(1.0).powf(1.0 / SLOW);
+    let all = (MAX_RAYS / n.max(1)).min(MOST_OF_ZONE);
+    MOST.map(|m| ((m as f64 * finer) as usize).min(all).max(m).next_multiple_of(AGAIN))
+}
+
 /// The error wanted of the zones of a kind, W/m².
 struct Wanted {
     /// Root mean square of the light.
@@ -404,6 +468,7 @@ pub(crate) fn rays(scene: &Scene, zones: &Zones, transport: &Transport, light: &
     let g = Gatherer::new(scene, zones, transport, light);
     let (n, patches) = (zones.pane_offset(), zones.voxel_offset());
     let sharp = matches!(light, Light::Sun { .. });
+    let most = most(scene, n);
     let of = |range: std::ops::Range<usize>, kind: usize| {
         let step = (range.len() / sample.max(1)).max(1);
         let list: Vec<usize> = range.step_by(step).collect();
@@ -416,7 +481,7 @@ pub(crate) fn rays(scene: &Scene, zones: &Zones, transport: &Transport, light: &
             }
             let calm = !sharp && i >= patches && zones.voxels[i - patches].part.is_empty();
             let share = if o.agrees() { AGREEING } else { 1.0 };
-            share * g.again(i, o, if calm { AVERAGED } else { MOST[kind] }, wanted).count as f64
+            share * g.again(i, o, if calm { AVERAGED } else { most[kind] }, wanted).count as f64
         };
         let again: Vec<f64> = first.par_iter().zip(&list).map(more).collect();
         step as f64 * (again.iter().sum::<f64>() + (list.len() * PILOT[kind]) as f64)
@@ -435,6 +500,7 @@ pub(crate) fn gather(
 ) -> Gathered {
     let g = Gatherer::new(scene, zones, transport, light);
     let (n, patches) = (zones.pane_offset(), zones.voxel_offset());
+    let limit = most(scene, n);
     progress.begin("direct light", 2 * n as u64);
     let first = g.all(n, progress, |i| g.look(i, 0..PILOT[usize::from(i >= patches)]));
     let limits = [Wanted::new(scene, &first[..patches], 0), Wanted::new(scene, &first[patches..], 1)];
@@ -450,15 +516,16 @@ pub(crate) fn gather(
         if largest(first[i].full) * error(&first[i], more) <= wanted(i, &first[i]) {
             return One { error: error(&first[i], more) as f32, ..first[i] };
         }
-        let most = if open(i).is_some() { AVERAGED } else { MOST[usize::from(i >= patches)] };
+        let most = if open(i).is_some() { AVERAGED } else { limit[usize::from(i >= patches)] };
         g.again(i, &first[i], most, wanted(i, &first[i]))
     });
     let counted = |list: &[One]| list.iter().map(|o| o.count as u64).sum::<u64>();
     let rays = counted(&first) + counted(&second);
     drop(first);
-    let settled = |i: usize| -> (Bands, f64, u64) {
+    let settled = |i: usize| -> (Bands, Bands, u64) {
         let own = &second[i];
-        let told = |o: &One| (o.value(), TOLD * largest(o.full) * o.error as f64, 0);
+        let spread = |o: &One| o.full.map(|x| TOLD * x * o.error as f64);
+        let told = |o: &One| (o.value(), spread(o), 0);
         let Some(rows) = open(i).filter(|_| largest(own.full) * own.error as f64 > wanted(i, own)) else {
             return told(own);
         };
@@ -469,17 +536,23 @@ pub(crate) fn gather(
             let calm = One { ratio: mean, error, ..*own };
             return told(&calm);
         }
-        let again = g.again(i, own, MOST[1], wanted(i, own));
-        (again.value(), TOLD * largest(again.full) * again.error as f64, again.count as u64)
+        let again = g.again(i, own, limit[1], wanted(i, own));
+        (again.value(), spread(&again), again.count as u64)
     };
-    let settled: Vec<(Bands, f64, u64)> = (0..n).into_par_iter().map(settled).collect();
-    let panes: Vec<[Bands; 2]> = (0..zones.panes.len()).into_par_iter().map(|k| g.pane(k)).collect();
+    let settled: Vec<(Bands, Bands, u64)> = (0..n).into_par_iter().map(settled).collect();
+    let (panes, pane_rays) = g.panes(scene.options().tolerance);
     progress.end();
-    Gathered {
-        fields: settled.iter().map(|s| s.0).chain(panes.iter().map(|p| p[0])).collect(),
-        error: settled.iter().map(|s| s.1).chain(panes.iter().map(|p| largest(p[1]))).collect(),
-        rays: rays + settled.iter().map(|s| s.2).sum::<u64>(),
-    }
+    let fields: Vec<Bands> = settled.iter().map(|s| s.0).chain(panes.iter().map(|p| p[0])).collect();
+    let error: Vec<Bands> = settled.iter().map(|s| s.1).chain(panes.iter().map(|p| p[1])).collect();
+    let relative = |range: std::ops::Range<usize>| {
+        let [e, f]: [f64; 2] = crate::columns::sum(range.len(), |k| {
+            [&error, &fields].map(|list| largest(list[range.start + k]).powi(2))
+        });
+        if e > 0.0 { (e / f).sqrt() } else { 0.0 }
+    };
+    let worst = relative(0..patches).max(relative(patches..n)).max(relative(n..zones.len()));
+    let rays = rays + settled.iter().map(|s| s.2).sum::<u64>() + pane_rays;
+    Gathered { fields, error, rays, limited: (worst, limit[0].max(limit[1])) }
 }
 
 /// Mean ratio over the rows of 27 cells, and its largest change from one side to the other.
@@ -498,5 +571,7 @@ fn mean(rows: impl Iterator<Item = Row>, list: &[One]) -> (Bands, f64) {
     (sum, change.iter().flatten().fold(0.0, |m, c| c.abs().max(m)))
 }
 
+#[cfg(test)]
+mod coverage;
 #[cfg(test)]
 mod tests;

@@ -14,7 +14,7 @@ use crate::surroundings::Escape;
 use rayon::prelude::*;
 use zonal_exchange::pair::strength;
 use zonal_scene::group::{ALL, MEDIUM, PANES};
-use zonal_scene::{Bands, Groups, Kind, Light, Scene, Zones, bands};
+use zonal_scene::{Bands, Groups, Kind, Light, Note, Scene, Zones, bands};
 
 /// Groups beyond which the lights are merged unless each is asked for: every one costs a solve and two fields.
 pub const MOST_GROUPS: usize = 8;
@@ -102,7 +102,7 @@ pub fn each(scene: &Scene, zones: &Zones) -> Vec<Source> {
 }
 
 /// The groups that are solved, and a note where they were merged for want of room. Heat is one sum: temperatures do not add up.
-pub fn chosen(scene: &Scene, zones: &Zones) -> (Vec<Source>, Option<String>) {
+pub fn chosen(scene: &Scene, zones: &Zones) -> (Vec<Source>, Option<Note>) {
     let all = || vec![Source { name: ALL.into(), kind: Kind::All }];
     if scene.thermal().is_some() {
         return (all(), None);
@@ -117,7 +117,7 @@ pub fn chosen(scene: &Scene, zones: &Zones) -> (Vec<Source>, Option<String>) {
                 each.len(),
                 zones.len()
             );
-            (all(), Some(note))
+            (all(), Some(Note::note("groups-merged", note)))
         }
         _ if each.is_empty() => (all(), None),
         _ => (each, None),

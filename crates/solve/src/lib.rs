@@ -20,6 +20,8 @@
 //! | [`surroundings`] | what escapes, measured by rays |
 //! | `openings` | rays of one zone, evenly or to where they leave |
 //! | [`direct`] | sun, sky and small emitters on the zones |
+//! | `emitters` | direct light of emitters from exchange areas |
+//! | `direct_error` | what the error of direct light costs indirect light |
 //! | [`closure`] | row sums: measured, and restored on request |
 //! | [`krylov`] | conjugate gradients for many light groups at once, with a status; sweeps |
 //! | [`groups`] | light groups: which lights are solved apart |
@@ -27,6 +29,8 @@
 //! | [`columns`] | vectors over zones, many at a time |
 //! | [`stage`] | what is kept of long work, as bytes |
 //! | [`energy`] | the balance |
+//! | `consistency` | errors that a solution tells of itself |
+//! | `finite` | the guard at the end: nothing that is not a finite number is told |
 //! | `notes` | what the report says of a balance that is off |
 //! | [`pipeline`] | a scene in, a solution out |
 //! | [`thermal`] | temperatures and net powers: zones posed for the linear equations, the coupling of bands, what is found |
@@ -38,10 +42,14 @@
 
 pub mod closure;
 pub mod columns;
+mod consistency;
 pub mod dense;
 pub mod direct;
+mod direct_error;
+mod emitters;
 pub mod energy;
 pub mod engine;
+mod finite;
 pub mod forecast;
 mod gather;
 pub mod groups;

@@ -9,7 +9,7 @@
 
 use zonal_scene::scene::Options;
 use zonal_scene::solution::Energy;
-use zonal_scene::{Fields, Report, Scene, SolveStatus, Zones};
+use zonal_scene::{Fields, Note, Report, Scene, SolveStatus, Zones};
 
 /// Share that may be missing without a word.
 const POOR: f64 = 1e-3;
@@ -19,11 +19,12 @@ const ALL_OF_IT: f64 = 1.0 - 1e-6;
 const ROUNDING: f64 = 1e-9;
 
 /// The note where the steps were spent, with what is `off` in words, if anything.
-fn spent(off: Option<String>) -> String {
+fn spent(off: Option<String>) -> Note {
     let off = off.map_or_else(String::new, |off| format!(", and {off}"));
-    format!(
+    let text = format!(
         "the solver ran out of steps before the residual that was asked for; errors have what it left{off}: allow more (max_iterations)"
-    )
+    );
+    Note::warning("not-converged", text)
 }
 
 /// What to do about factors that lose or make power.
@@ -32,23 +33,24 @@ fn of_factors(restored: bool) -> &'static str {
 }
 
 /// What to say of the balance of light, and of a solver that is `short` of steps.
-pub(crate) fn of_light(energy: &Energy, options: &Options, short: bool) -> Option<String> {
+pub(crate) fn of_light(energy: &Energy, options: &Options, restored: bool, short: bool) -> Option<Note> {
     let off = energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
     let poor = off > POOR && options.sweeps.is_none();
     let told = format!("the energy balance is off by {off:.1e}");
     if poor && off > ALL_OF_IT {
-        return Some(format!(
+        let text = format!(
             "{told}: nothing absorbs light and nothing lets it out; lower a reflectance or the albedo"
-        ));
+        );
+        return Some(Note::warning("energy-balance", text));
     }
     if short {
         return Some(spent(poor.then_some(told)));
     }
-    poor.then(|| format!("{told}: {}", of_factors(options.restore_closure)))
+    poor.then(|| Note::warning("energy-balance", format!("{told}: {}", of_factors(restored))))
 }
 
 /// What to say of the balance of heat of a settled solution, and of a solver that ran out of steps; nothing in light mode.
-pub(crate) fn of_heat(scene: &Scene, zones: &Zones, fields: &Fields, report: &Report) -> Option<String> {
+pub(crate) fn of_heat(scene: &Scene, zones: &Zones, fields: &Fields, report: &Report) -> Option<Note> {
     let (table, heat) = (report.heat.as_ref()?, fields.heat.as_ref()?);
     let patches = zones.patches.iter().map(|p| p.area);
     let sizes = patches.chain(zones.voxels.iter().map(|v| v.volume));
@@ -65,7 +67,6 @@ pub(crate) fn of_heat(scene: &Scene, zones: &Zones, fields: &Fields, report: &Re
     }
     let left = report.residuals.iter().filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r));
     let coarse = report.engine != "hierarchical" && left * emitted > 0.5 * balance;
-    let mend =
-        if coarse { "ask for a smaller residual" } else { of_factors(scene.options().restore_closure) };
-    poor.then(|| format!("{told}: {mend}"))
+    let mend = if coarse { "ask for a smaller residual" } else { of_factors(scene.restores_closure()) };
+    poor.then(|| Note::warning("heat-balance", format!("{told}: {mend}")))
 }

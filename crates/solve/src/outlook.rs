@@ -4,6 +4,7 @@
 //! this machine and in this scene a sample tells, timed by whoever asks. What remains are constants. Where rays may fall short of the
 //! tolerance and links have to go on from there, nobody knows how many: a number to expect is told, and one that is hardly exceeded.
 
+use crate::dense;
 use crate::engine;
 use crate::engine::Choice;
 use crate::forecast::{self, Forecast};
@@ -18,7 +19,7 @@ use crate::surroundings::Escape;
 use crate::zoning;
 use rayon::prelude::*;
 use zonal_exchange::pair::{Counts, Exchange, Settings};
-use zonal_scene::{Engine, Scene, SceneError, Zones};
+use zonal_scene::{Engine, Note, Scene, SceneError, Zones};
 use zonal_transport::Transport;
 
 /// Pairs of zones in the sample of the dense engine, and rows that they lie in.
@@ -50,6 +51,9 @@ const TRANSFORM: f64 = 8.0;
 const PRODUCT: f64 = 0.6;
 const PRODUCTS: f64 = 25.0;
 
+/// Nanoseconds of the total exchange areas for each triple of zones.
+const TRIPLE: f64 = 1.0;
+
 /// What a solve will take.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outlook {
@@ -64,7 +68,7 @@ pub struct Outlook {
     /// Bytes at the peak to expect, and hardly exceeded.
     pub bytes: [u64; 2],
     /// What memory changes.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
     /// True where radiosity varies inside zones.
     pub slopes: bool,
 }
@@ -116,9 +120,14 @@ impl Outlook {
             Engine::Dense | Engine::Auto => out.dense(plan, clock),
         };
         let heat = crate::thermal::bytes(scene, zones);
-        out.bytes = out.bytes.map(|b| b + heat);
-        let (sum, again) = (out.parts.iter().map(|p| p.1).sum::<f64>(), again(scene, zones, engine));
-        out.parts.extend((again > 0.0).then(|| ("the same on larger zones".to_string(), again * sum)));
+        let smaller = if zoning::wanted(scene) { zoning::smaller(scene, zones, out.slopes) } else { None };
+        // Smaller zones of a second solve may hold more than the first: every pair at worst.
+        let second = |m: usize| (DENSE * dense::bytes(m, 0, forecast.groups) as f64) as u64 + PROGRAM;
+        out.bytes = out.bytes.map(|b| (b + heat).max(smaller.map_or(0, second).min(memory)));
+        let word = if smaller.is_some() { "smaller" } else { "larger" };
+        let sum = out.parts.iter().map(|p| p.1).sum::<f64>();
+        let again = again(scene, zones, engine, smaller);
+        out.parts.extend((again > 0.0).then(|| (format!("the same on {word} zones"), again * sum)));
         out.seconds = [sum, sum + more].map(|s| (1.0 + again) * s);
         Ok(out)
     }
@@ -187,7 +196,7 @@ impl Outlook {
             return most as f64 / rays.max(1) as f64 * (t.seconds + passed / threads);
         }
         if !budget.holds_links(zones, tolerance) {
-            self.notes.push(NO_LINKS.into());
+            self.notes.push(Note::warning("memory", NO_LINKS));
             return 0.0;
         }
         let expected = budget::links(zones, tolerance);
@@ -204,13 +213,17 @@ impl Outlook {
     }
 }
 
-/// The share of a solve that the second one takes on zones twice as large, where it is wanted: a quarter of the patches, an eighth of the voxels.
-fn again(scene: &Scene, zones: &Zones, engine: Engine) -> f64 {
+/// What the second solve takes over the first, where it is wanted: on zones twice as large, a quarter of the patches and an eighth of the voxels;
+/// or on so many smaller ones.
+fn again(scene: &Scene, zones: &Zones, engine: Engine, smaller: Option<usize>) -> f64 {
     if !zoning::wanted(scene) || zones.is_empty() {
         return 0.0;
     }
     let sheets = (zones.patches.len() + zones.panes.len()) as f64;
-    let fewer = (sheets / 4.0 + zones.voxels.len() as f64 / 8.0) / zones.len() as f64;
+    let fewer = match smaller {
+        Some(others) => others as f64 / zones.len() as f64,
+        None => (sheets / 4.0 + zones.voxels.len() as f64 / 8.0) / zones.len() as f64,
+    };
     match engine {
         Engine::Dense | Engine::Auto => fewer * fewer,
         Engine::Hierarchical | Engine::Spectral => fewer,
@@ -251,6 +264,24 @@ fn pair(plan: &Plan, clock: &dyn Fn() -> f64) -> f64 {
     let start = clock();
     let done = all();
     (clock() - start) / done.max(1) as f64
+}
+
+/// Seconds that all direct and total exchange areas of a periodic scene take, in so many matrices, where there are no more than [`engine::DENSE_ZONES`]
+/// zones; images take no time of their own. `None` of other scenes, whose pairs the dense engine's forecast tells.
+pub fn exchange_areas(plan: &Plan, clock: &dyn Fn() -> f64) -> Option<f64> {
+    let n = plan.zones.len();
+    if !plan.scene.is_periodic()
+        || n > engine::DENSE_ZONES
+        || engine::check_pairs(plan.scene, plan.zones).is_err()
+    {
+        return None;
+    }
+    let matrices = plan.forecast.groups as f64;
+    let totals = matrices * (n as f64).powi(3) * TRIPLE * 1e-9 / plan.threads.max(1) as f64;
+    let start = clock();
+    let one = pair(plan, clock);
+    // The tables are made anew by the command.
+    Some((clock() - start) + plan.forecast.pairs as f64 * one + totals)
 }
 
 impl Outlook {

@@ -3,9 +3,13 @@
 //! What takes long is a stage that a [`Vault`] may keep: each light, the surroundings, the engine's factors, the state of the solver.
 //! Everything else is computed again in no time, and comes out the same to the bit.
 
+use crate::consistency;
 use crate::direct::{self, Direct, Lit};
+use crate::direct_error;
+use crate::emitters;
 use crate::energy::{self, Found};
 use crate::engine::{self, Built, Site};
+use crate::finite;
 use crate::forecast::{self, Forecast};
 use crate::groups::{self, Source, emission, response};
 use crate::hierarchical::build::tells_escape;
@@ -13,6 +17,7 @@ use crate::hierarchical::even::even;
 use crate::krylov::{self, Ended, Stop, System};
 use crate::notes;
 use crate::operator::{Arriving, extend_to_slopes};
+use crate::radii;
 use crate::stage::{Pen, Reader};
 use crate::surroundings::Escape;
 use crate::thermal;
@@ -22,9 +27,10 @@ use zonal_exchange::pair::{Settings, strength, target};
 use zonal_math::Grade;
 use zonal_scene::solution::Energy;
 use zonal_scene::{
-    Bands, Engine, Estimate, Fields, Group, NoVault, Progress, Report, Scene, SceneError, Solution,
+    Bands, Engine, Estimate, Fields, Group, NoVault, Note, Progress, Report, Scene, SceneError, Solution,
     SolveStatus, Values, Vault, Zones, bands,
 };
+use zonal_transport::zoning::left_out;
 use zonal_transport::{Transport, build_zones};
 
 /// Largest memory of a solve unless the caller says otherwise, bytes.
@@ -32,9 +38,6 @@ pub const DEFAULT_MEMORY: u64 = 12 << 30;
 
 /// Share of the largest incident flux by which a zone may be below zero without a word.
 const UNDERSHOOT: f64 = 1e-6;
-
-/// How often an undistributed power may meet a zone, for the errors of a solve that has not converged.
-const FOLLOWED: f64 = 10.0;
 
 /// Residual, over the tolerance, with which an engine is content whose links err by the tolerance: far below what they leave.
 const CONTENT: f64 = 1e-4;
@@ -77,7 +80,9 @@ pub fn solve(scene: Scene, memory: u64, progress: &dyn Progress) -> Result<Solut
 pub fn solve_job(scene: Scene, job: &Job) -> Result<Solution, SceneError> {
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport)?;
+    let left_out = left_out(&scene, &transport, &zones)?;
     let (zones, Solved { fields, groups, mut report, slopes }) = settled(&scene, transport, zones, job)?;
+    report.warnings.splice(0..0, left_out.warnings.into_iter().chain(left_out.notes));
     if zoning::wanted(&scene) {
         zoning::estimate(&scene, &zones, slopes, &mut report, job);
     }
@@ -104,6 +109,7 @@ pub(crate) fn settled(
     drop(transport);
     thermal::settle(scene, &mut zones, &mut s.fields, &mut s.groups, &mut s.report);
     s.report.warnings.extend(notes::of_heat(scene, &zones, &s.fields, &s.report));
+    finite::check(scene, &zones, &mut s.fields, &mut s.groups, &mut s.report)?;
     Ok((zones, s))
 }
 
@@ -133,7 +139,14 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
     let memory = job.memory.saturating_sub(thermal::bytes(scene, zones));
     let choice = engine::choose(scene, zones, transport, &forecast, job.settings, memory)?;
     let (engine, reason) = (choice.engine, choice.reason.clone());
-    let direct = illuminate(scene, zones, transport, job);
+    let by_exchange = |l: usize| emitters::surface(scene, zones, engine, job.settings, l);
+    let mut direct = Direct::default();
+    for l in 0..scene.lights().len() {
+        direct.lights.push(match by_exchange(l) {
+            Some(_) => Lit::default(),
+            None => illuminate(scene, zones, transport, l, job),
+        });
+    }
     let mut escape = surroundings(scene, zones, transport, engine, job);
     let (sources, note) = groups::chosen(scene, zones);
     let site = Site {
@@ -148,6 +161,9 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
         progress: job.progress,
     };
     let mut built = engine::build(choice, &site, &mut escape)?;
+    let sampled = |l: usize| illuminate(scene, zones, transport, l, job);
+    let complete = emitters::complete(&site, &built, &escape, by_exchange, sampled);
+    let site = Site { direct: complete.as_ref().unwrap_or(&direct), ..site };
     thermal::check_level(scene, zones, &escape)?;
     let coupled = match thermal::coupled::needed(scene) {
         true => Some(thermal::coupled::solve(&site, &built, &escape)?),
@@ -168,73 +184,48 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
     if scene.thermal().is_some() {
         thermal::spread(&site, &built, &mut fields, coupled.is_some());
     }
-    let mut report = report(&site, &built, &escape, &fields, &groups, &ended, forecast.thickness);
+    let mut energy = Energy::default();
+    groups.iter().for_each(|g| energy.add(&g.energy));
+    let mut lost = escape_error(zones, &escape, &ended);
+    lost = direct_error::of_lights(site.direct).iter().fold(lost, |s, e| bands(|b| s[b].hypot(e[b])));
+    // Heat is balanced where its temperatures are found.
+    if scene.thermal().is_none() && scene.options().sweeps.is_none() {
+        consistency::balance(zones, &energy, lost, &mut fields);
+    }
+    let mut report = report(&site, &built, &escape, (&fields, energy), &ended, forecast.thickness);
+    report.energy_error = match scene.thermal() {
+        Some(_) => Energy { escaped: lost, ..Energy::default() },
+        None => {
+            let mut error = consistency::of_powers(zones, &report.energy, &fields, |i| fields.error[i]);
+            direct_error::add_to_powers(zones, &report.energy, site.direct, &mut error);
+            error
+        }
+    };
     (report.engine, report.reason) = (engine.word().into(), reason);
     report.warnings.extend(note);
     let wanted = scene.options().tolerance;
     let estimate = report.estimate.patches.into_iter().chain(report.estimate.volumes).fold(0.0f64, f64::max);
     if engine == Engine::Dense && estimate > wanted {
-        report.warnings.push(format!(
+        let text = format!(
             "the estimated error, {estimate:.2e}, misses the tolerance, {wanted:.2e}: rays that measure pairs that are partly hidden, and what escapes, are not enough for it here"
-        ));
+        );
+        report.warnings.push(Note::warning("tolerance", text));
     }
     Ok(Solved { fields, groups, report, slopes: built.operator.len() > zones.len() })
 }
 
-/// Every light of the scene, each a stage.
-fn illuminate(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Direct {
-    let one = |l: usize| {
-        let stage = format!("light-{l}");
-        let kept = job.vault.load(&stage).and_then(|b| Lit::restored(&b, zones.len()));
-        kept.unwrap_or_else(|| {
-            let normalise = scene.options().restore_closure;
-            let lit = direct::light(scene, zones, transport, l, normalise, job.progress);
-            if job.vault.keeps() {
-                job.vault.save(&stage, &lit.kept());
-            }
-            lit
-        })
-    };
-    Direct { lights: (0..scene.lights().len()).map(one).collect() }
-}
-
-impl Lit {
-    fn kept(&self) -> Vec<u8> {
-        let mut pen = Pen::default();
-        pen.text(&self.name);
-        pen.triples(&self.fields);
-        pen.reals(&self.error);
-        pen.int(self.rays as usize);
-        pen.triples(&[
-            self.incoming,
-            self.emitted,
-            self.escaped,
-            self.backs,
-            [self.largest_change, 0.0, 0.0],
-        ]);
-        pen.text(self.warning.as_deref().unwrap_or(""));
-        pen.bytes()
-    }
-    fn restored(bytes: &[u8], zones: usize) -> Option<Lit> {
-        let mut r = Reader::new(bytes);
-        let (name, fields, error, rays) = (r.text()?, r.triples()?, r.reals()?, r.int()? as u64);
-        let (small, warning) = (r.triples()?, r.text()?);
-        let [incoming, emitted, escaped, backs, [largest_change, ..]] = small[..] else { return None };
-        let warning = (!warning.is_empty()).then_some(warning);
-        let whole = r.at_end() && fields.len() == zones && error.len() == zones;
-        whole.then_some(Lit {
-            name,
-            fields,
-            error,
-            rays,
-            incoming,
-            emitted,
-            escaped,
-            backs,
-            largest_change,
-            warning,
-        })
-    }
+/// Light number `l` of the scene by shadow rays, a stage.
+fn illuminate(scene: &Scene, zones: &Zones, transport: &Transport, l: usize, job: &Job) -> Lit {
+    let stage = format!("light-{l}");
+    let kept = job.vault.load(&stage).and_then(|b| Lit::restored(&b, zones.len()));
+    kept.unwrap_or_else(|| {
+        let normalise = scene.restores_closure();
+        let lit = direct::light(scene, zones, transport, l, normalise, job.progress);
+        if job.vault.keeps() {
+            job.vault.save(&stage, &lit.kept());
+        }
+        lit
+    })
 }
 
 /// What escapes, a stage.
@@ -289,6 +280,9 @@ fn iterate(site: &Site, built: &Built, escape: &Escape, engine: Engine, job: &Jo
         let sky = source.sky(site.scene);
         let of_slope = |k: usize| {
             let ([arrives, _], w) = (escape.incoming(k, sky), weights[k]);
+            let lights = site.direct.lights.iter().enumerate().filter(|(l, _)| source.has_light(*l));
+            let direct = lights.filter_map(|(_, l)| l.slopes.get(k - zones));
+            let arrives = direct.fold(arrives, |a, d| bands(|b| a[b] + d[b]));
             bands(|b| w[b] * arrives[b])
         };
         column.extend((zones..targets.len()).map(of_slope));
@@ -341,8 +335,9 @@ fn fields(
     let strengths: Vec<Vec<Bands>> = ended.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
     // Rays gave the answer: rows close as they are, the balance of power does not.
     let options = site.scene.options();
-    let uneven = arriving.is_some() && options.restore_closure && options.sweeps.is_none();
+    let uneven = arriving.is_some() && site.scene.restores_closure() && options.sweeps.is_none();
     let mut changed = vec![[0.0; 3]; n * usize::from(uneven)];
+    let missed: Vec<Bands> = radii::untold(zones, built, escape);
     let arriving = arriving.unwrap_or_else(|| built.operator.arriving(&strengths));
     let Arriving { columns: mut arriving, mut error } = arriving;
     ended.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
@@ -357,7 +352,9 @@ fn fields(
         incident.par_iter_mut().enumerate().for_each(|(i, h)| {
             let (_, measure) = response(zones, i);
             let [incoming, _] = escape.incoming(i, sky);
-            *h = bands(|b| ((h[b] + incoming[b]) / measure).max(least));
+            // `max` would make nothing of what is not a number.
+            let raised = |x: f64| if x < least { least } else { x };
+            *h = bands(|b| raised((h[b] + incoming[b]) / measure));
         });
         let balance = |incident: &[Bands]| {
             let found = Found { incident, direct: &own, strengths: &ended.strengths };
@@ -375,7 +372,14 @@ fn fields(
         }
         f.incident.par_iter_mut().zip(&*incident).for_each(|(f, h)| *f = bands(|b| f[b] + h[b]));
         own.iter().zip(&mut f.direct).for_each(|(d, f)| *f = bands(|b| f[b] + d[b]));
-        list.push(group(source, ended, energy, std::mem::take(incident), own, engine));
+        let mut group = group(source, ended, energy, std::mem::take(incident), own, engine);
+        let off = direct_error::of_group(source, site.direct);
+        if !off.is_empty() {
+            f.direct_error.resize(n, [0.0; 3]);
+            f.direct_error.iter_mut().zip(&off).for_each(|(f, e)| *f = bands(|b| f[b] + e[b]));
+            group.direct_error = like(&group.direct, &off, group.direct_scale);
+        }
+        list.push(group);
     }
     f.radiosity = (0..n)
         .into_par_iter()
@@ -389,9 +393,11 @@ fn fields(
             errors.par_iter_mut().enumerate().for_each(|(i, e)| *e = e.map(|e| e / response(zones, i).1));
             errors
         }
-        None => by_rows(site, built, escape, ended, &mut list),
+        None => by_rows(site, built, &missed, ended, &mut list),
     };
-    unfinished(zones, ended, &mut f);
+    direct_error::reach(site, built.operator.as_ref(), &mut f, &mut list);
+    consistency::closure(&missed, &mut f);
+    consistency::steps(zones, &list, &mut f);
     f.error.iter_mut().zip(changed).for_each(|(e, c)| *e = bands(|b| e[b] + c[b]));
     if !escape.error.is_empty() {
         let sky = site.scene.surroundings().radiosity();
@@ -399,6 +405,9 @@ fn fields(
         f.surroundings_error = (0..n).into_par_iter().map(part).collect();
         let both = f.error.par_iter_mut().zip(&f.surroundings_error);
         both.for_each(|(e, part)| *e = bands(|b| e[b].hypot(part[b])));
+    }
+    if !takes_power(zones) {
+        consistency::negative_flux(&mut f);
     }
     (f, list)
 }
@@ -424,6 +433,7 @@ fn group(
         incident,
         incident_scale,
         direct,
+        direct_error: Values::default(),
         direct_scale,
         energy,
         status: ended.status,
@@ -432,58 +442,52 @@ fn group(
     }
 }
 
+/// Standard error of the power that escapes, from rays of their own of each zone, W a band.
+fn escape_error(zones: &Zones, escape: &Escape, ended: &[Ended]) -> Bands {
+    if escape.closed() || escape.rays == 0 {
+        return [0.0; 3];
+    }
+    let one = |i: usize| {
+        let (t, sent) =
+            (target(zones, i), ended.iter().fold([0.0; 3], |s, e| bands(|b| s[b] + e.strengths[i][b])));
+        let spread = escape.spread(i, t);
+        bands(|b| (spread[b] * t * sent[b]).powi(2))
+    };
+    crate::columns::sum::<3>(zones.len(), one).map(f64::sqrt)
+}
+
 /// Estimated error of what arrives at every zone, W/m², from the errors of the factors, group by group; put into the groups, and their sum,
 /// which is no less than the error of all together. A row misses closure by the error of what escapes, which brings no light, and by what the
 /// factors have in common, which no sum of squares tells: what it misses beyond twice the former counts as the same share of all that arrives.
 /// Where closure was restored, the whole change of the row does.
-fn by_rows(site: &Site, built: &Built, escape: &Escape, ended: &[Ended], groups: &mut [Group]) -> Vec<Bands> {
-    const TWICE: f64 = 2.0;
-    let (zones, defects) = (site.zones, &built.closure.1);
-    let restored = built.closure.0.restored;
-    let untold = |i: usize| {
-        if restored {
-            return defects[i].map(f64::abs);
-        }
-        let lost = escape.spread(i, target(zones, i));
-        bands(|b| (defects[i][b].abs() - TWICE * lost[b]).max(0.0))
-    };
-    let untold: Vec<Bands> = (0..zones.len()).into_par_iter().map(untold).collect();
+fn by_rows(
+    site: &Site,
+    built: &Built,
+    missed: &[Bands],
+    ended: &[Ended],
+    groups: &mut [Group],
+) -> Vec<Bands> {
+    let zones = site.zones;
     let mut sum = vec![[0.0; 3]; zones.len()];
     for (group, ended) in groups.iter_mut().zip(ended) {
         let spread = built.operator.error(&ended.strengths).unwrap_or_else(|| vec![[0.0; 3]; zones.len()]);
         let one = |i: usize| {
             let (e, incident) = (spread[i].map(|e| e / response(zones, i).1), group.incident.at(i));
-            bands(|b| e[b] + incident[b] * group.incident_scale[b] * untold[i][b])
+            bands(|b| e[b] + incident[b] * group.incident_scale[b] * missed[i][b])
         };
         let error: Vec<Bands> = (0..zones.len()).into_par_iter().map(one).collect();
         sum.iter_mut().zip(&error).for_each(|(s, e)| *s = bands(|b| s[b] + e[b]));
-        let own = |e: &Bands| bands(|b| e[b] / group.incident_scale[b]);
-        group.error = match group.incident {
-            Values::Double(_) => Values::Double(error.iter().map(own).collect()),
-            Values::Single(_) => Values::Single(error.iter().map(|e| own(e).map(|x| x as f32)).collect()),
-        };
+        group.error = like(&group.incident, &error, group.incident_scale);
     }
     sum
 }
 
-/// Adds what the solver left to the errors: the power that it has not distributed, relative to what the sources give, of a zone's own field and
-/// of the mean of its kind, [`FOLLOWED`] times.
-fn unfinished(zones: &Zones, ended: &[Ended], f: &mut Fields) {
-    let (_, residuals) = together(ended);
-    let spent = |b: usize| {
-        let done = ended.iter().all(|e| matches!(e.status[b], SolveStatus::Converged | SolveStatus::Swept));
-        if done { 0.0 } else { FOLLOWED * residuals[b].last().copied().unwrap_or(0.0) }
-    };
-    let spent = [0, 1, 2].map(spent);
-    if spent == [0.0; 3] {
-        return;
-    }
-    for kind in [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()] {
-        let size = kind.len().max(1) as f64;
-        let mean = kind.clone().fold([0.0; 3], |m, i| bands(|b| m[b] + f.incident[i][b].abs() / size));
-        for i in kind {
-            f.error[i] = bands(|b| f.error[i][b] + spent[b] * (f.incident[i][b].abs() + mean[b]));
-        }
+/// Errors over `scale`, in the precision of `values`.
+pub(crate) fn like(values: &Values, errors: &[Bands], scale: Bands) -> Values {
+    let own = |e: &Bands| bands(|b| e[b] / scale[b]);
+    match values {
+        Values::Double(_) => Values::Double(errors.iter().map(own).collect()),
+        Values::Single(_) => Values::Single(errors.iter().map(|e| own(e).map(|x| x as f32)).collect()),
     }
 }
 
@@ -507,23 +511,21 @@ fn report(
     site: &Site,
     built: &Built,
     escape: &Escape,
-    fields: &Fields,
-    groups: &[Group],
+    (fields, energy): (&Fields, Energy),
     ended: &[Ended],
     thickness: f64,
 ) -> Report {
-    let mut energy = Energy::default();
-    groups.iter().for_each(|g| energy.add(&g.energy));
     let mut warnings = forecast::warnings(site.scene, thickness, built.operator.len() == site.zones.len());
     warnings.extend(built.warnings.iter().cloned());
     warnings.extend(undershoot(site, fields));
     if !escape.closed() {
-        warnings.push("the scene is open: power escapes to the surroundings or onto black backs".into());
+        let text = "the scene is open: power escapes to the surroundings or onto black backs";
+        warnings.push(Note::note("open-scene", text));
     }
-    warnings.extend(site.direct.warnings().cloned());
+    warnings.extend(site.direct.warnings());
     if site.scene.thermal().is_none() {
         let short = ended.iter().flat_map(|e| e.status).any(|s| s == SolveStatus::Budget);
-        warnings.extend(notes::of_light(&energy, site.scene.options(), short));
+        warnings.extend(notes::of_light(&energy, site.scene.options(), site.scene.restores_closure(), short));
     }
     let (status, residuals) = together(ended);
     let mut closure = built.closure.0.clone();
@@ -531,10 +533,12 @@ fn report(
     // The spectral engine knows what escapes without a ray.
     let measured = escape.rays > 0 && !escape.closed();
     let grade = if measured { Grade::Statistical } else { built.operator.grade() };
+    let sampled = site.direct.lights.iter().any(|l| !l.by_exchange);
+    let of_light = if sampled { Grade::Statistical } else { Grade::Estimated };
     Report {
         status,
         residuals,
-        estimate: Estimate::of(fields, site.zones.voxel_offset(), grade.max(Grade::Estimated)),
+        estimate: Estimate::of(fields, site.zones.voxel_offset(), grade.max(of_light)),
         closure,
         energy,
         counts: counts(site.zones, built, escape),
@@ -544,22 +548,26 @@ fn report(
     }
 }
 
+/// True where powers are taken away from zones, which may leave less than nothing to arrive.
+fn takes_power(zones: &Zones) -> bool {
+    (0..zones.len()).into_par_iter().any(|i| emission(zones, i).iter().any(|e| *e < 0.0))
+}
+
 /// What a user should know of zones whose slopes are steeper than what they hold.
-fn undershoot(site: &Site, fields: &Fields) -> Option<String> {
-    // Powers that are taken away may leave less than nothing without any slope.
-    let taken = |i: usize| emission(site.zones, i).iter().any(|e| *e < 0.0);
+fn undershoot(site: &Site, fields: &Fields) -> Option<Note> {
     let most = fields.incident.iter().flatten().fold(0.0f64, |m, x| m.max(*x));
-    if most <= 0.0 || (0..site.zones.len()).into_par_iter().any(taken) {
+    if most <= 0.0 || takes_power(site.zones) {
         return None;
     }
     let below = || fields.incident.iter().filter(|h| h.iter().any(|x| *x < -UNDERSHOOT * most));
     let least = below().flatten().fold(0.0f64, |m, x| m.min(*x));
     (least < 0.0).then(|| {
-        format!(
+        let text = format!(
             "less than nothing arrives at {} zone(s), down to {:.1e} of the most: light falls off too steeply for these voxels, use more cells",
             below().count(),
             least / most
-        )
+        );
+        Note::warning("negative-flux", text)
     })
 }
 

@@ -9,9 +9,12 @@
 //! which is small where the pairs that bring the light are known well, however badly the others are. A radius r is kept as the number k
 //! of the step of a ladder, r = 2^((k − 193)/2), k from 1 to 255, 0 for none: 19 % off at most, which an estimate may be.
 
+use crate::engine::Built;
 use crate::packed::stored;
+use crate::surroundings::Escape;
 use rayon::prelude::*;
-use zonal_scene::{Bands, bands};
+use zonal_exchange::pair::target;
+use zonal_scene::{Bands, Zones, bands};
 
 /// Blocks of rows; fixed, so that sums are the same for any number of threads.
 const BLOCKS: usize = 32;
@@ -25,9 +28,13 @@ pub struct Radii {
     steps: Vec<u8>,
 }
 
-/// The step of a radius.
+/// The step of a radius; the last where it is not known.
 pub fn step(radius: f64) -> u8 {
-    if radius > 0.0 { (2.0 * radius.log2() + ONE).round().clamp(1.0, 255.0) as u8 } else { 0 }
+    match radius {
+        r if r > 0.0 => (2.0 * r.log2() + ONE).round().clamp(1.0, 255.0) as u8,
+        r if r.is_nan() => 255,
+        _ => 0,
+    }
 }
 
 impl Radii {
@@ -64,6 +71,22 @@ impl Radii {
         let total = |i: usize| parts.iter().fold([0.0; 3], |t, p| bands(|b| t[b] + p[i][b])).map(f64::sqrt);
         (0..self.n).map(total).collect()
     }
+}
+
+/// What a row misses of closure beyond the errors of its factors, as a share of all that arrives. A row misses closure by the error of what escapes and by
+/// what the factors have in common, which no sum of squares tells: what it misses beyond twice the former counts. Where closure was restored, the
+/// whole change of the row does.
+pub(crate) fn untold(zones: &Zones, built: &Built, escape: &Escape) -> Vec<Bands> {
+    const TWICE: f64 = 2.0;
+    let (defects, restored) = (&built.closure.1, built.closure.0.restored);
+    let one = |i: usize| {
+        if restored {
+            return defects[i].map(f64::abs);
+        }
+        let lost = escape.spread(i, target(zones, i));
+        bands(|b| (defects[i][b].abs() - TWICE * lost[b]).max(0.0))
+    };
+    (0..zones.len()).into_par_iter().map(one).collect()
 }
 
 #[cfg(test)]

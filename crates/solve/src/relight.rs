@@ -6,11 +6,12 @@
 //!
 //! A change of reflectance or albedo is not linear. [`repainted`] gives the scene to solve then; no factor depends on either.
 
+use crate::consistency;
 use crate::groups::{emission, response};
 use rayon::prelude::*;
 use zonal_scene::{
-    Bands, Estimate, Fields, Group, Kind, Light, Scene, SceneError, SceneParts, Solution, Values, Voxmap,
-    Zones, bands,
+    Bands, Estimate, Fields, Group, Kind, Light, Note, Scene, SceneError, SceneParts, Solution, Values,
+    Voxmap, Zones, bands,
 };
 
 fn times(a: Bands, f: Bands) -> Bands {
@@ -53,6 +54,7 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
     let factors = factors(&solution.groups, wanted)?;
     let Solution { scene, mut zones, fields: old, mut groups, mut report, version, .. } = solution;
     let mut parts = scene.into_parts();
+    let known = own_errors(&groups, zones.len());
     for (g, f) in groups.iter_mut().zip(&factors).filter(|(_, f)| **f != [1.0; 3]) {
         g.scale(*f);
         turn_parts(&mut parts, g.kind, *f)?;
@@ -61,16 +63,21 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
     let scene = Scene::new(parts)?;
     let sky = groups.iter().position(|g| matches!(g.kind, Kind::Surroundings | Kind::All));
     let sky = sky.map_or([1.0; 3], |k| factors[k]);
-    let fields = sum(&zones, &groups, &old, sky);
+    let mut fields = sum(&zones, &groups, &old, (known, sky));
     report.zoning = None;
     report.energy = Default::default();
     groups.iter().for_each(|g| report.energy.add(&g.energy));
     report.residuals = [0, 1, 2].map(|b| vec![groups.iter().fold(0.0f64, |m, g| m.max(g.residual[b]))]);
+    report.energy_error = consistency::of_powers(&zones, &report.energy, &fields, |i| fields.error_of_all(i));
     report.estimate = Estimate::of(&fields, zones.voxel_offset(), report.estimate.grade);
-    report.warnings.extend(wanted.iter().map(|(name, f)| match f {
-        [a, b, c] if a == b && b == c => format!("relit: {name} × {a}"),
-        [a, b, c] => format!("relit: {name} × {a}, {b}, {c}"),
+    report.warnings.extend(wanted.iter().map(|(name, f)| {
+        let text = match f {
+            [a, b, c] if a == b && b == c => format!("relit: {name} × {a}"),
+            [a, b, c] => format!("relit: {name} × {a}, {b}, {c}"),
+        };
+        Note::note("relit", text)
     }));
+    crate::finite::check(&scene, &zones, &mut fields, &mut groups, &mut report)?;
     Ok(Solution { scene, zones, fields, groups, report, scene_hash: String::new(), version })
 }
 
@@ -128,9 +135,19 @@ fn turn_zones(zones: &mut Zones, kind: Kind, f: Bands) {
     }
 }
 
-/// The fields of all groups together. What comes in from the surroundings errs by as much as they are turned up, by `sky`; the rest of
-/// the estimated error is that of the groups, or where it is not known of each stays the same share of what arrives at a zone.
-fn sum(zones: &Zones, groups: &[Group], old: &Fields, sky: Bands) -> Fields {
+/// The sum of the errors that are known of each group, W/m²; none where one's are not.
+fn own_errors(groups: &[Group], zones: usize) -> Option<Vec<Bands>> {
+    groups.iter().all(|g| !g.error.is_empty() || g.incident.is_empty()).then(|| {
+        let mut out = vec![[0.0; 3]; zones];
+        groups.iter().for_each(|g| g.error.add_to(&mut out, g.incident_scale));
+        out
+    })
+}
+
+/// The fields of all groups together. What comes in from the surroundings errs by as much as they are turned up, by `sky`. The rest of
+/// the estimated error is that of the groups, whose sum was `known`; what it has beyond that, and all of it where it is not known of each group, stays
+/// the same share of what arrives at a zone.
+fn sum(zones: &Zones, groups: &[Group], old: &Fields, (known, sky): (Option<Vec<Bands>>, Bands)) -> Fields {
     let n = zones.len();
     let added = |pick: fn(&Group) -> (&Values, Bands)| {
         let mut out = vec![[0.0; 3]; n];
@@ -139,19 +156,25 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, sky: Bands) -> Fields {
     };
     let incident = added(|g| (&g.incident, g.incident_scale));
     let direct = added(|g| (&g.direct, g.direct_scale));
+    let direct_error = match groups.iter().any(|g| !g.direct_error.is_empty()) {
+        true => added(|g| (&g.direct_error, g.direct_scale)),
+        false => Vec::new(),
+    };
     let radiosity = |i: usize| {
         let (e, (rho, _)) = (emission(zones, i), response(zones, i));
         bands(|b| e[b] + rho[b] * (incident[i][b] + direct[i][b]))
     };
-    let each = groups.iter().all(|g| !g.error.is_empty() || g.incident.is_empty());
-    let own = added(|g| (&g.error, g.incident_scale));
+    let own = known.as_ref().map(|_| added(|g| (&g.error, g.incident_scale)));
     let error = |i: usize| {
         let grown =
             |b: usize| if old.incident[i][b] > 0.0 { incident[i][b] / old.incident[i][b] } else { 0.0 };
         let part = old.surroundings_error.get(i).copied().unwrap_or_default();
-        let rest = |b: usize| match each {
-            true => own[i][b],
-            false => (old.error[i][b].powi(2) - part[b].powi(2)).max(0.0).sqrt() * grown(b),
+        let rest = |b: usize| {
+            let all = (old.error[i][b].powi(2) - part[b].powi(2)).max(0.0).sqrt();
+            match (&own, &known) {
+                (Some(own), Some(known)) => own[i][b] + beyond(all, known[i][b]) * grown(b),
+                _ => all * grown(b),
+            }
         };
         bands(|b| rest(b).hypot(part[b] * sky[b]))
     };
@@ -162,8 +185,15 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, sky: Bands) -> Fields {
         error: (0..n).into_par_iter().map(error).collect(),
         incident,
         direct,
+        direct_error,
         heat: None,
     }
+}
+
+/// What an error has beyond the part of it that is `known`, rounding aside.
+fn beyond(all: f64, known: f64) -> f64 {
+    const ROUNDING: f64 = 1e-6;
+    if all > known * (1.0 + ROUNDING) { all - known } else { 0.0 }
 }
 
 /// The scene with other reflectances of surfaces (by name, or the part of it before a dot or a slash) and, if given, one albedo of

@@ -13,7 +13,7 @@ fn solved(engine: Engine, restore: bool) -> Solution {
     let scene = read(&unit_room("patch_size = 0.125", walls, REST));
     let mut o = scene.options().clone();
     (o.engine, o.tolerance, o.restore_closure) =
-        (engine, if engine == Engine::Dense { 0.003 } else { 0.1 }, restore);
+        (engine, if engine == Engine::Dense { 0.003 } else { 0.1 }, Some(restore));
     solve(scene.with_options(o).unwrap())
 }
 

@@ -223,7 +223,7 @@ fn broken_off(scene: &Scene, stages: usize, least: usize, straight: &Solution) -
 #[test]
 fn work_broken_off_at_any_stage_ends_the_same() {
     let scene = with(read(ROOM), |o| {
-        o.restore_closure = true;
+        o.restore_closure = Some(true);
         o.residual = 1e-15;
         o.max_iterations = 35;
     });
@@ -310,8 +310,10 @@ fn coupled_temperatures_broken_off_at_any_step_end_the_same() {
         assert_eq!(of("state-temperatures"), steps, "each step once");
         assert!(of("state-temperatures-linear") > 0);
         // So is the second solve, which tells what the size of the zones costs.
-        assert!(straight.report.zoning.is_some());
-        assert!(of("state-larger-zones-state-temperatures") > 0);
+        let second = ["larger", "smaller"].map(|w| of(&format!("state-{w}-zones-state-temperatures")));
+        assert!(
+            straight.report.zoning.as_ref().is_some_and(|z| z.zones > 0) && second.iter().sum::<usize>() > 0
+        );
     }
 }
 
@@ -358,7 +360,7 @@ fn kept_views_serve_other_reflectances() {
 #[test]
 fn kept_factors_serve_other_reflectances() {
     for closure in [false, true] {
-        let scene = with(read(ROOM), |o| o.restore_closure = closure);
+        let scene = with(read(ROOM), |o| o.restore_closure = Some(closure));
         let vault = Memory { left: AtomicUsize::new(usize::MAX), ..Memory::default() };
         let first = run(&scene, &vault);
         vault.stages.lock().unwrap().remove("state-krylov");

@@ -22,7 +22,7 @@ fn room(rest: &str) -> Scene {
 
 fn solved(scene: &Scene, engine: Engine, tolerance: f64, restore: bool) -> Solution {
     let mut o = scene.options().clone();
-    (o.engine, o.tolerance, o.groups, o.restore_closure) = (engine, tolerance, Groups::All, restore);
+    (o.engine, o.tolerance, o.groups, o.restore_closure) = (engine, tolerance, Groups::All, Some(restore));
     o.thick_zones = ThickZones::Constant;
     let scene = scene.clone().with_options(o).unwrap_or_else(|e| panic!("{e}"));
     common::solve(scene)

@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::solved;
-use zonal_scene::{Solution, SolveStatus};
+use common::{read, solved};
+use zonal_scene::{Note, Solution, SolveStatus};
 
-fn notes<'a>(s: &'a Solution, word: &str) -> Vec<&'a String> {
+fn notes<'a>(s: &'a Solution, word: &str) -> Vec<&'a Note> {
     s.report.warnings.iter().filter(|w| w.contains(word)).collect()
 }
 
@@ -56,4 +56,18 @@ fn a_spent_budget_is_told_once() {
         assert!(told[0].contains("ran out of steps") && told[0].contains("max_iterations"), "{}", told[0]);
         assert_eq!((notes(&s, "balance").len(), notes(&s, balance)), (1, told));
     }
+}
+
+#[test]
+fn sky_light_in_a_medium_that_scatters_is_told() {
+    let scene = |albedo: f64, light: &str| {
+        read(&format!(
+            "[[surface]]\nrectangle={{origin=[0,0,0],edge1=[1,0,0],edge2=[0,1,0]}}\n[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction=0.02\nalbedo={albedo}\n[[light]]\n{light}\n"
+        ))
+    };
+    let told = |albedo: f64, light: &str| zonal_solve::forecast::sky_in_medium(&scene(albedo, light));
+    let sky = "kind='sky'\nname='blue'\nradiance=[40,55,80]";
+    assert!(told(0.95, sky).is_some_and(|w| w.contains("'blue'")));
+    assert_eq!(told(0.0, sky), None);
+    assert_eq!(told(0.95, "kind='sun'\ndirection=[0,0,-1]\nirradiance=900"), None);
 }

@@ -109,7 +109,7 @@ fn links_that_do_not_fit_are_not_made() {
     let scene = room(Engine::Hierarchical, 0.01);
     let free = solved(&scene, 1 << 30).unwrap();
     assert!(count(&free, "links, each direction") > 0);
-    let s = solved(&scene, 24_000_000).unwrap();
+    let s = solved(&scene, 32_000_000).unwrap();
     assert_eq!(count(&s, "links, each direction"), 0);
     assert!(
         s.report.warnings.iter().any(|w| w.contains("does not allow the links")),

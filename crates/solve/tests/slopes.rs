@@ -305,7 +305,7 @@ fn open_rooms_keep_their_power() {
     let open = Room { omit: vec![1, 2], ..rooms()[0].clone() };
     for restore_closure in [false, true] {
         let mut parts = open.parts();
-        parts.options.restore_closure = restore_closure;
+        parts.options.restore_closure = Some(restore_closure);
         parts.surroundings = Surroundings { name: None, radiance: [0.3, 1.0, 0.0] };
         let (_, _, report) = solved(&Scene::new(parts).unwrap());
         let off = report.energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));

@@ -241,7 +241,7 @@ fn isothermal(seed: u64, t: f64, shares: Shares, skip: impl Fn(usize) -> bool) -
     parts.voxmap = Some(map.seal().unwrap());
     parts.options.patch_size = Some(0.5);
     parts.options.engine = Engine::Dense;
-    parts.options.restore_closure = true;
+    parts.options.restore_closure = Some(true);
     parts.thermal = Some(Thermal { shares, surfaces, ..Thermal::default() });
     Scene::new(parts).unwrap()
 }
@@ -334,7 +334,7 @@ fn a_convex_body_in_a_black_room() {
     parts.surfaces.iter_mut().for_each(|s| s.reflectance = [0.0; 3]);
     parts.surfaces[6].reflectance = [0.37; 3];
     parts.options.patch_size = Some(0.25);
-    parts.options.restore_closure = true;
+    parts.options.restore_closure = Some(true);
     let mut known = vec![Known::Temperature(400.0); 7];
     known[6] = Known::Temperature(900.0);
     parts.thermal = Some(Thermal { surfaces: known, ..Thermal::default() });

@@ -20,7 +20,7 @@
 //! | `hull` | facets that can never block: the walls of a convex room |
 //! | `shaft` | facets that can block no segment between two zones |
 //! | `walk` | a segment through the voxmap, cell by cell |
-//! | `solid` | whether a point lies in a closed solid |
+//! | `solid` | which points lie in solid material, and which outside every closed room |
 //!
 //! This room knows no radiosity and no form factor. It reads the scene and never changes it.
 

@@ -10,7 +10,8 @@
 use crate::bvh::Bvh;
 use crate::meet::Tolerance;
 use crate::shaft::{End, Shaft};
-use crate::{hull, solid, walk};
+use crate::solid::Solids;
+use crate::{hull, walk};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Plate, Scene, Zones, bands};
 
@@ -50,7 +51,7 @@ pub struct Transport<'a> {
     all: Bvh,
     /// The facets that can block between points of the scene; `None` when that is all of them.
     dividing: Option<Bvh>,
-    solids: Bvh,
+    solids: Solids,
     panes: Bvh,
     /// The pane plates that can lie between points of the scene; `None` when that is all of them.
     between: Option<Bvh>,
@@ -79,12 +80,10 @@ impl<'a> Transport<'a> {
         };
         let dividing = some(&facets);
         let between = some(&panes);
-        let is_solid = |f: &(u32, Plate)| scene.surfaces()[scene.facets()[f.0 as usize].surface].solid;
-        let solids: Vec<(u32, Plate)> = facets.iter().filter(|f| is_solid(f)).copied().collect();
         Transport {
             scene,
             tol,
-            solids: Bvh::new(&solids, bounds),
+            solids: Solids::new(scene, &tol),
             panes: Bvh::new(&panes, bounds),
             dividing,
             between,
@@ -321,12 +320,30 @@ impl<'a> Transport<'a> {
 
     /// True when some surface bounds closed solids.
     pub fn has_solids(&self) -> bool {
-        self.solids.len() > 0
+        self.solids.any()
     }
-    /// True when `p` lies in a closed solid.
+    /// True when `p` lies in the material of a closed solid.
     pub fn inside_solid(&self, p: Vec3) -> bool {
-        let (lo, hi) = self.scene.bounds();
-        let away = ((lo + hi) * 0.5 - p).length();
-        solid::inside(&self.solids, p, away + 2.0 * self.scene.diagonal(), &self.tol)
+        self.solids.inside(p)
+    }
+    /// The facet through which a way leaves the solid in which `p` lies, an index; `None` where it lies in none.
+    pub fn solid_around(&self, p: Vec3) -> Option<usize> {
+        self.solids.around(p)
+    }
+    /// True where the medium outside the closed rooms touches nothing else, so that it has no zones.
+    pub fn void_outside_rooms(&self) -> bool {
+        self.solids.void_outside()
+    }
+    /// True when `p` lies outside every closed room.
+    pub fn outside_rooms(&self, p: Vec3) -> bool {
+        self.solids.outside_rooms(p)
+    }
+    /// True when some part of the voxmap may hold no medium.
+    pub fn has_places_without_medium(&self) -> bool {
+        self.has_solids() || self.void_outside_rooms()
+    }
+    /// True when the medium at `p` takes part: `p` lies in no solid, nor outside the closed rooms where nothing else is.
+    pub fn holds_medium(&self, p: Vec3) -> bool {
+        !self.inside_solid(p) && !(self.void_outside_rooms() && self.outside_rooms(p))
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::path::Path;
+use zonal_scene::{printable, printable_lines};
 
 /// Bad input or a file that cannot be written; the message names the file, the place and the mend. Exit code 2; that of a verdict that does
 /// not hold, or of a validation that checked nothing, is 1.
@@ -38,7 +39,7 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // One line, whatever the parts said.
-        write!(f, "{}", self.message.trim().replace('\n', "; "))
+        write!(f, "{}", printable(&self.message.trim().replace('\n', "; ")))
     }
 }
 
@@ -60,11 +61,20 @@ impl From<zonal_scene::SceneError> for Failure {
     }
 }
 
-/// Prints to standard output. A reader that has gone away is no failure; a full disk is.
+/// A line on standard error that is no error.
+pub fn note(text: &str) {
+    eprintln!("note: {}", printable(text));
+}
+
+/// Prints to standard output, without what would steer a terminal. A reader that has gone away is no failure; a full disk is.
 pub fn say(text: &str) -> Result<(), Failure> {
     use std::io::{ErrorKind, Write};
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush()) {
+    match out
+        .write_all(printable_lines(text).as_bytes())
+        .and_then(|()| out.write_all(b"\n"))
+        .and_then(|()| out.flush())
+    {
         Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
         Err(e) => Err(Failure::new(format!("standard output cannot be written ({e})"))),
         Ok(()) => Ok(()),

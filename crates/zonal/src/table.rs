@@ -8,6 +8,8 @@ use zonal_scene::{Bands, HeatKind, HeatReport, Report, Solution, Zoning};
 pub fn number(x: f64) -> String {
     if x == 0.0 {
         "0".into()
+    } else if !x.is_finite() {
+        "unknown".into()
     } else if (1e-3..1e5).contains(&x.abs()) {
         format!("{x:.4}").trim_end_matches('0').trim_end_matches('.').to_string()
     } else {
@@ -37,7 +39,6 @@ pub fn report(s: &Solution) -> String {
         Some(heat) => self::heat(&mut out, heat, r.zoning.as_ref()),
         None => {
             balance(&mut out, r);
-            r.zoning.iter().for_each(|z| zones(&mut out, z));
         }
     }
     if s.groups.len() > 1 {
@@ -67,7 +68,7 @@ pub fn report(s: &Solution) -> String {
     }
     let _ = writeln!(out, "  {:<34}{:>12}", "grade of the exchange areas", r.grade.word());
     for w in r.warnings.iter().chain(r.zoning.iter().flat_map(|z| &z.notes)) {
-        let _ = writeln!(out, "  note: {w}");
+        let _ = writeln!(out, "  {}: {w}", w.severity.word());
     }
     out
 }
@@ -82,10 +83,12 @@ pub fn groups(s: &Solution) -> String {
     out
 }
 
-/// Temperatures and net powers by name, and their balance. Errors are those of the exchange and, where they are known, of the zones.
+/// Temperatures and net powers by name, and their balance. Errors are those of the exchange and of the zones; where nobody asked for the latter,
+/// those of the exchange alone, which the heading says.
 fn heat(out: &mut String, r: &HeatReport, zoning: Option<&Zoning>) {
     const MOST: usize = 40;
-    let _ = writeln!(out, "heat given (net; temperatures of mean T^4)");
+    let only = if zoning.is_none() { "; ± of the exchange only" } else { "" };
+    let _ = writeln!(out, "heat given (net; temperatures of mean T^4{only})");
     let _ = writeln!(
         out,
         "  {:<26}{:>14}{:>20}{:>30}{:>28}",
@@ -93,10 +96,12 @@ fn heat(out: &mut String, r: &HeatReport, zoning: Option<&Zoning>) {
     );
     for (i, x) in r.rows.iter().enumerate().take(MOST) {
         let unit = if x.kind == HeatKind::Surface { "2" } else { "3" };
-        let [kelvin, watts] = zoning.and_then(|z| z.heat.get(i)).copied().unwrap_or_default();
-        let known = |e: f64| if e.is_finite() { e } else { 0.0 };
-        let warm = |t| with(t, x.temperature_error.unwrap_or(0.0) + known(kelvin));
-        let power = x.power_error + known(watts);
+        let [kelvin, watts] = match zoning {
+            Some(z) => z.heat.get(i).copied().unwrap_or([f64::INFINITY; 2]),
+            None => [0.0; 2],
+        };
+        let warm = |t| with(t, x.temperature_error.unwrap_or(f64::INFINITY) + kelvin);
+        let power = x.power_error + watts;
         let _ = writeln!(
             out,
             "  {:<26}{:>14}{:>20}{:>30}{:>28}",
@@ -119,19 +124,21 @@ fn heat(out: &mut String, r: &HeatReport, zoning: Option<&Zoning>) {
         let _ = writeln!(out, "  {name:<90}{:>28}", large(power));
     }
     let most = r.rows.iter().fold(0.0f64, |m, x| m.max(x.power_error));
+    let most = if most.is_finite() { format!("up to {} W", rough(most)) } else { "unknown".into() };
     let _ = match zoning {
-        Some(z) => writeln!(
-            out,
-            "  errors: of the zones, estimated from {} that are {:.2} times as large, and of the exchange, up to {} W",
-            grouped(z.zones as u64),
-            z.ratio,
-            rough(most)
-        ),
-        None => writeln!(
-            out,
-            "  errors are those of the exchange; what the size of the zones costs is not in them"
-        ),
+        Some(z) if z.zones > 0 => {
+            writeln!(out, "  errors: of the zones, estimated from {}, and of the exchange, {most}", others(z))
+        }
+        Some(_) => writeln!(out, "  errors: of the zones, unknown, and of the exchange, {most}"),
+        None => {
+            writeln!(out, "  errors are those of the exchange only: those of the zones were not asked for")
+        }
     };
+}
+
+/// The zones of the second solve.
+fn others(z: &Zoning) -> String {
+    format!("{} of another size, a factor of {:.2} across", grouped(z.zones as u64), z.ratio)
 }
 
 /// As [`number`], with a tenth of a unit where that is large.
@@ -157,7 +164,8 @@ fn rough(e: f64) -> String {
 
 /// A value and its error; digits that the error leaves open are not shown.
 fn with(x: f64, e: f64) -> String {
-    match e > 0.0 {
+    match e > 0.0 || e.is_nan() {
+        true if !e.is_finite() => format!("{} ± unknown", large(x)),
         true if e >= 1e-3 && (1e-3..1e12).contains(&x.abs()) => {
             format!("{x:.0$} ± {1}", decimals(e), rough(e))
         }
@@ -166,36 +174,55 @@ fn with(x: f64, e: f64) -> String {
     }
 }
 
-/// What the size of the zones costs of the powers of the balance.
-fn zones(out: &mut String, z: &Zoning) {
-    let of = grouped(z.zones as u64);
-    let _ = writeln!(out, "errors of zones (W, estimated from {of} that are {:.2} times as large)", z.ratio);
-    powers(out, &z.energy);
-}
-
+/// The balance of light, each power with its error: that of the exchange and, where it is known, that of the zones.
 fn balance(out: &mut String, r: &Report) {
     let _ = writeln!(out, "power (W)");
-    powers(out, &r.energy);
+    let all = r.energy_error.clone();
+    let errors = match &r.zoning {
+        Some(z) => all.compared(&z.energy, |a, b| a + b),
+        None => all,
+    };
+    powers(out, &r.energy, &errors);
     row(out, "residual, relative", r.energy.residual);
+    let _ = match &r.zoning {
+        Some(z) if z.zones > 0 => {
+            writeln!(out, "  errors: of the zones, estimated from {}, and of the exchange", others(z))
+        }
+        Some(_) => writeln!(out, "  errors: of the zones, unknown, and of the exchange"),
+        None => writeln!(
+            out,
+            "  errors are those of the exchange only: those of the zones were not asked for (--zoning-error true)"
+        ),
+    };
 }
 
-fn powers(out: &mut String, e: &Energy) {
-    row(out, "emitted", e.emitted);
-    row(out, "incoming", e.incoming);
+/// A row of values with their errors, of grey light once.
+fn row_with_errors(out: &mut String, name: &str, v: Bands, e: Bands) {
+    let grey = v[0] == v[1] && v[1] == v[2] && e[0] == e[1] && e[1] == e[2];
+    let bands = if grey { 1 } else { 3 };
+    let text: Vec<String> = (0..bands).map(|b| with(v[b], e[b])).collect();
+    let _ = writeln!(out, "  {name:<34}{:>12}", text.join("   "));
+}
+
+fn powers(out: &mut String, v: &Energy, e: &Energy) {
+    let plus = |a: Bands, b: Bands| [0, 1, 2].map(|k| a[k] + b[k]);
+    row_with_errors(out, "emitted", v.emitted, e.emitted);
+    row_with_errors(out, "incoming", v.incoming, e.incoming);
     const MOST: usize = 12;
-    for (name, v) in e.absorbed_surfaces.iter().take(MOST) {
-        row(out, &format!("absorbed by {name}"), *v);
+    let errors = |k: usize| e.absorbed_surfaces.get(k).map_or([f64::INFINITY; 3], |x| x.1);
+    for (k, (name, power)) in v.absorbed_surfaces.iter().enumerate().take(MOST) {
+        row_with_errors(out, &format!("absorbed by {name}"), *power, errors(k));
     }
-    if e.absorbed_surfaces.len() > MOST {
-        let rest = e.absorbed_surfaces[MOST..]
-            .iter()
-            .fold([0.0; 3], |s, v| [s[0] + v.1[0], s[1] + v.1[1], s[2] + v.1[2]]);
-        row(out, &format!("absorbed by {} more surfaces", e.absorbed_surfaces.len() - MOST), rest);
+    let all = v.absorbed_surfaces.len();
+    if all > MOST {
+        let rest = (MOST..all).fold([0.0; 3], |s, k| plus(s, v.absorbed_surfaces[k].1));
+        let error = (MOST..all).fold([0.0; 3], |s, k| plus(s, errors(k)));
+        row_with_errors(out, &format!("absorbed by {} more surfaces", all - MOST), rest, error);
     }
-    row(out, "absorbed by the medium", e.absorbed_volumes);
-    row(out, "absorbed by panes", e.absorbed_panes);
-    row(out, "escaped", e.escaped);
-    row(out, "lost on black backs", e.backs);
+    row_with_errors(out, "absorbed by the medium", v.absorbed_volumes, e.absorbed_volumes);
+    row_with_errors(out, "absorbed by panes", v.absorbed_panes, e.absorbed_panes);
+    row_with_errors(out, "escaped", v.escaped, e.escaped);
+    row_with_errors(out, "lost on black backs", v.backs, e.backs);
 }
 
 fn grouped(n: u64) -> String {

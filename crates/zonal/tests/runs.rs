@@ -26,6 +26,35 @@ fn every_command_explains_itself() {
     assert_eq!(f.listing().len(), 1);
 }
 
+/// What `solve` would refuse is not sound: the verdict says so first, and the exit code is that of `solve`.
+#[test]
+fn check_refuses_what_solve_refuses() {
+    let f = Folder::new();
+    f.put("room.toml", ROOM);
+    for command in [
+        &["check", "room.toml", "--max-memory", "1e-7"][..],
+        &["check", "room.toml", "--max-memory", "1e-7", "--json"],
+    ] {
+        let out = f.zonal(command);
+        let (said, error) = (String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
+        assert_eq!(out.status.code(), Some(2), "{said}{error}");
+        assert!(!said.contains("sound") && error.contains("error:") && error.contains("GB"), "{said}{error}");
+        assert!(said.contains("refuse"), "{said}");
+    }
+}
+
+/// Every light measures its power by rays of its own, however few zones there are.
+#[test]
+fn many_lights_take_their_time() {
+    let f = Folder::new();
+    let sun = "[[light]]\nkind = \"sun\"\ndirection = [0,0,-1]\nirradiance = 1\n";
+    let floor = "[solve]\npatch_size = 0.5\n[[surface]]\nrectangle = { origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }\n";
+    f.put("suns.toml", &format!("{floor}{}", sun.repeat(800)));
+    let json: serde_json::Value = serde_json::from_str(&f.done(&["check", "suns.toml", "--json"])).unwrap();
+    // 1e8 rays.
+    assert!(json["direct_light_seconds"].as_f64().unwrap() > 0.1, "{json}");
+}
+
 #[test]
 fn from_a_scene_to_a_picture() {
     let f = Folder::new();
@@ -246,4 +275,26 @@ fn the_reproduction_writes_what_its_page_shows() {
     }
     assert!(links >= 15, "{links} links");
     assert!(page.contains("-0.179395297") && page.contains("-0.001666635"));
+}
+
+/// A warning is a failed verdict for those who ask for it; what was asked for is written all the same, and scripts read which it was.
+#[test]
+fn strict_runs_fail_on_warnings() {
+    let f = Folder::new();
+    let room = |steps: usize| {
+        format!(
+            "[solve]\npatch_size = 0.5\nmax_iterations = {steps}\n[[surface]]\nname = 'r'\nroom = {{ min = [0,0,0], max = [1,1,1] }}\nreflectance = 0.9\nfaces.x0 = {{ emission = 1 }}\n"
+        )
+    };
+    f.put("good.toml", room(500));
+    f.put("short.toml", room(1));
+    f.done(&["solve", "good.toml", "-o", "good.npz", "--strict"]);
+    f.done(&["solve", "short.toml", "-o", "short.npz"]);
+    let out = f.zonal(&["solve", "short.toml", "-o", "strict.npz", "--strict", "--json"]);
+    assert_eq!(out.status.code(), Some(1));
+    assert_eq!(f.get("strict.npz"), f.get("short.npz"));
+    let json: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    let note = &json["warnings"][0];
+    assert_eq!((note["severity"].as_str(), note["code"].as_str()), (Some("warning"), Some("not-converged")));
+    assert!(note["text"].as_str().unwrap().contains("max_iterations") && note["location"].is_null());
 }

@@ -101,3 +101,24 @@ fn total_exchange_areas_of_the_furnace() {
     assert_eq!(array(&f, "out/d.npz", "exchange_areas"), array(&f, "out/t.npz", "exchange_areas"));
     assert!(zonal::io::output::read_array(&f.path().join("out/d.npz"), "total_exchange_areas").is_err());
 }
+
+/// An error that nobody knows is printed as such, and is null in JSON, alone and in the sum; one that nobody asked for is not there, which the heading says.
+#[test]
+fn unknown_errors_are_no_small_numbers() {
+    let f = Folder::new();
+    let scene = "mode = \"thermal\"\n[solve]\npatch_size = 2\n[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [1,1,1] }\ntemperature = 300\nfaces.z0 = { temperature = 1000 }\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 0.2\nheat_source = 0\n";
+    f.put("a.toml", scene);
+    let text = f.done(&["solve", "a.toml", "-o", "a.npz"]);
+    assert_eq!(text.matches(" ± unknown W/m2").count(), 6, "{text}");
+    let json: serde_json::Value =
+        serde_json::from_str(&f.done(&["solve", "a.toml", "-o", "a.npz", "--json"])).unwrap();
+    let wall = &json["heat"]["rows"][0];
+    for key in ["net_power_zoning_error_W", "net_power_total_error_W", "net_flux_total_error"] {
+        assert!(wall.as_object().unwrap().contains_key(key) && wall[key].is_null(), "{wall}");
+    }
+    assert!(json["heat"]["rows"][6]["temperature_total_error_K"].as_f64().unwrap() > 0.01, "{json}");
+    // A solution remembers what is unknown.
+    f.done(&["export", "a.npz", "-o", "a.csv"]);
+    let text = f.done(&["solve", "a.toml", "-o", "a.npz", "--zoning-error", "false"]);
+    assert!(text.contains("± of the exchange only") && !text.contains("unknown"), "{text}");
+}

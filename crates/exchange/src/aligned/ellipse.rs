@@ -69,16 +69,21 @@ pub(super) const MOST: usize = 40;
 /// candidates (ln M, ϱ), M including the cell's volume; they are taken as long as they improve. Capped at [`MOST`], with the error as it then is.
 pub(super) fn choose(candidates: impl Iterator<Item = (f64, f64)>, budget: f64) -> Choice {
     let goal = budget.ln();
-    let (mut needed, mut best) = (f64::INFINITY, (0.0, 2.0));
+    let (mut needed, mut best) = (f64::INFINITY, None);
     for (ln_m, rho) in candidates {
         let n = (ln_m + LN_32_15 - (1.0 - 1.0 / (rho * rho)).ln() - goal) / (2.0 * rho.ln());
-        if n >= needed {
+        // Also where it is not a number.
+        if !(n < needed || best.is_none() && n.is_finite()) {
             break;
         }
-        (needed, best) = (n, (ln_m, rho));
+        (needed, best) = (n, Some((ln_m, rho)));
     }
+    let Some((ln_m, rho)) = best else {
+        // Squares that underflow leave no ellipse: nothing is known of the error.
+        return Choice { points: MOST, error: f64::INFINITY };
+    };
     let points = needed.ceil().clamp(1.0, MOST as f64) as usize;
-    let error = LOGARITHMS * gauss::error_bound(points, best.1, 1.0) * best.0.exp();
+    let error = LOGARITHMS * gauss::error_bound(points, rho, 1.0) * ln_m.exp();
     Choice { points, error }
 }
 

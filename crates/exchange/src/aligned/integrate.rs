@@ -67,7 +67,9 @@ pub(super) fn integrate<const P: usize>(pair: &Reduced, kappa: f64, tolerance: f
         let quadrature = pass.truncation.total();
         let truncation = 1.000_001 * (quadrature + division.dropped);
         let room = tolerance * pass.sum[0].total() - 1.1 * pass.rounding;
-        if 1.001 * truncation <= room || round == ROUNDS || room <= 0.0 {
+        // Written so that what is not a number, where nothing can be improved, ends it too.
+        let short = 1.001 * truncation > room && truncation.is_finite() && room > 0.0;
+        if !short || round == ROUNDS {
             return finish(&division, &pass, truncation, evaluations);
         }
         budget *= (0.4 * room / quadrature).min(1.0);
@@ -153,6 +155,9 @@ fn finish<const P: usize>(
     let front = division.multiplicity * std::f64::consts::FRAC_1_PI * division.kernel.decay_to_nearest();
     let value = pass.sum.map(|s| s.total() * front);
     let mut radius = (truncation + pass.rounding) * front * (1.0 + 64.0 * EPS);
+    if radius.is_nan() {
+        radius = f64::INFINITY;
+    }
     if value[0] < TINY {
         radius = 1.001 * radius + f64::MIN_POSITIVE.max(value[0] * f64::EPSILON);
     }

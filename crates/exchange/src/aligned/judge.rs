@@ -90,8 +90,14 @@ fn proved(value: f64, radius: f64, evaluations: u64, method: Method, tolerance: 
 /// The reduced integral, cut into cells.
 pub(super) fn by_cells(pair: &Reduced, kappa: f64, tolerance: f64) -> Factor {
     let i = integrate::integrate::<1>(pair, kappa, tolerance);
+    // Lengths whose squares underflow leave nothing that is known.
+    let known = i.value[0].is_finite() && i.radius.is_finite();
     Factor {
-        bounded: Bounded::proved(i.value[0], i.radius),
+        bounded: if known {
+            Bounded::proved(i.value[0], i.radius)
+        } else {
+            Bounded::estimated(0.0, f64::INFINITY)
+        },
         evaluations: i.evaluations,
         method: if i.touching { Method::Pyramid } else { Method::Gauss },
     }

@@ -128,6 +128,10 @@ pub(super) fn orientation(a: Option<(usize, i8)>, b: Option<(usize, i8)>) -> Opt
     Some(sign)
 }
 
+/// Breakpoints below this share of the longer extent are rounding noise of coordinates that should be zero: they change the integral by
+/// less than its rounding, and their squares underflow.
+const UNDERFLOWING: f64 = 1e-60;
+
 /// The reduced pair of two boxes, straight from their coordinates (one rounding a length and a breakpoint);
 /// `None` when the pair cannot see each other.
 pub(super) fn reduce(a: &super::Cuboid, b: &super::Cuboid) -> Option<Reduced> {
@@ -136,7 +140,12 @@ pub(super) fn reduce(a: &super::Cuboid, b: &super::Cuboid) -> Option<Reduced> {
         let (la, lb) = (a.hi[k] - a.lo[k], b.hi[k] - b.lo[k]);
         let (q, r) = (b.lo[k] - a.lo[k], b.hi[k] - a.hi[k]);
         let p = [b.lo[k] - a.hi[k], q.min(r), q.max(r), b.hi[k] - a.lo[k]];
-        let d = AxisDensity { long: la.max(lb), short: la.min(lb), p };
+        let mut d = AxisDensity { long: la.max(lb), short: la.min(lb), p };
+        // Where both are flat the breakpoint is their distance, which is never nothing.
+        if d.power() < 2 {
+            let least = UNDERFLOWING * d.long;
+            d.p = d.p.map(|p| if p.abs() < least { 0.0 } else { p });
+        }
         if sign[k] < 0 { d.reflected() } else { d }
     };
     let reduced = Reduced([density(0), density(1), density(2)]);

@@ -1,60 +1,122 @@
 //! Scenes that repeat themselves: the exchange of two zones is that of one with all images of the other.
 //!
-//! Images with a gap beyond [`DEPTH`] mean free paths are left out; what a row misses is told in `aligned/lattice/images.rs`.
+//! Such a scene is a box on the grid of its medium: zones are cells and faces of cells, and the tables of the grid (`aligned/lattice/images.rs`)
+//! have every factor. Memory is that of the distinct offsets, whatever the extinction. A zone that is no cell and no face of one has an unknown factor.
 
-use crate::aligned::lattice::DEPTH;
-use crate::aligned::{Cuboid, FactorCache};
+use crate::aligned::Cuboid;
+use crate::aligned::lattice::{self, OffsetTable, WallTable};
 use zonal_math::{Bounded, Vec3};
 use zonal_scene::Scene;
 
-/// The period along each axis, m; zero where there is none.
+/// Deviation of a zone from the grid that is rounding, in edges of a cell.
+const ROUNDING: f64 = 1e-6;
+
+/// The factors of a grid that repeats itself.
 pub(super) struct Images {
-    period: Vec3,
+    min: Vec3,
+    cells: [usize; 3],
+    edges: [f64; 3],
+    periodic: [bool; 3],
+    /// One set a distinct extinction, 1/m.
+    tables: Vec<(f64, Tables)>,
 }
 
-/// Images of a zone that a pair adds up at most: 1 where a scene does not repeat itself.
-pub fn images(scene: &Scene) -> f64 {
-    let (Some(images), Some(map)) = (Images::of(scene), scene.voxmap()) else { return 1.0 };
-    let least = map.extinction(0).into_iter().fold(f64::INFINITY, f64::min);
-    images.most(DEPTH / least).iter().map(|m| (2 * m + 1) as f64).product()
+/// The factors for one extinction: voxels, walls across each axis with voxels and with the walls opposite, and adjacent walls across the axes (0, 1),
+/// (0, 2), (1, 2).
+struct Tables {
+    voxels: OffsetTable,
+    walls: [Option<WallTable>; 3],
+    opposite: [Option<WallTable>; 3],
+    adjacent: [Option<WallTable>; 3],
 }
+
+/// A cell, or its face on the wall across an axis, low (0) or high (1).
+type Place = ([usize; 3], Option<(usize, usize)>);
 
 impl Images {
-    /// Images to either side along each axis that may lie within `reach`, m.
-    fn most(&self, reach: f64) -> [i64; 3] {
-        [0, 1, 2].map(|k| match self.period[k] {
-            p if p > 0.0 => (reach / p).ceil() as i64 + 1,
-            _ => 0,
-        })
-    }
-
     /// Of a scene that repeats itself.
     pub(super) fn of(scene: &Scene) -> Option<Images> {
         let map = scene.voxmap().filter(|_| scene.is_periodic())?;
-        let extent = (map.max() - map.min()).array();
-        let period = [0, 1, 2].map(|k| if scene.periodic()[k] { extent[k] } else { 0.0 });
-        Some(Images { period: Vec3::from_array(period) })
-    }
-
-    /// The factor of `a` with all images of `b`, for extinction `kappa` > 0 (1/m).
-    pub(super) fn sum(&self, cache: &FactorCache, a: &Cuboid, b: &Cuboid, kappa: f64) -> Bounded {
-        let reach = DEPTH / kappa;
-        let most = self.most(reach);
-        let (mut value, mut radius) = (0.0, 0.0);
-        for i in -most[0]..=most[0] {
-            for j in -most[1]..=most[1] {
-                for k in -most[2]..=most[2] {
-                    let shift = self.period.scale(Vec3::from_array([i, j, k].map(|m| m as f64)));
-                    let image = Cuboid { lo: b.lo + shift, hi: b.hi + shift, normal: b.normal };
-                    let gap = (image.lo - a.hi).max(a.lo - image.hi).max(Vec3::ZERO);
-                    if gap.length() <= reach {
-                        let f = cache.get(a, &image, kappa);
-                        value += f.value;
-                        radius += f.radius;
-                    }
-                }
+        let (cells, edges, periodic) = (map.dims(), map.cell().array(), scene.periodic());
+        let mut out = Images { min: map.min(), cells, edges, periodic, tables: Vec::new() };
+        for kappa in map.uniform_extinction()? {
+            if !out.tables.iter().any(|t| t.0 == kappa) {
+                out.tables.push((kappa, out.tables(kappa)));
             }
         }
-        Bounded::proved(value, radius)
+        Some(out)
+    }
+
+    fn tables(&self, kappa: f64) -> Tables {
+        let period = [0, 1, 2].map(|k| self.periodic[k].then_some(self.cells[k]));
+        let counts = [0, 1, 2].map(|k| if self.periodic[k] { self.cells[k] / 2 + 1 } else { self.cells[k] });
+        let images = lattice::Images::new(period, self.edges, kappa);
+        let table = |normals: &[usize]| {
+            let stand = normals.iter().all(|&a| !self.periodic[a]);
+            stand.then(|| WallTable::repeated(counts, normals, &images))
+        };
+        Tables {
+            voxels: OffsetTable::repeated(counts, &images),
+            walls: [0, 1, 2].map(|a| table(&[a])),
+            opposite: [0, 1, 2].map(|a| table(&[a, a])),
+            adjacent: [[0, 1], [0, 2], [1, 2]].map(|pair| table(&pair)),
+        }
+    }
+
+    /// Where a zone lies, if it lies on the grid.
+    fn place(&self, c: &Cuboid) -> Option<Place> {
+        let whole = |x: f64, k: usize| {
+            let n = (x - self.min[k]) / self.edges[k];
+            ((n - n.round()).abs() <= ROUNDING && n.round() >= 0.0).then(|| n.round() as usize)
+        };
+        let mut cell = [0; 3];
+        for k in 0..3 {
+            let (lo, hi) = (whole(c.lo[k], k)?, whole(c.hi[k], k)?);
+            let fits = match c.normal {
+                Some((axis, sign)) if axis == k => {
+                    hi == lo && lo == if sign > 0 { 0 } else { self.cells[k] } && !self.periodic[k]
+                }
+                _ => hi == lo + 1 && hi <= self.cells[k],
+            };
+            if !fits {
+                return None;
+            }
+            cell[k] = lo.min(self.cells[k] - 1);
+        }
+        Some((cell, c.normal.map(|(axis, sign)| (axis, usize::from(sign < 0)))))
+    }
+
+    /// The factor of `a` with all images of `b`, for one of the scene's extinctions `kappa` (1/m).
+    pub(super) fn sum(&self, a: &Cuboid, b: &Cuboid, kappa: f64) -> Bounded {
+        self.known(a, b, kappa).unwrap_or(Bounded::estimated(0.0, f64::INFINITY))
+    }
+
+    fn known(&self, a: &Cuboid, b: &Cuboid, kappa: f64) -> Option<Bounded> {
+        let tables = &self.tables.iter().find(|t| t.0 == kappa)?.1;
+        let ((i, wall), (j, other)) = (self.place(a)?, self.place(b)?);
+        let mut d = [0, 1, 2].map(|k| {
+            let d = i[k].abs_diff(j[k]);
+            (if self.periodic[k] { d.min(self.cells[k] - d) } else { d }) as i64
+        });
+        // Cells between a wall and a cell.
+        let off = |(axis, side): (usize, usize), cell: [usize; 3]| {
+            (if side == 0 { cell[axis] } else { self.cells[axis] - 1 - cell[axis] }) as i64
+        };
+        match (wall, other) {
+            (None, None) => Some(tables.voxels.get(d)),
+            (Some(w), None) | (None, Some(w)) => {
+                d[w.0] = off(w, if wall.is_some() { j } else { i });
+                tables.walls[w.0].as_ref().map(|t| t.get(d))
+            }
+            (Some(v), Some(w)) if v == w => Some(Bounded::proved(0.0, 0.0)),
+            (Some(v), Some(w)) if v.0 == w.0 => {
+                d[v.0] = 0;
+                tables.opposite[v.0].as_ref().map(|t| t.get(d))
+            }
+            (Some(v), Some(w)) => {
+                (d[v.0], d[w.0]) = (off(v, j), off(w, i));
+                tables.adjacent[v.0 + w.0 - 1].as_ref().map(|t| t.get(d))
+            }
+        }
     }
 }

@@ -33,7 +33,6 @@ use crate::paper::strip::Voxels;
 use crate::polygon::Plates;
 use agree::Agreement;
 use images::Images;
-pub use images::images;
 use parts::subcell_table;
 pub use rays::SUCCESSION;
 use rays::pane_own;
@@ -324,7 +323,7 @@ impl<'a> Exchange<'a> {
     /// Two boxes or rectangles along the axes in a uniform medium, with all images of one of them.
     fn aligned(&self, p: &Cuboid, q: &Cuboid, kappa: f64) -> Bounded {
         match &self.images {
-            Some(images) => images.sum(&self.cache, p, q, kappa),
+            Some(images) => images.sum(p, q, kappa),
             None => self.cache.get(p, q, kappa),
         }
     }

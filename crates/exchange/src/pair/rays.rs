@@ -31,7 +31,8 @@ pub(super) const MOST_RAYS: usize = 64;
 /// Optical depth along a voxel's diagonal beyond which cumulants of the distance no longer serve.
 pub(super) const THICK: f64 = 1.7;
 
-/// Mean optical depth of a pair's rays beyond which their ratio to a uniform medium says nothing.
+/// Optical depth beyond which the ratio of a pair's rays to a uniform medium says nothing: their mean depth, and the uniform medium's depth
+/// along any of them beyond its own.
 pub(super) const MOST_DEPTH: f64 = 20.0;
 
 /// How often a pane and a zone close to it are quartered; a patch, which may share an edge with it, where the tolerance is finer.
@@ -283,8 +284,14 @@ impl Exchange<'_> {
         for (k, Judged { kappa, mean, error, open }) in seen.into_iter().enumerate() {
             let error = error.hypot(unmet * open);
             let base = m.transmittance(kappa);
-            out.value[k] = m.factor.value * base * mean;
-            out.radius[k] = base * (m.factor.radius * mean + m.factor.value * error);
+            let value = m.factor.value * base * mean;
+            let radius = base * (m.factor.radius * mean + m.factor.value * error);
+            // No medium passes more than all. (What comes out of a pane's own depth is a length.)
+            let (most, widest) = match scale == 1.0 {
+                true => (m.factor.value, m.factor.value + m.factor.radius),
+                false => (f64::INFINITY, f64::INFINITY),
+            };
+            (out.value[k], out.radius[k]) = (value.min(most), radius.min(widest));
         }
         out
     }
@@ -297,8 +304,11 @@ impl Exchange<'_> {
         std::array::from_fn(|k| {
             let chords = thick && a.thickness[k].max(b.thickness[k]) > THICK;
             let depth: f64 = shot.iter().map(|r| r.w * r.depth[k]).sum();
-            let kappa =
-                if chords || length <= 0.0 || depth > MOST_DEPTH * weights { 0.0 } else { depth / length };
+            let mean = depth / length;
+            // Rays that are much longer than what dims them would have ratios beyond all bounds.
+            let excess = shot.iter().fold(0.0f64, |m, r| m.max(mean * r.r - r.depth[k]));
+            let told = length > 0.0 && depth <= MOST_DEPTH * weights && excess <= MOST_DEPTH;
+            let kappa = if told && !chords { mean } else { 0.0 };
             let (mut tally, mut open) = (Tally::default(), Tally::default());
             for r in shot {
                 let reference = (-kappa * r.r).exp();

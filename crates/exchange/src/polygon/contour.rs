@@ -12,8 +12,10 @@
 //! moved by at most δ changes 𝓕 by at most δ · length · |E|, for d𝓕 = ∮ (δ × dx)·E(x) with the irradiance vector E of the other
 //! polygon, |E| ≤ 1 for one polygon (and at most r²/g² for one within a
 //! disc of radius r at a distance g) and twice that while its corners are a little off a plane. Corners move by the rounding of their places
-//! relative to the other plate, and by the rounding of heights where they are cut: a corner cut on an edge that climbs steeply moves little.
-//! Heights within their rounding count as zero, which moves corners as far.
+//! relative to the other plate, and by the rounding of heights where they are cut. A height that errs by at most η moves the line of the cut by
+//! η/sinα across itself, α the angle of the two planes: its ends slide along the edges that were cut, and an edge that slides along itself
+//! sweeps no area. So it does not count how slowly these edges climb, only how fast the polygon's height can change:
+//! sinα ≥ |h_i − h_j|/|c_i − c_j| for any two corners. Heights within their rounding count as zero, which moves corners as far.
 //!
 //! Lengths are scaled by a power of two, which rounds nothing.
 
@@ -61,6 +63,17 @@ impl Contour {
             (0..n).map(|k| Segment::between(self.corners[k] * scale, self.corners[(k + 1) % n] * scale));
         made.filter(|s| s.length > 0.0).collect()
     }
+    /// A lower bound of the sine between the polygon's plane and that over which heights, right to `eps`, are measured.
+    fn climb(&self, height: &dyn Fn(Vec3) -> f64, eps: f64) -> f64 {
+        let mut least = 0.0f64;
+        for (i, p) in self.corners.iter().enumerate() {
+            for q in &self.corners[..i] {
+                let (rise, run) = ((height(*p) - height(*q)).abs() - 2.0 * eps, (*p - *q).length());
+                least = if rise > 0.0 { least.max(rise / (run * (1.0 + 8.0 * EPS))) } else { least };
+            }
+        }
+        least
+    }
     /// What lies in front of the plane through `at` with the unit normal; None where nothing rises above `eps`.
     pub(super) fn in_front(&self, at: Vec3, normal: Vec3, eps: f64) -> Option<Contour> {
         // A corner within its rounding of the plane counts as in it: cut edges rise by more than that.
@@ -77,6 +90,7 @@ impl Contour {
         }
         let mut cut = Contour { corners: Vec::with_capacity(h.len() + 1), displaced: self.displaced + eps };
         let n = h.len();
+        let climb = self.climb(&|c| normal.dot(c - at), eps);
         for i in 0..n {
             let j = (i + 1) % n;
             if h[i] >= 0.0 {
@@ -85,7 +99,7 @@ impl Contour {
             if h[i] * h[j] < 0.0 {
                 let (edge, rise) = (self.corners[j] - self.corners[i], (h[i] - h[j]).abs());
                 cut.corners.push(self.corners[i] + edge * (h[i] / (h[i] - h[j])));
-                let slip = (eps / rise).min(1.0) * edge.length();
+                let slip = ((eps / rise).min(1.0) * edge.length()).min(eps / climb);
                 cut.displaced = cut.displaced.max(self.displaced + eps + slip);
             }
         }

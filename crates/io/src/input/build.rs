@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use zonal_math::vec3;
 use zonal_scene::scene::{PatchRule, ThickZones};
 use zonal_scene::{
-    Camera, Engine, Groups, Known, Lens, Light, Options, Plate, Scene, SceneError, SceneParts, Surface,
+    Camera, Engine, Groups, Known, Lens, Light, Note, Options, Plate, Scene, SceneError, SceneParts, Surface,
     Surroundings,
 };
 
@@ -85,8 +85,8 @@ impl Builder<'_> {
     pub(crate) fn alias(&self, name: &str, at: &str) {
         self.source.alias(&format!("surface '{name}'"), &format!("surface '{at}'"));
     }
-    pub(crate) fn note(&mut self, text: impl Into<String>) {
-        self.parts.notes.push(text.into());
+    pub(crate) fn note(&mut self, note: impl Into<Note>) {
+        self.parts.notes.push(note.into());
     }
     /// The path of the file that a node names.
     pub(crate) fn resolve(&self, node: &Node<'_>) -> Result<PathBuf, InputError> {
@@ -196,7 +196,51 @@ pub(crate) fn scene(root: &Table<'_>, place: Place<'_>, default_name: &str) -> R
         let camera = camera(node, i)?;
         b.parts.cameras.push(camera);
     }
+    b.parts.notes = merged(std::mem::take(&mut b.parts.notes));
     Scene::new(b.parts).map_err(|e| root.source.scene_error(&e))
+}
+
+/// Names in a note that stands for several.
+const NAMED: usize = 3;
+
+/// Notes that differ in one quoted name, or in nothing, as one: with the first three names and a count.
+fn merged(notes: Vec<Note>) -> Vec<Note> {
+    let mut out: Vec<(Note, Vec<String>, usize)> = Vec::new();
+    let mut known: HashMap<String, usize> = HashMap::new();
+    for note in notes {
+        // The first quoted name, wherever it stands in the note.
+        let text = &note.text;
+        let name = text.split('\'').nth(1).filter(|n| !n.is_empty() && text.matches('\'').count() >= 2);
+        let name = name.unwrap_or_default().to_string();
+        let key = if name.is_empty() { text.clone() } else { text.replace(&name, "\0") };
+        // Lines of a file are no difference.
+        let line = |part: &&str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+        let key: Vec<&str> = key.split(':').filter(|part| !line(part)).collect();
+        let key = format!("{} {}", note.code, key.join(":"));
+        let at = *known.entry(key).or_insert_with(|| {
+            out.push((note, Vec::new(), 0));
+            out.len() - 1
+        });
+        let (_, names, count) = &mut out[at];
+        *count += 1;
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let tell = |(note, names, count): (Note, Vec<String>, usize)| {
+        let more = match (count, names.len()) {
+            (1, _) => String::new(),
+            (n, 1) => format!(" ({n} times)"),
+            (_, n) => {
+                let first: Vec<String> =
+                    names[1..].iter().take(NAMED - 1).map(|x| format!("'{x}'")).collect();
+                let more = if n > NAMED { format!(" and {} more", n - NAMED) } else { String::new() };
+                format!(" (likewise {}{more})", first.join(", "))
+            }
+        };
+        Note { text: note.text + &more, ..note }
+    };
+    out.into_iter().map(tell).collect()
 }
 
 fn options(node: &Node<'_>) -> Result<Options, InputError> {
@@ -226,7 +270,7 @@ fn options(node: &Node<'_>) -> Result<Options, InputError> {
         o.patch_rule = PatchRule::ALL[i];
     }
     if let Some(i) = t.read("closure", |n| n.choice(&["measure", "restore"]))? {
-        o.restore_closure = i == 1;
+        o.restore_closure = Some(i == 1);
     }
     if let Some(x) = t.read("residual", between)? {
         o.residual = x;

@@ -11,7 +11,7 @@ use super::npy::{self, Array};
 use super::vdb::{self, fill};
 use super::{shapes, vol};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Known, bands};
+use zonal_scene::{Bands, Known, Note, bands};
 
 /// The keys that place a grid of an OpenVDB file.
 const VDB_KEYS: [&str; 5] = ["grid", "unit", "translate", "rotate_degrees", "level_set"];
@@ -62,7 +62,7 @@ pub(crate) fn read_density(
         let placing = fill::Placing::read(&t, bounds)?;
         let (cells, note) = fill::fill(&name, &bytes, &placing, scale, filling, grid).map_err(refused)?;
         if let Some(note) = note {
-            b.note(note);
+            b.note(Note::note("grid-outside", note));
         }
         return Ok(cells);
     }

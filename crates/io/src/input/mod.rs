@@ -58,6 +58,17 @@ pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
     parse_named(&text, on_disk(path.parent()), &file, stem.as_deref().unwrap_or("scene"))
 }
 
+/// A regular file, open for reading. Pipes, devices, sockets, folders and files of more than `most` bytes are refused at once.
+pub fn open_file(path: &Path, most: u64) -> Result<std::fs::File, InputError> {
+    let refused = |what: String| InputError::new(&path.display().to_string(), None, "", what);
+    let (file, length) = files::open(path).map_err(refused)?;
+    if length > most {
+        let what = format!("this file is larger than the {} MiB that are read; make it smaller", most >> 20);
+        return Err(refused(what));
+    }
+    Ok(file)
+}
+
 /// The text of a file of at most so many bytes.
 fn read_text(path: &Path, most: u64) -> Result<String, InputError> {
     let file = path.display().to_string();

@@ -42,6 +42,14 @@ pub(crate) fn decode(file: &str, bytes: &[u8]) -> Result<Texture, Fault> {
     Ok(Texture { width, height, pixels })
 }
 
+/// True where a picture lets something through by its alpha channel; a picture that cannot be decoded says nothing.
+pub(crate) fn has_alpha(bytes: &[u8]) -> bool {
+    match png(bytes) {
+        Ok((.., channels @ (2 | 4), data)) => data.chunks_exact(channels).any(|p| p[channels - 1] < u8::MAX),
+        _ => false,
+    }
+}
+
 /// Width, height, channels, bytes.
 type Raw = (usize, usize, usize, Vec<u8>);
 

@@ -2,28 +2,41 @@
 //!
 //! Columns: zone (global index), kind (patch, voxel, pane), of (name of the surface or pane, index of the voxmap's cell),
 //! x, y, z (centre, m), size (area in m² of patches and panes, free volume in m³ of voxels), then per band b = 0, 1, 2: radiosity_b,
-//! incident_b (H of patches, fluence G of the others, without direct light), direct_b, error_b (of incident), all W/m². In thermal mode also
+//! incident_b (H of patches, fluence G of the others, without direct light), direct_b, error_b (of incident), direct_error_b (of direct), all W/m². In thermal mode also
 //! temperature_K, temperature_error_K (empty where none is defined), net, net_error (given: W/m² of patches, W/m³ of the others).
 
 use super::FileError;
 use super::atomic::write_atomic;
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::Path;
 use zonal_math::Vec3;
-use zonal_scene::Solution;
+use zonal_scene::{Solution, printable};
 
+/// A cell that no spreadsheet takes for a formula: one that begins with `=`, `+`, `-`, `@`, a tab or a line break and is no number and no
+/// direction (`+x`) gets an apostrophe before it.
+pub fn csv_cell(text: &str) -> Cow<'_, str> {
+    let formula = text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
+    let direction = matches!(text.trim().as_bytes(), [b'+' | b'-', b'x' | b'y' | b'z']);
+    let plain = direction || text.trim().parse::<f64>().is_ok();
+    if formula && !plain { Cow::Owned(format!("'{text}")) } else { Cow::Borrowed(text) }
+}
+
+/// The cell of a name: without what steers a terminal, never a formula, in quotes where it needs them.
 fn quoted(name: &str) -> String {
+    let name = printable(name);
+    let name = csv_cell(&name);
     if name.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", name.replace('"', "\"\""))
     } else {
-        name.into()
+        name.into_owned()
     }
 }
 
 fn heading(thermal: bool) -> String {
     let mut line = String::from("zone,kind,of,x,y,z,size");
-    for field in ["radiosity", "incident", "direct", "error"] {
+    for field in ["radiosity", "incident", "direct", "error", "direct_error"] {
         for b in 0..3 {
             let _ = write!(line, ",{field}_{b}");
         }
@@ -61,6 +74,9 @@ pub fn write_zones_csv(path: &Path, s: &Solution) -> Result<(), FileError> {
                 for x in field[i] {
                     write!(out, ",{x}")?;
                 }
+            }
+            for x in f.direct_error.get(i).copied().unwrap_or_default() {
+                write!(out, ",{x}")?;
             }
             if let Some(h) = &f.heat {
                 for x in [h.temperature[i], h.temperature_error[i], h.net[i], h.net_error[i]] {

@@ -4,6 +4,7 @@
 use super::FileError;
 use super::atomic::write_atomic;
 use super::picture::check_size;
+use crate::input::files;
 use exr::meta::MetaData;
 use exr::prelude::*;
 use std::fs::File;
@@ -161,8 +162,8 @@ fn length(path: &Path) -> usize {
 }
 
 fn open(path: &Path) -> std::result::Result<BufReader<File>, FileError> {
-    let failed = |e| FileError::new(path, "", format!("cannot be opened ({e})"));
-    File::open(path).map(BufReader::new).map_err(failed)
+    let opened = files::open(path).map(|(file, _)| BufReader::new(file));
+    opened.map_err(|what| FileError::new(path, "", what))
 }
 
 /// Refuses files that declare more pixels than they can hold.

@@ -51,7 +51,7 @@ pub fn scene_hash(scene: &Scene) -> String {
     h.reals(&[o.tolerance, o.residual]);
     h.length(o.patch_size);
     h.int(o.patch_rule as usize);
-    h.int(o.restore_closure as usize);
+    h.int(scene.restores_closure() as usize);
     h.int(o.max_iterations);
     h.option(o.sweeps);
     h.int(o.engine as usize);
@@ -92,7 +92,7 @@ pub fn factors_hash(scene: &Scene) -> String {
     [
         shining as usize,
         o.patch_rule as usize,
-        o.restore_closure as usize,
+        scene.restores_closure() as usize,
         o.engine as usize,
         o.thick_zones as usize,
     ]

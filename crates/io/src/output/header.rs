@@ -8,7 +8,7 @@ use zonal_scene::scene::{Options, PatchRule, ThickZones};
 use zonal_scene::{Camera, Engine, Groups, Lens, Light, Pane, Scene, Sides, Solution, Surface, Surroundings};
 
 /// The version of the format; readers refuse others.
-pub const FORMAT_VERSION: u64 = 4;
+pub const FORMAT_VERSION: u64 = 5;
 
 const HOW_TO_READ: &str =
     "import json, numpy as np; z = np.load(file); header = json.loads(bytes(z['header.json']))";
@@ -22,13 +22,13 @@ pub fn encode(s: &Solution) -> Value {
         "format_version": FORMAT_VERSION,
         "how_to_read": HOW_TO_READ,
         "units": {
-            "lengths": "m", "extinction": "1/m", "radiosity, incident, direct, error, group_*": "W/m² per band",
+            "lengths": "m", "extinction": "1/m", "radiosity, incident, direct, error, direct_error, group_*": "W/m² per band",
             "temperature, temperature_error": "K", "net, net_error": "W/m² of patches, W/m³ of voxels and panes",
             "source": "W/m³ per band", "radiance": "W/(m² sr) per band", "angles": "rad, fov in degrees",
         },
         "order_of_fields": "patches, then voxel zones, then pane zones",
         "name": scene.name(),
-        "notes": scene.notes(),
+        "notes": super::notes::notes_json(scene.notes()),
         "surfaces": scene.surfaces().iter().map(surface_out).collect::<Vec<_>>(),
         "panes": scene.panes().iter().map(pane_out).collect::<Vec<_>>(),
         "textures": scene.textures().len(),
@@ -194,7 +194,7 @@ pub fn options_in(v: &Value) -> Result<Options, String> {
         tolerance: real(v, "tolerance")?,
         patch_size: maybe(v, "patch_size", real)?,
         patch_rule: patch_rule(v)?,
-        restore_closure: flag(v, "restore_closure")?,
+        restore_closure: maybe(v, "restore_closure", flag)?,
         max_iterations: int(v, "max_iterations")?,
         residual: real(v, "residual")?,
         sweeps: maybe(v, "sweeps", int)?,

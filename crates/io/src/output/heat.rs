@@ -3,8 +3,9 @@
 //! `thermal`: `{shares, surfaces, panes, surroundings}`, each known value `{temperature: K}`, `{heat: W/m² or W/m³}` or `{net_power: W}`.
 //! `report.heat`: rows `{name, kind, size, temperature_K, temperature_error_K, net_flux, net_flux_error, net_power_W, net_power_error_W}` with
 //! `size` in m² of surfaces and m³ of media and panes, and net fluxes per m² or m³; `null` where no temperature is defined. `*_error` is of the
-//! exchange; where it is known what the size of the zones costs, `temperature_zoning_error_K`, `net_flux_zoning_error` and
-//! `net_power_zoning_error_W` say it.
+//! exchange; where a second solve was asked for, `temperature_zoning_error_K`, `net_flux_zoning_error` and
+//! `net_power_zoning_error_W` say it, `null` where it is unknown. `temperature_total_error_K`, `net_flux_total_error` and `net_power_total_error_W` are
+//! both together: what a value is known to; `null` where either is unknown or nobody asked for the errors of the zones.
 
 use super::header::each;
 use super::report::{list, real, text};
@@ -86,11 +87,17 @@ pub(super) fn report_out(r: Option<&HeatReport>, zoning: Option<&Zoning>) -> Val
             "net_flux": flux, "net_flux_error": error, "net_flux_unit": unit[1],
             "net_power_W": x.power, "net_power_error_W": x.power_error,
         });
-        if let Some([kelvin, watts]) = zoning.and_then(|z| z.heat.get(i)) {
+        let [mut kelvin, mut watts] = [f64::INFINITY; 2];
+        if let Some(zoning) = zoning {
+            [kelvin, watts] = zoning.heat.get(i).copied().unwrap_or([f64::INFINITY; 2]);
             out["temperature_zoning_error_K"] = json!(kelvin);
-            out["net_flux_zoning_error"] = json!(x.over_size(*watts));
+            out["net_flux_zoning_error"] = json!(x.over_size(watts));
             out["net_power_zoning_error_W"] = json!(watts);
         }
+        let watts = x.power_error + watts;
+        out["temperature_total_error_K"] = json!(x.temperature_error.map(|e| e + kelvin));
+        out["net_flux_total_error"] = json!(if watts.is_finite() { x.over_size(watts) } else { watts });
+        out["net_power_total_error_W"] = json!(watts);
         out
     };
     json!({
@@ -114,9 +121,10 @@ pub(super) fn report_in(v: &Value) -> Result<Option<HeatReport>, String> {
             kind: *HeatKind::ALL.iter().find(|k| k.word() == kind).ok_or("kind: is not known")?,
             size: real(x, "size")?,
             temperature: maybe(x, "temperature_K"),
-            temperature_error: maybe(x, "temperature_error_K"),
+            temperature_error: maybe(x, "temperature_K")
+                .map(|_| maybe(x, "temperature_error_K").unwrap_or(f64::INFINITY)),
             power: real(x, "net_power_W")?,
-            power_error: maybe(x, "net_power_error_W").unwrap_or(f64::NAN),
+            power_error: maybe(x, "net_power_error_W").unwrap_or(f64::INFINITY),
         })
     };
     Ok(Some(HeatReport {
@@ -126,12 +134,16 @@ pub(super) fn report_in(v: &Value) -> Result<Option<HeatReport>, String> {
     }))
 }
 
-/// The errors of zones that [`report_out`] wrote; empty in light mode.
+/// The errors of zones that [`report_out`] wrote, infinite where they are unknown and not a number where there is no temperature; empty in
+/// light mode.
 pub(super) fn zoning_in(v: &Value) -> Result<Vec<[f64; 2]>, String> {
     if v.is_null() {
         return Ok(Vec::new());
     }
-    let of = |x: &Value, key: &str| x[key].as_f64().unwrap_or(f64::NAN);
-    let row = |x: &Value| Ok([of(x, "temperature_zoning_error_K"), of(x, "net_power_zoning_error_W")]);
+    let row = |x: &Value| {
+        let none = if x["temperature_K"].is_null() { f64::NAN } else { f64::INFINITY };
+        let kelvin = x["temperature_zoning_error_K"].as_f64().unwrap_or(none);
+        Ok([kelvin, x["net_power_zoning_error_W"].as_f64().unwrap_or(f64::INFINITY)])
+    };
     each(v, "rows", row)
 }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`solution`] | a solution as one `.npz` that numpy opens without us, and back |
 //! | [`report`] | the report as JSON, for `--json` and for the solution's header |
+//! | [`notes`] | notes and warnings as JSON |
 //! | [`hash`] | the scene hash: which scene a solution belongs to |
 //! | [`tone`] | exposure, contrast, filmic curve, sRGB, dither |
 //! | [`colour_map`] | colours of single values |
@@ -17,7 +18,7 @@
 //! | [`arrays`] | single arrays and plain bytes |
 //!
 //! Every file is written to a temporary name beside its target and renamed when it is complete: a failure leaves the old file
-//! untouched and nothing behind.
+//! untouched and nothing behind. Devices and pipes are written directly.
 
 pub mod arrays;
 pub mod colour_map;
@@ -25,6 +26,7 @@ pub mod csv;
 pub mod exr;
 pub mod glb;
 pub mod hash;
+pub mod notes;
 pub mod picture;
 pub mod report;
 pub mod solution;
@@ -45,14 +47,16 @@ mod writer;
 pub use arrays::{
     Named, NamedSingle, read_array, write_array, write_arrays, write_bytes, write_single_arrays,
 };
+pub use atomic::{check_writable, is_stream, remove_stale};
 pub use colour_map::{ColourMap, NO_VALUE};
-pub use csv::write_zones_csv;
+pub use csv::{csv_cell, write_zones_csv};
 pub use exr::{
     FieldPicture, Picture, read_exr, read_exr_field, read_exr_field_from_bytes, read_exr_from_bytes,
     write_exr, write_exr_field,
 };
 pub use glb::write_glb;
 pub use hash::{factors_hash, scene_hash};
+pub use notes::{note_json, notes_json};
 pub use picture::{encode_png, png_note, png_note_from, write_png, write_png_bytes, write_png_noted};
 pub use report::report_json;
 pub use solution::{read_solution, read_solution_from_bytes, solution_bytes, write_solution};

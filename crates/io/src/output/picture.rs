@@ -3,7 +3,7 @@
 use super::FileError;
 use super::atomic::write_atomic;
 use super::tone::{Tone, srgb_byte};
-use std::fs::File;
+use crate::input::files;
 use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
@@ -65,7 +65,7 @@ pub fn write_png_bytes(
 
 /// The text chunk of that keyword in a PNG; `None` where there is none, or where the file is not whole.
 pub fn png_note(path: &Path, keyword: &str) -> Option<String> {
-    png_note_from(BufReader::new(File::open(path).ok()?), keyword)
+    png_note_from(BufReader::new(files::open(path).ok()?.0), keyword)
 }
 
 /// As [`png_note`], of what is read.

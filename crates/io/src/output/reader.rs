@@ -5,12 +5,30 @@
 
 use super::FileError;
 use super::npy::{self, Kind};
-use std::fs::File;
+use crate::input::files;
 use std::io::{BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 use zip::{CompressionMethod, ZipArchive};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Plate, PlateKind, Values};
+
+/// Bytes of JSON and values in it that any file may have, and how many more a larger one.
+const LARGEST_JSON: u64 = 16 << 20;
+const JSON_BYTES: u64 = 4;
+const MOST_VALUES: u64 = 500_000;
+const BYTES_A_VALUE: u64 = 8;
+
+/// An error, infinite where it is not known.
+fn is_error(x: f64) -> bool {
+    x >= 0.0
+}
+
+const NO_ERROR: &str = "an error is below 0 or not a number";
+
+/// No fewer values than a text of JSON has: each but the first comes after a comma, a colon or an opening bracket, in a text or not.
+fn values(json: &[u8]) -> u64 {
+    1 + json.iter().filter(|b| matches!(b, b',' | b':' | b'[' | b'{')).count() as u64
+}
 
 /// A row a zone, or one for all.
 pub enum Rows {
@@ -51,8 +69,7 @@ pub struct Npz<'a> {
 impl<'a> Npz<'a> {
     pub fn open(path: &Path) -> Result<Npz<'static>, FileError> {
         let whole = |what: String| FileError::new(path, "", what);
-        let file = File::open(path).map_err(|e| whole(format!("cannot be opened ({e}); check the name")))?;
-        let size = file.metadata().map_err(|e| whole(format!("cannot be read ({e})")))?.len();
+        let (file, size) = files::open(path).map_err(&whole)?;
         Npz::new(path, Box::new(BufReader::new(file)), size)
     }
 
@@ -104,7 +121,9 @@ impl<'a> Npz<'a> {
         }
         // What is stored as it is lies in the file; what is packed has to prove its length.
         let known = entry.compression() == CompressionMethod::Stored && declared == entry.compressed_size();
-        let mut bytes = Vec::with_capacity(if known { declared.min(self.size) as usize + 1 } else { 0 });
+        let mut bytes = Vec::new();
+        let room = if known { declared.min(self.size) as usize + 1 } else { 0 };
+        bytes.try_reserve_exact(room).map_err(|e| error(format!("does not fit into memory ({e})")))?;
         entry
             .take(declared + 1)
             .read_to_end(&mut bytes)
@@ -125,7 +144,12 @@ impl<'a> Npz<'a> {
     ) -> Result<(Vec<usize>, Vec<T>), FileError> {
         let bytes = self.raw(name)?;
         let (shape, data) = npy::parse(&bytes, kind).map_err(|e| self.error(name, e))?;
-        Ok((shape, data.as_chunks::<N>().0.iter().map(|c| get(*c)).collect()))
+        let items = data.as_chunks::<N>().0;
+        let mut out = Vec::new();
+        let room = out.try_reserve_exact(items.len());
+        room.map_err(|e| self.error(name, format!("does not fit into memory ({e})")))?;
+        out.extend(items.iter().map(|c| get(*c)));
+        Ok((shape, out))
     }
 
     fn check_shape(&self, name: &str, shape: &[usize], wanted: &[usize]) -> Result<(), FileError> {
@@ -133,6 +157,33 @@ impl<'a> Npz<'a> {
             return Ok(());
         }
         Err(self.error(name, format!("has shape {shape:?} where {wanted:?} was expected; {DAMAGED}")))
+    }
+
+    /// A text of JSON that is as small as the file pays for: its values take many times as much memory as their text, and a text of the same
+    /// few characters is packed a thousandfold. So its length and the number of its values are limited before anything is parsed.
+    pub fn json(&mut self, name: &str) -> Result<serde_json::Value, FileError> {
+        let index = self.zip.index_for_name(&format!("{name}.npy"));
+        let length = index.and_then(|i| self.zip.by_index_raw(i).ok()).map_or(0, |entry| entry.size());
+        let fits = |what: &str, count: u64, most: u64| match count <= most {
+            true => Ok(()),
+            false => {
+                let text = format!("has {count} {what}, more than the {most} that are read; {DAMAGED}");
+                Err(FileError::new(&self.path, name, text))
+            }
+        };
+        fits("bytes", length, LARGEST_JSON.saturating_add(JSON_BYTES * self.size))?;
+        let size = self.size;
+        let most = MOST_VALUES.saturating_add(size / BYTES_A_VALUE);
+        let path = self.path.clone();
+        let bytes = self.bytes(name, None)?;
+        let count = values(&bytes);
+        if count > most {
+            let text = format!("has {count} values, more than the {most} that are read; {DAMAGED}");
+            return Err(FileError::new(&path, name, text));
+        }
+        // Nesting is limited by the parser.
+        serde_json::from_slice(&bytes)
+            .map_err(|e| self.error(name, format!("is not JSON ({e}); solve the scene again")))
     }
 
     /// A list of bytes; of length `count` if given.
@@ -179,13 +230,18 @@ impl<'a> Npz<'a> {
         Ok(data)
     }
 
-    /// A list of numbers; NaN where there is none.
-    pub fn reals_or_nan(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
+    /// A list of numbers of which `sound` holds; NaN where there is none.
+    pub fn reals_or_nan(
+        &mut self,
+        name: &str,
+        count: usize,
+        sound: fn(f64) -> bool,
+    ) -> Result<Vec<f64>, FileError> {
         let (shape, data) = self.array(name, Kind::F64, f64::from_le_bytes)?;
         self.check_shape(name, &shape, &[count])?;
-        match data.iter().all(|x| !x.is_infinite()) {
+        match data.iter().all(|x| x.is_nan() || sound(*x)) {
             true => Ok(data),
-            false => Err(self.error(name, format!("a value is infinite; {DAMAGED}"))),
+            false => Err(self.error(name, format!("a value is out of range; {DAMAGED}"))),
         }
     }
 
@@ -205,23 +261,42 @@ impl<'a> Npz<'a> {
         Ok(data)
     }
 
-    /// As [`Npz::triples`] of `n`, or none.
-    pub fn triples_or_none(&mut self, name: &str, n: usize) -> Result<Vec<Bands>, FileError> {
-        let (found, data) = self.rows(name)?;
-        if found != [0, 3] {
-            self.check_shape(name, &found, &[n, 3])?;
+    /// Finite numbers, three and three, and their shape.
+    fn rows(&mut self, name: &str) -> Result<(Vec<usize>, Vec<Bands>), FileError> {
+        self.rows_of(name, f64::is_finite, "a value is not a finite number")
+    }
+
+    fn rows_of(
+        &mut self,
+        name: &str,
+        sound: fn(f64) -> bool,
+        else_what: &str,
+    ) -> Result<(Vec<usize>, Vec<Bands>), FileError> {
+        let (shape, data) = self.array(name, Kind::F64, triple)?;
+        let whole = 3 * data.len() == shape.iter().product::<usize>();
+        if whole && data.as_flattened().iter().all(|x| sound(*x)) {
+            return Ok((shape, data));
+        }
+        Err(self.error(name, format!("{else_what}; {DAMAGED}")))
+    }
+
+    /// Errors of `count` zones, three and three, none below 0; infinite where they are not known. None at all are zeros.
+    pub fn errors(&mut self, name: &str, count: usize, may_lack: bool) -> Result<Vec<Bands>, FileError> {
+        let (shape, data) = self.rows_of(name, is_error, NO_ERROR)?;
+        if !(may_lack && shape == [0, 3]) {
+            self.check_shape(name, &shape, &[count, 3])?;
         }
         Ok(data)
     }
 
-    /// Finite numbers, three and three, and their shape.
-    fn rows(&mut self, name: &str) -> Result<(Vec<usize>, Vec<Bands>), FileError> {
-        let (shape, data) = self.array(name, Kind::F64, triple)?;
-        let whole = 3 * data.len() == shape.iter().product::<usize>();
-        if whole && data.as_flattened().iter().all(|x| x.is_finite()) {
-            return Ok((shape, data));
+    /// Errors of `count` zones, none below 0; infinite where they are not known.
+    pub fn error_list(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
+        let (shape, data) = self.array(name, Kind::F64, f64::from_le_bytes)?;
+        self.check_shape(name, &shape, &[count])?;
+        match data.iter().all(|x| is_error(*x)) {
+            true => Ok(data),
+            false => Err(self.error(name, format!("{NO_ERROR}; {DAMAGED}"))),
         }
-        Err(self.error(name, format!("a value is not a finite number; {DAMAGED}")))
     }
 
     /// As [`Npz::triples`], or one row for all.
@@ -249,6 +324,15 @@ impl<'a> Npz<'a> {
 
     /// The values of a light group over `count` zones; no rows for zeros.
     pub fn values(&mut self, name: &str, count: usize) -> Result<Values, FileError> {
+        self.values_of(name, count, f64::is_finite)
+    }
+
+    /// As [`Npz::values`], errors: none below 0, infinite where they are not known.
+    pub fn error_values(&mut self, name: &str, count: usize) -> Result<Values, FileError> {
+        self.values_of(name, count, is_error)
+    }
+
+    fn values_of(&mut self, name: &str, count: usize, sound: fn(f64) -> bool) -> Result<Values, FileError> {
         let bytes = self.raw(name)?;
         let error = |npz: &Npz<'_>, e: String| npz.error(name, e);
         let (shape, finite, values) = match npy::parse(&bytes, Kind::F32) {
@@ -259,16 +343,19 @@ impl<'a> Npz<'a> {
                     .iter()
                     .map(|c| [0, 4, 8].map(|k| f32::from_le_bytes([c[k], c[k + 1], c[k + 2], c[k + 3]])))
                     .collect();
-                (shape, list.as_flattened().iter().all(|x| x.is_finite()), Values::Single(list))
+                (shape, list.as_flattened().iter().all(|x| sound(f64::from(*x))), Values::Single(list))
             }
             Err(_) => {
                 let (shape, data) = npy::parse(&bytes, Kind::F64).map_err(|e| error(self, e))?;
                 let list: Vec<Bands> = data.as_chunks::<24>().0.iter().map(|c| triple(*c)).collect();
-                (shape, list.as_flattened().iter().all(|x| x.is_finite()), Values::Double(list))
+                (shape, list.as_flattened().iter().all(|x| sound(*x)), Values::Double(list))
             }
         };
         if !finite {
-            return Err(error(self, format!("a value is not a finite number; {DAMAGED}")));
+            return Err(error(
+                self,
+                format!("a value is not a finite number, or an error below 0; {DAMAGED}"),
+            ));
         }
         let rows = if values.is_empty() { 0 } else { count };
         self.check_shape(name, &shape, &[rows, 3])?;

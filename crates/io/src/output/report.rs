@@ -3,10 +3,11 @@
 //! Lists over bands have three numbers. A number that is not finite is `null`.
 
 use super::heat;
+use super::notes::{note_in, notes_json};
 use serde_json::{Value, json};
 use zonal_math::Grade;
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Bands, Estimate, Group, Kind, Report, Solution, SolveStatus, Zoning};
+use zonal_scene::{Bands, Estimate, Group, Kind, Note, Report, Solution, SolveStatus, Zoning, printable};
 
 /// The report of a solution as a JSON document: zones, engine, status, residuals, estimate, closure, energy (W), light groups, counts,
 /// warnings, provenance.
@@ -42,8 +43,8 @@ pub(super) fn group_in(v: &Value) -> Result<Group, String> {
     Ok(Group {
         name: text(v, "name")?,
         kind: kind_in(&v["of"])?,
-        incident_scale: bands(v, "incident_scale")?,
-        direct_scale: bands(v, "direct_scale")?,
+        incident_scale: factors(v, "incident_scale")?,
+        direct_scale: factors(v, "direct_scale")?,
         energy: energy_in(&v["energy"])?,
         status: statuses(v)?,
         residual: report_bands(v, "residual")?,
@@ -115,13 +116,14 @@ pub(super) fn encode(r: &Report) -> Value {
             "worst": c.worst, "rms": c.rms, "largest_change": c.largest_change, "after": c.after, "restored": c.restored,
         },
         "energy": energy_out(&r.energy),
+        "energy_error": energy_out(&r.energy_error),
         "heat": heat::report_out(r.heat.as_ref(), r.zoning.as_ref()),
         "zoning": r.zoning.as_ref().map(|z| json!({
             "zones": z.zones, "ratio": z.ratio, "energy": energy_out(&z.energy), "grade": Grade::Estimated.word(),
-            "notes": z.notes,
+            "notes": notes_json(&z.notes),
         })),
         "counts": counts,
-        "warnings": r.warnings,
+        "warnings": notes_json(&r.warnings),
         "grade": r.grade.word(),
     })
 }
@@ -138,8 +140,8 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
         reason: text(v, "reason")?,
         status: statuses(v)?,
         estimate: Estimate {
-            patches: report_bands(e, "patches")?,
-            volumes: report_bands(e, "volumes")?,
+            patches: report_bands(e, "patches")?.map(unknown),
+            volumes: report_bands(e, "volumes")?.map(unknown),
             grade: grade_of(e)?,
         },
         residuals: [reals(&residuals[0])?, reals(&residuals[1])?, reals(&residuals[2])?],
@@ -151,15 +153,31 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
             restored: c["restored"].as_bool().ok_or("report.closure.restored: is missing")?,
         },
         energy: energy_in(&v["energy"])?,
+        energy_error: energy_error_in(v)?,
         heat: heat::report_in(&v["heat"]).map_err(|e| format!("report.heat.{e}"))?,
         zoning: zoning_in(v)?,
         counts: list(v, "counts")?
             .iter()
             .map(|x| Ok((text(x, "name")?, x["count"].as_u64().ok_or("report.counts: a count is missing")?)))
             .collect::<Result<_, String>>()?,
-        warnings: texts(v, "warnings")?,
+        warnings: notes(v, "warnings")?,
         grade: grade_of(v)?,
     })
+}
+
+/// An error that was written as null is not known.
+fn unknown(error: f64) -> f64 {
+    if error.is_nan() { f64::INFINITY } else { error }
+}
+
+/// The stated errors of the powers, infinite where they are not known: `null`, and all of files that do not say.
+fn energy_error_in(v: &Value) -> Result<Energy, String> {
+    if v["energy_error"].is_null() {
+        let energy = energy_in(&v["energy"])?;
+        return Ok(energy.compared(&energy, |_, _| f64::INFINITY));
+    }
+    let error = energy_in(&v["energy_error"])?;
+    Ok(error.compared(&error, |x, _| unknown(x)))
 }
 
 /// What the size of the zones costs; none in files that do not say.
@@ -170,16 +188,20 @@ fn zoning_in(v: &Value) -> Result<Option<Zoning>, String> {
     }
     Ok(Some(Zoning {
         zones: z["zones"].as_u64().ok_or("report.zoning.zones: a whole number is missing")? as usize,
-        ratio: real(z, "ratio")?,
+        // Written as null where there was no second solve, as are errors that are unknown.
+        ratio: z["ratio"].as_f64().unwrap_or(f64::INFINITY),
         heat: heat::zoning_in(&v["heat"])?,
-        energy: energy_in(&z["energy"])?,
-        notes: texts(z, "notes")?,
+        energy: {
+            let own = energy_in(&z["energy"])?;
+            own.compared(&own, |x, _| unknown(x))
+        },
+        notes: notes(z, "notes")?,
     }))
 }
 
-/// The texts of a list.
-fn texts(v: &Value, key: &str) -> Result<Vec<String>, String> {
-    let one = |w: &Value| w.as_str().map(String::from).ok_or(format!("report.{key}: an entry is no text"));
+/// The notes of a list.
+fn notes(v: &Value, key: &str) -> Result<Vec<Note>, String> {
+    let one = |w: &Value| note_in(w).map_err(|e| format!("report.{key}: {e}"));
     list(v, key)?.iter().map(one).collect()
 }
 
@@ -211,7 +233,9 @@ pub(super) fn list<'a>(v: &'a Value, key: &str) -> Result<&'a Vec<Value>, String
 
 /// The text at a key.
 pub(super) fn text(v: &Value, key: &str) -> Result<String, String> {
-    v[key].as_str().map(String::from).ok_or_else(|| format!("{key}: a text is missing"))
+    // A file may say anything; what would steer a terminal is spelled out.
+    let text = v[key].as_str().map(|t| printable(t).into_owned());
+    text.ok_or_else(|| format!("{key}: a text is missing"))
 }
 
 /// The number at a key.
@@ -228,6 +252,14 @@ pub(super) fn bands(v: &Value, key: &str) -> Result<Bands, String> {
             _ => Err(format!("{key}: an entry is not a number")),
         },
         _ => Err(format!("{key}: there must be three numbers")),
+    }
+}
+
+/// As [`bands`], none below 0.
+fn factors(v: &Value, key: &str) -> Result<Bands, String> {
+    match bands(v, key)? {
+        f if f.iter().all(|x| x.is_finite() && *x >= 0.0) => Ok(f),
+        _ => Err(format!("{key}: a factor is below 0 or not finite")),
     }
 }
 

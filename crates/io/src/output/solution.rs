@@ -10,10 +10,12 @@
 //! | arrays | shape | what |
 //! |---|---|---|
 //! | `radiosity`, `incident`, `direct`, `error` | [zones, 3] | B; H or G without direct light; H_dir or G_dir; error of `incident` |
+//! | `direct_error` | [zones, 3] or [0, 3] | error of `direct` |
 //! | `surroundings_error` | [zones, 3] or [0, 3] | the part of `error` that comes in from the surroundings |
 //! | `temperature`, `temperature_error`, `net`, `net_error` | \[zones\] | in thermal mode: K, and the net power that a zone gives, W/m² of patches, W/m³ of the others; a temperature that is not defined is NaN |
 //! | `group_0_incident`, `group_0_direct`, … | [zones, 3], `<f8` or `<f4`; [0, 3] for none | the share of each light group, times `incident_scale` and `direct_scale` in `report.groups` of the header |
 //! | `group_0_error`, … | [zones, 3] | its part of `error`, times `incident_scale`, where errors are known of each group |
+//! | `group_0_direct_error`, … | [zones, 3] | its part of `direct_error`, times `direct_scale`, where it has direct light |
 //! | `patch_origin`, `_e1`, `_e2`, `_kind`, `_normal`, `_area`, `_facet`, `_surface`, `_reflectance`, `_emission` | [patches, …] | surface zones; kind 0 triangle, 1 parallelogram |
 //! | `voxel_cell`, `_centre`, `_volume`, `_extinction`, `_albedo`, `_emission`, `_source` | [voxels, …] | volume zones |
 //! | `voxel_part_first`, `part_subcell`, `part_packed` | CSR | samples of cut voxels: zone i has the rows `first[i]` to `first[i+1]`; `part_packed.view("<u2").reshape(-1, 4)` is the place in the sub-cell and the share of the volume, in 2⁻¹⁶ |
@@ -25,7 +27,7 @@
 //! | `voxmap_heat` | [nx, ny, nz, 3] | in thermal mode: 1, T, 0 where the temperature is known (K), else 0, 0, Q (W/m³) |
 //!
 //! A quantity of patches, voxels, pane zones or cells whose rows are all the same is one row, of shape [1, 3] or [1, 1, 1, 3]; numpy
-//! repeats it in arithmetic. Nothing is compressed. Version 4; files of other versions are refused by name.
+//! repeats it in arithmetic. Nothing is compressed. Version 5; files of other versions are refused by name.
 //!
 //! Reals are `<f8`, indices `<i8`, kinds and sub-cells `|u1`.
 
@@ -64,6 +66,9 @@ fn write<W: Write + Seek>(out: W, s: &Solution) -> io::Result<()> {
         if !g.error.is_empty() {
             npz.values(&format!("group_{k}_error"), &g.error)?;
         }
+        if !g.direct_error.is_empty() {
+            npz.values(&format!("group_{k}_direct_error"), &g.direct_error)?;
+        }
     }
     write_patches(&mut npz, &s.zones.patches)?;
     write_voxels(&mut npz, &s.zones.voxels)?;
@@ -78,8 +83,9 @@ fn write_fields<W: Write + Seek>(npz: &mut writer::Npz<W>, f: &Fields) -> io::Re
     {
         npz.triples(name, &[field.len()], field.iter().copied())?;
     }
-    let part = &f.surroundings_error;
-    npz.triples("surroundings_error", &[part.len()], part.iter().copied())?;
+    for (name, part) in [("direct_error", &f.direct_error), ("surroundings_error", &f.surroundings_error)] {
+        npz.triples(name, &[part.len()], part.iter().copied())?;
+    }
     let Some(h) = &f.heat else { return Ok(()) };
     for (name, list) in HEAT.into_iter().zip([&h.temperature, &h.temperature_error, &h.net, &h.net_error]) {
         npz.reals(name, list.iter().copied())?;
@@ -197,8 +203,9 @@ fn read(mut npz: reader::Npz<'_>) -> Result<Solution, FileError> {
         radiosity: npz.triples("radiosity", &n)?,
         incident: npz.triples("incident", &n)?,
         direct: npz.triples("direct", &n)?,
-        error: npz.triples("error", &n)?,
-        surroundings_error: npz.triples_or_none("surroundings_error", zones.len())?,
+        error: npz.errors("error", zones.len(), false)?,
+        direct_error: npz.errors("direct_error", zones.len(), true)?,
+        surroundings_error: npz.errors("surroundings_error", zones.len(), true)?,
         heat: if scene.thermal().is_some() { Some(read_heat(&mut npz, zones.len())?) } else { None },
     };
     let groups = read_groups(&mut npz, &header, &scene, zones.len())?;
@@ -215,9 +222,9 @@ fn read(mut npz: reader::Npz<'_>) -> Result<Solution, FileError> {
 }
 
 fn read_heat(npz: &mut reader::Npz<'_>, zones: usize) -> Result<Heat, FileError> {
-    let [temperature, temperature_error] =
-        [npz.reals_or_nan(HEAT[0], zones)?, npz.reals_or_nan(HEAT[1], zones)?];
-    let [net, net_error] = [npz.reals(HEAT[2], zones)?, npz.reals(HEAT[3], zones)?];
+    let temperature = npz.reals_or_nan(HEAT[0], zones, f64::is_finite)?;
+    let temperature_error = npz.reals_or_nan(HEAT[1], zones, |e| e >= 0.0)?;
+    let (net, net_error) = (npz.reals(HEAT[2], zones)?, npz.error_list(HEAT[3], zones)?);
     Ok(Heat { temperature, temperature_error, net, net_error })
 }
 
@@ -244,16 +251,18 @@ fn read_groups(
         g.direct = npz.values(&format!("group_{k}_direct"), zones)?;
         let error = format!("group_{k}_error");
         if npz.has(&error) {
-            g.error = npz.values(&error, zones)?;
+            g.error = npz.error_values(&error, zones)?;
+        }
+        let direct = format!("group_{k}_direct_error");
+        if npz.has(&direct) {
+            g.direct_error = npz.error_values(&direct, zones)?;
         }
     }
     Ok(groups)
 }
 
 fn read_header(npz: &mut reader::Npz<'_>) -> Result<Value, FileError> {
-    let bytes = npz.bytes("header.json", None)?;
-    let header: Value = serde_json::from_slice(&bytes)
-        .map_err(|e| npz.error("header.json", format!("is not JSON ({e}); solve the scene again")))?;
+    let header = npz.json("header.json")?;
     if header["format"] != "zonal solution" {
         return Err(npz.error("header.json", "this is not a zonal solution; give a file that zonal wrote"));
     }
@@ -273,8 +282,7 @@ fn read_scene(npz: &mut reader::Npz<'_>, h: &Value) -> Result<Scene, FileError> 
     let invalid = |e: SceneError| FileError::new(&path, e.key(), e.what());
     let surfaces = header::each(h, "surfaces", header::surface_in).map_err(json)?;
     let panes = header::each(h, "panes", header::pane_in).map_err(json)?;
-    let notes = header::each(h, "notes", |v| v.as_str().map(String::from).ok_or("is no text".into()))
-        .map_err(json)?;
+    let notes = header::each(h, "notes", super::notes::note_in).map_err(json)?;
     let textures = header::int(h, "textures").map_err(json)?;
     let parts = SceneParts {
         name: report::text(h, "name").map_err(json)?,

@@ -10,7 +10,8 @@
 //! [`STATE`]), and that of what factors depend on for everything else, which therefore serves a scene with other reflectances too.
 
 use super::FileError;
-use super::atomic::write_atomic;
+use super::atomic::{is_partial, write_atomic};
+use crate::input::files;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -22,6 +23,9 @@ const MAGIC: &[u8] = b"zonal stage 1\n";
 
 /// The file that says what the stages belong to.
 const KEY: &str = "zonal.key";
+
+/// The most bytes of that file.
+const LARGEST_KEY: u64 = 1 << 16;
 
 /// What a folder was found to hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,8 +67,9 @@ impl Folder {
 
     /// Whether it holds stages, and whose: `key` is the one that the folder should have.
     fn held_by(&self, key: &str) -> Held {
-        match fs::read_to_string(self.path.join(KEY)) {
-            Ok(text) if text.trim_end() == key => Held::Same,
+        let found = files::read(&self.path.join(KEY), LARGEST_KEY).map(String::from_utf8);
+        match found {
+            Ok(Ok(text)) if text.trim_end() == key => Held::Same,
             Ok(_) => Held::Other,
             Err(_) if self.stages().is_empty() => Held::Nothing,
             Err(_) => Held::Other,
@@ -98,10 +103,9 @@ impl Folder {
         let Ok(entries) = fs::read_dir(&self.path) else { return Vec::new() };
         let ours = |p: &PathBuf| {
             let name = p.file_name().and_then(|n| n.to_str()).unwrap_or("");
+            let partial = p.file_name().is_some_and(is_partial);
             name.ends_with(".stage")
-                || (name.starts_with('.')
-                    && name.ends_with(".partial")
-                    && (name.contains(".stage.") || name.starts_with(".zonal.key.")))
+                || (partial && (name.contains(".stage.") || name.starts_with(".zonal.key.")))
         };
         entries.filter_map(|e| Some(e.ok()?.path())).filter(ours).collect()
     }
@@ -118,7 +122,8 @@ impl Folder {
     /// Makes it a folder of factors at `target`, in place of an earlier one, without the states of solvers.
     pub fn keep_factors(self, target: &Path) -> Result<(), FileError> {
         let name = |p: &Path| p.file_name().and_then(|n| n.to_str()).map(String::from).unwrap_or_default();
-        self.stages().iter().filter(|p| name(p).starts_with(STATE)).for_each(|p| {
+        let unwanted = |p: &&PathBuf| name(p).starts_with(STATE) || name(p).starts_with('.');
+        self.stages().iter().filter(unwanted).for_each(|p| {
             let _ = fs::remove_file(p);
         });
         self.put_key(&self.keys.factors)?;
@@ -143,7 +148,7 @@ impl Folder {
 
 impl Vault for Folder {
     fn load(&self, stage: &str) -> Option<Vec<u8>> {
-        let mut bytes = fs::read(self.file(stage)).ok()?;
+        let mut bytes = files::read(&self.file(stage), u64::MAX).ok()?;
         let rest = bytes.strip_prefix(MAGIC)?;
         let (length, rest) = rest.split_first_chunk::<4>()?;
         let (key, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;

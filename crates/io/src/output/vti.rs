@@ -6,7 +6,7 @@
 //! | `volume [m3]` | free volume V of all its zones; 0 in walls and solids |
 //! | `radiosity [W/m2]` | B, direct light included |
 //! | `fluence [W/m2]`, `direct [W/m2]` | G without direct light, G_dir |
-//! | `error [W/m2]` | estimated error of the fluence |
+//! | `error [W/m2]`, `direct error [W/m2]` | estimated error of the fluence, and of direct light |
 //! | `extinction [1/m]`, `albedo` | κ, Ω |
 //! | `emission [W/m2]`, `source [W/m3]` | black emissive power E, volumetric source q |
 //! | `temperature [K]`, `temperature error [K]` | in thermal mode; not a number where none is defined |
@@ -68,6 +68,9 @@ fn fields<'a>(s: &'a Solution, map: &'a Voxmap) -> Vec<Array<'a>> {
         of("fluence [W/m2]", &f.incident),
         of("direct [W/m2]", &f.direct),
         of("error [W/m2]", &f.error),
+        Array::three("direct error [W/m2]", n, move |i| {
+            mean(i, &|j| f.direct_error.get(first + j).copied().unwrap_or_default())
+        }),
         Array::three("extinction [1/m]", n, move |i| mean(i, &|j| zones.voxels[j].extinction)),
         Array::three("albedo", n, move |i| mean(i, &|j| zones.voxels[j].albedo)),
         Array::three("emission [W/m2]", n, move |i| mean(i, &|j| zones.voxels[j].emission)),

@@ -10,7 +10,7 @@
 //! | `irradiance [W/m2]` | H of patches without direct light; 0 on panes |
 //! | `fluence [W/m2]` | G of panes without direct light; 0 on patches |
 //! | `direct [W/m2]` | H_dir of patches, G_dir of panes |
-//! | `error [W/m2]` | estimated error of irradiance or fluence |
+//! | `error [W/m2]`, `direct error [W/m2]` | estimated error of irradiance or fluence, and of direct light |
 //! | `reflectance`, `extinction [1/m]`, `albedo` | ρ of patches; κ and Ω of panes; 0 on the others |
 //! | `emission [W/m2]` | E of zones that emit (lamps that are direct light have none) |
 //! | `temperature [K]`, `temperature error [K]` | in thermal mode; not a number where none is defined |
@@ -110,6 +110,9 @@ fn fields<'a>(c: &'a Cells<'a>) -> Vec<Array<'a>> {
         Array::three("fluence [W/m2]", n, move |i| when(false, i)),
         of("direct [W/m2]", &f.direct),
         of("error [W/m2]", &f.error),
+        Array::three("direct error [W/m2]", n, move |i| {
+            f.direct_error.get(c.zone(i)).copied().unwrap_or(zero)
+        }),
         Array::three("reflectance", n, c.each(|p| p.reflectance, |_| [0.0; 3])),
         Array::three("extinction [1/m]", n, c.each(|_| [0.0; 3], |p| p.extinction)),
         Array::three("albedo", n, c.each(|_| [0.0; 3], |p| p.albedo)),

@@ -326,7 +326,7 @@ fn weights(density: Bands, share: Bands) -> Bands {
 }
 
 /// The part of a ray in the voxmap.
-fn clip(map: &Voxmap, o: Vec3, d: Vec3, mut from: f64, mut to: f64) -> Option<(f64, f64)> {
+pub(crate) fn clip(map: &Voxmap, o: Vec3, d: Vec3, mut from: f64, mut to: f64) -> Option<(f64, f64)> {
     for k in 0..3 {
         let (a, b) = ((map.min()[k] - o[k]) / d[k], (map.max()[k] - o[k]) / d[k]);
         if d[k] == 0.0 {
@@ -342,7 +342,7 @@ fn clip(map: &Voxmap, o: Vec3, d: Vec3, mut from: f64, mut to: f64) -> Option<(f
 }
 
 /// Calls `each` with the cells of a ray between two distances within the voxmap, in order, until it says false.
-fn walk(
+pub(crate) fn walk(
     map: &Voxmap,
     o: Vec3,
     d: Vec3,

@@ -143,7 +143,7 @@ impl<'a> Grid<'a> {
     fn part_of(&self, s: &Solution, transport: &Transport, at: [usize; 3]) -> Places {
         let cell = self.map.index(at.map(|x| x / self.parts));
         let p = self.point(at, vec3(0.5, 0.5, 0.5));
-        if transport.has_solids() && transport.inside_solid(p) {
+        if transport.has_places_without_medium() && !transport.holds_medium(p) {
             return Vec::new();
         }
         transport.zone_in(&s.zones, cell, p).map(|z| (z, p)).into_iter().collect()

@@ -164,7 +164,7 @@ fn join(s: &Solution, lights: &Lights, shares: &[Share], chunks: Vec<Chunk>) -> 
             s.scene.emission_at(patch(v).facet, a, b).map(|x| x as f32)
         })
         .collect();
-    mesh.error = vertices.iter().map(|v| s.fields.error[v.0 as usize].map(|x| x as f32)).collect();
+    mesh.error = vertices.iter().map(|v| s.fields.error_of_all(v.0 as usize).map(|x| x as f32)).collect();
     mesh.irradiance = shares
         .iter()
         .zip(&lights.slots)

@@ -54,7 +54,7 @@ pub(super) fn panes(s: &Solution, shares: &[Share]) -> PaneMesh {
             mesh.normals.push(single(z.normal));
             mesh.panes.push(z.pane as u32);
             mesh.depth.push(z.extinction.map(|k| (k * z.thickness) as f32));
-            mesh.error.push(s.fields.error[offset + i].map(|x| x as f32));
+            mesh.error.push(s.fields.error_of_all(offset + i).map(|x| x as f32));
         }
         for t in triangles {
             mesh.triangles.push(t.map(|k| first + k));

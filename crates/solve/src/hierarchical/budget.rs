@@ -1,7 +1,7 @@
 //! Memory of the hierarchical engine beforehand, and how many rays and links fit into what is allowed.
 //!
 //! ```text
-//! bytes = PROGRAM + zones + n (ZONE + lights LIGHT + groups GROUP) + rays (4, +12 where bands differ, + those that go on)
+//! bytes = PROGRAM + zones + CUT (cut voxels) + n (ZONE + lights LIGHT + groups GROUP) + rays (4, +12 where bands differ, + those that go on)
 //! ```
 //!
 //! The constants were measured as the growth of the resident memory at its peak (smoothing and the fields of the solution) over 58,475,
@@ -11,15 +11,17 @@ use super::build::beyond_links;
 use super::onward;
 use super::seeing;
 use crate::{dense, groups};
-use zonal_scene::{Scene, Zones};
+use zonal_scene::{Note, Scene, Zones};
 use zonal_transport::Transport;
 
-/// Bytes of the program itself.
-pub const PROGRAM: u64 = 8_000_000;
+/// Bytes of the program itself: what is resident at the end of a solve of six zones (14.5 MB), and a reserve.
+pub const PROGRAM: u64 = 16_000_000;
+/// Bytes of a cut voxel while zones are made and rays shot, beside its samples: a sphere of 528 triangles in 40³ and, with a pane, in 32³ cells.
+const CUT: u64 = 2_000;
 /// Bytes a zone at the peak, whatever shines.
 const ZONE: u64 = 330;
 /// The same for each light, and for each light group.
-const LIGHT: u64 = 56;
+const LIGHT: u64 = 108;
 const GROUP: u64 = 80;
 /// Bytes of a ray: the zone it meets; and what it counts in each band, where bands differ.
 const RAY: f64 = 4.0;
@@ -59,7 +61,8 @@ impl Budget {
         let n = zones.len();
         let groups = groups::chosen(scene, zones).0.len();
         let each = ZONE + LIGHT * scene.lights().len() as u64 + GROUP * groups as u64;
-        let fixed = PROGRAM + crate::forecast::zone_bytes(zones) + n as u64 * each;
+        let cut = zones.voxels.iter().filter(|z| !z.part.is_empty()).count() as u64;
+        let fixed = PROGRAM + crate::forecast::zone_bytes(zones) + CUT * cut + n as u64 * each;
         let bands = dense::groups(scene, transport.has_panes_between()).1;
         let grey = bands == 1 && scene.panes().is_empty();
         let onward = if beyond_links(zones) { ONWARD * onward::BYTES as f64 } else { 0.0 };
@@ -88,13 +91,14 @@ impl Budget {
     }
 
     /// What to say where memory allows fewer rays than the tolerance asks for.
-    pub fn note(&self, zones: &Zones, tolerance: f64, each: [usize; 2]) -> Option<String> {
+    pub fn note(&self, zones: &Zones, tolerance: f64, each: [usize; 2]) -> Option<Note> {
         let wanted = seeing::rays(zones, tolerance, f64::INFINITY);
         (each[0] < wanted[0] || each[1] < wanted[1]).then(|| {
-            format!(
+            let text = format!(
                 "memory allows {} rays of a patch and {} of a volume zone in place of {} and {}: the tolerance may be missed; allow more (--max-memory)",
                 each[0], each[1], wanted[0], wanted[1]
-            )
+            );
+            Note::warning("memory", text)
         })
     }
 

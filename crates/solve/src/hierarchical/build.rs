@@ -13,7 +13,7 @@ use crate::krylov::Ended;
 use crate::operator::Arriving;
 use crate::surroundings::Escape;
 use zonal_math::Grade;
-use zonal_scene::{Bands, Estimate, Fields, Scene, SceneError, Zones, bands};
+use zonal_scene::{Bands, Estimate, Fields, Note, Scene, SceneError, Zones, bands};
 
 /// Times that rays are shot anew because more are wanted.
 const LOOKS: usize = 3;
@@ -88,12 +88,12 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
         let mut ended = look.ended;
         ended.iter_mut().zip(look.known).for_each(|(e, k)| e.strengths = k.0);
         let (operator, solved) = (Box::new(look.seeing), Some((ended, arriving)));
-        let mut warnings: Vec<String> = budget.note(zones, tolerance, each).into_iter().collect();
+        let mut warnings: Vec<Note> = budget.note(zones, tolerance, each).into_iter().collect();
         if !met {
             // No tolerance asks for more.
             let all = each == super::seeing::rays(zones, f64::MIN_POSITIVE, f64::INFINITY);
             warnings.push(unmet(look.estimate, tolerance, all && !linked));
-            warnings.extend(barred.then(|| NO_LINKS.into()));
+            warnings.extend(barred.then(|| Note::warning("memory", NO_LINKS)));
         }
         return Ok(Built { operator, closure, counts, warnings, solved });
     }
@@ -158,14 +158,15 @@ fn relative(site: &Site, escape: &Escape, all: &[Measured]) -> f64 {
 }
 
 /// What to say where the tolerance is missed; `all` where no more rays are ever shot.
-fn unmet(estimate: f64, tolerance: f64, all: bool) -> String {
+fn unmet(estimate: f64, tolerance: f64, all: bool) -> Note {
     let mend = match all {
         true => {
             "no more rays are shot of so many zones; use fewer (patch_size, cells), or a larger tolerance"
         }
         false => "give a smaller tolerance",
     };
-    format!("the estimated error, {estimate:.1e}, is above the tolerance {tolerance}: {mend}")
+    let text = format!("the estimated error, {estimate:.1e}, is above the tolerance {tolerance}: {mend}");
+    Note::warning("tolerance", text)
 }
 
 /// Whether memory holds a factor for every pair.
@@ -229,7 +230,7 @@ fn links<'a>(
         before = estimate;
         let step = (tolerance / estimate).powf(STEEPNESS).clamp(STEP[0], STEP[1]);
         if made.links.len() as f64 / step * budget.link > budget.links {
-            warnings.extend([unmet(estimate, tolerance, false), NO_LINKS.into()]);
+            warnings.extend([unmet(estimate, tolerance, false), Note::warning("memory", NO_LINKS)]);
             break;
         }
         made.epsilon *= step;
@@ -237,7 +238,7 @@ fn links<'a>(
     }
     made.seen = joined.then_some(look.arriving);
     let measured = crate::closure::measure(&made, zones, escape);
-    let closure = match site.scene.options().restore_closure {
+    let closure = match site.scene.restores_closure() {
         true => closure::restore(&mut made, site, escape, measured),
         false => measured,
     };

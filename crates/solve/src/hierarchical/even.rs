@@ -11,38 +11,15 @@
 //! so that the balance of the group closes. No zone's share among the others changes; |f − 1| is told, and is added to the error of
 //! every zone. Where it would exceed the tolerance, something else is wrong, and all stays as it is.
 
-use crate::groups::response;
+use crate::energy::absorbed;
 use rayon::prelude::*;
 use zonal_scene::solution::Energy;
 use zonal_scene::{Bands, Zones, bands};
 
-/// Power that zones take from `incident` (W/m²), W a band.
-fn taken(zones: &Zones, incident: &[Bands]) -> Bands {
-    crate::columns::sum(incident.len(), |i| {
-        let (share, measure) = (absorption(zones, i), response(zones, i).1);
-        bands(|b| share[b] * incident[i][b] * measure)
-    })
-}
-
-/// 1 − ρ of a patch, κ (1 − Ω) of a volume zone.
-fn absorption(zones: &Zones, i: usize) -> Bands {
-    if let Some(p) = zones.patches.get(i) {
-        return p.reflectance.map(|r| 1.0 - r);
-    }
-    let (k, o) = match i.checked_sub(zones.pane_offset()) {
-        Some(pane) => (zones.panes[pane].extinction, zones.panes[pane].albedo),
-        None => {
-            let v = &zones.voxels[i - zones.voxel_offset()];
-            (v.extinction, v.albedo)
-        }
-    };
-    bands(|b| k[b] * (1.0 - o[b]))
-}
-
 /// Scales what arrives of a group, H and G without direct light, so that the balance `energy`, made with it, closes; f − 1, a band,
 /// zero where nothing was changed.
 pub fn even(zones: &Zones, energy: &Energy, incident: &mut [Bands], tolerance: f64) -> Bands {
-    let all = taken(zones, incident);
+    let all = absorbed(zones, |i| incident[i]);
     let change = bands(|b| {
         let off = energy.residual[b] * (energy.emitted[b] + energy.incoming[b]);
         let f = if all[b] > 0.0 { off / all[b] } else { 0.0 };

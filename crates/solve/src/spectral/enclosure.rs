@@ -7,6 +7,7 @@
 use super::grid::{Grid, OTHERS};
 use rayon::prelude::*;
 use zonal_math::Vec3;
+use zonal_scene::scene::PatchRule;
 use zonal_scene::{Bands, Patch, PlateKind, Scene, Voxmap, Zones};
 
 /// Deviation of a patch from the grid that is rounding, in edges of a cell.
@@ -39,7 +40,7 @@ impl Enclosure {
         }
         let whole = zones.voxels.len() == map.len() && zones.voxels.par_iter().all(|z| z.part.is_empty());
         if !whole {
-            return Err("surfaces cut or fill voxels".into());
+            return Err("surfaces cut or fill voxels, or voxels lie outside the walls".into());
         }
         let grid = Grid { cells: map.dims(), edges: map.cell().array(), periodic: scene.periodic() };
         let mut faces = [0, 1, 2].map(|a| {
@@ -49,7 +50,11 @@ impl Enclosure {
         for (i, patch) in zones.patches.iter().enumerate() {
             let name = &scene.surfaces()[patch.surface].name;
             let (axis, side, at) = place(map, &grid, patch).ok_or_else(|| {
-                format!("a patch of surface '{name}' is no face of a voxel on the medium's boundary that looks inwards; patch_rule = \"voxels\" cuts walls along the voxels")
+                let mend = match scene.options().patch_rule {
+                    PatchRule::Voxels => "it lies off the medium's boundary or looks away from it: let the walls be the box of the medium",
+                    _ => "patch_rule = \"voxels\" cuts walls along the voxels",
+                };
+                format!("a patch of surface '{name}' is no face of a voxel on the medium's boundary that looks inwards; {mend}")
             })?;
             let slot = faces[axis][side].get_mut(at).ok_or_else(|| {
                 format!("surface '{name}' stands across an axis along which the scene is periodic")

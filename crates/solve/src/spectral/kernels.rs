@@ -9,8 +9,8 @@
 //! | Q(i_a, i_b; d_c) | adjacent walls across a and b | spectra along their edge, a matrix for each frequency |
 //!
 //! All entries come from the lattice tables of `zonal_exchange`, attenuation inside the integrals, each to a proven relative [`TOLERANCE`]
-//! (those for radiosity that varies inside a zone to about [`LINEAR_TOLERANCE`], estimated);
-//! along axes that repeat themselves they are sums over images. The scale 1/(N₀N₁N₂) of the transforms is in the spectra.
+//! (those for radiosity that varies inside a zone to [`LINEAR_TOLERANCE`], estimated, and measured by closure);
+//! along axes that repeat themselves they are sums over images, each to 2e-13. The scale 1/(N₀N₁N₂) of the transforms is in the spectra.
 //! Of radiosity that varies there is a kernel for each pair of components (`basis.rs`), odd along some axes.
 
 use super::basis::{Array, Layout, Set, Variation};
@@ -21,7 +21,7 @@ use zonal_exchange::aligned::lattice::{Along, Images, Linear, OffsetTable, Tally
 
 /// Relative radius of every table entry.
 pub const TOLERANCE: f64 = 1e-12;
-/// Relative error of the tables of [`Variation::Linear`], about.
+/// Relative error of the tables of [`Variation::Linear`]; what closure misses beyond comes on top of it.
 pub const LINEAR_TOLERANCE: f64 = 1e-10;
 
 /// Spectra of all kernels of a grid.
@@ -40,17 +40,26 @@ pub struct Kernels {
     pub radius: f64,
 }
 
+/// Offsets that the sums over images along one axis take as long as.
+const PROFILE: f64 = 1000.0;
+
 /// Offsets that the tables of a grid compute, about.
 pub fn work(grid: &Grid, kappa: f64, variation: Variation) -> f64 {
     let images = images(grid, kappa);
+    if images.any() {
+        let layouts = variation.volume().densities.len() as f64;
+        let [all, lines] = [grid.distances().iter().product::<usize>(), grid.distances().iter().sum()];
+        let tables = (1 + 2 * grid.walled().count() + grid.corners().count()) as f64;
+        return tables * (layouts * all as f64 + PROFILE * lines as f64);
+    }
     if variation == Variation::Linear {
         let of = |along| Linear { along, ..linear(grid, kappa, &images) }.work();
         let walls = grid.walled().map(|a| of(lie(&[a]))).sum::<f64>();
         return of(lie(&[])) + walls + grid.corners().map(|pair| of(lie(&pair))).sum::<f64>();
     }
-    let one = images.work(grid.distances());
+    let one = grid.distances().iter().map(|n| *n as f64).product::<f64>();
     let [x, y, z] = [0, 1, 2].map(|k| (grid.edges[k], grid.cells[k]));
-    if !images.any() && x == y && y == z {
+    if x == y && y == z {
         // A sixth of the offsets of voxels, half of those of walls, which are the same for all.
         return one * (1.0 / 6.0 + 0.5 + 0.5);
     }
@@ -112,7 +121,7 @@ impl Turned {
 }
 
 impl Kernels {
-    /// The kernels of a grid with extinction `kappa` ≥ 0, above 0 where an axis repeats itself (1/m).
+    /// The kernels of a grid with extinction `kappa` ≥ 0 (1/m).
     pub fn new(grid: &Grid, kappa: f64, variation: Variation) -> Kernels {
         let mut maker = Maker {
             grid,
@@ -130,7 +139,11 @@ impl Kernels {
             opposite: Default::default(),
             adjacent: Default::default(),
             tally: Vec::new(),
-            radius: if variation == Variation::Linear { LINEAR_TOLERANCE } else { 0.0 },
+            radius: match variation {
+                Variation::Linear if maker.images.any() => TOLERANCE,
+                Variation::Linear => LINEAR_TOLERANCE,
+                Variation::Constant => 0.0,
+            },
         };
         out.volume = maker.volume(&mut out);
         for a in grid.walled() {
@@ -210,7 +223,12 @@ impl Maker<'_> {
         let along = lie(normals);
         let pairs = Linear { along, ..linear(self.grid, self.kappa, &self.images) };
         let tables = pairs.tables(&layout.densities);
-        out.tally.push((what, Tally { gauss: tables.iter().map(Vec::len).sum(), ..Tally::default() }));
+        let count = tables.iter().map(Vec::len).sum();
+        let tally = match self.images.any() {
+            true => Tally { gaussians: count, ..Tally::default() },
+            false => Tally { gauss: count, ..Tally::default() },
+        };
+        out.tally.push((what, tally));
         // Other walls may want them; voxels with voxels come once.
         if !normals.is_empty() {
             let (normals, densities) = (normals.to_vec(), layout.densities.clone());
@@ -244,7 +262,7 @@ impl Maker<'_> {
         }
         let edges = self.grid.edges;
         let table = match self.images.any() {
-            true => OffsetTable::repeated(edges, self.counts, &self.images, self.kappa, TOLERANCE),
+            true => OffsetTable::repeated(self.counts, &self.images),
             false => OffsetTable::new(edges, self.counts, self.kappa, TOLERANCE),
         };
         out.note("voxel and voxel", table.tally(), table.worst());
@@ -269,9 +287,7 @@ impl Maker<'_> {
     fn new_table(&self, normals: &[usize]) -> WallTable {
         let (edges, counts, kappa) = (self.grid.edges, self.counts, self.kappa);
         match *normals {
-            _ if self.images.any() => {
-                WallTable::repeated(edges, counts, normals, &self.images, kappa, TOLERANCE)
-            }
+            _ if self.images.any() => WallTable::repeated(counts, normals, &self.images),
             [a] => WallTable::voxels(edges, counts, a, kappa, TOLERANCE),
             [a, b] if a == b => WallTable::opposite(edges, counts, a, kappa, TOLERANCE),
             [a, b] => WallTable::adjacent(edges, counts, [a, b], kappa, TOLERANCE),

@@ -19,7 +19,8 @@
 //! order in ℓ; beside edges where walls of different radiosity meet, light still falls off within a mean free path, which voxels have to follow. The unknowns are the zones' own, then the slopes of the patches along their first axis, along their second, then those of
 //! the voxels along x, y, z; whoever asks for the zones alone gets them, with slopes of zero.
 //!
-//! **Error.** Every factor has a proven relative radius ([`kernels::TOLERANCE`]), images of periodic axes end where e^{−36} of the light is left.
+//! **Error.** Every factor has a proven relative radius ([`kernels::TOLERANCE`]), with all images of periodic axes; with slopes, an estimated one
+//! ([`kernels::LINEAR_TOLERANCE`]). What a level field misses of closure in the worst row, of zones or of slopes, is measured and counts as a share of all that arrives.
 //! Transforms round: what arrives is off by about ε √log₂N times the root mean square over all zones, which is large only against zones that
 //! next to nothing reaches. The grade of the whole is therefore estimated.
 
@@ -41,8 +42,9 @@ use rayon::prelude::*;
 use volume::Volume;
 use walls::{Faces, Walls};
 use zonal_exchange::aligned::lattice::Tally;
+use zonal_exchange::pair::{strength, target};
 use zonal_math::Grade;
-use zonal_scene::{Bands, Progress, bands};
+use zonal_scene::{Bands, Progress, Zones, bands};
 
 /// Relative error of a transform there and back, in units of ε √log₂N.
 const ROUNDING: f64 = 4.0;
@@ -61,6 +63,8 @@ pub struct Spectral {
     group: [usize; 3],
     /// d of g'_ij = d_i g_ij d_j, where closure was restored.
     scaling: Option<Vec<Bands>>,
+    /// What the rows of a level field miss at most, relative to A and 4V, twice.
+    defect: Bands,
 }
 
 impl Spectral {
@@ -84,7 +88,17 @@ impl Spectral {
             .collect();
         progress.end();
         let (volume, walls) = (Volume::new(grid, variation), Walls::new(grid, variation));
-        Spectral { enclosure, patches, variation, volume, walls, kernels, group, scaling: None }
+        Spectral {
+            enclosure,
+            patches,
+            variation,
+            volume,
+            walls,
+            kernels,
+            group,
+            scaling: None,
+            defect: [0.0; 3],
+        }
     }
 
     /// The grid.
@@ -111,6 +125,7 @@ impl Spectral {
             ("offsets by Gauss rules", sum(|t| t.gauss)),
             ("offsets by pyramid coordinates", sum(|t| t.pyramid)),
             ("offsets in closed form", sum(|t| t.closed)),
+            ("offsets by sums of Gaussians", sum(|t| t.gaussians)),
         ]
         .into_iter()
         .filter(|x| x.1 > 0)
@@ -177,6 +192,24 @@ impl Spectral {
         // Transforms round to a little more or less than nothing.
         out[..self.zones()].iter_mut().flatten().for_each(|x| *x = x.max(0.0));
         out
+    }
+
+    /// Measures the tables by a level field, of which A or 4V arrives at every zone and nothing at slopes, with what comes through the `openings`
+    /// (by unknown, empty where there are none): what the worst row misses, twice, is added to the errors from now on.
+    pub fn measure(&mut self, zones: &Zones, openings: &[Bands]) {
+        const TWICE: f64 = 2.0;
+        let mut level: Vec<Bands> = (0..self.zones()).map(|i| strength(zones, i)).collect();
+        level.resize(self.len(), [0.0; 3]);
+        let (rows, slopes) = (self.apply(&level), self.slopes());
+        let off = |i: usize| {
+            let zone = if i < self.zones() { i } else { slopes[i - self.zones()] as usize };
+            let (whole, open) = (target(zones, zone), openings.get(i).copied().unwrap_or_default());
+            let want = if i < self.zones() { whole } else { 0.0 };
+            bands(|b| ((rows[i][b] + open[b] - want) / whole).abs())
+        };
+        let worst = |x: Bands, y: Bands| bands(|b| if y[b] <= x[b] { x[b] } else { y[b] });
+        let found = (0..rows.len()).into_par_iter().map(off).reduce(|| [0.0; 3], worst);
+        self.defect = found.map(|d| if d.is_finite() { TWICE * d } else { f64::INFINITY });
     }
 
     /// The walls of a vector over the unknowns; openings send nothing.
@@ -254,7 +287,7 @@ impl Spectral {
         let rms = square(arriving).map(|x| (x / n).sqrt());
         let length: usize = self.grid().lengths().iter().product();
         let rounding = ROUNDING * f64::EPSILON * (length as f64).log2().max(1.0).sqrt();
-        let radius = self.group.map(|g| self.kernels[g].radius);
+        let radius = bands(|b| self.kernels[self.group[b]].radius + self.defect[b]);
         arriving.par_iter().map(|p| bands(|b| radius[b] * p[b].abs() + rounding * rms[b])).collect()
     }
 }

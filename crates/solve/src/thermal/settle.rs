@@ -8,14 +8,18 @@
 use super::coupled::{Powers, Turn};
 use super::linear::{self, Keeper};
 use super::local::{Local, Locals};
+use crate::consistency;
 use crate::energy;
 use crate::engine::{Built, Site};
 use rayon::prelude::*;
 use zonal_scene::thermal::{black, temperature};
 use zonal_scene::{
-    Bands, Fields, Group, Heat, HeatKind, HeatReport, HeatRow, Known, Report, Scene, Zones, bands,
+    Bands, Estimate, Fields, Group, Heat, HeatKind, HeatReport, HeatRow, Known, Note, Report, Scene, Zones,
+    bands,
 };
 
+/// Share of what is absorbed below which a balance that is off is rounding.
+const ROUNDING: f64 = 1e-12;
 /// Residual of the errors' own solve, and its steps.
 const ROUGHLY: f64 = 0.1;
 const STEPS: usize = 200;
@@ -94,6 +98,14 @@ pub(crate) fn settle(
     let n = zones.len();
     let all: Vec<(f64, f64)> =
         (0..n).into_par_iter().map(|i| found(&locals[i], shares, arriving(&locals[i], fields, i))).collect();
+    let missing = imbalance(&locals, shares, &all, groups);
+    let explained = |i: usize| {
+        let (l, m) = (&locals[i], locals[i].uptake());
+        l.measure * shares.total(bands(|b| m[b] * l.part * fields.error[i][b]))
+    };
+    let known: f64 =
+        (0..n).filter(|&i| matches!(locals[i].known, Known::Temperature(_))).map(explained).sum();
+    widen(&locals, shares, missing - known - shares.total(report.energy_error.escaped), fields);
     // δq, or δE.
     let error = |i: usize| {
         let (l, e) = (&locals[i], fields.error[i]);
@@ -139,12 +151,42 @@ pub(crate) fn settle(
         })
         .sum::<f64>()
         * report.residuals.iter().filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r));
+    report.estimate = Estimate::of(fields, zones.voxel_offset(), report.estimate.grade);
+    report.energy_error = consistency::of_powers(zones, &report.energy, fields, |i| fields.error[i]);
     report.heat = Some(table(scene, zones, report, shares, left, of));
     fields.heat = Some(heat);
 }
 
+/// What the net powers of all zones (found: E, q), of the surroundings and of black backs sum to, which would be 0, W.
+fn imbalance(locals: &[Local], shares: &zonal_scene::Shares, found: &[(f64, f64)], groups: &[Group]) -> f64 {
+    let zones: f64 = locals.iter().zip(found).map(|(l, x)| l.measure * x.1).sum();
+    let away =
+        |g: &Group| shares.total(bands(|b| g.energy.incoming[b] - g.energy.escaped[b] - g.energy.backs[b]));
+    (zones + groups.iter().map(away).sum::<f64>()).abs()
+}
+
+/// Shares out the power that a balance of heat misses beyond what stated errors explain, in proportion to what the zones absorb.
+fn widen(locals: &[Local], shares: &zonal_scene::Shares, excess: f64, fields: &mut Fields) {
+    let taken = |i: usize, l: &Local| {
+        let (m, h) = (l.uptake(), arriving(l, fields, i));
+        l.measure * shares.total(bands(|b| m[b] * h[b].abs()))
+    };
+    let all: f64 = locals.iter().enumerate().map(|(i, l)| taken(i, l)).sum();
+    // Not a number is unknown.
+    let share = match excess <= ROUNDING * all {
+        true => return,
+        false if all > 0.0 && excess.is_finite() => excess / all,
+        false => f64::INFINITY,
+    };
+    for i in 0..locals.len() {
+        let h = bands(|b| (fields.incident[i][b] + fields.direct[i][b]).abs());
+        let more = bands(|b| if share.is_infinite() { share } else { share * h[b] });
+        fields.error[i] = bands(|b| fields.error[i][b] + more[b]);
+    }
+}
+
 /// What to say of zones without a temperature.
-fn undefined(locals: &[Local], shares: &zonal_scene::Shares, heat: &Heat) -> Vec<String> {
+fn undefined(locals: &[Local], shares: &zonal_scene::Shares, heat: &Heat) -> Vec<Note> {
     const WHY: [&str; 4] = [
         "zones neither absorb nor emit: their temperature is undefined",
         "zones emit in no band that has a share of the emission: their temperature is undefined",
@@ -164,7 +206,7 @@ fn undefined(locals: &[Local], shares: &zonal_scene::Shares, heat: &Heat) -> Vec
         counts[why] += 1;
     }
     let told = counts.iter().zip(WHY).filter(|(n, _)| **n > 0);
-    told.map(|(n, why)| format!("{n} {why}")).collect()
+    told.map(|(n, why)| Note::warning("no-temperature", format!("{n} {why}"))).collect()
 }
 
 fn table(

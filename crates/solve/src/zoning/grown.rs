@@ -1,4 +1,4 @@
-//! How much larger the zones of a second solve are, and what keeps that from telling what their size costs.
+//! How much larger the zones of one of two solves are, and what keeps that from telling the discretization error.
 //!
 //! Cells grow by the least of the axes that have more than one; patches of a surface, and pieces of a pane, by the root of how many times
 //! fewer they are. What does not grow is as rough in both solves, and their distance says nothing of it: it is named. So is what is so large that
@@ -7,7 +7,8 @@
 use crate::forecast::thickness;
 use rayon::prelude::*;
 use zonal_math::Vec3;
-use zonal_scene::{Patch, Scene, Voxmap, Zones};
+use zonal_scene::solution::Energy;
+use zonal_scene::{Bands, HeatKind, HeatReport, HeatRow, Patch, Scene, Voxmap, Zones};
 use zonal_transport::Transport;
 
 /// Zones that grow by less than this are as large as before.
@@ -16,32 +17,89 @@ const GROWN: f64 = 1.2;
 /// The fewest of the larger cells along an axis, where it has more than one, and the most optical depths across them, that a fair estimate
 /// without slopes takes: with fewer, or thicker ones, known errors were up to ten times what was estimated.
 const FEWEST: usize = 3;
+/// The fewest of smaller cells.
+const FEWEST_SMALL: usize = 4;
 const THICKEST: f64 = 1.0;
 
 /// Patches that are more than so many times as wide as the gap before them, on so large a share of the area, are not fine enough.
 const WIDE: f64 = 2.0;
 const SHARE: f64 = 0.1;
 
+/// What an estimate from few or thick zones, or from patches wider than the gap before them, is multiplied by: known errors were up to
+/// ten times as large.
+const CAUTION: f64 = 10.0;
+/// The same of an estimate from smaller zones.
+const CAUTION_SMALL: f64 = 3.0;
+
 /// Names that a note has.
 const NAMES: usize = 4;
 
 /// What a comparison of two sets of zones says.
 pub struct Grown {
-    /// The number of the larger zones.
-    pub zones: usize,
     /// How much larger they are across, or why they are not.
     pub ratio: Result<f64, String>,
     /// What their errors do not tell.
     pub notes: Vec<String>,
+    /// Of whom they do not tell it.
+    pub stuck: Stuck,
+    /// What the estimate is to be multiplied by: 1, or more where zones are few or thick.
+    pub caution: f64,
+}
+
+/// What is as large in both solves.
+#[derive(Clone, Debug, Default)]
+pub struct Stuck {
+    /// Surfaces and panes, in the scene's order.
+    surfaces: Vec<bool>,
+    panes: Vec<bool>,
+    /// The cells: then nothing is known of anything.
+    cells: bool,
+}
+
+impl Stuck {
+    /// Of each row of a table by name, whether its error is unknown.
+    pub fn of_rows(&self, table: &HeatReport) -> Vec<bool> {
+        let (mut surfaces, mut panes) = (self.surfaces.iter(), self.panes.iter());
+        let one = |row: &HeatRow| {
+            let own = match row.kind {
+                HeatKind::Surface => surfaces.next().is_none_or(|s| *s),
+                HeatKind::Medium => false,
+                HeatKind::Pane => panes.next().is_none_or(|s| *s),
+            };
+            own || self.cells
+        };
+        table.rows.iter().map(one).collect()
+    }
+
+    /// Makes the errors of powers infinite that are unknown.
+    pub fn widen(&self, energy: &mut Energy) {
+        let unknown = |x: &mut Bands| *x = x.map(|_| f64::INFINITY);
+        if self.cells {
+            *energy = energy.compared(energy, |_, _| f64::INFINITY);
+            return;
+        }
+        let named = energy.absorbed_surfaces.iter_mut().zip(&self.surfaces);
+        named.filter(|x| *x.1).for_each(|x| unknown(&mut x.0.1));
+        if self.panes.iter().any(|s| *s) {
+            unknown(&mut energy.absorbed_panes);
+        }
+    }
 }
 
 impl Grown {
-    /// Compares a scene's zones with larger ones, in which radiosity has slopes or not; facets are as they were.
+    /// True where it keeps nothing back.
+    pub fn tells_all(&self) -> bool {
+        self.ratio.is_ok() && self.notes.is_empty()
+    }
+
+    /// Compares zones with larger ones, in which radiosity has slopes or not; facets are the same. If `finer`, the larger ones are the scene's own,
+    /// else the smaller ones.
     pub fn between(
         (scene, zones): (&Scene, &Zones),
         (other, others): (&Scene, &Zones),
         transport: &Transport,
         slopes: bool,
+        finer: bool,
     ) -> Grown {
         let real = |r: &f64| *r >= GROWN;
         let mut notes = Vec::new();
@@ -49,11 +107,15 @@ impl Grown {
         if let Some(map) = scene.voxmap() {
             notes.extend(stuck_cells(scene, map, cells.is_none()));
         }
+        let mut whom = Stuck { cells: !notes.is_empty(), ..Stuck::default() };
         let (mut before, mut after, mut stuck) = (0, 0, Vec::new());
-        for (name, old, new, free) in sheets(scene, zones, others) {
+        for (k, (name, old, new, free)) in sheets(scene, zones, others).into_iter().enumerate() {
+            let list = if k < scene.surfaces().len() { &mut whom.surfaces } else { &mut whom.panes };
+            list.push(false);
             if real(&(old as f64 / new.max(1) as f64).sqrt()) {
                 (before, after) = (before + old, after + new);
             } else if old > 0 && !free {
+                list.iter_mut().last().into_iter().for_each(|s| *s = true);
                 stuck.push(name);
             }
         }
@@ -61,20 +123,31 @@ impl Grown {
             let (named, rest) = stuck.split_at(stuck.len().min(NAMES));
             let more = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
             notes.push(format!(
-                "the second solve has zones as large as the first on {}{more}, and their errors do not tell what that costs: give them a smaller patch_size",
+                "the second solve has zones as large as the first on {}{more}, and their errors are unknown: give them a smaller patch_size",
                 named.join(", ")
             ));
         }
         let patches = (after > 0).then(|| (before as f64 / after as f64).sqrt());
         let none = || notes.first().cloned().unwrap_or_else(|| "there are no zones".into());
         let ratio = [cells, patches].into_iter().flatten().min_by(f64::total_cmp).ok_or_else(none);
-        let few =
-            stuck.is_empty() && scene.voxmap().is_none() && others.patches.len() < 2 * other.facets().len();
-        let why = rough(other, others, slopes, few).or_else(|| wide(zones, transport));
-        notes.extend(
-            why.map(|why| format!("errors of zones are themselves rough: {why}; smaller zones tell more")),
-        );
-        Grown { zones: others.len(), ratio, notes }
+        let why = if finer {
+            rough(scene, zones, FEWEST_SMALL, slopes, false)
+        } else {
+            let few = stuck.is_empty()
+                && scene.voxmap().is_none()
+                && others.patches.len() < 2 * other.facets().len();
+            rough(other, others, FEWEST, slopes, few)
+        };
+        let why = why.or_else(|| wide(zones, transport));
+        let caution = match why {
+            Some(_) if finer => CAUTION_SMALL,
+            Some(_) => CAUTION,
+            None => 1.0,
+        };
+        notes.extend(why.map(|why| {
+            format!("errors of zones are themselves rough, and are multiplied by {caution}: {why}; smaller zones tell more")
+        }));
+        Grown { ratio, notes, stuck: whom, caution }
     }
 }
 
@@ -91,13 +164,11 @@ fn stuck_cells(scene: &Scene, map: &Voxmap, none_grew: bool) -> Option<String> {
     let single = (0..3).any(|k| map.dims()[k] == 1 && !scene.periodic()[k]);
     if none_grew && map.len() > 1 {
         return Some(
-            "cells of known temperature lie beside cells of known heat, which cannot be one: what the size of cells costs is not in the errors of zones"
+            "cells of known temperature lie beside cells of known heat, which cannot be one: the discretization errors are unknown"
                 .into(),
         );
     }
-    single.then(|| {
-        "the medium has one cell across an axis: what that costs is not in the errors of zones".into()
-    })
+    single.then(|| "the medium has one cell across an axis: the discretization errors are unknown".into())
 }
 
 /// Each surface and pane: its name, the number of its zones before and after, and whether it may stay in one piece: across axes that repeat
@@ -128,13 +199,12 @@ fn across(scene: &Scene, normal: Vec3) -> bool {
     (0..3).all(|k| scene.periodic()[k] || normal[k].abs() > 1.0 - 1e-9)
 }
 
-/// Why the larger zones are not yet on their way to the answer, by their number and thickness.
-fn rough(other: &Scene, others: &Zones, slopes: bool, few: bool) -> Option<&'static str> {
-    let few_cells = |map: &Voxmap| (0..3).any(|k| map.dims()[k] < FEWEST && !other.periodic()[k]);
+/// Why zones are not yet on their way to the answer, by their number and thickness.
+fn rough(other: &Scene, others: &Zones, fewest: usize, slopes: bool, few: bool) -> Option<&'static str> {
+    let few_cells = |map: &Voxmap| (0..3).any(|k| map.dims()[k] < fewest && !other.periodic()[k]);
     match () {
-        () if slopes => None,
         () if few || other.voxmap().is_some_and(few_cells) => Some("zones are few"),
-        () if thickness(other, others) > THICKEST => Some("voxels are thick"),
+        () if !slopes && thickness(other, others) > THICKEST => Some("voxels are thick"),
         () => None,
     }
 }

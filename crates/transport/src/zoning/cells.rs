@@ -2,7 +2,7 @@
 //!
 //! An 8 × 8 × 8 lattice of fine samples fills the cell, moved by a hair so that no lattice plane is a wall. Along each axis 64 lines
 //! join them; where a facet pierces a line between two samples, these two are not linked. The connected components are the parts
-//! that walls separate. Those inside a solid are dropped; the others are linked once more where some sample of one sees one of the
+//! that walls separate. Those without a medium, inside a solid or outside of everything, are dropped; the others are linked once more where some sample of one sees one of the
 //! other.
 //!
 //! **Volumes.** Along the axis that facets pierce most often each sample stands for the stretch of its line that is nearer to it
@@ -231,8 +231,8 @@ pub(super) fn resolve(
     cell.pierce(gaps);
     let axis = (0..3).fold(0, |b, k| if gaps.pierced(k) > gaps.pierced(b) { k } else { b });
     let mut parts = components(gaps);
-    if transport.has_solids() {
-        parts.retain(|p| !transport.inside_solid(cell.point(p[p.len() / 2])));
+    if transport.has_places_without_medium() {
+        parts.retain(|p| transport.holds_medium(cell.point(p[p.len() / 2])));
     }
     let mut parts = join(&cell, parts);
     parts.retain(|p| p.len() >= LEAST);

@@ -10,7 +10,7 @@ use zonal_scene::{Part, Scene, VoxelZone, Voxmap};
 /// The voxel zones by ascending cell, and where each cell's begin.
 pub(super) fn voxels(scene: &Scene, map: &Voxmap, transport: &Transport) -> (Vec<VoxelZone>, Vec<u32>) {
     let (met, pairs) = overlaps(scene, map, transport.tolerance().edge);
-    let solid = whole_in_solid(map, transport, &met);
+    let bare = whole_without_medium(map, transport, &met);
     let runs: Vec<&[(u32, u32)]> = pairs.chunk_by(|a, b| a.0 == b.0).collect();
     let cut: Vec<Resolved> = runs
         .par_iter()
@@ -19,7 +19,7 @@ pub(super) fn voxels(scene: &Scene, map: &Voxmap, transport: &Transport) -> (Vec
             resolve(transport, map, map.coordinates(run[0].0 as usize), &facets, gaps)
         })
         .collect();
-    if runs.is_empty() && solid.is_empty() {
+    if runs.is_empty() && bare.is_empty() {
         return whole(map);
     }
     let parts = |r: &Resolved| if let Resolved::Parts(p) = r { p.len() } else { 1 };
@@ -38,7 +38,7 @@ pub(super) fn voxels(scene: &Scene, map: &Voxmap, transport: &Transport) -> (Vec
                 }
                 _ => zones.push(whole()),
             },
-            _ if !solid.is_empty() && solid[cell] => {}
+            _ if !bare.is_empty() && bare[cell] => {}
             _ => zones.push(whole()),
         }
     }
@@ -66,21 +66,21 @@ fn zone(map: &Voxmap, cell: usize, centre: Vec3, volume: f64, part: Part) -> Vox
     }
 }
 
-/// For each uncut cell: does it lie in a solid? Empty when there is no solid. Between neighbours that no facet touches nothing
+/// For each uncut cell: does it lie where no medium takes part? Empty when it takes part everywhere. Between neighbours that no facet touches nothing
 /// changes, so few cells are asked.
-fn whole_in_solid(map: &Voxmap, transport: &Transport, met: &[Met]) -> Vec<bool> {
-    if !transport.has_solids() {
+fn whole_without_medium(map: &Voxmap, transport: &Transport, met: &[Met]) -> Vec<bool> {
+    if !transport.has_places_without_medium() {
         return Vec::new();
     }
-    let ask = |cell: usize| transport.inside_solid(map.centre(map.coordinates(cell)));
-    let mut solid: Vec<bool> =
+    let ask = |cell: usize| !transport.holds_medium(map.centre(map.coordinates(cell)));
+    let mut bare: Vec<bool> =
         (0..map.len()).into_par_iter().map(|c| met[c] == Met::Touched && ask(c)).collect();
     let dims = map.dims();
     let stride = [dims[1] * dims[2], dims[2], 1];
     for cell in (0..map.len()).filter(|c| met[*c] == Met::Not) {
         let c = map.coordinates(cell);
         let known = (0..3).filter(|&k| c[k] > 0).map(|k| cell - stride[k]).find(|n| met[*n] == Met::Not);
-        solid[cell] = known.map_or_else(|| ask(cell), |n| solid[n]);
+        bare[cell] = known.map_or_else(|| ask(cell), |n| bare[n]);
     }
-    solid
+    bare
 }

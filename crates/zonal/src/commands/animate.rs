@@ -53,6 +53,7 @@ pub fn run(args: &Args, path: &Path, context: Context) -> Result<(), Failure> {
     })?;
     let frames = frames(shots, &solution, exposure, &options, &look, &args.output);
     let drawn = draw(&solution, &frames, &options, &look, context)?;
+    output::remove_stale(&args.output);
     let video = video(&args.output, flight.frames_per_second, frames.len());
     let folder = args.output.display();
     if context.json {

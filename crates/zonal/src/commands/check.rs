@@ -7,9 +7,10 @@ use crate::failure::say;
 use std::path::PathBuf;
 use std::time::Instant;
 use zonal_exchange::pair::Settings;
-use zonal_scene::{Engine, Scene};
+use zonal_scene::{Engine, Note, Scene, SceneError};
 use zonal_solve::forecast::{self, Forecast};
-use zonal_solve::outlook::{Outlook, Plan};
+use zonal_solve::outlook::{self, Outlook, Plan};
+use zonal_transport::zoning::left_out;
 use zonal_transport::{Transport, build_zones};
 
 /// Validate a scene, count its zones, forecast time and memory, warn.
@@ -37,12 +38,15 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let scene = with_options(zonal_io::input::read_scene(&args.scene)?, args)?;
     let transport = Transport::new(&scene);
     let mut zones = build_zones(&scene, &transport).map_err(|e| Failure::in_file(&args.scene, e))?;
+    let left_out = left_out(&scene, &transport, &zones).map_err(|e| Failure::in_file(&args.scene, e))?;
     zonal_solve::thermal::pose(&scene, &mut zones);
     let reading = start.elapsed().as_secs_f64();
     let f = Forecast::new(&scene, &zones, &transport);
-    let mut warnings = Vec::new();
+    let mut warnings = left_out.warnings;
+    warnings.extend(left_out.notes);
     if forecast::is_open(&scene, &zones, &transport) {
-        warnings.push("the scene is open: some rays leave it; its surroundings take part as a zone".into());
+        let text = "the scene is open: some rays leave it; its surroundings take part as a zone";
+        warnings.push(Note::note("open-scene", text));
     }
     let threads = rayon::current_num_threads();
     let (rays, light) = forecast::direct_light(&scene, &zones, &transport, threads);
@@ -59,7 +63,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     warnings.extend(forecast::warnings(&scene, f.thickness, !outlook.as_ref().is_ok_and(|o| o.slopes)));
     match &outlook {
         Ok(o) => warnings.extend(o.notes.iter().cloned()),
-        Err(e) => warnings.push(format!("`solve` will refuse: {e}")),
+        Err(_) => {}
     }
     if context.json {
         let o = outlook.as_ref().ok();
@@ -67,6 +71,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
             o.parts.iter().map(|(k, s)| serde_json::json!({"what": k, "seconds": s})).collect::<Vec<_>>()
         };
         let json = serde_json::json!({
+            "verdict": if o.is_some() { "sound" } else { "refused" },
             "scene": scene.name(), "surfaces": scene.surfaces().len(), "facets": scene.facets().len(),
             "patches": f.patches, "voxel_zones": f.voxels, "cut_voxel_zones": f.cut, "pane_zones": f.panes,
             "pairs": f.pairs, "distinct_bands": f.groups, "dense_bytes": f.bytes,
@@ -75,11 +80,14 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
             "zone_bytes": f.zone_bytes, "shadow_rays": rays, "direct_light_seconds": light,
             "occluders": f.occluders, "lights": scene.lights().len(),
             "cameras": scene.cameras().iter().map(|c| c.name.clone()).collect::<Vec<_>>(),
-            "warnings": warnings,
+            "warnings": zonal_io::output::notes_json(&warnings),
         });
-        return say(&format!("{json:#}"));
+        say(&format!("{json:#}"))?;
+        verdict(args, outlook)?;
+        return context.judge(&warnings);
     }
-    say(&format!("{}: sound", args.scene.display()))?;
+    let word = if outlook.is_ok() { "sound" } else { "`solve` will refuse it" };
+    say(&format!("{}: {word}", args.scene.display()))?;
     say(&format!(
         "  {} surfaces, {} facets, {} of which can hide something",
         scene.surfaces().len(),
@@ -99,12 +107,21 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         f.groups,
         f.bytes as f64 / 1e9
     ))?;
+    if let Some(seconds) = outlook::exchange_areas(&plan, &|| start.elapsed().as_secs_f64()) {
+        say(&format!("  all exchange areas as arrays (`zonal exchange`): about {seconds:.1} s"))?;
+    }
     let cameras: Vec<&str> = scene.cameras().iter().map(|c| c.name.as_str()).collect();
     say(&format!("  cameras: {}", if cameras.is_empty() { "none".into() } else { cameras.join(", ") }))?;
-    for w in warnings {
-        say(&format!("  note: {w}"))?;
+    for w in &warnings {
+        say(&format!("  {}: {w}", w.severity.word()))?;
     }
-    Ok(())
+    verdict(args, outlook)?;
+    context.judge(&warnings)
+}
+
+/// A refusal that `solve` would end with, as it would end.
+fn verdict(args: &Args, outlook: Result<Outlook, SceneError>) -> Result<(), Failure> {
+    outlook.map(|_| ()).map_err(|e| Failure::in_file(&args.scene, e))
 }
 
 /// The scene with the options of the command line.

@@ -162,6 +162,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         render::save(&path, image, &which.look())?;
         pictures.push(path.display().to_string());
     }
+    output::remove_stale(&args.output);
     let total = start.elapsed().as_secs_f64();
     if context.json {
         let mut json = output::report_json(&solution);

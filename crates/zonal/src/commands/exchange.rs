@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use zonal_exchange::pair::{Counts, Exchange, Settings, strength, target};
 use zonal_io::output::{self, Named};
 use zonal_scene::{Bands, Progress, Scene, Zones};
-use zonal_solve::engine::THIN;
+use zonal_solve::engine::{self, THIN};
 use zonal_solve::forecast;
 use zonal_solve::total;
 use zonal_transport::{Transport, build_zones};
@@ -61,6 +61,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let scene = zonal_io::input::read_scene(&args.scene)?;
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).map_err(|e| Failure::in_file(&args.scene, e))?;
+    engine::check_pairs(&scene, &zones).map_err(|e| Failure::in_file(&args.scene, e))?;
     let n = zones.len();
     let alike = |v: Bands| v[0] == v[1] && v[1] == v[2];
     let grey = (0..n).all(|i| alike(strength(&zones, i)));

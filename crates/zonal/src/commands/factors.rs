@@ -5,13 +5,13 @@
 //! value, error_bound, grade, method. `value` is (1/π) ∬ e^{−κr} cosines/r², in m² (ss), m³ (sv), m⁴ (vv).
 
 use super::{Context, check_output};
-use crate::failure::say;
+use crate::failure::{note, say};
 use crate::{Failure, meter::Meter};
 use rayon::prelude::*;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use zonal_exchange::aligned::{Cuboid, geometric_factor};
+use zonal_io::output;
 use zonal_math::vec3;
 use zonal_scene::Progress;
 use zonal_scene::scene::{LARGEST_EXTINCTION, LARGEST_LENGTH};
@@ -39,6 +39,30 @@ const SMALLEST_LENGTH: f64 = 1e-9;
 /// The most rows that are read.
 const MAX_ROWS: usize = 10_000_000;
 
+/// The most bytes of a table, and of a line of it.
+const MAX_FILE: u64 = 8 << 30;
+const MAX_LINE: usize = 1 << 16;
+
+/// Lines, none of them longer than [`MAX_LINE`]: a reader of records keeps the whole line.
+struct Lines<R> {
+    input: R,
+    length: usize,
+}
+
+impl<R: Read> Read for Lines<R> {
+    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
+        let n = self.input.read(out)?;
+        for byte in &out[..n] {
+            self.length = if *byte == b'\n' { 0 } else { self.length + 1 };
+            if self.length > MAX_LINE {
+                let what = format!("a line is longer than {MAX_LINE} bytes; this is no table of pairs");
+                return Err(std::io::Error::other(what));
+            }
+        }
+        Ok(n)
+    }
+}
+
 struct Pair {
     a: Cuboid,
     b: Cuboid,
@@ -58,13 +82,13 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     }
     let table = read(&args.pairs)?;
     let meter = Meter::new(context.quiet);
-    let Valued { csv, pairs, missed } = values(&table, args.tolerance, &meter, &args.output)?;
-    zonal_io::output::write_bytes(&args.output, &csv)?;
+    let Valued { csv, pairs, missed } = values(&table, args.tolerance, &meter, (&args.pairs, &args.output))?;
+    output::write_bytes(&args.output, &csv)?;
     if missed > 0 {
-        eprintln!(
-            "note: {missed} pair(s) cannot be had to {:e} in double precision; their error_bound says what was reached",
+        note(&format!(
+            "{missed} pair(s) cannot be had to {:e} in double precision; their error_bound says what was reached",
             args.tolerance
-        );
+        ));
     }
     if context.json {
         say(&format!(
@@ -90,14 +114,14 @@ pub struct Valued {
 /// The values of a table's bytes, in memory.
 pub fn values_from_bytes(bytes: &[u8], tolerance: f64) -> Result<Valued, Failure> {
     let path = Path::new("memory");
-    values(&read_from(bytes, path)?, tolerance, &zonal_scene::Quiet, path)
+    values(&read_from(bytes, path)?, tolerance, &zonal_scene::Quiet, (path, path))
 }
 
 fn values(
     (header, records, pairs): &Table,
     tolerance: f64,
     progress: &dyn Progress,
-    output: &Path,
+    (input, target): (&Path, &Path),
 ) -> Result<Valued, Failure> {
     progress.begin("factors", pairs.len() as u64);
     let values: Vec<_> = pairs
@@ -109,9 +133,18 @@ fn values(
         })
         .collect();
     progress.end();
+    let finite = |f: &zonal_math::Bounded| f.value.is_finite() && f.radius.is_finite();
+    if let Some(k) = values.iter().position(|f| !finite(&f.bounded)) {
+        let line = records[k].position().map_or(0, |p| p.line());
+        let what =
+            "the lengths of this pair are too far apart for double precision; write 0 for what is nothing";
+        return Err(Failure::in_file(input, format!("line {line}: {what}")));
+    }
     let mut out = csv::Writer::from_writer(Vec::new());
-    let broken = |e: csv::Error| Failure::in_file(output, e);
-    out.write_record(header.iter().chain(["value", "error_bound", "grade", "method"])).map_err(broken)?;
+    let broken = |e: csv::Error| Failure::in_file(target, e);
+    let columns = header.iter().map(|c| output::csv_cell(c).into_owned());
+    let found = ["value", "error_bound", "grade", "method"].map(String::from);
+    out.write_record(columns.chain(found)).map_err(broken)?;
     for (record, f) in records.iter().zip(&values) {
         let cells = [
             format!("{:.17e}", f.bounded.value),
@@ -119,9 +152,10 @@ fn values(
             f.bounded.grade.word().to_string(),
             f.method.word().to_string(),
         ];
-        out.write_record(record.iter().map(str::to_string).chain(cells)).map_err(broken)?;
+        let own = record.iter().map(|c| output::csv_cell(c).into_owned());
+        out.write_record(own.chain(cells)).map_err(broken)?;
     }
-    let csv = out.into_inner().map_err(|e| Failure::in_file(output, e))?;
+    let csv = out.into_inner().map_err(|e| Failure::in_file(target, e))?;
     let missed = values.iter().filter(|f| f.bounded.radius > tolerance * f.bounded.value.abs()).count();
     Ok(Valued { csv, pairs: values.len(), missed })
 }
@@ -129,13 +163,12 @@ fn values(
 type Table = (csv::StringRecord, Vec<csv::StringRecord>, Vec<Pair>);
 
 fn read(path: &Path) -> Result<Table, Failure> {
-    let input = File::open(path).map_err(|e| Failure::in_file(path, e))?;
-    read_from(input, path)
+    read_from(zonal_io::input::open_file(path, MAX_FILE)?, path)
 }
 
 /// The table that `input` holds; `path` names it in messages.
 fn read_from(input: impl Read, path: &Path) -> Result<Table, Failure> {
-    let mut reader = csv::ReaderBuilder::new().from_reader(input);
+    let mut reader = csv::ReaderBuilder::new().from_reader(Lines { input, length: 0 });
     let header = reader.headers().map_err(|e| Failure::in_file(path, e))?.clone();
     let index: Vec<usize> = COLUMNS
         .iter()

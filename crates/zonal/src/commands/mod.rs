@@ -18,6 +18,7 @@ use clap::{Parser, Subcommand};
 use std::path::Path;
 
 use crate::Failure;
+use zonal_scene::{Note, Report};
 
 /// Radiative exchange between surfaces and participating media by the zonal method.
 ///
@@ -38,6 +39,9 @@ pub struct Cli {
     /// No progress bars. They are off anyway where standard error is not a terminal.
     #[arg(long, short, global = true)]
     pub quiet: bool,
+    /// Any warning in a report ends with exit code 1; what was asked for is written all the same.
+    #[arg(long, global = true)]
+    pub strict: bool,
 }
 
 /// The subcommands.
@@ -74,15 +78,38 @@ pub struct Context {
     pub json: bool,
     /// No progress bars.
     pub quiet: bool,
+    /// Warnings count as a failed verdict.
+    pub strict: bool,
+}
+
+impl Context {
+    /// Refuses a report with warnings where the user is strict; its end is exit code 1.
+    pub fn judge<'a>(self, notes: impl IntoIterator<Item = &'a Note>) -> Result<(), Failure> {
+        let warnings: Vec<&Note> = notes.into_iter().filter(|n| n.is_warning()).collect();
+        match warnings.first() {
+            Some(first) if self.strict => {
+                Err(Failure::verdict(format!("{} warning(s) with --strict, first: {first}", warnings.len())))
+            }
+            _ => Ok(()),
+        }
+    }
+    /// The same of all that a report says.
+    pub fn judge_report(self, report: &Report) -> Result<(), Failure> {
+        self.judge(report.warnings.iter().chain(report.zoning.iter().flat_map(|z| &z.notes)))
+    }
 }
 
 /// Runs a parsed command line.
 pub fn run(cli: Cli) -> Result<(), Failure> {
-    if let Some(n) = cli.threads {
-        // Fails only where a pool exists already, which then serves as well.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(n as usize).build_global();
+    let threads = cli.threads.map_or(0, usize::from);
+    // Also fails where a pool exists already, which then serves as well.
+    if let Err(e) = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()
+        && std::error::Error::source(&e).is_some()
+    {
+        let what = "no threads can be started; allow more memory or fewer threads (--threads)";
+        return Err(Failure::new(format!("{what} ({e})")));
     }
-    let context = Context { json: cli.json, quiet: cli.quiet };
+    let context = Context { json: cli.json, quiet: cli.quiet, strict: cli.strict };
     match cli.command {
         Command::Demo(a) => demo::run(&a, context),
         Command::Check(a) => check::run(&a, context),
@@ -113,6 +140,11 @@ pub fn read_light(path: &Path) -> Result<zonal_scene::Solution, Failure> {
 /// Refuses an output whose folder does not exist or cannot be written, or whose name has another ending than those allowed, before any work is done.
 pub fn check_output(path: &Path, endings: &[&str]) -> Result<(), Failure> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    // A device or a pipe has no ending; where there is but one kind of file, that is it.
+    let stream = zonal_io::output::is_stream(path);
+    if stream && endings.len() == 1 {
+        return Ok(());
+    }
     if !endings.contains(&ending.as_str()) {
         let list = endings.iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(" or ");
         return Err(Failure::new(format!("{}: the output's name must end in {list}", path.display())));
@@ -131,15 +163,5 @@ pub fn check_output(path: &Path, endings: &[&str]) -> Result<(), Failure> {
             folder.display()
         )));
     }
-    let probe = folder.join(format!(".zonal-probe-{}", std::process::id()));
-    match std::fs::File::create(&probe) {
-        Ok(_) => {
-            let _ = std::fs::remove_file(&probe);
-            Ok(())
-        }
-        Err(e) => Err(Failure::new(format!(
-            "{}: the folder cannot be written ({e}); choose another",
-            folder.display()
-        ))),
-    }
+    zonal_io::output::check_writable(path).map_err(Failure::from)
 }

@@ -86,10 +86,12 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     }
     output::write_solution(path, &solution)?;
     if context.json {
-        return say(&format!("{:#}", output::report_json(&solution)));
+        say(&format!("{:#}", output::report_json(&solution)))?;
+    } else {
+        say(table::report(&solution).trim_end())?;
+        say(&format!("written: {}", path.display()))?;
     }
-    say(table::report(&solution).trim_end())?;
-    say(&format!("written: {}", path.display()))
+    context.judge_report(&solution.report)
 }
 
 /// Solves again with kept factors, from the light that the solution holds.

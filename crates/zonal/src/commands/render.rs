@@ -7,7 +7,7 @@ use crate::{Failure, meter::Meter};
 use std::path::{Path, PathBuf};
 use zonal_io::output::{self, Tone};
 use zonal_render::{Image, RenderOptions};
-use zonal_scene::{Camera, Progress, Solution};
+use zonal_scene::{Camera, Note, Progress, Solution};
 
 const EXAMPLES: &str = "Examples:
   zonal render church.npz -o nave.png                                    the scene's first camera
@@ -221,23 +221,33 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         zonal_render::render(&solution, &camera, &options(args, (width, height)), &Meter::new(context.quiet));
     let saved = save(&args.output, image, &look)?;
     let written = args.output.display();
+    let warnings: Vec<Note> = zonal_solve::forecast::sky_in_medium(&solution.scene).into_iter().collect();
     if context.json {
-        return say(&format!(
+        say(&format!(
             "{}",
             serde_json::json!({
                 "camera": camera.name, "width": width, "height": height, "samples": args.samples,
                 "exposure": saved.tone.map(|t| t.exposure), "clipped": saved.clipped, "mean": saved.mean,
                 "written": written.to_string(),
+                "warnings": output::notes_json(&warnings),
             })
-        ));
+        ))?;
+        return context.judge(&warnings);
     }
     say(&format!("{}: {width}×{height} written: {written}", camera.name))?;
+    for w in &warnings {
+        say(&format!("{}: {w}", w.severity.word()))?;
+    }
     match saved.clipped.map(|n| n as f64 / (width * height) as f64) {
         Some(share) if share > 1e-3 => {
-            say(&format!("{:.1} % of the pixels are clipped; --stops -1 darkens the picture", 100.0 * share))
+            say(&format!(
+                "{:.1} % of the pixels are clipped; --stops -1 darkens the picture",
+                100.0 * share
+            ))?;
         }
-        _ => Ok(()),
+        _ => {}
     }
+    context.judge(&warnings)
 }
 
 /// What the arguments say of rays.

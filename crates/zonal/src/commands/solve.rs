@@ -1,7 +1,7 @@
 //! `zonal solve`: a scene in, a solution out.
 
 use super::{Context, check_output};
-use crate::failure::say;
+use crate::failure::{note, say};
 use crate::{Failure, meter::Meter, table};
 use std::path::{Path, PathBuf};
 use zonal_exchange::pair::{Settings, VoxelFactors};
@@ -21,7 +21,7 @@ pub struct Args {
     /// Relative accuracy of the exchange areas, between 0 and 1; overrides the scene's.
     #[arg(long)]
     pub tolerance: Option<f64>,
-    /// Closure of the exchange areas: `measure` or `restore`; overrides the scene's.
+    /// Closure of the exchange areas: `measure`, or `restore`, which thermal mode does by itself; overrides the scene's.
     #[arg(long)]
     pub closure: Option<ClosureMode>,
     /// Formula for the exchange of two voxels: the exact one, or one of the paper's for comparison.
@@ -175,14 +175,14 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
             say(&format!("next: zonal render {} --camera {} -o picture.png", args.output.display(), c.name))?;
         }
     }
-    Ok(())
+    context.judge_report(&solution.report)
 }
 
 /// The scene with the options of the command line.
 fn with_options(scene: Scene, args: &Args) -> Result<Scene, Failure> {
     let mut o = scene.options().clone();
     o.tolerance = args.tolerance.unwrap_or(o.tolerance);
-    o.restore_closure = args.closure.map_or(o.restore_closure, |c| c == ClosureMode::Restore);
+    o.restore_closure = args.closure.map(|c| c == ClosureMode::Restore).or(o.restore_closure);
     o.engine = args.engine.map_or(o.engine, |e| Engine::ALL[e as usize]);
     o.groups = args.groups.map_or(o.groups, |g| Groups::ALL[g as usize]);
     o.thick_zones = args.thick_zones.map_or(o.thick_zones, |t| ThickZones::ALL[t as usize]);
@@ -225,11 +225,6 @@ fn checkpoint(scene: &Scene, args: &Args) -> Result<Folder, Failure> {
     }
     folder.begin()?;
     Ok(folder)
-}
-
-/// A line on standard error that is no error.
-fn note(text: &str) {
-    eprintln!("note: {text}");
 }
 
 /// Solves and signs a scene.

@@ -100,7 +100,7 @@ fn general(pack: &mut Pack, s: &Solution, baked: &Baked, origin: Vec3) {
         json!({
             "engine": report.engine, "status": status.join(", "), "grade": report.estimate.grade.word(),
             "estimate": { "patches": report.estimate.patches, "volumes": report.estimate.volumes },
-            "residual": report.energy.residual, "warnings": report.warnings,
+            "residual": report.energy.residual, "warnings": report.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         }),
     );
     let camera = |c: &zonal_scene::Camera| json!({ "name": c.name, "origin": array(c.origin - origin), "target": array(c.target - origin), "up": array(c.up), "fov": c.fov });
@@ -164,7 +164,7 @@ fn zones(pack: &mut Pack, s: &Solution) {
         pack.f32(&format!("zoneIndirect{g}"), &list(&|i| of(i, false)));
         pack.f32(&format!("zoneDirect{g}"), &list(&|i| of(i, true)));
     }
-    pack.f32("zoneError", &list(&|i| s.fields.error[i]));
+    pack.f32("zoneError", &list(&|i| s.fields.error_of_all(i)));
     pack.f32("zoneReflectance", &list(&|i| s.zones.patches[i].reflectance));
     pack.f32("zoneEmission", &list(&|i| s.zones.patches[i].emission));
     pack.u16("zoneSurface", &s.zones.patches.iter().map(|p| p.surface as u16).collect::<Vec<_>>());

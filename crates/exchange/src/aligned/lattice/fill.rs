@@ -24,6 +24,8 @@ pub struct Tally {
     pub gauss: usize,
     /// By pyramid coordinates.
     pub pyramid: usize,
+    /// By sums of Gaussians.
+    pub gaussians: usize,
     /// Patches that do not see each other.
     pub unseen: usize,
 }
@@ -31,7 +33,7 @@ pub struct Tally {
 impl Tally {
     /// The sum over the methods.
     pub fn total(&self) -> usize {
-        self.moments + self.closed + self.gauss + self.pyramid + self.unseen
+        self.moments + self.closed + self.gauss + self.pyramid + self.gaussians + self.unseen
     }
     fn count(&mut self, method: Method, n: usize) {
         *match method {
@@ -48,6 +50,7 @@ impl Tally {
             closed: self.closed + o.closed,
             gauss: self.gauss + o.gauss,
             pyramid: self.pyramid + o.pyramid,
+            gaussians: self.gaussians + o.gaussians,
             unseen: self.unseen + o.unseen,
         }
     }
@@ -261,25 +264,11 @@ impl Family {
         Some((value, radius, Method::Gauss))
     }
 
-    /// One offset where the second box reaches `beyond` (m) farther to both sides along some axes: cells in a row are one box.
-    pub fn merged(&self, offset: [u16; 3], beyond: [f64; 3], tally: &mut Tally) -> (f64, f64) {
-        let mut pair = self.pair(offset);
-        for k in (0..3).filter(|&k| beyond[k] > 0.0) {
-            let (long, short) = (self.extents[k].0 + 2.0 * beyond[k], self.extents[k].1);
-            let [inner, outer] = [0.5 * (long - short), 0.5 * (long + short)];
-            pair.0[k] = AxisDensity { long, short, p: [-outer, -inner, inner, outer] };
-        }
-        self.judged(&pair, tally)
-    }
-
     #[inline(never)]
     fn single(&self, offset: [u16; 3], tally: &mut Tally) -> (f64, f64) {
-        self.judged(&self.pair(offset), tally)
-    }
-
-    fn judged(&self, pair: &Reduced, tally: &mut Tally) -> (f64, f64) {
+        let pair = self.pair(offset);
         let f = if pair.sees() {
-            judge::factor_of(pair, self.kappa, self.tolerance)
+            judge::factor_of(&pair, self.kappa, self.tolerance)
         } else {
             crate::Factor::UNSEEN
         };

@@ -23,10 +23,12 @@
 //! cells too near or too thick are cut.
 //!
 //! **Error.** Rules have points enough for a relative error of about 1e-11 of a cell (see [`points`]): estimated, and compared in tests with
-//! the proven tables for constant radiosity and by refinement. Where the grid repeats itself images are added as in `images.rs`. The images of a
-//! period of one cell are a row without end, of density one: slopes along it are zero by symmetry, and so are their factors here.
+//! the proven tables for constant radiosity and by refinement. Cells beyond [`DEPTH`] mean free paths are left out. Where the grid repeats itself
+//! `gaussians.rs` has the tables. The images of a period of one cell are a row without end, of density one: slopes along it are zero by symmetry,
+//! and so are their factors there.
 
-use super::images::{DEPTH, Images};
+use super::gaussians;
+use super::images::Images;
 use rayon::prelude::*;
 use zonal_math::gauss;
 use zonal_math::simd::{self, LANES};
@@ -60,6 +62,8 @@ pub struct Linear<'a> {
 /// Shares of a cell by density: `[x][y][z]`, for an axis between first the three terms above the offset, then those below.
 type Shares = [[[f64; LANES]; 6]; 6];
 
+/// Mean free paths after which a cell is left out: e^{−36} of a row.
+const DEPTH: f64 = 36.0;
 /// Planes of the lattice of t that are worked on together.
 const CHUNK: usize = 4;
 /// Chunks whose planes are held at a time.
@@ -135,14 +139,16 @@ impl Linear<'_> {
     /// The table of each of `terms` (numbers of densities along the three axes), by `[d₀][d₁][d₂]`, m⁴, m³ or m². Across, the count is one.
     ///
     /// # Panics
-    /// On an edge that is not positive and finite, an extinction that is negative or infinite, or 0 where the grid repeats itself.
+    /// On an edge that is not positive and finite, an extinction that is negative or infinite.
     pub fn tables(&self, terms: &[[usize; 3]]) -> Vec<Vec<f64>> {
         assert!(self.edges.iter().all(|e| *e > 0.0 && e.is_finite()), "edges {:?}", self.edges);
         assert!(self.kappa >= 0.0 && self.kappa.is_finite(), "extinction {} 1/m", self.kappa);
-        assert!(self.kappa > 0.0 || !self.images.any(), "a medium where images are added");
+        if self.images.any() {
+            return gaussians::tables(self, terms);
+        }
         let [n0, n1, n2] = self.slots();
         let mut out = vec![vec![0.0; n0 * n1 * n2]; terms.len()];
-        let firsts: Vec<usize> = (0..self.cells(0)).step_by(CHUNK).collect();
+        let firsts: Vec<usize> = (0..self.slots()[0]).step_by(CHUNK).collect();
         for some in firsts.chunks(HELD) {
             let done: Vec<Vec<Vec<f64>>> =
                 some.par_iter().with_max_len(1).map(|&first| self.chunk(first, terms)).collect();
@@ -155,38 +161,18 @@ impl Linear<'_> {
         out
     }
 
-    /// Cells of the lattice of t that [`Linear::tables`] integrates.
+    /// Cells of the lattice of t that [`Linear::tables`] integrates; offsets, where the grid repeats itself.
     pub fn work(&self) -> f64 {
-        (0..3).map(|k| self.cells(k) as f64).product()
+        self.slots().iter().map(|n| *n as f64).product()
     }
 
-    fn slots(&self) -> [usize; 3] {
+    pub(super) fn slots(&self) -> [usize; 3] {
         std::array::from_fn(|k| if self.along[k] == Along::Across { 1 } else { self.counts[k] })
-    }
-
-    /// True along an axis whose cells are all images of one.
-    fn is_row(&self, k: usize) -> bool {
-        self.period(k) == Some(1)
-    }
-
-    fn period(&self, k: usize) -> Option<usize> {
-        self.images.period[k].filter(|_| self.along[k] == Along::Between)
-    }
-
-    /// Cells of the lattice of t along an axis.
-    fn cells(&self, k: usize) -> usize {
-        match self.period(k) {
-            Some(1) => 1,
-            Some(_) => (DEPTH / self.kappa / self.edges[k]).ceil() as usize + 1,
-            None => self.slots()[k],
-        }
     }
 
     /// Where the shares of cell `i` along axis `k` go.
     fn goals(&self, k: usize, i: usize) -> Vec<Goal> {
         match self.along[k] {
-            // A row has two sides.
-            Along::Between if self.is_row(k) => vec![Goal { slot: 0, first: 0, even: 2.0, odd: 0.0 }],
             Along::Across => vec![Goal { slot: 0, first: 0, even: 1.0, odd: 1.0 }],
             Along::Depth => vec![Goal { slot: i, first: 0, even: 1.0, odd: 1.0 }],
             Along::Between => {
@@ -197,23 +183,16 @@ impl Linear<'_> {
 
     /// The places of an offset d ≥ 0 and of −d along axis `k`.
     fn places(&self, k: usize, d: usize, first: usize) -> Vec<Goal> {
-        // The cells on both sides of zero are images of each other.
+        // The cells on both sides of zero are mirrored in each other.
         let own = if d == 0 { (2.0, 0.0) } else { (1.0, 1.0) };
-        let mut out = vec![Goal { slot: d, first, even: own.0, odd: own.1 }];
-        if let Some(period) = self.period(k) {
-            out[0].slot = d % period;
-            if d > 0 {
-                out.push(Goal { slot: (period - d % period) % period, first, even: 1.0, odd: -1.0 });
-            }
-        }
-        out.retain(|g| g.slot < self.counts[k]);
-        out
+        let goal = Goal { slot: d, first, even: own.0, odd: own.1 };
+        (d < self.counts[k]).then_some(goal).into_iter().collect()
     }
 
     /// Adds a plane of offset `raw` along the first axis to its places.
     fn put(&self, raw: usize, plane: &[Vec<f64>], terms: &[[usize; 3]], out: &mut [Vec<f64>]) {
         let goals = match self.along[0] {
-            Along::Between if !self.is_row(0) => self.places(0, raw, 0),
+            Along::Between => self.places(0, raw, 0),
             _ => self.goals(0, raw).into_iter().filter(|g| g.slot < self.slots()[0]).collect(),
         };
         for ((plane, term), out) in plane.iter().zip(terms).zip(out) {
@@ -231,12 +210,12 @@ impl Linear<'_> {
 
     /// Some planes of the lattice of t: their shares by raw offset along the first axis and term.
     fn chunk(&self, first: usize, terms: &[[usize; 3]]) -> Vec<Vec<f64>> {
-        let last = (first + CHUNK).min(self.cells(0));
+        let last = (first + CHUNK).min(self.slots()[0]);
         let [_, n1, n2] = self.slots();
-        let above = usize::from(self.along[0] == Along::Between && !self.is_row(0));
+        let above = usize::from(self.along[0] == Along::Between);
         let mut planes = vec![vec![0.0; n1 * n2]; (last - first + above) * terms.len()];
         let goals: [Vec<Vec<Goal>>; 2] =
-            [1, 2].map(|k| (0..self.cells(k)).map(|i| self.goals(k, i)).collect());
+            [1, 2].map(|k| (0..self.slots()[k]).map(|i| self.goals(k, i)).collect());
         for i in first..last {
             for (j, goals1) in goals[0].iter().enumerate() {
                 for (k, goals2) in goals[1].iter().enumerate() {
@@ -269,7 +248,6 @@ impl Linear<'_> {
         for k in 0..3 {
             let (lo, len) = match self.along[k] {
                 Along::Across => (self.counts[k] as f64 * self.edges[k], 0.0),
-                Along::Between if self.is_row(k) => (0.0, DEPTH / self.kappa + self.edges[k]),
                 _ => (at[k] as f64 * self.edges[k], self.edges[k]),
             };
             (piece.lo[k], piece.len[k]) = (lo, len);
@@ -311,6 +289,11 @@ impl Linear<'_> {
         }
     }
 
+    /// The number of patches in a pair.
+    pub(super) fn patches(&self) -> usize {
+        self.power().iter().sum::<i32>() as usize
+    }
+
     fn power(&self) -> [i32; 3] {
         self.along.map(|a| match a {
             Along::Between => 0,
@@ -324,7 +307,6 @@ impl Linear<'_> {
     fn densities(&self, k: usize, x: f64) -> [f64; 6] {
         let root3 = 3.0f64.sqrt();
         match self.along[k] {
-            Along::Between if self.is_row(k) => [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
             Along::Between => {
                 let y = 1.0 - x;
                 let odd = root3 * x * y;

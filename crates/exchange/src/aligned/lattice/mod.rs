@@ -13,12 +13,13 @@
 //!
 //! For radiosity that varies within a cell `linear.rs` has tables of its own.
 //!
-//! Where a grid repeats itself along an axis, an entry is the sum over the images of its offset (`images.rs`).
+//! Where a grid repeats itself along an axis, an entry is the sum over the images of its offset (`images.rs`, `gaussians.rs`).
 //!
 //! Work is cut into fixed chunks of whole batches: no value depends on the number of threads.
 
 mod block;
 mod fill;
+mod gaussians;
 mod images;
 mod index;
 mod linear;
@@ -26,7 +27,7 @@ mod walls;
 
 pub use block::{Block, block};
 pub use fill::Tally;
-pub use images::{DEPTH, Images};
+pub use images::Images;
 pub use linear::{Along, Linear};
 pub use walls::WallTable;
 
@@ -41,18 +42,23 @@ struct Table {
     values: Vec<f64>,
     radii: Vec<f64>,
     tally: Tally,
+    /// The largest relative radius that counts in a row, where it is not that of an entry.
+    relative: Option<f64>,
 }
 
 impl Table {
     fn new(index: Index, family: &Family) -> Table {
         let (values, radii, tally) = family.fill_parallel(&index.offsets());
-        Table { index, values, radii, tally }
+        Table { index, values, radii, tally, relative: None }
     }
     fn get(&self, offset: [i64; 3]) -> Bounded {
         let i = self.index.place(offset);
         Bounded::proved(self.values[i], self.radii[i])
     }
     fn worst(&self) -> f64 {
+        if let Some(relative) = self.relative {
+            return relative;
+        }
         let of = |(v, r): (&f64, &f64)| if *v > 0.0 { r / v } else { 0.0 };
         self.values.iter().zip(&self.radii).map(of).fold(0.0, f64::max)
     }
@@ -80,22 +86,17 @@ impl OffsetTable {
         OffsetTable(Table::new(Index::of_edges(edges, counts), &family))
     }
 
-    /// The same of a voxmap that repeats itself: `counts` are the offsets wanted, each value the sum over its `images`.
+    /// The same of a voxmap that repeats itself: `counts` are the offsets wanted, each value the sum over its `images`, which know edges and
+    /// extinction. Relative radii are 2e-13; of offsets more than 30 mean free paths long, which weigh nothing in a row, they grow. Without
+    /// extinction the sum has no end where two axes repeat themselves: it is given as 0, which is what such voxels send.
     ///
     /// # Panics
-    /// As [`OffsetTable::new`]; on a reach of more than 65,534 cells.
-    pub fn repeated(
-        edges: [f64; 3],
-        counts: [usize; 3],
-        images: &Images,
-        kappa: f64,
-        tolerance: f64,
-    ) -> OffsetTable {
-        let make = |tolerance: f64| Family::new(edges.map(|e| (e, e)), edges, [0.0; 3], kappa, tolerance);
-        OffsetTable(images.table(Index::plain(counts), make, tolerance))
+    /// As [`OffsetTable::new`].
+    pub fn repeated(counts: [usize; 3], images: &Images) -> OffsetTable {
+        OffsetTable(images.table(counts, [Along::Between; 3]))
     }
 
-    /// Largest radius over value.
+    /// Largest radius over value; where the grid repeats itself, of what counts in a row.
     pub fn worst(&self) -> f64 {
         self.0.worst()
     }
@@ -122,12 +123,6 @@ impl OffsetTable {
     pub fn tally(&self) -> Tally {
         self.0.tally
     }
-}
-
-/// A distance in cells as tables keep it.
-fn integer(d: usize) -> u16 {
-    assert!(d < u16::MAX as usize, "a distance of {d} cells");
-    d as u16
 }
 
 #[cfg(test)]

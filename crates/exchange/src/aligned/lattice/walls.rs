@@ -2,7 +2,7 @@
 
 use super::fill::{Family, Tally};
 use super::index::Index;
-use super::{Images, Table};
+use super::{Along, Images, Table};
 use zonal_math::Bounded;
 
 /// Factors of a grid's wall patches with its voxels (m³) or with patches of other walls (m²), by offset.
@@ -73,26 +73,17 @@ impl WallTable {
     /// between them.
     ///
     /// # Panics
-    /// As [`WallTable::voxels`]; on a reach of more than 65,534 cells.
-    pub fn repeated(
-        edges: [f64; 3],
-        mut counts: [usize; 3],
-        normals: &[usize],
-        images: &Images,
-        kappa: f64,
-        tolerance: f64,
-    ) -> WallTable {
-        let mut extents = edges.map(|e| (e, e));
-        let mut shift = [0.0; 3];
-        match *normals {
-            [a, b] if a == b => (extents[a], shift[a], counts[a]) = ((0.0, 0.0), counts[a] as f64, 1),
-            _ => normals.iter().for_each(|&a| (extents[a].1, shift[a]) = (0.0, 0.5)),
-        }
-        let make = |tolerance: f64| Family::new(extents, edges, shift, kappa, tolerance);
-        WallTable(images.table(Index::plain(counts), make, tolerance))
+    /// As [`WallTable::voxels`].
+    pub fn repeated(counts: [usize; 3], normals: &[usize], images: &Images) -> WallTable {
+        let along = [0, 1, 2].map(|k| match normals.iter().filter(|&&a| a == k).count() {
+            0 => Along::Between,
+            1 => Along::Depth,
+            _ => Along::Across,
+        });
+        WallTable(images.table(counts, along))
     }
 
-    /// Largest radius over value.
+    /// Largest radius over value; where the grid repeats itself, of what counts in a row.
     pub fn worst(&self) -> f64 {
         self.0.worst()
     }

@@ -1,88 +1,20 @@
-//! Which parts of a mesh are closed, and which way they look.
-//!
-//! Corners are welded on a grid of 1e-6 of the mesh's diagonal. Faces that share edges form a component; it is closed when
-//! each of its edges is run through once in each direction. The signed volume tells a body (normals outward) from a room.
+//! Which parts of a mesh are closed, and which way they look: [`zonal_scene::closed`] with corners welded on 1e-6 of the mesh's extent.
 
-use std::collections::HashMap;
-use zonal_math::Vec3;
 use zonal_scene::Plate;
+pub(crate) use zonal_scene::closed::{Shell, Shells};
 
-/// What the component of a face is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Shell {
-    /// Some edge is free or shared by more than two faces.
-    Open,
-    /// Closed with normals outward.
-    Body,
-    /// Closed with normals inward.
-    Room,
-}
+/// Corners nearer than this share of the mesh's extent are one.
+const WELD: f64 = 1e-6;
 
-/// The shell of each plate.
-pub(crate) fn shells(plates: &[Plate]) -> Vec<Shell> {
-    let weld = Weld::new(plates);
-    let mut ids: HashMap<[i64; 3], u32> = HashMap::new();
-    let corners: Vec<Vec<u32>> = plates
-        .iter()
-        .map(|p| {
-            let (c, n) = p.corners();
-            let mut id = |q: &Vec3| {
-                let next = ids.len() as u32;
-                *ids.entry(weld.key(*q)).or_insert(next)
-            };
-            c[..n].iter().map(&mut id).collect()
-        })
-        .collect();
-    // Each edge: how often it is run through forwards and backwards, and one face on it.
-    let mut edges: HashMap<(u32, u32), (u32, u32, usize)> = HashMap::new();
-    let mut parent: Vec<usize> = (0..plates.len()).collect();
-    for (face, c) in corners.iter().enumerate() {
-        for i in 0..c.len() {
-            let (a, b) = (c[i], c[(i + 1) % c.len()]);
-            if a == b {
-                continue;
-            }
-            let e = edges.entry((a.min(b), a.max(b))).or_insert((0, 0, face));
-            if a < b {
-                e.0 += 1;
-            } else {
-                e.1 += 1;
-            }
-            let (x, y) = (root(&mut parent, face), root(&mut parent, e.2));
-            parent[x] = y;
-        }
-    }
-    let mut open = vec![false; plates.len()];
-    for (forwards, backwards, face) in edges.into_values() {
-        if (forwards, backwards) != (1, 1) {
-            let r = root(&mut parent, face);
-            open[r] = true;
-        }
-    }
-    let mut volume = vec![0.0; plates.len()];
-    for (face, p) in plates.iter().enumerate() {
-        let r = root(&mut parent, face);
-        let (c, n) = p.corners();
-        for i in 1..n - 1 {
-            let (a, b, d) = (c[0] - weld.origin, c[i] - weld.origin, c[i + 1] - weld.origin);
-            volume[r] += a.dot(b.cross(d)) / 6.0;
-        }
-    }
-    (0..plates.len())
-        .map(|face| {
-            let r = root(&mut parent, face);
-            match (open[r], volume[r]) {
-                (false, v) if v > 0.0 => Shell::Body,
-                (false, v) if v < 0.0 => Shell::Room,
-                _ => Shell::Open,
-            }
-        })
-        .collect()
+/// The components of a mesh.
+pub(crate) fn shells(plates: &[Plate]) -> Shells {
+    Shells::find(plates, WELD)
 }
 
 /// Refuses plates that do not bound a body.
 pub(crate) fn check_closed(plates: &[Plate]) -> Result<(), String> {
-    let open = shells(plates).iter().filter(|s| **s == Shell::Open).count();
+    let shells = shells(plates);
+    let open = (0..plates.len()).filter(|i| shells.of(*i) == Shell::Open).count();
     match open {
         0 => Ok(()),
         n => Err(format!(
@@ -92,40 +24,11 @@ pub(crate) fn check_closed(plates: &[Plate]) -> Result<(), String> {
     }
 }
 
-fn root(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
-}
-
-struct Weld {
-    origin: Vec3,
-    step: f64,
-}
-
-impl Weld {
-    fn new(plates: &[Plate]) -> Weld {
-        let empty = (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY));
-        let (lo, hi) =
-            plates.iter().map(Plate::bounds).fold(empty, |(lo, hi), (a, b)| (lo.min(a), hi.max(b)));
-        Weld {
-            origin: if lo.is_finite() { lo } else { Vec3::ZERO },
-            step: ((hi - lo).max_abs() * 1e-6).max(f64::MIN_POSITIVE),
-        }
-    }
-    fn key(&self, p: Vec3) -> [i64; 3] {
-        let d = p - self.origin;
-        [0, 1, 2].map(|k| (d[k] / self.step).round() as i64)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::input::shapes::faces;
-    use zonal_math::vec3;
+    use zonal_math::{Vec3, vec3};
 
     #[test]
     fn bodies_rooms_and_open_shells_are_told_apart() {
@@ -134,13 +37,13 @@ mod tests {
         let lid = Plate::triangle(vec3(9.0, 0.0, 0.0), vec3(10.0, 0.0, 0.0), vec3(9.0, 1.0, 0.0));
         let all: Vec<Plate> = outer.into_iter().chain(inner).chain([lid]).collect();
         let s = shells(&all);
-        assert!(s[..6].iter().all(|s| *s == Shell::Room));
-        assert!(s[6..12].iter().all(|s| *s == Shell::Body));
-        assert_eq!(s[12], Shell::Open);
-        assert!(shells(&inner[..5]).iter().all(|s| *s == Shell::Open));
+        assert!((0..6).all(|i| s.of(i) == Shell::Room));
+        assert!((6..12).all(|i| s.of(i) == Shell::Body));
+        assert_eq!(s.of(12), Shell::Open);
+        let open = |plates: &[Plate]| (0..plates.len()).all(|i| shells(plates).of(i) == Shell::Open);
+        assert!(open(&inner[..5]));
         let mut turned = inner;
         turned[2] = turned[2].flipped();
-        assert!(shells(&turned).iter().all(|s| *s == Shell::Open));
-        assert!(shells(&[]).is_empty());
+        assert!(open(&turned));
     }
 }

@@ -7,12 +7,14 @@
 //! | unlit | reflectance = base colour, at most 0.95; no emission |
 //! | transmission with volume | pane, κ = −ln(attenuation colour)/attenuation distance, Ω = 0 |
 //! | transmission without volume | pane, κ = −ln(base colour × factor)/thickness, Ω = 0 |
-//! | alpha blend | pane, κ = −ln(1 − alpha)/thickness, Ω = base colour |
+//! | alpha blend | pane, κ = −ln(1 − alpha)/thickness, Ω = base colour; alpha 1 is opaque |
+//! | alpha mask, alpha of pictures | not read: told where the material is used |
 
 use super::glb::{self, Buffers};
 use super::{Glass, Loss, Material, Mesh, Picture};
 use crate::input::error::Fault;
 use crate::input::files::Files;
+use crate::input::texture;
 use gltf::Document;
 use gltf::material::AlphaMode;
 use std::collections::{HashMap, HashSet};
@@ -168,7 +170,62 @@ fn read(
         }
     }
     out.glass = glass(m, base, alpha, file, &place, notes)?;
+    if m.transmission().is_none_or(|t| t.transmission_factor() <= 0.0) {
+        // Pictures are looked into only where their alpha counts.
+        let in_picture = m.alpha_mode() != AlphaMode::Opaque
+            && out.texture.as_ref().is_some_and(|picture| has_alpha(pictures.files, picture));
+        lost_alpha(
+            (m.alpha_mode(), in_picture),
+            alpha,
+            m.alpha_cutoff(),
+            &format!("{file}: {place}"),
+            &mut out,
+        );
+    }
     Ok((out, map))
+}
+
+/// Says what of a material's alpha is not read: that of its picture, and cut-outs.
+fn lost_alpha(
+    (mode, in_picture): (AlphaMode, bool),
+    alpha: f64,
+    cutoff: Option<f32>,
+    place: &str,
+    out: &mut Material,
+) {
+    let name = out.name.clone();
+    let mend = format!("leave it out by materials.\"{name}\".omit = true, or cut its holes into the mesh");
+    match mode {
+        AlphaMode::Mask if in_picture => {
+            out.lost_opaque = Some(format!(
+                "{place} has holes in the alpha of its picture (alphaMode MASK), which are not read: it is opaque all over; {mend}"
+            ));
+        }
+        AlphaMode::Mask if alpha < f64::from(cutoff.unwrap_or(0.5)) => {
+            out.lost_opaque = Some(format!(
+                "{place} is cut out all over (alphaMode MASK, alpha below the cutoff), which is not read: it is opaque; {mend}"
+            ));
+        }
+        AlphaMode::Blend if in_picture && alpha >= 1.0 => {
+            out.lost_opaque = Some(format!(
+                "{place} blends by the alpha of its picture, which is not read: it is opaque; write materials.\"{name}\".pane = {{ … }} for a pane, or pane = false and a look of its own"
+            ));
+        }
+        AlphaMode::Blend if in_picture => {
+            out.lost_pane = Some(format!(
+                "{place} blends by the alpha of its picture too, which is not read: its alpha factor alone was used"
+            ));
+        }
+        _ => {}
+    }
+}
+
+/// True where a picture may have an alpha channel; one that cannot be read is refused where it is used.
+fn has_alpha(files: Files<'_>, picture: &Picture) -> bool {
+    match picture {
+        Picture::Bytes { bytes, .. } => texture::has_alpha(bytes),
+        Picture::File(path) => files.read(path, texture::MAX_FILE).is_ok_and(|b| texture::has_alpha(&b)),
+    }
 }
 
 fn glass(
@@ -198,7 +255,6 @@ fn glass(
     }
     if m.alpha_mode() == AlphaMode::Blend {
         if alpha >= 1.0 {
-            notes.push(format!("{file}: {place} blends, but its alpha factor is 1; it was read as opaque"));
             return Ok(None);
         }
         return Ok(Some(Glass {

@@ -69,6 +69,12 @@ pub(crate) struct Material {
     /// glTF's doubleSided; none for OBJ.
     pub(crate) both_sides: Option<bool>,
     pub(crate) glass: Option<Glass>,
+    /// Where it is used without a reflectance of the scene file: what its own lacks.
+    pub(crate) unknown: Option<String>,
+    /// What is lost where it is an opaque surface.
+    pub(crate) lost_opaque: Option<String>,
+    /// What is lost where it is a pane with the extinction of its file.
+    pub(crate) lost_pane: Option<String>,
 }
 
 impl Material {
@@ -82,6 +88,9 @@ impl Material {
             emission_texture: None,
             both_sides: None,
             glass: None,
+            unknown: None,
+            lost_opaque: None,
+            lost_pane: None,
         }
     }
 }

@@ -47,10 +47,18 @@ pub(crate) fn read(files: Files<'_>, path: &Path, notes: &mut Vec<String>) -> Re
                     notes.push(format!("{file}:{number}: there is no picture '{name}'; Kd alone was used"));
                 }
             }
-            "d" if rest.parse().is_ok_and(|d: f64| d < 1.0) => notes.push(format!(
-                "{file}:{number}: material '{}' is transparent and was read as opaque; give it a pane in the scene to change that",
-                m.name
-            )),
+            "d" if rest.parse().is_ok_and(|d: f64| d < 1.0) => {
+                m.lost_opaque = Some(format!(
+                    "{file}:{number}: material '{0}' is transparent and was read as opaque; give it a pane in the scene to change that",
+                    m.name
+                ));
+            }
+            "map_d" => {
+                m.lost_opaque = Some(format!(
+                    "{file}:{number}: material '{0}' is transparent by a picture (map_d), which is not read: it is opaque; give it a pane in the scene, or leave it out by materials.\"{0}\".omit = true",
+                    m.name
+                ));
+            }
             _ => {}
         }
     }

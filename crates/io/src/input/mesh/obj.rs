@@ -119,13 +119,10 @@ impl Reader<'_> {
             return *i;
         }
         let known = self.library.get(name).cloned();
-        if known.is_none() && name != "default" {
-            self.mesh.notes.push(format!(
-                "{}: material '{name}' is in no library; it gets the default reflectance",
-                self.file
-            ));
-        }
-        let material = known.unwrap_or_else(|| Material::named(name));
+        let unknown = (known.is_none() && name != "default").then(|| {
+            format!("{}: material '{name}' is in no library; it gets the default reflectance", self.file)
+        });
+        let material = known.unwrap_or_else(|| Material { unknown, ..Material::named(name) });
         self.mesh.materials.push(material);
         let index = self.mesh.materials.len() - 1;
         self.used.insert(name.to_string(), index);
@@ -142,10 +139,9 @@ impl Reader<'_> {
         for name in names {
             let path = self.folder.join(name);
             if !self.files.has(&path) {
-                self.mesh.notes.push(format!(
-                    "{}:{number}: there is no material library '{name}'; its materials get the default reflectance",
-                    self.file
-                ));
+                self.mesh
+                    .notes
+                    .push(format!("{}:{number}: there is no material library '{name}'", self.file));
                 continue;
             }
             for m in mtl::read(self.files, &path, &mut self.mesh.notes)? {

@@ -9,7 +9,7 @@ use crate::input::medium::Matter;
 use crate::input::node::{Node, Table};
 use crate::input::surface::{Look, REFLECTANCE};
 use std::collections::BTreeMap;
-use zonal_scene::{Bands, Facet, Pane, Plate, Sides, Surface, bands};
+use zonal_scene::{Bands, Facet, Note, Pane, Plate, Sides, Surface, bands};
 
 /// One material of a mesh on its way into the scene.
 pub(crate) struct Part<'a, 'n> {
@@ -67,6 +67,10 @@ impl Part<'_, '_> {
     ) -> Result<(), InputError> {
         let m = self.material;
         let look = self.over.look.or(look);
+        m.lost_opaque.iter().for_each(|text| b.note(Note::warning("alpha", text)));
+        if look.reflectance.is_none() && m.reflectance.is_none() {
+            m.unknown.iter().for_each(|text| b.note(Note::warning("default-material", text)));
+        }
         // A reflectance or picture of the scene file replaces the material's picture.
         // What a picture shows is not what is warm.
         let own_picture = look.reflectance.is_none() && look.texture.is_none() && !b.thermal();
@@ -120,11 +124,16 @@ impl Part<'_, '_> {
     /// One pane a thickness: nodes of different scales show the same glass in different thicknesses.
     pub(crate) fn panes(&self, faces: Vec<&Face>, b: &mut Builder<'_>) -> Result<(), InputError> {
         let plates: Vec<Plate> = faces.iter().map(|f| f.plate).collect();
-        if shells(&plates).iter().any(|s| *s != Shell::Open) {
-            b.note(format!(
+        let shells = shells(&plates);
+        if (0..plates.len()).any(|i| shells.of(i) != Shell::Open) {
+            let text = format!(
                 "pane '{}' is a closed slab: light goes through both its faces and the glass counts twice; give half the thickness, or region = true",
                 self.name
-            ));
+            );
+            b.note(Note::warning("closed-pane", text));
+        }
+        if self.keys().extinction.is_none() {
+            self.material.lost_pane.iter().for_each(|text| b.note(Note::warning("alpha", text)));
         }
         let mut groups: BTreeMap<u64, Vec<Plate>> = BTreeMap::new();
         for f in faces {

@@ -1,6 +1,6 @@
 //! The faces of a mesh file moved into the scene, with the overrides that the scene file gives.
 
-use super::closed::{Shell, shells};
+use super::closed::{Shell, Shells, shells};
 use super::part::Part;
 use super::{Face, Mesh, overrides};
 use crate::input::build::Builder;
@@ -8,7 +8,7 @@ use crate::input::error::{Fault, InputError};
 use crate::input::node::{Node, Table};
 use crate::input::surface::Look;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::Plate;
+use zonal_scene::{Note, Plate};
 
 /// x ↦ rotate(scale · x) + translate; turns about x, then y, then z.
 struct Placement {
@@ -80,10 +80,10 @@ pub(crate) fn load(node: &Node<'_>, b: &mut Builder<'_>) -> Result<(Mesh, f64), 
         return Err(refused(Fault::new(&name, "", what)));
     }
     if dropped > 0 {
-        b.note(format!("{name}: {dropped} faces without area were dropped"));
+        b.note(Note::note("faces-dropped", format!("{name}: {dropped} faces without area were dropped")));
     }
     for note in std::mem::take(&mut mesh.notes) {
-        b.note(note);
+        b.note(Note::note("mesh", note));
     }
     Ok((mesh, placement.scale))
 }
@@ -117,8 +117,12 @@ pub(crate) fn read_surface(
         let walls: Vec<usize> =
             (0..mesh.faces.len()).filter(|i| wall_materials[mesh.faces[*i].material]).collect();
         let plates: Vec<Plate> = walls.iter().map(|i| mesh.faces[*i].plate).collect();
-        for (i, kind) in walls.into_iter().zip(shells(&plates)) {
-            kinds[i] = kind;
+        let shells = shells(&plates);
+        if look.sides.is_none() {
+            nearly_closed(&shells, name, b);
+        }
+        for (k, i) in walls.into_iter().enumerate() {
+            kinds[i] = shells.of(k);
         }
     }
     for (m, material) in mesh.materials.iter().enumerate() {
@@ -154,4 +158,29 @@ pub(crate) fn read_surface(
         }
     }
     Ok(())
+}
+
+/// Area vectors of a nearly closed part add up to less than this share of its area.
+const NEARLY_CLOSED: f64 = 0.01;
+
+/// Notes the parts of a mesh that are open by a few edges only: their insides exchange, and medium inside them takes part.
+fn nearly_closed(shells: &Shells, name: &str, b: &mut Builder<'_>) {
+    let mut found = [(0, 0); 2];
+    for c in shells.components() {
+        let turned = c.turned_edges > 0 && c.free_edges == 0;
+        let holes = c.free_edges > 0 && c.area_vector.length() < NEARLY_CLOSED * c.area;
+        if turned || holes {
+            let f = &mut found[usize::from(holes)];
+            *f = (f.0 + 1, f.1 + c.turned_edges + c.free_edges);
+        }
+    }
+    for ((parts, edges), why) in found.into_iter().zip(["neighbours that look opposite ways", "no neighbour"])
+    {
+        if parts > 0 {
+            let text = format!(
+                "mesh of surface '{name}': {parts} part(s) would be closed but for {edges} edge(s) whose faces have {why}; they count as open, so that both sides exchange and a medium inside takes part: mend the mesh, or write sides"
+            );
+            b.note(Note::warning("open-mesh", text));
+        }
+    }
 }

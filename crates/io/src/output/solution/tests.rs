@@ -5,7 +5,9 @@ use zonal_math::{Grade, vec3};
 use zonal_scene::Surroundings;
 use zonal_scene::scene::{Options, Sides, Surface};
 use zonal_scene::solution::{Closure, Energy};
-use zonal_scene::{Camera, Estimate, Kind, Light, Report, Sample, Shares, SolveStatus, Thermal, Values};
+use zonal_scene::{
+    Camera, Estimate, Kind, Light, Note, Report, Sample, Shares, SolveStatus, Thermal, Values,
+};
 
 fn folder(name: &str) -> PathBuf {
     let dir = std::env::temp_dir().join(format!("zonal-{name}-{}", std::process::id()));
@@ -82,10 +84,15 @@ fn report() -> Report {
             absorbed_surfaces: vec![("floor".into(), [0.1; 3])],
             ..Energy::default()
         },
+        energy_error: Energy {
+            absorbed_surfaces: vec![("floor".into(), [0.01, f64::INFINITY, 0.03])],
+            escaped: [f64::INFINITY; 3],
+            ..Energy::default()
+        },
         heat: None,
         zoning: None,
         counts: vec![("pairs".into(), 1 << 60), ("rays".into(), 7)],
-        warnings: vec!["open".into()],
+        warnings: vec!["open".into(), Note::warning("heat-balance", "off").at("surface 'a'")],
         grade: Grade::Estimated,
         engine: "hierarchical".into(),
         reason: "many zones".into(),
@@ -144,6 +151,7 @@ fn solution() -> Solution {
             incident: field(2.0),
             direct: field(3.0),
             error: field(0.01),
+            direct_error: field(0.004),
             surroundings_error: field(0.002),
             heat: None,
         },
@@ -157,6 +165,7 @@ fn solution() -> Solution {
                 energy: Energy { incoming: [1.0, 2.0, 3.0], ..Energy::default() },
                 residual: [0.1, 0.2, 1e-11],
                 error: Values::Double(field(0.003)),
+                direct_error: Values::Double(field(0.004)),
                 ..Group::default()
             },
             Group { name: "floor = 2".into(), incident: Values::Double(field(1.5)), ..Group::default() },
@@ -250,6 +259,7 @@ fn exchange(path: &Path, name: &str, data: &[u8], method: zip::CompressionMethod
 
 #[test]
 fn wrong_contents_are_named() {
+    use crate::output::header as scene_header;
     use crate::output::npy::{Kind, header};
     let dir = folder("wrong");
     let path = dir.join("a.npz");
@@ -280,6 +290,44 @@ fn wrong_contents_are_named() {
     check("header.json", with(header(Kind::U8, &[9]), b"[[[[[[[[["), "JSON");
     let other = br#"{"format":"zonal solution","format_version":99}"#;
     check("header.json", with(header(Kind::U8, &[other.len()]), other), "99");
+    let below: Vec<u8> = (0..18).flat_map(|_| (-1.0f64).to_le_bytes()).collect();
+    check("error", with(header(Kind::F64, &[6, 3]), &below), "below 0");
+    let mut negative = scene_header::encode(&solution());
+    negative["report"]["groups"][0]["incident_scale"] = serde_json::json!([1.0, -1.0, 1.0]);
+    let negative = negative.to_string();
+    let text = with(header(Kind::U8, &[negative.len()]), negative.as_bytes());
+    check("header.json", text, "incident_scale: a factor is below 0");
+    fs::remove_dir_all(&dir).unwrap();
+}
+
+/// Trial of 2026: 148 KB of packed JSON that took 1.4 GB.
+#[test]
+fn json_that_the_file_does_not_pay_for_is_refused_before_it_is_parsed() {
+    use crate::output::npy::{Kind, header};
+    let dir = folder("bomb");
+    let path = dir.join("a.npz");
+    let with = |text: String| [header(Kind::U8, &[text.len()]), text.into_bytes()].concat();
+    for (text, says) in [
+        (format!("[{}0]", "0,".repeat(3_000_000)), "values, more than"),
+        (format!("\"{}\"", "a".repeat(40 << 20)), "bytes, more than"),
+    ] {
+        write_solution(&path, &solution()).unwrap();
+        exchange(&path, "header.json.npy", &with(text), zip::CompressionMethod::Deflated);
+        assert!(fs::metadata(&path).unwrap().len() < 1 << 17);
+        let e = read_solution(&path).unwrap_err().to_string();
+        assert!(e.contains("header.json") && e.contains(says), "{e}");
+    }
+    fs::remove_dir_all(&dir).unwrap();
+}
+
+#[test]
+fn unknown_errors_survive_the_file() {
+    let dir = folder("unknown");
+    let path = dir.join("a.npz");
+    let mut s = solution();
+    s.fields.error[1][2] = f64::INFINITY;
+    write_solution(&path, &s).unwrap();
+    assert_eq!(read_solution(&path).unwrap().fields, s.fields);
     fs::remove_dir_all(&dir).unwrap();
 }
 
@@ -344,13 +392,21 @@ fn what_is_warm_round_trips() {
         energy: s.report.energy.clone(),
         notes: vec!["a pane".into()],
     });
-    let path = std::env::temp_dir().join(format!("zonal-warm-{}.npz", std::process::id()));
-    write_solution(&path, &s).unwrap();
-    let back = read_solution(&path).unwrap();
-    std::fs::remove_file(&path).unwrap();
-    // Not a number is not equal to itself.
-    assert_eq!(format!("{:?}", s.fields.heat), format!("{:?}", back.fields.heat));
-    assert_eq!(s.report, back.report);
-    assert_eq!(format!("{:?}", s.scene), format!("{:?}", back.scene));
-    assert_eq!(crate::output::scene_hash(&s.scene), crate::output::scene_hash(&back.scene));
+    for unknown in [false, true] {
+        if unknown {
+            let zoning = s.report.zoning.as_mut().unwrap();
+            (zoning.zones, zoning.ratio) = (0, f64::INFINITY);
+            zoning.heat = vec![[f64::NAN, f64::INFINITY], [f64::INFINITY; 2]];
+            zoning.energy = zoning.energy.compared(&zoning.energy, |_, _| f64::INFINITY);
+        }
+        let path = std::env::temp_dir().join(format!("zonal-warm-{}.npz", std::process::id()));
+        write_solution(&path, &s).unwrap();
+        let back = read_solution(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        // Not a number is not equal to itself.
+        assert_eq!(format!("{:?}", s.fields.heat), format!("{:?}", back.fields.heat));
+        assert_eq!(format!("{:?}", s.report), format!("{:?}", back.report));
+        assert_eq!(format!("{:?}", s.scene), format!("{:?}", back.scene));
+        assert_eq!(crate::output::scene_hash(&s.scene), crate::output::scene_hash(&back.scene));
+    }
 }

@@ -45,6 +45,7 @@ impl Folder {
         })?;
         let folder = Folder(path.to_path_buf());
         crate::commands::check_output(&folder.path("probe.csv"), &["csv"])?;
+        output::remove_stale(path);
         Ok(folder)
     }
 }

@@ -1,0 +1,187 @@
+//! The guard at the end of every solve: what is not a number passes every test of the form x > limit, and `max` and `min` drop it.
+//!
+//! Values (radiosity, what arrives, powers, temperatures, closure) must be finite, or the solve is refused with the first that is not. An
+//! error that is not a number is one that nobody knows, which is what an infinite one says.
+
+use zonal_scene::solution::Energy;
+use zonal_scene::{Bands, Fields, Group, Report, Scene, SceneError, Values, Zones};
+
+/// Refuses a solution with a value that is not finite; errors that are not a number become infinite.
+pub fn check(
+    scene: &Scene,
+    zones: &Zones,
+    fields: &mut Fields,
+    groups: &mut [Group],
+    report: &mut Report,
+) -> Result<(), SceneError> {
+    let of_zones = [
+        ("the radiosity", &fields.radiosity),
+        ("what arrives", &fields.incident),
+        ("the direct light", &fields.direct),
+    ];
+    for (what, field) in of_zones {
+        if let Some(i) = field.iter().position(|x| !x.iter().all(|x| x.is_finite())) {
+            return Err(broken(&format!("{what} {}", place(scene, zones, i))));
+        }
+    }
+    let errors = fields.error.iter_mut().chain(&mut fields.direct_error);
+    errors.chain(&mut fields.surroundings_error).for_each(known);
+    if let Some(h) = &mut fields.heat {
+        // A temperature that is not defined is not a number.
+        let off =
+            |x: &[f64], undefined: bool| x.iter().position(|x| !(x.is_finite() || undefined && x.is_nan()));
+        for (what, at) in
+            [("the temperature", off(&h.temperature, true)), ("the net power", off(&h.net, false))]
+        {
+            if let Some(i) = at {
+                return Err(broken(&format!("{what} {}", place(scene, zones, i))));
+            }
+        }
+        h.net_error.iter_mut().for_each(|e| *e = or_unknown(*e));
+        let defined = h.temperature.iter().zip(&mut h.temperature_error).filter(|(t, _)| t.is_finite());
+        defined.for_each(|(_, e)| *e = or_unknown(*e));
+    }
+    for g in groups.iter_mut() {
+        if !(finite(&g.incident) && finite(&g.direct) && powers(&g.energy).all(f64::is_finite)) {
+            return Err(broken(&format!("a value of the light group '{}'", g.name)));
+        }
+        match &mut g.error {
+            Values::Double(v) => v.iter_mut().for_each(known),
+            Values::Single(v) => {
+                let unknown = |e: &mut f32| *e = if e.is_nan() { f32::INFINITY } else { *e };
+                v.iter_mut().flatten().for_each(unknown);
+            }
+        }
+    }
+    check_report(report)
+}
+
+fn check_report(r: &mut Report) -> Result<(), SceneError> {
+    let c = &r.closure;
+    let closure = [c.worst, c.rms, c.largest_change, c.after];
+    let (mut heat, mut rows) = (Vec::new(), &[][..]);
+    if let Some(h) = &r.heat {
+        (heat, rows) = (vec![h.surroundings, h.backs], &h.rows[..]);
+    }
+    let of_rows = rows.iter().flat_map(|r| [r.size, r.power, r.temperature.unwrap_or(0.0)]);
+    for (what, fine) in [
+        ("the balance of power", powers(&r.energy).all(f64::is_finite)),
+        ("the closure of the exchange areas", closure.iter().flatten().all(|x| x.is_finite())),
+        ("the residual of the solver", r.residuals.iter().flatten().all(|x| x.is_finite())),
+        ("the balance of heat", heat.into_iter().chain(of_rows).all(f64::is_finite)),
+    ] {
+        if !fine {
+            return Err(broken(what));
+        }
+    }
+    [&mut r.estimate.patches, &mut r.estimate.volumes].into_iter().for_each(known);
+    for row in r.heat.iter_mut().flat_map(|h| &mut h.rows) {
+        row.power_error = or_unknown(row.power_error);
+        row.temperature_error = row.temperature_error.map(or_unknown);
+    }
+    Ok(())
+}
+
+fn or_unknown(e: f64) -> f64 {
+    if e.is_nan() { f64::INFINITY } else { e }
+}
+
+fn known(e: &mut Bands) {
+    *e = e.map(or_unknown);
+}
+
+fn finite(v: &Values) -> bool {
+    match v {
+        Values::Double(v) => v.iter().flatten().all(|x| x.is_finite()),
+        Values::Single(v) => v.iter().flatten().all(|x| x.is_finite()),
+    }
+}
+
+fn powers(e: &Energy) -> impl Iterator<Item = f64> {
+    [e.emitted, e.incoming, e.absorbed_volumes, e.absorbed_panes, e.escaped, e.backs, e.residual]
+        .into_iter()
+        .chain(e.absorbed_surfaces.iter().map(|s| s.1))
+        .flatten()
+}
+
+fn broken(what: &str) -> SceneError {
+    SceneError::new(
+        "solve",
+        format!(
+            "{what} is not a finite number, so that nothing is told: lengths, extinctions or emissions of this scene are too far apart for double precision; bring them closer together"
+        ),
+    )
+}
+
+/// Where zone `i` is.
+fn place(scene: &Scene, zones: &Zones, i: usize) -> String {
+    if i < zones.voxel_offset() {
+        format!("on zone {i} of surface '{}'", scene.surfaces()[zones.patches[i].surface].name)
+    } else if i < zones.pane_offset() {
+        format!("in zone {i} of the medium")
+    } else {
+        format!("in zone {i} of pane '{}'", scene.panes()[zones.panes[i - zones.pane_offset()].pane].name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zonal_math::vec3;
+    use zonal_scene::{Facet, Patch, Plate, SceneParts, Sides, Surface, bands};
+
+    fn parts() -> (Scene, Zones, Fields, Report) {
+        let plate = Plate::parallelogram(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+        let surface = Surface {
+            name: "floor".into(),
+            reflectance: [0.5; 3],
+            emission: [1.0; 3],
+            reflectance_texture: None,
+            emission_texture: None,
+            sides: Sides::Front,
+            patch_size: None,
+            solid: false,
+        };
+        let facet = Facet { surface: 0, plate, uv: [[0.0; 2]; 3] };
+        let scene = SceneParts { surfaces: vec![surface], facets: vec![facet], ..SceneParts::default() };
+        let patch = Patch {
+            facet: 0,
+            surface: 0,
+            plate,
+            normal: vec3(0.0, 0.0, 1.0),
+            area: 1.0,
+            reflectance: [0.5; 3],
+            emission: [1.0; 3],
+        };
+        let zones = Zones { patches: vec![patch], ..Zones::default() };
+        let one = || vec![[1.0; 3]];
+        let fields =
+            Fields { radiosity: one(), incident: one(), direct: one(), error: one(), ..Fields::default() };
+        (Scene::new(scene).unwrap(), zones, fields, Report::default())
+    }
+
+    #[test]
+    fn what_is_not_finite_is_refused_and_an_unknown_error_is_infinite() {
+        let (scene, zones, fields, report) = parts();
+        let checked = |change: &dyn Fn(&mut Fields, &mut Report)| {
+            let (mut f, mut r) = (fields.clone(), report.clone());
+            change(&mut f, &mut r);
+            check(&scene, &zones, &mut f, &mut [], &mut r).map(|()| (f, r)).map_err(|e| e.to_string())
+        };
+        assert!(checked(&|_, _| ()).is_ok());
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let e = checked(&|f, _| f.incident[0][1] = bad).unwrap_err();
+            assert!(e.contains("what arrives on zone 0 of surface 'floor' is not a finite number"), "{e}");
+            assert!(checked(&|f, _| f.radiosity[0][2] = bad).is_err());
+            assert!(checked(&|f, _| f.direct[0][0] = bad).is_err());
+            assert!(checked(&|_, r| r.closure.rms[0] = bad).unwrap_err().contains("closure"));
+            assert!(checked(&|_, r| r.energy.escaped[0] = bad).unwrap_err().contains("balance"));
+            assert!(checked(&|_, r| r.residuals[1].push(bad)).unwrap_err().contains("residual"));
+        }
+        let (f, r) = checked(&|f, r| (f.error[0][0], r.estimate.patches[0]) = (f64::NAN, f64::NAN)).unwrap();
+        assert_eq!(
+            (f.error[0], r.estimate.patches),
+            (bands(|b| [f64::INFINITY, 1.0, 1.0][b]), [f64::INFINITY, 0.0, 0.0])
+        );
+    }
+}

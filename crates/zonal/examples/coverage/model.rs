@@ -1,0 +1,446 @@
+//! A scene as a model that can be moved, turned, scaled and split, and the TOML and OBJ texts that it is read from.
+
+use std::fmt::Write as _;
+
+/// A point or vector, m.
+pub type V = [f64; 3];
+
+pub fn add(a: V, b: V) -> V {
+    [0, 1, 2].map(|k| a[k] + b[k])
+}
+pub fn sub(a: V, b: V) -> V {
+    [0, 1, 2].map(|k| a[k] - b[k])
+}
+pub fn times(a: V, s: f64) -> V {
+    a.map(|x| x * s)
+}
+
+/// What is known of heat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Heat {
+    /// K.
+    Temperature(f64),
+    /// W/m² or W/m³.
+    Flux(f64),
+    /// W.
+    Power(f64),
+}
+
+/// How a surface looks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    pub reflectance: V,
+    pub emission: V,
+    pub heat: Heat,
+    pub both: bool,
+}
+
+/// A shape.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// A parallelogram, or a triangle: origin and two edges.
+    Plate { corner: V, edges: [V; 2], triangle: bool },
+    /// Walls of an axis-aligned room; those without a look are left out. The look of the surface itself is not used.
+    Room { min: V, max: V, walls: [Option<Look>; 6] },
+    /// A closed mesh of quadrilaterals, counter-clockwise from the front.
+    Mesh { quads: Vec<[V; 4]> },
+    /// A box with its normals outward, turned about the vertical.
+    Box { min: V, max: V, degrees: f64 },
+}
+
+/// A named surface.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    pub name: String,
+    pub shape: Shape,
+    pub look: Look,
+}
+
+/// A pane.
+#[derive(Clone, Debug)]
+pub struct Pane {
+    pub name: String,
+    pub polygon: Vec<V>,
+    pub thickness: f64,
+    pub extinction: V,
+    pub albedo: V,
+    pub emission: V,
+    /// In thermal mode; none for radiative equilibrium.
+    pub temperature: Option<f64>,
+}
+
+/// A medium, or a box of it.
+#[derive(Clone, Debug)]
+pub struct Part {
+    pub min: V,
+    pub max: V,
+    pub extinction: V,
+    pub albedo: V,
+    pub emission: V,
+    pub source: V,
+    pub heat: Heat,
+}
+
+/// The medium.
+#[derive(Clone, Debug)]
+pub struct Medium {
+    pub whole: Part,
+    pub cells: [usize; 3],
+    pub regions: Vec<Part>,
+}
+
+/// A light.
+#[derive(Clone, Debug)]
+pub enum Light {
+    Sun { direction: V, irradiance: V, degrees: f64 },
+    Sky { radiance: V },
+    Emitter { surface: String },
+}
+
+/// A scene.
+#[derive(Clone, Debug)]
+pub struct Model {
+    pub thermal: bool,
+    /// Lines of `[thermal]`.
+    pub shares: String,
+    pub radiance: V,
+    pub surroundings: Option<f64>,
+    pub periodic: [bool; 3],
+    pub surfaces: Vec<Surface>,
+    pub panes: Vec<Pane>,
+    pub medium: Option<Medium>,
+    pub lights: Vec<Light>,
+    pub tolerance: f64,
+    /// None for `patch_rule = "voxels"`.
+    pub patch_size: Option<f64>,
+    /// True where a closed mesh surrounds all.
+    pub closed_room: bool,
+    /// What the scene has, for the tables.
+    pub features: Vec<&'static str>,
+}
+
+pub const FACES: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
+
+/// The wall of a box: corner and edges with the front inward.
+pub fn wall(min: V, max: V, face: usize) -> (V, [V; 2]) {
+    let (axis, high) = (face / 2, face % 2 == 1);
+    let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+    let unit = |k: usize| {
+        let mut v = [0.0; 3];
+        v[k] = max[k] - min[k];
+        v
+    };
+    let mut corner = min;
+    if high {
+        corner[axis] = max[axis];
+        // e_b × e_a points down the axis.
+        (corner, [unit(b), unit(a)])
+    } else {
+        (corner, [unit(a), unit(b)])
+    }
+}
+
+/// The quadrilaterals of a box, with its normals outward or inward.
+pub fn quads(min: V, max: V, inward: bool) -> Vec<[V; 4]> {
+    (0..6)
+        .map(|face| {
+            let (o, [e1, e2]) = wall(min, max, face);
+            let (e1, e2) = if inward { (e1, e2) } else { (e2, e1) };
+            [o, add(o, e1), add(add(o, e1), e2), add(o, e2)]
+        })
+        .collect()
+}
+
+fn turned(p: V, centre: V, degrees: f64) -> V {
+    let (s, c) = degrees.to_radians().sin_cos();
+    let d = sub(p, centre);
+    [centre[0] + c * d[0] - s * d[1], centre[1] + s * d[0] + c * d[1], p[2]]
+}
+
+/// x ↦ M x + t.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    pub rows: [V; 3],
+    pub shift: V,
+}
+
+impl Motion {
+    pub fn point(&self, p: V) -> V {
+        add(self.vector(p), self.shift)
+    }
+    pub fn vector(&self, p: V) -> V {
+        self.rows.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2])
+    }
+    fn mirrors(&self) -> bool {
+        let [a, b, c] = self.rows;
+        a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]) < 0.0
+    }
+    /// For each axis the one that it goes to.
+    fn axes(&self) -> [usize; 3] {
+        [0, 1, 2].map(|k| {
+            let column = [0, 1, 2].map(|r| self.rows[r][k].abs());
+            (0..3).fold(0, |b, r| if column[r] > column[b] { r } else { b })
+        })
+    }
+}
+
+impl Model {
+    /// Rooms and boxes as single plates and meshes, which any motion can take.
+    pub fn lowered(&self) -> Model {
+        let mut out = self.clone();
+        out.surfaces.clear();
+        for s in &self.surfaces {
+            match &s.shape {
+                Shape::Room { min, max, walls } => {
+                    for (face, look) in walls.iter().enumerate() {
+                        let Some(look) = look else { continue };
+                        let (corner, edges) = wall(*min, *max, face);
+                        out.surfaces.push(Surface {
+                            name: format!("{}.{}", s.name, FACES[face]),
+                            shape: Shape::Plate { corner, edges, triangle: false },
+                            look: look.clone(),
+                        });
+                    }
+                }
+                Shape::Box { min, max, degrees } => {
+                    let centre = times(add(*min, *max), 0.5);
+                    let quads = quads(*min, *max, false);
+                    let quads = quads.into_iter().map(|q| q.map(|p| turned(p, centre, *degrees))).collect();
+                    out.surfaces.push(Surface { shape: Shape::Mesh { quads }, ..s.clone() });
+                }
+                _ => out.surfaces.push(s.clone()),
+            }
+        }
+        out
+    }
+
+    /// The model moved; turns of a medium go by quarters.
+    pub fn moved(&self, m: &Motion) -> Model {
+        let mut out = self.lowered();
+        let flip = m.mirrors();
+        for s in &mut out.surfaces {
+            match &mut s.shape {
+                Shape::Plate { corner, edges, .. } => {
+                    *corner = m.point(*corner);
+                    *edges = edges.map(|e| m.vector(e));
+                    if flip {
+                        edges.swap(0, 1);
+                    }
+                }
+                Shape::Mesh { quads } => {
+                    for q in quads {
+                        *q = q.map(|p| m.point(p));
+                        if flip {
+                            q.reverse();
+                        }
+                    }
+                }
+                Shape::Room { .. } | Shape::Box { .. } => {}
+            }
+        }
+        for p in &mut out.panes {
+            p.polygon.iter_mut().for_each(|c| *c = m.point(*c));
+        }
+        let corners = |p: &mut Part| {
+            let (a, b) = (m.point(p.min), m.point(p.max));
+            p.min = [0, 1, 2].map(|k| a[k].min(b[k]));
+            p.max = [0, 1, 2].map(|k| a[k].max(b[k]));
+        };
+        let to = m.axes();
+        if let Some(medium) = &mut out.medium {
+            corners(&mut medium.whole);
+            medium.regions.iter_mut().for_each(corners);
+            let old = medium.cells;
+            (0..3).for_each(|k| medium.cells[to[k]] = old[k]);
+        }
+        (0..3).for_each(|k| out.periodic[to[k]] = self.periodic[k]);
+        for l in &mut out.lights {
+            if let Light::Sun { direction, .. } = l {
+                *direction = m.vector(*direction);
+            }
+        }
+        out
+    }
+
+    /// The model `s` times as large, with extinctions that keep all optical depths.
+    pub fn scaled(&self, s: f64) -> Model {
+        let rows = [[s, 0.0, 0.0], [0.0, s, 0.0], [0.0, 0.0, s]];
+        let mut out = self.moved(&Motion { rows, shift: [0.0; 3] });
+        out.patch_size = self.patch_size.map(|p| p * s);
+        let weaker = |p: &mut Part| {
+            p.extinction = times(p.extinction, 1.0 / s);
+            p.source = times(p.source, 1.0 / s);
+            if let Heat::Flux(q) = &mut p.heat {
+                *q /= s;
+            }
+        };
+        if let Some(m) = &mut out.medium {
+            weaker(&mut m.whole);
+            m.regions.iter_mut().for_each(weaker);
+        }
+        for p in &mut out.panes {
+            p.thickness *= s;
+            p.extinction = times(p.extinction, 1.0 / s);
+        }
+        for x in &mut out.surfaces {
+            if let Heat::Power(q) = &mut x.look.heat {
+                *q *= s * s;
+            }
+        }
+        out
+    }
+
+    /// The TOML text, with `lines` in `[solve]`, and the meshes that it names: file and text.
+    pub fn texts(&self, lines: &str) -> (String, Vec<(String, String)>) {
+        let (mut t, mut files) = (String::new(), Vec::new());
+        if self.thermal {
+            t += "mode = \"thermal\"\n";
+        }
+        let mut around = String::new();
+        if self.radiance != [0.0; 3] {
+            let _ = writeln!(around, "radiance = {:?}", self.radiance);
+        }
+        if let Some(k) = self.surroundings {
+            let _ = writeln!(around, "temperature = {k:?}");
+        }
+        if !around.is_empty() {
+            let _ = write!(t, "[surroundings]\n{around}");
+        }
+        if self.periodic != [false; 3] {
+            t += "[boundary]\n";
+            for k in (0..3).filter(|&k| self.periodic[k]) {
+                let _ = writeln!(t, "{} = \"periodic\"", ["x", "y", "z"][k]);
+            }
+        }
+        if !self.shares.is_empty() {
+            let _ = writeln!(t, "[thermal]\n{}", self.shares);
+        }
+        let _ = writeln!(t, "[solve]\ntolerance = {:?}\nzoning_error = true\n{lines}", self.tolerance);
+        match self.patch_size {
+            Some(p) => _ = writeln!(t, "patch_size = {p:?}"),
+            None => t += "patch_rule = \"voxels\"\n",
+        }
+        for s in &self.surfaces {
+            self.surface(s, &mut t, &mut files);
+        }
+        for p in &self.panes {
+            let _ = writeln!(
+                t,
+                "[[pane]]\nname = \"{}\"\npolygon = {:?}\nthickness = {:?}\nextinction = {:?}\nalbedo = {:?}",
+                p.name, p.polygon, p.thickness, p.extinction, p.albedo
+            );
+            match (self.thermal, p.temperature) {
+                (true, Some(k)) => _ = writeln!(t, "temperature = {k:?}"),
+                (true, None) => {}
+                (false, _) => _ = writeln!(t, "emission = {:?}", p.emission),
+            }
+        }
+        if let Some(m) = &self.medium {
+            let _ = writeln!(t, "[medium]\nmin = {:?}\nmax = {:?}\ncells = {:?}", m.whole.min, m.whole.max, m.cells);
+            t += &self.part(&m.whole);
+            for r in &m.regions {
+                let _ = writeln!(t, "[[medium.region]]\nbox = {{ min = {:?}, max = {:?} }}", r.min, r.max);
+                t += &self.part(r);
+            }
+        }
+        for l in &self.lights {
+            let _ = match l {
+                Light::Sun { direction, irradiance, degrees } => writeln!(
+                    t,
+                    "[[light]]\nkind = \"sun\"\ndirection = {direction:?}\nirradiance = {irradiance:?}\nangular_diameter = {degrees:?}"
+                ),
+                Light::Sky { radiance } => writeln!(t, "[[light]]\nkind = \"sky\"\nradiance = {radiance:?}"),
+                Light::Emitter { surface } => writeln!(t, "[[light]]\nkind = \"emitter\"\nsurface = \"{surface}\""),
+            };
+        }
+        (t, files)
+    }
+
+    fn part(&self, p: &Part) -> String {
+        let mut t = format!("extinction = {:?}\nalbedo = {:?}\n", p.extinction, p.albedo);
+        if self.thermal {
+            let _ = match p.heat {
+                Heat::Temperature(k) => writeln!(t, "temperature = {k:?}"),
+                Heat::Flux(q) | Heat::Power(q) => writeln!(t, "heat_source = {q:?}"),
+            };
+        } else {
+            let _ = writeln!(t, "emission = {:?}\nsource = {:?}", p.emission, p.source);
+        }
+        t
+    }
+
+    fn look(&self, l: &Look) -> Vec<String> {
+        let mut out = Vec::new();
+        if self.thermal {
+            out.push(format!("emissivity = {:?}", l.reflectance.map(|r| 1.0 - r)));
+            out.push(match l.heat {
+                Heat::Temperature(k) => format!("temperature = {k:?}"),
+                Heat::Flux(q) => format!("heat_flux = {q:?}"),
+                Heat::Power(p) => format!("net_power = {p:?}"),
+            });
+        } else {
+            out.push(format!("reflectance = {:?}", l.reflectance));
+            out.push(format!("emission = {:?}", l.emission));
+        }
+        if l.both {
+            out.push("sides = \"both\"".into());
+        }
+        out
+    }
+
+    fn surface(&self, s: &Surface, t: &mut String, files: &mut Vec<(String, String)>) {
+        let _ = writeln!(t, "[[surface]]\nname = \"{}\"", s.name);
+        match &s.shape {
+            Shape::Plate { corner: o, edges: [a, b], triangle } => {
+                let _ = match triangle {
+                    true => writeln!(t, "triangle = {{ corners = [{o:?}, {:?}, {:?}] }}", add(*o, *a), add(*o, *b)),
+                    false => writeln!(t, "rectangle = {{ origin = {o:?}, edge1 = {a:?}, edge2 = {b:?} }}"),
+                };
+            }
+            Shape::Box { min, max, degrees } => {
+                let _ = writeln!(t, "box = {{ min = {min:?}, max = {max:?}, rotate_z_degrees = {degrees:?} }}");
+            }
+            Shape::Mesh { quads } => {
+                let file = format!("{}.obj", s.name);
+                let _ = writeln!(t, "mesh = {{ file = \"{file}\" }}");
+                if quads.len() == 1 {
+                    t.push_str("sides = \"front\"\n");
+                }
+                files.push((file, obj(quads)));
+            }
+            Shape::Room { min, max, walls } => {
+                let _ = writeln!(t, "room = {{ min = {min:?}, max = {max:?} }}");
+                let missing: Vec<&str> = (0..6).filter(|&k| walls[k].is_none()).map(|k| FACES[k]).collect();
+                let _ = writeln!(t, "omit = {missing:?}");
+                for (k, look) in walls.iter().enumerate() {
+                    if let Some(look) = look {
+                        let _ = writeln!(t, "faces.{} = {{ {} }}", FACES[k], self.look(look).join(", "));
+                    }
+                }
+                return;
+            }
+        }
+        let _ = writeln!(t, "{}", self.look(&s.look).join("\n"));
+    }
+}
+
+/// An OBJ text; equal corners are one.
+fn obj(quads: &[[V; 4]]) -> String {
+    let (mut points, mut t): (Vec<V>, String) = (Vec::new(), String::new());
+    let mut faces = String::new();
+    for q in quads {
+        faces += "f";
+        for p in q {
+            let k = points.iter().position(|x| x == p).unwrap_or_else(|| {
+                points.push(*p);
+                points.len() - 1
+            });
+            let _ = write!(faces, " {}", k + 1);
+        }
+        faces += "\n";
+    }
+    for p in &points {
+        let _ = writeln!(t, "v {:?} {:?} {:?}", p[0], p[1], p[2]);
+    }
+    t + &faces
+}

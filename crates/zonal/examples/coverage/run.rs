@@ -1,0 +1,105 @@
+//! Scenes of a seed, measured side by side; what becomes of each is a function of seed and index alone.
+
+use super::invariance::{self, Outcome};
+use super::measure::{Measured, Quantity, VARIANTS, WORDS, measure};
+use super::{generate, model::Model};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Scenes.
+    pub scenes: Vec<u64>,
+    pub seed: u64,
+    /// Walks for each band of a scene.
+    pub walks: usize,
+    /// True for scenes of few zones, each by one engine.
+    pub small: bool,
+    /// Where scenes that fail are written.
+    pub keep: Option<PathBuf>,
+}
+
+/// A scene and what was found.
+pub struct Done {
+    pub index: u64,
+    pub features: Vec<&'static str>,
+    pub engines: Vec<&'static str>,
+    pub quantities: Vec<Quantity>,
+    pub invariance: Option<(&'static str, Outcome)>,
+    /// Engines that refused the scene, with their words.
+    pub failures: Vec<String>,
+}
+
+impl Done {
+    /// Sums by name that are not covered, and zones that are not by twice their error.
+    pub fn missed(&self) -> impl Iterator<Item = &Quantity> {
+        self.quantities.iter().filter(|q| !q.unknown() && !q.holds())
+    }
+    /// True where something is wrong.
+    pub fn failed(&self) -> bool {
+        self.missed().next().is_some()
+            || !self.failures.is_empty()
+            || self.invariance.as_ref().is_some_and(|(_, o)| !o.broken.is_empty() || o.failure.is_some())
+    }
+}
+
+/// Runs a plan; `told` hears of every scene that is done.
+pub fn run(plan: &Plan, told: impl Fn(&Done) + Sync) -> Vec<Done> {
+    let root = std::env::temp_dir().join(format!("zonal-coverage-{}-{}", std::process::id(), plan.seed));
+    let done = (plan.scenes.par_iter())
+        .map(|&index| {
+            let folder = root.join(index.to_string());
+            let done = one(plan, index, &folder);
+            let _ = std::fs::remove_dir_all(&folder);
+            told(&done);
+            done
+        })
+        .collect();
+    let _ = std::fs::remove_dir_all(&root);
+    done
+}
+
+fn one(plan: &Plan, index: u64, folder: &Path) -> Done {
+    let (model, mut dice) = generate::model(plan.seed, index, plan.small);
+    let mut done = Done {
+        index,
+        features: model.features.clone(),
+        engines: Vec::new(),
+        quantities: Vec::new(),
+        invariance: None,
+        failures: Vec::new(),
+    };
+    if let Err(e) = std::fs::create_dir_all(folder) {
+        done.failures.push(format!("{}: {e}", folder.display()));
+        return done;
+    }
+    let seed = plan.seed.wrapping_mul(1_000_003).wrapping_add(index);
+    let first = plan.small.then(|| (dice.roll() * VARIANTS.len() as f64) as usize);
+    let Measured { quantities, engines, failures, solutions } =
+        measure(&model, index, seed, plan.walks, first, folder);
+    (done.quantities, done.engines, done.failures) = (quantities, engines, failures);
+    if !solutions.is_empty() {
+        let (k, own) = &solutions[((dice.roll() * solutions.len() as f64) as usize).min(solutions.len() - 1)];
+        let (engine, basis) = VARIANTS[*k];
+        let words = (WORDS[*k], engine, basis);
+        done.invariance = Some(invariance::check(&model, index, words, own, &mut dice, folder));
+    }
+    if let Some(keep) = &plan.keep
+        && done.failed()
+        && let Err(e) = write(&model, &keep.join(format!("{}-{index}", plan.seed)))
+    {
+        done.failures.push(format!("the scene could not be kept: {e}"));
+    }
+    done
+}
+
+/// Writes a scene with its meshes.
+pub fn write(model: &Model, folder: &Path) -> std::io::Result<()> {
+    std::fs::create_dir_all(folder)?;
+    let (text, files) = model.texts("");
+    for (name, text) in files {
+        std::fs::write(folder.join(name), text)?;
+    }
+    std::fs::write(folder.join("scene.toml"), text)
+}
