@@ -184,12 +184,15 @@ pub fn exr(data: &[u8]) {
 
 /// A solution: as it is, and as a zip written anew around its entries. What is accepted is used.
 pub fn npz(data: &[u8]) {
+    // Packing takes a hundred times as long as all else.
+    let packed = data.iter().fold(0u8, |n, b| n.rotate_left(1) ^ b) % 64 == 0;
     if let Ok(solution) = output::read_solution_from_bytes(data) {
-        solving::use_solution(solution);
+        solving::use_solution(solution, packed);
+        return;
     }
     let Some(mended) = archive::zip(data) else { return };
     if let Ok(solution) = output::read_solution_from_bytes(&mended) {
-        solving::use_solution(solution);
+        solving::use_solution(solution, packed);
     }
 }
 

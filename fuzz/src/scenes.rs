@@ -5,12 +5,16 @@ use std::path::PathBuf;
 use zonal::io::input::FilesInMemory;
 
 /// Choices out of bytes; when they are spent, all are the first.
-struct Choices<'a>(&'a [u8]);
+struct Choices<'a> {
+    bytes: &'a [u8],
+    /// One number for all bands.
+    grey: bool,
+}
 
 impl Choices<'_> {
     fn byte(&mut self) -> u8 {
-        let Some((first, rest)) = self.0.split_first() else { return 0 };
-        self.0 = rest;
+        let Some((first, rest)) = self.bytes.split_first() else { return 0 };
+        self.bytes = rest;
         *first
     }
     fn below(&mut self, n: usize) -> usize {
@@ -31,7 +35,7 @@ impl Choices<'_> {
     }
     /// A number for all bands, or three.
     fn bands(&mut self, mut one: impl FnMut(&mut Self) -> f64) -> String {
-        if self.one_in(3) {
+        if !self.grey && self.one_in(3) {
             let [r, g, b] = [one(self), one(self), one(self)];
             return format!("[{r:?},{g:?},{b:?}]");
         }
@@ -60,6 +64,13 @@ impl Choices<'_> {
     }
 }
 
+/// Edges from `a` towards two places, with an area.
+fn edges(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    let far = |x: f64, least: f64| if x.abs() < least { least } else { x };
+    let e = [far(b[0] - a[0], 0.1), 0.0, b[2] - a[2]];
+    (e, [0.0, far(c[1] - a[1], 0.1), 0.5 * (c[2] - a[2])])
+}
+
 struct Writer<'a> {
     c: Choices<'a>,
     text: String,
@@ -67,15 +78,18 @@ struct Writer<'a> {
     /// Edges of the box around all.
     size: [f64; 3],
     names: usize,
+    /// Surfaces that emit.
+    shining: Vec<String>,
 }
 
 /// The text of a scene, and the files that it names.
 pub fn text(data: &[u8]) -> (String, FilesInMemory) {
-    let mut c = Choices(data);
+    let mut c = Choices { bytes: data, grey: false };
     let thermal = c.one_in(2);
+    c.grey = thermal;
     let unit = c.of(&[1.0, 1.0, 1.0, 1e-4, 1e5]);
     let size = [0; 3].map(|_| unit * c.of(&[1.0, 2.0, 1.0, 0.1, 3.7, 1.0 + 1e-9]));
-    let mut w = Writer { c, text: String::new(), thermal, size, names: 0 };
+    let mut w = Writer { c, text: String::new(), thermal, size, names: 0, shining: Vec::new() };
     if w.thermal {
         w.text += "mode='thermal'\n";
     }
@@ -83,6 +97,7 @@ pub fn text(data: &[u8]) -> (String, FilesInMemory) {
     let kind = w.c.below(4);
     w.settings(periodic);
     if w.thermal && w.c.one_in(4) {
+        w.c.grey = false;
         w.text += w.c.of(&[
             "[thermal]\nshares=[0.2,0.3,0.5]\n",
             "[thermal]\nshares=[0.2,0.3,0.1]\nleft_out=true\n",
@@ -160,14 +175,25 @@ impl Writer<'_> {
     }
 
     /// What a surface is, as keys after the given start (`faces.z0.` or nothing).
-    fn look(&mut self, before: &str) {
+    fn look(&mut self, name: &str, before: &str) {
         if self.thermal {
+            let black = self.c.one_in(3);
             let known = match self.c.below(4) {
                 0 | 1 => format!("temperature={:?}", self.c.kelvin()),
                 2 => format!("heat_flux={:?}", self.c.flux()),
                 _ => format!("net_power={:?}", self.c.flux()),
             };
-            let e = 1.0 - self.c.fraction();
+            // What gives power has to be able to.
+            let e = match known.starts_with('t') {
+                true => 1.0 - self.c.fraction(),
+                false => {
+                    if black {
+                        1.0
+                    } else {
+                        self.c.between(0.1, 1.0)
+                    }
+                }
+            };
             self.line(format!("{before}{known}\n{before}emissivity={e:?}"));
             return;
         }
@@ -176,6 +202,9 @@ impl Writer<'_> {
         if self.c.one_in(3) {
             let e = self.c.bands(Choices::power);
             self.line(format!("{before}emission={e}"));
+            if e.chars().any(|c| ('1'..='9').contains(&c)) {
+                self.shining.push(name.into());
+            }
         }
     }
 
@@ -188,9 +217,9 @@ impl Writer<'_> {
                 let wall = self.c.of(&["x0", "y1", "z1"]);
                 self.line(format!("omit=['{wall}']"));
             }
-            self.look("");
+            self.look("room.x0", "");
             // A face of its own has all that its surface has.
-            self.look("faces.z0.");
+            self.look("room.z0", "faces.z0.");
         }
         let more = if kind == 0 { 0 } else { 1 + self.c.below(3) };
         for _ in 0..more {
@@ -206,15 +235,17 @@ impl Writer<'_> {
         self.line(format!("[[surface]]\nname='{name}'"));
         let (a, b, c) = (self.place(), self.place(), self.place());
         let lo = [0, 1, 2].map(|k| a[k].min(b[k]));
-        let hi = [0, 1, 2].map(|k| a[k].max(b[k]));
+        let hi = [0, 1, 2].map(|k| a[k].max(b[k]).max(lo[k] + 0.05));
         match self.c.below(5) {
             0 => {
-                let edge = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] - a[k]);
-                let (o, e, f) = (self.point(a), self.point(edge(b)), self.point(edge(c)));
+                let (e, f) = edges(a, b, c);
+                let (o, e, f) = (self.point(a), self.point(e), self.point(f));
                 self.line(format!("rectangle={{origin={o},edge1={e},edge2={f}}}"));
             }
             1 => {
-                let (a, b, c) = (self.point(a), self.point(b), self.point(c));
+                let (e, f) = edges(a, b, c);
+                let corner = |e: [f64; 3]| self.point([0, 1, 2].map(|k| a[k] + e[k]));
+                let (a, b, c) = (self.point(a), corner(e), corner(f));
                 self.line(format!("triangle={{corners=[{a},{b},{c}]}}"));
             }
             2 => {
@@ -235,7 +266,7 @@ impl Writer<'_> {
             }
             _ => {
                 let file = format!("{name}.obj");
-                let mesh = self.boxes(lo, hi);
+                let mesh = self.boxes(lo, hi, false);
                 files.insert(PathBuf::from(&file), mesh.into_bytes());
                 let turn = self.c.of(&[0.0, 0.0, 30.0]);
                 self.line(format!("mesh={{file='{file}',rotate_degrees=[0,0,{turn:?}]}}"));
@@ -247,18 +278,18 @@ impl Writer<'_> {
         if self.c.one_in(3) {
             self.line("sides='both'");
         }
-        self.look("");
+        self.look(&name, "");
     }
 
-    /// One box or two, one in the other, as OBJ, with faces outward or inward; a face may be missing.
-    fn boxes(&mut self, lo: [f64; 3], hi: [f64; 3]) -> String {
+    /// One box or two, one in the other, as OBJ, with faces outward or inward; a face may be missing unless they have to be closed.
+    fn boxes(&mut self, lo: [f64; 3], hi: [f64; 3], closed: bool) -> String {
         const FACES: [[usize; 4]; 6] =
             [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let mut out = String::new();
         let nested = self.c.one_in(3);
-        let missing = if self.c.one_in(4) { self.c.below(6) } else { 6 };
+        let missing = if !closed && self.c.one_in(4) { self.c.below(6) } else { 6 };
         for level in 0..1 + usize::from(nested) {
-            let inward = self.c.one_in(2);
+            let inward = self.c.one_in(2) && !closed;
             let cut = 0.25 * level as f64;
             for i in 0..8 {
                 let p = [0, 1, 2].map(|k| {
@@ -330,7 +361,7 @@ impl Writer<'_> {
             let x = self.c.bands(Choices::extinction);
             self.line("[[medium.region]]");
             if self.c.one_in(3) {
-                let mesh = self.boxes([0.2; 3], [0.7, 0.8, 0.9]);
+                let mesh = self.boxes([0.2; 3], [0.7, 0.8, 0.9], true);
                 files.insert(PathBuf::from("region.obj"), mesh.into_bytes());
                 self.line("mesh={file='region.obj'}");
             } else {
@@ -356,8 +387,8 @@ impl Writer<'_> {
         let max = self.point([1.0; 3]);
         self.line(format!("[[surface]]\nname='room'\nroom={{min=[0,0,0],max={max}}}"));
         self.line(["omit=['x0','x1','y0','y1']", "omit=['x0','x1']", "omit=['y0','y1']"][axes]);
-        self.look("");
-        self.look("faces.z0.");
+        self.look("room.z1", "");
+        self.look("room.z0", "faces.z0.");
         self.medium(true, &mut FilesInMemory::new());
     }
 
@@ -385,8 +416,9 @@ impl Writer<'_> {
                 }
                 1 => self.line(format!("[[light]]\nkind='sky'\nradiance={e}")),
                 _ => {
-                    let name = if self.names > 0 { "n1" } else { "room.z0" };
-                    if !self.text.contains("kind='emitter'") {
+                    let n = self.c.below(self.shining.len());
+                    if n < self.shining.len() {
+                        let name = self.shining.remove(n);
                         self.line(format!("[[light]]\nkind='emitter'\nsurface='{name}'"));
                     }
                 }

@@ -8,7 +8,13 @@ use zonal::scene::{Bands, Camera, Lens, Quiet, Scene, Solution, Values};
 use zonal::viewer::package::{Detail, package};
 
 /// The most zones that are solved, and that a solution from a file may have to be used.
-const ZONES: usize = 96;
+const ZONES: usize = 160;
+/// The most zones where facets stand in each other's way: their pairs are walked.
+const ZONES_BEHIND: usize = 72;
+/// The most zones that are packed for the viewer.
+const ZONES_PACKED: usize = 24;
+/// The facets of a room.
+const ROOM: usize = 6;
 /// The most facets, panes' plates and voxels of a scene.
 const PARTS: usize = 64;
 /// The most direct lights.
@@ -20,14 +26,14 @@ const MEMORY: u64 = 256 << 20;
 pub fn solve(data: &[u8]) {
     let (text, files) = scenes::text(data);
     if let Some(scene) = readers::read(text.as_bytes(), &files) {
-        solve_and_draw(scene);
+        solve_and_draw(scene, text.len() % 16 == 0);
     }
 }
 
 /// A scene's text as it is.
 pub fn solve_toml(data: &[u8]) {
     if let Some(scene) = readers::read_with_fixtures(data) {
-        solve_and_draw(scene);
+        solve_and_draw(scene, data.len() % 16 == 0);
     }
 }
 
@@ -57,7 +63,8 @@ fn coarse(scene: Scene) -> Option<Scene> {
     let transport = zonal::transport::Transport::new(&scene);
     let zones = zonal::transport::build_zones(&scene, &transport).ok()?;
     drop(transport);
-    (zones.len() <= ZONES).then_some(scene)
+    let most = if scene.facets().len() <= ROOM { ZONES } else { ZONES_BEHIND };
+    (zones.len() <= most).then_some(scene)
 }
 
 fn finite(what: &str, list: &[Bands]) {
@@ -72,7 +79,7 @@ fn errors(what: &str, list: &[Bands]) {
     }
 }
 
-fn solve_and_draw(scene: Scene) {
+fn solve_and_draw(scene: Scene, packed: bool) {
     let Some(scene) = coarse(scene) else { return };
     let Ok(solution) = zonal::solve::solve(scene, MEMORY, &Quiet) else { return };
     let f = &solution.fields;
@@ -110,6 +117,9 @@ fn solve_and_draw(scene: Scene) {
     }
     let light = solution.scene.thermal().is_none();
     let drawn = draw(&solution);
+    if packed {
+        pack(&solution);
+    }
     let bad = drawn.iter().flatten().flatten().find(|x| !(x.is_finite() && **x >= 0.0));
     assert!(!light || bad.is_none(), "a pixel is {bad:?}");
 }
@@ -147,20 +157,27 @@ fn draw(solution: &Solution) -> Vec<Vec<[f32; 3]>> {
         }
         seen.zones(&Quiet);
     }
-    if solution.zones.len() <= ZONES / 4 {
-        let _ = package(solution, &Detail { vertices: 200 }, &Quiet);
-    }
     out
 }
 
-/// A solution from a file of anyone's: drawn and relit.
-pub fn use_solution(solution: Solution) {
+/// The viewer's package, of few zones.
+fn pack(solution: &Solution) {
+    if solution.zones.len() <= ZONES_PACKED {
+        let _ = package(solution, &Detail { vertices: 200 }, &Quiet);
+    }
+}
+
+/// A solution from a file of anyone's: drawn, relit, and packed for the viewer where that is wanted.
+pub fn use_solution(solution: Solution, packed: bool) {
     let s = &solution.scene;
     let size = s.diagonal();
     if solution.zones.len() > ZONES || !tiny(s) || !(size > 1e-6 && size < 1e6) {
         return;
     }
     draw(&solution);
+    if packed {
+        pack(&solution);
+    }
     if let Some(name) = solution.groups.first().map(|g| g.name.clone())
         && let Ok(relit) = zonal::solve::relight::relight(solution, &[(name, [0.5, 2.0, 0.0])])
     {
