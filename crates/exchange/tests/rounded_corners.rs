@@ -5,7 +5,7 @@ use zonal_math::{Vec3, vec3};
 use zonal_scene::Plate;
 
 /// Two perpendicular squares of side 0.1 with a common edge: A F (Howell's C-14), m².
-const TRUE: f64 = 0.01 * 0.200_043_776_1;
+const TRUE: f64 = 0.01 * 0.200_043_776_075_403_16;
 
 /// Noise from −1 to 1 of a fixed sequence.
 struct Noise(u64);

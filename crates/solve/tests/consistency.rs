@@ -42,7 +42,7 @@ fn rows_that_do_not_close_widen_the_errors() {
                 covered += usize::from(d <= a.power_error + 1e-6);
             }
             assert!(off > 1.0, "the formula is no good test: {off} W");
-            assert_eq!(covered, own.len(), "{closure}: {own:?}");
+            assert_eq!(covered, own.len(), "{closure}: {own:#?}\n{exact:#?}");
         }
     }
 }

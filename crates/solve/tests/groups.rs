@@ -158,9 +158,12 @@ fn unknown_groups_are_named_with_those_that_are_there() {
     assert_eq!(merged.groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>(), ["all"]);
     assert!(light_apart(&merged, &s) < 1e-9);
     // Errors of each are told as if they were never of opposite sign.
-    for (m, e) in merged.fields.error.as_flattened().iter().zip(s.fields.error.as_flattened()) {
-        assert!(*m <= 1.0001 * e && *m >= 0.3 * e, "{m} {e}");
+    // What the balance misses beyond them is shared out by zones in either case, so that single zones may have a little more.
+    let [one, each] = [&merged, &s].map(|s| s.fields.error.as_flattened());
+    for (m, e) in one.iter().zip(each) {
+        assert!(*m <= 1.2 * e && *m >= 0.3 * e, "{m} {e}");
     }
+    assert!(one.iter().sum::<f64>() <= 1.0001 * each.iter().sum::<f64>());
     let dim = relight(merged, &[("all".into(), [0.5; 3])]).unwrap();
     let want = powers(&s);
     let n = want.len();

@@ -42,7 +42,7 @@ fn the_furnace_of_the_manual() {
     assert!(json["zoning"].is_null() && json["heat"]["rows"][0]["net_flux_zoning_error"].is_null());
     let json: serde_json::Value = serde_json::from_str(&f.done(&["check", FURNACE, "--json"])).unwrap();
     let last = json["parts"].as_array().unwrap().last().unwrap();
-    assert_eq!(last["what"], "the same on larger zones");
+    assert!(last["what"].as_str().unwrap().starts_with("the same on "), "{last}");
     // The table for people, in the manual word for word apart from what rounding leaves.
     let text = f.done(&["solve", FURNACE, "-o", "out/a.npz"]);
     for word in ["heat given", "furnace.z0", "W/m2", "balance"] {
@@ -106,7 +106,7 @@ fn total_exchange_areas_of_the_furnace() {
 #[test]
 fn unknown_errors_are_no_small_numbers() {
     let f = Folder::new();
-    let scene = "mode = \"thermal\"\n[solve]\npatch_size = 2\n[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [1,1,1] }\ntemperature = 300\nfaces.z0 = { temperature = 1000 }\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 0.2\nheat_source = 0\n";
+    let scene = "mode = \"thermal\"\n[solve]\npatch_size = 2\n[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [1,1,1] }\ntemperature = 300\nemissivity = 0.8\nfaces.z0 = { temperature = 1000 }\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 0.2\nheat_source = 0\n";
     f.put("a.toml", scene);
     let text = f.done(&["solve", "a.toml", "-o", "a.npz"]);
     assert_eq!(text.matches(" ± unknown W/m2").count(), 6, "{text}");

@@ -110,7 +110,12 @@ pub fn answer(scene: &Scene, closed: &Closed, zones: Option<&Zones>, walks: usiz
             sums
         })
         .collect();
-    walker.slots.read(scene, zones, &walker.optics, &areas, &volumes, &sums)
+    // What one walk carries: sums that hardly any walk reaches are known no better.
+    let one = zonal_scene::bands(|b| {
+        let of = sources.get(if walker.optics.one_band { 0 } else { b });
+        of.map_or(0.0, |s| s.power.abs() / walks.max(1) as f64)
+    });
+    walker.slots.read(scene, zones, &walker.optics, (&areas, &volumes), (&sums, one))
 }
 
 /// The patches of each facet.

@@ -2,7 +2,7 @@
 
 use super::ground::Ground;
 use super::{Answer, HeatAnswer, estimate};
-use crate::Dice;
+use crate::{Dice, Estimate};
 use zonal_math::Vec3;
 use zonal_scene::thermal::black;
 use zonal_scene::zones::SUBCELLS;
@@ -163,14 +163,18 @@ impl Slots {
         scene: &Scene,
         zones: Option<&Zones>,
         optics: &Optics,
-        areas: &[f64],
-        volumes: &[f64],
-        sums: &[Vec<f64>],
+        (areas, volumes): (&[f64], &[f64]),
+        (sums, one): (&[Vec<f64>], Bands),
     ) -> Answer {
+        // No sum is known better than to what one walk carries, W a band.
+        let floor = |e: Estimate, one: f64| Estimate { error: e.error.hypot(one), ..e };
+        let all: f64 = if optics.one_band { one[0] } else { one.iter().sum() };
         let band = |b: usize| if optics.one_band { 0 } else { b };
-        let powers = |slot: usize| [0, 1, 2].map(|b| estimate(sums, |s| s[4 * slot + band(b)]));
+        let powers =
+            |slot: usize| [0, 1, 2].map(|b| floor(estimate(sums, |s| s[4 * slot + band(b)]), one[band(b)]));
         let panes = |b: usize| {
-            estimate(sums, |s| (0..scene.panes().len()).map(|p| s[4 * (self.panes + p) + band(b)]).sum())
+            let of = |s: &[f64]| (0..scene.panes().len()).map(|p| s[4 * (self.panes + p) + band(b)]).sum();
+            floor(estimate(sums, of), one[band(b)])
         };
         let mut out = Answer {
             surfaces: (0..scene.surfaces().len()).map(powers).collect(),
@@ -184,7 +188,10 @@ impl Slots {
             out.zones = (0..z.len())
                 .map(|i| {
                     let (_, measure) = z.response(i);
-                    [0, 1, 2].map(|b| estimate(sums, |s| s[4 * (self.zones + i) + band(b)] / measure))
+                    [0, 1, 2].map(|b| {
+                        let e = estimate(sums, |s| s[4 * (self.zones + i) + band(b)] / measure);
+                        floor(e, one[band(b)] / measure)
+                    })
                 })
                 .collect();
         }
@@ -209,8 +216,16 @@ impl Slots {
             let absorbs = |s: &[f64]| (0..3).map(|b| factor[b] * s[4 * slot + b]).sum::<f64>();
             let takes = slot < self.zones || parts.iter().all(|p| p.0.known.is_some());
             HeatAnswer {
-                emissive: (size > 0.0).then(|| estimate(sums, |s| (base + s[4 * slot + 3]) / size)),
-                power: estimate(sums, |s| sent - if takes { absorbs(s) } else { 0.0 }),
+                emissive: (size > 0.0).then(|| {
+                    let least = parts.iter().map(|p| p.0.emits).filter(|e| *e > 0.0).fold(f64::INFINITY, f64::min);
+                    let found = parts.iter().any(|p| p.0.again) && least.is_finite();
+                    let e = estimate(sums, |s| (base + s[4 * slot + 3]) / size);
+                    floor(e, if found { all / (least * size) } else { 0.0 })
+                }),
+                power: {
+                    let e = estimate(sums, |s| sent - if takes { absorbs(s) } else { 0.0 });
+                    floor(e, if takes { all } else { 0.0 })
+                },
             }
         };
         let one = [1.0; 3];

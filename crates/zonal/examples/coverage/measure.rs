@@ -193,7 +193,7 @@ fn quantity(kind: Kind, what: String, value: f64, stated: f64, truth: Estimate, 
 /// T and its standard error from a mean of σT⁴.
 fn kelvin(e: Estimate) -> Estimate {
     let t = temperature(e.value.max(0.0));
-    Estimate { value: t, error: if e.value > 0.0 { 0.25 * t * e.error / e.value } else { 0.0 } }
+    Estimate { value: t, error: temperature(e.value.max(0.0) + e.error) - t }
 }
 
 /// A sum by name as a report has it.

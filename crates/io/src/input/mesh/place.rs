@@ -160,13 +160,17 @@ pub(crate) fn read_surface(
     Ok(())
 }
 
-/// Area vectors of a nearly closed part add up to less than this share of its area.
+/// Area vectors of a nearly closed part add up to less than this share of its area, and it is open by so many edges at most.
 const NEARLY_CLOSED: f64 = 0.01;
+const FEW_EDGES: usize = 4;
 
 /// Notes the parts of a mesh that are open by a few edges only: their insides exchange, and medium inside them takes part.
 fn nearly_closed(shells: &Shells, name: &str, b: &mut Builder<'_>) {
     let mut found = [(0, 0); 2];
     for c in shells.components() {
+        if c.turned_edges + c.free_edges > FEW_EDGES {
+            continue;
+        }
         let turned = c.turned_edges > 0 && c.free_edges == 0;
         let holes = c.free_edges > 0 && c.area_vector.length() < NEARLY_CLOSED * c.area;
         if turned || holes {
