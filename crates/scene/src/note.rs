@@ -36,12 +36,12 @@ pub struct Note {
 
 impl Note {
     /// A plain note.
-    pub fn note(code: &str, text: impl Into<String>) -> Note {
+    pub fn new(code: &str, text: impl Into<String>) -> Note {
         Note { severity: Severity::Note, code: code.into(), text: text.into(), ..Note::default() }
     }
     /// A warning.
     pub fn warning(code: &str, text: impl Into<String>) -> Note {
-        Note { severity: Severity::Warning, ..Note::note(code, text) }
+        Note { severity: Severity::Warning, ..Note::new(code, text) }
     }
     /// The same note about a place.
     pub fn at(self, location: impl Into<String>) -> Note {
@@ -69,7 +69,7 @@ impl fmt::Display for Note {
 
 impl From<String> for Note {
     fn from(text: String) -> Note {
-        Note::note("general", text)
+        Note::new("general", text)
     }
 }
 

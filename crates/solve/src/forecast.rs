@@ -122,15 +122,15 @@ pub fn warnings(scene: &Scene, thick: f64, constant: bool) -> Vec<Note> {
     let tiny = scene.facets().iter().filter(|f| f.plate.area() < least).count();
     if tiny > 0 {
         let text = format!("{tiny} facet(s) are tiny: smaller than {TINY:e} of the scene across");
-        out.push(Note::note("tiny-facets", text));
+        out.push(Note::new("tiny-facets", text));
     }
     if constant && thick > THICK {
-        out.push(Note::note("thick-voxels", format!(
+        out.push(Note::new("thick-voxels", format!(
             "voxels are up to {thick:.2e} optical depths across; below {THICK} is better: use more cells, or, in a box on the grid of its medium, thick_zones = \"linear\""
         )));
     }
     if !constant && thick > STEEP {
-        out.push(Note::note("thick-voxels", format!(
+        out.push(Note::new("thick-voxels", format!(
             "voxels are up to {thick:.2e} optical depths across: slopes inside them carry light that changes along one direction, but beside edges where hot walls meet cold ones below {STEEP} is better: use more cells"
         )));
     }

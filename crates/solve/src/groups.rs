@@ -117,7 +117,7 @@ pub fn chosen(scene: &Scene, zones: &Zones) -> (Vec<Source>, Option<Note>) {
                 each.len(),
                 zones.len()
             );
-            (all(), Some(Note::note("groups-merged", note)))
+            (all(), Some(Note::new("groups-merged", note)))
         }
         _ if each.is_empty() => (all(), None),
         _ => (each, None),

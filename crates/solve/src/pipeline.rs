@@ -520,7 +520,7 @@ fn report(
     warnings.extend(undershoot(site, fields));
     if !escape.closed() {
         let text = "the scene is open: power escapes to the surroundings or onto black backs";
-        warnings.push(Note::note("open-scene", text));
+        warnings.push(Note::new("open-scene", text));
     }
     warnings.extend(site.direct.warnings());
     if site.scene.thermal().is_none() {

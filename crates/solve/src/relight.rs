@@ -75,7 +75,7 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
             [a, b, c] if a == b && b == c => format!("relit: {name} × {a}"),
             [a, b, c] => format!("relit: {name} × {a}, {b}, {c}"),
         };
-        Note::note("relit", text)
+        Note::new("relit", text)
     }));
     crate::finite::check(&scene, &zones, &mut fields, &mut groups, &mut report)?;
     Ok(Solution { scene, zones, fields, groups, report, scene_hash: String::new(), version })

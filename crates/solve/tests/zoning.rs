@@ -204,12 +204,14 @@ fn few_zones_are_told_by_smaller_ones() {
     ] {
         let (z, said) = notes(&room(solve, &equilibrium(cells)));
         assert!(
-            told(&z).zones > 40 && said.is_empty() && !told(&z).heat.as_flattened().contains(&f64::INFINITY),
+            told(&z).zones > 40
+                && !said.contains("not known")
+                && !told(&z).heat.as_flattened().contains(&f64::INFINITY),
             "{said}"
         );
     }
     let (z, said) = notes(&room("patch_rule = \"voxels\"", &equilibrium("[6,6,6]")));
-    assert!(told(&z).zones == 6 * 9 + 27 && said.is_empty(), "{said}");
+    assert!(told(&z).zones == 6 * 9 + 27 && !said.contains("not known"), "{said}");
     // A gap that is a tenth as wide as the patches beside it.
     let gap = room("patch_size = 0.2", "").replace("max = [1,1,1]", "max = [1,1,0.02]");
     let (z, said) = notes(&gap);
@@ -246,7 +248,7 @@ fn a_surface_that_stays_as_it_was_is_named() {
     assert!(!said.contains("lamp") && !unknown(told(&z))[6][1], "{said}");
     // Smaller ones know of it where they are few.
     let (z, said) = notes(&room("patch_size = 0.2", lamp));
-    assert!(told(&z).zones > 600 && said.is_empty() && !unknown(told(&z))[6][1], "{said}");
+    assert!(told(&z).zones > 600 && !said.contains("lamp") && !unknown(told(&z))[6][1], "{said}");
 }
 
 /// A flame in a black, cold box: `cells` of one extinction, each of a temperature of its own, divided by `split`.
@@ -288,7 +290,7 @@ fn odd_numbers_of_cells_of_temperatures_have_an_error() {
         ));
         assert!(s.report.warnings.is_empty() && exact.report.zoning.is_none(), "{:?}", s.report.warnings);
         let zoning = told(&s.report.zoning);
-        assert!(zoning.zones > 0 && zoning.notes.is_empty(), "{:?}", zoning.notes);
+        assert!(zoning.zones > 0 && zoning.notes.iter().all(|n| !n.is_warning()), "{:?}", zoning.notes);
         let rows = |s: &Solution| s.report.heat.as_ref().unwrap().rows.clone();
         for ((a, b), told) in rows(&s).iter().zip(&rows(&exact)).zip(&zoning.heat) {
             let error = (a.power - b.power).abs();

@@ -344,6 +344,6 @@ impl<'a> Transport<'a> {
     }
     /// True when the medium at `p` takes part: `p` lies in no solid, nor outside the closed rooms where nothing else is.
     pub fn holds_medium(&self, p: Vec3) -> bool {
-        !self.inside_solid(p) && !(self.void_outside_rooms() && self.outside_rooms(p))
+        !(self.inside_solid(p) || self.void_outside_rooms() && self.outside_rooms(p))
     }
 }

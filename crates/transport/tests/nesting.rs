@@ -118,7 +118,7 @@ fn a_surface_that_nothing_could_see_is_refused_or_named() {
     let t = Transport::new(&s);
     let out = left_out(&s, &t, &build_zones(&s, &t).unwrap()).unwrap();
     assert_eq!((out.warnings.len(), out.notes.len()), (1, 0), "{out:?}");
-    assert!(out.warnings[0].contains("'s0'") && out.warnings[0].contains("'s1'"), "{out:?}");
+    assert!(out.warnings[0].location.contains("'s0'") && out.warnings[0].contains("'s1'"), "{out:?}");
 }
 
 #[test]

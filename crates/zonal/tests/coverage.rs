@@ -1,5 +1,7 @@
 //! Fifty small scenes of the random coverage campaign: what is stated covers what is true. The whole of it is the example `coverage`.
 
+#![allow(dead_code)]
+
 #[path = "../examples/coverage/generate.rs"]
 mod generate;
 #[path = "../examples/coverage/invariance.rs"]

@@ -62,7 +62,7 @@ pub(crate) fn read_density(
         let placing = fill::Placing::read(&t, bounds)?;
         let (cells, note) = fill::fill(&name, &bytes, &placing, scale, filling, grid).map_err(refused)?;
         if let Some(note) = note {
-            b.note(Note::note("grid-outside", note));
+            b.note(Note::new("grid-outside", note));
         }
         return Ok(cells);
     }

@@ -217,7 +217,8 @@ impl Slots {
             let takes = slot < self.zones || parts.iter().all(|p| p.0.known.is_some());
             HeatAnswer {
                 emissive: (size > 0.0).then(|| {
-                    let least = parts.iter().map(|p| p.0.emits).filter(|e| *e > 0.0).fold(f64::INFINITY, f64::min);
+                    let least =
+                        parts.iter().map(|p| p.0.emits).filter(|e| *e > 0.0).fold(f64::INFINITY, f64::min);
                     let found = parts.iter().any(|p| p.0.again) && least.is_finite();
                     let e = estimate(sums, |s| (base + s[4 * slot + 3]) / size);
                     floor(e, if found { all / (least * size) } else { 0.0 })

@@ -8,7 +8,7 @@ use crate::forecast::thickness;
 use rayon::prelude::*;
 use zonal_math::Vec3;
 use zonal_scene::solution::Energy;
-use zonal_scene::{Bands, HeatKind, HeatReport, HeatRow, Patch, Scene, Voxmap, Zones};
+use zonal_scene::{Bands, HeatKind, HeatReport, HeatRow, Note, Patch, Scene, Voxmap, Zones};
 use zonal_transport::Transport;
 
 /// Zones that grow by less than this are as large as before.
@@ -39,7 +39,7 @@ pub struct Grown {
     /// How much larger they are across, or why they are not.
     pub ratio: Result<f64, String>,
     /// What their errors do not tell.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
     /// Of whom they do not tell it.
     pub stuck: Stuck,
     /// What the estimate is to be multiplied by: 1, or more where zones are few or thick.
@@ -102,10 +102,11 @@ impl Grown {
         finer: bool,
     ) -> Grown {
         let real = |r: &f64| *r >= GROWN;
-        let mut notes = Vec::new();
+        let mut notes: Vec<Note> = Vec::new();
         let cells = grown_cells(scene, other).filter(real);
         if let Some(map) = scene.voxmap() {
-            notes.extend(stuck_cells(scene, map, cells.is_none()));
+            let stuck = stuck_cells(scene, map, cells.is_none());
+            notes.extend(stuck.map(|text| Note::warning("discretization", text)));
         }
         let mut whom = Stuck { cells: !notes.is_empty(), ..Stuck::default() };
         let (mut before, mut after, mut stuck) = (0, 0, Vec::new());
@@ -122,13 +123,14 @@ impl Grown {
         if !stuck.is_empty() {
             let (named, rest) = stuck.split_at(stuck.len().min(NAMES));
             let more = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
-            notes.push(format!(
+            let text = format!(
                 "the second solve has zones as large as the first on {}{more}, and their errors are unknown: give them a smaller patch_size",
                 named.join(", ")
-            ));
+            );
+            notes.push(Note::warning("discretization", text));
         }
         let patches = (after > 0).then(|| (before as f64 / after as f64).sqrt());
-        let none = || notes.first().cloned().unwrap_or_else(|| "there are no zones".into());
+        let none = || notes.first().map_or_else(|| "there are no zones".into(), |n| n.text.clone());
         let ratio = [cells, patches].into_iter().flatten().min_by(f64::total_cmp).ok_or_else(none);
         let why = if finer {
             rough(scene, zones, FEWEST_SMALL, slopes, false)
@@ -145,7 +147,11 @@ impl Grown {
             None => 1.0,
         };
         notes.extend(why.map(|why| {
-            format!("errors of zones are themselves rough, and are multiplied by {caution}: {why}; smaller zones tell more")
+            let text = format!(
+                "errors of zones are themselves rough, and are multiplied by {caution}: {why}; smaller zones tell more"
+            );
+            // The error that is stated has it.
+            Note::new("rough-discretization", text)
         }));
         Grown { ratio, notes, stuck: whom, caution }
     }

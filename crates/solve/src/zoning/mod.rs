@@ -187,13 +187,7 @@ impl<'a> Other<'a> {
         let mut energy = report.energy.compared(&other.report.energy, apart);
         least.widen(&mut energy, &report.energy);
         grown.stuck.widen(&mut energy);
-        Ok(Zoning {
-            zones: count,
-            ratio,
-            heat: heat.collect(),
-            energy,
-            notes: grown.notes.into_iter().map(|t| Note::warning("discretization", t)).collect(),
-        })
+        Ok(Zoning { zones: count, ratio, heat: heat.collect(), energy, notes: grown.notes })
     }
 }
 

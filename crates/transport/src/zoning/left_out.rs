@@ -39,7 +39,7 @@ pub fn left_out(scene: &Scene, transport: &Transport, zones: &Zones) -> Result<L
     for (k, s) in scene.surfaces().iter().enumerate().filter(|(k, _)| whole[*k] > 0.0) {
         let share = 1.0 - kept[k] / whole[k];
         if kept[k] > 0.0 {
-            partly.extend((share > ROUNDING).then(|| (share, s.name.as_str())));
+            partly.extend((share > ROUNDING).then_some((share, s.name.as_str())));
             continue;
         }
         match solid_around(scene, transport, k) {
@@ -78,9 +78,9 @@ pub fn left_out(scene: &Scene, transport: &Transport, zones: &Zones) -> Result<L
             "parts of surfaces lie inside solids or against other surfaces and take no part: {}",
             listed(shares)
         );
-        out.notes.push(Note::note("parts-covered", text));
+        out.notes.push(Note::new("parts-covered", text));
     }
-    out.notes.extend(outside(scene, transport, zones).map(|t| Note::note("cells-outside", t)));
+    out.notes.extend(outside(scene, transport, zones).map(|t| Note::new("cells-outside", t)));
     Ok(out)
 }
 

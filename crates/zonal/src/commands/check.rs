@@ -46,7 +46,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     warnings.extend(left_out.notes);
     if forecast::is_open(&scene, &zones, &transport) {
         let text = "the scene is open: some rays leave it; its surroundings take part as a zone";
-        warnings.push(Note::note("open-scene", text));
+        warnings.push(Note::new("open-scene", text));
     }
     let threads = rayon::current_num_threads();
     let (rays, light) = forecast::direct_light(&scene, &zones, &transport, threads);
@@ -61,9 +61,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     };
     let outlook = Outlook::new(&plan, &|| start.elapsed().as_secs_f64()).map(|o| o.beginning(reading));
     warnings.extend(forecast::warnings(&scene, f.thickness, !outlook.as_ref().is_ok_and(|o| o.slopes)));
-    match &outlook {
-        Ok(o) => warnings.extend(o.notes.iter().cloned()),
-        Err(_) => {}
+    if let Ok(o) = &outlook {
+        warnings.extend(o.notes.iter().cloned());
     }
     if context.json {
         let o = outlook.as_ref().ok();

@@ -80,10 +80,10 @@ pub(crate) fn load(node: &Node<'_>, b: &mut Builder<'_>) -> Result<(Mesh, f64), 
         return Err(refused(Fault::new(&name, "", what)));
     }
     if dropped > 0 {
-        b.note(Note::note("faces-dropped", format!("{name}: {dropped} faces without area were dropped")));
+        b.note(Note::new("faces-dropped", format!("{name}: {dropped} faces without area were dropped")));
     }
     for note in std::mem::take(&mut mesh.notes) {
-        b.note(Note::note("mesh", note));
+        b.note(Note::new("mesh", note));
     }
     Ok((mesh, placement.scale))
 }
