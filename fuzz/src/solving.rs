@@ -33,7 +33,7 @@ pub fn solve(data: &[u8]) {
 /// A scene's text as it is.
 pub fn solve_toml(data: &[u8]) {
     if let Some(scene) = readers::read_with_fixtures(data) {
-        solve_and_draw(scene, data.len() % 16 == 0);
+        solve_and_draw(scene, data.len().is_multiple_of(16));
     }
 }
 

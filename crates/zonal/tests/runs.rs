@@ -49,7 +49,7 @@ fn many_lights_take_their_time() {
     let f = Folder::new();
     let sun = "[[light]]\nkind = \"sun\"\ndirection = [0,0,-1]\nirradiance = 1\n";
     let floor = "[solve]\npatch_size = 0.5\n[[surface]]\nrectangle = { origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }\n";
-    f.put("suns.toml", &format!("{floor}{}", sun.repeat(800)));
+    f.put("suns.toml", format!("{floor}{}", sun.repeat(800)));
     let json: serde_json::Value = serde_json::from_str(&f.done(&["check", "suns.toml", "--json"])).unwrap();
     // 1e8 rays.
     assert!(json["direct_light_seconds"].as_f64().unwrap() > 0.1, "{json}");

@@ -258,7 +258,14 @@ impl<'a> Maker<'a> {
             self.features.push("open");
         }
         let look = Look { reflectance: [0.5; 3], emission: [0.0; 3], heat: Heat::Flux(0.0), both: false };
-        (Surface { name: "room".into(), shape: Shape::Room { min: [0.0; 3], max: size, walls }, look }, open)
+        (
+            Surface {
+                name: "room".into(),
+                shape: Shape::Room { min: [0.0; 3], max: size, walls: Box::new(walls) },
+                look,
+            },
+            open,
+        )
     }
 
     /// A size of patches in a room of this mean edge.

@@ -230,9 +230,10 @@ pub fn check(
             stated += factor * c.stated;
         }
         out.compared += 1;
+        let difference = (values[0] - values[1]).abs();
         if !stated.is_finite() {
             out.unknown += 1;
-        } else if !((values[0] - values[1]).abs() <= stated + ROUNDING * slack.abs()) {
+        } else if difference.is_nan() || difference > stated + ROUNDING * slack.abs() {
             out.broken.push(Broken {
                 scene,
                 invariance: name,

@@ -41,7 +41,7 @@ pub enum Shape {
     /// A parallelogram, or a triangle: origin and two edges.
     Plate { corner: V, edges: [V; 2], triangle: bool },
     /// Walls of an axis-aligned room; those without a look are left out. The look of the surface itself is not used.
-    Room { min: V, max: V, walls: [Option<Look>; 6] },
+    Room { min: V, max: V, walls: Box<[Option<Look>; 6]> },
     /// A closed mesh of quadrilaterals, counter-clockwise from the front.
     Mesh { quads: Vec<[V; 4]> },
     /// A box with its normals outward, turned about the vertical.
