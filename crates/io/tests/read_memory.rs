@@ -36,20 +36,23 @@ fn cells_are_bounded_as_asked() {
     assert!(e.starts_with("m.toml:4:7: medium.cells") && e.contains("more than the 26"), "{e}");
 }
 
-/// A glTF text of so many nodes that show one mesh, whose positions are so many zeros without data.
+/// A glTF text of so many nodes that show one mesh, whose positions are so many zeros, of which one has data.
 fn zeros(nodes: usize, count: usize) -> String {
     let list = vec![r#"{"mesh":0}"#; nodes].join(",");
     format!(
         r#"{{"asset":{{"version":"2.0"}},"nodes":[{list}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
-        "accessors":[{{"componentType":5126,"type":"VEC3","count":{count}}}]}}"#
+        "buffers":[{{"byteLength":12,"uri":"data:;base64,AAAAAAAAAAAAAAAA"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":12}}],
+        "accessors":[{{"componentType":5126,"type":"VEC3","count":{count},"sparse":{{"count":1,
+        "indices":{{"bufferView":0,"componentType":5121}},"values":{{"bufferView":0}}}}}}]}}"#
     )
 }
 
 #[test]
 fn meshes_pay_for_their_memory() {
     let text = "[[surface]]\nmesh={file='a.gltf'}\n";
-    // Two hundred bytes that stand for 1.6 GB of positions, and 12 GB of faces.
+    // Six hundred bytes that stand for 1.6 GB of positions, and 12 GB of faces.
     let e = read(text, &[("a.gltf", zeros(1, 60_000_000).as_bytes())], 1).unwrap_err();
     assert!(e.contains("accessor 0") && e.contains("too large"), "{e}");
     // As many zeros as bytes are read, and the faces without area that they make.
