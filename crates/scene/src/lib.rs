@@ -17,7 +17,7 @@
 //! | [`thermal`] | temperatures and net powers that are known, shares of the emission |
 //! | [`group`] | the share of each light in a solution |
 //! | [`note`] | messages of a report, each with its severity and code |
-//! | [`printable`] | text without what steers a terminal |
+//! | [`mod@printable`] | text without what steers a terminal |
 //! | [`progress`] | how long work tells where it stands |
 //! | [`vault`] | where long work leaves what is done |
 //!

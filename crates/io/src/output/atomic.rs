@@ -98,7 +98,7 @@ pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut Sink) -> io::Result<()>)
     })
 }
 
-/// Refuses a path that [`write_atomic`] could not write, by making a temporary file there and removing it.
+/// Refuses a path that `write_atomic` could not write, by making a temporary file there and removing it.
 pub fn check_writable(path: &Path) -> Result<(), FileError> {
     match target(path)? {
         Target::Direct => Ok(()),
