@@ -130,7 +130,10 @@ pub fn render_each<E>(
         let focus = camera.lens.focus.or_else(|| in_the_middle(&transport, camera));
         let camera = Camera { lens: Lens { focus, ..camera.lens }, ..camera.clone() };
         let pinhole = Pinhole::new(&camera, options.width, options.height);
-        take(i, picture(&view, &pinhole, options, progress))?;
+        let mut image = picture(&view, &pinhole, options, progress);
+        // Slopes in thick voxels may leave less than nothing, which is no radiance.
+        image.pixels.iter_mut().flatten().filter(|x| **x < 0.0).for_each(|x| *x = 0.0);
+        take(i, image)?;
     }
     Ok(())
 }

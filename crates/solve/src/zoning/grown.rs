@@ -31,6 +31,9 @@ const CAUTION: f64 = 10.0;
 /// The same of an estimate from smaller zones.
 const CAUTION_SMALL: f64 = 3.0;
 
+/// Where patches on so large a share of the area are as large in both solves, nothing is known of the rest either: it receives what they send.
+const MOST_STUCK: f64 = 0.1;
+
 /// Names that a note has.
 const NAMES: usize = 4;
 
@@ -52,8 +55,8 @@ pub struct Stuck {
     /// Surfaces and panes, in the scene's order.
     surfaces: Vec<bool>,
     panes: Vec<bool>,
-    /// The cells: then nothing is known of anything.
-    cells: bool,
+    /// The cells, or a large share of the patches: then nothing is known of anything.
+    all: bool,
 }
 
 impl Stuck {
@@ -66,7 +69,7 @@ impl Stuck {
                 HeatKind::Medium => false,
                 HeatKind::Pane => panes.next().is_none_or(|s| *s),
             };
-            own || self.cells
+            own || self.all
         };
         table.rows.iter().map(one).collect()
     }
@@ -74,7 +77,7 @@ impl Stuck {
     /// Makes the errors of powers infinite that are unknown.
     pub fn widen(&self, energy: &mut Energy) {
         let unknown = |x: &mut Bands| *x = x.map(|_| f64::INFINITY);
-        if self.cells {
+        if self.all {
             *energy = energy.compared(energy, |_, _| f64::INFINITY);
             return;
         }
@@ -108,7 +111,7 @@ impl Grown {
             let stuck = stuck_cells(scene, map, cells.is_none());
             notes.extend(stuck.map(|text| Note::warning("discretization", text)));
         }
-        let mut whom = Stuck { cells: !notes.is_empty(), ..Stuck::default() };
+        let mut whom = Stuck { all: !notes.is_empty(), ..Stuck::default() };
         let (mut before, mut after, mut stuck) = (0, 0, Vec::new());
         for (k, (name, old, new, free)) in sheets(scene, zones, others).into_iter().enumerate() {
             let list = if k < scene.surfaces().len() { &mut whom.surfaces } else { &mut whom.panes };
@@ -120,6 +123,10 @@ impl Grown {
                 stuck.push(name);
             }
         }
+        let area = |of: &dyn Fn(usize) -> bool| -> f64 {
+            zones.patches.iter().filter(|p| of(p.surface)).map(|p| p.area).sum()
+        };
+        whom.all |= area(&|s| whom.surfaces[s]) > MOST_STUCK * area(&|_| true);
         if !stuck.is_empty() {
             let (named, rest) = stuck.split_at(stuck.len().min(NAMES));
             let more = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };

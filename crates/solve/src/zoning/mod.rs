@@ -182,7 +182,9 @@ impl<'a> Other<'a> {
         let heat = rows.map(|(((a, b), given), stuck)| {
             let [t, u] = [a, b].map(|row| row.temperature.unwrap_or(f64::NAN));
             let error = [least.kelvin(t, apart(t, u)), least.watts(a.power, apart(a.power, b.power))];
-            [kelvin(a, given, untold(stuck, error[0])), untold(stuck, error[1])]
+            // A power that is given has no error.
+            let known = a.power_error == 0.0 && error[1] == 0.0;
+            [kelvin(a, given, untold(stuck, error[0])), untold(stuck && !known, error[1])]
         });
         let mut energy = report.energy.compared(&other.report.energy, apart);
         least.widen(&mut energy, &report.energy);

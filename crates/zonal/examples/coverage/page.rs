@@ -47,9 +47,10 @@ pub fn write(path: &Path, plan: &Plan, done: &[Done], s: &Summary) -> Result<(),
     draw(done).write(&plot).map_err(|e| e.to_string())?;
     let file = plot.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let (n, seed, walks) = (plan.scenes.len(), plan.seed, plan.walks);
+    let small = if plan.small { " --small yes" } else { "" };
     let text = format!(
         "# Coverage: stated errors beside true ones\n\n\
-        Written by\n\n    cargo run --release -p zonal --example coverage -- --random {n} --seed {seed} --walks {walks} --page docs/coverage.md\n\n\
+        Written by\n\n    cargo run --release -p zonal --example coverage -- --random {n} --seed {seed} --walks {walks}{small} --page docs/coverage.md\n\n\
         {n} random scenes (boxes; rooms with solids, nested and touching; panes; plates; turned rooms; hollow shells; periodic ones; thin, thick and\n\
         varying media; every kind of light; thermal mode with every kind of condition; one to three bands), each solved by every engine that applies and\n\
         by {walks} walks of the reference a band. A sum by name (power absorbed, net power, temperature) is compared with the continuous problem: its\n\

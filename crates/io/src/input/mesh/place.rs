@@ -163,12 +163,15 @@ pub(crate) fn read_surface(
 /// Area vectors of a nearly closed part add up to less than this share of its area, and it is open by so many edges at most.
 const NEARLY_CLOSED: f64 = 0.01;
 const FEW_EDGES: usize = 4;
+/// Parts smaller than this share of the mesh's area are details of which nothing is said.
+const DETAIL: f64 = 0.1;
 
 /// Notes the parts of a mesh that are open by a few edges only: their insides exchange, and medium inside them takes part.
 fn nearly_closed(shells: &Shells, name: &str, b: &mut Builder<'_>) {
     let mut found = [(0, 0); 2];
+    let all: f64 = shells.components().iter().map(|c| c.area).sum();
     for c in shells.components() {
-        if c.turned_edges + c.free_edges > FEW_EDGES {
+        if c.turned_edges + c.free_edges > FEW_EDGES || c.area < DETAIL * all {
             continue;
         }
         let turned = c.turned_edges > 0 && c.free_edges == 0;
