@@ -161,7 +161,7 @@ fn unknown_groups_are_named_with_those_that_are_there() {
     // What the balance misses beyond them is shared out by zones in either case, so that single zones may have a little more.
     let [one, each] = [&merged, &s].map(|s| s.fields.error.as_flattened());
     for (m, e) in one.iter().zip(each) {
-        assert!(*m <= 1.2 * e && *m >= 0.3 * e, "{m} {e}");
+        assert!(*m <= 1.5 * e && *m >= 0.3 * e, "{m} {e}");
     }
     assert!(one.iter().sum::<f64>() <= 1.0001 * each.iter().sum::<f64>());
     let dim = relight(merged, &[("all".into(), [0.5; 3])]).unwrap();

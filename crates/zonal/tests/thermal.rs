@@ -117,7 +117,10 @@ fn unknown_errors_are_no_small_numbers() {
         assert!(wall.as_object().unwrap().contains_key(key) && wall[key].is_null(), "{wall}");
     }
     let medium = &json["heat"]["rows"][6];
-    assert!(medium["temperature_total_error_K"].is_null() && medium["net_power_total_error_W"] == 0.0, "{medium}");
+    assert!(
+        medium["temperature_total_error_K"].is_null() && medium["net_power_total_error_W"] == 0.0,
+        "{medium}"
+    );
     // A solution remembers what is unknown.
     f.done(&["export", "a.npz", "-o", "a.csv"]);
     let text = f.done(&["solve", "a.toml", "-o", "a.npz", "--zoning-error", "false"]);

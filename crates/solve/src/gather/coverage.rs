@@ -17,7 +17,7 @@ const SKY: &str = "[[light]]\nkind = \"sky\"\nradiance = 1\n";
 const HAZE: &str =
     "[medium]\nmin = [0, 0, 0]\nmax = [2, 2, 2]\ncells = [8, 8, 8]\nextinction = 0.4\nalbedo = 0.5\n";
 const PANE: &str = "[[pane]]\nname = \"glass\"\npolygon = [[0.2, 0.1, 1.6], [1.6, 0.1, 1.6], [1.6, 1.6, 1.6], [0.2, 1.6, 1.6]]\n\
-    thickness = 0.01\nextinction = [20, 40, 80]\nalbedo = 0\npatch_size = 0.25\n";
+    thickness = 0.01\nextinction = [20, 40, 80]\nalbedo = 0\n";
 
 /// A lid with a square hole of 12 cm.
 fn lid() -> String {

@@ -165,13 +165,16 @@ fn imbalance(locals: &[Local], shares: &zonal_scene::Shares, found: &[(f64, f64)
     (zones + groups.iter().map(away).sum::<f64>()).abs()
 }
 
-/// Shares out the power that a balance of heat misses beyond what stated errors explain, in proportion to what the zones absorb.
+/// Shares out the power that a balance of heat misses beyond what stated errors explain, in proportion to what the zones
+/// of known temperature absorb.
 fn widen(locals: &[Local], shares: &zonal_scene::Shares, excess: f64, fields: &mut Fields) {
     let taken = |i: usize, l: &Local| {
         let (m, h) = (l.uptake(), arriving(l, fields, i));
         l.measure * shares.total(bands(|b| m[b] * h[b].abs()))
     };
-    let all: f64 = locals.iter().enumerate().map(|(i, l)| taken(i, l)).sum();
+    // Zones of known power give it, whatever is wrong: what is missing is missing from the others.
+    let open = |l: &Local| matches!(l.known, Known::Temperature(_));
+    let all: f64 = locals.iter().enumerate().filter(|(_, l)| open(l)).map(|(i, l)| taken(i, l)).sum();
     // Not a number is unknown.
     let share = match excess <= ROUNDING * all {
         true => return,

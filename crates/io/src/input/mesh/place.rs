@@ -163,6 +163,8 @@ pub(crate) fn read_surface(
 /// Area vectors of a nearly closed part add up to less than this share of its area, and it is open by so many edges at most.
 const NEARLY_CLOSED: f64 = 0.01;
 const FEW_EDGES: usize = 4;
+/// A part whose area vectors add up to more than this share of its area looks one way, and encloses nothing.
+const MOST_ONE_WAY: f64 = 0.5;
 /// Parts smaller than this share of the mesh's area are details of which nothing is said.
 const DETAIL: f64 = 0.1;
 
@@ -174,7 +176,8 @@ fn nearly_closed(shells: &Shells, name: &str, b: &mut Builder<'_>) {
         if c.turned_edges + c.free_edges > FEW_EDGES || c.area < DETAIL * all {
             continue;
         }
-        let turned = c.turned_edges > 0 && c.free_edges == 0;
+        let round = c.area_vector.length() < MOST_ONE_WAY * c.area;
+        let turned = c.turned_edges > 0 && c.free_edges == 0 && round;
         let holes = c.free_edges > 0 && c.area_vector.length() < NEARLY_CLOSED * c.area;
         if turned || holes {
             let f = &mut found[usize::from(holes)];
