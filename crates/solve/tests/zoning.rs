@@ -240,12 +240,12 @@ fn what_cannot_be_told_is_infinite_and_said() {
 
 #[test]
 fn a_surface_that_stays_as_it_was_is_named() {
-    let lamp = "[[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.4,0.4,0.5], edge1 = [0.1,0,0], edge2 = [0,0.1,0] }\ntemperature = 1500\nemissivity = 1\n";
+    let lamp = "[[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.4,0.4,0.5], edge1 = [0.05,0,0], edge2 = [0,0.05,0] }\ntemperature = 1500\nemissivity = 1\n";
     let (z, said) = notes(&room("patch_size = 0.09", lamp));
     assert!(said.contains("as large as the first on lamp, and"), "{said}");
     assert_eq!(unknown(told(&z)), [[[false; 2]; 6].to_vec(), vec![[false, true]]].concat());
     let (z, said) =
-        notes(&room("patch_size = 0.09", &lamp.replace("emissivity", "patch_size = 0.05\nemissivity")));
+        notes(&room("patch_size = 0.09", &lamp.replace("emissivity", "patch_size = 0.02\nemissivity")));
     assert!(!said.contains("lamp") && !unknown(told(&z))[6][1], "{said}");
     // Smaller ones know of it where they are few.
     let (z, said) = notes(&room("patch_size = 0.2", lamp));
