@@ -6,11 +6,11 @@ const BANDS = [['R', '#e0726a'], ['G', '#7fc27a'], ['B', '#6f9be8']];
 
 const element = (tag, text = '', name = '') => Object.assign(document.createElement(tag), { textContent: text, className: name });
 
-function row(name, values, sub = false) {
+function row(name, values, sub = false, text = number) {
   const tr = element('tr');
   const th = element('th', name, sub ? 'sub' : '');
   th.scope = 'row';
-  tr.append(th, ...values.map((v) => element('td', number(v))));
+  tr.append(th, ...values.map((v) => element('td', text(v))));
   return tr;
 }
 
@@ -50,10 +50,10 @@ export function show(card, found, close) {
   else body.append(group('at this point'));
   body.append(row('Irradiance', found.here.irradiance));
   const m = found.mean;
-  body.append(group('mean of the zone'), row('Radiosity', m.radiosity), row('Irradiance', m.irradiance), row('indirect', m.indirect, true), row('direct', m.direct, true), row('error', m.error, true));
+  body.append(group('mean of the zone'), row('Radiosity', m.radiosity), row('Irradiance', m.irradiance), row('indirect', m.indirect, true), row('direct', m.direct, true), row('error', m.error, true, (e) => (Number.isFinite(e) ? number(e) : 'unknown')));
   table.append(thead, body);
   card.replaceChildren(head, where, table);
-  card.append(element('div', 'error: of the indirect light, as solved', 'note'));
+  card.append(element('div', 'error: of the irradiance, as solved', 'note'));
   if (found.through.length) card.append(element('div', `seen through ${found.through.join(', ')}`, 'note'));
   if (found.back) card.append(element('div', 'the black back of this surface; the numbers are those of its front', 'note'));
   card.hidden = false;

@@ -231,7 +231,7 @@ export class Viewer {
     if (range && !(log && range[0] <= 0)) return range;
     const key = `${show} ${band} ${factors.join(' ')}`;
     if (this.ends?.key !== key) {
-      const v = this.values(show, band).filter((x) => x > 0).sort();
+      const v = this.values(show, band).filter((x) => x > 0 && Number.isFinite(x)).sort();
       const at = (q) => v[Math.floor((v.length - 1) * q)] ?? 1;
       this.ends = { key, low: at(0.05), high: at(0.995) };
     }

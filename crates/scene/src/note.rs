@@ -47,6 +47,10 @@ impl Note {
     pub fn at(self, location: impl Into<String>) -> Note {
         Note { location: location.into(), ..self }
     }
+    /// The note as a line of a report: `SEVERITY: LOCATION: TEXT`.
+    pub fn line(&self) -> String {
+        format!("{}: {self}", self.severity.word())
+    }
     /// True of a warning.
     pub fn is_warning(&self) -> bool {
         self.severity == Severity::Warning

@@ -49,11 +49,11 @@ pub fn measure(operator: &dyn Operator, zones: &Zones, escape: &Escape) -> (Clos
 /// Restores closure by symmetric scaling of all factors, those of the surroundings included. With it, of every zone the share of a level field by
 /// which its row was changed, |d_i − 1| + Σ_j g_ij c_j |d_j − 1| / target: the factors that were right were changed too, for those that were wrong.
 pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) -> (Closure, Vec<Bands>) {
-    let (mut closure, defects) = measure(operator, zones, escape);
+    let (mut closure, measured) = measure(operator, zones, escape);
     let n = zones.len();
     if closure.worst.iter().all(|w| *w <= ROUNDED) {
         closure.restored = true;
-        return (closure, defects);
+        return (closure, measured);
     }
     let c: Vec<Bands> = (0..n).map(|i| strength(zones, i)).collect();
     let mut d = vec![[1.0; 3]; n];
@@ -87,7 +87,7 @@ pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) 
     extend_to_slopes(&mut all, &operator.slopes());
     escape.scale(&all);
     operator.scale(&d);
-    closure.after = worst(&self::defects(operator, zones, escape));
+    closure.after = worst(&defects(operator, zones, escape));
     closure.restored = true;
     (closure, change)
 }

@@ -15,8 +15,7 @@
 //! A sum by name errs by the sum of its zones' errors as if they had one sign; what escapes, by what the rest of the balance leaves open.
 
 use crate::columns;
-use crate::energy::{absorbed, uptake};
-use crate::groups::response;
+use crate::energy::{absorbed, section, uptake};
 use zonal_scene::solution::Energy;
 use zonal_scene::{Bands, Fields, Group, SolveStatus, Zones, bands};
 
@@ -74,7 +73,6 @@ pub(crate) fn negative_flux(fields: &mut Fields) {
 pub(crate) fn balance(zones: &Zones, energy: &Energy, lost: Bands, fields: &mut Fields) {
     let missing = bands(|b| (energy.residual[b] * (energy.emitted[b] + energy.incoming[b])).abs());
     let explained = absorbed(zones, |i| fields.error_of_all(i));
-    let arriving = |fields: &Fields, i: usize| bands(|b| (fields.incident[i][b] + fields.direct[i][b]).abs());
     let taken = absorbed(zones, |i| arriving(fields, i));
     let share = bands(|b| {
         let given = energy.emitted[b] + energy.incoming[b];
@@ -87,12 +85,21 @@ pub(crate) fn balance(zones: &Zones, energy: &Energy, lost: Bands, fields: &mut 
             () => f64::INFINITY,
         }
     });
+    share_out(share, fields);
+}
+
+/// All that arrives at zone `i`, direct light included, by amount, W/m².
+fn arriving(fields: &Fields, i: usize) -> Bands {
+    bands(|b| (fields.incident[i][b] + fields.direct[i][b]).abs())
+}
+
+/// Adds a share of all that arrives to the error of every zone; an infinite share of nothing is unknown too.
+pub(crate) fn share_out(share: Bands, fields: &mut Fields) {
     if share == [0.0; 3] {
         return;
     }
-    for i in 0..zones.len() {
+    for i in 0..fields.error.len() {
         let h = arriving(fields, i);
-        // Infinite shares of nothing are unknown too.
         let more = bands(|b| if share[b].is_infinite() { f64::INFINITY } else { share[b] * h[b] });
         fields.error[i] = bands(|b| fields.error[i][b] + more[b]);
     }
@@ -124,9 +131,8 @@ pub(crate) fn of_powers(
     out.absorbed_volumes = of(zones.voxel_offset()..zones.pane_offset());
     out.absorbed_panes = of(zones.pane_offset()..zones.len());
     let squares: Bands = columns::sum(fields.surroundings_error.len(), |i| {
-        let (_, measure) = response(zones, i);
-        let c = zonal_exchange::pair::strength(zones, i);
-        bands(|b| (c[b] * measure * fields.surroundings_error[i][b]).powi(2))
+        let met = section(zones, i);
+        bands(|b| (met[b] * fields.surroundings_error[i][b]).powi(2))
     });
     out.incoming = squares.map(f64::sqrt);
     let surfaces = out.absorbed_surfaces.iter().fold([0.0; 3], |s, x| bands(|b| s[b] + x.1[b]));

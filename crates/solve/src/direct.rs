@@ -16,6 +16,7 @@
 //! [`Lit::error_of`].
 
 use crate::columns;
+use crate::energy::section;
 use crate::gather::{Gathered, gather};
 use crate::stage::{Pen, Reader};
 use crate::surroundings::fate;
@@ -114,8 +115,6 @@ impl Lit {
             fields,
             error,
             shared,
-            by_exchange: false,
-            slopes: Vec::new(),
             rays,
             incoming,
             emitted,
@@ -124,6 +123,7 @@ impl Lit {
             power_error: [e0, e1, e2],
             largest_change,
             warning,
+            ..Lit::default()
         })
     }
 }
@@ -214,8 +214,6 @@ pub fn light(
         fields,
         error,
         shared,
-        by_exchange: false,
-        slopes: Vec::new(),
         rays,
         incoming,
         emitted,
@@ -224,20 +222,7 @@ pub fn light(
         power_error: beam.error,
         largest_change: if wild || !normalise { 0.0 } else { largest(change) },
         warning,
-    }
-}
-
-/// Area of a patch, κV of a volume zone: the power that zone `i` meets over its field, m².
-pub(crate) fn section(zones: &Zones, i: usize) -> Bands {
-    if let Some(p) = zones.patches.get(i) {
-        return [p.area; 3];
-    }
-    match i.checked_sub(zones.pane_offset()) {
-        Some(k) => zones.panes[k].extinction.map(|x| x * zones.panes[k].area * zones.panes[k].thickness),
-        None => {
-            let v = &zones.voxels[i - zones.voxel_offset()];
-            v.extinction.map(|k| k * v.volume)
-        }
+        ..Lit::default()
     }
 }
 

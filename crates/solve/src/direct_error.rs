@@ -14,8 +14,8 @@
 //! w is a zone's area or κV: later reflections mix the zones, and err as the power reflected first does. φ is the relative error that all
 //! zones of a light share ([`crate::direct::Lit::shared`]).
 
-use crate::direct::{Direct, Lit, section};
-use crate::energy::uptake;
+use crate::direct::{Direct, Lit};
+use crate::energy::{section, uptake};
 use crate::engine::Site;
 use crate::groups::{Source, response};
 use crate::operator::Operator;

@@ -11,7 +11,8 @@
 //! between, measured visibility elsewhere. One application of the operator, and its error is that of the factors. Where this error is within the share
 //! of the tolerance that shadow rays aim at, no ray is shot; otherwise both are computed, and the one with the smaller error over all zones is taken.
 
-use crate::direct::{Direct, Lit, section};
+use crate::direct::{Direct, Lit};
+use crate::energy::section;
 use crate::engine::{Built, Site};
 use crate::gather::SHARE;
 use crate::groups::response;
@@ -113,16 +114,18 @@ pub(crate) fn complete(
     by_exchange: impl Fn(usize) -> Option<usize>,
     sampled: impl Fn(usize) -> Lit,
 ) -> Option<Direct> {
-    let count = site.direct.lights.len();
-    (0..count).find(|&l| by_exchange(l).is_some())?;
+    if !(0..site.direct.lights.len()).any(|l| by_exchange(l).is_some()) {
+        return None;
+    }
+    let aim = SHARE[0] * site.scene.options().tolerance;
     let mut lights = site.direct.lights.clone();
     for (l, lit) in lights.iter_mut().enumerate() {
         let Some(surface) = by_exchange(l) else { continue };
         *lit = light(site, built, escape, (l, surface));
-        let aim = SHARE[0] * site.scene.options().tolerance;
-        if relative(site.zones, lit) > aim {
+        let error = relative(site.zones, lit);
+        if error > aim {
             let other = sampled(l);
-            if relative(site.zones, &other) < relative(site.zones, lit) {
+            if relative(site.zones, &other) < error {
                 *lit = other;
             }
         }

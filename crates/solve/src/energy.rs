@@ -80,22 +80,18 @@ pub fn of_zones(scene: &Scene, zones: &Zones, incident: &[Bands], old: &Energy) 
     e
 }
 
-/// Power that a zone absorbs of one W/m² that arrives, m² a band: (1 − ρ) A of a patch, κ (1 − Ω) V of a volume zone.
+/// Power that zone `i` meets of one W/m² that arrives, m² a band: the area of a patch, κV of a volume zone.
+pub(crate) fn section(zones: &Zones, i: usize) -> Bands {
+    let measure = zones.response(i).1;
+    strength(zones, i).map(|c| c * measure)
+}
+
+/// Power that it absorbs of that, m² a band: (1 − ρ) A of a patch, κ (1 − Ω) V of a volume zone.
 pub(crate) fn uptake(zones: &Zones, i: usize) -> Bands {
-    if let Some(p) = zones.patches.get(i) {
-        return p.reflectance.map(|r| (1.0 - r) * p.area);
-    }
-    let (k, o, volume) = match i.checked_sub(zones.pane_offset()) {
-        Some(pane) => {
-            let p = &zones.panes[pane];
-            (p.extinction, p.albedo, p.area * p.thickness)
-        }
-        None => {
-            let v = &zones.voxels[i - zones.voxel_offset()];
-            (v.extinction, v.albedo, v.volume)
-        }
-    };
-    bands(|b| k[b] * (1.0 - o[b]) * volume)
+    let (met, (response, _)) = (section(zones, i), zones.response(i));
+    // The response of a volume is Ω/4.
+    let parts = if i < zones.voxel_offset() { 1.0 } else { 4.0 };
+    bands(|b| (1.0 - parts * response[b]) * met[b])
 }
 
 /// Power that all zones absorb of a field (W/m²), W a band.

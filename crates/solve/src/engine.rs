@@ -323,15 +323,18 @@ pub(crate) fn spectral_bytes(
     Spectral::bytes(&e.grid, kappa, variation) + forecast.zone_bytes + unknowns
 }
 
+/// Why a periodic scene that is no box on the grid of its medium is refused.
+fn no_box(why: &str) -> String {
+    format!("a periodic scene must be a box on the grid of its medium, but {why}")
+}
+
 /// Engines that know of images: all pairs of a closed box, and transforms.
 fn check_periodic(wish: &Wish, found: Option<&Found>) -> Result<(), SceneError> {
     let what = match (wish.asked, found) {
         (Engine::Hierarchical, _) => {
             "rays know no images of a periodic scene; use the spectral engine".to_string()
         }
-        (_, Some(Err(why))) => {
-            format!("a periodic scene must be a box on the grid of its medium, but {why}")
-        }
+        (_, Some(Err(why))) => no_box(why),
         (Engine::Auto | Engine::Dense, _) if wish.paper => {
             "formulas of the paper know no images of a periodic scene; use --factors exact".to_string()
         }
@@ -347,9 +350,7 @@ fn check_periodic(wish: &Wish, found: Option<&Found>) -> Result<(), SceneError> 
 /// Refuses periodic scenes whose pairs [`Exchange`] does not know: all that are no box on the grid of their medium.
 pub fn check_pairs(scene: &Scene, zones: &Zones) -> Result<(), SceneError> {
     match scene.is_periodic().then(|| Enclosure::find(scene, zones)) {
-        Some(Err(why)) => {
-            wrong("boundary", format!("a periodic scene must be a box on the grid of its medium, but {why}"))
-        }
+        Some(Err(why)) => wrong("boundary", no_box(&why)),
         _ => Ok(()),
     }
 }

@@ -34,15 +34,15 @@ const PILOT: [usize; 2] = [8, 4];
 /// The fewest samples of a zone that is looked at again; any number is a multiple of it.
 const AGAIN: usize = 16;
 /// The most samples of a patch and of a voxel: what is left of a voxel's error averages out along any path. More where the tolerance is
-/// below [`FINE`], as many as that error needs, but no more than [`MOST_OF_ZONE`], nor than [`MAX_RAYS`] of all zones together.
+/// below [`FINE_TOLERANCE`], as many as that error needs, but no more than [`MOST_OF_ZONE`], nor than [`MAX_RAYS`] of all zones together.
 const MOST: [usize; 2] = [256, 128];
-const FINE: f64 = 0.02;
+const FINE_TOLERANCE: f64 = 0.02;
 const MOST_OF_ZONE: usize = 1 << 14;
 /// Shadow rays of one light to all zones together that a small tolerance may ask for.
 const MAX_RAYS: usize = 1 << 26;
 /// Samples beyond which the error of samples that disagree falls like the number to the power of −5/8.
 const FOUR_DIMENSIONS: f64 = 256.0;
-const SLOW: f64 = 0.625;
+const RATE_BEYOND: f64 = 0.625;
 /// Samples of a voxel whose ratio is averaged with those around it.
 const AVERAGED: usize = 16;
 /// Wanted error over tolerance and root mean square, of patches and of volume zones, whose errors average out along any path.
@@ -237,7 +237,7 @@ impl<'a> Gatherer<'a> {
         };
         // The medium dims the samples that are seen unequally.
         let dim = if t.seen > 0.0 { t.through2 / t.seen - (t.through / t.seen).powi(2) } else { 0.0 };
-        let slow = (effective / FOUR_DIMENSIONS).max(1.0).powf(0.75 - SLOW);
+        let slow = (effective / FOUR_DIMENSIONS).max(1.0).powf(0.75 - RATE_BEYOND);
         let error =
             (s * (1.0 - s + dim.max(0.0)) + s * s * flux.max(0.0)).sqrt() * effective.powf(-0.75) * slow;
         One {
@@ -288,7 +288,7 @@ impl<'a> Gatherer<'a> {
         let power = if first.agrees() { 1.0 } else { 4.0 / 3.0 };
         let mut wish = m * (e / wanted).powf(power);
         if !first.agrees() && wish > FOUR_DIMENSIONS {
-            wish = FOUR_DIMENSIONS * (wish / FOUR_DIMENSIONS).powf(0.75 / SLOW);
+            wish = FOUR_DIMENSIONS * (wish / FOUR_DIMENSIONS).powf(0.75 / RATE_BEYOND);
         }
         let wish = wish.min(most as f64).ceil() as usize;
         let samples = wish.next_multiple_of(AGAIN).clamp(AGAIN, most);
@@ -344,7 +344,7 @@ impl<'a> Gatherer<'a> {
                 if level <= 0.0 || off <= 1.0 {
                     return 0;
                 }
-                let finer = (FINE / tolerance).max(1.0);
+                let finer = (FINE_TOLERANCE / tolerance).max(1.0);
                 let most = (PANE_MORE as f64 * finer * finer).min((MOST_OF_ZONE / PANE_POINTS) as f64);
                 let count = PANE_POINTS * (off * off).min(most).ceil() as usize;
                 *f = self.pane(k, count);
@@ -429,7 +429,7 @@ fn error(one: &One, more: usize) -> f64 {
 
 /// The most samples of each patch and each voxel of `n` zones together.
 fn most(scene: &Scene, n: usize) -> [usize; 2] {
-    let finer = (FINE / scene.options().tolerance).max(1.0).powf(1.0 / SLOW);
+    let finer = (FINE_TOLERANCE / scene.options().tolerance).max(1.0).powf(1.0 / RATE_BEYOND);
     let all = (MAX_RAYS / n.max(1)).min(MOST_OF_ZONE);
     MOST.map(|m| ((m as f64 * finer) as usize).min(all).max(m).next_multiple_of(AGAIN))
 }

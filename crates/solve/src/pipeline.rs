@@ -82,9 +82,9 @@ pub fn solve_job(scene: Scene, job: &Job) -> Result<Solution, SceneError> {
     let zones = build_zones(&scene, &transport)?;
     let left_out = left_out(&scene, &transport, &zones)?;
     let (zones, Solved { fields, groups, mut report, slopes }) = settled(&scene, transport, zones, job)?;
-    report.warnings.splice(0..0, left_out.warnings.into_iter().chain(left_out.notes));
+    report.warnings.splice(0..0, left_out);
     if zoning::wanted(&scene) {
-        zoning::estimate(&scene, &zones, slopes, &mut report, job);
+        zoning::estimate(&scene, (&zones, &fields), slopes, &mut report, job);
     }
     Ok(Solution {
         zones,

@@ -164,16 +164,17 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, (known, sky): (Option<Vec<
         let (e, (rho, _)) = (emission(zones, i), response(zones, i));
         bands(|b| e[b] + rho[b] * (incident[i][b] + direct[i][b]))
     };
-    let own = known.as_ref().map(|_| added(|g| (&g.error, g.incident_scale)));
+    // The groups' own errors before they were turned, and after.
+    let own = known.map(|before| (before, added(|g| (&g.error, g.incident_scale))));
     let error = |i: usize| {
         let grown =
             |b: usize| if old.incident[i][b] > 0.0 { incident[i][b] / old.incident[i][b] } else { 0.0 };
         let part = old.surroundings_error.get(i).copied().unwrap_or_default();
         let rest = |b: usize| {
             let all = (old.error[i][b].powi(2) - part[b].powi(2)).max(0.0).sqrt();
-            match (&own, &known) {
-                (Some(own), Some(known)) => own[i][b] + beyond(all, known[i][b]) * grown(b),
-                _ => all * grown(b),
+            match &own {
+                Some((before, after)) => after[i][b] + beyond(all, before[i][b]) * grown(b),
+                None => all * grown(b),
             }
         };
         bands(|b| rest(b).hypot(part[b] * sky[b]))

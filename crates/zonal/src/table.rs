@@ -68,7 +68,7 @@ pub fn report(s: &Solution) -> String {
     }
     let _ = writeln!(out, "  {:<34}{:>12}", "grade of the exchange areas", r.grade.word());
     for w in r.warnings.iter().chain(r.zoning.iter().flat_map(|z| &z.notes)) {
-        let _ = writeln!(out, "  {}: {w}", w.severity.word());
+        let _ = writeln!(out, "  {}", w.line());
     }
     out
 }

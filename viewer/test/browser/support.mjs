@@ -1,15 +1,16 @@
 // Chromium, the program and a small solution for the tests; all of them may be missing on a machine of one's own.
 
 import { execFileSync, spawn } from 'node:child_process';
-import { accessSync, constants, existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { accessSync, constants, copyFileSync, existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { delimiter, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 const root = fileURLToPath(new URL('../../../', import.meta.url));
-const release = resolve(root, process.env.CARGO_TARGET_DIR ?? 'target', 'release');
-const zonal = join(release, 'zonal');
-const floats = join(release, 'examples/floats');
+// BUILT: the folder of the program, if it is not that of `cargo build --release`; CHAPEL: the small demo's solution, if it is there already.
+const built = resolve(root, process.env.BUILT ?? join(process.env.CARGO_TARGET_DIR ?? 'target', 'release'));
+const zonal = join(built, 'zonal');
+const floats = join(built, 'examples/floats');
 
 function inPath(names) {
   for (const folder of (process.env.PATH ?? '').split(delimiter)) {
@@ -48,6 +49,7 @@ export const run = (...args) => execFileSync(zonal, args, { cwd: folder, encodin
 
 /** The demo's small chapel, solved once a test file. */
 export function chapel() {
+  if (!existsSync(file('chapel.npz')) && process.env.CHAPEL) copyFileSync(process.env.CHAPEL, file('chapel.npz'));
   if (!existsSync(file('chapel.npz'))) run('demo', '--size', 'small', '-o', '.');
   return 'chapel.npz';
 }

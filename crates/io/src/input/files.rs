@@ -23,11 +23,8 @@ impl Files<'_> {
         let Files::Memory(files) = self else { return read(path, limit) };
         match files.get(path) {
             Some(bytes) if bytes.len() as u64 <= limit => Ok(bytes.clone()),
-            Some(_) => Err(format!(
-                "this file is larger than the {} MiB that are read; make it smaller",
-                limit >> 20
-            )),
-            None => Err("there is no such file; check the path".to_string()),
+            Some(_) => Err(too_large(limit)),
+            None => Err(unreadable(&std::io::ErrorKind::NotFound.into())),
         }
     }
     /// True where there is a regular file of that name.
@@ -56,11 +53,9 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), String> {
 
 /// The bytes of a regular file of at most `limit` bytes; else what is wrong and what to do.
 pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
-    let too_large =
-        || format!("this file is larger than the {} MiB that are read; make it smaller", limit >> 20);
     let (file, length) = open(path)?;
     if length > limit {
-        return Err(too_large());
+        return Err(too_large(limit));
     }
     let mut bytes = Vec::new();
     let room = usize::try_from(length).ok().and_then(|n| bytes.try_reserve_exact(n).ok());
@@ -69,9 +64,13 @@ pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
     })?;
     file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
     if bytes.len() as u64 > limit {
-        return Err(too_large());
+        return Err(too_large(limit));
     }
     Ok(bytes)
+}
+
+fn too_large(limit: u64) -> String {
+    format!("this file is larger than the {} MiB that are read; make it smaller", limit >> 20)
 }
 
 fn unreadable(e: &std::io::Error) -> String {

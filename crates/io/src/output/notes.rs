@@ -1,6 +1,4 @@
 //! Notes of a scene or a report as JSON, and back: `{severity, code, location, text}`; the location is null of a note about the whole.
-//!
-//! Files of versions before severities have plain texts, which are read as notes without a code of their own.
 
 use serde_json::{Value, json};
 use zonal_scene::{Note, Severity, printable};
@@ -16,11 +14,8 @@ pub fn notes_json(notes: &[Note]) -> Value {
     notes.iter().map(note_json).collect()
 }
 
-/// The note in what [`note_json`] wrote, or in a plain text.
+/// The note in what [`note_json`] wrote.
 pub(super) fn note_in(v: &Value) -> Result<Note, String> {
-    if let Some(text) = v.as_str() {
-        return Ok(printable(text).into_owned().into());
-    }
     let text = |key: &str| {
         v[key].as_str().map(|t| printable(t).into_owned()).ok_or(format!("a note's {key} is no text"))
     };

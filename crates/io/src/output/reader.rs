@@ -164,23 +164,15 @@ impl<'a> Npz<'a> {
     pub fn json(&mut self, name: &str) -> Result<serde_json::Value, FileError> {
         let index = self.zip.index_for_name(&format!("{name}.npy"));
         let length = index.and_then(|i| self.zip.by_index_raw(i).ok()).map_or(0, |entry| entry.size());
-        let fits = |what: &str, count: u64, most: u64| match count <= most {
+        let fits = |npz: &Npz<'_>, what: &str, count: u64, most: u64| match count <= most {
             true => Ok(()),
-            false => {
-                let text = format!("has {count} {what}, more than the {most} that are read; {DAMAGED}");
-                Err(FileError::new(&self.path, name, text))
-            }
+            false => Err(
+                npz.error(name, format!("has {count} {what}, more than the {most} that are read; {DAMAGED}"))
+            ),
         };
-        fits("bytes", length, LARGEST_JSON.saturating_add(JSON_BYTES * self.size))?;
-        let size = self.size;
-        let most = MOST_VALUES.saturating_add(size / BYTES_A_VALUE);
-        let path = self.path.clone();
+        fits(self, "bytes", length, LARGEST_JSON.saturating_add(JSON_BYTES * self.size))?;
         let bytes = self.bytes(name, None)?;
-        let count = values(&bytes);
-        if count > most {
-            let text = format!("has {count} values, more than the {most} that are read; {DAMAGED}");
-            return Err(FileError::new(&path, name, text));
-        }
+        fits(self, "values", values(&bytes), MOST_VALUES.saturating_add(self.size / BYTES_A_VALUE))?;
         // Nesting is limited by the parser.
         serde_json::from_slice(&bytes)
             .map_err(|e| self.error(name, format!("is not JSON ({e}); solve the scene again")))

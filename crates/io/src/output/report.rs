@@ -153,7 +153,7 @@ pub(super) fn decode(v: &Value) -> Result<Report, String> {
             restored: c["restored"].as_bool().ok_or("report.closure.restored: is missing")?,
         },
         energy: energy_in(&v["energy"])?,
-        energy_error: energy_error_in(v)?,
+        energy_error: errors_in(&v["energy_error"])?,
         heat: heat::report_in(&v["heat"]).map_err(|e| format!("report.heat.{e}"))?,
         zoning: zoning_in(v)?,
         counts: list(v, "counts")?
@@ -170,14 +170,10 @@ fn unknown(error: f64) -> f64 {
     if error.is_nan() { f64::INFINITY } else { error }
 }
 
-/// The stated errors of the powers, infinite where they are not known: `null`, and all of files that do not say.
-fn energy_error_in(v: &Value) -> Result<Energy, String> {
-    if v["energy_error"].is_null() {
-        let energy = energy_in(&v["energy"])?;
-        return Ok(energy.compared(&energy, |_, _| f64::INFINITY));
-    }
-    let error = energy_in(&v["energy_error"])?;
-    Ok(error.compared(&error, |x, _| unknown(x)))
+/// Errors of the powers of a balance, infinite where they are not known, which was written as null.
+fn errors_in(v: &Value) -> Result<Energy, String> {
+    let errors = energy_in(v)?;
+    Ok(errors.compared(&errors, |x, _| unknown(x)))
 }
 
 /// What the size of the zones costs; none in files that do not say.
@@ -191,10 +187,7 @@ fn zoning_in(v: &Value) -> Result<Option<Zoning>, String> {
         // Written as null where there was no second solve, as are errors that are unknown.
         ratio: z["ratio"].as_f64().unwrap_or(f64::INFINITY),
         heat: heat::zoning_in(&v["heat"])?,
-        energy: {
-            let own = energy_in(&z["energy"])?;
-            own.compared(&own, |x, _| unknown(x))
-        },
+        energy: errors_in(&z["energy"])?,
         notes: notes(z, "notes")?,
     }))
 }

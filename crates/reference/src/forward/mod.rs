@@ -331,15 +331,7 @@ impl Walker<'_> {
         band: usize,
         sums: &mut [f64],
     ) {
-        let taken = weight * k.absorb[band];
-        sums[4 * surface + if k.again { 3 } else { band }] += if k.again { taken / k.emits } else { taken };
-        if let Some(i) = zone {
-            let at = 4 * (self.slots.zones + i);
-            sums[at + band] += weight;
-            if k.again {
-                sums[at + 3] += taken / k.emits;
-            }
-        }
+        self.add(k, surface, zone, [weight, weight * k.absorb[band]], band, sums);
     }
 
     /// Counts a length, times its weight, in the medium or in a pane.
@@ -348,13 +340,26 @@ impl Walker<'_> {
             Place::Cell(c, at) => (self.optics.cell(c), self.slots.medium, self.zone_of(c, at)),
             Place::Pane(p, _, at) => (self.optics.pane(p), self.slots.panes + p, self.pane_zone(p, at)),
         };
-        let taken = length * k.absorb[band] * k.extinction[band];
-        sums[4 * name + if k.again { 3 } else { band }] += if k.again { taken / k.emits } else { taken };
+        self.add(k, name, zone, [length, length * k.absorb[band] * k.extinction[band]], band, sums);
+    }
+
+    /// Adds what is met to the sums of a zone, and what is taken of it to those of a name and of the zone.
+    fn add(
+        &self,
+        k: &Known3,
+        name: usize,
+        zone: Option<usize>,
+        [met, taken]: [f64; 2],
+        band: usize,
+        sums: &mut [f64],
+    ) {
+        let again = taken / k.emits;
+        sums[4 * name + if k.again { 3 } else { band }] += if k.again { again } else { taken };
         if let Some(i) = zone {
             let at = 4 * (self.slots.zones + i);
-            sums[at + band] += length;
+            sums[at + band] += met;
             if k.again {
-                sums[at + 3] += taken / k.emits;
+                sums[at + 3] += again;
             }
         }
     }

@@ -74,7 +74,7 @@ fn check(text: &str, tolerance: f64) -> Found {
         if sums.last().is_none_or(|s| s.0 != name) {
             sums.push((name, [0.0; 3]));
         }
-        let w = direct::section(&zones, i)[0];
+        let w = crate::energy::section(&zones, i)[0];
         let own = &mut sums.last_mut().unwrap().1;
         *own = [
             own[0] + w * d,

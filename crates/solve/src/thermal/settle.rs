@@ -181,11 +181,7 @@ fn widen(locals: &[Local], shares: &zonal_scene::Shares, excess: f64, fields: &m
         false if all > 0.0 && excess.is_finite() => excess / all,
         false => f64::INFINITY,
     };
-    for i in 0..locals.len() {
-        let h = bands(|b| (fields.incident[i][b] + fields.direct[i][b]).abs());
-        let more = bands(|b| if share.is_infinite() { share } else { share * h[b] });
-        fields.error[i] = bands(|b| fields.error[i][b] + more[b]);
-    }
+    consistency::share_out([share; 3], fields);
 }
 
 /// What to say of zones without a temperature.

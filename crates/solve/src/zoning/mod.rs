@@ -19,6 +19,7 @@
 //! r is how much an edge grows at least (module `grown`). Temperatures and powers that are given have no such error.
 
 mod grown;
+mod nearby;
 
 use crate::pipeline::{self, Job};
 use grown::Grown;
@@ -26,7 +27,7 @@ use zonal_scene::scene::ThickZones;
 use zonal_scene::solution::Energy;
 use zonal_scene::vault::STATE;
 use zonal_scene::{
-    Bands, Engine, HeatKind, HeatReport, HeatRow, Known, Note, Progress, Report, Scene, SceneError, Vault,
+    Bands, Engine, Fields, HeatKind, HeatReport, HeatRow, Known, Note, Progress, Report, Scene, SceneError, Vault,
     Zones, Zoning, bands,
 };
 use zonal_transport::{Transport, build_zones};
@@ -37,6 +38,8 @@ const SMALLER: f64 = 2.0;
 /// By what zones are divided across for a solve on smaller ones, and how many these may be at most.
 const DIVISIONS: [(usize, usize); 3] = [(8, 1000), (4, 1000), (2, MOST_ZONES)];
 const MOST_ZONES: usize = 2500;
+/// Where facets or panes stand between zones a pair costs several times as much, and so many times fewer zones are as many as are taken.
+const FEWER_BETWEEN: usize = 3;
 
 /// An error is no less than this share of the mean relative error of its kind: differences that pass through zero hide errors.
 const MEAN_SHARE: f64 = 0.3;
@@ -87,8 +90,14 @@ impl Vault for Apart<'_> {
 
 /// Solves the scene again on larger zones, or on smaller ones, by the same engine and with slopes if `slopes`, and puts into the report what
 /// that tells; errors that it does not tell are infinite.
-pub(crate) fn estimate(scene: &Scene, zones: &Zones, slopes: bool, report: &mut Report, job: &Job) {
-    let zoning = match compared(scene, zones, slopes, report, job) {
+pub(crate) fn estimate(
+    scene: &Scene,
+    (zones, fields): (&Zones, &Fields),
+    slopes: bool,
+    report: &mut Report,
+    job: &Job,
+) {
+    let mut zoning = match compared(scene, zones, slopes, report, job) {
         Ok(zoning) => zoning,
         Err(why) => {
             let text = format!("the discretization error is not known: {why}");
@@ -96,6 +105,7 @@ pub(crate) fn estimate(scene: &Scene, zones: &Zones, slopes: bool, report: &mut 
             unknown(scene, report)
         }
     };
+    nearby::add(scene, zones, fields, report, &mut zoning);
     report.zoning = Some(zoning);
 }
 
@@ -155,9 +165,15 @@ impl<'a> Other<'a> {
         Ok(Other { scene: other, transport, zones, grown, finer })
     }
 
+    /// By how much fewer zones may be than where nothing stands between them.
+    fn fewer(&self) -> usize {
+        let between = self.transport.occluder_count() > 0 || self.transport.has_panes_between();
+        if between { FEWER_BETWEEN } else { 1 }
+    }
+
     /// Itself unless there are too many zones.
     fn few_enough(self) -> Result<Other<'a>, String> {
-        if self.zones.len() <= MOST_ZONES { Ok(self) } else { Err("smaller zones are too many".into()) }
+        if self.zones.len() * self.fewer() <= MOST_ZONES { Ok(self) } else { Err("smaller zones are too many".into()) }
     }
 
     /// The errors that a solve on these zones tells.
@@ -262,7 +278,8 @@ fn compared(
     if larger.as_ref().is_ok_and(|o| o.grown.tells_all()) {
         return larger?.solved(scene, report, job);
     }
-    for n in divisions(scene, zones) {
+    let fewer = larger.as_ref().map_or(FEWER_BETWEEN, Other::fewer);
+    for n in divisions(scene, zones, fewer) {
         let finer = scene.finer(zones, n).map_err(said).and_then(|s| posed(s, report, slopes));
         let Ok(finer) = finer else { continue };
         let smaller = Other::new(own, &finer, slopes, true);
@@ -274,9 +291,10 @@ fn compared(
     larger?.solved(scene, report, job)
 }
 
-/// By how much zones may be divided so that a solve on them takes next to no time, the most first.
-fn divisions(scene: &Scene, zones: &Zones) -> impl Iterator<Item = usize> {
-    DIVISIONS.into_iter().filter(|(n, most)| divided(scene, zones, *n) <= *most).map(|x| x.0)
+/// By how much zones may be divided so that a solve on them takes next to no time, the most first; `fewer` is [`Other::fewer`].
+fn divisions(scene: &Scene, zones: &Zones, fewer: usize) -> impl Iterator<Item = usize> {
+    let serves = move |x: &(usize, usize)| divided(scene, zones, x.0).saturating_mul(fewer) <= x.1;
+    DIVISIONS.into_iter().filter(serves).map(|x| x.0)
 }
 
 /// About how many zones there are when each is divided by `n` across.
@@ -288,13 +306,13 @@ fn divided(scene: &Scene, zones: &Zones, n: usize) -> usize {
 
 /// About how many zones a second solve has where it takes smaller ones, which is where larger ones do not tell all.
 pub(crate) fn smaller(scene: &Scene, zones: &Zones, slopes: bool) -> Option<usize> {
-    let n = divisions(scene, zones).next()?;
-    let tells = || {
-        let coarser = scene.coarser().ok()?;
-        let larger = Other::new((scene, zones), &coarser, slopes, false).ok()?;
-        larger.grown.tells_all().then_some(())
-    };
-    if tells().is_some() { None } else { Some(divided(scene, zones, n)) }
+    let coarser = scene.coarser();
+    let larger = coarser.iter().find_map(|s| Other::new((scene, zones), s, slopes, false).ok());
+    if larger.as_ref().is_some_and(|o| o.grown.tells_all()) {
+        return None;
+    }
+    let n = divisions(scene, zones, larger.map_or(FEWER_BETWEEN, |o| o.fewer())).next()?;
+    Some(divided(scene, zones, n))
 }
 
 /// Of each row of a table by name, whether the temperature of all that is in it is given.

@@ -15,18 +15,10 @@ const FACETS_ASKED: usize = 64;
 /// Cells that are asked whether they lie outside the rooms.
 const CELLS_ASKED: usize = 4096;
 
-/// What a user should know of parts without zones.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct LeftOut {
-    /// Whole surfaces that take no part: stated numbers may be wrong.
-    pub warnings: Vec<Note>,
-    /// Shares that take no part as they should.
-    pub notes: Vec<Note>,
-}
-
-/// Looks for parts of a scene without zones; refuses a surface inside a solid that would give off light or heat.
-pub fn left_out(scene: &Scene, transport: &Transport, zones: &Zones) -> Result<LeftOut, SceneError> {
-    let mut out = LeftOut::default();
+/// Looks for parts of a scene without zones: warnings of whole surfaces that take no part, then notes of shares that take none as they should.
+/// Refuses a surface inside a solid that would give off light or heat.
+pub fn left_out(scene: &Scene, transport: &Transport, zones: &Zones) -> Result<Vec<Note>, SceneError> {
+    let mut out = Vec::new();
     let n = scene.surfaces().len();
     let (mut whole, mut kept) = (vec![0.0; n], vec![0.0; n]);
     for f in scene.facets() {
@@ -55,8 +47,7 @@ pub fn left_out(scene: &Scene, transport: &Transport, zones: &Zones) -> Result<L
                 let text = format!(
                     "lies inside the solid '{around}' and takes no part; turn the normals of '{around}' inwards if it is a room, or remove the surface"
                 );
-                out.warnings
-                    .push(Note::warning("surface-inside-solid", text).at(format!("surface '{}'", s.name)));
+                out.push(Note::warning("surface-inside-solid", text).at(format!("surface '{}'", s.name)));
             }
             None => covered.push(s.name.as_str()),
         }
@@ -69,7 +60,7 @@ pub fn left_out(scene: &Scene, transport: &Transport, zones: &Zones) -> Result<L
             if have { "are" } else { "is" },
             if have { "them" } else { "it" }
         );
-        out.warnings.push(Note::warning("surface-covered", text));
+        out.push(Note::warning("surface-covered", text));
     }
     if !partly.is_empty() {
         partly.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -78,9 +69,9 @@ pub fn left_out(scene: &Scene, transport: &Transport, zones: &Zones) -> Result<L
             "parts of surfaces lie inside solids or against other surfaces and take no part: {}",
             listed(shares)
         );
-        out.notes.push(Note::new("parts-covered", text));
+        out.push(Note::new("parts-covered", text));
     }
-    out.notes.extend(outside(scene, transport, zones).map(|t| Note::new("cells-outside", t)));
+    out.extend(outside(scene, transport, zones).map(|t| Note::new("cells-outside", t)));
     Ok(out)
 }
 

@@ -20,7 +20,7 @@ mod patches;
 mod split;
 mod voxels;
 
-pub use left_out::{LeftOut, left_out};
+pub use left_out::left_out;
 pub use patches::MAX_PATCHES;
 
 use crate::Transport;

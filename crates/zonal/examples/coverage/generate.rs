@@ -279,6 +279,19 @@ impl<'a> Maker<'a> {
         [0; 3].map(|_| Maker::short(scale * self.dice.between(0.5, 2.0)))
     }
 
+    /// A medium without sources that is the same everywhere, or none.
+    fn even_medium(&mut self, filled: bool, size: V, (lo, hi): (usize, usize)) -> Option<Medium> {
+        if !filled {
+            self.features.push("vacuum");
+            return None;
+        }
+        let depth = self.depth();
+        let cells = self.cells(lo, hi);
+        let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(4.0));
+        whole.source = [0.0; 3];
+        Some(Medium { whole, cells, regions: Vec::new() })
+    }
+
     fn cells(&mut self, lo: usize, hi: usize) -> [usize; 3] {
         let hi = if self.small { lo + 1 } else { hi };
         let cells = [0; 3].map(|_| self.whole(lo, hi));
@@ -436,15 +449,7 @@ impl<'a> Maker<'a> {
                 temperature,
             });
         }
-        if filled {
-            let depth = self.depth();
-            let cells = self.cells(2, 3);
-            let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(4.0));
-            whole.source = [0.0; 3];
-            m.medium = Some(Medium { whole, cells, regions: Vec::new() });
-        } else {
-            self.features.push("vacuum");
-        }
+        m.medium = self.even_medium(filled, size, (2, 3));
         let mean = (size[0] + size[1] + size[2]) / 3.0;
         m.patch_size = Some(self.patch(mean));
         self.lights(&mut m, open, [0.5 * size[0], 0.5 * size[1], 0.85 * size[2]], times(size, 0.5));
@@ -550,15 +555,8 @@ impl<'a> Maker<'a> {
             let shape = Shape::Mesh { quads: quads(at(lo), at(hi), inward) };
             m.surfaces.push(Surface { name: name.into(), shape, look });
         }
-        if self.chance(0.5) {
-            let depth = self.depth();
-            let cells = self.cells(3, 4);
-            let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(4.0));
-            whole.source = [0.0; 3];
-            m.medium = Some(Medium { whole, cells, regions: Vec::new() });
-        } else {
-            self.features.push("vacuum");
-        }
+        let filled = self.chance(0.5);
+        m.medium = self.even_medium(filled, size, (3, 4));
         let mean = (size[0] + size[1] + size[2]) / 3.0;
         m.patch_size = Some(self.patch(mean));
         self.finished(m)

@@ -38,12 +38,10 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let scene = with_options(zonal_io::input::read_scene(&args.scene)?, args)?;
     let transport = Transport::new(&scene);
     let mut zones = build_zones(&scene, &transport).map_err(|e| Failure::in_file(&args.scene, e))?;
-    let left_out = left_out(&scene, &transport, &zones).map_err(|e| Failure::in_file(&args.scene, e))?;
+    let mut warnings = left_out(&scene, &transport, &zones).map_err(|e| Failure::in_file(&args.scene, e))?;
     zonal_solve::thermal::pose(&scene, &mut zones);
     let reading = start.elapsed().as_secs_f64();
     let f = Forecast::new(&scene, &zones, &transport);
-    let mut warnings = left_out.warnings;
-    warnings.extend(left_out.notes);
     if forecast::is_open(&scene, &zones, &transport) {
         let text = "the scene is open: some rays leave it; its surroundings take part as a zone";
         warnings.push(Note::new("open-scene", text));
@@ -112,7 +110,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let cameras: Vec<&str> = scene.cameras().iter().map(|c| c.name.as_str()).collect();
     say(&format!("  cameras: {}", if cameras.is_empty() { "none".into() } else { cameras.join(", ") }))?;
     for w in &warnings {
-        say(&format!("  {}: {w}", w.severity.word()))?;
+        say(&format!("  {}", w.line()))?;
     }
     verdict(args, outlook)?;
     context.judge(&warnings)

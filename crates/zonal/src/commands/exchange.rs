@@ -62,9 +62,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let scene = zonal_io::input::read_scene(&args.scene)?;
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).map_err(|e| Failure::in_file(&args.scene, e))?;
-    let left_out = left_out(&scene, &transport, &zones).map_err(|e| Failure::in_file(&args.scene, e))?;
-    for n in left_out.warnings.iter().chain(&left_out.notes) {
-        eprintln!("{}: {}", n.severity.word(), printable(&n.to_string()));
+    for n in left_out(&scene, &transport, &zones).map_err(|e| Failure::in_file(&args.scene, e))? {
+        eprintln!("{}", printable(&n.line()));
     }
     engine::check_pairs(&scene, &zones).map_err(|e| Failure::in_file(&args.scene, e))?;
     let n = zones.len();

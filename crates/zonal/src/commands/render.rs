@@ -236,7 +236,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     }
     say(&format!("{}: {width}×{height} written: {written}", camera.name))?;
     for w in &warnings {
-        say(&format!("{}: {w}", w.severity.word()))?;
+        say(&w.line())?;
     }
     match saved.clipped.map(|n| n as f64 / (width * height) as f64) {
         Some(share) if share > 1e-3 => {

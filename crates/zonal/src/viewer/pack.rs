@@ -71,11 +71,11 @@ impl Pack {
     }
 }
 
-/// The scale that puts the largest of the values at 2¹⁴, well inside what a half float holds; 1 for zeros. Values down to 4e-9 of the
-/// largest keep eleven bits.
+/// The scale that puts the largest of the finite values at 2¹⁴, well inside what a half float holds; 1 for zeros. Values down to 4e-9 of
+/// the largest keep eleven bits; infinite ones become about four times the largest.
 pub fn scale_of(values: &[f32]) -> f32 {
-    let most = values.iter().fold(0.0f32, |m, x| m.max(x.abs()));
-    if most > 0.0 && most.is_finite() { (most / 16384.0).max(f32::MIN_POSITIVE) } else { 1.0 }
+    let most = values.iter().map(|x| x.abs()).filter(|x| x.is_finite()).fold(0.0f32, f32::max);
+    if most > 0.0 { (most / 16384.0).max(f32::MIN_POSITIVE) } else { 1.0 }
 }
 
 /// The nearest half float, ties to even; what is too large becomes the largest finite one, what is no number zero.
@@ -115,6 +115,7 @@ mod tests {
         }
         assert_eq!(half(f32::INFINITY), 0x7bff);
         assert_eq!(half(f32::NAN), 0);
+        assert_eq!(scale_of(&[f32::INFINITY, -3.0, 2.0]), 3.0 / 16384.0);
     }
 
     #[test]

@@ -24,14 +24,14 @@
 //! of two voxels with two periodic axes, which have no limit, are given as 0: what arrives at the zones is exact.
 //!
 //! **Error.** All terms of the factors for constant radiosity are positive.
-//! - *Step.* The rule multiplies r^{−q} by 1 + ε, |ε| ≤ 2 Σ_l |Γ(q/2 + 2πil/h)|/Γ(q/2), below 1e-25 for h = [`STEP`]. With a medium the contour may be
+//! - *Step.* The rule multiplies r^{−q} by 1 + ε, |ε| ≤ 2 Σ_l |Γ(q/2 + 2πil/h)|/Γ(q/2), below 1e-25 for h = [`LOG_STEP`]. With a medium the contour may be
 //!   turned by any φ < π/2: |ε| is about e^{−2πφ/h + κr(1 − cos φ)}, below 1e-13 up to κr = 30; beyond, it is a share of e^{−κr} that is told by [`step`].
 //! - *Ends.* Integrands fall at least as u and 1/u towards the ends, a factor [`ENDS`] off the longest and the shortest length (or mean free path): that share is left out.
 //!   Below κ/18, iᵐerfc(9) < 1e-36 of the radiation of a row is left out.
 //! - *Profiles.* Gauss rules on pieces over which the exponent changes by [`PIECE`] at most: below 1e-15.
 //! - *Rounding.* Exponents up to 41 with a relative error of 2 ulp, sums of eight columns: below 4e-14.
 //!
-//! Together less than [`RADIUS`]. A κ below [`LEAST`]/L, L the longest length of the grid, is taken as that: what arrives changes by less than 1e-25.
+//! Together less than [`RADIUS`]. A κ below [`LEAST_DEPTH`]/L, L the longest length of the grid, is taken as that: what arrives changes by less than 1e-25.
 
 use super::images::Images;
 use super::linear::{Along, Linear};
@@ -42,13 +42,13 @@ use zonal_math::gauss;
 /// Relative radius of a factor, or of a row of factors.
 pub(super) const RADIUS: f64 = 2e-13;
 /// Step in ln v.
-const STEP: f64 = 0.15;
+const LOG_STEP: f64 = 0.15;
 /// Share of what is left out beyond the first and the last node.
 const ENDS: f64 = 1e-15;
 /// u over κ of the first node.
-const FIRST: f64 = 1.0 / 18.0;
+const FIRST_NODE: f64 = 1.0 / 18.0;
 /// Optical depth of the longest length below which it no longer matters.
-const LEAST: f64 = 1e-30;
+const LEAST_DEPTH: f64 = 1e-30;
 /// u times the period from which on images are added, not frequencies.
 const DIRECT: f64 = 2.0;
 /// Frequencies of Poisson's sum beside zero: e^{−π²l²/4} of the next is below 1e-21.
@@ -74,14 +74,14 @@ struct Nodes {
 impl Nodes {
     /// For pairs with so many `patches`; lengths from `shortest` to `longest`, m.
     fn new(kappa: f64, patches: usize, shortest: f64, longest: f64) -> Nodes {
-        let kappa = if kappa > 0.0 { kappa.max(LEAST / longest) } else { 0.0 };
-        let first = if kappa > 0.0 { kappa * FIRST } else { ENDS / longest };
+        let kappa = if kappa > 0.0 { kappa.max(LEAST_DEPTH / longest) } else { 0.0 };
+        let first = if kappa > 0.0 { kappa * FIRST_NODE } else { ENDS / longest };
         let last = kappa.max(1.0 / shortest) / ENDS;
-        let count = (2.0 * (last / first).ln() / STEP).ceil().max(1.0) as usize + 1;
-        let u: Vec<f64> = (0..count).map(|i| first * (0.5 * STEP * i as f64).exp()).collect();
+        let count = (2.0 * (last / first).ln() / LOG_STEP).ceil().max(1.0) as usize + 1;
+        let u: Vec<f64> = (0..count).map(|i| first * (0.5 * LOG_STEP * i as f64).exp()).collect();
         let power = patches as i32;
         let weight =
-            |u: &f64| FRAC_1_PI * STEP * u * u * (2.0 * u).powi(power) * ierfc(patches, 0.5 * kappa / u);
+            |u: &f64| FRAC_1_PI * LOG_STEP * u * u * (2.0 * u).powi(power) * ierfc(patches, 0.5 * kappa / u);
         Nodes { weight: u.iter().map(weight).collect(), u }
     }
 }
@@ -106,7 +106,7 @@ fn ierfc(m: usize, z: f64) -> f64 {
 pub(super) fn step(depth: f64) -> f64 {
     let turned = |i: i32| {
         let phi = 0.05 * f64::from(i);
-        -std::f64::consts::TAU * phi / STEP + depth * (1.0 - phi.cos())
+        -std::f64::consts::TAU * phi / LOG_STEP + depth * (1.0 - phi.cos())
     };
     let least = (1..31).map(turned).fold(f64::INFINITY, f64::min);
     (10.0 * (1.0 + depth) * least.exp()).min(1.0)

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// The largest glTF or buffer file, bytes.
 pub(crate) const MAX_FILE: u64 = 2 << 30;
+
 /// A GLB or glTF file, split into its JSON and its binary chunk.
 pub(crate) fn split<'a>(file: &str, bytes: &'a [u8]) -> Result<(&'a [u8], Option<&'a [u8]>), Fault> {
     if !bytes.starts_with(b"glTF") {
