@@ -49,6 +49,18 @@ impl Moments {
         let at = |x: f64| (-kappa * (self.mean + s * x).max(0.0)).exp();
         share * at(low) + (1.0 - share) * at(high)
     }
+
+    /// The factor of two parts together.
+    pub fn beside(&self, other: &Moments) -> Moments {
+        let raw = |m: &Moments| {
+            let (f, mean) = (m.factor.value, m.mean);
+            let second = m.variance + mean * mean;
+            [f, f * mean, f * second, f * (m.third + mean * (3.0 * second - 2.0 * mean * mean))]
+        };
+        let (a, b) = (raw(self), raw(other));
+        let factor = self.factor + other.factor;
+        Moments { factor, ..moments_of(std::array::from_fn(|k| a[k] + b[k]), 0.0) }
+    }
 }
 
 /// Running sums of the kernel and of its moments of distance.
@@ -395,6 +407,19 @@ mod tests {
         ];
         let f: f64 = faces.iter().map(|p| plate_cuboid(p, o, Vec3::ONE, false, 1e-4).factor.value).sum();
         assert!((f - 4.0 / 3.0).abs() < 5e-4, "{f}");
+    }
+
+    #[test]
+    fn parts_side_by_side_have_the_moments_of_the_whole() {
+        let (lo, middle, hi) = (vec3(2.0, -1.0, 0.5), vec3(2.6, 1.5, 1.5), vec3(3.0, 1.5, 1.5));
+        let part = |lo, hi| plate_cuboid(&unit_square(0.0), lo, hi, false, 1e-7);
+        let whole = part(lo, hi);
+        let both = part(lo, middle).beside(&part(vec3(middle.x, lo.y, lo.z), hi));
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-4 * b.abs(), "{a} {b}");
+        close(both.factor.value, whole.factor.value);
+        close(both.mean, whole.mean);
+        close(both.variance, whole.variance);
+        assert!((both.third - whole.third).abs() < 1e-3 * whole.variance.powf(1.5), "{both:?} {whole:?}");
     }
 
     #[test]

@@ -23,11 +23,22 @@ pub fn solid_angle(plate: &Plate, p: Vec3) -> f64 {
     let a = plate.origin - p;
     let (b, d) = (a + plate.e1, a + plate.e2);
     // A point in front sees the corners counter-clockwise, that is with the normal towards it.
-    let first = -triangle(a, b, d);
     match plate.kind {
-        PlateKind::Triangle => first,
-        PlateKind::Parallelogram => first - triangle(b, b + plate.e2, d),
+        PlateKind::Triangle => -triangle(a, b, d),
+        PlateKind::Parallelogram => parallelogram(a, b, b + plate.e2, d),
     }
+}
+
+/// −(a, b, d) − (b, c, d) of [`triangle`]: the halves of both angles are those of two complex numbers, whose product has their sum, which is less than π.
+fn parallelogram(a: Vec3, b: Vec3, c: Vec3, d: Vec3) -> f64 {
+    let (la, lb, lc, ld) = (a.length(), b.length(), c.length(), d.length());
+    let (across, bd) = (b.cross(d), b.dot(d));
+    let y = [-a.dot(across), c.dot(across)];
+    let x = [
+        la * lb * ld + a.dot(b) * ld + a.dot(d) * lb + bd * la,
+        lb * lc * ld + b.dot(c) * ld + bd * lc + c.dot(d) * lb,
+    ];
+    2.0 * (x[0] * y[1] + x[1] * y[0]).atan2(x[0] * x[1] - y[0] * y[1])
 }
 
 /// The part of a polygon of at most five corners in the half-space n·x ≥ 0, and the number of its corners: at most one more than
@@ -72,7 +83,7 @@ pub fn projected_solid_angle(plate: &Plate, p: Vec3, n: Vec3) -> f64 {
 mod tests {
     use super::*;
     use std::f64::consts::PI;
-    use zonal_math::vec3;
+    use zonal_math::{sequence, vec3};
 
     #[test]
     fn a_cube_face_is_a_sixth_of_the_sphere() {
@@ -99,6 +110,23 @@ mod tests {
             }
         }
         assert!((sum - PI).abs() < 1e-13, "{sum}");
+    }
+
+    #[test]
+    fn a_parallelogram_is_its_two_triangles() {
+        let p = Plate::parallelogram(vec3(0.1, 0.2, 0.0), vec3(1.0, 0.3, 0.0), vec3(-0.4, 0.9, 0.0));
+        let (b, d) = (p.origin + p.e1, p.origin + p.e2);
+        let halves = [Plate::triangle(p.origin, b, d), Plate::triangle(b, b + p.e2, d)];
+        for k in 0..200 {
+            let ([u, v], w) = (sequence::net(k, [0, 0]), sequence::third(k, 0));
+            // From far off to 1e-9 above it, on both sides.
+            let height = 10f64.powf(3.0 - 12.0 * w) * if k % 2 == 0 { 1.0 } else { -1.0 };
+            let at = p.at(1.4 * u - 0.2, 1.4 * v - 0.2) + vec3(0.0, 0.0, height);
+            let (whole, sum) = (solid_angle(&p, at), halves.iter().map(|t| solid_angle(t, at)).sum::<f64>());
+            // Beside the diagonal the triangles round by their distance from it.
+            let rounding = 1e-13 * sum.abs() + 2e-15 / height.abs();
+            assert!((whole - sum).abs() < rounding, "{at:?}: {whole} {sum}");
+        }
     }
 
     #[test]

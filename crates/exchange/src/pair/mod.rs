@@ -41,10 +41,12 @@ use zonal_math::{Bounded, Grade, Vec3, sequence};
 use zonal_scene::zones::SUBCELLS;
 use zonal_scene::{Bands, Plate, Scene, Zones, bands};
 use zonal_transport::Transport;
-use zone::{Items, Shape, Zone, behind};
+use zone::{Items, Shape, Zone, aligned_rectangle, behind};
 
 /// The share of the smaller area that is a radius small enough in any case.
 const PLATE_ABSOLUTE: f64 = 1e-12;
+/// A side of a pane has no part of a cuboid that is thinner than this share of it.
+const LEAST_SIDE: f64 = 1e-12;
 
 /// Which formula gives the exchange of two whole voxels. Every other pair has its exact factor always: the paper has no formula of its own
 /// for them. Nor can formula (3) serve a voxel with itself, which is exact there.
@@ -379,14 +381,35 @@ impl<'a> Exchange<'a> {
             (Shape::Plate { plate: p, pane: u }, Shape::Plate { plate: q, pane: v }) => {
                 general::plate_plate(p, q, [u.is_some(), v.is_some()], tolerance)
             }
-            (Shape::Plate { plate, pane }, _) => {
-                general::plate_cuboid(plate, b.lo, b.hi, pane.is_some(), tolerance)
-            }
-            (_, Shape::Plate { plate, pane }) => {
-                general::plate_cuboid(plate, a.lo, a.hi, pane.is_some(), tolerance)
-            }
+            (Shape::Plate { plate, pane }, _) => self.plate_cuboid(plate, pane.is_some(), b),
+            (_, Shape::Plate { plate, pane }) => self.plate_cuboid(plate, pane.is_some(), a),
             _ => unreachable!("two cuboids are aligned"),
         }
+    }
+
+    /// The same of a plate, with both its sides if it is a pane, and a cuboid. The sides of an axis-aligned pane are two axis-aligned patches, each
+    /// before its part of the cuboid.
+    fn plate_cuboid(&self, plate: &Plate, both: bool, b: &Zone) -> Moments {
+        let Some(rectangle) = (if both { aligned_rectangle(plate, plate.normal()) } else { None }) else {
+            return general::plate_cuboid(plate, b.lo, b.hi, both, self.tolerance);
+        };
+        let axis = rectangle.normal.map_or(0, |(axis, _)| axis);
+        let level = rectangle.lo[axis];
+        let side = |sign: i8| {
+            let (mut lo, mut hi) = (b.lo.array(), b.hi.array());
+            if sign > 0 {
+                lo[axis] = lo[axis].max(level);
+            } else {
+                hi[axis] = hi[axis].min(level);
+            }
+            if hi[axis] - lo[axis] <= LEAST_SIDE * (b.hi[axis] - b.lo[axis]) {
+                return Moments::ZERO;
+            }
+            let part = Cuboid { lo: Vec3::from_array(lo), hi: Vec3::from_array(hi), normal: None };
+            let c = self.cache.get_cumulants(&Cuboid { normal: Some((axis, sign)), ..rectangle }, &part);
+            Moments { factor: c.factor, mean: c.mean_distance, variance: c.variance, third: c.third }
+        };
+        side(1).beside(&side(-1))
     }
 
     /// Exchange of a zone with itself.

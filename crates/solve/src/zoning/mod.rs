@@ -27,8 +27,8 @@ use zonal_scene::scene::ThickZones;
 use zonal_scene::solution::Energy;
 use zonal_scene::vault::STATE;
 use zonal_scene::{
-    Bands, Engine, Fields, HeatKind, HeatReport, HeatRow, Known, Note, Progress, Report, Scene, SceneError, Vault,
-    Zones, Zoning, bands,
+    Bands, Engine, Fields, HeatKind, HeatReport, HeatRow, Known, Note, Progress, Report, Scene, SceneError,
+    Vault, Zones, Zoning, bands,
 };
 use zonal_transport::{Transport, build_zones};
 
@@ -43,6 +43,11 @@ const FEWER_BETWEEN: usize = 3;
 
 /// An error is no less than this share of the mean relative error of its kind: differences that pass through zero hide errors.
 const MEAN_SHARE: f64 = 0.3;
+
+/// The tolerance of a second solve is no finer than this share of the first one's estimated error, and no rougher than the other: what it
+/// errs by is in the difference.
+const SECOND_SHARE: f64 = 0.3;
+const ROUGHEST: f64 = 0.1;
 
 /// Differences below this share of a number are rounding.
 const ROUNDING: f64 = 1e-12;
@@ -152,6 +157,10 @@ fn posed(other: Scene, report: &Report, slopes: bool) -> Result<Scene, String> {
     options.engine = Engine::ALL.into_iter().find(|e| e.word() == report.engine).unwrap_or_default();
     options.thick_zones = if slopes { ThickZones::Linear } else { ThickZones::Constant };
     options.zoning_error = Some(false);
+    let estimate = &report.estimate;
+    let errors = estimate.patches.iter().chain(&estimate.volumes).filter(|e| **e > 0.0);
+    let rough = (SECOND_SHARE * errors.copied().fold(f64::INFINITY, f64::min)).min(ROUGHEST);
+    options.tolerance = options.tolerance.max(rough);
     other.with_options(options).map_err(said)
 }
 
@@ -173,7 +182,11 @@ impl<'a> Other<'a> {
 
     /// Itself unless there are too many zones.
     fn few_enough(self) -> Result<Other<'a>, String> {
-        if self.zones.len() * self.fewer() <= MOST_ZONES { Ok(self) } else { Err("smaller zones are too many".into()) }
+        if self.zones.len() * self.fewer() <= MOST_ZONES {
+            Ok(self)
+        } else {
+            Err("smaller zones are too many".into())
+        }
     }
 
     /// The errors that a solve on these zones tells.

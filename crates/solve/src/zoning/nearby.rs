@@ -64,7 +64,8 @@ fn missed(scene: &Scene, zones: &Zones, fields: &Fields) -> Vec<Missed> {
         let Some(cell) = map.cell_at(p.plate.centre() + p.normal * (1e-6 * across)) else { continue };
         let cell = map.index(cell);
         let exchanged = map.heat(cell).is_some_and(|k| !matches!(k, Known::Temperature(_)));
-        let scattering = bands(|b| map.extinction(cell)[b] * if exchanged { 1.0 } else { map.albedo(cell)[b] });
+        let scattering =
+            bands(|b| map.extinction(cell)[b] * if exchanged { 1.0 } else { map.albedo(cell)[b] });
         let h = bands(|b| fields.incident[i][b] + fields.direct.get(i).map_or(0.0, |d| d[b]));
         let share = bands(|b| (SCATTERED_BACK * scattering[b] * across).min(1.0));
         let more = bands(|b| share[b] * (fields.radiosity[i][b] - h[b]).abs() * p.area);

@@ -10,7 +10,7 @@
 //! exchange. **Covered** means |difference| ≤ stated + 3σ of the reference, of zones 2 stated + 3σ. Each scene is solved once more said otherwise
 //! (mirrored, turned, scaled …), by one of the engines; both solutions must agree within the errors that they state.
 //!
-//! `--keep` writes the scenes on which something fails, `--index` runs one scene and lists all of it, `--small yes` makes scenes of few zones, each
+//! `--keep` writes the scenes on which something fails, `--index` runs one scene, lists all of it and keeps it, `--small yes` makes scenes of few zones, each
 //! for one engine. Exit code 1 where a verdict fails.
 
 mod generate;

@@ -86,7 +86,7 @@ fn one(plan: &Plan, index: u64, folder: &Path) -> Done {
         done.invariance = Some(invariance::check(&model, index, words, own, &mut dice, folder));
     }
     if let Some(keep) = &plan.keep
-        && done.failed()
+        && (done.failed() || plan.scenes.len() == 1)
         && let Err(e) = write(&model, &keep.join(format!("{}-{index}", plan.seed)))
     {
         done.failures.push(format!("the scene could not be kept: {e}"));
