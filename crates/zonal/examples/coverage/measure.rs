@@ -313,13 +313,14 @@ pub fn zones(s: &Solution, truth: &Answer) -> Vec<Quantity> {
     };
     for i in 0..s.zones.len() {
         let t = &truth.zones[i];
+        let stated = stated::zone(s, i);
         let same = grey || ((0..3).all(|b| h(i, b) == h(i, 0)) && t[0] == t[1] && t[1] == t[2]);
         for b in 0..if same { 1 } else { 3 } {
             if t[b].error > ROUGH * t[b].value || (t[b].value == 0.0 && h(i, b) > ROUNDING * scale[b]) {
                 continue;
             }
             let what = format!("{}, band {b}", word(i));
-            out.push(quantity(Kind::Zone, what, h(i, b), s.fields.error[i][b], t[b], scale[b]));
+            out.push(quantity(Kind::Zone, what, h(i, b), stated[b], t[b], scale[b]));
         }
     }
     if let Some(heat) = &s.fields.heat {

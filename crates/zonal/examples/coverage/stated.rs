@@ -2,10 +2,15 @@
 //! versions of the program.
 
 use zonal::scene::solution::{Energy, Report};
-use zonal::scene::{Severity, Solution};
+use zonal::scene::{Bands, Severity, Solution};
 
 /// True where escaped power has a stated error.
 pub const ESCAPED: bool = true;
+
+/// Stated error of all that arrives at a zone, W/m²: of the exchange.
+pub fn zone(s: &Solution, i: usize) -> Bands {
+    s.fields.error_of_all(i)
+}
 
 /// True where the report warns.
 pub fn warned(report: &Report) -> bool {
