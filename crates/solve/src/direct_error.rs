@@ -15,7 +15,7 @@
 //! zones of a light share ([`crate::direct::Lit::shared`]).
 
 use crate::direct::{Direct, Lit};
-use crate::energy::{section, uptake};
+use crate::energy::{section, sent_back, uptake};
 use crate::engine::Site;
 use crate::groups::{Source, response};
 use crate::operator::Operator;
@@ -124,7 +124,7 @@ pub(crate) fn propagated(
 /// Relative error of what arrives after more than one reflection, and of what all zones share.
 fn later(zones: &Zones, own: &[&Lit], error: &[Bands], sampled: bool) -> Bands {
     let sums: [f64; 9] = crate::columns::sum(error.len(), |i| {
-        let (w, (rho, _)) = (section(zones, i), response(zones, i));
+        let (w, rho) = (section(zones, i), sent_back(zones, i));
         std::array::from_fn(|k| {
             let b = k % 3;
             let wr = w[b] * rho[b];

@@ -88,10 +88,14 @@ pub(crate) fn section(zones: &Zones, i: usize) -> Bands {
 
 /// Power that it absorbs of that, m² a band: (1 − ρ) A of a patch, κ (1 − Ω) V of a volume zone.
 pub(crate) fn uptake(zones: &Zones, i: usize) -> Bands {
-    let (met, (response, _)) = (section(zones, i), zones.response(i));
-    // The response of a volume is Ω/4.
+    let (met, back) = (section(zones, i), sent_back(zones, i));
+    bands(|b| (1.0 - back[b]) * met[b])
+}
+
+/// The share that it reflects or scatters of that: ρ of a patch, Ω of a volume zone, whose response is Ω/4.
+pub(crate) fn sent_back(zones: &Zones, i: usize) -> Bands {
     let parts = if i < zones.voxel_offset() { 1.0 } else { 4.0 };
-    bands(|b| (1.0 - parts * response[b]) * met[b])
+    zones.response(i).0.map(|r| parts * r)
 }
 
 /// Power that all zones absorb of a field (W/m²), W a band.

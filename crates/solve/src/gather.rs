@@ -47,8 +47,8 @@ const RATE_BEYOND: f64 = 0.625;
 const AVERAGED: usize = 16;
 /// Wanted error over tolerance and root mean square, of patches and of volume zones, whose errors average out along any path.
 pub(crate) const SHARE: [f64; 2] = [0.35, 0.45];
-/// The error told over the one above, which holds in the mean: of penumbras sampled often it is a little small.
-const TOLD: f64 = 1.25;
+/// The error told over the one above, which holds in the mean: of penumbras sampled often it is up to a third too small.
+const TOLD: f64 = 1.5;
 /// Where there is less light the error wanted falls with it, to this share.
 const DIM: [f64; 2] = [0.25, 0.7];
 /// The ratio of a cell may differ from the mean around it by so many of its own errors.
