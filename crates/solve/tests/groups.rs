@@ -275,7 +275,7 @@ weights = [[0.65, -5.5e-4, 3e-7, -5.3e-11], [-0.025, 6.1e-4, -3.9e-7, 6.5e-11], 
 range = [600, 2400]
 [[surface]]
 name = 'room'
-room = { min = [0,0,0], max = [1,1,6] }
+room = { min = [0,0,0], max = [1,1,4] }
 temperature = 700
 emissivity = [0.02, 0.01, 0.03]
 faces.z0 = { temperature = 1800, emissivity = [0.8, 0.3, 0.1] }
@@ -283,8 +283,8 @@ faces.x1.heat_flux = 0
 faces.y0.heat_flux = 3000
 [medium]
 min = [0,0,0]
-max = [1,1,6]
-cells = [2,2,12]
+max = [1,1,4]
+cells = [2,2,8]
 extinction = [0.4, 2.5, 0]
 albedo = [0.1, 0.3, 0]
 heat_source = 2000

@@ -150,8 +150,8 @@ fn wrong_wishes() {
     solve(Program, &["--checkpoint", "--engine", "dense", "--max-memory", "1e-7"], "--max-memory");
 }
 
-/// Killed at ten moments drawn by lot, and resumed each time: the file has the bytes of an undisturbed solve.
-fn killed_ten_times(scene: &str, options: &[&str]) -> String {
+/// Killed at five moments drawn by lot, and resumed each time: the file has the bytes of an undisturbed solve.
+fn killed_five_times(scene: &str, options: &[&str]) -> String {
     let f = Folder::new();
     f.put("lit.toml", scene);
     let start = Instant::now();
@@ -159,7 +159,7 @@ fn killed_ten_times(scene: &str, options: &[&str]) -> String {
     let length = start.elapsed().as_secs_f64();
     let args = [&["solve", "lit.toml", "-o", "out/killed.npz", "--resume"], options].concat();
     let mut lot = 0.37;
-    for _ in 0..10 {
+    for _ in 0..5 {
         lot = (lot + 0.618_033_988_749_895) % 1.0;
         let mut child = Command::new(env!("CARGO_BIN_EXE_zonal"))
             .args(&args)
@@ -183,15 +183,15 @@ fn killed_ten_times(scene: &str, options: &[&str]) -> String {
 #[test]
 fn killed_and_resumed_is_the_same_to_the_byte() {
     let finer = LIT.replace("0.34", "0.26").replace("[4, 4, 4]", "[5, 5, 5]");
-    let dense = killed_ten_times(&finer, &["--engine", "dense"]);
+    let dense = killed_five_times(&finer, &["--engine", "dense"]);
     assert!(dense.contains("rays between zones"), "{dense}");
-    let rays = killed_ten_times(&finer, &["--engine", "hierarchical", "--tolerance", "0.05"]);
+    let rays = killed_five_times(&finer, &["--engine", "hierarchical", "--tolerance", "0.05"]);
     assert!(rays.contains("rays of views") && !rays.contains("bytes of links"), "{rays}");
-    let pairs = killed_ten_times(&finer, &["--engine", "hierarchical", "--tolerance", "0.02"]);
+    let pairs = killed_five_times(&finer, &["--engine", "hierarchical", "--tolerance", "0.02"]);
     assert!(pairs.contains("pairs of zones, all"), "{pairs}");
     // Links are fewer than pairs where zones are more.
     let many = LIT.replace("0.34", "0.1").replace("[4, 4, 4]", "[9, 9, 9]");
-    let links = killed_ten_times(&many, &["--engine", "hierarchical", "--tolerance", "0.02"]);
+    let links = killed_five_times(&many, &["--engine", "hierarchical", "--tolerance", "0.02"]);
     assert!(links.contains("bytes of links"), "{links}");
 }
 

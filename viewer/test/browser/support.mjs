@@ -93,7 +93,7 @@ export async function open(browser, url, { width = 160, height = 120, loaded = t
   if (before) await page.addInitScript(before);
   await page.goto(url);
   await page.waitForFunction(() => window.zonal || document.body.dataset.failed, null, { timeout: 120000 });
-  if (loaded) await page.waitForFunction(() => window.zonal, null, { timeout: 1000 });
+  if (loaded) await page.waitForFunction(() => window.zonal, null, { timeout: 10000 });
   return { page, said, asked };
 }
 
