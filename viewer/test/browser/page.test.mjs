@@ -31,7 +31,7 @@ test('page', { skip: missing }, async (t) => {
       const before = await camera(page);
       const frames = await page.evaluate(() => window.zonal.frames);
       for (const k of keys) await page.keyboard.down(k);
-      await page.waitForFunction((n) => window.zonal.frames >= n + 12, frames);
+      await page.waitForFunction((n) => window.zonal.frames >= n + 6, frames);
       for (const k of keys) await page.keyboard.up(k);
       await page.waitForFunction(() => !window.zonal.controls.active);
       return [before, await camera(page)];
