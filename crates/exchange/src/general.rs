@@ -12,6 +12,7 @@
 //! **Attenuation** enters by the first three moments of the distance under the kernel: ⟨e^{−κr}⟩ by the two-point Gauss rule that
 //! has them. Its nodes lie among the distances that occur, so it stays between 0 and 1 however large κ is.
 
+use crate::aligned::Cumulants;
 use crate::solid_angle::{projected_solid_angle, solid_angle};
 use std::f64::consts::PI;
 use zonal_math::{Bounded, Vec3, gauss, vec3};
@@ -60,6 +61,12 @@ impl Moments {
         let (a, b) = (raw(self), raw(other));
         let factor = self.factor + other.factor;
         Moments { factor, ..moments_of(std::array::from_fn(|k| a[k] + b[k]), 0.0) }
+    }
+}
+
+impl From<Cumulants> for Moments {
+    fn from(c: Cumulants) -> Moments {
+        Moments { factor: c.factor, mean: c.mean_distance, variance: c.variance, third: c.third }
     }
 }
 

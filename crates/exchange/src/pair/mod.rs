@@ -373,8 +373,7 @@ impl<'a> Exchange<'a> {
             && !matches!(a.shape, Shape::Plate { pane: Some(_), .. })
             && !matches!(b.shape, Shape::Plate { pane: Some(_), .. })
         {
-            let c = self.cache.get_cumulants(p, q);
-            return Moments { factor: c.factor, mean: c.mean_distance, variance: c.variance, third: c.third };
+            return self.cache.get_cumulants(p, q).into();
         }
         let tolerance = self.tolerance;
         match (&a.shape, &b.shape) {
@@ -406,8 +405,7 @@ impl<'a> Exchange<'a> {
                 return Moments::ZERO;
             }
             let part = Cuboid { lo: Vec3::from_array(lo), hi: Vec3::from_array(hi), normal: None };
-            let c = self.cache.get_cumulants(&Cuboid { normal: Some((axis, sign)), ..rectangle }, &part);
-            Moments { factor: c.factor, mean: c.mean_distance, variance: c.variance, third: c.third }
+            self.cache.get_cumulants(&Cuboid { normal: Some((axis, sign)), ..rectangle }, &part).into()
         };
         side(1).beside(&side(-1))
     }

@@ -44,11 +44,6 @@ const FEWER_BETWEEN: usize = 3;
 /// An error is no less than this share of the mean relative error of its kind: differences that pass through zero hide errors.
 const MEAN_SHARE: f64 = 0.3;
 
-/// The tolerance of a second solve is no finer than this share of the first one's estimated error, and no rougher than the other: what it
-/// errs by is in the difference.
-const SECOND_SHARE: f64 = 0.3;
-const ROUGHEST: f64 = 0.1;
-
 /// Differences below this share of a number are rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -157,10 +152,6 @@ fn posed(other: Scene, report: &Report, slopes: bool) -> Result<Scene, String> {
     options.engine = Engine::ALL.into_iter().find(|e| e.word() == report.engine).unwrap_or_default();
     options.thick_zones = if slopes { ThickZones::Linear } else { ThickZones::Constant };
     options.zoning_error = Some(false);
-    let estimate = &report.estimate;
-    let errors = estimate.patches.iter().chain(&estimate.volumes).filter(|e| **e > 0.0);
-    let rough = (SECOND_SHARE * errors.copied().fold(f64::INFINITY, f64::min)).min(ROUGHEST);
-    options.tolerance = options.tolerance.max(rough);
     other.with_options(options).map_err(said)
 }
 
@@ -319,6 +310,7 @@ fn divided(scene: &Scene, zones: &Zones, n: usize) -> usize {
 
 /// About how many zones a second solve has where it takes smaller ones, which is where larger ones do not tell all.
 pub(crate) fn smaller(scene: &Scene, zones: &Zones, slopes: bool) -> Option<usize> {
+    divisions(scene, zones, 1).next()?;
     let coarser = scene.coarser();
     let larger = coarser.iter().find_map(|s| Other::new((scene, zones), s, slopes, false).ok());
     if larger.as_ref().is_some_and(|o| o.grown.tells_all()) {

@@ -12,6 +12,7 @@
 //! as bright as what surrounds it changes nothing. The error of a surface with √A < h has [`SCATTERED_BACK`] σ_s √A |B − H| of what it receives
 //! added; volumes whose heat is given emit what they absorb, which counts as scattering.
 
+use super::are_given;
 use zonal_scene::{Bands, Fields, HeatKind, Known, Report, Scene, Zones, Zoning, bands, thermal};
 
 /// The share of a surface's light that comes back, over the optical depth σ_s √A: of a disc (header), and half as much again for later
@@ -25,22 +26,16 @@ pub fn add(scene: &Scene, zones: &Zones, fields: &Fields, report: &Report, zonin
         error.1 = bands(|b| error.1[b] + more.absorbed[b]);
     }
     let Some(heat) = &report.heat else { return };
-    let surfaces = heat.rows.iter().zip(&mut zoning.heat).filter(|(row, _)| row.kind == HeatKind::Surface);
-    for (((row, error), more), known) in surfaces.zip(&missed).zip(surfaces_known(scene)) {
-        match (known, row.temperature) {
-            (Some(Known::Temperature(_)), _) | (None, _) => error[1] += more.absorbed.iter().sum::<f64>(),
-            (_, Some(t)) => {
-                let arriving = more.arriving.iter().sum::<f64>() / row.size;
-                error[0] += arriving / (4.0 * thermal::STEFAN_BOLTZMANN * t.powi(3));
-            }
-            _ => {}
+    let rows = heat.rows.iter().zip(are_given(scene, heat)).zip(&mut zoning.heat);
+    let surfaces = rows.filter(|((row, _), _)| row.kind == HeatKind::Surface);
+    for (((row, given), error), more) in surfaces.zip(&missed) {
+        if given {
+            error[1] += more.absorbed.iter().sum::<f64>();
+        } else if let Some(t) = row.temperature {
+            let arriving = more.arriving.iter().sum::<f64>() / row.size;
+            error[0] += arriving / (4.0 * thermal::STEFAN_BOLTZMANN * t.powi(3));
         }
     }
-}
-
-fn surfaces_known(scene: &Scene) -> impl Iterator<Item = Option<Known>> {
-    let known = scene.thermal().map_or(&[][..], |t| &t.surfaces[..]);
-    (0..scene.surfaces().len()).map(|k| known.get(k).copied())
 }
 
 /// Power that a surface does not get, W a band.
