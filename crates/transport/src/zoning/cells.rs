@@ -5,9 +5,16 @@
 //! that walls separate. Those without a medium, inside a solid or outside of everything, are dropped; the others are linked once more where some sample of one sees one of the
 //! other.
 //!
+//! Free space may lie between two samples, or between a sample and the border of the cell, and hold none: beside a solid that fills nearly
+//! all of the cell, or between two solids that nearly touch. Such stretches of the lines are nodes of their own, linked to
+//! the stretches and samples beside them that they see.
+//!
 //! **Volumes.** Along the axis that facets pierce most often each sample stands for the stretch of its line that is nearer to it
-//! than to its neighbours and not behind a facet, times the line's share h²/64 of the cross-section. So a wall square to an axis
-//! gives exact volumes and centroids, and an oblique one is integrated exactly along the lines.
+//! than to its neighbours and not behind a facet; along the two others, where only walls square to them count, the same: lines along the first
+//! one cannot meet these. The product of the three lengths is the sample's volume. So walls square to the axes give exact volumes and
+//! centroids, and an oblique one is integrated exactly along the lines. Stretches without a sample count with their
+//! length times the line's share of the cross-section, h²/64: all on lines along the first axis, on others those between walls that are square to them;
+//! where two of them meet in a corner of the cell, one has it.
 
 use crate::Transport;
 use crate::meet::{Line, Prepared};
@@ -19,6 +26,13 @@ const FINE: usize = 8;
 const COUNT: usize = FINE * FINE * FINE;
 const GAPS: usize = FINE + 1;
 const HAIR: [f64; 3] = [1.372_981e-4, -1.871_413e-4, 1.618_034e-4];
+/// Free stretches of a line that are thinner than this share of the cell are left out.
+const THINNEST: f64 = 1e-3;
+/// Walls whose normal has this cosine or more with an axis are square to it: across a cell such a wall drifts by less than half the distance of
+/// two samples.
+const SQUARE: f64 = 0.999;
+/// Where facets pierce a line between two samples, so many places are kept.
+const PLACES: usize = 4;
 /// A part needs this many samples.
 const LEAST: usize = 2;
 /// Samples of each of two parts that try to see each other.
@@ -39,23 +53,61 @@ pub(super) enum Resolved {
     Parts(Vec<Part>),
 }
 
-/// Where facets pierce the lines: first and last share of the line in each gap, by axis, line and gap.
-pub(super) struct Gaps(Vec<[f64; 2]>);
+/// Where facets pierce a line between two samples: shares of the line, ascending, and whether the facet is square to it.
+#[derive(Clone, Copy)]
+struct Pierced {
+    n: usize,
+    at: [(f64, bool); PLACES],
+}
+
+impl Pierced {
+    const NONE: Pierced = Pierced { n: 0, at: [(0.0, false); PLACES] };
+
+    /// Keeps a place; of more than PLACES the ones in the middle are lost.
+    fn add(&mut self, t: f64, square: bool) {
+        let k = self.at[..self.n].iter().filter(|x| x.0 <= t).count();
+        if self.n < PLACES {
+            self.at.copy_within(k..self.n, k + 1);
+            self.n += 1;
+            self.at[k] = (t, square);
+        } else if k == 0 {
+            self.at[0] = (t, square);
+        } else if k == PLACES {
+            self.at[PLACES - 1] = (t, square);
+        }
+    }
+    fn places(&self) -> &[(f64, bool)] {
+        &self.at[..self.n]
+    }
+}
+
+/// Where facets pierce the lines, by axis, line and gap between samples.
+pub(super) struct Gaps(Vec<Pierced>);
 
 impl Gaps {
     pub fn new() -> Gaps {
-        Gaps(vec![[f64::INFINITY, f64::NEG_INFINITY]; 3 * FINE * FINE * GAPS])
+        Gaps(vec![Pierced::NONE; 3 * FINE * FINE * GAPS])
     }
     fn clear(&mut self) {
-        self.0.fill([f64::INFINITY, f64::NEG_INFINITY]);
+        self.0.fill(Pierced::NONE);
     }
     /// The gap below sample c along the axis; `up` for the one above.
-    fn at(&self, axis: usize, c: [usize; 3], up: usize) -> [f64; 2] {
-        self.0[slot(axis, c[(axis + 1) % 3], c[(axis + 2) % 3], c[axis] + up)]
+    fn at(&self, axis: usize, c: [usize; 3], up: usize) -> &Pierced {
+        &self.0[slot(axis, c[(axis + 1) % 3], c[(axis + 2) % 3], c[axis] + up)]
+    }
+    /// The share of the line between the sample, where it is the first or the last, and the border of the cell that a wall square to the line cuts off.
+    fn sliver_at_border(&self, axis: usize, sample: [usize; 3]) -> f64 {
+        match sample[axis] {
+            0 => self.at(axis, sample, 0).places().first().filter(|p| p.1).map_or(0.0, |p| p.0),
+            c if c + 1 == FINE => {
+                self.at(axis, sample, 1).places().last().filter(|p| p.1).map_or(0.0, |p| 1.0 - p.0)
+            }
+            _ => 0.0,
+        }
     }
     fn pierced(&self, axis: usize) -> usize {
         let n = FINE * FINE * GAPS;
-        self.0[axis * n..(axis + 1) * n].iter().filter(|g| g[0] <= g[1]).count()
+        self.0[axis * n..(axis + 1) * n].iter().filter(|g| g.n > 0).count()
     }
 }
 
@@ -68,6 +120,25 @@ struct Cell<'a> {
     h: Vec3,
     facets: Vec<Prepared>,
     transport: &'a Transport<'a>,
+    slivers: Vec<Sliver>,
+}
+
+/// A free stretch of a line that holds no sample.
+struct Sliver {
+    axis: usize,
+    /// The line: numbers of its samples along the two other axes, in cyclic order.
+    line: [usize; 2],
+    gap: usize,
+    middle: Vec3,
+    /// The volume that it stands for, m³.
+    volume: f64,
+}
+
+impl Sliver {
+    /// Where its gap stands among all; slivers are listed by it.
+    fn slot(&self) -> usize {
+        slot(self.axis, self.line[0], self.line[1], self.gap)
+    }
 }
 
 fn coordinates(sample: usize) -> [usize; 3] {
@@ -80,8 +151,12 @@ fn share(axis: usize, i: usize) -> f64 {
 }
 
 impl Cell<'_> {
-    fn point(&self, sample: usize) -> Vec3 {
-        let c = coordinates(sample);
+    /// The position of a node: a fine sample, or behind these a sliver.
+    fn point(&self, node: usize) -> Vec3 {
+        if let Some(sliver) = node.checked_sub(COUNT) {
+            return self.slivers[sliver].middle;
+        }
+        let c = coordinates(node);
         self.lo + self.h.scale(vec3(share(0, c[0]), share(1, c[1]), share(2, c[2])))
     }
 
@@ -96,6 +171,7 @@ impl Cell<'_> {
         for f in &self.facets {
             let (c, n) = f.corners();
             let (lo, hi) = c[..n].iter().fold((c[0], c[0]), |(lo, hi), x| (lo.min(*x), hi.max(*x)));
+            let normal = (c[1] - c[0]).cross(c[2] - c[0]).normalized();
             // Lines that pass the facet's box.
             let range = |k: usize| {
                 let index = |x: f64| (x - self.lo[k]) / self.h[k] * FINE as f64 - 0.5 - HAIR[k];
@@ -117,25 +193,133 @@ impl Cell<'_> {
                             continue;
                         };
                         let above = (t * FINE as f64 - 0.5 - HAIR[axis]).floor() + 1.0;
-                        let g = &mut gaps.0[slot(axis, i, j, above.clamp(0.0, FINE as f64) as usize)];
-                        *g = [g[0].min(t), g[1].max(t)];
+                        gaps.0[slot(axis, i, j, above.clamp(0.0, FINE as f64) as usize)]
+                            .add(t, normal[axis].abs() >= SQUARE);
                     }
                 }
             }
         }
     }
 
-    /// The free volume that a sample stands for, by lines along `axis`, and its middle.
-    fn stretch(&self, gaps: &Gaps, axis: usize, sample: usize) -> (f64, Vec3) {
+    /// The stretches that hold no sample, where the volumes are taken along `main`.
+    fn find_slivers(&mut self, gaps: &Gaps, main: usize) {
+        let share_of_line = self.h.product() / (FINE * FINE) as f64;
+        for (k, g) in gaps.0.iter().enumerate().filter(|(_, g)| g.n > 0) {
+            let (axis, i, j, gap) =
+                (k / GAPS / FINE / FINE, k / GAPS / FINE % FINE, k / GAPS % FINE, k % GAPS);
+            // The border of the cell is square to the line.
+            let below = (gap == 0).then_some((0.0, true));
+            let above = (gap == FINE).then_some((1.0, true));
+            let ends: Vec<(f64, bool)> =
+                below.into_iter().chain(g.places().iter().copied()).chain(above).collect();
+            for w in ends.windows(2).filter(|w| w[1].0 - w[0].0 >= THINNEST) {
+                if axis != main && !(w[0].1 && w[1].1) {
+                    continue;
+                }
+                let mut at = [0.0; 3];
+                let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
+                (at[axis], at[p], at[q]) = (0.5 * (w[0].0 + w[1].0), share(p, i), share(q, j));
+                let mut beside = [gap.min(FINE - 1); 3];
+                (beside[p], beside[q]) = (i, j);
+                let own: f64 =
+                    (0..axis).map(|k| 1.0 - FINE as f64 * gaps.sliver_at_border(k, beside)).product();
+                self.slivers.push(Sliver {
+                    axis,
+                    line: [i, j],
+                    gap,
+                    middle: self.lo + self.h.scale(Vec3::from_array(at)),
+                    volume: (w[1].0 - w[0].0) * share_of_line * own,
+                });
+            }
+        }
+    }
+
+    /// Links slivers to what they see of the lines beside them: slivers in the same gap, the samples at its ends, slivers around a corner
+    /// of the cell.
+    fn link_slivers(&self, parent: &mut [u16]) {
+        let mut link = |a: usize, b: usize, by: Option<Vec3>| {
+            let (ra, rb) = (root(parent, a), root(parent, b));
+            let by = by.unwrap_or(self.point(b));
+            if ra != rb && self.sees(self.point(a), by) && self.sees(by, self.point(b)) {
+                parent[ra.max(rb)] = ra.min(rb) as u16;
+            }
+        };
+        for (n, s) in self.slivers.iter().enumerate() {
+            for (k, beside) in [(0, s.slot() + FINE * GAPS), (1, s.slot() + GAPS)] {
+                if s.line[k] + 1 < FINE {
+                    self.slivers_at(beside).for_each(|m| link(COUNT + n, COUNT + m, None));
+                }
+            }
+            let (p, q) = ((s.axis + 1) % 3, (s.axis + 2) % 3);
+            let sample = |along: usize, line: [usize; 2]| {
+                let mut c = [along; 3];
+                (c[p], c[q]) = (line[0], line[1]);
+                c
+            };
+            for (k, up) in [(0, false), (0, true), (1, false), (1, true)] {
+                let mut line = s.line;
+                line[k] = if up { line[k] + 1 } else { line[k].wrapping_sub(1) };
+                if line[k] >= FINE {
+                    continue;
+                }
+                for along in [s.gap.wrapping_sub(1), s.gap].into_iter().filter(|a| *a < FINE) {
+                    let c = sample(along, line);
+                    link(COUNT + n, (c[0] * FINE + c[1]) * FINE + c[2], None);
+                }
+            }
+            if s.gap == 0 || s.gap == FINE {
+                let c = sample(s.gap.min(FINE - 1), s.line);
+                for axis in (0..s.axis).filter(|a| c[*a] == 0 || c[*a] + 1 == FINE) {
+                    let gap = if c[axis] == 0 { 0 } else { FINE };
+                    for m in self.slivers_at(slot(axis, c[(axis + 1) % 3], c[(axis + 2) % 3], gap)) {
+                        let mut corner = s.middle.array();
+                        corner[axis] = self.slivers[m].middle[axis];
+                        link(COUNT + n, COUNT + m, Some(Vec3::from_array(corner)));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The slivers of a gap.
+    fn slivers_at(&self, slot: usize) -> std::ops::Range<usize> {
+        let first = self.slivers.partition_point(|t| t.slot() < slot);
+        first..first + self.slivers[first..].partition_point(|t| t.slot() == slot)
+    }
+
+    /// The volume that a node stands for, and its middle.
+    fn held(&self, gaps: &Gaps, axis: usize, node: usize) -> (f64, Vec3) {
+        match node.checked_sub(COUNT) {
+            Some(sliver) => (self.slivers[sliver].volume, self.slivers[sliver].middle),
+            None => self.stretch(gaps, axis, node),
+        }
+    }
+
+    /// The sub-cell that a node lies in.
+    fn place(&self, node: usize) -> usize {
+        let of = |c: [usize; 3]| (c[0] * SUBCELLS + c[1]) * SUBCELLS + c[2];
+        if node < COUNT {
+            return of(coordinates(node).map(|i| i / WITHIN));
+        }
+        let x = self.point(node) - self.lo;
+        of([0, 1, 2].map(|k| ((x[k] / self.h[k] * SUBCELLS as f64) as usize).min(SUBCELLS - 1)))
+    }
+
+    /// The free volume that a sample stands for, and its middle: between walls along `main`, between those square to them along the other axes.
+    fn stretch(&self, gaps: &Gaps, main: usize, sample: usize) -> (f64, Vec3) {
         let c = coordinates(sample);
-        let (below, above) = (gaps.at(axis, c, 0), gaps.at(axis, c, 1));
         let n = FINE as f64;
-        let from = if below[0] <= below[1] { below[1] } else { c[axis] as f64 / n };
-        let to = if above[0] <= above[1] { above[0] } else { (c[axis] + 1) as f64 / n };
-        let mut middle = self.point(sample).array();
-        middle[axis] = self.lo[axis] + 0.5 * (from + to) * self.h[axis];
-        // Never quite nothing, so that means over weights exist.
-        let volume = (to - from).max(1e-9 / n) / (n * n) * self.h.product();
+        let (mut volume, mut middle) = (self.h.product(), [0.0; 3]);
+        for axis in 0..3 {
+            let counts = |p: &&(f64, bool)| axis == main || p.1;
+            let below = gaps.at(axis, c, 0).places().iter().rfind(counts);
+            let above = gaps.at(axis, c, 1).places().iter().find(counts);
+            let from = below.map_or(c[axis] as f64 / n, |p| p.0);
+            let to = above.map_or((c[axis] + 1) as f64 / n, |p| p.0);
+            middle[axis] = self.lo[axis] + 0.5 * (from + to) * self.h[axis];
+            // Never quite nothing, so that means over weights exist.
+            volume *= (to - from).max(1e-9 / n);
+        }
         (volume, Vec3::from_array(middle))
     }
 }
@@ -148,20 +332,22 @@ fn root(parent: &mut [u16], mut i: usize) -> usize {
     i
 }
 
-fn components(gaps: &Gaps) -> Vec<Vec<usize>> {
-    let mut parent: [u16; COUNT] = std::array::from_fn(|i| i as u16);
+fn components(cell: &Cell, gaps: &Gaps) -> Vec<Vec<usize>> {
+    let nodes = COUNT + cell.slivers.len();
+    let mut parent: Vec<u16> = (0..nodes as u16).collect();
     let stride = [FINE * FINE, FINE, 1];
     for s in 0..COUNT {
         let c = coordinates(s);
         for axis in 0..3 {
             let g = gaps.at(axis, c, 0);
-            if c[axis] > 0 && g[0] > g[1] {
+            if c[axis] > 0 && g.n == 0 {
                 let (a, b) = (root(&mut parent, s), root(&mut parent, s - stride[axis]));
                 parent[a.max(b)] = a.min(b) as u16;
             }
         }
     }
-    gather(COUNT, |s| root(&mut parent, s))
+    cell.link_slivers(&mut parent);
+    gather(nodes, |s| root(&mut parent, s))
 }
 
 /// Lists 0..n by label, in the order in which the labels appear.
@@ -222,15 +408,17 @@ pub(super) fn resolve(
     gaps: &mut Gaps,
 ) -> Resolved {
     let all = transport.scene().facets();
-    let cell = Cell {
+    let mut cell = Cell {
         lo: map.corner(c),
         h: map.cell(),
         facets: facets.iter().map(|f| Prepared::new(&all[*f as usize].plate)).collect(),
         transport,
+        slivers: Vec::new(),
     };
     cell.pierce(gaps);
     let axis = (0..3).fold(0, |b, k| if gaps.pierced(k) > gaps.pierced(b) { k } else { b });
-    let mut parts = components(gaps);
+    cell.find_slivers(gaps, axis);
+    let mut parts = components(&cell, gaps);
     if transport.has_places_without_medium() {
         parts.retain(|p| transport.holds_medium(cell.point(p[p.len() / 2])));
     }
@@ -242,10 +430,10 @@ pub(super) fn resolve(
     if samples_in_one { Resolved::Whole } else { Resolved::Parts(parts) }
 }
 
-/// What one sub-cell has of a part: the mask of its eight fine samples, free volume and first moment.
-#[derive(Clone, Copy)]
+/// What one sub-cell has of a part.
+#[derive(Clone, Default)]
 struct Sub {
-    members: u8,
+    nodes: Vec<usize>,
     volume: f64,
     moment: Vec3,
 }
@@ -253,76 +441,56 @@ struct Sub {
 /// Fine samples along an edge of a sub-cell.
 const WITHIN: usize = FINE / SUBCELLS;
 
-/// The sub-cell of a fine sample, and its number there.
-fn place(s: usize) -> (usize, usize) {
-    let c = coordinates(s);
-    let [a, b] = [c.map(|i| i / WITHIN), c.map(|i| i % WITHIN)];
-    ((a[0] * SUBCELLS + a[1]) * SUBCELLS + a[2], (b[0] * WITHIN + b[1]) * WITHIN + b[2])
-}
-
-/// The fine sample with this number in a sub-cell.
-fn fine(subcell: usize, member: usize) -> usize {
-    let at = |k: usize, n: usize| [k / (n * n), k / n % n, k % n];
-    let (a, b) = (at(subcell, SUBCELLS), at(member, WITHIN));
-    let c = [0, 1, 2].map(|x| a[x] * WITHIN + b[x]);
-    (c[0] * FINE + c[1]) * FINE + c[2]
-}
-
-fn part(cell: &Cell, gaps: &Gaps, axis: usize, samples: &[usize]) -> Part {
-    let mut subs = [Sub { members: 0, volume: 0.0, moment: Vec3::ZERO }; SUBCELLS * SUBCELLS * SUBCELLS];
-    for &s in samples {
-        let ((k, member), (w, middle)) = (place(s), cell.stretch(gaps, axis, s));
-        let sub = &mut subs[k];
-        sub.members |= 1 << member;
+fn part(cell: &Cell, gaps: &Gaps, axis: usize, nodes: &[usize]) -> Part {
+    let mut subs = vec![Sub::default(); SUBCELLS * SUBCELLS * SUBCELLS];
+    for &node in nodes {
+        let (w, middle) = cell.held(gaps, axis, node);
+        let sub = &mut subs[cell.place(node)];
+        sub.nodes.push(node);
         sub.volume += w;
         sub.moment += middle * w;
     }
     let (mut volume, mut moment) = (0.0, Vec3::ZERO);
     let mut out = Vec::with_capacity(subs.len());
-    for (k, sub) in subs.iter().enumerate().filter(|x| x.1.members != 0) {
+    for (k, sub) in subs.iter().enumerate().filter(|x| !x.1.nodes.is_empty()) {
         volume += sub.volume;
         moment += sub.moment;
         let point = cell.seen_mean(gaps, k, sub);
         out.push(Sample { point, volume: sub.volume, subcell: k as u8 });
     }
     let mean = moment / volume;
-    let centre = cell.nearest(samples.iter().copied(), mean);
+    let centre = cell.nearest(nodes, mean);
     Part { samples: zonal_scene::Part::new(cell.lo, cell.h, volume, &out), centre, volume }
 }
 
 impl Cell<'_> {
-    /// The fine sample nearest to `x`.
-    fn nearest(&self, samples: impl Iterator<Item = usize>, x: Vec3) -> Vec3 {
+    /// The node nearest to `x`.
+    fn nearest(&self, nodes: &[usize], x: Vec3) -> Vec3 {
         let mut best = (f64::INFINITY, x);
-        for p in samples.map(|s| self.point(s)) {
+        for p in nodes.iter().map(|s| self.point(*s)) {
             let d = (p - x).length2();
             best = if d < best.0 { (d, p) } else { best };
         }
         best.1
     }
 
-    /// Where the sample of a sub-cell lies: at the mean of its part there, or at the fine sample nearest to that when this does not
+    /// Where the sample of a sub-cell lies: at the mean of its part there, or at the node nearest to that when this does not
     /// see it; as near as it can be packed.
     fn seen_mean(&self, gaps: &Gaps, subcell: usize, sub: &Sub) -> Vec3 {
         let mean = packed_point(self.lo, self.h, subcell as u8, sub.moment / sub.volume);
-        if sub.members == u8::MAX && self.untouched(gaps, subcell) {
+        if sub.nodes.len() == WITHIN.pow(3) && sub.nodes.iter().all(|s| self.unpierced(gaps, *s)) {
             return mean;
         }
-        let members = (0..8).filter(|m| sub.members >> m & 1 == 1).map(|m| fine(subcell, m));
-        let near = self.nearest(members, mean);
+        let near = self.nearest(&sub.nodes, mean);
         // A mean that lies in a facet is seen from everywhere: look a little past it.
         let past = near + (mean - near) * 1.001;
         if self.sees(near, past) { mean } else { packed_point(self.lo, self.h, subcell as u8, near) }
     }
 
-    /// True when no line is pierced between the fine samples of a sub-cell.
-    fn untouched(&self, gaps: &Gaps, subcell: usize) -> bool {
-        (0..8).all(|m| {
-            let c = coordinates(fine(subcell, m));
-            (0..3).all(|axis| {
-                let g = gaps.at(axis, c, 0);
-                c[axis].is_multiple_of(WITHIN) || g[0] > g[1]
-            })
-        })
+    /// True for a fine sample between which and the other ones of its sub-cell no line is pierced.
+    fn unpierced(&self, gaps: &Gaps, node: usize) -> bool {
+        let sample = node < COUNT;
+        let c = coordinates(node.min(COUNT - 1));
+        sample && (0..3).all(|axis| c[axis].is_multiple_of(WITHIN) || gaps.at(axis, c, 0).n == 0)
     }
 }
