@@ -161,8 +161,10 @@ impl Beam<'_> {
         let (da, db, tau) = (self.depth(k, a), self.depth(k, b), piece.tau_at(a));
         for i in 0..3 {
             let x = piece.kappa[i] * (b - a) + db[i] - da[i];
-            let light = fluence[i] * tint[i] * (-da[i]).exp() / (4.0 * PI);
-            out[i] += piece.scatter[i] * (b - a) * tau[i] * light * mean_exp(x);
+            // From the end that is less deep: e^{−x} may be more than a number can hold.
+            let least = da[i] + x.min(0.0);
+            let light = fluence[i] * tint[i] * (-least).exp() / (4.0 * PI);
+            out[i] += piece.scatter[i] * (b - a) * tau[i] * light * mean_exp(x.abs());
         }
     }
 

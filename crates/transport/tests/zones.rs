@@ -168,6 +168,25 @@ fn corners_between_the_samples_of_a_cell_have_exact_volumes() {
 }
 
 #[test]
+fn by_voxels_what_fills_voxels_in_part_is_cut_to_its_own_size() {
+    let count = |size: Option<f64>| {
+        let lamp = Plate::parallelogram(vec3(0.3, 0.1, 0.5), vec3(0.1, 0.0, 0.0), vec3(0.0, 0.3, 0.0));
+        let mut parts = SceneParts::default();
+        parts.facets = room(Vec3::ZERO, Vec3::ONE).iter().map(|p| facet(0, *p)).collect();
+        parts.facets.push(facet(1, lamp));
+        let own = |name: &str| Surface { patch_size: size, ..surface(name) };
+        parts.surfaces = vec![own("walls"), own("lamp")];
+        parts.voxmap = Some(fog(4, 1.0));
+        parts.options.patch_rule = PatchRule::Voxels;
+        let z = zones(&Scene::new(parts).unwrap());
+        [0, 1].map(|s| z.patches.iter().filter(|p| p.surface == s).count())
+    };
+    assert_eq!(count(None), [96, 2]);
+    // 0.1 by 0.15 twice: two by three each. The walls fill voxels.
+    assert_eq!(count(Some(0.06)), [96, 12]);
+}
+
+#[test]
 fn patches_under_a_box_go_and_none_straddles_a_wall() {
     // The box's edges cross patches of a quarter metre.
     let block = solid_box(vec3(0.3, 0.3, 0.0), vec3(0.6, 0.7, 0.5));

@@ -86,8 +86,9 @@ pub(super) fn pieces(p: &Plate, size: f64, rule: PatchRule, out: &mut Vec<Plate>
     }
 }
 
-/// Parameters u and v at which the planes between voxels cut a rectangle along the axes, its ends included; `None` for any other plate.
-pub(super) fn by_voxels(p: &Plate, map: &Voxmap) -> Option<[Vec<f64>; 2]> {
+/// Parameters u and v at which the planes between voxels cut a rectangle along the axes, its ends included; `None` for any other plate. Pieces that
+/// are shorter than a voxel are cut further down to the size of the surface, m, if it has one.
+pub(super) fn by_voxels(p: &Plate, map: &Voxmap, size: Option<f64>) -> Option<[Vec<f64>; 2]> {
     let along = |e: Vec3| (0..3).find(|&k| e.length() - e[k].abs() <= 1e-12 * e.length());
     let (a, b) = (along(p.e1)?, along(p.e2)?);
     let cuts = |e: Vec3, k: usize| {
@@ -96,7 +97,16 @@ pub(super) fn by_voxels(p: &Plate, map: &Voxmap) -> Option<[Vec<f64>; 2]> {
         let inside = (0..=map.dims()[k]).map(parameter).filter(|t| (slack..1.0 - slack).contains(t));
         let mut all: Vec<f64> = [0.0, 1.0].into_iter().chain(inside).collect();
         all.sort_by(f64::total_cmp);
-        all
+        let Some(size) = size else { return all };
+        let mut out = vec![0.0];
+        for w in all.windows(2) {
+            let length = (w[1] - w[0]) * e[k].abs();
+            let n = if length < map.cell()[k] * (1.0 - 1e-6) { steps(length, size) } else { 1.0 };
+            // More are refused by their number.
+            let n = n.min(super::MAX_PATCHES as f64 + 1.0);
+            out.extend((1..=n as usize).map(|i| w[0] + (w[1] - w[0]) * (i as f64 / n)));
+        }
+        out
     };
     (p.kind == PlateKind::Parallelogram && a != b).then(|| [cuts(p.e1, a), cuts(p.e2, b)])
 }

@@ -32,11 +32,12 @@ pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>
     let size = |surface: usize| scene.surfaces()[surface].patch_size.unwrap_or(scene.patch_size());
     let rule = scene.options().patch_rule;
     let map = scene.voxmap().filter(|_| rule == PatchRule::Voxels);
-    let by_voxels = |p: &Plate| map.and_then(|m| cut::by_voxels(p, m));
+    let own = |surface: usize| scene.surfaces()[surface].patch_size;
+    let by_voxels = |p: &Plate, surface: usize| map.and_then(|m| cut::by_voxels(p, m, own(surface)));
     let mut total = 0.0;
     for f in scene.facets() {
         let s = &scene.surfaces()[f.surface];
-        total += match by_voxels(&f.plate) {
+        total += match by_voxels(&f.plate, f.surface) {
             Some([u, v]) => (u.len() * v.len()) as f64,
             None => cut::estimate(&f.plate, size(f.surface), rule),
         };
@@ -52,7 +53,7 @@ pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>
         .enumerate()
         .flat_map_iter(|(k, f)| {
             let mut out = Vec::new();
-            match by_voxels(&f.plate) {
+            match by_voxels(&f.plate, f.surface) {
                 Some(cuts) => cut::between(&f.plate, &cuts, &mut out),
                 None => cut::pieces(&f.plate, size(f.surface), rule, &mut out),
             }
