@@ -29,7 +29,7 @@ for target in "$@"; do
         vdb) options+=(-max_len=40000 -len_control=0) ;;
         npz) options+=(-max_len=24000 -len_control=0) ;;
         gltf | obj | exr) options+=(-max_len=8192) ;;
-        solve) options+=(-max_len=256) ;;
+        solve) options+=(-max_len=256 -timeout=60) ;;
     esac
     [ -f "dict/$target.dict" ] && options+=(-dict="dict/$target.dict")
     [ -n "${MAX_TIME:-}" ] && options+=(-max_total_time="$MAX_TIME")

@@ -2,6 +2,7 @@
 //! (infinite), and no pixel negative.
 
 use super::{readers, scenes};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use zonal::io::output;
 use zonal::render::{RenderOptions, ZonesSeen, render};
 use zonal::scene::{Bands, Camera, Lens, Quiet, Scene, Solution, Values};
@@ -9,8 +10,18 @@ use zonal::viewer::package::{Detail, package};
 
 /// The most zones that are solved, and that a solution from a file may have to be used.
 const ZONES: usize = 160;
-/// The most zones where facets stand in each other's way: their pairs are walked.
-const ZONES_BEHIND: usize = 72;
+/// The most zones where facets or panes stand in each other's way: their pairs are sampled.
+const ZONES_BEHIND: usize = 32;
+/// The most zones that are always solved a second time where the scene asks for it.
+const ZONES_TWICE: usize = 16;
+/// Of larger scenes, and of those where something stands in the way, one in so many has its second solve; of the latter also shining surroundings.
+/// Both take seconds.
+const ONE_IN: usize = 32;
+/// Scenes that were solved and drawn; every so many it is said how many there are.
+static DONE: AtomicUsize = AtomicUsize::new(0);
+const TOLD_EVERY: usize = 1000;
+/// The smallest tolerance.
+const TOLERANCE: f64 = 0.2;
 /// The most zones that are packed for the viewer.
 const ZONES_PACKED: usize = 24;
 /// The facets of a room.
@@ -26,14 +37,14 @@ const MEMORY: u64 = 256 << 20;
 pub fn solve(data: &[u8]) {
     let (text, files) = scenes::text(data);
     if let Some(scene) = readers::read(text.as_bytes(), &files) {
-        solve_and_draw(scene, text.len() % 16 == 0);
+        solve_and_draw(scene, text.len());
     }
 }
 
 /// A scene's text as it is.
 pub fn solve_toml(data: &[u8]) {
     if let Some(scene) = readers::read_with_fixtures(data) {
-        solve_and_draw(scene, data.len().is_multiple_of(16));
+        solve_and_draw(scene, data.len());
     }
 }
 
@@ -44,9 +55,14 @@ fn tiny(scene: &Scene) -> bool {
         && scene.lights().len() <= LIGHTS
 }
 
-/// The same scene with zones no smaller than a third of it, and content with little; none where it stays large.
-fn coarse(scene: Scene) -> Option<Scene> {
+/// The same scene with zones no smaller than a third of it, and content with little; none where it stays large, or takes long and its turn has not come.
+fn coarse(scene: Scene, turn: usize) -> Option<Scene> {
     if !tiny(&scene) {
+        return None;
+    }
+    let behind = scene.facets().len() > ROOM || !scene.panes().is_empty();
+    let hurried = behind && !turn.is_multiple_of(ONE_IN);
+    if hurried && scene.surroundings().shine() {
         return None;
     }
     let size = scene.diagonal() / 3.0;
@@ -56,15 +72,23 @@ fn coarse(scene: Scene) -> Option<Scene> {
     let mut parts = scene.into_parts();
     parts.options.patch_size = Some(parts.options.patch_size.map_or(size, |p| p.max(size)));
     parts.surfaces.iter_mut().for_each(|s| s.patch_size = s.patch_size.map(|p| p.max(size)));
-    parts.options.tolerance = parts.options.tolerance.max(0.05);
+    parts.options.tolerance = parts.options.tolerance.max(TOLERANCE);
     parts.options.max_iterations = parts.options.max_iterations.min(100);
     parts.options.sweeps = parts.options.sweeps.map(|n| n.min(20));
     let scene = Scene::new(parts).ok()?;
     let transport = zonal::transport::Transport::new(&scene);
     let zones = zonal::transport::build_zones(&scene, &transport).ok()?;
     drop(transport);
-    let most = if scene.facets().len() <= ROOM { ZONES } else { ZONES_BEHIND };
-    (zones.len() <= most).then_some(scene)
+    let most = if behind { ZONES_BEHIND } else { ZONES };
+    if zones.len() > most {
+        return None;
+    }
+    if hurried || zones.len() > ZONES_TWICE && !turn.is_multiple_of(ONE_IN) {
+        let mut parts = scene.into_parts();
+        parts.options.zoning_error = Some(false);
+        return Scene::new(parts).ok();
+    }
+    Some(scene)
 }
 
 fn finite(what: &str, list: &[Bands]) {
@@ -79,8 +103,10 @@ fn errors(what: &str, list: &[Bands]) {
     }
 }
 
-fn solve_and_draw(scene: Scene, packed: bool) {
-    let Some(scene) = coarse(scene) else { return };
+/// `turn`: a number of the input, by which some scenes are spared what takes long.
+fn solve_and_draw(scene: Scene, turn: usize) {
+    let packed = turn.is_multiple_of(16);
+    let Some(scene) = coarse(scene, turn) else { return };
     let Ok(solution) = zonal::solve::solve(scene, MEMORY, &Quiet) else { return };
     let f = &solution.fields;
     finite("radiosity", &f.radiosity);
@@ -119,6 +145,10 @@ fn solve_and_draw(scene: Scene, packed: bool) {
     let drawn = draw(&solution);
     if packed {
         pack(&solution);
+    }
+    let n = DONE.fetch_add(1, Ordering::Relaxed) + 1;
+    if n.is_multiple_of(TOLD_EVERY) {
+        eprintln!("{n} scenes solved and drawn");
     }
     let bad = drawn.iter().flatten().flatten().find(|x| !(x.is_finite() && **x >= 0.0));
     assert!(!light || bad.is_none(), "a pixel is {bad:?}");

@@ -190,6 +190,10 @@ fn what_is_refused() {
             &["thermal.range", "missing"],
         ),
         (
+            "mode = 'thermal'\n[thermal]\nweights = [[1], [0], [0]]\nrange = [900, 300]\n[surroundings]\ntemperature = 302\nMEDIUMextinction = 1\ntemperature = 300",
+            &["thermal.range", "[900, 300]", "the lower first"],
+        ),
+        (
             "mode = 'thermal'\n[thermal]\nweights = [[1], [0]]\nrange = [300, 900]\nMEDIUMextinction = 1\ntemperature = 300",
             &["three lists"],
         ),

@@ -179,7 +179,12 @@ impl<'a> Maker<'a> {
 
     /// Something that fixes the temperatures' level, and something that shines.
     fn finished(&mut self, mut m: Model) -> Model {
-        let mut warm = m.surroundings.is_some();
+        // Behind closed walls nobody sees the surroundings.
+        let open = |s: &Surface| match &s.shape {
+            Shape::Room { walls, .. } => walls.iter().any(Option::is_none),
+            _ => true,
+        };
+        let mut warm = m.surroundings.is_some() && !m.closed_room && m.surfaces.first().is_none_or(open);
         let mut lit = !m.lights.is_empty() || m.radiance != [0.0; 3];
         let mut visit = |l: &mut Look| {
             warm |= matches!(l.heat, Heat::Temperature(_));

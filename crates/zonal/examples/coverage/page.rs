@@ -55,8 +55,15 @@ pub fn write(path: &Path, plan: &Plan, done: &[Done], s: &Summary) -> Result<(),
         varying media; every kind of light; thermal mode with every kind of condition; one to three bands), each solved by every engine that applies and\n\
         by {walks} walks of the reference a band. A sum by name (power absorbed, net power, temperature) is compared with the continuous problem: its\n\
         stated error is that of the exchange and of the size of the zones. What arrives at a zone, and its temperature, is compared with the exact\n\
-        solution of the zonal equations on the same zones. *Covered*: |difference| ≤ stated + 3σ of the reference, of zones 2 stated + 3σ;\n\
-        beyond ten times: 10 stated + 6σ. A single scene is `--index K`; `--keep FOLDER` writes those on which something fails.\n\n{}\n\
+        solution of the zonal equations on the same zones. *Covered*: |difference| ≤ stated + 3σ of the reference, of zones 2 stated + 3σ.\n\n\
+        What is not plain in the tables:\n\n\
+        - *Beyond ten times* is |difference| > 10 stated + 6σ. Where the exchange is exact the stated error of a zone is next to nothing, and of a hundred\n  \
+        thousand means over random walks some hundred are more than 3σ off; beyond 6σ there should be none.\n\
+        - A scene of which a sum by name is not covered is walked once more, ten times as often, and judged by that.\n\
+        - Zones that few walks meet, at which σ is more than 4 % of the value, are not compared: the spread of few walks does not tell their error.\n\
+        - What the scene gives (a temperature, a net power) is not counted. Unknown errors count as not covered.\n\
+        - The median is over quantities that are more than 3σ off the reference, of estimated and statistical grade.\n\n\
+        A single scene is `--index K`; `--keep FOLDER` writes those on which something fails.\n\n{}\n\
         ![stated errors against differences]({file})\n\n\
         Each point is a quantity whose difference from the reference is more than 3σ; both errors are relative to the quantity. Below the dashed\n\
         line the stated error is too small.\n",
