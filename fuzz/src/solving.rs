@@ -10,12 +10,14 @@ use zonal::viewer::package::{Detail, package};
 
 /// The most zones that are solved, and that a solution from a file may have to be used.
 const ZONES: usize = 160;
+/// The most zones of a scene that is solved whenever it comes; larger ones are one in [`ONE_IN`].
+const ZONES_OFTEN: usize = 48;
 /// The most zones where facets or panes stand in each other's way: their pairs are sampled.
 const ZONES_BEHIND: usize = 32;
-/// The most zones that are always solved a second time where the scene asks for it.
-const ZONES_TWICE: usize = 16;
-/// Of larger scenes, and of those where something stands in the way, one in so many has its second solve; of the latter also shining surroundings.
-/// Both take seconds.
+/// A scene of more optical depths than this is deep: factors between its boxes take long.
+const DEEP: f64 = 1e3;
+/// Of scenes one in so many has its second solve where it asks for it, and of deep ones and those with shining surroundings behind facets one in so
+/// many is solved at all: all of these take seconds.
 const ONE_IN: usize = 32;
 /// Scenes that were solved and drawn; every so many it is said how many there are.
 static DONE: AtomicUsize = AtomicUsize::new(0);
@@ -55,17 +57,23 @@ fn tiny(scene: &Scene) -> bool {
         && scene.lights().len() <= LIGHTS
 }
 
-/// The same scene with zones no smaller than a third of it, and content with little; none where it stays large, or takes long and its turn has not come.
+/// The scene's diagonal in optical depths.
+fn depth(scene: &Scene) -> f64 {
+    let cells = scene.voxmap().into_iter().flat_map(|m| (0..m.len()).flat_map(|c| m.extinction(c)));
+    scene.diagonal() * cells.fold(0.0, f64::max)
+}
+
+/// The same scene with zones no smaller than a half of it, and content with little; none where it stays large, or takes long and its turn has not come.
 fn coarse(scene: Scene, turn: usize) -> Option<Scene> {
     if !tiny(&scene) {
         return None;
     }
     let behind = scene.facets().len() > ROOM || !scene.panes().is_empty();
-    let hurried = behind && !turn.is_multiple_of(ONE_IN);
-    if hurried && scene.surroundings().shine() {
+    let slow = behind && scene.surroundings().shine() || depth(&scene) > DEEP;
+    if slow && !turn.is_multiple_of(ONE_IN) {
         return None;
     }
-    let size = scene.diagonal() / 3.0;
+    let size = scene.diagonal() / 2.0;
     if !(size > 0.0 && size.is_finite()) {
         return None;
     }
@@ -80,10 +88,10 @@ fn coarse(scene: Scene, turn: usize) -> Option<Scene> {
     let zones = zonal::transport::build_zones(&scene, &transport).ok()?;
     drop(transport);
     let most = if behind { ZONES_BEHIND } else { ZONES };
-    if zones.len() > most {
+    if zones.len() > most || zones.len() > ZONES_OFTEN && !turn.is_multiple_of(ONE_IN) {
         return None;
     }
-    if hurried || zones.len() > ZONES_TWICE && !turn.is_multiple_of(ONE_IN) {
+    if !turn.is_multiple_of(ONE_IN) {
         let mut parts = scene.into_parts();
         parts.options.zoning_error = Some(false);
         return Scene::new(parts).ok();

@@ -16,7 +16,7 @@
 use crate::camera::{Pinhole, subpixel};
 use crate::columns::FINE_STEPS;
 use crate::march::{Draw, Front, View};
-use crate::{RenderOptions, pixel_shift};
+use crate::{RenderOptions, pixel_shift, single};
 use rayon::prelude::*;
 use std::collections::HashSet;
 use zonal_math::Vec3;
@@ -212,7 +212,7 @@ impl<'a> Adaptive<'a> {
         let mut around = self.around(x, y).filter(|p| *p != (x, y));
         let bright = self.bright.contains(&(x, y));
         if !bright && !around.any(|p| strip.differ((x, y), p)) {
-            return own.map(|l| l as f32);
+            return own.map(single);
         }
         let (mut sum, mut count, mut range) = (own, 1.0, (own, own));
         for (k, i) in CORNERS.into_iter().chain(EDGES).enumerate() {
@@ -223,7 +223,7 @@ impl<'a> Adaptive<'a> {
             (sum, count) = (bands(|b| sum[b] + l[b]), count + 1.0);
             range = (bands(|b| range.0[b].min(l[b])), bands(|b| range.1[b].max(l[b])));
         }
-        sum.map(|s| (s / count) as f32)
+        sum.map(|s| single(s / count))
     }
 
     /// Ray number `i` of a pixel.

@@ -91,7 +91,7 @@ pub struct Image {
     pub width: usize,
     /// Pixels down.
     pub height: usize,
-    /// Radiance, W/(m² sr) a band, row by row, row 0 on top.
+    /// Radiance, W/(m² sr) a band, row by row, row 0 on top; what is beyond single precision is its largest number.
     pub pixels: Vec<[f32; 3]>,
 }
 
@@ -189,7 +189,12 @@ fn pixel(view: &View, pinhole: &Pinhole, o: &RenderOptions, x: usize, y: usize) 
         let l = view.radiance(origin, dir, draw);
         (0..3).for_each(|b| sum[b] += l[b]);
     }
-    sum.map(|s| (s / n as f64) as f32)
+    sum.map(|s| single(s / n as f64))
+}
+
+/// A radiance in single precision: at most the largest number there is in it.
+fn single(l: f64) -> f32 {
+    l.min(f32::MAX.into()) as f32
 }
 
 /// Shifts of the light samples: a hash, since any lattice over the pixels shows as a weave in soft light.

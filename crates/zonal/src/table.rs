@@ -24,7 +24,7 @@ fn row(out: &mut String, name: &str, v: Bands) {
     } else {
         v.map(|x| format!("{:>12}", number(x))).concat()
     };
-    let _ = writeln!(out, "  {name:<34}{cells}");
+    let _ = writeln!(out, "  {name:<33} {cells}");
 }
 
 /// The report of a solution: what was computed, the balance, closure, the solver's end.
@@ -201,7 +201,7 @@ fn row_with_errors(out: &mut String, name: &str, v: Bands, e: Bands) {
     let grey = v[0] == v[1] && v[1] == v[2] && e[0] == e[1] && e[1] == e[2];
     let bands = if grey { 1 } else { 3 };
     let text: Vec<String> = (0..bands).map(|b| with(v[b], e[b])).collect();
-    let _ = writeln!(out, "  {name:<34}{:>12}", text.join("   "));
+    let _ = writeln!(out, "  {name:<33} {:>12}", text.join("   "));
 }
 
 fn powers(out: &mut String, v: &Energy, e: &Energy) {

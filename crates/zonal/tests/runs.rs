@@ -297,4 +297,16 @@ fn strict_runs_fail_on_warnings() {
     let note = &json["warnings"][0];
     assert_eq!((note["severity"].as_str(), note["code"].as_str()), (Some("warning"), Some("not-converged")));
     assert!(note["text"].as_str().unwrap().contains("max_iterations") && note["location"].is_null());
+    // Exchange areas tell what is left out of them too.
+    let cube = |name: &str, lo: f64, hi: f64| {
+        format!("[[surface]]\nname = '{name}'\nbox = {{ min = [{lo},{lo},{lo}], max = [{hi},{hi},{hi}] }}\n")
+    };
+    f.put("hidden.toml", room(500) + &cube("outer", 0.2, 0.7) + &cube("hidden", 0.3, 0.5));
+    let said = f.done(&["exchange", "hidden.toml", "-o", "hidden.npz"]);
+    assert!(said.contains("warning") && said.contains("hidden"), "{said}");
+    let out = f.zonal(&["exchange", "hidden.toml", "-o", "hidden2.npz", "--strict", "--json"]);
+    assert_eq!(out.status.code(), Some(1));
+    assert_eq!(f.get("hidden.npz"), f.get("hidden2.npz"));
+    let json: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert!(json["warnings"].as_array().unwrap().iter().any(|w| w["severity"] == "warning"), "{json}");
 }

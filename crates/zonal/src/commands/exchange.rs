@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use std::path::PathBuf;
 use zonal_exchange::pair::{Counts, Exchange, Settings, strength, target};
 use zonal_io::output::{self, Named};
-use zonal_scene::{Bands, Progress, Scene, Zones, printable};
+use zonal_scene::{Bands, Note, Progress, Scene, Zones, printable};
 use zonal_solve::engine::{self, THIN};
 use zonal_solve::forecast;
 use zonal_solve::total;
@@ -62,9 +62,9 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let scene = zonal_io::input::read_scene(&args.scene)?;
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).map_err(|e| Failure::in_file(&args.scene, e))?;
-    for n in left_out(&scene, &transport, &zones).map_err(|e| Failure::in_file(&args.scene, e))? {
-        eprintln!("{}", printable(&n.line()));
-    }
+    let mut notes = scene.notes().to_vec();
+    notes.extend(left_out(&scene, &transport, &zones).map_err(|e| Failure::in_file(&args.scene, e))?);
+    notes.extend(constant(&scene, &zones));
     engine::check_pairs(&scene, &zones).map_err(|e| Failure::in_file(&args.scene, e))?;
     let n = zones.len();
     let alike = |v: Bands| v[0] == v[1] && v[1] == v[2];
@@ -108,7 +108,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     ];
     if args.direct_only {
         output::write_arrays(&args.output, None, &list)?;
-        return report(args, context, &m, (n, bands), None, constant(&scene, &zones));
+        return report(args, context, &m, (n, bands), None, &notes);
     }
     meter.begin("total exchange areas", bands as u64);
     let names = Names::new(&scene, &zones);
@@ -130,7 +130,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         "order_of_zones": "patches, then voxel zones, then pane zones",
     });
     output::write_arrays(&args.output, Some(&about.to_string()), &list)?;
-    report(args, context, &m, (n, bands), Some(&t), constant(&scene, &zones))
+    report(args, context, &m, (n, bands), Some(&t), &notes)
 }
 
 /// The names that zones belong to: surfaces, the medium, panes.
@@ -236,12 +236,12 @@ fn worst_row(areas: &[f64], closure: &[f64], n: usize) -> f64 {
 }
 
 /// What a user should know of thick voxels: areas are of zones of one radiosity each.
-fn constant(scene: &Scene, zones: &Zones) -> Option<String> {
+fn constant(scene: &Scene, zones: &Zones) -> Option<Note> {
     let thick = forecast::thickness(scene, zones);
     (thick > THIN).then(|| {
-        format!(
+        Note::new("thick-voxels", format!(
             "voxels are up to {thick:.2e} optical depths across, and these are the areas of zones of one radiosity each; `solve` takes slopes inside such voxels where it can (thick_zones), and its fluxes are then better than theirs"
-        )
+        ))
     })
 }
 
@@ -251,26 +251,30 @@ fn report(
     m: &Matrices,
     (n, bands): (usize, usize),
     totals: Option<&Totals>,
-    note: Option<String>,
+    notes: &[Note],
 ) -> Result<(), Failure> {
     let defect = worst_row(&m.areas, &m.closure, n);
     let total = totals.map(|t| worst_row(&t.areas, &t.closure, n));
     let grade = if m.counts.all_proved() { "proved" } else { "estimated" };
     let path = args.output.display();
     if context.json {
-        return say(&format!(
+        say(&format!(
             "{:#}",
             serde_json::json!({
                 "zones": n, "matrices": bands, "grade": grade, "largest_row_defect": defect,
                 "largest_total_row_defect": total,
                 "aligned_pairs": m.counts.aligned, "general_pairs": m.counts.general, "rays": m.counts.rays,
-                "written": path.to_string(), "note": note,
+                "written": path.to_string(), "warnings": output::notes_json(notes),
             })
-        ));
+        ))?;
+        return context.judge(notes);
     }
-    let note = note.map_or(String::new(), |n| format!("\nnote: {n}"));
     let also = total.map_or(String::new(), |d| format!(", of total areas by {d:.1e}"));
     say(&format!(
-        "{n} zones, {bands} matrix(es), grade {grade}; row sums are off by at most {defect:.1e}{also} (an open scene loses what leaves it)\nwritten: {path}{note}"
-    ))
+        "{n} zones, {bands} matrix(es), grade {grade}; row sums are off by at most {defect:.1e}{also} (an open scene loses what leaves it)\nwritten: {path}"
+    ))?;
+    for n in notes {
+        say(&format!("  {}", printable(&n.line())))?;
+    }
+    context.judge(notes)
 }
