@@ -390,8 +390,47 @@ fn swept(bytes: &[u8], fresh: &[Ended]) -> Option<(Vec<Ended>, usize)> {
     (r.at_end() && next > 0).then_some((all, next))
 }
 
-/// Light passed on, from strengths near the solution if there are any, until what a step still brings is small enough: for operators
-/// that are not symmetric.
+/// What steps brought, each a share of the power: where each brings the same share r of the one before, all further ones bring r/(1 − r) times the
+/// last one together, and need not be taken.
+#[derive(Clone, Copy, Default)]
+struct Leap {
+    last: f64,
+    ratio: f64,
+    /// Steps since the last leap.
+    steps: usize,
+}
+
+/// Steps between two leaps, and by how much 1 − r may change in the last.
+const BETWEEN_LEAPS: usize = 4;
+const STEADY: f64 = 0.15;
+/// The longest leap, in steps like the last one.
+const LONGEST: f64 = 1e3;
+
+impl Leap {
+    /// What all further steps bring after one that brought `share`.
+    fn further(&self, share: f64) -> f64 {
+        match share < self.last {
+            _ if share == 0.0 => 0.0,
+            true => share * share / (self.last - share),
+            false => f64::INFINITY,
+        }
+    }
+    /// Takes note of a step that brought `share`; how many times as much further ones bring, where that is clear.
+    fn after(&mut self, share: f64) -> f64 {
+        let ratio = if self.last > 0.0 { share / self.last } else { 0.0 };
+        let clear = ratio < 1.0 && (self.ratio - ratio).abs() <= STEADY * (1.0 - ratio);
+        let leap = if clear && self.steps >= BETWEEN_LEAPS { ratio / (1.0 - ratio) } else { 0.0 };
+        let steps = if leap > 0.0 { 0 } else { self.steps + 1 };
+        // What follows a leap is no share of what came before it.
+        let last = if leap > 0.0 { 0.0 } else { share };
+        *self = Leap { last, ratio, steps };
+        leap.min(LONGEST)
+    }
+}
+
+/// Light passed on, from strengths near the solution if there are any, until what all further steps will bring is small enough: for operators
+/// that are not symmetric. Steps that bring x_k, x_k + 1 = r x_k are followed by ones that bring r x_k/(1 − r) together: a cavity that hardly
+/// anything enters or leaves goes on long after a single step is small.
 pub fn passes(
     system: &System,
     sources: &[Vec<Bands>],
@@ -407,26 +446,36 @@ pub fn passes(
         power: power(system.targets, s),
     };
     let mut all: Vec<Ended> = start.into_iter().zip(sources).map(one).collect();
+    let mut leaps = vec![[Leap::default(); 3]; all.len()];
     progress.begin("passing light on", stop.iterations as u64);
     for _ in 0..=stop.iterations {
         let now: Columns = all.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
         let products = system.operator.apply_many(&now);
         let mut done = true;
-        for (((e, g), s0), old) in all.iter_mut().zip(&products).zip(sources).zip(&now) {
+        let columns = products.iter().zip(sources).zip(&now);
+        for ((e, leaps), ((g, s0), old)) in all.iter_mut().zip(&mut leaps).zip(columns) {
             let next = |i: usize| bands(|b| s0[i][b] + system.weights[i][b] * g[i][b]);
             let left = columns::sum(s0.len(), |i| {
                 let n = next(i);
                 bands(|b| system.targets[i] * (n[b] - old[i][b]).abs())
             });
+            let mut leap = [0.0; 3];
             for b in 0..3 {
                 let share = if e.power[b] > 0.0 { left[b] / e.power[b] } else { 0.0 };
                 e.residuals[b].push(share);
-                if share <= stop.residual {
+                let small = share.max(leaps[b].further(share)) <= stop.residual;
+                if small {
                     e.status[b] = SolveStatus::Converged;
+                } else {
+                    leap[b] = leaps[b].after(share);
                 }
-                done &= share <= stop.residual;
+                done &= small;
             }
-            e.strengths = (0..s0.len()).into_par_iter().map(next).collect();
+            let leapt = |i: usize| {
+                let n = next(i);
+                bands(|b| n[b] + leap[b] * (n[b] - old[i][b]))
+            };
+            e.strengths = (0..s0.len()).into_par_iter().map(leapt).collect();
         }
         progress.advance(1);
         if done {

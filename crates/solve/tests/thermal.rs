@@ -346,6 +346,19 @@ fn a_convex_body_in_a_black_room() {
 }
 
 #[test]
+fn a_cavity_that_hardly_takes_heat_up_ends_at_the_temperature_of_what_warms_it() {
+    // A step passes on nearly all that is there: what a single one brings is small long before the end.
+    let text = "mode = \"thermal\"\n[solve]\nengine = \"hierarchical\"\ntolerance = 0.05\npatch_size = 0.5\n[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [1,1,1] }\nemissivity = 0.4\nheat_flux = 0\n[[surface]]\nname = \"core\"\nbox = { min = [0.4,0.4,0.4], max = [0.55,0.6,0.6] }\nemissivity = 0.1\ntemperature = 1100\n";
+    let s = solved(text);
+    let rows = &s.report.heat.as_ref().unwrap().rows;
+    for row in rows.iter().filter(|r| r.name.starts_with("room")) {
+        let (t, error) = (row.temperature.unwrap(), row.temperature_error.unwrap());
+        assert!((t - 1100.0).abs() <= error && error < 200.0, "{}: {t} ± {error}", row.name);
+        assert!((t - 1100.0).abs() < 1.0, "{}: {t}", row.name);
+    }
+}
+
+#[test]
 fn a_source_in_the_open_reaches_the_surroundings() {
     // A warm medium before surroundings of 300 K; the hierarchical engine and all pairs.
     let text = |engine: &str| {
