@@ -45,11 +45,13 @@ pub fn check(
         if !(finite(&g.incident) && finite(&g.direct) && powers(&g.energy).all(f64::is_finite)) {
             return Err(broken(&format!("a value of the light group '{}'", g.name)));
         }
-        match &mut g.error {
-            Values::Double(v) => v.iter_mut().for_each(known),
-            Values::Single(v) => {
-                let unknown = |e: &mut f32| *e = if e.is_nan() { f32::INFINITY } else { *e };
-                v.iter_mut().flatten().for_each(unknown);
+        for errors in [&mut g.error, &mut g.direct_error] {
+            match errors {
+                Values::Double(v) => v.iter_mut().for_each(known),
+                Values::Single(v) => {
+                    let unknown = |e: &mut f32| *e = if e.is_nan() { f32::INFINITY } else { *e };
+                    v.iter_mut().flatten().for_each(unknown);
+                }
             }
         }
     }

@@ -252,6 +252,26 @@ fn a_surface_that_stays_as_it_was_is_named() {
     assert!(told(&z).zones > 600 && !said.contains("lamp") && !unknown(told(&z))[6][1], "{said}");
 }
 
+/// What the medium scatters back to a lamp that is smaller than its cell is as much where the lamp is a direct light.
+#[test]
+fn a_small_lamp_errs_alike_as_a_surface_and_as_a_direct_light() {
+    let told = |light: &str| {
+        let s = solved(&unit_room(
+            "patch_size = 0.5\nzoning_error = true",
+            "reflectance = 0.2",
+            &format!(
+                "[[surface]]\nname = \"lamp\"\nrectangle = {{ origin = [0.4,0.4,0.5], edge1 = [0.1,0,0], edge2 = [0,0.1,0] }}\nreflectance = 0.5\nemission = 100\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [2,2,2]\nextinction = 0.5\nalbedo = 0.8\n{light}"
+            ),
+        ));
+        let errors = &s.report.zoning.as_ref().unwrap().energy.absorbed_surfaces;
+        errors.iter().find(|e| e.0 == "lamp").unwrap().1[0]
+    };
+    let (surface, light) = (told(""), told("[[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n"));
+    // Half of 0.4 / m over 0.1 m, of 100 W/m² on 0.01 m², half of which is absorbed.
+    assert!(surface > 0.009 && surface < 0.05, "{surface}");
+    assert!((light / surface - 1.0).abs() < 0.5, "{light} against {surface}");
+}
+
 /// A flame in a black, cold box: `cells` of one extinction, each of a temperature of its own, divided by `split`.
 fn flame(cells: [usize; 3], split: usize, extinction: f64, albedo: f64, thick: &str) -> Scene {
     let dims = cells.map(|n| n * split);
