@@ -171,12 +171,14 @@ fn corners_between_the_samples_of_a_cell_have_exact_volumes() {
 fn by_voxels_what_fills_voxels_in_part_is_cut_to_its_own_size() {
     let count = |size: Option<f64>| {
         let lamp = Plate::parallelogram(vec3(0.3, 0.1, 0.5), vec3(0.1, 0.0, 0.0), vec3(0.0, 0.3, 0.0));
-        let mut parts = SceneParts::default();
-        parts.facets = room(Vec3::ZERO, Vec3::ONE).iter().map(|p| facet(0, *p)).collect();
-        parts.facets.push(facet(1, lamp));
         let own = |name: &str| Surface { patch_size: size, ..surface(name) };
-        parts.surfaces = vec![own("walls"), own("lamp")];
-        parts.voxmap = Some(fog(4, 1.0));
+        let room = room(Vec3::ZERO, Vec3::ONE);
+        let mut parts = SceneParts {
+            surfaces: vec![own("walls"), own("lamp")],
+            facets: room.iter().map(|p| facet(0, *p)).chain([facet(1, lamp)]).collect(),
+            voxmap: Some(fog(4, 1.0)),
+            ..SceneParts::default()
+        };
         parts.options.patch_rule = PatchRule::Voxels;
         let z = zones(&Scene::new(parts).unwrap());
         [0, 1].map(|s| z.patches.iter().filter(|p| p.surface == s).count())

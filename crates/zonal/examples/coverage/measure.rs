@@ -64,17 +64,18 @@ impl Quantity {
     pub fn unknown(&self) -> bool {
         !self.stated.is_finite()
     }
-    /// Covered as asked: a sum by name by its error, a zone by twice its error.
+    /// What a difference may be: the stated error and 3σ of the reference, of zones twice the stated error.
+    pub fn limit(&self) -> f64 {
+        let times = if self.kind == Kind::Name { 1.0 } else { 2.0 };
+        times * self.stated + 3.0 * self.sigma
+    }
+    /// Covered as asked.
     pub fn holds(&self) -> bool {
-        self.covered(if self.kind == Kind::Name { 1.0 } else { 2.0 })
+        !self.unknown() && self.difference() <= self.limit()
     }
     /// True where the difference is no noise of the reference.
     pub fn shows(&self) -> bool {
         self.difference() > 3.0 * self.sigma
-    }
-    /// True where the difference is at most `times` the stated error and three standard errors of the reference.
-    pub fn covered(&self, times: f64) -> bool {
-        !self.unknown() && self.difference() <= times * self.stated + 3.0 * self.sigma
     }
 }
 

@@ -1,12 +1,14 @@
 //! The page of a campaign: verdicts, tables and a plot.
 
-use super::measure::Kind;
+use super::measure::{Kind, Quantity};
 use super::run::{Done, Plan};
 use super::summary::{Line, Summary};
 use std::fmt::Write as _;
 use std::path::Path;
 use zonal::plot::{Legend, Mark, Plot};
 
+/// The largest relative difference in the plot.
+const MOST: f64 = 10.0;
 /// The most points of a cloud in the plot.
 const POINTS: usize = 1500;
 
@@ -65,8 +67,9 @@ pub fn write(path: &Path, plan: &Plan, done: &[Done], s: &Summary) -> Result<(),
         - The median is over quantities that are more than 3σ off the reference, of estimated and statistical grade.\n\n\
         A single scene is `--index K`; `--keep FOLDER` writes those on which something fails.\n\n{}\n\
         ![stated errors against differences]({file})\n\n\
-        Each point is a quantity whose difference from the reference is more than 3σ; both errors are relative to the quantity. Below the dashed\n\
-        line the stated error is too small.\n",
+        Each point is a quantity whose difference from the reference is more than 3σ, which is there in the limit too: of zones twice the stated error\n\
+        and 3σ, of sums by name the stated error and 3σ. Both are relative to the quantity, and {MOST} at most. What lies below the dashed line is not\n\
+        covered.\n",
         tables(s)
     );
     std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
@@ -74,20 +77,20 @@ pub fn write(path: &Path, plan: &Plan, done: &[Done], s: &Summary) -> Result<(),
 
 fn draw(done: &[Done]) -> Plot {
     let mut plot = Plot::new(
-        "stated errors against true ones",
+        "what covers a difference, against the difference",
         "difference from the reference, relative",
-        "stated error, relative",
+        "stated error and 3σ of the reference, relative",
         (true, true),
     );
     plot.legend = Legend::LowerRight;
     for (k, (kind, name)) in [(Kind::Zone, "zones"), (Kind::Name, "sums by name")].into_iter().enumerate() {
         let all = done.iter().flat_map(|d| &d.quantities);
         let all = all.filter(|q| q.kind == kind && q.shows() && !q.unknown() && q.truth != 0.0);
-        let points: Vec<(f64, f64)> =
-            all.map(|q| (q.difference() / q.truth.abs(), q.stated / q.truth.abs())).collect();
+        let point = |x: f64, q: &Quantity| (x / q.truth.abs()).min(MOST);
+        let points: Vec<(f64, f64)> = all.map(|q| (point(q.difference(), q), point(q.limit(), q))).collect();
         let step = points.len().div_ceil(POINTS).max(1);
         plot.add(name, Mark::Dots, 1 - k, points.into_iter().step_by(step).collect());
     }
-    plot.add("equal", Mark::Dashed, 7, vec![(1e-6, 1e-6), (1.0, 1.0)]);
+    plot.add("equal", Mark::Dashed, 7, vec![(1e-4, 1e-4), (MOST, MOST)]);
     plot
 }
