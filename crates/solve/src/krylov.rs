@@ -407,11 +407,13 @@ const STEADY: f64 = 0.15;
 const LONGEST: f64 = 1e3;
 
 impl Leap {
-    /// What all further steps bring after one that brought `share`.
+    /// What all further steps bring after one that brought `share`, by the larger of the last two ratios: the first step from strengths
+    /// of elsewhere brings more than its share.
     fn further(&self, share: f64) -> f64 {
-        match share < self.last {
+        let ratio = (share / self.last).max(self.ratio);
+        match ratio < 1.0 && self.steps >= 2 {
             _ if share == 0.0 => 0.0,
-            true => share * share / (self.last - share),
+            true => share * ratio / (1.0 - ratio),
             false => f64::INFINITY,
         }
     }
@@ -464,10 +466,11 @@ pub fn passes(
                 let share = if e.power[b] > 0.0 { left[b] / e.power[b] } else { 0.0 };
                 e.residuals[b].push(share);
                 let small = share.max(leaps[b].further(share)) <= stop.residual;
+                let further = leaps[b].after(share);
                 if small {
                     e.status[b] = SolveStatus::Converged;
                 } else {
-                    leap[b] = leaps[b].after(share);
+                    leap[b] = further;
                 }
                 done &= small;
             }

@@ -34,7 +34,7 @@ const ALL: f64 = 1.34e8;
 /// Light is passed on along one of so many rays first, and along all of them from there.
 const FIRST: usize = 4;
 /// Where the rough solution stops.
-const STOP: Stop = Stop { residual: 2e-3, iterations: 200 };
+const STOP: Stop = Stop { residual: 2e-4, iterations: 200 };
 
 /// All zones and what they see.
 pub struct Seeing<'a> {
