@@ -192,9 +192,9 @@ fn pixel(view: &View, pinhole: &Pinhole, o: &RenderOptions, x: usize, y: usize) 
     sum.map(|s| single(s / n as f64))
 }
 
-/// A radiance in single precision: at most the largest number there is in it.
+/// A radiance in single precision: at most the largest number there is in it. What is not a number stays so: `min` would hide it.
 fn single(l: f64) -> f32 {
-    l.min(f32::MAX.into()) as f32
+    l.clamp(f32::MIN.into(), f32::MAX.into()) as f32
 }
 
 /// Shifts of the light samples: a hash, since any lattice over the pixels shows as a weave in soft light.

@@ -148,6 +148,10 @@ pub(crate) fn scene(root: &Table<'_>, place: Place<'_>, default_name: &str) -> R
         pictures: HashMap::new(),
     };
     b.parts.thermal = thermal::mode(root)?;
+    if let Some(t) = &b.parts.thermal {
+        // Before anything is computed with them.
+        t.shares.check().map_err(|e| b.source.scene_error(&e))?;
+    }
     let name = root.read("name", |n| n.text())?;
     b.parts.name = name.unwrap_or(default_name).to_string();
     b.parts.options = root.read("solve", |n| options(&n))?.unwrap_or_default();

@@ -165,18 +165,12 @@ fn shares(node: &Node<'_>) -> Result<Shares, InputError> {
             Ok(Shares::Weights { coefficients: s.map(|s| vec![s]), range: [1.0, 1.0], left_out })
         }
         (None, Some(n)) => {
-            let given = t.need("range", "range = [600, 2400] (kelvin, where the polynomials hold)")?;
-            let range = given.list()?;
+            let range =
+                t.need("range", "range = [600, 2400] (kelvin, where the polynomials hold)")?.list()?;
             let [low, high] = range.as_slice() else {
                 return Err(t.error("range has two temperatures; write range = [600, 2400]"));
             };
             let range = [kelvin(low.clone())?, kelvin(high.clone())?];
-            if range[0] > range[1] {
-                let [low, high] = range;
-                return Err(given.error(format!(
-                    "[{low}, {high}] is no range of temperatures; give kelvin, the lower first"
-                )));
-            }
             Ok(Shares::Weights { coefficients: polynomials(&n)?, range, left_out })
         }
         (Some(_), Some(n)) => Err(n.error("shares and weights are both given; keep one of them")),

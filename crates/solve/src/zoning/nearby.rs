@@ -65,8 +65,8 @@ fn missed(scene: &Scene, zones: &Zones, fields: &Fields) -> Vec<Missed> {
         let share = bands(|b| (SCATTERED_BACK * scattering[b] * across).min(1.0));
         // The radiosity of what is a direct light has its emission not in it.
         let surface = &scene.surfaces()[p.surface];
-        let own = if scene.is_direct_emitter(p.surface) { surface.emission } else { [0.0; 3] };
-        let more = bands(|b| share[b] * (own[b] + fields.radiosity[i][b] - h[b]).abs() * p.area);
+        let emission = if scene.is_direct_emitter(p.surface) { surface.emission } else { [0.0; 3] };
+        let more = bands(|b| share[b] * (emission[b] + fields.radiosity[i][b] - h[b]).abs() * p.area);
         let own = &mut out[p.surface];
         own.arriving = bands(|b| own.arriving[b] + more[b]);
         own.absorbed = bands(|b| own.absorbed[b] + (1.0 - p.reflectance[b]) * more[b]);

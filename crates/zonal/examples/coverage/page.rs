@@ -8,7 +8,7 @@ use std::path::Path;
 use zonal::plot::{Legend, Mark, Plot};
 
 /// The largest relative difference in the plot.
-const MOST: f64 = 10.0;
+const LARGEST_PLOTTED: f64 = 10.0;
 /// The most points of a cloud in the plot.
 const POINTS: usize = 1500;
 
@@ -68,7 +68,7 @@ pub fn write(path: &Path, plan: &Plan, done: &[Done], s: &Summary) -> Result<(),
         A single scene is `--index K`; `--keep FOLDER` writes those on which something fails.\n\n{}\n\
         ![stated errors against differences]({file})\n\n\
         Each point is a quantity whose difference from the reference is more than 3σ, which is there in the limit too: of zones twice the stated error\n\
-        and 3σ, of sums by name the stated error and 3σ. Both are relative to the quantity, and {MOST} at most. What lies below the dashed line is not\n\
+        and 3σ, of sums by name the stated error and 3σ. Both are relative to the quantity, and {LARGEST_PLOTTED} at most. What lies below the dashed line is not\n\
         covered.\n",
         tables(s)
     );
@@ -86,11 +86,11 @@ fn draw(done: &[Done]) -> Plot {
     for (k, (kind, name)) in [(Kind::Zone, "zones"), (Kind::Name, "sums by name")].into_iter().enumerate() {
         let all = done.iter().flat_map(|d| &d.quantities);
         let all = all.filter(|q| q.kind == kind && q.shows() && !q.unknown() && q.truth != 0.0);
-        let point = |x: f64, q: &Quantity| (x / q.truth.abs()).min(MOST);
+        let point = |x: f64, q: &Quantity| (x / q.truth.abs()).min(LARGEST_PLOTTED);
         let points: Vec<(f64, f64)> = all.map(|q| (point(q.difference(), q), point(q.limit(), q))).collect();
         let step = points.len().div_ceil(POINTS).max(1);
         plot.add(name, Mark::Dots, 1 - k, points.into_iter().step_by(step).collect());
     }
-    plot.add("equal", Mark::Dashed, 7, vec![(1e-4, 1e-4), (MOST, MOST)]);
+    plot.add("equal", Mark::Dashed, 7, vec![(1e-4, 1e-4), (LARGEST_PLOTTED, LARGEST_PLOTTED)]);
     plot
 }
