@@ -47,7 +47,8 @@ pub fn measure(operator: &dyn Operator, zones: &Zones, escape: &Escape) -> (Clos
 }
 
 /// Restores closure by symmetric scaling of all factors, those of the surroundings included. With it, of every zone the share of a level field by
-/// which its row was changed, |d_i − 1| + Σ_j g_ij c_j |d_j − 1| / target: the factors that were right were changed too, for those that were wrong.
+/// which its row was changed, |d_i − 1| + Σ_j g_ij c_j |d_j − 1| / target, and is off still: the factors that were right were changed too, for those
+/// that were wrong. It is negative where the row misses something.
 pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) -> (Closure, Vec<Bands>) {
     let (mut closure, measured) = measure(operator, zones, escape);
     let n = zones.len();
@@ -82,12 +83,17 @@ pub fn restore(operator: &mut dyn Operator, zones: &Zones, escape: &mut Escape) 
     };
     let off: Vec<Bands> = d.iter().map(|d| d.map(|d| (d - 1.0).abs())).collect();
     let others = operator.apply(&crate::columns::times(&c, &off));
-    let change = (0..n).map(|i| bands(|b| off[i][b] + others[i][b] / target(zones, i))).collect();
     let mut all = d.clone();
     extend_to_slopes(&mut all, &operator.slopes());
     escape.scale(&all);
     operator.scale(&d);
-    closure.after = worst(&defects(operator, zones, escape));
+    let left = defects(operator, zones, escape);
+    closure.after = worst(&left);
     closure.restored = true;
-    (closure, change)
+    let sum = |i: usize, b: usize| {
+        let change = off[i][b] + others[i][b] / target(zones, i);
+        // Rows that are off by rounding are right.
+        if left[i][b].abs() <= ROUNDED { change } else { (change + left[i][b].abs()).copysign(left[i][b]) }
+    };
+    (closure, (0..n).map(|i| bands(|b| sum(i, b))).collect())
 }

@@ -4,7 +4,7 @@
 //! (`energy::uptake`), and R the power that the balance misses, emitted + incoming − absorbed − escaped:
 //!
 //! ```text
-//!     closure          e_i ≥ |d_i| h_i            d_i: relative defect of row i beyond what is known of its escape
+//!     closure          e_i ≥ |d_i| h_i            d_i: what row i misses, beyond what is known of its escape, over what it holds
 //!     steps            e_i += 10 r/(1−r) (h_i + mean h)   r: share of the power not distributed, where the solver ended early
 //!     negative flux    e_i ≥ −h_i                  where h_i < 0 with no negative source
 //!     balance          e_i += f h_i,   f = (|R| − Σ_j a_j e_j)⁺ / Σ_j a_j h_j
@@ -16,6 +16,7 @@
 
 use crate::columns;
 use crate::energy::{absorbed, section, uptake};
+use crate::radii::of_share;
 use zonal_scene::solution::Energy;
 use zonal_scene::{Bands, Fields, Group, SolveStatus, Zones, bands};
 
@@ -25,10 +26,10 @@ const MEETINGS: f64 = 10.0;
 /// Share of what is given below which a balance that is off is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// Makes no error smaller than what a row misses, `defects` as shares of all that arrives.
-pub(crate) fn closure(defects: &[Bands], fields: &mut Fields) {
-    for ((e, h), d) in fields.error.iter_mut().zip(&fields.incident).zip(defects) {
-        *e = bands(|b| widest(e[b], d[b].abs() * h[b].abs()));
+/// Makes no error smaller than what a row misses, as `shares` of all that arrives.
+pub(crate) fn closure(shares: &[Bands], fields: &mut Fields) {
+    for ((e, h), d) in fields.error.iter_mut().zip(&fields.incident).zip(shares) {
+        *e = bands(|b| widest(e[b], of_share(d[b].abs(), h[b])));
     }
 }
 
@@ -100,7 +101,7 @@ pub(crate) fn share_out(share: Bands, fields: &mut Fields) {
     }
     for i in 0..fields.error.len() {
         let h = arriving(fields, i);
-        let more = bands(|b| if share[b].is_infinite() { f64::INFINITY } else { share[b] * h[b] });
+        let more = bands(|b| of_share(share[b], h[b]));
         fields.error[i] = bands(|b| fields.error[i][b] + more[b]);
     }
 }

@@ -76,7 +76,7 @@ pub(crate) fn light(site: &Site, built: &Built, escape: &Escape, (l, surface): (
         let measure = response(zones, i).1;
         fields[i] = fields[i].map(|p| (p / measure).max(0.0));
         let e = spread.get(i).copied().unwrap_or_default();
-        error[i] = bands(|b| e[b] / measure + untold[i][b] * fields[i][b]);
+        error[i] = bands(|b| e[b] / measure + radii::of_share(untold[i][b], fields[i][b]));
     }
     let lost = square.map(f64::sqrt);
     Lit {

@@ -40,6 +40,7 @@
 //! | [`forecast`] | counts and memory beforehand, and what looks wrong |
 //! | [`outlook`] | time and memory beforehand, for the engine that will be taken |
 
+mod bicgstab;
 pub mod closure;
 pub mod columns;
 mod consistency;

@@ -473,7 +473,7 @@ fn by_rows(
         let spread = built.operator.error(&ended.strengths).unwrap_or_else(|| vec![[0.0; 3]; zones.len()]);
         let one = |i: usize| {
             let (e, incident) = (spread[i].map(|e| e / response(zones, i).1), group.incident.at(i));
-            bands(|b| e[b] + incident[b] * group.incident_scale[b] * missed[i][b])
+            bands(|b| e[b] + radii::of_share(missed[i][b], incident[b] * group.incident_scale[b]))
         };
         let error: Vec<Bands> = (0..zones.len()).into_par_iter().map(one).collect();
         sum.iter_mut().zip(&error).for_each(|(s, e)| *s = bands(|b| s[b] + e[b]));

@@ -75,18 +75,34 @@ impl Radii {
 
 /// What a row misses of closure beyond the errors of its factors, as a share of all that arrives. A row misses closure by the error of what escapes and by
 /// what the factors have in common, which no sum of squares tells: what it misses beyond twice the former counts. Where closure was restored, the
-/// whole change of the row does.
+/// whole change of the row does, and all that it still misses. A row that sums to 1 − d holds 1 − d of what arrives: what it misses, if that is
+/// like the rest, is d/(1 − d) of what it holds, and unknown (infinite) where it holds nothing.
 pub(crate) fn untold(zones: &Zones, built: &Built, escape: &Escape) -> Vec<Bands> {
     const TWICE: f64 = 2.0;
-    let (defects, restored) = (&built.closure.1, built.closure.0.restored);
+    let (closure, defects) = &built.closure;
     let one = |i: usize| {
-        if restored {
-            return defects[i].map(f64::abs);
+        if closure.restored {
+            return defects[i].map(share_missed);
         }
         let lost = escape.spread(i, target(zones, i));
-        bands(|b| (defects[i][b].abs() - TWICE * lost[b]).max(0.0))
+        bands(|b| share_missed((defects[i][b].abs() - TWICE * lost[b]).max(0.0).copysign(defects[i][b])))
     };
     (0..zones.len()).into_par_iter().map(one).collect()
+}
+
+/// The error of what arrives, `h`, that `share` of it makes; unknown where the share is, also of nothing.
+pub(crate) fn of_share(share: f64, h: f64) -> f64 {
+    if share.is_infinite() { f64::INFINITY } else { share * h.abs() }
+}
+
+/// The share of what a row holds by which it is off, for its relative defect: negative where it misses something.
+pub(crate) fn share_missed(defect: f64) -> f64 {
+    const NOTHING: f64 = 1e-9;
+    match defect < 0.0 {
+        true if defect <= -1.0 + NOTHING => f64::INFINITY,
+        true => -defect / (1.0 + defect),
+        false => defect,
+    }
 }
 
 #[cfg(test)]
@@ -105,5 +121,14 @@ mod tests {
                 assert!((e[i][b] - exact).abs() <= 0.2 * exact, "{i} {b}: {} {exact}", e[i][b]);
             }
         }
+    }
+
+    #[test]
+    fn a_row_that_misses_something_is_off_by_what_it_misses_over_what_it_holds() {
+        assert_eq!(share_missed(0.25), 0.25);
+        assert!((share_missed(-0.2) - 0.25).abs() < 1e-15, "a fifth of all is a quarter of the rest");
+        assert_eq!(share_missed(-1.0), f64::INFINITY);
+        assert_eq!(of_share(share_missed(-1.0), 0.0), f64::INFINITY, "nothing seen of what there is");
+        assert_eq!(of_share(0.25, -2.0), 0.5);
     }
 }

@@ -78,7 +78,9 @@ pub fn build<'a>(site: &Site<'a>, escape: &mut Escape) -> Result<Built<'a>, Scen
         look = Look::new(site, escape, each);
     }
     let met = look.estimate <= tolerance;
-    if met || !linked || barred {
+    // Rays that lead to no finite light have nothing to say to links: the solve ends with what is wrong.
+    let finite = |k: &(Vec<Bands>, Vec<Bands>)| k.1.iter().flatten().all(|x| x.is_finite());
+    if met || !linked || barred || !look.known.iter().all(finite) {
         let closure = crate::closure::measure(&look.seeing, zones, escape);
         let [rays, onward] = look.seeing.rays();
         let counts =

@@ -1,12 +1,13 @@
 //! The exchange of all zones along the rays of their [`Views`], as an operator.
 //!
-//! It is not symmetric: what i sees of j is sampled at i alone. Light is passed on step by step. What arrives in the end is smoothed over
+//! It is not symmetric: what i sees of j is sampled at i alone, so that the equations are solved by [`crate::bicgstab`]. What arrives in the end is smoothed over
 //! the zones around ([`super::smooth`]), which lowers the noise and gives its error.
 
 use super::build::beyond_links;
 use super::onward::{Lamps, Own};
 use super::smooth::Smoother;
 use super::views::{Measured, Shine, Views, Way, shine};
+use crate::bicgstab;
 use crate::columns::total;
 use crate::direct::Direct;
 use crate::engine::Site;
@@ -31,9 +32,9 @@ const MARGIN: f64 = 1.3;
 const VOLUME: [f64; 2] = [0.3, 0.17];
 /// Rays of all zones together at most: half a gigabyte.
 const ALL: f64 = 1.34e8;
-/// Light is passed on along one of so many rays first, and along all of them from there.
+/// The equations are solved along one of so many rays first, and along all of them from there.
 const FIRST: usize = 4;
-/// Where the rough solution stops.
+/// Where the solution along rays stops: the relative error of the strengths, and the products of a column.
 const STOP: Stop = Stop { residual: 2e-4, iterations: 200 };
 
 /// All zones and what they see.
@@ -116,7 +117,7 @@ impl<'a> Seeing<'a> {
         self.views.escape(self.zones, escape);
     }
 
-    /// All groups, passed on along the rays until little is left, or so many times as the scene says.
+    /// All groups, solved along the rays, or passed on so many times as the scene says.
     pub fn solve(&mut self, site: &Site, escape: &Escape) -> Vec<Ended> {
         let (weights, targets) = (crate::groups::weights(self.zones), targets(self.zones));
         let mut columns = site.columns(escape);
@@ -129,18 +130,18 @@ impl<'a> Seeing<'a> {
                 column.par_iter_mut().enumerate().for_each(|(i, s)| add(i, s));
             }
         }
-        let passes = |share: usize, initial| {
+        let solved = |share: usize, initial| {
             let operator = &Onward { seeing: self, share };
             let system = System { operator, weights: &weights, targets: &targets };
-            krylov::passes(&system, &columns, initial, STOP, site.progress)
+            bicgstab::solve(&system, &columns, initial, STOP, site.progress)
         };
         if let Some(count) = site.scene.options().sweeps {
             let system =
                 System { operator: &Onward { seeing: self, share: 1 }, weights: &weights, targets: &targets };
             return krylov::sweeps(&system, &columns, count, &NoVault, site.progress);
         }
-        let near = passes(FIRST, None);
-        passes(1, Some(near.into_iter().map(|e| e.strengths).collect()))
+        let near = solved(FIRST, None);
+        solved(1, Some(near.into_iter().map(|e| e.strengths).collect()))
     }
 
     /// The light that patches have of their own in a group of the strengths `column`: all but that of the lights.
