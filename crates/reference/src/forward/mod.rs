@@ -25,6 +25,7 @@
 //!
 //! Every number is a mean over [`BATCHES`] independent batches, their spread its standard error; all of it is a function of the seed.
 
+mod grazing;
 pub mod ground;
 mod sources;
 mod tally;
@@ -115,7 +116,9 @@ pub fn answer(scene: &Scene, closed: &Closed, zones: Option<&Zones>, walks: usiz
         let of = sources.get(if walker.optics.one_band { 0 } else { b });
         of.map_or(0.0, |s| s.power.abs() / walks.max(1) as f64)
     });
-    walker.slots.read(scene, zones, &walker.optics, (&areas, &volumes), (&sums, one))
+    let mut answer = walker.slots.read(scene, zones, &walker.optics, (&areas, &volumes), (&sums, one));
+    grazing::widen(&mut answer, grazing::unsampled(scene, &sources, walks), scene, zones);
+    answer
 }
 
 /// The patches of each facet.

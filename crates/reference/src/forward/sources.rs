@@ -30,6 +30,8 @@ pub struct Sources {
     upto: Vec<f64>,
     /// All of them, W.
     pub power: f64,
+    /// Those of the medium, W.
+    pub medium: f64,
 }
 
 impl Sources {
@@ -87,6 +89,13 @@ impl Sources {
         }
         list.push((Take::Around, around * PI * 4.0 * PI * r * r));
         list.retain(|s| s.1 != 0.0);
+        let voxels = zones.map_or(0..0, |z| z.voxel_offset()..z.pane_offset());
+        let within = |t: &Take| match t {
+            Take::Cell(_) => true,
+            Take::Zone(i) => voxels.contains(i),
+            _ => false,
+        };
+        let medium = list.iter().filter(|s| within(&s.0)).map(|s| s.1.abs()).sum();
         let mut sum = 0.0;
         let upto = list
             .iter()
@@ -95,7 +104,7 @@ impl Sources {
                 sum
             })
             .collect();
-        Sources { list, upto, power: sum }
+        Sources { list, upto, power: sum, medium }
     }
 
     /// The source at a share of the power, and its sign.

@@ -10,7 +10,7 @@
 //! exchange. **Covered** means |difference| ≤ stated + 3σ of the reference, of zones 2 stated + 3σ. Each scene is solved once more said otherwise
 //! (mirrored, turned, scaled …), by one of the engines; both solutions must agree within the errors that they state.
 //!
-//! A scene of which a sum by name is not covered is walked again, ten times as often: among thousands of sums some are four and more standard
+//! A scene of which a sum by name is not covered, or a zone is far off, is walked again, ten times as often: among thousands of sums some are four and more standard
 //! errors off by chance, and what is wrong shows the more the smaller these are.
 //!
 //! `--keep` writes the scenes on which something fails, `--index` runs one scene, lists all of it and keeps it, `--small yes` makes scenes of few zones, each

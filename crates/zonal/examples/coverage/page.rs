@@ -61,7 +61,7 @@ pub fn write(path: &Path, plan: &Plan, done: &[Done], s: &Summary) -> Result<(),
         What is not plain in the tables:\n\n\
         - *Beyond ten times* is |difference| > 10 stated + 6σ. Where the exchange is exact the stated error of a zone is next to nothing, and of a hundred\n  \
         thousand means over random walks some hundred are more than 3σ off; beyond 6σ there should be none.\n\
-        - A scene of which a sum by name is not covered is walked once more, ten times as often, and judged by that.\n\
+        - A scene of which a sum by name is not covered, or a zone is beyond ten times, is walked once more, ten times as often, and judged by that.\n\
         - Zones that few walks meet, at which σ is more than 4 % of the value, are not compared: the spread of few walks does not tell their error.\n\
         - What the scene gives (a temperature, a net power) is not counted. Unknown errors count as not covered.\n\
         - The median is over quantities that are more than 3σ off the reference, of estimated and statistical grade.\n\n\

@@ -5,10 +5,6 @@ use super::measure::{Kind, Quantity, WORDS};
 use super::run::Done;
 use std::collections::BTreeMap;
 
-/// What counts as far: beyond so many stated errors, and so many standard errors of the reference; of some hundred thousand quantities
-/// whose stated error is next to nothing a few are beyond 3σ by chance.
-const FAR: (f64, f64) = (10.0, 6.0);
-
 /// Shares of covered quantities, and errors.
 #[derive(Clone, Debug, Default)]
 pub struct Line {
@@ -31,7 +27,7 @@ impl Line {
         *all += 1;
         *covered += usize::from(q.holds());
         self.unknown += usize::from(q.unknown());
-        if !q.unknown() && q.difference() > FAR.0 * q.stated + FAR.1 * q.sigma {
+        if q.far() {
             self.far[usize::from(q.warned)] += 1;
         }
     }
