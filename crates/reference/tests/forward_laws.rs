@@ -102,3 +102,21 @@ fn where_all_is_equally_warm_nothing_flows_whatever_stands_in_it() {
     let gas = found.heat[2].power;
     assert!(gas.value.abs() < 4.0 * gas.error + 0.01 * black(800.0), "{gas:?}");
 }
+
+#[test]
+fn what_is_not_sampled_of_a_thin_layer_that_shines_is_in_its_error() {
+    const EULER: f64 = 0.577_215_664_901_532_9;
+    for (kappa, sampled) in [(1e-3, true), (1e-7, false), (1e-11, false)] {
+        let s = layer(1, &format!("extinction = {kappa:e}\nheat_source = 1e5"), "");
+        let mut zones = three_zones(&s);
+        zones.voxels[0].extinction = [kappa; 3];
+        let g = ask(&s, Some(&zones)).zones[2][0];
+        // Mean of 1e5/2 ∫ E1(κ|z − z'|) dz' over the layer, thin, and what the walls send through it.
+        let exact = 0.5e5 * (1.5 - EULER - kappa.ln()) + 2.0 * (black(1000.0) + black(500.0));
+        assert!(
+            (g.value - exact).abs() <= 4.0 * g.error + 2.0 * kappa * exact,
+            "{kappa:e}: {g:?}, not {exact}"
+        );
+        assert_eq!(g.error < 0.03 * exact, sampled, "{kappa:e}: {g:?}, not {exact}");
+    }
+}
