@@ -205,10 +205,15 @@ fn solved(scene: &Scene, zones: &Zones, transport: &Transport, job: &Job) -> Res
     report.warnings.extend(note);
     let wanted = scene.options().tolerance;
     let estimate = report.estimate.patches.into_iter().chain(report.estimate.volumes).fold(0.0f64, f64::max);
-    if engine == Engine::Dense && estimate > wanted {
-        let text = format!(
-            "the estimated error, {estimate:.2e}, misses the tolerance, {wanted:.2e}: rays that measure pairs that are partly hidden, and what escapes, are not enough for it here"
-        );
+    let told = report.warnings.iter().any(|n| n.code == "tolerance");
+    if engine != Engine::Spectral && estimate > wanted && !told {
+        let mend = match engine {
+            Engine::Dense => {
+                "rays that measure pairs that are partly hidden, and what escapes, are not enough for it here"
+            }
+            _ => "give a smaller tolerance",
+        };
+        let text = format!("the estimated error, {estimate:.2e}, misses the tolerance, {wanted:.2e}: {mend}");
         report.warnings.push(Note::warning("tolerance", text));
     }
     Ok(Solved { fields, groups, report, slopes: built.operator.len() > zones.len() })
