@@ -1,7 +1,7 @@
 //! The exchange of all zones along the rays of their [`Views`], as an operator.
 //!
-//! It is not symmetric: what i sees of j is sampled at i alone, so that the equations are solved by [`crate::bicgstab`]. What arrives in the end is smoothed over
-//! the zones around ([`super::smooth`]), which lowers the noise and gives its error.
+//! It is not symmetric: what i sees of j is sampled at i alone, so that the equations are solved by stabilised bi-conjugate gradients (`bicgstab.rs`).
+//! What arrives in the end is smoothed over the zones around ([`super::smooth`]), which lowers the noise and gives its error.
 
 use super::build::beyond_links;
 use super::onward::{Lamps, Own};

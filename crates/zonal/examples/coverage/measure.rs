@@ -129,6 +129,9 @@ pub struct Measured {
     pub solutions: Vec<(usize, Solution)>,
 }
 
+/// What walks find, and whether it was walked again.
+type Walked = (Answer, bool);
+
 /// Solves a model by every engine that applies, or by the first that does from number `first` on, and compares.
 pub fn measure(
     model: &Model,
@@ -140,8 +143,8 @@ pub fn measure(
 ) -> Measured {
     let mut out =
         Measured { quantities: Vec::new(), engines: Vec::new(), failures: Vec::new(), solutions: Vec::new() };
-    // By name and by zone, with whether it was walked again.
-    let mut truths: Option<((Answer, bool), Option<(Answer, bool)>)> = None;
+    // By name and by zone.
+    let mut truths: Option<(Walked, Option<Walked>)> = None;
     let order = (0..VARIANTS.len()).map(|k| (k + first.unwrap_or(0)) % VARIANTS.len());
     for k in order {
         if first.is_some() && !out.solutions.is_empty() {

@@ -63,6 +63,7 @@ pub fn write(path: &Path, plan: &Plan, done: &[Done], s: &Summary) -> Result<(),
         thousand means over random walks some hundred are more than 3σ off; beyond 6σ there should be none.\n\
         - A scene of which a sum by name is not covered, or a zone is beyond ten times, is walked once more, ten times as often, and judged by that.\n\
         - Zones that few walks meet, at which σ is more than 4 % of the value, are not compared: the spread of few walks does not tell their error.\n\
+        - In a thin medium between two plates without end light goes farther than any of the walks; what they lack of it is part of σ (`reference/src/forward/grazing.rs`).\n\
         - What the scene gives (a temperature, a net power) is not counted. Unknown errors count as not covered.\n\
         - The median is over quantities that are more than 3σ off the reference, of estimated and statistical grade.\n\n\
         A single scene is `--index K`; `--keep FOLDER` writes those on which something fails.\n\n{}\n\
