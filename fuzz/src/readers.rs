@@ -227,8 +227,14 @@ pub fn factors(data: &[u8]) {
     let rows: Vec<&[u8]> = data.split_inclusive(|b| *b == b'\n').take(PAIRS + 1).collect();
     let Ok(table) = values_from_bytes(&rows.concat(), 1e-3) else { return };
     let text = String::from_utf8_lossy(&table.csv).into_owned();
-    for row in text.lines().skip(1) {
-        let mut cells = row.rsplit(',').skip(2);
+    // A name between quotation marks may hold line ends.
+    let mut quoted = false;
+    let rows = text.split(|c| {
+        quoted ^= c == '"';
+        c == '\n' && !quoted
+    });
+    for row in rows.skip(1) {
+        let mut cells = row.trim_end().rsplit(',').skip(2);
         let (bound, value) = (cells.next().unwrap_or(""), cells.next().unwrap_or(""));
         if let (Ok(bound), Ok(value)) = (bound.parse::<f64>(), value.parse::<f64>()) {
             assert!(value.is_finite() && value >= 0.0 && bound >= 0.0, "{row}");
