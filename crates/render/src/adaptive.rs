@@ -101,7 +101,7 @@ impl Strip {
 
 impl<'a> Adaptive<'a> {
     /// Ready to draw.
-    pub fn new(view: &'a View<'a>, pinhole: &'a Pinhole, options: &'a RenderOptions) -> Adaptive<'a> {
+    pub(crate) fn new(view: &'a View<'a>, pinhole: &'a Pinhole, options: &'a RenderOptions) -> Adaptive<'a> {
         let mut out = Adaptive { view, pinhole, options, bright: HashSet::new() };
         let scene = view.scene();
         let shines = |f: &&Facet| scene.surfaces()[f.surface].emission != [0.0; 3];
@@ -129,7 +129,7 @@ impl<'a> Adaptive<'a> {
     }
 
     /// All pixels, row by row.
-    pub fn draw(&self, progress: &dyn Progress) -> Vec<[f32; 3]> {
+    pub(crate) fn draw(&self, progress: &dyn Progress) -> Vec<[f32; 3]> {
         let height = self.options.height;
         let mut out = Vec::with_capacity(self.options.width * height);
         for first in (0..height).step_by(STRIP) {

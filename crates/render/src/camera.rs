@@ -33,7 +33,7 @@ struct Disc {
 
 impl Pinhole {
     /// A lens without a focus is in focus far away.
-    pub fn new(camera: &Camera, width: usize, height: usize) -> Pinhole {
+    pub(crate) fn new(camera: &Camera, width: usize, height: usize) -> Pinhole {
         let forward = (camera.target - camera.origin).normalized();
         let right = forward.cross(camera.up).normalized();
         let up = right.cross(forward);
@@ -49,25 +49,25 @@ impl Pinhole {
         }
     }
     /// Where in the picture, x and y ∈ [0,1] with y down, a point is seen; `None` behind the camera.
-    pub fn place(&self, point: Vec3) -> Option<[f64; 2]> {
+    pub(crate) fn place(&self, point: Vec3) -> Option<[f64; 2]> {
         let way = point - self.origin;
         let depth = way.dot(self.forward);
         let across = |axis: Vec3| way.dot(axis) / (axis.length2() * depth);
         (depth > 0.0).then(|| [0.5 + 0.5 * across(self.right), 0.5 - 0.5 * across(self.up)])
     }
     /// True where rays start at points of a lens.
-    pub fn has_lens(&self) -> bool {
+    pub(crate) fn has_lens(&self) -> bool {
         self.lens.is_some()
     }
     fn along(&self, x: f64, y: f64) -> Vec3 {
         self.forward + self.right * (2.0 * x - 1.0) + self.up * (1.0 - 2.0 * y)
     }
     /// Unit direction from the origin through (x, y) ∈ [0,1]², y down.
-    pub fn direction(&self, x: f64, y: f64) -> Vec3 {
+    pub(crate) fn direction(&self, x: f64, y: f64) -> Vec3 {
         self.along(x, y).normalized()
     }
     /// Origin and unit direction of the `i`-th ray through (x, y) ∈ [0,1]², y down; a pixel's rays share a shift.
-    pub fn ray(&self, [x, y]: [f64; 2], i: usize, shift: [f64; 2]) -> (Vec3, Vec3) {
+    pub(crate) fn ray(&self, [x, y]: [f64; 2], i: usize, shift: [f64; 2]) -> (Vec3, Vec3) {
         let Some(lens) = &self.lens else {
             return (self.origin, self.direction(x, y));
         };

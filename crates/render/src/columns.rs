@@ -76,7 +76,7 @@ const OPEN: State = Some([1.0; 3]);
 
 impl<'a> Columns<'a> {
     /// The columns of light of this fluence, W/m², from a disc of `angular_diameter` radians about the unit vector `towards`.
-    pub fn new(
+    pub(crate) fn new(
         transport: &'a Transport<'a>,
         towards: Vec3,
         angular_diameter: f64,
@@ -200,19 +200,19 @@ impl<'a> Columns<'a> {
     }
 
     /// Optical depths of the medium towards the disc's middle.
-    pub fn depths(&self) -> &Towards<'a> {
+    pub(crate) fn depths(&self) -> &Towards<'a> {
         &self.depths
     }
 
     /// True where no light reaches a point of a surface for sure.
-    pub fn are_dark(&self, point: Vec3) -> bool {
+    pub(crate) fn are_dark(&self, point: Vec3) -> bool {
         let z = -self.towards.dot(point) - self.plane;
         let tile = self.column(self.across.map(|a| a.dot(point)));
         tile.is_some_and(|(tile, _)| z > self.bounds_around(tile).1 as f64 + MARGIN * self.side)
     }
 
     /// False where a point of a surface sees all of the disc through the same panes, or nothing, for all that a few directions tell.
-    pub fn may_be_partly_lit(&self, point: Vec3, shift: [f64; 3]) -> bool {
+    pub(crate) fn may_be_partly_lit(&self, point: Vec3, shift: [f64; 3]) -> bool {
         // Before the surface, which is in the columns too.
         let z = -self.towards.dot(point) - self.plane - MARGIN * self.side;
         let place = self.across.map(|a| a.dot(point));
@@ -226,7 +226,7 @@ impl<'a> Columns<'a> {
 
     /// Radiance, W/(m² sr), that the light adds along the path; `first` and `shift` choose the points that are asked,
     /// one of each of so many steps at most.
-    pub fn scattered(
+    pub(crate) fn scattered(
         &self,
         shafts: &Shafts,
         (origin, dir): (Vec3, Vec3),

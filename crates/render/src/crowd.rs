@@ -64,7 +64,11 @@ pub(crate) struct Crowds<'a> {
 
 impl<'a> Crowds<'a> {
     /// The lamps among these, which are all lights of the scene in its order, that have clusters; `None` without one, or without a medium.
-    pub fn new(s: &'a Solution, transport: &'a Transport<'a>, lamps: &[Lamp<'a>]) -> Option<Crowds<'a>> {
+    pub(crate) fn new(
+        s: &'a Solution,
+        transport: &'a Transport<'a>,
+        lamps: &[Lamp<'a>],
+    ) -> Option<Crowds<'a>> {
         let map = s.scene.voxmap()?;
         let crowds = || lamps.iter().enumerate().filter(|l| l.1.is_crowd());
         let own = |l: usize| s.groups.iter().find(|g| g.kind == Kind::Light(l) && !g.direct.is_empty());
@@ -132,7 +136,7 @@ impl<'a> Crowds<'a> {
 
     /// What the smooth part of the light adds to B of a voxel zone, W/m²: Ω G/4 at its centre. Fewer rays ask where it hardly shows beside
     /// the rest of B.
-    pub fn far(&self, zone: usize, rest: Bands) -> Bands {
+    pub(crate) fn far(&self, zone: usize, rest: Bands) -> Bands {
         let z = &self.s.zones.voxels[zone];
         if z.albedo == [0.0; 3] || z.extinction == [0.0; 3] {
             return [0.0; 3];
@@ -183,7 +187,7 @@ impl<'a> Crowds<'a> {
     }
 
     /// Radiance, W/(m² sr), that clusters nearby add along a piece of a ray.
-    pub fn near(&self, origin: Vec3, dir: Vec3, piece: &Piece) -> Bands {
+    pub(crate) fn near(&self, origin: Vec3, dir: Vec3, piece: &Piece) -> Bands {
         let mut out = [0.0; 3];
         for c in self.near_of(piece.zone) {
             let foot = (c.centre - origin).dot(dir);

@@ -26,14 +26,14 @@ pub(crate) struct Fit {
 
 impl Fit {
     /// A neighbour at offset `d` whose value differs by `difference`.
-    pub fn add(&mut self, d: Vec3, difference: f64) {
+    pub(crate) fn add(&mut self, d: Vec3, difference: f64) {
         let w = 1.0 / d.length2().max(1e-300);
         let products = [d.x * d.x, d.y * d.y, d.z * d.z, d.x * d.y, d.x * d.z, d.y * d.z];
         (0..6).for_each(|k| self.m[k] += w * products[k]);
         self.rhs += d * (w * difference);
     }
     /// The gradient; directions in which no neighbour lies get none.
-    pub fn slope(&self) -> Vec3 {
+    pub(crate) fn slope(&self) -> Vec3 {
         let [xx, yy, zz, xy, xz, yz] = self.m;
         let ridge = 1e-9 * (xx + yy + zz);
         if ridge.is_nan() || ridge <= 0.0 {

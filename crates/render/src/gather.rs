@@ -31,7 +31,7 @@ pub(crate) struct Gather<'a> {
 
 impl<'a> Gather<'a> {
     /// Ready for so many rays a point.
-    pub fn new(s: &'a Solution, transport: &'a Transport<'a>, rays: usize) -> Gather<'a> {
+    pub(crate) fn new(s: &'a Solution, transport: &'a Transport<'a>, rays: usize) -> Gather<'a> {
         let (first, last) = (s.zones.voxel_offset(), s.zones.pane_offset());
         let radiosity = &s.fields.radiosity;
         Gather {

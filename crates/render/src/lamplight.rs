@@ -84,7 +84,7 @@ struct Ray<'a> {
 
 impl Even {
     /// `None` for a light that is better sampled.
-    pub fn new(scene: &Scene, lamp: &Lamp) -> Option<Even> {
+    pub(crate) fn new(scene: &Scene, lamp: &Lamp) -> Option<Even> {
         let Light::Emitter { surface, .. } = lamp.light() else {
             return None;
         };
@@ -115,7 +115,7 @@ impl Even {
     }
 
     /// Radiance, W/(m² sr), that the lamp adds along the path, from a few of its points.
-    pub fn scattered(
+    pub(crate) fn scattered(
         &self,
         shafts: &Shafts,
         lamp: &Lamp,

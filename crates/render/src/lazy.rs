@@ -10,11 +10,11 @@ pub(crate) struct Lazy<T>(Vec<OnceLock<Box<T>>>);
 
 impl<T> Lazy<T> {
     /// `n` values, none made yet.
-    pub fn new(n: usize) -> Lazy<T> {
+    pub(crate) fn new(n: usize) -> Lazy<T> {
         Lazy((0..n).map(|_| OnceLock::new()).collect())
     }
     /// Value `i`, made by `make` unless it is there.
-    pub fn get(&self, i: usize, make: impl FnOnce() -> T) -> &T {
+    pub(crate) fn get(&self, i: usize, make: impl FnOnce() -> T) -> &T {
         self.0[i].get_or_init(|| Box::new(make()))
     }
 }

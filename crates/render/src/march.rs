@@ -73,7 +73,7 @@ pub(crate) struct Seen {
 
 impl Seen {
     /// Distance to the first pane, or to the end, m: before it there is but medium.
-    pub fn front(&self) -> f64 {
+    pub(crate) fn front(&self) -> f64 {
         self.panes.first().map_or(self.end, |p| p.t)
     }
 }
@@ -95,7 +95,7 @@ pub(crate) struct Front {
 
 impl Front {
     /// Radiance of this front before a radiance at its end.
-    pub fn before(&self, back: Bands) -> Bands {
+    pub(crate) fn before(&self, back: Bands) -> Bands {
         bands(|b| self.glow[b] + self.tau[b] * back[b])
     }
 }
@@ -113,7 +113,7 @@ pub(crate) struct Draw {
 
 impl Draw {
     /// Of ray number `i` of a pixel of several.
-    pub fn of_ray(i: usize, count: usize, shift: [f64; 3]) -> Draw {
+    pub(crate) fn of_ray(i: usize, count: usize, shift: [f64; 3]) -> Draw {
         Draw { first: i * count, count, shift, steps: STEPS, rounds: 1 }
     }
 }
@@ -134,7 +134,7 @@ impl Draw {
 
 impl<'a> View<'a> {
     /// Prepares fields, lights and shadows.
-    pub fn new(s: &'a Solution, transport: &'a Transport<'a>) -> View<'a> {
+    pub(crate) fn new(s: &'a Solution, transport: &'a Transport<'a>) -> View<'a> {
         let scene = &s.scene;
         let mut background = scene.surroundings().radiance;
         for light in scene.lights() {
@@ -164,20 +164,20 @@ impl<'a> View<'a> {
     }
 
     /// The same with lamps of many facets that light surfaces about as they do.
-    pub fn roughly(mut self) -> View<'a> {
+    pub(crate) fn roughly(mut self) -> View<'a> {
         self.rough = true;
         self
     }
 
     /// The same with indirect light of surfaces gathered by so many rays; 0: interpolated.
-    pub fn gathering(mut self, rays: usize) -> View<'a> {
+    pub(crate) fn gathering(mut self, rays: usize) -> View<'a> {
         self.gather = (rays > 0).then(|| Gather::new(self.s, self.transport, rays));
         self
     }
 
     /// The same with every lamp sampled only, to compare with.
     #[cfg(test)]
-    pub fn sampled_only(mut self) -> View<'a> {
+    pub(crate) fn sampled_only(mut self) -> View<'a> {
         self.even.fill_with(|| None);
         self.voxels = VoxelField::new(self.s, self.transport, None);
         self
@@ -191,7 +191,7 @@ impl<'a> View<'a> {
 
     /// Direct light scattered between two points, from many samples; with the indirect light of the medium.
     #[cfg(test)]
-    pub fn scattered(&self, from: Vec3, to: Vec3, count: usize) -> Bands {
+    pub(crate) fn scattered(&self, from: Vec3, to: Vec3, count: usize) -> Bands {
         let (path, dir) = (self.path_between(from, to), (to - from).normalized());
         let direct = self.direct(from, dir, &path, Draw::of_ray(0, count, [0.3, 0.6, 0.9]));
         let medium = self.indirect(from, dir, &path);
@@ -200,7 +200,7 @@ impl<'a> View<'a> {
 
     /// Light of suns by their columns, scattered between two points.
     #[cfg(test)]
-    pub fn scattered_by_suns(&self, from: Vec3, to: Vec3, first: usize, shift: [f64; 3]) -> Bands {
+    pub(crate) fn scattered_by_suns(&self, from: Vec3, to: Vec3, first: usize, shift: [f64; 3]) -> Bands {
         let dir = (to - from).normalized();
         let path = self.path_between(from, to);
         let one = |c: &Columns| c.scattered(&self.shafts, (from, dir), &path, (first, shift, STEPS));
@@ -209,18 +209,18 @@ impl<'a> View<'a> {
 
     /// Light of one point of a lamp, scattered between two points.
     #[cfg(test)]
-    pub fn scattered_exactly(&self, from: Vec3, to: Vec3, source: &Source) -> Bands {
+    pub(crate) fn scattered_exactly(&self, from: Vec3, to: Vec3, source: &Source) -> Bands {
         let dir = (to - from).normalized();
         self.shafts.scattered((from, dir), &self.path_between(from, to), source, None)
     }
 
     /// The scene.
-    pub fn scene(&self) -> &'a zonal_scene::Scene {
+    pub(crate) fn scene(&self) -> &'a zonal_scene::Scene {
         &self.s.scene
     }
 
     /// Where a ray ends, and the panes before.
-    pub fn seen(&self, origin: Vec3, dir: Vec3) -> Seen {
+    pub(crate) fn seen(&self, origin: Vec3, dir: Vec3) -> Seen {
         let hit = self.transport.nearest(origin, dir, 0.0, f64::INFINITY);
         let end = match &hit {
             Some(h) => h.t,
@@ -231,7 +231,7 @@ impl<'a> View<'a> {
     }
 
     /// What the medium alone does up to `t` metres from the eye.
-    pub fn front(&self, origin: Vec3, dir: Vec3, t: f64, draw: Draw) -> Front {
+    pub(crate) fn front(&self, origin: Vec3, dir: Vec3, t: f64, draw: Draw) -> Front {
         let path = self.path((origin, dir), (0.0, t), Vec::new());
         let (medium, shafts) = (self.indirect(origin, dir, &path), self.direct(origin, dir, &path, draw));
         let last = path.pieces.last().filter(|p| p.t1 >= t * (1.0 - 1e-9));
@@ -242,7 +242,7 @@ impl<'a> View<'a> {
     }
 
     /// Radiance, W/(m² sr), that arrives where the front of a ray ends.
-    pub fn back(&self, origin: Vec3, dir: Vec3, seen: &Seen, draw: Draw) -> Bands {
+    pub(crate) fn back(&self, origin: Vec3, dir: Vec3, seen: &Seen, draw: Draw) -> Bands {
         let end = match &seen.hit {
             Some(h) => self.surface(h, origin + dir * h.t, draw),
             None => self.background,
@@ -256,7 +256,7 @@ impl<'a> View<'a> {
     }
 
     /// Radiance, W/(m² sr), that arrives at `origin` from the unit direction `dir`.
-    pub fn radiance(&self, origin: Vec3, dir: Vec3, draw: Draw) -> Bands {
+    pub(crate) fn radiance(&self, origin: Vec3, dir: Vec3, draw: Draw) -> Bands {
         let seen = self.seen(origin, dir);
         self.front(origin, dir, seen.front(), draw).before(self.back(origin, dir, &seen, draw))
     }

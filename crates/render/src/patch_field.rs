@@ -37,7 +37,7 @@ pub(crate) struct PatchField<'a> {
 
 impl<'a> PatchField<'a> {
     /// `values` are the tiles' means; `sheets` the plates they are cut from; walls are asked of `transport`, if given.
-    pub fn new(
+    pub(crate) fn new(
         tiles: Vec<Tile>,
         values: Vec<Bands>,
         sheets: &[Plate],
@@ -48,7 +48,7 @@ impl<'a> PatchField<'a> {
     }
 
     /// The value at a point of a sheet with the sheet's parameters (u, v); `None` where the sheet has no tile.
-    pub fn at(&self, sheet: usize, uv: [f64; 2], point: Vec3) -> Option<Bands> {
+    pub(crate) fn at(&self, sheet: usize, uv: [f64; 2], point: Vec3) -> Option<Bands> {
         let i = self.sheets.find(sheet, uv)? as usize;
         let uv = onto(&self.shape.tiles[i].plate, point);
         Some(self.layer.at(&self.shape, i, uv))
@@ -184,13 +184,13 @@ type Touching = Vec<Vec<(u32, f64)>>;
 
 impl<'a> Shape<'a> {
     /// The tiles, with walls asked of `transport`, if given.
-    pub fn new(tiles: Vec<Tile>, transport: Option<&'a Transport<'a>>) -> Shape<'a> {
+    pub(crate) fn new(tiles: Vec<Tile>, transport: Option<&'a Transport<'a>>) -> Shape<'a> {
         let (near, touching) = (Near::new(&tiles), Lazy::new(tiles.len()));
         Shape { tiles, transport, near, touching }
     }
 
     /// The tiles.
-    pub fn tiles(&self) -> &[Tile] {
+    pub(crate) fn tiles(&self) -> &[Tile] {
         &self.tiles
     }
 
@@ -239,13 +239,13 @@ impl<'a> Shape<'a> {
 
 impl Layer {
     /// The field with these means, one a tile.
-    pub fn new(values: Vec<Bands>) -> Layer {
+    pub(crate) fn new(values: Vec<Bands>) -> Layer {
         let n = values.len();
         Layer { values, fits: Lazy::new(n), raw: Lazy::new(n), nodes: Lazy::new(n) }
     }
 
     /// The value at the point of tile `i` with the tile's parameters (u, v).
-    pub fn at(&self, shape: &Shape, i: usize, [u, v]: [f64; 2]) -> Bands {
+    pub(crate) fn at(&self, shape: &Shape, i: usize, [u, v]: [f64; 2]) -> Bands {
         let (kind, nodes) = (shape.tiles[i].plate.kind, self.nodes(shape, i));
         interpolate(kind, nodes, conserving(kind, nodes, self.values[i]), u, v)
     }

@@ -28,7 +28,7 @@ pub(crate) struct Piece {
 
 impl Piece {
     /// Transmittance from the eye to `t` inside the piece.
-    pub fn tau_at(&self, t: f64) -> Bands {
+    pub(crate) fn tau_at(&self, t: f64) -> Bands {
         bands(|b| self.tau[b] * (-self.kappa[b] * (t - self.t0)).exp())
     }
 }
@@ -45,7 +45,7 @@ pub(crate) struct Path {
 
 impl Path {
     /// From where to where there is something that scatters, m.
-    pub fn scattering(&self) -> Option<(f64, f64)> {
+    pub(crate) fn scattering(&self) -> Option<(f64, f64)> {
         let active = |p: &&Piece| p.scatter.iter().any(|s| *s > 0.0);
         let first = self.pieces.iter().find(active)?;
         let last = self.pieces.iter().rfind(active)?;

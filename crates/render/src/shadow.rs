@@ -53,13 +53,13 @@ pub(crate) struct Lit {
 
 impl Lit {
     /// True where the light reaches the ray.
-    pub fn at(&self, t: f64) -> bool {
+    pub(crate) fn at(&self, t: f64) -> bool {
         let k = self.intervals.partition_point(|i| i.1 <= t);
         self.intervals.get(k).is_some_and(|i| i.0 <= t)
     }
 
     /// The panes, with their unit normals, that the light passes before it reaches the ray at `t`.
-    pub fn panes_at(&self, t: f64) -> Vec<(u32, Vec3)> {
+    pub(crate) fn panes_at(&self, t: f64) -> Vec<(u32, Vec3)> {
         let between = self.tints.iter().filter(|i| i.0 <= t && t <= i.1);
         between.map(|i| (i.2, i.3)).collect()
     }
@@ -160,7 +160,7 @@ impl Fan {
 
 impl Shadows {
     /// The tree over all facets and panes.
-    pub fn new(scene: &Scene) -> Shadows {
+    pub(crate) fn new(scene: &Scene) -> Shadows {
         let facets = scene.facets().iter().enumerate().map(|(i, f)| (f.plate, Caster::Facet(i as u32)));
         let panes = scene.panes().iter().enumerate();
         let panes =
@@ -182,7 +182,7 @@ impl Shadows {
     }
 
     /// The lit parts of lo < t < hi on the ray.
-    pub fn lit(&self, origin: Vec3, dir: Vec3, source: &Source, lo: f64, hi: f64) -> Lit {
+    pub(crate) fn lit(&self, origin: Vec3, dir: Vec3, source: &Source, lo: f64, hi: f64) -> Lit {
         let mut fan = Fan::new(origin, dir, source, lo, hi);
         let mut dark: Vec<(f64, f64)> = Vec::new();
         let mut tints = Vec::new();

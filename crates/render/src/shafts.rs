@@ -59,7 +59,7 @@ pub(crate) struct Beam<'a> {
 
 impl Shafts<'_> {
     /// Radiance, W/(m² sr), that one light sample adds along the path; `towards` knows depths in the direction of a distant one.
-    pub fn scattered(
+    pub(crate) fn scattered(
         &self,
         (origin, dir): (Vec3, Vec3),
         path: &Path,
@@ -89,7 +89,7 @@ impl Shafts<'_> {
     }
 
     /// A light sample along lo..hi, no depth known yet.
-    pub fn beam<'a>(
+    pub(crate) fn beam<'a>(
         &'a self,
         (origin, dir): (Vec3, Vec3),
         source: &'a Source,
@@ -112,7 +112,7 @@ impl Shafts<'_> {
 
 impl Beam<'_> {
     /// What the medium between the ray at `t` and a point of an emitter lets pass over `distance`.
-    pub fn arriving(&mut self, t: f64, distance: f64) -> Bands {
+    pub(crate) fn arriving(&mut self, t: f64, distance: f64) -> Bands {
         self.depth(self.interval(t), t).map(|d| (-d * distance).exp())
     }
 
@@ -123,7 +123,7 @@ impl Beam<'_> {
     }
 
     /// Adds a..b of a distant light with the same tint all along.
-    pub fn add_tinted(&mut self, path: &Path, tint: Bands, a: f64, b: f64, out: &mut Bands) {
+    pub(crate) fn add_tinted(&mut self, path: &Path, tint: Bands, a: f64, b: f64, out: &mut Bands) {
         self.parts(path, a, b, |beam, piece, k, t, next| beam.distant(piece, tint, k, t, next, out));
     }
 
@@ -205,7 +205,7 @@ impl Beam<'_> {
     }
 
     /// What panes let pass of light from the unit direction `towards`.
-    pub fn tint(&self, tints: &[(u32, Vec3)], towards: Vec3) -> Bands {
+    pub(crate) fn tint(&self, tints: &[(u32, Vec3)], towards: Vec3) -> Bands {
         let mut depth = [0.0; 3];
         for (pane, normal) in tints {
             let p = &self.shafts.scene.panes()[*pane as usize];

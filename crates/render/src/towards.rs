@@ -28,7 +28,7 @@ type Block = Vec<[f32; 3]>;
 
 impl<'a> Towards<'a> {
     /// D in the unit direction `towards`.
-    pub fn new(transport: &'a Transport<'a>, towards: Vec3) -> Towards<'a> {
+    pub(crate) fn new(transport: &'a Transport<'a>, towards: Vec3) -> Towards<'a> {
         let map = transport.scene().voxmap().filter(|m| m.uniform_extinction().is_none());
         let uneven = map.map(|m| {
             let blocks = m.dims().map(|n| n.div_ceil(SIDE));
@@ -38,7 +38,7 @@ impl<'a> Towards<'a> {
     }
 
     /// D at `x`.
-    pub fn depth(&self, x: Vec3) -> Bands {
+    pub(crate) fn depth(&self, x: Vec3) -> Bands {
         let Some((map, blocks, made)) = &self.uneven else {
             return self.exactly(x);
         };

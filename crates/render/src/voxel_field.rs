@@ -22,7 +22,7 @@ pub(crate) struct VoxelField<'a> {
 
 impl<'a> VoxelField<'a> {
     /// The field of a solution, with the smooth part of the light of `crowds`; `None` without a voxmap.
-    pub fn new(
+    pub(crate) fn new(
         s: &'a Solution,
         transport: &'a Transport,
         crowds: Option<Crowds<'a>>,
@@ -38,12 +38,16 @@ impl<'a> VoxelField<'a> {
     }
 
     /// The lamps whose light is in the field, but for what is close to them.
-    pub fn crowds(&self) -> Option<&Crowds<'a>> {
+    pub(crate) fn crowds(&self) -> Option<&Crowds<'a>> {
         self.builder.crowds.as_ref().map(|c| &c.0)
     }
 
     /// The field with these means, one a voxel zone, W/m²; those below zero count as zero. `None` without a voxmap.
-    pub fn of(s: &'a Solution, transport: &'a Transport, mut values: Vec<Bands>) -> Option<VoxelField<'a>> {
+    pub(crate) fn of(
+        s: &'a Solution,
+        transport: &'a Transport,
+        mut values: Vec<Bands>,
+    ) -> Option<VoxelField<'a>> {
         let map = s.scene.voxmap()?;
         values.iter_mut().flatten().for_each(|x| *x = x.max(0.0));
         let (corners, fits) = (Lazy::new(values.len()), Lazy::new(values.len()));
@@ -53,7 +57,7 @@ impl<'a> VoxelField<'a> {
     }
 
     /// B_ind, W/m², at a point of the zone.
-    pub fn at(&self, zone: usize, p: Vec3) -> Bands {
+    pub(crate) fn at(&self, zone: usize, p: Vec3) -> Bands {
         let z = &self.zones[zone];
         let (corner, cell) = (self.map.corner(self.map.coordinates(z.cell)), self.map.cell());
         let [x, y, w] = [0, 1, 2].map(|k| ((p[k] - corner[k]) / cell[k]).clamp(0.0, 1.0));

@@ -35,7 +35,7 @@ const MOST_BELOW: f64 = 0.01;
 const DRIFT: f64 = 2.0;
 
 /// Solves s = s⁰ + w g s for every column of `sources`, from `initial` strengths if there are any. `stop.iterations` limits the products of a column.
-pub fn solve(
+pub(crate) fn solve(
     system: &System,
     sources: &[Vec<Bands>],
     initial: Option<Columns>,

@@ -7,7 +7,7 @@ use zonal_scene::solution::Energy;
 use zonal_scene::{Bands, Fields, Group, Report, Scene, SceneError, Values, Zones};
 
 /// Refuses a solution with a value that is not finite; errors that are not a number become infinite.
-pub fn check(
+pub(crate) fn check(
     scene: &Scene,
     zones: &Zones,
     fields: &mut Fields,

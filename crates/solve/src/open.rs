@@ -10,7 +10,7 @@ use zonal_transport::Transport;
 
 /// What is open about each volume zone.
 #[derive(Clone, Debug)]
-pub struct Open<'a> {
+pub(crate) struct Open<'a> {
     map: &'a Voxmap,
     zones: &'a Zones,
     /// For each volume zone, bit k: whole, and nothing between its centre and that of the whole next cell along axis k.
@@ -18,7 +18,7 @@ pub struct Open<'a> {
 }
 
 /// A row of a cube: its volume zones, and how far its cells lie from the middle along the first two axes.
-pub struct Row {
+pub(crate) struct Row {
     /// Indices into `zones.voxels`.
     pub zones: Range<usize>,
     /// Steps from the middle.
@@ -27,7 +27,7 @@ pub struct Row {
 
 impl<'a> Open<'a> {
     /// Looks at all cells of the scene's voxmap.
-    pub fn new(map: &'a Voxmap, zones: &'a Zones, transport: &Transport) -> Open<'a> {
+    pub(crate) fn new(map: &'a Voxmap, zones: &'a Zones, transport: &Transport) -> Open<'a> {
         let dims = map.dims();
         let stride = [dims[1] * dims[2], dims[2], 1];
         let whole = |cell: usize| {
@@ -48,13 +48,13 @@ impl<'a> Open<'a> {
     }
 
     /// True where one can pass from whole zone `z` to the whole cell next along axis `k`.
-    pub fn leads_on(&self, z: usize, k: usize) -> bool {
+    pub(crate) fn leads_on(&self, z: usize, k: usize) -> bool {
         self.free[z] >> k & 1 == 1
     }
 
     /// The rows of the cells up to `reach` ≥ 1 steps from volume zone `z` along each axis, itself among them; `None` unless all of them
     /// are open and lie in the grid.
-    pub fn cube(&self, z: usize, reach: usize) -> Option<impl Iterator<Item = Row> + Clone + use<'a>> {
+    pub(crate) fn cube(&self, z: usize, reach: usize) -> Option<impl Iterator<Item = Row> + Clone + use<'a>> {
         let (c, dims, side) =
             (self.map.coordinates(self.zones.voxels[z].cell), self.map.dims(), 2 * reach + 1);
         if (0..3).any(|k| c[k] < reach || c[k] + reach >= dims[k]) {

@@ -46,11 +46,11 @@ const BEGIN: usize = 1024;
 const ROUNDS: usize = 4;
 const MORE: f64 = 8.0;
 /// Rays of a zone at most, from which on openings are looked for.
-pub const WORTHWHILE: usize = 4 * BEGIN;
+pub(crate) const WORTHWHILE: usize = 4 * BEGIN;
 
 /// Where rays of zones fly.
 #[derive(Clone, Copy, Debug)]
-pub struct Room<'a> {
+pub(crate) struct Room<'a> {
     pub scene: &'a Scene,
     pub zones: &'a Zones,
     pub transport: &'a Transport<'a>,
@@ -60,7 +60,7 @@ pub struct Room<'a> {
 
 /// What rays of one zone met.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Met {
+pub(crate) struct Met {
     /// Sums over the rays that went to the sky, and that ended on black backs.
     pub sums: [Bands; 2],
     /// Variance of the first of these sums.
@@ -102,22 +102,22 @@ impl Met {
     }
 
     /// Rays `range` of zone `i`, spread evenly.
-    pub fn evenly(room: &Room, i: usize, range: Range<usize>) -> Met {
+    pub(crate) fn evenly(room: &Room, i: usize, range: Range<usize>) -> Met {
         Met::of(range, |k| room.shoot(room.ray(i, numbers(i, room.seed, k))))
     }
 
     /// Adds what other rays met.
-    pub fn add(&mut self, o: &Met) {
+    pub(crate) fn add(&mut self, o: &Met) {
         self.sums = [0, 1].map(|k| bands(|b| self.sums[k][b] + o.sums[k][b]));
         self.variance = bands(|b| self.variance[b] + o.variance[b]);
         (self.count, self.shot) = (self.count + o.count, self.shot + o.shot);
     }
 
     /// The mean share of the sky, and its standard error.
-    pub fn sky(&self) -> Bands {
+    pub(crate) fn sky(&self) -> Bands {
         self.sums[0].map(|s| s / self.shot.max(1) as f64)
     }
-    pub fn error(&self) -> Bands {
+    pub(crate) fn error(&self) -> Bands {
         match self.count {
             0 => [1.0 / (self.shot as f64 + SUCCESSION); 3],
             _ => self.variance.map(|v| v.sqrt() / self.shot.max(1) as f64),
@@ -188,7 +188,7 @@ impl Cell {
 
 /// The cells of the box about the scene through which rays leave it.
 #[derive(Clone, Debug)]
-pub struct Openings<'a> {
+pub(crate) struct Openings<'a> {
     room: Room<'a>,
     sides: Sides,
     open: Vec<Cell>,
@@ -267,7 +267,7 @@ impl Sides {
 
 impl<'a> Openings<'a> {
     /// Looks for openings; none where rays leave nearly everywhere.
-    pub fn find(room: Room<'a>) -> Option<Openings<'a>> {
+    pub(crate) fn find(room: Room<'a>) -> Option<Openings<'a>> {
         let n = room.zones.len();
         let sides = Sides::of(room.scene);
         let cells = sides.all();
@@ -293,7 +293,7 @@ impl<'a> Openings<'a> {
     }
 
     /// Rays of zone `i`, until errors (root of the sum of squares over bands) are `wanted`, or at most so many.
-    pub fn measure(&self, i: usize, wanted: f64, most: usize) -> Met {
+    pub(crate) fn measure(&self, i: usize, wanted: f64, most: usize) -> Met {
         let room = &self.room;
         let (centre, radius) = room.ball(i);
         let far = |c: &Cell| {

@@ -23,13 +23,13 @@ const ONE: f64 = 193.0;
 
 /// The radii of the lower triangle by rows.
 #[derive(Clone, Debug, Default)]
-pub struct Radii {
+pub(crate) struct Radii {
     n: usize,
     steps: Vec<u8>,
 }
 
 /// The step of a radius; the last where it is not known.
-pub fn step(radius: f64) -> u8 {
+pub(crate) fn step(radius: f64) -> u8 {
     match radius {
         r if r > 0.0 => (2.0 * r.log2() + ONE).round().clamp(1.0, 255.0) as u8,
         r if r.is_nan() => 255,
@@ -39,13 +39,13 @@ pub fn step(radius: f64) -> u8 {
 
 impl Radii {
     /// Of `n` zones: the steps of all pairs (i, j ≤ i), row by row.
-    pub fn new(n: usize, steps: Vec<u8>) -> Radii {
+    pub(crate) fn new(n: usize, steps: Vec<u8>) -> Radii {
         assert_eq!(steps.len(), stored(n));
         Radii { n, steps }
     }
 
     /// e of every zone, in the unit of the power that arrives, for strengths `s`.
-    pub fn spread(&self, s: &[Bands]) -> Vec<Bands> {
+    pub(crate) fn spread(&self, s: &[Bands]) -> Vec<Bands> {
         let squares: Vec<f64> =
             (0..256).map(|k| if k == 0 { 0.0 } else { 2.0f64.powf(k as f64 - ONE) }).collect();
         let own: Vec<Bands> = s.iter().map(|s| s.map(|x| x * x)).collect();

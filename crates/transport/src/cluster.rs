@@ -54,7 +54,7 @@ pub(crate) struct Leaf {
 
 impl Tree {
     /// The tree over facets with these plates; puts `facets` into its order.
-    pub fn new<T>(facets: &mut [T], plate: impl Fn(&T) -> Plate) -> Tree {
+    pub(crate) fn new<T>(facets: &mut [T], plate: impl Fn(&T) -> Plate) -> Tree {
         let mut tree = Tree::default();
         if !facets.is_empty() {
             tree.grow(facets, 0, &plate);
@@ -86,18 +86,18 @@ impl Tree {
     }
 
     /// Number of leaves.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.leaves.len()
     }
 
     /// Centre, radius and facets of leaf `k`.
-    pub fn leaf(&self, k: usize) -> (Vec3, f64, Range<usize>) {
+    pub(crate) fn leaf(&self, k: usize) -> (Vec3, f64, Range<usize>) {
         let node = &self.nodes[self.leaves[k]];
         (node.centre, node.radius, node.facets.clone())
     }
 
     /// The leaf for the share `s` ∈ [0,1) as `p` counts them; `None` where none sends anything there.
-    pub fn descend(&self, p: Vec3, receiver: Receiver, mut s: f64) -> Option<Leaf> {
+    pub(crate) fn descend(&self, p: Vec3, receiver: Receiver, mut s: f64) -> Option<Leaf> {
         let (mut at, mut chance) = (0, 1.0);
         let mut node = self.nodes.first()?;
         while node.second > 0 {
@@ -117,7 +117,7 @@ impl Tree {
     }
 
     /// About Σ A cosθ⁺/d² over all of it, and no less than half where all of it faces `p`: from the largest nodes that look small.
-    pub fn estimate(&self, p: Vec3, receiver: Receiver) -> f64 {
+    pub(crate) fn estimate(&self, p: Vec3, receiver: Receiver) -> f64 {
         let (mut sum, mut open, mut top) = (0.0, [0; DEEP], 1);
         while top > 0 {
             top -= 1;

@@ -115,7 +115,7 @@ pub(crate) struct Spot {
 
 impl<'a> Emitter<'a> {
     /// Prepares the facets of `surface`.
-    pub fn new(scene: &'a Scene, surface: usize) -> Emitter<'a> {
+    pub(crate) fn new(scene: &'a Scene, surface: usize) -> Emitter<'a> {
         let own = |(_, f): &(usize, &zonal_scene::Facet)| f.surface == surface;
         let ready = |(id, f): (usize, &zonal_scene::Facet)| Facet::new(id, f.plate);
         let mut facets: Vec<Facet> = scene.facets().iter().enumerate().filter(own).map(ready).collect();
@@ -134,7 +134,7 @@ impl<'a> Emitter<'a> {
     }
 
     /// True when [`Emitter::unhindered`] knows its light.
-    pub fn is_even(&self) -> bool {
+    pub(crate) fn is_even(&self) -> bool {
         self.even.is_some()
     }
 
@@ -146,7 +146,7 @@ impl<'a> Emitter<'a> {
     }
 
     /// The point at `s` ∈ [0,1)³, uniform over the area; `None` without facets.
-    pub fn point(&self, s: [f64; 3]) -> Option<Source> {
+    pub(crate) fn point(&self, s: [f64; 3]) -> Option<Source> {
         let (total, k) = (*self.cumulative.last()?, self.by_area(s[2])?);
         let Facet { id, plate, axes, .. } = self.facets[k];
         let [u, v] = plate.warp([s[0], s[1]]);
@@ -173,7 +173,7 @@ impl<'a> Emitter<'a> {
     }
 
     /// The point at `s` ∈ [0,1)³, by solid angle from `p`; `None` where nothing of the emitter, or of a cluster chosen, is seen.
-    pub fn spot(&self, p: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<Spot> {
+    pub(crate) fn spot(&self, p: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<Spot> {
         let (k, fan, share, weight) = match self.facets.len() {
             1 => {
                 let fan = self.fan(0, p, receiver)?;
@@ -215,7 +215,7 @@ impl<'a> Emitter<'a> {
     }
 
     /// About H or G with nothing between, W/m², of a surface of many facets; zero of few.
-    pub fn estimate(&self, p: Vec3, receiver: Receiver) -> Bands {
+    pub(crate) fn estimate(&self, p: Vec3, receiver: Receiver) -> Bands {
         let (Some(tree), Some(first)) = (&self.tree, self.facets.first()) else {
             return [0.0; 3];
         };
@@ -225,12 +225,12 @@ impl<'a> Emitter<'a> {
     }
 
     /// True where facets are many, and in clusters.
-    pub fn is_crowd(&self) -> bool {
+    pub(crate) fn is_crowd(&self) -> bool {
         self.tree.is_some()
     }
 
     /// Centre, m, and radius, m, of each cluster; none where facets are few.
-    pub fn clusters(&self) -> Vec<(Vec3, f64)> {
+    pub(crate) fn clusters(&self) -> Vec<(Vec3, f64)> {
         let tree = self.tree.iter();
         tree.flat_map(|t| (0..t.len()).map(|k| t.leaf(k))).map(|(c, r, _)| (c, r)).collect()
     }
@@ -242,7 +242,7 @@ impl<'a> Emitter<'a> {
     }
 
     /// G r² of cluster number `k`, W/m² · m², far away in the unit direction `dir` from it.
-    pub fn intensity(&self, k: usize, dir: Vec3) -> Bands {
+    pub(crate) fn intensity(&self, k: usize, dir: Vec3) -> Bands {
         let Some(tree) = &self.tree else {
             return [0.0; 3];
         };
@@ -259,7 +259,7 @@ impl<'a> Emitter<'a> {
 
     /// A point at `s` ∈ [0,1)³ that brings what its cluster would bring from its middle, and the distance of this, m: facets by the area that
     /// they show, points by area. `None` of few facets, and of a cluster that does not look small.
-    pub fn far_spot(&self, p: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<(Spot, f64)> {
+    pub(crate) fn far_spot(&self, p: Vec3, receiver: Receiver, s: [f64; 3]) -> Option<(Spot, f64)> {
         let leaf = self.tree.as_ref()?.descend(p, receiver, s[2])?;
         let (way, radius) = (p - leaf.ball.0, leaf.ball.1);
         let r = way.length();
@@ -281,7 +281,7 @@ impl<'a> Emitter<'a> {
     }
 
     /// H or G with nothing between, W/m², in closed form; zero unless [`Emitter::is_even`].
-    pub fn unhindered(&self, p: Vec3, receiver: Receiver) -> Bands {
+    pub(crate) fn unhindered(&self, p: Vec3, receiver: Receiver) -> Bands {
         let Some(radiance) = self.even else {
             return [0.0; 3];
         };

@@ -28,7 +28,7 @@ pub(crate) struct Tolerance {
 }
 
 impl Tolerance {
-    pub fn of(scene: &Scene) -> Tolerance {
+    pub(crate) fn of(scene: &Scene) -> Tolerance {
         let (lo, hi) = scene.bounds();
         let (size, far) = (scene.diagonal(), lo.max_abs().max(hi.max_abs()));
         Tolerance {
@@ -64,13 +64,13 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    pub fn new(a: Vec3, d: Vec3, tol: &Tolerance) -> Line {
+    pub(crate) fn new(a: Vec3, d: Vec3, tol: &Tolerance) -> Line {
         Line { a, d, plane: tol.plane, moment: tol.edge * d.length() }
     }
 }
 
 impl Prepared {
-    pub fn new(p: &Plate) -> Prepared {
+    pub(crate) fn new(p: &Plate) -> Prepared {
         Prepared {
             origin: p.origin,
             e1: p.e1,
@@ -97,7 +97,7 @@ impl Prepared {
 
     /// True when the segment a → a + d crosses the plate, its ends not counted.
     #[inline(always)]
-    pub fn crosses(&self, line: &Line) -> bool {
+    pub(crate) fn crosses(&self, line: &Line) -> bool {
         let s = line.a - self.origin;
         let (da, along) = (s.dot(self.normal), line.d.dot(self.normal));
         let db = da + along;
@@ -107,7 +107,7 @@ impl Prepared {
 
     /// Where the segment a → a + d crosses the plate: the share t of the segment and (u, v).
     #[inline]
-    pub fn crossing(&self, line: &Line) -> Option<[f64; 3]> {
+    pub(crate) fn crossing(&self, line: &Line) -> Option<[f64; 3]> {
         if !self.crosses(line) {
             return None;
         }
@@ -120,7 +120,7 @@ impl Prepared {
     /// Where the ray a + t d, d of unit length, meets the plate with t_min < t < t_max; a ray that starts in the plane or
     /// runs along it does not.
     #[inline]
-    pub fn meets(&self, line: &Line, rounding: f64, t_min: f64, t_max: f64) -> Option<[f64; 3]> {
+    pub(crate) fn meets(&self, line: &Line, rounding: f64, t_min: f64, t_max: f64) -> Option<[f64; 3]> {
         let s = line.a - self.origin;
         let (da, along) = (s.dot(self.normal), line.d.dot(self.normal));
         if da.abs() <= rounding || along.abs() <= 1e-13 {
@@ -136,7 +136,7 @@ impl Prepared {
 
     /// The share t of the segment a → a + d at which its line pierces the plate, ends or not; none when it runs along the plate.
     #[inline]
-    pub fn pierced(&self, line: &Line) -> Option<f64> {
+    pub(crate) fn pierced(&self, line: &Line) -> Option<f64> {
         let s = line.a - self.origin;
         let (da, along) = (s.dot(self.normal), line.d.dot(self.normal));
         if along.abs() <= 1e-12 * line.d.max_abs() {
@@ -146,15 +146,15 @@ impl Prepared {
     }
 
     /// Unit normal of the front.
-    pub fn normal(&self) -> Vec3 {
+    pub(crate) fn normal(&self) -> Vec3 {
         self.normal
     }
     /// Signed distance of `p` from the plane.
-    pub fn height(&self, p: Vec3) -> f64 {
+    pub(crate) fn height(&self, p: Vec3) -> f64 {
         (p - self.origin).dot(self.normal)
     }
     /// Corners, three or four.
-    pub fn corners(&self) -> ([Vec3; 4], usize) {
+    pub(crate) fn corners(&self) -> ([Vec3; 4], usize) {
         let (a, b, c) = (self.origin, self.origin + self.e1, self.origin + self.e2);
         ([a, b, c, b + self.e2], if self.triangle { 3 } else { 4 })
     }

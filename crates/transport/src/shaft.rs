@@ -42,7 +42,7 @@ pub(crate) struct Shaft<'a> {
 }
 
 impl<'a> Shaft<'a> {
-    pub fn new(ends: [End<'a>; 2]) -> Shaft<'a> {
+    pub(crate) fn new(ends: [End<'a>; 2]) -> Shaft<'a> {
         let mut shaft = Shaft { ends, planes: [(Vec3::ZERO, 0.0); MOST], count: 0 };
         let boxes = ends.map(|e| e.bounds());
         for x in 0..3 {
@@ -73,7 +73,7 @@ impl<'a> Shaft<'a> {
     }
 
     /// The planes.
-    pub fn planes(&self) -> &[(Vec3, f64)] {
+    pub(crate) fn planes(&self) -> &[(Vec3, f64)] {
         &self.planes[..self.count]
     }
 
@@ -87,7 +87,7 @@ impl<'a> Shaft<'a> {
     }
 
     /// False when the plate can cross no segment between the ends.
-    pub fn may_meet(&self, plate: &Prepared, tol: &Tolerance) -> bool {
+    pub(crate) fn may_meet(&self, plate: &Prepared, tol: &Tolerance) -> bool {
         let heights = || self.ends.iter().flat_map(|e| e.points).map(|p| plate.height(*p));
         if heights().all(|h| h <= tol.plane) || heights().all(|h| h >= -tol.plane) {
             return false;

@@ -50,7 +50,7 @@ type Crossing = (f64, i32, u32);
 
 impl Solids {
     /// Sorts the facets of a scene.
-    pub fn new(scene: &Scene, tol: &Tolerance) -> Solids {
+    pub(crate) fn new(scene: &Scene, tol: &Tolerance) -> Solids {
         let bounds = scene.bounds();
         let surface = |k: usize| &scene.surfaces()[scene.facets()[k].surface];
         let listed = |facets: &dyn Fn(usize) -> bool| -> Vec<(u32, Plate)> {
@@ -181,24 +181,24 @@ impl Solids {
     }
 
     /// True when some facet bounds material.
-    pub fn any(&self) -> bool {
+    pub(crate) fn any(&self) -> bool {
         self.material.len() > 0
     }
     /// True when `p` lies in material.
-    pub fn inside(&self, p: Vec3) -> bool {
+    pub(crate) fn inside(&self, p: Vec3) -> bool {
         self.any() && self.vote(|k| starts_inside(self.crossings(&self.material, p, k, |_| true)).is_some())
     }
     /// The facet through which a way leaves the material in which `p` lies.
-    pub fn around(&self, p: Vec3) -> Option<usize> {
+    pub(crate) fn around(&self, p: Vec3) -> Option<usize> {
         let exit = |k| starts_inside(self.crossings(&self.material, p, k, |_| true));
         (0..3).find_map(exit).map(|f| f as usize)
     }
     /// True where nothing but the medium is outside the closed rooms.
-    pub fn void_outside(&self) -> bool {
+    pub(crate) fn void_outside(&self) -> bool {
         self.void_outside
     }
     /// True when `p` lies in no closed room; cavities of solids are none.
-    pub fn outside_rooms(&self, p: Vec3) -> bool {
+    pub(crate) fn outside_rooms(&self, p: Vec3) -> bool {
         let count = |k| self.crossings(&self.rooms, p, k, |_| true).iter().map(|h| h.1).sum::<i32>();
         self.vote(|k| count(k) <= 0)
     }

@@ -1,5 +1,6 @@
 //! What fuzzing found, and the corpora that it grew from, replayed through the functions of the fuzz targets (`fuzz/src`).
 
+#[allow(unreachable_pub)]
 #[path = "../../../fuzz/src/lib.rs"]
 #[allow(missing_docs)]
 mod harness;

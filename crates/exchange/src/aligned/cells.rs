@@ -18,19 +18,19 @@ pub(super) struct Kernel {
 
 impl Kernel {
     /// The power of r in the denominator.
-    pub fn q(&self) -> i32 {
+    pub(super) fn q(&self) -> i32 {
         2 + self.patches
     }
     /// e^{−κ(r − r₀)}.
-    pub fn decay(&self, r: f64) -> f64 {
+    pub(super) fn decay(&self, r: f64) -> f64 {
         (-self.kappa * (r - self.nearest)).exp()
     }
     /// e^{−κ r₀}, what [`Kernel::decay`] leaves out.
-    pub fn decay_to_nearest(&self) -> f64 {
+    pub(super) fn decay_to_nearest(&self) -> f64 {
         (-self.kappa * self.nearest).exp()
     }
     /// The product of the powers of t.
-    pub fn numerator(&self, t: [f64; 3]) -> f64 {
+    pub(super) fn numerator(&self, t: [f64; 3]) -> f64 {
         (0..3).map(|k| t[k].powi(self.power[k])).product()
     }
 }
@@ -52,21 +52,21 @@ impl Cell {
     }
 
     /// True when the singular point t = 0 is a corner.
-    pub fn touches(&self) -> bool {
+    pub(super) fn touches(&self) -> bool {
         self.spans.iter().all(|s| s.lo == 0.0)
     }
     /// Volume, the fixed axes left out.
-    pub fn volume(&self) -> f64 {
+    pub(super) fn volume(&self) -> f64 {
         self.spans.iter().filter(|s| s.len > 0.0).map(|s| s.len).product()
     }
-    pub fn lower(&self) -> [f64; 3] {
+    pub(super) fn lower(&self) -> [f64; 3] {
         self.spans.map(|s| s.lo)
     }
-    pub fn upper(&self) -> [f64; 3] {
+    pub(super) fn upper(&self) -> [f64; 3] {
         self.spans.map(|s| s.hi())
     }
     /// An upper bound of the density.
-    pub fn max_weight(&self) -> f64 {
+    pub(super) fn max_weight(&self) -> f64 {
         self.spans.iter().map(Span::max_weight).product()
     }
     /// The near part, of the given length along the axis, and the rest. A half is exact and its far corner one sum;
@@ -82,7 +82,7 @@ impl Cell {
     }
 
     /// The integral, roughly: the midpoint rule, in pyramid coordinates where the cell touches zero.
-    pub fn weigh(&self, kernel: &Kernel) -> f64 {
+    pub(super) fn weigh(&self, kernel: &Kernel) -> f64 {
         let w: f64 = self.spans.iter().map(|s| 0.5 * (s.w0 + s.w1)).product();
         let value = |t: [f64; 3], q: i32| {
             let r = norm(t);
@@ -104,7 +104,7 @@ impl Cell {
     /// Either volume × the largest density, numerator and 1/r^q e^{−κr}; or, since numerator ≤ r^m and e ≤ 1, the
     /// integral of 1/r² over a slab of thickness δ (the smallest edge) and a quarter disc of radius D (the cell's
     /// farthest distance): ∫₀^δ (π/4) ln(1 + D²/x²) dx ≤ (π/2) δ (ln(D/δ) + 3/2).
-    pub fn upper_bound(&self, kernel: &Kernel) -> f64 {
+    pub(super) fn upper_bound(&self, kernel: &Kernel) -> f64 {
         let near = norm(self.lower());
         let far = self.upper();
         let plain = self.volume()

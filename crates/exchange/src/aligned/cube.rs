@@ -140,7 +140,7 @@ impl Cube {
 
     /// What the orders above K leave, relative to the order zero, at (h/r)² = `u` ≤ RATIO²/3.
     #[inline(always)]
-    pub fn truncation<const N: usize>(&self, order: usize, u: &[f64; N]) -> [f64; N] {
+    pub(super) fn truncation<const N: usize>(&self, order: usize, u: &[f64; N]) -> [f64; N] {
         // The order TOP + 1 has one factor u more than the loops below multiply, which are TOP in all.
         let mut left = [0.0; N];
         for l in 0..N {
@@ -161,7 +161,7 @@ impl Cube {
 
     /// The lowest order whose truncation at `u` is within `budget`: the first part of it tells where to begin.
     #[inline(always)]
-    pub fn order(&self, u: f64, budget: f64) -> Option<usize> {
+    pub(super) fn order(&self, u: f64, budget: f64) -> Option<usize> {
         if u * 3.0 > RATIO * RATIO {
             return None;
         }
@@ -174,7 +174,12 @@ impl Cube {
 
     /// Values and radii of cubes with edge `h` (m) at centre offsets `c` (m), up to the order 2K.
     #[inline(always)]
-    pub fn factors<const N: usize>(&self, order: usize, h: f64, c: &[[f64; N]; 3]) -> ([f64; N], [f64; N]) {
+    pub(super) fn factors<const N: usize>(
+        &self,
+        order: usize,
+        h: f64,
+        c: &[[f64; N]; 3],
+    ) -> ([f64; N], [f64; N]) {
         let (mut e2, mut e3, mut u, mut lead) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
         let (h2, front) = (h * h, h * h * h * h * h * h * FRAC_1_PI);
         for l in 0..N {

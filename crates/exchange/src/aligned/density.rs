@@ -196,7 +196,7 @@ pub(super) struct Grid {
 
 impl Grid {
     /// Of two boxes with these extents on each axis (equal, or one or both zero), m.
-    pub fn new(extents: [(f64, f64); 3], kappa: f64) -> Grid {
+    pub(super) fn new(extents: [(f64, f64); 3], kappa: f64) -> Grid {
         let power = extents.map(|(a, b)| (a == 0.0) as i32 + (b == 0.0) as i32);
         Grid {
             kind: power.map(|p| [Kind::Triangle, Kind::Uniform, Kind::Fixed][p as usize]),
@@ -233,13 +233,17 @@ impl Grid {
 
     /// The relative rounding error at distance `r`, m.
     #[inline(always)]
-    pub fn rounding(&self, r: f64) -> f64 {
+    pub(super) fn rounding(&self, r: f64) -> f64 {
         EPS * (ROUNDINGS + ROUNDINGS_DEPTH * self.kappa * r)
     }
 
     /// Values and radii by the planned rules.
     #[inline(always)]
-    pub fn integrate<const N: usize>(&self, c: &[[f64; N]; 3], plan: &Plan<N>) -> ([f64; N], [f64; N]) {
+    pub(super) fn integrate<const N: usize>(
+        &self,
+        c: &[[f64; N]; 3],
+        plan: &Plan<N>,
+    ) -> ([f64; N], [f64; N]) {
         let sum = match (self.patches, self.kappa > 0.0) {
             (0, false) => self.sum::<0, false, N>(c, plan.points),
             (1, false) => self.sum::<1, false, N>(c, plan.points),

@@ -168,7 +168,7 @@ fn spread(moments: &[[f64; ORDERS + 1]; 3]) -> [f64; ORDERS + 1] {
 
 impl Shape {
     /// Of two boxes with these extents on each axis (long, short), m; both zero where t is fixed, one where a patch is flat.
-    pub fn new(extents: [(f64, f64); 3]) -> Shape {
+    pub(super) fn new(extents: [(f64, f64); 3]) -> Shape {
         let power = extents.map(|(a, b)| (a == 0.0) as i32 + (b == 0.0) as i32);
         let patches: i32 = power.iter().sum();
         let metres = extents.map(|(a, b)| 0.5 * (a + b));
@@ -207,12 +207,12 @@ impl Shape {
     }
 
     /// Of a pair; `None` where a normal's axis has boxes on both sides of the plane.
-    pub fn of(pair: &Reduced) -> Shape {
+    pub(super) fn of(pair: &Reduced) -> Shape {
         Shape::new(pair.0.map(|a| (a.long, a.short)))
     }
 
     /// D over the longest half-width's unit, and that unit: centres farther than D/RATIO are served.
-    pub fn least_distance(&self) -> f64 {
+    pub(super) fn least_distance(&self) -> f64 {
         self.unit * self.reach2.sqrt() / RATIO
     }
 }
@@ -238,7 +238,7 @@ pub(super) struct Far<const N: usize> {
 
 impl<const N: usize> Far<N> {
     #[inline(always)]
-    pub fn new(shape: &Shape, centre: &[[f64; N]; 3]) -> Far<N> {
+    pub(super) fn new(shape: &Shape, centre: &[[f64; N]; 3]) -> Far<N> {
         let per = 1.0 / shape.unit;
         let (mut w, mut lead, mut y) = ([0.0; N], [0.0; N], [[0.0; N]; 2]);
         let mut share = [[0.0; N]; 3];
@@ -276,7 +276,7 @@ impl<const N: usize> Far<N> {
 
     /// What all orders above 2K leave, relative to the order zero; infinite where the series is not served.
     #[inline(always)]
-    pub fn truncation(&self, shape: &Shape, order: usize) -> [f64; N] {
+    pub(super) fn truncation(&self, shape: &Shape, order: usize) -> [f64; N] {
         let mut out = [f64::INFINITY; N];
         let [a, b, c] = shape.next[order];
         for l in 0..N {
@@ -293,7 +293,7 @@ impl<const N: usize> Far<N> {
 
     /// The rounding of the series up to the order 2K, relative to the order zero.
     #[inline(always)]
-    pub fn noise(&self, shape: &Shape, order: usize) -> [f64; N] {
+    pub(super) fn noise(&self, shape: &Shape, order: usize) -> [f64; N] {
         let mut out = [0.0; N];
         for k in (0..=order).rev() {
             let [a, b, c] = shape.noise[k];
@@ -306,7 +306,7 @@ impl<const N: usize> Far<N> {
 
     /// Values up to the order 2K and their radii, given the truncation's share.
     #[inline(always)]
-    pub fn finish(&self, shape: &Shape, order: usize, truncation: &[f64; N]) -> ([f64; N], [f64; N]) {
+    pub(super) fn finish(&self, shape: &Shape, order: usize, truncation: &[f64; N]) -> ([f64; N], [f64; N]) {
         let sum = self.series(shape, order);
         let noise = self.noise(shape, order);
         let (mut value, mut radius) = ([0.0; N], [0.0; N]);

@@ -17,14 +17,14 @@ pub(super) struct Span {
 }
 
 impl Span {
-    pub fn hi(&self) -> f64 {
+    pub(super) fn hi(&self) -> f64 {
         self.lo + self.len
     }
-    pub fn max_weight(&self) -> f64 {
+    pub(super) fn max_weight(&self) -> f64 {
         self.w0.max(self.w1)
     }
     /// The near part, of the given length, and the rest.
-    pub fn cut_at(&self, length: f64) -> (Span, Span) {
+    pub(super) fn cut_at(&self, length: f64) -> (Span, Span) {
         let rest = self.len - length;
         let w = (self.w0 * rest + self.w1 * length) / self.len;
         let near = Span { len: length, w1: w, ..*self };
@@ -46,12 +46,12 @@ pub(super) struct AxisDensity {
 
 impl AxisDensity {
     /// The power of |t| in the kernel's numerator: how many of the two boxes are flat here.
-    pub fn power(&self) -> i32 {
+    pub(super) fn power(&self) -> i32 {
         (self.long == 0.0) as i32 + (self.short == 0.0) as i32
     }
 
     /// The density of −t.
-    pub fn reflected(&self) -> AxisDensity {
+    pub(super) fn reflected(&self) -> AxisDensity {
         let [a, b, c, d] = self.p;
         AxisDensity { p: [-d, -c, -b, -a], ..*self }
     }
@@ -74,7 +74,7 @@ impl AxisDensity {
 
     /// The pieces cut at zero and folded onto t ≥ 0, and how often each counts. With a flat box on this axis
     /// (cosine factor) only t > 0 is seen; a density even in t is folded into twice its positive half.
-    pub fn spans(&self) -> (Vec<Span>, f64) {
+    pub(super) fn spans(&self) -> (Vec<Span>, f64) {
         let cut = self.power() > 0;
         let even = !cut && self.p[0] == -self.p[3] && self.p[1] == -self.p[2];
         let mut spans = Vec::with_capacity(4);
@@ -104,11 +104,11 @@ pub(super) struct Reduced(pub [AxisDensity; 3]);
 
 impl Reduced {
     /// The number of patches in the pair.
-    pub fn patches(&self) -> i32 {
+    pub(super) fn patches(&self) -> i32 {
         self.0.iter().map(AxisDensity::power).sum()
     }
     /// False when a patch of the pair has the other box behind it or in its plane.
-    pub fn sees(&self) -> bool {
+    pub(super) fn sees(&self) -> bool {
         self.0.iter().all(|a| a.power() == 0 || a.p[3] > 0.0)
     }
 }

@@ -34,7 +34,7 @@ impl Default for Agreement {
 
 impl Agreement {
     /// √q of a pair.
-    pub fn doubt(&self, a: &Zone, b: &Zone, blocked: bool) -> f64 {
+    pub(super) fn doubt(&self, a: &Zone, b: &Zone, blocked: bool) -> f64 {
         self.0[is_close(a, b) as usize][blocked as usize]
     }
 }
@@ -122,7 +122,7 @@ pub(super) struct Outer {
 
 impl Outer {
     /// True where these rays differ among themselves, or from others that were all `blocked` or all free.
-    pub fn disagrees(self, blocked: bool) -> bool {
+    pub(super) fn disagrees(self, blocked: bool) -> bool {
         self.rays > 0 && self.blocked != if blocked { self.rays } else { 0 }
     }
 }

@@ -16,12 +16,12 @@ pub(super) struct Spread([f64; 6]);
 
 impl Spread {
     /// Of a whole cell with these edges.
-    pub fn whole(cell: Vec3) -> Spread {
+    pub(super) fn whole(cell: Vec3) -> Spread {
         let [x, y, z] = cell.scale(cell).array().map(|e| e / 12.0);
         Spread([x, y, z, 0.0, 0.0, 0.0])
     }
     /// Each sample stands for a sub-cell of its own.
-    pub fn of(samples: &[Sample], centre: Vec3, cell: Vec3) -> Spread {
+    pub(super) fn of(samples: &[Sample], centre: Vec3, cell: Vec3) -> Spread {
         let (mut sum, mut all) = ([0.0; 6], 0.0);
         for s in samples {
             let x = s.point - centre;
@@ -33,11 +33,11 @@ impl Spread {
         Spread(std::array::from_fn(|k| sum[k] / all + own.0[k]))
     }
     /// Of the differences between the points of two parts.
-    pub fn and(self, o: Spread) -> Spread {
+    pub(super) fn and(self, o: Spread) -> Spread {
         Spread(std::array::from_fn(|k| self.0[k] + o.0[k]))
     }
     /// ⟨1/|d + x|²⟩ d² − 1 to the second order: (4 d̂·C d̂ − tr C)/d².
-    pub fn bend(self, d: Vec3) -> f64 {
+    pub(super) fn bend(self, d: Vec3) -> f64 {
         let [xx, yy, zz, xy, yz, zx] = self.0;
         let along = d.x * d.x * xx
             + d.y * d.y * yy
@@ -47,7 +47,7 @@ impl Spread {
         (4.0 * along / d2 - xx - yy - zz) / d2
     }
     /// The largest departure from a multiple of the unit matrix, m².
-    pub fn uneven(self) -> f64 {
+    pub(super) fn uneven(self) -> f64 {
         let mean = (self.0[0] + self.0[1] + self.0[2]) / 3.0;
         let (own, mixed) = self.0.split_at(3);
         own.iter().map(|x| (x - mean).abs()).chain(mixed.iter().map(|x| x.abs())).fold(0.0, f64::max)

@@ -109,37 +109,37 @@ pub(super) fn pair(a: &Cuboid, b: &Cuboid) -> Option<Pair> {
 
 impl Pair {
     /// True when nothing of the two boxes was clipped off.
-    pub fn whole(&self, a: &Cuboid, b: &Cuboid) -> bool {
+    pub(super) fn whole(&self, a: &Cuboid, b: &Cuboid) -> bool {
         self.measures == [a.measure(), b.measure()]
     }
     /// The power of r in the denominator.
-    pub fn q(&self) -> i32 {
+    pub(super) fn q(&self) -> i32 {
         2 + self.patches
     }
     /// The least |t_k| on an axis.
-    pub fn gap(&self, k: usize) -> f64 {
+    pub(super) fn gap(&self, k: usize) -> f64 {
         (self.centre[k].abs() - self.shapes[k].half).max(0.0)
     }
     /// The least |t|.
-    pub fn distance(&self) -> f64 {
+    pub(super) fn distance(&self) -> f64 {
         [0, 1, 2].map(|k| self.gap(k) * self.gap(k)).iter().sum::<f64>().sqrt()
     }
     /// The largest |t_k|.
-    pub fn far(&self, k: usize) -> f64 {
+    pub(super) fn far(&self, k: usize) -> f64 {
         self.centre[k].abs() + self.shapes[k].half
     }
     /// The largest |t|.
-    pub fn reach(&self) -> f64 {
+    pub(super) fn reach(&self) -> f64 {
         [0, 1, 2].map(|k| self.far(k) * self.far(k)).iter().sum::<f64>().sqrt()
     }
     /// Numerator over r^q e^{κr} at t.
-    pub fn kernel(&self, t: [f64; 3], kappa: f64) -> f64 {
+    pub(super) fn kernel(&self, t: [f64; 3], kappa: f64) -> f64 {
         let r = (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]).sqrt();
         let numerator: f64 = (0..3).map(|k| t[k].powi(self.power[k])).product();
         numerator * (-kappa * r).exp() * r.powi(-self.q())
     }
     /// The pair when one zone is first + step·i, its corners rounded: coordinates as large as those of `zones`.
-    pub fn of_lattice(mut self, zones: &[&Cuboid]) -> Pair {
+    pub(super) fn of_lattice(mut self, zones: &[&Cuboid]) -> Pair {
         let corners = zones.iter().flat_map(|z| [z.lo, z.hi]).flat_map(|c| c.array());
         let size = corners.fold(0.0f64, |m, x| m.max(x.abs()));
         let extents = self.extents.iter().flatten().filter(|e| **e > 0.0);
@@ -149,13 +149,13 @@ impl Pair {
         self
     }
     /// Bound of what moving every node by √3 · shake does to the mean: |∇f| ≤ (κ + (q + m)/r) e^{−κr}/r², r ≥ g.
-    pub fn shaken(&self, g: f64, kappa: f64) -> f64 {
+    pub(super) fn shaken(&self, g: f64, kappa: f64) -> f64 {
         let q = (self.q() + self.patches) as f64;
         1.001 * 3f64.sqrt() * self.shake * (kappa + q / g) * (-kappa * g).exp() / (g * g)
     }
     /// A proven upper bound of 𝓕, for pairs that touch: ∫ dV/r² over a volume V is at most that over the ball of the same volume, 4π(3V/4π)^{1/3};
     /// two patches exchange at most the smaller area.
-    pub fn cap(&self) -> f64 {
+    pub(super) fn cap(&self) -> f64 {
         let ball = |v: f64| 4.0 * (3.0 * v / (4.0 * std::f64::consts::PI)).cbrt();
         let [a, b] = self.measures;
         let flat = |i: usize| (0..3).any(|k| self.extents[k][i] == 0.0);
@@ -168,7 +168,7 @@ impl Pair {
             }
     }
     /// Proven bound of the error of a tensor of Gauss rules for the densities, `lines` on the three axes, on the mean of f.
-    pub fn quadrature(&self, lines: [(usize, f64); 3], kappa: f64) -> f64 {
+    pub(super) fn quadrature(&self, lines: [(usize, f64); 3], kappa: f64) -> f64 {
         (0..3)
             .filter(|&k| self.shapes[k].half > 0.0)
             .map(|k| {
@@ -184,7 +184,7 @@ impl Pair {
             .sum()
     }
     /// Points on each axis that keep [`Pair::quadrature`] without defects below `goal`; `None` if more than the rules have.
-    pub fn points(&self, kappa: f64, goal: f64) -> Option<[usize; 3]> {
+    pub(super) fn points(&self, kappa: f64, goal: f64) -> Option<[usize; 3]> {
         let mut points = [1; 3];
         for k in (0..3).filter(|&k| self.shapes[k].half > 0.0) {
             let fewest = self
@@ -203,13 +203,13 @@ impl Pair {
         0.5 * (self.extents[k][0] + self.extents[k][1])
     }
     /// The pair with t_k swept by ±`by`.
-    pub fn swept(mut self, k: usize, by: f64) -> Pair {
+    pub(super) fn swept(mut self, k: usize, by: f64) -> Pair {
         self.shapes[k].half += by;
         self
     }
     /// (ϱ, M) for a direction on axis `k` whose interval has the half-length `half` and lies within the support (a swept one too);
     /// |f| ≤ M, without W.
-    pub fn ellipses(&self, k: usize, half: f64, kappa: f64) -> impl Iterator<Item = (f64, f64)> {
+    pub(super) fn ellipses(&self, k: usize, half: f64, kappa: f64) -> impl Iterator<Item = (f64, f64)> {
         let pair = *self;
         let c2: f64 = (0..3).filter(|&j| j != k).map(|j| pair.gap(j) * pair.gap(j)).sum();
         let rest: f64 = (0..3).filter(|&j| j != k).map(|j| pair.far(j).powi(pair.power[j])).product();

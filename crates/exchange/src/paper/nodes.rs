@@ -25,7 +25,7 @@ pub(super) struct Line {
 
 impl Line {
     /// The rule of the reduced density, `n` points.
-    pub fn reduced(shape: &Shape, n: usize) -> Line {
+    pub(super) fn reduced(shape: &Shape, n: usize) -> Line {
         let n = if shape.half > 0.0 { n } else { 1 };
         let of = |r: &Rule| Line {
             nodes: r.nodes.iter().map(|u| u * shape.half).collect(),
@@ -36,7 +36,7 @@ impl Line {
     }
 
     /// The differences of two Gauss–Legendre rules of `n` points, n² of them: the six-dimensional integration of the paper.
-    pub fn product(a: f64, b: f64, n: usize) -> Line {
+    pub(super) fn product(a: f64, b: f64, n: usize) -> Line {
         let rule = gauss::rule(n);
         let points = |len: f64| -> Vec<(f64, f64)> {
             if len == 0.0 {
@@ -59,7 +59,7 @@ impl Line {
 
 impl Line {
     /// (t², w t^p) of every node around `centre`.
-    pub fn table(&self, centre: f64, power: i32) -> Vec<(f64, f64)> {
+    pub(super) fn table(&self, centre: f64, power: i32) -> Vec<(f64, f64)> {
         let at = |(u, w): (&f64, &f64)| {
             let t = centre + u;
             (t * t, w * t.powi(power))
@@ -70,7 +70,7 @@ impl Line {
 
 impl Nodes {
     /// The tensor product of three lines.
-    pub fn tensor(lines: [&Line; 3]) -> Nodes {
+    pub(super) fn tensor(lines: [&Line; 3]) -> Nodes {
         let count = lines.iter().map(|l| l.nodes.len()).product::<usize>();
         let blocks = count.div_ceil(LANES);
         let mut axes = [0, 1, 2].map(|_| vec![[0.0; LANES]; blocks]);
@@ -92,13 +92,13 @@ impl Nodes {
     }
 
     #[inline(always)]
-    pub fn blocks(&self) -> usize {
+    pub(super) fn blocks(&self) -> usize {
         self.weights.len()
     }
 
     /// `L` nodes from block `first` on: three coordinates and weights.
     #[inline(always)]
-    pub fn chunk<const L: usize>(&self, first: usize) -> ([f64; L], [f64; L], [f64; L], [f64; L]) {
+    pub(super) fn chunk<const L: usize>(&self, first: usize) -> ([f64; L], [f64; L], [f64; L], [f64; L]) {
         let gather = |v: &[[f64; LANES]]| -> [f64; L] {
             let mut out = [0.0; L];
             out.copy_from_slice(v[first..first + L / LANES].as_flattened());
@@ -109,7 +109,7 @@ impl Nodes {
 
     /// The least distance of a node from t = 0.
     #[inline(always)]
-    pub fn nearest(&self, centre: [f64; 3]) -> f64 {
+    pub(super) fn nearest(&self, centre: [f64; 3]) -> f64 {
         let mut square = 0.0;
         for k in 0..3 {
             let gap = (centre[k].abs() - self.half[k]).max(0.0);
@@ -120,7 +120,7 @@ impl Nodes {
 
     /// Q 1/|t|²: the direct integral.
     #[inline(always)]
-    pub fn direct(&self, centre: [f64; 3]) -> f64 {
+    pub(super) fn direct(&self, centre: [f64; 3]) -> f64 {
         let mut sum = [0.0; LANES];
         for b in 0..self.blocks() {
             let (x, y, z, w) = (&self.axes[0][b], &self.axes[1][b], &self.axes[2][b], &self.weights[b]);

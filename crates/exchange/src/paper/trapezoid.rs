@@ -181,7 +181,7 @@ pub(super) struct Shape {
 
 impl Shape {
     /// The shape for two extents.
-    pub fn new(a: f64, b: f64) -> Shape {
+    pub(super) fn new(a: f64, b: f64) -> Shape {
         let plateau = if a + b > 0.0 { (a - b).abs() / (a + b) } else { 1.0 };
         Shape { half: 0.5 * (a + b), plateau, variance: (a * a + b * b) / 12.0 }
     }
@@ -250,7 +250,7 @@ const FRACTION: [f64; STEPS] = [1.0, 1.189_207_115_002_721, std::f64::consts::SQ
 impl Ladder {
     /// For intervals of half-length `half` in boxes whose half-extents have the squared sum `h2`: the points that keep the relative error of
     /// this direction below `tolerance`.
-    pub fn new(half: f64, h2: f64, tolerance: f64) -> Ladder {
+    pub(super) fn new(half: f64, h2: f64, tolerance: f64) -> Ladder {
         Ladder {
             halves: [half, 0.0],
             points: None,
@@ -261,13 +261,13 @@ impl Ladder {
     }
 
     /// For two Gauss–Legendre rules of `points` points over the two extents.
-    pub fn fixed(extents: [f64; 2], h2: f64, points: usize) -> Ladder {
+    pub(super) fn fixed(extents: [f64; 2], h2: f64, points: usize) -> Ladder {
         let halves = extents.map(|x| 0.5 * x);
         Ladder { points: Some(points), halves, ..Ladder::new(0.0, h2, 0.5) }
     }
 
     /// The step that serves boxes at distance `g`, if any does.
-    pub fn at(&self, g: f64) -> Option<Step> {
+    pub(super) fn at(&self, g: f64) -> Option<Step> {
         let least = 0.125 * self.h2.sqrt();
         let ratio = g / least * (1.0 - 1e-12);
         if ratio.is_nan() || ratio < 1.0 {

@@ -43,11 +43,11 @@ enum Jacobian {
 
 impl Direction {
     /// Largest change of the height over a plane with that normal.
-    pub fn change(&self, normal: Vec3) -> f64 {
+    pub(super) fn change(&self, normal: Vec3) -> f64 {
         self.edges.iter().fold(0.0f64, |m, e| m.max(normal.dot(*e).abs()))
     }
     /// The largest modulus of the Jacobian over the measure, on an ellipse with the semi-axis `long`.
-    pub fn weight(&self, long: f64) -> f64 {
+    pub(super) fn weight(&self, long: f64) -> f64 {
         match self.jacobian {
             Jacobian::One | Jacobian::Mean => 1.0,
             Jacobian::Falling => 2.0 * (0.5 + long),
@@ -56,7 +56,7 @@ impl Direction {
 }
 
 impl Body {
-    pub fn plate(p: &Plate, corner: Vec3) -> Body {
+    pub(super) fn plate(p: &Plate, corner: Vec3) -> Body {
         let kind = match p.kind {
             PlateKind::Triangle => Kind::Triangle,
             PlateKind::Parallelogram => Kind::Parallelogram,
@@ -64,7 +64,7 @@ impl Body {
         Body { corner, edges: [p.e1, p.e2, Vec3::ZERO], kind, normal: Some(p.normal()), measure: p.area() }
     }
 
-    pub fn cuboid(corner: Vec3, e: Vec3) -> Body {
+    pub(super) fn cuboid(corner: Vec3, e: Vec3) -> Body {
         let axis = |k: usize| {
             let mut v = [0.0; 3];
             v[k] = e[k];
@@ -83,7 +83,7 @@ impl Body {
         if self.kind == Kind::Box { 3 } else { 2 }
     }
 
-    pub fn corners(&self) -> Vec<Vec3> {
+    pub(super) fn corners(&self) -> Vec<Vec3> {
         let [e, f, g] = self.edges;
         let flat: &[Vec3] = &match self.kind {
             Kind::Triangle => vec![Vec3::ZERO, e, f],
@@ -93,17 +93,17 @@ impl Body {
         flat.iter().map(|v| self.corner + *v).collect()
     }
 
-    pub fn centre(&self) -> Vec3 {
+    pub(super) fn centre(&self) -> Vec3 {
         let all = self.edges[0] + self.edges[1] + self.edges[2];
         self.corner + if self.kind == Kind::Triangle { all / 3.0 } else { all * 0.5 }
     }
 
     /// Sum of the edges' lengths: no point is farther from the corner.
-    pub fn reach(&self) -> f64 {
+    pub(super) fn reach(&self) -> f64 {
         self.edges.iter().map(|e| e.length()).sum()
     }
 
-    pub fn diameter(&self) -> f64 {
+    pub(super) fn diameter(&self) -> f64 {
         if self.kind == Kind::Box {
             (self.edges[0] + self.edges[1] + self.edges[2]).length()
         } else {
@@ -111,21 +111,21 @@ impl Body {
         }
     }
 
-    pub fn longest(&self) -> f64 {
+    pub(super) fn longest(&self) -> f64 {
         let [e, f, g] = self.edges;
         let third = if self.kind == Kind::Triangle { (e - f).length() } else { g.length() };
         e.length().max(f.length()).max(third)
     }
 
     /// Least and largest height of the corners over a plane.
-    pub fn heights(&self, normal: Vec3, at: Vec3) -> [f64; 2] {
+    pub(super) fn heights(&self, normal: Vec3, at: Vec3) -> [f64; 2] {
         let h = self.corners().into_iter().map(|c| normal.dot(c - at));
         h.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], h| [a.min(h), b.max(h)])
     }
 
     /// A lower bound of the least distance of two bodies (gaps of their shadows on a few axes, not above zero where these overlap), and an upper bound of
     /// the largest.
-    pub fn distances(&self, o: &Body) -> (f64, f64) {
+    pub(super) fn distances(&self, o: &Body) -> (f64, f64) {
         let (p, q) = (self.corners(), o.corners());
         let line = o.centre() - self.centre();
         let far = {
@@ -155,7 +155,7 @@ impl Body {
         (axes.into_iter().map(gap).fold(0.0, f64::max), far)
     }
 
-    pub fn directions(&self) -> Vec<Direction> {
+    pub(super) fn directions(&self) -> Vec<Direction> {
         let [e, f, _] = self.edges;
         if self.kind == Kind::Triangle {
             let (first, last) = (e.length(), (e - f).length());
@@ -169,7 +169,7 @@ impl Body {
     }
 
     /// The points of a tensor rule with weights that sum to one.
-    pub fn points(&self, counts: &[usize]) -> Vec<(Vec3, f64)> {
+    pub(super) fn points(&self, counts: &[usize]) -> Vec<(Vec3, f64)> {
         let mut out = vec![(self.corner, 1.0)];
         if self.kind == Kind::Triangle {
             let (ru, rv) = (gauss::rule(counts[0]), gauss::rule(counts[1]));
@@ -195,7 +195,7 @@ impl Body {
     }
 
     /// Two bodies of half the measure: the longest edge is cut.
-    pub fn halves(&self) -> [Body; 2] {
+    pub(super) fn halves(&self) -> [Body; 2] {
         let [e, f, _] = self.edges;
         let with = |corner, edges| Body { corner, edges, measure: 0.5 * self.measure, ..*self };
         if self.kind == Kind::Triangle {

@@ -13,7 +13,7 @@ use zonal_reference::closed::rectangles;
 use zonal_reference::factors::{Answer, Block, factor_to};
 
 /// What a pair is like.
-pub const STRATA: [&str; 8] = [
+pub(crate) const STRATA: [&str; 8] = [
     "touching",
     "nearly touching",
     "overlapping",
@@ -25,10 +25,10 @@ pub const STRATA: [&str; 8] = [
 ];
 
 /// Two voxels, voxel and patch, two patches.
-pub const KINDS: [&str; 3] = ["vv", "sv", "ss"];
+pub(crate) const KINDS: [&str; 3] = ["vv", "sv", "ss"];
 
 /// The methods that are asked.
-pub const METHODS: [&str; 6] =
+pub(crate) const METHODS: [&str; 6] =
     ["geometric_factor", "cache", "lattice block", "paper point", "paper gauss-6d", "paper series"];
 
 /// Those that promise a radius within the tolerance; of the others it may be as large as it is.
@@ -39,7 +39,7 @@ const BUDGET: u64 = 100_000;
 
 /// A pair and what is asked.
 #[derive(Clone, Copy, Debug)]
-pub struct Case {
+pub(crate) struct Case {
     pub stratum: usize,
     pub kind: usize,
     pub a: Cuboid,
@@ -49,7 +49,7 @@ pub struct Case {
 }
 
 /// The case of an index: strata and kinds take turns, the rest is random.
-pub fn case(seed: u64, index: u64) -> Case {
+pub(crate) fn case(seed: u64, index: u64) -> Case {
     let mut dice = Dice::new(sequence::hash(seed) ^ sequence::hash(!index));
     let stratum = (index % STRATA.len() as u64) as usize;
     let kind = (index / STRATA.len() as u64 % 3) as usize;
@@ -159,12 +159,12 @@ fn extinction(a: &Cuboid, b: &Cuboid, dice: &mut Dice) -> f64 {
 }
 
 /// The oracle's view of a box.
-pub fn reference(c: &Cuboid) -> Block {
+pub(crate) fn reference(c: &Cuboid) -> Block {
     Block { lo: c.lo.array(), hi: c.hi.array(), normal: c.normal }
 }
 
 /// What a method says of a case, where it applies. Cache, block and series answer for lattices: the others' boxes are not on one.
-pub fn ask(method: usize, c: &Case) -> Option<Bounded> {
+pub(crate) fn ask(method: usize, c: &Case) -> Option<Bounded> {
     let demand = Demand { tolerance: c.tolerance, budget: BUDGET };
     let lattice = STRATA[c.stratum] == "lattice";
     let voxels = KINDS[c.kind] == "vv";
@@ -195,7 +195,7 @@ pub fn ask(method: usize, c: &Case) -> Option<Bounded> {
 
 /// One method's answer to one case.
 #[derive(Clone, Copy, Debug)]
-pub struct Verdict {
+pub(crate) struct Verdict {
     pub index: u64,
     pub stratum: usize,
     pub kind: usize,
@@ -222,7 +222,7 @@ pub struct Verdict {
 const TEETH: f64 = 0.03;
 
 /// The oracle to a relative tolerance, and whether the corner sums (where they apply) disagree with it.
-pub fn oracle(c: &Case, tolerance: f64) -> (Answer, bool) {
+pub(crate) fn oracle(c: &Case, tolerance: f64) -> (Answer, bool) {
     let (a, b) = (reference(&c.a), reference(&c.b));
     let rays = factor_to(&a, &b, c.kappa, tolerance);
     if c.kappa > 0.0 {
@@ -238,7 +238,7 @@ pub fn oracle(c: &Case, tolerance: f64) -> (Answer, bool) {
 }
 
 /// Every method against the oracle.
-pub fn judge(seed: u64, index: u64) -> Vec<Verdict> {
+pub(crate) fn judge(seed: u64, index: u64) -> Vec<Verdict> {
     let c = case(seed, index);
     let answers: Vec<(usize, Bounded, f64)> = (0..METHODS.len())
         .filter_map(|method| {
@@ -292,7 +292,7 @@ fn is_deep(c: &Case) -> bool {
 }
 
 /// The law of additivity for a case: its second box cut at random in two or eight.
-pub fn additive(seed: u64, index: u64) -> Vec<Verdict> {
+pub(crate) fn additive(seed: u64, index: u64) -> Vec<Verdict> {
     let c = case(seed, index);
     let mut dice = Dice::new(sequence::hash(!seed) ^ sequence::hash(index));
     let parts = split(&c.b, &mut dice);
@@ -350,7 +350,7 @@ fn split(b: &Cuboid, dice: &mut Dice) -> Vec<Cuboid> {
 
 /// What is kept of many verdicts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tally {
+pub(crate) struct Tally {
     pub pairs: u64,
     pub seen: u64,
     pub misses: u64,
@@ -368,7 +368,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    pub fn add(&mut self, v: &Verdict) {
+    pub(crate) fn add(&mut self, v: &Verdict) {
         self.pairs += 1;
         self.seen += v.seen as u64;
         self.misses += v.miss as u64;

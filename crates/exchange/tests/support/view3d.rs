@@ -7,7 +7,7 @@ use zonal_math::Vec3;
 
 /// A surface of a file, as written.
 #[derive(Clone, Debug)]
-pub struct Surface {
+pub(crate) struct Surface {
     /// Corners, in the file's order and unit.
     pub corners: Vec<Vec3>,
     /// Number (from one) of the surface that this one is a part of and is taken away from; zero for none.
@@ -17,7 +17,7 @@ pub struct Surface {
 }
 
 /// The text of a file below View3D's folder, or None with a line on the standard output.
-pub fn text(name: &str) -> Option<String> {
+pub(crate) fn text(name: &str) -> Option<String> {
     let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/thermal-view3d"));
     let path = root.join(name);
     match std::fs::read(&path) {
@@ -30,7 +30,7 @@ pub fn text(name: &str) -> Option<String> {
 }
 
 /// Vertices and surfaces of an enclosure. `corners` is 4 for .vs3 (v4 = 0: a triangle) and 2 for .vs2.
-pub fn surfaces(text: &str, corners: usize) -> Vec<Surface> {
+pub(crate) fn surfaces(text: &str, corners: usize) -> Vec<Surface> {
     let (mut vertices, mut out) = (Vec::new(), Vec::new());
     for line in text.lines() {
         let words: Vec<&str> = line.split('!').next().unwrap_or("").split_whitespace().collect();
@@ -54,7 +54,7 @@ pub fn surfaces(text: &str, corners: usize) -> Vec<Surface> {
 }
 
 /// A surface as convex polygons: itself, or its two triangles along the diagonal that lies inside.
-pub fn polygons(s: &Surface) -> Vec<Polygon> {
+pub(crate) fn polygons(s: &Surface) -> Vec<Polygon> {
     let c = &s.corners;
     if let Some(p) = Polygon::new(c.clone()) {
         return vec![p];
@@ -68,7 +68,7 @@ pub fn polygons(s: &Surface) -> Vec<Polygon> {
 }
 
 /// Exchange areas A_i F_ij of all surfaces behind one another, bases without their parts, and each row's area.
-pub fn exchange_areas(all: &[Surface], tolerance: f64, floor: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
+pub(crate) fn exchange_areas(all: &[Surface], tolerance: f64, floor: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
     let parts: Vec<Vec<Polygon>> = all.iter().map(polygons).collect();
     let walls: Vec<Polygon> = parts.iter().flatten().cloned().collect();
     let demand = Demand::relative(tolerance);
@@ -93,7 +93,7 @@ pub fn exchange_areas(all: &[Surface], tolerance: f64, floor: f64) -> (Vec<f64>,
 }
 
 /// The surface that each one's factors are added to in the end, numbered among those.
-pub fn groups(all: &[Surface]) -> Vec<usize> {
+pub(crate) fn groups(all: &[Surface]) -> Vec<usize> {
     let kept: Vec<usize> = (0..all.len()).filter(|i| all[*i].combine == 0).collect();
     let root = |mut i: usize| {
         while all[i].combine > 0 {
@@ -105,7 +105,7 @@ pub fn groups(all: &[Surface]) -> Vec<usize> {
 }
 
 /// Areas and plain factors F_ij of the combined surfaces.
-pub fn combined(all: &[Surface], (areas, f): &(Vec<f64>, Vec<Vec<f64>>)) -> (Vec<f64>, Vec<Vec<f64>>) {
+pub(crate) fn combined(all: &[Surface], (areas, f): &(Vec<f64>, Vec<Vec<f64>>)) -> (Vec<f64>, Vec<Vec<f64>>) {
     let group = groups(all);
     let n = group.iter().max().unwrap() + 1;
     let (mut a, mut sums) = (vec![0.0; n], vec![vec![0.0; n]; n]);
@@ -142,24 +142,24 @@ fn solved(mut m: Vec<Vec<f64>>, mut r: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 }
 
 /// Plain factors F from total exchange factors, G = ε² F + (1 − ε) G F.
-pub fn plain(g: &[Vec<f64>], e: f64) -> Vec<Vec<f64>> {
+pub(crate) fn plain(g: &[Vec<f64>], e: f64) -> Vec<Vec<f64>> {
     let mut m: Vec<Vec<f64>> = g.iter().map(|r| r.iter().map(|x| x * (1.0 - e)).collect()).collect();
     m.iter_mut().enumerate().for_each(|(i, r)| r[i] += e * e);
     solved(m, g.to_vec())
 }
 
 /// Total exchange factors G = ε² (I − (1 − ε) F)⁻¹ F of plain ones.
-pub fn grey(f: &[Vec<f64>], e: f64) -> Vec<Vec<f64>> {
+pub(crate) fn grey(f: &[Vec<f64>], e: f64) -> Vec<Vec<f64>> {
     let mut m: Vec<Vec<f64>> = f.iter().map(|r| r.iter().map(|x| x * (e - 1.0)).collect()).collect();
     m.iter_mut().enumerate().for_each(|(i, r)| r[i] += 1.0);
     solved(m, f.iter().map(|r| r.iter().map(|x| x * e * e).collect()).collect())
 }
 
 /// ε of every surface of every printed result.
-pub const EMISSIVITY: f64 = 0.9;
+pub(crate) const EMISSIVITY: f64 = 0.9;
 
 /// Areas and matrix of a printed 3-D result.
-pub struct Printed {
+pub(crate) struct Printed {
     /// Areas.
     pub areas: Vec<f64>,
     /// The matrix, row by row.
@@ -167,7 +167,7 @@ pub struct Printed {
 }
 
 /// Reads a printed 3-D result.
-pub fn printed(text: &str) -> Printed {
+pub(crate) fn printed(text: &str) -> Printed {
     let row = |l: &str| l.split_whitespace().map(|x| x.parse::<f64>().unwrap()).collect::<Vec<f64>>();
     let mut rows: Vec<Vec<f64>> = text.lines().skip(1).filter(|l| !l.trim().is_empty()).map(row).collect();
     let (areas, emissivities) = (rows.remove(0), rows.pop().unwrap());
@@ -176,7 +176,7 @@ pub fn printed(text: &str) -> Printed {
 }
 
 /// A_i G_ij with i ≥ j from a file that lists its triangle, a line of number, area, emissivity and name before each row.
-pub fn triangle(text: &str) -> Vec<Vec<f64>> {
+pub(crate) fn triangle(text: &str) -> Vec<Vec<f64>> {
     let text = text.replace('\u{2011}', "-");
     let mut rows: Vec<Vec<f64>> = Vec::new();
     for line in text.lines().skip_while(|l| !l.starts_with("!  #")).skip(1) {
@@ -191,7 +191,7 @@ pub fn triangle(text: &str) -> Vec<Vec<f64>> {
 }
 
 /// F row by row from a printed 2-D result.
-pub fn printed_plane(text: &str) -> Vec<Vec<f64>> {
+pub(crate) fn printed_plane(text: &str) -> Vec<Vec<f64>> {
     let mut words = text.lines().skip(1).filter(|l| !l.starts_with('!')).flat_map(str::split_whitespace);
     let n: usize = words.next().unwrap().parse().unwrap();
     words.by_ref().take(2).for_each(drop);

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 const MOST_LINKS: usize = 40;
 
 /// What a file is written into: a temporary file, or memory where the target is a device or a pipe, which cannot seek.
-pub enum Sink {
+pub(super) enum Sink {
     /// The temporary file.
     File(BufWriter<File>),
     /// All bytes, to be passed on.
@@ -80,7 +80,10 @@ impl Drop for Partial {
 }
 
 /// Writes `path` by calling `fill`: whole, or not at all and with no temporary file left. Devices and pipes are written directly.
-pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut Sink) -> io::Result<()>) -> Result<(), FileError> {
+pub(super) fn write_atomic(
+    path: &Path,
+    fill: impl FnOnce(&mut Sink) -> io::Result<()>,
+) -> Result<(), FileError> {
     let done = match target(path)? {
         Target::Direct => direct(path, fill),
         Target::Replaced(target) => {

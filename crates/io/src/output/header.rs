@@ -8,12 +8,12 @@ use zonal_scene::scene::{Options, PatchRule, ThickZones};
 use zonal_scene::{Camera, Engine, Groups, Lens, Light, Pane, Scene, Sides, Solution, Surface, Surroundings};
 
 /// The version of the format; readers refuse others.
-pub const FORMAT_VERSION: u64 = 5;
+pub(super) const FORMAT_VERSION: u64 = 5;
 
 const HOW_TO_READ: &str =
     "import json, numpy as np; z = np.load(file); header = json.loads(bytes(z['header.json']))";
 
-pub fn encode(s: &Solution) -> Value {
+pub(super) fn encode(s: &Solution) -> Value {
     let scene = &s.scene;
     let mut report = report::report_json(s);
     let provenance = report["provenance"].take();
@@ -89,18 +89,22 @@ fn options_out(scene: &Scene) -> Value {
 }
 
 /// Each entry of the list at `key`, decoded; the error names key and number.
-pub fn each<T>(v: &Value, key: &str, one: impl Fn(&Value) -> Result<T, String>) -> Result<Vec<T>, String> {
+pub(super) fn each<T>(
+    v: &Value,
+    key: &str,
+    one: impl Fn(&Value) -> Result<T, String>,
+) -> Result<Vec<T>, String> {
     let entries = list(v, key)?.iter().enumerate();
     entries.map(|(i, x)| one(x).map_err(|e| format!("{key}[{i}].{e}"))).collect()
 }
 
 /// A whole number at a key.
-pub fn int(v: &Value, key: &str) -> Result<usize, String> {
+pub(super) fn int(v: &Value, key: &str) -> Result<usize, String> {
     v[key].as_u64().map(|n| n as usize).ok_or_else(|| format!("{key}: a whole number is missing"))
 }
 
 /// Three coordinates at a key.
-pub fn vector(v: &Value, key: &str) -> Result<Vec3, String> {
+pub(super) fn vector(v: &Value, key: &str) -> Result<Vec3, String> {
     bands(v, key).map(Vec3::from_array)
 }
 
@@ -118,7 +122,7 @@ fn choice(v: &Value, key: &str, words: &[&str]) -> Result<usize, String> {
     found.ok_or_else(|| format!("{key}: must be one of {}", words.join(", ")))
 }
 
-pub fn surface_in(v: &Value) -> Result<Surface, String> {
+pub(super) fn surface_in(v: &Value) -> Result<Surface, String> {
     Ok(Surface {
         name: text(v, "name")?,
         reflectance: bands(v, "reflectance")?,
@@ -136,7 +140,7 @@ pub fn surface_in(v: &Value) -> Result<Surface, String> {
 }
 
 /// A pane, without its plates.
-pub fn pane_in(v: &Value) -> Result<Pane, String> {
+pub(super) fn pane_in(v: &Value) -> Result<Pane, String> {
     Ok(Pane {
         name: text(v, "name")?,
         plates: Vec::new(),
@@ -147,7 +151,7 @@ pub fn pane_in(v: &Value) -> Result<Pane, String> {
     })
 }
 
-pub fn light_in(v: &Value) -> Result<Light, String> {
+pub(super) fn light_in(v: &Value) -> Result<Light, String> {
     match v["kind"].as_str() {
         Some("sun") => Ok(Light::Sun {
             name: text(v, "name")?,
@@ -161,7 +165,7 @@ pub fn light_in(v: &Value) -> Result<Light, String> {
     }
 }
 
-pub fn camera_in(v: &Value) -> Result<Camera, String> {
+pub(super) fn camera_in(v: &Value) -> Result<Camera, String> {
     Ok(Camera {
         name: text(v, "name")?,
         origin: vector(v, "origin")?,
@@ -173,7 +177,7 @@ pub fn camera_in(v: &Value) -> Result<Camera, String> {
 }
 
 /// Periodic axes; none in files that do not say.
-pub fn periodic_in(v: &Value) -> Result<[bool; 3], String> {
+pub(super) fn periodic_in(v: &Value) -> Result<[bool; 3], String> {
     if v["periodic"].is_null() {
         return Ok([false; 3]);
     }
@@ -189,7 +193,7 @@ fn patch_rule(v: &Value) -> Result<PatchRule, String> {
         .ok_or(format!("the patch rule '{word}' is not known"))
 }
 
-pub fn options_in(v: &Value) -> Result<Options, String> {
+pub(super) fn options_in(v: &Value) -> Result<Options, String> {
     Ok(Options {
         tolerance: real(v, "tolerance")?,
         patch_size: maybe(v, "patch_size", real)?,
@@ -205,6 +209,6 @@ pub fn options_in(v: &Value) -> Result<Options, String> {
     })
 }
 
-pub fn surroundings_in(v: &Value) -> Result<Surroundings, String> {
+pub(super) fn surroundings_in(v: &Value) -> Result<Surroundings, String> {
     Ok(Surroundings { name: maybe(v, "name", text)?, radiance: bands(v, "radiance")? })
 }

@@ -2,7 +2,7 @@
 
 /// The element types that solution files use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub(super) enum Kind {
     /// `<f8`
     F64,
     /// `<f4`
@@ -15,7 +15,7 @@ pub enum Kind {
 
 impl Kind {
     /// numpy's name.
-    pub fn descr(self) -> &'static str {
+    pub(super) fn descr(self) -> &'static str {
         match self {
             Kind::F64 => "<f8",
             Kind::F32 => "<f4",
@@ -24,7 +24,7 @@ impl Kind {
         }
     }
     /// Bytes an element.
-    pub fn size(self) -> usize {
+    pub(super) fn size(self) -> usize {
         match self {
             Kind::F64 | Kind::I64 => 8,
             Kind::F32 => 4,
@@ -34,7 +34,7 @@ impl Kind {
 }
 
 /// The header of an array, padded so that the data start at a multiple of 64.
-pub fn header(kind: Kind, shape: &[usize]) -> Vec<u8> {
+pub(super) fn header(kind: Kind, shape: &[usize]) -> Vec<u8> {
     let dims: Vec<String> = shape.iter().map(|d| format!("{d},")).collect();
     let mut text =
         format!("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}", kind.descr(), dims.join(" "));
@@ -49,7 +49,7 @@ pub fn header(kind: Kind, shape: &[usize]) -> Vec<u8> {
 }
 
 /// Splits a file into shape and data, when it is a C-ordered array of `kind` whose size agrees with its shape.
-pub fn parse(bytes: &[u8], kind: Kind) -> Result<(Vec<usize>, &[u8]), String> {
+pub(super) fn parse(bytes: &[u8], kind: Kind) -> Result<(Vec<usize>, &[u8]), String> {
     let head = bytes.get(..10).ok_or("is cut short; copy or solve it again")?;
     if &head[..6] != b"\x93NUMPY" {
         return Err("is not an npy array; the file is damaged or comes from another program".into());

@@ -31,7 +31,7 @@ fn values(json: &[u8]) -> u64 {
 }
 
 /// A row a zone, or one for all.
-pub enum Rows {
+pub(super) enum Rows {
     Same(Bands),
     Each(Vec<Bands>),
 }
@@ -55,11 +55,11 @@ const LARGEST_EXPANSION: u64 = 1032;
 const DAMAGED: &str = "the file is damaged or comes from another version; solve the scene again";
 
 /// What an npz is read from.
-pub trait Input: Read + Seek {}
+pub(super) trait Input: Read + Seek {}
 
 impl<T: Read + Seek> Input for T {}
 
-pub struct Npz<'a> {
+pub(super) struct Npz<'a> {
     path: PathBuf,
     zip: ZipArchive<Box<dyn Input + 'a>>,
     size: u64,
@@ -67,14 +67,14 @@ pub struct Npz<'a> {
 }
 
 impl<'a> Npz<'a> {
-    pub fn open(path: &Path) -> Result<Npz<'static>, FileError> {
+    pub(super) fn open(path: &Path) -> Result<Npz<'static>, FileError> {
         let whole = |what: String| FileError::new(path, "", what);
         let (file, size) = files::open(path).map_err(&whole)?;
         Npz::new(path, Box::new(BufReader::new(file)), size)
     }
 
     /// Of `size` bytes; `path` names them in messages.
-    pub fn new(path: &Path, input: Box<dyn Input + 'a>, size: u64) -> Result<Npz<'a>, FileError> {
+    pub(super) fn new(path: &Path, input: Box<dyn Input + 'a>, size: u64) -> Result<Npz<'a>, FileError> {
         let whole = |what: String| FileError::new(path, "", what);
         let zip = ZipArchive::new(input).map_err(|e| {
             whole(format!("is not a solution file, or it is cut short ({e}); solve the scene again"))
@@ -83,12 +83,12 @@ impl<'a> Npz<'a> {
     }
 
     /// An error at an entry of this file.
-    pub fn error(&self, entry: &str, what: impl Into<String>) -> FileError {
+    pub(super) fn error(&self, entry: &str, what: impl Into<String>) -> FileError {
         FileError::new(&self.path, entry, what)
     }
 
     /// Charges memory that an entry of this file calls for beside its own length.
-    pub fn charge(&mut self, entry: &str, bytes: u64) -> Result<(), FileError> {
+    pub(super) fn charge(&mut self, entry: &str, bytes: u64) -> Result<(), FileError> {
         match self.budget.checked_sub(bytes) {
             Some(rest) => {
                 self.budget = rest;
@@ -100,7 +100,7 @@ impl<'a> Npz<'a> {
     }
 
     /// True where there is an array of that name.
-    pub fn has(&self, name: &str) -> bool {
+    pub(super) fn has(&self, name: &str) -> bool {
         self.zip.index_for_name(&format!("{name}.npy")).is_some()
     }
 
@@ -161,7 +161,7 @@ impl<'a> Npz<'a> {
 
     /// A text of JSON that is as small as the file pays for: its values take many times as much memory as their text, and a text of the same
     /// few characters is packed a thousandfold. So its length and the number of its values are limited before anything is parsed.
-    pub fn json(&mut self, name: &str) -> Result<serde_json::Value, FileError> {
+    pub(super) fn json(&mut self, name: &str) -> Result<serde_json::Value, FileError> {
         let index = self.zip.index_for_name(&format!("{name}.npy"));
         let length = index.and_then(|i| self.zip.by_index_raw(i).ok()).map_or(0, |entry| entry.size());
         let fits = |npz: &Npz<'_>, what: &str, count: u64, most: u64| match count <= most {
@@ -179,14 +179,19 @@ impl<'a> Npz<'a> {
     }
 
     /// A list of bytes; of length `count` if given.
-    pub fn bytes(&mut self, name: &str, count: Option<usize>) -> Result<Vec<u8>, FileError> {
+    pub(super) fn bytes(&mut self, name: &str, count: Option<usize>) -> Result<Vec<u8>, FileError> {
         let (shape, data) = self.array(name, Kind::U8, |[b]: [u8; 1]| b)?;
         self.check_shape(name, &shape, &[count.unwrap_or(data.len())])?;
         Ok(data)
     }
 
     /// A list of whole numbers from 0 to below `below`.
-    pub fn ints(&mut self, name: &str, count: Option<usize>, below: usize) -> Result<Vec<usize>, FileError> {
+    pub(super) fn ints(
+        &mut self,
+        name: &str,
+        count: Option<usize>,
+        below: usize,
+    ) -> Result<Vec<usize>, FileError> {
         let (shape, data) = self.array(name, Kind::I64, i64::from_le_bytes)?;
         self.check_shape(name, &shape, &[count.unwrap_or(data.len())])?;
         data.into_iter()
@@ -196,7 +201,7 @@ impl<'a> Npz<'a> {
     }
 
     /// Finite numbers of any shape.
-    pub fn grid(&mut self, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
+    pub(super) fn grid(&mut self, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
         let (shape, data) = self.array(name, Kind::F64, f64::from_le_bytes)?;
         if data.iter().all(|x| x.is_finite()) {
             return Ok((shape, data));
@@ -205,7 +210,7 @@ impl<'a> Npz<'a> {
     }
 
     /// Finite numbers of any shape, in double or single precision.
-    pub fn numbers(&mut self, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
+    pub(super) fn numbers(&mut self, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
         let Ok((shape, data)) = self.array(name, Kind::F32, f32::from_le_bytes) else {
             return self.grid(name);
         };
@@ -216,14 +221,14 @@ impl<'a> Npz<'a> {
     }
 
     /// A list of finite numbers.
-    pub fn reals(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
+    pub(super) fn reals(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
         let (shape, data) = self.grid(name)?;
         self.check_shape(name, &shape, &[count])?;
         Ok(data)
     }
 
     /// A list of numbers of which `sound` holds; NaN where there is none.
-    pub fn reals_or_nan(
+    pub(super) fn reals_or_nan(
         &mut self,
         name: &str,
         count: usize,
@@ -238,7 +243,7 @@ impl<'a> Npz<'a> {
     }
 
     /// A list of positive finite numbers.
-    pub fn positive(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
+    pub(super) fn positive(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
         let data = self.reals(name, count)?;
         if data.iter().all(|x| *x > 0.0) {
             return Ok(data);
@@ -247,7 +252,7 @@ impl<'a> Npz<'a> {
     }
 
     /// Finite numbers of shape `[..shape, 3]`; the shape is free where none is given.
-    pub fn triples(&mut self, name: &str, shape: &[usize]) -> Result<Vec<Bands>, FileError> {
+    pub(super) fn triples(&mut self, name: &str, shape: &[usize]) -> Result<Vec<Bands>, FileError> {
         let (found, data) = self.rows(name)?;
         self.check_shape(name, &found, &[shape, &[3]].concat())?;
         Ok(data)
@@ -273,7 +278,12 @@ impl<'a> Npz<'a> {
     }
 
     /// Errors of `count` zones, three and three, none below 0; infinite where they are not known. None at all are zeros.
-    pub fn errors(&mut self, name: &str, count: usize, may_lack: bool) -> Result<Vec<Bands>, FileError> {
+    pub(super) fn errors(
+        &mut self,
+        name: &str,
+        count: usize,
+        may_lack: bool,
+    ) -> Result<Vec<Bands>, FileError> {
         let (shape, data) = self.rows_of(name, is_error, NO_ERROR)?;
         if !(may_lack && shape == [0, 3]) {
             self.check_shape(name, &shape, &[count, 3])?;
@@ -282,7 +292,7 @@ impl<'a> Npz<'a> {
     }
 
     /// Errors of `count` zones, none below 0; infinite where they are not known.
-    pub fn error_list(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
+    pub(super) fn error_list(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
         let (shape, data) = self.array(name, Kind::F64, f64::from_le_bytes)?;
         self.check_shape(name, &shape, &[count])?;
         match data.iter().all(|x| is_error(*x)) {
@@ -292,7 +302,7 @@ impl<'a> Npz<'a> {
     }
 
     /// As [`Npz::triples`], or one row for all.
-    pub fn same_or_each(&mut self, name: &str, shape: &[usize]) -> Result<Rows, FileError> {
+    pub(super) fn same_or_each(&mut self, name: &str, shape: &[usize]) -> Result<Rows, FileError> {
         let (found, data) = self.rows(name)?;
         if found == [vec![1; shape.len()], vec![3]].concat() {
             return Ok(Rows::Same(data[0]));
@@ -302,7 +312,7 @@ impl<'a> Npz<'a> {
     }
 
     /// As [`Npz::same_or_each`], none below 0 or above `max`.
-    pub fn bands(&mut self, name: &str, count: usize, max: f64) -> Result<Rows, FileError> {
+    pub(super) fn bands(&mut self, name: &str, count: usize, max: f64) -> Result<Rows, FileError> {
         let data = self.same_or_each(name, &[count])?;
         let all = match &data {
             Rows::Same(x) => std::slice::from_ref(x),
@@ -315,12 +325,12 @@ impl<'a> Npz<'a> {
     }
 
     /// The values of a light group over `count` zones; no rows for zeros.
-    pub fn values(&mut self, name: &str, count: usize) -> Result<Values, FileError> {
+    pub(super) fn values(&mut self, name: &str, count: usize) -> Result<Values, FileError> {
         self.values_of(name, count, f64::is_finite)
     }
 
     /// As [`Npz::values`], errors: none below 0, infinite where they are not known.
-    pub fn error_values(&mut self, name: &str, count: usize) -> Result<Values, FileError> {
+    pub(super) fn error_values(&mut self, name: &str, count: usize) -> Result<Values, FileError> {
         self.values_of(name, count, is_error)
     }
 
@@ -355,12 +365,12 @@ impl<'a> Npz<'a> {
     }
 
     /// A list of points or directions.
-    pub fn vectors(&mut self, name: &str, count: usize) -> Result<Vec<Vec3>, FileError> {
+    pub(super) fn vectors(&mut self, name: &str, count: usize) -> Result<Vec<Vec3>, FileError> {
         Ok(self.triples(name, &[count])?.into_iter().map(Vec3::from_array).collect())
     }
 
     /// A list of unit vectors.
-    pub fn units(&mut self, name: &str, count: usize) -> Result<Vec<Vec3>, FileError> {
+    pub(super) fn units(&mut self, name: &str, count: usize) -> Result<Vec<Vec3>, FileError> {
         let data = self.vectors(name, count)?;
         if data.iter().all(|v| (v.length() - 1.0).abs() < 1e-6) {
             return Ok(data);
@@ -369,7 +379,7 @@ impl<'a> Npz<'a> {
     }
 
     /// Plates with an area, as [`super::writer::Npz::plates`] wrote them; as many as there are kinds.
-    pub fn plates(&mut self, name: &str) -> Result<Vec<Plate>, FileError> {
+    pub(super) fn plates(&mut self, name: &str) -> Result<Vec<Plate>, FileError> {
         let kinds = self.bytes(&format!("{name}_kind"), None)?;
         let n = kinds.len();
         let origin = self.vectors(&format!("{name}_origin"), n)?;
@@ -391,7 +401,7 @@ impl<'a> Npz<'a> {
     }
 
     /// A picture of shape `[height, width, 3]`, with width and height.
-    pub fn picture(&mut self, name: &str) -> Result<(usize, usize, Vec<[f32; 3]>), FileError> {
+    pub(super) fn picture(&mut self, name: &str) -> Result<(usize, usize, Vec<[f32; 3]>), FileError> {
         let (shape, data) = self.array(name, Kind::F32, f32::from_le_bytes)?;
         match shape.as_slice() {
             &[height, width, 3] => Ok((width, height, data.as_chunks::<3>().0.to_vec())),

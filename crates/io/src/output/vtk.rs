@@ -41,12 +41,17 @@ pub(super) struct Array<'a> {
 
 impl<'a> Array<'a> {
     /// One value a tuple.
-    pub fn one(name: &str, number: Number, tuples: usize, value: impl Fn(usize) -> f64 + 'a) -> Array<'a> {
+    pub(super) fn one(
+        name: &str,
+        number: Number,
+        tuples: usize,
+        value: impl Fn(usize) -> f64 + 'a,
+    ) -> Array<'a> {
         let value = Box::new(move |i| [value(i), 0.0, 0.0]);
         Array { name: name.into(), number, parts: 1, tuples, value }
     }
     /// Three reals a tuple.
-    pub fn three(name: &str, tuples: usize, value: impl Fn(usize) -> Bands + 'a) -> Array<'a> {
+    pub(super) fn three(name: &str, tuples: usize, value: impl Fn(usize) -> Bands + 'a) -> Array<'a> {
         Array { name: name.into(), number: Number::Float64, parts: 3, tuples, value: Box::new(value) }
     }
 
@@ -79,7 +84,7 @@ pub(super) struct Document<'a> {
 
 impl<'a> Document<'a> {
     /// An empty document of VTK's type `kind`, whose element has these attributes.
-    pub fn new(kind: &'static str, attributes: &str) -> Document<'a> {
+    pub(super) fn new(kind: &'static str, attributes: &str) -> Document<'a> {
         let xml = format!(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<{kind}{attributes}>\n"
         );
@@ -87,7 +92,7 @@ impl<'a> Document<'a> {
     }
 
     /// Field data: lists of names.
-    pub fn names(&mut self, lists: &[(&str, Vec<&str>)]) {
+    pub(super) fn names(&mut self, lists: &[(&str, Vec<&str>)]) {
         self.xml.push_str("<FieldData>\n");
         for (name, list) in lists.iter().filter(|l| !l.1.is_empty()) {
             let n = list.len();
@@ -108,17 +113,17 @@ impl<'a> Document<'a> {
     }
 
     /// Opens an element.
-    pub fn open(&mut self, element: &str) {
+    pub(super) fn open(&mut self, element: &str) {
         let _ = writeln!(self.xml, "<{element}>");
     }
 
     /// Closes an element.
-    pub fn close(&mut self, element: &str) {
+    pub(super) fn close(&mut self, element: &str) {
         let _ = writeln!(self.xml, "</{element}>");
     }
 
     /// An element with these arrays.
-    pub fn section(&mut self, element: &str, arrays: Vec<Array<'a>>) {
+    pub(super) fn section(&mut self, element: &str, arrays: Vec<Array<'a>>) {
         self.open(element);
         for a in arrays {
             let bands = match a.parts {
@@ -142,7 +147,7 @@ impl<'a> Document<'a> {
     }
 
     /// Writes it.
-    pub fn write(&self, path: &Path) -> Result<(), FileError> {
+    pub(super) fn write(&self, path: &Path) -> Result<(), FileError> {
         write_atomic(path, |out| {
             out.write_all(self.xml.as_bytes())?;
             write!(out, "</{}>\n<AppendedData encoding=\"raw\">\n_", self.kind)?;

@@ -9,14 +9,14 @@ use zonal_scene::{Bands, Plate, PlateKind, Values};
 /// Bytes put together before they are written.
 const BLOCK: usize = 1 << 16;
 
-pub struct Npz<W: Write + Seek>(ZipWriter<W>);
+pub(super) struct Npz<W: Write + Seek>(ZipWriter<W>);
 
 impl<W: Write + Seek> Npz<W> {
-    pub fn new(out: W) -> Npz<W> {
+    pub(super) fn new(out: W) -> Npz<W> {
         Npz(ZipWriter::new(out))
     }
 
-    pub fn finish(self) -> io::Result<()> {
+    pub(super) fn finish(self) -> io::Result<()> {
         self.0.finish().map_err(io::Error::other)?.flush()
     }
 
@@ -44,23 +44,23 @@ impl<W: Write + Seek> Npz<W> {
         self.0.write_all(block[..filled].as_flattened())
     }
 
-    pub fn bytes(&mut self, name: &str, data: &[u8]) -> io::Result<()> {
+    pub(super) fn bytes(&mut self, name: &str, data: &[u8]) -> io::Result<()> {
         self.begin(name, Kind::U8, &[data.len()])?;
         self.0.write_all(data)
     }
 
-    pub fn ints(&mut self, name: &str, data: impl ExactSizeIterator<Item = usize>) -> io::Result<()> {
+    pub(super) fn ints(&mut self, name: &str, data: impl ExactSizeIterator<Item = usize>) -> io::Result<()> {
         self.begin(name, Kind::I64, &[data.len()])?;
         self.stream(data.map(|n| (n as i64).to_le_bytes()))
     }
 
-    pub fn reals(&mut self, name: &str, data: impl ExactSizeIterator<Item = f64>) -> io::Result<()> {
+    pub(super) fn reals(&mut self, name: &str, data: impl ExactSizeIterator<Item = f64>) -> io::Result<()> {
         self.begin(name, Kind::F64, &[data.len()])?;
         self.stream(data.map(f64::to_le_bytes))
     }
 
     /// An array of single precision.
-    pub fn singles(
+    pub(super) fn singles(
         &mut self,
         name: &str,
         shape: &[usize],
@@ -71,7 +71,7 @@ impl<W: Write + Seek> Npz<W> {
     }
 
     /// An array of shape `[..shape, 3]`.
-    pub fn triples(
+    pub(super) fn triples(
         &mut self,
         name: &str,
         shape: &[usize],
@@ -82,7 +82,7 @@ impl<W: Write + Seek> Npz<W> {
     }
 
     /// As [`Npz::triples`], in one row of shape `[1, …, 3]` where all rows are the same: numpy repeats it where it must.
-    pub fn rows(
+    pub(super) fn rows(
         &mut self,
         name: &str,
         shape: &[usize],
@@ -98,7 +98,7 @@ impl<W: Write + Seek> Npz<W> {
     }
 
     /// The values of a light group, `[zones, 3]` of f64 or f32; no rows for zeros.
-    pub fn values(&mut self, name: &str, values: &Values) -> io::Result<()> {
+    pub(super) fn values(&mut self, name: &str, values: &Values) -> io::Result<()> {
         match values {
             Values::Double(v) => self.triples(name, &[v.len()], v.iter().copied()),
             Values::Single(v) => {
@@ -108,24 +108,39 @@ impl<W: Write + Seek> Npz<W> {
         }
     }
 
-    pub fn vectors(&mut self, name: &str, data: impl ExactSizeIterator<Item = Vec3>) -> io::Result<()> {
+    pub(super) fn vectors(
+        &mut self,
+        name: &str,
+        data: impl ExactSizeIterator<Item = Vec3>,
+    ) -> io::Result<()> {
         self.triples(name, &[data.len()], data.map(Vec3::array))
     }
 
     /// An array of shape `[..shape]` of f64.
-    pub fn grid(&mut self, name: &str, shape: &[usize], data: impl Iterator<Item = f64>) -> io::Result<()> {
+    pub(super) fn grid(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        data: impl Iterator<Item = f64>,
+    ) -> io::Result<()> {
         self.begin(name, Kind::F64, shape)?;
         self.stream(data.map(f64::to_le_bytes))
     }
 
     /// An array of shape `[height, width, 3]` of f32.
-    pub fn picture(&mut self, name: &str, width: usize, height: usize, data: &[[f32; 3]]) -> io::Result<()> {
+    pub(super) fn picture(
+        &mut self,
+        name: &str,
+        width: usize,
+        height: usize,
+        data: &[[f32; 3]],
+    ) -> io::Result<()> {
         self.begin(name, Kind::F32, &[height, width, 3])?;
         self.stream(data.iter().flatten().map(|x| x.to_le_bytes()))
     }
 
     /// `<name>_origin`, `<name>_e1`, `<name>_e2` and `<name>_kind` (0 triangle, 1 parallelogram).
-    pub fn plates<'a, I>(&mut self, name: &str, plates: I) -> io::Result<()>
+    pub(super) fn plates<'a, I>(&mut self, name: &str, plates: I) -> io::Result<()>
     where
         I: ExactSizeIterator<Item = &'a Plate> + Clone,
     {

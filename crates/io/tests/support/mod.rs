@@ -1,7 +1,7 @@
 //! Small files made on the spot: a folder that vanishes, PNG, npy, GLB.
 #![allow(dead_code)]
 
-pub mod vdb;
+pub(crate) mod vdb;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -11,29 +11,29 @@ use zonal_scene::Scene;
 static NEXT: AtomicUsize = AtomicUsize::new(0);
 
 /// A temporary folder, removed when dropped.
-pub struct Folder(PathBuf);
+pub(crate) struct Folder(PathBuf);
 
 impl Folder {
-    pub fn new() -> Folder {
+    pub(crate) fn new() -> Folder {
         let n = NEXT.fetch_add(1, Ordering::Relaxed);
         let path = std::env::temp_dir().join(format!("zonal-input-{}-{n}", std::process::id()));
         std::fs::create_dir_all(&path).unwrap();
         Folder(path)
     }
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.0
     }
-    pub fn with(self, name: &str, bytes: impl AsRef<[u8]>) -> Folder {
+    pub(crate) fn with(self, name: &str, bytes: impl AsRef<[u8]>) -> Folder {
         self.put(name, bytes);
         self
     }
-    pub fn put(&self, name: &str, bytes: impl AsRef<[u8]>) {
+    pub(crate) fn put(&self, name: &str, bytes: impl AsRef<[u8]>) {
         std::fs::write(self.0.join(name), bytes).unwrap();
     }
-    pub fn scene(&self, text: &str) -> Scene {
+    pub(crate) fn scene(&self, text: &str) -> Scene {
         parse_scene(text, Some(&self.0), "test.toml").unwrap_or_else(|e| panic!("{e}"))
     }
-    pub fn refusal(&self, text: &str) -> String {
+    pub(crate) fn refusal(&self, text: &str) -> String {
         match parse_scene(text, Some(&self.0), "test.toml") {
             Ok(_) => panic!("this was not refused:\n{text}"),
             Err(e) => e.to_string(),
@@ -48,7 +48,7 @@ impl Drop for Folder {
 }
 
 /// An 8-bit RGB picture.
-pub fn png(width: u32, height: u32, rgb: &[u8]) -> Vec<u8> {
+pub(crate) fn png(width: u32, height: u32, rgb: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, width, height);
     encoder.set_color(png::ColorType::Rgb);
@@ -60,7 +60,7 @@ pub fn png(width: u32, height: u32, rgb: &[u8]) -> Vec<u8> {
 }
 
 /// An npy file, version 1.0.
-pub fn npy(descr: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
+pub(crate) fn npy(descr: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
     let order = if fortran { "True" } else { "False" };
     let mut text = format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}");
     while !(11 + text.len()).is_multiple_of(64) {
@@ -74,12 +74,12 @@ pub fn npy(descr: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
     out
 }
 
-pub fn f32s(values: &[f32]) -> Vec<u8> {
+pub(crate) fn f32s(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|v| v.to_le_bytes()).collect()
 }
 
 /// A GLB of a JSON text and a binary chunk.
-pub fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
+pub(crate) fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
     let pad = |mut b: Vec<u8>, with: u8| {
         while !b.len().is_multiple_of(4) {
             b.push(with);
@@ -100,7 +100,7 @@ pub fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
 }
 
 /// The parts of a one-primitive glTF, each of which a test may change.
-pub struct Quad {
+pub(crate) struct Quad {
     pub nodes: String,
     pub scene: String,
     pub material: String,
@@ -140,7 +140,7 @@ impl Default for Quad {
 }
 
 impl Quad {
-    pub fn json(&self) -> String {
+    pub(crate) fn json(&self) -> String {
         format!(
             r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":{}}}],"nodes":[{}],
             "meshes":[{{"primitives":[{}]}}],"materials":[{}],"accessors":[{}],"bufferViews":[{}],
@@ -155,11 +155,11 @@ impl Quad {
             self.more
         )
     }
-    pub fn glb(&self) -> Vec<u8> {
+    pub(crate) fn glb(&self) -> Vec<u8> {
         glb(&self.json(), &self.binary)
     }
 }
 
 /// A cube from (0,0,0) to (1,1,1) as OBJ quadrilaterals with outward normals.
-pub const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1
+pub(crate) const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1
 f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 /// What a test may change.
-pub struct Vdb {
+pub(crate) struct Vdb {
     pub version: u32,
     pub kind: &'static str,
     /// 1 zip, 2 active values only, 4 Blosc.
@@ -45,7 +45,7 @@ fn mask(out: &mut Vec<u8>, bits: usize, set: impl Fn(usize) -> bool) {
 
 impl Vdb {
     /// Σ of the active values, each counted once a voxel.
-    pub fn sum(&self) -> f64 {
+    pub(crate) fn sum(&self) -> f64 {
         self.leaf.iter().filter(|v| **v > -1000.0).map(|v| f64::from(*v)).sum::<f64>()
             + 512.0 * f64::from(self.tile)
     }
@@ -117,7 +117,7 @@ impl Vdb {
         self.values(out, &kept);
     }
     /// The file.
-    pub fn bytes(&self) -> Vec<u8> {
+    pub(crate) fn bytes(&self) -> Vec<u8> {
         let mut out = vec![0x20, 0x42, 0x44, 0x56, 0, 0, 0, 0];
         for n in [self.version, 1, 1] {
             out.extend(n.to_le_bytes());

@@ -15,7 +15,7 @@ use super::sources::Sources;
 use zonal_scene::{Bands, Scene, Zones};
 
 /// What walks lack of G for each band, W/m²: `walks` of each of the `sources`.
-pub fn unsampled(scene: &Scene, sources: &[Sources], walks: usize) -> Bands {
+pub(super) fn unsampled(scene: &Scene, sources: &[Sources], walks: usize) -> Bands {
     let periodic = scene.periodic();
     let (Some(map), Some(axis), 2) =
         (scene.voxmap(), (0..3).find(|&k| !periodic[k]), periodic.iter().filter(|p| **p).count())
@@ -34,7 +34,7 @@ pub fn unsampled(scene: &Scene, sources: &[Sources], walks: usize) -> Bands {
 }
 
 /// Adds what walks lack of G to the standard errors of an answer.
-pub fn widen(answer: &mut Answer, lacking: Bands, scene: &Scene, zones: Option<&Zones>) {
+pub(super) fn widen(answer: &mut Answer, lacking: Bands, scene: &Scene, zones: Option<&Zones>) {
     let Some(map) = scene.voxmap().filter(|_| lacking != [0.0; 3]) else { return };
     let volume = map.cell().product();
     let taken = |b: usize| -> f64 {

@@ -8,7 +8,7 @@ use zonal_scene::{Light, Sides, Zones};
 
 /// A source.
 #[derive(Clone, Copy, Debug)]
-pub enum Take {
+pub(super) enum Take {
     /// The front or the back of a facet.
     Facet(u32, bool),
     /// A zone.
@@ -24,7 +24,7 @@ pub enum Take {
 }
 
 /// All sources of a band.
-pub struct Sources {
+pub(super) struct Sources {
     list: Vec<(Take, f64)>,
     /// Sums of moduli, W.
     upto: Vec<f64>,
@@ -36,7 +36,7 @@ pub struct Sources {
 
 impl Sources {
     /// Collects them: of `zones`, or of the scene itself.
-    pub fn new(ground: &Ground, optics: &Optics, zones: Option<&Zones>, b: usize) -> Sources {
+    pub(super) fn new(ground: &Ground, optics: &Optics, zones: Option<&Zones>, b: usize) -> Sources {
         let scene = ground.scene;
         let mut list: Vec<(Take, f64)> = Vec::new();
         match zones {
@@ -108,7 +108,7 @@ impl Sources {
     }
 
     /// The source at a share of the power, and its sign.
-    pub fn at(&self, u: f64) -> (Take, f64) {
+    pub(super) fn at(&self, u: f64) -> (Take, f64) {
         let k = self.upto.partition_point(|&x| x <= u * self.power).min(self.list.len() - 1);
         (self.list[k].0, self.list[k].1.signum())
     }

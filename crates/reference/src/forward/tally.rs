@@ -13,7 +13,7 @@ const TRIES: usize = 200;
 
 /// What a surface, a cell or a pane does with light.
 #[derive(Clone, Copy, Debug)]
-pub struct Known3 {
+pub(super) struct Known3 {
     /// The share of what it meets that it absorbs.
     pub absorb: Bands,
     /// Extinction of a volume, 1/m; 1 of a surface.
@@ -33,7 +33,7 @@ pub struct Known3 {
 }
 
 /// All that is optical in a scene.
-pub struct Optics {
+pub(super) struct Optics {
     surfaces: Vec<Known3>,
     cells: Vec<Known3>,
     panes: Vec<Known3>,
@@ -78,7 +78,7 @@ fn of(absorb: Bands, extinction: Option<Bands>, light: Bands, known: Option<Know
 
 impl Optics {
     /// Of a scene whose surfaces have these areas, m².
-    pub fn new(scene: &Scene, areas: &[f64]) -> Optics {
+    pub(super) fn new(scene: &Scene, areas: &[f64]) -> Optics {
         let thermal = scene.thermal();
         let surfaces: Vec<Known3> = (scene.surfaces().iter().enumerate())
             .map(|(i, s)| {
@@ -118,21 +118,21 @@ impl Optics {
         Optics { surfaces, cells, panes, one_band: grey || one }
     }
     /// Of a surface.
-    pub fn surface(&self, s: usize) -> &Known3 {
+    pub(super) fn surface(&self, s: usize) -> &Known3 {
         &self.surfaces[s]
     }
     /// Of a cell.
-    pub fn cell(&self, c: usize) -> &Known3 {
+    pub(super) fn cell(&self, c: usize) -> &Known3 {
         &self.cells[c]
     }
     /// Of a pane.
-    pub fn pane(&self, p: usize) -> &Known3 {
+    pub(super) fn pane(&self, p: usize) -> &Known3 {
         &self.panes[p]
     }
 }
 
 /// Where sums stand: four numbers a name and a zone, three bands and ∫σT⁴ by what is absorbed and sent out again.
-pub struct Slots {
+pub(super) struct Slots {
     /// The medium's.
     pub medium: usize,
     /// The first pane's.
@@ -149,7 +149,7 @@ pub struct Slots {
 
 impl Slots {
     /// Of a scene, with zones or without.
-    pub fn new(scene: &Scene, zones: Option<&Zones>) -> Slots {
+    pub(super) fn new(scene: &Scene, zones: Option<&Zones>) -> Slots {
         let medium = scene.surfaces().len();
         let escaped = medium + 1 + scene.panes().len();
         let first = escaped + 2;
@@ -158,7 +158,7 @@ impl Slots {
     }
 
     /// What sums say.
-    pub fn read(
+    pub(super) fn read(
         &self,
         scene: &Scene,
         zones: Option<&Zones>,
@@ -265,7 +265,12 @@ impl Slots {
 }
 
 /// The part of a cell with walls that holds a point: the one of which some sample sees it.
-pub fn part_of(ground: &Ground, zones: &Zones, range: std::ops::Range<usize>, at: Vec3) -> Option<usize> {
+pub(super) fn part_of(
+    ground: &Ground,
+    zones: &Zones,
+    range: std::ops::Range<usize>,
+    at: Vec3,
+) -> Option<usize> {
     let samples = range.flat_map(|k| zones.voxels[k].part.iter().map(move |s| (k, s.point)));
     let mut near: Vec<(usize, Vec3)> = samples.collect();
     near.sort_by(|a, b| (a.1 - at).length2().total_cmp(&(b.1 - at).length2()));
@@ -273,7 +278,7 @@ pub fn part_of(ground: &Ground, zones: &Zones, range: std::ops::Range<usize>, at
 }
 
 /// A point of a voxel zone.
-pub fn point_of(ground: &Ground, z: &VoxelZone, lo: Vec3, edge: Vec3, dice: &mut Dice) -> Vec3 {
+pub(super) fn point_of(ground: &Ground, z: &VoxelZone, lo: Vec3, edge: Vec3, dice: &mut Dice) -> Vec3 {
     if z.part.is_empty() {
         return dice.in_box(lo, lo + edge);
     }

@@ -33,7 +33,7 @@ pub(super) struct Lights<'a> {
 
 impl<'a> Lights<'a> {
     /// Prepares lamps and the field of all groups together.
-    pub fn new(
+    pub(super) fn new(
         s: &'a Solution,
         transport: &'a Transport<'a>,
         shares: &[Share],
@@ -61,12 +61,12 @@ impl<'a> Lights<'a> {
     }
 
     /// Number of values a point.
-    pub fn values(&self) -> usize {
+    pub(super) fn values(&self) -> usize {
         self.means.len()
     }
 
     /// Appends the values at a point of a patch, given by the patch's parameters (u, v).
-    pub fn at(&self, patch: usize, uv: [f64; 2], out: &mut Vec<[f32; 3]>) {
+    pub(super) fn at(&self, patch: usize, uv: [f64; 2], out: &mut Vec<[f32; 3]>) {
         let first = out.len();
         out.push(single(self.all.at(&self.shape, patch, uv)));
         out.resize(first + self.values(), [0.0; 3]);
@@ -81,12 +81,12 @@ impl<'a> Lights<'a> {
     }
 
     /// The point of a patch with the patch's parameters, m.
-    pub fn place(&self, patch: usize, [u, v]: [f64; 2]) -> Vec3 {
+    pub(super) fn place(&self, patch: usize, [u, v]: [f64; 2]) -> Vec3 {
         self.s.zones.patches[patch].plate.at(u, v)
     }
 
     /// The means of the values over a patch as the solver found them; direct light only where it is sampled.
-    pub fn of_zone(&self, shares: &[Share], patch: usize) -> Vec<Bands> {
+    pub(super) fn of_zone(&self, shares: &[Share], patch: usize) -> Vec<Bands> {
         let mut out = vec![[0.0; 3]; self.values()];
         for (share, slot) in shares.iter().zip(&self.slots) {
             if let Some(slot) = slot {

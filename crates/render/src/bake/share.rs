@@ -20,7 +20,7 @@ pub(super) struct Share<'a> {
 
 impl<'a> Share<'a> {
     /// All of them, at least one.
-    pub fn all(s: &'a Solution) -> Vec<Share<'a>> {
+    pub(super) fn all(s: &'a Solution) -> Vec<Share<'a>> {
         if s.groups.is_empty() {
             return vec![Share { name: ALL, kind: Kind::All, s, group: None, calm: Vec::new() }];
         }
@@ -29,7 +29,7 @@ impl<'a> Share<'a> {
     }
 
     /// The same without the noise of the patches.
-    pub fn calmed(self) -> Share<'a> {
+    pub(super) fn calmed(self) -> Share<'a> {
         let patches = &self.s.zones.patches;
         let calm = match self.group {
             None => calmed(patches, &self.s.fields.incident, &self.s.fields.error),
@@ -43,7 +43,7 @@ impl<'a> Share<'a> {
     }
 
     /// H or G of a zone without direct light, W/m².
-    pub fn incident(&self, zone: usize) -> Bands {
+    pub(super) fn incident(&self, zone: usize) -> Bands {
         match self.group {
             _ if zone < self.calm.len() => self.calm[zone],
             None => self.s.fields.incident[zone],
@@ -52,7 +52,7 @@ impl<'a> Share<'a> {
     }
 
     /// H_dir or G_dir of a zone, W/m².
-    pub fn direct(&self, zone: usize) -> Bands {
+    pub(super) fn direct(&self, zone: usize) -> Bands {
         match self.group {
             None => self.s.fields.direct[zone],
             Some(g) => times(g.direct.at(zone), g.direct_scale),
@@ -60,13 +60,13 @@ impl<'a> Share<'a> {
     }
 
     /// G + G_dir, W/m².
-    pub fn fluence(&self, zone: usize) -> Bands {
+    pub(super) fn fluence(&self, zone: usize) -> Bands {
         let (g, d) = (self.incident(zone), self.direct(zone));
         bands(|b| g[b] + d[b])
     }
 
     /// B, direct light included, W/m².
-    pub fn radiosity(&self, zone: usize) -> Bands {
+    pub(super) fn radiosity(&self, zone: usize) -> Bands {
         let zones = &self.s.zones;
         let (g, (rho, _)) = (self.fluence(zone), zones.response(zone));
         let e = if self.kind.emits(zones, zone) { zones.emission(zone) } else { [0.0; 3] };
@@ -74,12 +74,12 @@ impl<'a> Share<'a> {
     }
 
     /// True where its direct light is so smooth that the zones' own values serve: a sky by itself.
-    pub fn is_smooth(&self) -> bool {
+    pub(super) fn is_smooth(&self) -> bool {
         matches!(self.kind, Kind::Light(l) if matches!(self.s.scene.lights()[l], Light::Sky { .. }))
     }
 
     /// True where the emission of a surface belongs to the group.
-    pub fn owns_surface(&self, scene: &Scene, surface: usize) -> bool {
+    pub(super) fn owns_surface(&self, scene: &Scene, surface: usize) -> bool {
         match self.kind {
             Kind::All => true,
             Kind::Surface(s) => s == surface,

@@ -40,7 +40,7 @@ pub(super) struct Tree {
 
 impl Tree {
     /// The patch as one piece.
-    pub fn new(patch: usize, kind: PlateKind) -> Tree {
+    pub(super) fn new(patch: usize, kind: PlateKind) -> Tree {
         let whole = Piece { at: [0, 0], size: SIDE, deviation: -1.0 };
         let corners = corners(kind, &whole).iter().copied().collect();
         let (index, values) = (HashMap::new(), Vec::new());
@@ -48,12 +48,12 @@ impl Tree {
     }
 
     /// The plate's parameters of a place.
-    pub fn parameters(at: Place) -> [f64; 2] {
+    pub(super) fn parameters(at: Place) -> [f64; 2] {
         at.map(|x| x as f64 / SIDE as f64)
     }
 
     /// The values at a place, evaluated when first asked for.
-    pub fn values(&mut self, lights: &Lights, at: Place) -> &[[f32; 3]] {
+    pub(super) fn values(&mut self, lights: &Lights, at: Place) -> &[[f32; 3]] {
         let n = lights.values();
         let next = self.index.len();
         let i = *self.index.entry(at).or_insert(next as u32) as usize;
@@ -64,13 +64,13 @@ impl Tree {
     }
 
     /// The `n` values at a corner or centre of a piece that has been judged.
-    pub fn known(&self, n: usize, at: Place) -> &[[f32; 3]] {
+    pub(super) fn known(&self, n: usize, at: Place) -> &[[f32; 3]] {
         let i = self.index[&at] as usize;
         &self.values[i * n..(i + 1) * n]
     }
 
     /// Where corners lie inside a side, from its beginning, on the lattice. Side k runs from corner k of the plate to the next.
-    pub fn border(&self, side: u8) -> impl Iterator<Item = i32> {
+    pub(super) fn border(&self, side: u8) -> impl Iterator<Item = i32> {
         let kind = self.kind;
         let on = move |&[x, y]: &Place| match (kind, side) {
             (_, 0) => (y == 0).then_some(x),
@@ -83,7 +83,7 @@ impl Tree {
     }
 
     /// Puts a corner on a side.
-    pub fn add_corner(&mut self, lights: &Lights, side: u8, t: i32) {
+    pub(super) fn add_corner(&mut self, lights: &Lights, side: u8, t: i32) {
         let place = match (self.kind, side) {
             (_, 0) => [t, 0],
             (PlateKind::Parallelogram, 1) => [SIDE, t],
@@ -97,17 +97,17 @@ impl Tree {
     }
 
     /// Vertices of its triangles: corners, and the centres of pieces that have one on an edge.
-    pub fn vertices(&self) -> usize {
+    pub(super) fn vertices(&self) -> usize {
         self.corners.len() + self.pieces.iter().filter(|p| self.hangs(p)).count()
     }
 
     /// True where a corner of another piece lies on an edge.
-    pub fn hangs(&self, p: &Piece) -> bool {
+    pub(super) fn hangs(&self, p: &Piece) -> bool {
         middles(self.kind, p).iter().any(|m| self.corners.contains(m))
     }
 
     /// The corners of a piece, and those of others on its edges, counter-clockwise in the plate's parameters.
-    pub fn outline(&self, p: &Piece) -> Vec<Place> {
+    pub(super) fn outline(&self, p: &Piece) -> Vec<Place> {
         let corners = corners(self.kind, p);
         let mut out = Vec::with_capacity(corners.len() + 4);
         for (k, &a) in corners.iter().enumerate() {
@@ -127,7 +127,7 @@ impl Tree {
     }
 
     /// Puts the four parts of a piece in its place.
-    pub fn split(&mut self, i: usize) {
+    pub(super) fn split(&mut self, i: usize) {
         let Piece { at: [x, y], size, .. } = self.pieces[i];
         let h = size / 2;
         let turned = if self.kind == PlateKind::Triangle { -h } else { h };
@@ -141,17 +141,17 @@ impl Tree {
     }
 
     /// The longest edge of a piece where that of the patch is `longest`.
-    pub fn edge(p: &Piece, longest: f64) -> f64 {
+    pub(super) fn edge(p: &Piece, longest: f64) -> f64 {
         longest * p.size.abs() as f64 / SIDE as f64
     }
 
     /// True where a piece can be halved on the lattice.
-    pub fn divisible(p: &Piece) -> bool {
+    pub(super) fn divisible(p: &Piece) -> bool {
         p.size.abs() > 6
     }
 
     /// The largest difference of edge middles and centre of a piece from linear interpolation, relative to the light about.
-    pub fn deviation(&mut self, lights: &Lights, p: &Piece) -> f32 {
+    pub(super) fn deviation(&mut self, lights: &Lights, p: &Piece) -> f32 {
         let (kind, n) = (self.kind, lights.values());
         let corners = corners(kind, p);
         let at: Vec<Vec<[f32; 3]>> = corners.iter().map(|c| self.values(lights, *c).to_vec()).collect();
@@ -180,7 +180,7 @@ impl Tree {
 
     /// How far the means of the values of a patch in one piece or four are from those that the solver found, relative to the
     /// light about: what lies between the points shows there.
-    pub fn missed(&mut self, lights: &Lights, found: &[[f64; 3]]) -> f32 {
+    pub(super) fn missed(&mut self, lights: &Lights, found: &[[f64; 3]]) -> f32 {
         let (kind, n) = (self.kind, lights.values());
         let mut means = vec![[0.0; 3]; n];
         for p in self.pieces.clone() {

@@ -15,17 +15,17 @@ const STAGE: usize = 64 << 20;
 const RAY: usize = 16;
 
 /// Blocks of zones with so many rays each that make a stage.
-pub fn blocks(each: usize) -> usize {
+pub(super) fn blocks(each: usize) -> usize {
     (STAGE / (RAY * BLOCK * each.max(1))).max(1)
 }
 
 /// The name of stage `number` of the patches (kind 0) or volume zones (kind 1).
-pub fn name(each: [usize; 2], kind: usize, number: usize) -> String {
+pub(super) fn name(each: [usize; 2], kind: usize, number: usize) -> String {
     format!("views-{}-{}-{kind}-{number}", each[0], each[1])
 }
 
 /// A stage: zones met and what the rays count, with the steps of every block.
-pub fn stage(met: &[u32], worth: &[[f32; 3]], steps: &[Vec<Step>]) -> Vec<u8> {
+pub(super) fn stage(met: &[u32], worth: &[[f32; 3]], steps: &[Vec<Step>]) -> Vec<u8> {
     let mut pen = Pen::default();
     pen.words(met.len(), met.iter().copied());
     pen.words(3 * worth.len(), worth.as_flattened().iter().map(|w| w.to_bits()));
@@ -38,7 +38,7 @@ pub fn stage(met: &[u32], worth: &[[f32; 3]], steps: &[Vec<Step>]) -> Vec<u8> {
 
 /// Puts the stage that [`stage`] wrote where it came from; the steps of the blocks, whose rays are `rays` each but in the last. `None`
 /// for anything else, and what was put is then to be computed. `patches` of all `zones` are patches.
-pub fn restored(
+pub(super) fn restored(
     bytes: &[u8],
     met: &mut [u32],
     worth: &mut [[f32; 3]],

@@ -28,7 +28,7 @@ const STEP: u32 = 1 << 31;
 /// No light.
 const DARK: u32 = u32::MAX;
 /// Zones whose steps lie together.
-pub const BLOCK: usize = 256;
+pub(super) const BLOCK: usize = 256;
 
 /// A place from which a ray goes on.
 #[derive(Clone, Copy, Debug)]
@@ -68,15 +68,15 @@ impl Step {
 }
 
 /// Bytes of a step.
-pub const BYTES: usize = size_of::<Step>();
+pub(super) const BYTES: usize = size_of::<Step>();
 
 /// Zone or step?
-pub fn step_of(met: u32) -> Option<usize> {
+pub(super) fn step_of(met: u32) -> Option<usize> {
     (STEP..NOWHERE).contains(&met).then_some((met & !STEP) as usize)
 }
 
 /// The zone that a ray meets first.
-pub fn first_of(met: u32, steps: &[Step]) -> u32 {
+pub(super) fn first_of(met: u32, steps: &[Step]) -> u32 {
     step_of(met).map_or(met, |s| steps[s].zone)
 }
 
@@ -102,7 +102,7 @@ impl Own {
 }
 
 /// What a ray that counts `worth` brings from step number `at` on; `own` is left out where there is none.
-pub fn brought(
+pub(super) fn brought(
     steps: &[Step],
     at: usize,
     worth: Shine,
@@ -173,7 +173,7 @@ impl Shooter<'_> {
     }
 
     /// Follows ray `k` of zone `i` from where it stopped; the number of the zone or the step to note for it.
-    pub fn follow(
+    pub(super) fn follow(
         &self,
         lamps: &Lamps,
         (i, k): (usize, usize),

@@ -20,13 +20,13 @@ use zonal_transport::sheets::Sheets;
 use zonal_transport::{Hit, PaneHit, Transport};
 
 /// A ray that leaves the scene, one that ends on a black back, and one that ends where there is no zone.
-pub const SKY: u32 = u32::MAX;
-pub const BACK: u32 = u32::MAX - 1;
-pub const LOST: u32 = u32::MAX - 2;
+pub(super) const SKY: u32 = u32::MAX;
+pub(super) const BACK: u32 = u32::MAX - 1;
+pub(super) const LOST: u32 = u32::MAX - 2;
 /// The least of these.
-pub const NOWHERE: u32 = LOST;
+pub(super) const NOWHERE: u32 = LOST;
 /// Tells the numbers of these rays from those of others.
-pub const SEED: u64 = 0x5bd1_e995_0000_0000;
+pub(super) const SEED: u64 = 0x5bd1_e995_0000_0000;
 /// Halvings of the path in which a medium that varies stops a ray.
 const HALVINGS: usize = 14;
 
@@ -34,7 +34,7 @@ const HALVINGS: usize = 14;
 const TOGETHER: usize = 64;
 
 /// Where a ray stopped.
-pub struct Stop {
+pub(super) struct Stop {
     /// The zone, or nothing.
     pub zone: u32,
     /// What it counts, a band.
@@ -55,7 +55,7 @@ struct Reached {
 }
 
 /// Shoots rays.
-pub struct Shooter<'a> {
+pub(super) struct Shooter<'a> {
     scene: &'a Scene,
     /// Zones.
     pub zones: &'a Zones,
@@ -84,7 +84,7 @@ fn mean(v: Bands) -> f64 {
 
 impl<'a> Shooter<'a> {
     /// Makes ready.
-    pub fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> Shooter<'a> {
+    pub(super) fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> Shooter<'a> {
         let facets = scene.facets();
         let plates: Vec<Plate> = facets.iter().flat_map(|f| [f.plate, f.plate]).collect();
         let sheet = |p: &Patch| 2 * p.facet + usize::from(p.normal.dot(facets[p.facet].plate.normal()) < 0.0);
@@ -115,7 +115,7 @@ impl<'a> Shooter<'a> {
     }
 
     /// Where a ray stops; the medium or a pane stops it where the transmittance falls below `u`.
-    pub fn shoot(&self, origin: Vec3, dir: Vec3, u: f64) -> Stop {
+    pub(super) fn shoot(&self, origin: Vec3, dir: Vec3, u: f64) -> Stop {
         self.settle(origin, dir, self.meet(origin, dir), u)
     }
 
@@ -182,7 +182,7 @@ impl<'a> Shooter<'a> {
     }
 
     /// The share of the light of pane zone `i` that meets itself, as so many of its rays leave it.
-    pub fn within(&self, i: usize, rays: usize) -> Bands {
+    pub(super) fn within(&self, i: usize, rays: usize) -> Bands {
         let sum = (0..rays).map(|k| self.ray(i, k).2);
         let sum = sum.fold([0.0; 3], |s, v| bands(|b| s[b] + v[b]));
         sum.map(|s| 1.0 - s / rays as f64)
@@ -196,7 +196,7 @@ impl<'a> Shooter<'a> {
 
     /// Shoots so many rays; `of` names the zone and the number of each among its rays. `stopped` is shown which it was and where it stopped,
     /// in turn.
-    pub fn volley(
+    pub(super) fn volley(
         &self,
         rays: usize,
         of: impl Fn(usize) -> (usize, usize),

@@ -28,7 +28,7 @@ const LEVELS: usize = 8;
 const BLOCK: usize = 1024;
 
 /// Zones and their weights in a linear fit at the zone in the middle; they add up to one.
-pub enum Window {
+pub(super) enum Window {
     /// Each with its own.
     Listed(Vec<(u32, f64)>),
     /// Runs of zones, all with the same.
@@ -37,7 +37,7 @@ pub enum Window {
 
 impl Window {
     /// Number of zones.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         match self {
             Window::Listed(list) => list.len(),
             Window::Cube(rows) => rows.iter().map(|r| r.len()).sum(),
@@ -46,7 +46,7 @@ impl Window {
 
     /// Shows `f` every zone and its weight.
     #[inline]
-    pub fn each(&self, mut f: impl FnMut(usize, f64)) {
+    pub(super) fn each(&self, mut f: impl FnMut(usize, f64)) {
         match self {
             Window::Listed(list) => list.iter().for_each(|(j, l)| f(*j as usize, *l)),
             Window::Cube(rows) => {
@@ -58,7 +58,7 @@ impl Window {
 }
 
 /// Whom to ask about each zone.
-pub struct Windows<'a> {
+pub(super) struct Windows<'a> {
     zones: &'a Zones,
     rooms: Option<Rooms<'a>>,
     /// Centre and normal of every patch.
@@ -68,7 +68,7 @@ pub struct Windows<'a> {
 
 impl<'a> Windows<'a> {
     /// Finds what is connected.
-    pub fn new(scene: &'a Scene, zones: &'a Zones, transport: &Transport) -> Windows<'a> {
+    pub(super) fn new(scene: &'a Scene, zones: &'a Zones, transport: &Transport) -> Windows<'a> {
         let patches: Vec<[Vec3; 2]> = zones.patches.iter().map(|p| [p.plate.centre(), p.normal]).collect();
         let largest = zones.patches.iter().fold(0.0f64, |m, p| m.max(p.area)).sqrt();
         let cell = |l: usize| RADII[RADII.len() - 1] * largest / (1u32 << l) as f64;
@@ -82,12 +82,12 @@ impl<'a> Windows<'a> {
     }
 
     /// Number of windows of zone `i`.
-    pub fn levels(&self, i: usize) -> usize {
+    pub(super) fn levels(&self, i: usize) -> usize {
         if i < self.zones.voxel_offset() { RADII.len() } else { STEPS.len() }
     }
 
     /// A window of zone `i`, the wider the higher `level`; `None` where too few zones are alike.
-    pub fn window(&self, i: usize, level: usize) -> Option<Window> {
+    pub(super) fn window(&self, i: usize, level: usize) -> Option<Window> {
         match i.checked_sub(self.zones.voxel_offset()) {
             Some(z) => self.rooms.as_ref()?.window(z, STEPS[level]),
             None => fitted(&self.around(i, RADII[level]), true),

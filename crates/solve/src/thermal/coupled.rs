@@ -55,7 +55,7 @@ pub(super) struct Turn {
 }
 
 impl Turn {
-    pub fn of(l: &Local, shares: &Shares, e: f64) -> Turn {
+    pub(super) fn of(l: &Local, shares: &Shares, e: f64) -> Turn {
         let [w, mut slope] = shares.emissive(e);
         let uptake = l.uptake();
         let known = Turn {
@@ -85,7 +85,7 @@ impl Turn {
         }
     }
     /// The part of B that comes of what arrives.
-    pub fn passed(&self, h: Bands) -> Bands {
+    pub(super) fn passed(&self, h: Bands) -> Bands {
         let taken = self.uptake[0] * h[0] + self.uptake[1] * h[1] + self.uptake[2] * h[2];
         bands(|b| self.reflect[b] * h[b] + self.again[b] * taken)
     }
@@ -106,7 +106,7 @@ pub(super) struct Powers {
 
 impl Powers {
     /// Of zones whose bands are all alike where `grey`, and of these zones' slopes.
-    pub fn new(
+    pub(super) fn new(
         operator: &dyn Operator,
         zones: &Zones,
         locals: &[Local],
@@ -124,19 +124,19 @@ impl Powers {
         Powers { scale, over, slopes, zones, one }
     }
     /// The zone of an unknown.
-    pub fn zone(&self, k: usize) -> usize {
+    pub(super) fn zone(&self, k: usize) -> usize {
         if k < self.zones { k } else { self.slopes[k - self.zones] as usize }
     }
     /// The power of an unknown's radiosity.
-    pub fn of(&self, i: usize, radiosity: Bands) -> Bands {
+    pub(super) fn of(&self, i: usize, radiosity: Bands) -> Bands {
         let (t, c) = self.scale[i];
         bands(|b| t * c[b] * radiosity[b])
     }
-    pub fn strengths(&self, u: &[Bands]) -> Vec<Bands> {
+    pub(super) fn strengths(&self, u: &[Bands]) -> Vec<Bands> {
         u.par_iter().zip(&self.scale).map(|(u, (t, _))| u.map(|x| x / t)).collect()
     }
     /// h of every zone, without what comes from the surroundings.
-    pub fn arriving(&self, operator: &dyn Operator, u: &[Bands]) -> Vec<Bands> {
+    pub(super) fn arriving(&self, operator: &dyn Operator, u: &[Bands]) -> Vec<Bands> {
         let s = self.strengths(u);
         let mut p: Vec<Bands> = match self.one {
             true => {
@@ -149,7 +149,7 @@ impl Powers {
         p
     }
     /// M u.
-    pub fn passed(
+    pub(super) fn passed(
         &self,
         operator: &dyn Operator,
         u: &[Bands],

@@ -26,16 +26,16 @@ pub(super) struct Local {
 
 impl Local {
     /// m a, band by band.
-    pub fn uptake(&self) -> Bands {
+    pub(super) fn uptake(&self) -> Bands {
         bands(|b| self.weight[b] * self.absorb[b])
     }
     /// Net power of a zone of black emissive power `e` that `h` arrives at, W/m² or W/m³.
-    pub fn net(&self, shares: &Shares, e: f64, h: Bands) -> f64 {
+    pub(super) fn net(&self, shares: &Shares, e: f64, h: Bands) -> f64 {
         let (w, m) = (shares.emissive(e)[0], self.uptake());
         shares.total(bands(|b| m[b] * (w[b] - h[b])))
     }
     /// E of a zone that gives `q` and that `h` arrives at, W/m²; none where it neither absorbs nor emits.
-    pub fn balanced(&self, shares: &Shares, q: f64, h: Bands) -> Option<f64> {
+    pub(super) fn balanced(&self, shares: &Shares, q: f64, h: Bands) -> Option<f64> {
         let m = self.uptake();
         let own = |a: Bands| shares.total(bands(|b| m[b] * a[b]));
         if own([1.0; 3]) <= 0.0 {
@@ -77,14 +77,14 @@ pub(super) struct Locals<'a> {
 
 impl<'a> Locals<'a> {
     /// Of the zones of a thermal scene.
-    pub fn new(scene: &'a Scene, zones: &Zones) -> Locals<'a> {
+    pub(super) fn new(scene: &'a Scene, zones: &Zones) -> Locals<'a> {
         let Some(thermal) = scene.thermal() else { unreachable!("asked of thermal scenes alone") };
         let mut areas = vec![0.0; scene.surfaces().len()];
         zones.patches.iter().for_each(|p| areas[p.surface] += p.area);
         Locals { scene, thermal, areas }
     }
     /// Zone `i`.
-    pub fn of(&self, zones: &Zones, i: usize) -> Local {
+    pub(super) fn of(&self, zones: &Zones, i: usize) -> Local {
         if i < zones.voxel_offset() {
             let p = &zones.patches[i];
             let known = match self.thermal.surfaces[p.surface] {
@@ -124,7 +124,7 @@ impl<'a> Locals<'a> {
     }
     /// What is known of zone `i`, and what it gives of itself in the linear equations: emitted flux or black emissive power of a known
     /// temperature, else the source q in each band by the shares of emission.
-    pub fn posed(&self, zones: &Zones, i: usize) -> (Known, Bands) {
+    pub(super) fn posed(&self, zones: &Zones, i: usize) -> (Known, Bands) {
         let (l, shares) = (self.of(zones, i), &self.thermal.shares);
         let own = match l.known {
             Known::Temperature(t) => {
@@ -141,7 +141,7 @@ impl<'a> Locals<'a> {
         (l.known, own)
     }
     /// A temperature to begin with, K: the mean of those that surfaces and surroundings have, or that of the medium.
-    pub fn level(&self) -> f64 {
+    pub(super) fn level(&self) -> f64 {
         let surfaces = self.thermal.surfaces.iter().chain(&self.thermal.panes);
         let mut list: Vec<f64> = surfaces.filter_map(|k| temperature_of(*k)).collect();
         list.extend(self.thermal.surroundings);
@@ -152,7 +152,7 @@ impl<'a> Locals<'a> {
         if list.is_empty() { 300.0 } else { zonal_scene::thermal::temperature(mean) }
     }
     /// All zones.
-    pub fn all(&self, zones: &Zones) -> Vec<Local> {
+    pub(super) fn all(&self, zones: &Zones) -> Vec<Local> {
         (0..zones.len()).into_par_iter().map(|i| self.of(zones, i)).collect()
     }
 }

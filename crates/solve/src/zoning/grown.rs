@@ -38,7 +38,7 @@ const MOST_STUCK: f64 = 0.1;
 const NAMES: usize = 4;
 
 /// What a comparison of two sets of zones says.
-pub struct Grown {
+pub(super) struct Grown {
     /// How much larger they are across, or why they are not.
     pub ratio: Result<f64, String>,
     /// What their errors do not tell.
@@ -51,7 +51,7 @@ pub struct Grown {
 
 /// What is as large in both solves.
 #[derive(Clone, Debug, Default)]
-pub struct Stuck {
+pub(super) struct Stuck {
     /// Surfaces and panes, in the scene's order.
     surfaces: Vec<bool>,
     panes: Vec<bool>,
@@ -61,7 +61,7 @@ pub struct Stuck {
 
 impl Stuck {
     /// Of each row of a table by name, whether its error is unknown.
-    pub fn of_rows(&self, table: &HeatReport) -> Vec<bool> {
+    pub(super) fn of_rows(&self, table: &HeatReport) -> Vec<bool> {
         let (mut surfaces, mut panes) = (self.surfaces.iter(), self.panes.iter());
         let one = |row: &HeatRow| {
             let own = match row.kind {
@@ -75,7 +75,7 @@ impl Stuck {
     }
 
     /// Makes the errors of powers infinite that are unknown.
-    pub fn widen(&self, energy: &mut Energy) {
+    pub(super) fn widen(&self, energy: &mut Energy) {
         let unknown = |x: &mut Bands| *x = x.map(|_| f64::INFINITY);
         if self.all {
             *energy = energy.compared(energy, |_, _| f64::INFINITY);
@@ -91,13 +91,13 @@ impl Stuck {
 
 impl Grown {
     /// True where it keeps nothing back.
-    pub fn tells_all(&self) -> bool {
+    pub(super) fn tells_all(&self) -> bool {
         self.ratio.is_ok() && self.notes.is_empty()
     }
 
     /// Compares zones with larger ones, in which radiosity has slopes or not; facets are the same. If `finer`, the larger ones are the scene's own,
     /// else the smaller ones.
-    pub fn between(
+    pub(super) fn between(
         (scene, zones): (&Scene, &Zones),
         (other, others): (&Scene, &Zones),
         transport: &Transport,

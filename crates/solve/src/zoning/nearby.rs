@@ -20,7 +20,7 @@ use zonal_scene::{Bands, Fields, HeatKind, Known, Report, Scene, Zones, Zoning, 
 const SCATTERED_BACK: f64 = 0.5;
 
 /// Adds to the errors of surfaces that are smaller than the cells that they lie in what the medium scatters back to them.
-pub fn add(scene: &Scene, zones: &Zones, fields: &Fields, report: &Report, zoning: &mut Zoning) {
+pub(super) fn add(scene: &Scene, zones: &Zones, fields: &Fields, report: &Report, zoning: &mut Zoning) {
     let missed = missed(scene, zones, fields);
     for (error, more) in zoning.energy.absorbed_surfaces.iter_mut().zip(&missed) {
         error.1 = bands(|b| error.1[b] + more.absorbed[b]);

@@ -13,20 +13,20 @@ use zonal_solve::surroundings::Escape;
 use zonal_solve::{Job, groups, solve_zones};
 use zonal_transport::{Transport, build_zones};
 
-pub fn read(text: &str) -> Scene {
+pub(crate) fn read(text: &str) -> Scene {
     parse_scene(text, None, "test.toml").unwrap_or_else(|e| panic!("{e}"))
 }
 
-pub fn solve(scene: Scene) -> Solution {
+pub(crate) fn solve(scene: Scene) -> Solution {
     zonal_solve::solve(scene, 4 << 30, &Quiet).unwrap_or_else(|e| panic!("{e}"))
 }
 
-pub fn solved(text: &str) -> Solution {
+pub(crate) fn solved(text: &str) -> Solution {
     solve(read(text))
 }
 
 /// Zones, fields and report of a scene.
-pub fn solved_zones(scene: &Scene) -> (Zones, Fields, Report) {
+pub(crate) fn solved_zones(scene: &Scene) -> (Zones, Fields, Report) {
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap();
     let (fields, _, report) =
@@ -35,7 +35,7 @@ pub fn solved_zones(scene: &Scene) -> (Zones, Fields, Report) {
 }
 
 /// Wall `face` (x low, x high, y low, …) of the box at `min` of this size, looking inwards.
-pub fn wall(face: usize, min: Vec3, size: Vec3) -> Plate {
+pub(crate) fn wall(face: usize, min: Vec3, size: Vec3) -> Plate {
     let (axis, high) = (face / 2, face % 2 == 1);
     let [b, c] = if high { [(axis + 2) % 3, (axis + 1) % 3] } else { [(axis + 1) % 3, (axis + 2) % 3] };
     let along = |k: usize| {
@@ -48,14 +48,14 @@ pub fn wall(face: usize, min: Vec3, size: Vec3) -> Plate {
 }
 
 /// The unit room with walls of one look.
-pub fn unit_room(solve: &str, walls: &str, rest: &str) -> String {
+pub(crate) fn unit_room(solve: &str, walls: &str, rest: &str) -> String {
     format!(
         "[solve]\n{solve}\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\n{walls}\n{rest}\n"
     )
 }
 
 /// Largest relative distance of H from `m` on patches and of G from 4 `m` in volumes and panes, over all bands.
-pub fn unlevel(s: &Solution, m: f64) -> (f64, f64) {
+pub(crate) fn unlevel(s: &Solution, m: f64) -> (f64, f64) {
     let all = unlevels(s, m);
     let worst = |x: &[f64]| x.iter().fold(0.0f64, |w, x| if x.is_nan() { f64::NAN } else { w.max(*x) });
     let (h, g) = all.split_at(s.zones.voxel_offset());
@@ -63,7 +63,7 @@ pub fn unlevel(s: &Solution, m: f64) -> (f64, f64) {
 }
 
 /// The same a zone, the worst band.
-pub fn unlevels(s: &Solution, m: f64) -> Vec<f64> {
+pub(crate) fn unlevels(s: &Solution, m: f64) -> Vec<f64> {
     let want = |i: usize| if i < s.zones.voxel_offset() { m } else { 4.0 * m };
     let off = |(i, x): (usize, &[f64; 3])| {
         x.iter().fold(0.0f64, |w, x| if x.is_nan() { *x } else { w.max((x / want(i) - 1.0).abs()) })
@@ -72,7 +72,7 @@ pub fn unlevels(s: &Solution, m: f64) -> Vec<f64> {
 }
 
 /// Root mean square of [`unlevels`], weighted by area among patches and by volume among the others.
-pub fn unlevel_rms(s: &Solution, m: f64) -> (f64, f64) {
+pub(crate) fn unlevel_rms(s: &Solution, m: f64) -> (f64, f64) {
     let off = unlevels(s, m);
     let n = s.zones.voxel_offset();
     let size = |i: usize| {
@@ -93,19 +93,19 @@ pub fn unlevel_rms(s: &Solution, m: f64) -> (f64, f64) {
 }
 
 /// Indices of the patches of the surface whose name ends so.
-pub fn patches_of(s: &Solution, name: &str) -> Vec<usize> {
+pub(crate) fn patches_of(s: &Solution, name: &str) -> Vec<usize> {
     (0..s.zones.patches.len())
         .filter(|&i| s.scene.surfaces()[s.zones.patches[i].surface].name.ends_with(name))
         .collect()
 }
 
 /// Area mean of band 0 of a field over patches.
-pub fn mean(s: &Solution, field: &[[f64; 3]], patches: &[usize]) -> f64 {
+pub(crate) fn mean(s: &Solution, field: &[[f64; 3]], patches: &[usize]) -> f64 {
     let area: f64 = patches.iter().map(|&i| s.zones.patches[i].area).sum();
     patches.iter().map(|&i| field[i][0] * s.zones.patches[i].area).sum::<f64>() / area
 }
 
-pub fn surface(name: &str, rho: f64, emission: f64, solid: bool) -> Surface {
+pub(crate) fn surface(name: &str, rho: f64, emission: f64, solid: bool) -> Surface {
     Surface {
         name: name.into(),
         reflectance: [rho; 3],
@@ -119,7 +119,7 @@ pub fn surface(name: &str, rho: f64, emission: f64, solid: bool) -> Surface {
 }
 
 /// Adds a surface made of plates.
-pub fn add(parts: &mut SceneParts, s: Surface, plates: &[Plate]) {
+pub(crate) fn add(parts: &mut SceneParts, s: Surface, plates: &[Plate]) {
     let surface = parts.surfaces.len();
     parts.surfaces.push(s);
     parts.facets.extend(plates.iter().map(|p| Facet {
@@ -130,14 +130,14 @@ pub fn add(parts: &mut SceneParts, s: Surface, plates: &[Plate]) {
 }
 
 /// A tilted tetrahedron, normals outward.
-pub fn tetrahedron(c: Vec3, size: f64) -> Vec<Plate> {
+pub(crate) fn tetrahedron(c: Vec3, size: f64) -> Vec<Plate> {
     let p = [vec3(0.9, 0.2, -0.5), vec3(-0.6, 0.8, -0.3), vec3(-0.4, -0.9, -0.2), vec3(0.1, 0.1, 1.0)]
         .map(|v| c + v * size);
     [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|[i, j, k]| Plate::triangle(p[i], p[j], p[k])).to_vec()
 }
 
 /// Everything of a scene, kept alive for questions about its factors.
-pub fn with_exchange<T>(scene: &Scene, ask: impl FnOnce(&Zones, &Transport, &Exchange) -> T) -> T {
+pub(crate) fn with_exchange<T>(scene: &Scene, ask: impl FnOnce(&Zones, &Transport, &Exchange) -> T) -> T {
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap();
     let exchange = Exchange::new(scene, &zones, &transport);
@@ -145,7 +145,7 @@ pub fn with_exchange<T>(scene: &Scene, ask: impl FnOnce(&Zones, &Transport, &Exc
 }
 
 /// Fields and report on so many threads.
-pub fn on_threads(scene: &Scene, threads: usize) -> (Fields, Report) {
+pub(crate) fn on_threads(scene: &Scene, threads: usize) -> (Fields, Report) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         let transport = Transport::new(scene);
@@ -155,12 +155,12 @@ pub fn on_threads(scene: &Scene, threads: usize) -> (Fields, Report) {
     })
 }
 
-pub fn count() -> Counts {
+pub(crate) fn count() -> Counts {
     Counts::default()
 }
 
 /// A site from which nothing escapes, for what is asked of it.
-pub fn with_site(scene: &Scene, use_it: impl FnOnce(&Site, &Escape)) {
+pub(crate) fn with_site(scene: &Scene, use_it: impl FnOnce(&Site, &Escape)) {
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap_or_else(|e| panic!("{e}"));
     let escape = Escape::untold(&zones);

@@ -68,7 +68,7 @@ pub(super) struct Segment {
 
 impl Segment {
     #[inline(always)]
-    pub fn new(a: Vec3, d: Vec3) -> Segment {
+    pub(super) fn new(a: Vec3, d: Vec3) -> Segment {
         let size = d.max_abs() as f32;
         Segment { a: a.array().map(|x| x as f32), d: d.array().map(|x| x as f32), size }
     }
@@ -76,7 +76,7 @@ impl Segment {
 
 impl Block {
     /// Plates `first` … of the list; `place` takes a point, and `scale` a length, to the tree's coordinates.
-    pub fn new(plates: &[Plate], first: u32, place: impl Fn(Vec3) -> Vec3, scale: f64) -> Block {
+    pub(super) fn new(plates: &[Plate], first: u32, place: impl Fn(Vec3) -> Vec3, scale: f64) -> Block {
         let lanes = |f: &dyn Fn(&Plate) -> f64| -> Lanes {
             std::array::from_fn(|l| plates.get(l).map_or(0.0, |p| f(p) as f32))
         };
@@ -100,13 +100,13 @@ impl Block {
 
     /// The plates' numbers in the list.
     #[inline(always)]
-    pub fn run(&self) -> std::ops::Range<usize> {
+    pub(super) fn run(&self) -> std::ops::Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 
     /// A bit for each plate that the segment may cross, and for each that it surely crosses.
     #[inline(always)]
-    pub fn sieve<W: Wide>(&self, w: W, s: &Segment) -> (u32, u32) {
+    pub(super) fn sieve<W: Wide>(&self, w: W, s: &Segment) -> (u32, u32) {
         let (o, e1, e2) = (load(w, &self.origin), load(w, &self.e1), load(w, &self.e2));
         let d = [w.splat(s.d[0]), w.splat(s.d[1]), w.splat(s.d[2])];
         let p = [w.sub(w.splat(s.a[0]), o[0]), w.sub(w.splat(s.a[1]), o[1]), w.sub(w.splat(s.a[2]), o[2])];
@@ -143,7 +143,7 @@ impl Block {
 
 impl Plane {
     /// The common plane of plates, `scale` as for [`Block::new`].
-    pub fn new(plates: &[Plate], scale: f64) -> Plane {
+    pub(super) fn new(plates: &[Plate], scale: f64) -> Plane {
         let Some(first) = plates.first() else {
             return NO_PLANE;
         };
@@ -158,7 +158,7 @@ impl Plane {
 
     /// True when there is a plane and the segment a → a + d does not cross it for certain. Both ends must lie in the scene's bounds.
     #[inline(always)]
-    pub fn apart(&self, line: &Line) -> bool {
+    pub(super) fn apart(&self, line: &Line) -> bool {
         let start = (line.a - self.origin).dot(self.normal);
         let end = start + line.d.dot(self.normal);
         let limit = CERTAIN * line.plane;

@@ -51,7 +51,7 @@ pub(crate) struct Bvh {
 
 impl Bvh {
     /// The tree over (id, plate) pairs; `bounds` are the scene's.
-    pub fn new(plates: &[(u32, Plate)], bounds: (Vec3, Vec3)) -> Bvh {
+    pub(crate) fn new(plates: &[(u32, Plate)], bounds: (Vec3, Vec3)) -> Bvh {
         let centre = (bounds.0 + bounds.1) * 0.5;
         let half = (bounds.1 - bounds.0).max_abs() * 0.5;
         // Far from the origin the plates' own coordinates are coarser than the padding would be.
@@ -93,7 +93,7 @@ impl Bvh {
         }
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.plates.len()
     }
 
@@ -139,13 +139,13 @@ impl Bvh {
 
     /// True when any plate crosses the segment a → b.
     #[inline]
-    pub fn any(&self, a: Vec3, b: Vec3, tol: &Tolerance) -> bool {
+    pub(crate) fn any(&self, a: Vec3, b: Vec3, tol: &Tolerance) -> bool {
         let line = Line::new(a, b - a, tol);
         self.visit::<true>(&line, |slot| self.plates[slot].crosses(&line))
     }
 
     /// Every plate that crosses the segment a → b, in no order: its id, the share t of the segment, (u, v), and d·n̂.
-    pub fn all(&self, a: Vec3, b: Vec3, tol: &Tolerance, mut each: impl FnMut(u32, [f64; 3], f64)) {
+    pub(crate) fn all(&self, a: Vec3, b: Vec3, tol: &Tolerance, mut each: impl FnMut(u32, [f64; 3], f64)) {
         let line = Line::new(a, b - a, tol);
         self.visit::<false>(&line, |slot| {
             if let Some(at) = self.plates[slot].crossing(&line) {
@@ -156,7 +156,7 @@ impl Bvh {
     }
 
     /// The first plate that the ray meets with t_min < t < t_max: id, (t, u, v), and whether on its front.
-    pub fn nearest(
+    pub(crate) fn nearest(
         &self,
         a: Vec3,
         d: Vec3,
@@ -172,7 +172,7 @@ impl Bvh {
     }
 
     /// Shows every plate whose padded box overlaps [lo, hi]: the id alone, in no order.
-    pub fn overlapping(&self, lo: Vec3, hi: Vec3, mut each: impl FnMut(u32)) {
+    pub(crate) fn overlapping(&self, lo: Vec3, hi: Vec3, mut each: impl FnMut(u32)) {
         let low = ((lo - self.centre) * self.scale).array().map(|x| x as f32);
         let high = ((hi - self.centre) * self.scale).array().map(|x| x as f32);
         self.sift(
@@ -185,7 +185,7 @@ impl Bvh {
     }
 
     /// True when a corner lies above the plane n·x = c by more than `slack`.
-    pub fn reaches_above(&self, n: Vec3, c: f64, slack: f64) -> bool {
+    pub(crate) fn reaches_above(&self, n: Vec3, c: f64, slack: f64) -> bool {
         let level = (c - n.dot(self.centre)) * self.scale;
         let n32 = n.array().map(|x| x as f32);
         let level = (level - PLANE_SLACK) as f32;
@@ -200,7 +200,7 @@ impl Bvh {
     }
 
     /// True when some plate may meet a segment of the shaft.
-    pub fn any_in(&self, shaft: &Shaft, tol: &Tolerance) -> bool {
+    pub(crate) fn any_in(&self, shaft: &Shaft, tol: &Tolerance) -> bool {
         let planes = shaft.planes().iter().map(|&(n, c)| {
             let level = (c - n.dot(self.centre)) * self.scale + PLANE_SLACK;
             (n.array().map(|x| x as f32), level as f32)

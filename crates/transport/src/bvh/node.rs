@@ -42,7 +42,7 @@ pub(super) struct Ray {
 
 impl Ray {
     #[inline(always)]
-    pub fn new(a: Vec3, d: Vec3) -> Ray {
+    pub(super) fn new(a: Vec3, d: Vec3) -> Ray {
         let inverse = d.array().map(|x| {
             let x = x as f32;
             1.0 / if x.abs() < 1e-20 { 1e-20f32.copysign(x) } else { x }
@@ -57,7 +57,7 @@ impl Ray {
 
     /// The lanes whose boxes the segment meets before `t_max`, and where it enters each.
     #[inline(always)]
-    pub fn enter<W: Wide>(&self, w: W, node: &Node, t_max: f32) -> (u32, W::F) {
+    pub(super) fn enter<W: Wide>(&self, w: W, node: &Node, t_max: f32) -> (u32, W::F) {
         let ([nx, ny, nz], [fx, fy, fz]) = (self.near, self.far);
         let (x0, x1) = (self.plane(w, node, nx, 0), self.plane(w, node, fx, 0));
         let (y0, y1) = (self.plane(w, node, ny, 1), self.plane(w, node, fy, 1));

@@ -85,7 +85,7 @@ impl Pierced {
 pub(super) struct Gaps(Vec<Pierced>);
 
 impl Gaps {
-    pub fn new() -> Gaps {
+    pub(super) fn new() -> Gaps {
         Gaps(vec![Pierced::NONE; 3 * FINE * FINE * GAPS])
     }
     fn clear(&mut self) {

@@ -5,19 +5,19 @@ use zonal_math::{Vec3, sequence::unit, vec3};
 use zonal_scene::{Facet, Plate, Scene, SceneParts, Sides, Surface, Voxmap};
 
 /// Deterministic numbers in [0, 1).
-pub struct Dice(pub u64);
+pub(crate) struct Dice(pub u64);
 
 impl Dice {
-    pub fn roll(&mut self) -> f64 {
+    pub(crate) fn roll(&mut self) -> f64 {
         self.0 += 1;
         unit(self.0)
     }
-    pub fn point(&mut self) -> Vec3 {
+    pub(crate) fn point(&mut self) -> Vec3 {
         vec3(self.roll(), self.roll(), self.roll())
     }
 }
 
-pub fn surface(name: &str) -> Surface {
+pub(crate) fn surface(name: &str) -> Surface {
     Surface {
         name: name.into(),
         reflectance: [0.5, 0.4, 0.3],
@@ -30,22 +30,22 @@ pub fn surface(name: &str) -> Surface {
     }
 }
 
-pub fn facet(surface: usize, plate: Plate) -> Facet {
+pub(crate) fn facet(surface: usize, plate: Plate) -> Facet {
     Facet { surface, plate, uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]] }
 }
 
-pub fn scene(surfaces: Vec<Surface>, facets: Vec<Facet>, voxmap: Option<Voxmap>) -> Scene {
+pub(crate) fn scene(surfaces: Vec<Surface>, facets: Vec<Facet>, voxmap: Option<Voxmap>) -> Scene {
     Scene::new(SceneParts { surfaces, facets, voxmap, ..SceneParts::default() }).unwrap()
 }
 
 /// A scene of plates that all belong to one surface.
-pub fn plain(plates: &[Plate], voxmap: Option<Voxmap>) -> Scene {
+pub(crate) fn plain(plates: &[Plate], voxmap: Option<Voxmap>) -> Scene {
     let facets = plates.iter().map(|p| facet(0, *p)).collect();
     scene(vec![surface("all")], facets, voxmap)
 }
 
 /// Six faces of the box [lo, hi] that look inward.
-pub fn room(lo: Vec3, hi: Vec3) -> Vec<Plate> {
+pub(crate) fn room(lo: Vec3, hi: Vec3) -> Vec<Plate> {
     let e = hi - lo;
     let (x, y, z) = (vec3(e.x, 0.0, 0.0), vec3(0.0, e.y, 0.0), vec3(0.0, 0.0, e.z));
     vec![
@@ -59,12 +59,12 @@ pub fn room(lo: Vec3, hi: Vec3) -> Vec<Plate> {
 }
 
 /// Six faces of the box [lo, hi] that look outward.
-pub fn solid_box(lo: Vec3, hi: Vec3) -> Vec<Plate> {
+pub(crate) fn solid_box(lo: Vec3, hi: Vec3) -> Vec<Plate> {
     room(lo, hi).iter().map(Plate::flipped).collect()
 }
 
 /// The same plates turned by fixed angles about `c`.
-pub fn turned(plates: &[Plate], c: Vec3, angle: f64) -> Vec<Plate> {
+pub(crate) fn turned(plates: &[Plate], c: Vec3, angle: f64) -> Vec<Plate> {
     let (s, k) = angle.sin_cos();
     let turn = |v: Vec3| {
         let v = vec3(k * v.x - s * v.y, s * v.x + k * v.y, v.z);
@@ -78,7 +78,7 @@ pub fn turned(plates: &[Plate], c: Vec3, angle: f64) -> Vec<Plate> {
 }
 
 /// A parallelogram as 2 n² triangles.
-pub fn mesh(p: &Plate, n: usize) -> Vec<Plate> {
+pub(crate) fn mesh(p: &Plate, n: usize) -> Vec<Plate> {
     let at = |i: usize, j: usize| p.at(i as f64 / n as f64, j as f64 / n as f64);
     let mut out = Vec::new();
     for i in 0..n {
@@ -92,7 +92,7 @@ pub fn mesh(p: &Plate, n: usize) -> Vec<Plate> {
 }
 
 /// A voxmap on the unit cube with the same κ everywhere.
-pub fn fog(n: usize, kappa: f64) -> Voxmap {
+pub(crate) fn fog(n: usize, kappa: f64) -> Voxmap {
     let h = 1.0 / n as f64;
     let mut v = Voxmap::new(Vec3::ZERO, Vec3::splat(h), [n; 3]).unwrap();
     for i in 0..v.len() {

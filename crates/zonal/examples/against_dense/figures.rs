@@ -15,7 +15,7 @@ const HEAD: &str = "scene,tolerance,quantity,band,zones,L2,estimate,pointwise,es
 
 /// What a solve took.
 #[derive(Clone, Copy)]
-pub struct Cost {
+pub(crate) struct Cost {
     /// Processor time of the solve, s.
     pub seconds: f64,
     /// Links of each direction over zones.
@@ -28,7 +28,7 @@ pub struct Cost {
 
 impl Cost {
     /// From a report; `zones` of them.
-    pub fn new(report: &Report, zones: usize, seconds: f64) -> Cost {
+    pub(crate) fn new(report: &Report, zones: usize, seconds: f64) -> Cost {
         let sum = |names: &[&str]| {
             let all = report.counts.iter().filter(|c| names.contains(&c.0.as_str()));
             all.fold(0.0, |s, c| s + c.1 as f64) / zones as f64
@@ -43,7 +43,7 @@ impl Cost {
 }
 
 /// One quantity of one band.
-pub struct Row {
+pub(crate) struct Row {
     quantity: &'static str,
     band: &'static str,
     zones: usize,
@@ -56,7 +56,7 @@ pub struct Row {
 
 impl Row {
     /// The bands of a range of zones that differ; none of an empty range.
-    pub fn all(
+    pub(crate) fn all(
         quantity: &'static str,
         range: Range<usize>,
         ours: &Fields,
@@ -123,7 +123,7 @@ impl Row {
     }
 
     /// For people.
-    pub fn line(&self, tolerance: f64) -> String {
+    pub(crate) fn line(&self, tolerance: f64) -> String {
         format!(
             "    {:<6} {:<3}: L2 {:.3} % (estimated {:.3} %), pointwise {:.3} %; estimate/error {:.1} in the median, {:.1} % within twice{}",
             self.quantity,
@@ -138,7 +138,7 @@ impl Row {
     }
 
     /// For tables.
-    pub fn record(&self, scene: &str, tolerance: f64, cost: &Cost) -> String {
+    pub(crate) fn record(&self, scene: &str, tolerance: f64, cost: &Cost) -> String {
         format!(
             "{scene},{tolerance},{},{},{},{:.3e},{:.3e},{:.3e},{:.2},{:.4},{:.2},{:.1},{:.1},{}\n",
             self.quantity,
@@ -158,7 +158,7 @@ impl Row {
 }
 
 /// Lists the patches and the volume zones with the largest differences of the first band, and their shares of the sum of squares.
-pub fn list_worst(scene: &Scene, zones: &Zones, ours: &Fields, dense: &Fields, count: usize) {
+pub(crate) fn list_worst(scene: &Scene, zones: &Zones, ours: &Fields, dense: &Fields, count: usize) {
     let off = |i: usize| ours.incident[i][0] - dense.incident[i][0];
     for range in [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()] {
         let all: f64 = range.clone().map(|i| off(i) * off(i)).sum();
@@ -194,7 +194,7 @@ fn place(scene: &Scene, zones: &Zones, i: usize) -> String {
 }
 
 /// The table of a file with the records of a scene and a tolerance put in the place of older ones; by scene, then from coarse to fine.
-pub fn merged(file: &Path, scene: &str, tolerance: f64, records: &str) -> Result<String, Any> {
+pub(crate) fn merged(file: &Path, scene: &str, tolerance: f64, records: &str) -> Result<String, Any> {
     let old = if file.exists() { std::fs::read_to_string(file)? } else { String::new() };
     let key = format!("{scene},{tolerance},");
     let mut lines: Vec<&str> = old.lines().skip(1).filter(|l| !l.starts_with(&key)).collect();
@@ -214,7 +214,7 @@ pub fn merged(file: &Path, scene: &str, tolerance: f64, records: &str) -> Result
 }
 
 /// Draws error against processor time from a table: of each scene the largest L2 error over quantities and bands, and dashed its estimate.
-pub fn draw(table: &Path, plot: &Path) -> Result<(), Any> {
+pub(crate) fn draw(table: &Path, plot: &Path) -> Result<(), Any> {
     let text = std::fs::read_to_string(table)?;
     let mut scenes: Vec<&str> = text.lines().skip(1).filter_map(|l| l.split(',').next()).collect();
     scenes.dedup();
@@ -244,6 +244,6 @@ pub fn draw(table: &Path, plot: &Path) -> Result<(), Any> {
 }
 
 /// Writes a table.
-pub fn write(file: &Path, text: &str) -> Result<(), Any> {
+pub(crate) fn write(file: &Path, text: &str) -> Result<(), Any> {
     Ok(output::write_bytes(file, text.as_bytes())?)
 }

@@ -132,7 +132,7 @@ fn density(dice: &mut Dice) -> Vec<f64> {
 }
 
 /// The scene of a seed as text, with its density written to a file; `n` cells along the longest edge.
-pub fn scene(seed: u64, n: usize, file: &Path) -> Result<String, Box<dyn std::error::Error>> {
+pub(crate) fn scene(seed: u64, n: usize, file: &Path) -> Result<String, Box<dyn std::error::Error>> {
     let mut dice = Dice(seed.wrapping_mul(0x2545_F491_4F6C_DD1D));
     let room = dice.point(vec3(2.6, 2.2, 1.8), vec3(3.0, 2.6, 2.2));
     let cells = room.array().map(|e| (e / 3.0 * n as f64).round().max(1.0) as usize);

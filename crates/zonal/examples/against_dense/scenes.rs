@@ -11,10 +11,10 @@ use zonal::io::{input, output};
 use zonal::scene::Scene;
 
 /// Any error, in a sentence.
-pub type Any = Box<dyn std::error::Error>;
+pub(crate) type Any = Box<dyn std::error::Error>;
 
 /// The scenes that have a name, with their size where none is asked for: cells along an edge, or the longest.
-pub const NAMED: [(&str, usize); 7] =
+pub(crate) const NAMED: [(&str, usize); 7] =
     [("c0", 10), ("c9", 10), ("c8", 10), ("demo", 7), ("cornell", 14), ("random1", 11), ("random2", 11)];
 const DENSITY: &str = "reference/montecarlo/c8_het_a0.90_r0.5.npz";
 const MESHES: &str = "data/cornell/mitsuba-cbox/meshes";
@@ -62,7 +62,7 @@ fn of_file(file: &Path, cells: Option<usize>) -> Result<Scene, Any> {
 }
 
 /// The scene of a name, or of a file; `size` cells along an edge.
-pub fn scene(name: &str, size: Option<usize>, shared: &Path) -> Result<Scene, Any> {
+pub(crate) fn scene(name: &str, size: Option<usize>, shared: &Path) -> Result<Scene, Any> {
     let default = NAMED.iter().find(|s| s.0 == name).map_or(11, |s| s.1);
     let n = size.unwrap_or(default);
     if !(1..=1000).contains(&n) {

@@ -1,7 +1,7 @@
 //! `zonal solve` as a process of its own, with what it took: reading, tables and writing included.
 
 #[path = "watch.rs"]
-pub mod watch;
+pub(crate) mod watch;
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ impl Drop for Folder {
 
 /// Solves the scene of a text with more arguments, and asks `of` about the file written. With its answer the report, and wall time in s,
 /// processor time in s and peak of the resident memory in MB.
-pub fn solve<T>(
+pub(crate) fn solve<T>(
     command: &Path,
     text: &str,
     arguments: &[&str],

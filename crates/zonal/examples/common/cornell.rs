@@ -10,7 +10,7 @@ const GREEN: &str = "[0.105421, 0.37798, 0.076425]";
 const LAMP: [f64; 3] = [18.387, 13.9873, 6.75357];
 
 /// The walls, the two boxes where wanted, the lamp and the camera, with `[solve]` as given; lengths in millimetres as in the meshes.
-pub fn cornell(name: &str, meshes: &Path, boxes: bool, solve: &str) -> String {
+pub(super) fn cornell(name: &str, meshes: &Path, boxes: bool, solve: &str) -> String {
     let mut t = format!("name = \"{name}\"\n[solve]\n{solve}\n");
     let mut walls =
         vec![("back", WHITE), ("ceiling", WHITE), ("floor", WHITE), ("greenwall", GREEN), ("redwall", RED)];
@@ -37,7 +37,7 @@ pub fn cornell(name: &str, meshes: &Path, boxes: bool, solve: &str) -> String {
 }
 
 /// The haze that fills the box: extinction in 1/mm, cells along an edge.
-pub fn haze(extinction: f64, albedo: &str, cells: usize) -> String {
+pub(super) fn haze(extinction: f64, albedo: &str, cells: usize) -> String {
     format!(
         "[medium]\nmin = [-2, -1.6, -0.4]\nmax = [558, 550.4, 559.6]\ncells = [{cells}, {cells}, {cells}]\nextinction = {extinction}\nalbedo = {albedo}\n"
     )

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 /// The text with what `of` makes of the value on every line `key = …`; an error where there is none.
-pub fn with(
+pub(super) fn with(
     text: &str,
     key: &str,
     of: impl Fn(&str) -> Result<String, Box<dyn std::error::Error>>,

@@ -1,7 +1,7 @@
 //! Commands run to their end, with what they took.
 
 #[path = "process.rs"]
-pub mod process;
+pub(crate) mod process;
 
 use process::Process;
 use std::io::Read as _;
@@ -19,7 +19,7 @@ fn peak(id: u32) -> Option<f64> {
 }
 
 /// Runs a command to its end; what it said, with wall time, processor time and peak memory.
-pub fn watched(command: &mut Command) -> Result<(String, [f64; 3]), Box<dyn std::error::Error>> {
+pub(crate) fn watched(command: &mut Command) -> Result<(String, [f64; 3]), Box<dyn std::error::Error>> {
     let start = Instant::now();
     let mut child = command.stdout(Stdio::piped()).spawn()?;
     let mut pipe = child.stdout.take().ok_or("no output")?;

@@ -4,7 +4,7 @@ use super::model::{Heat, Light, Look, Medium, Model, Pane, Part, Shape, Surface,
 use zonal_reference::Dice;
 
 /// A model, of few zones if `small`, and the dice that go on with it.
-pub fn model(seed: u64, index: u64, small: bool) -> (Model, Dice) {
+pub(crate) fn model(seed: u64, index: u64, small: bool) -> (Model, Dice) {
     let mut dice = Dice::new(seed.wrapping_mul(0x9E37_79B9).wrapping_add(index.wrapping_mul(0xD1B5_4A33)));
     let mut g = Maker::new(&mut dice, small);
     let u = g.dice.roll();

@@ -10,7 +10,7 @@ use zonal_reference::Dice;
 const ROUNDING: f64 = 1e-9;
 
 /// Names of the invariances.
-pub const ALL: [&str; 10] = [
+pub(crate) const ALL: [&str; 10] = [
     "mirrored",
     "turned by 90 degrees",
     "turned by some angle",
@@ -25,7 +25,7 @@ pub const ALL: [&str; 10] = [
 
 /// A sum that two ways of saying a scene do not agree on, or of which one does not know its error.
 #[derive(Clone, Debug)]
-pub struct Broken {
+pub(crate) struct Broken {
     pub scene: u64,
     pub invariance: &'static str,
     pub engine: &'static str,
@@ -38,7 +38,7 @@ pub struct Broken {
 
 /// What the comparison of a scene with its other form comes to.
 #[derive(Clone, Debug, Default)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     pub compared: usize,
     pub unknown: usize,
     pub broken: Vec<Broken>,
@@ -177,7 +177,7 @@ fn meshed(model: &Model) -> Model {
 }
 
 /// Compares a solution with that of the scene said otherwise, drawn by `dice`.
-pub fn check(
+pub(crate) fn check(
     model: &Model,
     scene: u64,
     (words, engine, basis): (&'static str, &str, &str),

@@ -24,15 +24,15 @@ const FAR: (f64, f64) = (10.0, 6.0);
 /// Words by which an engine says that it does not serve a scene.
 const REFUSALS: [&str; 4] = ["does not apply", "images", "periodic", "is for the spectral engine"];
 /// Engines, and what they do inside zones.
-pub const VARIANTS: [(&str, &str); 4] =
+pub(crate) const VARIANTS: [(&str, &str); 4] =
     [("dense", "constant"), ("hierarchical", "constant"), ("spectral", "constant"), ("spectral", "linear")];
 
 /// The same in words.
-pub const WORDS: [&str; 4] = ["dense", "hierarchical", "spectral", "spectral, slopes"];
+pub(crate) const WORDS: [&str; 4] = ["dense", "hierarchical", "spectral", "spectral, slopes"];
 
 /// What a quantity is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// A sum by name: power absorbed, net power, temperature.
     Name,
     /// H or G, temperature or net power of a zone.
@@ -41,7 +41,7 @@ pub enum Kind {
 
 /// A quantity beside its reference.
 #[derive(Clone, Debug)]
-pub struct Quantity {
+pub(crate) struct Quantity {
     pub scene: u64,
     /// Engine and basis.
     pub engine: &'static str,
@@ -60,34 +60,34 @@ pub struct Quantity {
 
 impl Quantity {
     /// |difference|.
-    pub fn difference(&self) -> f64 {
+    pub(crate) fn difference(&self) -> f64 {
         (self.value - self.truth).abs()
     }
     /// True where nothing is stated.
-    pub fn unknown(&self) -> bool {
+    pub(crate) fn unknown(&self) -> bool {
         !self.stated.is_finite()
     }
     /// What a difference may be: the stated error and 3σ of the reference, of zones twice the stated error.
-    pub fn limit(&self) -> f64 {
+    pub(crate) fn limit(&self) -> f64 {
         let times = if self.kind == Kind::Name { 1.0 } else { 2.0 };
         times * self.stated + 3.0 * self.sigma
     }
     /// Covered as asked.
-    pub fn holds(&self) -> bool {
+    pub(crate) fn holds(&self) -> bool {
         !self.unknown() && self.difference() <= self.limit()
     }
     /// Beyond ten times the stated error.
-    pub fn far(&self) -> bool {
+    pub(crate) fn far(&self) -> bool {
         !self.unknown() && self.difference() > FAR.0 * self.stated + FAR.1 * self.sigma
     }
     /// True where the difference is no noise of the reference.
-    pub fn shows(&self) -> bool {
+    pub(crate) fn shows(&self) -> bool {
         self.difference() > 3.0 * self.sigma
     }
 }
 
 /// Reads a model, its meshes written into `folder`.
-pub fn read(model: &Model, lines: &str, folder: &Path) -> Result<Scene, String> {
+pub(crate) fn read(model: &Model, lines: &str, folder: &Path) -> Result<Scene, String> {
     let (text, files) = model.texts(lines);
     for (name, text) in files {
         std::fs::write(folder.join(&name), text).map_err(|e| format!("{name}: {e}"))?;
@@ -96,7 +96,12 @@ pub fn read(model: &Model, lines: &str, folder: &Path) -> Result<Scene, String> 
 }
 
 /// Reads and solves a model; `Ok(None)` where the engine does not apply.
-pub fn solved(model: &Model, engine: &str, basis: &str, folder: &Path) -> Result<Option<Solution>, String> {
+pub(crate) fn solved(
+    model: &Model,
+    engine: &str,
+    basis: &str,
+    folder: &Path,
+) -> Result<Option<Solution>, String> {
     let lines = format!("engine = \"{engine}\"\nthick_zones = \"{basis}\"");
     let scene = read(model, &lines, folder)?;
     match zonal::solve::solve(scene, MEMORY, &Quiet) {
@@ -109,7 +114,7 @@ pub fn solved(model: &Model, engine: &str, basis: &str, folder: &Path) -> Result
 }
 
 /// Which surfaces of a scene are closed parts.
-pub fn closed(model: &Model, scene: &Scene) -> Closed {
+pub(crate) fn closed(model: &Model, scene: &Scene) -> Closed {
     let whole = |name: &str| {
         let own = |s: &super::model::Surface| {
             matches!(s.shape, super::model::Shape::Mesh { .. }) && name.starts_with(&s.name)
@@ -120,7 +125,7 @@ pub fn closed(model: &Model, scene: &Scene) -> Closed {
 }
 
 /// All quantities of a scene.
-pub struct Measured {
+pub(crate) struct Measured {
     pub quantities: Vec<Quantity>,
     /// Engines that applied.
     pub engines: Vec<&'static str>,
@@ -133,7 +138,7 @@ pub struct Measured {
 type Walked = (Answer, bool);
 
 /// Solves a model by every engine that applies, or by the first that does from number `first` on, and compares.
-pub fn measure(
+pub(crate) fn measure(
     model: &Model,
     index: u64,
     seed: u64,
@@ -221,7 +226,7 @@ fn kelvin(e: Estimate) -> Estimate {
 
 /// A sum by name as a report has it.
 #[derive(Clone, Debug)]
-pub struct Sum {
+pub(crate) struct Sum {
     /// What it is.
     pub what: String,
     /// Of whom, without the band.
@@ -232,7 +237,7 @@ pub struct Sum {
 
 /// What a sum is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Of {
+pub(crate) enum Of {
     /// Net power of row so and so of the heat.
     Power(usize),
     /// Temperature of row so and so.
@@ -248,7 +253,7 @@ pub enum Of {
 }
 
 /// The sums by name of a solution; not what is given.
-pub fn sums(s: &Solution) -> Vec<Sum> {
+pub(crate) fn sums(s: &Solution) -> Vec<Sum> {
     let mut out = Vec::new();
     if let Some(heat) = &s.report.heat {
         for (k, (row, [kelvin, watt])) in heat.rows.iter().zip(stated::heat(s)).enumerate() {
@@ -284,12 +289,12 @@ pub fn sums(s: &Solution) -> Vec<Sum> {
 }
 
 /// The largest power of a solution's sums, W.
-pub fn scale(list: &[Sum]) -> f64 {
+pub(crate) fn scale(list: &[Sum]) -> f64 {
     list.iter().filter(|s| !matches!(s.of, Of::Temperature(_))).map(|s| s.value.abs()).fold(0.0, f64::max)
 }
 
 /// Sums by name beside the reference.
-pub fn names(s: &Solution, truth: &Answer) -> Vec<Quantity> {
+pub(crate) fn names(s: &Solution, truth: &Answer) -> Vec<Quantity> {
     let list = sums(s);
     let powers = truth.heat.iter().map(|h| h.power.value.abs());
     let scale =
@@ -321,7 +326,7 @@ pub fn names(s: &Solution, truth: &Answer) -> Vec<Quantity> {
 }
 
 /// What arrives at zones; temperatures and net powers of zones.
-pub fn zones(s: &Solution, truth: &Answer) -> Vec<Quantity> {
+pub(crate) fn zones(s: &Solution, truth: &Answer) -> Vec<Quantity> {
     let mut out = Vec::new();
     let h = |i: usize, b: usize| s.fields.incident[i][b] + s.fields.direct[i][b];
     let grey = s.scene.thermal().is_some_and(|t| t.shares.grey());

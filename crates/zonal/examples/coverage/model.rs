@@ -3,21 +3,21 @@
 use std::fmt::Write as _;
 
 /// A point or vector, m.
-pub type V = [f64; 3];
+pub(crate) type V = [f64; 3];
 
-pub fn add(a: V, b: V) -> V {
+pub(crate) fn add(a: V, b: V) -> V {
     [0, 1, 2].map(|k| a[k] + b[k])
 }
-pub fn sub(a: V, b: V) -> V {
+pub(crate) fn sub(a: V, b: V) -> V {
     [0, 1, 2].map(|k| a[k] - b[k])
 }
-pub fn times(a: V, s: f64) -> V {
+pub(crate) fn times(a: V, s: f64) -> V {
     a.map(|x| x * s)
 }
 
 /// What is known of heat.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Heat {
+pub(crate) enum Heat {
     /// K.
     Temperature(f64),
     /// W/m² or W/m³.
@@ -28,7 +28,7 @@ pub enum Heat {
 
 /// How a surface looks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Look {
+pub(crate) struct Look {
     pub reflectance: V,
     pub emission: V,
     pub heat: Heat,
@@ -37,7 +37,7 @@ pub struct Look {
 
 /// A shape.
 #[derive(Clone, Debug)]
-pub enum Shape {
+pub(crate) enum Shape {
     /// A parallelogram, or a triangle: origin and two edges.
     Plate { corner: V, edges: [V; 2], triangle: bool },
     /// Walls of an axis-aligned room; those without a look are left out. The look of the surface itself is not used.
@@ -50,7 +50,7 @@ pub enum Shape {
 
 /// A named surface.
 #[derive(Clone, Debug)]
-pub struct Surface {
+pub(crate) struct Surface {
     pub name: String,
     pub shape: Shape,
     pub look: Look,
@@ -58,7 +58,7 @@ pub struct Surface {
 
 /// A pane.
 #[derive(Clone, Debug)]
-pub struct Pane {
+pub(crate) struct Pane {
     pub name: String,
     pub polygon: Vec<V>,
     pub thickness: f64,
@@ -71,7 +71,7 @@ pub struct Pane {
 
 /// A medium, or a box of it.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub(crate) struct Part {
     pub min: V,
     pub max: V,
     pub extinction: V,
@@ -83,7 +83,7 @@ pub struct Part {
 
 /// The medium.
 #[derive(Clone, Debug)]
-pub struct Medium {
+pub(crate) struct Medium {
     pub whole: Part,
     pub cells: [usize; 3],
     pub regions: Vec<Part>,
@@ -91,7 +91,7 @@ pub struct Medium {
 
 /// A light.
 #[derive(Clone, Debug)]
-pub enum Light {
+pub(crate) enum Light {
     Sun { direction: V, irradiance: V, degrees: f64 },
     Sky { radiance: V },
     Emitter { surface: String },
@@ -99,7 +99,7 @@ pub enum Light {
 
 /// A scene.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub(crate) struct Model {
     pub thermal: bool,
     /// Lines of `[thermal]`.
     pub shares: String,
@@ -119,10 +119,10 @@ pub struct Model {
     pub features: Vec<&'static str>,
 }
 
-pub const FACES: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
+pub(crate) const FACES: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
 
 /// The wall of a box: corner and edges with the front inward.
-pub fn wall(min: V, max: V, face: usize) -> (V, [V; 2]) {
+pub(crate) fn wall(min: V, max: V, face: usize) -> (V, [V; 2]) {
     let (axis, high) = (face / 2, face % 2 == 1);
     let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
     let unit = |k: usize| {
@@ -141,7 +141,7 @@ pub fn wall(min: V, max: V, face: usize) -> (V, [V; 2]) {
 }
 
 /// The quadrilaterals of a box, with its normals outward or inward; equal corners are equal to the bit.
-pub fn quads(min: V, max: V, inward: bool) -> Vec<[V; 4]> {
+pub(crate) fn quads(min: V, max: V, inward: bool) -> Vec<[V; 4]> {
     (0..6)
         .map(|face| {
             let (axis, high) = (face / 2, face % 2 == 1);
@@ -170,16 +170,16 @@ fn turned(p: V, centre: V, degrees: f64) -> V {
 
 /// x ↦ M x + t.
 #[derive(Clone, Copy, Debug)]
-pub struct Motion {
+pub(crate) struct Motion {
     pub rows: [V; 3],
     pub shift: V,
 }
 
 impl Motion {
-    pub fn point(&self, p: V) -> V {
+    pub(crate) fn point(&self, p: V) -> V {
         add(self.vector(p), self.shift)
     }
-    pub fn vector(&self, p: V) -> V {
+    pub(crate) fn vector(&self, p: V) -> V {
         self.rows.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2])
     }
     fn mirrors(&self) -> bool {
@@ -199,7 +199,7 @@ impl Motion {
 
 impl Model {
     /// Rooms and boxes as single plates and meshes, which any motion can take.
-    pub fn lowered(&self) -> Model {
+    pub(crate) fn lowered(&self) -> Model {
         let mut out = self.clone();
         out.surfaces.clear();
         for s in &self.surfaces {
@@ -228,7 +228,7 @@ impl Model {
     }
 
     /// The model moved; turns of a medium go by quarters.
-    pub fn moved(&self, m: &Motion) -> Model {
+    pub(crate) fn moved(&self, m: &Motion) -> Model {
         let mut out = self.lowered();
         let flip = m.mirrors();
         for s in &mut out.surfaces {
@@ -276,7 +276,7 @@ impl Model {
     }
 
     /// The model `s` times as large, with extinctions that keep all optical depths.
-    pub fn scaled(&self, s: f64) -> Model {
+    pub(crate) fn scaled(&self, s: f64) -> Model {
         let rows = [[s, 0.0, 0.0], [0.0, s, 0.0], [0.0, 0.0, s]];
         let mut out = self.moved(&Motion { rows, shift: [0.0; 3] });
         out.patch_size = self.patch_size.map(|p| p * s);
@@ -304,7 +304,7 @@ impl Model {
     }
 
     /// The TOML text, with `lines` in `[solve]`, and the meshes that it names: file and text.
-    pub fn texts(&self, lines: &str) -> (String, Vec<(String, String)>) {
+    pub(crate) fn texts(&self, lines: &str) -> (String, Vec<(String, String)>) {
         let (mut t, mut files) = (String::new(), Vec::new());
         if self.thermal {
             t += "mode = \"thermal\"\n";

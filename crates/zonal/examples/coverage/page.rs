@@ -21,7 +21,7 @@ fn row(name: &str, l: &Line) -> String {
 }
 
 /// Verdicts and tables, in Markdown.
-pub fn tables(s: &Summary) -> String {
+pub(crate) fn tables(s: &Summary) -> String {
     const HEAD: &str = "| | scenes | sums by name covered | zones covered by twice their error | unknown | beyond ten times, silent / warned |\n|---|---:|---:|---:|---:|---:|\n";
     let mut t = String::from("| asked | found | |\n|---|---|---|\n");
     for (asked, found, holds) in s.verdicts() {
@@ -44,7 +44,7 @@ pub fn tables(s: &Summary) -> String {
 }
 
 /// Writes the page, and the plot beside it.
-pub fn write(path: &Path, plan: &Plan, done: &[Done], s: &Summary) -> Result<(), String> {
+pub(crate) fn write(path: &Path, plan: &Plan, done: &[Done], s: &Summary) -> Result<(), String> {
     let plot = path.with_extension("svg");
     draw(done).write(&plot).map_err(|e| e.to_string())?;
     let file = plot.file_name().unwrap_or_default().to_string_lossy().into_owned();

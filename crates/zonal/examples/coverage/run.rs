@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// What to run.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub(crate) struct Plan {
     /// Scenes.
     pub scenes: Vec<u64>,
     pub seed: u64,
@@ -21,7 +21,7 @@ pub struct Plan {
 }
 
 /// A scene and what was found.
-pub struct Done {
+pub(crate) struct Done {
     pub index: u64,
     pub features: Vec<&'static str>,
     pub engines: Vec<&'static str>,
@@ -33,11 +33,11 @@ pub struct Done {
 
 impl Done {
     /// Sums by name that are not covered, and zones that are not by twice their error.
-    pub fn missed(&self) -> impl Iterator<Item = &Quantity> {
+    pub(crate) fn missed(&self) -> impl Iterator<Item = &Quantity> {
         self.quantities.iter().filter(|q| !q.unknown() && !q.holds())
     }
     /// True where something is wrong.
-    pub fn failed(&self) -> bool {
+    pub(crate) fn failed(&self) -> bool {
         self.missed().next().is_some()
             || !self.failures.is_empty()
             || self.invariance.as_ref().is_some_and(|(_, o)| !o.broken.is_empty() || o.failure.is_some())
@@ -45,7 +45,7 @@ impl Done {
 }
 
 /// Runs a plan; `told` hears of every scene that is done.
-pub fn run(plan: &Plan, told: impl Fn(&Done) + Sync) -> Vec<Done> {
+pub(crate) fn run(plan: &Plan, told: impl Fn(&Done) + Sync) -> Vec<Done> {
     let root = std::env::temp_dir().join(format!("zonal-coverage-{}-{}", std::process::id(), plan.seed));
     let done = (plan.scenes.par_iter())
         .map(|&index| {
@@ -95,7 +95,7 @@ fn one(plan: &Plan, index: u64, folder: &Path) -> Done {
 }
 
 /// Writes a scene with its meshes.
-pub fn write(model: &Model, folder: &Path) -> std::io::Result<()> {
+pub(crate) fn write(model: &Model, folder: &Path) -> std::io::Result<()> {
     std::fs::create_dir_all(folder)?;
     let (text, files) = model.texts("");
     for (name, text) in files {

@@ -5,20 +5,20 @@ use zonal::scene::solution::{Energy, Report};
 use zonal::scene::{Bands, Severity, Solution};
 
 /// True where escaped power has a stated error.
-pub const ESCAPED: bool = true;
+pub(crate) const ESCAPED: bool = true;
 
 /// Stated error of all that arrives at a zone, W/m²: of the exchange.
-pub fn zone(s: &Solution, i: usize) -> Bands {
+pub(crate) fn zone(s: &Solution, i: usize) -> Bands {
     s.fields.error_of_all(i)
 }
 
 /// True where the report warns.
-pub fn warned(report: &Report) -> bool {
+pub(crate) fn warned(report: &Report) -> bool {
     report.warnings.iter().any(|w| w.severity == Severity::Warning)
 }
 
 /// Stated errors of temperature (K) and net power (W) of each row of heat: of the exchange and of the zones.
-pub fn heat(s: &Solution) -> Vec<[f64; 2]> {
+pub(crate) fn heat(s: &Solution) -> Vec<[f64; 2]> {
     let Some(heat) = &s.report.heat else { return Vec::new() };
     let zoning = s.report.zoning.as_ref();
     let own = |k: usize, q: usize| zoning.and_then(|z| z.heat.get(k)).map_or(f64::INFINITY, |e| e[q]);
@@ -28,7 +28,7 @@ pub fn heat(s: &Solution) -> Vec<[f64; 2]> {
 }
 
 /// Stated errors of the powers by name in light mode, W: of the exchange and of the zones.
-pub fn energy(s: &Solution) -> Energy {
+pub(crate) fn energy(s: &Solution) -> Energy {
     let own = &s.report.energy_error;
     match &s.report.zoning {
         Some(z) => own.compared(&z.energy, |a, b| a + b),

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 /// Shares of covered quantities, and errors.
 #[derive(Clone, Debug, Default)]
-pub struct Line {
+pub(crate) struct Line {
     pub scenes: usize,
     pub names: usize,
     pub names_covered: usize,
@@ -32,13 +32,13 @@ impl Line {
         }
     }
     /// A share in per cent.
-    pub fn percent(part: usize, of: usize) -> f64 {
+    pub(crate) fn percent(part: usize, of: usize) -> f64 {
         if of == 0 { 100.0 } else { 100.0 * part as f64 / of as f64 }
     }
 }
 
 /// Everything.
-pub struct Summary {
+pub(crate) struct Summary {
     pub all: Line,
     pub by_engine: BTreeMap<&'static str, Line>,
     pub by_feature: BTreeMap<&'static str, Line>,
@@ -53,7 +53,7 @@ pub struct Summary {
 
 impl Summary {
     /// Of a campaign.
-    pub fn new(done: &[Done]) -> Summary {
+    pub(crate) fn new(done: &[Done]) -> Summary {
         let mut out = Summary {
             all: Line::default(),
             by_engine: WORDS.iter().map(|w| (*w, Line::default())).collect(),
@@ -95,7 +95,7 @@ impl Summary {
     }
 
     /// What is asked, what was found, and whether it holds.
-    pub fn verdicts(&self) -> Vec<(&'static str, String, bool)> {
+    pub(crate) fn verdicts(&self) -> Vec<(&'static str, String, bool)> {
         let a = &self.all;
         let names = Line::percent(a.names_covered, a.names);
         let zones = Line::percent(a.zones_covered, a.zones);

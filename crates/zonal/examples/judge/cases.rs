@@ -38,7 +38,7 @@ struct Setting {
 }
 
 /// Runs the cases.
-pub fn judge(arguments: &Arguments) -> Outcome {
+pub(crate) fn judge(arguments: &Arguments) -> Outcome {
     let shared = PathBuf::from(arguments.text("--shared").unwrap_or("../shared"));
     let quick = arguments.flag("--quick");
     let setting = Setting {

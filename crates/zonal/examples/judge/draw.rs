@@ -6,7 +6,7 @@ use zonal::io::{input, output};
 use zonal_reference::judge::Judge;
 
 /// Draws the picture.
-pub fn draw(arguments: &Arguments) -> Outcome {
+pub(crate) fn draw(arguments: &Arguments) -> Outcome {
     let file = arguments.plain().ok_or("give the scene: judge SCENE.toml --picture CAMERA -o OUT.exr")?;
     let out = Path::new(arguments.text("-o").ok_or("give -o OUT.exr")?);
     let scene = input::read_scene(Path::new(file))?;

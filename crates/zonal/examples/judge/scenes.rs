@@ -10,10 +10,10 @@ use zonal_reference::judge::Receiver;
 use zonal_scene::{Camera, Facet, Plate, Scene, SceneParts, Sides, Surface, Voxmap};
 
 /// Any error, in a sentence.
-pub type Error = Box<dyn std::error::Error>;
+pub(crate) type Error = Box<dyn std::error::Error>;
 
 /// A unit cube of `reference/montecarlo`.
-pub struct Cube {
+pub(crate) struct Cube {
     /// Short name.
     pub name: &'static str,
     /// File without its ending.
@@ -29,7 +29,7 @@ pub struct Cube {
 const PLAIN: Cube = Cube { name: "", file: "", albedo: 0.5, rho: 0.5, hot: 1.0, gas: 0.0, block: false };
 
 /// The cubes.
-pub const CUBES: [Cube; 7] = [
+pub(crate) const CUBES: [Cube; 7] = [
     Cube { name: "c0", file: "c0_K1_a0.90_r0.5", albedo: 0.9, ..PLAIN },
     Cube { name: "c1", file: "c1_K0.1_a0_r0", albedo: 0.0, rho: 0.0, ..PLAIN },
     Cube { name: "c3", file: "c3_K1_a0.50_r0", rho: 0.0, ..PLAIN },
@@ -40,9 +40,9 @@ pub const CUBES: [Cube; 7] = [
 ];
 
 /// Cells of the tables along an edge.
-pub const CELLS: usize = 10;
+pub(crate) const CELLS: usize = 10;
 /// Cells of the table on a face of the block.
-pub const BLOCK_CELLS: usize = 4;
+pub(crate) const BLOCK_CELLS: usize = 4;
 const BLOCK: (Vec3, Vec3) = (vec3(0.4, 0.3, 0.2), vec3(0.7, 0.6, 0.6));
 
 fn surface(name: &str, rho: f64, emission: f64) -> Surface {
@@ -85,7 +85,7 @@ fn at(i: usize, n: usize) -> [usize; 3] {
 
 impl Cube {
     /// The scene, with the extinction of each cell.
-    pub fn scene(&self, extinction: &[f64]) -> Result<Scene, Error> {
+    pub(crate) fn scene(&self, extinction: &[f64]) -> Result<Scene, Error> {
         let names = ["x0", "x1", "y0", "y1", "z0", "z1"];
         let mut surfaces: Vec<Surface> =
             (0..6).map(|k| surface(names[k], self.rho, if k == 0 { self.hot } else { 0.0 })).collect();
@@ -121,18 +121,18 @@ impl Cube {
     }
 
     /// The scene, with the extinction of its table.
-    pub fn read(&self, folder: &Path) -> Result<Scene, Error> {
+    pub(crate) fn read(&self, folder: &Path) -> Result<Scene, Error> {
         self.scene(&self.table(folder, "sigma_t")?)
     }
 
     /// An array of the table.
-    pub fn table(&self, folder: &Path, name: &str) -> Result<Vec<f64>, Error> {
+    pub(crate) fn table(&self, folder: &Path, name: &str) -> Result<Vec<f64>, Error> {
         Ok(output::read_array(&folder.join(format!("{}.npz", self.file)), name)?.1)
     }
 }
 
 /// Entry k of the tables: H on the walls, H on the block, G.
-pub fn receiver(quantity: &str, k: usize) -> Receiver {
+pub(crate) fn receiver(quantity: &str, k: usize) -> Receiver {
     let on = |lo, hi, n, inward| {
         let (plate, normal) = face(lo, hi, k / (n * n), [k / n % n, k % n], n, inward);
         Receiver::Patch { plate, normal }
@@ -155,16 +155,16 @@ const GREEN: &str = "[0.105421, 0.37798, 0.076425]";
 const LAMP: [f64; 3] = [18.387, 13.9873, 6.75357];
 
 /// The Cornell boxes of `mitsuba-refs`: name and medium.
-pub const BOXES: [&str; 4] =
+pub(crate) const BOXES: [&str; 4] =
     ["cbox_vacuum", "cbox_homog_st0.002_a08", "cbox_homog_st0.001_argb", "cbox_smoke"];
 
 /// The upper rows of Mitsuba's `cbox_smoke` that are not compared. A band under the ceiling is dark in it, 0.03 beside 0.11, where
 /// the way to the lamp cuts an upper edge of the medium's box; the smoke has no density there, so nothing can cast that shadow, and
 /// walks that ask every facet see none either.
-pub const SMOKE_ROWS: usize = 40;
+pub(crate) const SMOKE_ROWS: usize = 40;
 
 /// One of [`BOXES`] from the folder `data`.
-pub fn cornell(name: &str, data: &Path) -> Result<Scene, Error> {
+pub(crate) fn cornell(name: &str, data: &Path) -> Result<Scene, Error> {
     let meshes = data.join("cornell/mitsuba-cbox/meshes");
     let mut t = format!("name = \"{name}\"\n");
     let mut walls =
@@ -231,7 +231,7 @@ fn smoke(file: &Path) -> Result<Voxmap, Error> {
 }
 
 /// The arcade of `mitsuba-refs/sponza_haze_st0.02_a09`.
-pub fn sponza(data: &Path) -> Result<Scene, Error> {
+pub(crate) fn sponza(data: &Path) -> Result<Scene, Error> {
     let file = data.join("sponza-dabrovic/sponza-dabrovic.glb");
     let t = format!(
         "name = \"sponza\"\n[[surface]]\nname = \"hall\"\nmesh = {{ file = {:?} }}\nsolid = false\nsides = \"both\"\nreflectance = 0.7\n\
@@ -246,7 +246,7 @@ pub fn sponza(data: &Path) -> Result<Scene, Error> {
 
 /// Differences in standard errors: their mean, root mean square and largest.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Score {
+pub(crate) struct Score {
     /// How many.
     pub n: usize,
     /// Mean.
@@ -261,7 +261,7 @@ pub struct Score {
 
 impl Score {
     /// Compares pairs of means; those without any error on their side are passed over.
-    pub fn new(pairs: impl Iterator<Item = (Estimate, Estimate)>) -> Score {
+    pub(crate) fn new(pairs: impl Iterator<Item = (Estimate, Estimate)>) -> Score {
         let (mut s, mut sums) = (Score::default(), [0.0; 2]);
         for (ours, theirs) in pairs.filter(|p| p.1.error > 0.0) {
             let z = (ours.value - theirs.value) / ours.error.hypot(theirs.error);
@@ -278,7 +278,7 @@ impl Score {
 }
 
 /// Blocks of `size` × `size` pixels of a picture `width` across in one band, each with the standard error of its mean.
-pub fn blocks(mean: &[f64], error: &[f64], width: usize, size: usize) -> Vec<Estimate> {
+pub(crate) fn blocks(mean: &[f64], error: &[f64], width: usize, size: usize) -> Vec<Estimate> {
     let (across, down) = (width / size, mean.len() / width / size);
     let block = |k: usize| {
         let first = (k / across * width + k % across) * size;

@@ -20,7 +20,7 @@ struct Picked {
 }
 
 /// Picks, measures, compares.
-pub fn judge(arguments: &Arguments) -> Outcome {
+pub(crate) fn judge(arguments: &Arguments) -> Outcome {
     let file = arguments.text("--solution").ok_or("give --solution RUN.npz")?;
     let solution = output::read_solution(Path::new(file))?;
     let own = arguments.plain().map(|p| input::read_scene(Path::new(p))).transpose()?;

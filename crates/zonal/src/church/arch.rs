@@ -14,7 +14,7 @@ use zonal_math::{Vec3, vec3};
 
 /// A pointed arch.
 #[derive(Clone, Copy, Debug)]
-pub struct Arch {
+pub(super) struct Arch {
     /// Half span, m.
     pub half: f64,
     /// Rise over the springing line, m; at least the half span.
@@ -25,19 +25,19 @@ pub struct Arch {
 
 impl Arch {
     /// An arch of so many pieces a side.
-    pub fn new(half: f64, rise: f64, pieces: usize) -> Arch {
+    pub(super) fn new(half: f64, rise: f64, pieces: usize) -> Arch {
         Arch { half, rise: rise.max(half), pieces }
     }
     fn radius(&self) -> f64 {
         (self.rise * self.rise + self.half * self.half) / (2.0 * self.half)
     }
     /// Half width at a height over the springing line, m.
-    pub fn width(&self, z: f64) -> f64 {
+    pub(super) fn width(&self, z: f64) -> f64 {
         let r = self.radius();
         ((r * r - z * z).max(0.0).sqrt() - (r - self.half)).max(0.0)
     }
     /// Points (x, z) from the springing at −half over the crown to +half, evenly spaced along the arcs.
-    pub fn points(&self) -> Vec<[f64; 2]> {
+    pub(super) fn points(&self) -> Vec<[f64; 2]> {
         let (r, n) = (self.radius(), self.pieces);
         let end = ((r - self.half) / r).acos();
         let right = |k: usize| {
@@ -51,7 +51,7 @@ impl Arch {
 
 /// A vault over a bay.
 #[derive(Clone, Copy, Debug)]
-pub struct Vault {
+pub(super) struct Vault {
     /// Corners of the bay in plan, at the springing height, m.
     pub lo: Vec3,
     /// The opposite corner.
@@ -63,7 +63,7 @@ pub struct Vault {
 }
 
 /// The profile of ribs: side and depth, m; negative depth hangs below the web, at which the flanks are parted.
-pub fn rib(width: f64, depth: f64) -> Vec<[f64; 2]> {
+pub(super) fn rib(width: f64, depth: f64) -> Vec<[f64; 2]> {
     let (w, c) = (0.5 * width, 0.28 * width);
     let below = [[-w, 0.0], [-w, -0.5 * depth], [-c, -depth], [c, -depth], [w, -0.5 * depth], [w, 0.0]];
     [[-w, 0.03]].into_iter().chain(below).chain([[w, 0.03]]).collect()
@@ -74,20 +74,20 @@ impl Vault {
         (self.lo + self.hi) * 0.5
     }
     /// The barrel across the bay, whose profile lies in x.
-    pub fn across(&self) -> Arch {
+    pub(super) fn across(&self) -> Arch {
         Arch::new(0.5 * (self.hi.x - self.lo.x), self.rise, self.pieces)
     }
     /// The barrel along the bay, whose profile lies in y.
-    pub fn along(&self) -> Arch {
+    pub(super) fn along(&self) -> Arch {
         Arch::new(0.5 * (self.hi.y - self.lo.y), self.rise, self.pieces)
     }
     /// Heights of the level lines, m over the springing.
-    pub fn levels(&self) -> Vec<f64> {
+    pub(super) fn levels(&self) -> Vec<f64> {
         self.across().points()[..=self.pieces].iter().map(|p| p[1]).collect::<Vec<f64>>()
     }
 
     /// The border of the webs along a wall in y: (y from the middle, z).
-    pub fn edge(&self) -> Vec<[f64; 2]> {
+    pub(super) fn edge(&self) -> Vec<[f64; 2]> {
         let b = self.along();
         let right = self.levels().into_iter().map(|z| [b.width(z), self.lo.z + z]);
         let left = self.levels().into_iter().map(|z| [-b.width(z), self.lo.z + z]);
@@ -97,7 +97,7 @@ impl Vault {
     }
 
     /// The four webs.
-    pub fn webs(&self, m: &mut Model) {
+    pub(super) fn webs(&self, m: &mut Model) {
         let (a, b, c) = (self.across(), self.along(), self.centre());
         let levels = self.levels();
         let below = c - vec3(0.0, 0.0, 1.0);
@@ -135,7 +135,7 @@ impl Vault {
     }
 
     /// Ribs beneath the groins.
-    pub fn diagonals(&self, m: &mut Model, profile: &[[f64; 2]]) {
+    pub(super) fn diagonals(&self, m: &mut Model, profile: &[[f64; 2]]) {
         let (a, b, c) = (self.across(), self.along(), self.centre());
         let groin = |sx: f64, sy: f64| {
             self.levels()
@@ -154,7 +154,7 @@ impl Vault {
     }
 
     /// A rib beneath the border at `y`.
-    pub fn transverse(&self, m: &mut Model, y: f64, profile: &[[f64; 2]]) {
+    pub(super) fn transverse(&self, m: &mut Model, y: f64, profile: &[[f64; 2]]) {
         let c = self.centre();
         let at = |p: [f64; 2]| vec3(c.x + p[0], y, self.lo.z + p[1]);
         let line: Vec<Vec3> = self.across().points().into_iter().map(at).collect();

@@ -6,13 +6,13 @@
 use zonal_math::Vec3;
 
 /// A convex cell by its faces, each with a point in front of it; `None` where the next cell lies against it.
-pub type Cell = Vec<(Vec<Vec3>, Option<Vec3>)>;
+pub(super) type Cell = Vec<(Vec<Vec3>, Option<Vec3>)>;
 
 /// Closer to a plane than this, m, is on it.
 const ON: f64 = 1e-9;
 
 /// The part of a cell with n·x ≥ level, closed; `None` where nothing is left.
-pub fn cut(cell: Cell, n: Vec3, level: f64) -> Option<Cell> {
+pub(super) fn cut(cell: Cell, n: Vec3, level: f64) -> Option<Cell> {
     let height = |p: Vec3| {
         let h = n.dot(p) - level;
         if h.abs() < ON { 0.0 } else { h }

@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use zonal_math::{Vec3, vec3};
 
 /// Height of the capitals, from which the arcades spring, m.
-pub const CAPITAL: f64 = 5.2;
+pub(super) const CAPITAL: f64 = 5.2;
 
 /// A round column on a square plinth, its abacus at [`CAPITAL`].
-pub fn column(m: &mut Model, foot: Vec3, sides: usize) {
+pub(super) fn column(m: &mut Model, foot: Vec3, sides: usize) {
     let slab = |m: &mut Model, half: f64, z0: f64, z1: f64| {
         m.block(Stuff::Dressed, foot + vec3(-half, -half, z0), foot + vec3(half, half, z1));
     };
@@ -29,7 +29,7 @@ pub fn column(m: &mut Model, foot: Vec3, sides: usize) {
 }
 
 /// A slender shaft before a wall, from `z0` up to `z1`, with a capital.
-pub fn shaft(m: &mut Model, foot: Vec3, (z0, z1): (f64, f64), sides: usize) {
+pub(super) fn shaft(m: &mut Model, foot: Vec3, (z0, z1): (f64, f64), sides: usize) {
     let r = 0.13;
     let profile = [
         (0.04, z0 - 0.3),
@@ -47,7 +47,7 @@ pub fn shaft(m: &mut Model, foot: Vec3, (z0, z1): (f64, f64), sides: usize) {
 }
 
 /// A bench for those who look along +y, its seat from `x0` to `x1`.
-pub fn bench(m: &mut Model, (x0, x1): (f64, f64), y: f64) {
+pub(super) fn bench(m: &mut Model, (x0, x1): (f64, f64), y: f64) {
     for x in [x0, x1 - 0.06] {
         let side = [
             vec3(x, y, 0.0),
@@ -65,7 +65,7 @@ pub fn bench(m: &mut Model, (x0, x1): (f64, f64), y: f64) {
 }
 
 /// A candle that stands at `foot`: wax and flame.
-pub fn candle(m: &mut Model, foot: Vec3, height: f64) {
+pub(super) fn candle(m: &mut Model, foot: Vec3, height: f64) {
     m.turned(Stuff::Wax, foot, &[(0.022, 0.0), (0.02, height)], 6);
     flame(m, foot + vec3(0.0, 0.0, height + 0.012), 0.022, 0.085);
 }
@@ -85,7 +85,7 @@ fn flame(m: &mut Model, foot: Vec3, radius: f64, height: f64) {
 }
 
 /// An altar with its cloth and six candles, its middle at `at`.
-pub fn altar(m: &mut Model, at: Vec3) {
+pub(super) fn altar(m: &mut Model, at: Vec3) {
     m.block(Stuff::Dressed, at + vec3(-1.15, -0.42, 0.0), at + vec3(1.15, 0.42, 0.92));
     m.block(Stuff::Dressed, at + vec3(-1.3, -0.52, 0.92), at + vec3(1.3, 0.52, 1.02));
     m.block(Stuff::Linen, at + vec3(-1.32, -0.36, 1.02), at + vec3(1.32, 0.36, 1.03));
@@ -95,7 +95,7 @@ pub fn altar(m: &mut Model, at: Vec3) {
 }
 
 /// A ring with candles that hangs from the vault at `top`.
-pub fn chandelier(m: &mut Model, centre: Vec3, top: f64, candles: usize) {
+pub(super) fn chandelier(m: &mut Model, centre: Vec3, top: f64, candles: usize) {
     let (radius, n) = (0.75, 24);
     let at = |k: usize, r: f64, z: f64| {
         let (sin, cos) = (TAU * (k % n) as f64 / n as f64).sin_cos();
@@ -125,7 +125,7 @@ pub fn chandelier(m: &mut Model, centre: Vec3, top: f64, candles: usize) {
 }
 
 /// A tall candlestick with five candles.
-pub fn candelabrum(m: &mut Model, foot: Vec3) {
+pub(super) fn candelabrum(m: &mut Model, foot: Vec3) {
     m.turned(Stuff::Iron, foot, &[(0.22, 0.0), (0.2, 0.05), (0.03, 0.12), (0.03, 1.35), (0.06, 1.38)], 8);
     m.block(Stuff::Iron, foot + vec3(-0.5, -0.02, 1.38), foot + vec3(0.5, 0.02, 1.42));
     for k in 0..5 {

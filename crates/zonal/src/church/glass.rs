@@ -43,14 +43,14 @@ const TURQUOISE: usize = 8;
 const CLEAR: usize = 9;
 
 /// The hues of a window: border, ground, medallions; two each.
-pub struct Scheme {
+pub(super) struct Scheme {
     border: [usize; 2],
     ground: [usize; 2],
     medallion: [usize; 2],
 }
 
 /// Schemes that neighbouring windows take in turn.
-pub const SCHEMES: [Scheme; 6] = [
+pub(super) const SCHEMES: [Scheme; 6] = [
     Scheme { border: [RUBY, GOLD], ground: [COBALT, AZURE], medallion: [GOLD, RUBY] },
     Scheme { border: [EMERALD, CLEAR], ground: [GOLD, AMBER], medallion: [RUBY, ROSE] },
     Scheme { border: [COBALT, CLEAR], ground: [VIOLET, ROSE], medallion: [AZURE, GOLD] },
@@ -89,7 +89,7 @@ fn ring(m: &mut Model, frame: &Frame, at: Point, (radius, pieces): (f64, usize),
 }
 
 /// A window of one light or two.
-pub struct Window<'a> {
+pub(super) struct Window<'a> {
     /// Its wall.
     pub frame: Frame,
     /// x of its axis, m.
@@ -115,12 +115,12 @@ const MULLION: f64 = 0.055;
 
 impl Window<'_> {
     /// The opening that the wall leaves.
-    pub fn opening(&self) -> Opening {
+    pub(super) fn opening(&self) -> Opening {
         Opening::Pointed { centre: self.centre, sill: self.sill, spring: self.spring, head: self.head }
     }
 
     /// Adds reveals, tracery, glass and bars.
-    pub fn build(&self, m: &mut Model) {
+    pub(super) fn build(&self, m: &mut Model) {
         let outline = self.opening().outline();
         reveal(m, &self.frame, &self.opening(), &REVEAL);
         if self.lights == 1 {
@@ -291,7 +291,7 @@ fn wheel(
 }
 
 /// The rose: petals about a hub, small circles outside.
-pub fn rose(m: &mut Model, frame: &Frame, opening: &Opening, leaded: bool) {
+pub(super) fn rose(m: &mut Model, frame: &Frame, opening: &Opening, leaded: bool) {
     let Opening::Round { centre, height, radius, sides } = *opening else {
         return;
     };

@@ -205,13 +205,13 @@ impl Model {
 }
 
 /// Twice the area of a polygon, along its normal.
-pub fn area_vector(corners: &[Vec3]) -> Vec3 {
+pub(super) fn area_vector(corners: &[Vec3]) -> Vec3 {
     let from = |k: usize| corners[k] - corners[0];
     (1..corners.len().max(2) - 1).fold(Vec3::ZERO, |s, k| s + from(k).cross(from(k + 1)))
 }
 
 /// Texture coordinates, m, on a plane: along it and downwards on walls, along x and y on floors.
-pub fn flat_uv(p: Vec3, normal: Vec3) -> [f64; 2] {
+pub(super) fn flat_uv(p: Vec3, normal: Vec3) -> [f64; 2] {
     if normal.z.abs() > 0.8 {
         return [p.x, p.y];
     }

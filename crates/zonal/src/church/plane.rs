@@ -1,19 +1,19 @@
 //! Convex polygons in a plane: cutting, and what is left of one beside another.
 
 /// A point (x, z).
-pub type Point = [f64; 2];
+pub(super) type Point = [f64; 2];
 
 fn side(a: Point, b: Point, p: Point) -> f64 {
     (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
 }
 
 /// Twice the signed area.
-pub fn area(polygon: &[Point]) -> f64 {
+pub(super) fn area(polygon: &[Point]) -> f64 {
     (0..polygon.len()).map(|i| side([0.0; 2], polygon[i], polygon[(i + 1) % polygon.len()])).sum()
 }
 
 /// The part to the left of the line from `a` to `b`.
-pub fn left_of(polygon: &[Point], a: Point, b: Point) -> Vec<Point> {
+pub(super) fn left_of(polygon: &[Point], a: Point, b: Point) -> Vec<Point> {
     let mut out = Vec::with_capacity(polygon.len() + 1);
     for i in 0..polygon.len() {
         let (p, q) = (polygon[i], polygon[(i + 1) % polygon.len()]);
@@ -30,13 +30,13 @@ pub fn left_of(polygon: &[Point], a: Point, b: Point) -> Vec<Point> {
 }
 
 /// What two convex polygons, counter-clockwise, have in common.
-pub fn common(polygon: &[Point], other: &[Point]) -> Vec<Point> {
+pub(super) fn common(polygon: &[Point], other: &[Point]) -> Vec<Point> {
     let edges = (0..other.len()).map(|i| (other[i], other[(i + 1) % other.len()]));
     edges.fold(polygon.to_vec(), |rest, (a, b)| if rest.is_empty() { rest } else { left_of(&rest, a, b) })
 }
 
 /// What is left of a convex polygon beside another, in convex pieces.
-pub fn beside(polygon: &[Point], other: &[Point]) -> Vec<Vec<Point>> {
+pub(super) fn beside(polygon: &[Point], other: &[Point]) -> Vec<Vec<Point>> {
     let mut pieces = Vec::new();
     let mut rest = polygon.to_vec();
     for i in 0..other.len() {
@@ -54,7 +54,7 @@ pub fn beside(polygon: &[Point], other: &[Point]) -> Vec<Vec<Point>> {
 }
 
 /// The part of a piece of a line within a convex polygon.
-pub fn within(polygon: &[Point], a: Point, b: Point) -> Option<(Point, Point)> {
+pub(super) fn within(polygon: &[Point], a: Point, b: Point) -> Option<(Point, Point)> {
     let (mut lo, mut hi) = (0.0f64, 1.0f64);
     for i in 0..polygon.len() {
         let (p, q) = (polygon[i], polygon[(i + 1) % polygon.len()]);

@@ -13,7 +13,7 @@ use zonal_math::{Vec3, vec3};
 /// Roofs over the crowns of their vaults, m.
 const OVER: f64 = 0.05;
 /// Roofs and gables.
-pub fn build(m: &mut Model, church: &Church) {
+pub(super) fn build(m: &mut Model, church: &Church) {
     let (l, high, low) = (church.end(), HIGH.0 + HIGH.1 + OVER, CAPITAL + LOW + OVER);
     let mut nave = church.choir(NAVE.0, high);
     nave.extend([vec3(-NAVE.0, 0.0, high), vec3(NAVE.0, 0.0, high)]);

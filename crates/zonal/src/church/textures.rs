@@ -59,17 +59,17 @@ fn courses(side: usize, (rows, columns): (f64, f64), shade: f64, spread: f64, jo
 }
 
 /// Ashlar, 3.2 m a side.
-pub fn ashlar() -> Texture {
+pub(super) fn ashlar() -> Texture {
     courses(512, (8.0, 4.0), 0.34, 0.22, 0.004)
 }
 
 /// Webs of vaults: small courses under limewash, 3 m a side.
-pub fn web() -> Texture {
+pub(super) fn web() -> Texture {
     courses(256, (16.0, 8.0), 0.13, 0.08, 0.004)
 }
 
 /// Dressed stone: grain only, 1.5 m a side.
-pub fn dressed() -> Texture {
+pub(super) fn dressed() -> Texture {
     picture(256, |u, v| {
         let tone = 0.92 + 0.14 * cloudy(u, v, 6, 5, 21) + 0.05 * (smooth(u, v, 128, 77) - 0.5);
         [tone, tone * 0.995, tone * 0.985]
@@ -77,7 +77,7 @@ pub fn dressed() -> Texture {
 }
 
 /// Floor: light and dark squares set diagonally, small dark insets at the corners, worn; 2 m a side.
-pub fn tiles() -> Texture {
+pub(super) fn tiles() -> Texture {
     picture(512, |u, v| {
         let (a, b) = ((u + v) * 4.0, (u - v) * 4.0);
         let dark = (a.floor() + b.floor()).rem_euclid(2.0) > 0.5;
@@ -96,7 +96,7 @@ pub fn tiles() -> Texture {
 }
 
 /// Oak with its grain along v, 1 m a side.
-pub fn oak() -> Texture {
+pub(super) fn oak() -> Texture {
     picture(256, |u, v| {
         let bend = 0.02 * cloudy(u, v, 3, 3, 41);
         let grain = 0.5 * (smooth(u + bend, v * 0.25, 48, 43) - 0.5)

@@ -10,7 +10,7 @@ use zonal_math::{Vec3, vec3};
 
 /// A vertical plane with axes of its own.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame {
+pub(super) struct Frame {
     /// The point x = 0, z = 0, m.
     pub origin: Vec3,
     /// Unit vector along the wall.
@@ -21,18 +21,18 @@ pub struct Frame {
 
 impl Frame {
     /// A frame whose x runs along `along`; `inward` tells the side.
-    pub fn new(origin: Vec3, along: Vec3, inward: Vec3) -> Frame {
+    pub(super) fn new(origin: Vec3, along: Vec3, inward: Vec3) -> Frame {
         Frame { origin, along: along.normalized(), inward: inward.normalized() }
     }
     /// The point (x, z), `depth` behind the plane, m.
-    pub fn at(&self, x: f64, z: f64, depth: f64) -> Vec3 {
+    pub(super) fn at(&self, x: f64, z: f64, depth: f64) -> Vec3 {
         self.origin + self.along * x + vec3(0.0, 0.0, z) - self.inward * depth
     }
 }
 
 /// An opening with a pointed head, or a round one.
 #[derive(Clone, Copy, Debug)]
-pub enum Opening {
+pub(super) enum Opening {
     /// Jambs from the sill to the springing, a pointed arch above.
     Pointed {
         /// x of its axis, m.
@@ -66,7 +66,7 @@ impl Opening {
         }
     }
     /// Its outline (x, z), counter-clockwise seen with x to the right, from the lower left.
-    pub fn outline(&self) -> Vec<[f64; 2]> {
+    pub(super) fn outline(&self) -> Vec<[f64; 2]> {
         match *self {
             Opening::Pointed { centre, sill, spring, head } => {
                 let mut out = vec![[centre - head.half, sill], [centre + head.half, sill]];
@@ -111,15 +111,15 @@ const FIELD: f64 = 0.3;
 
 /// A border: straight between points with ascending x.
 #[derive(Clone, Debug)]
-pub struct Line(pub Vec<[f64; 2]>);
+pub(super) struct Line(pub Vec<[f64; 2]>);
 
 impl Line {
     /// The same height everywhere.
-    pub fn level(z: f64) -> Line {
+    pub(super) fn level(z: f64) -> Line {
         Line(vec![[0.0, z]])
     }
     /// An arch on its springing line at `z`, with level ends.
-    pub fn arch(head: &Arch, z: f64) -> Line {
+    pub(super) fn arch(head: &Arch, z: f64) -> Line {
         Line(head.points().into_iter().map(|[x, h]| [x, z + h]).collect())
     }
     fn at(&self, x: f64) -> f64 {
@@ -134,7 +134,7 @@ impl Line {
 }
 
 /// A wall between two borders, less an opening.
-pub struct Wall {
+pub(super) struct Wall {
     /// Where it stands.
     pub frame: Frame,
     /// x of its ends, m.
@@ -149,7 +149,7 @@ pub struct Wall {
 
 impl Wall {
     /// Adds the wall.
-    pub fn build(&self, m: &mut Model) {
+    pub(super) fn build(&self, m: &mut Model) {
         let (lower, upper) = (|x| self.lower.at(x), |x| self.upper.at(x));
         let Some(o) = self.opening else {
             return self.strips(m, self.ends, &[], &lower, &upper);
@@ -200,7 +200,7 @@ impl Wall {
 }
 
 /// Faces of an opening's outline, pushed into the wall in strips between these `depths`, m.
-pub fn reveal(m: &mut Model, frame: &Frame, opening: &Opening, depths: &[f64]) {
+pub(super) fn reveal(m: &mut Model, frame: &Frame, opening: &Opening, depths: &[f64]) {
     let outline = opening.outline();
     let n = outline.len();
     let middle = outline.iter().fold([0.0; 2], |s, p| [s[0] + p[0] / n as f64, s[1] + p[1] / n as f64]);

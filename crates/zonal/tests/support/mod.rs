@@ -10,36 +10,36 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 static NEXT: AtomicUsize = AtomicUsize::new(0);
 
 /// A temporary folder with an empty folder `out` in it, removed when dropped.
-pub struct Folder(PathBuf);
+pub(crate) struct Folder(PathBuf);
 
 impl Folder {
-    pub fn new() -> Folder {
+    pub(crate) fn new() -> Folder {
         let n = NEXT.fetch_add(1, Ordering::Relaxed);
         let path = std::env::temp_dir().join(format!("zonal-command-{}-{n}", std::process::id()));
         std::fs::create_dir_all(path.join("out")).unwrap();
         Folder(path)
     }
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.0
     }
-    pub fn put(&self, name: &str, bytes: impl AsRef<[u8]>) {
+    pub(crate) fn put(&self, name: &str, bytes: impl AsRef<[u8]>) {
         std::fs::write(self.0.join(name), bytes).unwrap();
     }
-    pub fn get(&self, name: &str) -> Vec<u8> {
+    pub(crate) fn get(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.0.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
     /// Runs `zonal` in the folder.
-    pub fn zonal(&self, args: &[&str]) -> Output {
+    pub(crate) fn zonal(&self, args: &[&str]) -> Output {
         Command::new(env!("CARGO_BIN_EXE_zonal")).args(args).current_dir(&self.0).output().unwrap()
     }
     /// Runs `zonal`, which must succeed; gives its standard output.
-    pub fn done(&self, args: &[&str]) -> String {
+    pub(crate) fn done(&self, args: &[&str]) -> String {
         let o = self.zonal(args);
         assert!(o.status.success(), "zonal {}: {:?}\n{}", args.join(" "), o.status, text(&o.stderr));
         text(&o.stdout)
     }
     /// Everything in the folder: names and contents; folders have none.
-    pub fn listing(&self) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
+    pub(crate) fn listing(&self) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
         let mut all = BTreeMap::new();
         let mut folders = vec![self.0.clone()];
         while let Some(folder) = folders.pop() {
@@ -66,14 +66,14 @@ impl Drop for Folder {
 
 /// Who refuses: the program, in one line, or the parser of the command line, which adds the usage.
 #[derive(Clone, Copy, PartialEq)]
-pub enum By {
+pub(crate) enum By {
     Program,
     Parser,
 }
-pub use By::{Parser, Program};
+pub(crate) use By::{Parser, Program};
 
 /// Runs a command that must be refused with a message that contains `named`.
-pub fn refused(f: &Folder, by: By, args: &[&str], named: &str) {
+pub(crate) fn refused(f: &Folder, by: By, args: &[&str], named: &str) {
     let before = f.listing();
     let o = f.zonal(args);
     let command = format!("zonal {}", args.join(" "));
@@ -93,12 +93,12 @@ pub fn refused(f: &Folder, by: By, args: &[&str], named: &str) {
 }
 
 /// Bytes as text.
-pub fn text(bytes: &[u8]) -> String {
+pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// A room of one metre with a hot wall, eight voxels of smoke and a camera.
-pub const ROOM: &str = "name = 'room'
+pub(crate) const ROOM: &str = "name = 'room'
 [solve]
 patch_size = 1.0
 [[surface]]
@@ -118,7 +118,7 @@ target = [0, 0.5, 0.5]
 ";
 
 /// The solution of [`ROOM`], solved once.
-pub fn solution() -> &'static [u8] {
+pub(crate) fn solution() -> &'static [u8] {
     static SOLVED: OnceLock<Vec<u8>> = OnceLock::new();
     SOLVED.get_or_init(|| {
         let f = Folder::new();
@@ -129,7 +129,7 @@ pub fn solution() -> &'static [u8] {
 }
 
 /// An npy file, version 1.0, whose header says what it is told to.
-pub fn npy(descr: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+pub(crate) fn npy(descr: &str, shape: &str, data: &[u8]) -> Vec<u8> {
     let mut header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
     while !(11 + header.len()).is_multiple_of(64) {
         header.push(' ');
@@ -143,7 +143,7 @@ pub fn npy(descr: &str, shape: &str, data: &[u8]) -> Vec<u8> {
 }
 
 /// A GLB of one JSON chunk.
-pub fn glb(json: &str) -> Vec<u8> {
+pub(crate) fn glb(json: &str) -> Vec<u8> {
     let mut json = json.as_bytes().to_vec();
     json.resize(json.len().next_multiple_of(4), b' ');
     let mut out = b"glTF\x02\0\0\0".to_vec();
@@ -155,7 +155,7 @@ pub fn glb(json: &str) -> Vec<u8> {
 }
 
 /// The header line of a table of pairs.
-pub const COLUMNS: &str =
+pub(crate) const COLUMNS: &str =
     "kind,a_x0,a_x1,a_y0,a_y1,a_z0,a_z1,a_normal,b_x0,b_x1,b_y0,b_y1,b_z0,b_z1,b_normal,kappa";
 /// Two voxels that touch.
-pub const VOXELS: &str = "vv,0,1,0,1,0,1,,1,2,0,1,0,1,,0.5";
+pub(crate) const VOXELS: &str = "vv,0,1,0,1,0,1,,1,2,0,1,0,1,,0.5";

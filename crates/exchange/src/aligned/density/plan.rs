@@ -45,13 +45,13 @@ struct Side<const N: usize> {
 impl Grid {
     /// The fewest points whose error is within the relative `budget` in every lane; `None` beyond [`MOST`] or too near.
     #[inline(always)]
-    pub fn plan<const N: usize>(&self, c: &[[f64; N]; 3], budget: f64) -> Option<Plan<N>> {
+    pub(crate) fn plan<const N: usize>(&self, c: &[[f64; N]; 3], budget: f64) -> Option<Plan<N>> {
         self.plan_near(c, budget, &mut Hint::default())
     }
 
     /// The same, or one with few more points, beginning with what served nearby.
     #[inline(always)]
-    pub fn plan_near<const N: usize>(
+    pub(crate) fn plan_near<const N: usize>(
         &self,
         c: &[[f64; N]; 3],
         budget: f64,

@@ -93,7 +93,7 @@ impl simd::Work for Fill<'_> {
 
 impl Family {
     /// Boxes of these extents an axis (equal, or one or both zero), m.
-    pub fn new(
+    pub(super) fn new(
         extents: [(f64, f64); 3],
         step: [f64; 3],
         shift: [f64; 3],
@@ -128,7 +128,7 @@ impl Family {
     }
 
     /// All offsets on rayon's threads.
-    pub fn fill_parallel(&self, offsets: &[[u16; 3]]) -> (Vec<f64>, Vec<f64>, Tally) {
+    pub(super) fn fill_parallel(&self, offsets: &[[u16; 3]]) -> (Vec<f64>, Vec<f64>, Tally) {
         let (mut values, mut radii) = (vec![0.0; offsets.len()], vec![0.0; offsets.len()]);
         let tally = (offsets.par_chunks(CHUNK), values.par_chunks_mut(CHUNK), radii.par_chunks_mut(CHUNK))
             .into_par_iter()
@@ -138,7 +138,7 @@ impl Family {
     }
 
     /// All offsets on this thread.
-    pub fn fill(&self, offsets: &[[u16; 3]], values: &mut [f64], radii: &mut [f64]) -> Tally {
+    pub(super) fn fill(&self, offsets: &[[u16; 3]], values: &mut [f64], radii: &mut [f64]) -> Tally {
         let mut tally = Tally::default();
         simd::run(Fill { family: self, offsets, values, radii, tally: &mut tally });
         tally

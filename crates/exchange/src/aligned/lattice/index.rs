@@ -17,7 +17,7 @@ pub(super) struct Index {
 
 impl Index {
     /// For cells with these edges: axes with equal edges are alike.
-    pub fn of_edges(edges: [f64; 3], counts: [usize; 3]) -> Index {
+    pub(super) fn of_edges(edges: [f64; 3], counts: [usize; 3]) -> Index {
         let [x, y, z] = edges;
         if x == y && y == z {
             Index::new([0, 1, 2], 3, counts)
@@ -30,12 +30,12 @@ impl Index {
     }
 
     /// No two axes alike.
-    pub fn plain(counts: [usize; 3]) -> Index {
+    pub(super) fn plain(counts: [usize; 3]) -> Index {
         Index::new([0, 1, 2], 1, counts)
     }
 
     /// The axis `odd` apart, the other two alike or not.
-    pub fn odd(odd: usize, alike: bool, counts: [usize; 3]) -> Index {
+    pub(super) fn odd(odd: usize, alike: bool, counts: [usize; 3]) -> Index {
         Index::new([odd, (odd + 1) % 3, (odd + 2) % 3], if alike { 2 } else { 1 }, counts)
     }
 
@@ -67,7 +67,7 @@ impl Index {
     }
 
     /// All kept offsets in the order of their places, components by axis.
-    pub fn offsets(&self) -> Vec<[u16; 3]> {
+    pub(super) fn offsets(&self) -> Vec<[u16; 3]> {
         let mut out = Vec::with_capacity(self.len);
         for s0 in 0..self.counts[0] {
             for s1 in 0..self.middle(s0) {
@@ -87,7 +87,7 @@ impl Index {
     ///
     /// # Panics
     /// On an offset that the table does not hold.
-    pub fn place(&self, offset: [i64; 3]) -> usize {
+    pub(super) fn place(&self, offset: [i64; 3]) -> usize {
         let mut s = self.axes.map(|k| offset[k].unsigned_abs() as usize);
         let swap = |s: &mut [usize; 3], i: usize, j: usize| {
             if s[i] < s[j] {

@@ -24,7 +24,7 @@ pub(super) enum Part<'a> {
 }
 
 impl Part<'_> {
-    pub fn size(&self) -> u64 {
+    pub(super) fn size(&self) -> u64 {
         (match self {
             Part::Bytes(b) => b.len(),
             Part::Floats3(x) => 12 * x.len(),
@@ -33,7 +33,7 @@ impl Part<'_> {
             Part::Triangles(x) => 12 * x.len(),
         }) as u64
     }
-    pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
+    pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         match self {
             Part::Bytes(b) => out.write_all(b),
             Part::Floats3(x) => x.as_flattened().iter().try_for_each(|v| out.write_all(&v.to_le_bytes())),
@@ -53,7 +53,7 @@ const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
 impl<'a> Layout<'a> {
-    pub fn view(&mut self, part: Part<'a>, target: Option<u32>) -> usize {
+    pub(super) fn view(&mut self, part: Part<'a>, target: Option<u32>) -> usize {
         let mut view = json!({ "buffer": 0, "byteOffset": self.length, "byteLength": part.size() });
         if let Some(t) = target {
             view["target"] = t.into();
@@ -76,7 +76,7 @@ impl<'a> Layout<'a> {
     }
 
     /// The JSON of a mesh, its arrays laid out.
-    pub fn mesh(&mut self, m: &'a Mesh) -> Value {
+    pub(super) fn mesh(&mut self, m: &'a Mesh) -> Value {
         let n = m.positions.len();
         let mut attributes = Map::new();
         let at = self.accessor(Part::Floats3(&m.positions), VERTICES, "VEC3", FLOAT, n);

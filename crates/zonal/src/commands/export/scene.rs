@@ -42,7 +42,7 @@ impl Tone {
 }
 
 /// The model of a solution.
-pub fn model(s: &Solution, baked: &Baked, options: &Bake) -> Model {
+pub(super) fn model(s: &Solution, baked: &Baked, options: &Bake) -> Model {
     let scene = &s.scene;
     let what = options.colours.unwrap_or_default();
     let exposure = output::auto_exposure(&probes(s, what)) * options.stops.unwrap_or(0.0).exp2();
@@ -270,7 +270,7 @@ fn about(s: &Solution, baked: &Baked, options: &Bake, tone: Tone) -> serde_json:
 }
 
 /// Writes the light of the medium: arrays [x, y, z, 3], one more axis in front for the groups.
-pub fn write_medium(path: &Path, groups: &[String], m: &BakedMedium) -> Result<(), FileError> {
+pub(super) fn write_medium(path: &Path, groups: &[String], m: &BakedMedium) -> Result<(), FileError> {
     let about = json!({
         "min": m.min.array(), "cell": m.cell.array(), "dims": m.dims, "groups": groups,
         "units": { "min": "m", "cell": "m", "volume": "m3", "extinction": "1/m", "radiosity": "W/m2", "fluence": "W/m2" },

@@ -31,7 +31,7 @@ fn error(cache: &FactorCache, u: [i32; 3], depth: f64) -> f64 {
 }
 
 /// The constants and the errors of pairs; the page's section.
-pub fn write(folder: &Folder) -> Result<String, Failure> {
+pub(super) fn write(folder: &Folder) -> Result<String, Failure> {
     let cache = FactorCache::new(1e-12);
     Ok(table_of_constants(folder, &cache)? + &errors_of_pairs(folder, &cache)?)
 }

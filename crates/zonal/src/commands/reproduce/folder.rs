@@ -72,6 +72,6 @@ pub fn number(x: f64, digits: usize) -> String {
 }
 
 /// A share in per cent.
-pub fn percent(x: f64) -> String {
+pub(super) fn percent(x: f64) -> String {
     format!("{} %", number(100.0 * x, 3))
 }

@@ -15,7 +15,7 @@ fn excess(u: [i32; 3]) -> f64 {
 }
 
 /// The page's section.
-pub fn write(folder: &Folder) -> Result<String, Failure> {
+pub(super) fn write(folder: &Folder) -> Result<String, Failure> {
     let steps: Vec<i32> = (1..=12).chain([15, 20, 30, 50, 70, 100]).collect();
     let lines = [
         ([1, 0, 0], "along an axis"),

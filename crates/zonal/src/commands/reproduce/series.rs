@@ -35,7 +35,7 @@ fn errors(u: [i32; 3], axis: usize, count: usize, order: usize) -> Vec<(f64, f64
 }
 
 /// The page's sections.
-pub fn write(folder: &Folder) -> Result<String, Failure> {
+pub(super) fn write(folder: &Folder) -> Result<String, Failure> {
     Ok(figure_8(folder)? + &ratio(folder)?)
 }
 

@@ -79,7 +79,7 @@ fn difference(s: &Solution, exact: &Solution) -> [(f64, f64); 2] {
 
 /// Sizes of the solves.
 #[derive(Clone, Copy, Debug)]
-pub struct Sizes {
+pub(super) struct Sizes {
     /// Voxels along an edge of the cube, a solve each.
     pub divisions: &'static [usize],
     /// The chapel's size, where it is to be solved.
@@ -89,7 +89,7 @@ pub struct Sizes {
 }
 
 /// The page's sections.
-pub fn write(folder: &Folder, sizes: Sizes) -> Result<String, Failure> {
+pub(super) fn write(folder: &Folder, sizes: Sizes) -> Result<String, Failure> {
     Ok(against_divisions(folder, sizes.divisions)? + &formulas(folder, sizes)?)
 }
 

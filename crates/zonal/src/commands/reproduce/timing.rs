@@ -90,7 +90,7 @@ fn methods(first: [f64; 3], dims: [usize; 3], m: usize, tolerance: f64, least: f
 }
 
 /// The page's sections.
-pub fn write(folder: &Folder, quick: bool) -> Result<String, Failure> {
+pub(super) fn write(folder: &Folder, quick: bool) -> Result<String, Failure> {
     Ok(blocks(folder, quick)? + &strips(folder, quick)?)
 }
 

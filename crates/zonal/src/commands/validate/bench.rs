@@ -79,11 +79,11 @@ impl Drop for Bench<'_> {
 }
 
 /// The walls of a box, by name.
-pub const FACES: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
+pub(super) const FACES: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
 
 /// A box of one medium between walls, as a scene file.
 #[derive(Clone, Debug)]
-pub struct Room {
+pub(super) struct Room {
     /// Its far corner, m; the near one is the origin.
     pub size: [f64; 3],
     /// Cells of its medium, and patches of its walls.
@@ -102,7 +102,7 @@ pub struct Room {
 
 impl Room {
     /// A box with black cold walls.
-    pub fn new(size: [f64; 3], cells: [usize; 3], extinction: f64) -> Room {
+    pub(super) fn new(size: [f64; 3], cells: [usize; 3], extinction: f64) -> Room {
         Room {
             size,
             cells,
@@ -115,39 +115,39 @@ impl Room {
     }
 
     /// A layer of the optical thickness `depth` along z between two walls, endless along x and y.
-    pub fn layer(depth: f64, cells: usize) -> Room {
+    pub(super) fn layer(depth: f64, cells: usize) -> Room {
         let mut room = Room::new([1.0; 3], [1, 1, cells], depth);
         room.walls[..4].fill(None);
         room
     }
 
     /// The same in thermal mode: all walls that there are with this emissivity and temperature, K.
-    pub fn warm(mut self, emissivity: f64, kelvin: f64) -> Room {
+    pub(super) fn warm(mut self, emissivity: f64, kelvin: f64) -> Room {
         self.warm = true;
         self.walls.iter_mut().flatten().for_each(|w| *w = (emissivity, kelvin));
         self
     }
 
     /// Lines of the medium.
-    pub fn medium(mut self, lines: &str) -> Room {
+    pub(super) fn medium(mut self, lines: &str) -> Room {
         self.medium = lines.into();
         self
     }
 
     /// One wall's reflectance and emission, or emissivity and temperature.
-    pub fn wall(mut self, face: usize, first: f64, second: f64) -> Room {
+    pub(super) fn wall(mut self, face: usize, first: f64, second: f64) -> Room {
         self.walls[face] = Some((first, second));
         self
     }
 
     /// Lines of `[solve]`.
-    pub fn solve(mut self, lines: &str) -> Room {
+    pub(super) fn solve(mut self, lines: &str) -> Room {
         self.solve = lines.into();
         self
     }
 
     /// The scene file: axes without walls are periodic.
-    pub fn text(&self, name: &str) -> String {
+    pub(super) fn text(&self, name: &str) -> String {
         let mode = if self.warm { "mode = \"thermal\"\n" } else { "" };
         let mut t = format!(
             "name = \"{name}\"\n{mode}\n[solve]\npatch_rule = \"voxels\"\nresidual = 1e-12\ngroups = \"all\"\n"
@@ -200,7 +200,7 @@ impl Room {
 
 /// Means over a wall, weighted by area: irradiance and radiosity, W/m².
 #[derive(Clone, Copy, Debug)]
-pub struct Wall {
+pub(super) struct Wall {
     /// Irradiance H.
     pub incident: f64,
     /// Radiosity B.
@@ -209,7 +209,7 @@ pub struct Wall {
 
 impl Wall {
     /// The mean over the surfaces whose name ends in `face`, in the first band.
-    pub fn of(s: &Solution, face: &str) -> Wall {
+    pub(super) fn of(s: &Solution, face: &str) -> Wall {
         let (mut area, mut h, mut b) = (0.0, 0.0, 0.0);
         for (i, p) in s.zones.patches.iter().enumerate() {
             if s.scene.surfaces()[p.surface].name.ends_with(face) {
@@ -222,27 +222,27 @@ impl Wall {
     }
 
     /// Net flux out of the wall, W/m².
-    pub fn net(&self) -> f64 {
+    pub(super) fn net(&self) -> f64 {
         self.radiosity - self.incident
     }
 }
 
 /// Net flux out of the walls whose name ends in `face`, of a solution in thermal mode, W/m².
-pub fn net(s: &Solution, face: &str) -> f64 {
+pub(super) fn net(s: &Solution, face: &str) -> f64 {
     let rows = s.report.heat.iter().flat_map(|h| &h.rows).filter(|r| r.name.ends_with(face));
     let (power, size) = rows.fold((0.0, 0.0), |(p, a), r| (p + r.power, a + r.size));
     power / size
 }
 
 /// The temperature of a voxel, K, of a solution in thermal mode.
-pub fn temperature(s: &Solution, c: [usize; 3]) -> f64 {
+pub(super) fn temperature(s: &Solution, c: [usize; 3]) -> f64 {
     let index = s.scene.voxmap().map_or(0, |m| m.index(c));
     let heat = s.fields.heat.as_ref();
     heat.and_then(|h| h.temperature.get(s.zones.voxel_offset() + index)).map_or(f64::NAN, |t| *t)
 }
 
 /// The values of a field of voxels, by the coordinates of the cell, in the first band.
-pub fn voxel(s: &Solution, field: &[[f64; 3]], c: [usize; 3]) -> f64 {
+pub(super) fn voxel(s: &Solution, field: &[[f64; 3]], c: [usize; 3]) -> f64 {
     let index = s.scene.voxmap().map_or(0, |m| m.index(c));
     field.get(s.zones.voxel_offset() + index).map_or(f64::NAN, |v| v[0])
 }

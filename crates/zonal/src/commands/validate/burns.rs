@@ -13,7 +13,7 @@ use zonal_scene::Solution;
 const SIZES: [usize; 4] = [5, 7, 11, 21];
 
 /// The cases.
-pub const CASES: [Case; 1] = [Case {
+pub(super) const CASES: [Case; 1] = [Case {
     name: "burns-christon",
     group: "8 Cube of varying extinction",
     title: "Burns and Christon (1997), divergence of the flux",

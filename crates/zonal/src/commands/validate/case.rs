@@ -193,7 +193,7 @@ impl Outcome {
 }
 
 /// A case that has run.
-pub struct Done {
+pub(super) struct Done {
     /// The case.
     pub case: &'static Case,
     /// What it found.

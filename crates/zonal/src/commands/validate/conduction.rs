@@ -13,7 +13,7 @@ use super::factors::SIGMA;
 use crate::Failure;
 
 /// A mesh of tetrahedra with loads.
-pub struct Mesh {
+pub(super) struct Mesh {
     /// Nodes, m.
     pub nodes: Vec<[f64; 3]>,
     /// Corners of the tetrahedra, with conductivity, W/(m K), and heat source, W/m³.
@@ -26,29 +26,29 @@ pub struct Mesh {
 
 /// A dense square matrix, row by row.
 #[derive(Clone)]
-pub struct Matrix {
+pub(super) struct Matrix {
     n: usize,
     values: Vec<f64>,
 }
 
 impl Matrix {
     /// Zero.
-    pub fn new(n: usize) -> Matrix {
+    pub(super) fn new(n: usize) -> Matrix {
         Matrix { n, values: vec![0.0; n * n] }
     }
     /// An entry.
-    pub fn get(&self, i: usize, j: usize) -> f64 {
+    pub(super) fn get(&self, i: usize, j: usize) -> f64 {
         self.values[i * self.n + j]
     }
     /// Adds to an entry.
-    pub fn add(&mut self, i: usize, j: usize, x: f64) {
+    pub(super) fn add(&mut self, i: usize, j: usize, x: f64) {
         self.values[i * self.n + j] += x;
     }
     fn row(&self, i: usize) -> &[f64] {
         &self.values[i * self.n..(i + 1) * self.n]
     }
     /// Solves for several right sides at once, by elimination with the largest pivots.
-    pub fn solve(mut self, mut sides: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
+    pub(super) fn solve(mut self, mut sides: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
         let n = self.n;
         for k in 0..n {
             let best = (k..n).max_by(|&a, &b| self.get(a, k).abs().total_cmp(&self.get(b, k).abs()))?;
@@ -85,7 +85,7 @@ fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 /// a × b.
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         a[i] * b[j] - a[j] * b[i]
@@ -93,19 +93,19 @@ pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 /// a · b.
-pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 impl Mesh {
     /// The normal of a triangle, twice its area long.
-    pub fn normal(&self, t: [usize; 3]) -> [f64; 3] {
+    pub(super) fn normal(&self, t: [usize; 3]) -> [f64; 3] {
         let [a, b, c] = t.map(|i| self.nodes[i]);
         cross(minus(b, a), minus(c, a))
     }
 
     /// The area of a triangle, m².
-    pub fn area(&self, t: [usize; 3]) -> f64 {
+    pub(super) fn area(&self, t: [usize; 3]) -> f64 {
         let n = self.normal(t);
         0.5 * dot(n, n).sqrt()
     }
@@ -136,7 +136,7 @@ impl Mesh {
     }
 
     /// Temperatures of the nodes, K: `flux` is M, the net fluxes out of the radiating triangles for their black emissive powers. Starts from `first` K.
-    pub fn temperatures(&self, flux: &Matrix, first: f64) -> Result<Vec<f64>, Failure> {
+    pub(super) fn temperatures(&self, flux: &Matrix, first: f64) -> Result<Vec<f64>, Failure> {
         const STEPS: usize = 60;
         const ENOUGH: f64 = 1e-9;
         let (stiffness, load) = self.conduction();
@@ -181,7 +181,7 @@ impl Mesh {
 }
 
 /// M: net fluxes out of triangles of one emissivity, `shares` = A⁻¹F, for their black emissive powers.
-pub fn net_fluxes(shares: &Matrix, emissivity: f64) -> Option<Matrix> {
+pub(super) fn net_fluxes(shares: &Matrix, emissivity: f64) -> Option<Matrix> {
     let n = shares.n;
     let mut system = Matrix::new(n);
     for i in 0..n {

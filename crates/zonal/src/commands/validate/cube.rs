@@ -9,16 +9,16 @@ use crate::Failure;
 use zonal_scene::Solution;
 
 /// Settings of `[solve]` for zones of one radiosity each.
-pub const PLAIN: &str = "thick_zones = \"constant\"";
+pub(super) const PLAIN: &str = "thick_zones = \"constant\"";
 /// Settings of `[solve]` for zones in which radiosity varies linearly.
-pub const LINEAR: &str = "thick_zones = \"linear\"";
+pub(super) const LINEAR: &str = "thick_zones = \"linear\"";
 
 /// The sequences; the thick ones go on.
 const SIZES: [usize; 6] = [8, 16, 24, 32, 48, 64];
 const FINER: [usize; 2] = [96, 128];
 
 /// The cases.
-pub const CASES: [Case; 2] = [
+pub(super) const CASES: [Case; 2] = [
     Case {
         name: "cube",
         group: "7 Cube in radiative equilibrium",
@@ -58,7 +58,7 @@ fn warm(bench: &Bench, tau: f64, n: usize) -> Result<f64, Failure> {
 }
 
 /// The cube of n³ voxels as one that scatters all.
-pub fn solve(bench: &Bench, tau: f64, n: usize, settings: &str) -> Result<Solution, Failure> {
+pub(super) fn solve(bench: &Bench, tau: f64, n: usize, settings: &str) -> Result<Solution, Failure> {
     let linear = if settings == LINEAR { "-linear" } else { "" };
     let name = format!("cube-{tau}-{n}{linear}");
     let room = Room::new([1.0; 3], [n; 3], tau)
@@ -69,7 +69,7 @@ pub fn solve(bench: &Bench, tau: f64, n: usize, settings: &str) -> Result<Soluti
 }
 
 /// Net flux of the hot wall, and what the opposite one and one beside it receive.
-pub fn fluxes(s: &Solution) -> [f64; 3] {
+pub(super) fn fluxes(s: &Solution) -> [f64; 3] {
     [Wall::of(s, "z0").net(), Wall::of(s, "z1").incident, Wall::of(s, "x0").incident]
 }
 

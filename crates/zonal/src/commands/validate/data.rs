@@ -4,7 +4,7 @@ use crate::Failure;
 
 /// A number as it is printed: its value, and half a unit of its last place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Printed {
+pub(super) struct Printed {
     /// The number.
     pub value: f64,
     /// Half a unit of its last printed place.
@@ -12,21 +12,21 @@ pub struct Printed {
 }
 
 /// A table with a header line; lines that begin with `#` say where it comes from.
-pub struct Table {
+pub(super) struct Table {
     name: &'static str,
     header: csv::StringRecord,
     rows: Vec<csv::StringRecord>,
 }
 
 /// A line of a table.
-pub struct Row<'t> {
+pub(super) struct Row<'t> {
     table: &'t Table,
     record: &'t csv::StringRecord,
 }
 
 impl Table {
     /// Reads the text of a table of this name.
-    pub fn new(name: &'static str, text: &str) -> Result<Table, Failure> {
+    pub(super) fn new(name: &'static str, text: &str) -> Result<Table, Failure> {
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
         let broken = |e: csv::Error| Failure::new(format!("data/{name}: {e}"));
         let header = reader.headers().map_err(broken)?.clone();
@@ -35,21 +35,21 @@ impl Table {
     }
 
     /// Its lines.
-    pub fn rows(&self) -> impl Iterator<Item = Row<'_>> {
+    pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         self.rows.iter().map(|record| Row { table: self, record })
     }
 }
 
 impl<'t> Row<'t> {
     /// A cell as it stands there.
-    pub fn text(&self, column: &str) -> Result<&'t str, Failure> {
+    pub(super) fn text(&self, column: &str) -> Result<&'t str, Failure> {
         let at = self.table.header.iter().position(|h| h == column);
         let cell = at.and_then(|k| self.record.get(k));
         cell.ok_or_else(|| Failure::new(format!("data/{}: there is no column '{column}'", self.table.name)))
     }
 
     /// A number, with half a unit of its last place.
-    pub fn printed(&self, column: &str) -> Result<Printed, Failure> {
+    pub(super) fn printed(&self, column: &str) -> Result<Printed, Failure> {
         let text = self.text(column)?;
         printed(text).ok_or_else(|| {
             Failure::new(format!("data/{}, column {column}: '{text}' is not a number", self.table.name))
@@ -57,12 +57,12 @@ impl<'t> Row<'t> {
     }
 
     /// A number, or nothing where the cell is empty.
-    pub fn maybe(&self, column: &str) -> Result<Option<Printed>, Failure> {
+    pub(super) fn maybe(&self, column: &str) -> Result<Option<Printed>, Failure> {
         if self.text(column)?.is_empty() { Ok(None) } else { self.printed(column).map(Some) }
     }
 
     /// The value of a number.
-    pub fn number(&self, column: &str) -> Result<f64, Failure> {
+    pub(super) fn number(&self, column: &str) -> Result<f64, Failure> {
         Ok(self.printed(column)?.value)
     }
 }

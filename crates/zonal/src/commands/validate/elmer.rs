@@ -13,7 +13,7 @@ use zonal_transport::{Transport, build_zones};
 const TESTS: &str = "data/thermal-elmer/fem/tests";
 
 /// The cases.
-pub const CASES: [Case; 2] = [
+pub(super) const CASES: [Case; 2] = [
     Case {
         name: "elmer-open",
         group: "Other solvers",

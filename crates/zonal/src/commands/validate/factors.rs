@@ -12,12 +12,12 @@ use zonal_math::{Vec3, vec3};
 use zonal_scene::Plate;
 
 /// What closed forms are held to, relative.
-pub const CLOSED: f64 = 1e-9;
+pub(super) const CLOSED: f64 = 1e-9;
 /// What the program is asked for here, relative.
 const TOLERANCE: f64 = 1e-12;
 
 /// The cases.
-pub const CASES: [Case; 7] = [
+pub(super) const CASES: [Case; 7] = [
     Case {
         name: "view-factors",
         group: "1 View factors",
@@ -87,7 +87,7 @@ pub const CASES: [Case; 7] = [
 ];
 
 /// The limit of a closed form as it is printed.
-pub fn printed_limit(p: Printed) -> Limit {
+pub(super) fn printed_limit(p: Printed) -> Limit {
     if p.half > CLOSED * p.value.abs() { Limit::Absolute(p.half) } else { Limit::Relative(CLOSED) }
 }
 
@@ -146,7 +146,7 @@ fn hot_plate() -> f64 {
 }
 
 /// The Stefan–Boltzmann constant, W/(m² K⁴).
-pub const SIGMA: f64 = 5.670374419e-8;
+pub(super) const SIGMA: f64 = 5.670374419e-8;
 
 fn fds_plates(bench: &Bench) -> Result<Outcome, Failure> {
     let mut out = Outcome::default();

@@ -23,7 +23,7 @@ const SIZES: [usize; 9] = [2, 4, 5, 6, 8, 12, 16, 24, 36];
 const GAS: usize = 16;
 
 /// The cases.
-pub const CASES: [Case; 1] = [Case {
+pub(super) const CASES: [Case; 1] = [Case {
     name: "furnace",
     group: "9 Furnace with a source",
     title: "net wall fluxes and gas temperatures",
@@ -50,7 +50,7 @@ fn solve(bench: &Bench, m: usize, albedo: f64) -> Result<Solution, Failure> {
 }
 
 /// In thermal mode, with settings of `[solve]`.
-pub fn solve_with(bench: &Bench, m: usize, albedo: f64, settings: &str) -> Result<Solution, Failure> {
+pub(super) fn solve_with(bench: &Bench, m: usize, albedo: f64, settings: &str) -> Result<Solution, Failure> {
     let linear = if settings.contains(LINEAR) { "-slopes" } else { "" };
     let told = if settings.contains("zoning_error") { "-told" } else { "" };
     let name = format!("furnace-{m}-{albedo}{linear}{told}");

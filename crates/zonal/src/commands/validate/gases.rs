@@ -7,7 +7,7 @@ use crate::Failure;
 use zonal_math::special::e3;
 
 /// The cases.
-pub const CASES: [Case; 1] = [Case {
+pub(super) const CASES: [Case; 1] = [Case {
     name: "wsgg",
     group: "11 Weighted sum of grey gases",
     title: "weights of Smith, Shen and Friedman (1982), and a layer of three gases",

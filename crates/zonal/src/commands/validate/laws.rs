@@ -11,7 +11,7 @@ use zonal_math::{Vec3, vec3};
 use zonal_render::{RenderOptions, render};
 
 /// The cases.
-pub const CASES: [Case; 3] = [
+pub(super) const CASES: [Case; 3] = [
     Case {
         name: "laws-areas",
         group: "Laws",
@@ -255,7 +255,7 @@ fn enclosure(bench: &Bench, out: &mut Outcome) -> Result<(), Failure> {
 }
 
 /// Ψ of a thick slab between black plates.
-pub fn diffusion(tau: f64) -> f64 {
+pub(super) fn diffusion(tau: f64) -> f64 {
     const JUMP: f64 = 1.420_892;
     4.0 / 3.0 / (tau + JUMP)
 }

@@ -17,7 +17,7 @@ fn digits(c: &Check) -> usize {
 }
 
 /// Reference, ours, difference, limit, as text; a dash where there is none.
-pub fn cells(c: &Check) -> [String; 4] {
+pub(super) fn cells(c: &Check) -> [String; 4] {
     let n = digits(c);
     let relative = |x: f64| format!("{} (relative)", number(x, 2));
     match c.limit {
@@ -39,7 +39,7 @@ pub fn cells(c: &Check) -> [String; 4] {
 }
 
 /// How the case ended, in a few words.
-pub fn summary(o: &Outcome) -> String {
+pub(super) fn summary(o: &Outcome) -> String {
     let (held, failed) = (o.count(Verdict::Holds), o.count(Verdict::Fails));
     match (&o.skipped, held, failed) {
         (Some(_), ..) => "skipped".into(),
@@ -50,7 +50,7 @@ pub fn summary(o: &Outcome) -> String {
 }
 
 /// The rows of a case.
-pub fn table(d: &Done) -> String {
+pub(super) fn table(d: &Done) -> String {
     let mut out = format!("{}: {}  [{}; {:.1} s]", d.case.name, d.case.title, summary(&d.outcome), d.seconds);
     if let Some(why) = &d.outcome.skipped {
         let _ = write!(out, "\n  skipped: {why}");
@@ -90,13 +90,13 @@ pub fn table(d: &Done) -> String {
 }
 
 /// Verdicts that hold and fail, and cases that were skipped.
-pub fn counts(done: &[Done]) -> [usize; 3] {
+pub(super) fn counts(done: &[Done]) -> [usize; 3] {
     let sum = |v: Verdict| done.iter().map(|d| d.outcome.count(v)).sum();
     [sum(Verdict::Holds), sum(Verdict::Fails), done.iter().filter(|d| d.outcome.skipped.is_some()).count()]
 }
 
 /// The last lines.
-pub fn end(done: &[Done], page: Option<&Path>) -> String {
+pub(super) fn end(done: &[Done], page: Option<&Path>) -> String {
     let [held, failed, skipped] = counts(done);
     let seconds: f64 = done.iter().map(|d| d.seconds).sum();
     let mut out = format!(
@@ -111,7 +111,7 @@ pub fn end(done: &[Done], page: Option<&Path>) -> String {
 }
 
 /// The cases, without running them.
-pub fn list(cases: &[&Case], json: bool) -> String {
+pub(super) fn list(cases: &[&Case], json: bool) -> String {
     if json {
         let all: Vec<Value> = (cases.iter())
             .map(|c| json!({"name": c.name, "group": c.group, "title": c.title, "quick": c.quick, "needs": c.needs}))
@@ -138,7 +138,7 @@ fn limit(l: Limit) -> Value {
 }
 
 /// Everything as JSON.
-pub fn json(done: &[Done], page: Option<&Path>) -> String {
+pub(super) fn json(done: &[Done], page: Option<&Path>) -> String {
     let word = |v: Verdict| match v {
         Verdict::Holds => "holds",
         Verdict::Fails => "fails",

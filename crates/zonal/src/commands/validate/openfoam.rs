@@ -16,7 +16,7 @@ const FACES: usize = 40;
 const THIN: f64 = 1e-9;
 
 /// The cases.
-pub const CASES: [Case; 1] = [Case {
+pub(super) const CASES: [Case; 1] = [Case {
     name: "openfoam",
     group: "Other solvers",
     title: "OpenFOAM, grey diffuse square cavity, model viewFactor",

@@ -17,7 +17,7 @@ const CURVES: usize = 6;
 const FRAME: f64 = 0.2;
 
 /// Writes the page and its plots; its path.
-pub fn write(folder: &Path, plots: &Folder, done: &[Done]) -> Result<PathBuf, Failure> {
+pub(super) fn write(folder: &Path, plots: &Folder, done: &[Done]) -> Result<PathBuf, Failure> {
     let mut page = include_str!("head.md").to_string();
     page += &overview(done);
     let mut group = "";

@@ -12,9 +12,9 @@
 //! [`LEAST`] and [`MOST`] is not extrapolated, and says why.
 
 /// The smallest order that is taken for one.
-pub const LEAST: f64 = 0.4;
+pub(super) const LEAST: f64 = 0.4;
 /// The largest.
-pub const MOST: f64 = 8.0;
+pub(super) const MOST: f64 = 8.0;
 /// Relative differences below this are rounding and the solver's residual.
 const NOISE: f64 = 1e-11;
 
@@ -63,7 +63,7 @@ impl Extrapolation {
 }
 
 /// Extrapolates (n, v), n growing.
-pub fn extrapolate(steps: &[(f64, f64)]) -> Result<Extrapolation, String> {
+pub(super) fn extrapolate(steps: &[(f64, f64)]) -> Result<Extrapolation, String> {
     if steps.len() < 3 {
         return Err(format!("{} resolutions; three are needed", steps.len()));
     }

@@ -12,7 +12,7 @@ use zonal_math::{Vec3, vec3};
 const ROUNDING: f64 = 1e-12;
 
 /// The cases.
-pub const CASES: [Case; 1] = [Case {
+pub(super) const CASES: [Case; 1] = [Case {
     name: "gegenbauer",
     group: "10 Gegenbauer series",
     title: "the error of N terms along strips of voxels",

@@ -13,7 +13,7 @@ const SLAB: f64 = 1e-4;
 const LAYERS: [usize; 5] = [12, 24, 48, 96, 192];
 
 /// The cases.
-pub const CASES: [Case; 2] = [
+pub(super) const CASES: [Case; 2] = [
     Case {
         name: "layer",
         group: "5 Slabs",

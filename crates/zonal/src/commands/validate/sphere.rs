@@ -51,7 +51,7 @@ fn emissivity(bench: &Bench, depth: f64, n: usize) -> Result<f64, Failure> {
 }
 
 /// The rows of the table.
-pub fn check(bench: &Bench, out: &mut Outcome) -> Result<(), Failure> {
+pub(super) fn check(bench: &Bench, out: &mut Outcome) -> Result<(), Failure> {
     for row in table!("sphere.csv")?.rows() {
         let (depth, p) = (row.number("KD")?, row.printed("value")?);
         let steps: Vec<(f64, f64)> = SIZES

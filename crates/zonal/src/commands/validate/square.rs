@@ -11,7 +11,7 @@ use zonal_scene::Solution;
 const SIZES: [usize; 5] = [21, 41, 81, 161, 321];
 
 /// The cases.
-pub const CASES: [Case; 1] = [Case {
+pub(super) const CASES: [Case; 1] = [Case {
     name: "crosbie-schrenker",
     group: "6 Square in radiative equilibrium",
     title: "Crosbie and Schrenker (1984), source function on the centreline",
@@ -34,7 +34,7 @@ fn solve(bench: &Bench, n: usize) -> Result<Solution, Failure> {
 }
 
 /// The value at `t` of what has `values` at the centres of equal cells of [0, 1].
-pub fn between(values: &[f64], t: f64) -> f64 {
+pub(super) fn between(values: &[f64], t: f64) -> f64 {
     let n = values.len();
     let x = t * n as f64 - 0.5;
     let (count, first) = if x < 0.0 {

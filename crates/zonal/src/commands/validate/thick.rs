@@ -11,7 +11,7 @@ use crate::Failure;
 const GROUP: &str = "Thick zones";
 
 /// The cases.
-pub const CASES: [Case; 3] = [
+pub(super) const CASES: [Case; 3] = [
     Case {
         name: "thick-cube",
         group: GROUP,

@@ -12,7 +12,7 @@ use zonal_scene::{Bands, Solution, Zoning};
 const TOLD: &str = "zoning_error = true";
 
 /// The cases.
-pub const CASES: [Case; 1] = [Case {
+pub(super) const CASES: [Case; 1] = [Case {
     name: "errors-of-zones",
     group: "Errors of zones",
     title: "what the size of the zones costs, estimated and known",
