@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The net radiative fluxes of crates/zonal/src/commands/validate/data/openfoam.csv: OpenFOAM (1912, Debian's package `openfoam`) on the case
+# The net radiative fluxes of crates/validation/src/validate/data/openfoam.csv: OpenFOAM (1912, Debian's package `openfoam`) on the case
 # ../shared/data/thermal-openfoam, whose walls keep the temperatures of its start. The flow is put to rest: one step of 10 ns without gravity.
 # Writes the field qr of that step to standard output; its patches hot, cold, top, Bottom are the walls x1, x0, y1, y0.
 set -euo pipefail

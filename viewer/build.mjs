@@ -1,4 +1,4 @@
-// Builds the page into crates/zonal/viewer, from where cargo embeds it; with --check tells whether what is there is up to date.
+// Builds the page into crates/cli/viewer, from where cargo embeds it; --check verifies that the built files are up to date.
 
 import { build } from 'esbuild';
 import { readFileSync, mkdirSync, writeFileSync, existsSync } from 'node:fs';
@@ -6,17 +6,17 @@ import { fileURLToPath } from 'node:url';
 import { join } from 'node:path';
 
 const here = fileURLToPath(new URL('.', import.meta.url));
-const out = join(here, '../crates/zonal/viewer');
+const out = join(here, '../crates/cli/viewer');
 const common = { bundle: true, minify: true, write: false, target: ['es2022', 'chrome105', 'firefox115', 'safari16.4'], legalComments: 'none', charset: 'utf8' };
 
 const one = async (entry, more) => (await build({ ...common, entryPoints: [join(here, 'src', entry)], ...more })).outputFiles[0].text;
 const files = {
-  // Shaders keep their lines, which mean something to a compiler, but not their indentation.
+  // Shaders keep their line breaks, on which the preprocessor depends, but not their indentation.
   'viewer.js': (await one('main.js', { format: 'iife' })).replace(/\n[ \t]+/g, '\n'),
   'viewer.css': await one('style.css', {}),
   'index.html': readFileSync(join(here, 'src/index.html'), 'utf8'),
 };
-if (/<\/script|<!--/i.test(files['viewer.js']) || /<\/style/i.test(files['viewer.css'])) throw new Error('this cannot stand inside a page');
+if (/<\/script|<!--/i.test(files['viewer.js']) || /<\/style/i.test(files['viewer.css'])) throw new Error('the bundle contains text that cannot be embedded in a page');
 
 let stale = [];
 mkdirSync(out, { recursive: true });
@@ -30,6 +30,6 @@ for (const [name, text] of Object.entries(files)) {
   }
 }
 if (stale.length) {
-  console.error(`${stale.join(', ')}: not what the sources give; run npm run build in viewer/`);
+  console.error(`${stale.join(', ')}: out of date; run npm run build in viewer/`);
   process.exit(1);
 }

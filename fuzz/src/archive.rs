@@ -1,4 +1,4 @@
-//! Containers put right after a mutation, so that checksums and lengths do not hide what lies behind them.
+//! Repair of checksums and lengths of mutated containers, so that mutations reach the code behind the container checks.
 
 /// CRC-32 of zip and PNG.
 fn crc(parts: &[&[u8]]) -> u32 {
@@ -12,30 +12,31 @@ fn crc(parts: &[&[u8]]) -> u32 {
     !crc
 }
 
-fn short(bytes: &[u8], at: usize) -> Option<usize> {
+/// The little-endian 16-bit number at `at`.
+fn read_u16(bytes: &[u8], at: usize) -> Option<usize> {
     let b: [u8; 2] = bytes.get(at..at + 2)?.try_into().ok()?;
     Some(u16::from_le_bytes(b) as usize)
 }
 
-/// The places of a pattern.
-fn places(bytes: &[u8], pattern: &[u8]) -> Vec<usize> {
+/// The positions of a pattern.
+fn find_all(bytes: &[u8], pattern: &[u8]) -> Vec<usize> {
     (0..bytes.len().saturating_sub(pattern.len() - 1)).filter(|i| bytes[*i..].starts_with(pattern)).collect()
 }
 
-/// A zip whose entries are stored, written anew: an entry reaches from its local header to the next, whatever its lengths say. Lists of
-/// bytes (`|u1`) have the shape of what there is. None where there is no entry.
-pub fn zip(bytes: &[u8]) -> Option<Vec<u8>> {
-    let end = places(bytes, b"PK\x01\x02").first().copied().unwrap_or(bytes.len());
-    let mut starts = places(&bytes[..end], b"PK\x03\x04");
+/// Rewrites a zip of stored entries: an entry reaches from its local header to the next, regardless of its stated length. Byte arrays
+/// (`|u1`) get the shape of their data. `None` where there is no entry.
+pub fn repair_zip(bytes: &[u8]) -> Option<Vec<u8>> {
+    let end = find_all(bytes, b"PK\x01\x02").first().copied().unwrap_or(bytes.len());
+    let mut starts = find_all(&bytes[..end], b"PK\x03\x04");
     starts.push(end);
     let (mut out, mut directory, mut count) = (Vec::new(), Vec::new(), 0u16);
     for pair in starts.windows(2) {
         let entry = &bytes[pair[0]..pair[1]];
-        let (Some(name), Some(extra)) = (short(entry, 26), short(entry, 28)) else { continue };
+        let (Some(name), Some(extra)) = (read_u16(entry, 26), read_u16(entry, 28)) else { continue };
         let (Some(name), Some(data)) = (entry.get(30..30 + name), entry.get(30 + name + extra..)) else {
             continue;
         };
-        let data = shaped(data);
+        let data = with_actual_shape(data);
         let mut common = vec![20, 0, 0, 0, 0, 0, 0, 0, 0x21, 0];
         common.extend(crc(&[&data]).to_le_bytes());
         common.extend((data.len() as u32).to_le_bytes());
@@ -66,11 +67,11 @@ pub fn zip(bytes: &[u8]) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// An npy list of bytes with the shape of what there is; anything else as it is.
-fn shaped(data: &[u8]) -> Vec<u8> {
-    let header = short(data, 8).filter(|_| data.starts_with(b"\x93NUMPY\x01"));
+/// An npy array of bytes with the shape of its data; any other entry unchanged.
+fn with_actual_shape(data: &[u8]) -> Vec<u8> {
+    let header = read_u16(data, 8).filter(|_| data.starts_with(b"\x93NUMPY\x01"));
     let Some(rest) = header.and_then(|n| data.get(10 + n..)) else { return data.to_vec() };
-    if !places(&data[..data.len() - rest.len()], b"'|u1'").is_empty() {
+    if !find_all(&data[..data.len() - rest.len()], b"'|u1'").is_empty() {
         let mut text = format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({},), }}", rest.len());
         while (10 + text.len() + 1) % 64 != 0 {
             text.push(' ');
@@ -82,8 +83,8 @@ fn shaped(data: &[u8]) -> Vec<u8> {
     data.to_vec()
 }
 
-/// A PNG with the checksums of its chunks put right.
-pub fn png(bytes: &[u8]) -> Vec<u8> {
+/// A PNG with the checksums of its chunks corrected.
+pub fn repair_png(bytes: &[u8]) -> Vec<u8> {
     let mut out = bytes.to_vec();
     let mut at = 8;
     while let Some(length) = out.get(at..at + 4) {

@@ -1,28 +1,30 @@
-//! What fuzzing calls: one function a target, from bytes to nothing. It panics where the program would have been wrong.
+//! Fuzz targets: one function each, which takes bytes and panics where a property of the program is violated.
 //!
-//! | module | what |
+//! | module | content |
 //! |---|---|
 //! | `readers` | every reader, from memory |
-//! | `archive` | zip and PNG with lengths and checksums put right, so that mutations reach what lies behind them |
-//! | `solving` | a scene solved, drawn, packed, written and read back, at tiny size |
-//! | `scenes` | bytes as choices, from which a scene's text is written that is mostly valid |
+//! | `archive` | repair of lengths and checksums of zip and PNG, so that mutations reach the code behind them |
+//! | `solving` | small scenes solved, drawn, packed, written and read back |
+//! | `drawing` | pictures, packages and relighting of a solution |
+//! | `scenes` | generator of mostly valid scene texts from bytes |
 //!
-//! The same functions replay corpora and findings in `crates/zonal/tests/fuzz_replay.rs`.
+//! The same functions replay corpora and findings in `crates/cli/tests/fuzz_replay.rs`.
 
 mod archive;
+mod drawing;
 mod readers;
 mod scenes;
 mod solving;
 
 pub use readers::{exr, factors, flight, gltf, jpeg, npy, npz, obj, png, request, scene, vdb, vol};
-pub use scenes::text as scene_text;
+pub use scenes::scene_text;
 pub use solving::{solve, solve_toml};
 
-/// A fuzz target: its name, and what it does with bytes.
-pub type Target = (&'static str, fn(&[u8]));
+/// A fuzz target: its name and its function.
+pub type FuzzTarget = (&'static str, fn(&[u8]));
 
 /// All targets.
-pub const TARGETS: [Target; 15] = [
+pub const FUZZ_TARGETS: [FuzzTarget; 15] = [
     ("exr", exr),
     ("factors", factors),
     ("flight", flight),

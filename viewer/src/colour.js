@@ -1,9 +1,9 @@
-// Light to the screen: the curve of crates/io/src/output/tone.rs, and the colour map of colour_map.rs there for single values.
+// From radiance to display colours: the tone curve and the colour map of `zonal render`.
 
 const KNEE = 0.25;
 export const LUMINANCE = [0.2126, 0.7152, 0.0722];
 
-/** The filmic curve: identity below the knee, a rational shoulder above. */
+/** The tone curve: identity below the knee, a rational shoulder above. */
 export function curve(x) {
   if (!(x > 0)) return 0;
   if (x <= KNEE) return x;
@@ -17,7 +17,7 @@ export function srgb(x) {
   return x >= 1 ? 1 : 1.055 * x ** (1 / 2.4) - 0.055;
 }
 
-/** Exposure that suits a picture of linear RGBA: the rule of tone.rs. */
+/** Automatic exposure of a linear RGBA picture: the rule of `zonal render`. */
 export function autoExposure(pixels) {
   const l = [];
   for (let i = 0; i < pixels.length; i += 4) {
@@ -47,9 +47,9 @@ export function oklab([L, a, b]) {
 }
 
 /**
- * Stations of the colour map in Oklab: lightness, chroma, hue in degrees. Lightness rises all the way, from a dark violet over blue and
- * green to a light yellow, so that the map reads in grey and with any kind of colour vision; between them straight lines, walked at an
- * even pace, so that equal steps of the value look equally large.
+ * Stations of the colour map in Oklab: lightness, chroma, hue in degrees. Lightness increases monotonically, from dark violet through
+ * blue and green to light yellow, so that the map is readable in grey and with any colour vision. Between stations the map is linear and
+ * parametrised by arc length, so that equal steps of the value look equal.
  */
 export const STATIONS = [
   [0.24, 0.1, 300],
@@ -63,24 +63,24 @@ export const STATIONS = [
 ];
 
 const points = STATIONS.map(([L, c, h]) => [L, c * Math.cos((h * Math.PI) / 180), c * Math.sin((h * Math.PI) / 180)]);
-const far = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
-const marks = points.reduce((list, p, i) => [...list, i ? list[i - 1] + far(points[i - 1], p) : 0], []);
+const distance = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+const arcLengths = points.reduce((list, p, i) => [...list, i ? list[i - 1] + distance(points[i - 1], p) : 0], []);
 
 /** Oklab colour of the map at t, 0 to 1. */
 export function mapLab(t) {
-  const s = Math.min(Math.max(t, 0), 1) * marks[marks.length - 1];
+  const s = Math.min(Math.max(t, 0), 1) * arcLengths[arcLengths.length - 1];
   let i = 1;
-  while (i < marks.length - 1 && marks[i] < s) i++;
-  const f = (s - marks[i - 1]) / (marks[i] - marks[i - 1]);
+  while (i < arcLengths.length - 1 && arcLengths[i] < s) i++;
+  const f = (s - arcLengths[i - 1]) / (arcLengths[i] - arcLengths[i - 1]);
   return [0, 1, 2].map((k) => points[i - 1][k] + f * (points[i][k] - points[i - 1][k]));
 }
 
-/** Linear colour of the map at t, within what a screen shows. */
-export function map(t) {
+/** Linear colour of the map at t, clamped to the sRGB gamut. */
+export function mapColour(t) {
   return oklab(mapLab(t)).map((x) => Math.min(Math.max(x, 0), 1));
 }
 
-/** The same as a CSS colour. */
-export function css(t) {
-  return `rgb(${map(t).map((x) => Math.round(255 * srgb(x))).join(' ')})`;
+/** Colour of the map at t as a CSS colour. */
+export function cssColour(t) {
+  return `rgb(${mapColour(t).map((x) => Math.round(255 * srgb(x))).join(' ')})`;
 }

@@ -1,17 +1,17 @@
-// Mouse, touch and keys on the canvas, told as movements.
+// Mouse, touch and keys on the canvas, translated to camera motion.
 
-/** Keys that are held, and what they do: ahead, right, up, turn left, look up. */
-const HELD = {
+/** Motion of held keys: ahead, right, up, yaw to the left, pitch upwards. */
+const HELD_KEYS = {
   KeyW: ['ahead', 1], ArrowUp: ['ahead', 1], KeyS: ['ahead', -1], ArrowDown: ['ahead', -1],
   KeyA: ['right', -1], KeyD: ['right', 1], KeyE: ['up', 1], KeyQ: ['up', -1],
-  ArrowLeft: ['turn', 1], ArrowRight: ['turn', -1], PageUp: ['tilt', 1], PageDown: ['tilt', -1],
+  ArrowLeft: ['yaw', 1], ArrowRight: ['yaw', -1], PageUp: ['pitch', 1], PageDown: ['pitch', -1],
 };
 
-/** True where keys belong to a field that is being edited. */
-const editing = (e) => e.target.closest?.('input, select, textarea, button');
+/** True where a key belongs to a form control. */
+const isFormControl = (e) => e.target.closest?.('input, select, textarea, button');
 
 export class Controls {
-  /** `on` has: look(dx, dy), pan(dx, dy), zoom(factor), tap(x, y), key(code, event), changed(). Shares of the canvas. */
+  /** `on` has: look(dx, dy), pan(dx, dy), zoom(factor), tap(x, y), key(code, event), changed(). Coordinates are fractions of the canvas. */
   constructor(canvas, on) {
     this.canvas = canvas;
     this.on = on;
@@ -34,8 +34,8 @@ export class Controls {
   keydown(e) {
     this.fast = e.shiftKey;
     if (e.target.closest?.('dialog')) return;
-    if (e.ctrlKey || e.metaKey || e.altKey || (editing(e) && e.key !== 'Escape')) return;
-    if (HELD[e.code]) {
+    if (e.ctrlKey || e.metaKey || e.altKey || (isFormControl(e) && e.key !== 'Escape')) return;
+    if (HELD_KEYS[e.code]) {
       e.preventDefault();
       this.held.add(e.code);
       this.on.changed();
@@ -44,10 +44,10 @@ export class Controls {
     }
   }
 
-  /** What the held keys ask for, each from -1 to 1. */
-  wishes() {
-    const out = { ahead: 0, right: 0, up: 0, turn: 0, tilt: 0 };
-    for (const code of this.held) out[HELD[code][0]] += HELD[code][1];
+  /** The motion of the held keys, each component from -1 to 1. */
+  motion() {
+    const out = { ahead: 0, right: 0, up: 0, yaw: 0, pitch: 0 };
+    for (const code of this.held) out[HELD_KEYS[code][0]] += HELD_KEYS[code][1];
     return out;
   }
   get active() {
@@ -72,8 +72,8 @@ export class Controls {
     const before = [...this.pointers.values()].map((q) => q.at);
     const was = p.at;
     p.at = this.at(e);
-    const far = Math.hypot((p.at[0] - p.start[0]) * this.canvas.clientWidth, (p.at[1] - p.start[1]) * this.canvas.clientHeight);
-    if (far > 5) this.moved = true;
+    const distance = Math.hypot((p.at[0] - p.start[0]) * this.canvas.clientWidth, (p.at[1] - p.start[1]) * this.canvas.clientHeight);
+    if (distance > 5) this.moved = true;
     if (!this.moved) return;
     if (this.pointers.size === 1) {
       (p.second ? this.on.pan : this.on.look)(p.at[0] - was[0], p.at[1] - was[1]);

@@ -1,6 +1,6 @@
-// Numbers for people.
+// Formatting of numbers.
 
-/** Four significant digits, with powers of ten where a number would be long. */
+/** Four significant digits, in scientific notation for very large and small numbers. */
 export function number(x, digits = 4) {
   if (!Number.isFinite(x)) return '–';
   if (x === 0) return '0';
@@ -12,30 +12,31 @@ export function number(x, digits = 4) {
   return x.toFixed(Math.max(0, digits - 1 - Math.floor(Math.log10(a))));
 }
 
-/** Metres, to a millimetre or a millionth of the scene. */
+/** Metres with millimetres, or with decimetres from a kilometre on. */
 export const metres = (x) => x.toFixed(Math.abs(x) < 1000 ? 3 : 1);
 
-/** A count with thin spaces. */
+/** An integer with thin spaces between groups of three digits. */
 export const count = (n) => String(n).replace(/\B(?=(\d{3})+$)/g, '\u202f');
 
-/** Per cent with two digits. */
+/** Per cent with two significant digits. */
 export const percent = (x) => `${x === 0 ? '0' : x < 1e-5 ? '<\u20090.001' : (100 * x).toPrecision(2).replace(/\.0+$/, '')}\u2009%`;
 
-/** Size of data. */
+/** A size in bytes. */
 export const bytes = (n) => (n < 1e6 ? `${Math.ceil(n / 1e3)}\u2009kB` : `${(n / 1e6).toFixed(1)}\u2009MB`);
 
-/** A factor as on a light's slider: off, or times so much. */
-export const times = (f) => (f === 0 ? 'off' : `×\u2009${f >= 100 ? f.toFixed(0) : f.toPrecision(f >= 1 ? 3 : 2).replace(/\.?0+$/, '')}`);
+/** The factor of a light: off, or a multiplier. */
+export const multiplier = (f) => (f === 0 ? 'off' : `×\u2009${f >= 100 ? f.toFixed(0) : f.toPrecision(f >= 1 ? 3 : 2).replace(/\.?0+$/, '')}`);
 
-/** Stops with their sign. */
+/** An exposure value with its sign. */
 export const stops = (s) => `${s > 0 ? '+' : s < 0 ? '−' : ''}${Math.abs(s).toFixed(1)}\u2009EV`;
 
-/** A slider's place in stops for a factor, and back; the lowest place is zero. */
-export const LOWEST = -8;
-export const toPlace = (f) => (f <= 2 ** (LOWEST + 0.05) ? LOWEST : Math.min(Math.log2(f), -LOWEST));
-export const fromPlace = (p) => (p <= LOWEST + 1e-9 ? 0 : 2 ** p);
+/** Lowest slider position, in stops: the factor zero. */
+export const MIN_STOPS = -8;
+/** Slider position, in stops, of a factor, and the factor of a position. */
+export const toSlider = (f) => (f <= 2 ** (MIN_STOPS + 0.05) ? MIN_STOPS : Math.min(Math.log2(f), -MIN_STOPS));
+export const fromSlider = (p) => (p <= MIN_STOPS + 1e-9 ? 0 : 2 ** p);
 
-/** Values between the ends of a scale where numbers may stand: round ones. */
+/** Round values between the ends of a scale, for tick labels. */
 export function ticks(low, high, log) {
   if (!(high > low)) return [low];
   const out = [];

@@ -1,7 +1,7 @@
-// A thin layer over WebGL2: programs with their uniforms, textures, targets.
+// Helpers over WebGL 2: programs with uniforms, textures, render targets.
 
-/** Compiles and links; uniforms are set by name from an object. */
-export function program(gl, { vertex, fragment }) {
+/** Compiles and links a program whose uniforms are set by name from an object. */
+export function createProgram(gl, { vertex, fragment }) {
   const p = gl.createProgram();
   for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
     const s = gl.createShader(kind);
@@ -44,17 +44,18 @@ export function program(gl, { vertex, fragment }) {
   };
 }
 
-/** A texture of floats or bytes without mipmaps. */
-export function flat(gl, internal, format, type, width, height, data, filter = gl.NEAREST) {
+/** A 2D texture of floats or bytes without mipmaps. */
+export function createTexture(gl, internal, format, type, width, height, data, filter = gl.NEAREST) {
   const t = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, t);
   gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
   gl.texImage2D(gl.TEXTURE_2D, 0, internal, width, height, 0, format, type, data);
-  parameters(gl, gl.TEXTURE_2D, filter, filter, gl.CLAMP_TO_EDGE);
+  setTextureParameters(gl, gl.TEXTURE_2D, filter, filter, gl.CLAMP_TO_EDGE);
   return t;
 }
 
-export function parameters(gl, target, min, mag, wrap) {
+/** Sets filters and wrapping of the bound texture. */
+export function setTextureParameters(gl, target, min, mag, wrap) {
   gl.texParameteri(target, gl.TEXTURE_MIN_FILTER, min);
   gl.texParameteri(target, gl.TEXTURE_MAG_FILTER, mag);
   gl.texParameteri(target, gl.TEXTURE_WRAP_S, wrap);
@@ -62,66 +63,66 @@ export function parameters(gl, target, min, mag, wrap) {
   if (target === gl.TEXTURE_3D) gl.texParameteri(target, gl.TEXTURE_WRAP_R, wrap);
 }
 
-/** A small table as a texture of single floats, 512 texels wide; `rows` rows for each 512 entries. */
-export function table(gl, entries, rows) {
+/** A table as a texture of single floats, 512 texels wide, with `rows` rows for each 512 entries. */
+export function createTable(gl, entries, rows) {
   const blocks = Math.max(1, Math.ceil(entries.length / 512));
   const data = new Float32Array(4 * 512 * rows * blocks);
   entries.forEach((entry, i) => {
     entry.forEach((v, r) => data.set(v, 4 * ((i & 511) + 512 * (rows * (i >> 9) + r))));
   });
-  return flat(gl, gl.RGBA32F, gl.RGBA, gl.FLOAT, 512, rows * blocks, data);
+  return createTexture(gl, gl.RGBA32F, gl.RGBA, gl.FLOAT, 512, rows * blocks, data);
 }
 
-/** What frames are drawn into: smooth edges first, then plain textures of colour and depth, and the medium at a smaller size. */
-export function targets(gl, width, height, hazeScale, samples, haze) {
-  const made = { textures: [], buffers: [], frames: [] };
+/** The render targets: a multisampled framebuffer, textures of colour and depth, and the medium at a reduced size. */
+export function createTargets(gl, width, height, mediumScale, samples, hasMedium) {
+  const owned = { textures: [], buffers: [], frames: [] };
   const texture = (internal, format, type, w, h, filter) => {
-    const t = flat(gl, internal, format, type, w, h, null, filter);
-    made.textures.push(t);
+    const t = createTexture(gl, internal, format, type, w, h, null, filter);
+    owned.textures.push(t);
     return t;
   };
   const colour = (w, h, filter = gl.NEAREST) => texture(gl.RGBA16F, gl.RGBA, gl.HALF_FLOAT, w, h, filter);
   const frame = (attachments) => {
     const f = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, f);
-    for (const [point, what] of attachments) {
-      if (what instanceof WebGLTexture) gl.framebufferTexture2D(gl.FRAMEBUFFER, point, gl.TEXTURE_2D, what, 0);
-      else gl.framebufferRenderbuffer(gl.FRAMEBUFFER, point, gl.RENDERBUFFER, what);
+    for (const [point, target] of attachments) {
+      if (target instanceof WebGLTexture) gl.framebufferTexture2D(gl.FRAMEBUFFER, point, gl.TEXTURE_2D, target, 0);
+      else gl.framebufferRenderbuffer(gl.FRAMEBUFFER, point, gl.RENDERBUFFER, target);
     }
     gl.drawBuffers(attachments.filter(([p]) => p !== gl.DEPTH_ATTACHMENT).map(([p]) => p));
-    made.frames.push(f);
+    owned.frames.push(f);
     return f;
   };
   const buffer = (internal) => {
     const b = gl.createRenderbuffer();
     gl.bindRenderbuffer(gl.RENDERBUFFER, b);
     gl.renderbufferStorageMultisample(gl.RENDERBUFFER, samples, internal, width, height);
-    made.buffers.push(b);
+    owned.buffers.push(b);
     return b;
   };
   const image = colour(width, height);
   const depth = texture(gl.DEPTH_COMPONENT24, gl.DEPTH_COMPONENT, gl.UNSIGNED_INT, width, height);
-  const plain = frame([[gl.COLOR_ATTACHMENT0, image], [gl.DEPTH_ATTACHMENT, depth]]);
-  const smooth = samples > 1
+  const resolved = frame([[gl.COLOR_ATTACHMENT0, image], [gl.DEPTH_ATTACHMENT, depth]]);
+  const multisampled = samples > 1
     ? frame([[gl.COLOR_ATTACHMENT0, buffer(gl.RGBA16F)], [gl.DEPTH_ATTACHMENT, buffer(gl.DEPTH_COMPONENT24)]])
-    : plain;
-  const out = { width, height, image, depth, plain, smooth, haze: null };
-  if (haze) {
-    const w = Math.max(1, Math.round(width * hazeScale));
-    const h = Math.max(1, Math.round(height * hazeScale));
+    : resolved;
+  const out = { width, height, image, depth, resolved, multisampled, medium: null };
+  if (hasMedium) {
+    const w = Math.max(1, Math.round(width * mediumScale));
+    const h = Math.max(1, Math.round(height * mediumScale));
     const scattered = colour(w, h);
-    const passed = colour(w, h);
-    const tint = colour(w, h);
-    out.haze = {
-      width: w, height: h, scattered, passed, tint,
-      frame: frame([[gl.COLOR_ATTACHMENT0, scattered], [gl.COLOR_ATTACHMENT1, passed]]),
-      tinting: frame([[gl.COLOR_ATTACHMENT0, tint]]),
+    const transmittance = colour(w, h);
+    const paneTint = colour(w, h);
+    out.medium = {
+      width: w, height: h, scattered, transmittance, paneTint,
+      frame: frame([[gl.COLOR_ATTACHMENT0, scattered], [gl.COLOR_ATTACHMENT1, transmittance]]),
+      paneFrame: frame([[gl.COLOR_ATTACHMENT0, paneTint]]),
     };
   }
   out.free = () => {
-    made.frames.forEach((f) => gl.deleteFramebuffer(f));
-    made.textures.forEach((t) => gl.deleteTexture(t));
-    made.buffers.forEach((b) => gl.deleteRenderbuffer(b));
+    owned.frames.forEach((f) => gl.deleteFramebuffer(f));
+    owned.textures.forEach((t) => gl.deleteTexture(t));
+    owned.buffers.forEach((b) => gl.deleteRenderbuffer(b));
   };
   return out;
 }

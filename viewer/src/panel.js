@@ -1,14 +1,14 @@
-// The controls beside the picture. They show a state and tell of wishes; they keep nothing themselves.
+// The settings panel. It shows a state and reports changes by callbacks; it holds no state.
 
-import { css } from './colour.js';
-import { LOWEST, count, fromPlace, number, percent, stops, ticks, times, toPlace } from './format.js';
+import { cssColour } from './colour.js';
+import { MIN_STOPS, count, fromSlider, number, percent, stops, ticks, multiplier, toSlider } from './format.js';
 
 const $ = (id) => document.getElementById(id);
 
 export const NAMES = { irradiance: 'Irradiance', radiosity: 'Radiosity', error: 'Error estimate of the irradiance' };
 const BAND_NAMES = { mean: 'mean of bands', luminance: 'luminance', red: 'red band', green: 'green band', blue: 'blue band' };
 
-/** Fills a slider's track between its middle and its thumb. */
+/** Fills the track of a slider between its centre and its thumb. */
 function fill(input) {
   const { min, max, value } = input;
   const at = (100 * (value - min)) / (max - min);
@@ -16,15 +16,16 @@ function fill(input) {
   input.style.setProperty('--to', `${Math.max(at, 50)}%`);
 }
 
-function slide(input, output, place, text, changed) {
-  input.value = place;
+/** Shows a value on a slider and its output. */
+function showSlider(input, output, position, text, changed) {
+  input.value = position;
   input.setAttribute('aria-valuetext', text);
   output.textContent = text;
   output.classList.toggle('changed', changed);
   fill(input);
 }
 
-/** `on` has one call a wish: each takes what it asks for. */
+/** `on` has one callback a setting, with its new value. */
 export class Panel {
   constructor(data, on) {
     this.data = data;
@@ -36,7 +37,7 @@ export class Panel {
     this.report(data);
     $('densityRow').hidden = !data.volume;
     $('exposure').addEventListener('input', (e) => on.stops(Number(e.target.value)));
-    $('density').addEventListener('input', (e) => on.density(fromPlace(Number(e.target.value))));
+    $('density').addEventListener('input', (e) => on.density(fromSlider(Number(e.target.value))));
     for (const [id, value] of [['exposure', () => on.stops(0)], ['density', () => on.density(1)]]) $(id).addEventListener('dblclick', value);
     $('lightsReset').addEventListener('click', () => on.lightsReset());
     $('show').addEventListener('change', (e) => on.show(e.target.value));
@@ -44,7 +45,7 @@ export class Panel {
     $('log').addEventListener('click', () => on.log(true));
     $('linear').addEventListener('click', () => on.log(false));
     $('rangeReset').addEventListener('click', () => on.range(null));
-    for (const id of ['low', 'high']) $(id).addEventListener('change', () => this.range());
+    for (const id of ['low', 'high']) $(id).addEventListener('change', () => this.readRange());
     for (const mode of ['walk', 'orbit']) $(mode).addEventListener('click', () => on.mode(mode));
     $('panelButton').addEventListener('click', () => this.toggle());
     $('helpButton').addEventListener('click', () => $('help').showModal());
@@ -66,8 +67,8 @@ export class Panel {
       const id = `light${i}`;
       const label = Object.assign(document.createElement('label'), { htmlFor: id, textContent: g.name, title: g.name });
       const output = Object.assign(document.createElement('output'), { id: `${id}Out`, htmlFor: id });
-      const input = Object.assign(document.createElement('input'), { type: 'range', id, min: LOWEST, max: -LOWEST, step: 0.1 });
-      input.addEventListener('input', () => this.on.light(i, fromPlace(Number(input.value))));
+      const input = Object.assign(document.createElement('input'), { type: 'range', id, min: MIN_STOPS, max: -MIN_STOPS, step: 0.1 });
+      input.addEventListener('input', () => this.on.light(i, fromSlider(Number(input.value))));
       input.addEventListener('dblclick', () => this.on.light(i, 1));
       row.append(label, output, input);
       $('lights').append(row);
@@ -79,23 +80,23 @@ export class Panel {
       $('report').append(Object.assign(document.createElement('dt'), { textContent: name }), Object.assign(document.createElement('dd'), { textContent: value }));
     };
     row('Patches', count(counts.patches));
-    if (counts.voxels) row('Voxel zones', count(counts.voxels));
+    if (counts.voxels) row('Volume zones', count(counts.voxels));
     if (counts.panes) row('Pane zones', count(counts.panes));
     row('Engine', report.engine);
-    row('Ended', report.status);
-    row('Error of H, rms', percent(Math.max(...report.estimate.patches)));
-    if (counts.voxels || counts.panes) row('Error of G, rms', percent(Math.max(...report.estimate.volumes)));
-    row('Grade', report.grade);
+    row('Solver status', report.status);
+    row('RMS error of H', percent(Math.max(...report.estimate.patches)));
+    if (counts.voxels || counts.panes) row('RMS error of G', percent(Math.max(...report.estimate.volumes)));
+    row('Grade of factors', report.grade);
     row('Energy residual', percent(Math.max(...report.residual.map(Math.abs))));
     for (const w of report.warnings) $('warnings').append(Object.assign(document.createElement('li'), { textContent: w }));
   }
 
-  /** Reads the two fields of the range. */
-  range() {
+  /** Reads the two inputs of the range. */
+  readRange() {
     const [low, high] = ['low', 'high'].map((id) => Number($(id).value.replace(',', '.')));
-    const sound = Number.isFinite(low) && Number.isFinite(high) && high > low && low >= 0;
-    for (const id of ['low', 'high']) $(id).setAttribute('aria-invalid', String(!sound));
-    if (sound) this.on.range([low, high]);
+    const valid = Number.isFinite(low) && Number.isFinite(high) && high > low && low >= 0;
+    for (const id of ['low', 'high']) $(id).setAttribute('aria-invalid', String(!valid));
+    if (valid) this.on.range([low, high]);
   }
 
   toggle(open = $('panel').hidden) {
@@ -106,9 +107,9 @@ export class Panel {
 
   /** Shows a state. */
   update(state, ends) {
-    slide($('exposure'), $('exposureOut'), state.stops, stops(state.stops), state.stops !== 0);
-    slide($('density'), $('densityOut'), toPlace(state.density), times(state.density), state.density !== 1);
-    state.factors.forEach((f, i) => slide($(`light${i}`), $(`light${i}Out`), toPlace(f), times(f), f !== 1));
+    showSlider($('exposure'), $('exposureOut'), state.stops, stops(state.stops), state.stops !== 0);
+    showSlider($('density'), $('densityOut'), toSlider(state.density), multiplier(state.density), state.density !== 1);
+    state.factors.forEach((f, i) => showSlider($(`light${i}`), $(`light${i}Out`), toSlider(f), multiplier(f), f !== 1));
     $('lightsReset').disabled = state.factors.every((f) => f === 1);
     for (const input of document.getElementsByName('show')) input.checked = input.value === state.show;
     const mapped = state.show !== 'picture';
@@ -118,7 +119,7 @@ export class Panel {
     $('log').setAttribute('aria-pressed', String(state.log));
     $('linear').setAttribute('aria-pressed', String(!state.log));
     for (const mode of ['walk', 'orbit']) $(mode).setAttribute('aria-pressed', String(state.mode === mode));
-    $('camera').value = state.at ?? 'free';
+    $('camera').value = state.activeCamera ?? 'free';
     if (mapped) this.legend(state, ends);
     $('legend').hidden = !mapped;
     document.body.classList.toggle('mapped', mapped);
@@ -128,18 +129,18 @@ export class Panel {
     if (document.activeElement !== $('low')) $('low').value = number(low, 3);
     if (document.activeElement !== $('high')) $('high').value = number(high, 3);
     $('legendTitle').replaceChildren(NAMES[state.show], Object.assign(document.createElement('span'), { textContent: ` · ${BAND_NAMES[state.band]} · W/m²` }));
-    $('legendBar').style.background = `linear-gradient(90deg in srgb, ${Array.from({ length: 33 }, (_, i) => css(i / 32)).join(', ')})`;
-    if (!$('legendBar').style.background) $('legendBar').style.background = `linear-gradient(90deg, ${Array.from({ length: 33 }, (_, i) => css(i / 32)).join(', ')})`;
-    const place = (x) => (state.log ? Math.log(x / low) / Math.log(high / low) : (x - low) / (high - low));
+    $('legendBar').style.background = `linear-gradient(90deg in srgb, ${Array.from({ length: 33 }, (_, i) => cssColour(i / 32)).join(', ')})`;
+    if (!$('legendBar').style.background) $('legendBar').style.background = `linear-gradient(90deg, ${Array.from({ length: 33 }, (_, i) => cssColour(i / 32)).join(', ')})`;
+    const position = (x) => (state.log ? Math.log(x / low) / Math.log(high / low) : (x - low) / (high - low));
     let last = -1;
     const marks = ticks(low, high, state.log).filter((x) => {
-      const keep = place(x) - last > 0.11;
-      if (keep) last = place(x);
+      const keep = position(x) - last > 0.11;
+      if (keep) last = position(x);
       return keep;
     });
     $('legendTicks').replaceChildren(...marks.map((x) => {
       const s = Object.assign(document.createElement('span'), { textContent: number(x, 3).replace(/(\.\d*?)0+$/, '$1').replace(/\.$/, '') });
-      s.style.left = `${100 * place(x)}%`;
+      s.style.left = `${100 * position(x)}%`;
       return s;
     }));
   }

@@ -1,11 +1,11 @@
-// What lies under a point of the picture.
+// Probe: the surface point under a point of the picture and its fields.
 
-import { VALUES } from './half.js';
-import { patch } from './relight.js';
+import { VALUES } from './half_float.js';
+import { patchFields } from './relight.js';
 
 /**
- * The first triangle that a ray meets from the side that counts, as { triangle, t, u, v, back }; the back of a one-sided surface is
- * met too unless `hideBacks`.
+ * The first triangle that a ray hits from its exchanging side, as { triangle, t, u, v, back }; backs of one-sided surfaces are hit too,
+ * unless `hideBacks`.
  */
 export function raycast(scene, eye, dir, hideBacks = false) {
   const { position: p, index, surface } = scene.arrays;
@@ -28,30 +28,30 @@ export function raycast(scene, eye, dir, hideBacks = false) {
     const rx = sy * e1z - sz * e1y, ry = sz * e1x - sx * e1z, rz = sx * e1y - sy * e1x;
     const v = (dx * rx + dy * ry + dz * rz) / det;
     if (v < 0 || u + v > 1) continue;
-    const far = (e2x * rx + e2y * ry + e2z * rz) / det;
-    if (far > 0 && far < nearest) {
-      nearest = far;
-      best = { triangle: t / 3, t: far, u, v, back: det < 0 };
+    const distance = (e2x * rx + e2y * ry + e2z * rz) / det;
+    if (distance > 0 && distance < nearest) {
+      nearest = distance;
+      best = { triangle: t / 3, t: distance, u, v, back: det < 0 };
     }
   }
   return best;
 }
 
-/** Names of the panes that a ray passes before `end`, from near to far. */
+/** Names of the panes that a ray crosses before `end`, near to far. */
 export function panesBefore(scene, eye, dir, end) {
   const { panePosition: position, paneIndex: index, paneOf } = scene.arrays;
   if (!index) return [];
-  const met = new Map();
-  const one = { arrays: { position, index: null, surface: paneOf }, surfaces: scene.panes.map(() => ({ both: false })) };
+  const crossed = new Map();
+  const triangle = { arrays: { position, index: null, surface: paneOf }, surfaces: scene.panes.map(() => ({ both: false })) };
   for (let t = 0; t < index.length; t += 3) {
-    one.arrays.index = index.subarray(t, t + 3);
-    const hit = raycast(one, eye, dir);
-    if (hit && hit.t < end) met.set(paneOf[index[t]], Math.min(hit.t, met.get(paneOf[index[t]]) ?? Infinity));
+    triangle.arrays.index = index.subarray(t, t + 3);
+    const hit = raycast(triangle, eye, dir);
+    if (hit && hit.t < end) crossed.set(paneOf[index[t]], Math.min(hit.t, crossed.get(paneOf[index[t]]) ?? Infinity));
   }
-  return [...met].sort((a, b) => a[1] - b[1]).map(([pane]) => scene.panes[pane].name);
+  return [...crossed].sort((a, b) => a[1] - b[1]).map(([pane]) => scene.panes[pane].name);
 }
 
-/** Everything that is known there; null where there is nothing. `values` is the irradiance at the vertices. */
+/** The fields at the surface point that a ray hits; null without a hit. `values` is the irradiance at the vertices. */
 export function probe(scene, values, factors, eye, dir, hideBacks) {
   const hit = raycast(scene, eye, dir, hideBacks);
   if (!hit) return null;
@@ -70,6 +70,6 @@ export function probe(scene, values, factors, eye, dir, hideBacks) {
     zone,
     through: panesBefore(scene, eye, dir, hit.t),
     here: { irradiance: at(values, (x) => x), error: at(error, (h) => VALUES[h] * scene.mesh.errorScale) },
-    mean: patch(scene, zone, factors),
+    mean: patchFields(scene, zone, factors),
   };
 }

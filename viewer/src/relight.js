@@ -1,14 +1,14 @@
-// Light groups summed in the browser: H = Σ f_g H_g, and what follows from it. All sums are linear in the factors f_g.
+// Relighting: light groups are summed in the browser, H = Σ f_g H_g, with factors f_g. All results are linear in the factors.
 
-import { VALUES } from './half.js';
+import { VALUES } from './half_float.js';
 
-/** Adds `factor` times halves to `out`. */
+/** Adds `factor` times an array of half floats to `out`. */
 function addHalves(out, halves, factor) {
   for (let i = 0; i < out.length; i++) out[i] += factor * VALUES[halves[i]];
 }
 
-/** Σ_g f_g X_g over the arrays of halves named `stem` + g, each times its group's scale of that name; zeros where there is none. */
-export function sum(scene, stem, factors, length) {
+/** Σ_g f_g X_g over the half-float arrays named `stem` + g, each times its group's scale of that name; missing arrays count as zero. */
+export function sumGroups(scene, stem, factors, length) {
   const out = new Float32Array(length);
   scene.groups.forEach((group, g) => {
     const halves = scene.arrays[stem + g];
@@ -17,18 +17,18 @@ export function sum(scene, stem, factors, length) {
   return out;
 }
 
-/** Emitted flux of each surface, W/m²: that of its group, turned up and down. */
-export function emissions(scene, factors) {
+/** Emitted flux of each surface, W/m², scaled by the factor of its group. */
+export function surfaceEmissions(scene, factors) {
   return scene.surfaces.map((s) => s.emission.map((e) => e * (s.group === null ? 1 : factors[s.group])));
 }
 
-/** Radiance beyond the scene, W/(m² sr). */
+/** Radiance of the surroundings, W/(m² sr). */
 export function background(scene, factors) {
   return [0, 1, 2].map((b) => scene.groups.reduce((s, g, i) => s + factors[i] * g.background[b], 0));
 }
 
-/** What the solution says of a patch, group by group and together, W/m². */
-export function patch(scene, zone, factors) {
+/** Fields of the solution on a patch with the groups scaled, W/m². */
+export function patchFields(scene, zone, factors) {
   const { arrays, groups, surfaces } = scene;
   const three = (name) => {
     const a = arrays[name];

@@ -1,52 +1,52 @@
-// A frame: surfaces, then panes from far to near, then the medium at a smaller size, then all of it together for the screen.
+// Draws a frame: surfaces, panes from far to near, the medium at reduced size, then composition and tone mapping.
 
-import { FINAL, HAZE, MESH, PANE } from './shaders.js';
-import { flat, program, targets } from './gl.js';
-import { frame, scale, viewProjection } from './maths.js';
+import { FINAL, MEDIUM, MESH, PANE } from './shaders.js';
+import { createProgram, createTargets, createTexture } from './gl.js';
+import { frame, scale, viewProjection } from './vector_math.js';
 import { background } from './relight.js';
-import { map, LUMINANCE } from './colour.js';
+import { LUMINANCE, mapColour } from './colour.js';
 
-/** Which bands a single value is made of. */
-export const BANDS = { mean: [1 / 3, 1 / 3, 1 / 3], luminance: LUMINANCE, red: [1, 0, 0], green: [0, 1, 0], blue: [0, 0, 1] };
+/** Weights of the bands in a single value. */
+export const BAND_WEIGHTS = { mean: [1 / 3, 1 / 3, 1 / 3], luminance: LUMINANCE, red: [1, 0, 0], green: [0, 1, 0], blue: [0, 0, 1] };
 
-/** How a frame ends: for the eye, as colours of the map, or as linear radiance. */
-const FINISH = { picture: 0, map: 1, linear: 2 };
+/** Output of a frame: tone-mapped picture, colours of the map, or linear radiance. */
+const OUTPUT = { picture: 0, map: 1, linear: 2 };
 
 export class Renderer {
   constructor(gl, scene) {
     this.gl = gl;
     this.scene = scene;
     this.programs = {
-      mesh: program(gl, MESH),
-      pane: program(gl, PANE),
-      tint: program(gl, { vertex: PANE.vertex, fragment: PANE.tint }),
-      haze: program(gl, HAZE),
-      final: program(gl, FINAL),
+      mesh: createProgram(gl, MESH),
+      pane: createProgram(gl, PANE),
+      tint: createProgram(gl, { vertex: PANE.vertex, fragment: PANE.tint }),
+      medium: createProgram(gl, MEDIUM),
+      final: createProgram(gl, FINAL),
     };
-    const fine = new Float32Array(4 * 256);
-    for (let i = 0; i < 256; i++) fine.set([...map(i / 255), 1], 4 * i);
-    this.colours = flat(gl, gl.RGBA16F, gl.RGBA, gl.FLOAT, 256, 1, fine, gl.LINEAR);
+    const colours = new Float32Array(4 * 256);
+    for (let i = 0; i < 256; i++) colours.set([...mapColour(i / 255), 1], 4 * i);
+    this.colours = createTexture(gl, gl.RGBA16F, gl.RGBA, gl.FLOAT, 256, 1, colours, gl.LINEAR);
     this.samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
     this.screen = gl.createVertexArray();
-    this.made = null;
+    this.cached = null;
     const { bounds } = scene.data;
     this.diagonal = Math.hypot(...bounds[1].map((x, k) => x - bounds[0][k]));
   }
 
-  /** Targets of a size, kept from frame to frame. */
-  targets(width, height, hazeScale) {
-    const key = `${width} ${height} ${hazeScale}`;
-    if (this.made?.key !== key) {
-      this.made?.what.free();
-      this.made = { key, what: targets(this.gl, width, height, hazeScale, this.samples, Boolean(this.scene.volume)) };
+  /** Render targets of a size, cached between frames. */
+  targets(width, height, mediumScale) {
+    const key = `${width} ${height} ${mediumScale}`;
+    if (this.cached?.key !== key) {
+      this.cached?.targets.free();
+      this.cached = { key, targets: createTargets(this.gl, width, height, mediumScale, this.samples, Boolean(this.scene.volume)) };
     }
-    return this.made.what;
+    return this.cached.targets;
   }
 
-  /** What the camera sees, in the units of the shaders. */
+  /** View matrix and frustum of a camera. */
   view(camera, aspect) {
     const f = frame(camera, aspect);
-    // From outside the scene the near plane may be farther off.
+    // Outside of the scene the near plane may be more distant.
     const { bounds } = this.scene.data;
     const outside = Math.hypot(...[0, 1, 2].map((k) => Math.max(bounds[0][k] - camera.eye[k], 0, camera.eye[k] - bounds[1][k])));
     const near = Math.max(4e-4 * this.diagonal, 0.2 * outside);
@@ -59,78 +59,79 @@ export class Renderer {
   }
 
   /**
-   * Draws. `look`: camera, exposure, density, show ('picture', 'irradiance', 'radiosity', 'error'), range, hideBacks, factors.
-   * `quality`: hazeScale, steps, jitter. `finish`: where it goes ('picture', 'linear').
+   * Draws a frame. `settings`: camera, exposure, density, show ('picture', 'irradiance', 'radiosity', 'error'), range, hideBacks, factors.
+   * `quality`: mediumScale, steps, stride, jitter. `output`: 'picture' or 'linear'.
    */
-  draw(look, width, height, quality, into = null, finish = 'picture') {
+  draw(settings, width, height, quality, into = null, output = 'picture') {
     const { gl, scene } = this;
-    const picture = look.show === 'picture';
-    const t = this.targets(width, height, quality.hazeScale);
-    const view = this.view(look.camera, width / height);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, t.smooth);
+    const picture = settings.show === 'picture';
+    const t = this.targets(width, height, quality.mediumScale);
+    const view = this.view(settings.camera, width / height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, t.multisampled);
     gl.viewport(0, 0, width, height);
     gl.enable(gl.DEPTH_TEST);
     gl.depthMask(true);
-    const back = picture ? background(scene.data, look.factors).map((x) => Math.min(x * look.exposure, 60000)) : [0.0045, 0.005, 0.006];
-    gl.clearColor(...back, 1);
+    const clear = picture ? background(scene.data, settings.factors).map((x) => Math.min(x * settings.exposure, 60000)) : [0.0045, 0.005, 0.006];
+    gl.clearColor(...clear, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    this.drawMesh(look, view, picture);
-    if (picture && scene.panes && !look.bare) this.drawPanes(look, view);
+    this.drawMesh(settings, view, picture);
+    if (picture && scene.panes && !settings.withoutPanes) this.drawPanes(settings, view);
     gl.disable(gl.DEPTH_TEST);
-    if (t.smooth !== t.plain) {
-      gl.bindFramebuffer(gl.READ_FRAMEBUFFER, t.smooth);
-      gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, t.plain);
+    if (t.multisampled !== t.resolved) {
+      gl.bindFramebuffer(gl.READ_FRAMEBUFFER, t.multisampled);
+      gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, t.resolved);
       gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT, gl.NEAREST);
     }
-    const hazy = picture && t.haze && look.density > 0;
-    if (hazy) this.drawHaze(look, view, t, quality);
+    const hasMedium = picture && t.medium && settings.density > 0;
+    if (hasMedium) this.drawMedium(settings, view, t, quality);
     gl.bindFramebuffer(gl.FRAMEBUFFER, into);
     gl.viewport(0, 0, width, height);
     this.programs.final.use({
-      image: [0, gl.TEXTURE_2D, t.image], depth: [1, gl.TEXTURE_2D, t.depth], hazy,
-      scattered: [2, gl.TEXTURE_2D, hazy ? t.haze.scattered : t.image], passed: [3, gl.TEXTURE_2D, hazy ? t.haze.passed : t.image],
-      ...view.lens, finish: FINISH[finish === 'linear' ? 'linear' : picture ? 'picture' : 'map'],
+      image: [0, gl.TEXTURE_2D, t.image], depth: [1, gl.TEXTURE_2D, t.depth], hasMedium,
+      scattered: [2, gl.TEXTURE_2D, hasMedium ? t.medium.scattered : t.image], transmittance: [3, gl.TEXTURE_2D, hasMedium ? t.medium.transmittance : t.image],
+      ...view.lens, finish: OUTPUT[output === 'linear' ? 'linear' : picture ? 'picture' : 'map'],
     });
-    this.fill();
+    this.drawScreen();
   }
 
-  fill() {
+  /** Draws one triangle over the whole screen. */
+  drawScreen() {
     const { gl } = this;
     gl.bindVertexArray(this.screen);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     gl.bindVertexArray(null);
   }
 
-  drawMesh(look, view, picture) {
+  drawMesh(settings, view, picture) {
     const { gl, scene } = this;
     const p = this.programs.mesh;
-    const [low, high] = look.range ?? [0, 1];
-    const log = Boolean(look.log);
+    const [low, high] = settings.range ?? [0, 1];
+    const log = Boolean(settings.log);
     const ends = log ? [Math.log2(low), Math.log2(high)] : [low, high];
     p.use({
-      viewProjection: view.matrix, eye: look.camera.eye, exposure: look.exposure, surfaces: [0, gl.TEXTURE_2D, scene.surfaces],
-      colours: [3, gl.TEXTURE_2D, this.colours], hideBacks: Boolean(look.hideBacks),
-      show: picture ? 0 : look.show === 'radiosity' ? 1 : 2,
-      range: [ends[0], 1 / (ends[1] - ends[0] || 1), log ? 1 : 0, 0], weights: BANDS[look.band ?? 'mean'],
+      viewProjection: view.matrix, eye: settings.camera.eye, exposure: settings.exposure, surfaces: [0, gl.TEXTURE_2D, scene.surfaces],
+      colours: [3, gl.TEXTURE_2D, this.colours], hideBacks: Boolean(settings.hideBacks),
+      show: picture ? 0 : settings.show === 'radiosity' ? 1 : 2,
+      range: [ends[0], 1 / (ends[1] - ends[0] || 1), log ? 1 : 0, 0], weights: BAND_WEIGHTS[settings.band ?? 'mean'],
     });
     gl.bindVertexArray(scene.mesh.array);
-    for (const [kind, list, seams] of [[gl.TRIANGLES, scene.mesh.triangles, false], [gl.LINES, scene.mesh.seams, true]]) {
+    for (const [kind, list, cracks] of [[gl.TRIANGLES, scene.mesh.triangles, false], [gl.LINES, scene.mesh.cracks, true]]) {
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, list.buffer);
-      p.set('seams', seams);
+      p.set('cracks', cracks);
       for (const run of list.runs) {
         p.set('albedo', [1, gl.TEXTURE_2D, scene.textures[run.texture] ?? scene.white]);
-        p.set('glow', [2, gl.TEXTURE_2D, scene.textures[run.emissionTexture] ?? scene.white]);
+        p.set('emission', [2, gl.TEXTURE_2D, scene.textures[run.emissionTexture] ?? scene.white]);
         gl.drawElements(kind, run.count, gl.UNSIGNED_INT, 4 * run.first);
       }
     }
     gl.bindVertexArray(null);
   }
 
-  drawPanes(look, view) {
+  drawPanes(settings, view) {
     const { gl, scene } = this;
-    scene.sortPanes(look.camera.eye);
+    scene.sortPanes(settings.camera.eye);
     this.programs.pane.use({
-      viewProjection: view.matrix, eye: look.camera.eye, exposure: look.exposure, panes: [0, gl.TEXTURE_2D, scene.panes.table],
+      viewProjection: view.matrix, eye: settings.camera.eye, exposure: settings.exposure, panes: [0, gl.TEXTURE_2D, scene.panes.table],
     });
     gl.depthMask(false);
     gl.enable(gl.BLEND);
@@ -147,51 +148,51 @@ export class Renderer {
     gl.bindVertexArray(null);
   }
 
-  drawHaze(look, view, t, quality) {
+  drawMedium(settings, view, t, quality) {
     const { gl, scene } = this;
-    const { haze } = t;
+    const { medium } = t;
     const v = scene.volume;
-    gl.viewport(0, 0, haze.width, haze.height);
+    gl.viewport(0, 0, medium.width, medium.height);
     if (scene.panes) {
-      gl.bindFramebuffer(gl.FRAMEBUFFER, haze.tinting);
+      gl.bindFramebuffer(gl.FRAMEBUFFER, medium.paneFrame);
       gl.clearColor(1, 1, 1, 60000);
       gl.clear(gl.COLOR_BUFFER_BIT);
       gl.enable(gl.BLEND);
       gl.blendEquationSeparate(gl.FUNC_ADD, gl.MIN);
       gl.blendFuncSeparate(gl.ZERO, gl.SRC_COLOR, gl.ONE, gl.ONE);
       this.programs.tint.use({
-        viewProjection: view.matrix, eye: look.camera.eye, ahead: view.forward, planes: [view.near, view.far],
-        panes: [0, gl.TEXTURE_2D, scene.panes.table], depth: [1, gl.TEXTURE_2D, t.depth], size: [haze.width, haze.height],
+        viewProjection: view.matrix, eye: settings.camera.eye, ahead: view.forward, planes: [view.near, view.far],
+        panes: [0, gl.TEXTURE_2D, scene.panes.table], depth: [1, gl.TEXTURE_2D, t.depth], size: [medium.width, medium.height],
       });
       gl.bindVertexArray(scene.panes.array);
       gl.drawElements(gl.TRIANGLES, 3 * scene.panes.count, gl.UNSIGNED_INT, 0);
       gl.blendEquation(gl.FUNC_ADD);
       gl.disable(gl.BLEND);
     }
-    gl.bindFramebuffer(gl.FRAMEBUFFER, haze.frame);
-    this.programs.haze.use({
-      depth: [0, gl.TEXTURE_2D, t.depth], tint: [1, gl.TEXTURE_2D, haze.tint],
+    gl.bindFramebuffer(gl.FRAMEBUFFER, medium.frame);
+    this.programs.medium.use({
+      depth: [0, gl.TEXTURE_2D, t.depth], paneTint: [1, gl.TEXTURE_2D, medium.paneTint],
       extinction: [2, gl.TEXTURE_3D, v.extinction], radiosity: [3, gl.TEXTURE_3D, v.radiosity],
-      eye: look.camera.eye, ...view.lens, low: v.min, high: v.max, density: look.density,
-      exposure: (look.exposure * v.unit) / Math.PI, stride: v.cell * quality.stride, most: quality.steps,
-      shift: quality.jitter ?? 0, tinted: Boolean(scene.panes),
+      eye: settings.camera.eye, ...view.lens, low: v.min, high: v.max, density: settings.density,
+      exposure: (settings.exposure * v.unit) / Math.PI, stride: v.cell * quality.stride, maxSteps: quality.steps,
+      shift: quality.jitter ?? 0, hasPanes: Boolean(scene.panes),
     });
-    this.fill();
+    this.drawScreen();
   }
 
   /** Linear radiance, W/(m² sr), of a small picture: four floats a pixel, row 0 at the bottom. */
-  linear(look, width, height, quality) {
+  linear(settings, width, height, quality) {
     const { gl } = this;
-    const image = flat(gl, gl.RGBA16F, gl.RGBA, gl.HALF_FLOAT, width, height, null);
+    const image = createTexture(gl, gl.RGBA16F, gl.RGBA, gl.HALF_FLOAT, width, height, null);
     const frameBuffer = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, frameBuffer);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, image, 0);
-    this.draw(look, width, height, quality, frameBuffer, 'linear');
+    this.draw(settings, width, height, quality, frameBuffer, 'linear');
     const out = new Float32Array(4 * width * height);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, out);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.deleteFramebuffer(frameBuffer);
     gl.deleteTexture(image);
-    return out.map((x) => x / look.exposure);
+    return out.map((x) => x / settings.exposure);
   }
 }

@@ -1,52 +1,53 @@
-// A solution on the graphics card: mesh, textures, panes, medium; relit when factors change.
+// The GPU resources of a solution: mesh, textures, panes, medium; relit when light factors change.
 
-import { parameters, table, flat } from './gl.js';
-import { cross, unit } from './maths.js';
-import { toHalves, VALUES } from './half.js';
-import { emissions, sum } from './relight.js';
-import { seams, weld } from './seams.js';
+import { createTable, createTexture, setTextureParameters } from './gl.js';
+import { cross, unit } from './vector_math.js';
+import { toHalves, VALUES } from './half_float.js';
+import { sumGroups, surfaceEmissions } from './relight.js';
+import { crackLines, weld } from './cracks.js';
 
-/** The most triangles of panes that are put in order for every frame. */
-const MOST_SORTED = 30000;
+/** Largest number of pane triangles that are depth-sorted for every frame. */
+const MAX_SORTED_TRIANGLES = 30000;
 
-/** Pictures decoded as textures of linear light, told one by one. */
-async function textures(gl, scene, progress) {
+/** Decodes the pictures as textures of linear light and reports the progress. */
+async function loadTextures(gl, scene, progress) {
   const anisotropic = gl.getExtension('EXT_texture_filter_anisotropic');
-  const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-  const made = [];
+  const maxSize = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+  const out = [];
   for (let i = 0; i < scene.textures; i++) {
     const blob = new Blob([scene.arrays[`texture${i}`]], { type: 'image/png' });
     const plain = { colorSpaceConversion: 'none', premultiplyAlpha: 'none' };
     let bitmap = await createImageBitmap(blob, plain);
-    if (Math.max(bitmap.width, bitmap.height) > most) {
-      bitmap = await createImageBitmap(blob, { ...plain, resizeWidth: Math.min(bitmap.width, most), resizeHeight: Math.min(bitmap.height, most) });
+    if (Math.max(bitmap.width, bitmap.height) > maxSize) {
+      bitmap = await createImageBitmap(blob, { ...plain, resizeWidth: Math.min(bitmap.width, maxSize), resizeHeight: Math.min(bitmap.height, maxSize) });
     }
     const t = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, t);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, bitmap);
     gl.generateMipmap(gl.TEXTURE_2D);
-    parameters(gl, gl.TEXTURE_2D, gl.LINEAR_MIPMAP_LINEAR, gl.LINEAR, gl.REPEAT);
+    setTextureParameters(gl, gl.TEXTURE_2D, gl.LINEAR_MIPMAP_LINEAR, gl.LINEAR, gl.REPEAT);
     if (anisotropic) gl.texParameterf(gl.TEXTURE_2D, anisotropic.TEXTURE_MAX_ANISOTROPY_EXT, 4);
     bitmap.close();
-    made.push(t);
+    out.push(t);
     progress((i + 1) / scene.textures);
   }
-  return made;
+  return out;
 }
 
-function attribute(gl, location, data, size, type, whole = false) {
+/** Uploads a vertex attribute. */
+function attribute(gl, location, data, size, type, integer = false) {
   const buffer = gl.createBuffer();
   gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
   gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
   gl.enableVertexAttribArray(location);
-  if (whole) gl.vertexAttribIPointer(location, size, type, 0, 0);
+  if (integer) gl.vertexAttribIPointer(location, size, type, 0, 0);
   else gl.vertexAttribPointer(location, size, type, false, 0, 0);
   return buffer;
 }
 
-/** Triangles in order of what they are drawn with, and where each run of them lies. */
-export function buckets(scene) {
+/** The triangles grouped by textures, and the run of each group. */
+export function groupByTexture(scene) {
   const { index, surface } = scene.arrays;
   const keys = scene.surfaces.map((s) => `${s.texture ?? ''},${s.emissionTexture ?? ''}`);
   const lists = new Map();
@@ -58,8 +59,8 @@ export function buckets(scene) {
   const order = new Uint32Array(index.length);
   const runs = [];
   let at = 0;
-  for (const { triangles, ...look } of lists.values()) {
-    runs.push({ ...look, first: at, count: 3 * triangles.length });
+  for (const { triangles, ...material } of lists.values()) {
+    runs.push({ ...material, first: at, count: 3 * triangles.length });
     for (const t of triangles) {
       for (let k = 0; k < 3; k++) order[at++] = index[t + k];
     }
@@ -78,7 +79,7 @@ function normals({ position: p, index }) {
   return out;
 }
 
-function meshOf(gl, scene) {
+function createMesh(gl, scene) {
   const { arrays } = scene;
   const ids = weld(arrays.position);
   const array = gl.createVertexArray();
@@ -88,8 +89,8 @@ function meshOf(gl, scene) {
   attribute(gl, 2, arrays.surface, 1, gl.UNSIGNED_SHORT, true);
   const light = attribute(gl, 3, new Float32Array(arrays.position.length), 3, gl.FLOAT);
   attribute(gl, 4, normals(arrays), 4, gl.BYTE, false);
-  const triangles = buckets(scene);
-  const edges = seams(triangles, ids, arrays.position);
+  const triangles = groupByTexture(scene);
+  const edges = crackLines(triangles, ids, arrays.position);
   const lists = [[triangles.order, triangles.runs], [edges.lines, edges.runs]].map(([data, runs]) => {
     const buffer = gl.createBuffer();
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
@@ -97,10 +98,10 @@ function meshOf(gl, scene) {
     return { buffer, runs };
   });
   gl.bindVertexArray(null);
-  return { array, light, triangles: lists[0], seams: lists[1] };
+  return { array, light, triangles: lists[0], cracks: lists[1] };
 }
 
-function panesOf(gl, scene) {
+function createPanes(gl, scene) {
   const { panePosition, paneNormal, paneOf, paneIndex } = scene.arrays;
   if (!paneIndex?.length) return null;
   const array = gl.createVertexArray();
@@ -120,12 +121,12 @@ function panesOf(gl, scene) {
       centres[3 * t + b] = (panePosition[3 * paneIndex[3 * t] + b] + panePosition[3 * paneIndex[3 * t + 1] + b] + panePosition[3 * paneIndex[3 * t + 2] + b]) / 3;
     }
   }
-  const table3 = table(gl, scene.panes.map((p) => [[...p.depth, 0]]), 1);
-  return { array, light, order, count, centres, index: paneIndex, table: table3, from: null };
+  const depths = createTable(gl, scene.panes.map((p) => [[...p.depth, 0]]), 1);
+  return { array, light, order, count, centres, index: paneIndex, table: depths, sortedFrom: null };
 }
 
-/** Every second cell of a grid of three values a cell, eight in one, for devices that take no more. */
-export function halved(values, [nz, ny, nx]) {
+/** Halves the resolution of a grid of three values a cell by means over eight cells. */
+export function halveResolution(values, [nz, ny, nx]) {
   const small = [nz, ny, nx].map((n) => Math.ceil(n / 2));
   const out = new Float32Array(3 * small[0] * small[1] * small[2]);
   let at = 0;
@@ -148,24 +149,24 @@ export function halved(values, [nz, ny, nx]) {
   return { values: out, dims: small };
 }
 
-function volumeOf(gl, scene, most) {
+function createVolume(gl, scene, maxSize) {
   const v = scene.volume;
   if (!v) return null;
   const texture = () => {
     const t = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_3D, t);
-    parameters(gl, gl.TEXTURE_3D, gl.LINEAR, gl.LINEAR, gl.CLAMP_TO_EDGE);
+    setTextureParameters(gl, gl.TEXTURE_3D, gl.LINEAR, gl.LINEAR, gl.CLAMP_TO_EDGE);
     return t;
   };
   const fill = (t, values, dims, scale) => {
     let grid = { values, dims };
-    while (Math.max(...grid.dims) > most) grid = halved(grid.values, grid.dims);
+    while (Math.max(...grid.dims) > maxSize) grid = halveResolution(grid.values, grid.dims);
     const scaled = scale === 1 ? grid.values : grid.values.map((x) => x / scale);
     gl.bindTexture(gl.TEXTURE_3D, t);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     gl.texImage3D(gl.TEXTURE_3D, 0, gl.RGB16F, ...grid.dims, 0, gl.RGB, gl.HALF_FLOAT, toHalves(scaled));
   };
-  // The array is [x][y][z]: z runs across the texture.
+  // The array is [x][y][z]: z is the first axis of the texture.
   const dims = [v.dims[2], v.dims[1], v.dims[0]];
   const extinction = texture();
   const halves = scene.arrays.extinction;
@@ -175,54 +176,54 @@ function volumeOf(gl, scene, most) {
   return { extinction, radiosity: texture(), fill, dims, cell: Math.min(...cell), min: v.min, max: v.max, unit: 1 };
 }
 
-/** Everything drawn of a solution. */
+/** All GPU resources of a solution. */
 export class Scene {
   static async load(gl, data, progress, small) {
     const s = new Scene();
     s.gl = gl;
     s.data = data;
-    s.textures = await textures(gl, data, progress);
-    s.white = flat(gl, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, 1, 1, new Uint8Array([255, 255, 255, 255]));
-    s.mesh = meshOf(gl, data);
-    s.panes = panesOf(gl, data);
-    s.volume = volumeOf(gl, data, Math.min(gl.getParameter(gl.MAX_3D_TEXTURE_SIZE), small ? 96 : 256));
+    s.textures = await loadTextures(gl, data, progress);
+    s.white = createTexture(gl, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, 1, 1, new Uint8Array([255, 255, 255, 255]));
+    s.mesh = createMesh(gl, data);
+    s.panes = createPanes(gl, data);
+    s.volume = createVolume(gl, data, Math.min(gl.getParameter(gl.MAX_3D_TEXTURE_SIZE), small ? 96 : 256));
     return s;
   }
 
-  /** Puts the light of all groups together. `field` is what the mesh carries: its irradiance, or the error estimate. */
+  /** Sums the light of all groups; `field` is the vertex field of the mesh: irradiance, or the error estimate. */
   relight(factors, field = 'irradiance') {
     const { gl, data } = this;
     const error = field === 'error';
     this.values = error
       ? Float32Array.from(data.arrays.error, (h) => VALUES[h] * data.mesh.errorScale)
-      : sum(data, 'irradiance', factors, data.arrays.position.length);
+      : sumGroups(data, 'irradiance', factors, data.arrays.position.length);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.mesh.light);
     gl.bufferData(gl.ARRAY_BUFFER, this.values, gl.DYNAMIC_DRAW);
     if (this.surfaces) gl.deleteTexture(this.surfaces);
-    const emitted = emissions(data, factors);
-    this.surfaces = table(gl, data.surfaces.map((s, i) => [[...s.reflectance, s.both ? 1 : 0], [...emitted[i], 0]]), 2);
+    const emitted = surfaceEmissions(data, factors);
+    this.surfaces = createTable(gl, data.surfaces.map((s, i) => [[...s.reflectance, s.both ? 1 : 0], [...emitted[i], 0]]), 2);
     if (this.panes) {
       gl.bindBuffer(gl.ARRAY_BUFFER, this.panes.light);
-      gl.bufferData(gl.ARRAY_BUFFER, sum(data, 'pane', factors, data.arrays.panePosition.length), gl.DYNAMIC_DRAW);
+      gl.bufferData(gl.ARRAY_BUFFER, sumGroups(data, 'pane', factors, data.arrays.panePosition.length), gl.DYNAMIC_DRAW);
     }
     if (this.volume) {
       const v = this.volume;
-      const light = sum(data, 'volume', factors, 3 * v.dims[0] * v.dims[1] * v.dims[2]);
+      const light = sumGroups(data, 'volume', factors, 3 * v.dims[0] * v.dims[1] * v.dims[2]);
       v.unit = Math.max(light.reduce((m, x) => Math.max(m, x), 0) / 1000, 1e-30);
       v.fill(v.radiosity, light, v.dims, v.unit);
     }
   }
 
-  /** Puts the panes in order from far to near as seen from `eye`. */
+  /** Sorts the pane triangles from far to near as seen from `eye`. */
   sortPanes(eye) {
     const p = this.panes;
-    if (!p || p.count > MOST_SORTED || (p.from && p.from.every((x, k) => x === eye[k]))) return;
-    p.from = [...eye];
-    const far = new Float32Array(p.count);
+    if (!p || p.count > MAX_SORTED_TRIANGLES || (p.sortedFrom && p.sortedFrom.every((x, k) => x === eye[k]))) return;
+    p.sortedFrom = [...eye];
+    const distance2 = new Float32Array(p.count);
     for (let t = 0; t < p.count; t++) {
-      far[t] = (p.centres[3 * t] - eye[0]) ** 2 + (p.centres[3 * t + 1] - eye[1]) ** 2 + (p.centres[3 * t + 2] - eye[2]) ** 2;
+      distance2[t] = (p.centres[3 * t] - eye[0]) ** 2 + (p.centres[3 * t + 1] - eye[1]) ** 2 + (p.centres[3 * t + 2] - eye[2]) ** 2;
     }
-    const order = Uint32Array.from(far.keys()).sort((a, b) => far[b] - far[a]);
+    const order = Uint32Array.from(distance2.keys()).sort((a, b) => distance2[b] - distance2[a]);
     const index = new Uint32Array(3 * p.count);
     order.forEach((t, i) => index.set(p.index.subarray(3 * t, 3 * t + 3), 3 * i));
     this.gl.bindVertexArray(p.array);

@@ -1,4 +1,4 @@
-// The programs of the graphics card. Radiances are drawn times the exposure, so that halves hold them whatever their unit.
+// Shader programs. Radiances are drawn times the exposure, so that half floats hold them for any unit.
 
 const HEAD = `#version 300 es
 precision highp float;
@@ -14,29 +14,29 @@ layout(location = 3) in vec3 irradiance;
 layout(location = 4) in vec3 normal;
 uniform mat4 viewProjection;
 uniform vec3 eye;
-uniform bool seams;
-// At the edges of triangles values are taken inside them: beyond, steep light would be drawn too bright or below zero.
+uniform bool cracks;
+// Centroid interpolation: extrapolation beyond a triangle would be too bright or negative where the light is steep.
 centroid out vec2 vUv;
 centroid out vec3 vH;
 flat out int vSurface;
 flat out int vAway;
 void main() {
-  vAway = seams && dot(normal, eye - position) <= 0.0 ? 1 : 0;
+  vAway = cracks && dot(normal, eye - position) <= 0.0 ? 1 : 0;
   vUv = uv;
   vH = irradiance;
   vSurface = int(surface);
   gl_Position = viewProjection * vec4(position, 1.0);
-  // Seams lie a little behind the surfaces whose gaps they close.
-  if (seams) gl_Position.z += 1e-6 * gl_Position.w;
+  // Crack lines lie slightly behind the surfaces whose gaps they close.
+  if (cracks) gl_Position.z += 1e-6 * gl_Position.w;
 }`,
-  // B = E + ρH; the back of a one-sided surface is black, or not there.
+  // B = E + ρH; the back of a one-sided surface is black, or discarded.
   fragment: `${HEAD}
 centroid in vec2 vUv;
 centroid in vec3 vH;
 flat in int vSurface;
 flat in int vAway;
 uniform highp sampler2D surfaces;
-uniform sampler2D albedo, glow, colours;
+uniform sampler2D albedo, emission, colours;
 uniform float exposure;
 uniform int show;
 uniform bool hideBacks;
@@ -52,7 +52,7 @@ void main() {
     return;
   }
   vec3 rho = min(reflectance.rgb * texture(albedo, vUv).rgb, 1.0);
-  vec3 B = texelFetch(surfaces, at + ivec2(0, 1), 0).rgb * texture(glow, vUv).rgb + rho * vH;
+  vec3 B = texelFetch(surfaces, at + ivec2(0, 1), 0).rgb * texture(emission, vUv).rgb + rho * vH;
   if (show == 0) {
     colour = vec4(min(B * (exposure / 3.14159265359), 60000.0), 1.0);
     return;
@@ -81,7 +81,7 @@ void main() {
   vPane = int(pane);
   gl_Position = viewProjection * vec4(position, 1.0);
 }`,
-  // One band a pass: rgb is what the pane adds, a the share that passes.
+  // One band a pass: rgb is the radiance of the pane, a its transmittance.
   fragment: `${HEAD}
 in vec3 vPoint;
 in vec3 vB;
@@ -98,7 +98,7 @@ void main() {
   vec3 added = min((1.0 - passed) * vB * (exposure / 3.14159265359), 60000.0);
   colour = vec4(vec3(added[band]), passed[band]);
 }`,
-  // For the medium: what all panes on the way let pass, and how far off the nearest is.
+  // For the medium: transmittance of all panes along the ray, and distance of the nearest.
   tint: `${HEAD}
 in vec3 vPoint;
 flat in vec3 vNormal;
@@ -128,27 +128,27 @@ void main() {
 
 const NOISE = `
 float noise(vec2 p) { return fract(52.9829189 * fract(0.06711056 * p.x + 0.00583715 * p.y)); }
-float distanceOf(float z, vec2 planes) {
+float linearDepth(float z, vec2 planes) {
   return 2.0 * planes.x * planes.y / (planes.y + planes.x - (2.0 * z - 1.0) * (planes.y - planes.x));
 }`;
 
-export const HAZE = {
+export const MEDIUM = {
   vertex: SCREEN,
-  // L = Σ τ (1 − exp(−κ d)) B/π over the steps of a ray up to what it meets, with one shift of all steps a pixel.
+  // Ray marching: L = Σ τ (1 − exp(−κ d)) B/π over the steps of a ray up to the surface, with one jitter for all steps of a pixel.
   fragment: `${HEAD}${NOISE}
 in vec2 at;
 uniform highp sampler2D depth;
-uniform sampler2D tint;
+uniform sampler2D paneTint;
 uniform highp sampler3D extinction, radiosity;
 uniform vec3 eye, forward, across, upward, low, high;
 uniform vec2 planes;
 uniform float density, exposure, stride, shift;
-uniform int most;
-uniform bool tinted;
+uniform int maxSteps;
+uniform bool hasPanes;
 layout(location = 0) out vec4 scattered;
-layout(location = 1) out vec4 passed;
+layout(location = 1) out vec4 transmittance;
 void main() {
-  float z = distanceOf(texture(depth, at).r, planes);
+  float z = linearDepth(texture(depth, at).r, planes);
   vec3 ray = forward + (2.0 * at.x - 1.0) * across + (2.0 * at.y - 1.0) * upward;
   float end = z * length(ray);
   vec3 dir = normalize(ray);
@@ -157,9 +157,9 @@ void main() {
   float t0 = max(max(near.x, max(near.y, near.z)), 0.0);
   float t1 = min(min(far.x, min(far.y, far.z)), end);
   vec3 tau = vec3(1.0), sum = vec3(0.0);
-  vec4 glass = tinted ? texture(tint, at) : vec4(1.0, 1.0, 1.0, 1e30);
+  vec4 glass = hasPanes ? texture(paneTint, at) : vec4(1.0, 1.0, 1.0, 1e30);
   if (t1 > t0) {
-    int count = clamp(int(ceil((t1 - t0) / stride)), 1, most);
+    int count = clamp(int(ceil((t1 - t0) / stride)), 1, maxSteps);
     float step = (t1 - t0) / float(count);
     float first = t0 + step * (shift < 0.0 ? 0.5 : fract(noise(gl_FragCoord.xy) + shift));
     for (int i = 0; i < count; i++) {
@@ -173,7 +173,7 @@ void main() {
     }
   }
   scattered = vec4(min(sum * exposure, 60000.0), end);
-  passed = vec4(tau, 1.0);
+  transmittance = vec4(tau, 1.0);
 }`,
 };
 
@@ -184,10 +184,10 @@ in vec2 at;
 uniform sampler2D image;
 uniform highp sampler2D depth;
 uniform highp sampler2D scattered;
-uniform sampler2D passed;
+uniform sampler2D transmittance;
 uniform vec3 forward, across, upward;
 uniform vec2 planes;
-uniform bool hazy;
+uniform bool hasMedium;
 uniform int finish;
 out vec4 colour;
 vec2 range(vec3 c) {
@@ -197,7 +197,7 @@ vec3 curve(vec3 x) {
   x = max(x, 0.0);
   vec3 t = (x - 0.25) / 0.75;
   vec3 y = mix(x, 0.25 + 0.75 * t / (1.0 + t), greaterThan(x, vec3(0.25)));
-  // Half-way to the curve that keeps the hue.
+  // Mean of the per-band curve and the curve that preserves the hue.
   vec2 from = range(x), to = range(y);
   return 0.5 * (y + to.x + (x - from.x) * (to.y - to.x) / max(from.y - from.x, 1e-12));
 }
@@ -207,10 +207,10 @@ vec3 srgb(vec3 x) {
 }
 void main() {
   vec3 L = texture(image, at).rgb;
-  if (hazy) {
-    // The four samples around, those at another distance counted less.
+  if (hasMedium) {
+    // Bilateral upsampling: the four nearest samples, weighted by the difference of their distance.
     vec3 ray = forward + (2.0 * at.x - 1.0) * across + (2.0 * at.y - 1.0) * upward;
-    float far = distanceOf(texture(depth, at).r, planes) * length(ray);
+    float far = linearDepth(texture(depth, at).r, planes) * length(ray);
     ivec2 size = textureSize(scattered, 0);
     vec2 p = at * vec2(size) - 0.5;
     ivec2 base = ivec2(floor(p));
@@ -224,7 +224,7 @@ void main() {
       float w = (o.x == 1 ? f.x : 1.0 - f.x) * (o.y == 1 ? f.y : 1.0 - f.y) + 1e-3;
       w /= 1e-3 + abs(min(a.a, 6e4) - min(far, 6e4)) / min(far, 6e4);
       s += w * a.rgb;
-      t += w * texelFetch(passed, q, 0).rgb;
+      t += w * texelFetch(transmittance, q, 0).rgb;
       total += w;
     }
     L = L * (t / total) + s / total;

@@ -1,18 +1,18 @@
-// The viewer: one state, and frames when something changes.
+// The viewer: holds the state, handles input, and draws a frame when something changes.
 
 import { autoExposure } from './colour.js';
 import * as cameras from './camera.js';
 import { Controls } from './controls.js';
-import { show as showCard } from './card.js';
-import { add, direction, frame, mix, project, scale, sub } from './maths.js';
+import { showProbe } from './probe_card.js';
+import { add, direction, frame, mix, project, scale, sub } from './vector_math.js';
 import { NAMES, Panel } from './panel.js';
 import { probe, raycast } from './probe.js';
-import { BANDS, Renderer } from './renderer.js';
-import { patch } from './relight.js';
-import * as hash from './hash.js';
+import { BAND_WEIGHTS, Renderer } from './renderer.js';
+import { patchFields } from './relight.js';
+import * as urlState from './url_state.js';
 
 const $ = (id) => document.getElementById(id);
-const calm = matchMedia('(prefers-reduced-motion: reduce)');
+const reducedMotion = matchMedia('(prefers-reduced-motion: reduce)');
 
 export class Viewer {
   constructor(gl, canvas, data, scene) {
@@ -24,25 +24,25 @@ export class Viewer {
     this.pivot = mix(data.bounds[0], data.bounds[1], 0.5);
     this.hideBacks = null;
     this.state = {
-      camera: this.start(), at: data.cameras.length ? 0 : 'overview', mode: data.cameras.length ? 'walk' : 'orbit', stops: 0, density: 1,
+      camera: this.initialCamera(), activeCamera: data.cameras.length ? 0 : 'overview', mode: data.cameras.length ? 'walk' : 'orbit', stops: 0, density: 1,
       factors: data.groups.map(() => 1), show: 'picture', band: 'mean', log: true, range: null,
     };
     this.relit = { field: null };
-    this.fromHash();
-    this.panel = new Panel(data, this.wishes());
-    this.controls = new Controls(canvas, this.gestures());
+    this.readUrl();
+    this.panel = new Panel(data, this.panelActions());
+    this.controls = new Controls(canvas, this.inputActions());
     addEventListener('resize', () => this.changed());
-    addEventListener('hashchange', () => this.fromHash() && this.changed());
+    addEventListener('hashchange', () => this.readUrl() && this.changed());
     document.addEventListener('visibilitychange', () => this.changed());
     this.relight();
-    this.base = this.automatic();
+    this.base = this.automaticExposure();
     this.last = 0;
     this.changed();
   }
 
-  start() {
+  initialCamera() {
     const c = this.data.cameras[0];
-    return c ? cameras.named(c) : cameras.overview(this.data.bounds, this.aspect());
+    return c ? cameras.fromScene(c) : cameras.overview(this.data.bounds, this.aspect());
   }
 
   aspect() {
@@ -51,25 +51,26 @@ export class Viewer {
 
   // State.
 
-  fromHash() {
+  /** Applies the settings in the URL; true where there are any. */
+  readUrl() {
     const { origin, groups } = this.data;
-    const got = hash.read(location.hash, groups);
-    if (got.camera) {
-      got.camera.eye = sub(got.camera.eye, origin);
-      got.at = undefined;
+    const settings = urlState.read(location.hash, groups);
+    if (settings.camera) {
+      settings.camera.eye = sub(settings.camera.eye, origin);
+      settings.activeCamera = undefined;
     }
-    Object.assign(this.state, got);
-    if (got.factors) this.relit.field = null;
-    return Object.keys(got).length > 0;
+    Object.assign(this.state, settings);
+    if (settings.factors) this.relit.field = null;
+    return Object.keys(settings).length > 0;
   }
 
-  toHash() {
+  writeUrl() {
     const s = this.state;
-    const text = hash.write({ ...s, camera: { ...s.camera, eye: add(s.camera.eye, this.data.origin) } }, this.data.groups);
+    const text = urlState.write({ ...s, camera: { ...s.camera, eye: add(s.camera.eye, this.data.origin) } }, this.data.groups);
     try {
       history.replaceState(null, '', text);
     } catch {
-      // From a file some browsers keep the address as it is.
+      // Some browsers do not allow this for local files.
     }
   }
 
@@ -79,7 +80,7 @@ export class Viewer {
     this.changed();
   }
 
-  wishes() {
+  panelActions() {
     return {
       stops: (v) => this.set({ stops: v }),
       density: (v) => this.set({ density: v }),
@@ -89,57 +90,58 @@ export class Viewer {
       band: (v) => this.set({ band: v, range: null }),
       log: (v) => this.set({ log: v }),
       range: (v) => this.set({ range: v }),
-      mode: (v) => this.mode(v),
-      camera: (i) => this.fly(i),
+      mode: (v) => this.setMode(v),
+      camera: (i) => this.flyTo(i),
     };
   }
 
-  mode(mode) {
-    if (mode === 'orbit') this.aim();
+  setMode(mode) {
+    if (mode === 'orbit') this.choosePivot();
     this.set({ mode });
   }
 
-  /** The point to go about: what is in the middle of the picture. */
-  aim() {
+  /** Takes the surface point in the centre of the picture as the pivot of orbits. */
+  choosePivot() {
     const { eye, forward } = this.state.camera;
     const hit = raycast(this.data, eye, forward, this.backsHidden());
-    const reach = this.renderer.diagonal;
-    this.pivot = add(eye, scale(forward, hit ? hit.t : 0.3 * reach));
+    const { diagonal } = this.renderer;
+    this.pivot = add(eye, scale(forward, hit ? hit.t : 0.3 * diagonal));
   }
 
   backsHidden() {
     return this.hideBacks ?? this.state.mode === 'orbit';
   }
 
-  fly(which) {
+  /** Moves smoothly to a camera of the scene, or to the overview. */
+  flyTo(which) {
     const c = this.data.cameras[which];
-    const goal = c ? cameras.named(c) : cameras.overview(this.data.bounds, this.aspect());
+    const goal = c ? cameras.fromScene(c) : cameras.overview(this.data.bounds, this.aspect());
     const mode = which === 'overview' ? 'orbit' : 'walk';
     if (which === 'overview') this.pivot = mix(this.data.bounds[0], this.data.bounds[1], 0.5);
     const from = cameras.copy(this.state.camera);
-    this.flight = calm.matches ? null : { from, goal, begin: performance.now() };
-    this.set({ at: which, mode, ...(this.flight ? {} : { camera: goal }) });
+    this.flight = reducedMotion.matches ? null : { from, goal, begin: performance.now() };
+    this.set({ activeCamera: which, mode, ...(this.flight ? {} : { camera: goal }) });
   }
 
   move(camera) {
     this.flight = null;
-    this.set({ camera, at: undefined });
+    this.set({ camera, activeCamera: undefined });
   }
 
-  gestures() {
-    const lens = () => frame(this.state.camera, this.aspect());
+  inputActions() {
+    const frustum = () => frame(this.state.camera, this.aspect());
     return {
       changed: () => this.changed(),
       look: (dx, dy) => {
-        const { tanX, tanY } = lens();
+        const { tanX, tanY } = frustum();
         const c = this.state.camera;
         if (this.state.mode === 'orbit') this.move(cameras.orbit(c, this.pivot, -dx * 3.2, -dy * 2.4));
         else this.move(cameras.look(c, dx * 2 * Math.atan(tanX), dy * 2 * Math.atan(tanY)));
       },
       pan: (dx, dy) => {
-        const { tanX, tanY } = lens();
-        const reach = this.state.mode === 'orbit' ? this.pivot : add(this.state.camera.eye, scale(this.state.camera.forward, 0.25 * this.renderer.diagonal));
-        const moved = cameras.pan(this.state.camera, reach, dx, dy, tanX, tanY);
+        const { tanX, tanY } = frustum();
+        const target = this.state.mode === 'orbit' ? this.pivot : add(this.state.camera.eye, scale(this.state.camera.forward, 0.25 * this.renderer.diagonal));
+        const moved = cameras.pan(this.state.camera, target, dx, dy, tanX, tanY);
         if (this.state.mode === 'orbit') this.pivot = moved.pivot;
         this.move(moved.camera);
       },
@@ -158,14 +160,14 @@ export class Viewer {
     const digit = /^(?:Digit|Numpad)([1-9])$/.exec(code);
     if (digit) {
       if (!this.data.cameras[digit[1] - 1]) return false;
-      this.fly(Number(digit[1]) - 1);
+      this.flyTo(Number(digit[1]) - 1);
       return true;
     }
     if (e.key === '?') return $('help').showModal(), true;
     if (e.key === '+' || e.key === '=') return this.set({ stops: Math.min(this.state.stops + 0.5, 8) }), true;
     if (e.key === '-') return this.set({ stops: Math.max(this.state.stops - 0.5, -8) }), true;
-    const does = {
-      KeyO: () => this.mode(this.state.mode === 'walk' ? 'orbit' : 'walk'),
+    const actions = {
+      KeyO: () => this.setMode(this.state.mode === 'walk' ? 'orbit' : 'walk'),
       KeyF: () => this.set({ show: shows[(shows.indexOf(this.state.show) + 1) % shows.length], range: null }),
       KeyM: () => this.set({ density: this.state.density > 0 ? 0 : 1 }),
       KeyB: () => {
@@ -175,10 +177,10 @@ export class Viewer {
       KeyH: () => this.panel.toggle(),
       KeyP: () => this.probe(0.5, 0.5, true),
       Digit0: () => this.set({ factors: this.state.factors.map(() => 1) }),
-      Escape: () => this.unprobe(),
+      Escape: () => this.closeProbe(),
     };
-    does[code]?.();
-    return code in does;
+    actions[code]?.();
+    return code in actions;
   }
 
   // Light.
@@ -188,10 +190,11 @@ export class Viewer {
     if (this.relit.field === field) return;
     this.scene.relight(this.state.factors, field);
     this.relit.field = field;
-    if (this.spot) this.refresh();
+    if (this.probeRay) this.updateProbe();
   }
 
-  look(more = {}) {
+  /** Settings of a frame. */
+  frameSettings(more = {}) {
     const s = this.state;
     return {
       camera: s.camera, exposure: this.base * 2 ** s.stops, density: s.density, show: s.show, band: s.band, log: s.log,
@@ -199,39 +202,39 @@ export class Viewer {
     };
   }
 
-  /** The exposure that `zonal render` would choose for the first camera and the lights as solved. */
-  automatic() {
-    const look = this.look({ camera: this.start(), exposure: 1, show: 'picture', hideBacks: false });
-    const most = this.renderer.linear({ ...look, exposure: this.guess() }, 160, 120, { hazeScale: 0.5, stride: 1, steps: 48 });
-    return autoExposure(most);
+  /** The exposure that `zonal render` chooses for the first camera and the lights as solved. */
+  automaticExposure() {
+    const settings = this.frameSettings({ camera: this.initialCamera(), exposure: 1, show: 'picture', hideBacks: false });
+    const pixels = this.renderer.linear({ ...settings, exposure: this.provisionalExposure() }, 160, 120, { mediumScale: 0.5, stride: 1, steps: 48 });
+    return autoExposure(pixels);
   }
 
-  /** A first exposure, from the mean radiosity of the zones, so that nothing leaves the range of halves. */
-  guess() {
-    const v = this.values('radiosity', 'mean');
+  /** A provisional exposure from the mean radiosity of the zones, so that radiances stay in the range of half floats. */
+  provisionalExposure() {
+    const v = this.patchValues('radiosity', 'mean');
     const mean = v.reduce((s, x) => s + x, 0) / Math.max(v.length, 1);
     return mean > 0 ? 1 / mean : 1;
   }
 
   /** One number a patch. */
-  values(show, band) {
-    const w = BANDS[band];
+  patchValues(show, band) {
+    const w = BAND_WEIGHTS[band];
     const n = this.data.counts.patches;
     const out = new Float32Array(n);
     for (let z = 0; z < n; z++) {
-      const v = patch(this.data, z, this.state.factors)[show];
+      const v = patchFields(this.data, z, this.state.factors)[show];
       out[z] = w[0] * v[0] + w[1] * v[1] + w[2] * v[2];
     }
     return out;
   }
 
-  /** Ends of the scale: as set, or those within which nearly all patches lie. */
+  /** Ends of the scale: as set, or percentiles of the patches. */
   range() {
     const { show, band, log, range, factors } = this.state;
     if (range && !(log && range[0] <= 0)) return range;
     const key = `${show} ${band} ${factors.join(' ')}`;
     if (this.ends?.key !== key) {
-      const v = this.values(show, band).filter((x) => x > 0 && Number.isFinite(x)).sort();
+      const v = this.patchValues(show, band).filter((x) => x > 0 && Number.isFinite(x)).sort();
       const at = (q) => v[Math.floor((v.length - 1) * q)] ?? 1;
       this.ends = { key, low: at(0.05), high: at(0.995) };
     }
@@ -242,41 +245,41 @@ export class Viewer {
 
   // Probe.
 
-  probe(x, y, middle = false) {
+  probe(x, y, inCentre = false) {
     const dir = direction(frame(this.state.camera, this.aspect()), x, y);
-    this.spot = { eye: [...this.state.camera.eye], dir, at: [x, y] };
-    $('cross').hidden = !middle;
-    this.refresh();
-    return this.found;
+    this.probeRay = { eye: [...this.state.camera.eye], dir, at: [x, y] };
+    $('cross').hidden = !inCentre;
+    this.updateProbe();
+    return this.probeResult;
   }
 
-  refresh() {
-    const { eye, dir, at: spot } = this.spot;
+  updateProbe() {
+    const { eye, dir, at } = this.probeRay;
     const irradiance = this.state.show === 'error' ? null : this.scene.values;
-    this.found = probe(this.data, irradiance ?? new Float32Array(0), this.state.factors, eye, dir, this.backsHidden());
-    if (!this.found) return this.unprobe();
-    if (!irradiance) this.found.here.irradiance = [NaN, NaN, NaN];
-    // The radiosity there, textures and all: that of a very small picture from nearby.
-    const flip = this.found.back ? -1 : 1;
+    this.probeResult = probe(this.data, irradiance ?? new Float32Array(0), this.state.factors, eye, dir, this.backsHidden());
+    if (!this.probeResult) return this.closeProbe();
+    if (!irradiance) this.probeResult.here.irradiance = [NaN, NaN, NaN];
+    // The radiosity at the point with its textures: render a very small picture from nearby.
+    const side = this.probeResult.back ? -1 : 1;
     const near = 0.02 * this.renderer.diagonal;
-    const camera = { eye: sub(this.found.point, scale(dir, flip * Math.min(near, this.found.distance))), forward: scale(dir, flip), up: Math.abs(dir[2]) < 0.9 ? [0, 0, 1] : [0, 1, 0], fov: 0.02 };
-    if (irradiance && !this.found.back) {
-      const p = this.renderer.linear(this.look({ camera, density: 0, show: 'picture', bare: true, exposure: this.guess() }), 2, 2, { hazeScale: 1, steps: 1, stride: 1 });
-      this.found.here.radiosity = [p[0], p[1], p[2]].map((v) => v * Math.PI);
+    const camera = { eye: sub(this.probeResult.point, scale(dir, side * Math.min(near, this.probeResult.distance))), forward: scale(dir, side), up: Math.abs(dir[2]) < 0.9 ? [0, 0, 1] : [0, 1, 0], fov: 0.02 };
+    if (irradiance && !this.probeResult.back) {
+      const p = this.renderer.linear(this.frameSettings({ camera, density: 0, show: 'picture', withoutPanes: true, exposure: this.provisionalExposure() }), 2, 2, { mediumScale: 1, steps: 1, stride: 1 });
+      this.probeResult.here.radiosity = [p[0], p[1], p[2]].map((v) => v * Math.PI);
     }
     const card = $('probe');
-    showCard(card, this.found, () => this.unprobe());
-    // Not over the point itself.
-    card.classList.toggle('above', spot[1] > 0.45);
-    card.classList.toggle('aside', spot[1] > 0.4 && spot[0] < 0.4);
+    showProbe(card, this.probeResult, () => this.closeProbe());
+    // Keep the card off the point.
+    card.classList.toggle('above', at[1] > 0.45);
+    card.classList.toggle('aside', at[1] > 0.4 && at[0] < 0.4);
     document.body.classList.add('probing');
     this.changed();
-    return this.found;
+    return this.probeResult;
   }
 
-  unprobe() {
-    this.spot = null;
-    this.found = null;
+  closeProbe() {
+    this.probeRay = null;
+    this.probeResult = null;
     $('probe').hidden = true;
     $('mark').hidden = true;
     $('cross').hidden = true;
@@ -285,12 +288,12 @@ export class Viewer {
   }
 
   placeMark() {
-    if (!this.found) return;
+    if (!this.probeResult) return;
     const box = this.canvas.getBoundingClientRect();
-    const at = project(frame(this.state.camera, box.width / box.height), this.state.camera.eye, this.found.point);
-    const seen = at && at.every((x) => x > 0 && x < 1);
-    $('mark').hidden = !seen;
-    if (seen) {
+    const at = project(frame(this.state.camera, box.width / box.height), this.state.camera.eye, this.probeResult.point);
+    const visible = at && at.every((x) => x > 0 && x < 1);
+    $('mark').hidden = !visible;
+    if (visible) {
       $('mark').style.left = `${at[0] * box.width}px`;
       $('mark').style.top = `${at[1] * box.height}px`;
     }
@@ -299,53 +302,53 @@ export class Viewer {
   // Frames.
 
   changed() {
-    this.stillAt = performance.now() + 160;
+    this.restAt = performance.now() + 160;
     this.dirty = true;
-    if (!this.asked) {
-      this.asked = true;
+    if (!this.frameRequested) {
+      this.frameRequested = true;
       requestAnimationFrame((now) => this.tick(now));
     }
   }
 
-  /** Moves what moves by itself; true while something does. */
+  /** Advances flights and held keys; true while the camera moves. */
   advance(now) {
     const seconds = Math.min((now - this.last) / 1000, 0.1);
     if (this.flight) {
       const t = Math.min((now - this.flight.begin) / 700, 1);
-      this.state.camera = cameras.between(this.flight.from, this.flight.goal, Math.max(t, 0));
+      this.state.camera = cameras.interpolate(this.flight.from, this.flight.goal, Math.max(t, 0));
       if (t >= 1) this.flight = null;
       return true;
     }
     if (!this.controls.active) return false;
-    const w = this.controls.wishes();
-    const pace = 0.07 * this.renderer.diagonal * (this.controls.fast ? 4 : 1) * seconds;
-    let c = cameras.look(this.state.camera, w.turn * 1.4 * seconds, w.tilt * 1.0 * seconds);
+    const m = this.controls.motion();
+    const distance = 0.07 * this.renderer.diagonal * (this.controls.fast ? 4 : 1) * seconds;
+    let c = cameras.look(this.state.camera, m.yaw * 1.4 * seconds, m.pitch * 1.0 * seconds);
     if (this.state.mode === 'orbit') {
-      c = cameras.orbit(this.state.camera, this.pivot, (w.right - w.turn) * 1.2 * seconds, -(w.up + w.tilt) * seconds);
-      c = cameras.zoom(c, this.pivot, Math.exp(-w.ahead * seconds));
+      c = cameras.orbit(this.state.camera, this.pivot, (m.right - m.yaw) * 1.2 * seconds, -(m.up + m.pitch) * seconds);
+      c = cameras.zoom(c, this.pivot, Math.exp(-m.ahead * seconds));
     } else {
-      c = cameras.walk(c, w.ahead * pace, w.right * pace, w.up * pace);
+      c = cameras.walk(c, m.ahead * distance, m.right * distance, m.up * distance);
     }
-    Object.assign(this.state, { camera: c, at: undefined });
+    Object.assign(this.state, { camera: c, activeCamera: undefined });
     return true;
   }
 
   tick(now) {
-    this.asked = false;
+    this.frameRequested = false;
     if (this.gl.isContextLost()) return;
     const moving = this.advance(now);
     this.last = now;
-    const still = !moving && performance.now() >= this.stillAt;
+    const still = !moving && performance.now() >= this.restAt;
     this.frame(still);
     if (moving) this.changed();
     else if (!still) {
-      // A fine picture once nothing moves any more.
-      clearTimeout(this.settle);
-      this.settle = setTimeout(() => {
-        this.asked = true;
+      // Draw at full quality once the camera is at rest.
+      clearTimeout(this.restTimer);
+      this.restTimer = setTimeout(() => {
+        this.frameRequested = true;
         requestAnimationFrame((t) => this.tick(t));
       }, 180);
-    } else this.toHash();
+    } else this.writeUrl();
   }
 
   frame(still) {
@@ -355,30 +358,30 @@ export class Viewer {
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
     const begin = performance.now();
     this.relight();
-    const look = this.look();
-    this.renderer.draw(look, width, height, this.quality(still, width * height));
-    this.panel.update(this.state, look.range);
+    const settings = this.frameSettings();
+    this.renderer.draw(settings, width, height, this.quality(still, width * height));
+    this.panel.update(this.state, settings.range);
     this.placeMark();
-    if (!still) this.pace(performance.now() - begin);
+    if (!still) this.adaptResolution(performance.now() - begin);
     this.frames = (this.frames ?? 0) + 1;
   }
 
-  /** Steps through the medium and the size of its picture. */
+  /** Steps through the medium and the scale of its render target. */
   quality(still, pixels) {
     const fine = this.small ? 0.5 : 1;
-    if (!still) return { hazeScale: this.small ? 0.25 : 0.4, steps: 48 * fine, stride: 1.2 };
-    return { hazeScale: pixels < 2e5 ? 1 : 0.5, steps: 160 * fine, stride: 0.5 };
+    if (!still) return { mediumScale: this.small ? 0.25 : 0.4, steps: 48 * fine, stride: 1.2 };
+    return { mediumScale: pixels < 2e5 ? 1 : 0.5, steps: 160 * fine, stride: 0.5 };
   }
 
-  /** Fewer pixels while moving where frames take long, more where they do not. */
-  pace(spent) {
-    // Commands only queue; every few frames their true time is asked for.
+  /** Adapts the resolution during motion to the frame time. */
+  adaptResolution(spent) {
+    // Commands are queued: every few frames wait for them to measure the true time.
     if ((this.frames ?? 0) % 6 === 0) {
       const begin = performance.now();
       this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));
-      const all = spent + performance.now() - begin;
-      if (all > 45) this.resolution = Math.max(0.3, this.resolution * 0.8);
-      else if (all < 14) this.resolution = Math.min(1, this.resolution * 1.15);
+      const total = spent + performance.now() - begin;
+      if (total > 45) this.resolution = Math.max(0.3, this.resolution * 0.8);
+      else if (total < 14) this.resolution = Math.min(1, this.resolution * 1.15);
     }
   }
 
@@ -386,8 +389,8 @@ export class Viewer {
   linear(name, width, height) {
     this.relight();
     const c = this.data.cameras.find((x) => x.name === name);
-    const camera = c ? cameras.named(c) : this.state.camera;
-    const raw = this.renderer.linear(this.look({ camera, show: 'picture', hideBacks: false }), width, height, { hazeScale: 1, steps: 256, stride: 0.5, jitter: -1 });
+    const camera = c ? cameras.fromScene(c) : this.state.camera;
+    const raw = this.renderer.linear(this.frameSettings({ camera, show: 'picture', hideBacks: false }), width, height, { mediumScale: 1, steps: 256, stride: 0.5, jitter: -1 });
     const out = [];
     for (let y = height - 1; y >= 0; y--) {
       for (let x = 0; x < width; x++) out.push(...raw.subarray(4 * (y * width + x), 4 * (y * width + x) + 3));

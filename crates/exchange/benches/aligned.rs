@@ -14,7 +14,7 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use zonal_exchange::aligned::lattice::{OffsetTable, WallTable, block};
+use zonal_exchange::aligned::lattice::{OffsetTable, WallTable, voxel_block};
 use zonal_exchange::aligned::{Cuboid, geometric_factor};
 use zonal_math::{Vec3, vec3};
 
@@ -64,7 +64,7 @@ fn tables(c: &mut Criterion) {
     let mut group = c.benchmark_group("block");
     for tolerance in TOLERANCES {
         group.bench_function(BenchmarkId::from_parameter(format!("{tolerance:e}")), |bench| {
-            bench.iter(|| block([1.0; 3], black_box([3.0, -9.5, -9.5]), [20; 3], 0.0, tolerance))
+            bench.iter(|| voxel_block([1.0; 3], black_box([3.0, -9.5, -9.5]), [20; 3], 0.0, tolerance))
         });
     }
 }

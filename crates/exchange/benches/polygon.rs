@@ -11,7 +11,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use zonal_exchange::Demand;
+use zonal_exchange::AccuracyRequest;
 use zonal_exchange::polygon::{plate_cuboid, plate_plate};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::Plate;
@@ -27,7 +27,7 @@ fn pairs(c: &mut Criterion) {
     };
     let voxel = (vec3(0.0, 0.0, 5.0), vec3(1.0, 1.0, 6.0));
     for tolerance in [1e-3, 1e-6, 1e-9] {
-        let demand = Demand::relative(tolerance);
+        let demand = AccuracyRequest::relative(tolerance);
         let mut named = |name: &str, work: &mut dyn FnMut()| {
             c.bench_function(&format!("{name}/{tolerance:e}"), |bench| bench.iter(&mut *work));
         };

@@ -1,11 +1,11 @@
 //! Times of the aligned methods and tables on one core: `cargo run --release -p zonal-exchange --example aligned_times`.
 
 use std::time::Instant;
-use zonal_exchange::aligned::lattice::{OffsetTable, WallTable, block};
+use zonal_exchange::aligned::lattice::{OffsetTable, WallTable, voxel_block};
 use zonal_exchange::aligned::{Cuboid, geometric_factor};
 use zonal_math::{Vec3, vec3};
 
-/// Processor time of this thread where the system tells it (Linux), else the clock, s.
+/// Processor time of this thread where available (Linux), otherwise wall-clock time, s.
 fn now() -> f64 {
     thread_local!(static START: Instant = Instant::now());
     let clock = START.with(|s| s.elapsed().as_secs_f64());
@@ -31,7 +31,7 @@ fn best<T>(n: usize, mut work: impl FnMut() -> T) -> (f64, T) {
 }
 
 fn tables() {
-    // On this very thread.
+    // On the calling thread.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().expect("a pool");
     pool.install(all_tables)
 }
@@ -43,46 +43,50 @@ fn all_tables() {
         println!(
             "voxel-voxel  115^3 1e-10 kappa {kappa}: {t:.4} s, {} entries, {:?}",
             table.len(),
-            table.tally()
+            table.method_counts()
         );
         let (t, table) = best(3, || WallTable::voxels(edge, counts, 2, kappa, 1e-10));
         println!(
             "voxel-wall   115^3 1e-10 kappa {kappa}: {t:.4} s, {} entries, {:?}",
             table.len(),
-            table.tally()
+            table.method_counts()
         );
         let (t, table) = best(3, || WallTable::adjacent(edge, counts, [0, 1], kappa, 1e-10));
         println!(
             "adjacent     115^3 1e-10 kappa {kappa}: {t:.4} s, {} entries, {:?}",
             table.len(),
-            table.tally()
+            table.method_counts()
         );
         let (t, table) = best(3, || WallTable::opposite(edge, counts, 2, kappa, 1e-10));
         println!(
             "opposite     115^3 1e-10 kappa {kappa}: {t:.4} s, {} entries, {:?}",
             table.len(),
-            table.tally()
+            table.method_counts()
         );
     }
     let (t, table) = best(3, || OffsetTable::new([1.0, 0.5, 0.25], [60, 60, 60], 0.0, 1e-10));
-    println!("boxes 4:2:1   60^3 1e-10 kappa 0: {t:.4} s, {} entries, {:?}", table.len(), table.tally());
+    println!(
+        "boxes 4:2:1   60^3 1e-10 kappa 0: {t:.4} s, {} entries, {:?}",
+        table.len(),
+        table.method_counts()
+    );
 }
 
 fn blocks() {
     for counts in [[1, 1, 1], [20, 1, 1], [20, 20, 1]] {
-        let (t, b) = best(500, || block([1.0; 3], [3.0, 0.0, 0.0], counts, 0.0, 1e-6));
+        let (t, b) = best(500, || voxel_block([1.0; 3], [3.0, 0.0, 0.0], counts, 0.0, 1e-6));
         println!("block of {counts:?}: {:.1} us, {} distinct", t * 1e6, b.distinct);
     }
     for tolerance in [1e-3, 1e-6, 1e-9] {
         for first in
             [[3.0, -9.5, -9.5], [3.0, -10.0, -10.0], [3.0, 0.0, 0.0], [4.0, -9.5, -9.5], [1.0, -9.5, -9.5]]
         {
-            let (t, b) = best(200, || block([1.0; 3], first, [20; 3], 0.0, tolerance));
+            let (t, b) = best(200, || voxel_block([1.0; 3], first, [20; 3], 0.0, tolerance));
             println!(
                 "block {first:?} {tolerance:e}: {:.1} us, {} distinct, {:?}",
                 t * 1e6,
                 b.distinct,
-                b.tally
+                b.method_counts
             );
         }
     }

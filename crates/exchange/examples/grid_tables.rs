@@ -8,14 +8,14 @@ fn main() {
     let counts = [n; 3];
     let t = Instant::now();
     let v = OffsetTable::new(edges, counts, kappa, tol);
-    println!("vv {} {:?} {:.3} s", v.len(), v.tally(), t.elapsed().as_secs_f64());
+    println!("vv {} {:?} {:.3} s", v.len(), v.method_counts(), t.elapsed().as_secs_f64());
     let t = Instant::now();
     let v = WallTable::voxels(edges, counts, 0, kappa, tol);
-    println!("sv {} {:?} {:.3} s", v.len(), v.tally(), t.elapsed().as_secs_f64());
+    println!("sv {} {:?} {:.3} s", v.len(), v.method_counts(), t.elapsed().as_secs_f64());
     let t = Instant::now();
     let v = WallTable::adjacent(edges, counts, [0, 1], kappa, tol);
-    println!("ss adjacent {} {:?} {:.3} s", v.len(), v.tally(), t.elapsed().as_secs_f64());
+    println!("ss adjacent {} {:?} {:.3} s", v.len(), v.method_counts(), t.elapsed().as_secs_f64());
     let t = Instant::now();
     let v = WallTable::opposite(edges, counts, 0, kappa, tol);
-    println!("ss opposite {} {:?} {:.3} s", v.len(), v.tally(), t.elapsed().as_secs_f64());
+    println!("ss opposite {} {:?} {:.3} s", v.len(), v.method_counts(), t.elapsed().as_secs_f64());
 }

@@ -1,4 +1,4 @@
-//! The view factors of a cube's walls in 1,200 triangles, turned at random, with no lattice to exploit: time per pair by method, share proved,
+//! The view factors of a cube's walls in 1,200 triangles, rotated at random so that no lattice can be exploited: time per pair by method, share proved,
 //! closure.
 //!
 //! ```text
@@ -6,22 +6,23 @@
 //! ```
 //!
 //! Each wall is a net of 10×10 quadrilaterals whose inner corners are moved at random, each cut into two (unequal) triangles.
-//! Demand: radius ≤ max(1e-9 𝓕, 1e-12 A). One thread.
+//! Requested accuracy: radius ≤ max(1e-9 𝓕, 1e-12 A). One thread.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
+use zonal_exchange::polygon::FactorMatrix;
 use zonal_exchange::{Method, polygon};
 use zonal_math::{Grade, Vec3, vec3};
 use zonal_scene::Plate;
 
 /// Patches along an edge.
 const N: usize = 10;
-const RELATIVE: f64 = 1e-9;
-const ABSOLUTE: f64 = 1e-12;
+const RELATIVE_TOLERANCE: f64 = 1e-9;
+const ABSOLUTE_TOLERANCE: f64 = 1e-12;
 
-struct Dice(u64);
+struct SplitMix64(u64);
 
-impl Dice {
+impl SplitMix64 {
     /// Uniform in [0, 1) (splitmix64).
     fn roll(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -33,15 +34,15 @@ impl Dice {
 }
 
 /// A random orthonormal frame.
-fn frame(dice: &mut Dice) -> [Vec3; 3] {
-    let mut v = || vec3(dice.roll() - 0.5, dice.roll() - 0.5, dice.roll() - 0.5);
+fn frame(rng: &mut SplitMix64) -> [Vec3; 3] {
+    let mut v = || vec3(rng.roll() - 0.5, rng.roll() - 0.5, rng.roll() - 0.5);
     let x = v().normalized();
     let y = x.cross(v()).normalized();
     [x, y, x.cross(y)]
 }
 
-fn triangles(dice: &mut Dice) -> Vec<Plate> {
-    let axes = frame(dice);
+fn triangles(rng: &mut SplitMix64) -> Vec<Plate> {
+    let axes = frame(rng);
     let shift = vec3(0.3, -0.2, 0.7);
     let mut out = Vec::new();
     for axis in 0..3 {
@@ -51,7 +52,7 @@ fn triangles(dice: &mut Dice) -> Vec<Plate> {
             for i in 0..=N {
                 for j in 0..=N {
                     let mut moved = |k: usize| {
-                        let jitter = 0.3 * (dice.roll() - 0.5);
+                        let jitter = 0.3 * (rng.roll() - 0.5);
                         if k == 0 || k == N { k as f64 } else { k as f64 + jitter }
                     };
                     let (s, t) = (moved(i) / N as f64, moved(j) / N as f64);
@@ -77,18 +78,18 @@ fn triangles(dice: &mut Dice) -> Vec<Plate> {
 }
 
 fn main() {
-    let plates = triangles(&mut Dice(7));
+    let plates = triangles(&mut SplitMix64(7));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let mut best = f64::INFINITY;
     let mut made = None;
     for _ in 0..3 {
         let start = Instant::now();
-        made = Some(pool.install(|| polygon::matrix(&plates, RELATIVE, ABSOLUTE)));
+        made = Some(pool.install(|| polygon::factor_matrix(&plates, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE)));
         best = best.min(start.elapsed().as_secs_f64());
     }
     let m = made.unwrap();
     let all = plates.len() * (plates.len() - 1) / 2;
-    let unseen = m.counts.get(&Method::Unseen).copied().unwrap_or(0);
+    let unseen = m.counts.get(&Method::NotVisible).copied().unwrap_or(0);
     let seen = all as u64 - unseen;
     println!("{} triangles, {all} pairs, {seen} of them facing; {:.3} s on one thread", plates.len(), best);
     println!(
@@ -97,43 +98,54 @@ fn main() {
         best / seen as f64 * 1e6
     );
 
+    print_accuracy(&plates, &m);
+    print_methods(&plates, &m);
+}
+
+/// Shares of pairs whose radius meets the request, and the worst closure of a row.
+fn print_accuracy(plates: &[Plate], m: &FactorMatrix) {
     let (mut proved, mut met, mut total) = (0, 0, 0);
-    let mut by_method: BTreeMap<Method, Vec<(usize, usize)>> = BTreeMap::new();
     for i in 0..plates.len() {
         for j in 0..i {
             let f = m.get(i, j);
-            let wanted = (RELATIVE * f.value).max(ABSOLUTE * plates[i].area().min(plates[j].area()));
+            let wanted = (RELATIVE_TOLERANCE * f.value)
+                .max(ABSOLUTE_TOLERANCE * plates[i].area().min(plates[j].area()));
             total += 1;
             met += (f.radius <= wanted) as usize;
             proved += (f.radius <= wanted && f.grade == Grade::Proved) as usize;
         }
     }
     println!(
-        "radius within the demand: {met} of {total}; proved within it: {:.4} %",
+        "radius within the request: {met} of {total}; proved within it: {:.4} %",
         100.0 * proved as f64 / total as f64
     );
     let worst =
         (0..plates.len()).map(|i| (m.row_sum(i).value / plates[i].area() - 1.0).abs()).fold(0.0, f64::max);
     println!("worst closure: {worst:.2e} of the area");
+}
+
+/// Pairs and time per pair by method.
+fn print_methods(plates: &[Plate], m: &FactorMatrix) {
+    let mut by_method: BTreeMap<Method, Vec<(usize, usize)>> = BTreeMap::new();
     for i in 0..plates.len() {
         for j in 0..i {
             by_method.entry(m.method(i, j)).or_default().push((i, j));
         }
     }
-    let ready = polygon::Plates::new(&plates);
+    let ready = polygon::PreparedPlates::new(plates);
     println!("{:10} {:>9} {:>10}", "method", "pairs", "µs a pair");
     for (method, pairs) in by_method {
         let start = Instant::now();
         let (mut sum, mut evaluations) = (0.0, 0);
         pairs.iter().for_each(|(i, j)| {
-            let f = ready.pair(*i, *j, RELATIVE, ABSOLUTE);
+            let f = ready.pair(*i, *j, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);
             sum += f.bounded.value;
             evaluations += f.evaluations;
         });
         let time = start.elapsed().as_secs_f64() / pairs.len() as f64;
         println!(
             "{:10} {:>9} {:>10.3}   {:>8.1} (sum {sum:.6})",
-            method.word(),
+            method.name(),
             pairs.len(),
             time * 1e6,
             evaluations as f64 / pairs.len() as f64

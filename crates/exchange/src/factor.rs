@@ -1,21 +1,21 @@
-//! What every method takes and gives: a demand in, a factor with its radius, grade, method and cost out.
+//! The interface of all methods: an accuracy request in; a factor with radius, grade, method and cost out.
 
 use zonal_math::Bounded;
 
 /// How a factor was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Method {
-    /// The zones cannot see each other: exactly zero.
-    Unseen,
+    /// The zones are not visible from each other: exactly zero.
+    NotVisible,
     /// Formula (3) of the paper: the kernel at the centres.
     Point,
     /// Moments of the zones about their centres, with a proven remainder.
     Moments,
     /// A formula in closed form for two aligned rectangles.
-    Closed,
+    ClosedForm,
     /// The reduced integral by tensor Gauss–Legendre rules.
     Gauss,
-    /// The same where the boxes touch: pyramid coordinates.
+    /// The reduced integral in pyramid coordinates where the boxes touch.
     Pyramid,
     /// Tensor Gauss–Legendre rules over both zones: six dimensions for two voxels.
     SixGauss,
@@ -33,18 +33,18 @@ pub enum Method {
     Contour,
     /// Gauss–Legendre rules over zones in any position.
     Oblique,
-    /// The contour integral over what clipping leaves visible.
+    /// The contour integral over the visible parts after clipping.
     Clipped,
 }
 
 impl Method {
-    /// The word that tables and reports use.
-    pub fn word(self) -> &'static str {
+    /// The name in tables and reports.
+    pub fn name(self) -> &'static str {
         match self {
-            Method::Unseen => "unseen",
+            Method::NotVisible => "unseen",
             Method::Point => "point",
             Method::Moments => "moments",
-            Method::Closed => "closed",
+            Method::ClosedForm => "closed",
             Method::Gauss => "gauss",
             Method::Pyramid => "pyramid",
             Method::SixGauss => "gauss-6d",
@@ -60,32 +60,37 @@ impl Method {
     }
 }
 
-/// What is asked of a method.
+/// The accuracy that a caller requests.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Demand {
-    /// Wanted radius, relative to the value.
+pub struct AccuracyRequest {
+    /// Requested radius, relative to the value.
     pub tolerance: f64,
-    /// Evaluations of the integrand after which the method stops, with the radius that it then has.
-    pub budget: u64,
+    /// Evaluations of the integrand after which a method stops and reports the radius reached.
+    pub max_evaluations: u64,
 }
 
-impl Demand {
-    /// A relative tolerance, whatever it costs.
+impl AccuracyRequest {
+    /// A relative tolerance without a limit of evaluations.
+    ///
+    /// ```
+    /// use zonal_exchange::AccuracyRequest;
+    /// assert_eq!(AccuracyRequest::relative(1e-6).radius(-2.0), 2e-6);
+    /// ```
     ///
     /// # Panics
     /// On a tolerance that is not positive.
-    pub fn relative(tolerance: f64) -> Demand {
+    pub fn relative(tolerance: f64) -> AccuracyRequest {
         assert!(tolerance > 0.0, "tolerance {tolerance}");
-        Demand { tolerance, budget: u64::MAX }
+        AccuracyRequest { tolerance, max_evaluations: u64::MAX }
     }
 
-    /// The wanted radius for a value: max(tolerance·|value|, 1e-300).
+    /// The requested radius for a value: max(tolerance·|value|, 1e-300).
     pub fn radius(&self, value: f64) -> f64 {
         (self.tolerance * value.abs()).max(1e-300)
     }
 }
 
-/// A geometric factor and what it took.
+/// A geometric factor with its method and cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Factor {
     /// Value and radius: m⁴ for two voxels, m³ for a voxel and a patch, m² for two patches.
@@ -97,6 +102,7 @@ pub struct Factor {
 }
 
 impl Factor {
-    /// The factor of zones that cannot see each other.
-    pub const UNSEEN: Factor = Factor { bounded: Bounded::ZERO, evaluations: 0, method: Method::Unseen };
+    /// The factor of zones that are not visible from each other.
+    pub const NOT_VISIBLE: Factor =
+        Factor { bounded: Bounded::ZERO, evaluations: 0, method: Method::NotVisible };
 }

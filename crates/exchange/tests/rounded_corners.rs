@@ -1,11 +1,11 @@
 //! Plates whose corners carry rounding noise: the radius holds and is about the noise times the length of the edges, not many orders more.
 
-use zonal_exchange::{Demand, Shape, factor};
+use zonal_exchange::{AccuracyRequest, ZoneShape, factor};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::Plate;
 
 /// Two perpendicular squares of side 0.1 with a common edge: A F (Howell's C-14), m².
-const TRUE: f64 = 0.01 * 0.200_043_776_075_403_16;
+const EXACT_FACTOR: f64 = 0.01 * 0.200_043_776_075_403_16;
 
 /// Noise from −1 to 1 of a fixed sequence.
 struct Noise(u64);
@@ -18,7 +18,7 @@ impl Noise {
 }
 
 /// The two squares as 32 triangles each, whose corners at the common edge lie up to `noise` m beside the other's plane, `off` m from the origin.
-fn squares(noise: f64, off: Vec3) -> [Vec<Shape>; 2] {
+fn squares(noise: f64, off: Vec3) -> [Vec<ZoneShape>; 2] {
     const N: usize = 4;
     let mut dice = Noise(7);
     let hair: Vec<f64> = (0..=N).map(|_| noise * dice.next()).collect();
@@ -36,7 +36,7 @@ fn squares(noise: f64, off: Vec3) -> [Vec<Shape>; 2] {
                 let mut push = |p: Vec3, q: Vec3, r: Vec3| {
                     // Fronts face each other.
                     let plate = if wall { Plate::triangle(p, r, q) } else { Plate::triangle(p, q, r) };
-                    out.push(Shape::Plate(plate));
+                    out.push(ZoneShape::Plate(plate));
                 };
                 push(a, b, c);
                 push(a, c, d);
@@ -48,7 +48,7 @@ fn squares(noise: f64, off: Vec3) -> [Vec<Shape>; 2] {
 
 /// Reproduction: trial of 2026 (`plates01.toml`). Noise of 1e-13 made the radius ten million times too wide.
 #[test]
-fn noise_of_corners_widens_radii_by_about_itself() {
+fn rounded_corners_widen_radii_by_about_the_rounding() {
     for off in [Vec3::ZERO, vec3(1000.0, -1000.0, 500.0)] {
         // The corners of a scene a kilometre away are rounded to 1e-13 m themselves.
         let rounding = 1e-16 + f64::EPSILON * off.max_abs();
@@ -57,15 +57,18 @@ fn noise_of_corners_widens_radii_by_about_itself() {
             let (mut value, mut radius) = (0.0, 0.0);
             for a in &floor {
                 for b in &wall {
-                    let f = factor(a, b, 0.0, Demand::relative(1e-10)).bounded;
+                    let f = factor(a, b, 0.0, AccuracyRequest::relative(1e-10)).bounded;
                     (value, radius) = (value + f.value, radius + f.radius);
                 }
             }
-            // What the noise changes is at most its strip along the edge of 0.1 m on both squares.
+            // The noise changes at most a strip along the edge of 0.1 m on both squares.
             let moved = 2.0 * 0.1 * (noise + rounding);
-            let off_by = (value - TRUE).abs();
+            let off_by = (value - EXACT_FACTOR).abs();
             assert!(off_by <= radius + moved + 2e-13, "noise {noise:e}: {value} ± {radius:e}");
-            assert!(radius <= 1e-9 * TRUE + 10.0 * moved, "noise {noise:e} at {off:?}: radius {radius:e}");
+            assert!(
+                radius <= 1e-9 * EXACT_FACTOR + 10.0 * moved,
+                "noise {noise:e} at {off:?}: radius {radius:e}"
+            );
         }
     }
 }

@@ -1,21 +1,23 @@
-//! A value, how far it may be from the truth, and how we know.
+//! Values with error radii: `value ± radius` with the kind of evidence for the radius (midpoint-radius arithmetic).
+//!
+//! Sums and scalings enlarge the radius by their own rounding errors; a sum has the weaker grade of its terms.
 
 use std::ops::{Add, Mul};
 
-/// The evidence behind an error radius. Ordered from strong to weak: in a sum the weaker one wins.
+/// Kind of evidence for an error radius, from strong to weak; a sum has the weakest grade of its terms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Grade {
-    /// The radius is a theorem: truncation, quadrature and rounding are all inside it.
+    /// A proved bound that covers truncation, quadrature and rounding.
     Proved,
-    /// The radius comes from comparing two approximations.
+    /// An estimate from the difference of two approximations.
     Estimated,
-    /// The radius is a standard error of a sample.
+    /// A standard error of a sample.
     Statistical,
 }
 
 impl Grade {
-    /// The word that reports and tables use.
-    pub fn word(self) -> &'static str {
+    /// The name in reports and tables.
+    pub fn name(self) -> &'static str {
         match self {
             Grade::Proved => "proved",
             Grade::Estimated => "estimated",
@@ -24,14 +26,21 @@ impl Grade {
     }
 }
 
-/// `value ± radius`, with the grade of the evidence; value and radius share their unit.
+/// `value ± radius` with the grade of the evidence; value and radius have the same unit.
+///
+/// ```
+/// use zonal_math::{Bounded, Grade};
+/// let sum = Bounded::proved(1.0, 0.1) + Bounded::estimated(2.0, 0.2) * 2.0;
+/// assert_eq!((sum.value, sum.grade), (5.0, Grade::Estimated));
+/// assert!(sum.contains(5.5) && !sum.contains(5.6));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounded {
     /// The approximation.
     pub value: f64,
     /// The error radius, not negative.
     pub radius: f64,
-    /// How the radius is known.
+    /// Evidence for the radius.
     pub grade: Grade,
 }
 
@@ -47,10 +56,6 @@ impl Bounded {
     pub fn estimated(value: f64, radius: f64) -> Bounded {
         Bounded { value, radius, grade: Grade::Estimated }
     }
-    /// A value whose radius is a standard error.
-    pub fn statistical(value: f64, radius: f64) -> Bounded {
-        Bounded { value, radius, grade: Grade::Statistical }
-    }
     /// True when `x` lies within the radius.
     pub fn contains(self, x: f64) -> bool {
         (self.value - x).abs() <= self.radius
@@ -59,7 +64,7 @@ impl Bounded {
 
 impl Add for Bounded {
     type Output = Bounded;
-    /// The rounding of the two sums is inside the radius.
+    /// The radius includes the rounding of both sums.
     fn add(self, o: Bounded) -> Bounded {
         let value = self.value + o.value;
         let radius = (self.radius + o.radius) * (1.0 + 2.0 * f64::EPSILON) + value.abs() * f64::EPSILON;
@@ -69,7 +74,7 @@ impl Add for Bounded {
 
 impl Mul<f64> for Bounded {
     type Output = Bounded;
-    /// Scales by an exact factor; the rounding is inside the radius.
+    /// Scales by an exact factor; the radius includes the rounding.
     fn mul(self, s: f64) -> Bounded {
         let value = self.value * s;
         let radius = self.radius * s.abs() * (1.0 + 2.0 * f64::EPSILON) + value.abs() * f64::EPSILON;
@@ -83,13 +88,13 @@ mod tests {
 
     #[test]
     fn the_weaker_grade_wins_in_a_sum() {
-        let s = Bounded::proved(1.0, 0.1) + Bounded::statistical(2.0, 0.2);
+        let s = Bounded::proved(1.0, 0.1) + Bounded { value: 2.0, radius: 0.2, grade: Grade::Statistical };
         assert_eq!(s.grade, Grade::Statistical);
         assert!(s.contains(3.3) && !s.contains(3.31));
     }
 
     #[test]
-    fn rounding_of_a_sum_is_inside() {
+    fn radius_of_a_sum_includes_rounding() {
         let s = Bounded::proved(1.0, 0.0) + Bounded::proved(1e-17, 0.0);
         assert!(s.radius > 0.0);
     }

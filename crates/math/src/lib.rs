@@ -1,30 +1,28 @@
-//! Numbers we trust: vectors, bounded values, Gauss–Legendre quadrature. No word of radiation in here.
+//! Numerical tools without radiation: vectors, values with error radii, quadrature, special functions, sampling sequences, SIMD loops.
 //!
-//! | module | what |
+//! | module | contents |
 //! |---|---|
-//! | [`mod@vec3`] | three-dimensional vectors in f64 |
-//! | [`bounded`] | a value with its error radius and the grade of the evidence |
-//! | [`collapsed`] | Gauss–Jacobi rules for triangles, with their remainders |
+//! | [`bounded`] | values with error radius and grade of evidence |
 //! | [`dilogarithm`] | Li₂ in the unit disc |
-//! | [`directions`] | directions from numbers: on the circle, the sphere, by the cosine |
-//! | [`gauss`] | Gauss–Legendre rules, and what their error is bounded by |
-//! | [`logarithm`] | ln for lane arrays |
-//! | [`sequence`] | low-discrepancy points, deterministic |
-//! | [`simd`] | loops for the widest vectors of the machine, with the same bits on all of them |
-//! | [`special`] | exponential integrals |
-//! | [`wide`] | eight single-precision lanes with comparisons |
+//! | [`direction_sampling`] | uniform and cosine-weighted directions |
+//! | [`double_double`] | double-double arithmetic |
+//! | [`exponential_integral`] | E_1 and E_3 |
+//! | [`gauss_jacobi`] | Gauss–Jacobi rules for triangles, with remainders |
+//! | [`gauss_legendre`] | Gauss–Legendre rules, with error bounds |
+//! | [`low_discrepancy`] | R_d and Sobol sequences, hashes |
+//! | [`simd`] | loops over lanes with run-time dispatch, e^x and ln x, eight-lane f32 |
+//! | [`mod@vec3`] | three-dimensional vectors |
 
 pub mod bounded;
-pub mod collapsed;
 pub mod dilogarithm;
-pub mod directions;
-pub mod gauss;
-pub mod logarithm;
-pub mod sequence;
+pub mod direction_sampling;
+pub mod double_double;
+pub mod exponential_integral;
+pub mod gauss_jacobi;
+pub mod gauss_legendre;
+pub mod low_discrepancy;
 pub mod simd;
-pub mod special;
 pub mod vec3;
-pub mod wide;
 
 pub use bounded::{Bounded, Grade};
 pub use vec3::{Vec3, vec3};

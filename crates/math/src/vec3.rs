@@ -2,7 +2,16 @@
 
 use std::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub};
 
-/// A point or a direction; lengths in metres unless said.
+/// A point (m) or a direction.
+///
+/// ```
+/// use zonal_math::{Vec3, vec3};
+/// let (x, y) = (vec3(1.0, 0.0, 0.0), vec3(0.0, 2.0, 0.0));
+/// assert_eq!(x.cross(y).normalized(), vec3(0.0, 0.0, 1.0));
+/// assert_eq!((x + y).length2(), 5.0);
+/// assert_eq!(2.0 * x - y, vec3(2.0, -2.0, 0.0));
+/// assert_eq!(Vec3::splat(1.0).max_abs(), 1.0);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vec3 {
     /// First component.
@@ -13,11 +22,14 @@ pub struct Vec3 {
     pub z: f64,
 }
 
-/// Short constructor.
+/// The vector (x, y, z).
 #[inline]
 pub const fn vec3(x: f64, y: f64, z: f64) -> Vec3 {
     Vec3 { x, y, z }
 }
+
+/// Largest |x| of a unit vector for which the x axis starts the orthonormal frame: then the cross product is not small.
+const FRAME_AXIS_LIMIT: f64 = 0.6;
 
 impl Vec3 {
     /// The origin.
@@ -50,7 +62,7 @@ impl Vec3 {
     pub fn length(self) -> f64 {
         self.length2().sqrt()
     }
-    /// The unit vector along `self`; zero stays zero.
+    /// The unit vector along `self`; the zero vector is returned unchanged.
     #[inline]
     pub fn normalized(self) -> Vec3 {
         let l = self.length();
@@ -99,7 +111,7 @@ impl Vec3 {
     /// Two unit vectors that complete the unit vector `self` to a right-handed orthonormal frame (t, b, self).
     #[inline]
     pub fn frame(self) -> (Vec3, Vec3) {
-        let a = if self.x.abs() < 0.6 { vec3(1.0, 0.0, 0.0) } else { vec3(0.0, 1.0, 0.0) };
+        let a = if self.x.abs() < FRAME_AXIS_LIMIT { vec3(1.0, 0.0, 0.0) } else { vec3(0.0, 1.0, 0.0) };
         let t = a.cross(self).normalized();
         (t, self.cross(t))
     }

@@ -1,22 +1,24 @@
-//! g_ij = F_ij/(c_i c_j) of two bodies, c = κ for volumes and panes and 1 for patches, by random samples.
+//! g_ij = F_ij/(c_i c_j) of two bodies by random samples, with c = κ for volumes and panes and 1 for patches.
 //!
-//! **By rays**: origins and directions of the density of body a's kernel (cosine on a patch, uniform in a volume, |cosine| times
-//! (1 − e^{−κt/c})/κ on a pane); the score on b is τ (patch), ∫ τ ds inside (volume), τ (1 − e^{−κt/c})/κ (pane). Bounded, so touching
-//! and overlapping bodies are as good as others.
+//! **By rays**: origins and directions have the density of the kernel of body a (cosine on a patch, uniform in a volume, |cosine|
+//! times (1 − e^{−κt/c})/κ on a pane). The score on b is τ (patch), ∫ τ ds inside (volume), τ (1 − e^{−κt/c})/κ (pane). Scores are
+//! bounded, so touching and overlapping bodies are as accurate as others.
 //!
-//! **By points**: the definition itself, (1/π) ∬ τ V cosθ_a cosθ_b/r². For bodies that are apart.
+//! **By points**: the definition (1/π) ∬ τ V cosθ_a cosθ_b/r², for bodies that are apart.
 
-use crate::{Dice, Estimate, Tally, World, world};
+use crate::brute_force::{self, BruteForceScene};
+use crate::estimate::{SampleEstimate, SampleStatistics};
+use crate::rng::Rng;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Plate, Scene, Zones};
 
-/// A body that exchanges.
+/// A body that exchanges radiation.
 #[derive(Clone, Debug)]
-pub enum Body {
+pub enum ExchangeBody {
     /// The front of a plate.
     Patch(Plate),
-    /// A box, cut to the half-spaces n·x ≥ c.
+    /// A box clipped to the half-spaces n·x ≥ c.
     Volume {
         /// Lower corner, m.
         lo: Vec3,
@@ -27,7 +29,7 @@ pub enum Body {
     },
     /// A pane.
     Pane {
-        /// Its middle.
+        /// Middle plane.
         plate: Plate,
         /// Thickness, m.
         thickness: f64,
@@ -36,73 +38,78 @@ pub enum Body {
     },
 }
 
-/// (1 − e^{−κt/c})/κ.
-fn share(extinction: Bands, path: f64) -> Bands {
+/// (1 − e^{−κt/c})/κ for the path t/c, m.
+fn absorbed_length(extinction: Bands, path: f64) -> Bands {
     extinction.map(|k| if k * path < 1e-9 { path } else { (1.0 - (-k * path).exp()) / k })
 }
 
-fn admits(planes: &[(Vec3, f64)], x: Vec3) -> bool {
+/// True when `x` lies in all half-spaces.
+fn in_half_spaces(planes: &[(Vec3, f64)], x: Vec3) -> bool {
     planes.iter().all(|(n, c)| n.dot(x) >= *c)
 }
 
-impl Body {
-    /// A whole box.
-    pub fn cuboid(lo: Vec3, hi: Vec3) -> Body {
-        Body::Volume { lo, hi, planes: Vec::new() }
+impl ExchangeBody {
+    /// An unclipped box.
+    pub fn cuboid(lo: Vec3, hi: Vec3) -> ExchangeBody {
+        ExchangeBody::Volume { lo, hi, planes: Vec::new() }
     }
 
-    /// The body of a zone; of a cut voxel, the whole cell.
-    pub fn of(scene: &Scene, zones: &Zones, i: usize) -> Body {
+    /// The body of zone `i`; of a volume zone its whole cell.
+    pub fn of(scene: &Scene, zones: &Zones, i: usize) -> ExchangeBody {
         if i < zones.voxel_offset() {
-            return Body::Patch(zones.patches[i].plate);
+            return ExchangeBody::Patch(zones.patches[i].plate);
         }
         if i < zones.pane_offset() {
-            let map = scene.voxmap().expect("voxel zones come from a voxmap");
-            let lo = map.corner(map.coordinates(zones.voxels[i - zones.voxel_offset()].cell));
-            return Body::cuboid(lo, lo + map.cell());
+            let grid = scene.voxel_grid().expect("volume zones come from a grid");
+            let lo = grid.corner(grid.coordinates(zones.voxels[i - zones.voxel_offset()].cell));
+            return ExchangeBody::cuboid(lo, lo + grid.cell());
         }
         let p = &zones.panes[i - zones.pane_offset()];
-        Body::Pane { plate: p.plate, thickness: p.thickness, extinction: p.extinction }
+        ExchangeBody::Pane { plate: p.plate, thickness: p.thickness, extinction: p.extinction }
     }
 
-    /// A ray of the body's density and its weight: area, 4 × volume, or the pane's.
-    fn emit(&self, dice: &mut Dice) -> (Vec3, Vec3, Bands) {
+    /// A ray of the body's density and its weight per band: area, 4 × volume, or that of the pane.
+    fn emit(&self, rng: &mut Rng) -> (Vec3, Vec3, Bands) {
         match self {
-            Body::Patch(p) => (dice.on_plate(p), dice.cosine(p.normal()), [p.area(); 3]),
-            Body::Volume { lo, hi, planes } => {
-                let x = dice.in_box(*lo, *hi);
-                let w = if admits(planes, x) { 4.0 * (*hi - *lo).product() } else { 0.0 };
-                (x, dice.direction(), [w; 3])
+            ExchangeBody::Patch(p) => {
+                (rng.point_on_plate(p), rng.cosine_direction(p.normal()), [p.area(); 3])
             }
-            Body::Pane { plate, thickness, extinction } => {
+            ExchangeBody::Volume { lo, hi, planes } => {
+                let x = rng.point_in_box(*lo, *hi);
+                let w = if in_half_spaces(planes, x) { 4.0 * (*hi - *lo).product() } else { 0.0 };
+                (x, rng.unit_vector(), [w; 3])
+            }
+            ExchangeBody::Pane { plate, thickness, extinction } => {
                 let n = plate.normal();
-                let n = if dice.roll() < 0.5 { n } else { -n };
-                let (x, d) = (dice.on_plate(plate), dice.cosine(n));
+                let n = if rng.uniform() < 0.5 { n } else { -n };
+                let (x, d) = (rng.point_on_plate(plate), rng.cosine_direction(n));
                 let path = thickness / n.dot(d).max(1e-9);
-                (x, d, share(*extinction, path).map(|s| 2.0 * plate.area() * s))
+                (x, d, absorbed_length(*extinction, path).map(|s| 2.0 * plate.area() * s))
             }
         }
     }
 
-    /// What a ray scores on this body.
-    fn score(&self, w: &World, o: Vec3, d: Vec3, limit: f64) -> Bands {
+    /// Score of a ray of length `limit` on this body, per band.
+    fn score(&self, w: &BruteForceScene, o: Vec3, d: Vec3, limit: f64) -> Bands {
         let none = [0.0; 3];
         match self {
-            Body::Patch(p) => match world::meet(p, o, d) {
+            ExchangeBody::Patch(p) => match brute_force::intersect_plate(p, o, d) {
                 Some((t, _)) if t > w.near && t <= limit + w.near && d.dot(p.normal()) < 0.0 => {
-                    w.depth(o, d, t).map(|x| (-x).exp())
+                    w.optical_depth(o, d, t).map(|x| (-x).exp())
                 }
                 _ => none,
             },
-            Body::Pane { plate, thickness, extinction } => match world::meet(plate, o, d) {
-                Some((t, _)) if t > w.near && t < limit => {
-                    let tau = w.depth(o, d, t).map(|x| (-x).exp());
-                    let s = share(*extinction, thickness / d.dot(plate.normal()).abs());
-                    std::array::from_fn(|b| tau[b] * s[b])
+            ExchangeBody::Pane { plate, thickness, extinction } => {
+                match brute_force::intersect_plate(plate, o, d) {
+                    Some((t, _)) if t > w.near && t < limit => {
+                        let tau = w.optical_depth(o, d, t).map(|x| (-x).exp());
+                        let s = absorbed_length(*extinction, thickness / d.dot(plate.normal()).abs());
+                        std::array::from_fn(|b| tau[b] * s[b])
+                    }
+                    _ => none,
                 }
-                _ => none,
-            },
-            Body::Volume { lo, hi, planes } => {
+            }
+            ExchangeBody::Volume { lo, hi, planes } => {
                 let (mut t0, mut t1) = (0.0f64, limit);
                 let mut sides: Vec<(Vec3, f64)> = planes.clone();
                 for axis in 0..3 {
@@ -121,62 +128,84 @@ impl Body {
                         return none;
                     }
                 }
-                if t1 <= t0 { none } else { inside(w, o, d, t0, t1) }
+                if t1 <= t0 { none } else { transmittance_integral(w, o, d, t0, t1) }
             }
         }
     }
 }
 
-/// ∫ τ ds from t0 to t1.
-fn inside(w: &World, o: Vec3, d: Vec3, t0: f64, t1: f64) -> Bands {
+/// ∫ τ ds from t0 to t1, per band.
+fn transmittance_integral(w: &BruteForceScene, o: Vec3, d: Vec3, t0: f64, t1: f64) -> Bands {
     let (mut depth, mut sum) = ([0.0; 3], [0.0; 3]);
-    for leg in w.legs(o, d, t1) {
-        let kappa = w.kappa(&leg);
-        let (a, b) = (leg.from.max(t0), leg.to.min(t1));
+    for segment in w.segments(o, d, t1) {
+        let kappa = w.extinction(&segment);
+        let (a, b) = (segment.from.max(t0), segment.to.min(t1));
         for k in 0..3 {
-            depth[k] += leg.pane.map_or(0.0, |p| p.1[k]);
+            depth[k] += segment.pane.map_or(0.0, |p| p.1[k]);
             if b > a {
-                let tau = (-(depth[k] + kappa[k] * (a - leg.from))).exp();
+                let tau = (-(depth[k] + kappa[k] * (a - segment.from))).exp();
                 let x = kappa[k] * (b - a);
                 sum[k] += tau * if x < 1e-9 { b - a } else { (1.0 - (-x).exp()) / kappa[k] };
             }
-            depth[k] += kappa[k] * (leg.to - leg.from);
+            depth[k] += kappa[k] * (segment.to - segment.from);
         }
     }
     sum
 }
 
-/// g of a and b by `n` rays from a.
-pub fn by_rays(w: &World, a: &Body, b: &Body, n: usize, seed: u64) -> [Estimate; 3] {
-    let (mut dice, mut tally) = (Dice::new(seed), [Tally::default(); 3]);
+/// g_ab per band by `n` rays from a.
+pub fn exchange_by_rays(
+    w: &BruteForceScene,
+    a: &ExchangeBody,
+    b: &ExchangeBody,
+    n: usize,
+    seed: u64,
+) -> [SampleEstimate; 3] {
+    let (mut rng, mut statistics) = (Rng::new(seed), [SampleStatistics::default(); 3]);
     for _ in 0..n {
-        let (o, d, weight) = a.emit(&mut dice);
-        let limit = w.first(o, d).map_or(w.far, |s| s.t);
+        let (o, d, weight) = a.emit(&mut rng);
+        let limit = w.first_hit(o, d).map_or(w.far, |s| s.t);
         let s = if weight == [0.0; 3] { [0.0; 3] } else { b.score(w, o, d, limit) };
-        (0..3).for_each(|k| tally[k].add(weight[k] * s[k]));
+        (0..3).for_each(|k| statistics[k].add(weight[k] * s[k]));
     }
-    tally.map(|t| t.estimate(1.0))
+    statistics.map(|t| t.estimate(1.0))
 }
 
-/// g of a and b, patches or volumes, by `n` pairs of points.
-pub fn by_points(w: &World, a: &Body, b: &Body, n: usize, seed: u64) -> [Estimate; 3] {
-    let (mut dice, mut tally) = (Dice::new(seed), [Tally::default(); 3]);
-    let point = |z: &Body, dice: &mut Dice| match z {
-        Body::Patch(p) => (dice.on_plate(p), p.area()),
-        Body::Volume { lo, hi, planes } => {
-            let x = dice.in_box(*lo, *hi);
-            (x, if admits(planes, x) { (*hi - *lo).product() } else { 0.0 })
+/// g_ab per band of patches or volumes by `n` pairs of points.
+///
+/// # Panics
+///
+/// When a body is a pane.
+pub fn exchange_by_points(
+    w: &BruteForceScene,
+    a: &ExchangeBody,
+    b: &ExchangeBody,
+    n: usize,
+    seed: u64,
+) -> [SampleEstimate; 3] {
+    let (mut rng, mut statistics) = (Rng::new(seed), [SampleStatistics::default(); 3]);
+    let point = |z: &ExchangeBody, rng: &mut Rng| match z {
+        ExchangeBody::Patch(p) => (rng.point_on_plate(p), p.area()),
+        ExchangeBody::Volume { lo, hi, planes } => {
+            let x = rng.point_in_box(*lo, *hi);
+            (x, if in_half_spaces(planes, x) { (*hi - *lo).product() } else { 0.0 })
         }
-        Body::Pane { .. } => panic!("a pane has no points; use rays"),
+        ExchangeBody::Pane { .. } => panic!("a pane has no thickness for points; use rays"),
     };
-    let side = |z: &Body, d: Vec3| if let Body::Patch(p) = z { p.normal().dot(d).max(0.0) } else { 1.0 };
+    let cosine = |z: &ExchangeBody, d: Vec3| {
+        if let ExchangeBody::Patch(p) = z { p.normal().dot(d).max(0.0) } else { 1.0 }
+    };
     for _ in 0..n {
-        let ((x, ma), (y, mb)) = (point(a, &mut dice), point(b, &mut dice));
+        let ((x, ma), (y, mb)) = (point(a, &mut rng), point(b, &mut rng));
         let r = (y - x).length();
         let d = (y - x) / r;
-        let kernel = side(a, d) * side(b, -d) * ma * mb / (PI * r * r);
-        let tau = if kernel > 0.0 && w.sees(x, y) { w.depth(x, d, r).map(|t| (-t).exp()) } else { [0.0; 3] };
-        (0..3).for_each(|k| tally[k].add(kernel * tau[k]));
+        let kernel = cosine(a, d) * cosine(b, -d) * ma * mb / (PI * r * r);
+        let tau = if kernel > 0.0 && w.visible(x, y) {
+            w.optical_depth(x, d, r).map(|t| (-t).exp())
+        } else {
+            [0.0; 3]
+        };
+        (0..3).for_each(|k| statistics[k].add(kernel * tau[k]));
     }
-    tally.map(|t| t.estimate(1.0))
+    statistics.map(|t| t.estimate(1.0))
 }

@@ -1,4 +1,4 @@
-//! Geometric factors of axis-aligned boxes and rectangles by integration along rays, with an error of their own.
+//! Exchange factors of axis-aligned boxes and rectangles by integration along rays, with an error bound.
 //!
 //! ```text
 //! 𝓕 = (1/π) ∬ e^{−κr} [max(0, cosθ_a)] [max(0, cosθ_b)] / r² = (1/π) ∫ ω(t) |t|^p e^{−κ|t|} / |t|^{2+m} dt,   t = x_b − x_a
@@ -6,12 +6,12 @@
 //!
 //! with m patches, p_k of them flat on axis k, and ω the product over the axes of the densities of t: where both boxes have
 //! an extent, long ≥ short, a trapezoid of height `short`; 1 where one is flat; a fixed t where both are.
-//! The densities are cut where they bend and at zero and mirrored onto t ≥ 0; a product of three pieces is a cell [a, b].
+//! The densities are cut at their kinks and at zero and mirrored onto t ≥ 0; a product of three pieces is a cell [a, b].
 //!
 //! **Along a ray** t = s x the powers of s cancel and ω is a cubic between the points where the ray enters and leaves the cell:
-//! its integral with e^{−κ|x|s} is a closed form (`along`). What is left are two dimensions of the face by which the ray enters
+//! its integral with e^{−κ|x|s} is a closed form (`ray_integral`). There remain two dimensions of the face by which the ray enters
 //! (dV = s² x_k ds dx_j dx_i on the face t_k = a_k), or leaves where the cell has a corner at zero. A ray that enters by face k
-//! leaves by the face whose b/x is least, so that three regions without any kink make up a face:
+//! leaves by the face whose b/x is least, so three regions without kinks make up a face:
 //!
 //! ```text
 //! through k:  a_j ≤ x_j ≤ b_j a_k/b_k,   a_i ≤ x_i ≤ b_i a_k/b_k                           leaves at s = b_k/a_k
@@ -19,19 +19,19 @@
 //! side i:     the same with i and j exchanged.
 //! ```
 //!
-//! Every length in it — of the ray in the cell, from the ray's ends to the cell's planes — is written as a sum of positive
-//! terms: distances from the ends of the regions, which the tanh–sinh rule knows to relative accuracy, and constants that are computed in
-//! [`Wide`] from the boxes' coordinates. All terms are positive. So nothing cancels, however thin, far or close the boxes are.
+//! Every length — of the ray in the cell, from the ray's ends to the cell's planes — is a sum of positive terms: distances from the
+//! ends of the regions, which the tanh–sinh rule provides to relative accuracy, and constants computed in `DoubleDouble` from the
+//! boxes' coordinates. So nothing cancels, however thin, far or close the boxes are.
 //!
 //! **Error**: the difference of the last two levels of the rule, summed over the regions, and the rounding: a term carries
 //! at most about sixty roundings, and its exponential four for each unit of κr, doubled.
 
-use crate::tanh_sinh::{Line, Node, STEPS, rule};
-use crate::wide::{Wide, difference};
+use crate::double_double::{DoubleDouble, difference};
+use crate::tanh_sinh::{LEVEL_STEPS, QuadratureNode, SingularInterval, rule};
 
 /// A box, or a rectangle: zero extent on the axis of its normal (axis, sign). Metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Block {
+pub struct AlignedBox {
     /// Lower corner.
     pub lo: [f64; 3],
     /// Upper corner.
@@ -40,32 +40,32 @@ pub struct Block {
     pub normal: Option<(usize, i8)>,
 }
 
-/// A value and what it may be off by.
+/// A factor and its error bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Answer {
+pub struct FactorValue {
     /// The factor, m⁴, m³ or m².
     pub value: f64,
-    /// Its error.
+    /// Bound of the error, in the same unit.
     pub error: f64,
 }
 
-/// A piece of an axis: [a, b] with a density linear from w[0] to w[1]; a = b where t is fixed.
+/// A piece of an axis: [a, b] with a density that is linear from w[0] to w[1]; a = b where t is fixed.
 #[derive(Clone, Copy, Debug)]
-struct Piece {
-    a: Wide,
-    b: Wide,
-    w: [Wide; 2],
+struct DensityPiece {
+    a: DoubleDouble,
+    b: DoubleDouble,
+    w: [DoubleDouble; 2],
 }
 
 /// A density: pieces on t ≥ 0 and the power of t.
 struct Density {
-    pieces: Vec<Piece>,
+    pieces: Vec<DensityPiece>,
     power: i32,
 }
 
 /// The density of t on axis `k` in the direction `sign` (0: both).
-fn density(a: &Block, b: &Block, k: usize, sign: i8) -> Density {
-    let one = Wide::from(1.0);
+fn density(a: &AlignedBox, b: &AlignedBox, k: usize, sign: i8) -> Density {
+    let one = DoubleDouble::from(1.0);
     let d = |x: f64, y: f64| difference(x, y);
     let (la, lb) = (d(a.hi[k], a.lo[k]), d(b.hi[k], b.lo[k]));
     let (short, low) = (la.min(lb), d(b.lo[k], a.hi[k]));
@@ -73,32 +73,32 @@ fn density(a: &Block, b: &Block, k: usize, sign: i8) -> Density {
     let high = d(b.hi[k], a.lo[k]);
     let power = !la.is_positive() as i32 + !lb.is_positive() as i32;
     let all = match power {
-        2 => vec![Piece { a: low, b: low, w: [one; 2] }],
-        1 => vec![Piece { a: low, b: high, w: [one; 2] }],
+        2 => vec![DensityPiece { a: low, b: low, w: [one; 2] }],
+        1 => vec![DensityPiece { a: low, b: high, w: [one; 2] }],
         _ => {
             let (p, s) = ([low, q.min(r), q.max(r), high], short);
-            let z = Wide::ZERO;
+            let z = DoubleDouble::ZERO;
             vec![
-                Piece { a: p[0], b: p[1], w: [z, s] },
-                Piece { a: p[1], b: p[2], w: [s, s] },
-                Piece { a: p[2], b: p[3], w: [s, z] },
+                DensityPiece { a: p[0], b: p[1], w: [z, s] },
+                DensityPiece { a: p[1], b: p[2], w: [s, s] },
+                DensityPiece { a: p[2], b: p[3], w: [s, z] },
             ]
         }
     };
-    let mut pieces: Vec<Piece> = vec![];
+    let mut pieces: Vec<DensityPiece> = vec![];
     for p in all {
-        for (part, side) in halves(p, power == 2) {
+        for (part, side) in split_at_zero(p, power == 2) {
             if sign == 0 || side == sign {
-                keep(&mut pieces, part);
+                add_piece(&mut pieces, part);
             }
         }
     }
     Density { pieces, power }
 }
 
-/// The parts above and below zero, the latter mirrored.
-fn halves(p: Piece, fixed: bool) -> Vec<(Piece, i8)> {
-    let mirrored = |p: Piece| Piece { a: -p.b, b: -p.a, w: [p.w[1], p.w[0]] };
+/// The parts above and below zero with their signs, the latter mirrored.
+fn split_at_zero(p: DensityPiece, fixed: bool) -> Vec<(DensityPiece, i8)> {
+    let mirrored = |p: DensityPiece| DensityPiece { a: -p.b, b: -p.a, w: [p.w[1], p.w[0]] };
     if fixed {
         return if p.a.is_positive() {
             vec![(p, 1)]
@@ -111,28 +111,28 @@ fn halves(p: Piece, fixed: bool) -> Vec<(Piece, i8)> {
     if !(p.b - p.a).is_positive() {
         return vec![];
     }
-    let z = Wide::ZERO;
+    let z = DoubleDouble::ZERO;
     if !(-p.a).is_positive() {
         vec![(p, 1)]
     } else if !p.b.is_positive() {
         vec![(mirrored(p), -1)]
     } else {
         let w = (p.w[0] * p.b - p.w[1] * p.a) / (p.b - p.a);
-        let below = Piece { a: p.a, b: z, w: [p.w[0], w] };
-        vec![(Piece { a: z, w: [w, p.w[1]], ..p }, 1), (mirrored(below), -1)]
+        let below = DensityPiece { a: p.a, b: z, w: [p.w[0], w] };
+        vec![(DensityPiece { a: z, w: [w, p.w[1]], ..p }, 1), (mirrored(below), -1)]
     }
 }
 
-/// Adds a piece, to one over the same interval if there is one.
-fn keep(pieces: &mut Vec<Piece>, p: Piece) {
+/// Adds a piece, merged with a piece over the same interval.
+fn add_piece(pieces: &mut Vec<DensityPiece>, p: DensityPiece) {
     match pieces.iter_mut().find(|o| o.a == p.a && o.b == p.b) {
         Some(o) => o.w = [o.w[0] + p.w[0], o.w[1] + p.w[1]],
         None => pieces.push(p),
     }
 }
 
-/// The direction that t must have on each axis, or nothing when two normals disagree.
-fn directions(a: &Block, b: &Block) -> Option<[i8; 3]> {
+/// The sign of t on each axis (0: both); `None` when the two normals admit no t.
+fn directions(a: &AlignedBox, b: &AlignedBox) -> Option<[i8; 3]> {
     let mut sign = [0i8; 3];
     if let Some((k, s)) = a.normal {
         sign[k] = s;
@@ -146,10 +146,10 @@ fn directions(a: &Block, b: &Block) -> Option<[i8; 3]> {
     Some(sign)
 }
 
-/// A product of three pieces: in [`Wide`] and rounded.
-struct Cell {
-    wa: [Wide; 3],
-    wb: [Wide; 3],
+/// A product of three pieces, in `DoubleDouble` and rounded.
+struct ProductCell {
+    wa: [DoubleDouble; 3],
+    wb: [DoubleDouble; 3],
     a: [f64; 3],
     b: [f64; 3],
     len: [f64; 3],
@@ -160,10 +160,10 @@ struct Cell {
     q: i32,
 }
 
-/// A part of a cell that is integrated over two dimensions.
+/// A region of a cell that is integrated over two dimensions.
 #[derive(Clone, Copy, Debug)]
-enum Region {
-    /// Axis k is fixed: no ray.
+enum CellRegion {
+    /// Axis k is fixed: integration over the two others.
     Flat(usize),
     /// A corner at zero: rays that leave by face k.
     Corner(usize),
@@ -173,32 +173,32 @@ enum Region {
     Side(usize, usize),
 }
 
-impl Cell {
-    fn new(pieces: [Piece; 3], power: [i32; 3], kappa: f64) -> Cell {
-        Cell {
+impl ProductCell {
+    fn new(pieces: [DensityPiece; 3], power: [i32; 3], kappa: f64) -> ProductCell {
+        ProductCell {
             wa: pieces.map(|p| p.a),
             wb: pieces.map(|p| p.b),
             a: pieces.map(|p| p.a.rounded()),
             b: pieces.map(|p| p.b.rounded()),
             len: pieces.map(|p| (p.b - p.a).rounded()),
-            w: pieces.map(|p| p.w.map(Wide::rounded)),
+            w: pieces.map(|p| p.w.map(DoubleDouble::rounded)),
             power,
             kappa,
             q: 2 + power.iter().sum::<i32>(),
         }
     }
 
-    fn regions(&self) -> Vec<Region> {
+    fn regions(&self) -> Vec<CellRegion> {
         if let Some(k) = (0..3).find(|&k| self.len[k] == 0.0) {
-            return vec![Region::Flat(k)];
+            return vec![CellRegion::Flat(k)];
         }
         if self.a == [0.0; 3] {
-            return vec![Region::Corner(0), Region::Corner(1), Region::Corner(2)];
+            return vec![CellRegion::Corner(0), CellRegion::Corner(1), CellRegion::Corner(2)];
         }
         let mut out = vec![];
         for k in (0..3).filter(|&k| self.a[k] > 0.0) {
             let (j, i) = ((k + 1) % 3, (k + 2) % 3);
-            out.extend([Region::Through(k), Region::Side(k, j), Region::Side(k, i)]);
+            out.extend([CellRegion::Through(k), CellRegion::Side(k, j), CellRegion::Side(k, i)]);
         }
         out
     }
@@ -228,20 +228,20 @@ impl Cell {
         (self.w[k][0] * above + self.w[k][1] * below) / self.len[k]
     }
 
-    fn line(&self, lo: f64, len: f64, away: f64) -> Line {
-        Line { lo, len, away, longest: THICKEST / self.kappa }
+    fn line(&self, lo: f64, len: f64, away: f64) -> SingularInterval {
+        SingularInterval { lo, len, away, longest: MAX_PIECE_DEPTH / self.kappa }
     }
 
-    fn integrate(&self, region: Region, nodes: &[Node]) -> f64 {
+    fn integrate(&self, region: CellRegion, nodes: &[QuadratureNode]) -> f64 {
         match region {
-            Region::Flat(k) => self.flat(k, nodes),
-            Region::Corner(k) => self.corner(k, nodes),
-            Region::Through(k) => self.through(k, nodes),
-            Region::Side(k, j) => self.side(k, j, nodes),
+            CellRegion::Flat(k) => self.flat(k, nodes),
+            CellRegion::Corner(k) => self.corner(k, nodes),
+            CellRegion::Through(k) => self.through(k, nodes),
+            CellRegion::Side(k, j) => self.side(k, j, nodes),
         }
     }
 
-    fn flat(&self, k: usize, nodes: &[Node]) -> f64 {
+    fn flat(&self, k: usize, nodes: &[QuadratureNode]) -> f64 {
         let (j, i) = ((k + 1) % 3, (k + 2) % 3);
         let outer = self.line(self.a[j], self.len[j], self.a[k].hypot(self.a[i]));
         outer.integrate(nodes, |y| {
@@ -256,7 +256,7 @@ impl Cell {
         })
     }
 
-    fn corner(&self, k: usize, nodes: &[Node]) -> f64 {
+    fn corner(&self, k: usize, nodes: &[QuadratureNode]) -> f64 {
         let (j, i) = ((k + 1) % 3, (k + 2) % 3);
         let from = [self.w[k][0], self.w[j][0], self.w[i][0]];
         let outer = self.line(0.0, self.b[j], self.b[k]);
@@ -268,13 +268,13 @@ impl Cell {
                 (x[k], x[j], x[i]) = (self.b[k], y.x, z.x);
                 let to = [self.w[k][1], wj, self.weight(i, z.below, z.above)];
                 let (n, depth) = self.kernel(x);
-                n * along(from, to, 0.0, depth)
+                n * ray_integral(from, to, 0.0, depth)
             })
         });
         sum * self.b[k]
     }
 
-    fn through(&self, k: usize, nodes: &[Node]) -> f64 {
+    fn through(&self, k: usize, nodes: &[QuadratureNode]) -> f64 {
         let (j, i) = ((k + 1) % 3, (k + 2) % 3);
         let (a, b) = (&self.wa, &self.wb);
         let shrunk = |j: usize| (b[j] * a[k] / b[k] - a[j]).rounded();
@@ -282,8 +282,8 @@ impl Cell {
         if lj <= 0.0 || li <= 0.0 {
             return 0.0;
         }
-        let beyond = |j: usize| self.b[j] * self.len[k] / self.b[k];
-        let (bj, bi) = (beyond(j), beyond(i));
+        let excess = |j: usize| self.b[j] * self.len[k] / self.b[k];
+        let (bj, bi) = (excess(j), excess(i));
         let (s, more) = (self.b[k] / self.a[k], self.len[k] / self.a[k]);
         let outer = self.line(self.a[j], lj, self.a[k].hypot(self.a[i]));
         let sum = outer.integrate(nodes, |y| {
@@ -296,14 +296,14 @@ impl Cell {
                 let from = [self.w[k][0], wj, self.weight(i, z.below, bi + z.above)];
                 let to = [self.w[k][1], vj, self.weight(i, z.below + more * z.x, s * z.above)];
                 let (n, depth) = self.kernel(x);
-                n * along(from, to, depth, depth * more)
+                n * ray_integral(from, to, depth, depth * more)
             })
         });
         // a_k for the face, (s − 1) for the ray.
         sum * self.len[k]
     }
 
-    fn side(&self, k: usize, j: usize, nodes: &[Node]) -> f64 {
+    fn side(&self, k: usize, j: usize, nodes: &[QuadratureNode]) -> f64 {
         let i = 3 - k - j;
         let (a, b) = (&self.wa, &self.wb);
         let (at_k, at_i) = (b[j] * a[k] / b[k], a[i] * b[j] / b[i]);
@@ -328,14 +328,14 @@ impl Cell {
                 let from = [self.w[k][0], wj, self.weight(i, z.below, slope * y.above + z.above)];
                 let to = [vk, self.w[j][1], self.weight(i, z.below + more * z.x, s * z.above)];
                 let (n, depth) = self.kernel(x);
-                n * along(from, to, depth, depth * more)
+                n * ray_integral(from, to, depth, depth * more)
             });
             sum * more
         });
         sum * self.a[k]
     }
 
-    /// κr at which this cell's share is made: its nearest point and a little more.
+    /// κr of the cell's contribution: that of its nearest point, plus at most 40.
     fn depth(&self) -> f64 {
         let norm = |t: [f64; 3]| (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]).sqrt();
         let near = self.kappa * norm(self.a);
@@ -343,16 +343,16 @@ impl Cell {
     }
 }
 
-/// Mean free paths along a piece of a line.
-const THICKEST: f64 = 10.0;
+/// Longest piece of an interval, in mean free paths.
+const MAX_PIECE_DEPTH: f64 = 10.0;
 
-/// Below this depth the series serves, above it the closed form.
-const TURN: f64 = 3.0;
+/// Depth below which the series is used, and above which the closed form.
+const SERIES_MAX_DEPTH: f64 = 3.0;
 
 /// e^{−depth} ∫₀¹ Π_k ((1−σ) from_k + σ to_k) e^{−zσ} dσ.
 ///
-/// The cubic in Bernstein's form Σ_p B_p σ^p (1−σ)^{3−p} meets the moments M_p = ∫ σ^p (1−σ)^{3−p} e^{−zσ} dσ.
-fn along(from: [f64; 3], to: [f64; 3], depth: f64, z: f64) -> f64 {
+/// The cubic in Bernstein form Σ_p B_p σ^p (1−σ)^{3−p} is integrated with the moments M_p = ∫ σ^p (1−σ)^{3−p} e^{−zσ} dσ.
+fn ray_integral(from: [f64; 3], to: [f64; 3], depth: f64, z: f64) -> f64 {
     let ([f0, f1, f2], [t0, t1, t2]) = (from, to);
     let b = [
         f0 * f1 * f2,
@@ -363,17 +363,21 @@ fn along(from: [f64; 3], to: [f64; 3], depth: f64, z: f64) -> f64 {
     if depth + z == 0.0 {
         return 0.25 * (b[0] + b[3]) + (b[1] + b[2]) / 12.0;
     }
-    let (front, m) = if z < TURN { ((-(depth + z)).exp(), series(z)) } else { ((-depth).exp(), closed(z)) };
+    let (front, m) = if z < SERIES_MAX_DEPTH {
+        ((-(depth + z)).exp(), moments_by_series(z))
+    } else {
+        ((-depth).exp(), moments_in_closed_form(z))
+    };
     front * (b[0] * m[0] + b[1] * m[1] + b[2] * m[2] + b[3] * m[3])
 }
 
-/// e^z M_p(z) = Σ_n zⁿ/n! · p! (3−p+n)!/(4+n)! for 0 ≤ z ≤ [`TURN`]: every term positive.
-fn series(z: f64) -> [f64; 4] {
-    const TERMS: usize = 32;
-    const C: [[f64; 4]; TERMS] = {
-        let mut c = [[0.0; 4]; TERMS];
+/// e^z M_p(z) = Σ_n zⁿ/n! · p! (3−p+n)!/(4+n)! for 0 ≤ z ≤ [`SERIES_MAX_DEPTH`]: every term positive.
+fn moments_by_series(z: f64) -> [f64; 4] {
+    const SERIES_TERMS: usize = 32;
+    const SERIES_COEFFICIENTS: [[f64; 4]; SERIES_TERMS] = {
+        let mut c = [[0.0; 4]; SERIES_TERMS];
         let (mut n, mut factorial) = (0, 1.0);
-        while n < TERMS {
+        while n < SERIES_TERMS {
             let x = n as f64;
             if n > 0 {
                 factorial *= x;
@@ -387,15 +391,15 @@ fn series(z: f64) -> [f64; 4] {
         }
         c
     };
-    // The first term left out is below 1e−18 of the sum.
+    // The first omitted term is below 1e−18 of the sum.
     let terms = match z {
         z if z < 0.01 => 8,
         z if z < 0.2 => 13,
         z if z < 1.0 => 21,
-        _ => TERMS,
+        _ => SERIES_TERMS,
     };
     let mut m = [0.0; 4];
-    for c in C[..terms].iter().rev() {
+    for c in SERIES_COEFFICIENTS[..terms].iter().rev() {
         for p in 0..4 {
             m[p] = m[p] * z + c[p];
         }
@@ -403,8 +407,8 @@ fn series(z: f64) -> [f64; 4] {
     m
 }
 
-/// M_p(z) for z ≥ [`TURN`] from G_p = ∫ σ^p e^{−zσ} dσ = p!/z^{p+1} (1 − e^{−z} Σ_{i≤p} z^i/i!); what cancels is less than a digit.
-fn closed(z: f64) -> [f64; 4] {
+/// M_p(z) for z ≥ [`SERIES_MAX_DEPTH`] from G_p = ∫ σ^p e^{−zσ} dσ = p!/z^{p+1} (1 − e^{−z} Σ_{i≤p} z^i/i!); the cancellation loses less than a digit.
+fn moments_in_closed_form(z: f64) -> [f64; 4] {
     let (e, y) = ((-z).exp(), 1.0 / z);
     let (s1, s2) = (1.0 + z, 0.5 * z * z);
     let s3 = z * z * z / 6.0;
@@ -415,35 +419,36 @@ fn closed(z: f64) -> [f64; 4] {
     [(g0 - 3.0 * g1) + (3.0 * g2 - g3), (g1 - 2.0 * g2) + g3, g2 - g3, g3]
 }
 
-/// Relative rounding of a term without attenuation.
-const ROUNDINGS: f64 = 64.0;
-/// The same for a unit of κr.
-const ROUNDINGS_A_DEPTH: f64 = 8.0;
-/// Two levels agree when they differ by less, relative to the region or its fair share of the whole.
-const AGREED: f64 = 4e-15;
-/// The level of the first look, and of the sums that are compared first.
-const FIRST: usize = 1;
+/// Roundings of a term without attenuation.
+const ROUNDINGS_PER_TERM: f64 = 64.0;
+/// Roundings per unit of κr.
+const ROUNDINGS_PER_DEPTH: f64 = 8.0;
+/// Two levels agree when they differ by less, relative to the region plus the mean of all regions.
+const LEVEL_AGREEMENT: f64 = 4e-15;
+/// The level of the first estimate.
+const FIRST_LEVEL: usize = 1;
 
-/// The geometric factor of two valid blocks for extinction `kappa` ≥ 0 (1/m), as exact as it goes: about 1e−14.
-pub fn factor(a: &Block, b: &Block, kappa: f64) -> Answer {
+/// The factor of two valid boxes for extinction `kappa` ≥ 0 (1/m), to a relative error of about 1e−14.
+pub fn factor(a: &AlignedBox, b: &AlignedBox, kappa: f64) -> FactorValue {
     factor_to(a, b, kappa, 0.0)
 }
 
-/// The same to about a relative `tolerance`, which saves time; the error is what was reached.
-pub fn factor_to(a: &Block, b: &Block, kappa: f64, tolerance: f64) -> Answer {
-    let nothing = Answer { value: 0.0, error: 0.0 };
+/// [`factor`] to about a relative `tolerance`, which saves time; the error bound is the one reached.
+pub fn factor_to(a: &AlignedBox, b: &AlignedBox, kappa: f64, tolerance: f64) -> FactorValue {
+    let zero = FactorValue { value: 0.0, error: 0.0 };
     let Some(sign) = directions(a, b) else {
-        return nothing;
+        return zero;
     };
     let axes = [0, 1, 2].map(|k| density(a, b, k, sign[k]));
+    // Estimate every region at the first level.
     let mut work = vec![];
     for &x in &axes[0].pieces {
         for &y in &axes[1].pieces {
             for &z in &axes[2].pieces {
                 let power = [axes[0].power, axes[1].power, axes[2].power];
-                let cell = std::rc::Rc::new(Cell::new([x, y, z], power, kappa));
+                let cell = std::rc::Rc::new(ProductCell::new([x, y, z], power, kappa));
                 for region in cell.regions() {
-                    let first = cell.integrate(region, rule(FIRST));
+                    let first = cell.integrate(region, rule(FIRST_LEVEL));
                     if first > 0.0 {
                         work.push((cell.clone(), region, first));
                     }
@@ -452,25 +457,26 @@ pub fn factor_to(a: &Block, b: &Block, kappa: f64, tolerance: f64) -> Answer {
         }
     }
     let total: f64 = work.iter().map(|w| w.2).sum();
-    let fair = total / work.len().max(1) as f64;
-    let (mut sum, mut error) = (Wide::ZERO, 0.0);
+    // Refine every region.
+    let mean = total / work.len().max(1) as f64;
+    let (mut sum, mut error) = (DoubleDouble::ZERO, 0.0);
     for (cell, region, first) in work {
-        let (value, difference) = refine(&cell, region, first, fair, AGREED.max(0.5 * tolerance));
-        sum = sum + Wide::from(value);
-        let roundings = ROUNDINGS + ROUNDINGS_A_DEPTH * cell.depth();
+        let (value, difference) = refine(&cell, region, first, mean, LEVEL_AGREEMENT.max(0.5 * tolerance));
+        sum = sum + DoubleDouble::from(value);
+        let roundings = ROUNDINGS_PER_TERM + ROUNDINGS_PER_DEPTH * cell.depth();
         error += difference + roundings * 0.5 * f64::EPSILON * value;
     }
-    let front = std::f64::consts::FRAC_1_PI;
-    Answer { value: sum.rounded() * front, error: error * front * 1.000_001 }
+    let scale = std::f64::consts::FRAC_1_PI;
+    FactorValue { value: sum.rounded() * scale, error: error * scale * 1.000_001 }
 }
 
-/// Levels until two agree: the finer value and their difference.
-fn refine(cell: &Cell, region: Region, first: f64, fair: f64, agreed: f64) -> (f64, f64) {
+/// Raises the level until two levels agree; returns the finer value and their difference.
+fn refine(cell: &ProductCell, region: CellRegion, first: f64, mean: f64, tolerance: f64) -> (f64, f64) {
     let (mut value, mut difference) = (first, f64::INFINITY);
-    for level in FIRST + 1..STEPS.len() {
+    for level in FIRST_LEVEL + 1..LEVEL_STEPS.len() {
         let finer = cell.integrate(region, rule(level));
         (difference, value) = ((finer - value).abs(), finer);
-        if difference <= agreed * (value + fair) {
+        if difference <= tolerance * (value + mean) {
             break;
         }
     }

@@ -1,17 +1,17 @@
 use super::*;
-use crate::closed::rectangles;
+use crate::closed_form::rectangles;
 
-fn cube(x: f64, y: f64, z: f64) -> Block {
-    Block { lo: [x, y, z], hi: [x + 1.0, y + 1.0, z + 1.0], normal: None }
+fn cube(x: f64, y: f64, z: f64) -> AlignedBox {
+    AlignedBox { lo: [x, y, z], hi: [x + 1.0, y + 1.0, z + 1.0], normal: None }
 }
 
-fn wall(lo: [f64; 3], hi: [f64; 3], axis: usize, sign: i8) -> Block {
-    Block { lo, hi, normal: Some((axis, sign)) }
+fn wall(lo: [f64; 3], hi: [f64; 3], axis: usize, sign: i8) -> AlignedBox {
+    AlignedBox { lo, hi, normal: Some((axis, sign)) }
 }
 
 #[test]
-fn the_table_of_unit_voxels() {
-    // shared/VALIDATION.md section 2.
+fn unit_voxels_match_the_reference_table() {
+    // Transparent unit voxels at integer offsets.
     for (at, want) in [
         ([0.0, 0.0, 0.0], 1.79326723077820),
         ([1.0, 0.0, 0.0], 0.38048216172724),
@@ -23,7 +23,7 @@ fn the_table_of_unit_voxels() {
         assert!((f.value - want).abs() < 0.6e-14, "{at:?} {f:?} {want}");
         assert!(f.error < 3e-14 * f.value, "{f:?}");
     }
-    // Section 3: κ = 1, gg of the self pair and of (5,0,0).
+    // κ = 1: the self pair and the pair at offset (5, 0, 0).
     let own = factor(&cube(0.0, 0.0, 0.0), &cube(0.0, 0.0, 0.0), 1.0);
     assert!((own.value - 1.323835261269).abs() < 0.51e-12, "{own:?}");
     let far = factor(&cube(0.0, 0.0, 0.0), &cube(5.0, 0.0, 0.0), 1.0);
@@ -31,7 +31,7 @@ fn the_table_of_unit_voxels() {
 }
 
 #[test]
-fn rays_meet_the_corner_sums() {
+fn ray_integrals_match_corner_sums() {
     let floor = wall([0.0, 0.0, 0.0], [1.0, 2.0, 0.0], 2, 1);
     let mut pairs = vec![];
     for gap in [1e-12, 1e-6, 1e-2, 0.3, 1.0, 7.0, 300.0] {
@@ -49,13 +49,13 @@ fn rays_meet_the_corner_sums() {
         let (f, g) = (factor(&a, &b, 0.0), rectangles(&a, &b).unwrap());
         assert!((f.value - g.value).abs() <= f.error + g.error, "{f:?} {g:?} {a:?} {b:?}");
         assert!(f.error < 5e-14 * f.value, "{f:?} {g:?} {a:?} {b:?}");
-        // Corner sums of small things far apart cancel, and say so.
+        // Corner sums of small distant rectangles cancel, and their error shows it.
         assert!(g.error < 1e-14 * g.value || f.value < 1e-9, "{f:?} {g:?} {a:?} {b:?}");
     }
 }
 
 #[test]
-fn a_cube_is_closed_at_any_depth() {
+fn factors_of_a_cube_close_at_any_optical_depth() {
     let gas = cube(0.0, 0.0, 0.0);
     for kappa in [1e-3, 0.7, 5.0, 50.0] {
         let own = factor(&gas, &gas, kappa);
@@ -77,15 +77,15 @@ fn a_cube_is_closed_at_any_depth() {
 }
 
 #[test]
-fn moments_along_a_ray() {
-    // The branches meet, and agree with a sum over many points.
+fn ray_integral_matches_quadrature() {
+    // On both sides of the switch between series and closed form.
     for z in [1e-6, 0.0099, 0.0101, 0.19, 0.21, 0.99, 1.01, 2.9999999, 3.0000001, 8.0, 60.0] {
         for (from, to) in [([1.0, 1.0, 1.0], [0.0, 0.0, 0.0]), ([0.0, 1.0, 0.3], [2.0, 0.0, 1.0])] {
-            let line = Line { lo: 0.0, len: 1.0, away: 1.0, longest: 8.0 / z };
+            let line = SingularInterval { lo: 0.0, len: 1.0, away: 1.0, longest: 8.0 / z };
             let want = line.integrate(rule(6), |s| {
                 (0..3).map(|k| s.above * from[k] + s.below * to[k]).product::<f64>() * (-z * s.x).exp()
             });
-            let got = along(from, to, 0.5, z) * 0.5f64.exp();
+            let got = ray_integral(from, to, 0.5, z) * 0.5f64.exp();
             assert!((got / want - 1.0).abs() < 1e-14, "{z} {got} {want}");
         }
     }

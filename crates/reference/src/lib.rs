@@ -1,75 +1,38 @@
-//! Slow independent oracles, for tests.
+//! Reference solutions for tests: slow and independent of the engines that they check.
 //!
-//! Nothing here is shared with the engines it checks: no tree, no quadrature, no walk from cell to cell, no cache. Every ray asks
-//! every facet; integrals over scenes are means over random samples with their standard errors, and seeds make all of it repeatable.
-//! Only [`judge`] and [`forward`], for whole scenes, have a tree, their own, checked against the walk over every facet.
-//! Factors of aligned boxes come from closed forms along rays and a tanh–sinh rule, with an error of their own.
+//! No tree, quadrature, grid traversal or cache is shared with the engines. Rays are tested against every facet; integrals over scenes are
+//! means over random samples with standard errors, repeatable by their seeds. Only [`path_tracer`] and [`forward_monte_carlo`], for
+//! whole scenes, use a tree, their own, which is tested against the search over every facet. Factors of aligned boxes come from
+//! closed forms along rays and a tanh–sinh rule, with an error bound of their own.
 //!
-//! | module | what |
+//! | module | content |
 //! |---|---|
-//! | [`dice`] | random numbers, points and directions |
-//! | [`world`] | a scene asked by brute force: the first facet, the medium and the panes along a ray |
-//! | [`exchange`] | g_ij of two bodies: by pairs of points, or by rays from the one that score on the other |
+//! | [`rng`] | random numbers, points and directions |
+//! | [`estimate`] | sample means and standard errors |
+//! | [`brute_force`] | ray queries by testing every facet, cell plane and pane |
+//! | [`exchange`] | g_ij of two bodies: by pairs of points, or by rays from one that score on the other |
 //! | [`factors`] | aligned boxes and rectangles, attenuated or not, to thirteen digits |
-//! | [`closed`] | aligned rectangles without a medium, corner sums in twice the precision |
-//! | [`tanh_sinh`], [`wide`] | the rule and the numbers of 106 bits that they stand on |
-//! | [`plane`] | view factors of walls in the plane, one behind the other, exactly |
-//! | [`radiance`] | H of a plate and G in a box by random walks of light, without any zones |
-//! | [`forward`] | power by name and by zone, temperatures too, by walks from the sources: of the continuous problem, or of the zones' own equations |
-//! | [`judge`] | the same for scenes of any size, and pictures: an own tree, lights asked at every bounce |
+//! | [`closed_form`] | aligned rectangles without a medium: corner sums in double-double arithmetic |
+//! | `tanh_sinh`, `double_double` | the quadrature rule and the arithmetic of 106 bits behind them |
+//! | [`crossed_strings`] | exact view factors of walls in the plane, with occlusion |
+//! | [`radiance`] | H of a plate and G in a box by backward random walks |
+//! | [`forward_monte_carlo`] | powers and temperatures by surface and zone, by random walks from the sources |
+//! | [`path_tracer`] | H, G and pictures of scenes of any size by backward path tracing |
 
-pub mod closed;
-pub mod dice;
+pub mod brute_force;
+pub mod closed_form;
+pub mod crossed_strings;
+mod double_double;
+pub mod estimate;
 pub mod exchange;
 pub mod factors;
-pub mod forward;
-pub mod judge;
-pub mod plane;
+pub mod forward_monte_carlo;
+pub mod path_tracer;
 pub mod radiance;
-pub mod tanh_sinh;
-pub mod wide;
-pub mod world;
+pub mod rng;
+mod tanh_sinh;
 
-pub use dice::Dice;
-pub use exchange::Body;
-pub use world::World;
-
-/// A mean over random samples and its standard error.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Estimate {
-    /// Mean.
-    pub value: f64,
-    /// Standard error of the mean.
-    pub error: f64,
-}
-
-impl Estimate {
-    /// The distance of `x` from the mean in standard errors, an extra absolute `slack` apart.
-    pub fn z(&self, x: f64, slack: f64) -> f64 {
-        let d = ((x - self.value).abs() - slack).max(0.0);
-        if d == 0.0 { 0.0 } else { d / self.error.max(1e-300) }
-    }
-}
-
-/// Sums that become an [`Estimate`].
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Tally {
-    n: f64,
-    sum: f64,
-    squares: f64,
-}
-
-impl Tally {
-    /// Adds a sample.
-    pub fn add(&mut self, x: f64) {
-        self.n += 1.0;
-        self.sum += x;
-        self.squares += x * x;
-    }
-    /// The mean so far, times `scale`.
-    pub fn estimate(&self, scale: f64) -> Estimate {
-        let mean = self.sum / self.n;
-        let variance = (self.squares / self.n - mean * mean).max(0.0) / (self.n - 1.0).max(1.0);
-        Estimate { value: mean * scale, error: variance.sqrt() * scale.abs() }
-    }
-}
+pub use brute_force::BruteForceScene;
+pub use estimate::{SampleEstimate, SampleStatistics};
+pub use exchange::ExchangeBody;
+pub use rng::Rng;

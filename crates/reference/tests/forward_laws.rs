@@ -1,19 +1,20 @@
-//! Walks from the sources against laws of the textbooks.
+//! Forward Monte Carlo against textbook solutions.
 
 use std::path::Path;
-use zonal_reference::Estimate;
-use zonal_reference::forward::{Answer, Closed, answer};
-use zonal_scene::thermal::black;
+use zonal_reference::SampleEstimate;
+use zonal_reference::forward_monte_carlo::{ClosedSurfaces, ForwardSolution, trace_forward};
+use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_scene::{Patch, Scene, VoxelZone, Zones};
 
-const WALKS: usize = 100_000;
+/// Walks of a solution.
+const WALK_COUNT: usize = 100_000;
 /// E₃(1).
 const E3_OF_1: f64 = 0.109_691_967_0;
 /// Flux between black walls about a grey layer of optical depth 1 in radiative equilibrium, over the difference of their emissive powers
 /// (Heaslet and Warming 1965).
-const LAYER: f64 = 0.5534;
+const LAYER_FLUX_RATIO: f64 = 0.5534;
 
-/// A layer between black walls of 1000 and 500 K, endless along x and y.
+/// A layer between black walls of 1000 and 500 K, infinite along x and y.
 fn layer(cells: usize, lines: &str, shares: &str) -> Scene {
     let text = format!(
         "mode = \"thermal\"\n{shares}\n[boundary]\nx = \"periodic\"\ny = \"periodic\"\n[solve]\npatch_rule = \"voxels\"\n\
@@ -28,42 +29,58 @@ fn scene(text: &str) -> Scene {
     zonal_io::input::parse_scene(text, None::<&Path>, "law.toml").unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn near(what: &str, e: Estimate, exact: f64) {
+fn assert_near(what: &str, e: SampleEstimate, exact: f64) {
     let far = (e.value - exact).abs() / (4.0 * e.error + 1e-6 * exact.abs());
     assert!(far <= 1.0, "{what}: {} ± {}, not {exact}", e.value, e.error);
 }
 
-fn ask(scene: &Scene, zones: Option<&Zones>) -> Answer {
-    answer(scene, &Closed::default(), zones, WALKS, 7)
+fn solution(scene: &Scene, zones: Option<&Zones>) -> ForwardSolution {
+    trace_forward(scene, &ClosedSurfaces::default(), zones, WALK_COUNT, 7)
 }
 
 #[test]
-fn next_to_nothing_between_endless_walls_takes_nothing() {
+fn thin_medium_between_infinite_walls_absorbs_nothing() {
     for kappa in ["1e-12", "1e-9"] {
-        let found = ask(&layer(3, &format!("extinction = {kappa}\nheat_source = 0"), ""), None);
-        near("z0", found.heat[0].power, black(1000.0) - black(500.0));
-        near("z1", found.heat[1].power, black(500.0) - black(1000.0));
+        let found = solution(&layer(3, &format!("extinction = {kappa}\nheat_source = 0"), ""), None);
+        assert_near(
+            "z0",
+            found.heat[0].power,
+            blackbody_emissive_power(1000.0) - blackbody_emissive_power(500.0),
+        );
+        assert_near(
+            "z1",
+            found.heat[1].power,
+            blackbody_emissive_power(500.0) - blackbody_emissive_power(1000.0),
+        );
     }
 }
 
 #[test]
-fn a_layer_in_radiative_equilibrium_in_one_band_and_in_two_that_are_alike() {
-    let gap = black(1000.0) - black(500.0);
-    for shares in ["", "[thermal]\nshares = [0.3, 0.7, 0]"] {
-        let found = ask(&layer(2, "extinction = 1\nheat_source = 0", shares), None);
+fn grey_layer_in_radiative_equilibrium_matches_heaslet_and_warming() {
+    let gap = blackbody_emissive_power(1000.0) - blackbody_emissive_power(500.0);
+    for shares in ["", "[thermal]\nband_fractions = [0.3, 0.7, 0]"] {
+        let found = solution(&layer(2, "extinction = 1\nheat_source = 0", shares), None);
         let flux = found.heat[0].power;
-        assert!((flux.value / gap - LAYER).abs() < 4.0 * flux.error / gap + 5e-5, "{flux:?}");
+        assert!((flux.value / gap - LAYER_FLUX_RATIO).abs() < 4.0 * flux.error / gap + 5e-5, "{flux:?}");
         let mean = found.heat[2].emissive.expect("the medium has a temperature");
-        near("mean emissive power", mean, 0.5 * (black(1000.0) + black(500.0)));
+        assert_near(
+            "mean emissive power",
+            mean,
+            0.5 * (blackbody_emissive_power(1000.0) + blackbody_emissive_power(500.0)),
+        );
     }
 }
 
 #[test]
-fn the_equations_of_one_zone_are_solved_exactly() {
-    // Of one zone all is even: half of what it takes goes either way.
+fn equations_of_one_volume_zone_are_solved_exactly() {
+    // One zone emits half of its absorbed power to either side.
     let s = layer(1, "extinction = 1\nheat_source = 0", "");
-    let found = ask(&s, Some(&three_zones(&s)));
-    near("z0", found.heat[0].power, (0.5 + E3_OF_1) * (black(1000.0) - black(500.0)));
+    let found = solution(&s, Some(&three_zones(&s)));
+    assert_near(
+        "z0",
+        found.heat[0].power,
+        (0.5 + E3_OF_1) * (blackbody_emissive_power(1000.0) - blackbody_emissive_power(500.0)),
+    );
 }
 
 /// The zones of a layer of one cell: two walls and the cell.
@@ -77,17 +94,22 @@ fn three_zones(s: &Scene) -> Zones {
         cell: 0,
         centre: zonal_math::vec3(0.5, 0.5, 0.5),
         volume: 1.0,
-        part: Default::default(),
+        samples: Default::default(),
         extinction: [1.0; 3],
         albedo: [0.0; 3],
         emission: [0.0; 3],
         source: [0.0; 3],
     };
-    Zones { patches: vec![patch(0), patch(1)], voxels: vec![voxel], panes: Vec::new(), first: vec![0, 1] }
+    Zones {
+        patches: vec![patch(0), patch(1)],
+        voxels: vec![voxel],
+        panes: Vec::new(),
+        cell_starts: vec![0, 1],
+    }
 }
 
 #[test]
-fn where_all_is_equally_warm_nothing_flows_whatever_stands_in_it() {
+fn isothermal_scene_has_no_net_powers() {
     let s = scene(
         "mode = \"thermal\"\nsurroundings.temperature = 800\n\
          [[surface]]\nname = \"floor\"\nrectangle = { origin = [0, 0, 0], edge1 = [2, 0, 0], edge2 = [0, 2, 0] }\nemissivity = 0.6\ntemperature = 800\nsides = \"both\"\n\
@@ -95,24 +117,33 @@ fn where_all_is_equally_warm_nothing_flows_whatever_stands_in_it() {
          [[pane]]\nname = \"glass\"\npolygon = [[1.5, 0, 0.1], [1.5, 2, 0.1], [1.6, 2, 1], [1.6, 0, 1]]\nthickness = 0.01\nextinction = 70\nalbedo = 0.4\n\
          [medium]\nmin = [0, 0, 0]\nmax = [2, 2, 1]\ncells = [3, 2, 2]\nextinction = 0.7\nalbedo = 0.2\ntemperature = 800\n",
     );
-    let found = ask(&s, None);
-    near("floor", found.heat[0].power, 0.0);
-    near("block", found.heat[1].emissive.expect("the block has a temperature"), black(800.0));
-    near("glass", found.heat[3].emissive.expect("the pane has a temperature"), black(800.0));
+    let found = solution(&s, None);
+    assert_near("floor", found.heat[0].power, 0.0);
+    assert_near(
+        "block",
+        found.heat[1].emissive.expect("the block has a temperature"),
+        blackbody_emissive_power(800.0),
+    );
+    assert_near(
+        "glass",
+        found.heat[3].emissive.expect("the pane has a temperature"),
+        blackbody_emissive_power(800.0),
+    );
     let gas = found.heat[2].power;
-    assert!(gas.value.abs() < 4.0 * gas.error + 0.01 * black(800.0), "{gas:?}");
+    assert!(gas.value.abs() < 4.0 * gas.error + 0.01 * blackbody_emissive_power(800.0), "{gas:?}");
 }
 
 #[test]
-fn what_is_not_sampled_of_a_thin_layer_that_shines_is_in_its_error() {
-    const EULER: f64 = 0.577_215_664_901_532_9;
+fn error_covers_unsampled_grazing_directions_of_a_thin_layer() {
+    const EULER_GAMMA: f64 = 0.577_215_664_901_532_9;
     for (kappa, sampled) in [(1e-3, true), (1e-7, false), (1e-11, false)] {
         let s = layer(1, &format!("extinction = {kappa:e}\nheat_source = 1e5"), "");
         let mut zones = three_zones(&s);
         zones.voxels[0].extinction = [kappa; 3];
-        let g = ask(&s, Some(&zones)).zones[2][0];
-        // Mean of 1e5/2 ∫ E1(κ|z − z'|) dz' over the layer, thin, and what the walls send through it.
-        let exact = 0.5e5 * (1.5 - EULER - kappa.ln()) + 2.0 * (black(1000.0) + black(500.0));
+        let g = solution(&s, Some(&zones)).zones[2][0];
+        // Mean of 1e5/2 ∫ E1(κ|z − z'|) dz' over the thin layer, and the fluence of the walls.
+        let exact = 0.5e5 * (1.5 - EULER_GAMMA - kappa.ln())
+            + 2.0 * (blackbody_emissive_power(1000.0) + blackbody_emissive_power(500.0));
         assert!(
             (g.value - exact).abs() <= 4.0 * g.error + 2.0 * kappa * exact,
             "{kappa:e}: {g:?}, not {exact}"

@@ -1,71 +1,85 @@
-//! The nouns: what a scene is made of, the zones it is cut into, and the solution on them.
+//! Domain types: the scene, the zones into which it is divided, and the solution on them.
 //!
-//! Everything here is inert data and its validation. Below this room nothing touches the file system, the clock,
-//! the network or a serialiser; formats live in `zonal-io`, rays in `zonal-transport`.
+//! All types are data with validation. This crate and those above it except `zonal-io` and the command access neither files nor clock nor
+//! network; formats are in `zonal-io`, ray tracing in `zonal-transport`.
 //!
-//! | module | what |
+//! | module | contents |
 //! |---|---|
-//! | [`plate`] | triangles and parallelograms |
-//! | [`closed`] | closed parts of a set of plates: bodies and rooms |
-//! | [`part`] | the free part of a cut voxel, packed |
-//! | [`voxmap`] | the regular voxel grid of a medium |
-//! | [`camera`] | pinholes and thin lenses |
-//! | [`scene`] | surfaces, panes, lights, cameras, validated once into a [`Scene`] |
-//! | [`zones`] | patches, voxel zones and pane zones |
-//! | [`solution`] | radiosity, irradiance, fluence on the zones, with the report |
-//! | [`light`] | sun, sky, emitters, surroundings |
-//! | [`thermal`] | temperatures and net powers that are known, shares of the emission |
-//! | [`group`] | the share of each light in a solution |
-//! | [`note`] | messages of a report, each with its severity and code |
-//! | [`mod@printable`] | text without what steers a terminal |
-//! | [`progress`] | how long work tells where it stands |
-//! | [`vault`] | where long work leaves what is done |
+//! | `plate`, [`shells`] | triangles and parallelograms; open shells, solids and enclosures |
+//! | `surface`, `light`, `camera`, `voxel_grid` | surfaces and panes; lights and surroundings; cameras; the medium |
+//! | [`thermal`] | prescribed temperatures and net powers, band fractions of the emission |
+//! | `options` | settings of a solve |
+//! | `scene_parts`, `validation`, `scene` | the parts of a scene, their validation, the validated [`Scene`] |
+//! | `coarsened_scene` | the scene on larger or smaller zones |
+//! | `zones`, [`voxel_samples`] | patches, voxel zones, pane zones; samples of cut voxels |
+//! | `fields`, [`light_group`], `energy_balance`, `heat_report`, `report`, `solution` | results |
+//! | `diagnostic`, `scene_error` | notes and warnings; validation errors |
+//! | `progress`, [`checkpoint_store`] | observers and checkpoints of long computations |
+//! | [`limits`] | ranges of physical quantities |
+//! | `band`, [`spectrum`] | band-indexed values with operators |
 //!
-//! Units: metres, 1/m for extinction, W/m² for radiosity B, irradiance H and fluence G, W/m³ for volumetric sources, each per
-//! band. Three bands, called red, green, blue in pictures; thermal users may give all three the same values.
+//! Units: m, 1/m for extinction, W/m² for radiosity B, irradiance H and fluence G, W/m³ for volumetric sources, each per band. The three
+//! bands are red, green and blue in pictures; grey thermal scenes have equal values in all three.
 
-pub mod camera;
-pub mod closed;
-mod coarser;
-pub mod group;
-pub mod light;
-pub mod note;
-pub mod options;
-pub mod part;
-pub mod plate;
-pub mod printable;
-pub mod progress;
-pub mod scene;
-pub mod solution;
+mod band;
+mod band_values;
+mod builder;
+mod camera;
+mod cell_values;
+pub mod checkpoint_store;
+mod coarsened_scene;
+mod diagnostic;
+mod energy_balance;
+mod fields;
+mod heat_report;
+mod light;
+pub mod light_group;
+pub mod limits;
+mod options;
+mod plate;
+mod printable;
+mod progress;
+mod report;
+mod results;
+mod scene;
+mod scene_error;
+mod scene_parts;
+pub mod shells;
+mod solution;
+mod solve_status;
+#[path = "bands.rs"]
+pub mod spectrum;
+mod surface;
 pub mod thermal;
-pub mod vault;
-pub mod voxmap;
-pub mod zones;
+mod thermal_validation;
+mod validation;
+mod voxel_grid;
+pub mod voxel_samples;
+mod zones;
 
+pub use band_values::{Bands, bands};
+pub use builder::{BandValues, GlassPane, Medium, Mesh, SceneBuilder, Sky, Sun, VoxelValues};
 pub use camera::{Camera, Lens};
-pub use group::{Group, Kind, Values};
+pub use checkpoint_store::{CheckpointStore, NoCheckpoints};
+pub use diagnostic::{Diagnostic, Severity};
+pub use energy_balance::EnergyBalance;
+pub use fields::{Fields, ThermalFields};
+pub use heat_report::{HeatReport, HeatRow, HeatRowKind};
 pub use light::{Light, Surroundings};
-pub use note::{Note, Severity};
-pub use options::{Engine, Groups, Options};
-pub use part::{Part, Sample};
+pub use light_group::{LightGroup, LightGroupKind, ZoneValues};
+pub use options::{Engine, LightGrouping, PatchRule, SolveOptions, ZoneBasis};
 pub use plate::{Plate, PlateKind};
 pub use printable::{printable, printable_lines};
-pub use progress::{Progress, Quiet};
-pub use scene::{Facet, Pane, Scene, SceneError, SceneParts, Sides, Surface, Texture};
-pub use solution::{
-    Estimate, Fields, Heat, HeatKind, HeatReport, HeatRow, Report, Solution, SolveStatus, Zoning,
-};
-pub use thermal::{Known, Shares, Thermal};
-pub use vault::{NoVault, Vault};
-pub use voxmap::Voxmap;
+pub use progress::{NoProgress, Progress};
+pub use report::{ClosureDefect, DiscretizationError, ErrorEstimate, Report};
+pub use results::SurfaceResult;
+pub use scene::Scene;
+pub use scene_error::{SceneError, SceneErrorKind};
+pub use scene_parts::SceneParts;
+pub use solution::Solution;
+pub use solve_status::SolveStatus;
+pub use surface::{Facet, Pane, Sides, Surface, Texture};
+pub use thermal::{BandFractions, Thermal, ThermalCondition};
+pub use voxel_grid::VoxelGrid;
+pub use voxel_samples::{SUBCELLS, VolumeSample, VoxelSamples};
 pub use zones::{PaneZone, Patch, VoxelZone, Zones};
-
-/// One value a band.
-pub type Bands = [f64; 3];
-/// The number of bands.
-pub const BANDS: usize = 3;
-
-/// Applies `f` band by band.
-pub fn bands(f: impl FnMut(usize) -> f64) -> Bands {
-    std::array::from_fn(f)
-}

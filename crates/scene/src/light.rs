@@ -1,9 +1,11 @@
-//! Where light comes from beside what surfaces and media emit: sun, sky, small emitters, the surroundings.
+//! Direct lights and the surroundings.
 
-use crate::{Bands, Scene};
+use crate::band_values::Bands;
+use crate::light_group::SURROUNDINGS_GROUP;
+use crate::surface::Surface;
 use zonal_math::Vec3;
 
-/// Direct light: the third source, apart from emission.
+/// A source of direct light, which is computed apart from the zonal exchange.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Light {
     /// A distant disc.
@@ -12,21 +14,21 @@ pub enum Light {
         name: String,
         /// Unit vector along which the light travels.
         direction: Vec3,
-        /// Irradiance on a plane square to it, W/m².
+        /// Irradiance on a plane normal to the direction, W/m².
         irradiance: Bands,
         /// Angular diameter, radians.
         angular_diameter: f64,
     },
-    /// A uniform sky all around, treated as direct light.
+    /// A uniform sky in all directions.
     Sky {
         /// Name.
         name: String,
         /// Radiance, W/(m² sr).
         radiance: Bands,
     },
-    /// A small emitting surface, treated as direct light: its emission leaves the zonal exchange.
+    /// A small emitting surface whose emission is direct light and not part of the zonal exchange.
     Emitter {
-        /// Name; the surface's where not given.
+        /// Name; that of the surface if `None`.
         name: Option<String>,
         /// Index of the surface.
         surface: usize,
@@ -34,36 +36,42 @@ pub enum Light {
 }
 
 impl Light {
-    /// The name by which the light is known.
-    pub fn name<'a>(&'a self, scene: &'a Scene) -> &'a str {
+    /// The name of the light; `surfaces` are those of the scene.
+    pub fn name<'a>(&'a self, surfaces: &'a [Surface]) -> &'a str {
         match self {
             Light::Sun { name, .. } | Light::Sky { name, .. } => name,
-            Light::Emitter { name, surface } => name.as_ref().unwrap_or(&scene.surfaces()[*surface].name),
+            Light::Emitter { name, surface } => name.as_ref().unwrap_or(&surfaces[*surface].name),
         }
     }
 }
 
-/// What lies beyond the scene: a zone of its own.
+/// The surroundings of the scene: a zone of its own.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surroundings {
-    /// Name of their light; "surroundings" where not given.
+    /// Name of their light; "surroundings" if `None`.
     pub name: Option<String>,
-    /// Radiance that comes in from everywhere, W/(m² sr); zero for black surroundings.
+    /// Radiance incident from all directions, W/(m² sr); zero for black surroundings.
     pub radiance: Bands,
 }
 
 impl Surroundings {
-    /// The name by which their light is known.
+    /// The name of their light.
     pub fn name(&self) -> &str {
-        self.name.as_deref().unwrap_or(crate::group::SURROUNDINGS)
+        self.name.as_deref().unwrap_or(SURROUNDINGS_GROUP)
     }
 
-    /// True where light comes in from them.
-    pub fn shine(&self) -> bool {
+    /// True unless the surroundings are black.
+    pub fn has_radiance(&self) -> bool {
         self.radiance != [0.0; 3]
     }
 
-    /// Its radiosity as a zone, W/m².
+    /// Radiosity of the surroundings as a zone, πL, W/m².
+    ///
+    /// ```
+    /// let sky = zonal_scene::Surroundings { name: None, radiance: [1.0, 0.5, 0.0] };
+    /// assert_eq!(sky.radiosity(), [std::f64::consts::PI, 0.5 * std::f64::consts::PI, 0.0]);
+    /// assert_eq!((sky.name(), sky.has_radiance()), ("surroundings", true));
+    /// ```
     pub fn radiosity(&self) -> Bands {
         self.radiance.map(|l| std::f64::consts::PI * l)
     }

@@ -1,141 +1,150 @@
-//! How to solve a scene: engine, accuracy, size of the zones.
+//! Settings of a solve: engine, accuracy, size and basis of the zones.
 
-/// How the exchange of all zones is represented.
+/// Representation of the exchange between all zones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Engine {
-    /// Dense for few zones, for many spectral where that applies, else hierarchical.
+    /// Dense for few zones; for many zones spectral if applicable, else hierarchical.
     #[default]
     Auto,
     /// Every pair of zones.
     Dense,
     /// Links between clusters of zones.
     Hierarchical,
-    /// Every pair of zones of a box on the grid of its medium, by transforms.
+    /// Every pair of zones of a box on the grid of its medium, by fast Fourier transforms.
     Spectral,
 }
 
 impl Engine {
-    /// The words that scene files use, in the order of [`Engine::ALL`].
-    pub const WORDS: [&str; 4] = ["auto", "dense", "hierarchical", "spectral"];
-    /// All of them.
-    pub const ALL: [Engine; 4] = [Engine::Auto, Engine::Dense, Engine::Hierarchical, Engine::Spectral];
-    /// The word that scene files and reports use.
-    pub fn word(self) -> &'static str {
-        Engine::WORDS[self as usize]
+    /// The names in scene files, in the order of [`Engine::VARIANTS`].
+    pub const NAMES: [&str; 4] = ["auto", "dense", "hierarchical", "spectral"];
+    /// All engines.
+    pub const VARIANTS: [Engine; 4] = [Engine::Auto, Engine::Dense, Engine::Hierarchical, Engine::Spectral];
+    /// The name in scene files and reports.
+    pub fn name(self) -> &'static str {
+        Engine::NAMES[self as usize]
     }
 }
 
-/// Which lights are solved apart, so that they can be turned up and down afterwards.
+/// The lights that are solved separately, so that they can be scaled after the solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Groups {
-    /// Each, as long as they are few; else all in one sum.
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum LightGrouping {
+    /// Each light if they are few, else all in one sum.
     #[default]
     Auto,
-    /// Each.
+    /// Each light.
     Each,
     /// All in one sum.
     All,
 }
 
-impl Groups {
-    /// The words that scene files use, in the order of [`Groups::ALL`].
-    pub const WORDS: [&str; 3] = ["auto", "each", "all"];
-    /// All of them.
-    pub const ALL: [Groups; 3] = [Groups::Auto, Groups::Each, Groups::All];
-    /// The word that scene files use.
-    pub fn word(self) -> &'static str {
-        Groups::WORDS[self as usize]
+impl LightGrouping {
+    /// The names in scene files, in the order of [`LightGrouping::VARIANTS`].
+    pub const NAMES: [&str; 3] = ["auto", "each", "all"];
+    /// All groupings.
+    pub const VARIANTS: [LightGrouping; 3] = [LightGrouping::Auto, LightGrouping::Each, LightGrouping::All];
+    /// The name in scene files.
+    pub fn name(self) -> &'static str {
+        LightGrouping::NAMES[self as usize]
     }
 }
 
-/// What the patch size limits.
+/// The measure of a patch that the patch size limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PatchRule {
-    /// The edge of a square piece; a triangle is at most half of such a square.
+    /// The edge of a square patch; a triangle is at most half of such a square.
     #[default]
     Edge,
-    /// The square root of a piece's area. Triangles stay whole up to that area, and up to six times the size long; a wall that
-    /// stands on a patch cuts off no less than a tenth of the largest area.
+    /// The square root of the area of a patch. Triangles up to that area stay whole, up to six times the size long; a wall that
+    /// stands on a patch cuts off at least a tenth of the largest area.
     Area,
-    /// Nothing on rectangles along the axes, which are cut along the voxels of the medium; elsewhere the edge.
+    /// None on rectangles along the axes, which are cut along the voxels of the medium; elsewhere the edge.
     Voxels,
 }
 
 impl PatchRule {
-    /// The words that scene files use, in the order of [`PatchRule::ALL`].
-    pub const WORDS: [&str; 3] = ["edge", "area", "voxels"];
-    /// All of them.
-    pub const ALL: [PatchRule; 3] = [PatchRule::Edge, PatchRule::Area, PatchRule::Voxels];
-    /// The word that scene files use.
-    pub fn word(self) -> &'static str {
-        PatchRule::WORDS[self as usize]
+    /// The names in scene files, in the order of [`PatchRule::VARIANTS`].
+    pub const NAMES: [&str; 3] = ["edge", "area", "voxels"];
+    /// All rules.
+    pub const VARIANTS: [PatchRule; 3] = [PatchRule::Edge, PatchRule::Area, PatchRule::Voxels];
+    /// The name in scene files.
+    pub fn name(self) -> &'static str {
+        PatchRule::NAMES[self as usize]
     }
 }
 
-/// What is done about voxels through which light passes less than easily: radiosity that is constant in each is then a rough picture.
+/// Basis of the radiosity inside a zone. A constant is a coarse approximation inside optically thick voxels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ThickZones {
-    /// Slopes where voxels are thick and the engine can.
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum ZoneBasis {
+    /// Linear if voxels are optically thick and the engine supports it, else constant.
     #[default]
     Auto,
-    /// Slopes of radiosity in every zone.
+    /// Linear in every zone.
     Linear,
-    /// Nothing.
+    /// Constant in every zone.
     Constant,
 }
 
-impl ThickZones {
-    /// The words that scene files use, in the order of [`ThickZones::ALL`].
-    pub const WORDS: [&str; 3] = ["auto", "linear", "constant"];
-    /// All of them.
-    pub const ALL: [ThickZones; 3] = [ThickZones::Auto, ThickZones::Linear, ThickZones::Constant];
-    /// The word that scene files use.
-    pub fn word(self) -> &'static str {
-        ThickZones::WORDS[self as usize]
+impl ZoneBasis {
+    /// The names in scene files, in the order of [`ZoneBasis::VARIANTS`].
+    pub const NAMES: [&str; 3] = ["auto", "linear", "constant"];
+    /// All bases.
+    pub const VARIANTS: [ZoneBasis; 3] = [ZoneBasis::Auto, ZoneBasis::Linear, ZoneBasis::Constant];
+    /// The name in scene files.
+    pub fn name(self) -> &'static str {
+        ZoneBasis::NAMES[self as usize]
     }
 }
 
-/// How to solve: every setting has a default.
+/// Settings of a solve; each has a default.
+///
+/// ```
+/// use zonal_scene::{Engine, SolveOptions};
+/// let options = SolveOptions { tolerance: 1e-3, ..SolveOptions::default() };
+/// assert_eq!((options.engine, options.max_iterations), (Engine::Auto, 500));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Options {
-    /// Wanted relative accuracy of the exchange between zones, 0 < tolerance < 1.
+pub struct SolveOptions {
+    /// Relative tolerance of the exchange between zones, 0 < tolerance < 1.
     pub tolerance: f64,
-    /// Wanted patch edge, m; a thirtieth of the scene's diagonal where not given.
+    /// Largest patch edge, m; a thirtieth of the scene's diagonal if `None`.
     pub patch_size: Option<f64>,
-    /// What the patch size limits.
+    /// The measure that the patch size limits.
     pub patch_rule: PatchRule,
-    /// Restore closure by symmetric scaling; where not given, in thermal mode alone ([`crate::Scene::restores_closure`]).
+    /// Whether closure is restored by symmetric scaling; if `None`, in thermal mode only ([`crate::Scene::restores_closure`]).
     pub restore_closure: Option<bool>,
     /// Largest number of solver iterations.
     pub max_iterations: usize,
-    /// Wanted residual of the solver: power not yet distributed, relative to the power that the sources give.
+    /// Tolerance of the solver's residual: undistributed power relative to the power of the sources.
     pub residual: f64,
-    /// Exactly so many sweeps of the Neumann series in place of the solver; at least one.
-    pub sweeps: Option<usize>,
+    /// Number of terms of the Neumann series to compute in place of the iterative solution; at least one.
+    pub scattering_orders: Option<usize>,
     /// The engine.
     pub engine: Engine,
     /// The light groups.
-    pub groups: Groups,
-    /// What is done about thick voxels.
-    pub thick_zones: ThickZones,
-    /// Whether a second solve, on zones about twice as large, tells what the size of the zones costs; where not given, of heat alone.
-    pub zoning_error: Option<bool>,
+    pub light_grouping: LightGrouping,
+    /// The basis of the radiosity inside zones.
+    pub zone_basis: ZoneBasis,
+    /// Whether a second solve on zones about twice as large estimates the discretization error; if `None`, that of heat only.
+    pub discretization_error: Option<bool>,
 }
 
-impl Default for Options {
+impl Default for SolveOptions {
     fn default() -> Self {
-        Options {
+        SolveOptions {
             tolerance: 1e-2,
             patch_size: None,
             patch_rule: PatchRule::Edge,
             restore_closure: None,
             max_iterations: 500,
             residual: 1e-10,
-            sweeps: None,
+            scattering_orders: None,
             engine: Engine::Auto,
-            groups: Groups::Auto,
-            thick_zones: ThickZones::Auto,
-            zoning_error: None,
+            light_grouping: LightGrouping::Auto,
+            zone_basis: ZoneBasis::Auto,
+            discretization_error: None,
         }
     }
 }

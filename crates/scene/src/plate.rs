@@ -1,11 +1,11 @@
-//! Plates: triangles and parallelograms, the two shapes that every surface is made of.
+//! Plates: the triangles and parallelograms of which all surfaces consist.
 //!
 //! A point of a plate is x(u, v) = origin + u e1 + v e2 with (u, v) in the unit square (parallelogram) or in u, v ≥ 0,
 //! u + v ≤ 1 (triangle). The front is the side that e1 × e2 points to.
 
 use zonal_math::Vec3;
 
-/// Which part of the parameter plane a plate covers.
+/// Parameter domain of a plate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlateKind {
     /// u, v ≥ 0, u + v ≤ 1.
@@ -15,6 +15,16 @@ pub enum PlateKind {
 }
 
 /// A flat triangle or parallelogram.
+///
+/// ```
+/// use zonal_math::vec3;
+/// use zonal_scene::Plate;
+/// let plate = Plate::triangle(vec3(0.0, 0.0, 0.0), vec3(2.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+/// assert_eq!(plate.area(), 1.0);
+/// assert_eq!(plate.normal(), vec3(0.0, 0.0, 1.0));
+/// assert_eq!(plate.flipped().normal(), -plate.normal());
+/// assert_eq!(plate.quarters().iter().map(Plate::area).sum::<f64>(), 1.0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plate {
     /// Corner at (u, v) = (0, 0).
@@ -28,7 +38,7 @@ pub struct Plate {
 }
 
 impl Plate {
-    /// The triangle with these corners; its front sees them counter-clockwise.
+    /// The triangle with these corners, counter-clockwise from the front.
     pub fn triangle(a: Vec3, b: Vec3, c: Vec3) -> Plate {
         Plate { origin: a, e1: b - a, e2: c - a, kind: PlateKind::Triangle }
     }
@@ -45,7 +55,7 @@ impl Plate {
         let full = self.e1.cross(self.e2).length();
         if self.kind == PlateKind::Triangle { 0.5 * full } else { full }
     }
-    /// Unit normal of the front; zero for a plate without area.
+    /// Unit normal of the front; zero for a degenerate plate.
     pub fn normal(&self) -> Vec3 {
         self.e1.cross(self.e2).normalized()
     }
@@ -54,7 +64,7 @@ impl Plate {
         let t = if self.kind == PlateKind::Triangle { 1.0 / 3.0 } else { 0.5 };
         self.at(t, t)
     }
-    /// The corners in order, counter-clockwise from the front: three or four of them.
+    /// The corners, counter-clockwise from the front, and their number: three or four.
     pub fn corners(&self) -> ([Vec3; 4], usize) {
         let (a, b, d) = (self.origin, self.origin + self.e1, self.origin + self.e2);
         match self.kind {
@@ -62,16 +72,16 @@ impl Plate {
             PlateKind::Parallelogram => ([a, b, b + self.e2, d], 4),
         }
     }
-    /// The same plate seen from its back: normal reversed, same points, u and v exchanged.
+    /// The plate with reversed normal: the same points, u and v exchanged.
     pub fn flipped(&self) -> Plate {
         Plate { origin: self.origin, e1: self.e2, e2: self.e1, kind: self.kind }
     }
-    /// Smallest and largest coordinates.
+    /// Smallest and largest coordinates, m.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let (c, n) = self.corners();
         c[..n].iter().fold((c[0], c[0]), |(lo, hi), &p| (lo.min(p), hi.max(p)))
     }
-    /// Largest distance between two corners.
+    /// Largest distance between two corners, m.
     pub fn diameter(&self) -> f64 {
         let (c, n) = self.corners();
         let mut d2: f64 = 0.0;
@@ -82,11 +92,11 @@ impl Plate {
         }
         d2.sqrt()
     }
-    /// Maps a point of the unit square onto (u, v) of this plate so that equal areas stay equal.
+    /// Maps a point of the unit square to (u, v) of this plate; the map preserves area ratios.
     pub fn warp(&self, s: [f64; 2]) -> [f64; 2] {
         match self.kind {
             PlateKind::Parallelogram => s,
-            // Fold the square along its diagonal.
+            // Fold the square along the diagonal.
             PlateKind::Triangle if s[0] + s[1] > 1.0 => [1.0 - s[0], 1.0 - s[1]],
             PlateKind::Triangle => s,
         }
@@ -99,16 +109,21 @@ impl Plate {
         let det = a * c - b * b;
         [(x * c - y * b) / det, (y * a - x * b) / det]
     }
-    /// Four plates of a quarter of the area each, of the same kind and orientation.
+    /// Four plates of a quarter of the area each, with the same kind and orientation.
     pub fn quarters(&self) -> [Plate; 4] {
         let (h1, h2) = (self.e1 * 0.5, self.e2 * 0.5);
-        let part = |o: Vec3| Plate { origin: o, e1: h1, e2: h2, kind: self.kind };
+        let corner_quarter = |o: Vec3| Plate { origin: o, e1: h1, e2: h2, kind: self.kind };
         let o = self.origin;
         match self.kind {
-            PlateKind::Parallelogram => [part(o), part(o + h1), part(o + h1 + h2), part(o + h2)],
+            PlateKind::Parallelogram => [
+                corner_quarter(o),
+                corner_quarter(o + h1),
+                corner_quarter(o + h1 + h2),
+                corner_quarter(o + h2),
+            ],
             PlateKind::Triangle => {
                 let middle = Plate { origin: o + h1 + h2, e1: -h1, e2: -h2, kind: PlateKind::Triangle };
-                [part(o), part(o + h1), middle, part(o + h2)]
+                [corner_quarter(o), corner_quarter(o + h1), middle, corner_quarter(o + h2)]
             }
         }
     }
@@ -135,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn parameters_invert_at() {
+    fn parameters_are_the_inverse_of_at() {
         let p = Plate::triangle(vec3(0.0, 0.0, 1.0), vec3(2.0, 0.0, 1.0), vec3(0.5, 1.5, 2.0));
         let [u, v] = p.parameters(p.at(0.2, 0.3));
         assert!((u - 0.2).abs() < 1e-14 && (v - 0.3).abs() < 1e-14);

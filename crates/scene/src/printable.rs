@@ -1,29 +1,35 @@
-//! Text that a terminal shows as it is: control characters and those that turn the direction of writing are spelled out.
+//! Escaping of characters that control a terminal or change the direction of writing.
 
 use std::borrow::Cow;
 
-/// True for characters that steer a terminal or reorder what is beside them.
-pub fn steers(c: char) -> bool {
+/// True for control characters and for characters that reorder adjacent text.
+fn is_terminal_control(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// The text with every such character as `\\u` and four hexadecimal digits, as JSON writes it.
+/// The text with every control character escaped as `\\u` and four hexadecimal digits, as in JSON.
+///
+/// ```
+/// use zonal_scene::printable;
+/// assert_eq!(printable("east wall"), "east wall");
+/// assert_eq!(printable("\u{1b}[2J"), "\\u001b[2J");
+/// ```
 pub fn printable(text: &str) -> Cow<'_, str> {
-    spelled(text, steers)
+    escape(text, is_terminal_control)
 }
 
-/// The same for a text of several lines: line breaks stay.
+/// As [`printable`] for a text of several lines: line breaks are kept.
 pub fn printable_lines(text: &str) -> Cow<'_, str> {
-    spelled(text, |c| c != '\n' && steers(c))
+    escape(text, |c| c != '\n' && is_terminal_control(c))
 }
 
-fn spelled(text: &str, spell: impl Fn(char) -> bool) -> Cow<'_, str> {
-    if !text.contains(&spell) {
+fn escape(text: &str, is_escaped: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(&is_escaped) {
         return Cow::Borrowed(text);
     }
-    let one = |c: char| if spell(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
-    Cow::Owned(text.chars().map(one).collect())
+    let escaped = |c: char| if is_escaped(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    Cow::Owned(text.chars().map(escaped).collect())
 }
 
 #[cfg(test)]
@@ -31,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_steers_is_spelled_out_and_the_rest_stays() {
+    fn control_characters_are_escaped_and_other_text_is_unchanged() {
         assert!(matches!(printable("Wände, 壁 <&>"), Cow::Borrowed(_)));
         assert_eq!(printable("a\u{1b}[31m\r\n\u{9b}\u{202e}b"), "a\\u001b[31m\\u000d\\u000a\\u009b\\u202eb");
         assert_eq!(printable_lines("a\n\u{7}"), "a\n\\u0007");

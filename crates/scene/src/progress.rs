@@ -1,19 +1,24 @@
-//! How long work tells where it stands, without knowing who listens.
+//! Progress reports of long computations to an observer.
 
-/// A listener to long work. Calls come from any thread; implementations must be cheap.
+/// An observer of a long computation. Calls come from any thread; implementations must be cheap.
 pub trait Progress: Sync {
-    /// A stage begins that will take `total` steps.
+    /// A stage of `total` steps begins.
     fn begin(&self, stage: &str, total: u64);
-    /// `steps` more steps are done.
+    /// `steps` further steps are complete.
     fn advance(&self, steps: u64);
-    /// The stage is over.
+    /// The stage is complete.
     fn end(&self);
+    /// Whether the computation is to stop. It is asked between stages and between iterations; a solve then ends with
+    /// [`crate::SceneErrorKind::Interrupted`], and its finished stages stay in the checkpoint.
+    fn is_interrupted(&self) -> bool {
+        false
+    }
 }
 
-/// Nobody listens.
-pub struct Quiet;
+/// An observer that ignores all reports.
+pub struct NoProgress;
 
-impl Progress for Quiet {
+impl Progress for NoProgress {
     fn begin(&self, _: &str, _: u64) {}
     fn advance(&self, _: u64) {}
     fn end(&self) {}

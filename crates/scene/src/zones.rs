@@ -1,20 +1,20 @@
-//! Zones: the pieces on which radiosity is constant.
+//! Zones: patches, voxel zones and pane zones, on which radiosity is constant or linear.
 //!
-//! Global order, used by every array of a solution: patches, then voxel zones, then pane zones.
+//! The global order of zones, used by every array of a solution: patches, then voxel zones, then pane zones.
 
-use crate::{Bands, Part, Plate, bands};
+use crate::band_values::{Bands, bands};
+use crate::plate::Plate;
+use crate::voxel_samples::VoxelSamples;
 use zonal_math::Vec3;
-
-pub use crate::part::SUBCELLS;
 
 /// A surface zone: one side of a piece of a facet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patch {
-    /// Index of the facet it is cut from.
+    /// Index of its facet.
     pub facet: usize,
-    /// Index of the surface.
+    /// Index of its surface.
     pub surface: usize,
-    /// Shape; its front is the side that exchanges.
+    /// Geometry; the front is the side that exchanges.
     pub plate: Plate,
     /// Unit normal of that side.
     pub normal: Vec3,
@@ -22,21 +22,21 @@ pub struct Patch {
     pub area: f64,
     /// Reflectance ρ, the mean over the patch.
     pub reflectance: Bands,
-    /// Emitted flux E, W/m², the mean over the patch; zero where the surface is a direct emitter.
+    /// Emitted flux E, W/m², the mean over the patch; zero if the surface is a direct emitter.
     pub emission: Bands,
 }
 
-/// A volume zone: the free part of a voxel, or one of the parts that a wall separates.
+/// A volume zone: the free part of a voxel, or one of the parts into which walls divide it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VoxelZone {
-    /// Index of the cell in the voxmap.
+    /// Index of the cell in the voxel grid.
     pub cell: usize,
-    /// Centre of the free volume, in free space, m.
+    /// Centre of the free volume, a point of free space, m.
     pub centre: Vec3,
     /// Free volume V, m³.
     pub volume: f64,
-    /// Empty for a whole voxel; else the samples that make up this part.
-    pub part: Part,
+    /// Sample points of a cut voxel; empty for a whole voxel.
+    pub samples: VoxelSamples,
     /// Extinction κ, 1/m.
     pub extinction: Bands,
     /// Scattering albedo Ω.
@@ -47,12 +47,12 @@ pub struct VoxelZone {
     pub source: Bands,
 }
 
-/// A volume zone off the voxmap: a piece of a pane.
+/// A volume zone outside the voxel grid: a piece of a pane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaneZone {
     /// Index of the pane.
     pub pane: usize,
-    /// Shape of its middle plane.
+    /// Geometry of the middle plane.
     pub plate: Plate,
     /// Unit normal.
     pub normal: Vec3,
@@ -68,11 +68,16 @@ pub struct PaneZone {
     pub emission: Bands,
 }
 
+/// Smallest cosine between a direction and the normal of a pane: bounds the path through it.
+const MIN_PANE_COSINE: f64 = 1e-6;
+/// Optical depth below which the path through a pane is its geometric length.
+const THIN_OPTICAL_DEPTH: f64 = 1e-12;
+
 impl PaneZone {
-    /// (1 − e^{−κt/c})/κ of light in direction `dir`, c the cosine, m: over the thickness, what the pane takes of it.
+    /// (1 − e^{−κt/c})/κ for light in direction `dir` with the cosine c, m: times κ, the fraction that the pane intercepts.
     pub fn effective_path(&self, dir: Vec3) -> Bands {
-        let path = self.thickness / self.normal.dot(dir).abs().max(1e-6);
-        self.extinction.map(|k| if k * path > 1e-12 { -(-k * path).exp_m1() / k } else { path })
+        let path = self.thickness / self.normal.dot(dir).abs().max(MIN_PANE_COSINE);
+        self.extinction.map(|k| if k * path > THIN_OPTICAL_DEPTH { -(-k * path).exp_m1() / k } else { path })
     }
 }
 
@@ -81,12 +86,12 @@ impl PaneZone {
 pub struct Zones {
     /// Surface zones.
     pub patches: Vec<Patch>,
-    /// Volume zones of the voxmap, by ascending cell.
+    /// Volume zones of the voxel grid, by ascending cell.
     pub voxels: Vec<VoxelZone>,
     /// Volume zones of the panes.
     pub panes: Vec<PaneZone>,
-    /// `first[c]..first[c+1]` are the voxel zones of cell c; empty without a voxmap.
-    pub first: Vec<u32>,
+    /// `cell_starts[c]..cell_starts[c+1]` are the voxel zones of cell c; empty without a voxel grid.
+    pub cell_starts: Vec<u32>,
 }
 
 impl Zones {
@@ -108,12 +113,12 @@ impl Zones {
     }
     /// The voxel zones of a cell, as indices into `voxels`.
     pub fn of_cell(&self, cell: usize) -> std::ops::Range<usize> {
-        if self.first.is_empty() {
+        if self.cell_starts.is_empty() {
             return 0..0;
         }
-        self.first[cell] as usize..self.first[cell + 1] as usize
+        self.cell_starts[cell] as usize..self.cell_starts[cell + 1] as usize
     }
-    /// ρ of a patch, Ω/4 of the others, and the measure (A in m², V in m³) of zone `i`: B = E + response · (H or G).
+    /// Response and measure of zone `i`: (ρ, A in m²) of a patch, (Ω/4, V in m³) of a volume zone; B = E + response · (H or G).
     pub fn response(&self, i: usize) -> (Bands, f64) {
         if i < self.voxel_offset() {
             let p = &self.patches[i];
@@ -126,7 +131,7 @@ impl Zones {
             (p.albedo.map(|o| 0.25 * o), p.area * p.thickness)
         }
     }
-    /// Own emission of zone `i` as a radiosity, W/m²: E of a patch, (1−Ω)E + q/(4κ) of the others.
+    /// Emission of zone `i` as a radiosity, W/m²: E of a patch, (1−Ω)E + q/(4κ) of a volume zone.
     pub fn emission(&self, i: usize) -> Bands {
         if i < self.voxel_offset() {
             self.patches[i].emission

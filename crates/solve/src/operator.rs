@@ -1,48 +1,31 @@
-//! The one operator that every engine implements.
+//! The exchange operator and its error model: the interface of every engine.
 //!
-//! In: the strengths s_j = c_j B_j (W/m² for patches, W/m³ for volume zones), c = 1 for patches and κ for volumes.
-//! Out: P_i = Σ_j g_ij s_j with g_ij = F_ij/(c_i c_j), so that H_i = P_i/A_i and G_i = P_i/V_i (in a pane V = A t).
+//! Input: strengths s_j = c_j B_j (W/m² for patches, W/m³ for volume zones) with c = 1 for patches and c = κ for volumes.
+//! Output: incident powers P_i = Σ_j g_ij s_j with g_ij = F_ij/(c_i c_j), hence H_i = P_i/A_i and G_i = P_i/V_i (V = A t in a pane).
 
-use crate::columns::total;
 use zonal_math::Grade;
 use zonal_scene::Bands;
 
-/// Gives every slope what its zone has: `values` are of the zones, `slopes` as [`Operator::slopes`] tells them.
-pub fn extend_to_slopes<T: Copy>(values: &mut Vec<T>, slopes: &[u32]) {
-    values.reserve_exact(slopes.len());
-    slopes.iter().for_each(|&i| values.push(values[i as usize]));
-}
-
-/// What arrives in the end.
-pub struct Arriving {
-    /// P of every column.
-    pub columns: Vec<Vec<Bands>>,
-    /// Estimated error of their sum; `None` where the engine's errors are relative to the rows.
-    pub error: Option<Vec<Bands>>,
-}
-
-/// Radiosities in, arriving power out.
-pub trait Operator {
-    /// Number of unknowns: the zones, then their slopes, if it has any ([`Operator::slopes`]).
+/// The product of strengths with the exchange areas of all zones.
+pub trait ExchangeOperator {
+    /// Number of unknowns: the zones, followed by the higher-order unknowns of [`ExchangeOperator::slope_zones`].
     fn len(&self) -> usize;
-    /// True without zones.
+    /// True if the operator has no unknowns.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
-    /// The zone of every unknown beyond the zones: where radiosity varies inside a zone, its further components, with the weight and target of the
-    /// zone.
-    fn slopes(&self) -> Vec<u32> {
+    /// The zone of every higher-order unknown (slope of the radiosity inside a zone), in the order of the unknowns; empty for a constant basis.
+    fn slope_zones(&self) -> Vec<u32> {
         Vec::new()
     }
-    /// P = g s, band by band, of all unknowns or of the zones alone, as many as there are strengths.
+    /// P = g s in each band. `strengths` covers all unknowns, or the zones alone; the result has the same length.
     fn apply(&self, strengths: &[Bands]) -> Vec<Bands>;
-    /// P = g s for many columns of strengths; the same bits as one after the other.
+    /// P = g s for each vector of a multivector; bit-identical to one product after the other.
     fn apply_many(&self, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
         columns.iter().map(|s| self.apply(s)).collect()
     }
-    /// True where all bands have the same factors and [`Operator::apply_band`] costs a third of [`Operator::apply`]: bands that also shine
-    /// and reflect alike are then solved once.
-    fn one_band(&self) -> bool {
+    /// True if all bands have the same factors and [`ExchangeOperator::apply_band`] costs a third of [`ExchangeOperator::apply`].
+    fn has_identical_bands(&self) -> bool {
         false
     }
     /// P = g s in the first band.
@@ -50,17 +33,38 @@ pub trait Operator {
         let all: Vec<Bands> = strengths.iter().map(|s| [s[0]; 3]).collect();
         self.apply(&all).iter().map(|p| [p[0]]).collect()
     }
-    /// Estimated error of [`Operator::apply`], in the unit of P, where the engine keeps one a link; `None` where its errors are
-    /// relative to the rows.
+    /// Replaces g_ij by d_i g_ij d_j.
+    fn scale(&mut self, d: &[Bands]);
+}
+
+/// The errors of an exchange operator.
+pub trait ErrorModel: ExchangeOperator {
+    /// Estimated error of [`ExchangeOperator::apply`], in the unit of P; `None` if the operator has no error estimate of its own.
     fn error(&self, _strengths: &[Bands]) -> Option<Vec<Bands>> {
         None
     }
-    /// What arrives by the strengths of a solution: the product with each column, or better where the engine knows better.
-    fn arriving(&self, columns: &[Vec<Bands>]) -> Arriving {
-        Arriving { columns: self.apply_many(columns), error: self.error(&total(self.len(), columns)) }
+    /// Incident power of the strengths of a solution, with the error of the sum of all columns.
+    fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
+        let mut sum = vec![[0.0; 3]; self.len()];
+        for c in columns {
+            sum.iter_mut().zip(c).for_each(|(s, x)| *s = zonal_scene::bands(|b| s[b] + x[b]));
+        }
+        IncidentPower { columns: self.apply_many(columns), error: self.error(&sum) }
     }
-    /// Replaces g_ij by d_i g_ij d_j.
-    fn scale(&mut self, d: &[Bands]);
     /// The weakest grade among the factors.
     fn grade(&self) -> Grade;
+}
+
+/// Incident power of every column of a multivector of strengths.
+pub struct IncidentPower {
+    /// P of every column.
+    pub columns: Vec<Vec<Bands>>,
+    /// Estimated error of the sum of the columns; `None` if it follows from the closure defects of the rows.
+    pub error: Option<Vec<Bands>>,
+}
+
+/// Appends the value of its zone for every higher-order unknown; `slope_zones` as [`ExchangeOperator::slope_zones`] gives them.
+pub fn extend_to_slopes<T: Copy>(values: &mut Vec<T>, slope_zones: &[u32]) {
+    values.reserve_exact(slope_zones.len());
+    slope_zones.iter().for_each(|&i| values.push(values[i as usize]));
 }

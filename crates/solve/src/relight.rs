@@ -1,25 +1,24 @@
-//! Lights turned up and down in a solution, without solving: the equations are linear in what shines.
+//! Relighting: a solution with scaled lights, without a new solve, since the equations are linear in the sources.
 //!
-//! A relit solution is the solution of the scene with those lights changed, and says so: its scene, zones, fields, balance and report are
-//! those of that scene. Its groups can be relit again; one that was put out stays out. (Solved afresh, a scene whose surroundings were
-//! put out measures what escapes with fewer rays: there the two agree to the error of that.)
+//! A relit solution is the solution of the scene with those lights scaled: scene, zones, fields, balance and report are those of that scene. Its groups
+//! can be relit again; a group scaled to zero cannot. (A new solve of a scene whose surroundings were scaled to zero samples the escaping power with
+//! fewer rays; the two agree to that error.)
 //!
-//! A change of reflectance or albedo is not linear. [`repainted`] gives the scene to solve then; no factor depends on either.
+//! A change of reflectance or albedo is not linear. [`with_surface_colors`] gives the scene for a new solve; no factor depends on either.
 
-use crate::consistency;
-use crate::groups::{emission, response};
+use crate::errors::consistency;
 use rayon::prelude::*;
 use zonal_scene::{
-    Bands, Estimate, Fields, Group, Kind, Light, Note, Scene, SceneError, SceneParts, Solution, Values,
-    Voxmap, Zones, bands,
+    Bands, Diagnostic, ErrorEstimate, Fields, Light, LightGroup, LightGroupKind, Scene, SceneError,
+    SceneParts, Solution, VoxelGrid, ZoneValues, Zones, bands,
 };
 
 fn times(a: Bands, f: Bands) -> Bands {
     bands(|b| a[b] * f[b])
 }
 
-/// The factor of every group, 1 where none is given; the error names a group that is unknown, named twice or out.
-fn factors(groups: &[Group], wanted: &[(String, Bands)]) -> Result<Vec<Bands>, SceneError> {
+/// The factor of every group, 1 by default; an error for a group that is unknown, listed twice or scaled to zero.
+fn factors(groups: &[LightGroup], wanted: &[(String, Bands)]) -> Result<Vec<Bands>, SceneError> {
     let names = || groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>().join(", ");
     if groups.is_empty() {
         return Err(SceneError::new("groups", "this solution keeps no light groups; solve the scene again"));
@@ -38,58 +37,63 @@ fn factors(groups: &[Group], wanted: &[(String, Bands)]) -> Result<Vec<Bands>, S
         }
         let scale = &groups[k].direct_scale;
         if scale.iter().zip(&groups[k].incident_scale).all(|(d, i)| *d == 0.0 && *i == 0.0) {
-            return fail("it was put out in this solution; relight the one that this came from".into());
+            return fail("it was scaled to zero in this solution; relight the original solution".into());
         }
     }
     Ok(out.into_iter().map(|f| f.unwrap_or([1.0; 3])).collect())
 }
 
 /// Refuses factors that [`relight`] would refuse.
-pub fn check(groups: &[Group], wanted: &[(String, Bands)]) -> Result<(), SceneError> {
+pub fn check(groups: &[LightGroup], wanted: &[(String, Bands)]) -> Result<(), SceneError> {
     factors(groups, wanted).map(|_| ())
 }
 
-/// The solution for lights that shine so many times as strongly, group by group, a band.
+/// The solution with the light groups of `wanted` scaled by a factor a band.
+///
+/// # Errors
+/// For unknown, repeated or extinguished groups, and for factors that are negative or not finite.
 pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solution, SceneError> {
     let factors = factors(&solution.groups, wanted)?;
     let Solution { scene, mut zones, fields: old, mut groups, mut report, version, .. } = solution;
     let mut parts = scene.into_parts();
-    let known = own_errors(&groups, zones.len());
+    let known = sum_of_group_errors(&groups, zones.len());
     for (g, f) in groups.iter_mut().zip(&factors).filter(|(_, f)| **f != [1.0; 3]) {
         g.scale(*f);
-        turn_parts(&mut parts, g.kind, *f)?;
-        turn_zones(&mut zones, g.kind, *f);
+        scale_parts(&mut parts, g.kind, *f)?;
+        scale_zones(&mut zones, g.kind, *f);
     }
     let scene = Scene::new(parts)?;
-    let sky = groups.iter().position(|g| matches!(g.kind, Kind::Surroundings | Kind::All));
+    let sky =
+        groups.iter().position(|g| matches!(g.kind, LightGroupKind::Surroundings | LightGroupKind::All));
     let sky = sky.map_or([1.0; 3], |k| factors[k]);
-    let mut fields = sum(&zones, &groups, &old, (known, sky));
-    report.zoning = None;
+    let mut fields = sum_of_groups(&zones, &groups, &old, (known, sky));
+    report.discretization_error = None;
     report.energy = Default::default();
     groups.iter().for_each(|g| report.energy.add(&g.energy));
     report.residuals = [0, 1, 2].map(|b| vec![groups.iter().fold(0.0f64, |m, g| m.max(g.residual[b]))]);
-    report.energy_error = consistency::of_powers(&zones, &report.energy, &fields, |i| fields.error_of_all(i));
-    report.estimate = Estimate::of(&fields, zones.voxel_offset(), report.estimate.grade);
+    report.energy_error =
+        consistency::power_errors(&zones, &report.energy, &fields, |i| fields.total_error(i));
+    report.estimate = ErrorEstimate::of(&fields, zones.voxel_offset(), report.estimate.grade);
     report.warnings.extend(wanted.iter().map(|(name, f)| {
         let text = match f {
             [a, b, c] if a == b && b == c => format!("relit: {name} × {a}"),
             [a, b, c] => format!("relit: {name} × {a}, {b}, {c}"),
         };
-        Note::new("relit", text)
+        Diagnostic::note("relit", text)
     }));
-    crate::finite::check(&scene, &zones, &mut fields, &mut groups, &mut report)?;
+    crate::errors::finite::check_finite(&scene, &zones, &mut fields, &mut groups, &mut report)?;
     Ok(Solution { scene, zones, fields, groups, report, scene_hash: String::new(), version })
 }
 
-/// The scene with what belongs to a group turned up or down.
-fn turn_parts(parts: &mut SceneParts, kind: Kind, f: Bands) -> Result<(), SceneError> {
-    let all = kind == Kind::All;
+/// Scales the emission of a group in the scene.
+fn scale_parts(parts: &mut SceneParts, kind: LightGroupKind, f: Bands) -> Result<(), SceneError> {
+    let all = kind == LightGroupKind::All;
     for l in 0..parts.lights.len() {
-        if all || kind == Kind::Light(l) {
+        if all || kind == LightGroupKind::Light(l) {
             match &mut parts.lights[l] {
                 Light::Sun { irradiance, .. } => *irradiance = times(*irradiance, f),
                 Light::Sky { radiance, .. } => *radiance = times(*radiance, f),
-                // Turned below where everything is.
+                // Scaled below with all surfaces.
                 Light::Emitter { surface, .. } if !all => {
                     let e = &mut parts.surfaces[*surface].emission;
                     *e = times(*e, f);
@@ -99,44 +103,45 @@ fn turn_parts(parts: &mut SceneParts, kind: Kind, f: Bands) -> Result<(), SceneE
         }
     }
     for (s, surface) in parts.surfaces.iter_mut().enumerate() {
-        if all || kind == Kind::Surface(s) {
+        if all || kind == LightGroupKind::Surface(s) {
             surface.emission = times(surface.emission, f);
         }
     }
-    if all || kind == Kind::Medium {
-        parts.voxmap = parts.voxmap.take().map(|v| edited(v, |v| v.scale_sources(f))).transpose()?;
+    if all || kind == LightGroupKind::Medium {
+        parts.voxel_grid = parts.voxel_grid.take().map(|v| edited(v, |v| v.scale_sources(f))).transpose()?;
     }
-    if all || kind == Kind::Panes {
+    if all || kind == LightGroupKind::Panes {
         parts.panes.iter_mut().for_each(|p| p.emission = times(p.emission, f));
     }
-    if all || kind == Kind::Surroundings {
+    if all || kind == LightGroupKind::Surroundings {
         parts.surroundings.radiance = times(parts.surroundings.radiance, f);
     }
     Ok(())
 }
 
-fn edited(mut map: Voxmap, change: impl FnOnce(&mut Voxmap)) -> Result<Voxmap, SceneError> {
+fn edited(mut map: VoxelGrid, change: impl FnOnce(&mut VoxelGrid)) -> Result<VoxelGrid, SceneError> {
     change(&mut map);
     map.seal()
 }
 
-fn turn_zones(zones: &mut Zones, kind: Kind, f: Bands) {
-    let all = kind == Kind::All;
-    for p in zones.patches.iter_mut().filter(|p| all || kind == Kind::Surface(p.surface)) {
+/// Scales the emission of a group in the zones.
+fn scale_zones(zones: &mut Zones, kind: LightGroupKind, f: Bands) {
+    let all = kind == LightGroupKind::All;
+    for p in zones.patches.iter_mut().filter(|p| all || kind == LightGroupKind::Surface(p.surface)) {
         p.emission = times(p.emission, f);
     }
-    if all || kind == Kind::Medium {
+    if all || kind == LightGroupKind::Medium {
         for v in &mut zones.voxels {
             (v.emission, v.source) = (times(v.emission, f), times(v.source, f));
         }
     }
-    if all || kind == Kind::Panes {
+    if all || kind == LightGroupKind::Panes {
         zones.panes.iter_mut().for_each(|p| p.emission = times(p.emission, f));
     }
 }
 
-/// The sum of the errors that are known of each group, W/m²; none where one's are not.
-fn own_errors(groups: &[Group], zones: usize) -> Option<Vec<Bands>> {
+/// Sum of the errors of the groups, W/m²; `None` if those of a group are unknown.
+fn sum_of_group_errors(groups: &[LightGroup], zones: usize) -> Option<Vec<Bands>> {
     groups.iter().all(|g| !g.error.is_empty() || g.incident.is_empty()).then(|| {
         let mut out = vec![[0.0; 3]; zones];
         groups.iter().for_each(|g| g.error.add_to(&mut out, g.incident_scale));
@@ -144,12 +149,17 @@ fn own_errors(groups: &[Group], zones: usize) -> Option<Vec<Bands>> {
     })
 }
 
-/// The fields of all groups together. What comes in from the surroundings errs by as much as they are turned up, by `sky`. The rest of
-/// the estimated error is that of the groups, whose sum was `known`; what it has beyond that, and all of it where it is not known of each group, stays
-/// the same share of what arrives at a zone.
-fn sum(zones: &Zones, groups: &[Group], old: &Fields, (known, sky): (Option<Vec<Bands>>, Bands)) -> Fields {
+/// Sum of the fields of all groups. The error of the incoming radiation is scaled by the factor `sky` of the surroundings. The rest of the estimated
+/// error is that of the groups, whose sum before was `known`; the excess over that sum, or all of it if it is unknown, stays the same fraction of
+/// the incident field of a zone.
+fn sum_of_groups(
+    zones: &Zones,
+    groups: &[LightGroup],
+    old: &Fields,
+    (known, sky): (Option<Vec<Bands>>, Bands),
+) -> Fields {
     let n = zones.len();
-    let added = |pick: fn(&Group) -> (&Values, Bands)| {
+    let added = |pick: fn(&LightGroup) -> (&ZoneValues, Bands)| {
         let mut out = vec![[0.0; 3]; n];
         groups.iter().map(pick).for_each(|(v, scale)| v.add_to(&mut out, scale));
         out
@@ -161,10 +171,10 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, (known, sky): (Option<Vec<
         false => Vec::new(),
     };
     let radiosity = |i: usize| {
-        let (e, (rho, _)) = (emission(zones, i), response(zones, i));
+        let (e, (rho, _)) = (zones.emission(i), zones.response(i));
         bands(|b| e[b] + rho[b] * (incident[i][b] + direct[i][b]))
     };
-    // The groups' own errors before they were turned, and after.
+    // Errors of the groups before and after scaling.
     let own = known.map(|before| (before, added(|g| (&g.error, g.incident_scale))));
     let error = |i: usize| {
         let grown =
@@ -173,7 +183,7 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, (known, sky): (Option<Vec<
         let rest = |b: usize| {
             let all = (old.error[i][b].powi(2) - part[b].powi(2)).max(0.0).sqrt();
             match &own {
-                Some((before, after)) => after[i][b] + beyond(all, before[i][b]) * grown(b),
+                Some((before, after)) => after[i][b] + excess(all, before[i][b]) * grown(b),
                 None => all * grown(b),
             }
         };
@@ -191,15 +201,18 @@ fn sum(zones: &Zones, groups: &[Group], old: &Fields, (known, sky): (Option<Vec<
     }
 }
 
-/// What an error has beyond the part of it that is `known`, rounding aside.
-fn beyond(all: f64, known: f64) -> f64 {
-    const ROUNDING: f64 = 1e-6;
-    if all > known * (1.0 + ROUNDING) { all - known } else { 0.0 }
+/// The excess of an error over its `known` part, except for rounding.
+fn excess(all: f64, known: f64) -> f64 {
+    const ROUNDING_OF_SUM: f64 = 1e-6;
+    if all > known * (1.0 + ROUNDING_OF_SUM) { all - known } else { 0.0 }
 }
 
-/// The scene with other reflectances of surfaces (by name, or the part of it before a dot or a slash) and, if given, one albedo of
-/// all the medium.
-pub fn repainted(
+/// The scene with other reflectances of surfaces (by name, or by the part of the name before a dot or a slash) and, if given, a uniform albedo of the
+/// medium.
+///
+/// # Errors
+/// For unknown surfaces, for an albedo without a medium, and for values out of range.
+pub fn with_surface_colors(
     scene: Scene,
     reflectances: &[(String, Bands)],
     albedo: Option<Bands>,
@@ -214,8 +227,9 @@ pub fn repainted(
             (s.reflectance, found) = (*value, true);
         }
         if !found {
-            const MOST: usize = 24;
-            let names: Vec<&str> = parts.surfaces.iter().take(MOST).map(|s| s.name.as_str()).collect();
+            const MAX_LISTED_NAMES: usize = 24;
+            let names: Vec<&str> =
+                parts.surfaces.iter().take(MAX_LISTED_NAMES).map(|s| s.name.as_str()).collect();
             return Err(SceneError::new(
                 format!("surface '{name}'"),
                 format!("there is none of this name; there are: {}", names.join(", ")),
@@ -223,10 +237,10 @@ pub fn repainted(
         }
     }
     if let Some(albedo) = albedo {
-        let Some(map) = parts.voxmap.take() else {
+        let Some(map) = parts.voxel_grid.take() else {
             return Err(SceneError::new("albedo", "the scene has no medium whose albedo could change"));
         };
-        parts.voxmap = Some(edited(map, |v| v.set_albedo(albedo))?);
+        parts.voxel_grid = Some(edited(map, |v| v.set_albedo(albedo))?);
     }
     Scene::new(parts)
 }

@@ -1,12 +1,12 @@
-//! The hierarchical engine against the dense one and the spectral one on the same zones, and its laws.
+//! The hierarchical engine compared with the dense and the spectral engine on the same zones, and its symmetry, closure and determinism.
 
 mod common;
 
 use common::{read, unit_room, with_site};
-use zonal_scene::scene::ThickZones;
-use zonal_scene::{Bands, Engine, Groups, Scene, Solution};
-use zonal_solve::Operator;
-use zonal_solve::hierarchical::{Factors, Hierarchical};
+use zonal_scene::ZoneBasis;
+use zonal_scene::{Bands, Engine, LightGrouping, Scene, Solution};
+use zonal_solve::ExchangeOperator;
+use zonal_solve::hierarchical::{ApproximateGroup, HierarchicalOperator, PairFactors};
 
 const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 1\nalbedo = 0.8\n";
 const BLOCK: &str =
@@ -22,13 +22,14 @@ fn room(rest: &str) -> Scene {
 
 fn solved(scene: &Scene, engine: Engine, tolerance: f64, restore: bool) -> Solution {
     let mut o = scene.options().clone();
-    (o.engine, o.tolerance, o.groups, o.restore_closure) = (engine, tolerance, Groups::All, Some(restore));
-    o.thick_zones = ThickZones::Constant;
+    (o.engine, o.tolerance, o.light_grouping, o.restore_closure) =
+        (engine, tolerance, LightGrouping::All, Some(restore));
+    o.zone_basis = ZoneBasis::Constant;
     let scene = scene.clone().with_options(o).unwrap_or_else(|e| panic!("{e}"));
     common::solve(scene)
 }
 
-/// L2 error over a range of zones, the largest of the bands, and the share of zones within twice their own estimate.
+/// L2 error over a range of zones, the largest of the bands, and the fraction of zones within twice their own estimate.
 fn errors(ours: &Solution, dense: &Solution, range: std::ops::Range<usize>) -> (f64, f64) {
     let mut worst = 0.0f64;
     let mut within = 0;
@@ -45,8 +46,8 @@ fn errors(ours: &Solution, dense: &Solution, range: std::ops::Range<usize>) -> (
     (worst, within as f64 / (3 * range.len()) as f64)
 }
 
-/// Solves at a tolerance: errors against a reference on the same zones stay below it, and below what is estimated.
-fn holds(name: &str, scene: &Scene, reference: &Solution, tolerance: f64) {
+/// Asserts that the errors at a tolerance, against a reference on the same zones, are below the tolerance and below their estimate.
+fn assert_tolerance_holds(name: &str, scene: &Scene, reference: &Solution, tolerance: f64) {
     let ours = solved(scene, Engine::Hierarchical, tolerance, false);
     let (first, last) = (ours.zones.voxel_offset(), ours.zones.len());
     let estimate = &ours.report.estimate;
@@ -67,13 +68,13 @@ fn errors_stay_below_tolerance_and_estimate() {
     {
         let scene = room(rest);
         let dense = solved(&scene, Engine::Dense, 0.01, false);
-        [0.1, 0.03, 0.01].iter().for_each(|&t| holds(name, &scene, &dense, t));
+        [0.1, 0.03, 0.01].iter().for_each(|&t| assert_tolerance_holds(name, &scene, &dense, t));
     }
 }
 
-/// Transforms know every exchange area of a box to 1e-12: rays alone at the first two tolerances, links at the last.
+/// The spectral engine has every exchange area of a box to 1e-12. Rays alone meet the first two tolerances, links the last.
 #[test]
-fn errors_beside_transforms_stay_below_tolerance_and_estimate() {
+fn errors_against_the_spectral_engine_stay_below_tolerance_and_estimate() {
     let walls = "reflectance = 0.5\nfaces.z0 = { emission = 1 }";
     for (name, kappa, cells, tolerances) in
         [("thin", 1, "[14,14,14]", [0.1, 0.05, 0.02]), ("thick", 2, "[16,12,10]", [0.1, 0.05, 0.02])]
@@ -83,35 +84,39 @@ fn errors_beside_transforms_stay_below_tolerance_and_estimate() {
         );
         let scene = read(&unit_room("patch_rule = \"voxels\"", walls, &gas));
         let exact = solved(&scene, Engine::Spectral, 0.01, false);
-        tolerances.iter().for_each(|&t| holds(name, &scene, &exact, t));
+        tolerances.iter().for_each(|&t| assert_tolerance_holds(name, &scene, &exact, t));
     }
 }
 
-/// Where links that do not serve are nearly as many as pairs, every pair is taken: the dense solution.
+/// Where the links approach the number of pairs without meeting the tolerance, the engine falls back to all pairs.
 #[test]
-fn many_links_become_every_pair() {
+fn links_as_many_as_pairs_fall_back_to_all_pairs() {
     let walls = "reflectance = 0.5\nfaces.x0 = { emission = 1 }";
     let gas = GAS.replace("8,8,8", "3,3,3");
     let scene = read(&unit_room("patch_size = 0.34", walls, &format!("{gas}{SLANTED}")));
     let ours = solved(&scene, Engine::Hierarchical, 0.001, true);
     let dense = solved(&scene, Engine::Dense, 0.001, true);
     assert!(ours.report.counts.iter().any(|c| c.0 == "pairs of zones, all"), "{:?}", ours.report.counts);
-    // But for where their solvers stop.
+    // The solutions differ by the residuals of the iterations only.
     for (x, y) in ours.fields.incident.iter().zip(&dense.fields.incident) {
         assert!((0..3).all(|b| (x[b] / y[b] - 1.0).abs() < 1e-6), "{x:?} {y:?}");
     }
 }
 
-/// A floor in two rooms, one lit red and one blue: as bright, and patches of one plane, but not alike.
+/// A floor in two rooms of equal brightness, one lit red and one blue: smoothing does not average patches across the wall.
 #[test]
-fn light_of_two_colours_is_not_mixed() {
+fn smoothing_does_not_mix_colours_across_a_wall() {
     let rest = "[[surface]]\nname = \"wall\"\nrectangle = { origin = [0.5,0,0], edge1 = [0,1,0], edge2 = [0,0,1] }\nreflectance = 0.5\nsides = \"both\"\n";
     let walls =
         "reflectance = 0.5\nfaces.x0 = { emission = [1, 0.1, 0] }\nfaces.x1 = { emission = [0, 0.1, 1] }";
     let scene = read(&unit_room("patch_size = 0.0625", walls, rest));
     let dense = solved(&scene, Engine::Dense, 0.01, false);
     let ours = solved(&scene, Engine::Hierarchical, 0.1, false);
-    assert_eq!(ours.report.counts.iter().find(|c| c.0.starts_with("links")), None, "rays alone are asked");
+    assert_eq!(
+        ours.report.counts.iter().find(|c| c.0.starts_with("links")),
+        None,
+        "rays alone solve this scene"
+    );
     for i in 0..ours.zones.patches.len() {
         let c = ours.zones.patches[i].plate.centre();
         let other = if c.x < 0.5 || c.x == 0.5 && ours.zones.patches[i].normal.x < 0.0 { 2 } else { 0 };
@@ -121,18 +126,23 @@ fn light_of_two_colours_is_not_mixed() {
     }
 }
 
-/// The operator of a room, with as many zones.
-fn with_operator(scene: &Scene, epsilon: f64, use_it: impl FnOnce(&Hierarchical, usize)) {
-    with_site(scene, |site, escape| {
-        let even = vec![[1.0; 3]; site.zones.len()];
-        let known = site.columns(escape).into_iter().map(|s| (s, even.clone())).collect();
-        let h = Hierarchical::new(site, known, &Factors::new(site), epsilon).expect("the room has zones");
-        use_it(&h, site.zones.len());
+/// Calls `check` with the operator of a room and its number of zones.
+fn with_operator(scene: &Scene, epsilon: f64, check: impl FnOnce(&HierarchicalOperator, usize)) {
+    with_site(scene, |context, surroundings| {
+        let uniform = vec![[1.0; 3]; context.zones.len()];
+        let solution = context
+            .source_strengths(surroundings)
+            .into_iter()
+            .map(|strengths| ApproximateGroup { strengths, incident: uniform.clone() })
+            .collect();
+        let h = HierarchicalOperator::new(context, solution, &PairFactors::new(context), epsilon)
+            .expect("the room has zones");
+        check(&h, context.zones.len());
     });
 }
 
 #[test]
-fn the_operator_is_symmetric() {
+fn hierarchical_operator_is_symmetric() {
     with_operator(&room(&format!("{SLANTED}{BLOCK}")), 0.05, |h, n| {
         let random = |seed: usize| -> Vec<Bands> {
             (0..n)
@@ -160,7 +170,7 @@ fn threads_do_not_change_a_bit() {
 }
 
 #[test]
-fn clusters_restore_the_balance_and_say_by_how_much() {
+fn closure_by_clusters_restores_the_balance_and_reports_the_change() {
     let scene = room(BLOCK);
     let measured = solved(&scene, Engine::Hierarchical, 0.02, false);
     let restored = solved(&scene, Engine::Hierarchical, 0.02, true);
@@ -176,7 +186,7 @@ fn clusters_restore_the_balance_and_say_by_how_much() {
     assert!(h < 0.02 && g < 0.02, "{h} {g}");
 }
 
-/// A small thick cloud hides little of a large floor from lights far away: few rays between them meet it.
+/// A small opaque cloud shades a small part of a large floor from distant lights, and few rays between them meet it.
 #[test]
 fn a_small_cloud_shades_a_large_floor() {
     let wall = |name: &str, x: f64, edge: &str| {
@@ -192,7 +202,7 @@ fn a_small_cloud_shades_a_large_floor() {
     let scene = read(&text);
     let [dense, ours] =
         [Engine::Dense, Engine::Hierarchical].map(|engine| solved(&scene, engine, 0.01, false));
-    assert!(ours.report.counts.iter().any(|c| c.0.contains("links")), "links were to do");
+    assert!(ours.report.counts.iter().any(|c| c.0.contains("links")), "links solve this scene");
     let floor = common::patches_of(&ours, "floor");
     let most = floor.iter().fold(0.0f64, |m, &i| m.max(dense.fields.incident[i][0]));
     let shaded = floor.iter().filter(|&&i| dense.fields.incident[i][0] < 0.7 * most).count();
@@ -203,16 +213,16 @@ fn a_small_cloud_shades_a_large_floor() {
     assert!(l2 < 0.01 && worst < 0.3, "{l2} {worst}");
 }
 
-/// Light followed a few times only is followed along rays too where these do.
+/// Rays follow a fixed number of scattering orders where they meet the tolerance.
 #[test]
-fn rays_count_sweeps() {
+fn rays_follow_a_fixed_scattering_order() {
     let mut o = room(BLOCK).options().clone();
     for sweeps in [1, 3] {
-        o.sweeps = Some(sweeps);
+        o.scattering_orders = Some(sweeps);
         let scene = room(BLOCK).with_options(o.clone()).unwrap();
         let [dense, ours] =
             [(Engine::Dense, 0.01), (Engine::Hierarchical, 0.15)].map(|(e, t)| solved(&scene, e, t, true));
-        assert!(ours.report.counts.iter().all(|c| !c.0.contains("links")), "rays were to do");
+        assert!(ours.report.counts.iter().all(|c| !c.0.contains("links")), "rays alone solve this scene");
         let n = ours.zones.voxel_offset();
         for range in [0..n, n..ours.zones.len()] {
             let (l2, _) = errors(&ours, &dense, range.clone());

@@ -1,18 +1,18 @@
-//! Panes: Beer's law, balance, agreement with resolved voxels and with walks of light.
+//! Panes: Beer's law, energy balance, agreement with resolved voxels and with Monte Carlo.
 
 mod common;
 
 use common::{mean, patches_of, read, solve, solved, unit_room, unlevel};
 use std::f64::consts::PI;
 use zonal_math::vec3;
-use zonal_reference::{World, radiance};
+use zonal_reference::{BruteForceScene, radiance};
 use zonal_scene::{Plate, Scene};
 
 const SKYLIGHT: &str =
     "[[pane]]\npolygon=[[0,0,1],[1,0,1],[1,1,1],[0,1,1]]\nthickness=0.01\nextinction=[50,100,0]\n";
 
 #[test]
-fn the_sun_through_a_pane_obeys_beer() {
+fn sunlight_through_a_pane_obeys_beers_law() {
     for degrees in [0.0f64, 60.0] {
         let (s, c) = degrees.to_radians().sin_cos();
         let sun = format!(
@@ -50,7 +50,7 @@ fn the_sun_through_a_pane_obeys_beer() {
 }
 
 #[test]
-fn isothermal_rooms_with_panes_are_level() {
+fn isothermal_rooms_with_panes_are_uniform() {
     let pane = |o: &str| {
         format!(
             "[[pane]]\nname=\"mid\"\npolygon=[[0.5,0,0],[0.5,1,0],[0.5,1,1],[0.5,0,1]]\n{o}\nemission=2\nalbedo=0.3\n"
@@ -75,9 +75,9 @@ fn isothermal_rooms_with_panes_are_level() {
     }
 }
 
-/// One hot wall, a pane across the middle: H on the walls against walks of light.
+/// One hot wall and a pane across the middle: H on the walls against Monte Carlo.
 #[test]
-fn a_pane_between_two_halves_dims_and_scatters_as_walks_of_light_do() {
+fn pane_between_two_halves_agrees_with_monte_carlo() {
     let text = |pane: &str, size: f64| {
         unit_room(&format!("patch_size={size}"), "reflectance=0.3\nfaces.x0={emission=1}", pane)
     };
@@ -85,7 +85,7 @@ fn a_pane_between_two_halves_dims_and_scatters_as_walks_of_light_do() {
     for (what, pane) in [("nothing", ""), ("pane", pane)] {
         // First order in the patches' size: two sizes, extrapolated.
         let (s, t) = (solved(&text(pane, 0.2)), solved(&text(pane, 0.1)));
-        let w = World::new(&s.scene);
+        let w = BruteForceScene::new(&s.scene);
         for face in ["x0", "x1", "y0"] {
             let p = patches_of(&s, face);
             let plate = s.scene.facets()[s.zones.patches[p[0]].facet].plate;
@@ -103,7 +103,7 @@ fn a_pane_between_two_halves_dims_and_scatters_as_walks_of_light_do() {
 }
 
 #[test]
-fn a_thick_pane_agrees_with_resolved_voxels() {
+fn thick_pane_agrees_with_resolved_voxels() {
     let room =
         |rest: &str| solved(&unit_room("patch_size=0.1", "reflectance=0.3\nfaces.x0={emission=1}", rest));
     // A layer of a tenth at x = 0.4…0.5, optical depth 0.5.
@@ -119,7 +119,7 @@ fn a_thick_pane_agrees_with_resolved_voxels() {
 }
 
 #[test]
-fn panes_alone_in_the_world_are_solved() {
+fn scene_of_panes_alone_is_solved() {
     let s = solved(
         "[solve]\npatch_size=0.5\n[surroundings]\nradiance=1\n[[pane]]\npolygon=[[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\nthickness=0.01\nextinction=[10,100,0]\nalbedo=0.5\n\
          [[pane]]\npolygon=[[0,0,1],[1,0,1],[1,1,1],[0,1,1]]\nthickness=0.01\nextinction=[10,100,0]\nemission=2\n\
@@ -131,9 +131,9 @@ fn panes_alone_in_the_world_are_solved() {
     assert!(e.residual.iter().all(|r| r.abs() < 0.05), "{e:?}");
 }
 
-/// A window in an opening of a wall lets the surroundings' light in: π L A τ̄ of it.
+/// A window in the opening of a wall transmits π L A τ̄ of the light of the surroundings.
 #[test]
-fn a_window_small_against_the_room_lets_in_all_its_light() {
+fn small_window_transmits_all_its_light() {
     let (w, l) = (0.25, 3.0);
     let mut parts = read(&format!("[solve]\npatch_size=0.5\n[surroundings]\nradiance={l}\n[[surface]]\nname=\"room\"\nroom={{min=[0,0,0],max=[4,6,3]}}\nomit=[\"y1\"]\nreflectance=0.2\n")).into_parts();
     // The wall y = 6 around an opening of w × w.

@@ -1,21 +1,21 @@
-//! The spectral engine against all pairs, and against the laws.
+//! The spectral engine against the dense engine and against physical laws.
 
 mod common;
 
 use common::{solved_zones as solved, surface, wall};
 use zonal_math::{Vec3, vec3};
-use zonal_scene::scene::{PatchRule, ThickZones};
 use zonal_scene::{
-    Bands, Engine, Facet, Fields, Options, Progress, Quiet, Scene, SceneParts, Surroundings, Texture, Voxmap,
-    Zones, bands,
+    Bands, Engine, Facet, Fields, NoProgress, Progress, Scene, SceneParts, SolveOptions, Surroundings,
+    Texture, VoxelGrid, Zones, bands,
 };
-use zonal_solve::engine::{Choice, choose};
-use zonal_solve::forecast::{Forecast, is_open};
-use zonal_solve::spectral::{Spectral, basis::Variation, enclosure::Enclosure};
-use zonal_solve::{Job, Operator, solve_zones};
+use zonal_scene::{PatchRule, ZoneBasis};
+use zonal_solve::engine::selection::{EngineChoice, select_engine};
+use zonal_solve::report::cost_estimate::problem_size::{ProblemSize, is_open};
+use zonal_solve::spectral::{SpectralOperator, basis::BasisOrder, enclosure::BoxEnclosure};
+use zonal_solve::{ExchangeOperator, SolveSettings, solve_zones};
 use zonal_transport::{Transport, build_zones};
 
-/// Numbers in [0, 1) that look random.
+/// Pseudo-random numbers in [0, 1).
 struct Dice(u64);
 
 impl Dice {
@@ -28,7 +28,7 @@ impl Dice {
     }
 }
 
-/// A box of cells with walls; textures of chance on the walls, albedo, emission and sources of chance in the cells.
+/// A box of cells with random textures on the walls, and random albedo, emission and sources in the cells.
 #[derive(Clone)]
 struct Room {
     cells: [usize; 3],
@@ -48,12 +48,12 @@ impl Room {
         let min = vec3(-0.3, 0.7, 2.0);
         let mut dice = Dice(7);
         let mut parts = SceneParts {
-            options: Options {
+            options: SolveOptions {
                 patch_rule: PatchRule::Voxels,
                 engine: self.engine,
                 residual: 1e-14,
-                thick_zones: ThickZones::Constant,
-                ..Options::default()
+                zone_basis: ZoneBasis::Constant,
+                ..SolveOptions::default()
             },
             periodic: self.periodic,
             ..SceneParts::default()
@@ -75,7 +75,7 @@ impl Room {
                 uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
             });
         }
-        let mut map = Voxmap::new(min, Vec3::from_array(self.edges), self.cells).unwrap();
+        let mut map = VoxelGrid::new(min, Vec3::from_array(self.edges), self.cells).unwrap();
         for i in 0..map.len() {
             let source = dice.bands().map(|x| if x > 0.7 { x } else { 0.0 });
             map.set(
@@ -86,7 +86,7 @@ impl Room {
                 bands(|b| source[b] * self.kappa[b].min(1.0)),
             );
         }
-        parts.voxmap = Some(map.seal().unwrap());
+        parts.voxel_grid = Some(map.seal().unwrap());
         parts
     }
     fn scene(&self) -> Scene {
@@ -97,15 +97,16 @@ impl Room {
     }
 }
 
-fn operator(scene: &Scene) -> (Zones, Spectral) {
+fn operator(scene: &Scene) -> (Zones, SpectralOperator) {
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap();
-    let found = Enclosure::find(scene, &zones).unwrap_or_else(|e| panic!("{e}"));
-    let s = Spectral::new(found, zones.patches.len(), Variation::Constant, &Quiet as &dyn Progress);
+    let found = BoxEnclosure::find(scene, &zones).unwrap_or_else(|e| panic!("{e}"));
+    let s =
+        SpectralOperator::new(found, zones.patches.len(), BasisOrder::Constant, &NoProgress as &dyn Progress);
     (zones, s)
 }
 
-/// Largest relative difference of what arrives, and of radiosities.
+/// Largest relative difference of the incident fields and of the radiosities.
 fn apart(a: &Fields, b: &Fields) -> f64 {
     let of = |a: &[Bands], b: &[Bands]| {
         let pairs = a.iter().flatten().zip(b.iter().flatten());
@@ -122,7 +123,7 @@ fn like_dense(room: &Room) {
     assert_eq!((report.engine.as_str(), pairs.engine.as_str()), ("spectral", "dense"));
     let off = apart(&spectral, &dense);
     assert!(off < 1e-10, "{:?}: {off:e}", room.periodic);
-    // What is left over of the power, and the radius that the report tells, which holds.
+    // The residual of the balance, and the stated error, which covers it.
     assert!(report.energy.residual.iter().all(|r| r.abs() < 1e-11), "{:?}", report.energy.residual);
     let told = |i: usize, b: usize| spectral.error[i][b] + 3e-11 * dense.incident[i][b];
     for i in 0..dense.incident.len() {
@@ -133,24 +134,24 @@ fn like_dense(room: &Room) {
 }
 
 #[test]
-fn zones_of_three_edges_are_those_of_all_pairs() {
+fn cuboid_zones_agree_with_the_dense_engine() {
     like_dense(&Room::new([12, 9, 7], EDGES, [1.5, 1.5, 4.0]));
 }
 
 #[test]
-fn cubes_are_those_of_all_pairs() {
+fn cubic_zones_agree_with_the_dense_engine() {
     like_dense(&Room::new([6, 6, 6], [0.25; 3], [0.7, 2.0, 0.0]));
 }
 
 #[test]
-fn periodic_zones_are_those_of_all_pairs() {
+fn periodic_zones_agree_with_the_dense_engine() {
     for periodic in [[true, false, false], [false, true, false], [false, false, true]] {
         like_dense(&Room { periodic, ..Room::new([12, 9, 7], EDGES, [7.0; 3]) });
     }
     for periodic in [[true, true, false], [true, false, true], [false, true, true]] {
         like_dense(&Room { periodic, ..Room::new([5, 4, 3], EDGES, [20.0, 20.0, 30.0]) });
     }
-    // Next to no medium, and none at all.
+    // Almost no medium, and none.
     for periodic in [[true, false, false], [false, true, true]] {
         like_dense(&Room { periodic, ..Room::new([5, 4, 3], EDGES, [1e-4, 0.0, 1e-12]) });
     }
@@ -183,10 +184,10 @@ fn reciprocity_and_closure() {
             assert!((left - right).abs() < 1e-12 * left, "{left} {right}");
         }
         let strength: Vec<Bands> =
-            (0..zones.len()).map(|i| zonal_exchange::pair::strength(&zones, i)).collect();
-        let (rows, open) = (s.apply(&strength), s.openings());
+            (0..zones.len()).map(|i| zonal_exchange::pair::scaled_radiosity_coefficient(&zones, i)).collect();
+        let (rows, open) = (s.apply(&strength), s.opening_factors());
         for i in 0..zones.len() {
-            let t = zonal_exchange::pair::target(&zones, i);
+            let t = zonal_exchange::pair::closure_target(&zones, i);
             (0..3).for_each(|b| {
                 let row = rows[i][b] + open[i][b];
                 assert!((row / t - 1.0).abs() < 1e-12, "{:?} {i} {b}: {row} {t}", room.periodic);
@@ -196,7 +197,7 @@ fn reciprocity_and_closure() {
 }
 
 #[test]
-fn an_isothermal_enclosure_is_level() {
+fn isothermal_enclosure_is_uniform() {
     for room in rooms() {
         let mut parts = room.parts();
         for s in &mut parts.surfaces {
@@ -205,7 +206,7 @@ fn an_isothermal_enclosure_is_level() {
         }
         parts.surroundings =
             Surroundings { radiance: [std::f64::consts::FRAC_1_PI; 3], ..Surroundings::default() };
-        let map = parts.voxmap.as_mut().unwrap();
+        let map = parts.voxel_grid.as_mut().unwrap();
         map.fill(room.kappa, [0.6, 0.0, 1.0], [1.0; 3], [0.0; 3]);
         let (zones, fields, report) = solved(&Scene::new(parts).unwrap());
         for (i, x) in fields.incident.iter().enumerate() {
@@ -217,13 +218,13 @@ fn an_isothermal_enclosure_is_level() {
 }
 
 #[test]
-fn what_the_room_has_of_symmetry_its_light_has() {
-    // Equal walls, cubes, a medium of one look: 48 symmetries, among them the exchange of axes and reversals.
+fn light_has_the_symmetry_of_the_room() {
+    // Equal walls, cubic cells and a uniform medium have 48 symmetries, permutations and reversals of the axes.
     let mut parts = Room::new([6; 3], [0.2; 3], [2.0; 3]).parts();
     for s in &mut parts.surfaces {
         (s.reflectance_texture, s.emission_texture) = (None, None);
     }
-    parts.voxmap.as_mut().unwrap().fill([2.0; 3], [0.7; 3], [0.4; 3], [0.0; 3]);
+    parts.voxel_grid.as_mut().unwrap().fill([2.0; 3], [0.7; 3], [0.4; 3], [0.0; 3]);
     let (zones, fields, _) = solved(&Scene::new(parts).unwrap());
     let g = |c: [usize; 3]| fields.incident[zones.voxel_offset() + (c[0] * 6 + c[1]) * 6 + c[2]][0];
     for c in [[0, 1, 2], [1, 1, 0], [2, 0, 0]] {
@@ -243,7 +244,7 @@ fn threads_do_not_change_a_bit() {
 }
 
 #[test]
-fn where_it_does_not_apply_the_reason_is_told() {
+fn unsuitable_scenes_are_refused_with_a_reason() {
     let room = Room::new([3, 4, 5], EDGES, [1.0; 3]);
     let refused = |change: &dyn Fn(&mut SceneParts)| {
         let mut parts = room.parts();
@@ -251,68 +252,74 @@ fn where_it_does_not_apply_the_reason_is_told() {
         let scene = Scene::new(parts).unwrap();
         let transport = Transport::new(&scene);
         let zones = build_zones(&scene, &transport).unwrap();
-        solve_zones(&scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).unwrap_err().to_string()
+        solve_zones(&scene, &zones, &transport, &SolveSettings::new(4 << 30, &NoProgress))
+            .unwrap_err()
+            .to_string()
     };
     let told = refused(&|p| {
-        let map = p.voxmap.as_mut().unwrap();
+        let map = p.voxel_grid.as_mut().unwrap();
         map.set(7, [1.0, 2.0, 1.0], [0.5; 3], [0.0; 3], [0.0; 3]);
         *map = map.clone().seal().unwrap();
     });
     assert!(told.contains("spectral does not apply: the extinction varies in band 1"), "{told}");
-    let told = refused(&|p| p.voxmap = None);
+    let told = refused(&|p| p.voxel_grid = None);
     assert!(told.contains("there is no medium"), "{told}");
     let told = refused(&|p| p.options.patch_rule = PatchRule::Edge);
     assert!(told.contains("'wall0'") && told.contains("patch_rule = \"voxels\""), "{told}");
     let told = refused(&|p| p.facets.push(Facet { surface: 2, ..p.facets[0] }));
     assert!(told.contains("lies on another") || told.contains("no face of a voxel"), "{told}");
-    // Too little memory is said before anything is computed.
+    // Insufficient memory is reported before the computation.
     let scene = Room::new([20, 20, 20], EDGES, [1.0; 3]).scene();
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
-    let told = solve_zones(&scene, &zones, &transport, &Job::new(1 << 20, &Quiet)).unwrap_err().to_string();
+    let told = solve_zones(&scene, &zones, &transport, &SolveSettings::new(1 << 20, &NoProgress))
+        .unwrap_err()
+        .to_string();
     assert!(told.contains("--max-memory"), "{told}");
 }
 
 #[test]
-fn periodic_scenes_are_for_engines_that_know_images() {
+fn periodic_scenes_require_engines_with_images() {
     let room = Room { periodic: [true, false, false], ..Room::new([3, 4, 5], EDGES, [9.0; 3]) };
     let refused = |room: &Room| {
         let scene = room.scene();
         let transport = Transport::new(&scene);
         let zones = build_zones(&scene, &transport).unwrap();
-        let job = Job::new(4 << 30, &Quiet);
+        let job = SolveSettings::new(4 << 30, &NoProgress);
         solve_zones(&scene, &zones, &transport, &job).unwrap_err().to_string()
     };
     assert!(refused(&room.with(Engine::Hierarchical)).contains("boundary"));
     assert!(refused(&Room { omit: vec![2], ..room.with(Engine::Dense) }).contains("boundary"));
-    // Walls stand across no periodic axis.
+    // Walls across periodic axes are refused.
     let mut parts = Room { periodic: [false; 3], ..room.clone() }.parts();
     parts.periodic = [true, false, false];
     let scene = Scene::new(parts).unwrap();
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
-    let told = solve_zones(&scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).unwrap_err().to_string();
+    let told = solve_zones(&scene, &zones, &transport, &SolveSettings::new(4 << 30, &NoProgress))
+        .unwrap_err()
+        .to_string();
     assert!(told.contains("'wall0' stands across"), "{told}");
 }
 
 #[test]
-fn auto_takes_it_where_zones_are_many_and_tells_why_not() {
+fn auto_selects_spectral_for_many_zones_or_gives_the_reason() {
     let room = Room::new([18, 18, 18], [0.1; 3], [1.0; 3]).with(Engine::Auto);
     let chosen = |parts: SceneParts| {
         let scene = Scene::new(parts).unwrap();
         let transport = Transport::new(&scene);
         let zones = build_zones(&scene, &transport).unwrap();
-        let forecast = Forecast::new(&scene, &zones, &transport);
-        choose(&scene, &zones, &transport, &forecast, Default::default(), 4 << 30).unwrap()
+        let forecast = ProblemSize::new(&scene, &zones, &transport);
+        select_engine(&scene, &zones, &transport, &forecast, (Default::default(), 4 << 30)).unwrap()
     };
-    let told = |c: Choice| (c.engine, c.reason);
+    let told = |c: EngineChoice| (c.engine, c.reason);
     let (engine, why) = told(chosen(room.parts()));
     assert!(engine == Engine::Spectral && why.contains("7776 zones in a box"), "{why}");
     let mut parts = Room { cells: [20; 3], ..room.clone() }.parts();
-    let map = parts.voxmap.take().unwrap();
+    let map = parts.voxel_grid.take().unwrap();
     let mut map = map.clone();
     map.set(5, [2.0, 1.0, 1.0], [0.5; 3], [0.0; 3], [0.0; 3]);
-    parts.voxmap = Some(map.seal().unwrap());
+    parts.voxel_grid = Some(map.seal().unwrap());
     let (engine, why) = told(chosen(parts));
     assert_eq!(engine, Engine::Hierarchical);
     assert!(why.contains("spectral does not apply: the extinction varies in band 0"), "{why}");
@@ -330,7 +337,7 @@ fn auto_takes_it_where_zones_are_many_and_tells_why_not() {
 }
 
 #[test]
-fn slabs_are_the_closed_forms() {
+fn slabs_match_the_closed_forms() {
     // VALIDATION 5 (b): between black plates, the medium in radiative equilibrium.
     let slab = |n: usize, tau: f64| {
         let room = Room::new([1, 1, n], [1.0 / n as f64; 3], [tau; 3]);
@@ -339,7 +346,7 @@ fn slabs_are_the_closed_forms() {
             (s.reflectance_texture, s.emission_texture) = (None, None);
             (s.reflectance, s.emission) = ([0.0; 3], [f64::from(u8::from(k == 0)); 3]);
         }
-        parts.voxmap.as_mut().unwrap().fill([tau; 3], [1.0; 3], [0.0; 3], [0.0; 3]);
+        parts.voxel_grid.as_mut().unwrap().fill([tau; 3], [1.0; 3], [0.0; 3], [0.0; 3]);
         let (zones, fields, _) = solved(&Scene::new(parts).unwrap());
         assert_eq!(zones.patches.len(), 2);
         fields.incident[1][0]

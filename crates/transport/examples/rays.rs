@@ -1,19 +1,22 @@
-//! Any-hit rate on 200,000 triangles, and the same questions as files for a peer: see benches/peers/embree.
+//! Any-hit rate on 200,000 triangles, with the queries as files for a comparison: see benches/peers/embree.
 //!
 //! `cargo run --release -p zonal-transport --example rays -- FOLDER [TRIANGLES]` writes `NAME.tri` (nine doubles a triangle),
-//! `NAME.volume` and `NAME.surface` (six doubles a segment, from and to) and the answers (`.ours`, a byte each) into the folder. The
+//! `NAME.volume` and `NAME.surface` (six doubles a segment, from and to) and the results (`.ours`, a byte each) into the folder. The
 //! scene is a room with columns, all regular meshes; or, subdivided to 200,000, the triangles of a file of the same format.
 
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
-use zonal_math::{Vec3, sequence::unit, vec3};
+use zonal_math::{Vec3, low_discrepancy::hash_to_unit, vec3};
 use zonal_scene::{Facet, Plate, Scene, SceneParts, Sides, Surface};
 use zonal_transport::Transport;
 
-const TRIANGLES: usize = 200_000;
-const SEGMENTS: usize = 400_000;
-const REPEATS: usize = 5;
+/// Triangles of a subdivided scene.
+const TRIANGLE_COUNT: usize = 200_000;
+/// Segments of each query set.
+const SEGMENT_COUNT: usize = 400_000;
+/// Timed repetitions, of which the fastest counts.
+const REPEAT_COUNT: usize = 5;
 
 fn main() -> std::io::Result<()> {
     let mut args = std::env::args().skip(1);
@@ -46,27 +49,30 @@ fn main() -> std::io::Result<()> {
     write(&path("tri"), corners)?;
     for (kind, points) in [("volume", in_volume(&scene)), ("surface", on_surfaces(&plates))] {
         write(&path(kind), points.iter().copied())?;
-        let mut answers = vec![0u8; SEGMENTS];
+        let mut answers = vec![0u8; SEGMENT_COUNT];
         let mut best = f64::INFINITY;
-        for _ in 0..REPEATS {
-            let start = cpu();
+        for _ in 0..REPEAT_COUNT {
+            let start = cpu_time();
             for (answer, x) in answers.iter_mut().zip(points.chunks_exact(2)) {
-                *answer = u8::from(t.blocked(x[0], x[1]));
+                *answer = u8::from(t.occluded(x[0], x[1]));
             }
-            best = best.min(cpu() - start);
+            best = best.min(cpu_time() - start);
         }
         std::fs::write(path(&format!("{kind}.ours")), &answers)?;
-        let blocked = answers.iter().filter(|x| **x == 1).count();
-        println!("ours   {name:<8} {kind:<8} {:6.3} M/s  {blocked} blocked", SEGMENTS as f64 / best * 1e-6);
+        let occluded = answers.iter().filter(|x| **x == 1).count();
+        println!(
+            "ours   {name:<8} {kind:<8} {:6.3} M/s  {occluded} occluded",
+            SEGMENT_COUNT as f64 / best * 1e-6
+        );
     }
     Ok(())
 }
 
-/// Seconds that this thread has run; the clock's where the system does not tell.
-fn cpu() -> f64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let told = told.and_then(|s| s.split(' ').next()?.parse::<f64>().ok());
-    match told {
+/// CPU time of this thread, s; wall-clock time where the system does not report it.
+fn cpu_time() -> f64 {
+    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let stat = stat.and_then(|s| s.split(' ').next()?.parse::<f64>().ok());
+    match stat {
         Some(ns) => ns * 1e-9,
         None => std::time::SystemTime::UNIX_EPOCH.elapsed().map_or(0.0, |d| d.as_secs_f64()),
     }
@@ -88,18 +94,18 @@ fn triangles(bytes: &[u8]) -> Vec<Plate> {
     all.filter(|p| p.area() > 1e-12).collect()
 }
 
-/// Triangles halved at their longest edges, those with the longest first, as patches are.
+/// Triangles halved at their longest edges, as in zoning, to about [`TRIANGLE_COUNT`].
 fn subdivided(mut plates: Vec<Plate>) -> Vec<Plate> {
     let edges = |p: &Plate| {
         let c = p.corners().0;
         [0, 1, 2].map(|k| (c[(k + 1) % 3] - c[k]).length())
     };
     let longest = |p: &Plate| edges(p).into_iter().fold(0.0, f64::max);
-    // The limit of the edge's length, found by halving: monotone in the number of triangles.
-    let cut = |limit: f64, plates: &[Plate]| -> Vec<Plate> {
-        let (mut todo, mut done) = (plates.to_vec(), Vec::new());
-        while let Some(p) = todo.pop() {
-            if longest(&p) <= limit || done.len() + todo.len() > 2 * TRIANGLES {
+    // Bisect the limit of the edge length, in which the number of triangles is monotone.
+    let subdivide = |limit: f64, plates: &[Plate]| -> Vec<Plate> {
+        let (mut open, mut done) = (plates.to_vec(), Vec::new());
+        while let Some(p) = open.pop() {
+            if longest(&p) <= limit || done.len() + open.len() > 2 * TRIANGLE_COUNT {
                 done.push(p);
                 continue;
             }
@@ -107,16 +113,16 @@ fn subdivided(mut plates: Vec<Plate>) -> Vec<Plate> {
             let k = (0..3).max_by(|i, j| e[*i].total_cmp(&e[*j])).unwrap_or(0);
             let (a, b, o) = (c[k], c[(k + 1) % 3], c[(k + 2) % 3]);
             let m = (a + b) * 0.5;
-            todo.extend([Plate::triangle(o, a, m), Plate::triangle(o, m, b)]);
+            open.extend([Plate::triangle(o, a, m), Plate::triangle(o, m, b)]);
         }
         done
     };
     let (mut low, mut high) = (0.0, plates.iter().map(longest).fold(0.0, f64::max));
     for _ in 0..24 {
         let middle = 0.5 * (low + high);
-        if cut(middle, &plates).len() > TRIANGLES { low = middle } else { high = middle }
+        if subdivide(middle, &plates).len() > TRIANGLE_COUNT { low = middle } else { high = middle }
     }
-    plates = cut(high, &plates);
+    plates = subdivide(high, &plates);
     plates
 }
 
@@ -160,15 +166,17 @@ fn room() -> Vec<Plate> {
 
 fn in_volume(scene: &Scene) -> Vec<Vec3> {
     let (lo, hi) = scene.bounds();
-    let point = |i: u64| lo + vec3(unit(3 * i), unit(3 * i + 1), unit(3 * i + 2)).scale(hi - lo);
-    (0..2 * SEGMENTS as u64).map(point).collect()
+    let point = |i: u64| {
+        lo + vec3(hash_to_unit(3 * i), hash_to_unit(3 * i + 1), hash_to_unit(3 * i + 2)).scale(hi - lo)
+    };
+    (0..2 * SEGMENT_COUNT as u64).map(point).collect()
 }
 
 fn on_surfaces(plates: &[Plate]) -> Vec<Vec3> {
     let point = |i: u64| {
-        let p = &plates[(unit(3 * i) * plates.len() as f64) as usize];
-        let [u, v] = p.warp([unit(3 * i + 1), unit(3 * i + 2)]);
+        let p = &plates[(hash_to_unit(3 * i) * plates.len() as f64) as usize];
+        let [u, v] = p.warp([hash_to_unit(3 * i + 1), hash_to_unit(3 * i + 2)]);
         p.at(u, v)
     };
-    (0..2 * SEGMENTS as u64).map(point).collect()
+    (0..2 * SEGMENT_COUNT as u64).map(point).collect()
 }

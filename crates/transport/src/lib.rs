@@ -1,43 +1,44 @@
-//! What a ray meets: visibility, optical depth, free space, and the zones that follow from them.
+//! Ray queries on a scene: visibility, optical depth, direct light, and the cut of the scene into zones.
 //!
-//! One question runs through everything: what lies between two points? Opaque facets block, panes and the voxmap dim:
+//! The transmittance between two points a and b is
 //!
 //! ```text
 //! τ(a, b) = 0 where a facet crosses the open segment, else exp(−∫ κ ds − Σ_panes κ t/|cosθ|)
 //! ```
 //!
-//! | module | what |
-//! |---|---|
-//! | [`transport`] | [`Transport`]: the questions, answered |
-//! | [`zoning`] | [`build_zones`]: patches, free parts of voxels, pieces of panes |
-//! | [`direct`] | sun, sky and small emitters at a point |
-//! | `cluster` | which of many shining facets to ask |
-//! | `emitter` | points of a lamp, by area and by solid angle |
-//! | [`solid_angle`] | a plate seen from a point, in closed form |
-//! | [`sheets`] | which patch of a facet holds a point |
-//! | `meet` | a line and a plate, watertight, in double precision |
-//! | `bvh` | the tree that finds the plates worth asking |
-//! | `hull` | facets that can never block: the walls of a convex room |
-//! | `shaft` | facets that can block no segment between two zones |
-//! | `walk` | a segment through the voxmap, cell by cell |
-//! | `solid` | which points lie in solid material, and which outside every closed room |
+//! with the extinction κ of the medium and the panes (1/m), the thickness t of a pane (m) and the angle θ between segment and pane
+//! normal.
 //!
-//! This room knows no radiosity and no form factor. It reads the scene and never changes it.
+//! | module | content |
+//! |---|---|
+//! | `transport` | [`Transport`]: visibility and closest-hit queries |
+//! | `optical_depth` | optical depths and transmittances of [`Transport`] |
+//! | [`zoning`] | [`build_zones`]: patches, free parts of voxels, pieces of panes |
+//! | [`lights`] | direct light of suns, skies and emitters at a point |
+//! | [`solid_angle`] | solid angle of a plate in closed form |
+//! | [`patch_locator`] | the patch of a facet that holds a point |
+//! | `intersect` | watertight ray–plate intersection in double precision |
+//! | `bvh` | bounding volume hierarchy over plates |
+//! | `occluder_culling` | facets that never occlude: the walls of a convex room |
+//! | `shaft_culling` | facets that occlude no segment between two zones |
+//! | `grid_traversal` | cells of the voxel grid along a segment |
+//! | `solids` | points in solid material and points outside every closed room |
+//!
+//! The crate reads the scene and never changes it; it does not depend on radiosities or exchange factors.
 
 mod bvh;
-mod cluster;
-pub mod direct;
-mod emitter;
-mod hull;
-mod meet;
-mod shaft;
-pub mod sheets;
-mod solid;
+mod grid_traversal;
+mod intersect;
+pub mod lights;
+mod occluder_culling;
+mod optical_depth;
+pub mod patch_locator;
+mod shaft_culling;
 pub mod solid_angle;
-pub mod transport;
-mod walk;
+mod solids;
+mod transport;
 pub mod zoning;
 
-pub use shaft::End;
+pub use shaft_culling::ShaftEnd;
 pub use transport::{Hit, PaneHit, Transport};
 pub use zoning::build_zones;

@@ -1,19 +1,16 @@
-//! The questions a solver asks of a scene.
+//! Visibility and closest-hit queries on a scene.
 //!
-//! ```text
-//! τ = e^{−δ},   δ = Σ_cells κ ℓ + Σ_panes κ t/|cosθ|
-//! ```
-//!
-//! exact for an extinction κ that is constant in each cell. Inside a closed solid there is no medium, but no free segment
-//! runs through one, so the walk does not ask. Lengths in metres, κ in 1/m, optical depths without unit.
+//! [`Transport`] holds one bounding volume hierarchy over all facets and one over all pane plates. Queries between two points of the
+//! scene itself (suffix `_inside`) use smaller trees without the facets and panes that `occluder_culling` proves harmless. Lengths
+//! are in metres, extinctions in 1/m; optical depths are dimensionless.
 
 use crate::bvh::Bvh;
-use crate::meet::Tolerance;
-use crate::shaft::{End, Shaft};
-use crate::solid::Solids;
-use crate::{hull, walk};
+use crate::intersect::Tolerance;
+use crate::shaft_culling::{Shaft, ShaftEnd};
+use crate::solids::Solids;
+use crate::{grid_traversal, occluder_culling};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Plate, Scene, Zones, bands};
+use zonal_scene::{Plate, Scene, Zones};
 
 /// The first facet on a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,13 +21,13 @@ pub struct Hit {
     pub facet: usize,
     /// First parameter of the point on the facet's plate.
     pub u: f64,
-    /// Second parameter.
+    /// Second parameter of the point on the facet's plate.
     pub v: f64,
-    /// True when the ray comes from the front.
+    /// True when the ray meets the front of the facet.
     pub front: bool,
 }
 
-/// A segment's crossing of a pane.
+/// Intersection of a segment with a pane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PaneHit {
     /// Distance from the segment's start, m.
@@ -43,52 +40,72 @@ pub struct PaneHit {
     pub cos: f64,
 }
 
-/// A scene made ready for rays.
+/// A scene prepared for ray queries.
+///
+/// ```
+/// use zonal_math::{Vec3, vec3};
+/// use zonal_scene::{Scene, SceneParts, VoxelGrid};
+/// use zonal_transport::Transport;
+///
+/// // A uniform medium of extinction 0.5 m⁻¹ in a cube of 2 m.
+/// let mut grid = VoxelGrid::new(Vec3::ZERO, Vec3::ONE, [2, 2, 2]).unwrap();
+/// (0..8).for_each(|cell| grid.set(cell, [0.5; 3], [0.0; 3], [0.0; 3], [0.0; 3]));
+/// let parts = SceneParts { voxel_grid: Some(grid.seal().unwrap()), ..SceneParts::default() };
+/// let scene = Scene::new(parts).unwrap();
+/// let transport = Transport::new(&scene);
+///
+/// let (a, b) = (vec3(0.0, 1.0, 1.0), vec3(2.0, 1.0, 1.0));
+/// assert!(!transport.occluded(a, b));
+/// assert!((transport.optical_depth(a, b)[0] - 1.0).abs() < 1e-12);
+/// assert!((transport.transmittance(a, b).unwrap()[0] - (-1.0f64).exp()).abs() < 1e-12);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Transport<'a> {
     scene: &'a Scene,
-    tol: Tolerance,
-    all: Bvh,
-    /// The facets that can block between points of the scene; `None` when that is all of them.
-    dividing: Option<Bvh>,
+    tolerance: Tolerance,
+    facets: Bvh,
+    /// The facets that can occlude between points of the scene; `None` when these are all facets.
+    interior_facets: Option<Bvh>,
     solids: Solids,
     panes: Bvh,
-    /// The pane plates that can lie between points of the scene; `None` when that is all of them.
-    between: Option<Bvh>,
-    pane_of: Vec<(u32, u32)>,
+    /// The pane plates that can lie between points of the scene; `None` when these are all pane plates.
+    interior_panes: Option<Bvh>,
+    /// Pane, and index within the pane, of every pane plate.
+    pane_plates: Vec<(u32, u32)>,
 }
 
 impl<'a> Transport<'a> {
-    /// Builds the trees.
+    /// Builds the hierarchies over facets, panes and solids.
     pub fn new(scene: &'a Scene) -> Transport<'a> {
-        let tol = Tolerance::of(scene);
+        let tolerance = Tolerance::of(scene);
         let bounds = scene.bounds();
-        let facets: Vec<(u32, Plate)> = (0u32..).zip(scene.facets()).map(|(k, f)| (k, f.plate)).collect();
-        let all = Bvh::new(&facets, bounds);
-        let pane_of: Vec<(u32, u32)> = (0u32..)
+        let facet_plates: Vec<(u32, Plate)> =
+            (0u32..).zip(scene.facets()).map(|(k, f)| (k, f.plate)).collect();
+        let facets = Bvh::new(&facet_plates, bounds);
+        let pane_plates: Vec<(u32, u32)> = (0u32..)
             .zip(scene.panes())
             .flat_map(|(p, pane)| (0..pane.plates.len() as u32).map(move |k| (p, k)))
             .collect();
         let plates = scene.panes().iter().flat_map(|p| &p.plates);
         let panes: Vec<(u32, Plate)> = (0u32..).zip(plates.copied()).collect();
 
-        let some = |list: &[(u32, Plate)]| {
-            let bare: Vec<Plate> = list.iter().map(|x| x.1).collect();
-            let divides = hull::dividing(scene, &bare, &all, &tol);
+        let interior = |list: &[(u32, Plate)]| {
+            let plates: Vec<Plate> = list.iter().map(|x| x.1).collect();
+            let divides = occluder_culling::divides_scene(scene, &plates, &facets, &tolerance);
             let kept: Vec<(u32, Plate)> = list.iter().zip(divides).filter(|x| x.1).map(|x| *x.0).collect();
             (kept.len() < list.len()).then(|| Bvh::new(&kept, bounds))
         };
-        let dividing = some(&facets);
-        let between = some(&panes);
+        let interior_facets = interior(&facet_plates);
+        let interior_panes = interior(&panes);
         Transport {
             scene,
-            tol,
-            solids: Solids::new(scene, &tol),
+            tolerance,
+            solids: Solids::new(scene, &tolerance),
             panes: Bvh::new(&panes, bounds),
-            dividing,
-            between,
-            all,
-            pane_of,
+            interior_facets,
+            interior_panes,
+            facets,
+            pane_plates,
         }
     }
 
@@ -98,38 +115,39 @@ impl<'a> Transport<'a> {
     }
     /// The length below which points coincide, m: 10⁻⁹ of the scene's diagonal.
     pub fn epsilon(&self) -> f64 {
-        self.tol.plane
+        self.tolerance.plane
     }
     /// A point on the ray `origin + t dir` well outside the scene: the far end of a segment towards the sun or the sky.
-    pub fn beyond(&self, origin: Vec3, dir: Vec3) -> Vec3 {
+    pub fn exterior_point(&self, origin: Vec3, dir: Vec3) -> Vec3 {
         let (lo, hi) = self.scene.bounds();
         let away = ((lo + hi) * 0.5 - origin).length();
         origin + dir * (away + 2.0 * self.scene.diagonal())
     }
 
-    /// True when a facet crosses the open segment a–b. A facet on which an end lies, or in whose plane the segment runs, does not.
+    /// True when a facet crosses the open segment a–b. A facet that holds an end of the segment, or whose plane holds the segment,
+    /// does not occlude.
     #[inline]
-    pub fn blocked(&self, a: Vec3, b: Vec3) -> bool {
-        self.all.any(a, b, &self.tol)
+    pub fn occluded(&self, a: Vec3, b: Vec3) -> bool {
+        self.facets.any(a, b, &self.tolerance)
     }
-    /// [`Transport::blocked`] for two points of the scene itself (on its surfaces, or in its voxmap): asks only the facets that
+    /// [`Transport::occluded`] for two points of the scene itself (on its surfaces, or in its voxel grid): tests only the facets that
     /// can lie between such points.
     #[inline]
-    pub fn blocked_inside(&self, a: Vec3, b: Vec3) -> bool {
-        self.dividing.as_ref().unwrap_or(&self.all).any(a, b, &self.tol)
+    pub fn occluded_inside(&self, a: Vec3, b: Vec3) -> bool {
+        self.interior_facets().any(a, b, &self.tolerance)
     }
-    /// True when a facet or a pane stands between two points of the scene itself.
-    pub fn parted_inside(&self, a: Vec3, b: Vec3) -> bool {
-        self.blocked_inside(a, b) || self.has_panes_between() && self.pane_depth_inside(a, b) != [0.0; 3]
+    /// True when a facet or an absorbing pane stands between two points of the scene itself.
+    pub fn separated_inside(&self, a: Vec3, b: Vec3) -> bool {
+        self.occluded_inside(a, b) || self.has_interior_panes() && self.pane_depth_inside(a, b) != [0.0; 3]
     }
     /// False when no facet can stand between any point of one zone and any of the other, both zones of the scene: then
-    /// [`Transport::blocked_inside`] is false for all of them. True says nothing.
-    pub fn may_divide(&self, ends: [End; 2]) -> bool {
-        self.dividing.as_ref().unwrap_or(&self.all).any_in(&Shaft::new(ends), &self.tol)
+    /// [`Transport::occluded_inside`] is false for all pairs of points. True when this is not proved.
+    pub fn may_occlude(&self, ends: [ShaftEnd; 2]) -> bool {
+        self.interior_facets().any_in(&Shaft::new(ends), &self.tolerance)
     }
-    /// The same of panes.
-    pub fn pane_may_divide(&self, ends: [End; 2]) -> bool {
-        self.between.as_ref().unwrap_or(&self.panes).any_in(&Shaft::new(ends), &self.tol)
+    /// False when no pane can stand between any point of one zone and any of the other; true when this is not proved.
+    pub fn pane_may_intersect(&self, ends: [ShaftEnd; 2]) -> bool {
+        self.interior_panes().any_in(&Shaft::new(ends), &self.tolerance)
     }
     /// True when some facet can lie between two points of the scene.
     pub fn has_occluders(&self) -> bool {
@@ -137,213 +155,108 @@ impl<'a> Transport<'a> {
     }
     /// Number of facets that can lie between two points of the scene.
     pub fn occluder_count(&self) -> usize {
-        self.dividing.as_ref().unwrap_or(&self.all).len()
+        self.interior_facets().len()
     }
     /// True when some pane can lie between two points of the scene.
-    pub fn has_panes_between(&self) -> bool {
-        self.between.as_ref().unwrap_or(&self.panes).len() > 0
+    pub fn has_interior_panes(&self) -> bool {
+        self.interior_panes().len() > 0
     }
 
-    /// The first facet on the ray with t_min < t < t_max (m, may be infinite); `dir` has unit length. A facet in whose plane
-    /// the ray starts or runs is not met.
-    pub fn nearest(&self, origin: Vec3, dir: Vec3, t_min: f64, t_max: f64) -> Option<Hit> {
-        let (id, [t, u, v], front) = self.all.nearest(origin, dir, (t_min, t_max), &self.tol)?;
+    /// The first facet on the ray with t_min < t < t_max (m, may be infinite); `dir` has unit length. Facets whose plane holds the
+    /// ray or its origin are ignored.
+    pub fn closest_hit(&self, origin: Vec3, dir: Vec3, t_min: f64, t_max: f64) -> Option<Hit> {
+        let (id, [t, u, v], front) = self.facets.nearest(origin, dir, (t_min, t_max), &self.tolerance)?;
         let facet = id as usize;
         Some(Hit { t, facet, u, v, front })
     }
 
-    /// Calls `each` with every facet that the segment a–b crosses, in no order. A facet on which an end lies is not crossed.
+    /// Calls `each` with every facet that the segment a–b crosses, in no order. A facet that holds an end is not crossed.
     pub fn facet_crossings(&self, a: Vec3, b: Vec3, each: &mut impl FnMut(Hit)) {
         let length = (b - a).length();
-        self.all.all(a, b, &self.tol, |id, [t, u, v], along| {
+        self.facets.all(a, b, &self.tolerance, |id, [t, u, v], along| {
             each(Hit { t: t * length, facet: id as usize, u, v, front: along < 0.0 });
         });
     }
 
-    /// Ids of the facets whose boxes overlap [lo, hi], ascending.
-    pub(crate) fn facets_near(&self, lo: Vec3, hi: Vec3) -> Vec<u32> {
-        let mut ids = Vec::new();
-        self.all.overlapping(lo, hi, |id| ids.push(id));
-        ids.sort_unstable();
-        ids
-    }
-
-    pub(crate) fn tolerance(&self) -> &Tolerance {
-        &self.tol
-    }
-
-    /// Calls `each` with (cell, t0, t1) for every voxmap cell on the segment a–b in order, t in metres from a.
+    /// Calls `each` with (cell, t0, t1) for every cell of the voxel grid on the segment a–b in order, t in metres from a.
     #[inline]
-    pub fn walk(&self, a: Vec3, b: Vec3, each: &mut impl FnMut(usize, f64, f64)) {
-        if let Some(map) = self.scene.voxmap() {
-            walk::walk(map, a, b, each);
+    pub fn traverse_grid(&self, a: Vec3, b: Vec3, each: &mut impl FnMut(usize, f64, f64)) {
+        if let Some(grid) = self.scene.voxel_grid() {
+            grid_traversal::traverse(grid, a, b, each);
         }
     }
 
-    /// Calls `each` with the panes that the segment a–b crosses, by ascending t. A pane on which an end lies is not crossed.
-    pub fn pane_crossings(&self, a: Vec3, b: Vec3, each: &mut impl FnMut(PaneHit)) {
-        self.crossings(&self.panes, a, b, each);
-    }
-
-    fn crossings(&self, panes: &Bvh, a: Vec3, b: Vec3, each: &mut impl FnMut(PaneHit)) {
-        if panes.len() == 0 {
-            return;
-        }
-        let length = (b - a).length();
-        let mut hits: Vec<(PaneHit, bool)> = Vec::new();
-        panes.all(a, b, &self.tol, |id, [t, u, v], along| {
-            let (pane, plate) = self.pane_of[id as usize];
-            let hit = PaneHit {
-                t: t * length,
-                pane: pane as usize,
-                plate: plate as usize,
-                cos: along.abs() / length,
-            };
-            // On the edge of a plate the neighbouring one is met too.
-            let edge = [u, v, 1.0 - u, 1.0 - v, 1.0 - u - v];
-            hits.push((hit, edge.iter().any(|e| e.abs() < 1e-9)));
-        });
-        hits.sort_by(|x, y| {
-            let order = x.0.t.total_cmp(&y.0.t);
-            order.then((x.0.pane, x.0.plate).cmp(&(y.0.pane, y.0.plate)))
-        });
-        let mut last: Option<(PaneHit, bool)> = None;
-        for h in hits {
-            let same = last.is_some_and(|l| {
-                l.1 && h.1 && h.0.t - l.0.t <= self.tol.plane / h.0.cos && (h.0.cos - l.0.cos).abs() < 1e-9
-            });
-            if !same {
-                each(h.0);
-            }
-            last = Some(h);
-        }
-    }
-
-    /// ∫ κ ds over voxmap and panes along a–b, a band. A pane adds κ t/|cosθ|, unless a or b lies on it.
-    #[inline]
-    pub fn optical_depth(&self, a: Vec3, b: Vec3) -> Bands {
-        self.depth(&self.panes, a, b)
-    }
-    /// [`Transport::optical_depth`] for two points of the scene itself: asks only the panes that can lie between such points.
-    #[inline]
-    pub fn optical_depth_inside(&self, a: Vec3, b: Vec3) -> Bands {
-        self.depth(self.between.as_ref().unwrap_or(&self.panes), a, b)
-    }
-
-    /// ∫ κ ds over the panes alone that lie between two points of the scene itself.
-    #[inline]
-    pub fn pane_depth_inside(&self, a: Vec3, b: Vec3) -> Bands {
-        self.pane_depth(self.between.as_ref().unwrap_or(&self.panes), a, b)
-    }
-
-    #[inline]
-    fn depth(&self, panes: &Bvh, a: Vec3, b: Vec3) -> Bands {
-        let (medium, panes) = (self.medium_depth(a, b), self.pane_depth(panes, a, b));
-        bands(|k| medium[k] + panes[k])
-    }
-
-    #[inline]
-    fn pane_depth(&self, panes: &Bvh, a: Vec3, b: Vec3) -> Bands {
-        let mut sum = [0.0; 3];
-        self.crossings(panes, a, b, &mut |h| {
-            let depth = self.slant_depth(&h);
-            (0..3).for_each(|k| sum[k] += depth[k]);
-        });
-        sum
-    }
-
-    /// κt/c of the pane that a segment meets, c the cosine of how it does.
-    #[inline]
-    pub fn slant_depth(&self, hit: &PaneHit) -> Bands {
-        let p = &self.scene.panes()[hit.pane];
-        p.extinction.map(|k| k * p.thickness / hit.cos)
-    }
-
-    /// The volume zone, an index into `zones.voxels`, of a cell in which a point lies: where walls part the cell, the one with the nearest
-    /// sample that the point sees.
-    pub fn zone_in(&self, zones: &Zones, cell: usize, p: Vec3) -> Option<usize> {
+    /// The volume zone, an index into `zones.voxels`, that holds point `p` of a cell. Where walls divide the cell: the zone of the
+    /// nearest sample that `p` sees.
+    pub fn volume_zone_at(&self, zones: &Zones, cell: usize, p: Vec3) -> Option<usize> {
         let range = zones.of_cell(cell);
         if range.len() <= 1 {
             return range.into_iter().next();
         }
-        let nearest = |z: usize| {
-            let part = zones.voxels[z].part.iter().map(|s| ((s.point - p).length2(), z, s.point));
-            part.min_by(|a, b| a.0.total_cmp(&b.0))
+        let nearest_sample = |z: usize| {
+            let samples = zones.voxels[z].samples.iter().map(|s| ((s.point - p).length2(), z, s.point));
+            samples.min_by(|a, b| a.0.total_cmp(&b.0))
         };
-        let mut near: Vec<(f64, usize, Vec3)> = range.filter_map(nearest).collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let seen = near.iter().find(|n| !self.blocked(p, n.2));
-        seen.or(near.first()).map(|n| n.1)
+        let mut candidates: Vec<(f64, usize, Vec3)> = range.filter_map(nearest_sample).collect();
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let visible = candidates.iter().find(|n| !self.occluded(p, n.2));
+        visible.or(candidates.first()).map(|n| n.1)
     }
 
-    /// ∫ κ ds over the voxmap alone.
-    #[inline]
-    pub fn medium_depth(&self, a: Vec3, b: Vec3) -> Bands {
-        let mut sum = [0.0; 3];
-        let Some(map) = self.scene.voxmap() else {
-            return sum;
-        };
-        if let Some(kappa) = map.uniform_extinction() {
-            if kappa == [0.0; 3] {
-                return sum;
-            }
-            let length = walk::within(map, a, b).map_or(0.0, |(_, t0, t1)| t1 - t0);
-            return kappa.map(|k| k * length);
-        }
-        walk::walk(map, a, b, &mut |cell, t0, t1| {
-            let kappa = map.extinction(cell);
-            for k in 0..3 {
-                sum[k] += kappa[k] * (t1 - t0);
-            }
-        });
-        sum
+    /// True when `p` lies in the material of a closed solid.
+    pub fn inside_solid(&self, p: Vec3) -> bool {
+        self.solids.contains(p)
     }
-
-    /// e^{−δ} along a–b, a band; `None` when a facet blocks.
-    #[inline]
-    pub fn transmittance(&self, a: Vec3, b: Vec3) -> Option<Bands> {
-        if self.blocked(a, b) {
-            return None;
-        }
-        let depth = self.optical_depth(a, b);
-        Some(bands(|k| (-depth[k]).exp()))
+    /// True when some part of the voxel grid may have no medium.
+    pub fn may_lack_medium(&self) -> bool {
+        self.has_solids() || self.exterior_medium_is_inert()
     }
-    /// [`Transport::transmittance`] for two points of the scene itself.
-    #[inline]
-    pub fn transmittance_inside(&self, a: Vec3, b: Vec3) -> Option<Bands> {
-        if self.blocked_inside(a, b) {
-            return None;
-        }
-        let depth = self.optical_depth_inside(a, b);
-        Some(bands(|k| (-depth[k]).exp()))
+    /// True when the medium at `p` exchanges: `p` lies in no solid, nor outside the closed rooms where the exterior medium is inert.
+    pub fn has_medium_at(&self, p: Vec3) -> bool {
+        !(self.inside_solid(p) || self.exterior_medium_is_inert() && self.is_outside_rooms(p))
     }
 
     /// True when some surface bounds closed solids.
-    pub fn has_solids(&self) -> bool {
-        self.solids.any()
+    pub(crate) fn has_solids(&self) -> bool {
+        self.solids.has_material()
     }
-    /// True when `p` lies in the material of a closed solid.
-    pub fn inside_solid(&self, p: Vec3) -> bool {
-        self.solids.inside(p)
-    }
-    /// The facet through which a way leaves the solid in which `p` lies, an index; `None` where it lies in none.
-    pub fn solid_around(&self, p: Vec3) -> Option<usize> {
-        self.solids.around(p)
+    /// The facet through which a ray leaves the solid that holds `p`, an index; `None` where no solid holds `p`.
+    pub(crate) fn enclosing_solid_facet(&self, p: Vec3) -> Option<usize> {
+        self.solids.enclosing_facet(p)
     }
     /// True where the medium outside the closed rooms touches nothing else, so that it has no zones.
-    pub fn void_outside_rooms(&self) -> bool {
-        self.solids.void_outside()
+    pub(crate) fn exterior_medium_is_inert(&self) -> bool {
+        self.solids.exterior_is_inert()
     }
     /// True when `p` lies outside every closed room.
-    pub fn outside_rooms(&self, p: Vec3) -> bool {
-        self.solids.outside_rooms(p)
+    pub(crate) fn is_outside_rooms(&self, p: Vec3) -> bool {
+        self.solids.is_outside_rooms(p)
     }
-    /// True when some part of the voxmap may hold no medium.
-    pub fn has_places_without_medium(&self) -> bool {
-        self.has_solids() || self.void_outside_rooms()
+    /// Indices of the facets whose boxes overlap [lo, hi], ascending.
+    pub(crate) fn facets_overlapping(&self, lo: Vec3, hi: Vec3) -> Vec<u32> {
+        let mut ids = Vec::new();
+        self.facets.overlapping(lo, hi, |id| ids.push(id));
+        ids.sort_unstable();
+        ids
     }
-    /// True when the medium at `p` takes part: `p` lies in no solid, nor outside the closed rooms where nothing else is.
-    pub fn holds_medium(&self, p: Vec3) -> bool {
-        !(self.inside_solid(p) || self.void_outside_rooms() && self.outside_rooms(p))
+    /// The lengths below which points coincide.
+    pub(crate) fn tolerance(&self) -> &Tolerance {
+        &self.tolerance
+    }
+    /// The tree over all pane plates.
+    pub(crate) fn panes(&self) -> &Bvh {
+        &self.panes
+    }
+    /// The tree over the pane plates that can lie between points of the scene.
+    pub(crate) fn interior_panes(&self) -> &Bvh {
+        self.interior_panes.as_ref().unwrap_or(&self.panes)
+    }
+    /// Pane, and index within the pane, of pane plate number `id`.
+    pub(crate) fn pane_plate(&self, id: u32) -> (u32, u32) {
+        self.pane_plates[id as usize]
+    }
+    /// The tree over the facets that can occlude between points of the scene.
+    fn interior_facets(&self) -> &Bvh {
+        self.interior_facets.as_ref().unwrap_or(&self.facets)
     }
 }

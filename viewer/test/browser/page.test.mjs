@@ -1,4 +1,4 @@
-// The page as one uses it: loading, keys, gestures, narrow windows, one file without a server, and what it says when it cannot.
+// The page in a browser: loading, keys, gestures, narrow windows, one file without a server, and error messages.
 
 import test from 'node:test';
 import assert from 'node:assert/strict';
@@ -15,7 +15,7 @@ test('page', { skip: missing }, async (t) => {
   const browser = await launch();
   const { page, said, asked } = await open(browser, server.url, { width: 200, height: 150 });
 
-  await t.test('it loads without complaints, asks only its server, and draws', async () => {
+  await t.test('page loads without warnings, requests only its server, and draws', async () => {
     assert.deepEqual(complaints(said), []);
     assert.deepEqual([...new Set(asked.map((u) => new URL(u).origin))].filter((o) => o !== 'null'), [new URL(server.url).origin]);
     assert.ok((await spread(page)) > 20);
@@ -23,9 +23,9 @@ test('page', { skip: missing }, async (t) => {
     t.diagnostic(`loaded in ${Math.round(await page.evaluate(() => window.zonal.loaded))} ms; data ${readFileSync(file(solution)).length} bytes as npz`);
   });
 
-  await t.test('keys walk, turn, and go faster with Shift', async () => {
+  await t.test('keys walk and turn, faster with Shift', async () => {
     const hold = async (...keys) => {
-      await page.evaluate(() => window.zonal.fly(0));
+      await page.evaluate(() => window.zonal.flyTo(0));
       await page.waitForFunction(() => !window.zonal.flight);
       await page.locator('#canvas').focus();
       const before = await camera(page);
@@ -46,7 +46,7 @@ test('page', { skip: missing }, async (t) => {
     assert.ok(h.eye[2] > g.eye[2], 'up');
   });
 
-  await t.test('keys change what is shown, and leave fields alone', async () => {
+  await t.test('keys change settings except in form controls', async () => {
     const state = () => page.evaluate(() => ({ ...window.zonal.state, hash: location.hash }));
     await page.keyboard.press('f');
     assert.equal((await state()).show, 'irradiance');
@@ -63,7 +63,7 @@ test('page', { skip: missing }, async (t) => {
     await page.keyboard.press('o');
     assert.equal((await state()).mode, 'orbit');
     await page.keyboard.press('2');
-    await page.waitForFunction(() => window.zonal.state.at === 1 && !window.zonal.flight);
+    await page.waitForFunction(() => window.zonal.state.activeCamera === 1 && !window.zonal.flight);
     await page.keyboard.press('h');
     await page.locator('#exposure').focus();
     const before = await camera(page);
@@ -79,7 +79,7 @@ test('page', { skip: missing }, async (t) => {
     assert.ok(!(await page.locator('#help').isVisible()));
   });
 
-  await t.test('every control is reached by Tab and shows it', async () => {
+  await t.test('every control is reached by Tab with a visible focus', async () => {
     const met = new Set();
     await page.locator('#canvas').focus();
     for (let i = 0; i < 30; i++) {
@@ -98,7 +98,7 @@ test('page', { skip: missing }, async (t) => {
     assert.deepEqual(unnamed, []);
   });
 
-  await t.test('the address keeps the view', async () => {
+  await t.test('URL restores the view', async () => {
     await page.evaluate(() => window.zonal.set({ stops: 1, density: 0.5, factors: [0.5, 1] }));
     await page.waitForFunction(() => location.hash.includes('density'), null, { timeout: 20000 });
     const before = await camera(page);
@@ -109,7 +109,7 @@ test('page', { skip: missing }, async (t) => {
     await again.context().close();
   });
 
-  await t.test('a narrow window on a phone holds everything', async () => {
+  await t.test('all controls fit in a narrow window', async () => {
     const phone = await open(browser, server.url, { width: 320, height: 568, hasTouch: true, isMobile: true, reducedMotion: 'reduce' });
     const p = phone.page;
     assert.deepEqual(complaints(phone.said), []);
@@ -130,7 +130,7 @@ test('page', { skip: missing }, async (t) => {
     await p.evaluate(() => window.zonal.set({ show: 'radiosity' }));
     await p.waitForFunction(() => !document.getElementById('legend').hidden);
     await fits('#legend');
-    // One finger looks, two move; with reduced motion cameras change at once.
+    // One finger looks, two move; with reduced motion cameras change without a flight.
     const session = await p.context().newCDPSession(p);
     const touch = (type, points) => session.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
     const a = await camera(p);
@@ -146,16 +146,16 @@ test('page', { skip: missing }, async (t) => {
     await touch('touchEnd', []);
     const c = await camera(p);
     assert.ok(far(b.eye, c.eye) > 0.05);
-    await p.evaluate(() => window.zonal.fly(1));
+    await p.evaluate(() => window.zonal.flyTo(1));
     assert.equal(await p.evaluate(() => window.zonal.flight), null);
     await p.context().close();
   });
 
-  await t.test('it ends cleanly on an interrupt', async () => {
+  await t.test('server ends cleanly on an interrupt', async () => {
     assert.equal(await server.stop(), 0);
   });
 
-  await t.test('one file opens without a server', async () => {
+  await t.test('single-file page opens without a server', async () => {
     run('export', solution, '-o', 'page.html');
     t.diagnostic(`page.html: ${readFileSync(file('page.html')).length} bytes`);
     const alone = await open(browser, pathToFileURL(file('page.html')).href);
@@ -166,7 +166,7 @@ test('page', { skip: missing }, async (t) => {
     await alone.page.context().close();
   });
 
-  await t.test('damaged data and a missing WebGL 2 are said', async () => {
+  await t.test('damaged data and missing WebGL 2 are reported', async () => {
     const text = readFileSync(file('page.html'), 'utf8');
     const at = text.indexOf('type="text/plain">') + 5000;
     const told = async (name, content, before) => {

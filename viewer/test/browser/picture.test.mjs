@@ -1,8 +1,8 @@
-// The page's light against that of `zonal render`, `zonal relight` and the solution itself.
+// Radiances of the page against `zonal render`, `zonal relight` and the solution.
 
 import test from 'node:test';
 import assert from 'node:assert/strict';
-import { apart, chapel, launch, missing, open, rendered, run, serve, zones } from './support.mjs';
+import { chapel, compareBlocks, launch, missing, open, rendered, run, serve, zones } from './support.mjs';
 
 const [WIDTH, HEIGHT, TIMES] = [160, 120, 4];
 
@@ -14,7 +14,7 @@ test('light', { skip: missing }, async (t) => {
   const linear = (camera) => page.evaluate(([c, w, h]) => window.zonal.linear(c, w, h), [camera, TIMES * WIDTH, TIMES * HEIGHT]);
 
   const compare = async (name, file, camera) => {
-    const d = apart(rendered(file, camera, WIDTH, HEIGHT), await linear(camera), WIDTH, HEIGHT, TIMES);
+    const d = compareBlocks(rendered(file, camera, WIDTH, HEIGHT), await linear(camera), WIDTH, HEIGHT, TIMES);
     const line = `${name}: blocks differ by ${(100 * d.median).toFixed(2)} % in the median, ${(100 * d.largest).toFixed(1)} % at most, ${d.over} of ${d.count} by more than 5 %`;
     t.diagnostic(line);
     assert.ok(d.median < 0.01 && d.over === 0, line);
@@ -24,7 +24,7 @@ test('light', { skip: missing }, async (t) => {
     await t.test(`camera ${camera} agrees with zonal render`, () => compare(camera, solution, camera));
   }
 
-  await t.test('sliders relight as zonal relight does', async () => {
+  await t.test('sliders agree with zonal relight', async () => {
     await page.locator('#panelButton').click();
     await page.locator('#light0').fill('-2');
     await page.locator('#light1').fill('1');
@@ -36,7 +36,7 @@ test('light', { skip: missing }, async (t) => {
     await page.locator('#panelButton').click();
   });
 
-  // What the card says, row by row.
+  // The rows of the probe card.
   const card = () => page.evaluate(() => {
     const rows = {};
     let group = '';
@@ -45,9 +45,9 @@ test('light', { skip: missing }, async (t) => {
       if (tr.className === 'group') group = name;
       else rows[`${group}: ${name}`] = [...tr.querySelectorAll('td')].map((td) => Number(td.textContent));
     }
-    return { rows, zone: window.zonal.found.zone, text: document.getElementById('probe').textContent };
+    return { rows, zone: window.zonal.probeResult.zone, text: document.getElementById('probe').textContent };
   });
-  const near = (shown, true3, digits = 6e-4) => shown.forEach((x, b) => assert.ok(Math.abs(x - true3[b]) <= digits * Math.abs(true3[b]) + 1e-12, `${shown} ${true3}`));
+  const near = (shown, expected, digits = 6e-4) => shown.forEach((x, b) => assert.ok(Math.abs(x - expected[b]) <= digits * Math.abs(expected[b]) + 1e-12, `${shown} ${expected}`));
   const three = (row, name) => [0, 1, 2].map((b) => row[`${name}_${b}`]);
 
   const checkCard = async (file) => {
@@ -62,22 +62,22 @@ test('light', { skip: missing }, async (t) => {
     return { rows, row };
   };
 
-  await t.test('the probe tells the numbers of the solution', async () => {
-    await page.evaluate(() => window.zonal.fly(0));
+  await t.test('probe shows the values of the solution', async () => {
+    await page.evaluate(() => window.zonal.flyTo(0));
     await page.waitForFunction(() => !window.zonal.flight);
     for (const [x, y] of [[160, 200], [60, 120], [250, 90]]) {
       await page.mouse.click(x, y);
       const { rows, row } = await checkCard(solution);
       near(rows['mean of the zone: error'], three(row, 'error').map((e, b) => e + row[`direct_error_${b}`]));
-      // At the point itself B = E + ρ (H + H_dir), here without emission or textures.
-      const rho = await page.evaluate(() => window.zonal.data.surfaces.find((s) => s.name === window.zonal.found.surface).reflectance);
+      // At the point B = E + ρ (H + H_dir), here without emission or textures.
+      const rho = await page.evaluate(() => window.zonal.data.surfaces.find((s) => s.name === window.zonal.probeResult.surface).reflectance);
       near(rows['at this point: Radiosity'], rows['at this point: Irradiance'].map((h, b) => h * rho[b]), 4e-3);
       await page.keyboard.press('Escape');
       assert.equal(await page.locator('#probe').isVisible(), false);
     }
   });
 
-  await t.test('the probe follows the sliders', async () => {
+  await t.test('probe follows the sliders', async () => {
     await page.locator('#canvas').focus();
     await page.keyboard.press('p');
     await page.evaluate(() => window.zonal.set({ factors: [0.25, 2] }));
@@ -86,7 +86,7 @@ test('light', { skip: missing }, async (t) => {
     await page.keyboard.press('0');
   });
 
-  await t.test('it ends cleanly on an interrupt', async () => {
+  await t.test('server ends cleanly on an interrupt', async () => {
     await browser.close();
     assert.equal(await server.stop(), 0);
   });

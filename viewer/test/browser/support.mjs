@@ -1,4 +1,4 @@
-// Chromium, the program and a small solution for the tests; all of them may be missing on a machine of one's own.
+// Chromium, the program and a small solution for the tests; the tests are skipped where one is missing.
 
 import { execFileSync, spawn } from 'node:child_process';
 import { accessSync, constants, copyFileSync, existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
@@ -29,7 +29,7 @@ function inPath(names) {
 
 const chromiumPath = process.env.CHROMIUM ?? inPath(['chromium', 'chromium-browser', 'google-chrome']);
 
-/** Why the tests cannot run here; on the CI that is a failure. */
+/** The reason to skip the tests; an error on the CI. */
 export const missing = (() => {
   const lacks = [
     [existsSync(zonal) && existsSync(floats), 'cargo build --release --bin zonal --example floats'],
@@ -44,7 +44,7 @@ export const folder = mkdtempSync(join(tmpdir(), 'zonal-viewer-'));
 export const file = (name) => join(folder, name);
 process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
 
-/** Runs the program; gives what it says. */
+/** Runs the program and returns its standard output. */
 export const run = (...args) => execFileSync(zonal, args, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'inherit'] });
 
 /** The demo's small chapel, solved once a test file. */
@@ -54,7 +54,7 @@ export function chapel() {
   return 'chapel.npz';
 }
 
-/** A server of a solution: its address, and how to end it. */
+/** A server of a solution: its address, and a function that stops it. */
 export async function serve(solution) {
   const child = spawn(zonal, ['view', solution, '--port', '0'], { cwd: folder, stdio: ['ignore', 'pipe', 'inherit'] });
   let said = '';
@@ -73,7 +73,7 @@ export async function serve(solution) {
   return { url, stop };
 }
 
-/** A browser that draws by software. */
+/** A browser with software rendering. */
 export async function launch() {
   const { chromium } = await import('playwright-core');
   return chromium.launch({
@@ -82,7 +82,7 @@ export async function launch() {
   });
 }
 
-/** A page with the viewer, loaded; `said` has what it complained of, `asked` the addresses that it asked for. */
+/** A page with the viewer, loaded; `said` has its warnings and errors, `asked` the requested addresses. */
 export async function open(browser, url, { width = 160, height = 120, loaded = true, before = null, ...context } = {}) {
   const page = await (await browser.newContext({ viewport: { width, height }, ...context })).newPage();
   const said = [];
@@ -97,10 +97,10 @@ export async function open(browser, url, { width = 160, height = 120, loaded = t
   return { page, said, asked };
 }
 
-/** What software rasterisers say of themselves is no fault of the page. */
+/** Warnings without those of software rasterisers. */
 export const complaints = (said) => said.filter((s) => !/GPU stall|software (WebGL|rendering)|swiftshader/i.test(s));
 
-/** Pixels of the last frame: spread of their brightness, 0 to 255. */
+/** Standard deviation of the brightness of a frame, 0 to 255. */
 export const spread = (page) => page.evaluate(() => {
   const v = window.zonal;
   v.frame(true);
@@ -145,17 +145,17 @@ function blocks(pixels, width, height, side) {
 }
 
 /**
- * How far the mean colours of blocks of 8 × 8 pixels are apart, in linear radiance: for each block the largest difference of a band over
- * the largest band of the reference. `fine` has `times` as many pixels each way, since edges of one pixel's width are no matter of light.
+ * Differences of the mean colours of blocks of 8 × 8 pixels in linear radiance: for each block the largest difference of a band over the
+ * largest band of the reference. `fine` has `times` as many pixels along each axis, so that antialiasing of edges does not count.
  */
-export function apart(reference, fine, width, height, times) {
+export function compareBlocks(reference, fine, width, height, times) {
   const a = blocks(reference, width, height, 8);
   const b = blocks(fine, times * width, times * height, 8 * times);
   const all = a.map((r, i) => Math.max(...r.map((x, k) => Math.abs(b[i][k] - x))) / Math.max(...r)).sort((x, y) => x - y);
   return { median: all[all.length >> 1], largest: all[all.length - 1], over: all.filter((x) => x > 0.05).length, count: all.length };
 }
 
-/** Rows of a table of zones by zone. */
+/** The rows of the table of zones. */
 export function zones(solution) {
   run('export', solution, '-o', 'zones.csv');
   const [head, ...rows] = readFileSync(file('zones.csv'), 'utf8').trim().split('\n').map((l) => l.split(','));

@@ -1,10 +1,10 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
-import { VALUES, toHalf, toHalves } from '../../src/half.js';
-import { emissions, patch, sum, background } from '../../src/relight.js';
-import { autoExposure, curve, map, mapLab, oklab, srgb } from '../../src/colour.js';
+import { VALUES, toHalf, toHalves } from '../../src/half_float.js';
+import { background, patchFields, sumGroups, surfaceEmissions } from '../../src/relight.js';
+import { autoExposure, curve, mapColour, mapLab, oklab, srgb } from '../../src/colour.js';
 
-test('halves survive a round trip and are the nearest', () => {
+test('half floats round-trip and round to nearest', () => {
   for (let h = 0; h < 0x7c00; h++) assert.equal(toHalf(VALUES[h]), h);
   for (let i = 0; i < 2000; i++) {
     const x = Math.fround(2 ** (-20 + 0.017 * i));
@@ -34,23 +34,23 @@ const scene = {
   },
 };
 
-test('sums are linear in the factors', () => {
-  assert.deepEqual([...sum(scene, 'irradiance', [1, 1], 3)], [4, 4, 10]);
-  assert.deepEqual([...sum(scene, 'irradiance', [0, 3], 3)], [6, 0, 12]);
-  assert.deepEqual([...sum(scene, 'pane', [1, 1], 3)], [0, 0, 0]);
-  assert.deepEqual(emissions(scene, [1, 2]), [[2, 4, 6], [0, 0, 0]]);
+test('group sums are linear in the factors', () => {
+  assert.deepEqual([...sumGroups(scene, 'irradiance', [1, 1], 3)], [4, 4, 10]);
+  assert.deepEqual([...sumGroups(scene, 'irradiance', [0, 3], 3)], [6, 0, 12]);
+  assert.deepEqual([...sumGroups(scene, 'pane', [1, 1], 3)], [0, 0, 0]);
+  assert.deepEqual(surfaceEmissions(scene, [1, 2]), [[2, 4, 6], [0, 0, 0]]);
   assert.deepEqual(background(scene, [3, 0.5]), [3, 1, 0]);
 });
 
-test('a patch obeys B = E + ρ(H + H_dir)', () => {
-  const p = patch(scene, 0, [2, 0.5]);
+test('patch fields obey B = E + ρ(H + H_dir)', () => {
+  const p = patchFields(scene, 0, [2, 0.5]);
   assert.deepEqual(p.indirect, [7, 14, 21]);
   assert.deepEqual(p.direct, [2, 2, 2]);
   assert.deepEqual(p.irradiance, [9, 16, 23]);
   assert.deepEqual(p.radiosity, [0.5 + 4.5, 1 + 4, 1.5]);
 });
 
-test('the curve is that of the pictures', () => {
+test('tone curve is that of zonal render', () => {
   assert.equal(curve(0.1), 0.1);
   assert.equal(curve(-1), 0);
   assert.equal(curve(Infinity), 1);
@@ -64,25 +64,25 @@ test('the curve is that of the pictures', () => {
   assert.ok(Math.abs(srgb(0.5) - 0.7353569830524495) < 1e-9);
 });
 
-test('exposure follows the scene', () => {
+test('automatic exposure scales with the scene', () => {
   const grey = (s) => Float32Array.from({ length: 4000 }, (_, i) => s * (0.001 + (i >> 2) * 0.001));
   const ratio = autoExposure(grey(1)) / autoExposure(grey(100));
   assert.ok(Math.abs(ratio - 100) < 0.01);
   assert.equal(autoExposure(new Float32Array(8)), 1);
 });
 
-test('the colour map rises evenly in lightness and in colour', () => {
-  const far = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+test('colour map is uniform in colour difference and monotonic in lightness', () => {
+  const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
   const n = 200;
-  const steps = Array.from({ length: n }, (_, i) => far(mapLab(i / n), mapLab((i + 1) / n)));
+  const steps = Array.from({ length: n }, (_, i) => distance(mapLab(i / n), mapLab((i + 1) / n)));
   assert.ok(Math.max(...steps) / Math.min(...steps) < 1.1);
   for (let i = 0; i < n; i++) assert.ok(mapLab((i + 1) / n)[0] > mapLab(i / n)[0]);
 });
 
-test('the colour map lies within what a screen shows', () => {
+test('colour map lies within the sRGB gamut', () => {
   for (let i = 0; i <= 100; i++) {
     const c = oklab(mapLab(i / 100));
     assert.ok(c.every((x) => x >= -1e-3 && x <= 1.001), `${i} %: ${c}`);
-    assert.ok(map(i / 100).every((x) => x >= 0 && x <= 1));
+    assert.ok(mapColour(i / 100).every((x) => x >= 0 && x <= 1));
   }
 });

@@ -1,16 +1,17 @@
-//! Plates in any position: contour integrals in closed form, and Gauss rules with proven bounds.
+//! Plates in any position: contour integrals in closed form, and Gauss rules with proved error bounds.
 
-mod body;
+mod cell_rules;
 mod contour;
-mod edges;
-mod matrix;
-mod oblique;
-mod plates;
-mod prepared;
-mod skew;
-mod tensor;
+mod edge_closed_form;
+mod edge_integral;
+mod factor_matrix;
+mod mapped_zone;
+mod plate_geometry;
+mod plate_pair;
+mod segment;
+mod tensor_rules;
 pub mod visible;
 
-pub use matrix::{Matrix, Plates, matrix};
-pub use oblique::plate_cuboid;
-pub use plates::plate_plate;
+pub use cell_rules::plate_cuboid;
+pub use factor_matrix::{FactorMatrix, PreparedPlates, factor_matrix};
+pub use plate_pair::plate_plate;

@@ -1,8 +1,8 @@
 //! View3D's files, as far as the tests need them: enclosures (.vs3), cross-sections (.vs2), printed matrices.
 
 use std::path::PathBuf;
-use zonal_exchange::Demand;
-use zonal_exchange::polygon::visible::{Polygon, exchange};
+use zonal_exchange::AccuracyRequest;
+use zonal_exchange::polygon::visible::{ConvexPolygon, visible_exchange};
 use zonal_math::Vec3;
 
 /// A surface of a file, as written.
@@ -54,34 +54,34 @@ pub(crate) fn surfaces(text: &str, corners: usize) -> Vec<Surface> {
 }
 
 /// A surface as convex polygons: itself, or its two triangles along the diagonal that lies inside.
-pub(crate) fn polygons(s: &Surface) -> Vec<Polygon> {
+pub(crate) fn polygons(s: &Surface) -> Vec<ConvexPolygon> {
     let c = &s.corners;
-    if let Some(p) = Polygon::new(c.clone()) {
+    if let Some(p) = ConvexPolygon::new(c.clone()) {
         return vec![p];
     }
     let split = |k: usize| {
-        let part = |i: usize, j: usize| Polygon::new(vec![c[k % 4], c[(k + i) % 4], c[(k + j) % 4]]);
+        let part = |i: usize, j: usize| ConvexPolygon::new(vec![c[k % 4], c[(k + i) % 4], c[(k + j) % 4]]);
         Some(vec![part(1, 2)?, part(2, 3)?])
     };
-    let same_side = |p: &Vec<Polygon>| p[0].normal().dot(p[1].normal()) > 0.0;
+    let same_side = |p: &Vec<ConvexPolygon>| p[0].normal().dot(p[1].normal()) > 0.0;
     (0..2).filter_map(split).find(same_side).expect("a quadrangle that two triangles make")
 }
 
 /// Exchange areas A_i F_ij of all surfaces behind one another, bases without their parts, and each row's area.
 pub(crate) fn exchange_areas(all: &[Surface], tolerance: f64, floor: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let parts: Vec<Vec<Polygon>> = all.iter().map(polygons).collect();
-    let walls: Vec<Polygon> = parts.iter().flatten().cloned().collect();
-    let demand = Demand::relative(tolerance);
+    let parts: Vec<Vec<ConvexPolygon>> = all.iter().map(polygons).collect();
+    let walls: Vec<ConvexPolygon> = parts.iter().flatten().cloned().collect();
+    let demand = AccuracyRequest::relative(tolerance);
     let n = all.len();
     let mut f = vec![vec![0.0; n]; n];
     for i in 0..n {
         for j in 0..i {
             let pairs = parts[i].iter().flat_map(|a| parts[j].iter().map(move |b| (a, b)));
-            f[i][j] = pairs.map(|(a, b)| exchange(a, b, &walls, &demand, floor).bounded.value).sum();
+            f[i][j] = pairs.map(|(a, b)| visible_exchange(a, b, &walls, &demand, floor).bounded.value).sum();
             f[j][i] = f[i][j];
         }
     }
-    let mut areas: Vec<f64> = parts.iter().map(|p| p.iter().map(Polygon::area).sum()).collect();
+    let mut areas: Vec<f64> = parts.iter().map(|p| p.iter().map(ConvexPolygon::area).sum()).collect();
     for i in (0..n).filter(|i| all[*i].base > 0) {
         let base = all[i].base - 1;
         areas[base] -= areas[i];

@@ -1,37 +1,38 @@
-//! What is wrong with an input, where, and how to mend it.
+//! Errors of the readers: file, place, key, defect and remedy in one line.
 
 use std::fmt;
 
-/// Why a scene was refused: file, line, column, key, what is wrong and what to do.
+/// Why an input was refused: file, line, column, key, what is wrong and what to do.
 ///
-/// Displays as `FILE:LINE:COLUMN: KEY: what is wrong; what to do`. Where a referenced file is at fault, the place is the
-/// line of the scene that refers to it, and the text names that file and the place in it.
+/// Displays as `FILE:LINE:COLUMN: KEY: what is wrong; what to do`. An error in a referenced file is placed on the line of the scene
+/// that refers to it; its text names that file and the place in it.
 #[derive(Clone, PartialEq, Eq)]
-pub struct InputError(Box<Inner>);
+pub struct InputError(Box<ErrorDetail>);
 
 #[derive(Clone, PartialEq, Eq)]
-struct Inner {
+struct ErrorDetail {
     file: String,
     place: Option<(usize, usize)>,
     key: String,
-    what: String,
+    message: String,
 }
 
 impl InputError {
-    /// `place` is (line, column), both from 1; none where the file as a whole is at fault.
+    /// `place` is (line, column), both from 1; none for an error of the file as a whole.
     pub(crate) fn new(
         file: &str,
         place: Option<(usize, usize)>,
         key: impl Into<String>,
-        what: impl Into<String>,
+        message: impl Into<String>,
     ) -> InputError {
-        InputError(Box::new(Inner { file: file.to_string(), place, key: key.into(), what: what.into() }))
+        let (file, key, message) = (file.to_string(), key.into(), message.into());
+        InputError(Box::new(ErrorDetail { file, place, key, message }))
     }
 }
 
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Inner { file, place, key, what } = &*self.0;
+        let ErrorDetail { file, place, key, message } = &*self.0;
         write!(f, "{file}")?;
         if let Some((line, column)) = place {
             write!(f, ":{line}:{column}")?;
@@ -39,7 +40,7 @@ impl fmt::Display for InputError {
         if !key.is_empty() {
             write!(f, ": {key}")?;
         }
-        write!(f, ": {what}")
+        write!(f, ": {message}")
     }
 }
 
@@ -51,62 +52,24 @@ impl fmt::Debug for InputError {
 
 impl std::error::Error for InputError {}
 
-/// A fault in a referenced file: its name, the place in it, what is wrong and what to do. The reader of the scene adds
-/// the line that refers to it.
+/// An error in a referenced file: its name, the place in it, what is wrong and what to do. The scene reader adds the line that refers
+/// to the file.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Fault(String);
+pub(crate) struct FileFault(String);
 
-impl Fault {
-    /// A fault at `place` (a line number, `accessor 3`, …; empty for the whole file) of `file`.
-    pub(crate) fn new(file: &str, place: impl fmt::Display, what: impl fmt::Display) -> Fault {
+impl FileFault {
+    /// An error at `place` (a line number, `accessor 3`, …; empty for the whole file) of `file`.
+    pub(crate) fn new(file: &str, place: impl fmt::Display, message: impl fmt::Display) -> FileFault {
         let place = place.to_string();
-        Fault(if place.is_empty() { format!("{file}: {what}") } else { format!("{file}:{place}: {what}") })
+        FileFault(match place.is_empty() {
+            true => format!("{file}: {message}"),
+            false => format!("{file}:{place}: {message}"),
+        })
     }
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for FileFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
-    }
-}
-
-/// The nearest of `known` to a misspelt `word`, where one is near enough.
-pub(crate) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let word = word.to_lowercase();
-    known
-        .into_iter()
-        .map(|k| (distance(&word, &k.to_lowercase()), k))
-        .filter(|(d, k)| *d <= 1 + k.chars().count().max(word.chars().count()) / 4)
-        .min_by_key(|(d, _)| *d)
-        .map(|(_, k)| k)
-}
-
-/// Edits (insert, delete, replace) between two words; long words are cut, so that the cost stays small.
-fn distance(a: &str, b: &str) -> usize {
-    let a: Vec<char> = a.chars().take(64).collect();
-    let b: Vec<char> = b.chars().take(64).collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.iter().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let replace = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = replace.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn misspelt_words_find_their_neighbour() {
-        let known = ["reflectance", "emission", "sides"];
-        assert_eq!(nearest("reflectanse", known), Some("reflectance"));
-        assert_eq!(nearest("Emision", known), Some("emission"));
-        assert_eq!(nearest("colour", known), None);
     }
 }

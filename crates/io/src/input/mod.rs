@@ -1,115 +1,127 @@
-//! Scenes in: one TOML file, and the meshes, pictures and densities that it refers to.
+//! Scenes in: one TOML file, and the meshes, images and voxel grids that it refers to.
 //!
-//! The format is described for its users in `docs/scene-format.md`. Lengths in metres, z up, extinction in 1/m, emission in
-//! W/m², radiance in W/(m² sr), sources in W/m³; a number stands for all three bands, `[r, g, b]` for one each.
+//! Its users' manual is `docs/reference/scene-format.md`; [`scene_key_reference`] lists every key. Lengths in metres, z up, extinction in 1/m,
+//! emission in W/m², radiance in W/(m² sr), sources in W/m³; a number stands for all three bands, `[r, g, b]` for one each.
 //!
-//! | module | what |
+//! | module | contents |
 //! |---|---|
-//! | `source`, `node` | the text and its places; typed reading of TOML, every value with its key, line and column |
-//! | `build` | settings, lights, cameras, and the order of reading |
-//! | `surface`, `shapes` | surfaces and panes; inline geometry |
-//! | `medium`, `region`, `density` | the voxmap and its regions |
-//! | `npy`, `vol`, `vdb` | arrays and sparse grids |
-//! | `texture` | pictures |
-//! | `flight` | key frames of a camera's path, a file of its own |
-//! | `mesh` | surfaces from OBJ and glTF |
-//! | `error` | refusals that name the place and the mend |
+//! | `toml` | text and places, typed values, tables of keys, migration of former keys |
+//! | `scene` | the sections of a scene: settings, surfaces, panes, medium, lights, cameras |
+//! | `scene_reader`, `notes` | the scene while it is read; notes with repetitions merged |
+//! | `mesh` | meshes independent of their format: placement, closed parts, overrides of materials |
+//! | `obj`, `gltf` | mesh formats |
+//! | `npy`, `vol`, `vdb` | formats of arrays and sparse grids |
+//! | `images` | PNG and JPEG textures |
+//! | `camera_path` | key frames of a camera, a file of its own |
+//! | `error`, `suggestion` | errors with place and remedy; suggestions for misspelt words |
 //!
-//! Nothing here panics on any input: indices from a file are looked up, sizes are checked before memory is taken.
+//! No input makes a reader panic: indices are checked, and sizes are compared with the length of the file before memory is allocated.
 
-mod arrays;
-mod build;
-mod density;
+mod camera_path;
 mod error;
-pub(crate) mod files;
-mod flight;
-mod medium;
-pub(crate) mod mesh;
-mod node;
+mod gltf;
+mod images;
+mod mesh;
+mod notes;
 mod npy;
-mod region;
-mod shapes;
-mod source;
-mod surface;
-mod texture;
-mod thermal;
+mod obj;
+mod rotation;
+mod scene;
+mod scene_reader;
+mod suggestion;
+mod text;
+mod toml;
 mod vdb;
 mod vol;
 
+pub use crate::files::FilesInMemory;
+pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_camera_path};
 pub use error::InputError;
-pub use flight::{Flight, Key, MAX_FRAMES, parse_flight, read_flight};
-pub use mesh::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
+pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
+pub use text::open_file;
+pub use toml::key_tables::{SceneKey, scene_key_reference};
+pub use toml::migrate::{KeyChange, migrate_scene_text};
 
-use files::Files;
-pub use files::FilesInMemory;
-use node::Table;
-use source::Source;
+#[cfg(test)]
+pub(crate) use gltf::read_mesh_file as read_gltf;
+
+use crate::files::FileSource;
+use scene_reader::ReadContext;
 use std::path::Path;
-use zonal_scene::{Scene, voxmap::MAX_CELLS};
+use text::{decode_utf8, read_text};
+use toml::node::TomlTable;
+use toml::source::SourceText;
+use zonal_scene::{Scene, limits::MAX_CELLS};
 
-/// The largest scene text, bytes.
-const MAX_TEXT: u64 = 64 << 20;
+/// Largest scene text, bytes.
+const MAX_SCENE_TEXT_BYTES: u64 = 64 << 20;
 
 /// Reads a scene file, and the files that it refers to, relative to its folder.
-pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
+///
+/// # Errors
+///
+/// The file cannot be read, is not TOML, has unknown keys or values out of range, or the scene is not valid; so for every file that it
+/// refers to.
+///
+/// ```
+/// let path = std::env::temp_dir().join(format!("zonal-doc-scene-{}.toml", std::process::id()));
+/// std::fs::write(&path, "[medium]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ncells = [2, 2, 2]\nextinction = 0.5")?;
+/// let scene = zonal_io::input::read_scene(&path)?;
+/// assert_eq!(scene.voxel_grid().unwrap().len(), 8);
+/// # std::fs::remove_file(&path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn read_scene(path: impl AsRef<Path>) -> Result<Scene, InputError> {
+    let path = path.as_ref();
     let file = path.display().to_string();
-    let text = read_text(path, MAX_TEXT)?;
+    let text = read_text(path, MAX_SCENE_TEXT_BYTES)?;
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned());
     parse_named(&text, on_disk(path.parent()), &file, stem.as_deref().unwrap_or("scene"))
 }
 
-/// A regular file, open for reading. Pipes, devices, sockets, folders and files of more than `most` bytes are refused at once.
-pub fn open_file(path: &Path, most: u64) -> Result<std::fs::File, InputError> {
-    let refused = |what: String| InputError::new(&path.display().to_string(), None, "", what);
-    let (file, length) = files::open(path).map_err(refused)?;
-    if length > most {
-        let what = format!("this file is larger than the {} MiB that are read; make it smaller", most >> 20);
-        return Err(refused(what));
-    }
-    Ok(file)
-}
-
-/// The text of a file of at most so many bytes.
-fn read_text(path: &Path, most: u64) -> Result<String, InputError> {
-    let file = path.display().to_string();
-    let refused = |what: String| InputError::new(&file, None, "", what);
-    utf8(&file, files::read(path, most).map_err(refused)?)
-}
-
-fn utf8(file: &str, bytes: Vec<u8>) -> Result<String, InputError> {
-    String::from_utf8(bytes).map_err(|e| {
-        let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
-        let what = "this is not UTF-8 text; save the file as UTF-8";
-        InputError::new(file, Some((line + 1, 1)), "", what)
-    })
-}
-
 /// Reads a scene from its text. Referenced files are looked for in `base`; without one they are refused.
 /// `name_for_messages` stands for the file in messages.
+///
+/// # Errors
+///
+/// As [`read_scene`].
+///
+/// ```
+/// use zonal_io::input::parse_scene;
+///
+/// let scene = parse_scene("[[surface]]\nname = 'cube'\nbox = { min = [0, 0, 0], max = [1, 1, 1] }", None, "cube.toml")?;
+/// assert_eq!(scene.facets().len(), 6);
+/// let error = parse_scene("[[surface]]\nboxx = 1", None, "cube.toml").unwrap_err();
+/// assert_eq!(error.to_string(), "cube.toml:2:1: surface #1.boxx: unknown key; did you mean 'box'?");
+/// # Ok::<(), zonal_io::input::InputError>(())
+/// ```
 pub fn parse_scene(text: &str, base: Option<&Path>, name_for_messages: &str) -> Result<Scene, InputError> {
     parse_named(text, on_disk(base), name_for_messages, "scene")
 }
 
-/// As [`read_scene`], of bytes in memory: the scene's text, and the files that it refers to. Media of more than `most_cells` cells
-/// are refused.
+/// Reads a scene from bytes in memory: its text, and the files that it refers to. Media of more than `max_cells` voxels are refused.
+///
+/// # Errors
+///
+/// As [`read_scene`].
 pub fn read_scene_from_bytes(
     text: &[u8],
     files: &FilesInMemory,
     name_for_messages: &str,
-    most_cells: usize,
+    max_cells: usize,
 ) -> Result<Scene, InputError> {
-    let text = utf8(name_for_messages, text.to_vec())?;
-    let place = build::Place { base: Some(Path::new("")), files: Files::Memory(files), most_cells };
-    parse_named(&text, place, name_for_messages, "scene")
+    let text = decode_utf8(name_for_messages, text.to_vec())?;
+    let context = ReadContext { base: Some(Path::new("")), files: FileSource::Memory(files), max_cells };
+    parse_named(&text, context, name_for_messages, "scene")
 }
 
-fn on_disk(base: Option<&Path>) -> build::Place<'_> {
-    build::Place { base, files: Files::Disk, most_cells: MAX_CELLS }
+fn on_disk(base: Option<&Path>) -> ReadContext<'_> {
+    ReadContext { base, files: FileSource::Disk, max_cells: MAX_CELLS }
 }
 
-fn parse_named(text: &str, place: build::Place<'_>, file: &str, name: &str) -> Result<Scene, InputError> {
+fn parse_named(text: &str, context: ReadContext<'_>, file: &str, name: &str) -> Result<Scene, InputError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let source = Source::new(file, text);
+    let source = SourceText::new(file, text);
     let document = source.parse()?;
-    build::scene(&Table::root(&source, document.get_ref()), place, name)
+    scene::read_document(TomlTable::root(&source, document.get_ref()), context, name)
 }

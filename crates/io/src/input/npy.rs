@@ -1,48 +1,33 @@
 //! Arrays in numpy's npy format, versions 1 to 3: three axes, C or Fortran order, any real type.
 //!
+//! The reader is written here rather than taken from a crate: every refusal names the file, the element and a remedy, and the declared
+//! size is compared with the file's before memory is allocated.
+//!
 //! Reference: numpy.lib.format, NEP 1.
 
-use super::error::Fault;
+use super::error::FileFault;
 
-/// The largest array file, bytes.
-pub(crate) const MAX_FILE: u64 = 4 << 30;
+/// Largest array file, bytes.
+pub(crate) const MAX_ARRAY_FILE_BYTES: u64 = 4 << 30;
 
 /// A three-dimensional array; `values` run with the last axis fastest.
 #[derive(Debug)]
-pub(crate) struct Array {
+pub(crate) struct ScalarArray {
     pub(crate) shape: [usize; 3],
     pub(crate) values: Vec<f32>,
 }
 
-/// Reads a file's bytes. The size that the header declares is compared with the file's before memory is taken; `word` names
-/// what a value is.
-pub(crate) fn parse(file: &str, bytes: &[u8], word: &str) -> Result<Array, Fault> {
-    let fault = |what: String| Fault::new(file, "header", what);
-    let cut = || fault("the file is cut short; save it again with numpy.save".into());
-    if !bytes.starts_with(b"\x93NUMPY") {
-        return Err(fault("this is not an npy array; save it with numpy.save".into()));
-    }
-    let number = |range: std::ops::Range<usize>| {
-        let little = |n: usize, b: &u8| n << 8 | *b as usize;
-        bytes.get(range).map(|b| b.iter().rev().fold(0, little)).ok_or_else(cut)
-    };
-    let (start, length) = match bytes.get(6) {
-        Some(1) => (10, number(8..10)?),
-        Some(2 | 3) => (12, number(8..12)?),
-        _ => {
-            return Err(fault("this npy version is not read; save it with numpy.save".into()));
-        }
-    };
-    let text = bytes.get(start..start + length).ok_or_else(cut)?;
-    let text = String::from_utf8_lossy(text);
-    let text: String = text.chars().filter(|c| !c.is_whitespace()).collect();
-    let (kind, size, big) = element(&text).map_err(fault)?;
-    let shape = shape(&text).map_err(fault)?;
-    let data = &bytes[start + length..];
-    let count = shape.iter().try_fold(1usize, |n, d| n.checked_mul(*d));
-    let wanted = count.and_then(|n| n.checked_mul(size));
+/// Reads a file's bytes; `noun` names a value in messages. The declared size is compared with the file's before memory is allocated.
+pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<ScalarArray, FileFault> {
+    let fault = |message: String| FileFault::new(file, "header", message);
+    // Read the header.
+    let (text, data) = split_header(bytes).map_err(|e| fault(e.into()))?;
+    let element = ElementFormat::parse(&text).map_err(fault)?;
+    let shape = parse_shape(&text).map_err(fault)?;
     let [nx, ny, nz] = shape;
-    if wanted != Some(data.len()) {
+    // Compare the declared size with the file's.
+    let count = shape.iter().try_fold(1usize, |n, d| n.checked_mul(*d));
+    if count.and_then(|n| n.checked_mul(element.size)) != Some(data.len()) {
         return Err(fault(format!(
             "the shape ({nx}, {ny}, {nz}) does not agree with the {} bytes of data; save the array again",
             data.len()
@@ -51,86 +36,112 @@ pub(crate) fn parse(file: &str, bytes: &[u8], word: &str) -> Result<Array, Fault
     if data.is_empty() {
         return Err(fault(format!("the shape ({nx}, {ny}, {nz}) has no elements; save an array with some")));
     }
-    let fortran = if text.contains("'fortran_order':True") {
-        true
-    } else if text.contains("'fortran_order':False") {
-        false
-    } else {
-        return Err(fault("fortran_order is neither True nor False; save it with numpy.save".into()));
+    let fortran = match (text.contains("'fortran_order':True"), text.contains("'fortran_order':False")) {
+        (true, _) => true,
+        (_, true) => false,
+        _ => return Err(fault("fortran_order is neither True nor False; save it with numpy.save".into())),
     };
+    // Read the values in C order.
+    let size = element.size;
     let mut values = Vec::with_capacity(data.len() / size);
     for i in 0..data.len() / size {
-        let at = if fortran {
-            let (x, y, z) = (i / (ny * nz), i / nz % ny, i % nz);
-            (z * ny + y) * nx + x
-        } else {
-            i
-        };
-        let value = value(kind, big, &data[at * size..(at + 1) * size]);
+        let [x, y, z] = [i / (ny * nz), i / nz % ny, i % nz];
+        let at = if fortran { (z * ny + y) * nx + x } else { i };
+        let value = element.value(&data[at * size..(at + 1) * size]);
         if !(value.is_finite() && value >= 0.0 && value <= f32::MAX as f64) {
-            let (x, y, z) = (i / (ny * nz), i / nz % ny, i % nz);
-            return Err(Fault::new(
-                file,
-                format!("[{x}, {y}, {z}]"),
-                format!("{value} is no {word}; give finite values from 0"),
-            ));
+            let message = format!("{value} is no {noun}; give finite values from 0");
+            return Err(FileFault::new(file, format!("[{x}, {y}, {z}]"), message));
         }
         values.push(value as f32);
     }
-    Ok(Array { shape, values })
+    Ok(ScalarArray { shape, values })
 }
 
-/// Kind letter, bytes an element, big-endian.
-fn element(header: &str) -> Result<(char, usize, bool), String> {
-    let odd = |d: &str| format!("elements of type '{d}' are not read; convert with array.astype('f4')");
-    let descr = header
-        .split_once("'descr':")
-        .and_then(|(_, rest)| rest.strip_prefix('\'')?.split_once('\''))
-        .map(|(d, _)| d)
-        .ok_or_else(|| odd("a structure"))?;
-    let big = descr.starts_with('>');
-    let kind = match descr.trim_start_matches(['<', '>', '|', '=']) {
-        "b1" => ('u', 1),
-        "u1" => ('u', 1),
-        "u2" => ('u', 2),
-        "u4" => ('u', 4),
-        "u8" => ('u', 8),
-        "i1" => ('i', 1),
-        "i2" => ('i', 2),
-        "i4" => ('i', 4),
-        "i8" => ('i', 8),
-        "f2" => ('f', 2),
-        "f4" => ('f', 4),
-        "f8" => ('f', 8),
-        _ => return Err(odd(descr)),
+/// The dictionary of a file's header, without blanks, and the bytes of the data.
+fn split_header(bytes: &[u8]) -> Result<(String, &[u8]), &'static str> {
+    const CUT_SHORT: &str = "the file is cut short; save it again with numpy.save";
+    if !bytes.starts_with(b"\x93NUMPY") {
+        return Err("this is not an npy array; save it with numpy.save");
+    }
+    let number = |range: std::ops::Range<usize>| {
+        let little_endian = |n: usize, b: &u8| n << 8 | *b as usize;
+        bytes.get(range).map(|b| b.iter().rev().fold(0, little_endian)).ok_or(CUT_SHORT)
     };
-    Ok((kind.0, kind.1, big))
+    let (start, length) = match bytes.get(6) {
+        Some(1) => (10, number(8..10)?),
+        Some(2 | 3) => (12, number(8..12)?),
+        _ => return Err("this npy version is not read; save it with numpy.save"),
+    };
+    let text = String::from_utf8_lossy(bytes.get(start..start + length).ok_or(CUT_SHORT)?);
+    Ok((text.chars().filter(|c| !c.is_whitespace()).collect(), &bytes[start + length..]))
 }
 
-fn shape(header: &str) -> Result<[usize; 3], String> {
-    let odd = || "the shape cannot be read; save it with numpy.save".to_string();
-    let inside = header.split_once("'shape':(").and_then(|(_, rest)| rest.split_once(')')).ok_or_else(odd)?.0;
+/// The type of an element.
+#[derive(Clone, Copy)]
+struct ElementFormat {
+    /// `u`, `i` or `f`.
+    kind: char,
+    /// Bytes of an element.
+    size: usize,
+    big_endian: bool,
+}
+
+impl ElementFormat {
+    /// The type that a header's dictionary names.
+    fn parse(header: &str) -> Result<ElementFormat, String> {
+        let unread =
+            |d: &str| format!("elements of type '{d}' are not read; convert with array.astype('f4')");
+        let descr = header
+            .split_once("'descr':")
+            .and_then(|(_, rest)| rest.strip_prefix('\'')?.split_once('\''))
+            .map(|(d, _)| d)
+            .ok_or_else(|| unread("a structure"))?;
+        let (kind, size) = match descr.trim_start_matches(['<', '>', '|', '=']) {
+            "b1" | "u1" => ('u', 1),
+            "u2" => ('u', 2),
+            "u4" => ('u', 4),
+            "u8" => ('u', 8),
+            "i1" => ('i', 1),
+            "i2" => ('i', 2),
+            "i4" => ('i', 4),
+            "i8" => ('i', 8),
+            "f2" => ('f', 2),
+            "f4" => ('f', 4),
+            "f8" => ('f', 8),
+            _ => return Err(unread(descr)),
+        };
+        Ok(ElementFormat { kind, size, big_endian: descr.starts_with('>') })
+    }
+
+    /// The value of an element's bytes.
+    fn value(self, bytes: &[u8]) -> f64 {
+        let push = |n: u64, b: &u8| n << 8 | *b as u64;
+        let bits =
+            if self.big_endian { bytes.iter().fold(0, push) } else { bytes.iter().rev().fold(0, push) };
+        let unused = 64 - 8 * bytes.len() as u32;
+        match (self.kind, bytes.len()) {
+            ('f', 2) => half_to_f64(bits as u16),
+            ('f', 4) => f32::from_bits(bits as u32) as f64,
+            ('f', _) => f64::from_bits(bits),
+            ('i', _) => ((bits << unused) as i64 >> unused) as f64,
+            _ => bits as f64,
+        }
+    }
+}
+
+/// The shape that a header's dictionary gives.
+fn parse_shape(header: &str) -> Result<[usize; 3], String> {
+    let unreadable = || "the shape cannot be read; save it with numpy.save".to_string();
+    let inside =
+        header.split_once("'shape':(").and_then(|(_, rest)| rest.split_once(')')).ok_or_else(unreadable)?.0;
     let dims: Result<Vec<usize>, _> = inside.split(',').filter(|d| !d.is_empty()).map(str::parse).collect();
-    let dims = dims.map_err(|_| odd())?;
+    let dims = dims.map_err(|_| unreadable())?;
     <[usize; 3]>::try_from(dims.as_slice())
         .map_err(|_| format!("the array has {} axes; give one of shape [nx, ny, nz]", dims.len()))
 }
 
-fn value(kind: char, big: bool, bytes: &[u8]) -> f64 {
-    let push = |n: u64, b: &u8| n << 8 | *b as u64;
-    let bits = if big { bytes.iter().fold(0, push) } else { bytes.iter().rev().fold(0, push) };
-    let unused = 64 - 8 * bytes.len() as u32;
-    match (kind, bytes.len()) {
-        ('f', 2) => half(bits as u16),
-        ('f', 4) => f32::from_bits(bits as u32) as f64,
-        ('f', _) => f64::from_bits(bits),
-        ('i', _) => ((bits << unused) as i64 >> unused) as f64,
-        _ => bits as f64,
-    }
-}
-
-/// IEEE 754 binary16.
-pub(crate) fn half(bits: u16) -> f64 {
+/// The value of IEEE 754 binary16 bits.
+pub(crate) fn half_to_f64(bits: u16) -> f64 {
     let sign = if bits & 0x8000 != 0 { -1.0 } else { 1.0 };
     let (exponent, fraction) = ((bits >> 10 & 31) as i32, (bits & 1023) as f64);
     match exponent {
@@ -146,15 +157,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn halves_and_integers() {
-        assert_eq!(half(0x3c00), 1.0);
-        assert_eq!(half(0xc500), -5.0);
-        assert_eq!(half(0x0001), 2f64.powi(-24));
-        assert_eq!(half(0x7bff), 65504.0);
-        assert!(half(0x7e00).is_nan() && half(0x7c00).is_infinite());
-        assert_eq!(value('i', false, &[0xfe, 0xff]), -2.0);
-        assert_eq!(value('i', true, &[0x01, 0x00]), 256.0);
-        assert_eq!(value('u', false, &[0xff]), 255.0);
-        assert_eq!(value('f', true, &1.5f64.to_be_bytes()), 1.5);
+    fn halves_and_integers_have_their_values() {
+        assert_eq!(half_to_f64(0x3c00), 1.0);
+        assert_eq!(half_to_f64(0xc500), -5.0);
+        assert_eq!(half_to_f64(0x0001), 2f64.powi(-24));
+        assert_eq!(half_to_f64(0x7bff), 65504.0);
+        assert!(half_to_f64(0x7e00).is_nan() && half_to_f64(0x7c00).is_infinite());
+        let value = |descr: &str, bytes: &[u8]| {
+            ElementFormat::parse(&format!("'descr':'{descr}'")).unwrap().value(bytes)
+        };
+        assert_eq!(value("<i2", &[0xfe, 0xff]), -2.0);
+        assert_eq!(value(">i2", &[0x01, 0x00]), 256.0);
+        assert_eq!(value("|u1", &[0xff]), 255.0);
+        assert_eq!(value(">f8", &1.5f64.to_be_bytes()), 1.5);
     }
 }

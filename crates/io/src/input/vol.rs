@@ -1,6 +1,6 @@
 //! Mitsuba's grid volumes, version 3, of one channel of floats.
 //!
-//! | bytes | what |
+//! | bytes | contents |
 //! |---|---|
 //! | 0..4 | `VOL`, the number 3 |
 //! | 4..24 | five whole numbers: type (1 = float), nx, ny, nz, channels |
@@ -9,22 +9,22 @@
 //!
 //! Reference: Mitsuba 3, gridvolume.
 
-use super::error::Fault;
-use super::npy::Array;
+use super::error::FileFault;
+use super::npy::ScalarArray;
 use zonal_math::{Vec3, vec3};
 
-const HEADER: usize = 48;
+/// Bytes of the header.
+const HEADER_BYTES: usize = 48;
 
 /// True for the bytes of a grid volume.
 pub(crate) fn is_vol(bytes: &[u8]) -> bool {
     bytes.starts_with(b"VOL")
 }
 
-/// The array and its box. The size that the header declares is compared with the file's before memory is taken; `noun`
-/// names what a value is.
-pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<(Array, (Vec3, Vec3)), Fault> {
-    let fault = |what: String| Fault::new(file, "header", what);
-    if bytes.len() < HEADER || bytes[3] != 3 {
+/// The array and its box; `noun` names a value in messages. The declared size is compared with the file's before memory is allocated.
+pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<(ScalarArray, (Vec3, Vec3)), FileFault> {
+    let fault = |message: String| FileFault::new(file, "header", message);
+    if bytes.len() < HEADER_BYTES || bytes[3] != 3 {
         return Err(fault("this is not a grid volume of version 3; save it again".into()));
     }
     let word = |k: usize| [0, 1, 2, 3].map(|i| bytes[4 + 4 * k + i]);
@@ -36,7 +36,7 @@ pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<(Array, (Vec
     }
     let shape = [nx, ny, nz].map(|n| n as usize);
     let size = shape.iter().try_fold(4usize, |n, d| n.checked_mul(*d));
-    let data = &bytes[HEADER..];
+    let data = &bytes[HEADER_BYTES..];
     if size != Some(data.len()) || data.is_empty() {
         return Err(fault(format!(
             "the shape ({nx}, {ny}, {nz}) does not agree with the {} bytes of data; save the volume again",
@@ -60,10 +60,10 @@ pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<(Array, (Vec
         let at = 4 * ((z * ny + y) * nx + x);
         let value = f32::from_le_bytes([0, 1, 2, 3].map(|k| data[at + k]));
         if !(value.is_finite() && value >= 0.0) {
-            let what = format!("{value} is no {noun}; give finite values from 0");
-            return Err(Fault::new(file, format!("[{x}, {y}, {z}]"), what));
+            let message = format!("{value} is no {noun}; give finite values from 0");
+            return Err(FileFault::new(file, format!("[{x}, {y}, {z}]"), message));
         }
         values.push(value);
     }
-    Ok((Array { shape, values }, (min, max)))
+    Ok((ScalarArray { shape, values }, (min, max)))
 }

@@ -1,31 +1,37 @@
-//! Whole files or none: write beside the target, then rename.
+//! Atomic replacement of files: write a temporary file beside the target (crate tempfile), then rename it.
 //!
-//! The steps, in this order, so that a kill or a power cut at any moment leaves the old file or the new one:
+//! The steps, in this order, leave the old file or the new one after a kill or a power failure at any moment:
 //!
-//! 1. the target is what a chain of symbolic links ends at; the links stay;
-//! 2. a temporary file `.NAME.PID-N.partial` is made in the target's folder and locked for as long as its process lives;
-//! 3. its bytes are written and brought to the disk (`fsync`), it is renamed, and the folder is brought to the disk;
-//! 4. temporary files of the same target that nobody holds a lock on are removed: their process was killed.
+//! 1. the target is the end of a chain of symbolic links; the links stay;
+//! 2. a temporary file `.NAME.PID-RANDOM.partial` is created in the target's folder and locked for the life of its process;
+//! 3. its bytes are written and synchronised (`fsync`), it is renamed, and the folder is synchronised;
+//! 4. temporary files of the same target without a lock are removed: their process was killed.
 //!
-//! A lock ends with its process, however that ends, so that neither a reused process number nor another machine misleads step 4. A
-//! file that is locked by the one that removes it, before the one that made it could, is made anew under another number.
+//! A lock ends with its process in every case, so that neither a reused process number nor another machine misleads step 4.
 //!
 //! Devices, pipes and sockets (`/dev/stdout`, `/dev/null`, a FIFO) hold no old file: they get the bytes directly, all at once.
 
-use super::FileError;
+use super::error::FileError;
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Cursor, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
 
-/// The most symbolic links that are followed.
-const MOST_LINKS: usize = 40;
+/// Largest number of symbolic links that are followed.
+const MAX_SYMBOLIC_LINKS: usize = 40;
+/// Number of temporary files created before the folder counts as not writable.
+const MAX_CREATE_ATTEMPTS: usize = 100;
+/// Random characters in the name of a temporary file.
+const RANDOM_CHARS: usize = 6;
+/// End of the name of a temporary file.
+const SUFFIX: &str = ".partial";
 
-/// What a file is written into: a temporary file, or memory where the target is a device or a pipe, which cannot seek.
+/// Destination of a file's bytes: a temporary file, or memory if the target is a device or a pipe, which cannot seek.
 pub(super) enum Sink {
     /// The temporary file.
-    File(BufWriter<File>),
-    /// All bytes, to be passed on.
+    File(BufWriter<NamedTempFile>),
+    /// All bytes, for a device or pipe.
     Memory(Cursor<Vec<u8>>),
 }
 
@@ -56,43 +62,28 @@ impl Seek for Sink {
     }
 }
 
-/// Where the bytes of a path go.
+/// The kind of file at a path.
 #[derive(Debug, PartialEq)]
-enum Target {
-    /// Into a file that is replaced; the path is no symbolic link.
+enum WriteTarget {
+    /// A file that is replaced; the path is no symbolic link.
     Replaced(PathBuf),
-    /// Into a device, a pipe or a socket.
+    /// A device, a pipe or a socket.
     Direct,
 }
 
-/// A temporary file, removed unless it was renamed.
-struct Partial {
-    path: PathBuf,
-    renamed: bool,
-}
-
-impl Drop for Partial {
-    fn drop(&mut self) {
-        if !self.renamed {
-            let _ = fs::remove_file(&self.path);
-        }
-    }
-}
-
-/// Writes `path` by calling `fill`: whole, or not at all and with no temporary file left. Devices and pipes are written directly.
+/// Writes `path` by calling `fill`; a failure leaves the old file and no temporary one. Devices and pipes are written directly.
 pub(super) fn write_atomic(
     path: &Path,
     fill: impl FnOnce(&mut Sink) -> io::Result<()>,
 ) -> Result<(), FileError> {
-    let done = match target(path)? {
-        Target::Direct => direct(path, fill),
-        Target::Replaced(target) => {
-            let (mut partial, file) = create_beside(path, &target)?;
-            let mut out = Sink::File(BufWriter::new(file));
-            fill(&mut out).and_then(|()| finish(out, &target, &mut partial))
+    let written = match resolve_target(path)? {
+        WriteTarget::Direct => write_directly(path, fill),
+        WriteTarget::Replaced(target) => {
+            let mut out = Sink::File(BufWriter::new(create_beside(path, &target)?));
+            fill(&mut out).and_then(|()| replace_target(out, &target))
         }
     };
-    done.map_err(|e| {
+    written.map_err(|e| {
         FileError::new(
             path,
             "",
@@ -101,53 +92,68 @@ pub(super) fn write_atomic(
     })
 }
 
-/// Refuses a path that `write_atomic` could not write, by making a temporary file there and removing it.
+/// Checks that a file can be written, by creating a temporary file beside it and removing it.
+///
+/// # Errors
+///
+/// The folder is absent or not writable, or the path is no name of a file.
 pub fn check_writable(path: &Path) -> Result<(), FileError> {
-    match target(path)? {
-        Target::Direct => Ok(()),
-        Target::Replaced(target) => create_beside(path, &target).map(drop),
+    match resolve_target(path)? {
+        WriteTarget::Direct => Ok(()),
+        WriteTarget::Replaced(target) => create_beside(path, &target).map(drop),
     }
 }
 
-/// True for a path that is a device, a pipe or a socket, whose name says nothing of a format.
+/// True for a device, a pipe or a socket, whose name implies no format.
 pub fn is_stream(path: &Path) -> bool {
-    target(path).is_ok_and(|t| t == Target::Direct)
+    resolve_target(path).is_ok_and(|t| t == WriteTarget::Direct)
 }
 
-/// Removes the temporary files in a folder whose process was killed, whatever their targets.
-pub fn remove_stale(folder: &Path) {
-    sweep(folder, None);
+/// Removes the temporary files in a folder whose process was killed, of all targets.
+pub fn remove_stale_temporaries(folder: &Path) {
+    remove_unlocked(folder, None);
 }
 
-/// True for the name of a temporary file of ours.
-pub(super) fn is_partial(name: &OsStr) -> bool {
+/// Writes a file of these bytes.
+///
+/// # Errors
+///
+/// The file cannot be written.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    write_atomic(path, |out| out.write_all(bytes))
+}
+
+/// True for the name of a temporary file of this module.
+pub(super) fn is_temporary(name: &OsStr) -> bool {
     target_name(name).is_some()
 }
 
-fn finish(mut out: Sink, target: &Path, partial: &mut Partial) -> io::Result<()> {
+/// Synchronises a temporary file and renames it to the target.
+fn replace_target(mut out: Sink, target: &Path) -> io::Result<()> {
     out.flush()?;
     let Sink::File(out) = out else { return Ok(()) };
-    let file = out.into_inner().map_err(|e| e.into_error())?;
-    file.sync_all()?;
-    fs::rename(&partial.path, target)?;
-    partial.renamed = true;
+    let temporary = out.into_inner().map_err(|e| e.into_error())?;
+    temporary.as_file().sync_all()?;
+    // Hold the lock until the file has its name.
+    let _locked = temporary.persist(target).map_err(|e| e.error)?;
     let folder = folder_of(target);
-    // Not every file system can bring a folder to the disk.
+    // Ignore file systems that cannot synchronise a folder.
     if let Ok(folder) = File::open(folder) {
         let _ = folder.sync_all();
     }
-    sweep(folder, target.file_name());
+    remove_unlocked(folder, target.file_name());
     Ok(())
 }
 
-fn direct(path: &Path, fill: impl FnOnce(&mut Sink) -> io::Result<()>) -> io::Result<()> {
+/// Passes all bytes to a device or pipe.
+fn write_directly(path: &Path, fill: impl FnOnce(&mut Sink) -> io::Result<()>) -> io::Result<()> {
     let mut out = Sink::Memory(Cursor::default());
     fill(&mut out)?;
     let Sink::Memory(bytes) = out else { return Ok(()) };
-    // Appended: standard output may be a file that has text already.
+    // Append: standard output may be a file that has text already.
     let written = File::options().append(true).open(path).and_then(|mut f| f.write_all(bytes.get_ref()));
     match written {
-        // A reader that has gone away is no failure.
+        // A reader that closed its pipe is no failure.
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         other => other,
     }
@@ -160,76 +166,82 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// What a path stands for.
-fn target(path: &Path) -> Result<Target, FileError> {
+/// The file that a path leads to.
+fn resolve_target(path: &Path) -> Result<WriteTarget, FileError> {
     let mut here = path.to_path_buf();
     if fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
-        return Ok(Target::Direct);
+        return Ok(WriteTarget::Direct);
     }
-    for _ in 0..MOST_LINKS {
-        // Files that a process has open have names of this kind, which nothing can be renamed to.
+    for _ in 0..MAX_SYMBOLIC_LINKS {
+        // Open files of a process: nothing can be renamed to such a path.
         if here.starts_with("/proc") || here.starts_with("/dev/fd") {
-            return Ok(Target::Direct);
+            return Ok(WriteTarget::Direct);
         }
         match fs::read_link(&here) {
             Ok(next) => here = folder_of(&here).join(next),
-            Err(_) => return Ok(Target::Replaced(here)),
+            Err(_) => return Ok(WriteTarget::Replaced(here)),
         }
     }
     Err(FileError::new(path, "", "is a chain of symbolic links without an end; name a file"))
 }
 
-/// The temporary file, made and locked.
-fn create_beside(path: &Path, target: &Path) -> Result<(Partial, File), FileError> {
+/// Creates and locks a temporary file beside the target.
+fn create_beside(path: &Path, target: &Path) -> Result<NamedTempFile, FileError> {
     let folder = folder_of(target);
     let Some(name) = target.file_name() else {
         return Err(FileError::new(path, "", "is not the name of a file; give one"));
     };
-    let mut last = None;
-    for n in 0..100 {
-        let mut hidden = OsString::from(".");
-        hidden.push(name);
-        hidden.push(format!(".{}-{n}.partial", std::process::id()));
-        let temporary = folder.join(hidden);
-        match File::options().write(true).create_new(true).open(&temporary) {
-            Ok(file) => {
-                let taken = matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock));
-                if !taken && temporary.exists() {
-                    return Ok((Partial { path: temporary, renamed: false }, file));
+    let mut prefix = OsString::from(".");
+    prefix.push(name);
+    prefix.push(format!(".{}-", std::process::id()));
+    let mut error = None;
+    for _ in 0..MAX_CREATE_ATTEMPTS {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&prefix).suffix(SUFFIX).rand_bytes(RANDOM_CHARS);
+        // Permissions of an ordinary new file, before the umask.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        match builder.tempfile_in(folder) {
+            Ok(temporary) => {
+                // Another process may have locked and removed the file before this lock: then create another one.
+                let locked = matches!(temporary.as_file().try_lock(), Err(fs::TryLockError::WouldBlock));
+                if !locked && temporary.path().exists() {
+                    return Ok(temporary);
                 }
             }
-            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => last = Some(e),
             Err(e) => {
-                last = Some(e);
+                error = Some(e);
                 break;
             }
         }
     }
-    let why = last.map(|e| e.to_string()).unwrap_or_default();
+    let reason = error.map(|e| e.to_string()).unwrap_or_default();
     let folder = folder.display();
     Err(FileError::new(
         path,
         "",
-        format!("the folder '{folder}' cannot be written ({why}); create it or choose another"),
+        format!("the folder '{folder}' cannot be written ({reason}); create it or choose another"),
     ))
 }
 
-/// The target's name, where `name` is that of a temporary file of ours.
+/// The target's name, if `name` is that of a temporary file of this module.
 fn target_name(name: &OsStr) -> Option<&[u8]> {
-    let rest = name.as_encoded_bytes().strip_prefix(b".")?.strip_suffix(b".partial")?;
+    let rest = name.as_encoded_bytes().strip_prefix(b".")?.strip_suffix(SUFFIX.as_bytes())?;
     let dot = rest.iter().rposition(|b| *b == b'.')?;
-    let (process, number) = std::str::from_utf8(&rest[dot + 1..]).ok()?.split_once('-')?;
+    let (process, unique) = std::str::from_utf8(&rest[dot + 1..]).ok()?.split_once('-')?;
     let digits = |s: &str| !s.is_empty() && s.bytes().all(|b| b.is_ascii_digit());
-    (digits(process) && digits(number)).then_some(&rest[..dot])
+    // Earlier versions numbered their files.
+    let random = unique.len() == RANDOM_CHARS && unique.bytes().all(|b| b.is_ascii_alphanumeric());
+    (digits(process) && (digits(unique) || random)).then_some(&rest[..dot])
 }
 
-/// Removes the temporary files in a folder that nobody holds a lock on: those of one target, or all.
-fn sweep(folder: &Path, target: Option<&OsStr>) {
+/// Removes the temporary files in a folder without a lock: those of one target, or all.
+fn remove_unlocked(folder: &Path, target: Option<&OsStr>) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();
-        let Some(of) = target_name(&name) else { continue };
-        let wanted = target.is_none_or(|t| t.as_encoded_bytes() == of);
+        let Some(target_of_file) = target_name(&name) else { continue };
+        let wanted = target.is_none_or(|t| t.as_encoded_bytes() == target_of_file);
         if !wanted || !entry.file_type().is_ok_and(|t| t.is_file()) {
             continue;
         }
@@ -270,7 +282,7 @@ mod tests {
         assert_eq!((fs::read(&path).unwrap(), count(&dir)), (b"old".to_vec(), 1));
         let e = write_atomic(&dir.join("no/such/a.txt"), |_| Ok(())).unwrap_err();
         assert!(e.to_string().contains("no/such' cannot be written"), "{e}");
-        // A panic leaves nothing either.
+        // A panic leaves nothing behind.
         let broken = std::panic::catch_unwind(|| write_atomic(&path, |_| panic!("a broken assumption")));
         assert!(broken.is_err());
         assert_eq!((fs::read(&path).unwrap(), count(&dir)), (b"old".to_vec(), 1));
@@ -280,21 +292,21 @@ mod tests {
     }
 
     #[test]
-    fn temporary_files_of_the_killed_are_removed_and_those_of_the_living_stay() {
+    fn temporary_files_without_a_lock_are_removed_and_locked_ones_stay() {
         let dir = folder("stale");
         let path = dir.join("a.txt");
-        let (stale, other, mine) = (
+        let (stale, other, foreign) = (
             dir.join(".a.txt.123-0.partial"),
             dir.join(".b.txt.7-1.partial"),
             dir.join(".a.txt.x-0.partial"),
         );
-        [&stale, &other, &mine].iter().for_each(|p| fs::write(p, "half").unwrap());
-        let (living, lock) = create_beside(&path, &path).unwrap();
+        [&stale, &other, &foreign].iter().for_each(|p| fs::write(p, "half").unwrap());
+        let living = create_beside(&path, &path).unwrap();
         write_atomic(&path, |w| w.write_all(b"new")).unwrap();
-        assert!(!stale.exists() && other.exists() && mine.exists() && living.path.exists());
-        remove_stale(&dir);
-        assert!(!other.exists() && mine.exists() && living.path.exists());
-        drop((living, lock));
+        assert!(!stale.exists() && other.exists() && foreign.exists() && living.path().exists());
+        remove_stale_temporaries(&dir);
+        assert!(!other.exists() && foreign.exists() && living.path().exists());
+        drop(living);
         assert_eq!(count(&dir), 2);
         fs::remove_dir_all(&dir).unwrap();
     }
@@ -328,7 +340,7 @@ mod tests {
         write_atomic(null, |w| w.write_all(b"bytes")).unwrap();
         use std::os::unix::fs::FileTypeExt;
         assert!(fs::metadata(null).unwrap().file_type().is_char_device());
-        // A device without room.
+        // A full device.
         if Path::new("/dev/full").exists() {
             let e = write_atomic(Path::new("/dev/full"), |w| w.write_all(b"bytes")).unwrap_err();
             assert!(e.to_string().contains("check the free space"), "{e}");

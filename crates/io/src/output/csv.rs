@@ -1,12 +1,13 @@
-//! One line a zone, for spreadsheets.
+//! A table with one line for each zone, for spreadsheets.
 //!
-//! Columns: zone (global index), kind (patch, voxel, pane), of (name of the surface or pane, index of the voxmap's cell),
+//! Columns: zone (global index), kind (patch, voxel, pane), of (name of the surface or pane, index of the voxel),
 //! x, y, z (centre, m), size (area in m² of patches and panes, free volume in m³ of voxels), then per band b = 0, 1, 2: radiosity_b,
-//! incident_b (H of patches, fluence G of the others, without direct light), direct_b, error_b (of incident), direct_error_b (of direct), all W/m². In thermal mode also
-//! temperature_K, temperature_error_K (empty where none is defined), net, net_error (given: W/m² of patches, W/m³ of the others).
+//! incident_b (H of patches, fluence G of the others, without direct light), direct_b, error_b (of incident), direct_error_b (of
+//! direct), all W/m². In thermal mode also temperature_K, temperature_error_K (empty if undefined), net, net_error (net radiative flux
+//! that leaves: W/m² of patches, W/m³ of the others).
 
-use super::FileError;
 use super::atomic::write_atomic;
+use super::error::FileError;
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write;
@@ -14,8 +15,13 @@ use std::path::Path;
 use zonal_math::Vec3;
 use zonal_scene::{Solution, printable};
 
-/// A cell that no spreadsheet takes for a formula: one that begins with `=`, `+`, `-`, `@`, a tab or a line break and is no number and no
-/// direction (`+x`) gets an apostrophe before it.
+/// A cell that no spreadsheet interprets as a formula: an apostrophe precedes a text that begins with `=`, `+`, `-`, `@`, a tab or a line
+/// break and is neither a number nor a direction (`+x`).
+///
+/// ```
+/// assert_eq!(zonal_io::output::csv_cell("=A1"), "'=A1");
+/// assert_eq!(zonal_io::output::csv_cell("-1.5"), "-1.5");
+/// ```
 pub fn csv_cell(text: &str) -> Cow<'_, str> {
     let formula = text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
     let direction = matches!(text.trim().as_bytes(), [b'+' | b'-', b'x' | b'y' | b'z']);
@@ -23,7 +29,7 @@ pub fn csv_cell(text: &str) -> Cow<'_, str> {
     if formula && !plain { Cow::Owned(format!("'{text}")) } else { Cow::Borrowed(text) }
 }
 
-/// The cell of a name: without what steers a terminal, never a formula, in quotes where it needs them.
+/// The cell of a name: without control characters, never a formula, in quotes if it needs them.
 fn quoted(name: &str) -> String {
     let name = printable(name);
     let name = csv_cell(&name);
@@ -34,6 +40,7 @@ fn quoted(name: &str) -> String {
     }
 }
 
+/// The line of column names.
 fn heading(thermal: bool) -> String {
     let mut line = String::from("zone,kind,of,x,y,z,size");
     for field in ["radiosity", "incident", "direct", "error", "direct_error"] {
@@ -62,8 +69,14 @@ fn describe(s: &Solution, i: usize) -> (&'static str, String, Vec3, f64) {
     }
 }
 
-/// Writes the table of zones; see the module's header for the columns.
-pub fn write_zones_csv(path: &Path, s: &Solution) -> Result<(), FileError> {
+/// Writes the table of zones; columns: zone, kind, of, x, y, z, size, then radiosity, incident, direct, error and direct_error of each
+/// band in W/m², and in thermal mode temperature_K, temperature_error_K, net, net_error.
+///
+/// # Errors
+///
+/// The file cannot be written.
+pub fn write_zones_csv(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileError> {
+    let path = path.as_ref();
     let f = &s.fields;
     write_atomic(path, |out| {
         writeln!(out, "{}", heading(f.heat.is_some()))?;

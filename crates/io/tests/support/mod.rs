@@ -59,9 +59,16 @@ pub(crate) fn png(width: u32, height: u32, rgb: &[u8]) -> Vec<u8> {
     out
 }
 
+/// Order of the elements of an npy file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum NpyOrder {
+    C,
+    Fortran,
+}
+
 /// An npy file, version 1.0.
-pub(crate) fn npy(descr: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
-    let order = if fortran { "True" } else { "False" };
+pub(crate) fn npy(descr: &str, order: NpyOrder, shape: &str, data: &[u8]) -> Vec<u8> {
+    let order = if order == NpyOrder::Fortran { "True" } else { "False" };
     let mut text = format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}");
     while !(11 + text.len()).is_multiple_of(64) {
         text.push(' ');

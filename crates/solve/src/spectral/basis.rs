@@ -1,98 +1,100 @@
-//! How radiosity varies inside a zone, and the kernels that its components have with each other.
+//! Basis of the radiosity inside a zone, and the kernels between its components.
 //!
-//! Constant: one component a zone. Linear: also its slopes, functions √12 (x_k − c_k)/e_k of mean square one, square to each other and to the
+//! Constant: one component a zone. Linear: also its slopes, functions √12 (x_k − c_k)/e_k of mean square one, orthogonal to each other and to the
 //! constant: four components of a voxel (0; x, y, z), three of a patch (0 and its two axes, ascending). Galerkin's equations have the form of the
-//! zonal ones, with the same ρ, Ω, A and V for every component of a zone: strengths in, what arrives of each component out.
+//! zonal equations, with the same ρ, Ω, A and V for every component of a zone.
 //!
-//! **Real spectra.** Between components of which one is a slope along an axis k and the other is not, the factor is odd in d_k, and its spectrum
-//! −i A with a real, odd A; with two such axes −C. With the strengths of slopes times i in frequencies (one factor i for each slope along an
-//! axis that is transformed), the matrix between components is real and symmetric: [`Set`] keeps A and C, and the signs that negative
-//! frequencies have ([`Array::sign`]). Across a wall nothing is transformed, and the slope across stays as it is; it changes its sign where the wall
-//! stands at the high end.
+//! **Real spectra.** If one of two components is a slope along an axis k, the factor is odd in d_k, and its spectrum is −i A with a real, odd A;
+//! for two such axes it is −C. With the strengths of slopes multiplied by i in frequency space (one factor i for each slope along a transformed axis), the
+//! matrix between components is real and symmetric: [`KernelSet`] holds A and C, and `KernelSpectrum::sign` gives the signs at negative
+//! frequencies. Across a wall there is no transform, and the slope across it is unchanged; it changes its sign at the high wall.
 
-use super::grid::OTHERS;
+use super::axes::OTHER_AXES;
 
-/// How radiosity varies inside a zone.
+/// Order of the basis inside a zone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Variation {
-    /// Not at all.
+pub enum BasisOrder {
+    /// Constant radiosity.
     Constant,
-    /// By a slope along each of its axes.
+    /// A slope along each axis of the zone.
     Linear,
 }
 
-impl Variation {
-    /// Components of a voxel.
-    pub fn voxel(self) -> usize {
-        if self == Variation::Linear { 4 } else { 1 }
+impl BasisOrder {
+    /// Number of components of a voxel.
+    pub fn voxel_components(self) -> usize {
+        if self == BasisOrder::Linear { 4 } else { 1 }
     }
-    /// Components of a patch.
-    pub fn patch(self) -> usize {
-        if self == Variation::Linear { 3 } else { 1 }
+    /// Number of components of a patch.
+    pub fn patch_components(self) -> usize {
+        if self == BasisOrder::Linear { 3 } else { 1 }
     }
     /// The kernels of two voxels.
-    pub fn volume(self) -> Layout {
-        let n = self.voxel();
-        Layout::new(n, n, |p, q| [0, 1, 2].map(|k| along(p == k + 1, q == k + 1)))
+    pub fn volume_layout(self) -> KernelLayout {
+        let n = self.voxel_components();
+        KernelLayout::new(n, n, |p, q| [0, 1, 2].map(|k| slope_count(p == k + 1, q == k + 1)))
     }
     /// The kernels of a voxel (first) and a patch of a wall across `a`.
-    pub fn wall(self, a: usize) -> Layout {
-        Layout::new(self.voxel(), self.patch(), |p, q| {
+    pub fn wall_layout(self, a: usize) -> KernelLayout {
+        KernelLayout::new(self.voxel_components(), self.patch_components(), |p, q| {
             let across = usize::from(p == a + 1);
-            [0, 1, 2].map(|k| if k == a { across } else { along(p == k + 1, patch_axis(a, q) == Some(k)) })
+            [0, 1, 2]
+                .map(|k| if k == a { across } else { slope_count(p == k + 1, patch_axis(a, q) == Some(k)) })
         })
     }
     /// The kernels of two walls across `a`.
-    pub fn opposite(self, a: usize) -> Layout {
+    pub fn opposite_layout(self, a: usize) -> KernelLayout {
         let slope = |q: usize, k: usize| patch_axis(a, q) == Some(k);
-        Layout::new(self.patch(), self.patch(), |p, q| [0, 1, 2].map(|k| along(slope(p, k), slope(q, k))))
+        KernelLayout::new(self.patch_components(), self.patch_components(), |p, q| {
+            [0, 1, 2].map(|k| slope_count(slope(p, k), slope(q, k)))
+        })
     }
     /// The kernels of a patch of a wall across `a` (first) and of one across `b`.
-    pub fn adjacent(self, [a, b]: [usize; 2]) -> Layout {
-        Layout::new(self.patch(), self.patch(), |p, q| {
+    pub fn adjacent_layout(self, [a, b]: [usize; 2]) -> KernelLayout {
+        KernelLayout::new(self.patch_components(), self.patch_components(), |p, q| {
             let (p, q) = (patch_axis(a, p), patch_axis(b, q));
             [0, 1, 2].map(|k| match k {
                 _ if k == a => usize::from(q == Some(a)),
                 _ if k == b => usize::from(p == Some(b)),
-                _ => along(p == Some(k), q == Some(k)),
+                _ => slope_count(p == Some(k), q == Some(k)),
             })
         })
     }
 }
 
-/// The axis of a component of a patch across `a`; none of the constant.
+/// The axis of a component of a patch across `a`; `None` for the constant.
 pub fn patch_axis(a: usize, component: usize) -> Option<usize> {
-    (component > 0).then(|| OTHERS[a][component - 1])
+    (component > 0).then(|| OTHER_AXES[a][component - 1])
 }
 
-/// The number of the density of two zones along an axis along which both extend: none, one or both are slopes.
-fn along(p: bool, q: bool) -> usize {
+/// The density of two zones along an axis along which both extend: 0, 1 or 2 of them are slopes.
+fn slope_count(p: bool, q: bool) -> usize {
     usize::from(p) + usize::from(q)
 }
 
-/// One component with another.
+/// The kernel of a pair of components.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Term {
+pub struct KernelTerm {
     /// The component of the first zone.
     pub p: usize,
     /// The component of the second.
     pub q: usize,
-    /// Which array is their kernel.
+    /// The index of their kernel.
     pub array: usize,
 }
 
-/// Which kernels are needed, and who shares one.
+/// The distinct kernels, and the pairs of components that share one.
 #[derive(Clone, Debug)]
-pub struct Layout {
+pub struct KernelLayout {
     /// Every pair of components.
-    pub terms: Vec<Term>,
+    pub terms: Vec<KernelTerm>,
     /// The densities of each distinct kernel along the three axes, numbered as in `zonal_exchange::aligned::lattice::Linear`.
     pub densities: Vec<[usize; 3]>,
 }
 
-impl Layout {
-    fn new(first: usize, second: usize, densities: impl Fn(usize, usize) -> [usize; 3]) -> Layout {
-        let mut out = Layout { terms: Vec::new(), densities: Vec::new() };
+impl KernelLayout {
+    fn new(first: usize, second: usize, densities: impl Fn(usize, usize) -> [usize; 3]) -> KernelLayout {
+        let mut out = KernelLayout { terms: Vec::new(), densities: Vec::new() };
         for p in 0..first {
             for q in 0..second {
                 let d = densities(p, q);
@@ -101,37 +103,54 @@ impl Layout {
                     out.densities.push(d);
                     out.densities.len() - 1
                 });
-                out.terms.push(Term { p, q, array });
+                out.terms.push(KernelTerm { p, q, array });
             }
         }
         out
     }
 }
 
-/// One kernel in frequencies.
+/// Half of a spectrum along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum SpectrumHalf {
+    /// Frequencies that are stored.
+    Stored,
+    /// Their opposites.
+    Opposite,
+}
+
+impl SpectrumHalf {
+    /// The half of frequency `f` of a transform of length `n`.
+    #[inline(always)]
+    pub(super) fn of(f: usize, n: usize) -> SpectrumHalf {
+        if 2 * f > n { SpectrumHalf::Opposite } else { SpectrumHalf::Stored }
+    }
+}
+
+/// Spectrum of one kernel.
 #[derive(Clone, Debug, Default)]
-pub struct Array {
+pub struct KernelSpectrum {
     /// Axes along which its spectrum is odd.
     pub odd: [bool; 3],
-    /// Its values, in an order that its maker tells.
+    /// Its values, in the order of [`super::kernels::GridKernels`].
     pub data: Vec<f64>,
 }
 
-impl Array {
-    /// The sign of its value at a frequency along `axis` that stands for the opposite of one that is kept.
+impl KernelSpectrum {
+    /// The sign of its value at a frequency along `axis` in one of the halves of the spectrum.
     #[inline(always)]
-    pub fn sign(&self, axis: usize, opposite: bool) -> f64 {
-        if self.odd[axis] && opposite { -1.0 } else { 1.0 }
+    pub(super) fn sign(&self, axis: usize, half: SpectrumHalf) -> f64 {
+        if self.odd[axis] && half == SpectrumHalf::Opposite { -1.0 } else { 1.0 }
     }
 }
 
 /// The kernels between two kinds of zones.
 #[derive(Clone, Debug, Default)]
-pub struct Set {
+pub struct KernelSet {
     /// Every pair of components.
-    pub terms: Vec<Term>,
+    pub terms: Vec<KernelTerm>,
     /// The distinct kernels.
-    pub arrays: Vec<Array>,
+    pub arrays: Vec<KernelSpectrum>,
 }
 
 #[cfg(test)]
@@ -139,13 +158,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn kernels_are_shared() {
-        let count = |l: Layout| (l.terms.len(), l.densities.len());
-        let v = Variation::Linear;
-        assert_eq!(count(Variation::Constant.volume()), (1, 1));
-        assert_eq!(count(v.volume()), (16, 10));
-        assert_eq!(count(v.wall(1)), (12, 9));
-        assert_eq!(count(v.opposite(2)), (9, 6));
-        assert_eq!(count(v.adjacent([0, 2])), (9, 8));
+    fn equal_kernels_are_shared() {
+        let count = |l: KernelLayout| (l.terms.len(), l.densities.len());
+        let v = BasisOrder::Linear;
+        assert_eq!(count(BasisOrder::Constant.volume_layout()), (1, 1));
+        assert_eq!(count(v.volume_layout()), (16, 10));
+        assert_eq!(count(v.wall_layout(1)), (12, 9));
+        assert_eq!(count(v.opposite_layout(2)), (9, 6));
+        assert_eq!(count(v.adjacent_layout([0, 2])), (9, 8));
     }
 }

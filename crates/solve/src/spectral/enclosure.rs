@@ -1,36 +1,36 @@
-//! Where the spectral engine applies: a box on the grid of its medium.
+//! Applicability of the spectral engine: a box on the grid of its medium.
 //!
-//! The medium's extinction is the same everywhere (albedo, emission and sources are free), every cell is one whole voxel zone, and every patch is
-//! a face of a cell on the box's boundary that looks inwards. Faces without a patch are openings. An axis along which the scene repeats itself
-//! has no patches at its two ends.
+//! The extinction of the medium is uniform (albedo, emission and sources may vary), every cell is one whole voxel zone, and every patch is
+//! a face of a cell on the boundary of the box that faces inwards. Faces without a patch are openings. A periodic axis has no patches at its ends.
 
-use super::grid::{Grid, OTHERS};
+use super::axes::OTHER_AXES;
+use super::grid::BoxGrid;
 use rayon::prelude::*;
 use zonal_math::Vec3;
-use zonal_scene::scene::PatchRule;
-use zonal_scene::{Bands, Patch, PlateKind, Scene, Voxmap, Zones};
+use zonal_scene::PatchRule;
+use zonal_scene::{Bands, Patch, PlateKind, Scene, VoxelGrid, Zones};
 
-/// Deviation of a patch from the grid that is rounding, in edges of a cell.
-const ROUNDING: f64 = 1e-6;
+/// Largest deviation of a patch from the grid, in edges of a cell.
+const GRID_TOLERANCE: f64 = 1e-6;
 
-/// No zone: an opening.
+/// Index of an opening in place of a zone.
 pub const OPENING: u32 = u32::MAX;
 
 /// A box on the grid of its medium.
 #[derive(Clone, Debug)]
-pub struct Enclosure {
-    /// Its grid.
-    pub grid: Grid,
+pub struct BoxEnclosure {
+    /// The grid.
+    pub grid: BoxGrid,
     /// Extinction, 1/m.
     pub kappa: Bands,
     /// The zone of every patch of the walls, low and high across each axis, by `[i_b][i_c]`; [`OPENING`] where there is none.
     pub faces: [[Vec<u32>; 2]; 3],
 }
 
-impl Enclosure {
-    /// The box that a scene is, or why it is none.
-    pub fn find(scene: &Scene, zones: &Zones) -> Result<Enclosure, String> {
-        let map = scene.voxmap().ok_or("there is no medium")?;
+impl BoxEnclosure {
+    /// The box enclosure of a scene, or the reason why it is none.
+    pub fn find(scene: &Scene, zones: &Zones) -> Result<BoxEnclosure, String> {
+        let map = scene.voxel_grid().ok_or("there is no medium")?;
         let kappa = map.uniform_extinction().ok_or_else(|| {
             let varies = |b: &usize| (0..map.len()).any(|i| map.extinction(i)[*b] != map.extinction(0)[*b]);
             format!("the extinction varies in band {}", (0..3).find(varies).unwrap_or(0))
@@ -38,23 +38,23 @@ impl Enclosure {
         if !scene.panes().is_empty() {
             return Err("there are panes".into());
         }
-        let whole = zones.voxels.len() == map.len() && zones.voxels.par_iter().all(|z| z.part.is_empty());
+        let whole = zones.voxels.len() == map.len() && zones.voxels.par_iter().all(|z| z.samples.is_empty());
         if !whole {
             return Err("surfaces cut or fill voxels, or voxels lie outside the walls".into());
         }
-        let grid = Grid { cells: map.dims(), edges: map.cell().array(), periodic: scene.periodic() };
+        let grid = BoxGrid { cells: map.dims(), edges: map.cell().array(), periodic: scene.periodic() };
         let mut faces = [0, 1, 2].map(|a| {
             let size = if grid.periodic[a] { 0 } else { grid.patches(a) };
             [vec![OPENING; size], vec![OPENING; size]]
         });
         for (i, patch) in zones.patches.iter().enumerate() {
             let name = &scene.surfaces()[patch.surface].name;
-            let (axis, side, at) = place(map, &grid, patch).ok_or_else(|| {
-                let mend = match scene.options().patch_rule {
+            let (axis, side, at) = locate_face(map, &grid, patch).ok_or_else(|| {
+                let advice = match scene.options().patch_rule {
                     PatchRule::Voxels => "it lies off the medium's boundary or looks away from it: let the walls be the box of the medium",
                     _ => "patch_rule = \"voxels\" cuts walls along the voxels",
                 };
-                format!("a patch of surface '{name}' is no face of a voxel on the medium's boundary that looks inwards; {mend}")
+                format!("a patch of surface '{name}' is no face of a voxel on the medium's boundary that looks inwards; {advice}")
             })?;
             let slot = faces[axis][side].get_mut(at).ok_or_else(|| {
                 format!("surface '{name}' stands across an axis along which the scene is periodic")
@@ -64,7 +64,7 @@ impl Enclosure {
             }
             *slot = i as u32;
         }
-        Ok(Enclosure { grid, kappa, faces })
+        Ok(BoxEnclosure { grid, kappa, faces })
     }
 
     /// True where a wall has an opening.
@@ -73,7 +73,7 @@ impl Enclosure {
     }
 
     /// The groups of bands with equal extinctions.
-    pub fn groups(&self) -> ([usize; 3], Vec<f64>) {
+    pub fn extinction_groups(&self) -> ([usize; 3], Vec<f64>) {
         let mut distinct: Vec<f64> = Vec::new();
         let group = self.kappa.map(|k| {
             distinct.iter().position(|x| *x == k).unwrap_or_else(|| {
@@ -85,31 +85,31 @@ impl Enclosure {
     }
 }
 
-/// Axis, side and number of the face that a patch is.
-fn place(map: &Voxmap, grid: &Grid, patch: &Patch) -> Option<(usize, usize, usize)> {
+/// Axis, side and number of the face of a patch.
+fn locate_face(map: &VoxelGrid, grid: &BoxGrid, patch: &Patch) -> Option<(usize, usize, usize)> {
     if patch.plate.kind != PlateKind::Parallelogram {
         return None;
     }
     let (lo, hi) = patch.plate.bounds();
     let at = |p: Vec3, k: usize| (p[k] - map.min()[k]) / grid.edges[k];
-    // The corners in whole cells, if they are whole.
+    // The corner in whole cells, if it lies on the grid.
     let whole = |p: Vec3, k: usize| {
         let x = at(p, k);
-        ((x - x.round()).abs() <= ROUNDING && x.round() >= 0.0).then(|| x.round() as usize)
+        ((x - x.round()).abs() <= GRID_TOLERANCE && x.round() >= 0.0).then(|| x.round() as usize)
     };
-    let axis = (0..3).find(|&k| at(hi, k) - at(lo, k) <= ROUNDING)?;
+    let axis = (0..3).find(|&k| at(hi, k) - at(lo, k) <= GRID_TOLERANCE)?;
     let plane = whole(lo, axis)?;
     let side = match patch.normal[axis] {
         n if n > 0.5 && plane == 0 => 0,
         n if n < -0.5 && plane == grid.cells[axis] => 1,
         _ => return None,
     };
-    let [b, c] = OTHERS[axis].map(|k| {
+    let [b, c] = OTHER_AXES[axis].map(|k| {
         let (from, to) = (whole(lo, k)?, whole(hi, k)?);
         (to == from + 1 && to <= grid.cells[k]).then_some(from)
     });
-    // A parallelogram that fills its bounds is a rectangle along the axes.
-    let [kb, kc] = OTHERS[axis];
-    let full = (patch.area - grid.edges[kb] * grid.edges[kc]).abs() <= 4.0 * ROUNDING * patch.area;
+    // A parallelogram that fills its bounds is an axis-aligned rectangle.
+    let [kb, kc] = OTHER_AXES[axis];
+    let full = (patch.area - grid.edges[kb] * grid.edges[kc]).abs() <= 4.0 * GRID_TOLERANCE * patch.area;
     full.then_some((axis, side, b? * grid.cells[kc] + c?))
 }

@@ -1,173 +1,188 @@
 //! The exchange factors of a grid for one extinction, by offset, and their spectra.
 //!
-//! | kernel | of | kept as |
+//! | kernel | zones | stored as |
 //! |---|---|---|
 //! | V(d₀, d₁, d₂) | two voxels | one octant of its real, even spectrum |
 //! | S₀(d₀; d₁, d₂) | a voxel d₀ cells from a wall across the first axis | spectra along the wall, one for each d₀ |
-//! | S₁, S₂ | the same for walls across the other axes | one octant; extended evenly across the wall, which nothing ever reads |
+//! | S₁, S₂ | the same for walls across the other axes | one octant; extended as an even sequence across the wall, which is never read |
 //! | O(d_b, d_c) | opposite walls | one quadrant |
 //! | Q(i_a, i_b; d_c) | adjacent walls across a and b | spectra along their edge, a matrix for each frequency |
 //!
-//! All entries come from the lattice tables of `zonal_exchange`, attenuation inside the integrals, each to a proven relative [`TOLERANCE`]
-//! (those for radiosity that varies inside a zone to [`LINEAR_TOLERANCE`], estimated, and measured by closure);
-//! along axes that repeat themselves they are sums over images, each to 2e-13. The scale 1/(N₀N₁N₂) of the transforms is in the spectra.
-//! Of radiosity that varies there is a kernel for each pair of components (`basis.rs`), odd along some axes.
+//! All entries come from the lattice tables of `zonal_exchange`, with attenuation inside the integrals, each to a proven relative [`TOLERANCE`]
+//! (for a linear basis to an estimated [`LINEAR_TOLERANCE`], verified by closure);
+//! along periodic axes they are sums over images, each to 2e-13. The spectra include the scale 1/(N₀N₁N₂) of the transforms.
+//! A linear basis has a kernel for each pair of components (`basis.rs`), odd along some axes.
 
-use super::basis::{Array, Layout, Set, Variation};
-use super::even::{Even, turned};
-use super::grid::{Grid, OTHERS};
+use super::axes::OTHER_AXES;
+use super::basis::{BasisOrder, KernelLayout, KernelSet, KernelSpectrum};
+use super::grid::BoxGrid;
+use super::real_symmetric_fft::{Parity, RealSymmetricFft, permute_axes};
 use std::sync::Arc;
-use zonal_exchange::aligned::lattice::{Along, Images, Linear, OffsetTable, Tally, WallTable};
+use zonal_exchange::aligned::lattice::{
+    AxisRelation, LinearBasisPairs, MethodCounts, OffsetTable, PeriodicGrid, WallTable,
+};
 
 /// Relative radius of every table entry.
 pub const TOLERANCE: f64 = 1e-12;
-/// Relative error of the tables of [`Variation::Linear`]; what closure misses beyond comes on top of it.
+/// Relative error of the tables of [`BasisOrder::Linear`]; the closure defect is added to it.
 pub const LINEAR_TOLERANCE: f64 = 1e-10;
 
 /// Spectra of all kernels of a grid.
-pub struct Kernels {
+pub struct GridKernels {
     /// V by `[f₁][f₂][f₀]`.
-    pub volume: Set,
+    pub volume: KernelSet,
     /// S₀ by `[f₁][f₂][d₀]`; S₁ and S₂ by `[f₁][f₂][f₀]`; empty across periodic axes.
-    pub walls: [Set; 3],
+    pub walls: [KernelSet; 3],
     /// O of the walls across each axis by `[f_c][f_b]`.
-    pub opposite: [Set; 3],
+    pub opposite: [KernelSet; 3],
     /// Q by `[f_c][i_a][i_b]` for the pairs of axes (0, 1), (0, 2), (1, 2).
-    pub adjacent: [Set; 3],
+    pub adjacent: [KernelSet; 3],
     /// Entries of the tables by method.
-    pub tally: Vec<(&'static str, Tally)>,
+    pub tally: Vec<(&'static str, MethodCounts)>,
     /// Largest relative radius of an entry.
     pub radius: f64,
 }
 
-/// Offsets that the sums over images along one axis take as long as.
-const PROFILE: f64 = 1000.0;
+/// Cost of the sums over images along one axis, in offsets.
+const IMAGE_SUM_COST: f64 = 1000.0;
 
-/// Offsets that the tables of a grid compute, about.
-pub fn work(grid: &Grid, kappa: f64, variation: Variation) -> f64 {
+/// Expected number of offsets in the tables of a grid.
+pub fn table_work(grid: &BoxGrid, kappa: f64, order: BasisOrder) -> f64 {
     let images = images(grid, kappa);
-    if images.any() {
-        let layouts = variation.volume().densities.len() as f64;
+    if images.is_periodic() {
+        let layouts = order.volume_layout().densities.len() as f64;
         let [all, lines] = [grid.distances().iter().product::<usize>(), grid.distances().iter().sum()];
         let tables = (1 + 2 * grid.walled().count() + grid.corners().count()) as f64;
-        return tables * (layouts * all as f64 + PROFILE * lines as f64);
+        return tables * (layouts * all as f64 + IMAGE_SUM_COST * lines as f64);
     }
-    if variation == Variation::Linear {
-        let of = |along| Linear { along, ..linear(grid, kappa, &images) }.work();
-        let walls = grid.walled().map(|a| of(lie(&[a]))).sum::<f64>();
-        return of(lie(&[])) + walls + grid.corners().map(|pair| of(lie(&pair))).sum::<f64>();
+    if order == BasisOrder::Linear {
+        let of = |along| LinearBasisPairs { along, ..linear(grid, kappa, &images) }.cell_count();
+        let walls = grid.walled().map(|a| of(axis_relations(&[a]))).sum::<f64>();
+        return of(axis_relations(&[]))
+            + walls
+            + grid.corners().map(|pair| of(axis_relations(&pair))).sum::<f64>();
     }
     let one = grid.distances().iter().map(|n| *n as f64).product::<f64>();
     let [x, y, z] = [0, 1, 2].map(|k| (grid.edges[k], grid.cells[k]));
     if x == y && y == z {
-        // A sixth of the offsets of voxels, half of those of walls, which are the same for all.
+        // By symmetry a sixth of the offsets of voxels, and half of those of walls, which are equal for all axes.
         return one * (1.0 / 6.0 + 0.5 + 0.5);
     }
     one * (1 + grid.walled().count() + grid.corners().count()) as f64
 }
 
-fn images(grid: &Grid, kappa: f64) -> Images {
+fn images(grid: &BoxGrid, kappa: f64) -> PeriodicGrid {
     let period = [0, 1, 2].map(|k| grid.periodic[k].then_some(grid.cells[k]));
-    Images::new(period, grid.edges, kappa)
+    PeriodicGrid::new(period, grid.edges, kappa)
 }
 
-/// How two zones lie, of which as many are patches as there are normals.
-fn lie(normals: &[usize]) -> [Along; 3] {
+/// Relation of two zones along each axis; as many are patches as there are normals.
+fn axis_relations(normals: &[usize]) -> [AxisRelation; 3] {
     [0, 1, 2].map(|k| match normals.iter().filter(|&&a| a == k).count() {
-        0 => Along::Between,
-        1 => Along::Depth,
-        _ => Along::Across,
+        0 => AxisRelation::Extended,
+        1 => AxisRelation::OffWall,
+        _ => AxisRelation::OppositeWalls,
     })
 }
 
-fn linear<'a>(grid: &Grid, kappa: f64, images: &'a Images) -> Linear<'a> {
-    Linear { edges: grid.edges, counts: grid.distances(), along: [Along::Between; 3], kappa, images }
+fn linear<'a>(grid: &BoxGrid, kappa: f64, images: &'a PeriodicGrid) -> LinearBasisPairs<'a> {
+    LinearBasisPairs {
+        edges: grid.edges,
+        counts: grid.distances(),
+        along: [AxisRelation::Extended; 3],
+        kappa,
+        images,
+    }
 }
 
-/// Everything between tables and spectra.
-struct Maker<'a> {
-    grid: &'a Grid,
+fn parity_of(is_odd: bool) -> Parity {
+    if is_odd { Parity::Odd } else { Parity::Even }
+}
+
+/// Computes the tables and transforms them to spectra.
+struct KernelBuilder<'a> {
+    grid: &'a BoxGrid,
     kappa: f64,
-    variation: Variation,
-    images: Images,
-    even: [Even; 3],
+    order: BasisOrder,
+    images: PeriodicGrid,
+    transforms: [RealSymmetricFft; 3],
     counts: [usize; 3],
-    /// Tables of walls that are made, by the axes of their normals.
-    made: Vec<(Vec<usize>, Arc<WallTable>)>,
-    /// The same of zones with slopes.
-    sloped: Vec<Sloped>,
+    /// Finished tables of walls, by the axes of their normals.
+    wall_tables: Vec<(Vec<usize>, Arc<WallTable>)>,
+    /// The same for a linear basis.
+    linear_tables: Vec<LinearBasisTables>,
 }
 
-/// The tables of walls of zones with slopes.
-struct Sloped {
+/// The tables of walls for a linear basis.
+struct LinearBasisTables {
     normals: Vec<usize>,
     densities: Vec<[usize; 3]>,
     /// One for each of the densities, by offset.
     tables: Vec<Vec<f64>>,
 }
 
-/// A table whose axes are those of the grid exchanged: axis k of an offset is axis `turn[k]` of the table's.
-struct Turned {
+/// A table for permuted axes: axis k of an offset is axis `permutation[k]` of the table.
+struct PermutedTable {
     table: Arc<WallTable>,
-    turn: [usize; 3],
+    permutation: [usize; 3],
 }
 
-impl Turned {
+impl PermutedTable {
     fn value(&self, offset: [i64; 3]) -> f64 {
         let mut at = [0; 3];
-        (0..3).for_each(|k| at[self.turn[k]] = offset[k]);
+        (0..3).for_each(|k| at[self.permutation[k]] = offset[k]);
         self.table.get(at).value
     }
 }
 
-impl Kernels {
+impl GridKernels {
     /// The kernels of a grid with extinction `kappa` ≥ 0 (1/m).
-    pub fn new(grid: &Grid, kappa: f64, variation: Variation) -> Kernels {
-        let mut maker = Maker {
+    pub fn new(grid: &BoxGrid, kappa: f64, order: BasisOrder) -> GridKernels {
+        let mut builder = KernelBuilder {
             grid,
             kappa,
-            variation,
+            order,
             images: images(grid, kappa),
-            even: grid.lengths().map(Even::new),
+            transforms: grid.lengths().map(RealSymmetricFft::new),
             counts: grid.distances(),
-            made: Vec::new(),
-            sloped: Vec::new(),
+            wall_tables: Vec::new(),
+            linear_tables: Vec::new(),
         };
-        let mut out = Kernels {
-            volume: Set::default(),
+        let mut out = GridKernels {
+            volume: KernelSet::default(),
             walls: Default::default(),
             opposite: Default::default(),
             adjacent: Default::default(),
             tally: Vec::new(),
-            radius: match variation {
-                Variation::Linear if maker.images.any() => TOLERANCE,
-                Variation::Linear => LINEAR_TOLERANCE,
-                Variation::Constant => 0.0,
+            radius: match order {
+                BasisOrder::Linear if builder.images.is_periodic() => TOLERANCE,
+                BasisOrder::Linear => LINEAR_TOLERANCE,
+                BasisOrder::Constant => 0.0,
             },
         };
-        out.volume = maker.volume(&mut out);
+        out.volume = builder.volume(&mut out);
         for a in grid.walled() {
-            out.walls[a] = maker.wall(a, &mut out);
+            out.walls[a] = builder.wall(a, &mut out);
         }
-        maker.made.clear();
-        maker.sloped.clear();
+        builder.wall_tables.clear();
+        builder.linear_tables.clear();
         for a in grid.walled() {
-            out.opposite[a] = maker.opposite(a, &mut out);
+            out.opposite[a] = builder.opposite(a, &mut out);
         }
         for pair in grid.corners() {
-            out.adjacent[pair[0] + pair[1] - 1] = maker.adjacent(pair, &mut out);
+            out.adjacent[pair[0] + pair[1] - 1] = builder.adjacent(pair, &mut out);
         }
         out
     }
 
-    fn note(&mut self, what: &'static str, tally: Tally, radius: f64) {
+    fn note(&mut self, what: &'static str, tally: MethodCounts, radius: f64) {
         self.tally.push((what, tally));
         self.radius = self.radius.max(radius);
     }
 }
 
-impl Maker<'_> {
-    /// The offsets below `counts`, with their values.
+impl KernelBuilder<'_> {
+    /// Values at the offsets below `counts`.
     fn array(&self, counts: [usize; 3], value: impl Fn([i64; 3]) -> f64 + Sync) -> Vec<f64> {
         use rayon::prelude::*;
         let [_, m1, m2] = counts;
@@ -180,65 +195,69 @@ impl Maker<'_> {
         out
     }
 
-    /// The tables of a layout by offset, each made a spectrum: across the normals' axes nothing is odd.
-    fn set(
+    /// The spectra of all kernels of a layout; across the normals' axes none is odd.
+    fn linear_kernels(
         &mut self,
         what: &'static str,
         normals: &[usize],
-        layout: Layout,
-        out: &mut Kernels,
+        layout: KernelLayout,
+        out: &mut GridKernels,
         spectrum: impl Fn(&Self, Vec<f64>, [bool; 3]) -> Vec<f64>,
-    ) -> Set {
-        let along = lie(normals);
-        let tables = self.sloped(what, normals, &layout, out);
+    ) -> KernelSet {
+        let along = axis_relations(normals);
+        let tables = self.tables_of_layout(what, normals, &layout, out);
         let one = |(data, densities): (Vec<f64>, &[usize; 3])| {
-            let odd = [0, 1, 2].map(|k| along[k] == Along::Between && densities[k] == 1);
-            Array { odd, data: spectrum(self, data, odd) }
+            let odd = [0, 1, 2].map(|k| along[k] == AxisRelation::Extended && densities[k] == 1);
+            KernelSpectrum { odd, data: spectrum(self, data, odd) }
         };
         let arrays = tables.into_iter().zip(&layout.densities).map(one).collect();
-        Set { terms: layout.terms, arrays }
+        KernelSet { terms: layout.terms, arrays }
     }
 
-    /// The tables of a layout: those of other walls with axes exchanged, where the grid looks the same along these.
-    fn sloped(
+    /// The tables of a layout; those of other walls with permuted axes if the grid is equal along these.
+    fn tables_of_layout(
         &mut self,
         what: &'static str,
         normals: &[usize],
-        layout: &Layout,
-        out: &mut Kernels,
+        layout: &KernelLayout,
+        out: &mut GridKernels,
     ) -> Vec<Vec<f64>> {
         let dims = |normals: &[usize]| {
-            let along = lie(normals);
-            [0, 1, 2].map(|k| if along[k] == Along::Across { 1 } else { self.counts[k] })
+            let along = axis_relations(normals);
+            [0, 1, 2].map(|k| if along[k] == AxisRelation::OppositeWalls { 1 } else { self.counts[k] })
         };
-        for Sloped { normals: made, densities, tables } in &self.sloped {
-            let Some(turn) = self.turn(normals, made) else { continue };
+        for LinearBasisTables { normals: made, densities, tables } in &self.linear_tables {
+            let Some(turn) = self.permutation(normals, made) else { continue };
             let other = |d: &[usize; 3]| {
                 let mut of = [0; 3];
                 (0..3).for_each(|k| of[turn[k]] = d[k]);
                 densities.iter().position(|x| *x == of).unwrap_or(0)
             };
-            return layout.densities.iter().map(|d| turned(&tables[other(d)], dims(made), turn)).collect();
+            return layout
+                .densities
+                .iter()
+                .map(|d| permute_axes(&tables[other(d)], dims(made), turn))
+                .collect();
         }
-        let along = lie(normals);
-        let pairs = Linear { along, ..linear(self.grid, self.kappa, &self.images) };
+        let along = axis_relations(normals);
+        let pairs = LinearBasisPairs { along, ..linear(self.grid, self.kappa, &self.images) };
         let tables = pairs.tables(&layout.densities);
         let count = tables.iter().map(Vec::len).sum();
-        let tally = match self.images.any() {
-            true => Tally { gaussians: count, ..Tally::default() },
-            false => Tally { gauss: count, ..Tally::default() },
+        let tally = match self.images.is_periodic() {
+            true => MethodCounts { gaussians: count, ..MethodCounts::default() },
+            false => MethodCounts { gauss: count, ..MethodCounts::default() },
         };
         out.tally.push((what, tally));
-        // Other walls may want them; voxels with voxels come once.
+        // Other walls may use them; tables of voxel pairs are used once.
         if !normals.is_empty() {
             let (normals, densities) = (normals.to_vec(), layout.densities.clone());
-            self.sloped.push(Sloped { normals, densities, tables: tables.clone() });
+            self.linear_tables.push(LinearBasisTables { normals, densities, tables: tables.clone() });
         }
         tables
     }
 
-    /// How axes are exchanged that look the same, so that walls across `normals` are those across `made`.
-    fn turn(&self, normals: &[usize], made: &[usize]) -> Option<[usize; 3]> {
+    /// A permutation of equal axes that maps `normals` to `made`.
+    fn permutation(&self, normals: &[usize], made: &[usize]) -> Option<[usize; 3]> {
         const TURNS: [[usize; 3]; 6] = [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
         let g = self.grid;
         let alike = |k: usize, l: usize| {
@@ -250,44 +269,46 @@ impl Maker<'_> {
         TURNS.into_iter().find(fits)
     }
 
-    /// The set of a single kernel.
-    fn single(&self, layout: Layout, data: Vec<f64>) -> Set {
-        Set { terms: layout.terms, arrays: vec![Array { odd: [false; 3], data }] }
+    /// Kernels of a constant basis.
+    fn constant_kernel(&self, layout: KernelLayout, data: Vec<f64>) -> KernelSet {
+        KernelSet { terms: layout.terms, arrays: vec![KernelSpectrum { odd: [false; 3], data }] }
     }
 
-    fn volume(&mut self, out: &mut Kernels) -> Set {
-        let layout = self.variation.volume();
-        if self.variation == Variation::Linear {
-            return self.set("voxel and voxel", &[], layout, out, |m, data, odd| m.spectrum(data, true, odd));
+    fn volume(&mut self, out: &mut GridKernels) -> KernelSet {
+        let layout = self.order.volume_layout();
+        if self.order == BasisOrder::Linear {
+            return self.linear_kernels("voxel and voxel", &[], layout, out, |m, data, odd| {
+                m.spectrum(data, true, odd)
+            });
         }
         let edges = self.grid.edges;
-        let table = match self.images.any() {
+        let table = match self.images.is_periodic() {
             true => OffsetTable::repeated(self.counts, &self.images),
             false => OffsetTable::new(edges, self.counts, self.kappa, TOLERANCE),
         };
-        out.note("voxel and voxel", table.tally(), table.worst());
+        out.note("voxel and voxel", table.method_counts(), table.worst_relative_radius());
         let data = self.array(self.counts, |d| table.get(d).value);
         drop(table);
-        self.single(layout, self.spectrum(data, true, [false; 3]))
+        self.constant_kernel(layout, self.spectrum(data, true, [false; 3]))
     }
 
-    /// The table of walls across these axes: one made before where the grid looks the same along axes that are exchanged.
-    fn table(&mut self, what: &'static str, normals: &[usize], out: &mut Kernels) -> Turned {
-        for (made, table) in &self.made {
-            if let Some(turn) = self.turn(normals, made) {
-                return Turned { table: table.clone(), turn };
+    /// The table of walls across the axes `normals`, or one with permuted axes if the grid is equal along these.
+    fn table(&mut self, what: &'static str, normals: &[usize], out: &mut GridKernels) -> PermutedTable {
+        for (made, table) in &self.wall_tables {
+            if let Some(turn) = self.permutation(normals, made) {
+                return PermutedTable { table: table.clone(), permutation: turn };
             }
         }
         let table = Arc::new(self.new_table(normals));
-        out.note(what, table.tally(), table.worst());
-        self.made.push((normals.to_vec(), table.clone()));
-        Turned { table, turn: [0, 1, 2] }
+        out.note(what, table.method_counts(), table.worst_relative_radius());
+        self.wall_tables.push((normals.to_vec(), table.clone()));
+        PermutedTable { table, permutation: [0, 1, 2] }
     }
 
     fn new_table(&self, normals: &[usize]) -> WallTable {
         let (edges, counts, kappa) = (self.grid.edges, self.counts, self.kappa);
         match *normals {
-            _ if self.images.any() => WallTable::repeated(counts, normals, &self.images),
+            _ if self.images.is_periodic() => WallTable::repeated(counts, normals, &self.images),
             [a] => WallTable::voxels(edges, counts, a, kappa, TOLERANCE),
             [a, b] if a == b => WallTable::opposite(edges, counts, a, kappa, TOLERANCE),
             [a, b] => WallTable::adjacent(edges, counts, [a, b], kappa, TOLERANCE),
@@ -295,59 +316,62 @@ impl Maker<'_> {
         }
     }
 
-    fn wall(&mut self, a: usize, out: &mut Kernels) -> Set {
+    fn wall(&mut self, a: usize, out: &mut GridKernels) -> KernelSet {
         const WHAT: &str = "voxel and wall";
-        let layout = self.variation.wall(a);
-        if self.variation == Variation::Linear {
-            return self.set(WHAT, &[a], layout, out, |m, data, odd| m.spectrum(data, a != 0, odd));
+        let layout = self.order.wall_layout(a);
+        if self.order == BasisOrder::Linear {
+            return self
+                .linear_kernels(WHAT, &[a], layout, out, |m, data, odd| m.spectrum(data, a != 0, odd));
         }
         let table = self.table(WHAT, &[a], out);
         let data = self.array(self.counts, |d| table.value(d));
-        self.single(layout, self.spectrum(data, a != 0, [false; 3]))
+        self.constant_kernel(layout, self.spectrum(data, a != 0, [false; 3]))
     }
 
     /// `[d₀][d₁][d₂]` to `[f₁][f₂][f₀]`, or to `[f₁][f₂][d₀]`.
     fn spectrum(&self, data: Vec<f64>, along_first: bool, odd: [bool; 3]) -> Vec<f64> {
         let ([m0, m1, m2], [_, h1, h2]) = (self.counts, self.grid.halves());
         let [n0, n1, n2] = self.grid.lengths().map(|n| 1.0 / n as f64);
-        let data = self.even[2].lines(&data, m2, odd[2], n2);
-        let data = turned(&data, [m0, m1, h2], [0, 2, 1]);
-        let data = self.even[1].lines(&data, m1, odd[1], n1);
-        let data = turned(&data, [m0, h2, h1], [2, 1, 0]);
-        if along_first { self.even[0].lines(&data, m0, odd[0], n0) } else { data }
+        let data = self.transforms[2].lines(&data, m2, parity_of(odd[2]), n2);
+        let data = permute_axes(&data, [m0, m1, h2], [0, 2, 1]);
+        let data = self.transforms[1].lines(&data, m1, parity_of(odd[1]), n1);
+        let data = permute_axes(&data, [m0, h2, h1], [2, 1, 0]);
+        if along_first { self.transforms[0].lines(&data, m0, parity_of(odd[0]), n0) } else { data }
     }
 
-    fn opposite(&mut self, a: usize, out: &mut Kernels) -> Set {
+    fn opposite(&mut self, a: usize, out: &mut GridKernels) -> KernelSet {
         const WHAT: &str = "opposite walls";
-        let layout = self.variation.opposite(a);
-        if self.variation == Variation::Linear {
-            return self.set(WHAT, &[a, a], layout, out, |m, data, odd| m.facing(a, data, odd));
+        let layout = self.order.opposite_layout(a);
+        if self.order == BasisOrder::Linear {
+            return self.linear_kernels(WHAT, &[a, a], layout, out, |m, data, odd| {
+                m.opposite_spectrum(a, data, odd)
+            });
         }
         let table = self.table(WHAT, &[a, a], out);
-        let [b, c] = OTHERS[a];
+        let [b, c] = OTHER_AXES[a];
         let data = self.array([1, self.counts[b], self.counts[c]], |d| {
             let mut at = [0; 3];
             (at[b], at[c]) = (d[1], d[2]);
             table.value(at)
         });
-        self.single(layout, self.facing(a, data, [false; 3]))
+        self.constant_kernel(layout, self.opposite_spectrum(a, data, [false; 3]))
     }
 
     /// `[d_b][d_c]` of the walls across `a` to `[f_c][f_b]`.
-    fn facing(&self, a: usize, data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
-        let [b, c] = OTHERS[a];
+    fn opposite_spectrum(&self, a: usize, data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
+        let [b, c] = OTHER_AXES[a];
         let (counts, lengths) = (self.counts, self.grid.lengths());
-        let data = self.even[c].lines(&data, counts[c], odd[c], 1.0 / lengths[c] as f64);
-        let data = turned(&data, [1, counts[b], self.grid.halves()[c]], [0, 2, 1]);
-        self.even[b].lines(&data, counts[b], odd[b], 1.0 / lengths[b] as f64)
+        let data = self.transforms[c].lines(&data, counts[c], parity_of(odd[c]), 1.0 / lengths[c] as f64);
+        let data = permute_axes(&data, [1, counts[b], self.grid.halves()[c]], [0, 2, 1]);
+        self.transforms[b].lines(&data, counts[b], parity_of(odd[b]), 1.0 / lengths[b] as f64)
     }
 
-    fn adjacent(&mut self, [a, b]: [usize; 2], out: &mut Kernels) -> Set {
+    fn adjacent(&mut self, [a, b]: [usize; 2], out: &mut GridKernels) -> KernelSet {
         const WHAT: &str = "adjacent walls";
-        let (layout, c) = (self.variation.adjacent([a, b]), 3 - a - b);
-        if self.variation == Variation::Linear {
-            return self.set(WHAT, &[a, b], layout, out, |m, data, odd| {
-                m.edge([a, b], turned(&data, m.counts, [a, b, c]), odd)
+        let (layout, c) = (self.order.adjacent_layout([a, b]), 3 - a - b);
+        if self.order == BasisOrder::Linear {
+            return self.linear_kernels(WHAT, &[a, b], layout, out, |m, data, odd| {
+                m.edge_spectrum([a, b], permute_axes(&data, m.counts, [a, b, c]), odd)
             });
         }
         let table = self.table(WHAT, &[a, b], out);
@@ -356,13 +380,18 @@ impl Maker<'_> {
             (at[a], at[b], at[c]) = (d[0], d[1], d[2]);
             table.value(at)
         });
-        self.single(layout, self.edge([a, b], data, [false; 3]))
+        self.constant_kernel(layout, self.edge_spectrum([a, b], data, [false; 3]))
     }
 
     /// `[i_a][i_b][d_c]` to `[f_c][i_a][i_b]`.
-    fn edge(&self, [a, b]: [usize; 2], data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
+    fn edge_spectrum(&self, [a, b]: [usize; 2], data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
         let c = 3 - a - b;
-        let data = self.even[c].lines(&data, self.counts[c], odd[c], 1.0 / self.grid.lengths()[c] as f64);
-        turned(&data, [self.counts[a], self.counts[b], self.grid.halves()[c]], [2, 0, 1])
+        let data = self.transforms[c].lines(
+            &data,
+            self.counts[c],
+            parity_of(odd[c]),
+            1.0 / self.grid.lengths()[c] as f64,
+        );
+        permute_axes(&data, [self.counts[a], self.counts[b], self.grid.halves()[c]], [2, 0, 1])
     }
 }

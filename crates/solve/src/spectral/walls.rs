@@ -1,19 +1,19 @@
-//! Walls with walls, and the transforms along walls.
+//! Exchange of walls with walls, and the transforms along walls.
 //!
 //! Opposite walls: a two-dimensional convolution. Adjacent walls across axes a and b, with an edge along c: transforms along c, and for each
-//! frequency a matrix Q(i_a, i_b) between the patches i_a cells off the first wall, on the second, and those i_b cells off the second, on the first.
-//! Low and high walls are met by reversal R of an index: with the four columns (low, high, R low, R high) on the right of Q and of its transpose
-//!
-//! Slopes of radiosity along the reversed index change their sign with it.
+//! frequency a matrix Q(i_a, i_b) between the patches of the second wall at i_a cells from the first wall and those of the first wall at i_b cells from
+//! the second. High walls follow by reversal R of an index, with the four columns (low, high, R low, R high) on the right of Q and of its transpose.
+//! Slopes of the radiosity along the reversed index change their sign.
 //!
 //! ```text
 //!     low_a  += Qᵀ low_b   + R Qᵀ high_b        high_a += Qᵀ R low_b + R Qᵀ R high_b        and the same with Q for b from a.
 //! ```
 
-use super::basis::{Variation, patch_axis};
-use super::grid::{Grid, OTHERS};
-use super::kernels::Kernels;
-use super::volume::{Pair, turn, turn_back};
+use super::axes::OTHER_AXES;
+use super::basis::{BasisOrder, SpectrumHalf, patch_axis};
+use super::grid::BoxGrid;
+use super::kernels::GridKernels;
+use super::volume::{WallSpectra, times_i, times_minus_i};
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_complex::Complex64;
@@ -24,57 +24,58 @@ use zonal_math::simd::{self, LANES};
 const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
 
 /// Values on the patches of the six walls, low and high across each axis, by `[component][i_b][i_c]`; empty across periodic axes.
-pub type Faces = [[Vec<f64>; 2]; 3];
+pub(crate) type WallValues = [[Vec<f64>; 2]; 3];
 
 /// Plans of the transforms along walls.
-pub struct Walls {
-    grid: Grid,
-    variation: Variation,
+pub(crate) struct WallConvolution {
+    grid: BoxGrid,
+    order: BasisOrder,
     forward: [Arc<dyn Fft<f64>>; 3],
     back: [Arc<dyn Fft<f64>>; 3],
     real: [Arc<dyn RealToComplex<f64>>; 3],
     unreal: [Arc<dyn ComplexToReal<f64>>; 3],
 }
 
-/// Real columns that a matrix of adjacent walls meets at once: four complex ones.
-type Columns = [f64; LANES];
+/// Real columns that one product of a matrix of adjacent walls serves: four complex ones.
+type ReversedColumns = [f64; LANES];
 
-impl Walls {
+impl WallConvolution {
     /// Plans for a grid.
-    pub fn new(grid: Grid, variation: Variation) -> Walls {
+    pub(crate) fn new(grid: BoxGrid, order: BasisOrder) -> WallConvolution {
         let n = grid.lengths();
         let (mut complex, mut real) = (FftPlanner::new(), RealFftPlanner::new());
-        Walls {
+        WallConvolution {
             forward: n.map(|n| complex.plan_fft_forward(n)),
             back: n.map(|n| complex.plan_fft_inverse(n)),
             real: n.map(|n| real.plan_fft_forward(n)),
             unreal: n.map(|n| real.plan_fft_inverse(n)),
             grid,
-            variation,
+            order,
         }
     }
 
-    /// Faces of zeros.
-    pub fn zeros(&self) -> Faces {
+    /// Zero values on all walls.
+    pub(crate) fn zeros(&self) -> WallValues {
         [0, 1, 2].map(|a| {
-            let size = if self.grid.periodic[a] { 0 } else { self.variation.patch() * self.grid.patches(a) };
+            let size =
+                if self.grid.periodic[a] { 0 } else { self.order.patch_components() * self.grid.patches(a) };
             [vec![0.0; size], vec![0.0; size]]
         })
     }
 
-    /// Frequencies along the second direction of a wall that are kept: half of them along z.
-    fn kept(&self, a: usize) -> usize {
+    /// Number of stored frequencies along the second direction of a wall: half of them along z.
+    fn stored_frequencies(&self, a: usize) -> usize {
         if a == 2 { self.grid.lengths()[1] } else { self.grid.halves()[2] }
     }
 
     /// The spectra of both walls across each axis.
-    pub fn spectra(&self, faces: &Faces) -> [Option<Pair>; 3] {
+    pub(crate) fn spectra(&self, faces: &WallValues) -> [Option<WallSpectra>; 3] {
         let one = |(a, side): (usize, usize)| {
             let mut out = Vec::new();
             for (q, face) in faces[a][side].chunks(self.grid.patches(a)).enumerate() {
                 let mut spectrum = self.spectrum(a, face);
                 if q > 0 {
-                    turn(&mut spectrum);
+                    times_i(&mut spectrum);
                 }
                 if q == 0 { out = spectrum } else { out.append(&mut spectrum) }
             }
@@ -91,8 +92,8 @@ impl Walls {
 
     /// The spectrum of one wall by `[f_c][f_b]`.
     fn spectrum(&self, a: usize, face: &[f64]) -> Vec<Complex64> {
-        let ([b, c], n, l) = (OTHERS[a], self.grid.cells, self.grid.lengths());
-        let kept = self.kept(a);
+        let ([b, c], n, l) = (OTHER_AXES[a], self.grid.cells, self.grid.lengths());
+        let kept = self.stored_frequencies(a);
         let mut rows = vec![ZERO; n[b] * l[c]];
         for (row, cells) in rows.chunks_mut(l[c]).zip(face.chunks(n[c])) {
             row.iter_mut().zip(cells).for_each(|(r, x)| r.re = *x);
@@ -106,26 +107,27 @@ impl Walls {
         out
     }
 
-    /// Adds what arrives at the walls: twice the real part of the half sums that the spectra are.
-    pub fn add(&self, spectra: [Option<Pair>; 3], faces: &mut Faces) {
+    /// Adds the incident power of the walls: twice the real part of the half sums `spectra`.
+    pub(crate) fn add_spectra(&self, spectra: [Option<WallSpectra>; 3], faces: &mut WallValues) {
         let list = spectra.into_iter().zip(faces).enumerate();
         let list: Vec<_> = list.filter_map(|(a, (s, f))| s.map(|s| (a, s, f))).collect();
         list.into_par_iter().for_each(|(a, spectra, faces)| {
             spectra.into_par_iter().zip(faces.par_iter_mut()).for_each(|(mut s, face)| {
-                let size = s.len() / self.variation.patch();
+                let size = s.len() / self.order.patch_components();
                 let parts = s.chunks_mut(size).zip(face.chunks_mut(self.grid.patches(a)));
                 for (q, (spectrum, face)) in parts.enumerate() {
                     if q > 0 {
-                        turn_back(spectrum);
+                        times_minus_i(spectrum);
                     }
-                    self.back(a, spectrum, face);
+                    self.inverse_spectrum(a, spectrum, face);
                 }
             });
         });
     }
 
-    fn back(&self, a: usize, spectrum: &mut [Complex64], face: &mut [f64]) {
-        let ([b, c], n, l) = (OTHERS[a], self.grid.cells, self.grid.lengths());
+    /// Transforms the spectrum of one wall back and adds it to its values.
+    fn inverse_spectrum(&self, a: usize, spectrum: &mut [Complex64], face: &mut [f64]) {
+        let ([b, c], n, l) = (OTHER_AXES[a], self.grid.cells, self.grid.lengths());
         self.back[b].process(spectrum);
         let mut rows = vec![ZERO; n[b] * l[c]];
         for (f, line) in spectrum.chunks(l[b]).enumerate() {
@@ -137,13 +139,18 @@ impl Walls {
         }
     }
 
-    /// Adds what opposite walls, whose spectra are given, send to each other.
-    pub fn opposite(&self, k: &Kernels, sent: &[Option<Pair>; 3], met: &mut [Option<Pair>; 3]) {
+    /// Adds the exchange of opposite walls in frequency space.
+    pub(crate) fn opposite(
+        &self,
+        k: &GridKernels,
+        sent: &[Option<WallSpectra>; 3],
+        met: &mut [Option<WallSpectra>; 3],
+    ) {
         for a in self.grid.walled() {
             let (Some(sent), Some(met)) = (&sent[a], &mut met[a]) else { continue };
-            let [b, c] = OTHERS[a];
+            let [b, c] = OTHER_AXES[a];
             let (lb, hb, lc) = (self.grid.lengths()[b], self.grid.halves()[b], self.grid.lengths()[c]);
-            let size = sent[0].len() / self.variation.patch();
+            let size = sent[0].len() / self.order.patch_components();
             for (side, term) in
                 [0, 1].into_iter().flat_map(|s| k.opposite[a].terms.iter().map(move |t| (s, t)))
             {
@@ -151,12 +158,12 @@ impl Walls {
                 let from = sent[1 - side][term.q * size..(term.q + 1) * size].par_chunks(lb);
                 let to = met[side][term.p * size..(term.p + 1) * size].par_chunks_mut(lb);
                 to.zip(from).enumerate().for_each(|(f, (met, sent))| {
-                    // All frequencies across z, each with half of its weight; else half of them.
+                    // Across z all frequencies are stored, with half of their weight; else half of them.
                     let weight = if a == 2 || f == 0 || 2 * f == lc { 0.5 } else { 1.0 };
-                    let weight = weight * array.sign(c, 2 * f > lc);
+                    let weight = weight * array.sign(c, SpectrumHalf::of(f, lc));
                     let kernel = &array.data[f.min(lc - f) * hb..(f.min(lc - f) + 1) * hb];
                     for (i, (m, s)) in met.iter_mut().zip(sent).enumerate() {
-                        let sign = array.sign(b, 2 * i > lb);
+                        let sign = array.sign(b, SpectrumHalf::of(i, lb));
                         *m += s * (weight * sign * kernel[i.min(lb - i)]);
                     }
                 });
@@ -164,15 +171,15 @@ impl Walls {
         }
     }
 
-    /// Adds what adjacent walls send to each other.
-    pub fn adjacent(&self, k: &Kernels, sent: &Faces, met: &mut Faces) {
+    /// Adds the exchange of adjacent walls.
+    pub(crate) fn adjacent(&self, k: &GridKernels, sent: &WallValues, met: &mut WallValues) {
         for pair in self.grid.corners() {
             let [a, b] = pair;
             let (c, h) = (3 - a - b, self.grid.halves()[3 - a - b]);
             let [na, nb] = [self.grid.cells[a], self.grid.cells[b]];
-            let (parts, set) = (self.variation.patch(), &k.adjacent[a + b - 1]);
+            let (parts, set) = (self.order.patch_components(), &k.adjacent[a + b - 1]);
             let axes = |a: usize| (0..parts).map(move |q| patch_axis(a, q));
-            // Patches of the wall across a by their cells along b, and the other way round; slopes along c times i.
+            // Patches of the wall across a by their cells along b, and vice versa; slopes along c times i.
             let from = [(a, &sent[a]), (b, &sent[b])].map(|(a, faces)| {
                 axes(a)
                     .enumerate()
@@ -193,13 +200,13 @@ impl Walls {
                         let from =
                             [&from_a[f * 2 * nb..(f + 1) * 2 * nb], &from_b[f * 2 * na..(f + 1) * 2 * na]];
                         let q = &q[f * na * nb..(f + 1) * na * nb];
-                        simd::run(Meet { q, from, to: [to.0, to.1], signs });
+                        simd::run(AdjacentWallProduct { q, from, to: [to.0, to.1], signs });
                     },
                 );
             }
             for (a, to) in [a, b].into_iter().zip(&to) {
                 for ((q, axis), to) in axes(a).enumerate().zip(to) {
-                    self.along_back(a, c, q, axis == Some(c), to, &mut met[a]);
+                    self.inverse_along(a, c, q, axis == Some(c), to, &mut met[a]);
                 }
             }
         }
@@ -224,13 +231,13 @@ impl Walls {
             }
         }
         if slope {
-            turn(&mut out);
+            times_i(&mut out);
         }
         out
     }
 
-    /// Adds what [`Walls::along`] would have made into `spectra`.
-    fn along_back(
+    /// Transforms `spectra` of [`WallConvolution::along`] back and adds them to the walls.
+    fn inverse_along(
         &self,
         a: usize,
         c: usize,
@@ -249,7 +256,7 @@ impl Walls {
             for k in 0..n[i] {
                 (0..h).for_each(|f| spectrum[f] = spectra[(f * 2 + side) * n[i] + k]);
                 if slope {
-                    turn_back(&mut spectrum);
+                    times_minus_i(&mut spectrum);
                 }
                 spectrum[0].im = 0.0;
                 if l.is_multiple_of(2) {
@@ -263,21 +270,22 @@ impl Walls {
     }
 }
 
-/// One frequency of two pairs of adjacent walls: q by `[i_a][i_b]`, walls by `[side][i]`; the signs that reversal gives the components of each.
-struct Meet<'a> {
+/// One frequency of two pairs of adjacent walls: q by `[i_a][i_b]`, walls by `[side][i]`, and the signs of the components under reversal.
+struct AdjacentWallProduct<'a> {
     q: &'a [f64],
     from: [&'a [Complex64]; 2],
     to: [&'a mut [Complex64]; 2],
     signs: [f64; 2],
 }
 
-impl simd::Work for Meet<'_> {
+impl simd::SimdKernel for AdjacentWallProduct<'_> {
     type Output = ();
     #[inline(always)]
-    fn go(self) {
-        let Meet { q, from: [from_a, from_b], to: [to_a, to_b], signs: [sign_a, sign_b] } = self;
+    fn evaluate(self) {
+        let AdjacentWallProduct { q, from: [from_a, from_b], to: [to_a, to_b], signs: [sign_a, sign_b] } =
+            self;
         let (nb, na) = (from_a.len() / 2, from_b.len() / 2);
-        let (of_a, of_b) = (columns(from_a), columns(from_b));
+        let (of_a, of_b) = (reversed_columns(from_a), reversed_columns(from_b));
         let (mut sum_a, mut sum_b) = (vec![[0.0; LANES]; nb], vec![[0.0; LANES]; na]);
         for i in 0..na {
             let row = &q[i * nb..(i + 1) * nb];
@@ -291,14 +299,14 @@ impl simd::Work for Meet<'_> {
             }
             sum_b[i] = own;
         }
-        collect(&sum_a, to_a, [sign_a, sign_b]);
-        collect(&sum_b, to_b, [sign_b, sign_a]);
+        add_products(&sum_a, to_a, [sign_a, sign_b]);
+        add_products(&sum_b, to_b, [sign_b, sign_a]);
     }
 }
 
 /// (low, high, R low, R high) of two walls by `[side][i]`.
 #[inline(always)]
-fn columns(walls: &[Complex64]) -> Vec<Columns> {
+fn reversed_columns(walls: &[Complex64]) -> Vec<ReversedColumns> {
     let n = walls.len() / 2;
     let at = |i: usize| {
         let z = [walls[i], walls[n + i], walls[n - 1 - i], walls[2 * n - 1 - i]];
@@ -307,9 +315,9 @@ fn columns(walls: &[Complex64]) -> Vec<Columns> {
     (0..n).map(at).collect()
 }
 
-/// Adds the four products to two walls, whose own index, when turned, gives the first sign, and that of the other walls the second.
+/// Adds the four products to two walls; the signs are those of reversal of their own index and of the index of the other walls.
 #[inline(always)]
-fn collect(sums: &[Columns], to: &mut [Complex64], [own_sign, other_sign]: [f64; 2]) {
+fn add_products(sums: &[ReversedColumns], to: &mut [Complex64], [own_sign, other_sign]: [f64; 2]) {
     let n = sums.len();
     for i in 0..n {
         let (own, turned) = (sums[i], sums[n - 1 - i].map(|x| own_sign * x));

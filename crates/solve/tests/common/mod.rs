@@ -1,16 +1,17 @@
-//! Scenes and measures that several tests share.
+//! Scenes and measures shared by several tests.
 #![allow(dead_code, missing_docs)]
 
-use zonal_exchange::pair::{Counts, Exchange};
+use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{
-    Facet, Fields, NoVault, Plate, Quiet, Report, Scene, SceneParts, Sides, Solution, Surface, Zones,
+    Facet, Fields, NoCheckpoints, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution, Surface,
+    Zones,
 };
-use zonal_solve::direct::illuminate;
-use zonal_solve::engine::Site;
-use zonal_solve::surroundings::Escape;
-use zonal_solve::{Job, groups, solve_zones};
+use zonal_solve::direct_light::illumination::{PowerNormalization, illuminate};
+use zonal_solve::solve_context::SolveContext;
+use zonal_solve::surroundings::SurroundingsExchange;
+use zonal_solve::{SolveSettings, light_groups, solve_zones};
 use zonal_transport::{Transport, build_zones};
 
 pub(crate) fn read(text: &str) -> Scene {
@@ -18,7 +19,7 @@ pub(crate) fn read(text: &str) -> Scene {
 }
 
 pub(crate) fn solve(scene: Scene) -> Solution {
-    zonal_solve::solve(scene, 4 << 30, &Quiet).unwrap_or_else(|e| panic!("{e}"))
+    zonal_solve::solve(scene, 4 << 30, &NoProgress).unwrap_or_else(|e| panic!("{e}"))
 }
 
 pub(crate) fn solved(text: &str) -> Solution {
@@ -30,7 +31,8 @@ pub(crate) fn solved_zones(scene: &Scene) -> (Zones, Fields, Report) {
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap();
     let (fields, _, report) =
-        solve_zones(scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).unwrap_or_else(|e| panic!("{e}"));
+        solve_zones(scene, &zones, &transport, &SolveSettings::new(4 << 30, &NoProgress))
+            .unwrap_or_else(|e| panic!("{e}"));
     (zones, fields, report)
 }
 
@@ -47,7 +49,7 @@ pub(crate) fn wall(face: usize, min: Vec3, size: Vec3) -> Plate {
     Plate::parallelogram(origin, along(b), along(c))
 }
 
-/// The unit room with walls of one look.
+/// The unit room with equal walls.
 pub(crate) fn unit_room(solve: &str, walls: &str, rest: &str) -> String {
     format!(
         "[solve]\n{solve}\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\n{walls}\n{rest}\n"
@@ -62,7 +64,7 @@ pub(crate) fn unlevel(s: &Solution, m: f64) -> (f64, f64) {
     (worst(h), worst(g))
 }
 
-/// The same a zone, the worst band.
+/// The same for each zone, of the worst band.
 pub(crate) fn unlevels(s: &Solution, m: f64) -> Vec<f64> {
     let want = |i: usize| if i < s.zones.voxel_offset() { m } else { 4.0 * m };
     let off = |(i, x): (usize, &[f64; 3])| {
@@ -136,7 +138,7 @@ pub(crate) fn tetrahedron(c: Vec3, size: f64) -> Vec<Plate> {
     [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|[i, j, k]| Plate::triangle(p[i], p[j], p[k])).to_vec()
 }
 
-/// Everything of a scene, kept alive for questions about its factors.
+/// The owned parts of a scene, for queries of its factors.
 pub(crate) fn with_exchange<T>(scene: &Scene, ask: impl FnOnce(&Zones, &Transport, &Exchange) -> T) -> T {
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap();
@@ -144,38 +146,39 @@ pub(crate) fn with_exchange<T>(scene: &Scene, ask: impl FnOnce(&Zones, &Transpor
     ask(&zones, &transport, &exchange)
 }
 
-/// Fields and report on so many threads.
+/// Fields and report with a number of threads.
 pub(crate) fn on_threads(scene: &Scene, threads: usize) -> (Fields, Report) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         let transport = Transport::new(scene);
         let zones = build_zones(scene, &transport).unwrap();
-        let (fields, _, report) = solve_zones(scene, &zones, &transport, &Job::new(4 << 30, &Quiet)).unwrap();
+        let (fields, _, report) =
+            solve_zones(scene, &zones, &transport, &SolveSettings::new(4 << 30, &NoProgress)).unwrap();
         (fields, report)
     })
 }
 
-pub(crate) fn count() -> Counts {
-    Counts::default()
+pub(crate) fn count() -> PairCounts {
+    PairCounts::default()
 }
 
-/// A site from which nothing escapes, for what is asked of it.
-pub(crate) fn with_site(scene: &Scene, use_it: impl FnOnce(&Site, &Escape)) {
+/// Calls `use_it` with a context without escaping power.
+pub(crate) fn with_site(scene: &Scene, use_it: impl FnOnce(&SolveContext, &SurroundingsExchange)) {
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap_or_else(|e| panic!("{e}"));
-    let escape = Escape::untold(&zones);
-    let sources = groups::chosen(scene, &zones).0;
-    let direct = illuminate(scene, &zones, &transport, false, &Quiet);
-    let site = Site {
+    let escape = SurroundingsExchange::unmeasured(&zones);
+    let sources = light_groups::select_groups(scene, &zones).0;
+    let direct = illuminate(scene, &zones, &transport, PowerNormalization::None, &NoProgress);
+    let site = SolveContext {
         scene,
         zones: &zones,
         transport: &transport,
         direct: &direct,
         sources: &sources,
-        settings: Default::default(),
-        memory: 1 << 30,
-        vault: &NoVault,
-        progress: &Quiet,
+        pair_settings: Default::default(),
+        memory_limit: 1 << 30,
+        checkpoints: &NoCheckpoints,
+        progress: &NoProgress,
     };
     use_it(&site, &escape);
 }

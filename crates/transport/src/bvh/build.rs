@@ -1,21 +1,24 @@
-//! The binary tree by binned surface-area heuristic, and its collapse into eight-wide nodes.
+//! Construction of the hierarchy: a binary tree by the binned surface area heuristic, collapsed into eight-wide nodes.
 //!
 //! A split of n boxes with surface S costs c_t + (S_l n_l + S_r n_r)/S plate tests; the cheapest of 16 bin borders on each axis
-//! wins (Wald 2007). Where all centres coincide, or the tree gets deep, the list is halved.
+//! is taken (Wald 2007). Where all centres coincide, or the tree gets deep, the list is halved.
 
-use super::node::{EMPTY, LANES, LEAF, Node};
+use super::node::{EMPTY_NODE, LEAF_FLAG, NODE_WIDTH, WideNode};
 
-/// Plates of a leaf, which are tested side by side.
-pub(super) const MAX_LEAF: usize = LANES;
-const BINS: usize = 16;
-const TRAVERSAL: f32 = 0.4;
-/// Below this level lists are halved, so the depth is at most this plus 27.
-const DEEP: usize = 40;
-const FORK: usize = 8192;
+/// Most plates of a leaf, which are tested side by side.
+pub(super) const MAX_LEAF_PLATES: usize = NODE_WIDTH;
+/// Bins of the heuristic along an axis.
+const SAH_BINS: usize = 16;
+/// Cost c_t of the traversal of a node, in tests of eight plates.
+const TRAVERSAL_COST: f32 = 0.4;
+/// Level from which lists are halved: the depth is at most this plus 27.
+const MEDIAN_SPLIT_LEVEL: usize = 40;
+/// Lists longer than this are split in parallel.
+const PARALLEL_BUILD_ITEMS: usize = 8192;
 
-/// A box in the tree's own coordinates, and whose it is.
+/// The box of a plate in the tree's coordinates, and the index of the plate.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Item {
+pub(super) struct BuildItem {
     pub lo: [f32; 3],
     pub hi: [f32; 3],
     pub id: u32,
@@ -28,129 +31,135 @@ struct Aabb {
 }
 
 impl Aabb {
-    const NONE: Aabb = Aabb { lo: [f32::INFINITY; 3], hi: [f32::NEG_INFINITY; 3] };
+    const EMPTY_BOX: Aabb = Aabb { lo: [f32::INFINITY; 3], hi: [f32::NEG_INFINITY; 3] };
     fn join(&mut self, lo: &[f32; 3], hi: &[f32; 3]) {
         for k in 0..3 {
             self.lo[k] = self.lo[k].min(lo[k]);
             self.hi[k] = self.hi[k].max(hi[k]);
         }
     }
-    /// Half the surface.
-    fn area(&self) -> f32 {
+    /// Half the surface area.
+    fn half_area(&self) -> f32 {
         let e: [f32; 3] = std::array::from_fn(|k| (self.hi[k] - self.lo[k]).max(0.0));
         e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
     }
 }
 
-enum Tree {
+/// A node of the binary tree: its box, and the range of its items (first, count) or its children.
+enum BinaryNode {
     Leaf(Aabb, u32, u32),
-    Fork(Aabb, Box<[Tree; 2]>),
+    Fork(Aabb, Box<[BinaryNode; 2]>),
 }
 
-impl Tree {
+impl BinaryNode {
     fn bounds(&self) -> &Aabb {
         match self {
-            Tree::Leaf(b, ..) | Tree::Fork(b, _) => b,
+            BinaryNode::Leaf(b, ..) | BinaryNode::Fork(b, _) => b,
         }
     }
 }
 
-/// A tree of wide nodes over plates in leaf order.
+/// Wide nodes over plates in leaf order.
 #[derive(Default)]
-pub(super) struct Built {
-    pub nodes: Vec<Node>,
+pub(super) struct WideTree {
+    pub nodes: Vec<WideNode>,
     /// First plate and number of plates of each leaf.
     pub leaves: Vec<(u32, u32)>,
-    /// Nodes on the longest way down.
+    /// Nodes on the longest path from the root.
     pub depth: usize,
 }
 
 /// Builds the nodes over `items`, which end up in leaf order.
-pub(super) fn build(items: &mut [Item]) -> Built {
-    let mut built = Built::default();
+pub(super) fn build(items: &mut [BuildItem]) -> WideTree {
+    let mut built = WideTree::default();
     if !items.is_empty() {
-        built.depth = widen(split(items, 0, 0), &mut built);
+        built.depth = collapse(split(items, 0, 0), &mut built);
     }
     built
 }
 
-fn split(items: &mut [Item], first: usize, level: usize) -> Tree {
-    let mut bounds = Aabb::NONE;
+/// Builds the binary tree over `items`, the first of which is number `first` of all.
+fn split(items: &mut [BuildItem], first: usize, level: usize) -> BinaryNode {
+    let mut bounds = Aabb::EMPTY_BOX;
     items.iter().for_each(|i| bounds.join(&i.lo, &i.hi));
     if items.len() == 1 {
-        return Tree::Leaf(bounds, first as u32, 1);
+        return BinaryNode::Leaf(bounds, first as u32, 1);
     }
-    let leaf = (items.len() <= MAX_LEAF).then_some(blocks(items.len() as u32));
-    let at = match cheapest(items, &bounds) {
-        Some((cost, ..)) if leaf.is_some_and(|l| cost >= l) => {
-            return Tree::Leaf(bounds, first as u32, items.len() as u32);
+    let leaf_cost = (items.len() <= MAX_LEAF_PLATES).then_some(block_count(items.len() as u32));
+    // Choose a leaf, the cheapest bin border, or the median.
+    let at = match cheapest_split(items, &bounds) {
+        Some((cost, ..)) if leaf_cost.is_some_and(|l| cost >= l) => {
+            return BinaryNode::Leaf(bounds, first as u32, items.len() as u32);
         }
-        None if leaf.is_some() => return Tree::Leaf(bounds, first as u32, items.len() as u32),
-        Some((_, axis, border, to_bin)) if level < DEEP => {
+        None if leaf_cost.is_some() => return BinaryNode::Leaf(bounds, first as u32, items.len() as u32),
+        Some((_, axis, border, to_bin)) if level < MEDIAN_SPLIT_LEVEL => {
             partition(items, |i| bin(i, axis, to_bin) < border)
         }
-        _ => halve(items),
+        _ => split_at_median(items),
     };
     let (l, r) = items.split_at_mut(at);
-    let go = |part: &mut [Item], first| split(part, first, level + 1);
-    let (l, r) = if l.len() + r.len() > FORK {
-        rayon::join(|| go(l, first), || go(r, first + at))
+    let build = |part: &mut [BuildItem], first| split(part, first, level + 1);
+    let (l, r) = if l.len() + r.len() > PARALLEL_BUILD_ITEMS {
+        rayon::join(|| build(l, first), || build(r, first + at))
     } else {
-        (go(l, first), go(r, first + at))
+        (build(l, first), build(r, first + at))
     };
-    Tree::Fork(bounds, Box::new([l, r]))
+    BinaryNode::Fork(bounds, Box::new([l, r]))
 }
 
-/// Leaves that hold n plates: they are tested eight at a time.
-fn blocks(n: u32) -> f32 {
-    n.div_ceil(MAX_LEAF as u32) as f32
+/// Blocks of eight that hold n plates, as a cost.
+fn block_count(n: u32) -> f32 {
+    n.div_ceil(MAX_LEAF_PLATES as u32) as f32
 }
 
-fn centre2(i: &Item, axis: usize) -> f32 {
+/// Twice the centre of a box on an axis.
+fn twice_centre(i: &BuildItem, axis: usize) -> f32 {
     i.lo[axis] + i.hi[axis]
 }
 
-fn bin(i: &Item, axis: usize, (low, scale): (f32, f32)) -> usize {
-    (((centre2(i, axis) - low) * scale) as usize).min(BINS - 1)
+/// Bin of an item for the binning (lower end, scale).
+fn bin(i: &BuildItem, axis: usize, (low, scale): (f32, f32)) -> usize {
+    (((twice_centre(i, axis) - low) * scale) as usize).min(SAH_BINS - 1)
 }
 
-type Border = (f32, usize, usize, (f32, f32));
+/// Cost, axis, bin border and binning of a split.
+type BinSplit = (f32, usize, usize, (f32, f32));
 
-/// Cost, axis, bin border and binning of the cheapest split; none when all centres coincide.
-fn cheapest(items: &[Item], bounds: &Aabb) -> Option<Border> {
-    let mut best: Option<Border> = None;
+/// The cheapest split; `None` when all centres coincide.
+fn cheapest_split(items: &[BuildItem], bounds: &Aabb) -> Option<BinSplit> {
+    let mut best: Option<BinSplit> = None;
     for axis in 0..3 {
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
         for i in items {
-            low = low.min(centre2(i, axis));
-            high = high.max(centre2(i, axis));
+            low = low.min(twice_centre(i, axis));
+            high = high.max(twice_centre(i, axis));
         }
-        let scale = BINS as f32 / (high - low);
+        let scale = SAH_BINS as f32 / (high - low);
         if !(scale.is_finite() && scale > 0.0) {
             continue;
         }
-        let mut bins = [(Aabb::NONE, 0u32); BINS];
+        let mut bins = [(Aabb::EMPTY_BOX, 0u32); SAH_BINS];
         for i in items {
             let b = &mut bins[bin(i, axis, (low, scale))];
             b.0.join(&i.lo, &i.hi);
             b.1 += 1;
         }
-        let mut right = [(0.0f32, 0u32); BINS];
-        let mut sum = (Aabb::NONE, 0);
-        for k in (1..BINS).rev() {
+        let mut right = [(0.0f32, 0u32); SAH_BINS];
+        let mut sum = (Aabb::EMPTY_BOX, 0);
+        for k in (1..SAH_BINS).rev() {
             sum.0.join(&bins[k].0.lo, &bins[k].0.hi);
             sum.1 += bins[k].1;
-            right[k] = (sum.0.area(), sum.1);
+            right[k] = (sum.0.half_area(), sum.1);
         }
-        let mut left = (Aabb::NONE, 0);
-        for k in 1..BINS {
+        let mut left = (Aabb::EMPTY_BOX, 0);
+        for k in 1..SAH_BINS {
             left.0.join(&bins[k - 1].0.lo, &bins[k - 1].0.hi);
             left.1 += bins[k - 1].1;
             if left.1 == 0 || right[k].1 == 0 {
                 continue;
             }
-            let share = left.0.area() * blocks(left.1) + right[k].0 * blocks(right[k].1);
-            let cost = TRAVERSAL + share / bounds.area().max(1e-30);
+            let share = left.0.half_area() * block_count(left.1) + right[k].0 * block_count(right[k].1);
+            let cost = TRAVERSAL_COST + share / bounds.half_area().max(1e-30);
             if best.is_none_or(|b| cost < b.0) {
                 best = Some((cost, axis, k, (low, scale)));
             }
@@ -159,9 +168,9 @@ fn cheapest(items: &[Item], bounds: &Aabb) -> Option<Border> {
     best
 }
 
-/// Moves the items that `left` picks to the front, both parts in their old order; returns their number.
-fn partition(items: &mut [Item], left: impl Fn(&Item) -> bool) -> usize {
-    let tail: Vec<Item> = items.iter().filter(|i| !left(i)).copied().collect();
+/// Stable partition: moves the items that satisfy `left` to the front; returns their number.
+fn partition(items: &mut [BuildItem], left: impl Fn(&BuildItem) -> bool) -> usize {
+    let tail: Vec<BuildItem> = items.iter().filter(|i| !left(i)).copied().collect();
     let mut n = 0;
     for k in 0..items.len() {
         if left(&items[k]) {
@@ -173,33 +182,33 @@ fn partition(items: &mut [Item], left: impl Fn(&Item) -> bool) -> usize {
     n
 }
 
-/// Halves the list along the axis on which the centres spread most.
-fn halve(items: &mut [Item]) -> usize {
+/// Splits the list at the median along the axis on which the centres spread most.
+fn split_at_median(items: &mut [BuildItem]) -> usize {
     let spread = |axis: usize| {
-        let c = items.iter().map(|i| centre2(i, axis));
+        let c = items.iter().map(|i| twice_centre(i, axis));
         c.clone().fold(f32::NEG_INFINITY, f32::max) - c.fold(f32::INFINITY, f32::min)
     };
     let axis = (0..3).max_by(|&a, &b| spread(a).total_cmp(&spread(b))).unwrap_or(0);
-    items.sort_by(|a, b| centre2(a, axis).total_cmp(&centre2(b, axis)).then(a.id.cmp(&b.id)));
+    items.sort_by(|a, b| twice_centre(a, axis).total_cmp(&twice_centre(b, axis)).then(a.id.cmp(&b.id)));
     items.len() / 2
 }
 
-/// Appends the wide node of `tree`; returns the depth below it. Lanes run from large to small boxes: a large one blocks
-/// more segments, so looking for any hit starts there.
-fn widen(tree: Tree, built: &mut Built) -> usize {
+/// Appends the wide node of `tree`; returns the depth below it. Lanes are sorted from large to small boxes: a large box occludes
+/// more segments, so any-hit queries start there.
+fn collapse(tree: BinaryNode, built: &mut WideTree) -> usize {
     let mut lanes = vec![tree];
-    while lanes.len() < LANES {
-        let widest = (0..lanes.len())
-            .filter(|&k| matches!(lanes[k], Tree::Fork(..)))
-            .max_by(|&a, &b| lanes[a].bounds().area().total_cmp(&lanes[b].bounds().area()));
-        let Some(k) = widest else { break };
-        if let Tree::Fork(_, two) = lanes.swap_remove(k) {
+    while lanes.len() < NODE_WIDTH {
+        let largest = (0..lanes.len())
+            .filter(|&k| matches!(lanes[k], BinaryNode::Fork(..)))
+            .max_by(|&a, &b| lanes[a].bounds().half_area().total_cmp(&lanes[b].bounds().half_area()));
+        let Some(k) = largest else { break };
+        if let BinaryNode::Fork(_, two) = lanes.swap_remove(k) {
             lanes.extend(*two);
         }
     }
-    lanes.sort_by(|a, b| b.bounds().area().total_cmp(&a.bounds().area()));
+    lanes.sort_by(|a, b| b.bounds().half_area().total_cmp(&a.bounds().half_area()));
     let here = built.nodes.len();
-    built.nodes.push(EMPTY);
+    built.nodes.push(EMPTY_NODE);
     let mut depth = 0;
     for (lane, tree) in lanes.into_iter().enumerate() {
         for axis in 0..3 {
@@ -207,13 +216,13 @@ fn widen(tree: Tree, built: &mut Built) -> usize {
             built.nodes[here].bounds[axis + 3][lane] = tree.bounds().hi[axis];
         }
         built.nodes[here].child[lane] = match tree {
-            Tree::Leaf(_, first, count) => {
+            BinaryNode::Leaf(_, first, count) => {
                 built.leaves.push((first, count));
-                LEAF | (built.leaves.len() - 1) as u32
+                LEAF_FLAG | (built.leaves.len() - 1) as u32
             }
             fork => {
                 let next = built.nodes.len() as u32;
-                depth = depth.max(widen(fork, built));
+                depth = depth.max(collapse(fork, built));
                 next
             }
         };

@@ -1,53 +1,55 @@
-//! A node's eight boxes, and the slab test of all of them at once.
+//! Inner nodes of the hierarchy: eight boxes, and the slab test of all of them at once.
 
 use zonal_math::Vec3;
-use zonal_math::wide::{Lanes, Wide};
+use zonal_math::simd::f32x8::{F32x8, F32x8Ops};
 
-pub(super) const LANES: usize = 8;
-/// The bit of a child that is a leaf.
-pub(super) const LEAF: u32 = 1 << 31;
-/// Eight boxes: lower x, y, z, upper x, y, z; a child is a node, or a block of plates when its top bit is set.
+/// Boxes of a node.
+pub(super) const NODE_WIDTH: usize = 8;
+/// Bit of a child index that marks a leaf.
+pub(super) const LEAF_FLAG: u32 = 1 << 31;
+/// Eight boxes: lower x, y, z, upper x, y, z. A child is the index of a node, or of a leaf block when its top bit is set.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
-pub(super) struct Node {
-    pub bounds: [Lanes; 6],
-    pub child: [u32; LANES],
+pub(super) struct WideNode {
+    pub bounds: [F32x8; 6],
+    pub child: [u32; NODE_WIDTH],
 }
 
-pub(super) const EMPTY: Node = Node {
+/// A node of empty boxes, which no segment meets.
+pub(super) const EMPTY_NODE: WideNode = WideNode {
     bounds: [
-        [f32::INFINITY; LANES],
-        [f32::INFINITY; LANES],
-        [f32::INFINITY; LANES],
-        [f32::NEG_INFINITY; LANES],
-        [f32::NEG_INFINITY; LANES],
-        [f32::NEG_INFINITY; LANES],
+        [f32::INFINITY; NODE_WIDTH],
+        [f32::INFINITY; NODE_WIDTH],
+        [f32::INFINITY; NODE_WIDTH],
+        [f32::NEG_INFINITY; NODE_WIDTH],
+        [f32::NEG_INFINITY; NODE_WIDTH],
+        [f32::NEG_INFINITY; NODE_WIDTH],
     ],
-    child: [LEAF; LANES],
+    child: [LEAF_FLAG; NODE_WIDTH],
 };
 
-/// The block of a child that is a leaf.
+/// The leaf block of a child; `None` for an inner node.
 #[inline(always)]
-pub(super) fn leaf(child: u32) -> Option<usize> {
-    (child & LEAF != 0).then_some((child & !LEAF) as usize)
+pub(super) fn leaf_index(child: u32) -> Option<usize> {
+    (child & LEAF_FLAG != 0).then_some((child & !LEAF_FLAG) as usize)
 }
 
-/// A segment as the boxes see it.
-pub(super) struct Ray {
+/// A segment in single precision, prepared for slab tests.
+pub(super) struct BoxRay {
     origin: [f32; 3],
     inverse: [f32; 3],
     near: [usize; 3],
     far: [usize; 3],
 }
 
-impl Ray {
+impl BoxRay {
     #[inline(always)]
-    pub(super) fn new(a: Vec3, d: Vec3) -> Ray {
+    pub(super) fn new(a: Vec3, d: Vec3) -> BoxRay {
         let inverse = d.array().map(|x| {
             let x = x as f32;
             1.0 / if x.abs() < 1e-20 { 1e-20f32.copysign(x) } else { x }
         });
-        Ray {
+        BoxRay {
             origin: a.array().map(|x| x as f32),
             inverse,
             near: std::array::from_fn(|k| if inverse[k] < 0.0 { k + 3 } else { k }),
@@ -55,9 +57,9 @@ impl Ray {
         }
     }
 
-    /// The lanes whose boxes the segment meets before `t_max`, and where it enters each.
+    /// The lanes whose boxes the segment meets before `t_max`, as a bit mask, and the parameter of entry of each.
     #[inline(always)]
-    pub(super) fn enter<W: Wide>(&self, w: W, node: &Node, t_max: f32) -> (u32, W::F) {
+    pub(super) fn enter<W: F32x8Ops>(&self, w: W, node: &WideNode, t_max: f32) -> (u32, W::Vector) {
         let ([nx, ny, nz], [fx, fy, fz]) = (self.near, self.far);
         let (x0, x1) = (self.plane(w, node, nx, 0), self.plane(w, node, fx, 0));
         let (y0, y1) = (self.plane(w, node, ny, 1), self.plane(w, node, fy, 1));
@@ -67,9 +69,10 @@ impl Ray {
         (w.le(t0, t1), t0)
     }
 
-    /// Where the segment's line meets a side of all boxes. Functions, not closures: these would miss the wide instructions.
+    /// Parameters at which the line meets one side of all boxes. A function because closures do not inherit the target features of
+    /// the SIMD kernel.
     #[inline(always)]
-    fn plane<W: Wide>(&self, w: W, node: &Node, side: usize, axis: usize) -> W::F {
+    fn plane<W: F32x8Ops>(&self, w: W, node: &WideNode, side: usize, axis: usize) -> W::Vector {
         let x = w.load(&node.bounds[side]);
         w.mul(w.sub(x, w.splat(self.origin[axis])), w.splat(self.inverse[axis]))
     }

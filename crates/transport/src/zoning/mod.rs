@@ -1,62 +1,83 @@
-//! Zones: the pieces on which radiosity is taken as constant.
+//! Zoning: the cut of a scene into the pieces on which radiosity is constant.
 //!
-//! | module | what |
+//! | module | content |
 //! |---|---|
-//! | `cut` | plates cut to the wanted size |
-//! | `split` | patches cut along the walls that stand on them; covered ones left out |
-//! | `patches` | surface and pane zones |
-//! | `overlap` | which facets pass through which cells |
-//! | `cells` | the free parts of a cell that facets pass through |
-//! | `voxels` | the volume zones |
-//! | `left_out` | what has no zones: refused, or told |
+//! | `plate_subdivision` | plates subdivided to a size |
+//! | `wall_splitting` | patches split along the walls that stand on them; covered patches removed |
+//! | `patches` | surface zones and pane zones |
+//! | `cell_overlap` | cells of the voxel grid that facets intersect |
+//! | `cell_lattice` | sample lattice of a cell and its crossings with facets |
+//! | `cell_parts` | free parts of a cell that facets intersect |
+//! | `voxel_zones` | volume zones |
+//! | `exclusions` | surfaces and medium without zones |
 //!
-//! The result is the same for any number of threads.
+//! The result does not depend on the number of threads.
 
-mod cells;
-mod cut;
-mod left_out;
-mod overlap;
+mod cell_lattice;
+mod cell_overlap;
+mod cell_parts;
+mod exclusions;
 mod patches;
-mod split;
-mod voxels;
+mod plate_subdivision;
+mod voxel_zones;
+mod wall_splitting;
 
-pub use left_out::left_out;
-pub use patches::MAX_PATCHES;
+pub use exclusions::excluded_parts;
 
-use crate::Transport;
+use crate::transport::Transport;
 use zonal_scene::{PlateKind, Scene, SceneError, Zones};
 
-/// A face that is as long as this share of the scene's diagonal is a wall, not a detail.
-const LONG: f64 = 1e-2;
-/// The least width of such a wall over the diagonal: rays leave a zone after 1e-9 of it, and would pass through what is nearer.
-const NARROWEST: f64 = 2e-9;
+/// A face longer than this fraction of the scene's diagonal counts as a wall of an enclosure.
+const MIN_WALL_LENGTH_SHARE: f64 = 1e-2;
+/// Smallest width of such a wall, as a fraction of the diagonal. Rays start 1e-9 of the diagonal off a zone and would pass through
+/// anything nearer.
+const MIN_WALL_WIDTH_SHARE: f64 = 2e-9;
 
-/// Cuts a scene into zones; fails when the wanted patch size makes too many.
+/// Cuts a scene into zones.
+///
+/// ```
+/// use zonal_math::{Vec3, vec3};
+/// use zonal_scene::{Scene, SceneParts, VoxelGrid};
+/// use zonal_transport::{Transport, build_zones};
+///
+/// let mut grid = VoxelGrid::new(Vec3::ZERO, vec3(0.5, 0.5, 1.0), [4, 4, 2]).unwrap();
+/// (0..32).for_each(|cell| grid.set(cell, [0.1; 3], [0.0; 3], [0.0; 3], [0.0; 3]));
+/// let parts = SceneParts { voxel_grid: Some(grid.seal().unwrap()), ..SceneParts::default() };
+/// let scene = Scene::new(parts).unwrap();
+/// let zones = build_zones(&scene, &Transport::new(&scene)).unwrap();
+/// assert_eq!((zones.patches.len(), zones.voxels.len()), (0, 32));
+/// assert!((zones.voxels.iter().map(|v| v.volume).sum::<f64>() - 8.0).abs() < 1e-12);
+/// ```
+///
+/// # Errors
+///
+/// When the patch size leads to more patches than supported, or a wall is too narrow for the scene's size.
 pub fn build_zones(scene: &Scene, transport: &Transport) -> Result<Zones, SceneError> {
     check_resolved(scene)?;
     let patches = patches::patches(scene, transport)?;
     let panes = patches::panes(scene)?;
-    let (voxels, first) = match scene.voxmap() {
-        Some(map) => voxels::voxels(scene, map, transport),
+    let (voxels, cell_starts) = match scene.voxel_grid() {
+        Some(grid) => voxel_zones::voxel_zones(scene, grid, transport),
         None => Default::default(),
     };
-    Ok(Zones { patches, voxels, panes, first })
+    Ok(Zones { patches, voxels, panes, cell_starts })
 }
 
-/// Refuses enclosures so thin that rays leave them: rectangles across much of the scene that are too narrow. A periodic scene's
-/// enclosure ends nowhere, and a solid's narrow face has nothing before it.
+/// Refuses enclosures so thin that rays leave them: long rectangles of too small a width. Exempt are periodic scenes, whose enclosure
+/// has no end, and solids, whose narrow faces have no enclosure in front.
 fn check_resolved(scene: &Scene) -> Result<(), SceneError> {
     let size = scene.diagonal();
     for f in scene.facets() {
         let s = &scene.surfaces()[f.surface];
-        let long = f.plate.e1.length().max(f.plate.e2.length());
-        let narrow = f.plate.area() / long;
-        let wall = f.plate.kind == PlateKind::Parallelogram && !s.solid && long > LONG * size;
-        if wall && narrow < NARROWEST * size && scene.periodic() == [false; 3] {
+        let length = f.plate.e1.length().max(f.plate.e2.length());
+        let width = f.plate.area() / length;
+        let wall =
+            f.plate.kind == PlateKind::Parallelogram && !s.solid && length > MIN_WALL_LENGTH_SHARE * size;
+        if wall && width < MIN_WALL_WIDTH_SHARE * size && scene.periodic() == [false; 3] {
             let key = format!("surface '{}'", s.name);
             let what = format!(
-                "a face is {long:.3e} m long and {narrow:.3e} m wide, too narrow for a scene of {size:.3e} m, whose rays start {:.1e} m off; cut the scene down to what matters, or make it periodic",
-                0.5 * NARROWEST * size
+                "a face is {length:.3e} m long and {width:.3e} m wide, too narrow for a scene of {size:.3e} m, whose rays start {:.1e} m off; reduce the extent of the scene, or make it periodic",
+                0.5 * MIN_WALL_WIDTH_SHARE * size
             );
             return Err(SceneError::new(key, what));
         }

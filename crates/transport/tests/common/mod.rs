@@ -1,19 +1,19 @@
-//! Scenes and numbers that several tests share.
+//! Scenes and random numbers shared by the tests.
 #![allow(dead_code, missing_docs)]
 
-use zonal_math::{Vec3, sequence::unit, vec3};
-use zonal_scene::{Facet, Plate, Scene, SceneParts, Sides, Surface, Voxmap};
+use zonal_math::{Vec3, low_discrepancy::hash_to_unit, vec3};
+use zonal_scene::{Facet, Plate, Scene, SceneParts, Sides, Surface, VoxelGrid};
 
-/// Deterministic numbers in [0, 1).
-pub(crate) struct Dice(pub u64);
+/// Deterministic random numbers in [0, 1).
+pub(crate) struct TestRng(pub u64);
 
-impl Dice {
-    pub(crate) fn roll(&mut self) -> f64 {
+impl TestRng {
+    pub(crate) fn uniform(&mut self) -> f64 {
         self.0 += 1;
-        unit(self.0)
+        hash_to_unit(self.0)
     }
     pub(crate) fn point(&mut self) -> Vec3 {
-        vec3(self.roll(), self.roll(), self.roll())
+        vec3(self.uniform(), self.uniform(), self.uniform())
     }
 }
 
@@ -34,17 +34,17 @@ pub(crate) fn facet(surface: usize, plate: Plate) -> Facet {
     Facet { surface, plate, uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]] }
 }
 
-pub(crate) fn scene(surfaces: Vec<Surface>, facets: Vec<Facet>, voxmap: Option<Voxmap>) -> Scene {
-    Scene::new(SceneParts { surfaces, facets, voxmap, ..SceneParts::default() }).unwrap()
+pub(crate) fn scene(surfaces: Vec<Surface>, facets: Vec<Facet>, voxel_grid: Option<VoxelGrid>) -> Scene {
+    Scene::new(SceneParts { surfaces, facets, voxel_grid, ..SceneParts::default() }).unwrap()
 }
 
 /// A scene of plates that all belong to one surface.
-pub(crate) fn plain(plates: &[Plate], voxmap: Option<Voxmap>) -> Scene {
+pub(crate) fn plain(plates: &[Plate], voxel_grid: Option<VoxelGrid>) -> Scene {
     let facets = plates.iter().map(|p| facet(0, *p)).collect();
-    scene(vec![surface("all")], facets, voxmap)
+    scene(vec![surface("all")], facets, voxel_grid)
 }
 
-/// Six faces of the box [lo, hi] that look inward.
+/// The six faces of the box [lo, hi], normals inward.
 pub(crate) fn room(lo: Vec3, hi: Vec3) -> Vec<Plate> {
     let e = hi - lo;
     let (x, y, z) = (vec3(e.x, 0.0, 0.0), vec3(0.0, e.y, 0.0), vec3(0.0, 0.0, e.z));
@@ -58,12 +58,12 @@ pub(crate) fn room(lo: Vec3, hi: Vec3) -> Vec<Plate> {
     ]
 }
 
-/// Six faces of the box [lo, hi] that look outward.
+/// The six faces of the box [lo, hi], normals outward.
 pub(crate) fn solid_box(lo: Vec3, hi: Vec3) -> Vec<Plate> {
     room(lo, hi).iter().map(Plate::flipped).collect()
 }
 
-/// The same plates turned by fixed angles about `c`.
+/// The plates rotated about `c` by `angle` about z and 0.7 `angle` about x.
 pub(crate) fn turned(plates: &[Plate], c: Vec3, angle: f64) -> Vec<Plate> {
     let (s, k) = angle.sin_cos();
     let turn = |v: Vec3| {
@@ -91,10 +91,10 @@ pub(crate) fn mesh(p: &Plate, n: usize) -> Vec<Plate> {
     out
 }
 
-/// A voxmap on the unit cube with the same κ everywhere.
-pub(crate) fn fog(n: usize, kappa: f64) -> Voxmap {
+/// A voxel grid on the unit cube with uniform κ.
+pub(crate) fn fog(n: usize, kappa: f64) -> VoxelGrid {
     let h = 1.0 / n as f64;
-    let mut v = Voxmap::new(Vec3::ZERO, Vec3::splat(h), [n; 3]).unwrap();
+    let mut v = VoxelGrid::new(Vec3::ZERO, Vec3::splat(h), [n; 3]).unwrap();
     for i in 0..v.len() {
         v.set(i, [kappa, 2.0 * kappa, 0.0], [0.5; 3], [1.0; 3], [0.0; 3]);
     }

@@ -1,11 +1,14 @@
+use super::offset_index::OffsetIndex;
 use super::*;
 use crate::Factor;
-use crate::aligned::{Cuboid, judge, reduced};
-use zonal_math::{Vec3, vec3};
+use crate::aligned::{Cuboid, method_selection, reduced_pair};
+use zonal_math::{Bounded, Vec3, vec3};
 
 /// By another path: the reduced integral in cells.
-fn by_cells(a: &Cuboid, b: &Cuboid, kappa: f64) -> Bounded {
-    reduced::reduce(a, b).map_or(Factor::UNSEEN, |p| judge::by_cells(&p, kappa, 1e-13)).bounded
+fn reference_by_cells(a: &Cuboid, b: &Cuboid, kappa: f64) -> Bounded {
+    reduced_pair::reduce(a, b)
+        .map_or(Factor::NOT_VISIBLE, |p| method_selection::factor_by_cells(&p, kappa, 1e-13))
+        .bounded
 }
 
 fn agree(f: Bounded, want: Bounded, tolerance: f64, what: &str) {
@@ -20,20 +23,20 @@ fn cell(edges: [f64; 3], index: [i64; 3]) -> Cuboid {
 }
 
 #[test]
-fn counts_of_distinct_offsets() {
-    assert_eq!(Index::of_edges([1.0; 3], [115; 3]).offsets().len(), 260_130);
-    assert_eq!(Index::of_edges([1.0, 1.0, 2.0], [10, 10, 4]).offsets().len(), 55 * 4);
-    assert_eq!(Index::of_edges([1.0, 3.0, 2.0], [10, 9, 4]).offsets().len(), 360);
-    assert_eq!(Index::odd(2, true, [115; 3]).offsets().len(), 6670 * 115);
+fn numbers_of_distinct_offsets() {
+    assert_eq!(OffsetIndex::of_edges([1.0; 3], [115; 3]).offsets().len(), 260_130);
+    assert_eq!(OffsetIndex::of_edges([1.0, 1.0, 2.0], [10, 10, 4]).offsets().len(), 55 * 4);
+    assert_eq!(OffsetIndex::of_edges([1.0, 3.0, 2.0], [10, 9, 4]).offsets().len(), 360);
+    assert_eq!(OffsetIndex::with_odd_axis(2, [1.0; 2], [115; 3]).offsets().len(), 6670 * 115);
 }
 
 #[test]
-fn every_offset_has_its_place() {
+fn offset_positions_are_unique_and_symmetric() {
     let cases = [
-        Index::of_edges([1.0; 3], [7, 3, 5]),
-        Index::of_edges([1.0, 2.0, 1.0], [4, 5, 6]),
-        Index::of_edges([1.0, 2.0, 3.0], [4, 5, 6]),
-        Index::odd(1, true, [6, 4, 3]),
+        OffsetIndex::of_edges([1.0; 3], [7, 3, 5]),
+        OffsetIndex::of_edges([1.0, 2.0, 1.0], [4, 5, 6]),
+        OffsetIndex::of_edges([1.0, 2.0, 3.0], [4, 5, 6]),
+        OffsetIndex::with_odd_axis(1, [1.0; 2], [6, 4, 3]),
     ];
     for index in cases {
         for (i, o) in index.offsets().into_iter().enumerate() {
@@ -43,22 +46,22 @@ fn every_offset_has_its_place() {
         }
     }
     // Counts differ: the sorted triple lies inside although its order does not.
-    let index = Index::of_edges([1.0; 3], [7, 3, 5]);
+    let index = OffsetIndex::of_edges([1.0; 3], [7, 3, 5]);
     assert_eq!(index.place([0, 2, 4]), index.place([4, 0, 2]));
 }
 
 #[test]
-fn voxel_tables_hold() {
+fn voxel_tables_agree_with_cell_integration() {
     for (edges, counts) in
         [([0.7; 3], [9, 8, 7]), ([1.0, 1.0, 0.4], [6, 6, 9]), ([2.0, 0.1, 0.5], [5, 30, 8])]
     {
         for (kappa, tolerance) in [(0.0, 1e-10), (0.0, 1e-3), (0.15, 1e-10), (2.5, 1e-8)] {
             let table = OffsetTable::new(edges, counts, kappa, tolerance);
-            assert_eq!(table.tally().total(), table.len());
+            assert_eq!(table.method_counts().total(), table.len());
             let offsets = table.0.index.offsets();
             for o in offsets.iter().step_by(offsets.len() / 40).chain(&offsets[..12]) {
                 let o = o.map(|x| x as i64);
-                let want = by_cells(&cell(edges, [0; 3]), &cell(edges, o), kappa);
+                let want = reference_by_cells(&cell(edges, [0; 3]), &cell(edges, o), kappa);
                 agree(table.get(o), want, tolerance, &format!("{edges:?} {o:?} {kappa} {tolerance}"));
             }
         }
@@ -66,15 +69,15 @@ fn voxel_tables_hold() {
 }
 
 #[test]
-fn most_entries_are_cheap() {
+fn moment_series_serves_most_entries() {
     let table = OffsetTable::new([1.0; 3], [30; 3], 0.0, 1e-10);
-    assert!(table.tally().moments + 40 > table.len(), "{:?}", table.tally());
+    assert!(table.method_counts().moments + 40 > table.len(), "{:?}", table.method_counts());
     let far = table.get([29, 28, 27]);
     assert!(far.radius > 0.0 && far.radius < 1e-10 * far.value);
 }
 
 #[test]
-fn wall_tables_hold() {
+fn wall_tables_agree_with_cell_integration() {
     let (edges, counts) = ([0.5, 0.5, 0.3], [6, 5, 9]);
     for (kappa, tolerance) in [(0.0, 1e-10), (0.2, 1e-9), (0.0, 1e-3)] {
         for axis in 0..3 {
@@ -84,10 +87,10 @@ fn wall_tables_hold() {
             for o in [[0, 0, 0], [1, 0, 0], [0, 3, 1], [2, 2, 2], [5, 4, 8], [-3, -2, 4], [4, 0, 7]] {
                 let mut o: [i64; 3] = o;
                 o[axis] = o[axis].abs();
-                let want = by_cells(&floor, &cell(edges, o), kappa);
+                let want = reference_by_cells(&floor, &cell(edges, o), kappa);
                 agree(voxels.get(o), want, tolerance, &format!("voxel {axis} {o:?} {kappa}"));
                 o[axis] = counts[axis] as i64 - 1;
-                let want = by_cells(&floor, &cell(edges, o).walls()[2 * axis + 1], kappa);
+                let want = reference_by_cells(&floor, &cell(edges, o).walls()[2 * axis + 1], kappa);
                 o[axis] = 0;
                 agree(opposite.get(o), want, tolerance, &format!("opposite {axis} {o:?} {kappa}"));
             }
@@ -102,7 +105,7 @@ fn wall_tables_hold() {
                     (cell(edges, first).walls()[2 * axes[0]], cell(edges, second).walls()[2 * axes[1]]);
                 agree(
                     table.get(o),
-                    by_cells(&a, &b, kappa),
+                    reference_by_cells(&a, &b, kappa),
                     tolerance,
                     &format!("adjacent {axes:?} {o:?} {kappa}"),
                 );
@@ -112,7 +115,7 @@ fn wall_tables_hold() {
 }
 
 #[test]
-fn a_block_is_its_pairs() {
+fn voxel_block_agrees_with_single_pairs() {
     for (edges, first, counts) in [
         ([1.0; 3], [3.0, -2.5, -2.5], [4, 6, 6]),
         ([1.0; 3], [3.0, 0.0, 0.0], [6, 6, 6]),
@@ -120,8 +123,8 @@ fn a_block_is_its_pairs() {
         ([0.5, 0.7, 0.7], [3.0, -2.0, -1.5], [3, 4, 4]),
     ] {
         for (kappa, tolerance) in [(0.0, 1e-6), (0.0, 1e-9), (0.3, 1e-9)] {
-            let block = block(edges, first, counts, kappa, tolerance);
-            assert_eq!(block.tally.total(), block.distinct);
+            let block = voxel_block(edges, first, counts, kappa, tolerance);
+            assert_eq!(block.method_counts.total(), block.distinct);
             assert!(
                 block.values.len() == counts.iter().product::<usize>()
                     && block.distinct <= block.values.len()
@@ -130,7 +133,7 @@ fn a_block_is_its_pairs() {
                 let (x, y, z) = (i / (counts[1] * counts[2]), i / counts[2] % counts[1], i % counts[2]);
                 let at: [f64; 3] = std::array::from_fn(|k| (first[k] + [x, y, z][k] as f64) * edges[k]);
                 let (o, e) = (Vec3::from_array(at), Vec3::from_array(edges));
-                let want = by_cells(&Cuboid::voxel(Vec3::ZERO, e), &Cuboid::voxel(o, o + e), kappa);
+                let want = reference_by_cells(&Cuboid::voxel(Vec3::ZERO, e), &Cuboid::voxel(o, o + e), kappa);
                 let f = Bounded::proved(block.values[i], block.radii[i]);
                 // The corners o + e of the reference are rounded.
                 let want = Bounded::proved(want.value, want.radius + 1e-15 * want.value);
@@ -147,19 +150,19 @@ fn threads_do_not_change_a_bit() {
         pool.install(|| OffsetTable::new([1.0, 1.0, 0.5], [40, 30, 30], 0.05, 1e-8).0)
     };
     let (one, three) = (run(1), run(3));
-    assert!(one.values == three.values && one.radii == three.radii && one.tally == three.tally);
+    assert!(one.values == three.values && one.radii == three.radii && one.counts == three.counts);
 }
 
 #[test]
 #[should_panic(expected = "outside of the table")]
-fn an_offset_outside_is_refused() {
+fn offset_outside_table_panics() {
     OffsetTable::new([1.0; 3], [4, 4, 2], 0.0, 1e-3).get([2, 2, 3]);
 }
 
 #[test]
-fn every_single_pair_holds_whatever_the_method() {
+fn single_pairs_hold_by_every_method() {
     use crate::Method;
-    // Nasty aspects and offsets: moments, closed forms and densities against the cells.
+    // Extreme aspect ratios and offsets: moments, closed forms and densities against the cells.
     let mut met = std::collections::BTreeMap::new();
     for i in 0..400u32 {
         let u = |k: u32| {
@@ -178,15 +181,15 @@ fn every_single_pair_holds_whatever_the_method() {
             _ => (a.walls()[(i / 4 % 6) as usize], b.walls()[(i / 24 % 6) as usize]),
         };
         let kappa = if i % 7 < 5 { 0.0 } else { 3.0 * u(10) };
-        let Some(pair) = reduced::reduce(&a, &b) else { continue };
-        let want = judge::by_cells(&pair, kappa, 1e-13).bounded;
+        let Some(pair) = reduced_pair::reduce(&a, &b) else { continue };
+        let want = method_selection::factor_by_cells(&pair, kappa, 1e-13).bounded;
         for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
-            let f = judge::factor_of(&pair, kappa, tolerance);
+            let f = method_selection::factor_of(&pair, kappa, tolerance);
             *met.entry(f.method).or_insert(0) += 1;
             agree(f.bounded, want, tolerance, &format!("{a:?} {b:?} {kappa} {tolerance} {:?}", f.method));
         }
     }
-    for method in [Method::Moments, Method::Closed, Method::Gauss, Method::Pyramid] {
+    for method in [Method::Moments, Method::ClosedForm, Method::Gauss, Method::Pyramid] {
         assert!(met.get(&method).is_some_and(|n| *n > 20), "{met:?}");
     }
 }

@@ -1,23 +1,31 @@
 //! Polygons of mesh files as plates.
 
-use super::Face;
-use crate::input::shapes::area_vector;
+use super::model::MeshFace;
+use crate::input::scene::shapes::area_vector;
 use zonal_math::Vec3;
 use zonal_scene::Plate;
 
-/// A corner: its place and its texture coordinates.
-pub(crate) type Corner = (Vec3, [f64; 2]);
+/// A corner: its position and its texture coordinates.
+pub(crate) type PolygonCorner = (Vec3, [f64; 2]);
 
-/// Appends a polygon: a parallelogram stays one plate, all else becomes triangles (convex: a fan; else ears are cut).
-/// Gives false where a polygon crosses itself and a fan had to do.
-pub(crate) fn push(faces: &mut Vec<Face>, template: &Face, corners: &[Corner]) -> bool {
+/// Largest gap of a parallelogram relative to its diagonal, and of its texture coordinates.
+const PARALLELOGRAM_TOLERANCE: f64 = 1e-6;
+const PARALLELOGRAM_UV_TOLERANCE: f64 = 1e-5;
+
+/// Appends a polygon: a parallelogram stays one plate; a convex polygon becomes a fan of triangles; others are triangulated by ear
+/// clipping. Returns false if the polygon crosses itself and became a fan.
+pub(crate) fn push_polygon(
+    faces: &mut Vec<MeshFace>,
+    template: &MeshFace,
+    corners: &[PolygonCorner],
+) -> bool {
     if let Some(face) = parallelogram(template, corners) {
         faces.push(face);
         return true;
     }
     let (triangles, simple) = triangulate(corners);
     for [a, b, c] in triangles {
-        faces.push(Face {
+        faces.push(MeshFace {
             plate: Plate::triangle(corners[a].0, corners[b].0, corners[c].0),
             uv: [corners[a].1, corners[b].1, corners[c].1],
             ..*template
@@ -26,20 +34,20 @@ pub(crate) fn push(faces: &mut Vec<Face>, template: &Face, corners: &[Corner]) -
     simple
 }
 
-fn parallelogram(template: &Face, corners: &[Corner]) -> Option<Face> {
+fn parallelogram(template: &MeshFace, corners: &[PolygonCorner]) -> Option<MeshFace> {
     let [a, b, c, d] = corners else { return None };
     let size = (c.0 - a.0).length().max((d.0 - b.0).length());
-    let closes = (a.0 + c.0 - b.0 - d.0).length() <= 1e-6 * size;
-    let linear = (0..2).all(|k| (a.1[k] + c.1[k] - b.1[k] - d.1[k]).abs() <= 1e-5);
-    (closes && linear).then(|| Face {
+    let closes = (a.0 + c.0 - b.0 - d.0).length() <= PARALLELOGRAM_TOLERANCE * size;
+    let linear = (0..2).all(|k| (a.1[k] + c.1[k] - b.1[k] - d.1[k]).abs() <= PARALLELOGRAM_UV_TOLERANCE);
+    (closes && linear).then(|| MeshFace {
         plate: Plate::parallelogram(a.0, b.0 - a.0, d.0 - a.0),
         uv: [a.1, b.1, d.1],
         ..*template
     })
 }
 
-/// Triangles as indices of corners, and whether the polygon is simple.
-fn triangulate(corners: &[Corner]) -> (Vec<[usize; 3]>, bool) {
+/// Triangles as indices of corners, and whether the polygon is simple. Cost of ear clipping: the cube of the corners at worst.
+fn triangulate(corners: &[PolygonCorner]) -> (Vec<[usize; 3]>, bool) {
     let p: Vec<Vec3> = corners.iter().map(|c| c.0).collect();
     let n = p.len();
     let fan =
@@ -47,19 +55,31 @@ fn triangulate(corners: &[Corner]) -> (Vec<[usize; 3]>, bool) {
     if n <= 3 {
         return (fan(0).collect(), true);
     }
-    // Flatten along the largest component of the normal, keeping the sense of rotation.
+    // Project along the largest component of the normal, keeping the orientation.
     let normal = area_vector(&p);
     let axis = (0..3).max_by(|a, b| normal[*a].abs().total_cmp(&normal[*b].abs())).unwrap_or(2);
     let (i, j) =
         if normal[axis] >= 0.0 { ((axis + 1) % 3, (axis + 2) % 3) } else { ((axis + 2) % 3, (axis + 1) % 3) };
     let flat: Vec<[f64; 2]> = p.iter().map(|q| [q[i], q[j]]).collect();
-    let turn = |a: usize, b: usize, c: usize| {
-        (flat[b][0] - flat[a][0]) * (flat[c][1] - flat[b][1])
-            - (flat[b][1] - flat[a][1]) * (flat[c][0] - flat[b][0])
-    };
-    if (0..n).all(|k| turn(k, (k + 1) % n, (k + 2) % n) >= 0.0) {
+    if (0..n).all(|k| signed_area(&flat, k, (k + 1) % n, (k + 2) % n) >= 0.0) {
         return (fan(0).collect(), true);
     }
+    match clip_ears(&flat) {
+        Some(triangles) => (triangles, true),
+        None => (fan(0).collect(), false),
+    }
+}
+
+/// Twice the signed area of a triangle of projected corners.
+fn signed_area(flat: &[[f64; 2]], a: usize, b: usize, c: usize) -> f64 {
+    (flat[b][0] - flat[a][0]) * (flat[c][1] - flat[b][1])
+        - (flat[b][1] - flat[a][1]) * (flat[c][0] - flat[b][0])
+}
+
+/// Ear clipping of a polygon of positive orientation; none if it crosses itself.
+fn clip_ears(flat: &[[f64; 2]]) -> Option<Vec<[usize; 3]>> {
+    let n = flat.len();
+    let turn = |a: usize, b: usize, c: usize| signed_area(flat, a, b, c);
     let mut left: Vec<usize> = (0..n).collect();
     let mut out = Vec::with_capacity(n - 2);
     while left.len() > 3 {
@@ -76,22 +96,20 @@ fn triangulate(corners: &[Corner]) -> (Vec<[usize; 3]>, bool) {
                         || !(turn(a, b, q) >= 0.0 && turn(b, c, q) >= 0.0 && turn(c, a, q) >= 0.0)
                 })
         };
-        // A straight or doubled corner has no area and can go without a triangle of its own.
+        // Without an ear, cut a straight or doubled corner: its triangle has no area.
         let ear = (0..m).find(is_ear).or_else(|| {
             (0..m).find(|k| {
                 let (a, b, c) = corner(*k);
                 turn(a, b, c) == 0.0
             })
         });
-        let Some(k) = ear else {
-            return (fan(0).collect(), false);
-        };
+        let k = ear?;
         let (a, b, c) = corner(k);
         out.push([a, b, c]);
         left.remove(k);
     }
     out.push([left[0], left[1], left[2]]);
-    (out, true)
+    Some(out)
 }
 
 #[cfg(test)]
@@ -100,7 +118,7 @@ mod tests {
     use zonal_math::vec3;
 
     fn area(points: &[[f64; 2]]) -> (usize, f64, bool) {
-        let corners: Vec<Corner> = points.iter().map(|q| (vec3(1.0, q[0], q[1]), [0.0; 2])).collect();
+        let corners: Vec<PolygonCorner> = points.iter().map(|q| (vec3(1.0, q[0], q[1]), [0.0; 2])).collect();
         let (triangles, simple) = triangulate(&corners);
         let sum = triangles.iter().map(|t| area_vector(&t.map(|k| corners[k].0)).x).sum();
         (triangles.len(), sum, simple)

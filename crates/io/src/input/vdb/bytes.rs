@@ -1,21 +1,21 @@
-//! A place in the bytes of a file: little-endian values, each read checked against the end.
+//! A position in the bytes of a file: little-endian values, each read checked against the end.
 
-use crate::input::error::Fault;
+use crate::input::error::FileFault;
 
-/// Reads on from a place; every fault names the byte.
+/// Reads from a position onward; every error names the byte.
 #[derive(Clone)]
-pub(crate) struct Cursor<'a> {
+pub(crate) struct ByteCursor<'a> {
     file: &'a str,
     bytes: &'a [u8],
     at: usize,
 }
 
-impl<'a> Cursor<'a> {
-    pub(crate) fn new(file: &'a str, bytes: &'a [u8]) -> Cursor<'a> {
-        Cursor { file, bytes, at: 0 }
+impl<'a> ByteCursor<'a> {
+    pub(crate) fn new(file: &'a str, bytes: &'a [u8]) -> ByteCursor<'a> {
+        ByteCursor { file, bytes, at: 0 }
     }
-    pub(crate) fn fault(&self, what: impl std::fmt::Display) -> Fault {
-        Fault::new(self.file, format!("byte {}", self.at), what)
+    pub(crate) fn fault(&self, message: impl std::fmt::Display) -> FileFault {
+        FileFault::new(self.file, format!("byte {}", self.at), message)
     }
     pub(crate) fn position(&self) -> usize {
         self.at
@@ -23,14 +23,14 @@ impl<'a> Cursor<'a> {
     pub(crate) fn length(&self) -> usize {
         self.bytes.len()
     }
-    /// The same file from another place.
-    pub(crate) fn seek(&self, at: i64) -> Result<Cursor<'a>, Fault> {
+    /// The same file at another position.
+    pub(crate) fn seek(&self, at: i64) -> Result<ByteCursor<'a>, FileFault> {
         match usize::try_from(at) {
-            Ok(at) if at <= self.bytes.len() => Ok(Cursor { at, ..self.clone() }),
+            Ok(at) if at <= self.bytes.len() => Ok(ByteCursor { at, ..self.clone() }),
             _ => Err(self.fault(format!("{at} is no place in this file; {SAVE_AGAIN}"))),
         }
     }
-    pub(crate) fn take(&mut self, n: usize) -> Result<&'a [u8], Fault> {
+    pub(crate) fn take(&mut self, n: usize) -> Result<&'a [u8], FileFault> {
         let end = self.at.checked_add(n).filter(|end| *end <= self.bytes.len());
         let Some(end) = end else {
             return Err(self.fault(format!("the file is cut short; {SAVE_AGAIN}")));
@@ -39,47 +39,47 @@ impl<'a> Cursor<'a> {
         self.at = end;
         Ok(part)
     }
-    fn fixed<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+    fn fixed<const N: usize>(&mut self) -> Result<[u8; N], FileFault> {
         let part = self.take(N)?;
         Ok(std::array::from_fn(|i| part[i]))
     }
-    pub(crate) fn u8(&mut self) -> Result<u8, Fault> {
+    pub(crate) fn u8(&mut self) -> Result<u8, FileFault> {
         Ok(self.take(1)?[0])
     }
-    pub(crate) fn u32(&mut self) -> Result<u32, Fault> {
+    pub(crate) fn u32(&mut self) -> Result<u32, FileFault> {
         self.fixed().map(u32::from_le_bytes)
     }
-    pub(crate) fn i64(&mut self) -> Result<i64, Fault> {
+    pub(crate) fn i64(&mut self) -> Result<i64, FileFault> {
         self.fixed().map(i64::from_le_bytes)
     }
-    pub(crate) fn f32(&mut self) -> Result<f32, Fault> {
+    pub(crate) fn f32(&mut self) -> Result<f32, FileFault> {
         self.fixed().map(f32::from_le_bytes)
     }
-    pub(crate) fn f64(&mut self) -> Result<f64, Fault> {
+    pub(crate) fn f64(&mut self) -> Result<f64, FileFault> {
         self.fixed().map(f64::from_le_bytes)
     }
     /// Three doubles.
-    pub(crate) fn vector(&mut self) -> Result<[f64; 3], Fault> {
+    pub(crate) fn vector(&mut self) -> Result<[f64; 3], FileFault> {
         Ok([self.f64()?, self.f64()?, self.f64()?])
     }
     /// Three whole numbers of four bytes.
-    pub(crate) fn coordinates(&mut self) -> Result<[i64; 3], Fault> {
+    pub(crate) fn coordinates(&mut self) -> Result<[i64; 3], FileFault> {
         let mut one = || self.fixed().map(i32::from_le_bytes).map(i64::from);
         Ok([one()?, one()?, one()?])
     }
-    /// A text after its length; what is not UTF-8 is replaced.
-    pub(crate) fn text(&mut self) -> Result<String, Fault> {
+    /// A text after its length; bytes that are not UTF-8 are replaced.
+    pub(crate) fn text(&mut self) -> Result<String, FileFault> {
         let n = self.u32()? as usize;
         Ok(String::from_utf8_lossy(self.take(n)?).into_owned())
     }
     /// `bits` bits in words of 64.
-    pub(crate) fn mask(&mut self, bits: usize) -> Result<Vec<u64>, Fault> {
+    pub(crate) fn mask(&mut self, bits: usize) -> Result<Vec<u64>, FileFault> {
         let words = self.take(bits / 8)?.chunks_exact(8);
         Ok(words.map(|w| u64::from_le_bytes(std::array::from_fn(|i| w[i]))).collect())
     }
 }
 
-/// The mend of a damaged file.
+/// The remedy for a damaged file.
 pub(crate) const SAVE_AGAIN: &str = "save it again with the program that made it";
 
 /// Bit `i` of a mask; false beyond its end.

@@ -1,21 +1,23 @@
 //! The JSON chunk: scene, nodes, materials, cameras.
 
-use super::layout::{Layout, Part};
-use super::{Material, Mesh, Model, Up, View};
+use super::layout::{ArrayData, BinaryLayout};
+use super::model::{GlbCamera, GlbMaterial, GlbMesh, GlbModel, UpAxis};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
 /// The JSON of a file.
-pub(super) fn document<'a>(model: &'a Model, layout: &mut Layout<'a>) -> Value {
-    let shown: Vec<&Mesh> = model.meshes.iter().filter(|m| !m.triangles.is_empty()).collect();
-    let meshes: Vec<Value> = shown.iter().map(|m| layout.mesh(m)).collect();
+pub(super) fn document<'a>(model: &'a GlbModel, layout: &mut BinaryLayout<'a>) -> Value {
+    // Lay out the meshes.
+    let shown: Vec<&GlbMesh> = model.meshes.iter().filter(|m| !m.triangles.is_empty()).collect();
+    let meshes: Vec<Value> = shown.iter().map(|m| layout.add_mesh(m)).collect();
     let mut nodes: Vec<Value> =
         shown.iter().enumerate().map(|(i, m)| json!({ "name": m.name, "mesh": i })).collect();
     for (i, c) in model.cameras.iter().enumerate() {
-        nodes.push(json!({ "name": c.name, "camera": i, "matrix": placed(c) }));
+        nodes.push(json!({ "name": c.name, "camera": i, "matrix": camera_matrix(c) }));
     }
+    // Turn z up by a root node.
     let children: Vec<usize> = (0..nodes.len()).collect();
-    let roots = if model.up == Up::Z && !nodes.is_empty() {
+    let roots = if model.up == UpAxis::Z && !nodes.is_empty() {
         let half = std::f64::consts::FRAC_1_SQRT_2;
         nodes.push(json!({ "name": "z up", "rotation": [-half, 0.0, 0.0, half], "children": children }));
         vec![nodes.len() - 1]
@@ -23,11 +25,41 @@ pub(super) fn document<'a>(model: &'a Model, layout: &mut Layout<'a>) -> Value {
         children
     };
     let images: Vec<Value> = (model.pictures.iter())
-        .map(|p| json!({ "bufferView": layout.view(Part::Bytes(p), None), "mimeType": "image/png" }))
+        .map(|p| json!({ "bufferView": layout.add_view(ArrayData::Bytes(p), None), "mimeType": "image/png" }))
         .collect();
+    let mut used_extensions = BTreeSet::new();
+    let materials: Vec<Value> =
+        model.materials.iter().map(|m| material_json(m, &mut used_extensions)).collect();
+    let scene = scene_json(model, &roots);
+    // Assemble the document; empty lists are not allowed.
     let generator = format!("zonal {}", env!("CARGO_PKG_VERSION"));
-    let mut used = BTreeSet::new();
-    let materials: Vec<Value> = model.materials.iter().map(|m| material(m, &mut used)).collect();
+    let mut root =
+        json!({ "asset": { "version": "2.0", "generator": generator }, "scene": 0, "scenes": [scene] });
+    let sampler = json!({ "magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497 });
+    let samplers = if images.is_empty() { Vec::new() } else { vec![sampler] };
+    let buffers = if layout.length > 0 { vec![json!({ "byteLength": layout.length })] } else { Vec::new() };
+    for (key, list) in [
+        ("textures", (0..images.len()).map(|i| json!({ "source": i, "sampler": 0 })).collect()),
+        ("samplers", samplers),
+        ("images", images),
+        ("meshes", meshes),
+        ("nodes", nodes),
+        ("materials", materials),
+        ("cameras", model.cameras.iter().map(camera_json).collect()),
+        ("extensionsUsed", used_extensions.into_iter().map(Value::from).collect()),
+        ("bufferViews", std::mem::take(&mut layout.views)),
+        ("accessors", std::mem::take(&mut layout.accessors)),
+        ("buffers", buffers),
+    ] {
+        if !list.is_empty() {
+            root[key] = list.into();
+        }
+    }
+    root
+}
+
+/// The scene with its root nodes.
+fn scene_json(model: &GlbModel, roots: &[usize]) -> Map<String, Value> {
     let mut scene = Map::from_iter([("name".to_string(), json!(model.name))]);
     if !roots.is_empty() {
         scene.insert("nodes".into(), json!(roots));
@@ -35,35 +67,10 @@ pub(super) fn document<'a>(model: &'a Model, layout: &mut Layout<'a>) -> Value {
     if !model.extras.is_null() {
         scene.insert("extras".into(), model.extras.clone());
     }
-    let mut root =
-        json!({ "asset": { "version": "2.0", "generator": generator }, "scene": 0, "scenes": [scene] });
-    let mut put = |key: &str, list: Vec<Value>| {
-        if !list.is_empty() {
-            root[key] = list.into();
-        }
-    };
-    put("textures", (0..images.len()).map(|i| json!({ "source": i, "sampler": 0 })).collect());
-    if !images.is_empty() {
-        put(
-            "samplers",
-            vec![json!({ "magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497 })],
-        );
-    }
-    put("images", images);
-    put("meshes", meshes);
-    put("nodes", nodes);
-    put("materials", materials);
-    put("cameras", model.cameras.iter().map(lens).collect());
-    put("extensionsUsed", used.into_iter().map(Value::from).collect());
-    put("bufferViews", std::mem::take(&mut layout.views));
-    put("accessors", std::mem::take(&mut layout.accessors));
-    if layout.length > 0 {
-        put("buffers", vec![json!({ "byteLength": layout.length })]);
-    }
-    root
+    scene
 }
 
-fn material(m: &Material, used: &mut BTreeSet<&'static str>) -> Value {
+fn material_json(m: &GlbMaterial, used: &mut BTreeSet<&'static str>) -> Value {
     let mut pbr =
         json!({ "baseColorFactor": m.colour, "metallicFactor": 0.0, "roughnessFactor": m.roughness });
     if let Some(i) = m.picture {
@@ -105,14 +112,14 @@ fn material(m: &Material, used: &mut BTreeSet<&'static str>) -> Value {
     out
 }
 
-fn lens(c: &View) -> Value {
+fn camera_json(c: &GlbCamera) -> Value {
     let vertical = 2.0 * ((0.5 * c.fov.to_radians()).tan() / c.aspect).atan();
     json!({ "name": c.name, "type": "perspective", "perspective":
         { "yfov": vertical, "aspectRatio": c.aspect, "znear": c.range[0], "zfar": c.range[1] } })
 }
 
-/// The camera's frame: it looks along its own −z, y up; column by column.
-fn placed(c: &View) -> [f64; 16] {
+/// The camera's matrix in column order: it looks along its own −z, y up.
+fn camera_matrix(c: &GlbCamera) -> [f64; 16] {
     let v = zonal_math::Vec3::from_array;
     let back = (v(c.origin) - v(c.target)).normalized();
     let side = v(c.up).cross(back);

@@ -1,21 +1,21 @@
-//! The binary chunk: which arrays lie where, and the views and accessors that say so.
+//! The binary chunk: the arrays, and the views and accessors that describe them.
 
-use super::Mesh;
+use super::model::GlbMesh;
 use serde_json::{Map, Value, json};
 use std::io::{self, Write};
 
 /// Arrays to write, with the JSON that describes them.
 #[derive(Default)]
-pub(super) struct Layout<'a> {
+pub(super) struct BinaryLayout<'a> {
     pub views: Vec<Value>,
     pub accessors: Vec<Value>,
-    pub parts: Vec<Part<'a>>,
+    pub parts: Vec<ArrayData<'a>>,
     /// Bytes so far.
     pub length: u64,
 }
 
 /// One array.
-pub(super) enum Part<'a> {
+pub(super) enum ArrayData<'a> {
     Bytes(&'a [u8]),
     Floats3(&'a [[f32; 3]]),
     Floats2(&'a [[f32; 2]]),
@@ -23,37 +23,46 @@ pub(super) enum Part<'a> {
     Triangles(&'a [[u32; 3]]),
 }
 
-impl Part<'_> {
+impl ArrayData<'_> {
     pub(super) fn size(&self) -> u64 {
         (match self {
-            Part::Bytes(b) => b.len(),
-            Part::Floats3(x) => 12 * x.len(),
-            Part::Floats2(x) => 8 * x.len(),
-            Part::Colours(x) => 8 * x.len(),
-            Part::Triangles(x) => 12 * x.len(),
+            ArrayData::Bytes(b) => b.len(),
+            ArrayData::Floats3(x) => 12 * x.len(),
+            ArrayData::Floats2(x) => 8 * x.len(),
+            ArrayData::Colours(x) => 8 * x.len(),
+            ArrayData::Triangles(x) => 12 * x.len(),
         }) as u64
     }
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         match self {
-            Part::Bytes(b) => out.write_all(b),
-            Part::Floats3(x) => x.as_flattened().iter().try_for_each(|v| out.write_all(&v.to_le_bytes())),
-            Part::Floats2(x) => x.as_flattened().iter().try_for_each(|v| out.write_all(&v.to_le_bytes())),
-            Part::Triangles(x) => x.as_flattened().iter().try_for_each(|v| out.write_all(&v.to_le_bytes())),
-            Part::Colours(x) => x.as_flattened().iter().try_for_each(|v| {
+            ArrayData::Bytes(b) => out.write_all(b),
+            ArrayData::Floats3(x) => {
+                x.as_flattened().iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))
+            }
+            ArrayData::Floats2(x) => {
+                x.as_flattened().iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))
+            }
+            ArrayData::Triangles(x) => {
+                x.as_flattened().iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))
+            }
+            ArrayData::Colours(x) => x.as_flattened().iter().try_for_each(|v| {
                 out.write_all(&((v.clamp(0.0, 1.0) * 65535.0).round() as u16).to_le_bytes())
             }),
         }
     }
 }
 
-const FLOAT: u32 = 5126;
-const SHORT: u32 = 5123;
-const INT: u32 = 5125;
-const VERTICES: u32 = 34962;
-const INDICES: u32 = 34963;
+/// Component types of glTF.
+const COMPONENT_F32: u32 = 5126;
+const COMPONENT_U16: u32 = 5123;
+const COMPONENT_U32: u32 = 5125;
+/// Targets of buffer views.
+const TARGET_VERTICES: u32 = 34962;
+const TARGET_INDICES: u32 = 34963;
 
-impl<'a> Layout<'a> {
-    pub(super) fn view(&mut self, part: Part<'a>, target: Option<u32>) -> usize {
+impl<'a> BinaryLayout<'a> {
+    /// Appends an array; returns the index of its view.
+    pub(super) fn add_view(&mut self, part: ArrayData<'a>, target: Option<u32>) -> usize {
         let mut view = json!({ "buffer": 0, "byteOffset": self.length, "byteLength": part.size() });
         if let Some(t) = target {
             view["target"] = t.into();
@@ -64,43 +73,59 @@ impl<'a> Layout<'a> {
         self.views.len() - 1
     }
 
-    fn accessor(&mut self, part: Part<'a>, target: u32, kind: &str, component: u32, count: usize) -> usize {
-        let view = self.view(part, Some(target));
+    /// Appends an array of vertices or indices; returns the index of its accessor.
+    fn add_accessor(
+        &mut self,
+        part: ArrayData<'a>,
+        target: u32,
+        kind: &str,
+        component: u32,
+        count: usize,
+    ) -> usize {
+        let view = self.add_view(part, Some(target));
         let mut accessor =
             json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
-        if component == SHORT {
+        if component == COMPONENT_U16 {
             accessor["normalized"] = true.into();
         }
         self.accessors.push(accessor);
         self.accessors.len() - 1
     }
 
-    /// The JSON of a mesh, its arrays laid out.
-    pub(super) fn mesh(&mut self, m: &'a Mesh) -> Value {
+    /// Appends the arrays of a mesh; returns its JSON.
+    pub(super) fn add_mesh(&mut self, m: &'a GlbMesh) -> Value {
         let n = m.positions.len();
         let mut attributes = Map::new();
-        let at = self.accessor(Part::Floats3(&m.positions), VERTICES, "VEC3", FLOAT, n);
+        let at =
+            self.add_accessor(ArrayData::Floats3(&m.positions), TARGET_VERTICES, "VEC3", COMPONENT_F32, n);
         let (lo, hi) = bounds(&m.positions);
         (self.accessors[at]["min"], self.accessors[at]["max"]) = (json!(lo), json!(hi));
         attributes.insert("POSITION".into(), at.into());
         if !m.normals.is_empty() {
-            let at = self.accessor(Part::Floats3(&m.normals), VERTICES, "VEC3", FLOAT, n);
+            let at =
+                self.add_accessor(ArrayData::Floats3(&m.normals), TARGET_VERTICES, "VEC3", COMPONENT_F32, n);
             attributes.insert("NORMAL".into(), at.into());
         }
         if !m.uvs.is_empty() {
-            let at = self.accessor(Part::Floats2(&m.uvs), VERTICES, "VEC2", FLOAT, n);
+            let at = self.add_accessor(ArrayData::Floats2(&m.uvs), TARGET_VERTICES, "VEC2", COMPONENT_F32, n);
             attributes.insert("TEXCOORD_0".into(), at.into());
         }
         if !m.colours.is_empty() {
-            let at = self.accessor(Part::Colours(&m.colours), VERTICES, "VEC4", SHORT, n);
+            let at =
+                self.add_accessor(ArrayData::Colours(&m.colours), TARGET_VERTICES, "VEC4", COMPONENT_U16, n);
             attributes.insert("COLOR_0".into(), at.into());
         }
         for (name, values) in &m.values {
-            let at = self.accessor(Part::Floats3(values), VERTICES, "VEC3", FLOAT, n);
+            let at = self.add_accessor(ArrayData::Floats3(values), TARGET_VERTICES, "VEC3", COMPONENT_F32, n);
             attributes.insert(format!("_{name}"), at.into());
         }
-        let indices =
-            self.accessor(Part::Triangles(&m.triangles), INDICES, "SCALAR", INT, 3 * m.triangles.len());
+        let indices = self.add_accessor(
+            ArrayData::Triangles(&m.triangles),
+            TARGET_INDICES,
+            "SCALAR",
+            COMPONENT_U32,
+            3 * m.triangles.len(),
+        );
         let mut primitive = json!({ "attributes": attributes, "indices": indices, "mode": 4 });
         if let Some(i) = m.material {
             primitive["material"] = i.into();

@@ -1,8 +1,8 @@
-//! Models that come back.
+//! Models survive a round trip through the glTF reader.
 
 use super::*;
-use crate::input::files::Files;
-use crate::input::mesh::gltf;
+use crate::files::FileSource;
+use crate::input::read_gltf;
 
 fn folder(name: &str) -> std::path::PathBuf {
     let dir = std::env::temp_dir().join(format!("zonal-glb-{name}-{}", std::process::id()));
@@ -10,8 +10,8 @@ fn folder(name: &str) -> std::path::PathBuf {
     dir
 }
 
-fn model() -> Model {
-    let mesh = Mesh {
+fn model() -> GlbModel {
+    let mesh = GlbMesh {
         name: "floor \"a\"\n".into(),
         material: Some(0),
         positions: vec![[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 3.0, 1.0], [0.0, 3.0, 1.5]],
@@ -21,21 +21,21 @@ fn model() -> Model {
         values: vec![("IRRADIANCE_0".into(), vec![[300.0, 0.0, 1e-9]; 4])],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
     };
-    let picture = crate::output::picture::encode_png(2, 1, &[[0.2, 0.4, 0.6], [1.0, 0.0, 0.5]]).unwrap();
-    let glass = Glass { transmission: 1.0, thickness: 0.01, distance: 0.02, colour: [0.5, 0.1, 0.9] };
-    Model {
+    let picture = crate::output::encode_png(2, 1, &[[0.2, 0.4, 0.6], [1.0, 0.0, 0.5]]).unwrap();
+    let glass = GlbGlass { transmission: 1.0, thickness: 0.01, distance: 0.02, colour: [0.5, 0.1, 0.9] };
+    GlbModel {
         name: "room".into(),
-        meshes: vec![mesh, Mesh { name: "empty".into(), ..Mesh::default() }],
+        meshes: vec![mesh, GlbMesh { name: "empty".into(), ..GlbMesh::default() }],
         materials: vec![
-            Material { picture: Some(0), unlit: true, ..Material::diffuse("stone", [0.5; 3]) },
-            Material {
+            GlbMaterial { picture: Some(0), unlit: true, ..GlbMaterial::diffuse("stone", [0.5; 3]) },
+            GlbMaterial {
                 emissive: [3.0, 1.0, 0.0],
                 glass: Some(glass),
-                ..Material::diffuse("glass", [1.0; 3])
+                ..GlbMaterial::diffuse("glass", [1.0; 3])
             },
         ],
         pictures: vec![picture],
-        cameras: vec![View {
+        cameras: vec![GlbCamera {
             name: "door".into(),
             origin: [0.0, -5.0, 1.0],
             target: [0.0, 0.0, 1.0],
@@ -44,17 +44,17 @@ fn model() -> Model {
             aspect: 4.0 / 3.0,
             range: [0.01, 100.0],
         }],
-        ..Model::default()
+        ..GlbModel::default()
     }
 }
 
 #[test]
-fn geometry_and_materials_come_back() {
+fn geometry_and_materials_round_trip() {
     let dir = folder("back");
     let path = dir.join("a.glb");
-    for (up, axis) in [(Up::Y, [0.0, 0.0, 1.0]), (Up::Z, [0.0, 1.0, 0.0])] {
-        write_glb(&path, &Model { up, ..model() }).unwrap();
-        let back = gltf::read(Files::Disk, &path, "a.glb").unwrap();
+    for (up, axis) in [(UpAxis::Y, [0.0, 0.0, 1.0]), (UpAxis::Z, [0.0, 1.0, 0.0])] {
+        write_glb(&path, &GlbModel { up, ..model() }).unwrap();
+        let back = read_gltf(FileSource::Disk, &path, "a.glb").unwrap();
         let area: f64 = back.faces.iter().map(|f| f.plate.area()).sum();
         let wanted = 3.0 + 0.5 * (1.5f64 * 1.5 + 1.0 + 36.0).sqrt();
         assert!((area - wanted).abs() < 1e-5, "{area} {wanted}");
@@ -68,10 +68,10 @@ fn geometry_and_materials_come_back() {
 }
 
 #[test]
-fn what_no_engine_could_read_is_refused_and_nothing_is_left() {
+fn invalid_models_are_refused_and_leave_no_file() {
     let dir = folder("refused");
     let path = dir.join("a.glb");
-    let refuse = |change: &dyn Fn(&mut Model), says: &str| {
+    let refuse = |change: &dyn Fn(&mut GlbModel), says: &str| {
         let mut m = model();
         change(&mut m);
         let e = write_glb(&path, &m).unwrap_err().to_string();
@@ -89,6 +89,6 @@ fn what_no_engine_could_read_is_refused_and_nothing_is_left() {
     refuse(&|m| m.pictures[0] = b"GIF".to_vec(), "no PNG");
     refuse(&|m| m.cameras[0].target = m.cameras[0].origin, "not the origin");
     refuse(&|m| m.cameras[0].range = [1.0, 0.5], "range");
-    write_glb(&path, &Model::default()).unwrap();
+    write_glb(&path, &GlbModel::default()).unwrap();
     std::fs::remove_dir_all(&dir).unwrap();
 }

@@ -1,12 +1,20 @@
-use super::*;
+//! Solution files: round trips, files of earlier versions, damaged and hostile files.
+
+use super::header::encode_header;
+use super::read::with_cell_starts;
+use super::{read_solution, write_solution};
+use crate::output::npz::npy::{ElementType, header};
+use crate::output::report::report_json;
 use std::fs;
-use std::path::PathBuf;
-use zonal_math::{Grade, vec3};
-use zonal_scene::Surroundings;
-use zonal_scene::scene::{Options, Sides, Surface};
-use zonal_scene::solution::{Closure, Energy};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use zonal_math::{Grade, Vec3, vec3};
 use zonal_scene::{
-    Camera, Estimate, Kind, Light, Note, Report, Sample, Shares, SolveStatus, Thermal, Values,
+    BandFractions, Camera, ClosureDefect, Diagnostic, DiscretizationError, EnergyBalance, ErrorEstimate,
+    Facet, Fields, HeatReport, HeatRow, HeatRowKind, Lens, Light, LightGroup, LightGroupKind, Pane, PaneZone,
+    Patch, Plate, Report, Scene, SceneParts, Sides, Solution, SolveOptions, SolveStatus, Surface,
+    Surroundings, Texture, Thermal, ThermalCondition, ThermalFields, VolumeSample, VoxelGrid, VoxelSamples,
+    VoxelZone, ZoneValues, Zones,
 };
 
 fn folder(name: &str) -> PathBuf {
@@ -16,9 +24,9 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn scene() -> Scene {
-    let mut voxmap = Voxmap::new(Vec3::ZERO, Vec3::splat(0.5), [2, 3, 4]).unwrap();
+    let mut voxel_grid = VoxelGrid::new(Vec3::ZERO, Vec3::splat(0.5), [2, 3, 4]).unwrap();
     for i in 0..24 {
-        voxmap.set(i, [0.1 * i as f64, 0.2, 0.0], [0.5, 0.25, 1.0], [1.0; 3], [0.0; 3]);
+        voxel_grid.set(i, [0.1 * i as f64, 0.2, 0.0], [0.5, 0.25, 1.0], [1.0; 3], [0.0; 3]);
     }
     let surface = |name: &str, texture| Surface {
         name: name.into(),
@@ -46,7 +54,7 @@ fn scene() -> Scene {
             albedo: [0.1; 3],
             emission: [0.0; 3],
         }],
-        voxmap: Some(voxmap.seal().unwrap()),
+        voxel_grid: Some(voxel_grid.seal().unwrap()),
         lights: vec![
             Light::Sun {
                 name: "sun".into(),
@@ -66,9 +74,9 @@ fn scene() -> Scene {
             target: Vec3::ZERO,
             up: vec3(0.0, 0.0, 1.0),
             fov: 60.0,
-            lens: zonal_scene::Lens { aperture: 0.02, focus: Some(3.5) },
+            lens: Lens { aperture: 0.02, focus: Some(3.5) },
         }],
-        options: Options { patch_size: Some(0.25), ..Options::default() },
+        options: SolveOptions { patch_size: Some(0.25), ..SolveOptions::default() },
         notes: vec!["dropped 2 triangles".into()],
     })
     .unwrap()
@@ -76,27 +84,27 @@ fn scene() -> Scene {
 
 fn report() -> Report {
     Report {
-        status: [SolveStatus::Converged, SolveStatus::Stalled, SolveStatus::Budget],
+        status: [SolveStatus::Converged, SolveStatus::Stalled, SolveStatus::MaxIterations],
         residuals: [vec![0.1, 1e-11], vec![], vec![1.0 / 3.0]],
-        closure: Closure { worst: [1e-3, 2e-3, 3e-3], restored: true, ..Closure::default() },
-        energy: Energy {
+        closure: ClosureDefect { worst: [1e-3, 2e-3, 3e-3], restored: true, ..ClosureDefect::default() },
+        energy: EnergyBalance {
             emitted: [1.0, 2.0, 3.0],
             absorbed_surfaces: vec![("floor".into(), [0.1; 3])],
-            ..Energy::default()
+            ..EnergyBalance::default()
         },
-        energy_error: Energy {
+        energy_error: EnergyBalance {
             absorbed_surfaces: vec![("floor".into(), [0.01, f64::INFINITY, 0.03])],
             escaped: [f64::INFINITY; 3],
-            ..Energy::default()
+            ..EnergyBalance::default()
         },
         heat: None,
-        zoning: None,
+        discretization_error: None,
         counts: vec![("pairs".into(), 1 << 60), ("rays".into(), 7)],
-        warnings: vec!["open".into(), Note::warning("heat-balance", "off").at("surface 'a'")],
+        warnings: vec!["open".into(), Diagnostic::warning("heat-balance", "off").at("surface 'a'")],
         grade: Grade::Estimated,
         engine: "hierarchical".into(),
         reason: "many zones".into(),
-        estimate: Estimate { patches: [0.01, 0.02, 0.03], volumes: [0.1; 3], grade: Grade::Statistical },
+        estimate: ErrorEstimate { patches: [0.01, 0.02, 0.03], volumes: [0.1; 3], grade: Grade::Statistical },
     }
 }
 
@@ -111,18 +119,18 @@ fn zones(scene: &Scene) -> Zones {
         reflectance: [0.5; 3],
         emission: [0.25; 3],
     };
-    let map = scene.voxmap().unwrap();
-    let voxel = |cell: usize, samples: Vec<Sample>| VoxelZone {
+    let map = scene.voxel_grid().unwrap();
+    let voxel = |cell: usize, samples: Vec<VolumeSample>| VoxelZone {
         cell,
         centre: Vec3::splat(0.25),
         volume: 0.125,
-        part: Part::new(map.corner(map.coordinates(cell)), map.cell(), 0.125, &samples),
+        samples: VoxelSamples::new(map.corner(map.coordinates(cell)), map.cell(), 0.125, &samples),
         extinction: [0.1; 3],
         albedo: [0.5; 3],
         emission: [0.0; 3],
         source: [0.0; 3],
     };
-    let sample = |subcell| Sample { point: Vec3::splat(0.1), volume: 0.01, subcell };
+    let sample = |subcell| VolumeSample { point: Vec3::splat(0.1), volume: 0.01, subcell };
     let zones = Zones {
         patches: vec![patch(0), patch(1)],
         voxels: vec![voxel(0, vec![]), voxel(2, vec![sample(1), sample(63)]), voxel(2, vec![sample(5)])],
@@ -136,9 +144,9 @@ fn zones(scene: &Scene) -> Zones {
             albedo: [0.1; 3],
             emission: [0.0; 3],
         }],
-        first: Vec::new(),
+        cell_starts: Vec::new(),
     };
-    with_index(zones, scene)
+    with_cell_starts(zones, scene)
 }
 
 fn solution() -> Solution {
@@ -156,19 +164,23 @@ fn solution() -> Solution {
             heat: None,
         },
         groups: vec![
-            Group {
+            LightGroup {
                 name: "sun".into(),
-                kind: Kind::Light(0),
-                incident: Values::Double(field(0.5)),
-                direct: Values::compact(&field(3.0)).0,
+                kind: LightGroupKind::Light(0),
+                incident: ZoneValues::Double(field(0.5)),
+                direct: ZoneValues::to_single_precision(&field(3.0)).0,
                 direct_scale: [1.0 / 3.0, 2.0, 1e-300],
-                energy: Energy { incoming: [1.0, 2.0, 3.0], ..Energy::default() },
+                energy: EnergyBalance { incoming: [1.0, 2.0, 3.0], ..EnergyBalance::default() },
                 residual: [0.1, 0.2, 1e-11],
-                error: Values::Double(field(0.003)),
-                direct_error: Values::Double(field(0.004)),
-                ..Group::default()
+                error: ZoneValues::Double(field(0.003)),
+                direct_error: ZoneValues::Double(field(0.004)),
+                ..LightGroup::default()
             },
-            Group { name: "floor = 2".into(), incident: Values::Double(field(1.5)), ..Group::default() },
+            LightGroup {
+                name: "floor = 2".into(),
+                incident: ZoneValues::Double(field(1.5)),
+                ..LightGroup::default()
+            },
         ],
         scene_hash: crate::output::scene_hash(&scene),
         version: "0.1.0".into(),
@@ -178,7 +190,12 @@ fn solution() -> Solution {
     }
 }
 
-fn same(a: &Solution, b: &Solution) {
+/// The header of a solution.
+fn document(s: &Solution) -> serde_json::Value {
+    encode_header(&s.scene, report_json(s))
+}
+
+fn assert_same(a: &Solution, b: &Solution) {
     assert_eq!(a.zones, b.zones);
     assert_eq!(a.fields, b.fields);
     assert_eq!(a.groups, b.groups);
@@ -197,7 +214,7 @@ fn a_solution_round_trips_to_the_bit() {
     write_solution(&path, &s).unwrap();
     let once = fs::read(&path).unwrap();
     let back = read_solution(&path).unwrap();
-    same(&s, &back);
+    assert_same(&s, &back);
     write_solution(&path, &back).unwrap();
     assert_eq!(once, fs::read(&path).unwrap(), "the bytes are deterministic");
     crate::output::write_zones_csv(&dir.join("a.csv"), &s).unwrap();
@@ -208,7 +225,7 @@ fn a_solution_round_trips_to_the_bit() {
 }
 
 #[test]
-fn hash_depends_on_numbers_and_not_on_names_or_cameras() {
+fn the_scene_hash_depends_on_numbers_and_not_on_names_or_cameras() {
     let parts = scene().into_parts();
     let hash = |p: &SceneParts| crate::output::scene_hash(&Scene::new(p.clone()).unwrap());
     let (mut named, mut moved) = (parts.clone(), parts.clone());
@@ -217,7 +234,7 @@ fn hash_depends_on_numbers_and_not_on_names_or_cameras() {
     moved.facets[0].plate.origin.x += 1e-12;
     assert_eq!(hash(&parts), hash(&named));
     assert_ne!(hash(&parts), hash(&moved));
-    assert_eq!(hash(&parts).len(), 32);
+    assert_eq!(hash(&parts).len(), 64);
 }
 
 #[test]
@@ -240,8 +257,8 @@ fn truncated_and_flipped_files_are_refused_without_a_panic() {
     fs::remove_dir_all(&dir).unwrap();
 }
 
-/// Rewrites the archive with one entry exchanged.
-fn exchange(path: &Path, name: &str, data: &[u8], method: zip::CompressionMethod) {
+/// Rewrites the archive with one entry replaced.
+fn replace_entry(path: &Path, name: &str, data: &[u8], method: zip::CompressionMethod) {
     let mut old = zip::ZipArchive::new(fs::File::open(path).unwrap()).unwrap();
     let mut new = zip::ZipWriter::new(io::Cursor::new(Vec::new()));
     let options = zip::write::SimpleFileOptions::default().compression_method(method);
@@ -258,15 +275,13 @@ fn exchange(path: &Path, name: &str, data: &[u8], method: zip::CompressionMethod
 }
 
 #[test]
-fn wrong_contents_are_named() {
-    use crate::output::header as scene_header;
-    use crate::output::npy::{Kind, header};
+fn errors_name_the_invalid_entry() {
     let dir = folder("wrong");
     let path = dir.join("a.npz");
     let check = |name: &str, data: Vec<u8>, says: &str| {
         for method in [zip::CompressionMethod::Stored, zip::CompressionMethod::Deflated] {
             write_solution(&path, &solution()).unwrap();
-            exchange(&path, &format!("{name}.npy"), &data, method);
+            replace_entry(&path, &format!("{name}.npy"), &data, method);
             let e = read_solution(&path).unwrap_err().to_string();
             assert!(e.contains(name) && e.contains(says), "{e}");
         }
@@ -276,43 +291,42 @@ fn wrong_contents_are_named() {
         head
     };
     let nan: Vec<u8> = (0..18).flat_map(|_| f64::NAN.to_le_bytes()).collect();
-    check("radiosity", with(header(Kind::F64, &[6, 3]), &nan), "finite");
-    check("radiosity", with(header(Kind::F64, &[1 << 60, 3]), &nan), "shape");
-    check("radiosity", with(header(Kind::F64, &[3, 6]), &nan[..0]), "cut short");
-    check("group_1_incident", with(header(Kind::F64, &[6, 3]), &nan), "finite");
-    check("group_0_direct", with(header(Kind::F32, &[5, 3]), &[0; 60]), "shape");
-    check("voxel_source", with(header(Kind::F64, &[2, 3]), &[0; 48]), "shape");
+    check("radiosity", with(header(ElementType::F64, &[6, 3]), &nan), "finite");
+    check("radiosity", with(header(ElementType::F64, &[1 << 60, 3]), &nan), "shape");
+    check("radiosity", with(header(ElementType::F64, &[3, 6]), &nan[..0]), "cut short");
+    check("group_1_incident", with(header(ElementType::F64, &[6, 3]), &nan), "finite");
+    check("group_0_direct", with(header(ElementType::F32, &[5, 3]), &[0; 60]), "shape");
+    check("voxel_source", with(header(ElementType::F64, &[2, 3]), &[0; 48]), "shape");
     let index: Vec<u8> = [0i64, -1].iter().flat_map(|n| n.to_le_bytes()).collect();
-    check("patch_facet", with(header(Kind::I64, &[2]), &index), "out of range");
-    check("facet_kind", with(header(Kind::U8, &[2]), &[1, 9]), "facet");
-    check("voxel_part_first", with(header(Kind::I64, &[4]), &[0; 32]), "cover");
-    check("header.json", with(header(Kind::U8, &[2]), b"{}"), "not a zonal solution");
-    check("header.json", with(header(Kind::U8, &[9]), b"[[[[[[[[["), "JSON");
+    check("patch_facet", with(header(ElementType::I64, &[2]), &index), "out of range");
+    check("facet_kind", with(header(ElementType::U8, &[2]), &[1, 9]), "facet");
+    check("voxel_part_first", with(header(ElementType::I64, &[4]), &[0; 32]), "cover");
+    check("header.json", with(header(ElementType::U8, &[2]), b"{}"), "not a zonal solution");
+    check("header.json", with(header(ElementType::U8, &[9]), b"[[[[[[[[["), "JSON");
     let other = br#"{"format":"zonal solution","format_version":99}"#;
-    check("header.json", with(header(Kind::U8, &[other.len()]), other), "99");
+    check("header.json", with(header(ElementType::U8, &[other.len()]), other), "99");
     let below: Vec<u8> = (0..18).flat_map(|_| (-1.0f64).to_le_bytes()).collect();
-    check("error", with(header(Kind::F64, &[6, 3]), &below), "below 0");
-    let mut negative = scene_header::encode(&solution());
-    negative["report"]["groups"][0]["incident_scale"] = serde_json::json!([1.0, -1.0, 1.0]);
+    check("error", with(header(ElementType::F64, &[6, 3]), &below), "below 0");
+    let mut negative = document(&solution());
+    negative["report"]["light_groups"][0]["incident_scale"] = serde_json::json!([1.0, -1.0, 1.0]);
     let negative = negative.to_string();
-    let text = with(header(Kind::U8, &[negative.len()]), negative.as_bytes());
+    let text = with(header(ElementType::U8, &[negative.len()]), negative.as_bytes());
     check("header.json", text, "incident_scale: a factor is below 0");
     fs::remove_dir_all(&dir).unwrap();
 }
 
-/// Trial of 2026: 148 KB of packed JSON that took 1.4 GB.
+/// 148 KB of packed JSON once took 1.4 GB.
 #[test]
-fn json_that_the_file_does_not_pay_for_is_refused_before_it_is_parsed() {
-    use crate::output::npy::{Kind, header};
+fn json_larger_than_the_file_allows_is_refused_before_it_is_parsed() {
     let dir = folder("bomb");
     let path = dir.join("a.npz");
-    let with = |text: String| [header(Kind::U8, &[text.len()]), text.into_bytes()].concat();
+    let with = |text: String| [header(ElementType::U8, &[text.len()]), text.into_bytes()].concat();
     for (text, says) in [
         (format!("[{}0]", "0,".repeat(3_000_000)), "values, more than"),
         (format!("\"{}\"", "a".repeat(40 << 20)), "bytes, more than"),
     ] {
         write_solution(&path, &solution()).unwrap();
-        exchange(&path, "header.json.npy", &with(text), zip::CompressionMethod::Deflated);
+        replace_entry(&path, "header.json.npy", &with(text), zip::CompressionMethod::Deflated);
         assert!(fs::metadata(&path).unwrap().len() < 1 << 17);
         let e = read_solution(&path).unwrap_err().to_string();
         assert!(e.contains("header.json") && e.contains(says), "{e}");
@@ -321,7 +335,7 @@ fn json_that_the_file_does_not_pay_for_is_refused_before_it_is_parsed() {
 }
 
 #[test]
-fn unknown_errors_survive_the_file() {
+fn unknown_errors_round_trip() {
     let dir = folder("unknown");
     let path = dir.join("a.npz");
     let mut s = solution();
@@ -331,8 +345,8 @@ fn unknown_errors_survive_the_file() {
     fs::remove_dir_all(&dir).unwrap();
 }
 
-#[test]
-fn what_is_warm_round_trips() {
+/// A solution in thermal mode with a discretization error.
+fn thermal_solution() -> Solution {
     let mut s = solution();
     let mut parts = s.scene.into_parts();
     parts.lights.clear();
@@ -340,29 +354,37 @@ fn what_is_warm_round_trips() {
         (x.emission, x.emission_texture, x.reflectance_texture) = ([0.0; 3], None, None);
     });
     parts.panes.iter_mut().for_each(|p| p.emission = [0.0; 3]);
-    let map = parts.voxmap.take().unwrap();
-    let mut warm = Voxmap::new(map.min(), map.cell(), map.dims()).unwrap();
+    let map = parts.voxel_grid.take().unwrap();
+    let mut warm = VoxelGrid::new(map.min(), map.cell(), map.dims()).unwrap();
     for i in 0..map.len() {
-        let known = if i % 2 == 0 { Known::Temperature(300.0 + i as f64) } else { Known::Flux(7.5) };
+        let known = if i % 2 == 0 {
+            ThermalCondition::Temperature(300.0 + i as f64)
+        } else {
+            ThermalCondition::Flux(7.5)
+        };
         warm.set(i, [1.0; 3], [0.5; 3], [0.0; 3], [0.0; 3]);
-        warm.set_heat(i, known, Known::Flux(0.0));
+        warm.set_heat(i, known, ThermalCondition::Flux(0.0));
     }
-    parts.voxmap = Some(warm.seal().unwrap());
-    let surfaces = [Known::Power(-3.5), Known::Temperature(1e3 / 3.0), Known::Flux(0.0)];
+    parts.voxel_grid = Some(warm.seal().unwrap());
+    let surfaces = [
+        ThermalCondition::Power(-3.5),
+        ThermalCondition::Temperature(1e3 / 3.0),
+        ThermalCondition::Flux(0.0),
+    ];
     parts.thermal = Some(Thermal {
-        shares: Shares::Weights {
+        band_fractions: BandFractions::Weights {
             coefficients: [vec![0.5, -1e-4], vec![0.25, 1e-4], vec![0.25]],
             range: [400.0, 2e3],
-            left_out: false,
+            allow_partial: false,
         },
         surfaces: surfaces.into_iter().cycle().take(parts.surfaces.len()).collect(),
-        panes: vec![Known::Temperature(290.0); parts.panes.len()],
+        panes: vec![ThermalCondition::Temperature(290.0); parts.panes.len()],
         surroundings: Some(280.0),
     });
     s.scene = Scene::new(parts).unwrap();
     let n = s.zones.len();
     let list = |x: f64| (0..n).map(|i| x + i as f64).collect::<Vec<_>>();
-    let mut heat = Heat {
+    let mut heat = ThermalFields {
         temperature: list(300.0),
         temperature_error: list(0.1),
         net: list(-2.0),
@@ -371,42 +393,110 @@ fn what_is_warm_round_trips() {
     (heat.temperature[1], heat.temperature_error[1]) = (f64::NAN, f64::NAN);
     s.fields.heat = Some(heat);
     s.groups.clear();
-    let row = |name: &str, temperature| zonal_scene::HeatRow {
+    let row = |name: &str, temperature| HeatRow {
         name: name.into(),
-        kind: zonal_scene::HeatKind::Medium,
+        kind: HeatRowKind::Medium,
         size: 2.0,
         temperature,
         temperature_error: temperature.map(|_| 0.25),
         power: -1.0 / 3.0,
         power_error: 1e-9,
     };
-    s.report.heat = Some(zonal_scene::HeatReport {
+    s.report.heat = Some(HeatReport {
         rows: vec![row("a", None), row("b", Some(431.0))],
         surroundings: 1.5,
-        backs: 0.25,
+        absorbed_backfaces: 0.25,
     });
-    s.report.zoning = Some(zonal_scene::Zoning {
+    s.report.discretization_error = Some(DiscretizationError {
         zones: 7,
         ratio: 1.0 / 3.0 + 1.0,
         heat: vec![[0.0, 1e-3], [0.1, 2.0]],
         energy: s.report.energy.clone(),
         notes: vec!["a pane".into()],
     });
+    s
+}
+
+#[test]
+fn thermal_solutions_round_trip() {
+    let mut s = thermal_solution();
     for unknown in [false, true] {
         if unknown {
-            let zoning = s.report.zoning.as_mut().unwrap();
+            let zoning = s.report.discretization_error.as_mut().unwrap();
             (zoning.zones, zoning.ratio) = (0, f64::INFINITY);
             zoning.heat = vec![[f64::NAN, f64::INFINITY], [f64::INFINITY; 2]];
-            zoning.energy = zoning.energy.compared(&zoning.energy, |_, _| f64::INFINITY);
+            zoning.energy = zoning.energy.zip_map(&zoning.energy, |_, _| f64::INFINITY);
         }
         let path = std::env::temp_dir().join(format!("zonal-warm-{}.npz", std::process::id()));
         write_solution(&path, &s).unwrap();
         let back = read_solution(&path).unwrap();
-        std::fs::remove_file(&path).unwrap();
-        // Not a number is not equal to itself.
+        fs::remove_file(&path).unwrap();
+        // Compare texts, since NaN is not equal to itself.
         assert_eq!(format!("{:?}", s.fields.heat), format!("{:?}", back.fields.heat));
         assert_eq!(format!("{:?}", s.report), format!("{:?}", back.report));
         assert_eq!(format!("{:?}", s.scene), format!("{:?}", back.scene));
         assert_eq!(crate::output::scene_hash(&s.scene), crate::output::scene_hash(&back.scene));
     }
+}
+
+/// Renames the fields of a header to those of format version 5.
+fn former_names(v: &serde_json::Value) -> serde_json::Value {
+    use serde_json::Value;
+    const NAMES: [(&str, &str); 10] = [
+        ("scattering_orders", "sweeps"),
+        ("zone_basis", "thick_zones"),
+        ("absorbed_backfaces", "backs"),
+        ("absorbed_backfaces_W", "backs_W"),
+        ("residual_defect", "after"),
+        ("light_groups", "groups"),
+        ("band_fractions", "shares"),
+        ("allow_partial", "left_out"),
+        ("temperature_discretization_error_K", "temperature_zoning_error_K"),
+        ("net_power_discretization_error_W", "net_power_zoning_error_W"),
+    ];
+    match v {
+        Value::Object(map) => Value::Object(
+            map.iter()
+                .map(|(k, x)| {
+                    let former = NAMES.iter().find(|n| n.0 == k).map_or(k.as_str(), |n| n.1);
+                    let former = match (former, x.is_object()) {
+                        ("discretization_error", true) => "zoning",
+                        ("discretization_error", false) => "zoning_error",
+                        (name, _) => name,
+                    };
+                    (former.to_string(), former_names(x))
+                })
+                .collect(),
+        ),
+        Value::Array(list) => list.iter().map(former_names).collect(),
+        Value::String(s) if s == "max_iterations" => "budget".into(),
+        Value::String(s) if s == "transport_rays" => "rays of views".into(),
+        other => other.clone(),
+    }
+}
+
+#[test]
+fn headers_of_format_version_5_are_read() {
+    let dir = folder("former");
+    let path = dir.join("a.npz");
+    let s = thermal_solution();
+    write_solution(&path, &s).unwrap();
+    let mut old = former_names(&document(&s));
+    old["format_version"] = 5.into();
+    old["provenance"]["scene_hash"] = "d228cb696f1a8caf78912b704e4a8964".into();
+    let text = old.to_string();
+    assert!(text.contains("budget") && text.contains("backs_W") && text.contains("zoning_error_K"), "{text}");
+    let entry = [header(ElementType::U8, &[text.len()]), text.into_bytes()].concat();
+    replace_entry(&path, "header.json.npy", &entry, zip::CompressionMethod::Stored);
+    let back = read_solution(&path).unwrap();
+    assert_eq!(format!("{:?}", s.report), format!("{:?}", back.report));
+    assert_eq!(format!("{:?}", s.scene), format!("{:?}", back.scene));
+    assert_eq!(back.scene_hash, "d228cb696f1a8caf78912b704e4a8964");
+    // Both names at once are an error.
+    old["options"]["scattering_orders"] = 3.into();
+    let text = old.to_string();
+    let entry = [header(ElementType::U8, &[text.len()]), text.into_bytes()].concat();
+    replace_entry(&path, "header.json.npy", &entry, zip::CompressionMethod::Stored);
+    assert!(read_solution(&path).unwrap_err().to_string().contains("duplicate field"));
+    fs::remove_dir_all(&dir).unwrap();
 }

@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# exports.sh ZONAL FOLDER: the demo's solution and a textured room, exported and read by VTK and by the glTF validator.
+source "$(dirname "$0")/common.sh"
+zonal=$1 folder=$2
+
+[ -e "$folder/demo/chapel.npz" ] || "$zonal" demo --size small -o "$folder/demo"
+cat >"$folder/painted.toml" <<-'END'
+	[[surface]]
+	name = "painted"
+	room = { min = [0, 0, 0], max = [2, 3, 1] }
+	texture = "demo/nave.png"
+	[[surface]]
+	name = "lamp"
+	rectangle = { origin = [0.5, 0.5, 0.9], edge1 = [0, 0.5, 0], edge2 = [0.5, 0, 0] }
+	emission = 100
+END
+"$zonal" solve "$folder/painted.toml" -o "$folder/painted.npz"
+"$zonal" export "$folder/painted.npz" -o "$folder/painted.glb" --light-groups
+for extension in glb vtu vti; do
+    "$zonal" export "$folder/demo/chapel.npz" -o "$folder/chapel.$extension"
+done
+.ci/python.sh "numpy vtk" .ci/check_export.py "$folder/demo/chapel.npz" "$folder"/chapel.{vtu,vti,medium.npz}
+if command -v npm >/dev/null && npm install --silent --prefix "$folder/node" gltf-validator@2.0.0-dev.3.10; then
+    NODE_PATH="$folder/node/node_modules" node .ci/check_glb.cjs "$folder"/{chapel,painted}.glb
+else
+    missing "the glTF validator is not available"
+fi

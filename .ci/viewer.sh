@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# viewer.sh ZONAL FOLDER: the page of `zonal view`: its sources, its build, and the page in a browser.
+source "$(dirname "$0")/common.sh"
+zonal=$1 folder=$2
+
+needed=()
+command -v chromium >/dev/null || needed+=(chromium)
+command -v npm >/dev/null || needed+=(nodejs npm)
+if [ ${#needed[@]} -gt 0 ]; then
+    if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null || ! apt-get update -qq ||
+        ! DEBIAN_FRONTEND=noninteractive apt-get install -y -qq "${needed[@]}" >/dev/null; then
+        missing "${needed[*]} is not available"
+        exit
+    fi
+fi
+npm ci --silent --no-audit --no-fund --prefix viewer || { missing "the viewer's npm packages are not available"; exit; }
+[ -e "$folder/demo/chapel.npz" ] || "$zonal" demo --size small -o "$folder/demo"
+npm run --silent --prefix viewer check
+npm test --silent --prefix viewer
+BUILT=$(dirname "$zonal") CHAPEL=$folder/demo/chapel.npz npm run --silent --prefix viewer browser

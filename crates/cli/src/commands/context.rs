@@ -1,0 +1,96 @@
+//! Options of all subcommands, their effect on exit codes, and shared checks of arguments and inputs.
+
+use crate::progress::{ProgressBars, ProgressVisibility};
+use std::path::Path;
+use zonal_report::Failure;
+use zonal_scene::{Diagnostic, Report, SceneError, Solution};
+
+/// Options of all subcommands.
+#[derive(Clone, Copy, Debug)]
+pub struct Context {
+    /// Reports as JSON instead of tables.
+    pub json: bool,
+    /// No progress bars.
+    pub quiet: bool,
+    /// A warning ends with exit code 1.
+    pub strict: bool,
+}
+
+impl Context {
+    /// The progress bars of the command.
+    #[must_use]
+    pub fn progress(self) -> ProgressBars {
+        ProgressBars::new(if self.quiet { ProgressVisibility::Hidden } else { ProgressVisibility::Automatic })
+    }
+
+    /// Fails with exit code 1 if `--strict` is given and a diagnostic is a warning.
+    ///
+    /// # Errors
+    /// The number of warnings, and the first.
+    pub fn check_warnings<'a>(
+        self,
+        diagnostics: impl IntoIterator<Item = &'a Diagnostic>,
+    ) -> Result<(), Failure> {
+        let warnings: Vec<&Diagnostic> = diagnostics.into_iter().filter(|n| n.is_warning()).collect();
+        match warnings.first() {
+            Some(first) if self.strict => {
+                Err(Failure::verdict(format!("{} warning(s) with --strict, first: {first}", warnings.len())))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// [`Context::check_warnings`] of all diagnostics of a report.
+    ///
+    /// # Errors
+    /// As [`Context::check_warnings`].
+    pub fn check_report(self, report: &Report) -> Result<(), Failure> {
+        self.check_warnings(
+            report.warnings.iter().chain(report.discretization_error.iter().flat_map(|z| &z.notes)),
+        )
+    }
+}
+
+/// The memory limit in bytes from `--max-memory` in GB.
+///
+/// # Errors
+/// If the number is not positive and finite.
+pub fn memory_limit(gigabytes: f64) -> Result<u64, Failure> {
+    if gigabytes > 0.0 && gigabytes.is_finite() {
+        return Ok((gigabytes * 1e9) as u64);
+    }
+    Err(Failure::new("--max-memory: give a positive number of gigabytes"))
+}
+
+/// Checks `--tolerance` of a command without a scene option of that name.
+///
+/// # Errors
+/// If the tolerance is not between 0 and 1.
+pub fn check_tolerance(tolerance: f64) -> Result<(), Failure> {
+    if tolerance > 0.0 && tolerance < 1.0 {
+        return Ok(());
+    }
+    Err(Failure::new("--tolerance: give a number between 0 and 1"))
+}
+
+/// The failure of an option of a scene that was set by a flag: the key `solve.zone_basis` is the flag `--zone-basis`.
+#[must_use]
+pub fn option_failure(e: &SceneError) -> Failure {
+    let flag = e.key().strip_prefix("solve.").unwrap_or(e.key()).replace('_', "-");
+    Failure::new(format!("--{flag}: {}", e.message()))
+}
+
+/// Reads a solution of light.
+///
+/// # Errors
+/// If the file is not a solution, or a solution in thermal mode, which has temperatures in place of light.
+pub fn read_light_solution(path: &Path) -> Result<Solution, Failure> {
+    let solution = zonal_io::output::read_solution(path)?;
+    if solution.scene.thermal().is_none() {
+        return Ok(solution);
+    }
+    Err(Failure::in_file(
+        path,
+        "this is a solution of mode = \"thermal\", which has temperatures in place of light; draw it with zonal render --show temperature, or export it as .vtu (walls), .vti (medium) or .csv",
+    ))
+}

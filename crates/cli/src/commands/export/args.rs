@@ -1,0 +1,104 @@
+//! Arguments of `zonal export`.
+
+use clap::ValueEnum;
+use std::path::PathBuf;
+use zonal_io::output::ToneCurve;
+use zonal_report::Failure;
+
+/// Formats by extension.
+const FORMATS: &str = "\
+The extension selects the format:
+  .csv  one line per zone, for spreadsheets
+  .html the page of `zonal view` with its data: one file that opens without a server or a network
+  .glb  the scene with its light baked into vertex colours, for Blender, web viewers and engines; the light of the
+        medium is written beside it, as NAME.medium.npz
+  .vtu  patches and panes with all fields, for ParaView
+  .vti  the medium on its grid with all fields, for ParaView
+docs/how-to/export.md describes the contents and how to open them.";
+
+/// Write a solution for other programs.
+#[derive(clap::Args, Debug)]
+#[command(after_long_help = FORMATS)]
+pub struct Args {
+    /// Solution (.npz).
+    pub run: PathBuf,
+    /// File to write: .csv, .html, .glb, .vtu or .vti.
+    #[arg(long, short, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Settings of the .glb.
+    #[command(flatten)]
+    pub glb: GlbArgs,
+}
+
+/// Settings of the .glb.
+#[derive(clap::Args, Debug, Default, PartialEq)]
+#[command(next_help_heading = "Settings of the .glb")]
+pub struct GlbArgs {
+    /// Quantity of the vertex colours [default: radiosity].
+    #[arg(long, value_name = "QUANTITY")]
+    pub colours: Option<ColourQuantity>,
+    /// Tone curve from exposed light to colour [default: filmic].
+    #[arg(long, value_name = "CURVE")]
+    pub curve: Option<CurveName>,
+    /// Exposure relative to the automatic one, stops, -30 to 30 [default: 0].
+    #[arg(long, allow_hyphen_values = true)]
+    pub stops: Option<f64>,
+    /// Smallest edge that is halved at shadow edges, m [default: a thousandth of the diagonal of the scene].
+    #[arg(long, value_name = "METRES")]
+    pub finest: Option<f64>,
+    /// Largest number of vertices [default: 2000000]. The largest differences of light are refined first.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    pub vertices: Option<u64>,
+    /// Write the irradiance of each light group, W/m2, as vertex attributes _IRRADIANCE_0, _IRRADIANCE_1, …
+    #[arg(long)]
+    pub light_groups: bool,
+}
+
+/// Quantity of the vertex colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ColourQuantity {
+    /// Radiosity: the light that leaves the surfaces.
+    #[default]
+    Radiosity,
+    /// Irradiance: the light that arrives, as on white plaster.
+    Irradiance,
+}
+
+/// Tone curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum CurveName {
+    /// Rolls off highlights, as in pictures.
+    #[default]
+    Filmic,
+    /// Clips at white.
+    Linear,
+}
+
+impl From<CurveName> for ToneCurve {
+    fn from(c: CurveName) -> ToneCurve {
+        match c {
+            CurveName::Filmic => ToneCurve::Filmic,
+            CurveName::Linear => ToneCurve::Linear,
+        }
+    }
+}
+
+impl GlbArgs {
+    /// Refuses settings that are out of range, or that do not apply to a format.
+    ///
+    /// # Errors
+    /// The flag and its range.
+    pub fn check(&self, extension: &str) -> Result<(), Failure> {
+        if extension != "glb" && *self != GlbArgs::default() {
+            let list = "--colours, --curve, --stops, --finest, --vertices and --light-groups";
+            return Err(Failure::new(format!("{list} apply to .glb; leave them out for .{extension}")));
+        }
+        if self.stops.is_some_and(|s| !(s.is_finite() && s.abs() <= 30.0)) {
+            return Err(Failure::new("--stops: give a number between -30 and 30"));
+        }
+        if self.finest.is_some_and(|f| !(f.is_finite() && f > 0.0)) {
+            return Err(Failure::new("--finest: give a length above 0, in metres"));
+        }
+        Ok(())
+    }
+}

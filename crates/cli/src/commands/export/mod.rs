@@ -1,0 +1,106 @@
+//! `zonal export`: writes a solution for other programs, in the format of the extension.
+
+pub mod args;
+mod gltf;
+
+pub use args::Args;
+
+use super::context::{Context, read_light_solution};
+use crate::viewer::package::{PackageDetail, package};
+use crate::viewer::page;
+use serde_json::{Map, Value};
+use std::path::{Path, PathBuf};
+use zonal_io::output;
+use zonal_render::bake::{BakeOptions, bake};
+use zonal_report::{Failure, check_output, say};
+use zonal_scene::Solution;
+
+/// Runs the command.
+///
+/// # Errors
+/// For settings that do not apply, solutions that cannot be read or lack the exported part, and outputs that cannot be written.
+pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
+    check_output(&args.output, &["csv", "html", "glb", "vtu", "vti"])?;
+    let extension =
+        args.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    args.glb.check(&extension)?;
+    let solution = match extension.as_str() {
+        "html" | "glb" => read_light_solution(&args.run)?,
+        _ => output::read_solution(&args.run)?,
+    };
+    let mut exported = ExportedFiles { paths: vec![args.output.clone()], sizes: Map::new() };
+    match extension.as_str() {
+        "csv" => output::write_zones_csv(&args.output, &solution)?,
+        "vtu" => output::write_vtu(&args.output, &solution)?,
+        "vti" => output::write_vti(&args.output, &solution)?,
+        "html" => write_page(args, &solution, context, &mut exported)?,
+        _ => write_glb(args, &solution, context, &mut exported)?,
+    }
+    report(&solution, exported, context)
+}
+
+/// The written files, and their sizes by name (bytes, vertices, triangles).
+struct ExportedFiles {
+    paths: Vec<PathBuf>,
+    sizes: Map<String, Value>,
+}
+
+/// Writes the page of the viewer with its data.
+fn write_page(
+    args: &Args,
+    s: &Solution,
+    context: Context,
+    exported: &mut ExportedFiles,
+) -> Result<(), Failure> {
+    let text = page::single_file(&package(s, &PackageDetail::default(), &context.progress())?);
+    exported.sizes.insert("bytes".into(), text.len().into());
+    Ok(output::write_bytes(&args.output, text.as_bytes())?)
+}
+
+/// Bakes and writes the .glb, and the medium beside it.
+fn write_glb(
+    args: &Args,
+    s: &Solution,
+    context: Context,
+    exported: &mut ExportedFiles,
+) -> Result<(), Failure> {
+    let medium_path = medium_path(&args.output);
+    if s.scene.voxel_grid().is_some() {
+        check_output(&medium_path, &["npz"])?;
+    }
+    let defaults = BakeOptions::default();
+    let options = BakeOptions {
+        min_edge: args.glb.finest,
+        max_vertices: args.glb.vertices.map_or(defaults.max_vertices, |v| v as usize),
+        ..defaults
+    };
+    let baked = bake(s, &options, &context.progress());
+    let model = gltf::model(s, &baked, &args.glb);
+    let (surfaces, panes) = (&baked.surfaces, &baked.panes);
+    exported.sizes.insert("vertices".into(), (surfaces.positions.len() + panes.positions.len()).into());
+    exported.sizes.insert("triangles".into(), (surfaces.triangles.len() + panes.triangles.len()).into());
+    output::write_glb(&args.output, &model)?;
+    if let Some(medium) = &baked.medium {
+        gltf::write_medium(&medium_path, &baked.groups, medium)?;
+        exported.paths.push(medium_path);
+    }
+    Ok(())
+}
+
+/// NAME.glb ↦ NAME.medium.npz.
+fn medium_path(path: &Path) -> PathBuf {
+    path.with_extension("medium.npz")
+}
+
+fn report(s: &Solution, exported: ExportedFiles, context: Context) -> Result<(), Failure> {
+    let ExportedFiles { paths, mut sizes } = exported;
+    let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
+    if context.json {
+        sizes.insert("zones".into(), s.zones.len().into());
+        sizes.insert("written".into(), names[0].clone().into());
+        sizes.insert("beside".into(), names[1..].into());
+        return say(&Value::from(sizes).to_string());
+    }
+    let text = sizes.iter().map(|(k, v)| format!(", {k} {v}")).collect::<String>();
+    say(&format!("{} zones{text} written: {}", s.zones.len(), names.join(", ")))
+}

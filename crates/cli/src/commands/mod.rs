@@ -1,0 +1,116 @@
+//! The subcommands of `zonal`: arguments, dispatch, exit codes.
+//!
+//! Each subcommand is a module with `Args` (the arguments, whose documentation is the text of `--help`) and `run`.
+
+pub mod check;
+pub mod context;
+pub mod demo;
+pub mod exchange;
+pub mod export;
+pub mod factors;
+pub mod former_flags;
+pub mod keys;
+pub mod migrate;
+pub mod relight;
+pub mod render;
+pub mod reproduce;
+pub mod solve;
+pub mod solving;
+pub mod validate;
+pub mod view;
+pub mod voxel_factors;
+
+use clap::{Parser, Subcommand};
+use context::Context;
+use zonal_report::Failure;
+
+/// Radiative exchange between surfaces and participating media by the zonal method.
+///
+/// A scene file (TOML) describes surfaces, media, lights and cameras. `zonal check` validates it, `zonal solve` computes the solution once,
+/// `zonal render` draws it from any camera. Start with `zonal demo`.
+#[derive(Parser, Debug)]
+#[command(name = "zonal", version, about, arg_required_else_help = true)]
+pub struct Cli {
+    /// Subcommand.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Number of threads, 1 to 1024 [default: all cores]. Results are identical to the bit for any number.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Write reports as JSON to standard output.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Hide progress bars. They are always hidden if standard error is not a terminal.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// End with exit code 1 if a report contains a warning. Outputs are written all the same.
+    #[arg(long, global = true)]
+    pub strict: bool,
+}
+
+/// The subcommands.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// Solve and draw a built-in scene with stained glass and dusty air.
+    Demo(demo::Args),
+    /// Validate a scene; count its zones; estimate time and memory of a solve.
+    Check(check::Args),
+    /// Solve a scene and write the solution (.npz).
+    Solve(solve::Args),
+    /// Scale the light groups of a solution without solving again, or list them.
+    Relight(relight::Args),
+    /// Draw a picture from a solution, or the frames of a camera animation.
+    Render(render::Args),
+    /// Show a solution in a browser on this machine.
+    View(view::Args),
+    /// Write a solution for other programs (.csv, .html, .glb, .vtu, .vti).
+    Export(export::Args),
+    /// Write the exchange areas of all pairs of zones of a scene with their error radii (.npz).
+    Exchange(exchange::Args),
+    /// Compute exchange factors of axis-aligned pairs with proved error bounds, from a table to a table (.csv).
+    Factors(factors::Args),
+    /// Replace former keys of a scene file by their present names.
+    Migrate(migrate::Args),
+    /// Print the reference of all keys of scene files.
+    Keys(keys::Args),
+    /// Recompute the figures, tables and claims of the 1996 paper, with plots and a page.
+    Reproduce(reproduce::Args),
+    /// Run the cases with known answers; write verdicts and a page with convergence plots.
+    Validate(validate::Args),
+}
+
+/// Runs a parsed command line.
+///
+/// # Errors
+/// If a thread cannot be started, and as the subcommand.
+pub fn run(cli: Cli) -> Result<(), Failure> {
+    start_threads(cli.threads)?;
+    let context = Context { json: cli.json, quiet: cli.quiet, strict: cli.strict };
+    match cli.command {
+        Command::Demo(a) => demo::run(&a, context),
+        Command::Check(a) => check::run(&a, context),
+        Command::Solve(a) => solve::run(&a, context),
+        Command::Relight(a) => relight::run(&a, context),
+        Command::Render(a) => render::run(&a, context),
+        Command::View(a) => view::run(&a, context),
+        Command::Export(a) => export::run(&a, context),
+        Command::Exchange(a) => exchange::run(&a, context),
+        Command::Factors(a) => factors::run(&a, context),
+        Command::Migrate(a) => migrate::run(&a, context),
+        Command::Keys(a) => keys::run(&a, context),
+        Command::Reproduce(a) => reproduce::run(&a, context),
+        Command::Validate(a) => validate::run(&a, context),
+    }
+}
+
+/// Starts the global pool of threads; an existing pool is kept.
+fn start_threads(threads: Option<u16>) -> Result<(), Failure> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from));
+    match pool.build_global() {
+        // An error without a source reports an existing pool.
+        Err(e) if std::error::Error::source(&e).is_some() => Err(Failure::new(format!(
+            "no threads can be started; allow more memory or fewer threads (--threads) ({e})"
+        ))),
+        _ => Ok(()),
+    }
+}

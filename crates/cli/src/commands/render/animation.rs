@@ -1,0 +1,319 @@
+//! The frames of a camera animation, and a video of them.
+//!
+//! Every frame carries a fingerprint of everything that it depends on; an existing frame with its fingerprint is not drawn again. Lights are scaled in the
+//! solution ([`zonal_solve::relight`]), without a solve.
+
+use super::args::{Args, parse_size, render_options};
+use super::style::PictureStyle;
+use crate::camera_animation::{AnimationFrame, animation_frames};
+use crate::commands::context::{Context, read_light_solution};
+use crate::progress::ProgressBars;
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use zonal_io::input::{self, CameraPath};
+use zonal_io::output::{self, ToneMapping};
+use zonal_math::low_discrepancy;
+use zonal_render::RenderOptions;
+use zonal_report::{Failure, check_output, say};
+use zonal_scene::{Bands, NoProgress, Progress, Solution};
+use zonal_solve::relight;
+
+/// Keyword of the fingerprint in a PNG.
+const FINGERPRINT_KEYWORD: &str = "frame";
+
+/// Width of the pictures for the automatic exposure, pixels.
+const EXPOSURE_PREVIEW_WIDTH: usize = 96;
+/// Largest number of key frames for the automatic exposure.
+const MAX_EXPOSURE_PREVIEWS: usize = 24;
+
+/// A frame with its file.
+struct FrameFile {
+    frame: AnimationFrame,
+    tone: ToneMapping,
+    path: PathBuf,
+    fingerprint: String,
+}
+
+/// Settings of all frames.
+struct FrameSettings {
+    exposure: f64,
+    options: RenderOptions,
+    style: PictureStyle,
+}
+
+/// Draws the frames and the video.
+///
+/// # Errors
+/// As `zonal render`, and for key frames that are not valid.
+pub fn run(args: &Args, path: &Path, context: Context) -> Result<(), Failure> {
+    // Check the arguments, read solution and key frames.
+    let size = parse_size(&args.size)?;
+    let style = PictureStyle::from_args(args)?;
+    check_folder(&args.output)?;
+    let options = render_options(args, size);
+    let solution = read_light_solution(&args.run)?;
+    let keys = read_keys(path, &solution)?;
+    let frames = animation_frames(&keys);
+    for f in &frames {
+        f.camera
+            .check()
+            .map_err(|e| Failure::in_file(path, format!("{e}; move the keys around this time")))?;
+    }
+    // Draw the frames that are missing.
+    let exposure = keys.exposure.map_or_else(|| common_exposure(&solution, &keys, &options), Ok)?;
+    std::fs::create_dir_all(&args.output).map_err(|e| {
+        Failure::new(format!("{}: the folder cannot be created ({e}); choose another", args.output.display()))
+    })?;
+    let settings = FrameSettings { exposure, options, style };
+    let files = frame_files(frames, &solution, &settings, &args.output);
+    let drawn = draw_missing(&solution, &files, &settings, &context.progress())?;
+    output::remove_stale_temporaries(&args.output);
+    // Encode the video.
+    let video = encode_video(&args.output, keys.frames_per_second, files.len());
+    let summary = AnimationSummary { size, exposure, frames: files.len(), drawn, video };
+    if context.json { summary.print_json(args) } else { summary.print_text(args) }
+}
+
+/// Result of an animation.
+struct AnimationSummary {
+    size: (usize, usize),
+    exposure: f64,
+    frames: usize,
+    drawn: DrawnFrames,
+    /// The video; none of a single frame; the reason and the command if it could not be encoded.
+    video: Result<Option<PathBuf>, String>,
+}
+
+impl AnimationSummary {
+    fn print_json(&self, args: &Args) -> Result<(), Failure> {
+        let (width, height) = self.size;
+        let video = self.video.as_ref().ok().and_then(|v| v.as_ref());
+        let json = serde_json::json!({
+            "frames": self.frames, "drawn": self.drawn.frames, "width": width, "height": height, "samples": args.samples,
+            "exposure": self.exposure, "clipped": self.drawn.clipped, "written": args.output.display().to_string(),
+            "video": video.map(|v| v.display().to_string()),
+        });
+        say(&json.to_string())
+    }
+    fn print_text(&self, args: &Args) -> Result<(), Failure> {
+        let ((width, height), folder) = (self.size, args.output.display());
+        let (frames, exposure) = (self.frames, self.exposure);
+        say(&format!("{folder}: {frames} frames of {width}×{height}, exposure {exposure:.4e}"))?;
+        let existing = frames - self.drawn.frames;
+        if existing > 0 {
+            say(&format!("{existing} of them existed already; delete a frame to draw it again"))?;
+        }
+        match &self.video {
+            Ok(Some(v)) => say(&format!("video written: {}", v.display())),
+            Ok(None) => Ok(()),
+            Err(reason) => say(reason),
+        }
+    }
+}
+
+/// Refuses a folder that cannot be created or written, before any work.
+fn check_folder(path: &Path) -> Result<(), Failure> {
+    if path.exists() && !path.is_dir() {
+        let reason = "is a file; with --animate name a folder for the frames";
+        return Err(Failure::new(format!("{}: {reason}", path.display())));
+    }
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    if ["png", "exr", "mp4"].contains(&extension.as_str()) {
+        let reason = "with --animate the output is a folder for the frames; name one without this extension";
+        return Err(Failure::new(format!("{}: {reason}", path.display())));
+    }
+    let inside = if path.is_dir() { path.join("frame.png") } else { path.with_extension("png") };
+    check_output(&inside, &["png"])
+}
+
+/// The key frames, with a focus distance at every key, and lights that exist.
+fn read_keys(path: &Path, solution: &Solution) -> Result<CameraPath, Failure> {
+    let groups: Vec<&str> = solution.groups.iter().map(|g| g.name.as_str()).collect();
+    let mut keys = input::read_camera_path(path, solution.scene.cameras(), &groups)?;
+    for key in &keys.keys {
+        let scaled = scaled_groups(solution, &key.lights);
+        if !scaled.is_empty() {
+            let at = |e| Failure::in_file(path, format!("{}.lights: {e}", key.camera.name));
+            relight::check(&solution.groups, &scaled).map_err(at)?;
+        }
+    }
+    if keys.keys.iter().any(|k| k.camera.lens.aperture > 0.0) {
+        let cameras: Vec<_> = keys.keys.iter().map(|k| k.camera.clone()).collect();
+        let seen = zonal_render::focus_distances(solution, &cameras);
+        for (key, distance) in keys.keys.iter_mut().zip(seen) {
+            let c = &mut key.camera;
+            c.lens.focus = c.lens.focus.or(distance).or(Some((c.target - c.origin).length()));
+        }
+    }
+    Ok(keys)
+}
+
+/// The light groups with a factor other than 1, with their factors.
+fn scaled_groups(solution: &Solution, lights: &[Bands]) -> Vec<(String, Bands)> {
+    let scaled = solution.groups.iter().zip(lights).filter(|(_, f)| **f != [1.0; 3]);
+    scaled.map(|(g, f)| (g.name.clone(), *f)).collect()
+}
+
+/// The solution with its light groups scaled.
+fn relit<'a>(solution: &'a Solution, lights: &[Bands]) -> Result<Cow<'a, Solution>, Failure> {
+    let scaled = scaled_groups(solution, lights);
+    if scaled.is_empty() {
+        return Ok(Cow::Borrowed(solution));
+    }
+    Ok(Cow::Owned(relight::relight(solution.clone(), &scaled)?))
+}
+
+/// The automatic exposure of all frames: the lower median of the exposures of small pictures at the keys, black ones excluded.
+fn common_exposure(solution: &Solution, keys: &CameraPath, options: &RenderOptions) -> Result<f64, Failure> {
+    let height = (EXPOSURE_PREVIEW_WIDTH * options.height)
+        .div_ceil(options.width)
+        .clamp(1, 4 * EXPOSURE_PREVIEW_WIDTH);
+    let small = RenderOptions { width: EXPOSURE_PREVIEW_WIDTH, height, samples: 1, ..options.clone() };
+    let step = keys.keys.len().div_ceil(MAX_EXPOSURE_PREVIEWS);
+    let mut exposures = Vec::new();
+    for key in keys.keys.iter().step_by(step) {
+        let lit = relit(solution, &key.lights)?;
+        let image = zonal_render::render(&lit, &key.camera, &small, &NoProgress);
+        if image.pixels.iter().flatten().any(|x| *x > 0.0) {
+            exposures.push(output::auto_exposure(&image.pixels));
+        }
+    }
+    exposures.sort_by(f64::total_cmp);
+    Ok(exposures.get(exposures.len().saturating_sub(1) / 2).copied().unwrap_or(1.0))
+}
+
+/// Files and fingerprints of the frames.
+fn frame_files(
+    frames: Vec<AnimationFrame>,
+    solution: &Solution,
+    settings: &FrameSettings,
+    folder: &Path,
+) -> Vec<FrameFile> {
+    let FrameSettings { exposure, options, style } = settings;
+    let file = |(i, frame): (usize, AnimationFrame)| {
+        let tone = style.tone_mapping(exposure * frame.stops.exp2());
+        let text = format!(
+            "{} {frame:?} {tone:?} {options:?} {style:?} {}",
+            solution.scene_hash,
+            env!("CARGO_PKG_VERSION")
+        );
+        let path = folder.join(format!("frame-{:05}.png", i + 1));
+        FrameFile { frame, tone, path, fingerprint: fingerprint(&text) }
+    };
+    frames.into_iter().enumerate().map(file).collect()
+}
+
+/// A hash of a text, 16 hexadecimal digits.
+fn fingerprint(text: &str) -> String {
+    format!("{:016x}", text.bytes().fold(0, |h, b| low_discrepancy::split_mix64(h ^ b as u64)))
+}
+
+/// Counts of the frames that were drawn.
+#[derive(Default)]
+struct DrawnFrames {
+    frames: usize,
+    clipped: usize,
+}
+
+/// Draws the missing frames, those with the same light groups together.
+fn draw_missing(
+    solution: &Solution,
+    files: &[FrameFile],
+    settings: &FrameSettings,
+    progress: &ProgressBars,
+) -> Result<DrawnFrames, Failure> {
+    let FrameSettings { options, style, .. } = settings;
+    let is_missing = |f: &&FrameFile| {
+        output::read_png_text(&f.path, FINGERPRINT_KEYWORD).as_deref() != Some(f.fingerprint.as_str())
+    };
+    let missing: Vec<&FrameFile> = files.par_iter().filter(is_missing).collect();
+    progress.begin("frames", (missing.len() * options.height) as u64);
+    let mut drawn = DrawnFrames::default();
+    for same in missing.chunk_by(|a, b| a.frame.lights == b.frame.lights) {
+        let lit = relit(solution, &same[0].frame.lights)?;
+        let cameras: Vec<_> = same.iter().map(|f| f.frame.camera.clone()).collect();
+        zonal_render::render_each(&lit, &cameras, options, &RowsOfAllFrames(progress), |i, image| {
+            let (f, image) = (same[i], style.with_bloom(image));
+            drawn.frames += 1;
+            drawn.clipped += f.tone.count_clipped(&image.pixels);
+            let size = (image.width, image.height);
+            let text = [(FINGERPRINT_KEYWORD, f.fingerprint.as_str())];
+            output::write_png_with_text(&f.path, size, &image.pixels, &f.tone, &text)
+        })?;
+    }
+    progress.end();
+    Ok(drawn)
+}
+
+/// One progress bar for the rows of all frames.
+struct RowsOfAllFrames<'a>(&'a ProgressBars);
+
+impl Progress for RowsOfAllFrames<'_> {
+    fn begin(&self, _: &str, _: u64) {}
+    fn advance(&self, steps: u64) {
+        self.0.advance(steps);
+    }
+    fn end(&self) {}
+}
+
+/// Options of ffmpeg for the input: errors only, overwrite, frames by number.
+fn ffmpeg_input<'a>(rate: &'a str, frames: &'a str) -> [&'a str; 9] {
+    ["-v", "error", "-y", "-framerate", rate, "-i", "frame-%05d.png", "-frames:v", frames]
+}
+
+/// Options of ffmpeg for the output: even sides, H.264, and the colour matrix that players assume for high definition.
+const FFMPEG_OUTPUT: [&str; 16] = [
+    "-vf",
+    "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv",
+    "-c:v",
+    "libx264",
+    "-crf",
+    "17",
+    "-pix_fmt",
+    "yuv420p",
+    "-movflags",
+    "+faststart",
+    "-colorspace",
+    "bt709",
+    "-color_primaries",
+    "bt709",
+    "-color_trc",
+    "iec61966-2-1",
+];
+
+/// Encodes a video of the frames with ffmpeg; none of a single frame. An error is the reason, and the command to run.
+fn encode_video(folder: &Path, rate: f64, frames: usize) -> Result<Option<PathBuf>, String> {
+    if frames < 2 {
+        return Ok(None);
+    }
+    let (rate, frames) = (rate.to_string(), frames.to_string());
+    let arguments = |name: &'static str| -> Vec<&str> {
+        [ffmpeg_input(&rate, &frames).as_slice(), &FFMPEG_OUTPUT, &[name]].concat()
+    };
+    // Encode under a temporary name, which becomes the name of the video on success.
+    let partial = ".animation.partial.mp4";
+    let run =
+        Command::new("ffmpeg").args(arguments(partial)).current_dir(folder).stdin(Stdio::null()).output();
+    let reason = match run {
+        Ok(o) if o.status.success() => {
+            match std::fs::rename(folder.join(partial), folder.join("animation.mp4")) {
+                Ok(()) => return Ok(Some(folder.join("animation.mp4"))),
+                Err(e) => format!("the video cannot be written ({e})"),
+            }
+        }
+        Ok(o) => {
+            let message = String::from_utf8_lossy(&o.stderr);
+            format!("ffmpeg failed ({})", message.lines().next_back().unwrap_or("no reason given"))
+        }
+        Err(_) => "no video: ffmpeg is not installed".into(),
+    };
+    let _ = std::fs::remove_file(folder.join(partial));
+    let words = arguments("animation.mp4")
+        .iter()
+        .map(|w| if w.contains('(') { format!("'{w}'") } else { w.to_string() })
+        .collect::<Vec<_>>()
+        .join(" ");
+    Err(format!("{reason}; to encode one, install it and run in {}: ffmpeg {words}", folder.display()))
+}

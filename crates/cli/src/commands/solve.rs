@@ -1,0 +1,169 @@
+//! `zonal solve`: reads a scene, solves it, writes the solution.
+
+use super::context::{Context, memory_limit, option_failure};
+use super::solving::{checkpoint_keys, path_beside, solve_and_hash};
+use super::voxel_factors::VoxelFactors;
+use crate::table;
+use std::path::PathBuf;
+use zonal_io::output::{self, CheckpointFolder, CheckpointState};
+use zonal_report::{Failure, check_output, note, say};
+use zonal_scene::{CheckpointStore, Engine, LightGrouping, NoCheckpoints, Scene, Solution, ZoneBasis};
+use zonal_solve::SolveSettings;
+
+/// Solve a scene and write the solution.
+///
+/// The report gives the engine, counts, the energy balance, and the estimated errors. Options override the keys of the section `solve` of the scene.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Scene file (.toml).
+    pub scene: PathBuf,
+    /// Solution to write (.npz). numpy.load opens it.
+    #[arg(long, short, value_name = "RUN.npz")]
+    pub output: PathBuf,
+    /// Relative tolerance of the exchange areas, 0 < T < 1 [default: that of the scene, else 0.01].
+    #[arg(long, value_name = "T")]
+    pub tolerance: Option<f64>,
+    /// Closure of the row sums of the exchange areas [default: that of the scene, else restore in thermal mode and measure in light mode].
+    #[arg(long, value_name = "MODE")]
+    pub closure: Option<ClosureMode>,
+    /// Formula of the exchange factor of two voxels; those of the paper serve comparisons.
+    #[arg(long, value_enum, default_value_t = VoxelFactors::Exact, value_name = "FORMULA")]
+    pub factors: VoxelFactors,
+    /// Memory limit, GB: of the exchange areas with the dense engine, of the whole solve with the others. Less memory means fewer rays and larger errors.
+    #[arg(long, default_value_t = 12.0, value_name = "GB")]
+    pub max_memory: f64,
+    /// Representation of the exchange between zones [default: that of the scene, else auto].
+    #[arg(long, value_enum)]
+    pub engine: Option<Engine>,
+    /// Lights that are solved separately, so that `zonal relight` can scale them [default: that of the scene, else auto].
+    #[arg(long, value_enum, alias = "groups", value_name = "GROUPING")]
+    pub light_groups: Option<LightGrouping>,
+    /// Basis of the radiosity inside a zone [default: that of the scene, else auto].
+    #[arg(long, value_enum, alias = "thick-zones", value_name = "BASIS")]
+    pub zone_basis: Option<ZoneBasis>,
+    /// Estimate the discretization error by a second solve on zones of another size [default: that of the scene, else true in thermal mode].
+    #[arg(long, alias = "zoning-error", value_name = "BOOL")]
+    pub discretization_error: Option<bool>,
+    /// Stop after N orders of scattering and reflection: N terms of the Neumann series in place of the iterative solver [default: that of the scene, else
+    /// the solver].
+    #[arg(long, alias = "sweeps", value_name = "N")]
+    pub scattering_orders: Option<usize>,
+    /// Keep finished stages in a folder during the solve [default folder: OUTPUT.checkpoint]. It is removed when the solution is written.
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1)]
+    pub checkpoint: Option<Option<PathBuf>>,
+    /// Resume from the checkpoint of an interrupted solve of the same scene; without a checkpoint, start from the beginning.
+    #[arg(long)]
+    pub resume: bool,
+    /// Keep the exchange factors in the folder OUTPUT.factors, so that `zonal relight` can change reflectances and albedo.
+    #[arg(long)]
+    pub keep_factors: bool,
+}
+
+/// Treatment of the closure defect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum ClosureMode {
+    /// Report the defects of the row sums.
+    Measure,
+    /// Scale the exchange areas symmetrically, surroundings included, until their row sums close; report the largest change.
+    Restore,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// For options and scenes that are not valid, solves that are refused, and outputs that cannot be written.
+pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
+    // Check the arguments and read the scene.
+    check_output(&args.output, &["npz"])?;
+    let memory_limit = memory_limit(args.max_memory)?;
+    let scene = zonal_io::input::read_scene(&args.scene)?;
+    let scene = with_options(scene, args)?;
+    let uses_checkpoint = args.checkpoint.is_some() || args.resume || args.keep_factors;
+    let folder = if uses_checkpoint { Some(open_checkpoint(&scene, args)?) } else { None };
+    // Solve it.
+    let progress = context.progress();
+    let settings = SolveSettings {
+        pair_settings: args.factors.pair_settings(),
+        checkpoints: folder.as_ref().map_or(&NoCheckpoints, |f| f as &dyn CheckpointStore),
+        ..SolveSettings::new(memory_limit, &progress)
+    };
+    let solution = solve_and_hash(scene, &settings).map_err(|e| {
+        // A refused solve leaves nothing to resume.
+        folder.iter().for_each(CheckpointFolder::remove);
+        Failure::in_file(&args.scene, e)
+    })?;
+    // Write the solution, then remove the checkpoint.
+    output::write_solution(&args.output, &solution)?;
+    if let Some(folder) = folder {
+        close_checkpoint(folder, args)?;
+    }
+    print_report(args, &solution, context)?;
+    context.check_report(&solution.report)
+}
+
+/// The scene with the options of the command line.
+fn with_options(scene: Scene, args: &Args) -> Result<Scene, Failure> {
+    let mut o = scene.options().clone();
+    o.tolerance = args.tolerance.unwrap_or(o.tolerance);
+    o.restore_closure = args.closure.map(|c| c == ClosureMode::Restore).or(o.restore_closure);
+    o.engine = args.engine.unwrap_or(o.engine);
+    o.light_grouping = args.light_groups.unwrap_or(o.light_grouping);
+    o.zone_basis = args.zone_basis.unwrap_or(o.zone_basis);
+    o.discretization_error = args.discretization_error.or(o.discretization_error);
+    o.scattering_orders = args.scattering_orders.or(o.scattering_orders);
+    scene.with_options(o).map_err(|e| option_failure(&e))
+}
+
+/// The folder of the checkpoint: with its stages if `--resume` is given and they belong to this scene, else empty.
+fn open_checkpoint(scene: &Scene, args: &Args) -> Result<CheckpointFolder, Failure> {
+    let named = args.checkpoint.clone().flatten();
+    let path = named.unwrap_or_else(|| path_beside(&args.output, "checkpoint"));
+    let folder = CheckpointFolder::new(&path, checkpoint_keys(scene, args.factors.pair_settings()));
+    match folder.state() {
+        CheckpointState::Same if args.resume => {}
+        CheckpointState::Other if args.resume => {
+            note(&format!(
+                "{}: this checkpoint belongs to another scene, other options or another version; starting from the beginning",
+                path.display()
+            ));
+            folder.remove();
+        }
+        _ => folder.remove(),
+    }
+    folder.begin()?;
+    Ok(folder)
+}
+
+/// Removes a checkpoint after the solve, or keeps its factors.
+fn close_checkpoint(folder: CheckpointFolder, args: &Args) -> Result<(), Failure> {
+    if let Some(e) = folder.failure() {
+        note(&format!("the checkpoint could not be written: {e}"));
+    }
+    if args.keep_factors {
+        return Ok(folder.keep_factors(&path_beside(&args.output, "factors"))?);
+    }
+    folder.remove();
+    Ok(())
+}
+
+/// Prints the report, and a command to draw the solution.
+fn print_report(args: &Args, solution: &Solution, context: Context) -> Result<(), Failure> {
+    if context.json {
+        return say(&format!("{:#}", output::report_json(solution)));
+    }
+    let run = args.output.display();
+    say(table::report(solution).trim_end())?;
+    say(&format!("written: {run}"))?;
+    let scene = &solution.scene;
+    if scene.thermal().is_some() {
+        let (low, high) = scene.bounds();
+        let has_only_medium = solution.zones.patches.is_empty() && solution.zones.panes.is_empty();
+        let slice =
+            if has_only_medium { format!(" --slice z={}", 0.5 * (low.z + high.z)) } else { String::new() };
+        return say(&format!("next: zonal render {run} --show temperature{slice} -o walls.png"));
+    }
+    match scene.cameras().first() {
+        Some(c) => say(&format!("next: zonal render {run} --camera {} -o picture.png", c.name)),
+        None => Ok(()),
+    }
+}

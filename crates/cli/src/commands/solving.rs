@@ -1,0 +1,34 @@
+//! Solves of scenes with the identity that files keep: the hash of the scene, and the keys of checkpoints.
+
+use std::path::{Path, PathBuf};
+use zonal_exchange::pair::PairSettings;
+use zonal_io::output::{self, CheckpointKeys};
+use zonal_report::Failure;
+use zonal_scene::{Scene, Solution};
+use zonal_solve::SolveSettings;
+
+/// Solves a scene and sets the hash of the scene in the solution.
+///
+/// # Errors
+/// As [`zonal_solve::solve_with_settings`].
+pub fn solve_and_hash(scene: Scene, settings: &SolveSettings) -> Result<Solution, Failure> {
+    let mut solution = zonal_solve::solve_with_settings(scene, settings)?;
+    solution.scene_hash = output::scene_hash(&solution.scene);
+    Ok(solution)
+}
+
+/// Identity of the stages of a scene in a checkpoint: version of the program, hash of the scene, formula of voxel pairs.
+#[must_use]
+pub fn checkpoint_keys(scene: &Scene, settings: PairSettings) -> CheckpointKeys {
+    let factors = settings.volume_factors.map_or("Exact", |m| m.name());
+    let key = |hash: String| format!("zonal {} {hash} {factors}", env!("CARGO_PKG_VERSION"));
+    CheckpointKeys { whole: key(output::scene_hash(scene)), factors: key(output::factors_hash(scene)) }
+}
+
+/// The path `OUTPUT.extension` beside an output.
+#[must_use]
+pub fn path_beside(output: &Path, extension: &str) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(format!(".{extension}"));
+    PathBuf::from(name)
+}

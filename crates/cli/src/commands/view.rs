@@ -1,0 +1,97 @@
+//! `zonal view`: shows a solution in the browser.
+
+use super::context::{Context, read_light_solution};
+use crate::viewer::package::{PackageDetail, package};
+use crate::viewer::page;
+use crate::viewer::server::{Route, Server};
+use std::io::ErrorKind;
+use std::path::PathBuf;
+use zonal_report::{Failure, say};
+
+/// Show a solution in a browser on this machine.
+///
+/// Bakes the solution onto triangles and serves a page that draws it with WebGL 2: walk or orbit, scale lights and exposure, probe values under the
+/// pointer, show irradiance, radiosity and error in false colours. The server listens on the loopback address only; Ctrl-C ends it.
+/// `zonal export RUN.npz -o page.html` writes the same page as one file that needs no server.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Example:\n  zonal demo --size small\n  zonal view zonal-demo/chapel.npz --open")]
+pub struct Args {
+    /// Solution (.npz).
+    pub run: PathBuf,
+    /// Port on the loopback address; 0 takes any free port [default: 8765, or any free port if that is taken].
+    #[arg(long)]
+    pub port: Option<u16>,
+    /// Open the page in the browser.
+    #[arg(long)]
+    pub open: bool,
+    /// Largest number of vertices on surfaces: fewer load faster, more show finer shadows.
+    #[arg(long, value_name = "N", default_value_t = PackageDetail::default().max_vertices as u32, value_parser = clap::value_parser!(u32).range(1000..=8_000_000))]
+    pub vertices: u32,
+}
+
+/// Port if none is given.
+const DEFAULT_PORT: u16 = 8765;
+
+/// Runs the command until Ctrl-C.
+///
+/// # Errors
+/// If the solution cannot be read or the port is taken.
+pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
+    let solution = read_light_solution(&args.run)?;
+    let detail = PackageDetail { max_vertices: args.vertices as usize };
+    let bytes = package(&solution, &detail, &context.progress())?;
+    let size = bytes.len();
+    let server = bind(args.port, page::routes(bytes))?;
+    ctrlc::set_handler(server.stopper())
+        .map_err(|e| Failure::new(format!("the handler of Ctrl-C cannot be installed ({e})")))?;
+    let url = format!("http://{}/", server.address());
+    if context.json {
+        say(&serde_json::json!({ "url": url, "zones": solution.zones.len(), "bytes": size }).to_string())?;
+    } else {
+        say(&format!(
+            "{}: {} zones, {:.1} MB: {url}\nCtrl-C ends the server",
+            solution.scene.name(),
+            solution.zones.len(),
+            size as f64 / 1e6
+        ))?;
+    }
+    drop(solution);
+    if args.open {
+        open_browser(&url);
+    }
+    server.run();
+    if context.json { Ok(()) } else { say("stopped") }
+}
+
+/// Listens on the given port; without one on the default port, or on any free port.
+fn bind(port: Option<u16>, routes: Vec<Route>) -> Result<Server, Failure> {
+    let bound = match port {
+        Some(p) => Server::bind(p, routes),
+        None => Server::bind(DEFAULT_PORT, routes.clone()).or_else(|_| Server::bind(0, routes)),
+    };
+    bound.map_err(|e| {
+        let p = port.unwrap_or(0);
+        let why = match e.kind() {
+            ErrorKind::AddrInUse => "the port is in use".to_string(),
+            _ => e.to_string(),
+        };
+        Failure::new(format!("--port {p}: {why}; give another port, or 0 for any free one"))
+    })
+}
+
+/// Opens the page in the default browser. A failure is ignored, since the address is printed.
+fn open_browser(url: &str) {
+    let (program, first): (&str, &[&str]) = match std::env::consts::OS {
+        "macos" => ("open", &[]),
+        "windows" => ("cmd", &["/C", "start", ""]),
+        _ => ("xdg-open", &[]),
+    };
+    let null = std::process::Stdio::null;
+    let _ = std::process::Command::new(program)
+        .args(first)
+        .arg(url)
+        .stdin(null())
+        .stdout(null())
+        .stderr(null())
+        .spawn();
+}

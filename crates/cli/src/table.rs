@@ -1,0 +1,267 @@
+//! Reports as text tables.
+
+use std::fmt::Write;
+use zonal_scene::{
+    Bands, Diagnostic, DiscretizationError, EnergyBalance, HeatReport, HeatRowKind, Report, Solution, bands,
+};
+
+/// Largest number of parts in the table of heat.
+const MAX_HEAT_ROWS: usize = 40;
+/// Largest number of surfaces in the energy balance.
+const MAX_SURFACE_ROWS: usize = 12;
+
+/// The report of a solution: counts, energy balance, engine, errors, closure, status of the iteration, diagnostics.
+#[must_use]
+pub fn report(s: &Solution) -> String {
+    let mut out = String::new();
+    counts(&mut out, &s.report);
+    match &s.report.heat {
+        Some(heat) => self::heat(&mut out, heat, s.report.discretization_error.as_ref()),
+        None => energy_balance(&mut out, &s.report),
+    }
+    if s.groups.len() > 1 {
+        out += &light_groups(s);
+    }
+    quality(&mut out, s);
+    for d in diagnostics(&s.report) {
+        let _ = writeln!(out, "  {}", d.line());
+    }
+    out
+}
+
+/// The light groups with their power.
+#[must_use]
+pub fn light_groups(s: &Solution) -> String {
+    let mut out = String::from("light groups (emitted power, W)\n");
+    for g in &s.groups {
+        let e = &g.energy;
+        band_row(&mut out, &g.name, bands(|b| e.emitted[b] + e.incoming[b]));
+    }
+    out
+}
+
+/// A number with enough digits for a table.
+#[must_use]
+pub fn number(x: f64) -> String {
+    if x == 0.0 {
+        "0".into()
+    } else if !x.is_finite() {
+        "unknown".into()
+    } else if (1e-3..1e5).contains(&x.abs()) {
+        format!("{x:.4}").trim_end_matches('0').trim_end_matches('.').to_string()
+    } else {
+        format!("{x:.2e}")
+    }
+}
+
+fn counts(out: &mut String, r: &Report) {
+    let _ = writeln!(out, "counts");
+    for (name, count) in r.counts.iter().filter(|c| c.1 > 0) {
+        let _ = writeln!(out, "  {name:<34}{:>12}", thousands(*count));
+    }
+}
+
+/// Engine, errors, closure, status of the iteration.
+fn quality(out: &mut String, s: &Solution) {
+    let r = &s.report;
+    let _ = writeln!(out, "quality");
+    let _ = writeln!(out, "  {:<34}{:>12}", "engine", format!("{} ({})", r.engine, r.reason));
+    if !s.zones.patches.is_empty() {
+        band_row(out, "estimated error of H, relative", r.estimate.patches);
+    }
+    if s.zones.len() > s.zones.patches.len() {
+        band_row(out, "estimated error of G, relative", r.estimate.volumes);
+    }
+    let _ = writeln!(out, "  {:<34}{:>12}", "grade of the estimate", r.estimate.grade.name());
+    let c = &r.closure;
+    band_row(out, "closure, largest defect", c.worst);
+    band_row(out, "closure, rms defect", c.rms);
+    if c.restored {
+        band_row(out, "closure, largest change", c.largest_change);
+        band_row(out, "closure, residual defect", c.residual_defect);
+    }
+    for (band, (status, history)) in r.status.iter().zip(&r.residuals).enumerate() {
+        let last = history.last().copied().unwrap_or(0.0);
+        let iterations = history.len().max(1) - 1;
+        let text = format!("{} after {iterations} iterations, residual {}", status.name(), number(last));
+        let _ = writeln!(out, "  {:<34}{text:>12}", format!("solver, band {band}"));
+    }
+    let _ = writeln!(out, "  {:<34}{:>12}", "grade of the exchange areas", r.grade.name());
+}
+
+/// Diagnostics of the solve, and of the second solve for the discretization error.
+fn diagnostics(r: &Report) -> impl Iterator<Item = &Diagnostic> {
+    r.warnings.iter().chain(r.discretization_error.iter().flat_map(|z| &z.notes))
+}
+
+/// Temperatures and net powers by part, and their balance. Errors are the sum of exchange error and discretization error; without the latter the heading
+/// says so.
+fn heat(out: &mut String, r: &HeatReport, discretization: Option<&DiscretizationError>) {
+    let restriction = if discretization.is_none() { "; ± of the exchange only" } else { "" };
+    let _ = writeln!(out, "net power by part (temperature: fourth root of the mean of T^4{restriction})");
+    let _ = writeln!(
+        out,
+        "  {:<26}{:>14}{:>20}{:>30}{:>28}",
+        "", "size", "temperature, K", "net flux", "net power, W"
+    );
+    for i in 0..r.rows.len().min(MAX_HEAT_ROWS) {
+        let discretization_errors = match discretization {
+            Some(z) => z.heat.get(i).copied().unwrap_or([f64::INFINITY; 2]),
+            None => [0.0; 2],
+        };
+        heat_row(out, r, i, discretization_errors);
+    }
+    if r.rows.len() > MAX_HEAT_ROWS {
+        let rest: f64 = r.rows[MAX_HEAT_ROWS..].iter().map(|x| x.power).sum();
+        let name = format!("{} more", r.rows.len() - MAX_HEAT_ROWS);
+        let _ = writeln!(out, "  {name:<90}{:>28}", large_number(rest));
+    }
+    for (name, power) in [
+        ("from the surroundings, less escaped power", r.surroundings),
+        ("absorbed by backfaces", -r.absorbed_backfaces),
+        ("balance", r.balance()),
+    ] {
+        let _ = writeln!(out, "  {name:<90}{:>28}", large_number(power));
+    }
+    let largest = r.rows.iter().fold(0.0f64, |m, x| m.max(x.power_error));
+    let largest =
+        if largest.is_finite() { format!("up to {} W", two_digits(largest)) } else { "unknown".into() };
+    let _ = match discretization {
+        Some(z) => writeln!(out, "  errors: {} plus exchange error ({largest})", discretization_text(z)),
+        None => writeln!(out, "  errors: exchange error only; the discretization error was not requested"),
+    };
+}
+
+/// One part: size, temperature, net flux and net power; `temperature_error` in K and `power_error` in W of the discretization.
+fn heat_row(out: &mut String, r: &HeatReport, row: usize, [temperature_error, power_error]: [f64; 2]) {
+    let x = &r.rows[row];
+    let unit = if x.kind == HeatRowKind::Surface { "2" } else { "3" };
+    let temperature =
+        |t| value_with_error(t, x.temperature_error.unwrap_or(f64::INFINITY) + temperature_error);
+    let power = x.power_error + power_error;
+    let _ = writeln!(
+        out,
+        "  {:<26}{:>14}{:>20}{:>30}{:>28}",
+        x.name,
+        format!("{} m{unit}", number(x.size)),
+        x.temperature.map_or("undefined".into(), temperature),
+        format!("{} W/m{unit}", value_with_error(x.over_size(x.power), x.over_size(power))),
+        value_with_error(x.power, power)
+    );
+}
+
+/// Origin of the discretization error.
+fn discretization_text(z: &DiscretizationError) -> String {
+    if z.zones == 0 {
+        return "discretization error (unknown)".into();
+    }
+    let zones = thousands(z.zones as u64);
+    format!("discretization error (from {zones} zones of another size, ratio {:.2})", z.ratio)
+}
+
+/// The energy balance of light; the error of each power is exchange error plus discretization error, if known.
+fn energy_balance(out: &mut String, r: &Report) {
+    let _ = writeln!(out, "power (W)");
+    let exchange = r.energy_error.clone();
+    let errors = match &r.discretization_error {
+        Some(z) => exchange.zip_map(&z.energy, |a, b| a + b),
+        None => exchange,
+    };
+    powers(out, &r.energy, &errors);
+    band_row(out, "residual, relative", r.energy.residual);
+    let _ = match &r.discretization_error {
+        Some(z) => writeln!(out, "  errors: {} plus exchange error", discretization_text(z)),
+        None => writeln!(
+            out,
+            "  errors: exchange error only; the discretization error was not requested (--discretization-error true)"
+        ),
+    };
+}
+
+fn powers(out: &mut String, v: &EnergyBalance, e: &EnergyBalance) {
+    let plus = |a: Bands, b: Bands| bands(|k| a[k] + b[k]);
+    band_row_with_errors(out, "emitted", v.emitted, e.emitted);
+    band_row_with_errors(out, "incoming", v.incoming, e.incoming);
+    let errors = |k: usize| e.absorbed_surfaces.get(k).map_or([f64::INFINITY; 3], |x| x.1);
+    for (k, (name, power)) in v.absorbed_surfaces.iter().enumerate().take(MAX_SURFACE_ROWS) {
+        band_row_with_errors(out, &format!("absorbed by {name}"), *power, errors(k));
+    }
+    let all = v.absorbed_surfaces.len();
+    if all > MAX_SURFACE_ROWS {
+        let rest = (MAX_SURFACE_ROWS..all).fold([0.0; 3], |s, k| plus(s, v.absorbed_surfaces[k].1));
+        let error = (MAX_SURFACE_ROWS..all).fold([0.0; 3], |s, k| plus(s, errors(k)));
+        let name = format!("absorbed by {} more surfaces", all - MAX_SURFACE_ROWS);
+        band_row_with_errors(out, &name, rest, error);
+    }
+    band_row_with_errors(out, "absorbed by the medium", v.absorbed_volumes, e.absorbed_volumes);
+    band_row_with_errors(out, "absorbed by panes", v.absorbed_panes, e.absorbed_panes);
+    band_row_with_errors(out, "escaped", v.escaped, e.escaped);
+    band_row_with_errors(out, "absorbed by backfaces", v.absorbed_backfaces, e.absorbed_backfaces);
+}
+
+fn is_grey(v: Bands) -> bool {
+    v[0] == v[1] && v[1] == v[2]
+}
+
+/// A row of three values, or of one if the bands are equal.
+fn band_row(out: &mut String, name: &str, v: Bands) {
+    let cells = if is_grey(v) {
+        format!("{:>12}", number(v[0]))
+    } else {
+        v.map(|x| format!("{:>12}", number(x))).concat()
+    };
+    let _ = writeln!(out, "  {name:<33} {cells}");
+}
+
+/// A row of three values with errors, or of one if the bands are equal.
+fn band_row_with_errors(out: &mut String, name: &str, v: Bands, e: Bands) {
+    let bands = if is_grey(v) && is_grey(e) { 1 } else { 3 };
+    let text: Vec<String> = (0..bands).map(|b| value_with_error(v[b], e[b])).collect();
+    let _ = writeln!(out, "  {name:<33} {:>12}", text.join("   "));
+}
+
+/// As [`number`], with one decimal up to 1e12.
+fn large_number(x: f64) -> String {
+    if (1e5..1e12).contains(&x.abs()) { format!("{x:.1}") } else { number(x) }
+}
+
+/// Number of decimals that shows two digits of an error.
+fn error_decimals(e: f64) -> usize {
+    (1.0 - e.log10().floor()).clamp(0.0, 12.0) as usize
+}
+
+/// An error to two digits.
+fn two_digits(e: f64) -> String {
+    if e == 0.0 {
+        "0".into()
+    } else if (1e-3..1e5).contains(&e) {
+        format!("{e:.0$}", error_decimals(e))
+    } else {
+        format!("{e:.1e}")
+    }
+}
+
+/// A value and its error; digits of the value below those of the error are left out.
+fn value_with_error(x: f64, e: f64) -> String {
+    match e > 0.0 || e.is_nan() {
+        true if !e.is_finite() => format!("{} ± unknown", large_number(x)),
+        true if e >= 1e-3 && (1e-3..1e12).contains(&x.abs()) => {
+            format!("{x:.0$} ± {1}", error_decimals(e), two_digits(e))
+        }
+        true => format!("{} ± {}", large_number(x), two_digits(e)),
+        false => large_number(x),
+    }
+}
+
+/// A whole number with spaces between groups of three digits.
+fn thousands(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (k, d) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            out.push(' ');
+        }
+        out.push(d);
+    }
+    out
+}

@@ -1,0 +1,226 @@
+//! The data of the page, from a solution.
+//!
+//! Positions are relative to `origin`, the centre of the scene, so that 32-bit floats suffice far from zero. Light is stored by light group: the page draws
+//! Σ_g f_g (E_g + ρ H_g) with its own factors f_g. Fields on the mesh, the panes and the medium are 16-bit floats times a scale; values of zones for the probe
+//! are 32-bit floats. Units of the header: m, 1/m, W/m², W/(m² sr).
+//!
+//! | arrays | per | contents |
+//! |---|---|---|
+//! | `position`, `uv`, `surface`, `irradianceG`, `error` | vertex | mesh of the patches; irradiance of group G, direct light included |
+//! | `index`, `triangleZone` | triangle | corners; patch zone |
+//! | `zoneIndirectG`, `zoneDirectG`, `zoneError`, `zoneReflectance`, `zoneEmission`, `zoneSurface` | patch | values of the solution |
+//! | `panePosition`, `paneNormal`, `paneOf`, `paneG`, `paneIndex` | vertex, triangle | panes with their radiosity |
+//! | `extinction`, `volumeG` | point of the medium | extinction if it varies; radiosity |
+//! | `textureN` | | PNG |
+
+use super::pack::{Pack, scale_of};
+use serde_json::{Value, json};
+use zonal_io::output::encode_texture_png;
+use zonal_math::Vec3;
+use zonal_render::bake::volume_grid::{VolumeGrid, VolumeGridOptions, bake_volume_grid};
+use zonal_render::bake::{BakeOptions, BakedSolution, PaneMesh, SurfaceMesh, bake};
+use zonal_report::Failure;
+use zonal_scene::{Bands, Light, LightGroup, LightGroupKind, Progress, Solution};
+
+/// Largest side of a texture, pixels; larger ones are halved.
+const MAX_TEXTURE_SIDE: usize = 2048;
+
+/// Diagonal of the scene over the smallest edge that is halved.
+const DIAGONAL_OVER_MIN_EDGE: f64 = 3000.0;
+/// Relative tolerance of linear interpolation of direct light within a triangle.
+const BAKE_TOLERANCE: f64 = 0.02;
+
+/// Resolution of the baked light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PackageDetail {
+    /// Largest number of vertices on patches.
+    pub max_vertices: usize,
+}
+
+impl Default for PackageDetail {
+    fn default() -> Self {
+        PackageDetail { max_vertices: 400_000 }
+    }
+}
+
+/// Bakes a solution into a compressed data file.
+///
+/// # Errors
+/// If the scene has more than 65,536 surfaces or panes, or a texture without pixels.
+pub fn package(s: &Solution, detail: &PackageDetail, progress: &dyn Progress) -> Result<Vec<u8>, Failure> {
+    let too_many =
+        |parts: &str| Failure::new(format!("the viewer shows at most 65,536 {parts}; join some of them"));
+    if s.scene.surfaces().len() > 1 << 16 {
+        return Err(too_many("surfaces"));
+    }
+    if s.scene.panes().len() > 1 << 16 {
+        return Err(too_many("panes"));
+    }
+    let min_edge = Some(s.scene.diagonal() / DIAGONAL_OVER_MIN_EDGE);
+    let options = BakeOptions {
+        max_vertices: detail.max_vertices,
+        tolerance: BAKE_TOLERANCE,
+        min_edge,
+        ..BakeOptions::default()
+    };
+    let baked = bake(s, &options, progress);
+    let medium = bake_volume_grid(s, &VolumeGridOptions::default(), progress);
+    let (low, high) = s.scene.bounds();
+    let origin = (low + high) * 0.5;
+    let mut pack = Pack::default();
+    let mut scales = vec![json!({}); baked.groups.len()];
+    add_header(&mut pack, s, &baked, origin);
+    add_mesh(&mut pack, &baked.surfaces, origin, &mut scales);
+    add_zones(&mut pack, s);
+    add_panes(&mut pack, s, &baked.panes, origin, &mut scales);
+    add_volume(&mut pack, medium.as_ref(), origin, &mut scales);
+    pack.set("groups", light_groups(s, &baked, &scales));
+    for (i, t) in s.scene.textures().iter().enumerate() {
+        let bytes =
+            encode_texture_png(t, MAX_TEXTURE_SIDE).ok_or_else(|| Failure::new("a texture has no pixels"))?;
+        pack.u8(&format!("texture{i}"), &bytes);
+    }
+    pack.finish().map_err(|e| Failure::new(format!("the solution cannot be packed ({e})")))
+}
+
+fn array(v: Vec3) -> Value {
+    json!(v.array())
+}
+
+/// Names, counts, cameras, surfaces, report.
+fn add_header(pack: &mut Pack, s: &Solution, baked: &BakedSolution, origin: Vec3) {
+    let (scene, report) = (&s.scene, &s.report);
+    let (low, high) = scene.bounds();
+    pack.set("name", scene.name().into());
+    pack.set("version", s.version.clone().into());
+    pack.set("origin", array(origin));
+    pack.set("bounds", json!([array(low - origin), array(high - origin)]));
+    pack.set("textures", scene.textures().len().into());
+    let z = &s.zones;
+    pack.set(
+        "counts",
+        json!({ "patches": z.patches.len(), "voxels": z.voxels.len(), "panes": z.panes.len() }),
+    );
+    let mut status: Vec<&str> = report.status.iter().map(|x| x.name()).collect();
+    status.dedup();
+    pack.set(
+        "report",
+        json!({
+            "engine": report.engine, "status": status.join(", "), "grade": report.estimate.grade.name(),
+            "estimate": { "patches": report.estimate.patches, "volumes": report.estimate.volumes },
+            "residual": report.energy.residual, "warnings": report.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        }),
+    );
+    let camera = |c: &zonal_scene::Camera| json!({ "name": c.name, "origin": array(c.origin - origin), "target": array(c.target - origin), "up": array(c.up), "fov": c.fov });
+    pack.set("cameras", scene.cameras().iter().map(camera).collect());
+    let surface = |(i, x): (usize, &zonal_scene::Surface)| {
+        json!({
+            "name": x.name, "reflectance": x.reflectance, "emission": x.emission, "group": baked.emission_groups[i],
+            "texture": x.reflectance_texture, "emissionTexture": x.emission_texture, "both": x.sides == zonal_scene::Sides::Both,
+        })
+    };
+    pack.set("surfaces", scene.surfaces().iter().enumerate().map(surface).collect());
+    let pane =
+        |p: &zonal_scene::Pane| json!({ "name": p.name, "depth": p.extinction.map(|k| k * p.thickness) });
+    pack.set("panes", scene.panes().iter().map(pane).collect());
+}
+
+/// Adds a field as 16-bit floats; returns the scale by which they are multiplied.
+fn add_field(pack: &mut Pack, name: &str, values: &[[f32; 3]]) -> f32 {
+    let scale = scale_of(values.as_flattened());
+    pack.f16(name, values.as_flattened(), scale);
+    scale
+}
+
+/// Adds a field of every light group; `scales` gets the scale of each under the name of the field.
+fn add_group_fields(pack: &mut Pack, stem: &str, groups: &[Vec<[f32; 3]>], scales: &mut [Value]) {
+    for (g, values) in groups.iter().enumerate() {
+        scales[g][stem] = add_field(pack, &format!("{stem}{g}"), values).into();
+    }
+}
+
+fn positions(points: &[[f32; 3]], origin: Vec3) -> Vec<f32> {
+    points.iter().flat_map(|p| [0, 1, 2].map(|k| (p[k] as f64 - origin[k]) as f32)).collect()
+}
+
+fn add_mesh(pack: &mut Pack, m: &SurfaceMesh, origin: Vec3, scales: &mut [Value]) {
+    pack.f32("position", &positions(&m.positions, origin));
+    pack.f32("uv", m.uvs.as_flattened());
+    pack.u16("surface", &m.surfaces.iter().map(|s| *s as u16).collect::<Vec<_>>());
+    add_group_fields(pack, "irradiance", &m.irradiance, scales);
+    let error = add_field(pack, "error", &m.error);
+    pack.u32("index", m.triangles.as_flattened());
+    pack.u32("triangleZone", &m.zones);
+    pack.set("mesh", json!({ "vertices": m.positions.len(), "errorScale": error }));
+}
+
+/// Values of the patches in the solution, for the probe.
+fn add_zones(pack: &mut Pack, s: &Solution) {
+    let n = s.zones.patches.len();
+    let list = |value: &dyn Fn(usize) -> Bands| -> Vec<f32> {
+        (0..n).flat_map(|i| value(i).map(|x| x as f32)).collect()
+    };
+    let whole = [LightGroup::default()];
+    let groups = if s.groups.is_empty() { &whole[..] } else { &s.groups };
+    for (g, group) in groups.iter().enumerate() {
+        let of = |i: usize, direct: bool| match (s.groups.is_empty(), direct) {
+            (true, false) => s.fields.incident[i],
+            (true, true) => s.fields.direct[i],
+            (false, false) => scaled(group.incident.at(i), group.incident_scale),
+            (false, true) => scaled(group.direct.at(i), group.direct_scale),
+        };
+        pack.f32(&format!("zoneIndirect{g}"), &list(&|i| of(i, false)));
+        pack.f32(&format!("zoneDirect{g}"), &list(&|i| of(i, true)));
+    }
+    pack.f32("zoneError", &list(&|i| s.fields.total_error(i)));
+    pack.f32("zoneReflectance", &list(&|i| s.zones.patches[i].reflectance));
+    pack.f32("zoneEmission", &list(&|i| s.zones.patches[i].emission));
+    pack.u16("zoneSurface", &s.zones.patches.iter().map(|p| p.surface as u16).collect::<Vec<_>>());
+}
+
+fn scaled(v: Bands, scale: Bands) -> Bands {
+    [0, 1, 2].map(|b| v[b] * scale[b])
+}
+
+fn add_panes(pack: &mut Pack, s: &Solution, m: &PaneMesh, origin: Vec3, scales: &mut [Value]) {
+    if s.zones.panes.is_empty() {
+        return;
+    }
+    pack.f32("panePosition", &positions(&m.positions, origin));
+    pack.f32("paneNormal", m.normals.as_flattened());
+    pack.u16("paneOf", &m.panes.iter().map(|p| *p as u16).collect::<Vec<_>>());
+    add_group_fields(pack, "pane", &m.radiosity, scales);
+    pack.u32("paneIndex", m.triangles.as_flattened());
+}
+
+fn add_volume(pack: &mut Pack, medium: Option<&VolumeGrid>, origin: Vec3, scales: &mut [Value]) {
+    let Some(m) = medium else {
+        return;
+    };
+    let mut head = json!({ "min": array(m.min - origin), "max": array(m.max - origin), "dims": m.dims });
+    match &m.extinction[..] {
+        [one] => head["extinction"] = json!(one),
+        many => head["extinctionScale"] = add_field(pack, "extinction", many).into(),
+    }
+    add_group_fields(pack, "volume", &m.radiosity, scales);
+    pack.set("volume", head);
+}
+
+/// Light groups: name, radiance of the background, scales of the fields.
+fn light_groups(s: &Solution, baked: &BakedSolution, scales: &[Value]) -> Value {
+    let kind = |g: usize| s.groups.get(g).map_or(LightGroupKind::All, |x| x.kind);
+    let background = |g: usize| {
+        let mut sum = match kind(g) {
+            LightGroupKind::All | LightGroupKind::Surroundings => s.scene.surroundings().radiance,
+            _ => [0.0; 3],
+        };
+        for (_, light) in s.scene.lights().iter().enumerate().filter(|(l, _)| kind(g).has_light(*l)) {
+            if let Light::Sky { radiance, .. } = light {
+                sum = [0, 1, 2].map(|b| sum[b] + radiance[b]);
+            }
+        }
+        sum
+    };
+    let one = |(g, name): (usize, &String)| json!({ "name": name, "background": background(g), "scales": scales[g] });
+    baked.groups.iter().enumerate().map(one).collect()
+}

@@ -1,0 +1,105 @@
+//! The page, built by npm from `viewer/` into `crates/cli/viewer` and embedded.
+//!
+//! The server offers it as four routes with a content security policy in each answer. As one file it contains style, script and data, and a policy that allows
+//! no connection.
+
+use super::server::Route;
+use std::sync::Arc;
+
+const PAGE: &str = include_str!("../../viewer/index.html");
+const STYLE: &str = include_str!("../../viewer/viewer.css");
+const SCRIPT: &str = include_str!("../../viewer/viewer.js");
+
+/// Content security policy of the page as one file: only its own script and style.
+const SINGLE_FILE_POLICY: &str = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; \
+style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'\">";
+
+/// The page and its data as routes of a server.
+#[must_use]
+pub fn routes(package: Vec<u8>) -> Vec<Route> {
+    let page = assemble([
+        ("POLICY", ""),
+        ("STYLE", "<link rel=\"stylesheet\" href=\"viewer.css\">"),
+        ("DATA", ""),
+        ("SCRIPT", "<script src=\"viewer.js\"></script>"),
+    ]);
+    let route = |target, media_type, body: Vec<u8>| Route { target, media_type, body: Arc::from(body) };
+    vec![
+        route("/", "text/html; charset=utf-8", page.into_bytes()),
+        route("/viewer.css", "text/css; charset=utf-8", STYLE.into()),
+        route("/viewer.js", "text/javascript; charset=utf-8", SCRIPT.into()),
+        route("/scene.bin", "application/octet-stream", package),
+    ]
+}
+
+/// The page and its data in one file.
+#[must_use]
+pub fn single_file(package: &[u8]) -> String {
+    let style = format!("<style>{STYLE}</style>");
+    let data = format!("<script id=\"data\" type=\"text/plain\">{}</script>", base64(package));
+    let script = format!("<script>{SCRIPT}</script>");
+    assemble([("POLICY", SINGLE_FILE_POLICY), ("STYLE", &style), ("DATA", &data), ("SCRIPT", &script)])
+}
+
+/// The page with each placeholder `<!--NAME-->` replaced, in their order in the page.
+fn assemble(parts: [(&str, &str); 4]) -> String {
+    let mut out = String::with_capacity(PAGE.len() + parts.iter().map(|p| p.1.len()).sum::<usize>());
+    let mut rest = PAGE;
+    for (name, text) in parts {
+        if let Some((before, after)) = rest.split_once(&format!("<!--{name}-->")) {
+            out.push_str(before);
+            out.push_str(text);
+            rest = after;
+        }
+    }
+    out + rest
+}
+
+/// Base64 with padding (RFC 4648).
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let word = chunk.iter().enumerate().fold(0u32, |w, (i, &b)| w | (b as u32) << (16 - 8 * i));
+        for k in 0..4 {
+            let letter = LETTERS[(word >> (18 - 6 * k) & 63) as usize] as char;
+            out.push(if k <= chunk.len() { letter } else { '=' });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_agrees_with_rfc_4648() {
+        let pairs = [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("foobar", "Zm9vYmFy"),
+        ];
+        for (plain, coded) in pairs {
+            assert_eq!(base64(plain.as_bytes()), coded);
+        }
+        assert_eq!(base64(&[0xfb, 0xff, 0xfe]), "+//+");
+    }
+
+    #[test]
+    fn single_file_has_every_part_and_no_external_reference() {
+        let file = single_file(b"data");
+        for mark in ["POLICY", "STYLE", "DATA", "SCRIPT"] {
+            assert_eq!(PAGE.matches(&format!("<!--{mark}-->")).count(), 1, "{mark}");
+            assert!(!file.contains(&format!("<!--{mark}-->")), "{mark}");
+        }
+        assert!(file.contains(">ZGF0YQ==</script>") && file.contains("default-src 'none'"));
+        assert_eq!(file.matches("</script>").count(), 2);
+        for text in [PAGE, STYLE, SCRIPT] {
+            assert!(!text.contains("http://") && !text.contains("https://") && !text.contains("url("));
+        }
+    }
+}

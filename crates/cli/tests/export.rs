@@ -1,0 +1,155 @@
+//! Files of `zonal export`.
+
+mod support;
+
+use support::{Folder, Parser, Program, ROOM, refused, solution, text};
+
+#[test]
+fn every_format_is_identical_for_any_number_of_threads() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    for n in ["1", "3"] {
+        for ending in ["glb", "vtu", "vti"] {
+            f.done(&["export", "room.npz", "-o", &format!("out/{n}.{ending}"), "--threads", n]);
+        }
+    }
+    for ending in ["glb", "vtu", "vti", "medium.npz"] {
+        assert!(f.get(&format!("out/1.{ending}")) == f.get(&format!("out/3.{ending}")), "{ending} differs");
+    }
+    assert_eq!(std::fs::read_dir(f.path().join("out")).unwrap().count(), 8);
+    let said = f.done(&["export", "room.npz", "-o", "out/1.glb", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(json["beside"][0], "out/1.medium.npz");
+    assert!(json["triangles"].as_u64().unwrap() >= 12);
+}
+
+/// The values of an array of a VTK file with appended data.
+fn array(file: &[u8], name: &str) -> Vec<f64> {
+    let words = text(file);
+    let line =
+        words.lines().find(|l| l.contains(&format!("Name=\"{name}\""))).expect("the array is declared");
+    let offset: usize = line.split("offset=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
+    let start = file.windows(3).position(|w| w == b">\n_").unwrap() + 3 + offset;
+    let word = |at: usize| <[u8; 8]>::try_from(&file[at..at + 8]).unwrap();
+    let bytes = u64::from_le_bytes(word(start)) as usize;
+    (0..bytes / 8).map(|i| f64::from_le_bytes(word(start + 8 * (i + 1)))).collect()
+}
+
+#[test]
+fn vtk_cell_sums_equal_zone_sums() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    for ending in ["csv", "vtu", "vti"] {
+        f.done(&["export", "room.npz", "-o", &format!("room.{ending}")]);
+    }
+    let table = text(&f.get("room.csv"));
+    let surfaces = f.get("room.vtu");
+    let (areas, b) = (array(&surfaces, "area [m2]"), array(&surfaces, "radiosity [W/m2]"));
+    assert_eq!((areas.len(), b.len()), (6, 18));
+    let power: f64 = areas.iter().enumerate().map(|(i, a)| a * b[3 * i]).sum();
+    let wanted = over_patches(&table, |of| of("size") * of("radiosity_0"));
+    assert!((power / wanted - 1.0).abs() < 1e-12, "{power} {wanted}");
+    let medium = f.get("room.vti");
+    let volume = array(&medium, "volume [m3]");
+    assert!((volume.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    // The wall at x = 0 emits and x varies fastest: even cells are brighter.
+    let g = array(&medium, "fluence [W/m2]");
+    assert!((0..8).step_by(2).all(|i| g[3 * i] > g[3 * (i + 1)]), "{g:?}");
+}
+
+/// Σ of a column of the table of zones over its patches.
+fn over_patches(table: &str, value: impl Fn(&dyn Fn(&str) -> f64) -> f64) -> f64 {
+    let mut lines = table.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let rows = lines.map(|l| l.split(',').collect::<Vec<_>>()).filter(|r| r[1] == "patch");
+    rows.map(|r| value(&|name| r[names.iter().position(|n| *n == name).unwrap()].parse().unwrap())).sum()
+}
+
+#[test]
+fn glb_reads_back_as_the_same_walls() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    f.done(&["export", "room.npz", "-o", "room.glb"]);
+    f.put(
+        "read_back.toml",
+        "[solve]\npatch_size = 2.0\n[[surface]]\nname = 'read_back'\nmesh = { file = 'room.glb', rotate_degrees = [90, 0, 0] }\n",
+    );
+    f.done(&["solve", "read_back.toml", "-o", "read_back.npz"]);
+    f.done(&["export", "read_back.npz", "-o", "read_back.csv"]);
+    let table = text(&f.get("read_back.csv"));
+    let area = over_patches(&table, |of| of("size"));
+    assert!((area - 6.0).abs() < 1e-5, "{area}");
+    // The centre of the walls is unchanged, so z is up.
+    for axis in ["x", "y", "z"] {
+        let centre = over_patches(&table, |of| of("size") * of(axis)) / area;
+        assert!((centre - 0.5).abs() < 1e-5, "{axis}: {centre}");
+    }
+}
+
+#[test]
+fn glb_has_settings_and_light_groups() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    let json = |flags: &[&str]| -> serde_json::Value {
+        f.done(&[&["export", "room.npz", "-o", "out/a.glb"], flags].concat());
+        let bytes = f.get("out/a.glb");
+        let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        serde_json::from_slice(&bytes[20..20 + length]).unwrap()
+    };
+    let plain = json(&[]);
+    let about = &plain["scenes"][0]["extras"];
+    assert_eq!((about["curve"].as_str(), about["length"].as_str()), (Some("filmic"), Some("m")));
+    assert_eq!(plain["cameras"][0]["name"], "door");
+    assert!(plain["materials"][0]["extensions"]["KHR_materials_unlit"].is_object());
+    let brighter = json(&["--stops", "1", "--curve", "linear", "--colours", "irradiance", "--light-groups"]);
+    let about = &brighter["scenes"][0]["extras"];
+    assert_eq!(about["curve"], "linear");
+    assert_eq!(about["light groups"][0]["attribute"], "_IRRADIANCE_0");
+    let attributes = &brighter["meshes"][0]["primitives"][0]["attributes"];
+    assert!(attributes["_IRRADIANCE_0"].is_number() && attributes["COLOR_0"].is_number());
+}
+
+#[test]
+fn invalid_exports_are_refused() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    let empty =
+        ROOM.replace("[medium]", "#").replace("cells = ", "#").replace("extinction = 0.5\nalbedo = 0.5", "");
+    let empty: String = empty
+        .split('\n')
+        .filter(|l| !(l.starts_with("min") || l.starts_with("max")))
+        .collect::<Vec<_>>()
+        .join("\n");
+    f.put("empty.toml", empty);
+    f.done(&["solve", "empty.toml", "-o", "empty.npz"]);
+    refused(&f, Program, &["export", "empty.npz", "-o", "out/x.vti"], "no medium");
+    f.done(&["export", "empty.npz", "-o", "out/x.glb"]);
+    assert_eq!(std::fs::read_dir(f.path().join("out")).unwrap().count(), 1, "no medium, no second file");
+    for flag in [
+        "--light-groups",
+        "--vertices=9",
+        "--finest=1",
+        "--stops=1",
+        "--curve=linear",
+        "--colours=irradiance",
+    ] {
+        for ending in ["csv", "vtu", "vti"] {
+            refused(
+                &f,
+                Program,
+                &["export", "room.npz", "-o", &format!("out/x.{ending}"), flag],
+                "--light-groups",
+            );
+        }
+    }
+    let glb = ["export", "room.npz", "-o", "out/y.glb"];
+    for flag in ["--stops=inf", "--stops=99", "--finest=0", "--finest=-1", "--finest=nan"] {
+        refused(&f, Program, &[&glb, [flag].as_slice()].concat(), flag.split('=').next().unwrap());
+    }
+    for flag in ["--vertices=0", "--vertices=many", "--curve=round", "--colours=red"] {
+        refused(&f, Parser, &[&glb, [flag].as_slice()].concat(), flag.split('=').next().unwrap());
+    }
+    refused(&f, Program, &["export", "room.npz", "-o", "out/x.ply"], ".vti");
+    std::fs::create_dir(f.path().join("out/y.medium.npz")).unwrap();
+    refused(&f, Program, &glb, "y.medium.npz");
+}

@@ -1,0 +1,476 @@
+//! Tables of a grid for radiosity that varies linearly inside each cell.
+//!
+//! On a cell with centre c and edges e let φ₀ = 1 and φ_k = √12 (x_k − c_k)/e_k: orthonormal functions in the mean. The factor of
+//! component p of one cell and q of another
+//!
+//! ```text
+//!     𝓕_pq(d) = (1/π) ∬ φ_p φ_q Π|t_k|^{p_k} e^{−κr} / r^{2+Σp}                  t = x_j − x_i,  r = |t|
+//! ```
+//!
+//! depends on their offset d alone. As for constant radiosity the integrand depends on t only, and the densities of t are products, one factor an
+//! axis. With τ = t/e − d, and x the place within the cell of the lattice of t that holds it:
+//!
+//! | along the axis | term | density for the cell above d (x = τ) | for the cell below (1 − x = −τ) |
+//! |---|---|---|---|
+//! | [`AxisRelation::Extended`] | 0: φ₀φ₀ | 1 − x | x |
+//! | | 1: φ₀ of the first, φ_k of the second | √3 x(1 − x) | −√3 x(1 − x) |
+//! | | 2: φ_kφ_k | 1 − 3x + 2x³ | 1 − 3y + 2y³, y = 1 − x |
+//! | [`AxisRelation::OffWall`], off a wall | 0, 1: φ₀, φ_k of the zone with an extent | 1, √3(2x − 1) | |
+//! | [`AxisRelation::OppositeWalls`], wall to wall | 0 | 1 | |
+//!
+//! Terms 0 and 2 are even in d, term 1 is odd. So a table is a sum over the cells of t's own lattice: each is integrated once, by a Gauss rule for
+//! all densities together, and contributes to the (up to eight) offsets around it. The one cell that touches t = 0 takes pyramid coordinates;
+//! cells too near or too thick are cut.
+//!
+//! **Error.** The numbers of points give a relative error of about 1e-11 of a cell (see [`points`]): estimated, and compared in tests with
+//! the proven tables for constant radiosity and by refinement. Cells beyond `max_optical_depth` mean free paths are left out. Tables of periodic
+//! grids are in `gaussian_sums.rs`. The images of a period of one cell are a row without end, of density one: slopes along it are zero by symmetry,
+//! and so are their factors there.
+
+use super::gaussian_sums;
+use super::pair_layout::{AxisRelation, LinearBasisPairs};
+use rayon::prelude::*;
+use zonal_math::gauss_legendre;
+use zonal_math::simd::{self, LANES};
+
+/// Shares of a cell by density: `[x][y][z]`, for an axis between first the three terms above the offset, then those below.
+type DensityShares = [[[f64; LANES]; 6]; 6];
+
+/// Limits of the cells of t that are integrated without further cuts, and the cost of a task.
+struct LinearBasisParams {
+    /// Distance in mean free paths beyond which a cell is left out: e^{−36} of a row.
+    max_optical_depth: f64,
+    /// Planes of the lattice of t per task.
+    planes_per_chunk: usize,
+    /// Tasks whose planes are in memory at a time.
+    chunks_in_memory: usize,
+    /// Points of the rules in pyramid coordinates.
+    pyramid_points: usize,
+    /// Longest edge over nearest distance of an undivided cell.
+    max_edge_over_distance: f64,
+    /// Longest over shortest edge of an undivided touching cell.
+    max_touching_aspect: f64,
+    /// Longest edge of an undivided cell, mean free paths.
+    max_cell_depth: f64,
+    /// Nested cuts of a cell, at most.
+    max_cuts: u32,
+}
+
+/// The values in use.
+const LINEAR_BASIS: LinearBasisParams = LinearBasisParams {
+    max_optical_depth: 36.0,
+    planes_per_chunk: 4,
+    chunks_in_memory: 16,
+    pyramid_points: 20,
+    max_edge_over_distance: 1.25,
+    max_touching_aspect: 1.5,
+    max_cell_depth: 4.0,
+    max_cuts: 60,
+};
+
+/// The entry to which a share is added along an axis: offset, first density, factors of even and odd terms.
+#[derive(Clone, Copy)]
+struct ShareTarget {
+    slot: usize,
+    first: usize,
+    even: f64,
+    odd: f64,
+}
+
+/// A box in the octant of t, m.
+#[derive(Clone, Copy)]
+struct OctantBox {
+    lo: [f64; 3],
+    len: [f64; 3],
+}
+
+impl OctantBox {
+    fn nearest(&self) -> f64 {
+        self.lo.iter().map(|x| x * x).sum::<f64>().sqrt()
+    }
+    fn longest(&self) -> usize {
+        (0..3).fold(0, |m, k| if self.len[k] > self.len[m] { k } else { m })
+    }
+    /// The half towards zero and the other half.
+    fn halves(&self, k: usize) -> [OctantBox; 2] {
+        let (mut low, mut high) = (*self, *self);
+        low.len[k] *= 0.5;
+        high.len[k] = low.len[k];
+        high.lo[k] += low.len[k];
+        [low, high]
+    }
+}
+
+/// Points per axis for a cell whose longest edge is `ratio` of its nearest distance and `depth` mean free paths: densities take three of the 2n
+/// degrees, for the kernel ϱ^{−(2n−3)} is left (ϱ = 4/ratio + 2 at least, see `density_rules.rs`) and the remainder of e^{−depth·x}, both about
+/// 1e-11.
+fn points(ratio: f64, depth: f64) -> usize {
+    let of_distance = match ratio {
+        r if r <= 0.025 => 4,
+        r if r <= 0.1 => 5,
+        r if r <= 0.25 => 6,
+        r if r <= 0.45 => 7,
+        r if r <= 0.65 => 8,
+        r if r <= 0.9 => 10,
+        _ => MAX_POINTS,
+    };
+    let of_depth = match depth {
+        d if d <= 0.07 => 4,
+        d if d <= 0.3 => 5,
+        d if d <= 0.9 => 6,
+        d if d <= 1.8 => 7,
+        d if d <= 2.7 => 8,
+        _ => 10,
+    };
+    of_distance.max(of_depth)
+}
+
+impl LinearBasisPairs<'_> {
+    /// The table of each of `terms` (numbers of densities along the three axes), by `[d₀][d₁][d₂]`, m⁴, m³ or m². Across, the count is one.
+    ///
+    /// # Panics
+    /// On an edge that is not positive and finite, an extinction that is negative or infinite.
+    pub fn tables(&self, terms: &[[usize; 3]]) -> Vec<Vec<f64>> {
+        assert!(self.edges.iter().all(|e| *e > 0.0 && e.is_finite()), "edges {:?}", self.edges);
+        assert!(self.kappa >= 0.0 && self.kappa.is_finite(), "extinction {} 1/m", self.kappa);
+        if self.images.is_periodic() {
+            return gaussian_sums::tables(self, terms);
+        }
+        let [n0, n1, n2] = self.slots();
+        let mut out = vec![vec![0.0; n0 * n1 * n2]; terms.len()];
+        let firsts: Vec<usize> = (0..self.slots()[0]).step_by(LINEAR_BASIS.planes_per_chunk).collect();
+        for some in firsts.chunks(LINEAR_BASIS.chunks_in_memory) {
+            let done: Vec<Vec<Vec<f64>>> =
+                some.par_iter().with_max_len(1).map(|&first| self.compute_planes(first, terms)).collect();
+            for (&first, planes) in some.iter().zip(done) {
+                for (raw, plane) in planes.chunks(terms.len()).enumerate() {
+                    self.add_plane(first + raw, plane, terms, &mut out);
+                }
+            }
+        }
+        out
+    }
+
+    /// The entries to which the shares of cell `i` along axis `k` are added.
+    fn targets(&self, k: usize, i: usize) -> Vec<ShareTarget> {
+        match self.along[k] {
+            AxisRelation::OppositeWalls => vec![ShareTarget { slot: 0, first: 0, even: 1.0, odd: 1.0 }],
+            AxisRelation::OffWall => vec![ShareTarget { slot: i, first: 0, even: 1.0, odd: 1.0 }],
+            AxisRelation::Extended => [(i, 0), (i + 1, 3)]
+                .into_iter()
+                .flat_map(|(d, first)| self.targets_of_offset(k, d, first))
+                .collect(),
+        }
+    }
+
+    /// The places of an offset d ≥ 0 and of −d along axis `k`.
+    fn targets_of_offset(&self, k: usize, d: usize, first: usize) -> Vec<ShareTarget> {
+        // The cells on both sides of zero are mirrored in each other.
+        let own = if d == 0 { (2.0, 0.0) } else { (1.0, 1.0) };
+        let goal = ShareTarget { slot: d, first, even: own.0, odd: own.1 };
+        (d < self.counts[k]).then_some(goal).into_iter().collect()
+    }
+
+    /// Adds a plane of offset `raw` along the first axis to its places.
+    fn add_plane(&self, raw: usize, plane: &[Vec<f64>], terms: &[[usize; 3]], out: &mut [Vec<f64>]) {
+        let targets = match self.along[0] {
+            AxisRelation::Extended => self.targets_of_offset(0, raw, 0),
+            _ => self.targets(0, raw).into_iter().filter(|g| g.slot < self.slots()[0]).collect(),
+        };
+        for ((plane, term), out) in plane.iter().zip(terms).zip(out) {
+            for g in &targets {
+                let by = if self.is_odd(0, term[0]) { g.odd } else { g.even };
+                let to = &mut out[g.slot * plane.len()..(g.slot + 1) * plane.len()];
+                to.iter_mut().zip(plane).for_each(|(o, x)| *o += by * x);
+            }
+        }
+    }
+
+    fn is_odd(&self, k: usize, term: usize) -> bool {
+        self.along[k] == AxisRelation::Extended && term == 1
+    }
+
+    /// Some planes of the lattice of t: their shares by raw offset along the first axis and term.
+    fn compute_planes(&self, first: usize, terms: &[[usize; 3]]) -> Vec<Vec<f64>> {
+        let last = (first + LINEAR_BASIS.planes_per_chunk).min(self.slots()[0]);
+        let [_, n1, n2] = self.slots();
+        let above = usize::from(self.along[0] == AxisRelation::Extended);
+        let mut planes = vec![vec![0.0; n1 * n2]; (last - first + above) * terms.len()];
+        let targets: [Vec<Vec<ShareTarget>>; 2] =
+            [1, 2].map(|k| (0..self.slots()[k]).map(|i| self.targets(k, i)).collect());
+        for i in first..last {
+            for (j, goals1) in targets[0].iter().enumerate() {
+                for (k, goals2) in targets[1].iter().enumerate() {
+                    let Some(shares) = self.cell_shares([i, j, k]) else { continue };
+                    for piece in 0..=above {
+                        let at = (i - first + piece) * terms.len();
+                        let planes = &mut planes[at..at + terms.len()];
+                        for (plane, term) in planes.iter_mut().zip(terms) {
+                            let shares = &shares[3 * piece + term[0]];
+                            let (odd1, odd2) = (self.is_odd(1, term[1]), self.is_odd(2, term[2]));
+                            for g1 in goals1 {
+                                let by = if odd1 { g1.odd } else { g1.even };
+                                let shares = &shares[g1.first + term[1]];
+                                for g2 in goals2 {
+                                    let by = by * if odd2 { g2.odd } else { g2.even };
+                                    plane[g1.slot * n2 + g2.slot] += by * shares[g2.first + term[2]];
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        planes
+    }
+
+    /// The shares of one cell of the lattice of t; none beyond the largest optical depth.
+    fn cell_shares(&self, at: [usize; 3]) -> Option<Box<DensityShares>> {
+        let mut piece = OctantBox { lo: [0.0; 3], len: [0.0; 3] };
+        for k in 0..3 {
+            let (lo, len) = match self.along[k] {
+                AxisRelation::OppositeWalls => (self.counts[k] as f64 * self.edges[k], 0.0),
+                _ => (at[k] as f64 * self.edges[k], self.edges[k]),
+            };
+            (piece.lo[k], piece.len[k]) = (lo, len);
+        }
+        if self.kappa * piece.nearest() > LINEAR_BASIS.max_optical_depth {
+            return None;
+        }
+        let mut shares = Box::new([[[0.0; LANES]; 6]; 6]);
+        self.integrate_box(piece, piece.lo, 0, &mut shares);
+        // 1/π, and the lengths that make integrals over t of means over cells.
+        let front = std::f64::consts::FRAC_1_PI
+            * (0..3)
+                .map(|k| if self.along[k] == AxisRelation::Extended { self.edges[k] } else { 1.0 })
+                .product::<f64>();
+        shares.as_flattened_mut().as_flattened_mut().iter_mut().for_each(|x| *x *= front);
+        Some(shares)
+    }
+
+    /// Integrates a box inside the cell at `origin`, cut until the limits hold.
+    fn integrate_box(&self, piece: OctantBox, origin: [f64; 3], cuts: u32, shares: &mut DensityShares) {
+        let k = piece.longest();
+        let (near, long) = (piece.nearest(), piece.len[k]);
+        if cuts < LINEAR_BASIS.max_cuts {
+            let shortest = piece.len.iter().copied().fold(f64::INFINITY, f64::min);
+            let unfit = if near == 0.0 {
+                long > LINEAR_BASIS.max_touching_aspect * shortest
+            } else {
+                long > LINEAR_BASIS.max_edge_over_distance * near
+            };
+            if unfit || self.kappa * long > LINEAR_BASIS.max_cell_depth {
+                return piece.halves(k).into_iter().for_each(|half| {
+                    if self.kappa * half.nearest() <= LINEAR_BASIS.max_optical_depth {
+                        self.integrate_box(half, origin, cuts + 1, shares);
+                    }
+                });
+            }
+        }
+        if near == 0.0 {
+            self.integrate_pyramids(piece, shares);
+        } else {
+            let n = points(long / near, self.kappa * long);
+            simd::run(TensorWork { pairs: self, piece, origin, points: n, shares });
+        }
+    }
+
+    /// The densities along axis `k` at the place `x` within the cell.
+    #[inline(always)]
+    fn densities(&self, k: usize, x: f64) -> [f64; 6] {
+        let root3 = 3.0f64.sqrt();
+        match self.along[k] {
+            AxisRelation::Extended => {
+                let y = 1.0 - x;
+                let odd = root3 * x * y;
+                [y, odd, 1.0 - 3.0 * x + 2.0 * x * x * x, x, -odd, 1.0 - 3.0 * y + 2.0 * y * y * y]
+            }
+            AxisRelation::OffWall => [1.0, root3 * (2.0 * x - 1.0), 0.0, 0.0, 0.0, 0.0],
+            AxisRelation::OppositeWalls => [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        }
+    }
+
+    /// A piece that touches zero, a corner of the cell at zero.
+    fn integrate_pyramids(&self, piece: OctantBox, shares: &mut DensityShares) {
+        let (rule, power) = (gauss_legendre::rule(LINEAR_BASIS.pyramid_points), self.power());
+        let q = 2 + power.iter().sum::<i32>();
+        let volume: f64 = piece.len.iter().product();
+        let nodes = || rule.nodes.iter().zip(&rule.weights);
+        for apex in 0..3 {
+            let [b, c] = [(apex + 1) % 3, (apex + 2) % 3];
+            for (s, ws) in nodes() {
+                for (v, wv) in nodes() {
+                    for (w, ww) in nodes() {
+                        let mut t = piece.len.map(|l| l * s);
+                        t[b] *= v;
+                        t[c] *= w;
+                        let r = t.iter().map(|t| t * t).sum::<f64>().sqrt();
+                        let up: f64 = (0..3).map(|k| t[k].powi(power[k])).product();
+                        let value = volume * ws * wv * ww * s * s * up * r.powi(-q) * (-self.kappa * r).exp();
+                        let [x, y, z]: [[f64; 6]; 3] =
+                            std::array::from_fn(|k| self.densities(k, t[k] / self.edges[k]));
+                        for (plane, x) in shares.iter_mut().zip(x) {
+                            for (line, y) in plane.iter_mut().zip(y) {
+                                let by = value * x * y;
+                                line.iter_mut().zip(z).for_each(|(o, z)| *o += by * z);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Points along an axis, at most.
+const MAX_POINTS: usize = 12;
+/// Room for the points of two axes, in whole lanes.
+const PLANE_LANES: usize = (MAX_POINTS * MAX_POINTS).div_ceil(LANES);
+
+/// The integral over one box by a product of Gauss rules.
+struct TensorWork<'a, 'b> {
+    pairs: &'a LinearBasisPairs<'b>,
+    piece: OctantBox,
+    origin: [f64; 3],
+    points: usize,
+    shares: &'a mut DensityShares,
+}
+
+/// The nodes of a tensor rule on a box.
+struct DensityNodes {
+    /// Nodes per axis.
+    count: [usize; 3],
+    /// Squared coordinates, m².
+    square: [[f64; MAX_POINTS]; 3],
+    /// Densities times weights, with the numerator's power of t.
+    density: [[[f64; LANES]; MAX_POINTS]; 3],
+}
+
+impl simd::SimdKernel for TensorWork<'_, '_> {
+    type Output = ();
+    #[inline(always)]
+    fn evaluate(self) {
+        let used = self.pairs.along.map(|a| match a {
+            AxisRelation::Extended => 6,
+            AxisRelation::OffWall => 2,
+            AxisRelation::OppositeWalls => 1,
+        });
+        let patches: i32 = self.pairs.power().iter().sum();
+        let nodes = self.nodes();
+        // Lay the squared distances of a plane of nodes out in lanes.
+        let [nx, ny, nz] = nodes.count;
+        let square = &nodes.square;
+        let mut plane = [[square[1][0] + square[2][0]; LANES]; PLANE_LANES];
+        for j in 0..ny {
+            for k in 0..nz {
+                let m = j * nz + k;
+                plane[m / LANES][m % LANES] = square[1][j] + square[2][k];
+            }
+        }
+        let groups = (ny * nz).div_ceil(LANES);
+        let mut value = [[0.0; LANES]; PLANE_LANES];
+        for i in 0..nx {
+            for g in 0..groups {
+                value[g] = self.kernel(patches, square[0][i], &plane[g]);
+            }
+            let lines = contract_plane(&nodes, &value, used[1]);
+            for e in 0..used[0] {
+                for f in 0..used[1] {
+                    for l in 0..LANES {
+                        self.shares[e][f][l] += nodes.density[0][i][e] * lines[f][l];
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl TensorWork<'_, '_> {
+    #[inline(always)]
+    fn nodes(&self) -> DensityNodes {
+        let (pairs, piece, power) = (self.pairs, &self.piece, self.pairs.power());
+        let mut count = [1; 3];
+        let mut square = [[0.0; MAX_POINTS]; 3];
+        let mut density = [[[0.0; LANES]; MAX_POINTS]; 3];
+        for k in 0..3 {
+            if piece.len[k] > 0.0 {
+                count[k] = self.points;
+            }
+            let rule = gauss_legendre::rule(count[k]);
+            for i in 0..count[k] {
+                let t = piece.lo[k] + piece.len[k] * rule.nodes[i];
+                let length = if piece.len[k] > 0.0 { piece.len[k] } else { 1.0 };
+                let up = match power[k] {
+                    0 => 1.0,
+                    1 => t,
+                    _ => t * t,
+                };
+                square[k][i] = t * t;
+                let by = rule.weights[i] * length * up;
+                let d = pairs.densities(k, (t - self.origin[k]) / pairs.edges[k]);
+                for f in 0..6 {
+                    density[k][i][f] = by * d[f];
+                }
+            }
+        }
+        DensityNodes { count, square, density }
+    }
+
+    /// e^{−κr}/r^{2+m} for m = `patches` at squared distances `square` + `plane`.
+    #[inline(always)]
+    fn kernel(&self, patches: i32, square: f64, plane: &[f64; LANES]) -> [f64; LANES] {
+        let mut r2 = [0.0; LANES];
+        for l in 0..LANES {
+            r2[l] = square + plane[l];
+        }
+        let mut r = [0.0; LANES];
+        for l in 0..LANES {
+            r[l] = r2[l].sqrt();
+        }
+        let mut v = [0.0; LANES];
+        for l in 0..LANES {
+            v[l] = match patches {
+                0 => 1.0 / r2[l],
+                1 => 1.0 / (r2[l] * r[l]),
+                _ => 1.0 / (r2[l] * r2[l]),
+            };
+        }
+        if self.pairs.kappa > 0.0 {
+            let e = simd::exp(r.map(|r| -self.pairs.kappa * r));
+            for l in 0..LANES {
+                v[l] *= e[l];
+            }
+        }
+        v
+    }
+}
+
+/// Sums a plane of kernel values against the densities of the second and third axis.
+#[inline(always)]
+fn contract_plane(
+    nodes: &DensityNodes,
+    value: &[[f64; LANES]; PLANE_LANES],
+    used: usize,
+) -> [[f64; LANES]; 6] {
+    let [_, ny, nz] = nodes.count;
+    let mut lines = [[0.0; LANES]; 6];
+    for j in 0..ny {
+        let mut line = [0.0; LANES];
+        for k in 0..nz {
+            let m = j * nz + k;
+            let v = value[m / LANES][m % LANES];
+            for l in 0..LANES {
+                line[l] += v * nodes.density[2][k][l];
+            }
+        }
+        for f in 0..used {
+            for l in 0..LANES {
+                lines[f][l] += nodes.density[1][j][f] * line[l];
+            }
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,108 @@
+//! The prepared state from which the exchange of any pair follows.
+
+use super::occlusion::Occlusion;
+use super::periodic_images::PeriodicFactors;
+use super::prepared_zone::{PreparedZones, ZoneCaching};
+use super::settings::PairSettings;
+use super::subcells::subcell_table;
+use super::visibility_uncertainty::VisibilityUncertainty;
+use crate::aligned::FactorCache;
+use crate::polygon::PreparedPlates;
+use zonal_math::Vec3;
+use zonal_scene::SUBCELLS;
+use zonal_scene::{Bands, Plate, Scene, VoxelGrid, Zones};
+use zonal_transport::Transport;
+
+/// Exchange of the zones of a scene.
+pub struct Exchange<'a> {
+    pub(super) zones: &'a Zones,
+    pub(super) transport: &'a Transport<'a>,
+    pub(super) prepared: PreparedZones<'a>,
+    pub(super) cache: FactorCache,
+    pub(super) settings: PairSettings,
+    /// The patches, prepared for pairs in any position.
+    pub(super) plates: PreparedPlates,
+    pub(super) voxel_grid: Option<&'a VoxelGrid>,
+    pub(super) tolerance: f64,
+    /// κ if every path between two zones lies in one uniform medium (zero in vacuum) without panes.
+    pub(super) uniform: Option<Bands>,
+    pub(super) occlusion: Occlusion<'a>,
+    /// Extinction varies inside the voxmap, or a pane can stand between two zones: a few rays do not determine the attenuation.
+    pub(super) varied: bool,
+    /// Some pane can stand between two zones.
+    pub(super) panes_between: bool,
+    /// The factors of a periodic scene.
+    pub(super) images: Option<PeriodicFactors>,
+    /// Undetected partial occlusion of pairs whose rays all agree.
+    pub(super) uncertainty: VisibilityUncertainty,
+    /// Factors of sub-cells by their offset, with the means of r, r² and r³.
+    pub(super) subcells: Vec<[f64; 4]>,
+}
+
+impl<'a> Exchange<'a> {
+    /// Prepares the exchange of `zones`, which were built from `scene`.
+    pub fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> Exchange<'a> {
+        Exchange::with_settings(scene, zones, transport, PairSettings::default())
+    }
+
+    /// Prepares the exchange with given settings.
+    pub fn with_settings(
+        scene: &'a Scene,
+        zones: &'a Zones,
+        transport: &'a Transport<'a>,
+        settings: PairSettings,
+    ) -> Exchange<'a> {
+        let cell = scene.voxel_grid().map_or(Vec3::ZERO, |v| v.cell());
+        let cache = FactorCache::new(settings.aligned_tolerance);
+        let subcells = if zones.voxels.iter().any(|z| !z.samples.is_empty()) {
+            subcell_table(cell * (1.0 / SUBCELLS as f64), &cache)
+        } else {
+            Vec::new()
+        };
+        let caching = if settings.keep_zones { ZoneCaching::All } else { ZoneCaching::None };
+        let prepared = PreparedZones::new(scene, zones, caching);
+        let occlusion = Occlusion::new(transport);
+        let uncertainty = VisibilityUncertainty::sampled(&prepared, &occlusion, &settings);
+        Exchange {
+            zones,
+            transport,
+            prepared,
+            cache,
+            settings,
+            plates: PreparedPlates::new(&zones.patches.iter().map(|p| p.plate).collect::<Vec<_>>()),
+            voxel_grid: scene.voxel_grid(),
+            tolerance: scene.options().tolerance,
+            uniform: uniform_medium(scene, zones, transport),
+            varied: transport.has_interior_panes()
+                || scene.voxel_grid().is_some_and(|v| v.uniform_extinction().is_none())
+                || uniform_medium(scene, zones, transport).is_none(),
+            occlusion,
+            panes_between: transport.has_interior_panes(),
+            images: PeriodicFactors::of(scene),
+            uncertainty,
+            subcells,
+        }
+    }
+}
+
+/// κ if it is constant along every path between two zones; zero in vacuum.
+fn uniform_medium(scene: &Scene, zones: &Zones, transport: &Transport) -> Option<Bands> {
+    if transport.has_interior_panes() {
+        return None;
+    }
+    let Some(map) = scene.voxel_grid() else {
+        return Some([0.0; 3]);
+    };
+    let kappa = map.uniform_extinction()?;
+    if kappa == [0.0; 3] {
+        return Some(kappa);
+    }
+    let slack = Vec3::splat(1e-9 * scene.diagonal());
+    let (lo, hi) = (map.min() - slack, map.max() + slack);
+    let inside = |p: &Plate| {
+        let (a, b) = p.bounds();
+        a.max(lo) == a && b.min(hi) == b
+    };
+    let all = zones.patches.iter().map(|p| &p.plate).chain(zones.panes.iter().map(|p| &p.plate)).all(inside);
+    all.then_some(kappa)
+}

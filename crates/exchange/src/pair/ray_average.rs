@@ -1,0 +1,442 @@
+//! Pairs by rays: visibility, varying attenuation, panes.
+//!
+//! The points of both zones come from a six-dimensional low-discrepancy sequence shifted by a hash of the pair. The first rays are few. Where they
+//! disagree, more follow: the number grows with the closeness of the zones and with the share of power that they exchange. Where the error still
+//! leaves more of a zone's power open than the tolerance allows per pair, more rays reduce it to that share; errors fall at least with the root
+//! of the number of rays.
+//!
+//! A pair is fully visible, and takes no ray, where no facet reaches into its hull. Where one does and n rays agree, they may miss a part: without
+//! prior knowledge the mean of the other fraction is 1/(n + 2), and its standard deviation is as large (Laplace's rule of succession). The fraction
+//! of pairs that are partly visible is estimated by [`super::visibility_uncertainty`]. A pane between two zones may dim an undetected part in the
+//! same way; where one reaches into the hull, the number of rays makes that part small.
+
+use super::exchange::Exchange;
+use super::occlusion::{RayConsensus, RimVisibility, shaft_end};
+use super::pair_factor::{PairCounts, PairFactor};
+use super::prepared_zone::{PreparedShape, PreparedZone, is_close, power_share};
+use super::ray_samples::{PairPoints, RAYS, WeightedMean, pair_kernel};
+use super::visibility_uncertainty::succession_bound;
+use crate::solid_angle_quadrature::DistanceMoments;
+use std::ops::Range;
+use zonal_math::{Vec3, exponential_integral};
+use zonal_scene::{Bands, bands};
+
+/// Two zones and the seed of their sample points.
+#[derive(Clone, Copy)]
+pub(super) struct ZonePair<'z> {
+    pub a: &'z PreparedZone,
+    pub b: &'z PreparedZone,
+    pub seed: u64,
+}
+
+impl ZonePair<'_> {
+    fn is_self(&self) -> bool {
+        std::ptr::eq(self.a, self.b)
+    }
+    fn is_close(&self) -> bool {
+        is_close(self.a, self.b)
+    }
+    /// Distance of the centres, m.
+    fn distance(&self) -> f64 {
+        (self.a.centre - self.b.centre).length()
+    }
+}
+
+/// The rays of a pair and their means.
+struct RaySample {
+    rays: Vec<PairRay>,
+    rim: RimVisibility,
+    /// Facets, panes may divide the pair.
+    divided: bool,
+    dimmed: bool,
+    /// Product of the zones' pane scales: 1 without panes.
+    scale: f64,
+    means: [BandMean; 3],
+}
+
+/// The mean over the rays of a pair in one band.
+struct BandMean {
+    /// The extinction of the uniform medium with the same mean depth, 1/m.
+    kappa: f64,
+    /// Transmittance relative to that medium, and its standard error.
+    mean: f64,
+    error: f64,
+    /// The same mean without facets.
+    open: f64,
+}
+
+/// A ray between two zones.
+struct PairRay {
+    /// The kernel.
+    weight: f64,
+    /// m.
+    length: f64,
+    /// Optical depth of the medium.
+    depth: Bands,
+    /// Attenuation by the medium as in [`Exchange::chord_transmittance`], where a zone is optically thick.
+    chords: Bands,
+    /// Transmittance of the panes between, times the path factors of panes at the ends.
+    panes: Bands,
+    /// A pane stands between.
+    dimmed: bool,
+    /// A facet blocks.
+    blocked: bool,
+}
+
+impl PairRay {
+    fn is_dark(&self) -> bool {
+        self.blocked || self.panes == [0.0; 3]
+    }
+}
+
+impl Exchange<'_> {
+    /// A factor in a uniform medium times the visible fraction.
+    pub(super) fn times_visibility(
+        &self,
+        pair: ZonePair,
+        base: PairFactor,
+        counts: &mut PairCounts,
+    ) -> PairFactor {
+        let share = power_share(base.value[0], pair.a, pair.b);
+        let v = self.visible_fraction(pair, share, counts);
+        PairFactor {
+            value: bands(|k| base.value[k] * v[k].0),
+            radius: bands(|k| base.radius[k] * v[k].0 + base.value[k] * v[k].1),
+        }
+    }
+
+    /// Visible fraction of the exchange of two zones in one uniform medium, and its standard error in each band.
+    fn visible_fraction(&self, pair: ZonePair, share: f64, counts: &mut PairCounts) -> [(f64, f64); 3] {
+        let ZonePair { a, b, .. } = pair;
+        if !self.occlusion.may_divide(a, b) {
+            return [(1.0, 0.0); 3];
+        }
+        // Trace the first rays, and those between the rims of an important pair.
+        let mut tally = [WeightedMean::default(); 3];
+        let close = pair.is_close();
+        let first = if close { RAYS.partial } else { RAYS.first };
+        self.trace_visibility(pair, 0..first, &mut tally);
+        let important = self.is_important(share);
+        let rim = if important { self.occlusion.rim_visibility(a, b) } else { RimVisibility::default() };
+        counts.rays += rim.rays;
+        // Resolve a partly visible pair by more rays.
+        if tally[0].is_mixed() || rim.disagrees(RayConsensus::of(tally[0].blocked as u64)) {
+            counts.partial += 1;
+            let n = match important {
+                true if pair.is_self() => RAYS.self_pair,
+                true if close => RAYS.close,
+                true => RAYS.important,
+                false => RAYS.partial,
+            };
+            self.trace_visibility(pair, first..n, &mut tally);
+        }
+        // Add rays until the error leaves an admissible share of power open.
+        for _ in 0..RAYS.max_rounds {
+            let error = tally.iter().fold(0.0f64, |m, t| m.max(t.mean_and_error().1));
+            let (have, want) = (tally[0].n as usize, self.rays_for(tally[0].n as usize, share * error));
+            if !tally[0].is_mixed() || want <= have {
+                break;
+            }
+            self.trace_visibility(pair, have..want, &mut tally);
+        }
+        counts.rays += tally[0].n as u64;
+        // Add the undetected occlusion of rays that all agree.
+        let consensus = RayConsensus::of(tally[0].blocked as u64);
+        let deviation = self.uncertainty.deviation(a, b, consensus);
+        let missed =
+            if tally[0].is_mixed() { 0.0 } else { deviation * succession_bound(tally[0].n, rim, consensus) };
+        let with_missed = |t: WeightedMean| {
+            let (mean, error) = t.mean_and_error();
+            (mean, error.hypot(missed))
+        };
+        if self.uniform_extinction() == [0.0; 3] {
+            [with_missed(tally[0]); 3]
+        } else {
+            tally.map(with_missed)
+        }
+    }
+
+    /// κ of the uniform medium; zero where there is none.
+    fn uniform_extinction(&self) -> Bands {
+        self.uniform.unwrap_or([0.0; 3])
+    }
+
+    /// True for a pair that carries an important share of a zone's power.
+    fn is_important(&self, share: f64) -> bool {
+        share > self.tolerance * RAYS.important_share
+    }
+
+    fn trace_visibility(&self, pair: ZonePair, range: Range<usize>, tally: &mut [WeightedMean; 3]) {
+        let (points, kappa) = (PairPoints::new(pair.seed), self.uniform_extinction());
+        for k in range {
+            let (x, y) = points.both(pair.a, pair.b, k);
+            let w = pair_kernel(pair.a, pair.b, x, y);
+            let seen = if self.occlusion.is_blocked(x, y) { 0.0 } else { 1.0 };
+            if kappa == [0.0; 3] {
+                tally[0].add(w, seen);
+            } else {
+                let r = (y - x).length();
+                (0..3).for_each(|k| tally[k].add(w * (-kappa[k] * r).exp(), seen));
+            }
+        }
+    }
+
+    /// The number of rays of a pair whose `n` rays leave the share `open` of a zone's power open.
+    fn rays_for(&self, n: usize, open: f64) -> usize {
+        let over = open / (RAYS.open_share * self.tolerance);
+        if over > 1.0 { ((n as f64 * over * over) as usize).min(RAYS.max) } else { n }
+    }
+
+    /// False where no pane can dim a part of a pair.
+    fn may_dim(&self, a: &PreparedZone, b: &PreparedZone) -> bool {
+        let (mut p, mut q) = (Vec::new(), Vec::new());
+        self.panes_between && self.transport.pane_may_intersect([shaft_end(a, &mut p), shaft_end(b, &mut q)])
+    }
+
+    /// Attenuated and visible exchange of two zones by rays; the number follows from distance, occluders and medium.
+    pub(super) fn by_rays(&self, pair: ZonePair, m: DistanceMoments, counts: &mut PairCounts) -> PairFactor {
+        let ZonePair { a, b, .. } = pair;
+        let distance = pair.distance();
+        let near = distance < 2.0 * (a.diameter + b.diameter);
+        let pane = [a, b].iter().any(|z| matches!(z.shape, PreparedShape::Plate { pane: Some(_), .. }));
+        let rays = if near && (pane || self.is_thick(a, b))
+            || self.uniform.is_none() && distance < a.diameter.max(b.diameter)
+        {
+            RAYS.important
+        } else if near && self.varied || self.occlusion.has_occluders && pair.is_close() {
+            RAYS.partial
+        } else if self.occlusion.has_occluders || self.varied || near {
+            // In a varying medium e^{−δ} between the centres is no mean over the pair.
+            RAYS.first
+        } else {
+            1
+        };
+        self.ray_average(pair, m, rays, counts)
+    }
+
+    /// The factor of `m` times the mean over rays of visibility, attenuation and the path factors of panes.
+    ///
+    /// With the mean extinction κ of the rays, ⟨e^{−κr}⟩ by the moments is corrected by the ratio Σ w τ/Σ w e^{−κr} of the same rays: exact in a
+    /// uniform medium, and correct where the dimmed or hidden part lies nearer or farther than the rest.
+    pub(super) fn ray_average(
+        &self,
+        pair: ZonePair,
+        m: DistanceMoments,
+        rays: usize,
+        counts: &mut PairCounts,
+    ) -> PairFactor {
+        if m.factor.value <= 0.0 {
+            return PairFactor { value: [0.0; 3], radius: [m.factor.radius; 3] };
+        }
+        let sample = self.sample_rays(pair, &m, rays, counts);
+        let undetected = self.undetected_fraction(pair, &sample);
+        let mut out = PairFactor::default();
+        for (k, BandMean { kappa, mean, error, open }) in sample.means.into_iter().enumerate() {
+            let error = error.hypot(undetected * open);
+            let base = m.transmittance(kappa);
+            let value = m.factor.value * base * mean;
+            let radius = base * (m.factor.radius * mean + m.factor.value * error);
+            // No medium transmits more than all. (The path factor of a pane is a length.)
+            let (most, widest) = match sample.scale == 1.0 {
+                true => (m.factor.value, m.factor.value + m.factor.radius),
+                false => (f64::INFINITY, f64::INFINITY),
+            };
+            (out.value[k], out.radius[k]) = (value.min(most), radius.min(widest));
+        }
+        out
+    }
+
+    /// Traces the rays of a pair, at least `rays`.
+    fn sample_rays(
+        &self,
+        pair: ZonePair,
+        m: &DistanceMoments,
+        rays: usize,
+        counts: &mut PairCounts,
+    ) -> RaySample {
+        let ZonePair { a, b, seed } = pair;
+        let divided = self.occlusion.may_divide(a, b);
+        let distance = pair.distance();
+        let scale = self.pane_scale(a) * self.pane_scale(b);
+        let points = PairPoints::new(seed);
+        let mut traced: Vec<PairRay> = Vec::with_capacity(rays.max(RAYS.partial));
+        let trace = |to: usize, traced: &mut Vec<PairRay>| {
+            for k in traced.len()..to {
+                let (x, y) = if rays == 1 { (a.centre, b.centre) } else { points.both(a, b, k) };
+                traced.push(self.trace_ray(pair, x, y, divided));
+            }
+        };
+        // Trace the first rays, and those between the rims of an important pair.
+        trace(rays, &mut traced);
+        let blocked = traced.iter().filter(|r| r.is_dark()).count();
+        let share = power_share(m.factor.value, a, b);
+        let undecided = divided && rays > 1 && rays < RAYS.important;
+        let rim = if undecided && self.is_important(share) {
+            self.occlusion.rim_visibility(a, b)
+        } else {
+            RimVisibility::default()
+        };
+        counts.rays += rim.rays;
+        // Resolve a partly visible pair by more rays.
+        if undecided && (blocked > 0 && blocked < rays || rim.disagrees(RayConsensus::of(blocked as u64))) {
+            counts.partial += 1;
+            let n = if self.is_important(share) { RAYS.important } else { RAYS.partial.max(rays) };
+            trace(n, &mut traced);
+        }
+        // Trace enough rays that an undetected pane is unimportant.
+        let dimmed = rays > 1 && self.may_dim(a, b);
+        if dimmed {
+            let n = (share / (RAYS.open_share * self.tolerance)) as usize;
+            trace(n.min(RAYS.max).max(traced.len()), &mut traced);
+        }
+        // Add rays until the error leaves an admissible share of power open.
+        let mut means = self.band_means(a, b, &traced);
+        for _ in 0..if rays > 1 { RAYS.max_rounds } else { 0 } {
+            let open = means.iter().fold(0.0f64, |m, s| m.max(scale * s.error * (-s.kappa * distance).exp()));
+            let want = self.rays_for(traced.len(), share * open);
+            if want <= traced.len() {
+                break;
+            }
+            trace(want, &mut traced);
+            means = self.band_means(a, b, &traced);
+        }
+        counts.rays += traced.len() as u64;
+        RaySample { rays: traced, rim, divided, dimmed, scale, means }
+    }
+
+    /// The fraction of a pair that rays which all agree may leave undetected behind facets or panes.
+    fn undetected_fraction(&self, pair: ZonePair, sample: &RaySample) -> f64 {
+        let n = sample.rays.len();
+        let mut undetected = 0.0f64;
+        let blocked = sample.rays.iter().filter(|r| r.blocked).count();
+        if sample.divided && (blocked == 0 || blocked == n) {
+            let consensus = RayConsensus::of(blocked as u64);
+            undetected = self.uncertainty.deviation(pair.a, pair.b, consensus)
+                * succession_bound(n as f64, sample.rim, consensus);
+        }
+        let behind = sample.rays.iter().filter(|r| r.dimmed).count();
+        if sample.dimmed && (behind == 0 || behind == n) {
+            let consensus = RayConsensus::of(behind as u64);
+            undetected = undetected.hypot(succession_bound(n as f64, RimVisibility::default(), consensus));
+        }
+        undetected
+    }
+
+    /// The means over the rays of a pair in each band.
+    fn band_means(&self, a: &PreparedZone, b: &PreparedZone, rays: &[PairRay]) -> [BandMean; 3] {
+        let thick = self.is_thick(a, b);
+        let length: f64 = rays.iter().map(|r| r.weight * r.length).sum();
+        let weights: f64 = rays.iter().map(|r| r.weight).sum();
+        std::array::from_fn(|k| {
+            let chords =
+                thick && a.optical_thickness[k].max(b.optical_thickness[k]) > RAYS.max_cumulant_depth;
+            let depth: f64 = rays.iter().map(|r| r.weight * r.depth[k]).sum();
+            let mean = depth / length;
+            // Rays much longer than the medium that dims them would have unbounded ratios.
+            let excess = rays.iter().fold(0.0f64, |m, r| m.max(mean * r.length - r.depth[k]));
+            let usable = length > 0.0
+                && depth <= RAYS.max_reference_depth * weights
+                && excess <= RAYS.max_reference_depth;
+            let kappa = if usable && !chords { mean } else { 0.0 };
+            let (mut all, mut open) = (WeightedMean::default(), WeightedMean::default());
+            for r in rays {
+                let reference = (-kappa * r.length).exp();
+                let tau = if chords && !r.blocked { r.chords[k] } else { (-r.depth[k]).exp() };
+                let x = if reference > 0.0 { r.panes[k] * tau / reference } else { 0.0 };
+                all.add(r.weight * reference, if r.blocked { 0.0 } else { x });
+                open.add(r.weight * reference, x);
+            }
+            let (mean, error) = all.mean_and_error();
+            BandMean { kappa, mean, error, open: open.mean_and_error().0 }
+        })
+    }
+
+    /// The ray from x to y; facets are tested where the pair may be `divided`.
+    fn trace_ray(&self, pair: ZonePair, x: Vec3, y: Vec3, divided: bool) -> PairRay {
+        let ZonePair { a, b, .. } = pair;
+        let d = y - x;
+        let r = d.length();
+        let weight = pair_kernel(a, b, x, y);
+        let depth = match self.uniform {
+            Some(k) => k.map(|k| k * r),
+            None => self.transport.medium_depth(x, y),
+        };
+        let (pa, pb) = (self.pane_path_factor(a, d / r), self.pane_path_factor(b, d / r));
+        let panes = bands(|k| pa[k] * pb[k]);
+        let mut ray =
+            PairRay { weight, length: r, depth, chords: [0.0; 3], panes, dimmed: false, blocked: false };
+        ray.blocked = divided && self.occlusion.is_blocked(x, y);
+        if ray.blocked {
+            return ray;
+        }
+        if self.is_thick(a, b) {
+            ray.chords = self.chord_transmittance(a, b, x, y);
+        }
+        if self.panes_between {
+            let all = self.transport.optical_depth_inside(x, y);
+            ray.panes = bands(|k| ray.panes[k] * (depth[k] - all[k]).min(0.0).exp());
+            ray.dimmed = (0..3).any(|k| all[k] > depth[k]);
+        }
+        ray
+    }
+
+    /// True where the cumulants of the distance do not determine the attenuation.
+    pub(super) fn is_thick(&self, a: &PreparedZone, b: &PreparedZone) -> bool {
+        let cut = a.samples().or(b.samples()).is_some();
+        !cut && (0..3).any(|k| a.optical_thickness[k].max(b.optical_thickness[k]) > RAYS.max_cumulant_depth)
+    }
+
+    /// Attenuation along the line through x and y, averaged over its chords in both zones: on a given line the points of a pair
+    /// are uniform (dV dV'/r² = dA⊥ dω ds ds'), so each voxel gives (1 − e^{−κℓ})/(κℓ), and the space between e^{−δ}.
+    fn chord_transmittance(&self, a: &PreparedZone, b: &PreparedZone, x: Vec3, y: Vec3) -> Bands {
+        let w = (y - x).normalized();
+        let r = (y - x).length();
+        let (from, share_a) = chord(a, x, w, r);
+        let (to, share_b) = chord(b, y, -w, r);
+        let between = match self.uniform {
+            Some(k) => k.map(|k| k * (to - from).dot(w).max(0.0)),
+            None if (to - from).dot(w) > 0.0 => self.transport.medium_depth(from, to),
+            None => [0.0; 3],
+        };
+        bands(|k| (-between[k]).exp() * share_a[k] * share_b[k])
+    }
+
+    /// (1 − e^{−κt/c})/κ of a pane in direction `w`, m; 1 of any other zone.
+    fn pane_path_factor(&self, z: &PreparedZone, w: Vec3) -> Bands {
+        let PreparedShape::Plate { pane: Some(k), .. } = z.shape else {
+            return [1.0; 3];
+        };
+        self.zones.panes[k].effective_path(w)
+    }
+
+    /// The inverse thickness of a pane, 1/m, which makes its path factor a share of its power; 1 of any other zone.
+    fn pane_scale(&self, z: &PreparedZone) -> f64 {
+        match z.shape {
+            PreparedShape::Plate { pane: Some(k), .. } => 1.0 / self.zones.panes[k].thickness,
+            _ => 1.0,
+        }
+    }
+}
+
+/// The point where a line leaves a whole voxel from `x` along `w`, at most `reach` away, with (1 − e^{−κℓ})/(κℓ) of its chord there; of any
+/// other zone, `x` and 1.
+fn chord(z: &PreparedZone, x: Vec3, w: Vec3, reach: f64) -> (Vec3, Bands) {
+    if !matches!(z.shape, PreparedShape::Voxel) {
+        return (x, [1.0; 3]);
+    }
+    let (mut ahead, mut behind) = (reach, f64::INFINITY);
+    for axis in (0..3).filter(|&k| w[k] != 0.0) {
+        let (p, q) = ((z.lo[axis] - x[axis]) / w[axis], (z.hi[axis] - x[axis]) / w[axis]);
+        ahead = ahead.min(p.max(q).max(0.0));
+        behind = behind.min(-p.min(q).min(0.0));
+    }
+    let length = ahead + behind;
+    let mean = |depth: f64| if depth > 1e-9 { -(-depth).exp_m1() / depth } else { 1.0 };
+    (x + w * ahead, z.optical_thickness.map(|t| mean(t / z.diameter * length)))
+}
+
+/// F of a pane with itself per area and κ²: (4κt − 2 (1 − 2 E_3(κt)))/κ², the emission that its faces do not transmit.
+pub(super) fn pane_self_exchange(kappa: f64, thickness: f64) -> f64 {
+    let tau = kappa * thickness;
+    ((4.0 * tau - 2.0 * (1.0 - 2.0 * exponential_integral::e3(tau))) / (kappa * kappa)).max(0.0)
+}

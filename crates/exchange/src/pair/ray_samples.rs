@@ -1,0 +1,147 @@
+//! Sample points and weights of the rays between two zones.
+
+use super::prepared_zone::{PreparedShape, PreparedZone};
+use zonal_math::{Vec3, low_discrepancy};
+
+/// Numbers of rays of a pair, and the limits by which they are chosen.
+pub(super) struct PairRayParams {
+    /// First rays of a pair.
+    pub first: usize,
+    /// Rays of a partly visible pair.
+    pub partial: usize,
+    /// Rays of a partly visible pair that carries an important share of a zone's power.
+    pub important: usize,
+    /// Rays of a nearly touching pair of that kind.
+    pub close: usize,
+    /// Rays of a voxel to itself.
+    pub self_pair: usize,
+    /// Rays of any pair, at most.
+    pub max: usize,
+    /// Rounds of additional rays, at most.
+    pub max_rounds: usize,
+    /// Share of a zone's power, over the tolerance, from which a pair is important.
+    pub important_share: f64,
+    /// Share of a zone's power, over the tolerance, that the rays of a pair may leave open.
+    pub open_share: f64,
+    /// Optical depth along the diagonal of a voxel beyond which the cumulants of the distance do not determine the attenuation.
+    pub max_cumulant_depth: f64,
+    /// Optical depth beyond which the ratio of a pair's rays to a uniform medium is not used: their mean depth, and the excess of the uniform
+    /// medium's depth along any of them.
+    pub max_reference_depth: f64,
+    /// Subdivisions into quarters of a pane and of a zone close to it.
+    pub pane_splits: u32,
+    /// The same of a pane and a patch, which may share an edge, for tolerances below `fine_tolerance`.
+    pub pane_edge_splits: u32,
+    /// The tolerance below which `pane_edge_splits` applies.
+    pub fine_tolerance: f64,
+}
+
+/// The parameters of all pairs.
+pub(super) const RAYS: PairRayParams = PairRayParams {
+    first: 4,
+    partial: 16,
+    important: 64,
+    close: 256,
+    self_pair: 2048,
+    max: 4096,
+    max_rounds: 2,
+    important_share: 0.1,
+    open_share: 0.1,
+    max_cumulant_depth: 1.7,
+    max_reference_depth: 20.0,
+    pane_splits: 2,
+    pane_edge_splits: 4,
+    fine_tolerance: 0.01,
+};
+
+/// Squared distance below which the kernel is bounded, relative to the smaller squared diameter.
+const MIN_RELATIVE_SQUARED_DISTANCE: f64 = 0.0025;
+
+/// The points of a pair: a six-dimensional low-discrepancy sequence shifted by a hash of the pair, three coordinates per zone.
+pub(super) struct PairPoints {
+    shift: [f64; 6],
+}
+
+impl PairPoints {
+    pub(super) fn new(seed: u64) -> PairPoints {
+        PairPoints { shift: low_discrepancy::random_shift(seed) }
+    }
+    /// The `k`-th points on both zones.
+    pub(super) fn both(&self, a: &PreparedZone, b: &PreparedZone, k: usize) -> (Vec3, Vec3) {
+        let u = low_discrepancy::r6(k, self.shift);
+        (zone_point(a, [u[0], u[1], u[2]]), zone_point(b, [u[3], u[4], u[5]]))
+    }
+}
+
+/// The point of a zone at coordinates in the unit cube.
+fn zone_point(z: &PreparedZone, u: [f64; 3]) -> Vec3 {
+    match &z.shape {
+        PreparedShape::Plate { plate, .. } => {
+            let [s, t] = plate.warp([u[0], u[1]]);
+            plate.at(s, t)
+        }
+        PreparedShape::Voxel => z.lo + (z.hi - z.lo).scale(Vec3::from_array(u)),
+        PreparedShape::CutVoxel(samples) => {
+            let mut target = u[0] * z.measure;
+            for s in samples.iter() {
+                target -= s.volume;
+                if target <= 0.0 {
+                    return s.point;
+                }
+            }
+            samples[samples.len() - 1].point
+        }
+    }
+}
+
+/// The kernel cosθ_a cosθ_b/r² between two points, bounded at small distances; only ratios of it are used.
+pub(super) fn pair_kernel(a: &PreparedZone, b: &PreparedZone, x: Vec3, y: Vec3) -> f64 {
+    let d = y - x;
+    let r2 = d.length2();
+    let floor = MIN_RELATIVE_SQUARED_DISTANCE * (a.diameter * a.diameter).min(b.diameter * b.diameter);
+    let d = d / r2.sqrt().max(1e-300);
+    let side = |z: &PreparedZone, c: f64| match &z.shape {
+        PreparedShape::Plate { pane: None, .. } => c.max(0.0),
+        PreparedShape::Plate { .. } => c.abs(),
+        _ => 1.0,
+    };
+    side(a, a.normal.dot(d)) * side(b, -b.normal.dot(d)) / r2.max(floor)
+}
+
+/// Weighted mean of a few samples with its standard error.
+#[derive(Clone, Copy, Default)]
+pub(super) struct WeightedMean {
+    /// Σ w, Σ w x, Σ w x², Σ w² of weights w and values x.
+    w: f64,
+    wx: f64,
+    wxx: f64,
+    ww: f64,
+    /// Number of samples.
+    pub(super) n: f64,
+    /// Samples of value zero.
+    pub(super) blocked: f64,
+}
+
+impl WeightedMean {
+    pub(super) fn add(&mut self, w: f64, x: f64) {
+        self.w += w;
+        self.wx += w * x;
+        self.wxx += w * x * x;
+        self.ww += w * w;
+        self.n += 1.0;
+        self.blocked += if x == 0.0 { 1.0 } else { 0.0 };
+    }
+    /// True if some samples are zero and some are not.
+    pub(super) fn is_mixed(&self) -> bool {
+        self.blocked > 0.0 && self.blocked < self.n
+    }
+    pub(super) fn mean_and_error(self) -> (f64, f64) {
+        if self.w <= 0.0 {
+            // Without weight on any ray only a sliver of exchange across an edge remains.
+            return ((self.n - self.blocked) / self.n.max(1.0), 0.5);
+        }
+        let mean = self.wx / self.w;
+        let variance = (self.wxx / self.w - mean * mean).max(0.0);
+        (mean, (variance * self.ww).sqrt() / self.w)
+    }
+}

@@ -1,0 +1,83 @@
+//! Bounded reading of files, on disk or in memory.
+//!
+//! Only regular files are opened: opening a pipe blocks until its writer appears, and a device has no end.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Files in memory that a scene refers to, by their paths relative to the scene.
+pub type FilesInMemory = BTreeMap<PathBuf, Vec<u8>>;
+
+/// Storage of the files that a scene refers to.
+#[derive(Clone, Copy)]
+pub(crate) enum FileSource<'a> {
+    /// On disk.
+    Disk,
+    /// In memory.
+    Memory(&'a FilesInMemory),
+}
+
+impl FileSource<'_> {
+    /// The bytes of a file of at most `limit` bytes; an error states the defect and the remedy.
+    pub(crate) fn read(self, path: &Path, limit: u64) -> Result<Vec<u8>, String> {
+        let FileSource::Memory(files) = self else { return read(path, limit) };
+        match files.get(path) {
+            Some(bytes) if bytes.len() as u64 <= limit => Ok(bytes.clone()),
+            Some(_) => Err(too_large(limit)),
+            None => Err(unreadable(&std::io::ErrorKind::NotFound.into())),
+        }
+    }
+    /// True if a regular file of that name exists.
+    pub(crate) fn contains(self, path: &Path) -> bool {
+        match self {
+            FileSource::Disk => path.is_file(),
+            FileSource::Memory(files) => files.contains_key(path),
+        }
+    }
+}
+
+/// An open regular file and its length in bytes; an error states the defect and the remedy. Pipes, devices, sockets and folders are
+/// refused before they are opened.
+pub(crate) fn open(path: &Path) -> Result<(File, u64), String> {
+    let failed = |e: std::io::Error| unreadable(&e);
+    let check_regular = |m: &std::fs::Metadata| match m.is_file() {
+        true => Ok(()),
+        false => Err("this is not a file; give the path of one".to_string()),
+    };
+    check_regular(&std::fs::metadata(path).map_err(failed)?)?;
+    let file = File::open(path).map_err(failed)?;
+    let meta = file.metadata().map_err(failed)?;
+    check_regular(&meta)?;
+    Ok((file, meta.len()))
+}
+
+/// The bytes of a regular file of at most `limit` bytes; an error states the defect and the remedy.
+pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
+    let (file, length) = open(path)?;
+    if length > limit {
+        return Err(too_large(limit));
+    }
+    let mut bytes = Vec::new();
+    let reserved = usize::try_from(length).ok().and_then(|n| bytes.try_reserve_exact(n).ok());
+    reserved.ok_or_else(|| {
+        format!("this file of {} MiB does not fit into memory; make it smaller", length >> 20)
+    })?;
+    file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
+    if bytes.len() as u64 > limit {
+        return Err(too_large(limit));
+    }
+    Ok(bytes)
+}
+
+fn too_large(limit: u64) -> String {
+    format!("this file is larger than the {} MiB that are read; make it smaller", limit >> 20)
+}
+
+fn unreadable(e: &std::io::Error) -> String {
+    match e.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file; check the path".to_string(),
+        _ => format!("this file cannot be read ({e}); check the path and its permissions"),
+    }
+}

@@ -1,0 +1,311 @@
+//! glTF materials as diffuse surfaces and panes.
+//!
+//! | glTF | here |
+//! |---|---|
+//! | base colour and its texture | reflectance; the metallic factor is ignored |
+//! | emissive factor × strength × texture | a radiance L; emission = π L |
+//! | unlit | reflectance = base colour, at most 0.95; no emission |
+//! | transmission with volume | pane, κ = −ln(attenuation colour)/attenuation distance, Ω = 0 |
+//! | transmission without volume | pane, κ = −ln(base colour × factor)/thickness, Ω = 0 |
+//! | alpha blend | pane, κ = −ln(1 − alpha)/thickness, Ω = base colour; alpha 1 is opaque |
+//! | alpha mask, alpha of textures | not read: a warning where the material is used |
+
+use super::accessors::Buffers;
+use super::container::{path_beside, resolve_uri};
+use super::texture_mapping::TextureMapping;
+use crate::files::FileSource;
+use crate::input::error::FileFault;
+use crate::input::images;
+use crate::input::mesh::model::{GlassAttenuation, GlassProperties, ImageSource, MeshData, MeshMaterial};
+use gltf::Document;
+use gltf::material::AlphaMode;
+use std::collections::{HashMap, HashSet};
+use std::f64::consts::PI;
+use std::path::Path;
+use std::rc::Rc;
+use zonal_scene::{Bands, bands};
+
+/// Largest reflectance of an unlit material.
+const MAX_UNLIT_REFLECTANCE: f64 = 0.95;
+/// Smallest transmittance of a colour; it keeps the extinction finite.
+const MIN_TRANSMITTANCE: f64 = 1e-6;
+
+/// The texture mappings of all materials; the default material is added when a primitive uses it.
+pub(super) struct MaterialTable {
+    mappings: Vec<TextureMapping>,
+    default: Option<usize>,
+}
+
+impl MaterialTable {
+    /// The index in `mesh.materials` of a primitive's material.
+    pub(super) fn index_of(&mut self, material: Option<usize>, mesh: &mut MeshData) -> usize {
+        if let Some(i) = material.filter(|i| *i < mesh.materials.len()) {
+            return i;
+        }
+        *self.default.get_or_insert_with(|| {
+            mesh.materials.push(MeshMaterial {
+                reflectance: Some([1.0; 3]),
+                double_sided: Some(false),
+                ..MeshMaterial::named("default")
+            });
+            self.mappings.push(TextureMapping::NONE);
+            mesh.materials.len() - 1
+        })
+    }
+    /// The texture mapping of a material.
+    pub(super) fn mapping(&self, material: usize) -> TextureMapping {
+        self.mappings.get(material).copied().unwrap_or(TextureMapping::NONE)
+    }
+}
+
+/// Reads all materials into `mesh.materials`, in the file's order.
+pub(super) fn read_materials(
+    document: &Document,
+    files: FileSource<'_>,
+    path: &Path,
+    buffers: &Buffers<'_>,
+    mesh: &mut MeshData,
+) -> Result<MaterialTable, FileFault> {
+    let mut mappings = Vec::new();
+    let mut names = HashSet::new();
+    let mut images = ImageReader { files, path, buffers, read: HashMap::new(), metallic: 0 };
+    for (i, m) in document.materials().enumerate() {
+        let mut name = m.name().unwrap_or("").trim().to_string();
+        if name.is_empty() {
+            name = format!("material{i}");
+        }
+        if !names.insert(name.clone()) {
+            name = format!("{name}#{i}");
+            names.insert(name.clone());
+        }
+        let (material, mapping) = images.read_material(&m, name, &mut mesh.notes)?;
+        mesh.materials.push(material);
+        mappings.push(mapping);
+    }
+    if images.metallic > 0 {
+        let (file, n) = (buffers.file, images.metallic);
+        mesh.notes.push(format!("{file}: {n} metallic materials were read as diffuse"));
+    }
+    Ok(MaterialTable { mappings, default: None })
+}
+
+/// Warns of alpha that is not read: that of the texture, and cut-outs.
+fn add_alpha_warnings(
+    m: &gltf::Material<'_>,
+    alpha: f64,
+    alpha_in_texture: bool,
+    place: &str,
+    out: &mut MeshMaterial,
+) {
+    let name = out.name.clone();
+    let remedy = format!("leave it out by materials.\"{name}\".omit = true, or cut its holes into the mesh");
+    match m.alpha_mode() {
+        AlphaMode::Mask if alpha_in_texture => {
+            out.opaque_warning = Some(format!(
+                "{place} has holes in the alpha of its picture (alphaMode MASK), which are not read: it is opaque all over; {remedy}"
+            ));
+        }
+        AlphaMode::Mask if alpha < f64::from(m.alpha_cutoff().unwrap_or(0.5)) => {
+            out.opaque_warning = Some(format!(
+                "{place} is cut out all over (alphaMode MASK, alpha below the cutoff), which is not read: it is opaque; {remedy}"
+            ));
+        }
+        AlphaMode::Blend if alpha_in_texture && alpha >= 1.0 => {
+            out.opaque_warning = Some(format!(
+                "{place} blends by the alpha of its picture, which is not read: it is opaque; write materials.\"{name}\".pane = {{ … }} for a pane, or pane = false and properties of its own"
+            ));
+        }
+        AlphaMode::Blend if alpha_in_texture => {
+            out.pane_warning = Some(format!(
+                "{place} blends by the alpha of its picture too, which is not read: its alpha factor alone was used"
+            ));
+        }
+        _ => {}
+    }
+}
+
+/// True if an image may have an alpha channel; one that cannot be read is refused where it is used.
+fn has_alpha(files: FileSource<'_>, image: &ImageSource) -> bool {
+    match image {
+        ImageSource::Bytes { bytes, .. } => images::has_alpha(bytes),
+        ImageSource::File(path) => {
+            files.read(path, images::MAX_IMAGE_FILE_BYTES).is_ok_and(|b| images::has_alpha(&b))
+        }
+    }
+}
+
+/// A place in a file, for messages.
+#[derive(Clone, Copy)]
+struct FilePlace<'a> {
+    file: &'a str,
+    place: &'a str,
+}
+
+/// The glass of a material that transmits or blends; none of an opaque one.
+fn read_glass(
+    m: &gltf::Material<'_>,
+    base: Bands,
+    alpha: f64,
+    at: FilePlace<'_>,
+    notes: &mut Vec<String>,
+) -> Result<Option<GlassProperties>, FileFault> {
+    let FilePlace { file, place } = at;
+    let transmission = m.transmission().map_or(0.0, |t| f64::from(t.transmission_factor()));
+    let volume = m.volume();
+    let thickness = volume.as_ref().map(|v| f64::from(v.thickness_factor())).filter(|t| *t > 0.0);
+    if transmission > 0.0 {
+        let attenuation = match &volume {
+            Some(v) => GlassAttenuation::Coefficient(absorption_coefficient(v).ok_or_else(|| {
+                let message = "the attenuation is negative or not a number; export the file again";
+                FileFault::new(file, place, message)
+            })?),
+            None => GlassAttenuation::Transmittance(
+                base.map(|x| (x * transmission).clamp(MIN_TRANSMITTANCE, 1.0)),
+            ),
+        };
+        if volume.is_some() && base != [1.0; 3] {
+            notes.push(format!("{file}: {place}: the base colour of a material with a volume was ignored"));
+        }
+        return Ok(Some(GlassProperties { thickness, attenuation, albedo: [0.0; 3] }));
+    }
+    if m.alpha_mode() == AlphaMode::Blend && alpha < 1.0 {
+        return Ok(Some(GlassProperties {
+            thickness,
+            attenuation: GlassAttenuation::Transmittance([(1.0 - alpha).clamp(MIN_TRANSMITTANCE, 1.0); 3]),
+            albedo: base.map(|x| x.min(1.0)),
+        }));
+    }
+    Ok(None)
+}
+
+/// σ_a = −ln(colour)/distance, in 1/(unit of the file); zero for an infinite distance.
+pub(super) fn absorption_coefficient(v: &gltf::material::Volume<'_>) -> Option<Bands> {
+    let distance = f64::from(v.attenuation_distance());
+    let colour = v.attenuation_color().map(f64::from);
+    if !(distance > 0.0 && colour.iter().all(|c| c.is_finite() && *c >= 0.0)) {
+        return None;
+    }
+    Some(bands(|k| -colour[k].clamp(MIN_TRANSMITTANCE, 1.0).ln() / distance).map(|x| x.max(0.0)))
+}
+
+struct ImageReader<'a> {
+    files: FileSource<'a>,
+    path: &'a Path,
+    buffers: &'a Buffers<'a>,
+    read: HashMap<usize, ImageSource>,
+    /// Number of metallic materials.
+    metallic: usize,
+}
+
+impl ImageReader<'_> {
+    /// Reads one material, and the mapping of its textures.
+    fn read_material(
+        &mut self,
+        m: &gltf::Material<'_>,
+        name: String,
+        notes: &mut Vec<String>,
+    ) -> Result<(MeshMaterial, TextureMapping), FileFault> {
+        let file = self.buffers.file;
+        let place = format!("material '{name}'");
+        let pbr = m.pbr_metallic_roughness();
+        let [r, g, b, alpha] = pbr.base_color_factor().map(f64::from);
+        let base = [r, g, b];
+        let emissive = m.emissive_factor().map(f64::from);
+        let strength = m.emissive_strength().map_or(1.0, f64::from);
+        let valid = |x: f64| x.is_finite() && x >= 0.0;
+        if !(base.into_iter().chain(emissive).all(valid) && valid(alpha) && valid(strength)) {
+            let message = "a colour or strength is negative or not a number; export the file again";
+            return Err(FileFault::new(file, place, message));
+        }
+        let mut out = MeshMaterial::named(&name);
+        out.double_sided = Some(m.double_sided());
+        out.reflectance = Some(base.map(|x| x.min(if m.unlit() { MAX_UNLIT_REFLECTANCE } else { 1.0 })));
+        let mut mapping = TextureMapping::NONE;
+        if let Some(info) = pbr.base_color_texture() {
+            out.texture = self.image_of(&info.texture(), &place)?;
+            mapping = TextureMapping::new(&info);
+        }
+        if m.unlit() {
+            notes.push(format!(
+                "{file}: {place} is unlit; its base colour was taken as reflectance, at most {MAX_UNLIT_REFLECTANCE}, and it does not emit"
+            ));
+            if out.texture.is_some() {
+                out.reflectance = Some(base.map(|x| x.min(1.0) * MAX_UNLIT_REFLECTANCE));
+            }
+        } else {
+            out.emission = emissive.map(|x| x * strength * PI);
+            self.read_emissive_texture(m, &place, &mut mapping, &mut out, notes)?;
+            if pbr.metallic_factor() > 0.0 && pbr.metallic_roughness_texture().is_none() {
+                self.metallic += 1;
+            }
+        }
+        out.glass = read_glass(m, base, alpha, FilePlace { file, place: &place }, notes)?;
+        if m.transmission().is_none_or(|t| t.transmission_factor() <= 0.0) {
+            // Decode textures only if their alpha matters.
+            let alpha_in_texture = m.alpha_mode() != AlphaMode::Opaque
+                && out.texture.as_ref().is_some_and(|image| has_alpha(self.files, image));
+            add_alpha_warnings(m, alpha, alpha_in_texture, &format!("{file}: {place}"), &mut out);
+        }
+        Ok((out, mapping))
+    }
+
+    /// Reads the emissive texture of a material that emits. Both textures share one mapping: that of the base colour, if it has one.
+    fn read_emissive_texture(
+        &mut self,
+        m: &gltf::Material<'_>,
+        place: &str,
+        mapping: &mut TextureMapping,
+        out: &mut MeshMaterial,
+        notes: &mut Vec<String>,
+    ) -> Result<(), FileFault> {
+        let Some(info) = m.emissive_texture().filter(|_| out.emission != [0.0; 3]) else { return Ok(()) };
+        let own = TextureMapping::new(&info);
+        if mapping.used && !mapping.is_same_as(&own) {
+            notes.push(format!(
+                "{}: {place} maps its emissive picture in another way than its base colour; the latter's was used for both",
+                self.buffers.file
+            ));
+        } else {
+            *mapping = own;
+        }
+        out.emission_texture = self.image_of(&info.texture(), place)?;
+        Ok(())
+    }
+
+    /// The image of a texture.
+    fn image_of(
+        &mut self,
+        texture: &gltf::Texture<'_>,
+        place: &str,
+    ) -> Result<Option<ImageSource>, FileFault> {
+        let file = self.buffers.file;
+        let root = self.buffers.root;
+        let index = root.textures.get(texture.index()).map(|t| t.source.value());
+        let Some((index, image)) = index.and_then(|i| Some((i, root.images.get(i)?))) else {
+            let message = "its texture has no image; export the file again";
+            return Err(FileFault::new(file, place, message));
+        };
+        if let Some(p) = self.read.get(&index) {
+            return Ok(Some(p.clone()));
+        }
+        let label = format!("image {index}");
+        let bytes = match (image.buffer_view, &image.uri) {
+            (Some(view), _) => self.buffers.view(view, &label)?.to_vec(),
+            (None, Some(uri)) if uri.starts_with("data:") => {
+                resolve_uri(self.files, file, self.path, &label, uri)?
+            }
+            (None, Some(uri)) => {
+                let image_source = ImageSource::File(path_beside(self.path, uri));
+                self.read.insert(index, image_source.clone());
+                return Ok(Some(image_source));
+            }
+            (None, None) => {
+                let message = "this image has neither data nor a file; export the file again";
+                return Err(FileFault::new(file, label, message));
+            }
+        };
+        let image_source = ImageSource::Bytes { name: format!("{file}:{label}"), bytes: Rc::from(bytes) };
+        self.read.insert(index, image_source.clone());
+        Ok(Some(image_source))
+    }
+}

@@ -1,0 +1,54 @@
+//! glTF 2.0: nodes, primitives and materials of diffuse surfaces and panes.
+//!
+//! Reference: the Khronos glTF 2.0 specification and KHR_materials_{emissive_strength, transmission, unlit, volume},
+//! KHR_texture_transform, KHR_mesh_quantization. The y axis stays up: turn with `rotate_degrees = [90, 0, 0]`.
+//!
+//! | module | contents |
+//! |---|---|
+//! | `container`, `accessors` | GLB chunks and URIs; buffers and accessors with checked bounds |
+//! | `document`, `nodes`, `primitives` | the validated JSON; the node tree; faces |
+//! | `materials`, `texture_mapping` | materials as surfaces and panes; texture coordinates |
+//! | `volume` | the volume materials of a file |
+
+mod accessors;
+mod container;
+mod document;
+mod materials;
+mod nodes;
+mod primitives;
+mod texture_mapping;
+pub(crate) mod volume;
+
+use super::error::FileFault;
+use super::mesh::model::MeshData;
+use crate::files::FileSource;
+use accessors::Buffers;
+use primitives::PrimitiveReader;
+use std::path::Path;
+
+/// Reads a GLB or glTF file; `file` names it in messages.
+pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> Result<MeshData, FileFault> {
+    let bytes = files.read(path, container::MAX_GLTF_FILE_BYTES).map_err(|e| FileFault::new(file, "", e))?;
+    let (json, binary) = container::split_chunks(file, &bytes)?;
+    let document = document::parse_document(file, json)?;
+    let buffers = Buffers::open(files, file, path, document.as_json(), json.len(), binary)?;
+    let mut mesh = MeshData::default();
+    let materials = materials::read_materials(&document, files, path, &buffers, &mut mesh)?;
+    let mut reader = PrimitiveReader { buffers: &buffers, materials, mesh, skipped: 0, shown: 0 };
+    for instance in nodes::mesh_instances(file, &document)? {
+        reader.read_node(&document, &instance)?;
+    }
+    let mut mesh = reader.mesh;
+    if reader.skipped > 0 {
+        let n = reader.skipped;
+        mesh.notes.push(format!("{file}: {n} primitives of points or lines were left out"));
+    }
+    if mesh.faces.is_empty() {
+        return Err(FileFault::new(
+            file,
+            "",
+            "this file shows no triangles; export it again with its meshes",
+        ));
+    }
+    Ok(mesh)
+}

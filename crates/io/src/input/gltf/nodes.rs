@@ -1,0 +1,77 @@
+//! The node tree of a glTF document: which nodes show a mesh, and their transformations to the file's world.
+
+use crate::input::error::FileFault;
+use gltf::Document;
+use zonal_math::{Vec3, vec3};
+
+/// A node that shows a mesh, and its transformation to the file's world: x ↦ linear x + translation.
+pub(super) struct MeshInstance {
+    pub(super) node: usize,
+    pub(super) mesh: usize,
+    /// Images of the unit vectors.
+    linear: [Vec3; 3],
+    translation: Vec3,
+}
+
+impl MeshInstance {
+    fn vector(&self, v: Vec3) -> Vec3 {
+        self.linear[0] * v.x + self.linear[1] * v.y + self.linear[2] * v.z
+    }
+    /// The image of a point.
+    pub(super) fn point(&self, p: Vec3) -> Vec3 {
+        self.vector(p) + self.translation
+    }
+    fn determinant(&self) -> f64 {
+        self.linear[0].cross(self.linear[1]).dot(self.linear[2])
+    }
+    /// True if the transformation reverses the orientation of triangles.
+    pub(super) fn is_mirrored(&self) -> bool {
+        self.determinant() < 0.0
+    }
+    /// Geometric mean of the factors of lengths.
+    pub(super) fn scale(&self) -> f64 {
+        self.determinant().abs().cbrt()
+    }
+}
+
+/// The nodes of the default scene (or the first) that show a mesh. Each node is visited at most once, so that cycles end.
+pub(super) fn mesh_instances(file: &str, document: &Document) -> Result<Vec<MeshInstance>, FileFault> {
+    let root = document.as_json();
+    let scene = document.default_scene().or_else(|| document.scenes().next());
+    let is_tree = scene.is_some();
+    let roots: Vec<usize> = match scene {
+        Some(scene) => scene.nodes().map(|n| n.index()).collect(),
+        None => (0..root.nodes.len()).collect(),
+    };
+    let identity = [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)];
+    let mut stack: Vec<_> = roots.iter().rev().map(|i| (*i, identity, Vec3::ZERO)).collect();
+    let mut visited = vec![false; root.nodes.len()];
+    let mut out = Vec::new();
+    while let Some((index, pm, pt)) = stack.pop() {
+        let Some(node) = document.nodes().nth(index) else {
+            continue;
+        };
+        if std::mem::replace(&mut visited[index], true) {
+            if !is_tree {
+                continue;
+            }
+            let message = "this node hangs in two places or in itself; export the file again";
+            return Err(FileFault::new(file, format!("node {index}"), message));
+        }
+        let c = node.transform().matrix().map(|c| c.map(f64::from));
+        let parent = MeshInstance { node: index, mesh: 0, linear: pm, translation: pt };
+        let column = |k: usize| parent.vector(vec3(c[k][0], c[k][1], c[k][2]));
+        let m = [column(0), column(1), column(2)];
+        let t = column(3) + pt;
+        if !(m.iter().all(|v| v.is_finite()) && t.is_finite()) {
+            let message = "this node's transformation is not finite; export the file again";
+            return Err(FileFault::new(file, format!("node {index}"), message));
+        }
+        if let Some(mesh) = node.mesh() {
+            out.push(MeshInstance { node: index, mesh: mesh.index(), linear: m, translation: t });
+        }
+        let children: Vec<usize> = node.children().map(|c| c.index()).collect();
+        stack.extend(children.iter().rev().map(|c| (*c, m, t)));
+    }
+    Ok(out)
+}

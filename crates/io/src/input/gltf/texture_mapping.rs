@@ -1,0 +1,40 @@
+//! Texture coordinates of a material: the TEXCOORD set and KHR_texture_transform.
+
+/// (u, v) ↦ rotate(scale · (u, v)) + offset, of one TEXCOORD set.
+#[derive(Clone, Copy)]
+pub(super) struct TextureMapping {
+    /// False without a texture.
+    pub(super) used: bool,
+    /// The TEXCOORD set.
+    pub(super) set: u32,
+    offset: [f64; 2],
+    scale: [f64; 2],
+    sin_cos: (f64, f64),
+}
+
+impl TextureMapping {
+    /// Without a texture.
+    pub(super) const NONE: TextureMapping =
+        TextureMapping { used: false, set: 0, offset: [0.0; 2], scale: [1.0; 2], sin_cos: (0.0, 1.0) };
+    pub(super) fn new(info: &gltf::texture::Info<'_>) -> TextureMapping {
+        let mut mapping = TextureMapping { used: true, set: info.tex_coord(), ..TextureMapping::NONE };
+        if let Some(t) = info.texture_transform() {
+            mapping.set = t.tex_coord().unwrap_or(mapping.set);
+            mapping.offset = t.offset().map(f64::from);
+            mapping.scale = t.scale().map(f64::from);
+            mapping.sin_cos = f64::from(t.rotation()).sin_cos();
+        }
+        mapping
+    }
+    /// The mapped coordinates.
+    pub(super) fn apply(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        let (u, v) = (u * self.scale[0], v * self.scale[1]);
+        let (sin, cos) = self.sin_cos;
+        [cos * u + sin * v + self.offset[0], cos * v - sin * u + self.offset[1]]
+    }
+    /// True if both map alike.
+    pub(super) fn is_same_as(&self, other: &TextureMapping) -> bool {
+        (self.set, self.offset, self.scale, self.sin_cos)
+            == (other.set, other.offset, other.scale, other.sin_cos)
+    }
+}

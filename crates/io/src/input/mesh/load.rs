@@ -1,0 +1,28 @@
+//! Reading of a mesh file by its extension.
+
+use super::model::MeshData;
+use crate::files::FileSource;
+use crate::input::error::FileFault;
+use crate::input::{gltf, obj};
+use std::path::Path;
+
+/// Largest OBJ file, bytes.
+const MAX_OBJ_FILE_BYTES: u64 = 1 << 30;
+
+/// Reads a mesh file by its extension; `file` names it in messages.
+pub(super) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> Result<MeshData, FileFault> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("glb" | "gltf") => gltf::read_mesh_file(files, path, file),
+        Some("obj") => {
+            let bytes = files.read(path, MAX_OBJ_FILE_BYTES).map_err(|e| FileFault::new(file, "", e))?;
+            if bytes.contains(&0) {
+                return Err(FileFault::new(file, "", "this is not an OBJ text; export the mesh again"));
+            }
+            obj::parse(files, path, file, &String::from_utf8_lossy(&bytes))
+        }
+        _ => {
+            Err(FileFault::new(file, "", "this kind of mesh is not read; convert it to .obj, .glb or .gltf"))
+        }
+    }
+}

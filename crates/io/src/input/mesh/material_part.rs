@@ -1,0 +1,244 @@
+//! One material of a mesh as surfaces, panes or a region of the medium.
+
+use super::material_overrides::{MaterialOverride, PaneOverride};
+use super::model::{GlassAttenuation, ImageSource, MeshFace, MeshMaterial};
+use super::shells::{ShellKind, check_closed, find_shells};
+use crate::input::error::InputError;
+use crate::input::scene::medium_properties::MediumProperties;
+use crate::input::scene::surface_properties::{DEFAULT_REFLECTANCE, SurfaceProperties};
+use crate::input::scene::thermal::SceneMode;
+use crate::input::scene_reader::{InteriorFill, SceneReader};
+use crate::input::toml::node::{TomlNode, TomlTable};
+use std::collections::BTreeMap;
+use zonal_scene::{Bands, Diagnostic, Facet, Pane, Plate, Sides, Surface, bands};
+
+/// Kinds of shells, and the suffix of the surface's name if a material has several.
+const SHELL_SUFFIXES: [(ShellKind, &str); 3] =
+    [(ShellKind::Open, ""), (ShellKind::Solid, " (solid)"), (ShellKind::Enclosure, " (room)")];
+
+/// One material of a mesh and the part of the scene that describes it.
+pub(crate) struct MaterialPart<'a, 'n> {
+    pub(crate) table: &'a TomlTable<'n>,
+    pub(crate) node: &'a TomlNode<'n>,
+    pub(crate) name: String,
+    pub(crate) material: &'a MeshMaterial,
+    pub(crate) over: &'a MaterialOverride,
+    /// Factor from the file's unit to metres.
+    pub(crate) scale: f64,
+}
+
+impl MaterialPart<'_, '_> {
+    fn error(&self, message: impl Into<String>) -> InputError {
+        let offset = self.over.offset.unwrap_or(self.node.offset());
+        self.table.source.error(offset, &self.table.key, message)
+    }
+
+    /// Refuses keys of surfaces on glass.
+    pub(crate) fn check_glass(&self, mode: SceneMode) -> Result<(), InputError> {
+        let Some(key) = &self.over.surface_key else { return Ok(()) };
+        let (name, kind) =
+            (&self.material.name, if self.over.region { "fills the medium" } else { "is a pane" });
+        let pane_key = match key.name {
+            "emission" => "emission",
+            _ if self.over.region => "temperature or heat_source",
+            _ => "temperature",
+        };
+        let inside = format!("put {pane_key} into materials.\"{name}\".pane = {{ … }}");
+        let opaque = match self.over.region {
+            true => String::new(),
+            false => format!(", or write materials.\"{name}\".pane = false for an opaque surface"),
+        };
+        let (reason, remedy) = match key.name {
+            "emissivity" if mode == SceneMode::Thermal => {
+                ("has no emissivity", format!("remove this key, and {inside}"))
+            }
+            "emission" | "temperature" | "heat_flux" | "net_power" => ("this key is of surfaces", inside),
+            _ => ("this key is of surfaces", format!("remove it{opaque}")),
+        };
+        let message = format!("material '{name}' {kind}, and {reason}; {remedy}");
+        Err(self.table.source.error(key.offset, &key.path, message))
+    }
+
+    /// The index of an image's texture, if there is an image.
+    fn texture(
+        &self,
+        image: &Option<ImageSource>,
+        reader: &mut SceneReader<'_>,
+    ) -> Result<Option<usize>, InputError> {
+        let read = image.as_ref().map(|p| reader.image(p));
+        read.transpose().map_err(|f| self.error(f.to_string()))
+    }
+
+    /// Adds one surface for each kind of shell: open, body, room.
+    pub(crate) fn add_surfaces(
+        &self,
+        faces: Vec<(&MeshFace, ShellKind)>,
+        of_surface: SurfaceProperties,
+        reader: &mut SceneReader<'_>,
+    ) -> Result<(), InputError> {
+        let properties = self.over.properties.or(of_surface);
+        let template = self.surface_template(&properties, reader)?;
+        let present = |kind: ShellKind| faces.iter().any(|(_, s)| *s == kind);
+        let mixed = SHELL_SUFFIXES.iter().filter(|(k, _)| present(*k)).count() > 1;
+        for (kind, suffix) in SHELL_SUFFIXES.into_iter().filter(|(k, _)| present(*k)) {
+            let default = match (kind, self.material.double_sided) {
+                (ShellKind::Open, Some(false)) => Sides::Front,
+                (ShellKind::Open, _) => Sides::Both,
+                _ => Sides::Front,
+            };
+            let sides = properties.sides.unwrap_or(default);
+            let name = if mixed { format!("{}{suffix}", self.name) } else { self.name.clone() };
+            reader.inherit_surface_place(&name, &self.name);
+            let solid = kind == ShellKind::Solid && sides == Sides::Front;
+            let surface = Surface { name, sides, solid, ..template.clone() };
+            let surface = reader.add_surface(surface, &properties)?;
+            let of_kind = faces.iter().filter(|(_, s)| *s == kind);
+            reader.parts.facets.extend(of_kind.map(|(f, _)| Facet { surface, plate: f.plate, uv: f.uv }));
+        }
+        Ok(())
+    }
+
+    /// The surface of this material but for its name, sides and solidity; adds warnings about contents that are not read.
+    fn surface_template(
+        &self,
+        properties: &SurfaceProperties,
+        reader: &mut SceneReader<'_>,
+    ) -> Result<Surface, InputError> {
+        let m = self.material;
+        m.opaque_warning.iter().for_each(|text| reader.note(Diagnostic::warning("alpha", text)));
+        if properties.reflectance.is_none() && m.reflectance.is_none() {
+            let missing = m.missing_warning.iter();
+            missing.for_each(|text| reader.note(Diagnostic::warning("default-material", text)));
+        }
+        let light_mode = reader.mode() == SceneMode::Light;
+        // A reflectance or texture of the scene file replaces the material's texture; thermal mode has no textures.
+        let own_texture = properties.reflectance.is_none() && properties.texture.is_none() && light_mode;
+        let reflectance_texture = match own_texture {
+            true => self.texture(&m.texture, reader)?,
+            false => properties.texture,
+        };
+        let emission_texture = match properties.emission {
+            None if light_mode => self.texture(&m.emission_texture, reader)?,
+            _ => None,
+        };
+        Ok(Surface {
+            name: String::new(),
+            reflectance: properties.reflectance.or(m.reflectance).unwrap_or(DEFAULT_REFLECTANCE),
+            emission: if light_mode { properties.emission.unwrap_or(m.emission) } else { [0.0; 3] },
+            reflectance_texture,
+            emission_texture,
+            sides: Sides::Front,
+            patch_size: properties.patch_size,
+            solid: false,
+        })
+    }
+
+    /// Adds one pane for each thickness: nodes of different scales show one glass in different thicknesses.
+    pub(crate) fn add_panes(
+        &self,
+        faces: Vec<&MeshFace>,
+        reader: &mut SceneReader<'_>,
+    ) -> Result<(), InputError> {
+        let plates: Vec<Plate> = faces.iter().map(|f| f.plate).collect();
+        let shells = find_shells(&plates);
+        if (0..plates.len()).any(|i| shells.of(i) != ShellKind::Open) {
+            let text = format!(
+                "pane '{}' is a closed slab: light goes through both its faces and the glass counts twice; give half the thickness, or region = true",
+                self.name
+            );
+            reader.note(Diagnostic::warning("closed-pane", text));
+        }
+        if self.pane_override().extinction.is_none() {
+            let lost = self.material.pane_warning.iter();
+            lost.for_each(|text| reader.note(Diagnostic::warning("alpha", text)));
+        }
+        let mut by_thickness: BTreeMap<u64, Vec<Plate>> = BTreeMap::new();
+        for f in faces {
+            let t = self.thickness(f.scale)?;
+            by_thickness.entry(t.to_bits()).or_default().push(f.plate);
+        }
+        for (i, (bits, plates)) in by_thickness.into_iter().enumerate() {
+            let thickness = f64::from_bits(bits);
+            let [extinction, albedo, emission] = self.glass_properties(Some(thickness))?;
+            reader.add_pane_condition(self.pane_override().condition);
+            reader.parts.panes.push(Pane {
+                name: match i {
+                    0 => self.name.clone(),
+                    _ => format!("{}#{}", self.name, i + 1),
+                },
+                plates,
+                thickness,
+                extinction,
+                albedo,
+                emission,
+            });
+        }
+        Ok(())
+    }
+
+    fn pane_override(&self) -> PaneOverride {
+        self.over.pane.flatten().unwrap_or_default()
+    }
+
+    /// Thickness of the glass at a node of this scale, m.
+    fn thickness(&self, node_scale: f64) -> Result<f64, InputError> {
+        let name = &self.material.name;
+        let of_file = self.material.glass.and_then(|g| g.thickness);
+        let of_file = of_file.map(|t| t * node_scale * self.scale);
+        match self.pane_override().thickness.or(of_file) {
+            Some(t) if t > 0.0 && t.is_finite() => Ok(t),
+            _ => Err(self.error(format!(
+                "material '{name}' lets light through, but its thickness is not known; write materials.\"{name}\".pane.thickness = 0.01 (metres), or materials.\"{name}\".pane = false for an opaque surface"
+            ))),
+        }
+    }
+
+    /// Extinction, albedo and emission of the glass; overrides take precedence.
+    fn glass_properties(&self, thickness: Option<f64>) -> Result<[Bands; 3], InputError> {
+        let pane = self.pane_override();
+        let name = &self.material.name;
+        let of_file = self.material.glass.and_then(|g| match (g.attenuation, thickness) {
+            (GlassAttenuation::Coefficient(k), _) => Some(k.map(|x| x / self.scale)),
+            (GlassAttenuation::Transmittance(transmittance), Some(t)) => {
+                Some(bands(|b| (-transmittance[b].ln() / t).max(0.0)))
+            }
+            (GlassAttenuation::Transmittance(_), None) => None,
+        });
+        let extinction = pane.extinction.or(of_file).ok_or_else(|| {
+            self.error(format!(
+                "the extinction of material '{name}' is not known; write materials.\"{name}\".pane.extinction = [red, green, blue] (1/m)"
+            ))
+        })?;
+        let albedo = pane.albedo.or(self.material.glass.map(|g| g.albedo));
+        Ok([extinction, albedo.unwrap_or([0.0; 3]), pane.emission.unwrap_or([0.0; 3])])
+    }
+
+    /// Adds a closed mesh that fills the medium.
+    pub(crate) fn add_region(
+        &self,
+        faces: Vec<&MeshFace>,
+        reader: &mut SceneReader<'_>,
+    ) -> Result<(), InputError> {
+        if !reader.has_medium {
+            return Err(self.error(format!(
+                "material '{}' is to fill the medium, but there is none; add a [medium] around it",
+                self.material.name
+            )));
+        }
+        let thickness = faces.first().and_then(|f| self.thickness(f.scale).ok());
+        let [extinction, albedo, emission] = self.glass_properties(thickness)?;
+        let plates: Vec<Plate> = faces.iter().map(|f| f.plate).collect();
+        check_closed(&plates).map_err(|message| self.error(message))?;
+        reader.interior_fills.push(InteriorFill {
+            plates,
+            properties: MediumProperties {
+                extinction: Some(extinction),
+                albedo: Some(albedo),
+                emission: Some(emission),
+                source: None,
+                condition: self.pane_override().condition,
+            },
+        });
+        Ok(())
+    }
+}

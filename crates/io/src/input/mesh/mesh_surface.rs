@@ -1,0 +1,170 @@
+//! `mesh = { file, … }` of a surface: each material becomes surfaces, panes or a region of the medium.
+
+use super::material_overrides::{self, MaterialOverride};
+use super::material_part::MaterialPart;
+use super::model::{MeshData, MeshFace};
+use super::placement::load_placed;
+use super::shells::{ShellKind, Shells, find_shells};
+use crate::input::error::InputError;
+use crate::input::scene::surface_properties::SurfaceProperties;
+use crate::input::scene_reader::SceneReader;
+use crate::input::toml::node::{TomlNode, TomlTable};
+use std::collections::BTreeMap;
+use zonal_scene::{Diagnostic, Plate, Sides};
+
+/// Thresholds of the warning about parts that are open at a few edges.
+struct NearlyClosedParams {
+    /// Length of the sum of the area vectors relative to the area, below which a part with free edges is nearly closed.
+    max_open_area_fraction: f64,
+    /// Number of open edges of a nearly closed part.
+    max_open_edges: usize,
+    /// Length of the sum of the area vectors relative to the area, above which a part has one orientation and encloses nothing.
+    max_one_sided_fraction: f64,
+    /// Area relative to the mesh, below which a part gives no warning.
+    min_area_fraction: f64,
+}
+
+const NEARLY_CLOSED: NearlyClosedParams = NearlyClosedParams {
+    max_open_area_fraction: 0.01,
+    max_open_edges: 4,
+    max_one_sided_fraction: 0.5,
+    min_area_fraction: 0.1,
+};
+
+/// Reads the mesh of a surface and adds its parts to the scene.
+pub(crate) fn read_mesh_surface(
+    table: &TomlTable<'_>,
+    node: &TomlNode<'_>,
+    name: &str,
+    properties: SurfaceProperties,
+    reader: &mut SceneReader<'_>,
+) -> Result<(), InputError> {
+    let (mesh, scale) = load_placed(node, reader)?;
+    let overrides = material_overrides::read_overrides(table, &mesh, reader)?;
+    let materials = MaterialUse::new(&mesh, &overrides);
+    let shell_of_face = find_shells_of_faces(table, &materials, name, properties.sides, reader)?;
+    // Add each material.
+    let several = materials.faces.iter().filter(|f| !f.is_empty()).count() > 1;
+    for (m, material) in mesh.materials.iter().enumerate() {
+        let over = materials.override_of(m);
+        if materials.faces[m].is_empty() || over.omit {
+            continue;
+        }
+        let part = MaterialPart {
+            table,
+            node,
+            name: if several { format!("{name}/{}", material.name) } else { name.to_string() },
+            material,
+            over: &over,
+            scale,
+        };
+        if let Some(offset) = over.offset {
+            table.source.record_place(format!("surface '{}'", part.name), offset);
+            table.source.record_place(format!("pane '{}'", part.name), offset);
+        } else {
+            reader.inherit_surface_place(&part.name, name);
+        }
+        if over.region || materials.is_pane(m) {
+            part.check_glass(reader.mode())?;
+        }
+        let faces: Vec<&MeshFace> = materials.faces[m].iter().map(|i| &mesh.faces[*i]).collect();
+        if over.region {
+            part.add_region(faces, reader)?;
+        } else if materials.is_pane(m) {
+            part.add_panes(faces, reader)?;
+        } else {
+            let with_shells = materials.faces[m].iter().map(|i| (&mesh.faces[*i], shell_of_face[*i]));
+            part.add_surfaces(with_shells.collect(), properties, reader)?;
+        }
+    }
+    Ok(())
+}
+
+/// The kind of shell of each face. Closed parts are found among the opaque faces, unless `solid = false` makes all faces open.
+fn find_shells_of_faces(
+    table: &TomlTable<'_>,
+    materials: &MaterialUse<'_>,
+    name: &str,
+    sides: Option<Sides>,
+    reader: &mut SceneReader<'_>,
+) -> Result<Vec<ShellKind>, InputError> {
+    let mut shell_of_face = vec![ShellKind::Open; materials.mesh.faces.len()];
+    if !table.read("solid", |n| n.boolean())?.unwrap_or(true) {
+        return Ok(shell_of_face);
+    }
+    let (faces, shells) = materials.opaque_shells();
+    if sides.is_none() {
+        warn_nearly_closed(&shells, name, reader);
+    }
+    for (k, i) in faces.into_iter().enumerate() {
+        shell_of_face[i] = shells.of(k);
+    }
+    Ok(shell_of_face)
+}
+
+/// The materials of a mesh with their faces and overrides.
+struct MaterialUse<'a> {
+    mesh: &'a MeshData,
+    overrides: &'a BTreeMap<usize, MaterialOverride>,
+    /// Indices of the faces of each material.
+    faces: Vec<Vec<usize>>,
+}
+
+impl<'a> MaterialUse<'a> {
+    fn new(mesh: &'a MeshData, overrides: &'a BTreeMap<usize, MaterialOverride>) -> MaterialUse<'a> {
+        let mut faces: Vec<Vec<usize>> = vec![Vec::new(); mesh.materials.len()];
+        for (i, f) in mesh.faces.iter().enumerate() {
+            faces[f.material].push(i);
+        }
+        MaterialUse { mesh, overrides, faces }
+    }
+    fn override_of(&self, material: usize) -> MaterialOverride {
+        self.overrides.get(&material).cloned().unwrap_or_default()
+    }
+    fn is_pane(&self, material: usize) -> bool {
+        match self.override_of(material).pane {
+            Some(pane) => pane.is_some(),
+            None => self.mesh.materials[material].glass.is_some(),
+        }
+    }
+    /// The faces of opaque materials and their shells: panes, regions and omitted materials close nothing.
+    fn opaque_shells(&self) -> (Vec<usize>, Shells) {
+        let is_opaque = |m: usize| {
+            let over = self.override_of(m);
+            !self.is_pane(m) && !over.omit && !over.region
+        };
+        let opaque: Vec<bool> = (0..self.mesh.materials.len()).map(is_opaque).collect();
+        let all = &self.mesh.faces;
+        let faces: Vec<usize> = (0..all.len()).filter(|i| opaque[all[*i].material]).collect();
+        let plates: Vec<Plate> = faces.iter().map(|i| all[*i].plate).collect();
+        (faces, find_shells(&plates))
+    }
+}
+
+/// Warns about the parts of a mesh that are open at a few edges only: their insides exchange, and a medium inside them takes part.
+fn warn_nearly_closed(shells: &Shells, name: &str, reader: &mut SceneReader<'_>) {
+    let limits = NEARLY_CLOSED;
+    let mut found = [(0, 0); 2];
+    let all: f64 = shells.shells().iter().map(|c| c.area).sum();
+    for c in shells.shells() {
+        if c.flipped_edges + c.free_edges > limits.max_open_edges || c.area < limits.min_area_fraction * all {
+            continue;
+        }
+        let encloses = c.area_vector.length() < limits.max_one_sided_fraction * c.area;
+        let turned = c.flipped_edges > 0 && c.free_edges == 0 && encloses;
+        let holes = c.free_edges > 0 && c.area_vector.length() < limits.max_open_area_fraction * c.area;
+        if turned || holes {
+            let f = &mut found[usize::from(holes)];
+            *f = (f.0 + 1, f.1 + c.flipped_edges + c.free_edges);
+        }
+    }
+    let reasons = ["neighbours of opposite orientation", "no neighbour"];
+    for ((parts, edges), reason) in found.into_iter().zip(reasons) {
+        if parts > 0 {
+            let text = format!(
+                "mesh of surface '{name}': {parts} part(s) would be closed but for {edges} edge(s) whose faces have {reason}; they count as open, so that both sides exchange and a medium inside takes part: mend the mesh, or write sides"
+            );
+            reader.note(Diagnostic::warning("open-mesh", text));
+        }
+    }
+}

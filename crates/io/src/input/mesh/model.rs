@@ -1,0 +1,88 @@
+//! A mesh as its file gives it: faces with materials, in the file's unit and axes.
+
+use std::path::PathBuf;
+use std::rc::Rc;
+use zonal_scene::{Bands, Plate};
+
+/// A mesh file as read.
+#[derive(Default)]
+pub(crate) struct MeshData {
+    pub(crate) materials: Vec<MeshMaterial>,
+    pub(crate) faces: Vec<MeshFace>,
+    /// Repairs and ignored contents.
+    pub(crate) notes: Vec<String>,
+}
+
+/// A plate with its material.
+#[derive(Clone, Copy)]
+pub(crate) struct MeshFace {
+    pub(crate) material: usize,
+    pub(crate) plate: Plate,
+    pub(crate) uv: [[f64; 2]; 3],
+    /// Factor by which the face's node scales lengths.
+    pub(crate) scale: f64,
+}
+
+/// An image; it is decoded only if it is used.
+#[derive(Clone)]
+pub(crate) enum ImageSource {
+    File(PathBuf),
+    Bytes { name: String, bytes: Rc<[u8]> },
+}
+
+/// A material of a mesh file.
+#[derive(Clone)]
+pub(crate) struct MeshMaterial {
+    pub(crate) name: String,
+    /// None if the file gives none.
+    pub(crate) reflectance: Option<Bands>,
+    pub(crate) texture: Option<ImageSource>,
+    /// W/m².
+    pub(crate) emission: Bands,
+    pub(crate) emission_texture: Option<ImageSource>,
+    /// glTF's doubleSided; none for OBJ.
+    pub(crate) double_sided: Option<bool>,
+    pub(crate) glass: Option<GlassProperties>,
+    /// Warning if the material is used without a reflectance from the scene: its file has none.
+    pub(crate) missing_warning: Option<String>,
+    /// Warning if the material is an opaque surface: transparency that is not read.
+    pub(crate) opaque_warning: Option<String>,
+    /// Warning if the material is a pane with the extinction of its file: transparency that is not read.
+    pub(crate) pane_warning: Option<String>,
+}
+
+impl MeshMaterial {
+    /// A material with a name and nothing else.
+    pub(crate) fn named(name: &str) -> MeshMaterial {
+        MeshMaterial {
+            name: name.to_string(),
+            reflectance: None,
+            texture: None,
+            emission: [0.0; 3],
+            emission_texture: None,
+            double_sided: None,
+            glass: None,
+            missing_warning: None,
+            opaque_warning: None,
+            pane_warning: None,
+        }
+    }
+}
+
+/// A transmitting material.
+#[derive(Clone, Copy)]
+pub(crate) struct GlassProperties {
+    /// In the unit of the node that shows it.
+    pub(crate) thickness: Option<f64>,
+    pub(crate) attenuation: GlassAttenuation,
+    pub(crate) albedo: Bands,
+}
+
+/// Attenuation of a glass.
+#[derive(Clone, Copy)]
+pub(crate) enum GlassAttenuation {
+    /// Extinction coefficient κ, in 1/(unit of the file).
+    Coefficient(Bands),
+    /// Transmittance of the whole thickness.
+    Transmittance(Bands),
+}

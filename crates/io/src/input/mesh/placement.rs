@@ -1,0 +1,84 @@
+//! A mesh file placed in the scene: x ↦ rotate(scale · x) + translate, rotations about x, then y, then z.
+
+use super::load::read_mesh_file;
+use super::model::MeshData;
+use crate::input::error::{FileFault, InputError};
+use crate::input::rotation::rotated_axes;
+use crate::input::scene_reader::SceneReader;
+use crate::input::toml::key_tables::MESH;
+use crate::input::toml::node::{TomlNode, TomlTable};
+use zonal_math::Vec3;
+use zonal_scene::{Diagnostic, Plate};
+
+/// Smallest area of a face relative to the square of its longer edge.
+const MIN_RELATIVE_FACE_AREA: f64 = 1e-14;
+
+struct MeshPlacement {
+    scale: f64,
+    /// Images of the unit vectors.
+    axes: [Vec3; 3],
+    translate: Vec3,
+}
+
+impl MeshPlacement {
+    fn read(t: &TomlTable<'_>) -> Result<MeshPlacement, InputError> {
+        let scale = t.read("scale", |n| n.positive())?.unwrap_or(1.0);
+        Ok(MeshPlacement {
+            scale,
+            axes: rotated_axes(t, scale)?,
+            translate: t.read("translate", |n| n.vector())?.unwrap_or_default(),
+        })
+    }
+    fn vector(&self, v: Vec3) -> Vec3 {
+        self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
+    }
+    fn plate(&self, p: &Plate) -> Plate {
+        Plate {
+            origin: self.vector(p.origin) + self.translate,
+            e1: self.vector(p.e1),
+            e2: self.vector(p.e2),
+            kind: p.kind,
+        }
+    }
+}
+
+/// Reads `{ file, scale, translate, rotate_degrees }`: the mesh in scene coordinates, and the factor of lengths.
+/// Faces without area are dropped and counted in the notes.
+pub(crate) fn load_placed(
+    node: &TomlNode<'_>,
+    reader: &mut SceneReader<'_>,
+) -> Result<(MeshData, f64), InputError> {
+    let t = node.table(MESH)?;
+    let file = t.require("file", "file = \"mesh.obj\" (or .glb, .gltf)")?;
+    let path = reader.resolve(&file)?;
+    let placement = MeshPlacement::read(&t)?;
+    let name = path.display().to_string();
+    let refused = |f: FileFault| file.error(f.to_string());
+    let mut mesh = read_mesh_file(reader.context.files, &path, &name).map_err(refused)?;
+    for face in &mut mesh.faces {
+        face.plate = placement.plate(&face.plate);
+        if !(face.plate.origin.is_finite() && face.plate.area().is_finite()) {
+            return Err(
+                node.error("the placed mesh lies beyond all numbers; give a smaller scale or translate")
+            );
+        }
+    }
+    let before = mesh.faces.len();
+    mesh.faces.retain(|f| {
+        let p = &f.plate;
+        p.area() > MIN_RELATIVE_FACE_AREA * p.e1.length2().max(p.e2.length2())
+    });
+    let dropped = before - mesh.faces.len();
+    if mesh.faces.is_empty() {
+        let message = format!("all {before} faces are without area; export the mesh again");
+        return Err(refused(FileFault::new(&name, "", message)));
+    }
+    if dropped > 0 {
+        let text = format!("{name}: {dropped} faces without area were dropped");
+        reader.note(Diagnostic::note("faces-dropped", text));
+    }
+    for note in std::mem::take(&mut mesh.notes) {
+        reader.note(Diagnostic::note("mesh", note));
+    }
+    Ok((mesh, placement.scale))
+}

@@ -1,0 +1,65 @@
+//! Notes of reading, with repetitions merged.
+
+use std::collections::HashMap;
+use zonal_scene::Diagnostic;
+
+/// Names listed in a note that stands for several.
+const MAX_NAMES_IN_NOTE: usize = 3;
+
+/// A note, the names that its repetitions differ in, and their number.
+struct MergedNote {
+    note: Diagnostic,
+    names: Vec<String>,
+    count: usize,
+}
+
+/// Merges notes that are equal or differ in one quoted name: the first names are listed, the rest is counted.
+pub(crate) fn merge_notes(notes: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    let mut merged: Vec<MergedNote> = Vec::new();
+    let mut index_of: HashMap<String, usize> = HashMap::new();
+    for note in notes {
+        let name = first_quoted_name(&note.text).to_string();
+        let at = *index_of.entry(merge_key(&note, &name)).or_insert_with(|| {
+            merged.push(MergedNote { note, names: Vec::new(), count: 0 });
+            merged.len() - 1
+        });
+        let m = &mut merged[at];
+        m.count += 1;
+        if !m.names.contains(&name) {
+            m.names.push(name);
+        }
+    }
+    merged.into_iter().map(MergedNote::into_note).collect()
+}
+
+/// The first name in single quotes; empty if there is none.
+fn first_quoted_name(text: &str) -> &str {
+    let quoted = text.split('\'').nth(1).filter(|_| text.matches('\'').count() >= 2);
+    quoted.unwrap_or_default()
+}
+
+/// Code and text of a note without its name and without line numbers.
+fn merge_key(note: &Diagnostic, name: &str) -> String {
+    let text = if name.is_empty() { note.text.clone() } else { note.text.replace(name, "\0") };
+    let is_line = |part: &&str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    let parts: Vec<&str> = text.split(':').filter(|part| !is_line(part)).collect();
+    format!("{} {}", note.code, parts.join(":"))
+}
+
+impl MergedNote {
+    fn into_note(self) -> Diagnostic {
+        let MergedNote { note, names, count } = self;
+        let suffix = match (count, names.len()) {
+            (1, _) => String::new(),
+            (n, 1) => format!(" ({n} times)"),
+            (_, n) => {
+                let listed = names[1..].iter().take(MAX_NAMES_IN_NOTE - 1);
+                let listed: Vec<String> = listed.map(|x| format!("'{x}'")).collect();
+                let rest = n.saturating_sub(MAX_NAMES_IN_NOTE);
+                let rest = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+                format!(" (likewise {}{rest})", listed.join(", "))
+            }
+        };
+        Diagnostic { text: note.text + &suffix, ..note }
+    }
+}

@@ -1,0 +1,132 @@
+//! `density = { file, … }`: extinction = scale × a field from a file, averaged over the volume of each voxel.
+//!
+//! Arrays (npy, Mitsuba's vol) fill the box min … max; of an OpenVDB grid only the active voxels fill. Either way ∫ extinction dV over the
+//! part inside the medium is that of the file.
+
+use super::shapes;
+use super::voxel_field::VoxelField;
+use super::voxel_grid::VoxelGridBuilder;
+use crate::input::error::{FileFault, InputError};
+use crate::input::npy::{self, ScalarArray};
+use crate::input::scene_reader::SceneReader;
+use crate::input::toml::key_tables::{VDB_KEYS, VOXEL_FILE};
+use crate::input::toml::node::TomlNode;
+use crate::input::vdb::resample::{self, GridPlacement};
+use crate::input::{vdb, vol};
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Diagnostic};
+
+/// Reads the file and fills it in; returns the number of voxels that it overlaps.
+pub(super) fn read_density(
+    node: &TomlNode<'_>,
+    grid: &mut VoxelGridBuilder,
+    field: &VoxelField<'_>,
+    reader: &mut SceneReader<'_>,
+) -> Result<usize, InputError> {
+    let t = node.table(VOXEL_FILE)?;
+    let bounds = match (t.get("min"), t.get("max")) {
+        (None, None) => None,
+        _ => Some(shapes::read_bounds(&t)?),
+    };
+    let scale = t.read("scale", |n| n.bands(f64::INFINITY))?.unwrap_or([1.0; 3]);
+    let scale = scale.map(|s| s.powi(field.scale_exponent));
+    // Read the file.
+    let file = t.require("file", "file = \"smoke.npy\" (or .vdb, .vol)")?;
+    let path = reader.resolve(&file)?;
+    let name = path.display().to_string();
+    let bytes = reader.context.files.read(&path, npy::MAX_ARRAY_FILE_BYTES);
+    let bytes = bytes.map_err(|e| file.error(format!("{name}: {e}")))?;
+    let refused = |f: FileFault| file.error(f.to_string());
+    // Resample a sparse grid.
+    if vdb::is_vdb(&bytes) {
+        let placement = GridPlacement::read(&t, bounds)?;
+        let resampled = resample::resample(&name, &bytes, &placement, scale, field, grid);
+        let (cells, note) = resampled.map_err(refused)?;
+        if let Some(note) = note {
+            reader.note(Diagnostic::note("grid-outside", note));
+        }
+        return Ok(cells);
+    }
+    if let Some(n) = VDB_KEYS.iter().find_map(|k| t.get(k.name)) {
+        return Err(n.error("only OpenVDB files know this key; remove it and give min and max"));
+    }
+    // Resample an array.
+    let (array, own_bounds) = if vol::is_vol(&bytes) {
+        let (array, own) = vol::parse(&name, &bytes, field.noun).map_err(refused)?;
+        (array, Some(own))
+    } else {
+        (npy::parse(&name, &bytes, field.noun).map_err(refused)?, None)
+    };
+    drop(bytes);
+    let bounds = match bounds.or(own_bounds).or(field.default_bounds) {
+        Some(bounds) => bounds,
+        // An array without any bounds: the error names the missing key.
+        None => shapes::read_bounds(&t)?,
+    };
+    Ok(fill_array(&array, bounds, scale, field, grid))
+}
+
+/// Fills the voxels that a dense array overlaps; returns their number.
+fn fill_array(
+    array: &ScalarArray,
+    (min, max): (Vec3, Vec3),
+    scale: Bands,
+    field: &VoxelField<'_>,
+    grid: &mut VoxelGridBuilder,
+) -> usize {
+    let overlaps = [0, 1, 2].map(|axis| axis_overlaps(grid, axis, (min[axis], max[axis]), array.shape[axis]));
+    let [nx, ny, nz] = [0, 1, 2].map(|axis| overlaps[axis].len());
+    for x in &overlaps[0] {
+        for y in &overlaps[1] {
+            for z in &overlaps[2] {
+                let fraction = x.fraction * y.fraction * z.fraction;
+                let mean =
+                    weighted_sum(array, [&x.elements, &y.elements, &z.elements], field.averaged) / fraction;
+                let properties = (field.properties)(scale.map(|s| s * mean));
+                grid.fill([x.cell, y.cell, z.cell], fraction.min(1.0), &properties);
+            }
+        }
+    }
+    nx * ny * nz
+}
+
+/// A voxel that the array overlaps along one axis.
+struct AxisOverlap {
+    cell: usize,
+    /// Overlapped fraction of the voxel's edge.
+    fraction: f64,
+    /// The array's elements in it, each with its fraction of the voxel's edge.
+    elements: Vec<(usize, f64)>,
+}
+
+/// The voxels along one axis that an array of `n` elements from lo to hi overlaps.
+fn axis_overlaps(grid: &VoxelGridBuilder, axis: usize, (lo, hi): (f64, f64), n: usize) -> Vec<AxisOverlap> {
+    let step = (hi - lo) / n as f64;
+    let cells = grid.overlaps(axis, lo, hi).into_iter().map(|(cell, _)| {
+        let start = grid.min[axis] + cell as f64 * grid.cell[axis];
+        // The voxel in units of the array's elements.
+        let (a, b) = ((start - lo) / step, (start + grid.cell[axis] - lo) / step);
+        let (a, b) = (a.max(0.0), b.min(n as f64));
+        let to_cell = step / grid.cell[axis];
+        let elements: Vec<(usize, f64)> = (a.floor() as usize..(b.ceil().max(0.0) as usize).min(n))
+            .map(|i| (i, (b.min(i as f64 + 1.0) - a.max(i as f64)) * to_cell))
+            .filter(|(_, w)| *w > 0.0)
+            .collect();
+        AxisOverlap { cell, fraction: elements.iter().map(|(_, w)| w).sum(), elements }
+    });
+    cells.filter(|c| c.fraction > 0.0).collect()
+}
+
+/// Σ f(value) × weights over the elements of one voxel.
+fn weighted_sum(array: &ScalarArray, [x, y, z]: [&[(usize, f64)]; 3], f: fn(f64) -> f64) -> f64 {
+    let [_, ny, nz] = array.shape;
+    let mut sum = 0.0;
+    for &(i, wx) in x {
+        for &(j, wy) in y {
+            let row = &array.values[(i * ny + j) * nz..][..nz];
+            let along: f64 = z.iter().map(|&(k, wz)| wz * f(f64::from(row[k]))).sum();
+            sum += wx * wy * along;
+        }
+    }
+    sum
+}

@@ -1,0 +1,129 @@
+//! The sections of a scene file, and the order in which they are read.
+//!
+//! | module | section |
+//! |---|---|
+//! | `options` | `[solve]` |
+//! | `thermal` | `mode`, `[thermal]`, and the thermal keys of all sections |
+//! | `surface`, `surface_keys`, `surface_properties` | `[[surface]]`: shapes, faces, materials |
+//! | `pane` | `[[pane]]` |
+//! | `shapes` | inline geometry |
+//! | `medium`, `region`, `density`, `voxel_arrays` | `[medium]` and its regions |
+//! | `voxel_grid`, `medium_properties`, `voxel_field`, `interior` | voxels while they are filled |
+//! | `lights`, `camera` | `[[light]]`, `[[camera]]` |
+
+pub(crate) mod camera;
+mod density;
+mod interior;
+mod lights;
+mod medium;
+pub(crate) mod medium_properties;
+mod options;
+mod pane;
+mod region;
+pub(crate) mod shapes;
+mod surface;
+pub(crate) mod surface_keys;
+pub(crate) mod surface_properties;
+pub(crate) mod thermal;
+mod voxel_arrays;
+pub(crate) mod voxel_field;
+pub(crate) mod voxel_grid;
+
+use super::error::InputError;
+use super::notes::merge_notes;
+use super::scene_reader::{ReadContext, SceneReader};
+use super::toml::key_tables::{BOUNDARY, ROOT, SURROUNDINGS};
+use super::toml::node::{TomlNode, TomlTable};
+use thermal::SceneMode;
+use zonal_scene::PatchRule;
+use zonal_scene::{Scene, Surroundings};
+
+/// Reads a parsed document into a scene. Surfaces precede the medium, which their closed meshes may fill, and the lights, which name them.
+pub(crate) fn read_document(
+    mut root: TomlTable<'_>,
+    context: ReadContext<'_>,
+    default_name: &str,
+) -> Result<Scene, InputError> {
+    root.check(ROOT)?;
+    let mut reader = SceneReader::new(root.source, context);
+    reader.has_medium = root.get("medium").is_some();
+    // Read the mode and the settings.
+    reader.parts.thermal = thermal::read_mode(&root)?;
+    if let Some(t) = &reader.parts.thermal {
+        // Check the band fractions before anything is computed with them.
+        t.band_fractions.check().map_err(|e| reader.source.scene_error(&e))?;
+    }
+    let name = root.read("name", |n| n.text())?;
+    reader.parts.name = name.unwrap_or(default_name).to_string();
+    reader.parts.options = root.read("solve", |n| options::read_options(&n))?.unwrap_or_default();
+    // Read the geometry.
+    read_geometry(&root, &mut reader)?;
+    // Read the boundary conditions, the lights and the cameras.
+    if let Some(node) = root.get("boundary") {
+        reader.parts.periodic = read_boundary(&node)?;
+    }
+    for (i, node) in root.list("light")?.iter().enumerate() {
+        if reader.mode() == SceneMode::Thermal {
+            return Err(node.error("lights belong to mode = \"light\"; in thermal mode give temperatures, or heat_flux to what is warmed"));
+        }
+        let light = lights::read_light(node, i, &reader.parts.surfaces)?;
+        reader.parts.lights.push(light);
+    }
+    if let Some(node) = root.get("surroundings") {
+        reader.parts.surroundings = read_surroundings(&node, &mut reader)?;
+    }
+    for (i, node) in root.list("camera")?.iter().enumerate() {
+        reader.parts.cameras.push(camera::read_camera(node, i)?);
+    }
+    // Validate the whole scene.
+    let mut notes = merge_notes(std::mem::take(&mut reader.parts.notes));
+    notes.extend(root.source.take_notes());
+    reader.parts.notes = notes;
+    Scene::new(reader.parts).map_err(|e| root.source.scene_error(&e))
+}
+
+/// Reads surfaces, panes and the medium; refuses a scene without any of them.
+fn read_geometry(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(), InputError> {
+    let surfaces = root.list("surface")?;
+    for (i, node) in surfaces.iter().enumerate() {
+        surface::read_surface(node, i, reader)?;
+    }
+    for (i, node) in root.list("pane")?.iter().enumerate() {
+        pane::read_pane(node, i, reader)?;
+    }
+    let medium_node = root.get("medium");
+    if surfaces.is_empty() && reader.parts.panes.is_empty() && medium_node.is_none() {
+        return Err(root.error("the scene is empty; add a [[surface]], a [[pane]] or a [medium]"));
+    }
+    if reader.parts.options.patch_rule == PatchRule::Voxels && medium_node.is_none() {
+        let at = root.get("solve").map(|n| n.any_table()).transpose()?.and_then(|t| t.get("patch_rule"));
+        let message =
+            "there is no medium whose voxels walls could follow; add a [medium], or remove this key";
+        return Err(at.map_or_else(|| root.error(message), |n| n.error(message)));
+    }
+    if let Some(node) = medium_node {
+        let voxel_grid = medium::read_medium(&node, reader)?;
+        reader.parts.voxel_grid = Some(voxel_grid);
+    }
+    Ok(())
+}
+
+/// The periodic axes.
+fn read_boundary(node: &TomlNode<'_>) -> Result<[bool; 3], InputError> {
+    let t = node.table(BOUNDARY)?;
+    let axis = |key: &str| Ok(t.read(key, |n| n.choice(&["scene", "periodic"]))? == Some(1));
+    Ok([axis("x")?, axis("y")?, axis("z")?])
+}
+
+/// The surroundings; in thermal mode their radiance follows from their temperature.
+fn read_surroundings(node: &TomlNode<'_>, reader: &mut SceneReader<'_>) -> Result<Surroundings, InputError> {
+    let t = node.table(SURROUNDINGS)?;
+    thermal::check_mode(&t, reader.mode())?;
+    let name = t.read("name", |n| Ok(n.text()?.to_string()))?;
+    let mut radiance = t.read("radiance", |n| n.bands(f64::INFINITY))?;
+    if let Some(thermal) = &mut reader.parts.thermal {
+        thermal.surroundings = t.read("temperature", thermal::read_kelvin)?;
+        radiance = Some(thermal.surroundings_radiance());
+    }
+    Ok(Surroundings { name, radiance: radiance.unwrap_or_default() })
+}

@@ -1,0 +1,59 @@
+//! Properties of a surface as a table gives them: those of a face or a material take precedence over those of the whole.
+
+use zonal_scene::{Bands, Sides, Surface, ThermalCondition};
+
+/// Reflectance without any given.
+pub(crate) const DEFAULT_REFLECTANCE: Bands = [0.5; 3];
+
+/// Whether a surface bounds a solid body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SurfaceShape {
+    /// An open sheet or the inside of a room.
+    Sheet,
+    /// The boundary of a solid.
+    Solid,
+}
+
+/// The properties that a table gives; none for those it omits.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SurfaceProperties {
+    pub(crate) reflectance: Option<Bands>,
+    /// W/m².
+    pub(crate) emission: Option<Bands>,
+    pub(crate) sides: Option<Sides>,
+    /// m.
+    pub(crate) patch_size: Option<f64>,
+    /// Index of a texture.
+    pub(crate) texture: Option<usize>,
+    /// Temperature or net power, in thermal mode.
+    pub(crate) condition: Option<ThermalCondition>,
+}
+
+impl SurfaceProperties {
+    /// These properties, with gaps filled from `other`.
+    pub(crate) fn or(self, other: SurfaceProperties) -> SurfaceProperties {
+        SurfaceProperties {
+            reflectance: self.reflectance.or(other.reflectance),
+            emission: self.emission.or(other.emission),
+            sides: self.sides.or(other.sides),
+            patch_size: self.patch_size.or(other.patch_size),
+            texture: self.texture.or(other.texture),
+            condition: self.condition.or(other.condition),
+        }
+    }
+    /// An inline surface with these properties.
+    pub(crate) fn surface(&self, name: String, shape: SurfaceShape) -> Surface {
+        let sides = self.sides.unwrap_or(Sides::Front);
+        Surface {
+            name,
+            reflectance: self.reflectance.unwrap_or(DEFAULT_REFLECTANCE),
+            emission: self.emission.unwrap_or([0.0; 3]),
+            reflectance_texture: self.texture,
+            emission_texture: None,
+            sides,
+            patch_size: self.patch_size,
+            // A body whose inside exchanges too is hollow.
+            solid: shape == SurfaceShape::Solid && sides == Sides::Front,
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! `mode = "thermal"`: boundary conditions of surfaces, panes and the medium, and the band fractions of the emission.
+//!
+//! Keys of the other mode are refused in every section, with a remedy that names their place.
+
+use crate::input::error::InputError;
+use crate::input::toml::key_tables::THERMAL;
+use crate::input::toml::node::{TomlNode, TomlTable};
+use zonal_scene::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
+use zonal_scene::thermal::power_out_of_range;
+use zonal_scene::{BandFractions, Bands, Thermal, ThermalCondition, bands};
+
+/// Keys of boundary conditions of surfaces, in thermal mode.
+const SURFACE_CONDITIONS: [&str; 3] = ["temperature", "heat_flux", "net_power"];
+/// Keys of thermal conditions of volumes, in thermal mode.
+const VOLUME_CONDITIONS: [&str; 2] = ["temperature", "heat_source"];
+/// Keys that belong to light mode.
+const LIGHT_MODE_KEYS: [&str; 4] = ["emission", "texture", "source", "radiance"];
+/// Largest difference, absolute and relative, between two statements of one quantity.
+const CONSISTENCY_TOLERANCE: f64 = 1e-9;
+
+/// The mode of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SceneMode {
+    /// Radiation from given sources.
+    Light,
+    /// Temperatures and heat.
+    Thermal,
+}
+
+/// Refuses the keys of a table that belong to the other mode.
+pub(crate) fn check_mode(t: &TomlTable<'_>, mode: SceneMode) -> Result<(), InputError> {
+    let (wrong, remedy, more) = match mode {
+        SceneMode::Thermal => (
+            &LIGHT_MODE_KEYS[..],
+            "this key belongs to mode = \"light\"; in thermal mode give temperatures and emissivities, or heat",
+            None,
+        ),
+        SceneMode::Light => (
+            &SURFACE_CONDITIONS[..],
+            "this key belongs to thermal mode; write mode = \"thermal\" at the top of the file, or remove it",
+            Some("heat_source"),
+        ),
+    };
+    match wrong.iter().copied().chain(more).find_map(|k| t.get(k)) {
+        Some(n) => Err(n.error(remedy)),
+        None => Ok(()),
+    }
+}
+
+/// A temperature, K.
+pub(crate) fn read_kelvin(n: TomlNode<'_>) -> Result<f64, InputError> {
+    match n.number()? {
+        t if t > 0.0 && t <= MAX_TEMPERATURE => Ok(t),
+        t => Err(n.error(format!("{t} K is out of range; give kelvin above 0 (0 °C is 273.15)"))),
+    }
+}
+
+/// A net power in W, W/m² or W/m³.
+fn read_net_power(n: &TomlNode<'_>) -> Result<f64, InputError> {
+    match n.number()? {
+        q if q.abs() <= MAX_NET_POWER => Ok(q),
+        q => Err(n.error(power_out_of_range(q))),
+    }
+}
+
+/// The value of the one key of a list that is given, with the key's index; none if none is given.
+fn at_most_one<'a>(t: &TomlTable<'a>, keys: &[&str]) -> Result<Option<(usize, TomlNode<'a>)>, InputError> {
+    let mut given = keys.iter().enumerate().filter_map(|(k, key)| Some((k, t.get(key)?)));
+    let first = given.next();
+    if let (Some(_), Some((_, n))) = (&first, given.next()) {
+        let list = keys.join(", ");
+        return Err(n.error(format!("more than one of {list} is given; keep the one that is known")));
+    }
+    Ok(first)
+}
+
+/// The boundary condition of a surface's table.
+pub(crate) fn read_surface_condition(t: &TomlTable<'_>) -> Result<Option<ThermalCondition>, InputError> {
+    let Some((k, n)) = at_most_one(t, &SURFACE_CONDITIONS)? else { return Ok(None) };
+    Ok(Some(match k {
+        0 => ThermalCondition::Temperature(read_kelvin(n)?),
+        1 => ThermalCondition::Flux(read_net_power(&n)?),
+        _ => ThermalCondition::Power(read_net_power(&n)?),
+    }))
+}
+
+/// The thermal condition of a volume's table, if it is a number.
+pub(crate) fn read_volume_condition(t: &TomlTable<'_>) -> Result<Option<ThermalCondition>, InputError> {
+    match at_most_one(t, &VOLUME_CONDITIONS)? {
+        Some((_, n)) if n.is_table() => Ok(None),
+        Some((0, n)) => Ok(Some(ThermalCondition::Temperature(read_kelvin(n)?))),
+        Some((_, n)) => Ok(Some(ThermalCondition::Flux(read_net_power(&n)?))),
+        None => Ok(None),
+    }
+}
+
+/// ρ, from `reflectance` or `emissivity` = 1 − ρ.
+pub(crate) fn read_reflectance(t: &TomlTable<'_>) -> Result<Option<Bands>, InputError> {
+    let given = t.read("reflectance", |n| n.bands(1.0))?;
+    let Some(n) = t.get("emissivity") else { return Ok(given) };
+    let own = n.bands(1.0)?.map(|e| 1.0 - e);
+    match given {
+        Some(r) if (0..3).any(|b| (r[b] - own[b]).abs() > CONSISTENCY_TOLERANCE) => {
+            Err(n.error("emissivity and reflectance are at odds: they sum to 1; keep one of them"))
+        }
+        _ => Ok(Some(own)),
+    }
+}
+
+/// κ and Ω, from two of `extinction`, `albedo` and `absorption` = κ(1 − Ω).
+pub(crate) fn read_extinction_and_albedo(t: &TomlTable<'_>) -> Result<[Option<Bands>; 2], InputError> {
+    let kappa = t.read("extinction", |n| n.bands(f64::INFINITY))?;
+    // An albedo from a file fills in later.
+    let albedo = match t.get("albedo") {
+        Some(n) if !n.is_table() => Some(n.bands(1.0)?),
+        _ => None,
+    };
+    let Some(n) = t.get("absorption") else { return Ok([kappa, albedo]) };
+    let own = n.bands(f64::INFINITY)?;
+    if t.get("albedo").is_some_and(|a| a.is_table()) {
+        return Err(n.error("beside an albedo from a file the absorption follows from the extinction; give the extinction instead"));
+    }
+    match (kappa, albedo) {
+        (None, None) => Ok([Some(own), Some([0.0; 3])]),
+        (Some(k), None) => {
+            if (0..3).any(|b| own[b] > k[b]) {
+                return Err(n.error("the absorption exceeds the extinction; give no more than that"));
+            }
+            let albedo = bands(|b| if k[b] > 0.0 { 1.0 - own[b] / k[b] } else { 0.0 });
+            Ok([Some(k), Some(albedo)])
+        }
+        (None, Some(o)) => {
+            if (0..3).any(|b| o[b] == 1.0) {
+                return Err(n.error(
+                    "at an albedo of 1 the absorption does not determine the extinction; give extinction and albedo",
+                ));
+            }
+            Ok([Some(bands(|b| own[b] / (1.0 - o[b]))), Some(o)])
+        }
+        (Some(k), Some(o)) => {
+            let differs = |b: usize| (k[b] * (1.0 - o[b]) - own[b]).abs() > CONSISTENCY_TOLERANCE * k[b];
+            if (0..3).any(differs) {
+                return Err(
+                    n.error("absorption is at odds with extinction × (1 − albedo); keep two of the three")
+                );
+            }
+            Ok([Some(k), Some(o)])
+        }
+    }
+}
+
+/// `mode` and `[thermal]`; none in light mode.
+pub(crate) fn read_mode(root: &TomlTable<'_>) -> Result<Option<Thermal>, InputError> {
+    let thermal = root.read("mode", |n| n.choice(&["light", "thermal"]))? == Some(1);
+    let node = root.get("thermal");
+    if !thermal {
+        return match node {
+            Some(n) => Err(n.error(
+                "this table belongs to thermal mode; write mode = \"thermal\" at the top of the file",
+            )),
+            None => Ok(None),
+        };
+    }
+    let band_fractions = node.map(|n| read_band_fractions(&n)).transpose()?.unwrap_or_default();
+    Ok(Some(Thermal { band_fractions, ..Thermal::default() }))
+}
+
+/// Band fractions: constant, polynomial in the temperature, or grey.
+fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError> {
+    let t = node.table(THERMAL)?;
+    let allow_partial = t.read("allow_partial", |n| n.boolean())?.unwrap_or(false);
+    match (t.get("band_fractions"), t.get("weights")) {
+        (Some(n), None) => {
+            if let Some(r) = t.get("range") {
+                return Err(r.error("constant band fractions hold everywhere; remove this key"));
+            }
+            let s = n.bands(1.0)?;
+            Ok(BandFractions::Weights { coefficients: s.map(|s| vec![s]), range: [1.0, 1.0], allow_partial })
+        }
+        (None, Some(n)) => {
+            let range =
+                t.require("range", "range = [600, 2400] (kelvin, where the polynomials hold)")?.list()?;
+            let [low, high] = range.as_slice() else {
+                return Err(t.error("range has two temperatures; write range = [600, 2400]"));
+            };
+            let range = [read_kelvin(low.clone())?, read_kelvin(high.clone())?];
+            Ok(BandFractions::Weights { coefficients: read_polynomials(&n)?, range, allow_partial })
+        }
+        (Some(_), Some(n)) => Err(n.error("band_fractions and weights are both given; keep one of them")),
+        (None, None) if t.get("range").is_none() && !allow_partial => Ok(BandFractions::Grey),
+        (None, None) => Err(
+            t.error("neither band_fractions nor weights is given; write one of them, or remove this table")
+        ),
+    }
+}
+
+/// Three lists of coefficients; one of them may be `"rest"`: 1 less the other two polynomials.
+fn read_polynomials(node: &TomlNode<'_>) -> Result<[Vec<f64>; 3], InputError> {
+    const WANTED: &str = "give three lists [c0, c1, …], one a band; one of them may be \"rest\"";
+    let list = node.list()?;
+    let [a, b, c] = list.as_slice() else {
+        return Err(node.error(format!("this list has {} entries; {WANTED}", list.len())));
+    };
+    let mut rest = None;
+    let mut out: [Vec<f64>; 3] = Default::default();
+    for (k, n) in [a, b, c].into_iter().enumerate() {
+        if n.is_list() {
+            out[k] = n.list()?.iter().map(|x| x.number()).collect::<Result<_, _>>()?;
+            if out[k].is_empty() {
+                return Err(n.error(format!("a band has no coefficients; {WANTED}")));
+            }
+            continue;
+        }
+        n.choice(&["rest"])?;
+        if rest.replace(k).is_some() {
+            return Err(n.error(format!("two bands are the rest; {WANTED}")));
+        }
+    }
+    if let Some(k) = rest {
+        let longest = out.iter().map(Vec::len).max().unwrap_or(0).max(1);
+        let mut own = vec![0.0; longest];
+        own[0] = 1.0;
+        for other in &out {
+            own.iter_mut().zip(other).for_each(|(o, c)| *o -= c);
+        }
+        out[k] = own;
+    }
+    Ok(out)
+}

@@ -1,0 +1,135 @@
+//! The scene while it is read: its parts so far, the files it may use, and the textures decoded so far.
+
+use super::error::{FileFault, InputError};
+use super::images;
+use super::mesh::model::ImageSource;
+use super::scene::medium_properties::MediumProperties;
+use super::scene::surface_properties::SurfaceProperties;
+use super::scene::thermal::SceneMode;
+use super::toml::node::TomlNode;
+use super::toml::source::SourceText;
+use crate::files::FileSource;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use zonal_scene::{Diagnostic, Plate, SceneError, SceneParts, Surface, ThermalCondition};
+
+/// Files that a scene may refer to, and its largest medium.
+#[derive(Clone, Copy)]
+pub(crate) struct ReadContext<'a> {
+    /// Folder of referenced files; none if they are refused.
+    pub(crate) base: Option<&'a Path>,
+    /// Storage of referenced files.
+    pub(crate) files: FileSource<'a>,
+    /// Largest number of voxels.
+    pub(crate) max_cells: usize,
+}
+
+/// A closed body and the medium inside it.
+pub(crate) struct InteriorFill {
+    pub(crate) plates: Vec<Plate>,
+    pub(crate) properties: MediumProperties,
+}
+
+/// The scene while it is read.
+pub(crate) struct SceneReader<'a> {
+    pub(crate) source: &'a SourceText<'a>,
+    pub(crate) context: ReadContext<'a>,
+    pub(crate) parts: SceneParts,
+    /// True if the scene has a medium.
+    pub(crate) has_medium: bool,
+    /// Bodies of meshes that fill the medium, after its regions.
+    pub(crate) interior_fills: Vec<InteriorFill>,
+    texture_of_image: HashMap<String, usize>,
+}
+
+impl<'a> SceneReader<'a> {
+    pub(crate) fn new(source: &'a SourceText<'a>, context: ReadContext<'a>) -> SceneReader<'a> {
+        SceneReader {
+            source,
+            context,
+            parts: SceneParts::default(),
+            has_medium: false,
+            interior_fills: Vec::new(),
+            texture_of_image: HashMap::new(),
+        }
+    }
+    /// The mode of the scene.
+    pub(crate) fn mode(&self) -> SceneMode {
+        if self.parts.thermal.is_some() { SceneMode::Thermal } else { SceneMode::Light }
+    }
+    /// Adds a surface and returns its index. Thermal mode takes its boundary condition from the properties and requires an emissivity.
+    pub(crate) fn add_surface(
+        &mut self,
+        surface: Surface,
+        properties: &SurfaceProperties,
+    ) -> Result<usize, InputError> {
+        if let Some(thermal) = &mut self.parts.thermal {
+            let missing = |key: &str, message: &str| {
+                let key = format!("surface '{}'.{key}", surface.name);
+                Err(self.source.scene_error(&SceneError::new(key, message)))
+            };
+            let Some(condition) = properties.condition else {
+                return missing(
+                    "temperature",
+                    "nothing is known of this surface; write temperature (K), heat_flux (W/m2) or net_power (W); heat_flux = 0 is adiabatic",
+                );
+            };
+            if properties.reflectance.is_none() {
+                return missing(
+                    "emissivity",
+                    "this key is missing; write emissivity = 0.9, or 1 for a black surface",
+                );
+            }
+            thermal.surfaces.push(condition);
+        }
+        self.parts.surfaces.push(surface);
+        Ok(self.parts.surfaces.len() - 1)
+    }
+    /// Adds the thermal condition of a pane in thermal mode: radiative equilibrium if none is given.
+    pub(crate) fn add_pane_condition(&mut self, condition: Option<ThermalCondition>) {
+        if let Some(thermal) = &mut self.parts.thermal {
+            thermal.panes.push(condition.unwrap_or(ThermalCondition::Flux(0.0)));
+        }
+    }
+    /// Places errors about surface `name` where surface `other` stands, unless `name` has a place already.
+    pub(crate) fn inherit_surface_place(&self, name: &str, other: &str) {
+        self.source.inherit_place(&format!("surface '{name}'"), &format!("surface '{other}'"));
+    }
+    pub(crate) fn note(&mut self, note: impl Into<Diagnostic>) {
+        self.parts.notes.push(note.into());
+    }
+    /// The path of the file that a value names.
+    pub(crate) fn resolve(&self, node: &TomlNode<'_>) -> Result<PathBuf, InputError> {
+        let name = node.text()?;
+        match self.context.base {
+            Some(base) => Ok(base.join(name)),
+            None => Err(node
+                .error("this scene is a text without a folder and cannot refer to files; save it as a file")),
+        }
+    }
+    /// The index of the texture that a value names.
+    pub(crate) fn texture(&mut self, node: &TomlNode<'_>) -> Result<usize, InputError> {
+        let path = self.resolve(node)?;
+        self.image(&ImageSource::File(path)).map_err(|f| node.error(f.to_string()))
+    }
+    /// The index of an image's texture; every image is decoded once.
+    pub(crate) fn image(&mut self, image: &ImageSource) -> Result<usize, FileFault> {
+        let name = match image {
+            ImageSource::File(path) => path.display().to_string(),
+            ImageSource::Bytes { name, .. } => name.clone(),
+        };
+        if let Some(i) = self.texture_of_image.get(&name) {
+            return Ok(*i);
+        }
+        let texture = match image {
+            ImageSource::Bytes { bytes, .. } => images::decode(&name, bytes)?,
+            ImageSource::File(path) => {
+                let bytes = self.context.files.read(path, images::MAX_IMAGE_FILE_BYTES);
+                images::decode(&name, &bytes.map_err(|e| FileFault::new(&name, "", e))?)?
+            }
+        };
+        self.parts.textures.push(texture);
+        self.texture_of_image.insert(name, self.parts.textures.len() - 1);
+        Ok(self.parts.textures.len() - 1)
+    }
+}

@@ -1,0 +1,469 @@
+//! Every key of the scene and camera-path formats, defined once: the readers check unknown keys against these tables, and
+//! [`scene_key_reference`] lists them for manuals.
+//!
+//! Types: *bands* is one number for all three bands or `[red, green, blue]`; *point* and *direction* are `[x, y, z]`.
+
+use super::keys::{KeyGroups, KeySpec, all, key};
+
+const ROOT_KEYS: &[KeySpec] = &[
+    key("name", "text", "", "the file's name", "name of the scene"),
+    key(
+        "mode",
+        "\"light\" | \"thermal\"",
+        "",
+        "\"light\"",
+        "radiation from given sources, or temperatures and heat",
+    ),
+    key("thermal", "table", "", "grey", "band fractions of the emission in thermal mode"),
+    key("solve", "table", "", "", "settings of the solver"),
+    key("surface", "list of tables", "", "", "surfaces"),
+    key("pane", "list of tables", "", "", "thin sheets of absorbing and scattering material"),
+    key("medium", "table", "", "vacuum", "participating medium on a voxel grid"),
+    key("boundary", "table", "", "", "periodic axes"),
+    key("light", "list of tables", "", "", "direct lights"),
+    key("surroundings", "table", "", "black and cold", "radiation that enters from beyond the scene"),
+    key("camera", "list of tables", "", "", "cameras"),
+];
+/// The document.
+pub(crate) const ROOT: KeyGroups = &[ROOT_KEYS];
+
+/// `[thermal]`.
+pub(crate) const THERMAL: KeyGroups = &[&[
+    key(
+        "band_fractions",
+        "[number, number, number]",
+        "",
+        "grey",
+        "constant fractions of the black-body emission in the bands; they sum to 1",
+    )
+    .formerly("shares"),
+    key(
+        "weights",
+        "three lists of numbers, or two and \"rest\"",
+        "1/K^n",
+        "",
+        "polynomial band fractions in the temperature, by ascending power",
+    ),
+    key(
+        "range",
+        "[number, number]",
+        "K",
+        "required with weights",
+        "temperatures for which the polynomials hold",
+    ),
+    key("allow_partial", "boolean", "", "false", "accepts band fractions that sum to less than 1")
+        .formerly("left_out"),
+]];
+
+/// `[solve]`.
+pub(crate) const SOLVE: KeyGroups = &[&[
+    key("tolerance", "number in (0, 1)", "", "0.01", "relative accuracy of the exchange areas"),
+    key("patch_size", "number above 0", "m", "diagonal / 30", "target edge of a patch"),
+    key(
+        "patch_rule",
+        "\"edge\" | \"area\" | \"voxels\"",
+        "",
+        "\"edge\"",
+        "quantity that the patch size limits",
+    ),
+    key(
+        "closure",
+        "\"measure\" | \"restore\"",
+        "",
+        "\"restore\" in thermal mode, else \"measure\"",
+        "treatment of row sums that miss closure",
+    ),
+    key(
+        "residual",
+        "number in (0, 1)",
+        "",
+        "1e-10",
+        "power left undistributed by the iteration, relative to the power of the sources",
+    ),
+    key("max_iterations", "integer from 1", "", "500", "largest number of iterations"),
+    key(
+        "scattering_orders",
+        "integer from 1",
+        "",
+        "",
+        "number of terms of the Neumann series that replace the iteration",
+    )
+    .formerly("sweeps"),
+    key(
+        "engine",
+        "\"auto\" | \"dense\" | \"hierarchical\" | \"spectral\"",
+        "",
+        "\"auto\"",
+        "representation of the exchange operator",
+    ),
+    key(
+        "light_groups",
+        "\"auto\" | \"each\" | \"all\"",
+        "",
+        "\"auto\"",
+        "light groups that are solved and stored separately",
+    )
+    .formerly("groups"),
+    key(
+        "zone_basis",
+        "\"auto\" | \"linear\" | \"constant\"",
+        "",
+        "\"auto\"",
+        "basis functions of the radiosity in optically thick voxels",
+    )
+    .formerly("thick_zones"),
+    key(
+        "discretization_error",
+        "boolean",
+        "",
+        "true in thermal mode, else false",
+        "estimates the discretization error by a second solve on coarser zones",
+    )
+    .formerly("zoning_error"),
+]];
+
+/// `[boundary]`.
+pub(crate) const BOUNDARY: KeyGroups = &[&[
+    key("x", "\"periodic\" | \"scene\"", "", "\"scene\"", "boundary condition along x"),
+    key("y", "\"periodic\" | \"scene\"", "", "\"scene\"", "boundary condition along y"),
+    key("z", "\"periodic\" | \"scene\"", "", "\"scene\"", "boundary condition along z"),
+]];
+
+/// `[surroundings]`.
+pub(crate) const SURROUNDINGS: KeyGroups = &[&[
+    key("name", "text", "", "\"surroundings\"", "name of the light group"),
+    key("radiance", "bands", "W/(m2 sr)", "0", "radiance that enters from all directions (light mode)"),
+    key(
+        "temperature",
+        "number above 0",
+        "K",
+        "cold",
+        "black-body temperature of the surroundings (thermal mode)",
+    ),
+]];
+
+const SURFACE_KEYS: &[KeySpec] = &[
+    key("name", "text", "", "surface1, …", "unique name"),
+    key(
+        "faces",
+        "table of faces",
+        "",
+        "",
+        "properties of single faces x0, x1, y0, y1, z0, z1 of a box or room",
+    ),
+    key("omit", "list of faces", "", "[]", "walls that a room lacks"),
+    key("materials", "table of materials", "", "", "properties of single materials of a mesh"),
+    key("solid", "boolean", "", "true", "treats closed parts of a mesh as solids and rooms"),
+];
+/// The shapes of a surface, of which one is given.
+pub(crate) const SURFACE_SHAPES: &[KeySpec] = &[
+    key("rectangle", "table", "", "", "parallelogram; the front faces edge1 × edge2"),
+    key("triangle", "table", "", "", "triangle; its front sees the corners counter-clockwise"),
+    key("box", "table", "", "", "solid box with outward normals"),
+    key("room", "table", "", "", "six walls with inward normals"),
+    key("mesh", "table", "", "", "mesh file: OBJ, GLB or glTF"),
+];
+/// Properties of a surface, of a face or of a material.
+pub(crate) const SURFACE_PROPERTIES: &[KeySpec] = &[
+    key("reflectance", "bands in [0, 1]", "", "0.5, or the mesh's", "diffuse reflectance"),
+    key("emission", "bands from 0", "W/m2", "0, or the mesh's", "emitted flux (light mode)"),
+    key(
+        "sides",
+        "\"front\" | \"both\"",
+        "",
+        "\"front\"; of open meshes by their file",
+        "sides that take part in the exchange",
+    ),
+    key("patch_size", "number above 0", "m", "that of [solve]", "target edge of a patch"),
+    key("texture", "file name", "", "", "PNG or JPEG that multiplies the reflectance (light mode)"),
+    key(
+        "emissivity",
+        "bands in [0, 1]",
+        "",
+        "1 - reflectance",
+        "diffuse emissivity, in place of the reflectance",
+    ),
+    key("temperature", "number above 0", "K", "", "given temperature (thermal mode)"),
+    key("heat_flux", "number", "W/m2", "", "given net radiative flux that leaves the surface (thermal mode)"),
+    key("net_power", "number", "W", "", "given net power that leaves the whole surface (thermal mode)"),
+];
+/// `[[surface]]`.
+pub(crate) const SURFACE: KeyGroups = &[SURFACE_KEYS, SURFACE_SHAPES, SURFACE_PROPERTIES];
+/// One face of a box or room.
+pub(crate) const FACE: KeyGroups = &[SURFACE_PROPERTIES];
+
+const FACE_TABLE: &str = "properties as of a surface";
+/// `faces`.
+pub(crate) const FACES: KeyGroups = &[&[
+    key("x0", "table", "", "", FACE_TABLE),
+    key("x1", "table", "", "", FACE_TABLE),
+    key("y0", "table", "", "", FACE_TABLE),
+    key("y1", "table", "", "", FACE_TABLE),
+    key("z0", "table", "", "", FACE_TABLE),
+    key("z1", "table", "", "", FACE_TABLE),
+]];
+
+/// `rectangle`.
+pub(crate) const RECTANGLE: KeyGroups = &[&[
+    key("origin", "point", "m", "required", "corner"),
+    key("edge1", "direction", "m", "required", "first edge from the corner"),
+    key("edge2", "direction", "m", "required", "second edge from the corner"),
+]];
+/// `triangle`.
+pub(crate) const TRIANGLE: KeyGroups =
+    &[&[key("corners", "three points", "m", "required", "corners, counter-clockwise seen from the front")]];
+const BOUNDS_KEYS: &[KeySpec] = &[
+    key("min", "point", "m", "required", "smallest corner"),
+    key("max", "point", "m", "required", "largest corner"),
+];
+/// `room`, and `box` of a region.
+pub(crate) const BOUNDS: KeyGroups = &[BOUNDS_KEYS];
+/// `box` of a surface.
+pub(crate) const BOX: KeyGroups = &[
+    BOUNDS_KEYS,
+    &[key("rotate_z_degrees", "number", "degrees", "0", "rotation about the vertical through the centre")],
+];
+/// `mesh`.
+pub(crate) const MESH: KeyGroups = &[&[
+    key("file", "file name", "", "required", ".obj, .glb or .gltf"),
+    key("scale", "number above 0", "m per unit of the file", "1", "factor of lengths"),
+    key("translate", "direction", "m", "[0, 0, 0]", "translation after scale and rotation"),
+    key(
+        "rotate_degrees",
+        "[number, number, number]",
+        "degrees",
+        "[0, 0, 0]",
+        "rotations about x, then y, then z",
+    ),
+]];
+
+/// `materials.NAME`.
+pub(crate) const MATERIAL: KeyGroups = &[
+    &[
+        key(
+            "pane",
+            "table | boolean",
+            "",
+            "as the file says",
+            "makes the material a pane, or with false an opaque surface",
+        ),
+        key("omit", "boolean", "", "false", "leaves the material out"),
+        key(
+            "region",
+            "boolean",
+            "",
+            "false",
+            "fills the medium inside the closed material with its extinction",
+        ),
+    ],
+    SURFACE_PROPERTIES,
+];
+/// `materials.NAME.pane`.
+pub(crate) const MATERIAL_PANE: KeyGroups = &[&[
+    key("thickness", "number above 0", "m", "the file's", "thickness"),
+    key("extinction", "bands from 0", "1/m", "the file's", "extinction coefficient"),
+    key("albedo", "bands in [0, 1]", "", "the file's", "scattering albedo"),
+    key("emission", "bands from 0", "W/m2", "0", "black emissive power (light mode)"),
+    key("temperature", "number above 0", "K", "", "given temperature (thermal mode)"),
+    key("heat_source", "0", "W/m3", "0", "radiative equilibrium (thermal mode)"),
+]];
+
+/// `[[pane]]`.
+pub(crate) const PANE: KeyGroups = &[&[
+    key("name", "text", "", "pane1, …", "name"),
+    key("polygon", "list of points", "m", "required", "corners in order; plane and convex"),
+    key("thickness", "number above 0", "m", "required", "thickness"),
+    key("extinction", "bands from 0", "1/m", "required", "extinction coefficient"),
+    key("albedo", "bands in [0, 1]", "", "0", "scattering albedo"),
+    key("emission", "bands from 0", "W/m2", "0", "black emissive power (light mode)"),
+    key("absorption", "bands from 0", "1/m", "", "extinction × (1 - albedo), in place of one of them"),
+    key("temperature", "number above 0", "K", "", "given temperature (thermal mode)"),
+    key("heat_source", "0", "W/m3", "0", "radiative equilibrium (thermal mode)"),
+]];
+
+/// Properties of a medium or region.
+pub(crate) const MEDIUM_PROPERTIES: &[KeySpec] = &[
+    key("extinction", "bands from 0", "1/m", "0 with regions, else required", "extinction coefficient"),
+    key("albedo", "bands in [0, 1] | array", "", "0", "scattering albedo"),
+    key("emission", "bands from 0 | array", "W/m2", "0", "black emissive power (light mode)"),
+    key("source", "bands from 0", "W/m3", "0", "volumetric source (light mode)"),
+    key("absorption", "bands from 0", "1/m", "", "extinction × (1 - albedo), in place of one of them"),
+    key("temperature", "number above 0 | array", "K", "", "given temperature (thermal mode)"),
+    key(
+        "heat_source",
+        "number | array",
+        "W/m3",
+        "",
+        "given heat source; 0 is radiative equilibrium (thermal mode)",
+    ),
+];
+const MEDIUM_KEYS: &[KeySpec] = &[
+    key("cells", "[integer, integer, integer]", "", "or cell_size", "voxels along each axis"),
+    key(
+        "cell_size",
+        "number | [number, number, number]",
+        "m",
+        "or cells",
+        "edge of a voxel, rounded to whole voxels",
+    ),
+    key("region", "list of tables", "", "", "parts with other properties, each over those before it"),
+];
+/// `[medium]`.
+pub(crate) const MEDIUM: KeyGroups = &[BOUNDS_KEYS, MEDIUM_KEYS, MEDIUM_PROPERTIES];
+/// `[[medium.region]]`.
+pub(crate) const REGION: KeyGroups = &[
+    &[
+        key("box", "table", "", "", "box; voxels that it cuts are mixed by volume"),
+        key("mesh", "table", "", "", "voxels whose centre lies inside a closed mesh"),
+        key("density", "table", "", "", "extinction from a file"),
+    ],
+    MEDIUM_PROPERTIES,
+];
+/// Placement of an OpenVDB grid.
+pub(crate) const VDB_KEYS: &[KeySpec] = &[
+    key("grid", "text", "", "the only grid, or \"density\"", "grid of an OpenVDB file"),
+    key("unit", "number above 0", "m", "1", "length unit of an OpenVDB file"),
+    key("translate", "direction", "m", "[0, 0, 0]", "translation of an OpenVDB grid"),
+    key(
+        "rotate_degrees",
+        "[number, number, number]",
+        "degrees",
+        "[0, 0, 0]",
+        "rotations of an OpenVDB grid about x, then y, then z",
+    ),
+    key("level_set", "boolean", "", "false", "reads a level set as the density 1 inside its surface"),
+];
+/// `density`, and arrays of medium properties.
+pub(crate) const VOXEL_FILE: KeyGroups = &[
+    &[
+        key("file", "file name", "", "required", ".npy, .vdb or .vol"),
+        key("min", "point", "m", "the file's box", "smallest corner of the box that the array fills"),
+        key("max", "point", "m", "the file's box", "largest corner of the box that the array fills"),
+        key("scale", "bands from 0", "that of the quantity", "1", "factor of the values"),
+    ],
+    VDB_KEYS,
+];
+
+/// `[[light]]` with `kind = "sun"`.
+pub(crate) const SUN: KeyGroups = &[&[
+    key("kind", "\"sun\"", "", "required", "distant light"),
+    key("name", "text", "", "light1, …", "name of the light group"),
+    key("direction", "direction", "", "required", "direction in which the light travels"),
+    key("irradiance", "bands from 0", "W/m2", "required", "irradiance of a plane normal to the direction"),
+    key("angular_diameter", "number in [0, 180)", "degrees", "0.53", "angular diameter"),
+]];
+/// `[[light]]` with `kind = "sky"`.
+pub(crate) const SKY: KeyGroups = &[&[
+    key("kind", "\"sky\"", "", "required", "uniform sky"),
+    key("name", "text", "", "light1, …", "name of the light group"),
+    key("radiance", "bands from 0", "W/(m2 sr)", "required", "radiance"),
+]];
+/// `[[light]]` with `kind = "emitter"`.
+pub(crate) const EMITTER: KeyGroups = &[&[
+    key("kind", "\"emitter\"", "", "required", "surface whose emission is direct light"),
+    key("name", "text", "", "the surface's", "name of the light group"),
+    key("surface", "text", "", "required", "name of an emitting surface"),
+]];
+
+/// Keys of a camera's position and lens.
+const VIEW_KEYS: &[KeySpec] = &[
+    key("origin", "point", "m", "required", "position"),
+    key("target", "point", "m", "required", "point in the middle of the picture"),
+    key("up", "direction", "", "[0, 0, 1]", "upward direction"),
+    key("fov", "number in (0, 180)", "degrees", "60", "angle of view across the picture's width"),
+    key("aperture", "number from 0", "m", "0", "diameter of the lens"),
+    key("focus", "number above 0", "m", "distance of the picture's middle", "distance in focus"),
+];
+/// `[[camera]]`.
+pub(crate) const CAMERA: KeyGroups = &[&[key("name", "text", "", "camera1, …", "unique name")], VIEW_KEYS];
+
+/// A camera path.
+pub(crate) const CAMERA_PATH: KeyGroups = &[&[
+    key("frames_per_second", "number in (0, 1000]", "1/s", "24", "frame rate"),
+    key("exposure", "number above 0", "(m2 sr)/W", "automatic", "factor of the radiance"),
+    key("key", "list of tables", "", "required", "key frames by ascending time"),
+]];
+/// `[[key]]` of a camera path.
+pub(crate) const KEY_FRAME: KeyGroups = &[
+    &[
+        key("time", "number", "s", "required", "time"),
+        key("camera", "text", "", "", "camera of the scene"),
+        key(
+            "stops",
+            "number in [-30, 30]",
+            "stops",
+            "that of the key before",
+            "exposure above that of all frames",
+        ),
+        key("lights", "table of bands", "", "those of the key before", "factors of light groups"),
+    ],
+    VIEW_KEYS,
+];
+
+/// The tables of the scene format by path; `[]` marks lists, capitals a free name.
+pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
+    ("", ROOT),
+    ("thermal", THERMAL),
+    ("solve", SOLVE),
+    ("boundary", BOUNDARY),
+    ("surroundings", SURROUNDINGS),
+    ("surface[]", SURFACE),
+    ("surface[].rectangle", RECTANGLE),
+    ("surface[].triangle", TRIANGLE),
+    ("surface[].box", BOX),
+    ("surface[].room", BOUNDS),
+    ("surface[].mesh", MESH),
+    ("surface[].faces", FACES),
+    ("surface[].materials.NAME", MATERIAL),
+    ("surface[].materials.NAME.pane", MATERIAL_PANE),
+    ("pane[]", PANE),
+    ("medium", MEDIUM),
+    ("medium.ARRAY", VOXEL_FILE),
+    ("medium.region[]", REGION),
+    ("medium.region[].box", BOUNDS),
+    ("medium.region[].mesh", MESH),
+    ("medium.region[].density", VOXEL_FILE),
+    ("medium.region[].ARRAY", VOXEL_FILE),
+    ("light[] (sun)", SUN),
+    ("light[] (sky)", SKY),
+    ("light[] (emitter)", EMITTER),
+    ("camera[]", CAMERA),
+];
+
+/// A key of the scene format, for manuals and editors.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct SceneKey {
+    /// Dotted path; `[]` marks the entries of a list, capitals stand for a free name.
+    pub path: String,
+    /// Type of the value.
+    pub value: &'static str,
+    /// Unit; empty for none.
+    pub unit: &'static str,
+    /// Default, or `required`; empty if the key then does not apply.
+    pub default: &'static str,
+    /// One line.
+    pub description: &'static str,
+    /// The former name of the last part of the path, which is read with a warning.
+    pub former_name: Option<&'static str>,
+}
+
+/// All keys of the scene format, in the order of the manual. The reader checks scenes against the same tables.
+///
+/// ```
+/// let keys = zonal_io::input::scene_key_reference();
+/// let tolerance = keys.iter().find(|k| k.path == "solve.tolerance").unwrap();
+/// assert_eq!(tolerance.default, "0.01");
+/// ```
+pub fn scene_key_reference() -> Vec<SceneKey> {
+    let rows = SCENE_TABLES.iter().flat_map(|(table, groups)| all(groups).map(move |k| (table, k)));
+    rows.map(|(table, k)| SceneKey {
+        path: if table.is_empty() { k.name.to_string() } else { format!("{table}.{}", k.name) },
+        value: k.value,
+        unit: k.unit,
+        default: k.default,
+        description: k.description,
+        former_name: k.former_name,
+    })
+    .collect()
+}

@@ -1,0 +1,15 @@
+//! TOML with places: the text, typed values, known keys, migration of former keys.
+//!
+//! | module | contents |
+//! |---|---|
+//! | `source` | the text, the place of every key that was read, notes about former keys |
+//! | `node` | typed reading; every value carries its key, line and column |
+//! | `keys` | the description of one key, and its lookup in a table of keys |
+//! | `key_tables` | every key of the scene and camera-path formats, with type, unit, default and description |
+//! | `migrate` | former keys replaced in a text, with comments and layout kept |
+
+pub(crate) mod key_tables;
+pub(crate) mod keys;
+pub(crate) mod migrate;
+pub(crate) mod node;
+pub(crate) mod source;

@@ -1,0 +1,297 @@
+//! Typed reading of a TOML document. Every value carries its key and its place.
+
+use super::keys::{KeyGroups, all, former_name_of, knows, names};
+use super::migrate::both_names;
+use super::source::SourceText;
+use crate::input::error::InputError;
+use crate::input::suggestion::suggest;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Diagnostic};
+
+/// A value with its key and place.
+#[derive(Clone)]
+pub(crate) struct TomlNode<'a> {
+    source: &'a SourceText<'a>,
+    value: &'a DeValue<'a>,
+    span: Range<usize>,
+    pub(crate) key: String,
+}
+
+/// A table.
+pub(crate) struct TomlTable<'a> {
+    pub(crate) source: &'a SourceText<'a>,
+    map: &'a DeTable<'a>,
+    /// The keys that it may have; empty before they are checked.
+    keys: KeyGroups,
+    offset: usize,
+    pub(crate) key: String,
+}
+
+impl<'a> TomlNode<'a> {
+    pub(crate) fn offset(&self) -> usize {
+        self.span.start
+    }
+    /// An error here. The message states the defect and, after a semicolon, the remedy.
+    pub(crate) fn error(&self, message: impl Into<String>) -> InputError {
+        self.source.error(self.span.start, &self.key, message)
+    }
+    fn mismatch<T>(&self, wanted: &str) -> Result<T, InputError> {
+        Err(self.error(format!("this is {}; give {wanted}", type_name(self.value))))
+    }
+    /// A finite number.
+    pub(crate) fn number(&self) -> Result<f64, InputError> {
+        let x = match self.value {
+            DeValue::Integer(i) => i128::from_str_radix(i.as_str(), i.radix()).ok().map(|x| x as f64),
+            DeValue::Float(f) => f.as_str().parse().ok(),
+            _ => return self.mismatch("a number"),
+        };
+        match x {
+            Some(x) if x.is_finite() => Ok(x),
+            _ => Err(self.error("this number is not finite; give a finite one")),
+        }
+    }
+    /// A finite number above zero.
+    pub(crate) fn positive(&self) -> Result<f64, InputError> {
+        match self.number()? {
+            x if x > 0.0 => Ok(x),
+            x => Err(self.error(format!("{x} is out of range; give a number above 0"))),
+        }
+    }
+    /// A whole number from 1.
+    pub(crate) fn count(&self) -> Result<usize, InputError> {
+        let DeValue::Integer(i) = self.value else {
+            return self.mismatch("a whole number");
+        };
+        match i128::from_str_radix(i.as_str(), i.radix()) {
+            Ok(n) if n >= 1 && n <= usize::MAX as i128 => Ok(n as usize),
+            _ => Err(self.error(format!("{} is out of range; give a whole number from 1", i.as_str()))),
+        }
+    }
+    pub(crate) fn boolean(&self) -> Result<bool, InputError> {
+        match self.value {
+            DeValue::Boolean(b) => Ok(*b),
+            _ => self.mismatch("true or false"),
+        }
+    }
+    /// A text that is not empty.
+    pub(crate) fn text(&self) -> Result<&'a str, InputError> {
+        match self.value {
+            DeValue::String(s) if s.trim().is_empty() => {
+                Err(self.error("this text is empty; write something between the quotes"))
+            }
+            DeValue::String(s) => Ok(s),
+            _ => self.mismatch("a text in quotes"),
+        }
+    }
+    /// The index of one of these words.
+    pub(crate) fn choice(&self, words: &[&str]) -> Result<usize, InputError> {
+        let word = self.text()?;
+        if let Some(i) = words.iter().position(|w| *w == word) {
+            return Ok(i);
+        }
+        Err(self.error(format!("'{word}' is not known; {}", suggest(word, words))))
+    }
+    pub(crate) fn list(&self) -> Result<Vec<TomlNode<'a>>, InputError> {
+        let DeValue::Array(array) = self.value else {
+            return self.mismatch("a list in [ ]");
+        };
+        let node = |(i, v): (usize, &'a Spanned<DeValue<'a>>)| TomlNode {
+            source: self.source,
+            value: v.get_ref(),
+            span: v.span(),
+            key: format!("{}[{i}]", self.key),
+        };
+        Ok(array.iter().enumerate().map(node).collect())
+    }
+    pub(crate) fn is_list(&self) -> bool {
+        self.value.is_array()
+    }
+    pub(crate) fn is_table(&self) -> bool {
+        self.value.is_table()
+    }
+    fn triple<T>(
+        &self,
+        wanted: &str,
+        read: impl Fn(&TomlNode<'a>) -> Result<T, InputError>,
+    ) -> Result<[T; 3], InputError> {
+        if !self.is_list() {
+            return self.mismatch(wanted);
+        }
+        let items = self.list()?;
+        let [a, b, c] = items.as_slice() else {
+            let n = items.len();
+            return Err(self.error(format!("this list has {n} values; give {wanted}")));
+        };
+        Ok([read(a)?, read(b)?, read(c)?])
+    }
+    /// A point or direction `[x, y, z]`.
+    pub(crate) fn vector(&self) -> Result<Vec3, InputError> {
+        self.triple("[x, y, z]", TomlNode::number).map(Vec3::from_array)
+    }
+    /// Three whole numbers from 1.
+    pub(crate) fn counts(&self) -> Result<[usize; 3], InputError> {
+        self.triple("three whole numbers [nx, ny, nz]", TomlNode::count)
+    }
+    /// One number for all axes, or one an axis; all above zero.
+    pub(crate) fn lengths(&self) -> Result<Vec3, InputError> {
+        if self.is_list() {
+            self.triple("a number or [x, y, z]", TomlNode::positive).map(Vec3::from_array)
+        } else {
+            self.positive().map(Vec3::splat)
+        }
+    }
+    /// One number for all bands or one a band, each from 0 to `max`.
+    pub(crate) fn bands(&self, max: f64) -> Result<Bands, InputError> {
+        let one = |n: &TomlNode<'a>| {
+            let x = n.number()?;
+            if (0.0..=max).contains(&x) {
+                return Ok(x);
+            }
+            Err(n.error(if max.is_finite() {
+                format!("{x} is out of range; give a value from 0 to {max}")
+            } else {
+                format!("{x} is negative; give 0 or more")
+            }))
+        };
+        if self.is_list() {
+            self.triple("a number or [red, green, blue]", one)
+        } else {
+            one(self).map(|x| [x; 3])
+        }
+    }
+    /// A table with no other keys than these.
+    pub(crate) fn table(&self, keys: KeyGroups) -> Result<TomlTable<'a>, InputError> {
+        let mut table = self.any_table()?;
+        table.check(keys)?;
+        Ok(table)
+    }
+    /// Entry `index` of a list of named tables: its name, or `surface2` and the like without one, and the table, not yet checked.
+    pub(crate) fn named_table(
+        &self,
+        kind: &str,
+        index: usize,
+    ) -> Result<(String, TomlTable<'a>), InputError> {
+        let mut table = self.any_table()?;
+        table.key = format!("{kind} #{}", index + 1);
+        let name = table.read("name", |n| n.text())?;
+        let name = name.map_or_else(|| format!("{kind}{}", index + 1), str::to_string);
+        Ok((name, table))
+    }
+    /// A table with any keys.
+    pub(crate) fn any_table(&self) -> Result<TomlTable<'a>, InputError> {
+        match self.value {
+            DeValue::Table(map) => {
+                let (source, key) = (self.source, self.key.clone());
+                Ok(TomlTable { source, map, keys: &[], offset: self.span.start, key })
+            }
+            _ => self.mismatch("a table { key = value, … }"),
+        }
+    }
+}
+
+impl<'a> TomlTable<'a> {
+    /// The whole document.
+    pub(crate) fn root(source: &'a SourceText<'a>, map: &'a DeTable<'a>) -> TomlTable<'a> {
+        TomlTable { source, map, keys: &[], offset: 0, key: String::new() }
+    }
+    pub(crate) fn offset(&self) -> usize {
+        self.offset
+    }
+    /// Records the place of this table and of its name under the key that errors of the scene use. A later table of the same name
+    /// replaces the place, since that is the one to rename.
+    pub(crate) fn record_place(&self) {
+        self.source.record_place(self.key.as_str(), self.offset);
+        // Looking a key up records its place.
+        let _ = self.get("name");
+    }
+    /// Refuses unknown keys, the first one in the file first, and keys given under their former and their present name. Former names
+    /// alone give a warning.
+    pub(crate) fn check(&mut self, keys: KeyGroups) -> Result<(), InputError> {
+        self.keys = keys;
+        let unknown = self.map.iter().map(|(k, _)| k).filter(|k| !knows(keys, k.get_ref()));
+        if let Some(k) = unknown.min_by_key(|k| k.span().start) {
+            let message = format!("unknown key; {}", suggest(k.get_ref(), &names(keys)));
+            return Err(self.source.error(k.span().start, &self.key_of(k.get_ref()), message));
+        }
+        for spec in all(keys) {
+            let Some(former) = spec.former_name else { continue };
+            let Some((k, _)) = self.map.get_key_value(former) else { continue };
+            let (offset, old) = (k.span().start, self.key_of(former));
+            if self.map.contains_key(spec.name) {
+                return Err(self.source.error(offset, &old, both_names(spec.name)));
+            }
+            let new = self.key_of(spec.name);
+            let text = format!(
+                "this key is now named {new}; the former name will be refused by a later version: zonal migrate renames it"
+            );
+            self.source.add_note(offset, Diagnostic::warning("renamed-key", text).at(old));
+        }
+        Ok(())
+    }
+    fn key_of(&self, name: &str) -> String {
+        if self.key.is_empty() { name.to_string() } else { format!("{}.{name}", self.key) }
+    }
+    /// An error about this table as a whole.
+    pub(crate) fn error(&self, message: impl Into<String>) -> InputError {
+        self.source.error(self.offset, &self.key, message)
+    }
+    /// The value of a key, under its present or its former name; its place is recorded under both.
+    pub(crate) fn get(&self, name: &str) -> Option<TomlNode<'a>> {
+        let former = || former_name_of(self.keys, name).and_then(|old| Some((old, self.map.get(old)?)));
+        let (spelling, value) = self.map.get(name).map(|v| (name, v)).or_else(former)?;
+        let (key, span) = (self.key_of(spelling), value.span());
+        self.source.record_place(self.key_of(name), span.start);
+        self.source.record_place(key.as_str(), span.start);
+        Some(TomlNode { source: self.source, value: value.get_ref(), span, key })
+    }
+    /// A key that must be there; `example` shows how to write it.
+    pub(crate) fn require(&self, name: &str, example: &str) -> Result<TomlNode<'a>, InputError> {
+        self.get(name).ok_or_else(|| {
+            self.source.error(
+                self.offset,
+                &self.key_of(name),
+                format!("this key is missing; write {example}"),
+            )
+        })
+    }
+    /// Reads a key if it is given.
+    pub(crate) fn read<T>(
+        &self,
+        name: &str,
+        read: impl FnOnce(TomlNode<'a>) -> Result<T, InputError>,
+    ) -> Result<Option<T>, InputError> {
+        self.get(name).map(read).transpose()
+    }
+    /// All entries, in the order of the file, as nodes with their names.
+    pub(crate) fn entries(&self) -> Vec<(&'a str, TomlNode<'a>)> {
+        let mut all: Vec<_> =
+            self.map.iter().filter_map(|(k, _)| Some((&**k.get_ref(), self.get(k.get_ref())?))).collect();
+        all.sort_by_key(|(_, n)| n.span.start);
+        all
+    }
+    /// The entries of `[[name]]`; none if it is absent.
+    pub(crate) fn list(&self, name: &str) -> Result<Vec<TomlNode<'a>>, InputError> {
+        match self.get(name) {
+            None => Ok(Vec::new()),
+            Some(node) if node.is_list() => node.list(),
+            Some(node) => {
+                Err(node
+                    .error(format!("this is not a list; write [[{name}]] with two brackets on each side")))
+            }
+        }
+    }
+}
+
+fn type_name(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) | DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "a truth value",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "a list",
+        DeValue::Table(_) => "a table",
+    }
+}

@@ -1,0 +1,84 @@
+//! The text of a scene, the place of every key in it, and the notes that reading its keys gives.
+
+use crate::input::error::InputError;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, HashMap};
+use toml::Spanned;
+use toml::de::DeTable;
+use zonal_scene::{Diagnostic, SceneError};
+
+/// The text of a scene, its name in messages, and the place of each key that was read.
+pub(crate) struct SourceText<'a> {
+    file: &'a str,
+    text: &'a str,
+    places: RefCell<HashMap<String, usize>>,
+    /// Notes about keys, by byte offset: one for each key, however often its table is read.
+    notes: RefCell<BTreeMap<usize, Diagnostic>>,
+}
+
+impl<'a> SourceText<'a> {
+    pub(crate) fn new(file: &'a str, text: &'a str) -> SourceText<'a> {
+        SourceText { file, text, places: RefCell::default(), notes: RefCell::default() }
+    }
+    /// Line and column (in characters) of a byte offset, both from 1.
+    pub(crate) fn line_and_column(&self, offset: usize) -> (usize, usize) {
+        let mut offset = offset.min(self.text.len());
+        while !self.text.is_char_boundary(offset) {
+            offset -= 1;
+        }
+        let before = &self.text[..offset];
+        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        let line = before.bytes().filter(|b| *b == b'\n').count() + 1;
+        (line, before[line_start..].chars().count() + 1)
+    }
+    pub(crate) fn error(&self, offset: usize, key: &str, message: impl Into<String>) -> InputError {
+        InputError::new(self.file, Some(self.line_and_column(offset)), key, message)
+    }
+    /// Records the place of `key`, spelt as in a [`SceneError`].
+    pub(crate) fn record_place(&self, key: impl Into<String>, offset: usize) {
+        self.places.borrow_mut().insert(key.into(), offset);
+    }
+    /// Gives `key` the place of `other`, unless it has a place already.
+    pub(crate) fn inherit_place(&self, key: &str, other: &str) {
+        let mut places = self.places.borrow_mut();
+        if let Some(offset) = places.get(other).copied() {
+            places.entry(key.to_string()).or_insert(offset);
+        }
+    }
+    /// Adds a note about the key at a byte offset.
+    pub(crate) fn add_note(&self, offset: usize, note: Diagnostic) {
+        self.notes.borrow_mut().insert(offset, note);
+    }
+    /// The notes about keys, in the order of the text.
+    pub(crate) fn take_notes(&self) -> Vec<Diagnostic> {
+        self.notes.take().into_values().collect()
+    }
+    /// Places a scene's error on the line of its key, or of the nearest enclosing key that was read.
+    pub(crate) fn scene_error(&self, error: &SceneError) -> InputError {
+        let places = self.places.borrow();
+        let mut key = error.key();
+        let place = loop {
+            match places.get(key) {
+                Some(offset) => break Some(self.line_and_column(*offset)),
+                None => match key.rfind('.') {
+                    Some(dot) => key = &key[..dot],
+                    None => break None,
+                },
+            }
+        };
+        InputError::new(self.file, place.or(Some((1, 1))), error.key(), with_remedy(error.message()))
+    }
+    /// Parses the text; the caller keeps the returned table alive while it is read.
+    pub(crate) fn parse(&self) -> Result<Spanned<DeTable<'a>>, InputError> {
+        DeTable::parse(self.text).map_err(|e| {
+            let at = e.span().map_or(0, |s| s.start);
+            let message = e.message().trim().replace('\n', ", ");
+            self.error(at, "", format!("this is not TOML: {message}; mend the syntax near here"))
+        })
+    }
+}
+
+/// A message that ends with a remedy.
+fn with_remedy(message: &str) -> String {
+    if message.contains(';') { message.to_string() } else { format!("{message}; change this value") }
+}

@@ -1,0 +1,94 @@
+//! Single arrays: read from any npz, written into npy and npz files.
+
+use super::npy::{self, ElementType};
+use super::reader::NpzReader;
+use super::writer::NpzWriter;
+use crate::output::atomic::write_atomic;
+use crate::output::error::FileError;
+use std::io::Write;
+use std::path::Path;
+
+/// Shape and values of the array `name` of an npz, in double or single precision.
+///
+/// # Errors
+///
+/// The file cannot be read, the array is absent or of another type, or a value is not finite.
+///
+/// ```
+/// use zonal_io::output::{NamedArray, read_array, write_arrays};
+///
+/// let path = std::env::temp_dir().join(format!("zonal-doc-array-{}.npz", std::process::id()));
+/// write_arrays(&path, None, &[NamedArray { name: "t", shape: vec![2, 1], values: &[300.0, 400.0] }])?;
+/// assert_eq!(read_array(&path, "t")?, (vec![2, 1], vec![300.0, 400.0]));
+/// # std::fs::remove_file(&path).unwrap();
+/// # Ok::<(), zonal_io::output::FileError>(())
+/// ```
+pub fn read_array(path: &Path, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
+    NpzReader::open(path)?.numbers(name)
+}
+
+/// Writes an npy of doubles in C order.
+///
+/// # Errors
+///
+/// The file cannot be written.
+pub fn write_array(path: &Path, shape: &[usize], values: &[f64]) -> Result<(), FileError> {
+    write_atomic(path, |out| {
+        out.write_all(&npy::header(ElementType::F64, shape))?;
+        values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))
+    })
+}
+
+/// A named array of double precision.
+pub struct NamedArray<'a> {
+    /// Its key in numpy.
+    pub name: &'a str,
+    /// Its shape.
+    pub shape: Vec<usize>,
+    /// Its values in C order, as many as the shape states.
+    pub values: &'a [f64],
+}
+
+/// Writes arrays of doubles into one npz, not compressed, preceded by a text (key `about`, UTF-8 bytes) if one is given.
+///
+/// # Errors
+///
+/// The file cannot be written.
+pub fn write_arrays(path: &Path, about: Option<&str>, arrays: &[NamedArray]) -> Result<(), FileError> {
+    write_atomic(path, |out| {
+        let mut npz = NpzWriter::new(out);
+        if let Some(text) = about {
+            npz.bytes("about", text.as_bytes())?;
+        }
+        for a in arrays {
+            npz.grid(a.name, &a.shape, a.values.iter().copied())?;
+        }
+        npz.finish()
+    })
+}
+
+/// A named array of single precision.
+pub struct NamedSingleArray<'a> {
+    /// Its key in numpy.
+    pub name: &'a str,
+    /// Its shape.
+    pub shape: Vec<usize>,
+    /// Its values in C order, in consecutive pieces.
+    pub values: Vec<&'a [f32]>,
+}
+
+/// Writes arrays of single precision and a text (key `about`, UTF-8 bytes) into one npz, not compressed.
+///
+/// # Errors
+///
+/// The file cannot be written.
+pub fn write_single_arrays(path: &Path, about: &str, arrays: &[NamedSingleArray]) -> Result<(), FileError> {
+    write_atomic(path, |out| {
+        let mut npz = NpzWriter::new(out);
+        npz.bytes("about", about.as_bytes())?;
+        for a in arrays {
+            npz.singles(a.name, &a.shape, a.values.iter().copied().flatten().copied())?;
+        }
+        npz.finish()
+    })
+}

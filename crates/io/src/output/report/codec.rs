@@ -1,0 +1,183 @@
+//! Encodings of single values in JSON, for serde's `with`.
+//!
+//! A number that is not finite is written as null. Names are written as their words.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+use serde_json::Value;
+use zonal_math::{Grade, Vec3};
+use zonal_scene::{Bands, EnergyBalance, SolveStatus, printable};
+
+/// Decodes a value at a path of the document; an error names the path of the field.
+pub(crate) fn decode_at<'v, T: Deserialize<'v>>(path: &str, v: &'v Value) -> Result<T, String> {
+    serde_path_to_error::deserialize(v).map_err(|e| {
+        let inner = e.path().to_string();
+        let dot = if path.is_empty() || inner.starts_with(['.', '[']) { "" } else { "." };
+        let field = if inner == "." { path.to_string() } else { format!("{path}{dot}{inner}") };
+        format!("{field}: {}", e.inner())
+    })
+}
+
+/// A text with control characters spelt out, since a file may contain any.
+pub(crate) fn printable_text<'de, D: Deserializer<'de>>(d: D) -> Result<String, D::Error> {
+    Ok(printable(&String::deserialize(d)?).into_owned())
+}
+
+/// The element of a list with a given name.
+fn find_name<'de, D: Deserializer<'de>, T: Copy>(
+    d: D,
+    list: &[T],
+    name: fn(T) -> &'static str,
+) -> Result<T, D::Error> {
+    let word = String::deserialize(d)?;
+    let names: Vec<&str> = list.iter().map(|x| name(*x)).collect();
+    let found = list.iter().copied().find(|x| name(*x) == word);
+    found.ok_or_else(|| D::Error::custom(format!("must be one of {}", names.join(", "))))
+}
+
+/// A module that writes an enum as its name.
+macro_rules! by_name {
+    ($module:ident, $type:ty) => {
+        /// The enum as its name.
+        pub(crate) mod $module {
+            use serde::{Deserializer, Serializer};
+
+            pub(crate) fn serialize<S: Serializer>(x: &$type, s: S) -> Result<S::Ok, S::Error> {
+                s.serialize_str(x.name())
+            }
+            pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<$type, D::Error> {
+                super::find_name(d, &<$type>::VARIANTS, <$type>::name)
+            }
+        }
+    };
+}
+
+by_name!(severity, zonal_scene::Severity);
+by_name!(heat_row_kind, zonal_scene::HeatRowKind);
+by_name!(engine, zonal_scene::Engine);
+by_name!(patch_rule, zonal_scene::PatchRule);
+by_name!(light_grouping, zonal_scene::LightGrouping);
+by_name!(zone_basis, zonal_scene::ZoneBasis);
+
+/// A module that writes a list of a foreign type by the format of its elements.
+macro_rules! list_of {
+    ($visibility:vis $module:ident, $type:ty, $format:tt) => {
+        /// A list of values in their format.
+        $visibility mod $module {
+            use super::*;
+            use serde::{Deserializer, Serializer};
+
+            #[derive(serde::Serialize, serde::Deserialize)]
+            #[serde(transparent)]
+            struct Entry(#[serde(with = $format)] $type);
+
+            pub(crate) fn serialize<S: Serializer>(list: &[$type], s: S) -> Result<S::Ok, S::Error> {
+                s.collect_seq(list.iter().cloned().map(Entry))
+            }
+            pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<$type>, D::Error> {
+                let list = <Vec<Entry> as serde::Deserialize>::deserialize(d)?;
+                Ok(list.into_iter().map(|e| e.0).collect())
+            }
+        }
+    };
+}
+pub(crate) use list_of;
+
+/// A grade as its word.
+pub(crate) mod grade {
+    use super::*;
+
+    pub(crate) fn serialize<S: Serializer>(x: &Grade, s: S) -> Result<S::Ok, S::Error> {
+        s.serialize_str(x.name())
+    }
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Grade, D::Error> {
+        find_name(d, &[Grade::Proved, Grade::Estimated, Grade::Statistical], Grade::name)
+    }
+}
+
+/// Former names of statuses, in files of earlier versions.
+const FORMER_STATUS_NAMES: [(&str, SolveStatus); 2] =
+    [("budget", SolveStatus::MaxIterations), ("swept", SolveStatus::FixedOrder)];
+
+/// The status of each band as its name.
+pub(crate) mod statuses {
+    use super::*;
+
+    pub(crate) fn serialize<S: Serializer>(list: &[SolveStatus; 3], s: S) -> Result<S::Ok, S::Error> {
+        list.map(SolveStatus::name).serialize(s)
+    }
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<[SolveStatus; 3], D::Error> {
+        let names = <[String; 3]>::deserialize(d)?;
+        let find = |name: &String| {
+            let present = SolveStatus::VARIANTS.into_iter().find(|s| s.name() == name);
+            let former = || FORMER_STATUS_NAMES.iter().find(|f| f.0 == name).map(|f| f.1);
+            present.or_else(former).ok_or_else(|| D::Error::custom(format!("'{name}' is not a status")))
+        };
+        let [a, b, c] = &names;
+        Ok([find(a)?, find(b)?, find(c)?])
+    }
+}
+
+/// Three coordinates.
+pub(crate) mod vector {
+    use super::*;
+
+    pub(crate) fn serialize<S: Serializer>(v: &Vec3, s: S) -> Result<S::Ok, S::Error> {
+        v.array().serialize(s)
+    }
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec3, D::Error> {
+        <[f64; 3]>::deserialize(d).map(Vec3::from_array)
+    }
+}
+
+/// Bands of which null reads as NaN.
+pub(crate) mod nan_bands {
+    use super::*;
+
+    pub(crate) fn serialize<S: Serializer>(x: &Bands, s: S) -> Result<S::Ok, S::Error> {
+        x.serialize(s)
+    }
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
+        Ok(<[Option<f64>; 3]>::deserialize(d)?.map(|x| x.unwrap_or(f64::NAN)))
+    }
+}
+
+/// Errors of bands: null reads as infinite, which stands for unknown.
+pub(crate) mod error_bands {
+    use super::*;
+
+    pub(crate) fn serialize<S: Serializer>(x: &Bands, s: S) -> Result<S::Ok, S::Error> {
+        x.serialize(s)
+    }
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
+        nan_bands::deserialize(d).map(|x| x.map(unknown))
+    }
+}
+
+/// Factors of bands, from 0.
+pub(crate) fn factors<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
+    match Bands::deserialize(d)? {
+        f if f.iter().all(|x| x.is_finite() && *x >= 0.0) => Ok(f),
+        _ => Err(D::Error::custom("a factor is below 0 or not finite")),
+    }
+}
+
+/// A number of which null reads as infinite.
+pub(crate) fn infinite_if_null<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(d)?.unwrap_or(f64::INFINITY))
+}
+
+/// Lists of residuals of which null reads as NaN.
+pub(crate) fn residual_lists<'de, D: Deserializer<'de>>(d: D) -> Result<[Vec<f64>; 3], D::Error> {
+    let lists = <[Vec<Option<f64>>; 3]>::deserialize(d)?;
+    Ok(lists.map(|list| list.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()))
+}
+
+/// An error that was written as null is unknown: infinite.
+fn unknown(error: f64) -> f64 {
+    if error.is_nan() { f64::INFINITY } else { error }
+}
+
+/// The errors of a balance, of which NaN stands for unknown; the residual is 0.
+pub(crate) fn unknown_energy_errors(errors: EnergyBalance) -> EnergyBalance {
+    errors.zip_map(&errors, |x, _| unknown(x))
+}

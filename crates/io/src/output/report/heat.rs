@@ -1,0 +1,153 @@
+//! Temperatures and heat by name, as JSON.
+//!
+//! `report.heat.rows` have `{name, kind, size, temperature_K, temperature_error_K, net_flux, net_flux_error, net_power_W,
+//! net_power_error_W}` with `size` in m² of surfaces and m³ of media and panes, and net fluxes per m² or m³; `null` for undefined
+//! temperatures. `*_error` is the error of the exchange. With a second solve for the discretization error,
+//! `temperature_discretization_error_K`, `net_flux_discretization_error` and `net_power_discretization_error_W` state it, `null` if
+//! unknown. `temperature_total_error_K`, `net_flux_total_error` and `net_power_total_error_W` are the sums of both, `null` if either is
+//! unknown.
+
+use super::codec::{heat_row_kind, infinite_if_null, printable_text};
+use serde::{Deserialize, Serialize};
+use zonal_scene::{DiscretizationError, HeatReport, HeatRow, HeatRowKind};
+
+/// The format of the table.
+#[derive(Serialize, Deserialize)]
+pub(super) struct HeatFormat {
+    #[serde(skip_deserializing)]
+    temperature_is: &'static str,
+    #[serde(skip_deserializing)]
+    net_is: &'static str,
+    rows: Vec<HeatRowFormat>,
+    #[serde(rename = "surroundings_W")]
+    surroundings: f64,
+    #[serde(rename = "absorbed_backfaces_W", alias = "backs_W")]
+    absorbed_backfaces: f64,
+    #[serde(rename = "balance_W", skip_deserializing)]
+    balance: f64,
+}
+
+/// The format of a row. Fields that follow from others are written and not read.
+#[derive(Serialize, Deserialize)]
+struct HeatRowFormat {
+    #[serde(deserialize_with = "printable_text")]
+    name: String,
+    #[serde(with = "heat_row_kind")]
+    kind: HeatRowKind,
+    size: f64,
+    #[serde(skip_deserializing)]
+    size_unit: &'static str,
+    #[serde(rename = "temperature_K")]
+    temperature: Option<f64>,
+    #[serde(rename = "temperature_error_K")]
+    temperature_error: Option<f64>,
+    #[serde(skip_deserializing)]
+    net_flux: f64,
+    #[serde(skip_deserializing)]
+    net_flux_error: f64,
+    #[serde(skip_deserializing)]
+    net_flux_unit: &'static str,
+    #[serde(rename = "net_power_W")]
+    power: f64,
+    #[serde(rename = "net_power_error_W", deserialize_with = "infinite_if_null")]
+    power_error: f64,
+    #[serde(
+        rename = "temperature_discretization_error_K",
+        alias = "temperature_zoning_error_K",
+        skip_serializing_if = "Option::is_none"
+    )]
+    temperature_discretization_error: Option<f64>,
+    #[serde(skip_deserializing, skip_serializing_if = "Option::is_none")]
+    net_flux_discretization_error: Option<f64>,
+    #[serde(
+        rename = "net_power_discretization_error_W",
+        alias = "net_power_zoning_error_W",
+        skip_serializing_if = "Option::is_none"
+    )]
+    power_discretization_error: Option<f64>,
+    #[serde(rename = "temperature_total_error_K", skip_deserializing)]
+    temperature_total_error: Option<f64>,
+    #[serde(skip_deserializing)]
+    net_flux_total_error: f64,
+    #[serde(rename = "net_power_total_error_W", skip_deserializing)]
+    power_total_error: f64,
+}
+
+impl HeatFormat {
+    /// The table of a report; errors of zones that no second solve estimated are unknown.
+    pub(super) fn new(r: &HeatReport, discretization: Option<&DiscretizationError>) -> HeatFormat {
+        let error_of =
+            |i: usize| discretization.map(|d| d.heat.get(i).copied().unwrap_or([f64::INFINITY; 2]));
+        HeatFormat {
+            temperature_is: "fourth root of the mean of T^4 over area or volume",
+            net_is: "net radiative power that leaves",
+            rows: r.rows.iter().enumerate().map(|(i, x)| HeatRowFormat::new(x, error_of(i))).collect(),
+            surroundings: r.surroundings,
+            absorbed_backfaces: r.absorbed_backfaces,
+            balance: r.balance(),
+        }
+    }
+
+    /// The table, and the discretization errors of its rows: temperature in K, NaN without a temperature, and net power in W; infinite
+    /// if unknown.
+    pub(super) fn into_report(self) -> (HeatReport, Vec<[f64; 2]>) {
+        let errors = self.rows.iter().map(HeatRowFormat::discretization_errors).collect();
+        let report = HeatReport {
+            rows: self.rows.into_iter().map(HeatRowFormat::into_row).collect(),
+            surroundings: self.surroundings,
+            absorbed_backfaces: self.absorbed_backfaces,
+        };
+        (report, errors)
+    }
+}
+
+impl HeatRowFormat {
+    fn new(x: &HeatRow, discretization: Option<[f64; 2]>) -> HeatRowFormat {
+        let [net_flux, net_flux_error] = x.flux();
+        let is_surface = x.kind == HeatRowKind::Surface;
+        let [kelvin, watts] = discretization.unwrap_or([f64::INFINITY; 2]);
+        let power_total_error = x.power_error + watts;
+        HeatRowFormat {
+            name: x.name.clone(),
+            kind: x.kind,
+            size: x.size,
+            size_unit: if is_surface { "m2" } else { "m3" },
+            temperature: x.temperature,
+            temperature_error: x.temperature_error,
+            net_flux,
+            net_flux_error,
+            net_flux_unit: if is_surface { "W/m2" } else { "W/m3" },
+            power: x.power,
+            power_error: x.power_error,
+            temperature_discretization_error: discretization.map(|d| d[0]),
+            net_flux_discretization_error: discretization.map(|d| x.over_size(d[1])),
+            power_discretization_error: discretization.map(|d| d[1]),
+            temperature_total_error: x.temperature_error.map(|e| e + kelvin),
+            net_flux_total_error: match power_total_error.is_finite() {
+                true => x.over_size(power_total_error),
+                false => power_total_error,
+            },
+            power_total_error,
+        }
+    }
+
+    fn discretization_errors(&self) -> [f64; 2] {
+        let unknown = if self.temperature.is_none() { f64::NAN } else { f64::INFINITY };
+        [
+            self.temperature_discretization_error.unwrap_or(unknown),
+            self.power_discretization_error.unwrap_or(f64::INFINITY),
+        ]
+    }
+
+    fn into_row(self) -> HeatRow {
+        HeatRow {
+            name: self.name,
+            kind: self.kind,
+            size: self.size,
+            temperature: self.temperature,
+            temperature_error: self.temperature.map(|_| self.temperature_error.unwrap_or(f64::INFINITY)),
+            power: self.power,
+            power_error: self.power_error,
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! The report as JSON, and back: shared by `--json` and by the header of solution files.
+//!
+//! Lists over bands have three numbers. A number that is not finite is `null`. The fields are described once, in `format`, `heat` and
+//! `notes`.
+
+pub(crate) mod codec;
+mod format;
+mod heat;
+pub(crate) mod notes;
+
+use codec::{decode_at, factors, nan_bands, printable_text, statuses};
+use format::{EnergyFormat, add_unit, decode_report, encode_report};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use zonal_scene::{Bands, EnergyBalance, LightGroup, LightGroupKind, Report, Solution, SolveStatus};
+
+/// The report of a solution as a JSON document: zones, engine, status, residuals, estimate, closure, energy (W), light groups, counts,
+/// warnings, provenance.
+pub fn report_json(s: &Solution) -> Value {
+    let mut v = encode_report(&s.report);
+    v["light_groups"] = s.groups.iter().map(encode_group).collect();
+    v["scene"] = json!(s.scene.name());
+    v["zones"] = json!({
+        "patches": s.zones.patches.len(),
+        "voxels": s.zones.voxels.len(),
+        "panes": s.zones.panes.len(),
+    });
+    v["provenance"] = json!({
+        "scene_hash": s.scene_hash,
+        "scene_hash_function": "BLAKE3, 256 bits",
+        "version": s.version,
+        "tolerance": s.scene.options().tolerance,
+        "grade": s.report.grade.name(),
+    });
+    v
+}
+
+/// The report and the light groups, without their fields, of a JSON document that [`report_json`] wrote, or an earlier version.
+pub(super) fn decode_document(v: &Value) -> Result<(Report, Vec<LightGroup>), String> {
+    let groups = match (&v["light_groups"], &v["groups"]) {
+        (Value::Null, former) => decode_at::<Vec<GroupFormat>>("report.groups", former)?,
+        (present, Value::Null) => decode_at("report.light_groups", present)?,
+        _ => return Err("report.groups: is the former name of light_groups, which is given too".into()),
+    };
+    let groups = groups.into_iter().map(GroupFormat::into_group).collect::<Result<_, _>>()?;
+    Ok((decode_report(v)?, groups))
+}
+
+/// The format of a light group without its fields.
+#[derive(Serialize, Deserialize)]
+struct GroupFormat {
+    #[serde(deserialize_with = "printable_text")]
+    name: String,
+    /// A word, and the index of a light or surface.
+    of: Value,
+    #[serde(with = "statuses")]
+    status: [SolveStatus; 3],
+    #[serde(with = "nan_bands")]
+    residual: Bands,
+    #[serde(deserialize_with = "factors")]
+    incident_scale: Bands,
+    #[serde(deserialize_with = "factors")]
+    direct_scale: Bands,
+    #[serde(with = "EnergyFormat")]
+    energy: EnergyBalance,
+}
+
+impl GroupFormat {
+    fn into_group(self) -> Result<LightGroup, String> {
+        Ok(LightGroup {
+            name: self.name,
+            kind: decode_kind(&self.of)?,
+            incident_scale: self.incident_scale,
+            direct_scale: self.direct_scale,
+            energy: self.energy,
+            status: self.status,
+            residual: self.residual,
+            ..LightGroup::default()
+        })
+    }
+}
+
+fn encode_group(g: &LightGroup) -> Value {
+    let format = GroupFormat {
+        name: g.name.clone(),
+        of: encode_kind(g.kind),
+        status: g.status,
+        residual: g.residual,
+        incident_scale: g.incident_scale,
+        direct_scale: g.direct_scale,
+        energy: g.energy.clone(),
+    };
+    let mut v = serde_json::to_value(format).unwrap_or_default();
+    add_unit(&mut v["energy"]);
+    v
+}
+
+fn encode_kind(k: LightGroupKind) -> Value {
+    match k {
+        LightGroupKind::Light(l) => json!(["light", l]),
+        LightGroupKind::Surface(s) => json!(["surface", s]),
+        LightGroupKind::Medium => json!(["medium"]),
+        LightGroupKind::Panes => json!(["panes"]),
+        LightGroupKind::Surroundings => json!(["surroundings"]),
+        LightGroupKind::All => json!(["all"]),
+    }
+}
+
+fn decode_kind(v: &Value) -> Result<LightGroupKind, String> {
+    let index = || v[1].as_u64().map(|n| n as usize).ok_or("of: a number is missing");
+    match v[0].as_str() {
+        Some("light") => Ok(LightGroupKind::Light(index()?)),
+        Some("surface") => Ok(LightGroupKind::Surface(index()?)),
+        Some("medium") => Ok(LightGroupKind::Medium),
+        Some("panes") => Ok(LightGroupKind::Panes),
+        Some("surroundings") => Ok(LightGroupKind::Surroundings),
+        Some("all") => Ok(LightGroupKind::All),
+        _ => Err("of: is not a kind of light group".into()),
+    }
+}

@@ -1,0 +1,232 @@
+//! The scene hash: BLAKE3 over the numbers of a scene in a fixed order, as 64 hexadecimal digits.
+//!
+//! Every number enters as a little-endian word of 64 bits, f64 (−0 as 0) or u64, and every list is preceded by its length. Names, notes
+//! and cameras are excluded, since they do not change a solution. The hash identifies the scene of a solution or checkpoint; it is
+//! compared with hashes of the same program only, so that files with the 128-bit FNV-1a of format version 5 stay readable.
+
+use zonal_math::Vec3;
+use zonal_scene::{BandFractions, Bands, Light, Plate, PlateKind, Scene, Sides, ThermalCondition};
+
+/// Bytes that are gathered before they are hashed.
+const BUFFER_BYTES: usize = 1 << 14;
+
+/// A hash over words.
+struct WordHasher {
+    hasher: blake3::Hasher,
+    buffer: Vec<u8>,
+}
+
+impl WordHasher {
+    fn new() -> WordHasher {
+        WordHasher { hasher: blake3::Hasher::new(), buffer: Vec::with_capacity(BUFFER_BYTES) }
+    }
+    fn word(&mut self, word: u64) {
+        self.buffer.extend_from_slice(&word.to_le_bytes());
+        if self.buffer.len() >= BUFFER_BYTES {
+            self.hasher.update(&self.buffer);
+            self.buffer.clear();
+        }
+    }
+    /// The digest as hexadecimal digits.
+    fn finish(mut self) -> String {
+        self.hasher.update(&self.buffer);
+        self.hasher.finalize().to_hex().to_string()
+    }
+    fn int(&mut self, n: usize) {
+        self.word(n as u64);
+    }
+    fn real(&mut self, x: f64) {
+        self.word((x + 0.0).to_bits());
+    }
+    fn reals(&mut self, xs: &[f64]) {
+        xs.iter().for_each(|&x| self.real(x));
+    }
+    fn vec(&mut self, v: Vec3) {
+        self.reals(&v.array());
+    }
+    fn option(&mut self, x: Option<usize>) {
+        self.int(x.map_or(0, |n| n + 1));
+    }
+    fn length(&mut self, x: Option<f64>) {
+        self.real(x.unwrap_or(-1.0));
+    }
+    fn plate(&mut self, p: &Plate) {
+        self.int((p.kind == PlateKind::Parallelogram) as usize);
+        [p.origin, p.e1, p.e2].into_iter().for_each(|v| self.vec(v));
+    }
+}
+
+/// The hash of all that a solution depends on: 64 hexadecimal digits.
+pub fn scene_hash(scene: &Scene) -> String {
+    let mut h = WordHasher::new();
+    hash_surfaces(&mut h, scene);
+    hash_media(&mut h, scene);
+    hash_lights(&mut h, scene);
+    hash_thermal(&mut h, scene);
+    let o = scene.options();
+    h.reals(&[o.tolerance, o.residual]);
+    h.length(o.patch_size);
+    h.int(o.patch_rule as usize);
+    h.int(scene.restores_closure() as usize);
+    h.int(o.max_iterations);
+    h.option(o.scattering_orders);
+    h.int(o.engine as usize);
+    h.int(o.light_grouping as usize);
+    h.int(o.zone_basis as usize);
+    h.option(o.discretization_error.map(usize::from));
+    h.finish()
+}
+
+/// The hash of all that the exchange factors and the direct light of a scene depend on: without reflectances, albedos, the emission of
+/// zones that are no direct lights, and the settings of the iteration. 64 hexadecimal digits.
+pub fn factors_hash(scene: &Scene) -> String {
+    let mut h = WordHasher::new();
+    let shining = scene.surroundings().has_radiance();
+    let mut parts = scene.clone().into_parts();
+    for (s, surface) in parts.surfaces.iter_mut().enumerate() {
+        surface.reflectance = [0.0; 3];
+        if !scene.is_direct_emitter(s) {
+            surface.emission = [0.0; 3];
+        }
+    }
+    parts.panes.iter_mut().for_each(|p| (p.albedo, p.emission) = ([0.0; 3], [0.0; 3]));
+    if let Some(v) = &mut parts.voxel_grid {
+        v.set_albedo([0.0; 3]);
+        v.scale_sources([0.0; 3]);
+        v.clear_heat();
+    }
+    parts.thermal = None;
+    parts.surroundings.radiance = [0.0; 3];
+    // These changes keep a valid scene valid.
+    let bare = Scene::new(parts).unwrap_or_else(|_| scene.clone());
+    hash_surfaces(&mut h, &bare);
+    hash_media(&mut h, &bare);
+    hash_lights(&mut h, &bare);
+    let o = scene.options();
+    h.real(o.tolerance);
+    h.length(o.patch_size);
+    [
+        shining as usize,
+        o.patch_rule as usize,
+        scene.restores_closure() as usize,
+        o.engine as usize,
+        o.zone_basis as usize,
+    ]
+    .into_iter()
+    .for_each(|n| h.int(n));
+    h.finish()
+}
+
+/// Hashes the conditions of thermal mode, if the scene has them.
+fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
+    let Some(t) = scene.thermal() else { return };
+    let known = |h: &mut WordHasher, k: ThermalCondition| {
+        let (kind, x) = match k {
+            ThermalCondition::Temperature(t) => (0, t),
+            ThermalCondition::Flux(q) => (1, q),
+            ThermalCondition::Power(p) => (2, p),
+        };
+        h.int(kind);
+        h.real(x);
+    };
+    if let BandFractions::Weights { coefficients, range, allow_partial } = &t.band_fractions {
+        h.reals(range);
+        h.int(*allow_partial as usize);
+        for c in coefficients {
+            h.int(c.len());
+            h.reals(c);
+        }
+    }
+    t.surfaces.iter().chain(&t.panes).for_each(|k| known(h, *k));
+    h.length(t.surroundings);
+    if let Some(map) = scene.voxel_grid() {
+        (0..map.len()).filter_map(|i| map.heat(i)).for_each(|k| known(h, k));
+    }
+}
+
+/// Hashes surfaces, facets and textures.
+fn hash_surfaces(h: &mut WordHasher, scene: &Scene) {
+    h.int(scene.surfaces().len());
+    for s in scene.surfaces() {
+        h.reals(&s.reflectance);
+        h.reals(&s.emission);
+        h.option(s.reflectance_texture);
+        h.option(s.emission_texture);
+        h.int((s.sides == Sides::Both) as usize);
+        h.length(s.patch_size);
+        h.int(s.solid as usize);
+    }
+    h.int(scene.facets().len());
+    for f in scene.facets() {
+        h.int(f.surface);
+        h.plate(&f.plate);
+        f.uv.iter().for_each(|t| h.reals(t));
+    }
+    h.int(scene.textures().len());
+    for t in scene.textures() {
+        h.int(t.width);
+        t.pixels.iter().flatten().for_each(|&x| h.real(x as f64));
+    }
+}
+
+/// Hashes panes and the medium.
+fn hash_media(h: &mut WordHasher, scene: &Scene) {
+    h.int(scene.panes().len());
+    for p in scene.panes() {
+        h.int(p.plates.len());
+        p.plates.iter().for_each(|q| h.plate(q));
+        h.real(p.thickness);
+        [p.extinction, p.albedo, p.emission].iter().for_each(|b: &Bands| h.reals(b));
+    }
+    if scene.is_periodic() {
+        scene.periodic().into_iter().for_each(|p| h.int(p as usize));
+    }
+    h.int(scene.voxel_grid().map_or(0, |v| v.len()));
+    if let Some(v) = scene.voxel_grid() {
+        h.vec(v.min());
+        h.vec(v.cell());
+        v.dims().into_iter().for_each(|d| h.int(d));
+        for i in 0..v.len() {
+            [v.extinction(i), v.albedo(i), v.emission(i), v.source(i)].iter().for_each(|b| h.reals(b));
+        }
+    }
+}
+
+/// Hashes lights and surroundings.
+fn hash_lights(h: &mut WordHasher, scene: &Scene) {
+    h.int(scene.lights().len());
+    for l in scene.lights() {
+        match l {
+            Light::Sun { direction, irradiance, angular_diameter, .. } => {
+                h.int(0);
+                h.vec(*direction);
+                h.reals(irradiance);
+                h.real(*angular_diameter);
+            }
+            Light::Sky { radiance, .. } => {
+                h.int(1);
+                h.reals(radiance);
+            }
+            Light::Emitter { surface, .. } => {
+                h.int(2);
+                h.int(*surface);
+            }
+        }
+    }
+    h.reals(&scene.surroundings().radiance);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_digest_is_blake3_of_little_endian_words() {
+        let mut h = WordHasher::new();
+        let words = || (0..5000u64).map(|i| i * i);
+        words().for_each(|w| h.word(w));
+        let bytes: Vec<u8> = words().flat_map(u64::to_le_bytes).collect();
+        assert_eq!(h.finish(), blake3::hash(&bytes).to_hex().as_str());
+        assert!(WordHasher::new().finish().starts_with("af1349b9f5f9a1a6a0404dea36dcc949"));
+    }
+}

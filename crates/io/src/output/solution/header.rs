@@ -1,0 +1,283 @@
+//! The JSON document inside a solution file: all that is not an array over zones, facets or cells. The fields are described once, for
+//! writing and reading (serde); former names of fields are read too.
+
+use crate::output::report::codec::{
+    engine, light_grouping, list_of, patch_rule, printable_text, vector, zone_basis,
+};
+use crate::output::report::notes::diagnostics;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use zonal_math::Vec3;
+use zonal_scene::{
+    BandFractions, Bands, Camera, Diagnostic, Engine, Lens, Light, LightGrouping, Pane, PatchRule, Plate,
+    Scene, Sides, SolveOptions, Surface, Surroundings, Thermal, ThermalCondition, ZoneBasis,
+};
+
+/// The version of the format.
+pub(super) const FORMAT_VERSION: u64 = 6;
+/// The oldest version that is read: it has former names of fields.
+pub(super) const OLDEST_FORMAT_VERSION: u64 = 5;
+/// The name of the format.
+pub(super) const FORMAT: &str = "zonal solution";
+
+const HOW_TO_READ: &str =
+    "import json, numpy as np; z = np.load(file); header = json.loads(bytes(z['header.json']))";
+
+/// The part of a scene that the header holds.
+#[derive(Serialize, Deserialize)]
+pub(super) struct SceneHeader {
+    #[serde(deserialize_with = "printable_text")]
+    pub(super) name: String,
+    #[serde(with = "diagnostics")]
+    pub(super) notes: Vec<Diagnostic>,
+    #[serde(with = "surfaces")]
+    pub(super) surfaces: Vec<Surface>,
+    #[serde(with = "panes")]
+    pub(super) panes: Vec<Pane>,
+    /// Number of textures.
+    pub(super) textures: usize,
+    #[serde(rename = "voxmap")]
+    pub(super) voxel_grid: Option<VoxelGridHeader>,
+    #[serde(with = "lights")]
+    pub(super) lights: Vec<Light>,
+    #[serde(with = "SurroundingsFormat")]
+    pub(super) surroundings: Surroundings,
+    #[serde(default)]
+    pub(super) periodic: [bool; 3],
+    pub(super) thermal: Option<ThermalFormat>,
+    #[serde(with = "cameras")]
+    pub(super) cameras: Vec<Camera>,
+    #[serde(with = "OptionsFormat")]
+    pub(super) options: SolveOptions,
+}
+
+/// Corner, cell and size of a voxel grid.
+#[derive(Serialize, Deserialize)]
+pub(super) struct VoxelGridHeader {
+    #[serde(with = "vector")]
+    pub(super) min: Vec3,
+    #[serde(with = "vector")]
+    pub(super) cell: Vec3,
+    pub(super) dims: [usize; 3],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Surface")]
+struct SurfaceFormat {
+    name: String,
+    reflectance: Bands,
+    emission: Bands,
+    reflectance_texture: Option<usize>,
+    emission_texture: Option<usize>,
+    #[serde(with = "SidesFormat")]
+    sides: Sides,
+    patch_size: Option<f64>,
+    solid: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Sides", rename_all = "lowercase")]
+enum SidesFormat {
+    Front,
+    Both,
+}
+
+/// A pane without its plates.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Pane")]
+struct PaneFormat {
+    name: String,
+    #[serde(skip)]
+    plates: Vec<Plate>,
+    thickness: f64,
+    extinction: Bands,
+    albedo: Bands,
+    emission: Bands,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Light", tag = "kind", rename_all = "lowercase")]
+enum LightFormat {
+    Sun {
+        name: String,
+        #[serde(with = "vector")]
+        direction: Vec3,
+        irradiance: Bands,
+        angular_diameter: f64,
+    },
+    Sky {
+        name: String,
+        radiance: Bands,
+    },
+    Emitter {
+        name: Option<String>,
+        surface: usize,
+    },
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Surroundings")]
+struct SurroundingsFormat {
+    name: Option<String>,
+    radiance: Bands,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Camera")]
+struct CameraFormat {
+    name: String,
+    #[serde(with = "vector")]
+    origin: Vec3,
+    #[serde(with = "vector")]
+    target: Vec3,
+    #[serde(with = "vector")]
+    up: Vec3,
+    fov: f64,
+    #[serde(flatten, with = "LensFormat")]
+    lens: Lens,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Lens")]
+struct LensFormat {
+    #[serde(default)]
+    aperture: f64,
+    focus: Option<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "SolveOptions")]
+struct OptionsFormat {
+    tolerance: f64,
+    patch_size: Option<f64>,
+    #[serde(with = "patch_rule")]
+    patch_rule: PatchRule,
+    restore_closure: Option<bool>,
+    max_iterations: usize,
+    residual: f64,
+    #[serde(alias = "sweeps")]
+    scattering_orders: Option<usize>,
+    #[serde(with = "engine")]
+    engine: Engine,
+    #[serde(rename = "light_groups", alias = "groups", with = "light_grouping")]
+    light_grouping: LightGrouping,
+    #[serde(alias = "thick_zones", with = "zone_basis")]
+    zone_basis: ZoneBasis,
+    #[serde(alias = "zoning_error")]
+    discretization_error: Option<bool>,
+}
+
+/// Thermal mode: band fractions (null for grey) and boundary conditions.
+#[derive(Serialize, Deserialize)]
+pub(super) struct ThermalFormat {
+    #[serde(alias = "shares")]
+    band_fractions: Option<FractionsFormat>,
+    #[serde(with = "conditions")]
+    surfaces: Vec<ThermalCondition>,
+    #[serde(with = "conditions")]
+    panes: Vec<ThermalCondition>,
+    surroundings: Option<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct FractionsFormat {
+    coefficients: [Vec<f64>; 3],
+    range: [f64; 2],
+    #[serde(alias = "left_out", default)]
+    allow_partial: bool,
+}
+
+/// `{temperature: K}`, `{heat: W/m² or W/m³}` or `{net_power: W}`.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "ThermalCondition")]
+enum ConditionFormat {
+    #[serde(rename = "temperature")]
+    Temperature(f64),
+    #[serde(rename = "heat")]
+    Flux(f64),
+    #[serde(rename = "net_power")]
+    Power(f64),
+}
+
+list_of!(surfaces, Surface, "SurfaceFormat");
+list_of!(panes, Pane, "PaneFormat");
+list_of!(lights, Light, "LightFormat");
+list_of!(cameras, Camera, "CameraFormat");
+list_of!(conditions, ThermalCondition, "ConditionFormat");
+
+impl ThermalFormat {
+    fn new(t: &Thermal) -> ThermalFormat {
+        let band_fractions = match &t.band_fractions {
+            BandFractions::Grey => None,
+            BandFractions::Weights { coefficients, range, allow_partial } => Some(FractionsFormat {
+                coefficients: coefficients.clone(),
+                range: *range,
+                allow_partial: *allow_partial,
+            }),
+        };
+        let (surfaces, panes) = (t.surfaces.clone(), t.panes.clone());
+        ThermalFormat { band_fractions, surfaces, panes, surroundings: t.surroundings }
+    }
+
+    pub(super) fn into_thermal(self) -> Thermal {
+        let band_fractions = match self.band_fractions {
+            None => BandFractions::Grey,
+            Some(FractionsFormat { coefficients, range, allow_partial }) => {
+                BandFractions::Weights { coefficients, range, allow_partial }
+            }
+        };
+        let ThermalFormat { surfaces, panes, surroundings, .. } = self;
+        Thermal { band_fractions, surfaces, panes, surroundings }
+    }
+}
+
+impl SceneHeader {
+    fn new(scene: &Scene) -> SceneHeader {
+        SceneHeader {
+            name: scene.name().to_string(),
+            notes: scene.notes().to_vec(),
+            surfaces: scene.surfaces().to_vec(),
+            panes: scene.panes().to_vec(),
+            textures: scene.textures().len(),
+            voxel_grid: scene.voxel_grid().map(|v| VoxelGridHeader {
+                min: v.min(),
+                cell: v.cell(),
+                dims: v.dims(),
+            }),
+            lights: scene.lights().to_vec(),
+            surroundings: scene.surroundings().clone(),
+            periodic: scene.periodic(),
+            thermal: scene.thermal().map(ThermalFormat::new),
+            cameras: scene.cameras().to_vec(),
+            options: scene.options().clone(),
+        }
+    }
+}
+
+/// The header of a solution with this scene and report.
+pub(super) fn encode_header(scene: &Scene, mut report: Value) -> Value {
+    // Serialisation into a JSON value fails only for maps with keys that are no texts; there are none.
+    let mut v = serde_json::to_value(SceneHeader::new(scene)).unwrap_or_default();
+    v["format"] = FORMAT.into();
+    v["format_version"] = FORMAT_VERSION.into();
+    v["how_to_read"] = HOW_TO_READ.into();
+    v["units"] = json!({
+        "lengths": "m", "extinction": "1/m", "radiosity, incident, direct, error, direct_error, group_*": "W/m² per band",
+        "temperature, temperature_error": "K", "net, net_error": "W/m² of patches, W/m³ of voxels and panes",
+        "source": "W/m³ per band", "radiance": "W/(m² sr) per band", "angles": "rad, fov in degrees",
+    });
+    v["order_of_fields"] = "patches, then voxel zones, then pane zones".into();
+    v["mode"] = if scene.thermal().is_some() { "thermal" } else { "light" }.into();
+    v["provenance"] = report["provenance"].take();
+    v["report"] = report;
+    v
+}
+
+/// Hash of the scene and version of the program.
+#[derive(Deserialize)]
+pub(super) struct Provenance {
+    #[serde(deserialize_with = "printable_text")]
+    pub(super) scene_hash: String,
+    #[serde(deserialize_with = "printable_text")]
+    pub(super) version: String,
+}

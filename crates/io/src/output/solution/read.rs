@@ -1,0 +1,325 @@
+//! Reading of a solution, with validation of all of its contents.
+
+use super::header::{
+    FORMAT, FORMAT_VERSION, OLDEST_FORMAT_VERSION, Provenance, SceneHeader, VoxelGridHeader,
+};
+use crate::output::error::FileError;
+use crate::output::npz::reader::{Absence, BandRows, NpzReader};
+use crate::output::report::codec::decode_at;
+use crate::output::report::decode_document;
+use serde_json::Value;
+use std::io::Cursor;
+use std::path::Path;
+use zonal_math::Vec3;
+use zonal_scene::{
+    Facet, Fields, LightGroup, LightGroupKind, Pane, PaneZone, Patch, Plate, SUBCELLS, Scene, SceneError,
+    SceneParts, Solution, Texture, ThermalCondition, ThermalFields, VoxelGrid, VoxelSamples, VoxelZone,
+    Zones,
+};
+
+/// Reads a solution and validates its shapes, ranges and numbers. Files of the format version before are read too.
+///
+/// # Errors
+///
+/// The file cannot be read, is damaged or hostile, or has another format version.
+///
+/// ```no_run
+/// let solution = zonal_io::output::read_solution(std::path::Path::new("room.npz"))?;
+/// println!("{} zones", solution.zones.len());
+/// # Ok::<(), zonal_io::output::FileError>(())
+/// ```
+pub fn read_solution(path: impl AsRef<Path>) -> Result<Solution, FileError> {
+    let path = path.as_ref();
+    read(NpzReader::open(path)?)
+}
+
+/// As [`read_solution`], from a file's bytes.
+///
+/// # Errors
+///
+/// As [`read_solution`].
+pub fn read_solution_from_bytes(bytes: &[u8]) -> Result<Solution, FileError> {
+    read(NpzReader::new(Path::new("memory"), Box::new(Cursor::new(bytes)), bytes.len() as u64)?)
+}
+
+fn read(mut npz: NpzReader<'_>) -> Result<Solution, FileError> {
+    // Read the header.
+    let document = read_header(&mut npz)?;
+    let json_error = |e: String| npz.error("header.json", e);
+    let header: SceneHeader = decode_at("", &document).map_err(json_error)?;
+    let (report, groups) = decode_document(&document["report"]).map_err(json_error)?;
+    let provenance: Provenance = decode_at("provenance", &document["provenance"]).map_err(json_error)?;
+    // Read the scene and its zones.
+    let scene = read_scene(&mut npz, header)?;
+    let zones = Zones {
+        patches: read_patches(&mut npz, &scene)?,
+        voxels: read_voxels(&mut npz, &scene)?,
+        panes: read_pane_zones(&mut npz, &scene)?,
+        cell_starts: Vec::new(),
+    };
+    let zones = with_cell_starts(zones, &scene);
+    // Read the fields.
+    let n = [zones.len()];
+    let fields = Fields {
+        radiosity: npz.triples("radiosity", &n)?,
+        incident: npz.triples("incident", &n)?,
+        direct: npz.triples("direct", &n)?,
+        error: npz.errors("error", zones.len(), Absence::Refused)?,
+        direct_error: npz.errors("direct_error", zones.len(), Absence::Allowed)?,
+        surroundings_error: npz.errors("surroundings_error", zones.len(), Absence::Allowed)?,
+        heat: if scene.thermal().is_some() {
+            Some(read_thermal_fields(&mut npz, zones.len())?)
+        } else {
+            None
+        },
+    };
+    let groups = read_groups(&mut npz, groups, &scene, zones.len())?;
+    let Provenance { scene_hash, version } = provenance;
+    Ok(Solution { report, scene_hash, version, scene, zones, fields, groups })
+}
+
+fn read_thermal_fields(npz: &mut NpzReader<'_>, zones: usize) -> Result<ThermalFields, FileError> {
+    let temperature = npz.reals_or_nan("temperature", zones, f64::is_finite)?;
+    let temperature_error = npz.reals_or_nan("temperature_error", zones, |e| e >= 0.0)?;
+    let (net, net_error) = (npz.reals("net", zones)?, npz.error_list("net_error", zones)?);
+    Ok(ThermalFields { temperature, temperature_error, net, net_error })
+}
+
+/// Reads the fields of light groups.
+fn read_groups(
+    npz: &mut NpzReader<'_>,
+    mut groups: Vec<LightGroup>,
+    scene: &Scene,
+    zones: usize,
+) -> Result<Vec<LightGroup>, FileError> {
+    for (k, g) in groups.iter_mut().enumerate() {
+        let exists = match g.kind {
+            LightGroupKind::Light(l) => l < scene.lights().len(),
+            LightGroupKind::Surface(s) => s < scene.surfaces().len(),
+            _ => true,
+        };
+        if !exists {
+            let message = format!("light group '{}' is of nothing in the scene", g.name);
+            return Err(npz.error("header.json", message));
+        }
+        g.incident = npz.values(&format!("group_{k}_incident"), zones)?;
+        g.direct = npz.values(&format!("group_{k}_direct"), zones)?;
+        let error = format!("group_{k}_error");
+        if npz.has(&error) {
+            g.error = npz.error_values(&error, zones)?;
+        }
+        let direct = format!("group_{k}_direct_error");
+        if npz.has(&direct) {
+            g.direct_error = npz.error_values(&direct, zones)?;
+        }
+    }
+    Ok(groups)
+}
+
+/// Reads the header and checks its format and version.
+fn read_header(npz: &mut NpzReader<'_>) -> Result<Value, FileError> {
+    let header = npz.json("header.json")?;
+    if header["format"] != FORMAT {
+        return Err(npz.error("header.json", "this is not a zonal solution; give a file that zonal wrote"));
+    }
+    let version = &header["format_version"];
+    if !version.as_u64().is_some_and(|v| (OLDEST_FORMAT_VERSION..=FORMAT_VERSION).contains(&v)) {
+        let message = format!(
+            "format version {version} is not {OLDEST_FORMAT_VERSION} to {FORMAT_VERSION}; solve the scene again with this version"
+        );
+        return Err(npz.error("header.json", message));
+    }
+    Ok(header)
+}
+
+fn read_scene(npz: &mut NpzReader<'_>, header: SceneHeader) -> Result<Scene, FileError> {
+    let parts = SceneParts {
+        name: header.name,
+        facets: read_facets(npz, header.surfaces.len())?,
+        surfaces: header.surfaces,
+        textures: (0..header.textures).map(|i| read_texture(npz, i)).collect::<Result<_, _>>()?,
+        panes: read_panes(npz, header.panes)?,
+        voxel_grid: header.voxel_grid.map(|v| read_voxel_grid(npz, &v)).transpose()?,
+        lights: header.lights,
+        surroundings: header.surroundings,
+        periodic: header.periodic,
+        thermal: header.thermal.map(|t| t.into_thermal()),
+        cameras: header.cameras,
+        options: header.options,
+        notes: header.notes,
+    };
+    Scene::new(parts).map_err(|e| scene_error(npz, &e))
+}
+
+/// The error of an invalid scene.
+fn scene_error(npz: &NpzReader<'_>, e: &SceneError) -> FileError {
+    npz.error(e.key(), e.message())
+}
+
+fn read_facets(npz: &mut NpzReader<'_>, surfaces: usize) -> Result<Vec<Facet>, FileError> {
+    let plates = npz.plates("facet")?;
+    let surface = npz.ints("facet_surface", Some(plates.len()), surfaces)?;
+    let (shape, uv) = npz.grid("facet_uv")?;
+    if shape != [plates.len(), 3, 2] {
+        return Err(npz.error("facet_uv", format!("has shape {shape:?}; solve the scene again")));
+    }
+    let facet = |(i, plate): (usize, Plate)| Facet {
+        surface: surface[i],
+        plate,
+        uv: std::array::from_fn(|k| [uv[6 * i + 2 * k], uv[6 * i + 2 * k + 1]]),
+    };
+    Ok(plates.into_iter().enumerate().map(facet).collect())
+}
+
+fn read_texture(npz: &mut NpzReader<'_>, i: usize) -> Result<Texture, FileError> {
+    let (width, height, pixels) = npz.picture(&format!("texture_{i}"))?;
+    Ok(Texture { width, height, pixels })
+}
+
+fn read_panes(npz: &mut NpzReader<'_>, mut panes: Vec<Pane>) -> Result<Vec<Pane>, FileError> {
+    let plates = npz.plates("pane_plate")?;
+    let owner = npz.ints("pane_plate_pane", Some(plates.len()), panes.len())?;
+    for (plate, i) in plates.into_iter().zip(owner) {
+        panes[i].plates.push(plate);
+    }
+    Ok(panes)
+}
+
+fn read_voxel_grid(npz: &mut NpzReader<'_>, h: &VoxelGridHeader) -> Result<VoxelGrid, FileError> {
+    let dims = h.dims;
+    // Read the arrays first: their size bounds the memory of the grid.
+    let extinction = npz.same_or_each("voxmap_extinction", &dims)?;
+    let albedo = npz.same_or_each("voxmap_albedo", &dims)?;
+    let emission = npz.same_or_each("voxmap_emission", &dims)?;
+    let source = npz.same_or_each("voxmap_source", &dims)?;
+    let mut voxel_grid = VoxelGrid::new(h.min, h.cell, dims).map_err(|e| scene_error(npz, &e))?;
+    // The index of the zones takes four bytes a cell.
+    npz.charge("voxmap_extinction", 4 * voxel_grid.len() as u64)?;
+    if let (BandRows::Same(k), BandRows::Same(o), BandRows::Same(e), BandRows::Same(q)) =
+        (&extinction, &albedo, &emission, &source)
+    {
+        voxel_grid.fill(*k, *o, *e, *q);
+    } else {
+        for i in 0..voxel_grid.len() {
+            voxel_grid.set(i, extinction[i], albedo[i], emission[i], source[i]);
+        }
+    }
+    if npz.has("voxmap_heat") {
+        let condition = |x: zonal_scene::Bands| {
+            if x[0] > 0.0 { ThermalCondition::Temperature(x[1]) } else { ThermalCondition::Flux(x[2]) }
+        };
+        match npz.same_or_each("voxmap_heat", &dims)? {
+            BandRows::Same(x) => voxel_grid.fill_heat(condition(x)),
+            BandRows::Each(list) => {
+                list.into_iter()
+                    .enumerate()
+                    .for_each(|(i, x)| voxel_grid.set_heat(i, condition(x), ThermalCondition::Flux(0.0)));
+            }
+        }
+    }
+    voxel_grid.seal().map_err(|e| scene_error(npz, &e))
+}
+
+fn read_patches(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<Patch>, FileError> {
+    let plates = npz.plates("patch")?;
+    let n = plates.len();
+    let normal = npz.units("patch_normal", n)?;
+    let area = npz.positive("patch_area", n)?;
+    let facet = npz.ints("patch_facet", Some(n), scene.facets().len())?;
+    let surface = npz.ints("patch_surface", Some(n), scene.surfaces().len())?;
+    let reflectance = npz.bands("patch_reflectance", n, 1.0)?;
+    let emission = npz.bands("patch_emission", n, f64::MAX)?;
+    let patch = |(i, plate): (usize, Plate)| Patch {
+        facet: facet[i],
+        surface: surface[i],
+        plate,
+        normal: normal[i],
+        area: area[i],
+        reflectance: reflectance[i],
+        emission: emission[i],
+    };
+    Ok(plates.into_iter().enumerate().map(patch).collect())
+}
+
+fn read_voxels(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<VoxelZone>, FileError> {
+    let cell = npz.ints("voxel_cell", None, scene.voxel_grid().map_or(0, |v| v.len()))?;
+    let n = cell.len();
+    if !cell.is_sorted() {
+        return Err(npz.error("voxel_cell", "the cells are not in ascending order; solve the scene again"));
+    }
+    let centre = npz.vectors("voxel_centre", n)?;
+    let volume = npz.positive("voxel_volume", n)?;
+    let extinction = npz.bands("voxel_extinction", n, f64::MAX)?;
+    let albedo = npz.bands("voxel_albedo", n, 1.0)?;
+    let emission = npz.bands("voxel_emission", n, f64::MAX)?;
+    let source = npz.bands("voxel_source", n, f64::MAX)?;
+    let subcell = npz.bytes("part_subcell", None)?;
+    let packed = npz.bytes("part_packed", Some(8 * subcell.len()))?;
+    let first = npz.ints("voxel_part_first", Some(n + 1), subcell.len() + 1)?;
+    if !first.is_sorted() || first[0] != 0 || first[n] != subcell.len() {
+        return Err(npz.error("voxel_part_first", "does not cover the samples; solve the scene again"));
+    }
+    let part = |i: usize| {
+        let rows = first[i]..first[i + 1];
+        let (mut mask, map) = (0u64, scene.voxel_grid()?);
+        for &k in &subcell[rows.clone()] {
+            // Indices ascend, so that each bit is set once, above the others.
+            let free = (k as usize) < SUBCELLS.pow(3) && mask.checked_shr(k as u32) == Some(0);
+            mask |= if free { 1 << k } else { return None };
+        }
+        let word = |b: &[u8]| [0, 2, 4, 6].map(|k| u16::from_le_bytes([b[k], b[k + 1]]));
+        let samples = packed[8 * rows.start..8 * rows.end].chunks_exact(8).map(word).collect();
+        VoxelSamples::from_packed(map.corner(map.coordinates(cell[i])), map.cell(), volume[i], mask, samples)
+    };
+    let parts: Option<Vec<VoxelSamples>> = (0..n).map(part).collect();
+    let Some(parts) = parts else {
+        return Err(npz.error("part_subcell", "a sample is out of range; solve the scene again"));
+    };
+    let voxel = |(i, samples): (usize, VoxelSamples)| VoxelZone {
+        cell: cell[i],
+        centre: centre[i],
+        volume: volume[i],
+        samples,
+        extinction: extinction[i],
+        albedo: albedo[i],
+        emission: emission[i],
+        source: source[i],
+    };
+    Ok(parts.into_iter().enumerate().map(voxel).collect())
+}
+
+fn read_pane_zones(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<PaneZone>, FileError> {
+    let plates = npz.plates("pane_zone")?;
+    let n = plates.len();
+    let normal: Vec<Vec3> = npz.units("pane_zone_normal", n)?;
+    let pane = npz.ints("pane_zone_pane", Some(n), scene.panes().len())?;
+    let area = npz.positive("pane_zone_area", n)?;
+    let thickness = npz.positive("pane_zone_thickness", n)?;
+    let extinction = npz.bands("pane_zone_extinction", n, f64::MAX)?;
+    let albedo = npz.bands("pane_zone_albedo", n, 1.0)?;
+    let emission = npz.bands("pane_zone_emission", n, f64::MAX)?;
+    let zone = |(i, plate): (usize, Plate)| PaneZone {
+        pane: pane[i],
+        plate,
+        normal: normal[i],
+        area: area[i],
+        thickness: thickness[i],
+        extinction: extinction[i],
+        albedo: albedo[i],
+        emission: emission[i],
+    };
+    Ok(plates.into_iter().enumerate().map(zone).collect())
+}
+
+/// Fills `cell_starts` from the ascending cells of the voxel zones.
+pub(super) fn with_cell_starts(mut zones: Zones, scene: &Scene) -> Zones {
+    if let Some(v) = scene.voxel_grid() {
+        let mut first = vec![0u32; v.len() + 1];
+        zones.voxels.iter().for_each(|z| first[z.cell + 1] += 1);
+        for c in 0..v.len() {
+            first[c + 1] += first[c];
+        }
+        zones.cell_starts = first;
+    }
+    zones
+}

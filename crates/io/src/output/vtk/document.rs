@@ -1,0 +1,211 @@
+//! VTK's XML files with appended raw data, for ParaView and other programs that use its library.
+//!
+//! ```text
+//! <VTKFile type=… byte_order="LittleEndian" header_type="UInt64">
+//!   … one <DataArray format="appended" offset=…> an array …
+//!   <AppendedData encoding="raw">_ then, one array after the other: its length in bytes (u64), its values
+//! ```
+//!
+//! Values are computed while they are written; no array is held in memory. Names of arrays include the unit, `radiosity [W/m2]`; arrays of
+//! bands have three components, named red, green and blue. Names of surfaces, panes and groups are string arrays of the field data.
+
+use crate::output::atomic::write_atomic;
+use crate::output::error::FileError;
+use std::fmt::Write as _;
+use std::io::{self, Write};
+use std::path::Path;
+use zonal_scene::Bands;
+
+/// Type of the written values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum NumberType {
+    Float64,
+    Int64,
+    UInt8,
+}
+
+impl NumberType {
+    fn size(self) -> usize {
+        if self == NumberType::UInt8 { 1 } else { 8 }
+    }
+}
+
+/// An array with one or three components.
+pub(super) struct DataArray<'a> {
+    name: String,
+    number: NumberType,
+    components: usize,
+    tuples: usize,
+    value: Box<dyn Fn(usize) -> Bands + 'a>,
+}
+
+impl<'a> DataArray<'a> {
+    /// One value for each tuple.
+    pub(super) fn scalar(
+        name: &str,
+        number: NumberType,
+        tuples: usize,
+        value: impl Fn(usize) -> f64 + 'a,
+    ) -> DataArray<'a> {
+        let value = Box::new(move |i| [value(i), 0.0, 0.0]);
+        DataArray { name: name.into(), number, components: 1, tuples, value }
+    }
+    /// Three doubles for each tuple.
+    pub(super) fn triple(name: &str, tuples: usize, value: impl Fn(usize) -> Bands + 'a) -> DataArray<'a> {
+        DataArray {
+            name: name.into(),
+            number: NumberType::Float64,
+            components: 3,
+            tuples,
+            value: Box::new(value),
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        (self.number.size() * self.components * self.tuples) as u64
+    }
+
+    fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        out.write_all(&self.bytes().to_le_bytes())?;
+        for i in 0..self.tuples {
+            for x in &(self.value)(i)[..self.components] {
+                match self.number {
+                    NumberType::Float64 => out.write_all(&x.to_le_bytes())?,
+                    NumberType::Int64 => out.write_all(&(*x as i64).to_le_bytes())?,
+                    NumberType::UInt8 => out.write_all(&[*x as u8])?,
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A file: XML that refers to arrays, then the arrays.
+pub(super) struct VtkDocument<'a> {
+    kind: &'static str,
+    xml: String,
+    arrays: Vec<DataArray<'a>>,
+    offset: u64,
+}
+
+impl<'a> VtkDocument<'a> {
+    /// An empty document of VTK's type `kind`, whose element has these attributes.
+    pub(super) fn new(kind: &'static str, attributes: &str) -> VtkDocument<'a> {
+        let xml = format!(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<{kind}{attributes}>\n"
+        );
+        VtkDocument { kind, xml, arrays: Vec::new(), offset: 0 }
+    }
+
+    /// Field data: lists of names.
+    pub(super) fn names(&mut self, lists: &[(&str, Vec<&str>)]) {
+        self.xml.push_str("<FieldData>\n");
+        for (name, list) in lists.iter().filter(|l| !l.1.is_empty()) {
+            let n = list.len();
+            let _ = write!(
+                self.xml,
+                "<Array type=\"String\" Name=\"{}\" NumberOfTuples=\"{n}\" format=\"ascii\">",
+                escape(name)
+            );
+            for text in list {
+                text.bytes().filter(|b| *b != 0).for_each(|b| {
+                    let _ = write!(self.xml, "{b} ");
+                });
+                self.xml.push_str("0 ");
+            }
+            self.xml.push_str("</Array>\n");
+        }
+        self.xml.push_str("</FieldData>\n");
+    }
+
+    /// Opens an element.
+    pub(super) fn open(&mut self, element: &str) {
+        let _ = writeln!(self.xml, "<{element}>");
+    }
+
+    /// Closes an element.
+    pub(super) fn close(&mut self, element: &str) {
+        let _ = writeln!(self.xml, "</{element}>");
+    }
+
+    /// An element with these arrays.
+    pub(super) fn section(&mut self, element: &str, arrays: Vec<DataArray<'a>>) {
+        self.open(element);
+        for a in arrays {
+            let bands = match a.components {
+                1 => String::new(),
+                n => format!(
+                    " NumberOfComponents=\"{n}\" ComponentName0=\"red\" ComponentName1=\"green\" ComponentName2=\"blue\""
+                ),
+            };
+            let bands = if element == "Points" { " NumberOfComponents=\"3\"" } else { bands.as_str() };
+            let _ = writeln!(
+                self.xml,
+                "<DataArray type=\"{:?}\" Name=\"{}\"{bands} format=\"appended\" offset=\"{}\"/>",
+                a.number,
+                escape(&a.name),
+                self.offset
+            );
+            self.offset += 8 + a.bytes();
+            self.arrays.push(a);
+        }
+        self.close(element);
+    }
+
+    /// Writes the file.
+    pub(super) fn write(&self, path: &Path) -> Result<(), FileError> {
+        write_atomic(path, |out| {
+            out.write_all(self.xml.as_bytes())?;
+            write!(out, "</{}>\n<AppendedData encoding=\"raw\">\n_", self.kind)?;
+            self.arrays.iter().try_for_each(|a| a.write(out))?;
+            write!(out, "\n</AppendedData>\n</VTKFile>\n")
+        })
+    }
+}
+
+/// Text for an attribute; characters that XML cannot hold become blanks.
+fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_lie_at_the_offsets_of_the_text() {
+        let path = std::env::temp_dir().join(format!("zonal-vtk-{}.vti", std::process::id()));
+        let mut d = VtkDocument::new("ImageData", " WholeExtent=\"0 1 0 1 0 2\"");
+        d.names(&[("names <&>", vec!["a\0b", "ü"])]);
+        let first = DataArray::triple("B \"[W/m2]\"\n", 2, |i| [i as f64, 0.5, -1.0]);
+        d.section(
+            "CellData",
+            vec![first, DataArray::scalar("zone", NumberType::Int64, 2, |i| 7.0 - i as f64)],
+        );
+        d.write(&path).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        let text = String::from_utf8_lossy(&bytes);
+        assert!(text.contains("Name=\"B &quot;[W/m2]&quot; \" NumberOfComponents=\"3\""));
+        assert!(text.contains(
+            "Name=\"names &lt;&amp;&gt;\" NumberOfTuples=\"2\" format=\"ascii\">97 98 0 195 188 0 "
+        ));
+        assert!(text.contains("type=\"Int64\" Name=\"zone\" format=\"appended\" offset=\"56\""));
+        let start = bytes.windows(2).position(|w| w == b"\n_").unwrap() + 2;
+        let word = |at: usize| <[u8; 8]>::try_from(&bytes[start + at..start + at + 8]).unwrap();
+        assert_eq!(u64::from_le_bytes(word(0)), 48);
+        assert_eq!(f64::from_le_bytes(word(8 + 24)), 1.0);
+        assert_eq!((u64::from_le_bytes(word(56)), i64::from_le_bytes(word(72))), (16, 6));
+        std::fs::remove_file(&path).unwrap();
+    }
+}

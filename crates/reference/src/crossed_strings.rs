@@ -1,0 +1,153 @@
+//! View factors of walls in the plane (long ducts in cross-section) with occlusion, exact to rounding.
+//!
+//! F_ij L_i = ½ ∫ Σ (sin φ_Q − sin φ_P) dx over wall i, with the sum over the intervals of directions [φ_P, φ_Q] in which x sees wall
+//! j and φ from the normal of i. The ends P, Q of an interval are ends of walls. They change only where x lies on the line through
+//! two ends. Between two such points one test at the middle determines the order of the ends, and ∫ sin φ_P dx = |x_1 − P| − |x_2 − P|
+//! is elementary: Hottel's crossed strings, one stretch of wall at a time.
+
+/// A wall from (x, y) to (x, y); its front is to the left.
+pub type Wall = [[f64; 2]; 2];
+
+type Point2 = [f64; 2];
+
+/// Relative size below which lengths and angles count as zero.
+const RELATIVE_TOLERANCE: f64 = 1e-12;
+
+fn minus(a: Point2, b: Point2) -> Point2 {
+    [a[0] - b[0], a[1] - b[1]]
+}
+fn dot(a: Point2, b: Point2) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+fn cross(a: Point2, b: Point2) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+fn distance(a: Point2, b: Point2) -> f64 {
+    let d = minus(a, b);
+    d[0].hypot(d[1])
+}
+
+/// F_ij for all walls, row by row: the fraction of the radiation leaving the front of i that arrives at the front of j.
+pub fn view_factors(walls: &[Wall]) -> Vec<Vec<f64>> {
+    let mut ends: Vec<Point2> = walls.iter().flatten().copied().collect();
+    ends.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    ends.dedup();
+    (0..walls.len()).map(|i| view_factor_row(walls, &ends, i)).collect()
+}
+
+fn view_factor_row(walls: &[Wall], ends: &[Point2], i: usize) -> Vec<f64> {
+    let [from, to] = walls[i];
+    let length = distance(from, to);
+    let at = |t: f64| [from[0] + (to[0] - from[0]) * t, from[1] + (to[1] - from[1]) * t];
+    let mut out = vec![0.0; walls.len()];
+    let cuts = breakpoints(walls[i], ends);
+    for w in cuts.windows(2).filter(|w| w[1] - w[0] > RELATIVE_TOLERANCE) {
+        add_stretch(walls, ends, i, [at(w[0]), at(w[1])], &mut out);
+    }
+    out.iter_mut().for_each(|f| *f /= 2.0 * length);
+    out
+}
+
+/// Parameters from 0 to 1, ascending, at which the line through two ends crosses the wall.
+fn breakpoints([from, to]: Wall, ends: &[Point2]) -> Vec<f64> {
+    let d = minus(to, from);
+    let mut cuts = vec![0.0, 1.0];
+    for (k, p) in ends.iter().enumerate() {
+        for q in &ends[..k] {
+            let e = minus(*q, *p);
+            let denominator = cross(d, e);
+            if denominator.abs() > RELATIVE_TOLERANCE * (dot(d, d) * dot(e, e)).sqrt() {
+                let t = cross(minus(*p, from), e) / denominator;
+                if t > 0.0 && t < 1.0 {
+                    cuts.push(t);
+                }
+            }
+        }
+    }
+    cuts.sort_by(f64::total_cmp);
+    cuts
+}
+
+/// Adds the strings of the stretch from a to b of wall i.
+fn add_stretch(walls: &[Wall], ends: &[Point2], i: usize, [a, b]: [Point2; 2], out: &mut [f64]) {
+    let along = minus(walls[i][1], walls[i][0]);
+    let length = dot(along, along).sqrt();
+    let along = [along[0] / length, along[1] / length];
+    let normal = [-along[1], along[0]];
+    let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+    let step = distance(a, b);
+    // (sin φ at the middle, ∫ sin φ dx)
+    let mut rays = vec![(-1.0, -step), (1.0, step)];
+    for p in ends {
+        let v = minus(*p, middle);
+        if dot(v, normal) > RELATIVE_TOLERANCE * length {
+            rays.push((dot(v, along) / dot(v, v).sqrt(), distance(a, *p) - distance(b, *p)));
+        }
+    }
+    rays.sort_by(|x, y| x.0.total_cmp(&y.0));
+    for w in rays.windows(2).filter(|w| w[1].0 - w[0].0 > RELATIVE_TOLERANCE) {
+        let s = 0.5 * (w[0].0 + w[1].0);
+        let c = (1.0 - s * s).sqrt();
+        let ray = [s * along[0] + c * normal[0], s * along[1] + c * normal[1]];
+        if let Some(j) = first_wall(walls, i, middle, ray) {
+            out[j] += w[1].1 - w[0].1;
+        }
+    }
+}
+
+/// The wall whose front is first on a ray; of two walls at one place the one that faces the ray.
+fn first_wall(walls: &[Wall], i: usize, x: Point2, ray: Point2) -> Option<usize> {
+    let mut best: Option<(f64, usize, bool)> = None;
+    for (j, [p, q]) in walls.iter().enumerate() {
+        let (e, v) = (minus(*q, *p), minus(*p, x));
+        let (sp, sq) = (cross(ray, v), cross(ray, minus(*q, x)));
+        if j == i || (sp > 0.0) == (sq > 0.0) {
+            continue;
+        }
+        let denominator = cross(ray, e);
+        let t = cross(v, e) / denominator;
+        // The front is to the left of e: the ray comes from there if it turns clockwise to e.
+        let front = denominator > 0.0;
+        if t > RELATIVE_TOLERANCE
+            && best.is_none_or(|(s, _, f)| {
+                t < s * (1.0 - RELATIVE_TOLERANCE) || (t < s * (1.0 + RELATIVE_TOLERANCE) && front && !f)
+            })
+        {
+            best = Some((t, j, front));
+        }
+    }
+    best.filter(|b| b.2).map(|b| b.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn square_duct_with_and_without_a_plate_matches_crossed_strings() {
+        let square = [
+            [[0.0, 0.0], [1.0, 0.0]],
+            [[1.0, 0.0], [1.0, 1.0]],
+            [[1.0, 1.0], [0.0, 1.0]],
+            [[0.0, 1.0], [0.0, 0.0]],
+        ];
+        let f = view_factors(&square);
+        assert!((f[0][2] - (2f64.sqrt() - 1.0)).abs() < 1e-15);
+        assert!((f[0][1] - (1.0 - 0.5 * 2f64.sqrt())).abs() < 1e-15);
+        // A plate across the middle, each face a wall: floor and ceiling see each other past it on both sides.
+        let mut duct = square.to_vec();
+        duct.push([[0.25, 0.5], [0.75, 0.5]]);
+        duct.push([[0.75, 0.5], [0.25, 0.5]]);
+        let f = view_factors(&duct);
+        for r in &f {
+            assert!((r.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+        }
+        // Crossed strings from the floor to the plate: diagonals minus sides.
+        let want = (0.75f64.hypot(0.5) * 2.0 - 0.25f64.hypot(0.5) * 2.0) / 2.0;
+        assert!((f[0][5] - want).abs() < 1e-15);
+        assert_eq!(f[0][4], 0.0);
+        // Past the plate's left end P: crossed strings |OP| + |P(1,1)| twice, uncrossed 1 and 2 |P(1,1)|; the right end the same.
+        let want = 2.0 * 0.25f64.hypot(0.5) - 1.0;
+        assert!((f[0][2] - want).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,416 @@
+//! Random walks from the sources and their scores.
+
+use super::emission_sampling::{EmissionElement, EmissionTable};
+use super::optics::{ElementOptics, SceneOptics};
+use super::score::ScoreLayout;
+use super::walk_scene::{TrackLocation, WalkEnd, WalkScene, WalkStart};
+use crate::path_tracer::bvh::RayHit;
+use crate::path_tracer::flight::direction_about;
+use crate::rng::{Rng, hash};
+use zonal_math::Vec3;
+use zonal_scene::{Plate, PlateKind, SUBCELLS, Scene, Sides, VoxelZone, Zones};
+
+/// Independent batches of a mean.
+pub(super) const BATCH_COUNT: usize = 32;
+/// A walk whose weight falls below this fraction of its initial weight undergoes Russian roulette.
+const ROULETTE_WEIGHT_SHARE: f64 = 0.1;
+/// Events after which a walk is abandoned.
+const MAX_EVENTS: usize = 2_000_000;
+/// Most trials to draw a point of a sub-cell that its sample point sees.
+const MAX_POINT_TRIALS: usize = 200;
+
+/// The scene, the zones if any, and the layout of the scores.
+pub(super) struct Walker<'a> {
+    walk_scene: WalkScene<'a>,
+    pub optics: SceneOptics,
+    zones: Option<&'a Zones>,
+    pub layout: ScoreLayout,
+    /// The patches of each facet.
+    patches: Option<Vec<Vec<usize>>>,
+}
+
+/// The state of a walk.
+struct WalkState {
+    start: WalkStart,
+    direction: Vec3,
+    weight: f64,
+    band: usize,
+    /// True after its first event, or when it began on an element.
+    counted: bool,
+}
+
+/// The slot of an element and the zone, if any, that an event scores on.
+#[derive(Clone, Copy)]
+struct ScoreTarget {
+    slot: usize,
+    zone: Option<usize>,
+}
+
+/// The patches of each facet.
+fn patches_by_facet(zones: &Zones) -> Vec<Vec<usize>> {
+    let mut out = vec![Vec::new(); zones.patches.iter().map(|p| p.facet + 1).max().unwrap_or(0)];
+    zones.patches.iter().enumerate().for_each(|(i, p)| out[p.facet].push(i));
+    out
+}
+
+impl<'a> Walker<'a> {
+    pub(super) fn new(
+        walk_scene: WalkScene<'a>,
+        optics: SceneOptics,
+        zones: Option<&'a Zones>,
+        layout: ScoreLayout,
+    ) -> Walker<'a> {
+        Walker { walk_scene, optics, zones, layout, patches: zones.map(patches_by_facet) }
+    }
+
+    /// Runs `walks` walks of a band and adds their scores to `sums`.
+    pub(super) fn run_batch(
+        &self,
+        sources: &EmissionTable,
+        band: usize,
+        walks: usize,
+        seed: u64,
+        sums: &mut [f64],
+    ) {
+        if sources.power == 0.0 {
+            return;
+        }
+        let mut rng = Rng::new(hash(seed, u64::MAX));
+        let shift = rng.uniform();
+        for j in 0..walks {
+            let u = (j as f64 + shift) / walks as f64;
+            let (source, sign) = sources.at(u);
+            let weight = sign * sources.power / walks as f64;
+            if let Some((start, direction, counted)) = self.begin(source, &mut rng) {
+                self.run(WalkState { start, direction, weight, band, counted }, &mut rng, sums);
+            }
+        }
+    }
+
+    /// A random point and direction of a source, and whether the walk begins on an element; `None` where the point is not in free
+    /// space.
+    fn begin(&self, source: EmissionElement, rng: &mut Rng) -> Option<(WalkStart, Vec3, bool)> {
+        let scene = self.walk_scene.scene;
+        match source {
+            EmissionElement::Facet(f, front) => {
+                let p = &scene.facets()[f as usize].plate;
+                let normal = if front { p.normal() } else { -p.normal() };
+                let at = rng.point_on_plate(p);
+                Some((WalkStart { at, facet: Some(f), pane: None }, rng.cosine_direction(normal), true))
+            }
+            EmissionElement::Zone(i) => {
+                let zones = self.zones?;
+                if i < zones.voxel_offset() {
+                    let p = &zones.patches[i];
+                    let at = rng.point_on_plate(&p.plate);
+                    let start = WalkStart { at, facet: Some(p.facet as u32), pane: None };
+                    return Some((start, rng.cosine_direction(p.normal), true));
+                }
+                Some((self.point_in_zone(i, rng)?, rng.unit_vector(), true))
+            }
+            EmissionElement::Cell(c) => {
+                let grid = scene.voxel_grid()?;
+                let lo = grid.corner(grid.coordinates(c));
+                let at = rng.point_in_box(lo, lo + grid.cell());
+                self.walk_scene
+                    .is_free(at, rng)
+                    .then(|| (WalkStart { at, facet: None, pane: None }, rng.unit_vector(), true))
+            }
+            EmissionElement::Plate(k) => Some((self.start_in_pane(k, None, rng), rng.unit_vector(), true)),
+            EmissionElement::Sun(towards, cos) => {
+                let d = -direction_about(towards, 1.0 - rng.uniform() * (1.0 - cos), rng.uniform());
+                let (centre, r) = self.walk_scene.bounding_sphere();
+                let (a, b) = d.frame();
+                let (radius, turn) = (r * rng.uniform().sqrt(), rng.uniform_in(0.0, std::f64::consts::TAU));
+                let at = centre - d * (2.0 * r) + (a * turn.cos() + b * turn.sin()) * radius;
+                Some((WalkStart { at, facet: None, pane: None }, d, false))
+            }
+            EmissionElement::Surroundings => {
+                let (centre, r) = self.walk_scene.bounding_sphere();
+                let n = rng.unit_vector();
+                let start = WalkStart { at: centre + n * r, facet: None, pane: None };
+                Some((start, rng.cosine_direction(-n), false))
+            }
+        }
+    }
+
+    /// A point of a pane plate, at a random height in the pane.
+    fn start_in_pane(&self, plate: usize, at: Option<Vec3>, rng: &mut Rng) -> WalkStart {
+        let (pane, q) = &self.walk_scene.plates[plate];
+        let at = at.unwrap_or_else(|| rng.point_on_plate(q));
+        let height = rng.uniform() * self.walk_scene.scene.panes()[*pane].thickness;
+        WalkStart { at, facet: None, pane: Some((plate, height)) }
+    }
+
+    /// A random point of volume or pane zone `i`.
+    fn point_in_zone(&self, i: usize, rng: &mut Rng) -> Option<WalkStart> {
+        let zones = self.zones?;
+        if i >= zones.pane_offset() {
+            let z = &zones.panes[i - zones.pane_offset()];
+            let at = rng.point_on_plate(&z.plate);
+            let own = |p: &(usize, Plate)| p.0 == z.pane;
+            let candidates = self.walk_scene.plates.iter().enumerate().filter(|(_, p)| own(p));
+            let nearest = candidates
+                .min_by(|a, b| parameter_excess(&a.1.1, at).total_cmp(&parameter_excess(&b.1.1, at)));
+            return Some(self.start_in_pane(nearest?.0, Some(at), rng));
+        }
+        let z = &zones.voxels[i - zones.voxel_offset()];
+        let grid = self.walk_scene.scene.voxel_grid()?;
+        let lo = grid.corner(grid.coordinates(z.cell));
+        let at = self.point_in_voxel_zone(z, lo, grid.cell(), rng);
+        Some(WalkStart { at, facet: None, pane: None })
+    }
+
+    /// A random point of a volume zone: a sub-cell by its volume, in it a point that its sample point sees.
+    fn point_in_voxel_zone(&self, z: &VoxelZone, lo: Vec3, edge: Vec3, rng: &mut Rng) -> Vec3 {
+        if z.samples.is_empty() {
+            return rng.point_in_box(lo, lo + edge);
+        }
+        let mut rest = rng.uniform() * z.samples.iter().map(|s| s.volume).sum::<f64>();
+        let mut chosen = None;
+        for s in z.samples.iter() {
+            rest -= s.volume;
+            chosen = Some(s);
+            if rest <= 0.0 {
+                break;
+            }
+        }
+        let Some(s) = chosen else { return rng.point_in_box(lo, lo + edge) };
+        let small = edge / SUBCELLS as f64;
+        let k = s.subcell as usize;
+        let place = [k / (SUBCELLS * SUBCELLS), k / SUBCELLS % SUBCELLS, k % SUBCELLS].map(|i| i as f64);
+        let lo = lo + small.scale(Vec3::from_array(place));
+        (0..MAX_POINT_TRIALS)
+            .map(|_| rng.point_in_box(lo, lo + small))
+            .find(|x| self.walk_scene.visible(s.point, *x))
+            .unwrap_or(s.point)
+    }
+
+    /// True where the walk starts on a covered part of a facet.
+    fn starts_covered(&self, w: &WalkState) -> bool {
+        w.start.facet.is_some_and(|f| {
+            let side = w.start_normal(self.walk_scene.scene, f);
+            self.walk_scene.is_covered(w.start.at, side, f)
+        })
+    }
+
+    /// Follows a walk to its end.
+    fn run(&self, mut w: WalkState, rng: &mut Rng, sums: &mut [f64]) {
+        let initial = w.weight.abs();
+        if self.starts_covered(&w) {
+            // A covered part is excluded; a patch that is covered in part loses its emission there.
+            if self.zones.is_some() {
+                sums[4 * self.layout.backs + w.band] += w.weight;
+            }
+            return;
+        }
+        for _ in 0..MAX_EVENTS {
+            // Fly to the next event and score the lengths on the way.
+            let tau = -(1.0 - rng.uniform()).ln();
+            let (band, weight) = (w.band, w.weight);
+            let end = self.walk_scene.fly(&w.start, w.direction, band, tau, &mut |location, length| {
+                self.score_length(location, weight * length, band, sums);
+            });
+            if !self.scatter(end, &mut w, rng, sums) {
+                return;
+            }
+            w.counted = true;
+            if self.zones.is_some() && self.starts_covered(&w) {
+                sums[4 * self.layout.backs + w.band] += w.weight;
+                return;
+            }
+            // Russian roulette.
+            if w.weight.abs() < ROULETTE_WEIGHT_SHARE * initial {
+                let survival = w.weight.abs() / (ROULETTE_WEIGHT_SHARE * initial);
+                if rng.uniform() >= survival {
+                    return;
+                }
+                w.weight /= survival;
+            }
+        }
+    }
+
+    /// Scores the end of a flight and continues the walk from it; false where the walk ends.
+    fn scatter(&self, end: WalkEnd, w: &mut WalkState, rng: &mut Rng, sums: &mut [f64]) -> bool {
+        match end {
+            WalkEnd::Escaped => {
+                if w.counted {
+                    sums[4 * self.layout.escaped + w.band] += w.weight;
+                }
+                false
+            }
+            WalkEnd::Facet(hit, at) => self.scatter_at_facet(hit, at, w, rng, sums),
+            WalkEnd::Cell(cell, at) => {
+                if !absorb(&self.optics.cells[cell], w, rng) {
+                    return false;
+                }
+                w.start = match self.volume_zone_at(cell, at).and_then(|i| self.point_in_zone(i, rng)) {
+                    Some(start) => start,
+                    None => WalkStart { at, facet: None, pane: None },
+                };
+                w.direction = rng.unit_vector();
+                true
+            }
+            WalkEnd::Pane(pane, plate, at) => {
+                if !absorb(&self.optics.panes[pane], w, rng) {
+                    return false;
+                }
+                w.start = match self.pane_zone_at(pane, at).and_then(|i| self.point_in_zone(i, rng)) {
+                    Some(start) => start,
+                    None => self.start_in_pane(plate, Some(at), rng),
+                };
+                w.direction = rng.unit_vector();
+                true
+            }
+        }
+    }
+
+    /// Scores a hit of a facet and reflects the walk; false where the walk ends.
+    fn scatter_at_facet(
+        &self,
+        hit: RayHit,
+        at: Vec3,
+        w: &mut WalkState,
+        rng: &mut Rng,
+        sums: &mut [f64],
+    ) -> bool {
+        let scene = self.walk_scene.scene;
+        let facet = &scene.facets()[hit.id as usize];
+        let two_sided = scene.surfaces()[facet.surface].sides == Sides::Both;
+        let normal = if hit.front { facet.plate.normal() } else { -facet.plate.normal() };
+        if (!hit.front && !two_sided) || self.walk_scene.is_covered(at, normal, hit.id) {
+            sums[4 * self.layout.backs + w.band] += w.weight;
+            return false;
+        }
+        let zone = self.patch_at(hit.id, normal, at);
+        let optics = &self.optics.surfaces[facet.surface];
+        let target = ScoreTarget { slot: facet.surface, zone };
+        let absorbed = w.weight * optics.absorptance[w.band];
+        self.score(optics, target, [w.weight, absorbed], w.band, sums);
+        if !absorb(optics, w, rng) {
+            return false;
+        }
+        let at = match (self.zones, zone) {
+            (Some(z), Some(i)) => rng.point_on_plate(&z.patches[i].plate),
+            _ => at,
+        };
+        w.start = WalkStart { at, facet: Some(hit.id), pane: None };
+        w.direction = rng.cosine_direction(normal);
+        true
+    }
+
+    /// Scores a weighted length in the medium or in a pane.
+    fn score_length(&self, location: TrackLocation, length: f64, band: usize, sums: &mut [f64]) {
+        let (optics, slot, zone) = match location {
+            TrackLocation::Cell(c, at) => {
+                (&self.optics.cells[c], self.layout.medium, self.volume_zone_at(c, at))
+            }
+            TrackLocation::Pane(p, at) => {
+                (&self.optics.panes[p], self.layout.panes + p, self.pane_zone_at(p, at))
+            }
+        };
+        let absorbed = length * optics.absorptance[band] * optics.extinction[band];
+        self.score(optics, ScoreTarget { slot, zone }, [length, absorbed], band, sums);
+    }
+
+    /// Adds the incident weight to the zone, and the absorbed weight to the element and the zone.
+    fn score(
+        &self,
+        optics: &ElementOptics,
+        target: ScoreTarget,
+        [incident, absorbed]: [f64; 2],
+        band: usize,
+        sums: &mut [f64],
+    ) {
+        let reemitted = absorbed / optics.total_weight;
+        sums[4 * target.slot + if optics.reemits { 3 } else { band }] +=
+            if optics.reemits { reemitted } else { absorbed };
+        if let Some(i) = target.zone {
+            let at = 4 * (self.layout.zones + i);
+            sums[at + band] += incident;
+            if optics.reemits {
+                sums[at + 3] += reemitted;
+            }
+        }
+    }
+
+    /// The patch zone at a point of a facet's side.
+    fn patch_at(&self, facet: u32, normal: Vec3, at: Vec3) -> Option<usize> {
+        let (zones, lists) = (self.zones?, self.patches.as_ref()?);
+        let own = lists.get(facet as usize)?.iter().filter(|&&i| zones.patches[i].normal.dot(normal) > 0.0);
+        own.min_by(|&&a, &&b| {
+            let excess = |i: usize| parameter_excess(&zones.patches[i].plate, at);
+            excess(a).total_cmp(&excess(b))
+        })
+        .copied()
+    }
+
+    /// The volume zone at a point of a cell.
+    fn volume_zone_at(&self, cell: usize, at: Vec3) -> Option<usize> {
+        let zones = self.zones?;
+        let range = zones.of_cell(cell);
+        let k = match range.len() {
+            0 => return None,
+            1 => range.start,
+            _ => self.visible_part(zones, range, at)?,
+        };
+        Some(zones.voxel_offset() + k)
+    }
+
+    /// The part of a divided cell that holds a point: the one of the nearest sample that sees it.
+    fn visible_part(&self, zones: &Zones, range: std::ops::Range<usize>, at: Vec3) -> Option<usize> {
+        let samples = range.flat_map(|k| zones.voxels[k].samples.iter().map(move |s| (k, s.point)));
+        let mut near: Vec<(usize, Vec3)> = samples.collect();
+        near.sort_by(|a, b| (a.1 - at).length2().total_cmp(&(b.1 - at).length2()));
+        near.iter().find(|(_, p)| self.walk_scene.visible(*p, at)).or(near.first()).map(|x| x.0)
+    }
+
+    /// The pane zone at a point of a pane.
+    fn pane_zone_at(&self, pane: usize, at: Vec3) -> Option<usize> {
+        let zones = self.zones?;
+        let own = (0..zones.panes.len()).filter(|&k| zones.panes[k].pane == pane);
+        let excess = |k: usize| parameter_excess(&zones.panes[k].plate, at);
+        let k = own.min_by(|&a, &b| excess(a).total_cmp(&excess(b)))?;
+        Some(zones.pane_offset() + k)
+    }
+}
+
+/// Applies absorption at an event: reduces the weight, or re-emits the walk in another band; false where the walk ends.
+fn absorb(optics: &ElementOptics, w: &mut WalkState, rng: &mut Rng) -> bool {
+    let albedo = 1.0 - optics.absorptance[w.band];
+    if !optics.reemits {
+        w.weight *= albedo;
+        return w.weight != 0.0;
+    }
+    if rng.uniform() >= albedo {
+        // Absorbed and re-emitted.
+        let weights = optics.band_weights;
+        let u = rng.uniform() * weights.iter().sum::<f64>();
+        w.band = if u < weights[0] {
+            0
+        } else if u < weights[0] + weights[1] {
+            1
+        } else {
+            2
+        };
+        if weights[w.band] == 0.0 {
+            return false;
+        }
+    }
+    true
+}
+
+impl WalkState {
+    /// The normal of the side of its facet that it starts from.
+    fn start_normal(&self, scene: &Scene, facet: u32) -> Vec3 {
+        let n = scene.facets()[facet as usize].plate.normal();
+        if n.dot(self.direction) >= 0.0 { n } else { -n }
+    }
+}
+
+/// Excess of the parameters of a point over those of a plate; negative within.
+fn parameter_excess(p: &Plate, at: Vec3) -> f64 {
+    let [u, v] = p.parameters(at);
+    let far = if p.kind == PlateKind::Triangle { u + v - 1.0 } else { u.max(v) - 1.0 };
+    far.max(-u).max(-v)
+}

@@ -1,0 +1,211 @@
+//! One path, backwards from a vertex: I = ∫ L f dω with f the scattering density of the vertex.
+//!
+//! At each vertex the path samples the suns and one point of an emitter (next-event estimation), then continues in a direction of
+//! density f. Emission that the path hits counts too; both ways of finding an emitter share it by the balance heuristic (Veach
+//! 1997): with p_e the density of the emitter's point,
+//!
+//! ```text
+//! sampled:  β τ L f/(p_e + f)        hit:  β L f/(p_e + f)
+//! ```
+//!
+//! After a few bounces Russian roulette continues a path with the probability of its last albedo and weights it accordingly, which
+//! preserves all means. Light that arrives unscattered from a sun, a sky or a surface that the scene lists as a light is direct.
+
+use super::flight::{FlightEnd, FlightVertex, RayScene, sample_scattering};
+use super::light_sampling::{FacetSide, LightSet};
+use crate::rng::Rng;
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Sides, bands};
+
+/// Bounces before Russian roulette begins.
+const MIN_ROULETTE_BOUNCES: usize = 3;
+/// Largest probability of survival, so that paths in a white closed scene end.
+const MAX_SURVIVAL_PROBABILITY: f64 = 0.995;
+
+/// The numbers of a path: evenly distributed ones for its first events, then random ones.
+pub(super) struct PathNumbers {
+    /// Evenly distributed numbers in [0, 1), used from the end.
+    pub spread: Vec<f64>,
+    /// The generator of all further numbers.
+    pub rng: Rng,
+}
+
+impl PathNumbers {
+    /// The next number of [0, 1).
+    pub(super) fn next_number(&mut self) -> f64 {
+        self.spread.pop().unwrap_or_else(|| self.rng.uniform())
+    }
+    /// The next `N` numbers.
+    pub(super) fn next_array<const N: usize>(&mut self) -> [f64; N] {
+        std::array::from_fn(|_| self.next_number())
+    }
+}
+
+/// The radiance found by a path, W/(m² sr).
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PathRadiance {
+    /// All light.
+    pub total: Bands,
+    /// Direct light alone.
+    pub direct: Bands,
+}
+
+impl PathRadiance {
+    fn add(&mut self, x: Bands, direct: bool) {
+        self.total = bands(|b| self.total[b] + x[b]);
+        if direct {
+            self.direct = bands(|b| self.direct[b] + x[b]);
+        }
+    }
+}
+
+/// The scene and lights of paths.
+pub(super) struct PathSampler<'a> {
+    /// The scene with its trees.
+    pub space: RayScene<'a>,
+    /// The lights of the scene.
+    pub lights: LightSet<'a>,
+    /// Most bounces between detector and emission.
+    pub max_bounces: usize,
+}
+
+/// The state of a path.
+struct PathState {
+    vertex: FlightVertex,
+    beta: Bands,
+    bounces: usize,
+    found: PathRadiance,
+}
+
+impl PathSampler<'_> {
+    /// ∫ L f dω at a vertex by one path.
+    pub(super) fn received(&self, vertex: FlightVertex, numbers: &mut PathNumbers) -> PathRadiance {
+        let mut s = PathState { vertex, beta: [1.0; 3], bounces: 0, found: PathRadiance::default() };
+        self.sample_lights(&mut s, numbers);
+        let d = sample_scattering(&s.vertex, numbers.next_array());
+        self.run(s, d, false, numbers)
+    }
+
+    /// Radiance that arrives at `o` from the unit direction `d`, by one path. Suns are not visible as discs.
+    pub(super) fn radiance(&self, o: Vec3, d: Vec3, numbers: &mut PathNumbers) -> PathRadiance {
+        let vertex = FlightVertex::Free { at: o };
+        let s = PathState { vertex, beta: [1.0; 3], bounces: 0, found: PathRadiance::default() };
+        self.run(s, d, true, numbers)
+    }
+
+    /// Follows the path from its vertex along `d`. `camera_ray`: the first vertex has no next-event estimation, so emission that it hits
+    /// counts in full.
+    fn run(
+        &self,
+        mut s: PathState,
+        mut d: Vec3,
+        mut camera_ray: bool,
+        numbers: &mut PathNumbers,
+    ) -> PathRadiance {
+        while self.advance(&mut s, d, camera_ray, numbers) {
+            camera_ray = false;
+            self.sample_lights(&mut s, numbers);
+            d = sample_scattering(&s.vertex, numbers.next_array());
+        }
+        s.found
+    }
+
+    /// Advances the path to the next vertex; false when it ends.
+    fn advance(&self, s: &mut PathState, d: Vec3, camera_ray: bool, numbers: &mut PathNumbers) -> bool {
+        // The band is random; the distance uses an evenly distributed number.
+        let u = [numbers.rng.uniform(), numbers.next_number()];
+        let flight = self.space.sample_flight(&s.vertex, d, s.beta, u);
+        s.found.add(bands(|b| s.beta[b] * flight.emitted[b]), false);
+        s.beta = bands(|b| s.beta[b] * flight.weight[b]);
+        let first = s.bounces == 0;
+        let albedo = match flight.end {
+            FlightEnd::Escaped => {
+                let around = self.space.scene.surroundings().radiance;
+                s.found.add(bands(|b| s.beta[b] * around[b]), false);
+                s.found.add(bands(|b| s.beta[b] * self.lights.sky[b]), first);
+                return false;
+            }
+            FlightEnd::Collision(vertex, albedo) => {
+                s.vertex = vertex;
+                albedo
+            }
+            FlightEnd::Facet(hit) => {
+                let facet = &self.space.scene.facets()[hit.id as usize];
+                let normal = facet.plate.normal();
+                let (radiance, direct) = self.lights.facet_radiance(hit.id, hit.uv, facet_side(hit.front));
+                if radiance != [0.0; 3] {
+                    let f = s.vertex.density(d);
+                    let sampled = self.lights.density(hit.id, hit.t, normal.dot(d));
+                    let share = if camera_ray { 1.0 } else { f / (f + sampled) };
+                    s.found.add(bands(|b| s.beta[b] * radiance[b] * share), direct && first);
+                }
+                if !hit.front && self.space.scene.surfaces()[facet.surface].sides == Sides::Front {
+                    return false;
+                }
+                let at = s.vertex.at() + d * hit.t;
+                let normal = if hit.front { normal } else { -normal };
+                s.vertex = FlightVertex::Surface { at, normal, facet: Some(hit.id) };
+                self.space.scene.reflectance_at(hit.id as usize, hit.uv[0], hit.uv[1])
+            }
+        };
+        self.scatter(s, albedo, numbers)
+    }
+
+    /// Applies the albedo and Russian roulette; false when the path ends.
+    fn scatter(&self, s: &mut PathState, albedo: Bands, numbers: &mut PathNumbers) -> bool {
+        let before = s.beta.iter().fold(0.0f64, |m, x| m.max(*x));
+        s.beta = bands(|b| s.beta[b] * albedo[b]);
+        s.bounces += 1;
+        let after = s.beta.iter().fold(0.0f64, |m, x| m.max(*x));
+        if after <= 0.0 || s.bounces > self.max_bounces {
+            return false;
+        }
+        if s.bounces > MIN_ROULETTE_BOUNCES {
+            let survival = (after / before).min(MAX_SURVIVAL_PROBABILITY);
+            if numbers.rng.uniform() >= survival {
+                return false;
+            }
+            s.beta = s.beta.map(|x| x / survival);
+        }
+        true
+    }
+
+    /// Next-event estimation: adds the light that suns and one emitter send to the vertex.
+    fn sample_lights(&self, s: &mut PathState, numbers: &mut PathNumbers) {
+        let direct = s.bounces == 0;
+        let u: [f64; 3] = numbers.next_array();
+        for k in 0..self.lights.sun_count() {
+            let u = if k == 0 { [u[0], u[1]] } else { [numbers.rng.uniform(), numbers.rng.uniform()] };
+            let (towards, flux) = self.lights.sample_sun(k, u);
+            let f = s.vertex.density(towards);
+            if f > 0.0
+                && let Some(tau) = self.space.transmittance(&s.vertex, towards, f64::INFINITY, None)
+            {
+                s.found.add(bands(|b| s.beta[b] * tau[b] * flux[b] * f), direct);
+            }
+        }
+        let u = if self.lights.sun_count() > 0 {
+            [numbers.rng.uniform(), numbers.rng.uniform(), numbers.rng.uniform()]
+        } else {
+            u
+        };
+        let Some(point) = self.lights.sample_point(u) else { return };
+        let offset = point.at - s.vertex.at();
+        let r = offset.length();
+        let towards = offset / r;
+        let cos = -towards.dot(point.normal);
+        let (radiance, listed) = self.lights.facet_radiance(point.facet, point.uv, facet_side(cos > 0.0));
+        let f = s.vertex.density(towards);
+        if !(r > 0.0 && cos != 0.0 && f > 0.0) || radiance == [0.0; 3] {
+            return;
+        }
+        let share = f / (f + self.lights.density(point.facet, r, cos));
+        if let Some(tau) = self.space.transmittance(&s.vertex, towards, r, Some(point.facet)) {
+            s.found.add(bands(|b| s.beta[b] * tau[b] * radiance[b] * share), direct && listed);
+        }
+    }
+}
+
+fn facet_side(front: bool) -> FacetSide {
+    if front { FacetSide::Front } else { FacetSide::Back }
+}

@@ -1,0 +1,204 @@
+//! Readings of detectors by path tracing.
+//!
+//! A reading is the mean over [`REPLICATE_COUNT`] independent replicates of equally many paths; their spread gives the standard
+//! error. Within a replicate the first [`SPREAD_DIMENSIONS`] numbers of the paths form a rank-1 lattice (Roberts 2018) with a random
+//! shift. A pilot run of each detector sets the number of paths of its final run.
+
+use super::detector::{Detector, SubcellPart};
+use super::flight::{FlightVertex, RayScene};
+use super::light_sampling::LightSet;
+use super::path::{PathNumbers, PathRadiance, PathSampler};
+use crate::estimate::{SampleEstimate, SampleStatistics};
+use crate::rng::{Rng, hash};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Scene};
+
+/// Independent replicates of a mean: their spread gives its standard error to about nine per cent.
+const REPLICATE_COUNT: usize = 64;
+/// Paths of the pilot run in each replicate.
+const PILOT_PATHS: usize = 48;
+/// Factor on the number of paths that the pilot run requests, for the uncertainty of its error.
+const PATH_COUNT_MARGIN: f64 = 1.2;
+/// Numbers of a path that are evenly distributed over the paths of a replicate.
+const SPREAD_DIMENSIONS: usize = 9;
+/// Most trials to draw a point of a sub-cell that its sample point sees.
+const MAX_POINT_TRIALS: usize = 200;
+
+/// Requested accuracy of readings.
+#[derive(Clone, Copy, Debug)]
+pub struct TracingAccuracy {
+    /// Standard error, relative to the detector's mean in each band.
+    pub relative: f64,
+    /// A detector whose mean is below this fraction of the mean over all detectors is measured as if it had that much.
+    pub floor: f64,
+    /// Most paths of a detector.
+    pub max_paths: u64,
+}
+
+impl Default for TracingAccuracy {
+    fn default() -> Self {
+        TracingAccuracy { relative: 0.01, floor: 0.1, max_paths: 1 << 22 }
+    }
+}
+
+/// H or G of a detector, W/m².
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DetectorReading {
+    /// All light.
+    pub total: [SampleEstimate; 3],
+    /// All but direct light.
+    pub incident: [SampleEstimate; 3],
+    /// Number of paths.
+    pub paths: u64,
+}
+
+/// A scene prepared for path tracing.
+pub struct PathTracer<'a> {
+    pub(super) paths: PathSampler<'a>,
+    /// The generator of the lattice: the increments from path to path.
+    lattice: [f64; SPREAD_DIMENSIONS],
+}
+
+impl<'a> PathTracer<'a> {
+    /// Builds the trees and collects the lights.
+    pub fn new(scene: &'a Scene) -> PathTracer<'a> {
+        let paths = PathSampler {
+            space: RayScene::new(scene),
+            lights: LightSet::new(scene),
+            max_bounces: usize::MAX - 1,
+        };
+        PathTracer { paths, lattice: lattice_generator() }
+    }
+
+    /// Ignores light that was scattered more than `bounces` times.
+    pub fn with_max_bounces(mut self, bounces: usize) -> PathTracer<'a> {
+        self.paths.max_bounces = bounces;
+        self
+    }
+
+    /// Measures detectors of one kind (all H, or all G). A pilot run sets the number of paths of each detector; the final run uses
+    /// independent paths, so the choice introduces no bias.
+    pub fn measure(
+        &self,
+        detectors: &[Detector],
+        accuracy: &TracingAccuracy,
+        seed: u64,
+    ) -> Vec<DetectorReading> {
+        let pilots = self.run(detectors, &vec![PILOT_PATHS as u64; detectors.len()], hash(seed, 1));
+        let n = detectors.len().max(1) as f64;
+        let overall = [0, 1, 2].map(|b| pilots.iter().map(|r| r.total[b].value).sum::<f64>() / n);
+        let max_count = accuracy.max_paths.div_ceil(REPLICATE_COUNT as u64).max(PILOT_PATHS as u64);
+        let counts: Vec<u64> = pilots
+            .iter()
+            .map(|r| {
+                let excess = (0..3).map(|b| {
+                    let wanted = accuracy.relative * r.total[b].value.max(accuracy.floor * overall[b]);
+                    if r.total[b].error > 0.0 { (r.total[b].error / wanted).powi(2) } else { 0.0 }
+                });
+                let excess = excess.fold(0.0, f64::max);
+                let count = (PILOT_PATHS as f64 * excess * PATH_COUNT_MARGIN).ceil() as u64;
+                count.clamp(PILOT_PATHS as u64, max_count)
+            })
+            .collect();
+        self.run(detectors, &counts, hash(seed, 2))
+    }
+
+    /// Measures one detector with a given number of paths, rounded up to whole replicates.
+    pub fn measure_one(&self, detector: &Detector, paths: u64, seed: u64) -> DetectorReading {
+        let count = paths.div_ceil(REPLICATE_COUNT as u64).max(1);
+        self.run(std::slice::from_ref(detector), &[count], seed)[0]
+    }
+
+    /// Runs `counts[i]` paths in each replicate of detector i.
+    fn run(&self, detectors: &[Detector], counts: &[u64], seed: u64) -> Vec<DetectorReading> {
+        let means: Vec<[Bands; 2]> = (0..detectors.len() * REPLICATE_COUNT)
+            .into_par_iter()
+            .map(|k| {
+                let i = k / REPLICATE_COUNT;
+                let replicate = (k % REPLICATE_COUNT) as u64;
+                self.replicate(&detectors[i], counts[i], hash(hash(seed, i as u64), replicate))
+            })
+            .collect();
+        let reading = |i: usize| {
+            let replicates = &means[i * REPLICATE_COUNT..(i + 1) * REPLICATE_COUNT];
+            let estimate = |which: usize, b: usize| {
+                let mut statistics = SampleStatistics::default();
+                replicates.iter().for_each(|m| statistics.add(m[which][b]));
+                statistics.estimate(1.0)
+            };
+            DetectorReading {
+                total: [0, 1, 2].map(|b| estimate(0, b)),
+                incident: [0, 1, 2].map(|b| estimate(1, b)),
+                paths: counts[i] * REPLICATE_COUNT as u64,
+            }
+        };
+        (0..detectors.len()).map(reading).collect()
+    }
+
+    /// Means of all light and of indirect light over `count` paths.
+    fn replicate(&self, detector: &Detector, count: u64, seed: u64) -> [Bands; 2] {
+        let mut rng = Rng::new(hash(seed, u64::MAX));
+        let shift: [f64; SPREAD_DIMENSIONS] = std::array::from_fn(|_| rng.uniform());
+        let scale = (if detector.is_surface() { PI } else { 4.0 * PI }) / count as f64;
+        let mut sums = [[0.0; 3]; 2];
+        for j in 0..count {
+            let spread =
+                (0..SPREAD_DIMENSIONS).map(|k| (shift[k] + j as f64 * self.lattice[k]).fract()).collect();
+            let mut numbers = PathNumbers { spread, rng: Rng::new(hash(seed, j)) };
+            let vertex = self.start(detector, &mut numbers);
+            let PathRadiance { total, direct } = self.paths.received(vertex, &mut numbers);
+            for b in 0..3 {
+                sums[0][b] += scale * total[b];
+                sums[1][b] += scale * (total[b] - direct[b]);
+            }
+        }
+        sums
+    }
+
+    /// A random point of the detector.
+    fn start(&self, detector: &Detector, numbers: &mut PathNumbers) -> FlightVertex {
+        let u: [f64; 3] = numbers.next_array();
+        match detector {
+            Detector::Patch { plate, normal } => {
+                let [s, t] = plate.warp([u[0], u[1]]);
+                FlightVertex::Surface { at: plate.at(s, t), normal: *normal, facet: None }
+            }
+            Detector::Point(at) => FlightVertex::Free { at: *at },
+            Detector::Cell { lo, hi } => {
+                FlightVertex::Free { at: *lo + (*hi - *lo).scale(Vec3::from_array(u)) }
+            }
+            Detector::Part(parts) => FlightVertex::Free { at: self.point_of(parts, u[0], &mut numbers.rng) },
+            Detector::Pane { pane, plate } => {
+                let [s, t] = plate.warp([u[0], u[1]]);
+                let height = u[2] * self.paths.space.scene.panes()[*pane].thickness;
+                FlightVertex::Pane { at: plate.at(s, t), normal: plate.normal(), pane: *pane, height }
+            }
+        }
+    }
+
+    /// A random point of a divided cell: a sub-cell by its volume, in it a point that its sample point sees.
+    fn point_of(&self, parts: &[SubcellPart], u: f64, rng: &mut Rng) -> Vec3 {
+        let mut rest = u * parts.iter().map(|p| p.volume).sum::<f64>();
+        let chosen = parts.iter().find(|p| {
+            rest -= p.volume;
+            rest <= 0.0
+        });
+        let p = chosen.unwrap_or(&parts[parts.len() - 1]);
+        (0..MAX_POINT_TRIALS)
+            .map(|_| rng.point_in_box(p.lo, p.hi))
+            .find(|x| self.paths.space.visible(p.point, *x))
+            .unwrap_or(p.point)
+    }
+}
+
+/// The generator φ^{−k} of a rank-1 lattice in d dimensions, with φ the positive root of x^{d+1} = x + 1 (Roberts 2018).
+fn lattice_generator() -> [f64; SPREAD_DIMENSIONS] {
+    let d = SPREAD_DIMENSIONS as i32;
+    let mut phi = 1.5f64;
+    for _ in 0..60 {
+        phi -= (phi.powi(d + 1) - phi - 1.0) / ((d + 1) as f64 * phi.powi(d) - 1.0);
+    }
+    std::array::from_fn(|k| phi.powi(-(k as i32 + 1)))
+}

@@ -1,0 +1,108 @@
+//! Baked data: triangles of patches and panes with their light, and cell values of the medium.
+
+use zonal_math::Vec3;
+
+/// Resolution of a baked solution.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakeOptions {
+    /// Cells with no edge longer than this are not split, m; a thousandth of the scene's diagonal where not given.
+    pub min_edge: Option<f64>,
+    /// Largest error of linear interpolation, relative to the light nearby; 0.05.
+    pub tolerance: f64,
+    /// Largest number of vertices on patches, without those that match edges, unless the corners of the patches alone are more; 2,000,000.
+    pub max_vertices: usize,
+    /// Samples of each sun and emitter at a vertex, and a sixteenth of those of a sky that shares a group; 16.
+    pub light_samples: usize,
+}
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        BakeOptions { min_edge: None, tolerance: 0.05, max_vertices: 2_000_000, light_samples: 16 }
+    }
+}
+
+/// A solution on triangles and on the grid of its medium.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BakedSolution {
+    /// Names of the light groups, in the solution's order; the single name `all` where it has no groups.
+    pub groups: Vec<String>,
+    /// For each surface of the scene the group of its emission; `None` where it has none.
+    pub emission_groups: Vec<Option<u32>>,
+    /// The patches.
+    pub surfaces: SurfaceMesh,
+    /// The panes.
+    pub panes: PaneMesh,
+    /// The medium; `None` without one.
+    pub medium: Option<BakedMedium>,
+}
+
+/// The patches as triangles. All lists but the last two have one entry a vertex.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurfaceMesh {
+    /// Position, m.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit normal of the side that takes part in the exchange.
+    pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates, v down.
+    pub uvs: Vec<[f32; 2]>,
+    /// Index of the surface.
+    pub surfaces: Vec<u32>,
+    /// Irradiance H + H_dir, W/m² a band: `irradiance[group][vertex]`.
+    pub irradiance: Vec<Vec<[f32; 3]>>,
+    /// Emitted flux E, W/m² a band, of the group in `emission_groups`.
+    pub emission: Vec<[f32; 3]>,
+    /// Estimated error of the zone's indirect irradiance, all groups together, W/m² a band.
+    pub error: Vec<[f32; 3]>,
+    /// Corners of each triangle, counter-clockwise as seen from that side.
+    pub triangles: Vec<[u32; 3]>,
+    /// The patch zone of each triangle.
+    pub zones: Vec<u32>,
+}
+
+/// The panes as triangles, visible from both sides. All lists but the last two have one entry a vertex.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PaneMesh {
+    /// Position, m.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit normal of the front.
+    pub normals: Vec<[f32; 3]>,
+    /// Index of the pane in the scene.
+    pub panes: Vec<u32>,
+    /// Optical depth κt a band: the transmittance at an angle θ to the normal is e^{−κt/|cosθ|}.
+    pub depth: Vec<[f32; 3]>,
+    /// Radiosity B, direct light included, W/m² a band: `radiosity[group][vertex]`. The visible radiance is (1 − e^{−κt/|cosθ|}) B/π.
+    pub radiosity: Vec<Vec<[f32; 3]>>,
+    /// Estimated error of the zone's fluence, W/m² a band.
+    pub error: Vec<[f32; 3]>,
+    /// Corners of each triangle, counter-clockwise as seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// The pane zone of each triangle, counted among all zones.
+    pub zones: Vec<u32>,
+}
+
+/// The medium on the voxel grid of the scene; lists have one entry a cell, z fastest: index (i·ny + j)·nz + k. Values of cells with several zones are
+/// means by volume.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakedMedium {
+    /// Lower corner, m.
+    pub min: Vec3,
+    /// Edges of a cell, m.
+    pub cell: Vec3,
+    /// Cells along x, y, z.
+    pub dims: [usize; 3],
+    /// Free volume, m³; zero marks cells without a zone.
+    pub volume: Vec<f32>,
+    /// Extinction κ, 1/m a band.
+    pub extinction: Vec<[f32; 3]>,
+    /// Scattering albedo Ω a band.
+    pub albedo: Vec<[f32; 3]>,
+    /// Radiosity B, direct light included, W/m² a band: `radiosity[group][cell]`. The source of radiance is κB/π per metre.
+    pub radiosity: Vec<Vec<[f32; 3]>>,
+    /// Fluence G + G_dir, W/m² a band: `fluence[group][cell]`.
+    pub fluence: Vec<Vec<[f32; 3]>>,
+}
+
+/// A vector in single precision.
+pub(super) fn single_vector(v: Vec3) -> [f32; 3] {
+    v.array().map(|x| x as f32)
+}

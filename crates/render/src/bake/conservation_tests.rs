@@ -1,0 +1,276 @@
+//! Baked light against the solution: powers, groups, coverage, shadow edges, threads.
+
+use super::*;
+use crate::test_scenes::{furnace, medium, quad, solution, surface, walls};
+use std::sync::LazyLock;
+use zonal_math::{Vec3, vec3};
+use zonal_scene::{Bands, Light, LightGroup, LightGroupKind, NoProgress, Plate, ZoneValues, bands};
+use zonal_scene::{Facet, Pane, SceneParts};
+use zonal_transport::build_zones;
+
+fn baked(s: &Solution, options: &BakeOptions) -> BakedSolution {
+    bake(s, options, &NoProgress)
+}
+
+/// Areas of the triangles, m², in the order of the mesh.
+fn areas(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<f64> {
+    let at = |i: u32| Vec3::from_array(positions[i as usize].map(f64::from));
+    triangles.iter().map(|t| 0.5 * (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).length()).collect()
+}
+
+/// ∫ x dA a patch zone, x linear on triangles.
+fn per_zone(mesh: &SurfaceMesh, values: &[[f32; 3]], patches: usize) -> Vec<f64> {
+    let mut out = vec![0.0; patches];
+    for ((t, a), z) in mesh.triangles.iter().zip(areas(&mesh.positions, &mesh.triangles)).zip(&mesh.zones) {
+        out[*z as usize] += a / 3.0 * t.iter().map(|i| values[*i as usize][0] as f64).sum::<f64>();
+    }
+    out
+}
+
+fn room() -> Solution {
+    static ROOM: LazyLock<Solution> = LazyLock::new(furnished);
+    ROOM.clone()
+}
+
+/// A room under a sun and a lamp, with a board that casts shadows and a pane.
+fn furnished_parts() -> SceneParts {
+    let (lo, hi) = (vec3(-1.0, -1.0, 0.0), vec3(1.0, 1.0, 2.0));
+    let mut facets = walls(lo, hi);
+    facets.remove(1); // open above
+    facets.push(quad(1, vec3(-0.4, -0.3, 1.0), vec3(0.7, 0.1, 0.0), vec3(0.0, 0.5, 0.0)));
+    let lamp = Plate::triangle(vec3(0.6, 0.6, 1.7), vec3(0.6, 0.7, 1.7), vec3(0.7, 0.6, 1.7));
+    facets.push(Facet { surface: 2, plate: lamp, uv: [[0.0; 2]; 3] });
+    SceneParts {
+        surfaces: vec![surface("wall", 0.4, 0.0), surface("board", 0.2, 0.0), surface("lamp", 0.0, 50.0)],
+        facets,
+        lights: vec![
+            Light::Sun {
+                name: "sun".into(),
+                direction: vec3(0.2, 0.3, -0.9).normalized(),
+                irradiance: [4.0, 2.0, 1.0],
+                angular_diameter: 0.0,
+            },
+            Light::Emitter { surface: 2, name: None },
+        ],
+        voxel_grid: Some(medium(lo, hi, [4, 4, 4], 0.3, 0.5)),
+        panes: vec![Pane {
+            name: "pane".into(),
+            plates: vec![Plate::triangle(
+                vec3(-0.9, -0.9, 1.8),
+                vec3(-0.5, -0.9, 1.8),
+                vec3(-0.9, -0.5, 1.8),
+            )],
+            thickness: 0.01,
+            extinction: [20.0, 5.0, 1.0],
+            albedo: [0.5; 3],
+            emission: [0.0; 3],
+        }],
+        ..SceneParts::default()
+    }
+}
+
+/// H_dir of each zone from many of its points, as a solver would compute it: one list a light.
+fn direct_irradiances(s: &Solution) -> Vec<Vec<Bands>> {
+    let transport = Transport::new(&s.scene);
+    let zones = build_zones(&s.scene, &transport).unwrap();
+    let of = |light: &Light| {
+        let lamp = zonal_transport::lights::LightSampler::new(&s.scene, light);
+        let mut list = vec![[0.0; 3]; zones.len()];
+        for (x, p) in list.iter_mut().zip(&zones.patches) {
+            for k in 0..128 {
+                let [u, v] = p.plate.warp(zonal_math::low_discrepancy::r2(k, [0.0; 2]));
+                let receiver = zonal_transport::lights::Receiver::Surface(p.normal);
+                let h = lamp.gather(&transport, p.plate.at(u, v), receiver, 4, k as u64);
+                *x = bands(|b| x[b] + h[b] / 128.0);
+            }
+        }
+        list
+    };
+    s.scene.lights().iter().map(of).collect()
+}
+
+/// The solution of the furnished room in the groups `sun`, `lamp` and `surroundings`.
+fn furnished() -> Solution {
+    let mut s = solution(furnished_parts(), |p, n| 1.0 + 0.3 * p.x + 0.1 * n.z, |p| 0.5 + 0.1 * p.z);
+    let direct = direct_irradiances(&s);
+    let n = s.zones.len();
+    let part = |f: f64| ZoneValues::Double(s.fields.incident.iter().map(|x| x.map(|v| v * f)).collect());
+    let group = |name: &str, kind, incident, direct: Option<&Vec<Bands>>| LightGroup {
+        name: name.into(),
+        kind,
+        incident,
+        direct: direct.map_or(ZoneValues::default(), |d| ZoneValues::Double(d.clone())),
+        ..LightGroup::default()
+    };
+    s.groups = vec![
+        group("sun", LightGroupKind::Light(0), part(0.5), Some(&direct[0])),
+        group("lamp", LightGroupKind::Light(1), part(0.3), Some(&direct[1])),
+        group("surroundings", LightGroupKind::Surroundings, part(0.2), None),
+    ];
+    s.fields.direct = (0..n).map(|i| bands(|b| direct[0][i][b] + direct[1][i][b])).collect();
+    s.fields.radiosity = (0..n)
+        .map(|i| {
+            let (e, (rho, _)) = (s.zones.emission(i), s.zones.response(i));
+            bands(|b| e[b] + rho[b] * (s.fields.incident[i][b] + s.fields.direct[i][b]))
+        })
+        .collect();
+    s
+}
+
+#[test]
+fn baked_furnace_has_one_radiance() {
+    let s = solution(furnace(), |_, _| 1.0, |_| 1.0);
+    let b = baked(&s, &BakeOptions::default());
+    assert_eq!(b.groups, ["all"]);
+    assert_eq!(b.emission_groups, [Some(0)]);
+    for (h, e) in b.surfaces.irradiance[0].iter().flatten().zip(b.surfaces.emission.iter().flatten()) {
+        assert!((*e + 0.4 * *h - 1.0).abs() < 1e-6, "{e} {h}");
+    }
+    // The light is uniform: no patch is split, and patches of a facet share their corners.
+    assert!(b.surfaces.triangles.len() <= 2 * s.zones.patches.len());
+    assert!(b.surfaces.positions.len() < 2 * s.zones.patches.len());
+    let m = b.medium.unwrap();
+    let volume: f64 = s.zones.voxels.iter().map(|v| v.volume).sum();
+    assert!((m.volume.iter().map(|v| *v as f64).sum::<f64>() / volume - 1.0).abs() < 1e-6);
+    for (v, g) in m.volume.iter().zip(&m.fluence[0]).filter(|(v, _)| **v > 0.0) {
+        assert!((g[0] - 4.0).abs() < 1e-5, "{v} {g:?}");
+    }
+}
+
+#[test]
+fn triangles_cover_every_patch_once_and_face_its_side() {
+    let s = room();
+    let b = baked(&s, &BakeOptions { min_edge: Some(0.02), ..BakeOptions::default() });
+    let mesh = &b.surfaces;
+    let ones = vec![[1.0; 3]; mesh.positions.len()];
+    for (a, p) in per_zone(mesh, &ones, s.zones.patches.len()).iter().zip(&s.zones.patches) {
+        assert!((a / p.area - 1.0).abs() < 1e-5, "{a} {}", p.area);
+    }
+    for (t, z) in mesh.triangles.iter().zip(&mesh.zones) {
+        let [x, y, w] = t.map(|i| Vec3::from_array(mesh.positions[i as usize].map(f64::from)));
+        let n = s.zones.patches[*z as usize].normal;
+        assert!((y - x).cross(w - x).normalized().dot(n) > 0.999);
+    }
+    assert!(mesh.triangles.len() > 8 * s.zones.patches.len(), "shadow edges are refined");
+    let panes: f64 = areas(&b.panes.positions, &b.panes.triangles).iter().sum();
+    assert!((panes / s.zones.panes.iter().map(|p| p.area).sum::<f64>() - 1.0).abs() < 1e-5);
+    assert!((b.panes.depth[0][0] - 0.2).abs() < 1e-6);
+}
+
+#[test]
+fn triangle_edges_match_between_neighbours() {
+    let s = room();
+    let mesh = baked(&s, &BakeOptions { min_edge: Some(0.03), ..BakeOptions::default() }).surfaces;
+    // The walls have equal patches: every inner edge has an opposite edge at the same position.
+    let key = |i: u32| mesh.positions[i as usize].map(f32::to_bits);
+    let mut edges = std::collections::HashMap::new();
+    for t in mesh.triangles.iter().filter(|t| mesh.surfaces[t[0] as usize] == 0) {
+        for k in 0..3 {
+            *edges.entry((key(t[k]), key(t[(k + 1) % 3]))).or_insert(0) += 1;
+        }
+    }
+    let open = edges.keys().filter(|(a, b)| !edges.contains_key(&(*b, *a)));
+    // Both sides of the walls are meshed; only edges at the rim stay open.
+    let rim = |p: &[u32; 3]| (f32::from_bits(p[2]) - 2.0).abs() < 1e-6;
+    let inside = open.filter(|(a, b)| !(rim(a) && rim(b))).count();
+    assert!(inside * 100 < edges.len(), "{inside} of {}", edges.len());
+}
+
+#[test]
+fn baked_powers_agree_with_the_zones_in_every_group() {
+    let s = room();
+    let b = baked(&s, &BakeOptions { min_edge: Some(0.01), tolerance: 0.02, ..BakeOptions::default() });
+    let n = s.zones.patches.len();
+    for (k, g) in s.groups.iter().enumerate() {
+        let found: f64 = per_zone(&b.surfaces, &b.surfaces.irradiance[k], n).iter().sum();
+        let wanted: f64 =
+            (0..n).map(|i| s.zones.patches[i].area * (g.incident.at(i)[0] + g.direct.at(i)[0])).sum();
+        assert!((found / wanted - 1.0).abs() < 0.01, "{}: {found} {wanted}", g.name);
+    }
+    assert_eq!(b.emission_groups, [None, None, Some(1)]);
+}
+
+#[test]
+fn baked_groups_sum_to_the_whole() {
+    let apart = room();
+    let whole = Solution { groups: Vec::new(), ..apart.clone() };
+    let options = BakeOptions { min_edge: Some(10.0), ..BakeOptions::default() };
+    let (a, w) = (baked(&apart, &options), baked(&whole, &options));
+    // No cell is split, so that both have the same vertices.
+    assert_eq!(a.surfaces.positions.len(), w.surfaces.positions.len());
+    for i in 0..a.surfaces.positions.len() {
+        for b in 0..3 {
+            let sum: f32 = a.surfaces.irradiance.iter().map(|g| g[i][b]).sum();
+            let all = w.surfaces.irradiance[0][i][b];
+            assert!((sum - all).abs() <= 1e-4 * all, "{sum} {all}");
+        }
+    }
+    let (am, wm) = (a.medium.unwrap(), w.medium.unwrap());
+    for c in 0..am.volume.len() {
+        let sum: f32 = am.radiosity.iter().map(|g| g[c][0]).sum();
+        assert!((sum - wm.radiosity[0][c][0]).abs() <= 1e-5 * sum.abs());
+    }
+    for i in 0..a.panes.positions.len() {
+        let sum: f32 = a.panes.radiosity.iter().map(|g| g[i][0]).sum();
+        assert!((sum - w.panes.radiosity[0][i][0]).abs() <= 1e-4 * sum);
+    }
+}
+
+#[test]
+fn vertex_limit_is_kept_and_refinement_reduces_the_error() {
+    let s = room();
+    let fine =
+        |vertices| BakeOptions { min_edge: Some(0.004), max_vertices: vertices, ..BakeOptions::default() };
+    let few = baked(&s, &fine(4000)).surfaces;
+    assert!(few.positions.len() <= 4400 && few.positions.len() > 2000, "{}", few.positions.len());
+    let many = baked(&s, &fine(20000)).surfaces;
+    assert!(many.positions.len() > few.positions.len());
+    // The sun's irradiance is more accurate with more vertices.
+    let n = s.zones.patches.len();
+    let off = |m: &SurfaceMesh| {
+        let found = per_zone(m, &m.irradiance[0], n);
+        let error = |i: usize| {
+            let g = &s.groups[0];
+            let p = &s.zones.patches[i];
+            (found[i] - p.area * (g.incident.at(i)[0] + g.direct.at(i)[0])).abs()
+        };
+        (0..n).map(error).sum::<f64>()
+    };
+    assert!(off(&many) < off(&few), "{} {}", off(&many), off(&few));
+    let none = baked(&s, &fine(0)).surfaces;
+    assert!(none.triangles.len() <= 2 * n, "the mesh of the patch corners alone");
+}
+
+#[test]
+fn shadow_edges_agree_with_shadow_rays() {
+    let s = room();
+    let b = baked(&s, &BakeOptions { min_edge: Some(0.01), ..BakeOptions::default() });
+    let transport = Transport::new(&s.scene);
+    let to_sun = vec3(-0.2, -0.3, 0.9).normalized();
+    let (mut right, mut wrong) = (0, 0);
+    let mesh = &b.surfaces;
+    for i in (0..mesh.positions.len()).filter(|i| mesh.surfaces[*i] == 0) {
+        let [p, n] = [mesh.positions[i], mesh.normals[i]].map(|x| Vec3::from_array(x.map(f64::from)));
+        let inside = p + (vec3(0.0, 0.0, 1.0) - p) * 3e-4;
+        let cos = n.dot(to_sun).max(0.0);
+        let tau =
+            transport.transmittance(inside, transport.exterior_point(inside, to_sun)).unwrap_or([0.0; 3]);
+        let expected = 0.5 * (1.0 + 0.3 * p.x + 0.1 * n.z) + 4.0 * tau[0] * cos;
+        let fits = (mesh.irradiance[0][i][0] as f64 - expected).abs() < 0.05 * expected;
+        *(if fits { &mut right } else { &mut wrong }) += usize::from(cos > 0.0);
+    }
+    // Vertices on the edge itself may fall on either side.
+    assert!(right > 1000 && wrong * 20 < right, "{right} {wrong}");
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let s = room();
+    let options = BakeOptions { min_edge: Some(0.02), max_vertices: 3000, ..BakeOptions::default() };
+    let with = |n: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+        pool.install(|| baked(&s, &options))
+    };
+    let one = with(1);
+    assert!(one == with(2) && one == with(5));
+}

@@ -1,0 +1,110 @@
+//! Light groups: the share of each group in the fields of a zone.
+//!
+//! B_g = E_g + response · (G_g + G_dir,g), with ρ or Ω/4 for `response`; a solution without groups has one field of everything. H of
+//! patches may be denoised, as in pictures.
+
+use crate::denoise::denoise_patches;
+use zonal_scene::light_group::ALL_LIGHTS_GROUP;
+use zonal_scene::{Bands, Light, LightGroup, LightGroupKind, Scene, Solution, ZoneValues, bands};
+
+/// One group of a solution.
+pub(super) struct GroupField<'a> {
+    pub name: &'a str,
+    pub kind: LightGroupKind,
+    s: &'a Solution,
+    /// `None` for all groups together.
+    group: Option<&'a LightGroup>,
+    /// Denoised H of the patches without direct light, W/m²; empty where it is not denoised.
+    denoised: Vec<Bands>,
+}
+
+impl<'a> GroupField<'a> {
+    /// The groups of a solution, at least one.
+    pub(super) fn of_solution(s: &'a Solution) -> Vec<GroupField<'a>> {
+        if s.groups.is_empty() {
+            return vec![GroupField {
+                name: ALL_LIGHTS_GROUP,
+                kind: LightGroupKind::All,
+                s,
+                group: None,
+                denoised: Vec::new(),
+            }];
+        }
+        let denoised = Vec::new;
+        let field = |g: &'a LightGroup| GroupField {
+            name: &g.name,
+            kind: g.kind,
+            s,
+            group: Some(g),
+            denoised: denoised(),
+        };
+        s.groups.iter().map(field).collect()
+    }
+
+    /// The same with the irradiance of the patches denoised.
+    pub(super) fn denoised(self) -> GroupField<'a> {
+        let patches = &self.s.zones.patches;
+        let denoised = match self.group {
+            None => denoise_patches(patches, &self.s.fields.incident, &self.s.fields.error),
+            Some(g) => {
+                let all =
+                    |v: &ZoneValues| (0..patches.len()).map(|i| scaled(v.at(i), g.incident_scale)).collect();
+                let (incident, error): (Vec<Bands>, Vec<Bands>) = (all(&g.incident), all(&g.error));
+                denoise_patches(patches, &incident, &error)
+            }
+        };
+        GroupField { denoised, ..self }
+    }
+
+    /// H or G of a zone without direct light, W/m².
+    pub(super) fn incident(&self, zone: usize) -> Bands {
+        match self.group {
+            _ if zone < self.denoised.len() => self.denoised[zone],
+            None => self.s.fields.incident[zone],
+            Some(g) => scaled(g.incident.at(zone), g.incident_scale),
+        }
+    }
+
+    /// H_dir or G_dir of a zone, W/m².
+    pub(super) fn direct(&self, zone: usize) -> Bands {
+        match self.group {
+            None => self.s.fields.direct[zone],
+            Some(g) => scaled(g.direct.at(zone), g.direct_scale),
+        }
+    }
+
+    /// G + G_dir, W/m².
+    pub(super) fn fluence(&self, zone: usize) -> Bands {
+        let (g, d) = (self.incident(zone), self.direct(zone));
+        bands(|b| g[b] + d[b])
+    }
+
+    /// B, direct light included, W/m².
+    pub(super) fn radiosity(&self, zone: usize) -> Bands {
+        let zones = &self.s.zones;
+        let (g, (rho, _)) = (self.fluence(zone), zones.response(zone));
+        let e = if self.kind.emits(zones, zone) { zones.emission(zone) } else { [0.0; 3] };
+        bands(|b| e[b] + rho[b] * g[b])
+    }
+
+    /// True where its direct light is smooth enough for the values of the zones: a sky in a group of its own.
+    pub(super) fn is_smooth(&self) -> bool {
+        matches!(self.kind, LightGroupKind::Light(l) if matches!(self.s.scene.lights()[l], Light::Sky { .. }))
+    }
+
+    /// True where the emission of a surface belongs to the group.
+    pub(super) fn owns_surface(&self, scene: &Scene, surface: usize) -> bool {
+        match self.kind {
+            LightGroupKind::All => true,
+            LightGroupKind::Surface(s) => s == surface,
+            LightGroupKind::Light(l) => {
+                matches!(scene.lights()[l], Light::Emitter { surface: s, .. } if s == surface)
+            }
+            LightGroupKind::Medium | LightGroupKind::Panes | LightGroupKind::Surroundings => false,
+        }
+    }
+}
+
+fn scaled(a: Bands, f: Bands) -> Bands {
+    bands(|b| a[b] * f[b])
+}

@@ -1,0 +1,39 @@
+//! The medium on the voxel grid of the scene.
+//!
+//! The values of a cell are means over its zones j by volume, B = Σ B_j V_j / Σ V_j. With the free volume V = Σ V_j the sums of κBV and
+//! κGV over the cells are those over the zones, since κ is constant in a cell.
+
+use super::baked::BakedMedium;
+use super::group_fields::GroupField;
+use rayon::prelude::*;
+use zonal_scene::{Bands, Solution, bands};
+
+/// The cell values of the medium; `None` without one.
+pub(super) fn average_cells(s: &Solution, groups: &[GroupField]) -> Option<BakedMedium> {
+    let (map, zones) = (s.scene.voxel_grid()?, &s.zones);
+    let offset = zones.voxel_offset();
+    let cells = map.len();
+    let volume = |c: usize| zones.of_cell(c).map(|i| zones.voxels[i].volume).sum::<f64>();
+    let mean = |c: usize, value: &(dyn Fn(usize) -> Bands + Sync)| {
+        let whole = volume(c);
+        let mut sum = [0.0; 3];
+        for i in zones.of_cell(c) {
+            let (x, weight) = (value(i), zones.voxels[i].volume / whole);
+            sum = bands(|b| sum[b] + weight * x[b]);
+        }
+        sum.map(|x| x as f32)
+    };
+    let grid = |value: &(dyn Fn(usize) -> Bands + Sync)| -> Vec<[f32; 3]> {
+        (0..cells).into_par_iter().map(|c| mean(c, value)).collect()
+    };
+    Some(BakedMedium {
+        min: map.min(),
+        cell: map.cell(),
+        dims: map.dims(),
+        volume: (0..cells).into_par_iter().map(|c| volume(c) as f32).collect(),
+        extinction: grid(&|i| zones.voxels[i].extinction),
+        albedo: grid(&|i| zones.voxels[i].albedo),
+        radiosity: groups.iter().map(|g| grid(&|i| g.radiosity(offset + i))).collect(),
+        fluence: groups.iter().map(|g| grid(&|i| g.fluence(offset + i))).collect(),
+    })
+}

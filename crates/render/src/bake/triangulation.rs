@@ -1,0 +1,207 @@
+//! From the cells of patches to triangles.
+//!
+//! A cell without a hanging vertex on its edges is one triangle, or two along the diagonal that agrees better with its centre; any
+//! other is a fan about its centre. Patches of one side of a facet share the vertices on their common border where their light
+//! agrees there.
+
+use super::baked::{BakeOptions, SurfaceMesh, single_vector};
+use super::edge_matching::match_edges;
+use super::group_fields::GroupField;
+use super::patch_quadtree::{LatticePoint, PatchQuadtree, QuadtreeCell, centre, corners};
+use super::refinement::refine;
+use super::vertex_lighting::{VertexLighting, interpolated};
+use crate::surface::patch_field::TileField;
+use rayon::prelude::*;
+use std::collections::HashMap;
+use zonal_scene::{Bands, PlateKind, Progress};
+
+/// Relative difference of the light below which two vertices at one position are merged.
+const MAX_MERGED_DIFFERENCE: f32 = 0.02;
+/// Steps of a facet's parameters, per unit, within which two vertices are at one position.
+const POSITION_STEPS: f64 = (1u64 << 26) as f64;
+
+/// A vertex: patch and lattice point.
+type PatchVertex = (u32, LatticePoint);
+
+/// The mesh of one side of a facet.
+#[derive(Default)]
+struct SheetMesh {
+    /// Patch and lattice point of each vertex.
+    vertices: Vec<PatchVertex>,
+    /// The values at each vertex, one after the other.
+    values: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+    zones: Vec<u32>,
+}
+
+/// The mesh of all patches.
+pub(super) fn mesh_patches(
+    lighting: &VertexLighting,
+    groups: &[GroupField],
+    options: &BakeOptions,
+    progress: &dyn Progress,
+) -> SurfaceMesh {
+    let mut trees = refine(lighting, groups, options, progress);
+    match_edges(lighting, &mut trees);
+    // Group the patches by sheet.
+    let tiles = lighting.topology.tiles();
+    let mut sheets: Vec<Vec<PatchQuadtree>> = Vec::new();
+    let mut order: Vec<Option<PatchQuadtree>> = trees.into_iter().map(Some).collect();
+    let mut by_sheet: Vec<usize> = (0..order.len()).collect();
+    by_sheet.sort_by_key(|&i| (tiles[i].sheet, i));
+    let mut last = usize::MAX;
+    for i in by_sheet {
+        if tiles[i].sheet != last {
+            sheets.push(Vec::new());
+            last = tiles[i].sheet;
+        }
+        sheets.last_mut().unwrap().extend(order[i].take());
+    }
+    let sheets: Vec<SheetMesh> = sheets.into_par_iter().map(|trees| mesh_sheet(lighting, trees)).collect();
+    join_sheets(lighting, groups, sheets)
+}
+
+/// Triangulates the patches of one sheet.
+fn mesh_sheet(lighting: &VertexLighting, trees: Vec<PatchQuadtree>) -> SheetMesh {
+    let mut out = SheetMesh::default();
+    let mut shared = HashMap::new();
+    for tree in &trees {
+        let mut known: HashMap<LatticePoint, u32> = HashMap::new();
+        for cell in &tree.cells {
+            for triangle in triangulate_cell(lighting, tree, cell) {
+                let ids = triangle.map(|place| {
+                    *known.entry(place).or_insert_with(|| out.vertex(lighting, tree, place, &mut shared))
+                });
+                out.triangles.push(ids);
+                out.zones.push(tree.patch as u32);
+            }
+        }
+    }
+    out
+}
+
+impl SheetMesh {
+    /// The vertex at a lattice point of a patch: an existing one whose light agrees, or a new one.
+    fn vertex(
+        &mut self,
+        lighting: &VertexLighting,
+        tree: &PatchQuadtree,
+        place: LatticePoint,
+        shared: &mut HashMap<[i64; 2], Vec<u32>>,
+    ) -> u32 {
+        let n = lighting.value_count();
+        let values = tree.evaluated(n, place);
+        let facet = &lighting.solution.scene.facets()[lighting.solution.zones.patches[tree.patch].facet];
+        let point = lighting.point(tree.patch, PatchQuadtree::parameters(place));
+        let key = facet.plate.parameters(point).map(|x| (x * POSITION_STEPS).round() as i64);
+        let list = shared.entry(key).or_default();
+        let agrees = |i: &&u32| {
+            let there = &self.values[**i as usize * n..][..n];
+            (0..n).all(|k| light_agrees(there[k], values[k]))
+        };
+        if let Some(i) = list.iter().find(agrees) {
+            return *i;
+        }
+        let i = self.vertices.len() as u32;
+        self.vertices.push((tree.patch as u32, place));
+        self.values.extend_from_slice(values);
+        list.push(i);
+        i
+    }
+}
+
+fn light_agrees(a: [f32; 3], b: [f32; 3]) -> bool {
+    let largest = a.iter().chain(&b).fold(0.0f32, |m, x| m.max(*x));
+    (0..3).all(|k| (a[k] - b[k]).abs() <= MAX_MERGED_DIFFERENCE * largest)
+}
+
+/// The triangles of a cell, counter-clockwise in the plate's parameters.
+fn triangulate_cell(
+    lighting: &VertexLighting,
+    tree: &PatchQuadtree,
+    cell: &QuadtreeCell,
+) -> Vec<[LatticePoint; 3]> {
+    let outline = tree.outline(cell);
+    let corners = corners(tree.kind, cell);
+    if outline.len() > corners.len() {
+        let c = centre(tree.kind, cell);
+        return (0..outline.len()).map(|k| [c, outline[k], outline[(k + 1) % outline.len()]]).collect();
+    }
+    if tree.kind == PlateKind::Triangle {
+        return vec![[corners[0], corners[1], corners[2]]];
+    }
+    let n = lighting.value_count();
+    let sum = |p: LatticePoint| tree.evaluated(n, p).iter().flatten().map(|x| *x as f64).sum::<f64>();
+    let [a, b, c, d, m] = [corners[0], corners[1], corners[2], corners[3], centre(tree.kind, cell)].map(sum);
+    let error = |x: f64, y: f64| (0.5 * (x + y) - m).abs();
+    let [p, q, r, s] = [corners[0], corners[1], corners[2], corners[3]];
+    if error(a, c) <= error(b, d) { vec![[p, q, r], [p, r, s]] } else { vec![[p, q, s], [q, r, s]] }
+}
+
+/// All sheets as one mesh, with the light of each group.
+fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<SheetMesh>) -> SurfaceMesh {
+    let s = lighting.solution;
+    // Concatenate vertices and triangles.
+    let mut mesh = SurfaceMesh::default();
+    let mut vertices: Vec<PatchVertex> = Vec::with_capacity(sheets.iter().map(|c| c.vertices.len()).sum());
+    let mut values: Vec<[f32; 3]> = Vec::with_capacity(sheets.iter().map(|c| c.values.len()).sum());
+    for c in sheets {
+        let first = vertices.len() as u32;
+        mesh.triangles.extend(c.triangles.iter().map(|t| t.map(|i| first + i)));
+        mesh.zones.extend(c.zones);
+        vertices.extend(c.vertices);
+        values.extend(c.values);
+    }
+    // Evaluate the geometry and the emission at the vertices.
+    let patch = |v: &PatchVertex| &s.zones.patches[v.0 as usize];
+    let on_facet = |v: &PatchVertex| {
+        let facet = &s.scene.facets()[patch(v).facet];
+        facet.plate.parameters(lighting.point(v.0 as usize, PatchQuadtree::parameters(v.1)))
+    };
+    mesh.positions = vertices
+        .par_iter()
+        .map(|v| single_vector(lighting.point(v.0 as usize, PatchQuadtree::parameters(v.1))))
+        .collect();
+    mesh.normals = vertices.par_iter().map(|v| single_vector(patch(v).normal)).collect();
+    mesh.uvs = vertices
+        .par_iter()
+        .map(|v| {
+            let [a, b] = on_facet(v);
+            s.scene.facets()[patch(v).facet].uv_at(a, b).map(|x| x as f32)
+        })
+        .collect();
+    mesh.surfaces = vertices.iter().map(|v| patch(v).surface as u32).collect();
+    mesh.emission = vertices
+        .par_iter()
+        .map(|v| {
+            let [a, b] = on_facet(v);
+            s.scene.emission_at(patch(v).facet, a, b).map(|x| x as f32)
+        })
+        .collect();
+    mesh.error = vertices.iter().map(|v| s.fields.total_error(v.0 as usize).map(|x| x as f32)).collect();
+    // Evaluate the irradiance of each group.
+    mesh.irradiance = groups
+        .iter()
+        .zip(&lighting.slots)
+        .map(|(group, slot)| group_irradiance(lighting, group, *slot, (&vertices, &values)))
+        .collect();
+    mesh
+}
+
+/// H + H_dir of one group at the vertices.
+fn group_irradiance(
+    lighting: &VertexLighting,
+    group: &GroupField,
+    slot: Option<usize>,
+    (vertices, values): (&[PatchVertex], &[[f32; 3]]),
+) -> Vec<[f32; 3]> {
+    let patches = lighting.solution.zones.patches.len();
+    let means: Vec<Bands> = (0..patches).into_par_iter().map(|i| interpolated(group, i)).collect();
+    let (field, n) = (TileField::new(means), lighting.value_count());
+    let one = |(i, v): (usize, &PatchVertex)| {
+        let h = field.at(&lighting.topology, v.0 as usize, PatchQuadtree::parameters(v.1));
+        let direct = slot.map_or([0.0; 3], |k| values[i * n + k]);
+        [0, 1, 2].map(|b| h[b] as f32 + direct[b])
+    };
+    vertices.par_iter().enumerate().map(one).collect()
+}

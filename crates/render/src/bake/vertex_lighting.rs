@@ -1,0 +1,133 @@
+//! Light at a point of a patch: the interpolated irradiance, and the direct light sampled there.
+//!
+//! Every point has 1 + n values a band: H_ind of all groups together, then H_dir of each of the n groups whose lights are sampled. All
+//! points take the same samples of a light, so that soft shadows show fine steps in place of noise. Shadow rays are traced by the
+//! light sampler (`gather`).
+
+use super::group_fields::GroupField;
+use crate::surface::patch_field::{TileField, TileTopology};
+use crate::surface::tiles::patch_tiles;
+use rayon::prelude::*;
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Light, Solution, bands};
+use zonal_transport::Transport;
+use zonal_transport::lights::{LightSampler, Receiver};
+
+/// Share of the way from a border to the centre of a patch at which direct light is sampled, so that walls on the border occlude it.
+const BORDER_INSET: f64 = 1e-3;
+/// Samples of a sky that shares a group, over those of other lights: it fills the hemisphere.
+const SKY_SAMPLE_FACTOR: usize = 16;
+
+/// Evaluates the light at points of patches.
+pub(super) struct VertexLighting<'a> {
+    pub topology: TileTopology<'a>,
+    pub solution: &'a Solution,
+    transport: &'a Transport<'a>,
+    /// H_ind of all groups together.
+    indirect: TileField,
+    /// The index of the value to which each light adds, the light and its number of samples.
+    light_samplers: Vec<(usize, LightSampler<'a>, usize)>,
+    /// For each group the index of its direct light among the values, where it is sampled.
+    pub slots: Vec<Option<usize>>,
+    /// Largest band of the mean of each value over the patches by area, W/m².
+    pub means: Vec<f64>,
+}
+
+impl<'a> VertexLighting<'a> {
+    /// Prepares the lights and the field of all groups together.
+    pub(super) fn new(
+        s: &'a Solution,
+        transport: &'a Transport<'a>,
+        groups: &[GroupField],
+        samples: usize,
+    ) -> VertexLighting<'a> {
+        let (mut light_samplers, mut slots, mut used) = (Vec::new(), vec![None; groups.len()], 1);
+        for (g, group) in groups.iter().enumerate().filter(|(_, g)| !g.is_smooth()) {
+            for (_, light) in s.scene.lights().iter().enumerate().filter(|(l, _)| group.kind.has_light(*l)) {
+                let slot = *slots[g].get_or_insert(used);
+                used = slot + 1;
+                let n =
+                    if matches!(light, Light::Sky { .. }) { SKY_SAMPLE_FACTOR * samples } else { samples };
+                light_samplers.push((slot, LightSampler::new(&s.scene, light), n));
+            }
+        }
+        let patches = s.zones.patches.len();
+        let indirect = |i: usize| groups.iter().fold([0.0; 3], |sum, g| add(sum, interpolated(g, i)));
+        let values: Vec<Bands> = (0..patches).into_par_iter().map(indirect).collect();
+        let mut means = vec![mean(s, |i| values[i])];
+        for (g, group) in groups.iter().enumerate().filter(|(g, _)| slots[*g].is_some()) {
+            debug_assert_eq!(slots[g], Some(means.len()));
+            means.push(mean(s, |i| group.direct(i)));
+        }
+        let topology = TileTopology::new(patch_tiles(s), Some(transport));
+        VertexLighting {
+            topology,
+            solution: s,
+            transport,
+            indirect: TileField::new(values),
+            light_samplers,
+            slots,
+            means,
+        }
+    }
+
+    /// Number of values a point.
+    pub(super) fn value_count(&self) -> usize {
+        self.means.len()
+    }
+
+    /// Appends the values at a point of a patch, given by the patch's parameters (u, v).
+    pub(super) fn evaluate(&self, patch: usize, uv: [f64; 2], out: &mut Vec<[f32; 3]>) {
+        let first = out.len();
+        out.push(single_precision(self.indirect.at(&self.topology, patch, uv)));
+        out.resize(first + self.value_count(), [0.0; 3]);
+        let p = &self.solution.zones.patches[patch];
+        let point = self.point(patch, uv);
+        let inside = point + (p.plate.centre() - point) * BORDER_INSET;
+        for (slot, light_sampler, n) in &self.light_samplers {
+            let light = light_sampler.gather(self.transport, inside, Receiver::Surface(p.normal), *n, 1);
+            let sum = &mut out[first + slot];
+            *sum = [0, 1, 2].map(|b| sum[b] + light[b] as f32);
+        }
+    }
+
+    /// The point of a patch with the patch's parameters, m.
+    pub(super) fn point(&self, patch: usize, [u, v]: [f64; 2]) -> Vec3 {
+        self.solution.zones.patches[patch].plate.at(u, v)
+    }
+
+    /// The means of the values over a patch in the solution; only direct light that is sampled.
+    pub(super) fn zone_means(&self, groups: &[GroupField], patch: usize) -> Vec<Bands> {
+        let mut out = vec![[0.0; 3]; self.value_count()];
+        for (group, slot) in groups.iter().zip(&self.slots) {
+            if let Some(slot) = slot {
+                out[*slot] = group.direct(patch);
+            }
+        }
+        out
+    }
+}
+
+/// The part of a group that is interpolated on a patch, W/m².
+pub(super) fn interpolated(group: &GroupField, patch: usize) -> Bands {
+    if group.is_smooth() { group.fluence(patch) } else { group.incident(patch) }
+}
+
+/// Largest band of the mean over the patches by area, W/m².
+fn mean(s: &Solution, value: impl Fn(usize) -> Bands) -> f64 {
+    let (mut sum, mut area) = ([0.0; 3], 0.0);
+    for (i, p) in s.zones.patches.iter().enumerate() {
+        let v = value(i);
+        sum = bands(|b| sum[b] + v[b] * p.area);
+        area += p.area;
+    }
+    sum.into_iter().fold(0.0, f64::max) / f64::max(area, 1e-300)
+}
+
+fn add(a: Bands, b: Bands) -> Bands {
+    bands(|k| a[k] + b[k])
+}
+
+fn single_precision(x: Bands) -> [f32; 3] {
+    x.map(|x| x as f32)
+}

@@ -1,0 +1,332 @@
+//! Direct light: irradiance H_dir of surface points and light scattered once along a ray.
+//!
+//! | light | on a surface | in the medium |
+//! |---|---|---|
+//! | sun without extent | shadow ray, depth of the medium from [`SunDepthCache`] | exact lit intervals, [`SingleScattering`] |
+//! | sun with an extent | the same, more samples in the penumbra | [`DeepShadowMap`] |
+//! | sky | shadow rays of the light sampler | lit intervals of sampled directions |
+//! | emitter of few facets | shadow rays of the light sampler | [`AnalyticAreaLight`], or lit intervals of sampled points |
+//! | emitter of many facets | one sample a cluster, with Russian roulette where it is faint | field of [`crate::medium::many_lights`] |
+//!
+//! Cost of a surface point: one shadow ray a sample. Cost of a ray: lit intervals or a walk through the map for each light.
+
+use super::ray_sampler::RaySampler;
+use crate::lights::lit_intervals::ShadowCasters;
+use crate::lights::shadow_ray::trace_shadow_ray;
+use crate::lights::sun_depth_cache::SunDepthCache;
+use crate::medium::analytic_area_light::AnalyticAreaLight;
+use crate::medium::deep_shadow_map::{DeepShadowMap, MapSamples};
+use crate::medium::ray_path::RayPath;
+use crate::medium::single_scattering::SingleScattering;
+use crate::options::RENDER_PARAMS;
+use crate::view_ray::ViewRay;
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Light, bands};
+use zonal_transport::Transport;
+use zonal_transport::lights::{EmissionSample, LightSampler, Receiver};
+
+/// Sampling of direct light on surfaces.
+struct DirectLightParams {
+    /// Samples of a sky over those of other lights: it fills the hemisphere.
+    sky_sample_factor: usize,
+    /// Angular diameter, rad, from which on one direction does not stand for a whole sun.
+    wide_sun_diameter: f64,
+    /// Samples of a sun in its penumbra over those elsewhere.
+    penumbra_sample_factor: usize,
+    /// Share of the indirect irradiance below which a clustered emitter has one shadow ray.
+    single_ray_share: f64,
+    /// Points at which the extinction is sampled on the way to a clustered emitter.
+    depth_samples: usize,
+    /// Share of the indirect irradiance below which Russian roulette decides about that ray.
+    roulette_share: f64,
+}
+
+const PARAMS: DirectLightParams = DirectLightParams {
+    sky_sample_factor: 4,
+    wide_sun_diameter: 0.1,
+    penumbra_sample_factor: 4,
+    single_ray_share: 0.04,
+    depth_samples: 4,
+    roulette_share: 0.015,
+};
+
+/// Evaluation of emitters of many facets on surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum DirectLightAccuracy {
+    /// Every sample is a point of a facet.
+    PerFacet,
+    /// A cluster of facets that looks small is one point, and faint clusters are left to Russian roulette.
+    Clustered,
+}
+
+/// A light and the data that speed it up.
+struct PreparedLight<'a> {
+    sampler: LightSampler<'a>,
+    /// For an emitter of few facets: its closed form.
+    area_light: Option<AnalyticAreaLight>,
+    /// For a sun with an extent.
+    shadow_map: Option<DeepShadowMap<'a>>,
+    /// For a sun without extent.
+    sun_depths: Option<SunDepthCache<'a>>,
+}
+
+impl<'a> PreparedLight<'a> {
+    fn new(transport: &'a Transport<'a>, sampler: LightSampler<'a>) -> PreparedLight<'a> {
+        PreparedLight {
+            area_light: AnalyticAreaLight::new(transport.scene(), &sampler),
+            shadow_map: shadow_map(transport, &sampler),
+            sun_depths: sun_depths(transport, &sampler),
+            sampler,
+        }
+    }
+
+    /// Optical depths towards a sun that is narrow enough for one direction to stand for all.
+    fn narrow_sun_depths(&self) -> Option<&SunDepthCache<'a>> {
+        let narrow = matches!(self.sampler.light(),
+            Light::Sun { angular_diameter, .. } if *angular_diameter < PARAMS.wide_sun_diameter);
+        let depths = self.shadow_map.as_ref().map(DeepShadowMap::sun_depths).or(self.sun_depths.as_ref());
+        depths.filter(|_| narrow)
+    }
+}
+
+/// All lights of a scene, ready to light surfaces and rays.
+pub(crate) struct DirectLights<'a> {
+    transport: &'a Transport<'a>,
+    lights: Vec<PreparedLight<'a>>,
+    scattering: SingleScattering<'a>,
+    /// Evaluation of emitters of many facets on surfaces.
+    pub accuracy: DirectLightAccuracy,
+}
+
+/// A surface point that receives direct light.
+struct LitPoint {
+    point: Vec3,
+    /// Unit normal.
+    normal: Vec3,
+    /// Indirect irradiance, W/m²: the scale below which light is faint.
+    indirect: Bands,
+}
+
+impl<'a> DirectLights<'a> {
+    /// Prepares the lights of `samplers`.
+    pub(crate) fn new(transport: &'a Transport<'a>, samplers: Vec<LightSampler<'a>>) -> DirectLights<'a> {
+        let scene = transport.scene();
+        let spacing = RENDER_PARAMS.depth_node_spacing;
+        let node_spacing = scene.voxel_grid().map_or(1.0, |v| spacing * v.cell().product().cbrt());
+        let casters = ShadowCasters::new(scene);
+        DirectLights {
+            transport,
+            lights: samplers.into_iter().map(|l| PreparedLight::new(transport, l)).collect(),
+            scattering: SingleScattering { scene, transport, casters, node_spacing },
+            accuracy: DirectLightAccuracy::PerFacet,
+        }
+    }
+
+    /// H_dir, W/m², at a surface point whose indirect irradiance is `indirect`.
+    pub(crate) fn irradiance(
+        &self,
+        point: Vec3,
+        normal: Vec3,
+        indirect: Bands,
+        sampler: RaySampler,
+    ) -> Bands {
+        let receiver = LitPoint { point, normal, indirect };
+        let mut sum = [0.0; 3];
+        for light in &self.lights {
+            let (light_sampler, map) = (&light.sampler, &light.shadow_map);
+            if map.as_ref().is_some_and(|c| c.is_dark(point)) {
+                continue;
+            }
+            let n = match light_sampler.light() {
+                _ if light_sampler.is_delta() => 1,
+                Light::Sky { .. } => PARAMS.sky_sample_factor * sampler.count,
+                _ => sampler.count,
+            };
+            let penumbra = || map.as_ref().is_some_and(|c| c.may_be_penumbra(point, sampler.shift));
+            let factor = if n > 1 && penumbra() { PARAMS.penumbra_sample_factor } else { 1 };
+            let own = sampler.with_count(factor * n);
+            let clustered = self.accuracy == DirectLightAccuracy::Clustered && light_sampler.is_clustered();
+            let h = match light.narrow_sun_depths() {
+                Some(depths) => self.sun_irradiance(light_sampler, depths, &receiver, &own),
+                None if clustered => self.clustered_irradiance(light_sampler, &receiver, &own),
+                None => light_sampler
+                    .gather_with(self.transport, point, Receiver::Surface(normal), n, |i| own.sample(i)),
+            };
+            sum = bands(|b| sum[b] + h[b]);
+        }
+        sum
+    }
+
+    /// H_dir of an emitter of many facets, each cluster as one point. Where the whole emitter is faint, one shadow ray is traced with
+    /// the probability p and weighted by 1/p.
+    fn clustered_irradiance(&self, light_sampler: &LightSampler, at: &LitPoint, own: &RaySampler) -> Bands {
+        let (point, receiver) = (at.point, Receiver::Surface(at.normal));
+        // Compare the unoccluded irradiance with the indirect one.
+        let unoccluded = light_sampler.estimate_unoccluded(point, receiver);
+        let share = (0..3).fold(0.0, |s: f64, b| s.max(unoccluded[b] / at.indirect[b].max(1e-300)));
+        let (n, probability) = if share > PARAMS.single_ray_share {
+            (own.count, 1.0)
+        } else {
+            (1, (share / PARAMS.roulette_share).min(1.0))
+        };
+        let mut sum = [0.0; 3];
+        if own.roulette() >= probability {
+            return sum;
+        }
+        for i in 0..n {
+            let sample = light_sampler.sample_approximate(self.transport, point, receiver, own.sample(i));
+            let Some((sample, _)) = sample.filter(|s| trace_shadow_ray(self.transport, point, s.0.end))
+            else {
+                continue;
+            };
+            let depth = self.sampled_depth(point, sample.end);
+            sum = bands(|b| sum[b] + sample.flux[b] * (-depth[b]).exp() / (probability * n as f64));
+        }
+        sum
+    }
+
+    /// Optical depth between two points by the midpoint rule: the extinction at a few points, and the panes.
+    fn sampled_depth(&self, a: Vec3, b: Vec3) -> Bands {
+        let n = PARAMS.depth_samples;
+        let mut sum = self.transport.pane_depth_inside(a, b);
+        if let Some(map) = self.transport.scene().voxel_grid() {
+            let part = (b - a).length() / n as f64;
+            for k in 0..n {
+                let at = map.cell_at(a + (b - a) * ((k as f64 + 0.5) / n as f64));
+                let kappa = at.map_or([0.0; 3], |c| map.extinction(map.index(c)));
+                sum = bands(|i| sum[i] + kappa[i] * part);
+            }
+        }
+        sum
+    }
+
+    /// H_dir of a sun, with the depth of the medium towards its centre.
+    fn sun_irradiance(
+        &self,
+        light_sampler: &LightSampler,
+        depths: &SunDepthCache,
+        at: &LitPoint,
+        own: &RaySampler,
+    ) -> Bands {
+        let (mut sum, mut lit) = ([0.0; 3], false);
+        for i in 0..own.count {
+            let sample = light_sampler.sample_at(
+                self.transport,
+                at.point,
+                Receiver::Surface(at.normal),
+                own.sample(i),
+            );
+            let Some(sample) = sample else { continue };
+            if !trace_shadow_ray(self.transport, at.point, sample.end) {
+                continue;
+            }
+            lit = true;
+            let mut passed = [1.0; 3];
+            self.transport.pane_crossings(at.point, sample.end, &mut |h| {
+                let pane = &self.transport.scene().panes()[h.pane];
+                passed = bands(|b| passed[b] * (-pane.extinction[b] * pane.thickness / h.cos).exp());
+            });
+            sum = bands(|b| sum[b] + passed[b] * sample.flux[b] / own.count as f64);
+        }
+        if !lit {
+            return sum;
+        }
+        let depth = depths.depth(at.point);
+        bands(|b| sum[b] * (-depth[b]).exp())
+    }
+
+    /// Radiance, W/(m² sr), of direct light scattered once along a path, but for the lights that `skip` selects.
+    pub(crate) fn inscattered(
+        &self,
+        ray: ViewRay,
+        path: &RayPath,
+        sampler: RaySampler,
+        skip: &dyn Fn(&LightSampler) -> bool,
+    ) -> Bands {
+        let mut out = [0.0; 3];
+        if path.segments.iter().all(|p| p.scattering == [0.0; 3]) {
+            return out;
+        }
+        for light in self.lights.iter().filter(|l| !skip(&l.sampler)) {
+            if let Some(map) = &light.shadow_map {
+                for i in 0..sampler.sun_repeats {
+                    let samples = MapSamples {
+                        first: sampler.first * sampler.sun_repeats + i,
+                        shift: sampler.shift,
+                        max_steps: sampler.max_sun_steps,
+                    };
+                    let l = map.inscattered(&self.scattering, ray, path, samples);
+                    (0..3).for_each(|b| out[b] += l[b] / sampler.sun_repeats as f64);
+                }
+                continue;
+            }
+            let n = match light.sampler.light() {
+                Light::Sun { .. } => 1,
+                _ => sampler.count.div_ceil(2),
+            };
+            let own = sampler.with_count(n);
+            if let Some(area_light) = &light.area_light {
+                let points: Vec<EmissionSample> =
+                    (0..n).filter_map(|i| light.sampler.sample_emission(own.sample(i))).collect();
+                let l = area_light.inscattered(&self.scattering, &light.sampler, ray, path, &points);
+                (0..3).for_each(|b| out[b] += l[b]);
+                continue;
+            }
+            for i in 0..n {
+                if let Some(source) = light.sampler.sample_emission(own.sample(i)) {
+                    let l = self.scattering.inscattered(ray, path, &source, light.sun_depths.as_ref());
+                    (0..3).for_each(|b| out[b] += l[b] / n as f64);
+                }
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+impl DirectLights<'_> {
+    /// Leaves every emitter to sampled points.
+    pub(crate) fn disable_analytic_area_lights(&mut self) {
+        self.lights.iter_mut().for_each(|l| l.area_light = None);
+    }
+
+    /// Light of suns with an extent, scattered along a path.
+    pub(crate) fn inscattered_by_shadow_maps(&self, ray: ViewRay, path: &RayPath, s: RaySampler) -> Bands {
+        let samples = MapSamples { first: s.first, shift: s.shift, max_steps: s.max_sun_steps };
+        let one = |m: &DeepShadowMap| m.inscattered(&self.scattering, ray, path, samples);
+        let maps = self.lights.iter().filter_map(|l| l.shadow_map.as_ref());
+        maps.map(one).fold([0.0; 3], |s, l| bands(|b| s[b] + l[b]))
+    }
+
+    /// Light of one sample, scattered along a path.
+    pub(crate) fn inscattered_by_sample(
+        &self,
+        ray: ViewRay,
+        path: &RayPath,
+        source: &EmissionSample,
+    ) -> Bands {
+        self.scattering.inscattered(ray, path, source, None)
+    }
+}
+
+/// The deep shadow map of a sun that has an extent; shadows of one without are exact otherwise.
+fn shadow_map<'a>(transport: &'a Transport<'a>, light_sampler: &LightSampler) -> Option<DeepShadowMap<'a>> {
+    match (light_sampler.light(), light_sampler.sample_emission([0.0; 3])?) {
+        (Light::Sun { direction, angular_diameter, .. }, EmissionSample::Distant { fluence, .. })
+            if *angular_diameter > 0.0 =>
+        {
+            Some(DeepShadowMap::new(transport, -*direction, *angular_diameter, fluence))
+        }
+        _ => None,
+    }
+}
+
+/// Optical depths towards a sun without extent.
+fn sun_depths<'a>(transport: &'a Transport<'a>, light_sampler: &LightSampler) -> Option<SunDepthCache<'a>> {
+    match light_sampler.sample_emission([0.0; 3])? {
+        EmissionSample::Distant { direction: towards, .. } if light_sampler.is_delta() => {
+            Some(SunDepthCache::new(transport, towards))
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,239 @@
+//! Radiance along one camera ray.
+//!
+//! ```text
+//! L = L_m + τ L_end      L_end = B/π,   B = E(x) + ρ(x) (H(x) + H_dir(x))
+//! ```
+//!
+//! L_m is the radiance that the path adds: indirect emission and scattering of its segments, panes, and single scattering of direct
+//! light. B is zero on the back of a one-sided surface. Where there is no surface, L_end is the radiance of the surroundings and skies.
+//! H is interpolated between the patches, denoised, or found by a final gather.
+
+use super::direct_light::DirectLights;
+use super::final_gather::FinalGather;
+use super::medium_segment::{CameraRayEnd, MediumSegment};
+use super::ray_sampler::RaySampler;
+use crate::denoise::denoise_patches;
+use crate::medium::many_lights::ManyLights;
+use crate::medium::path_builder::PathBuilder;
+use crate::medium::radiosity_field::RadiosityField;
+use crate::medium::ray_path::{RayPath, linear_source_integral};
+use crate::surface::patch_field::PatchField;
+use crate::surface::tiles::patch_field;
+use crate::view_ray::ViewRay;
+use std::f64::consts::PI;
+use zonal_scene::{Bands, Light, Sides, Solution, bands};
+use zonal_transport::lights::LightSampler;
+use zonal_transport::{Hit, Transport};
+
+pub(crate) use super::direct_light::DirectLightAccuracy;
+
+/// The two Gauss–Legendre points on [0,1].
+const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+
+/// Radiance of rays through one solution.
+pub(crate) struct Integrator<'a> {
+    solution: &'a Solution,
+    transport: &'a Transport<'a>,
+    paths: PathBuilder<'a>,
+    /// Indirect irradiance H of the patches, denoised.
+    irradiance: PatchField<'a>,
+    /// Indirect radiosity of the medium.
+    medium: Option<RadiosityField<'a>>,
+    lights: DirectLights<'a>,
+    /// Radiance where a ray leaves the scene, W/(m² sr).
+    background: Bands,
+    gather: Option<FinalGather<'a>>,
+}
+
+impl<'a> Integrator<'a> {
+    /// Prepares fields, lights and shadows.
+    pub(crate) fn new(s: &'a Solution, transport: &'a Transport<'a>) -> Integrator<'a> {
+        let scene = &s.scene;
+        let mut background = scene.surroundings().radiance;
+        for light in scene.lights() {
+            if let Light::Sky { radiance, .. } = light {
+                background = bands(|b| background[b] + radiance[b]);
+            }
+        }
+        let samplers: Vec<LightSampler> =
+            scene.lights().iter().map(|l| LightSampler::new(scene, l)).collect();
+        let incident = denoise_patches(&s.zones.patches, &s.fields.incident, &s.fields.error);
+        Integrator {
+            solution: s,
+            transport,
+            paths: PathBuilder::new(s, transport),
+            irradiance: patch_field(s, transport, &incident),
+            medium: RadiosityField::new(s, transport, ManyLights::new(s, transport, &samplers)),
+            lights: DirectLights::new(transport, samplers),
+            background,
+            gather: None,
+        }
+    }
+
+    /// The same with clustered emitters evaluated as `accuracy` says.
+    pub(crate) fn with_accuracy(mut self, accuracy: DirectLightAccuracy) -> Integrator<'a> {
+        self.lights.accuracy = accuracy;
+        self
+    }
+
+    /// The same with the indirect light of surfaces gathered by `rays` rays; 0: interpolated.
+    pub(crate) fn with_gather(mut self, rays: usize) -> Integrator<'a> {
+        self.gather = (rays > 0).then(|| FinalGather::new(self.solution, self.transport, rays));
+        self
+    }
+
+    /// The solution.
+    pub(crate) fn solution(&self) -> &'a Solution {
+        self.solution
+    }
+
+    /// Traces a ray to its end and collects the panes before it.
+    pub(crate) fn trace(&self, ray: ViewRay) -> CameraRayEnd {
+        let hit = self.transport.closest_hit(ray.origin, ray.dir, 0.0, f64::INFINITY);
+        let distance = match &hit {
+            Some(h) => h.t,
+            None => (self.transport.exterior_point(ray.origin, ray.dir) - ray.origin).length(),
+        };
+        let panes = self.paths.pane_crossings(ray.origin, ray.at(distance));
+        CameraRayEnd { hit, distance, panes }
+    }
+
+    /// The medium up to `t` metres from the origin.
+    pub(crate) fn medium_segment(&self, ray: ViewRay, t: f64, sampler: RaySampler) -> MediumSegment {
+        let path = self.paths.build(ray, (0.0, t), Vec::new());
+        let (indirect, direct) =
+            (self.indirect_radiance(ray, &path), self.direct_radiance(ray, &path, sampler));
+        let last = path.segments.last().filter(|p| p.t1 >= t * (1.0 - 1e-9));
+        let end_extinction = last.map_or([0.0; 3], |p| p.extinction);
+        let field = self.medium.as_ref().zip(last).map(|(v, p)| v.at(p.zone, ray.at(t)));
+        let end_source = field.map_or([0.0; 3], |f| bands(|b| end_extinction[b] * f[b] / PI));
+        MediumSegment {
+            length: t,
+            inscattered: bands(|b| indirect[b] + direct[b]),
+            transmittance: path.transmittance,
+            end_extinction,
+            end_source,
+        }
+    }
+
+    /// Radiance, W/(m² sr), at the end of the medium segment of a ray.
+    pub(crate) fn radiance_behind_segment(
+        &self,
+        ray: ViewRay,
+        end: &CameraRayEnd,
+        sampler: RaySampler,
+    ) -> Bands {
+        let last = match &end.hit {
+            Some(h) => self.surface_radiance(h, ray, sampler),
+            None => self.background,
+        };
+        if end.panes.is_empty() {
+            return last;
+        }
+        let path = self.paths.build(ray, (end.segment_length(), end.distance), end.panes.clone());
+        let (indirect, direct) =
+            (self.indirect_radiance(ray, &path), self.direct_radiance(ray, &path, sampler));
+        bands(|b| path.transmittance[b] * last[b] + path.pane_radiance[b] + indirect[b] + direct[b])
+    }
+
+    /// Radiance, W/(m² sr), that arrives at the origin of a ray against its direction.
+    pub(crate) fn radiance(&self, ray: ViewRay, sampler: RaySampler) -> Bands {
+        let end = self.trace(ray);
+        let segment = self.medium_segment(ray, end.segment_length(), sampler);
+        segment.in_front_of(self.radiance_behind_segment(ray, &end, sampler))
+    }
+
+    /// Radiance of a surface point.
+    fn surface_radiance(&self, hit: &Hit, ray: ViewRay, sampler: RaySampler) -> Bands {
+        let scene = &self.solution.scene;
+        let facet = &scene.facets()[hit.facet];
+        if !hit.front && scene.surfaces()[facet.surface].sides == Sides::Front {
+            return [0.0; 3];
+        }
+        let normal = if hit.front { facet.plate.normal() } else { -facet.plate.normal() };
+        let point = facet.plate.at(hit.u, hit.v) * 0.5 + ray.at(hit.t) * 0.5;
+        let emission = scene.emission_at(hit.facet, hit.u, hit.v);
+        let rho = scene.reflectance_at(hit.facet, hit.u, hit.v);
+        if rho == [0.0; 3] {
+            return emission.map(|e| e / PI);
+        }
+        let sheet = 2 * hit.facet + usize::from(!hit.front);
+        let indirect = match &self.gather {
+            Some(gather) => gather.irradiance(&self.paths, point, normal, sampler),
+            None => self.irradiance.at(sheet, [hit.u, hit.v], point).unwrap_or([0.0; 3]),
+        };
+        let direct = self.lights.irradiance(point, normal, indirect, sampler);
+        bands(|b| (emission[b] + rho[b] * (indirect[b] + direct[b])) / PI)
+    }
+
+    /// Radiance of the medium without direct light, W/(m² sr).
+    fn indirect_radiance(&self, ray: ViewRay, path: &RayPath) -> Bands {
+        let mut out = [0.0; 3];
+        let Some(field) = &self.medium else {
+            return out;
+        };
+        for p in path.segments.iter().filter(|p| p.extinction != [0.0; 3]) {
+            let length = p.t1 - p.t0;
+            // Evaluate the radiosity at two Gauss points of the segment.
+            let [x, y] = GAUSS.map(|g| field.at(p.zone, ray.at(p.t0 + g * length)));
+            // Add the near part of the light of many emitters, which the field leaves out.
+            if let Some(lights) = field.many_lights() {
+                let near = lights.near_inscattered(ray, p);
+                (0..3).for_each(|b| out[b] += near[b]);
+            }
+            // Integrate the linear radiosity through the points exactly.
+            for b in 0..3 {
+                let slope = (y[b] - x[b]) / (length * (GAUSS[1] - GAUSS[0]));
+                let start = x[b] - slope * GAUSS[0] * length;
+                out[b] +=
+                    p.transmittance[b] * linear_source_integral(p.extinction[b], length, start, slope) / PI;
+            }
+        }
+        out
+    }
+
+    /// Radiance of direct light scattered along the path, W/(m² sr).
+    fn direct_radiance(&self, ray: ViewRay, path: &RayPath, sampler: RaySampler) -> Bands {
+        let many_lights_in_field = self.medium.as_ref().is_some_and(|v| v.many_lights().is_some());
+        let skip = |light_sampler: &LightSampler| many_lights_in_field && light_sampler.is_clustered();
+        self.lights.inscattered(ray, path, sampler, &skip)
+    }
+}
+
+#[cfg(test)]
+impl<'a> Integrator<'a> {
+    /// The same with every emitter sampled by points only, as a reference.
+    pub(crate) fn with_sampled_lights_only(mut self) -> Integrator<'a> {
+        self.lights.disable_analytic_area_lights();
+        self.medium = RadiosityField::new(self.solution, self.transport, None);
+        self
+    }
+
+    fn path_between(&self, ray: ViewRay, length: f64) -> RayPath {
+        let panes = self.paths.pane_crossings(ray.origin, ray.at(length));
+        self.paths.build(ray, (0.0, length), panes)
+    }
+
+    /// Direct light scattered between two points, from `count` samples, with the indirect light of the medium.
+    pub(crate) fn scattered(&self, ray: ViewRay, length: f64, count: usize) -> Bands {
+        let path = self.path_between(ray, length);
+        let direct = self.direct_radiance(ray, &path, RaySampler::of_ray(0, count, [0.3, 0.6, 0.9]));
+        let medium = self.indirect_radiance(ray, &path);
+        bands(|b| direct[b] + medium[b])
+    }
+
+    /// Light of suns by their deep shadow maps, scattered between two points.
+    pub(crate) fn scattered_by_suns(&self, ray: ViewRay, length: f64, sampler: RaySampler) -> Bands {
+        self.lights.inscattered_by_shadow_maps(ray, &self.path_between(ray, length), sampler)
+    }
+
+    /// Light of one point of a light, scattered between two points.
+    pub(crate) fn scattered_exactly(
+        &self,
+        ray: ViewRay,
+        length: f64,
+        source: &zonal_transport::lights::EmissionSample,
+    ) -> Bands {
+        self.lights.inscattered_by_sample(ray, &self.path_between(ray, length), source)
+    }
+}

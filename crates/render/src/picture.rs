@@ -1,0 +1,234 @@
+//! Entry points of the renderer: pictures of one solution by one or several cameras.
+//!
+//! A pixel is the mean radiance over its rays, L = (1/n) Σ_i L(o_i, d_i), at the positions of [`subpixel`]; with `samples` = 0 and
+//! a pinhole the rays are placed by [`AdaptiveSampler`]. Cost: rays × (ray–scene intersection + segments of the medium × lights).
+
+use crate::adaptive_sampling::AdaptiveSampler;
+use crate::camera::{PerspectiveCamera, subpixel};
+use crate::image::{Image, to_single_precision};
+use crate::integrator::radiance::{DirectLightAccuracy, Integrator};
+use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
+use crate::options::{RENDER_PARAMS, RenderOptions};
+use crate::view_ray::ViewRay;
+use rayon::prelude::*;
+use zonal_scene::{Camera, Lens, Progress, Solution};
+use zonal_transport::Transport;
+
+/// Renders the view of a camera. The same bits for any number of threads.
+///
+/// A black wall that emits 1 W/m² has the radiance 1/π, attenuated by two metres of a cold medium of 0.5 1/m:
+///
+/// ```
+/// use zonal_render::{RenderOptions, render};
+/// # use zonal_math::{Vec3, vec3};
+/// # use zonal_scene::{
+/// #     Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution, Surface,
+/// #     VoxelGrid,
+/// # };
+/// # use zonal_transport::{Transport, build_zones};
+/// # let wall = Surface {
+/// #     name: "wall".into(),
+/// #     reflectance: [0.0; 3],
+/// #     emission: [1.0; 3],
+/// #     reflectance_texture: None,
+/// #     emission_texture: None,
+/// #     sides: Sides::Both,
+/// #     patch_size: None,
+/// #     solid: false,
+/// # };
+/// # let plate = Plate::parallelogram(vec3(-9.0, 2.0, -9.0), vec3(18.0, 0.0, 0.0), vec3(0.0, 0.0, 18.0));
+/// # let wall_facet = Facet { surface: 0, plate, uv: [[0.0; 2]; 3] };
+/// # let mut grid = VoxelGrid::new(vec3(-1.0, 0.0, -1.0), vec3(1.0, 1.0, 1.0), [2, 2, 2]).unwrap();
+/// # (0..8).for_each(|i| grid.set(i, [0.5; 3], [0.0; 3], [0.0; 3], [0.0; 3]));
+/// # let scene = Scene::new(SceneParts {
+/// #     surfaces: vec![wall],
+/// #     facets: vec![wall_facet],
+/// #     voxel_grid: Some(grid.seal().unwrap()),
+/// #     ..SceneParts::default()
+/// # })
+/// # .unwrap();
+/// # let zones = build_zones(&scene, &Transport::new(&scene)).unwrap();
+/// # let emission: Vec<[f64; 3]> = (0..zones.len()).map(|i| zones.emission(i)).collect();
+/// # let zero = vec![[0.0; 3]; zones.len()];
+/// # let mut fields = Fields::default();
+/// # (fields.radiosity, fields.incident) = (emission, zero.clone());
+/// # (fields.direct, fields.error) = (zero.clone(), zero);
+/// # let (groups, report) = (Vec::new(), Report::default());
+/// # let (scene_hash, version) = (String::new(), String::new());
+/// # let solution = Solution { scene, zones, fields, groups, report, scene_hash, version };
+/// let camera = Camera {
+///     name: "front".into(),
+///     origin: Vec3::ZERO,
+///     target: vec3(0.0, 1.0, 0.0),
+///     up: vec3(0.0, 0.0, 1.0),
+///     fov: 60.0,
+///     lens: Lens::default(),
+/// };
+/// let options = RenderOptions { width: 8, height: 6, ..RenderOptions::default() };
+/// let image = render(&solution, &camera, &options, &NoProgress);
+/// assert_eq!(image.pixels.len(), 48);
+/// let narrow = Camera { fov: 1.0, ..camera };
+/// let radiance = render(&solution, &narrow, &options, &NoProgress).pixels[20][0] as f64;
+/// let expected = (-0.5f64 * 2.0).exp() / std::f64::consts::PI;
+/// assert!((radiance / expected - 1.0).abs() < 1e-3);
+/// ```
+pub fn render(
+    solution: &Solution,
+    camera: &Camera,
+    options: &RenderOptions,
+    progress: &dyn Progress,
+) -> Image {
+    let mut out = None;
+    let cameras = std::slice::from_ref(camera);
+    let Ok(()) = render_each(solution, cameras, options, progress, |_, image| {
+        out = Some(image);
+        Ok::<(), std::convert::Infallible>(())
+    });
+    out.unwrap_or(Image { width: 0, height: 0, pixels: Vec::new() })
+}
+
+/// Renders the view of each camera and passes its index and picture to `take`. The data of the solution are prepared once; the
+/// pictures are those of [`render`].
+///
+/// # Errors
+/// The first error of `take`; the remaining cameras are not rendered.
+pub fn render_each<E>(
+    solution: &Solution,
+    cameras: &[Camera],
+    options: &RenderOptions,
+    progress: &dyn Progress,
+    mut take: impl FnMut(usize, Image) -> Result<(), E>,
+) -> Result<(), E> {
+    let transport = Transport::new(&solution.scene);
+    let accuracy =
+        if options.samples == 0 { DirectLightAccuracy::Clustered } else { DirectLightAccuracy::PerFacet };
+    let integrator =
+        Integrator::new(solution, &transport).with_gather(options.gather).with_accuracy(accuracy);
+    for (i, camera) in cameras.iter().enumerate() {
+        let focus = camera.lens.focus.or_else(|| focus_distance(&transport, camera));
+        let camera = Camera { lens: Lens { focus, ..camera.lens }, ..camera.clone() };
+        let camera = PerspectiveCamera::new(&camera, options.width, options.height);
+        let mut image = render_pixels(&integrator, &camera, options, progress);
+        // Clamp negative radiances, which linear fields in optically thick voxels may leave.
+        image.pixels.iter_mut().flatten().filter(|x| **x < 0.0).for_each(|x| *x = 0.0);
+        take(i, image)?;
+    }
+    Ok(())
+}
+
+/// Distance, m, to the first surface or pane in the middle of each camera's picture; `None` where there is none.
+///
+/// ```
+/// use zonal_render::focus_distances;
+/// # use zonal_math::{Vec3, vec3};
+/// # use zonal_scene::{
+/// #     Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution, Surface,
+/// #     VoxelGrid,
+/// # };
+/// # use zonal_transport::{Transport, build_zones};
+/// # let wall = Surface {
+/// #     name: "wall".into(),
+/// #     reflectance: [0.0; 3],
+/// #     emission: [1.0; 3],
+/// #     reflectance_texture: None,
+/// #     emission_texture: None,
+/// #     sides: Sides::Both,
+/// #     patch_size: None,
+/// #     solid: false,
+/// # };
+/// # let plate = Plate::parallelogram(vec3(-9.0, 2.0, -9.0), vec3(18.0, 0.0, 0.0), vec3(0.0, 0.0, 18.0));
+/// # let wall_facet = Facet { surface: 0, plate, uv: [[0.0; 2]; 3] };
+/// # let mut grid = VoxelGrid::new(vec3(-1.0, 0.0, -1.0), vec3(1.0, 1.0, 1.0), [2, 2, 2]).unwrap();
+/// # (0..8).for_each(|i| grid.set(i, [0.5; 3], [0.0; 3], [0.0; 3], [0.0; 3]));
+/// # let scene = Scene::new(SceneParts {
+/// #     surfaces: vec![wall],
+/// #     facets: vec![wall_facet],
+/// #     voxel_grid: Some(grid.seal().unwrap()),
+/// #     ..SceneParts::default()
+/// # })
+/// # .unwrap();
+/// # let zones = build_zones(&scene, &Transport::new(&scene)).unwrap();
+/// # let emission: Vec<[f64; 3]> = (0..zones.len()).map(|i| zones.emission(i)).collect();
+/// # let zero = vec![[0.0; 3]; zones.len()];
+/// # let mut fields = Fields::default();
+/// # (fields.radiosity, fields.incident) = (emission, zero.clone());
+/// # (fields.direct, fields.error) = (zero.clone(), zero);
+/// # let (groups, report) = (Vec::new(), Report::default());
+/// # let (scene_hash, version) = (String::new(), String::new());
+/// # let solution = Solution { scene, zones, fields, groups, report, scene_hash, version };
+/// let camera = Camera {
+///     name: "front".into(),
+///     origin: Vec3::ZERO,
+///     target: vec3(0.0, 1.0, 0.0),
+///     up: vec3(0.0, 0.0, 1.0),
+///     fov: 60.0,
+///     lens: Lens::default(),
+/// };
+/// let away = Camera { target: vec3(0.0, -1.0, 0.0), ..camera.clone() };
+/// let distances = focus_distances(&solution, &[camera, away]);
+/// assert!((distances[0].unwrap() - 2.0).abs() < 1e-9);
+/// assert_eq!(distances[1], None);
+/// ```
+pub fn focus_distances(solution: &Solution, cameras: &[Camera]) -> Vec<Option<f64>> {
+    let transport = Transport::new(&solution.scene);
+    cameras.iter().map(|c| focus_distance(&transport, c)).collect()
+}
+
+fn focus_distance(transport: &Transport, camera: &Camera) -> Option<f64> {
+    let dir = (camera.target - camera.origin).normalized();
+    let wall = transport.closest_hit(camera.origin, dir, 0.0, f64::INFINITY).map(|h| h.t);
+    let end = wall.map_or_else(|| transport.exterior_point(camera.origin, dir), |t| camera.origin + dir * t);
+    let mut pane = None;
+    transport.pane_crossings(camera.origin, end, &mut |h| pane = pane.or(Some(h.t)));
+    pane.or(wall)
+}
+
+fn render_pixels(
+    integrator: &Integrator,
+    camera: &PerspectiveCamera,
+    options: &RenderOptions,
+    progress: &dyn Progress,
+) -> Image {
+    let (width, height) = (options.width, options.height);
+    progress.begin("render", height as u64);
+    let adaptive = options.samples == 0;
+    if adaptive && !camera.has_lens() && width * height > 0 {
+        let pixels = AdaptiveSampler::new(integrator, camera, options).render(progress);
+        progress.end();
+        return Image { width, height, pixels };
+    }
+    // Behind a lens every ray has its own origin, so that neighbouring pixels cannot share medium segments.
+    let samples = if adaptive { RENDER_PARAMS.lens_rays } else { options.samples };
+    let options = &RenderOptions { samples, ..options.clone() };
+    let rows: Vec<Vec<[f32; 3]>> = (0..height)
+        .into_par_iter()
+        .map(|y| {
+            let row = (0..width).map(|x| render_pixel(integrator, camera, options, [x, y])).collect();
+            progress.advance(1);
+            row
+        })
+        .collect();
+    progress.end();
+    Image { width, height, pixels: rows.into_iter().flatten().collect() }
+}
+
+/// Mean radiance of the rays of a pixel.
+pub(crate) fn render_pixel(
+    integrator: &Integrator,
+    camera: &PerspectiveCamera,
+    o: &RenderOptions,
+    [x, y]: [usize; 2],
+) -> [f32; 3] {
+    let (n, count) = (o.samples.max(1), o.light_samples.max(1));
+    let shift = pixel_shift(x, y);
+    let mut sum = [0.0; 3];
+    for i in 0..n {
+        let [dx, dy] = subpixel(i, n);
+        let at = [(x as f64 + dx) / o.width as f64, (y as f64 + dy) / o.height as f64];
+        let (origin, dir) = camera.ray(at, i, [shift[1], shift[2]]);
+        let sampler = RaySampler::of_ray(i, count, shift);
+        let l = integrator.radiance(ViewRay { origin, dir }, sampler);
+        (0..3).for_each(|b| sum[b] += l[b]);
+    }
+    sum.map(|s| to_single_precision(s / n as f64))
+}

@@ -1,0 +1,410 @@
+//! A field on surfaces, smooth across the zones of one sheet and sharp at creases and walls.
+//!
+//! Every tile (a patch, or a piece of a pane) has nodes at its corners and edge middles. Their values come from
+//! [`crate::node_interpolation`] over the tiles that touch the node, face the same way within 20° and are not separated by a wall (the
+//! segment between points just above both centres is free). Weights are the angles that the tiles subtend at the node. Inside a
+//! parallelogram the nine values (the ninth, at the centre, conserves the mean of the tile) are interpolated by the biquadratic
+//! Lagrange polynomial; inside a triangle by the quadratic one with a cubic bubble for the centre. Both agree along shared edges and
+//! are limited to the range of their nodes. A node inside a neighbour's edge (a hanging node) takes that neighbour's value there.
+//! Cost: one node evaluation a tile, on first use, then nine weights a point.
+
+use super::point_grid::cell_of;
+use crate::lazy_values::LazyValues;
+use crate::node_interpolation::{
+    BandGradients, GradientFit, NodeZone, node_value, value_ranges, weighted_sum,
+};
+use std::collections::HashMap;
+use std::f64::consts::{PI, TAU};
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Plate, PlateKind, bands};
+use zonal_transport::Transport;
+use zonal_transport::patch_locator::{PatchLocator, clamped_parameters};
+
+/// Least cosine between the normals of tiles of one smooth sheet: cos 20°.
+const MIN_COS_SMOOTH: f64 = 0.939_692_620_785_908_4;
+
+/// A zone of a sheet.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlateTile {
+    pub plate: Plate,
+    /// Unit normal of its side.
+    pub normal: Vec3,
+    /// The sheet from which it is cut: one side of a facet, or a plate of a pane.
+    pub sheet: usize,
+}
+
+/// A field that is evaluated at points of its sheets.
+pub(crate) struct PatchField<'a> {
+    topology: TileTopology<'a>,
+    values: TileField,
+    sheets: PatchLocator,
+}
+
+impl<'a> PatchField<'a> {
+    /// The field with the means `values` on tiles cut from the plates `sheets`; walls come from `transport`, if given.
+    pub(crate) fn new(
+        tiles: Vec<PlateTile>,
+        values: Vec<Bands>,
+        sheets: &[Plate],
+        transport: Option<&'a Transport<'a>>,
+    ) -> PatchField<'a> {
+        let sheets = PatchLocator::new(sheets, tiles.iter().map(|t| (&t.plate, t.sheet)));
+        PatchField { topology: TileTopology::new(tiles, transport), values: TileField::new(values), sheets }
+    }
+
+    /// The value at a point of a sheet with the sheet's parameters (u, v); `None` where the sheet has no tile.
+    pub(crate) fn at(&self, sheet: usize, uv: [f64; 2], point: Vec3) -> Option<Bands> {
+        let i = self.sheets.locate(sheet, uv)? as usize;
+        let uv = clamped_parameters(&self.topology.tiles[i].plate, point);
+        Some(self.values.at(&self.topology, i, uv))
+    }
+}
+
+/// Parameters of the nodes: corners, then edge middles.
+fn node_parameters(kind: PlateKind) -> &'static [[f64; 2]] {
+    match kind {
+        PlateKind::Parallelogram => {
+            &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.0], [1.0, 0.5], [0.5, 1.0], [0.0, 0.5]]
+        }
+        PlateKind::Triangle => &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]],
+    }
+}
+
+/// The value at the centre that makes the mean of the polynomial the mean of the tile.
+fn conserving_centre(kind: PlateKind, nodes: &[Bands; 8], own: Bands) -> Bands {
+    let sum = |b: usize, from: usize, to: usize| nodes[from..to].iter().map(|n| n[b]).sum::<f64>();
+    let centre = |b: usize| match kind {
+        // Simpson's rule: (corners + 4 middles + 16 centre)/36.
+        PlateKind::Parallelogram => (36.0 * own[b] - sum(b, 0, 4) - 4.0 * sum(b, 4, 8)) / 16.0,
+        // The mean of the quadratic is that of its edge middles; the bubble has the mean 9/20.
+        PlateKind::Triangle => {
+            let (corners, middles) = (sum(b, 0, 3) / 3.0, sum(b, 3, 6) / 3.0);
+            (4.0 * middles - corners) / 3.0 + (own[b] - middles) * (20.0 / 9.0)
+        }
+    };
+    // Negative means, which linear fields in thick voxels may leave, would swap the limits.
+    bands(|b| centre(b).clamp(0.5 * own[b].max(0.0), 1.5 * own[b].max(0.0)))
+}
+
+fn interpolate(kind: PlateKind, nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
+    let (count, raw) = match kind {
+        PlateKind::Parallelogram => (8, biquadratic(nodes, own, u, v)),
+        PlateKind::Triangle => (6, quadratic(nodes, own, u, v)),
+    };
+    let limits = value_ranges(nodes[..count].iter().copied().chain([own]));
+    bands(|b| raw[b].max(limits[b].0).min(limits[b].1))
+}
+
+fn biquadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
+    let basis = |x: f64| [(1.0 - 2.0 * x) * (1.0 - x), 4.0 * x * (1.0 - x), x * (2.0 * x - 1.0)];
+    let (a, b) = (basis(u), basis(v));
+    let w = [
+        a[0] * b[0],
+        a[2] * b[0],
+        a[2] * b[2],
+        a[0] * b[2],
+        a[1] * b[0],
+        a[2] * b[1],
+        a[1] * b[2],
+        a[0] * b[1],
+    ];
+    let edge = weighted_sum(w, nodes);
+    bands(|k| edge[k] + a[1] * b[1] * own[k])
+}
+
+fn quadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
+    let p2 = |u: f64, v: f64| {
+        let l = 1.0 - u - v;
+        let corner = |x: f64| x * (2.0 * x - 1.0);
+        weighted_sum([corner(l), corner(u), corner(v), 4.0 * l * u, 4.0 * u * v, 4.0 * v * l], nodes)
+    };
+    let (here, centre) = (p2(u, v), p2(1.0 / 3.0, 1.0 / 3.0));
+    let bubble = 27.0 * u * v * (1.0 - u - v);
+    bands(|b| here[b] + bubble * (own[b] - centre[b]))
+}
+
+/// Tiles by the cells of a uniform grid, to find those that touch a point.
+struct TileGrid {
+    cell: f64,
+    cells: HashMap<[i64; 3], Vec<u32>>,
+}
+
+impl TileGrid {
+    fn new(tiles: &[PlateTile]) -> TileGrid {
+        let mean = tiles.iter().map(|t| t.plate.diameter()).sum::<f64>() / tiles.len().max(1) as f64;
+        let largest = tiles.iter().map(|t| t.plate.diameter()).fold(0.0, f64::max);
+        // Limit the number of cells that large tiles among many small ones occupy.
+        let cell = mean.max(largest / 32.0).max(1e-12);
+        let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+        for (i, t) in tiles.iter().enumerate() {
+            let (lo, hi) = t.plate.bounds();
+            let pad = Vec3::splat(1e-6 * t.plate.diameter());
+            let (a, b) = (cell_of(lo - pad, cell), cell_of(hi + pad, cell));
+            for x in a[0]..=b[0] {
+                for y in a[1]..=b[1] {
+                    for z in a[2]..=b[2] {
+                        let middle = [x, y, z].map(|k| (k as f64 + 0.5) * cell);
+                        let height = t.normal.dot(Vec3::from_array(middle) - t.plate.origin);
+                        if height.abs() <= cell {
+                            cells.entry([x, y, z]).or_default().push(i as u32);
+                        }
+                    }
+                }
+            }
+        }
+        TileGrid { cell, cells }
+    }
+    fn at(&self, p: Vec3) -> &[u32] {
+        self.cells.get(&cell_of(p, self.cell)).map_or(&[], Vec::as_slice)
+    }
+}
+
+/// Positions and adjacency of the tiles: the same for every field on them.
+pub(crate) struct TileTopology<'a> {
+    tiles: Vec<PlateTile>,
+    transport: Option<&'a Transport<'a>>,
+    grid: TileGrid,
+    touching: LazyValues<NodeTiles>,
+}
+
+/// One field on the tiles of a topology.
+pub(crate) struct TileField {
+    values: Vec<Bands>,
+    fits: LazyValues<TileFit>,
+    /// Node values before hanging nodes take the value of their neighbour …
+    free_nodes: LazyValues<[Bands; 8]>,
+    /// … and after.
+    nodes: LazyValues<[Bands; 8]>,
+}
+
+/// The gradients of a tile, and the smallest and largest value among it and its neighbours, band by band.
+type TileFit = (BandGradients, [(f64, f64); 3]);
+
+/// The tiles that touch each node of one tile, with the angle each subtends there.
+type NodeTiles = Vec<Vec<(u32, f64)>>;
+
+impl<'a> TileTopology<'a> {
+    /// The topology of the tiles; walls come from `transport`, if given.
+    pub(crate) fn new(tiles: Vec<PlateTile>, transport: Option<&'a Transport<'a>>) -> TileTopology<'a> {
+        let (grid, touching) = (TileGrid::new(&tiles), LazyValues::new(tiles.len()));
+        TileTopology { tiles, transport, grid, touching }
+    }
+
+    /// The tiles.
+    pub(crate) fn tiles(&self) -> &[PlateTile] {
+        &self.tiles
+    }
+
+    fn touching(&self, i: usize) -> &NodeTiles {
+        self.touching.get(i, || self.find_touching(i))
+    }
+
+    fn find_touching(&self, i: usize) -> NodeTiles {
+        let tile = &self.tiles[i];
+        let mut known: Vec<(u32, bool)> = vec![(i as u32, true)];
+        let mut list = Vec::new();
+        for &[u, v] in node_parameters(tile.plate.kind) {
+            let p = tile.plate.at(u, v);
+            let mut here = Vec::new();
+            for &j in self.grid.at(p) {
+                let Some(angle) = subtended(&self.tiles[j as usize].plate, p) else {
+                    continue;
+                };
+                let connected = known.iter().find(|k| k.0 == j).map(|k| k.1).unwrap_or_else(|| {
+                    let connected = self.are_connected(i, j as usize);
+                    known.push((j, connected));
+                    connected
+                });
+                if connected {
+                    here.push((j, angle));
+                }
+            }
+            list.push(here);
+        }
+        list
+    }
+
+    /// True where two tiles that touch belong to one smooth sheet with no wall between.
+    fn are_connected(&self, i: usize, j: usize) -> bool {
+        let (a, b) = (&self.tiles[i], &self.tiles[j]);
+        let cos = a.normal.dot(b.normal);
+        if cos < MIN_COS_SMOOTH {
+            return false;
+        }
+        let size = a.plate.area().min(b.plate.area()).sqrt();
+        let lift = size * (1e-3 + 0.6 * ((1.0 - cos).max(0.0) / 2.0).sqrt());
+        let above = |t: &PlateTile| t.plate.centre() + t.normal * lift;
+        !self.transport.is_some_and(|t| t.occluded(above(a), above(b)))
+    }
+}
+
+impl TileField {
+    /// The field with these means, one a tile.
+    pub(crate) fn new(values: Vec<Bands>) -> TileField {
+        let n = values.len();
+        let (fits, free_nodes, nodes) = (LazyValues::new(n), LazyValues::new(n), LazyValues::new(n));
+        TileField { values, fits, free_nodes, nodes }
+    }
+
+    /// The value at the point of tile `i` with the tile's parameters (u, v).
+    pub(crate) fn at(&self, topology: &TileTopology, i: usize, [u, v]: [f64; 2]) -> Bands {
+        let (kind, nodes) = (topology.tiles[i].plate.kind, self.nodes(topology, i));
+        interpolate(kind, nodes, conserving_centre(kind, nodes, self.values[i]), u, v)
+    }
+
+    fn fit(&self, topology: &TileTopology, i: usize) -> &TileFit {
+        self.fits.get(i, || self.fit_gradients(topology, i))
+    }
+    fn free_nodes(&self, topology: &TileTopology, i: usize) -> &[Bands; 8] {
+        self.free_nodes.get(i, || self.node_values(topology, i))
+    }
+    /// Values at the nodes of tile `i`.
+    fn nodes(&self, topology: &TileTopology, i: usize) -> &[Bands; 8] {
+        self.nodes.get(i, || self.constrain_hanging_nodes(topology, i))
+    }
+
+    fn fit_gradients(&self, topology: &TileTopology, i: usize) -> TileFit {
+        let touching = topology.touching(i);
+        let mut ids: Vec<u32> = touching.iter().flatten().map(|t| t.0).collect();
+        ids.sort_unstable();
+        ids.dedup();
+        let (tile, mut fits) = (&topology.tiles[i], [GradientFit::default(); 3]);
+        for &j in ids.iter().filter(|j| **j as usize != i) {
+            let d = topology.tiles[j as usize].plate.centre() - tile.plate.centre();
+            // Unroll the offset onto the tile's plane, with its length kept.
+            let flat = (d - tile.normal * d.dot(tile.normal)).normalized() * d.length();
+            (0..3).for_each(|b| fits[b].add(flat, self.values[j as usize][b] - self.values[i][b]));
+        }
+        (fits.map(|f| f.gradient()), value_ranges(ids.iter().map(|&j| self.values[j as usize])))
+    }
+
+    fn node_values(&self, topology: &TileTopology, i: usize) -> [Bands; 8] {
+        let touching = topology.touching(i);
+        let mut out = [[0.0; 3]; 8];
+        let plate = &topology.tiles[i].plate;
+        for (k, &[u, v]) in node_parameters(plate.kind).iter().enumerate() {
+            let touch = |b: usize| {
+                touching[k].iter().map(move |&(j, angle)| {
+                    let fit = self.fit(topology, j as usize);
+                    NodeZone {
+                        weight: angle,
+                        centre: topology.tiles[j as usize].plate.centre(),
+                        value: self.values[j as usize][b],
+                        gradient: fit.0[b],
+                        range: fit.1[b],
+                    }
+                })
+            };
+            let p = plate.at(u, v);
+            out[k] = bands(|b| node_value(p, touch(b)).unwrap_or(self.values[i][b]));
+        }
+        out
+    }
+
+    /// Hanging nodes take the value of the neighbour whose edge contains them.
+    fn constrain_hanging_nodes(&self, topology: &TileTopology, i: usize) -> [Bands; 8] {
+        let touching = topology.touching(i);
+        let mut out = *self.free_nodes(topology, i);
+        let plate = &topology.tiles[i].plate;
+        for (k, &[u, v]) in node_parameters(plate.kind).iter().enumerate() {
+            let p = plate.at(u, v);
+            let host = touching[k].iter().map(|t| t.0 as usize).find(|&j| {
+                let other = &topology.tiles[j].plate;
+                let tol = 1e-6 * other.diameter();
+                j != i
+                    && other.area() > plate.area()
+                    && node_parameters(other.kind).iter().all(|&[a, b]| (other.at(a, b) - p).length() > tol)
+            });
+            if let Some(j) = host {
+                let [a, b] = clamped_parameters(&topology.tiles[j].plate, p);
+                out[k] = interpolate(
+                    topology.tiles[j].plate.kind,
+                    self.free_nodes(topology, j),
+                    self.values[j],
+                    a,
+                    b,
+                );
+            }
+        }
+        out
+    }
+}
+
+/// The angle that a plate subtends at a point of it, radians; `None` for points off the plate.
+fn subtended(plate: &Plate, p: Vec3) -> Option<f64> {
+    let tol = 1e-6 * plate.diameter();
+    let (corners, n) = plate.corners();
+    let at_corner = (0..n).find(|&k| (corners[k] - p).length() <= tol);
+    if let Some(k) = at_corner {
+        let (a, b) = (corners[(k + 1) % n] - corners[k], corners[(k + n - 1) % n] - corners[k]);
+        return Some(a.normalized().dot(b.normalized()).clamp(-1.0, 1.0).acos());
+    }
+    let [u, v] = clamped_parameters(plate, p);
+    if (plate.at(u, v) - p).length() > tol {
+        return None;
+    }
+    let edge = match plate.kind {
+        PlateKind::Parallelogram => u.min(v).min(1.0 - u).min(1.0 - v),
+        PlateKind::Triangle => u.min(v).min(1.0 - u - v),
+    };
+    Some(if edge < 1e-6 { PI } else { TAU })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zonal_math::vec3;
+
+    fn floor(n: usize, f: impl Fn(Vec3) -> f64) -> (Vec<PlateTile>, Vec<Bands>, Vec<Plate>) {
+        let whole = Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+        let h = 1.0 / n as f64;
+        let tile = |i: usize| PlateTile {
+            plate: Plate::parallelogram(
+                vec3((i / n) as f64 * h, (i % n) as f64 * h, 0.0),
+                vec3(h, 0.0, 0.0),
+                vec3(0.0, h, 0.0),
+            ),
+            normal: vec3(0.0, 0.0, 1.0),
+            sheet: 0,
+        };
+        let tiles: Vec<PlateTile> = (0..n * n).map(tile).collect();
+        let values = tiles.iter().map(|t| [f(t.plate.centre()); 3]).collect();
+        (tiles, values, vec![whole])
+    }
+
+    #[test]
+    fn linear_fields_are_exact_and_curved_fields_second_order() {
+        let worst_error = |f: &dyn Fn(Vec3) -> f64| {
+            let (tiles, values, sheets) = floor(10, f);
+            let field = PatchField::new(tiles, values, &sheets, None);
+            let mut worst: f64 = 0.0;
+            for i in 0..400 {
+                let [x, y] = zonal_math::low_discrepancy::r2(i, [0.0; 2]);
+                let p = vec3(x, y, 0.0);
+                worst = worst.max((field.at(0, [x, y], p).unwrap()[1] - f(p)).abs());
+            }
+            worst
+        };
+        assert!(worst_error(&|p| 2.0 + p.x - 0.5 * p.y) < 1e-6);
+        assert!(worst_error(&|p| 2.0 + (3.0 * p.x).sin() * p.y) < 0.02);
+    }
+
+    #[test]
+    fn linear_fields_are_exact_on_triangles() {
+        let whole = Plate::triangle(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+        let mut plates = vec![whole];
+        for _ in 0..3 {
+            plates = plates.iter().flat_map(|p| p.quarters()).collect();
+        }
+        let f = |p: Vec3| 3.0 + p.x - 2.0 * p.y;
+        let tiles: Vec<PlateTile> =
+            plates.iter().map(|p| PlateTile { plate: *p, normal: whole.normal(), sheet: 0 }).collect();
+        let values = plates.iter().map(|p| [f(p.centre()); 3]).collect();
+        let field = PatchField::new(tiles, values, &[whole], None);
+        for i in 0..400 {
+            let [u, v] = whole.warp(zonal_math::low_discrepancy::r2(i, [0.0; 2]));
+            let p = whole.at(u, v);
+            assert!((field.at(0, [u, v], p).unwrap()[0] - f(p)).abs() < 1e-6);
+        }
+    }
+}

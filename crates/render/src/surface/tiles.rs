@@ -1,0 +1,45 @@
+//! Patches and pane pieces as tiles of the plates from which they are cut, and fields on them.
+//!
+//! Sheet 2f is the front of facet f, sheet 2f + 1 its back; the sheets of panes are their plates in order.
+
+use super::patch_field::{PatchField, PlateTile};
+use zonal_scene::{Bands, PaneZone, Patch, Plate, Solution};
+use zonal_transport::Transport;
+use zonal_transport::patch_locator::pane_plates;
+
+/// A field on the patches; `values` has one entry a zone.
+pub(crate) fn patch_field<'a>(
+    s: &Solution,
+    transport: &'a Transport<'a>,
+    values: &[Bands],
+) -> PatchField<'a> {
+    let sheets: Vec<Plate> = s.scene.facets().iter().flat_map(|f| [f.plate, f.plate]).collect();
+    let tiles = patch_tiles(s);
+    let values = values[..tiles.len()].to_vec();
+    PatchField::new(tiles, values, &sheets, Some(transport))
+}
+
+/// The patches as tiles.
+pub(crate) fn patch_tiles(s: &Solution) -> Vec<PlateTile> {
+    let facets = s.scene.facets();
+    let tile = |p: &Patch| PlateTile {
+        plate: p.plate,
+        normal: p.normal,
+        sheet: 2 * p.facet + usize::from(p.normal.dot(facets[p.facet].plate.normal()) < 0.0),
+    };
+    s.zones.patches.iter().map(tile).collect()
+}
+
+/// B of the panes, direct light included, and the index of each pane's first plate.
+pub(crate) fn pane_field(s: &Solution) -> (PatchField<'static>, Vec<usize>) {
+    let (first, sheets, of) = pane_plates(&s.scene, &s.zones);
+    let tiles = pane_tiles(s, &of);
+    let values = s.fields.radiosity[s.zones.pane_offset()..].to_vec();
+    (PatchField::new(tiles, values, &sheets, None), first)
+}
+
+/// The pieces of panes as tiles; `sheets` has the plate of each piece.
+pub(crate) fn pane_tiles(s: &Solution, sheets: &[usize]) -> Vec<PlateTile> {
+    let tile = |(z, &sheet): (&PaneZone, &usize)| PlateTile { plate: z.plate, normal: z.normal, sheet };
+    s.zones.panes.iter().zip(sheets).map(tile).collect()
+}

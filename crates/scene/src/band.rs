@@ -1,0 +1,226 @@
+//! Spectral bands as indices, and one value of any type for each band.
+
+use std::ops::{Index, IndexMut};
+
+/// Number of bands: red, green and blue in pictures.
+pub(crate) const BAND_COUNT: usize = 3;
+
+/// Index of a spectral band.
+///
+/// ```
+/// use zonal_scene::spectrum::{Band, Bands};
+/// let power = Bands::from_rgb([1.0, 2.0, 4.0]);
+/// let indices: Vec<usize> = Band::all().map(Band::index).collect();
+/// assert_eq!(indices, [0, 1, 2]);
+/// assert_eq!(Band::all().map(|b| power[b]).fold(0.0, f64::max), 4.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Band(usize);
+
+impl Band {
+    /// The band with this index, if there is one.
+    ///
+    /// ```
+    /// use zonal_scene::spectrum::Band;
+    /// assert_eq!(Band::new(1).map(Band::index), Some(1));
+    /// assert_eq!(Band::new(Band::count()), None);
+    /// ```
+    #[inline]
+    pub fn new(index: usize) -> Option<Band> {
+        (index < BAND_COUNT).then_some(Band(index))
+    }
+    /// Number of bands.
+    #[inline]
+    pub fn count() -> usize {
+        BAND_COUNT
+    }
+    /// All bands, ascending.
+    #[inline]
+    pub fn all() -> impl DoubleEndedIterator<Item = Band> + ExactSizeIterator + Clone {
+        (0..BAND_COUNT).map(Band)
+    }
+    /// Position of the band, from 0.
+    #[inline]
+    pub fn index(self) -> usize {
+        self.0
+    }
+}
+
+/// One `T` for each band.
+///
+/// ```
+/// use zonal_scene::spectrum::{Band, PerBand};
+/// let mut residuals: PerBand<Vec<f64>> = PerBand::default();
+/// for band in Band::all() {
+///     residuals[band].push(0.5);
+/// }
+/// let lengths = residuals.as_ref().map(Vec::len);
+/// assert!(lengths.all(|n| *n == 1));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct PerBand<T> {
+    values: [T; BAND_COUNT],
+}
+
+impl<T> PerBand<T> {
+    /// Evaluates `f` for each band, ascending.
+    ///
+    /// ```
+    /// use zonal_scene::spectrum::PerBand;
+    /// let names = PerBand::from_fn(|band| format!("band {}", band.index()));
+    /// assert_eq!(names.iter().last().unwrap(), "band 2");
+    /// ```
+    #[inline]
+    pub fn from_fn(mut f: impl FnMut(Band) -> T) -> PerBand<T> {
+        PerBand { values: std::array::from_fn(|k| f(Band(k))) }
+    }
+    /// The same value in every band.
+    #[inline]
+    pub fn splat(value: T) -> PerBand<T>
+    where
+        T: Clone,
+    {
+        PerBand::from_fn(|_| value.clone())
+    }
+    /// The values of the triple of a file or picture.
+    #[inline]
+    pub const fn from_rgb(rgb: [T; 3]) -> PerBand<T> {
+        PerBand { values: rgb }
+    }
+    /// The triple of a file or picture.
+    ///
+    /// ```
+    /// use zonal_scene::spectrum::PerBand;
+    /// assert_eq!(PerBand::from_rgb([1u8, 2, 3]).into_rgb(), [1, 2, 3]);
+    /// ```
+    #[inline]
+    pub fn into_rgb(self) -> [T; 3] {
+        self.values
+    }
+    /// The values, ascending by band.
+    #[inline]
+    pub fn as_slice(&self) -> &[T] {
+        &self.values
+    }
+    /// All bands, ascending.
+    #[inline]
+    pub fn indices() -> impl DoubleEndedIterator<Item = Band> + ExactSizeIterator + Clone {
+        Band::all()
+    }
+    /// References to the values.
+    #[inline]
+    pub fn as_ref(&self) -> PerBand<&T> {
+        PerBand { values: self.values.each_ref() }
+    }
+    /// Mutable references to the values.
+    #[inline]
+    pub fn as_mut(&mut self) -> PerBand<&mut T> {
+        PerBand { values: self.values.each_mut() }
+    }
+    /// Applies `f` to each value.
+    #[inline]
+    pub fn map<U>(self, f: impl FnMut(T) -> U) -> PerBand<U> {
+        PerBand { values: self.values.map(f) }
+    }
+    /// Combines the values of each band by `f`.
+    ///
+    /// ```
+    /// use zonal_scene::spectrum::PerBand;
+    /// let both = PerBand::from_rgb([true, true, false])
+    ///     .zip_map(PerBand::from_rgb([true, false, false]), |a, b| a && b);
+    /// assert_eq!(both.into_rgb(), [true, false, false]);
+    /// ```
+    #[inline]
+    pub fn zip_map<U, V>(self, other: PerBand<U>, mut f: impl FnMut(T, U) -> V) -> PerBand<V> {
+        let mut others = other.values.into_iter();
+        // Both arrays have one value for each band.
+        PerBand { values: self.values.map(|a| others.next().map(|b| f(a, b)).expect("one value a band")) }
+    }
+    /// The values, ascending by band.
+    #[inline]
+    pub fn iter(&self) -> std::slice::Iter<'_, T> {
+        self.values.iter()
+    }
+    /// The values for modification, ascending by band.
+    #[inline]
+    pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
+        self.values.iter_mut()
+    }
+    /// True if `predicate` holds in any band.
+    #[inline]
+    pub fn any(&self, predicate: impl FnMut(&T) -> bool) -> bool {
+        self.iter().any(predicate)
+    }
+    /// True if `predicate` holds in all bands.
+    #[inline]
+    pub fn all(&self, predicate: impl FnMut(&T) -> bool) -> bool {
+        self.iter().all(predicate)
+    }
+}
+
+impl<T> Index<Band> for PerBand<T> {
+    type Output = T;
+    #[inline]
+    fn index(&self, band: Band) -> &T {
+        &self.values[band.0]
+    }
+}
+
+impl<T> IndexMut<Band> for PerBand<T> {
+    #[inline]
+    fn index_mut(&mut self, band: Band) -> &mut T {
+        &mut self.values[band.0]
+    }
+}
+
+impl<T: Copy> TryFrom<&[T]> for PerBand<T> {
+    type Error = BandCountError;
+    /// The values of a slice, ascending by band.
+    ///
+    /// # Errors
+    /// If the number of values is not the number of bands.
+    #[inline]
+    fn try_from(values: &[T]) -> Result<PerBand<T>, BandCountError> {
+        band_array(values).map(|values| PerBand { values })
+    }
+}
+
+impl<T> IntoIterator for PerBand<T> {
+    type Item = T;
+    type IntoIter = std::array::IntoIter<T, BAND_COUNT>;
+    #[inline]
+    fn into_iter(self) -> Self::IntoIter {
+        self.values.into_iter()
+    }
+}
+
+impl<'a, T> IntoIterator for &'a PerBand<T> {
+    type Item = &'a T;
+    type IntoIter = std::slice::Iter<'a, T>;
+    #[inline]
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+/// The number of values of a slice differs from the number of bands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BandCountError {
+    /// Number of values of the slice.
+    pub found: usize,
+    /// Number of bands.
+    pub expected: usize,
+}
+
+impl std::fmt::Display for BandCountError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} values for {} bands", self.found, self.expected)
+    }
+}
+
+impl std::error::Error for BandCountError {}
+
+/// An array of one value for each band.
+pub(crate) fn band_array<T: Copy>(values: &[T]) -> Result<[T; BAND_COUNT], BandCountError> {
+    values.try_into().map_err(|_| BandCountError { found: values.len(), expected: BAND_COUNT })
+}

@@ -1,0 +1,260 @@
+//! Scenes from arrays: [`SceneBuilder`] collects surfaces, a medium, lights and cameras, and validates all of them once.
+
+mod lights;
+mod medium;
+mod mesh;
+mod values;
+
+pub use lights::{GlassPane, Sky, Sun};
+pub use medium::Medium;
+pub use mesh::Mesh;
+pub use values::{BandValues, VoxelValues};
+
+use crate::shells::{ShellKind, Shells};
+use crate::{
+    BandFractions, Bands, Camera, Facet, Light, Plate, Scene, SceneError, SceneParts, Sides, SolveOptions,
+    Surface, Surroundings, Thermal, ThermalCondition,
+};
+
+/// Reflectance of surfaces that are given none.
+const DEFAULT_REFLECTANCE: Bands = [0.5; 3];
+/// Distance over the extent of a mesh below which two corners are one.
+const WELD_DISTANCE: f64 = 1e-6;
+
+/// Builds a [`Scene`] from arrays.
+///
+/// Any temperature, heat flux or heat source makes the scene one of heat (thermal mode); every surface then needs one, and lights and emission
+/// are refused.
+///
+/// ```
+/// use zonal_scene::{Medium, Mesh, Scene, Sun};
+/// let scene = Scene::builder()
+///     .surface(Mesh::room([0.0; 3], [4.0, 3.0, 2.5]).name("walls").reflectance(0.7))
+///     .medium(Medium::grid([0.0; 3], [4.0, 3.0, 2.5], [8, 6, 5]).extinction(0.1).albedo(0.9))
+///     .light(Sun::new([1.0, 0.0, -1.0]).irradiance(1000.0))
+///     .build()?;
+/// assert_eq!(scene.surfaces()[0].name, "walls");
+/// # Ok::<(), zonal_scene::SceneError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct SceneBuilder {
+    name: String,
+    meshes: Vec<Mesh>,
+    panes: Vec<GlassPane>,
+    medium: Option<Medium>,
+    lights: Vec<Light>,
+    surroundings: Surroundings,
+    surroundings_temperature: Option<f64>,
+    band_fractions: Option<BandFractions>,
+    periodic: [bool; 3],
+    cameras: Vec<Camera>,
+    options: SolveOptions,
+}
+
+impl Scene {
+    /// Begins a scene from arrays.
+    #[must_use]
+    pub fn builder() -> SceneBuilder {
+        SceneBuilder::default()
+    }
+}
+
+impl SceneBuilder {
+    /// Sets the name of the scene.
+    #[must_use]
+    pub fn name(mut self, name: impl Into<String>) -> SceneBuilder {
+        self.name = name.into();
+        self
+    }
+
+    /// Adds a surface.
+    #[must_use]
+    pub fn surface(mut self, mesh: Mesh) -> SceneBuilder {
+        self.meshes.push(mesh);
+        self
+    }
+
+    /// Adds several surfaces.
+    #[must_use]
+    pub fn surfaces(mut self, meshes: impl IntoIterator<Item = Mesh>) -> SceneBuilder {
+        self.meshes.extend(meshes);
+        self
+    }
+
+    /// Adds a pane of glass.
+    #[must_use]
+    pub fn pane(mut self, pane: GlassPane) -> SceneBuilder {
+        self.panes.push(pane);
+        self
+    }
+
+    /// Sets the participating medium; vacuum without.
+    #[must_use]
+    pub fn medium(mut self, medium: Medium) -> SceneBuilder {
+        self.medium = Some(medium);
+        self
+    }
+
+    /// Adds a sun or a sky.
+    #[must_use]
+    pub fn light(mut self, light: impl Into<Light>) -> SceneBuilder {
+        self.lights.push(light.into());
+        self
+    }
+
+    /// Sets the radiance that comes in from everywhere beyond the scene, W/(m² sr); 0 where not given.
+    #[must_use]
+    pub fn surroundings(mut self, radiance: impl BandValues) -> SceneBuilder {
+        self.surroundings.radiance = radiance.into_bands();
+        self
+    }
+
+    /// Sets the temperature of black surroundings, K; cold where not given. It makes the scene one of heat.
+    #[must_use]
+    pub fn surroundings_temperature(mut self, temperature: f64) -> SceneBuilder {
+        self.surroundings_temperature = Some(temperature);
+        self
+    }
+
+    /// Sets the fraction of the black-body emissive power in each band, for scenes of heat; one grey band where not given.
+    #[must_use]
+    pub fn band_fractions(mut self, fractions: BandFractions) -> SceneBuilder {
+        self.band_fractions = Some(fractions);
+        self
+    }
+
+    /// Makes the scene periodic along axis 0, 1 or 2, with the extent of the medium as its period.
+    ///
+    /// # Panics
+    /// If `axis` is above 2.
+    #[must_use]
+    pub fn periodic(mut self, axis: usize) -> SceneBuilder {
+        self.periodic[axis] = true;
+        self
+    }
+
+    /// Adds a camera.
+    #[must_use]
+    pub fn camera(mut self, camera: Camera) -> SceneBuilder {
+        self.cameras.push(camera);
+        self
+    }
+
+    /// Sets how the scene is solved: accuracy, engine, size of patches.
+    #[must_use]
+    pub fn options(mut self, options: SolveOptions) -> SceneBuilder {
+        self.options = options;
+        self
+    }
+
+    /// Sets the wanted patch edge, m; a thirtieth of the scene's diagonal where not given.
+    #[must_use]
+    pub fn patch_size(mut self, size: f64) -> SceneBuilder {
+        self.options.patch_size = Some(size);
+        self
+    }
+
+    /// Whether something in the scene has a temperature or a given heat.
+    fn is_thermal(&self) -> bool {
+        self.surroundings_temperature.is_some()
+            || self.meshes.iter().any(|m| m.condition.is_some())
+            || self.medium.as_ref().is_some_and(Medium::is_thermal)
+    }
+
+    /// Validates the scene.
+    ///
+    /// # Errors
+    /// If a value is out of range, a name is used twice, a plate has no area, or a scene of heat lacks a temperature or an emissivity. The error
+    /// names the part.
+    pub fn build(self) -> Result<Scene, SceneError> {
+        let thermal = self.is_thermal();
+        let mut parts = SceneParts {
+            name: self.name,
+            lights: self.lights,
+            surroundings: self.surroundings,
+            periodic: self.periodic,
+            cameras: self.cameras,
+            options: self.options,
+            ..SceneParts::default()
+        };
+        let mut conditions = Vec::new();
+        for (number, mesh) in self.meshes.into_iter().enumerate() {
+            add_mesh(&mut parts, &mut conditions, number, mesh, thermal)?;
+        }
+        parts.panes = self.panes.into_iter().enumerate().map(|(i, p)| p.into_pane(i + 1)).collect();
+        parts.voxel_grid = self.medium.as_ref().map(Medium::build).transpose()?;
+        if thermal {
+            parts.thermal = Some(Thermal {
+                band_fractions: self.band_fractions.unwrap_or_default(),
+                surfaces: conditions,
+                panes: vec![ThermalCondition::Flux(0.0); parts.panes.len()],
+                surroundings: self.surroundings_temperature,
+            });
+        } else if self.band_fractions.is_some() {
+            let what = "fractions of the emissive power belong to scenes of heat; give a temperature to a surface or the medium";
+            return Err(SceneError::new("thermal.band_fractions", what));
+        }
+        Scene::new(parts)
+    }
+}
+
+/// Adds the surfaces of a mesh: one for each kind of shell (open, solid, enclosure) that it has, unless its sides are given.
+fn add_mesh(
+    parts: &mut SceneParts,
+    conditions: &mut Vec<ThermalCondition>,
+    number: usize,
+    mesh: Mesh,
+    thermal: bool,
+) -> Result<(), SceneError> {
+    let name = mesh.name.clone().unwrap_or_else(|| format!("surface{}", number + 1));
+    if mesh.plates.is_empty() {
+        return Err(SceneError::new(
+            format!("surface '{name}'"),
+            "the mesh has no faces; add faces or leave the surface out",
+        ));
+    }
+    if thermal && mesh.reflectance.is_none() {
+        return Err(SceneError::new(
+            format!("surface '{name}'.emissivity"),
+            "a surface of a scene of heat needs an emissivity",
+        ));
+    }
+    let condition = match (mesh.condition, thermal) {
+        (Some(condition), _) => Some(condition),
+        (None, true) => {
+            let what = "a surface of a scene of heat needs a temperature, a heat flux or a net power; a heat flux of 0 is adiabatic";
+            return Err(SceneError::new(format!("surface '{name}'.temperature"), what));
+        }
+        (None, false) => None,
+    };
+    let shells = Shells::find(&mesh.plates, WELD_DISTANCE);
+    let kinds = [(ShellKind::Open, ""), (ShellKind::Solid, " (solid)"), (ShellKind::Enclosure, " (room)")];
+    let present: Vec<_> =
+        kinds.iter().filter(|(k, _)| (0..mesh.plates.len()).any(|i| shells.of(i) == *k)).collect();
+    for &&(kind, suffix) in &present {
+        let default = if kind == ShellKind::Open { Sides::Both } else { Sides::Front };
+        let sides = mesh.sides.unwrap_or(default);
+        let surface = parts.surfaces.len();
+        parts.surfaces.push(Surface {
+            name: if present.len() > 1 { format!("{name}{suffix}") } else { name.clone() },
+            reflectance: mesh.reflectance.unwrap_or(DEFAULT_REFLECTANCE),
+            emission: mesh.emission.unwrap_or([0.0; 3]),
+            reflectance_texture: None,
+            emission_texture: None,
+            sides,
+            patch_size: mesh.patch_size,
+            solid: kind == ShellKind::Solid && sides == Sides::Front,
+        });
+        conditions.extend(condition);
+        if mesh.direct_light {
+            parts.lights.push(Light::Emitter { name: None, surface });
+        }
+        let of_kind = (0..mesh.plates.len()).filter(|&i| shells.of(i) == kind);
+        parts.facets.extend(of_kind.map(|i| facet(surface, mesh.plates[i])));
+    }
+    Ok(())
+}
+
+fn facet(surface: usize, plate: Plate) -> Facet {
+    Facet { surface, plate, uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]] }
+}

@@ -1,0 +1,75 @@
+//! Temperatures and heat flows by name.
+
+/// The subject of a [`HeatRow`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeatRowKind {
+    /// A named surface.
+    Surface,
+    /// All voxels.
+    Medium,
+    /// A named pane.
+    Pane,
+}
+
+impl HeatRowKind {
+    /// All kinds.
+    pub const VARIANTS: [HeatRowKind; 3] = [HeatRowKind::Surface, HeatRowKind::Medium, HeatRowKind::Pane];
+    /// The name in reports.
+    pub fn name(self) -> &'static str {
+        ["surface", "medium", "pane"][self as usize]
+    }
+}
+
+/// Temperature and net power of a named surface, of the medium or of a pane. Errors are sums of the moduli of the zones' estimated errors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeatRow {
+    /// Name.
+    pub name: String,
+    /// Subject.
+    pub kind: HeatRowKind,
+    /// Area of all patches, m²; volume of the medium or pane, m³.
+    pub size: f64,
+    /// (mean of T⁴ over area or volume)^¼ of the zones with a temperature, K; `None` if there are none.
+    pub temperature: Option<f64>,
+    /// Error of the temperature, K.
+    pub temperature_error: Option<f64>,
+    /// Net emitted power, W.
+    pub power: f64,
+    /// Error of the power, W.
+    pub power_error: f64,
+}
+
+impl HeatRow {
+    /// Net power over size, W/m² of surfaces, W/m³ of media and panes, and its error.
+    pub fn flux(&self) -> [f64; 2] {
+        [self.over_size(self.power), self.over_size(self.power_error)]
+    }
+    /// A power (W) over the size: W/m² or W/m³; 0 for size 0.
+    pub fn over_size(&self, power: f64) -> f64 {
+        if self.size > 0.0 { power / self.size } else { 0.0 }
+    }
+}
+
+/// Temperatures and net powers by name, and their balance.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HeatReport {
+    /// Surfaces in the scene's order, then the medium, then panes.
+    pub rows: Vec<HeatRow>,
+    /// Power incoming from the surroundings minus power escaping to them, W.
+    pub surroundings: f64,
+    /// Power absorbed by the black, cold back faces of one-sided surfaces, W.
+    pub absorbed_backfaces: f64,
+}
+
+impl HeatReport {
+    /// Sum of all net powers, 0 up to errors, W.
+    ///
+    /// ```
+    /// use zonal_scene::HeatReport;
+    /// let report = HeatReport { rows: vec![], surroundings: 3.0, absorbed_backfaces: 2.0 };
+    /// assert_eq!(report.balance(), 1.0);
+    /// ```
+    pub fn balance(&self) -> f64 {
+        self.rows.iter().map(|r| r.power).sum::<f64>() + self.surroundings - self.absorbed_backfaces
+    }
+}

@@ -1,0 +1,18 @@
+//! Ranges of the physical quantities of a scene.
+
+/// Largest modulus of a coordinate, m.
+pub const MAX_COORDINATE: f64 = 1e8;
+/// Smallest area of a plate, m².
+pub(crate) const MIN_PLATE_AREA: f64 = 1e-24;
+/// Smallest edge of a voxel, m.
+pub(crate) const MIN_CELL_EDGE: f64 = 1e-9;
+/// Largest number of cells of a voxel grid: at 100 bytes a cell, the memory of a large machine.
+pub const MAX_CELLS: usize = 1 << 25;
+/// Largest extinction, 1/m.
+pub const MAX_EXTINCTION: f64 = 1e8;
+/// Largest emission, irradiance or radiance, W/m² or W/(m² sr), and largest volumetric source, W/m³.
+pub(crate) const MAX_FLUX: f64 = 1e30;
+/// Largest temperature, K.
+pub const MAX_TEMPERATURE: f64 = 1e6;
+/// Largest modulus of a prescribed net power, in W, W/m² or W/m³.
+pub const MAX_NET_POWER: f64 = 1e18;

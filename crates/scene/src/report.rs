@@ -1,0 +1,160 @@
+//! Report of a solve: method, convergence, closure, balances and error estimates.
+
+use crate::band_values::{Bands, bands};
+use crate::diagnostic::Diagnostic;
+use crate::energy_balance::EnergyBalance;
+use crate::fields::Fields;
+use crate::heat_report::HeatReport;
+use crate::solve_status::SolveStatus;
+use zonal_math::Grade;
+
+/// Defect of the closure relation Σ_j F_ij = A_i or 4 κ_i V_i, with the exchange to surroundings and back faces in the sum.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClosureDefect {
+    /// Largest relative defect before restoration, a band.
+    pub worst: Bands,
+    /// Root mean square of the relative defect before restoration, a band.
+    pub rms: Bands,
+    /// Largest relative change of a factor by the restoration; zero without.
+    pub largest_change: Bands,
+    /// Largest relative defect after the restoration, a band.
+    pub residual_defect: Bands,
+    /// True if closure was restored.
+    pub restored: bool,
+}
+
+impl ClosureDefect {
+    /// Records that the incident flux of a light group was scaled by 1 + `change`, a band.
+    pub fn record_normalization(&mut self, change: Bands) {
+        self.largest_change = bands(|b| self.largest_change[b].max(change[b].abs()));
+        self.restored = true;
+    }
+}
+
+/// Estimated error of a whole solution, a band: the root mean square of the estimated error of `incident` over that of `incident`, or the
+/// same of the total incident flux (direct light included), whichever is larger.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorEstimate {
+    /// Over the patches: of H.
+    pub patches: Bands,
+    /// Over voxel zones and pane zones: of G.
+    pub volumes: Bands,
+    /// Grade of the estimate.
+    pub grade: Grade,
+}
+
+impl ErrorEstimate {
+    /// The estimate for fields whose first `patches` zones are patches.
+    pub fn of(fields: &Fields, patches: usize, grade: Grade) -> ErrorEstimate {
+        let sum_of_squares = |x: &[Bands]| x.iter().fold([0.0; 3], |s, x| bands(|b| s[b] + x[b] * x[b]));
+        let over_zones = |range: std::ops::Range<usize>| {
+            let ratio = |e: Bands, h: Bands| bands(|b| relative_error(e[b], h[b]).sqrt());
+            let indirect = ratio(
+                sum_of_squares(&fields.error[range.clone()]),
+                sum_of_squares(&fields.incident[range.clone()]),
+            );
+            if fields.direct_error.is_empty() {
+                return indirect;
+            }
+            let squares_of_sum = |x: &[Bands], y: &[Bands]| {
+                let both = range.clone().map(|i| bands(|b| x[i][b] + y[i][b]));
+                sum_of_squares(&both.collect::<Vec<_>>())
+            };
+            let total = ratio(
+                squares_of_sum(&fields.error, &fields.direct_error),
+                squares_of_sum(&fields.incident, &fields.direct),
+            );
+            bands(|b| indirect[b].max(total[b]))
+        };
+        ErrorEstimate {
+            patches: over_zones(0..patches),
+            volumes: over_zones(patches..fields.incident.len()),
+            grade,
+        }
+    }
+}
+
+impl Default for ErrorEstimate {
+    fn default() -> ErrorEstimate {
+        ErrorEstimate { patches: [0.0; 3], volumes: [0.0; 3], grade: Grade::Estimated }
+    }
+}
+
+/// `error`/`value` of numbers from 0: 0 for 0/0, infinite for a positive error of 0 and for NaN.
+fn relative_error(error: f64, value: f64) -> f64 {
+    match () {
+        () if error.is_nan() || value.is_nan() => f64::INFINITY,
+        () if value > 0.0 => error / value,
+        () if error == 0.0 => 0.0,
+        () => f64::INFINITY,
+    }
+}
+
+/// Discretization error, estimated from a second solve on zones about twice as large (Richardson's comparison). With Q of the given zones,
+/// Q' of zones `ratio` times as large across, and an error that is proportional to the size of the zones or falls faster, the error of Q
+/// is at most |Q − Q'|/(ratio − 1).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DiscretizationError {
+    /// Number of zones of the second solve.
+    pub zones: usize,
+    /// Ratio of the zone sizes, above 1.
+    pub ratio: f64,
+    /// Errors of temperature (K) and net power (W) of each row of [`HeatReport`]; 0 for prescribed values, empty in light mode.
+    pub heat: Vec<[f64; 2]>,
+    /// Errors of the powers in [`Report::energy`], W a band; its residual is 0.
+    pub energy: EnergyBalance,
+    /// Zones that the estimate does not cover, and why.
+    pub notes: Vec<Diagnostic>,
+}
+
+/// Report of a solve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    /// The engine: `dense`, `hierarchical` or `spectral`.
+    pub engine: String,
+    /// The reason for the choice of the engine.
+    pub reason: String,
+    /// Final status of the iteration, a band; the worst of all light groups.
+    pub status: [SolveStatus; 3],
+    /// Undistributed power before the first and after each iteration, relative to the power of the sources, a band.
+    pub residuals: [Vec<f64>; 3],
+    /// Estimated error of the whole solution.
+    pub estimate: ErrorEstimate,
+    /// Closure defect.
+    pub closure: ClosureDefect,
+    /// Energy balance.
+    pub energy: EnergyBalance,
+    /// Stated errors of the powers in `energy`, W a band: of the exchange, of direct light, of the solver, and the unexplained residual.
+    /// Infinite where unknown; the residual is 0.
+    pub energy_error: EnergyBalance,
+    /// Temperatures and net powers by name; `None` in light mode.
+    pub heat: Option<HeatReport>,
+    /// Discretization error, if requested and available.
+    pub discretization_error: Option<DiscretizationError>,
+    /// Names and values of counters: pairs by method, rays, tables.
+    pub counts: Vec<(String, u64)>,
+    /// Notes and warnings: thick zones, open enclosures, dropped triangles.
+    pub warnings: Vec<Diagnostic>,
+    /// The weakest grade of the exchange areas used.
+    pub grade: Grade,
+}
+
+impl Default for Report {
+    fn default() -> Report {
+        Report {
+            engine: "dense".into(),
+            reason: String::new(),
+            status: [SolveStatus::Converged; 3],
+            residuals: Default::default(),
+            estimate: ErrorEstimate::default(),
+            closure: ClosureDefect::default(),
+            energy: EnergyBalance::default(),
+            energy_error: EnergyBalance::default(),
+            heat: None,
+            discretization_error: None,
+            counts: Vec::new(),
+            warnings: Vec::new(),
+            grade: Grade::Estimated,
+        }
+    }
+}

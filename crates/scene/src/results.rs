@@ -1,0 +1,106 @@
+//! Results of a solution by name, with errors and units.
+
+use crate::{Bands, HeatReport, HeatRowKind, Solution, Zones, bands};
+
+/// What one named surface emits, absorbs and gives.
+///
+/// An error is infinite where it is unknown.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SurfaceResult {
+    /// Name of the surface.
+    pub name: String,
+    /// Area of the sides that exchange, m².
+    pub area: f64,
+    /// Net power that the surface gives, emitted less absorbed, all bands together, W.
+    pub net_power: f64,
+    /// Error of `net_power` by the exchange, direct light and the solver, W; the error of the finite zones is apart.
+    pub error: f64,
+    /// Error of `net_power` by the finite zones, W; none where it was not estimated.
+    pub discretization_error: Option<f64>,
+    /// Temperature, K: (mean of T⁴ over the area)^¼; none in light mode, and where none is defined.
+    pub temperature: Option<f64>,
+    /// Error of `temperature`, K.
+    pub temperature_error: Option<f64>,
+    /// Absorbed power in each band, W.
+    pub absorbed: Bands,
+    /// Error of `absorbed`, W.
+    pub absorbed_error: Bands,
+}
+
+impl SurfaceResult {
+    /// Net flux that leaves the surface, W/m²; 0 of a surface without area.
+    #[must_use]
+    pub fn net_flux(&self) -> f64 {
+        if self.area > 0.0 { self.net_power / self.area } else { 0.0 }
+    }
+
+    /// Error of `net_power` with that of the finite zones, W; none where the latter was not estimated.
+    #[must_use]
+    pub fn total_error(&self) -> Option<f64> {
+        self.discretization_error.map(|e| self.error + e)
+    }
+}
+
+impl Solution {
+    /// The named surfaces, in the order of the scene.
+    #[must_use]
+    pub fn surfaces(&self) -> Vec<SurfaceResult> {
+        (0..self.scene.surfaces().len()).map(|i| self.surface_result(i)).collect()
+    }
+
+    /// The surface of this name, if there is one.
+    #[must_use]
+    pub fn surface(&self, name: &str) -> Option<SurfaceResult> {
+        self.scene.surfaces().iter().position(|s| s.name == name).map(|i| self.surface_result(i))
+    }
+
+    fn surface_result(&self, index: usize) -> SurfaceResult {
+        let report = &self.report;
+        let by_name = |list: &[(String, Bands)]| list.get(index).map_or([0.0; 3], |s| s.1);
+        let absorbed = by_name(&report.energy.absorbed_surfaces);
+        let absorbed_error = by_name(&report.energy_error.absorbed_surfaces);
+        let (area, emitted) = self.area_and_emitted_power(index);
+        let zones = report.discretization_error.as_ref();
+        let mut result = SurfaceResult {
+            name: self.scene.surfaces()[index].name.clone(),
+            area,
+            net_power: (0..3).map(|b| emitted[b] - absorbed[b]).sum(),
+            error: absorbed_error.iter().sum(),
+            discretization_error: zones.map(|z| by_name(&z.energy.absorbed_surfaces).iter().sum()),
+            temperature: None,
+            temperature_error: None,
+            absorbed,
+            absorbed_error,
+        };
+        let of_surface = |heat: &HeatReport| {
+            let rows = heat.rows.iter().enumerate().filter(|(_, r)| r.kind == HeatRowKind::Surface);
+            rows.map(|(k, r)| (k, r.clone())).nth(index)
+        };
+        if let Some((k, row)) = report.heat.as_ref().and_then(of_surface) {
+            let of_zones = zones.and_then(|z| z.heat.get(k)).copied();
+            result.net_power = row.power;
+            result.error = row.power_error;
+            result.discretization_error = of_zones.map(|e| e[1]);
+            result.temperature = row.temperature;
+            result.temperature_error = row.temperature_error.map(|e| e + of_zones.map_or(0.0, |z| z[0]));
+        }
+        result
+    }
+
+    /// Area of the patches of a surface, m², and what they emit, W per band; a direct emitter's emission is taken at the centre of each patch.
+    fn area_and_emitted_power(&self, surface: usize) -> (f64, Bands) {
+        let direct = self.scene.is_direct_emitter(surface);
+        let zones: &Zones = &self.zones;
+        let patches = zones.patches.iter().filter(|p| p.surface == surface);
+        patches.fold((0.0, [0.0; 3]), |(area, power), p| {
+            let emission = if direct {
+                let [u, v] = self.scene.facets()[p.facet].plate.parameters(p.plate.centre());
+                self.scene.emission_at(p.facet, u, v)
+            } else {
+                p.emission
+            };
+            (area + p.area, bands(|b| power[b] + emission[b] * p.area))
+        })
+    }
+}

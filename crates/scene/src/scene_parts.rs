@@ -1,0 +1,69 @@
+//! The parts of a scene before validation.
+
+use crate::camera::Camera;
+use crate::diagnostic::Diagnostic;
+use crate::light::{Light, Surroundings};
+use crate::options::SolveOptions;
+use crate::plate::Plate;
+use crate::surface::{Facet, Pane, Surface, Texture};
+use crate::thermal::Thermal;
+use crate::voxel_grid::VoxelGrid;
+use zonal_math::Vec3;
+
+/// The parts of a scene, not yet validated.
+#[derive(Clone, Debug, Default)]
+pub struct SceneParts {
+    /// Name.
+    pub name: String,
+    /// Surfaces.
+    pub surfaces: Vec<Surface>,
+    /// Facets of all surfaces.
+    pub facets: Vec<Facet>,
+    /// Textures.
+    pub textures: Vec<Texture>,
+    /// Panes.
+    pub panes: Vec<Pane>,
+    /// The medium; `None` for vacuum.
+    pub voxel_grid: Option<VoxelGrid>,
+    /// Direct lights.
+    pub lights: Vec<Light>,
+    /// The surroundings.
+    pub surroundings: Surroundings,
+    /// Axes along which the scene is periodic, with the medium's extent as period.
+    pub periodic: [bool; 3],
+    /// Thermal conditions; `None` in light mode.
+    pub thermal: Option<Thermal>,
+    /// Cameras.
+    pub cameras: Vec<Camera>,
+    /// Settings.
+    pub options: SolveOptions,
+    /// Notes of the reader, such as dropped triangles.
+    pub notes: Vec<Diagnostic>,
+}
+
+impl SceneParts {
+    /// All names, for editing.
+    pub(crate) fn names_mut(&mut self) -> impl Iterator<Item = &mut String> {
+        let lights = self.lights.iter_mut().filter_map(|l| match l {
+            Light::Sun { name, .. } | Light::Sky { name, .. } => Some(name),
+            Light::Emitter { name, .. } => name.as_mut(),
+        });
+        let surroundings = self.surroundings.name.as_mut().into_iter();
+        std::iter::once(&mut self.name)
+            .chain(self.surfaces.iter_mut().map(|s| &mut s.name))
+            .chain(self.panes.iter_mut().map(|p| &mut p.name))
+            .chain(self.cameras.iter_mut().map(|c| &mut c.name))
+            .chain(lights)
+            .chain(surroundings)
+    }
+
+    /// Smallest and largest coordinates of all facets, panes and the voxel grid, m.
+    pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
+        let mut bounds = (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY));
+        let plates = self.facets.iter().map(|f| &f.plate).chain(self.panes.iter().flat_map(|p| &p.plates));
+        for (lo, hi) in plates.map(Plate::bounds).chain(self.voxel_grid.iter().map(|v| (v.min(), v.max()))) {
+            bounds = (bounds.0.min(lo), bounds.1.max(hi));
+        }
+        bounds
+    }
+}

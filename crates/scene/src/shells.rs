@@ -1,0 +1,349 @@
+//! Connected shells of a set of plates: open shells, solids (closed, normals outward) and enclosures (closed, normals inward).
+//!
+//! Corners are welded on a grid. An edge is **balanced** if equal numbers of plates traverse it forwards and backwards; a set of plates
+//! whose edges are all balanced has no boundary, and the winding number of a point is defined. Plates are joined across edges
+//! (union–find); at an edge with several plates in each direction the plates are sorted by angle, and each is paired with the plate at the
+//! other end of the wedge behind it:
+//!
+//! ```text
+//!     wedge of a plate at edge a → b:  from the direction u (normal to the edge, into the plate) towards −n
+//! ```
+//!
+//! Solids that touch along edges or faces are thus separate shells. A shell is closed if all its edges are balanced; the sign of its
+//! volume Σ a·(b × c)/6 distinguishes a solid from an enclosure.
+//!
+//! **Cost:** O(n log n) for n plates.
+
+use crate::plate::Plate;
+use std::collections::HashMap;
+use zonal_math::Vec3;
+
+/// Kind of a shell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ShellKind {
+    /// An edge is unbalanced, or no volume is enclosed.
+    #[default]
+    Open,
+    /// Closed with normals outward.
+    Solid,
+    /// Closed with normals inward.
+    Enclosure,
+}
+
+/// Properties of a connected set of plates.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shell {
+    /// Open, solid or enclosure.
+    pub kind: ShellKind,
+    /// Enclosed volume, m³; negative for an enclosure.
+    pub volume: f64,
+    /// Area, m².
+    pub area: f64,
+    /// Sum of the area vectors, m²: zero for a closed shell.
+    pub area_vector: Vec3,
+    /// Number of edges without a second plate.
+    pub free_edges: usize,
+    /// Number of edges that all plates traverse in one direction: the normals of neighbours are inconsistent.
+    pub flipped_edges: usize,
+}
+
+/// The shells of a list of plates.
+#[derive(Clone, Debug, Default)]
+pub struct Shells {
+    shell_of_plate: Vec<u32>,
+    shells: Vec<Shell>,
+}
+
+/// One plate at an edge between two welded corners, the lower index first.
+#[derive(Clone, Copy)]
+struct EdgeUse {
+    corners: (u32, u32),
+    plate: u32,
+    /// The corner of the plate at which the edge begins.
+    first: u8,
+    forwards: bool,
+}
+
+/// Angles around an edge that differ by less than this count as equal, radians.
+const EQUAL_ANGLE_TOLERANCE: f64 = 1e-6;
+/// Volume below which a shell counts as open, in units of its area to the power 3/2: rounding errors of two sheets back to back.
+const MIN_SHELL_VOLUME: f64 = 1e-9;
+/// Shift of the weld grid, in steps: keeps simple fractions of the extent off the borders of its cells.
+const WELD_GRID_SHIFT: f64 = 0.286_391_7;
+
+impl Shell {
+    /// Adds volume (relative to `origin`), area and area vector of a plate.
+    fn add_plate(&mut self, p: &Plate, origin: Vec3) {
+        let (c, n) = p.corners();
+        for k in 1..n - 1 {
+            let (a, b, d) = (c[0] - origin, c[k] - origin, c[k + 1] - origin);
+            self.volume += a.dot(b.cross(d)) / 6.0;
+        }
+        self.area += p.area();
+        self.area_vector += p.normal() * p.area();
+    }
+
+    /// The kind by unbalanced edges and volume.
+    fn classify(&self) -> ShellKind {
+        match self.volume {
+            _ if self.free_edges + self.flipped_edges > 0 => ShellKind::Open,
+            v if v > MIN_SHELL_VOLUME * self.area.powf(1.5) => ShellKind::Solid,
+            v if v < -MIN_SHELL_VOLUME * self.area.powf(1.5) => ShellKind::Enclosure,
+            _ => ShellKind::Open,
+        }
+    }
+}
+
+/// Joins plates across their edges. Returns the parents of the union–find forest, and for each unbalanced edge one of its plates and
+/// whether all plates traverse it in one direction.
+fn join_across_edges(plates: &[Plate], weld: f64) -> (Vec<u32>, Vec<(u32, bool)>) {
+    let uses = edge_uses(plates, weld);
+    let mut parent: Vec<u32> = (0..plates.len() as u32).collect();
+    let mut unbalanced: Vec<(u32, bool)> = Vec::new();
+    for group in uses.chunk_by(|a, b| a.corners == b.corners) {
+        let forwards = group.iter().filter(|u| u.forwards).count();
+        if 2 * forwards == group.len() && group.len() > 2 {
+            for (a, b) in pair_around_edge(plates, group) {
+                join(&mut parent, a, b);
+            }
+            continue;
+        }
+        group.windows(2).for_each(|w| join(&mut parent, w[0].plate, w[1].plate));
+        if 2 * forwards != group.len() {
+            unbalanced.push((group[0].plate, group.len() > 1 && forwards % group.len() == 0));
+        }
+    }
+    (parent, unbalanced)
+}
+
+impl Shells {
+    /// Finds the shells; corners nearer than about `weld` times the extent of all plates are identified.
+    ///
+    /// ```
+    /// use zonal_math::vec3;
+    /// use zonal_scene::Plate;
+    /// use zonal_scene::shells::{ShellKind, Shells};
+    /// let (a, b, c, d) = (vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
+    /// let tetrahedron = [(a, c, b), (a, b, d), (a, d, c), (b, c, d)].map(|(p, q, r)| Plate::triangle(p, q, r));
+    /// let shells = Shells::find(&tetrahedron, 1e-6);
+    /// assert_eq!(shells.of(0), ShellKind::Solid);
+    /// assert_eq!(Shells::find(&tetrahedron[..3], 1e-6).of(0), ShellKind::Open);
+    /// ```
+    pub fn find(plates: &[Plate], weld: f64) -> Shells {
+        // Join plates across edges and collect unbalanced edges.
+        let (mut parent, unbalanced) = join_across_edges(plates, weld);
+        // Number the sets and sum volumes, areas and area vectors.
+        let mut shells = Shells { shell_of_plate: vec![u32::MAX; plates.len()], shells: Vec::new() };
+        let mut number = vec![u32::MAX; plates.len()];
+        let origin = plates.first().map_or(Vec3::ZERO, |p| p.origin);
+        for (i, p) in plates.iter().enumerate() {
+            let r = root(&mut parent, i as u32) as usize;
+            if number[r] == u32::MAX {
+                number[r] = shells.shells.len() as u32;
+                shells.shells.push(Shell::default());
+            }
+            shells.shell_of_plate[i] = number[r];
+            shells.shells[number[r] as usize].add_plate(p, origin);
+        }
+        // Count unbalanced edges and classify.
+        for (plate, flipped) in unbalanced {
+            let c = &mut shells.shells[shells.shell_of_plate[plate as usize] as usize];
+            *(if flipped { &mut c.flipped_edges } else { &mut c.free_edges }) += 1;
+        }
+        shells.shells.iter_mut().for_each(|c| c.kind = c.classify());
+        shells
+    }
+
+    /// Kind of the shell of a plate.
+    pub fn of(&self, plate: usize) -> ShellKind {
+        self.shells[self.shell_of_plate[plate] as usize].kind
+    }
+    /// Index of the shell of a plate.
+    pub fn shell_index(&self, plate: usize) -> usize {
+        self.shell_of_plate[plate] as usize
+    }
+    /// All shells, in the order of their first plates.
+    pub fn shells(&self) -> &[Shell] {
+        &self.shells
+    }
+}
+
+/// The representative of the set of `i`, with path halving.
+fn root(parent: &mut [u32], mut i: u32) -> u32 {
+    while parent[i as usize] != i {
+        parent[i as usize] = parent[parent[i as usize] as usize];
+        i = parent[i as usize];
+    }
+    i
+}
+
+/// Unites the sets of `a` and `b`.
+fn join(parent: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (root(parent, a), root(parent, b));
+    parent[a.max(b) as usize] = a.min(b);
+}
+
+/// The edges of all plates, sorted by corners, then by plate.
+fn edge_uses(plates: &[Plate], weld: f64) -> Vec<EdgeUse> {
+    let empty = (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY));
+    let (lo, hi) = plates.iter().map(Plate::bounds).fold(empty, |(lo, hi), (a, b)| (lo.min(a), hi.max(b)));
+    let step = ((hi - lo).max_abs() * weld).max(f64::MIN_POSITIVE);
+    let mut ids: HashMap<[i64; 3], u32> = HashMap::with_capacity(plates.len());
+    let mut uses = Vec::with_capacity(4 * plates.len());
+    for (plate, p) in plates.iter().enumerate() {
+        let (c, n) = p.corners();
+        let id = c.map(|q| {
+            let d = q - lo;
+            let key = [0, 1, 2].map(|k| (d[k] / step + WELD_GRID_SHIFT).round() as i64);
+            let next = ids.len() as u32;
+            *ids.entry(key).or_insert(next)
+        });
+        for k in 0..n {
+            let (a, b) = (id[k], id[(k + 1) % n]);
+            if a != b {
+                let corners = (a.min(b), a.max(b));
+                uses.push(EdgeUse { corners, plate: plate as u32, first: k as u8, forwards: a < b });
+            }
+        }
+    }
+    uses.sort_unstable_by_key(|u| (u.corners, u.plate, u.first));
+    uses
+}
+
+/// Pairs of plates around a balanced edge that bound a common wedge behind both.
+fn pair_around_edge(plates: &[Plate], group: &[EdgeUse]) -> Vec<(u32, u32)> {
+    let direction_and_normal = |u: &EdgeUse| {
+        let (c, n) = plates[u.plate as usize].corners();
+        let d = c[(u.first as usize + 1) % n] - c[u.first as usize];
+        (d.normalized(), plates[u.plate as usize].normal())
+    };
+    // Measure angles from the direction into the first plate.
+    let (d, n) = direction_and_normal(&group[0]);
+    let axis = if group[0].forwards { d } else { -d };
+    let zero = n.cross(d);
+    let quarter = axis.cross(zero);
+    let mut around: Vec<(i64, bool, u32)> = group
+        .iter()
+        .map(|u| {
+            let (d, n) = direction_and_normal(u);
+            let into = n.cross(d);
+            let angle = into.dot(quarter).atan2(into.dot(zero)).rem_euclid(std::f64::consts::TAU);
+            let steps = (angle / EQUAL_ANGLE_TOLERANCE).round() as i64;
+            let turn = (std::f64::consts::TAU / EQUAL_ANGLE_TOLERANCE).round() as i64;
+            // The wedge behind begins at a backward plate and ends at a forward plate; ends are sorted first.
+            (if steps >= turn { 0 } else { steps }, !u.forwards, u.plate)
+        })
+        .collect();
+    around.sort_unstable();
+    // Match begins and ends as parentheses; a second round closes wedges that contain the zero angle.
+    let (mut begun, mut pairs): (Vec<u32>, Vec<(u32, u32)>) = (Vec::new(), Vec::new());
+    let mut ended = vec![false; around.len()];
+    for round in 0..2 {
+        for (k, &(_, begins, plate)) in around.iter().enumerate() {
+            if begins && round == 0 {
+                begun.push(plate);
+            } else if !begins
+                && !ended[k]
+                && let Some(other) = begun.pop()
+            {
+                ended[k] = true;
+                pairs.push((other, plate));
+            }
+        }
+    }
+    pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zonal_math::vec3;
+
+    /// A cuboid of twelve triangles with normals outward, or inward.
+    fn cuboid(lo: Vec3, hi: Vec3, inward: bool) -> Vec<Plate> {
+        let e = hi - lo;
+        let (x, y, z) = (vec3(e.x, 0.0, 0.0), vec3(0.0, e.y, 0.0), vec3(0.0, 0.0, e.z));
+        let sides = [(lo, y, x), (lo, z, y), (lo, x, z), (hi, -x, -y), (hi, -y, -z), (hi, -z, -x)];
+        sides
+            .into_iter()
+            .flat_map(|(o, a, b)| {
+                [Plate::triangle(o, o + a, o + b), Plate::triangle(o + a + b, o + b, o + a)]
+            })
+            .map(|p| if inward { p.flipped() } else { p })
+            .collect()
+    }
+    fn count(plates: &[Plate]) -> Vec<(ShellKind, f64)> {
+        let mut list: Vec<(ShellKind, f64)> =
+            Shells::find(plates, 1e-6).shells().iter().map(|c| (c.kind, c.volume)).collect();
+        list.sort_by(|a, b| a.1.total_cmp(&b.1));
+        list
+    }
+
+    #[test]
+    fn touching_solids_are_separate_shells() {
+        let first = cuboid(Vec3::ZERO, Vec3::ONE, false);
+        // On an edge, on a whole face, and on a corner.
+        for shift in [vec3(1.0, 1.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), Vec3::ONE] {
+            let second = cuboid(shift, shift + Vec3::ONE, false);
+            let both = [first.clone(), second].concat();
+            let found = count(&both);
+            assert_eq!(found.len(), 2, "{shift:?}");
+            assert!(
+                found.iter().all(|(s, v)| *s == ShellKind::Solid && (v - 1.0).abs() < 1e-12),
+                "{found:?}"
+            );
+        }
+        // Four around one edge.
+        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
+        let four: Vec<Plate> = corners
+            .iter()
+            .flat_map(|&(x, y)| cuboid(vec3(x, y, 0.0), vec3(x + 1.0, y + 1.0, 1.0), false))
+            .collect();
+        assert_eq!(count(&four).len(), 4);
+        assert!(count(&four).iter().all(|c| c.0 == ShellKind::Solid));
+    }
+
+    #[test]
+    fn coincident_opposite_skins_are_a_solid_and_an_enclosure() {
+        let skins = [cuboid(Vec3::ZERO, Vec3::ONE, false), cuboid(Vec3::ZERO, Vec3::ONE, true)].concat();
+        let found = count(&skins);
+        assert_eq!(
+            found.iter().map(|c| c.0).collect::<Vec<_>>(),
+            [ShellKind::Enclosure, ShellKind::Solid],
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn flipped_and_missing_faces_are_counted() {
+        let mut body = cuboid(Vec3::ZERO, Vec3::ONE, false);
+        body[3] = body[3].flipped();
+        let c = Shells::find(&body, 1e-6).shells()[0];
+        assert_eq!((c.kind, c.flipped_edges, c.free_edges), (ShellKind::Open, 3, 0));
+        body.remove(3);
+        let c = Shells::find(&body, 1e-6).shells()[0];
+        assert_eq!((c.kind, c.flipped_edges, c.free_edges), (ShellKind::Open, 0, 3));
+        assert!(Shells::find(&[], 1e-6).shells().is_empty());
+    }
+
+    #[test]
+    fn sheets_back_to_back_are_open() {
+        let sheet = Plate::parallelogram(vec3(0.1, 0.2, 0.3), vec3(1.0, 0.3, 0.1), vec3(-0.3, 1.0, 0.7));
+        let c = Shells::find(&[sheet, sheet.flipped()], 1e-6).shells()[0];
+        assert_eq!((c.kind, c.free_edges, c.flipped_edges), (ShellKind::Open, 0, 0), "{c:?}");
+    }
+
+    #[test]
+    fn corners_at_simple_fractions_of_the_extent_are_welded() {
+        // Corners at k/128 of the extent lie on cell borders of an unshifted grid; rounding errors would then separate them.
+        let mut plates = cuboid(Vec3::ZERO, Vec3::splat(128.0), true);
+        for (k, p) in cuboid(vec3(1.0, 3.0, 5.0), vec3(7.0, 9.0, 11.0), false).into_iter().enumerate() {
+            let off = if k % 2 == 0 { 1e-10 } else { -1e-10 };
+            plates.push(Plate { origin: p.origin + Vec3::splat(off), ..p });
+        }
+        assert_eq!(
+            count(&plates).iter().map(|c| c.0).collect::<Vec<_>>(),
+            [ShellKind::Enclosure, ShellKind::Solid]
+        );
+    }
+}

@@ -1,0 +1,206 @@
+//! Validation of scene parts: ranges of values, indices, unique names.
+
+use crate::band_values::Bands;
+use crate::light::Light;
+use crate::limits::{MAX_COORDINATE, MAX_EXTINCTION, MAX_FLUX, MIN_PLATE_AREA};
+use crate::options::SolveOptions;
+use crate::plate::Plate;
+use crate::scene_error::{SceneError, invalid};
+use crate::scene_parts::SceneParts;
+use crate::surface::Pane;
+use crate::thermal_validation::check_thermal;
+use std::collections::HashSet;
+
+/// Largest deviation of the length of a sun's direction from 1.
+const UNIT_LENGTH_TOLERANCE: f64 = 1e-9;
+
+/// Validates all parts of a scene.
+pub(crate) fn check_parts(parts: &SceneParts) -> Result<(), SceneError> {
+    if parts.facets.is_empty() && parts.panes.is_empty() && parts.voxel_grid.is_none() {
+        return invalid("scene", "the scene is empty; add a surface or a medium");
+    }
+    check_surfaces(parts)?;
+    check_textures(parts)?;
+    check_facets(parts)?;
+    parts.panes.iter().try_for_each(check_pane)?;
+    check_lights(parts)?;
+    check_bands("surroundings.radiance", parts.surroundings.radiance, f64::INFINITY)?;
+    check_periodic(parts)?;
+    check_cameras(parts)?;
+    check_options(&parts.options)?;
+    match &parts.thermal {
+        Some(thermal) => check_thermal(thermal, parts),
+        None if parts.voxel_grid.as_ref().is_some_and(|g| g.is_thermal()) => {
+            invalid("medium.temperature", "temperatures belong to mode = \"thermal\"")
+        }
+        None => Ok(()),
+    }
+}
+
+fn check_bands(key: &str, v: Bands, max: f64) -> Result<(), SceneError> {
+    match v.iter().find(|x| !(0.0..=max).contains(*x)) {
+        Some(x) => invalid(key, format!("{x:e} is out of range; give values from 0 to {max:e}")),
+        None => Ok(()),
+    }
+}
+
+fn check_plate(key: &str, p: &Plate) -> Result<(), SceneError> {
+    if !(p.origin.is_finite() && p.e1.is_finite() && p.e2.is_finite()) {
+        return invalid(key, "a corner is not a finite number");
+    }
+    let (lo, hi) = p.bounds();
+    if lo.max_abs().max(hi.max_abs()) > MAX_COORDINATE {
+        return invalid(
+            key,
+            format!(
+                "a corner lies beyond {MAX_COORDINATE:e} m; give corners, edges, min and max within that"
+            ),
+        );
+    }
+    if p.area() >= MIN_PLATE_AREA {
+        return Ok(());
+    }
+    invalid(key, "a plate has no area; remove it or move its corners apart")
+}
+
+fn check_surfaces(parts: &SceneParts) -> Result<(), SceneError> {
+    let mut names = HashSet::new();
+    for s in &parts.surfaces {
+        let key = |k: &str| format!("surface '{}'.{k}", s.name);
+        if !names.insert(s.name.as_str()) {
+            return invalid(key("name"), "two surfaces have this name; rename one");
+        }
+        check_bands(&key("reflectance"), s.reflectance, 1.0)?;
+        check_bands(&key("emission"), s.emission, MAX_FLUX)?;
+        if s.patch_size.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
+            return invalid(key("patch_size"), "the patch size must be a positive length");
+        }
+        for t in [s.reflectance_texture, s.emission_texture].into_iter().flatten() {
+            if t >= parts.textures.len() {
+                return invalid(key("texture"), "there is no such texture");
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_textures(parts: &SceneParts) -> Result<(), SceneError> {
+    for t in &parts.textures {
+        if t.width == 0 || t.height == 0 || t.pixels.len() != t.width * t.height {
+            return invalid("texture", "a texture has no pixels");
+        }
+        if t.pixels.iter().flatten().any(|x| !(x.is_finite() && *x >= 0.0)) {
+            return invalid("texture", "a texture has a pixel that is negative or not a number");
+        }
+    }
+    Ok(())
+}
+
+fn check_facets(parts: &SceneParts) -> Result<(), SceneError> {
+    for f in &parts.facets {
+        let Some(s) = parts.surfaces.get(f.surface) else {
+            return invalid("facet", "a facet belongs to no surface");
+        };
+        check_plate(&format!("surface '{}'", s.name), &f.plate)?;
+    }
+    Ok(())
+}
+
+fn check_pane(p: &Pane) -> Result<(), SceneError> {
+    let key = |k: &str| format!("pane '{}'.{k}", p.name);
+    for q in &p.plates {
+        check_plate(&key("corners"), q)?;
+    }
+    if !(p.thickness.is_finite() && p.thickness > 0.0) {
+        return invalid(key("thickness"), "the thickness must be a positive length in metres");
+    }
+    check_bands(&key("extinction"), p.extinction, MAX_EXTINCTION)?;
+    check_bands(&key("albedo"), p.albedo, 1.0)?;
+    check_bands(&key("emission"), p.emission, MAX_FLUX)
+}
+
+fn check_lights(parts: &SceneParts) -> Result<(), SceneError> {
+    let mut emitters = HashSet::new();
+    for l in &parts.lights {
+        match l {
+            Light::Sun { name, direction, irradiance, angular_diameter } => {
+                let key = |k: &str| format!("light '{name}'.{k}");
+                if !(direction.is_finite() && (direction.length() - 1.0).abs() < UNIT_LENGTH_TOLERANCE) {
+                    return invalid(key("direction"), "the direction must be a vector with a length");
+                }
+                check_bands(&key("irradiance"), *irradiance, MAX_FLUX)?;
+                if !(*angular_diameter >= 0.0 && *angular_diameter < std::f64::consts::PI) {
+                    return invalid(
+                        key("angular_diameter"),
+                        "the angular diameter must lie between 0 and 180 degrees",
+                    );
+                }
+            }
+            Light::Sky { name, radiance } => {
+                check_bands(&format!("light '{name}'.radiance"), *radiance, MAX_FLUX)?;
+            }
+            Light::Emitter { surface, .. } => {
+                if *surface >= parts.surfaces.len() {
+                    return invalid("light.surface", "there is no such surface");
+                }
+                if !emitters.insert(*surface) {
+                    return invalid("light.surface", "this surface is an emitter already; list it once");
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Validates a periodic scene: it needs a medium of uniform extinction, whose extent is the period, and no direct light.
+fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
+    let Some(axis) = (0..3).find(|&k| parts.periodic[k]) else { return Ok(()) };
+    let key = |k: usize| format!("boundary.{}", ["x", "y", "z"][k]);
+    let Some(grid) = &parts.voxel_grid else {
+        return invalid(key(axis), "the period is the extent of the medium; add a [medium]");
+    };
+    if parts.periodic == [true; 3] {
+        return invalid(key(2), "no more than two axes can be periodic: light has to end somewhere");
+    }
+    if let Some(l) = parts.lights.first() {
+        let key = match l {
+            Light::Sun { name, .. } | Light::Sky { name, .. } => format!("light '{name}'"),
+            Light::Emitter { .. } => "light.surface".into(),
+        };
+        return invalid(key, "direct light has no periodic images; let a surface emit as zones instead");
+    }
+    if grid.uniform_extinction().is_none() {
+        return invalid(key(axis), "a periodic scene needs one extinction everywhere");
+    }
+    Ok(())
+}
+
+fn check_cameras(parts: &SceneParts) -> Result<(), SceneError> {
+    let mut names = HashSet::new();
+    for c in &parts.cameras {
+        if !names.insert(c.name.as_str()) {
+            return invalid(format!("camera '{}'.name", c.name), "two cameras have this name; rename one");
+        }
+        c.check()?;
+    }
+    Ok(())
+}
+
+fn check_options(o: &SolveOptions) -> Result<(), SceneError> {
+    if !(o.tolerance > 0.0 && o.tolerance < 1.0) {
+        return invalid("solve.tolerance", "the tolerance must lie between 0 and 1");
+    }
+    if o.patch_size.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
+        return invalid("solve.patch_size", "the patch size must be a positive length");
+    }
+    if !(o.residual > 0.0 && o.residual < 1.0) || o.max_iterations == 0 {
+        return invalid(
+            "solve.residual",
+            "the residual must lie between 0 and 1, with at least one iteration",
+        );
+    }
+    if o.scattering_orders == Some(0) {
+        return invalid("solve.scattering_orders", "give at least one scattering order");
+    }
+    Ok(())
+}

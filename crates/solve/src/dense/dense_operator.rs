@@ -1,0 +1,147 @@
+//! The operator of the dense engine: one product reads every stored exchange area once.
+//!
+//! Bands with equal extinctions share one packed symmetric matrix over patches and voxels. Rows of panes differ in every band; they come last
+//! and are stored for each band. Memory: 8 bytes × n(n+1)/2 for each group of bands, and n(n+1)/2 bytes for the errors.
+
+use super::packed_symmetric::PackedSymmetric;
+use crate::errors::radii::PairRadii;
+use crate::iteration::multivector::times;
+use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower};
+use zonal_math::Grade;
+use zonal_scene::{Bands, bands};
+
+/// Exchange areas of all pairs of zones.
+pub struct DenseOperator {
+    pub(super) n: usize,
+    /// Number of zones before the panes.
+    pub(super) shared: usize,
+    /// One matrix a group of bands with equal extinctions, over patches and voxels.
+    pub(super) matrices: Vec<PackedSymmetric>,
+    /// The group of each band.
+    pub(super) group: [usize; 3],
+    /// Rows of the panes over all zones up to and including themselves: `panes[b][k][j]`.
+    pub(super) panes: [Vec<Vec<f64>>; 3],
+    /// d of g'_ij = d_i g_ij d_j, if closure was restored; for each band, also where bands share a matrix.
+    pub(super) scaling: Option<Vec<Bands>>,
+    /// Error radii of the pairs, those of the worst band.
+    pub(super) radii: PairRadii,
+    pub(super) grade: Grade,
+}
+
+/// Numbers of vectors (columns and bands) that one product of a matrix serves.
+const PRODUCT_WIDTHS: [usize; 5] = [12, 6, 3, 2, 1];
+
+impl DenseOperator {
+    /// Exchange factor g_ij in band `b`, scaling included.
+    pub fn factor(&self, i: usize, j: usize, b: usize) -> f64 {
+        let (i, j) = if i >= j { (i, j) } else { (j, i) };
+        let g = if i < self.shared {
+            self.matrices[self.group[b]].get(i, j)
+        } else {
+            self.panes[b][i - self.shared][j]
+        };
+        self.scaling.as_ref().map_or(g, |d| d[i][b] * g * d[j][b])
+    }
+
+    /// Products of all matrices; each reads its entries once for up to a dozen columns and bands.
+    fn apply_shared(&self, x: &[&[Bands]], out: &mut [Vec<Bands>]) {
+        for (g, m) in self.matrices.iter().enumerate() {
+            let bands_of = (0..3).filter(|&b| self.group[b] == g);
+            let list: Vec<(usize, usize)> =
+                bands_of.flat_map(|b| (0..x.len()).map(move |c| (c, b))).collect();
+            let mut rest = &list[..];
+            while !rest.is_empty() {
+                let k = PRODUCT_WIDTHS.into_iter().find(|&k| k <= rest.len()).unwrap_or(1);
+                let (now, later) = rest.split_at(k);
+                match k {
+                    12 => self.apply_block::<12>(m, x, now, out),
+                    6 => self.apply_block::<6>(m, x, now, out),
+                    3 => self.apply_block::<3>(m, x, now, out),
+                    2 => self.apply_block::<2>(m, x, now, out),
+                    _ => self.apply_block::<1>(m, x, now, out),
+                }
+                rest = later;
+            }
+        }
+    }
+
+    /// One product for the `K` pairs of column and band in `list`.
+    fn apply_block<const K: usize>(
+        &self,
+        m: &PackedSymmetric,
+        x: &[&[Bands]],
+        list: &[(usize, usize)],
+        out: &mut [Vec<Bands>],
+    ) {
+        let gathered: Vec<[f64; K]> =
+            (0..self.shared).map(|i| std::array::from_fn(|k| x[list[k].0][i][list[k].1])).collect();
+        for (i, y) in m.apply(&gathered).iter().enumerate() {
+            (0..K).for_each(|k| out[list[k].0][i][list[k].1] = y[k]);
+        }
+    }
+
+    fn apply_slices(&self, columns: &[&[Bands]]) -> Vec<Vec<Bands>> {
+        assert!(columns.iter().all(|s| s.len() == self.n));
+        let scaled: Option<Vec<Vec<Bands>>> =
+            self.scaling.as_ref().map(|d| columns.iter().map(|s| times(s, d)).collect());
+        let x: Vec<&[Bands]> = match &scaled {
+            Some(s) => s.iter().map(Vec::as_slice).collect(),
+            None => columns.to_vec(),
+        };
+        let mut out = vec![vec![[0.0; 3]; self.n]; columns.len()];
+        self.apply_shared(&x, &mut out);
+        for (x, out) in x.iter().zip(&mut out) {
+            self.apply_panes(x, out);
+        }
+        match &self.scaling {
+            Some(d) => out.iter().map(|o| times(o, d)).collect(),
+            None => out,
+        }
+    }
+
+    fn apply_panes(&self, x: &[Bands], out: &mut [Bands]) {
+        for b in 0..3 {
+            for (k, row) in self.panes[b].iter().enumerate() {
+                let i = self.shared + k;
+                let mut own = row[i] * x[i][b];
+                for j in 0..i {
+                    own += row[j] * x[j][b];
+                    out[j][b] += row[j] * x[i][b];
+                }
+                out[i][b] += own;
+            }
+        }
+    }
+}
+
+impl ExchangeOperator for DenseOperator {
+    fn len(&self) -> usize {
+        self.n
+    }
+    fn apply(&self, s: &[Bands]) -> Vec<Bands> {
+        self.apply_slices(&[s]).pop().unwrap_or_default()
+    }
+    fn apply_many(&self, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
+        self.apply_slices(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>())
+    }
+    fn scale(&mut self, d: &[Bands]) {
+        let old = self.scaling.take();
+        self.scaling = Some(match old {
+            Some(o) => o.iter().zip(d).map(|(o, d)| bands(|b| o[b] * d[b])).collect(),
+            None => d.to_vec(),
+        });
+    }
+}
+
+impl ErrorModel for DenseOperator {
+    fn error(&self, strengths: &[Bands]) -> Option<Vec<Bands>> {
+        Some(self.radii.propagate(strengths))
+    }
+    fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
+        // Errors are combined with the closure defects of the rows, group by group.
+        IncidentPower { columns: self.apply_many(columns), error: None }
+    }
+    fn grade(&self) -> Grade {
+        self.grade
+    }
+}

@@ -1,0 +1,8 @@
+//! The dense engine: exchange areas of all pairs of zones, each computed once.
+
+mod assembly;
+pub mod band_groups;
+pub(crate) mod dense_operator;
+pub(crate) mod packed_symmetric;
+
+pub use dense_operator::DenseOperator;

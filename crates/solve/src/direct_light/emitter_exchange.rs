@@ -1,0 +1,162 @@
+//! Direct light of emitters from exchange areas.
+//!
+//! The unreflected light of an emitter without texture at a zone is the product of the exchange areas F with the emission E of its patches j:
+//!
+//! ```text
+//!     H_dir,i A_i = Σ_j F_ij E_j        G_dir,i κ_i V_i = Σ_j F_ij E_j        escaped = Σ_j F_j,sky E_j
+//! ```
+//!
+//! the same quantity that shadow rays estimate. The dense and the spectral engine have F: closed forms and quadrature with error bounds for
+//! unoccluded pairs, measured visibility elsewhere. The cost is one product with the operator, and the error is that of the factors. If this error is
+//! within the share of the tolerance that shadow rays aim at, no ray is traced; otherwise both are computed, and the one with the smaller error over
+//! all zones is used.
+
+use super::light_field::{DirectLight, LightField};
+use super::shadow_rays::ERROR_SHARE;
+use crate::errors::closure_error::{error_of_fraction, unexplained_fractions};
+use crate::solve_context::{BuiltEngine, SolveContext};
+use crate::surroundings::SurroundingsExchange;
+use crate::zone_power::interception_area;
+use zonal_exchange::pair::{PairSettings, closure_target};
+use zonal_scene::{Bands, Engine, Light, Scene, Sides, Zones, bands};
+
+/// Relative difference between the areas of an emitter's facets and of its patches that rounding may cause.
+const AREA_ROUNDING: f64 = 1e-6;
+
+/// The lights of a scene whose direct light follows from exchange areas.
+pub(crate) struct EmitterExchange {
+    /// The surface of each light that is such an emitter.
+    surfaces: Vec<Option<usize>>,
+}
+
+impl EmitterExchange {
+    /// Finds these lights: emitters without texture whose facets are patches entirely, for an engine that has the exchange areas of single patches.
+    pub(crate) fn of(
+        scene: &Scene,
+        zones: &Zones,
+        engine: Engine,
+        settings: PairSettings,
+    ) -> EmitterExchange {
+        let has_areas = engine != Engine::Hierarchical && settings.volume_factors.is_none();
+        let surface = |light: &Light| match light {
+            Light::Emitter { surface, .. } if has_areas => {
+                Some(*surface).filter(|s| is_covered_by_patches(scene, zones, *s))
+            }
+            _ => None,
+        };
+        EmitterExchange { surfaces: scene.lights().iter().map(surface).collect() }
+    }
+
+    /// The surface of light number `l`, if its direct light follows from exchange areas.
+    pub(crate) fn surface(&self, l: usize) -> Option<usize> {
+        self.surfaces.get(l).copied().flatten()
+    }
+}
+
+/// True if a surface has no emission texture, and all of its facets are patches.
+fn is_covered_by_patches(scene: &Scene, zones: &Zones, surface: usize) -> bool {
+    let own = &scene.surfaces()[surface];
+    if own.emission_texture.is_some() {
+        return false;
+    }
+    let sides = if own.sides == Sides::Both && !own.solid { 2.0 } else { 1.0 };
+    let facets = scene.facets().iter().filter(|f| f.surface == surface);
+    let emitting: f64 = sides * facets.map(|f| f.plate.area()).sum::<f64>();
+    let found: f64 = zones.patches.iter().filter(|p| p.surface == surface).map(|p| p.area).sum();
+    (found - emitting).abs() <= AREA_ROUNDING * emitting
+}
+
+/// Direct light of light number `l`, the emitter `surface`, from the exchange areas of an engine.
+fn light_from_exchange(
+    context: &SolveContext,
+    built: &BuiltEngine,
+    surroundings: &SurroundingsExchange,
+    (l, surface): (usize, usize),
+) -> LightField {
+    let (scene, zones) = (context.scene, context.zones);
+    let n = zones.len();
+    let emission = scene.surfaces()[surface].emission;
+    // Sum the emitted and escaping powers of its patches.
+    let mut strengths = vec![[0.0; 3]; built.operator.len()];
+    let own = zones.patches.iter().enumerate().filter(|(_, p)| p.surface == surface);
+    let (mut emitted, mut escaped, mut backs, mut square) = ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
+    for (j, p) in own {
+        strengths[j] = emission;
+        let (sky, back) = (surroundings.sky_of(j), surroundings.backfaces_of(j));
+        let error = match surroundings.rays > 0 {
+            true => surroundings.escape_fraction_error(j, closure_target(zones, j)),
+            false => [0.0; 3],
+        };
+        for b in 0..3 {
+            emitted[b] += emission[b] * p.area;
+            escaped[b] += emission[b] * sky[b];
+            backs[b] += emission[b] * back[b];
+            square[b] += (emission[b] * error[b] * p.area).powi(2);
+        }
+    }
+    // Apply the operator to the emission.
+    let mut incident = built.operator.apply(&strengths);
+    let power_error = built.operator.error(&strengths).unwrap_or_default();
+    let slope_power = incident.split_off(n);
+    let fractions = unexplained_fractions(zones, &built.closure, surroundings);
+    let (mut fields, mut error) = (incident, vec![[0.0; 3]; n]);
+    for i in 0..n {
+        let measure = zones.response(i).1;
+        fields[i] = fields[i].map(|p| (p / measure).max(0.0));
+        let e = power_error.get(i).copied().unwrap_or_default();
+        error[i] = bands(|b| e[b] / measure + error_of_fraction(fractions[i][b], fields[i][b]));
+    }
+    let lost = square.map(f64::sqrt);
+    LightField {
+        name: scene.lights()[l].name(scene.surfaces()).to_string(),
+        fields,
+        error,
+        by_exchange: true,
+        slope_power,
+        emitted,
+        escaped,
+        absorbed_backfaces: backs,
+        power_error: [[0.0; 3], lost, if backs == [0.0; 3] { [0.0; 3] } else { lost }],
+        ..LightField::default()
+    }
+}
+
+/// The larger of the relative errors of patches and of volume zones: root mean square error of the intercepted power over its root mean square.
+fn relative_error(zones: &Zones, light: &LightField) -> f64 {
+    let of = |range: std::ops::Range<usize>| {
+        let [e, f] = range.fold([0.0; 2], |[e, f], i| {
+            let w = interception_area(zones, i);
+            let square = |x: Bands| (0..3).map(|b| (w[b] * x[b]).powi(2)).sum::<f64>();
+            [e + square(light.error_of(i)), f + square(light.fields[i])]
+        });
+        if e > 0.0 { (e / f).sqrt() } else { 0.0 }
+    };
+    of(0..zones.voxel_offset()).max(of(zones.voxel_offset()..zones.len()))
+}
+
+/// The direct light of a context, completed by the lights from exchange areas; `None` if there are none. `shadow_rays` gives a light by shadow rays.
+pub(crate) fn complete(
+    context: &SolveContext,
+    built: &BuiltEngine,
+    surroundings: &SurroundingsExchange,
+    emitters: &EmitterExchange,
+    shadow_rays: impl Fn(usize) -> LightField,
+) -> Option<DirectLight> {
+    if !(0..context.direct.lights.len()).any(|l| emitters.surface(l).is_some()) {
+        return None;
+    }
+    let wanted = ERROR_SHARE[0] * context.scene.options().tolerance;
+    let mut lights = context.direct.lights.clone();
+    for (l, light) in lights.iter_mut().enumerate() {
+        let Some(surface) = emitters.surface(l) else { continue };
+        *light = light_from_exchange(context, built, surroundings, (l, surface));
+        let error = relative_error(context.zones, light);
+        if error > wanted {
+            let sampled = shadow_rays(l);
+            if relative_error(context.zones, &sampled) < error {
+                *light = sampled;
+            }
+        }
+    }
+    Some(DirectLight { lights })
+}

@@ -1,0 +1,178 @@
+//! Power that a light sends into the scene, and power that leaves it or ends on black backs without being scattered, by rays from the light.
+//!
+//! Quasi-Monte Carlo with [`LIGHT_RAYS`] rays of the four-dimensional R sequence (M. Roberts 2018) in blocks; the spread of the blocks gives the
+//! standard errors. Blocks are summed in their order, so that the bits do not depend on the number of threads.
+
+use crate::surroundings::zone_rays::escape_transmittance;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use zonal_math::direction_sampling::{cosine_hemisphere, sin_cos_turns, uniform_sphere};
+use zonal_math::{Vec3, low_discrepancy};
+use zonal_scene::{Bands, Light, Scene, bands};
+use zonal_transport::Transport;
+use zonal_transport::lights::{EmissionSample, LightSampler};
+
+/// Attenuation below which a ray from outside has met nothing: rounding where the box of the medium and a wall coincide.
+const MIN_ATTENUATION: f64 = 1e-9;
+/// Number of rays from a light.
+pub(crate) const LIGHT_RAYS: usize = 1 << 17;
+/// Rays of a block.
+const BLOCK_RAYS: usize = 1 << 10;
+
+/// Powers of a light, W a band.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LightPower {
+    pub sent: Bands,
+    pub escaped: Bands,
+    pub absorbed_backfaces: Bands,
+    /// Standard errors of the three.
+    pub error: [Bands; 3],
+    /// Standard error of the power that the zones receive, sent − escaped − absorbed by backs.
+    pub received_error: Bands,
+}
+
+impl LightPower {
+    /// The three powers, and the power that the zones receive.
+    fn powers(&self) -> [Bands; 4] {
+        let received = bands(|b| self.sent[b] - self.escaped[b] - self.absorbed_backfaces[b]);
+        [self.sent, self.escaped, self.absorbed_backfaces, received]
+    }
+
+    /// Measures the powers of a light.
+    pub(super) fn measure(scene: &Scene, transport: &Transport, light: &Light) -> LightPower {
+        let tracer = LightRays { scene, transport, sampler: LightSampler::new(scene, light) };
+        let blocks: Vec<LightPower> = (0..LIGHT_RAYS / BLOCK_RAYS)
+            .into_par_iter()
+            .map(|block| {
+                let mut sum = LightPower::default();
+                (block * BLOCK_RAYS..(block + 1) * BLOCK_RAYS).for_each(|k| tracer.trace(k, &mut sum));
+                sum
+            })
+            .collect();
+        let n = blocks.len() as f64;
+        let powers: Vec<[Bands; 4]> = blocks.iter().map(LightPower::powers).collect();
+        // The sum of a block over the rays of a block is one estimate of the power.
+        let each = n / LIGHT_RAYS as f64;
+        let mean = |k: usize| bands(|b| powers.iter().map(|p| p[k][b]).sum::<f64>() / LIGHT_RAYS as f64);
+        let standard_error = |k: usize| {
+            let mean = mean(k);
+            bands(|b| {
+                let square: f64 = powers.iter().map(|p| (p[k][b] * each - mean[b]).powi(2)).sum();
+                (square / (n * (n - 1.0))).sqrt()
+            })
+        };
+        LightPower {
+            sent: mean(0),
+            escaped: mean(1),
+            absorbed_backfaces: mean(2),
+            error: [standard_error(0), standard_error(1), standard_error(2)],
+            received_error: standard_error(3),
+        }
+    }
+
+    /// Reconciles the powers with the power `received` by the zones: the emission of a surface is known, the power that enters from
+    /// outside is not.
+    pub(super) fn reconcile(&mut self, received: Bands, light: &Light) {
+        let is_emitter = matches!(light, Light::Emitter { .. });
+        for b in 0..3 {
+            if received[b] <= 0.0 {
+                continue;
+            }
+            let lost = self.escaped[b] + self.absorbed_backfaces[b];
+            if is_emitter && lost > 0.0 && self.sent[b] >= received[b] {
+                let factor = (self.sent[b] - received[b]) / lost;
+                self.escaped[b] *= factor;
+                self.absorbed_backfaces[b] *= factor;
+            } else {
+                self.sent[b] = received[b] + lost;
+            }
+        }
+    }
+
+    /// Adds a ray of power `power` of which `share` is lost, on a black back or to the outside.
+    fn add(&mut self, power: Bands, (share, back): (Bands, bool)) {
+        for b in 0..3 {
+            self.sent[b] += power[b];
+            let lost = if back { &mut self.absorbed_backfaces } else { &mut self.escaped };
+            lost[b] += power[b] * share[b];
+        }
+    }
+}
+
+/// Rays from one light.
+struct LightRays<'a> {
+    scene: &'a Scene,
+    transport: &'a Transport<'a>,
+    sampler: LightSampler<'a>,
+}
+
+impl LightRays<'_> {
+    /// Traces the `k`-th ray and adds its power.
+    fn trace(&self, k: usize, sum: &mut LightPower) {
+        let (lo, hi) = self.scene.bounds();
+        let (centre, radius) = ((lo + hi) * 0.5, 0.5 * self.scene.diagonal() * (1.0 + 1e-9));
+        let (u, v) = r4(k);
+        match self.sampler.light() {
+            Light::Sun { direction, irradiance, angular_diameter, .. } => {
+                // Start on the rectangle that is the projection of the bounds along the beam.
+                let disc = low_discrepancy::sobol_2d(k as u32, [0, 0]);
+                let dir = direction_from_sun(*direction, *angular_diameter, disc);
+                let (t, s) = direction.frame();
+                let half = (hi - lo) * 0.5;
+                let extent = |w: Vec3| half.x * w.x.abs() + half.y * w.y.abs() + half.z * w.z.abs();
+                let slack = 1.0 + angular_diameter;
+                let (wt, ws) = (extent(t) * slack, extent(s) * slack);
+                let at = centre + t * (wt * (2.0 * u[0] - 1.0)) + s * (ws * (2.0 * u[1] - 1.0));
+                let power = irradiance.map(|e| e * 4.0 * wt * ws);
+                self.enter(at - dir * (2.0 * radius), dir, power, sum);
+            }
+            Light::Sky { radiance, .. } => {
+                let out = uniform_sphere(u);
+                let dir = cosine_hemisphere(-out, v);
+                let power = radiance.map(|l| l * PI * 4.0 * PI * radius * radius);
+                self.enter(centre + out * radius, dir, power, sum);
+            }
+            Light::Emitter { .. } => self.emit(k, u, v, sum),
+        }
+    }
+
+    /// Adds a ray from outside if it meets a medium, a pane or a surface; a ray that ends on the outside of a black back has met nothing.
+    fn enter(&self, origin: Vec3, dir: Vec3, power: Bands, sum: &mut LightPower) {
+        let lost = escape_transmittance(self.scene, self.transport, origin, dir);
+        if lost.0.iter().all(|&s| s > 1.0 - MIN_ATTENUATION) {
+            return;
+        }
+        sum.add(power, lost);
+    }
+
+    /// Adds a ray from the surface of an emitter.
+    fn emit(&self, k: usize, u: [f64; 2], v: [f64; 2], sum: &mut LightPower) {
+        let sample = [u[0], u[1], low_discrepancy::sobol_third_dimension(k as u32, 0)];
+        let Some(EmissionSample::Point { position: at, normal, two_sided: both, power, .. }) =
+            self.sampler.sample_emission(sample)
+        else {
+            return;
+        };
+        let normal = if both && k % 2 == 1 { -normal } else { normal };
+        let sides = if both { 2.0 } else { 1.0 };
+        let power = power.map(|p| p * PI * sides);
+        let dir = cosine_hemisphere(normal, v);
+        sum.add(power, escape_transmittance(self.scene, self.transport, at, dir));
+    }
+}
+
+/// The `k`-th point of the four-dimensional R sequence in two pairs: φ^{−m} with φ⁵ = φ + 1.
+fn r4(k: usize) -> ([f64; 2], [f64; 2]) {
+    const ALPHA: [f64; 4] =
+        [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_037_808_7, 0.538_597_257_223_610_1];
+    let x = ALPHA.map(|a| low_discrepancy::wrap(0.5 + k as f64 * a));
+    ([x[0], x[1]], [x[2], x[3]])
+}
+
+/// A direction of light from the disc of the sun.
+fn direction_from_sun(direction: Vec3, angular_diameter: f64, u: [f64; 2]) -> Vec3 {
+    let (t, b) = direction.frame();
+    let r = (0.5 * angular_diameter).tan() * u[0].sqrt();
+    let (s, c) = sin_cos_turns(u[1]);
+    (direction + t * (r * c) + b * (r * s)).normalized()
+}

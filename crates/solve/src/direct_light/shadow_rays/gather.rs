@@ -1,0 +1,237 @@
+//! Direct light of one light on all zones, and the expected number of its shadow rays.
+
+use super::neighbour_agreement::NeighbourAgreement;
+use super::params::{
+    AVERAGED_ERROR_SHARE, AVERAGED_VOXEL_SAMPLES, CHUNK_ZONES, CURVATURE_SHARE, DISAGREEING_NEIGHBOURS,
+    ERROR_SHARE, FINE_TOLERANCE, FOUR_DIMENSIONAL_RATE, MAX_DEVIATION_FROM_MEAN, MAX_RATIO_CHANGE, MAX_RAYS,
+    MAX_SAMPLES, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL, PANE_POINTS, PILOT_SAMPLES, SAMPLE_QUANTUM,
+    SAMPLES_PER_PANE_POINT, STATED_OVER_MEAN_ERROR,
+};
+use super::zone_sampler::{DirectLightEstimate, ZoneLightSampler, largest};
+use crate::iteration::multivector;
+use crate::unobstructed_cells::{CellRow, UnobstructedCells};
+use rayon::prelude::*;
+use std::ops::Range;
+use zonal_scene::{Bands, Light, Progress, Scene, Zones};
+use zonal_transport::Transport;
+
+/// Direct light of one light on all zones.
+pub(crate) struct GatheredLight {
+    /// H_dir of patches, G_dir of volume zones, W/m².
+    pub fields: Vec<Bands>,
+    /// Standard error, W/m².
+    pub error: Vec<Bands>,
+    /// Number of shadow rays.
+    pub rays: u64,
+    /// The largest error of a kind of zones (root mean square over that of the light), and the maximum number of samples of a zone.
+    pub limited: (f64, usize),
+}
+
+/// Maximum number of samples of each patch and each voxel of `n` zones together.
+fn max_samples(scene: &Scene, n: usize) -> [usize; 2] {
+    let finer = (FINE_TOLERANCE / scene.options().tolerance).max(1.0).powf(1.0 / FOUR_DIMENSIONAL_RATE);
+    let all = (MAX_RAYS / n.max(1)).min(MAX_SAMPLES_PER_ZONE);
+    MAX_SAMPLES.map(|m| ((m as f64 * finer) as usize).min(all).max(m).next_multiple_of(SAMPLE_QUANTUM))
+}
+
+/// Wanted error of the zones of a kind (patches or volume zones).
+struct ErrorTarget {
+    /// Root mean square of the light, W/m².
+    level: f64,
+    /// Wanted error over the light of a zone.
+    share: f64,
+    /// Smallest light of a zone over `level` that lowers the wanted error.
+    min_relative_level: f64,
+}
+
+impl ErrorTarget {
+    fn new(scene: &Scene, pilot: &[DirectLightEstimate], kind: usize) -> ErrorTarget {
+        ErrorTarget {
+            level: root_mean_square(pilot),
+            share: ERROR_SHARE[kind] * scene.options().tolerance,
+            min_relative_level: MIN_RELATIVE_LEVEL[kind],
+        }
+    }
+
+    /// Wanted error of a zone, W/m².
+    fn of(&self, one: &DirectLightEstimate) -> f64 {
+        self.share * largest(one.value()).clamp(self.min_relative_level * self.level, self.level)
+    }
+}
+
+/// Root mean square of the largest band over some zones.
+fn root_mean_square(list: &[DirectLightEstimate]) -> f64 {
+    let square = |c: &[DirectLightEstimate]| c.iter().map(|o| largest(o.value()).powi(2)).sum::<f64>();
+    let parts: Vec<f64> = list.par_chunks(CHUNK_ZONES).map(square).collect();
+    (parts.iter().sum::<f64>() / list.len().max(1) as f64).sqrt()
+}
+
+/// Expected number of shadow rays of [`gather`], from about `sample` zones of each kind.
+pub(crate) fn expected_rays(
+    scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
+    light: &Light,
+    sample: usize,
+) -> f64 {
+    let sampler = ZoneLightSampler::new(scene, zones, transport, light);
+    let (n, patches) = (zones.pane_offset(), zones.voxel_offset());
+    let is_sun = matches!(light, Light::Sun { .. });
+    let limit = max_samples(scene, n);
+    let of = |range: Range<usize>, kind: usize| {
+        let step = (range.len() / sample.max(1)).max(1);
+        let list: Vec<usize> = range.step_by(step).collect();
+        let pilot: Vec<DirectLightEstimate> =
+            list.par_iter().map(|&i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind])).collect();
+        let target = ErrorTarget::new(scene, &pilot, kind);
+        let more = |(o, &i): (&DirectLightEstimate, &usize)| {
+            let wanted = target.of(o);
+            if largest(o.unoccluded) * o.relative_error(0) <= wanted {
+                return 0.0;
+            }
+            let averaged = !is_sun && i >= patches && zones.voxels[i - patches].samples.is_empty();
+            let share = if o.agrees() { DISAGREEING_NEIGHBOURS } else { 1.0 };
+            let most = if averaged { AVERAGED_VOXEL_SAMPLES } else { limit[kind] };
+            share * sampler.resample(i, o, most, wanted).count as f64
+        };
+        let resampled: Vec<f64> = pilot.par_iter().zip(&list).map(more).collect();
+        step as f64 * (resampled.iter().sum::<f64>() + (list.len() * PILOT_SAMPLES[kind]) as f64)
+    };
+    let panes = 3 * zones.panes.len() * PANE_POINTS * SAMPLES_PER_PANE_POINT;
+    of(0..patches, 0) + of(patches..n, 1) + panes as f64
+}
+
+/// Gathers one light on all zones.
+pub(crate) fn gather(
+    scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
+    light: &Light,
+    progress: &dyn Progress,
+) -> GatheredLight {
+    let sampler = ZoneLightSampler::new(scene, zones, transport, light);
+    let (n, patches) = (zones.pane_offset(), zones.voxel_offset());
+    progress.begin("direct light", 2 * n as u64);
+    // Sample every zone with its pilot samples.
+    let kind = |i: usize| usize::from(i >= patches);
+    let pilot =
+        ZoneLightSampler::for_zones(n, progress, |i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind(i)]));
+    let gathering = Gathering {
+        targets: [
+            ErrorTarget::new(scene, &pilot[..patches], 0),
+            ErrorTarget::new(scene, &pilot[patches..], 1),
+        ],
+        unobstructed: scene
+            .voxel_grid()
+            .filter(|_| !matches!(light, Light::Sun { .. }))
+            .map(|m| UnobstructedCells::new(m, zones, transport)),
+        limit: max_samples(scene, n),
+        patches,
+        sampler: &sampler,
+    };
+    // Resample the zones whose error is too large.
+    let neighbours = scene.voxel_grid().map(|m| NeighbourAgreement::new(&sampler, m, &pilot));
+    let second = ZoneLightSampler::for_zones(n, progress, |i| {
+        let around = neighbours.as_ref().map_or(0, |c| c.agreeing_samples(&sampler, &pilot[i], i));
+        gathering.resample_if_needed(i, &pilot[i], around)
+    });
+    let counted = |list: &[DirectLightEstimate]| list.iter().map(|o| o.count as u64).sum::<u64>();
+    let rays = counted(&pilot) + counted(&second);
+    drop((neighbours, pilot));
+    // Average or resample the voxels whose error is still too large.
+    let settled: Vec<(Bands, Bands, u64)> =
+        (0..n).into_par_iter().map(|i| gathering.average_or_resample(i, &second)).collect();
+    // Add the panes.
+    let (panes, pane_rays) = sampler.panes(scene.options().tolerance);
+    progress.end();
+    let fields: Vec<Bands> = settled.iter().map(|s| s.0).chain(panes.iter().map(|p| p[0])).collect();
+    let error: Vec<Bands> = settled.iter().map(|s| s.1).chain(panes.iter().map(|p| p[1])).collect();
+    let relative = |range: Range<usize>| {
+        let [e, f]: [f64; 2] = multivector::sum(range.len(), |k| {
+            [&error, &fields].map(|list| largest(list[range.start + k]).powi(2))
+        });
+        if e > 0.0 { (e / f).sqrt() } else { 0.0 }
+    };
+    let worst = relative(0..patches).max(relative(patches..n)).max(relative(n..zones.len()));
+    let rays = rays + settled.iter().map(|s| s.2).sum::<u64>() + pane_rays;
+    GatheredLight { fields, error, rays, limited: (worst, gathering.limit[0].max(gathering.limit[1])) }
+}
+
+/// Shared data of the passes over the zones after the pilot samples.
+struct Gathering<'a> {
+    sampler: &'a ZoneLightSampler<'a>,
+    targets: [ErrorTarget; 2],
+    unobstructed: Option<UnobstructedCells<'a>>,
+    limit: [usize; 2],
+    /// Number of patches.
+    patches: usize,
+}
+
+impl Gathering<'_> {
+    fn kind(&self, i: usize) -> usize {
+        usize::from(i >= self.patches)
+    }
+
+    /// Wanted error of zone `i`, W/m².
+    fn wanted(&self, i: usize, one: &DirectLightEstimate) -> f64 {
+        self.targets[self.kind(i)].of(one)
+    }
+
+    /// The 27 cells around voxel zone `i`, if nothing obstructs them.
+    fn cube(&self, i: usize) -> Option<impl Iterator<Item = CellRow> + Clone> {
+        self.unobstructed.as_ref().filter(|_| i >= self.patches).and_then(|o| o.cube(i - self.patches, 1))
+    }
+
+    /// The estimate of zone `i` after its pilot samples, `around` of which in the neighbourhood agree with them.
+    fn resample_if_needed(
+        &self,
+        i: usize,
+        pilot: &DirectLightEstimate,
+        around: usize,
+    ) -> DirectLightEstimate {
+        let wanted = self.wanted(i, pilot);
+        let error = pilot.relative_error(around);
+        if largest(pilot.unoccluded) * error <= wanted {
+            return DirectLightEstimate { error: error as f32, ..*pilot };
+        }
+        let most = if self.cube(i).is_some() { AVERAGED_VOXEL_SAMPLES } else { self.limit[self.kind(i)] };
+        self.sampler.resample(i, pilot, most, wanted)
+    }
+
+    /// Field, error (W/m²) and number of further rays of zone `i`: the mean with the cells around it if that is smooth, else further samples.
+    fn average_or_resample(&self, i: usize, all: &[DirectLightEstimate]) -> (Bands, Bands, u64) {
+        let own = &all[i];
+        let stated =
+            |o: &DirectLightEstimate| o.unoccluded.map(|x| STATED_OVER_MEAN_ERROR * x * o.error as f64);
+        let result = |o: &DirectLightEstimate, rays: u64| (o.value(), stated(o), rays);
+        let is_too_large =
+            |own: &DirectLightEstimate| largest(own.unoccluded) * own.error as f64 > self.wanted(i, own);
+        let Some(rows) = self.cube(i).filter(|_| is_too_large(own)) else {
+            return result(own, 0);
+        };
+        let (mean, change) = mean_ratio(rows, &all[self.patches..]);
+        let off = (0..3).map(|b| (own.ratio[b] - mean[b]).abs()).fold(0.0, f64::max);
+        if off <= MAX_DEVIATION_FROM_MEAN * own.error as f64 && change <= MAX_RATIO_CHANGE {
+            let error = (AVERAGED_ERROR_SHARE * own.error).hypot(CURVATURE_SHARE * change as f32);
+            return result(&DirectLightEstimate { ratio: mean, error, ..*own }, 0);
+        }
+        let resampled = self.sampler.resample(i, own, self.limit[1], self.wanted(i, own));
+        result(&resampled, resampled.count as u64)
+    }
+}
+
+/// Mean ratio over the rows of 27 cells, and its largest change from one side to the other.
+fn mean_ratio(rows: impl Iterator<Item = CellRow>, list: &[DirectLightEstimate]) -> (Bands, f64) {
+    let (mut sum, mut change) = ([0.0; 3], [[0.0; 3]; 3]);
+    for row in rows {
+        for (z, offset) in row.zones.zip([-1.0, 0.0, 1.0]) {
+            let one = &list[z];
+            let d = [row.offset[0] as f64, row.offset[1] as f64, offset];
+            for b in 0..3 {
+                sum[b] += one.ratio[b] / 27.0;
+                (0..3).for_each(|k| change[k][b] += d[k] * one.ratio[b] / 9.0);
+            }
+        }
+    }
+    (sum, change.iter().flatten().fold(0.0, |m, c| c.abs().max(m)))
+}

@@ -1,0 +1,45 @@
+//! Direct light on all zones by shadow rays, with an adaptive number of samples.
+//!
+//! Each sample joins a point x of the zone with a point of the light. With w its contribution without occlusion, τ the transmittance of medium and
+//! panes (0 behind a facet) and U the unoccluded light (in closed form if there is one, else ⟨w⟩), the estimate is the ratio estimator
+//!
+//! ```text
+//! H or G = ⟨U(x)⟩ R      R = Σ w τ / Σ w
+//! ```
+//!
+//! so that a fully lit zone has no noise but that of τ. Points of an emitter are sampled by solid angle: w is bounded, and the fraction of visible
+//! samples is the fraction of visible light, also beside the emitter. Points of the light form scrambled (0,2)-nets, points of the zone an R
+//! sequence. The error of the visible fraction s of m samples is about
+//!
+//! ```text
+//! e = √(s(1−s)) m^(−3/4)     if the samples disagree (the shadow boundary runs through few of m strata);
+//!                            beyond 256 samples like m^(−5/8): points and directions have four dimensions
+//! e = ½/(m+1)                if all agree, with m counted over the zone and the 124 cells around it (25 of them for a patch)
+//! ```
+//!
+//! Every zone gets a few pilot samples, then fresh ones where U e exceeds a share of the tolerance times the root mean square of the light over the
+//! zones of its kind. Their number follows from the pilot samples, within limits that grow for small tolerances. In cells without obstacles the
+//! ratios R of a cell and the 26 around it are averaged if the ratio of the cell agrees with the mean within its error: a penumbra is wider than a
+//! cell unless the light is a sun. All random numbers are functions of zone and sample index.
+//!
+//! | module | content |
+//! |---|---|
+//! | `params` | sample counts and limits |
+//! | `zone_sampler` | samples of one zone and their statistics |
+//! | `pane_sampler` | panes |
+//! | `neighbour_agreement` | pilot samples of the cells around a zone |
+//! | `gather` | all zones, and the expected number of rays |
+
+mod gather;
+mod neighbour_agreement;
+mod pane_sampler;
+mod params;
+mod zone_sampler;
+
+pub(crate) use gather::{GatheredLight, expected_rays, gather};
+pub(crate) use params::ERROR_SHARE;
+
+#[cfg(test)]
+mod coverage;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,90 @@
+//! Direct light inside panes.
+//!
+//! The fluence of a pane follows from the power that it takes from the light, κ G t = Σ E c (1 − e^{−κt/c}) with c the cosine. Its error follows
+//! from the spread of parts of the points.
+
+use super::params::{
+    ERROR_SHARE, FINE_TOLERANCE, MAX_PANE_GROWTH, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL, PANE_PARTS,
+    PANE_POINTS, SAMPLES_PER_PANE_POINT,
+};
+use super::zone_sampler::{ZoneLightSampler, largest};
+use rayon::prelude::*;
+use zonal_math::{Vec3, low_discrepancy};
+use zonal_scene::{Bands, PaneZone, bands};
+use zonal_transport::lights::Receiver;
+
+impl ZoneLightSampler<'_> {
+    /// G_dir of pane zone `k` and its standard error, from `count` points.
+    pub(super) fn pane(&self, k: usize, count: usize) -> [Bands; 2] {
+        let (p, i) = (&self.zones.panes[k], self.zones.pane_offset() + k);
+        let shift = [0, 1].map(|m| low_discrepancy::hash_to_unit((i as u64) << 3 | m));
+        let mut parts = [[0.0; 3]; PANE_PARTS];
+        for n in 0..count {
+            let [u, v] = p.plate.warp(low_discrepancy::r2(n, shift));
+            let seed = match n < PANE_POINTS {
+                true => (i * PANE_POINTS + n) as u64,
+                false => low_discrepancy::split_mix64((i as u64) << 20 | n as u64),
+            };
+            let g = self.pane_fluence(p, p.plate.at(u, v), seed);
+            let part = &mut parts[n % PANE_PARTS];
+            *part = bands(|b| part[b] + g[b] / (count / PANE_PARTS) as f64);
+        }
+        const N: f64 = PANE_PARTS as f64;
+        let mean = bands(|b| parts.iter().map(|p| p[b]).sum::<f64>() / N);
+        let square = bands(|b| parts.iter().map(|p| (p[b] - mean[b]).powi(2)).sum::<f64>());
+        [mean, square.map(|s| (s / (N * (N - 1.0))).sqrt())]
+    }
+
+    /// G_dir of all pane zones with their errors, and the number of rays: pilot points everywhere, more where the error exceeds a share of the
+    /// tolerance. The spread of few parts is itself uncertain, so the stated error is the mean square of a zone's own error and of the relative
+    /// error of all panes.
+    pub(super) fn panes(&self, tolerance: f64) -> (Vec<[Bands; 2]>, u64) {
+        let n = self.zones.panes.len();
+        let mut found: Vec<[Bands; 2]> = (0..n).into_par_iter().map(|k| self.pane(k, PANE_POINTS)).collect();
+        let square =
+            |of: usize, found: &[[Bands; 2]]| found.iter().map(|f| largest(f[of]).powi(2)).sum::<f64>();
+        let level = (square(0, &found) / n.max(1) as f64).sqrt();
+        let more: Vec<u64> = found
+            .par_iter_mut()
+            .enumerate()
+            .map(|(k, f)| {
+                let clamped = largest(f[0]).clamp(MIN_RELATIVE_LEVEL[1] * level, level);
+                let wanted = ERROR_SHARE[1] * tolerance * clamped;
+                let off = largest(f[1]) / wanted;
+                if level <= 0.0 || off <= 1.0 {
+                    return 0;
+                }
+                let finer = (FINE_TOLERANCE / tolerance).max(1.0);
+                let most =
+                    (MAX_PANE_GROWTH as f64 * finer * finer).min((MAX_SAMPLES_PER_ZONE / PANE_POINTS) as f64);
+                let count = PANE_POINTS * (off * off).min(most).ceil() as usize;
+                *f = self.pane(k, count);
+                count as u64
+            })
+            .collect();
+        let pooled = square(1, &found) / square(0, &found).max(f64::MIN_POSITIVE);
+        for [g, e] in &mut found {
+            *e = bands(|b| (0.5 * (e[b] * e[b] + pooled * g[b] * g[b])).sqrt());
+        }
+        let points = more.iter().sum::<u64>() + (n * PANE_POINTS) as u64;
+        (found, 3 * points * SAMPLES_PER_PANE_POINT as u64)
+    }
+
+    /// Fluence inside a pane at a point, by the absorbed power.
+    fn pane_fluence(&self, p: &PaneZone, at: Vec3, seed: u64) -> Bands {
+        let gather = |r: Receiver| self.light.gather(self.transport, at, r, SAMPLES_PER_PANE_POINT, seed);
+        let front = gather(Receiver::Surface(p.normal));
+        let back = gather(Receiver::Surface(-p.normal));
+        let fluence = gather(Receiver::Free);
+        bands(|b| {
+            let flux = front[b] + back[b];
+            if flux <= 0.0 || fluence[b] <= 0.0 {
+                return 0.0;
+            }
+            let cos = (flux / fluence[b]).clamp(1e-6, 1.0);
+            let depth = p.extinction[b] * p.thickness;
+            let share = if depth > 1e-12 { -(-depth / cos).exp_m1() / depth } else { 1.0 / cos };
+            flux * share
+        })
+    }
+}

@@ -1,0 +1,269 @@
+//! Samples of one light at the points of one zone, and their statistics.
+
+use super::params::{
+    CHUNK_ZONES, FOUR_DIMENSIONAL_RATE, FOUR_DIMENSIONAL_SAMPLES, MAX_SAMPLES, SAMPLE_QUANTUM,
+};
+use crate::surroundings::zone_rays::voxel_point;
+use rayon::prelude::*;
+use zonal_math::{Vec3, low_discrepancy};
+use zonal_scene::{Bands, Light, Progress, Scene, VoxelGrid, Zones, bands};
+use zonal_transport::Transport;
+use zonal_transport::lights::{LightSampler, Receiver};
+
+/// Sums over the samples of one zone.
+#[derive(Clone, Copy, Default)]
+struct SampleTally {
+    count: usize,
+    /// Σ of U.
+    unoccluded: Bands,
+    /// Σ of the square of its largest band.
+    unoccluded2: f64,
+    /// Σ of w, and of w τ.
+    sent: Bands,
+    arrived: Bands,
+    /// Σ of the largest band of w, of its square, and of w over the visible samples.
+    weight: f64,
+    square: f64,
+    visible: f64,
+    /// Σ over the visible samples of w τ and w τ², τ the largest band.
+    through: f64,
+    through2: f64,
+}
+
+/// The largest band.
+pub(super) fn largest(v: Bands) -> f64 {
+    v[0].max(v[1]).max(v[2])
+}
+
+impl SampleTally {
+    /// Visible fraction of the light; ½ if no sample could contribute.
+    fn visible_fraction(&self) -> f64 {
+        if self.weight > 0.0 { self.visible / self.weight } else { 0.5 }
+    }
+    /// R: arrived over sent.
+    fn ratio(&self) -> Bands {
+        bands(|b| if self.sent[b] > 0.0 { self.arrived[b] / self.sent[b] } else { 0.0 })
+    }
+}
+
+/// Sampler of one light on the zones of a scene.
+pub(super) struct ZoneLightSampler<'a> {
+    pub(super) zones: &'a Zones,
+    pub(super) transport: &'a Transport<'a>,
+    pub(super) light: LightSampler<'a>,
+    /// True if U has a closed form.
+    has_closed_form: bool,
+    /// True if the light is part of the scene.
+    is_inside: bool,
+    grid: Option<&'a VoxelGrid>,
+    /// Edges of a cell of the voxel grid, m.
+    pub(super) cell: Vec3,
+}
+
+/// Estimate of one zone.
+#[derive(Clone, Copy, Default)]
+pub(super) struct DirectLightEstimate {
+    /// ⟨U⟩.
+    pub unoccluded: Bands,
+    /// R.
+    pub ratio: Bands,
+    /// Visible fraction, ½ if unknown.
+    pub visible: f32,
+    /// Error relative to U; before [`DirectLightEstimate::relative_error`] without the part that agreeing samples may have missed.
+    pub error: f32,
+    pub count: u16,
+}
+
+impl DirectLightEstimate {
+    /// H or G, W/m².
+    pub(super) fn value(&self) -> Bands {
+        bands(|b| self.unoccluded[b] * self.ratio[b])
+    }
+    /// Bit 0: some sample was not visible; bit 1: some was.
+    pub(super) fn visibility_bits(&self) -> u8 {
+        u8::from(self.visible < 1.0) | u8::from(self.visible > 0.0) << 1
+    }
+    /// True if all samples were visible, or none.
+    pub(super) fn agrees(&self) -> bool {
+        self.visible == 0.0 || self.visible == 1.0
+    }
+    /// Error relative to U, with `around` agreeing samples in the neighbourhood.
+    pub(super) fn relative_error(&self, around: usize) -> f64 {
+        let prior = if self.agrees() { 0.5 / (self.count as f64 + around as f64 + 1.0) } else { 0.0 };
+        (self.error as f64).hypot(prior)
+    }
+}
+
+impl<'a> ZoneLightSampler<'a> {
+    pub(super) fn new(
+        scene: &'a Scene,
+        zones: &'a Zones,
+        transport: &'a Transport<'a>,
+        light: &'a Light,
+    ) -> ZoneLightSampler<'a> {
+        let sampler = LightSampler::new(scene, light);
+        ZoneLightSampler {
+            zones,
+            transport,
+            has_closed_form: sampler.has_closed_form(),
+            is_inside: matches!(light, Light::Emitter { .. }),
+            grid: scene.voxel_grid(),
+            cell: scene.voxel_grid().map_or(Vec3::ZERO, |v| v.cell()),
+            light: sampler,
+        }
+    }
+
+    /// Adds the samples of `range` of zone `i`.
+    fn add_samples(&self, t: &mut SampleTally, i: usize, range: std::ops::Range<usize>) {
+        let seed = |m: u64| low_discrepancy::split_mix64((i as u64) << 3 | m);
+        let shift = [0, 1, 2].map(|m| low_discrepancy::hash_to_unit((i as u64) << 3 | m));
+        let (scramble, turn) = ([seed(3) as u32, seed(4) as u32], seed(5) as u32);
+        let patch = self.zones.patches.get(i);
+        for k in range {
+            let [u, v, w] = low_discrepancy::r3(k, shift);
+            let (x, receiver) = match patch {
+                Some(p) => {
+                    let [u, v] = p.plate.warp([u, v]);
+                    (p.plate.at(u, v), Receiver::Surface(p.normal))
+                }
+                None => {
+                    let z = &self.zones.voxels[i - self.zones.voxel_offset()];
+                    (voxel_point(z, self.cell, [u, v, w]), Receiver::Free)
+                }
+            };
+            let [p, q] = low_discrepancy::sobol_2d(k as u32, scramble);
+            self.add_sample(t, x, receiver, [p, q, low_discrepancy::sobol_third_dimension(k as u32, turn)]);
+        }
+    }
+
+    fn add_sample(&self, t: &mut SampleTally, x: Vec3, receiver: Receiver, s: [f64; 3]) {
+        t.count += 1;
+        let (unoccluded, sample) = self.light.sample_with_unoccluded(self.transport, x, receiver, s);
+        let Some(sample) = sample else {
+            return;
+        };
+        t.unoccluded = bands(|b| t.unoccluded[b] + unoccluded[b]);
+        t.unoccluded2 += largest(unoccluded).powi(2);
+        let w = largest(sample.flux);
+        t.weight += w;
+        t.square += w * w;
+        t.sent = bands(|b| t.sent[b] + sample.flux[b]);
+        let tau = match self.is_inside {
+            true => self.transport.transmittance_inside(x, sample.end),
+            false => self.transport.transmittance(x, sample.end),
+        };
+        if let Some(tau) = tau {
+            t.visible += w;
+            t.arrived = bands(|b| t.arrived[b] + tau[b] * sample.flux[b]);
+            let tau = largest(tau);
+            (t.through, t.through2) = (t.through + w * tau, t.through2 + w * tau * tau);
+        }
+    }
+
+    /// The estimate of a tally, with its error.
+    fn estimate(&self, t: &SampleTally) -> DirectLightEstimate {
+        let m = t.count as f64;
+        let unoccluded = if self.has_closed_form { t.unoccluded } else { t.sent }.map(|x| x / m);
+        let s = t.visible_fraction();
+        let equal = if t.weight > 0.0 { t.weight * t.weight / (m * t.square) } else { 1.0 };
+        // Without a closed form the flux is itself a mean over samples; with one a few strong samples determine the visible fraction.
+        let (flux, effective) = if self.has_closed_form {
+            let square = largest(t.unoccluded).powi(2);
+            (if square > 0.0 { m * t.unoccluded2 / square - 1.0 } else { 0.0 }, m * equal)
+        } else {
+            (1.0 / equal - 1.0, m)
+        };
+        // Variance of the transmittance over the visible samples.
+        let dim =
+            if t.visible > 0.0 { t.through2 / t.visible - (t.through / t.visible).powi(2) } else { 0.0 };
+        let slow = (effective / FOUR_DIMENSIONAL_SAMPLES).max(1.0).powf(0.75 - FOUR_DIMENSIONAL_RATE);
+        let error =
+            (s * (1.0 - s + dim.max(0.0)) + s * s * flux.max(0.0)).sqrt() * effective.powf(-0.75) * slow;
+        DirectLightEstimate {
+            unoccluded,
+            ratio: t.ratio(),
+            visible: s as f32,
+            error: error as f32,
+            count: t.count.min(u16::MAX as usize) as u16,
+        }
+    }
+
+    /// Estimates zone `i` from the samples of a range.
+    pub(super) fn sample_zone(&self, i: usize, samples: std::ops::Range<usize>) -> DirectLightEstimate {
+        let mut t = SampleTally::default();
+        self.add_samples(&mut t, i, samples);
+        if t.weight == 0.0 && self.has_closed_form {
+            return self.estimate_unlit(i, t.count);
+        }
+        self.estimate(&t)
+    }
+
+    /// Estimates zone `i` if the light faces none of `count` points: no light, but the plane of the light may cut off a corner.
+    fn estimate_unlit(&self, i: usize, count: usize) -> DirectLightEstimate {
+        let mut unoccluded = [0.0; 3];
+        let mut corner = |x: Vec3, receiver| {
+            let light = self.light.unoccluded(x, receiver);
+            unoccluded = bands(|b| light[b].max(unoccluded[b]));
+        };
+        if let Some(p) = self.zones.patches.get(i) {
+            let (corners, n) = p.plate.corners();
+            corners[..n].iter().for_each(|&x| corner(x, Receiver::Surface(p.normal)));
+        } else if let Some(grid) = self.grid {
+            let [x, y, z] = grid.coordinates(self.zones.voxels[i - self.zones.voxel_offset()].cell);
+            (0..8).for_each(|k| {
+                corner(grid.corner([x + (k & 1), y + (k >> 1 & 1), z + (k >> 2)]), Receiver::Free)
+            });
+        }
+        let visible = if unoccluded == [0.0; 3] { 0.5 } else { 0.0 };
+        let count = count.min(u16::MAX as usize) as u16;
+        DirectLightEstimate { unoccluded, visible, count, ..DirectLightEstimate::default() }
+    }
+
+    /// Estimates zone `i` from as many fresh samples as, by the `pilot` estimate, bring its error to `wanted` (W/m²), at most `most`.
+    ///
+    /// The samples are fresh because a number of samples must not depend on the samples that are averaged; zones with little visible light would
+    /// otherwise be biased to the dark side.
+    pub(super) fn resample(
+        &self,
+        i: usize,
+        pilot: &DirectLightEstimate,
+        most: usize,
+        wanted: f64,
+    ) -> DirectLightEstimate {
+        let (m, e) = (pilot.count as f64, largest(pilot.unoccluded) * pilot.relative_error(0));
+        // The error falls like m^(−3/4), or like 1/m if all samples agree.
+        let power = if pilot.agrees() { 1.0 } else { 4.0 / 3.0 };
+        let mut count = m * (e / wanted).powf(power);
+        if !pilot.agrees() && count > FOUR_DIMENSIONAL_SAMPLES {
+            let excess = count / FOUR_DIMENSIONAL_SAMPLES;
+            count = FOUR_DIMENSIONAL_SAMPLES * excess.powf(0.75 / FOUR_DIMENSIONAL_RATE);
+        }
+        let count = count.min(most as f64).ceil() as usize;
+        let samples = count.next_multiple_of(SAMPLE_QUANTUM).clamp(SAMPLE_QUANTUM, most);
+        let one = self.sample_zone(i, MAX_SAMPLES[0]..MAX_SAMPLES[0] + samples);
+        DirectLightEstimate { error: one.relative_error(0) as f32, ..one }
+    }
+
+    /// `f` of the first `n` zones, in parallel.
+    pub(super) fn for_zones(
+        n: usize,
+        progress: &dyn Progress,
+        f: impl Fn(usize) -> DirectLightEstimate + Sync,
+    ) -> Vec<DirectLightEstimate> {
+        let mut out = vec![DirectLightEstimate::default(); n];
+        out.par_chunks_mut(CHUNK_ZONES).enumerate().for_each(|(c, list)| {
+            list.iter_mut().enumerate().for_each(|(k, one)| *one = f(c * CHUNK_ZONES + k));
+            progress.advance(list.len() as u64);
+        });
+        out
+    }
+
+    /// The cell of a voxel zone, or the cell in front of a patch.
+    pub(super) fn cell_of(&self, grid: &VoxelGrid, i: usize) -> Option<usize> {
+        let Some(p) = self.zones.patches.get(i) else {
+            return Some(self.zones.voxels[i - self.zones.voxel_offset()].cell);
+        };
+        let before = p.plate.centre() + p.normal * (0.25 * largest(grid.cell().array()));
+        grid.cell_at(before).map(|c| grid.index(c))
+    }
+}

@@ -1,0 +1,101 @@
+//! Construction of an engine: its operator, and the closure of its rows, measured or restored.
+
+use super::selection::EngineChoice;
+use crate::dense::DenseOperator;
+use crate::dense::band_groups::{InteriorPanes, band_groups};
+use crate::hierarchical;
+use crate::operator::ErrorModel;
+use crate::report::closure::{self, RowClosure};
+use crate::solve_context::{BuiltEngine, SolveContext};
+use crate::spectral::SpectralOperator;
+use crate::spectral::basis::BasisOrder;
+use crate::spectral::enclosure::BoxEnclosure;
+use crate::surroundings::SurroundingsExchange;
+use zonal_exchange::pair::{Exchange, PairCounts};
+use zonal_scene::{Diagnostic, Engine, Scene, SceneError, Zones};
+
+/// Builds the selected engine. Restoration of closure scales `surroundings` too.
+pub(crate) fn build<'a>(
+    choice: EngineChoice,
+    context: &SolveContext<'a>,
+    surroundings: &mut SurroundingsExchange,
+) -> Result<BuiltEngine<'a>, SceneError> {
+    match (choice.engine, choice.enclosure) {
+        (Engine::Hierarchical, _) => hierarchical::build::build(context, surroundings, build_dense),
+        (Engine::Spectral, Some((enclosure, order))) => {
+            let mut built = build_spectral(context, enclosure, order, surroundings);
+            built.warnings.extend(choice.note);
+            Ok(built)
+        }
+        _ => Ok(build_dense(context, surroundings)),
+    }
+}
+
+/// Measures the closure of an operator, or restores it if the scene requests that.
+fn close_rows(
+    operator: &mut dyn ErrorModel,
+    scene: &Scene,
+    zones: &Zones,
+    surroundings: &mut SurroundingsExchange,
+) -> RowClosure {
+    if scene.restores_closure() {
+        closure::restore(operator, zones, surroundings)
+    } else {
+        closure::measure(operator, zones, surroundings)
+    }
+}
+
+/// The spectral engine; the escaping power is the power that arrives at the openings of the box.
+fn build_spectral(
+    context: &SolveContext,
+    enclosure: BoxEnclosure,
+    order: BasisOrder,
+    surroundings: &mut SurroundingsExchange,
+) -> BuiltEngine<'static> {
+    let (scene, zones) = (context.scene, context.zones);
+    let open = enclosure.is_open();
+    let mut operator = SpectralOperator::new(enclosure, zones.patches.len(), order, context.progress);
+    if open {
+        surroundings.sky = operator.opening_factors();
+    }
+    operator.measure_defect(zones, &surroundings.sky);
+    let closure = close_rows(&mut operator, scene, zones, surroundings);
+    let counts = operator.counts();
+    BuiltEngine { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None }
+}
+
+/// The dense engine.
+pub(crate) fn build_dense(
+    context: &SolveContext,
+    surroundings: &mut SurroundingsExchange,
+) -> BuiltEngine<'static> {
+    let (scene, zones) = (context.scene, context.zones);
+    let exchange = Exchange::with_settings(scene, zones, context.transport, context.pair_settings);
+    let groups = band_groups(scene, InteriorPanes::of(context.transport));
+    let (mut operator, pairs) =
+        DenseOperator::assemble(&exchange, zones, groups, context.checkpoints, context.progress);
+    drop(exchange);
+    let closure = close_rows(&mut operator, scene, zones, surroundings);
+    let mut warnings = Vec::new();
+    if pairs.paper > 0 {
+        let text = "the factors of two voxels are those of the 1996 paper, for comparison; the stated errors do not include the errors of these formulas";
+        warnings.push(Diagnostic::warning("paper-factors", text));
+    }
+    let counts = pair_counts(&pairs);
+    BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved: None }
+}
+
+/// Names and values of the counters of pairs.
+fn pair_counts(c: &PairCounts) -> Vec<(String, u64)> {
+    let list = [
+        ("aligned pairs", c.aligned),
+        ("voxel pairs by a formula of the paper", c.paper),
+        ("pairs with a plate in any position", c.general),
+        ("pairs with a cut voxel", c.cut),
+        ("pairs with a pane", c.pane),
+        ("pairs that face away", c.facing_away),
+        ("pairs partly visible", c.partial),
+        ("rays between zones", c.rays),
+    ];
+    list.into_iter().map(|(k, v)| (k.to_string(), v)).collect()
+}

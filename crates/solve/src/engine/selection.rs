@@ -1,0 +1,290 @@
+//! Selection of an engine by the options of the scene, its geometry, the number of zones and the memory limit.
+
+use super::spectral_memory::spectral_solve_bytes;
+use crate::hierarchical::memory_budget::MemoryBudget;
+use crate::report::cost_estimate::problem_size::ProblemSize;
+use crate::spectral::basis::BasisOrder;
+use crate::spectral::enclosure::BoxEnclosure;
+use crate::spectral::kernels;
+use zonal_exchange::pair::PairSettings;
+use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneBasis, Zones};
+use zonal_transport::Transport;
+
+/// Maximum number of zones for which `auto` selects the dense engine. 3700 zones with a shelf among them took 25 seconds of one core of 2023, and
+/// 2 seconds by links with an error ten times as large.
+pub(crate) const MAX_DENSE_ZONES: usize = 8000;
+
+/// Number of zones above which `auto` prefers the spectral engine: the dense engine took two seconds of one core of 2023 for as many.
+const MIN_SPECTRAL_ZONES: usize = 4000;
+
+/// Optical depth across a voxel above which the automatic basis is linear. A linear basis takes five to ten times the time and memory; below this
+/// depth it changes the mean of a zone by less than about a thousandth.
+pub(crate) const MIN_LINEAR_BASIS_THICKNESS: f64 = 0.1;
+
+/// Maximum number of cells that tables of a linear basis integrate: some minutes of two cores of 2023.
+const MAX_LINEAR_TABLE_CELLS: f64 = 5e9;
+
+/// The selected engine.
+#[derive(Clone, Debug)]
+pub struct EngineChoice {
+    /// The engine; never [`Engine::Auto`].
+    pub engine: Engine,
+    /// The reason for the report.
+    pub reason: String,
+    /// For the spectral engine: the box enclosure, and the order of the basis inside its zones.
+    pub enclosure: Option<(BoxEnclosure, BasisOrder)>,
+    /// A diagnostic for the report.
+    pub note: Option<Diagnostic>,
+}
+
+/// Criteria of the selection.
+struct EngineSelection<'a> {
+    scene: &'a Scene,
+    zones: &'a Zones,
+    size: &'a ProblemSize,
+    memory_limit: u64,
+    /// The engine that the scene requests.
+    requested: Engine,
+    basis: ZoneBasis,
+    /// True if formulas of the paper replace the factors of voxel pairs.
+    uses_paper_formulas: bool,
+    is_periodic: bool,
+    /// True if there are too many zones, or bytes, for all pairs.
+    exceeds_dense: bool,
+    /// True if a linear basis is requested or useful.
+    wants_linear_basis: bool,
+}
+
+/// The box enclosure of a scene, or the reason why there is none.
+type EnclosureSearch = Result<BoxEnclosure, String>;
+
+/// Formats bytes in GB.
+fn gigabytes(bytes: u64) -> String {
+    let x = bytes as f64 / 1e9;
+    if x < 0.01 { format!("{x:.1e}") } else { format!("{x:.3}") }
+}
+
+fn refuse<T>(key: &'static str, what: impl Into<String>) -> Result<T, SceneError> {
+    Err(SceneError::new(key, what))
+}
+
+/// Selects the engine for a scene, within the memory limit of `settings`.
+///
+/// # Errors
+/// If the engine exceeds the memory limit, or if only another engine can solve the scene.
+pub fn select_engine(
+    scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
+    size: &ProblemSize,
+    (settings, memory_limit): (PairSettings, u64),
+) -> Result<EngineChoice, SceneError> {
+    let selection = EngineSelection::new(scene, zones, size, settings, memory_limit);
+    selection.check_basis()?;
+    let found = selection.needs_enclosure().then(|| BoxEnclosure::find(scene, zones));
+    if selection.is_periodic {
+        check_periodic(&selection, found.as_ref())?;
+    }
+    let (engine, reason) = selection.engine(found.as_ref())?;
+    let mut out = EngineChoice { engine, reason, enclosure: None, note: None };
+    if let (Engine::Spectral, Some(Ok(found))) = (engine, found) {
+        let (order, note) = selection.basis_order(&found);
+        (out.enclosure, out.note) = (Some((found, order)), note);
+    }
+    selection.check_memory(&out, transport)?;
+    Ok(out)
+}
+
+impl<'a> EngineSelection<'a> {
+    fn new(
+        scene: &'a Scene,
+        zones: &'a Zones,
+        size: &'a ProblemSize,
+        settings: PairSettings,
+        memory_limit: u64,
+    ) -> EngineSelection<'a> {
+        let basis = scene.options().zone_basis;
+        EngineSelection {
+            scene,
+            zones,
+            size,
+            memory_limit,
+            requested: scene.options().engine,
+            basis,
+            uses_paper_formulas: settings.volume_factors.is_some(),
+            is_periodic: scene.is_periodic(),
+            exceeds_dense: zones.len() > MAX_DENSE_ZONES || size.bytes > memory_limit,
+            wants_linear_basis: basis == ZoneBasis::Linear
+                || (basis == ZoneBasis::Auto && size.thickness > MIN_LINEAR_BASIS_THICKNESS),
+        }
+    }
+
+    /// Refuses a linear basis for engines without one.
+    fn check_basis(&self) -> Result<(), SceneError> {
+        let other = self.uses_paper_formulas || !matches!(self.requested, Engine::Auto | Engine::Spectral);
+        match self.basis == ZoneBasis::Linear && other {
+            true => refuse(
+                "solve.zone_basis",
+                "slopes inside zones are for the spectral engine; use that, or \"constant\"",
+            ),
+            false => Ok(()),
+        }
+    }
+
+    /// True if the spectral engine is preferable to all pairs in a box.
+    fn prefers_transforms(&self) -> bool {
+        self.zones.len() > MIN_SPECTRAL_ZONES
+            || self.exceeds_dense
+            || self.is_periodic
+            || self.wants_linear_basis
+    }
+
+    /// True if the selection depends on whether the scene is a box.
+    fn needs_enclosure(&self) -> bool {
+        let auto = self.requested == Engine::Auto && self.prefers_transforms();
+        self.requested == Engine::Spectral || self.is_periodic || auto
+    }
+
+    /// The engine and the reason.
+    fn engine(&self, found: Option<&EnclosureSearch>) -> Result<(Engine, String), SceneError> {
+        match self.requested {
+            Engine::Hierarchical | Engine::Spectral if self.uses_paper_formulas => refuse(
+                "solve.engine",
+                "formulas of the paper are for pairs; use the dense engine, or --factors exact",
+            ),
+            Engine::Auto => self.automatic_engine(found),
+            Engine::Spectral => match found {
+                Some(Err(why)) => refuse(
+                    "solve.engine",
+                    format!("spectral does not apply: {why}; use another engine, or \"auto\""),
+                ),
+                _ => Ok((Engine::Spectral, "as requested".into())),
+            },
+            requested => Ok((requested, "as requested".into())),
+        }
+    }
+
+    /// The engine of `auto` and the reason: formulas of the paper by pairs, boxes by the spectral engine, many zones by the hierarchical engine, else
+    /// all pairs.
+    fn automatic_engine(&self, found: Option<&EnclosureSearch>) -> Result<(Engine, String), SceneError> {
+        let n = self.zones.len();
+        if self.uses_paper_formulas {
+            return Ok((Engine::Dense, "formulas of the paper are for pairs".into()));
+        }
+        match found {
+            Some(Err(why)) if self.basis == ZoneBasis::Linear => refuse(
+                "solve.zone_basis",
+                format!(
+                    "slopes inside zones are for the spectral engine, which does not apply: {why}; use \"constant\""
+                ),
+            ),
+            Some(Ok(_)) if self.prefers_transforms() => {
+                let kind = if self.is_periodic { "a periodic box" } else { "a box" };
+                let of = if self.wants_linear_basis { " and thick voxels" } else { "" };
+                let why =
+                    format!("{n} zones{of} in {kind} on the grid of its medium, with one extinction a band");
+                Ok((Engine::Spectral, why))
+            }
+            found if self.exceeds_dense => {
+                let why = match n > MAX_DENSE_ZONES {
+                    true => format!("{n} zones are more than {MAX_DENSE_ZONES}"),
+                    false => "every pair would need more memory than allowed".to_string(),
+                };
+                let not = match found {
+                    Some(Err(why)) => format!("; spectral does not apply: {why}"),
+                    _ => String::new(),
+                };
+                Ok((Engine::Hierarchical, format!("{why}{not}")))
+            }
+            _ => Ok((Engine::Dense, format!("{n} zones are no more than {MAX_DENSE_ZONES}"))),
+        }
+    }
+
+    /// The order of the basis inside the zones of a box, with a diagnostic: an automatic linear basis must be affordable.
+    fn basis_order(&self, found: &BoxEnclosure) -> (BasisOrder, Option<Diagnostic>) {
+        if !self.wants_linear_basis {
+            return (BasisOrder::Constant, None);
+        }
+        let few = |k: &f64| kernels::table_work(&found.grid, *k, BasisOrder::Linear) < MAX_LINEAR_TABLE_CELLS;
+        let fits = || {
+            spectral_solve_bytes(self.scene, self.zones, self.size, found, BasisOrder::Linear)
+                <= self.memory_limit
+                && found.extinction_groups().1.iter().all(few)
+        };
+        if self.basis != ZoneBasis::Auto || fits() {
+            return (BasisOrder::Linear, None);
+        }
+        let note = "voxels are thick, but slopes inside them would need more memory or time than allowed";
+        (BasisOrder::Constant, Some(Diagnostic::warning("no-slopes", note)))
+    }
+
+    /// Refuses an engine that exceeds the memory limit.
+    fn check_memory(&self, choice: &EngineChoice, transport: &Transport) -> Result<(), SceneError> {
+        let (scene, zones) = (self.scene, self.zones);
+        let (bytes, what) = match choice.engine {
+            Engine::Hierarchical => {
+                let least = MemoryBudget::new(scene, zones, transport, self.memory_limit).min_bytes(zones);
+                (least, "for the minimum number of rays")
+            }
+            Engine::Spectral => {
+                let of = |(e, v): &(BoxEnclosure, BasisOrder)| {
+                    spectral_solve_bytes(scene, zones, self.size, e, *v)
+                };
+                (choice.enclosure.as_ref().map_or(0, of), "for their spectra and fields")
+            }
+            Engine::Dense | Engine::Auto => (self.size.bytes, "for their exchange areas"),
+        };
+        if bytes <= self.memory_limit {
+            return Ok(());
+        }
+        refuse(
+            "solve.patch_size",
+            format!(
+                "{} zones need {} GB {what}, more than the {} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
+                zones.len(),
+                gigabytes(bytes),
+                gigabytes(self.memory_limit)
+            ),
+        )
+    }
+}
+
+/// The reason why a periodic scene is refused that is no box on the grid of its medium.
+fn no_box(why: &str) -> String {
+    format!("a periodic scene must be a box on the grid of its medium, but {why}")
+}
+
+/// Refuses periodic scenes for engines without periodic images: only the dense engine in a closed box and the spectral engine have them.
+fn check_periodic(selection: &EngineSelection, found: Option<&EnclosureSearch>) -> Result<(), SceneError> {
+    let what = match (selection.requested, found) {
+        (Engine::Hierarchical, _) => {
+            "rays have no images of a periodic scene; use the spectral engine".to_string()
+        }
+        (_, Some(Err(why))) => no_box(why),
+        (Engine::Auto | Engine::Dense, _) if selection.uses_paper_formulas => {
+            "formulas of the paper have no images of a periodic scene; use --factors exact".to_string()
+        }
+        (Engine::Dense, Some(Ok(e))) if e.is_open() => {
+            "a periodic scene with openings is for the spectral engine; use that, or close the walls"
+                .to_string()
+        }
+        _ => return Ok(()),
+    };
+    Err(SceneError::new("boundary", what))
+}
+
+/// Refuses periodic scenes that are no box on the grid of their medium; [`zonal_exchange::pair::Exchange`] has no images for them.
+///
+/// # Errors
+/// The reason why the scene is no such box.
+pub(crate) fn check_periodic_pairs(scene: &Scene, zones: &Zones) -> Result<(), SceneError> {
+    match scene.is_periodic().then(|| BoxEnclosure::find(scene, zones)) {
+        Some(Err(why)) => refuse("boundary", no_box(&why)),
+        _ => Ok(()),
+    }
+}
+
+/// True if the escaping power is known without rays: the spectral engine computes it, and a periodic box of all pairs is closed.
+pub(crate) fn knows_escaping_power(engine: Engine, scene: &Scene) -> bool {
+    engine == Engine::Spectral || scene.is_periodic()
+}

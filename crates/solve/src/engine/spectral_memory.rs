@@ -1,0 +1,36 @@
+//! Memory of a solve by the spectral engine.
+
+use crate::light_groups;
+use crate::report::cost_estimate::problem_size::ProblemSize;
+use crate::spectral::SpectralOperator;
+use crate::spectral::basis::BasisOrder;
+use crate::spectral::enclosure::BoxEnclosure;
+use rayon::prelude::*;
+use zonal_scene::{Bands, Scene, Zones};
+
+/// Bytes of a spectral solve: the engine, the zones, and the larger of the iteration and the fields.
+pub(crate) fn spectral_solve_bytes(
+    scene: &Scene,
+    zones: &Zones,
+    size: &ProblemSize,
+    enclosure: &BoxEnclosure,
+    order: BasisOrder,
+) -> u64 {
+    let kappa = enclosure.extinction_groups().1.len();
+    let columns = light_groups::select_groups(scene, zones).0.len() as u64;
+    let alike = |v: Bands| v[0] == v[1] && v[1] == v[2];
+    let grey = kappa == 1
+        && zones.patches.par_iter().all(|p| alike(p.reflectance) && alike(p.emission))
+        && zones.voxels.par_iter().all(|v| alike(v.albedo) && alike(v.emission) && alike(v.source));
+    // Weights and targets; of each group the sources and the seven vectors of the iteration, in one band or three.
+    let bands = if grey { 1 } else { 3 };
+    let solving = 24 + 8 + columns * (24 + 7 * 8 * bands);
+    // Radiosity, incident, direct, error; of each group its strengths and incident power; direct light of each light.
+    let fields = 4 * 24 + columns * 48;
+    let more = 24 * u64::from(enclosure.is_open()) + 120 * scene.lights().len() as u64;
+    let [voxel, patch] = [order.voxel_components() - 1, order.patch_components() - 1].map(|n| n as u64);
+    let slopes = voxel * zones.voxels.len() as u64 + patch * zones.patches.len() as u64;
+    // Of each slope the vectors of the iteration, and the index of its zone.
+    let unknowns = zones.len() as u64 * (solving.max(fields) + more) + slopes * (solving + 4);
+    SpectralOperator::bytes(&enclosure.grid, kappa, order) + size.zone_bytes + unknowns
+}

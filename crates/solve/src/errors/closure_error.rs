@@ -1,0 +1,74 @@
+//! Errors of incident fields from rows that do not close.
+//!
+//! A row with the relative defect −d sums to 1 − d and holds 1 − d of the incident power. If the missing part is like the rest, it is
+//! d/(1 − d) of the part that the row holds, and unknown (infinite) if the row holds nothing.
+
+use crate::report::closure::RowClosure;
+use crate::surroundings::SurroundingsExchange;
+use rayon::prelude::*;
+use zonal_exchange::pair::closure_target;
+use zonal_scene::{Bands, Zones, bands};
+
+/// Closure defects within this multiple of the standard error of the escaping power are attributed to that error.
+const EXPLAINED_DEVIATION: f64 = 2.0;
+/// Sum of a row, over its target, at and below which it holds nothing.
+const EMPTY_ROW: f64 = 1e-9;
+
+/// The part of each row's defect that the errors of the factors do not explain, as a fraction of the incident power of the zone.
+///
+/// A defect has two causes: the error of the escaping power, which carries no light, and errors that the factors of a row have in common, which no
+/// sum of squares shows. The excess over twice the former counts. After restoration of closure, the whole change of the row and its residual
+/// defect count.
+pub(crate) fn unexplained_fractions(
+    zones: &Zones,
+    closure: &RowClosure,
+    surroundings: &SurroundingsExchange,
+) -> Vec<Bands> {
+    let defects = &closure.defects;
+    let one = |i: usize| {
+        if closure.summary.restored {
+            return defects[i].map(missing_fraction);
+        }
+        let lost = surroundings.escape_fraction_error(i, closure_target(zones, i));
+        bands(|b| {
+            let excess = (defects[i][b].abs() - EXPLAINED_DEVIATION * lost[b]).max(0.0);
+            missing_fraction(excess.copysign(defects[i][b]))
+        })
+    };
+    (0..zones.len()).into_par_iter().map(one).collect()
+}
+
+/// The error of an incident field `h` for a missing fraction; infinite if the fraction is, also for a field of 0.
+pub(crate) fn error_of_fraction(fraction: f64, h: f64) -> f64 {
+    if fraction.is_infinite() { f64::INFINITY } else { fraction * h.abs() }
+}
+
+/// The error of a row relative to the power that it holds, for a relative closure defect (negative if the row falls short).
+pub(crate) fn missing_fraction(defect: f64) -> f64 {
+    match defect < 0.0 {
+        true if defect <= -1.0 + EMPTY_ROW => f64::INFINITY,
+        true => -defect / (1.0 + defect),
+        false => defect,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_fraction_is_relative_to_the_power_that_the_row_holds() {
+        assert_eq!(missing_fraction(0.25), 0.25);
+        assert!(
+            (missing_fraction(-0.2) - 0.25).abs() < 1e-15,
+            "a fifth of the whole is a quarter of the rest"
+        );
+        assert_eq!(missing_fraction(-1.0), f64::INFINITY);
+        assert_eq!(
+            error_of_fraction(missing_fraction(-1.0), 0.0),
+            f64::INFINITY,
+            "an empty row has an unknown error"
+        );
+        assert_eq!(error_of_fraction(0.25, -2.0), 0.5);
+    }
+}

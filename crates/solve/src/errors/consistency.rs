@@ -1,0 +1,159 @@
+//! Errors that a solution reveals itself: power that does not balance, negative fluxes and an iteration that ended early widen the stated errors.
+//!
+//! With h_i the field incident on zone i (direct light included), e_i its stated error, a_i the absorption area of the zone
+//! (`zone_power::absorption_area`), and R the residual of the energy balance, emitted + incoming − absorbed − escaped:
+//!
+//! ```text
+//!     closure          e_i ≥ |d_i| h_i            d_i: unexplained closure defect over the sum of the row
+//!     iteration        e_i += 10 r/(1−r) (h_i + mean h)   r: undistributed fraction of the power, if the solver ended early
+//!     negative flux    e_i ≥ −h_i                  where h_i < 0 without a negative source
+//!     balance          e_i += f h_i,   f = (|R| − Σ_j a_j e_j)⁺ / Σ_j a_j h_j
+//! ```
+//!
+//! The last rule assumes that factors lose or create power in proportion to the power that they carry, and distributes the part of R that the
+//! stated errors do not explain in that proportion. If nothing absorbs, the errors are unknown (infinite).
+//! The error of a sum by name is the sum of the errors of its zones, as if they had one sign; that of the escaping power is the error that the
+//! rest of the balance leaves open.
+
+use super::closure_error::error_of_fraction;
+use crate::iteration::multivector;
+use crate::zone_power::{absorbed_power, absorption_area, interception_area};
+use zonal_scene::EnergyBalance;
+use zonal_scene::{Bands, Fields, LightGroup, SolveStatus, Zones, bands};
+
+/// Assumed number of reflections of undistributed power at one zone, for the errors of a solve that has not converged.
+const REFLECTIONS_OF_UNDISTRIBUTED_POWER: f64 = 10.0;
+
+/// Residual of the balance, over the power given, that rounding leaves.
+const ROUNDING_OF_BALANCE: f64 = 1e-12;
+
+/// Raises every error to at least the error of the missing fraction of the row.
+pub(crate) fn widen_by_closure(fractions: &[Bands], fields: &mut Fields) {
+    for ((e, h), d) in fields.error.iter_mut().zip(&fields.incident).zip(fractions) {
+        *e = bands(|b| widest(e[b], error_of_fraction(d[b].abs(), h[b])));
+    }
+}
+
+/// The larger of two errors; infinite if one is not a number.
+fn widest(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) }
+}
+
+/// Adds the error of an iteration that ended early: the undistributed power, of a zone's own field and of the mean of its kind.
+pub(crate) fn widen_by_residual(zones: &Zones, groups: &[LightGroup], fields: &mut Fields) {
+    let done = |s: SolveStatus| matches!(s, SolveStatus::Converged | SolveStatus::FixedOrder);
+    // The iterate holds 1 − r of the power, the remainder r.
+    let factor =
+        |r: f64| if r < 1.0 { REFLECTIONS_OF_UNDISTRIBUTED_POWER * r / (1.0 - r) } else { f64::INFINITY };
+    for g in groups {
+        let factors = bands(|b| if done(g.status[b]) { 0.0 } else { factor(g.residual[b]) });
+        if factors == [0.0; 3] {
+            continue;
+        }
+        let h = |i: usize| {
+            let x = g.incident.at(i);
+            bands(|b| (x[b] * g.incident_scale[b]).abs())
+        };
+        for kind in [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()] {
+            let size = kind.len().max(1) as f64;
+            let mean = kind.clone().fold([0.0; 3], |m, i| bands(|b| m[b] + h(i)[b] / size));
+            for i in kind {
+                let own = h(i);
+                fields.error[i] =
+                    bands(|b| widest(fields.error[i][b] + factors[b] * (own[b] + mean[b]), 0.0));
+            }
+        }
+    }
+}
+
+/// Raises every error to at least the amount by which a flux is negative.
+pub(crate) fn widen_by_negative_flux(fields: &mut Fields) {
+    for (e, h) in fields.error.iter_mut().zip(&fields.incident) {
+        *e = bands(|b| widest(e[b], -h[b]));
+    }
+}
+
+/// Distributes the part of the balance's residual that neither the stated errors nor the error `lost` of the escaping power (W a band) explain.
+pub(crate) fn widen_by_balance(zones: &Zones, energy: &EnergyBalance, lost: Bands, fields: &mut Fields) {
+    let missing = bands(|b| (energy.residual[b] * (energy.emitted[b] + energy.incoming[b])).abs());
+    let explained = absorbed_power(zones, |i| fields.total_error(i));
+    let absorbed = absorbed_power(zones, |i| total_incident(fields, i));
+    let fraction = bands(|b| {
+        let given = energy.emitted[b] + energy.incoming[b];
+        let excess = missing[b] - explained[b] - lost[b];
+        match () {
+            // Also if it is not a number.
+            () if !missing[b].is_finite() => f64::INFINITY,
+            () if excess <= ROUNDING_OF_BALANCE * given || explained[b].is_infinite() => 0.0,
+            () if absorbed[b] > 0.0 => excess / absorbed[b],
+            () => f64::INFINITY,
+        }
+    });
+    distribute(fraction, fields);
+}
+
+/// Amount of the field incident on zone `i`, direct light included, W/m².
+fn total_incident(fields: &Fields, i: usize) -> Bands {
+    bands(|b| (fields.incident[i][b] + fields.direct[i][b]).abs())
+}
+
+/// Adds a fraction of the incident field to the error of every zone; an infinite fraction of 0 is infinite too.
+pub(crate) fn distribute(fraction: Bands, fields: &mut Fields) {
+    if fraction == [0.0; 3] {
+        return;
+    }
+    for i in 0..fields.error.len() {
+        let h = total_incident(fields, i);
+        let more = bands(|b| error_of_fraction(fraction[b], h[b]));
+        fields.error[i] = bands(|b| fields.error[i][b] + more[b]);
+    }
+}
+
+/// Stated errors of the powers of a balance, W a band, for the `error` of each zone's incident field (W/m²).
+///
+/// Absorbed power: the sum of the errors of the zones. Incoming power: the root of the sum of squares, since each zone has rays of its own.
+/// Escaping power: the errors of all other powers together. Emitted power has no error.
+pub(crate) fn power_errors(
+    zones: &Zones,
+    energy: &EnergyBalance,
+    fields: &Fields,
+    error: impl Fn(usize) -> Bands + Sync,
+) -> EnergyBalance {
+    let mut out = EnergyBalance {
+        absorbed_surfaces: energy.absorbed_surfaces.iter().map(|s| (s.0.clone(), [0.0; 3])).collect(),
+        ..EnergyBalance::default()
+    };
+    for (i, p) in zones.patches.iter().enumerate() {
+        let (a, e) = (absorption_area(zones, i), error(i));
+        let sum = &mut out.absorbed_surfaces[p.surface].1;
+        *sum = bands(|b| sum[b] + absorbed_error(a[b], e[b]));
+    }
+    let of = |range: std::ops::Range<usize>| {
+        multivector::sum(range.len(), |k| {
+            let (a, e) = (absorption_area(zones, range.start + k), error(range.start + k));
+            bands(|b| absorbed_error(a[b], e[b]))
+        })
+    };
+    out.absorbed_volumes = of(zones.voxel_offset()..zones.pane_offset());
+    out.absorbed_panes = of(zones.pane_offset()..zones.len());
+    let squares: Bands = multivector::sum(fields.surroundings_error.len(), |i| {
+        let area = interception_area(zones, i);
+        bands(|b| (area[b] * fields.surroundings_error[i][b]).powi(2))
+    });
+    out.incoming = squares.map(f64::sqrt);
+    let surfaces = out.absorbed_surfaces.iter().fold([0.0; 3], |s, x| bands(|b| s[b] + x.1[b]));
+    let open = bands(|b| {
+        let residual = energy.residual[b] * (energy.emitted[b] + energy.incoming[b]);
+        let all = surfaces[b] + out.absorbed_volumes[b] + out.absorbed_panes[b] + out.incoming[b];
+        widest(all + residual.abs(), 0.0)
+    });
+    // A power of exactly 0 has no error.
+    out.escaped = bands(|b| if energy.escaped[b] == 0.0 { 0.0 } else { open[b] });
+    out.absorbed_backfaces = bands(|b| if energy.absorbed_backfaces[b] == 0.0 { 0.0 } else { open[b] });
+    out
+}
+
+/// Error of the power absorbed by a zone; 0 without absorption, also for an infinite error of its field.
+fn absorbed_error(area: f64, error: f64) -> f64 {
+    if area == 0.0 { 0.0 } else { widest(area * error, 0.0) }
+}

@@ -1,0 +1,194 @@
+//! The zones of the second solve, and the errors that follow from it.
+
+use super::error_floor::{ErrorFloor, difference};
+use super::prescribed_temperatures::{row_temperatures, temperature_error};
+use super::second_solve::{SecondSolveCheckpoints, SecondSolveProgress};
+use super::zone_growth::{SecondZones, ZoneGrowth};
+use crate::settings::SolveSettings;
+use zonal_scene::{DiscretizationError, Engine, Report, Scene, SceneError, ZoneBasis, Zones};
+use zonal_transport::{Transport, build_zones};
+
+/// Factor on the difference to smaller zones (module header).
+const SMALLER_ZONES_FACTOR: f64 = 2.0;
+
+/// Divisors of the zones for a solve on smaller ones, and the maximum number of these.
+const DIVISIONS: [(usize, usize); 3] = [(8, 1000), (4, 1000), (2, MAX_SECOND_ZONES)];
+const MAX_SECOND_ZONES: usize = 2500;
+/// Reduction of the maximum if facets or panes occlude pairs, which then cost several times as much.
+const OCCLUSION_COST: usize = 3;
+
+/// Solves zones of a scene and returns the report.
+pub(super) type SolveFn<'a> =
+    dyn Fn(&Scene, Transport, Zones, &SolveSettings) -> Result<Report, SceneError> + 'a;
+
+/// The basis of a second solve, with or without slopes as in the first.
+pub(crate) fn basis_of(has_slopes: bool) -> ZoneBasis {
+    if has_slopes { ZoneBasis::Linear } else { ZoneBasis::Constant }
+}
+
+fn text_of(e: SceneError) -> String {
+    e.to_string()
+}
+
+/// The scene with the options of a second solve: the engine of the first one, its basis, and no discretization error.
+fn second_scene(other: Scene, report: &Report, basis: ZoneBasis) -> Result<Scene, String> {
+    let mut options = other.options().clone();
+    options.engine = Engine::VARIANTS.into_iter().find(|e| e.name() == report.engine).unwrap_or_default();
+    options.zone_basis = basis;
+    options.discretization_error = Some(false);
+    other.with_options(options).map_err(text_of)
+}
+
+/// A scene with other zones, and their growth.
+struct ComparisonZones<'a> {
+    scene: &'a Scene,
+    transport: Transport<'a>,
+    zones: Zones,
+    growth: ZoneGrowth,
+    second: SecondZones,
+}
+
+impl<'a> ComparisonZones<'a> {
+    fn new(
+        own: (&Scene, &Zones),
+        other: &'a Scene,
+        basis: ZoneBasis,
+        second: SecondZones,
+    ) -> Result<ComparisonZones<'a>, String> {
+        let transport = Transport::new(other);
+        let zones = build_zones(other, &transport).map_err(text_of)?;
+        let others = (other, &zones);
+        let (small, large) = if second == SecondZones::Smaller { (others, own) } else { (own, others) };
+        let growth = ZoneGrowth::between(small, large, &transport, basis, second);
+        Ok(ComparisonZones { scene: other, transport, zones, growth, second })
+    }
+
+    /// Cost of a pair relative to an unoccluded one.
+    fn pair_cost(&self) -> usize {
+        let is_occluded = self.transport.occluder_count() > 0 || self.transport.has_interior_panes();
+        if is_occluded { OCCLUSION_COST } else { 1 }
+    }
+
+    /// Itself, or an error if there are too many zones.
+    fn limited(self) -> Result<ComparisonZones<'a>, String> {
+        if self.zones.len() * self.pair_cost() <= MAX_SECOND_ZONES {
+            Ok(self)
+        } else {
+            Err("smaller zones are too many".into())
+        }
+    }
+
+    /// Solves on these zones and estimates the errors of the first solve.
+    fn solve(
+        self,
+        scene: &Scene,
+        report: &Report,
+        settings: &SolveSettings,
+        solve: &SolveFn,
+    ) -> Result<DiscretizationError, String> {
+        let ComparisonZones { scene: other, transport, zones, growth, second } = self;
+        let ratio = growth.ratio.clone()?;
+        let kind = if second == SecondZones::Smaller { "smaller" } else { "larger" };
+        let progress = SecondSolveProgress { observer: settings.progress, kind };
+        let checkpoints = SecondSolveCheckpoints { store: settings.checkpoints, kind };
+        let settings = SolveSettings {
+            checkpoints: &checkpoints,
+            initial_groups: &[],
+            progress: &progress,
+            ..*settings
+        };
+        let count = zones.len();
+        let other = solve(other, transport, zones, &settings)
+            .map_err(|e| format!("the solve on {kind} zones failed ({e})"))?;
+        let factor = growth.safety_factor
+            * if second == SecondZones::Smaller { SMALLER_ZONES_FACTOR } else { 1.0 / (ratio - 1.0) };
+        let error = |a: f64, b: f64| difference(a, b) * factor;
+        let floor = ErrorFloor::new(report, &other, &error);
+        let heat = heat_errors(scene, report, &other, &growth, (&error, &floor));
+        let mut energy = report.energy.zip_map(&other.energy, error);
+        floor.widen(&mut energy, &report.energy);
+        growth.unchanged.widen(&mut energy);
+        Ok(DiscretizationError { zones: count, ratio, heat, energy, notes: growth.notes })
+    }
+}
+
+/// Errors of temperature (K) and net power (W) of each row of the heat table.
+fn heat_errors(
+    scene: &Scene,
+    report: &Report,
+    other: &Report,
+    growth: &ZoneGrowth,
+    (error, floor): (&dyn Fn(f64, f64) -> f64, &ErrorFloor),
+) -> Vec<[f64; 2]> {
+    let or_unknown = |is_unknown: bool, error: f64| if is_unknown { f64::INFINITY } else { error };
+    let tables = report.heat.iter().zip(&other.heat);
+    let rows = tables.flat_map(|(own, other)| {
+        let unknown = growth.unchanged.of_rows(own);
+        own.rows.iter().zip(&other.rows).zip(row_temperatures(scene, own)).zip(unknown)
+    });
+    let heat = rows.map(|(((a, b), is_prescribed), is_unknown)| {
+        let [t, u] = [a, b].map(|row| row.temperature.unwrap_or(f64::NAN));
+        let errors = [floor.temperature(t, error(t, u)), floor.power(a.power, error(a.power, b.power))];
+        // A prescribed power has no error.
+        let is_known = a.power_error == 0.0 && errors[1] == 0.0;
+        [
+            temperature_error(a, is_prescribed, or_unknown(is_unknown, errors[0])),
+            or_unknown(is_unknown && !is_known, errors[1]),
+        ]
+    });
+    heat.collect()
+}
+
+/// Compares with larger zones if they cover all errors; else with smaller ones if these are few enough; else with larger ones as far as possible.
+pub(super) fn compare(
+    (scene, zones, basis): (&Scene, &Zones, ZoneBasis),
+    report: &Report,
+    settings: &SolveSettings,
+    solve: &SolveFn,
+) -> Result<DiscretizationError, String> {
+    let own = (scene, zones);
+    let coarser = second_scene(scene.coarsened().map_err(text_of)?, report, basis)?;
+    let larger = ComparisonZones::new(own, &coarser, basis, SecondZones::Larger);
+    if larger.as_ref().is_ok_and(|o| o.growth.is_complete()) {
+        return larger?.solve(scene, report, settings, solve);
+    }
+    let pair_cost = larger.as_ref().map_or(OCCLUSION_COST, ComparisonZones::pair_cost);
+    for n in divisions(scene, zones, pair_cost) {
+        let finer = scene.refined(zones, n).map_err(text_of).and_then(|s| second_scene(s, report, basis));
+        let Ok(finer) = finer else { continue };
+        let smaller = ComparisonZones::new(own, &finer, basis, SecondZones::Smaller);
+        let found = smaller.and_then(|o| o.limited()?.solve(scene, report, settings, solve));
+        if let Ok(found) = found {
+            return Ok(found);
+        }
+    }
+    larger?.solve(scene, report, settings, solve)
+}
+
+/// Divisors of the zones for which a second solve is cheap, the largest first; `pair_cost` is [`ComparisonZones::pair_cost`].
+fn divisions(scene: &Scene, zones: &Zones, pair_cost: usize) -> impl Iterator<Item = usize> {
+    let is_cheap =
+        move |x: &(usize, usize)| divided_count(scene, zones, x.0).saturating_mul(pair_cost) <= x.1;
+    DIVISIONS.into_iter().filter(is_cheap).map(|x| x.0)
+}
+
+/// Expected number of zones if each is divided by `n` along its edges.
+fn divided_count(scene: &Scene, zones: &Zones, n: usize) -> usize {
+    let sheets = zones.patches.len() + zones.panes.len();
+    let divides = |k: usize| scene.voxel_grid().is_some_and(|m| m.dims()[k] > 1 || !scene.periodic()[k]);
+    let axes = (0..3).filter(|&k| divides(k));
+    (n * n * sheets).saturating_add(n.pow(axes.count() as u32).saturating_mul(zones.voxels.len()))
+}
+
+/// Expected number of zones of a second solve on smaller zones; `None` if it uses larger ones.
+pub(crate) fn refined_zone_count(scene: &Scene, zones: &Zones, basis: ZoneBasis) -> Option<usize> {
+    divisions(scene, zones, 1).next()?;
+    let coarser = scene.coarsened();
+    let larger =
+        coarser.iter().find_map(|s| ComparisonZones::new((scene, zones), s, basis, SecondZones::Larger).ok());
+    if larger.as_ref().is_some_and(|o| o.growth.is_complete()) {
+        return None;
+    }
+    let n = divisions(scene, zones, larger.map_or(OCCLUSION_COST, |o| o.pair_cost())).next()?;
+    Some(divided_count(scene, zones, n))
+}

@@ -1,0 +1,30 @@
+//! The discretization error: a second solve on zones about twice as large, or half as large, and the difference of the two.
+//!
+//! Let Q(h) = Q + c h^p be a flux, a power or a temperature with zones of size h. Then, for p ≥ 1 and r > 1 (Richardson extrapolation),
+//!
+//! ```text
+//!     |Q(h) − Q| = |Q(h) − Q(rh)| / (r^p − 1)             ≤  |Q(h) − Q(rh)| / (r − 1)             for zones r times as large
+//!     |Q(h) − Q| = |Q(h) − Q(h/r)| · r^p / (r^p − 1)      ≤  2 |Q(h) − Q(h/r)|                    for zones r ≥ 2 times as small
+//! ```
+//!
+//! The last bound holds for p ≥ 1/log₂ r: a few zones, divided by four or eight, need not be in the asymptotic range.
+//! Observed orders lie between 1.5 and 2 (`docs/validation.md`), so that the bound is two to three times the error; for r = 2 and
+//! p = 2 it is the grid convergence index of two grids (Roache). It is an estimate and may fail if Q(rh) is not in the asymptotic range.
+//!
+//! Larger zones are cheap, but zones that the geometry does not allow to grow give no estimate, and few or thick ones a poor one. Scenes with few zones
+//! are then solved on smaller zones instead. If these are too many as well, the errors of the surfaces and volumes that did not grow are infinite,
+//! which stands for unknown, and the estimate of few or thick zones is multiplied by the largest observed ratio of error and estimate.
+//!
+//! r is the minimum growth of an edge (`zone_growth`). Prescribed temperatures and powers have no such error. The second solve is passed in as
+//! a function.
+
+mod comparison;
+mod error_floor;
+mod estimate;
+mod near_surface_scattering;
+mod prescribed_temperatures;
+mod second_solve;
+mod zone_growth;
+
+pub(crate) use comparison::{basis_of, refined_zone_count};
+pub(crate) use estimate::{FirstSolve, estimate, is_requested};

@@ -1,0 +1,83 @@
+//! Light that a medium scatters back to a surface smaller than the cell around it.
+//!
+//! A disc of radius R and radiosity B sends radiance B/π; where it subtends a solid angle Ω the fluence is BΩ/π. A medium with the scattering
+//! coefficient σ_s (1/m) returns, in single scattering,
+//!
+//! ```text
+//!     ∫ σ_s (B Ω / π) · Ω / (4π) dV  ≈  0.6 σ_s R · B πR²  ≈  0.35 σ_s √A · B A
+//! ```
+//!
+//! nearly all of it from within a few R, where Ω is not small. A constant radiosity in a cell of edge h ≫ R distributes that light over h³ and returns
+//! almost nothing; so do cells of h/2, and two such solves agree on a wrong result. If H is incident from all directions, only B − H matters: a surface
+//! with the radiosity of its surroundings has no such error. The error of a surface with √A < h is increased by
+//! [`BACKSCATTERED_SHARE`] σ_s √A |B − H|. Volumes with prescribed heat emit the power that they absorb, which counts as scattering.
+
+use super::prescribed_temperatures::{RowTemperature, row_temperatures};
+use zonal_scene::{
+    Bands, DiscretizationError, Fields, HeatRowKind, Report, Scene, ThermalCondition, Zones, bands, thermal,
+};
+
+/// Backscattered fraction of the light of a surface over the optical depth σ_s √A: that of a disc (module header), and half as much again for multiple
+/// scattering and for bodies that emit to all sides.
+const BACKSCATTERED_SHARE: f64 = 0.5;
+
+/// Adds the light scattered back by the medium to the errors of surfaces that are smaller than their cells.
+pub(super) fn add_to_errors(
+    scene: &Scene,
+    zones: &Zones,
+    fields: &Fields,
+    report: &Report,
+    estimate: &mut DiscretizationError,
+) {
+    let unresolved = unresolved_powers(scene, zones, fields);
+    for (error, more) in estimate.energy.absorbed_surfaces.iter_mut().zip(&unresolved) {
+        error.1 = bands(|b| error.1[b] + more.absorbed[b]);
+    }
+    let Some(heat) = &report.heat else { return };
+    let rows = heat.rows.iter().zip(row_temperatures(scene, heat)).zip(&mut estimate.heat);
+    let surfaces = rows.filter(|((row, _), _)| row.kind == HeatRowKind::Surface);
+    for (((row, given), error), more) in surfaces.zip(&unresolved) {
+        if given == RowTemperature::Prescribed {
+            error[1] += more.absorbed.iter().sum::<f64>();
+        } else if let Some(t) = row.temperature {
+            let incident = more.incident.iter().sum::<f64>() / row.size;
+            error[0] += incident / (4.0 * thermal::STEFAN_BOLTZMANN * t.powi(3));
+        }
+    }
+}
+
+/// Backscattered power that the cells do not resolve, for one surface, W a band.
+#[derive(Clone, Copy, Default)]
+struct UnresolvedPower {
+    incident: Bands,
+    absorbed: Bands,
+}
+
+fn unresolved_powers(scene: &Scene, zones: &Zones, fields: &Fields) -> Vec<UnresolvedPower> {
+    let mut out = vec![UnresolvedPower::default(); scene.surfaces().len()];
+    let Some(grid) = scene.voxel_grid() else { return out };
+    let mut area = vec![0.0; out.len()];
+    zones.patches.iter().for_each(|p| area[p.surface] += p.area);
+    let edge = (0..3).filter(|&k| !scene.periodic()[k]).map(|k| grid.cell()[k]).fold(f64::INFINITY, f64::min);
+    for (i, p) in zones.patches.iter().enumerate() {
+        let across = area[p.surface].sqrt();
+        if across >= edge {
+            continue;
+        }
+        let Some(cell) = grid.cell_at(p.plate.centre() + p.normal * (1e-6 * across)) else { continue };
+        let cell = grid.index(cell);
+        let reemits = grid.heat(cell).is_some_and(|k| !matches!(k, ThermalCondition::Temperature(_)));
+        let scattering =
+            bands(|b| grid.extinction(cell)[b] * if reemits { 1.0 } else { grid.albedo(cell)[b] });
+        let h = bands(|b| fields.incident[i][b] + fields.direct.get(i).map_or(0.0, |d| d[b]));
+        let share = bands(|b| (BACKSCATTERED_SHARE * scattering[b] * across).min(1.0));
+        // The radiosity of a direct emitter does not include its emission.
+        let surface = &scene.surfaces()[p.surface];
+        let emission = if scene.is_direct_emitter(p.surface) { surface.emission } else { [0.0; 3] };
+        let more = bands(|b| share[b] * (emission[b] + fields.radiosity[i][b] - h[b]).abs() * p.area);
+        let own = &mut out[p.surface];
+        own.incident = bands(|b| own.incident[b] + more[b]);
+        own.absorbed = bands(|b| own.absorbed[b] + (1.0 - p.reflectance[b]) * more[b]);
+    }
+    out
+}

@@ -1,0 +1,193 @@
+//! Check of a finished solution for values that are not finite.
+//!
+//! A NaN passes every test of the form x > limit, and `max` and `min` drop it. Values (radiosity, incident fields, powers, temperatures, closure)
+//! must be finite; otherwise the solution is refused with the first value that is not. An error that is NaN becomes infinite, which stands for
+//! an unknown error.
+
+use zonal_scene::EnergyBalance;
+use zonal_scene::{Bands, Fields, LightGroup, Report, Scene, SceneError, ZoneValues, Zones};
+
+/// Refuses a solution with a value that is not finite; errors that are NaN become infinite.
+pub(crate) fn check_finite(
+    scene: &Scene,
+    zones: &Zones,
+    fields: &mut Fields,
+    groups: &mut [LightGroup],
+    report: &mut Report,
+) -> Result<(), SceneError> {
+    let of_zones = [
+        ("the radiosity", &fields.radiosity),
+        ("the incident field", &fields.incident),
+        ("the direct light", &fields.direct),
+    ];
+    for (what, field) in of_zones {
+        if let Some(i) = field.iter().position(|x| !x.iter().all(|x| x.is_finite())) {
+            return Err(not_finite(&format!("{what} {}", describe_zone(scene, zones, i))));
+        }
+    }
+    let errors = fields.error.iter_mut().chain(&mut fields.direct_error);
+    errors.chain(&mut fields.surroundings_error).for_each(nan_to_infinity);
+    if let Some(h) = &mut fields.heat {
+        // An undefined temperature is NaN.
+        let off =
+            |x: &[f64], undefined: bool| x.iter().position(|x| !(x.is_finite() || undefined && x.is_nan()));
+        for (what, at) in
+            [("the temperature", off(&h.temperature, true)), ("the net power", off(&h.net, false))]
+        {
+            if let Some(i) = at {
+                return Err(not_finite(&format!("{what} {}", describe_zone(scene, zones, i))));
+            }
+        }
+        h.net_error.iter_mut().for_each(|e| *e = or_infinity(*e));
+        let defined = h.temperature.iter().zip(&mut h.temperature_error).filter(|(t, _)| t.is_finite());
+        defined.for_each(|(_, e)| *e = or_infinity(*e));
+    }
+    for g in groups.iter_mut() {
+        if !(is_finite(&g.incident) && is_finite(&g.direct) && powers(&g.energy).all(f64::is_finite)) {
+            return Err(not_finite(&format!("a value of the light group '{}'", g.name)));
+        }
+        for errors in [&mut g.error, &mut g.direct_error] {
+            match errors {
+                ZoneValues::Double(v) => v.iter_mut().for_each(nan_to_infinity),
+                ZoneValues::Single(v) => {
+                    let unknown = |e: &mut f32| *e = if e.is_nan() { f32::INFINITY } else { *e };
+                    v.iter_mut().flatten().for_each(unknown);
+                }
+            }
+        }
+    }
+    check_report(report)
+}
+
+fn check_report(r: &mut Report) -> Result<(), SceneError> {
+    let c = &r.closure;
+    let closure = [c.worst, c.rms, c.largest_change, c.residual_defect];
+    let (mut heat, mut rows) = (Vec::new(), &[][..]);
+    if let Some(h) = &r.heat {
+        (heat, rows) = (vec![h.surroundings, h.absorbed_backfaces], &h.rows[..]);
+    }
+    let of_rows = rows.iter().flat_map(|r| [r.size, r.power, r.temperature.unwrap_or(0.0)]);
+    for (what, fine) in [
+        ("the balance of power", powers(&r.energy).all(f64::is_finite)),
+        ("the closure of the exchange areas", closure.iter().flatten().all(|x| x.is_finite())),
+        ("the residual of the solver", r.residuals.iter().flatten().all(|x| x.is_finite())),
+        ("the balance of heat", heat.into_iter().chain(of_rows).all(f64::is_finite)),
+    ] {
+        if !fine {
+            return Err(not_finite(what));
+        }
+    }
+    [&mut r.estimate.patches, &mut r.estimate.volumes].into_iter().for_each(nan_to_infinity);
+    for row in r.heat.iter_mut().flat_map(|h| &mut h.rows) {
+        row.power_error = or_infinity(row.power_error);
+        row.temperature_error = row.temperature_error.map(or_infinity);
+    }
+    Ok(())
+}
+
+fn or_infinity(e: f64) -> f64 {
+    if e.is_nan() { f64::INFINITY } else { e }
+}
+
+fn nan_to_infinity(e: &mut Bands) {
+    *e = e.map(or_infinity);
+}
+
+fn is_finite(v: &ZoneValues) -> bool {
+    match v {
+        ZoneValues::Double(v) => v.iter().flatten().all(|x| x.is_finite()),
+        ZoneValues::Single(v) => v.iter().flatten().all(|x| x.is_finite()),
+    }
+}
+
+fn powers(e: &EnergyBalance) -> impl Iterator<Item = f64> {
+    [e.emitted, e.incoming, e.absorbed_volumes, e.absorbed_panes, e.escaped, e.absorbed_backfaces, e.residual]
+        .into_iter()
+        .chain(e.absorbed_surfaces.iter().map(|s| s.1))
+        .flatten()
+}
+
+fn not_finite(what: &str) -> SceneError {
+    SceneError::new(
+        "solve",
+        format!(
+            "{what} is not a finite number: lengths, extinctions or emissions of this scene differ by too many orders of magnitude for double precision; bring them closer together"
+        ),
+    )
+}
+
+/// Describes zone `i` in a message.
+fn describe_zone(scene: &Scene, zones: &Zones, i: usize) -> String {
+    if i < zones.voxel_offset() {
+        format!("on zone {i} of surface '{}'", scene.surfaces()[zones.patches[i].surface].name)
+    } else if i < zones.pane_offset() {
+        format!("in zone {i} of the medium")
+    } else {
+        format!("in zone {i} of pane '{}'", scene.panes()[zones.panes[i - zones.pane_offset()].pane].name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zonal_math::vec3;
+    use zonal_scene::{Facet, Patch, Plate, SceneParts, Sides, Surface, bands};
+
+    fn parts() -> (Scene, Zones, Fields, Report) {
+        let plate = Plate::parallelogram(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+        let surface = Surface {
+            name: "floor".into(),
+            reflectance: [0.5; 3],
+            emission: [1.0; 3],
+            reflectance_texture: None,
+            emission_texture: None,
+            sides: Sides::Front,
+            patch_size: None,
+            solid: false,
+        };
+        let facet = Facet { surface: 0, plate, uv: [[0.0; 2]; 3] };
+        let scene = SceneParts { surfaces: vec![surface], facets: vec![facet], ..SceneParts::default() };
+        let patch = Patch {
+            facet: 0,
+            surface: 0,
+            plate,
+            normal: vec3(0.0, 0.0, 1.0),
+            area: 1.0,
+            reflectance: [0.5; 3],
+            emission: [1.0; 3],
+        };
+        let zones = Zones { patches: vec![patch], ..Zones::default() };
+        let one = || vec![[1.0; 3]];
+        let fields =
+            Fields { radiosity: one(), incident: one(), direct: one(), error: one(), ..Fields::default() };
+        (Scene::new(scene).unwrap(), zones, fields, Report::default())
+    }
+
+    #[test]
+    fn non_finite_values_are_refused_and_nan_errors_become_infinite() {
+        let (scene, zones, fields, report) = parts();
+        let checked = |change: &dyn Fn(&mut Fields, &mut Report)| {
+            let (mut f, mut r) = (fields.clone(), report.clone());
+            change(&mut f, &mut r);
+            check_finite(&scene, &zones, &mut f, &mut [], &mut r).map(|()| (f, r)).map_err(|e| e.to_string())
+        };
+        assert!(checked(&|_, _| ()).is_ok());
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let e = checked(&|f, _| f.incident[0][1] = bad).unwrap_err();
+            assert!(
+                e.contains("the incident field on zone 0 of surface 'floor' is not a finite number"),
+                "{e}"
+            );
+            assert!(checked(&|f, _| f.radiosity[0][2] = bad).is_err());
+            assert!(checked(&|f, _| f.direct[0][0] = bad).is_err());
+            assert!(checked(&|_, r| r.closure.rms[0] = bad).unwrap_err().contains("closure"));
+            assert!(checked(&|_, r| r.energy.escaped[0] = bad).unwrap_err().contains("balance"));
+            assert!(checked(&|_, r| r.residuals[1].push(bad)).unwrap_err().contains("residual"));
+        }
+        let (f, r) = checked(&|f, r| (f.error[0][0], r.estimate.patches[0]) = (f64::NAN, f64::NAN)).unwrap();
+        assert_eq!(
+            (f.error[0], r.estimate.patches),
+            (bands(|b| [f64::INFINITY, 1.0, 1.0][b]), [f64::INFINITY, 0.0, 0.0])
+        );
+    }
+}

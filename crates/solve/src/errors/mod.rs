@@ -1,0 +1,17 @@
+//! Error estimates of a solution.
+//!
+//! | module | content |
+//! |---|---|
+//! | `radii` | error radii of all pairs of zones |
+//! | `closure_error` | errors from rows that do not close |
+//! | `propagation` | errors of factors and rows propagated to the incident fields |
+//! | `consistency` | errors from negative fluxes, early termination and unbalanced power |
+//! | `finite` | refuses values that are not finite |
+//! | [`discretization`] | discretization error by a second solve |
+
+pub(crate) mod closure_error;
+pub(crate) mod consistency;
+pub(crate) mod discretization;
+pub(crate) mod finite;
+pub(crate) mod propagation;
+pub(crate) mod radii;

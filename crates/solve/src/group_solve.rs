@@ -1,0 +1,128 @@
+//! Solution of the zonal equations for all light groups at once.
+//!
+//! The groups are the columns of a multivector. Higher-order unknowns (slopes of the radiosity) have the weight and target of their zone.
+
+use crate::iteration::{
+    IterationResult, LinearSystem, StoppingCriterion, conjugate_gradients, neumann_series,
+};
+use crate::light_groups::SourceGroup;
+use crate::operator::{IncidentPower, extend_to_slopes};
+use crate::solve_context::{BuiltEngine, SolveContext};
+use crate::surroundings::SurroundingsExchange;
+use crate::zone_power::{closure_targets, reflection_weights};
+use zonal_exchange::pair::scaled_radiosity_coefficient;
+use zonal_scene::{Bands, Engine, LightGroup, bands};
+
+/// Residual over the tolerance at which the iteration ends for the hierarchical engine, far below the errors of its links.
+const RESIDUAL_OVER_TOLERANCE: f64 = 1e-4;
+
+/// Results of all groups.
+pub(crate) struct SolvedColumns {
+    /// The result of each group.
+    pub results: Vec<IterationResult>,
+    /// The incident power, if the engine determined it.
+    pub incident: Option<IncidentPower>,
+}
+
+/// Solves all groups, from a warm start if `initial_groups` has some of them; an engine that solved them already hands over its solution.
+pub(crate) fn solve_groups(
+    context: &SolveContext,
+    built: &mut BuiltEngine,
+    surroundings: &SurroundingsExchange,
+    engine: Engine,
+    initial_groups: &[LightGroup],
+) -> SolvedColumns {
+    match built.solved.take() {
+        Some((results, incident)) => SolvedColumns { results, incident: Some(incident) },
+        None => {
+            let results = iterate(context, built, surroundings, engine, initial_groups);
+            SolvedColumns { results, incident: None }
+        }
+    }
+}
+
+fn iterate(
+    context: &SolveContext,
+    built: &BuiltEngine,
+    surroundings: &SurroundingsExchange,
+    engine: Engine,
+    initial_groups: &[LightGroup],
+) -> Vec<IterationResult> {
+    // Extend weights, targets, sources and the warm start to the higher-order unknowns.
+    let slope_zones = built.operator.slope_zones();
+    let (mut weights, mut targets) = (reflection_weights(context.zones), closure_targets(context.zones));
+    extend_to_slopes(&mut weights, &slope_zones);
+    extend_to_slopes(&mut targets, &slope_zones);
+    let mut columns = context.source_strengths(surroundings);
+    let initial = warm_start(context, &columns, initial_groups).map(|mut columns| {
+        columns.iter_mut().for_each(|c| c.resize(targets.len(), [0.0; 3]));
+        columns
+    });
+    for (source, column) in context.sources.iter().zip(&mut columns) {
+        column.extend(slope_sources(context, surroundings, source, &weights));
+    }
+    // Iterate.
+    let system = LinearSystem { operator: built.operator.as_ref(), weights: &weights, targets: &targets };
+    let options = context.scene.options();
+    if let Some(n) = options.scattering_orders {
+        return neumann_series::solve(&system, &columns, n, context.checkpoints, context.progress);
+    }
+    let floor =
+        if engine == Engine::Hierarchical { RESIDUAL_OVER_TOLERANCE * options.tolerance } else { 0.0 };
+    let stop =
+        StoppingCriterion { residual: options.residual.max(floor), max_iterations: options.max_iterations };
+    conjugate_gradients::solve(
+        &system,
+        &columns,
+        initial.as_deref(),
+        stop,
+        context.checkpoints,
+        context.progress,
+    )
+}
+
+/// Source strengths of a group for the higher-order unknowns, from the surroundings and from direct light.
+fn slope_sources(
+    context: &SolveContext,
+    surroundings: &SurroundingsExchange,
+    source: &SourceGroup,
+    weights: &[Bands],
+) -> Vec<Bands> {
+    let zones = context.zones.len();
+    let sky = source.sky(context.scene);
+    let of_slope = |k: usize| {
+        let ([arrives, _], w) = (surroundings.incoming(k, sky), weights[k]);
+        let lights = context.direct.lights.iter().enumerate().filter(|(l, _)| source.has_light(*l));
+        let direct = lights.filter_map(|(_, l)| l.slope_power.get(k - zones));
+        let arrives = direct.fold(arrives, |a, d| bands(|b| a[b] + d[b]));
+        bands(|b| w[b] * arrives[b])
+    };
+    (zones..weights.len()).map(of_slope).collect()
+}
+
+/// Strengths of earlier groups of the same names, and the sources of the others; `None` if there is no earlier group.
+fn warm_start(
+    context: &SolveContext,
+    columns: &[Vec<Bands>],
+    earlier: &[LightGroup],
+) -> Option<Vec<Vec<Bands>>> {
+    let zones = context.zones;
+    let fits = |g: &&LightGroup| g.incident.len() == zones.len();
+    let earlier_group = |name: &str| earlier.iter().find(|g| g.name == name).filter(fits);
+    if !context.sources.iter().any(|s| earlier_group(&s.name).is_some()) {
+        return None;
+    }
+    let one = |(source, column): (&SourceGroup, &Vec<Bands>)| {
+        let mut out = column.clone();
+        if let Some(g) = earlier_group(&source.name) {
+            let mut incident = vec![[0.0; 3]; zones.len()];
+            g.incident.add_to(&mut incident, g.incident_scale);
+            for (i, o) in out.iter_mut().enumerate() {
+                let (c, (rho, _)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));
+                *o = bands(|b| o[b] + c[b] * rho[b] * incident[i][b]);
+            }
+        }
+        out
+    };
+    Some(context.sources.iter().zip(columns).map(one).collect())
+}

@@ -1,0 +1,42 @@
+//! The linear system s = s⁰ + w g s of the zonal equations, its stopping criterion, and the result of one right-hand side.
+
+use super::multivector;
+use crate::operator::ExchangeOperator;
+use zonal_scene::{Bands, SolveStatus};
+
+/// The equations without their sources.
+pub(crate) struct LinearSystem<'a> {
+    /// g.
+    pub operator: &'a dyn ExchangeOperator,
+    /// w of every unknown: c ρ/A of a patch, c Ω/(4V) of a volume zone.
+    pub weights: &'a [Bands],
+    /// t of every unknown: A of a patch (m²), 4V of a volume zone (m³).
+    pub targets: &'a [f64],
+}
+
+/// When an iteration ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct StoppingCriterion {
+    /// Largest relative residual R/P.
+    pub residual: f64,
+    /// Maximum number of iterations.
+    pub max_iterations: usize,
+}
+
+/// Result of the iteration for one right-hand side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IterationResult {
+    /// Strengths of all unknowns.
+    pub strengths: Vec<Bands>,
+    /// Status of each band.
+    pub status: [SolveStatus; 3],
+    /// R/P before the first and after each iteration, for each band.
+    pub residuals: [Vec<f64>; 3],
+    /// P, W a band.
+    pub power: Bands,
+}
+
+/// P = Σ t |s⁰|, W a band.
+pub(crate) fn source_power<const N: usize>(targets: &[f64], source: &[[f64; N]]) -> [f64; N] {
+    multivector::sum(source.len(), |i| source[i].map(|s| targets[i] * s.abs()))
+}

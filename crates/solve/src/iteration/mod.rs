@@ -1,0 +1,20 @@
+//! Iterative solution of the zonal equations for several right-hand sides.
+//!
+//! | module | content |
+//! |---|---|
+//! | [`linear_system`] | the equations, the stopping criterion, the result of a column |
+//! | [`conjugate_gradients`] | symmetric operators |
+//! | [`bicgstab`] | operators that are not symmetric |
+//! | [`neumann_series`] | a fixed number of scattering orders |
+//! | [`multivector`] | vectors over the zones, several side by side |
+
+pub(crate) mod bicgstab;
+pub(crate) mod conjugate_gradients;
+pub(crate) mod linear_system;
+pub(crate) mod multivector;
+pub(crate) mod neumann_series;
+
+pub(crate) use linear_system::{IterationResult, LinearSystem, StoppingCriterion};
+
+#[cfg(test)]
+mod test_operators;

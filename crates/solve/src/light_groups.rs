@@ -1,0 +1,147 @@
+//! Light groups: lights that are solved as separate right-hand sides, and their source strengths.
+//!
+//! Order of the groups: the lights of the scene by name, surfaces that emit as zones by name, then the medium, the panes and the surroundings
+//! if they emit. The right-hand side of a group holds the contributions of that group alone:
+//!
+//! ```text
+//!     s⁰_i = c_i [ E_i + ρ_i (H_dir,i + g_i,sky B_sky / A_i) ]        (volumes: (1−Ω)E + q/(4κ) and Ω/4 in place of E and ρ)
+//! ```
+
+use crate::direct_light::light_field::DirectLight;
+use crate::surroundings::SurroundingsExchange;
+use rayon::prelude::*;
+use zonal_exchange::pair::scaled_radiosity_coefficient;
+use zonal_scene::light_group::{ALL_LIGHTS_GROUP, MEDIUM_GROUP, PANES_GROUP};
+use zonal_scene::{Bands, Diagnostic, Light, LightGroupKind, LightGrouping, Scene, Zones, bands};
+
+/// Number of groups above which the lights are merged, unless the scene requests separate groups: every group costs a solve and two fields.
+const MAX_GROUPS: usize = 8;
+
+/// Product of groups and zones above which the lights are merged likewise: the solver holds about 150 bytes for each, hence one gigabyte.
+const MAX_GROUP_ZONES: usize = 7_000_000;
+
+/// A group of lights with a right-hand side of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourceGroup {
+    /// Its name, unique among the groups.
+    pub name: String,
+    /// The emitters that it consists of.
+    pub kind: LightGroupKind,
+}
+
+impl SourceGroup {
+    /// True if the emission of zone `i` belongs to the group.
+    pub fn emits(&self, zones: &Zones, i: usize) -> bool {
+        self.kind.emits(zones, i)
+    }
+    /// True if light number `l` of the scene belongs to the group.
+    pub fn has_light(&self, l: usize) -> bool {
+        self.kind.has_light(l)
+    }
+    /// The radiosity of the surroundings that belongs to the group, W/m².
+    pub fn sky(&self, scene: &Scene) -> Bands {
+        match self.kind {
+            LightGroupKind::All | LightGroupKind::Surroundings => scene.surroundings().radiosity(),
+            _ => [0.0; 3],
+        }
+    }
+    /// H_dir and G_dir of the group's lights, W/m²; empty if it has none.
+    pub fn direct(&self, direct: &DirectLight) -> Vec<Bands> {
+        let mut own = direct.lights.iter().enumerate().filter(|(l, _)| self.has_light(*l)).map(|(_, x)| x);
+        let Some(first) = own.next() else { return Vec::new() };
+        let mut out = first.fields.clone();
+        for light in own {
+            out.iter_mut().zip(&light.fields).for_each(|(o, f)| *o = bands(|b| o[b] + f[b]));
+        }
+        out
+    }
+}
+
+/// True if a light has a radiance or irradiance above zero.
+fn is_emitting(light: &Light, scene: &Scene) -> bool {
+    match light {
+        Light::Sun { irradiance, .. } => *irradiance != [0.0; 3],
+        Light::Sky { radiance, .. } => *radiance != [0.0; 3],
+        Light::Emitter { surface, .. } => scene.surfaces()[*surface].emission != [0.0; 3],
+    }
+}
+
+/// All emitters of a scene, each a group of its own.
+fn separate_groups(scene: &Scene, zones: &Zones) -> Vec<SourceGroup> {
+    let mut out: Vec<SourceGroup> = Vec::new();
+    let mut add = |name: &str, kind: LightGroupKind| {
+        let taken = |n: &str| out.iter().any(|s: &SourceGroup| s.name == n);
+        let mut unique = name.to_string();
+        for k in 2.. {
+            if !taken(&unique) {
+                break;
+            }
+            unique = format!("{name}-{k}");
+        }
+        out.push(SourceGroup { name: unique, kind });
+    };
+    for (l, light) in scene.lights().iter().enumerate().filter(|(_, l)| is_emitting(l, scene)) {
+        add(light.name(scene.surfaces()), LightGroupKind::Light(l));
+    }
+    let mut emitting = vec![false; scene.surfaces().len()];
+    zones.patches.iter().for_each(|p| emitting[p.surface] |= p.emission != [0.0; 3]);
+    for (s, surface) in scene.surfaces().iter().enumerate().filter(|(s, _)| emitting[*s]) {
+        add(&surface.name, LightGroupKind::Surface(s));
+    }
+    if zones.voxels.par_iter().any(|v| v.emission != [0.0; 3] || v.source != [0.0; 3]) {
+        add(MEDIUM_GROUP, LightGroupKind::Medium);
+    }
+    if zones.panes.iter().any(|p| p.emission != [0.0; 3]) {
+        add(PANES_GROUP, LightGroupKind::Panes);
+    }
+    if scene.surroundings().has_radiance() {
+        add(scene.surroundings().name(), LightGroupKind::Surroundings);
+    }
+    out
+}
+
+/// The groups that are solved, and a diagnostic if they were merged to save memory. A thermal scene has one group: temperatures do not
+/// superpose.
+#[must_use]
+pub fn select_groups(scene: &Scene, zones: &Zones) -> (Vec<SourceGroup>, Option<Diagnostic>) {
+    let all = || vec![SourceGroup { name: ALL_LIGHTS_GROUP.into(), kind: LightGroupKind::All }];
+    if scene.thermal().is_some() {
+        return (all(), None);
+    }
+    let separate = separate_groups(scene, zones);
+    let many = separate.len() > MAX_GROUPS || separate.len() * zones.len() > MAX_GROUP_ZONES;
+    match scene.options().light_grouping {
+        LightGrouping::All => (all(), None),
+        LightGrouping::Auto if many && separate.len() > 1 => {
+            let note = format!(
+                "{} light groups on {} zones were solved as one sum, which cannot be relit light by light; use --light-groups each",
+                separate.len(),
+                zones.len()
+            );
+            (all(), Some(Diagnostic::note("groups-merged", note)))
+        }
+        _ if separate.is_empty() => (all(), None),
+        _ => (separate, None),
+    }
+}
+
+/// The source strengths s⁰ of a group with the direct light `direct` (empty for none).
+pub(crate) fn source_strengths(
+    source: &SourceGroup,
+    scene: &Scene,
+    zones: &Zones,
+    surroundings: &SurroundingsExchange,
+    direct: &[Bands],
+) -> Vec<Bands> {
+    let sky = source.sky(scene);
+    (0..zones.len())
+        .into_par_iter()
+        .map(|i| {
+            let (c, (rho, measure)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));
+            let e = if source.emits(zones, i) { zones.emission(i) } else { [0.0; 3] };
+            let d = direct.get(i).copied().unwrap_or_default();
+            let to_sky = surroundings.sky_of(i);
+            bands(|b| c[b] * (e[b] + rho[b] * (d[b] + to_sky[b] * sky[b] / measure)))
+        })
+        .collect()
+}

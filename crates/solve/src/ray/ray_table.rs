@@ -1,0 +1,326 @@
+//! The ray table: the zones in which the rays of every zone end, and the radiation that they transport.
+//!
+//! A ray of zone i has the density of the kernel of i (cosine on a patch, isotropic in a volume). It ends in one zone: the volume zone
+//! in which the medium absorbs it, otherwise a patch; or it escapes. With m rays that end in the zones j,
+//!
+//! ```text
+//! H_i = ⟨B_j⟩      G_i = 4 ⟨B_j⟩      B_i = B⁰_i + ρ_i ⟨B_j⟩     (Ω_i for ρ_i in a volume)
+//! ```
+//!
+//! which is the Monte Carlo estimate of the exchange factors of row i (Howell). Every ray ends once, so every row closes exactly, and a
+//! wall between two zones separates them at any distance. The error is noise: it falls as 1/√m. Panes absorb rays as the medium does and
+//! emit rays of their own; the fraction that a pane absorbs of its own emission closes its row.
+//!
+//! Bands of different extinction share one ray, sampled by their mean; each has a weight, its own probability over that of the ray.
+//!
+//! **Cost.** 4 bytes a ray, 12 more where the bands differ, and [`VERTEX_BYTES`](super::path_continuation::VERTEX_BYTES) a path vertex.
+
+use super::padded_bands::{PaddedBands, padded, padded_weight};
+use super::path_continuation::{
+    PathField, PathLights, PathVertex, VertexSource, ZONES_PER_BLOCK, first_zone, vertex_index,
+};
+use super::ray_checkpoint;
+use super::ray_sampling::RaysPerZone;
+use super::ray_tracer::{BACK_FACE, ESCAPED, FIRST_CODE, NO_ZONE, RayTracer};
+use crate::solve_context::SolveContext;
+use crate::surroundings::SurroundingsExchange;
+use rayon::prelude::*;
+use std::ops::Range;
+use zonal_exchange::pair::closure_target;
+use zonal_scene::{Bands, Zones, bands};
+
+/// Zones of one task where a product is formed.
+const MIN_ZONES_PER_TASK: usize = 256;
+
+/// The ends of the rays of every zone.
+pub(crate) struct RayTable {
+    /// Number of patches.
+    patches: usize,
+    rays_per_zone: RaysPerZone,
+    /// End of every ray: a zone, a path vertex or a code.
+    ends: Vec<u32>,
+    /// Weight of every ray in each band; empty where all are 1.
+    weights: Vec<[f32; 3]>,
+    /// Path vertices of the patches, and of the volume zones, in blocks of [`ZONES_PER_BLOCK`] zones.
+    vertices: [Vec<Vec<PathVertex>>; 2],
+    /// ρ of the patches where paths continue; otherwise empty.
+    reflectance: Vec<PaddedBands>,
+    /// Fraction of its own emission that each pane zone absorbs.
+    pane_self_exchange: Vec<Bands>,
+}
+
+/// Part of a path that a product includes.
+#[derive(Clone, Copy)]
+pub(crate) enum PathExtent<'a> {
+    /// Up to the zone hit first.
+    FirstZone,
+    /// Up to the last zone, without the source term at the vertices.
+    Continued,
+    /// Up to the last zone, with the source term at the vertices.
+    WithSource(&'a VertexSource),
+}
+
+/// H or G with its standard error.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct IncidentEstimate {
+    /// Value, W/m².
+    pub value: Bands,
+    /// Standard error by the variance of the rays, W/m².
+    pub error: Bands,
+}
+
+/// Tracing of the rays of one kind of zones.
+struct KindTracing<'a> {
+    context: &'a SolveContext<'a>,
+    tracer: &'a RayTracer<'a>,
+    lights: Option<&'a PathLights<'a>>,
+    rays_per_zone: RaysPerZone,
+    /// 0 for patches, 1 for volume zones.
+    kind: usize,
+    first_zone: usize,
+}
+
+impl KindTracing<'_> {
+    fn rays(&self) -> usize {
+        self.rays_per_zone[self.kind]
+    }
+
+    /// Traces all rays, stage by stage; `weights` is empty where all are 1. Returns the path vertices by blocks.
+    fn trace(&self, ends: &mut [u32], weights: &mut [[f32; 3]]) -> Vec<Vec<PathVertex>> {
+        let stage = self.rays() * ZONES_PER_BLOCK * ray_checkpoint::blocks_per_stage(self.rays());
+        let mut vertices = Vec::new();
+        let mut weights = weights.chunks_mut(stage);
+        for (number, ends) in ends.chunks_mut(stage).enumerate() {
+            vertices.extend(self.trace_stage(number, ends, weights.next().unwrap_or_default()));
+        }
+        vertices
+    }
+
+    /// Reads a stage from the checkpoint, or traces and saves it.
+    fn trace_stage(&self, number: usize, ends: &mut [u32], weights: &mut [[f32; 3]]) -> Vec<Vec<PathVertex>> {
+        let (rays, zones, checkpoints) = (self.rays(), self.context.zones, self.context.checkpoints);
+        let name = ray_checkpoint::stage_name(self.rays_per_zone, self.kind, number);
+        let size = ray_checkpoint::StageLimits {
+            rays_per_block: rays * ZONES_PER_BLOCK,
+            patches: zones.voxel_offset(),
+            zones: zones.len(),
+        };
+        if let Some(vertices) =
+            checkpoints.load(&name).and_then(|b| ray_checkpoint::decode(&b, ends, weights, size))
+        {
+            self.context.progress.advance(ends.len() as u64 / rays.max(1) as u64);
+            return vertices;
+        }
+        let blocks = ray_checkpoint::blocks_per_stage(rays);
+        let first = |b: usize| self.first_zone + (number * blocks + b) * ZONES_PER_BLOCK;
+        let by_block =
+            ends.par_chunks_mut(rays * ZONES_PER_BLOCK).enumerate().map(|(b, ends)| (first(b), ends));
+        let vertices: Vec<Vec<PathVertex>> = if self.tracer.grey {
+            by_block.map(|(zone, ends)| self.trace_block(zone, ends, &mut [])).collect()
+        } else {
+            let weighted = by_block.zip(weights.par_chunks_mut(rays * ZONES_PER_BLOCK));
+            weighted.map(|((zone, ends), w)| self.trace_block(zone, ends, w)).collect()
+        };
+        if checkpoints.keeps() {
+            checkpoints.save(&name, &ray_checkpoint::encode(ends, weights, &vertices));
+        }
+        vertices
+    }
+
+    /// Traces the rays of a block of zones from `zone` on.
+    fn trace_block(&self, zone: usize, ends: &mut [u32], weights: &mut [[f32; 3]]) -> Vec<PathVertex> {
+        let rays = self.rays();
+        let mut vertices = Vec::new();
+        let source = |r: usize| (zone + r / rays, r % rays);
+        self.tracer.trace_batch(ends.len(), source, |r, end| {
+            if let Some(w) = weights.get_mut(r) {
+                *w = end.weight;
+            }
+            ends[r] =
+                self.lights.map_or(end.zone, |l| self.tracer.continue_path(l, source(r), end, &mut vertices));
+        });
+        self.context.progress.advance(ends.len() as u64 / rays.max(1) as u64);
+        vertices.shrink_to_fit();
+        vertices
+    }
+}
+
+impl RayTable {
+    /// Traces the rays of every zone; with `lights` paths continue from close patches. Finished stages are kept in the checkpoint.
+    pub(crate) fn trace(
+        context: &SolveContext,
+        rays_per_zone: RaysPerZone,
+        lights: Option<&PathLights>,
+    ) -> RayTable {
+        let zones = context.zones;
+        let tracer = RayTracer::new(context.scene, zones, context.transport);
+        let patches = zones.voxel_offset();
+        let total = rays_per_zone[0] * patches + rays_per_zone[1] * (zones.len() - patches);
+        context.progress.begin("rays", zones.len() as u64);
+        let reflectance = match lights {
+            Some(_) => zones.patches.iter().map(|p| padded(p.reflectance)).collect(),
+            None => Vec::new(),
+        };
+        let pane_zones = zones.pane_offset()..zones.len();
+        let mut table = RayTable {
+            patches,
+            rays_per_zone,
+            ends: vec![NO_ZONE; total],
+            weights: if tracer.grey { Vec::new() } else { vec![[1.0; 3]; total] },
+            vertices: Default::default(),
+            reflectance,
+            pane_self_exchange: pane_zones.map(|i| tracer.self_exchange(i, rays_per_zone[1])).collect(),
+        };
+        // Trace patches, then volume zones.
+        let patch_rays = rays_per_zone[0] * patches;
+        let (patch_ends, volume_ends) = table.ends.split_at_mut(patch_rays);
+        let (patch_weights, volume_weights) =
+            table.weights.split_at_mut(if tracer.grey { 0 } else { patch_rays });
+        let kinds = [(0, patch_ends, patch_weights), (patches, volume_ends, volume_weights)];
+        for (kind, (first_zone, ends, weights)) in kinds.into_iter().enumerate() {
+            let tracing = KindTracing { context, tracer: &tracer, lights, rays_per_zone, kind, first_zone };
+            table.vertices[kind] = tracing.trace(ends, weights);
+        }
+        context.progress.end();
+        table
+    }
+
+    /// Number of rays, and of path vertices.
+    pub(crate) fn rays_and_vertices(&self) -> [u64; 2] {
+        [self.ends.len() as u64, self.vertices.iter().flatten().map(|v| v.len() as u64).sum()]
+    }
+
+    /// Number of patches.
+    pub(crate) fn patches(&self) -> usize {
+        self.patches
+    }
+
+    /// Writes into `surroundings` the exchange of every zone with the surroundings and with back faces.
+    pub(crate) fn measure_escape(&self, zones: &Zones, surroundings: &mut SurroundingsExchange) {
+        let one = |i: usize| {
+            let (mut found, range) = ([[0.0; 3]; 2], self.rays_of(i));
+            let per_ray = closure_target(zones, i) / range.len() as f64;
+            for r in range.filter(|&r| self.ends[r] == ESCAPED || self.ends[r] == BACK_FACE) {
+                let weight = self.weights.get(r).copied().unwrap_or([1.0; 3]);
+                let sum = &mut found[usize::from(self.ends[r] == BACK_FACE)];
+                (0..3).for_each(|b| sum[b] += per_ray * weight[b] as f64);
+            }
+            found
+        };
+        let each = surroundings.sky.par_iter_mut().zip(&mut surroundings.backfaces).enumerate();
+        each.for_each(|(i, (sky, backfaces))| [*sky, *backfaces] = one(i));
+    }
+
+    /// Indices of the rays of zone `i`.
+    pub(crate) fn rays_of(&self, i: usize) -> Range<usize> {
+        let [p, v] = self.rays_per_zone;
+        if i < self.patches {
+            p * i..p * (i + 1)
+        } else {
+            let start = p * self.patches + v * (i - self.patches);
+            start..start + v
+        }
+    }
+
+    /// Path vertices of the block of zone `i`.
+    fn vertices_of(&self, i: usize) -> &[PathVertex] {
+        let (kind, z) = if i < self.patches { (0, i) } else { (1, i - self.patches) };
+        &self.vertices[kind][z / ZONES_PER_BLOCK]
+    }
+
+    /// Calls `each` with the radiosity that every ray of `range`, of a zone of these vertices, transports from zones of radiosity `b`.
+    #[inline(always)]
+    fn for_each_ray(
+        &self,
+        range: Range<usize>,
+        vertices: &[PathVertex],
+        b: &[PaddedBands],
+        extent: PathExtent,
+        mut each: impl FnMut(PaddedBands),
+    ) {
+        if self.weights.is_empty() {
+            for &end in &self.ends[range] {
+                each(match b.get(end as usize) {
+                    Some(b) => *b,
+                    None => self.transported(vertices, (end, [1.0; 3]), b, extent),
+                });
+            }
+        } else {
+            for (end, weight) in self.ends[range.clone()].iter().zip(&self.weights[range]) {
+                each(self.transported(vertices, (*end, *weight), b, extent));
+            }
+        }
+    }
+
+    /// Radiosity that a ray of this end and weight transports from zones of radiosity `b`.
+    #[inline]
+    pub(crate) fn transported(
+        &self,
+        vertices: &[PathVertex],
+        (end, weight): (u32, [f32; 3]),
+        b: &[PaddedBands],
+        extent: PathExtent,
+    ) -> PaddedBands {
+        let weight = padded_weight(weight);
+        let from_zone = |zone: u32| {
+            let b = b[zone as usize];
+            [0, 1, 2, 3].map(|k| weight[k] * b[k])
+        };
+        let along_path = |first: usize, source| {
+            let field = PathField { vertices, reflectance: &self.reflectance, radiosity: b, source };
+            field.transported(first, weight)
+        };
+        match (vertex_index(end), extent) {
+            _ if end >= FIRST_CODE => [0.0; 4],
+            (None, _) => from_zone(end),
+            (Some(_), PathExtent::FirstZone) => from_zone(first_zone(end, vertices)),
+            (Some(first), PathExtent::Continued) => along_path(first, None),
+            (Some(first), PathExtent::WithSource(source)) => along_path(first, Some(source)),
+        }
+    }
+
+    /// H or G of every zone for zones of radiosity `b`, by the first 1/`divisor` of its rays, W/m².
+    pub(crate) fn incident(&self, b: &[PaddedBands], extent: PathExtent, divisor: usize) -> Vec<Bands> {
+        let one = |i: usize| {
+            let (range, factor) = (self.rays_of(i), self.incident_factor(i));
+            let count = range.len().div_ceil(divisor);
+            let mut sum = [0.0; 4];
+            self.for_each_ray(range.start..range.start + count, self.vertices_of(i), b, extent, |v| {
+                (0..4).for_each(|x| sum[x] += v[x]);
+            });
+            let own = self.self_irradiation(i, b);
+            bands(|x| factor * ((sum[x] / count as f32) as f64 + own[x]))
+        };
+        (0..b.len()).into_par_iter().with_min_len(MIN_ZONES_PER_TASK).map(one).collect()
+    }
+
+    /// H or G of every zone with its standard error, by all rays.
+    pub(crate) fn incident_with_error(&self, b: &[PaddedBands], extent: PathExtent) -> Vec<IncidentEstimate> {
+        let one = |i: usize| {
+            let range = self.rays_of(i);
+            let (m, factor) = (range.len() as f64, self.incident_factor(i));
+            let (mut sum, mut square) = ([0.0; 4], [0.0; 4]);
+            self.for_each_ray(range, self.vertices_of(i), b, extent, |v| {
+                let v = v.map(f64::from);
+                (0..4).for_each(|x| sum[x] += v[x]);
+                (0..4).for_each(|x| square[x] += v[x] * v[x]);
+            });
+            let h = sum.map(|s| s / m);
+            let e = bands(|x| ((square[x] / m - h[x] * h[x]).max(0.0) / m).sqrt());
+            let own = self.self_irradiation(i, b);
+            IncidentEstimate { value: bands(|x| (h[x] + own[x]) * factor), error: e.map(|x| x * factor) }
+        };
+        (0..b.len()).into_par_iter().with_min_len(MIN_ZONES_PER_TASK).map(one).collect()
+    }
+
+    /// Mean radiosity that zone `i` receives from itself beside its rays; zero except for a pane zone.
+    pub(crate) fn self_irradiation(&self, i: usize, b: &[PaddedBands]) -> Bands {
+        let pane = (i + self.pane_self_exchange.len()).checked_sub(b.len());
+        pane.map_or([0.0; 3], |p| bands(|x| self.pane_self_exchange[p][x] * b[i][x] as f64))
+    }
+
+    /// Incident radiation over the mean radiosity of the rays: 1 for H, 4 for G.
+    pub(crate) fn incident_factor(&self, i: usize) -> f64 {
+        if i < self.patches { 1.0 } else { 4.0 }
+    }
+}

@@ -1,0 +1,155 @@
+//! Closure of the rows: Σ_j g_ij c_j + g_i,sky + g_i,backs = A_i (patch), 4V_i (voxel), 4 A t (pane).
+//!
+//! **Restoration** finds d with Σ_j d_i g_ij d_j c_j + d_i (g_i,sky + g_i,backs) = target, a symmetric scaling: reciprocity stays exact, and
+//! the factors of the surroundings are scaled with those of the zones. Method: the damped Sinkhorn–Knopp iteration d ← d √(target/row).
+//! Rows without any exchange are left unchanged. Cost: one product an iteration.
+
+use crate::iteration::multivector;
+use crate::operator::{ExchangeOperator, extend_to_slopes};
+use crate::surroundings::SurroundingsExchange;
+use rayon::prelude::*;
+use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
+use zonal_scene::ClosureDefect;
+use zonal_scene::{Bands, Zones, bands};
+
+/// Relative defect below which rows close to rounding and are not restored.
+const ROUNDING_DEFECT: f64 = 1e-11;
+/// Maximum number of iterations of the restoration.
+const MAX_SCALING_ITERATIONS: usize = 400;
+/// Relative defect at which the restoration has converged.
+const CONVERGED_DEFECT: f64 = 1e-13;
+/// Row sum, over its target, at and below which a row has no exchange.
+const EMPTY_ROW: f64 = 1e-12;
+
+/// Closure of all rows of an operator.
+pub struct RowClosure {
+    /// Summary for the report.
+    pub summary: ClosureDefect,
+    /// Relative defect of every zone before restoration. After restoration: the relative change of its row, plus its residual defect; negative if
+    /// the row falls short of its target.
+    pub defects: Vec<Bands>,
+}
+
+/// Relative defects (row − target)/target of all zones.
+fn row_defects(
+    operator: &dyn ExchangeOperator,
+    zones: &Zones,
+    surroundings: &SurroundingsExchange,
+) -> Vec<Bands> {
+    let c: Vec<Bands> =
+        (0..zones.len()).into_par_iter().map(|i| scaled_radiosity_coefficient(zones, i)).collect();
+    let mut rows = operator.apply(&c);
+    drop(c);
+    rows.par_iter_mut().enumerate().for_each(|(i, row)| {
+        let (t, sky, backs) =
+            (closure_target(zones, i), surroundings.sky_of(i), surroundings.backfaces_of(i));
+        *row = bands(|b| (row[b] + sky[b] + backs[b] - t) / t);
+    });
+    rows
+}
+
+fn max_abs(d: &[Bands]) -> Bands {
+    d.iter().fold([0.0; 3], |w, d| bands(|b| w[b].max(d[b].abs())))
+}
+
+fn root_mean_square(d: &[Bands]) -> Bands {
+    let n = d.len().max(1) as f64;
+    d.iter().fold([0.0; 3], |s, d| bands(|b| s[b] + d[b] * d[b] / n)).map(f64::sqrt)
+}
+
+/// Measures the closure of an operator without changing it.
+pub fn measure(
+    operator: &dyn ExchangeOperator,
+    zones: &Zones,
+    surroundings: &SurroundingsExchange,
+) -> RowClosure {
+    let defects = row_defects(operator, zones, surroundings);
+    let worst = max_abs(&defects);
+    let summary = ClosureDefect {
+        worst,
+        rms: root_mean_square(&defects),
+        residual_defect: worst,
+        ..ClosureDefect::default()
+    };
+    RowClosure { summary, defects }
+}
+
+/// Restores closure by symmetric scaling of all factors, those of the surroundings included.
+///
+/// The defect of a zone becomes the relative change of its row in a uniform field, |d_i − 1| + Σ_j g_ij c_j |d_j − 1| / target, plus its
+/// residual defect: the scaling changes correct factors too in order to compensate the wrong ones.
+pub fn restore(
+    operator: &mut dyn ExchangeOperator,
+    zones: &Zones,
+    surroundings: &mut SurroundingsExchange,
+) -> RowClosure {
+    let mut closure = measure(operator, zones, surroundings);
+    let n = zones.len();
+    if closure.summary.worst.iter().all(|w| *w <= ROUNDING_DEFECT) {
+        closure.summary.restored = true;
+        return closure;
+    }
+    let c: Vec<Bands> = (0..n).map(|i| scaled_radiosity_coefficient(zones, i)).collect();
+    let d = symmetric_scaling(operator, zones, surroundings, &c);
+    let summary = &mut closure.summary;
+    summary.largest_change = largest_change(&d);
+    // Apply the scaling.
+    let off: Vec<Bands> = d.iter().map(|d| d.map(|d| (d - 1.0).abs())).collect();
+    let others = operator.apply(&multivector::times(&c, &off));
+    let mut all = d.clone();
+    extend_to_slopes(&mut all, &operator.slope_zones());
+    surroundings.scale(&all);
+    operator.scale(&d);
+    // Measure the residual defects.
+    let left = row_defects(operator, zones, surroundings);
+    summary.residual_defect = max_abs(&left);
+    summary.restored = true;
+    let sum = |i: usize, b: usize| {
+        let change = off[i][b] + others[i][b] / closure_target(zones, i);
+        if left[i][b].abs() <= ROUNDING_DEFECT {
+            change
+        } else {
+            (change + left[i][b].abs()).copysign(left[i][b])
+        }
+    };
+    closure.defects = (0..n).map(|i| bands(|b| sum(i, b))).collect();
+    closure
+}
+
+/// The scaling d of the damped Sinkhorn–Knopp iteration.
+fn symmetric_scaling(
+    operator: &dyn ExchangeOperator,
+    zones: &Zones,
+    surroundings: &SurroundingsExchange,
+    c: &[Bands],
+) -> Vec<Bands> {
+    let n = zones.len();
+    let mut d = vec![[1.0; 3]; n];
+    for _ in 0..MAX_SCALING_ITERATIONS {
+        let dc: Vec<Bands> = (0..n).map(|i| bands(|b| d[i][b] * c[i][b])).collect();
+        let rows = operator.apply(&dc);
+        let mut off: f64 = 0.0;
+        for i in 0..n {
+            let t = closure_target(zones, i);
+            for b in 0..3 {
+                let row =
+                    d[i][b] * (rows[i][b] + surroundings.sky_of(i)[b] + surroundings.backfaces_of(i)[b]);
+                if row > EMPTY_ROW * t {
+                    off = off.max((row / t - 1.0).abs());
+                    d[i][b] *= (t / row).sqrt();
+                }
+            }
+        }
+        if off < CONVERGED_DEFECT {
+            break;
+        }
+    }
+    d
+}
+
+/// Largest relative change of a factor, d_i d_j − 1.
+fn largest_change(d: &[Bands]) -> Bands {
+    let low = d.iter().fold([1.0f64; 3], |m, d| bands(|b| m[b].min(d[b])));
+    let high = d.iter().fold([1.0f64; 3], |m, d| bands(|b| m[b].max(d[b])));
+    bands(|b| (high[b] * high[b] - 1.0).max(1.0 - low[b] * low[b]))
+}

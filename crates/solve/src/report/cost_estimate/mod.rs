@@ -1,0 +1,4 @@
+//! Estimates before a solve: counts and memory ([`problem_size`]), time and peak memory for the engine that is selected ([`time_and_memory`]).
+
+pub mod problem_size;
+pub mod time_and_memory;

@@ -1,0 +1,166 @@
+//! Counts and memory of a solve before it starts, and diagnostics of the scene.
+
+use crate::dense::band_groups;
+use crate::direct_light::light_power::LIGHT_RAYS;
+use crate::direct_light::shadow_rays;
+use crate::spectral::enclosure::BoxEnclosure;
+use crate::surroundings::SurroundingsExchange;
+use rayon::prelude::*;
+use zonal_scene::{Diagnostic, Light, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, Zones};
+use zonal_transport::Transport;
+
+/// Counts and memory of a solve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProblemSize {
+    /// Surface zones.
+    pub patches: usize,
+    /// Volume zones of the voxel grid.
+    pub voxels: usize,
+    /// Volume zones that are parts of cut voxels.
+    pub cut: usize,
+    /// Volume zones of the panes.
+    pub panes: usize,
+    /// Pairs of zones.
+    pub pairs: u64,
+    /// Matrices that distinct bands need.
+    pub groups: usize,
+    /// Bytes of the exchange areas.
+    pub bytes: u64,
+    /// Facets that can stand between two zones.
+    pub occluders: usize,
+    /// Bytes of the zones themselves.
+    pub zone_bytes: u64,
+    /// Bytes of direct light, surroundings, iteration and fields, whatever the engine.
+    pub field_bytes: u64,
+    /// Largest optical depth across a voxel zone: [`max_voxel_thickness`].
+    pub thickness: f64,
+}
+
+/// Bytes a zone while a solve runs: fields (radiosity, incident, direct, error), surroundings and backs, sources and weights, and the
+/// vectors of the iteration, three bands of eight bytes each.
+const FIELD_BYTES_PER_ZONE: u64 = (4 + 2 + 2 + 4) * 24;
+/// Bytes a zone and light: field, error, what the group keeps.
+const LIGHT_BYTES_PER_ZONE: u64 = 24 + 8 + 24;
+/// Zones of each kind that are sampled for the expected number of shadow rays.
+const SAMPLED_ZONES: usize = 4096;
+
+/// Microseconds of a ray with its shading on one core of 2023: a constant, and a part for each level of the BVH.
+fn ray_microseconds(facets: usize) -> f64 {
+    0.1 + 0.02 * (1.0 + facets as f64).log2()
+}
+
+/// Expected number of shadow rays of all lights, and seconds of these and of the rays from the lights on `threads` threads.
+pub fn direct_light_cost(scene: &Scene, zones: &Zones, transport: &Transport, threads: usize) -> (f64, f64) {
+    let one = |light| shadow_rays::expected_rays(scene, zones, transport, light, SAMPLED_ZONES);
+    // An empty sum is −0.
+    let rays: f64 = scene.lights().iter().map(one).sum::<f64>() + 0.0;
+    let all = rays + (scene.lights().len() * LIGHT_RAYS) as f64;
+    (rays, all * 1e-6 * ray_microseconds(scene.facets().len()) / threads.max(1) as f64)
+}
+
+/// Bytes of the zones themselves.
+pub(crate) fn zone_bytes(zones: &Zones) -> u64 {
+    let parts: usize = zones.voxels.par_iter().map(|z| z.samples.bytes()).sum();
+    let bytes = zones.patches.len() * size_of::<Patch>()
+        + zones.voxels.len() * size_of::<VoxelZone>()
+        + zones.panes.len() * size_of::<PaneZone>()
+        + zones.cell_starts.len() * size_of::<u32>()
+        + parts;
+    bytes as u64
+}
+
+impl ProblemSize {
+    /// Counts the zones of a scene.
+    pub fn new(scene: &Scene, zones: &Zones, transport: &Transport) -> ProblemSize {
+        let n = zones.len();
+        let (_, groups) = band_groups::band_groups(scene, band_groups::InteriorPanes::of(transport));
+        ProblemSize {
+            patches: zones.patches.len(),
+            voxels: zones.voxels.len(),
+            cut: zones.voxels.par_iter().filter(|z| !z.samples.is_empty()).count(),
+            panes: zones.panes.len(),
+            pairs: (n as u64 * (n as u64 + 1)) / 2,
+            groups,
+            bytes: band_groups::matrix_bytes(n, zones.panes.len(), groups),
+            occluders: transport.occluder_count(),
+            zone_bytes: zone_bytes(zones),
+            field_bytes: n as u64
+                * (FIELD_BYTES_PER_ZONE + LIGHT_BYTES_PER_ZONE * scene.lights().len() as u64),
+            thickness: max_voxel_thickness(scene, zones),
+        }
+    }
+}
+
+/// Optical depth of a zone above which a constant radiosity is a rough approximation.
+const MAX_CONSTANT_BASIS_THICKNESS: f64 = 0.3;
+
+/// Optical depth of a zone above which a linear basis is rough too, beside edges where walls of different radiosity meet: there the error is 2 % for a
+/// cube of optical depth 10, and 7 % for one of 100 with voxels of 6.
+const MAX_LINEAR_BASIS_THICKNESS: f64 = 2.0;
+
+/// Size of tiny facets over the diagonal of the scene.
+const TINY_FACET_SIZE: f64 = 1e-4;
+
+/// Largest optical depth across a voxel zone, along the longest edge of a cell.
+pub(crate) fn max_voxel_thickness(scene: &Scene, zones: &Zones) -> f64 {
+    let Some(map) = scene.voxel_grid() else { return 0.0 };
+    let edge = map.cell().max_abs();
+    let worst = |z: &VoxelZone| z.extinction.iter().fold(0.0f64, |m, k| m.max(k * edge));
+    zones.voxels.par_iter().map(worst).reduce(|| 0.0, f64::max)
+}
+
+/// Diagnostics of a scene: those of its reader, tiny facets, and voxels of optical depth `thickness` that are too thick for the basis.
+#[must_use]
+pub fn scene_diagnostics(scene: &Scene, thickness: f64, basis: ZoneBasis) -> Vec<Diagnostic> {
+    let mut out: Vec<Diagnostic> = scene.notes().to_vec();
+    out.extend(sky_in_medium(scene));
+    let least = (TINY_FACET_SIZE * scene.diagonal()).powi(2);
+    let tiny = scene.facets().iter().filter(|f| f.plate.area() < least).count();
+    if tiny > 0 {
+        let text = format!(
+            "{tiny} facet(s) are tiny: smaller than {TINY_FACET_SIZE:e} of the diagonal of the scene"
+        );
+        out.push(Diagnostic::note("tiny-facets", text));
+    }
+    if basis != ZoneBasis::Linear && thickness > MAX_CONSTANT_BASIS_THICKNESS {
+        out.push(Diagnostic::note("thick-voxels", format!(
+            "voxels are up to {thickness:.2e} optical depths across; below {MAX_CONSTANT_BASIS_THICKNESS} is better: use more cells, or, in a box on the grid of its medium, zone_basis = \"linear\""
+        )));
+    }
+    if basis == ZoneBasis::Linear && thickness > MAX_LINEAR_BASIS_THICKNESS {
+        out.push(Diagnostic::note("thick-voxels", format!(
+            "voxels are up to {thickness:.2e} optical depths across: a linear basis resolves light that varies along one direction, but beside edges where hot walls meet cold ones below {MAX_LINEAR_BASIS_THICKNESS} is better: use more cells"
+        )));
+    }
+    out
+}
+
+/// The diagnostic of sky light in a scattering medium: pictures sample the sky at few points along each ray.
+pub fn sky_in_medium(scene: &Scene) -> Option<Diagnostic> {
+    let map = scene.voxel_grid()?;
+    let sky = scene.lights().iter().find_map(|l| match l {
+        Light::Sky { name, radiance } if *radiance != [0.0; 3] => Some(name),
+        _ => None,
+    })?;
+    let scatters = |c: usize| (0..3).any(|b| map.extinction(c)[b] * map.albedo(c)[b] > 0.0);
+    (0..map.len()).any(scatters).then(|| {
+        let text = format!(
+            "light '{sky}': sky light in a scattering medium is sampled; single pixels of pictures have noise of 10 % and more, which no stated error includes: render with more --samples"
+        );
+        Diagnostic::warning("sky-noise", text)
+    })
+}
+
+/// Zones and rays of each that are sampled for openings.
+const OPENNESS_ZONES: usize = 1000;
+const OPENNESS_RAYS: usize = 16;
+
+/// True if rays leave the scene, or end on black backs, from some zone: `OPENNESS_RAYS` rays for each of up to `OPENNESS_ZONES` zones. For a
+/// periodic box its walls decide, since rays have no periodic images.
+pub fn is_open(scene: &Scene, zones: &Zones, transport: &Transport) -> bool {
+    if scene.is_periodic() {
+        return BoxEnclosure::find(scene, zones).is_ok_and(|e| e.is_open());
+    }
+    let step = zones.len().div_ceil(OPENNESS_ZONES).max(1);
+    !SurroundingsExchange::sample(scene, zones, transport, OPENNESS_RAYS, step).is_closed()
+}

@@ -1,0 +1,131 @@
+//! Diagnostics of the balance and of the convergence of a solution.
+//!
+//! Light: the residual of the energy balance, relative to emitted + incoming power. Heat: walls at nearly equal temperatures emit far more than they
+//! exchange, so the residual is relative to the net powers Q_i of the zones, the surroundings and black backs,
+//!
+//! ```text
+//!     |Σ_i Q_i| / max(Σ_{Q_i > 0} Q_i, Σ_{Q_i < 0} −Q_i).
+//! ```
+
+use zonal_scene::{
+    Bands, Diagnostic, EnergyBalance, Engine, ErrorEstimate, Fields, Report, Scene, SolveOptions,
+    SolveStatus, Zones,
+};
+
+/// Relative residual of a balance above which it is reported.
+const MAX_BALANCE_RESIDUAL: f64 = 1e-3;
+/// Relative residual of a balance from which no power is absorbed or escapes.
+const NOTHING_ABSORBED: f64 = 1.0 - 1e-6;
+/// Residual over the emitted power that rounding and the default residual of the solver may leave.
+const ROUNDING_OF_EXCHANGE: f64 = 1e-9;
+/// Largest negative flux, over the largest incident flux, that is not reported.
+const MAX_UNDERSHOOT: f64 = 1e-6;
+
+/// The diagnostic of a solver that reached its maximum of iterations; `imbalance` describes the residual of the balance if it is too large.
+fn not_converged(imbalance: Option<String>) -> Diagnostic {
+    let imbalance = imbalance.map_or_else(String::new, |text| format!(", and {text}"));
+    let text = format!(
+        "the solver ran out of steps before it reached the requested residual; the stated errors include the remainder{imbalance}: increase max_iterations"
+    );
+    Diagnostic::warning("not-converged", text)
+}
+
+/// The advice for factors that lose or create power.
+fn closure_advice(restores_closure: bool) -> &'static str {
+    if restores_closure { "use a smaller tolerance" } else { "restore closure, or use a smaller tolerance" }
+}
+
+/// The diagnostic of the balance of light, and of a solver with `status`.
+pub(crate) fn light_balance(
+    energy: &EnergyBalance,
+    scene: &Scene,
+    status: impl Iterator<Item = SolveStatus>,
+) -> Option<Diagnostic> {
+    let (options, restores_closure): (&SolveOptions, bool) = (scene.options(), scene.restores_closure());
+    let off = energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+    let poor = off > MAX_BALANCE_RESIDUAL && options.scattering_orders.is_none();
+    let imbalance = format!("the energy balance is off by {off:.1e}");
+    if poor && off > NOTHING_ABSORBED {
+        let text = format!(
+            "{imbalance}: nothing absorbs light and no light escapes; lower a reflectance or the albedo"
+        );
+        return Some(Diagnostic::warning("energy-balance", text));
+    }
+    if { status }.any(|s| s == SolveStatus::MaxIterations) {
+        return Some(not_converged(poor.then_some(imbalance)));
+    }
+    poor.then(|| {
+        Diagnostic::warning("energy-balance", format!("{imbalance}: {}", closure_advice(restores_closure)))
+    })
+}
+
+/// The diagnostic of the balance of heat, and of a solver that reached its maximum of iterations; none in light mode.
+pub(crate) fn heat_balance(
+    scene: &Scene,
+    zones: &Zones,
+    fields: &Fields,
+    report: &Report,
+) -> Option<Diagnostic> {
+    let (table, heat) = (report.heat.as_ref()?, fields.heat.as_ref()?);
+    // Sum the net powers given and taken.
+    let patches = zones.patches.iter().map(|p| p.area);
+    let sizes = patches.chain(zones.voxels.iter().map(|v| v.volume));
+    let sizes = sizes.chain(zones.panes.iter().map(|p| p.area * p.thickness));
+    let powers = sizes.zip(&heat.net).map(|(size, q)| size * q);
+    let powers = powers.chain([table.surroundings, -table.absorbed_backfaces]);
+    let [given, taken] = powers.fold([0.0; 2], |[g, t], q| [g + q.max(0.0), t - q.min(0.0)]);
+    let (balance, exchanged) = (table.balance().abs(), given.max(taken));
+    let e = &report.energy;
+    let emitted = (0..3).fold(0.0f64, |m, b| m.max(e.emitted[b] + e.incoming[b]));
+    let poor = balance > MAX_BALANCE_RESIDUAL * exchanged && balance > ROUNDING_OF_EXCHANGE * emitted;
+    let imbalance =
+        format!("the heat balance is off by {balance:.2e} W of {exchanged:.2e} W that are exchanged");
+    if report.status.contains(&SolveStatus::MaxIterations) {
+        return Some(not_converged(poor.then_some(imbalance)));
+    }
+    // Attribute the residual to the solver or to the factors.
+    let left = report.residuals.iter().filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r));
+    let by_solver = report.engine != "hierarchical" && left * emitted > 0.5 * balance;
+    let advice = if by_solver { "use a smaller residual" } else { closure_advice(scene.restores_closure()) };
+    poor.then(|| Diagnostic::warning("heat-balance", format!("{imbalance}: {advice}")))
+}
+
+/// The diagnostic of an estimated error above the tolerance; none if an engine reported it already.
+pub(crate) fn missed_tolerance(
+    engine: Engine,
+    tolerance: f64,
+    estimate: &ErrorEstimate,
+    reported: &[Diagnostic],
+) -> Option<Diagnostic> {
+    let error = estimate.patches.into_iter().chain(estimate.volumes).fold(0.0f64, f64::max);
+    let is_reported = reported.iter().any(|n| n.code == "tolerance");
+    (engine != Engine::Spectral && error > tolerance && !is_reported).then(|| {
+        let advice = match engine {
+            Engine::Dense => {
+                "the rays for partly hidden pairs and for the surroundings are not sufficient in this scene"
+            }
+            _ => "use a smaller tolerance",
+        };
+        let text =
+            format!("the estimated error, {error:.2e}, misses the tolerance, {tolerance:.2e}: {advice}");
+        Diagnostic::warning("tolerance", text)
+    })
+}
+
+/// The diagnostic of negative fluxes in zones whose slopes are too steep; `incident` is the field of all zones, W/m².
+pub(crate) fn negative_flux(incident: &[Bands]) -> Option<Diagnostic> {
+    let most = incident.iter().flatten().fold(0.0f64, |m, x| m.max(*x));
+    if most <= 0.0 {
+        return None;
+    }
+    let below = || incident.iter().filter(|h| h.iter().any(|x| *x < -MAX_UNDERSHOOT * most));
+    let least = below().flatten().fold(0.0f64, |m, x| m.min(*x));
+    (least < 0.0).then(|| {
+        let text = format!(
+            "negative incident flux in {} zone(s), down to {:.1e} of the largest flux: the light decays too steeply for these voxels; use more cells",
+            below().count(),
+            least / most
+        );
+        Diagnostic::warning("negative-flux", text)
+    })
+}

@@ -1,0 +1,35 @@
+//! Settings of a solve that are not part of the scene: memory limit, methods for pairs of zones, checkpoints, observer and warm start.
+
+use zonal_exchange::pair::PairSettings;
+use zonal_scene::{CheckpointStore, LightGroup, NoCheckpoints, Progress};
+
+/// Default memory limit of a solve, bytes.
+pub const DEFAULT_MEMORY_LIMIT: u64 = 12 << 30;
+
+/// Settings of a solve beside the options of the scene.
+#[derive(Clone, Copy)]
+pub struct SolveSettings<'a> {
+    /// Memory limit, bytes: of the exchange areas of all pairs, or of everything that the hierarchical engine holds.
+    pub memory_limit: u64,
+    /// Methods and samples for pairs of zones.
+    pub pair_settings: PairSettings,
+    /// Store of finished stages.
+    pub checkpoints: &'a dyn CheckpointStore,
+    /// Observer.
+    pub progress: &'a dyn Progress,
+    /// Light groups of an earlier solution on the same zones for a warm start; empty for a cold start.
+    pub initial_groups: &'a [LightGroup],
+}
+
+impl<'a> SolveSettings<'a> {
+    /// Default settings without checkpoints, with a memory limit in bytes.
+    pub fn new(memory_limit: u64, progress: &'a dyn Progress) -> SolveSettings<'a> {
+        SolveSettings {
+            memory_limit,
+            pair_settings: PairSettings::default(),
+            checkpoints: &NoCheckpoints,
+            progress,
+            initial_groups: &[],
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Fields of a solution and of its light groups, with their errors, from the strengths of the iteration.
+
+use crate::direct_light::direct_error;
+use crate::errors::closure_error::unexplained_fractions;
+use crate::errors::consistency;
+use crate::errors::propagation::{errors_like, propagate_factor_errors};
+use crate::iteration::IterationResult;
+use crate::light_groups::SourceGroup;
+use crate::operator::IncidentPower;
+use crate::ray::power_normalization::normalize_power;
+use crate::report::energy_balance::{GroupFields, balance_group};
+use crate::report::summary::has_negative_source;
+use crate::solve_context::{BuiltEngine, SolveContext};
+use crate::surroundings::SurroundingsExchange;
+use rayon::prelude::*;
+use zonal_scene::{Bands, EnergyBalance, Engine, Fields, LightGroup, ZoneValues, Zones, bands};
+
+/// The fields of all light and of each group. `incident` is the incident power if the engine determined it.
+pub(crate) fn assemble(
+    context: &SolveContext,
+    built: &mut BuiltEngine,
+    surroundings: &SurroundingsExchange,
+    (results, incident): (&mut [IterationResult], Option<IncidentPower>),
+    engine: Engine,
+) -> (Fields, Vec<LightGroup>) {
+    let (zones, n) = (context.zones, context.zones.len());
+    // The rows of a solution by rays close, but its power balance does not.
+    let options = context.scene.options();
+    let normalizes =
+        incident.is_some() && context.scene.restores_closure() && options.scattering_orders.is_none();
+    let fractions: Vec<Bands> = unexplained_fractions(zones, &built.closure, surroundings);
+    // Apply the operator to the solution.
+    let IncidentPower { mut columns, mut error } = incident_power(built, results, incident);
+    columns.iter_mut().chain(&mut error).for_each(|a| a.truncate(n));
+    // Compute the fields of each group and their sum.
+    let mut assembly = GroupAssembly {
+        context,
+        surroundings,
+        engine,
+        // An expansion may undershoot in dark zones. With slopes the mean of a zone keeps its sign, and with it the power.
+        min_incident: if built.operator.len() > n { f64::NEG_INFINITY } else { 0.0 },
+        normalizes,
+        normalization_change: vec![[0.0; 3]; n * usize::from(normalizes)],
+        fields: Fields { incident: vec![[0.0; 3]; n], direct: vec![[0.0; 3]; n], ..Fields::default() },
+    };
+    let mut groups = Vec::new();
+    for ((source, result), incident) in context.sources.iter().zip(&*results).zip(columns) {
+        groups.push(assembly.add_group(built, source, result, incident));
+    }
+    let GroupAssembly { fields: mut f, normalization_change, .. } = assembly;
+    f.radiosity = radiosity(zones, &f);
+    // Propagate the errors.
+    f.error = match error {
+        Some(mut errors) => {
+            errors.par_iter_mut().enumerate().for_each(|(i, e)| *e = e.map(|e| e / zones.response(i).1));
+            errors
+        }
+        None => propagate_factor_errors(zones, built.operator.as_ref(), &fractions, results, &mut groups),
+    };
+    direct_error::propagate_to_groups(context, built.operator.as_ref(), &mut f, &mut groups);
+    consistency::widen_by_closure(&fractions, &mut f);
+    consistency::widen_by_residual(zones, &groups, &mut f);
+    f.error.iter_mut().zip(normalization_change).for_each(|(e, c)| *e = bands(|b| e[b] + c[b]));
+    add_surroundings_error(context, surroundings, &mut f);
+    if !has_negative_source(zones) {
+        consistency::widen_by_negative_flux(&mut f);
+    }
+    (f, groups)
+}
+
+/// The incident power of the solution. Strengths are lent to the operator and given back, since those of a large scene are not copied.
+fn incident_power(
+    built: &BuiltEngine,
+    results: &mut [IterationResult],
+    incident: Option<IncidentPower>,
+) -> IncidentPower {
+    let strengths: Vec<Vec<Bands>> = results.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
+    let incident = incident.unwrap_or_else(|| built.operator.incident_power(&strengths));
+    results.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
+    incident
+}
+
+/// Radiosity of all zones, W/m².
+fn radiosity(zones: &Zones, f: &Fields) -> Vec<Bands> {
+    let one = |i: usize| {
+        let (e, (rho, _)) = (zones.emission(i), zones.response(i));
+        bands(|b| e[b] + rho[b] * (f.incident[i][b] + f.direct[i][b]))
+    };
+    (0..zones.len()).into_par_iter().map(one).collect()
+}
+
+/// Adds the error of the incoming radiation to the error of every zone.
+fn add_surroundings_error(context: &SolveContext, surroundings: &SurroundingsExchange, f: &mut Fields) {
+    if surroundings.error.is_empty() {
+        return;
+    }
+    let zones = context.zones;
+    let sky = context.scene.surroundings().radiosity();
+    let part = |i| surroundings.incoming(i, sky)[1].map(|e| e / zones.response(i).1);
+    f.surroundings_error = (0..zones.len()).into_par_iter().map(part).collect();
+    let both = f.error.par_iter_mut().zip(&f.surroundings_error);
+    both.for_each(|(e, part)| *e = bands(|b| e[b].hypot(part[b])));
+}
+
+/// Adds up the fields of the groups.
+struct GroupAssembly<'a> {
+    context: &'a SolveContext<'a>,
+    surroundings: &'a SurroundingsExchange,
+    engine: Engine,
+    /// Lower bound of the incident field, W/m².
+    min_incident: f64,
+    /// True if the power of each group is normalized.
+    normalizes: bool,
+    /// Sum over the groups of the change of each zone by power normalization, W/m²; empty without.
+    normalization_change: Vec<Bands>,
+    fields: Fields,
+}
+
+impl GroupAssembly<'_> {
+    /// The group of a source, from the incident power `incident` of its strengths; added to the sum.
+    fn add_group(
+        &mut self,
+        built: &mut BuiltEngine,
+        source: &SourceGroup,
+        result: &IterationResult,
+        mut incident: Vec<Bands>,
+    ) -> LightGroup {
+        let (scene, zones, direct) = (self.context.scene, self.context.zones, self.context.direct);
+        let (own, sky) = (source.direct(direct), source.sky(scene));
+        self.to_incident_field(&mut incident, sky);
+        let balance = |incident: &[Bands]| {
+            let fields = GroupFields { incident, direct: &own, strengths: &result.strengths };
+            balance_group(scene, zones, source, &fields, self.surroundings, direct)
+        };
+        let mut energy = balance(&incident);
+        // Restore the balance of power.
+        if self.normalizes {
+            let change = normalize_power(zones, &energy, &mut incident, scene.options().tolerance);
+            built.closure.summary.record_normalization(change);
+            self.normalization_change
+                .iter_mut()
+                .zip(&incident)
+                .for_each(|(c, h)| *c = bands(|b| c[b] + change[b].abs() * h[b]));
+            energy = balance(&incident);
+        }
+        // Add to the fields of all light.
+        let f = &mut self.fields;
+        f.incident.par_iter_mut().zip(&incident).for_each(|(f, h)| *f = bands(|b| f[b] + h[b]));
+        own.iter().zip(&mut f.direct).for_each(|(d, f)| *f = bands(|b| f[b] + d[b]));
+        let mut group = light_group(source, result, energy, (incident, own), self.engine);
+        let error = direct_error::group_error(source, direct);
+        if !error.is_empty() {
+            f.direct_error.resize(zones.len(), [0.0; 3]);
+            f.direct_error.iter_mut().zip(&error).for_each(|(f, e)| *f = bands(|b| f[b] + e[b]));
+            group.direct_error = errors_like(&group.direct, &error, group.direct_scale);
+        }
+        group
+    }
+
+    /// Turns incident powers into incident fields, W/m², with the radiation from surroundings of radiosity `sky`.
+    fn to_incident_field(&self, incident: &mut [Bands], sky: Bands) {
+        let zones = self.context.zones;
+        let least = self.min_incident;
+        incident.par_iter_mut().enumerate().for_each(|(i, h)| {
+            let (_, measure) = zones.response(i);
+            let [incoming, _] = self.surroundings.incoming(i, sky);
+            // `max` would drop a NaN.
+            let clamp = |x: f64| if x < least { least } else { x };
+            *h = bands(|b| clamp((h[b] + incoming[b]) / measure));
+        });
+    }
+}
+
+/// The group of a solution; in single precision for the hierarchical engine, whose tolerance is much larger.
+fn light_group(
+    source: &SourceGroup,
+    result: &IterationResult,
+    energy: EnergyBalance,
+    (incident, direct): (Vec<Bands>, Vec<Bands>),
+    engine: Engine,
+) -> LightGroup {
+    let stored = |v: Vec<Bands>| match engine {
+        Engine::Hierarchical if !v.is_empty() => ZoneValues::to_single_precision(&v),
+        _ => (ZoneValues::Double(v), [1.0; 3]),
+    };
+    let ((incident, incident_scale), (direct, direct_scale)) = (stored(incident), stored(direct));
+    LightGroup {
+        name: source.name.clone(),
+        kind: source.kind,
+        incident,
+        incident_scale,
+        direct,
+        direct_error: ZoneValues::default(),
+        direct_scale,
+        energy,
+        status: result.status,
+        residual: [0, 1, 2].map(|b| result.residuals[b].last().copied().unwrap_or(0.0)),
+        error: ZoneValues::default(),
+    }
+}

@@ -1,0 +1,57 @@
+//! Input and result of building an engine: [`SolveContext`] in, [`BuiltEngine`] out.
+
+use crate::direct_light::light_field::DirectLight;
+use crate::iteration::IterationResult;
+use crate::light_groups::{self, SourceGroup};
+use crate::operator::{ErrorModel, IncidentPower};
+use crate::report::closure::RowClosure;
+use crate::surroundings::SurroundingsExchange;
+use zonal_exchange::pair::PairSettings;
+use zonal_scene::{Bands, CheckpointStore, Diagnostic, Progress, Scene, Zones};
+use zonal_transport::Transport;
+
+/// Everything that the phases of a solve read in common.
+pub struct SolveContext<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its zones, with boundary conditions applied.
+    pub zones: &'a Zones,
+    /// Ray tracing in the scene.
+    pub transport: &'a Transport<'a>,
+    /// Direct light on the zones.
+    pub direct: &'a DirectLight,
+    /// The light groups, one right-hand side each.
+    pub sources: &'a [SourceGroup],
+    /// Methods and samples for pairs of zones.
+    pub pair_settings: PairSettings,
+    /// Memory limit, bytes.
+    pub memory_limit: u64,
+    /// Store of finished stages.
+    pub checkpoints: &'a dyn CheckpointStore,
+    /// Observer.
+    pub progress: &'a dyn Progress,
+}
+
+impl SolveContext<'_> {
+    /// The source strengths s⁰ of every group, W/m² and W/m³.
+    pub fn source_strengths(&self, surroundings: &SurroundingsExchange) -> Vec<Vec<Bands>> {
+        let of_group = |s: &SourceGroup| {
+            light_groups::source_strengths(s, self.scene, self.zones, surroundings, &s.direct(self.direct))
+        };
+        self.sources.iter().map(of_group).collect()
+    }
+}
+
+/// An engine with its measured closure.
+pub struct BuiltEngine<'a> {
+    /// The exchange of all zones.
+    pub operator: Box<dyn ErrorModel + 'a>,
+    /// Closure of the rows.
+    pub closure: RowClosure,
+    /// Names and values of the engine's counters.
+    pub counts: Vec<(String, u64)>,
+    /// Diagnostics for the report.
+    pub warnings: Vec<Diagnostic>,
+    /// The solution, if the engine found it while it was built: the result of each group, and the incident power.
+    pub solved: Option<(Vec<IterationResult>, IncidentPower)>,
+}

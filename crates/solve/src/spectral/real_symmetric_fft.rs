@@ -1,0 +1,145 @@
+//! Discrete cosine and sine transforms: spectra of real sequences that are even or odd. They are real (times −i) and even or odd, so that half of
+//! each is stored.
+//!
+//! A kernel k(d), d = 0 … m − 1, stands for the circular sequence of length N with x(d) = x(N − d) = k(d) and zeros between. Its spectrum
+//!
+//! ```text
+//!     X(f) = Σ_d x(d) cos(2π d f/N),      f = 0 … N/2,      X(N − f) = X(f).
+//! ```
+//!
+//! If x(N − d) = −k(d), X(f) = −i S(f) with S(f) = Σ_d x(d) sin(2π d f/N), and S is stored.
+
+use rayon::prelude::*;
+use realfft::RealToComplex;
+use rustfft::num_complex::Complex64;
+use std::sync::Arc;
+
+/// Symmetry of a sequence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Parity {
+    Even,
+    Odd,
+}
+
+/// Number of stored frequencies for a length.
+pub(crate) fn half_length(length: usize) -> usize {
+    length / 2 + 1
+}
+
+/// The smallest even length ≥ 2n − 1 with prime factors 2, 3, 5 and 7, for a linear convolution of n cells; 1 for n = 1.
+pub(crate) fn padded_length(n: usize) -> usize {
+    let smooth = |mut x: usize| {
+        for p in [2, 3, 5, 7] {
+            while x.is_multiple_of(p) {
+                x /= p;
+            }
+        }
+        x == 1
+    };
+    if n == 1 { 1 } else { (2 * n..).step_by(2).find(|&x| smooth(x)).unwrap_or(2 * n) }
+}
+
+/// The transform of one length.
+pub(crate) struct RealSymmetricFft {
+    length: usize,
+    plan: Arc<dyn RealToComplex<f64>>,
+}
+
+impl RealSymmetricFft {
+    /// The transform of a length.
+    pub(crate) fn new(length: usize) -> RealSymmetricFft {
+        RealSymmetricFft { length, plan: realfft::RealFftPlanner::new().plan_fft_forward(length) }
+    }
+
+    /// Transforms every line of `m` numbers in `data`, extended as an even or odd sequence, to [`half`] of the length each, times `scale`.
+    pub(super) fn lines(&self, data: &[f64], m: usize, parity: Parity, scale: f64) -> Vec<f64> {
+        let (n, h) = (self.length, half_length(self.length));
+        let odd = parity == Parity::Odd;
+        let other = if odd { -1.0 } else { 1.0 };
+        assert!(m <= n && data.len().is_multiple_of(m), "lines of {m} for a length of {n}");
+        let mut out = vec![0.0; data.len() / m * h];
+        let work = || (vec![0.0; n], vec![Complex64::default(); h], self.plan.make_scratch_vec());
+        out.par_chunks_mut(h).zip(data.par_chunks(m)).for_each_init(
+            work,
+            |(line, spectrum, scratch), (out, k)| {
+                line.fill(0.0);
+                // If 2m > N + 1 the two halves overlap and agree; odd ones are zero there.
+                for (d, &x) in k.iter().enumerate().take(h) {
+                    line[d] = x;
+                    line[(n - d) % n] = other * x;
+                    if odd && 2 * d % n == 0 {
+                        line[d] = 0.0;
+                    }
+                }
+                let done = self.plan.process_with_scratch(line, spectrum, scratch);
+                assert!(done.is_ok(), "buffers of the plan's lengths");
+                let kept = |s: &Complex64| if odd { -s.im } else { s.re };
+                out.iter_mut().zip(&*spectrum).for_each(|(o, s)| *o = kept(s) * scale);
+            },
+        );
+        out
+    }
+}
+
+/// Permutes the axes of an array of shape `dims` so that `order[k]` is its k-th axis.
+pub(crate) fn permute_axes(data: &[f64], dims: [usize; 3], order: [usize; 3]) -> Vec<f64> {
+    let stride = [dims[1] * dims[2], dims[2], 1];
+    let [p, q, r] = order.map(|k| (dims[k], stride[k]));
+    let mut out = vec![0.0; data.len()];
+    out.par_chunks_mut(q.0 * r.0).enumerate().for_each(|(i, plane)| {
+        // Square tiles, so that reads and writes stay in the cache.
+        const TILE: usize = 16;
+        for j0 in (0..q.0).step_by(TILE) {
+            for k0 in (0..r.0).step_by(TILE) {
+                for j in j0..(j0 + TILE).min(q.0) {
+                    for k in k0..(k0 + TILE).min(r.0) {
+                        plane[j * r.0 + k] = data[i * p.1 + j * q.1 + k * r.1];
+                    }
+                }
+            }
+        }
+    });
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn padded_lengths_are_smooth_and_sufficient() {
+        assert_eq!([1, 2, 32, 64, 115, 256].map(padded_length), [1, 4, 64, 128, 240, 512]);
+    }
+
+    #[test]
+    fn transformed_line_is_its_cosine_or_sine_sum() {
+        let k = [3.0, -1.0, 0.5, 0.25];
+        for n in [7, 8, 12] {
+            let got = RealSymmetricFft::new(n).lines(&k, 4, Parity::Even, 2.0);
+            for (f, g) in got.iter().enumerate() {
+                let term = |d: usize| (std::f64::consts::TAU * (d * f) as f64 / n as f64).cos() * k[d];
+                let want = 2.0 * (k[0] + 2.0 * (1..4).map(term).sum::<f64>());
+                assert!((g - want).abs() < 1e-14, "{n} {f}: {g} {want}");
+            }
+        }
+        // A period of six: the distance 3 is its own opposite.
+        let got = RealSymmetricFft::new(6).lines(&k, 4, Parity::Even, 1.0);
+        assert!((got[0] - (3.0 - 2.0 + 1.0 + 0.25)).abs() < 1e-14);
+        for n in [8, 12] {
+            let got = RealSymmetricFft::new(n).lines(&k, 4, Parity::Odd, 2.0);
+            for (f, g) in got.iter().enumerate() {
+                let term = |d: usize| (std::f64::consts::TAU * (d * f) as f64 / n as f64).sin() * k[d];
+                let want = 4.0 * (1..4).map(term).sum::<f64>();
+                assert!((g - want).abs() < 1e-14, "{n} {f}: {g} {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn arrays_are_permute_axes() {
+        let dims = [2, 3, 4];
+        let data: Vec<f64> = (0..24).map(f64::from).collect();
+        let t = permute_axes(&data, dims, [2, 0, 1]);
+        assert_eq!(t[(3 * 2 + 1) * 3 + 2], data[(3 + 2) * 4 + 3]);
+    }
+}

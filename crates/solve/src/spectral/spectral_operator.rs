@@ -1,0 +1,343 @@
+//! The operator of the spectral engine and its errors (header of [`super`]).
+
+use super::basis::BasisOrder;
+use super::enclosure::{BoxEnclosure, OPENING};
+use super::grid::BoxGrid;
+use super::kernels::GridKernels;
+use super::memory;
+use super::volume::VolumeConvolution;
+use super::walls::{WallConvolution, WallValues};
+use crate::iteration::multivector::{times, total};
+use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower, extend_to_slopes};
+use rayon::prelude::*;
+use zonal_exchange::aligned::lattice::MethodCounts;
+use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
+use zonal_math::Grade;
+use zonal_scene::{Bands, Progress, Zones, bands};
+
+/// Relative error of a transform and its inverse, in units of ε √log₂N.
+const TRANSFORM_ROUNDING: f64 = 4.0;
+/// Closure error over the largest measured defect of a row.
+const DEFECT_MULTIPLE: f64 = 2.0;
+
+/// The exchange of a box enclosure.
+pub struct SpectralOperator {
+    enclosure: BoxEnclosure,
+    /// Number of patches, which precede the voxels.
+    patches: usize,
+    order: BasisOrder,
+    volume: VolumeConvolution,
+    walls: WallConvolution,
+    /// The kernels of each distinct extinction.
+    kernels: Vec<GridKernels>,
+    /// The extinction group of each band.
+    group: [usize; 3],
+    /// d of g'_ij = d_i g_ij d_j, where closure was restored.
+    scaling: Option<Vec<Bands>>,
+    /// Relative closure error: [`DEFECT_MULTIPLE`] times the largest defect of a row in a uniform field.
+    defect: Bands,
+}
+
+impl SpectralOperator {
+    /// Computes the kernels of an enclosure with `patches` patches.
+    pub fn new(
+        enclosure: BoxEnclosure,
+        patches: usize,
+        order: BasisOrder,
+        progress: &dyn Progress,
+    ) -> SpectralOperator {
+        let (group, kappa) = enclosure.extinction_groups();
+        let grid = enclosure.grid;
+        progress.begin("exchange areas by offset", kappa.len() as u64);
+        let kernels = kappa
+            .iter()
+            .map(|&kappa| {
+                let k = GridKernels::new(&grid, kappa, order);
+                progress.advance(1);
+                k
+            })
+            .collect();
+        progress.end();
+        let (volume, walls) = (VolumeConvolution::new(grid, order), WallConvolution::new(grid, order));
+        SpectralOperator {
+            enclosure,
+            patches,
+            order,
+            volume,
+            walls,
+            kernels,
+            group,
+            scaling: None,
+            defect: [0.0; 3],
+        }
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &BoxGrid {
+        &self.enclosure.grid
+    }
+
+    /// The kernels, one set a distinct extinction.
+    pub fn kernels(&self) -> &[GridKernels] {
+        &self.kernels
+    }
+
+    /// Names and values of the counters of the tables.
+    pub fn counts(&self) -> Vec<(String, u64)> {
+        let all: Vec<_> = self.kernels.iter().flat_map(|k| &k.tally).collect();
+        let sum = |of: fn(&MethodCounts) -> usize| all.iter().map(|(_, t)| of(t) as u64).sum::<u64>();
+        let n = self.zones() as u64;
+        let slopes = (self.len() - self.zones()) as u64;
+        [
+            ("pairs", n * (n + 1) / 2),
+            ("slopes of radiosity", slopes),
+            ("offsets in tables", sum(MethodCounts::total)),
+            ("offsets by series of moments", sum(|t| t.moments)),
+            ("offsets by Gauss rules", sum(|t| t.gauss)),
+            ("offsets by pyramid coordinates", sum(|t| t.pyramid)),
+            ("offsets in closed form", sum(|t| t.closed)),
+            ("offsets by sums of Gaussians", sum(|t| t.gaussians)),
+        ]
+        .into_iter()
+        .filter(|x| x.1 > 0)
+        .map(|(what, n)| (what.to_string(), n))
+        .collect()
+    }
+
+    /// Bytes of the engine for a grid with a number of distinct extinctions.
+    pub fn bytes(grid: &BoxGrid, extinctions: usize, order: BasisOrder) -> u64 {
+        // During the construction two stages of a spectrum exist at a time; with slopes, the tables of all kernels.
+        let tables = match order {
+            BasisOrder::Constant => 0,
+            BasisOrder::Linear => {
+                8 * order.volume_layout().densities.len() as u64
+                    * grid.distances().iter().map(|n| *n as u64).product::<u64>()
+            }
+        };
+        let making = 8 * grid.halves().iter().map(|h| *h as u64).product::<u64>() * 2 + tables;
+        let vectors = 2 * 8 * (order.voxel_components() * grid.count()) as u64;
+        memory::spectra_bytes(grid, order) * extinctions as u64
+            + (memory::work_bytes(grid, order) + vectors).max(making)
+    }
+
+    /// Number of zones; [`ExchangeOperator::len`] counts their slopes too.
+    pub fn zones(&self) -> usize {
+        self.patches + self.grid().count()
+    }
+
+    /// Index of the first unknown of component `q` of the patches.
+    fn patch_offset(&self, q: usize) -> usize {
+        if q == 0 { 0 } else { self.zones() + (q - 1) * self.patches }
+    }
+
+    /// Index of the first unknown of component `p` of the voxels.
+    fn voxel_offset(&self, p: usize) -> usize {
+        match p {
+            0 => self.patches,
+            _ => {
+                self.zones()
+                    + (self.order.patch_components() - 1) * self.patches
+                    + (p - 1) * self.grid().count()
+            }
+        }
+    }
+
+    /// Index in the values of the wall, and unknown, of every component of the patches of a wall.
+    fn wall_unknowns<'a>(&'a self, zones: &'a [u32]) -> impl Iterator<Item = (usize, usize)> + 'a {
+        (0..self.order.patch_components()).flat_map(move |q| {
+            let all = zones.iter().enumerate().filter(|(_, z)| **z != OPENING);
+            all.map(move |(i, z)| (q * zones.len() + i, self.patch_offset(q) + *z as usize))
+        })
+    }
+
+    /// Incident power for a radiosity of one at the openings: the factors of the surroundings, m² and m³.
+    pub fn opening_factors(&self) -> Vec<Bands> {
+        let mut out = vec![[0.0; 3]; self.len()];
+        let mut faces = self.walls.zeros();
+        for (face, zones) in faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
+            face.iter_mut().zip(zones).for_each(|(x, z)| *x = f64::from(u8::from(*z == OPENING)));
+        }
+        let nothing = vec![0.0; self.order.voxel_components() * self.grid().count()];
+        let mut voxels = nothing.clone();
+        for g in 0..self.kernels.len() {
+            let met = self.exchange(g, &nothing, &faces, &mut voxels);
+            let of = (0..3).filter(|&b| self.group[b] == g).collect::<Vec<_>>();
+            self.scatter(&voxels, &met, &mut out, &of);
+        }
+        // Negative rounding errors of the transforms are cut off.
+        out[..self.zones()].iter_mut().flatten().for_each(|x| *x = x.max(0.0));
+        out
+    }
+
+    /// Measures the closure of all rows, slopes included, with the factors of the `openings` (by unknown, empty for none). [`DEFECT_MULTIPLE`] times the
+    /// largest defect is added to the relative error of the factors.
+    pub(crate) fn measure_defect(&mut self, zones: &Zones, openings: &[Bands]) {
+        let mut level: Vec<Bands> =
+            (0..self.zones()).map(|i| scaled_radiosity_coefficient(zones, i)).collect();
+        level.resize(self.len(), [0.0; 3]);
+        let (rows, slopes) = (self.apply(&level), self.slope_zones());
+        let off = |i: usize| {
+            let zone = if i < self.zones() { i } else { slopes[i - self.zones()] as usize };
+            let (whole, open) = (closure_target(zones, zone), openings.get(i).copied().unwrap_or_default());
+            let want = if i < self.zones() { whole } else { 0.0 };
+            bands(|b| ((rows[i][b] + open[b] - want) / whole).abs())
+        };
+        let worst = |x: Bands, y: Bands| bands(|b| if y[b] <= x[b] { x[b] } else { y[b] });
+        let found = (0..rows.len()).into_par_iter().map(off).reduce(|| [0.0; 3], worst);
+        self.defect = found.map(|d| if d.is_finite() { DEFECT_MULTIPLE * d } else { f64::INFINITY });
+    }
+
+    /// Values on the walls of a vector over the unknowns; 0 at openings.
+    fn wall_values(&self, at: impl Fn(usize) -> f64) -> WallValues {
+        let mut faces = self.walls.zeros();
+        for (face, zones) in faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
+            self.wall_unknowns(zones).for_each(|(i, unknown)| face[i] = at(unknown));
+        }
+        faces
+    }
+
+    /// Writes values of voxels and walls into the bands `of` of a vector over the unknowns.
+    fn scatter<const N: usize>(
+        &self,
+        voxels: &[f64],
+        faces: &WallValues,
+        out: &mut [[f64; N]],
+        of: &[usize],
+    ) {
+        for (face, zones) in faces.iter().flatten().zip(self.enclosure.faces.iter().flatten()) {
+            for (i, unknown) in self.wall_unknowns(zones) {
+                of.iter().for_each(|&b| out[unknown][b] = face[i]);
+            }
+        }
+        for (p, voxels) in voxels.chunks(self.grid().count()).enumerate() {
+            let all = out[self.voxel_offset(p)..].par_iter_mut().zip(voxels);
+            all.for_each(|(o, x)| of.iter().for_each(|&b| o[b] = *x));
+        }
+    }
+
+    /// Incident power of the voxels (written to `met`) and of the walls, for strengths in one band.
+    fn exchange(&self, group: usize, voxels: &[f64], faces: &WallValues, met: &mut [f64]) -> WallValues {
+        let k = &self.kernels[group];
+        let mut walls = self.walls.zeros();
+        let spectra = self.walls.spectra(faces);
+        let mut found = self.volume.apply(k, voxels, &spectra, met);
+        self.walls.opposite(k, &spectra, &mut found);
+        self.walls.add_spectra(found, &mut walls);
+        self.walls.adjacent(k, faces, &mut walls);
+        walls
+    }
+
+    /// Copies the values of the voxels by component and cell.
+    fn copy_voxels(&self, own: &mut [f64], at: impl Fn(usize) -> f64 + Sync) {
+        let count = self.grid().count();
+        own.par_chunks_mut(count).enumerate().for_each(|(p, own)| {
+            let first = self.voxel_offset(p);
+            own.par_iter_mut().enumerate().for_each(|(i, x)| *x = at(first + i));
+        });
+    }
+
+    fn product(&self, s: &[Bands]) -> Vec<Bands> {
+        assert_eq!(s.len(), self.len(), "one strength for each unknown");
+        let mut out = vec![[0.0; 3]; s.len()];
+        let mut own = vec![0.0; self.order.voxel_components() * self.grid().count()];
+        let mut met = own.clone();
+        let mut done = [false; 3];
+        for b in 0..3 {
+            if done[b] {
+                continue;
+            }
+            // Bands with equal extinctions and strengths share a product.
+            let same = |c: &usize| {
+                *c == b
+                    || (self.group[*c] == self.group[b]
+                        && s.par_iter().all(|x| x[*c].to_bits() == x[b].to_bits()))
+            };
+            let of: Vec<usize> = (b..3).filter(|c| !done[*c]).filter(same).collect();
+            of.iter().for_each(|&c| done[c] = true);
+            self.copy_voxels(&mut own, |i| s[i][b]);
+            let walls = self.exchange(self.group[b], &own, &self.wall_values(|i| s[i][b]), &mut met);
+            self.scatter(&met, &walls, &mut out, &of);
+        }
+        out
+    }
+
+    /// Error of the incident power: the radii of the factors, and the rounding of the transforms.
+    fn incident_error(&self, arriving: &[Bands]) -> Vec<Bands> {
+        let n = arriving.len().max(1) as f64;
+        let square = |x: &[Bands]| crate::iteration::multivector::sum(x.len(), |i| x[i].map(|x| x * x));
+        let rms = square(arriving).map(|x| (x / n).sqrt());
+        let length: usize = self.grid().lengths().iter().product();
+        let rounding = TRANSFORM_ROUNDING * f64::EPSILON * (length as f64).log2().max(1.0).sqrt();
+        let radius = bands(|b| self.kernels[self.group[b]].radius + self.defect[b]);
+        arriving.par_iter().map(|p| bands(|b| radius[b] * p[b].abs() + rounding * rms[b])).collect()
+    }
+}
+
+impl ExchangeOperator for SpectralOperator {
+    fn len(&self) -> usize {
+        self.patches * self.order.patch_components() + self.grid().count() * self.order.voxel_components()
+    }
+    fn apply(&self, s: &[Bands]) -> Vec<Bands> {
+        if s.len() < self.len() {
+            let mut all = s.to_vec();
+            all.resize(self.len(), [0.0; 3]);
+            let mut out = self.apply(&all);
+            out.truncate(s.len());
+            return out;
+        }
+        match &self.scaling {
+            Some(d) => times(&self.product(&times(s, d)), d),
+            None => self.product(s),
+        }
+    }
+    fn has_identical_bands(&self) -> bool {
+        self.kernels.len() == 1 && self.scaling.is_none()
+    }
+    fn apply_band(&self, s: &[[f64; 1]]) -> Vec<[f64; 1]> {
+        let mut out = vec![[0.0]; s.len()];
+        let faces = self.wall_values(|i| s[i][0]);
+        // The constants alone are stored in the order of the transforms and need no copies.
+        match self.order {
+            BasisOrder::Constant => {
+                let met = &mut out.as_flattened_mut()[self.patches..];
+                let walls = self.exchange(0, &s.as_flattened()[self.patches..], &faces, met);
+                self.scatter(&[], &walls, &mut out, &[0]);
+            }
+            BasisOrder::Linear => {
+                let mut own = vec![0.0; self.order.voxel_components() * self.grid().count()];
+                let mut met = own.clone();
+                self.copy_voxels(&mut own, |i| s[i][0]);
+                let walls = self.exchange(0, &own, &faces, &mut met);
+                self.scatter(&met, &walls, &mut out, &[0]);
+            }
+        }
+        out
+    }
+    fn slope_zones(&self) -> Vec<u32> {
+        let patches = (1..self.order.patch_components()).flat_map(|_| 0..self.patches);
+        let voxels = (1..self.order.voxel_components()).flat_map(|_| self.patches..self.zones());
+        patches.chain(voxels).map(|i| i as u32).collect()
+    }
+    fn scale(&mut self, d: &[Bands]) {
+        let mut d = d.to_vec();
+        extend_to_slopes(&mut d, &self.slope_zones());
+        self.scaling = Some(match self.scaling.take() {
+            Some(old) => times(&old, &d),
+            None => d,
+        });
+    }
+}
+
+impl ErrorModel for SpectralOperator {
+    fn error(&self, strengths: &[Bands]) -> Option<Vec<Bands>> {
+        Some(self.incident_error(&self.apply(strengths)))
+    }
+    fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
+        let found = self.apply_many(columns);
+        let error = self.incident_error(&total(self.len(), &found));
+        IncidentPower { columns: found, error: Some(error) }
+    }
+    fn grade(&self) -> Grade {
+        Grade::Estimated
+    }
+}

@@ -1,0 +1,19 @@
+//! Exchange of the zones with the surroundings and with the black backs of one-sided surfaces, sampled by rays.
+//!
+//! | module | content |
+//! |---|---|
+//! | `surroundings_exchange` | exchange factors and their standard errors for all zones |
+//! | `opening_sampling` | importance sampling of the openings that a zone sees |
+//! | `box_cells` | cells on the sides of the bounding box |
+//! | `ray_tally` | statistics of the rays of one zone |
+//! | `stage` | the exchange as a stage of a checkpoint |
+//! | `zone_rays` | origin, direction and weight of the rays of a zone; their transmittance out of the scene |
+
+mod box_cells;
+mod opening_sampling;
+mod ray_tally;
+pub(crate) mod stage;
+mod surroundings_exchange;
+pub(crate) mod zone_rays;
+
+pub use surroundings_exchange::SurroundingsExchange;

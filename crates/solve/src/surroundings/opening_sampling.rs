@@ -1,0 +1,229 @@
+//! Importance sampling of the openings through which rays of a zone leave the scene.
+//!
+//! The view factor from a zone to the sky through a window is the mean, over points of the zone and directions, of a function that vanishes
+//! almost everywhere and is discontinuous at the frame. As a mean over points of the zone and points y of the opening,
+//!
+//! ```text
+//!     g/A  = ⟨ cosθ cosθ_y τ/(π r²) ⟩ A_y   of a patch,      g/4V = ⟨ cosθ_y τ/(4π r²) ⟩ A_y   of a volume,
+//! ```
+//!
+//! the integrand is smooth. Every ray leaves through the bounding box of the scene. Its sides are divided into cells, and pilot rays of all
+//! zones mark the cells through which rays leave. For one zone the marked cells that are not near it are strata of points y; all other rays
+//! form one stratum of directions. The estimate is unbiased, since the pilot rays do not enter it. The number of rays of a stratum is
+//! proportional to its standard deviation (Neyman allocation), estimated by a few pilot rays. Each stratum has a low-discrepancy sequence of
+//! its own; the spread of its batches gives its variance.
+
+use super::box_cells::{BoxCell, BoxSides};
+use super::ray_tally::{BATCHES, RayTally, TracedScene};
+use super::zone_rays::{WeightedRay, pane_ray_weight, point_in_zone, sample_point};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use zonal_math::low_discrepancy;
+use zonal_scene::{Bands, bands};
+
+/// Maximum number of open cells; with more the scene is open rather than a room with openings.
+const MAX_OPEN_CELLS: usize = 512;
+/// Pilot rays that mark open cells: of all zones, and at most of one zone.
+const MARKING_RAYS: usize = 1 << 21;
+const MAX_MARKING_RAYS_PER_ZONE: usize = 512;
+/// A cell is near if its distance is at most this multiple of half the diagonals of cell and zone together.
+const NEAR_CELL_RATIO: f64 = 1.5;
+/// Pilot rays to each cell, and of the stratum of directions.
+const PILOT_RAYS_PER_CELL: usize = 4;
+const PILOT_RAYS_OF_DIRECTIONS: usize = 256;
+/// Lower bound of the standard deviation of a cell, over the mean weight of an unoccluded ray.
+const MIN_RELATIVE_DEVIATION: f64 = 0.25;
+/// Lower bound of the share of a stratum over the mean share, and its minimum number of rays.
+const MIN_SHARE_OVER_MEAN: f64 = 0.2;
+const MIN_RAYS_PER_STRATUM: usize = 2;
+/// Minimum share of the rays in the stratum of directions.
+const MIN_SHARE_OF_DIRECTIONS: f64 = 0.1;
+/// Rays of the first round, maximum number of further rounds, and largest growth of the number of rays from round to round.
+const FIRST_ROUND_RAYS: usize = 1024;
+const MAX_ROUNDS: usize = 4;
+const MAX_RAY_GROWTH: f64 = 8.0;
+/// Maximum number of rays of a zone from which opening sampling is used.
+pub(super) const MIN_RAYS_FOR_OPENINGS: usize = 4 * FIRST_ROUND_RAYS;
+
+/// Exponent of rays over error, from an error that falls like the number of rays to the power −3/4.
+pub(super) const RAYS_OVER_ERROR_EXPONENT: f64 = 4.0 / 3.0;
+
+/// The open cells of the bounding box.
+#[derive(Clone, Debug)]
+pub(super) struct OpeningSampler<'a> {
+    traced: TracedScene<'a>,
+    sides: BoxSides,
+    open: Vec<BoxCell>,
+    /// Index into `open` for each cell of the box.
+    open_index: Vec<Option<u16>>,
+}
+
+/// The strata of one zone: the open cells that are not near it, and the other directions.
+struct Strata<'a, 'b> {
+    sampler: &'a OpeningSampler<'b>,
+    zone: usize,
+    /// For each open cell, whether it is a stratum.
+    is_stratum: Vec<bool>,
+    cells: Vec<&'a BoxCell>,
+}
+
+/// Which random sequence of a stratum a ray belongs to.
+#[derive(Clone, Copy, PartialEq)]
+enum RayPurpose {
+    Pilot,
+    Estimate,
+}
+
+impl<'a> OpeningSampler<'a> {
+    /// Marks the open cells by pilot rays; `None` if rays leave nearly everywhere.
+    pub(super) fn find(traced: TracedScene<'a>) -> Option<OpeningSampler<'a>> {
+        let n = traced.zones.len();
+        let sides = BoxSides::of(traced.scene);
+        let cells = sides.cells();
+        let per_zone = (MARKING_RAYS / n.max(1)).clamp(1, MAX_MARKING_RAYS_PER_ZONE);
+        // Pilot rays come from another sample than the rays of the estimate.
+        let seed = low_discrepancy::split_mix64(traced.seed ^ u64::MAX);
+        let exit_cell = |i: usize, k: usize| {
+            let ray = traced.ray(i, sample_point(i, seed, k));
+            let (share, back) = traced.trace(ray);
+            (!back && share != [0.0; 3]).then(|| sides.exit_cell(ray.0, ray.1))
+        };
+        let mark = |mut marked: Vec<bool>, i: usize| {
+            (0..per_zone).filter_map(|k| exit_cell(i, k)).for_each(|c| marked[c] = true);
+            marked
+        };
+        let none = || vec![false; cells.len()];
+        let either = |a: Vec<bool>, b: Vec<bool>| a.iter().zip(b).map(|(a, b)| *a || b).collect();
+        let marked = (0..n).into_par_iter().fold(none, mark).reduce(none, either);
+        let open: Vec<BoxCell> = cells.iter().zip(&marked).filter(|c| *c.1).map(|c| *c.0).collect();
+        let mut count = 0..;
+        let open_index = marked.iter().map(|m| if *m { count.next() } else { None }).collect();
+        (open.len() <= MAX_OPEN_CELLS).then_some(OpeningSampler { traced, sides, open, open_index })
+    }
+
+    /// Traces rays of zone `i` until the error (root of the sum of squares over the bands) is at most `wanted`, with about `max_rays` at most.
+    pub(super) fn measure(&self, i: usize, wanted: f64, max_rays: usize) -> RayTally {
+        let strata = Strata::new(self, i);
+        let count = strata.cells.len();
+        let shares = allocation((0..=count).map(|c| strata.pilot_deviation(c)).collect());
+        let mut tallies = vec![RayTally::default(); count + 1];
+        let (mut all, mut rays) = (RayTally::default(), FIRST_ROUND_RAYS.max(MIN_RAYS_PER_STRATUM * count));
+        for _ in 0..=MAX_ROUNDS {
+            for (c, tally) in tallies.iter_mut().enumerate() {
+                let upto = whole_batches((rays as f64 * shares[c]) as usize).max(tally.traced as usize);
+                let sequence = strata.sequence(c, RayPurpose::Estimate);
+                tally.add(&RayTally::of(tally.traced as usize..upto, |k| {
+                    self.traced.trace(strata.ray(c, sequence, k))
+                }));
+            }
+            all = RayTally::combine_strata(&tallies);
+            let off = all.standard_error().iter().map(|e| e * e).sum::<f64>().sqrt() / wanted;
+            if off <= 1.0 || rays >= max_rays {
+                break;
+            }
+            let growth = off.powf(RAYS_OVER_ERROR_EXPONENT).min(MAX_RAY_GROWTH);
+            rays = ((rays as f64 * growth) as usize).min(max_rays);
+        }
+        RayTally { pilot: (PILOT_RAYS_OF_DIRECTIONS + PILOT_RAYS_PER_CELL * count) as u32, ..all }
+    }
+}
+
+impl<'a, 'b> Strata<'a, 'b> {
+    fn new(sampler: &'a OpeningSampler<'b>, zone: usize) -> Strata<'a, 'b> {
+        let (centre, radius) = sampler.traced.bounding_sphere(zone);
+        let is_far = |c: &BoxCell| {
+            let size = radius + 0.5 * (c.edges[0] + c.edges[1]).length();
+            (c.centre() - centre).length() > NEAR_CELL_RATIO * size
+        };
+        let is_stratum: Vec<bool> = sampler.open.iter().map(is_far).collect();
+        let cells = sampler.open.iter().zip(&is_stratum).filter(|c| *c.1).map(|c| c.0).collect();
+        Strata { sampler, zone, is_stratum, cells }
+    }
+
+    /// Shift and scramble of the sequence of stratum `c`.
+    fn sequence(&self, c: usize, purpose: RayPurpose) -> ([f64; 3], [u32; 2]) {
+        let estimate = u64::from(purpose == RayPurpose::Estimate);
+        let seed = (((self.zone << 10) + c) as u64 * 2 + estimate) ^ self.sampler.traced.seed.rotate_left(32);
+        let hash = low_discrepancy::split_mix64(seed);
+        (low_discrepancy::random_shift(hash), [hash as u32, (hash >> 32) as u32])
+    }
+
+    /// The `k`-th ray of stratum `c`; the last stratum is that of directions, without the rays that leave through the other strata.
+    fn ray(&self, c: usize, (shift, scramble): ([f64; 3], [u32; 2]), k: usize) -> WeightedRay {
+        let (p, d) = (low_discrepancy::r3(k, shift), low_discrepancy::sobol_2d(k as u32, scramble));
+        if c < self.cells.len() {
+            return self.ray_to_cell(p, self.cells[c], d);
+        }
+        let sampler = self.sampler;
+        let (origin, dir, weight) = sampler.traced.ray(self.zone, (p, d));
+        let exit = sampler.open_index[sampler.sides.exit_cell(origin, dir)];
+        let in_other_stratum = exit.is_some_and(|c| self.is_stratum[c as usize]);
+        (origin, dir, if in_other_stratum { [0.0; 3] } else { weight })
+    }
+
+    /// The ray from the point `p` of the zone to the point `d` of a cell.
+    fn ray_to_cell(&self, p: [f64; 3], cell: &BoxCell, d: [f64; 2]) -> WeightedRay {
+        let (traced, i) = (&self.sampler.traced, self.zone);
+        let zones = traced.zones;
+        let origin = point_in_zone(zones, traced.cell(), i, p);
+        let r = cell.corner + cell.edges[0] * d[0] + cell.edges[1] * d[1] - origin;
+        let dir = r.normalized();
+        let solid_angle = cell.normal.dot(dir).max(0.0) * cell.area() / r.length2();
+        // Density of the rays of the kernel in this direction, times their weight.
+        let density = match i.checked_sub(zones.pane_offset()) {
+            Some(k) => {
+                let pane = &zones.panes[k];
+                pane_ray_weight(pane, dir).map(|x| x * pane.normal.dot(dir).abs() / (2.0 * PI))
+            }
+            None if i < zones.voxel_offset() => [zones.patches[i].normal.dot(dir).max(0.0) / PI; 3],
+            None => [0.25 / PI; 3],
+        };
+        (origin, dir, density.map(|x| x * solid_angle))
+    }
+
+    /// Standard deviation of the rays of stratum `c` by its pilot rays.
+    fn pilot_deviation(&self, c: usize) -> f64 {
+        let is_cell = c < self.cells.len();
+        let sequence = self.sequence(c, RayPurpose::Pilot);
+        let count = if is_cell { PILOT_RAYS_PER_CELL } else { PILOT_RAYS_OF_DIRECTIONS };
+        let rays = (0..count).map(|k| self.ray(c, sequence, k));
+        let (weights, met): (Vec<Bands>, Vec<Bands>) =
+            rays.map(|r| (r.2, self.sampler.traced.trace(r).0)).unzip();
+        let deviation = standard_deviation(&met);
+        if is_cell { deviation.max(MIN_RELATIVE_DEVIATION * largest_mean(&weights)) } else { deviation }
+    }
+}
+
+/// Rounds a number of rays up to whole batches.
+fn whole_batches(rays: usize) -> usize {
+    if rays < BATCHES { rays.max(MIN_RAYS_PER_STRATUM) } else { rays.next_multiple_of(BATCHES) }
+}
+
+/// The largest mean over the bands.
+fn largest_mean(values: &[Bands]) -> f64 {
+    let sum = bands(|b| values.iter().map(|x| x[b]).sum::<f64>());
+    sum[0].max(sum[1]).max(sum[2]) / values.len() as f64
+}
+
+/// The largest standard deviation over the bands.
+fn standard_deviation(values: &[Bands]) -> f64 {
+    let n = values.len() as f64;
+    let of = |b: usize| {
+        let mean = values.iter().map(|x| x[b]).sum::<f64>() / n;
+        values.iter().map(|x| (x[b] - mean).powi(2)).sum::<f64>() / n
+    };
+    of(0).max(of(1)).max(of(2)).sqrt()
+}
+
+/// The share of the rays of each stratum, by standard deviations of which the last belongs to the stratum of directions.
+fn allocation(mut deviations: Vec<f64>) -> Vec<f64> {
+    let Some(directions) = deviations.pop() else { return Vec::new() };
+    let sum: f64 = deviations.iter().sum();
+    let least = MIN_SHARE_OVER_MEAN * sum / deviations.len().max(1) as f64;
+    deviations.iter_mut().for_each(|s| *s = s.max(least));
+    let sum: f64 = deviations.iter().sum();
+    let least_of_directions = MIN_SHARE_OF_DIRECTIONS * sum / (1.0 - MIN_SHARE_OF_DIRECTIONS);
+    deviations.push(if sum > 0.0 { directions.max(least_of_directions) } else { 1.0 });
+    let sum: f64 = deviations.iter().sum();
+    deviations.iter().map(|s| s / sum).collect()
+}

@@ -1,0 +1,140 @@
+//! Statistics of the rays of one zone that leave the scene.
+//!
+//! The standard error follows from the spread of batches of successive rays. If none of n rays escapes, the error is 1/(n + 2) (rule of
+//! succession).
+
+use super::zone_rays::{WeightedRay, escape_transmittance, ray_from_sample, sample_point};
+use std::ops::Range;
+use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Scene, Zones, bands};
+use zonal_transport::Transport;
+
+/// Number of batches whose spread gives the variance.
+pub(super) const BATCHES: usize = 8;
+
+/// The scene in which rays of zones are traced.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TracedScene<'a> {
+    pub scene: &'a Scene,
+    pub zones: &'a Zones,
+    pub transport: &'a Transport<'a>,
+    /// Seed of the sample.
+    pub seed: u64,
+}
+
+impl TracedScene<'_> {
+    /// Edges of a cell of the voxel grid, m.
+    pub(super) fn cell(&self) -> Vec3 {
+        self.scene.voxel_grid().map_or(Vec3::ZERO, |v| v.cell())
+    }
+
+    /// Weighted transmittance of a ray out of the scene; `true` if it ends on a black back.
+    pub(super) fn trace(&self, (origin, dir, weight): WeightedRay) -> (Bands, bool) {
+        if weight == [0.0; 3] {
+            return (weight, false);
+        }
+        let (share, back) = escape_transmittance(self.scene, self.transport, origin, dir);
+        (bands(|b| share[b] * weight[b]), back)
+    }
+
+    /// The ray of zone `i` for a sample of origin and direction.
+    pub(super) fn ray(&self, i: usize, (p, d): ([f64; 3], [f64; 2])) -> WeightedRay {
+        ray_from_sample(self.zones, self.cell(), i, p, d)
+    }
+
+    /// Centre and half the diagonal of zone `i`.
+    pub(super) fn bounding_sphere(&self, i: usize) -> (Vec3, f64) {
+        let plate = |p: &zonal_scene::Plate| (p.centre(), 0.5 * p.diameter());
+        if i < self.zones.voxel_offset() {
+            return plate(&self.zones.patches[i].plate);
+        }
+        match i.checked_sub(self.zones.pane_offset()) {
+            Some(k) => plate(&self.zones.panes[k].plate),
+            None => (self.zones.voxels[i - self.zones.voxel_offset()].centre, 0.5 * self.cell().length()),
+        }
+    }
+}
+
+/// Sums over the rays of one zone.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RayTally {
+    /// Σ of the weighted transmittances to the sky, and to black backs.
+    pub sums: [Bands; 2],
+    /// Variance of the first sum.
+    pub variance: Bands,
+    /// Number of rays that escaped.
+    pub escaped: u32,
+    /// Number of rays that enter the estimate.
+    pub traced: u32,
+    /// Number of pilot rays, which do not enter it.
+    pub pilot: u32,
+}
+
+impl RayTally {
+    /// Tallies the rays of `range`, in batches of successive rays; `outcome` gives the weighted transmittance, and `true` for a black back.
+    pub(super) fn of(range: Range<usize>, outcome: impl Fn(usize) -> (Bands, bool)) -> RayTally {
+        let mut tally = RayTally { traced: range.len() as u32, ..RayTally::default() };
+        // Sum over the sky and number of rays of each batch.
+        let mut batches = Vec::with_capacity(BATCHES);
+        for batch in 0..BATCHES {
+            let at = |b: usize| range.start + b * range.len() / BATCHES;
+            let before = tally.sums[0];
+            for k in at(batch)..at(batch + 1) {
+                let (share, back) = outcome(k);
+                tally.escaped += u32::from(share != [0.0; 3]);
+                let sums = &mut tally.sums[back as usize];
+                (0..3).for_each(|b| sums[b] += share[b]);
+            }
+            if at(batch) < at(batch + 1) {
+                let sum = bands(|b| tally.sums[0][b] - before[b]);
+                batches.push((sum, (at(batch + 1) - at(batch)) as f64));
+            }
+        }
+        if batches.len() > 1 {
+            let (mean, n) = (tally.sums[0].map(|s| s / range.len() as f64), batches.len() as f64);
+            let squares =
+                |b: usize| batches.iter().map(|(sum, rays)| (sum[b] - rays * mean[b]).powi(2)).sum::<f64>();
+            tally.variance = bands(|b| squares(b) * n / (n - 1.0));
+        }
+        tally
+    }
+
+    /// Tallies the rays of `range` of zone `i`, distributed by the kernel.
+    pub(super) fn of_zone(traced: &TracedScene, i: usize, range: Range<usize>) -> RayTally {
+        RayTally::of(range, |k| traced.trace(traced.ray(i, sample_point(i, traced.seed, k))))
+    }
+
+    /// Adds another tally.
+    pub(super) fn add(&mut self, o: &RayTally) {
+        self.sums = [0, 1].map(|k| bands(|b| self.sums[k][b] + o.sums[k][b]));
+        self.variance = bands(|b| self.variance[b] + o.variance[b]);
+        (self.escaped, self.traced) = (self.escaped + o.escaped, self.traced + o.traced);
+    }
+
+    /// Mean transmittance to the sky.
+    pub(super) fn mean_sky(&self) -> Bands {
+        self.sums[0].map(|s| s / self.traced.max(1) as f64)
+    }
+
+    /// Standard error of [`RayTally::mean_sky`].
+    pub(super) fn standard_error(&self) -> Bands {
+        match self.escaped {
+            0 => [1.0 / (self.traced as f64 + SUCCESSION_PSEUDO_COUNTS); 3],
+            _ => self.variance.map(|v| v.sqrt() / self.traced.max(1) as f64),
+        }
+    }
+
+    /// Combines strata whose means add up into one tally of all rays.
+    pub(super) fn combine_strata(strata: &[RayTally]) -> RayTally {
+        let traced: u32 = strata.iter().map(|s| s.traced).sum();
+        let mut all =
+            RayTally { traced, escaped: strata.iter().map(|s| s.escaped).sum(), ..RayTally::default() };
+        for s in strata.iter().filter(|s| s.traced > 0) {
+            let weight = traced as f64 / s.traced as f64;
+            all.sums = [0, 1].map(|k| bands(|b| all.sums[k][b] + weight * s.sums[k][b]));
+            all.variance = bands(|b| all.variance[b] + weight * weight * s.variance[b]);
+        }
+        all
+    }
+}

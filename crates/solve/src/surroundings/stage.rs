@@ -1,0 +1,45 @@
+//! The sampled exchange with the surroundings as a stage of a checkpoint.
+
+use super::surroundings_exchange::{SurroundingsExchange, rays_per_zone};
+use crate::checkpoint::{Decoder, Encoder};
+use crate::settings::SolveSettings;
+use zonal_scene::{Scene, Zones};
+use zonal_transport::Transport;
+
+/// Name of the stage.
+const STAGE: &str = "surroundings";
+
+/// The exchange of all zones with the surroundings: loaded from its stage, or sampled and saved.
+pub(crate) fn measure(
+    scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
+    settings: &SolveSettings,
+) -> SurroundingsExchange {
+    let kept = settings.checkpoints.load(STAGE).and_then(|bytes| decode(&bytes, zones.len()));
+    kept.unwrap_or_else(|| {
+        let sampled = (rays_per_zone(scene), settings.pair_settings.sample);
+        let exchange = SurroundingsExchange::measure(scene, zones, transport, sampled, settings.progress);
+        if settings.checkpoints.keeps() {
+            settings.checkpoints.save(STAGE, &encode(&exchange));
+        }
+        exchange
+    })
+}
+
+fn encode(exchange: &SurroundingsExchange) -> Vec<u8> {
+    let mut encoder = Encoder::default();
+    encoder.triples(&exchange.sky);
+    encoder.triples(&exchange.backfaces);
+    encoder.triples(&exchange.error);
+    encoder.int(exchange.rays as usize);
+    encoder.bytes()
+}
+
+fn decode(bytes: &[u8], zones: usize) -> Option<SurroundingsExchange> {
+    let mut decoder = Decoder::new(bytes);
+    let [sky, backfaces, error] = [decoder.triples()?, decoder.triples()?, decoder.triples()?];
+    let rays = decoder.int()? as u64;
+    let fits = sky.len() == zones && backfaces.len() == zones && (error.is_empty() || error.len() == zones);
+    fits.then_some(SurroundingsExchange { sky, backfaces, error, rays })
+}

@@ -1,0 +1,293 @@
+//! Exchange factors of the zones with the surroundings and with the black backs of one-sided surfaces, sampled by rays.
+//!
+//! g_i,sky = ∬ τ (cosine) dω dA/π over the directions that leave the scene, and likewise for the backs; for a volume zone without its κ.
+//! Method: quasi-Monte Carlo with rays distributed by the kernel (`zone_rays`). A few pilot rays of every zone come first; if any of them
+//! escapes, the scene is open, and all zones trace their full number of rays. Millions of zones share a total number of rays: a few each, since
+//! their errors are independent, and twice as many if the pilot rays disagree. If the surroundings have a radiance, zones whose error exceeds a
+//! share of the tolerance times the root mean square trace more rays; the error falls like the number of rays to the power of about −3/4. If
+//! zones are few enough for thousands of rays each, `opening_sampling` takes over. Grade: statistical.
+
+use super::opening_sampling::{MIN_RAYS_FOR_OPENINGS, OpeningSampler, RAYS_OVER_ERROR_EXPONENT};
+use super::ray_tally::{RayTally, TracedScene};
+use rayon::prelude::*;
+use zonal_exchange::pair::{closure_target, sample_seed};
+use zonal_scene::{Bands, Progress, Scene, Zones, bands};
+use zonal_transport::Transport;
+
+/// Limits on the number of rays to the surroundings.
+struct SurroundingsSamplingParams {
+    /// Rays of a zone times the square of the tolerance, and limits of that number.
+    rays_times_tolerance_squared: f64,
+    rays_per_zone: [usize; 2],
+    /// Factor on the numbers of rays if the surroundings have a radiance.
+    radiance_factor: usize,
+    /// Pilot rays of a zone.
+    pilot_rays: usize,
+    /// Rays of all zones together.
+    total_rays: usize,
+    /// Minimum number of rays of a zone.
+    min_rays: usize,
+    /// Factor on the rays of a zone whose pilot rays disagree.
+    mixed_factor: usize,
+    /// Wanted error over the tolerance times the root mean square of the exchange.
+    error_share: f64,
+    /// Rounds of additional rays, and the largest growth of a zone's rays in a round.
+    rounds: usize,
+    max_growth: f64,
+    /// Rays of a zone before opening sampling takes over.
+    rays_before_openings: usize,
+    /// Expected growth of the number of rays in a room with windows; for the cost estimate.
+    expected_growth: usize,
+    /// Expected rays of a zone with opening sampling at the tolerance that follows; for the cost estimate.
+    expected_opening_rays: f64,
+    expected_opening_tolerance: f64,
+    /// Maximum number of rays of a zone.
+    max_rays_per_zone: usize,
+    /// Tolerance below which the total number of rays grows, like the tolerance to the power of −4/3.
+    fine_tolerance: f64,
+}
+
+const PARAMS: SurroundingsSamplingParams = SurroundingsSamplingParams {
+    rays_times_tolerance_squared: 0.05,
+    rays_per_zone: [256, 4096],
+    radiance_factor: 4,
+    pilot_rays: 64,
+    total_rays: 1 << 24,
+    min_rays: 8,
+    mixed_factor: 2,
+    error_share: 0.4,
+    rounds: 2,
+    max_growth: 16.0,
+    rays_before_openings: 256,
+    expected_growth: 10,
+    expected_opening_rays: 1500.0,
+    expected_opening_tolerance: 0.05,
+    max_rays_per_zone: 1 << 18,
+    fine_tolerance: 0.01,
+};
+
+/// Exchange factors of every zone with the surroundings and with black backs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurroundingsExchange {
+    /// g_i,sky, m² or m³; empty for zeros.
+    pub sky: Vec<Bands>,
+    /// g_i,backs, m² or m³; empty for zeros.
+    pub backfaces: Vec<Bands>,
+    /// Standard error of g_i,sky; empty if the surroundings have no radiance.
+    pub error: Vec<Bands>,
+    /// Number of rays.
+    pub rays: u64,
+}
+
+impl SurroundingsExchange {
+    /// Samples all zones with up to `rays` rays each, with the sample number of [`zonal_exchange::pair::PairSettings`].
+    pub fn measure(
+        scene: &Scene,
+        zones: &Zones,
+        transport: &Transport,
+        (rays, sample): (usize, u64),
+        progress: &dyn Progress,
+    ) -> SurroundingsExchange {
+        let n = zones.len();
+        let has_radiance = scene.surroundings().has_radiance();
+        progress.begin("surroundings", if has_radiance { 2 * n as u64 } else { n as u64 });
+        let rays = if uses_openings(scene, n) { rays.min(PARAMS.rays_before_openings) } else { rays };
+        let (each, pilot) = ray_counts(scene, n, rays);
+        let traced = TracedScene { scene, zones, transport, seed: sample_seed(sample) };
+        // Trace the pilot rays, and the other rays if the scene is open.
+        let mut tallies: Vec<RayTally> =
+            (0..n).into_par_iter().map(|i| RayTally::of_zone(&traced, i, 0..pilot)).collect();
+        if pilot < rays && tallies.iter().any(|x| x.escaped > 0) {
+            tallies.par_iter_mut().enumerate().for_each(|(i, x)| {
+                let mixed = x.escaped > 0 && x.escaped < x.traced;
+                let count = if mixed { (PARAMS.mixed_factor * each).min(rays) } else { each };
+                x.add(&RayTally::of_zone(&traced, i, pilot..count));
+            });
+        }
+        progress.advance(n as u64);
+        // Refine zones whose error is too large.
+        if has_radiance {
+            refine(&traced, &mut tallies, progress);
+        }
+        progress.end();
+        let target = |i: usize| closure_target(zones, i);
+        let mut exchange = SurroundingsExchange::from_tallies(&tallies, target);
+        if has_radiance && !exchange.is_closed() {
+            let error = |(i, x): (usize, &RayTally)| x.standard_error().map(|e| e * target(i));
+            exchange.error = tallies.iter().enumerate().map(error).collect();
+        }
+        exchange
+    }
+
+    /// Power incident on zone `i` from surroundings of radiosity `sky`, in the unit of P, and its standard error.
+    pub fn incoming(&self, i: usize, sky: Bands) -> [Bands; 2] {
+        let error = self.error.get(i).copied().unwrap_or_default();
+        let factor = self.sky_of(i);
+        [bands(|b| factor[b] * sky[b]), bands(|b| error[b] * sky[b])]
+    }
+
+    /// Standard error of the fraction of a zone's power that escapes, for a zone with closure target `target`: measured, or the binomial error
+    /// of the mean number of rays of a zone, which is no smaller.
+    pub(crate) fn escape_fraction_error(&self, i: usize, target: f64) -> Bands {
+        if let Some(e) = self.error.get(i) {
+            return e.map(|e| e / target);
+        }
+        let rays = (self.rays as f64 / self.sky.len().max(1) as f64).max(1.0);
+        let escaping = self.total_of(i);
+        bands(|b| {
+            let share = (escaping[b] / target).clamp(0.0, 1.0);
+            (share * (1.0 - share) / rays).sqrt()
+        })
+    }
+
+    /// g_i,sky of zone `i`.
+    pub(crate) fn sky_of(&self, i: usize) -> Bands {
+        self.sky.get(i).copied().unwrap_or_default()
+    }
+    /// g_i,backs of zone `i`.
+    pub(crate) fn backfaces_of(&self, i: usize) -> Bands {
+        self.backfaces.get(i).copied().unwrap_or_default()
+    }
+    /// g_i,sky + g_i,backs of zone `i`.
+    pub(crate) fn total_of(&self, i: usize) -> Bands {
+        let (sky, backs) = (self.sky_of(i), self.backfaces_of(i));
+        bands(|b| sky[b] + backs[b])
+    }
+
+    /// Multiplies the factors of every unknown by `d`, where closure is restored.
+    pub fn scale(&mut self, d: &[Bands]) {
+        for factors in [&mut self.sky, &mut self.backfaces] {
+            factors.iter_mut().zip(d).for_each(|(x, d)| *x = bands(|b| x[b] * d[b]));
+        }
+    }
+
+    /// Zeros for all zones, to be filled by an engine that samples the surroundings itself.
+    pub fn unmeasured(zones: &Zones) -> SurroundingsExchange {
+        let zeros = vec![[0.0; 3]; zones.len()];
+        SurroundingsExchange { sky: zeros.clone(), backfaces: zeros, ..SurroundingsExchange::default() }
+    }
+
+    /// Factors from tallies of zones with closure targets `target`.
+    fn from_tallies(tallies: &[RayTally], target: impl Fn(usize) -> f64) -> SurroundingsExchange {
+        let scaled = |k: usize| {
+            let factor = |(i, x): (usize, &RayTally)| x.sums[k].map(|s| s * target(i) / x.traced as f64);
+            tallies.iter().enumerate().map(factor).collect()
+        };
+        let rays = tallies.iter().map(|x| (x.traced + x.pilot) as u64).sum();
+        SurroundingsExchange { sky: scaled(0), backfaces: scaled(1), error: Vec::new(), rays }
+    }
+
+    /// Expected number of rays of [`SurroundingsExchange::measure`] for `zones` zones, a sample of which is `self`.
+    pub(crate) fn expected_rays(&self, scene: &Scene, zones: usize) -> u64 {
+        let (each, pilot) = ray_counts(scene, zones, rays_per_zone(scene));
+        let limit = max_rays(scene, zones);
+        let each = match scene.surroundings().has_radiance() {
+            _ if self.is_closed() => pilot,
+            true if uses_openings(scene, zones) => {
+                let finer = (PARAMS.expected_opening_tolerance / scene.options().tolerance)
+                    .powf(RAYS_OVER_ERROR_EXPONENT);
+                (PARAMS.expected_opening_rays * (2.0 + finer)).min(limit as f64) as usize
+            }
+            true => each * PARAMS.expected_growth.min(limit / each.max(1)).max(1),
+            false => each,
+        };
+        (zones * each) as u64
+    }
+
+    /// Samples every `step`-th zone with `rays` rays.
+    pub(crate) fn sample(
+        scene: &Scene,
+        zones: &Zones,
+        transport: &Transport,
+        rays: usize,
+        step: usize,
+    ) -> SurroundingsExchange {
+        let list: Vec<usize> = (0..zones.len()).step_by(step).collect();
+        let traced = TracedScene { scene, zones, transport, seed: 0 };
+        let tallies: Vec<RayTally> =
+            list.into_par_iter().map(|i| RayTally::of_zone(&traced, i, 0..rays)).collect();
+        SurroundingsExchange::from_tallies(&tallies, |i| closure_target(zones, i * step))
+    }
+
+    /// True if no power escapes from any zone.
+    pub fn is_closed(&self) -> bool {
+        self.sky.iter().chain(&self.backfaces).all(|x| *x == [0.0; 3])
+    }
+}
+
+/// Rays of a zone to the surroundings for the tolerance of a scene, before refinement.
+pub(crate) fn rays_per_zone(scene: &Scene) -> usize {
+    let tolerance = scene.options().tolerance;
+    let [least, most] = PARAMS.rays_per_zone;
+    let factor = if scene.surroundings().has_radiance() { PARAMS.radiance_factor } else { 1 };
+    ((PARAMS.rays_times_tolerance_squared / (tolerance * tolerance)) as usize).clamp(least, most) * factor
+}
+
+/// Traces more rays from zones whose error is too large.
+fn refine(traced: &TracedScene, tallies: &mut [RayTally], progress: &dyn Progress) {
+    let options = traced.scene.options();
+    let limit = max_rays(traced.scene, tallies.len());
+    let offsets = [traced.zones.voxel_offset(), traced.zones.pane_offset()];
+    let openings =
+        if uses_openings(traced.scene, tallies.len()) { OpeningSampler::find(*traced) } else { None };
+    for round in if openings.is_some() { PARAMS.rounds - 1 } else { 0 }..PARAMS.rounds {
+        let wanted = error_targets(tallies, offsets, PARAMS.error_share * options.tolerance);
+        tallies.par_iter_mut().enumerate().for_each(|(i, x)| {
+            let wanted = wanted[offsets.iter().filter(|first| i >= **first).count()];
+            let off = norm(x.standard_error()) / wanted;
+            if wanted > 0.0 && off > 1.0 {
+                let growth = off.powf(RAYS_OVER_ERROR_EXPONENT).min(PARAMS.max_growth);
+                let all = ((x.traced as f64 * growth) as usize).min(limit);
+                match &openings {
+                    Some(openings) => *x = openings.measure(i, wanted, limit),
+                    None if all > x.traced as usize => {
+                        x.add(&RayTally::of_zone(traced, i, x.traced as usize..all));
+                    }
+                    None => {}
+                }
+            }
+            progress.advance(u64::from(round == PARAMS.rounds - 1));
+        });
+    }
+}
+
+/// True if zones may trace enough rays for opening sampling.
+fn uses_openings(scene: &Scene, zones: usize) -> bool {
+    scene.surroundings().has_radiance() && max_rays(scene, zones) >= MIN_RAYS_FOR_OPENINGS
+}
+
+/// Wanted error of patches, voxel zones and panes: `share` of the root mean square over the kind. The offsets are those of voxels and panes.
+fn error_targets(tallies: &[RayTally], [voxels, panes]: [usize; 2], share: f64) -> [f64; 3] {
+    let mean =
+        |of: &[RayTally]| of.iter().map(|x| norm(x.mean_sky()).powi(2)).sum::<f64>() / of.len().max(1) as f64;
+    [0..voxels, voxels..panes, panes..tallies.len()].map(|of| share * mean(&tallies[of]).sqrt())
+}
+
+/// Root of the sum of squares over the bands.
+fn norm(v: Bands) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Rays of each of `n` zones, at most `rays`, and the pilot rays among them.
+fn ray_counts(scene: &Scene, n: usize, rays: usize) -> (usize, usize) {
+    let each = (total_rays(scene) / n.max(1)).clamp(PARAMS.min_rays.min(rays), rays);
+    let pilot =
+        if each < rays { PARAMS.pilot_rays.min(each.div_ceil(2)) } else { PARAMS.pilot_rays.min(rays) };
+    (each, pilot)
+}
+
+/// Maximum number of rays of each of `n` zones if the surroundings have a radiance.
+fn max_rays(scene: &Scene, n: usize) -> usize {
+    let finer = (PARAMS.fine_tolerance / scene.options().tolerance).powf(RAYS_OVER_ERROR_EXPONENT).max(1.0);
+    let total = PARAMS.radiance_factor * PARAMS.total_rays;
+    ((finer * total as f64 / n.max(1) as f64) as usize).min(PARAMS.max_rays_per_zone)
+}
+
+/// Rays of all zones together before refinement.
+fn total_rays(scene: &Scene) -> usize {
+    if scene.surroundings().has_radiance() {
+        PARAMS.radiance_factor * PARAMS.total_rays
+    } else {
+        PARAMS.total_rays
+    }
+}

@@ -1,0 +1,75 @@
+//! Diagnostics of unbalanced power: reported once, relative to the exchanged power.
+
+mod common;
+
+use common::{read, solved};
+use zonal_scene::{Diagnostic, Solution, SolveStatus};
+
+fn notes<'a>(s: &'a Solution, word: &str) -> Vec<&'a Diagnostic> {
+    s.report.warnings.iter().filter(|w| w.contains(word)).collect()
+}
+
+/// A room of 1000 K with a floor of `floor` K and a shelf that occludes some pairs.
+fn warm(floor: f64, closure: &str) -> Solution {
+    solved(&format!(
+        "mode = 'thermal'\n[solve]\npatch_size = 0.34\nclosure = '{closure}'\n[[surface]]\nname = 'room'\nroom = {{ min = [0,0,0], max = [1,1,1] }}\ntemperature = 1000\nemissivity = 0.8\nfaces.z0.temperature = {floor}\n[[surface]]\nname = 'shelf'\nrectangle = {{ origin = [0.2,0.2,0.3], edge1 = [0.5,0,0.1], edge2 = [0,0.5,0] }}\nsides = 'both'\ntemperature = 1000\nemissivity = 0.8\n"
+    ))
+}
+
+/// Walls at nearly equal temperatures exchange a thousandth of their emission; the imbalance is relative to the exchange.
+#[test]
+fn heat_imbalance_is_relative_to_the_exchanged_power() {
+    let s = warm(1002.0, "measure");
+    let table = s.report.heat.as_ref().unwrap();
+    let given: f64 = table.rows.iter().map(|r| r.power.max(0.0)).sum();
+    let off = table.balance().abs() / given;
+    let of_emission = s.report.energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+    assert!(
+        of_emission < 1e-3 && off > 0.1,
+        "{of_emission:e} of what is emitted, {off} of what is exchanged"
+    );
+    let told = notes(&s, "balance is off");
+    assert_eq!(told.len(), 1, "{:?}", s.report.warnings);
+    assert!(told[0].contains("heat balance") && told[0].contains("restore closure"), "{}", told[0]);
+    // No diagnostic with restored closure, also for equal temperatures without net power.
+    for s in [warm(1002.0, "restore"), warm(1000.0, "restore")] {
+        assert!(notes(&s, "balance").is_empty(), "{:?}", s.report.warnings);
+    }
+}
+
+#[test]
+fn reached_maximum_of_iterations_is_reported_once() {
+    let duct = |mode: &str, look: &str| {
+        solved(&format!(
+            "{mode}[solve]\npatch_size = 0.5\nmax_iterations = 1\n[[surface]]\nname = 'duct'\nroom = {{ min = [0,0,0], max = [1,1,8] }}\n{look}\n"
+        ))
+    };
+    let light = duct("", "reflectance = 0.9\nfaces.z0 = { emission = 1 }");
+    let heat = duct(
+        "mode = 'thermal'\n",
+        "heat_flux = 0\nemissivity = 0.5\nfaces.z0.heat_flux = 5000\nfaces.z1.temperature = 400",
+    );
+    for (s, balance) in [(light, "energy balance is off"), (heat, "heat balance is off")] {
+        assert_eq!(s.report.status, [SolveStatus::MaxIterations; 3]);
+        let told = notes(&s, "more");
+        assert_eq!(told.len(), 1, "{:?}", s.report.warnings);
+        assert!(told[0].contains("ran out of steps") && told[0].contains("max_iterations"), "{}", told[0]);
+        assert_eq!((notes(&s, "balance").len(), notes(&s, balance)), (1, told));
+    }
+}
+
+#[test]
+fn sky_light_in_a_scattering_medium_is_reported() {
+    let scene = |albedo: f64, light: &str| {
+        read(&format!(
+            "[[surface]]\nrectangle={{origin=[0,0,0],edge1=[1,0,0],edge2=[0,1,0]}}\n[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction=0.02\nalbedo={albedo}\n[[light]]\n{light}\n"
+        ))
+    };
+    let told = |albedo: f64, light: &str| {
+        zonal_solve::report::cost_estimate::problem_size::sky_in_medium(&scene(albedo, light))
+    };
+    let sky = "kind='sky'\nname='blue'\nradiance=[40,55,80]";
+    assert!(told(0.95, sky).is_some_and(|w| w.contains("'blue'")));
+    assert_eq!(told(0.0, sky), None);
+    assert_eq!(told(0.95, "kind='sun'\ndirection=[0,0,-1]\nirradiance=900"), None);
+}

@@ -1,0 +1,385 @@
+//! The discretization error: the estimate covers the error against much finer zones, and unknown errors are reported.
+
+mod common;
+
+use common::{read, solved, unit_room};
+use zonal_scene::{Bands, DiscretizationError, HeatRow, Scene, Solution};
+
+/// Largest ratio of estimate and error.
+const COVER: [f64; 2] = [1.0, 40.0];
+/// Relative differences of powers and temperatures that are negligible.
+const SMALL: f64 = 1e-6;
+
+fn without(text: &str) -> String {
+    text.replace("[solve]", "[solve]\ndiscretization_error = false")
+}
+
+/// Checks the estimates of a coarse solve against a solve on finer zones; returns the number of checks.
+fn covered(name: &str, coarse: &str, fine: &str) -> usize {
+    let (s, exact) = (solved(coarse), solved(&without(fine)));
+    let zoning =
+        s.report.discretization_error.as_ref().unwrap_or_else(|| panic!("{name}: {:?}", s.report.warnings));
+    let rows = |s: &Solution| -> Vec<HeatRow> { s.report.heat.as_ref().unwrap().rows.clone() };
+    let (own, other) = (rows(&s), rows(&exact));
+    assert_eq!(zoning.heat.len(), own.len());
+    let mut seen = 0;
+    let mut check = |what: String, a: f64, b: f64, told: f64, exchange: f64| {
+        let error = (a - b).abs();
+        if error > SMALL * b.abs() + exchange {
+            seen += 1;
+            assert!(
+                told >= COVER[0] * error && told <= COVER[1] * error,
+                "{what}: error {error:e}, estimate {told:e}"
+            );
+        }
+    };
+    for ((a, b), told) in own.iter().zip(&other).zip(&zoning.heat) {
+        check(format!("{name}, power of {}", a.name), a.power, b.power, told[1], a.power_error);
+        let (t, u) = (a.temperature.unwrap(), b.temperature.unwrap());
+        check(format!("{name}, temperature of {}", a.name), t, u, told[0], a.temperature_error.unwrap());
+    }
+    seen
+}
+
+fn furnace(m: usize, thick: &str) -> String {
+    format!(
+        "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nzone_basis = \"{thick}\"\nengine = \"spectral\"\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [2,2,4] }}\ntemperature = 900\nemissivity = 0.7\nfaces.z0 = {{ temperature = 1200, emissivity = 0.85 }}\nfaces.z1 = {{ temperature = 400 }}\n[medium]\nmin = [0,0,0]\nmax = [2,2,4]\ncells = [{}, {}, {}]\nextinction = 0.5\nalbedo = 0\nheat_source = 5000\n",
+        2 * m,
+        2 * m,
+        4 * m
+    )
+}
+
+fn cube(n: usize, thick: &str) -> String {
+    format!(
+        "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nzone_basis = \"{thick}\"\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\ntemperature = 300\nemissivity = 0.8\nfaces.z0 = {{ temperature = 1000, emissivity = 1 }}\nfaces.x0 = {{ heat_flux = 0 }}\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [{n},{n},{n}]\nextinction = 2\nalbedo = 0\nheat_source = 0\n"
+    )
+}
+
+#[test]
+fn furnace_error_is_within_the_estimate() {
+    let fine = furnace(10, "linear");
+    for (m, thick) in [(3, "constant"), (4, "constant"), (2, "linear"), (3, "linear")] {
+        assert!(covered(&format!("m = {m}, {thick}"), &furnace(m, thick), &fine) >= 6);
+    }
+}
+
+#[test]
+fn odd_cell_counts_error_is_within_the_estimate() {
+    let fine = cube(20, "linear");
+    for (n, thick) in [(5, "constant"), (7, "constant"), (3, "linear"), (5, "linear")] {
+        assert!(covered(&format!("n = {n}, {thick}"), &cube(n, thick), &fine) >= 6);
+    }
+}
+
+#[test]
+fn vacuum_room_error_is_within_the_estimate() {
+    let room = |n: usize| {
+        format!(
+            "mode = \"thermal\"\n{}",
+            unit_room(
+                &format!("engine = \"dense\"\npatch_size = {}", 1.0 / n as f64),
+                "temperature = 300\nemissivity = 0.5\nfaces.z0 = { temperature = 1000, emissivity = 0.9 }\nfaces.x0 = { heat_flux = 0 }",
+                ""
+            )
+        )
+    };
+    for n in [4, 5, 6] {
+        assert!(covered(&format!("n = {n}"), &room(n), &room(18)) >= 6);
+    }
+}
+
+/// A gas with 6³ densities, denser in the middle and hotter below, in `split`³ zones each.
+fn cloud(split: usize) -> Scene {
+    let n = 6 * split;
+    let text = format!(
+        "mode = \"thermal\"\n{}",
+        unit_room(
+            "patch_rule = \"voxels\"\nengine = \"dense\"",
+            "temperature = 300\nemissivity = 0.9\nfaces.z0 = { temperature = 900 }",
+            &format!(
+                "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [{n},{n},{n}]\nextinction = 1\nalbedo = 0\ntemperature = 500"
+            )
+        )
+    );
+    let mut parts = read(&text).into_parts();
+    let map = parts.voxel_grid.as_mut().unwrap();
+    for i in 0..map.len() {
+        let p = map.coordinates(i).map(|c| ((c / split) as f64 + 0.5) / 6.0);
+        let p = zonal_math::vec3(p[0], p[1], p[2]);
+        let bump = |a: f64| (std::f64::consts::PI * a).sin();
+        map.set(i, [1.5 * bump(p.x) * bump(p.y) * bump(p.z); 3], [0.2 * p.x; 3], [0.0; 3], [0.0; 3]);
+        map.set_heat(
+            i,
+            zonal_scene::ThermalCondition::Temperature(1400.0 - 600.0 * p.z),
+            zonal_scene::ThermalCondition::Flux(0.0),
+        );
+    }
+    parts.voxel_grid = Some(parts.voxel_grid.unwrap().seal().unwrap());
+    Scene::new(parts).unwrap()
+}
+
+#[test]
+fn heterogeneous_gas_error_is_within_the_estimate() {
+    let (s, exact) = (common::solve(cloud(1)), common::solve(cloud(2)));
+    let zoning = s.report.discretization_error.as_ref().unwrap();
+    assert_eq!((zoning.zones, zoning.ratio), (6 * 9 + 27, 2.0));
+    let rows =
+        |s: &Solution| -> Vec<f64> { s.report.heat.as_ref().unwrap().rows.iter().map(|r| r.power).collect() };
+    for ((a, b), told) in rows(&s).into_iter().zip(rows(&exact)).zip(&zoning.heat) {
+        let error = (a - b).abs();
+        assert!(told[1] > error && told[1] < 0.1 * a.abs(), "{a} {b}: estimate {}", told[1]);
+    }
+}
+
+#[test]
+fn light_has_an_estimate_on_request() {
+    let room = |n: usize, more: &str| {
+        unit_room(
+            &format!("patch_rule = \"voxels\"\nzone_basis = \"constant\"\n{more}"),
+            "reflectance = 0.5\nfaces.x0 = { emission = [1, 2, 0] }",
+            &format!(
+                "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [{n},{n},{n}]\nextinction = [0.5, 1, 2]\nalbedo = 0.7"
+            ),
+        )
+    };
+    let s = solved(&room(6, "discretization_error = true"));
+    let exact = solved(&room(16, ""));
+    assert_eq!(exact.report.discretization_error, None);
+    let told = &s.report.discretization_error.as_ref().unwrap().energy;
+    let all = |s: &Solution| -> Vec<(String, Bands)> {
+        let e = &s.report.energy;
+        let mut out = e.absorbed_surfaces.clone();
+        out.push(("medium".into(), e.absorbed_volumes));
+        out
+    };
+    let mut estimates: Vec<Bands> = told.absorbed_surfaces.iter().map(|x| x.1).collect();
+    estimates.push(told.absorbed_volumes);
+    for (((name, a), (_, b)), told) in all(&s).into_iter().zip(all(&exact)).zip(estimates) {
+        for k in 0..2 {
+            let error = (a[k] - b[k]).abs();
+            assert!(
+                told[k] >= error && told[k] <= 20.0 * error + 1e-5,
+                "{name} {k}: {error:e}, {:e}",
+                told[k]
+            );
+        }
+        // A dark band has no error.
+        assert_eq!(told[2], 0.0);
+    }
+    // Relighting removes the estimate.
+    let relit = zonal_solve::relight::relight(s, &[("room.x0".into(), [2.0; 3])]).unwrap();
+    assert_eq!(relit.report.discretization_error, None);
+}
+
+/// The discretization errors, and all diagnostics.
+fn notes(text: &str) -> (Option<DiscretizationError>, String) {
+    let s = solved(text);
+    let mut notes = s.report.warnings;
+    notes.extend(s.report.discretization_error.iter().flat_map(|z| z.notes.clone()));
+    (s.report.discretization_error, notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+}
+
+const WALLS: &str = "temperature = 300\nemissivity = 0.5\nfaces.z0 = { temperature = 1000 }";
+
+fn room(solve: &str, rest: &str) -> String {
+    format!("mode = \"thermal\"\n{}", unit_room(solve, WALLS, rest))
+}
+
+fn gas(cells: &str, known: &str) -> String {
+    format!("[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = {cells}\nextinction = 0.2\n{known}")
+}
+
+/// For each row, whether the errors of temperature and power are unknown.
+fn unknown(z: &DiscretizationError) -> Vec<[bool; 2]> {
+    z.heat.iter().map(|e| e.map(|x| x == f64::INFINITY)).collect()
+}
+
+fn told(z: &Option<DiscretizationError>) -> &DiscretizationError {
+    z.as_ref().unwrap()
+}
+
+#[test]
+fn few_zones_are_estimated_by_smaller_ones() {
+    let equilibrium = |cells: &str| gas(cells, "heat_source = 0");
+    for (solve, cells) in [
+        ("patch_size = 2", "[1,1,1]"),
+        ("patch_size = 0.25", "[1,1,1]"),
+        ("patch_rule = \"voxels\"", "[2,2,2]"),
+    ] {
+        let (z, said) = notes(&room(solve, &equilibrium(cells)));
+        assert!(
+            told(&z).zones > 40
+                && !said.contains("not known")
+                && !told(&z).heat.as_flattened().contains(&f64::INFINITY),
+            "{said}"
+        );
+    }
+    let (z, said) = notes(&room("patch_rule = \"voxels\"", &equilibrium("[6,6,6]")));
+    assert!(told(&z).zones == 6 * 9 + 27 && !said.contains("not known"), "{said}");
+    // A gap of a tenth of the width of its patches.
+    let gap = room("patch_size = 0.2", "").replace("max = [1,1,1]", "max = [1,1,0.02]");
+    let (z, said) = notes(&gap);
+    assert!(told(&z).zones > 0 && said.contains("twice the gap"), "{said}");
+}
+
+#[test]
+fn unknown_errors_are_infinite_and_reported() {
+    let equilibrium = |cells: &str| gas(cells, "heat_source = 0");
+    // Prescribed wall temperatures and a prescribed power of the medium have errors of 0.
+    let (z, said) = notes(&room("patch_size = 0.09", &equilibrium("[1,1,1]")));
+    assert!(said.contains("one cell across"), "{said}");
+    assert_eq!(unknown(told(&z))[..6], [[false, true]; 6]);
+    assert!(unknown(told(&z))[6][0]);
+    let (z, said) = notes(&room("patch_size = 2", &equilibrium("[8,8,8]")));
+    assert!(said.contains("on room.x0, room.x1, room.y0, room.y1 and 2 more"), "{said}");
+    assert_eq!(unknown(told(&z))[..6], [[false, true]; 6]);
+    // The medium receives the radiation of walls with unknown errors; its power is prescribed.
+    assert_eq!(unknown(told(&z))[6], [true, false]);
+    assert!(told(&z).energy.absorbed_surfaces.iter().all(|x| x.1[0] == f64::INFINITY));
+    let (z, said) = notes(&room("patch_rule = \"voxels\"", &equilibrium("[2,14,14]")));
+    assert!(told(&z).zones > 0 && said.contains("multiplied by 10: zones are few"), "{said}");
+    let (z, said) =
+        notes(&room("patch_rule = \"voxels\"\ndiscretization_error = false", &equilibrium("[6,6,6]")));
+    assert!(z.is_none() && said.is_empty(), "{said}");
+}
+
+#[test]
+fn unchanged_surface_is_named() {
+    let lamp = "[[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.4,0.4,0.5], edge1 = [0.05,0,0], edge2 = [0,0.05,0] }\ntemperature = 1500\nemissivity = 1\n";
+    let (z, said) = notes(&room("patch_size = 0.09", lamp));
+    assert!(said.contains("of the same size on lamp, and"), "{said}");
+    assert_eq!(unknown(told(&z)), [[[false; 2]; 6].to_vec(), vec![[false, true]]].concat());
+    let (z, said) =
+        notes(&room("patch_size = 0.09", &lamp.replace("emissivity", "patch_size = 0.02\nemissivity")));
+    assert!(!said.contains("lamp") && !unknown(told(&z))[6][1], "{said}");
+    // Smaller zones cover it where they are few.
+    let (z, said) = notes(&room("patch_size = 0.2", lamp));
+    assert!(told(&z).zones > 600 && !said.contains("lamp") && !unknown(told(&z))[6][1], "{said}");
+}
+
+/// The backscattered light of a lamp smaller than its cell has the same error for a lamp as direct light.
+#[test]
+fn small_lamp_has_equal_errors_as_surface_and_direct_light() {
+    let told = |light: &str| {
+        let s = solved(&unit_room(
+            "patch_size = 0.5\ndiscretization_error = true",
+            "reflectance = 0.2",
+            &format!(
+                "[[surface]]\nname = \"lamp\"\nrectangle = {{ origin = [0.4,0.4,0.5], edge1 = [0.1,0,0], edge2 = [0,0.1,0] }}\nreflectance = 0.5\nemission = 100\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [2,2,2]\nextinction = 0.5\nalbedo = 0.8\n{light}"
+            ),
+        ));
+        let errors = &s.report.discretization_error.as_ref().unwrap().energy.absorbed_surfaces;
+        errors.iter().find(|e| e.0 == "lamp").unwrap().1[0]
+    };
+    let (surface, light) = (told(""), told("[[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n"));
+    // Half of 0.4 1/m times 0.1 m, of 100 W/m² on 0.01 m², half of which is absorbed.
+    assert!(surface > 0.009 && surface < 0.05, "{surface}");
+    assert!((light / surface - 1.0).abs() < 0.5, "{light} against {surface}");
+}
+
+/// A flame in a black, cold box: cells of one extinction with different temperatures, divided by `split`.
+fn flame(cells: [usize; 3], split: usize, extinction: f64, albedo: f64, thick: &str) -> Scene {
+    let dims = cells.map(|n| n * split);
+    let text = format!(
+        "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nzone_basis = \"{thick}\"\nengine = \"spectral\"\n{}[[surface]]\nname = \"f\"\nroom = {{ min = [0,0,0], max = [2,2,4] }}\ntemperature = 300\nemissivity = 0.6\n[medium]\nmin = [0,0,0]\nmax = [2,2,4]\ncells = {dims:?}\nextinction = {extinction}\nalbedo = {albedo}\ntemperature = 500\n",
+        if split > 1 { "discretization_error = false\n" } else { "" }
+    );
+    let mut parts = read(&text).into_parts();
+    let map = parts.voxel_grid.as_mut().unwrap();
+    for i in 0..map.len() {
+        let c = map.coordinates(i);
+        let p: Vec<f64> = (0..3).map(|k| ((c[k] / split) as f64 + 0.5) / cells[k] as f64).collect();
+        let r2 = (p[0] - 0.5).powi(2) + (p[1] - 0.5).powi(2);
+        let kelvin = 500.0 + 1300.0 * p[2] * (-8.0 * r2).exp();
+        map.set_heat(
+            i,
+            zonal_scene::ThermalCondition::Temperature(kelvin),
+            zonal_scene::ThermalCondition::Flux(0.0),
+        );
+    }
+    parts.voxel_grid = Some(parts.voxel_grid.unwrap().seal().unwrap());
+    Scene::new(parts).unwrap()
+}
+
+/// Regression: rounding turned a uniform extinction into several in cells merged by odd numbers, so that no error was estimated.
+#[test]
+fn odd_cell_counts_of_temperatures_have_an_estimate() {
+    for (cells, extinction, albedo, thick) in [
+        ([5, 5, 10], 0.5, 0.0, "auto"),
+        ([7, 5, 11], 1.3, 0.3, "linear"),
+        ([7, 5, 11], 0.7, 0.7, "constant"),
+        ([1, 3, 5], 0.3, 0.2, "auto"),
+    ] {
+        let s = common::solve(flame(cells, 1, extinction, albedo, thick));
+        let exact = common::solve(flame(
+            cells,
+            4,
+            extinction,
+            albedo,
+            if thick == "constant" { thick } else { "linear" },
+        ));
+        assert!(
+            s.report.warnings.is_empty() && exact.report.discretization_error.is_none(),
+            "{:?}",
+            s.report.warnings
+        );
+        let zoning = told(&s.report.discretization_error);
+        assert!(zoning.zones > 0 && zoning.notes.iter().all(|n| !n.is_warning()), "{:?}", zoning.notes);
+        let rows = |s: &Solution| s.report.heat.as_ref().unwrap().rows.clone();
+        for ((a, b), told) in rows(&s).iter().zip(&rows(&exact)).zip(&zoning.heat) {
+            let error = (a.power - b.power).abs();
+            assert!(told[1] >= error && told[1].is_finite(), "{cells:?} {}: {error:e} {:e}", a.name, told[1]);
+            assert!(told[1] > 0.0 && told[0] == 0.0);
+        }
+    }
+}
+
+#[test]
+fn one_cell_suffices_along_periodic_axes() {
+    let slab = |periodic: &str, omit: &str| {
+        format!(
+            "mode = \"thermal\"\n[boundary]\n{periodic}\n{}",
+            unit_room(
+                "patch_rule = \"voxels\"",
+                &format!("omit = {omit}\n{}", WALLS),
+                &gas("[1,1,12]", "heat_source = 0")
+            )
+        )
+    };
+    let (z, said) = notes(&slab("x = \"periodic\"\ny = \"periodic\"", "[\"x0\", \"x1\", \"y0\", \"y1\"]"));
+    assert!(told(&z).ratio == 2.0 && said.is_empty(), "{said}");
+    // Walls across y see several values along y; smaller cells resolve them.
+    let (z, said) = notes(&slab("x = \"periodic\"", "[\"x0\", \"x1\"]"));
+    assert!(told(&z).zones > 12 * 3 && said.is_empty(), "{said}");
+}
+
+#[test]
+fn prescribed_values_have_no_error() {
+    // Prescribed temperatures of all walls and cells.
+    let all =
+        room("patch_size = 0.25\nengine = \"dense\"", &gas("[5,5,5]", "temperature = 700\nalbedo = 0.3"));
+    let (z, _) = notes(&all);
+    assert_eq!(told(&z).heat.iter().filter(|e| e[0] != 0.0).count(), 0);
+    assert!(told(&z).heat.iter().all(|e| e[1] > 0.0));
+    assert_eq!(told(&z).energy.emitted, [0.0; 3]);
+    // A source in a gas of known temperature: cells of both kinds cannot be merged.
+    let source = "[[medium.region]]\nbox = { min = [0.2,0.2,0.2], max = [0.8,0.8,0.8] }\nextinction = 0.2\nheat_source = 1e5\n";
+    let text = |cells: &str, known: &str, rule: &str| room(rule, &format!("{}\n{source}", gas(cells, known)));
+    let (z, said) = notes(&text("[5,5,5]", "temperature = 700", "patch_size = 0.08"));
+    assert!(said.contains("which cannot be merged") && unknown(told(&z)).iter().all(|x| x[1]), "{said}");
+    let (z, said) = notes(&text("[7,7,7]", "temperature = 700", "patch_rule = \"voxels\""));
+    assert!(said.contains("not known: cells of known temperature"), "{said}");
+    assert!(told(&z).zones == 0 && unknown(told(&z)).iter().all(|x| x[1]), "{said}");
+    let (z, said) = notes(&text("[5,5,5]", "temperature = 700", "patch_rule = \"voxels\""));
+    assert!(told(&z).zones > 1000 && said.is_empty(), "{said}");
+    let (z, said) = notes(&text("[5,5,5]", "heat_source = 0", "patch_rule = \"voxels\""));
+    assert!(told(&z).zones > 0 && !said.contains("not known"), "{said}");
+}
+
+#[test]
+fn scene_of_panes_alone_has_an_estimate() {
+    let pane = "mode = \"thermal\"\n[solve]\npatch_size = 0.25\n[surroundings]\ntemperature = 300\n[[pane]]\nname = \"p\"\npolygon = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\nthickness = 0.04\nextinction = 5\nalbedo = 0\ntemperature = 900\n";
+    let (told, said) = notes(pane);
+    assert!(told.is_some_and(|z| z.zones == 4 && z.ratio == 2.0), "{said}");
+}

@@ -1,0 +1,89 @@
+//! Errors widened by inconsistencies of a solution: unclosed rows, early termination, negative fluxes.
+
+mod common;
+
+use common::{read, solve, unit_room};
+use zonal_exchange::pair::PairSettings;
+use zonal_paper::VoxelFormula;
+use zonal_scene::{NoProgress, Scene, Solution, SolveOptions, SolveStatus};
+use zonal_solve::{SolveSettings, solve_with_settings};
+
+const HOT: &str = "temperature = 500\nemissivity = 0.7\nfaces.z0.temperature = 1200";
+const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [3,3,3]\nextinction = 2\nheat_source = 0";
+
+fn with(scene: &Scene, change: impl FnOnce(&mut SolveOptions)) -> Scene {
+    let mut o = scene.options().clone();
+    change(&mut o);
+    scene.clone().with_options(o).unwrap()
+}
+
+fn by(scene: Scene, formula: Option<VoxelFormula>) -> Solution {
+    let pair_settings =
+        PairSettings { volume_factors: formula.map(VoxelFormula::method), ..PairSettings::default() };
+    let settings = SolveSettings { pair_settings, ..SolveSettings::new(4 << 30, &NoProgress) };
+    solve_with_settings(scene, &settings).unwrap()
+}
+
+fn heat(closure: &str) -> Scene {
+    let solve = format!("patch_rule = 'voxels'\ndiscretization_error = false\nclosure = '{closure}'");
+    read(&format!("mode = 'thermal'\n{}", unit_room(&solve, HOT, GAS)))
+}
+
+/// Factors of voxels by formulas of the paper have closure defects of some per cent, which the stated errors include.
+#[test]
+fn unclosed_rows_widen_the_errors() {
+    let truth = by(heat("measure"), None);
+    for closure in ["measure", "restore"] {
+        for voxels in [VoxelFormula::Point, VoxelFormula::Proposition1] {
+            let s = by(heat(closure), Some(voxels));
+            let [own, exact] = [&s, &truth].map(|s| &s.report.heat.as_ref().unwrap().rows);
+            assert!(s.report.closure.worst[0] > 1e-3);
+            let rows: Vec<[f64; 2]> =
+                own.iter().zip(exact).map(|(a, b)| [(a.power - b.power).abs(), a.power_error]).collect();
+            let [off, told] = [0, 1].map(|k| rows.iter().map(|r| r[k]).sum::<f64>());
+            assert!(off > 1.0, "the formula is no good test: {off} W");
+            // The residual of the balance is exact; its distribution over the zones is an estimate.
+            assert!(told >= 0.5 * off, "{closure}: {rows:?}");
+            assert!(rows.iter().all(|[d, e]| *e >= 0.4 * d - 1e-6), "{closure}: {rows:?}");
+        }
+    }
+}
+
+/// Thermal mode restores closure unless the scene says otherwise; light mode does not.
+#[test]
+fn thermal_mode_restores_closure() {
+    let scene =
+        |mode: &str, walls: &str| read(&format!("{mode}{}", unit_room("patch_size = 0.5", walls, "")));
+    let heat = scene("mode = 'thermal'\n", HOT);
+    assert!(heat.restores_closure() && solve(heat.clone()).report.closure.restored);
+    assert!(!with(&heat, |o| o.restore_closure = Some(false)).restores_closure());
+    let light = scene("", "faces.x0 = { emission = 1 }");
+    assert!(!light.restores_closure() && !solve(light).report.closure.restored);
+}
+
+#[test]
+fn early_termination_widens_the_errors() {
+    for (rho, steps) in [(0.5, 1), (0.9, 1), (0.9, 2), (0.99, 1), (0.99, 3)] {
+        let walls = format!("reflectance = {rho}\nfaces.x0 = {{ emission = 1 }}");
+        let scene = read(&unit_room(&format!("patch_size = 0.25\nmax_iterations = {steps}"), &walls, ""));
+        let truth = solve(with(&scene, |o| o.max_iterations = 500));
+        let s = solve(scene);
+        assert_eq!(s.report.status[0], SolveStatus::MaxIterations);
+        for (i, (h, e)) in s.fields.incident.iter().zip(&s.fields.error).enumerate() {
+            let d = (h[0] - truth.fields.incident[i][0]).abs();
+            assert!(d <= e[0], "ρ {rho}, {steps} steps, zone {i}: off by {d}, stated {}", e[0]);
+        }
+    }
+}
+
+/// Every power of the balance has an error of at least the residual.
+#[test]
+fn powers_by_name_have_errors() {
+    let s =
+        solve(read(&unit_room("patch_size = 0.25", "reflectance = 0.5\nfaces.x0 = { emission = 1 }", "")));
+    let (e, d) = (&s.report.energy, &s.report.energy_error);
+    assert_eq!(e.absorbed_surfaces.len(), d.absorbed_surfaces.len());
+    let told: f64 = d.absorbed_surfaces.iter().map(|x| x.1[0]).sum();
+    assert!(told > 0.0 && told < 1e-6, "{told}");
+    assert!((e.residual[0] * e.emitted[0]).abs() <= told + d.escaped[0] + 1e-12);
+}

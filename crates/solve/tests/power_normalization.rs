@@ -1,0 +1,78 @@
+//! Power normalization of solutions by rays: the balance closes, ratios between zones stay, and the change is reported.
+
+mod common;
+
+use common::{read, solve, unit_room};
+use zonal_scene::{Engine, Solution};
+
+const REST: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 1\nalbedo = [0.5, 0.8, 0.95]\nemission = 0.2
+[[surface]]\nname = \"block\"\nbox = { min = [0.45,0.3,0.2], max = [0.7,0.6,0.6] }\nreflectance = 0.5\n";
+
+fn solved(engine: Engine, restore: bool) -> Solution {
+    let walls = "reflectance = [0.3, 0.6, 0.9]\nfaces.x0 = { emission = 1 }";
+    let scene = read(&unit_room("patch_size = 0.125", walls, REST));
+    let mut o = scene.options().clone();
+    (o.engine, o.tolerance, o.restore_closure) =
+        (engine, if engine == Engine::Dense { 0.003 } else { 0.1 }, Some(restore));
+    solve(scene.with_options(o).unwrap())
+}
+
+#[test]
+fn normalization_closes_the_balance_and_keeps_ratios_between_zones() {
+    let [plain, normalized] = [false, true].map(|restore| solved(Engine::Hierarchical, restore));
+    for s in [&plain, &normalized] {
+        assert!(s.report.counts.iter().any(|c| c.0 == "transport_rays"));
+        assert!(s.report.counts.iter().all(|c| !c.0.contains("links")), "rays alone solve this scene");
+    }
+    assert_eq!(
+        (plain.groups.len(), normalized.report.closure.restored, plain.report.closure.restored),
+        (2, true, false)
+    );
+    for b in 0..3 {
+        let off = plain.report.energy.residual[b].abs();
+        assert!(off > 1e-5, "the balance has a defect to correct: {off}");
+        assert!(
+            normalized.report.energy.residual[b].abs() < 1e-12,
+            "{:?}",
+            normalized.report.energy.residual
+        );
+        for (g, h) in plain.groups.iter().zip(&normalized.groups) {
+            let n = g.incident.len();
+            let (mut x, mut y) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
+            g.incident.add_to(&mut x, g.incident_scale);
+            h.incident.add_to(&mut y, h.incident_scale);
+            let f: Vec<f64> =
+                x.iter().zip(&y).filter(|(x, _)| x[b] > 1e-3).map(|(x, y)| y[b] / x[b] - 1.0).collect();
+            let [low, high] = [f64::min, f64::max].map(|m| f.iter().copied().reduce(m).unwrap());
+            assert!(f.len() > 100 && high - low < 1e-6, "all zones have one factor: {low} {high}");
+            let change = normalized.report.closure.largest_change[b];
+            assert!(low.abs() <= change + 1e-6 && change < 0.1, "{low} {change}");
+            assert!(h.energy.residual[b].abs() < 1e-12);
+        }
+    }
+    // The change is part of the stated errors.
+    let grown = |i: usize, b: usize| normalized.fields.error[i][b] - plain.fields.error[i][b];
+    let n = plain.fields.error.len();
+    assert!((0..n).all(|i| (0..3).all(|b| grown(i, b) >= 0.0)) && (0..n).any(|i| grown(i, 0) > 0.0));
+    // Without restoration a warning recommends it.
+    let advice = |s: &Solution| s.report.warnings.iter().any(|w| w.contains("restore closure"));
+    let off = plain.report.energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+    assert_eq!((advice(&plain), advice(&normalized)), (off > 1e-3, false));
+    // The total absorbed power approaches that of the dense engine, and the L2 error does not grow: the bias of smoothing varies from place
+    // to place, and one factor changes it little.
+    let dense = solved(Engine::Dense, true);
+    let absorbed = |s: &Solution| {
+        let e = &s.report.energy;
+        [0, 1, 2].map(|b| e.absorbed_volumes[b] + e.absorbed_surfaces.iter().map(|a| a.1[b]).sum::<f64>())
+    };
+    let off = |s: &Solution| {
+        let both = absorbed(s).into_iter().zip(absorbed(&dense));
+        both.map(|(x, y)| (x - y).powi(2)).sum::<f64>()
+    };
+    assert!(off(&normalized) < 0.1 * off(&plain), "{} {}", off(&normalized), off(&plain));
+    let square = |s: &Solution| {
+        let both = s.fields.incident.iter().flatten().zip(dense.fields.incident.iter().flatten());
+        both.map(|(x, y)| (x - y).powi(2)).sum::<f64>()
+    };
+    assert!(square(&normalized) <= 1.02 * square(&plain), "{} {}", square(&normalized), square(&plain));
+}

@@ -1,0 +1,427 @@
+//! Direct light at a point: irradiance H on a surface, fluence G in free space.
+//!
+//! ```text
+//! H = ∫ L τ cosθ⁺ dω      G = ∫ L τ dω      over the directions ω in which the light is seen
+//! ```
+//!
+//! | light | sampled | contribution of one sample, before τ |
+//! |---|---|---|
+//! | sun, angular radius α, irradiance E⊥ on a plane normal to it | uniform over its cone | G: 2 E⊥/(1+cosα), times cosθ for H |
+//! | sky of radiance L | cosine-weighted for H, uniform over the sphere for G | π L, 4π L |
+//! | emitter of flux E(x), solid angle Ω | uniform over Ω in front of the receiver (`emitter`) | Ω E/π, times cosθ for H |
+//!
+//! (The sun's radiance is E⊥/(π sin²α) and its solid angle 2π(1−cosα); their product is 2E⊥/(1+cosα).) τ is that of
+//! [`Transport::transmittance`]: coloured by medium and panes, zero behind a facet; the emitter's own facet does not occlude, since
+//! a segment's ends do not count. The unoccluded light of a uniform emitter of few facets is known in closed form, E/π times its
+//! (projected) solid angle; samples then estimate only the fraction that arrives, so the estimate has no noise near an emitter.
+//! Samples are low-discrepancy points, shifted by a hash of the seed: equal calls give equal bits. All means are statistical; their
+//! error falls as 1/samples where the light is fully visible.
+
+use super::emitter::{Emitter, EmitterPoint};
+use super::receiver::Receiver;
+use super::samples::{EmissionSample, LightSample};
+use crate::transport::Transport;
+use std::f64::consts::PI;
+use zonal_math::direction_sampling::{self, sin_cos_turns, uniform_sphere};
+use zonal_math::{Vec3, low_discrepancy};
+use zonal_scene::{Bands, Light, Scene, bands};
+
+/// A light prepared for sampling.
+///
+/// ```
+/// use zonal_math::{Vec3, vec3};
+/// use zonal_scene::{Light, Pane, Plate, Scene, SceneParts};
+/// use zonal_transport::Transport;
+/// use zonal_transport::lights::{LightSampler, Receiver};
+///
+/// // A horizontal pane of optical thickness 0.1 under the sun at the zenith.
+/// let pane = Pane {
+///     name: "pane".into(),
+///     plates: vec![Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0))],
+///     thickness: 0.01,
+///     extinction: [10.0; 3],
+///     albedo: [0.0; 3],
+///     emission: [0.0; 3],
+/// };
+/// let sun = Light::Sun {
+///     name: "sun".into(),
+///     direction: vec3(0.0, 0.0, -1.0),
+///     irradiance: [1000.0; 3],
+///     angular_diameter: 0.0,
+/// };
+/// let parts = SceneParts { panes: vec![pane], lights: vec![sun], ..SceneParts::default() };
+/// let scene = Scene::new(parts).unwrap();
+/// let transport = Transport::new(&scene);
+/// let sampler = LightSampler::new(&scene, &scene.lights()[0]);
+/// let below = Receiver::Surface(vec3(0.0, 0.0, 1.0));
+/// let h = sampler.gather(&transport, vec3(0.3, 0.6, -0.5), below, 1, 0);
+/// assert!((h[0] - 1000.0 * (-0.1f64).exp()).abs() < 1e-9);
+/// ```
+#[derive(Clone, Debug)]
+pub struct LightSampler<'a> {
+    light: &'a Light,
+    /// The emitting surface of an emitter.
+    emitter: Option<Emitter<'a>>,
+}
+
+impl<'a> LightSampler<'a> {
+    /// Prepares a light of the scene.
+    pub fn new(scene: &'a Scene, light: &'a Light) -> LightSampler<'a> {
+        let emitter = match light {
+            Light::Emitter { surface, .. } => Some(Emitter::new(scene, *surface)),
+            _ => None,
+        };
+        LightSampler { light, emitter }
+    }
+
+    /// The light.
+    pub fn light(&self) -> &'a Light {
+        self.light
+    }
+
+    /// True when every sample is the same: a sun of zero angular diameter.
+    pub fn is_delta(&self) -> bool {
+        matches!(self.light, Light::Sun { angular_diameter, .. } if *angular_diameter == 0.0)
+    }
+
+    /// True for an emitter of many facets, which are sampled by clusters.
+    pub fn is_clustered(&self) -> bool {
+        self.emitter.as_ref().is_some_and(Emitter::is_clustered)
+    }
+
+    /// Centre, m, and radius, m, of each cluster of an emitter's facets; none where facets are few.
+    pub fn clusters(&self) -> Vec<(Vec3, f64)> {
+        self.emitter.as_ref().map_or(Vec::new(), Emitter::clusters)
+    }
+
+    /// Estimate of H or G without attenuation, W/m², of an emitter of many facets; zero for other lights.
+    pub fn estimate_unoccluded(&self, point: Vec3, receiver: Receiver) -> Bands {
+        self.emitter.as_ref().map_or([0.0; 3], |e| e.estimate_unoccluded(point, receiver))
+    }
+
+    /// [`LightSampler::sample_at`] with distant clusters of an emitter as seen from their centres: the contribution has an error of a
+    /// few per cent at a fraction of the cost. Also returns the distance of the light, m.
+    pub fn sample_approximate(
+        &self,
+        transport: &Transport,
+        point: Vec3,
+        receiver: Receiver,
+        s: [f64; 3],
+    ) -> Option<(LightSample, f64)> {
+        let far = self.emitter.as_ref().and_then(|e| e.sample_far_cluster(point, receiver, s));
+        match far {
+            Some((spot, r)) => emitter_sample(spot, point, receiver).map(|b| (b, r)),
+            None => self.sample_at(transport, point, receiver, s).map(|b| (b, (b.end - point).length())),
+        }
+    }
+
+    /// G r² of cluster number `k` without attenuation, W/m² · m², far away in the unit direction `dir` from it.
+    pub fn cluster_intensity(&self, k: usize, dir: Vec3) -> Bands {
+        self.emitter.as_ref().map_or([0.0; 3], |e| e.cluster_intensity(k, dir))
+    }
+
+    /// True when [`LightSampler::unoccluded`] has a closed form.
+    pub fn has_closed_form(&self) -> bool {
+        self.emitter.as_ref().is_some_and(Emitter::is_uniform)
+    }
+
+    /// The sample of the light at `s` ∈ [0,1)³ as seen from `point`; `None` where it contributes nothing.
+    pub fn sample_at(
+        &self,
+        transport: &Transport,
+        point: Vec3,
+        receiver: Receiver,
+        s: [f64; 3],
+    ) -> Option<LightSample> {
+        match self.light {
+            Light::Sun { direction, irradiance, angular_diameter, .. } => {
+                let cos_radius = (0.5 * angular_diameter).cos();
+                let towards = sample_cone(-*direction, *angular_diameter, [s[0], s[1]]);
+                let flux = irradiance.map(|e| e * 2.0 / (1.0 + cos_radius));
+                distant_sample(transport, point, towards, cosine(receiver, towards), flux)
+            }
+            Light::Sky { radiance, .. } => {
+                let (towards, weight) = match receiver {
+                    Receiver::Surface(n) => (direction_sampling::cosine_hemisphere(n, [s[0], s[1]]), PI),
+                    Receiver::Free => (uniform_sphere([s[0], s[1]]), 4.0 * PI),
+                };
+                distant_sample(transport, point, towards, weight, *radiance)
+            }
+            Light::Emitter { .. } => {
+                let spot = self.emitter.as_ref()?.sample_solid_angle(point, receiver, s)?;
+                emitter_sample(spot, point, receiver)
+            }
+        }
+    }
+
+    /// [`LightSampler::unoccluded`] and [`LightSampler::sample_at`] together. In free space each sample of a light with a closed form
+    /// carries the whole unoccluded fluence, which saves its evaluation.
+    pub fn sample_with_unoccluded(
+        &self,
+        transport: &Transport,
+        point: Vec3,
+        receiver: Receiver,
+        s: [f64; 3],
+    ) -> (Bands, Option<LightSample>) {
+        let sample = self.sample_at(transport, point, receiver, s);
+        let unoccluded = match receiver {
+            Receiver::Free if self.has_closed_form() => sample.map_or([0.0; 3], |b| b.flux),
+            _ => self.unoccluded(point, receiver),
+        };
+        (unoccluded, sample)
+    }
+
+    /// The sample of the light at `s` ∈ [0,1)³, independent of the receiving point; `None` for an emitter without facets.
+    pub fn sample_emission(&self, s: [f64; 3]) -> Option<EmissionSample> {
+        match self.light {
+            Light::Sun { direction, irradiance, angular_diameter, .. } => {
+                let cos_radius = (0.5 * angular_diameter).cos();
+                Some(EmissionSample::Distant {
+                    direction: sample_cone(-*direction, *angular_diameter, [s[0], s[1]]),
+                    fluence: irradiance.map(|e| e * 2.0 / (1.0 + cos_radius)),
+                })
+            }
+            Light::Sky { radiance, .. } => Some(EmissionSample::Distant {
+                direction: uniform_sphere([s[0], s[1]]),
+                fluence: radiance.map(|l| 4.0 * PI * l),
+            }),
+            Light::Emitter { .. } => self.emitter.as_ref()?.sample_area(s),
+        }
+    }
+
+    /// Contribution of the sample after attenuation, W/m²; `None` behind a facet.
+    pub fn attenuated(&self, transport: &Transport, point: Vec3, sample: &LightSample) -> Option<Bands> {
+        let tau = transport.transmittance(point, sample.end)?;
+        Some(bands(|b| tau[b] * sample.flux[b]))
+    }
+
+    /// H or G of this light alone, W/m²: the mean over `samples` points of the light.
+    pub fn gather(
+        &self,
+        transport: &Transport,
+        point: Vec3,
+        receiver: Receiver,
+        samples: usize,
+        seed: u64,
+    ) -> Bands {
+        let n = if self.is_delta() { 1 } else { samples.max(1) };
+        let shift = [0, 1, 2].map(|k| low_discrepancy::hash_to_unit(seed.wrapping_mul(3).wrapping_add(k)));
+        self.gather_with(transport, point, receiver, n, |i| stratified(i, n, shift))
+    }
+
+    /// H or G of this light alone, W/m², from `n` samples at the points `at(0)` … `at(n − 1)` of the unit cube.
+    pub fn gather_with(
+        &self,
+        transport: &Transport,
+        point: Vec3,
+        receiver: Receiver,
+        n: usize,
+        at: impl Fn(usize) -> [f64; 3],
+    ) -> Bands {
+        // Sum the samples before and after attenuation.
+        let (mut sent, mut arrived) = ([0.0; 3], [0.0; 3]);
+        for i in 0..n {
+            if let Some(sample) = self.sample_at(transport, point, receiver, at(i)) {
+                let attenuated = self.attenuated(transport, point, &sample).unwrap_or([0.0; 3]);
+                sent = bands(|b| sent[b] + sample.flux[b]);
+                arrived = bands(|b| arrived[b] + attenuated[b]);
+            }
+        }
+        if !self.has_closed_form() {
+            return arrived.map(|x| x / n as f64);
+        }
+        // Scale the closed form by the fraction that arrives.
+        let unoccluded = self.unoccluded(point, receiver);
+        bands(|b| if sent[b] > 0.0 { unoccluded[b] * arrived[b] / sent[b] } else { 0.0 })
+    }
+
+    /// H or G of an emitter without attenuation, W/m², in closed form; zero for a light that has none.
+    pub fn unoccluded(&self, point: Vec3, receiver: Receiver) -> Bands {
+        self.emitter.as_ref().map_or([0.0; 3], |e| e.unoccluded(point, receiver))
+    }
+}
+
+/// The `i`-th of `n` points of the unit cube: a shifted R₂ sequence, and an evenly spaced third coordinate.
+fn stratified(i: usize, n: usize, shift: [f64; 3]) -> [f64; 3] {
+    let [x, y] = low_discrepancy::r2(i, [shift[0], shift[1]]);
+    [x, y, (i as f64 + shift[2]) / n as f64]
+}
+
+/// The sample of an emitter's point; `None` behind the receiver.
+fn emitter_sample(spot: EmitterPoint, point: Vec3, receiver: Receiver) -> Option<LightSample> {
+    let direction = (spot.at - point).normalized();
+    let cos = cosine(receiver, direction);
+    (cos > 0.0).then(|| LightSample { direction, end: spot.at, flux: spot.fluence.map(|g| g * cos) })
+}
+
+/// Cosine with the receiver's normal; 1 in free space.
+fn cosine(receiver: Receiver, direction: Vec3) -> f64 {
+    match receiver {
+        Receiver::Surface(n) => n.dot(direction),
+        Receiver::Free => 1.0,
+    }
+}
+
+/// The sample of a light at infinity; `None` where its weight is not positive.
+fn distant_sample(
+    transport: &Transport,
+    point: Vec3,
+    direction: Vec3,
+    weight: f64,
+    light: Bands,
+) -> Option<LightSample> {
+    (weight > 0.0).then(|| LightSample {
+        direction,
+        end: transport.exterior_point(point, direction),
+        flux: light.map(|x| x * weight),
+    })
+}
+
+/// A direction uniform over the cone of full angle `angle` about the unit vector `axis`.
+fn sample_cone(axis: Vec3, angle: f64, s: [f64; 2]) -> Vec3 {
+    if angle == 0.0 {
+        return axis;
+    }
+    // 1 − cosα without cancellation.
+    let height = 2.0 * (0.25 * angle).sin().powi(2) * s[0];
+    let (z, r) = (1.0 - height, (height * (2.0 - height)).max(0.0).sqrt());
+    let (t, b) = axis.frame();
+    let (sin, cos) = sin_cos_turns(s[1]);
+    (axis * z + (t * cos + b * sin) * r).normalized()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+    use zonal_math::vec3;
+    use zonal_scene::{Facet, Pane, Plate, SceneParts, Sides, Surface, VoxelGrid};
+
+    fn surface(name: &str, emission: f64) -> Surface {
+        Surface {
+            name: name.into(),
+            reflectance: [0.5; 3],
+            emission: [emission; 3],
+            reflectance_texture: None,
+            emission_texture: None,
+            sides: Sides::Front,
+            patch_size: None,
+            solid: false,
+        }
+    }
+
+    fn facet(surface: usize, plate: Plate) -> Facet {
+        let uv = [[0.0; 2]; 3];
+        Facet { surface, plate, uv }
+    }
+
+    fn square(z: f64, half: f64, up: bool) -> Plate {
+        let (x, y) = (vec3(2.0 * half, 0.0, 0.0), vec3(0.0, 2.0 * half, 0.0));
+        let o = vec3(-half, -half, z);
+        if up { Plate::parallelogram(o, x, y) } else { Plate::parallelogram(o, y, x) }
+    }
+
+    fn irradiance(scene: &Scene, light: &Light, at: (Vec3, Vec3), samples: usize, seed: u64) -> Bands {
+        let transport = Transport::new(scene);
+        let sampler = LightSampler::new(scene, light);
+        sampler.gather(&transport, at.0, Receiver::Surface(at.1), samples, seed)
+    }
+
+    fn fluence(scene: &Scene, light: &Light, point: Vec3, samples: usize, seed: u64) -> Bands {
+        let transport = Transport::new(scene);
+        LightSampler::new(scene, light).gather(&transport, point, Receiver::Free, samples, seed)
+    }
+
+    fn sun(angle: f64) -> Light {
+        Light::Sun {
+            name: "sun".into(),
+            direction: vec3(0.0, 0.6, -0.8),
+            irradiance: [1.0, 2.0, 4.0],
+            angular_diameter: angle,
+        }
+    }
+
+    /// Form factor of a rectangle a × b seen from a parallel element at distance c below one of its corners.
+    fn corner_view_factor(a: f64, b: f64, c: f64) -> f64 {
+        let (x, y) = (a / c, b / c);
+        let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
+        (x / p * (y / p).atan() + y / q * (x / q).atan()) / TAU
+    }
+
+    #[test]
+    fn irradiance_of_rectangular_emitter_matches_closed_form() {
+        let scene = Scene::new(SceneParts {
+            surfaces: vec![surface("lamp", 7.0), surface("floor", 0.0)],
+            facets: vec![facet(0, square(1.0, 0.5, false)), facet(1, square(0.0, 2.0, true))],
+            lights: vec![Light::Emitter { surface: 0, name: None }],
+            ..SceneParts::default()
+        })
+        .unwrap();
+        let light = &scene.lights()[0];
+        let up = vec3(0.0, 0.0, 1.0);
+        let h = irradiance(&scene, light, (Vec3::ZERO, up), 4096, 1);
+        let exact = 7.0 * 4.0 * corner_view_factor(0.5, 0.5, 1.0);
+        assert!((h[0] / exact - 1.0).abs() < 1e-3, "{} {exact}", h[0]);
+        let away = irradiance(&scene, light, (Vec3::ZERO, -up), 64, 1);
+        assert_eq!(away, [0.0; 3]);
+        let above = fluence(&scene, light, vec3(0.0, 0.0, 2.0), 64, 1);
+        assert_eq!(above, [0.0; 3], "the emitter emits downwards only");
+    }
+
+    #[test]
+    fn sunlight_is_attenuated_by_medium_and_pane_and_occluded_by_walls() {
+        let mut map = VoxelGrid::new(vec3(-1.0, -1.0, 0.0), Vec3::splat(1.0), [2, 2, 2]).unwrap();
+        (0..8).for_each(|i| map.set(i, [0.3; 3], [0.5; 3], [0.0; 3], [0.0; 3]));
+        let pane = Pane {
+            name: "pane".into(),
+            plates: vec![square(3.0, 9.0, true)],
+            thickness: 0.01,
+            extinction: [10.0, 0.0, 20.0],
+            albedo: [0.0; 3],
+            emission: [0.0; 3],
+        };
+        let parts = SceneParts {
+            panes: vec![pane],
+            voxel_grid: Some(map.seal().unwrap()),
+            lights: vec![sun(0.0)],
+            ..SceneParts::default()
+        };
+        let scene = Scene::new(parts.clone()).unwrap();
+        let p = vec3(0.0, 0.5, 1.0);
+        let g = fluence(&scene, &scene.lights()[0], p, 16, 3);
+        // Towards (0, −0.6, 0.8): one metre up takes 1.25 m.
+        let depth: Bands = [0.3 * 1.25 + 0.1 / 0.8, 0.3 * 1.25, 0.3 * 1.25 + 0.2 / 0.8];
+        for b in 0..3 {
+            let exact = [1.0, 2.0, 4.0][b] * (-depth[b]).exp();
+            assert!((g[b] / exact - 1.0).abs() < 1e-12, "{} {exact}", g[b]);
+        }
+        let h = irradiance(&scene, &scene.lights()[0], (p, vec3(0.0, 0.0, 1.0)), 16, 3);
+        assert!((h[0] / g[0] - 0.8).abs() < 1e-12);
+        let walled = SceneParts {
+            surfaces: vec![surface("roof", 0.0)],
+            facets: vec![facet(0, square(2.5, 9.0, true))],
+            ..parts
+        };
+        let scene = Scene::new(walled).unwrap();
+        assert_eq!(fluence(&scene, &scene.lights()[0], p, 16, 3), [0.0; 3]);
+    }
+
+    #[test]
+    fn wide_suns_and_skies_have_exact_means() {
+        let floor = SceneParts {
+            surfaces: vec![surface("floor", 0.0)],
+            facets: vec![facet(0, square(0.0, 1.0, true))],
+            ..SceneParts::default()
+        };
+        let scene = Scene::new(floor).unwrap();
+        let towards = vec3(0.0, -0.6, 0.8);
+        let h = irradiance(&scene, &sun(0.8), (Vec3::ZERO, towards), 1024, 5);
+        assert!((h[1] / 2.0 - 1.0).abs() < 2e-3, "irradiance of a wide sun: {}", h[1]);
+        let sky = Light::Sky { name: "sky".into(), radiance: [2.0; 3] };
+        let up = vec3(0.0, 0.0, 1.0);
+        let h = irradiance(&scene, &sky, (Vec3::ZERO, up), 64, 5);
+        assert!((h[0] / TAU - 1.0).abs() < 1e-9, "{}", h[0]);
+        let g = fluence(&scene, &sky, vec3(0.0, 0.0, 1e-4), 1024, 5);
+        assert!((g[0] / (4.0 * PI) - 1.0).abs() < 0.01, "the floor covers half the sphere: {}", g[0]);
+    }
+}

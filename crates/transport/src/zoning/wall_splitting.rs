@@ -1,0 +1,298 @@
+//! Splitting of patches along the walls that stand on them.
+//!
+//! A facet g divides a patch p when it reaches to the front of p's plane and the segment g ∩ plane(p), its foot, runs through the
+//! interior of p. Every piece that the foot runs through is then split along the foot's line, so that no piece has a wall in its
+//! middle. A facet that lies close in front of p (a lamp under a ceiling, a carpet on a floor) divides it along its outline; the
+//! part under its black back is not a zone. Small parts are split off only where one part is hidden and the other is not: the
+//! visible strip of a patch behind a column is a zone of its own, however narrow.
+
+use crate::intersect::PreparedPlate;
+use crate::transport::{Hit, Transport};
+use zonal_math::Vec3;
+use zonal_scene::{Plate, PlateKind, Sides};
+
+/// Smallest piece that a wall splits off, as a fraction of the patch's area.
+const MIN_PIECE_SHARE_AT_WALL: f64 = 2e-3;
+/// Smallest piece that the outline of a facet in contact splits off, as a fraction of the patch's area.
+const MIN_PIECE_SHARE_AT_OUTLINE: f64 = 0.04;
+/// Smallest piece that is split off where one part is mostly hidden and the other is not, as a fraction of the patch's area.
+const MIN_PIECE_SHARE_IF_HIDDEN: f64 = 1e-3;
+/// Difference of the hidden fractions of two parts from which they count as hidden and visible.
+const HIDDEN_SHARE_DIFFERENCE: f64 = 0.6;
+/// A foot shorter than this fraction of the piece's diameter does not divide it.
+const MIN_FOOT_LENGTH_SHARE: f64 = 0.02;
+/// A facet within this fraction of a patch's diameter in front of it is in contact with it.
+const CONTACT_DISTANCE_SHARE: f64 = 0.02;
+/// Corners nearer to a plane than this multiple of [`Transport::epsilon`] lie in it: meshes come in single precision.
+const IN_PLANE_EPSILONS: f64 = 100.0;
+/// Normals whose cosine is within this distance of ±1 are parallel.
+const PARALLEL_COSINE_TOLERANCE: f64 = 1e-6;
+/// Most pieces of a patch.
+const MAX_PIECES: usize = 32;
+
+type Polygon = Vec<Vec3>;
+
+/// The foot of a wall in the patch's plane.
+struct WallFoot {
+    ends: [Vec3; 2],
+    /// Normal to the foot, in the patch's plane.
+    across: Vec3,
+    /// Smallest fraction of the patch that it may split off.
+    min_share: f64,
+    id: u32,
+}
+
+/// The pieces of `plate`, a part of facet `own`, each split off with at least `min_area` m²; the plate itself when no wall stands on
+/// it.
+pub(super) fn split_along_walls(
+    transport: &Transport,
+    own: usize,
+    plate: &Plate,
+    min_area: f64,
+) -> Vec<Plate> {
+    // Collect the feet, the longest first.
+    let mut feet = wall_feet(transport, own, plate);
+    if feet.is_empty() {
+        return vec![*plate];
+    }
+    let length = |f: &WallFoot| (f.ends[1] - f.ends[0]).length();
+    feet.sort_by(|a, b| length(b).total_cmp(&length(a)).then(a.id.cmp(&b.id)));
+    let (corners, n) = plate.corners();
+    let (normal, area) = (plate.normal(), plate.area());
+    let mut pieces: Vec<Polygon> = vec![corners[..n].to_vec()];
+    let differ_in_visibility = |a: &Polygon, b: &Polygon| {
+        let hidden = |p: &Polygon| {
+            let parts = polygon_plates(p, normal);
+            let sum: f64 = parts.iter().map(|x| x.area() * hidden_share(transport, own, x)).sum();
+            sum / polygon_area(p, normal)
+        };
+        (hidden(a) - hidden(b)).abs() > HIDDEN_SHARE_DIFFERENCE
+    };
+    // Split at every foot; in a second pass, when all large pieces are made, also off small hidden parts.
+    for (foot, second_pass) in feet.iter().map(|f| (f, false)).chain(feet.iter().map(|f| (f, true))) {
+        for k in 0..pieces.len() {
+            if pieces.len() >= MAX_PIECES || !crosses_interior(foot, &pieces[k], normal) {
+                continue;
+            }
+            let level = foot.across.dot(foot.ends[0]);
+            let (a, b) = (clip(&pieces[k], foot.across, level), clip(&pieces[k], -foot.across, -level));
+            let smaller = polygon_area(&a, normal).min(polygon_area(&b, normal));
+            let large_enough = smaller > (foot.min_share * area).max(min_area);
+            if large_enough
+                || second_pass && smaller > MIN_PIECE_SHARE_IF_HIDDEN * area && differ_in_visibility(&a, &b)
+            {
+                pieces[k] = a;
+                pieces.push(b);
+            }
+        }
+    }
+    if pieces.len() == 1 {
+        return vec![*plate];
+    }
+    pieces.iter().flat_map(|p| polygon_plates(p, normal)).collect()
+}
+
+/// The feet of all facets that divide `plate`, a part of facet `own`.
+fn wall_feet(transport: &Transport, own: usize, plate: &Plate) -> Vec<WallFoot> {
+    let tolerance = IN_PLANE_EPSILONS * transport.epsilon();
+    let (lo, hi) = plate.bounds();
+    let normal = plate.normal();
+    let (corners, n) = plate.corners();
+    let contact = CONTACT_DISTANCE_SHARE * plate.diameter();
+    let pad = Vec3::splat(contact);
+    let mut out = Vec::new();
+    for id in transport.facets_overlapping(lo - pad, hi + pad) {
+        if id as usize == own {
+            continue;
+        }
+        // Heights of the wall's corners above the patch's plane.
+        let wall = &transport.scene().facets()[id as usize].plate;
+        let (x, k) = wall.corners();
+        let h: Vec<f64> = x[..k].iter().map(|p| (*p - plate.origin).dot(normal)).collect();
+        let top = h.iter().fold(f64::MIN, |m, y| m.max(*y));
+        let bottom = h.iter().fold(f64::MAX, |m, y| m.min(*y));
+        let mut add = |ends: [Vec3; 2], min_share: f64| {
+            let along = (ends[1] - ends[0]).normalized();
+            let foot = WallFoot { ends, across: normal.cross(along), min_share, id };
+            if (ends[1] - ends[0]).length() > tolerance && crosses_interior(&foot, &corners[..n], normal) {
+                out.push(foot);
+            }
+        };
+        // The base of a solid on the plane is ignored: the solid's sides divide the patch.
+        if is_solid(transport, id as usize)
+            && top.max(-bottom) <= tolerance
+            && wall.normal().dot(normal) < -1.0 + PARALLEL_COSINE_TOLERANCE
+        {
+            continue;
+        }
+        if bottom > -tolerance && top <= contact {
+            // A facet in contact: its outline divides the patch.
+            let foot_of = |i: usize| x[i] - normal * h[i];
+            (0..k).for_each(|i| add([foot_of(i), foot_of((i + 1) % k)], MIN_PIECE_SHARE_AT_OUTLINE));
+        } else if top > tolerance
+            && bottom <= tolerance
+            && let Some(ends) =
+                plane_crossing(&x[..k], &h, normal.cross(wall.normal()).normalized(), tolerance)
+        {
+            add(ends, MIN_PIECE_SHARE_AT_WALL);
+        }
+    }
+    out
+}
+
+/// The intersection of a wall with corners `x` at heights `h` with the plane of height zero: the ends of the segment, which has the
+/// direction `along`.
+fn plane_crossing(x: &[Vec3], h: &[f64], along: Vec3, tolerance: f64) -> Option<[Vec3; 2]> {
+    let mut ends: Option<[(f64, Vec3); 2]> = None;
+    let mut extend_to = |p: Vec3| {
+        let at = (along.dot(p), p);
+        let [a, b] = ends.unwrap_or([at, at]);
+        ends = Some([if at.0 < a.0 { at } else { a }, if at.0 > b.0 { at } else { b }]);
+    };
+    let k = x.len();
+    for i in 0..k {
+        let j = (i + 1) % k;
+        if h[i].abs() <= tolerance {
+            extend_to(x[i]);
+        } else if h[i] * h[j] < 0.0 && h[j].abs() > tolerance {
+            extend_to(x[i] + (x[j] - x[i]) * (h[i] / (h[i] - h[j])));
+        }
+    }
+    ends.map(|[a, b]| [a.1, b.1])
+}
+
+/// True when the foot passes through the interior of the polygon over at least [`MIN_FOOT_LENGTH_SHARE`].
+fn crosses_interior(foot: &WallFoot, polygon: &[Vec3], normal: Vec3) -> bool {
+    let n = polygon.len();
+    let [a, b] = foot.ends;
+    let inward: Vec<(Vec3, f64)> = (0..n)
+        .map(|i| {
+            let m = normal.cross(polygon[(i + 1) % n] - polygon[i]).normalized();
+            (m, m.dot(polygon[i]))
+        })
+        .collect();
+    let (mut t0, mut t1) = (0.0f64, 1.0f64);
+    for (m, c) in &inward {
+        let (ha, hb) = (m.dot(a) - c, m.dot(b) - c);
+        if ha < 0.0 && hb < 0.0 {
+            return false;
+        }
+        if ha < 0.0 {
+            t0 = t0.max(ha / (ha - hb));
+        } else if hb < 0.0 {
+            t1 = t1.min(ha / (ha - hb));
+        }
+    }
+    let diameter = polygon.iter().map(|p| (*p - polygon[0]).length()).fold(0.0, f64::max);
+    let middle = a + (b - a) * (0.5 * (t0 + t1));
+    (t1 - t0) * (b - a).length() > MIN_FOOT_LENGTH_SHARE * diameter
+        && inward.iter().all(|(m, c)| m.dot(middle) - c > 1e-6 * diameter)
+}
+
+/// The part of the polygon with m·x ≥ level.
+fn clip(polygon: &[Vec3], m: Vec3, level: f64) -> Polygon {
+    let mut out = Polygon::new();
+    for (i, &p) in polygon.iter().enumerate() {
+        let q = polygon[(i + 1) % polygon.len()];
+        let (hp, hq) = (m.dot(p) - level, m.dot(q) - level);
+        if hp >= 0.0 {
+            out.push(p);
+        }
+        if hp * hq < 0.0 {
+            out.push(p + (q - p) * (hp / (hp - hq)));
+        }
+    }
+    out
+}
+
+fn polygon_area(p: &[Vec3], normal: Vec3) -> f64 {
+    (1..p.len().max(1) - 1).map(|i| 0.5 * (p[i] - p[0]).cross(p[i + 1] - p[0]).dot(normal)).sum()
+}
+
+/// A convex polygon as triangles, or as one parallelogram where it is one.
+fn polygon_plates(polygon: &[Vec3], normal: Vec3) -> Vec<Plate> {
+    let size = polygon.iter().map(|p| (*p - polygon[0]).length()).fold(0.0, f64::max);
+    let mut p = polygon.to_vec();
+    p.dedup_by(|a, b| (*a - *b).length() < 1e-9 * size);
+    // Remove corners on a straight edge.
+    let n = p.len();
+    let bends = |i: usize| {
+        let (a, b, c) = (p[(i + n - 1) % n], p[i], p[(i + 1) % n]);
+        (b - a).cross(c - b).dot(normal) > 1e-12 * size * size
+    };
+    let p: Polygon = (0..n).filter(|&i| bends(i)).map(|i| p[i]).collect();
+    let n = p.len();
+    if n < 3 {
+        return Vec::new();
+    }
+    if n == 4 && (p[0] - p[1] + p[2] - p[3]).length() < 1e-9 * size {
+        return vec![Plate::parallelogram(p[0], p[1] - p[0], p[3] - p[0])];
+    }
+    // Triangulate as a fan from the corner whose smallest triangle is largest.
+    let fan = |start: usize| {
+        (1..n - 1).map({
+            let p = &p;
+            move |i| Plate::triangle(p[start], p[(start + i) % n], p[(start + i + 1) % n])
+        })
+    };
+    let smallest = |s: usize| fan(s).map(|t| t.area()).fold(f64::MAX, f64::min);
+    let start = (1..n).fold(0, |b, s| if smallest(s) > smallest(b) * (1.0 + 1e-9) { s } else { b });
+    fan(start).collect()
+}
+
+/// True when the front of `plate`, a part of facet `own`, is hidden.
+pub(super) fn is_covered(transport: &Transport, own: usize, plate: &Plate) -> bool {
+    hidden_share(transport, own, plate) == 1.0
+}
+
+/// Fraction of four points of `plate`, a part of facet `own`, whose front is hidden: under the black back of a facet in contact, in
+/// solid material, or against another solid.
+fn hidden_share(transport: &Transport, own: usize, plate: &Plate) -> f64 {
+    let at: [[f64; 2]; 4] = match plate.kind {
+        PlateKind::Triangle => [[0.33, 0.34], [0.6, 0.2], [0.2, 0.6], [0.2, 0.2]],
+        PlateKind::Parallelogram => [[0.51, 0.49], [0.2, 0.25], [0.75, 0.2], [0.3, 0.8]],
+    };
+    let scene = transport.scene();
+    let normal = plate.normal();
+    let lift = normal * (1e3 * transport.epsilon());
+    let contact = CONTACT_DISTANCE_SHARE * plate.diameter();
+    let solid = is_solid(transport, own);
+    let is_hidden = |[u, v]: [f64; 2]| {
+        let p = plate.at(u, v);
+        // Only a black back covers: a thin gap in front of an exchanging side remains a gap.
+        let is_black_back = |h: Hit| {
+            let s = &scene.surfaces()[scene.facets()[h.facet].surface];
+            !h.front && s.sides == Sides::Front
+        };
+        let covered =
+            transport.closest_hit(p, normal, transport.epsilon(), contact).is_some_and(is_black_back);
+        covered
+            || transport.inside_solid(p + lift)
+            || (solid && touches_opposite_facet(transport, own, plate, p) && transport.inside_solid(p - lift))
+    };
+    at.into_iter().filter(|uv| is_hidden(*uv)).count() as f64 / at.len() as f64
+}
+
+/// True where the facet belongs to a closed body.
+fn is_solid(transport: &Transport, facet: usize) -> bool {
+    let scene = transport.scene();
+    scene.surfaces()[scene.facets()[facet].surface].solid
+}
+
+/// True when a facet of opposite normal lies at `p` of the plate: a box on a floor.
+fn touches_opposite_facet(transport: &Transport, own: usize, plate: &Plate, p: Vec3) -> bool {
+    let tolerance = IN_PLANE_EPSILONS * transport.epsilon();
+    let pad = Vec3::splat(tolerance);
+    let near = transport.facets_overlapping(p - pad, p + pad);
+    near.into_iter().filter(|&id| id as usize != own).any(|id| {
+        let other = &transport.scene().facets()[id as usize].plate;
+        let in_plane = PreparedPlate::new(other).height(p).abs() <= tolerance;
+        let opposite = other.normal().dot(plate.normal()) < -1.0 + PARALLEL_COSINE_TOLERANCE;
+        let [u, v] = other.parameters(p);
+        let within = match other.kind {
+            PlateKind::Triangle => u >= 0.0 && v >= 0.0 && u + v <= 1.0,
+            PlateKind::Parallelogram => (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v),
+        };
+        in_plane && opposite && within
+    })
+}

@@ -1,0 +1,585 @@
+//! Random valid scenes: number `index` of a seed, small enough for every engine.
+
+use super::model::{
+    CampaignSize, FrontSide, HeatCondition, MediumPart, ModelLight, ModelMedium, ModelPane, ModelShape,
+    ModelSurface, SceneModel, SurfaceProperties, Triple, add, quads, sub, times,
+};
+use zonal_reference::Rng;
+
+/// The model of a scene, and the random numbers that follow it.
+pub(crate) fn model(seed: u64, index: u64, size: CampaignSize) -> (SceneModel, Rng) {
+    let mut rng = Rng::new(seed.wrapping_mul(0x9E37_79B9).wrapping_add(index.wrapping_mul(0xD1B5_4A33)));
+    let mut g = SceneGenerator::new(&mut rng, size == CampaignSize::Small);
+    let u = g.rng.uniform();
+    let model = match u {
+        _ if u < 0.36 => g.furnace(),
+        _ if u < 0.48 => g.periodic(),
+        _ if u < 0.66 => g.solids(),
+        _ if u < 0.76 => g.panes(),
+        _ if u < 0.88 => g.plates(),
+        _ if u < 0.95 => g.turned_room(),
+        _ => g.shell(),
+    };
+    (model, rng)
+}
+
+/// Edges of the cells of a box, m.
+fn edges(size: Triple, cells: [usize; 3]) -> Triple {
+    [0, 1, 2].map(|k| size[k] / cells[k] as f64)
+}
+
+/// The largest optical depth across an edge of a cell: thicker ones are the matter of `zonal validate`, cases `thick`.
+const MAX_CELL_DEPTH: f64 = 1.0;
+
+struct SceneGenerator<'a> {
+    rng: &'a mut Rng,
+    thermal: bool,
+    /// Number of bands that differ.
+    bands: usize,
+    /// Shares that depend on temperature: only given temperatures then.
+    given: bool,
+    small: bool,
+    features: Vec<&'static str>,
+}
+
+impl<'a> SceneGenerator<'a> {
+    fn new(rng: &'a mut Rng, small: bool) -> SceneGenerator<'a> {
+        let thermal = rng.uniform() < 0.5;
+        let u = rng.uniform();
+        let bands = if u < 0.6 {
+            1
+        } else if u < 0.75 {
+            2
+        } else {
+            3
+        };
+        let given = thermal && bands > 1 && rng.uniform() < 0.4;
+        let mut features = vec![if thermal { "thermal" } else { "light" }];
+        features.push(["one band", "two bands", "three bands"][bands - 1]);
+        if given {
+            features.push("weights by temperature");
+        }
+        SceneGenerator { rng, thermal, bands, given, small, features }
+    }
+
+    fn chance(&mut self, p: f64) -> bool {
+        self.rng.uniform() < p
+    }
+    fn whole(&mut self, lo: usize, hi: usize) -> usize {
+        lo + (self.rng.uniform() * (hi - lo + 1) as f64) as usize
+    }
+    /// A number of few digits.
+    fn short(x: f64) -> f64 {
+        format!("{x:.2e}").parse().unwrap_or(x)
+    }
+    fn between(&mut self, lo: f64, hi: f64) -> f64 {
+        SceneGenerator::short(self.rng.uniform_in(lo, hi))
+    }
+    /// Evenly spread logarithms.
+    fn log(&mut self, lo: f64, hi: f64) -> f64 {
+        SceneGenerator::short(self.rng.uniform_in(lo.ln(), hi.ln()).exp())
+    }
+    /// The same in all bands, or not.
+    fn spread(&mut self, mut draw: impl FnMut(&mut Self) -> f64) -> Triple {
+        let first = draw(self);
+        match self.bands {
+            1 => [first; 3],
+            2 => [first, first, draw(self)],
+            _ => [first, draw(self), draw(self)],
+        }
+    }
+
+    fn heat(&mut self, area: f64) -> HeatCondition {
+        if self.given || self.chance(0.6) {
+            return HeatCondition::Temperature(self.between(300.0, 1500.0).round());
+        }
+        self.features.push("known power");
+        match self.whole(0, 3) {
+            0 | 1 => HeatCondition::Flux(0.0),
+            2 => HeatCondition::Flux(self.between(100.0, 5000.0)),
+            _ => HeatCondition::Power(SceneGenerator::short(area * self.rng.uniform_in(100.0, 5000.0))),
+        }
+    }
+
+    fn look(&mut self, area: f64) -> SurfaceProperties {
+        let black = self.chance(0.25);
+        let reflectance = if black { [0.0; 3] } else { self.spread(|m| m.between(0.05, 0.9)) };
+        let shines = self.chance(0.4);
+        let emission = if shines { self.spread(|m| m.between(1.0, 100.0)) } else { [0.0; 3] };
+        SurfaceProperties { reflectance, emission, heat: self.heat(area), both: false }
+    }
+
+    /// A medium of this optical depth across its least edge, and of at most [`MAX_CELL_DEPTH`] across an edge of a cell.
+    fn part(&mut self, min: Triple, max: Triple, cell: Triple, depth: f64) -> MediumPart {
+        let length = (0..3).map(|k| max[k] - min[k]).fold(f64::INFINITY, f64::min);
+        let most = MAX_CELL_DEPTH / cell.iter().fold(0.0f64, |m, c| m.max(*c));
+        let kappa = (depth / length).min(most);
+        let extinction = self.spread(|m| {
+            let factor = if m.bands == 1 { 1.0 } else { m.log(0.1, 3.0) };
+            SceneGenerator::short((kappa * factor).min(most))
+        });
+        let albedo = match self.whole(0, 2) {
+            0 => [0.0; 3],
+            1 => self.spread(|m| m.between(0.1, 0.9)),
+            _ => {
+                self.features.push("bright medium");
+                self.spread(|m| m.between(0.9, 0.99))
+            }
+        };
+        let shines = self.chance(0.5);
+        let emission = if shines { self.spread(|m| m.between(1.0, 100.0)) } else { [0.0; 3] };
+        let heat = if self.given || self.chance(0.5) {
+            HeatCondition::Temperature(self.between(400.0, 1600.0).round())
+        } else {
+            self.features.push("medium of known heat");
+            HeatCondition::Flux(if self.chance(0.5) { 0.0 } else { self.between(100.0, 20000.0) })
+        };
+        let source = if self.chance(0.15) { self.spread(|m| m.between(1.0, 50.0)) } else { [0.0; 3] };
+        let source = if kappa > 1e-3 { source } else { [0.0; 3] };
+        MediumPart { min, max, extinction, albedo, emission, source, heat }
+    }
+
+    /// Optical depth across the least edge of a medium.
+    fn depth(&mut self) -> f64 {
+        let (word, depth) = match self.whole(0, 5) {
+            0 => ("very thin medium", self.log(1e-10, 1e-4)),
+            1 => ("thin medium", self.log(1e-3, 0.1)),
+            2 | 3 => ("medium of depth one", self.log(0.1, 3.0)),
+            _ => ("thick medium", self.log(3.0, 15.0)),
+        };
+        self.features.push(word);
+        depth
+    }
+
+    fn empty(&mut self) -> SceneModel {
+        let shares = match (self.thermal && self.bands > 1, self.given) {
+            (false, _) => String::new(),
+            (true, false) => "band_fractions = [0.25, 0.25, 0.5]".into(),
+            (true, true) => "weights = [[0.2, 1e-4], [0.1, 1e-4], \"rest\"]\nrange = [300, 2000]".into(),
+        };
+        let tolerance = [0.003, 0.01, 0.03][self.whole(0, 2)];
+        let [mut radiance, mut surroundings] = [[0.0; 3], [0.0; 3]];
+        if self.chance(0.3) {
+            radiance = self.spread(|m| m.between(1.0, 30.0));
+            surroundings = [self.between(280.0, 1000.0).round(); 3];
+        }
+        SceneModel {
+            thermal: self.thermal,
+            shares,
+            radiance: if self.thermal { [0.0; 3] } else { radiance },
+            surroundings: (self.thermal && surroundings[0] > 0.0).then_some(surroundings[0]),
+            periodic: [false; 3],
+            surfaces: Vec::new(),
+            panes: Vec::new(),
+            medium: None,
+            lights: Vec::new(),
+            tolerance,
+            patch_size: None,
+            closed_room: false,
+            features: Vec::new(),
+        }
+    }
+
+    /// Something that fixes the temperatures' level, and something that shines.
+    fn finished(&mut self, mut m: SceneModel) -> SceneModel {
+        // Closed walls hide the surroundings.
+        let open = |s: &ModelSurface| match &s.shape {
+            ModelShape::Room { walls, .. } => walls.iter().any(Option::is_none),
+            _ => true,
+        };
+        let mut warm = m.surroundings.is_some() && !m.closed_room && m.surfaces.first().is_none_or(open);
+        let mut lit = !m.lights.is_empty() || m.radiance != [0.0; 3];
+        let mut visit = |l: &mut SurfaceProperties| {
+            warm |= matches!(l.heat, HeatCondition::Temperature(_));
+            lit |= l.emission != [0.0; 3];
+        };
+        for s in &mut m.surfaces {
+            match &mut s.shape {
+                ModelShape::Room { walls, .. } => walls.iter_mut().flatten().for_each(&mut visit),
+                _ => visit(&mut s.look),
+            }
+        }
+        let fix = |l: &mut SurfaceProperties| {
+            if !warm {
+                l.heat = HeatCondition::Temperature(1000.0);
+            }
+            if !lit {
+                l.emission = [50.0; 3];
+            }
+        };
+        if let Some(s) = m.surfaces.first_mut() {
+            match &mut s.shape {
+                ModelShape::Room { walls, .. } => walls.iter_mut().flatten().take(1).for_each(fix),
+                _ => fix(&mut s.look),
+            }
+        }
+        if self.thermal {
+            m.lights.clear();
+        }
+        self.features.sort_unstable();
+        self.features.dedup();
+        m.features = std::mem::take(&mut self.features);
+        m
+    }
+
+    /// Lights of scenes that light can enter, or that have room for an emitter.
+    fn lights(&mut self, m: &mut SceneModel, open: bool, centre: Triple, size: Triple) {
+        if self.thermal || m.periodic != [false; 3] {
+            return;
+        }
+        if open && self.chance(0.35) {
+            self.features.push("sun");
+            let d = [self.between(-1.0, 1.0), self.between(-1.0, 1.0), -self.between(0.2, 1.0)];
+            let irradiance = self.spread(|m| m.between(10.0, 300.0));
+            let degrees = if self.chance(0.5) { 0.53 } else { self.between(2.0, 20.0) };
+            m.lights.push(ModelLight::Sun { direction: d, irradiance, degrees });
+        }
+        if open && self.chance(0.25) {
+            self.features.push("sky");
+            m.lights.push(ModelLight::Sky { radiance: self.spread(|m| m.between(1.0, 30.0)) });
+        }
+        if self.chance(0.35) {
+            self.features.push("emitter");
+            let edge = self.between(0.08, 0.3);
+            let corner = add(
+                centre,
+                [0, 1, 2].map(|k| size[k] * self.rng.uniform_in(-0.3, 0.1)).map(SceneGenerator::short),
+            );
+            let mut look = self.look(1.0);
+            look.emission = self.spread(|m| m.between(100.0, 1000.0));
+            let edges = [[0.0, edge * size[1], 0.0], [edge * size[0], 0.0, 0.0]];
+            let shape = ModelShape::Plate { corner, edges, triangle: false };
+            m.surfaces.push(ModelSurface { name: "lamp".into(), shape, look });
+            m.lights.push(ModelLight::Emitter { surface: "lamp".into() });
+        }
+    }
+
+    fn room(&mut self, size: Triple, missing: f64) -> (ModelSurface, bool) {
+        let mut open = false;
+        let walls: [Option<SurfaceProperties>; 6] = std::array::from_fn(|k| {
+            if self.chance(missing) && k != 0 {
+                open = true;
+                return None;
+            }
+            let area = (0..3).filter(|a| *a != k / 2).map(|a| size[a]).product();
+            Some(self.look(area))
+        });
+        if open {
+            self.features.push("open");
+        }
+        let look = SurfaceProperties {
+            reflectance: [0.5; 3],
+            emission: [0.0; 3],
+            heat: HeatCondition::Flux(0.0),
+            both: false,
+        };
+        (
+            ModelSurface {
+                name: "room".into(),
+                shape: ModelShape::Room { min: [0.0; 3], max: size, walls: Box::new(walls) },
+                look,
+            },
+            open,
+        )
+    }
+
+    /// A size of patches in a room of this mean edge.
+    fn patch(&mut self, mean: f64) -> f64 {
+        let [lo, hi] = if self.small { [0.5, 0.8] } else { [0.35, 0.65] };
+        SceneGenerator::short(mean * self.rng.uniform_in(lo, hi))
+    }
+
+    fn size(&mut self) -> Triple {
+        let scale = if self.chance(0.2) { self.log(0.1, 10.0) } else { 1.0 };
+        [0; 3].map(|_| SceneGenerator::short(scale * self.rng.uniform_in(0.5, 2.0)))
+    }
+
+    /// A medium without sources that is the same everywhere, or none.
+    fn even_medium(&mut self, filled: bool, size: Triple, (lo, hi): (usize, usize)) -> Option<ModelMedium> {
+        if !filled {
+            self.features.push("vacuum");
+            return None;
+        }
+        let depth = self.depth();
+        let cells = self.cells(lo, hi);
+        let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(4.0));
+        whole.source = [0.0; 3];
+        Some(ModelMedium { whole, cells, regions: Vec::new() })
+    }
+
+    fn cells(&mut self, lo: usize, hi: usize) -> [usize; 3] {
+        let hi = if self.small { lo + 1 } else { hi };
+        let cells = [0; 3].map(|_| self.whole(lo, hi));
+        self.features.push(match cells.iter().filter(|c| **c % 2 == 1).count() {
+            0 => "even cells",
+            3 => "odd cells",
+            _ => "odd and even cells",
+        });
+        cells
+    }
+
+    /// A box on the grid of its medium.
+    fn furnace(&mut self) -> SceneModel {
+        self.features.push("box");
+        let (size, cells) = (self.size(), self.cells(2, 5));
+        let mut m = self.empty();
+        let missing = if self.chance(0.4) { 0.2 } else { 0.0 };
+        let (room, open) = self.room(size, missing);
+        m.surfaces.push(room);
+        let depth = self.depth();
+        let whole = self.part([0.0; 3], size, edges(size, cells), depth);
+        let mut regions = Vec::new();
+        if self.chance(0.35) {
+            self.features.push("varying medium");
+            let lo: Triple =
+                [0, 1, 2].map(|k| size[k] * (self.whole(0, cells[k] - 1) as f64) / cells[k] as f64);
+            let depth = depth.max(1e-3) * self.log(0.2, 5.0);
+            let mut part = self.part(lo, size, edges(size, cells), depth.min(20.0));
+            if self.chance(0.3) {
+                part.extinction = whole.extinction;
+            }
+            regions.push(part);
+        }
+        m.medium = Some(ModelMedium { whole, cells, regions });
+        self.lights(&mut m, open, times(size, 0.5), size);
+        self.finished(m)
+    }
+
+    fn periodic(&mut self) -> SceneModel {
+        self.features.push("periodic");
+        let (size, cells) = (self.size(), self.cells(1, 5));
+        let mut m = self.empty();
+        (m.radiance, m.surroundings) = ([0.0; 3], None);
+        let (mut room, _) = self.room(size, 0.0);
+        let axes = self.whole(1, 2);
+        let first = self.whole(0, 2);
+        for k in 0..axes {
+            let axis = (first + k) % 3;
+            m.periodic[axis] = true;
+            if let ModelShape::Room { walls, .. } = &mut room.shape {
+                (walls[2 * axis], walls[2 * axis + 1]) = (None, None);
+            }
+        }
+        m.surfaces.push(room);
+        let depth = self.depth();
+        let mut whole = self.part([0.0; 3], size, edges(size, cells), depth);
+        if self.bands > 1 && self.chance(0.3) {
+            self.features.push("one band very thin");
+            whole.extinction[2] = self.log(1e-12, 1e-6);
+            whole.source = [0.0; 3];
+        }
+        m.medium = Some(ModelMedium { whole, cells, regions: Vec::new() });
+        self.finished(m)
+    }
+
+    /// A room with solids in it: boxes and meshes, apart, on the floor, touching or nested.
+    fn solids(&mut self) -> SceneModel {
+        self.features.push("solids");
+        let size = self.size();
+        let mut m = self.empty();
+        let missing = if self.chance(0.3) { 0.3 } else { 0.0 };
+        let (room, open) = self.room(size, missing);
+        m.surfaces.push(room);
+        let at = |m: &mut Self, lo: f64, hi: f64| {
+            [0, 1, 2].map(|k| SceneGenerator::short(size[k] * m.rng.uniform_in(lo, hi)))
+        };
+        let (mut lo, mut hi) = (at(self, 0.2, 0.35), at(self, 0.5, 0.7));
+        if self.chance(0.4) {
+            self.features.push("solid on the floor");
+            (hi[2], lo[2]) = (SceneGenerator::short(hi[2] - lo[2]), 0.0);
+        }
+        let area = |a: Triple, b: Triple| {
+            let d = sub(b, a);
+            2.0 * (d[0] * d[1] + d[1] * d[2] + d[2] * d[0])
+        };
+        let look = self.look(area(lo, hi));
+        let shape = if self.chance(0.5) {
+            self.features.push("mesh");
+            ModelShape::Mesh { quads: quads(lo, hi, FrontSide::Outside) }
+        } else {
+            let degrees = if self.chance(0.4) { self.between(5.0, 80.0).round() } else { 0.0 };
+            ModelShape::Box { min: lo, max: hi, degrees }
+        };
+        let turned = matches!(shape, ModelShape::Box { degrees, .. } if degrees != 0.0);
+        m.surfaces.push(ModelSurface { name: "solid".into(), shape, look });
+        if !turned && self.chance(0.25) {
+            self.features.push("touching solids");
+            let (mut a, mut b) = (lo, hi);
+            (a[0], b[0]) = (hi[0], SceneGenerator::short(hi[0] + 0.15 * size[0]));
+            b[2] = SceneGenerator::short(lo[2] + 0.7 * (hi[2] - lo[2]));
+            a[1] = lo[1];
+            let look = self.look(area(a, b));
+            let shape = ModelShape::Mesh { quads: quads(a, b, FrontSide::Outside) };
+            m.surfaces.push(ModelSurface { name: "touching".into(), shape, look });
+        }
+        let depth = self.depth();
+        if self.chance(0.6) {
+            let cells = self.cells(2, 4);
+            let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(6.0));
+            whole.source = [0.0; 3];
+            m.medium = Some(ModelMedium { whole, cells, regions: Vec::new() });
+        } else {
+            self.features.retain(|f| !f.contains("medium"));
+            self.features.push("vacuum");
+        }
+        let mean = (size[0] + size[1] + size[2]) / 3.0;
+        m.patch_size = Some(self.patch(mean));
+        self.lights(&mut m, open, [0.5 * size[0], 0.5 * size[1], 0.85 * size[2]], times(size, 0.5));
+        self.finished(m)
+    }
+
+    fn panes(&mut self) -> SceneModel {
+        self.features.push("panes");
+        let filled = self.chance(0.4);
+        let size = self.size();
+        let mut m = self.empty();
+        let missing = if self.chance(0.5) { 0.3 } else { 0.0 };
+        let (room, open) = self.room(size, missing);
+        m.surfaces.push(room);
+        for k in 0..self.whole(1, 2) {
+            let x = SceneGenerator::short(
+                size[0] * self.rng.uniform_in(0.2 + 0.4 * k as f64, 0.5 + 0.4 * k as f64),
+            );
+            let (y, z) = (SceneGenerator::short(0.8 * size[1]), SceneGenerator::short(0.7 * size[2]));
+            let lean = if !filled && self.chance(0.5) { SceneGenerator::short(0.08 * size[0]) } else { 0.0 };
+            let polygon = vec![
+                [x, 0.1 * size[1], 0.1 * size[2]],
+                [x, y, 0.1 * size[2]],
+                [x + lean, y, z],
+                [x + lean, 0.1 * size[1], z],
+            ];
+            let thickness = SceneGenerator::short(0.005 * size[0]);
+            let depth = self.log(0.02, 2.0);
+            let extinction = self.spread(|m| {
+                SceneGenerator::short(depth / thickness * if m.bands > 1 { m.log(0.3, 3.0) } else { 1.0 })
+            });
+            let albedo = if self.chance(0.5) { [0.0; 3] } else { self.spread(|m| m.between(0.1, 0.9)) };
+            let emission = if self.chance(0.3) { self.spread(|m| m.between(1.0, 100.0)) } else { [0.0; 3] };
+            let known = self.given || self.chance(0.5);
+            let temperature = known.then(|| self.between(300.0, 1200.0).round());
+            m.panes.push(ModelPane {
+                name: format!("pane{}", k + 1),
+                polygon,
+                thickness,
+                extinction,
+                albedo,
+                emission,
+                temperature,
+            });
+        }
+        m.medium = self.even_medium(filled, size, (2, 3));
+        let mean = (size[0] + size[1] + size[2]) / 3.0;
+        m.patch_size = Some(self.patch(mean));
+        self.lights(&mut m, open, [0.5 * size[0], 0.5 * size[1], 0.85 * size[2]], times(size, 0.5));
+        self.finished(m)
+    }
+
+    /// Plates in any position, some with two sides, nothing around them.
+    fn plates(&mut self) -> SceneModel {
+        self.features.extend(["plates", "vacuum", "open"]);
+        let mut m = self.empty();
+        let size = self.size();
+        let count = self.whole(2, 5);
+        for k in 0..count {
+            let centre = [0, 1, 2].map(|a| size[a] * self.rng.uniform_in(0.0, 1.0));
+            let layer = size[2] * k as f64 / count as f64;
+            let corner = [centre[0], centre[1], layer].map(SceneGenerator::short);
+            let mut edges = [0; 2].map(|_| {
+                let d = self.rng.unit_vector();
+                [d.x * size[0], d.y * size[1], 0.2 * d.z * size[2] / count as f64].map(SceneGenerator::short)
+            });
+            let cross = edges[0][0] * edges[1][1] - edges[0][1] * edges[1][0];
+            if cross.abs() < 0.1 * size[0] * size[1] {
+                edges = [[size[0], 0.0, 0.0], [0.0, size[1], 0.0]];
+            }
+            let triangle = self.chance(0.4);
+            let area = cross.abs().max(0.1 * size[0] * size[1]) * if triangle { 0.5 } else { 1.0 };
+            let mut look = self.look(area);
+            if self.chance(0.4) {
+                look.both = true;
+                self.features.push("two sides");
+            }
+            let shape = ModelShape::Plate { corner, edges, triangle };
+            m.surfaces.push(ModelSurface { name: format!("plate{}", k + 1), shape, look });
+        }
+        let mean = (size[0] + size[1] + size[2]) / 3.0;
+        m.patch_size = Some(self.patch(0.7 * mean));
+        self.lights(&mut m, true, [0.5 * size[0], 0.5 * size[1], 1.5 * size[2]], size);
+        self.finished(m)
+    }
+
+    /// A closed mesh with its fronts inward, turned, full of a medium whose box is larger.
+    fn turned_room(&mut self) -> SceneModel {
+        self.features.extend(["turned room", "mesh"]);
+        let size = self.size();
+        let mut m = self.empty();
+        (m.radiance, m.surroundings) = ([0.0; 3], None);
+        let degrees: f64 = if self.chance(0.5) { 0.0 } else { self.between(10.0, 80.0).round() };
+        let (s, c) = degrees.to_radians().sin_cos();
+        let quads: Vec<[Triple; 4]> = (quads([0.0; 3], size, FrontSide::Inside).into_iter())
+            .map(|q| q.map(|p| [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]]))
+            .collect();
+        let points = || quads.iter().flatten();
+        let lo = [0, 1, 2].map(|k| points().map(|p| p[k]).fold(f64::INFINITY, f64::min));
+        let hi = [0, 1, 2].map(|k| points().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max));
+        let look = self.look(2.0 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]));
+        m.surfaces.push(ModelSurface { name: "hull".into(), shape: ModelShape::Mesh { quads }, look });
+        let depth = self.depth();
+        if self.chance(0.6) {
+            let cells = self.cells(3, 4);
+            let mut whole = self.part(lo, hi, edges(sub(hi, lo), cells), depth.min(6.0));
+            whole.source = [0.0; 3];
+            m.medium = Some(ModelMedium { whole, cells, regions: Vec::new() });
+        } else {
+            self.features.retain(|f| !f.contains("medium"));
+            self.features.push("vacuum");
+        }
+        let inside = |f: [f64; 3]| {
+            let p = [0, 1, 2].map(|k| f[k] * size[k]);
+            [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]].map(SceneGenerator::short)
+        };
+        let corner = inside([0.3, 0.35, 0.4]);
+        let mut look = self.look(0.04 * size[0] * size[1]);
+        look.heat = HeatCondition::Temperature(1300.0);
+        look.both = true;
+        let edges =
+            [[0.2 * size[0], 0.0, 0.0], [0.0, 0.2 * size[1], 0.0]].map(|e| e.map(SceneGenerator::short));
+        m.surfaces.push(ModelSurface {
+            name: "heater".into(),
+            shape: ModelShape::Plate { corner, edges, triangle: false },
+            look,
+        });
+        let mean = (size[0] + size[1] + size[2]) / 3.0;
+        m.patch_size = Some(self.patch(mean));
+        m.closed_room = true;
+        self.finished(m)
+    }
+
+    /// A hollow shell: an outward skin, an inward one, and a solid in the cavity.
+    fn shell(&mut self) -> SceneModel {
+        self.features.extend(["hollow shell", "nested", "mesh"]);
+        let size = self.size();
+        let mut m = self.empty();
+        let (room, _) = self.room(size, 0.2);
+        m.surfaces.push(room);
+        let at = |f: f64| times(size, f).map(SceneGenerator::short);
+        for (name, [lo, hi], front) in [
+            ("outside", [0.2, 0.8], FrontSide::Outside),
+            ("inside", [0.3, 0.7], FrontSide::Inside),
+            ("core", [0.45, 0.6], FrontSide::Outside),
+        ] {
+            let mut look = self.look(1.0);
+            if name == "core" {
+                look.heat = HeatCondition::Temperature(1100.0);
+                look.emission = self.spread(|m| m.between(10.0, 100.0));
+            }
+            let shape = ModelShape::Mesh { quads: quads(at(lo), at(hi), front) };
+            m.surfaces.push(ModelSurface { name: name.into(), shape, look });
+        }
+        let filled = self.chance(0.5);
+        m.medium = self.even_medium(filled, size, (3, 4));
+        let mean = (size[0] + size[1] + size[2]) / 3.0;
+        m.patch_size = Some(self.patch(mean));
+        self.finished(m)
+    }
+}

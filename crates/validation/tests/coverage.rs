@@ -1,0 +1,48 @@
+//! Fifty small scenes of the random coverage campaign: stated errors cover the true ones. The example `coverage` runs the whole campaign.
+
+#![allow(dead_code)]
+
+#[path = "../examples/coverage/generate.rs"]
+mod generate;
+#[path = "../examples/coverage/invariance.rs"]
+mod invariance;
+#[path = "../examples/coverage/measure.rs"]
+mod measure;
+#[path = "../examples/coverage/model.rs"]
+mod model;
+#[path = "../examples/coverage/run.rs"]
+mod run;
+#[path = "../examples/coverage/stated.rs"]
+mod stated;
+#[path = "../examples/coverage/summary.rs"]
+mod summary;
+
+use model::CampaignSize;
+use run::CampaignPlan;
+use summary::{CampaignSummary, CoverageCounts};
+
+const SCENES: u64 = 50;
+const SEED: u64 = 2026;
+const WALKS: usize = 4000;
+
+#[test]
+fn stated_errors_cover_true_ones_in_fifty_random_scenes() {
+    let plan = CampaignPlan {
+        scenes: (0..SCENES).collect(),
+        seed: SEED,
+        walks: WALKS,
+        size: CampaignSize::Small,
+        keep: None,
+    };
+    let done = run::run(&plan, |_| {});
+    let s = CampaignSummary::new(&done);
+    let missed: Vec<_> = done.iter().flat_map(|d| d.missed()).collect();
+    let failures: Vec<_> = done.iter().flat_map(|d| &d.failures).collect();
+    let broken: Vec<_> =
+        done.iter().filter_map(|d| d.invariance.as_ref()).flat_map(|i| &i.1.broken).collect();
+    assert!(failures.is_empty(), "{failures:#?}");
+    assert!(broken.is_empty(), "{broken:#?}");
+    assert_eq!(s.all.far[0], 0, "beyond ten times the stated error without a warning: {missed:#?}");
+    assert!(CoverageCounts::percent(s.all.names_covered, s.all.names) >= 99.0, "{missed:#?}");
+    assert!(CoverageCounts::percent(s.all.zones_covered, s.all.zones) >= 97.0, "{missed:#?}");
+}

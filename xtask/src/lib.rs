@@ -1,0 +1,13 @@
+//! Developer tasks of the workspace: the steps of CI ([`steps`]) and counts of the structure of the code ([`counts`]).
+//!
+//! The counts parse every Rust source of the workspace with `syn`. [`source`] loads the files, [`modules`] resolves paths between modules and
+//! finds import cycles, [`surface`] measures the public items, [`shape`] measures functions, constants and type names.
+
+#![forbid(unsafe_code)]
+
+pub mod counts;
+pub mod modules;
+pub mod shape;
+pub mod source;
+pub mod steps;
+pub mod surface;

@@ -1,0 +1,33 @@
+//! The command `cargo xtask`.
+
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+cargo xtask ci [STEP…]      runs the steps of CI (all, or those named), every one even when an earlier one fails
+cargo xtask steps           lists the steps
+cargo xtask counts [--list] counts of the structure of the code against their limits; --list names every place
+cargo xtask unused-pub      `pub` items that nothing outside their crate names";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let root = xtask::source::workspace_root();
+    let passed = match words.as_slice() {
+        ["ci", names @ ..] => xtask::steps::run(&root, names),
+        ["steps"] => {
+            xtask::steps::list();
+            true
+        }
+        ["counts"] => xtask::counts::report(&root, false),
+        ["counts", "--list"] => xtask::counts::report(&root, true),
+        ["unused-pub"] => {
+            xtask::counts::print_unused(&root);
+            true
+        }
+        _ => {
+            eprintln!("{USAGE}");
+            return ExitCode::from(2);
+        }
+    };
+    if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

@@ -1,0 +1,95 @@
+//! Loads the Rust sources of the workspace and parses them.
+
+use std::path::{Path, PathBuf};
+
+/// The kind of target to which a source file belongs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Below `src/` of a crate.
+    Library,
+    /// Below `tests/`, `examples/` or `benches/` of a crate, or of the fuzz harness.
+    Consumer,
+}
+
+/// One parsed source file.
+pub struct SourceFile {
+    /// Name of the crate's folder, e.g. `solve`.
+    pub package: String,
+    /// Path relative to the root of the workspace.
+    pub path: String,
+    /// Library or consumer of libraries.
+    pub role: Role,
+    /// The text.
+    pub text: String,
+    /// The syntax tree.
+    pub syntax: syn::File,
+}
+
+/// The root of the workspace, from the place of this crate.
+#[must_use]
+pub fn workspace_root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().map_or_else(|| here.to_path_buf(), Path::to_path_buf)
+}
+
+fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            rust_files(&path, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// Parses every Rust source below `crates/` and `fuzz/`, sorted by path.
+///
+/// # Panics
+/// If a file cannot be read or parsed.
+#[must_use]
+pub fn load(root: &Path) -> Vec<SourceFile> {
+    let mut paths = Vec::new();
+    rust_files(&root.join("crates"), &mut paths);
+    rust_files(&root.join("fuzz/src"), &mut paths);
+    rust_files(&root.join("fuzz/fuzz_targets"), &mut paths);
+    rust_files(&root.join("examples"), &mut paths);
+    paths.sort();
+    paths.iter().map(|path| parse(root, path)).collect()
+}
+
+fn parse(root: &Path, path: &Path) -> SourceFile {
+    let relative = path.strip_prefix(root).unwrap_or(path).to_string_lossy().replace('\\', "/");
+    let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{relative}: {e}"));
+    SourceFile::from_text(relative, text)
+}
+
+impl SourceFile {
+    /// Parses the text of a file; `path` is relative to the root of the workspace.
+    ///
+    /// # Panics
+    /// If the text cannot be parsed.
+    #[must_use]
+    pub fn from_text(path: String, text: String) -> SourceFile {
+        let syntax = syn::parse_file(&text).unwrap_or_else(|e| panic!("{path}: {e}"));
+        let mut parts = path.split('/');
+        let first = parts.next().unwrap_or("").to_string();
+        let (package, folder) = if first == "crates" {
+            (parts.next().unwrap_or("").to_string(), parts.next().unwrap_or("").to_string())
+        } else {
+            (first, String::new())
+        };
+        let role = if folder == "src" { Role::Library } else { Role::Consumer };
+        SourceFile { package, path, role, text, syntax }
+    }
+}
+
+/// True for an item behind `#[cfg(test)]`.
+#[must_use]
+pub fn is_test_only(attributes: &[syn::Attribute]) -> bool {
+    attributes.iter().any(|a| {
+        a.path().is_ident("cfg")
+            && matches!(&a.meta, syn::Meta::List(list) if list.tokens.to_string().split(|c: char| !c.is_alphanumeric()).any(|w| w == "test"))
+    })
+}
