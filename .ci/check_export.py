@@ -58,8 +58,8 @@ area, rho = a["area [m2]"][:, None], a["reflectance"]
 same("power that leaves", (a["radiosity [W/m2]"] * area)[kind == 0].sum(0), (z["radiosity"][P] * z["patch_area"][:, None]).sum(0))
 absorbed = ((1 - rho) * (a["irradiance [W/m2]"] + a["direct [W/m2]"]) * area)[kind == 0].sum(0)
 energy = header["report"]["energy"]
-told = sum(np.array(x["power"]) for x in energy["absorbed_surfaces"])
-same("absorbed by surfaces", absorbed, told, 1e-9)
+reported = sum(np.array(x["power"]) for x in energy["absorbed_surfaces"])
+same("absorbed by surfaces", absorbed, reported, 1e-9)
 pane_volume = area * a["thickness [m]"][:, None]
 taken = (a["extinction [1/m]"] * (1 - a["albedo"]) * (a["fluence [W/m2]"] + a["direct [W/m2]"]) * pane_volume).sum(0)
 same("absorbed by panes", taken, energy["absorbed_panes"], 1e-9)
@@ -90,7 +90,7 @@ arrives = a["fluence [W/m2]"] + a["direct [W/m2]"]
 same("absorbed by the medium", (found * (1 - a["albedo"]) * arrives * free).sum(0), energy["absorbed_volumes"], 1e-9)
 if len(groups) > 1:
     same("groups of the medium", sum(a[f"radiosity of {g} [W/m2]"] for g in groups), a["radiosity [W/m2]"], 1e-6)
-# A cell lies where the voxmap has it: the zone named there has its centre in it.
+# A cell lies where the voxel grid has it: the zone named there has its centre in it.
 for i in np.flatnonzero(a["zones"]):
     lo_hi = np.array(grid.GetCell(int(i)).GetBounds()).reshape(3, 2)
     centre = z["voxel_centre"][a["zone"][i] - patches]

@@ -19,7 +19,7 @@ fn main() -> Result<(), Error> {
         .build()?;
     let solution = Solver::new(&scene).tolerance(0.02).solve()?;
 
-    let absorbed = |s: &Solution| s.surface("room").map_or(0.0, |room| room.absorbed[0]);
+    let absorbed = |s: &Solution| s.surface("room").map_or(0.0, |room| room.absorbed.mean());
     println!("both lamps:       {:.1} W", absorbed(&solution));
     for (left, right) in [(1.0, 0.0), (0.25, 1.0)] {
         let relit = zonal::relight(solution.clone(), &[("left", left), ("right", right)])?;

@@ -25,7 +25,7 @@ fn main() -> Result<(), Error> {
 
     let solution = Solver::new(&scene).tolerance(0.05).solve()?;
     for surface in solution.surfaces() {
-        println!("{}: absorbs {:.1?} W in red, green, blue", surface.name, surface.absorbed);
+        println!("{}: absorbs {:.1?} W in red, green, blue", surface.name, surface.absorbed.to_rgb());
     }
     println!("engine {}: {}", solution.report.engine, solution.report.reason);
     let path = std::env::temp_dir().join("room_with_smoke.npz");

@@ -3,7 +3,7 @@
 use zonal_cli::viewer::package::{PackageDetail, package};
 use zonal_io::output;
 use zonal_render::{ItemBuffer, PaneVisibility, RenderOptions, render};
-use zonal_scene::{Camera, Lens, NoProgress, Scene, Solution};
+use zonal_scene::{Bands, Camera, Lens, NoProgress, Scene, Solution};
 
 /// Most zones of a scene that is solved, and of a solution that is used.
 pub const MAX_ZONES: usize = 160;
@@ -86,7 +86,8 @@ pub fn use_solution(solution: Solution, packing: Packing) {
         pack(&solution);
     }
     if let Some(name) = solution.groups.first().map(|g| g.name.clone())
-        && let Ok(relit) = zonal_solve::relight::relight(solution, &[(name, [0.5, 2.0, 0.0])])
+        && let Ok(relit) =
+            zonal_solve::relight::relight(solution, &[(name, Bands::from_rgb([0.5, 2.0, 0.0]))])
     {
         let _ = output::solution_bytes(&relit);
     }

@@ -34,7 +34,7 @@ impl ByteChoices<'_> {
         lo + (hi - lo) * self.unit_number()
     }
     /// A number for all bands, or three.
-    fn bands(&mut self, mut one: impl FnMut(&mut Self) -> f64) -> String {
+    fn band_values(&mut self, mut one: impl FnMut(&mut Self) -> f64) -> String {
         if !self.grey && self.one_in(3) {
             let [r, g, b] = [one(self), one(self), one(self)];
             return format!("[{r:?},{g:?},{b:?}]");
@@ -198,10 +198,10 @@ impl SceneWriter<'_> {
             self.line(format!("{before}{known}\n{before}emissivity={e:?}"));
             return;
         }
-        let r = self.c.bands(ByteChoices::fraction);
+        let r = self.c.band_values(ByteChoices::fraction);
         self.line(format!("{before}reflectance={r}"));
         if self.c.one_in(3) {
-            let e = self.c.bands(ByteChoices::power);
+            let e = self.c.band_values(ByteChoices::power);
             self.line(format!("{before}emission={e}"));
             if e.chars().any(|c| ('1'..='9').contains(&c)) {
                 self.emitting.push(name.into());
@@ -317,13 +317,13 @@ impl SceneWriter<'_> {
             .iter()
             .map(|[x, y]| self.point([*x, *y, z]))
             .collect();
-        let x = self.c.bands(ByteChoices::extinction);
+        let x = self.c.band_values(ByteChoices::extinction);
         self.line(format!(
             "[[pane]]\nname='glass'\npolygon=[{}]\nthickness=0.01\nextinction={x}",
             corners.join(",")
         ));
         if self.c.one_in(2) {
-            let a = self.c.bands(ByteChoices::fraction);
+            let a = self.c.band_values(ByteChoices::fraction);
             self.line(format!("albedo={a}"));
         }
         if self.thermal && self.c.one_in(2) {
@@ -338,10 +338,10 @@ impl SceneWriter<'_> {
             true => [1 + self.c.index_below(2), 1 + self.c.index_below(2), 1 + self.c.index_below(6)],
             false => [0; 3].map(|_| 1 + self.c.index_below(4)),
         };
-        let x = self.c.bands(ByteChoices::extinction);
+        let x = self.c.band_values(ByteChoices::extinction);
         self.line(format!("[medium]\nmin=[0,0,0]\nmax={max}\ncells={cells:?}\nextinction={x}"));
         if self.c.one_in(2) {
-            let a = self.c.bands(ByteChoices::fraction);
+            let a = self.c.band_values(ByteChoices::fraction);
             self.line(format!("albedo={a}"));
         }
         if self.thermal {
@@ -352,14 +352,14 @@ impl SceneWriter<'_> {
             };
             self.line(known);
         } else if self.c.one_in(3) {
-            let e = self.c.bands(ByteChoices::power);
+            let e = self.c.band_values(ByteChoices::power);
             self.line(format!("emission={e}"));
         }
         if !periodic && self.c.one_in(3) {
             let (a, b) = (self.random_point(), self.random_point());
             let lo = self.point([0, 1, 2].map(|k| a[k].min(b[k])));
             let hi = self.point([0, 1, 2].map(|k| a[k].max(b[k]) + 0.05));
-            let x = self.c.bands(ByteChoices::extinction);
+            let x = self.c.band_values(ByteChoices::extinction);
             self.line("[[medium.region]]");
             if self.c.one_in(3) {
                 let mesh = self.boxes([0.2; 3], [0.7, 0.8, 0.9], true);
@@ -402,11 +402,11 @@ impl SceneWriter<'_> {
             return;
         }
         if self.c.one_in(3) {
-            let e = self.c.bands(ByteChoices::power);
+            let e = self.c.band_values(ByteChoices::power);
             self.line(format!("[surroundings]\nradiance={e}"));
         }
         for _ in 0..self.c.index_below(3) {
-            let e = self.c.bands(ByteChoices::power);
+            let e = self.c.band_values(ByteChoices::power);
             match self.c.index_below(3) {
                 0 => {
                     let d = self.random_point().map(|x| x - 0.6);

@@ -87,13 +87,13 @@ fn coarsened(scene: Scene, turn: usize) -> Option<Scene> {
 }
 
 fn assert_finite(what: &str, list: &[Bands]) {
-    if let Some(x) = list.as_flattened().iter().find(|x| !x.is_finite()) {
+    if let Some(x) = list.iter().flatten().find(|x| !x.is_finite()) {
         panic!("{what} is {x}");
     }
 }
 
 fn assert_errors(what: &str, list: &[Bands]) {
-    if let Some(x) = list.as_flattened().iter().find(|x| x.is_nan() || **x < 0.0) {
+    if let Some(x) = list.iter().flatten().find(|x| x.is_nan() || **x < 0.0) {
         panic!("the {what} is {x}");
     }
 }
@@ -109,8 +109,8 @@ fn check_fields(solution: &Solution) {
     for g in &solution.groups {
         for values in [&g.incident, &g.direct] {
             let sound = match values {
-                ZoneValues::Double(list) => list.as_flattened().iter().all(|x| x.is_finite()),
-                ZoneValues::Single(list) => list.as_flattened().iter().all(|x| x.is_finite()),
+                ZoneValues::Double(list) => list.iter().flatten().all(|x| x.is_finite()),
+                ZoneValues::Single(list) => list.iter().flatten().all(|x| x.is_finite()),
             };
             assert!(sound, "light group '{}' is not finite", g.name);
         }

@@ -16,7 +16,7 @@ struct Step {
     command: &'static [&'static str],
 }
 
-const STEPS: [Step; 11] = [
+const STEPS: [Step; 12] = [
     Step { name: "format", checks: "rustfmt", command: &["cargo", "fmt", "--all", "--", "--check", "-l"] },
     Step {
         name: "lint",
@@ -55,6 +55,7 @@ const STEPS: [Step; 11] = [
         command: &["cargo", "test", "--locked", "--no-fail-fast"],
     },
     Step { name: "counts", checks: "structure of the code", command: &["cargo", "xtask", "counts"] },
+    Step { name: "examples", checks: "the library's examples", command: &[".ci/examples.sh", "{zonal}"] },
     Step {
         name: "demo",
         checks: "the demo at small size",

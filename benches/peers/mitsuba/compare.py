@@ -60,7 +60,7 @@ def theirs_of(scene, o):
         "albedo": {"type": "rgb", "value": float(medium["albedo"])},
         "phase": {"type": "isotropic"},
     }
-    # The camera stands in the haze and must be told, or its first segment is not dimmed.
+    # The camera stands in the haze and must be declared, or its first segment is not attenuated.
     sensor = {
         "type": "perspective",
         "fov_axis": "x",

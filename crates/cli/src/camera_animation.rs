@@ -12,7 +12,7 @@
 
 use zonal_io::input::{CameraPath, KeyFrame};
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Bands, Camera, Lens, bands};
+use zonal_scene::{Band, Bands, Camera, Lens};
 
 /// Camera, exposure and lights of a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +63,7 @@ fn frame_from_numbers(frame: usize, x: &[f64]) -> AnimationFrame {
     let position = |i: usize| vec3(x[i], x[i + 1], x[i + 2]);
     let lens = Lens { aperture: x[10], focus: Some(x[11]) };
     let name = format!("frame {}", frame + 1);
-    let lights = x[13..].chunks(3).map(|c| bands(|b| c[b])).collect();
+    let lights = x[13..].chunks(Band::all().len()).filter_map(|c| Bands::try_from(c).ok()).collect();
     AnimationFrame {
         camera: Camera { name, origin: position(0), target: position(3), up: position(6), fov: x[9], lens },
         stops: x[12],
@@ -112,7 +112,11 @@ mod tests {
             fov,
             lens: Lens { aperture: 0.01, focus: Some(2.0 + x) },
         };
-        KeyFrame { time, camera, stops: -x, lights: vec![[sun, 1.0, 0.0]] }
+        KeyFrame { time, camera, stops: -x, lights: vec![Bands::from_rgb([sun, 1.0, 0.0])] }
+    }
+
+    fn red(factor: Bands) -> f64 {
+        factor.to_rgb()[0]
     }
 
     fn frames(keys: Vec<KeyFrame>) -> Vec<AnimationFrame> {
@@ -133,7 +137,8 @@ mod tests {
             let (s, k) = (&all[frame], &keys[k]);
             assert!((s.camera.origin - k.camera.origin).length() < 1e-9 && (s.stops - k.stops).abs() < 1e-9);
             assert!(
-                (s.camera.fov - k.camera.fov).abs() < 1e-9 && (s.lights[0][0] - k.lights[0][0]).abs() < 1e-9
+                (s.camera.fov - k.camera.fov).abs() < 1e-9
+                    && (red(s.lights[0]) - red(k.lights[0])).abs() < 1e-9
             );
             assert!(s.camera.check().is_ok());
         }
@@ -142,9 +147,9 @@ mod tests {
             let b = keys.iter().position(|k| k.time > t - 1e-9).unwrap().max(1);
             let within = |x: f64, a: f64, b: f64| x >= a.min(b) - 1e-9 && x <= a.max(b) + 1e-9;
             assert!(within(s.camera.origin.x, keys[b - 1].camera.origin.x, keys[b].camera.origin.x), "{i}");
-            assert!(within(s.lights[0][0], keys[b - 1].lights[0][0], keys[b].lights[0][0]), "{i}");
+            assert!(within(red(s.lights[0]), red(keys[b - 1].lights[0]), red(keys[b].lights[0])), "{i}");
             assert!((s.camera.lens.focus.unwrap() - 2.0 - s.camera.origin.x).abs() < 1e-9);
-            assert_eq!((s.lights[0][1], s.lights[0][2]), (1.0, 0.0));
+            assert_eq!(s.lights[0].to_rgb()[1..], [1.0, 0.0]);
         }
         // Constant between equal keys.
         assert!(all[10..=15].iter().all(|s| s.camera.fov == 20.0));
@@ -163,6 +168,10 @@ mod tests {
     #[test]
     fn one_key_is_one_frame() {
         let all = frames(vec![key(3.0, 1.0, 40.0, 0.5)]);
-        assert!(all.len() == 1 && all[0].camera.fov == 40.0 && all[0].lights == [[0.5, 1.0, 0.0]]);
+        assert!(
+            all.len() == 1
+                && all[0].camera.fov == 40.0
+                && all[0].lights == [Bands::from_rgb([0.5, 1.0, 0.0])]
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 use zonal_scene::{
-    Bands, Diagnostic, DiscretizationError, EnergyBalance, HeatReport, HeatRowKind, Report, Solution, bands,
+    Band, Bands, Diagnostic, DiscretizationError, EnergyBalance, HeatReport, HeatRowKind, Report, Solution,
 };
 
 /// Largest number of parts in the table of heat.
@@ -35,7 +35,7 @@ pub fn light_groups(s: &Solution) -> String {
     let mut out = String::from("light groups (emitted power, W)\n");
     for g in &s.groups {
         let e = &g.energy;
-        band_row(&mut out, &g.name, bands(|b| e.emitted[b] + e.incoming[b]));
+        band_row(&mut out, &g.name, e.emitted + e.incoming);
     }
     out
 }
@@ -179,17 +179,16 @@ fn energy_balance(out: &mut String, r: &Report) {
 }
 
 fn powers(out: &mut String, v: &EnergyBalance, e: &EnergyBalance) {
-    let plus = |a: Bands, b: Bands| bands(|k| a[k] + b[k]);
     band_row_with_errors(out, "emitted", v.emitted, e.emitted);
     band_row_with_errors(out, "incoming", v.incoming, e.incoming);
-    let errors = |k: usize| e.absorbed_surfaces.get(k).map_or([f64::INFINITY; 3], |x| x.1);
+    let errors = |k: usize| e.absorbed_surfaces.get(k).map_or(Bands::splat(f64::INFINITY), |x| x.1);
     for (k, (name, power)) in v.absorbed_surfaces.iter().enumerate().take(MAX_SURFACE_ROWS) {
         band_row_with_errors(out, &format!("absorbed by {name}"), *power, errors(k));
     }
     let all = v.absorbed_surfaces.len();
     if all > MAX_SURFACE_ROWS {
-        let rest = (MAX_SURFACE_ROWS..all).fold([0.0; 3], |s, k| plus(s, v.absorbed_surfaces[k].1));
-        let error = (MAX_SURFACE_ROWS..all).fold([0.0; 3], |s, k| plus(s, errors(k)));
+        let rest = (MAX_SURFACE_ROWS..all).fold(Bands::ZERO, |s, k| s + v.absorbed_surfaces[k].1);
+        let error = (MAX_SURFACE_ROWS..all).fold(Bands::ZERO, |s, k| s + errors(k));
         let name = format!("absorbed by {} more surfaces", all - MAX_SURFACE_ROWS);
         band_row_with_errors(out, &name, rest, error);
     }
@@ -199,24 +198,17 @@ fn powers(out: &mut String, v: &EnergyBalance, e: &EnergyBalance) {
     band_row_with_errors(out, "absorbed by backfaces", v.absorbed_backfaces, e.absorbed_backfaces);
 }
 
-fn is_grey(v: Bands) -> bool {
-    v[0] == v[1] && v[1] == v[2]
-}
-
 /// A row of three values, or of one if the bands are equal.
 fn band_row(out: &mut String, name: &str, v: Bands) {
-    let cells = if is_grey(v) {
-        format!("{:>12}", number(v[0]))
-    } else {
-        v.map(|x| format!("{:>12}", number(x))).concat()
-    };
+    let shown = if v.is_grey() { &v.as_slice()[..1] } else { v.as_slice() };
+    let cells: String = shown.iter().map(|x| format!("{:>12}", number(*x))).collect();
     let _ = writeln!(out, "  {name:<33} {cells}");
 }
 
 /// A row of three values with errors, or of one if the bands are equal.
 fn band_row_with_errors(out: &mut String, name: &str, v: Bands, e: Bands) {
-    let bands = if is_grey(v) && is_grey(e) { 1 } else { 3 };
-    let text: Vec<String> = (0..bands).map(|b| value_with_error(v[b], e[b])).collect();
+    let shown = if v.is_grey() && e.is_grey() { 1 } else { Band::all().len() };
+    let text: Vec<String> = Band::all().take(shown).map(|b| value_with_error(v[b], e[b])).collect();
     let _ = writeln!(out, "  {name:<33} {:>12}", text.join("   "));
 }
 

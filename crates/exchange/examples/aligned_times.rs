@@ -1,7 +1,7 @@
 //! Times of the aligned methods and tables on one core: `cargo run --release -p zonal-exchange --example aligned_times`.
 
 use std::time::Instant;
-use zonal_exchange::aligned::lattice::{OffsetTable, WallTable, voxel_block};
+use zonal_exchange::aligned::lattice::{OffsetTable, VoxelBlock, WallTable, voxel_block};
 use zonal_exchange::aligned::{Cuboid, geometric_factor};
 use zonal_math::{Vec3, vec3};
 
@@ -74,7 +74,8 @@ fn all_tables() {
 
 fn blocks() {
     for counts in [[1, 1, 1], [20, 1, 1], [20, 20, 1]] {
-        let (t, b) = best(500, || voxel_block([1.0; 3], [3.0, 0.0, 0.0], counts, 0.0, 1e-6));
+        let (t, b): (f64, VoxelBlock) =
+            best(500, || voxel_block([1.0; 3], [3.0, 0.0, 0.0], counts, 0.0, 1e-6));
         println!("block of {counts:?}: {:.1} us, {} distinct", t * 1e6, b.distinct);
     }
     for tolerance in [1e-3, 1e-6, 1e-9] {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 use zonal_exchange::Method;
-use zonal_exchange::aligned::{Cuboid, FactorCache, geometric_factor};
+use zonal_exchange::aligned::{Cuboid, DistanceCumulants, FactorCache, geometric_factor};
 use zonal_math::{Bounded, Grade, Vec3, low_discrepancy, vec3};
 
 /// Relative error of the reference table.
@@ -382,7 +382,7 @@ fn weak_attenuation_tends_to_vacuum_factor() {
     let v = cube(0.0, 0.0, 0.0);
     for (a, b) in [(v, v), (v, cube(2.0, 1.0, 0.0)), (floor, side), (floor, v)] {
         let none = factor(&a, &b, 0.0, 1e-12).value;
-        let cumulants = FactorCache::new(1e-12).get_cumulants(&a, &b);
+        let cumulants: DistanceCumulants = FactorCache::new(1e-12).get_cumulants(&a, &b);
         close(cumulants.factor.value, none, 2e-12, "the cumulants' factor");
         let weak = factor(&a, &b, 1e-9, 1e-12).value;
         assert!(weak < none);

@@ -1,18 +1,21 @@
 //! Pairs in general positions against the brute-force oracle.
 
-use zonal_exchange::pair::{Exchange, PairCounts, PairFactor};
+use zonal_exchange::pair::{Exchange, PairCounts, PairFactor, PairRow};
 use zonal_exchange::solid_angle_quadrature::{DistanceMoments, plate_cuboid, plate_plate};
 use zonal_math::{Vec3, vec3};
 use zonal_reference::exchange::{exchange_by_points, exchange_by_rays};
 use zonal_reference::{BruteForceScene, ExchangeBody, Rng, SampleEstimate};
-use zonal_scene::{Facet, Pane, Plate, Scene, SceneParts, Sides, SolveOptions, Surface, VoxelGrid, Zones};
+use zonal_scene::{
+    Band, Bands, Facet, Pane, PerBand, Plate, Scene, SceneParts, Sides, SolveOptions, Surface, VoxelGrid,
+    Zones,
+};
 use zonal_transport::{Transport, build_zones};
 
 fn surface(name: &str, solid: bool) -> Surface {
     Surface {
         name: name.into(),
-        reflectance: [0.5; 3],
-        emission: [0.0; 3],
+        reflectance: Bands::splat(0.5),
+        emission: Bands::ZERO,
         reflectance_texture: None,
         emission_texture: None,
         sides: Sides::Front,
@@ -24,7 +27,7 @@ fn surface(name: &str, solid: bool) -> Surface {
 /// A scene without facets in an infinite medium of extinction `kappa`.
 fn empty_scene(kappa: f64) -> Scene {
     let mut map = VoxelGrid::new(Vec3::splat(-50.0), Vec3::splat(100.0), [1, 1, 1]).unwrap();
-    map.set(0, [0.0, kappa, 0.0], [0.0; 3], [0.0; 3], [0.0; 3]);
+    map.set(0, Bands::from_rgb([0.0, kappa, 0.0]), Bands::ZERO, Bands::ZERO, Bands::ZERO);
     Scene::new(SceneParts { voxel_grid: Some(map.seal().unwrap()), ..SceneParts::default() }).unwrap()
 }
 
@@ -89,10 +92,10 @@ fn relative_error(value: f64, e: &SampleEstimate, floor: f64) -> f64 {
 
 const RAYS: usize = 500_000;
 
-fn oracle(w: &BruteForceScene, a: &ExchangeBody, b: &ExchangeBody, seed: u64) -> [SampleEstimate; 3] {
+fn oracle(w: &BruteForceScene, a: &ExchangeBody, b: &ExchangeBody, seed: u64) -> PerBand<SampleEstimate> {
     let (p, q) = (exchange_by_rays(w, a, b, RAYS, seed), exchange_by_rays(w, b, a, RAYS, seed + 1));
     // The direction with the smaller error.
-    std::array::from_fn(|k| if p[k].error <= q[k].error && p[k].value > 0.0 { p[k] } else { q[k] })
+    PerBand::from_fn(|k| if p[k].error <= q[k].error && p[k].value > 0.0 { p[k] } else { q[k] })
 }
 
 #[test]
@@ -106,14 +109,15 @@ fn plates_keep_the_tolerance() {
         } else {
             facing(a, b)
         };
-        let e = oracle(&w, &ExchangeBody::Patch(a), &ExchangeBody::Patch(b), seed as u64 * 10);
+        let [e, attenuated, _] =
+            oracle(&w, &ExchangeBody::Patch(a), &ExchangeBody::Patch(b), seed as u64 * 10).into_rgb();
         let floor = 1e-3 * a.area().min(b.area());
         let at = |tolerance: f64| plate_plate(&a, &b, [Sides::Front; 2], tolerance);
-        let off = [1e-2, 1e-3].map(|t| relative_error(at(t).factor.value, &e[0], floor));
-        let tau = relative_error(at(1e-3).factor.value * at(1e-3).transmittance(1.0), &e[1], floor);
+        let off = [1e-2, 1e-3].map(|t| relative_error(at(t).factor.value, &e, floor));
+        let tau = relative_error(at(1e-3).factor.value * at(1e-3).transmittance(1.0), &attenuated, floor);
         println!(
             "| {name} | {:.5e} | {:.1e} | {:.1e} | {:.1e} | {tau:.1e} |",
-            e[0].value, e[0].error, off[0], off[1]
+            e.value, e.error, off[0], off[1]
         );
         assert!(off[0] < 1e-2 && off[1] < 1e-3, "{name}: {off:?}");
         assert!(tau < 2e-2, "{name}: attenuated {tau}");
@@ -174,14 +178,15 @@ fn plates_and_boxes_keep_the_tolerance() {
     let w = BruteForceScene::new(&scene);
     println!("| pair | oracle | s.e. | error 1e-2 | error 1e-3 | τ(κ=1) error |");
     for (seed, (name, p, lo, hi)) in plate_box_pairs().into_iter().enumerate() {
-        let e = oracle(&w, &ExchangeBody::Patch(p), &ExchangeBody::cuboid(lo, hi), 1000 + seed as u64 * 10);
+        let (patch, body) = (ExchangeBody::Patch(p), ExchangeBody::cuboid(lo, hi));
+        let [e, attenuated, _] = oracle(&w, &patch, &body, 1000 + seed as u64 * 10).into_rgb();
         let floor = 1e-3 * (hi - lo).product();
         let at = |tolerance: f64| plate_cuboid(&p, lo, hi, Sides::Front, tolerance);
-        let off = [1e-2, 1e-3].map(|t| relative_error(at(t).factor.value, &e[0], floor));
-        let tau = relative_error(at(1e-3).factor.value * at(1e-3).transmittance(1.0), &e[1], floor);
+        let off = [1e-2, 1e-3].map(|t| relative_error(at(t).factor.value, &e, floor));
+        let tau = relative_error(at(1e-3).factor.value * at(1e-3).transmittance(1.0), &attenuated, floor);
         println!(
             "| {name} | {:.5e} | {:.1e} | {:.1e} | {:.1e} | {tau:.1e} |",
-            e[0].value, e[0].error, off[0], off[1]
+            e.value, e.error, off[0], off[1]
         );
         assert!(off[0] < 1e-2 && off[1] < 1e-3, "{name}: {off:?}");
         assert!(tau < 2e-2, "{name}: attenuated {tau}");
@@ -209,7 +214,8 @@ fn reference_oracles_agree() {
             exchange_by_rays(&w, o, &t, 400_000, 2),
             exchange_by_points(&w, &t, o, 400_000, 3),
         );
-        for k in 0..2 {
+        // The last band has no extinction, as the first.
+        for k in Band::all().take(2) {
             for x in [b[k], c[k]] {
                 let z = (a[k].value - x.value).abs() / (a[k].error.powi(2) + x.error.powi(2)).sqrt();
                 assert!(z < 4.0, "{:?} {x:?}", a[k]);
@@ -259,12 +265,12 @@ fn estimated_radii_cover_true_errors() {
     };
     for (seed, (name, p, lo, hi)) in plate_box_pairs().into_iter().enumerate() {
         let e = oracle(&w, &ExchangeBody::Patch(p), &ExchangeBody::cuboid(lo, hi), 3000 + seed as u64 * 10);
-        check(name, plate_cuboid(&p, lo, hi, Sides::Front, 1e-2), &e[0], (hi - lo).product());
+        check(name, plate_cuboid(&p, lo, hi, Sides::Front, 1e-2), &e[Band::first()], (hi - lo).product());
     }
     for (seed, (name, a, b)) in plate_pairs().into_iter().enumerate() {
         let (a, b) = facing(a, b);
         let e = oracle(&w, &ExchangeBody::Patch(a), &ExchangeBody::Patch(b), 5000 + seed as u64 * 10);
-        check(name, plate_plate(&a, &b, [Sides::Front; 2], 1e-2), &e[0], a.area().min(b.area()));
+        check(name, plate_plate(&a, &b, [Sides::Front; 2], 1e-2), &e[Band::first()], a.area().min(b.area()));
     }
 }
 
@@ -272,7 +278,8 @@ fn estimated_radii_cover_true_errors() {
 fn mixed_scene(screen: bool) -> Scene {
     let mut map = VoxelGrid::new(Vec3::ZERO, Vec3::splat(0.5), [2, 2, 2]).unwrap();
     for i in 0..8 {
-        map.set(i, [0.0, 0.4 + 0.2 * i as f64, 3.0], [0.5; 3], [0.0; 3], [0.0; 3]);
+        let extinction = Bands::from_rgb([0.0, 0.4 + 0.2 * i as f64, 3.0]);
+        map.set(i, extinction, Bands::splat(0.5), Bands::ZERO, Bands::ZERO);
     }
     let mut parts = SceneParts {
         surfaces: vec![surface("floor", false), surface("slope", false), surface("screen", false)],
@@ -286,9 +293,9 @@ fn mixed_scene(screen: bool) -> Scene {
                 vec3(0.0, 0.1, 1.0),
             )],
             thickness: 0.02,
-            extinction: [5.0, 40.0, 0.0],
-            albedo: [0.0; 3],
-            emission: [0.0; 3],
+            extinction: Bands::from_rgb([5.0, 40.0, 0.0]),
+            albedo: Bands::ZERO,
+            emission: Bands::ZERO,
         }],
         ..SceneParts::default()
     };
@@ -310,7 +317,7 @@ fn is_whole(zones: &Zones, i: usize) -> bool {
 }
 
 /// Ratios of a pair to the oracle in each band, with the kinds of both zones.
-fn print_pair(zones: &Zones, [i, j]: [usize; 2], f: &PairFactor, e: &[SampleEstimate; 3]) {
+fn print_pair(zones: &Zones, [i, j]: [usize; 2], f: &PairFactor, e: &PerBand<SampleEstimate>) {
     let kind = |i: usize| {
         if i < zones.voxel_offset() {
             's'
@@ -320,8 +327,8 @@ fn print_pair(zones: &Zones, [i, j]: [usize; 2], f: &PairFactor, e: &[SampleEsti
             'p'
         }
     };
-    let ratio = |k: usize| format!("{:.3}±{:.3}", f.value[k] / e[k].value, e[k].error / e[k].value);
-    println!("{}{} {i} {j}: {:?}", kind(i), kind(j), [0, 1, 2].map(ratio));
+    let ratio = |k: Band| format!("{:.3}±{:.3}", f.value[k] / e[k].value, e[k].error / e[k].value);
+    println!("{}{} {i} {j}: {:?}", kind(i), kind(j), PerBand::from_fn(ratio).as_slice());
 }
 
 /// Every pair of whole zones of the mixed scene against the oracle. The cells are optically up to 1.5 across and the plates as large as the room:
@@ -336,7 +343,7 @@ fn whole_zones_agree_with_oracle() {
         let exchange = Exchange::new(&scene, &zones, &transport);
         let w = BruteForceScene::new(&scene);
         let (mut count, mut n) = (PairCounts::default(), 0);
-        let (mut sums, mut worst) = ([[0.0f64; 2]; 3], [0.0f64; 3]);
+        let (mut sum, mut weights, mut worst) = (Bands::ZERO, Bands::ZERO, Bands::ZERO);
         for i in 0..zones.len() {
             for j in (0..i).filter(|&j| is_whole(&zones, i) && is_whole(&zones, j)) {
                 let f = exchange.pair(i, j, &mut count);
@@ -346,39 +353,53 @@ fn whole_zones_agree_with_oracle() {
                 if std::env::var_os("ZONAL_PAIRS").is_some() {
                     print_pair(&zones, [i, j], &f, &e);
                 }
-                for k in 0..3 {
-                    // The length scale of a zone makes all kinds of pairs comparable.
-                    let scale = e[k].value.max(1e-300);
-                    sums[k][0] += f.value[k] / scale * e[k].value.min(1.0);
-                    sums[k][1] += e[k].value.min(1.0);
-                    let off = (f.value[k] - e[k].value).abs() - 4.0 * e[k].error - 2.0 * f.radius[k];
-                    let relative = off / e[k].value.max(1e-6);
-                    if e[k].value > 1e-5 && relative > worst[k] {
-                        worst[k] = relative;
-                        if relative > 0.1 {
-                            println!(
-                                "{screen} {i} {j} band {k}: {:e} ± {:e} against {:e} ± {:e}",
-                                f.value[k], f.radius[k], e[k].value, e[k].error
-                            );
-                        }
-                    }
+                let (truth, error) = (e.map_to_bands(|e| e.value), e.map_to_bands(|e| e.error));
+                // The length scale of a zone makes all kinds of pairs comparable.
+                let weight = truth.min(Bands::ONE);
+                sum += f.value / truth.max(Bands::splat(1e-300)) * weight;
+                weights += weight;
+                let off = (f.value - truth).abs() - 4.0 * error - 2.0 * f.radius;
+                let relative = off / truth.max(Bands::splat(1e-6));
+                let relative = relative.zip_map(truth, |r, t| if t > 1e-5 { r } else { 0.0 });
+                worst = worst.max(relative);
+                if relative.any(|r| r > 0.1) {
+                    println!("{screen} {i} {j}: {f:?} against {e:?}");
                 }
             }
         }
-        let mean = sums.map(|s| s[0] / s[1] - 1.0);
+        let mean = sum / weights - 1.0;
         println!(
             "screen {screen}: {n} pairs, {} zones; mean off {mean:?}, worst beyond radii {worst:?}",
             zones.len()
         );
         assert!(mean.iter().zip([0.01, 0.03, 0.05]).all(|(m, most)| m.abs() < most), "{mean:?}");
-        assert!(worst.iter().all(|x| *x < 0.1), "{worst:?}");
+        assert!(worst.all(|x| x < 0.1), "{worst:?}");
+    }
+}
+
+#[test]
+fn pairs_of_a_row_equal_single_pairs() {
+    let scene = mixed_scene(true);
+    let transport = Transport::new(&scene);
+    let zones = build_zones(&scene, &transport).unwrap();
+    let exchange = Exchange::new(&scene, &zones, &transport);
+    let mut counts = PairCounts::default();
+    for i in 0..zones.len() {
+        let row: PairRow = exchange.row(i);
+        for j in 0..=i {
+            let (single, in_row) =
+                (exchange.pair(j, i, &mut counts), exchange.pair_in_row(&row, j, &mut counts));
+            assert_eq!((single.value, single.radius), (in_row.value, in_row.radius), "{i} {j}");
+        }
     }
 }
 
 /// Eight cells, of which the half-space n·x < c cuts the first one, beside a wall.
 fn cut_cell_scene(n: Vec3, c: f64) -> Scene {
     let mut map = VoxelGrid::new(Vec3::ZERO, Vec3::splat(0.5), [2, 2, 2]).unwrap();
-    (0..8).for_each(|i| map.set(i, [0.0, 1.0, 3.0], [0.5; 3], [0.0; 3], [0.0; 3]));
+    (0..8).for_each(|i| {
+        map.set(i, Bands::from_rgb([0.0, 1.0, 3.0]), Bands::splat(0.5), Bands::ZERO, Bands::ZERO)
+    });
     // The half-space below n·x = c is solid, through cell (0, 0, 0) only: a large tetrahedron with that face.
     let p = [vec3(c / n.x, 0.0, 0.0), vec3(0.0, c / n.y, 0.0), vec3(0.0, 0.0, c / n.z), Vec3::splat(-0.7)];
     let mut parts = SceneParts {
@@ -418,31 +439,27 @@ fn cut_voxels_agree_with_oracle() {
         .filter(|&i| !zones.voxels[i - zones.voxel_offset()].samples.is_empty())
         .collect();
     assert!(!cut.is_empty());
-    let (mut count, mut squares, mut all, mut m) = (PairCounts::default(), [0.0f64; 3], [0.0f64; 3], 0.0);
+    let (mut count, mut squares, mut all, mut m) = (PairCounts::default(), Bands::ZERO, Bands::ZERO, 0.0);
     for &i in &cut {
         for j in 0..zones.len() {
             let f = exchange.pair(i, j, &mut count);
             let e = exchange_by_rays(&w, &body(i), &body(j), 50_000, (i * 77 + j) as u64);
-            if e[0].value < 1e-6 {
+            if e[Band::first()].value < 1e-6 {
                 continue;
             }
             m += 1.0;
-            for k in 0..3 {
-                let off = relative_error(f.value[k], &e[k], 1e-6);
-                squares[k] += (off * e[k].value).powi(2);
-                all[k] += e[k].value.powi(2);
-                if off > 0.05 {
-                    println!(
-                        "{i} {j} band {k}: {:e} ± {:e} against {:e} ± {:e}",
-                        f.value[k], f.radius[k], e[k].value, e[k].error
-                    );
-                }
+            let truth = e.map_to_bands(|e| e.value);
+            let off = Bands::from_fn(|k| relative_error(f.value[k], &e[k], 1e-6));
+            squares += (off * truth).map(|x| x.powi(2));
+            all += truth * truth;
+            if off.any(|x| x > 0.05) {
+                println!("{i} {j}: {f:?} against {e:?}");
             }
         }
     }
-    let rms: [f64; 3] = std::array::from_fn(|k| (squares[k] / all[k]).sqrt());
+    let rms = (squares / all).sqrt();
     println!("{} cut cells, {m} pairs: rms error {rms:?}", cut.len());
-    assert!(rms.iter().all(|x| *x < 0.03), "{rms:?}");
+    assert!(rms.all(|x| x < 0.03), "{rms:?}");
 }
 
 /// Two plates in patches of a given size, with screens.
@@ -491,8 +508,8 @@ fn partly_visible_pairs_are_unbiased() {
             for i in (0..zones.len()).filter(|&i| faces(i, 1.0)) {
                 for j in (0..zones.len()).filter(|&j| faces(j, -1.0)) {
                     let f = exchange.pair(i, j, &mut count);
-                    sum += f.value[0];
-                    squares += f.radius[0] * f.radius[0];
+                    sum += f.value.first();
+                    squares += f.radius.first().powi(2);
                 }
             }
             let w = BruteForceScene::new(&scene);
@@ -502,7 +519,7 @@ fn partly_visible_pairs_are_unbiased() {
                 &ExchangeBody::Patch(ceiling),
                 1_000_000,
                 5,
-            )[0];
+            )[Band::first()];
             let off = sum / e.value - 1.0;
             println!(
                 "{name}, {n}²: {sum:.5} against {:.5} ± {:.5} ({:+.2} %), stated noise {:.2} %",

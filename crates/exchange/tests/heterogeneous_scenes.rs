@@ -7,7 +7,9 @@ use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_math::{Vec3, vec3};
 use zonal_reference::exchange::exchange_by_rays;
 use zonal_reference::{BruteForceScene, ExchangeBody, Rng, SampleEstimate};
-use zonal_scene::{Facet, Pane, Plate, Scene, SceneParts, Sides, SolveOptions, Surface, VoxelGrid};
+use zonal_scene::{
+    Band, Bands, Facet, Pane, PerBand, Plate, Scene, SceneParts, Sides, SolveOptions, Surface, VoxelGrid,
+};
 use zonal_transport::{Transport, build_zones};
 
 const SCENES: u64 = 50;
@@ -26,8 +28,8 @@ fn random_room(seed: u64) -> Scene {
     // κ of a cell between base/contrast and base; the room is up to a few mean free paths wide.
     let (base, contrast) = (10f64.powf(rng.uniform_in(-0.5, 0.8)), 100f64.powf(rng.uniform()));
     for i in 0..map.len() {
-        let k = [0; 3].map(|_| base * contrast.powf(-rng.uniform()));
-        map.set(i, k, [0.5; 3], [0.0; 3], [0.0; 3]);
+        let k = Bands::from_fn(|_| base * contrast.powf(-rng.uniform()));
+        map.set(i, k, Bands::splat(0.5), Bands::ZERO, Bands::ZERO);
     }
     let mut parts = SceneParts {
         surfaces: vec![black_wall()],
@@ -60,8 +62,8 @@ fn random_room(seed: u64) -> Scene {
 fn black_wall() -> Surface {
     Surface {
         name: "wall".into(),
-        reflectance: [0.0; 3],
-        emission: [0.0; 3],
+        reflectance: Bands::ZERO,
+        emission: Bands::ZERO,
         reflectance_texture: None,
         emission_texture: None,
         sides: Sides::Front,
@@ -81,9 +83,9 @@ fn random_pane(rng: &mut Rng, size: Vec3) -> Pane {
             vec3(0.0, rng.uniform_in(-0.1, 0.1), size.z),
         )],
         thickness: 0.01,
-        extinction: [0; 3].map(|_| 10f64.powf(rng.uniform_in(0.0, 2.0))),
-        albedo: [0.0; 3],
-        emission: [0.0; 3],
+        extinction: Bands::from_fn(|_| 10f64.powf(rng.uniform_in(0.0, 2.0))),
+        albedo: Bands::ZERO,
+        emission: Bands::ZERO,
     }
 }
 
@@ -132,11 +134,11 @@ fn both_directions(
     a: &ExchangeBody,
     b: &ExchangeBody,
     seed: u64,
-) -> [SampleEstimate; 3] {
+) -> PerBand<SampleEstimate> {
     let (p, q) = (exchange_by_rays(w, a, b, RAYS, seed), exchange_by_rays(w, b, a, RAYS, !seed));
     let ((wa, sa), (wb, sb)) = (weight_and_score(a), weight_and_score(b));
     let s = wb * sa / (wb * sa + wa * sb);
-    std::array::from_fn(|k| SampleEstimate {
+    PerBand::from_fn(|k| SampleEstimate {
         value: s * p[k].value + (1.0 - s) * q[k].value,
         error: (s * p[k].error).hypot((1.0 - s) * q[k].error),
     })
@@ -162,13 +164,13 @@ fn compare_scene(seed: u64) -> Vec<BandComparison> {
             continue;
         }
         let f = exchange.pair(i, j, &mut counts);
-        if f.value == [0.0; 3] {
+        if f.value == Bands::ZERO {
             continue;
         }
         pairs += 1;
         let (a, b) = (ExchangeBody::of(&scene, &zones, i), ExchangeBody::of(&scene, &zones, j));
         let truth = both_directions(&world, &a, &b, seed << 32 | pairs as u64);
-        for k in 0..3 {
+        for k in Band::all() {
             out.push(BandComparison {
                 scene: seed,
                 pair: (i, j),
@@ -190,7 +192,7 @@ fn median(mut x: Vec<f64>) -> f64 {
 #[test]
 fn thousand_heterogeneous_pairs_agree_with_exact_traversal() {
     let all: Vec<BandComparison> = (0..SCENES).into_par_iter().flat_map_iter(compare_scene).collect();
-    assert_eq!(all.len(), 3 * PAIRS * SCENES as usize);
+    assert_eq!(all.len(), Band::count() * PAIRS * SCENES as usize);
     // Where fewer than a few dozen rays arrive, their standard error is unreliable.
     let resolved: Vec<&BandComparison> =
         all.iter().filter(|c| c.truth.error < 0.15 * c.truth.value).collect();

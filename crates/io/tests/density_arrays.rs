@@ -5,10 +5,11 @@ mod support;
 use std::path::Path;
 use support::{CUBE, Folder, NpyOrder, f32s, npy};
 use zonal_io::input::parse_scene;
+use zonal_scene::Bands;
 
 fn total(s: &zonal_scene::Scene) -> f64 {
     let v = s.voxel_grid().unwrap();
-    (0..v.len()).map(|i| v.extinction(i)[0]).sum::<f64>() * v.cell().product()
+    (0..v.len()).map(|i| v.extinction(i).first()).sum::<f64>() * v.cell().product()
 }
 
 /// The value at (i, j, k) of a 2 × 3 × 4 array.
@@ -53,8 +54,8 @@ fn all_element_types_and_orders_read_equal() {
             for i in 0..v.len() {
                 let [x, y, z] = v.coordinates(i);
                 let k = value(x, y, z) as f64;
-                assert_eq!(v.extinction(i), [k, 2.0 * k, 0.0], "{descr} {order:?}");
-                assert_eq!((v.albedo(i), v.source(i)), ([0.5; 3], [3.0, 3.0, 0.0]));
+                assert_eq!(v.extinction(i), Bands::from_rgb([k, 2.0 * k, 0.0]), "{descr} {order:?}");
+                assert_eq!((v.albedo(i), v.source(i)), (Bands::splat(0.5), Bands::from_rgb([3.0, 3.0, 0.0])));
             }
         }
     }
@@ -100,7 +101,7 @@ fn closed_meshes_fill_interior_cells() {
     for i in 0..v.len() {
         let c = v.centre(v.coordinates(i));
         let inside = (1.0..3.0).contains(&c.x) && (1.0..3.0).contains(&c.y) && (0.5..2.5).contains(&c.z);
-        assert_eq!(v.extinction(i), [if inside { 2.0 } else { 0.125 }; 3], "{c:?}");
-        assert_eq!(v.emission(i)[0], if inside { 7.0 } else { 0.0 });
+        assert_eq!(v.extinction(i), Bands::splat(if inside { 2.0 } else { 0.125 }), "{c:?}");
+        assert_eq!(v.emission(i).first(), if inside { 7.0 } else { 0.0 });
     }
 }

@@ -58,7 +58,7 @@ fn former_keys_have_their_values() {
     else {
         panic!("{:?}", s.thermal())
     };
-    assert_eq!((coefficients[2].as_slice(), *allow_partial), (&[0.1][..], true));
+    assert_eq!((coefficients.as_slice()[2].as_slice(), *allow_partial), (&[0.1][..], true));
 }
 
 #[test]

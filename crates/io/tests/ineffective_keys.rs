@@ -3,9 +3,10 @@
 mod support;
 
 use support::{Folder, NpyOrder, f32s, npy, png};
+use zonal_scene::Bands;
 
-const LIGHT: &str = "[[surface]]\nname = 'm'\nmesh = { file = 'a.obj' }\n";
-const WARM: &str = "mode = 'thermal'\n[[surface]]\nname = 'm'\nmesh = { file = 'a.obj' }\ntemperature = 900\nemissivity = 0.7\n";
+const LIGHT_MESH: &str = "[[surface]]\nname = 'm'\nmesh = { file = 'a.obj' }\n";
+const THERMAL_MESH: &str = "mode = 'thermal'\n[[surface]]\nname = 'm'\nmesh = { file = 'a.obj' }\ntemperature = 900\nemissivity = 0.7\n";
 const MEDIUM: &str = "[medium]\nmin = [0,0,0]\nmax = [2,1,1]\ncells = [2,1,1]\n";
 const PANE: &str = "pane = { thickness = 0.1, extinction = 3 }";
 const SQUARE: &str = "[[surface]]\nrectangle = { origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }\n";
@@ -21,8 +22,8 @@ fn folder() -> Folder {
 
 fn refused(folder: &Folder, text: &str, wanted: &[&str]) {
     let text = text
-        .replace("LIGHT", LIGHT)
-        .replace("WARM", WARM)
+        .replace("LIGHT_MESH", LIGHT_MESH)
+        .replace("THERMAL_MESH", THERMAL_MESH)
         .replace("MEDIUM", MEDIUM)
         .replace("PANE", PANE)
         .replace("SQUARE", SQUARE);
@@ -68,9 +69,12 @@ fn surface_keys_are_refused_on_glass() {
         &["test.toml:4:", "materials.a.pane", "keep one of them"],
     );
     // The same keys of what is opaque, and of what is left out, are read.
-    f.scene(&format!("{LIGHT}materials.a = {{ pane = false, reflectance = 0.3, sides = 'both' }}\n"));
-    f.scene(&format!("{SQUARE}{LIGHT}materials.a = {{ omit = true, {PANE}, reflectance = 0.3 }}\n"));
-    assert_eq!(f.scene(&format!("{LIGHT}reflectance = 0.3\nmaterials.a = {{ {PANE} }}\n")).panes().len(), 1);
+    f.scene(&format!("{LIGHT_MESH}materials.a = {{ pane = false, reflectance = 0.3, sides = 'both' }}\n"));
+    f.scene(&format!("{SQUARE}{LIGHT_MESH}materials.a = {{ omit = true, {PANE}, reflectance = 0.3 }}\n"));
+    assert_eq!(
+        f.scene(&format!("{LIGHT_MESH}reflectance = 0.3\nmaterials.a = {{ {PANE} }}\n")).panes().len(),
+        1
+    );
 }
 
 #[test]
@@ -98,7 +102,10 @@ fn numbers_beside_arrays_are_refused_without_a_shape() {
         "{MEDIUM}extinction = 1\n[[medium.region]]\nbox = {{ min = [0,0,0], max = [2,1,1] }}\nextinction = 4\nalbedo = {{ file = 'half.npy' }}\n"
     ));
     let map = s.voxel_grid().unwrap();
-    assert_eq!((map.extinction(1), map.albedo(0), map.albedo(1)), ([4.0; 3], [0.5; 3], [0.25; 3]));
+    assert_eq!(
+        (map.extinction(1), map.albedo(0), map.albedo(1)),
+        (Bands::splat(4.0), Bands::splat(0.5), Bands::splat(0.25))
+    );
 }
 
 #[test]

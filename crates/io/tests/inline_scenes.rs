@@ -2,8 +2,7 @@
 
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::PatchRule;
-use zonal_scene::{Engine, Lens, Light, LightGrouping, PlateKind, Scene, Sides};
+use zonal_scene::{Bands, Engine, Lens, Light, LightGrouping, PatchRule, PlateKind, Scene, Sides};
 
 fn read(text: &str) -> Scene {
     parse_scene(text, None, "test.toml").unwrap_or_else(|e| panic!("{e}"))
@@ -113,18 +112,21 @@ fn inline_settings_and_surfaces_have_their_values() {
     assert_eq!(names[..4], ["floor", "surface2", "block", "block.z1"]);
     assert_eq!(names[4..], walls);
     let floor = &s.surfaces()[0];
-    assert_eq!(floor.reflectance, [0.1, 0.2, 0.3]);
-    assert_eq!((floor.emission, floor.patch_size), ([2.0; 3], Some(0.2)));
+    assert_eq!(floor.reflectance, Bands::from_rgb([0.1, 0.2, 0.3]));
+    assert_eq!((floor.emission, floor.patch_size), (Bands::splat(2.0), Some(0.2)));
     assert_eq!((floor.sides, floor.solid), (Sides::Both, false));
     assert_eq!(s.facets()[0].plate.normal(), vec3(0.0, 0.0, 1.0));
     assert_eq!(s.facets()[0].plate.area(), 24.0);
     let triangle = &s.facets()[1].plate;
     assert_eq!((triangle.kind, triangle.area()), (PlateKind::Triangle, 0.5));
-    assert_eq!((s.surfaces()[1].reflectance, s.surfaces()[1].sides), ([0.5; 3], Sides::Front));
+    assert_eq!((s.surfaces()[1].reflectance, s.surfaces()[1].sides), (Bands::splat(0.5), Sides::Front));
     assert!(s.surfaces()[2].solid && s.surfaces()[3].solid && !s.surfaces()[4].solid);
-    assert_eq!((s.surfaces()[3].emission, s.surfaces()[3].reflectance), ([5.0; 3], [0.5; 3]));
-    assert_eq!((s.surfaces()[4].emission, s.surfaces()[4].reflectance), ([1.0; 3], [0.2; 3]));
-    assert_eq!((s.surfaces()[5].emission, s.surfaces()[5].reflectance), ([0.0; 3], [0.8; 3]));
+    assert_eq!(
+        (s.surfaces()[3].emission, s.surfaces()[3].reflectance),
+        (Bands::splat(5.0), Bands::splat(0.5))
+    );
+    assert_eq!((s.surfaces()[4].emission, s.surfaces()[4].reflectance), (Bands::ONE, Bands::splat(0.2)));
+    assert_eq!((s.surfaces()[5].emission, s.surfaces()[5].reflectance), (Bands::ZERO, Bands::splat(0.8)));
 }
 
 #[test]
@@ -149,23 +151,26 @@ fn inline_panes_lights_and_cameras_have_their_values() {
     let s = read(CHAPEL);
     assert_eq!(s.panes().len(), 2);
     let red = &s.panes()[0];
-    assert_eq!((red.plates.len(), red.thickness, red.extinction), (1, 0.01, [10.0, 200.0, 200.0]));
-    assert_eq!((red.albedo, red.emission), ([0.1; 3], [0.5; 3]));
+    assert_eq!(
+        (red.plates.len(), red.thickness, red.extinction),
+        (1, 0.01, Bands::from_rgb([10.0, 200.0, 200.0]))
+    );
+    assert_eq!((red.albedo, red.emission), (Bands::splat(0.1), Bands::splat(0.5)));
     let gable: f64 = s.panes()[1].plates.iter().map(|p| p.area()).sum();
     assert_eq!(s.panes()[1].plates.len(), 3);
     assert!((gable - 2.5).abs() < 1e-12, "{gable}");
 
     match &s.lights()[0] {
         Light::Sun { name, direction, irradiance, angular_diameter } => {
-            assert_eq!((name.as_str(), *irradiance), ("light1", [1000.0, 900.0, 800.0]));
+            assert_eq!((name.as_str(), *irradiance), ("light1", Bands::from_rgb([1000.0, 900.0, 800.0])));
             assert!((*direction - vec3(0.0, 0.6, -0.8)).length() < 1e-15);
             assert!((angular_diameter.to_degrees() - 0.53).abs() < 1e-12);
         }
         other => panic!("{other:?}"),
     }
-    assert_eq!(s.lights()[1], Light::Sky { name: "blue".into(), radiance: [1.0, 2.0, 3.0] });
+    assert_eq!(s.lights()[1], Light::Sky { name: "blue".into(), radiance: Bands::from_rgb([1.0, 2.0, 3.0]) });
     assert_eq!(s.lights()[2], Light::Emitter { surface: 4, name: None });
-    assert_eq!(s.surroundings().radiance, [0.25; 3]);
+    assert_eq!(s.surroundings().radiance, Bands::splat(0.25));
     assert_eq!((s.cameras()[0].name.as_str(), s.cameras()[0].fov), ("nave", 75.0));
     assert_eq!((s.cameras()[1].name.as_str(), s.cameras()[1].fov), ("camera2", 60.0));
     assert_eq!(s.cameras()[0].lens, Lens { aperture: 0.04, focus: Some(3.0) });
@@ -179,15 +184,15 @@ fn regions_mix_cut_cells_by_volume() {
     let v = s.voxel_grid().unwrap();
     assert_eq!((v.dims(), v.cell(), v.max()), ([4, 6, 3], Vec3::ONE, vec3(4.0, 6.0, 3.0)));
     let whole = v.index([0, 0, 0]);
-    assert_eq!((v.extinction(whole), v.albedo(whole)), ([1.1; 3], [0.5; 3]));
-    assert_eq!((v.emission(whole), v.source(whole)), ([7.0; 3], [2.0; 3]));
+    assert_eq!((v.extinction(whole), v.albedo(whole)), (Bands::splat(1.1), Bands::splat(0.5)));
+    assert_eq!((v.emission(whole), v.source(whole)), (Bands::splat(7.0), Bands::splat(2.0)));
     let half = v.index([1, 0, 0]);
-    assert!((v.extinction(half)[0] - 0.6).abs() < 1e-15);
+    assert!((v.extinction(half).first() - 0.6).abs() < 1e-15);
     // Scattering and emitted power are what is mixed: (0.09 + 0.55)/2 of 0.6, and 0.55/(0.55 + 0.01) of 7.
-    assert!((v.albedo(half)[1] - 0.32 / 0.6).abs() < 1e-14);
-    assert!((v.emission(half)[2] - 7.0 * 0.55 / 0.56).abs() < 1e-12);
-    assert_eq!(v.source(half), [1.0; 3]);
-    assert_eq!(v.extinction(v.index([2, 0, 0])), [0.1; 3]);
+    assert!((v.albedo(half).to_rgb()[1] - 0.32 / 0.6).abs() < 1e-14);
+    assert!((v.emission(half).to_rgb()[2] - 7.0 * 0.55 / 0.56).abs() < 1e-12);
+    assert_eq!(v.source(half), Bands::ONE);
+    assert_eq!(v.extinction(v.index([2, 0, 0])), Bands::splat(0.1));
     assert_eq!(v.uniform_extinction(), None);
 }
 
@@ -200,8 +205,8 @@ fn cell_size_rounds_to_whole_cells_and_later_regions_take_precedence() {
     );
     let v = s.voxel_grid().unwrap();
     assert_eq!(v.dims(), [3, 4, 3]);
-    assert_eq!(v.uniform_extinction(), Some([2.0; 3]));
-    assert_eq!(v.albedo(0), [0.0, 0.5, 1.0]);
+    assert_eq!(v.uniform_extinction(), Some(Bands::splat(2.0)));
+    assert_eq!(v.albedo(0), Bands::from_rgb([0.0, 0.5, 1.0]));
 }
 
 #[test]
@@ -209,10 +214,13 @@ fn defaults_equal_the_documented_ones() {
     let s = read("[[surface]]\nrectangle={origin=[0,0,0],edge1=[1,0,0],edge2=[0,1,0]}");
     assert_eq!(s.name(), "scene");
     assert_eq!(s.options(), &zonal_scene::SolveOptions::default());
-    assert_eq!(s.surroundings().radiance, [0.0; 3]);
+    assert_eq!(s.surroundings().radiance, Bands::ZERO);
     assert!(s.voxel_grid().is_none() && s.notes().is_empty());
     let first = &s.surfaces()[0];
-    assert_eq!((first.name.as_str(), first.reflectance, first.emission), ("surface1", [0.5; 3], [0.0; 3]));
+    assert_eq!(
+        (first.name.as_str(), first.reflectance, first.emission),
+        ("surface1", Bands::splat(0.5), Bands::ZERO)
+    );
     assert_eq!(s.facets()[0].uv, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
 }
 

@@ -2,24 +2,7 @@
 
 mod support;
 
-use support::{CUBE, Folder, NpyOrder, Quad, f32s, npy, png};
-
-/// A scene text and what its refusal must contain.
-type RefusedScene<'a> = (&'a str, &'a [&'a str]);
-
-const SQUARE: &str = "rectangle={origin=[0,0,0],edge1=[1,0,0],edge2=[0,1,0]}";
-
-fn check(folder: &Folder, cases: &[RefusedScene<'_>]) {
-    for (text, wanted) in cases {
-        let text = text.replace("SQUARE", SQUARE);
-        let message = folder.refusal(&text);
-        for w in *wanted {
-            assert!(message.contains(w), "'{w}' is not in:\n{message}\nfor\n{text}");
-        }
-        assert!(message.contains([';', '?']), "no mend in:\n{message}");
-        assert!(!message.contains('\n'), "several lines:\n{message}");
-    }
-}
+use support::{Folder, NpyOrder, RefusedScene, UNIT_SQUARE, check, f32s, npy, png};
 
 #[test]
 fn syntax_and_types_are_checked() {
@@ -165,7 +148,7 @@ fn invalid_surfaces_and_panes_are_refused() {
 }
 
 #[test]
-fn invalid_media_lights_and_cameras_are_refused() {
+fn invalid_media_are_refused() {
     let medium = |rest: &str| format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\n{rest}");
     let (none, both) = (medium("extinction=1"), medium("cells=[1,1,1]\ncell_size=1"));
     let (huge, tiny) =
@@ -174,23 +157,6 @@ fn invalid_media_lights_and_cameras_are_refused() {
     let outside = medium("cells=[2,2,2]\n[[medium.region]]\nbox={min=[5,5,5],max=[6,6,6]}\nextinction=1");
     let shapeless = medium("cells=[2,2,2]\n[[medium.region]]\nextinction=1");
     let source = medium("cells=[2,2,2]\nextinction=0\nsource=1");
-    let sun = |rest: &str| format!("[[surface]]\nname='a'\nSQUARE\n[[light]]\n{rest}");
-    let direction = sun("kind='sun'\nirradiance=1\ndirection=[0,0,0]");
-    let (no_kind, odd_kind) = (sun("radiance=1"), sun("kind='sunn'\nradiance=1"));
-    let (wide, other) = (
-        sun("kind='sun'\ndirection=[0,0,1]\nirradiance=1\nangular_diameter=400"),
-        sun("kind='sky'\nradiance=1\ndirection=[0,0,1]"),
-    );
-    let (dark, lost) = (sun("kind='emitter'\nsurface='a'"), sun("kind='emitter'\nsurface='A1'"));
-    let part =
-        "[[surface]]\nname='hall'\nroom={min=[0,0,0],max=[1,1,1]}\n[[light]]\nkind='emitter'\nsurface='hall'";
-    let camera = |rest: &str| format!("[[surface]]\nSQUARE\n[[camera]]\nname='c'\norigin=[0,0,0]\n{rest}");
-    let (aim, up) = (camera("target=[0,0,0]"), camera("target=[0,0,1]"));
-    let (lens, focus) = (camera("target=[1,0,0]\naperture=-1"), camera("target=[1,0,0]\nfocus=0"));
-    let (fov, two) = (
-        camera("target=[1,0,0]\nfov=180"),
-        camera("target=[1,0,0]\n[[camera]]\nname='c'\norigin=[0,0,0]\ntarget=[1,0,0]"),
-    );
     check(
         &Folder::new(),
         &[
@@ -211,6 +177,25 @@ fn invalid_media_lights_and_cameras_are_refused() {
                 "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[1,1,1]\nalbedo=2",
                 &["test.toml:5:8: medium.albedo", "from 0 to 1"],
             ),
+        ],
+    );
+}
+
+#[test]
+fn invalid_lights_and_surroundings_are_refused() {
+    let sun = |rest: &str| format!("[[surface]]\nname='a'\nSQUARE\n[[light]]\n{rest}");
+    let direction = sun("kind='sun'\nirradiance=1\ndirection=[0,0,0]");
+    let (no_kind, odd_kind) = (sun("radiance=1"), sun("kind='sunn'\nradiance=1"));
+    let (wide, other) = (
+        sun("kind='sun'\ndirection=[0,0,1]\nirradiance=1\nangular_diameter=400"),
+        sun("kind='sky'\nradiance=1\ndirection=[0,0,1]"),
+    );
+    let (dark, lost) = (sun("kind='emitter'\nsurface='a'"), sun("kind='emitter'\nsurface='A1'"));
+    let part =
+        "[[surface]]\nname='hall'\nroom={min=[0,0,0],max=[1,1,1]}\n[[light]]\nkind='emitter'\nsurface='hall'";
+    check(
+        &Folder::new(),
+        &[
             (&direction, &["test.toml:7:11: light 'light1'.direction: this direction has no length"]),
             (&no_kind, &["kind: this key is missing; write kind"]),
             (&odd_kind, &["test.toml:5:6:", "did you mean 'sun'?"]),
@@ -220,6 +205,22 @@ fn invalid_media_lights_and_cameras_are_refused() {
             (&lost, &["test.toml:6:9:", "no surface has the name 'A1'; did you mean 'a'?"]),
             (part, &["test.toml:6:9:", "name one of its parts: hall.x0"]),
             ("[[surface]]\nSQUARE\n[surroundings]\nradiance=-1", &["test.toml:4:10: surroundings.radiance"]),
+        ],
+    );
+}
+
+#[test]
+fn invalid_cameras_are_refused() {
+    let camera = |rest: &str| format!("[[surface]]\nSQUARE\n[[camera]]\nname='c'\norigin=[0,0,0]\n{rest}");
+    let (aim, up) = (camera("target=[0,0,0]"), camera("target=[0,0,1]"));
+    let (lens, focus) = (camera("target=[1,0,0]\naperture=-1"), camera("target=[1,0,0]\nfocus=0"));
+    let (fov, two) = (
+        camera("target=[1,0,0]\nfov=180"),
+        camera("target=[1,0,0]\n[[camera]]\nname='c'\norigin=[0,0,0]\ntarget=[1,0,0]"),
+    );
+    check(
+        &Folder::new(),
+        &[
             (&aim, &["test.toml:6:8: camera 'c'.target", "apart"]),
             (&up, &["test.toml:3:1: camera 'c'.up", "line of sight"]),
             (&fov, &["test.toml:7:5: camera 'c'.fov", "below 180"]),
@@ -230,270 +231,13 @@ fn invalid_media_lights_and_cameras_are_refused() {
     );
 }
 
-fn mesh(file: &str) -> String {
-    format!("[[surface]]\nname='m'\nmesh={{file='{file}'}}\n")
-}
-
-#[test]
-fn invalid_obj_files_are_refused() {
-    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-    let files = [
-        ("zero.obj", format!("{triangle}f 0 1 2\n"), "zero.obj:4: a vertex index is 0; OBJ counts from 1"),
-        (
-            "far.obj",
-            format!("{triangle}f 1 2 9\n"),
-            "far.obj:4: vertex index 9 is out of range: 3 are defined",
-        ),
-        ("back.obj", format!("{triangle}f -4 -2 -1\n"), "back.obj:4: vertex index -4 is out of range"),
-        (
-            "uv.obj",
-            format!("{triangle}f 1/1 2/1 3/1\n"),
-            "uv.obj:4: texture coordinate index 1 is out of range: 0 are",
-        ),
-        (
-            "word.obj",
-            format!("{triangle}f a b c\n"),
-            "word.obj:4: 'a' is not a vertex index; give a whole number",
-        ),
-        ("nan.obj", "v 0 0 nan\n".into(), "nan.obj:1: 'nan' is not a finite number"),
-        ("short.obj", "v 0 0\n".into(), "short.obj:1: this line has 2 of 3 numbers"),
-        ("two.obj", format!("{triangle}f 1 2\n"), "two.obj:4: a face needs at least three corners, not 2"),
-        ("flat.obj", format!("{triangle}f 1 1 2\n"), "flat.obj: all 1 faces are without area"),
-        ("empty.obj", String::new(), "empty.obj: this mesh has no faces"),
-        ("points.obj", triangle.into(), "points.obj: this mesh has no faces"),
-        ("binary.obj", "v\0".into(), "binary.obj: this is not an OBJ text"),
-        (
-            "many.obj",
-            format!("{triangle}f {}\n", "1 ".repeat(2000)),
-            "many.obj:4: this face has more than 1024 corners; triangulate",
-        ),
-        (
-            "mtl.obj",
-            format!("mtllib bad.mtl\n{triangle}f 1 2 3\n"),
-            "bad.mtl:2: 'blue' is not a colour value",
-        ),
-        ("cut.obj", format!("mtllib cut.mtl\nusemtl a\n{triangle}f 1 2 3\n"), "bad.png: this PNG is damaged"),
-        ("mesh.stl", triangle.into(), "mesh.stl: this kind of mesh is not read; convert it to .obj"),
-    ];
-    let folder = Folder::new()
-        .with("bad.mtl", "newmtl a\nKd blue\n")
-        .with("cut.mtl", "newmtl a\nmap_Kd bad.png\n")
-        .with("bad.png", &png(1, 1, &[0, 0, 0])[..40]);
-    for (name, text, wanted) in &files {
-        folder.put(name, text);
-        check(&folder, &[(&mesh(name), &["test.toml:3:", "surface 'm'", wanted])]);
-    }
-    check(
-        &folder,
-        &[
-            (
-                &mesh("none.obj"),
-                &["test.toml:3:12: surface 'm'.mesh.file", "none.obj: there is no such file; check the path"],
-            ),
-            (&mesh("."), &["test.toml:3:12:", "convert it"]),
-            (
-                "[[surface]]\nmesh={scale=2}",
-                &["test.toml:2:6:", "mesh.file: this key is missing; write file"],
-            ),
-            ("[[surface]]\nmesh={file='zero.obj',scale=0}", &["test.toml:2:29:", "above 0"]),
-            ("[[surface]]\nmesh={file='zero.obj',size=1}", &["unknown key; did you mean 'file'?"]),
-        ],
-    );
-}
-
-#[test]
-fn invalid_overrides_and_placements_of_meshes_are_refused() {
-    let folder = Folder::new();
-    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-    folder.put("good.obj", format!("{triangle}usemtl wall\nf 1 2 3\n"));
-    folder.put("cube.obj", CUBE);
-    let with = |more: &str| mesh("good.obj") + more;
-    let (unknown, thin, dark) = (
-        with("materials.wal.omit=true"),
-        with("materials.wall.pane={extinction=1}"),
-        with("materials.wall.pane.thickness=0.1"),
-    );
-    let (odd, region, far) = (
-        with("materials.wall.omitt=true"),
-        with("materials.wall.region=true"),
-        "[[surface]]\nmesh={file='good.obj',scale=1e300,translate=[1e308,0,0]}",
-    );
-    let open = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[1,1,1]\n[[medium.region]]\nmesh={file='good.obj'}\nextinction=1";
-    let (small, opaque) = (
-        "[medium]\nmin=[0,0,0]\nmax=[9,9,9]\ncells=[1,1,1]\n[[medium.region]]\nmesh={file='cube.obj'}\nextinction=1",
-        mesh("cube.obj")
-            + "materials.default={region=true}\n[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[1,1,1]\n",
-    );
-    check(
-        &folder,
-        &[
-            (&unknown, &["test.toml:4:", "the mesh has no material 'wal'; did you mean 'wall'?"]),
-            (&thin, &["test.toml:4:", "material 'wall'", "write materials.\"wall\".pane.thickness"]),
-            (&dark, &["test.toml:4:", "write materials.\"wall\".pane.extinction"]),
-            (&odd, &["did you mean 'omit'?"]),
-            (&region, &["test.toml:4:", "material 'wall'", "add a [medium]"]),
-            (far, &["test.toml:2:", "beyond all numbers; give a smaller scale"]),
-            (open, &["test.toml:6:", "medium.region[0].mesh", "close the mesh"]),
-            (small, &["test.toml:5:", "fills no cell", "use smaller cells"]),
-            (&opaque, &["material 'default'", "pane.extinction"]),
-        ],
-    );
-}
-
-/// A GLB of a changed quad.
-fn change(f: &dyn Fn(&mut Quad)) -> Vec<u8> {
-    let mut q = Quad::default();
-    f(&mut q);
-    q.glb()
-}
-
-/// Refuses each file, as a mesh of a scene and as a source of volume materials.
-fn check_glb_files(files: Vec<(&str, Vec<u8>, &str)>) {
-    let folder = Folder::new();
-    for (name, bytes, wanted) in files {
-        let file = format!("{name}.glb");
-        folder.put(&file, bytes);
-        check(&folder, &[(&mesh(&file), &["test.toml:3:", "surface 'm'", wanted])]);
-        let direct = zonal_io::input::volume_materials(&folder.path().join(&file));
-        if let Err(e) = direct {
-            assert!(e.to_string().contains(&file), "{e}");
-        }
-    }
-}
-
-#[test]
-fn invalid_gltf_files_are_refused() {
-    let good = Quad::default().glb();
-    let mut version = good.clone();
-    version[4] = 1;
-    let swap = |from: &'static str, to: &'static str| {
-        change(&move |q: &mut Quad| {
-            q.accessors = q.accessors.replacen(from, to, 1);
-        })
-    };
-    let nan = change(&|q| q.binary[16..20].copy_from_slice(&f32::NAN.to_le_bytes()));
-    let index = change(&|q| q.binary[82] = 77);
-    let files: Vec<(&str, Vec<u8>, &str)> = vec![
-        ("empty", Vec::new(), "JSON line 1 column 0"),
-        ("text", b"{}".to_vec(), "missing field `asset`"),
-        ("header", good[..10].to_vec(), ":header: this GLB is cut short; copy"),
-        ("cut", good[..good.len() - 9].to_vec(), "this GLB is cut short"),
-        ("version", version, ":header: this is glTF version 1; export it as glTF 2.0"),
-        ("nan", nan, ":accessor 0, element 1: this value is not a finite number"),
-        ("index", index, ":mesh 0 primitive 0 of node 0: index 77 is out of range: there are 4 positions"),
-        (
-            "count",
-            swap("\"count\":4", "\"count\":5"),
-            ":accessor 0: this accessor reaches beyond its buffer view",
-        ),
-        (
-            "giant",
-            swap("\"count\":4", "\"count\":18446744073709551615"),
-            ":accessor 0: this accessor reaches beyond",
-        ),
-        ("zeros", swap("\"bufferView\":0,", "").to_vec(), ""),
-        ("vec2", swap("VEC3", "VEC2"), ":accessor 0: this accessor has another number of components"),
-        ("type", swap("5126", "1234"), "accessors[0].componentType"),
-        (
-            "view",
-            change(&|q| q.views = q.views.replacen("48", "4800", 1)),
-            ":accessor 0: buffer view 0 reaches beyond its buffer",
-        ),
-        (
-            "noview",
-            swap("\"bufferView\":0", "\"bufferView\":99"),
-            "accessors[0].bufferView: index out of bounds",
-        ),
-        ("mesh", change(&|q| q.nodes = r#"{"mesh":7}"#.into()), "nodes[0].mesh: index out of bounds"),
-        ("node", change(&|q| q.scene = "[3]".into()), "scenes[0].nodes[0]: index out of bounds"),
-        (
-            "cycle",
-            change(&|q| q.nodes = r#"{"children":[1],"mesh":0},{"children":[0]}"#.into()),
-            ":node 0: this node hangs in two places",
-        ),
-        ("bare", change(&|q| q.primitive = r#"{"attributes":{"NORMAL":0}}"#.into()), "POSITION"),
-        (
-            "points",
-            change(&|q| q.primitive = q.primitive.replacen('{', "{\"mode\":0,", 1)),
-            "this file shows no triangles",
-        ),
-    ];
-    check_glb_files(files);
-}
-
-#[test]
-fn unsupported_gltf_contents_are_refused() {
-    let files: Vec<(&str, Vec<u8>, &str)> = vec![
-        (
-            "draco",
-            change(&|q| q.more = r#","extensionsRequired":["KHR_draco_mesh_compression"]"#.into()),
-            "extension KHR_draco_mesh_compression, which is not read; export it without",
-        ),
-        (
-            "colour",
-            change(&|q| q.material = q.material.replace("0.2", "-0.2")),
-            "material 'wall': a colour or strength is negative",
-        ),
-        (
-            "glass",
-            change(&|q| {
-                q.material = r#"{"name":"glass","alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.5]}}"#.into()
-            }),
-            "write materials.\"glass\".pane.thickness",
-        ),
-        (
-            "nobuffer",
-            change(&|q| q.more = r#","x":0"#.into()).iter().copied().take(20).collect(),
-            "cut short",
-        ),
-        (
-            "uri",
-            Quad::default()
-                .json()
-                .replacen("\"byteLength\":88", "\"uri\":\"no.bin\",\"byteLength\":88", 1)
-                .into_bytes(),
-            ":buffer 0: '",
-        ),
-        (
-            "base64",
-            Quad::default()
-                .json()
-                .replacen("\"byteLength\":88", "\"uri\":\"data:;base64,!!\",\"byteLength\":88", 1)
-                .into_bytes(),
-            ":buffer 0: this data URI is not base64",
-        ),
-        (
-            "picture",
-            change(&|q| {
-                q.more = r#","images":[{"bufferView":0}],"textures":[{"source":0}]"#.into();
-                q.material = r#"{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}"#.into();
-            }),
-            "image 0: this is neither a PNG nor a JPEG picture; convert it to PNG",
-        ),
-        (
-            "nopicture",
-            change(&|q| {
-                q.more = r#","images":[{"uri":"no.png"}],"textures":[{"source":0}]"#.into();
-                q.material = r#"{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}"#.into();
-            }),
-            "no.png: there is no such file",
-        ),
-    ];
-    check_glb_files(files);
-}
-
-#[test]
-fn invalid_arrays_are_refused() {
-    let region = |file: &str| {
-        format!(
-            "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[1,1,1]\n[[medium.region]]\ndensity={{file='{file}',min=[0,0,0],max=[1,1,1]}}\n"
-        )
-    };
+/// Names, bytes and errors of damaged or unsuitable arrays.
+fn invalid_arrays() -> Vec<(&'static str, Vec<u8>, &'static str)> {
     let data = f32s(&[1.0, 2.0, f32::NAN, 4.0]);
     let good = npy("<f4", NpyOrder::C, "(1, 2, 2)", &f32s(&[1.0, 2.0, 3.0, 4.0]));
     let mut version = good.clone();
     version[6] = 9;
-    let arrays = [
+    vec![
         ("empty", Vec::new(), "not an npy array; save it with numpy.save"),
         ("magic", b"hello".to_vec(), "not an npy array"),
         ("cut", good[..50].to_vec(), "cut short"),
@@ -527,9 +271,18 @@ fn invalid_arrays_are_refused() {
             "nan.npy:[0, 1, 0]: NaN is no density; give finite values from 0",
         ),
         ("negative", npy("|i1", NpyOrder::C, "(1, 1, 2)", &[1, 255]), "[0, 0, 1]: -1 is no density"),
-    ];
+    ]
+}
+
+#[test]
+fn invalid_arrays_are_refused() {
+    let region = |file: &str| {
+        format!(
+            "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[1,1,1]\n[[medium.region]]\ndensity={{file='{file}',min=[0,0,0],max=[1,1,1]}}\n"
+        )
+    };
     let folder = Folder::new();
-    for (name, bytes, wanted) in arrays {
+    for (name, bytes, wanted) in invalid_arrays() {
         let file = format!("{name}.npy");
         folder.put(&file, bytes);
         check(
@@ -537,7 +290,7 @@ fn invalid_arrays_are_refused() {
             &[(&region(&file), &["test.toml:6:15: medium.region[0].density.file", &file, wanted])],
         );
     }
-    folder.put("good.npy", &good);
+    folder.put("good.npy", npy("<f4", NpyOrder::C, "(1, 2, 2)", &f32s(&[1.0, 2.0, 3.0, 4.0])));
     let double = region("good.npy") + "extinction = 1";
     check(
         &folder,
@@ -583,7 +336,7 @@ fn unreadable_scene_files_are_refused() {
     assert!(read("latin.toml").ends_with("latin.toml:2:1: this is not UTF-8 text; save the file as UTF-8"));
     assert!(read(".").contains("this is not a file"), "{}", read("."));
     assert!(read("dir.txt").contains("dir.txt:1:1: the scene is empty"));
-    let text = format!("[[surface]]\n{SQUARE}\ntexture = 'a.png'");
+    let text = format!("[[surface]]\n{UNIT_SQUARE}\ntexture = 'a.png'");
     let e = zonal_io::input::parse_scene(&text, None, "demo").unwrap_err().to_string();
     assert!(e.starts_with("demo:3:11: surface 'surface1'.texture") && e.contains("save it as a file"), "{e}");
 }

@@ -4,8 +4,9 @@ mod support;
 
 use std::f64::consts::PI;
 use support::{CUBE, Folder, Quad, png};
+use zonal_io::input::{VolumeMaterial, volume_materials};
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{PlateKind, Scene, Sides};
+use zonal_scene::{Bands, PlateKind, Scene, Sides};
 
 fn mesh(file: &str, more: &str) -> String {
     format!("[[surface]]\nname = 'm'\nmesh = {{ file = '{file}' }}\n{more}\n")
@@ -35,10 +36,10 @@ fn obj_polygons_materials_and_textures_are_read() {
     assert_eq!(s.textures()[0].pixels[0], [1.0, 0.0, 0.0]);
     assert!((s.textures()[0].pixels[1][2] - 0.502886).abs() < 1e-5);
     let left = s.reflectance_at(0, 0.25, 0.5);
-    assert_eq!(left, [0.5, 0.0, 0.0]);
+    assert_eq!(left, Bands::from_rgb([0.5, 0.0, 0.0]));
     let lamp = &s.surfaces()[1];
-    assert_eq!((lamp.reflectance, lamp.sides, lamp.solid), ([0.25; 3], Sides::Both, false));
-    assert_eq!(lamp.emission, [PI, 2.0 * PI, 3.0 * PI]);
+    assert_eq!((lamp.reflectance, lamp.sides, lamp.solid), (Bands::splat(0.25), Sides::Both, false));
+    assert_eq!(lamp.emission, Bands::from_rgb([PI, 2.0 * PI, 3.0 * PI]));
 }
 
 #[test]
@@ -86,7 +87,7 @@ fn closed_parts_become_solids_and_rooms() {
     assert_eq!(names(&both), ["m", "m (solid)"]);
     assert_eq!((both.surfaces()[0].sides, both.surfaces()[0].solid), (Sides::Both, false));
     assert_eq!((both.surfaces()[1].sides, both.surfaces()[1].solid), (Sides::Front, true));
-    assert_eq!(both.surfaces()[1].reflectance, [0.3; 3]);
+    assert_eq!(both.surfaces()[1].reflectance, Bands::splat(0.3));
 }
 
 #[test]
@@ -100,11 +101,14 @@ fn overrides_take_precedence_over_the_file() {
     ));
     assert_eq!(names(&s), ["m/a"]);
     let a = &s.surfaces()[0];
-    assert_eq!((a.reflectance, a.emission, a.sides), ([0.1, 0.2, 0.3], [4.0; 3], Sides::Front));
+    assert_eq!(
+        (a.reflectance, a.emission, a.sides),
+        (Bands::from_rgb([0.1, 0.2, 0.3]), Bands::splat(4.0), Sides::Front)
+    );
     assert_eq!(a.patch_size, Some(0.1));
     let c = &s.panes()[0];
-    assert_eq!((c.name.as_str(), c.thickness, c.extinction), ("m/c", 0.02, [1.0, 2.0, 3.0]));
-    assert_eq!((c.albedo, c.emission, c.plates.len()), ([0.5; 3], [6.0; 3], 1));
+    assert_eq!((c.name.as_str(), c.thickness, c.extinction), ("m/c", 0.02, Bands::from_rgb([1.0, 2.0, 3.0])));
+    assert_eq!((c.albedo, c.emission, c.plates.len()), (Bands::splat(0.5), Bands::splat(6.0), 1));
     // No library, but nothing of these materials takes its place.
     assert!(s.notes().is_empty(), "{:?}", s.notes());
 }
@@ -138,7 +142,7 @@ fn gltf_transformations_keep_orientation() {
     }
     assert!((s.bounds().0 - vec3(-2.0, 0.0, 5.0)).length() < 1e-12);
     let wall = &s.surfaces()[0];
-    assert!((wall.reflectance[1] - 0.4).abs() < 1e-7 && wall.sides == Sides::Front);
+    assert!((wall.reflectance.to_rgb()[1] - 0.4).abs() < 1e-7 && wall.sides == Sides::Front);
     // The same as a .gltf with its buffer beside it.
     let text = q.json().replacen("\"byteLength\":88", "\"uri\":\"my%20data.bin\",\"byteLength\":88", 1);
     folder.put("q.gltf", text);
@@ -163,7 +167,7 @@ fn gltf_strips_fans_and_missing_indices_are_read() {
         assert!((sum - area).abs() < 1e-12);
         assert!(s.facets().iter().all(|f| f.plate.normal().z == 1.0), "mode {mode}");
         // The default material of glTF is white and one-sided.
-        assert_eq!((s.surfaces()[0].reflectance, s.surfaces()[0].sides), ([1.0; 3], Sides::Front));
+        assert_eq!((s.surfaces()[0].reflectance, s.surfaces()[0].sides), (Bands::ONE, Sides::Front));
     }
 }
 
@@ -178,7 +182,7 @@ fn gltf_materials_are_converted() {
             "extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":10}}}"#,
         "",
     );
-    assert_eq!(lamp.surfaces()[0].emission, [10.0 * PI, 5.0 * PI, 0.0]);
+    assert_eq!(lamp.surfaces()[0].emission, Bands::from_rgb([10.0 * PI, 5.0 * PI, 0.0]));
     assert_eq!(lamp.surfaces()[0].sides, Sides::Both);
     let unlit = with(
         r#"{"emissiveFactor":[1,1,1],"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0.25,1]},"extensions":{"KHR_materials_unlit":{}}}"#,
@@ -186,20 +190,26 @@ fn gltf_materials_are_converted() {
     );
     assert_eq!(
         (unlit.surfaces()[0].reflectance, unlit.surfaces()[0].emission),
-        ([0.95, 0.5, 0.25], [0.0; 3])
+        (Bands::from_rgb([0.95, 0.5, 0.25]), Bands::ZERO)
     );
     let blend = with(
         r#"{"name":"g","alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0.25,0.75]}}"#,
         "materials.g.pane.thickness = 0.5",
     );
     let p = &blend.panes()[0];
-    assert!((p.extinction[2] - 2.0 * 4f64.ln()).abs() < 1e-12 && p.albedo == [1.0, 0.5, 0.25]);
+    assert!(
+        (p.extinction.to_rgb()[2] - 2.0 * 4f64.ln()).abs() < 1e-12
+            && p.albedo == Bands::from_rgb([1.0, 0.5, 0.25])
+    );
     assert_eq!((p.plates.len(), blend.facets().len()), (2, 0));
     let opaque = with(
         r#"{"name":"g","alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0.25,0.75]}}"#,
         "materials.g.pane = false",
     );
-    assert_eq!((opaque.panes().len(), opaque.surfaces()[0].reflectance), (0, [1.0, 0.5, 0.25]));
+    assert_eq!(
+        (opaque.panes().len(), opaque.surfaces()[0].reflectance),
+        (0, Bands::from_rgb([1.0, 0.5, 0.25]))
+    );
 }
 
 #[test]
@@ -215,10 +225,11 @@ fn glass_thickness_scales_with_its_node() {
     let panes: Vec<(&str, f64)> = s.panes().iter().map(|p| (p.name.as_str(), p.thickness)).collect();
     assert_eq!(panes[0], ("m", 0.125));
     assert!(panes[1].0 == "m#2" && (panes[1].1 - 0.375).abs() < 1e-12);
-    let k = s.panes()[0].extinction;
+    let [red, green, blue] = s.panes()[0].extinction.to_rgb();
     // ln 2 over two units of half a metre; a colour of 0 is a millionth.
-    assert!((k[0] - 2f64.ln()).abs() < 1e-12 && k[1] == 0.0 && (k[2] - 1e6f64.ln()).abs() < 1e-9, "{k:?}");
-    let read = zonal_io::input::volume_materials(&folder.path().join("q.glb")).unwrap();
+    assert!((red - 2f64.ln()).abs() < 1e-12 && green == 0.0, "{red} {green}");
+    assert!((blue - 1e6f64.ln()).abs() < 1e-9, "{blue}");
+    let read: Vec<VolumeMaterial> = volume_materials(&folder.path().join("q.glb")).unwrap();
     assert_eq!((read[0].thickness, read[0].attenuation_distance), (0.25, 2.0));
     assert!(read[0].node_scales[0] == 1.0 && (read[0].node_scales[1] - 3.0).abs() < 1e-12);
 }
@@ -241,7 +252,10 @@ fn embedded_textures_and_their_transforms_are_read() {
     assert_eq!(s.textures()[0].pixels[..2], [[1.0; 3], [0.0; 3]]);
     // A reflectance of the scene replaces the picture.
     let flat = folder.scene(&mesh("q.glb", "reflectance = 0.3"));
-    assert_eq!((flat.surfaces()[0].reflectance_texture, flat.surfaces()[0].reflectance), (None, [0.3; 3]));
+    assert_eq!(
+        (flat.surfaces()[0].reflectance_texture, flat.surfaces()[0].reflectance),
+        (None, Bands::splat(0.3))
+    );
     let painted = folder.scene(&mesh("q.glb", ""));
     assert!(painted.surfaces()[0].reflectance_texture.is_some());
 }
@@ -278,14 +292,14 @@ fn textures_on_walls_are_upright() {
         if f.plate.normal().z == 0.0 {
             let up = f.plate.parameters(vec3(0.5, 0.5, 0.75));
             let down = f.plate.parameters(vec3(0.5, 0.5, 0.25));
-            assert!((s.reflectance_at(i, 0.5, up[1])[0] - 0.8).abs() < 1e-6);
-            assert!(s.reflectance_at(i, 0.5, down[1])[0] < 1e-6);
+            assert!((s.reflectance_at(i, 0.5, up[1]).first() - 0.8).abs() < 1e-6);
+            assert!(s.reflectance_at(i, 0.5, down[1]).first() < 1e-6);
         }
     }
 }
 
 /// Trial of 2026: a picture of 8 × 8 pixels that are white and let all through.
-const CLEAR: &str = "iVBORw0KGgoAAAANSUhEUgAAAAgAAAAICAYAAADED76LAAAAFUlEQVR4nGM8ceIEAz7AhFd22CgAAG92AmjpTOXIAAAAAElFTkSuQmCC";
+const TRANSPARENT_PNG_PIXELS: &str = "iVBORw0KGgoAAAANSUhEUgAAAAgAAAAICAYAAADED76LAAAAFUlEQVR4nGM8ceIEAz7AhFd22CgAAG92AmjpTOXIAAAAAElFTkSuQmCC";
 
 #[test]
 fn unread_alpha_gives_a_warning_where_it_has_effect() {
@@ -295,7 +309,7 @@ fn unread_alpha_gives_a_warning_where_it_has_effect() {
             q.material =
                 format!(r#"{{"name":"leaf",{mode},"pbrMetallicRoughness":{{"metallicFactor":0{texture}}}}}"#);
             q.more = format!(
-                r#","textures":[{{"source":0}}],"images":[{{"uri":"data:image/png;base64,{CLEAR}"}}]"#
+                r#","textures":[{{"source":0}}],"images":[{{"uri":"data:image/png;base64,{TRANSPARENT_PNG_PIXELS}"}}]"#
             );
         });
         folder

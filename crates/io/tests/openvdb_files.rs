@@ -10,7 +10,7 @@ use zonal_scene::Scene;
 
 fn total(s: &Scene) -> f64 {
     let v = s.voxel_grid().unwrap();
-    (0..v.len()).map(|i| v.extinction(i)[0]).sum::<f64>() * v.cell().product()
+    (0..v.len()).map(|i| v.extinction(i).first()).sum::<f64>() * v.cell().product()
 }
 
 fn medium(cells: &str, density: &str) -> String {
@@ -40,7 +40,7 @@ fn all_encodings_read_equal() {
                 // Voxel (4, 2, 5) fills x from 1.75 to 2.25 and so on; it is active, 4·64 + 2·8 + 5 = 277.
                 let m = s.voxel_grid().unwrap();
                 let cell = [(1.75 + 1.0) * 4.0, (0.75 + 1.0) * 4.0, (2.25 + 1.0) * 4.0].map(|x| x as usize);
-                assert_eq!(m.extinction(m.index(cell))[0], (277 % 7) as f64, "{kind} {flags} {code}");
+                assert_eq!(m.extinction(m.index(cell)).first(), (277 % 7) as f64, "{kind} {flags} {code}");
             }
         }
     }
@@ -79,7 +79,7 @@ fn transforms_place_voxels() {
         for i in 0..m.len() {
             let c = m.centre(m.coordinates(i)).array();
             let inside = (0..3).all(|k| (corner[k]..corner[k] + edges[k]).contains(&c[k]));
-            assert_eq!(m.extinction(i)[0], if inside { 3.0 } else { 0.0 }, "{name} {c:?}");
+            assert_eq!(m.extinction(i).first(), if inside { 3.0 } else { 0.0 }, "{name} {c:?}");
         }
     }
 }
@@ -105,7 +105,7 @@ fn resampling_conserves_the_integral_under_any_placement() {
     let scaled = f.scene(&medium("[9,9,9]", ",scale=[2,4,6]"));
     let m = scaled.voxel_grid().unwrap();
     assert!((0..m.len()).all(|i| {
-        let [r, g, b] = m.extinction(i);
+        let [r, g, b] = m.extinction(i).to_rgb();
         (g - 2.0 * r).abs() <= 1e-12 * g && (b - 3.0 * r).abs() <= 1e-12 * b
     }));
 }
@@ -119,10 +119,10 @@ fn inactive_voxels_keep_the_background() {
         "[medium]\nmin=[0,0,0]\nmax=[16,8,8]\ncell_size=2\nextinction=0.5\n[[medium.region]]\ndensity={file='d.vdb'}\n",
     );
     let m = s.voxel_grid().unwrap();
-    assert_eq!(m.extinction(m.index([0, 0, 0]))[0], 0.5);
+    assert_eq!(m.extinction(m.index([0, 0, 0])).first(), 0.5);
     // One voxel of the eight in this cell.
-    assert_eq!(m.extinction(m.index([3, 3, 3]))[0], 0.5 * 7.0 / 8.0 + 4.0 / 8.0);
-    assert_eq!(m.extinction(m.index([4, 0, 0]))[0], 2.0);
+    assert_eq!(m.extinction(m.index([3, 3, 3])).first(), 0.5 * 7.0 / 8.0 + 4.0 / 8.0);
+    assert_eq!(m.extinction(m.index([4, 0, 0])).first(), 2.0);
 }
 
 #[test]
@@ -266,7 +266,7 @@ fn cell_means_agree_with_dense_arrays() {
     let npy = scene("'smoke_56x112x57_f16.npy',min=[0,0,0],max=[56,112,57]");
     let maps = [&grid, &vol, &npy].map(|s| s.voxel_grid().unwrap());
     for i in 0..maps[0].len() {
-        let [g, v, n] = maps.map(|m| m.extinction(i)[0]);
+        let [g, v, n] = maps.map(|m| m.extinction(i).first());
         assert!((g - v).abs() <= 1e-6 * v.max(1.0), "{:?}: {g} {v}", maps[0].coordinates(i));
         assert!((g - n).abs() <= 1e-3 * n.max(1e-3), "{:?}: {g} {n}", maps[0].coordinates(i));
     }
@@ -304,9 +304,9 @@ fn mitsuba_volumes_fill_their_own_box() {
     let f = Folder::new().with("d.vdb", vol([2, 1, 3], &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
     let s = f.scene(&medium("[10,10,30]", ""));
     let m = s.voxel_grid().unwrap();
-    close(m.extinction(m.index([1, 1, 3]))[0], 1.0);
-    close(m.extinction(m.index([2, 1, 3]))[0], 2.0);
-    close(m.extinction(m.index([2, 1, 5]))[0], 6.0);
+    close(m.extinction(m.index([1, 1, 3])).first(), 1.0);
+    close(m.extinction(m.index([2, 1, 3])).first(), 2.0);
+    close(m.extinction(m.index([2, 1, 5])).first(), 6.0);
     close(total(&s), 21.0 / 3.0);
     let said = f.refusal(&medium("[10,10,30]", ",grid='density'"));
     assert!(said.contains("only OpenVDB files"), "{said}");

@@ -4,7 +4,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use zonal_io::input::{parse_scene, volume_materials};
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{PlateKind, Scene, Sides, Surface};
+use zonal_scene::{Band, Bands, PlateKind, Scene, Sides, Surface};
 
 fn shared(path: &str) -> Option<PathBuf> {
     let p = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(path);
@@ -70,7 +70,7 @@ fn mitsuba_cornell_box_is_read() {
         assert!(x.solid && x.sides == Sides::Front, "{x:?}");
     }
     assert_eq!(surface(&s, "floor").sides, Sides::Both);
-    assert!(s.surfaces().iter().all(|s| s.reflectance == [0.4; 3]));
+    assert!(s.surfaces().iter().all(|s| s.reflectance == Bands::splat(0.4)));
 }
 
 #[test]
@@ -81,9 +81,9 @@ fn tinyobj_cornell_box_is_read() {
         };
         let s = scene(&mesh(&file, ""));
         assert_eq!(triangles(&s), 36, "{name}");
-        assert_eq!(surface(&s, "m/white").reflectance, [1.0; 3]);
-        assert_eq!(surface(&s, "m/red").reflectance, [1.0, 0.0, 0.0]);
-        assert_eq!(surface(&s, "m/green").reflectance, [0.0, 1.0, 0.0]);
+        assert_eq!(surface(&s, "m/white").reflectance, Bands::ONE);
+        assert_eq!(surface(&s, "m/red").reflectance, Bands::from_rgb([1.0, 0.0, 0.0]));
+        assert_eq!(surface(&s, "m/green").reflectance, Bands::from_rgb([0.0, 1.0, 0.0]));
     }
 }
 
@@ -94,7 +94,7 @@ fn mcguire_cornell_box_is_read() {
     };
     let s = scene(&mesh(&file, ""));
     assert_eq!(triangles(&s), 2188, "{:?}", s.notes());
-    assert_eq!(surface(&s, "m/rightWall").reflectance, [0.161, 0.133, 0.427]);
+    assert_eq!(surface(&s, "m/rightWall").reflectance, Bands::from_rgb([0.161, 0.133, 0.427]));
     let left = surface(&s, "m/leftSphere");
     assert!(left.solid && left.sides == Sides::Front, "{left:?}");
 }
@@ -110,7 +110,7 @@ fn unlit_gallery_reflects_and_does_not_emit() {
     assert!(s.notes().iter().any(|n| n.contains("unlit")), "{:?}", s.notes());
     assert!((hi.y - 5.05).abs() < 0.02 && lo.y.abs() < 0.02 && (hi.x - 5.06).abs() < 0.02, "{lo:?} {hi:?}");
     for x in s.surfaces() {
-        assert_eq!(x.emission, [0.0; 3]);
+        assert_eq!(x.emission, Bands::ZERO);
         assert!(x.reflectance.iter().all(|r| *r <= 0.95), "{x:?}");
         assert_eq!(x.solid, x.name.ends_with("(solid)"));
         assert!(x.reflectance_texture.is_some() && x.emission_texture.is_none());
@@ -181,11 +181,11 @@ fn factory_panes_require_a_thickness() {
     assert_eq!(triangles(&s) + dropped, 45_347);
     let vetro = s.panes().iter().find(|p| p.name == "m/vetro").unwrap();
     assert_eq!(vetro.plates.iter().map(|p| weight(p.kind)).sum::<usize>(), 244);
-    assert_eq!((vetro.thickness, vetro.extinction), (0.01, [10.0, 100.0, 200.0]));
+    assert_eq!((vetro.thickness, vetro.extinction), (0.01, Bands::from_rgb([10.0, 100.0, 200.0])));
     let phong3 = s.panes().iter().find(|p| p.name == "m/phong3").unwrap();
     let alpha = f64::from(0.223_894_82_f32);
     assert!(
-        (phong3.extinction[0] + (1.0 - alpha).ln() / 0.02).abs() < 1e-4,
+        (phong3.extinction.first() + (1.0 - alpha).ln() / 0.02).abs() < 1e-4,
         "{phong3:?}",
         phong3 = phong3.extinction
     );
@@ -225,9 +225,9 @@ fn volume_materials_match_their_json() {
             let near = |a: f64, b: f64| a == b || (a - b).abs() < 1e-6 * b.abs();
             assert!(near(r.attenuation_distance, distance), "{r:?}");
             assert!(near(r.thickness, v["thicknessFactor"].as_f64().unwrap_or(0.0)), "{r:?}");
-            for k in 0..3 {
-                let colour = v["attenuationColor"][k].as_f64().unwrap_or(1.0);
-                assert!(near(r.absorption[k], -colour.ln() / distance), "{r:?}");
+            for band in Band::all() {
+                let colour = v["attenuationColor"][band.index()].as_f64().unwrap_or(1.0);
+                assert!(near(r.absorption[band], -colour.ln() / distance), "{r:?}");
             }
         }
     }
@@ -245,20 +245,21 @@ fn glass_blocks_become_panes_or_fill_the_medium() {
     let s = scene(&mesh(&file, &thin));
     let pane = |name: &str| s.panes().iter().find(|p| p.name == name).unwrap();
     let one = pane("m/R5_Attenuation_1.0");
-    assert_eq!((one.thickness, one.albedo), (1.0, [0.0; 3]));
-    for (k, c) in [0.1f32, 0.5, 0.9].into_iter().enumerate() {
-        assert!((one.extinction[k] + f64::from(c).ln()).abs() < 1e-12);
-        let half = pane("m/R5_Attenuation_0.50").extinction[k];
-        assert!((half - one.extinction[k] / 2.0).abs() < 1e-12);
-    }
+    assert_eq!((one.thickness, one.albedo), (1.0, Bands::ZERO));
+    let colour = Bands::from_rgb([0.1f32, 0.5, 0.9].map(f64::from));
+    assert!((one.extinction + colour.map(f64::ln)).all(|d| d.abs() < 1e-12));
+    let half = pane("m/R5_Attenuation_0.50").extinction;
+    assert!((half - one.extinction / 2.0).all(|d| d.abs() < 1e-12));
     // A thin glass that passes 0.1 in a unit of thickness is one that takes ln 10 a unit.
-    let sample = pane("m/R1_Sample_1.5").extinction[0];
+    let sample = pane("m/R1_Sample_1.5").extinction.first();
     assert!((sample - 1.5 * 10f64.ln()).abs() < 1e-6, "{sample}");
     // Metres from centimetres: the glass gets a hundred times thinner and a hundred times denser.
     let text = mesh(&file, &thin).replace("'}", "', scale=0.01}");
     let small = scene(&text);
     let p = small.panes().iter().find(|p| p.name == "m/R5_Attenuation_1.0").unwrap();
-    assert!((p.thickness - 0.01).abs() < 1e-15 && (p.extinction[0] - 100.0 * one.extinction[0]).abs() < 1e-9);
+    assert!(
+        (p.thickness - 0.01).abs() < 1e-15 && (p.extinction - 100.0 * one.extinction).first().abs() < 1e-9
+    );
 
     let (lo, hi) = one
         .plates
@@ -272,8 +273,8 @@ fn glass_blocks_become_panes_or_fill_the_medium() {
         + &format!("[medium]\nmin={:?}\nmax={:?}\ncell_size=0.1\n", min.array(), max.array());
     let filled = scene(&text);
     let v = filled.voxel_grid().unwrap();
-    let inside = (0..v.len()).filter(|i| v.extinction(*i)[0] > 0.0).count() as f64 * v.cell().product();
+    let inside = (0..v.len()).filter(|i| v.extinction(*i).first() > 0.0).count() as f64 * v.cell().product();
     assert!((inside / (hi - lo).product() - 1.0).abs() < 0.05, "{inside} {lo:?} {hi:?}");
     let mid = v.cell_at((lo + hi) * 0.5).unwrap();
-    assert!((v.extinction(v.index(mid))[2] - one.extinction[2]).abs() < 1e-12);
+    assert!((v.extinction(v.index(mid)) - one.extinction).to_rgb()[2].abs() < 1e-12);
 }

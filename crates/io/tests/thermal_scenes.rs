@@ -4,7 +4,7 @@ mod support;
 
 use support::{Folder, NpyOrder, f32s, npy};
 use zonal_io::input::parse_scene;
-use zonal_scene::{BandFractions, Scene, ThermalCondition};
+use zonal_scene::{BandFractions, Bands, Scene, ThermalCondition};
 
 fn read(text: &str) -> Scene {
     parse_scene(text, None, "test.toml").unwrap_or_else(|e| panic!("{e}"))
@@ -24,13 +24,13 @@ fn thermal_conditions_of_surfaces_and_media_are_read() {
     assert_eq!(t.surfaces[0], ThermalCondition::Temperature(500.0));
     assert_eq!(t.surfaces[1], ThermalCondition::Flux(0.0));
     assert_eq!(t.surfaces[2], ThermalCondition::Temperature(300.0));
-    let rho = |k: usize| s.surfaces()[k].reflectance[0];
+    let rho = |k: usize| s.surfaces()[k].reflectance.first();
     assert!((rho(0) - 0.25).abs() < 1e-15 && rho(1) == 1.0 && (rho(2) - 0.2).abs() < 1e-15);
     let optics = |keys: &str| {
         let s = read(&format!("mode = 'thermal'\n{MEDIUM}heat_source = 7\n{keys}\n"));
         let m = s.voxel_grid().unwrap();
         assert_eq!(m.heat(1), Some(ThermalCondition::Flux(7.0)));
-        (m.extinction(0)[1], m.albedo(0)[1])
+        (m.extinction(0).to_rgb()[1], m.albedo(0).to_rgb()[1])
     };
     assert_eq!(optics("absorption = 0.5"), (0.5, 0.0));
     assert_eq!(optics("absorption = 0.5\nalbedo = 0.75"), (2.0, 0.75));
@@ -44,7 +44,7 @@ fn thermal_conditions_of_surfaces_and_media_are_read() {
         (m.heat(0), m.heat(1)),
         (Some(ThermalCondition::Temperature(900.0)), Some(ThermalCondition::Flux(-2.0)))
     );
-    let sent = s.surroundings().radiosity()[0] / (5.670374419e-8 * 290f64.powi(4));
+    let sent = s.surroundings().radiosity().first() / (5.670374419e-8 * 290f64.powi(4));
     assert!((sent - 1.0).abs() < 1e-14);
 }
 
@@ -55,11 +55,14 @@ fn band_fractions_are_read() {
             format!("mode = 'thermal'\n[thermal]\n{keys}\n{MEDIUM}extinction = 1\ntemperature = 900\n");
         read(&text).thermal().unwrap().band_fractions.clone()
     };
-    assert_eq!(of("band_fractions = [0.2, 0.3, 0.5]"), BandFractions::constant([0.2, 0.3, 0.5]));
+    assert_eq!(
+        of("band_fractions = [0.2, 0.3, 0.5]"),
+        BandFractions::constant(Bands::from_rgb([0.2, 0.3, 0.5]))
+    );
     let rest = of("weights = [[0.5, -1e-4], 'rest', [0.1, 0, 1e-8]]\nrange = [300, 2000]");
     for t in [300.0, 900.0, 2000.0] {
         assert!((rest.weights(t).iter().sum::<f64>() - 1.0).abs() < 1e-14);
-        assert!((rest.weights(t)[0] - (0.5 - 1e-4 * t)).abs() < 1e-14);
+        assert!((rest.weights(t).first() - (0.5 - 1e-4 * t)).abs() < 1e-14);
     }
     let smith = "weights = [[6.508e-1,-5.551e-4,3.029e-7,-5.353e-11], [-0.2504e-1,6.112e-4,-3.882e-7,6.528e-11], [2.718e-1,-3.118e-4,1.221e-7,-1.612e-11]]\nrange = [600, 2400]\nallow_partial = true";
     let a = of(smith).weights(1500.0);
@@ -81,8 +84,8 @@ fn voxel_arrays_are_averaged_over_cells() {
     let mean = (0.5f64 * (300f64.powi(4) + 500f64.powi(4))).powf(0.25);
     let Some(ThermalCondition::Temperature(t)) = m.heat(0) else { panic!("{:?}", m.heat(0)) };
     assert!((t - mean).abs() < 1e-9 && m.heat(1) == Some(ThermalCondition::Temperature(900.0)));
-    assert!((m.albedo(0)[2] - 0.3).abs() < 1e-7 && (m.albedo(1)[2] - 0.75).abs() < 1e-7);
-    assert_eq!(m.extinction(0), [1.0; 3]);
+    assert!((m.albedo(0).to_rgb()[2] - 0.3).abs() < 1e-7 && (m.albedo(1).to_rgb()[2] - 0.75).abs() < 1e-7);
+    assert_eq!(m.extinction(0), Bands::ONE);
     // In a region's box, turned up; the rest stays as it was.
     let s = folder.scene(&format!(
         "mode = 'thermal'\n{MEDIUM}extinction = 1\ntemperature = 400\n[[medium.region]]\nbox = {{ min = [1,0,0], max = [2,1,1] }}\nheat_source = {{ file = 'q.npy', scale = 10 }}\n"
@@ -97,8 +100,11 @@ fn voxel_arrays_are_averaged_over_cells() {
         "{MEDIUM}extinction = 1\nemission = {{ file = 'q.npy', scale = [1, 2, 0] }}\n[[medium.region]]\nalbedo = {{ file = 'o.npy', min = [0,0,0], max = [1,1,1] }}\n"
     ));
     let m = s.voxel_grid().unwrap();
-    assert_eq!((m.emission(0), m.emission(1)), ([2.0, 4.0, 0.0], [4.0, 8.0, 0.0]));
-    assert!((m.albedo(0)[0] - 0.525).abs() < 1e-7 && m.albedo(1) == [0.0; 3]);
+    assert_eq!(
+        (m.emission(0), m.emission(1)),
+        (Bands::from_rgb([2.0, 4.0, 0.0]), Bands::from_rgb([4.0, 8.0, 0.0]))
+    );
+    assert!((m.albedo(0).first() - 0.525).abs() < 1e-7 && m.albedo(1) == Bands::ZERO);
 }
 
 /// A scene text and what its refusal must contain.

@@ -6,7 +6,9 @@
 use std::time::Instant;
 use zonal_exchange::AccuracyRequest;
 use zonal_math::vec3;
-use zonal_paper::proximity::{CellFactor, ParametricMesh, SmoothSurface, direct_integral, mesh_factors};
+use zonal_paper::proximity::{
+    CellFactor, MeshFactors, ParametricMesh, SmoothSurface, direct_integral, mesh_factors,
+};
 use zonal_scene::Plate;
 
 fn main() {
@@ -66,7 +68,7 @@ fn compare(
     let demand = AccuracyRequest::relative(tolerance);
     let runs = orders.map(|order| {
         let mut best = f64::INFINITY;
-        let mut row = mesh_factors(s, mesh, plate, order, &demand);
+        let mut row: MeshFactors = mesh_factors(s, mesh, plate, order, &demand);
         for _ in 0..3 {
             let clock = Instant::now();
             row = mesh_factors(s, mesh, plate, order, &demand);

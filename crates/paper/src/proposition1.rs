@@ -133,21 +133,6 @@ pub(super) fn attenuate_at_centres(
 mod tests {
     use super::*;
 
-    /// The paper's first-order statement with its sign: at small κ the error of the plain product is −κ C.
-    #[test]
-    fn first_order_error_has_the_sign_of_the_constant() {
-        let a = Cuboid::voxel(Vec3::splat(0.0), Vec3::splat(1.0));
-        for u in [[0, 0, 0], [1, 0, 0], [2, 1, 0], [5, 0, 0]] {
-            let shift = zonal_math::vec3(u[0] as f64, u[1] as f64, u[2] as f64);
-            let b = Cuboid::voxel(shift, shift + Vec3::splat(1.0));
-            let kappa = 1e-5;
-            let exact = geometric_factor(&a, &b, kappa, 1e-13).bounded.value;
-            let got = uncorrected_factor(&a, &b, kappa, &AccuracyRequest::relative(1e-12)).bounded.value;
-            let error = (exact - got) / exact;
-            assert!((error / (-kappa * centre_constant(u).value) - 1.0).abs() < 1e-3, "{u:?} {error:e}");
-        }
-    }
-
     /// The remainder comes near its bound: a self pair in a thin medium.
     #[test]
     fn radius_is_close_to_the_remainder() {

@@ -9,7 +9,7 @@ use zonal_exchange::aligned::{Cuboid, FactorCache, geometric_factor};
 use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_math::{Bounded, Grade, Vec3, vec3};
 use zonal_paper::{gauss_6d, point};
-use zonal_scene::{Facet, Plate, Scene, SceneParts, Sides, SolveOptions, Surface, VoxelGrid};
+use zonal_scene::{Bands, Facet, Plate, Scene, SceneParts, Sides, SolveOptions, Surface, VoxelGrid};
 use zonal_transport::{Transport, build_zones};
 
 const TOLERANCE: f64 = 1e-7;
@@ -233,13 +233,13 @@ proptest! {
 fn room(kappa: impl Fn(usize) -> f64) -> Scene {
     let mut map = VoxelGrid::new(Vec3::ZERO, vec3(0.5, 0.4, 0.6), [2, 3, 2]).unwrap();
     for i in 0..map.len() {
-        map.set(i, [kappa(i); 3], [0.5; 3], [0.0; 3], [0.0; 3]);
+        map.set(i, Bands::splat(kappa(i)), Bands::splat(0.5), Bands::ZERO, Bands::ZERO);
     }
     let (x, y, z) = (vec3(1.0, 0.0, 0.0), vec3(0.0, 1.2, 0.0), vec3(0.0, 0.0, 1.2));
     let surface = Surface {
         name: "wall".into(),
-        reflectance: [0.0; 3],
-        emission: [0.0; 3],
+        reflectance: Bands::ZERO,
+        emission: Bands::ZERO,
         reflectance_texture: None,
         emission_texture: None,
         sides: Sides::Front,
@@ -275,7 +275,7 @@ fn constant_field_equals_uniform_medium() {
             let mut g = vec![0.0; n * n];
             for i in 0..n {
                 for j in 0..n {
-                    g[i * n + j] = exchange.pair(i, j, &mut counts).value[0];
+                    g[i * n + j] = exchange.pair(i, j, &mut counts).value.first();
                 }
             }
             for i in 0..n {

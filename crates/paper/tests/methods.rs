@@ -233,3 +233,22 @@ fn hemicube_through_factor_is_estimated_and_one_sided() {
     }
     assert_eq!(factor(Method::HemiCube, &patch, &above, 0.3, &demand).bounded.value, 0.0);
 }
+
+/// The paper's first-order statement with its sign: at small κ the error of the plain product is −κ C.
+#[test]
+fn first_order_error_has_the_sign_of_the_constant() {
+    let a = Cuboid::voxel(Vec3::splat(0.0), Vec3::splat(1.0));
+    for u in [[0, 0, 0], [1, 0, 0], [2, 1, 0], [5, 0, 0]] {
+        let shift = vec3(u[0] as f64, u[1] as f64, u[2] as f64);
+        let b = Cuboid::voxel(shift, shift + Vec3::splat(1.0));
+        let kappa = 1e-5;
+        let exact = geometric_factor(&a, &b, kappa, 1e-13).bounded.value;
+        let got =
+            proposition1::uncorrected_factor(&a, &b, kappa, &AccuracyRequest::relative(1e-12)).bounded.value;
+        let error = (exact - got) / exact;
+        assert!(
+            (error / (-kappa * proposition1::centre_constant(u).value) - 1.0).abs() < 1e-3,
+            "{u:?} {error:e}"
+        );
+    }
+}

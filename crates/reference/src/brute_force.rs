@@ -22,7 +22,7 @@ pub struct FacetHit {
 
 /// A segment of a ray in one cell, or outside of all cells.
 #[derive(Clone, Copy, Debug)]
-pub struct RaySegment {
+pub(crate) struct RaySegment {
     /// Distance of its start, m.
     pub from: f64,
     /// Distance of its end, m.
@@ -34,7 +34,7 @@ pub struct RaySegment {
 }
 
 /// Distance along a ray of unit direction to a plate, with plate parameters; `None` for a ray along the plate.
-pub fn intersect_plate(p: &Plate, o: Vec3, d: Vec3) -> Option<(f64, [f64; 2])> {
+pub(crate) fn intersect_plate(p: &Plate, o: Vec3, d: Vec3) -> Option<(f64, [f64; 2])> {
     let n = p.e1.cross(p.e2);
     let along = n.dot(d);
     if along.abs() < 1e-12 * n.length() {
@@ -78,13 +78,13 @@ impl<'a> BruteForceScene<'a> {
     }
 
     /// True when no facet lies between two points.
-    pub fn visible(&self, a: Vec3, b: Vec3) -> bool {
+    pub(crate) fn visible(&self, a: Vec3, b: Vec3) -> bool {
         let r = (b - a).length();
         self.first_hit(a, (b - a) / r).is_none_or(|s| s.t > r - self.near)
     }
 
     /// The segments of a ray from 0 to `limit` (m), in order.
-    pub fn segments(&self, o: Vec3, d: Vec3, limit: f64) -> Vec<RaySegment> {
+    pub(crate) fn segments(&self, o: Vec3, d: Vec3, limit: f64) -> Vec<RaySegment> {
         let mut cuts: Vec<(f64, Option<(usize, Bands)>)> = vec![(0.0, None), (limit, None)];
         if let Some(grid) = self.scene.voxel_grid() {
             for axis in 0..3 {
@@ -103,7 +103,7 @@ impl<'a> BruteForceScene<'a> {
                 && t < limit - self.near
             {
                 let path = p.thickness / n.dot(d).abs();
-                cuts.push((t, Some((k, p.extinction.map(|e| e * path)))));
+                cuts.push((t, Some((k, p.extinction * path))));
             }
         }
         cuts.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -132,20 +132,18 @@ impl<'a> BruteForceScene<'a> {
     }
 
     /// Extinction κ of a segment per band, 1/m.
-    pub fn extinction(&self, segment: &RaySegment) -> Bands {
+    pub(crate) fn extinction(&self, segment: &RaySegment) -> Bands {
         segment
             .cell
-            .map_or([0.0; 3], |c| self.scene.voxel_grid().expect("a cell belongs to a grid").extinction(c))
+            .map_or(Bands::ZERO, |c| self.scene.voxel_grid().expect("a cell belongs to a grid").extinction(c))
     }
 
     /// Optical depth of a ray from 0 to `limit` (m), per band.
-    pub fn optical_depth(&self, o: Vec3, d: Vec3, limit: f64) -> Bands {
-        let mut sum = [0.0; 3];
+    pub(crate) fn optical_depth(&self, o: Vec3, d: Vec3, limit: f64) -> Bands {
+        let mut sum = Bands::ZERO;
         for segment in self.segments(o, d, limit) {
             let kappa = self.extinction(&segment);
-            for b in 0..3 {
-                sum[b] += segment.pane.map_or(0.0, |p| p.1[b]) + kappa[b] * (segment.to - segment.from);
-            }
+            sum += segment.pane.map_or(Bands::ZERO, |p| p.1) + kappa * (segment.to - segment.from);
         }
         sum
     }

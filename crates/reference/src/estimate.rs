@@ -1,5 +1,7 @@
 //! Sample means and their standard errors.
 
+use zonal_scene::{Bands, PerBand};
+
 /// A mean over random samples and its standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SampleEstimate {
@@ -19,7 +21,7 @@ impl SampleEstimate {
 
 /// Running sums of samples, from which a [`SampleEstimate`] is made.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct SampleStatistics {
+pub(crate) struct SampleStatistics {
     count: f64,
     sum: f64,
     squares: f64,
@@ -27,15 +29,20 @@ pub struct SampleStatistics {
 
 impl SampleStatistics {
     /// Adds a sample.
-    pub fn add(&mut self, x: f64) {
+    pub(crate) fn add(&mut self, x: f64) {
         self.count += 1.0;
         self.sum += x;
         self.squares += x * x;
     }
     /// The mean of the samples and its standard error, times `scale`.
-    pub fn estimate(&self, scale: f64) -> SampleEstimate {
+    pub(crate) fn estimate(&self, scale: f64) -> SampleEstimate {
         let mean = self.sum / self.count;
         let variance = (self.squares / self.count - mean * mean).max(0.0) / (self.count - 1.0).max(1.0);
         SampleEstimate { value: mean * scale, error: variance.sqrt() * scale.abs() }
     }
+}
+
+/// Adds one sample to the sums of each band.
+pub(crate) fn add_sample(statistics: &mut PerBand<SampleStatistics>, x: Bands) {
+    statistics.iter_mut().zip(x).for_each(|(s, x)| s.add(x));
 }

@@ -7,11 +7,11 @@
 //! **By points**: the definition (1/π) ∬ τ V cosθ_a cosθ_b/r², for bodies that are apart.
 
 use crate::brute_force::{self, BruteForceScene};
-use crate::estimate::{SampleEstimate, SampleStatistics};
+use crate::estimate::{SampleEstimate, SampleStatistics, add_sample};
 use crate::rng::Rng;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Plate, Scene, Zones};
+use zonal_scene::{Band, Bands, PerBand, Plate, Scene, Zones};
 
 /// A body that exchanges radiation.
 #[derive(Clone, Debug)]
@@ -72,39 +72,39 @@ impl ExchangeBody {
     fn emit(&self, rng: &mut Rng) -> (Vec3, Vec3, Bands) {
         match self {
             ExchangeBody::Patch(p) => {
-                (rng.point_on_plate(p), rng.cosine_direction(p.normal()), [p.area(); 3])
+                (rng.point_on_plate(p), rng.cosine_direction(p.normal()), Bands::splat(p.area()))
             }
             ExchangeBody::Volume { lo, hi, planes } => {
                 let x = rng.point_in_box(*lo, *hi);
                 let w = if in_half_spaces(planes, x) { 4.0 * (*hi - *lo).product() } else { 0.0 };
-                (x, rng.unit_vector(), [w; 3])
+                (x, rng.unit_vector(), Bands::splat(w))
             }
             ExchangeBody::Pane { plate, thickness, extinction } => {
                 let n = plate.normal();
                 let n = if rng.uniform() < 0.5 { n } else { -n };
                 let (x, d) = (rng.point_on_plate(plate), rng.cosine_direction(n));
                 let path = thickness / n.dot(d).max(1e-9);
-                (x, d, absorbed_length(*extinction, path).map(|s| 2.0 * plate.area() * s))
+                (x, d, 2.0 * plate.area() * absorbed_length(*extinction, path))
             }
         }
     }
 
     /// Score of a ray of length `limit` on this body, per band.
     fn score(&self, w: &BruteForceScene, o: Vec3, d: Vec3, limit: f64) -> Bands {
-        let none = [0.0; 3];
+        let none = Bands::ZERO;
         match self {
             ExchangeBody::Patch(p) => match brute_force::intersect_plate(p, o, d) {
                 Some((t, _)) if t > w.near && t <= limit + w.near && d.dot(p.normal()) < 0.0 => {
-                    w.optical_depth(o, d, t).map(|x| (-x).exp())
+                    (-w.optical_depth(o, d, t)).exp()
                 }
                 _ => none,
             },
             ExchangeBody::Pane { plate, thickness, extinction } => {
                 match brute_force::intersect_plate(plate, o, d) {
                     Some((t, _)) if t > w.near && t < limit => {
-                        let tau = w.optical_depth(o, d, t).map(|x| (-x).exp());
+                        let tau = (-w.optical_depth(o, d, t)).exp();
                         let s = absorbed_length(*extinction, thickness / d.dot(plate.normal()).abs());
-                        std::array::from_fn(|b| tau[b] * s[b])
+                        tau * s
                     }
                     _ => none,
                 }
@@ -136,11 +136,11 @@ impl ExchangeBody {
 
 /// ∫ τ ds from t0 to t1, per band.
 fn transmittance_integral(w: &BruteForceScene, o: Vec3, d: Vec3, t0: f64, t1: f64) -> Bands {
-    let (mut depth, mut sum) = ([0.0; 3], [0.0; 3]);
+    let (mut depth, mut sum) = (Bands::ZERO, Bands::ZERO);
     for segment in w.segments(o, d, t1) {
         let kappa = w.extinction(&segment);
         let (a, b) = (segment.from.max(t0), segment.to.min(t1));
-        for k in 0..3 {
+        for k in Band::all() {
             depth[k] += segment.pane.map_or(0.0, |p| p.1[k]);
             if b > a {
                 let tau = (-(depth[k] + kappa[k] * (a - segment.from))).exp();
@@ -160,13 +160,13 @@ pub fn exchange_by_rays(
     b: &ExchangeBody,
     n: usize,
     seed: u64,
-) -> [SampleEstimate; 3] {
-    let (mut rng, mut statistics) = (Rng::new(seed), [SampleStatistics::default(); 3]);
+) -> PerBand<SampleEstimate> {
+    let (mut rng, mut statistics) = (Rng::new(seed), PerBand::<SampleStatistics>::default());
     for _ in 0..n {
         let (o, d, weight) = a.emit(&mut rng);
         let limit = w.first_hit(o, d).map_or(w.far, |s| s.t);
-        let s = if weight == [0.0; 3] { [0.0; 3] } else { b.score(w, o, d, limit) };
-        (0..3).for_each(|k| statistics[k].add(weight[k] * s[k]));
+        let s = if weight == Bands::ZERO { Bands::ZERO } else { b.score(w, o, d, limit) };
+        add_sample(&mut statistics, weight * s);
     }
     statistics.map(|t| t.estimate(1.0))
 }
@@ -182,8 +182,8 @@ pub fn exchange_by_points(
     b: &ExchangeBody,
     n: usize,
     seed: u64,
-) -> [SampleEstimate; 3] {
-    let (mut rng, mut statistics) = (Rng::new(seed), [SampleStatistics::default(); 3]);
+) -> PerBand<SampleEstimate> {
+    let (mut rng, mut statistics) = (Rng::new(seed), PerBand::<SampleStatistics>::default());
     let point = |z: &ExchangeBody, rng: &mut Rng| match z {
         ExchangeBody::Patch(p) => (rng.point_on_plate(p), p.area()),
         ExchangeBody::Volume { lo, hi, planes } => {
@@ -200,12 +200,9 @@ pub fn exchange_by_points(
         let r = (y - x).length();
         let d = (y - x) / r;
         let kernel = cosine(a, d) * cosine(b, -d) * ma * mb / (PI * r * r);
-        let tau = if kernel > 0.0 && w.visible(x, y) {
-            w.optical_depth(x, d, r).map(|t| (-t).exp())
-        } else {
-            [0.0; 3]
-        };
-        (0..3).for_each(|k| statistics[k].add(kernel * tau[k]));
+        let tau =
+            if kernel > 0.0 && w.visible(x, y) { (-w.optical_depth(x, d, r)).exp() } else { Bands::ZERO };
+        add_sample(&mut statistics, kernel * tau);
     }
     statistics.map(|t| t.estimate(1.0))
 }

@@ -33,6 +33,6 @@ pub mod rng;
 mod tanh_sinh;
 
 pub use brute_force::BruteForceScene;
-pub use estimate::{SampleEstimate, SampleStatistics};
+pub use estimate::SampleEstimate;
 pub use exchange::ExchangeBody;
 pub use rng::Rng;

@@ -9,10 +9,10 @@ use crate::estimate::{SampleEstimate, SampleStatistics};
 use crate::rng::Rng;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{Pane, Plate, Sides};
+use zonal_scene::{Band, Pane, Plate, Sides};
 
 /// H of the front of a plate in a band, W/m².
-pub fn irradiance(w: &BruteForceScene, plate: &Plate, band: usize, n: usize, seed: u64) -> SampleEstimate {
+pub fn irradiance(w: &BruteForceScene, plate: &Plate, band: Band, n: usize, seed: u64) -> SampleEstimate {
     let (mut rng, mut statistics) = (Rng::new(seed), SampleStatistics::default());
     for _ in 0..n {
         let (o, d) = (rng.point_on_plate(plate), rng.cosine_direction(plate.normal()));
@@ -22,7 +22,7 @@ pub fn irradiance(w: &BruteForceScene, plate: &Plate, band: usize, n: usize, see
 }
 
 /// G in the box [lo, hi] in a band, W/m².
-pub fn fluence(w: &BruteForceScene, lo: Vec3, hi: Vec3, band: usize, n: usize, seed: u64) -> SampleEstimate {
+pub fn fluence(w: &BruteForceScene, lo: Vec3, hi: Vec3, band: Band, n: usize, seed: u64) -> SampleEstimate {
     let (mut rng, mut statistics) = (Rng::new(seed), SampleStatistics::default());
     for _ in 0..n {
         let (o, d) = (rng.point_in_box(lo, hi), rng.unit_vector());
@@ -44,7 +44,7 @@ enum WalkEvent {
 }
 
 /// Samples the next event: an optical distance is spent segment by segment.
-fn next_event(w: &BruteForceScene, o: Vec3, d: Vec3, band: usize, rng: &mut Rng) -> WalkEvent {
+fn next_event(w: &BruteForceScene, o: Vec3, d: Vec3, band: Band, rng: &mut Rng) -> WalkEvent {
     let hit = w.first_hit(o, d);
     let limit = hit.map_or(w.far, |s| s.t);
     let mut rest = -(1.0 - rng.uniform()).ln();
@@ -66,7 +66,7 @@ fn next_event(w: &BruteForceScene, o: Vec3, d: Vec3, band: usize, rng: &mut Rng)
 }
 
 /// The emission that one walk collects, as a radiosity, W/m².
-fn walk(w: &BruteForceScene, mut o: Vec3, mut d: Vec3, band: usize, rng: &mut Rng) -> f64 {
+fn walk(w: &BruteForceScene, mut o: Vec3, mut d: Vec3, band: Band, rng: &mut Rng) -> f64 {
     let mut sum = 0.0;
     loop {
         let event = next_event(w, o, d, band, rng);
@@ -128,7 +128,7 @@ fn tangent(n: Vec3, rng: &mut Rng) -> Vec3 {
 
 /// Walk within a pane that is entered at cosine `c` and collides at least once. Returns the cosine with the forward normal at the
 /// exit, and the sine; `None` when the walk is absorbed inside. Collects emission in `sum`.
-fn walk_in_pane(pane: &Pane, band: usize, c: f64, rng: &mut Rng, sum: &mut f64) -> Option<(f64, f64)> {
+fn walk_in_pane(pane: &Pane, band: Band, c: f64, rng: &mut Rng, sum: &mut f64) -> Option<(f64, f64)> {
     let kappa = pane.extinction[band];
     let all = kappa * pane.thickness / c;
     // The first collision, conditional on there being one.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Plate, PlateKind};
+use zonal_scene::{Band, Bands, Plate, PlateKind};
 
 /// Xorshift64* (Marsaglia 2003, Vigna 2016), seeded.
 #[derive(Clone, Debug)]
@@ -37,7 +37,7 @@ impl Rng {
         lo + (hi - lo).scale(u)
     }
     /// A point uniform on a plate.
-    pub fn point_on_plate(&mut self, p: &Plate) -> Vec3 {
+    pub(crate) fn point_on_plate(&mut self, p: &Plate) -> Vec3 {
         let (mut u, mut v) = (self.uniform(), self.uniform());
         if p.kind == PlateKind::Triangle && u + v > 1.0 {
             (u, v) = (1.0 - u, 1.0 - v);
@@ -60,6 +60,19 @@ impl Rng {
             }
         }
     }
+}
+
+/// The first band whose running sum of the weights exceeds `u`; the last band if there is none.
+pub(crate) fn select_band(weights: Bands, u: f64) -> Band {
+    let (mut selected, mut sum) = (Band::first(), 0.0);
+    for b in Band::all() {
+        selected = b;
+        sum += weights[b];
+        if u < sum {
+            break;
+        }
+    }
+    selected
 }
 
 /// Mixes two numbers into one (the finalizer of SplitMix64; Steele, Lea and Flood 2014).

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 use zonal_reference::SampleEstimate;
-use zonal_reference::forward_monte_carlo::{ClosedSurfaces, ForwardSolution, trace_forward};
+use zonal_reference::forward_monte_carlo::{ClosedSurfaces, ForwardSolution, HeatBalance, trace_forward};
 use zonal_scene::thermal::blackbody_emissive_power;
-use zonal_scene::{Patch, Scene, VoxelZone, Zones};
+use zonal_scene::{Band, Bands, Patch, Scene, VoxelZone, Zones};
 
 /// Walks of a solution.
 const WALK_COUNT: usize = 100_000;
@@ -32,6 +32,11 @@ fn scene(text: &str) -> Scene {
 fn assert_near(what: &str, e: SampleEstimate, exact: f64) {
     let far = (e.value - exact).abs() / (4.0 * e.error + 1e-6 * exact.abs());
     assert!(far <= 1.0, "{what}: {} ± {}, not {exact}", e.value, e.error);
+}
+
+/// σT⁴ of an element that has a temperature, W/m².
+fn emissive_power(element: &HeatBalance) -> SampleEstimate {
+    element.emissive.expect("the element has a temperature")
 }
 
 fn solution(scene: &Scene, zones: Option<&Zones>) -> ForwardSolution {
@@ -62,7 +67,7 @@ fn grey_layer_in_radiative_equilibrium_matches_heaslet_and_warming() {
         let found = solution(&layer(2, "extinction = 1\nheat_source = 0", shares), None);
         let flux = found.heat[0].power;
         assert!((flux.value / gap - LAYER_FLUX_RATIO).abs() < 4.0 * flux.error / gap + 5e-5, "{flux:?}");
-        let mean = found.heat[2].emissive.expect("the medium has a temperature");
+        let mean = emissive_power(&found.heat[2]);
         assert_near(
             "mean emissive power",
             mean,
@@ -88,17 +93,17 @@ fn three_zones(s: &Scene) -> Zones {
     let patch = |k: usize| {
         let plate = s.facets()[k].plate;
         let (surface, normal, area) = (s.facets()[k].surface, plate.normal(), plate.area());
-        Patch { facet: k, surface, plate, normal, area, reflectance: [0.0; 3], emission: [0.0; 3] }
+        Patch { facet: k, surface, plate, normal, area, reflectance: Bands::ZERO, emission: Bands::ZERO }
     };
     let voxel = VoxelZone {
         cell: 0,
         centre: zonal_math::vec3(0.5, 0.5, 0.5),
         volume: 1.0,
         samples: Default::default(),
-        extinction: [1.0; 3],
-        albedo: [0.0; 3],
-        emission: [0.0; 3],
-        source: [0.0; 3],
+        extinction: Bands::ONE,
+        albedo: Bands::ZERO,
+        emission: Bands::ZERO,
+        source: Bands::ZERO,
     };
     Zones {
         patches: vec![patch(0), patch(1)],
@@ -119,16 +124,8 @@ fn isothermal_scene_has_no_net_powers() {
     );
     let found = solution(&s, None);
     assert_near("floor", found.heat[0].power, 0.0);
-    assert_near(
-        "block",
-        found.heat[1].emissive.expect("the block has a temperature"),
-        blackbody_emissive_power(800.0),
-    );
-    assert_near(
-        "glass",
-        found.heat[3].emissive.expect("the pane has a temperature"),
-        blackbody_emissive_power(800.0),
-    );
+    assert_near("block", emissive_power(&found.heat[1]), blackbody_emissive_power(800.0));
+    assert_near("glass", emissive_power(&found.heat[3]), blackbody_emissive_power(800.0));
     let gas = found.heat[2].power;
     assert!(gas.value.abs() < 4.0 * gas.error + 0.01 * blackbody_emissive_power(800.0), "{gas:?}");
 }
@@ -139,8 +136,8 @@ fn error_covers_unsampled_grazing_directions_of_a_thin_layer() {
     for (kappa, sampled) in [(1e-3, true), (1e-7, false), (1e-11, false)] {
         let s = layer(1, &format!("extinction = {kappa:e}\nheat_source = 1e5"), "");
         let mut zones = three_zones(&s);
-        zones.voxels[0].extinction = [kappa; 3];
-        let g = solution(&s, Some(&zones)).zones[2][0];
+        zones.voxels[0].extinction = Bands::splat(kappa);
+        let g = solution(&s, Some(&zones)).zones[2][Band::first()];
         // Mean of 1e5/2 ∫ E1(κ|z − z'|) dz' over the thin layer, and the fluence of the walls.
         let exact = 0.5e5 * (1.5 - EULER_GAMMA - kappa.ln())
             + 2.0 * (blackbody_emissive_power(1000.0) + blackbody_emissive_power(500.0));

@@ -2,11 +2,12 @@
 
 use std::f64::consts::PI;
 use zonal_math::{Vec3, vec3};
-use zonal_reference::path_tracer::bvh::BinaryBvh;
-use zonal_reference::path_tracer::{Detector, DetectorReading, PathTracer, TracingAccuracy};
+use zonal_reference::brute_force::FacetHit;
+use zonal_reference::path_tracer::bvh::{BinaryBvh, RayHit};
+use zonal_reference::path_tracer::{Detector, DetectorReading, PathTracer, SubcellPart, TracingAccuracy};
 use zonal_reference::{BruteForceScene, Rng, SampleEstimate, radiance};
 use zonal_scene::{
-    Bands, Camera, Facet, Light, Pane, Plate, Scene, SceneParts, Sides, Surface, Texture, VoxelGrid,
+    Band, Bands, Camera, Facet, Light, Pane, Plate, Scene, SceneParts, Sides, Surface, Texture, VoxelGrid,
 };
 
 /// Largest |z| of a comparison: exceeded by chance once in fifteen thousand.
@@ -63,8 +64,12 @@ fn assert_agrees(what: &str, ours: SampleEstimate, exact: f64, finest: f64) {
     assert!(ours.error < finest * exact.abs().max(1e-300), "{what}: too coarse, ± {}", ours.error);
 }
 
-fn both(r: &DetectorReading, b: usize) -> [SampleEstimate; 2] {
+fn both(r: &DetectorReading, b: Band) -> [SampleEstimate; 2] {
     [r.total[b], r.incident[b]]
+}
+
+fn assert_same_facet(ours: Option<RayHit>, theirs: Option<FacetHit>) {
+    assert_eq!(ours.map(|m| (m.id as usize, m.front)), theirs.map(|s| (s.facet, s.front)));
 }
 
 #[test]
@@ -82,7 +87,7 @@ fn tree_queries_match_brute_force() {
         })
         .collect();
     let tree = BinaryBvh::new((0u32..).zip(facets.iter().map(|f| f.plate)), 3.0);
-    let surfaces = vec![surface("all", [0.5; 3], [0.0; 3])];
+    let surfaces = vec![surface("all", Bands::splat(0.5), Bands::ZERO)];
     let scene = Scene::new(SceneParts { surfaces, facets, ..SceneParts::default() }).unwrap();
     let world = BruteForceScene::new(&scene);
     let mut hits = 0;
@@ -92,7 +97,7 @@ fn tree_queries_match_brute_force() {
         let d = if k % 7 == 0 { vec3(0.0, 0.0, -1.0) } else { rng.unit_vector() };
         let ours = tree.nearest(o, d, world.near..f64::INFINITY, None);
         let theirs = world.first_hit(o, d);
-        assert_eq!(ours.map(|m| (m.id as usize, m.front)), theirs.map(|s| (s.facet, s.front)), "{o:?} {d:?}");
+        assert_same_facet(ours, theirs);
         if let (Some(a), Some(b)) = (ours, theirs) {
             hits += 1;
             assert!((a.t - b.t).abs() < 1e-12);
@@ -109,19 +114,19 @@ fn tree_queries_match_brute_force() {
 
 /// Coloured walls, a lamp, a pane and a coloured medium at one temperature, open to surroundings of the same.
 fn isothermal() -> Scene {
-    let hot: Bands = [1.0, 2.0, 5.0];
-    let mirror = |rho: Bands| [0, 1, 2].map(|b| (1.0 - rho[b]) * hot[b]);
-    let rho = [[0.5, 0.2, 0.9], [0.0, 0.7, 0.3]];
+    let hot = Bands::from_rgb([1.0, 2.0, 5.0]);
+    let mirror = |rho: Bands| (1.0 - rho) * hot;
+    let rho = [Bands::from_rgb([0.5, 0.2, 0.9]), Bands::from_rgb([0.0, 0.7, 0.3])];
     let surfaces = vec![surface("a", rho[0], mirror(rho[0])), surface("b", rho[1], mirror(rho[1]))];
     let facets = room()[..5].iter().enumerate().map(|(k, p)| facet(k % 2, *p)).collect();
-    let (kappa, albedo) = ([0.5, 1.5, 4.0], [0.9, 0.0, 0.5]);
-    let map = medium(3, |i| (kappa.map(|k| k * (i % 3) as f64), albedo, hot, [0.0; 3]));
+    let (kappa, albedo) = (Bands::from_rgb([0.5, 1.5, 4.0]), Bands::from_rgb([0.9, 0.0, 0.5]));
+    let map = medium(3, |i| (kappa * (i % 3) as f64, albedo, hot, Bands::ZERO));
     let pane = Pane {
         name: "glass".into(),
         plates: vec![Plate::parallelogram(vec3(0.0, 0.0, 0.55), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0))],
         thickness: 0.01,
-        extinction: [5.0, 50.0, 200.0],
-        albedo: [0.2, 0.5, 0.8],
+        extinction: Bands::from_rgb([5.0, 50.0, 200.0]),
+        albedo: Bands::from_rgb([0.2, 0.5, 0.8]),
         emission: hot,
     };
     Scene::new(SceneParts {
@@ -130,7 +135,7 @@ fn isothermal() -> Scene {
         panes: vec![pane],
         voxel_grid: Some(map),
         lights: vec![Light::Emitter { surface: 1, name: None }],
-        surroundings: zonal_scene::Surroundings { radiance: hot.map(|e| e / PI), name: None },
+        surroundings: zonal_scene::Surroundings { radiance: hot / PI, name: None },
         ..SceneParts::default()
     })
     .unwrap()
@@ -140,16 +145,26 @@ fn isothermal() -> Scene {
 fn isothermal_enclosure_has_uniform_radiance() {
     let scene = isothermal();
     let tracer = PathTracer::new(&scene);
-    let hot = [1.0, 2.0, 5.0];
+    let hot = Bands::from_rgb([1.0, 2.0, 5.0]);
     let cell = Detector::Cell { lo: Vec3::splat(0.3), hi: Vec3::splat(0.5) };
+    let (lo, hi) = (Vec3::splat(0.7), Vec3::splat(0.8));
+    let part =
+        Detector::Part(vec![SubcellPart { lo, hi, point: (lo + hi) * 0.5, volume: (hi - lo).product() }]);
     let pane = Detector::Pane { pane: 0, plate: scene.panes()[0].plates[0] };
-    let places = [(patch(room()[0]), 1.0), (patch(room()[4].quarters()[2]), 1.0), (cell, 4.0), (pane, 4.0)];
+    let places = [
+        (patch(room()[0]), 1.0),
+        (patch(room()[4].quarters()[2]), 1.0),
+        (cell, 4.0),
+        (pane, 4.0),
+        (part, 4.0),
+    ];
     for (k, (receiver, factor)) in places.iter().enumerate() {
         let r = tracer.measure_one(receiver, 20_000, 7 + k as u64);
-        for b in 0..3 {
+        for b in Band::all() {
             assert_agrees("isothermal", r.total[b], factor * hot[b], 0.01);
         }
-        assert!(r.incident[0].value < 0.95 * r.total[0].value, "emission of listed lights is direct");
+        let [incident, total] = [r.incident, r.total].map(|e| e[Band::first()].value);
+        assert!(incident < 0.95 * total, "emission of listed lights is direct");
     }
     let camera = Camera {
         name: "c".into(),
@@ -161,7 +176,7 @@ fn isothermal_enclosure_has_uniform_radiance() {
     };
     let picture = tracer.picture(&camera, 4, 3, 3000, 1);
     for (mean, error) in picture.mean.iter().zip(&picture.error) {
-        for b in 0..3 {
+        for b in Band::all() {
             assert_agrees("picture", SampleEstimate { value: mean[b], error: error[b] }, hot[b] / PI, 0.05);
         }
     }
@@ -170,25 +185,28 @@ fn isothermal_enclosure_has_uniform_radiance() {
 #[test]
 fn sunlight_through_medium_and_pane_follows_beers_law() {
     let towards = vec3(0.0, -0.6, 0.8);
+    let irradiance = Bands::from_rgb([1.0, 2.0, 4.0]);
     let pane = Pane {
         name: "glass".into(),
         plates: vec![Plate::parallelogram(vec3(-9.0, -9.0, 1.5), vec3(18.0, 0.0, 0.0), vec3(0.0, 18.0, 0.0))],
         thickness: 0.02,
-        extinction: [10.0, 0.0, 20.0],
-        albedo: [0.0; 3],
-        emission: [0.0; 3],
+        extinction: Bands::from_rgb([10.0, 0.0, 20.0]),
+        albedo: Bands::ZERO,
+        emission: Bands::ZERO,
     };
-    let map = medium(2, |i| ([0.3 + (i % 2) as f64, 0.0, 1.0], [0.0; 3], [0.0; 3], [0.0; 3]));
+    let map = medium(2, |i| {
+        (Bands::from_rgb([0.3 + (i % 2) as f64, 0.0, 1.0]), Bands::ZERO, Bands::ZERO, Bands::ZERO)
+    });
     let floor = Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
     let scene = Scene::new(SceneParts {
-        surfaces: vec![surface("floor", [0.0; 3], [0.0; 3])],
+        surfaces: vec![surface("floor", Bands::ZERO, Bands::ZERO)],
         facets: vec![facet(0, floor)],
         panes: vec![pane],
         voxel_grid: Some(map),
         lights: vec![Light::Sun {
             name: "sun".into(),
             direction: -towards,
-            irradiance: [1.0, 2.0, 4.0],
+            irradiance,
             angular_diameter: 0.0,
         }],
         ..SceneParts::default()
@@ -197,11 +215,11 @@ fn sunlight_through_medium_and_pane_follows_beers_law() {
     let tracer = PathTracer::new(&scene);
     // From the middle of the upper edge of the floor the beam leaves through the roof of the medium: 1.25 m of it.
     let strip = Plate::parallelogram(vec3(0.4, 0.9, 0.0), vec3(0.1, 0.0, 0.0), vec3(0.0, 0.1, 0.0));
-    let depth = [0.8 * 1.25 + 0.2 / 0.8, 0.0, 1.25 + 0.4 / 0.8];
+    let depth = Bands::from_rgb([0.8 * 1.25 + 0.2 / 0.8, 0.0, 1.25 + 0.4 / 0.8]);
     let r = tracer.measure_one(&patch(strip), 64, 1);
     let g = tracer.measure_one(&Detector::Point(vec3(0.45, 0.95, 1e-6)), 64, 1);
-    for b in 0..3 {
-        let exact = [1.0, 2.0, 4.0][b] * f64::exp(-depth[b]);
+    for b in Band::all() {
+        let exact = irradiance[b] * f64::exp(-depth[b]);
         assert!((r.total[b].value / (0.8 * exact) - 1.0).abs() < 1e-9, "{:?}", r.total);
         assert!((g.total[b].value / exact - 1.0).abs() < 1e-5, "{:?}", g.total);
         assert_eq!(r.incident[b].value, 0.0);
@@ -214,26 +232,29 @@ fn hot_cube_between_cold_walls_emits_its_exchange_area() {
     let exact = [0.446027456455, 0.842328957831];
     let facets: Vec<Facet> = room().iter().map(|p| facet(0, *p)).collect();
     // In the last band a source 4κ replaces the emission 1.
-    let map = medium(3, |_| ([1.0, 5.0, 1.0], [0.0; 3], [1.0, 1.0, 0.0], [0.0, 0.0, 4.0]));
-    let surfaces = vec![surface("walls", [0.0; 3], [0.0; 3])];
+    let extinction = Bands::from_rgb([1.0, 5.0, 1.0]);
+    let (emission, source) = (Bands::from_rgb([1.0, 1.0, 0.0]), Bands::from_rgb([0.0, 0.0, 4.0]));
+    let map = medium(3, |_| (extinction, Bands::ZERO, emission, source));
+    let surfaces = vec![surface("walls", Bands::ZERO, Bands::ZERO)];
     let scene =
         Scene::new(SceneParts { surfaces, facets, voxel_grid: Some(map), ..SceneParts::default() }).unwrap();
     let r = PathTracer::new(&scene).measure_one(&patch(room()[3]), 20_000, 3);
-    assert_agrees("K = 1", r.total[0], exact[0], 0.005);
-    assert_agrees("K = 5", r.total[1], exact[1], 0.005);
-    assert_agrees("a source", r.total[2], exact[0], 0.005);
+    let [thin, thick, source] = r.total.into_rgb();
+    assert_agrees("K = 1", thin, exact[0], 0.005);
+    assert_agrees("K = 5", thick, exact[1], 0.005);
+    assert_agrees("a source", source, exact[0], 0.005);
 }
 
 #[test]
 fn bounce_limit_truncates_the_neumann_series() {
     let (e, rho) = (3.0, 0.6);
     let facets: Vec<Facet> = room().iter().map(|p| facet(0, *p)).collect();
-    let surfaces = vec![surface("walls", [rho; 3], [e; 3])];
+    let surfaces = vec![surface("walls", Bands::splat(rho), Bands::splat(e))];
     let scene = Scene::new(SceneParts { surfaces, facets, ..SceneParts::default() }).unwrap();
     for max_bounces in [0, 1, 2, 5] {
         let exact: f64 = (0..=max_bounces).map(|k| e * rho.powi(k as i32)).sum();
         let r = PathTracer::new(&scene).with_max_bounces(max_bounces).measure_one(&patch(room()[2]), 8000, 3);
-        assert_agrees("bounces", r.total[0], exact, 0.01);
+        assert_agrees("bounces", r.total[Band::first()], exact, 0.01);
     }
 }
 
@@ -241,10 +262,10 @@ fn bounce_limit_truncates_the_neumann_series() {
 fn complex_room() -> Scene {
     let texture = Texture { width: 2, height: 1, pixels: vec![[0.2, 0.9, 0.5], [1.0, 0.1, 0.7]] };
     let mut surfaces = vec![
-        surface("walls", [0.6, 0.8, 0.3], [0.0; 3]),
-        surface("hot", [0.3; 3], [1.0, 0.5, 2.0]),
-        surface("lamp", [0.5; 3], [30.0, 40.0, 10.0]),
-        surface("screen", [0.7, 0.2, 0.4], [0.0; 3]),
+        surface("walls", Bands::from_rgb([0.6, 0.8, 0.3]), Bands::ZERO),
+        surface("hot", Bands::splat(0.3), Bands::from_rgb([1.0, 0.5, 2.0])),
+        surface("lamp", Bands::splat(0.5), Bands::from_rgb([30.0, 40.0, 10.0])),
+        surface("screen", Bands::from_rgb([0.7, 0.2, 0.4]), Bands::ZERO),
     ];
     surfaces[0].reflectance_texture = Some(0);
     surfaces[1].emission_texture = Some(0);
@@ -255,15 +276,17 @@ fn complex_room() -> Scene {
         .push(facet(3, Plate::parallelogram(vec3(0.2, 0.7, 0.1), vec3(0.5, 0.0, 0.1), vec3(0.0, 0.1, 0.4))));
     let map = medium(4, |i| {
         let x = (i * 7 % 11) as f64 / 5.0;
-        ([x, 0.5 * x, 3.0 * x], [0.9, 0.5, x / 4.0], [0.3, 0.1, 0.0], [0.0, 0.0, 0.2 * x])
+        let (extinction, albedo) = ([x, 0.5 * x, 3.0 * x], [0.9, 0.5, x / 4.0]);
+        let (emission, source) = ([0.3, 0.1, 0.0], [0.0, 0.0, 0.2 * x]);
+        [extinction, albedo, emission, source].map(Bands::from_rgb).into()
     });
     let pane = Pane {
         name: "glass".into(),
         plates: vec![Plate::triangle(vec3(0.1, 0.1, 0.5), vec3(0.8, 0.1, 0.4), vec3(0.2, 0.9, 0.6))],
         thickness: 0.02,
-        extinction: [20.0, 60.0, 5.0],
-        albedo: [0.9, 0.5, 0.1],
-        emission: [0.5, 0.0, 1.0],
+        extinction: Bands::from_rgb([20.0, 60.0, 5.0]),
+        albedo: Bands::from_rgb([0.9, 0.5, 0.1]),
+        emission: Bands::from_rgb([0.5, 0.0, 1.0]),
     };
     let lights = vec![Light::Emitter { surface: 2, name: None }];
     Scene::new(SceneParts {
@@ -284,18 +307,18 @@ fn readings_match_brute_force_walks_without_light_sampling() {
     let scene = complex_room();
     let (tracer, world) = (PathTracer::new(&scene), BruteForceScene::new(&scene));
     let (lo, hi) = (vec3(0.5, 0.25, 0.25), vec3(0.75, 0.5, 0.5));
-    for band in 0..3 {
+    for band in Band::all() {
         for (k, plate) in [room()[0], room()[4].quarters()[1]].into_iter().enumerate() {
             let theirs = radiance::irradiance(&world, &plate, band, 40_000, 11 + k as u64);
             let ours = tracer.measure_one(&patch(plate), 20_000, 3).total[band];
             let z = (ours.value - theirs.value) / ours.error.hypot(theirs.error);
-            assert!(z.abs() < MAX_Z_SCORE, "H {k} in band {band}: {ours:?} {theirs:?}");
+            assert!(z.abs() < MAX_Z_SCORE, "H {k} in {band:?}: {ours:?} {theirs:?}");
             assert!(ours.error < 0.02 * ours.value, "{ours:?}");
         }
         let theirs = radiance::fluence(&world, lo, hi, band, 40_000, 21);
         let ours = tracer.measure_one(&Detector::Cell { lo, hi }, 20_000, 5).total[band];
         let z = (ours.value - theirs.value) / ours.error.hypot(theirs.error);
-        assert!(z.abs() < MAX_Z_SCORE, "G in band {band}: {ours:?} {theirs:?}");
+        assert!(z.abs() < MAX_Z_SCORE, "G in {band:?}: {ours:?} {theirs:?}");
     }
 }
 
@@ -312,11 +335,11 @@ fn readings_are_bitwise_reproducible_and_meet_the_accuracy() {
     let (one, three) = (with(1), with(3));
     let mut sum = 0.0;
     for (a, b) in one.iter().zip(&three) {
-        for k in 0..3 {
+        for k in Band::all() {
             assert_eq!(both(a, k), both(b, k));
             // The pilot run underestimates a few errors by less than a factor of two.
             assert!(a.total[k].error < 0.04 * a.total[k].value, "{a:?}");
-            sum += a.total[k].error / a.total[k].value / (3 * one.len()) as f64;
+            sum += a.total[k].error / a.total[k].value / (Band::count() * one.len()) as f64;
         }
     }
     assert!(sum < 0.022, "{sum}");

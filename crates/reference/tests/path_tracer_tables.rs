@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use zonal_reference::path_tracer::{Detector, PathTracer, TracingAccuracy};
 use zonal_reference::{BruteForceScene, SampleEstimate, radiance};
-use zonal_scene::Scene;
+use zonal_scene::{Band, Scene};
 
 #[allow(dead_code)]
 #[path = "../../validation/examples/path_tracer/scenes.rs"]
@@ -50,9 +50,9 @@ fn readings_match_tables_of_cubes() {
             let receivers: Vec<Detector> = entries.iter().map(|&k| receiver(quantity, k)).collect();
             let ours = tracer.measure(&receivers, &accuracy, 5);
             let pairs = entries.iter().zip(&ours);
-            let score = ZScores::new(
-                pairs.map(|(&k, r)| (r.total[0], SampleEstimate { value: theirs[k], error: errors[k] })),
-            );
+            let score = ZScores::new(pairs.map(|(&k, r)| {
+                (r.total[Band::first()], SampleEstimate { value: theirs[k], error: errors[k] })
+            }));
             assert_consistent(&format!("{} {quantity}", c.name), &score);
         }
     }
@@ -68,7 +68,12 @@ fn pictures_inside_cubes_match_references() {
         let errors = zonal_io::output::read_array(&file, "se").unwrap().1;
         let theirs = blocks(&theirs, &errors, shape[1], PIXELS_PER_BLOCK);
         let size = [shape[1] / PIXELS_PER_BLOCK, shape[0] / PIXELS_PER_BLOCK];
-        compare(c.name, &scene, PictureSetup { size, samples: 4096, band: 0, first_row: 0 }, theirs);
+        compare(
+            c.name,
+            &scene,
+            PictureSetup { size, samples: 4096, band: Band::first(), first_row: 0 },
+            theirs,
+        );
     }
 }
 
@@ -85,17 +90,17 @@ fn compare(name: &str, scene: &Scene, setup: PictureSetup, theirs: Vec<SampleEst
 struct PictureSetup {
     size: [usize; 2],
     samples: usize,
-    band: usize,
+    band: Band,
     first_row: usize,
 }
 
 /// Compares one band of a traced picture with a Mitsuba picture from block row `first_row` down.
-fn compare_with_mitsuba(name: &str, scene: &Scene, samples: usize, band: usize, first_row: usize) {
+fn compare_with_mitsuba(name: &str, scene: &Scene, samples: usize, band: Band, first_row: usize) {
     let Some(folder) = shared_file("data/mitsuba-refs") else { return };
     let read = |end: &str| zonal_io::output::read_exr(&folder.join(format!("{name}{end}.exr"))).unwrap();
     let (mean, error) = (read(""), read("_stderr"));
     let of = |p: &zonal_io::output::RgbImage| -> Vec<f64> {
-        p.pixels.iter().map(|x| f64::from(x[band])).collect()
+        p.pixels.iter().map(|x| f64::from(x[band.index()])).collect()
     };
     let theirs = blocks(&of(&mean), &of(&error), mean.width, PIXELS_PER_BLOCK);
     let size = [mean.width / PIXELS_PER_BLOCK, mean.height / PIXELS_PER_BLOCK];
@@ -105,18 +110,18 @@ fn compare_with_mitsuba(name: &str, scene: &Scene, samples: usize, band: usize, 
 #[test]
 fn cornell_boxes_match_mitsuba() {
     let Some(data) = shared_file("data") else { return };
-    for (k, name) in CORNELL_CASES.iter().enumerate() {
+    for (name, band) in CORNELL_CASES.iter().zip(Band::all().cycle()) {
         let scene = cornell(name, &data).unwrap();
         // The upper rows of the smoke are compared in the test of its ceiling.
         let first_row = if *name == "cbox_smoke" { scenes::SMOKE_ROWS / PIXELS_PER_BLOCK } else { 0 };
-        compare_with_mitsuba(name, &scene, 1024, k % 3, first_row);
+        compare_with_mitsuba(name, &scene, 1024, band, first_row);
     }
 }
 
 #[test]
 fn sponza_matches_mitsuba() {
     let Some(data) = shared_file("data") else { return };
-    compare_with_mitsuba("sponza_haze_st0.02_a09", &sponza(&data).unwrap(), 512, 0, 0);
+    compare_with_mitsuba("sponza_haze_st0.02_a09", &sponza(&data).unwrap(), 512, Band::first(), 0);
 }
 
 #[test]
@@ -129,8 +134,8 @@ fn smoky_box_has_no_shadow_under_its_ceiling() {
     assert!(plate.normal().z < -0.99);
     let ours = PathTracer::new(&scene)
         .measure_one(&Detector::Patch { plate, normal: plate.normal() }, 20_000, 1)
-        .total[0];
-    let theirs = radiance::irradiance(&BruteForceScene::new(&scene), &plate, 0, 40_000, 2);
+        .total[Band::first()];
+    let theirs = radiance::irradiance(&BruteForceScene::new(&scene), &plate, Band::first(), 40_000, 2);
     println!("{ours:?} {theirs:?}");
     assert!((ours.value - theirs.value).abs() < 4.0 * ours.error.hypot(theirs.error), "{ours:?} {theirs:?}");
     assert!(theirs.error < 0.1 * theirs.value, "{theirs:?}");

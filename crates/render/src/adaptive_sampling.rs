@@ -16,7 +16,7 @@
 //! ray a pixel, a sixteenth to one medium segment a pixel, and four or eight more rays at edges.
 
 use crate::camera::{PerspectiveCamera, subpixel};
-use crate::image::to_single_precision;
+use crate::image::to_pixel;
 use crate::integrator::medium_segment::MediumSegment;
 use crate::integrator::radiance::Integrator;
 use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
@@ -24,7 +24,7 @@ use crate::options::{RENDER_PARAMS, RenderOptions};
 use crate::view_ray::ViewRay;
 use rayon::prelude::*;
 use std::collections::HashSet;
-use zonal_scene::{Bands, Facet, Plate, Progress, bands};
+use zonal_scene::{Band, Bands, Facet, Plate, Progress};
 
 /// Largest number of rays of a pixel, on a square grid that contains the pixel's centre.
 const RAYS: usize = 9;
@@ -111,18 +111,18 @@ impl PixelStrip {
             return true;
         };
         let [a, b] = [(f, i), (g, j)].map(|(f, i)| f.in_front_of(self.centres[i].behind));
-        let kappa = largest(f.end_extinction).max(largest(g.end_extinction));
+        let kappa = f.end_extinction.max(g.end_extinction).max_element();
         let depth_edge = (f.length - g.length).abs() * kappa > PARAMS.max_own_depth_difference
             || (f.length - g.length).abs() > PARAMS.max_own_length_difference * f.length;
-        let behind = |f: &MediumSegment, i: usize| bands(|b| f.transmittance[b] * self.centres[i].behind[b]);
+        let behind = |f: &MediumSegment, i: usize| f.transmittance * self.centres[i].behind;
         let contrast = PARAMS.corner_contrast;
-        differ_relative_to(behind(&f, i), behind(&g, j), contrast, bands(|k| a[k] + b[k]))
+        differ_relative_to(behind(&f, i), behind(&g, j), contrast, a + b)
             || depth_edge && differ(a, b, contrast)
     }
     /// L of a pixel.
     fn radiance(&self, x: usize, y: usize) -> Bands {
         let i = self.index(x, y);
-        self.segments[i].map_or([0.0; 3], |f| f.in_front_of(self.centres[i].behind))
+        self.segments[i].map_or(Bands::ZERO, |f| f.in_front_of(self.centres[i].behind))
     }
 }
 
@@ -135,7 +135,7 @@ impl<'a> AdaptiveSampler<'a> {
     ) -> AdaptiveSampler<'a> {
         let mut out = AdaptiveSampler { integrator, camera, options, emitter_pixels: HashSet::new() };
         let scene = &integrator.solution().scene;
-        let emits = |f: &&Facet| scene.surfaces()[f.surface].emission != [0.0; 3];
+        let emits = |f: &&Facet| scene.surfaces()[f.surface].emission != Bands::ZERO;
         scene.facets().iter().filter(emits).for_each(|f| out.mark_small_emitter(&f.plate));
         out
     }
@@ -251,7 +251,7 @@ impl<'a> AdaptiveSampler<'a> {
         let mut around = self.around(x, y).filter(|p| *p != (x, y));
         let has_emitter = self.emitter_pixels.contains(&(x, y));
         if !has_emitter && !around.any(|p| strip.differ((x, y), p)) {
-            return own.map(to_single_precision);
+            return to_pixel(own);
         }
         let (mut sum, mut count, mut range) = (own, 1.0, (own, own));
         for (k, i) in CORNER_RAYS.into_iter().chain(EDGE_RAYS).enumerate() {
@@ -259,10 +259,10 @@ impl<'a> AdaptiveSampler<'a> {
                 break;
             }
             let l = self.extra_ray(strip, x, y, i);
-            (sum, count) = (bands(|b| sum[b] + l[b]), count + 1.0);
-            range = (bands(|b| range.0[b].min(l[b])), bands(|b| range.1[b].max(l[b])));
+            (sum, count) = (sum + l, count + 1.0);
+            range = (range.0.min(l), range.1.max(l));
         }
-        sum.map(|s| to_single_precision(s / count))
+        to_pixel(sum / count)
     }
 
     /// Radiance of ray number `i` of a pixel; its medium segment is that of a nearby pixel if one is about as long.
@@ -274,7 +274,7 @@ impl<'a> AdaptiveSampler<'a> {
         let segments = self.around(x, y).filter_map(|(x, y)| strip.segments[strip.index(x, y)]);
         let closest = segments.map(|f| ((f.length - t).abs(), f)).min_by(|a, b| a.0.total_cmp(&b.0));
         match closest.filter(|(d, f)| {
-            d * largest(f.end_extinction) <= PARAMS.max_own_depth_difference
+            d * f.end_extinction.max_element() <= PARAMS.max_own_depth_difference
                 && *d <= PARAMS.max_own_length_difference * t
         }) {
             Some((_, f)) => f.with_end_at(t),
@@ -295,9 +295,7 @@ impl<'a> AdaptiveSampler<'a> {
 fn interpolate_segments(strip: &PixelStrip, around: [usize; 4], t: f64) -> Option<MediumSegment> {
     let segments = around.map(|i| strip.segments[i]);
     let segments = [segments[0]?, segments[1]?, segments[2]?, segments[3]?];
-    let mean = |of: &dyn Fn(&MediumSegment) -> Bands| {
-        bands(|b| segments.iter().map(|f| of(f)[b]).sum::<f64>() / 4.0)
-    };
+    let mean = |of: &dyn Fn(&MediumSegment) -> Bands| segments.iter().map(of).sum::<Bands>() / 4.0;
     let length = segments.iter().map(|f| f.length).sum::<f64>() / 4.0;
     if !lengths_agree(&segments, length, t) || !radiances_agree(strip, around, &segments) {
         return None;
@@ -315,7 +313,7 @@ fn interpolate_segments(strip: &PixelStrip, around: [usize; 4], t: f64) -> Optio
 /// True where four segments with the mean length `mean` and a ray of length `t` are about as long as each other.
 fn lengths_agree(segments: &[MediumSegment; 4], mean: f64, t: f64) -> bool {
     let (lo, hi) = segments.iter().fold((t, t), |(lo, hi), f| (lo.min(f.length), hi.max(f.length)));
-    let kappa = segments.iter().fold(0.0, |k: f64, f| k.max(largest(f.end_extinction)));
+    let kappa = segments.iter().fold(0.0, |k: f64, f| k.max(f.end_extinction.max_element()));
     let off = (t - mean).abs();
     let differ = (hi - lo) * kappa > PARAMS.max_depth_difference
         || hi - lo > PARAMS.max_length_difference * lo
@@ -326,12 +324,10 @@ fn lengths_agree(segments: &[MediumSegment; 4], mean: f64, t: f64) -> bool {
 
 /// True where the in-scattered radiances and transmittances of four segments agree in every band.
 fn radiances_agree(strip: &PixelStrip, around: [usize; 4], segments: &[MediumSegment; 4]) -> bool {
-    let seen = bands(|b| {
-        let one = |k: usize| segments[k].in_front_of(strip.centres[around[k]].behind)[b];
-        (0..4).map(one).sum::<f64>() / 4.0
-    });
-    let all = seen.iter().sum::<f64>() / 3.0;
-    for b in 0..3 {
+    let radiances = segments.iter().zip(around).map(|(f, i)| f.in_front_of(strip.centres[i].behind));
+    let seen = radiances.sum::<Bands>() / 4.0;
+    let all = seen.mean();
+    for b in Band::all() {
         let range = |of: &dyn Fn(&MediumSegment) -> f64| {
             let (lo, hi) =
                 segments.iter().map(of).fold((f64::INFINITY, 0.0f64), |(lo, hi), x| (lo.min(x), hi.max(x)));
@@ -346,17 +342,13 @@ fn radiances_agree(strip: &PixelStrip, around: [usize; 4], segments: &[MediumSeg
     true
 }
 
-fn largest(x: Bands) -> f64 {
-    x[0].max(x[1]).max(x[2])
-}
-
 /// True where two radiances differ by more than a share of their mean, in any band.
 fn differ(a: Bands, b: Bands, share: f64) -> bool {
-    differ_relative_to(a, b, share, bands(|k| a[k] + b[k]))
+    differ_relative_to(a, b, share, a + b)
 }
 
 /// True where two radiances differ by more than a share of the mean of two radiances whose sum is `both`, in any band.
 fn differ_relative_to(a: Bands, b: Bands, share: f64, both: Bands) -> bool {
-    let all: f64 = both.iter().sum::<f64>() / 6.0;
-    (0..3).any(|k| (a[k] - b[k]).abs() > share * (0.35 * both[k] + 0.3 * all))
+    let all = both.sum() / (2 * Band::count()) as f64;
+    Band::all().any(|k| (a[k] - b[k]).abs() > share * (0.35 * both[k] + 0.3 * all))
 }

@@ -16,7 +16,7 @@ use crate::surface::point_grid::cell_of;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Patch, bands};
+use zonal_scene::{Bands, Patch};
 
 /// Widths and thresholds of the filter.
 struct DenoiseParams {
@@ -55,7 +55,7 @@ struct NoisyPatch {
 
 /// The irradiance of the patches, W/m², filtered by the noise level that `error` implies.
 pub(crate) fn denoise_patches(patches: &[Patch], incident: &[Bands], error: &[Bands]) -> Vec<Bands> {
-    let excess = |i: usize| (sum(&error[i]) - PARAMS.min_relative_error * sum(&incident[i])).max(0.0);
+    let excess = |i: usize| (error[i].sum() - PARAMS.min_relative_error * incident[i].sum()).max(0.0);
     let noise: Vec<f64> = (0..patches.len()).map(|i| PARAMS.noise_share_of_estimate * excess(i)).collect();
     if noise.iter().all(|x| *x == 0.0) {
         return incident[..patches.len()].to_vec();
@@ -95,7 +95,7 @@ impl PatchFilter<'_> {
             return own.value;
         }
         let r2 = (PARAMS.filter_radius * own.area.sqrt().min(2.0 * self.mean)).powi(2);
-        let (home, mut total, mut weights) = (cell_of(own.at, self.cell), [0.0; 3], 0.0);
+        let (home, mut total, mut weights) = (cell_of(own.at, self.cell), Bands::ZERO, 0.0);
         for c in 0..27 {
             let at = [home[0] + c / 9 - 1, home[1] + c / 3 % 3 - 1, home[2] + c % 3 - 1];
             for &j in self.cells.get(&at).map_or(&[][..], Vec::as_slice) {
@@ -109,19 +109,15 @@ impl PatchFilter<'_> {
                 if apart {
                     continue;
                 }
-                let difference = sum(&bands(|b| (own.value[b] - other.value[b]).abs()));
+                let difference = (own.value - other.value).abs().sum();
                 let variance = own.noise.powi(2) + other.noise.powi(2);
                 let w = other.area * (-0.5 * (d2 / r2 + difference * difference / variance)).exp();
-                total = bands(|b| total[b] + w * other.value[b]);
+                total += w * other.value;
                 weights += w;
             }
         }
-        total.map(|t| t / weights)
+        total / weights
     }
-}
-
-fn sum(v: &Bands) -> f64 {
-    v.iter().sum()
 }
 
 #[cfg(test)]
@@ -136,7 +132,7 @@ mod tests {
         for k in 0..32 * 32u64 {
             let (i, j) = ((k / 32) as f64, (k % 32) as f64);
             let plate = Plate::parallelogram(vec3(i, j, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
-            let (normal, zero) = (vec3(0.0, 0.0, 1.0), [0.0; 3]);
+            let (normal, zero) = (vec3(0.0, 0.0, 1.0), Bands::ZERO);
             let (facet, surface) = (0, 0);
             patches.push(Patch {
                 facet,
@@ -150,9 +146,9 @@ mod tests {
             let level = if i < 16.0 { 1.0 } else { 3.0 };
             truth.push(level);
             let noise = 0.1 * 12f64.sqrt() * (low_discrepancy::hash_to_unit(k + 5) - 0.5);
-            value.push([level * (1.0 + noise); 3]);
+            value.push(Bands::splat(level * (1.0 + noise)));
         }
-        let error = value.iter().map(|v| v.map(|v| relative_error * v)).collect();
+        let error = value.iter().map(|v| relative_error * *v).collect();
         (patches, value, error, truth)
     }
 
@@ -161,16 +157,17 @@ mod tests {
         let (patches, value, error, truth) = floor(0.3);
         let denoised = denoise_patches(&patches, &value, &error);
         let rms_error = |v: &[Bands]| {
-            let square = v.iter().zip(&truth).map(|(v, t)| (v[0] / t - 1.0).powi(2)).sum::<f64>();
+            let square = v.iter().zip(&truth).map(|(v, t)| (v.first() / t - 1.0).powi(2)).sum::<f64>();
             (square / truth.len() as f64).sqrt()
         };
         let (before, after) = (rms_error(&value), rms_error(&denoised));
         assert!(before > 0.09 && after < 0.045, "{before} {after}");
         // The patches beside the edge improve too.
-        let beside =
-            |v: &Vec<Bands>| (15 * 32..17 * 32).map(|k| (v[k][0] / truth[k] - 1.0).abs()).fold(0.0, f64::max);
+        let beside = |v: &Vec<Bands>| {
+            (15 * 32..17 * 32).map(|k| (v[k].first() / truth[k] - 1.0).abs()).fold(0.0, f64::max)
+        };
         assert!(beside(&denoised) < beside(&value), "{}", beside(&denoised));
-        let mean = |v: &[Bands]| v.iter().map(|v| v[0]).sum::<f64>();
+        let mean = |v: &[Bands]| v.iter().map(|v| v.first()).sum::<f64>();
         assert!((mean(&denoised) / mean(&value) - 1.0).abs() < 0.01);
     }
 

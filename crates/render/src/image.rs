@@ -1,5 +1,7 @@
 //! A linear picture and its conversion to single precision.
 
+use zonal_scene::Bands;
+
 /// A linear picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
@@ -7,11 +9,16 @@ pub struct Image {
     pub width: usize,
     /// Pixels down.
     pub height: usize,
-    /// Radiance, W/(m² sr) a band, row by row, row 0 on top; values beyond single precision are its largest number.
+    /// Radiance, red, green and blue, W/(m² sr), row by row, row 0 on top; values beyond single precision are its largest number.
     pub pixels: Vec<[f32; 3]>,
 }
 
-/// A radiance in single precision, clamped to the finite range. NaN stays NaN: `min` would hide it.
-pub(crate) fn to_single_precision(radiance: f64) -> f32 {
-    radiance.clamp(f32::MIN.into(), f32::MAX.into()) as f32
+/// A radiance as a pixel, clamped to the finite range of single precision. NaN stays NaN: `min` would hide it.
+pub(crate) fn to_pixel(radiance: Bands) -> [f32; 3] {
+    radiance.to_rgb().map(|x| x.clamp(f32::MIN.into(), f32::MAX.into()) as f32)
+}
+
+/// Red, green and blue in single precision.
+pub(crate) fn to_single_precision(x: Bands) -> [f32; 3] {
+    x.to_rgb().map(|x| x as f32)
 }

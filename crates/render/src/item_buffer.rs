@@ -60,14 +60,14 @@ pub enum PaneVisibility {
 /// use zonal_render::{ItemBuffer, PaneVisibility};
 /// # use zonal_math::{Vec3, vec3};
 /// # use zonal_scene::{
-/// #     Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution, Surface,
-/// #     VoxelGrid,
+/// #     Bands, Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution,
+/// #     Surface, VoxelGrid,
 /// # };
 /// # use zonal_transport::{Transport, build_zones};
 /// # let wall = Surface {
 /// #     name: "wall".into(),
-/// #     reflectance: [0.0; 3],
-/// #     emission: [1.0; 3],
+/// #     reflectance: Bands::ZERO,
+/// #     emission: Bands::ONE,
 /// #     reflectance_texture: None,
 /// #     emission_texture: None,
 /// #     sides: Sides::Both,
@@ -77,7 +77,7 @@ pub enum PaneVisibility {
 /// # let plate = Plate::parallelogram(vec3(-9.0, 2.0, -9.0), vec3(18.0, 0.0, 0.0), vec3(0.0, 0.0, 18.0));
 /// # let wall_facet = Facet { surface: 0, plate, uv: [[0.0; 2]; 3] };
 /// # let mut grid = VoxelGrid::new(vec3(-1.0, 0.0, -1.0), vec3(1.0, 1.0, 1.0), [2, 2, 2]).unwrap();
-/// # (0..8).for_each(|i| grid.set(i, [0.5; 3], [0.0; 3], [0.0; 3], [0.0; 3]));
+/// # (0..8).for_each(|i| grid.set(i, Bands::splat(0.5), Bands::ZERO, Bands::ZERO, Bands::ZERO));
 /// # let scene = Scene::new(SceneParts {
 /// #     surfaces: vec![wall],
 /// #     facets: vec![wall_facet],
@@ -86,8 +86,8 @@ pub enum PaneVisibility {
 /// # })
 /// # .unwrap();
 /// # let zones = build_zones(&scene, &Transport::new(&scene)).unwrap();
-/// # let emission: Vec<[f64; 3]> = (0..zones.len()).map(|i| zones.emission(i)).collect();
-/// # let zero = vec![[0.0; 3]; zones.len()];
+/// # let emission: Vec<Bands> = (0..zones.len()).map(|i| zones.emission(i)).collect();
+/// # let zero = vec![Bands::ZERO; zones.len()];
 /// # let mut fields = Fields::default();
 /// # (fields.radiosity, fields.incident) = (emission, zero.clone());
 /// # (fields.direct, fields.error) = (zero.clone(), zero);

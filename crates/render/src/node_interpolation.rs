@@ -12,10 +12,10 @@
 //! means). The result is limited to one range beyond the values of the zones and their neighbours, and is not negative.
 
 use zonal_math::Vec3;
-use zonal_scene::{Bands, bands};
+use zonal_scene::{Bands, PerBand};
 
 /// One gradient a band.
-pub(crate) type BandGradients = [Vec3; 3];
+pub(crate) type BandGradients = PerBand<Vec3>;
 
 /// Normal equations of a weighted linear fit through a given centre value.
 #[derive(Clone, Copy, Default)]
@@ -99,15 +99,15 @@ fn limit_to_range(x: f64, low: f64, high: f64) -> f64 {
 }
 
 /// Smallest and largest value of a list, band by band.
-pub(crate) fn value_ranges(values: impl Iterator<Item = Bands>) -> [(f64, f64); 3] {
-    values.fold([(f64::INFINITY, f64::NEG_INFINITY); 3], |r, v| {
-        std::array::from_fn(|b| (r[b].0.min(v[b]), r[b].1.max(v[b])))
+pub(crate) fn value_ranges(values: impl Iterator<Item = Bands>) -> PerBand<(f64, f64)> {
+    values.fold(PerBand::splat((f64::INFINITY, f64::NEG_INFINITY)), |r, v| {
+        PerBand::from_fn(|b| (r[b].0.min(v[b]), r[b].1.max(v[b])))
     })
 }
 
 /// Σ w_i x_i, band by band.
 pub(crate) fn weighted_sum<const N: usize>(weights: [f64; N], values: &[Bands]) -> Bands {
-    bands(|b| (0..N).map(|i| weights[i] * values[i][b]).sum())
+    Bands::from_fn(|b| (0..N).map(|i| weights[i] * values[i][b]).sum())
 }
 
 #[cfg(test)]

@@ -5,13 +5,13 @@
 
 use crate::adaptive_sampling::AdaptiveSampler;
 use crate::camera::{PerspectiveCamera, subpixel};
-use crate::image::{Image, to_single_precision};
+use crate::image::{Image, to_pixel};
 use crate::integrator::radiance::{DirectLightAccuracy, Integrator};
 use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
 use crate::options::{RENDER_PARAMS, RenderOptions};
 use crate::view_ray::ViewRay;
 use rayon::prelude::*;
-use zonal_scene::{Camera, Lens, Progress, Solution};
+use zonal_scene::{Bands, Camera, Lens, Progress, Solution};
 use zonal_transport::Transport;
 
 /// Renders the view of a camera. The same bits for any number of threads.
@@ -22,14 +22,14 @@ use zonal_transport::Transport;
 /// use zonal_render::{RenderOptions, render};
 /// # use zonal_math::{Vec3, vec3};
 /// # use zonal_scene::{
-/// #     Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution, Surface,
-/// #     VoxelGrid,
+/// #     Bands, Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution,
+/// #     Surface, VoxelGrid,
 /// # };
 /// # use zonal_transport::{Transport, build_zones};
 /// # let wall = Surface {
 /// #     name: "wall".into(),
-/// #     reflectance: [0.0; 3],
-/// #     emission: [1.0; 3],
+/// #     reflectance: Bands::ZERO,
+/// #     emission: Bands::ONE,
 /// #     reflectance_texture: None,
 /// #     emission_texture: None,
 /// #     sides: Sides::Both,
@@ -39,7 +39,7 @@ use zonal_transport::Transport;
 /// # let plate = Plate::parallelogram(vec3(-9.0, 2.0, -9.0), vec3(18.0, 0.0, 0.0), vec3(0.0, 0.0, 18.0));
 /// # let wall_facet = Facet { surface: 0, plate, uv: [[0.0; 2]; 3] };
 /// # let mut grid = VoxelGrid::new(vec3(-1.0, 0.0, -1.0), vec3(1.0, 1.0, 1.0), [2, 2, 2]).unwrap();
-/// # (0..8).for_each(|i| grid.set(i, [0.5; 3], [0.0; 3], [0.0; 3], [0.0; 3]));
+/// # (0..8).for_each(|i| grid.set(i, Bands::splat(0.5), Bands::ZERO, Bands::ZERO, Bands::ZERO));
 /// # let scene = Scene::new(SceneParts {
 /// #     surfaces: vec![wall],
 /// #     facets: vec![wall_facet],
@@ -48,8 +48,8 @@ use zonal_transport::Transport;
 /// # })
 /// # .unwrap();
 /// # let zones = build_zones(&scene, &Transport::new(&scene)).unwrap();
-/// # let emission: Vec<[f64; 3]> = (0..zones.len()).map(|i| zones.emission(i)).collect();
-/// # let zero = vec![[0.0; 3]; zones.len()];
+/// # let emission: Vec<Bands> = (0..zones.len()).map(|i| zones.emission(i)).collect();
+/// # let zero = vec![Bands::ZERO; zones.len()];
 /// # let mut fields = Fields::default();
 /// # (fields.radiosity, fields.incident) = (emission, zero.clone());
 /// # (fields.direct, fields.error) = (zero.clone(), zero);
@@ -122,14 +122,14 @@ pub fn render_each<E>(
 /// use zonal_render::focus_distances;
 /// # use zonal_math::{Vec3, vec3};
 /// # use zonal_scene::{
-/// #     Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution, Surface,
-/// #     VoxelGrid,
+/// #     Bands, Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution,
+/// #     Surface, VoxelGrid,
 /// # };
 /// # use zonal_transport::{Transport, build_zones};
 /// # let wall = Surface {
 /// #     name: "wall".into(),
-/// #     reflectance: [0.0; 3],
-/// #     emission: [1.0; 3],
+/// #     reflectance: Bands::ZERO,
+/// #     emission: Bands::ONE,
 /// #     reflectance_texture: None,
 /// #     emission_texture: None,
 /// #     sides: Sides::Both,
@@ -139,7 +139,7 @@ pub fn render_each<E>(
 /// # let plate = Plate::parallelogram(vec3(-9.0, 2.0, -9.0), vec3(18.0, 0.0, 0.0), vec3(0.0, 0.0, 18.0));
 /// # let wall_facet = Facet { surface: 0, plate, uv: [[0.0; 2]; 3] };
 /// # let mut grid = VoxelGrid::new(vec3(-1.0, 0.0, -1.0), vec3(1.0, 1.0, 1.0), [2, 2, 2]).unwrap();
-/// # (0..8).for_each(|i| grid.set(i, [0.5; 3], [0.0; 3], [0.0; 3], [0.0; 3]));
+/// # (0..8).for_each(|i| grid.set(i, Bands::splat(0.5), Bands::ZERO, Bands::ZERO, Bands::ZERO));
 /// # let scene = Scene::new(SceneParts {
 /// #     surfaces: vec![wall],
 /// #     facets: vec![wall_facet],
@@ -148,8 +148,8 @@ pub fn render_each<E>(
 /// # })
 /// # .unwrap();
 /// # let zones = build_zones(&scene, &Transport::new(&scene)).unwrap();
-/// # let emission: Vec<[f64; 3]> = (0..zones.len()).map(|i| zones.emission(i)).collect();
-/// # let zero = vec![[0.0; 3]; zones.len()];
+/// # let emission: Vec<Bands> = (0..zones.len()).map(|i| zones.emission(i)).collect();
+/// # let zero = vec![Bands::ZERO; zones.len()];
 /// # let mut fields = Fields::default();
 /// # (fields.radiosity, fields.incident) = (emission, zero.clone());
 /// # (fields.direct, fields.error) = (zero.clone(), zero);
@@ -221,14 +221,13 @@ pub(crate) fn render_pixel(
 ) -> [f32; 3] {
     let (n, count) = (o.samples.max(1), o.light_samples.max(1));
     let shift = pixel_shift(x, y);
-    let mut sum = [0.0; 3];
+    let mut sum = Bands::ZERO;
     for i in 0..n {
         let [dx, dy] = subpixel(i, n);
         let at = [(x as f64 + dx) / o.width as f64, (y as f64 + dy) / o.height as f64];
         let (origin, dir) = camera.ray(at, i, [shift[1], shift[2]]);
         let sampler = RaySampler::of_ray(i, count, shift);
-        let l = integrator.radiance(ViewRay { origin, dir }, sampler);
-        (0..3).for_each(|b| sum[b] += l[b]);
+        sum += integrator.radiance(ViewRay { origin, dir }, sampler);
     }
-    sum.map(|s| to_single_precision(s / n as f64))
+    to_pixel(sum / n as f64)
 }

@@ -83,23 +83,24 @@ fn beers_law_holds_through_a_pane_at_0_and_60_degrees() {
         facets: walls(lo, hi),
         ..SceneParts::default()
     };
+    let extinction = [30.0, 10.0, 0.0];
     parts.panes.push(Pane {
         name: "glass".into(),
         plates: vec![Plate::parallelogram(vec3(-1.0, 0.0, -1.0), vec3(2.0, 0.0, 0.0), vec3(0.0, 0.0, 2.0))],
         thickness: 0.02,
-        extinction: [30.0, 10.0, 0.0],
-        albedo: [0.0; 3],
-        emission: [0.0; 3],
+        extinction: Bands::from_rgb(extinction),
+        albedo: Bands::ZERO,
+        emission: Bands::ZERO,
     });
     let s = solution(parts, |_, _| 0.0, |_| 0.25);
     for angle in [0.0f64, 60.0] {
         let from = vec3(-0.5, -0.25, 0.0);
         let (sin, cos) = angle.to_radians().sin_cos();
         let image = render(&s, &camera(from, from + vec3(sin, cos, 0.0), 1e-6), &size(2, 2), &NoProgress);
-        for b in 0..3 {
-            let tau = (-0.02 * [30.0, 10.0, 0.0][b] / cos).exp();
+        for (pixel, kappa) in image.pixels[0].into_iter().zip(extinction) {
+            let tau = (-0.02 * kappa / cos).exp();
             let exact = (tau + (1.0 - tau) * 0.25) / PI;
-            assert!((image.pixels[0][b] as f64 / exact - 1.0).abs() < 1e-6, "{angle} {b}");
+            assert!((pixel as f64 / exact - 1.0).abs() < 1e-6, "{angle} {kappa}");
         }
     }
 }
@@ -134,7 +135,7 @@ fn threads_do_not_change_a_bit() {
     let mut parts = furnace();
     parts.facets.remove(1);
     parts.lights.push(sun(vec3(0.3, 0.2, -1.0), 0.05));
-    parts.lights.push(Light::Sky { name: "sky".into(), radiance: [0.1, 0.2, 0.3] });
+    parts.lights.push(Light::Sky { name: "sky".into(), radiance: Bands::from_rgb([0.1, 0.2, 0.3]) });
     let s = solution(parts, |p, _| 1.0 + p.x, |p| 2.0 + p.z);
     let render_with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -226,13 +227,13 @@ fn lit_intervals_agree_with_shadow_rays() {
     let shadows = ShadowCasters::new(&scene);
     let plate = scene.facets()[lamp].plate;
     let sources = [
-        EmissionSample::Distant { direction: vec3(0.3, 0.1, 0.9).normalized(), fluence: [1.0; 3] },
+        EmissionSample::Distant { direction: vec3(0.3, 0.1, 0.9).normalized(), fluence: Bands::ONE },
         EmissionSample::Point {
             position: plate.at(0.3, 0.4),
             normal: plate.normal(),
             two_sided: true,
             facet: lamp,
-            power: [1.0; 3],
+            power: Bands::ONE,
         },
     ];
     let mut wrong = 0;
@@ -278,7 +279,7 @@ fn mean_over_flat_wall_is_its_radiosity() {
     let image = render(&s, &straight, &size(100, 100), &NoProgress);
     let mean = image.pixels.iter().map(|p| p[0] as f64).sum::<f64>() / 1e4;
     let zones: f64 =
-        s.zones.patches.iter().zip(&s.fields.incident).map(|(p, h): (_, &Bands)| p.area * h[0]).sum();
+        s.zones.patches.iter().zip(&s.fields.incident).map(|(p, h): (_, &Bands)| p.area * h.first()).sum();
     let front: f64 = s.zones.patches.iter().map(|p| p.area).sum();
     assert!((mean * PI / (zones / front) - 1.0).abs() < 1e-3, "{} {}", mean * PI, zones / front);
 }
@@ -401,7 +402,7 @@ fn fog_beside_unoccluded_area_light_agrees_with_quadrature() {
         };
         let step = length / n as f64;
         let exact: f64 = (0..n).into_par_iter().map(|i| at((i as f64 + 0.5) * step) * step).sum();
-        let found = integrator.scattered(ViewRay { origin, dir }, length, 64)[0];
+        let found = integrator.scattered(ViewRay { origin, dir }, length, 64).first();
         assert!((found / exact - 1.0).abs() < 0.012, "{target:?}: {found} {exact}");
     }
 }
@@ -445,23 +446,16 @@ fn deep_shadow_map_agrees_with_exact_lit_intervals() {
         (vec3(1.2, 1.4, 0.1), vec3(1.3, 1.5, 1.9)),
     ] {
         let count = 400;
-        let (mut ours, mut exact) = ([0.0; 3], [0.0; 3]);
+        let (mut ours, mut exact) = (Bands::ZERO, Bands::ZERO);
         let length = (to - from).length();
         let ray = ViewRay { origin: from, dir: (to - from).normalized() };
         for i in 0..count {
             let shift = [0.3, 0.6, 0.9];
-            let l = integrator.scattered_by_suns(ray, length, RaySampler::of_ray(i, 1, shift));
+            ours += integrator.scattered_by_suns(ray, length, RaySampler::of_ray(i, 1, shift)) / count as f64;
             let source = lamp.sample_emission(low_discrepancy::r3(i, shift)).unwrap();
-            let e = integrator.scattered_exactly(ray, length, &source);
-            for b in 0..3 {
-                (ours[b], exact[b]) = (ours[b] + l[b] / count as f64, exact[b] + e[b] / count as f64);
-            }
+            exact += integrator.scattered_exactly(ray, length, &source) / count as f64;
         }
-        for b in 0..3 {
-            assert!(
-                exact[b] > 1e-4 && (ours[b] / exact[b] - 1.0).abs() < 0.01,
-                "{from:?} {ours:?} {exact:?}"
-            );
-        }
+        assert!(exact.all(|x| x > 1e-4), "{from:?} {exact:?}");
+        assert!((ours / exact - 1.0).all(|x| x.abs() < 0.01), "{from:?} {ours:?} {exact:?}");
     }
 }

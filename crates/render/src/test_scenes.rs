@@ -4,15 +4,15 @@ use crate::{Image, RenderOptions};
 use std::f64::consts::PI;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::Fields;
-use zonal_scene::{Camera, Lens, Light, Plate, Report, Solution, Surroundings, VoxelGrid};
+use zonal_scene::{Bands, Camera, Lens, Light, Plate, Report, Solution, Surroundings, VoxelGrid};
 use zonal_scene::{Facet, Pane, Scene, SceneParts, Sides, SolveOptions, Surface};
 use zonal_transport::{Transport, build_zones};
 
 pub(crate) fn surface(name: &str, rho: f64, emission: f64) -> Surface {
     Surface {
         name: name.into(),
-        reflectance: [rho; 3],
-        emission: [emission; 3],
+        reflectance: Bands::splat(rho),
+        emission: Bands::splat(emission),
         reflectance_texture: None,
         emission_texture: None,
         sides: Sides::Both,
@@ -43,7 +43,8 @@ pub(crate) fn medium(lo: Vec3, hi: Vec3, dims: [usize; 3], kappa: f64, albedo: f
     let d = hi - lo;
     let cell = vec3(d.x / dims[0] as f64, d.y / dims[1] as f64, d.z / dims[2] as f64);
     let mut map = VoxelGrid::new(lo, cell, dims).unwrap();
-    (0..map.len()).for_each(|i| map.set(i, [kappa; 3], [albedo; 3], [0.0; 3], [0.0; 3]));
+    (0..map.len())
+        .for_each(|i| map.set(i, Bands::splat(kappa), Bands::splat(albedo), Bands::ZERO, Bands::ZERO));
     map.seal().unwrap()
 }
 
@@ -53,9 +54,9 @@ pub(crate) fn glass(plate: Plate) -> Pane {
         name: "glass".into(),
         plates: vec![plate],
         thickness: 0.01,
-        extinction: [50.0, 0.0, 10.0],
-        albedo: [0.0; 3],
-        emission: [0.0; 3],
+        extinction: Bands::from_rgb([50.0, 0.0, 10.0]),
+        albedo: Bands::ZERO,
+        emission: Bands::ZERO,
     }
 }
 
@@ -84,14 +85,14 @@ pub(crate) fn solution(
     let zones = build_zones(&scene, &Transport::new(&scene)).unwrap();
     let mut fields = Fields::default();
     let mut push = |radiosity: f64, incident: f64| {
-        fields.radiosity.push([radiosity; 3]);
-        fields.incident.push([incident; 3]);
-        fields.direct.push([0.0; 3]);
-        fields.error.push([0.0; 3]);
+        fields.radiosity.push(Bands::splat(radiosity));
+        fields.incident.push(Bands::splat(incident));
+        fields.direct.push(Bands::ZERO);
+        fields.error.push(Bands::ZERO);
     };
     for p in &zones.patches {
         let x = h(p.plate.centre(), p.normal);
-        push(p.emission[0] + p.reflectance[0] * x, x);
+        push(p.emission.first() + p.reflectance.first() * x, x);
     }
     zones.voxels.iter().for_each(|v| push(b(v.centre), 4.0 * b(v.centre)));
     zones.panes.iter().for_each(|p| push(b(p.plate.centre()), 0.0));
@@ -121,7 +122,7 @@ pub(crate) fn furnace() -> SceneParts {
         surfaces: vec![surface("wall", 0.4, 0.6)],
         facets,
         voxel_grid: Some(medium(lo, hi, [7, 6, 5], 1.3, 0.5)),
-        surroundings: Surroundings { radiance: [1.0 / PI; 3], ..Default::default() },
+        surroundings: Surroundings { radiance: Bands::splat(1.0 / PI), ..Default::default() },
         ..SceneParts::default()
     }
 }
@@ -130,7 +131,7 @@ pub(crate) fn sun(direction: Vec3, angular_diameter: f64) -> Light {
     Light::Sun {
         name: "sun".into(),
         direction: direction.normalized(),
-        irradiance: [1.0, 2.0, 3.0],
+        irradiance: Bands::from_rgb([1.0, 2.0, 3.0]),
         angular_diameter,
     }
 }

@@ -8,7 +8,7 @@ pub(crate) const BAND_COUNT: usize = 3;
 /// Index of a spectral band.
 ///
 /// ```
-/// use zonal_scene::spectrum::{Band, Bands};
+/// use zonal_scene::{Band, Bands};
 /// let power = Bands::from_rgb([1.0, 2.0, 4.0]);
 /// let indices: Vec<usize> = Band::all().map(Band::index).collect();
 /// assert_eq!(indices, [0, 1, 2]);
@@ -21,13 +21,18 @@ impl Band {
     /// The band with this index, if there is one.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Band;
+    /// use zonal_scene::Band;
     /// assert_eq!(Band::new(1).map(Band::index), Some(1));
     /// assert_eq!(Band::new(Band::count()), None);
     /// ```
     #[inline]
     pub fn new(index: usize) -> Option<Band> {
         (index < BAND_COUNT).then_some(Band(index))
+    }
+    /// The first band, which stands for all bands of a grey scene.
+    #[inline]
+    pub const fn first() -> Band {
+        Band(0)
     }
     /// Number of bands.
     #[inline]
@@ -49,7 +54,7 @@ impl Band {
 /// One `T` for each band.
 ///
 /// ```
-/// use zonal_scene::spectrum::{Band, PerBand};
+/// use zonal_scene::{Band, PerBand};
 /// let mut residuals: PerBand<Vec<f64>> = PerBand::default();
 /// for band in Band::all() {
 ///     residuals[band].push(0.5);
@@ -66,7 +71,7 @@ impl<T> PerBand<T> {
     /// Evaluates `f` for each band, ascending.
     ///
     /// ```
-    /// use zonal_scene::spectrum::PerBand;
+    /// use zonal_scene::PerBand;
     /// let names = PerBand::from_fn(|band| format!("band {}", band.index()));
     /// assert_eq!(names.iter().last().unwrap(), "band 2");
     /// ```
@@ -90,7 +95,7 @@ impl<T> PerBand<T> {
     /// The triple of a file or picture.
     ///
     /// ```
-    /// use zonal_scene::spectrum::PerBand;
+    /// use zonal_scene::PerBand;
     /// assert_eq!(PerBand::from_rgb([1u8, 2, 3]).into_rgb(), [1, 2, 3]);
     /// ```
     #[inline]
@@ -101,11 +106,6 @@ impl<T> PerBand<T> {
     #[inline]
     pub fn as_slice(&self) -> &[T] {
         &self.values
-    }
-    /// All bands, ascending.
-    #[inline]
-    pub fn indices() -> impl DoubleEndedIterator<Item = Band> + ExactSizeIterator + Clone {
-        Band::all()
     }
     /// References to the values.
     #[inline]
@@ -125,7 +125,7 @@ impl<T> PerBand<T> {
     /// Combines the values of each band by `f`.
     ///
     /// ```
-    /// use zonal_scene::spectrum::PerBand;
+    /// use zonal_scene::PerBand;
     /// let both = PerBand::from_rgb([true, true, false])
     ///     .zip_map(PerBand::from_rgb([true, false, false]), |a, b| a && b);
     /// assert_eq!(both.into_rgb(), [true, false, false]);
@@ -200,6 +200,15 @@ impl<'a, T> IntoIterator for &'a PerBand<T> {
     #[inline]
     fn into_iter(self) -> Self::IntoIter {
         self.iter()
+    }
+}
+
+impl<'a, T> IntoIterator for &'a mut PerBand<T> {
+    type Item = &'a mut T;
+    type IntoIter = std::slice::IterMut<'a, T>;
+    #[inline]
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter_mut()
     }
 }
 

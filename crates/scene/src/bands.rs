@@ -5,15 +5,14 @@
 //! Code outside this module and `band` uses [`Band::all`], [`Bands::from_fn`] and the iterators, and does not depend on the number of
 //! bands or on the storage.
 
-use crate::band::{BAND_COUNT, band_array};
-pub use crate::band::{Band, BandCountError, PerBand};
+use crate::band::{BAND_COUNT, Band, BandCountError, PerBand, band_array};
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// One `f64` for each band.
 ///
 /// ```
-/// use zonal_scene::spectrum::Bands;
+/// use zonal_scene::Bands;
 /// let reflectance = Bands::from_rgb([0.5, 0.25, 0.0]);
 /// let irradiance = Bands::splat(8.0);
 /// let emission = Bands::from_rgb([0.0, 0.0, 1.0]);
@@ -35,7 +34,7 @@ impl Bands {
     /// The same value in every band.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// assert_eq!(Bands::splat(2.0), Bands::ONE * 2.0);
     /// ```
     #[inline]
@@ -45,7 +44,7 @@ impl Bands {
     /// Evaluates `f` for each band, ascending.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// let b = Bands::from_fn(|band| 10.0 * band.index() as f64);
     /// assert_eq!(b.as_slice(), [0.0, 10.0, 20.0]);
     /// ```
@@ -56,7 +55,7 @@ impl Bands {
     /// The bands of a red-green-blue triple of a file or picture.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// assert_eq!(Bands::from_rgb([0.25, 0.5, 1.0]).to_rgb(), [0.25, 0.5, 1.0]);
     /// ```
     #[inline]
@@ -78,15 +77,10 @@ impl Bands {
     pub fn as_mut_slice(&mut self) -> &mut [f64] {
         &mut self.values
     }
-    /// All bands, ascending.
-    #[inline]
-    pub fn indices() -> impl DoubleEndedIterator<Item = Band> + ExactSizeIterator + Clone {
-        Band::all()
-    }
     /// Applies `f` to each value.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// assert_eq!(Bands::from_rgb([1.0, 4.0, 9.0]).map(f64::sqrt).to_rgb(), [1.0, 2.0, 3.0]);
     /// ```
     #[inline]
@@ -96,7 +90,7 @@ impl Bands {
     /// Combines the values of each band by `f`.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// let ratio = Bands::from_rgb([1.0, 2.0, 0.0])
     ///     .zip_map(Bands::from_rgb([2.0, 2.0, 0.0]), |a, b| if b > 0.0 { a / b } else { 0.0 });
     /// assert_eq!(ratio.to_rgb(), [0.5, 1.0, 0.0]);
@@ -108,7 +102,7 @@ impl Bands {
     /// One `T` for each band, computed from its value.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// let positive = Bands::from_rgb([0.0, 1.0, 2.0]).map_to(|x| x > 0.0);
     /// assert!(positive.any(|p| *p) && !positive.all(|p| *p));
     /// ```
@@ -124,7 +118,7 @@ impl Bands {
     /// The values for modification, ascending by band.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// let mut b = Bands::ONE;
     /// b.iter_mut().for_each(|x| *x *= 3.0);
     /// assert_eq!(b, Bands::splat(3.0));
@@ -136,7 +130,7 @@ impl Bands {
     /// Sum over the bands, ascending from the first value.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// let x = [0.1, 0.2, 0.3];
     /// assert_eq!(Bands::from_rgb(x).sum().to_bits(), (x[0] + x[1] + x[2]).to_bits());
     /// ```
@@ -147,7 +141,7 @@ impl Bands {
     /// Mean over the bands: the sum over the number of bands.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// assert_eq!(Bands::from_rgb([1.0, 2.0, 6.0]).mean(), 3.0);
     /// ```
     #[inline]
@@ -162,7 +156,7 @@ impl Bands {
     /// Smallest value; NaN values are ignored unless all are NaN.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// let b = Bands::from_rgb([2.0, -1.0, f64::NAN]);
     /// assert_eq!((b.min_element(), b.max_element()), (-1.0, 2.0));
     /// ```
@@ -178,7 +172,7 @@ impl Bands {
     /// Larger value of each band, as [`f64::max`].
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// let (a, b) = (Bands::from_rgb([1.0, -5.0, 0.0]), Bands::from_rgb([0.0, 2.0, 0.0]));
     /// assert_eq!(a.max(b).to_rgb(), [1.0, 2.0, 0.0]);
     /// assert_eq!(a.min(b).to_rgb(), [0.0, -5.0, 0.0]);
@@ -193,10 +187,45 @@ impl Bands {
     pub fn min(self, other: Bands) -> Bands {
         self.zip_map(other, f64::min)
     }
+    /// Square root of each value.
+    #[inline]
+    pub fn sqrt(self) -> Bands {
+        self.map(f64::sqrt)
+    }
+    /// Exponential of each value.
+    #[inline]
+    pub fn exp(self) -> Bands {
+        self.map(f64::exp)
+    }
+    /// √(a² + b²) of the values of each band, as [`f64::hypot`].
+    ///
+    /// ```
+    /// use zonal_scene::Bands;
+    /// assert_eq!(Bands::splat(3.0).hypot(Bands::splat(4.0)), Bands::splat(5.0));
+    /// ```
+    #[inline]
+    pub fn hypot(self, other: Bands) -> Bands {
+        self.zip_map(other, f64::hypot)
+    }
+    /// The value of the first band: of a grey quantity, its value.
+    #[inline]
+    pub fn first(self) -> f64 {
+        self.values[0]
+    }
+    /// True if all bands have the same value.
+    ///
+    /// ```
+    /// use zonal_scene::Bands;
+    /// assert!(Bands::splat(0.5).is_grey() && !Bands::from_rgb([0.5, 0.5, 0.6]).is_grey());
+    /// ```
+    #[inline]
+    pub fn is_grey(self) -> bool {
+        self.values.windows(2).all(|w| w[0] == w[1])
+    }
     /// True if no value is NaN or infinite.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// assert!(Bands::ONE.is_finite() && !(Bands::ONE / 0.0).is_finite());
     /// ```
     #[inline]
@@ -211,7 +240,7 @@ impl Bands {
     /// True if `predicate` holds in all bands.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// let b = Bands::from_rgb([0.0, 0.5, 1.0]);
     /// assert!(b.all(|x| (0.0..=1.0).contains(&x)) && b.any(|x| x == 1.0));
     /// ```
@@ -236,7 +265,7 @@ impl IndexMut<Band> for Bands {
     }
 }
 
-/// Implements a binary operator for two [`Bands`] and for [`Bands`] with a number, and its assigning form.
+/// Implements a binary operator for two [`Bands`] and for [`Bands`] with a number, by value and by reference, and its assigning form.
 macro_rules! elementwise {
     ($operator:ident, $method:ident, $assigning:ident, $assign_method:ident, $symbol:tt) => {
         impl $operator for Bands {
@@ -258,6 +287,47 @@ macro_rules! elementwise {
             #[inline]
             fn $method(self, other: Bands) -> Bands {
                 other.map(|b| self $symbol b)
+            }
+        }
+        impl $operator<&Bands> for Bands {
+            type Output = Bands;
+            #[inline]
+            fn $method(self, other: &Bands) -> Bands {
+                self $symbol *other
+            }
+        }
+        impl $operator<Bands> for &Bands {
+            type Output = Bands;
+            #[inline]
+            fn $method(self, other: Bands) -> Bands {
+                *self $symbol other
+            }
+        }
+        impl $operator<&Bands> for &Bands {
+            type Output = Bands;
+            #[inline]
+            fn $method(self, other: &Bands) -> Bands {
+                *self $symbol *other
+            }
+        }
+        impl $operator<f64> for &Bands {
+            type Output = Bands;
+            #[inline]
+            fn $method(self, other: f64) -> Bands {
+                *self $symbol other
+            }
+        }
+        impl $operator<&Bands> for f64 {
+            type Output = Bands;
+            #[inline]
+            fn $method(self, other: &Bands) -> Bands {
+                self $symbol *other
+            }
+        }
+        impl $assigning<&Bands> for Bands {
+            #[inline]
+            fn $assign_method(&mut self, other: &Bands) {
+                *self = *self $symbol *other;
             }
         }
         impl $assigning for Bands {
@@ -288,11 +358,19 @@ impl Neg for Bands {
     }
 }
 
+impl Neg for &Bands {
+    type Output = Bands;
+    #[inline]
+    fn neg(self) -> Bands {
+        -*self
+    }
+}
+
 impl Sum for Bands {
     /// Adds the terms in order to zero.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// let total: Bands = [Bands::ONE, Bands::splat(2.0)].into_iter().sum();
     /// assert_eq!(total, Bands::splat(3.0));
     /// ```
@@ -317,7 +395,7 @@ impl TryFrom<&[f64]> for Bands {
     /// If the number of values is not the number of bands.
     ///
     /// ```
-    /// use zonal_scene::spectrum::Bands;
+    /// use zonal_scene::Bands;
     /// assert_eq!(Bands::try_from(&[1.0, 2.0, 3.0][..]), Ok(Bands::from_rgb([1.0, 2.0, 3.0])));
     /// assert_eq!(Bands::try_from(&[1.0][..]).unwrap_err().to_string(), "1 values for 3 bands");
     /// ```
@@ -379,7 +457,7 @@ impl<T> PerBand<T> {
     /// Applies `f` to each value to obtain numbers.
     ///
     /// ```
-    /// use zonal_scene::spectrum::{Bands, PerBand};
+    /// use zonal_scene::{Bands, PerBand};
     /// assert_eq!(PerBand::from_rgb([1u64, 2, 3]).map_to_bands(|n| n as f64).sum(), 6.0);
     /// ```
     #[inline]
@@ -387,7 +465,3 @@ impl<T> PerBand<T> {
         Bands::from_rgb(self.into_rgb().map(f))
     }
 }
-
-#[cfg(test)]
-#[path = "bands_tests.rs"]
-mod tests;

@@ -16,7 +16,7 @@
 //!
 //! **Cost:** linear in the number of cells.
 
-use crate::band_values::{Bands, bands};
+use crate::bands::Bands;
 use crate::options::PatchRule;
 use crate::plate::{Plate, PlateKind};
 use crate::scene::Scene;
@@ -194,21 +194,16 @@ impl VoxelGrid {
         // Optical properties: weighted sums over the covered cells.
         let cells = CoveredCells { covered };
         let plain_mean =
-            |property: CellProperty| cells.mean(property, &|_| [1.0; 3], cells.sum(property), [1.0; 3]);
+            |property: CellProperty| cells.mean(property, &|_| Bands::ONE, cells.sum(property), Bands::ONE);
         let (extinction, absorption) =
             (cells.sum(&|c| self.extinction(c)), cells.sum(&|c| self.absorption(c)));
-        let scattering = |c: usize| {
-            let (k, o) = (self.extinction(c), self.albedo(c));
-            bands(|b| k[b] * o[b])
-        };
-        let emitted = |c: usize| {
-            let (a, e) = (self.absorption(c), self.emission(c));
-            bands(|b| a[b] * e[b])
-        };
+        let scattering = |c: usize| self.extinction(c) * self.albedo(c);
+        let emitted = |c: usize| self.absorption(c) * self.emission(c);
         let scattering_albedo =
             cells.mean(&|c| self.albedo(c), &|c| self.extinction(c), cells.sum(&scattering), extinction);
         let mean_albedo = plain_mean(&|c| self.albedo(c));
-        let albedo = bands(|b| if extinction[b] > 0.0 { scattering_albedo[b] } else { mean_albedo[b] });
+        let albedo =
+            Bands::from_fn(|b| if extinction[b] > 0.0 { scattering_albedo[b] } else { mean_albedo[b] });
         let emission =
             cells.mean(&|c| self.emission(c), &|c| self.absorption(c), cells.sum(&emitted), absorption);
         let source = plain_mean(&|c| self.source(c));
@@ -216,7 +211,7 @@ impl VoxelGrid {
         // Thermal conditions.
         let conditions: Vec<MergedCell> = covered
             .iter()
-            .filter_map(|&(c, w)| Some((self.heat(c)?, w, w * self.absorption(c).iter().sum::<f64>())))
+            .filter_map(|&(c, w)| Some((self.heat(c)?, w, w * self.absorption(c).sum())))
             .collect();
         if conditions.is_empty() {
             return true;
@@ -228,8 +223,7 @@ impl VoxelGrid {
 
     /// Absorption coefficient κ(1 − Ω) of a cell, 1/m.
     fn absorption(&self, c: usize) -> Bands {
-        let (k, o) = (self.extinction(c), self.albedo(c));
-        bands(|b| k[b] * (1.0 - o[b]))
+        self.extinction(c) * (1.0 - self.albedo(c))
     }
 }
 
@@ -244,15 +238,12 @@ struct CoveredCells<'a> {
 impl CoveredCells<'_> {
     /// Sum of a property, weighted by the fractions.
     fn sum(&self, property: CellProperty) -> Bands {
-        self.covered.iter().fold([0.0; 3], |s, &(c, w)| {
-            let x = property(c);
-            bands(|b| s[b] + w * x[b])
-        })
+        self.covered.iter().fold(Bands::ZERO, |s, &(c, w)| s + w * property(c))
     }
 
     /// `total`/`weight`, clamped to the values of `property` in cells of positive `cell_weight`; 0 without weight.
     fn mean(&self, property: CellProperty, cell_weight: CellProperty, total: Bands, weight: Bands) -> Bands {
-        bands(|b| {
+        Bands::from_fn(|b| {
             let terms =
                 self.covered.iter().filter(|&&(c, _)| cell_weight(c)[b] > 0.0).map(|&(c, _)| property(c)[b]);
             if weight[b] > 0.0 { clamp_to_terms(total[b] / weight[b], terms) } else { 0.0 }
@@ -282,7 +273,10 @@ mod tests {
         let mut map = VoxelGrid::new(Vec3::ZERO, vec3(0.5, 0.25, 1.0), [3, 5, 2]).unwrap();
         for i in 0..map.len() {
             let x = i as f64;
-            map.set(i, [0.1 * x, 0.2, 1.0], [0.01 * x, 0.5, 0.9], [x, 1.0, 2.0 + x], [0.0, 0.1 * x, 1.0]);
+            let extinction = Bands::from_rgb([0.1 * x, 0.2, 1.0]);
+            let albedo = Bands::from_rgb([0.01 * x, 0.5, 0.9]);
+            let emission = Bands::from_rgb([x, 1.0, 2.0 + x]);
+            map.set(i, extinction, albedo, emission, Bands::from_rgb([0.0, 0.1 * x, 1.0]));
             map.set_heat(i, ThermalCondition::Flux(x), ThermalCondition::Flux(0.0));
         }
         let map = map.seal().unwrap();
@@ -290,19 +284,17 @@ mod tests {
         assert_eq!(half.dims(), [2, 3, 1]);
         let totals = |m: &VoxelGrid| {
             let volume = m.cell().x * m.cell().y * m.cell().z;
-            let mut out = [0.0; 13];
+            let (mut bands, mut heat) = ([Bands::ZERO; 4], 0.0);
             for i in 0..m.len() {
                 let (k, o, e, q) = (m.extinction(i), m.albedo(i), m.emission(i), m.source(i));
-                for b in 0..3 {
-                    out[b] += volume * k[b];
-                    out[3 + b] += volume * k[b] * o[b];
-                    out[6 + b] += volume * k[b] * (1.0 - o[b]) * e[b];
-                    out[9 + b] += volume * q[b];
-                }
+                bands[0] += volume * k;
+                bands[1] += volume * k * o;
+                bands[2] += volume * k * (1.0 - o) * e;
+                bands[3] += volume * q;
                 let Some(ThermalCondition::Flux(q)) = m.heat(i) else { panic!("heat") };
-                out[12] += volume * q;
+                heat += volume * q;
             }
-            out
+            bands.into_iter().flatten().chain([heat]).collect::<Vec<f64>>()
         };
         for (a, b) in totals(&map).into_iter().zip(totals(&half)) {
             assert!((a - b).abs() <= 1e-12 * a.abs(), "{a} {b}");
@@ -313,17 +305,19 @@ mod tests {
     fn equal_values_keep_their_bits_when_coarsened() {
         for n in [3, 5, 7, 11, 13] {
             let mut map = VoxelGrid::new(Vec3::ZERO, vec3(0.4, 0.3, 0.1), [n, n, 2 * n]).unwrap();
+            let (extinction, albedo) = (Bands::from_rgb([0.1, 0.7, 1.3]), Bands::from_rgb([0.3, 0.1, 0.9]));
+            let (emission, source) = (Bands::splat(10.0 / 3.0), Bands::splat(0.7));
             for i in 0..map.len() {
                 // Temperatures vary, so that the grid is not uniform.
-                map.set(i, [0.1, 0.7, 1.3], [0.3, 0.1, 0.9], [10.0 / 3.0; 3], [0.7; 3]);
+                map.set(i, extinction, albedo, emission, source);
                 map.set_heat(i, ThermalCondition::Temperature(300.0 + i as f64), ThermalCondition::Flux(0.0));
             }
             let half = map.seal().unwrap().coarsened().unwrap().unwrap();
-            assert_eq!(half.uniform_extinction(), Some([0.1, 0.7, 1.3]), "{n}");
+            assert_eq!(half.uniform_extinction(), Some(extinction), "{n}");
             for i in 0..half.len() {
-                assert_eq!(half.albedo(i), [0.3, 0.1, 0.9]);
-                assert_eq!(half.emission(i), [10.0 / 3.0; 3]);
-                assert_eq!(half.source(i), [0.7; 3]);
+                assert_eq!(half.albedo(i), albedo);
+                assert_eq!(half.emission(i), emission);
+                assert_eq!(half.source(i), source);
             }
         }
     }
@@ -332,14 +326,14 @@ mod tests {
     fn refined_cells_have_the_values_of_their_parents() {
         let mut map = VoxelGrid::new(Vec3::ZERO, vec3(0.5, 0.25, 1.0), [3, 1, 1]).unwrap();
         for i in 0..map.len() {
-            map.set(i, [0.1 * i as f64; 3], [0.5; 3], [1.0; 3], [0.0; 3]);
+            map.set(i, Bands::splat(0.1 * i as f64), Bands::splat(0.5), Bands::ONE, Bands::ZERO);
             map.set_heat(i, ThermalCondition::Flux(i as f64), ThermalCondition::Flux(0.0));
         }
         let fine = map.seal().unwrap().refined([true, true, false], 2).unwrap();
         assert_eq!((fine.dims(), fine.max()), ([6, 1, 2], vec3(1.5, 0.25, 1.0)));
         for i in 0..fine.len() {
             let x = fine.coordinates(i)[0] / 2;
-            assert_eq!(fine.extinction(i), [0.1 * x as f64; 3]);
+            assert_eq!(fine.extinction(i), Bands::splat(0.1 * x as f64));
             assert_eq!(fine.heat(i), Some(ThermalCondition::Flux(x as f64)));
         }
     }

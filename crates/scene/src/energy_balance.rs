@@ -1,6 +1,6 @@
 //! Energy balance of a solution.
 
-use crate::band_values::{Bands, bands};
+use crate::bands::Bands;
 
 /// Emitted, incoming, absorbed and escaped powers, W a band.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,44 +38,40 @@ impl EnergyBalance {
     }
     /// Multiplies all powers by a factor a band.
     pub fn scale(&mut self, factor: Bands) {
-        self.powers_mut().for_each(|x| *x = bands(|b| x[b] * factor[b]));
+        self.powers_mut().for_each(|x| *x *= factor);
     }
     /// Adds the balance of other lights on the same surfaces; the residual is that of the sum.
     pub fn add(&mut self, other: &EnergyBalance) {
         if self.absorbed_surfaces.is_empty() {
             self.absorbed_surfaces =
-                other.absorbed_surfaces.iter().map(|s| (s.0.clone(), [0.0; 3])).collect();
+                other.absorbed_surfaces.iter().map(|s| (s.0.clone(), Bands::ZERO)).collect();
         }
         let mut more = other.clone();
-        self.powers_mut().zip(more.powers_mut()).for_each(|(x, y)| *x = bands(|b| x[b] + y[b]));
+        self.powers_mut().zip(more.powers_mut()).for_each(|(x, y)| *x += *y);
         self.balance();
     }
     /// Combines each power with that of another balance on the same surfaces by `f`; the residual is 0.
     pub fn zip_map(&self, other: &EnergyBalance, f: impl Fn(f64, f64) -> f64) -> EnergyBalance {
         let (mut out, mut other) = (self.clone(), other.clone());
-        out.powers_mut().zip(other.powers_mut()).for_each(|(x, y)| *x = bands(|b| f(x[b], y[b])));
-        out.residual = [0.0; 3];
+        out.powers_mut().zip(other.powers_mut()).for_each(|(x, y)| *x = x.zip_map(*y, &f));
+        out.residual = Bands::ZERO;
         out
     }
     /// Computes the residual from the powers.
     ///
     /// ```
-    /// use zonal_scene::EnergyBalance;
-    /// let mut energy = EnergyBalance { emitted: [2.0, 4.0, 0.0], escaped: [1.0, 4.0, 0.0], ..EnergyBalance::default() };
+    /// use zonal_scene::{Bands, EnergyBalance};
+    /// let (emitted, escaped) = (Bands::from_rgb([2.0, 4.0, 0.0]), Bands::from_rgb([1.0, 4.0, 0.0]));
+    /// let mut energy = EnergyBalance { emitted, escaped, ..EnergyBalance::default() };
     /// energy.balance();
-    /// assert_eq!(energy.residual, [0.5, 0.0, 0.0]);
+    /// assert_eq!(energy.residual.to_rgb(), [0.5, 0.0, 0.0]);
     /// ```
     pub fn balance(&mut self) {
-        self.residual = bands(|b| {
-            let supplied = self.emitted[b] + self.incoming[b];
-            let surfaces: f64 = self.absorbed_surfaces.iter().map(|s| s.1[b]).sum();
-            let removed = surfaces
-                + self.absorbed_volumes[b]
-                + self.absorbed_panes[b]
-                + self.escaped[b]
-                + self.absorbed_backfaces[b];
-            // NaN is preserved.
-            if supplied <= 0.0 { 0.0 } else { (supplied - removed) / supplied }
-        });
+        let supplied = self.emitted + self.incoming;
+        let surfaces: Bands = self.absorbed_surfaces.iter().map(|s| s.1).sum();
+        let removed =
+            surfaces + self.absorbed_volumes + self.absorbed_panes + self.escaped + self.absorbed_backfaces;
+        // NaN is preserved.
+        self.residual = supplied.zip_map(removed, |s, r| if s <= 0.0 { 0.0 } else { (s - r) / s });
     }
 }

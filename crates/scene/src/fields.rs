@@ -1,6 +1,6 @@
 //! Fields of a solution: one array a quantity over all zones, in the order of [`crate::Zones`].
 
-use crate::band_values::{Bands, bands};
+use crate::bands::Bands;
 
 /// Radiative quantities of all zones.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,7 +25,7 @@ impl Fields {
     /// Estimated error of the total incident flux of zone `i`, direct light included, W/m².
     pub fn total_error(&self, i: usize) -> Bands {
         let direct = self.direct_error.get(i).copied().unwrap_or_default();
-        bands(|b| self.error[i][b] + direct[b])
+        self.error[i] + direct
     }
 }
 

@@ -16,13 +16,13 @@
 //! | `diagnostic`, `scene_error` | notes and warnings; validation errors |
 //! | `progress`, [`checkpoint_store`] | observers and checkpoints of long computations |
 //! | [`limits`] | ranges of physical quantities |
-//! | `band`, [`spectrum`] | band-indexed values with operators |
+//! | `band`, `bands` | spectral bands as indices; band-indexed values with operators |
 //!
 //! Units: m, 1/m for extinction, W/m² for radiosity B, irradiance H and fluence G, W/m³ for volumetric sources, each per band. The three
 //! bands are red, green and blue in pictures; grey thermal scenes have equal values in all three.
 
 mod band;
-mod band_values;
+mod bands;
 mod builder;
 mod camera;
 mod cell_values;
@@ -47,8 +47,6 @@ mod scene_parts;
 pub mod shells;
 mod solution;
 mod solve_status;
-#[path = "bands.rs"]
-pub mod spectrum;
 mod surface;
 pub mod thermal;
 mod thermal_validation;
@@ -57,7 +55,8 @@ mod voxel_grid;
 pub mod voxel_samples;
 mod zones;
 
-pub use band_values::{Bands, bands};
+pub use band::{Band, BandCountError, PerBand};
+pub use bands::Bands;
 pub use builder::{BandValues, GlassPane, Medium, Mesh, SceneBuilder, Sky, Sun, VoxelValues};
 pub use camera::{Camera, Lens};
 pub use checkpoint_store::{CheckpointStore, NoCheckpoints};

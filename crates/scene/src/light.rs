@@ -1,6 +1,6 @@
 //! Direct lights and the surroundings.
 
-use crate::band_values::Bands;
+use crate::bands::Bands;
 use crate::light_group::SURROUNDINGS_GROUP;
 use crate::surface::Surface;
 use zonal_math::Vec3;
@@ -62,17 +62,18 @@ impl Surroundings {
 
     /// True unless the surroundings are black.
     pub fn has_radiance(&self) -> bool {
-        self.radiance != [0.0; 3]
+        self.radiance != Bands::ZERO
     }
 
     /// Radiosity of the surroundings as a zone, πL, W/m².
     ///
     /// ```
-    /// let sky = zonal_scene::Surroundings { name: None, radiance: [1.0, 0.5, 0.0] };
-    /// assert_eq!(sky.radiosity(), [std::f64::consts::PI, 0.5 * std::f64::consts::PI, 0.0]);
+    /// use zonal_scene::{Bands, Surroundings};
+    /// let sky = Surroundings { name: None, radiance: Bands::from_rgb([1.0, 0.5, 0.0]) };
+    /// assert_eq!(sky.radiosity().to_rgb(), [std::f64::consts::PI, 0.5 * std::f64::consts::PI, 0.0]);
     /// assert_eq!((sky.name(), sky.has_radiance()), ("surroundings", true));
     /// ```
     pub fn radiosity(&self) -> Bands {
-        self.radiance.map(|l| std::f64::consts::PI * l)
+        std::f64::consts::PI * self.radiance
     }
 }

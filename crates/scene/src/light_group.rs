@@ -9,7 +9,8 @@
 //! is the solution for lights of f_g times the power. A group is a light of the scene, an emitting surface, the medium, all panes or the
 //! surroundings.
 
-use crate::band_values::{Bands, bands};
+use crate::band::PerBand;
+use crate::bands::Bands;
 use crate::energy_balance::EnergyBalance;
 use crate::solve_status::SolveStatus;
 use crate::zones::Zones;
@@ -64,7 +65,7 @@ pub enum ZoneValues {
     /// Double precision.
     Double(Vec<Bands>),
     /// Single precision: relative rounding error 6e-8.
-    Single(Vec<[f32; 3]>),
+    Single(Vec<PerBand<f32>>),
 }
 
 impl Default for ZoneValues {
@@ -89,32 +90,32 @@ impl ZoneValues {
     pub fn at(&self, i: usize) -> Bands {
         match self {
             ZoneValues::Double(v) => v.get(i).copied().unwrap_or_default(),
-            ZoneValues::Single(v) => v.get(i).map_or([0.0; 3], |x| x.map(f64::from)),
+            ZoneValues::Single(v) => v.get(i).map_or(Bands::ZERO, |x| x.map_to_bands(f64::from)),
         }
     }
     /// Adds `scale` times the values to `out`, zone by zone.
     pub fn add_to(&self, out: &mut [Bands], scale: Bands) {
         match self {
             ZoneValues::Double(v) => {
-                out.iter_mut().zip(v).for_each(|(o, x)| *o = bands(|b| o[b] + scale[b] * x[b]));
+                out.iter_mut().zip(v).for_each(|(o, x)| *o += scale * x);
             }
             ZoneValues::Single(v) => {
-                out.iter_mut().zip(v).for_each(|(o, x)| *o = bands(|b| o[b] + scale[b] * x[b] as f64));
+                out.iter_mut().zip(v).for_each(|(o, x)| *o += scale * x.map_to_bands(f64::from));
             }
         }
     }
     /// The values normalized by the largest modulus of each band in single precision, and these moduli as factors.
     ///
     /// ```
-    /// use zonal_scene::ZoneValues;
-    /// let (values, scale) = ZoneValues::to_single_precision(&[[1e30, 0.5, 0.0], [5e29, 1.0, 0.0]]);
-    /// assert_eq!(scale, [1e30, 1.0, 1.0]);
-    /// assert_eq!(values.at(1), [0.5, 1.0, 0.0]);
+    /// use zonal_scene::{Bands, ZoneValues};
+    /// let (values, scale) = ZoneValues::to_single_precision(&[[1e30, 0.5, 0.0], [5e29, 1.0, 0.0]].map(Bands::from_rgb));
+    /// assert_eq!(scale.to_rgb(), [1e30, 1.0, 1.0]);
+    /// assert_eq!(values.at(1).to_rgb(), [0.5, 1.0, 0.0]);
     /// ```
     pub fn to_single_precision(values: &[Bands]) -> (ZoneValues, Bands) {
-        let largest = values.iter().fold([0.0f64; 3], |m, x| bands(|b| m[b].max(x[b].abs())));
+        let largest = values.iter().fold(Bands::ZERO, |m, x| m.max(x.abs()));
         let scale = largest.map(|m| if m > 0.0 && m.is_finite() { m } else { 1.0 });
-        let rounded = |x: &Bands| [0, 1, 2].map(|b| (x[b] / scale[b]) as f32);
+        let rounded = |x: &Bands| (x / scale).map_to(|x| x as f32);
         (ZoneValues::Single(values.iter().map(rounded).collect()), scale)
     }
 }
@@ -142,7 +143,7 @@ pub struct LightGroup {
     /// Energy balance of the group, W.
     pub energy: EnergyBalance,
     /// Final status of the iteration, a band.
-    pub status: [SolveStatus; 3],
+    pub status: PerBand<SolveStatus>,
     /// Final residual relative to the power of the group's sources, a band.
     pub residual: Bands,
 }
@@ -154,13 +155,13 @@ impl Default for LightGroup {
             kind: LightGroupKind::All,
             incident: ZoneValues::default(),
             error: ZoneValues::default(),
-            incident_scale: [1.0; 3],
+            incident_scale: Bands::ONE,
             direct: ZoneValues::default(),
             direct_error: ZoneValues::default(),
-            direct_scale: [1.0; 3],
+            direct_scale: Bands::ONE,
             energy: EnergyBalance::default(),
-            status: [SolveStatus::Converged; 3],
-            residual: [0.0; 3],
+            status: PerBand::splat(SolveStatus::Converged),
+            residual: Bands::ZERO,
         }
     }
 }
@@ -169,14 +170,16 @@ impl LightGroup {
     /// Multiplies the power of the group by a factor a band.
     ///
     /// ```
-    /// let mut group = zonal_scene::LightGroup::default();
-    /// group.scale([2.0, 1.0, 0.0]);
-    /// group.scale([2.0, 1.0, 1.0]);
-    /// assert_eq!((group.incident_scale, group.direct_scale), ([4.0, 1.0, 0.0], [4.0, 1.0, 0.0]));
+    /// use zonal_scene::{Bands, LightGroup};
+    /// let mut group = LightGroup::default();
+    /// group.scale(Bands::from_rgb([2.0, 1.0, 0.0]));
+    /// group.scale(Bands::from_rgb([2.0, 1.0, 1.0]));
+    /// assert_eq!(group.incident_scale.to_rgb(), [4.0, 1.0, 0.0]);
+    /// assert_eq!(group.direct_scale, group.incident_scale);
     /// ```
     pub fn scale(&mut self, factor: Bands) {
-        self.incident_scale = bands(|b| self.incident_scale[b] * factor[b]);
-        self.direct_scale = bands(|b| self.direct_scale[b] * factor[b]);
+        self.incident_scale *= factor;
+        self.direct_scale *= factor;
         self.energy.scale(factor);
     }
 }
@@ -187,15 +190,16 @@ mod tests {
 
     #[test]
     fn single_precision_has_its_relative_error_at_any_magnitude() {
-        let values: Vec<Bands> = (0..50).map(|i| [1e30 / (1.0 + i as f64), 1e-40 * i as f64, 0.0]).collect();
+        let value = |i: usize| Bands::from_rgb([1e30 / (1.0 + i as f64), 1e-40 * i as f64, 0.0]);
+        let values: Vec<Bands> = (0..50).map(value).collect();
         let (v, scale) = ZoneValues::to_single_precision(&values);
-        let mut restored = vec![[0.0; 3]; 50];
+        let mut restored = vec![Bands::ZERO; 50];
         v.add_to(&mut restored, scale);
         for (x, y) in values.iter().flatten().zip(restored.iter().flatten()) {
             assert!((x - y).abs() <= 6e-8 * x, "{x:e} {y:e}");
         }
-        let mut zeros = [[0.0; 3]; 2];
-        ZoneValues::default().add_to(&mut zeros, [1.0; 3]);
-        assert_eq!(zeros, [[0.0; 3]; 2]);
+        let mut zeros = [Bands::ZERO; 2];
+        ZoneValues::default().add_to(&mut zeros, Bands::ONE);
+        assert_eq!(zeros, [Bands::ZERO; 2]);
     }
 }

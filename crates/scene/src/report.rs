@@ -1,6 +1,7 @@
 //! Report of a solve: method, convergence, closure, balances and error estimates.
 
-use crate::band_values::{Bands, bands};
+use crate::band::PerBand;
+use crate::bands::Bands;
 use crate::diagnostic::Diagnostic;
 use crate::energy_balance::EnergyBalance;
 use crate::fields::Fields;
@@ -26,7 +27,7 @@ pub struct ClosureDefect {
 impl ClosureDefect {
     /// Records that the incident flux of a light group was scaled by 1 + `change`, a band.
     pub fn record_normalization(&mut self, change: Bands) {
-        self.largest_change = bands(|b| self.largest_change[b].max(change[b].abs()));
+        self.largest_change = self.largest_change.max(change.abs());
         self.restored = true;
     }
 }
@@ -46,9 +47,9 @@ pub struct ErrorEstimate {
 impl ErrorEstimate {
     /// The estimate for fields whose first `patches` zones are patches.
     pub fn of(fields: &Fields, patches: usize, grade: Grade) -> ErrorEstimate {
-        let sum_of_squares = |x: &[Bands]| x.iter().fold([0.0; 3], |s, x| bands(|b| s[b] + x[b] * x[b]));
+        let sum_of_squares = |x: &[Bands]| x.iter().fold(Bands::ZERO, |s, x| s + x * x);
         let over_zones = |range: std::ops::Range<usize>| {
-            let ratio = |e: Bands, h: Bands| bands(|b| relative_error(e[b], h[b]).sqrt());
+            let ratio = |e: Bands, h: Bands| e.zip_map(h, relative_error).sqrt();
             let indirect = ratio(
                 sum_of_squares(&fields.error[range.clone()]),
                 sum_of_squares(&fields.incident[range.clone()]),
@@ -57,14 +58,14 @@ impl ErrorEstimate {
                 return indirect;
             }
             let squares_of_sum = |x: &[Bands], y: &[Bands]| {
-                let both = range.clone().map(|i| bands(|b| x[i][b] + y[i][b]));
+                let both = range.clone().map(|i| x[i] + y[i]);
                 sum_of_squares(&both.collect::<Vec<_>>())
             };
             let total = ratio(
                 squares_of_sum(&fields.error, &fields.direct_error),
                 squares_of_sum(&fields.incident, &fields.direct),
             );
-            bands(|b| indirect[b].max(total[b]))
+            indirect.max(total)
         };
         ErrorEstimate {
             patches: over_zones(0..patches),
@@ -76,7 +77,7 @@ impl ErrorEstimate {
 
 impl Default for ErrorEstimate {
     fn default() -> ErrorEstimate {
-        ErrorEstimate { patches: [0.0; 3], volumes: [0.0; 3], grade: Grade::Estimated }
+        ErrorEstimate { patches: Bands::ZERO, volumes: Bands::ZERO, grade: Grade::Estimated }
     }
 }
 
@@ -115,9 +116,9 @@ pub struct Report {
     /// The reason for the choice of the engine.
     pub reason: String,
     /// Final status of the iteration, a band; the worst of all light groups.
-    pub status: [SolveStatus; 3],
+    pub status: PerBand<SolveStatus>,
     /// Undistributed power before the first and after each iteration, relative to the power of the sources, a band.
-    pub residuals: [Vec<f64>; 3],
+    pub residuals: PerBand<Vec<f64>>,
     /// Estimated error of the whole solution.
     pub estimate: ErrorEstimate,
     /// Closure defect.
@@ -144,8 +145,8 @@ impl Default for Report {
         Report {
             engine: "dense".into(),
             reason: String::new(),
-            status: [SolveStatus::Converged; 3],
-            residuals: Default::default(),
+            status: PerBand::splat(SolveStatus::Converged),
+            residuals: PerBand::default(),
             estimate: ErrorEstimate::default(),
             closure: ClosureDefect::default(),
             energy: EnergyBalance::default(),

@@ -1,6 +1,6 @@
 //! Results of a solution by name, with errors and units.
 
-use crate::{Bands, HeatReport, HeatRowKind, Solution, Zones, bands};
+use crate::{Bands, HeatReport, HeatRowKind, Solution, Zones};
 
 /// What one named surface emits, absorbs and gives.
 ///
@@ -57,7 +57,7 @@ impl Solution {
 
     fn surface_result(&self, index: usize) -> SurfaceResult {
         let report = &self.report;
-        let by_name = |list: &[(String, Bands)]| list.get(index).map_or([0.0; 3], |s| s.1);
+        let by_name = |list: &[(String, Bands)]| list.get(index).map_or(Bands::ZERO, |s| s.1);
         let absorbed = by_name(&report.energy.absorbed_surfaces);
         let absorbed_error = by_name(&report.energy_error.absorbed_surfaces);
         let (area, emitted) = self.area_and_emitted_power(index);
@@ -65,9 +65,9 @@ impl Solution {
         let mut result = SurfaceResult {
             name: self.scene.surfaces()[index].name.clone(),
             area,
-            net_power: (0..3).map(|b| emitted[b] - absorbed[b]).sum(),
-            error: absorbed_error.iter().sum(),
-            discretization_error: zones.map(|z| by_name(&z.energy.absorbed_surfaces).iter().sum()),
+            net_power: (emitted - absorbed).sum(),
+            error: absorbed_error.sum(),
+            discretization_error: zones.map(|z| by_name(&z.energy.absorbed_surfaces).sum()),
             temperature: None,
             temperature_error: None,
             absorbed,
@@ -93,14 +93,14 @@ impl Solution {
         let direct = self.scene.is_direct_emitter(surface);
         let zones: &Zones = &self.zones;
         let patches = zones.patches.iter().filter(|p| p.surface == surface);
-        patches.fold((0.0, [0.0; 3]), |(area, power), p| {
+        patches.fold((0.0, Bands::ZERO), |(area, power), p| {
             let emission = if direct {
                 let [u, v] = self.scene.facets()[p.facet].plate.parameters(p.plate.centre());
                 self.scene.emission_at(p.facet, u, v)
             } else {
                 p.emission
             };
-            (area + p.area, bands(|b| power[b] + emission[b] * p.area))
+            (area + p.area, power + emission * p.area)
         })
     }
 }

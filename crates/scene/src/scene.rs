@@ -1,6 +1,6 @@
 //! The scene: validated at construction and read-only afterwards.
 
-use crate::band_values::{Bands, bands};
+use crate::bands::Bands;
 use crate::camera::Camera;
 use crate::diagnostic::Diagnostic;
 use crate::light::{Light, Surroundings};
@@ -22,11 +22,11 @@ const DEFAULT_PATCHES_PER_DIAGONAL: f64 = 30.0;
 ///
 /// ```
 /// use zonal_math::{Vec3, vec3};
-/// use zonal_scene::{Facet, Plate, Scene, SceneParts, Sides, Surface};
+/// use zonal_scene::{Bands, Facet, Plate, Scene, SceneParts, Sides, Surface};
 /// let wall = Surface {
 ///     name: "wall".into(),
-///     reflectance: [0.5; 3],
-///     emission: [1.0; 3],
+///     reflectance: Bands::splat(0.5),
+///     emission: Bands::ONE,
 ///     reflectance_texture: None,
 ///     emission_texture: None,
 ///     sides: Sides::Front,
@@ -41,7 +41,7 @@ const DEFAULT_PATCHES_PER_DIAGONAL: f64 = 30.0;
 /// };
 /// let scene = Scene::new(parts)?;
 /// assert_eq!(scene.diagonal(), 5.0);
-/// assert_eq!(scene.emission_at(0, 0.5, 0.5), [1.0; 3]);
+/// assert_eq!(scene.emission_at(0, 0.5, 0.5), Bands::ONE);
 ///
 /// let error = Scene::new(SceneParts::default()).unwrap_err();
 /// assert_eq!(error.key(), "scene");
@@ -149,10 +149,7 @@ impl Scene {
     fn textured(&self, factor: Bands, texture: Option<usize>, uv: [f64; 2]) -> Bands {
         match texture {
             None => factor,
-            Some(t) => {
-                let c = self.parts.textures[t].sample(uv);
-                bands(|b| factor[b] * c[b])
-            }
+            Some(t) => factor * self.parts.textures[t].sample(uv),
         }
     }
     /// Largest patch edge of surfaces without a patch size of their own, m.

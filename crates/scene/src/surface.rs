@@ -1,6 +1,6 @@
 //! Surfaces, their facets and textures, and panes.
 
-use crate::band_values::{Bands, bands};
+use crate::bands::Bands;
 use crate::plate::Plate;
 
 /// The sides of a surface that take part in the exchange. A side that does not is black, cold and opaque.
@@ -74,14 +74,12 @@ impl Texture {
         let pixel = |dx: i64, dy: i64| {
             let i = (x.floor() as i64 + dx).rem_euclid(self.width as i64) as usize;
             let j = (y.floor() as i64 + dy).rem_euclid(self.height as i64) as usize;
-            self.pixels[j * self.width + i]
+            Bands::from_rgb(self.pixels[j * self.width + i].map(f64::from))
         };
         let (a, b, c, d) = (pixel(0, 0), pixel(1, 0), pixel(0, 1), pixel(1, 1));
-        bands(|k| {
-            let top = a[k] as f64 * (1.0 - fx) + b[k] as f64 * fx;
-            let bottom = c[k] as f64 * (1.0 - fx) + d[k] as f64 * fx;
-            top * (1.0 - fy) + bottom * fy
-        })
+        let top = a * (1.0 - fx) + b * fx;
+        let bottom = c * (1.0 - fx) + d * fx;
+        top * (1.0 - fy) + bottom * fy
     }
 }
 

@@ -10,7 +10,8 @@
 //! Each zone has either a prescribed T or a prescribed net power q (Q): 0 for an adiabatic wall, or for a medium in radiative
 //! equilibrium. In grey scenes the three bands are equal: each holds the whole emission, and their sum has no meaning.
 
-use crate::band_values::{Bands, bands};
+use crate::band::{Band, PerBand};
+use crate::bands::Bands;
 use crate::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
 use crate::scene_error::{SceneError, invalid};
 
@@ -99,7 +100,7 @@ pub enum BandFractions {
     /// Polynomials a_b(T) = Σ_k c_k T^k in kelvin, constant outside a range.
     Weights {
         /// c_0, c_1, … of each band.
-        coefficients: [Vec<f64>; 3],
+        coefficients: PerBand<Vec<f64>>,
         /// Range of validity, K; twice the same number for constants.
         range: [f64; 2],
         /// True if the sum may be below 1: the remaining emission is not part of the exchange.
@@ -111,14 +112,15 @@ impl BandFractions {
     /// Constant fractions.
     ///
     /// ```
-    /// let fractions = zonal_scene::BandFractions::constant([0.2, 0.3, 0.5]);
+    /// use zonal_scene::{BandFractions, Bands};
+    /// let fractions = BandFractions::constant(Bands::from_rgb([0.2, 0.3, 0.5]));
     /// assert!(fractions.check().is_ok() && fractions.is_constant());
-    /// assert_eq!(fractions.emissive_powers(100.0)[0], [20.0, 30.0, 50.0]);
-    /// assert_eq!(fractions.total([1.0, 2.0, 3.0]), 6.0);
+    /// assert_eq!(fractions.emissive_powers(100.0)[0].to_rgb(), [20.0, 30.0, 50.0]);
+    /// assert_eq!(fractions.total(Bands::from_rgb([1.0, 2.0, 3.0])), 6.0);
     /// ```
     pub fn constant(fractions: Bands) -> BandFractions {
         BandFractions::Weights {
-            coefficients: fractions.map(|s| vec![s]),
+            coefficients: fractions.map_to(|s| vec![s]),
             range: [1.0, 1.0],
             allow_partial: false,
         }
@@ -137,16 +139,16 @@ impl BandFractions {
     /// a_b and da_b/dT (1/K) at `t` kelvin.
     fn fractions_and_slopes(&self, t: f64) -> [Bands; 2] {
         let BandFractions::Weights { coefficients, range, .. } = self else {
-            return [[1.0; 3], [0.0; 3]];
+            return [Bands::ONE, Bands::ZERO];
         };
         let inside = t > range[0] && t < range[1];
         let t = t.clamp(range[0], range[1]);
-        let value = |b: usize| coefficients[b].iter().rev().fold(0.0, |s, c| s * t + c);
-        let slope = |b: usize| {
+        let value = |b: Band| coefficients[b].iter().rev().fold(0.0, |s, c| s * t + c);
+        let slope = |b: Band| {
             let c = &coefficients[b];
             (1..c.len()).rev().fold(0.0, |s, k| s * t + k as f64 * c[k])
         };
-        [bands(value), if inside { bands(slope) } else { [0.0; 3] }]
+        [Bands::from_fn(value), if inside { Bands::from_fn(slope) } else { Bands::ZERO }]
     }
     /// The fraction of each band at `t` kelvin.
     pub fn weights(&self, t: f64) -> Bands {
@@ -156,22 +158,22 @@ impl BandFractions {
     pub fn emissive_powers(&self, e: f64) -> [Bands; 2] {
         if self.is_constant() {
             let a = self.weights(0.0);
-            return [a.map(|a| a * e), a];
+            return [a * e, a];
         }
         let t = blackbody_temperature(e.max(0.0));
         let [a, slope] = self.fractions_and_slopes(t);
-        [a.map(|a| a * e), bands(|b| a[b] + 0.25 * t * slope[b])]
+        [a * e, a + 0.25 * t * slope]
     }
     /// Total over the bands: the sum, or the common value of a grey scene.
     pub fn total(&self, v: Bands) -> f64 {
-        if self.is_grey() { v[0] } else { v[0] + v[1] + v[2] }
+        if self.is_grey() { v.first() } else { v.sum() }
     }
     /// For each band, whether its fraction is positive at any temperature.
-    pub fn emitting_bands(&self) -> [bool; 3] {
-        let BandFractions::Weights { range, .. } = self else { return [true; 3] };
+    pub fn emitting_bands(&self) -> PerBand<bool> {
+        let BandFractions::Weights { range, .. } = self else { return PerBand::splat(true) };
         check_temperatures(*range)
             .map(|t| self.weights(t))
-            .fold([false; 3], |s, a| [0, 1, 2].map(|b| s[b] || a[b] > MIN_BAND_FRACTION))
+            .fold(PerBand::splat(false), |s, a| s.zip_map(a.into(), |s, a: f64| s || a > MIN_BAND_FRACTION))
     }
     /// Validates range, coefficients, signs and sum of the fractions.
     ///
@@ -193,13 +195,13 @@ impl BandFractions {
         }
         for t in check_temperatures([*from, *to]) {
             let a = self.weights(t);
-            let sum: f64 = a.iter().sum();
-            if let Some(b) = (0..3).find(|&b| a[b] < -FRACTION_SUM_TOLERANCE) {
-                let fraction = a[b];
+            let sum = a.sum();
+            if let Some(b) = Band::all().find(|&b| a[b] < -FRACTION_SUM_TOLERANCE) {
+                let (band, fraction) = (b.index(), a[b]);
                 return invalid(
                     key,
                     format!(
-                        "the fraction of band {b} is {fraction:.4} at {t:.0} K; give fractions from 0, or a range in which they are"
+                        "the fraction of band {band} is {fraction:.4} at {t:.0} K; give fractions from 0, or a range in which they are"
                     ),
                 );
             }
@@ -244,7 +246,7 @@ impl Thermal {
     /// Radiance of the surroundings, W/(m² sr) a band.
     pub fn surroundings_radiance(&self) -> Bands {
         let e = self.surroundings.map_or(0.0, blackbody_emissive_power);
-        self.band_fractions.emissive_powers(e)[0].map(|w| w / std::f64::consts::PI)
+        self.band_fractions.emissive_powers(e)[0] / std::f64::consts::PI
     }
 }
 
@@ -255,33 +257,32 @@ mod tests {
     #[test]
     fn weights_are_polynomials_constant_outside_their_range() {
         let smith = BandFractions::Weights {
-            coefficients: [
+            coefficients: PerBand::from_rgb([
                 vec![6.508e-1, -5.551e-4, 3.029e-7, -5.353e-11],
                 vec![-0.2504e-1, 6.112e-4, -3.882e-7, 6.528e-11],
                 vec![2.718e-1, -3.118e-4, 1.221e-7, -1.612e-11],
-            ],
+            ]),
             range: [600.0, 2400.0],
             allow_partial: true,
         };
         assert!(smith.check().is_ok());
         let at = |t: f64| smith.weights(t);
-        assert!((at(1000.0)[0] - (0.6508 - 0.5551 + 0.3029 - 0.05353)).abs() < 1e-12);
+        assert!((at(1000.0).first() - (0.6508 - 0.5551 + 0.3029 - 0.05353)).abs() < 1e-12);
         assert_eq!(at(300.0), at(600.0));
         // The derivative of a(T) σT⁴ with respect to σT⁴ by a central difference.
         let (e, h) = (blackbody_emissive_power(1300.0), 1e-6 * blackbody_emissive_power(1300.0));
         let [up, down] = [e + h, e - h].map(|e| smith.emissive_powers(e)[0]);
-        for b in 0..3 {
-            assert!(((up[b] - down[b]) / (2.0 * h) - smith.emissive_powers(e)[1][b]).abs() < 1e-7);
-        }
+        let slope = smith.emissive_powers(e)[1];
+        assert!(((up - down) / (2.0 * h) - slope).abs().all(|d| d < 1e-7));
     }
 
     #[test]
     fn band_fractions_that_do_not_sum_to_one_are_refused() {
-        assert!(BandFractions::constant([0.2, 0.3, 0.5]).check().is_ok());
+        assert!(BandFractions::constant(Bands::from_rgb([0.2, 0.3, 0.5])).check().is_ok());
         for (invalid, expected) in
             [([0.2, 0.3, 0.4], "rest"), ([0.2, 0.3, 0.6], "sum to 1"), ([-0.2, 0.6, 0.6], "band 0")]
         {
-            let e = BandFractions::constant(invalid).check().unwrap_err().to_string();
+            let e = BandFractions::constant(Bands::from_rgb(invalid)).check().unwrap_err().to_string();
             assert!(e.contains(expected), "{e}");
         }
     }

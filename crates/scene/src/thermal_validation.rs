@@ -1,6 +1,7 @@
 //! Validation of thermal conditions against the scene that they belong to.
 
-use crate::band_values::Bands;
+use crate::band::{Band, PerBand};
+use crate::bands::Bands;
 use crate::options::LightGrouping;
 use crate::scene_error::{SceneError, invalid};
 use crate::scene_parts::SceneParts;
@@ -47,7 +48,7 @@ pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(),
 
 /// Refuses bands that differ in a grey scene.
 fn check_grey(thermal: &Thermal, key: String, v: Bands) -> Result<(), SceneError> {
-    if thermal.band_fractions.is_grey() && !(v[0] == v[1] && v[1] == v[2]) {
+    if thermal.band_fractions.is_grey() && !v.is_grey() {
         return invalid(
             key,
             "the bands differ, but a grey scene has one; give one number, or [thermal] band_fractions",
@@ -60,12 +61,12 @@ fn check_surface(
     thermal: &Thermal,
     s: &Surface,
     condition: ThermalCondition,
-    emitting: [bool; 3],
+    emitting: PerBand<bool>,
 ) -> Result<(), SceneError> {
     let key = |k: &str| format!("surface '{}'.{k}", s.name);
     condition.check(key)?;
     check_grey(thermal, key("emissivity"), s.reflectance)?;
-    if s.emission != [0.0; 3] || s.emission_texture.is_some() || s.reflectance_texture.is_some() {
+    if s.emission != Bands::ZERO || s.emission_texture.is_some() || s.reflectance_texture.is_some() {
         return invalid(
             key("emission"),
             "emission and pictures belong to mode = \"light\"; give a temperature and an emissivity",
@@ -75,13 +76,13 @@ fn check_surface(
         return Ok(());
     }
     let power_key = if matches!(condition, ThermalCondition::Power(_)) { "net_power" } else { "heat_flux" };
-    if s.reflectance == [1.0; 3] {
+    if s.reflectance == Bands::ONE {
         return invalid(
             key(power_key),
             "a surface of emissivity 0 can give no power; raise its emissivity, or give 0",
         );
     }
-    if !(0..3).any(|b| emitting[b] && s.reflectance[b] < 1.0) {
+    if !Band::all().any(|b| emitting[b] && s.reflectance[b] < 1.0) {
         return invalid(
             key(power_key),
             "the emissivity is 0 in every band that has a fraction of the emission, so that the surface can give no power; raise it in one of them, or give 0",
@@ -95,7 +96,7 @@ fn check_pane(thermal: &Thermal, p: &Pane, condition: ThermalCondition) -> Resul
     condition.check(key)?;
     check_grey(thermal, key("extinction"), p.extinction)?;
     check_grey(thermal, key("albedo"), p.albedo)?;
-    if p.emission != [0.0; 3] {
+    if p.emission != Bands::ZERO {
         return invalid(key("emission"), "emission belongs to mode = \"light\"; give a temperature");
     }
     if !matches!(condition, ThermalCondition::Temperature(_) | ThermalCondition::Flux(0.0)) {
@@ -104,7 +105,7 @@ fn check_pane(thermal: &Thermal, p: &Pane, condition: ThermalCondition) -> Resul
     Ok(())
 }
 
-fn check_medium(thermal: &Thermal, grid: &VoxelGrid, emitting: [bool; 3]) -> Result<(), SceneError> {
+fn check_medium(thermal: &Thermal, grid: &VoxelGrid, emitting: PerBand<bool>) -> Result<(), SceneError> {
     if !grid.is_thermal() {
         return invalid(
             "medium",
@@ -114,7 +115,7 @@ fn check_medium(thermal: &Thermal, grid: &VoxelGrid, emitting: [bool; 3]) -> Res
     for i in grid.distinct_cells() {
         check_grey(thermal, "medium.extinction".into(), grid.extinction(i))?;
         check_grey(thermal, "medium.albedo".into(), grid.albedo(i))?;
-        if grid.emission(i) != [0.0; 3] || grid.source(i) != [0.0; 3] {
+        if grid.emission(i) != Bands::ZERO || grid.source(i) != Bands::ZERO {
             return invalid(
                 "medium.emission",
                 "emission and source belong to mode = \"light\"; give temperature or heat_source",
@@ -122,7 +123,7 @@ fn check_medium(thermal: &Thermal, grid: &VoxelGrid, emitting: [bool; 3]) -> Res
         }
         let (k, o) = (grid.extinction(i), grid.albedo(i));
         let has_power = grid.heat(i).is_some_and(|h| h.prescribed_power() != 0.0);
-        if has_power && !(0..3).any(|b| emitting[b] && k[b] * (1.0 - o[b]) > 0.0) {
+        if has_power && !Band::all().any(|b| emitting[b] && k[b] * (1.0 - o[b]) > 0.0) {
             let [x, y, z] = grid.coordinates(i);
             return invalid(
                 "medium.heat_source",

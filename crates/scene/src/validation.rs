@@ -1,6 +1,6 @@
 //! Validation of scene parts: ranges of values, indices, unique names.
 
-use crate::band_values::Bands;
+use crate::bands::Bands;
 use crate::light::Light;
 use crate::limits::{MAX_COORDINATE, MAX_EXTINCTION, MAX_FLUX, MIN_PLATE_AREA};
 use crate::options::SolveOptions;

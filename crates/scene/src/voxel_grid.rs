@@ -3,7 +3,8 @@
 //! Cell (i, j, k) is the box min + (i..i+1, j..j+1, k..k+1) ∘ cell. The index runs with k fastest, index = (i·ny + j)·nz + k, the order of a
 //! C array `[x][y][z]`. Extinction, albedo and sources are constant within a cell. A property that is equal in all cells is stored once.
 
-use crate::band_values::{Bands, bands};
+use crate::band::Band;
+use crate::bands::Bands;
 use crate::cell_values::CellValues;
 use crate::limits::{MAX_CELLS, MAX_COORDINATE, MAX_EXTINCTION, MAX_FLUX, MIN_CELL_EDGE};
 use crate::scene_error::{SceneError, invalid};
@@ -14,14 +15,14 @@ use zonal_math::{Vec3, vec3};
 ///
 /// ```
 /// use zonal_math::{Vec3, vec3};
-/// use zonal_scene::VoxelGrid;
+/// use zonal_scene::{Bands, VoxelGrid};
 /// let mut grid = VoxelGrid::new(Vec3::ZERO, vec3(0.5, 0.5, 0.5), [2, 2, 4])?;
-/// grid.fill([0.1; 3], [0.9; 3], [0.0; 3], [0.0; 3]);
-/// grid.set(grid.index([1, 0, 3]), [0.2; 3], [0.5; 3], [0.0; 3], [0.0; 3]);
+/// grid.fill(Bands::splat(0.1), Bands::splat(0.9), Bands::ZERO, Bands::ZERO);
+/// grid.set(grid.index([1, 0, 3]), Bands::splat(0.2), Bands::splat(0.5), Bands::ZERO, Bands::ZERO);
 /// let grid = grid.seal()?;
 /// assert_eq!((grid.len(), grid.max()), (16, vec3(1.0, 1.0, 2.0)));
 /// let cell = grid.cell_at(vec3(0.75, 0.25, 1.75)).unwrap();
-/// assert_eq!(grid.extinction(grid.index(cell)), [0.2; 3]);
+/// assert_eq!(grid.extinction(grid.index(cell)), Bands::splat(0.2));
 /// # Ok::<(), zonal_scene::SceneError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -69,10 +70,10 @@ impl VoxelGrid {
             min,
             cell,
             dims,
-            extinction: CellValues::Uniform([0.0; 3]),
-            albedo: CellValues::Uniform([0.0; 3]),
-            emission: CellValues::Uniform([0.0; 3]),
-            source: CellValues::Uniform([0.0; 3]),
+            extinction: CellValues::Uniform(Bands::ZERO),
+            albedo: CellValues::Uniform(Bands::ZERO),
+            emission: CellValues::Uniform(Bands::ZERO),
+            source: CellValues::Uniform(Bands::ZERO),
             heat: None,
         })
     }
@@ -114,7 +115,7 @@ impl VoxelGrid {
 
     /// Multiplies emission and source of every cell by a factor a band. Call [`VoxelGrid::seal`] afterwards.
     pub fn scale_sources(&mut self, factor: Bands) {
-        let scaled = |v: Bands| bands(|b| v[b] * factor[b]);
+        let scaled = |v: Bands| v * factor;
         for values in [&mut self.emission, &mut self.source] {
             match values {
                 CellValues::Uniform(v) => *v = scaled(*v),
@@ -157,7 +158,7 @@ impl VoxelGrid {
             let [x, y, z] = self.coordinates(i);
             invalid(key, format!("{fault} is {value} in cell ({x}, {y}, {z})"))
         };
-        for b in 0..3 {
+        for b in Band::all() {
             let (k, o, e, q) =
                 (self.extinction(i)[b], self.albedo(i)[b], self.emission(i)[b], self.source(i)[b]);
             let ranges = [
@@ -198,7 +199,7 @@ impl VoxelGrid {
                 .check(|k| format!("medium.{}", if k == "temperature" { k } else { "heat_source" }))
                 .map_err(in_cell)?;
             let (k, o) = (self.extinction(i), self.albedo(i));
-            let absorbs = (0..3).any(|b| k[b] * (1.0 - o[b]) > 0.0);
+            let absorbs = (k * (1.0 - o)).any(|absorption| absorption > 0.0);
             if condition.prescribed_power() != 0.0 && !absorbs {
                 let message = "heat needs a medium that absorbs to come from; raise the extinction, lower the albedo, or give 0";
                 return Err(in_cell(SceneError::new("medium.heat_source", message)));
@@ -322,7 +323,7 @@ mod tests {
     #[test]
     fn error_of_an_invalid_cell_states_its_coordinates() {
         let mut v = VoxelGrid::new(Vec3::ZERO, Vec3::ONE, [2, 2, 2]).unwrap();
-        v.set(3, [1.0, -1.0, 1.0], [0.5; 3], [0.0; 3], [0.0; 3]);
+        v.set(3, Bands::from_rgb([1.0, -1.0, 1.0]), Bands::splat(0.5), Bands::ZERO, Bands::ZERO);
         let e = v.seal().unwrap_err();
         assert!(e.to_string().contains("(0, 1, 1)"), "{e}");
     }

@@ -2,7 +2,7 @@
 //!
 //! The global order of zones, used by every array of a solution: patches, then voxel zones, then pane zones.
 
-use crate::band_values::{Bands, bands};
+use crate::bands::Bands;
 use crate::plate::Plate;
 use crate::voxel_samples::VoxelSamples;
 use zonal_math::Vec3;
@@ -125,10 +125,10 @@ impl Zones {
             (p.reflectance, p.area)
         } else if i < self.pane_offset() {
             let v = &self.voxels[i - self.voxel_offset()];
-            (v.albedo.map(|o| 0.25 * o), v.volume)
+            (0.25 * v.albedo, v.volume)
         } else {
             let p = &self.panes[i - self.pane_offset()];
-            (p.albedo.map(|o| 0.25 * o), p.area * p.thickness)
+            (0.25 * p.albedo, p.area * p.thickness)
         }
     }
     /// Emission of zone `i` as a radiosity, W/m²: E of a patch, (1−Ω)E + q/(4κ) of a volume zone.
@@ -137,13 +137,11 @@ impl Zones {
             self.patches[i].emission
         } else if i < self.pane_offset() {
             let v = &self.voxels[i - self.voxel_offset()];
-            bands(|b| {
-                let q = if v.extinction[b] > 0.0 { v.source[b] / (4.0 * v.extinction[b]) } else { 0.0 };
-                (1.0 - v.albedo[b]) * v.emission[b] + q
-            })
+            let q = v.source.zip_map(v.extinction, |q, k| if k > 0.0 { q / (4.0 * k) } else { 0.0 });
+            (1.0 - v.albedo) * v.emission + q
         } else {
             let p = &self.panes[i - self.pane_offset()];
-            bands(|b| (1.0 - p.albedo[b]) * p.emission[b])
+            (1.0 - p.albedo) * p.emission
         }
     }
 }

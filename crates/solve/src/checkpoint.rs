@@ -2,7 +2,7 @@
 //!
 //! A store may lose or damage stages. A [`Decoder`] that meets unexpected data returns `None`, and the stage is computed again.
 
-use zonal_scene::Bands;
+use zonal_scene::{Band, Bands};
 
 /// Encoder of a stage.
 #[derive(Clone, Debug, Default)]
@@ -30,9 +30,12 @@ impl Encoder {
         self.0.reserve(8 * list.len());
         list.iter().for_each(|x| self.0.extend(x.to_le_bytes()));
     }
-    /// Triples of floating-point numbers.
-    pub(crate) fn triples(&mut self, list: &[Bands]) {
-        self.reals(list.as_flattened());
+    /// Band-indexed numbers, those of all bands of an entry in a row.
+    pub(crate) fn bands(&mut self, list: &[Bands]) {
+        let number = Band::count() * list.len();
+        self.int(number);
+        self.0.reserve(8 * number);
+        list.iter().flatten().for_each(|x| self.0.extend(x.to_le_bytes()));
     }
     /// A text.
     pub(crate) fn text(&mut self, text: &str) {
@@ -84,10 +87,9 @@ impl<'a> Decoder<'a> {
         let n = self.int()?.checked_mul(8)?;
         Some(self.take(n)?.as_chunks::<8>().0.iter().map(|c| f64::from_le_bytes(*c)).collect())
     }
-    /// Triples of floating-point numbers.
-    pub(crate) fn triples(&mut self) -> Option<Vec<Bands>> {
-        let flat = self.reals()?;
-        flat.len().is_multiple_of(3).then(|| flat.as_chunks::<3>().0.to_vec())
+    /// Band-indexed numbers of [`Encoder::bands`].
+    pub(crate) fn bands(&mut self) -> Option<Vec<Bands>> {
+        self.reals()?.chunks(Band::count()).map(|x| Bands::try_from(x).ok()).collect()
     }
     /// A text.
     pub(crate) fn text(&mut self) -> Option<String> {
@@ -112,16 +114,19 @@ mod tests {
     fn encoded_stages_decode_and_truncated_ones_do_not() {
         let mut encoder = Encoder::default();
         encoder.int(7);
-        encoder.triples(&[[0.1, -0.0, f64::INFINITY]]);
+        encoder.bands(&[Bands::from_rgb([0.1, -0.0, f64::INFINITY])]);
         encoder.text("ä");
         encoder.ints(&[u64::MAX]);
         let bytes = encoder.bytes();
         let read = |b: &[u8]| {
             let mut decoder = Decoder::new(b);
-            let all = (decoder.int()?, decoder.triples()?, decoder.text()?, decoder.ints()?);
+            let all = (decoder.int()?, decoder.bands()?, decoder.text()?, decoder.ints()?);
             decoder.at_end().then_some(all)
         };
-        assert_eq!(read(&bytes), Some((7, vec![[0.1, -0.0, f64::INFINITY]], "ä".into(), vec![u64::MAX])));
+        assert_eq!(
+            read(&bytes),
+            Some((7, vec![Bands::from_rgb([0.1, -0.0, f64::INFINITY])], "ä".into(), vec![u64::MAX]))
+        );
         for cut in 0..bytes.len() {
             assert_eq!(read(&bytes[..cut]), None);
         }

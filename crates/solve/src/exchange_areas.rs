@@ -8,13 +8,14 @@
 
 use crate::engine::selection::{MIN_LINEAR_BASIS_THICKNESS, check_periodic_pairs};
 use crate::report::cost_estimate::problem_size;
+use crate::settings::check_interrupted;
 use crate::total_exchange_areas::{NUMBERS_PER_PAIR, sum_by_group, total_exchange_areas};
 use rayon::prelude::*;
 use zonal_exchange::pair::{
     Exchange, PairCounts, PairSettings, closure_target, scaled_radiosity_coefficient,
 };
 use zonal_math::Grade;
-use zonal_scene::{Bands, Diagnostic, Progress, Scene, SceneError, Zones};
+use zonal_scene::{Band, Diagnostic, Progress, Scene, SceneError, Zones};
 use zonal_transport::zoning::excluded_parts;
 use zonal_transport::{Transport, build_zones};
 
@@ -105,8 +106,8 @@ impl ExchangeAreas {
     /// Computes the exchange areas of a scene.
     ///
     /// # Errors
-    /// If the scene has no zones of this kind, if the matrices exceed the memory limit, if an area is not a finite number, or if nothing absorbs in
-    /// a closed scene, so that total areas do not exist.
+    /// If the scene has no zones of this kind, if the matrices exceed the memory limit, if an area is not a finite number, if nothing absorbs in a
+    /// closed scene, so that total areas do not exist, or if the observer interrupts the computation.
     pub fn compute(
         scene: &Scene,
         settings: &ExchangeAreaSettings,
@@ -130,6 +131,7 @@ impl ExchangeAreas {
         };
         let exchange = Exchange::with_settings(scene, &zones, &transport, pair_settings);
         let (direct, counts) = direct_areas(&exchange, &zones, matrices, progress);
+        check_interrupted(progress)?;
         if !direct.areas.iter().chain(&direct.closure).all(|x| x.is_finite())
             || direct.radii.iter().any(|r| r.is_nan())
         {
@@ -149,6 +151,7 @@ impl ExchangeAreas {
                 SceneError::new("scene", what)
             })?);
             progress.end();
+            check_interrupted(progress)?;
         }
         Ok(areas)
     }
@@ -201,11 +204,11 @@ impl ExchangeAreas {
         let (n, zones) = (self.zone_count(), &self.zones);
         let capacity = || Vec::with_capacity(self.matrices * n * n);
         let mut out = AreaMatrices { areas: capacity(), radii: capacity(), closure: Vec::new() };
-        for b in 0..self.matrices {
+        for (b, band) in Band::all().enumerate().take(self.matrices) {
             let (rows, pairs) = (b * n..(b + 1) * n, b * n * n..(b + 1) * n * n);
             // ρ of a patch; the response of a volume is Ω/4.
             let reflected: Vec<f64> = (0..n)
-                .map(|i| zones.response(i).0[b] * if i < zones.voxel_offset() { 1.0 } else { 4.0 })
+                .map(|i| zones.response(i).0[band] * if i < zones.voxel_offset() { 1.0 } else { 4.0 })
                 .collect();
             let c = &self.direct.closure[rows];
             let t = total_exchange_areas(
@@ -231,10 +234,13 @@ impl ExchangeAreas {
 
 /// One matrix where the bands do not differ. Where they differ in reflection alone, total areas need a matrix for each band.
 fn matrix_count(zones: &Zones, contents: ExchangeAreaContents) -> usize {
-    let alike = |v: Bands| v[0] == v[1] && v[1] == v[2];
-    let grey_extinction = (0..zones.len()).all(|i| alike(scaled_radiosity_coefficient(zones, i)));
-    let grey_reflection = (0..zones.len()).all(|i| alike(zones.response(i).0));
-    if grey_extinction && (grey_reflection || contents == ExchangeAreaContents::Direct) { 1 } else { 3 }
+    let grey_extinction = (0..zones.len()).all(|i| scaled_radiosity_coefficient(zones, i).is_grey());
+    let grey_reflection = (0..zones.len()).all(|i| zones.response(i).0.is_grey());
+    if grey_extinction && (grey_reflection || contents == ExchangeAreaContents::Direct) {
+        1
+    } else {
+        Band::count()
+    }
 }
 
 fn check_memory(zones: &Zones, matrices: usize, settings: &ExchangeAreaSettings) -> Result<(), SceneError> {
@@ -253,7 +259,7 @@ fn check_memory(zones: &Zones, matrices: usize, settings: &ExchangeAreaSettings)
     let what = format!(
         "{n} zones need {needed:.3} GB for their matrices, more than the {allowed:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory){hint}"
     );
-    Err(SceneError::new("memory", what))
+    Err(SceneError::out_of_memory("memory", what))
 }
 
 fn direct_areas(
@@ -271,18 +277,20 @@ fn direct_areas(
         for j in 0..=i {
             let (f, cj) =
                 (exchange.pair_in_row(&pairs, j, &mut counts), scaled_radiosity_coefficient(zones, j));
-            out.extend((0..bands).map(|b| (f.value[b] * (ci[b] * cj[b]), f.radius[b] * (ci[b] * cj[b]))));
+            let area = |b: Band| (f.value[b] * (ci[b] * cj[b]), f.radius[b] * (ci[b] * cj[b]));
+            out.extend(Band::all().take(bands).map(area));
         }
         progress.advance(i as u64 + 1);
         (out, counts)
     };
     let rows: Vec<(Vec<(f64, f64)>, PairCounts)> = (0..n).into_par_iter().map(row).collect();
     progress.end();
-    let closure = |k: usize| closure_target(zones, k % n) * scaled_radiosity_coefficient(zones, k % n)[k / n];
+    let closure =
+        |band: Band, i: usize| closure_target(zones, i) * scaled_radiosity_coefficient(zones, i)[band];
     let mut m = AreaMatrices {
         areas: vec![0.0; bands * n * n],
         radii: vec![0.0; bands * n * n],
-        closure: (0..bands * n).map(closure).collect(),
+        closure: Band::all().take(bands).flat_map(|b| (0..n).map(move |i| closure(b, i))).collect(),
     };
     let mut total_counts = PairCounts::default();
     for (i, (row, counts)) in rows.into_iter().enumerate() {

@@ -11,7 +11,7 @@ use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::SurroundingsExchange;
 use crate::zone_power::{closure_targets, reflection_weights};
 use zonal_exchange::pair::scaled_radiosity_coefficient;
-use zonal_scene::{Bands, Engine, LightGroup, bands};
+use zonal_scene::{Bands, Engine, LightGroup};
 
 /// Residual over the tolerance at which the iteration ends for the hierarchical engine, far below the errors of its links.
 const RESIDUAL_OVER_TOLERANCE: f64 = 1e-4;
@@ -55,7 +55,7 @@ fn iterate(
     extend_to_slopes(&mut targets, &slope_zones);
     let mut columns = context.source_strengths(surroundings);
     let initial = warm_start(context, &columns, initial_groups).map(|mut columns| {
-        columns.iter_mut().for_each(|c| c.resize(targets.len(), [0.0; 3]));
+        columns.iter_mut().for_each(|c| c.resize(targets.len(), Bands::ZERO));
         columns
     });
     for (source, column) in context.sources.iter().zip(&mut columns) {
@@ -94,8 +94,8 @@ fn slope_sources(
         let ([arrives, _], w) = (surroundings.incoming(k, sky), weights[k]);
         let lights = context.direct.lights.iter().enumerate().filter(|(l, _)| source.has_light(*l));
         let direct = lights.filter_map(|(_, l)| l.slope_power.get(k - zones));
-        let arrives = direct.fold(arrives, |a, d| bands(|b| a[b] + d[b]));
-        bands(|b| w[b] * arrives[b])
+        let arrives = direct.fold(arrives, |a, d| a + d);
+        w * arrives
     };
     (zones..weights.len()).map(of_slope).collect()
 }
@@ -115,11 +115,11 @@ fn warm_start(
     let one = |(source, column): (&SourceGroup, &Vec<Bands>)| {
         let mut out = column.clone();
         if let Some(g) = earlier_group(&source.name) {
-            let mut incident = vec![[0.0; 3]; zones.len()];
+            let mut incident = vec![Bands::ZERO; zones.len()];
             g.incident.add_to(&mut incident, g.incident_scale);
             for (i, o) in out.iter_mut().enumerate() {
                 let (c, (rho, _)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));
-                *o = bands(|b| o[b] + c[b] * rho[b] * incident[i][b]);
+                *o += c * rho * incident[i];
             }
         }
         out

@@ -11,9 +11,9 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | [`pipeline`] | the phases of a solve, in their order |
+//! | `pipeline` | the phases of a solve, in their order |
 //! | [`settings`] | memory limit, checkpoints, observer, warm start |
-//! | [`operator`] | the interface of the engines: [`ExchangeOperator`], [`ErrorModel`] |
+//! | [`operator`] | the interface of the engines: [`ExchangeOperator`], `ErrorModel` |
 //! | [`engine`] | selection and construction of an engine |
 //! | [`dense`] | all pairs of zones |
 //! | [`spectral`] | box enclosures, where the exchange is a convolution |
@@ -41,7 +41,7 @@ pub mod hierarchical;
 mod iteration;
 pub mod light_groups;
 pub mod operator;
-pub mod pipeline;
+mod pipeline;
 pub mod ray;
 pub mod relight;
 pub mod report;
@@ -55,6 +55,6 @@ pub mod total_exchange_areas;
 mod unobstructed_cells;
 mod zone_power;
 
-pub use operator::{ErrorModel, ExchangeOperator};
+pub use operator::ExchangeOperator;
 pub use pipeline::{solve, solve_with_settings, solve_zones};
 pub use settings::SolveSettings;

@@ -12,7 +12,7 @@ use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_scene::light_group::{ALL_LIGHTS_GROUP, MEDIUM_GROUP, PANES_GROUP};
-use zonal_scene::{Bands, Diagnostic, Light, LightGroupKind, LightGrouping, Scene, Zones, bands};
+use zonal_scene::{Bands, Diagnostic, Light, LightGroupKind, LightGrouping, Scene, Zones};
 
 /// Number of groups above which the lights are merged, unless the scene requests separate groups: every group costs a solve and two fields.
 const MAX_GROUPS: usize = 8;
@@ -42,7 +42,7 @@ impl SourceGroup {
     pub fn sky(&self, scene: &Scene) -> Bands {
         match self.kind {
             LightGroupKind::All | LightGroupKind::Surroundings => scene.surroundings().radiosity(),
-            _ => [0.0; 3],
+            _ => Bands::ZERO,
         }
     }
     /// H_dir and G_dir of the group's lights, W/m²; empty if it has none.
@@ -51,7 +51,7 @@ impl SourceGroup {
         let Some(first) = own.next() else { return Vec::new() };
         let mut out = first.fields.clone();
         for light in own {
-            out.iter_mut().zip(&light.fields).for_each(|(o, f)| *o = bands(|b| o[b] + f[b]));
+            out.iter_mut().zip(&light.fields).for_each(|(o, f)| *o += f);
         }
         out
     }
@@ -60,9 +60,9 @@ impl SourceGroup {
 /// True if a light has a radiance or irradiance above zero.
 fn is_emitting(light: &Light, scene: &Scene) -> bool {
     match light {
-        Light::Sun { irradiance, .. } => *irradiance != [0.0; 3],
-        Light::Sky { radiance, .. } => *radiance != [0.0; 3],
-        Light::Emitter { surface, .. } => scene.surfaces()[*surface].emission != [0.0; 3],
+        Light::Sun { irradiance, .. } => *irradiance != Bands::ZERO,
+        Light::Sky { radiance, .. } => *radiance != Bands::ZERO,
+        Light::Emitter { surface, .. } => scene.surfaces()[*surface].emission != Bands::ZERO,
     }
 }
 
@@ -84,14 +84,14 @@ fn separate_groups(scene: &Scene, zones: &Zones) -> Vec<SourceGroup> {
         add(light.name(scene.surfaces()), LightGroupKind::Light(l));
     }
     let mut emitting = vec![false; scene.surfaces().len()];
-    zones.patches.iter().for_each(|p| emitting[p.surface] |= p.emission != [0.0; 3]);
+    zones.patches.iter().for_each(|p| emitting[p.surface] |= p.emission != Bands::ZERO);
     for (s, surface) in scene.surfaces().iter().enumerate().filter(|(s, _)| emitting[*s]) {
         add(&surface.name, LightGroupKind::Surface(s));
     }
-    if zones.voxels.par_iter().any(|v| v.emission != [0.0; 3] || v.source != [0.0; 3]) {
+    if zones.voxels.par_iter().any(|v| v.emission != Bands::ZERO || v.source != Bands::ZERO) {
         add(MEDIUM_GROUP, LightGroupKind::Medium);
     }
-    if zones.panes.iter().any(|p| p.emission != [0.0; 3]) {
+    if zones.panes.iter().any(|p| p.emission != Bands::ZERO) {
         add(PANES_GROUP, LightGroupKind::Panes);
     }
     if scene.surroundings().has_radiance() {
@@ -138,10 +138,10 @@ pub(crate) fn source_strengths(
         .into_par_iter()
         .map(|i| {
             let (c, (rho, measure)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));
-            let e = if source.emits(zones, i) { zones.emission(i) } else { [0.0; 3] };
+            let e = if source.emits(zones, i) { zones.emission(i) } else { Bands::ZERO };
             let d = direct.get(i).copied().unwrap_or_default();
             let to_sky = surroundings.sky_of(i);
-            bands(|b| c[b] * (e[b] + rho[b] * (d[b] + to_sky[b] * sky[b] / measure)))
+            c * (e + rho * (d + to_sky * sky / measure))
         })
         .collect()
 }

@@ -3,6 +3,7 @@
 //! Input: strengths s_j = c_j B_j (W/m² for patches, W/m³ for volume zones) with c = 1 for patches and c = κ for volumes.
 //! Output: incident powers P_i = Σ_j g_ij s_j with g_ij = F_ij/(c_i c_j), hence H_i = P_i/A_i and G_i = P_i/V_i (V = A t in a pane).
 
+use crate::iteration::multivector;
 use zonal_math::Grade;
 use zonal_scene::Bands;
 
@@ -30,25 +31,22 @@ pub trait ExchangeOperator {
     }
     /// P = g s in the first band.
     fn apply_band(&self, strengths: &[[f64; 1]]) -> Vec<[f64; 1]> {
-        let all: Vec<Bands> = strengths.iter().map(|s| [s[0]; 3]).collect();
-        self.apply(&all).iter().map(|p| [p[0]]).collect()
+        let all: Vec<Bands> = strengths.iter().map(|s| Bands::splat(s[0])).collect();
+        self.apply(&all).iter().map(|p| [p.first()]).collect()
     }
     /// Replaces g_ij by d_i g_ij d_j.
     fn scale(&mut self, d: &[Bands]);
 }
 
 /// The errors of an exchange operator.
-pub trait ErrorModel: ExchangeOperator {
+pub(crate) trait ErrorModel: ExchangeOperator {
     /// Estimated error of [`ExchangeOperator::apply`], in the unit of P; `None` if the operator has no error estimate of its own.
     fn error(&self, _strengths: &[Bands]) -> Option<Vec<Bands>> {
         None
     }
     /// Incident power of the strengths of a solution, with the error of the sum of all columns.
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
-        let mut sum = vec![[0.0; 3]; self.len()];
-        for c in columns {
-            sum.iter_mut().zip(c).for_each(|(s, x)| *s = zonal_scene::bands(|b| s[b] + x[b]));
-        }
+        let sum = multivector::total(self.len(), columns);
         IncidentPower { columns: self.apply_many(columns), error: self.error(&sum) }
     }
     /// The weakest grade among the factors.
@@ -56,7 +54,7 @@ pub trait ErrorModel: ExchangeOperator {
 }
 
 /// Incident power of every column of a multivector of strengths.
-pub struct IncidentPower {
+pub(crate) struct IncidentPower {
     /// P of every column.
     pub columns: Vec<Vec<Bands>>,
     /// Estimated error of the sum of the columns; `None` if it follows from the closure defects of the rows.
@@ -64,7 +62,7 @@ pub struct IncidentPower {
 }
 
 /// Appends the value of its zone for every higher-order unknown; `slope_zones` as [`ExchangeOperator::slope_zones`] gives them.
-pub fn extend_to_slopes<T: Copy>(values: &mut Vec<T>, slope_zones: &[u32]) {
+pub(crate) fn extend_to_slopes<T: Copy>(values: &mut Vec<T>, slope_zones: &[u32]) {
     values.reserve_exact(slope_zones.len());
     slope_zones.iter().for_each(|&i| values.push(values[i as usize]));
 }

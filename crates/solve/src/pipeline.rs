@@ -3,7 +3,8 @@
 //! [`solve_with_settings`] is the sequence for a scene: zones, boundary conditions, the zonal equations, temperatures, checks, and the
 //! discretization error by a second run of the same sequence on other zones. [`solve_equations`] is the sequence of the zonal equations.
 //! Long phases are stages of a [`zonal_scene::CheckpointStore`]: each light, the surroundings, the factors of the engine, the state of the
-//! iteration. All other phases are cheap and are repeated with the same bits.
+//! iteration. All other phases are cheap and are repeated with the same bits. An observer may interrupt the solve between phases and iterations;
+//! stages that are complete by then stay in the store.
 
 use crate::direct_light::emitter_exchange::{self, EmitterExchange};
 use crate::direct_light::light_field::{DirectLight, LightField};
@@ -16,14 +17,13 @@ use crate::light_groups;
 use crate::ray::ray_sampling::rays_measure_escape;
 use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::report::{diagnostics, summary};
-use crate::settings::SolveSettings;
+use crate::settings::{SolveSettings, check_interrupted};
 use crate::solution_fields;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::{self, SurroundingsExchange};
 use crate::thermal::{self, TemperatureSolve};
 use zonal_scene::{
     Bands, EnergyBalance, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError, Solution, Zones,
-    bands,
 };
 use zonal_transport::zoning::excluded_parts;
 use zonal_transport::{Transport, build_zones};
@@ -31,7 +31,8 @@ use zonal_transport::{Transport, build_zones};
 /// Solves a scene within a memory limit in bytes.
 ///
 /// # Errors
-/// If the scene cannot be solved by the requested engine, exceeds the memory limit, or yields values that are not finite.
+/// If the scene cannot be solved by the requested engine, exceeds the memory limit, or yields values that are not finite, or if the observer
+/// interrupts the solve.
 pub fn solve(scene: Scene, memory_limit: u64, progress: &dyn Progress) -> Result<Solution, SceneError> {
     solve_with_settings(scene, &SolveSettings::new(memory_limit, progress))
 }
@@ -57,6 +58,8 @@ pub fn solve_with_settings(scene: Scene, settings: &SolveSettings) -> Result<Sol
         let first =
             discretization::FirstSolve { scene: &scene, zones: &zones, fields: &solved.fields, basis };
         discretization::estimate(&first, &mut solved.report, settings, &solve_other);
+        // An interrupted second solve is no reason for an unknown error.
+        check_interrupted(settings.progress)?;
     }
     let ZonalSolution { fields, groups, report, .. } = solved;
     let version = env!("CARGO_PKG_VERSION").to_string();
@@ -110,6 +113,7 @@ fn solve_equations(
     transport: &Transport,
     settings: &SolveSettings,
 ) -> Result<ZonalSolution, SceneError> {
+    check_interrupted(settings.progress)?;
     // Select the engine.
     let size = ProblemSize::new(scene, zones, transport);
     let memory_limit = settings.memory_limit.saturating_sub(thermal::memory_bytes(scene, zones));
@@ -119,19 +123,9 @@ fn solve_equations(
     // Compute the direct light by shadow rays, except for emitters whose light follows from exchange areas.
     let shadow_rays = |l: usize| illuminate_stage(scene, zones, transport, l, settings);
     let emitters = EmitterExchange::of(scene, zones, engine, pair_settings);
-    let lights = (0..scene.lights().len()).map(|l| match emitters.surface(l) {
-        Some(_) => LightField::default(),
-        None => shadow_rays(l),
-    });
-    let direct = DirectLight { lights: lights.collect() };
+    let direct = DirectLight { lights: lights_by_shadow_rays(scene, &emitters, &shadow_rays)? };
     // Sample the surroundings.
-    let mut exterior = if selection::knows_escaping_power(engine, scene) {
-        SurroundingsExchange::default()
-    } else if engine == Engine::Hierarchical && rays_measure_escape(scene, zones) {
-        SurroundingsExchange::unmeasured(zones)
-    } else {
-        surroundings::stage::measure(scene, zones, transport, settings)
-    };
+    let mut exterior = measure_surroundings(scene, zones, transport, engine, settings)?;
     // Choose the right-hand sides.
     let (sources, merged) = light_groups::select_groups(scene, zones);
     let context = SolveContext {
@@ -147,28 +141,21 @@ fn solve_equations(
     };
     // Build the engine, and complete the direct light by its exchange areas.
     let mut built = build::build(choice, &context, &mut exterior)?;
-    let completed = emitter_exchange::complete(&context, &built, &exterior, &emitters, shadow_rays);
+    check_interrupted(settings.progress)?;
+    let completed = emitter_exchange::complete(&context, &built, &exterior, &emitters, shadow_rays)?;
     let context = SolveContext { direct: completed.as_ref().unwrap_or(&direct), ..context };
     // Solve the linear system, or iterate on temperatures if they couple the bands.
-    thermal::check_temperature_level(scene, zones, &exterior)?;
-    let coupled = match thermal::newton::is_needed(scene) {
-        true => Some(thermal::newton::solve(&context, &built, &exterior)?),
-        false => None,
-    };
-    let SolvedColumns { mut results, incident } = match &coupled {
-        Some(c) => {
-            built.counts.push(("products with all bands".into(), c.products as u64));
-            SolvedColumns { results: vec![c.result.clone()], incident: None }
-        }
-        None => group_solve::solve_groups(&context, &mut built, &exterior, engine, settings.initial_groups),
-    };
-    let context = SolveContext { zones: coupled.as_ref().map_or(zones, |c| &c.zones), ..context };
+    let (columns, coupled) = solve_columns(&context, &mut built, &exterior, engine, settings)?;
+    let SolvedColumns { mut results, incident } = columns;
+    let context = SolveContext { zones: coupled.as_ref().unwrap_or(zones), ..context };
     // Compute the fields of the groups, with errors.
     let (mut fields, groups) =
         solution_fields::assemble(&context, &mut built, &exterior, (&mut results, incident), engine);
+    check_interrupted(settings.progress)?;
     if scene.thermal().is_some() {
-        let kind = coupled.as_ref().map_or(TemperatureSolve::Direct, |_| TemperatureSolve::Newton);
+        let kind = if coupled.is_some() { TemperatureSolve::Newton } else { TemperatureSolve::Direct };
         thermal::propagate_errors(&context, &built, &mut fields, kind);
+        check_interrupted(settings.progress)?;
     }
     // Balance the energy and write the report.
     let mut report =
@@ -179,6 +166,59 @@ fn solve_equations(
     let missed = diagnostics::missed_tolerance(engine, tolerance, &report.estimate, &report.warnings);
     report.warnings.extend(missed);
     Ok(ZonalSolution { fields, groups, report, has_slopes: built.operator.len() > zones.len() })
+}
+
+/// Direct light of all lights by shadow rays; empty for emitters whose light follows from exchange areas.
+fn lights_by_shadow_rays(
+    scene: &Scene,
+    emitters: &EmitterExchange,
+    shadow_rays: impl Fn(usize) -> Result<LightField, SceneError>,
+) -> Result<Vec<LightField>, SceneError> {
+    let light = |l: usize| match emitters.surface(l) {
+        Some(_) => Ok(LightField::default()),
+        None => shadow_rays(l),
+    };
+    (0..scene.lights().len()).map(light).collect()
+}
+
+/// The exchange with the surroundings by rays; zeros if the engine determines it.
+fn measure_surroundings(
+    scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
+    engine: Engine,
+    settings: &SolveSettings,
+) -> Result<SurroundingsExchange, SceneError> {
+    let exterior = if selection::knows_escaping_power(engine, scene) {
+        SurroundingsExchange::default()
+    } else if engine == Engine::Hierarchical && rays_measure_escape(scene, zones) {
+        SurroundingsExchange::unmeasured(zones)
+    } else {
+        surroundings::stage::measure(scene, zones, transport, settings)
+    };
+    check_interrupted(settings.progress)?;
+    Ok(exterior)
+}
+
+/// Solves the linear system of all groups, or iterates on temperatures if they couple the bands; then the zones with the emission of the
+/// temperatures found follow.
+fn solve_columns(
+    context: &SolveContext,
+    built: &mut BuiltEngine,
+    exterior: &SurroundingsExchange,
+    engine: Engine,
+    settings: &SolveSettings,
+) -> Result<(SolvedColumns, Option<Zones>), SceneError> {
+    thermal::check_temperature_level(context.scene, context.zones, exterior)?;
+    if thermal::newton::is_needed(context.scene) {
+        let coupled = thermal::newton::solve(context, built, exterior)?;
+        built.counts.push(("products with all bands".into(), coupled.products as u64));
+        let columns = SolvedColumns { results: vec![coupled.result], incident: None };
+        return Ok((columns, Some(coupled.zones)));
+    }
+    let columns = group_solve::solve_groups(context, built, exterior, engine, settings.initial_groups);
+    check_interrupted(settings.progress)?;
+    Ok((columns, None))
 }
 
 /// Balances the energy of a solution, widens its errors by the residual of the balance, and writes the report with the errors of all powers.
@@ -194,8 +234,7 @@ fn balance_and_report(
     let mut energy = EnergyBalance::default();
     groups.iter().for_each(|g| energy.add(&g.energy));
     let mut lost = propagation::escaped_power_error(zones, exterior, results);
-    lost =
-        direct_error::light_power_errors(direct).iter().fold(lost, |s: Bands, e| bands(|b| s[b].hypot(e[b])));
+    lost = direct_error::light_power_errors(direct).into_iter().fold(lost, Bands::hypot);
     // Heat is balanced after the temperatures are recovered.
     if scene.thermal().is_none() && scene.options().scattering_orders.is_none() {
         consistency::widen_by_balance(zones, &energy, lost, fields);
@@ -219,16 +258,16 @@ fn illuminate_stage(
     transport: &Transport,
     l: usize,
     settings: &SolveSettings,
-) -> LightField {
+) -> Result<LightField, SceneError> {
     let stage = format!("light-{l}");
-    let kept = settings.checkpoints.load(&stage).and_then(|b| LightField::decode(&b, zones.len()));
-    kept.unwrap_or_else(|| {
-        let normalization = illumination::PowerNormalization::of(scene);
-        let light =
-            illumination::illuminate_by(scene, zones, transport, (l, normalization), settings.progress);
-        if settings.checkpoints.keeps() {
-            settings.checkpoints.save(&stage, &light.encode());
-        }
-        light
-    })
+    if let Some(light) = settings.checkpoints.load(&stage).and_then(|b| LightField::decode(&b, zones.len())) {
+        return Ok(light);
+    }
+    let normalization = illumination::PowerNormalization::of(scene);
+    let light = illumination::illuminate_by(scene, zones, transport, (l, normalization), settings.progress);
+    if settings.checkpoints.keeps() {
+        settings.checkpoints.save(&stage, &light.encode());
+    }
+    check_interrupted(settings.progress)?;
+    Ok(light)
 }

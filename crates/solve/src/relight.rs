@@ -9,13 +9,9 @@
 use crate::errors::consistency;
 use rayon::prelude::*;
 use zonal_scene::{
-    Bands, Diagnostic, ErrorEstimate, Fields, Light, LightGroup, LightGroupKind, Scene, SceneError,
-    SceneParts, Solution, VoxelGrid, ZoneValues, Zones, bands,
+    Band, Bands, Diagnostic, ErrorEstimate, Fields, Light, LightGroup, LightGroupKind, PerBand, Scene,
+    SceneError, SceneParts, Solution, VoxelGrid, ZoneValues, Zones,
 };
-
-fn times(a: Bands, f: Bands) -> Bands {
-    bands(|b| a[b] * f[b])
-}
 
 /// The factor of every group, 1 by default; an error for a group that is unknown, listed twice or scaled to zero.
 fn factors(groups: &[LightGroup], wanted: &[(String, Bands)]) -> Result<Vec<Bands>, SceneError> {
@@ -29,18 +25,17 @@ fn factors(groups: &[LightGroup], wanted: &[(String, Bands)]) -> Result<Vec<Band
         let Some(k) = groups.iter().position(|g| g.name == *name) else {
             return fail(format!("there is none of this name; the groups are: {}", names()));
         };
-        if factor.iter().any(|f| !(f.is_finite() && *f >= 0.0)) {
+        if factor.any(|f| !(f.is_finite() && f >= 0.0)) {
             return fail("a factor must be a number from 0".into());
         }
         if out[k].replace(*factor).is_some() {
             return fail("two factors are given; give one".into());
         }
-        let scale = &groups[k].direct_scale;
-        if scale.iter().zip(&groups[k].incident_scale).all(|(d, i)| *d == 0.0 && *i == 0.0) {
+        if groups[k].direct_scale == Bands::ZERO && groups[k].incident_scale == Bands::ZERO {
             return fail("it was scaled to zero in this solution; relight the original solution".into());
         }
     }
-    Ok(out.into_iter().map(|f| f.unwrap_or([1.0; 3])).collect())
+    Ok(out.into_iter().map(|f| f.unwrap_or(Bands::ONE)).collect())
 }
 
 /// Refuses factors that [`relight`] would refuse.
@@ -57,7 +52,7 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
     let Solution { scene, mut zones, fields: old, mut groups, mut report, version, .. } = solution;
     let mut parts = scene.into_parts();
     let known = sum_of_group_errors(&groups, zones.len());
-    for (g, f) in groups.iter_mut().zip(&factors).filter(|(_, f)| **f != [1.0; 3]) {
+    for (g, f) in groups.iter_mut().zip(&factors).filter(|(_, f)| **f != Bands::ONE) {
         g.scale(*f);
         scale_parts(&mut parts, g.kind, *f)?;
         scale_zones(&mut zones, g.kind, *f);
@@ -65,19 +60,21 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
     let scene = Scene::new(parts)?;
     let sky =
         groups.iter().position(|g| matches!(g.kind, LightGroupKind::Surroundings | LightGroupKind::All));
-    let sky = sky.map_or([1.0; 3], |k| factors[k]);
+    let sky = sky.map_or(Bands::ONE, |k| factors[k]);
     let mut fields = sum_of_groups(&zones, &groups, &old, (known, sky));
     report.discretization_error = None;
     report.energy = Default::default();
     groups.iter().for_each(|g| report.energy.add(&g.energy));
-    report.residuals = [0, 1, 2].map(|b| vec![groups.iter().fold(0.0f64, |m, g| m.max(g.residual[b]))]);
+    report.residuals = PerBand::from_fn(|b| vec![groups.iter().fold(0.0f64, |m, g| m.max(g.residual[b]))]);
     report.energy_error =
         consistency::power_errors(&zones, &report.energy, &fields, |i| fields.total_error(i));
     report.estimate = ErrorEstimate::of(&fields, zones.voxel_offset(), report.estimate.grade);
     report.warnings.extend(wanted.iter().map(|(name, f)| {
-        let text = match f {
-            [a, b, c] if a == b && b == c => format!("relit: {name} × {a}"),
-            [a, b, c] => format!("relit: {name} × {a}, {b}, {c}"),
+        let text = match f.is_grey() {
+            true => format!("relit: {name} × {}", f.first()),
+            false => {
+                format!("relit: {name} × {}", f.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))
+            }
         };
         Diagnostic::note("relit", text)
     }));
@@ -91,12 +88,11 @@ fn scale_parts(parts: &mut SceneParts, kind: LightGroupKind, f: Bands) -> Result
     for l in 0..parts.lights.len() {
         if all || kind == LightGroupKind::Light(l) {
             match &mut parts.lights[l] {
-                Light::Sun { irradiance, .. } => *irradiance = times(*irradiance, f),
-                Light::Sky { radiance, .. } => *radiance = times(*radiance, f),
+                Light::Sun { irradiance, .. } => *irradiance *= f,
+                Light::Sky { radiance, .. } => *radiance *= f,
                 // Scaled below with all surfaces.
                 Light::Emitter { surface, .. } if !all => {
-                    let e = &mut parts.surfaces[*surface].emission;
-                    *e = times(*e, f);
+                    parts.surfaces[*surface].emission *= f;
                 }
                 Light::Emitter { .. } => {}
             }
@@ -104,17 +100,17 @@ fn scale_parts(parts: &mut SceneParts, kind: LightGroupKind, f: Bands) -> Result
     }
     for (s, surface) in parts.surfaces.iter_mut().enumerate() {
         if all || kind == LightGroupKind::Surface(s) {
-            surface.emission = times(surface.emission, f);
+            surface.emission *= f;
         }
     }
     if all || kind == LightGroupKind::Medium {
         parts.voxel_grid = parts.voxel_grid.take().map(|v| edited(v, |v| v.scale_sources(f))).transpose()?;
     }
     if all || kind == LightGroupKind::Panes {
-        parts.panes.iter_mut().for_each(|p| p.emission = times(p.emission, f));
+        parts.panes.iter_mut().for_each(|p| p.emission *= f);
     }
     if all || kind == LightGroupKind::Surroundings {
-        parts.surroundings.radiance = times(parts.surroundings.radiance, f);
+        parts.surroundings.radiance *= f;
     }
     Ok(())
 }
@@ -128,22 +124,22 @@ fn edited(mut map: VoxelGrid, change: impl FnOnce(&mut VoxelGrid)) -> Result<Vox
 fn scale_zones(zones: &mut Zones, kind: LightGroupKind, f: Bands) {
     let all = kind == LightGroupKind::All;
     for p in zones.patches.iter_mut().filter(|p| all || kind == LightGroupKind::Surface(p.surface)) {
-        p.emission = times(p.emission, f);
+        p.emission *= f;
     }
     if all || kind == LightGroupKind::Medium {
         for v in &mut zones.voxels {
-            (v.emission, v.source) = (times(v.emission, f), times(v.source, f));
+            (v.emission, v.source) = (v.emission * f, v.source * f);
         }
     }
     if all || kind == LightGroupKind::Panes {
-        zones.panes.iter_mut().for_each(|p| p.emission = times(p.emission, f));
+        zones.panes.iter_mut().for_each(|p| p.emission *= f);
     }
 }
 
 /// Sum of the errors of the groups, W/m²; `None` if those of a group are unknown.
 fn sum_of_group_errors(groups: &[LightGroup], zones: usize) -> Option<Vec<Bands>> {
     groups.iter().all(|g| !g.error.is_empty() || g.incident.is_empty()).then(|| {
-        let mut out = vec![[0.0; 3]; zones];
+        let mut out = vec![Bands::ZERO; zones];
         groups.iter().for_each(|g| g.error.add_to(&mut out, g.incident_scale));
         out
     })
@@ -160,7 +156,7 @@ fn sum_of_groups(
 ) -> Fields {
     let n = zones.len();
     let added = |pick: fn(&LightGroup) -> (&ZoneValues, Bands)| {
-        let mut out = vec![[0.0; 3]; n];
+        let mut out = vec![Bands::ZERO; n];
         groups.iter().map(pick).for_each(|(v, scale)| v.add_to(&mut out, scale));
         out
     };
@@ -172,24 +168,24 @@ fn sum_of_groups(
     };
     let radiosity = |i: usize| {
         let (e, (rho, _)) = (zones.emission(i), zones.response(i));
-        bands(|b| e[b] + rho[b] * (incident[i][b] + direct[i][b]))
+        e + rho * (incident[i] + direct[i])
     };
     // Errors of the groups before and after scaling.
     let own = known.map(|before| (before, added(|g| (&g.error, g.incident_scale))));
     let error = |i: usize| {
         let grown =
-            |b: usize| if old.incident[i][b] > 0.0 { incident[i][b] / old.incident[i][b] } else { 0.0 };
+            |b: Band| if old.incident[i][b] > 0.0 { incident[i][b] / old.incident[i][b] } else { 0.0 };
         let part = old.surroundings_error.get(i).copied().unwrap_or_default();
-        let rest = |b: usize| {
+        let rest = |b: Band| {
             let all = (old.error[i][b].powi(2) - part[b].powi(2)).max(0.0).sqrt();
             match &own {
                 Some((before, after)) => after[i][b] + excess(all, before[i][b]) * grown(b),
                 None => all * grown(b),
             }
         };
-        bands(|b| rest(b).hypot(part[b] * sky[b]))
+        Bands::from_fn(|b| rest(b).hypot(part[b] * sky[b]))
     };
-    let part = |e: &Bands| times(*e, sky);
+    let part = |e: &Bands| *e * sky;
     Fields {
         surroundings_error: old.surroundings_error.par_iter().map(part).collect(),
         radiosity: (0..n).into_par_iter().map(radiosity).collect(),

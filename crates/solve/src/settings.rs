@@ -1,7 +1,7 @@
 //! Settings of a solve that are not part of the scene: memory limit, methods for pairs of zones, checkpoints, observer and warm start.
 
 use zonal_exchange::pair::PairSettings;
-use zonal_scene::{CheckpointStore, LightGroup, NoCheckpoints, Progress};
+use zonal_scene::{CheckpointStore, LightGroup, NoCheckpoints, Progress, SceneError};
 
 /// Default memory limit of a solve, bytes.
 pub const DEFAULT_MEMORY_LIMIT: u64 = 12 << 30;
@@ -32,4 +32,9 @@ impl<'a> SolveSettings<'a> {
             initial_groups: &[],
         }
     }
+}
+
+/// The error of an interrupted solve if the observer interrupts it; called between phases.
+pub(crate) fn check_interrupted(progress: &dyn Progress) -> Result<(), SceneError> {
+    if progress.is_interrupted() { Err(SceneError::interrupted()) } else { Ok(()) }
 }

@@ -13,7 +13,7 @@ use crate::report::summary::has_negative_source;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
-use zonal_scene::{Bands, EnergyBalance, Engine, Fields, LightGroup, ZoneValues, Zones, bands};
+use zonal_scene::{Bands, EnergyBalance, Engine, Fields, LightGroup, ZoneValues, Zones};
 
 /// The fields of all light and of each group. `incident` is the incident power if the engine determined it.
 pub(crate) fn assemble(
@@ -40,32 +40,43 @@ pub(crate) fn assemble(
         // An expansion may undershoot in dark zones. With slopes the mean of a zone keeps its sign, and with it the power.
         min_incident: if built.operator.len() > n { f64::NEG_INFINITY } else { 0.0 },
         normalizes,
-        normalization_change: vec![[0.0; 3]; n * usize::from(normalizes)],
-        fields: Fields { incident: vec![[0.0; 3]; n], direct: vec![[0.0; 3]; n], ..Fields::default() },
+        normalization_change: vec![Bands::ZERO; n * usize::from(normalizes)],
+        fields: Fields { incident: vec![Bands::ZERO; n], direct: vec![Bands::ZERO; n], ..Fields::default() },
     };
     let mut groups = Vec::new();
     for ((source, result), incident) in context.sources.iter().zip(&*results).zip(columns) {
         groups.push(assembly.add_group(built, source, result, incident));
     }
-    let GroupAssembly { fields: mut f, normalization_change, .. } = assembly;
-    f.radiosity = radiosity(zones, &f);
+    let GroupAssembly { mut fields, normalization_change, .. } = assembly;
+    fields.radiosity = radiosity(zones, &fields);
     // Propagate the errors.
-    f.error = match error {
+    fields.error = match error {
         Some(mut errors) => {
-            errors.par_iter_mut().enumerate().for_each(|(i, e)| *e = e.map(|e| e / zones.response(i).1));
+            errors.par_iter_mut().enumerate().for_each(|(i, e)| *e /= zones.response(i).1);
             errors
         }
         None => propagate_factor_errors(zones, built.operator.as_ref(), &fractions, results, &mut groups),
     };
-    direct_error::propagate_to_groups(context, built.operator.as_ref(), &mut f, &mut groups);
-    consistency::widen_by_closure(&fractions, &mut f);
-    consistency::widen_by_residual(zones, &groups, &mut f);
-    f.error.iter_mut().zip(normalization_change).for_each(|(e, c)| *e = bands(|b| e[b] + c[b]));
-    add_surroundings_error(context, surroundings, &mut f);
-    if !has_negative_source(zones) {
-        consistency::widen_by_negative_flux(&mut f);
+    direct_error::propagate_to_groups(context, built.operator.as_ref(), &mut fields, &mut groups);
+    consistency::widen_by_closure(&fractions, &mut fields);
+    widen_errors(context, surroundings, &groups, normalization_change, &mut fields);
+    (fields, groups)
+}
+
+/// Widens the errors of the fields by the residual of the iteration, the change by normalization, the error of the surroundings and negative fluxes.
+fn widen_errors(
+    context: &SolveContext,
+    surroundings: &SurroundingsExchange,
+    groups: &[LightGroup],
+    normalization_change: Vec<Bands>,
+    fields: &mut Fields,
+) {
+    consistency::widen_by_residual(context.zones, groups, fields);
+    fields.error.iter_mut().zip(normalization_change).for_each(|(e, c)| *e += c);
+    add_surroundings_error(context, surroundings, fields);
+    if !has_negative_source(context.zones) {
+        consistency::widen_by_negative_flux(fields);
     }
-    (f, groups)
 }
 
 /// The incident power of the solution. Strengths are lent to the operator and given back, since those of a large scene are not copied.
@@ -84,7 +95,7 @@ fn incident_power(
 fn radiosity(zones: &Zones, f: &Fields) -> Vec<Bands> {
     let one = |i: usize| {
         let (e, (rho, _)) = (zones.emission(i), zones.response(i));
-        bands(|b| e[b] + rho[b] * (f.incident[i][b] + f.direct[i][b]))
+        e + rho * (f.incident[i] + f.direct[i])
     };
     (0..zones.len()).into_par_iter().map(one).collect()
 }
@@ -96,10 +107,10 @@ fn add_surroundings_error(context: &SolveContext, surroundings: &SurroundingsExc
     }
     let zones = context.zones;
     let sky = context.scene.surroundings().radiosity();
-    let part = |i| surroundings.incoming(i, sky)[1].map(|e| e / zones.response(i).1);
+    let part = |i| surroundings.incoming(i, sky)[1] / zones.response(i).1;
     f.surroundings_error = (0..zones.len()).into_par_iter().map(part).collect();
     let both = f.error.par_iter_mut().zip(&f.surroundings_error);
-    both.for_each(|(e, part)| *e = bands(|b| e[b].hypot(part[b])));
+    both.for_each(|(e, part)| *e = e.hypot(*part));
 }
 
 /// Adds up the fields of the groups.
@@ -137,21 +148,18 @@ impl GroupAssembly<'_> {
         if self.normalizes {
             let change = normalize_power(zones, &energy, &mut incident, scene.options().tolerance);
             built.closure.summary.record_normalization(change);
-            self.normalization_change
-                .iter_mut()
-                .zip(&incident)
-                .for_each(|(c, h)| *c = bands(|b| c[b] + change[b].abs() * h[b]));
+            self.normalization_change.iter_mut().zip(&incident).for_each(|(c, h)| *c += change.abs() * h);
             energy = balance(&incident);
         }
         // Add to the fields of all light.
         let f = &mut self.fields;
-        f.incident.par_iter_mut().zip(&incident).for_each(|(f, h)| *f = bands(|b| f[b] + h[b]));
-        own.iter().zip(&mut f.direct).for_each(|(d, f)| *f = bands(|b| f[b] + d[b]));
+        f.incident.par_iter_mut().zip(&incident).for_each(|(f, h)| *f += h);
+        own.iter().zip(&mut f.direct).for_each(|(d, f)| *f += d);
         let mut group = light_group(source, result, energy, (incident, own), self.engine);
         let error = direct_error::group_error(source, direct);
         if !error.is_empty() {
-            f.direct_error.resize(zones.len(), [0.0; 3]);
-            f.direct_error.iter_mut().zip(&error).for_each(|(f, e)| *f = bands(|b| f[b] + e[b]));
+            f.direct_error.resize(zones.len(), Bands::ZERO);
+            f.direct_error.iter_mut().zip(&error).for_each(|(f, e)| *f += e);
             group.direct_error = errors_like(&group.direct, &error, group.direct_scale);
         }
         group
@@ -166,7 +174,7 @@ impl GroupAssembly<'_> {
             let [incoming, _] = self.surroundings.incoming(i, sky);
             // `max` would drop a NaN.
             let clamp = |x: f64| if x < least { least } else { x };
-            *h = bands(|b| clamp((h[b] + incoming[b]) / measure));
+            *h = ((*h + incoming) / measure).map(clamp);
         });
     }
 }
@@ -181,7 +189,7 @@ fn light_group(
 ) -> LightGroup {
     let stored = |v: Vec<Bands>| match engine {
         Engine::Hierarchical if !v.is_empty() => ZoneValues::to_single_precision(&v),
-        _ => (ZoneValues::Double(v), [1.0; 3]),
+        _ => (ZoneValues::Double(v), Bands::ONE),
     };
     let ((incident, incident_scale), (direct, direct_scale)) = (stored(incident), stored(direct));
     LightGroup {
@@ -194,7 +202,7 @@ fn light_group(
         direct_scale,
         energy,
         status: result.status,
-        residual: [0, 1, 2].map(|b| result.residuals[b].last().copied().unwrap_or(0.0)),
+        residual: Bands::from_fn(|b| result.residuals[b].last().copied().unwrap_or(0.0)),
         error: ZoneValues::default(),
     }
 }

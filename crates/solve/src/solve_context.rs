@@ -1,4 +1,4 @@
-//! Input and result of building an engine: [`SolveContext`] in, [`BuiltEngine`] out.
+//! Input and result of building an engine: [`SolveContext`] in, `BuiltEngine` out.
 
 use crate::direct_light::light_field::DirectLight;
 use crate::iteration::IterationResult;
@@ -43,7 +43,7 @@ impl SolveContext<'_> {
 }
 
 /// An engine with its measured closure.
-pub struct BuiltEngine<'a> {
+pub(crate) struct BuiltEngine<'a> {
     /// The exchange of all zones.
     pub operator: Box<dyn ErrorModel + 'a>,
     /// Closure of the rows.

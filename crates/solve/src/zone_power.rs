@@ -5,24 +5,24 @@
 use crate::iteration::multivector;
 use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
-use zonal_scene::{Bands, Zones, bands};
+use zonal_scene::{Bands, Zones};
 
 /// Intercepted power of zone `i` over its incident field, m² a band: the area of a patch, κV of a volume zone.
 pub(crate) fn interception_area(zones: &Zones, i: usize) -> Bands {
     let measure = zones.response(i).1;
-    scaled_radiosity_coefficient(zones, i).map(|c| c * measure)
+    scaled_radiosity_coefficient(zones, i) * measure
 }
 
 /// Absorbed power of zone `i` over its incident field, m² a band: (1 − ρ) A of a patch, κ (1 − Ω) V of a volume zone.
 pub(crate) fn absorption_area(zones: &Zones, i: usize) -> Bands {
     let (intercepted, back) = (interception_area(zones, i), reflected_fraction(zones, i));
-    bands(|b| (1.0 - back[b]) * intercepted[b])
+    (1.0 - back) * intercepted
 }
 
 /// Reflected or scattered fraction of the intercepted power of zone `i`: ρ of a patch, Ω of a volume zone, whose response is Ω/4.
 pub(crate) fn reflected_fraction(zones: &Zones, i: usize) -> Bands {
     let parts = if i < zones.voxel_offset() { 1.0 } else { 4.0 };
-    zones.response(i).0.map(|r| parts * r)
+    parts * zones.response(i).0
 }
 
 /// Absorbed power of all zones for an incident field (W/m²), W a band.
@@ -30,7 +30,7 @@ pub(crate) fn absorbed_power(zones: &Zones, field: impl Fn(usize) -> Bands + Syn
     multivector::sum(zones.len(), |i| {
         let (a, h) = (absorption_area(zones, i), field(i));
         // A zone without absorption contributes nothing, also where its field is infinite.
-        bands(|b| if a[b] == 0.0 { 0.0 } else { a[b] * h[b] })
+        a.zip_map(h, |a, h| if a == 0.0 { 0.0 } else { a * h })
     })
 }
 
@@ -43,7 +43,7 @@ pub(crate) fn closure_targets(zones: &Zones) -> Vec<f64> {
 pub(crate) fn reflection_weights(zones: &Zones) -> Vec<Bands> {
     let one = |i: usize| {
         let (c, (rho, measure)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));
-        bands(|b| c[b] * rho[b] / measure)
+        c * rho / measure
     };
     (0..zones.len()).into_par_iter().map(one).collect()
 }

@@ -5,7 +5,7 @@ mod common;
 use common::{count, mean, patches_of, read, solve, solved, unit_room, unlevel, with_exchange};
 use std::fmt::Write as _;
 use zonal_reference::{BruteForceScene, Rng, radiance};
-use zonal_scene::{NoProgress, Progress, SolveStatus};
+use zonal_scene::{Band, Bands, NoProgress, PerBand, Progress, SolveStatus};
 use zonal_solve::dense::band_groups;
 
 /// A random closed clear box at one emissive power.
@@ -14,13 +14,13 @@ fn isothermal(seed: u64, m: f64, extra: &str) -> String {
     let size = [0, 1, 2].map(|_| d.uniform_in(0.4, 3.0));
     let cells = [0, 1, 2].map(|_| 1 + (d.uniform() * 4.0) as usize);
     let zero = (d.uniform() * 4.0) as usize;
-    let kappa = [0, 1, 2].map(|b| if b == zero { 0.0 } else { 3.0 * d.uniform().powi(2) });
-    let albedo = [0, 1, 2].map(|_| d.uniform());
+    let kappa = Bands::from_fn(|b| if b.index() == zero { 0.0 } else { 3.0 * d.uniform().powi(2) }).to_rgb();
+    let albedo = Bands::from_fn(|_| d.uniform()).to_rgb();
     let mut t = format!("[solve]\npatch_size = {}\nresidual = 1e-13\n{extra}\n", d.uniform_in(0.3, 1.2));
     let _ = writeln!(t, "[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = {size:?} }}");
     for face in ["x0", "x1", "y0", "y1", "z0", "z1"] {
-        let rho = [0, 1, 2].map(|_| d.uniform());
-        let e = rho.map(|r| (1.0 - r) * m);
+        let rho = Bands::from_fn(|_| d.uniform());
+        let (rho, e) = (rho.to_rgb(), ((1.0 - rho) * m).to_rgb());
         let _ = writeln!(t, "faces.{face} = {{ reflectance = {rho:?}, emission = {e:?} }}");
     }
     let _ = writeln!(
@@ -84,7 +84,7 @@ fn equilibrium_cube_matches_the_table_of_finite_zones() {
         assert!((q - opposite - sides).abs() < 1e-8, "flux is conserved");
         let centre = s.zones.voxel_offset() + s.zones.voxels.len() / 2;
         assert!(
-            (s.fields.radiosity[centre][0] - 1.0 / 6.0).abs() < 1e-8,
+            (s.fields.radiosity[centre].first() - 1.0 / 6.0).abs() < 1e-8,
             "the centre is a sixth by superposition"
         );
     }
@@ -101,7 +101,7 @@ fn equilibrium_cube_has_the_centreline_profile() {
     let want = [0.51617, 0.39369, 0.2969, 0.22245, 0.16667, 0.12523, 0.09424, 0.07053, 0.05131];
     let map = s.scene.voxel_grid().unwrap();
     for (k, w) in want.iter().enumerate() {
-        let b = s.fields.radiosity[s.zones.voxel_offset() + map.index([4, 4, k])][0];
+        let b = s.fields.radiosity[s.zones.voxel_offset() + map.index([4, 4, k])].first();
         assert!((b - w).abs() < 6e-6, "{k}: {b} against {w}");
     }
 }
@@ -119,7 +119,7 @@ fn vanishing_medium_converges_to_the_vacuum() {
     for (k, bound) in [(0.0, 1e-12), (1e-14, 1e-12), (1e-9, 1e-8), (1e-300, 1e-12), (1e-4, 1e-3)] {
         let s = thin(k);
         for i in 0..empty.zones.len() {
-            let (a, b) = (empty.fields.incident[i][0], s.fields.incident[i][0]);
+            let (a, b) = (empty.fields.incident[i].first(), s.fields.incident[i].first());
             assert!((a - b).abs() <= bound * a.abs(), "κ {k}: {a} {b}");
         }
         let g = &s.fields.incident[s.zones.voxel_offset()..];
@@ -135,12 +135,13 @@ fn transparent_band_keeps_its_fluence() {
     let (map, w) = (s.scene.voxel_grid().unwrap(), BruteForceScene::new(&s.scene));
     for c in [[0, 1, 1], [2, 0, 1], [1, 1, 1]] {
         let g = s.fields.incident[s.zones.voxel_offset() + map.index(c)];
-        assert!((g[1] / g[2] - 1.0).abs() < 1e-8, "{g:?}");
+        let [_, transparent, thin] = g.to_rgb();
+        assert!((transparent / thin - 1.0).abs() < 1e-8, "{g:?}");
         let lo = map.corner(c);
-        for band in [0, 1] {
-            let e = radiance::fluence(&w, lo, lo + map.cell(), band, 60_000, 5 + band as u64);
+        for band in Band::all().take(2) {
+            let e = radiance::fluence(&w, lo, lo + map.cell(), band, 60_000, 5 + band.index() as u64);
             // The discretization error is included in the bound.
-            assert!(e.z(g[band], 0.015 * e.value) < 4.0, "{c:?} band {band}: {} against {e:?}", g[band]);
+            assert!(e.z(g[band], 0.015 * e.value) < 4.0, "{c:?} {band:?}: {} against {e:?}", g[band]);
         }
     }
 }
@@ -168,8 +169,12 @@ fn identical_cell_override_changes_nothing() {
             .incident
             .iter()
             .zip(&b.fields.incident)
-            .fold(0.0f64, |m, (x, y)| m.max((x[0] / y[0] - 1.0).abs()));
-        println!("κℓ = {}: fields differ by {off:.2e}, closure {:.2e}", k / 4.0, b.report.closure.worst[0]);
+            .fold(0.0f64, |m, (x, y)| m.max((x.first() / y.first() - 1.0).abs()));
+        println!(
+            "κℓ = {}: fields differ by {off:.2e}, closure {:.2e}",
+            k / 4.0,
+            b.report.closure.worst.first()
+        );
         assert!(off < bound, "κ {k}: {off:e}");
     }
 }
@@ -183,18 +188,12 @@ fn bands_with_equal_extinction_share_factors() {
             &format!("[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction={k}"),
         ))
     };
-    assert_eq!(
-        band_groups::band_groups(&scene("[1,1,1]"), band_groups::InteriorPanes::Absent),
-        ([0, 0, 0], 1)
-    );
-    assert_eq!(
-        band_groups::band_groups(&scene("[1,2,1]"), band_groups::InteriorPanes::Absent),
-        ([0, 1, 0], 2)
-    );
-    assert_eq!(
-        band_groups::band_groups(&scene("[1,2,3]"), band_groups::InteriorPanes::Absent),
-        ([0, 1, 2], 3)
-    );
+    for (extinction, groups, count) in
+        [("[1,1,1]", [0, 0, 0], 1), ("[1,2,1]", [0, 1, 0], 2), ("[1,2,3]", [0, 1, 2], 3)]
+    {
+        let found = band_groups::band_groups(&scene(extinction), band_groups::InteriorPanes::Absent);
+        assert_eq!(found, (PerBand::from_rgb(groups), count));
+    }
     // Shared and separate factors give the same band.
     let s = |k: &str| {
         solved(&unit_room(
@@ -205,7 +204,7 @@ fn bands_with_equal_extinction_share_factors() {
     };
     let (a, b) = (s("[1,2,1]"), s("[1,2,3]"));
     for (x, y) in a.fields.incident.iter().zip(&b.fields.incident) {
-        assert!((x[0] / y[0] - 1.0).abs() < 1e-12 && (x[1] / y[1] - 1.0).abs() < 1e-12);
+        assert!(Band::all().take(2).all(|b| (x[b] / y[b] - 1.0).abs() < 1e-12));
     }
 }
 
@@ -240,7 +239,7 @@ fn factors_are_bit_symmetric_in_any_order_of_evaluation() {
 fn maximum_of_one_iteration_is_reported() {
     let s =
         solved(&unit_room("patch_size=0.5\nmax_iterations=1", "reflectance=0.9\nfaces.x0={emission=1}", ""));
-    assert_eq!(s.report.status, [SolveStatus::MaxIterations; 3]);
+    assert_eq!(s.report.status, PerBand::splat(SolveStatus::MaxIterations));
     assert!(s.report.residuals.iter().all(|r| r.len() == 2));
     assert!(s.report.warnings.iter().any(|w| w.contains("max_iterations")), "{:?}", s.report.warnings);
 }
@@ -260,14 +259,14 @@ fn highly_reflecting_rooms_converge() {
         let e = &s.report.energy;
         println!(
             "ρ {rho} Ω {albedo} κ {k}: {} iterations, balance {:.1e}",
-            s.report.residuals[0].len() - 1,
-            e.residual[0]
+            s.report.residuals[Band::first()].len() - 1,
+            e.residual.first()
         );
         assert_eq!(
             s.report.status,
-            [SolveStatus::Converged; 3],
+            PerBand::splat(SolveStatus::Converged),
             "ρ {rho} Ω {albedo} κ {k}: {:?}",
-            s.report.residuals[0]
+            s.report.residuals[Band::first()]
         );
         assert!(e.residual.iter().all(|r| r.abs() < 1e-6), "{:?}", e.residual);
     }
@@ -295,13 +294,13 @@ fn source_in_a_conservative_medium_is_absorbed_by_the_walls() {
         "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[3,3,3]\nextinction=2\nalbedo=1\nemission=9\nsource=3";
     let s = solved(&unit_room("patch_size=0.34", "reflectance=0.2", medium));
     let e = &s.report.energy;
-    let absorbed: f64 = e.absorbed_surfaces.iter().map(|x| x.1[0]).sum();
+    let absorbed: f64 = e.absorbed_surfaces.iter().map(|x| x.1.first()).sum();
     assert!(
-        (e.emitted[0] - 3.0).abs() < 1e-12 && (absorbed - 3.0).abs() < 1e-8,
+        (e.emitted.first() - 3.0).abs() < 1e-12 && (absorbed - 3.0).abs() < 1e-8,
         "{} {absorbed}",
-        e.emitted[0]
+        e.emitted.first()
     );
-    assert!(e.absorbed_volumes[0].abs() < 1e-12);
+    assert!(e.absorbed_volumes.first().abs() < 1e-12);
 }
 
 #[test]

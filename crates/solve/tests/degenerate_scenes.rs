@@ -3,12 +3,12 @@
 mod common;
 
 use common::{solved, unit_room};
-use zonal_scene::Solution;
+use zonal_scene::{Band, Solution};
 
 fn sane(name: &str, s: &Solution, balance: f64) {
     let f = &s.fields;
     for (what, field) in [("B", &f.radiosity), ("in", &f.incident), ("dir", &f.direct), ("err", &f.error)] {
-        let bad = field.iter().position(|x| x.iter().any(|x| !x.is_finite() || *x < 0.0));
+        let bad = field.iter().position(|x| x.any(|x| !x.is_finite() || x < 0.0));
         assert!(bad.is_none(), "{name}: {what} of zone {bad:?} is {:?}", bad.map(|i| field[i]));
     }
     let r = s.report.energy.residual;
@@ -16,7 +16,7 @@ fn sane(name: &str, s: &Solution, balance: f64) {
         "{name}: {} zones, residual {r:?}, closure {:?}, {:?}",
         s.zones.len(),
         s.report.closure.worst,
-        s.report.status[0]
+        s.report.status[Band::first()]
     );
     assert!(r.iter().all(|x| x.abs() < balance), "{name}: {r:?}");
 }
@@ -58,7 +58,7 @@ fn voxel_grid_larger_than_a_closed_room_changes_nothing() {
     // Cells coincide inside the room.
     let (a, b) = (room("0", "1", 4), room("-0.5", "1.5", 8));
     let off = (0..a.zones.patches.len())
-        .map(|i| (a.fields.incident[i][0] / b.fields.incident[i][0] - 1.0).abs())
+        .map(|i| (a.fields.incident[i].first() / b.fields.incident[i].first() - 1.0).abs())
         .fold(0.0, f64::max);
     println!("H differs by {off:.2e}");
     assert!(off < 1e-2, "{off}");

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{read, solved};
-use zonal_scene::{Diagnostic, Solution, SolveStatus};
+use zonal_scene::{Diagnostic, PerBand, Solution, SolveStatus};
 
 fn notes<'a>(s: &'a Solution, word: &str) -> Vec<&'a Diagnostic> {
     s.report.warnings.iter().filter(|w| w.contains(word)).collect()
@@ -50,7 +50,7 @@ fn reached_maximum_of_iterations_is_reported_once() {
         "heat_flux = 0\nemissivity = 0.5\nfaces.z0.heat_flux = 5000\nfaces.z1.temperature = 400",
     );
     for (s, balance) in [(light, "energy balance is off"), (heat, "heat balance is off")] {
-        assert_eq!(s.report.status, [SolveStatus::MaxIterations; 3]);
+        assert_eq!(s.report.status, PerBand::splat(SolveStatus::MaxIterations));
         let told = notes(&s, "more");
         assert_eq!(told.len(), 1, "{:?}", s.report.warnings);
         assert!(told[0].contains("ran out of steps") && told[0].contains("max_iterations"), "{}", told[0]);

@@ -4,7 +4,9 @@ mod common;
 
 use common::{count, mean, patches_of, read, solved, unit_room, with_exchange};
 use zonal_reference::{BruteForceScene, radiance};
-use zonal_scene::{NoProgress, Solution};
+use zonal_scene::{Band, Bands, NoProgress, Solution};
+use zonal_solve::direct_light::illumination::{PowerNormalization, illuminate};
+use zonal_solve::direct_light::{DirectLight, LightField};
 use zonal_solve::surroundings::SurroundingsExchange;
 use zonal_transport::{Transport, build_zones};
 
@@ -13,11 +15,11 @@ fn told(name: &str, s: &Solution) -> f64 {
     let worst = e.residual.iter().fold(0.0f64, |w, r| w.max(r.abs()));
     println!(
         "{name}: residual {worst:.1e}, emitted {:.4}, incoming {:.4}, escaped {:.4}, backs {:.4}, change {:.1e}",
-        e.emitted[0],
-        e.incoming[0],
-        e.escaped[0],
-        e.absorbed_backfaces[0],
-        s.report.closure.largest_change[0]
+        e.emitted.first(),
+        e.incoming.first(),
+        e.escaped.first(),
+        e.absorbed_backfaces.first(),
+        s.report.closure.largest_change.first()
     );
     worst
 }
@@ -55,6 +57,29 @@ fn power_balances_with_restoration() {
     }
 }
 
+/// The direct light of a scene is the sum of that of its lights, and each light is the same in any company.
+#[test]
+fn fields_of_several_lights_add_up() {
+    let lit = |lights: &str| -> (DirectLight, usize) {
+        let scene = read(&unit_room("patch_size=0.25", "omit=[\"y1\"]", &format!("{FOG}{lights}")));
+        let transport = Transport::new(&scene);
+        let zones = build_zones(&scene, &transport).unwrap();
+        (illuminate(&scene, &zones, &transport, PowerNormalization::None, &NoProgress), zones.len())
+    };
+    let (both, zones) = lit(&format!("{SUN}{SKY}"));
+    let [sun, sky]: [LightField; 2] = [SUN, SKY].map(|light| lit(light).0.lights.swap_remove(0));
+    assert_eq!(both.lights, [sun.clone(), sky.clone()]);
+    for (i, sum) in both.fields(zones).into_iter().enumerate() {
+        assert_eq!(sum, sun.fields[i] + sky.fields[i], "zone {i}");
+        assert!(sun.error_of(i).all(|e| e >= 0.0));
+    }
+}
+
+/// H or G of zone `i` with direct light, first band.
+fn total(s: &Solution, i: usize) -> f64 {
+    (s.fields.incident[i] + s.fields.direct[i]).first()
+}
+
 /// A lamp as direct light and as a zone gives the same H and G.
 #[test]
 fn emitter_as_direct_light_agrees_with_emitter_as_zone() {
@@ -65,52 +90,57 @@ fn emitter_as_direct_light_agrees_with_emitter_as_zone() {
             solved(&unit_room("patch_size=0.2", "reflectance=0.5", &format!("{lamp}{light}{medium}")))
         };
         let (zone, light) = (room(""), room(LAMP_LIGHT));
-        let total = |s: &Solution, i: usize| s.fields.incident[i][0] + s.fields.direct[i][0];
         for face in ["z0", "x0", "y1"] {
             let p = patches_of(&zone, face);
             let [a, b] = [&zone, &light].map(|s| {
-                let t: Vec<[f64; 3]> = (0..s.zones.len()).map(|i| [total(s, i); 3]).collect();
+                let t: Vec<Bands> = (0..s.zones.len()).map(|i| Bands::splat(total(s, i))).collect();
                 mean(s, &t, &p)
             });
             let plate = zone.scene.facets()[zone.zones.patches[p[0]].facet].plate;
-            let e = radiance::irradiance(&BruteForceScene::new(&zone.scene), &plate, 0, 400_000, 3);
+            let e =
+                radiance::irradiance(&BruteForceScene::new(&zone.scene), &plate, Band::first(), 400_000, 3);
             println!("{face}: zone {a:.5} light {b:.5}; walks {:.5} ± {:.5}", e.value, e.error);
             assert!((a / b - 1.0).abs() < if medium.is_empty() { 0.01 } else { 0.02 }, "{face}: {a} {b}");
         }
-        let floor = patches_of(&zone, "z0");
-        let rms = (floor.iter().map(|&i| (total(&light, i) / total(&zone, i) - 1.0).powi(2)).sum::<f64>()
-            / floor.len() as f64)
-            .sqrt();
+        let rms = relative_difference(&zone, &light, &patches_of(&zone, "z0"));
         println!("floor patches: {rms:.2e}");
         assert!(rms < 0.02, "{rms}");
         if !medium.is_empty() {
-            let n = zone.zones.voxel_offset();
-            let off = |i: usize| total(&light, i) / total(&zone, i) - 1.0;
-            let rms = ((n..zone.zones.len()).map(|i| off(i).powi(2)).sum::<f64>()
-                / (zone.zones.len() - n) as f64)
-                .sqrt();
+            let voxels: Vec<usize> = (zone.zones.voxel_offset()..zone.zones.len()).collect();
+            let rms = relative_difference(&zone, &light, &voxels);
             println!("voxels: {rms:.2e}");
-            let w = BruteForceScene::new(&zone.scene);
-            let mut worst: Vec<usize> = (n..zone.zones.len()).collect();
-            worst.sort_by(|a, b| off(*b).abs().total_cmp(&off(*a).abs()));
-            for &i in &worst[..6] {
-                let v = &zone.zones.voxels[i - n];
-                let map = zone.scene.voxel_grid().unwrap();
-                let lo = map.corner(map.coordinates(v.cell));
-                let e = radiance::fluence(&w, lo, lo + map.cell(), 0, 100_000, 3);
-                println!(
-                    "  {:?} of {:.1e}, {} samples: zone {:.4} light {:.4}; walks in the cell {:.4} ± {:.4}",
-                    v.centre,
-                    v.volume,
-                    v.samples.len(),
-                    total(&zone, i),
-                    total(&light, i),
-                    e.value,
-                    e.error
-                );
-            }
+            print_worst_voxels(&zone, &light, voxels);
             assert!(rms < 0.03, "{rms}");
         }
+    }
+}
+
+/// Root mean square of the relative difference of two solutions over some zones.
+fn relative_difference(a: &Solution, b: &Solution, zones: &[usize]) -> f64 {
+    let square = |&i: &usize| (total(b, i) / total(a, i) - 1.0).powi(2);
+    (zones.iter().map(square).sum::<f64>() / zones.len() as f64).sqrt()
+}
+
+/// Prints the voxel zones with the largest differences, with values by random walks.
+fn print_worst_voxels(zone: &Solution, light: &Solution, mut voxels: Vec<usize>) {
+    let off = |i: usize| total(light, i) / total(zone, i) - 1.0;
+    let w = BruteForceScene::new(&zone.scene);
+    voxels.sort_by(|a, b| off(*b).abs().total_cmp(&off(*a).abs()));
+    for &i in &voxels[..6] {
+        let v = &zone.zones.voxels[i - zone.zones.voxel_offset()];
+        let map = zone.scene.voxel_grid().unwrap();
+        let lo = map.corner(map.coordinates(v.cell));
+        let e = radiance::fluence(&w, lo, lo + map.cell(), Band::first(), 100_000, 3);
+        println!(
+            "  {:?} of {:.1e}, {} samples: zone {:.4} light {:.4}; walks in the cell {:.4} ± {:.4}",
+            v.centre,
+            v.volume,
+            v.samples.len(),
+            total(zone, i),
+            total(light, i),
+            e.value,
+            e.error
+        );
     }
 }
 
@@ -124,16 +154,19 @@ fn sky_light_agrees_with_surroundings_of_equal_radiance() {
     for face in ["z0", "y0", "x1"] {
         let p = patches_of(&a, face);
         let [x, y] = [&a, &b].map(|s| {
-            let t: Vec<[f64; 3]> =
-                (0..s.zones.len()).map(|i| [s.fields.incident[i][0] + s.fields.direct[i][0]; 3]).collect();
+            let t: Vec<Bands> = (0..s.zones.len())
+                .map(|i| Bands::splat(s.fields.incident[i].first() + s.fields.direct[i].first()))
+                .collect();
             mean(s, &t, &p)
         });
         println!("{face}: sky light {x:.5}, surroundings {y:.5}");
         assert!((x / y - 1.0).abs() < 0.02, "{face}: {x} {y}");
     }
     // Sky light on the outer black sides of the walls counts as incoming and as absorbed by backs.
-    let (x, y) =
-        (a.report.energy.incoming[0] - a.report.energy.absorbed_backfaces[0], b.report.energy.incoming[0]);
+    let (x, y) = (
+        a.report.energy.incoming.first() - a.report.energy.absorbed_backfaces.first(),
+        b.report.energy.incoming.first(),
+    );
     println!("incoming {x} {y}, π L A = {}", 2.0 * std::f64::consts::PI);
     assert!((x / y - 1.0).abs() < 0.02);
 }
@@ -143,22 +176,22 @@ fn sky_light_agrees_with_surroundings_of_equal_radiance() {
 #[test]
 fn sky_fraction_is_the_closure_remainder() {
     const WALLS: &str = "[solve]\npatch_size=0.5\ntolerance=0.01\n[surroundings]\nradiance=1\n[[surface]]\nname=\"room\"\nroom={min=[0,0,0],max=[2,1,1]}\nomit=[\"z1\"]\nreflectance=0.5\n[[surface]]\nname=\"roof\"\nrectangle={origin=[0,0,1],edge1=[0,1,0],edge2=[1.5,0,0]}\nreflectance=0.5\n";
-    const OVER: &str = "[[surface]]\nname=\"over\"\nrectangle={origin=[-1,-1,1.3],edge1=[2.8,0,0],edge2=[0,3,0]}\nreflectance=0.5\n";
-    for (name, scene) in [("open", WALLS.to_string()), ("half covered", format!("{WALLS}{OVER}"))] {
+    const CANOPY: &str = "[[surface]]\nname=\"over\"\nrectangle={origin=[-1,-1,1.3],edge1=[2.8,0,0],edge2=[0,3,0]}\nreflectance=0.5\n";
+    for (name, scene) in [("open", WALLS.to_string()), ("half covered", format!("{WALLS}{CANOPY}"))] {
         let scene = read(&scene);
         with_exchange(&scene, |zones, transport, exchange| {
             let escape = SurroundingsExchange::measure(&scene, zones, transport, (256, 0), &NoProgress);
             let inside: Vec<usize> =
                 (0..zones.len()).filter(|&i| zones.patches[i].plate.centre().z <= 1.0).collect();
             let mut count = count();
-            let level: f64 = escape.sky.iter().map(|s| s[0].powi(2)).sum();
+            let level: f64 = escape.sky.iter().map(|s| s.first().powi(2)).sum();
             let (mut off, mut told) = (0.0, 0.0);
             for &i in &inside {
-                let seen: f64 = inside.iter().map(|&j| exchange.pair(i, j, &mut count).value[0]).sum();
+                let seen: f64 = inside.iter().map(|&j| exchange.pair(i, j, &mut count).value.first()).sum();
                 let left = zones.patches[i].area - seen;
-                let escaped = escape.sky[i][0] + escape.backfaces[i][0];
+                let escaped = (escape.sky[i] + escape.backfaces[i]).first();
                 off += (escaped - left).powi(2);
-                told += escape.error[i][0].powi(2);
+                told += escape.error[i].first().powi(2);
             }
             let [off, told] = [off, told].map(|x: f64| (x / level).sqrt());
             println!("{name}: {off:.5} off, {told:.5} told, {} rays", escape.rays);
@@ -190,9 +223,9 @@ fn error_of_the_surroundings_is_stated() {
     for tolerance in ["0.2", "0.05"] {
         let (ours, _) = found(tolerance, 0);
         for range in [0..patches, patches..truth.sky.len()] {
-            let level = rms(&mut range.clone().map(|i| truth.sky[i][0]));
-            let error = rms(&mut range.clone().map(|i| ours.error[i][0])) / level;
-            let off = rms(&mut range.clone().map(|i| ours.sky[i][0] - truth.sky[i][0])) / level;
+            let level = rms(&mut range.clone().map(|i| truth.sky[i].first()));
+            let error = rms(&mut range.clone().map(|i| ours.error[i].first())) / level;
+            let off = rms(&mut range.clone().map(|i| (ours.sky[i] - truth.sky[i]).first())) / level;
             println!("tolerance {tolerance}: {error:.4} told, {off:.4} off");
             assert!(off < 1.5 * error && error < 6.0 * off, "{tolerance}: {error} told, {off} off");
             told.push(error);

@@ -3,12 +3,12 @@
 mod common;
 
 use common::{read, solved, unit_room};
-use zonal_scene::{Bands, DiscretizationError, HeatRow, Scene, Solution};
+use zonal_scene::{Band, Bands, DiscretizationError, HeatRow, Scene, Solution};
 
-/// Largest ratio of estimate and error.
-const COVER: [f64; 2] = [1.0, 40.0];
+/// Range of the estimate over the error.
+const ESTIMATE_OVER_ERROR: [f64; 2] = [1.0, 40.0];
 /// Relative differences of powers and temperatures that are negligible.
-const SMALL: f64 = 1e-6;
+const NEGLIGIBLE_DIFFERENCE: f64 = 1e-6;
 
 fn without(text: &str) -> String {
     text.replace("[solve]", "[solve]\ndiscretization_error = false")
@@ -25,10 +25,10 @@ fn covered(name: &str, coarse: &str, fine: &str) -> usize {
     let mut seen = 0;
     let mut check = |what: String, a: f64, b: f64, told: f64, exchange: f64| {
         let error = (a - b).abs();
-        if error > SMALL * b.abs() + exchange {
+        if error > NEGLIGIBLE_DIFFERENCE * b.abs() + exchange {
             seen += 1;
             assert!(
-                told >= COVER[0] * error && told <= COVER[1] * error,
+                told >= ESTIMATE_OVER_ERROR[0] * error && told <= ESTIMATE_OVER_ERROR[1] * error,
                 "{what}: error {error:e}, estimate {told:e}"
             );
         }
@@ -108,7 +108,13 @@ fn cloud(split: usize) -> Scene {
         let p = map.coordinates(i).map(|c| ((c / split) as f64 + 0.5) / 6.0);
         let p = zonal_math::vec3(p[0], p[1], p[2]);
         let bump = |a: f64| (std::f64::consts::PI * a).sin();
-        map.set(i, [1.5 * bump(p.x) * bump(p.y) * bump(p.z); 3], [0.2 * p.x; 3], [0.0; 3], [0.0; 3]);
+        map.set(
+            i,
+            Bands::splat(1.5 * bump(p.x) * bump(p.y) * bump(p.z)),
+            Bands::splat(0.2 * p.x),
+            Bands::ZERO,
+            Bands::ZERO,
+        );
         map.set_heat(
             i,
             zonal_scene::ThermalCondition::Temperature(1400.0 - 600.0 * p.z),
@@ -156,19 +162,19 @@ fn light_has_an_estimate_on_request() {
     let mut estimates: Vec<Bands> = told.absorbed_surfaces.iter().map(|x| x.1).collect();
     estimates.push(told.absorbed_volumes);
     for (((name, a), (_, b)), told) in all(&s).into_iter().zip(all(&exact)).zip(estimates) {
-        for k in 0..2 {
+        for k in Band::all().take(2) {
             let error = (a[k] - b[k]).abs();
             assert!(
                 told[k] >= error && told[k] <= 20.0 * error + 1e-5,
-                "{name} {k}: {error:e}, {:e}",
+                "{name} {k:?}: {error:e}, {:e}",
                 told[k]
             );
         }
         // A dark band has no error.
-        assert_eq!(told[2], 0.0);
+        assert_eq!(told.to_rgb()[2], 0.0);
     }
     // Relighting removes the estimate.
-    let relit = zonal_solve::relight::relight(s, &[("room.x0".into(), [2.0; 3])]).unwrap();
+    let relit = zonal_solve::relight::relight(s, &[("room.x0".into(), Bands::splat(2.0))]).unwrap();
     assert_eq!(relit.report.discretization_error, None);
 }
 
@@ -236,7 +242,7 @@ fn unknown_errors_are_infinite_and_reported() {
     assert_eq!(unknown(told(&z))[..6], [[false, true]; 6]);
     // The medium receives the radiation of walls with unknown errors; its power is prescribed.
     assert_eq!(unknown(told(&z))[6], [true, false]);
-    assert!(told(&z).energy.absorbed_surfaces.iter().all(|x| x.1[0] == f64::INFINITY));
+    assert!(told(&z).energy.absorbed_surfaces.iter().all(|x| x.1.first() == f64::INFINITY));
     let (z, said) = notes(&room("patch_rule = \"voxels\"", &equilibrium("[2,14,14]")));
     assert!(told(&z).zones > 0 && said.contains("multiplied by 10: zones are few"), "{said}");
     let (z, said) =
@@ -270,7 +276,7 @@ fn small_lamp_has_equal_errors_as_surface_and_direct_light() {
             ),
         ));
         let errors = &s.report.discretization_error.as_ref().unwrap().energy.absorbed_surfaces;
-        errors.iter().find(|e| e.0 == "lamp").unwrap().1[0]
+        errors.iter().find(|e| e.0 == "lamp").unwrap().1.first()
     };
     let (surface, light) = (told(""), told("[[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n"));
     // Half of 0.4 1/m times 0.1 m, of 100 W/m² on 0.01 m², half of which is absorbed.
@@ -362,7 +368,7 @@ fn prescribed_values_have_no_error() {
     let (z, _) = notes(&all);
     assert_eq!(told(&z).heat.iter().filter(|e| e[0] != 0.0).count(), 0);
     assert!(told(&z).heat.iter().all(|e| e[1] > 0.0));
-    assert_eq!(told(&z).energy.emitted, [0.0; 3]);
+    assert_eq!(told(&z).energy.emitted, Bands::ZERO);
     // A source in a gas of known temperature: cells of both kinds cannot be merged.
     let source = "[[medium.region]]\nbox = { min = [0.2,0.2,0.2], max = [0.8,0.8,0.8] }\nextinction = 0.2\nheat_source = 1e5\n";
     let text = |cells: &str, known: &str, rule: &str| room(rule, &format!("{}\n{source}", gas(cells, known)));

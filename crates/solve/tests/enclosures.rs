@@ -5,7 +5,7 @@ mod common;
 use common::{add, on_threads, read, solve, solved, surface, tetrahedron, unit_room, unlevel, unlevel_rms};
 use std::f64::consts::PI;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Scene, Solution};
+use zonal_scene::{Band, Scene, Solution};
 
 /// Emissive power of the isothermal rooms, W/m².
 const EMISSIVE_POWER: f64 = 3.0;
@@ -32,15 +32,15 @@ fn report(name: &str, s: &Solution) -> (f64, f64) {
         s.zones.len(),
         unlevel_rms(s, EMISSIVE_POWER).0,
         unlevel_rms(s, EMISSIVE_POWER).1,
-        c.worst[0],
-        c.rms[0],
-        c.largest_change[0],
+        c.worst.first(),
+        c.rms.first(),
+        c.largest_change.first(),
         c.residual_defect,
-        s.report.energy.residual[0],
-        s.report.status[0]
+        s.report.energy.residual.first(),
+        s.report.status[Band::first()]
     );
     let far = |i: usize| {
-        (s.fields.incident[i][0]
+        (s.fields.incident[i].first()
             / if i < s.zones.voxel_offset() { EMISSIVE_POWER } else { 4.0 * EMISSIVE_POWER }
             - 1.0)
             .abs()
@@ -164,9 +164,9 @@ fn dark_maximum_and_lit_mean(s: &Solution, n: Vec3, c: f64) -> [(f64, f64); 2] {
             (1, s.zones.voxels[i - s.zones.voxel_offset()].centre)
         };
         if n.dot(at) > c {
-            out[k].0 = out[k].0.max(f[0]);
+            out[k].0 = out[k].0.max(f.first());
         } else {
-            out[k].1 += f[0];
+            out[k].1 += f.first();
             out[k].2 += 1.0;
         }
     }
@@ -191,7 +191,7 @@ fn no_light_passes_a_thin_wall() {
             let [(hd, hl), (gd, gl)] = dark_maximum_and_lit_mean(&s, n, c);
             println!(
                 "{name}, {what}: H {hd:.1e} behind {hl:.3}, G {gd:.1e} behind {gl:.3}, closure {:.2e}",
-                s.report.closure.worst[0]
+                s.report.closure.worst.first()
             );
             assert!(hd <= 1e-3 * hl, "{name}, {what}: H {hd} behind {hl}");
             assert!(gd <= 1e-3 * gl, "{name}, {what}: G {gd} behind {gl}");

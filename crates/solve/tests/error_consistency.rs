@@ -5,10 +5,10 @@ mod common;
 use common::{read, solve, unit_room};
 use zonal_exchange::pair::PairSettings;
 use zonal_paper::VoxelFormula;
-use zonal_scene::{NoProgress, Scene, Solution, SolveOptions, SolveStatus};
+use zonal_scene::{Band, NoProgress, Scene, Solution, SolveOptions, SolveStatus};
 use zonal_solve::{SolveSettings, solve_with_settings};
 
-const HOT: &str = "temperature = 500\nemissivity = 0.7\nfaces.z0.temperature = 1200";
+const HOT_WALLS: &str = "temperature = 500\nemissivity = 0.7\nfaces.z0.temperature = 1200";
 const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [3,3,3]\nextinction = 2\nheat_source = 0";
 
 fn with(scene: &Scene, change: impl FnOnce(&mut SolveOptions)) -> Scene {
@@ -26,7 +26,7 @@ fn by(scene: Scene, formula: Option<VoxelFormula>) -> Solution {
 
 fn heat(closure: &str) -> Scene {
     let solve = format!("patch_rule = 'voxels'\ndiscretization_error = false\nclosure = '{closure}'");
-    read(&format!("mode = 'thermal'\n{}", unit_room(&solve, HOT, GAS)))
+    read(&format!("mode = 'thermal'\n{}", unit_room(&solve, HOT_WALLS, GAS)))
 }
 
 /// Factors of voxels by formulas of the paper have closure defects of some per cent, which the stated errors include.
@@ -37,7 +37,7 @@ fn unclosed_rows_widen_the_errors() {
         for voxels in [VoxelFormula::Point, VoxelFormula::Proposition1] {
             let s = by(heat(closure), Some(voxels));
             let [own, exact] = [&s, &truth].map(|s| &s.report.heat.as_ref().unwrap().rows);
-            assert!(s.report.closure.worst[0] > 1e-3);
+            assert!(s.report.closure.worst.first() > 1e-3);
             let rows: Vec<[f64; 2]> =
                 own.iter().zip(exact).map(|(a, b)| [(a.power - b.power).abs(), a.power_error]).collect();
             let [off, told] = [0, 1].map(|k| rows.iter().map(|r| r[k]).sum::<f64>());
@@ -54,7 +54,7 @@ fn unclosed_rows_widen_the_errors() {
 fn thermal_mode_restores_closure() {
     let scene =
         |mode: &str, walls: &str| read(&format!("{mode}{}", unit_room("patch_size = 0.5", walls, "")));
-    let heat = scene("mode = 'thermal'\n", HOT);
+    let heat = scene("mode = 'thermal'\n", HOT_WALLS);
     assert!(heat.restores_closure() && solve(heat.clone()).report.closure.restored);
     assert!(!with(&heat, |o| o.restore_closure = Some(false)).restores_closure());
     let light = scene("", "faces.x0 = { emission = 1 }");
@@ -68,10 +68,10 @@ fn early_termination_widens_the_errors() {
         let scene = read(&unit_room(&format!("patch_size = 0.25\nmax_iterations = {steps}"), &walls, ""));
         let truth = solve(with(&scene, |o| o.max_iterations = 500));
         let s = solve(scene);
-        assert_eq!(s.report.status[0], SolveStatus::MaxIterations);
+        assert_eq!(s.report.status[Band::first()], SolveStatus::MaxIterations);
         for (i, (h, e)) in s.fields.incident.iter().zip(&s.fields.error).enumerate() {
-            let d = (h[0] - truth.fields.incident[i][0]).abs();
-            assert!(d <= e[0], "ρ {rho}, {steps} steps, zone {i}: off by {d}, stated {}", e[0]);
+            let d = (h.first() - truth.fields.incident[i].first()).abs();
+            assert!(d <= e.first(), "ρ {rho}, {steps} steps, zone {i}: off by {d}, stated {}", e.first());
         }
     }
 }
@@ -83,7 +83,7 @@ fn powers_by_name_have_errors() {
         solve(read(&unit_room("patch_size = 0.25", "reflectance = 0.5\nfaces.x0 = { emission = 1 }", "")));
     let (e, d) = (&s.report.energy, &s.report.energy_error);
     assert_eq!(e.absorbed_surfaces.len(), d.absorbed_surfaces.len());
-    let told: f64 = d.absorbed_surfaces.iter().map(|x| x.1[0]).sum();
+    let told: f64 = d.absorbed_surfaces.iter().map(|x| x.1.first()).sum();
     assert!(told > 0.0 && told < 1e-6, "{told}");
-    assert!((e.residual[0] * e.emitted[0]).abs() <= told + d.escaped[0] + 1e-12);
+    assert!((e.residual.first() * e.emitted.first()).abs() <= told + d.escaped.first() + 1e-12);
 }

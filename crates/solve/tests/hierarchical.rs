@@ -3,8 +3,7 @@
 mod common;
 
 use common::{read, unit_room, with_site};
-use zonal_scene::ZoneBasis;
-use zonal_scene::{Bands, Engine, LightGrouping, Scene, Solution};
+use zonal_scene::{Band, Bands, Engine, LightGrouping, Scene, Solution, ZoneBasis};
 use zonal_solve::ExchangeOperator;
 use zonal_solve::hierarchical::{ApproximateGroup, HierarchicalOperator, PairFactors};
 
@@ -33,7 +32,7 @@ fn solved(scene: &Scene, engine: Engine, tolerance: f64, restore: bool) -> Solut
 fn errors(ours: &Solution, dense: &Solution, range: std::ops::Range<usize>) -> (f64, f64) {
     let mut worst = 0.0f64;
     let mut within = 0;
-    for b in 0..3 {
+    for b in Band::all() {
         let (mut d2, mut r2) = (0.0, 0.0);
         for i in range.clone() {
             let (h, t) = (ours.fields.incident[i][b], dense.fields.incident[i][b]);
@@ -43,7 +42,7 @@ fn errors(ours: &Solution, dense: &Solution, range: std::ops::Range<usize>) -> (
         }
         worst = worst.max((d2 / r2).sqrt());
     }
-    (worst, within as f64 / (3 * range.len()) as f64)
+    (worst, within as f64 / (Band::count() * range.len()) as f64)
 }
 
 /// Asserts that the errors at a tolerance, against a reference on the same zones, are below the tolerance and below their estimate.
@@ -99,7 +98,7 @@ fn links_as_many_as_pairs_fall_back_to_all_pairs() {
     assert!(ours.report.counts.iter().any(|c| c.0 == "pairs of zones, all"), "{:?}", ours.report.counts);
     // The solutions differ by the residuals of the iterations only.
     for (x, y) in ours.fields.incident.iter().zip(&dense.fields.incident) {
-        assert!((0..3).all(|b| (x[b] / y[b] - 1.0).abs() < 1e-6), "{x:?} {y:?}");
+        assert!((x / y - 1.0).abs().all(|d| d < 1e-6), "{x:?} {y:?}");
     }
 }
 
@@ -120,8 +119,8 @@ fn smoothing_does_not_mix_colours_across_a_wall() {
     for i in 0..ours.zones.patches.len() {
         let c = ours.zones.patches[i].plate.centre();
         let other = if c.x < 0.5 || c.x == 0.5 && ours.zones.patches[i].normal.x < 0.0 { 2 } else { 0 };
-        assert_eq!(dense.fields.incident[i][other], 0.0);
-        let [stray, light] = [other, 2 - other].map(|b| ours.fields.incident[i][b]);
+        assert_eq!(dense.fields.incident[i].to_rgb()[other], 0.0);
+        let [stray, light] = [other, 2 - other].map(|b| ours.fields.incident[i].to_rgb()[b]);
         assert!(stray < 0.02 * light, "patch {i} at {c:?}: {stray} beside {light}");
     }
 }
@@ -129,7 +128,7 @@ fn smoothing_does_not_mix_colours_across_a_wall() {
 /// Calls `check` with the operator of a room and its number of zones.
 fn with_operator(scene: &Scene, epsilon: f64, check: impl FnOnce(&HierarchicalOperator, usize)) {
     with_site(scene, |context, surroundings| {
-        let uniform = vec![[1.0; 3]; context.zones.len()];
+        let uniform = vec![Bands::ONE; context.zones.len()];
         let solution = context
             .source_strengths(surroundings)
             .into_iter()
@@ -146,15 +145,17 @@ fn hierarchical_operator_is_symmetric() {
     with_operator(&room(&format!("{SLANTED}{BLOCK}")), 0.05, |h, n| {
         let random = |seed: usize| -> Vec<Bands> {
             (0..n)
-                .map(|i| [0, 1, 2].map(|b| ((i * 7919 + seed * 104_729 + b * 31) % 1009) as f64 / 1009.0))
+                .map(|i| {
+                    Bands::from_fn(|b| ((i * 7919 + seed * 104_729 + b.index() * 31) % 1009) as f64 / 1009.0)
+                })
                 .collect()
         };
         let (x, y) = (random(1), random(2));
         let (gx, gy) = (h.apply(&x), h.apply(&y));
-        for b in 0..3 {
+        for b in Band::all() {
             let dot = |p: &[Bands], q: &[Bands]| p.iter().zip(q).map(|(p, q)| p[b] * q[b]).sum::<f64>();
             let (one, other) = (dot(&x, &gy), dot(&y, &gx));
-            assert!((one / other - 1.0).abs() < 1e-6, "band {b}: {one} {other}");
+            assert!((one / other - 1.0).abs() < 1e-6, "{b:?}: {one} {other}");
         }
     });
 }
@@ -177,7 +178,7 @@ fn closure_by_clusters_restores_the_balance_and_reports_the_change() {
     assert!(restored.report.closure.restored && !measured.report.closure.restored);
     let off = |s: &Solution| s.report.energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
     assert!(off(&restored) < 2e-3, "{}", off(&restored));
-    let change = restored.report.closure.largest_change[0];
+    let change = restored.report.closure.largest_change.first();
     assert!(change > 0.0 && change < 0.5, "{change}");
     let dense = solved(&scene, Engine::Dense, 0.01, false);
     let first = restored.zones.voxel_offset();
@@ -204,10 +205,10 @@ fn a_small_cloud_shades_a_large_floor() {
         [Engine::Dense, Engine::Hierarchical].map(|engine| solved(&scene, engine, 0.01, false));
     assert!(ours.report.counts.iter().any(|c| c.0.contains("links")), "links solve this scene");
     let floor = common::patches_of(&ours, "floor");
-    let most = floor.iter().fold(0.0f64, |m, &i| m.max(dense.fields.incident[i][0]));
-    let shaded = floor.iter().filter(|&&i| dense.fields.incident[i][0] < 0.7 * most).count();
+    let most = floor.iter().fold(0.0f64, |m, &i| m.max(dense.fields.incident[i].first()));
+    let shaded = floor.iter().filter(|&&i| dense.fields.incident[i].first() < 0.7 * most).count();
     assert!(shaded > 4 && shaded < floor.len() / 4, "{shaded} of {}", floor.len());
-    let off = |&i: &usize| (ours.fields.incident[i][0] / dense.fields.incident[i][0] - 1.0).abs();
+    let off = |&i: &usize| (ours.fields.incident[i].first() / dense.fields.incident[i].first() - 1.0).abs();
     let worst = floor.iter().map(off).fold(0.0, f64::max);
     let (l2, _) = errors(&ours, &dense, 0..ours.zones.voxel_offset());
     assert!(l2 < 0.01 && worst < 0.3, "{l2} {worst}");
@@ -226,7 +227,7 @@ fn rays_follow_a_fixed_scattering_order() {
         let n = ours.zones.voxel_offset();
         for range in [0..n, n..ours.zones.len()] {
             let (l2, _) = errors(&ours, &dense, range.clone());
-            let mean = |s: &Solution| range.clone().map(|i| s.fields.incident[i][0]).sum::<f64>();
+            let mean = |s: &Solution| range.clone().map(|i| s.fields.incident[i].first()).sum::<f64>();
             assert!(l2 < 0.08, "{sweeps}: {l2}");
             assert!(
                 (mean(&ours) / mean(&dense) - 1.0).abs() < 0.03,

@@ -6,7 +6,7 @@ use common::solve;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_scene::{
-    Facet, NoProgress, Plate, Scene, SceneParts, Sides, Solution, Surface, Thermal, ThermalCondition,
+    Bands, Facet, NoProgress, Plate, Scene, SceneParts, Sides, Solution, Surface, Thermal, ThermalCondition,
 };
 
 /// 80 triangles of a sphere, normals outward.
@@ -47,8 +47,8 @@ fn shells(list: &[(&str, f64, bool, f64, f64)]) -> (Scene, Vec<f64>) {
     for (k, &(name, radius, inward, kelvin, emissivity)) in list.iter().enumerate() {
         parts.surfaces.push(Surface {
             name: name.into(),
-            reflectance: [1.0 - emissivity; 3],
-            emission: [0.0; 3],
+            reflectance: Bands::splat(1.0 - emissivity),
+            emission: Bands::ZERO,
             reflectance_texture: None,
             emission_texture: None,
             sides: Sides::Front,

@@ -8,7 +8,8 @@ use std::collections::HashMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use zonal_scene::{
-    Bands, CheckpointStore, Engine, NoProgress, Scene, Solution, SolveOptions, SolveStatus, ZoneValues,
+    Band, Bands, CheckpointStore, Engine, NoProgress, PerBand, Scene, Solution, SolveOptions, SolveStatus,
+    ZoneValues,
 };
 use zonal_solve::relight::{relight, with_surface_colors};
 use zonal_solve::{SolveSettings, solve_with_settings};
@@ -108,23 +109,23 @@ fn relit_solution_equals_solution_of_the_relit_scene() {
     let same = relight(s.clone(), &[]).unwrap();
     assert_eq!(same.fields.incident, s.fields.incident);
     assert_eq!(same.report.energy, s.report.energy);
-    let factors: [Bands; 6] = [[0.2; 3], [3.0; 3], [1.0, 0.0, 2.5], [0.5; 3], [0.0; 3], [7.0; 3]];
+    let factors = [[0.2; 3], [3.0; 3], [1.0, 0.0, 2.5], [0.5; 3], [0.0; 3], [7.0; 3]].map(Bands::from_rgb);
     let wanted: Vec<(String, Bands)> = NAMES.iter().map(|n| n.to_string()).zip(factors).collect();
     let relit = relight(s.clone(), &wanted).unwrap();
     let fresh = solve(relit.scene.clone());
     let off = apart(&relit, &fresh);
     assert!(off < 1e-9, "{off:e}");
     for (x, y) in powers(&relit).iter().zip(powers(&fresh)) {
-        assert!((x - y).abs() < 1e-9 * relit.report.energy.incoming[0].max(1.0), "{x} {y}");
+        assert!((x - y).abs() < 1e-9 * relit.report.energy.incoming.first().max(1.0), "{x} {y}");
     }
     assert_eq!(relit.zones, fresh.zones);
-    let e = relit.report.estimate.patches[0] / fresh.report.estimate.patches[0];
+    let e = relit.report.estimate.patches.first() / fresh.report.estimate.patches.first();
     assert!((e - 1.0).abs() < 1e-9, "{e}");
     // Successive relighting equals relighting at once, and extinguished groups cannot be relit.
     let twice = relight(relight(s, &wanted[..3]).unwrap(), &wanted[3..]).unwrap();
     assert!(apart(&twice, &relit) < 1e-14);
-    let said = relight(relit, &[("panes".into(), [2.0; 3])]).unwrap_err().to_string();
-    assert!(said.contains("put out"), "{said}");
+    let said = relight(relit, &[("panes".into(), Bands::splat(2.0))]).unwrap_err().to_string();
+    assert!(said.contains("scaled to zero"), "{said}");
 }
 
 /// Links are refined for the given light, so the solutions agree within the tolerance, not bit by bit.
@@ -141,14 +142,14 @@ fn relit_hierarchical_solution_agrees_within_the_tolerance() {
     assert!(s.groups.iter().all(|g| matches!(g.incident, ZoneValues::Single(_))));
     let same = relight(s.clone(), &[]).unwrap();
     assert!(apart(&same, &s) < 1e-6, "{}", apart(&same, &s));
-    let wanted = [("sun", 0.2), ("lamp", 3.0), ("wall", 2.0)].map(|(n, f)| (n.to_string(), [f; 3]));
+    let wanted = [("sun", 0.2), ("lamp", 3.0), ("wall", 2.0)].map(|(n, f)| (n.to_string(), Bands::splat(f)));
     let relit = relight(s, &wanted).unwrap();
     let fresh = solve(relit.scene.clone());
     let patches = fresh.zones.voxel_offset();
     for part in [0..patches, patches..fresh.zones.len()] {
-        let [x, y] = [&relit, &fresh].map(|s| s.fields.incident[part.clone()].as_flattened());
-        let off: f64 = x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum();
-        let off = (off / y.iter().map(|y| y * y).sum::<f64>()).sqrt();
+        let [x, y] = [&relit, &fresh].map(|s| &s.fields.incident[part.clone()]);
+        let off: f64 = x.iter().flatten().zip(y.iter().flatten()).map(|(x, y)| (x - y) * (x - y)).sum();
+        let off = (off / y.iter().flatten().map(|y| y * y).sum::<f64>()).sqrt();
         assert!(off <= tolerance, "{off}");
     }
 }
@@ -157,7 +158,8 @@ fn relit_hierarchical_solution_agrees_within_the_tolerance() {
 fn unknown_group_is_refused_with_a_list_of_groups() {
     let s = solve(read(ROOM));
     let said = |list: &[(&str, f64)]| {
-        let list: Vec<(String, Bands)> = list.iter().map(|(n, f)| (n.to_string(), [*f; 3])).collect();
+        let list: Vec<(String, Bands)> =
+            list.iter().map(|(n, f)| (n.to_string(), Bands::splat(*f))).collect();
         relight(s.clone(), &list).unwrap_err().to_string()
     };
     assert!(said(&[("moon", 1.0)]).contains("moon") && said(&[("moon", 1.0)]).contains(&NAMES.join(", ")));
@@ -168,11 +170,10 @@ fn unknown_group_is_refused_with_a_list_of_groups() {
     assert!(light_apart(&merged, &s) < 1e-9);
     // The errors of the groups add up as if they had one sign.
     // The residual of the balance is distributed over the zones, so that single zones may have a slightly larger error.
-    let [one, each] = [&merged, &s].map(|s| s.fields.error.as_flattened());
-    for (m, e) in one.iter().zip(each) {
+    for (m, e) in merged.fields.error.iter().flatten().zip(s.fields.error.iter().flatten()) {
         assert!(*m <= 1.5 * e && *m >= 0.3 * e, "{m} {e}");
     }
-    let dim = relight(merged, &[("all".into(), [0.5; 3])]).unwrap();
+    let dim = relight(merged, &[("all".into(), Bands::splat(0.5))]).unwrap();
     let want = powers(&s);
     let n = want.len();
     // The residual is not a power.
@@ -270,7 +271,7 @@ albedo = 0.5
 ",
     );
     let straight = solve(scene.clone());
-    let iterations = straight.report.residuals[0].len() - 1;
+    let iterations = straight.report.residuals[Band::first()].len() - 1;
     assert!(iterations >= 20, "{iterations}");
     // The first state is saved, the next interrupts, and so on.
     let kept = broken_off(&scene, 1, iterations / 10 - 1, &straight);
@@ -316,8 +317,8 @@ fn coupled_temperatures_interrupted_at_any_step_are_bit_identical() {
         };
         let scene = read(&text);
         let straight = solve(scene.clone());
-        assert_eq!(straight.report.status, [SolveStatus::Converged; 3]);
-        let steps = straight.report.residuals[0].len();
+        assert_eq!(straight.report.status, PerBand::splat(SolveStatus::Converged));
+        let steps = straight.report.residuals[Band::first()].len();
         assert!(if shares.is_empty() { steps > 2 } else { steps == 1 }, "{steps}");
         let kept = broken_off(&scene, 1, steps + 2, &straight);
         let saves = kept.saves.lock().unwrap();
@@ -363,8 +364,12 @@ fn saved_rays_serve_other_reflectances() {
     let scene = with(bare(0.5), |o| (o.engine, o.tolerance) = (zonal_scene::Engine::Hierarchical, 0.2));
     let vault = Memory { left: AtomicUsize::new(usize::MAX), ..Memory::default() };
     run(&scene, &vault);
-    let painted =
-        with_surface_colors(scene, &[("floor".into(), [0.1, 0.9, 0.5])], Some([0.9, 0.5, 0.0])).unwrap();
+    let painted = with_surface_colors(
+        scene,
+        &[("floor".into(), Bands::from_rgb([0.1, 0.9, 0.5]))],
+        Some(Bands::from_rgb([0.9, 0.5, 0.0])),
+    )
+    .unwrap();
     vault.stages.lock().unwrap().remove("state-krylov");
     let views = |v: &Memory| v.stages.lock().unwrap().keys().filter(|k| k.starts_with("views-")).count();
     let before = (views(&vault), vault.loads.load(Ordering::Relaxed));
@@ -383,9 +388,12 @@ fn saved_factors_serve_other_reflectances() {
         vault.stages.lock().unwrap().remove("state-krylov");
         vault.loads.store(0, Ordering::Relaxed);
         vault.left.store(0, Ordering::Relaxed);
-        let painted =
-            with_surface_colors(scene.clone(), &[("floor".into(), [0.1, 0.9, 0.5])], Some([0.99, 0.5, 0.0]))
-                .unwrap();
+        let painted = with_surface_colors(
+            scene.clone(),
+            &[("floor".into(), Bands::from_rgb([0.1, 0.9, 0.5]))],
+            Some(Bands::from_rgb([0.99, 0.5, 0.0])),
+        )
+        .unwrap();
         // No stage is computed again; the iteration starts from the earlier solution.
         struct Read<'a>(&'a Memory);
         impl CheckpointStore for Read<'_> {
@@ -411,7 +419,8 @@ fn saved_factors_serve_other_reflectances() {
         assert!(apart(&again, &first) > 1e-2, "the change was to matter");
         assert!(vault.loads.load(Ordering::Relaxed) > 5);
     }
-    let said = with_surface_colors(read(ROOM), &[("roof".into(), [0.1; 3])], None).unwrap_err().to_string();
+    let said =
+        with_surface_colors(read(ROOM), &[("roof".into(), Bands::splat(0.1))], None).unwrap_err().to_string();
     assert!(said.contains("roof") && said.contains("floor"), "{said}");
 }
 
@@ -421,7 +430,7 @@ fn scattering_orders_approach_the_solution_from_below() {
     let mut last = f64::INFINITY;
     for n in [1, 2, 4, 8, 16] {
         let s = solve(with(read(ROOM), |o| o.scattering_orders = Some(n)));
-        assert_eq!(s.report.status, [SolveStatus::FixedOrder; 3]);
+        assert_eq!(s.report.status, PerBand::splat(SolveStatus::FixedOrder));
         for (x, y) in s.fields.incident.iter().flatten().zip(whole.fields.incident.iter().flatten()) {
             assert!(*x <= y * (1.0 + 1e-9), "no sweep brings too much");
         }

@@ -5,9 +5,9 @@ mod common;
 use common::{solved_zones as solved, surface, wall};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{
-    Bands, Engine, Facet, NoProgress, Report, Scene, SceneParts, SolveOptions, Surroundings, VoxelGrid, Zones,
+    Bands, Engine, Facet, NoProgress, PatchRule, Report, Scene, SceneParts, SolveOptions, Surroundings,
+    VoxelGrid, ZoneBasis, Zones,
 };
-use zonal_scene::{PatchRule, ZoneBasis};
 use zonal_solve::spectral::{SpectralOperator, basis::BasisOrder, enclosure::BoxEnclosure};
 use zonal_solve::{ExchangeOperator, SolveSettings, solve_zones};
 use zonal_transport::{Transport, build_zones};
@@ -53,7 +53,7 @@ impl Room {
         };
         for face in (0..6).filter(|f| !self.periodic[f / 2] && !self.omit.contains(f)) {
             let mut s = surface(&format!("wall{face}"), self.reflectance, 0.0, false);
-            s.emission = [f64::from(u8::from(face == 4)); 3];
+            s.emission = Bands::splat(f64::from(u8::from(face == 4)));
             parts.surfaces.push(s);
             parts.facets.push(Facet {
                 surface: parts.surfaces.len() - 1,
@@ -62,7 +62,7 @@ impl Room {
             });
         }
         let mut map = VoxelGrid::new(vec3(0.0, 0.0, 0.0), Vec3::from_array(self.edges), self.cells).unwrap();
-        map.fill([self.kappa; 3], [self.albedo; 3], [0.0; 3], [0.0; 3]);
+        map.fill(Bands::splat(self.kappa), Bands::splat(self.albedo), Bands::ZERO, Bands::ZERO);
         parts.voxel_grid = Some(map.seal().unwrap());
         parts
     }
@@ -81,7 +81,7 @@ fn dice(n: usize, mut seed: u64) -> Vec<Bands> {
         seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     };
-    (0..n).map(|_| [next(), next(), next()]).collect()
+    (0..n).map(|_| Bands::from_fn(|_| next())).collect()
 }
 
 fn operator(room: &Room) -> (Zones, SpectralOperator) {
@@ -161,31 +161,26 @@ fn linear_field_is_invariant_under_halved_cells() {
         let parents: Vec<(usize, Vec<f64>)> = parts.iter().map(parent).collect();
         let root = 0.75f64.sqrt();
         let x = dice(s.len(), 3);
-        let mut y = vec![[0.0; 3]; t.len()];
+        let mut y = vec![Bands::ZERO; t.len()];
         for ((i, sides), own) in parents.iter().zip(&of_parts) {
-            for b in 0..3 {
-                y[own[0]][b] = x[*i][b];
-                for (k, side) in sides.iter().enumerate() {
-                    y[own[0]][b] += side * root * x[of[*i][k + 1]][b];
-                    y[own[k + 1]][b] = 0.5 * x[of[*i][k + 1]][b];
-                }
+            y[own[0]] = x[*i];
+            for (k, side) in sides.iter().enumerate() {
+                y[own[0]] += side * root * x[of[*i][k + 1]];
+                y[own[k + 1]] = 0.5 * x[of[*i][k + 1]];
             }
         }
         let (got, from) = (s.apply(&x), t.apply(&y));
-        let mut want = vec![[0.0; 3]; s.len()];
+        let mut want = vec![Bands::ZERO; s.len()];
         for ((i, sides), own) in parents.iter().zip(&of_parts) {
-            for b in 0..3 {
-                want[*i][b] += from[own[0]][b];
-                for (k, side) in sides.iter().enumerate() {
-                    want[of[*i][k + 1]][b] += side * root * from[own[0]][b] + 0.5 * from[own[k + 1]][b];
-                }
+            want[*i] += from[own[0]];
+            for (k, side) in sides.iter().enumerate() {
+                want[of[*i][k + 1]] += side * root * from[own[0]] + 0.5 * from[own[k + 1]];
             }
         }
         let scale = got.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
         for (i, (got, want)) in got.iter().zip(&want).enumerate() {
-            for b in 0..3 {
-                assert!((got[b] - want[b]).abs() < 1e-10 * scale, "{i} of {}: {got:?} {want:?}", s.zones());
-            }
+            let is_near = (got - want).abs().all(|d| d < 1e-10 * scale);
+            assert!(is_near, "{i} of {}: {got:?} {want:?}", s.zones());
         }
     }
 }
@@ -196,19 +191,19 @@ fn reciprocity_and_closure() {
         let (zones, s) = operator(&room);
         let (x, y) = (dice(s.len(), 1), dice(s.len(), 2));
         let (gx, gy) = (s.apply(&x), s.apply(&y));
-        let dot = |a: &[Bands], b: &[Bands]| a.iter().zip(b).map(|(a, b)| a[1] * b[1]).sum::<f64>();
-        let size: f64 = gy.iter().map(|g| g[1].abs()).sum();
+        let dot = |a: &[Bands], b: &[Bands]| a.iter().zip(b).map(|(a, b)| (a * b).to_rgb()[1]).sum::<f64>();
+        let size: f64 = gy.iter().map(|g| g.to_rgb()[1].abs()).sum();
         assert!((dot(&x, &gy) - dot(&gx, &y)).abs() < 1e-12 * size);
         // A uniform field has zero incident power on slopes and the closure target on zones.
         let mut level: Vec<Bands> =
             (0..s.zones()).map(|i| zonal_exchange::pair::scaled_radiosity_coefficient(&zones, i)).collect();
-        level.resize(s.len(), [0.0; 3]);
+        level.resize(s.len(), Bands::ZERO);
         let (rows, open) = (s.apply(&level), s.opening_factors());
         for (i, row) in rows.iter().enumerate() {
             let zone = if i < s.zones() { i } else { s.slope_zones()[i - s.zones()] as usize };
             let target = zonal_exchange::pair::closure_target(&zones, zone);
             let want = if i < s.zones() { target } else { 0.0 };
-            assert!((row[0] + open[i][0] - want).abs() < 1e-9 * target, "{i}: {row:?} {want}");
+            assert!(((row + open[i]).first() - want).abs() < 1e-9 * target, "{i}: {row:?} {want}");
         }
     }
 }
@@ -216,9 +211,9 @@ fn reciprocity_and_closure() {
 /// Net flux of the hot wall of a unit cube, the others cold, whose medium is in radiative equilibrium.
 fn hot_wall(room: &Room) -> (f64, f64) {
     let (zones, fields, report) = solved(&room.scene());
-    let hot = zones.patches.iter().zip(&fields.incident).filter(|(p, _)| p.emission[0] > 0.0);
-    let (area, back) = hot.fold((0.0, 0.0), |(a, h), (p, i)| (a + p.area, h + p.area * i[0]));
-    (1.0 - back / area, report.energy.residual[0])
+    let hot = zones.patches.iter().zip(&fields.incident).filter(|(p, _)| p.emission.first() > 0.0);
+    let (area, back) = hot.fold((0.0, 0.0), |(a, h), (p, i)| (a + p.area, h + p.area * i.first()));
+    (1.0 - back / area, report.energy.residual.first())
 }
 
 #[test]
@@ -257,12 +252,17 @@ fn slab_of_any_thickness_has_its_flux() {
 fn isothermal_rooms_are_uniform() {
     for room in rooms().into_iter().filter(|r| r.omit.is_empty() && r.kappa > 0.0) {
         let mut parts = room.parts();
-        parts.surfaces.iter_mut().for_each(|s| s.emission = [2.0 * (1.0 - room.reflectance); 3]);
-        parts.voxel_grid.as_mut().unwrap().fill([room.kappa; 3], [0.7; 3], [2.0; 3], [0.0; 3]);
+        parts.surfaces.iter_mut().for_each(|s| s.emission = Bands::splat(2.0 * (1.0 - room.reflectance)));
+        parts.voxel_grid.as_mut().unwrap().fill(
+            Bands::splat(room.kappa),
+            Bands::splat(0.7),
+            Bands::splat(2.0),
+            Bands::ZERO,
+        );
         let (zones, fields, report) = solved(&Scene::new(parts).unwrap());
         let n = zones.patches.len();
         for (i, incident) in fields.incident.iter().enumerate() {
-            let off = incident[0] / if i < n { 2.0 } else { 8.0 } - 1.0;
+            let off = incident.first() / if i < n { 2.0 } else { 8.0 } - 1.0;
             assert!(off.abs() < 1e-9, "{:?} {i} of {n}: {off:e}", room.cells);
         }
         assert!(report.counts.iter().any(|c| c.0 == "slopes of radiosity"));
@@ -274,13 +274,13 @@ fn light_through_openings_excites_slopes() {
     // A uniform sky on a conservative room gives a uniform field.
     let room = Room { reflectance: 1.0, albedo: 1.0, omit: vec![1, 2], ..rooms()[0].clone() };
     let mut parts = room.parts();
-    parts.surfaces.iter_mut().for_each(|s| s.emission = [0.0; 3]);
-    parts.surroundings = Surroundings { name: None, radiance: [1.0; 3] };
+    parts.surfaces.iter_mut().for_each(|s| s.emission = Bands::ZERO);
+    parts.surroundings = Surroundings { name: None, radiance: Bands::ONE };
     let (zones, fields, _) = solved(&Scene::new(parts).unwrap());
     let (n, pi) = (zones.patches.len(), std::f64::consts::PI);
     for (i, incident) in fields.incident.iter().enumerate() {
         let want = if i < n { pi } else { 4.0 * pi };
-        assert!((incident[0] / want - 1.0).abs() < 1e-8, "{i}: {incident:?}");
+        assert!((incident.first() / want - 1.0).abs() < 1e-8, "{i}: {incident:?}");
     }
 }
 
@@ -298,15 +298,15 @@ fn open_rooms_conserve_power() {
     for (tau, n) in [(0.5, 2), (8.0, 8), (80.0, 8)] {
         let (_, _, report) = solved(&slab(tau, n).scene());
         let e = &report.energy;
-        assert!(e.residual[0].abs() < 1e-9, "{tau}: {e:?}");
+        assert!(e.residual.first().abs() < 1e-9, "{tau}: {e:?}");
         let through = 4.0 / 3.0 / (tau + 1.42089);
-        assert!((e.escaped[0] / through - 1.0).abs() < 0.02, "{tau}: {e:?} {through}");
+        assert!((e.escaped.first() / through - 1.0).abs() < 0.02, "{tau}: {e:?} {through}");
     }
     let open = Room { omit: vec![1, 2], ..rooms()[0].clone() };
     for restore_closure in [false, true] {
         let mut parts = open.parts();
         parts.options.restore_closure = Some(restore_closure);
-        parts.surroundings = Surroundings { name: None, radiance: [0.3, 1.0, 0.0] };
+        parts.surroundings = Surroundings { name: None, radiance: Bands::from_rgb([0.3, 1.0, 0.0]) };
         let (_, _, report) = solved(&Scene::new(parts).unwrap());
         let off = report.energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
         assert!(off < 1e-8, "{:?}", report.energy);
@@ -326,7 +326,7 @@ fn early_termination_is_in_the_stated_errors() {
     assert!(warned(&told) && !warned(&full));
     for (i, (a, b)) in rough.incident.iter().zip(&exact.incident).enumerate() {
         assert!(
-            (a[0] - b[0]).abs() <= rough.error[i][0] + exact.error[i][0],
+            (a - b).first().abs() <= (rough.error[i] + exact.error[i]).first(),
             "{i}: {a:?} {b:?} {:?}",
             rough.error[i]
         );
@@ -349,7 +349,7 @@ fn linear_basis_is_refused_for_other_engines() {
     let varying = |p: &mut SceneParts| {
         p.options.engine = Engine::Auto;
         let mut map = p.voxel_grid.take().unwrap();
-        map.set(1, [2.0; 3], [0.5; 3], [0.0; 3], [0.0; 3]);
+        map.set(1, Bands::splat(2.0), Bands::splat(0.5), Bands::ZERO, Bands::ZERO);
         p.voxel_grid = Some(map.seal().unwrap());
     };
     let why = message(&varying);
@@ -358,7 +358,12 @@ fn linear_basis_is_refused_for_other_engines() {
     for (kappa, want) in [(10.0, true), (0.1, false)] {
         let auto = |p: &mut SceneParts| {
             p.options.zone_basis = ZoneBasis::Auto;
-            p.voxel_grid.as_mut().unwrap().fill([kappa; 3], [0.5; 3], [0.0; 3], [0.0; 3]);
+            p.voxel_grid.as_mut().unwrap().fill(
+                Bands::splat(kappa),
+                Bands::splat(0.5),
+                Bands::ZERO,
+                Bands::ZERO,
+            );
         };
         let report = told(&auto).unwrap();
         assert_eq!(report.counts.iter().any(|c| c.0 == "slopes of radiosity"), want, "{kappa}");

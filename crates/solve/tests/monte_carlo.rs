@@ -8,7 +8,7 @@ use common::{read, solve};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use zonal_io::output::read_array;
-use zonal_scene::{Scene, SceneParts, Solution, VoxelGrid};
+use zonal_scene::{Bands, Scene, SceneParts, Solution, VoxelGrid};
 
 const N: usize = 10;
 
@@ -45,7 +45,7 @@ fn with_extinction(scene: Scene, sigma: &[f64], albedo: f64) -> Scene {
     let old = scene.voxel_grid().unwrap().clone();
     let mut map = VoxelGrid::new(old.min(), old.cell(), old.dims()).unwrap();
     for (i, s) in sigma.iter().enumerate() {
-        map.set(i, [*s; 3], [albedo; 3], [0.0; 3], [0.0; 3]);
+        map.set(i, Bands::splat(*s), Bands::splat(albedo), Bands::ZERO, Bands::ZERO);
     }
     Scene::new(SceneParts { voxel_grid: Some(map.seal().unwrap()), ..scene.into_parts() }).unwrap()
 }
@@ -70,7 +70,7 @@ fn on_faces(s: &Solution, name: &str, origin: [f64; 3], size: [f64; 3], n: usize
             };
             let w = overlap(across[0], cell / n) * overlap(across[1], cell % n);
             if w > 1e-9 {
-                sum[face * n * n + cell] += w * s.fields.incident[i][0];
+                sum[face * n * n + cell] += w * s.fields.incident[i].first();
                 area[face * n * n + cell] += w;
             }
         }
@@ -85,7 +85,7 @@ fn in_cells(s: &Solution) -> Vec<f64> {
             let zones = s.zones.of_cell(c);
             let volume: f64 = zones.clone().map(|z| s.zones.voxels[z].volume).sum();
             let sum: f64 = zones
-                .map(|z| s.zones.voxels[z].volume * s.fields.incident[s.zones.voxel_offset() + z][0])
+                .map(|z| s.zones.voxels[z].volume * s.fields.incident[s.zones.voxel_offset() + z].first())
                 .sum();
             if volume > 0.0 { sum / volume } else { 0.0 }
         })

@@ -6,7 +6,7 @@ use common::{mean, patches_of, read, solve, solved, unit_room, unlevel};
 use std::f64::consts::PI;
 use zonal_math::vec3;
 use zonal_reference::{BruteForceScene, radiance};
-use zonal_scene::{Plate, Scene};
+use zonal_scene::{Band, Plate, Scene};
 
 const SKYLIGHT: &str =
     "[[pane]]\npolygon=[[0,0,1],[1,0,1],[1,1,1],[0,1,1]]\nthickness=0.01\nextinction=[50,100,0]\n";
@@ -29,22 +29,22 @@ fn sunlight_through_a_pane_obeys_beers_law() {
         let i = patches_of(&x, name)[0];
         let lit = patches_of(&x, name)
             .into_iter()
-            .max_by(|a, b| x.fields.direct[*a][0].total_cmp(&x.fields.direct[*b][0]))
+            .max_by(|a, b| x.fields.direct[*a].first().total_cmp(&x.fields.direct[*b].first()))
             .unwrap_or(i);
-        for (b, k) in [50.0f64, 100.0, 0.0].into_iter().enumerate() {
+        for (b, k) in Band::all().zip([50.0f64, 100.0, 0.0]) {
             let want = 100.0 * cos * (-k * 0.01 / c).exp();
             let got = x.fields.direct[lit][b];
-            assert!((got / want - 1.0).abs() < 1e-9, "{degrees}°, band {b}: {got} against {want}");
+            assert!((got / want - 1.0).abs() < 1e-9, "{degrees}°, {b:?}: {got} against {want}");
         }
         let e = &x.report.energy;
-        for (b, k) in [50.0f64, 100.0, 0.0].into_iter().enumerate() {
+        for (b, k) in Band::all().zip([50.0f64, 100.0, 0.0]) {
             let want = 100.0 * c * (1.0 - (-k * 0.01 / c).exp());
             println!(
-                "{degrees}° band {b}: pane {} against {want}; incoming {}; residual {:.1e}",
+                "{degrees}° {b:?}: pane {} against {want}; incoming {}; residual {:.1e}",
                 e.absorbed_panes[b], e.incoming[b], e.residual[b]
             );
-            assert!((e.absorbed_panes[b] - want).abs() < 1e-6 * 100.0, "{degrees}° band {b}");
-            assert!(e.residual[b].abs() < 1.2e-2, "{degrees}° band {b}: {}", e.residual[b]);
+            assert!((e.absorbed_panes[b] - want).abs() < 1e-6 * 100.0, "{degrees}° {b:?}");
+            assert!(e.residual[b].abs() < 1.2e-2, "{degrees}° {b:?}: {}", e.residual[b]);
         }
     }
 }
@@ -89,7 +89,7 @@ fn pane_between_two_halves_agrees_with_monte_carlo() {
         for face in ["x0", "x1", "y0"] {
             let p = patches_of(&s, face);
             let plate = s.scene.facets()[s.zones.patches[p[0]].facet].plate;
-            let e = radiance::irradiance(&w, &plate, 0, 400_000, 7);
+            let e = radiance::irradiance(&w, &plate, Band::first(), 400_000, 7);
             let (coarse, fine) =
                 (mean(&s, &s.fields.incident, &p), mean(&t, &t.fields.incident, &patches_of(&t, face)));
             let h = 2.0 * fine - coarse;
@@ -151,6 +151,6 @@ fn small_window_transmits_all_its_light() {
     let s = solve(Scene::new(parts).unwrap());
     let want = PI * l * w * w;
     let e = &s.report.energy;
-    println!("incoming {} against {want}; residual {}", e.incoming[0], e.residual[0]);
-    assert!((e.incoming[0] / want - 1.0).abs() < 0.1, "{} against {want}", e.incoming[0]);
+    println!("incoming {} against {want}; residual {}", e.incoming.first(), e.residual.first());
+    assert!((e.incoming.first() / want - 1.0).abs() < 0.1, "{} against {want}", e.incoming.first());
 }

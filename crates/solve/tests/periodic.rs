@@ -4,7 +4,7 @@ mod common;
 
 use common::{read, solve, solved, unlevels};
 use zonal_scene::thermal::blackbody_emissive_power;
-use zonal_scene::{Engine, HeatRow, Scene, Solution};
+use zonal_scene::{Band, Bands, Engine, HeatRow, Scene, Solution};
 
 fn row<'a>(s: &'a Solution, name: &str) -> &'a HeatRow {
     let rows = &s.report.heat.as_ref().expect("a thermal solution").rows;
@@ -117,11 +117,10 @@ fn engines_agree_in_transparent_bands() {
             let [a, b] = ["spectral", "dense"].map(|e| solve(room(periodic, omit, e, kappa)));
             assert_eq!((a.report.engine.as_str(), b.report.engine.as_str()), ("spectral", "dense"));
             for (i, (x, y)) in a.fields.incident.iter().zip(&b.fields.incident).enumerate() {
-                for k in 0..3 {
-                    assert!((x[k] / y[k] - 1.0).abs() < 1e-11, "{periodic:?} {kappa} {i}: {x:?} {y:?}");
-                    let told = a.fields.error[i][k] + b.fields.error[i][k];
-                    assert!((x[k] - y[k]).abs() <= told, "{periodic:?} {kappa} {i}: ± {told:e}");
-                }
+                assert!((x / y - 1.0).abs().all(|d| d < 1e-11), "{periodic:?} {kappa} {i}: {x:?} {y:?}");
+                let stated = a.fields.error[i] + b.fields.error[i];
+                let holds = |k: Band| (x[k] - y[k]).abs() <= stated[k];
+                assert!(Band::all().all(holds), "{periodic:?} {kappa} {i}: ± {stated:?}");
             }
             assert!(a.report.energy.residual.iter().all(|r| r.abs() < 1e-11), "{:?}", a.report.energy);
         }
@@ -140,9 +139,12 @@ fn transparent_isothermal_enclosures_are_uniform() {
                 "linear" => zonal_scene::ZoneBasis::Linear,
                 _ => zonal_scene::ZoneBasis::Constant,
             };
-            parts.surfaces.iter_mut().for_each(|s| (s.reflectance, s.emission) = ([0.5; 3], [1.0; 3]));
+            parts
+                .surfaces
+                .iter_mut()
+                .for_each(|s| (s.reflectance, s.emission) = (Bands::splat(0.5), Bands::ONE));
             let map = parts.voxel_grid.as_mut().unwrap();
-            map.fill([0.0, 0.3, 1e-12], [0.6; 3], [2.0; 3], [0.0; 3]);
+            map.fill(Bands::from_rgb([0.0, 0.3, 1e-12]), Bands::splat(0.6), Bands::splat(2.0), Bands::ZERO);
             let s = solve(Scene::new(parts).unwrap());
             for (i, off) in unlevels(&s, 2.0).iter().enumerate() {
                 assert!(*off < 1e-11, "{periodic:?} {basis} {i}: {off:e}");
@@ -161,7 +163,7 @@ fn transparent_open_slabs_lose_all_power() {
                 "[solve]\npatch_rule = \"voxels\"\nzone_basis = \"{basis}\"\n[boundary]\nx = \"periodic\"\ny = \"periodic\"\n[[surface]]\nname = \"d\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\nomit = [\"x0\", \"x1\", \"y0\", \"y1\", \"z1\"]\nreflectance = 0\nemission = 1\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [2, 3, 4]\nextinction = {kappa}\nalbedo = 1\n"
             ));
             let e = &s.report.energy;
-            assert!((e.escaped[0] - 1.0).abs() < 1e-11 && e.residual[0].abs() < 1e-11, "{e:?}");
+            assert!((e.escaped.first() - 1.0).abs() < 1e-11 && e.residual.first().abs() < 1e-11, "{e:?}");
         }
     }
 }

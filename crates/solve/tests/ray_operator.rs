@@ -4,7 +4,7 @@ mod common;
 
 use common::{mean, patches_of, read, unit_room, with_site};
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
-use zonal_scene::{Bands, Scene};
+use zonal_scene::{Band, Bands, Scene};
 use zonal_solve::ExchangeOperator;
 use zonal_solve::ray::ray_operator::{PathContinuation, RayIncident, RayOperator};
 
@@ -50,10 +50,10 @@ fn rows_of_rays_close_and_walls_are_opaque() {
         let ones: Vec<Bands> = (0..zones.len()).map(|i| scaled_radiosity_coefficient(zones, i)).collect();
         for (i, p) in operator.apply(&ones).iter().enumerate() {
             let want = closure_target(zones, i);
-            assert!((p[0] / want - 1.0).abs() < 1e-5, "{i}: {} of {want}", p[0]);
+            assert!((p.first() / want - 1.0).abs() < 1e-5, "{i}: {} of {want}", p.first());
         }
-        let lit = operator.solve(context, surroundings).swap_remove(0).strengths;
-        let RayIncident { incident, unsmoothed, .. } = operator.estimate_incident(&[lit]);
+        let lit = operator.solve(context, surroundings).swap_remove(0);
+        let RayIncident { columns, unsmoothed, .. } = operator.estimate_incident(&[lit]);
         let above = |x: f64, y: f64, z: f64| z - (0.4 + 0.11 * x + 0.07 * y);
         let mut dark = 0;
         for (i, p) in zones.patches.iter().enumerate() {
@@ -64,7 +64,7 @@ fn rows_of_rays_close_and_walls_are_opaque() {
                     above(q.x, q.y, q.z) < 1e-9
                 })
             {
-                assert_eq!((unsmoothed[i], incident.columns[0][i]), ([0.0; 3], [0.0; 3]), "patch {i}");
+                assert_eq!((unsmoothed[i], columns[0][i]), (Bands::ZERO, Bands::ZERO), "patch {i}");
                 dark += 1;
             }
         }
@@ -96,7 +96,7 @@ fn rows_of_a_room_with_a_pane_close() {
         let ones: Vec<Bands> = (0..zones.len()).map(|i| scaled_radiosity_coefficient(zones, i)).collect();
         for (i, p) in operator.apply(&ones).iter().enumerate() {
             let want = closure_target(zones, i);
-            assert!((p[0] / want - 1.0).abs() < 1e-5, "{i}: {} of {want}", p[0]);
+            assert!((p.first() / want - 1.0).abs() < 1e-5, "{i}: {} of {want}", p.first());
         }
     });
 }
@@ -108,8 +108,7 @@ fn panes_absorb_rays_and_emit_rays() {
     with_site(&scene, |context, surroundings| {
         let zones = context.zones;
         let mut operator = RayOperator::new(context, [2048, 2048], PathContinuation::Off);
-        let strengths: Vec<_> =
-            operator.solve(context, surroundings).into_iter().map(|e| e.strengths).collect();
+        let strengths = operator.solve(context, surroundings);
         let RayIncident { unsmoothed, .. } = operator.estimate_incident(&strengths);
         let patches = |side: bool| {
             let of = |i: &usize| (zones.patches[*i].plate.centre().x > 0.5) == side;
@@ -117,11 +116,11 @@ fn panes_absorb_rays_and_emit_rays() {
         };
         let panes: Vec<usize> = (zones.pane_offset()..zones.len()).collect();
         for (what, list) in [("lit", patches(false)), ("behind", patches(true)), ("pane", panes)] {
-            for b in 0..3 {
+            for b in Band::all() {
                 let measure = |i: usize| zones.response(i).1;
                 let ours: f64 = list.iter().map(|&i| unsmoothed[i][b] / measure(i)).sum();
                 let want: f64 = list.iter().map(|&i| dense.fields.incident[i][b]).sum();
-                assert!((ours / want - 1.0).abs() < 0.012, "{what}, band {b}: {ours} against {want}");
+                assert!((ours / want - 1.0).abs() < 0.012, "{what}, {b:?}: {ours} against {want}");
             }
         }
     });
@@ -132,10 +131,9 @@ fn irradiance(scene: &Scene, rays: usize, continuation: PathContinuation) -> Vec
     let mut out = Vec::new();
     with_site(scene, |context, surroundings| {
         let mut operator = RayOperator::new(context, [rays, rays], continuation);
-        let strengths =
-            operator.solve(context, surroundings).into_iter().map(|e| e.strengths).collect::<Vec<_>>();
-        let RayIncident { incident, .. } = operator.estimate_incident(&strengths);
-        let whole = |i: usize| incident.columns.iter().map(|c| c[i][0]).sum::<f64>();
+        let strengths = operator.solve(context, surroundings);
+        let RayIncident { columns, .. } = operator.estimate_incident(&strengths);
+        let whole = |i: usize| columns.iter().map(|c| c[i].first()).sum::<f64>();
         out = (0..context.zones.patches.len()).map(|i| whole(i) / context.zones.patches[i].area).collect();
     });
     out

@@ -5,10 +5,9 @@ mod common;
 use common::{solved_zones as solved, surface, wall};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{
-    Bands, Engine, Facet, Fields, NoProgress, Progress, Scene, SceneParts, SolveOptions, Surroundings,
-    Texture, VoxelGrid, Zones, bands,
+    Band, Bands, Engine, Facet, Fields, NoProgress, PatchRule, Progress, Scene, SceneParts, SolveOptions,
+    Surroundings, Texture, VoxelGrid, ZoneBasis, Zones,
 };
-use zonal_scene::{PatchRule, ZoneBasis};
 use zonal_solve::engine::selection::{EngineChoice, select_engine};
 use zonal_solve::report::cost_estimate::problem_size::{ProblemSize, is_open};
 use zonal_solve::spectral::{SpectralOperator, basis::BasisOrder, enclosure::BoxEnclosure};
@@ -24,7 +23,7 @@ impl Dice {
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
     fn bands(&mut self) -> Bands {
-        [0; 3].map(|_| self.next())
+        Bands::from_fn(|_| self.next())
     }
 }
 
@@ -62,7 +61,7 @@ impl Room {
             let mut texture = || Texture {
                 width: 5,
                 height: 4,
-                pixels: (0..20).map(|_| dice.bands().map(|x| x as f32)).collect(),
+                pixels: (0..20).map(|_| dice.bands().to_rgb().map(|x| x as f32)).collect(),
             };
             parts.textures.extend([texture(), texture()]);
             let n = parts.textures.len();
@@ -78,13 +77,7 @@ impl Room {
         let mut map = VoxelGrid::new(min, Vec3::from_array(self.edges), self.cells).unwrap();
         for i in 0..map.len() {
             let source = dice.bands().map(|x| if x > 0.7 { x } else { 0.0 });
-            map.set(
-                i,
-                self.kappa,
-                dice.bands().map(|x| 0.95 * x),
-                dice.bands(),
-                bands(|b| source[b] * self.kappa[b].min(1.0)),
-            );
+            map.set(i, self.kappa, 0.95 * dice.bands(), dice.bands(), source * self.kappa.min(Bands::ONE));
         }
         parts.voxel_grid = Some(map.seal().unwrap());
         parts
@@ -125,48 +118,50 @@ fn like_dense(room: &Room) {
     assert!(off < 1e-10, "{:?}: {off:e}", room.periodic);
     // The residual of the balance, and the stated error, which covers it.
     assert!(report.energy.residual.iter().all(|r| r.abs() < 1e-11), "{:?}", report.energy.residual);
-    let told = |i: usize, b: usize| spectral.error[i][b] + 3e-11 * dense.incident[i][b];
     for i in 0..dense.incident.len() {
-        (0..3).for_each(|b| {
-            assert!((spectral.incident[i][b] - dense.incident[i][b]).abs() <= told(i, b), "{i} {b}");
-        });
+        let stated = spectral.error[i] + 3e-11 * dense.incident[i];
+        let difference = (spectral.incident[i] - dense.incident[i]).abs();
+        assert!(Band::all().all(|b| difference[b] <= stated[b]), "{i}: {difference:?} {stated:?}");
     }
 }
 
 #[test]
 fn cuboid_zones_agree_with_the_dense_engine() {
-    like_dense(&Room::new([12, 9, 7], EDGES, [1.5, 1.5, 4.0]));
+    like_dense(&Room::new([12, 9, 7], EDGES, Bands::from_rgb([1.5, 1.5, 4.0])));
 }
 
 #[test]
 fn cubic_zones_agree_with_the_dense_engine() {
-    like_dense(&Room::new([6, 6, 6], [0.25; 3], [0.7, 2.0, 0.0]));
+    like_dense(&Room::new([6, 6, 6], [0.25; 3], Bands::from_rgb([0.7, 2.0, 0.0])));
 }
 
 #[test]
 fn periodic_zones_agree_with_the_dense_engine() {
     for periodic in [[true, false, false], [false, true, false], [false, false, true]] {
-        like_dense(&Room { periodic, ..Room::new([12, 9, 7], EDGES, [7.0; 3]) });
+        like_dense(&Room { periodic, ..Room::new([12, 9, 7], EDGES, Bands::splat(7.0)) });
     }
     for periodic in [[true, true, false], [true, false, true], [false, true, true]] {
-        like_dense(&Room { periodic, ..Room::new([5, 4, 3], EDGES, [20.0, 20.0, 30.0]) });
+        like_dense(&Room { periodic, ..Room::new([5, 4, 3], EDGES, Bands::from_rgb([20.0, 20.0, 30.0])) });
     }
     // Almost no medium, and none.
     for periodic in [[true, false, false], [false, true, true]] {
-        like_dense(&Room { periodic, ..Room::new([5, 4, 3], EDGES, [1e-4, 0.0, 1e-12]) });
+        like_dense(&Room { periodic, ..Room::new([5, 4, 3], EDGES, Bands::from_rgb([1e-4, 0.0, 1e-12])) });
     }
 }
 
 /// Closed, open, periodic rooms, with an odd and a single cell among their counts.
 fn rooms() -> Vec<Room> {
-    let plain = Room::new([7, 10, 5], EDGES, [1.5, 6.0, 1.5]);
+    let plain = Room::new([7, 10, 5], EDGES, Bands::from_rgb([1.5, 6.0, 1.5]));
     vec![
         plain.clone(),
         Room { omit: vec![1, 2], ..plain.clone() },
-        Room::new([1, 6, 3], [0.3, 0.1, 0.2], [2.0; 3]),
+        Room::new([1, 6, 3], [0.3, 0.1, 0.2], Bands::splat(2.0)),
         Room { periodic: [true, false, false], ..plain.clone() },
-        Room { periodic: [false, true, true], ..Room::new([6, 5, 8], EDGES, [9.0, 9.0, 12.0]) },
-        Room { periodic: [true, true, false], ..Room::new([1, 1, 12], [0.5, 0.5, 0.1], [3.0; 3]) },
+        Room {
+            periodic: [false, true, true],
+            ..Room::new([6, 5, 8], EDGES, Bands::from_rgb([9.0, 9.0, 12.0]))
+        },
+        Room { periodic: [true, true, false], ..Room::new([1, 1, 12], [0.5, 0.5, 0.1], Bands::splat(3.0)) },
     ]
 }
 
@@ -178,7 +173,7 @@ fn reciprocity_and_closure() {
         let mut dice = Dice(11);
         let [x, y] = [0; 2].map(|_| (0..zones.len()).map(|_| dice.bands()).collect::<Vec<_>>());
         let (gx, gy) = (s.apply(&x), s.apply(&y));
-        for b in 0..3 {
+        for b in Band::all() {
             let dot = |a: &[Bands], c: &[Bands]| a.iter().zip(c).map(|(a, c)| a[b] * c[b]).sum::<f64>();
             let (left, right) = (dot(&x, &gy), dot(&gx, &y));
             assert!((left - right).abs() < 1e-12 * left, "{left} {right}");
@@ -188,10 +183,8 @@ fn reciprocity_and_closure() {
         let (rows, open) = (s.apply(&strength), s.opening_factors());
         for i in 0..zones.len() {
             let t = zonal_exchange::pair::closure_target(&zones, i);
-            (0..3).for_each(|b| {
-                let row = rows[i][b] + open[i][b];
-                assert!((row / t - 1.0).abs() < 1e-12, "{:?} {i} {b}: {row} {t}", room.periodic);
-            });
+            let row = rows[i] + open[i];
+            assert!((row / t - 1.0).abs().all(|x| x < 1e-12), "{:?} {i}: {row:?} {t}", room.periodic);
         }
     }
 }
@@ -202,12 +195,13 @@ fn isothermal_enclosure_is_uniform() {
         let mut parts = room.parts();
         for s in &mut parts.surfaces {
             (s.reflectance_texture, s.emission_texture) = (None, None);
-            (s.reflectance, s.emission) = ([0.25, 0.5, 0.75], [0.75, 0.5, 0.25]);
+            (s.reflectance, s.emission) =
+                (Bands::from_rgb([0.25, 0.5, 0.75]), Bands::from_rgb([0.75, 0.5, 0.25]));
         }
         parts.surroundings =
-            Surroundings { radiance: [std::f64::consts::FRAC_1_PI; 3], ..Surroundings::default() };
+            Surroundings { radiance: Bands::splat(std::f64::consts::FRAC_1_PI), ..Surroundings::default() };
         let map = parts.voxel_grid.as_mut().unwrap();
-        map.fill(room.kappa, [0.6, 0.0, 1.0], [1.0; 3], [0.0; 3]);
+        map.fill(room.kappa, Bands::from_rgb([0.6, 0.0, 1.0]), Bands::ONE, Bands::ZERO);
         let (zones, fields, report) = solved(&Scene::new(parts).unwrap());
         for (i, x) in fields.incident.iter().enumerate() {
             let want = if i < zones.voxel_offset() { 1.0 } else { 4.0 };
@@ -220,13 +214,18 @@ fn isothermal_enclosure_is_uniform() {
 #[test]
 fn light_has_the_symmetry_of_the_room() {
     // Equal walls, cubic cells and a uniform medium have 48 symmetries, permutations and reversals of the axes.
-    let mut parts = Room::new([6; 3], [0.2; 3], [2.0; 3]).parts();
+    let mut parts = Room::new([6; 3], [0.2; 3], Bands::splat(2.0)).parts();
     for s in &mut parts.surfaces {
         (s.reflectance_texture, s.emission_texture) = (None, None);
     }
-    parts.voxel_grid.as_mut().unwrap().fill([2.0; 3], [0.7; 3], [0.4; 3], [0.0; 3]);
+    parts.voxel_grid.as_mut().unwrap().fill(
+        Bands::splat(2.0),
+        Bands::splat(0.7),
+        Bands::splat(0.4),
+        Bands::ZERO,
+    );
     let (zones, fields, _) = solved(&Scene::new(parts).unwrap());
-    let g = |c: [usize; 3]| fields.incident[zones.voxel_offset() + (c[0] * 6 + c[1]) * 6 + c[2]][0];
+    let g = |c: [usize; 3]| fields.incident[zones.voxel_offset() + (c[0] * 6 + c[1]) * 6 + c[2]].first();
     for c in [[0, 1, 2], [1, 1, 0], [2, 0, 0]] {
         let [x, y, z] = c;
         for other in [[y, z, x], [x, z, y], [5 - x, y, z], [x, 5 - y, 5 - z], [5 - z, x, 5 - y]] {
@@ -237,7 +236,7 @@ fn light_has_the_symmetry_of_the_room() {
 
 #[test]
 fn threads_do_not_change_a_bit() {
-    let scene = Room::new([9, 20, 6], EDGES, [1.5, 4.0, 1.5]).scene();
+    let scene = Room::new([9, 20, 6], EDGES, Bands::from_rgb([1.5, 4.0, 1.5])).scene();
     let one = common::on_threads(&scene, 1);
     let four = common::on_threads(&scene, 4);
     assert!(one.0 == four.0 && one.1 == four.1);
@@ -245,7 +244,7 @@ fn threads_do_not_change_a_bit() {
 
 #[test]
 fn unsuitable_scenes_are_refused_with_a_reason() {
-    let room = Room::new([3, 4, 5], EDGES, [1.0; 3]);
+    let room = Room::new([3, 4, 5], EDGES, Bands::ONE);
     let refused = |change: &dyn Fn(&mut SceneParts)| {
         let mut parts = room.parts();
         change(&mut parts);
@@ -258,7 +257,7 @@ fn unsuitable_scenes_are_refused_with_a_reason() {
     };
     let told = refused(&|p| {
         let map = p.voxel_grid.as_mut().unwrap();
-        map.set(7, [1.0, 2.0, 1.0], [0.5; 3], [0.0; 3], [0.0; 3]);
+        map.set(7, Bands::from_rgb([1.0, 2.0, 1.0]), Bands::splat(0.5), Bands::ZERO, Bands::ZERO);
         *map = map.clone().seal().unwrap();
     });
     assert!(told.contains("spectral does not apply: the extinction varies in band 1"), "{told}");
@@ -269,7 +268,7 @@ fn unsuitable_scenes_are_refused_with_a_reason() {
     let told = refused(&|p| p.facets.push(Facet { surface: 2, ..p.facets[0] }));
     assert!(told.contains("lies on another") || told.contains("no face of a voxel"), "{told}");
     // Insufficient memory is reported before the computation.
-    let scene = Room::new([20, 20, 20], EDGES, [1.0; 3]).scene();
+    let scene = Room::new([20, 20, 20], EDGES, Bands::ONE).scene();
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
     let told = solve_zones(&scene, &zones, &transport, &SolveSettings::new(1 << 20, &NoProgress))
@@ -280,7 +279,7 @@ fn unsuitable_scenes_are_refused_with_a_reason() {
 
 #[test]
 fn periodic_scenes_require_engines_with_images() {
-    let room = Room { periodic: [true, false, false], ..Room::new([3, 4, 5], EDGES, [9.0; 3]) };
+    let room = Room { periodic: [true, false, false], ..Room::new([3, 4, 5], EDGES, Bands::splat(9.0)) };
     let refused = |room: &Room| {
         let scene = room.scene();
         let transport = Transport::new(&scene);
@@ -304,7 +303,7 @@ fn periodic_scenes_require_engines_with_images() {
 
 #[test]
 fn auto_selects_spectral_for_many_zones_or_gives_the_reason() {
-    let room = Room::new([18, 18, 18], [0.1; 3], [1.0; 3]).with(Engine::Auto);
+    let room = Room::new([18, 18, 18], [0.1; 3], Bands::ONE).with(Engine::Auto);
     let chosen = |parts: SceneParts| {
         let scene = Scene::new(parts).unwrap();
         let transport = Transport::new(&scene);
@@ -318,7 +317,7 @@ fn auto_selects_spectral_for_many_zones_or_gives_the_reason() {
     let mut parts = Room { cells: [20; 3], ..room.clone() }.parts();
     let map = parts.voxel_grid.take().unwrap();
     let mut map = map.clone();
-    map.set(5, [2.0, 1.0, 1.0], [0.5; 3], [0.0; 3], [0.0; 3]);
+    map.set(5, Bands::from_rgb([2.0, 1.0, 1.0]), Bands::splat(0.5), Bands::ZERO, Bands::ZERO);
     parts.voxel_grid = Some(map.seal().unwrap());
     let (engine, why) = told(chosen(parts));
     assert_eq!(engine, Engine::Hierarchical);
@@ -326,13 +325,13 @@ fn auto_selects_spectral_for_many_zones_or_gives_the_reason() {
     // A periodic box is open where walls are missing, not where its images are.
     for (omit, open) in [(vec![], false), (vec![2], true)] {
         let scene =
-            Room { omit, periodic: [true, false, false], ..Room::new([4; 3], [0.1; 3], [1.0; 3]) }.scene();
+            Room { omit, periodic: [true, false, false], ..Room::new([4; 3], [0.1; 3], Bands::ONE) }.scene();
         let transport = Transport::new(&scene);
         let zones = build_zones(&scene, &transport).unwrap();
         assert_eq!(is_open(&scene, &zones, &transport), open);
     }
     // Few zones of a periodic box too.
-    let few = Room { periodic: [true, false, false], ..Room::new([4; 3], [0.1; 3], [1.0; 3]) };
+    let few = Room { periodic: [true, false, false], ..Room::new([4; 3], [0.1; 3], Bands::ONE) };
     assert_eq!(chosen(few.with(Engine::Auto).parts()).engine, Engine::Spectral);
 }
 
@@ -340,16 +339,16 @@ fn auto_selects_spectral_for_many_zones_or_gives_the_reason() {
 fn slabs_match_the_closed_forms() {
     // VALIDATION 5 (b): between black plates, the medium in radiative equilibrium.
     let slab = |n: usize, tau: f64| {
-        let room = Room::new([1, 1, n], [1.0 / n as f64; 3], [tau; 3]);
+        let room = Room::new([1, 1, n], [1.0 / n as f64; 3], Bands::splat(tau));
         let mut parts = Room { periodic: [true, true, false], ..room }.parts();
         for (k, s) in parts.surfaces.iter_mut().enumerate() {
             (s.reflectance_texture, s.emission_texture) = (None, None);
-            (s.reflectance, s.emission) = ([0.0; 3], [f64::from(u8::from(k == 0)); 3]);
+            (s.reflectance, s.emission) = (Bands::ZERO, Bands::splat(f64::from(u8::from(k == 0))));
         }
-        parts.voxel_grid.as_mut().unwrap().fill([tau; 3], [1.0; 3], [0.0; 3], [0.0; 3]);
+        parts.voxel_grid.as_mut().unwrap().fill(Bands::splat(tau), Bands::ONE, Bands::ZERO, Bands::ZERO);
         let (zones, fields, _) = solved(&Scene::new(parts).unwrap());
         assert_eq!(zones.patches.len(), 2);
-        fields.incident[1][0]
+        fields.incident[1].first()
     };
     for (tau, flux) in [(0.1, 0.91570287), (1.0, 0.55340599), (10.0, 0.11674511)] {
         let (rough, fine) = (slab(50, tau), slab(100, tau));

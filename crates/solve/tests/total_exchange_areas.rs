@@ -10,6 +10,7 @@ mod view3d;
 use common::{read, solved};
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::thermal::blackbody_emissive_power;
+use zonal_solve::total_exchange_areas::{TotalExchangeAreas, total_exchange_areas};
 
 const FURNACE: &str = "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nengine = \"dense\"\n[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [2,2,4] }\ntemperature = 900\nemissivity = 0.7\nfaces.z0 = { temperature = 1200, emissivity = 0.85 }\nfaces.z1 = { temperature = 400 }\n[medium]\nmin = [0,0,0]\nmax = [2,2,4]\ncells = [2, 2, 4]\nextinction = 0.5\nalbedo = 0.4\ntemperature = 1100\n";
 
@@ -22,13 +23,8 @@ fn total_areas_match_view3d() {
     let flat: Vec<f64> =
         (0..n * n).map(|k| 0.5 * (areas[k / n] * f[k / n][k % n] + areas[k % n] * f[k % n][k / n])).collect();
     let e = view3d::EMISSIVITY;
-    let t = zonal_solve::total_exchange_areas::total_exchange_areas(
-        &flat,
-        &vec![1e-6; n * n],
-        &areas,
-        &vec![1.0 - e; n],
-    )
-    .unwrap();
+    let t: TotalExchangeAreas =
+        total_exchange_areas(&flat, &vec![1e-6; n * n], &areas, &vec![1.0 - e; n]).unwrap();
     let ours = |i: usize, j: usize| t.areas[i * n + j] / areas[i];
     // The same by elimination.
     let grey = view3d::grey(&f, e);
@@ -61,23 +57,20 @@ fn total_areas_give_the_net_fluxes() {
     let (s, scene) = (solved(FURNACE), read(FURNACE));
     let (t, closure) = common::with_exchange(&scene, |zones, _, exchange| {
         let n = zones.len();
-        let own = |k: usize| scaled_radiosity_coefficient(zones, k)[0];
+        let own = |k: usize| scaled_radiosity_coefficient(zones, k).first();
         let c: Vec<f64> = (0..n).map(|i| closure_target(zones, i) * own(i)).collect();
         let mut f = vec![0.0; n * n];
         for i in 0..n {
             let (row, mut counts) = (exchange.row(i), common::count());
             for j in 0..=i {
-                let x = exchange.pair_in_row(&row, j, &mut counts).value[0] * own(i) * own(j);
+                let x = exchange.pair_in_row(&row, j, &mut counts).value.first() * own(i) * own(j);
                 (f[i * n + j], f[j * n + i]) = (x, x);
             }
         }
         let part = |i: usize| if i < zones.voxel_offset() { 1.0 } else { 4.0 };
-        let r: Vec<f64> = (0..n).map(|i| zones.response(i).0[0] * part(i)).collect();
+        let r: Vec<f64> = (0..n).map(|i| zones.response(i).0.first() * part(i)).collect();
         let closure: Vec<f64> = c.iter().zip(&r).map(|(c, r)| c * (1.0 - r)).collect();
-        (
-            zonal_solve::total_exchange_areas::total_exchange_areas(&f, &vec![0.0; n * n], &c, &r).unwrap(),
-            closure,
-        )
+        (total_exchange_areas(&f, &vec![0.0; n * n], &c, &r).unwrap(), closure)
     });
     let n = closure.len();
     let heat = s.fields.heat.as_ref().unwrap();

@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 use zonal_math::{Vec3, low_discrepancy::hash_to_unit, vec3};
-use zonal_scene::{Facet, Plate, Scene, SceneParts, Sides, Surface, VoxelGrid};
+use zonal_scene::{Bands, Facet, Plate, Scene, SceneParts, Sides, Surface, VoxelGrid};
 use zonal_transport::{Transport, build_zones};
 
 fn surface() -> Surface {
     Surface {
         name: "all".into(),
-        reflectance: [0.5; 3],
-        emission: [0.0; 3],
+        reflectance: Bands::splat(0.5),
+        emission: Bands::ZERO,
         reflectance_texture: None,
         emission_texture: None,
         sides: Sides::Front,
@@ -87,7 +87,7 @@ fn measure_queries(name: &str, plates: &[Plate]) {
     let facets = plates.iter().map(|p| Facet { surface: 0, plate: *p, uv: [[0.0; 2]; 3] }).collect();
     let mut map = VoxelGrid::new(Vec3::ZERO, Vec3::splat(1.0 / 32.0), [32; 3]).expect("a map");
     for i in 0..map.len() {
-        map.set(i, [hash_to_unit(i as u64); 3], [0.5; 3], [0.0; 3], [0.0; 3]);
+        map.set(i, Bands::splat(hash_to_unit(i as u64)), Bands::splat(0.5), Bands::ZERO, Bands::ZERO);
     }
     let scene = Scene::new(SceneParts {
         surfaces: vec![surface()],
@@ -132,7 +132,7 @@ fn measure_queries(name: &str, plates: &[Plate]) {
     rate("occluded_inside, surface", &|a, b| t.occluded_inside(a, b), &on);
     let closest = |a: Vec3, b: Vec3| t.closest_hit(a, (b - a).normalized(), 1e-9, f64::INFINITY).is_some();
     rate("closest hit", &closest, &points);
-    rate("optical depth, 32³", &|a, b| t.optical_depth(a, b)[0] > 1.0, &points);
+    rate("optical depth, 32³", &|a, b| t.optical_depth(a, b).first() > 1.0, &points);
 }
 
 /// Measures the zoning of a 115³ voxel grid with up to 200 solid balls in a room.

@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 use zonal_math::{Vec3, low_discrepancy::hash_to_unit, vec3};
-use zonal_scene::{Facet, Plate, Scene, SceneParts, Sides, Surface};
+use zonal_scene::{Bands, Facet, Plate, Scene, SceneParts, Sides, Surface};
 use zonal_transport::Transport;
 
 /// Triangles of a subdivided scene.
@@ -31,8 +31,8 @@ fn main() -> std::io::Result<()> {
     let facets = plates.iter().map(|p| Facet { surface: 0, plate: *p, uv: [[0.0; 2]; 3] }).collect();
     let surface = Surface {
         name: "all".into(),
-        reflectance: [0.5; 3],
-        emission: [0.0; 3],
+        reflectance: Bands::splat(0.5),
+        emission: Bands::ZERO,
         reflectance_texture: None,
         emission_texture: None,
         sides: Sides::Front,

@@ -12,7 +12,7 @@ use crate::bvh::Bvh;
 use crate::grid_traversal;
 use crate::transport::{PaneHit, Transport};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, bands};
+use zonal_scene::Bands;
 
 /// A crossing this near to an edge of its plate, in plate parameters, may be met on the neighbouring plate too.
 const EDGE_PARAMETER_TOLERANCE: f64 = 1e-9;
@@ -78,16 +78,14 @@ impl Transport<'_> {
 
     #[inline]
     fn total_depth(&self, panes: &Bvh, a: Vec3, b: Vec3) -> Bands {
-        let (medium, panes) = (self.medium_depth(a, b), self.pane_depth(panes, a, b));
-        bands(|k| medium[k] + panes[k])
+        self.medium_depth(a, b) + self.pane_depth(panes, a, b)
     }
 
     #[inline]
     fn pane_depth(&self, panes: &Bvh, a: Vec3, b: Vec3) -> Bands {
-        let mut sum = [0.0; 3];
+        let mut sum = Bands::ZERO;
         self.crossings(panes, a, b, &mut |h| {
-            let depth = self.slant_depth(&h);
-            (0..3).for_each(|k| sum[k] += depth[k]);
+            sum += self.slant_depth(&h);
         });
         sum
     }
@@ -96,28 +94,25 @@ impl Transport<'_> {
     #[inline]
     pub fn slant_depth(&self, hit: &PaneHit) -> Bands {
         let p = &self.scene().panes()[hit.pane];
-        p.extinction.map(|k| k * p.thickness / hit.cos)
+        p.extinction * p.thickness / hit.cos
     }
 
     /// ∫ κ ds over the medium alone, per band.
     #[inline]
     pub fn medium_depth(&self, a: Vec3, b: Vec3) -> Bands {
-        let mut sum = [0.0; 3];
+        let mut sum = Bands::ZERO;
         let Some(grid) = self.scene().voxel_grid() else {
             return sum;
         };
         if let Some(kappa) = grid.uniform_extinction() {
-            if kappa == [0.0; 3] {
+            if kappa == Bands::ZERO {
                 return sum;
             }
             let length = grid_traversal::clip_to_grid(grid, a, b).map_or(0.0, |(_, t0, t1)| t1 - t0);
-            return kappa.map(|k| k * length);
+            return kappa * length;
         }
         grid_traversal::traverse(grid, a, b, &mut |cell, t0, t1| {
-            let kappa = grid.extinction(cell);
-            for k in 0..3 {
-                sum[k] += kappa[k] * (t1 - t0);
-            }
+            sum += grid.extinction(cell) * (t1 - t0);
         });
         sum
     }
@@ -128,8 +123,7 @@ impl Transport<'_> {
         if self.occluded(a, b) {
             return None;
         }
-        let depth = self.optical_depth(a, b);
-        Some(bands(|k| (-depth[k]).exp()))
+        Some((-self.optical_depth(a, b)).exp())
     }
     /// [`Transport::transmittance`] for two points of the scene itself.
     #[inline]
@@ -137,7 +131,6 @@ impl Transport<'_> {
         if self.occluded_inside(a, b) {
             return None;
         }
-        let depth = self.optical_depth_inside(a, b);
-        Some(bands(|k| (-depth[k]).exp()))
+        Some((-self.optical_depth_inside(a, b)).exp())
     }
 }

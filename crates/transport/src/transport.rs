@@ -10,7 +10,7 @@ use crate::shaft_culling::{Shaft, ShaftEnd};
 use crate::solids::Solids;
 use crate::{grid_traversal, occluder_culling};
 use zonal_math::Vec3;
-use zonal_scene::{Plate, Scene, Zones};
+use zonal_scene::{Bands, Plate, Scene, Zones};
 
 /// The first facet on a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,20 +44,20 @@ pub struct PaneHit {
 ///
 /// ```
 /// use zonal_math::{Vec3, vec3};
-/// use zonal_scene::{Scene, SceneParts, VoxelGrid};
+/// use zonal_scene::{Bands, Scene, SceneParts, VoxelGrid};
 /// use zonal_transport::Transport;
 ///
 /// // A uniform medium of extinction 0.5 m⁻¹ in a cube of 2 m.
 /// let mut grid = VoxelGrid::new(Vec3::ZERO, Vec3::ONE, [2, 2, 2]).unwrap();
-/// (0..8).for_each(|cell| grid.set(cell, [0.5; 3], [0.0; 3], [0.0; 3], [0.0; 3]));
+/// (0..8).for_each(|cell| grid.set(cell, Bands::splat(0.5), Bands::ZERO, Bands::ZERO, Bands::ZERO));
 /// let parts = SceneParts { voxel_grid: Some(grid.seal().unwrap()), ..SceneParts::default() };
 /// let scene = Scene::new(parts).unwrap();
 /// let transport = Transport::new(&scene);
 ///
 /// let (a, b) = (vec3(0.0, 1.0, 1.0), vec3(2.0, 1.0, 1.0));
 /// assert!(!transport.occluded(a, b));
-/// assert!((transport.optical_depth(a, b)[0] - 1.0).abs() < 1e-12);
-/// assert!((transport.transmittance(a, b).unwrap()[0] - (-1.0f64).exp()).abs() < 1e-12);
+/// assert!((transport.optical_depth(a, b).first() - 1.0).abs() < 1e-12);
+/// assert!((transport.transmittance(a, b).unwrap().first() - (-1.0f64).exp()).abs() < 1e-12);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Transport<'a> {
@@ -138,7 +138,7 @@ impl<'a> Transport<'a> {
     }
     /// True when a facet or an absorbing pane stands between two points of the scene itself.
     pub fn separated_inside(&self, a: Vec3, b: Vec3) -> bool {
-        self.occluded_inside(a, b) || self.has_interior_panes() && self.pane_depth_inside(a, b) != [0.0; 3]
+        self.occluded_inside(a, b) || self.has_interior_panes() && self.pane_depth_inside(a, b) != Bands::ZERO
     }
     /// False when no facet can stand between any point of one zone and any of the other, both zones of the scene: then
     /// [`Transport::occluded_inside`] is false for all pairs of points. True when this is not proved.

@@ -4,7 +4,7 @@
 mod common;
 use common::*;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Facet, Plate, Scene, Sides, Surface};
+use zonal_scene::{Bands, Facet, Plate, Scene, Sides, Surface};
 use zonal_transport::zoning::excluded_parts;
 use zonal_transport::{Transport, build_zones};
 
@@ -106,8 +106,8 @@ fn skins_of_a_hollow_shell_keep_their_areas() {
 fn surface_inside_solid_is_refused_if_emitting_else_reported() {
     let build = |emission: f64| {
         let mut parts = nested(&[cube(0.3, 0.7, false), cube(0.0, 1.0, false)], 0.2).into_parts();
-        parts.surfaces[0].emission = [emission; 3];
-        parts.surfaces[1].emission = [0.0; 3];
+        parts.surfaces[0].emission = Bands::splat(emission);
+        parts.surfaces[1].emission = Bands::ZERO;
         Scene::new(parts).unwrap()
     };
     let s = build(5.0);

@@ -5,7 +5,9 @@ mod common;
 use common::*;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::PatchRule;
-use zonal_scene::{Facet, Light, Pane, Plate, Scene, SceneParts, Sides, Surface, Texture, VoxelGrid, Zones};
+use zonal_scene::{
+    Bands, Facet, Light, Pane, Plate, Scene, SceneParts, Sides, Surface, Texture, VoxelGrid, Zones,
+};
 use zonal_transport::{Transport, build_zones};
 
 fn zones(s: &Scene) -> Zones {
@@ -60,7 +62,7 @@ fn room_on_the_grid_has_whole_cells_only() {
     assert!(z.voxels.iter().all(|v| v.samples.is_empty()));
     assert!((volume(&z) - 1.0).abs() < 1e-13);
     assert!((area(&z, 0) - 6.0).abs() < 1e-13);
-    assert_eq!(z.patches[0].reflectance, [0.5, 0.4, 0.3]);
+    assert_eq!(z.patches[0].reflectance.to_rgb(), [0.5, 0.4, 0.3]);
     // A rotated room without a grid has patches only.
     let turned: Vec<Plate> = turned(&room(Vec3::ZERO, Vec3::ONE), Vec3::ZERO, 0.3);
     assert!((area(&zones(&plain(&turned, None)), 0) - 6.0).abs() < 1e-12);
@@ -281,7 +283,7 @@ fn two_sided_surfaces_have_two_zones_with_averaged_texture() {
     let mut sheet = surface("sheet");
     sheet.sides = Sides::Both;
     sheet.patch_size = Some(0.25);
-    sheet.reflectance = [1.0; 3];
+    sheet.reflectance = Bands::ONE;
     sheet.reflectance_texture = Some(0);
     let s = Scene::new(SceneParts {
         surfaces: vec![sheet],
@@ -296,9 +298,9 @@ fn two_sided_surfaces_have_two_zones_with_averaged_texture() {
             name: "glass".into(),
             plates: vec![plate],
             thickness: 0.01,
-            extinction: [1.0; 3],
-            albedo: [0.5; 3],
-            emission: [0.0; 3],
+            extinction: Bands::ONE,
+            albedo: Bands::splat(0.5),
+            emission: Bands::ZERO,
         }],
         ..SceneParts::default()
     })
@@ -306,10 +308,11 @@ fn two_sided_surfaces_have_two_zones_with_averaged_texture() {
     let z = zones(&s);
     assert_eq!(z.patches.len(), 8);
     assert_eq!(z.patches.iter().filter(|p| p.normal.z > 0.0).count(), 4);
-    assert!(z.patches.iter().all(|p| p.emission == [0.0; 3]));
+    assert!(z.patches.iter().all(|p| p.emission == Bands::ZERO));
     for p in &z.patches {
         let x = (p.plate.centre().x - 0.2) / 0.5;
-        assert!((p.reflectance[0] - x).abs() < 0.03 && (p.reflectance[1] - 0.5).abs() < 1e-6);
+        let [red, green, _] = p.reflectance.to_rgb();
+        assert!((red - x).abs() < 0.03 && (green - 0.5).abs() < 1e-6);
     }
     let glass: f64 = z.panes.iter().map(|p| p.area).sum();
     assert!((glass - 0.25).abs() < 1e-14);

@@ -201,6 +201,9 @@ fn table_line(c: &CornellCase, zones: usize, d: &PictureDifference) -> String {
     )
 }
 
+/// Title and head of the table of the page.
+const PAGE_HEAD: &str = "# The Cornell box against Mitsuba 3\n\nWritten by `cargo run --release --example cornell -- -o docs`. The same camera, lamp, walls and medium; Mitsuba's pictures are path-traced.\nEach row of pictures: ours, Mitsuba's, and four times the difference about grey.\n\n| picture | zones | mean R | mean G | mean B | blocks R | blocks G | blocks B | blocks' own noise | blocks compared |\n|---|---|---|---|---|---|---|---|---|---|\n";
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let option =
@@ -214,9 +217,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         format!("patch_size = {size}\nclosure = \"restore\"\nengine = \"{engine}\"\ntolerance = {tolerance}");
     let chosen = option("--cases");
     let out = option("-o").map(PathBuf::from);
-    let mut page = String::from(
-        "# The Cornell box against Mitsuba 3\n\nWritten by `cargo run --release --example cornell -- -o docs`. The same camera, lamp, walls and medium; Mitsuba's pictures are path-traced.\nEach row of pictures: ours, Mitsuba's, and four times the difference about grey.\n\n| picture | zones | mean R | mean G | mean B | blocks R | blocks G | blocks B | blocks' own noise | blocks compared |\n|---|---|---|---|---|---|---|---|---|---|\n",
-    );
+    let mut page = PAGE_HEAD.to_string();
     let mut pictures = String::new();
     print!("{page}");
     for c in CORNELL_CASES

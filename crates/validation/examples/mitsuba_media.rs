@@ -135,7 +135,8 @@ fn spheres(path: &Path, scenes: &Path) -> Result<(), Box<dyn std::error::Error>>
             i / (MASK_CELLS * MASK_CELLS),
             i / MASK_CELLS % MASK_CELLS,
             i % MASK_CELLS,
-        ]))[0]
+        ]))
+        .first()
     };
     let values: Vec<f64> = (0..MASK_CELLS.pow(3)).map(at).collect();
     Ok(output::write_array(path, &[MASK_CELLS; 3], &values)?)

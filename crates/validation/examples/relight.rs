@@ -8,7 +8,7 @@
 use std::path::Path;
 use std::time::Instant;
 use zonal_io::{input::parse_scene, output};
-use zonal_scene::{Bands, Fields, LightGroup, LightGroupKind, Report, Solution, ZoneValues, bands};
+use zonal_scene::{Bands, Fields, LightGroup, LightGroupKind, Report, Solution, ZoneValues};
 use zonal_solve::relight::relight;
 use zonal_transport::{Transport, build_zones};
 
@@ -24,14 +24,15 @@ fn solution(n: usize) -> Solution {
     let mut parts = parse_scene(&text, None, "room.toml").unwrap_or_else(|e| panic!("{e}")).into_parts();
     if let Some(v) = &mut parts.voxel_grid {
         for i in 0..v.len() {
-            v.set(i, [0.1 + (i % 97) as f64; 3], [0.5; 3], [0.0; 3], [0.0; 3]);
+            v.set(i, Bands::splat(0.1 + (i % 97) as f64), Bands::splat(0.5), Bands::ZERO, Bands::ZERO);
         }
     }
     parts.voxel_grid = parts.voxel_grid.map(|v| v.seal().unwrap_or_else(|e| panic!("{e}")));
     let scene = zonal_scene::Scene::new(parts).unwrap_or_else(|e| panic!("{e}"));
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap_or_else(|e| panic!("{e}"));
-    let field = |k: usize| (0..zones.len()).map(|i| bands(|b| 1.0 / (1 + i * k + b) as f64)).collect();
+    let value = |k: usize, i: usize| Bands::from_fn(|band| 1.0 / (1 + i * k + band.index()) as f64);
+    let field = |k: usize| (0..zones.len()).map(|i| value(k, i)).collect();
     let group = |l: usize, name: &str| LightGroup {
         name: name.into(),
         kind: LightGroupKind::Light(l),
@@ -40,7 +41,7 @@ fn solution(n: usize) -> Solution {
         ..LightGroup::default()
     };
     let groups = vec![group(0, "sun"), group(1, "sky")];
-    let zero: Vec<Bands> = vec![[0.0; 3]; zones.len()];
+    let zero: Vec<Bands> = vec![Bands::ZERO; zones.len()];
     let fields = Fields {
         radiosity: zero.clone(),
         incident: field(2),
@@ -76,7 +77,7 @@ fn main() {
         let t = Instant::now();
         let s = output::read_solution(&run).unwrap_or_else(|e| panic!("{e}"));
         let read = t.elapsed();
-        let mut s = relight(s, &[("sun".into(), [0.2; 3]), ("sky".into(), [3.0; 3])])
+        let mut s = relight(s, &[("sun".into(), Bands::splat(0.2)), ("sky".into(), Bands::splat(3.0))])
             .unwrap_or_else(|e| panic!("{e}"));
         let relit = t.elapsed();
         s.scene_hash = output::scene_hash(&s.scene);

@@ -48,16 +48,16 @@ mod solver;
 pub use solver::{Bytes, Solver};
 pub use zonal_io::Error;
 
-use zonal_scene::Solution;
+use zonal_scene::{Bands, Solution};
 
 /// Everything that most programs need.
 pub mod prelude {
     pub use crate::{Bytes, Error, Solver};
     pub use zonal_render::{Image, RenderOptions};
     pub use zonal_scene::{
-        BandFractions, Camera, Engine, GlassPane, LightGrouping, Medium, Mesh, NoProgress, PatchRule,
-        Progress, Scene, SceneBuilder, Sides, Sky, Solution, SolveOptions, SolveStatus, Sun, SurfaceResult,
-        VoxelValues, ZoneBasis,
+        Band, BandFractions, Bands, Camera, Engine, GlassPane, LightGrouping, Medium, Mesh, NoProgress,
+        PatchRule, Progress, Scene, SceneBuilder, Sides, Sky, Solution, SolveOptions, SolveStatus, Sun,
+        SurfaceResult, VoxelValues, ZoneBasis,
     };
     pub use zonal_solve::exchange_areas::{ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
 }
@@ -75,12 +75,12 @@ pub mod prelude {
 /// #     .surface(lamp.name("lamp").emission(100.0).sides(Sides::Front)).build()?;
 /// let bright = Solver::new(&scene).solve()?;
 /// let dim = zonal::relight(bright.clone(), &[("lamp", 0.5)])?;
-/// let absorbed = |s: &Solution| s.surface("walls").unwrap().absorbed[0];
+/// let absorbed = |s: &Solution| s.surface("walls").unwrap().absorbed.mean();
 /// assert!((absorbed(&dim) - 0.5 * absorbed(&bright)).abs() < 1e-6 * absorbed(&bright));
 /// # Ok::<(), Error>(())
 /// ```
 pub fn relight(solution: Solution, factors: &[(&str, f64)]) -> Result<Solution, Error> {
-    let factors: Vec<_> = factors.iter().map(|(name, f)| (name.to_string(), [*f; 3])).collect();
+    let factors: Vec<_> = factors.iter().map(|(name, f)| (name.to_string(), Bands::splat(*f))).collect();
     let mut solution = zonal_solve::relight::relight(solution, &factors)?;
     solution.scene_hash = zonal_io::output::scene_hash(&solution.scene);
     Ok(solution)

@@ -87,8 +87,8 @@ impl DemoScene {
             DemoScene::Chapel => chapel_text(size.into()),
             DemoScene::Church => {
                 let (plan, patch, cell) = match size {
-                    DemoSize::Small => (church::ChurchPlan::SMALL, 0.9, 0.75),
-                    DemoSize::Full => (church::ChurchPlan::FULL, 0.29, 0.179),
+                    DemoSize::Small => (church::ChurchPlan::TWO_BAYS, 0.9, 0.75),
+                    DemoSize::Full => (church::ChurchPlan::SIX_BAYS, 0.29, 0.179),
                 };
                 let mesh = path.with_extension("glb");
                 check_output(&mesh, &["glb"])?;

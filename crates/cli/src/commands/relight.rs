@@ -65,8 +65,8 @@ impl SolutionChanges {
 fn parse_bands(argument: &str, text: &str, max: f64) -> Result<Bands, Failure> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
     let bands = match numbers.as_deref() {
-        Some([x]) => [*x; 3],
-        Some([r, g, b]) => [*r, *g, *b],
+        Some([x]) => Bands::splat(*x),
+        Some([r, g, b]) => Bands::from_rgb([*r, *g, *b]),
         _ => return Err(Failure::new(format!("{argument}: '{text}' is neither a number nor r,g,b"))),
     };
     match bands.iter().find(|x| !(0.0..=max).contains(*x)) {

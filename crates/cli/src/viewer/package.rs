@@ -107,21 +107,21 @@ fn add_header(pack: &mut Pack, s: &Solution, baked: &BakedSolution, origin: Vec3
         "report",
         json!({
             "engine": report.engine, "status": status.join(", "), "grade": report.estimate.grade.name(),
-            "estimate": { "patches": report.estimate.patches, "volumes": report.estimate.volumes },
-            "residual": report.energy.residual, "warnings": report.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "estimate": { "patches": report.estimate.patches.as_slice(), "volumes": report.estimate.volumes.as_slice() },
+            "residual": report.energy.residual.as_slice(), "warnings": report.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         }),
     );
     let camera = |c: &zonal_scene::Camera| json!({ "name": c.name, "origin": array(c.origin - origin), "target": array(c.target - origin), "up": array(c.up), "fov": c.fov });
     pack.set("cameras", scene.cameras().iter().map(camera).collect());
     let surface = |(i, x): (usize, &zonal_scene::Surface)| {
         json!({
-            "name": x.name, "reflectance": x.reflectance, "emission": x.emission, "group": baked.emission_groups[i],
+            "name": x.name, "reflectance": x.reflectance.as_slice(), "emission": x.emission.as_slice(), "group": baked.emission_groups[i],
             "texture": x.reflectance_texture, "emissionTexture": x.emission_texture, "both": x.sides == zonal_scene::Sides::Both,
         })
     };
     pack.set("surfaces", scene.surfaces().iter().enumerate().map(surface).collect());
     let pane =
-        |p: &zonal_scene::Pane| json!({ "name": p.name, "depth": p.extinction.map(|k| k * p.thickness) });
+        |p: &zonal_scene::Pane| json!({ "name": p.name, "depth": (p.extinction * p.thickness).as_slice() });
     pack.set("panes", scene.panes().iter().map(pane).collect());
 }
 
@@ -158,7 +158,7 @@ fn add_mesh(pack: &mut Pack, m: &SurfaceMesh, origin: Vec3, scales: &mut [Value]
 fn add_zones(pack: &mut Pack, s: &Solution) {
     let n = s.zones.patches.len();
     let list = |value: &dyn Fn(usize) -> Bands| -> Vec<f32> {
-        (0..n).flat_map(|i| value(i).map(|x| x as f32)).collect()
+        (0..n).flat_map(|i| value(i).to_rgb().map(|x| x as f32)).collect()
     };
     let whole = [LightGroup::default()];
     let groups = if s.groups.is_empty() { &whole[..] } else { &s.groups };
@@ -166,8 +166,8 @@ fn add_zones(pack: &mut Pack, s: &Solution) {
         let of = |i: usize, direct: bool| match (s.groups.is_empty(), direct) {
             (true, false) => s.fields.incident[i],
             (true, true) => s.fields.direct[i],
-            (false, false) => scaled(group.incident.at(i), group.incident_scale),
-            (false, true) => scaled(group.direct.at(i), group.direct_scale),
+            (false, false) => group.incident.at(i) * group.incident_scale,
+            (false, true) => group.direct.at(i) * group.direct_scale,
         };
         pack.f32(&format!("zoneIndirect{g}"), &list(&|i| of(i, false)));
         pack.f32(&format!("zoneDirect{g}"), &list(&|i| of(i, true)));
@@ -176,10 +176,6 @@ fn add_zones(pack: &mut Pack, s: &Solution) {
     pack.f32("zoneReflectance", &list(&|i| s.zones.patches[i].reflectance));
     pack.f32("zoneEmission", &list(&|i| s.zones.patches[i].emission));
     pack.u16("zoneSurface", &s.zones.patches.iter().map(|p| p.surface as u16).collect::<Vec<_>>());
-}
-
-fn scaled(v: Bands, scale: Bands) -> Bands {
-    [0, 1, 2].map(|b| v[b] * scale[b])
 }
 
 fn add_panes(pack: &mut Pack, s: &Solution, m: &PaneMesh, origin: Vec3, scales: &mut [Value]) {
@@ -212,14 +208,14 @@ fn light_groups(s: &Solution, baked: &BakedSolution, scales: &[Value]) -> Value 
     let background = |g: usize| {
         let mut sum = match kind(g) {
             LightGroupKind::All | LightGroupKind::Surroundings => s.scene.surroundings().radiance,
-            _ => [0.0; 3],
+            _ => Bands::ZERO,
         };
         for (_, light) in s.scene.lights().iter().enumerate().filter(|(l, _)| kind(g).has_light(*l)) {
             if let Light::Sky { radiance, .. } = light {
-                sum = [0, 1, 2].map(|b| sum[b] + radiance[b]);
+                sum += *radiance;
             }
         }
-        sum
+        sum.to_rgb()
     };
     let one = |(g, name): (usize, &String)| json!({ "name": name, "background": background(g), "scales": scales[g] });
     baked.groups.iter().enumerate().map(one).collect()

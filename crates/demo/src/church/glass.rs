@@ -10,27 +10,28 @@ use super::plan::ChurchPlan;
 use super::plane::{PlanePoint, clip_segment, difference, intersection};
 use super::wall::{WallFrame, WallOpening, reveal};
 use std::f64::consts::TAU;
+use zonal_scene::Bands;
 
 /// A hue of glass: name and transmittance.
 pub struct GlassHue {
     /// Name.
     pub name: &'static str,
     /// Transmittance square to the pane.
-    pub transmittance: [f64; 3],
+    pub transmittance: Bands,
 }
 
 /// The hues of the glass.
 pub const HUES: [GlassHue; 10] = [
-    GlassHue { name: "ruby", transmittance: [0.66, 0.02, 0.03] },
-    GlassHue { name: "gold", transmittance: [0.88, 0.58, 0.06] },
-    GlassHue { name: "cobalt", transmittance: [0.03, 0.10, 0.66] },
-    GlassHue { name: "azure", transmittance: [0.16, 0.46, 0.80] },
-    GlassHue { name: "emerald", transmittance: [0.04, 0.50, 0.12] },
-    GlassHue { name: "violet", transmittance: [0.40, 0.06, 0.55] },
-    GlassHue { name: "rose", transmittance: [0.82, 0.28, 0.40] },
-    GlassHue { name: "amber", transmittance: [0.84, 0.32, 0.03] },
-    GlassHue { name: "turquoise", transmittance: [0.05, 0.56, 0.52] },
-    GlassHue { name: "clear", transmittance: [0.80, 0.80, 0.72] },
+    GlassHue { name: "ruby", transmittance: Bands::from_rgb([0.66, 0.02, 0.03]) },
+    GlassHue { name: "gold", transmittance: Bands::from_rgb([0.88, 0.58, 0.06]) },
+    GlassHue { name: "cobalt", transmittance: Bands::from_rgb([0.03, 0.10, 0.66]) },
+    GlassHue { name: "azure", transmittance: Bands::from_rgb([0.16, 0.46, 0.80]) },
+    GlassHue { name: "emerald", transmittance: Bands::from_rgb([0.04, 0.50, 0.12]) },
+    GlassHue { name: "violet", transmittance: Bands::from_rgb([0.40, 0.06, 0.55]) },
+    GlassHue { name: "rose", transmittance: Bands::from_rgb([0.82, 0.28, 0.40]) },
+    GlassHue { name: "amber", transmittance: Bands::from_rgb([0.84, 0.32, 0.03]) },
+    GlassHue { name: "turquoise", transmittance: Bands::from_rgb([0.05, 0.56, 0.52]) },
+    GlassHue { name: "clear", transmittance: Bands::from_rgb([0.80, 0.80, 0.72]) },
 ];
 const RUBY: usize = 0;
 const GOLD: usize = 1;
@@ -41,7 +42,7 @@ const VIOLET: usize = 5;
 const ROSE: usize = 6;
 const AMBER: usize = 7;
 const TURQUOISE: usize = 8;
-const CLEAR: usize = 9;
+const COLOURLESS: usize = 9;
 
 /// The hues of a window: border, ground, medallions; two each.
 pub(super) struct GlassScheme {
@@ -53,11 +54,11 @@ pub(super) struct GlassScheme {
 /// Schemes that neighbouring windows take in turn.
 pub(super) const GLASS_SCHEMES: [GlassScheme; 6] = [
     GlassScheme { border: [RUBY, GOLD], ground: [COBALT, AZURE], medallion: [GOLD, RUBY] },
-    GlassScheme { border: [EMERALD, CLEAR], ground: [GOLD, AMBER], medallion: [RUBY, ROSE] },
-    GlassScheme { border: [COBALT, CLEAR], ground: [VIOLET, ROSE], medallion: [AZURE, GOLD] },
-    GlassScheme { border: [AMBER, RUBY], ground: [EMERALD, TURQUOISE], medallion: [GOLD, CLEAR] },
-    GlassScheme { border: [AZURE, GOLD], ground: [RUBY, AMBER], medallion: [COBALT, CLEAR] },
-    GlassScheme { border: [VIOLET, CLEAR], ground: [TURQUOISE, AZURE], medallion: [ROSE, AMBER] },
+    GlassScheme { border: [EMERALD, COLOURLESS], ground: [GOLD, AMBER], medallion: [RUBY, ROSE] },
+    GlassScheme { border: [COBALT, COLOURLESS], ground: [VIOLET, ROSE], medallion: [AZURE, GOLD] },
+    GlassScheme { border: [AMBER, RUBY], ground: [EMERALD, TURQUOISE], medallion: [GOLD, COLOURLESS] },
+    GlassScheme { border: [AZURE, GOLD], ground: [RUBY, AMBER], medallion: [COBALT, COLOURLESS] },
+    GlassScheme { border: [VIOLET, COLOURLESS], ground: [TURQUOISE, AZURE], medallion: [ROSE, AMBER] },
 ];
 
 /// Depth of the glass behind the wall's inner face, m.
@@ -339,7 +340,7 @@ pub(super) fn rose(m: &mut ChurchModel, frame: &WallFrame, opening: &WallOpening
         2 | 3 => ground[(k / 2 + ring) % 4],
         4 => [ROSE, TURQUOISE][k / 2 % 2],
         5 => [VIOLET, EMERALD][k % 2],
-        6 => [COBALT, CLEAR][k % 2],
+        6 => [COBALT, COLOURLESS][k % 2],
         _ => [RUBY, EMERALD, GOLD, COBALT][k % 4],
     });
     ring(m, frame, c, (0.22 * radius, sides), &section(0.09, 0.05));

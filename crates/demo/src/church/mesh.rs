@@ -10,11 +10,12 @@ pub fn glb_model(model: &ChurchModel) -> glb::GlbModel {
     let mut out = glb::GlbModel { name: "church".into(), ..glb::GlbModel::default() };
     for (stuff, mesh) in &model.meshes {
         let look = appearance(*stuff);
-        let colour = if look.transmittance.is_some() { [1.0; 3] } else { look.reflectance.map(|x| x as f32) };
+        let colour =
+            if look.transmittance.is_some() { [1.0; 3] } else { look.reflectance.to_rgb().map(|x| x as f32) };
         let side = look.texture.as_ref().map_or(1.0, |t| t.1);
         let mut material = glb::GlbMaterial::diffuse(&look.name, colour);
         material.double_sided = look.double_sided;
-        material.emissive = look.emission.map(|e| (e / PI) as f32);
+        material.emissive = look.emission.to_rgb().map(|e| (e / PI) as f32);
         if let Some((texture, _)) = &look.texture {
             material.picture = Some(out.pictures.len());
             out.pictures.push(
@@ -26,7 +27,7 @@ pub fn glb_model(model: &ChurchModel) -> glb::GlbModel {
             transmission: 1.0,
             thickness: GLASS_THICKNESS as f32,
             distance: GLASS_THICKNESS as f32,
-            colour: transmittance.map(|x| x as f32),
+            colour: transmittance.to_rgb().map(|x| x as f32),
         });
         out.meshes.push(part(look.name, out.materials.len(), mesh, side));
         out.materials.push(material);

@@ -41,11 +41,11 @@ mod scene;
 mod textures;
 mod wall;
 
-pub use glass::HUES;
+pub use glass::{GlassHue, HUES};
 pub use mesh::glb_model;
-pub use model::{ChurchMaterial, ChurchModel};
+pub use model::ChurchModel;
 pub use plan::ChurchPlan;
-pub use scene::{appearance, scene_text};
+pub use scene::scene_text;
 
 use layout::Church;
 use plan::SIDES;

@@ -9,7 +9,7 @@ use zonal_math::{Vec3, vec3};
 
 /// A material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum ChurchMaterial {
+pub(crate) enum ChurchMaterial {
     /// Courses of ashlar: walls.
     Ashlar,
     /// Dressed stone: columns, ribs, tracery, reveals.
@@ -36,7 +36,7 @@ pub enum ChurchMaterial {
 
 /// A mesh of triangles with texture coordinates.
 #[derive(Clone, Debug, Default)]
-pub struct MaterialMesh {
+pub(crate) struct MaterialMesh {
     /// Corners, m.
     pub positions: Vec<Vec3>,
     /// Texture coordinates, one a corner.
@@ -49,14 +49,14 @@ pub struct MaterialMesh {
 #[derive(Clone, Debug, Default)]
 pub struct ChurchModel {
     /// In the order of [`ChurchMaterial`].
-    pub meshes: std::collections::BTreeMap<ChurchMaterial, MaterialMesh>,
+    pub(crate) meshes: std::collections::BTreeMap<ChurchMaterial, MaterialMesh>,
     /// Half-spaces n·x ≥ level that bodies of revolution and bars are cut to.
     keep: Vec<(Vec3, f64)>,
 }
 
 impl ChurchModel {
     /// Adds with `build`, bodies of revolution and bars cut to the half-spaces n·x ≥ level: flush with the walls they stand at.
-    pub fn within(&mut self, half_spaces: &[(Vec3, f64)], build: impl FnOnce(&mut ChurchModel)) {
+    pub(crate) fn within(&mut self, half_spaces: &[(Vec3, f64)], build: impl FnOnce(&mut ChurchModel)) {
         let before = self.keep.len();
         self.keep.extend(half_spaces);
         build(self);
@@ -74,13 +74,8 @@ impl ChurchModel {
         }
     }
 
-    /// Number of triangles.
-    pub fn triangles(&self) -> usize {
-        self.meshes.values().map(|m| m.triangles.len()).sum()
-    }
-
     /// A convex polygon in one plane, seen from `front`; texture coordinates by `flat_uv`.
-    pub fn polygon(&mut self, stuff: ChurchMaterial, corners: &[Vec3], front: Vec3) {
+    pub(crate) fn polygon(&mut self, stuff: ChurchMaterial, corners: &[Vec3], front: Vec3) {
         let normal = area_vector(corners).normalized();
         let seen = normal.dot(front - corners[0]) > 0.0;
         let normal = if seen { normal } else { -normal };
@@ -89,7 +84,7 @@ impl ChurchModel {
     }
 
     /// As `polygon`, with given texture coordinates.
-    pub fn textured(&mut self, stuff: ChurchMaterial, corners: &[(Vec3, [f64; 2])], front: Vec3) {
+    pub(crate) fn textured(&mut self, stuff: ChurchMaterial, corners: &[(Vec3, [f64; 2])], front: Vec3) {
         let points: Vec<Vec3> = corners.iter().map(|c| c.0).collect();
         let normal = area_vector(&points);
         if points.len() < 3 || normal.length() < 1e-7 {
@@ -111,7 +106,7 @@ impl ChurchModel {
     }
 
     /// A box, closed.
-    pub fn block(&mut self, stuff: ChurchMaterial, lo: Vec3, hi: Vec3) {
+    pub(crate) fn block(&mut self, stuff: ChurchMaterial, lo: Vec3, hi: Vec3) {
         self.prism(
             stuff,
             &[vec3(lo.x, lo.y, lo.z), vec3(hi.x, lo.y, lo.z), vec3(hi.x, hi.y, lo.z), vec3(lo.x, hi.y, lo.z)],
@@ -120,7 +115,7 @@ impl ChurchModel {
     }
 
     /// A convex polygon pushed along a vector: a closed body.
-    pub fn prism(&mut self, stuff: ChurchMaterial, base: &[Vec3], along: Vec3) {
+    pub(crate) fn prism(&mut self, stuff: ChurchMaterial, base: &[Vec3], along: Vec3) {
         let n = base.len();
         let middle = base.iter().fold(Vec3::ZERO, |s, &p| s + p) / n as f64;
         let outside = |p: Vec3| p + (p - (middle + along * 0.5)) * 1e-3;
@@ -138,7 +133,7 @@ impl ChurchModel {
     }
 
     /// A body of revolution about the vertical through `foot`: radii r at heights z, from below, closed by discs.
-    pub fn turned(&mut self, stuff: ChurchMaterial, foot: Vec3, profile: &[(f64, f64)], sides: usize) {
+    pub(crate) fn turned(&mut self, stuff: ChurchMaterial, foot: Vec3, profile: &[(f64, f64)], sides: usize) {
         let at = |k: usize, (r, z): (f64, f64)| {
             let angle = TAU * (k % sides) as f64 / sides as f64;
             foot + vec3(r * angle.cos(), r * angle.sin(), z)
@@ -166,7 +161,7 @@ impl ChurchModel {
 
     /// A bar of a convex profile swept along a line, closed at its ends unless the line returns to its start. A profile point (a, b) lies
     /// a along `side` and b along the direction square to side and line.
-    pub fn sweep(&mut self, stuff: ChurchMaterial, line: &[Vec3], side: Vec3, profile: &[[f64; 2]]) {
+    pub(crate) fn sweep(&mut self, stuff: ChurchMaterial, line: &[Vec3], side: Vec3, profile: &[[f64; 2]]) {
         let n = line.len();
         let closed = (line[0] - line[n - 1]).length() < 1e-9;
         let tangent = |i: usize| {

@@ -19,10 +19,11 @@ pub struct ChurchPlan {
 
 impl ChurchPlan {
     /// The church of the pictures.
-    pub const FULL: ChurchPlan =
+    pub const SIX_BAYS: ChurchPlan =
         ChurchPlan { bays: 6, pieces: 10, sides: 20, arc: 8, cell: 0.24, fine: true };
     /// Two bays with larger panes, for tests.
-    pub const SMALL: ChurchPlan = ChurchPlan { bays: 2, pieces: 4, sides: 8, arc: 3, cell: 0.5, fine: false };
+    pub const TWO_BAYS: ChurchPlan =
+        ChurchPlan { bays: 2, pieces: 4, sides: 8, arc: 3, cell: 0.5, fine: false };
 
     /// Length of the nave L, m.
     pub fn length(&self) -> f64 {

@@ -13,6 +13,7 @@ use zonal_math::{Vec3, vec3};
 
 /// Roofs over the crowns of their vaults, m.
 const ROOF_CLEARANCE: f64 = 0.05;
+
 /// Roofs and gables.
 pub(super) fn build(m: &mut ChurchModel, church: &Church) {
     let (l, high, low) = (
@@ -39,54 +40,43 @@ pub(super) fn build(m: &mut ChurchModel, church: &Church) {
         high,
     );
     for s in SIDES {
-        let x = [s * NAVE_WALL_OFFSETS.0, s * OUTER_WALL_OFFSET];
-        let roof = [vec3(x[0], 0.0, low), vec3(x[1], 0.0, low), vec3(x[1], l, low), vec3(x[0], l, low)];
-        m.polygon(ChurchMaterial::Oak, &roof, vec3(x[0], 0.0, 0.0));
-        for (y, inward) in [(0.0, 1.0), (l, -1.0)] {
-            let (frame, arch) = church.end_of_aisle(s, y, vec3(0.0, inward, 0.0));
-            gable(m, frame, arch, CAPITAL_HEIGHT, low);
-            // The end of the wall between nave and aisle.
-            let z = [CAPITAL_HEIGHT, low];
-            let (a, b) = (s * NAVE_WALL_OFFSETS.0, s * NAVE_WALL_OFFSETS.1);
-            let end = [vec3(a, y, z[0]), vec3(b, y, z[0]), vec3(b, y, z[1]), vec3(a, y, z[1])];
-            m.polygon(ChurchMaterial::Ashlar, &end, vec3(a, 0.5 * l, 0.0));
-        }
+        aisle_roof(m, church, s, low);
         for bay in 0..church.plan.bays {
-            let vaults = [
-                (
-                    NAVE_WALL_OFFSETS.0,
-                    church.vault(
-                        bay,
-                        (-NAVE_WALL_OFFSETS.0, NAVE_WALL_OFFSETS.0),
-                        NAVE_VAULT.0,
-                        NAVE_VAULT.1,
-                    ),
-                    high,
-                ),
-                (
-                    OUTER_WALL_OFFSET,
-                    church.vault(
-                        bay,
-                        (NAVE_WALL_OFFSETS.1, OUTER_WALL_OFFSET),
-                        CAPITAL_HEIGHT,
-                        AISLE_VAULT_RISE,
-                    ),
-                    low,
-                ),
-            ];
-            for (x, vault, top) in vaults {
-                let frame = church.side(s, x, bay);
-                let (lower, upper) = (BorderLine(vault.edge()), BorderLine::level(top));
-                WallSection {
-                    frame,
-                    ends: (-0.5 * BAY_LENGTH, 0.5 * BAY_LENGTH),
-                    lower,
-                    upper,
-                    opening: None,
-                }
-                .build(m);
-            }
+            walls_above_vaults(m, church, (s, bay), [high, low]);
         }
+    }
+}
+
+/// The roof of the aisle on side `s` at height `low`, its gables, and the ends of the wall between nave and aisle.
+fn aisle_roof(m: &mut ChurchModel, church: &Church, s: f64, low: f64) {
+    let l = church.end();
+    let x = [s * NAVE_WALL_OFFSETS.0, s * OUTER_WALL_OFFSET];
+    let roof = [vec3(x[0], 0.0, low), vec3(x[1], 0.0, low), vec3(x[1], l, low), vec3(x[0], l, low)];
+    m.polygon(ChurchMaterial::Oak, &roof, vec3(x[0], 0.0, 0.0));
+    for (y, inward) in [(0.0, 1.0), (l, -1.0)] {
+        let (frame, arch) = church.end_of_aisle(s, y, vec3(0.0, inward, 0.0));
+        gable(m, frame, arch, CAPITAL_HEIGHT, low);
+        // The end of the wall between nave and aisle.
+        let z = [CAPITAL_HEIGHT, low];
+        let (a, b) = (s * NAVE_WALL_OFFSETS.0, s * NAVE_WALL_OFFSETS.1);
+        let end = [vec3(a, y, z[0]), vec3(b, y, z[0]), vec3(b, y, z[1]), vec3(a, y, z[1])];
+        m.polygon(ChurchMaterial::Ashlar, &end, vec3(a, 0.5 * l, 0.0));
+    }
+}
+
+/// The walls of nave and aisle between the vaults of a bay on one side and the roofs at these heights.
+fn walls_above_vaults(m: &mut ChurchModel, church: &Church, (s, bay): (f64, usize), [high, low]: [f64; 2]) {
+    let (nave, aisle) =
+        ((-NAVE_WALL_OFFSETS.0, NAVE_WALL_OFFSETS.0), (NAVE_WALL_OFFSETS.1, OUTER_WALL_OFFSET));
+    let vaults = [
+        (NAVE_WALL_OFFSETS.0, church.vault(bay, nave, NAVE_VAULT.0, NAVE_VAULT.1), high),
+        (OUTER_WALL_OFFSET, church.vault(bay, aisle, CAPITAL_HEIGHT, AISLE_VAULT_RISE), low),
+    ];
+    for (x, vault, top) in vaults {
+        let frame = church.side(s, x, bay);
+        let (lower, upper) = (BorderLine(vault.edge()), BorderLine::level(top));
+        let ends = (-0.5 * BAY_LENGTH, 0.5 * BAY_LENGTH);
+        WallSection { frame, ends, lower, upper, opening: None }.build(m);
     }
 }
 

@@ -4,7 +4,7 @@ use super::glass::HUES;
 use super::model::ChurchMaterial;
 use super::plan::{ChurchPlan, NAVE_VAULT, NAVE_WALL_OFFSETS, OUTER_WALL_OFFSET};
 use super::textures;
-use zonal_scene::Texture;
+use zonal_scene::{Bands, Texture};
 
 /// Thickness of the glass, m.
 pub(super) const GLASS_THICKNESS: f64 = 0.006;
@@ -12,28 +12,28 @@ pub(super) const GLASS_THICKNESS: f64 = 0.006;
 const GLASS_ALBEDO: f64 = 0.06;
 
 /// Appearance of a material.
-pub struct MaterialAppearance {
+pub(crate) struct MaterialAppearance {
     /// Name in the mesh.
     pub name: String,
     /// Reflectance, which multiplies the texture.
-    pub reflectance: [f64; 3],
+    pub reflectance: Bands,
     /// Picture and the length of its side, m.
     pub texture: Option<(Texture, f64)>,
     /// Emitted flux, W/m².
-    pub emission: [f64; 3],
+    pub emission: Bands,
     /// True where both sides show.
     pub double_sided: bool,
     /// Transmittance of glass; `None` for other materials.
-    pub transmittance: Option<[f64; 3]>,
+    pub transmittance: Option<Bands>,
 }
 
 /// The appearance of a material.
-pub fn appearance(stuff: ChurchMaterial) -> MaterialAppearance {
+pub(crate) fn appearance(stuff: ChurchMaterial) -> MaterialAppearance {
     let plain = |name: &str, reflectance: [f64; 3]| MaterialAppearance {
         name: name.into(),
-        reflectance,
+        reflectance: Bands::from_rgb(reflectance),
         texture: None,
-        emission: [0.0; 3],
+        emission: Bands::ZERO,
         double_sided: false,
         transmittance: None,
     };
@@ -53,9 +53,10 @@ pub fn appearance(stuff: ChurchMaterial) -> MaterialAppearance {
         ChurchMaterial::Linen => plain("linen", [0.85, 0.83, 0.78]),
         ChurchMaterial::Carpet => plain("carpet", [0.40, 0.04, 0.05]),
         ChurchMaterial::Wax => plain("wax", [0.82, 0.76, 0.60]),
-        ChurchMaterial::Flame => {
-            MaterialAppearance { emission: [5200.0, 2900.0, 1000.0], ..plain("flame", [0.0; 3]) }
-        }
+        ChurchMaterial::Flame => MaterialAppearance {
+            emission: Bands::from_rgb([5200.0, 2900.0, 1000.0]),
+            ..plain("flame", [0.0; 3])
+        },
         ChurchMaterial::Glass(hue) => MaterialAppearance {
             transmittance: Some(HUES[hue].transmittance),
             double_sided: true,
@@ -86,7 +87,8 @@ mesh = {{ file = \"{mesh}\", rotate_degrees = [90, 0, 0] }}   # glTF has y up
         if plan.fine { 0.1 } else { 0.2 }
     );
     for hue in &HUES {
-        let kappa = hue.transmittance.map(|t| format!("{:.1}", -f64::ln(t) / GLASS_THICKNESS)).join(", ");
+        let kappa =
+            hue.transmittance.map_to(|t| format!("{:.1}", -t.ln() / GLASS_THICKNESS)).as_slice().join(", ");
         let pane = format!(
             "pane = {{ thickness = {GLASS_THICKNESS}, extinction = [{kappa}], albedo = {GLASS_ALBEDO} }}"
         );
@@ -166,4 +168,15 @@ fov = 66
         l * 0.38,
         l - 3.0
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn glass_alone_transmits() {
+        assert!(appearance(ChurchMaterial::Glass(0)).transmittance.is_some());
+        assert!(appearance(ChurchMaterial::Ashlar).transmittance.is_none());
+    }
 }

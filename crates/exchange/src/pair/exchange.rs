@@ -91,10 +91,10 @@ fn uniform_medium(scene: &Scene, zones: &Zones, transport: &Transport) -> Option
         return None;
     }
     let Some(map) = scene.voxel_grid() else {
-        return Some([0.0; 3]);
+        return Some(Bands::ZERO);
     };
     let kappa = map.uniform_extinction()?;
-    if kappa == [0.0; 3] {
+    if kappa == Bands::ZERO {
         return Some(kappa);
     }
     let slack = Vec3::splat(1e-9 * scene.diagonal());

@@ -21,19 +21,20 @@
 //! ```
 //! use zonal_exchange::pair::{Exchange, PairCounts, closure_target, scaled_radiosity_coefficient};
 //! use zonal_math::Vec3;
-//! use zonal_scene::{Scene, SceneParts, VoxelGrid};
+//! use zonal_scene::{Bands, Scene, SceneParts, VoxelGrid};
 //! use zonal_transport::{Transport, build_zones};
 //! // A cubic voxel of 1 m with extinctions of 1, 2 and 0 1/m in three bands.
 //! let mut grid = VoxelGrid::new(Vec3::ZERO, Vec3::splat(1.0), [1, 1, 1]).unwrap();
-//! grid.set(0, [1.0, 2.0, 0.0], [0.0; 3], [0.0; 3], [0.0; 3]);
+//! grid.set(0, Bands::from_rgb([1.0, 2.0, 0.0]), Bands::ZERO, Bands::ZERO, Bands::ZERO);
 //! let parts = SceneParts { voxel_grid: Some(grid.seal().unwrap()), ..SceneParts::default() };
 //! let scene = Scene::new(parts).unwrap();
 //! let transport = Transport::new(&scene);
 //! let zones = build_zones(&scene, &transport).unwrap();
 //! let g = Exchange::new(&scene, &zones, &transport).pair(0, 0, &mut PairCounts::default());
-//! assert!(g.value[2] > g.value[0] && g.value[0] > g.value[1]);
+//! let [thin, thick, empty] = g.value.to_rgb();
+//! assert!(empty > thin && thin > thick);
 //! // The voxel absorbs a part of its emission 4 κ V.
-//! assert!(scaled_radiosity_coefficient(&zones, 0)[0] * g.value[0] < closure_target(&zones, 0));
+//! assert!(scaled_radiosity_coefficient(&zones, 0).first() * thin < closure_target(&zones, 0));
 //! ```
 
 mod cut_voxels;

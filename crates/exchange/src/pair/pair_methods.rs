@@ -10,7 +10,7 @@ use super::volume_factors::{SelfAttenuation, VolumeFactorMethod, VoxelPair};
 use crate::aligned::Cuboid;
 use crate::solid_angle_quadrature::DistanceMoments;
 use zonal_math::{Bounded, Grade, low_discrepancy};
-use zonal_scene::{Bands, bands};
+use zonal_scene::{Band, Bands};
 
 /// A zone whose pairs are computed one after the other.
 pub struct PairRow {
@@ -102,13 +102,16 @@ impl Exchange<'_> {
             counts.aligned += 1;
             if let Some(kappa) = self.uniform {
                 let mut out = PairFactor::default();
-                for k in 0..3 {
-                    if let Some(same) = (0..k).find(|&m| kappa[m] == kappa[k]) {
-                        (out.value[k], out.radius[k]) = (out.value[same], out.radius[same]);
-                    } else {
-                        let f = self.aligned(p, q, kappa[k]);
-                        (out.value[k], out.radius[k]) = (f.value, f.radius);
-                    }
+                for band in Band::all() {
+                    // Bands of one extinction have one factor.
+                    let same = Band::all().take_while(|m| *m < band).find(|&m| kappa[m] == kappa[band]);
+                    (out.value[band], out.radius[band]) = match same {
+                        Some(same) => (out.value[same], out.radius[same]),
+                        None => {
+                            let f = self.aligned(p, q, kappa[band]);
+                            (f.value, f.radius)
+                        }
+                    };
                 }
                 return self.visible(pair, out, counts);
             }
@@ -135,13 +138,13 @@ impl Exchange<'_> {
     fn two_plates(&self, (i, j): (usize, usize), pair: ZonePair, counts: &mut PairCounts) -> PairFactor {
         let ZonePair { a, b, .. } = pair;
         let factor = self.plates.pair(i, j, self.settings.plate_tolerance, PLATE_RADIUS_OVER_AREA).bounded;
-        if self.uniform != Some([0.0; 3]) {
+        if self.uniform != Some(Bands::ZERO) {
             let m = DistanceMoments { factor, ..self.distance_moments(a, b) };
             counts.estimated += 1;
             return self.attenuated(pair, m, self.uniform.filter(|_| !self.is_thick(a, b)), counts);
         }
         counts.estimated += u64::from(factor.grade != Grade::Proved);
-        let out = PairFactor { value: [factor.value; 3], radius: [factor.radius; 3] };
+        let out = PairFactor { value: Bands::splat(factor.value), radius: Bands::splat(factor.radius) };
         self.visible(pair, out, counts)
     }
 
@@ -155,11 +158,8 @@ impl Exchange<'_> {
     ) -> PairFactor {
         match uniform {
             Some(kappa) => {
-                let t = bands(|k| m.transmittance(kappa[k]));
-                let out = PairFactor {
-                    value: t.map(|t| m.factor.value * t),
-                    radius: t.map(|t| m.factor.radius * t),
-                };
+                let t = kappa.map(|k| m.transmittance(k));
+                let out = PairFactor { value: m.factor.value * t, radius: m.factor.radius * t };
                 self.visible(pair, out, counts)
             }
             None => self.by_rays(pair, m, counts),
@@ -176,7 +176,7 @@ impl Exchange<'_> {
                 let value = p
                     .extinction
                     .map(|k| if k > 0.0 { pane_self_exchange(k, p.thickness) * z.measure } else { 0.0 });
-                PairFactor { value, radius: [0.0; 3] }
+                PairFactor { value, radius: Bands::ZERO }
             }
             PreparedShape::Voxel => {
                 let kappa = self.kappa(i);
@@ -185,8 +185,9 @@ impl Exchange<'_> {
                     .settings
                     .volume_factors
                     .is_some_and(|m| m.self_attenuation() == SelfAttenuation::AtCentre);
-                let f = kappa.map(|k| self.aligned(c, c, if at_centre { 0.0 } else { k }));
-                let all = PairFactor { value: f.map(|f| f.value), radius: f.map(|f| f.radius) };
+                let f = kappa.map_to(|k| self.aligned(c, c, if at_centre { 0.0 } else { k }));
+                let all =
+                    PairFactor { value: f.map_to_bands(|f| f.value), radius: f.map_to_bands(|f| f.radius) };
                 self.visible_self_exchange(i, all, counts)
             }
             PreparedShape::CutVoxel(samples) => {
@@ -194,12 +195,8 @@ impl Exchange<'_> {
                 counts.estimated += 1;
                 let m = self.subcell_sum([0; 3], samples, samples);
                 let kappa = self.kappa(i);
-                let value = bands(|k| m.factor.value * m.transmittance(kappa[k]));
-                self.visible_self_exchange(
-                    i,
-                    PairFactor { value, radius: value.map(|v| v * self.tolerance) },
-                    counts,
-                )
+                let value = m.factor.value * kappa.map(|k| m.transmittance(k));
+                self.visible_self_exchange(i, PairFactor { value, radius: value * self.tolerance }, counts)
             }
         }
     }
@@ -241,8 +238,8 @@ impl Exchange<'_> {
             let part = prepared_plate(quarter, *pane);
             let seed = low_discrepancy::split_mix64(seed + k as u64);
             let f = self.pane_pair(ZonePair { a: &part, b: small, seed }, splits - 1, counts);
-            sum.value = bands(|b| sum.value[b] + f.value[b]);
-            sum.radius = bands(|b| sum.radius[b].hypot(f.radius[b]));
+            sum.value += f.value;
+            sum.radius = sum.radius.hypot(f.radius);
         }
         sum
     }

@@ -118,7 +118,7 @@ fn prepared_voxel(z: &VoxelZone, map: &VoxelGrid) -> PreparedZone {
         hi,
         diameter: cell.length(),
         measure: z.volume,
-        optical_thickness: z.extinction.map(|k| k * cell.length()),
+        optical_thickness: z.extinction * cell.length(),
     }
 }
 
@@ -150,7 +150,7 @@ pub(super) fn prepared_plate(plate: Plate, pane: Option<usize>) -> PreparedZone 
         hi,
         diameter: plate.diameter(),
         measure: plate.area(),
-        optical_thickness: [0.0; 3],
+        optical_thickness: Bands::ZERO,
     }
 }
 

@@ -19,7 +19,7 @@ use super::visibility_uncertainty::succession_bound;
 use crate::solid_angle_quadrature::DistanceMoments;
 use std::ops::Range;
 use zonal_math::{Vec3, exponential_integral};
-use zonal_scene::{Bands, bands};
+use zonal_scene::{Band, Bands, PerBand};
 
 /// Two zones and the seed of their sample points.
 #[derive(Clone, Copy)]
@@ -36,6 +36,14 @@ impl ZonePair<'_> {
     fn is_close(&self) -> bool {
         is_close(self.a, self.b)
     }
+    /// Number of rays if the pair is partly visible and carries an important share of power.
+    fn important_rays(&self) -> usize {
+        match () {
+            () if self.is_self() => RAYS.self_pair,
+            () if self.is_close() => RAYS.close,
+            () => RAYS.important,
+        }
+    }
     /// Distance of the centres, m.
     fn distance(&self) -> f64 {
         (self.a.centre - self.b.centre).length()
@@ -51,7 +59,7 @@ struct RaySample {
     dimmed: bool,
     /// Product of the zones' pane scales: 1 without panes.
     scale: f64,
-    means: [BandMean; 3],
+    means: PerBand<BandMean>,
 }
 
 /// The mean over the rays of a pair in one band.
@@ -85,7 +93,7 @@ struct PairRay {
 
 impl PairRay {
     fn is_dark(&self) -> bool {
-        self.blocked || self.panes == [0.0; 3]
+        self.blocked || self.panes == Bands::ZERO
     }
 }
 
@@ -97,60 +105,57 @@ impl Exchange<'_> {
         base: PairFactor,
         counts: &mut PairCounts,
     ) -> PairFactor {
-        let share = power_share(base.value[0], pair.a, pair.b);
+        let share = power_share(base.value.first(), pair.a, pair.b);
         let v = self.visible_fraction(pair, share, counts);
-        PairFactor {
-            value: bands(|k| base.value[k] * v[k].0),
-            radius: bands(|k| base.radius[k] * v[k].0 + base.value[k] * v[k].1),
-        }
+        let (mean, error) = (v.map_to_bands(|v| v.0), v.map_to_bands(|v| v.1));
+        PairFactor { value: base.value * mean, radius: base.radius * mean + base.value * error }
     }
 
     /// Visible fraction of the exchange of two zones in one uniform medium, and its standard error in each band.
-    fn visible_fraction(&self, pair: ZonePair, share: f64, counts: &mut PairCounts) -> [(f64, f64); 3] {
+    fn visible_fraction(&self, pair: ZonePair, share: f64, counts: &mut PairCounts) -> PerBand<(f64, f64)> {
         let ZonePair { a, b, .. } = pair;
         if !self.occlusion.may_divide(a, b) {
-            return [(1.0, 0.0); 3];
+            return PerBand::splat((1.0, 0.0));
         }
+        // The first band stands for all in vacuum, and decides the number of rays in a medium.
+        let grey = Band::first();
         // Trace the first rays, and those between the rims of an important pair.
-        let mut tally = [WeightedMean::default(); 3];
-        let close = pair.is_close();
-        let first = if close { RAYS.partial } else { RAYS.first };
+        let mut tally: PerBand<WeightedMean> = PerBand::default();
+        let first = if pair.is_close() { RAYS.partial } else { RAYS.first };
         self.trace_visibility(pair, 0..first, &mut tally);
         let important = self.is_important(share);
         let rim = if important { self.occlusion.rim_visibility(a, b) } else { RimVisibility::default() };
         counts.rays += rim.rays;
         // Resolve a partly visible pair by more rays.
-        if tally[0].is_mixed() || rim.disagrees(RayConsensus::of(tally[0].blocked as u64)) {
+        if tally[grey].is_mixed() || rim.disagrees(RayConsensus::of(tally[grey].blocked as u64)) {
             counts.partial += 1;
-            let n = match important {
-                true if pair.is_self() => RAYS.self_pair,
-                true if close => RAYS.close,
-                true => RAYS.important,
-                false => RAYS.partial,
-            };
-            self.trace_visibility(pair, first..n, &mut tally);
+            let rays = if important { pair.important_rays() } else { RAYS.partial };
+            self.trace_visibility(pair, first..rays, &mut tally);
         }
         // Add rays until the error leaves an admissible share of power open.
         for _ in 0..RAYS.max_rounds {
             let error = tally.iter().fold(0.0f64, |m, t| m.max(t.mean_and_error().1));
-            let (have, want) = (tally[0].n as usize, self.rays_for(tally[0].n as usize, share * error));
-            if !tally[0].is_mixed() || want <= have {
+            let (have, want) = (tally[grey].n as usize, self.rays_for(tally[grey].n as usize, share * error));
+            if !tally[grey].is_mixed() || want <= have {
                 break;
             }
             self.trace_visibility(pair, have..want, &mut tally);
         }
-        counts.rays += tally[0].n as u64;
+        counts.rays += tally[grey].n as u64;
         // Add the undetected occlusion of rays that all agree.
-        let consensus = RayConsensus::of(tally[0].blocked as u64);
+        let consensus = RayConsensus::of(tally[grey].blocked as u64);
         let deviation = self.uncertainty.deviation(a, b, consensus);
-        let missed =
-            if tally[0].is_mixed() { 0.0 } else { deviation * succession_bound(tally[0].n, rim, consensus) };
+        let missed = if tally[grey].is_mixed() {
+            0.0
+        } else {
+            deviation * succession_bound(tally[grey].n, rim, consensus)
+        };
         let with_missed = |t: WeightedMean| {
             let (mean, error) = t.mean_and_error();
             (mean, error.hypot(missed))
         };
-        if self.uniform_extinction() == [0.0; 3] {
-            [with_missed(tally[0]); 3]
+        if self.uniform_extinction() == Bands::ZERO {
+            PerBand::splat(with_missed(tally[grey]))
         } else {
             tally.map(with_missed)
         }
@@ -158,7 +163,7 @@ impl Exchange<'_> {
 
     /// κ of the uniform medium; zero where there is none.
     fn uniform_extinction(&self) -> Bands {
-        self.uniform.unwrap_or([0.0; 3])
+        self.uniform.unwrap_or_default()
     }
 
     /// True for a pair that carries an important share of a zone's power.
@@ -166,17 +171,18 @@ impl Exchange<'_> {
         share > self.tolerance * RAYS.important_share
     }
 
-    fn trace_visibility(&self, pair: ZonePair, range: Range<usize>, tally: &mut [WeightedMean; 3]) {
+    fn trace_visibility(&self, pair: ZonePair, range: Range<usize>, tally: &mut PerBand<WeightedMean>) {
         let (points, kappa) = (PairPoints::new(pair.seed), self.uniform_extinction());
         for k in range {
             let (x, y) = points.both(pair.a, pair.b, k);
             let w = pair_kernel(pair.a, pair.b, x, y);
             let seen = if self.occlusion.is_blocked(x, y) { 0.0 } else { 1.0 };
-            if kappa == [0.0; 3] {
-                tally[0].add(w, seen);
+            if kappa == Bands::ZERO {
+                tally[Band::first()].add(w, seen);
             } else {
                 let r = (y - x).length();
-                (0..3).for_each(|k| tally[k].add(w * (-kappa[k] * r).exp(), seen));
+                let weights = w * (-kappa * r).exp();
+                tally.iter_mut().zip(weights).for_each(|(t, w)| t.add(w, seen));
             }
         }
     }
@@ -226,12 +232,12 @@ impl Exchange<'_> {
         counts: &mut PairCounts,
     ) -> PairFactor {
         if m.factor.value <= 0.0 {
-            return PairFactor { value: [0.0; 3], radius: [m.factor.radius; 3] };
+            return PairFactor { value: Bands::ZERO, radius: Bands::splat(m.factor.radius) };
         }
         let sample = self.sample_rays(pair, &m, rays, counts);
         let undetected = self.undetected_fraction(pair, &sample);
         let mut out = PairFactor::default();
-        for (k, BandMean { kappa, mean, error, open }) in sample.means.into_iter().enumerate() {
+        for (k, BandMean { kappa, mean, error, open }) in Band::all().zip(sample.means) {
             let error = error.hypot(undetected * open);
             let base = m.transmittance(kappa);
             let value = m.factor.value * base * mean;
@@ -323,11 +329,11 @@ impl Exchange<'_> {
     }
 
     /// The means over the rays of a pair in each band.
-    fn band_means(&self, a: &PreparedZone, b: &PreparedZone, rays: &[PairRay]) -> [BandMean; 3] {
+    fn band_means(&self, a: &PreparedZone, b: &PreparedZone, rays: &[PairRay]) -> PerBand<BandMean> {
         let thick = self.is_thick(a, b);
         let length: f64 = rays.iter().map(|r| r.weight * r.length).sum();
         let weights: f64 = rays.iter().map(|r| r.weight).sum();
-        std::array::from_fn(|k| {
+        PerBand::from_fn(|k| {
             let chords =
                 thick && a.optical_thickness[k].max(b.optical_thickness[k]) > RAYS.max_cumulant_depth;
             let depth: f64 = rays.iter().map(|r| r.weight * r.depth[k]).sum();
@@ -358,13 +364,12 @@ impl Exchange<'_> {
         let r = d.length();
         let weight = pair_kernel(a, b, x, y);
         let depth = match self.uniform {
-            Some(k) => k.map(|k| k * r),
+            Some(kappa) => kappa * r,
             None => self.transport.medium_depth(x, y),
         };
-        let (pa, pb) = (self.pane_path_factor(a, d / r), self.pane_path_factor(b, d / r));
-        let panes = bands(|k| pa[k] * pb[k]);
+        let panes = self.pane_path_factor(a, d / r) * self.pane_path_factor(b, d / r);
         let mut ray =
-            PairRay { weight, length: r, depth, chords: [0.0; 3], panes, dimmed: false, blocked: false };
+            PairRay { weight, length: r, depth, chords: Bands::ZERO, panes, dimmed: false, blocked: false };
         ray.blocked = divided && self.occlusion.is_blocked(x, y);
         if ray.blocked {
             return ray;
@@ -374,8 +379,8 @@ impl Exchange<'_> {
         }
         if self.panes_between {
             let all = self.transport.optical_depth_inside(x, y);
-            ray.panes = bands(|k| ray.panes[k] * (depth[k] - all[k]).min(0.0).exp());
-            ray.dimmed = (0..3).any(|k| all[k] > depth[k]);
+            ray.panes *= (depth - all).min(Bands::ZERO).exp();
+            ray.dimmed = Band::all().any(|k| all[k] > depth[k]);
         }
         ray
     }
@@ -383,7 +388,7 @@ impl Exchange<'_> {
     /// True where the cumulants of the distance do not determine the attenuation.
     pub(super) fn is_thick(&self, a: &PreparedZone, b: &PreparedZone) -> bool {
         let cut = a.samples().or(b.samples()).is_some();
-        !cut && (0..3).any(|k| a.optical_thickness[k].max(b.optical_thickness[k]) > RAYS.max_cumulant_depth)
+        !cut && a.optical_thickness.max(b.optical_thickness).any(|depth| depth > RAYS.max_cumulant_depth)
     }
 
     /// Attenuation along the line through x and y, averaged over its chords in both zones: on a given line the points of a pair
@@ -394,17 +399,17 @@ impl Exchange<'_> {
         let (from, share_a) = chord(a, x, w, r);
         let (to, share_b) = chord(b, y, -w, r);
         let between = match self.uniform {
-            Some(k) => k.map(|k| k * (to - from).dot(w).max(0.0)),
+            Some(kappa) => kappa * (to - from).dot(w).max(0.0),
             None if (to - from).dot(w) > 0.0 => self.transport.medium_depth(from, to),
-            None => [0.0; 3],
+            None => Bands::ZERO,
         };
-        bands(|k| (-between[k]).exp() * share_a[k] * share_b[k])
+        (-between).exp() * share_a * share_b
     }
 
     /// (1 − e^{−κt/c})/κ of a pane in direction `w`, m; 1 of any other zone.
     fn pane_path_factor(&self, z: &PreparedZone, w: Vec3) -> Bands {
         let PreparedShape::Plate { pane: Some(k), .. } = z.shape else {
-            return [1.0; 3];
+            return Bands::ONE;
         };
         self.zones.panes[k].effective_path(w)
     }
@@ -422,7 +427,7 @@ impl Exchange<'_> {
 /// other zone, `x` and 1.
 fn chord(z: &PreparedZone, x: Vec3, w: Vec3, reach: f64) -> (Vec3, Bands) {
     if !matches!(z.shape, PreparedShape::Voxel) {
-        return (x, [1.0; 3]);
+        return (x, Bands::ONE);
     }
     let (mut ahead, mut behind) = (reach, f64::INFINITY);
     for axis in (0..3).filter(|&k| w[k] != 0.0) {

@@ -17,7 +17,7 @@ pub fn closure_target(zones: &Zones, i: usize) -> f64 {
 /// c_i in the scaled radiosity c_i B_i: 1 of a patch, κ in 1/m of a volume zone.
 pub fn scaled_radiosity_coefficient(zones: &Zones, i: usize) -> Bands {
     if i < zones.voxel_offset() {
-        [1.0; 3]
+        Bands::ONE
     } else if i < zones.pane_offset() {
         zones.voxels[i - zones.voxel_offset()].extinction
     } else {

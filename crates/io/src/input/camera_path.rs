@@ -124,7 +124,7 @@ fn read_key_frame(
         x if x.abs() <= 30.0 => Ok(x),
         x => Err(n.error(format!("{x} is out of range; give stops from -30 to 30"))),
     };
-    let unchanged = || before.map_or_else(|| vec![[1.0; 3]; groups.len()], |b| b.lights.clone());
+    let unchanged = || before.map_or_else(|| vec![Bands::ONE; groups.len()], |b| b.lights.clone());
     Ok(KeyFrame {
         time: seconds,
         camera: read_key_camera(&t, before, cameras)?,
@@ -223,7 +223,7 @@ mod tests {
         assert_eq!((last.time, last.stops, last.camera.fov), (2.0, -1.0, 20.0));
         assert_eq!((last.camera.origin, last.camera.target), (vec3(0.0, 0.0, 1.0), vec3(0.0, 9.0, 3.0)));
         assert_eq!(last.camera.lens, Lens { aperture: 0.1, focus: Some(7.0) });
-        assert_eq!(last.lights, [[0.5; 3], [1.0, 2.0, 3.0]]);
+        assert_eq!(last.lights, [Bands::splat(0.5), Bands::from_rgb([1.0, 2.0, 3.0])]);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::path::Path;
 use zonal_math::Vec3;
-use zonal_scene::{Solution, printable};
+use zonal_scene::{Band, Solution, printable};
 
 /// A cell that no spreadsheet interprets as a formula: an apostrophe precedes a text that begins with `=`, `+`, `-`, `@`, a tab or a line
 /// break and is neither a number nor a direction (`+x`).
@@ -44,8 +44,8 @@ fn quoted(name: &str) -> String {
 fn heading(thermal: bool) -> String {
     let mut line = String::from("zone,kind,of,x,y,z,size");
     for field in ["radiosity", "incident", "direct", "error", "direct_error"] {
-        for b in 0..3 {
-            let _ = write!(line, ",{field}_{b}");
+        for band in Band::all() {
+            let _ = write!(line, ",{field}_{}", band.index());
         }
     }
     if thermal {

@@ -41,6 +41,9 @@ impl WordHasher {
     fn reals(&mut self, xs: &[f64]) {
         xs.iter().for_each(|&x| self.real(x));
     }
+    fn bands(&mut self, x: Bands) {
+        self.reals(x.as_slice());
+    }
     fn vec(&mut self, v: Vec3) {
         self.reals(&v.array());
     }
@@ -84,19 +87,19 @@ pub fn factors_hash(scene: &Scene) -> String {
     let shining = scene.surroundings().has_radiance();
     let mut parts = scene.clone().into_parts();
     for (s, surface) in parts.surfaces.iter_mut().enumerate() {
-        surface.reflectance = [0.0; 3];
+        surface.reflectance = Bands::ZERO;
         if !scene.is_direct_emitter(s) {
-            surface.emission = [0.0; 3];
+            surface.emission = Bands::ZERO;
         }
     }
-    parts.panes.iter_mut().for_each(|p| (p.albedo, p.emission) = ([0.0; 3], [0.0; 3]));
+    parts.panes.iter_mut().for_each(|p| (p.albedo, p.emission) = (Bands::ZERO, Bands::ZERO));
     if let Some(v) = &mut parts.voxel_grid {
-        v.set_albedo([0.0; 3]);
-        v.scale_sources([0.0; 3]);
+        v.set_albedo(Bands::ZERO);
+        v.scale_sources(Bands::ZERO);
         v.clear_heat();
     }
     parts.thermal = None;
-    parts.surroundings.radiance = [0.0; 3];
+    parts.surroundings.radiance = Bands::ZERO;
     // These changes keep a valid scene valid.
     let bare = Scene::new(parts).unwrap_or_else(|_| scene.clone());
     hash_surfaces(&mut h, &bare);
@@ -148,8 +151,8 @@ fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
 fn hash_surfaces(h: &mut WordHasher, scene: &Scene) {
     h.int(scene.surfaces().len());
     for s in scene.surfaces() {
-        h.reals(&s.reflectance);
-        h.reals(&s.emission);
+        h.bands(s.reflectance);
+        h.bands(s.emission);
         h.option(s.reflectance_texture);
         h.option(s.emission_texture);
         h.int((s.sides == Sides::Both) as usize);
@@ -176,7 +179,7 @@ fn hash_media(h: &mut WordHasher, scene: &Scene) {
         h.int(p.plates.len());
         p.plates.iter().for_each(|q| h.plate(q));
         h.real(p.thickness);
-        [p.extinction, p.albedo, p.emission].iter().for_each(|b: &Bands| h.reals(b));
+        [p.extinction, p.albedo, p.emission].into_iter().for_each(|x| h.bands(x));
     }
     if scene.is_periodic() {
         scene.periodic().into_iter().for_each(|p| h.int(p as usize));
@@ -187,7 +190,7 @@ fn hash_media(h: &mut WordHasher, scene: &Scene) {
         h.vec(v.cell());
         v.dims().into_iter().for_each(|d| h.int(d));
         for i in 0..v.len() {
-            [v.extinction(i), v.albedo(i), v.emission(i), v.source(i)].iter().for_each(|b| h.reals(b));
+            [v.extinction(i), v.albedo(i), v.emission(i), v.source(i)].into_iter().for_each(|x| h.bands(x));
         }
     }
 }
@@ -200,12 +203,12 @@ fn hash_lights(h: &mut WordHasher, scene: &Scene) {
             Light::Sun { direction, irradiance, angular_diameter, .. } => {
                 h.int(0);
                 h.vec(*direction);
-                h.reals(irradiance);
+                h.bands(*irradiance);
                 h.real(*angular_diameter);
             }
             Light::Sky { radiance, .. } => {
                 h.int(1);
-                h.reals(radiance);
+                h.bands(*radiance);
             }
             Light::Emitter { surface, .. } => {
                 h.int(2);
@@ -213,7 +216,7 @@ fn hash_lights(h: &mut WordHasher, scene: &Scene) {
             }
         }
     }
-    h.reals(&scene.surroundings().radiance);
+    h.bands(scene.surroundings().radiance);
 }
 
 #[cfg(test)]

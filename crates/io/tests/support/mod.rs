@@ -8,14 +8,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use zonal_io::input::parse_scene;
 use zonal_scene::Scene;
 
-static NEXT: AtomicUsize = AtomicUsize::new(0);
+static FOLDER_COUNTER: AtomicUsize = AtomicUsize::new(0);
 
 /// A temporary folder, removed when dropped.
 pub(crate) struct Folder(PathBuf);
 
 impl Folder {
     pub(crate) fn new() -> Folder {
-        let n = NEXT.fetch_add(1, Ordering::Relaxed);
+        let n = FOLDER_COUNTER.fetch_add(1, Ordering::Relaxed);
         let path = std::env::temp_dir().join(format!("zonal-input-{}-{n}", std::process::id()));
         std::fs::create_dir_all(&path).unwrap();
         Folder(path)
@@ -170,3 +170,22 @@ impl Quad {
 /// A cube from (0,0,0) to (1,1,1) as OBJ quadrilaterals with outward normals.
 pub(crate) const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1
 f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+/// A scene text and what its refusal must contain.
+pub(crate) type RefusedScene<'a> = (&'a str, &'a [&'a str]);
+
+/// A unit square, for `SQUARE` in a scene text.
+pub(crate) const UNIT_SQUARE: &str = "rectangle={origin=[0,0,0],edge1=[1,0,0],edge2=[0,1,0]}";
+
+/// Checks that each scene is refused by one line that contains the wanted texts and a mend.
+pub(crate) fn check(folder: &Folder, cases: &[RefusedScene<'_>]) {
+    for (text, wanted) in cases {
+        let text = text.replace("SQUARE", UNIT_SQUARE);
+        let message = folder.refusal(&text);
+        for w in *wanted {
+            assert!(message.contains(w), "'{w}' is not in:\n{message}\nfor\n{text}");
+        }
+        assert!(message.contains([';', '?']), "no mend in:\n{message}");
+        assert!(!message.contains('\n'), "several lines:\n{message}");
+    }
+}

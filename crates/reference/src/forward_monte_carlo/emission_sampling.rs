@@ -4,7 +4,7 @@ use super::optics::SceneOptics;
 use super::walk_scene::WalkScene;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{Light, Sides, Zones};
+use zonal_scene::{Band, Light, Sides, Zones};
 
 /// A source.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +40,7 @@ impl EmissionTable {
         walk_scene: &WalkScene,
         optics: &SceneOptics,
         zones: Option<&Zones>,
-        b: usize,
+        b: Band,
     ) -> EmissionTable {
         let mut list = match zones {
             Some(z) => zone_sources(z, optics, b),
@@ -74,7 +74,7 @@ impl EmissionTable {
 }
 
 /// The emission of zones. Surfaces that are direct light emit as zones as well: their emission is uniform on each.
-fn zone_sources(z: &Zones, optics: &SceneOptics, b: usize) -> Vec<(EmissionElement, f64)> {
+fn zone_sources(z: &Zones, optics: &SceneOptics, b: Band) -> Vec<(EmissionElement, f64)> {
     let mut list = Vec::new();
     for (i, p) in z.patches.iter().enumerate() {
         list.push((EmissionElement::Zone(i), optics.surfaces[p.surface].emission[b] * p.area));
@@ -91,7 +91,7 @@ fn zone_sources(z: &Zones, optics: &SceneOptics, b: usize) -> Vec<(EmissionEleme
 }
 
 /// The emission of facets, cells and panes.
-fn scene_sources(walk_scene: &WalkScene, optics: &SceneOptics, b: usize) -> Vec<(EmissionElement, f64)> {
+fn scene_sources(walk_scene: &WalkScene, optics: &SceneOptics, b: Band) -> Vec<(EmissionElement, f64)> {
     let scene = walk_scene.scene;
     let mut list = Vec::new();
     for (k, f) in (0u32..).zip(scene.facets()) {
@@ -115,7 +115,7 @@ fn scene_sources(walk_scene: &WalkScene, optics: &SceneOptics, b: usize) -> Vec<
 }
 
 /// The power of suns, skies and surroundings through a sphere around the scene.
-fn light_sources(walk_scene: &WalkScene, b: usize) -> Vec<(EmissionElement, f64)> {
+fn light_sources(walk_scene: &WalkScene, b: Band) -> Vec<(EmissionElement, f64)> {
     let scene = walk_scene.scene;
     let mut list = Vec::new();
     let (_, r) = walk_scene.bounding_sphere();

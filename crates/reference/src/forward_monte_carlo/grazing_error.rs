@@ -12,7 +12,8 @@
 
 use super::emission_sampling::EmissionTable;
 use super::solution::ForwardSolution;
-use zonal_scene::{Bands, Scene, Zones};
+use crate::estimate::SampleEstimate;
+use zonal_scene::{Band, Bands, PerBand, Scene, Zones};
 
 /// The fluence G that `walks` walks from each of the `sources` do not sample, W/m² per band.
 pub(super) fn unsampled_fluence(scene: &Scene, sources: &[EmissionTable], walks: usize) -> Bands {
@@ -20,17 +21,17 @@ pub(super) fn unsampled_fluence(scene: &Scene, sources: &[EmissionTable], walks:
     let (Some(grid), Some(axis), 2) =
         (scene.voxel_grid(), (0..3).find(|&k| !periodic[k]), periodic.iter().filter(|p| **p).count())
     else {
-        return [0.0; 3];
+        return Bands::ZERO;
     };
     let length = |k: usize| grid.cell()[k] * grid.dims()[k] as f64;
     let base: f64 = (0..3).filter(|&k| k != axis).map(length).product();
-    let of_band = |(b, s): (usize, &EmissionTable)| {
+    let of_band = |(b, s): (Band, &EmissionTable)| {
         let n = (walks as f64 * s.medium / s.power).max(1.0);
         let missing = (1.0 - (n * grid.extinction(0)[b] * length(axis)).ln()).max(0.0);
         if s.medium > 0.0 { s.medium / (2.0 * base) * missing } else { 0.0 }
     };
-    let all: Vec<f64> = sources.iter().enumerate().map(of_band).collect();
-    [0, 1, 2].map(|b| all.get(b).or(all.first()).copied().unwrap_or(0.0))
+    let all: Vec<f64> = Band::all().zip(sources).map(of_band).collect();
+    Bands::from_fn(|b| all.get(b.index()).or(all.first()).copied().unwrap_or(0.0))
 }
 
 /// Adds the unsampled fluence `missing` to the standard errors of a solution.
@@ -40,27 +41,29 @@ pub(super) fn widen_errors(
     scene: &Scene,
     zones: Option<&Zones>,
 ) {
-    let Some(grid) = scene.voxel_grid().filter(|_| missing != [0.0; 3]) else { return };
+    let Some(grid) = scene.voxel_grid().filter(|_| missing != Bands::ZERO) else { return };
     // Errors of the absorbed power and of the fluence.
     let volume = grid.cell().product();
-    let absorbed = |b: usize| -> f64 {
+    let absorbed = |b: Band| -> f64 {
         (0..grid.len()).map(|c| grid.extinction(c)[b] * (1.0 - grid.albedo(c)[b]) * volume * missing[b]).sum()
     };
-    let power = [0, 1, 2].map(absorbed);
-    let all = |x: Bands| x.iter().sum::<f64>();
-    (0..3).for_each(|b| solution.medium[b].error = solution.medium[b].error.hypot(power[b]));
+    let power = Bands::from_fn(absorbed);
+    let widen = |estimates: &mut PerBand<SampleEstimate>, by: Bands| {
+        estimates.iter_mut().zip(by).for_each(|(e, by)| e.error = e.error.hypot(by));
+    };
+    widen(&mut solution.medium, power);
     let voxels = zones.map_or(0..0, |z| z.voxel_offset()..z.pane_offset());
     for i in voxels.clone() {
-        (0..3).for_each(|b| solution.zones[i][b].error = solution.zones[i][b].error.hypot(missing[b]));
+        widen(&mut solution.zones[i], missing);
     }
     // Errors of net powers and temperatures.
     let medium = solution.heat.get_mut(scene.surfaces().len()).into_iter().map(|h| (h, 1.0));
     let share = 1.0 / voxels.len().max(1) as f64;
     let of_zones = solution.zone_heat.iter_mut().enumerate().filter(|(i, _)| voxels.contains(i));
     for (heat, share) in medium.chain(of_zones.map(|(_, h)| (h, share))) {
-        heat.power.error = heat.power.error.hypot(share * all(power));
+        heat.power.error = heat.power.error.hypot(share * power.sum());
         if let Some(e) = &mut heat.emissive {
-            e.error = e.error.hypot(0.25 * all(missing));
+            e.error = e.error.hypot(0.25 * missing.sum());
         }
     }
 }

@@ -53,7 +53,7 @@ use rayon::prelude::*;
 use score::{ScoreLayout, ScoreReader};
 use walk_scene::WalkScene;
 use walker::{BATCH_COUNT, Walker};
-use zonal_scene::{Scene, Zones};
+use zonal_scene::{Bands, Scene, Zones};
 
 /// Computes powers and temperatures by `walks` walks for each band: those of the continuous problem, or of the equations of `zones`.
 pub fn trace_forward(
@@ -71,25 +71,24 @@ pub fn trace_forward(
     };
     let optics = SceneOptics::new(scene, &areas);
     let layout = ScoreLayout::new(scene, zones);
-    let bands: &[usize] = if optics.one_band { &[0] } else { &[0, 1, 2] };
     let sources: Vec<EmissionTable> =
-        bands.iter().map(|&b| EmissionTable::new(&walk_scene, &optics, zones, b)).collect();
+        optics.simulated_bands().map(|b| EmissionTable::new(&walk_scene, &optics, zones, b)).collect();
     // Run the batches.
     let walker = Walker::new(walk_scene, optics, zones, layout);
     let sums: Vec<Vec<f64>> = (0..BATCH_COUNT)
         .into_par_iter()
         .map(|k| {
-            let mut sums = vec![0.0; 4 * walker.layout.len];
-            for (n, &b) in bands.iter().enumerate() {
-                let batch_seed = hash(hash(seed, k as u64), b as u64);
-                walker.run_batch(&sources[n], b, walks.div_ceil(BATCH_COUNT), batch_seed, &mut sums);
+            let mut sums = vec![0.0; walker.layout.score_count()];
+            for (source, b) in sources.iter().zip(walker.optics.simulated_bands()) {
+                let batch_seed = hash(hash(seed, k as u64), b.index() as u64);
+                walker.run_batch(source, b, walks.div_ceil(BATCH_COUNT), batch_seed, &mut sums);
             }
             sums
         })
         .collect();
     // Convert the scores; the power of one walk bounds the error of rarely hit elements from below.
-    let walk_power = zonal_scene::bands(|b| {
-        let source = sources.get(if walker.optics.one_band { 0 } else { b });
+    let walk_power = Bands::from_fn(|b| {
+        let source = sources.get(walker.optics.simulated_band(b).index());
         source.map_or(0.0, |s| s.power.abs() / walks.max(1) as f64)
     });
     let reader = ScoreReader {

@@ -1,7 +1,7 @@
 //! Absorption and emission of surfaces, cells and panes.
 
 use zonal_scene::thermal::blackbody_emissive_power;
-use zonal_scene::{Bands, Light, Scene, ThermalCondition, bands};
+use zonal_scene::{Band, Bands, Light, Scene, ThermalCondition};
 
 /// The temperature, K, at which band fractions of elements of known net power are evaluated.
 const FRACTION_TEMPERATURE: f64 = 1000.0;
@@ -36,49 +36,48 @@ impl ElementOptics {
         condition: Option<ThermalCondition>,
         scene: &Scene,
     ) -> ElementOptics {
-        let measure = extinction.map_or([1.0; 3], |k| k.map(|k| 4.0 * k));
+        let measure = extinction.map_or(Bands::ONE, |k| 4.0 * k);
         let mut out = ElementOptics {
             absorptance,
-            extinction: extinction.unwrap_or([1.0; 3]),
+            extinction: extinction.unwrap_or(Bands::ONE),
             emission: light,
             reemits: false,
-            band_weights: [0.0; 3],
+            band_weights: Bands::ZERO,
             total_weight: 1.0,
             emissive_power: None,
             net_power: 0.0,
         };
         let Some(thermal) = scene.thermal() else { return out };
         let grey = thermal.band_fractions.is_grey();
-        let weigh =
-            |a: Bands| bands(|b| if grey && b > 0 { 0.0 } else { a[b] * measure[b] * absorptance[b] });
+        let weigh = |a: Bands| {
+            Bands::from_fn(
+                |b| if grey && b > Band::first() { 0.0 } else { a[b] * measure[b] * absorptance[b] },
+            )
+        };
         match condition {
             Some(ThermalCondition::Temperature(t)) => {
                 let power = blackbody_emissive_power(t);
                 let w = thermal.band_fractions.emissive_powers(power)[0];
-                out.band_weights = weigh(w.map(|w| w / power));
-                out.emission = out.band_weights.map(|s| s * power);
+                out.band_weights = weigh(w / power);
+                out.emission = out.band_weights * power;
                 out.emissive_power = Some(power);
             }
             Some(ThermalCondition::Flux(q) | ThermalCondition::Power(q)) => {
                 out.band_weights = weigh(thermal.band_fractions.weights(FRACTION_TEMPERATURE));
-                let all: f64 = out.band_weights.iter().sum();
+                let all = out.band_weights.sum();
                 out.emission = out.band_weights.map(|s| if all > 0.0 { q * s / all } else { 0.0 });
                 (out.reemits, out.net_power) = (all > 0.0, q);
             }
-            None => out.emission = [0.0; 3],
+            None => out.emission = Bands::ZERO,
         }
-        out.total_weight = out.band_weights.iter().sum();
+        out.total_weight = out.band_weights.sum();
         out
     }
 
     /// True when all bands are equal.
     fn is_grey(&self) -> bool {
-        equal_bands(self.absorptance) && equal_bands(self.extinction) && equal_bands(self.emission)
+        self.absorptance.is_grey() && self.extinction.is_grey() && self.emission.is_grey()
     }
-}
-
-fn equal_bands(v: Bands) -> bool {
-    v[0] == v[1] && v[1] == v[2]
 }
 
 /// Absorption and emission of all elements of a scene.
@@ -100,35 +99,42 @@ impl SceneOptics {
                     ThermalCondition::Power(p) => ThermalCondition::Flux(p / areas[i]),
                     other => other,
                 });
-                ElementOptics::new(s.reflectance.map(|r| 1.0 - r), None, s.emission, condition, scene)
+                ElementOptics::new(1.0 - s.reflectance, None, s.emission, condition, scene)
             })
             .collect();
         let cells: Vec<ElementOptics> = scene.voxel_grid().map_or(Vec::new(), |m| {
             (0..m.len())
                 .map(|c| {
-                    let (k, a) = (m.extinction(c), m.albedo(c).map(|o| 1.0 - o));
-                    let light = bands(|b| 4.0 * k[b] * a[b] * m.emission(c)[b] + m.source(c)[b]);
+                    let (k, a) = (m.extinction(c), 1.0 - m.albedo(c));
+                    let light = 4.0 * k * a * m.emission(c) + m.source(c);
                     ElementOptics::new(a, Some(k), light, m.heat(c), scene)
                 })
                 .collect()
         });
         let panes: Vec<ElementOptics> = (scene.panes().iter().enumerate())
             .map(|(i, p)| {
-                let a = p.albedo.map(|o| 1.0 - o);
-                let light = bands(|b| 4.0 * p.extinction[b] * a[b] * p.emission[b]);
+                let a = 1.0 - p.albedo;
+                let light = 4.0 * p.extinction * a * p.emission;
                 ElementOptics::new(a, Some(p.extinction), light, thermal.map(|t| t.panes[i]), scene)
             })
             .collect();
         // One band suffices in grey thermal scenes, and in light scenes where all bands are equal.
         let grey_heat = thermal.is_some_and(|t| t.band_fractions.is_grey());
         let lights = scene.lights().iter().all(|l| match l {
-            Light::Sun { irradiance, .. } => equal_bands(*irradiance),
-            Light::Sky { radiance, .. } => equal_bands(*radiance),
+            Light::Sun { irradiance, .. } => irradiance.is_grey(),
+            Light::Sky { radiance, .. } => radiance.is_grey(),
             Light::Emitter { .. } => true,
         });
         let elements = surfaces.iter().chain(&cells).chain(&panes).all(ElementOptics::is_grey);
-        let grey_light =
-            thermal.is_none() && elements && lights && equal_bands(scene.surroundings().radiance);
+        let grey_light = thermal.is_none() && elements && lights && scene.surroundings().radiance.is_grey();
         SceneOptics { surfaces, cells, panes, one_band: grey_heat || grey_light }
+    }
+    /// The bands that are simulated.
+    pub(super) fn simulated_bands(&self) -> impl Iterator<Item = Band> {
+        Band::all().take(if self.one_band { 1 } else { Band::count() })
+    }
+    /// The simulated band that stands for `band`.
+    pub(super) fn simulated_band(&self, band: Band) -> Band {
+        if self.one_band { Band::first() } else { band }
     }
 }

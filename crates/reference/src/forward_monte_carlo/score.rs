@@ -3,9 +3,9 @@
 use super::optics::{ElementOptics, SceneOptics};
 use super::solution::{ForwardSolution, HeatBalance};
 use crate::estimate::{SampleEstimate, SampleStatistics};
-use zonal_scene::{Bands, Scene, Zones, bands};
+use zonal_scene::{Band, Bands, PerBand, Scene, Zones};
 
-/// Layout of the scores: four numbers for each element (surface, medium, pane, loss) and zone, three bands and ∫σT⁴ of re-emission.
+/// Layout of the scores: for each element (surface, medium, pane, loss) and zone one number per band and ∫σT⁴ of re-emission.
 pub(super) struct ScoreLayout {
     /// Slot of the medium.
     pub medium: usize,
@@ -30,6 +30,24 @@ impl ScoreLayout {
         let len = first + zones.map_or(0, Zones::len);
         ScoreLayout { medium, panes: medium + 1, escaped, backs: escaped + 1, zones: first, len }
     }
+    /// Number of scores.
+    pub(super) fn score_count(&self) -> usize {
+        scores_per_slot() * self.len
+    }
+}
+
+fn scores_per_slot() -> usize {
+    Band::count() + 1
+}
+
+/// Index of the score of a slot in a band.
+pub(super) fn band_score(slot: usize, band: Band) -> usize {
+    scores_per_slot() * slot + band.index()
+}
+
+/// Index of the score ∫σT⁴ of re-emission of a slot.
+pub(super) fn reemission_score(slot: usize) -> usize {
+    scores_per_slot() * slot + Band::count()
 }
 
 /// The scores of all batches with the data that convert them.
@@ -61,32 +79,28 @@ impl ScoreReader<'_> {
         statistics.estimate(1.0)
     }
 
-    /// The simulated band that stands for band `b`.
-    fn band(&self, b: usize) -> usize {
-        if self.optics.one_band { 0 } else { b }
-    }
-
     /// The power of a slot per band, W.
-    fn power(&self, slot: usize) -> [SampleEstimate; 3] {
-        [0, 1, 2].map(|b| {
-            let band = self.band(b);
-            floored(self.mean(|s| s[4 * slot + band]), self.walk_power[band])
+    fn power(&self, slot: usize) -> PerBand<SampleEstimate> {
+        PerBand::from_fn(|b| {
+            let band = self.optics.simulated_band(b);
+            floored(self.mean(|s| s[band_score(slot, band)]), self.walk_power[band])
         })
     }
 
     /// The results.
     pub(super) fn solution(&self) -> ForwardSolution {
         let scene = self.scene;
-        let panes = |b: usize| {
-            let band = self.band(b);
-            let sum =
-                |s: &[f64]| (0..scene.panes().len()).map(|p| s[4 * (self.layout.panes + p) + band]).sum();
+        let panes = |b: Band| {
+            let band = self.optics.simulated_band(b);
+            let sum = |s: &[f64]| {
+                (0..scene.panes().len()).map(|p| s[band_score(self.layout.panes + p, band)]).sum()
+            };
             floored(self.mean(sum), self.walk_power[band])
         };
         let mut out = ForwardSolution {
             surfaces: (0..scene.surfaces().len()).map(|i| self.power(i)).collect(),
             medium: self.power(self.layout.medium),
-            panes: [0, 1, 2].map(panes),
+            panes: PerBand::from_fn(panes),
             escaped: self.power(self.layout.escaped),
             backs: self.power(self.layout.backs),
             ..ForwardSolution::default()
@@ -104,18 +118,18 @@ impl ScoreReader<'_> {
     }
 
     /// H or G of zone `i`, W/m² per band.
-    fn zone_light(&self, z: &Zones, i: usize) -> [SampleEstimate; 3] {
+    fn zone_light(&self, z: &Zones, i: usize) -> PerBand<SampleEstimate> {
         let (_, measure) = z.response(i);
-        [0, 1, 2].map(|b| {
-            let band = self.band(b);
-            let e = self.mean(|s| s[4 * (self.layout.zones + i) + band] / measure);
+        PerBand::from_fn(|b| {
+            let band = self.optics.simulated_band(b);
+            let e = self.mean(|s| s[band_score(self.layout.zones + i, band)] / measure);
             floored(e, self.walk_power[band] / measure)
         })
     }
 
     /// Heat of surfaces, the medium and panes.
     fn element_heat(&self) -> Vec<HeatBalance> {
-        let (optics, unit) = (self.optics, [1.0; 3]);
+        let (optics, unit) = (self.optics, Bands::ONE);
         let mut out = Vec::new();
         for (i, k) in optics.surfaces.iter().enumerate() {
             out.push(self.heat(i, unit, &[(k, self.areas[i])]));
@@ -145,15 +159,14 @@ impl ScoreReader<'_> {
         } else {
             &self.optics.panes[z.panes[i - z.pane_offset()].pane]
         };
-        let absorbed =
-            if i < z.voxel_offset() { k.absorptance } else { bands(|b| k.absorptance[b] * k.extinction[b]) };
+        let absorbed = if i < z.voxel_offset() { k.absorptance } else { k.absorptance * k.extinction };
         self.heat(self.layout.zones + i, absorbed, &[(k, measure)])
     }
 
     /// Heat of a slot that consists of elements, each with its area (m²) or volume (m³); `factor` converts scores to absorbed power.
-    fn heat(&self, slot: usize, factor: [f64; 3], parts: &[(&ElementOptics, f64)]) -> HeatBalance {
+    fn heat(&self, slot: usize, factor: Bands, parts: &[(&ElementOptics, f64)]) -> HeatBalance {
         let one = self.walk_power;
-        let all: f64 = if self.optics.one_band { one[0] } else { one.iter().sum() };
+        let all = if self.optics.one_band { one.first() } else { one.sum() };
         // Size of the elements that have a temperature, and ∫σT⁴ from known temperatures and known powers.
         let warm = parts.iter().filter(|(k, _)| k.emissive_power.is_some() || k.total_weight > 0.0);
         let size: f64 = warm.map(|p| p.1).sum();
@@ -166,19 +179,17 @@ impl ScoreReader<'_> {
         // Emitted power: emission of known temperatures, net power of the others.
         let emitted: f64 = parts
             .iter()
-            .map(|(k, size)| {
-                size * if k.emissive_power.is_some() { k.emission.iter().sum() } else { k.net_power }
-            })
+            .map(|(k, size)| size * if k.emissive_power.is_some() { k.emission.sum() } else { k.net_power })
             .sum();
         // Scores of elements hold the power absorbed at known temperatures, those of zones the incident power.
-        let absorbed = |s: &[f64]| (0..3).map(|b| factor[b] * s[4 * slot + b]).sum::<f64>();
+        let absorbed = |s: &[f64]| Band::all().map(|b| factor[b] * s[band_score(slot, b)]).sum::<f64>();
         let absorbs = slot < self.layout.zones || parts.iter().all(|p| p.0.emissive_power.is_some());
         HeatBalance {
             emissive: (size > 0.0).then(|| {
                 let weights = parts.iter().map(|p| p.0.total_weight);
                 let min_weight = weights.filter(|e| *e > 0.0).fold(f64::INFINITY, f64::min);
                 let sampled = parts.iter().any(|p| p.0.reemits) && min_weight.is_finite();
-                let e = self.mean(|s| (base + s[4 * slot + 3]) / size);
+                let e = self.mean(|s| (base + s[reemission_score(slot)]) / size);
                 floored(e, if sampled { all / (min_weight * size) } else { 0.0 })
             }),
             power: {

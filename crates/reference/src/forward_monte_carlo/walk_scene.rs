@@ -4,7 +4,7 @@ use crate::path_tracer::bvh::{BinaryBvh, RayHit};
 use crate::path_tracer::flight::{clip_to_grid, traverse_grid};
 use crate::rng::Rng;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Plate, Scene, Sides};
+use zonal_scene::{Band, Plate, Scene, Sides};
 
 /// Points nearer than this fraction of the scene's diagonal coincide.
 const COINCIDENCE_SHARE_OF_DIAGONAL: f64 = 1e-9;
@@ -61,7 +61,7 @@ pub(super) enum TrackLocation {
 
 /// The remaining optical depth of a flight in a band, and the callback for its lengths.
 struct FlightTracker<'t, F> {
-    band: usize,
+    band: Band,
     rest: f64,
     track: &'t mut F,
 }
@@ -185,7 +185,7 @@ impl<'a> WalkScene<'a> {
         &self,
         start: &WalkStart,
         d: Vec3,
-        band: usize,
+        band: Band,
         tau: f64,
         track: &mut impl FnMut(TrackLocation, f64),
     ) -> WalkEnd {

@@ -2,13 +2,13 @@
 
 use super::emission_sampling::{EmissionElement, EmissionTable};
 use super::optics::{ElementOptics, SceneOptics};
-use super::score::ScoreLayout;
+use super::score::{ScoreLayout, band_score, reemission_score};
 use super::walk_scene::{TrackLocation, WalkEnd, WalkScene, WalkStart};
 use crate::path_tracer::bvh::RayHit;
 use crate::path_tracer::flight::direction_about;
-use crate::rng::{Rng, hash};
+use crate::rng::{Rng, hash, select_band};
 use zonal_math::Vec3;
-use zonal_scene::{Plate, PlateKind, SUBCELLS, Scene, Sides, VoxelZone, Zones};
+use zonal_scene::{Band, Plate, PlateKind, SUBCELLS, Scene, Sides, VoxelZone, Zones};
 
 /// Independent batches of a mean.
 pub(super) const BATCH_COUNT: usize = 32;
@@ -34,7 +34,7 @@ struct WalkState {
     start: WalkStart,
     direction: Vec3,
     weight: f64,
-    band: usize,
+    band: Band,
     /// True after its first event, or when it began on an element.
     counted: bool,
 }
@@ -67,7 +67,7 @@ impl<'a> Walker<'a> {
     pub(super) fn run_batch(
         &self,
         sources: &EmissionTable,
-        band: usize,
+        band: Band,
         walks: usize,
         seed: u64,
         sums: &mut [f64],
@@ -200,7 +200,7 @@ impl<'a> Walker<'a> {
         if self.starts_covered(&w) {
             // A covered part is excluded; a patch that is covered in part loses its emission there.
             if self.zones.is_some() {
-                sums[4 * self.layout.backs + w.band] += w.weight;
+                sums[band_score(self.layout.backs, w.band)] += w.weight;
             }
             return;
         }
@@ -216,7 +216,7 @@ impl<'a> Walker<'a> {
             }
             w.counted = true;
             if self.zones.is_some() && self.starts_covered(&w) {
-                sums[4 * self.layout.backs + w.band] += w.weight;
+                sums[band_score(self.layout.backs, w.band)] += w.weight;
                 return;
             }
             // Russian roulette.
@@ -235,7 +235,7 @@ impl<'a> Walker<'a> {
         match end {
             WalkEnd::Escaped => {
                 if w.counted {
-                    sums[4 * self.layout.escaped + w.band] += w.weight;
+                    sums[band_score(self.layout.escaped, w.band)] += w.weight;
                 }
                 false
             }
@@ -279,7 +279,7 @@ impl<'a> Walker<'a> {
         let two_sided = scene.surfaces()[facet.surface].sides == Sides::Both;
         let normal = if hit.front { facet.plate.normal() } else { -facet.plate.normal() };
         if (!hit.front && !two_sided) || self.walk_scene.is_covered(at, normal, hit.id) {
-            sums[4 * self.layout.backs + w.band] += w.weight;
+            sums[band_score(self.layout.backs, w.band)] += w.weight;
             return false;
         }
         let zone = self.patch_at(hit.id, normal, at);
@@ -300,7 +300,7 @@ impl<'a> Walker<'a> {
     }
 
     /// Scores a weighted length in the medium or in a pane.
-    fn score_length(&self, location: TrackLocation, length: f64, band: usize, sums: &mut [f64]) {
+    fn score_length(&self, location: TrackLocation, length: f64, band: Band, sums: &mut [f64]) {
         let (optics, slot, zone) = match location {
             TrackLocation::Cell(c, at) => {
                 (&self.optics.cells[c], self.layout.medium, self.volume_zone_at(c, at))
@@ -319,17 +319,19 @@ impl<'a> Walker<'a> {
         optics: &ElementOptics,
         target: ScoreTarget,
         [incident, absorbed]: [f64; 2],
-        band: usize,
+        band: Band,
         sums: &mut [f64],
     ) {
         let reemitted = absorbed / optics.total_weight;
-        sums[4 * target.slot + if optics.reemits { 3 } else { band }] +=
-            if optics.reemits { reemitted } else { absorbed };
+        if optics.reemits {
+            sums[reemission_score(target.slot)] += reemitted;
+        } else {
+            sums[band_score(target.slot, band)] += absorbed;
+        }
         if let Some(i) = target.zone {
-            let at = 4 * (self.layout.zones + i);
-            sums[at + band] += incident;
+            sums[band_score(self.layout.zones + i, band)] += incident;
             if optics.reemits {
-                sums[at + 3] += reemitted;
+                sums[reemission_score(self.layout.zones + i)] += reemitted;
             }
         }
     }
@@ -385,14 +387,7 @@ fn absorb(optics: &ElementOptics, w: &mut WalkState, rng: &mut Rng) -> bool {
     if rng.uniform() >= albedo {
         // Absorbed and re-emitted.
         let weights = optics.band_weights;
-        let u = rng.uniform() * weights.iter().sum::<f64>();
-        w.band = if u < weights[0] {
-            0
-        } else if u < weights[0] + weights[1] {
-            1
-        } else {
-            2
-        };
+        w.band = select_band(weights, rng.uniform() * weights.sum());
         if weights[w.band] == 0.0 {
             return false;
         }

@@ -12,9 +12,10 @@
 //! segments is not sampled but summed, Σ e^{−δ}(1 − e^{−κℓ}) S with S = (1 − Ω)E + q/(4κ), over the whole ray.
 
 use super::bvh::{BinaryBvh, RayHit};
+use crate::rng::select_band;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Scene, VoxelGrid, bands};
+use zonal_scene::{Band, Bands, Scene, VoxelGrid};
 
 /// A point at which light is received or scattered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,9 +127,8 @@ impl<'a> RayScene<'a> {
         let plates =
             || scene.panes().iter().enumerate().flat_map(|(k, p)| p.plates.iter().map(move |q| (k, *q)));
         let medium_emits = scene.voxel_grid().is_some_and(|m| {
-            (0..m.len()).any(|c| {
-                m.source(c) != [0.0; 3] || (0..3).any(|b| m.emission(c)[b] * (1.0 - m.albedo(c)[b]) > 0.0)
-            })
+            (0..m.len())
+                .any(|c| m.source(c) != Bands::ZERO || (m.emission(c) * (1.0 - m.albedo(c))).any(|e| e > 0.0))
         });
         RayScene {
             scene,
@@ -136,7 +136,7 @@ impl<'a> RayScene<'a> {
             panes: BinaryBvh::new((0u32..).zip(plates().map(|p| p.1)), size),
             pane_of: plates().map(|(k, p)| (k as u32, p.normal())).collect(),
             near: COINCIDENCE_SHARE_OF_DIAGONAL * scene.diagonal(),
-            emits: medium_emits || scene.panes().iter().any(|p| p.emission != [0.0; 3]),
+            emits: medium_emits || scene.panes().iter().any(|p| p.emission != Bands::ZERO),
         }
     }
 
@@ -157,12 +157,12 @@ impl<'a> RayScene<'a> {
         if self.facets.any(v.at(), d, self.near..limit - self.near, [v.facet(), end]) {
             return None;
         }
-        let mut depth = [0.0; 3];
+        let mut depth = Bands::ZERO;
         self.visit_segments(v, d, limit, false, &mut |segment| {
-            depth = bands(|b| depth[b] + segment.depth[b]);
+            depth += segment.depth;
             true
         });
-        Some(depth.map(|x| (-x).exp()))
+        Some((-depth).exp())
     }
 
     /// A flight from a vertex along `d`, for a path of throughput `beta` (some band above 0), with two numbers of [0, 1).
@@ -170,37 +170,28 @@ impl<'a> RayScene<'a> {
         // Choose the band and the optical distance.
         let hit = self.facets.nearest(v.at(), d, self.near..f64::INFINITY, v.facet());
         let limit = hit.map_or(f64::INFINITY, |m| m.t);
-        let total: f64 = beta.iter().sum();
-        let probability = beta.map(|x| x / total);
-        let band = if u[0] < probability[0] {
-            0
-        } else if u[0] < probability[0] + probability[1] {
-            1
-        } else {
-            2
-        };
-        let band =
-            if probability[band] > 0.0 { band } else { (0..3).find(|&b| probability[b] > 0.0).unwrap_or(0) };
+        let probability = beta / beta.sum();
+        let band = select_band(probability, u[0]);
+        let positive = |b: &Band| probability[*b] > 0.0;
+        let band = if positive(&band) { band } else { Band::all().find(positive).unwrap_or(Band::first()) };
         let mut rest = -(1.0 - u[1]).ln();
         // Sum the emission and find the collision.
-        let (mut depth, mut emitted) = ([0.0f64; 3], [0.0; 3]);
+        let (mut depth, mut emitted) = (Bands::ZERO, Bands::ZERO);
         let mut collision: Option<(FlightVertex, Bands, Bands)> = None;
         self.visit_segments(v, d, limit, self.emits, &mut |segment| {
             if self.emits {
-                emitted = bands(|b| {
-                    emitted[b] - (-depth[b]).exp() * (-segment.depth[b]).exp_m1() * segment.source[b] / PI
-                });
+                emitted -= (-depth).exp() * (-segment.depth).map(f64::exp_m1) * segment.source / PI;
             }
             if collision.is_none() && segment.depth[band] > rest {
                 let part = rest / segment.depth[band];
                 // κ e^{−δ} in each band up to a factor that cancels.
-                let density = bands(|b| segment.depth[b] * (-depth[b] - segment.depth[b] * part).exp());
+                let density = segment.depth * (-depth - segment.depth * part).exp();
                 let vertex = vertex_in(v, d, segment, part);
                 let albedo = segment.albedo.unwrap_or_else(|| self.albedo(vertex.at()));
                 collision = Some((vertex, albedo, balance_weights(density, probability)));
             }
             rest -= segment.depth[band];
-            depth = bands(|b| depth[b] + segment.depth[b]);
+            depth += segment.depth;
             self.emits || collision.is_none()
         });
         match (collision, hit) {
@@ -208,7 +199,7 @@ impl<'a> RayScene<'a> {
                 Flight { end: FlightEnd::Collision(vertex, albedo), weight, emitted }
             }
             (None, end) => {
-                let weight = balance_weights(depth.map(|x| (-x).exp()), probability);
+                let weight = balance_weights((-depth).exp(), probability);
                 Flight { end: end.map_or(FlightEnd::Escaped, FlightEnd::Facet), weight, emitted }
             }
         }
@@ -260,8 +251,8 @@ impl<'a> RayScene<'a> {
         FlightSegment {
             from: t,
             to: t,
-            depth: p.extinction.map(|k| k * length),
-            source: bands(|b| (1.0 - p.albedo[b]) * p.emission[b]),
+            depth: p.extinction * length,
+            source: (1.0 - p.albedo) * p.emission,
             albedo: Some(p.albedo),
             pane: Some((pane, normal, run)),
         }
@@ -282,24 +273,22 @@ impl<'a> RayScene<'a> {
             && !per_cell
         {
             // The albedo may still vary: it is evaluated at the collision.
-            if kappa == [0.0; 3] {
+            if kappa == Bands::ZERO {
                 return true;
             }
             let mut segment = FlightSegment::empty(from, to);
-            segment.depth = kappa.map(|k| k * (to - from));
+            segment.depth = kappa * (to - from);
             return each(&segment);
         }
         traverse_grid(grid, o, d, [from, to], |cell, a, b| {
             let kappa = grid.extinction(cell);
             let mut segment = FlightSegment::empty(a, b);
-            segment.depth = kappa.map(|k| k * (b - a));
+            segment.depth = kappa * (b - a);
             let albedo = grid.albedo(cell);
             segment.albedo = Some(albedo);
             if per_cell {
-                segment.source = bands(|k| {
-                    let e = (1.0 - albedo[k]) * grid.emission(cell)[k];
-                    if kappa[k] > 0.0 { e + grid.source(cell)[k] / (4.0 * kappa[k]) } else { 0.0 }
-                });
+                let emission = (1.0 - albedo) * grid.emission(cell) + grid.source(cell) / (4.0 * kappa);
+                segment.source = emission.zip_map(kappa, |e, k| if k > 0.0 { e } else { 0.0 });
             }
             each(&segment)
         })
@@ -307,7 +296,7 @@ impl<'a> RayScene<'a> {
 
     /// The albedo of the medium at a point.
     pub(crate) fn albedo(&self, p: Vec3) -> Bands {
-        self.scene.voxel_grid().map_or([0.0; 3], |m| {
+        self.scene.voxel_grid().map_or(Bands::ZERO, |m| {
             let c = [0, 1, 2].map(|k| {
                 let x = ((p[k] - m.min()[k]) / m.cell()[k]).floor();
                 x.clamp(0.0, m.dims()[k] as f64 - 1.0) as usize
@@ -319,7 +308,7 @@ impl<'a> RayScene<'a> {
 
 impl FlightSegment {
     fn empty(from: f64, to: f64) -> FlightSegment {
-        FlightSegment { from, to, depth: [0.0; 3], source: [0.0; 3], albedo: None, pane: None }
+        FlightSegment { from, to, depth: Bands::ZERO, source: Bands::ZERO, albedo: None, pane: None }
     }
 }
 
@@ -336,7 +325,7 @@ fn vertex_in(v: &FlightVertex, d: Vec3, segment: &FlightSegment, part: f64) -> F
 
 /// Density of each band over the mean density.
 fn balance_weights(density: Bands, probability: Bands) -> Bands {
-    let mean: f64 = (0..3).map(|b| probability[b] * density[b]).sum();
+    let mean = (probability * density).sum();
     density.map(|x| if mean > 0.0 { x / mean } else { 0.0 })
 }
 

@@ -59,7 +59,7 @@ impl<'a> LightSet<'a> {
         let mut out = LightSet {
             scene,
             suns: Vec::new(),
-            sky: [0.0; 3],
+            sky: Bands::ZERO,
             emitters: Vec::new(),
             cumulative: Vec::new(),
             density: vec![0.0; scene.facets().len()],
@@ -69,10 +69,10 @@ impl<'a> LightSet<'a> {
             match light {
                 Light::Sun { direction, irradiance, angular_diameter, .. } => {
                     let cos = (0.5 * angular_diameter).cos();
-                    let flux = irradiance.map(|e| 2.0 * e / (1.0 + cos));
+                    let flux = 2.0 * *irradiance / (1.0 + cos);
                     out.suns.push(SunDisc { towards: -*direction, cos, flux });
                 }
-                Light::Sky { radiance, .. } => (0..3).for_each(|b| out.sky[b] += radiance[b]),
+                Light::Sky { radiance, .. } => out.sky += *radiance,
                 Light::Emitter { .. } => {}
             }
         }
@@ -94,14 +94,14 @@ impl<'a> LightSet<'a> {
     fn power(&self, f: usize) -> f64 {
         let facet = &self.scene.facets()[f];
         let s = &self.scene.surfaces()[facet.surface];
-        if s.emission == [0.0; 3] {
+        if s.emission == Bands::ZERO {
             return 0.0;
         }
         let n = if s.emission_texture.is_some() { TEXTURE_SAMPLES_PER_SIDE } else { 1 };
         let at = |k: usize| (k as f64 + 0.5) / n as f64;
         let mean = (0..n * n).map(|k| {
             let [u, v] = facet.plate.warp([at(k % n), at(k / n)]);
-            self.scene.emission_at(f, u, v).iter().sum::<f64>() / (n * n) as f64
+            self.scene.emission_at(f, u, v).sum() / (n * n) as f64
         });
         mean.sum::<f64>() * facet.plate.area()
     }
@@ -139,10 +139,10 @@ impl<'a> LightSet<'a> {
     pub(super) fn facet_radiance(&self, facet: u32, uv: [f64; 2], side: FacetSide) -> (Bands, bool) {
         let surface = self.scene.facets()[facet as usize].surface;
         let s = &self.scene.surfaces()[surface];
-        if s.emission == [0.0; 3] || !(side == FacetSide::Front || s.sides == Sides::Both) {
-            return ([0.0; 3], false);
+        if s.emission == Bands::ZERO || !(side == FacetSide::Front || s.sides == Sides::Both) {
+            return (Bands::ZERO, false);
         }
         let e = self.scene.emission_at(facet as usize, uv[0], uv[1]);
-        (e.map(|x| x / std::f64::consts::PI), self.direct[surface])
+        (e / std::f64::consts::PI, self.direct[surface])
     }
 }

@@ -15,7 +15,7 @@ use super::flight::{FlightEnd, FlightVertex, RayScene, sample_scattering};
 use super::light_sampling::{FacetSide, LightSet};
 use crate::rng::Rng;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Sides, bands};
+use zonal_scene::{Bands, Sides};
 
 /// Bounces before Russian roulette begins.
 const MIN_ROULETTE_BOUNCES: usize = 3;
@@ -52,9 +52,9 @@ pub(super) struct PathRadiance {
 
 impl PathRadiance {
     fn add(&mut self, x: Bands, direct: bool) {
-        self.total = bands(|b| self.total[b] + x[b]);
+        self.total += x;
         if direct {
-            self.direct = bands(|b| self.direct[b] + x[b]);
+            self.direct += x;
         }
     }
 }
@@ -80,7 +80,7 @@ struct PathState {
 impl PathSampler<'_> {
     /// ∫ L f dω at a vertex by one path.
     pub(super) fn received(&self, vertex: FlightVertex, numbers: &mut PathNumbers) -> PathRadiance {
-        let mut s = PathState { vertex, beta: [1.0; 3], bounces: 0, found: PathRadiance::default() };
+        let mut s = PathState { vertex, beta: Bands::ONE, bounces: 0, found: PathRadiance::default() };
         self.sample_lights(&mut s, numbers);
         let d = sample_scattering(&s.vertex, numbers.next_array());
         self.run(s, d, false, numbers)
@@ -89,7 +89,7 @@ impl PathSampler<'_> {
     /// Radiance that arrives at `o` from the unit direction `d`, by one path. Suns are not visible as discs.
     pub(super) fn radiance(&self, o: Vec3, d: Vec3, numbers: &mut PathNumbers) -> PathRadiance {
         let vertex = FlightVertex::Free { at: o };
-        let s = PathState { vertex, beta: [1.0; 3], bounces: 0, found: PathRadiance::default() };
+        let s = PathState { vertex, beta: Bands::ONE, bounces: 0, found: PathRadiance::default() };
         self.run(s, d, true, numbers)
     }
 
@@ -115,14 +115,14 @@ impl PathSampler<'_> {
         // The band is random; the distance uses an evenly distributed number.
         let u = [numbers.rng.uniform(), numbers.next_number()];
         let flight = self.space.sample_flight(&s.vertex, d, s.beta, u);
-        s.found.add(bands(|b| s.beta[b] * flight.emitted[b]), false);
-        s.beta = bands(|b| s.beta[b] * flight.weight[b]);
+        s.found.add(s.beta * flight.emitted, false);
+        s.beta *= flight.weight;
         let first = s.bounces == 0;
         let albedo = match flight.end {
             FlightEnd::Escaped => {
                 let around = self.space.scene.surroundings().radiance;
-                s.found.add(bands(|b| s.beta[b] * around[b]), false);
-                s.found.add(bands(|b| s.beta[b] * self.lights.sky[b]), first);
+                s.found.add(s.beta * around, false);
+                s.found.add(s.beta * self.lights.sky, first);
                 return false;
             }
             FlightEnd::Collision(vertex, albedo) => {
@@ -133,11 +133,11 @@ impl PathSampler<'_> {
                 let facet = &self.space.scene.facets()[hit.id as usize];
                 let normal = facet.plate.normal();
                 let (radiance, direct) = self.lights.facet_radiance(hit.id, hit.uv, facet_side(hit.front));
-                if radiance != [0.0; 3] {
+                if radiance != Bands::ZERO {
                     let f = s.vertex.density(d);
                     let sampled = self.lights.density(hit.id, hit.t, normal.dot(d));
                     let share = if camera_ray { 1.0 } else { f / (f + sampled) };
-                    s.found.add(bands(|b| s.beta[b] * radiance[b] * share), direct && first);
+                    s.found.add(s.beta * radiance * share, direct && first);
                 }
                 if !hit.front && self.space.scene.surfaces()[facet.surface].sides == Sides::Front {
                     return false;
@@ -154,7 +154,7 @@ impl PathSampler<'_> {
     /// Applies the albedo and Russian roulette; false when the path ends.
     fn scatter(&self, s: &mut PathState, albedo: Bands, numbers: &mut PathNumbers) -> bool {
         let before = s.beta.iter().fold(0.0f64, |m, x| m.max(*x));
-        s.beta = bands(|b| s.beta[b] * albedo[b]);
+        s.beta *= albedo;
         s.bounces += 1;
         let after = s.beta.iter().fold(0.0f64, |m, x| m.max(*x));
         if after <= 0.0 || s.bounces > self.max_bounces {
@@ -165,7 +165,7 @@ impl PathSampler<'_> {
             if numbers.rng.uniform() >= survival {
                 return false;
             }
-            s.beta = s.beta.map(|x| x / survival);
+            s.beta /= survival;
         }
         true
     }
@@ -181,7 +181,7 @@ impl PathSampler<'_> {
             if f > 0.0
                 && let Some(tau) = self.space.transmittance(&s.vertex, towards, f64::INFINITY, None)
             {
-                s.found.add(bands(|b| s.beta[b] * tau[b] * flux[b] * f), direct);
+                s.found.add(s.beta * tau * flux * f, direct);
             }
         }
         let u = if self.lights.sun_count() > 0 {
@@ -196,12 +196,12 @@ impl PathSampler<'_> {
         let cos = -towards.dot(point.normal);
         let (radiance, listed) = self.lights.facet_radiance(point.facet, point.uv, facet_side(cos > 0.0));
         let f = s.vertex.density(towards);
-        if !(r > 0.0 && cos != 0.0 && f > 0.0) || radiance == [0.0; 3] {
+        if !(r > 0.0 && cos != 0.0 && f > 0.0) || radiance == Bands::ZERO {
             return;
         }
         let share = f / (f + self.lights.density(point.facet, r, cos));
         if let Some(tau) = self.space.transmittance(&s.vertex, towards, r, Some(point.facet)) {
-            s.found.add(bands(|b| s.beta[b] * tau[b] * radiance[b] * share), direct && listed);
+            s.found.add(s.beta * tau * radiance * share, direct && listed);
         }
     }
 }

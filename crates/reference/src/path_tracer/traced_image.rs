@@ -6,11 +6,11 @@
 
 use super::path::PathNumbers;
 use super::tracer::PathTracer;
-use crate::estimate::SampleStatistics;
+use crate::estimate::{SampleStatistics, add_sample};
 use crate::rng::{Rng, hash};
 use rayon::prelude::*;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Camera};
+use zonal_scene::{Bands, Camera, PerBand};
 
 /// A picture: radiance, W/(m² sr) per band, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,14 +45,14 @@ impl PathTracer<'_> {
         };
         let pixel = |i: usize| {
             let (x, y) = ((i % width) as f64, (i / width) as f64);
-            let mut statistics = [SampleStatistics::default(); 3];
+            let mut statistics = PerBand::<SampleStatistics>::default();
             for k in 0..samples.max(2) {
                 let rng = Rng::new(hash(hash(seed, i as u64), k as u64));
                 let mut numbers = PathNumbers { spread: Vec::new(), rng };
                 let [dx, dy]: [f64; 2] = numbers.next_array();
                 let d = direction((x + dx) / width as f64, (y + dy) / height as f64);
                 let radiance = self.paths.radiance(camera.origin, d, &mut numbers).total;
-                (0..3).for_each(|b| statistics[b].add(radiance[b]));
+                add_sample(&mut statistics, radiance);
             }
             statistics.map(|t| t.estimate(1.0))
         };
@@ -60,8 +60,8 @@ impl PathTracer<'_> {
         TracedImage {
             width,
             height,
-            mean: pixels.iter().map(|p| p.map(|e| e.value)).collect(),
-            error: pixels.iter().map(|p| p.map(|e| e.error)).collect(),
+            mean: pixels.iter().map(|p| p.map_to_bands(|e| e.value)).collect(),
+            error: pixels.iter().map(|p| p.map_to_bands(|e| e.error)).collect(),
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::rng::{Rng, hash};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Scene};
+use zonal_scene::{Band, Bands, PerBand, Scene};
 
 /// Independent replicates of a mean: their spread gives its standard error to about nine per cent.
 const REPLICATE_COUNT: usize = 64;
@@ -47,9 +47,9 @@ impl Default for TracingAccuracy {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DetectorReading {
     /// All light.
-    pub total: [SampleEstimate; 3],
+    pub total: PerBand<SampleEstimate>,
     /// All but direct light.
-    pub incident: [SampleEstimate; 3],
+    pub incident: PerBand<SampleEstimate>,
     /// Number of paths.
     pub paths: u64,
 }
@@ -88,12 +88,12 @@ impl<'a> PathTracer<'a> {
     ) -> Vec<DetectorReading> {
         let pilots = self.run(detectors, &vec![PILOT_PATHS as u64; detectors.len()], hash(seed, 1));
         let n = detectors.len().max(1) as f64;
-        let overall = [0, 1, 2].map(|b| pilots.iter().map(|r| r.total[b].value).sum::<f64>() / n);
+        let overall = Bands::from_fn(|b| pilots.iter().map(|r| r.total[b].value).sum::<f64>() / n);
         let max_count = accuracy.max_paths.div_ceil(REPLICATE_COUNT as u64).max(PILOT_PATHS as u64);
         let counts: Vec<u64> = pilots
             .iter()
             .map(|r| {
-                let excess = (0..3).map(|b| {
+                let excess = Band::all().map(|b| {
                     let wanted = accuracy.relative * r.total[b].value.max(accuracy.floor * overall[b]);
                     if r.total[b].error > 0.0 { (r.total[b].error / wanted).powi(2) } else { 0.0 }
                 });
@@ -123,14 +123,14 @@ impl<'a> PathTracer<'a> {
             .collect();
         let reading = |i: usize| {
             let replicates = &means[i * REPLICATE_COUNT..(i + 1) * REPLICATE_COUNT];
-            let estimate = |which: usize, b: usize| {
+            let estimate = |which: usize, b: Band| {
                 let mut statistics = SampleStatistics::default();
                 replicates.iter().for_each(|m| statistics.add(m[which][b]));
                 statistics.estimate(1.0)
             };
             DetectorReading {
-                total: [0, 1, 2].map(|b| estimate(0, b)),
-                incident: [0, 1, 2].map(|b| estimate(1, b)),
+                total: PerBand::from_fn(|b| estimate(0, b)),
+                incident: PerBand::from_fn(|b| estimate(1, b)),
                 paths: counts[i] * REPLICATE_COUNT as u64,
             }
         };
@@ -142,17 +142,15 @@ impl<'a> PathTracer<'a> {
         let mut rng = Rng::new(hash(seed, u64::MAX));
         let shift: [f64; SPREAD_DIMENSIONS] = std::array::from_fn(|_| rng.uniform());
         let scale = (if detector.is_surface() { PI } else { 4.0 * PI }) / count as f64;
-        let mut sums = [[0.0; 3]; 2];
+        let mut sums = [Bands::ZERO; 2];
         for j in 0..count {
             let spread =
                 (0..SPREAD_DIMENSIONS).map(|k| (shift[k] + j as f64 * self.lattice[k]).fract()).collect();
             let mut numbers = PathNumbers { spread, rng: Rng::new(hash(seed, j)) };
             let vertex = self.start(detector, &mut numbers);
             let PathRadiance { total, direct } = self.paths.received(vertex, &mut numbers);
-            for b in 0..3 {
-                sums[0][b] += scale * total[b];
-                sums[1][b] += scale * (total[b] - direct[b]);
-            }
+            sums[0] += scale * total;
+            sums[1] += scale * (total - direct);
         }
         sums
     }

@@ -1,4 +1,6 @@
 //! Baked data: triangles of patches and panes with their light, and cell values of the medium.
+//!
+//! Values of all bands are stored as red, green and blue in single precision, as the files of viewers hold them.
 
 use zonal_math::Vec3;
 

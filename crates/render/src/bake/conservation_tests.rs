@@ -4,8 +4,9 @@ use super::*;
 use crate::test_scenes::{furnace, medium, quad, solution, surface, walls};
 use std::sync::LazyLock;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Bands, Light, LightGroup, LightGroupKind, NoProgress, Plate, ZoneValues, bands};
-use zonal_scene::{Facet, Pane, SceneParts};
+use zonal_scene::{
+    Band, Bands, Facet, Light, LightGroup, LightGroupKind, NoProgress, Pane, Plate, SceneParts, ZoneValues,
+};
 use zonal_transport::build_zones;
 
 fn baked(s: &Solution, options: &BakeOptions) -> BakedSolution {
@@ -47,7 +48,7 @@ fn furnished_parts() -> SceneParts {
             Light::Sun {
                 name: "sun".into(),
                 direction: vec3(0.2, 0.3, -0.9).normalized(),
-                irradiance: [4.0, 2.0, 1.0],
+                irradiance: Bands::from_rgb([4.0, 2.0, 1.0]),
                 angular_diameter: 0.0,
             },
             Light::Emitter { surface: 2, name: None },
@@ -61,9 +62,9 @@ fn furnished_parts() -> SceneParts {
                 vec3(-0.9, -0.5, 1.8),
             )],
             thickness: 0.01,
-            extinction: [20.0, 5.0, 1.0],
-            albedo: [0.5; 3],
-            emission: [0.0; 3],
+            extinction: Bands::from_rgb([20.0, 5.0, 1.0]),
+            albedo: Bands::splat(0.5),
+            emission: Bands::ZERO,
         }],
         ..SceneParts::default()
     }
@@ -75,13 +76,13 @@ fn direct_irradiances(s: &Solution) -> Vec<Vec<Bands>> {
     let zones = build_zones(&s.scene, &transport).unwrap();
     let of = |light: &Light| {
         let lamp = zonal_transport::lights::LightSampler::new(&s.scene, light);
-        let mut list = vec![[0.0; 3]; zones.len()];
+        let mut list = vec![Bands::ZERO; zones.len()];
         for (x, p) in list.iter_mut().zip(&zones.patches) {
             for k in 0..128 {
                 let [u, v] = p.plate.warp(zonal_math::low_discrepancy::r2(k, [0.0; 2]));
                 let receiver = zonal_transport::lights::Receiver::Surface(p.normal);
                 let h = lamp.gather(&transport, p.plate.at(u, v), receiver, 4, k as u64);
-                *x = bands(|b| x[b] + h[b] / 128.0);
+                *x += h / 128.0;
             }
         }
         list
@@ -94,7 +95,7 @@ fn furnished() -> Solution {
     let mut s = solution(furnished_parts(), |p, n| 1.0 + 0.3 * p.x + 0.1 * n.z, |p| 0.5 + 0.1 * p.z);
     let direct = direct_irradiances(&s);
     let n = s.zones.len();
-    let part = |f: f64| ZoneValues::Double(s.fields.incident.iter().map(|x| x.map(|v| v * f)).collect());
+    let part = |f: f64| ZoneValues::Double(s.fields.incident.iter().map(|x| *x * f).collect());
     let group = |name: &str, kind, incident, direct: Option<&Vec<Bands>>| LightGroup {
         name: name.into(),
         kind,
@@ -107,11 +108,11 @@ fn furnished() -> Solution {
         group("lamp", LightGroupKind::Light(1), part(0.3), Some(&direct[1])),
         group("surroundings", LightGroupKind::Surroundings, part(0.2), None),
     ];
-    s.fields.direct = (0..n).map(|i| bands(|b| direct[0][i][b] + direct[1][i][b])).collect();
+    s.fields.direct = (0..n).map(|i| direct[0][i] + direct[1][i]).collect();
     s.fields.radiosity = (0..n)
         .map(|i| {
             let (e, (rho, _)) = (s.zones.emission(i), s.zones.response(i));
-            bands(|b| e[b] + rho[b] * (s.fields.incident[i][b] + s.fields.direct[i][b]))
+            e + rho * (s.fields.incident[i] + s.fields.direct[i])
         })
         .collect();
     s
@@ -183,8 +184,9 @@ fn baked_powers_agree_with_the_zones_in_every_group() {
     let n = s.zones.patches.len();
     for (k, g) in s.groups.iter().enumerate() {
         let found: f64 = per_zone(&b.surfaces, &b.surfaces.irradiance[k], n).iter().sum();
-        let wanted: f64 =
-            (0..n).map(|i| s.zones.patches[i].area * (g.incident.at(i)[0] + g.direct.at(i)[0])).sum();
+        let wanted: f64 = (0..n)
+            .map(|i| s.zones.patches[i].area * (g.incident.at(i).first() + g.direct.at(i).first()))
+            .sum();
         assert!((found / wanted - 1.0).abs() < 0.01, "{}: {found} {wanted}", g.name);
     }
     assert_eq!(b.emission_groups, [None, None, Some(1)]);
@@ -199,7 +201,7 @@ fn baked_groups_sum_to_the_whole() {
     // No cell is split, so that both have the same vertices.
     assert_eq!(a.surfaces.positions.len(), w.surfaces.positions.len());
     for i in 0..a.surfaces.positions.len() {
-        for b in 0..3 {
+        for b in Band::all().map(Band::index) {
             let sum: f32 = a.surfaces.irradiance.iter().map(|g| g[i][b]).sum();
             let all = w.surfaces.irradiance[0][i][b];
             assert!((sum - all).abs() <= 1e-4 * all, "{sum} {all}");
@@ -232,7 +234,7 @@ fn vertex_limit_is_kept_and_refinement_reduces_the_error() {
         let error = |i: usize| {
             let g = &s.groups[0];
             let p = &s.zones.patches[i];
-            (found[i] - p.area * (g.incident.at(i)[0] + g.direct.at(i)[0])).abs()
+            (found[i] - p.area * (g.incident.at(i).first() + g.direct.at(i).first())).abs()
         };
         (0..n).map(error).sum::<f64>()
     };
@@ -254,8 +256,8 @@ fn shadow_edges_agree_with_shadow_rays() {
         let inside = p + (vec3(0.0, 0.0, 1.0) - p) * 3e-4;
         let cos = n.dot(to_sun).max(0.0);
         let tau =
-            transport.transmittance(inside, transport.exterior_point(inside, to_sun)).unwrap_or([0.0; 3]);
-        let expected = 0.5 * (1.0 + 0.3 * p.x + 0.1 * n.z) + 4.0 * tau[0] * cos;
+            transport.transmittance(inside, transport.exterior_point(inside, to_sun)).unwrap_or(Bands::ZERO);
+        let expected = 0.5 * (1.0 + 0.3 * p.x + 0.1 * n.z) + 4.0 * tau.first() * cos;
         let fits = (mesh.irradiance[0][i][0] as f64 - expected).abs() < 0.05 * expected;
         *(if fits { &mut right } else { &mut wrong }) += usize::from(cos > 0.0);
     }

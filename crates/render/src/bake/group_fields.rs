@@ -5,7 +5,7 @@
 
 use crate::denoise::denoise_patches;
 use zonal_scene::light_group::ALL_LIGHTS_GROUP;
-use zonal_scene::{Bands, Light, LightGroup, LightGroupKind, Scene, Solution, ZoneValues, bands};
+use zonal_scene::{Bands, Light, LightGroup, LightGroupKind, Scene, Solution, ZoneValues};
 
 /// One group of a solution.
 pub(super) struct GroupField<'a> {
@@ -47,8 +47,7 @@ impl<'a> GroupField<'a> {
         let denoised = match self.group {
             None => denoise_patches(patches, &self.s.fields.incident, &self.s.fields.error),
             Some(g) => {
-                let all =
-                    |v: &ZoneValues| (0..patches.len()).map(|i| scaled(v.at(i), g.incident_scale)).collect();
+                let all = |v: &ZoneValues| (0..patches.len()).map(|i| v.at(i) * g.incident_scale).collect();
                 let (incident, error): (Vec<Bands>, Vec<Bands>) = (all(&g.incident), all(&g.error));
                 denoise_patches(patches, &incident, &error)
             }
@@ -61,7 +60,7 @@ impl<'a> GroupField<'a> {
         match self.group {
             _ if zone < self.denoised.len() => self.denoised[zone],
             None => self.s.fields.incident[zone],
-            Some(g) => scaled(g.incident.at(zone), g.incident_scale),
+            Some(g) => g.incident.at(zone) * g.incident_scale,
         }
     }
 
@@ -69,22 +68,21 @@ impl<'a> GroupField<'a> {
     pub(super) fn direct(&self, zone: usize) -> Bands {
         match self.group {
             None => self.s.fields.direct[zone],
-            Some(g) => scaled(g.direct.at(zone), g.direct_scale),
+            Some(g) => g.direct.at(zone) * g.direct_scale,
         }
     }
 
     /// G + G_dir, W/m².
     pub(super) fn fluence(&self, zone: usize) -> Bands {
-        let (g, d) = (self.incident(zone), self.direct(zone));
-        bands(|b| g[b] + d[b])
+        self.incident(zone) + self.direct(zone)
     }
 
     /// B, direct light included, W/m².
     pub(super) fn radiosity(&self, zone: usize) -> Bands {
         let zones = &self.s.zones;
         let (g, (rho, _)) = (self.fluence(zone), zones.response(zone));
-        let e = if self.kind.emits(zones, zone) { zones.emission(zone) } else { [0.0; 3] };
-        bands(|b| e[b] + rho[b] * g[b])
+        let e = if self.kind.emits(zones, zone) { zones.emission(zone) } else { Bands::ZERO };
+        e + rho * g
     }
 
     /// True where its direct light is smooth enough for the values of the zones: a sky in a group of its own.
@@ -103,8 +101,4 @@ impl<'a> GroupField<'a> {
             LightGroupKind::Medium | LightGroupKind::Panes | LightGroupKind::Surroundings => false,
         }
     }
-}
-
-fn scaled(a: Bands, f: Bands) -> Bands {
-    bands(|b| a[b] * f[b])
 }

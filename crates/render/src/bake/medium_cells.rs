@@ -5,8 +5,9 @@
 
 use super::baked::BakedMedium;
 use super::group_fields::GroupField;
+use crate::image::to_single_precision;
 use rayon::prelude::*;
-use zonal_scene::{Bands, Solution, bands};
+use zonal_scene::{Bands, Solution};
 
 /// The cell values of the medium; `None` without one.
 pub(super) fn average_cells(s: &Solution, groups: &[GroupField]) -> Option<BakedMedium> {
@@ -16,12 +17,12 @@ pub(super) fn average_cells(s: &Solution, groups: &[GroupField]) -> Option<Baked
     let volume = |c: usize| zones.of_cell(c).map(|i| zones.voxels[i].volume).sum::<f64>();
     let mean = |c: usize, value: &(dyn Fn(usize) -> Bands + Sync)| {
         let whole = volume(c);
-        let mut sum = [0.0; 3];
+        let mut sum = Bands::ZERO;
         for i in zones.of_cell(c) {
             let (x, weight) = (value(i), zones.voxels[i].volume / whole);
-            sum = bands(|b| sum[b] + weight * x[b]);
+            sum += weight * x;
         }
-        sum.map(|x| x as f32)
+        to_single_precision(sum)
     };
     let grid = |value: &(dyn Fn(usize) -> Bands + Sync)| -> Vec<[f32; 3]> {
         (0..cells).into_par_iter().map(|c| mean(c, value)).collect()

@@ -5,6 +5,7 @@
 
 use super::baked::{PaneMesh, single_vector};
 use super::group_fields::GroupField;
+use crate::image::to_single_precision;
 use crate::surface::patch_field::{TileField, TileTopology};
 use crate::surface::tiles::pane_tiles;
 use rayon::prelude::*;
@@ -54,8 +55,8 @@ pub(super) fn mesh_panes(s: &Solution, groups: &[GroupField]) -> PaneMesh {
             mesh.positions.push(single_vector(z.plate.at(u, v)));
             mesh.normals.push(single_vector(z.normal));
             mesh.panes.push(z.pane as u32);
-            mesh.depth.push(z.extinction.map(|k| (k * z.thickness) as f32));
-            mesh.error.push(s.fields.total_error(offset + i).map(|x| x as f32));
+            mesh.depth.push(to_single_precision(z.extinction * z.thickness));
+            mesh.error.push(to_single_precision(s.fields.total_error(offset + i)));
         }
         for t in triangles {
             mesh.triangles.push(t.map(|k| first + k));
@@ -68,7 +69,7 @@ pub(super) fn mesh_panes(s: &Solution, groups: &[GroupField]) -> PaneMesh {
         let values: Vec<Bands> =
             (0..s.zones.panes.len()).into_par_iter().map(|i| group.radiosity(offset + i)).collect();
         let field = TileField::new(values);
-        places.par_iter().map(|&(i, uv)| field.at(&topology, i, uv).map(|x| x as f32)).collect()
+        places.par_iter().map(|&(i, uv)| to_single_precision(field.at(&topology, i, uv))).collect()
     };
     mesh.radiosity = groups.iter().map(field).collect();
     mesh

@@ -6,7 +6,7 @@
 
 use super::vertex_lighting::VertexLighting;
 use std::collections::{HashMap, HashSet};
-use zonal_scene::{PlateKind, bands};
+use zonal_scene::{Band, Bands, PerBand, PlateKind};
 
 /// Largest number of successive splits.
 const MAX_LEVELS: u32 = 10;
@@ -37,7 +37,7 @@ pub(super) struct PatchQuadtree {
     corners: HashSet<LatticePoint>,
     /// Index of the values of a point, in units of the number of values a point.
     index: HashMap<LatticePoint, u32>,
-    values: Vec<[f32; 3]>,
+    values: Vec<PerBand<f32>>,
 }
 
 impl PatchQuadtree {
@@ -55,7 +55,7 @@ impl PatchQuadtree {
     }
 
     /// The values at a point, evaluated on first use.
-    pub(super) fn values(&mut self, lighting: &VertexLighting, at: LatticePoint) -> &[[f32; 3]] {
+    pub(super) fn values(&mut self, lighting: &VertexLighting, at: LatticePoint) -> &[PerBand<f32>] {
         let n = lighting.value_count();
         let next = self.index.len();
         let i = *self.index.entry(at).or_insert(next as u32) as usize;
@@ -66,7 +66,7 @@ impl PatchQuadtree {
     }
 
     /// The `n` values at a corner or centre of an evaluated cell.
-    pub(super) fn evaluated(&self, n: usize, at: LatticePoint) -> &[[f32; 3]] {
+    pub(super) fn evaluated(&self, n: usize, at: LatticePoint) -> &[PerBand<f32>] {
         let i = self.index[&at] as usize;
         &self.values[i * n..(i + 1) * n]
     }
@@ -158,8 +158,8 @@ impl PatchQuadtree {
     pub(super) fn interpolation_error(&mut self, lighting: &VertexLighting, p: &QuadtreeCell) -> f32 {
         let (kind, n) = (self.kind, lighting.value_count());
         let corners = corners(kind, p);
-        let at: Vec<Vec<[f32; 3]>> = corners.iter().map(|c| self.values(lighting, *c).to_vec()).collect();
-        let midpoints: Vec<Vec<[f32; 3]>> =
+        let at: Vec<Vec<PerBand<f32>>> = corners.iter().map(|c| self.values(lighting, *c).to_vec()).collect();
+        let midpoints: Vec<Vec<PerBand<f32>>> =
             midpoints(kind, p).iter().map(|c| self.values(lighting, *c).to_vec()).collect();
         let centre = self.values(lighting, centre(kind, p)).to_vec();
         let mut worst: f64 = 0.0;
@@ -167,11 +167,11 @@ impl PatchQuadtree {
             let all = || at.iter().chain(&midpoints).chain([&centre]).map(move |v| v[k]);
             let largest = all().flatten().fold(0.0f32, f32::max) as f64;
             let level = largest + 0.25 * lighting.means[k] + 0.05 * lighting.means.iter().sum::<f64>();
-            let mean = bands(|b| at.iter().map(|v| v[k][b] as f64).sum::<f64>() / at.len() as f64);
-            let mut off = (0..3).fold(0.0, |m, b| f64::max(m, (centre[k][b] as f64 - mean[b]).abs()));
+            let mean = Bands::from_fn(|b| at.iter().map(|v| v[k][b] as f64).sum::<f64>() / at.len() as f64);
+            let mut off = Band::all().fold(0.0, |m, b| f64::max(m, (centre[k][b] as f64 - mean[b]).abs()));
             for (e, m) in midpoints.iter().enumerate() {
                 let (a, c) = (&at[e][k], &at[(e + 1) % at.len()][k]);
-                for b in 0..3 {
+                for b in Band::all() {
                     off = f64::max(off, (m[k][b] as f64 - 0.5 * (a[b] as f64 + c[b] as f64)).abs());
                 }
             }
@@ -184,9 +184,9 @@ impl PatchQuadtree {
 
     /// Difference between the means of the values of a patch in one cell or four and those of the solution, relative to the light nearby:
     /// it shows features between the points.
-    pub(super) fn mean_difference(&mut self, lighting: &VertexLighting, found: &[[f64; 3]]) -> f32 {
+    pub(super) fn mean_difference(&mut self, lighting: &VertexLighting, found: &[Bands]) -> f32 {
         let (kind, n) = (self.kind, lighting.value_count());
-        let mut means = vec![[0.0; 3]; n];
+        let mut means = vec![Bands::ZERO; n];
         for p in self.cells.clone() {
             let points = [corners(kind, &p), midpoints(kind, &p), vec![centre(kind, &p)]];
             let weights = match kind {
@@ -197,14 +197,14 @@ impl PatchQuadtree {
             for (list, w) in points.iter().zip(weights) {
                 for &place in list {
                     let v = self.values(lighting, place);
-                    (0..n).for_each(|k| (0..3).for_each(|b| means[k][b] += area * w * v[k][b] as f64));
+                    (0..n).for_each(|k| means[k] += area * w * v[k].map_to_bands(f64::from));
                 }
             }
         }
         let mut worst: f64 = 0.0;
         for k in 1..n {
             let level = found[k].into_iter().fold(0.0, f64::max) + 0.25 * lighting.means[k];
-            let off = (0..3).fold(0.0, |m, b| f64::max(m, (means[k][b] - found[k][b]).abs()));
+            let off = (means[k] - found[k]).abs().iter().copied().fold(0.0, f64::max);
             if level > 0.0 {
                 worst = worst.max(off / level);
             }

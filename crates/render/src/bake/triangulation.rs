@@ -10,10 +10,11 @@ use super::group_fields::GroupField;
 use super::patch_quadtree::{LatticePoint, PatchQuadtree, QuadtreeCell, centre, corners};
 use super::refinement::refine;
 use super::vertex_lighting::{VertexLighting, interpolated};
+use crate::image::to_single_precision;
 use crate::surface::patch_field::TileField;
 use rayon::prelude::*;
 use std::collections::HashMap;
-use zonal_scene::{Bands, PlateKind, Progress};
+use zonal_scene::{Band, Bands, PerBand, PlateKind, Progress};
 
 /// Relative difference of the light below which two vertices at one position are merged.
 const MAX_MERGED_DIFFERENCE: f32 = 0.02;
@@ -29,7 +30,7 @@ struct SheetMesh {
     /// Patch and lattice point of each vertex.
     vertices: Vec<PatchVertex>,
     /// The values at each vertex, one after the other.
-    values: Vec<[f32; 3]>,
+    values: Vec<PerBand<f32>>,
     triangles: Vec<[u32; 3]>,
     zones: Vec<u32>,
 }
@@ -110,9 +111,9 @@ impl SheetMesh {
     }
 }
 
-fn light_agrees(a: [f32; 3], b: [f32; 3]) -> bool {
+fn light_agrees(a: PerBand<f32>, b: PerBand<f32>) -> bool {
     let largest = a.iter().chain(&b).fold(0.0f32, |m, x| m.max(*x));
-    (0..3).all(|k| (a[k] - b[k]).abs() <= MAX_MERGED_DIFFERENCE * largest)
+    Band::all().all(|k| (a[k] - b[k]).abs() <= MAX_MERGED_DIFFERENCE * largest)
 }
 
 /// The triangles of a cell, counter-clockwise in the plate's parameters.
@@ -144,7 +145,7 @@ fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<She
     // Concatenate vertices and triangles.
     let mut mesh = SurfaceMesh::default();
     let mut vertices: Vec<PatchVertex> = Vec::with_capacity(sheets.iter().map(|c| c.vertices.len()).sum());
-    let mut values: Vec<[f32; 3]> = Vec::with_capacity(sheets.iter().map(|c| c.values.len()).sum());
+    let mut values: Vec<PerBand<f32>> = Vec::with_capacity(sheets.iter().map(|c| c.values.len()).sum());
     for c in sheets {
         let first = vertices.len() as u32;
         mesh.triangles.extend(c.triangles.iter().map(|t| t.map(|i| first + i)));
@@ -175,10 +176,10 @@ fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<She
         .par_iter()
         .map(|v| {
             let [a, b] = on_facet(v);
-            s.scene.emission_at(patch(v).facet, a, b).map(|x| x as f32)
+            to_single_precision(s.scene.emission_at(patch(v).facet, a, b))
         })
         .collect();
-    mesh.error = vertices.iter().map(|v| s.fields.total_error(v.0 as usize).map(|x| x as f32)).collect();
+    mesh.error = vertices.iter().map(|v| to_single_precision(s.fields.total_error(v.0 as usize))).collect();
     // Evaluate the irradiance of each group.
     mesh.irradiance = groups
         .iter()
@@ -193,15 +194,15 @@ fn group_irradiance(
     lighting: &VertexLighting,
     group: &GroupField,
     slot: Option<usize>,
-    (vertices, values): (&[PatchVertex], &[[f32; 3]]),
+    (vertices, values): (&[PatchVertex], &[PerBand<f32>]),
 ) -> Vec<[f32; 3]> {
     let patches = lighting.solution.zones.patches.len();
     let means: Vec<Bands> = (0..patches).into_par_iter().map(|i| interpolated(group, i)).collect();
     let (field, n) = (TileField::new(means), lighting.value_count());
     let one = |(i, v): (usize, &PatchVertex)| {
         let h = field.at(&lighting.topology, v.0 as usize, PatchQuadtree::parameters(v.1));
-        let direct = slot.map_or([0.0; 3], |k| values[i * n + k]);
-        [0, 1, 2].map(|b| h[b] as f32 + direct[b])
+        let direct = slot.map_or(PerBand::default(), |k| values[i * n + k]);
+        PerBand::from_fn(|b| h[b] as f32 + direct[b]).into_rgb()
     };
     vertices.par_iter().enumerate().map(one).collect()
 }

@@ -9,7 +9,7 @@ use crate::surface::patch_field::{TileField, TileTopology};
 use crate::surface::tiles::patch_tiles;
 use rayon::prelude::*;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Light, Solution, bands};
+use zonal_scene::{Band, Bands, Light, PerBand, Solution};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -52,7 +52,7 @@ impl<'a> VertexLighting<'a> {
             }
         }
         let patches = s.zones.patches.len();
-        let indirect = |i: usize| groups.iter().fold([0.0; 3], |sum, g| add(sum, interpolated(g, i)));
+        let indirect = |i: usize| groups.iter().map(|g| interpolated(g, i)).sum::<Bands>();
         let values: Vec<Bands> = (0..patches).into_par_iter().map(indirect).collect();
         let mut means = vec![mean(s, |i| values[i])];
         for (g, group) in groups.iter().enumerate().filter(|(g, _)| slots[*g].is_some()) {
@@ -77,17 +77,17 @@ impl<'a> VertexLighting<'a> {
     }
 
     /// Appends the values at a point of a patch, given by the patch's parameters (u, v).
-    pub(super) fn evaluate(&self, patch: usize, uv: [f64; 2], out: &mut Vec<[f32; 3]>) {
+    pub(super) fn evaluate(&self, patch: usize, uv: [f64; 2], out: &mut Vec<PerBand<f32>>) {
         let first = out.len();
-        out.push(single_precision(self.indirect.at(&self.topology, patch, uv)));
-        out.resize(first + self.value_count(), [0.0; 3]);
+        out.push(self.indirect.at(&self.topology, patch, uv).map_to(|x| x as f32));
+        out.resize(first + self.value_count(), PerBand::default());
         let p = &self.solution.zones.patches[patch];
         let point = self.point(patch, uv);
         let inside = point + (p.plate.centre() - point) * BORDER_INSET;
         for (slot, light_sampler, n) in &self.light_samplers {
             let light = light_sampler.gather(self.transport, inside, Receiver::Surface(p.normal), *n, 1);
             let sum = &mut out[first + slot];
-            *sum = [0, 1, 2].map(|b| sum[b] + light[b] as f32);
+            Band::all().for_each(|b| sum[b] += light[b] as f32);
         }
     }
 
@@ -98,7 +98,7 @@ impl<'a> VertexLighting<'a> {
 
     /// The means of the values over a patch in the solution; only direct light that is sampled.
     pub(super) fn zone_means(&self, groups: &[GroupField], patch: usize) -> Vec<Bands> {
-        let mut out = vec![[0.0; 3]; self.value_count()];
+        let mut out = vec![Bands::ZERO; self.value_count()];
         for (group, slot) in groups.iter().zip(&self.slots) {
             if let Some(slot) = slot {
                 out[*slot] = group.direct(patch);
@@ -115,19 +115,10 @@ pub(super) fn interpolated(group: &GroupField, patch: usize) -> Bands {
 
 /// Largest band of the mean over the patches by area, W/m².
 fn mean(s: &Solution, value: impl Fn(usize) -> Bands) -> f64 {
-    let (mut sum, mut area) = ([0.0; 3], 0.0);
+    let (mut sum, mut area) = (Bands::ZERO, 0.0);
     for (i, p) in s.zones.patches.iter().enumerate() {
-        let v = value(i);
-        sum = bands(|b| sum[b] + v[b] * p.area);
+        sum += value(i) * p.area;
         area += p.area;
     }
     sum.into_iter().fold(0.0, f64::max) / f64::max(area, 1e-300)
-}
-
-fn add(a: Bands, b: Bands) -> Bands {
-    bands(|k| a[k] + b[k])
-}
-
-fn single_precision(x: Bands) -> [f32; 3] {
-    x.map(|x| x as f32)
 }

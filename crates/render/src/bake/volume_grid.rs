@@ -13,7 +13,7 @@ use super::group_fields::GroupField;
 use crate::medium::radiosity_field::RadiosityField;
 use rayon::prelude::*;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Bands, Light, Progress, Solution, VoxelGrid, bands};
+use zonal_scene::{Bands, Light, PerBand, Progress, Solution, VoxelGrid};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -50,9 +50,9 @@ pub struct VolumeGrid {
     pub max: Vec3,
     /// Points along x, y, z.
     pub dims: [usize; 3],
-    /// Extinction κ, 1/m a band; one entry where it is the same everywhere.
+    /// Extinction κ, red, green and blue, 1/m; one entry where it is the same everywhere.
     pub extinction: Vec<[f32; 3]>,
-    /// Radiosity B, direct light included, W/m² a band: `radiosity[group][point]`.
+    /// Radiosity B, direct light included, red, green and blue, W/m²: `radiosity[group][point]`.
     pub radiosity: Vec<Vec<[f32; 3]>>,
 }
 
@@ -62,14 +62,14 @@ pub struct VolumeGrid {
 /// use zonal_render::bake::volume_grid::{VolumeGridOptions, bake_volume_grid};
 /// # use zonal_math::{Vec3, vec3};
 /// # use zonal_scene::{
-/// #     Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution, Surface,
-/// #     VoxelGrid,
+/// #     Bands, Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution,
+/// #     Surface, VoxelGrid,
 /// # };
 /// # use zonal_transport::{Transport, build_zones};
 /// # let wall = Surface {
 /// #     name: "wall".into(),
-/// #     reflectance: [0.0; 3],
-/// #     emission: [1.0; 3],
+/// #     reflectance: Bands::ZERO,
+/// #     emission: Bands::ONE,
 /// #     reflectance_texture: None,
 /// #     emission_texture: None,
 /// #     sides: Sides::Both,
@@ -79,7 +79,7 @@ pub struct VolumeGrid {
 /// # let plate = Plate::parallelogram(vec3(-9.0, 2.0, -9.0), vec3(18.0, 0.0, 0.0), vec3(0.0, 0.0, 18.0));
 /// # let wall_facet = Facet { surface: 0, plate, uv: [[0.0; 2]; 3] };
 /// # let mut grid = VoxelGrid::new(vec3(-1.0, 0.0, -1.0), vec3(1.0, 1.0, 1.0), [2, 2, 2]).unwrap();
-/// # (0..8).for_each(|i| grid.set(i, [0.5; 3], [0.0; 3], [0.0; 3], [0.0; 3]));
+/// # (0..8).for_each(|i| grid.set(i, Bands::splat(0.5), Bands::ZERO, Bands::ZERO, Bands::ZERO));
 /// # let scene = Scene::new(SceneParts {
 /// #     surfaces: vec![wall],
 /// #     facets: vec![wall_facet],
@@ -88,8 +88,8 @@ pub struct VolumeGrid {
 /// # })
 /// # .unwrap();
 /// # let zones = build_zones(&scene, &Transport::new(&scene)).unwrap();
-/// # let emission: Vec<[f64; 3]> = (0..zones.len()).map(|i| zones.emission(i)).collect();
-/// # let zero = vec![[0.0; 3]; zones.len()];
+/// # let emission: Vec<Bands> = (0..zones.len()).map(|i| zones.emission(i)).collect();
+/// # let zero = vec![Bands::ZERO; zones.len()];
 /// # let mut fields = Fields::default();
 /// # (fields.radiosity, fields.incident) = (emission, zero.clone());
 /// # (fields.direct, fields.error) = (zero.clone(), zero);
@@ -107,7 +107,7 @@ pub fn bake_volume_grid(
     progress: &dyn Progress,
 ) -> Option<VolumeGrid> {
     let map = solution.scene.voxel_grid()?;
-    if solution.zones.voxels.iter().all(|z| z.extinction == [0.0; 3]) {
+    if solution.zones.voxels.iter().all(|z| z.extinction == Bands::ZERO) {
         return None;
     }
     let transport = Transport::new(&solution.scene);
@@ -127,7 +127,7 @@ pub fn bake_volume_grid(
             let mut values = source.radiosity(group);
             extrapolate(&mut values, &order);
             progress.advance(1);
-            values
+            to_rgb(values)
         })
         .collect();
     progress.end();
@@ -210,14 +210,13 @@ impl<'a> PointGrid<'a> {
     }
 
     /// Means over the zones of each point.
-    fn mean(&self, zones: &[PointZones], value: impl Fn(usize) -> Bands + Sync) -> Vec<[f32; 3]> {
+    fn mean(&self, zones: &[PointZones], value: impl Fn(usize) -> Bands + Sync) -> Vec<PerBand<f32>> {
         let of = |list: &PointZones| {
-            let mut sum = [0.0; 3];
+            let mut sum = Bands::ZERO;
             for &(zone, _) in list {
-                let x = value(zone);
-                sum = bands(|b| sum[b] + x[b] / list.len() as f64);
+                sum += value(zone) / list.len() as f64;
             }
-            sum.map(|x| x as f32)
+            sum.map_to(|x| x as f32)
         };
         zones.par_iter().map(of).collect()
     }
@@ -234,7 +233,7 @@ struct GridSource<'a> {
 
 impl GridSource<'_> {
     /// B of one group.
-    fn radiosity(&self, group: &GroupField) -> Vec<[f32; 3]> {
+    fn radiosity(&self, group: &GroupField) -> Vec<PerBand<f32>> {
         let s = self.solution;
         let (offset, voxels) = (s.zones.voxel_offset(), &s.zones.voxels);
         // On a grid no finer than the voxels take the values of the zones.
@@ -245,9 +244,7 @@ impl GridSource<'_> {
         let light_samplers = self.sampled_lights(group);
         let indirect = |i: usize| {
             let (b, direct) = (group.radiosity(offset + i), group.direct(offset + i));
-            bands(|k| {
-                b[k] - if light_samplers.is_empty() { 0.0 } else { voxels[i].albedo[k] * direct[k] / 4.0 }
-            })
+            b - if light_samplers.is_empty() { Bands::ZERO } else { voxels[i].albedo * direct / 4.0 }
         };
         let means = (0..voxels.len()).into_par_iter().map(indirect).collect();
         let Some(field) = RadiosityField::from_means(s, self.transport, means) else {
@@ -255,14 +252,10 @@ impl GridSource<'_> {
         };
         // Add the direct light, sampled in each part.
         let at = |(i, list): (usize, &PointZones)| {
-            let Some(&(zone, p)) = list.first() else { return [0.0; 3] };
+            let Some(&(zone, p)) = list.first() else { return PerBand::default() };
             let (b, at) = (field.at(zone, p), self.grid.coordinates(i));
-            let mut direct = [0.0; 3];
-            for light_sampler in &light_samplers {
-                let g = self.direct_fluence(light_sampler, at, zone);
-                direct = bands(|k| direct[k] + g[k]);
-            }
-            bands(|k| b[k] + voxels[zone].albedo[k] * direct[k] / 4.0).map(|x| x as f32)
+            let direct: Bands = light_samplers.iter().map(|l| self.direct_fluence(l, at, zone)).sum();
+            (b + voxels[zone].albedo * direct / 4.0).map_to(|x| x as f32)
         };
         self.zones.par_iter().enumerate().map(at).collect()
     }
@@ -283,17 +276,16 @@ impl GridSource<'_> {
         let (s, transport) = (self.solution, self.transport);
         let cell = s.zones.voxels[zone].cell;
         let samples = if matches!(light_sampler.light(), Light::Sky { .. }) { SKY_SAMPLES } else { 1 };
-        let (mut sum, mut n) = ([0.0; 3], 0.0);
+        let (mut sum, mut n) = (Bands::ZERO, 0.0);
         for (i, [x, y, z]) in OCTANT_CENTRES.into_iter().enumerate() {
             let p = self.grid.point(at, vec3(x, y, z));
             if transport.volume_zone_at(&s.zones, cell, p) == Some(zone) {
-                let g = light_sampler.gather(transport, p, Receiver::Free, samples, i as u64);
-                sum = bands(|b| sum[b] + g[b]);
+                sum += light_sampler.gather(transport, p, Receiver::Free, samples, i as u64);
                 n += 1.0;
             }
         }
         if n > 0.0 {
-            sum.map(|x| x / n)
+            sum / n
         } else {
             light_sampler.gather(
                 transport,
@@ -330,15 +322,16 @@ fn extrapolation_order(known: &[bool], dims: [usize; 3]) -> Vec<(usize, Vec<usiz
 }
 
 /// Gives each point of the list the mean of its neighbours.
-fn extrapolate(values: &mut [[f32; 3]], order: &[(usize, Vec<usize>)]) {
+fn extrapolate(values: &mut [PerBand<f32>], order: &[(usize, Vec<usize>)]) {
     for (i, from) in order {
-        values[*i] = [0, 1, 2].map(|b| from.iter().map(|&j| values[j][b]).sum::<f32>() / from.len() as f32);
+        values[*i] =
+            PerBand::from_fn(|b| from.iter().map(|&j| values[j][b]).sum::<f32>() / from.len() as f32);
     }
 }
 
 /// One entry where all points with a zone agree, else all points.
 fn collapse_uniform(
-    mut values: Vec<[f32; 3]>,
+    mut values: Vec<PerBand<f32>>,
     known: &[bool],
     order: &[(usize, Vec<usize>)],
 ) -> Vec<[f32; 3]> {
@@ -346,18 +339,21 @@ fn collapse_uniform(
     if let Some(first) = own.next()
         && own.all(|v| v == first)
     {
-        return vec![first];
+        return vec![first.into_rgb()];
     }
     extrapolate(&mut values, order);
-    values
+    to_rgb(values)
+}
+
+fn to_rgb(values: Vec<PerBand<f32>>) -> Vec<[f32; 3]> {
+    values.into_iter().map(PerBand::into_rgb).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::test_scenes::{furnace, medium, quad, solution, surface};
-    use zonal_scene::NoProgress;
-    use zonal_scene::SceneParts;
+    use zonal_scene::{NoProgress, SceneParts};
 
     fn options(max_refined_points: usize, max_points: usize) -> VolumeGridOptions {
         VolumeGridOptions { max_refined_points, max_points }
@@ -390,7 +386,7 @@ mod tests {
             lights: vec![Light::Sun {
                 name: "sun".into(),
                 direction: vec3(0.0, 0.0, -1.0),
-                irradiance: [8.0; 3],
+                irradiance: Bands::splat(8.0),
                 angular_diameter: 0.0,
             }],
             voxel_grid: Some(medium(lo, hi, [2, 2, 2], 0.1, 0.5)),
@@ -404,7 +400,7 @@ mod tests {
         let h = run(1);
         assert_eq!(h, run(3));
         assert_eq!(h.dims, [16; 3]);
-        let own = s.zones.emission(s.zones.voxel_offset())[0];
+        let own = s.zones.emission(s.zones.voxel_offset()).first();
         for (i, b) in h.radiosity[0].iter().enumerate() {
             let [x, _, z] = [i / 256, i / 16 % 16, i % 16].map(|k| (k as f64 + 0.5) / 8.0);
             let lit = if x < 0.75 && z < 1.5 { 0.0 } else { 8.0 * (-0.1 * (2.0 - z)).exp() };

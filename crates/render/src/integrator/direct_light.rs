@@ -21,7 +21,7 @@ use crate::medium::single_scattering::SingleScattering;
 use crate::options::RENDER_PARAMS;
 use crate::view_ray::ViewRay;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Light, bands};
+use zonal_scene::{Band, Bands, Light};
 use zonal_transport::Transport;
 use zonal_transport::lights::{EmissionSample, LightSampler, Receiver};
 
@@ -131,7 +131,7 @@ impl<'a> DirectLights<'a> {
         sampler: RaySampler,
     ) -> Bands {
         let receiver = LitPoint { point, normal, indirect };
-        let mut sum = [0.0; 3];
+        let mut sum = Bands::ZERO;
         for light in &self.lights {
             let (light_sampler, map) = (&light.sampler, &light.shadow_map);
             if map.as_ref().is_some_and(|c| c.is_dark(point)) {
@@ -152,7 +152,7 @@ impl<'a> DirectLights<'a> {
                 None => light_sampler
                     .gather_with(self.transport, point, Receiver::Surface(normal), n, |i| own.sample(i)),
             };
-            sum = bands(|b| sum[b] + h[b]);
+            sum += h;
         }
         sum
     }
@@ -163,13 +163,13 @@ impl<'a> DirectLights<'a> {
         let (point, receiver) = (at.point, Receiver::Surface(at.normal));
         // Compare the unoccluded irradiance with the indirect one.
         let unoccluded = light_sampler.estimate_unoccluded(point, receiver);
-        let share = (0..3).fold(0.0, |s: f64, b| s.max(unoccluded[b] / at.indirect[b].max(1e-300)));
+        let share = Band::all().fold(0.0, |s: f64, b| s.max(unoccluded[b] / at.indirect[b].max(1e-300)));
         let (n, probability) = if share > PARAMS.single_ray_share {
             (own.count, 1.0)
         } else {
             (1, (share / PARAMS.roulette_share).min(1.0))
         };
-        let mut sum = [0.0; 3];
+        let mut sum = Bands::ZERO;
         if own.roulette() >= probability {
             return sum;
         }
@@ -180,7 +180,7 @@ impl<'a> DirectLights<'a> {
                 continue;
             };
             let depth = self.sampled_depth(point, sample.end);
-            sum = bands(|b| sum[b] + sample.flux[b] * (-depth[b]).exp() / (probability * n as f64));
+            sum += sample.flux * (-depth).exp() / (probability * n as f64);
         }
         sum
     }
@@ -193,8 +193,8 @@ impl<'a> DirectLights<'a> {
             let part = (b - a).length() / n as f64;
             for k in 0..n {
                 let at = map.cell_at(a + (b - a) * ((k as f64 + 0.5) / n as f64));
-                let kappa = at.map_or([0.0; 3], |c| map.extinction(map.index(c)));
-                sum = bands(|i| sum[i] + kappa[i] * part);
+                let kappa = at.map_or(Bands::ZERO, |c| map.extinction(map.index(c)));
+                sum += kappa * part;
             }
         }
         sum
@@ -208,7 +208,7 @@ impl<'a> DirectLights<'a> {
         at: &LitPoint,
         own: &RaySampler,
     ) -> Bands {
-        let (mut sum, mut lit) = ([0.0; 3], false);
+        let (mut sum, mut lit) = (Bands::ZERO, false);
         for i in 0..own.count {
             let sample = light_sampler.sample_at(
                 self.transport,
@@ -221,18 +221,18 @@ impl<'a> DirectLights<'a> {
                 continue;
             }
             lit = true;
-            let mut passed = [1.0; 3];
+            let mut passed = Bands::ONE;
             self.transport.pane_crossings(at.point, sample.end, &mut |h| {
                 let pane = &self.transport.scene().panes()[h.pane];
-                passed = bands(|b| passed[b] * (-pane.extinction[b] * pane.thickness / h.cos).exp());
+                passed *= (-pane.extinction * pane.thickness / h.cos).exp();
             });
-            sum = bands(|b| sum[b] + passed[b] * sample.flux[b] / own.count as f64);
+            sum += passed * sample.flux / own.count as f64;
         }
         if !lit {
             return sum;
         }
         let depth = depths.depth(at.point);
-        bands(|b| sum[b] * (-depth[b]).exp())
+        sum * (-depth).exp()
     }
 
     /// Radiance, W/(m² sr), of direct light scattered once along a path, but for the lights that `skip` selects.
@@ -243,8 +243,8 @@ impl<'a> DirectLights<'a> {
         sampler: RaySampler,
         skip: &dyn Fn(&LightSampler) -> bool,
     ) -> Bands {
-        let mut out = [0.0; 3];
-        if path.segments.iter().all(|p| p.scattering == [0.0; 3]) {
+        let mut out = Bands::ZERO;
+        if path.segments.iter().all(|p| p.scattering == Bands::ZERO) {
             return out;
         }
         for light in self.lights.iter().filter(|l| !skip(&l.sampler)) {
@@ -255,8 +255,7 @@ impl<'a> DirectLights<'a> {
                         shift: sampler.shift,
                         max_steps: sampler.max_sun_steps,
                     };
-                    let l = map.inscattered(&self.scattering, ray, path, samples);
-                    (0..3).for_each(|b| out[b] += l[b] / sampler.sun_repeats as f64);
+                    out += map.inscattered(&self.scattering, ray, path, samples) / sampler.sun_repeats as f64;
                 }
                 continue;
             }
@@ -268,14 +267,13 @@ impl<'a> DirectLights<'a> {
             if let Some(area_light) = &light.area_light {
                 let points: Vec<EmissionSample> =
                     (0..n).filter_map(|i| light.sampler.sample_emission(own.sample(i))).collect();
-                let l = area_light.inscattered(&self.scattering, &light.sampler, ray, path, &points);
-                (0..3).for_each(|b| out[b] += l[b]);
+                out += area_light.inscattered(&self.scattering, &light.sampler, ray, path, &points);
                 continue;
             }
             for i in 0..n {
                 if let Some(source) = light.sampler.sample_emission(own.sample(i)) {
                     let l = self.scattering.inscattered(ray, path, &source, light.sun_depths.as_ref());
-                    (0..3).for_each(|b| out[b] += l[b] / n as f64);
+                    out += l / n as f64;
                 }
             }
         }
@@ -295,7 +293,7 @@ impl DirectLights<'_> {
         let samples = MapSamples { first: s.first, shift: s.shift, max_steps: s.max_sun_steps };
         let one = |m: &DeepShadowMap| m.inscattered(&self.scattering, ray, path, samples);
         let maps = self.lights.iter().filter_map(|l| l.shadow_map.as_ref());
-        maps.map(one).fold([0.0; 3], |s, l| bands(|b| s[b] + l[b]))
+        maps.map(one).sum()
     }
 
     /// Light of one sample, scattered along a path.

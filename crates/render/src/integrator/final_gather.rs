@@ -18,7 +18,7 @@ use crate::surface::tiles::patch_field;
 use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, direction_sampling, low_discrepancy};
-use zonal_scene::{Bands, Sides, Solution, bands};
+use zonal_scene::{Bands, Sides, Solution};
 use zonal_transport::Transport;
 
 /// Optical depth below which a segment takes the mean of its zone in place of the interpolated value.
@@ -59,15 +59,14 @@ impl<'a> FinalGather<'a> {
         sampler: RaySampler,
     ) -> Bands {
         let ray = sampler.ray_index();
-        let mut sum = [0.0; 3];
+        let mut sum = Bands::ZERO;
         for i in 0..self.rays {
             let at = low_discrepancy::r2(ray * self.rays + i, [sampler.shift[1], sampler.shift[2]]);
             let gather_ray =
                 ViewRay { origin: point, dir: direction_sampling::cosine_hemisphere(normal, at) };
-            let l = self.zonal_radiance(paths, gather_ray);
-            sum = bands(|b| sum[b] + l[b]);
+            sum += self.zonal_radiance(paths, gather_ray);
         }
-        sum.map(|l| l * PI / self.rays as f64)
+        sum * PI / self.rays as f64
     }
 
     /// Radiance, W/(m² sr), of the zones along a ray.
@@ -79,25 +78,24 @@ impl<'a> FinalGather<'a> {
         let panes = paths.pane_crossings(ray.origin, ray.at(end));
         if !panes.is_empty() {
             let path = paths.build(ray, (0.0, end), panes);
-            let mut out = bands(|b| path.transmittance[b] * last[b] + path.pane_radiance[b]);
+            let mut out = path.transmittance * last + path.pane_radiance;
             for p in &path.segments {
                 let l = self.segment_radiance(p.zone, p.extinction, p.t1 - p.t0, ray.at(0.5 * (p.t0 + p.t1)));
-                out = bands(|b| out[b] + p.transmittance[b] * l[b]);
+                out += p.transmittance * l;
             }
             return out;
         }
-        let (mut out, mut tau) = ([0.0; 3], [1.0; 3]);
+        let (mut out, mut tau) = (Bands::ZERO, Bands::ONE);
         self.transport.traverse_grid(ray.origin, ray.at(end), &mut |cell, t0, t1| {
             let middle = ray.at(0.5 * (t0 + t1));
             if let Some(zone) = self.transport.volume_zone_at(&self.solution.zones, cell, middle) {
                 let kappa = self.solution.zones.voxels[zone].extinction;
                 let l = self.segment_radiance(zone, kappa, t1 - t0, middle);
-                let passed = transmittance(kappa, t1 - t0);
-                out = bands(|b| out[b] + tau[b] * l[b]);
-                tau = bands(|b| tau[b] * passed[b]);
+                out += tau * l;
+                tau *= transmittance(kappa, t1 - t0);
             }
         });
-        bands(|b| out[b] + tau[b] * last[b])
+        out + tau * last
     }
 
     /// Radiance, W/(m² sr), at the end of a ray.
@@ -108,11 +106,11 @@ impl<'a> FinalGather<'a> {
             Some(h)
                 if !h.front && scene.surfaces()[scene.facets()[h.facet].surface].sides == Sides::Front =>
             {
-                [0.0; 3]
+                Bands::ZERO
             }
             Some(h) => {
                 let b = self.surfaces.at(2 * h.facet + usize::from(!h.front), [h.u, h.v], ray.at(h.t));
-                b.unwrap_or([0.0; 3]).map(|b| b / PI)
+                b.unwrap_or(Bands::ZERO) / PI
             }
         }
     }
@@ -120,23 +118,23 @@ impl<'a> FinalGather<'a> {
     /// Radiance, W/(m² sr), that a segment of a ray in a voxel zone emits and scatters, at its border. Optically thin segments take the
     /// zone's mean.
     fn segment_radiance(&self, zone: usize, kappa: Bands, length: f64, middle: Vec3) -> Bands {
-        if kappa == [0.0; 3] {
+        if kappa == Bands::ZERO {
             return kappa;
         }
-        let thin = kappa.iter().all(|k| k * length < MAX_DEPTH_OF_ZONE_MEAN);
+        let thin = kappa.all(|k| k * length < MAX_DEPTH_OF_ZONE_MEAN);
         let radiosity = match self.medium.as_ref().filter(|_| !thin) {
             Some(field) => field.at(zone, middle),
             None => self.means[zone],
         };
         let passed = transmittance(kappa, length);
-        bands(|b| radiosity[b] * (1.0 - passed[b]) / PI)
+        radiosity * (1.0 - passed) / PI
     }
 }
 
 /// e^{−κℓ}.
 fn transmittance(kappa: Bands, length: f64) -> Bands {
-    if kappa[0] == kappa[1] && kappa[0] == kappa[2] {
-        return [(-kappa[0] * length).exp(); 3];
+    if kappa.is_grey() {
+        return Bands::splat((-kappa.first() * length).exp());
     }
-    kappa.map(|k| (-k * length).exp())
+    (-kappa * length).exp()
 }

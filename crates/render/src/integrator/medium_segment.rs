@@ -3,7 +3,7 @@
 //! L = L_m + τ L_b with L_m the in-scattered and emitted radiance of the segment, τ its transmittance and L_b the radiance at its end.
 //! A segment that ends Δ farther has L_m + Δ τ S and τ e^{−κΔ}, to first order, with S the source and κ the extinction at the end.
 
-use zonal_scene::{Bands, bands};
+use zonal_scene::Bands;
 use zonal_transport::{Hit, PaneHit};
 
 /// End point of a camera ray and the panes before it.
@@ -41,15 +41,14 @@ pub(crate) struct MediumSegment {
 impl MediumSegment {
     /// Radiance of the segment in front of the radiance `behind` at its end.
     pub(crate) fn in_front_of(&self, behind: Bands) -> Bands {
-        bands(|b| self.inscattered[b] + self.transmittance[b] * behind[b])
+        self.inscattered + self.transmittance * behind
     }
 
     /// The segment with its end moved to the distance `t`, m, to first order.
     pub(crate) fn with_end_at(self, t: f64) -> MediumSegment {
         let more = t - self.length;
-        let inscattered =
-            bands(|b| (self.inscattered[b] + more * self.transmittance[b] * self.end_source[b]).max(0.0));
-        let transmittance = bands(|b| self.transmittance[b] * (-self.end_extinction[b] * more).exp());
+        let inscattered = (self.inscattered + more * self.transmittance * self.end_source).max(Bands::ZERO);
+        let transmittance = self.transmittance * (-self.end_extinction * more).exp();
         MediumSegment { length: t, inscattered, transmittance, ..self }
     }
 }

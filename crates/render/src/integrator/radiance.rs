@@ -21,7 +21,7 @@ use crate::surface::patch_field::PatchField;
 use crate::surface::tiles::patch_field;
 use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
-use zonal_scene::{Bands, Light, Sides, Solution, bands};
+use zonal_scene::{Band, Bands, Light, Sides, Solution};
 use zonal_transport::lights::LightSampler;
 use zonal_transport::{Hit, Transport};
 
@@ -52,7 +52,7 @@ impl<'a> Integrator<'a> {
         let mut background = scene.surroundings().radiance;
         for light in scene.lights() {
             if let Light::Sky { radiance, .. } = light {
-                background = bands(|b| background[b] + radiance[b]);
+                background += *radiance;
             }
         }
         let samplers: Vec<LightSampler> =
@@ -104,12 +104,12 @@ impl<'a> Integrator<'a> {
         let (indirect, direct) =
             (self.indirect_radiance(ray, &path), self.direct_radiance(ray, &path, sampler));
         let last = path.segments.last().filter(|p| p.t1 >= t * (1.0 - 1e-9));
-        let end_extinction = last.map_or([0.0; 3], |p| p.extinction);
+        let end_extinction = last.map_or(Bands::ZERO, |p| p.extinction);
         let field = self.medium.as_ref().zip(last).map(|(v, p)| v.at(p.zone, ray.at(t)));
-        let end_source = field.map_or([0.0; 3], |f| bands(|b| end_extinction[b] * f[b] / PI));
+        let end_source = field.map_or(Bands::ZERO, |f| end_extinction * f / PI);
         MediumSegment {
             length: t,
-            inscattered: bands(|b| indirect[b] + direct[b]),
+            inscattered: indirect + direct,
             transmittance: path.transmittance,
             end_extinction,
             end_source,
@@ -133,7 +133,7 @@ impl<'a> Integrator<'a> {
         let path = self.paths.build(ray, (end.segment_length(), end.distance), end.panes.clone());
         let (indirect, direct) =
             (self.indirect_radiance(ray, &path), self.direct_radiance(ray, &path, sampler));
-        bands(|b| path.transmittance[b] * last[b] + path.pane_radiance[b] + indirect[b] + direct[b])
+        path.transmittance * last + path.pane_radiance + indirect + direct
     }
 
     /// Radiance, W/(m² sr), that arrives at the origin of a ray against its direction.
@@ -148,41 +148,40 @@ impl<'a> Integrator<'a> {
         let scene = &self.solution.scene;
         let facet = &scene.facets()[hit.facet];
         if !hit.front && scene.surfaces()[facet.surface].sides == Sides::Front {
-            return [0.0; 3];
+            return Bands::ZERO;
         }
         let normal = if hit.front { facet.plate.normal() } else { -facet.plate.normal() };
         let point = facet.plate.at(hit.u, hit.v) * 0.5 + ray.at(hit.t) * 0.5;
         let emission = scene.emission_at(hit.facet, hit.u, hit.v);
         let rho = scene.reflectance_at(hit.facet, hit.u, hit.v);
-        if rho == [0.0; 3] {
-            return emission.map(|e| e / PI);
+        if rho == Bands::ZERO {
+            return emission / PI;
         }
         let sheet = 2 * hit.facet + usize::from(!hit.front);
         let indirect = match &self.gather {
             Some(gather) => gather.irradiance(&self.paths, point, normal, sampler),
-            None => self.irradiance.at(sheet, [hit.u, hit.v], point).unwrap_or([0.0; 3]),
+            None => self.irradiance.at(sheet, [hit.u, hit.v], point).unwrap_or(Bands::ZERO),
         };
         let direct = self.lights.irradiance(point, normal, indirect, sampler);
-        bands(|b| (emission[b] + rho[b] * (indirect[b] + direct[b])) / PI)
+        (emission + rho * (indirect + direct)) / PI
     }
 
     /// Radiance of the medium without direct light, W/(m² sr).
     fn indirect_radiance(&self, ray: ViewRay, path: &RayPath) -> Bands {
-        let mut out = [0.0; 3];
+        let mut out = Bands::ZERO;
         let Some(field) = &self.medium else {
             return out;
         };
-        for p in path.segments.iter().filter(|p| p.extinction != [0.0; 3]) {
+        for p in path.segments.iter().filter(|p| p.extinction != Bands::ZERO) {
             let length = p.t1 - p.t0;
             // Evaluate the radiosity at two Gauss points of the segment.
             let [x, y] = GAUSS.map(|g| field.at(p.zone, ray.at(p.t0 + g * length)));
             // Add the near part of the light of many emitters, which the field leaves out.
             if let Some(lights) = field.many_lights() {
-                let near = lights.near_inscattered(ray, p);
-                (0..3).for_each(|b| out[b] += near[b]);
+                out += lights.near_inscattered(ray, p);
             }
             // Integrate the linear radiosity through the points exactly.
-            for b in 0..3 {
+            for b in Band::all() {
                 let slope = (y[b] - x[b]) / (length * (GAUSS[1] - GAUSS[0]));
                 let start = x[b] - slope * GAUSS[0] * length;
                 out[b] +=
@@ -219,7 +218,7 @@ impl<'a> Integrator<'a> {
         let path = self.path_between(ray, length);
         let direct = self.direct_radiance(ray, &path, RaySampler::of_ray(0, count, [0.3, 0.6, 0.9]));
         let medium = self.indirect_radiance(ray, &path);
-        bands(|b| direct[b] + medium[b])
+        direct + medium
     }
 
     /// Light of suns by their deep shadow maps, scattered between two points.

@@ -8,7 +8,7 @@
 
 use crate::lazy_values::LazyValues;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, VoxelGrid, bands};
+use zonal_scene::{Bands, PerBand, VoxelGrid};
 use zonal_transport::Transport;
 
 /// Voxels along a side of a block.
@@ -33,7 +33,7 @@ struct DepthGrid<'a> {
 }
 
 /// D at the corners of a block's voxels.
-type DepthBlock = Vec<[f32; 3]>;
+type DepthBlock = Vec<PerBand<f32>>;
 
 impl<'a> SunDepthCache<'a> {
     /// D in the unit direction `towards`.
@@ -65,7 +65,7 @@ impl<'a> SunDepthCache<'a> {
         let corners = depths.get(number, || self.block(map, block));
         let first = ((at[0] % BLOCK_VOXELS) * BLOCK_CORNERS + at[1] % BLOCK_VOXELS) * BLOCK_CORNERS
             + at[2] % BLOCK_VOXELS;
-        bands(|b| {
+        Bands::from_fn(|b| {
             let edge = |k: usize| {
                 let (lo, hi) = (corners[first + k][b] as f64, corners[first + k + 1][b] as f64);
                 lo + (hi - lo) * f[2]
@@ -89,7 +89,7 @@ impl<'a> SunDepthCache<'a> {
             [0, 1, 2].map(|i| (block[i] * BLOCK_VOXELS + p[i]).min(map.dims()[i]))
         };
         (0..BLOCK_CORNERS * BLOCK_CORNERS * BLOCK_CORNERS)
-            .map(|k| self.traversed_depth(map.corner(at(k))).map(|d| d as f32))
+            .map(|k| self.traversed_depth(map.corner(at(k))).map_to(|d| d as f32))
             .collect()
     }
 
@@ -103,7 +103,7 @@ impl<'a> SunDepthCache<'a> {
 mod tests {
     use super::*;
     use zonal_math::{low_discrepancy, vec3};
-    use zonal_scene::{Scene, SceneParts};
+    use zonal_scene::{Band, Scene, SceneParts};
 
     /// A box whose lower half is denser by a factor, with a border oblique to the voxels.
     fn scene(factor: f64) -> Scene {
@@ -111,7 +111,13 @@ mod tests {
         for i in 0..map.len() {
             let c = map.centre(map.coordinates(i));
             let kappa = if c.z + 0.3 * c.x < 2.2 { 0.1 * factor } else { 0.1 };
-            map.set(i, [kappa, 0.5 * kappa, 0.0], [0.5; 3], [0.0; 3], [0.0; 3]);
+            map.set(
+                i,
+                Bands::from_rgb([kappa, 0.5 * kappa, 0.0]),
+                Bands::splat(0.5),
+                Bands::ZERO,
+                Bands::ZERO,
+            );
         }
         Scene::new(SceneParts { voxel_grid: Some(map.seal().unwrap()), ..SceneParts::default() }).unwrap()
     }
@@ -127,9 +133,9 @@ mod tests {
                 let [x, y, z] = low_discrepancy::r3(i, [0.1, 0.2, 0.3]);
                 let p = vec3(4.2 * x, 4.5 * y, 3.9 * z);
                 let (found, exact) = (cache.depth(p), cache.traversed_depth(p));
-                for b in 0..3 {
+                for b in Band::all() {
                     worst = worst.max((found[b] - exact[b]).abs());
-                    sum += (found[b] - exact[b]) / (3 * n) as f64;
+                    sum += (found[b] - exact[b]) / (Band::count() * n) as f64;
                 }
             }
             // The bound is the difference of κ on both sides times the width of a voxel.

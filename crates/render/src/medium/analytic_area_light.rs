@@ -26,7 +26,7 @@ use crate::lights::lit_intervals::LitIntervals;
 use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Light, Plate, Scene, Sides, bands};
+use zonal_scene::{Band, Bands, Light, Plate, Scene, Sides};
 use zonal_transport::lights::{EmissionSample, LightSampler, Receiver};
 
 /// Magnitude of the outer of three Gauss–Legendre points on [−1,1].
@@ -73,9 +73,12 @@ struct SmoothCell {
     t1: f64,
     /// Distance to the emitter at the start, m.
     distance: f64,
-    /// Coefficients over [−1,1] of the parabolas of G (r² + a²), band by band, and of r̄²; computed on first use.
-    parabolas: Option<[[f64; 4]; 3]>,
+    /// Coefficients over [−1,1] of the parabolas; computed on first use.
+    parabolas: Option<[SmoothProducts; 3]>,
 }
+
+/// G (r² + a²) and r̄², or a coefficient of their parabolas.
+type SmoothProducts = (Bands, f64);
 
 /// A sampled point of the emitter and the parts of the ray that it lights.
 struct LitEmitterPoint<'a> {
@@ -115,7 +118,7 @@ impl AnalyticAreaLight {
         };
         let share_defined = scene.surfaces()[*surface].sides == Sides::Both || plates.iter().all(coplanar);
         let unoccluded = light_sampler.unoccluded(first.centre() + normal * radius, Receiver::Free);
-        let qualifies = share_defined && plates.len() <= PARAMS.max_facets && unoccluded != [0.0; 3];
+        let qualifies = share_defined && plates.len() <= PARAMS.max_facets && unoccluded != Bands::ZERO;
         let quadrature = quadrature(&plates);
         qualifies.then_some(AnalyticAreaLight { plates, centre, radius, quadrature })
     }
@@ -129,7 +132,7 @@ impl AnalyticAreaLight {
         path: &RayPath,
         sources: &[EmissionSample],
     ) -> Bands {
-        let mut out = [0.0; 3];
+        let mut out = Bands::ZERO;
         let Some((lo, hi)) = path.scattering_range() else {
             return out;
         };
@@ -148,7 +151,7 @@ impl AnalyticAreaLight {
         // Add the parts between successive cuts, cells and voxel borders.
         let mut lit_ray = LitRay { light: self, light_sampler, ray, points };
         let (mut c, mut k) = (0, 0);
-        for segment in path.segments.iter().filter(|p| p.scattering != [0.0; 3]) {
+        for segment in path.segments.iter().filter(|p| p.scattering != Bands::ZERO) {
             let mut t = segment.t0;
             while t < segment.t1 {
                 while c + 1 < cells.len() && cells[c].t1 <= t {
@@ -273,14 +276,14 @@ impl LitRay<'_> {
         }
         let length = b - a;
         let (start, slope) = if length < PARAMS.max_one_point_length * cell.distance {
-            (self.arriving_fluence(cell, &panes, middle), [0.0; 3])
+            (self.arriving_fluence(cell, &panes, middle), Bands::ZERO)
         } else {
             let [p, q] = GAUSS_2.map(|g| self.arriving_fluence(cell, &panes, a + g * length));
-            let slope = bands(|i| (q[i] - p[i]) / ((GAUSS_2[1] - GAUSS_2[0]) * length));
-            (bands(|i| (p[i] - slope[i] * GAUSS_2[0] * length).max(0.0)), slope)
+            let slope = (q - p) / ((GAUSS_2[1] - GAUSS_2[0]) * length);
+            ((p - slope * GAUSS_2[0] * length).max(Bands::ZERO), slope)
         };
         let tau = if a > segment.t0 { segment.transmittance_at(a) } else { segment.transmittance };
-        for i in (0..3).filter(|&i| segment.scattering[i] > 0.0) {
+        for i in Band::all().filter(|i| segment.scattering[*i] > 0.0) {
             let kappa = segment.extinction[i];
             let albedo = segment.scattering[i] / kappa;
             let integral = linear_source_integral(kappa, length, start[i], slope[i]);
@@ -292,7 +295,7 @@ impl LitRay<'_> {
     fn arriving_fluence(&mut self, cell: &mut SmoothCell, panes: &PanesOfPoints, t: f64) -> Bands {
         let x = self.ray.at(t);
         let (unoccluded, distance) = self.unoccluded(cell, t, x);
-        let (mut emitted, mut arrived) = (0.0, [0.0; 3]);
+        let (mut emitted, mut arrived) = (0.0, Bands::ZERO);
         for (p, panes) in self.points.iter_mut().zip(panes) {
             let to_point = p.at - x;
             let r2 = to_point.length2().max(1e-24);
@@ -303,13 +306,12 @@ impl LitRay<'_> {
             if let Some(panes) = panes.as_ref().filter(|_| weight > 0.0) {
                 let mut passed = p.along.transmittance_over(t, distance);
                 if !panes.is_empty() {
-                    let tint = p.along.pane_transmittance(panes, to_point.normalized());
-                    passed = bands(|b| passed[b] * tint[b]);
+                    passed *= p.along.pane_transmittance(panes, to_point.normalized());
                 }
-                arrived = bands(|b| arrived[b] + weight * passed[b]);
+                arrived += weight * passed;
             }
         }
-        if emitted > 0.0 { bands(|b| unoccluded[b] * arrived[b] / emitted) } else { [0.0; 3] }
+        if emitted > 0.0 { unoccluded * arrived / emitted } else { Bands::ZERO }
     }
 
     /// Unoccluded G at `t`, W/m², and r̄, m.
@@ -320,17 +322,17 @@ impl LitRay<'_> {
             let [p, q, r] = [-GAUSS_3_OUTER, 0.0, GAUSS_3_OUTER].map(|s| {
                 let x = self.ray.at(middle + s * half);
                 let spread = self.light.spread(x);
-                let [red, green, blue] = self.light_sampler.unoccluded(x, Receiver::Free).map(|g| g * spread);
-                [red, green, blue, self.light.mean_distance2(x, distance < self.light.radius)]
+                let fluence = self.light_sampler.unoccluded(x, Receiver::Free) * spread;
+                (fluence, self.light.mean_distance2(x, distance < self.light.radius))
             });
-            let k = [0, 1, 2, 3];
-            let linear = k.map(|k| (r[k] - p[k]) / (2.0 * GAUSS_3_OUTER));
-            let square = k.map(|k| (r[k] - 2.0 * q[k] + p[k]) / (2.0 * GAUSS_3_OUTER * GAUSS_3_OUTER));
+            let (h, h2) = (2.0 * GAUSS_3_OUTER, 2.0 * GAUSS_3_OUTER * GAUSS_3_OUTER);
+            let linear = ((r.0 - p.0) / h, (r.1 - p.1) / h);
+            let square = ((r.0 - 2.0 * q.0 + p.0) / h2, (r.1 - 2.0 * q.1 + p.1) / h2);
             [q, linear, square]
         });
         let s = (t - middle) / half;
-        let at = |k: usize| (constant[k] + s * (linear[k] + s * square[k])).max(0.0);
-        let spread = self.light.spread(x);
-        (bands(|b| at(b) / spread), at(3).sqrt())
+        let fluence = (constant.0 + s * (linear.0 + s * square.0)).max(Bands::ZERO);
+        let distance2 = (constant.1 + s * (linear.1 + s * square.1)).max(0.0);
+        (fluence / self.light.spread(x), distance2.sqrt())
     }
 }

@@ -19,7 +19,7 @@ use crate::lazy_values::LazyValues;
 use crate::lights::sun_depth_cache::SunDepthCache;
 use crate::view_ray::ViewRay;
 use zonal_math::{Vec3, direction_sampling, low_discrepancy};
-use zonal_scene::{Bands, bands};
+use zonal_scene::{Bands, PerBand};
 use zonal_transport::Transport;
 use zonal_transport::lights::EmissionSample;
 
@@ -42,7 +42,7 @@ const PARAMS: ShadowMapParams =
 const TILE_COLUMNS: usize = 32;
 
 /// A pane in a column: its depth, m, and its transmittance.
-type PaneLayer = (f32, [f32; 3]);
+type PaneLayer = (f32, PerBand<f32>);
 
 /// A square of columns.
 struct ShadowTile {
@@ -88,9 +88,7 @@ pub(crate) struct DeepShadowMap<'a> {
 }
 
 /// Transmittance towards the sun; `None` in shadow.
-type SunTransmittance = Option<[f32; 3]>;
-/// No facet and no pane in between.
-const UNOCCLUDED: SunTransmittance = Some([1.0; 3]);
+type SunTransmittance = Option<PerBand<f32>>;
 
 impl<'a> DeepShadowMap<'a> {
     /// The map of light of this fluence, W/m², from a disc of `angular_diameter` radians about the unit vector `towards`.
@@ -151,7 +149,7 @@ impl<'a> DeepShadowMap<'a> {
             let first = out.layers.len();
             self.transport.pane_crossings(from, end, &mut |p| {
                 let pane = &scene.panes()[p.pane];
-                let passes = pane.extinction.map(|x| (-x * pane.thickness / p.cos).exp() as f32);
+                let passes = (-pane.extinction * pane.thickness / p.cos).map_to(|x| x.exp() as f32);
                 out.layers.push((p.t as f32, passes));
             });
             out.layers[first..].sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -200,7 +198,7 @@ impl<'a> DeepShadowMap<'a> {
     /// Transmittance towards the sun, `delta` off its centre, from the depth `z` at a position.
     fn transmittance(&self, place: [f64; 2], z: f64, delta: [f64; 2]) -> SunTransmittance {
         let Some(here) = self.column(place) else {
-            return UNOCCLUDED;
+            return Some(PerBand::splat(1.0));
         };
         let moved = |edge: f32| {
             let lever = (z - edge as f64).max(0.0);
@@ -259,7 +257,7 @@ impl<'a> DeepShadowMap<'a> {
         path: &RayPath,
         samples: MapSamples,
     ) -> Bands {
-        let mut out = [0.0; 3];
+        let mut out = Bands::ZERO;
         let Some((lo, hi)) = path.scattering_range() else {
             return out;
         };
@@ -289,7 +287,7 @@ impl<'a> DeepShadowMap<'a> {
             }
             if k == n || here != run.1 {
                 if let Some(tint) = run.1 {
-                    let tint = bands(|b| tint[b] as f64);
+                    let tint = tint.map_to_bands(f64::from);
                     let lit = (lo + run.0 as f64 * step, lo + k as f64 * step);
                     sample.add_tinted(path, tint, lit, &mut out);
                 }
@@ -366,6 +364,6 @@ impl ShadowColumn<'_> {
             return None;
         }
         let passed = self.layers().iter().take_while(|s| (s.0 as f64) < z);
-        Some(passed.fold([1.0; 3], |t, s| [t[0] * s.1[0], t[1] * s.1[1], t[2] * s.1[2]]))
+        Some(passed.fold(PerBand::splat(1.0), |t, s| PerBand::from_fn(|b| t[b] * s.1[b])))
     }
 }

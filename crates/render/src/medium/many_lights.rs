@@ -27,7 +27,7 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::light_group::{LightGroup, LightGroupKind};
-use zonal_scene::{Bands, Solution, bands};
+use zonal_scene::{Band, Bands, Solution};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -156,22 +156,22 @@ impl<'a> ManyLights<'a> {
     /// emitter in B, of which `indirect` is the rest.
     pub(crate) fn far_radiosity(&self, zone: usize, indirect: Bands) -> Bands {
         let z = &self.s.zones.voxels[zone];
-        if z.albedo == [0.0; 3] || z.extinction == [0.0; 3] {
-            return [0.0; 3];
+        if z.albedo == Bands::ZERO || z.extinction == Bands::ZERO {
+            return Bands::ZERO;
         }
         let shift =
             [0, 1, 2].map(|k| low_discrepancy::hash_to_unit((zone as u64).wrapping_mul(3).wrapping_add(k)));
-        let mut g = [0.0; 3];
+        let mut g = Bands::ZERO;
         for (k, emitter) in self.emitters.iter().enumerate() {
             if let Some(group) = self.groups[k].filter(|_| !self.has_near_cluster(k, zone)) {
                 let (own, scale) = (group.direct.at(self.s.zones.voxel_offset() + zone), group.direct_scale);
-                g = bands(|b| g[b] + scale[b] * own[b]);
+                g += scale * own;
                 continue;
             }
             let unoccluded = emitter.estimate_unoccluded(z.centre, Receiver::Free);
             let scale = 4.0 * PARAMS.full_sampling_share;
-            let share = |b: usize| unoccluded[b] * z.albedo[b] / (scale * indirect[b]).max(1e-300);
-            let share = (0..3).fold(0.0, |s: f64, b| s.max(share(b)));
+            let share = |b: Band| unoccluded[b] * z.albedo[b] / (scale * indirect[b]).max(1e-300);
+            let share = Band::all().fold(0.0, |s: f64, b| s.max(share(b)));
             let n =
                 ((PARAMS.max_shadow_rays as f64 * share).ceil() as usize).clamp(1, PARAMS.max_shadow_rays);
             for i in 0..n {
@@ -184,11 +184,11 @@ impl<'a> ManyLights<'a> {
                 if far > 0.0
                     && let Some(light) = emitter.attenuated(self.transport, z.centre, &sample)
                 {
-                    g = bands(|b| g[b] + far * light[b] / n as f64);
+                    g += far * light / n as f64;
                 }
             }
         }
-        bands(|b| z.albedo[b] * g[b] / 4.0)
+        z.albedo * g / 4.0
     }
 
     /// The clusters near a zone.
@@ -211,7 +211,7 @@ impl<'a> ManyLights<'a> {
     /// Radiance, W/(m² sr), that the near part adds along a segment of a ray.
     pub(crate) fn near_inscattered(&self, ray: ViewRay, segment: &VoxelSegment) -> Bands {
         let ViewRay { origin, dir } = ray;
-        let mut out = [0.0; 3];
+        let mut out = Bands::ZERO;
         for c in self.near_clusters(segment.zone) {
             let foot = (c.centre - origin).dot(dir);
             let d2 = (origin + dir * foot - c.centre).length2() + PARAMS.softening * c.radius * c.radius;
@@ -229,10 +229,7 @@ impl<'a> ManyLights<'a> {
             let (r, tau) = (from_cluster.length(), segment.transmittance_at(middle));
             let dir = from_cluster / r.max(1e-12);
             let power = self.emitters[c.emitter].cluster_intensity(c.number, dir);
-            for i in 0..3 {
-                out[i] +=
-                    segment.scattering[i] * tau[i] * power[i] * weight * (-segment.extinction[i] * r).exp();
-            }
+            out += segment.scattering * tau * power * weight * (-segment.extinction * r).exp();
         }
         out
     }

@@ -9,7 +9,7 @@ use crate::surface::tiles::pane_field;
 use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Solution, bands};
+use zonal_scene::{Bands, Solution};
 use zonal_transport::{PaneHit, Transport};
 
 /// Builds ray paths through one solution.
@@ -43,7 +43,7 @@ impl<'a> PathBuilder<'a> {
             cells.push((cell, from + t0, from + t1));
         });
         let segments = Vec::with_capacity(cells.len() + panes.len());
-        let mut path = RayPath { transmittance: [1.0; 3], segments, ..RayPath::default() };
+        let mut path = RayPath { transmittance: Bands::ONE, segments, ..RayPath::default() };
         let mut panes = panes.into_iter().peekable();
         for (cell, mut t0, t1) in cells {
             while let Some(p) = panes.next_if(|p| p.t < t1) {
@@ -71,11 +71,11 @@ impl<'a> PathBuilder<'a> {
             t1,
             zone,
             extinction: z.extinction,
-            scattering: bands(|b| z.extinction[b] * z.albedo[b]),
+            scattering: z.extinction * z.albedo,
             transmittance: path.transmittance,
         });
-        if z.extinction != [0.0; 3] {
-            (0..3).for_each(|b| path.transmittance[b] *= (-z.extinction[b] * (t1 - t0)).exp());
+        if z.extinction != Bands::ZERO {
+            path.transmittance *= (-z.extinction * (t1 - t0)).exp();
         }
     }
 
@@ -83,11 +83,9 @@ impl<'a> PathBuilder<'a> {
         let pane = &self.solution.scene.panes()[hit.pane];
         let (plate, point) = (&pane.plates[hit.plate], ray.at(hit.t));
         let sheet = self.first_plates[hit.pane] + hit.plate;
-        let radiosity: Bands = self.panes.at(sheet, plate.parameters(point), point).unwrap_or([0.0; 3]);
-        for b in 0..3 {
-            let passed = (-pane.extinction[b] * pane.thickness / hit.cos).exp();
-            path.pane_radiance[b] += path.transmittance[b] * (1.0 - passed) * radiosity[b] / PI;
-            path.transmittance[b] *= passed;
-        }
+        let radiosity: Bands = self.panes.at(sheet, plate.parameters(point), point).unwrap_or(Bands::ZERO);
+        let passed = (-pane.extinction * pane.thickness / hit.cos).exp();
+        path.pane_radiance += path.transmittance * (1.0 - passed) * radiosity / PI;
+        path.transmittance *= passed;
     }
 }

@@ -9,7 +9,7 @@ use super::many_lights::ManyLights;
 use crate::lazy_values::LazyValues;
 use crate::node_interpolation::{BandGradients, GradientFit, NodeZone, node_value};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Solution, VoxelGrid, VoxelZone, bands};
+use zonal_scene::{Band, Bands, PerBand, Solution, VoxelGrid, VoxelZone};
 use zonal_transport::Transport;
 
 /// A field that is evaluated at points of its cells.
@@ -17,7 +17,7 @@ pub(crate) struct RadiosityField<'a> {
     map: &'a VoxelGrid,
     zones: &'a [VoxelZone],
     interpolation: CornerInterpolation<'a>,
-    corners: LazyValues<[[f32; 3]; 8]>,
+    corners: LazyValues<[PerBand<f32>; 8]>,
 }
 
 impl<'a> RadiosityField<'a> {
@@ -30,7 +30,7 @@ impl<'a> RadiosityField<'a> {
         let offset = s.zones.voxel_offset();
         let indirect = |(i, z): (usize, &VoxelZone)| {
             let (b, direct) = (s.fields.radiosity[offset + i], s.fields.direct[offset + i]);
-            bands(|k| b[k] - z.albedo[k] * direct[k] / 4.0)
+            b - z.albedo * direct / 4.0
         };
         let means = s.zones.voxels.iter().enumerate().map(indirect).collect();
         let mut field = RadiosityField::from_means(s, transport, means)?;
@@ -66,8 +66,8 @@ impl<'a> RadiosityField<'a> {
         let c = self.corners.get(zone, || self.interpolation.corner_values(zone));
         let bump =
             if z.samples.is_empty() { 64.0 * x * (1.0 - x) * y * (1.0 - y) * w * (1.0 - w) } else { 0.0 };
-        let own = if bump > 0.0 { self.interpolation.value(zone) } else { [0.0; 3] };
-        bands(|b| {
+        let own = if bump > 0.0 { self.interpolation.value(zone) } else { Bands::ZERO };
+        Bands::from_fn(|b| {
             let lerp = |i: usize, j: usize, t: f64| c[i][b] as f64 * (1.0 - t) + c[j][b] as f64 * t;
             let (near, far) = (
                 lerp(0, 4, x) * (1.0 - y) + lerp(2, 6, x) * y,
@@ -118,7 +118,7 @@ struct CornerInterpolation<'a> {
 }
 
 /// The gradients of a zone, and the smallest and largest value among it and its neighbours, band by band.
-type VoxelFit = (BandGradients, [(f64, f64); 3]);
+type VoxelFit = (BandGradients, PerBand<(f64, f64)>);
 
 /// A zone that is connected with another, and the corners of the other's cell that its cell touches: bit 4i + 2j + k.
 type ConnectedZone = (u32, u8);
@@ -130,7 +130,7 @@ impl CornerInterpolation<'_> {
             return self.values[i];
         };
         let far = far.get(i, || many_lights.far_radiosity(i, own));
-        bands(|b| own[b] + far[b])
+        own + far
     }
 
     fn fit(&self, i: usize) -> &VoxelFit {
@@ -164,12 +164,12 @@ impl CornerInterpolation<'_> {
     fn fit_gradients(&self, i: usize) -> VoxelFit {
         let voxels = &self.s.zones.voxels;
         let list = self.connected(i);
-        let mut fits = [GradientFit::default(); 3];
-        let mut ranges = [(f64::INFINITY, f64::NEG_INFINITY); 3];
+        let mut fits = PerBand::<GradientFit>::default();
+        let mut ranges = PerBand::splat((f64::INFINITY, f64::NEG_INFINITY));
         let own = self.value(i);
         for j in list.iter().map(|&(j, _)| j as usize) {
             let (d, value) = (voxels[j].centre - voxels[i].centre, self.value(j));
-            for b in (0..3).filter(|&b| voxels[i].extinction[b] > 0.0 && voxels[j].extinction[b] > 0.0) {
+            for b in Band::all().filter(|&b| voxels[i].extinction[b] > 0.0 && voxels[j].extinction[b] > 0.0) {
                 if j != i {
                     fits[b].add(d, value[b] - own[b]);
                 }
@@ -179,7 +179,7 @@ impl CornerInterpolation<'_> {
         (fits.map(|f| f.gradient()), ranges)
     }
 
-    fn corner_values(&self, i: usize) -> [[f32; 3]; 8] {
+    fn corner_values(&self, i: usize) -> [PerBand<f32>; 8] {
         let voxels = &self.s.zones.voxels;
         let list = self.connected(i);
         let c = self.map.coordinates(voxels[i].cell);
@@ -191,7 +191,7 @@ impl CornerInterpolation<'_> {
             here.clear();
             let touching = list.iter().filter(|n| n.1 >> corner & 1 == 1).map(|n| n.0 as usize);
             here.extend(touching.map(|j| (&voxels[j], self.value(j), self.fit(j))));
-            bands(|b| {
+            Bands::from_fn(|b| {
                 let zones = here.iter().filter(|h| h.0.extinction[b] > 0.0).map(|(z, value, fit)| NodeZone {
                     weight: z.volume / whole + 1e-3,
                     centre: z.centre,
@@ -201,7 +201,7 @@ impl CornerInterpolation<'_> {
                 });
                 node_value(v, zones).unwrap_or(0.0)
             })
-            .map(|x| x as f32)
+            .map_to(|x| x as f32)
         })
     }
 }

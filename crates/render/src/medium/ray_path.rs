@@ -7,7 +7,7 @@
 //! ∫₀^ℓ κ e^{−κs} (a + b s) ds = a (1 − e^{−x}) + (b/κ)(1 − e^{−x}(1 + x)),   x = κℓ
 //! ```
 
-use zonal_scene::{Bands, bands};
+use zonal_scene::Bands;
 
 /// A part of a ray inside one voxel zone.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +29,7 @@ pub(crate) struct VoxelSegment {
 impl VoxelSegment {
     /// Transmittance from the origin to `t` inside the segment.
     pub(crate) fn transmittance_at(&self, t: f64) -> Bands {
-        bands(|b| self.transmittance[b] * (-self.extinction[b] * (t - self.t0)).exp())
+        self.transmittance * (-self.extinction * (t - self.t0)).exp()
     }
 }
 
@@ -46,7 +46,7 @@ pub(crate) struct RayPath {
 impl RayPath {
     /// The range of distances, m, from the first scattering segment to the last; `None` where nothing scatters.
     pub(crate) fn scattering_range(&self) -> Option<(f64, f64)> {
-        let active = |p: &&VoxelSegment| p.scattering.iter().any(|s| *s > 0.0);
+        let active = |p: &&VoxelSegment| p.scattering.any(|s| s > 0.0);
         let first = self.segments.iter().find(active)?;
         let last = self.segments.iter().rfind(active)?;
         Some((first.t0, last.t1))

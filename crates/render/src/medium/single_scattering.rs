@@ -19,7 +19,7 @@ use crate::lights::sun_depth_cache::SunDepthCache;
 use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Scene, bands};
+use zonal_scene::{Bands, Scene};
 use zonal_transport::Transport;
 use zonal_transport::lights::EmissionSample;
 
@@ -78,7 +78,7 @@ impl SingleScattering<'_> {
         source: &EmissionSample,
         sun_depths: Option<&SunDepthCache>,
     ) -> Bands {
-        let mut out = [0.0; 3];
+        let mut out = Bands::ZERO;
         let Some((lo, hi)) = path.scattering_range() else {
             return out;
         };
@@ -127,7 +127,7 @@ impl SingleScattering<'_> {
 impl SampleAlongRay<'_> {
     /// Transmittance of the medium from the ray at `t` over `distance`, m, with the mean extinction towards a point of an emitter.
     pub(crate) fn transmittance_over(&mut self, t: f64, distance: f64) -> Bands {
-        self.depth(self.interval(t), t).map(|d| (-d * distance).exp())
+        (-self.depth(self.interval(t), t) * distance).exp()
     }
 
     /// Adds the lit interval a..b, behind the same panes throughout.
@@ -156,7 +156,7 @@ impl SampleAlongRay<'_> {
     ) {
         let first = path.segments.partition_point(|p| p.t1 <= a);
         for segment in path.segments[first..].iter().take_while(|p| p.t0 < b) {
-            if segment.scattering == [0.0; 3] {
+            if segment.scattering == Bands::ZERO {
                 continue;
             }
             let (mut t, end) = (segment.t0.max(a), segment.t1.min(b));
@@ -179,13 +179,11 @@ impl SampleAlongRay<'_> {
         };
         let &NodePart { segment, node, a, b } = part;
         let (da, db, tau) = (self.depth(node, a), self.depth(node, b), segment.transmittance_at(a));
-        for i in 0..3 {
-            let x = segment.extinction[i] * (b - a) + db[i] - da[i];
-            // Start from the end of lesser depth: e^{−x} may overflow.
-            let least = da[i] + x.min(0.0);
-            let light = fluence[i] * tint[i] * (-least).exp() / (4.0 * PI);
-            out[i] += segment.scattering[i] * (b - a) * tau[i] * light * mean_exp(x.abs());
-        }
+        let x = segment.extinction * (b - a) + db - da;
+        // Start from the end of lesser depth: e^{−x} may overflow.
+        let least = da + x.min(Bands::ZERO);
+        let light = fluence * tint * (-least).exp() / (4.0 * PI);
+        *out += segment.scattering * (b - a) * tau * light * x.abs().map(mean_exp);
     }
 
     /// Adds a part lit by a point of an emitter, by the equiangular midpoint rule.
@@ -217,9 +215,7 @@ impl SampleAlongRay<'_> {
             let (tau, d) = (segment.transmittance_at(t), self.depth(node, t));
             let tint = self.pane_transmittance(tints, towards);
             let weight = emitted_cos * span / (n as f64 * delta) / (4.0 * PI);
-            for i in 0..3 {
-                out[i] += segment.scattering[i] * tau[i] * power[i] * weight * tint[i] * (-d[i] * r).exp();
-            }
+            *out += segment.scattering * tau * power * weight * tint * (-d * r).exp();
         }
     }
 
@@ -242,7 +238,7 @@ impl SampleAlongRay<'_> {
             },
             EmissionSample::Point { position: at, .. } => {
                 let r = (at - x).length().max(1e-12);
-                transport.medium_depth(x, at).map(|d| d / r)
+                transport.medium_depth(x, at) / r
             }
         };
         self.nodes[k] = Some(d);
@@ -253,17 +249,17 @@ impl SampleAlongRay<'_> {
     fn depth(&mut self, k: usize, t: f64) -> Bands {
         let (p, q) = (self.node(k), self.node(k + 1));
         let f = (t - self.lo) / self.step - k as f64;
-        bands(|b| p[b] + f * (q[b] - p[b]))
+        p + f * (q - p)
     }
 
     /// Transmittance of panes for light from the unit direction `towards`.
     pub(crate) fn pane_transmittance(&self, tints: &[(u32, Vec3)], towards: Vec3) -> Bands {
-        let mut depth = [0.0; 3];
+        let mut depth = Bands::ZERO;
         for (pane, normal) in tints {
             let p = &self.scattering.scene.panes()[*pane as usize];
             let slant = p.thickness / normal.dot(towards).abs().max(1e-9);
-            (0..3).for_each(|b| depth[b] += p.extinction[b] * slant);
+            depth += p.extinction * slant;
         }
-        depth.map(|d| (-d).exp())
+        (-depth).exp()
     }
 }

@@ -16,7 +16,7 @@ use crate::node_interpolation::{
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Plate, PlateKind, bands};
+use zonal_scene::{Band, Bands, PerBand, Plate, PlateKind};
 use zonal_transport::Transport;
 use zonal_transport::patch_locator::{PatchLocator, clamped_parameters};
 
@@ -72,18 +72,18 @@ fn node_parameters(kind: PlateKind) -> &'static [[f64; 2]] {
 
 /// The value at the centre that makes the mean of the polynomial the mean of the tile.
 fn conserving_centre(kind: PlateKind, nodes: &[Bands; 8], own: Bands) -> Bands {
-    let sum = |b: usize, from: usize, to: usize| nodes[from..to].iter().map(|n| n[b]).sum::<f64>();
-    let centre = |b: usize| match kind {
+    let sum = |from: usize, to: usize| nodes[from..to].iter().sum::<Bands>();
+    let centre = match kind {
         // Simpson's rule: (corners + 4 middles + 16 centre)/36.
-        PlateKind::Parallelogram => (36.0 * own[b] - sum(b, 0, 4) - 4.0 * sum(b, 4, 8)) / 16.0,
+        PlateKind::Parallelogram => (36.0 * own - sum(0, 4) - 4.0 * sum(4, 8)) / 16.0,
         // The mean of the quadratic is that of its edge middles; the bubble has the mean 9/20.
         PlateKind::Triangle => {
-            let (corners, middles) = (sum(b, 0, 3) / 3.0, sum(b, 3, 6) / 3.0);
-            (4.0 * middles - corners) / 3.0 + (own[b] - middles) * (20.0 / 9.0)
+            let (corners, middles) = (sum(0, 3) / 3.0, sum(3, 6) / 3.0);
+            (4.0 * middles - corners) / 3.0 + (own - middles) * (20.0 / 9.0)
         }
     };
     // Negative means, which linear fields in thick voxels may leave, would swap the limits.
-    bands(|b| centre(b).clamp(0.5 * own[b].max(0.0), 1.5 * own[b].max(0.0)))
+    centre.zip_map(own, |x, own| x.clamp(0.5 * own.max(0.0), 1.5 * own.max(0.0)))
 }
 
 fn interpolate(kind: PlateKind, nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
@@ -92,7 +92,7 @@ fn interpolate(kind: PlateKind, nodes: &[Bands; 8], own: Bands, u: f64, v: f64) 
         PlateKind::Triangle => (6, quadratic(nodes, own, u, v)),
     };
     let limits = value_ranges(nodes[..count].iter().copied().chain([own]));
-    bands(|b| raw[b].max(limits[b].0).min(limits[b].1))
+    Bands::from_fn(|b| raw[b].max(limits[b].0).min(limits[b].1))
 }
 
 fn biquadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
@@ -109,7 +109,7 @@ fn biquadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
         a[0] * b[1],
     ];
     let edge = weighted_sum(w, nodes);
-    bands(|k| edge[k] + a[1] * b[1] * own[k])
+    edge + a[1] * b[1] * own
 }
 
 fn quadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
@@ -120,7 +120,7 @@ fn quadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
     };
     let (here, centre) = (p2(u, v), p2(1.0 / 3.0, 1.0 / 3.0));
     let bubble = 27.0 * u * v * (1.0 - u - v);
-    bands(|b| here[b] + bubble * (own[b] - centre[b]))
+    here + bubble * (own - centre)
 }
 
 /// Tiles by the cells of a uniform grid, to find those that touch a point.
@@ -178,7 +178,7 @@ pub(crate) struct TileField {
 }
 
 /// The gradients of a tile, and the smallest and largest value among it and its neighbours, band by band.
-type TileFit = (BandGradients, [(f64, f64); 3]);
+type TileFit = (BandGradients, PerBand<(f64, f64)>);
 
 /// The tiles that touch each node of one tile, with the angle each subtends there.
 type NodeTiles = Vec<Vec<(u32, f64)>>;
@@ -268,22 +268,23 @@ impl TileField {
         let mut ids: Vec<u32> = touching.iter().flatten().map(|t| t.0).collect();
         ids.sort_unstable();
         ids.dedup();
-        let (tile, mut fits) = (&topology.tiles[i], [GradientFit::default(); 3]);
+        let (tile, mut fits) = (&topology.tiles[i], PerBand::<GradientFit>::default());
         for &j in ids.iter().filter(|j| **j as usize != i) {
             let d = topology.tiles[j as usize].plate.centre() - tile.plate.centre();
             // Unroll the offset onto the tile's plane, with its length kept.
             let flat = (d - tile.normal * d.dot(tile.normal)).normalized() * d.length();
-            (0..3).for_each(|b| fits[b].add(flat, self.values[j as usize][b] - self.values[i][b]));
+            let difference = self.values[j as usize] - self.values[i];
+            Band::all().for_each(|b| fits[b].add(flat, difference[b]));
         }
         (fits.map(|f| f.gradient()), value_ranges(ids.iter().map(|&j| self.values[j as usize])))
     }
 
     fn node_values(&self, topology: &TileTopology, i: usize) -> [Bands; 8] {
         let touching = topology.touching(i);
-        let mut out = [[0.0; 3]; 8];
+        let mut out = [Bands::ZERO; 8];
         let plate = &topology.tiles[i].plate;
         for (k, &[u, v]) in node_parameters(plate.kind).iter().enumerate() {
-            let touch = |b: usize| {
+            let touch = |b: Band| {
                 touching[k].iter().map(move |&(j, angle)| {
                     let fit = self.fit(topology, j as usize);
                     NodeZone {
@@ -296,7 +297,7 @@ impl TileField {
                 })
             };
             let p = plate.at(u, v);
-            out[k] = bands(|b| node_value(p, touch(b)).unwrap_or(self.values[i][b]));
+            out[k] = Bands::from_fn(|b| node_value(p, touch(b)).unwrap_or(self.values[i][b]));
         }
         out
     }
@@ -368,7 +369,7 @@ mod tests {
             sheet: 0,
         };
         let tiles: Vec<PlateTile> = (0..n * n).map(tile).collect();
-        let values = tiles.iter().map(|t| [f(t.plate.centre()); 3]).collect();
+        let values = tiles.iter().map(|t| Bands::splat(f(t.plate.centre()))).collect();
         (tiles, values, vec![whole])
     }
 
@@ -381,7 +382,7 @@ mod tests {
             for i in 0..400 {
                 let [x, y] = zonal_math::low_discrepancy::r2(i, [0.0; 2]);
                 let p = vec3(x, y, 0.0);
-                worst = worst.max((field.at(0, [x, y], p).unwrap()[1] - f(p)).abs());
+                worst = worst.max((field.at(0, [x, y], p).unwrap().first() - f(p)).abs());
             }
             worst
         };
@@ -399,12 +400,12 @@ mod tests {
         let f = |p: Vec3| 3.0 + p.x - 2.0 * p.y;
         let tiles: Vec<PlateTile> =
             plates.iter().map(|p| PlateTile { plate: *p, normal: whole.normal(), sheet: 0 }).collect();
-        let values = plates.iter().map(|p| [f(p.centre()); 3]).collect();
+        let values = plates.iter().map(|p| Bands::splat(f(p.centre()))).collect();
         let field = PatchField::new(tiles, values, &[whole], None);
         for i in 0..400 {
             let [u, v] = whole.warp(zonal_math::low_discrepancy::r2(i, [0.0; 2]));
             let p = whole.at(u, v);
-            assert!((field.at(0, [u, v], p).unwrap()[0] - f(p)).abs() < 1e-6);
+            assert!((field.at(0, [u, v], p).unwrap().first() - f(p)).abs() < 1e-6);
         }
     }
 }

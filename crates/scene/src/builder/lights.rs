@@ -23,7 +23,7 @@ impl Sun {
         Sun {
             name: "sun".into(),
             direction: Vec3::from_array(direction),
-            irradiance: [0.0; 3],
+            irradiance: Bands::ZERO,
             angular_diameter_degrees: SUN_ANGULAR_DIAMETER_DEGREES,
         }
     }
@@ -110,8 +110,8 @@ impl GlassPane {
             plates: vec![Plate::parallelogram(corner, edge1, edge2)],
             thickness,
             extinction: extinction.into_bands(),
-            albedo: [0.0; 3],
-            emission: [0.0; 3],
+            albedo: Bands::ZERO,
+            emission: Bands::ZERO,
         };
         GlassPane { pane }
     }

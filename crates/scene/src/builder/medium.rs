@@ -117,8 +117,8 @@ impl Medium {
             return Err(SceneError::new("medium.heat_source", what));
         }
         let condition = |i: usize| match (&self.temperature, &self.heat_source) {
-            (Some(t), _) => Some(ThermalCondition::Temperature(t.at(i)[0])),
-            (None, Some(q)) => Some(ThermalCondition::Flux(q.at(i)[0])),
+            (Some(t), _) => Some(ThermalCondition::Temperature(t.at(i).first())),
+            (None, Some(q)) => Some(ThermalCondition::Flux(q.at(i).first())),
             (None, None) => None,
         };
         for i in 0..grid.len() {

@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Reflectance of surfaces that are given none.
-const DEFAULT_REFLECTANCE: Bands = [0.5; 3];
+const DEFAULT_REFLECTANCE: Bands = Bands::splat(0.5);
 /// Distance over the extent of a mesh below which two corners are one.
 const WELD_DISTANCE: f64 = 1e-6;
 
@@ -238,7 +238,7 @@ fn add_mesh(
         parts.surfaces.push(Surface {
             name: if present.len() > 1 { format!("{name}{suffix}") } else { name.clone() },
             reflectance: mesh.reflectance.unwrap_or(DEFAULT_REFLECTANCE),
-            emission: mesh.emission.unwrap_or([0.0; 3]),
+            emission: mesh.emission.unwrap_or_default(),
             reflectance_texture: None,
             emission_texture: None,
             sides,

@@ -10,7 +10,13 @@ pub trait BandValues {
 
 impl BandValues for f64 {
     fn into_bands(self) -> Bands {
-        [self; 3]
+        Bands::splat(self)
+    }
+}
+
+impl BandValues for [f64; 3] {
+    fn into_bands(self) -> Bands {
+        Bands::from_rgb(self)
     }
 }
 
@@ -57,6 +63,12 @@ impl From<f64> for VoxelValues {
     }
 }
 
+impl From<[f64; 3]> for VoxelValues {
+    fn from(value: [f64; 3]) -> VoxelValues {
+        VoxelValues::Uniform(value.into_bands())
+    }
+}
+
 impl From<Bands> for VoxelValues {
     fn from(value: Bands) -> VoxelValues {
         VoxelValues::Uniform(value)
@@ -66,6 +78,12 @@ impl From<Bands> for VoxelValues {
 impl From<Vec<f64>> for VoxelValues {
     fn from(values: Vec<f64>) -> VoxelValues {
         VoxelValues::PerVoxel(values)
+    }
+}
+
+impl From<Vec<[f64; 3]>> for VoxelValues {
+    fn from(values: Vec<[f64; 3]>) -> VoxelValues {
+        VoxelValues::PerVoxelAndBand(values.into_iter().map(Bands::from_rgb).collect())
     }
 }
 

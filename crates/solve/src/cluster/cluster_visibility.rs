@@ -15,7 +15,7 @@ use crate::surroundings::zone_rays::voxel_point;
 use std::f64::consts::PI;
 use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
 use zonal_math::{Vec3, low_discrepancy, vec3};
-use zonal_scene::{Bands, Patch, Plate, Scene, Zones, bands};
+use zonal_scene::{Bands, Patch, Plate, Scene, Zones};
 use zonal_transport::solid_angle::{projected_solid_angle, solid_angle};
 use zonal_transport::{ShaftEnd, Transport};
 
@@ -46,11 +46,11 @@ pub(crate) struct VisibilityEstimate {
 impl VisibilityEstimate {
     /// Nothing occludes the pair.
     pub(crate) const UNOCCLUDED: VisibilityEstimate = VisibilityEstimate {
-        visible_fraction: [1.0; 3],
+        visible_fraction: Bands::ONE,
         error: 0.0,
         deviation: 0.0,
         mean_kernel: 0.0,
-        transmittance: [1.0; 3],
+        transmittance: Bands::ONE,
         rays: 0,
     };
 }
@@ -309,16 +309,16 @@ impl<'a> ClusterVisibility<'a> {
         sums.weight += weight;
         if sampling.through_medium {
             let depth = self.transport.medium_depth(x, y);
-            (0..3).for_each(|b| sums.transmitted[b] += weight * (-depth[b]).exp());
+            sums.transmitted += weight * (-depth).exp();
             if self.has_varying_medium {
                 let length = (y - x).length2().sqrt();
                 sums.paths.push([weight, depth.iter().fold(0.0f64, |m, d| m.max(*d)), length]);
             }
         }
-        let pass = if sampling.unoccluded { [1.0; 3] } else { self.transmittance_of_panes(x, y) };
+        let pass = if sampling.unoccluded { Bands::ONE } else { self.transmittance_of_panes(x, y) };
         sums.rays += u32::from(!sampling.unoccluded);
-        (0..3).for_each(|b| sums.visible[b] += weight * pass[b]);
-        sums.squares += weight * pass[0] * pass[0];
+        sums.visible += weight * pass;
+        sums.squares += weight * pass.first() * pass.first();
     }
 
     /// The visibility and its error from the sums over `rays` rays.
@@ -326,9 +326,9 @@ impl<'a> ClusterVisibility<'a> {
         let w = sums.weight;
         let mean_kernel = w / (rays as f64 * PI);
         // The medium: its mean transmittance and the error of that mean.
-        let (mut transmittance, mut medium_deviation) = ([1.0; 3], 0.0);
+        let (mut transmittance, mut medium_deviation) = (Bands::ONE, 0.0);
         if sampling.through_medium && w > 0.0 {
-            transmittance = sums.transmitted.map(|d| d / w);
+            transmittance = sums.transmitted / w;
             medium_deviation =
                 if self.has_varying_medium { transmittance_deviation(&sums.paths) } else { 0.0 };
         }
@@ -349,8 +349,8 @@ impl<'a> ClusterVisibility<'a> {
             return VisibilityEstimate { error: ERROR_WITHOUT_RAYS, rays: sums.rays, ..clear };
         }
         // Occluders: the visible fraction, and its error with that of the medium.
-        let visible_fraction = sums.visible.map(|s| s / w);
-        let v = visible_fraction[0];
+        let visible_fraction = sums.visible / w;
+        let v = visible_fraction.first();
         let spread = (sums.squares / w - v * v).max(0.0).sqrt();
         let m = sums.rays as f64;
         let agree = v <= AGREEMENT_TOLERANCE || v >= 1.0 - AGREEMENT_TOLERANCE;
@@ -402,12 +402,11 @@ impl<'a> ClusterVisibility<'a> {
     #[inline]
     pub(crate) fn transmittance_of_panes(&self, x: Vec3, y: Vec3) -> Bands {
         if self.has_occluders && self.transport.occluded_inside(x, y) {
-            return [0.0; 3];
+            return Bands::ZERO;
         }
         if !self.has_panes {
-            return [1.0; 3];
+            return Bands::ONE;
         }
-        let depth = self.transport.pane_depth_inside(x, y);
-        bands(|b| (-depth[b]).exp())
+        (-self.transport.pane_depth_inside(x, y)).exp()
     }
 }

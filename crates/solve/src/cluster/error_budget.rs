@@ -12,7 +12,7 @@
 
 use super::tree::{ClusterKind, ClusterTree};
 use zonal_exchange::pair::scaled_radiosity_coefficient;
-use zonal_scene::{Bands, Zones};
+use zonal_scene::{Band, Bands, Zones};
 
 /// How tolerances and floors follow from the approximate solution.
 struct ErrorBudgetParams {
@@ -49,15 +49,15 @@ pub(crate) struct GroupSolution<'a> {
 }
 
 impl GroupSolution<'_> {
-    /// True where the strengths of band `b` are those of the band before it.
-    fn repeats_band(&self, b: usize) -> bool {
-        self.strengths.iter().all(|s| s[b] == s[b - 1])
+    /// True if both bands have the same strengths.
+    fn has_equal_strengths(&self, a: Band, b: Band) -> bool {
+        self.strengths.iter().all(|s| s[a] == s[b])
     }
 }
 
 /// Mean incident radiation of patches, and of volumes.
 fn mean_incident(tree: &ClusterTree, zones: &Zones, incident: &[Bands]) -> [Bands; 2] {
-    let mut sums = [[0.0; 3]; 2];
+    let mut sums = [Bands::ZERO; 2];
     let mut weights = [0.0; 2];
     for leaf in 0..tree.leaves() {
         let n = &tree.nodes[tree.leaf_node(leaf)];
@@ -67,9 +67,9 @@ fn mean_incident(tree: &ClusterTree, zones: &Zones, incident: &[Bands]) -> [Band
             continue;
         }
         weights[k] += n.measure as f64;
-        (0..3).for_each(|b| sums[k][b] += n.measure as f64 * incident[zone][b]);
+        sums[k] += n.measure as f64 * incident[zone];
     }
-    [0, 1].map(|k| sums[k].map(|s| if weights[k] > 0.0 { s / weights[k] } else { 0.0 }))
+    [0, 1].map(|k| if weights[k] > 0.0 { sums[k] / weights[k] } else { Bands::ZERO })
 }
 
 /// Largest values of every node over the bands and groups included.
@@ -93,8 +93,9 @@ impl ErrorBudget {
         let mut volume_weight: f64 = 0.0;
         for group in groups {
             let [patches, volumes] = mean_incident(tree, zones, group.incident);
-            for b in 0..3 {
-                if b > 0 && group.repeats_band(b) {
+            let previous = std::iter::once(None).chain(Band::all().map(Some));
+            for (b, before) in Band::all().zip(previous) {
+                if before.is_some_and(|a| group.has_equal_strengths(a, b)) {
                     continue;
                 }
                 // Mean irradiance and fluence; either one from the other in a scene of one kind of zones.
@@ -138,7 +139,7 @@ impl NodeMaxima {
         &mut self,
         tree: &ClusterTree,
         zones: &Zones,
-        (group, b): (&GroupSolution, usize),
+        (group, b): (&GroupSolution, Band),
         scale: [f64; 2],
     ) {
         // W, Σ W s, Σ W s², Σ W H of every node, relative to the scale.

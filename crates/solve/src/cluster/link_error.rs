@@ -15,7 +15,7 @@ use super::links::LinkMatrix;
 use super::refinement_params::REFINEMENT_PARAMS;
 use super::tree::{ClusterKind, ClusterNode, ClusterTree};
 use rayon::prelude::*;
-use zonal_scene::{Bands, bands};
+use zonal_scene::Bands;
 
 /// Weights and correlations of the errors of links.
 struct LinkErrorParams {
@@ -44,24 +44,25 @@ type ErrorSums = [Bands; 6];
 
 /// Σ W s and W σ of every node.
 fn powers(tree: &ClusterTree, strengths: &[Bands]) -> Vec<[Bands; 2]> {
-    let mut sums = vec![[[0.0; 3]; 2]; tree.nodes.len()];
+    let mut sums = vec![[Bands::ZERO; 2]; tree.nodes.len()];
     for n in (0..tree.nodes.len()).rev() {
         let node = &tree.nodes[n];
         if node.is_leaf() {
             let (w, s) = (node.measure as f64, strengths[tree.zone_of(node)]);
-            sums[n] = [s.map(|s| w * s), s.map(|s| w * s * s)];
+            sums[n] = [w * s, w * s * s];
         } else {
-            let mut t = [[0.0; 3]; 2];
+            let mut t = [Bands::ZERO; 2];
             for &k in tree.children(n as u32) {
                 let x = sums[k as usize];
-                (0..2).for_each(|m| t[m] = bands(|b| t[m][b] + x[m][b]));
+                (0..2).for_each(|m| t[m] += x[m]);
             }
             sums[n] = t;
         }
     }
     for (n, s) in sums.iter_mut().enumerate() {
         let w = tree.nodes[n].measure as f64;
-        s[1] = bands(|b| w * (s[1][b] / w - (s[0][b] / w).powi(2)).max(0.0).sqrt());
+        let variance = s[1] / w - (s[0] / w).map(|mean| mean.powi(2));
+        s[1] = w * variance.map(|v| v.max(0.0).sqrt());
     }
     sums
 }
@@ -96,25 +97,24 @@ fn relative_errors(matrix: &LinkMatrix, i: usize, j: usize) -> (f64, f64) {
 /// Sums over the links of node `i`; `power` as [`powers`] returns it.
 fn sum_errors(matrix: &LinkMatrix, power: &[[Bands; 2]], i: usize) -> ErrorSums {
     let (tree, links) = (matrix.tree, matrix.links);
-    let mut s: ErrorSums = [[0.0; 3]; 6];
+    let mut s: ErrorSums = [Bands::ZERO; 6];
     for l in links.of(i) {
         let j = links.source[l] as usize;
         let are_zones = tree.nodes[i].is_leaf() && tree.nodes[j].is_leaf();
         let (relative, varied) = relative_errors(matrix, i, j);
-        for b in 0..3 {
-            let k = links.kernel[l * links.group_count + matrix.band_groups[b]].abs() as f64;
-            let e = k * (power[j][0][b].abs() * relative + power[j][1][b] * varied);
-            let d = links.visibility_error[l] as f64 * power[j][0][b].abs();
-            if are_zones {
-                s[4][b] += e * e + (LINK_ERROR_PARAMS.visibility_weight * d).powi(2);
-                s[5][b] += e + d;
-                continue;
-            }
-            s[0][b] += e;
-            s[1][b] += e * e;
-            s[2][b] += d;
-            s[3][b] += d * d;
+        let k = matrix.band_groups.map_to_bands(|g| links.kernel[l * links.group_count + g].abs() as f64);
+        let [sent, deviation] = power[j];
+        let e = k * (sent.abs() * relative + deviation * varied);
+        let d = links.visibility_error[l] as f64 * sent.abs();
+        if are_zones {
+            s[4] += e * e + (LINK_ERROR_PARAMS.visibility_weight * d).map(|d| d.powi(2));
+            s[5] += e + d;
+            continue;
         }
+        s[0] += e;
+        s[1] += e * e;
+        s[2] += d;
+        s[3] += d * d;
     }
     s
 }
@@ -129,20 +129,19 @@ pub(crate) fn estimate_errors(matrix: &LinkMatrix, strengths: &[Bands]) -> Vec<B
         .map(|i| sum_errors(matrix, &power, i))
         .collect();
     // Add the sums of all nodes above a leaf, and combine.
-    let mut out = vec![[0.0; 3]; tree.leaves()];
+    let mut out = vec![Bands::ZERO; tree.leaves()];
     for n in 0..tree.nodes.len() {
         let parent = tree.parent[n] as usize;
         if parent != n {
             let from = sums[parent];
-            (0..6).for_each(|m| sums[n][m] = bands(|b| sums[n][m][b] + from[m][b]));
+            (0..6).for_each(|m| sums[n][m] += from[m]);
         }
         if tree.nodes[n].is_leaf() {
             let s = &sums[n];
-            let joint = |m: usize, b: usize| (s[m][b] * s[m + 1][b].sqrt()).sqrt();
-            let of_zones = |b: usize| s[4][b].sqrt().hypot(LINK_ERROR_PARAMS.correlated_share * s[5][b]);
-            out[tree.zone_of(&tree.nodes[n])] = bands(|b| {
-                joint(0, b).hypot(LINK_ERROR_PARAMS.visibility_weight * joint(2, b)).hypot(of_zones(b))
-            });
+            let joint = |m: usize| (s[m] * s[m + 1].sqrt()).sqrt();
+            let of_zones = s[4].sqrt().hypot(LINK_ERROR_PARAMS.correlated_share * s[5]);
+            out[tree.zone_of(&tree.nodes[n])] =
+                joint(0).hypot(LINK_ERROR_PARAMS.visibility_weight * joint(2)).hypot(of_zones);
         }
     }
     out

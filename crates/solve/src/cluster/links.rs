@@ -24,7 +24,7 @@ use super::tree::{ClusterKind, ClusterTree};
 use rayon::prelude::*;
 use std::ops::Range;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, bands};
+use zonal_scene::{Band, Bands, PerBand};
 
 /// Nodes of one task, at least.
 const MIN_NODES_PER_TASK: usize = 64;
@@ -130,7 +130,7 @@ pub(crate) struct LinkMatrix<'a> {
     /// The links.
     pub links: &'a Links,
     /// Band group of each band.
-    pub band_groups: [usize; 3],
+    pub band_groups: PerBand<usize>,
 }
 
 /// Moments of an inner node: M, N (three), D (three).
@@ -138,14 +138,11 @@ type StrengthMoments = [Bands; 7];
 /// Incident radiation at an inner node: h, J (three), ∇h (three).
 type LocalExpansion = [Bands; 7];
 
-const ZERO_MOMENTS: [Bands; 7] = [[0.0; 3]; 7];
+const ZERO_MOMENTS: [Bands; 7] = [Bands::ZERO; 7];
 
+#[inline]
 fn dot(v: Vec3, m: &[Bands]) -> Bands {
-    bands(|b| v.x * m[0][b] + v.y * m[1][b] + v.z * m[2][b])
-}
-
-fn add_scaled(m: &mut StrengthMoments, at: usize, v: Bands, f: f64) {
-    (0..3).for_each(|b| m[at][b] += f * v[b]);
+    v.x * m[0] + v.y * m[1] + v.z * m[2]
 }
 
 /// The contribution of the source node of a link.
@@ -183,7 +180,7 @@ impl LinkMatrix<'_> {
             .with_min_len(MIN_NODES_PER_TASK)
             .map(|leaf| pass.at_leaf(leaf, &local))
             .collect();
-        let mut out = vec![[0.0; 3]; tree.leaves()];
+        let mut out = vec![Bands::ZERO; tree.leaves()];
         for (leaf, v) in by_leaf.into_iter().enumerate() {
             out[tree.leaf_zones[leaf] as usize] = v;
         }
@@ -202,20 +199,20 @@ impl LinkMatrix<'_> {
                 let d = child.centre() - centre;
                 if child.is_leaf() {
                     let w = child.measure as f64;
-                    let s = strengths[tree.zone_of(child)].map(|x| x * w);
+                    let s = strengths[tree.zone_of(child)] * w;
                     let normal = child.normal();
-                    add_scaled(&mut m, 0, s, 1.0);
+                    m[0] += s;
                     for x in 0..3 {
-                        add_scaled(&mut m, 1 + x, s, normal[x]);
-                        add_scaled(&mut m, 4 + x, s, d[x]);
+                        m[1 + x] += normal[x] * s;
+                        m[4 + x] += d[x] * s;
                     }
                 } else {
                     let own = out[k as usize];
-                    add_scaled(&mut m, 0, own[0], 1.0);
+                    m[0] += own[0];
                     for x in 0..3 {
-                        add_scaled(&mut m, 1 + x, own[1 + x], 1.0);
-                        add_scaled(&mut m, 4 + x, own[4 + x], 1.0);
-                        add_scaled(&mut m, 4 + x, own[0], d[x]);
+                        m[1 + x] += own[1 + x];
+                        m[4 + x] += own[4 + x];
+                        m[4 + x] += d[x] * own[0];
                     }
                 }
             }
@@ -233,10 +230,8 @@ impl LinkMatrix<'_> {
                 if (k as usize) < tree.inner_nodes {
                     let d = tree.nodes[k as usize].centre() - centre;
                     let to = &mut local[k as usize];
-                    for c in 0..3 {
-                        to[0][c] += from[0][c] + d.x * from[4][c] + d.y * from[5][c] + d.z * from[6][c];
-                        (1..7).for_each(|x| to[x][c] += from[x][c]);
-                    }
+                    to[0] += from[0] + d.x * from[4] + d.y * from[5] + d.z * from[6];
+                    (1..7).for_each(|x| to[x] += from[x]);
                 }
             }
         }
@@ -256,7 +251,7 @@ impl Application<'_> {
         }
         let (from, d, n) = (&local[parent], node.centre() - tree.nodes[parent].centre(), node.normal());
         let (plane, slope) = (dot(n, &from[1..4]), dot(d, &from[4..7]));
-        bands(|c| own[c] + from[0][c] + plane[c] + slope[c])
+        own + from[0] + plane + slope
     }
 
     /// Sum over the links of node `i`.
@@ -274,7 +269,7 @@ impl Application<'_> {
             if is_leaf && j >= tree.inner_nodes {
                 let b = &tree.nodes[j];
                 let (s, w) = (self.strengths[tree.zone_of(b)], b.measure as f64);
-                (0..3).for_each(|c| sum[0][c] += k[group[c]].abs() as f64 * w * s[c]);
+                sum[0] += group.map_to_bands(|g| k[g].abs() as f64) * w * s;
                 continue;
             }
             let b = &nodes[j];
@@ -282,23 +277,24 @@ impl Application<'_> {
             geometry.zeroth_order |= k.iter().any(|k| *k < 0.0);
             let source = self.source(j, &geometry);
             if geometry.zeroth_order {
-                (0..3).for_each(|c| sum[0][c] += k[group[c]].abs() as f64 * source.monopole[c]);
+                sum[0] += group.map_to_bands(|g| k[g].abs() as f64) * source.monopole;
                 continue;
             }
             // The expansion about both centroids.
             let gradient = geometry.gradient(a, b, 0.5 * (a.extinction + b.extinction) as f64);
-            let along = source.dipole.map_or([0.0; 3], |d| dot(gradient, d));
+            let along = source.dipole.map_or(Bands::ZERO, |d| dot(gradient, d));
             let t = geometry.t / geometry.heights[0];
-            for c in 0..3 {
-                let k = k[group[c]] as f64;
-                sum[0][c] += k * along[c];
+            // Band by band, which takes 10 to 20 % less time than operators on all bands.
+            for band in Band::all() {
+                let k = k[group[band]] as f64;
+                sum[0][band] += k * along[band];
                 if is_curved {
-                    (0..3).for_each(|x| sum[1 + x][c] += k * source.towards[c] * t[x]);
+                    (0..3).for_each(|x| sum[1 + x][band] += k * source.towards[band] * t[x]);
                 } else {
-                    sum[0][c] += k * source.towards[c];
+                    sum[0][band] += k * source.towards[band];
                 }
                 if !is_leaf {
-                    (0..3).for_each(|x| sum[4 + x][c] -= k * source.monopole[c] * gradient[x]);
+                    (0..3).for_each(|x| sum[4 + x][band] -= k * source.monopole[band] * gradient[x]);
                 }
             }
         }
@@ -312,13 +308,12 @@ impl Application<'_> {
         if j >= tree.inner_nodes {
             let s = self.strengths[tree.leaf_zones[j - tree.inner_nodes] as usize];
             let w = tree.nodes[j].measure as f64;
-            let monopole = s.map(|x| x * w);
+            let monopole = s * w;
             return LinkSource { monopole, towards: monopole, dipole: None };
         }
         let m = &self.moments[j];
         let is_curved = nodes[j].kind == ClusterKind::Patch && !geometry.zeroth_order;
-        let towards =
-            if is_curved { dot(-geometry.t, &m[1..4]).map(|x| x / geometry.heights[1]) } else { m[0] };
+        let towards = if is_curved { dot(-geometry.t, &m[1..4]) / geometry.heights[1] } else { m[0] };
         LinkSource { monopole: m[0], towards, dipole: Some(&m[4..7]) }
     }
 }

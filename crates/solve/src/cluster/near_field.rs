@@ -23,6 +23,7 @@ use crate::surroundings::zone_rays::voxel_point;
 use std::f64::consts::PI;
 use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
 use zonal_math::{Vec3, low_discrepancy};
+use zonal_scene::Bands;
 use zonal_transport::solid_angle::{projected_solid_angle, solid_angle};
 
 /// Smallest distance of a cluster in the descent, squared, over the square of its radius.
@@ -42,12 +43,20 @@ struct NearFieldSample {
 #[derive(Default)]
 struct SampleSums {
     kernel: f64,
-    visible: [f64; 3],
-    transmitted: [f64; 3],
+    visible: Bands,
+    transmitted: Bands,
     /// Squares of the visible kernel in the first band.
     squares: f64,
     /// Kernel-weighted squares of the visibility in the first band.
     visibility_squares: f64,
+}
+
+/// Square of the size of a cluster, m².
+fn squared_size(n: &ClusterNode) -> f64 {
+    match n.kind {
+        ClusterKind::Voxel => (n.measure as f64).powf(2.0 / 3.0),
+        _ => n.measure as f64,
+    }
 }
 
 /// ∫ dV/r² over a ball of this volume at the distance `d` of its centre, m.
@@ -157,11 +166,7 @@ impl ClusterVisibility<'_> {
         points: usize,
         sampling: VisibilitySampling,
     ) -> VisibilityEstimate {
-        let size = |n: &ClusterNode| match n.kind {
-            ClusterKind::Voxel => (n.measure as f64).powf(2.0 / 3.0),
-            _ => n.measure as f64,
-        };
-        let (from, to) = if size(j) < size(i) { (j, i) } else { (i, j) };
+        let (from, to) = if squared_size(j) < squared_size(i) { (j, i) } else { (i, j) };
         let shift = low_discrepancy::random_shift(seed);
         let unoccluded = sampling.unoccluded;
         let mut sums = SampleSums::default();
@@ -171,27 +176,24 @@ impl ClusterVisibility<'_> {
                 continue;
             };
             let [x, y] = s.ends;
-            let pass = if unoccluded { [1.0; 3] } else { self.transmittance_of_panes(x, y) };
+            let pass = if unoccluded { Bands::ONE } else { self.transmittance_of_panes(x, y) };
             estimate.rays += u32::from(!unoccluded);
-            let depth = self.depth(x, y);
             let w = s.kernel;
             sums.kernel += w;
-            (0..3).for_each(|b| {
-                sums.visible[b] += w * pass[b];
-                sums.transmitted[b] += w * (-depth[b]).exp();
-            });
-            sums.squares += (pass[0] * w).powi(2);
-            sums.visibility_squares += w * pass[0] * pass[0];
+            sums.visible += w * pass;
+            sums.transmitted += w * (-self.depth(x, y)).exp();
+            sums.squares += (pass.first() * w).powi(2);
+            sums.visibility_squares += w * pass.first() * pass.first();
         }
         let m = points as f64;
         estimate.mean_kernel = sums.kernel / m;
         if sums.kernel <= 0.0 {
             return estimate;
         }
-        estimate.visible_fraction = sums.visible.map(|p| p / sums.kernel);
-        estimate.transmittance = sums.transmitted.map(|d| d / sums.kernel);
+        estimate.visible_fraction = sums.visible / sums.kernel;
+        estimate.transmittance = sums.transmitted / sums.kernel;
         // The standard deviation of the samples about their mean, relative to the mean kernel; of a single sample its own value.
-        let (mean, v) = (sums.visible[0] / m, estimate.visible_fraction[0]);
+        let (mean, v) = (sums.visible.first() / m, estimate.visible_fraction.first());
         estimate.deviation = (sums.visibility_squares / sums.kernel - v * v).max(0.0).sqrt();
         let variance =
             if points > 1 { (sums.squares / m - mean * mean).max(0.0) / (m - 1.0) } else { sums.squares };

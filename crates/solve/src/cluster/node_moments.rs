@@ -2,7 +2,7 @@
 
 use super::tree::{ClusterKind, ClusterNode};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Plate, PlateKind, Scene, VoxelZone, Zones};
+use zonal_scene::{Plate, PlateKind, Scene, VoxelZone, Zones};
 
 /// Relative difference between the measure of the zones and of their box below which they fill it.
 const BOX_FILL_TOLERANCE: f64 = 1e-4;
@@ -39,17 +39,8 @@ pub(crate) fn merge_children(
         let outer = [d.x * d.x, d.y * d.y, d.z * d.z, d.x * d.y, d.x * d.z, d.y * d.z];
         (0..6).for_each(|m| covariance[m] += share(&k) * (outer[m] + k.covariance[m] as f64));
     }
-    // Half angle of the cone that holds the cones of all children.
     let axis = normal.normalized();
-    let cone = children.clone().fold(0.0f64, |m, k| {
-        if k.kind == ClusterKind::Voxel {
-            return 0.0;
-        }
-        let n = k.normal().normalized();
-        let between = axis.cross(n).length().atan2(axis.dot(n));
-        let own = if k.cone_sine > 1.0 { WIDE_CONE } else { (k.cone_sine as f64).asin() };
-        m.max(between + own)
-    });
+    let cone = common_cone(children.clone(), axis);
     let mut all = children.clone();
     let kind = children.clone().next().map_or(ClusterKind::Mixed, |k| k.kind);
     let same = all.all(|k| k.kind == kind);
@@ -70,6 +61,19 @@ pub(crate) fn merge_children(
         kind: if same { kind } else { ClusterKind::Mixed },
         fills_box: same && children.clone().all(|k| k.fills_box) && fills.is_filled(),
     }
+}
+
+/// Half angle of the cone about `axis` that holds the cones of all children, rad.
+fn common_cone(children: impl Iterator<Item = ClusterNode>, axis: Vec3) -> f64 {
+    children.fold(0.0f64, |m, k| {
+        if k.kind == ClusterKind::Voxel {
+            return 0.0;
+        }
+        let n = k.normal().normalized();
+        let between = axis.cross(n).length().atan2(axis.dot(n));
+        let own = if k.cone_sine > 1.0 { WIDE_CONE } else { (k.cone_sine as f64).asin() };
+        m.max(between + own)
+    })
 }
 
 /// The bounding box of zones that do not overlap, with their common moments.
@@ -120,7 +124,7 @@ pub(crate) fn leaf_node(scene: &Scene, zones: &Zones, zone: usize, leaf: u32) ->
             hi: lo + grid.cell(),
             covariance: voxel_covariance(z, grid.cell()).map(|x| x as f32),
             measure: z.volume as f32,
-            extinction: mean(z.extinction) as f32,
+            extinction: z.extinction.mean() as f32,
             kind: ClusterKind::Voxel,
             fills_box: z.samples.is_empty(),
             ..empty_leaf(leaf)
@@ -173,16 +177,12 @@ fn plate_node(
     }
 }
 
-fn mean(v: Bands) -> f64 {
-    (v[0] + v[1] + v[2]) / 3.0
-}
-
 /// Extinction of the medium at a point, mean over the bands, 1/m.
 fn extinction_at(scene: &Scene, p: Vec3) -> f64 {
     let Some(grid) = scene.voxel_grid() else {
         return 0.0;
     };
-    grid.cell_at(p).map_or(0.0, |c| mean(grid.extinction(grid.index(c))))
+    grid.cell_at(p).map_or(0.0, |c| grid.extinction(grid.index(c)).mean())
 }
 
 /// Covariance of a uniform distribution over a plate: e₁e₁ᵀ/12 + e₂e₂ᵀ/12 of a parallelogram,

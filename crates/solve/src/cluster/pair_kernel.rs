@@ -18,10 +18,10 @@ use zonal_exchange::aligned::{Cuboid, FactorCache};
 use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_exchange::solid_angle_quadrature::DistanceMoments;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::Bands;
+use zonal_scene::{Band, Bands};
 
-/// A kernel of every band group, 1/m².
-pub(crate) type GroupKernel = [f64; 3];
+/// A kernel of every band group, 1/m²: the value of its first band; zero in the other bands.
+pub(crate) type GroupKernel = Bands;
 
 /// A kernel with its relative errors at both ends, before occlusion.
 pub(crate) struct PairKernel {
@@ -79,7 +79,7 @@ pub(crate) struct PairKernels<'a> {
     /// Exchange factors of boxes and axis-parallel rectangles.
     pub box_factors: &'a FactorCache,
     /// The first band of each band group.
-    pub first_bands: &'a [usize],
+    pub first_bands: &'a [Band],
 }
 
 impl PairKernels<'_> {
@@ -103,9 +103,9 @@ impl PairKernels<'_> {
         }
         let geometry = PairGeometry::new(&self.nodes[i], &self.nodes[j]);
         let depth = self.visibility.depth(a.centre(), b.centre());
-        let mut kernel = [0.0; 3];
-        for (g, &band) in self.first_bands.iter().enumerate() {
-            kernel[g] = (-depth[band]).exp();
+        let mut kernel = Bands::ZERO;
+        for &band in self.first_bands {
+            kernel[band] = (-depth[band]).exp();
         }
         if geometry.zeroth_order || cut {
             Some(self.zeroth_order(&geometry, kernel, [i, j]))
@@ -128,7 +128,7 @@ impl PairKernels<'_> {
                     ((h / reach).max(0.0) + 0.25 * (1.0 - (geometry.r / reach).min(1.0))).clamp(0.02, 1.0);
             }
         }
-        (0..self.first_bands.len()).for_each(|g| kernel[g] *= inverse_square * share);
+        self.first_bands.iter().for_each(|&band| kernel[band] *= inverse_square * share);
         let relative = if ends[0] == ends[1] {
             1.0
         } else if a.fills_box && b.fills_box {
@@ -157,11 +157,11 @@ impl PairKernels<'_> {
         let kappa = 0.5 * (compact_a.extinction + compact_b.extinction) as f64;
         let l = geometry.gradient(compact_a, compact_b, kappa);
         let terms = SecondOrderTerms::new(geometry, a, b, l, kappa);
-        for (g, &band) in self.first_bands.iter().enumerate() {
-            kernel[g] *= geometry.geometric_kernel * terms.mean_factor;
+        for &band in self.first_bands {
+            kernel[band] *= geometry.geometric_kernel * terms.mean_factor;
             for (n, h) in [(a, geometry.heights[0]), (b, geometry.heights[1])] {
                 if n.kind == ClusterKind::Pane {
-                    kernel[g] *= self.pane_absorptance_factor(n, h / geometry.r)[band];
+                    kernel[band] *= self.pane_absorptance_factor(n, h / geometry.r)[band];
                 }
             }
         }
@@ -181,7 +181,7 @@ impl PairKernels<'_> {
 
     /// Transmittance of the medium between two centroids.
     pub(crate) fn centre_transmittance(&self, a: &ClusterNode, b: &ClusterNode) -> Bands {
-        self.visibility.depth(a.centre(), b.centre()).map(|d| (-d).exp())
+        (-self.visibility.depth(a.centre(), b.centre())).exp()
     }
 
     /// Replaces `kernel` by a better mean kernel without occlusion where there is one: exact for boxes, by points for near zones, otherwise
@@ -196,11 +196,7 @@ impl PairKernels<'_> {
         let (q, zeroth_order) = (r.total_variation(), r.pair.zeroth_order);
         // The solid angle serves a pair with a patch; between volumes at a distance the second order does.
         let has_patch = a.kind == ClusterKind::Patch || b.kind == ClusterKind::Patch;
-        let transmittance = |g: usize| match sampled {
-            Some(s) => s.transmittance[self.first_bands[g]],
-            None => self.centre_transmittance(a, b)[self.first_bands[g]],
-        };
-        let groups = 0..self.first_bands.len();
+        let transmittance = || sampled.map_or_else(|| self.centre_transmittance(a, b), |s| s.transmittance);
         if a.fills_box && b.fills_box && (zeroth_order || q > REFINEMENT_PARAMS.max_variation_of_boxes) {
             *kernel = self.box_kernel(a, b, sampled.map(|s| s.transmittance));
         } else if r.are_zones
@@ -209,11 +205,13 @@ impl PairKernels<'_> {
             && r.significance > 1.0
         {
             let geometric = self.near_zones(r);
-            groups.for_each(|g| kernel[g] = geometric * transmittance(g));
+            let transmittance = transmittance();
+            self.first_bands.iter().for_each(|&band| kernel[band] = geometric * transmittance[band]);
             return 1;
         } else if sampled.is_some() && !zeroth_order {
             let centre = self.centre_transmittance(a, b);
-            groups.for_each(|g| kernel[g] *= transmittance(g) / centre[self.first_bands[g]].max(1e-30));
+            let relative = transmittance().zip_map(centre, |t, centre| t / centre.max(1e-30));
+            self.first_bands.iter().for_each(|&band| kernel[band] *= relative[band]);
         }
         0
     }
@@ -223,9 +221,9 @@ impl PairKernels<'_> {
         let mut counts = PairCounts::default();
         let f = self.exchange.pair(self.zone(i), self.zone(j), &mut counts);
         let measure = self.measure(i) * self.measure(j);
-        let mut out = FullExchange { kernel: [0.0; 3], error: 0.0, rays: counts.rays };
-        for (g, &b) in self.first_bands.iter().enumerate() {
-            out.kernel[g] = f.value[b] / measure;
+        let mut out = FullExchange { kernel: Bands::ZERO, error: 0.0, rays: counts.rays };
+        for &b in self.first_bands {
+            out.kernel[b] = f.value[b] / measure;
             out.error = out.error.max(f.radius[b] / measure);
         }
         out
@@ -233,7 +231,7 @@ impl PairKernels<'_> {
 
     /// (1 − e^{−κt/c})/(κt/c) of a pane zone at the cosine c: its kernel relative to that of a thin sheet of its volume.
     pub(crate) fn pane_absorptance_factor(&self, n: &ClusterNode, cos: f64) -> Bands {
-        self.visibility.pane(n).map_or([1.0; 3], |(kappa, t)| {
+        self.visibility.pane(n).map_or(Bands::ONE, |(kappa, t)| {
             kappa.map(|k| {
                 let depth = k * t / cos.max(1e-6);
                 // A sheet of volume A t emits κ A t times this; its projected area is included already.
@@ -281,22 +279,22 @@ impl PairKernels<'_> {
         let (p, q) = (cuboid(a), cuboid(b));
         let moments = DistanceMoments::from(self.box_factors.get_cumulants(&p, &q));
         let measures = cuboid_measure(&p) * cuboid_measure(&q);
-        let mut kernel = [0.0; 3];
+        let mut kernel = Bands::ZERO;
         if let Some(transmittance) = transmittance {
-            for (g, &band) in self.first_bands.iter().enumerate() {
-                kernel[g] = moments.factor.value * transmittance[band] / measures;
+            for &band in self.first_bands {
+                kernel[band] = moments.factor.value * transmittance[band] / measures;
             }
             return kernel;
         }
         let (x, y) = (a.centre(), b.centre());
         let r = (x - y).length();
-        let kappa: Bands = if r > 1e-6 * a.radius() {
-            self.visibility.depth(x, y).map(|d| d / r)
+        let kappa = if r > 1e-6 * a.radius() {
+            self.visibility.depth(x, y) / r
         } else {
-            [a.extinction as f64; 3]
+            Bands::splat(a.extinction as f64)
         };
-        for (g, &band) in self.first_bands.iter().enumerate() {
-            kernel[g] = moments.factor.value * moments.transmittance(kappa[band]) / measures;
+        for &band in self.first_bands {
+            kernel[band] = moments.factor.value * moments.transmittance(kappa[band]) / measures;
         }
         kernel
     }

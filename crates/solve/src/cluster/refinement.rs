@@ -134,8 +134,7 @@ impl Refiner<'_> {
                 PairOutcome::None => {}
                 PairOutcome::Link { kernel, visibility_error } => {
                     out.pairs.ends.push(c.ends);
-                    let groups = self.pairs.first_bands.len();
-                    out.pairs.kernel.extend(kernel[..groups].iter().map(|k| *k as f32));
+                    out.pairs.kernel.extend(self.pairs.first_bands.iter().map(|&band| kernel[band] as f32));
                     out.pairs.visibility_error.push(visibility_error as f32);
                 }
                 PairOutcome::Split { end, unoccluded } => self.split(c.ends, end, unoccluded, &mut out.next),
@@ -277,11 +276,11 @@ impl Refiner<'_> {
         // Multiply by the visible fraction; a negative kernel marks a link of zeroth order.
         let mut visibility_error = 0.0f64;
         let sign = if zeroth_order { -1.0 } else { 1.0 };
-        for (g, &band) in self.pairs.first_bands.iter().enumerate() {
+        for &band in self.pairs.first_bands {
             let relative =
                 if r.are_zones { visibility.error } else { visibility.error.max(visibility.deviation) };
-            visibility_error = visibility_error.max(kernel[g] * relative);
-            kernel[g] *= sign * visibility.visible_fraction[band];
+            visibility_error = visibility_error.max(kernel[band] * relative);
+            kernel[band] *= sign * visibility.visible_fraction[band];
         }
         PairOutcome::Link { kernel, visibility_error }
     }
@@ -334,8 +333,8 @@ impl Refiner<'_> {
                 true => self.pairs.visibility.sample_near_field(a, b, seed, rays, v),
                 false => self.pairs.visibility.sample(a, b, seed, rays, v),
             };
-            for (g, &band) in self.pairs.first_bands.iter().enumerate() {
-                kernel[g] = visibility.mean_kernel * visibility.transmittance[band];
+            for &band in self.pairs.first_bands {
+                kernel[band] = visibility.mean_kernel * visibility.transmittance[band];
             }
             return (kernel, visibility);
         }
@@ -350,8 +349,8 @@ impl Refiner<'_> {
             let factors =
                 [a, b].map(|n| self.pairs.pane_absorptance_factor(n, REFINEMENT_PARAMS.mean_pane_cosine));
             let transmittance = self.pairs.centre_transmittance(a, b);
-            for (g, &band) in self.pairs.first_bands.iter().enumerate() {
-                kernel[g] =
+            for &band in self.pairs.first_bands {
+                kernel[band] =
                     visibility.mean_kernel * transmittance[band] * factors[0][band] * factors[1][band];
             }
         }

@@ -8,7 +8,7 @@ use crate::errors::radii::{PairRadii, radius_code};
 use rayon::prelude::*;
 use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_math::Grade;
-use zonal_scene::{Bands, CheckpointStore, Progress, Zones};
+use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress, Zones};
 
 /// Number of chunks of rows; fixed, so that sums do not depend on the number of threads.
 const ROW_CHUNKS: usize = 256;
@@ -43,7 +43,7 @@ impl RowChunk {
         ]);
         rows.iter().flatten().for_each(|row| encoder.reals(row));
         encoder.int(self.panes.len());
-        self.panes.iter().for_each(|row| encoder.triples(row));
+        self.panes.iter().for_each(|row| encoder.bands(row));
         encoder.raw(&self.radii);
         encoder.bytes()
     }
@@ -60,7 +60,7 @@ impl RowChunk {
             let kept = decoder.reals().filter(|k| k.len() == row.len())?;
             row.copy_from_slice(&kept);
         }
-        let panes: Option<Vec<Vec<Bands>>> = (0..decoder.int()?).map(|_| decoder.triples()).collect();
+        let panes: Option<Vec<Vec<Bands>>> = (0..decoder.int()?).map(|_| decoder.bands()).collect();
         let panes = panes?;
         // The rows of panes are the last ones; each is as long as its row number requires.
         let offset = first + rows.len() - panes.len().min(rows.len());
@@ -78,7 +78,7 @@ struct RowAssembler<'a> {
     /// Number of zones before the panes.
     shared: usize,
     /// The first band of each group.
-    first_bands: Vec<usize>,
+    first_bands: Vec<Band>,
     checkpoints: &'a dyn CheckpointStore,
     progress: &'a dyn Progress,
 }
@@ -128,10 +128,10 @@ impl RowAssembler<'_> {
 
 impl DenseOperator {
     /// Computes the exchange areas of all pairs, with counts by method. Every chunk of rows is a stage `rows-…` of `checkpoints`.
-    pub fn assemble(
+    pub(crate) fn assemble(
         exchange: &Exchange,
         zones: &Zones,
-        (group, count): ([usize; 3], usize),
+        (group, count): (PerBand<usize>, usize),
         checkpoints: &dyn CheckpointStore,
         progress: &dyn Progress,
     ) -> (DenseOperator, PairCounts) {
@@ -157,12 +157,12 @@ impl DenseOperator {
         // Merge them in the order of the rows.
         let mut counts = PairCounts::default();
         let mut radii = Vec::with_capacity(packed_length(n));
-        let mut panes = [const { Vec::new() }; 3];
+        let mut panes: PerBand<Vec<Vec<f64>>> = PerBand::default();
         for c in chunks.into_iter().rev() {
             counts.merge(c.counts);
             radii.extend(&c.radii);
             for row in &c.panes {
-                (0..3).for_each(|b| panes[b].push(row.iter().map(|x| x[b]).collect()));
+                Band::all().for_each(|b| panes[b].push(row.iter().map(|x| x[b]).collect()));
             }
         }
         let grade = if counts.all_proved() { Grade::Proved } else { Grade::Estimated };

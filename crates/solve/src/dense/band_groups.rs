@@ -1,7 +1,7 @@
 //! Groups of bands with equal extinctions, which share their exchange areas, and the memory of the dense engine.
 
 use super::packed_symmetric::packed_length;
-use zonal_scene::Scene;
+use zonal_scene::{Band, PerBand, Scene};
 use zonal_transport::Transport;
 
 /// Whether panes attenuate the exchange of other zones.
@@ -23,18 +23,18 @@ impl InteriorPanes {
 
 /// The groups of bands that share all factors outside the panes: the group of each band, and the number of groups.
 #[must_use]
-pub fn band_groups(scene: &Scene, panes: InteriorPanes) -> ([usize; 3], usize) {
-    let same = |a: usize, b: usize| {
+pub fn band_groups(scene: &Scene, panes: InteriorPanes) -> (PerBand<usize>, usize) {
+    let same = |a: Band, b: Band| {
         let media =
             scene.voxel_grid().is_none_or(|v| (0..v.len()).all(|c| v.extinction(c)[a] == v.extinction(c)[b]));
         media
             && (panes == InteriorPanes::Absent
                 || scene.panes().iter().all(|p| p.extinction[a] == p.extinction[b]))
     };
-    let mut group = [0; 3];
-    let mut count = 1;
-    for b in 1..3 {
-        group[b] = match (0..b).find(|&a| same(a, b)) {
+    let mut group = PerBand::splat(0);
+    let mut count = 0;
+    for b in Band::all() {
+        group[b] = match Band::all().find(|&a| a < b && same(a, b)) {
             Some(a) => group[a],
             None => {
                 count += 1;
@@ -46,13 +46,13 @@ pub fn band_groups(scene: &Scene, panes: InteriorPanes) -> ([usize; 3], usize) {
 }
 
 /// The first band of each group.
-pub(crate) fn first_bands((group, count): ([usize; 3], usize)) -> Vec<usize> {
-    (0..count).map(|g| group.iter().position(|&x| x == g).unwrap_or(0)).collect()
+pub(crate) fn first_bands((group, count): (PerBand<usize>, usize)) -> Vec<Band> {
+    (0..count).filter_map(|g| Band::all().find(|&b| group[b] == g)).collect()
 }
 
 /// Memory of the matrices of `zones` zones, `panes` of them panes, with `groups` groups of bands; bytes.
 pub(crate) fn matrix_bytes(zones: usize, panes: usize, groups: usize) -> u64 {
     let shared = packed_length(zones - panes) as u64 * groups as u64;
-    let rows = 3 * panes as u64 * zones as u64;
+    let rows = Band::count() as u64 * panes as u64 * zones as u64;
     8 * (shared + rows) + packed_length(zones) as u64
 }

@@ -8,19 +8,19 @@ use crate::errors::radii::PairRadii;
 use crate::iteration::multivector::times;
 use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower};
 use zonal_math::Grade;
-use zonal_scene::{Bands, bands};
+use zonal_scene::{Band, Bands, PerBand};
 
 /// Exchange areas of all pairs of zones.
-pub struct DenseOperator {
+pub(crate) struct DenseOperator {
     pub(super) n: usize,
     /// Number of zones before the panes.
     pub(super) shared: usize,
     /// One matrix a group of bands with equal extinctions, over patches and voxels.
     pub(super) matrices: Vec<PackedSymmetric>,
     /// The group of each band.
-    pub(super) group: [usize; 3],
+    pub(super) group: PerBand<usize>,
     /// Rows of the panes over all zones up to and including themselves: `panes[b][k][j]`.
-    pub(super) panes: [Vec<Vec<f64>>; 3],
+    pub(super) panes: PerBand<Vec<Vec<f64>>>,
     /// d of g'_ij = d_i g_ij d_j, if closure was restored; for each band, also where bands share a matrix.
     pub(super) scaling: Option<Vec<Bands>>,
     /// Error radii of the pairs, those of the worst band.
@@ -32,23 +32,11 @@ pub struct DenseOperator {
 const PRODUCT_WIDTHS: [usize; 5] = [12, 6, 3, 2, 1];
 
 impl DenseOperator {
-    /// Exchange factor g_ij in band `b`, scaling included.
-    pub fn factor(&self, i: usize, j: usize, b: usize) -> f64 {
-        let (i, j) = if i >= j { (i, j) } else { (j, i) };
-        let g = if i < self.shared {
-            self.matrices[self.group[b]].get(i, j)
-        } else {
-            self.panes[b][i - self.shared][j]
-        };
-        self.scaling.as_ref().map_or(g, |d| d[i][b] * g * d[j][b])
-    }
-
     /// Products of all matrices; each reads its entries once for up to a dozen columns and bands.
     fn apply_shared(&self, x: &[&[Bands]], out: &mut [Vec<Bands>]) {
         for (g, m) in self.matrices.iter().enumerate() {
-            let bands_of = (0..3).filter(|&b| self.group[b] == g);
-            let list: Vec<(usize, usize)> =
-                bands_of.flat_map(|b| (0..x.len()).map(move |c| (c, b))).collect();
+            let bands_of = Band::all().filter(|&b| self.group[b] == g);
+            let list: Vec<(usize, Band)> = bands_of.flat_map(|b| (0..x.len()).map(move |c| (c, b))).collect();
             let mut rest = &list[..];
             while !rest.is_empty() {
                 let k = PRODUCT_WIDTHS.into_iter().find(|&k| k <= rest.len()).unwrap_or(1);
@@ -70,7 +58,7 @@ impl DenseOperator {
         &self,
         m: &PackedSymmetric,
         x: &[&[Bands]],
-        list: &[(usize, usize)],
+        list: &[(usize, Band)],
         out: &mut [Vec<Bands>],
     ) {
         let gathered: Vec<[f64; K]> =
@@ -88,7 +76,7 @@ impl DenseOperator {
             Some(s) => s.iter().map(Vec::as_slice).collect(),
             None => columns.to_vec(),
         };
-        let mut out = vec![vec![[0.0; 3]; self.n]; columns.len()];
+        let mut out = vec![vec![Bands::ZERO; self.n]; columns.len()];
         self.apply_shared(&x, &mut out);
         for (x, out) in x.iter().zip(&mut out) {
             self.apply_panes(x, out);
@@ -100,7 +88,7 @@ impl DenseOperator {
     }
 
     fn apply_panes(&self, x: &[Bands], out: &mut [Bands]) {
-        for b in 0..3 {
+        for b in Band::all() {
             for (k, row) in self.panes[b].iter().enumerate() {
                 let i = self.shared + k;
                 let mut own = row[i] * x[i][b];
@@ -127,7 +115,7 @@ impl ExchangeOperator for DenseOperator {
     fn scale(&mut self, d: &[Bands]) {
         let old = self.scaling.take();
         self.scaling = Some(match old {
-            Some(o) => o.iter().zip(d).map(|(o, d)| bands(|b| o[b] * d[b])).collect(),
+            Some(o) => o.iter().zip(d).map(|(o, d)| o * d).collect(),
             None => d.to_vec(),
         });
     }

@@ -5,4 +5,4 @@ pub mod band_groups;
 pub(crate) mod dense_operator;
 pub(crate) mod packed_symmetric;
 
-pub use dense_operator::DenseOperator;
+pub(crate) use dense_operator::DenseOperator;

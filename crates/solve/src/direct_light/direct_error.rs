@@ -24,7 +24,7 @@ use crate::zone_power::{absorption_area, interception_area, reflected_fraction};
 use rayon::prelude::*;
 use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_math::low_discrepancy;
-use zonal_scene::{Bands, EnergyBalance, Fields, LightGroup, Zones, bands};
+use zonal_scene::{Bands, EnergyBalance, Fields, LightGroup, Zones};
 
 /// Number of draws of signs; one for more than [`MAX_ZONES_FOR_DRAWS`] zones.
 const SIGN_DRAWS: usize = 2;
@@ -36,12 +36,7 @@ const ERROR_MULTIPLE: f64 = 2.0;
 pub(crate) fn group_error(source: &SourceGroup, direct: &DirectLight) -> Vec<Bands> {
     let own: Vec<&LightField> = lights_of(source, direct).collect();
     let Some(first) = own.first() else { return Vec::new() };
-    let one = |i: usize| {
-        own.iter().fold([0.0; 3], |s, l| {
-            let e = l.error_of(i);
-            bands(|b| s[b] + e[b])
-        })
-    };
+    let one = |i: usize| own.iter().fold(Bands::ZERO, |s, l| s + l.error_of(i));
     (0..first.fields.len()).into_par_iter().map(one).collect()
 }
 
@@ -52,16 +47,14 @@ fn lights_of<'a>(source: &'a SourceGroup, direct: &'a DirectLight) -> impl Itera
 /// Error δ of the direct light of several lights at every zone, W/m²: independent errors add up by squares, errors of exchange areas by amounts.
 fn combined_error(lights: &[&LightField], zones: usize) -> Vec<Bands> {
     let error = |i: usize| {
-        let (mut square, mut sum) = ([0.0; 3], [0.0; 3]);
+        let (mut square, mut sum) = (Bands::ZERO, Bands::ZERO);
         for l in lights {
-            for b in 0..3 {
-                match l.by_exchange {
-                    true => sum[b] += l.error[i][b],
-                    false => square[b] += l.error[i][b].powi(2),
-                }
+            match l.by_exchange {
+                true => sum += l.error[i],
+                false => square += l.error[i].map(|e| e.powi(2)),
             }
         }
-        bands(|b| sum[b] + square[b].sqrt())
+        sum + square.sqrt()
     };
     (0..zones).into_par_iter().map(error).collect()
 }
@@ -81,7 +74,7 @@ fn reflected_error(
     }
     let sampled = own.iter().any(|l| !l.by_exchange);
     let error = combined_error(&own, n);
-    if error.par_iter().all(|e| *e == [0.0; 3]) && own.iter().all(|l| l.common_error == [0.0; 3]) {
+    if error.par_iter().all(|e| *e == Bands::ZERO) && own.iter().all(|l| l.common_error == Bands::ZERO) {
         return Vec::new();
     }
     // Reflect the errors once with equal signs, and with random signs if they are independent.
@@ -91,7 +84,7 @@ fn reflected_error(
         reflection.limit_by_random_signs(&mut first);
     }
     let later = later_reflections(zones, &own, &error, sampled);
-    let one = |i: usize| bands(|b| first[i][b] + later[b] * incident[i][b].abs());
+    let one = |i: usize| first[i] + later * incident[i].abs();
     (0..n).into_par_iter().map(one).collect()
 }
 
@@ -113,13 +106,13 @@ impl ErrorReflection<'_> {
                 let (c, (rho, _)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));
                 let is_negative = draw > 0 && low_discrepancy::split_mix64(draw << 48 | i as u64) & 1 == 1;
                 let sign = if is_negative { -1.0 } else { 1.0 };
-                bands(|b| sign * c[b] * rho[b] * self.error[i][b])
+                sign * c * rho * self.error[i]
             })
             .collect();
-        s.resize(self.operator.len(), [0.0; 3]);
+        s.resize(self.operator.len(), Bands::ZERO);
         let mut p = self.operator.apply(&s);
         p.truncate(n);
-        p.par_iter_mut().enumerate().for_each(|(i, p)| *p = p.map(|p| p.abs() / zones.response(i).1));
+        p.par_iter_mut().enumerate().for_each(|(i, p)| *p = p.abs() / zones.response(i).1);
         p
     }
 
@@ -127,21 +120,21 @@ impl ErrorReflection<'_> {
     fn limit_by_random_signs(&self, first: &mut [Bands]) {
         let (zones, n) = (self.zones, self.zones.len());
         let draws = if n > MAX_ZONES_FOR_DRAWS { 1 } else { SIGN_DRAWS };
-        let mut mean = vec![[0.0; 3]; n];
+        let mut mean = vec![Bands::ZERO; n];
         for k in 1..=draws {
             let one = self.of_draw(k as u64);
-            mean.par_iter_mut().zip(one).for_each(|(m, x)| *m = bands(|b| m[b] + x[b] * x[b] / draws as f64));
+            mean.par_iter_mut().zip(one).for_each(|(m, x)| *m += x * x / draws as f64);
         }
         for range in [0..zones.voxel_offset(), zones.voxel_offset()..n] {
             let start = range.start;
-            let sums: [f64; 6] = multivector::sum(range.len(), |k| {
+            let [means, squares]: [Bands; 2] = multivector::sum(range.len(), |k| {
                 let (m, l) = (mean[start + k], first[start + k]);
-                [m[0], m[1], m[2], l[0] * l[0], l[1] * l[1], l[2] * l[2]]
+                [m, l * l]
             });
-            let ratio = bands(|b| if sums[3 + b] > 0.0 { (sums[b] / sums[3 + b]).sqrt() } else { 0.0 });
+            let ratio = means.zip_map(squares, |m, l| if l > 0.0 { (m / l).sqrt() } else { 0.0 });
             first[range].par_iter_mut().enumerate().for_each(|(k, l)| {
                 let m = mean[start + k];
-                *l = bands(|b| l[b].min(m[b].sqrt().max(ERROR_MULTIPLE * ratio[b] * l[b])));
+                *l = l.min(m.sqrt().max(ERROR_MULTIPLE * ratio * *l));
             });
         }
     }
@@ -149,23 +142,16 @@ impl ErrorReflection<'_> {
 
 /// Relative error of the incident field after more than one reflection, with the error that all zones have in common.
 fn later_reflections(zones: &Zones, own: &[&LightField], error: &[Bands], sampled: bool) -> Bands {
-    let sums: [f64; 9] = multivector::sum(error.len(), |i| {
-        let (w, rho) = (interception_area(zones, i), reflected_fraction(zones, i));
-        std::array::from_fn(|k| {
-            let b = k % 3;
-            let wr = w[b] * rho[b];
-            let field = |l: &&LightField| l.fields[i][b];
-            match k / 3 {
-                0 if sampled => (wr * error[i][b]).powi(2),
-                0 => wr * error[i][b],
-                1 => wr * own.iter().map(field).sum::<f64>(),
-                _ => wr * own.iter().map(|l| l.common_error[b] * field(l)).sum::<f64>(),
-            }
-        })
+    let [errors, light, common]: [Bands; 3] = multivector::sum(error.len(), |i| {
+        let weight = interception_area(zones, i) * reflected_fraction(zones, i);
+        let first = weight * error[i];
+        let light = Bands::from_fn(|b| own.iter().map(|l| l.fields[i][b]).sum());
+        let common = Bands::from_fn(|b| own.iter().map(|l| l.common_error[b] * l.fields[i][b]).sum());
+        [if sampled { first.map(|e| e.powi(2)) } else { first }, weight * light, weight * common]
     });
-    bands(|b| {
-        let first = if sampled { ERROR_MULTIPLE * sums[b].sqrt() } else { sums[b] };
-        if sums[3 + b] > 0.0 { (first + sums[6 + b]) / sums[3 + b] } else { 0.0 }
+    Bands::from_fn(|b| {
+        let first = if sampled { ERROR_MULTIPLE * errors[b].sqrt() } else { errors[b] };
+        if light[b] > 0.0 { (first + common[b]) / light[b] } else { 0.0 }
     })
 }
 
@@ -178,14 +164,14 @@ pub(crate) fn propagate_to_groups(
 ) {
     let zones = context.zones;
     for (source, group) in context.sources.iter().zip(groups) {
-        let mut incident = vec![[0.0; 3]; zones.len()];
+        let mut incident = vec![Bands::ZERO; zones.len()];
         group.incident.add_to(&mut incident, group.incident_scale);
         let more = reflected_error(zones, operator, source, context.direct, &incident);
-        fields.error.iter_mut().zip(&more).for_each(|(f, e)| *f = bands(|b| f[b] + e[b]));
+        fields.error.iter_mut().zip(&more).for_each(|(f, e)| *f += e);
         if !more.is_empty() && !group.error.is_empty() {
-            let mut own = vec![[0.0; 3]; zones.len()];
+            let mut own = vec![Bands::ZERO; zones.len()];
             group.error.add_to(&mut own, group.incident_scale);
-            own.iter_mut().zip(&more).for_each(|(o, e)| *o = bands(|b| o[b] + e[b]));
+            own.iter_mut().zip(&more).for_each(|(o, e)| *o += e);
             group.error = errors_like(&group.incident, &own, group.incident_scale);
         }
     }
@@ -193,33 +179,31 @@ pub(crate) fn propagate_to_groups(
 
 /// Standard errors of the powers that the lights send in, lose to the outside and lose on black backs, by rays from the lights, W.
 pub(crate) fn light_power_errors(direct: &DirectLight) -> [Bands; 3] {
-    let mut square = [[0.0; 3]; 3];
+    let mut square = [Bands::ZERO; 3];
     for l in &direct.lights {
         for (s, e) in square.iter_mut().zip(l.power_error) {
-            *s = bands(|b| s[b] + e[b] * e[b]);
+            *s += e * e;
         }
     }
-    square.map(|s| s.map(f64::sqrt))
+    square.map(Bands::sqrt)
 }
 
 /// Error of the power that some zones absorb of the direct light, W: independent errors by squares, [`ERROR_MULTIPLE`] times; common errors and
 /// errors of exchange areas by amounts.
 fn absorbed_power_error(zones: &Zones, direct: &DirectLight, list: &mut dyn Iterator<Item = usize>) -> Bands {
-    let (mut square, mut sum) = ([0.0; 3], [0.0; 3]);
+    let (mut square, mut sum) = (Bands::ZERO, Bands::ZERO);
     for i in list {
         let a = absorption_area(zones, i);
         for l in &direct.lights {
-            for b in 0..3 {
-                let own = a[b] * l.error[i][b];
-                match l.by_exchange {
-                    true => sum[b] += own,
-                    false => square[b] += own * own,
-                }
-                sum[b] += a[b] * l.common_error[b] * l.fields[i][b].abs();
+            let own = a * l.error[i];
+            match l.by_exchange {
+                true => sum += own,
+                false => square += own * own,
             }
+            sum += a * l.common_error * l.fields[i].abs();
         }
     }
-    bands(|b| sum[b] + ERROR_MULTIPLE * square[b].sqrt())
+    sum + ERROR_MULTIPLE * square.sqrt()
 }
 
 /// Adds the errors of direct light to the errors of the powers of a balance.
@@ -233,11 +217,11 @@ pub(crate) fn add_to_power_errors(
         return;
     }
     // Absorbed powers by name.
-    let mut all = [0.0; 3];
+    let mut all = Bands::ZERO;
     let mut add = |row: &mut Bands, list: &mut dyn Iterator<Item = usize>| {
         let more = absorbed_power_error(zones, direct, list);
-        *row = bands(|b| row[b] + more[b]);
-        all = bands(|b| all[b] + more[b]);
+        *row += more;
+        all += more;
     };
     let mut of_surface = vec![Vec::new(); out.absorbed_surfaces.len()];
     zones.patches.iter().enumerate().for_each(|(i, p)| of_surface[p.surface].push(i));
@@ -248,10 +232,12 @@ pub(crate) fn add_to_power_errors(
     add(&mut out.absorbed_panes, &mut (zones.pane_offset()..zones.len()));
     // Powers exchanged with the outside.
     let [sent, escaped, backs] = light_power_errors(direct);
-    let enters = energy.incoming != [0.0; 3];
-    out.incoming = bands(|b| out.incoming[b] + if enters { ERROR_MULTIPLE * sent[b] } else { 0.0 });
+    let enters = energy.incoming != Bands::ZERO;
+    out.incoming += if enters { ERROR_MULTIPLE * sent } else { Bands::ZERO };
     let leaving = |error: Bands, power: Bands, own: Bands| {
-        bands(|b| if power[b] == 0.0 { error[b] } else { error[b] + all[b] + ERROR_MULTIPLE * own[b] })
+        Bands::from_fn(
+            |b| if power[b] == 0.0 { error[b] } else { error[b] + all[b] + ERROR_MULTIPLE * own[b] },
+        )
     };
     out.escaped = leaving(out.escaped, energy.escaped, escaped);
     out.absorbed_backfaces = leaving(out.absorbed_backfaces, energy.absorbed_backfaces, backs);

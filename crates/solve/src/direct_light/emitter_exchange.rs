@@ -18,7 +18,7 @@ use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::SurroundingsExchange;
 use crate::zone_power::interception_area;
 use zonal_exchange::pair::{PairSettings, closure_target};
-use zonal_scene::{Bands, Engine, Light, Scene, Sides, Zones, bands};
+use zonal_scene::{Bands, Engine, Light, Scene, SceneError, Sides, Zones};
 
 /// Relative difference between the areas of an emitter's facets and of its patches that rounding may cause.
 const AREA_ROUNDING: f64 = 1e-6;
@@ -66,6 +66,44 @@ fn is_covered_by_patches(scene: &Scene, zones: &Zones, surface: usize) -> bool {
     (found - emitting).abs() <= AREA_ROUNDING * emitting
 }
 
+/// Emission of the patches of an emitter: strengths of all unknowns, and powers, W a band.
+struct EmittedPower {
+    strengths: Vec<Bands>,
+    emitted: Bands,
+    escaped: Bands,
+    absorbed_backfaces: Bands,
+    /// Standard error of the escaped power.
+    escaped_error: Bands,
+}
+
+impl EmittedPower {
+    /// Sums the emitted and escaping powers of the patches of `surface`.
+    fn of(
+        context: &SolveContext,
+        unknowns: usize,
+        surroundings: &SurroundingsExchange,
+        surface: usize,
+    ) -> EmittedPower {
+        let (zones, emission) = (context.zones, context.scene.surfaces()[surface].emission);
+        let mut strengths = vec![Bands::ZERO; unknowns];
+        let own = zones.patches.iter().enumerate().filter(|(_, p)| p.surface == surface);
+        let (mut emitted, mut escaped, mut backs, mut square) =
+            (Bands::ZERO, Bands::ZERO, Bands::ZERO, Bands::ZERO);
+        for (j, p) in own {
+            strengths[j] = emission;
+            let error = match surroundings.rays > 0 {
+                true => surroundings.escape_fraction_error(j, closure_target(zones, j)),
+                false => Bands::ZERO,
+            };
+            emitted += emission * p.area;
+            escaped += emission * surroundings.sky_of(j);
+            backs += emission * surroundings.backfaces_of(j);
+            square += (emission * error * p.area).map(|x| x.powi(2));
+        }
+        EmittedPower { strengths, emitted, escaped, absorbed_backfaces: backs, escaped_error: square.sqrt() }
+    }
+}
+
 /// Direct light of light number `l`, the emitter `surface`, from the exchange areas of an engine.
 fn light_from_exchange(
     context: &SolveContext,
@@ -75,48 +113,30 @@ fn light_from_exchange(
 ) -> LightField {
     let (scene, zones) = (context.scene, context.zones);
     let n = zones.len();
-    let emission = scene.surfaces()[surface].emission;
-    // Sum the emitted and escaping powers of its patches.
-    let mut strengths = vec![[0.0; 3]; built.operator.len()];
-    let own = zones.patches.iter().enumerate().filter(|(_, p)| p.surface == surface);
-    let (mut emitted, mut escaped, mut backs, mut square) = ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
-    for (j, p) in own {
-        strengths[j] = emission;
-        let (sky, back) = (surroundings.sky_of(j), surroundings.backfaces_of(j));
-        let error = match surroundings.rays > 0 {
-            true => surroundings.escape_fraction_error(j, closure_target(zones, j)),
-            false => [0.0; 3],
-        };
-        for b in 0..3 {
-            emitted[b] += emission[b] * p.area;
-            escaped[b] += emission[b] * sky[b];
-            backs[b] += emission[b] * back[b];
-            square[b] += (emission[b] * error[b] * p.area).powi(2);
-        }
-    }
+    let power = EmittedPower::of(context, built.operator.len(), surroundings, surface);
     // Apply the operator to the emission.
-    let mut incident = built.operator.apply(&strengths);
-    let power_error = built.operator.error(&strengths).unwrap_or_default();
+    let mut incident = built.operator.apply(&power.strengths);
+    let power_error = built.operator.error(&power.strengths).unwrap_or_default();
     let slope_power = incident.split_off(n);
     let fractions = unexplained_fractions(zones, &built.closure, surroundings);
-    let (mut fields, mut error) = (incident, vec![[0.0; 3]; n]);
+    let (mut fields, mut error) = (incident, vec![Bands::ZERO; n]);
     for i in 0..n {
         let measure = zones.response(i).1;
         fields[i] = fields[i].map(|p| (p / measure).max(0.0));
         let e = power_error.get(i).copied().unwrap_or_default();
-        error[i] = bands(|b| e[b] / measure + error_of_fraction(fractions[i][b], fields[i][b]));
+        error[i] = e / measure + fractions[i].zip_map(fields[i], error_of_fraction);
     }
-    let lost = square.map(f64::sqrt);
+    let (backs, lost) = (power.absorbed_backfaces, power.escaped_error);
     LightField {
         name: scene.lights()[l].name(scene.surfaces()).to_string(),
         fields,
         error,
         by_exchange: true,
         slope_power,
-        emitted,
-        escaped,
+        emitted: power.emitted,
+        escaped: power.escaped,
         absorbed_backfaces: backs,
-        power_error: [[0.0; 3], lost, if backs == [0.0; 3] { [0.0; 3] } else { lost }],
+        power_error: [Bands::ZERO, lost, if backs == Bands::ZERO { Bands::ZERO } else { lost }],
         ..LightField::default()
     }
 }
@@ -126,7 +146,7 @@ fn relative_error(zones: &Zones, light: &LightField) -> f64 {
     let of = |range: std::ops::Range<usize>| {
         let [e, f] = range.fold([0.0; 2], |[e, f], i| {
             let w = interception_area(zones, i);
-            let square = |x: Bands| (0..3).map(|b| (w[b] * x[b]).powi(2)).sum::<f64>();
+            let square = |x: Bands| (w * x).map(|x| x.powi(2)).sum();
             [e + square(light.error_of(i)), f + square(light.fields[i])]
         });
         if e > 0.0 { (e / f).sqrt() } else { 0.0 }
@@ -134,16 +154,17 @@ fn relative_error(zones: &Zones, light: &LightField) -> f64 {
     of(0..zones.voxel_offset()).max(of(zones.voxel_offset()..zones.len()))
 }
 
-/// The direct light of a context, completed by the lights from exchange areas; `None` if there are none. `shadow_rays` gives a light by shadow rays.
+/// The direct light of a context, completed by the lights from exchange areas; `None` if there are none. `shadow_rays` gives a light by shadow rays,
+/// or an error if the observer interrupts the solve.
 pub(crate) fn complete(
     context: &SolveContext,
     built: &BuiltEngine,
     surroundings: &SurroundingsExchange,
     emitters: &EmitterExchange,
-    shadow_rays: impl Fn(usize) -> LightField,
-) -> Option<DirectLight> {
+    shadow_rays: impl Fn(usize) -> Result<LightField, SceneError>,
+) -> Result<Option<DirectLight>, SceneError> {
     if !(0..context.direct.lights.len()).any(|l| emitters.surface(l).is_some()) {
-        return None;
+        return Ok(None);
     }
     let wanted = ERROR_SHARE[0] * context.scene.options().tolerance;
     let mut lights = context.direct.lights.clone();
@@ -152,11 +173,11 @@ pub(crate) fn complete(
         *light = light_from_exchange(context, built, surroundings, (l, surface));
         let error = relative_error(context.zones, light);
         if error > wanted {
-            let sampled = shadow_rays(l);
+            let sampled = shadow_rays(l)?;
             if relative_error(context.zones, &sampled) < error {
                 *light = sampled;
             }
         }
     }
-    Some(DirectLight { lights })
+    Ok(Some(DirectLight { lights }))
 }

@@ -16,7 +16,7 @@ use super::light_power::LightPower;
 use super::shadow_rays::{GatheredLight, gather};
 use crate::iteration::multivector;
 use crate::zone_power::interception_area;
-use zonal_scene::{Bands, Light, Progress, Scene, Zones, bands};
+use zonal_scene::{Band, Bands, Light, Progress, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Relative disagreement with the power of the light above which the fields are not normalized, because the cause is not noise.
@@ -76,9 +76,9 @@ pub(crate) fn illuminate_by(
     let disagrees = off > MAX_NORMALIZATION;
     let normalizes = normalization == PowerNormalization::InverseVariance && !disagrees;
     if normalizes {
-        let factor = agreement.change.map(|c| 1.0 + c);
+        let factor = 1.0 + agreement.change;
         for list in [&mut fields, &mut error] {
-            list.iter_mut().for_each(|x| *x = bands(|b| x[b] * factor[b]));
+            list.iter_mut().for_each(|x| *x *= factor);
         }
         power.reconcile(received_power(zones, &fields), light);
     }
@@ -87,7 +87,7 @@ pub(crate) fn illuminate_by(
     if warning.is_none() && limited.0 > tolerance {
         warning = Some(sampling_text(&name, limited, tolerance));
     }
-    let (emitted, incoming) = if is_emitter { (power.sent, [0.0; 3]) } else { ([0.0; 3], power.sent) };
+    let (emitted, incoming) = if is_emitter { (power.sent, Bands::ZERO) } else { (Bands::ZERO, power.sent) };
     LightField {
         name,
         fields,
@@ -120,13 +120,11 @@ fn sampling_text(name: &str, (error, samples): (f64, usize), tolerance: f64) -> 
 
 /// Power received by the zones according to the fields, W.
 fn received_power(zones: &Zones, fields: &[Bands]) -> Bands {
-    multivector::sum(fields.len(), |i| {
-        let w = interception_area(zones, i);
-        bands(|b| w[b] * fields[i][b])
-    })
+    multivector::sum(fields.len(), |i| interception_area(zones, i) * fields[i])
 }
 
 /// Comparison of the fields of a light with its power.
+#[derive(Clone, Copy, Default)]
 struct PowerAgreement {
     /// Relative difference where it is significant, else 0.
     significant_difference: Bands,
@@ -145,13 +143,10 @@ fn compare(
     normalization: PowerNormalization,
 ) -> PowerAgreement {
     let received = received_power(zones, fields);
-    let square: Bands = multivector::sum(fields.len(), |i| {
-        let w = interception_area(zones, i);
-        bands(|b| (w[b] * error[i][b]).powi(2))
-    });
-    let mut out =
-        PowerAgreement { significant_difference: [0.0; 3], change: [0.0; 3], common_error: [0.0; 3] };
-    for b in 0..3 {
+    let square: Bands =
+        multivector::sum(fields.len(), |i| (interception_area(zones, i) * error[i]).map(|e| e.powi(2)));
+    let mut out = PowerAgreement::default();
+    for b in Band::all() {
         let want = power.sent[b] - power.escaped[b] - power.absorbed_backfaces[b];
         if received[b] <= 0.0 || want <= 0.0 {
             continue;

@@ -1,7 +1,7 @@
 //! Direct light of every light of a scene on all zones, with errors and with the power that the light sends in and loses.
 
 use crate::checkpoint::{Decoder, Encoder};
-use zonal_scene::{Bands, Diagnostic, bands};
+use zonal_scene::{Bands, Diagnostic};
 
 /// Direct light of one light.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,23 +41,24 @@ impl LightField {
     pub fn error_of(&self, i: usize) -> Bands {
         let own = self.error.get(i).copied().unwrap_or_default();
         let field = self.fields.get(i).copied().unwrap_or_default();
-        bands(|b| own[b] + self.common_error[b] * field[b].abs())
+        own + self.common_error * field.abs()
     }
 
     /// Encodes a light field from shadow rays as a stage.
     pub(crate) fn encode(&self) -> Vec<u8> {
         let mut encoder = Encoder::default();
         encoder.text(&self.name);
-        encoder.triples(&self.fields);
-        encoder.triples(&self.error);
+        encoder.bands(&self.fields);
+        encoder.bands(&self.error);
         encoder.int(self.rays as usize);
         let [sent, escaped, backs] = self.power_error;
-        encoder.triples(&[
+        encoder.bands(&[
             self.incoming,
             self.emitted,
             self.escaped,
             self.absorbed_backfaces,
-            [self.largest_change, 0.0, 0.0],
+            // The stage holds this number in the place of the first band.
+            Bands::from_rgb([self.largest_change, 0.0, 0.0]),
             self.common_error,
             sent,
             escaped,
@@ -70,11 +71,10 @@ impl LightField {
     /// Decodes a stage of [`LightField::encode`] for `zones` zones.
     pub(crate) fn decode(bytes: &[u8], zones: usize) -> Option<LightField> {
         let mut decoder = Decoder::new(bytes);
-        let (name, fields, error) = (decoder.text()?, decoder.triples()?, decoder.triples()?);
+        let (name, fields, error) = (decoder.text()?, decoder.bands()?, decoder.bands()?);
         let rays = decoder.int()? as u64;
-        let (powers, warning) = (decoder.triples()?, decoder.text()?);
-        let [incoming, emitted, escaped, backs, [largest_change, ..], common_error, e0, e1, e2] = powers[..]
-        else {
+        let (powers, warning) = (decoder.bands()?, decoder.text()?);
+        let [incoming, emitted, escaped, backs, largest_change, common_error, e0, e1, e2] = powers[..] else {
             return None;
         };
         let warning = (!warning.is_empty()).then_some(warning);
@@ -90,7 +90,7 @@ impl LightField {
             escaped,
             absorbed_backfaces: backs,
             power_error: [e0, e1, e2],
-            largest_change,
+            largest_change: largest_change.first(),
             warning,
             ..LightField::default()
         })
@@ -107,11 +107,9 @@ pub struct DirectLight {
 impl DirectLight {
     /// Sum of the fields of all lights over `zones` zones, W/m², in the order of the lights.
     pub fn fields(&self, zones: usize) -> Vec<Bands> {
-        let mut out = vec![[0.0; 3]; zones];
+        let mut out = vec![Bands::ZERO; zones];
         for light in &self.lights {
-            for (o, f) in out.iter_mut().zip(&light.fields) {
-                (0..3).for_each(|b| o[b] += f[b]);
-            }
+            out.iter_mut().zip(&light.fields).for_each(|(o, f)| *o += f);
         }
         out
     }

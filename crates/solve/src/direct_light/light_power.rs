@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::{cosine_hemisphere, sin_cos_turns, uniform_sphere};
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Bands, Light, Scene, bands};
+use zonal_scene::{Band, Bands, Light, Scene};
 use zonal_transport::Transport;
 use zonal_transport::lights::{EmissionSample, LightSampler};
 
@@ -34,7 +34,7 @@ pub(super) struct LightPower {
 impl LightPower {
     /// The three powers, and the power that the zones receive.
     fn powers(&self) -> [Bands; 4] {
-        let received = bands(|b| self.sent[b] - self.escaped[b] - self.absorbed_backfaces[b]);
+        let received = self.sent - self.escaped - self.absorbed_backfaces;
         [self.sent, self.escaped, self.absorbed_backfaces, received]
     }
 
@@ -53,10 +53,11 @@ impl LightPower {
         let powers: Vec<[Bands; 4]> = blocks.iter().map(LightPower::powers).collect();
         // The sum of a block over the rays of a block is one estimate of the power.
         let each = n / LIGHT_RAYS as f64;
-        let mean = |k: usize| bands(|b| powers.iter().map(|p| p[k][b]).sum::<f64>() / LIGHT_RAYS as f64);
+        let mean =
+            |k: usize| Bands::from_fn(|b| powers.iter().map(|p| p[k][b]).sum::<f64>() / LIGHT_RAYS as f64);
         let standard_error = |k: usize| {
             let mean = mean(k);
-            bands(|b| {
+            Bands::from_fn(|b| {
                 let square: f64 = powers.iter().map(|p| (p[k][b] * each - mean[b]).powi(2)).sum();
                 (square / (n * (n - 1.0))).sqrt()
             })
@@ -74,7 +75,7 @@ impl LightPower {
     /// outside is not.
     pub(super) fn reconcile(&mut self, received: Bands, light: &Light) {
         let is_emitter = matches!(light, Light::Emitter { .. });
-        for b in 0..3 {
+        for b in Band::all() {
             if received[b] <= 0.0 {
                 continue;
             }
@@ -91,11 +92,9 @@ impl LightPower {
 
     /// Adds a ray of power `power` of which `share` is lost, on a black back or to the outside.
     fn add(&mut self, power: Bands, (share, back): (Bands, bool)) {
-        for b in 0..3 {
-            self.sent[b] += power[b];
-            let lost = if back { &mut self.absorbed_backfaces } else { &mut self.escaped };
-            lost[b] += power[b] * share[b];
-        }
+        self.sent += power;
+        let lost = if back { &mut self.absorbed_backfaces } else { &mut self.escaped };
+        *lost += power * share;
     }
 }
 
@@ -123,13 +122,13 @@ impl LightRays<'_> {
                 let slack = 1.0 + angular_diameter;
                 let (wt, ws) = (extent(t) * slack, extent(s) * slack);
                 let at = centre + t * (wt * (2.0 * u[0] - 1.0)) + s * (ws * (2.0 * u[1] - 1.0));
-                let power = irradiance.map(|e| e * 4.0 * wt * ws);
+                let power = *irradiance * 4.0 * wt * ws;
                 self.enter(at - dir * (2.0 * radius), dir, power, sum);
             }
             Light::Sky { radiance, .. } => {
                 let out = uniform_sphere(u);
                 let dir = cosine_hemisphere(-out, v);
-                let power = radiance.map(|l| l * PI * 4.0 * PI * radius * radius);
+                let power = *radiance * PI * 4.0 * PI * radius * radius;
                 self.enter(centre + out * radius, dir, power, sum);
             }
             Light::Emitter { .. } => self.emit(k, u, v, sum),
@@ -139,7 +138,7 @@ impl LightRays<'_> {
     /// Adds a ray from outside if it meets a medium, a pane or a surface; a ray that ends on the outside of a black back has met nothing.
     fn enter(&self, origin: Vec3, dir: Vec3, power: Bands, sum: &mut LightPower) {
         let lost = escape_transmittance(self.scene, self.transport, origin, dir);
-        if lost.0.iter().all(|&s| s > 1.0 - MIN_ATTENUATION) {
+        if lost.0.all(|s| s > 1.0 - MIN_ATTENUATION) {
             return;
         }
         sum.add(power, lost);
@@ -155,7 +154,7 @@ impl LightRays<'_> {
         };
         let normal = if both && k % 2 == 1 { -normal } else { normal };
         let sides = if both { 2.0 } else { 1.0 };
-        let power = power.map(|p| p * PI * sides);
+        let power = power * PI * sides;
         let dir = cosine_hemisphere(normal, v);
         sum.add(power, escape_transmittance(self.scene, self.transport, at, dir));
     }

@@ -237,15 +237,13 @@ impl<'a> EngineSelection<'a> {
         if bytes <= self.memory_limit {
             return Ok(());
         }
-        refuse(
-            "solve.patch_size",
-            format!(
-                "{} zones need {} GB {what}, more than the {} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
-                zones.len(),
-                gigabytes(bytes),
-                gigabytes(self.memory_limit)
-            ),
-        )
+        let message = format!(
+            "{} zones need {} GB {what}, more than the {} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
+            zones.len(),
+            gigabytes(bytes),
+            gigabytes(self.memory_limit)
+        );
+        Err(SceneError::out_of_memory("solve.patch_size", message))
     }
 }
 

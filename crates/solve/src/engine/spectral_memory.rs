@@ -6,7 +6,7 @@ use crate::spectral::SpectralOperator;
 use crate::spectral::basis::BasisOrder;
 use crate::spectral::enclosure::BoxEnclosure;
 use rayon::prelude::*;
-use zonal_scene::{Bands, Scene, Zones};
+use zonal_scene::{Band, Scene, Zones};
 
 /// Bytes of a spectral solve: the engine, the zones, and the larger of the iteration and the fields.
 pub(crate) fn spectral_solve_bytes(
@@ -18,12 +18,11 @@ pub(crate) fn spectral_solve_bytes(
 ) -> u64 {
     let kappa = enclosure.extinction_groups().1.len();
     let columns = light_groups::select_groups(scene, zones).0.len() as u64;
-    let alike = |v: Bands| v[0] == v[1] && v[1] == v[2];
     let grey = kappa == 1
-        && zones.patches.par_iter().all(|p| alike(p.reflectance) && alike(p.emission))
-        && zones.voxels.par_iter().all(|v| alike(v.albedo) && alike(v.emission) && alike(v.source));
-    // Weights and targets; of each group the sources and the seven vectors of the iteration, in one band or three.
-    let bands = if grey { 1 } else { 3 };
+        && zones.patches.par_iter().all(|p| p.reflectance.is_grey() && p.emission.is_grey())
+        && zones.voxels.par_iter().all(|v| v.albedo.is_grey() && v.emission.is_grey() && v.source.is_grey());
+    // Weights and targets; of each group the sources and the seven vectors of the iteration, in one band or all.
+    let bands = if grey { 1 } else { Band::count() as u64 };
     let solving = 24 + 8 + columns * (24 + 7 * 8 * bands);
     // Radiosity, incident, direct, error; of each group its strengths and incident power; direct light of each light.
     let fields = 4 * 24 + columns * 48;

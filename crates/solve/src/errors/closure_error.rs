@@ -7,7 +7,7 @@ use crate::report::closure::RowClosure;
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_exchange::pair::closure_target;
-use zonal_scene::{Bands, Zones, bands};
+use zonal_scene::{Bands, Zones};
 
 /// Closure defects within this multiple of the standard error of the escaping power are attributed to that error.
 const EXPLAINED_DEVIATION: f64 = 2.0;
@@ -30,9 +30,9 @@ pub(crate) fn unexplained_fractions(
             return defects[i].map(missing_fraction);
         }
         let lost = surroundings.escape_fraction_error(i, closure_target(zones, i));
-        bands(|b| {
-            let excess = (defects[i][b].abs() - EXPLAINED_DEVIATION * lost[b]).max(0.0);
-            missing_fraction(excess.copysign(defects[i][b]))
+        defects[i].zip_map(lost, |defect, lost| {
+            let excess = (defect.abs() - EXPLAINED_DEVIATION * lost).max(0.0);
+            missing_fraction(excess.copysign(defect))
         })
     };
     (0..zones.len()).into_par_iter().map(one).collect()

@@ -18,8 +18,7 @@
 use super::closure_error::error_of_fraction;
 use crate::iteration::multivector;
 use crate::zone_power::{absorbed_power, absorption_area, interception_area};
-use zonal_scene::EnergyBalance;
-use zonal_scene::{Bands, Fields, LightGroup, SolveStatus, Zones, bands};
+use zonal_scene::{Bands, EnergyBalance, Fields, LightGroup, SolveStatus, Zones};
 
 /// Assumed number of reflections of undistributed power at one zone, for the errors of a solve that has not converged.
 const REFLECTIONS_OF_UNDISTRIBUTED_POWER: f64 = 10.0;
@@ -30,7 +29,7 @@ const ROUNDING_OF_BALANCE: f64 = 1e-12;
 /// Raises every error to at least the error of the missing fraction of the row.
 pub(crate) fn widen_by_closure(fractions: &[Bands], fields: &mut Fields) {
     for ((e, h), d) in fields.error.iter_mut().zip(&fields.incident).zip(fractions) {
-        *e = bands(|b| widest(e[b], error_of_fraction(d[b].abs(), h[b])));
+        *e = e.zip_map(d.abs().zip_map(*h, error_of_fraction), widest);
     }
 }
 
@@ -46,21 +45,16 @@ pub(crate) fn widen_by_residual(zones: &Zones, groups: &[LightGroup], fields: &m
     let factor =
         |r: f64| if r < 1.0 { REFLECTIONS_OF_UNDISTRIBUTED_POWER * r / (1.0 - r) } else { f64::INFINITY };
     for g in groups {
-        let factors = bands(|b| if done(g.status[b]) { 0.0 } else { factor(g.residual[b]) });
-        if factors == [0.0; 3] {
+        let factors = Bands::from_fn(|b| if done(g.status[b]) { 0.0 } else { factor(g.residual[b]) });
+        if factors == Bands::ZERO {
             continue;
         }
-        let h = |i: usize| {
-            let x = g.incident.at(i);
-            bands(|b| (x[b] * g.incident_scale[b]).abs())
-        };
+        let h = |i: usize| (g.incident.at(i) * g.incident_scale).abs();
         for kind in [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()] {
             let size = kind.len().max(1) as f64;
-            let mean = kind.clone().fold([0.0; 3], |m, i| bands(|b| m[b] + h(i)[b] / size));
+            let mean = kind.clone().fold(Bands::ZERO, |m, i| m + h(i) / size);
             for i in kind {
-                let own = h(i);
-                fields.error[i] =
-                    bands(|b| widest(fields.error[i][b] + factors[b] * (own[b] + mean[b]), 0.0));
+                fields.error[i] = (fields.error[i] + factors * (h(i) + mean)).map(|e| widest(e, 0.0));
             }
         }
     }
@@ -69,16 +63,16 @@ pub(crate) fn widen_by_residual(zones: &Zones, groups: &[LightGroup], fields: &m
 /// Raises every error to at least the amount by which a flux is negative.
 pub(crate) fn widen_by_negative_flux(fields: &mut Fields) {
     for (e, h) in fields.error.iter_mut().zip(&fields.incident) {
-        *e = bands(|b| widest(e[b], -h[b]));
+        *e = e.zip_map(-*h, widest);
     }
 }
 
 /// Distributes the part of the balance's residual that neither the stated errors nor the error `lost` of the escaping power (W a band) explain.
 pub(crate) fn widen_by_balance(zones: &Zones, energy: &EnergyBalance, lost: Bands, fields: &mut Fields) {
-    let missing = bands(|b| (energy.residual[b] * (energy.emitted[b] + energy.incoming[b])).abs());
+    let missing = (energy.residual * (energy.emitted + energy.incoming)).abs();
     let explained = absorbed_power(zones, |i| fields.total_error(i));
     let absorbed = absorbed_power(zones, |i| total_incident(fields, i));
-    let fraction = bands(|b| {
+    let fraction = Bands::from_fn(|b| {
         let given = energy.emitted[b] + energy.incoming[b];
         let excess = missing[b] - explained[b] - lost[b];
         match () {
@@ -94,18 +88,17 @@ pub(crate) fn widen_by_balance(zones: &Zones, energy: &EnergyBalance, lost: Band
 
 /// Amount of the field incident on zone `i`, direct light included, W/m².
 fn total_incident(fields: &Fields, i: usize) -> Bands {
-    bands(|b| (fields.incident[i][b] + fields.direct[i][b]).abs())
+    (fields.incident[i] + fields.direct[i]).abs()
 }
 
 /// Adds a fraction of the incident field to the error of every zone; an infinite fraction of 0 is infinite too.
 pub(crate) fn distribute(fraction: Bands, fields: &mut Fields) {
-    if fraction == [0.0; 3] {
+    if fraction == Bands::ZERO {
         return;
     }
     for i in 0..fields.error.len() {
-        let h = total_incident(fields, i);
-        let more = bands(|b| error_of_fraction(fraction[b], h[b]));
-        fields.error[i] = bands(|b| fields.error[i][b] + more[b]);
+        let more = fraction.zip_map(total_incident(fields, i), error_of_fraction);
+        fields.error[i] += more;
     }
 }
 
@@ -120,36 +113,33 @@ pub(crate) fn power_errors(
     error: impl Fn(usize) -> Bands + Sync,
 ) -> EnergyBalance {
     let mut out = EnergyBalance {
-        absorbed_surfaces: energy.absorbed_surfaces.iter().map(|s| (s.0.clone(), [0.0; 3])).collect(),
+        absorbed_surfaces: energy.absorbed_surfaces.iter().map(|s| (s.0.clone(), Bands::ZERO)).collect(),
         ..EnergyBalance::default()
     };
     for (i, p) in zones.patches.iter().enumerate() {
-        let (a, e) = (absorption_area(zones, i), error(i));
-        let sum = &mut out.absorbed_surfaces[p.surface].1;
-        *sum = bands(|b| sum[b] + absorbed_error(a[b], e[b]));
+        out.absorbed_surfaces[p.surface].1 += absorption_area(zones, i).zip_map(error(i), absorbed_error);
     }
     let of = |range: std::ops::Range<usize>| {
         multivector::sum(range.len(), |k| {
-            let (a, e) = (absorption_area(zones, range.start + k), error(range.start + k));
-            bands(|b| absorbed_error(a[b], e[b]))
+            let i = range.start + k;
+            absorption_area(zones, i).zip_map(error(i), absorbed_error)
         })
     };
     out.absorbed_volumes = of(zones.voxel_offset()..zones.pane_offset());
     out.absorbed_panes = of(zones.pane_offset()..zones.len());
     let squares: Bands = multivector::sum(fields.surroundings_error.len(), |i| {
-        let area = interception_area(zones, i);
-        bands(|b| (area[b] * fields.surroundings_error[i][b]).powi(2))
+        (interception_area(zones, i) * fields.surroundings_error[i]).map(|e| e.powi(2))
     });
-    out.incoming = squares.map(f64::sqrt);
-    let surfaces = out.absorbed_surfaces.iter().fold([0.0; 3], |s, x| bands(|b| s[b] + x.1[b]));
-    let open = bands(|b| {
-        let residual = energy.residual[b] * (energy.emitted[b] + energy.incoming[b]);
-        let all = surfaces[b] + out.absorbed_volumes[b] + out.absorbed_panes[b] + out.incoming[b];
-        widest(all + residual.abs(), 0.0)
-    });
+    out.incoming = squares.sqrt();
+    let surfaces = out.absorbed_surfaces.iter().fold(Bands::ZERO, |s, x| s + x.1);
+    let residual = energy.residual * (energy.emitted + energy.incoming);
+    let all = surfaces + out.absorbed_volumes + out.absorbed_panes + out.incoming;
+    let open = (all + residual.abs()).map(|e| widest(e, 0.0));
     // A power of exactly 0 has no error.
-    out.escaped = bands(|b| if energy.escaped[b] == 0.0 { 0.0 } else { open[b] });
-    out.absorbed_backfaces = bands(|b| if energy.absorbed_backfaces[b] == 0.0 { 0.0 } else { open[b] });
+    let unless_zero =
+        |power: Bands| power.zip_map(open, |power, error| if power == 0.0 { 0.0 } else { error });
+    out.escaped = unless_zero(energy.escaped);
+    out.absorbed_backfaces = unless_zero(energy.absorbed_backfaces);
     out
 }
 

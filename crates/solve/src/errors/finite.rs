@@ -4,8 +4,9 @@
 //! must be finite; otherwise the solution is refused with the first value that is not. An error that is NaN becomes infinite, which stands for
 //! an unknown error.
 
-use zonal_scene::EnergyBalance;
-use zonal_scene::{Bands, Fields, LightGroup, Report, Scene, SceneError, ZoneValues, Zones};
+use zonal_scene::{
+    Bands, EnergyBalance, Fields, LightGroup, Report, Scene, SceneError, ThermalFields, ZoneValues, Zones,
+};
 
 /// Refuses a solution with a value that is not finite; errors that are NaN become infinite.
 pub(crate) fn check_finite(
@@ -21,26 +22,14 @@ pub(crate) fn check_finite(
         ("the direct light", &fields.direct),
     ];
     for (what, field) in of_zones {
-        if let Some(i) = field.iter().position(|x| !x.iter().all(|x| x.is_finite())) {
+        if let Some(i) = field.iter().position(|x| !x.is_finite()) {
             return Err(not_finite(&format!("{what} {}", describe_zone(scene, zones, i))));
         }
     }
     let errors = fields.error.iter_mut().chain(&mut fields.direct_error);
     errors.chain(&mut fields.surroundings_error).for_each(nan_to_infinity);
-    if let Some(h) = &mut fields.heat {
-        // An undefined temperature is NaN.
-        let off =
-            |x: &[f64], undefined: bool| x.iter().position(|x| !(x.is_finite() || undefined && x.is_nan()));
-        for (what, at) in
-            [("the temperature", off(&h.temperature, true)), ("the net power", off(&h.net, false))]
-        {
-            if let Some(i) = at {
-                return Err(not_finite(&format!("{what} {}", describe_zone(scene, zones, i))));
-            }
-        }
-        h.net_error.iter_mut().for_each(|e| *e = or_infinity(*e));
-        let defined = h.temperature.iter().zip(&mut h.temperature_error).filter(|(t, _)| t.is_finite());
-        defined.for_each(|(_, e)| *e = or_infinity(*e));
+    if let Some(heat) = &mut fields.heat {
+        check_heat(scene, zones, heat)?;
     }
     for g in groups.iter_mut() {
         if !(is_finite(&g.incident) && is_finite(&g.direct) && powers(&g.energy).all(f64::is_finite)) {
@@ -59,6 +48,22 @@ pub(crate) fn check_finite(
     check_report(report)
 }
 
+/// Refuses temperatures and net powers that are not finite; an undefined temperature is NaN.
+fn check_heat(scene: &Scene, zones: &Zones, heat: &mut ThermalFields) -> Result<(), SceneError> {
+    let off = |x: &[f64], undefined: bool| x.iter().position(|x| !(x.is_finite() || undefined && x.is_nan()));
+    for (what, at) in
+        [("the temperature", off(&heat.temperature, true)), ("the net power", off(&heat.net, false))]
+    {
+        if let Some(i) = at {
+            return Err(not_finite(&format!("{what} {}", describe_zone(scene, zones, i))));
+        }
+    }
+    heat.net_error.iter_mut().for_each(|e| *e = or_infinity(*e));
+    let defined = heat.temperature.iter().zip(&mut heat.temperature_error).filter(|(t, _)| t.is_finite());
+    defined.for_each(|(_, e)| *e = or_infinity(*e));
+    Ok(())
+}
+
 fn check_report(r: &mut Report) -> Result<(), SceneError> {
     let c = &r.closure;
     let closure = [c.worst, c.rms, c.largest_change, c.residual_defect];
@@ -69,7 +74,7 @@ fn check_report(r: &mut Report) -> Result<(), SceneError> {
     let of_rows = rows.iter().flat_map(|r| [r.size, r.power, r.temperature.unwrap_or(0.0)]);
     for (what, fine) in [
         ("the balance of power", powers(&r.energy).all(f64::is_finite)),
-        ("the closure of the exchange areas", closure.iter().flatten().all(|x| x.is_finite())),
+        ("the closure of the exchange areas", closure.into_iter().all(Bands::is_finite)),
         ("the residual of the solver", r.residuals.iter().flatten().all(|x| x.is_finite())),
         ("the balance of heat", heat.into_iter().chain(of_rows).all(f64::is_finite)),
     ] {
@@ -131,14 +136,14 @@ fn describe_zone(scene: &Scene, zones: &Zones, i: usize) -> String {
 mod tests {
     use super::*;
     use zonal_math::vec3;
-    use zonal_scene::{Facet, Patch, Plate, SceneParts, Sides, Surface, bands};
+    use zonal_scene::{Band, Facet, Patch, Plate, SceneParts, Sides, Surface};
 
     fn parts() -> (Scene, Zones, Fields, Report) {
         let plate = Plate::parallelogram(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
         let surface = Surface {
             name: "floor".into(),
-            reflectance: [0.5; 3],
-            emission: [1.0; 3],
+            reflectance: Bands::splat(0.5),
+            emission: Bands::ONE,
             reflectance_texture: None,
             emission_texture: None,
             sides: Sides::Front,
@@ -153,11 +158,11 @@ mod tests {
             plate,
             normal: vec3(0.0, 0.0, 1.0),
             area: 1.0,
-            reflectance: [0.5; 3],
-            emission: [1.0; 3],
+            reflectance: Bands::splat(0.5),
+            emission: Bands::ONE,
         };
         let zones = Zones { patches: vec![patch], ..Zones::default() };
-        let one = || vec![[1.0; 3]];
+        let one = || vec![Bands::ONE];
         let fields =
             Fields { radiosity: one(), incident: one(), direct: one(), error: one(), ..Fields::default() };
         (Scene::new(scene).unwrap(), zones, fields, Report::default())
@@ -172,22 +177,23 @@ mod tests {
             check_finite(&scene, &zones, &mut f, &mut [], &mut r).map(|()| (f, r)).map_err(|e| e.to_string())
         };
         assert!(checked(&|_, _| ()).is_ok());
+        let b = Band::first();
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            let e = checked(&|f, _| f.incident[0][1] = bad).unwrap_err();
+            let e = checked(&|f, _| f.incident[0][b] = bad).unwrap_err();
             assert!(
                 e.contains("the incident field on zone 0 of surface 'floor' is not a finite number"),
                 "{e}"
             );
-            assert!(checked(&|f, _| f.radiosity[0][2] = bad).is_err());
-            assert!(checked(&|f, _| f.direct[0][0] = bad).is_err());
-            assert!(checked(&|_, r| r.closure.rms[0] = bad).unwrap_err().contains("closure"));
-            assert!(checked(&|_, r| r.energy.escaped[0] = bad).unwrap_err().contains("balance"));
-            assert!(checked(&|_, r| r.residuals[1].push(bad)).unwrap_err().contains("residual"));
+            assert!(checked(&|f, _| f.radiosity[0][b] = bad).is_err());
+            assert!(checked(&|f, _| f.direct[0][b] = bad).is_err());
+            assert!(checked(&|_, r| r.closure.rms[b] = bad).unwrap_err().contains("closure"));
+            assert!(checked(&|_, r| r.energy.escaped[b] = bad).unwrap_err().contains("balance"));
+            assert!(checked(&|_, r| r.residuals[b].push(bad)).unwrap_err().contains("residual"));
         }
-        let (f, r) = checked(&|f, r| (f.error[0][0], r.estimate.patches[0]) = (f64::NAN, f64::NAN)).unwrap();
+        let (f, r) = checked(&|f, r| (f.error[0][b], r.estimate.patches[b]) = (f64::NAN, f64::NAN)).unwrap();
         assert_eq!(
             (f.error[0], r.estimate.patches),
-            (bands(|b| [f64::INFINITY, 1.0, 1.0][b]), [f64::INFINITY, 0.0, 0.0])
+            (Bands::from_rgb([f64::INFINITY, 1.0, 1.0]), Bands::from_rgb([f64::INFINITY, 0.0, 0.0]))
         );
     }
 }

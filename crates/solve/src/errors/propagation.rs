@@ -6,7 +6,7 @@ use crate::operator::ErrorModel;
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_exchange::pair::closure_target;
-use zonal_scene::{Bands, LightGroup, ZoneValues, Zones, bands};
+use zonal_scene::{Bands, LightGroup, ZoneValues, Zones};
 
 /// Standard error of the power that escapes, from the independent rays of each zone, W a band.
 pub(crate) fn escaped_power_error(
@@ -15,17 +15,15 @@ pub(crate) fn escaped_power_error(
     results: &[IterationResult],
 ) -> Bands {
     if surroundings.is_closed() || surroundings.rays == 0 {
-        return [0.0; 3];
+        return Bands::ZERO;
     }
     let one = |i: usize| {
-        let (t, sent) = (
-            closure_target(zones, i),
-            results.iter().fold([0.0; 3], |s, e| bands(|b| s[b] + e.strengths[i][b])),
-        );
+        let (t, sent) =
+            (closure_target(zones, i), results.iter().fold(Bands::ZERO, |s, e| s + e.strengths[i]));
         let fraction = surroundings.escape_fraction_error(i, t);
-        bands(|b| (fraction[b] * t * sent[b]).powi(2))
+        (fraction * t * sent).map(|e| e.powi(2))
     };
-    multivector::sum::<3>(zones.len(), one).map(f64::sqrt)
+    multivector::sum(zones.len(), one).sqrt()
 }
 
 /// Estimated error of the incident field of every zone, W/m², from the errors of the factors and the unexplained closure defects `fractions`,
@@ -39,15 +37,15 @@ pub(crate) fn propagate_factor_errors(
     results: &[IterationResult],
     groups: &mut [LightGroup],
 ) -> Vec<Bands> {
-    let mut sum = vec![[0.0; 3]; zones.len()];
+    let mut sum = vec![Bands::ZERO; zones.len()];
     for (group, result) in groups.iter_mut().zip(results) {
-        let power = operator.error(&result.strengths).unwrap_or_else(|| vec![[0.0; 3]; zones.len()]);
+        let power = operator.error(&result.strengths).unwrap_or_else(|| vec![Bands::ZERO; zones.len()]);
         let one = |i: usize| {
-            let (e, incident) = (power[i].map(|e| e / zones.response(i).1), group.incident.at(i));
-            bands(|b| e[b] + error_of_fraction(fractions[i][b], incident[b] * group.incident_scale[b]))
+            let (e, incident) = (power[i] / zones.response(i).1, group.incident.at(i));
+            e + fractions[i].zip_map(incident * group.incident_scale, error_of_fraction)
         };
         let error: Vec<Bands> = (0..zones.len()).into_par_iter().map(one).collect();
-        sum.iter_mut().zip(&error).for_each(|(s, e)| *s = bands(|b| s[b] + e[b]));
+        sum.iter_mut().zip(&error).for_each(|(s, e)| *s += e);
         group.error = errors_like(&group.incident, &error, group.incident_scale);
     }
     sum
@@ -55,11 +53,11 @@ pub(crate) fn propagate_factor_errors(
 
 /// Errors over `scale`, in the precision of `values`.
 pub(crate) fn errors_like(values: &ZoneValues, errors: &[Bands], scale: Bands) -> ZoneValues {
-    let own = |e: &Bands| bands(|b| e[b] / scale[b]);
+    let own = |e: &Bands| e / scale;
     match values {
         ZoneValues::Double(_) => ZoneValues::Double(errors.iter().map(own).collect()),
         ZoneValues::Single(_) => {
-            ZoneValues::Single(errors.iter().map(|e| own(e).map(|x| x as f32)).collect())
+            ZoneValues::Single(errors.iter().map(|e| own(e).map_to(|x| x as f32)).collect())
         }
     }
 }

@@ -11,7 +11,7 @@
 
 use crate::dense::packed_symmetric::packed_length;
 use rayon::prelude::*;
-use zonal_scene::{Bands, bands};
+use zonal_scene::Bands;
 
 /// Number of blocks of rows; fixed, so that sums do not depend on the number of threads.
 const ROW_BLOCKS: usize = 32;
@@ -45,27 +45,27 @@ impl PairRadii {
     pub(crate) fn propagate(&self, s: &[Bands]) -> Vec<Bands> {
         let squares: Vec<f64> =
             (0..256).map(|k| if k == 0 { 0.0 } else { 2.0f64.powf(k as f64 - CODE_OF_ONE) }).collect();
-        let own: Vec<Bands> = s.iter().map(|s| s.map(|x| x * x)).collect();
+        let own: Vec<Bands> = s.iter().map(|s| s * s).collect();
         // Blocks have about equal numbers of pairs.
         let first_row = |k: usize| (self.n as f64 * (k as f64 / ROW_BLOCKS as f64).sqrt()) as usize;
         let block = |k: usize| {
-            let mut sum = vec![[0.0; 3]; self.n];
+            let mut sum = vec![Bands::ZERO; self.n];
             let end = if k + 1 == ROW_BLOCKS { self.n } else { first_row(k + 1) };
             for i in first_row(k)..end {
                 let row = &self.codes[packed_length(i)..packed_length(i) + i];
-                let mut here = [0.0; 3];
+                let mut here = Bands::ZERO;
                 for (j, r) in row.iter().enumerate().filter(|(_, r)| **r > 0) {
                     let r2 = squares[*r as usize];
-                    here = bands(|b| here[b] + r2 * own[j][b]);
-                    sum[j] = bands(|b| sum[j][b] + r2 * own[i][b]);
+                    here += r2 * own[j];
+                    sum[j] += r2 * own[i];
                 }
                 let r2 = squares[self.codes[packed_length(i) + i] as usize];
-                sum[i] = bands(|b| sum[i][b] + here[b] + r2 * own[i][b]);
+                sum[i] = sum[i] + here + r2 * own[i];
             }
             sum
         };
         let parts: Vec<Vec<Bands>> = (0..ROW_BLOCKS).into_par_iter().map(block).collect();
-        let total = |i: usize| parts.iter().fold([0.0; 3], |t, p| bands(|b| t[b] + p[i][b])).map(f64::sqrt);
+        let total = |i: usize| parts.iter().fold(Bands::ZERO, |t, p| t + p[i]).sqrt();
         (0..self.n).map(total).collect()
     }
 }
@@ -73,17 +73,18 @@ impl PairRadii {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zonal_scene::Band;
 
     #[test]
     fn errors_follow_the_pairs_that_carry_the_light() {
         let r = [[0.0, 1e-3, 0.02], [1e-3, 0.5, 0.0], [0.02, 0.0, 1e-20]];
         let codes = (0..3).flat_map(|i| (0..=i).map(move |j| radius_code(r[i][j]))).collect();
-        let s = [[1.0, 0.0, 5.0], [10.0, 1.0, 0.0], [0.1, 3.0, 1.0]];
+        let s = [[1.0, 0.0, 5.0], [10.0, 1.0, 0.0], [0.1, 3.0, 1.0]].map(Bands::from_rgb);
         let e = PairRadii::new(3, codes).propagate(&s);
         for i in 0..3 {
-            for b in 0..3 {
+            for b in Band::all() {
                 let exact = (0..3).map(|j| (r[i][j] * s[j][b]).powi(2)).sum::<f64>().sqrt();
-                assert!((e[i][b] - exact).abs() <= 0.2 * exact, "{i} {b}: {} {exact}", e[i][b]);
+                assert!((e[i][b] - exact).abs() <= 0.2 * exact, "{i} {b:?}: {} {exact}", e[i][b]);
             }
         }
     }

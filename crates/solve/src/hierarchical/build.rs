@@ -19,10 +19,11 @@ use crate::ray::ray_sampling::{
 };
 use crate::ray::ray_table::IncidentEstimate;
 use crate::report::closure;
+use crate::settings::check_interrupted;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::SurroundingsExchange;
 use zonal_math::Grade;
-use zonal_scene::{Bands, Diagnostic, ErrorEstimate, Fields, SceneError, Zones, bands};
+use zonal_scene::{Bands, Diagnostic, ErrorEstimate, Fields, SceneError, Zones};
 
 /// Passes and limits of the construction.
 ///
@@ -132,9 +133,10 @@ fn solve_by_rays<'a>(
 ) -> Result<(RaySolution<'a>, RaysPerZone), SceneError> {
     let (zones, tolerance) = (context.zones, context.scene.options().tolerance);
     let mut rays = budget.affordable_rays(zones, tolerance).ok_or_else(|| {
-        SceneError::new("solve.patch_size", "memory allows too few rays; allow more (--max-memory)")
+        SceneError::out_of_memory("solve.patch_size", "memory allows too few rays; allow more (--max-memory)")
     })?;
     let mut solution = RaySolution::new(context, surroundings, rays);
+    check_interrupted(context.progress)?;
     let above_maximum =
         if allows_links(zones) { AboveMaximum::KeepPresent } else { AboveMaximum::UseMaximum };
     for _ in 1..if uses_rays_only(zones) { 1 } else { BUILD_PARAMS.max_ray_passes } {
@@ -147,6 +149,7 @@ fn solve_by_rays<'a>(
         // Release the old rays first: both tables may not fit.
         drop(solution);
         solution = RaySolution::new(context, surroundings, rays);
+        check_interrupted(context.progress)?;
     }
     Ok((solution, rays))
 }
@@ -166,16 +169,15 @@ impl<'a> RaySolution<'a> {
             operator.measure_escape(surroundings);
         }
         // Solve, and estimate the incident radiation of the solution.
-        let mut results = operator.solve(context, surroundings);
+        let mut results = operator.solve_groups(context, surroundings);
         let strengths: Vec<Vec<Bands>> =
             results.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
         let estimated = operator.estimate_incident(&strengths);
-        let IncidentPower { columns, error } = estimated.incident;
         let unsmoothed = estimated.unsmoothed.into_iter().zip(estimated.unsmoothed_error);
         let raw = unsmoothed.map(|(value, error)| IncidentEstimate { value, error }).collect();
-        let incident = RayEstimate { columns, error: error.unwrap_or_default(), raw };
+        let incident = RayEstimate { columns: estimated.columns, error: estimated.error, raw };
         // H and G of every group, and of all groups together with the error.
-        let over_measure = |i: usize, v: Bands| v.map(|x| x / zones.response(i).1);
+        let over_measure = |i: usize, v: Bands| v / zones.response(i).1;
         let field = |p: &Vec<Bands>| p.iter().enumerate().map(|(i, v)| over_measure(i, *v)).collect();
         let fields = incident.columns.iter().map(field);
         let solution: Vec<ApproximateGroup> = strengths
@@ -224,8 +226,8 @@ fn relative_error(
     let sky = context.scene.surroundings().radiosity();
     let with_sky = |(i, m): (usize, &IncidentEstimate)| {
         let ([value, error], measure) = (surroundings.incoming(i, sky), context.zones.response(i).1);
-        let error = bands(|b| m.error[b].hypot(error[b] / measure));
-        (error, bands(|b| m.value[b] + value[b] / measure))
+        let error = m.error.hypot(error / measure);
+        (error, m.value + value / measure)
     };
     let (error, incident) = all.iter().enumerate().map(with_sky).unzip();
     let fields = Fields { error, incident, ..Fields::default() };
@@ -281,37 +283,38 @@ enum RefinementEnd {
 
 impl LinkRefinement<'_, '_> {
     /// Refines the links until their estimated error, blended with that of the rays, meets the tolerance, or until refinement stops to help.
-    fn run(&self, operator: &mut HierarchicalOperator) -> RefinementEnd {
+    fn run(&self, operator: &mut HierarchicalOperator) -> Result<RefinementEnd, SceneError> {
         let tolerance = self.context.scene.options().tolerance;
         let pairs = (self.context.zones.len() as f64).powi(2);
         let mut before = f64::INFINITY;
         for round in 1.. {
             let limited_rows = limit_rows(operator, self.context.zones, self.surroundings);
             operator.solve_approximately(self.context, self.surroundings);
+            check_interrupted(self.context.progress)?;
             let (estimate, blended) = self.estimate(operator);
             let end = |warnings| RefinementEnd::Links { blended, limited_rows, warnings };
             let missed = || tolerance_missed(estimate, tolerance, Remedy::Tolerance);
             if estimate <= tolerance {
-                return end(Vec::new());
+                return Ok(end(Vec::new()));
             }
             // Stop where the links cost more than all pairs, stagnate or exceed the memory.
             let links = operator.link_count() as f64;
             if links > BUILD_PARAMS.max_links_over_pairs * pairs && self.all_pairs_fit() {
-                return RefinementEnd::AllPairs;
+                return Ok(RefinementEnd::AllPairs);
             }
             if round >= BUILD_PARAMS.max_refinements || estimate > BUILD_PARAMS.max_stagnation_ratio * before
             {
-                return end(vec![missed()]);
+                return Ok(end(vec![missed()]));
             }
             before = estimate;
             let [least, most] = BUILD_PARAMS.epsilon_step;
             let step = (tolerance / estimate).powf(BUILD_PARAMS.epsilon_exponent).clamp(least, most);
             if links / step * self.budget.link > self.budget.link_memory {
-                return end(vec![missed(), Diagnostic::warning("memory", LINKS_EXCEED_MEMORY)]);
+                return Ok(end(vec![missed(), Diagnostic::warning("memory", LINKS_EXCEED_MEMORY)]));
             }
             operator.refine_further(self.context, self.factors, step);
         }
-        RefinementEnd::AllPairs
+        Ok(RefinementEnd::AllPairs)
     }
 
     /// Estimated relative error of the links, blended with the rays where these are accurate enough, and whether they are.
@@ -356,7 +359,7 @@ fn build_links(
         HierarchicalOperator::new(context, solution, &factors, first_epsilon).ok_or_else(no_zones)?;
     let rays = &incident;
     let refinement = LinkRefinement { context, surroundings, factors: &factors, budget, rays, ray_error };
-    let (blended, limited_rows, warnings) = match refinement.run(&mut operator) {
+    let (blended, limited_rows, warnings) = match refinement.run(&mut operator)? {
         RefinementEnd::Links { blended, limited_rows, warnings } => (blended, limited_rows, warnings),
         RefinementEnd::AllPairs => {
             drop(operator);

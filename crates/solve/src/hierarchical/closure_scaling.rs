@@ -18,7 +18,7 @@ use crate::report::closure::{RowClosure, measure};
 use crate::solve_context::SolveContext;
 use crate::surroundings::SurroundingsExchange;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
-use zonal_scene::{Bands, Zones, bands};
+use zonal_scene::{Band, Bands, Zones};
 
 /// Approximate number of clusters; the levels of an octree are coarse.
 const APPROXIMATE_CLUSTER_COUNT: usize = 16;
@@ -37,12 +37,10 @@ fn coefficients(zones: &Zones) -> Vec<Bands> {
 
 /// Weights x of the zones: their strengths, and a uniform floor; `c` are the coefficients of the zones.
 fn strength_weights(strengths: &[Bands], c: &[Bands]) -> Vec<Bands> {
-    let [strength, coefficient] = strengths
-        .iter()
-        .zip(c)
-        .fold([[0.0; 3]; 2], |s, (x, c)| [bands(|b| s[0][b] + x[b]), bands(|b| s[1][b] + c[b])]);
-    let mean = bands(|b| if coefficient[b] > 0.0 { strength[b] / coefficient[b] } else { 0.0 });
-    strengths.iter().zip(c).map(|(x, c)| bands(|b| x[b] + STRENGTH_FLOOR * c[b] * mean[b])).collect()
+    let [strength, coefficient] =
+        strengths.iter().zip(c).fold([Bands::ZERO; 2], |s, (x, c)| [s[0] + x, s[1] + c]);
+    let mean = strength.zip_map(coefficient, |s, c| if c > 0.0 { s / c } else { 0.0 });
+    strengths.iter().zip(c).map(|(x, c)| x + STRENGTH_FLOOR * c * mean).collect()
 }
 
 /// d of every zone for the strengths of an approximate solution.
@@ -57,22 +55,20 @@ fn cluster_scaling(
     let (part, count) = tree.partition(2 * tree.leaves().div_ceil(APPROXIMATE_CLUSTER_COUNT));
     let c = coefficients(zones);
     let weight = strength_weights(strengths, &c);
-    let mut d = vec![[1.0f64; 3]; count];
+    let mut d = vec![Bands::ONE; count];
     for _ in 0..SCALING_ITERATIONS {
         // Weighted row sums and targets of every cluster.
-        let scaled: Vec<Bands> = (0..n).map(|i| bands(|b| c[i][b] * d[part[i] as usize][b])).collect();
+        let scaled: Vec<Bands> = (0..n).map(|i| c[i] * d[part[i] as usize]).collect();
         let rows = operator.apply(&scaled);
-        let mut sums = vec![[[0.0; 3]; 2]; count];
+        let mut sums = vec![[Bands::ZERO; 2]; count];
         for i in 0..n {
             let (t, s) = (closure_target(zones, i), &mut sums[part[i] as usize]);
-            for b in 0..3 {
-                let row = rows[i][b] + surroundings.sky[i][b] + surroundings.backfaces[i][b];
-                s[0][b] += weight[i][b] * row;
-                s[1][b] += weight[i][b] * t;
-            }
+            let row = rows[i] + surroundings.sky[i] + surroundings.backfaces[i];
+            s[0] += weight[i] * row;
+            s[1] += weight[i] * t;
         }
         for (d, s) in d.iter_mut().zip(&sums) {
-            for b in 0..3 {
+            for b in Band::all() {
                 let row = d[b] * s[0][b];
                 if row > EMPTY_ROW * s[1][b] {
                     d[b] *= (s[1][b] / row).sqrt();
@@ -92,10 +88,10 @@ pub(crate) fn limit_rows(
 ) -> usize {
     let n = zones.len();
     let c = coefficients(zones);
-    let mut scaling = vec![[1.0f64; 3]; n];
+    let mut scaling = vec![Bands::ONE; n];
     for _ in 0..SCALING_ITERATIONS {
         let rows = operator.apply(&c);
-        let factor = |i: usize, b: usize| {
+        let factor = |i: usize, b: Band| {
             let (t, away) = (closure_target(zones, i), surroundings.sky[i][b] + surroundings.backfaces[i][b]);
             if rows[i][b] + away > MAX_ROW_OVER_TARGET * t {
                 ((t - away).max(0.0) / rows[i][b]).sqrt()
@@ -103,14 +99,14 @@ pub(crate) fn limit_rows(
                 1.0
             }
         };
-        let d: Vec<Bands> = (0..n).map(|i| bands(|b| factor(i, b))).collect();
-        if d.iter().all(|d| *d == [1.0; 3]) {
+        let d: Vec<Bands> = (0..n).map(|i| Bands::from_fn(|b| factor(i, b))).collect();
+        if d.iter().all(|d| *d == Bands::ONE) {
             break;
         }
-        scaling.iter_mut().zip(&d).for_each(|(h, d)| *h = bands(|b| h[b] * d[b]));
+        scaling.iter_mut().zip(&d).for_each(|(h, d)| *h *= d);
         operator.scale(&d);
     }
-    scaling.iter().filter(|h| **h != [1.0; 3]).count()
+    scaling.iter().filter(|h| **h != Bands::ONE).count()
 }
 
 /// Restores closure by clusters; `measured` is the closure before, to which the largest change is added.
@@ -124,7 +120,7 @@ pub(crate) fn restore_by_clusters(
     let d = cluster_scaling(operator.tree(), operator, context.zones, surroundings, &sum);
     let summary = &mut measured.summary;
     for d in &d {
-        summary.largest_change = bands(|b| summary.largest_change[b].max((d[b] * d[b] - 1.0).abs()));
+        summary.largest_change = summary.largest_change.max((d * d - 1.0).abs());
     }
     surroundings.scale(&d);
     operator.scale(&d);

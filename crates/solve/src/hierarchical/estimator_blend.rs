@@ -14,7 +14,7 @@
 
 use crate::cluster::tree::ClusterTree;
 use crate::ray::ray_table::IncidentEstimate;
-use zonal_scene::{Bands, bands};
+use zonal_scene::Bands;
 
 /// How errors are corrected before the estimates are blended.
 struct BlendParams {
@@ -76,12 +76,12 @@ fn error_factors([raw_difference, links, raw, difference, smooth]: SquareSums, a
     [f.sqrt(), ratio(difference - f * links, smooth).sqrt()]
 }
 
-fn square(v: &Bands) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>()
+fn square(v: Bands) -> f64 {
+    (v * v).sum()
 }
 
-fn squared_difference(a: &Bands, b: &Bands) -> f64 {
-    square(&bands(|k| a[k] - b[k]))
+fn squared_difference(a: Bands, b: Bands) -> f64 {
+    square(a - b)
 }
 
 /// The blend of every zone, of which the first `patches` are patches: by the links, the rays of each zone alone, and the smoothed rays.
@@ -96,11 +96,11 @@ pub(crate) fn blend(
     let (part, count) = tree.partition(BLEND_PARAMS.max_leaves_of_cluster);
     let terms = |i: usize| -> SquareSums {
         [
-            squared_difference(&links.value[i], &raw[i].value),
-            square(&links.error[i]),
-            square(&raw[i].error),
-            squared_difference(&links.value[i], &smooth.value[i]),
-            square(&smooth.error[i]),
+            squared_difference(links.value[i], raw[i].value),
+            square(links.error[i]),
+            square(raw[i].error),
+            squared_difference(links.value[i], smooth.value[i]),
+            square(smooth.error[i]),
         ]
     };
     let (mut of_part, mut of_kind) = (vec![[0.0f64; 5]; count], [[0.0f64; 5]; 2]);
@@ -117,13 +117,13 @@ pub(crate) fn blend(
     let one = |i: usize| {
         let (here, all) = (part_factors[part[i] as usize], kind_factors[usize::from(i >= patches)]);
         let [f, g] = [0, 1].map(|k| here[k].max(all[k]));
-        let a = links.error[i].map(|e| f * e);
-        let b = smooth.error[i].map(|e| BLEND_PARAMS.smoothing_bias_factor * g * e);
-        let (x, y) = (square(&a), square(&b));
+        let a = f * links.error[i];
+        let b = BLEND_PARAMS.smoothing_bias_factor * g * smooth.error[i];
+        let (x, y) = (square(a), square(b));
         let share = if x + y > 0.0 { y / (x + y) } else { 1.0 };
-        let difference = squared_difference(&links.value[i], &smooth.value[i]);
+        let difference = squared_difference(links.value[i], smooth.value[i]);
         let excess = if difference > x + y && x + y > 0.0 { (difference / (x + y)).sqrt() } else { 1.0 };
-        let error = bands(|k| excess * (share * a[k]).hypot((1.0 - share) * b[k]));
+        let error = excess * (share * a).hypot((1.0 - share) * b);
         BlendedZone { link_share: share, error }
     };
     (0..part.len()).map(one).collect()

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use zonal_exchange::aligned::FactorCache;
 use zonal_exchange::pair::{Exchange, PairSettings};
 use zonal_math::Grade;
-use zonal_scene::{Bands, NoCheckpoints, bands};
+use zonal_scene::{Bands, NoCheckpoints, PerBand};
 
 /// Stated errors over those of the links and rays of a zone: the incident radiation was passed on by other zones, whose errors these do not
 /// include.
@@ -63,7 +63,7 @@ pub struct HierarchicalOperator {
     nodes: Vec<CompactNode>,
     links: Links,
     /// Band group of each band.
-    band_groups: [usize; 3],
+    band_groups: PerBand<usize>,
     /// Area or volume of every zone.
     measure: Vec<f64>,
     /// Number of patches.
@@ -81,7 +81,7 @@ pub struct HierarchicalOperator {
 
 /// The stated error for an estimated one.
 pub(crate) fn stated_error(error: Bands) -> Bands {
-    error.map(|e| STATED_ERROR_FACTOR * e)
+    STATED_ERROR_FACTOR * error
 }
 
 /// Brightness of every zone over the mean: direct and incident radiation, the largest of the bands, G at a quarter.
@@ -91,9 +91,9 @@ fn brightness(context: &SolveContext, solution: &[ApproximateGroup]) -> Vec<f32>
         .par_iter()
         .enumerate()
         .map(|(i, d)| {
-            let all = solution.iter().fold(*d, |a, k| bands(|b| a[b] + k.incident[i][b]));
+            let all = solution.iter().fold(*d, |a, k| a + k.incident[i]);
             let unit = if i < context.zones.voxel_offset() { 1.0 } else { 0.25 };
-            (unit * all[0].max(all[1]).max(all[2])) as f32
+            (unit * all.max_element()) as f32
         })
         .collect();
     let sum = bright.iter().map(|x| *x as f64).sum::<f64>();
@@ -220,7 +220,7 @@ impl HierarchicalOperator {
             .into_iter()
             .map(|e| {
                 let mut incident = self.apply(&e.strengths);
-                incident.iter_mut().zip(&self.measure).for_each(|(h, w)| *h = h.map(|x| x / w));
+                incident.iter_mut().zip(&self.measure).for_each(|(h, w)| *h /= *w);
                 ApproximateGroup { strengths: e.strengths, incident }
             })
             .collect();
@@ -240,8 +240,7 @@ impl HierarchicalOperator {
     ) -> Vec<IncidentEstimate> {
         let value = total(self.len(), columns);
         let both = value.iter().zip(error).zip(&self.measure);
-        both.map(|((v, e), m)| IncidentEstimate { value: v.map(|x| x / m), error: e.map(|x| x / m) })
-            .collect()
+        both.map(|((v, e), m)| IncidentEstimate { value: v / *m, error: e / *m }).collect()
     }
 
     /// Incident power of strengths by the links, with its error.
@@ -263,8 +262,8 @@ impl HierarchicalOperator {
             ZoneEstimate { value: &ray_sum, error: &rays.error },
         );
         for (o, s) in out.iter_mut().zip(&rays.columns) {
-            for (i, BlendedZone { link_share, .. }) in blended.iter().enumerate() {
-                o[i] = bands(|b| link_share * o[i][b] + (1.0 - link_share) * s[i][b]);
+            for (i, &BlendedZone { link_share, .. }) in blended.iter().enumerate() {
+                o[i] = link_share * o[i] + (1.0 - link_share) * s[i];
             }
         }
         let error = blended.into_iter().map(|z| stated_error(z.error)).collect();
@@ -283,7 +282,7 @@ impl ExchangeOperator for HierarchicalOperator {
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
         let scaled = self.scaling.as_ref().map(|d| times(s, d));
         let mut out = self.matrix().apply(scaled.as_deref().unwrap_or(s));
-        out.iter_mut().zip(&self.measure).for_each(|(o, w)| o.iter_mut().for_each(|x| *x *= w));
+        out.iter_mut().zip(&self.measure).for_each(|(o, w)| *o *= *w);
         match &self.scaling {
             Some(d) => times(&out, d),
             None => out,
@@ -304,10 +303,10 @@ impl ErrorModel for HierarchicalOperator {
         if let Some(d) = &self.scaling {
             let h = self.matrix().apply(strengths);
             e.iter_mut().zip(d.iter().zip(&h)).for_each(|(e, (d, h))| {
-                *e = bands(|b| e[b] + (d[b] * d[b] - 1.0).abs() * h[b]);
+                *e += (d * d - 1.0).abs() * h;
             });
         }
-        e.iter_mut().zip(&self.measure).for_each(|(e, w)| e.iter_mut().for_each(|x| *x *= w));
+        e.iter_mut().zip(&self.measure).for_each(|(e, w)| *e *= *w);
         Some(e)
     }
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {

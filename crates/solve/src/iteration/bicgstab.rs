@@ -23,7 +23,7 @@
 use super::linear_system::{IterationResult, LinearSystem, StoppingCriterion, source_power};
 use super::multivector::{self, MultiVector};
 use rayon::prelude::*;
-use zonal_scene::{Bands, Progress, SolveStatus, bands};
+use zonal_scene::{Band, Bands, PerBand, Progress, SolveStatus};
 
 /// Maximum number of restarts.
 const MAX_RESTARTS: usize = 6;
@@ -72,7 +72,7 @@ struct BicgstabColumn<'a> {
     power: Bands,
     /// Estimate of ‖A⁻¹‖: the largest ‖Δs‖/‖A Δs‖.
     inverse_norm: Bands,
-    residuals: [Vec<f64>; 3],
+    residuals: PerBand<Vec<f64>>,
     products: usize,
     iterations: usize,
 }
@@ -83,11 +83,9 @@ fn norm(targets: &[f64], x: impl Fn(usize) -> Bands + Sync) -> Bands {
 }
 
 /// a/b, 0 if that is not finite.
+#[inline]
 fn ratio(a: Bands, b: Bands) -> Bands {
-    bands(|k| {
-        let q = a[k] / b[k];
-        if q.is_finite() { q } else { 0.0 }
-    })
+    (a / b).map(|q| if q.is_finite() { q } else { 0.0 })
 }
 
 impl<'a> BicgstabColumn<'a> {
@@ -100,16 +98,17 @@ impl<'a> BicgstabColumn<'a> {
     ) -> BicgstabColumn<'a> {
         let power = source_power(system.targets, source);
         // Zones without reflection have the strengths of their sources; bands without sources are zero.
-        let free = |i: usize, b: usize| system.weights[i][b] > 0.0 && power[b] > 0.0;
-        let given = |i: usize, s: &mut Bands| *s = bands(|b| if free(i, b) { s[b] } else { source[i][b] });
+        let free = |i: usize, b: Band| system.weights[i][b] > 0.0 && power[b] > 0.0;
+        let given =
+            |i: usize, s: &mut Bands| *s = Bands::from_fn(|b| if free(i, b) { s[b] } else { source[i][b] });
         start.par_iter_mut().enumerate().for_each(|(i, s)| given(i, s));
         BicgstabColumn {
             power,
             best: start.clone(),
-            best_residual: [f64::INFINITY; 3],
-            best_norm: [1.0; 3],
-            inverse_norm: [0.0; 3],
-            residuals: Default::default(),
+            best_residual: Bands::splat(f64::INFINITY),
+            best_norm: Bands::ONE,
+            inverse_norm: Bands::ZERO,
+            residuals: PerBand::default(),
             products: 0,
             iterations: 0,
             residual: Vec::new(),
@@ -125,7 +124,7 @@ impl<'a> BicgstabColumn<'a> {
     fn run(&mut self) {
         self.measure_residual();
         for _ in 0..MAX_RESTARTS {
-            if self.has_converged(RESIDUAL_DRIFT) == [true; 3] && self.iterations > 0 || self.is_spent(3) {
+            if self.has_converged(RESIDUAL_DRIFT).all(|met| *met) && self.iterations > 0 || self.is_spent(3) {
                 break;
             }
             let before = self.best_residual;
@@ -133,7 +132,8 @@ impl<'a> BicgstabColumn<'a> {
             self.strengths.clone_from(&self.best);
             self.measure_residual();
             let met = self.has_converged(RESIDUAL_DRIFT);
-            if (0..3).all(|b| met[b] || self.best_residual[b] > 0.5 * before[b]) && met != [true; 3] {
+            let stagnates = Band::all().all(|b| met[b] || self.best_residual[b] > 0.5 * before[b]);
+            if stagnates && !met.all(|met| *met) {
                 (0..RELAXATION_STEPS).for_each(|_| self.relax_and_measure());
             }
         }
@@ -149,16 +149,16 @@ impl<'a> BicgstabColumn<'a> {
         }
     }
 
-    /// True if `more` products exceed the maximum.
+    /// True if `more` products exceed the maximum, or if the observer interrupts the solve.
     fn is_spent(&self, more: usize) -> bool {
-        self.products + more > self.stop.max_iterations
+        self.products + more > self.stop.max_iterations || self.progress.is_interrupted()
     }
 
     /// A v = v − w g v.
     fn apply_system(&mut self, v: &[Bands]) -> Vec<Bands> {
         let mut product = self.system.operator.apply(v);
         let w = self.system.weights;
-        let put = |i: usize, g: &mut Bands| *g = bands(|b| v[i][b] - w[i][b] * g[b]);
+        let put = |i: usize, g: &mut Bands| *g = v[i] - w[i] * *g;
         product.par_iter_mut().enumerate().for_each(|(i, g)| put(i, g));
         self.products += 1;
         self.progress.advance(1);
@@ -170,93 +170,86 @@ impl<'a> BicgstabColumn<'a> {
         let strengths = std::mem::take(&mut self.strengths);
         let mut product = self.apply_system(&strengths);
         let source = self.source;
-        product.par_iter_mut().zip(source).for_each(|(r, s)| *r = bands(|b| s[b] - r[b]));
+        product.par_iter_mut().zip(source).for_each(|(r, s)| *r = s - *r);
         (self.strengths, self.residual) = (strengths, product);
         // The measured residual replaces the recursive one.
-        self.best_residual = [f64::INFINITY; 3];
+        self.best_residual = Bands::splat(f64::INFINITY);
         self.record();
     }
 
     /// Records R/P of the residual, and the strengths where it is the smallest so far.
     fn record(&mut self) {
         let (targets, power) = (self.system.targets, self.power);
-        let over = |x: Bands| bands(|b| if power[b] > 0.0 { x[b] / power[b] } else { 0.0 });
+        let over = |x: Bands| x.zip_map(power, |x, p| if p > 0.0 { x / p } else { 0.0 });
         let (s, r) = (&self.strengths, &self.residual);
         let (share, size) = (over(norm(targets, |i| r[i])), over(norm(targets, |i| s[i])));
-        let better = [0, 1, 2].map(|b| share[b] < self.best_residual[b]);
-        for b in 0..3 {
+        let better = PerBand::from_fn(|b| share[b] < self.best_residual[b]);
+        for b in Band::all() {
             self.residuals[b].push(share[b]);
             if better[b] {
                 (self.best_residual[b], self.best_norm[b]) = (share[b], size[b]);
             }
         }
-        let kept =
-            |(best, s): (&mut Bands, &Bands)| *best = bands(|b| if better[b] { s[b] } else { best[b] });
+        let kept = |(best, s): (&mut Bands, &Bands)| {
+            *best = Bands::from_fn(|b| if better[b] { s[b] } else { best[b] })
+        };
         self.best.par_iter_mut().zip(&self.strengths).for_each(kept);
     }
 
     /// In which bands the error of the smallest residual is at most `times` the criterion.
-    fn has_converged(&self, times: f64) -> [bool; 3] {
+    fn has_converged(&self, times: f64) -> PerBand<bool> {
         let grown = ratio(self.inverse_norm, self.best_norm);
-        [0, 1, 2].map(|b| self.best_residual[b] * grown[b].max(1.0) <= times * self.stop.residual)
+        (self.best_residual * grown.map(|g| g.max(1.0))).map_to(|error| error <= times * self.stop.residual)
     }
 
     /// A relaxation step: s += r.
     fn relax(&mut self) {
-        self.strengths.par_iter_mut().zip(&self.residual).for_each(|(s, r)| *s = bands(|b| s[b] + r[b]));
+        self.strengths.par_iter_mut().zip(&self.residual).for_each(|(s, r)| *s += r);
     }
 
     /// Iterates from the current residual until every band has converged or broken down, or the maximum of products is reached.
     fn iterate(&mut self) {
         let (weights, targets) = (self.system.weights, self.system.targets);
-        let over =
-            |i: usize, x: Bands| bands(|b| if weights[i][b] > 0.0 { x[b] / weights[i][b] } else { 0.0 });
-        let product = |x: &[Bands], y: &[Bands]| -> Bands {
-            multivector::sum(x.len(), |i| over(i, bands(|b| x[i][b] * y[i][b])))
-        };
+        let over = |i: usize, x: Bands| x.zip_map(weights[i], |x, w| if w > 0.0 { x / w } else { 0.0 });
+        let product =
+            |x: &[Bands], y: &[Bands]| -> Bands { multivector::sum(x.len(), |i| over(i, x[i] * y[i])) };
         let shadow = self.residual.clone();
         let mut direction = shadow.clone();
         let mut rho = product(&shadow, &shadow);
-        let mut open = rho.map(|x| x > 0.0 && x.is_finite());
-        while open != [false; 3] && !self.is_spent(3) {
+        let mut open = rho.map_to(|x| x > 0.0 && x.is_finite());
+        while open.any(|open| *open) && !self.is_spent(3) {
             let v = self.apply_system(&direction);
             let alpha = ratio(rho, product(&shadow, &v));
-            let alpha = bands(|b| if open[b] { alpha[b] } else { 0.0 });
+            let alpha = Bands::from_fn(|b| if open[b] { alpha[b] } else { 0.0 });
             let mut h = std::mem::take(&mut self.residual);
-            h.par_iter_mut().zip(&v).for_each(|(h, v)| *h = bands(|b| h[b] - alpha[b] * v[b]));
+            h.par_iter_mut().zip(&v).for_each(|(h, v)| *h -= alpha * v);
             let t = self.apply_system(&h);
             let omega = ratio(product(&t, &h), product(&t, &t));
-            let omega = bands(|b| if alpha[b] != 0.0 { omega[b] } else { 0.0 });
+            let omega = omega.zip_map(alpha, |omega, alpha| if alpha != 0.0 { omega } else { 0.0 });
             // Update ‖A⁻¹‖ by the changes of strengths and residual in this step.
-            let step = |i: usize| bands(|b| alpha[b] * direction[i][b] + omega[b] * h[i][b]);
-            let change = |i: usize| bands(|b| alpha[b] * v[i][b] + omega[b] * t[i][b]);
+            let step = |i: usize| alpha * direction[i] + omega * h[i];
+            let change = |i: usize| alpha * v[i] + omega * t[i];
             let inverse = ratio(norm(targets, step), norm(targets, change));
-            self.inverse_norm = bands(|b| self.inverse_norm[b].max(inverse[b]));
-            let add = |i: usize, s: &mut Bands| {
-                let d = step(i);
-                *s = bands(|b| s[b] + d[b]);
-            };
-            self.strengths.par_iter_mut().enumerate().for_each(|(i, s)| add(i, s));
-            h.par_iter_mut().zip(&t).for_each(|(h, t)| *h = bands(|b| h[b] - omega[b] * t[b]));
+            self.inverse_norm = self.inverse_norm.max(inverse);
+            self.strengths.par_iter_mut().enumerate().for_each(|(i, s)| *s += step(i));
+            h.par_iter_mut().zip(&t).for_each(|(h, t)| *h -= omega * t);
             self.residual = h;
             self.iterations += 1;
             self.record();
             let next = product(&shadow, &self.residual);
-            let beta = bands(|b| ratio(next, rho)[b] * ratio(alpha, omega)[b]);
+            let beta = ratio(next, rho) * ratio(alpha, omega);
             let r = &self.residual;
-            let turned = |i: usize, p: &mut Bands| {
-                *p = bands(|b| r[i][b] + beta[b] * (p[b] - omega[b] * v[i][b]));
-            };
+            let turned = |i: usize, p: &mut Bands| *p = r[i] + beta * (*p - omega * v[i]);
             direction.par_iter_mut().enumerate().for_each(|(i, p)| turned(i, p));
             rho = next;
             let met = self.has_converged(1.0);
-            open = [0, 1, 2].map(|b| beta[b] != 0.0 && !met[b]);
+            open = PerBand::from_fn(|b| beta[b] != 0.0 && !met[b]);
         }
     }
 
     fn finish(self) -> IterationResult {
         let (met, sound) = (self.has_converged(RESIDUAL_DRIFT), self.is_physical());
-        let status = [0, 1, 2].map(|b| match (met[b], sound[b]) {
+        let status = met.zip_map(sound, |met, sound| match (met, sound) {
             (_, false) => SolveStatus::Stalled,
             (true, _) => SolveStatus::Converged,
             (false, _) => SolveStatus::MaxIterations,
@@ -266,11 +259,11 @@ impl<'a> BicgstabColumn<'a> {
 
     /// In which bands the strengths are physical: without negative sources none of them is negative beyond the tolerance. If noise creates more light
     /// in a cavity than is absorbed, the equations have a solution that is not physical.
-    fn is_physical(&self) -> [bool; 3] {
-        let least = |v: &[Bands], b: usize| v.iter().fold(0.0f64, |m, x| if x[b] < m { x[b] } else { m });
+    fn is_physical(&self) -> PerBand<bool> {
+        let least = |v: &[Bands], b: Band| v.iter().fold(0.0f64, |m, x| if x[b] < m { x[b] } else { m });
         let all = &self.strengths;
-        let sum = multivector::sum(all.len(), |i| all[i].map(f64::abs));
-        [0, 1, 2].map(|b| {
+        let sum = multivector::sum(all.len(), |i| all[i].abs());
+        PerBand::from_fn(|b| {
             let floor = -MAX_UNDERSHOOT_OVER_MEAN * sum[b] / all.len().max(1) as f64;
             least(self.source, b) < 0.0 || least(all, b) >= floor
         })

@@ -23,11 +23,11 @@
 //! **Warm start.** From strengths s near the solution: √w y = s − s⁰ where w > 0, r = √w g s − y; one product, as for a cold start.
 
 use super::linear_system::{IterationResult, LinearSystem, StoppingCriterion, source_power};
-use super::multivector;
+use super::multivector::{self, VectorEntry};
 use crate::checkpoint::{Decoder, Encoder};
 use crate::operator::ExchangeOperator;
 use rayon::prelude::*;
-use zonal_scene::{Bands, CheckpointStore, Progress, SolveStatus, bands};
+use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress, SolveStatus};
 
 /// Iterations without a new smallest residual after which a band is stalled.
 const MAX_ITERATIONS_WITHOUT_PROGRESS: usize = 30;
@@ -38,12 +38,12 @@ const ROUNDING_RESIDUAL: f64 = 1e-10;
 /// Iterations between two saved states.
 const CHECKPOINT_INTERVAL: usize = 10;
 
-/// Iteration of one column in N bands: three, or one that represents all.
+/// Iteration of one column with entries `E` in N bands: all, or one that represents all.
 #[derive(Clone, Debug, PartialEq)]
-struct CgColumn<const N: usize> {
-    y: Vec<[f64; N]>,
-    r: Vec<[f64; N]>,
-    p: Vec<[f64; N]>,
+struct CgColumn<E, const N: usize> {
+    y: Vec<E>,
+    r: Vec<E>,
+    p: Vec<E>,
     rr: [f64; N],
     power: [f64; N],
     status: [Option<SolveStatus>; N],
@@ -51,50 +51,80 @@ struct CgColumn<const N: usize> {
     best: [(f64, usize); N],
 }
 
-impl<const N: usize> CgColumn<N> {
+impl<E, const N: usize> CgColumn<E, N> {
     fn is_done(&self) -> bool {
         self.status.iter().all(Option::is_some)
     }
 }
 
-/// Products for N bands.
-trait BandProducts<const N: usize>: Sized {
+/// An entry of a vector over the unknowns in N bands. The iteration computes with arrays of N numbers, so that one band costs a third; entries
+/// of all bands are [`Bands`], which convert to and from arrays here.
+trait BandEntry<const N: usize>: VectorEntry {
+    /// The numbers of the bands.
+    fn lanes(self) -> [f64; N];
+    /// The inverse of [`BandEntry::lanes`].
+    fn from_lanes(lanes: [f64; N]) -> Self;
     /// g s of every column.
-    fn products(operator: &dyn ExchangeOperator, columns: &[Vec<[f64; N]>]) -> Vec<Vec<[f64; N]>>;
+    fn products(operator: &dyn ExchangeOperator, columns: &[Vec<Self>]) -> Vec<Vec<Self>>;
+    /// The entry that evaluates `f` for each band.
+    #[inline]
+    fn per_lane(f: impl FnMut(usize) -> f64) -> Self {
+        Self::from_lanes(per_band(f))
+    }
 }
 
-impl BandProducts<3> for CgColumn<3> {
-    fn products(operator: &dyn ExchangeOperator, columns: &[BandVector<3>]) -> Vec<BandVector<3>> {
+impl BandEntry<3> for Bands {
+    #[inline]
+    fn lanes(self) -> [f64; 3] {
+        self.to_rgb()
+    }
+    #[inline]
+    fn from_lanes(lanes: [f64; 3]) -> Bands {
+        Bands::from_rgb(lanes)
+    }
+    fn products(operator: &dyn ExchangeOperator, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
         operator.apply_many(columns)
     }
 }
 
-impl BandProducts<1> for CgColumn<1> {
-    fn products(operator: &dyn ExchangeOperator, columns: &[BandVector<1>]) -> Vec<BandVector<1>> {
+impl BandEntry<1> for [f64; 1] {
+    #[inline]
+    fn lanes(self) -> [f64; 1] {
+        self
+    }
+    #[inline]
+    fn from_lanes(lanes: [f64; 1]) -> [f64; 1] {
+        lanes
+    }
+    fn products(operator: &dyn ExchangeOperator, columns: &[Vec<[f64; 1]>]) -> Vec<Vec<[f64; 1]>> {
         columns.iter().map(|c| operator.apply_band(c)).collect()
     }
 }
-
-/// A vector over the unknowns in N bands.
-type BandVector<const N: usize> = Vec<[f64; N]>;
 
 fn per_band<const N: usize>(f: impl FnMut(usize) -> f64) -> [f64; N] {
     std::array::from_fn(f)
 }
 
+/// The first N bands.
+fn first_lanes<const N: usize>(x: Bands) -> [f64; N] {
+    per_band(|b| x.as_slice()[b])
+}
+
 /// The first N bands of a vector.
-fn first_bands<const N: usize>(v: &[Bands]) -> BandVector<N> {
-    v.par_iter().map(|x| per_band(|b| x[b])).collect()
+fn first_bands<E: BandEntry<N>, const N: usize>(v: &[Bands]) -> Vec<E> {
+    v.par_iter().map(|x| E::from_lanes(first_lanes(*x))).collect()
 }
 
 /// True if the bands of all entries are bit-identical.
 fn is_grey(v: &[Bands]) -> bool {
-    v.par_iter().all(|x| x[0].to_bits() == x[1].to_bits() && x[0].to_bits() == x[2].to_bits())
+    let is_grey = |x: &Bands| x.all(|y| y.to_bits() == x.first().to_bits());
+    v.par_iter().all(is_grey)
 }
 
 /// Solves s = s⁰ + w g s for every column of `sources`, from the `initial` strengths if there are any. If all bands are identical, one is solved.
 ///
-/// The state is saved in `checkpoints` every [`CHECKPOINT_INTERVAL`] iterations as stage `state-krylov`, and resumed from there.
+/// The state is saved in `checkpoints` every [`CHECKPOINT_INTERVAL`] iterations as stage `state-krylov`, and resumed from there. The iteration ends
+/// early if the observer interrupts it.
 pub(crate) fn solve(
     system: &LinearSystem,
     sources: &[Vec<Bands>],
@@ -107,36 +137,32 @@ pub(crate) fn solve(
     let one_band =
         system.operator.has_identical_bands() && is_grey(system.weights) && all().all(|v| is_grey(v));
     match one_band {
-        true => solve_bands::<1>(system, sources, initial, stop, checkpoints, progress),
-        false => solve_bands::<3>(system, sources, initial, stop, checkpoints, progress),
+        true => solve_bands::<[f64; 1], 1>(system, sources, initial, stop, checkpoints, progress),
+        false => solve_bands::<Bands, 3>(system, sources, initial, stop, checkpoints, progress),
     }
 }
 
-fn solve_bands<const N: usize>(
+fn solve_bands<E: BandEntry<N>, const N: usize>(
     system: &LinearSystem,
     sources: &[Vec<Bands>],
     initial: Option<&[Vec<Bands>]>,
     stop: StoppingCriterion,
     checkpoints: &dyn CheckpointStore,
     progress: &dyn Progress,
-) -> Vec<IterationResult>
-where
-    CgColumn<N>: BandProducts<N>,
-{
-    let root: BandVector<N> = system.weights.par_iter().map(|w| per_band(|b| w[b].sqrt())).collect();
+) -> Vec<IterationResult> {
+    let root: Vec<E> = system.weights.par_iter().map(|w| E::from_lanes(first_lanes(w.sqrt()))).collect();
     let norm = ResidualNorm { root: &root, targets: system.targets };
     progress.begin("solving", stop.max_iterations as u64);
-    let kept = checkpoints.load(STAGE).and_then(|b| decode_state::<N>(&b, sources.len(), root.len()));
+    let kept = checkpoints.load(STAGE).and_then(|b| decode_state::<E, N>(&b, sources.len(), root.len()));
     let (mut all, first) = kept.unwrap_or_else(|| (start_columns(system, &norm, sources, initial, stop), 1));
     progress.advance(first as u64 - 1);
     for iteration in first..=stop.max_iterations {
         let active: Vec<usize> = (0..all.len()).filter(|&c| !all[c].is_done()).collect();
-        if active.is_empty() {
+        if active.is_empty() || progress.is_interrupted() {
             break;
         }
-        let inputs: Vec<BandVector<N>> =
-            active.iter().map(|&c| multivector::times(&root, &all[c].p)).collect();
-        let products = CgColumn::<N>::products(system.operator, &inputs);
+        let inputs: Vec<Vec<E>> = active.iter().map(|&c| multivector::times(&root, &all[c].p)).collect();
+        let products = E::products(system.operator, &inputs);
         drop(inputs);
         for (&c, product) in active.iter().zip(&products) {
             iterate_column(&mut all[c], &norm, product, iteration, stop.residual);
@@ -153,47 +179,54 @@ where
 /// Name of the stage.
 const STAGE: &str = "state-krylov";
 
-struct ResidualNorm<'a, const N: usize> {
-    root: &'a [[f64; N]],
+struct ResidualNorm<'a, E> {
+    root: &'a [E],
     targets: &'a [f64],
 }
 
-impl<const N: usize> ResidualNorm<'_, N> {
+impl<E: VectorEntry> ResidualNorm<'_, E> {
     /// t √w |r| of an unknown.
-    fn power(&self, i: usize, r: [f64; N]) -> [f64; N] {
-        per_band(|b| self.targets[i] * self.root[i][b] * r[b].abs())
+    #[inline]
+    fn power<const N: usize>(&self, i: usize, r: [f64; N]) -> [f64; N]
+    where
+        E: BandEntry<N>,
+    {
+        let root = self.root[i].lanes();
+        per_band(|b| self.targets[i] * root[b] * r[b].abs())
     }
 }
 
 /// All columns before the first iteration.
-fn start_columns<const N: usize>(
+fn start_columns<E: BandEntry<N>, const N: usize>(
     system: &LinearSystem,
-    norm: &ResidualNorm<N>,
+    norm: &ResidualNorm<E>,
     sources: &[Vec<Bands>],
     initial: Option<&[Vec<Bands>]>,
     stop: StoppingCriterion,
-) -> Vec<CgColumn<N>>
-where
-    CgColumn<N>: BandProducts<N>,
-{
-    let sources: Vec<BandVector<N>> = sources.iter().map(|s| first_bands(s)).collect();
-    let initial: Option<Vec<BandVector<N>>> = initial.map(|i| i.iter().map(|s| first_bands(s)).collect());
+) -> Vec<CgColumn<E, N>> {
+    let powers: Vec<[f64; N]> = sources.iter().map(|s| first_lanes(source_power(norm.targets, s))).collect();
+    let sources: Vec<Vec<E>> = sources.iter().map(|s| first_bands(s)).collect();
+    let initial: Option<Vec<Vec<E>>> = initial.map(|i| i.iter().map(|s| first_bands(s)).collect());
     let start = initial.as_ref().unwrap_or(&sources);
-    let products = CgColumn::<N>::products(system.operator, start);
+    let products = E::products(system.operator, start);
     let one = |c: usize| {
         let (s0, s, g) = (&sources[c], &start[c], &products[c]);
-        let root = norm.root;
-        let over =
-            |i: usize, b: usize| if root[i][b] > 0.0 { (s[i][b] - s0[i][b]) / root[i][b] } else { 0.0 };
-        let y: BandVector<N> = (0..s.len()).into_par_iter().map(|i| per_band(|b| over(i, b))).collect();
-        let r: BandVector<N> =
-            g.par_iter().enumerate().map(|(i, g)| per_band(|b| root[i][b] * g[b] - y[i][b])).collect();
-        let power = source_power(norm.targets, s0);
-        let left = multivector::sum(r.len(), |i| norm.power(i, r[i]));
+        let over = |i: usize| {
+            let (root, s, s0) = (norm.root[i].lanes(), s[i].lanes(), s0[i].lanes());
+            E::per_lane(|b| if root[b] > 0.0 { (s[b] - s0[b]) / root[b] } else { 0.0 })
+        };
+        let y: Vec<E> = (0..s.len()).into_par_iter().map(over).collect();
+        let residual = |i: usize| {
+            let (root, g, y) = (norm.root[i].lanes(), g[i].lanes(), y[i].lanes());
+            E::per_lane(|b| root[b] * g[b] - y[b])
+        };
+        let r: Vec<E> = (0..g.len()).into_par_iter().map(residual).collect();
+        let power = powers[c];
+        let left = multivector::sum(r.len(), |i| norm.power(i, r[i].lanes()));
         let relative: [f64; N] = per_band(|b| if power[b] > 0.0 { left[b] / power[b] } else { 0.0 });
         let status = relative.map(|x| (x <= stop.residual).then_some(SolveStatus::Converged));
         CgColumn {
-            rr: multivector::sum(r.len(), |i| r[i].map(|x| x * x)),
+            rr: multivector::sum(r.len(), |i| r[i].lanes().map(|x| x * x)),
             p: r.clone(),
             y,
             r,
@@ -207,46 +240,31 @@ where
 }
 
 /// One iteration of a column, `product` = g √w p.
-fn iterate_column<const N: usize>(
-    c: &mut CgColumn<N>,
-    norm: &ResidualNorm<N>,
-    product: &[[f64; N]],
+fn iterate_column<E: BandEntry<N>, const N: usize>(
+    c: &mut CgColumn<E, N>,
+    norm: &ResidualNorm<E>,
+    product: &[E],
     iteration: usize,
     wanted: f64,
 ) {
-    let root = norm.root;
-    let q = |i: usize, p: [f64; N]| -> [f64; N] { per_band(|b| p[b] - root[i][b] * product[i][b]) };
+    let q = |i: usize, p: [f64; N]| -> [f64; N] {
+        let (root, product) = (norm.root[i].lanes(), product[i].lanes());
+        per_band(|b| p[b] - root[b] * product[b])
+    };
     let pq: [f64; N] = multivector::sum(c.p.len(), |i| {
-        let (p, q) = (c.p[i], q(i, c.p[i]));
+        let p = c.p[i].lanes();
+        let q = q(i, p);
         per_band(|b| p[b] * q[b])
     });
     let alpha: [f64; N] =
         per_band(|b| if c.status[b].is_none() && pq[b] > 0.0 { c.rr[b] / pq[b] } else { 0.0 });
-    let parts: Vec<[[f64; N]; 2]> = (
-        c.y.par_chunks_mut(multivector::CHUNK_LENGTH),
-        c.r.par_chunks_mut(multivector::CHUNK_LENGTH),
-        c.p.par_chunks(multivector::CHUNK_LENGTH),
-    )
-        .into_par_iter()
-        .enumerate()
-        .map(|(k, (y, r, p))| {
-            let mut sums = [[0.0; N]; 2];
-            for (j, ((y, r), p)) in y.iter_mut().zip(r).zip(p).enumerate() {
-                let i = k * multivector::CHUNK_LENGTH + j;
-                let q = q(i, *p);
-                *y = per_band(|b| y[b] + alpha[b] * p[b]);
-                *r = per_band(|b| r[b] - alpha[b] * q[b]);
-                let left = norm.power(i, *r);
-                sums = [per_band(|b| sums[0][b] + r[b] * r[b]), per_band(|b| sums[1][b] + left[b])];
-            }
-            sums
-        })
-        .collect();
-    let total = |k: usize| parts.iter().fold([0.0; N], |s, p| per_band(|b| s[b] + p[k][b]));
-    let (new, left) = (total(0), total(1));
+    let [new, left] = step_along_direction(c, norm, alpha, q);
     let beta: [f64; N] = per_band(|b| if c.rr[b] > 0.0 { new[b] / c.rr[b] } else { 0.0 });
     c.rr = new;
-    c.p.par_iter_mut().zip(&c.r).for_each(|(p, r)| *p = per_band(|b| r[b] + beta[b] * p[b]));
+    c.p.par_iter_mut().zip(&c.r).for_each(|(p, r)| {
+        let (old, r) = (p.lanes(), r.lanes());
+        *p = E::per_lane(|b| r[b] + beta[b] * old[b]);
+    });
     for b in (0..N).filter(|&b| c.status[b].is_none()).collect::<Vec<_>>() {
         let relative = left[b] / c.power[b];
         c.residuals[b].push(relative);
@@ -268,31 +286,76 @@ fn iterate_column<const N: usize>(
     }
 }
 
+/// y += α p and r −= α q; the new ⟨r, r⟩ and R.
+fn step_along_direction<E: BandEntry<N>, const N: usize>(
+    c: &mut CgColumn<E, N>,
+    norm: &ResidualNorm<E>,
+    alpha: [f64; N],
+    q: impl Fn(usize, [f64; N]) -> [f64; N] + Sync,
+) -> [[f64; N]; 2] {
+    let parts: Vec<[[f64; N]; 2]> = (
+        c.y.par_chunks_mut(multivector::CHUNK_LENGTH),
+        c.r.par_chunks_mut(multivector::CHUNK_LENGTH),
+        c.p.par_chunks(multivector::CHUNK_LENGTH),
+    )
+        .into_par_iter()
+        .enumerate()
+        .map(|(k, (y, r, p))| {
+            let mut sums = [[0.0; N]; 2];
+            for (j, ((y, r), p)) in y.iter_mut().zip(r).zip(p).enumerate() {
+                let i = k * multivector::CHUNK_LENGTH + j;
+                let (old_y, old_r, p) = (y.lanes(), r.lanes(), p.lanes());
+                let q = q(i, p);
+                *y = E::per_lane(|b| old_y[b] + alpha[b] * p[b]);
+                let new_r: [f64; N] = per_band(|b| old_r[b] - alpha[b] * q[b]);
+                *r = E::from_lanes(new_r);
+                let left = norm.power(i, new_r);
+                sums = [per_band(|b| sums[0][b] + new_r[b] * new_r[b]), per_band(|b| sums[1][b] + left[b])];
+            }
+            sums
+        })
+        .collect();
+    parts.into_iter().fold(VectorEntry::ZERO, VectorEntry::plus)
+}
+
 /// True if the rounding of the strengths is below the residual. The residual is updated separately from the strengths; with almost no absorption the
 /// strengths grow until their rounding leaves more power than the residual states.
-fn is_representable<const N: usize>(c: &CgColumn<N>, norm: &ResidualNorm<N>, b: usize) -> bool {
-    let whole = multivector::sum(c.y.len(), |i| norm.power(i, c.y[i]));
+fn is_representable<E: BandEntry<N>, const N: usize>(
+    c: &CgColumn<E, N>,
+    norm: &ResidualNorm<E>,
+    b: usize,
+) -> bool {
+    let whole = multivector::sum(c.y.len(), |i| norm.power(i, c.y[i].lanes()));
     f64::EPSILON * whole[b] <= c.residuals[b].last().map_or(0.0, |r| r.max(ROUNDING_RESIDUAL)) * c.power[b]
 }
 
-fn finish<const N: usize>(c: CgColumn<N>, root: &[[f64; N]], source: &[Bands]) -> IterationResult {
-    let of = |b: usize| b.min(N - 1);
-    let strength = |i: usize| bands(|b| source[i][b] + root[i][of(b)] * c.y[i][of(b)]);
+fn finish<E: BandEntry<N>, const N: usize>(
+    c: CgColumn<E, N>,
+    root: &[E],
+    source: &[Bands],
+) -> IterationResult {
+    let of = |b: Band| b.index().min(N - 1);
+    let strength = |i: usize| {
+        let (root, y) = (root[i].lanes(), c.y[i].lanes());
+        Bands::from_fn(|b| source[i][b] + root[of(b)] * y[of(b)])
+    };
     IterationResult {
         strengths: (0..source.len()).into_par_iter().map(strength).collect(),
-        status: [0, 1, 2].map(|b| c.status[of(b)].unwrap_or(SolveStatus::MaxIterations)),
-        residuals: [0, 1, 2].map(|b| c.residuals[of(b)].clone()),
-        power: bands(|b| c.power[of(b)]),
+        status: PerBand::from_fn(|b| c.status[of(b)].unwrap_or(SolveStatus::MaxIterations)),
+        residuals: PerBand::from_fn(|b| c.residuals[of(b)].clone()),
+        power: Bands::from_fn(|b| c.power[of(b)]),
     }
 }
 
 /// Encodes the state as a stage, the number of bands first.
-fn encode_state<const N: usize>(all: &[CgColumn<N>], next: usize) -> Vec<u8> {
+fn encode_state<E: BandEntry<N>, const N: usize>(all: &[CgColumn<E, N>], next: usize) -> Vec<u8> {
     let mut encoder = Encoder::default();
     encoder.int(N);
     encoder.int(next);
     for c in all {
-        [&c.y, &c.r, &c.p].into_iter().for_each(|v| encoder.reals(v.as_flattened()));
+        for v in [&c.y, &c.r, &c.p] {
+            encoder.reals(&v.iter().flat_map(|x| x.lanes()).collect::<Vec<f64>>());
+        }
         encoder.reals(&c.rr);
         encoder.reals(&c.power);
         for b in 0..N {
@@ -309,11 +372,11 @@ fn encode_state<const N: usize>(all: &[CgColumn<N>], next: usize) -> Vec<u8> {
 }
 
 /// Decodes a stage of [`encode_state`] for a number of columns and unknowns: the columns, and the next iteration.
-fn decode_state<const N: usize>(
+fn decode_state<E: BandEntry<N>, const N: usize>(
     bytes: &[u8],
     columns: usize,
     zones: usize,
-) -> Option<(Vec<CgColumn<N>>, usize)> {
+) -> Option<(Vec<CgColumn<E, N>>, usize)> {
     let mut decoder = Decoder::new(bytes);
     let (bands, next) = (decoder.int()?, decoder.int()?);
     if bands != N {
@@ -321,9 +384,10 @@ fn decode_state<const N: usize>(
     }
     let mut all = Vec::new();
     for _ in 0..columns {
-        let mut field = || -> Option<BandVector<N>> {
+        let mut field = || -> Option<Vec<E>> {
             let flat = decoder.reals()?;
-            (flat.len() == N * zones).then(|| flat.as_chunks::<N>().0.to_vec())
+            (flat.len() == N * zones)
+                .then(|| flat.as_chunks::<N>().0.iter().map(|x| E::from_lanes(*x)).collect())
         };
         let [y, rest, p] = [field()?, field()?, field()?];
         let (rr, power) = (decoder.reals()?.try_into().ok()?, decoder.reals()?.try_into().ok()?);

@@ -2,7 +2,7 @@
 
 use super::multivector;
 use crate::operator::ExchangeOperator;
-use zonal_scene::{Bands, SolveStatus};
+use zonal_scene::{Bands, PerBand, SolveStatus};
 
 /// The equations without their sources.
 pub(crate) struct LinearSystem<'a> {
@@ -25,18 +25,18 @@ pub(crate) struct StoppingCriterion {
 
 /// Result of the iteration for one right-hand side.
 #[derive(Clone, Debug, PartialEq)]
-pub struct IterationResult {
+pub(crate) struct IterationResult {
     /// Strengths of all unknowns.
     pub strengths: Vec<Bands>,
     /// Status of each band.
-    pub status: [SolveStatus; 3],
+    pub status: PerBand<SolveStatus>,
     /// R/P before the first and after each iteration, for each band.
-    pub residuals: [Vec<f64>; 3],
+    pub residuals: PerBand<Vec<f64>>,
     /// P, W a band.
     pub power: Bands,
 }
 
 /// P = Σ t |s⁰|, W a band.
-pub(crate) fn source_power<const N: usize>(targets: &[f64], source: &[[f64; N]]) -> [f64; N] {
+pub(crate) fn source_power(targets: &[f64], source: &[Bands]) -> Bands {
     multivector::sum(source.len(), |i| source[i].map(|s| targets[i] * s.abs()))
 }

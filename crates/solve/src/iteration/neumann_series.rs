@@ -7,7 +7,7 @@ use super::linear_system::{IterationResult, LinearSystem, source_power};
 use super::multivector::{self, MultiVector};
 use crate::checkpoint::{Decoder, Encoder};
 use rayon::prelude::*;
-use zonal_scene::{Bands, CheckpointStore, Progress, SolveStatus, bands};
+use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress, SolveStatus};
 
 /// Name of the stage.
 const STAGE: &str = "state-sweeps";
@@ -15,7 +15,8 @@ const STAGE: &str = "state-sweeps";
 /// Orders between two saved states.
 const CHECKPOINT_INTERVAL: usize = 10;
 
-/// `orders` − 1 steps of the Neumann series from the sources. The state is saved in `checkpoints` as stage `state-sweeps`.
+/// `orders` − 1 steps of the Neumann series from the sources, fewer if the observer interrupts them. The state is saved in `checkpoints` as stage
+/// `state-sweeps`.
 pub(crate) fn solve(
     system: &LinearSystem,
     sources: &[Vec<Bands>],
@@ -27,7 +28,7 @@ pub(crate) fn solve(
         .iter()
         .map(|s| IterationResult {
             strengths: s.clone(),
-            status: [SolveStatus::FixedOrder; 3],
+            status: PerBand::splat(SolveStatus::FixedOrder),
             residuals: Default::default(),
             power: source_power(system.targets, s),
         })
@@ -37,18 +38,21 @@ pub(crate) fn solve(
     let (mut all, first) = kept.unwrap_or((all, 1));
     progress.advance(first as u64 - 1);
     for order in first..=orders {
+        if progress.is_interrupted() {
+            break;
+        }
         let now: MultiVector = all.iter().map(|e| e.strengths.clone()).collect();
         let products = system.operator.apply_many(&now);
         for ((e, g), s0) in all.iter_mut().zip(&products).zip(sources) {
-            let next = |i: usize| bands(|b| s0[i][b] + system.weights[i][b] * g[i][b]);
+            let next = |i: usize| s0[i] + system.weights[i] * g[i];
             // The residual is the power that the next order would add.
             let left = multivector::sum(s0.len(), |i| {
                 let n = next(i);
-                bands(|b| system.targets[i] * (n[b] - e.strengths[i][b]).abs())
+                system.targets[i] * (n - e.strengths[i]).abs()
             });
-            (0..3).for_each(|b| {
+            for b in Band::all() {
                 e.residuals[b].push(if e.power[b] > 0.0 { left[b] / e.power[b] } else { 0.0 });
-            });
+            }
             if order < orders {
                 e.strengths = (0..s0.len()).into_par_iter().map(next).collect();
             }
@@ -66,7 +70,7 @@ fn encode_state(all: &[IterationResult], next: usize) -> Vec<u8> {
     let mut encoder = Encoder::default();
     encoder.int(next);
     for e in all {
-        encoder.triples(&e.strengths);
+        encoder.bands(&e.strengths);
         e.residuals.iter().for_each(|r| encoder.reals(r));
     }
     encoder.bytes()
@@ -78,8 +82,11 @@ fn decode_state(bytes: &[u8], initial: &[IterationResult]) -> Option<(Vec<Iterat
     let next = decoder.int()?;
     let mut all = Vec::new();
     for f in initial {
-        let strengths = decoder.triples().filter(|s| s.len() == f.strengths.len())?;
-        let residuals = [decoder.reals()?, decoder.reals()?, decoder.reals()?];
+        let strengths = decoder.bands().filter(|s| s.len() == f.strengths.len())?;
+        let mut residuals = PerBand::default();
+        for b in Band::all() {
+            residuals[b] = decoder.reals()?;
+        }
         all.push(IterationResult { strengths, residuals, status: f.status, power: f.power });
     }
     (decoder.at_end() && next > 0).then_some((all, next))

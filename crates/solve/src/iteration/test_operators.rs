@@ -13,7 +13,8 @@ impl ExchangeOperator for PackedOperator {
         self.1
     }
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
-        self.0.apply(s)
+        let columns: Vec<[f64; 3]> = s.iter().map(|x| x.to_rgb()).collect();
+        self.0.apply(&columns).into_iter().map(Bands::from_rgb).collect()
     }
     fn scale(&mut self, _: &[Bands]) {}
 }

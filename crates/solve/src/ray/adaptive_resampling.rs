@@ -12,14 +12,14 @@
 //! left out. (Serving the noisiest zones first was measured: the others lose more than these gain.) The mean of all rays of a resampled
 //! zone replaces its smoothed value.
 
-use super::padded_bands::PaddedBands;
+use super::padded_bands::{PaddedBands, without_padding};
 use super::path_continuation::{PathLights, VertexSource};
 use super::ray_table::{IncidentEstimate, PathExtent, RayTable};
 use super::ray_tracer::RayTracer;
 use super::smoothing::SMOOTHING_PARAMS;
 use crate::iteration::multivector;
 use rayon::prelude::*;
-use zonal_scene::{Bands, Scene, bands};
+use zonal_scene::{Bands, Scene};
 
 /// Thresholds and limits of resampling.
 ///
@@ -76,10 +76,6 @@ pub(crate) struct SmoothedFields<'a> {
     pub error: &'a mut [Bands],
 }
 
-fn sum_of_bands(v: &Bands) -> f64 {
-    v.iter().sum()
-}
-
 /// The zones to resample, by their values and stated errors.
 fn sample_requests(
     table: &RayTable,
@@ -89,23 +85,22 @@ fn sample_requests(
 ) -> Vec<SampleRequest> {
     let (n, patches) = (fields.error.len(), table.patches());
     let p = &RESAMPLING_PARAMS;
-    let value =
-        |i: usize| fields.columns.iter().map(|c| sum_of_bands(&c[i])).sum::<f64>() + sum_of_bands(&direct[i]);
+    let value = |i: usize| fields.columns.iter().map(|c| c[i].sum()).sum::<f64>() + direct[i].sum();
     let mut out: Vec<NoisyZone> = Vec::new();
     for (range, share) in [0..patches, patches..n].into_iter().zip(p.allowed_error_share) {
         // Mean and root mean square over the zones of one kind.
         let of_zone = |k: usize| value(range.start + k);
-        let [sum, squares, _] = multivector::sum(range.len(), |k| [of_zone(k), of_zone(k).powi(2), 0.0]);
+        let [sum, squares] = multivector::sum(range.len(), |k| [of_zone(k), of_zone(k).powi(2)]);
         let count = range.len().max(1) as f64;
         let (dark, bright) =
             (p.min_share_of_mean * sum / count, p.max_share_of_rms * (squares / count).sqrt());
         let noisy = |i: usize| {
             let allowed = share * tolerance * value(i).max(dark).min(bright);
-            let raw = SMOOTHING_PARAMS.stated_error_factor * sum_of_bands(&fields.estimate[i].error);
-            let exceeds = sum_of_bands(&fields.error[i]) > allowed && allowed > 0.0;
+            let raw = SMOOTHING_PARAMS.stated_error_factor * fields.estimate[i].error.sum();
+            let exceeds = fields.error[i].sum() > allowed && allowed > 0.0;
             let [least, most] = p.new_rays_over_present;
             let wanted = (raw / allowed).powi(2).clamp(least, most);
-            let break_even = (raw / sum_of_bands(&fields.error[i])).powi(2);
+            let break_even = (raw / fields.error[i].sum()).powi(2);
             exceeds.then_some(NoisyZone { zone: i, wanted, break_even })
         };
         out.extend(range.into_par_iter().filter_map(noisy).collect::<Vec<_>>());
@@ -189,8 +184,8 @@ impl AdaptiveResampling<'_> {
         // Sum the radiosities of every column, and the squares of their sum.
         let source = |r: usize| (requests[rays[r].0].zone, rays[r].1);
         let mut vertices = Vec::new();
-        let mut sums = vec![vec![[0.0; 3]; self.radiosity.len()]; requests.len()];
-        let mut squares = vec![[0.0; 3]; requests.len()];
+        let mut sums = vec![vec![Bands::ZERO; self.radiosity.len()]; requests.len()];
+        let mut squares = vec![Bands::ZERO; requests.len()];
         self.tracer.trace_batch(rays.len(), source, |r, end| {
             let (q, weight) = (rays[r].0, end.weight);
             vertices.clear();
@@ -198,28 +193,27 @@ impl AdaptiveResampling<'_> {
                 .lights
                 .as_ref()
                 .map_or(end.zone, |lights| self.tracer.continue_path(lights, source(r), end, &mut vertices));
-            let mut all = [0.0; 3];
+            let mut all = Bands::ZERO;
             for (c, b) in self.radiosity.iter().enumerate() {
-                let v = self.table.transported(&vertices, (end, weight), b, self.extent(c)).map(f64::from);
-                sums[q][c] = bands(|x| sums[q][c][x] + v[x]);
-                all = bands(|x| all[x] + v[x]);
+                let v = self.table.transported(&vertices, (end, weight), b, self.extent(c));
+                let v = without_padding(v.map(f64::from));
+                sums[q][c] += v;
+                all += v;
             }
-            squares[q] = bands(|x| squares[q][x] + all[x] * all[x]);
+            squares[q] += all * all;
         });
         let joined = |((request, sums), square): ((&SampleRequest, Vec<Bands>), Bands)| {
             let (i, present) = (request.zone, self.table.rays_of(request.zone).len());
             let (m, factor) = (request.rays as f64, self.table.incident_factor(i));
             let (old, new) = (present as f64, present as f64 + m);
-            let all = sums.iter().fold([0.0; 3], |s, v| bands(|x| s[x] + v[x]));
+            let all: Bands = sums.iter().sum();
             // The variance of the mean, from the squares about the means of the old and of the new rays.
-            let error = bands(|x| {
-                let own = (square[x] - all[x] * all[x] / m.max(1.0)).max(0.0) * factor * factor;
-                let before = (estimate[i].error[x] * old).powi(2);
-                SMOOTHING_PARAMS.stated_error_factor * (own + before).sqrt() / new
-            });
+            let own = (square - all * all / m.max(1.0)).map(|s| s.max(0.0)) * factor * factor;
+            let before = (estimate[i].error * old).map(|e| e.powi(2));
+            let error = SMOOTHING_PARAMS.stated_error_factor * (own + before).sqrt() / new;
             let value = |c: usize| {
                 let own = self.table.self_irradiation(i, &self.radiosity[c]);
-                bands(|x| (raw[c][i][x] * old + factor * (sums[c][x] + m * own[x])) / new)
+                (raw[c][i] * old + factor * (sums[c] + m * own)) / new
             };
             (i, (0..self.radiosity.len()).map(value).collect(), error)
         };

@@ -9,7 +9,7 @@ use super::ray_tracer::{FIRST_CODE, RayTracer};
 use crate::direct_light::light_field::{DirectLight, LightField};
 use rayon::prelude::*;
 use std::ops::Range;
-use zonal_scene::{Scene, Zones};
+use zonal_scene::{Bands, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Neighbouring zones of one run, so that their rays find the same parts of the scene in the cache as in a solve.
@@ -54,7 +54,7 @@ pub(crate) fn probe_ray_cost(
     let tracer = RayTracer::new(scene, zones, transport);
     let continues = uses_rays_only(zones);
     // Vertices sample a light; the choice of the light hardly changes the time.
-    let lit = |_| LightField { fields: vec![[1.0; 3]; zones.voxel_offset()], ..LightField::default() };
+    let lit = |_| LightField { fields: vec![Bands::ONE; zones.voxel_offset()], ..LightField::default() };
     let direct = DirectLight { lights: scene.lights().iter().filter(|_| continues).map(lit).collect() };
     let lights = continues.then(|| PathLights::new(scene, &direct));
     let patches = zones.voxel_offset();
@@ -123,5 +123,5 @@ fn largest_response(zones: &Zones, zone: u32) -> f64 {
         z if (z as usize) < zones.pane_offset() => zones.voxels[z as usize - zones.voxel_offset()].albedo,
         z => zones.panes[z as usize - zones.pane_offset()].albedo,
     };
-    v[0].max(v[1]).max(v[2])
+    v.max_element()
 }

@@ -12,12 +12,12 @@
 //! replaces B_j. The estimate is unbiased for the radiosity at x, whose mean over the patch is B_j. The path may continue again at k.
 //! A continued ray costs one further ray and one shadow ray for each vertex.
 
-use super::padded_bands::PaddedBands;
+use super::padded_bands::{LANES, PaddedBands, padded_f32};
 use super::ray_tracer::{FIRST_CODE, RAY_SEED, RayEnd, RayTracer};
 use crate::direct_light::light_field::DirectLight;
 use zonal_math::direction_sampling::cosine_hemisphere;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Bands, Scene};
+use zonal_scene::{PerBand, Scene};
 use zonal_transport::lights::{LightSampler, Receiver};
 
 /// Limits of continued paths.
@@ -52,9 +52,9 @@ pub(crate) struct PathVertex {
     /// The light sampled.
     light: u32,
     /// H of the light over its probability, W/m².
-    light_irradiance: [f32; 3],
+    light_irradiance: PerBand<f32>,
     /// Weight of the next segment.
-    weight: [f32; 3],
+    weight: PerBand<f32>,
 }
 
 impl PathVertex {
@@ -62,12 +62,14 @@ impl PathVertex {
     pub(crate) const WORDS_PER_VERTEX: usize = 9;
     /// The vertex as words.
     pub(crate) fn words(&self) -> [u32; 9] {
-        let ([a, b, c], [d, e, f]) = (self.light_irradiance.map(f32::to_bits), self.weight.map(f32::to_bits));
+        let [light, weight] = [self.light_irradiance, self.weight].map(|v| v.map(f32::to_bits));
+        let ([a, b, c], [d, e, f]) = (light.into_rgb(), weight.into_rgb());
         [self.patch, self.next, self.light, a, b, c, d, e, f]
     }
     /// The vertex of these words.
     pub(crate) fn from_words([patch, next, light, a, b, c, d, e, f]: [u32; 9]) -> PathVertex {
-        let (light_irradiance, weight) = ([a, b, c].map(f32::from_bits), [d, e, f].map(f32::from_bits));
+        let [light_irradiance, weight] =
+            [[a, b, c], [d, e, f]].map(|v| PerBand::from_rgb(v).map(f32::from_bits));
         PathVertex { patch, next, light, light_irradiance, weight }
     }
     /// The end of the next segment.
@@ -105,10 +107,10 @@ pub(crate) struct VertexSource {
 impl VertexSource {
     /// Adds `factor` times `other`.
     pub(crate) fn add_scaled(&mut self, other: &VertexSource, factor: f32) {
-        self.patches.resize(other.patches.len(), [0.0; 4]);
+        self.patches.resize(other.patches.len(), [0.0; LANES]);
         self.lights.resize(other.lights.len(), 0.0);
         for (o, z) in self.patches.iter_mut().zip(&other.patches) {
-            (0..3).for_each(|b| o[b] += factor * z[b]);
+            (0..LANES).for_each(|k| o[k] += factor * z[k]);
         }
         self.lights.iter_mut().zip(&other.lights).for_each(|(o, l)| *o += factor * l);
     }
@@ -129,7 +131,7 @@ pub(crate) struct PathField<'a> {
 impl PathField<'_> {
     /// Radiosity that a ray of weight `weight` transports from vertex `first` on.
     pub(crate) fn transported(&self, first: usize, weight: PaddedBands) -> PaddedBands {
-        let (mut throughput, mut sum, mut next) = (weight, [0.0; 4], Some(first));
+        let (mut throughput, mut sum, mut next) = (weight, [0.0; LANES], Some(first));
         while let Some(at) = next {
             let vertex = &self.vertices[at];
             let rho = self.reflectance[vertex.patch as usize];
@@ -137,16 +139,18 @@ impl PathField<'_> {
             if let Some(source) = self.source {
                 let light = source.lights.get(vertex.light as usize).copied().unwrap_or(0.0);
                 let b = source.patches[vertex.patch as usize];
-                (0..3).for_each(|k| {
-                    sum[k] += throughput[k] * (b[k] + rho[k] * light * vertex.light_irradiance[k]);
+                let light_irradiance = padded_f32(vertex.light_irradiance);
+                (0..LANES).for_each(|k| {
+                    sum[k] += throughput[k] * (b[k] + rho[k] * light * light_irradiance[k]);
                 });
             }
             // Continue with the reflected part; the last segment adds the radiosity of its zone.
-            (0..3).for_each(|k| throughput[k] *= rho[k] * vertex.weight[k]);
+            let weight = padded_f32(vertex.weight);
+            (0..LANES).for_each(|k| throughput[k] *= rho[k] * weight[k]);
             next = vertex_index(vertex.next);
             if next.is_none() && vertex.next < FIRST_CODE {
                 let b = self.radiosity[vertex.next as usize];
-                (0..4).for_each(|k| sum[k] += throughput[k] * b[k]);
+                (0..LANES).for_each(|k| sum[k] += throughput[k] * b[k]);
             }
         }
         sum
@@ -167,11 +171,11 @@ impl<'a> PathLights<'a> {
 
     /// A light at `x` on patch `j`, chosen in proportion to its direct irradiance of the patch, and its H at x over the probability;
     /// `u` in [0,1)⁴.
-    fn sample(&self, tracer: &RayTracer, j: usize, x: Vec3, u: [f64; 4]) -> (u32, [f32; 3]) {
+    fn sample(&self, tracer: &RayTracer, j: usize, x: Vec3, u: [f64; 4]) -> (u32, PerBand<f32>) {
         let weight = |l: usize| self.direct.lights[l].fields[j].iter().fold(0.0f64, |m, v| m.max(*v));
         let total: f64 = (0..self.samplers.len()).map(weight).sum();
         if total <= 0.0 {
-            return (NO_LIGHT, [0.0; 3]);
+            return (NO_LIGHT, PerBand::splat(0.0));
         }
         let mut left = u[3] * total;
         let mut chosen = NO_LIGHT;
@@ -185,8 +189,8 @@ impl<'a> PathLights<'a> {
         let (sampler, p) = (&self.samplers[chosen as usize], weight(chosen as usize) / total);
         let receiver = Receiver::Surface(tracer.zones.patches[j].normal);
         let sample = sampler.sample_at(tracer.transport, x, receiver, [u[0], u[1], u[2]]);
-        let light: Option<Bands> = sample.and_then(|s| sampler.attenuated(tracer.transport, x, &s));
-        (chosen, light.unwrap_or_default().map(|h| (h / p) as f32))
+        let light = sample.and_then(|s| sampler.attenuated(tracer.transport, x, &s));
+        (chosen, light.unwrap_or_default().map_to(|h| (h / p) as f32))
     }
 }
 

@@ -14,7 +14,7 @@
 use crate::zone_power::absorbed_power;
 use rayon::prelude::*;
 use zonal_scene::EnergyBalance;
-use zonal_scene::{Bands, Zones, bands};
+use zonal_scene::{Bands, Zones};
 
 /// Scales the incident radiation of a group (H and G without direct light, W/m²) so that `energy`, the balance computed from it, closes.
 /// Returns f − 1 of each band, zero where nothing is changed.
@@ -25,11 +25,11 @@ pub(crate) fn normalize_power(
     tolerance: f64,
 ) -> Bands {
     let all = absorbed_power(zones, |i| incident[i]);
-    let change = bands(|b| {
-        let off = energy.residual[b] * (energy.emitted[b] + energy.incoming[b]);
-        let f = if all[b] > 0.0 { off / all[b] } else { 0.0 };
+    let off = energy.residual * (energy.emitted + energy.incoming);
+    let change = off.zip_map(all, |off, all| {
+        let f = if all > 0.0 { off / all } else { 0.0 };
         if f.abs() <= tolerance { f } else { 0.0 }
     });
-    incident.par_iter_mut().for_each(|h| *h = bands(|b| h[b] * (1.0 + change[b])));
+    incident.par_iter_mut().for_each(|h| *h *= 1.0 + change);
     change
 }

@@ -9,6 +9,7 @@ use super::path_continuation::{PathVertex, ZONES_PER_BLOCK, vertex_index};
 use super::ray_sampling::RaysPerZone;
 use super::ray_tracer::FIRST_CODE;
 use crate::checkpoint::{Decoder, Encoder};
+use zonal_scene::{Band, PerBand};
 
 /// Approximate bytes of a stage: some seconds of work.
 const STAGE_BYTES: usize = 64 << 20;
@@ -37,10 +38,10 @@ pub(crate) fn stage_name(rays: RaysPerZone, kind: usize, number: usize) -> Strin
 }
 
 /// Encodes ends, weights and the path vertices of every block.
-pub(crate) fn encode(ends: &[u32], weights: &[[f32; 3]], vertices: &[Vec<PathVertex>]) -> Vec<u8> {
+pub(crate) fn encode(ends: &[u32], weights: &[PerBand<f32>], vertices: &[Vec<PathVertex>]) -> Vec<u8> {
     let mut encoder = Encoder::default();
     encoder.words(ends.len(), ends.iter().copied());
-    encoder.words(3 * weights.len(), weights.as_flattened().iter().map(|w| w.to_bits()));
+    encoder.words(Band::count() * weights.len(), weights.iter().flatten().map(|w| w.to_bits()));
     encoder.int(vertices.len());
     for block in vertices {
         encoder.words(PathVertex::WORDS_PER_VERTEX * block.len(), block.iter().flat_map(PathVertex::words));
@@ -53,25 +54,27 @@ pub(crate) fn encode(ends: &[u32], weights: &[[f32; 3]], vertices: &[Vec<PathVer
 pub(crate) fn decode(
     bytes: &[u8],
     ends: &mut [u32],
-    weights: &mut [[f32; 3]],
+    weights: &mut [PerBand<f32>],
     limits: StageLimits,
 ) -> Option<Vec<Vec<PathVertex>>> {
     let mut r = Decoder::new(bytes);
     let end_words = r.words().filter(|w| w.len() == ends.len())?;
-    let weight_words = r.words().filter(|w| w.len() == 3 * weights.len())?;
+    let weight_words = r.words().filter(|w| w.len() == Band::count() * weights.len())?;
     let number = r.int().filter(|n| *n == ends.len().div_ceil(limits.rays_per_block))?;
     let vertices: Option<Vec<Vec<PathVertex>>> = (0..number)
         .map(|_| {
             let words = r.words()?;
             let (whole, rest) = words.as_chunks();
-            let vertex = |w: &[[u8; 4]; 9]| PathVertex::from_words(w.map(u32::from_le_bytes));
+            let vertex = |w: &[[u8; 4]; PathVertex::WORDS_PER_VERTEX]| {
+                PathVertex::from_words(w.map(u32::from_le_bytes))
+            };
             rest.is_empty().then(|| whole.iter().map(vertex).collect())
         })
         .collect();
     let vertices = vertices.filter(|_| r.at_end())?;
     ends.iter_mut().zip(end_words).for_each(|(m, w)| *m = u32::from_le_bytes(*w));
-    let flat = weights.as_flattened_mut();
-    flat.iter_mut().zip(weight_words).for_each(|(m, w)| *m = f32::from_bits(u32::from_le_bytes(*w)));
+    let flat = weights.iter_mut().flatten();
+    flat.zip(weight_words).for_each(|(m, w)| *m = f32::from_bits(u32::from_le_bytes(*w)));
     let mut blocks = ends.chunks(limits.rays_per_block).zip(&vertices);
     blocks.all(|(ends, vertices)| references_are_valid(ends, vertices, limits)).then_some(vertices)
 }
@@ -96,17 +99,17 @@ mod tests {
         // Five rays in blocks of three; one path has two vertices.
         let first = 1 << 31;
         let ends = [2, first, FIRST_CODE, 0, 9];
-        let weights = [0.1, 0.2, 0.3, 0.4, 0.5].map(|w: f32| [w, -0.0, 1.0]);
+        let weights = [0.1, 0.2, 0.3, 0.4, 0.5].map(|w: f32| PerBand::from_rgb([w, -0.0, 1.0]));
         let vertices = vec![vec![vertex(0, first | 1), vertex(1, 9)], Vec::new()];
         let bytes = encode(&ends, &weights, &vertices);
         let limits = |zones| StageLimits { rays_per_block: 3, patches: 2, zones };
         let read = |bytes: &[u8], zones: usize| {
-            let (mut e, mut w) = ([0; 5], [[0.0; 3]; 5]);
+            let (mut e, mut w) = ([0; 5], [PerBand::splat(0.0); 5]);
             decode(bytes, &mut e, &mut w, limits(zones)).map(|v| (e, w, encode(&e, &w, &v)))
         };
         let (e, w, encoded) = read(&bytes, 10).unwrap();
         assert!(e == ends && w == weights && encoded == bytes);
-        assert!(w.iter().all(|w| w[1].to_bits() == (-0.0f32).to_bits()));
+        assert!(w.iter().all(|w| w.into_rgb()[1].to_bits() == (-0.0f32).to_bits()));
         assert!(read(&bytes, 9).is_none(), "a zone that does not exist");
         assert!((0..bytes.len()).all(|cut| read(&bytes[..cut], 10).is_none()));
         let cycle = encode(&ends, &weights, &[vec![vertex(0, first), vertex(1, 9)], Vec::new()]);
@@ -115,7 +118,7 @@ mod tests {
         assert!(read(&missing, 10).is_none(), "a vertex that does not exist");
         let no_patch = encode(&ends, &weights, &[vec![vertex(2, 3), vertex(1, 9)], Vec::new()]);
         assert!(read(&no_patch, 10).is_none(), "a vertex on no patch");
-        let short = (&mut [0; 5], &mut [[0.0; 3]; 4]);
+        let short = (&mut [0; 5], &mut [PerBand::splat(0.0); 4]);
         assert!(decode(&bytes, short.0, short.1, limits(10)).is_none());
     }
 }

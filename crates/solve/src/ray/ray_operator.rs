@@ -6,7 +6,7 @@
 //! (`adaptive_resampling`). One product costs one read of every ray.
 
 use super::adaptive_resampling::{AdaptiveResampling, SmoothedFields};
-use super::padded_bands::{PaddedBands, padded};
+use super::padded_bands::{LANES, PaddedBands, padded};
 use super::path_continuation::{PathLights, VertexSource};
 use super::ray_sampling::{RaysPerZone, uses_rays_only};
 use super::ray_table::{IncidentEstimate, PathExtent, RayTable};
@@ -23,7 +23,7 @@ use crate::zone_power::{closure_targets, reflection_weights};
 use rayon::prelude::*;
 use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_math::Grade;
-use zonal_scene::{Bands, NoCheckpoints, Scene, Zones, bands};
+use zonal_scene::{Bands, NoCheckpoints, Scene, Zones};
 use zonal_transport::Transport;
 
 /// The equations are solved by the first 1/4 of the rays of every zone first; all rays start from that solution.
@@ -56,8 +56,10 @@ pub struct RayOperator<'a> {
 
 /// The incident radiation of a solution by rays.
 pub struct RayIncident {
-    /// Smoothed incident power of every column with the error of the sum, W.
-    pub incident: IncidentPower,
+    /// Smoothed incident power of every column, W.
+    pub columns: Vec<Vec<Bands>>,
+    /// Estimated error of the sum of the columns, W.
+    pub(crate) error: Vec<Bands>,
     /// Incident power of all columns together before smoothing, W.
     pub unsmoothed: Vec<Bands>,
     /// Standard error of `unsmoothed` by the variance of the rays, W.
@@ -103,8 +105,13 @@ impl<'a> RayOperator<'a> {
         self.table.measure_escape(self.zones, surroundings);
     }
 
-    /// Solves all groups by the rays, or follows the scattering orders that the scene fixes.
-    pub fn solve(
+    /// Solves all groups by the rays, or follows the scattering orders that the scene fixes. Returns the strengths of every group.
+    pub fn solve(&mut self, context: &SolveContext, surroundings: &SurroundingsExchange) -> Vec<Vec<Bands>> {
+        self.solve_groups(context, surroundings).into_iter().map(|e| e.strengths).collect()
+    }
+
+    /// The results of the iteration of [`RayOperator::solve`] for all groups.
+    pub(crate) fn solve_groups(
         &mut self,
         context: &SolveContext,
         surroundings: &SurroundingsExchange,
@@ -116,9 +123,9 @@ impl<'a> RayOperator<'a> {
             let sources = columns.iter().zip(context.sources).map(|(c, s)| self.vertex_source(context, s, c));
             self.sources = sources.collect();
             for (column, source) in columns.iter_mut().zip(&self.sources) {
-                let dark = vec![[0.0; 4]; self.len()];
+                let dark = vec![[0.0; LANES]; self.len()];
                 let lit = self.times_measure(self.table.incident(&dark, PathExtent::WithSource(source), 1));
-                let add = |i: usize, s: &mut Bands| *s = bands(|b| s[b] + weights[i][b] * lit[i][b]);
+                let add = |i: usize, s: &mut Bands| *s += weights[i] * lit[i];
                 column.par_iter_mut().enumerate().for_each(|(i, s)| add(i, s));
             }
         }
@@ -143,8 +150,8 @@ impl<'a> RayOperator<'a> {
         let one = |(i, s): (usize, &Bands)| {
             let (c, p) = (self.coefficients[i], &self.zones.patches[i]);
             let lit = direct.get(i).copied().unwrap_or_default();
-            let all = |b: usize| if c[b] > 0.0 { s[b] / c[b] } else { 0.0 };
-            padded(bands(|b| (all(b) - p.reflectance[b] * lit[b]).max(0.0)))
+            let all = s.zip_map(c, |s, c| if c > 0.0 { s / c } else { 0.0 });
+            padded((all - p.reflectance * lit).map(|source| source.max(0.0)))
         };
         let factor = |l: usize| if group.has_light(l) { 1.0 } else { 0.0 };
         VertexSource {
@@ -162,18 +169,12 @@ impl<'a> RayOperator<'a> {
     fn radiosities(&self, strengths: &[Bands]) -> Vec<PaddedBands> {
         let over = |s: f64, c: f64| if c > 0.0 { s / c } else { 0.0 };
         let both = strengths.par_iter().zip(&self.coefficients);
-        both.map(|(s, c)| padded(bands(|b| over(s[b], c[b])))).collect()
+        both.map(|(s, c)| padded(s.zip_map(*c, over))).collect()
     }
 
     /// Multiplies H by areas and G by volumes.
     fn times_measure(&self, v: Vec<Bands>) -> Vec<Bands> {
-        v.into_par_iter()
-            .enumerate()
-            .map(|(i, v)| {
-                let measure = self.zones.response(i).1;
-                v.map(|x| x * measure)
-            })
-            .collect()
+        v.into_par_iter().enumerate().map(|(i, v)| v * self.zones.response(i).1).collect()
     }
 }
 
@@ -189,7 +190,8 @@ impl ExchangeOperator for RayOperator<'_> {
 
 impl ErrorModel for RayOperator<'_> {
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
-        self.estimate_incident(columns).incident
+        let RayIncident { columns, error, .. } = self.estimate_incident(columns);
+        IncidentPower { columns, error: Some(error) }
     }
     fn grade(&self) -> Grade {
         Grade::Statistical
@@ -216,14 +218,16 @@ impl ExchangeOperator for ContinuedRays<'_, '_> {
 impl RayOperator<'_> {
     /// Radiosities in which every group has the same weight: windows chosen for them suit each group, also after relighting.
     fn equal_weight_guide(&self, columns: &[Vec<Bands>]) -> (Vec<PaddedBands>, VertexSource) {
-        let mut out = vec![[0.0f32; 4]; self.len()];
+        let mut out = vec![[0.0f32; LANES]; self.len()];
         let mut source = VertexSource::default();
         for (c, s) in columns.iter().enumerate() {
             let b = self.radiosities(s);
             let square = b.iter().flatten().map(|x| (*x as f64).powi(2)).sum::<f64>();
             let level = (square / b.len().max(1) as f64).sqrt();
             if level > 0.0 {
-                out.iter_mut().zip(&b).for_each(|(o, b)| (0..3).for_each(|k| o[k] += b[k] / level as f32));
+                out.iter_mut()
+                    .zip(&b)
+                    .for_each(|(o, b)| (0..LANES).for_each(|k| o[k] += b[k] / level as f32));
                 self.sources.get(c).into_iter().for_each(|o| source.add_scaled(o, 1.0 / level as f32));
             }
         }
@@ -270,14 +274,11 @@ impl RayOperator<'_> {
             false => 0,
         };
         // Convert to incident power.
-        let incident = IncidentPower {
-            columns: smoothed.columns.into_iter().map(|f| self.times_measure(f)).collect(),
-            error: Some(self.times_measure(smoothed.error)),
-        };
         let (value, standard_error) = estimate.into_iter().map(|m| (m.value, m.error)).unzip();
         let [patches, volumes] = smoothed.guide_error;
         RayIncident {
-            incident,
+            columns: smoothed.columns.into_iter().map(|f| self.times_measure(f)).collect(),
+            error: self.times_measure(smoothed.error),
             unsmoothed: self.times_measure(value),
             unsmoothed_error: self.times_measure(standard_error),
             equal_weight_error: patches.max(volumes),

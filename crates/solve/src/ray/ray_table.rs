@@ -15,7 +15,7 @@
 //!
 //! **Cost.** 4 bytes a ray, 12 more where the bands differ, and [`VERTEX_BYTES`](super::path_continuation::VERTEX_BYTES) a path vertex.
 
-use super::padded_bands::{PaddedBands, padded, padded_weight};
+use super::padded_bands::{LANES, PaddedBands, padded, padded_f32, without_padding};
 use super::path_continuation::{
     PathField, PathLights, PathVertex, VertexSource, ZONES_PER_BLOCK, first_zone, vertex_index,
 };
@@ -27,7 +27,7 @@ use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use std::ops::Range;
 use zonal_exchange::pair::closure_target;
-use zonal_scene::{Bands, Zones, bands};
+use zonal_scene::{Bands, PerBand, Zones};
 
 /// Zones of one task where a product is formed.
 const MIN_ZONES_PER_TASK: usize = 256;
@@ -40,7 +40,7 @@ pub(crate) struct RayTable {
     /// End of every ray: a zone, a path vertex or a code.
     ends: Vec<u32>,
     /// Weight of every ray in each band; empty where all are 1.
-    weights: Vec<[f32; 3]>,
+    weights: Vec<PerBand<f32>>,
     /// Path vertices of the patches, and of the volume zones, in blocks of [`ZONES_PER_BLOCK`] zones.
     vertices: [Vec<Vec<PathVertex>>; 2],
     /// ρ of the patches where paths continue; otherwise empty.
@@ -86,7 +86,7 @@ impl KindTracing<'_> {
     }
 
     /// Traces all rays, stage by stage; `weights` is empty where all are 1. Returns the path vertices by blocks.
-    fn trace(&self, ends: &mut [u32], weights: &mut [[f32; 3]]) -> Vec<Vec<PathVertex>> {
+    fn trace(&self, ends: &mut [u32], weights: &mut [PerBand<f32>]) -> Vec<Vec<PathVertex>> {
         let stage = self.rays() * ZONES_PER_BLOCK * ray_checkpoint::blocks_per_stage(self.rays());
         let mut vertices = Vec::new();
         let mut weights = weights.chunks_mut(stage);
@@ -97,7 +97,12 @@ impl KindTracing<'_> {
     }
 
     /// Reads a stage from the checkpoint, or traces and saves it.
-    fn trace_stage(&self, number: usize, ends: &mut [u32], weights: &mut [[f32; 3]]) -> Vec<Vec<PathVertex>> {
+    fn trace_stage(
+        &self,
+        number: usize,
+        ends: &mut [u32],
+        weights: &mut [PerBand<f32>],
+    ) -> Vec<Vec<PathVertex>> {
         let (rays, zones, checkpoints) = (self.rays(), self.context.zones, self.context.checkpoints);
         let name = ray_checkpoint::stage_name(self.rays_per_zone, self.kind, number);
         let size = ray_checkpoint::StageLimits {
@@ -128,7 +133,7 @@ impl KindTracing<'_> {
     }
 
     /// Traces the rays of a block of zones from `zone` on.
-    fn trace_block(&self, zone: usize, ends: &mut [u32], weights: &mut [[f32; 3]]) -> Vec<PathVertex> {
+    fn trace_block(&self, zone: usize, ends: &mut [u32], weights: &mut [PerBand<f32>]) -> Vec<PathVertex> {
         let rays = self.rays();
         let mut vertices = Vec::new();
         let source = |r: usize| (zone + r / rays, r % rays);
@@ -166,7 +171,7 @@ impl RayTable {
             patches,
             rays_per_zone,
             ends: vec![NO_ZONE; total],
-            weights: if tracer.grey { Vec::new() } else { vec![[1.0; 3]; total] },
+            weights: if tracer.grey { Vec::new() } else { vec![PerBand::splat(1.0); total] },
             vertices: Default::default(),
             reflectance,
             pane_self_exchange: pane_zones.map(|i| tracer.self_exchange(i, rays_per_zone[1])).collect(),
@@ -198,12 +203,11 @@ impl RayTable {
     /// Writes into `surroundings` the exchange of every zone with the surroundings and with back faces.
     pub(crate) fn measure_escape(&self, zones: &Zones, surroundings: &mut SurroundingsExchange) {
         let one = |i: usize| {
-            let (mut found, range) = ([[0.0; 3]; 2], self.rays_of(i));
+            let (mut found, range) = ([Bands::ZERO; 2], self.rays_of(i));
             let per_ray = closure_target(zones, i) / range.len() as f64;
             for r in range.filter(|&r| self.ends[r] == ESCAPED || self.ends[r] == BACK_FACE) {
-                let weight = self.weights.get(r).copied().unwrap_or([1.0; 3]);
-                let sum = &mut found[usize::from(self.ends[r] == BACK_FACE)];
-                (0..3).for_each(|b| sum[b] += per_ray * weight[b] as f64);
+                let weight = self.weights.get(r).map_or(Bands::ONE, |w| w.map_to_bands(f64::from));
+                found[usize::from(self.ends[r] == BACK_FACE)] += per_ray * weight;
             }
             found
         };
@@ -242,7 +246,7 @@ impl RayTable {
             for &end in &self.ends[range] {
                 each(match b.get(end as usize) {
                     Some(b) => *b,
-                    None => self.transported(vertices, (end, [1.0; 3]), b, extent),
+                    None => self.transported(vertices, (end, PerBand::splat(1.0)), b, extent),
                 });
             }
         } else {
@@ -257,21 +261,21 @@ impl RayTable {
     pub(crate) fn transported(
         &self,
         vertices: &[PathVertex],
-        (end, weight): (u32, [f32; 3]),
+        (end, weight): (u32, PerBand<f32>),
         b: &[PaddedBands],
         extent: PathExtent,
     ) -> PaddedBands {
-        let weight = padded_weight(weight);
+        let weight = padded_f32(weight);
         let from_zone = |zone: u32| {
             let b = b[zone as usize];
-            [0, 1, 2, 3].map(|k| weight[k] * b[k])
+            std::array::from_fn(|k| weight[k] * b[k])
         };
         let along_path = |first: usize, source| {
             let field = PathField { vertices, reflectance: &self.reflectance, radiosity: b, source };
             field.transported(first, weight)
         };
         match (vertex_index(end), extent) {
-            _ if end >= FIRST_CODE => [0.0; 4],
+            _ if end >= FIRST_CODE => [0.0; LANES],
             (None, _) => from_zone(end),
             (Some(_), PathExtent::FirstZone) => from_zone(first_zone(end, vertices)),
             (Some(first), PathExtent::Continued) => along_path(first, None),
@@ -284,12 +288,12 @@ impl RayTable {
         let one = |i: usize| {
             let (range, factor) = (self.rays_of(i), self.incident_factor(i));
             let count = range.len().div_ceil(divisor);
-            let mut sum = [0.0; 4];
+            let mut sum: PaddedBands = [0.0; LANES];
             self.for_each_ray(range.start..range.start + count, self.vertices_of(i), b, extent, |v| {
-                (0..4).for_each(|x| sum[x] += v[x]);
+                (0..LANES).for_each(|k| sum[k] += v[k]);
             });
             let own = self.self_irradiation(i, b);
-            bands(|x| factor * ((sum[x] / count as f32) as f64 + own[x]))
+            factor * (without_padding(sum.map(|s| (s / count as f32) as f64)) + own)
         };
         (0..b.len()).into_par_iter().with_min_len(MIN_ZONES_PER_TASK).map(one).collect()
     }
@@ -299,16 +303,16 @@ impl RayTable {
         let one = |i: usize| {
             let range = self.rays_of(i);
             let (m, factor) = (range.len() as f64, self.incident_factor(i));
-            let (mut sum, mut square) = ([0.0; 4], [0.0; 4]);
+            let (mut sum, mut square) = ([0.0; LANES], [0.0; LANES]);
             self.for_each_ray(range, self.vertices_of(i), b, extent, |v| {
                 let v = v.map(f64::from);
-                (0..4).for_each(|x| sum[x] += v[x]);
-                (0..4).for_each(|x| square[x] += v[x] * v[x]);
+                (0..LANES).for_each(|k| sum[k] += v[k]);
+                (0..LANES).for_each(|k| square[k] += v[k] * v[k]);
             });
-            let h = sum.map(|s| s / m);
-            let e = bands(|x| ((square[x] / m - h[x] * h[x]).max(0.0) / m).sqrt());
+            let (h, mean_square) = (without_padding(sum) / m, without_padding(square) / m);
+            let e = (mean_square - h * h).map(|variance| (variance.max(0.0) / m).sqrt());
             let own = self.self_irradiation(i, b);
-            IncidentEstimate { value: bands(|x| (h[x] + own[x]) * factor), error: e.map(|x| x * factor) }
+            IncidentEstimate { value: (h + own) * factor, error: e * factor }
         };
         (0..b.len()).into_par_iter().with_min_len(MIN_ZONES_PER_TASK).map(one).collect()
     }
@@ -316,7 +320,7 @@ impl RayTable {
     /// Mean radiosity that zone `i` receives from itself beside its rays; zero except for a pane zone.
     pub(crate) fn self_irradiation(&self, i: usize, b: &[PaddedBands]) -> Bands {
         let pane = (i + self.pane_self_exchange.len()).checked_sub(b.len());
-        pane.map_or([0.0; 3], |p| bands(|x| self.pane_self_exchange[p][x] * b[i][x] as f64))
+        pane.map_or(Bands::ZERO, |p| self.pane_self_exchange[p] * without_padding(b[i].map(f64::from)))
     }
 
     /// Incident radiation over the mean radiosity of the rays: 1 for H, 4 for G.

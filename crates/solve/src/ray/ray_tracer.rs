@@ -16,7 +16,7 @@
 
 use crate::surroundings::zone_rays::zone_ray;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Bands, Patch, Plate, Scene, VoxelGrid, Zones, bands};
+use zonal_scene::{Band, Bands, Patch, PerBand, Plate, Scene, VoxelGrid, Zones};
 use zonal_transport::patch_locator::{PatchLocator, pane_piece_locator};
 use zonal_transport::{Hit, PaneHit, Transport};
 
@@ -44,7 +44,7 @@ pub(crate) struct RayEnd {
     /// The zone, or a code of at least [`FIRST_CODE`].
     pub zone: u32,
     /// Weight of the ray in each band.
-    pub weight: [f32; 3],
+    pub weight: PerBand<f32>,
     /// Length of the ray, m.
     pub distance: f64,
     /// Position, m.
@@ -100,16 +100,11 @@ fn side_and_position(hit: &Hit) -> (usize, [f64; 2]) {
     (2 * hit.facet + usize::from(!hit.front), [hit.u, hit.v])
 }
 
-fn mean(v: Bands) -> f64 {
-    (v[0] + v[1] + v[2]) / 3.0
-}
-
 /// True where the medium has one extinction for all bands in every cell.
 fn is_grey(grid: &VoxelGrid) -> bool {
-    let equal = |k: Bands| k[0] == k[1] && k[1] == k[2];
     match grid.uniform_extinction() {
-        Some(k) => equal(k),
-        None => (0..grid.len()).all(|i| equal(grid.extinction(i))),
+        Some(k) => k.is_grey(),
+        None => (0..grid.len()).all(|i| grid.extinction(i).is_grey()),
     }
 }
 
@@ -155,7 +150,7 @@ impl<'a> RayTracer<'a> {
     /// The end of a ray whose closest facet is `hit`.
     fn end(&self, ray: Segment, hit: Option<Hit>, u: f64) -> RayEnd {
         let t = hit.map_or(self.max_length, |h| h.t);
-        let mut panes = [1.0; 3];
+        let mut panes = Bands::ONE;
         let mut stopped = None;
         self.transport.pane_crossings(ray.origin, ray.at(t), &mut |p| {
             if stopped.is_none() {
@@ -164,7 +159,7 @@ impl<'a> RayTracer<'a> {
         });
         stopped.unwrap_or_else(|| {
             let path = self.transmittance(ray, t, panes);
-            if u >= mean(path.total) {
+            if u >= path.total.mean() {
                 return self.end_in_medium(ray, &path, u);
             }
             let zone = hit.map_or(ESCAPED, |hit| {
@@ -178,41 +173,40 @@ impl<'a> RayTracer<'a> {
     /// Transmittance up to the distance `t`, behind panes of transmittance `panes`.
     fn transmittance(&self, ray: Segment, t: f64, panes: Bands) -> PathTransmittance {
         let depth = self.transport.medium_depth(ray.origin, ray.at(t));
-        PathTransmittance { distance: t, panes, total: bands(|b| panes[b] * (-depth[b]).exp()) }
+        PathTransmittance { distance: t, panes, total: panes * (-depth).exp() }
     }
 
     /// A ray end whose weight is `light` over its mean.
     fn weighted_end(&self, zone: u32, ray: Segment, distance: f64, light: Bands) -> RayEnd {
-        let whole = mean(light);
-        let one = |b: usize| if whole > 0.0 { (light[b] / whole) as f32 } else { 1.0 };
-        let weight = if self.grey { [1.0; 3] } else { [0, 1, 2].map(one) };
+        let whole = light.mean();
+        let one = |l: f64| if whole > 0.0 { (l / whole) as f32 } else { 1.0 };
+        let weight = if self.grey { PerBand::splat(1.0) } else { light.map_to(one) };
         RayEnd { zone, weight, distance, position: ray.at(distance) }
     }
 
     /// The end of the ray before a pane or in it, if there is one; otherwise multiplies `panes` by the transmittance of the pane.
     fn cross_pane(&self, ray: Segment, hit: &PaneHit, panes: &mut Bands, u: f64) -> Option<RayEnd> {
         let before = self.transmittance(ray, hit.t, *panes);
-        if u >= mean(before.total) {
+        if u >= before.total.mean() {
             return Some(self.end_in_medium(ray, &before, u));
         }
-        let pass = self.transport.slant_depth(hit).map(|d| (-d).exp());
-        let after = bands(|b| before.total[b] * pass[b]);
-        if u >= mean(after) {
+        let pass = (-self.transport.slant_depth(hit)).exp();
+        let after = before.total * pass;
+        if u >= after.mean() {
             let uv = self.scene.panes()[hit.pane].plates[hit.plate].parameters(ray.at(hit.t));
             let piece = self.pane_pieces.locate(self.first_plate[hit.pane] + hit.plate, uv);
             let zone = piece.map_or(NO_ZONE, |p| p + self.zones.pane_offset() as u32);
-            let absorbed = bands(|b| before.total[b] - after[b]);
+            let absorbed = before.total - after;
             return Some(self.weighted_end(zone, ray, hit.t, absorbed));
         }
-        *panes = bands(|b| panes[b] * pass[b]);
+        *panes *= pass;
         None
     }
 
     /// Fraction of the emission of pane zone `i` that the zone itself absorbs, by the weights of its first `rays` rays.
     pub(crate) fn self_exchange(&self, i: usize, rays: usize) -> Bands {
         let sum = (0..rays).map(|k| self.ray_of_zone(i, k).1);
-        let sum = sum.fold([0.0; 3], |s, v| bands(|b| s[b] + v[b]));
-        sum.map(|s| 1.0 - s / rays as f64)
+        1.0 - sum.sum::<Bands>() / rays as f64
     }
 
     /// The random number by which medium or pane stops the `k`-th ray of a zone. It belongs to the sequence of the directions: a number
@@ -245,7 +239,7 @@ impl<'a> RayTracer<'a> {
             for (r, &(ray, weight, hit)) in batch.zip(&hits) {
                 let (i, k) = source(r);
                 let mut end = self.end(ray, hit, self.stopping_number(i, k));
-                (0..3).for_each(|b| end.weight[b] *= weight[b] as f32);
+                Band::all().for_each(|b| end.weight[b] *= weight[b] as f32);
                 ended(r, end);
             }
         }
@@ -254,17 +248,17 @@ impl<'a> RayTracer<'a> {
     /// The end of a ray that the medium stops within the distance of `path`.
     fn end_in_medium(&self, ray: Segment, path: &PathTransmittance, u: f64) -> RayEnd {
         let PathTransmittance { distance: t, panes, .. } = *path;
-        let no_zone = RayEnd { zone: NO_ZONE, weight: [1.0; 3], distance: t, position: ray.at(t) };
+        let no_zone = RayEnd { zone: NO_ZONE, weight: PerBand::splat(1.0), distance: t, position: ray.at(t) };
         let Some(grid) = self.scene.voxel_grid() else { return no_zone };
         let total = |s: f64| self.transmittance(ray, s, panes).total;
         // Solve ⟨l(s)⟩ = u: in closed form in a uniform grey medium, else by bisection.
         let s = match self.uniform_extinction {
-            Some(k) if self.grey && grid.cell_at(ray.origin).is_some() => -u.max(1e-300).ln() / k[0],
+            Some(k) if self.grey && grid.cell_at(ray.origin).is_some() => -u.max(1e-300).ln() / k.first(),
             _ => {
                 let (mut lo, mut hi) = (0.0, t);
                 for _ in 0..BISECTION_STEPS {
                     let middle = 0.5 * (lo + hi);
-                    if mean(total(middle)) > u { lo = middle } else { hi = middle }
+                    if total(middle).mean() > u { lo = middle } else { hi = middle }
                 }
                 0.5 * (lo + hi)
             }
@@ -274,10 +268,10 @@ impl<'a> RayTracer<'a> {
         let zone = self.transport.volume_zone_at(self.zones, cell, position);
         let zone = zone.map_or(NO_ZONE, |z| (z + self.zones.voxel_offset()) as u32);
         let light = if self.grey {
-            [1.0; 3]
+            Bands::ONE
         } else {
             let (k, l) = (grid.extinction(cell), total(s));
-            bands(|b| k[b] * l[b])
+            k * l
         };
         self.weighted_end(zone, ray, s.min(t), light)
     }

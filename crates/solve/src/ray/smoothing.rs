@@ -16,7 +16,7 @@
 use super::ray_table::IncidentEstimate;
 use super::regression_windows::{RegressionWindow, RegressionWindows};
 use rayon::prelude::*;
-use zonal_scene::{Bands, Scene, Zones, bands};
+use zonal_scene::{Band, Bands, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Widths of confidence intervals and factors of stated errors.
@@ -86,8 +86,8 @@ impl<'a> Smoother<'a> {
     ) -> SmoothedIncident {
         let n = all.len();
         let mut squares = [[0.0; 2]; 2];
-        let mut out: Vec<Vec<Bands>> = columns.iter().map(|_| vec![[0.0; 3]; n]).collect();
-        let mut error = vec![[0.0; 3]; n];
+        let mut out: Vec<Vec<Bands>> = columns.iter().map(|_| vec![Bands::ZERO; n]).collect();
+        let mut error = vec![Bands::ZERO; n];
         let done: Vec<Vec<(ChosenWindow, Vec<Bands>)>> = (0..n.div_ceil(ZONES_PER_TASK))
             .into_par_iter()
             .map(|task| {
@@ -97,7 +97,7 @@ impl<'a> Smoother<'a> {
             .collect();
         let factor = SMOOTHING_PARAMS.stated_error_factor;
         for (i, (chosen, values)) in done.into_iter().flatten().enumerate() {
-            error[i] = chosen.error.map(|e| factor * e);
+            error[i] = factor * chosen.error;
             let kind = &mut squares[usize::from(i >= self.zones.voxel_offset())];
             *kind = [kind[0] + chosen.guide_squares[0], kind[1] + chosen.guide_squares[1]];
             out.iter_mut().zip(values).for_each(|(o, v)| o[i] = v);
@@ -117,8 +117,8 @@ impl<'a> Smoother<'a> {
         let chosen = self.choose_window(i, guide, all);
         let value = |c: &Vec<Bands>| {
             let Some(window) = &chosen.window else { return c[i].map(|v| v.max(0.0)) };
-            let mut sum = [0.0; 3];
-            window.for_each(|j, l| sum = bands(|b| sum[b] + l * c[j][b]));
+            let mut sum = Bands::ZERO;
+            window.for_each(|j, l| sum += l * c[j]);
             sum.map(|v| v.max(0.0))
         };
         let values = columns.iter().map(value).collect();
@@ -127,15 +127,14 @@ impl<'a> Smoother<'a> {
 
     /// The widest window of zone `i` whose interval intersects all narrower ones.
     fn choose_window(&self, i: usize, guide: &[IncidentEstimate], all: &[IncidentEstimate]) -> ChosenWindow {
-        let sum_of_bands = |v: &Bands| v.iter().sum::<f64>();
-        let guide_squares = [sum_of_bands(&guide[i].error).powi(2), sum_of_bands(&guide[i].value).powi(2)];
+        let guide_squares = [guide[i].error.sum().powi(2), guide[i].value.sum().powi(2)];
         let mut best = ChosenWindow { window: None, error: all[i].error, guide_squares };
         if i >= self.zones.pane_offset() {
             return best;
         }
         let mut narrower_error = best.error;
         // One interval for each band: differently coloured radiation differs in a single band.
-        let mut interval = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
+        let mut interval = [f64::NEG_INFINITY, f64::INFINITY].map(Bands::splat);
         let mut first = true;
         for level in 0..self.windows.levels(i) {
             // Fit the guide over the window.
@@ -145,31 +144,27 @@ impl<'a> Smoother<'a> {
             let error = if std::ptr::eq(guide, all) { noise } else { rms_error(&window, all) };
             // Start from the interval of the zone's own rays.
             if first {
-                let v = &guide[i].value;
-                interval = [-1.0, 1.0]
-                    .map(|s| bands(|b| v[b] + s * SMOOTHING_PARAMS.own_rays_half_width * noise[b]));
-                best.error = bands(|b| best.error[b].max(error[b]));
+                let v = guide[i].value;
+                interval = [-1.0, 1.0].map(|s| v + s * SMOOTHING_PARAMS.own_rays_half_width * noise);
+                best.error = best.error.max(error);
                 (narrower_error, first) = (best.error, false);
                 // A zone none of whose rays meets light is dark: lit neighbours are separated from it.
-                if sum_of_bands(v) == 0.0 {
+                if v.sum() == 0.0 {
                     break;
                 }
             }
             // Intersect the intervals; stop where the intersection is empty.
-            let half = noise.map(|e| SMOOTHING_PARAMS.window_half_width * e * squared_weights.sqrt());
+            let half = SMOOTHING_PARAMS.window_half_width * noise * squared_weights.sqrt();
             let [low, high] = interval;
-            interval =
-                [bands(|b| low[b].max(value[b] - half[b])), bands(|b| high[b].min(value[b] + half[b]))];
-            if (0..3).any(|b| interval[0][b] > interval[1][b]) {
+            interval = [low.max(value - half), high.min(value + half)];
+            if Band::all().any(|b| interval[0][b] > interval[1][b]) {
                 break;
             }
             // Accept the window, with its noise and the undetected bias.
-            let error = error.map(|p| p * squared_weights.sqrt());
-            let stated =
-                bands(|b| error[b].hypot(SMOOTHING_PARAMS.undetected_bias_share * narrower_error[b]));
+            let error = error * squared_weights.sqrt();
+            let stated = error.hypot(SMOOTHING_PARAMS.undetected_bias_share * narrower_error);
             narrower_error = error;
-            let guide_squares =
-                [(sum_of_bands(&noise) * squared_weights.sqrt()).powi(2), sum_of_bands(&value).powi(2)];
+            let guide_squares = [(noise.sum() * squared_weights.sqrt()).powi(2), value.sum().powi(2)];
             best = ChosenWindow { window: Some(window), error: stated, guide_squares };
         }
         best
@@ -178,10 +173,9 @@ impl<'a> Smoother<'a> {
 
 /// The fit of the guide at the centre of a window, and the sum of the squared weights.
 fn fit(window: &RegressionWindow, guide: &[IncidentEstimate]) -> (Bands, f64) {
-    let (mut value, mut squared_weights) = ([0.0; 3], 0.0);
+    let (mut value, mut squared_weights) = (Bands::ZERO, 0.0);
     window.for_each(|j, l| {
-        let v = &guide[j].value;
-        value = bands(|b| value[b] + l * v[b]);
+        value += l * guide[j].value;
         squared_weights += l * l;
     });
     (value, squared_weights)
@@ -189,10 +183,10 @@ fn fit(window: &RegressionWindow, guide: &[IncidentEstimate]) -> (Bands, f64) {
 
 /// Root mean square of the standard errors over a window.
 fn rms_error(window: &RegressionWindow, estimates: &[IncidentEstimate]) -> Bands {
-    let mut square = [0.0; 3];
+    let mut square = Bands::ZERO;
     window.for_each(|j, _| {
-        let e = &estimates[j].error;
-        square = bands(|b| square[b] + e[b] * e[b]);
+        let e = estimates[j].error;
+        square += e * e;
     });
-    square.map(|s| (s / window.len() as f64).sqrt())
+    (square / window.len() as f64).sqrt()
 }

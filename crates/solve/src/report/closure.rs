@@ -9,8 +9,7 @@ use crate::operator::{ExchangeOperator, extend_to_slopes};
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
-use zonal_scene::ClosureDefect;
-use zonal_scene::{Bands, Zones, bands};
+use zonal_scene::{Band, Bands, ClosureDefect, Zones};
 
 /// Relative defect below which rows close to rounding and are not restored.
 const ROUNDING_DEFECT: f64 = 1e-11;
@@ -22,7 +21,7 @@ const CONVERGED_DEFECT: f64 = 1e-13;
 const EMPTY_ROW: f64 = 1e-12;
 
 /// Closure of all rows of an operator.
-pub struct RowClosure {
+pub(crate) struct RowClosure {
     /// Summary for the report.
     pub summary: ClosureDefect,
     /// Relative defect of every zone before restoration. After restoration: the relative change of its row, plus its residual defect; negative if
@@ -43,22 +42,22 @@ fn row_defects(
     rows.par_iter_mut().enumerate().for_each(|(i, row)| {
         let (t, sky, backs) =
             (closure_target(zones, i), surroundings.sky_of(i), surroundings.backfaces_of(i));
-        *row = bands(|b| (row[b] + sky[b] + backs[b] - t) / t);
+        *row = (*row + sky + backs - t) / t;
     });
     rows
 }
 
 fn max_abs(d: &[Bands]) -> Bands {
-    d.iter().fold([0.0; 3], |w, d| bands(|b| w[b].max(d[b].abs())))
+    d.iter().fold(Bands::ZERO, |w, d| w.max(d.abs()))
 }
 
 fn root_mean_square(d: &[Bands]) -> Bands {
     let n = d.len().max(1) as f64;
-    d.iter().fold([0.0; 3], |s, d| bands(|b| s[b] + d[b] * d[b] / n)).map(f64::sqrt)
+    d.iter().fold(Bands::ZERO, |s, d| s + d * d / n).sqrt()
 }
 
 /// Measures the closure of an operator without changing it.
-pub fn measure(
+pub(crate) fn measure(
     operator: &dyn ExchangeOperator,
     zones: &Zones,
     surroundings: &SurroundingsExchange,
@@ -78,14 +77,14 @@ pub fn measure(
 ///
 /// The defect of a zone becomes the relative change of its row in a uniform field, |d_i − 1| + Σ_j g_ij c_j |d_j − 1| / target, plus its
 /// residual defect: the scaling changes correct factors too in order to compensate the wrong ones.
-pub fn restore(
+pub(crate) fn restore(
     operator: &mut dyn ExchangeOperator,
     zones: &Zones,
     surroundings: &mut SurroundingsExchange,
 ) -> RowClosure {
     let mut closure = measure(operator, zones, surroundings);
     let n = zones.len();
-    if closure.summary.worst.iter().all(|w| *w <= ROUNDING_DEFECT) {
+    if closure.summary.worst.all(|w| w <= ROUNDING_DEFECT) {
         closure.summary.restored = true;
         return closure;
     }
@@ -94,7 +93,7 @@ pub fn restore(
     let summary = &mut closure.summary;
     summary.largest_change = largest_change(&d);
     // Apply the scaling.
-    let off: Vec<Bands> = d.iter().map(|d| d.map(|d| (d - 1.0).abs())).collect();
+    let off: Vec<Bands> = d.iter().map(|d| (*d - 1.0).abs()).collect();
     let others = operator.apply(&multivector::times(&c, &off));
     let mut all = d.clone();
     extend_to_slopes(&mut all, &operator.slope_zones());
@@ -104,7 +103,7 @@ pub fn restore(
     let left = row_defects(operator, zones, surroundings);
     summary.residual_defect = max_abs(&left);
     summary.restored = true;
-    let sum = |i: usize, b: usize| {
+    let sum = |i: usize, b: Band| {
         let change = off[i][b] + others[i][b] / closure_target(zones, i);
         if left[i][b].abs() <= ROUNDING_DEFECT {
             change
@@ -112,7 +111,7 @@ pub fn restore(
             (change + left[i][b].abs()).copysign(left[i][b])
         }
     };
-    closure.defects = (0..n).map(|i| bands(|b| sum(i, b))).collect();
+    closure.defects = (0..n).map(|i| Bands::from_fn(|b| sum(i, b))).collect();
     closure
 }
 
@@ -124,14 +123,14 @@ fn symmetric_scaling(
     c: &[Bands],
 ) -> Vec<Bands> {
     let n = zones.len();
-    let mut d = vec![[1.0; 3]; n];
+    let mut d = vec![Bands::ONE; n];
     for _ in 0..MAX_SCALING_ITERATIONS {
-        let dc: Vec<Bands> = (0..n).map(|i| bands(|b| d[i][b] * c[i][b])).collect();
+        let dc: Vec<Bands> = (0..n).map(|i| d[i] * c[i]).collect();
         let rows = operator.apply(&dc);
         let mut off: f64 = 0.0;
         for i in 0..n {
             let t = closure_target(zones, i);
-            for b in 0..3 {
+            for b in Band::all() {
                 let row =
                     d[i][b] * (rows[i][b] + surroundings.sky_of(i)[b] + surroundings.backfaces_of(i)[b]);
                 if row > EMPTY_ROW * t {
@@ -149,7 +148,7 @@ fn symmetric_scaling(
 
 /// Largest relative change of a factor, d_i d_j − 1.
 fn largest_change(d: &[Bands]) -> Bands {
-    let low = d.iter().fold([1.0f64; 3], |m, d| bands(|b| m[b].min(d[b])));
-    let high = d.iter().fold([1.0f64; 3], |m, d| bands(|b| m[b].max(d[b])));
-    bands(|b| (high[b] * high[b] - 1.0).max(1.0 - low[b] * low[b]))
+    let low = d.iter().fold(Bands::ONE, |m, d| m.min(*d));
+    let high = d.iter().fold(Bands::ONE, |m, d| m.max(*d));
+    (high * high - 1.0).max(1.0 - low * low)
 }

@@ -76,11 +76,11 @@ pub(crate) fn heat_balance(
     let [given, taken] = powers.fold([0.0; 2], |[g, t], q| [g + q.max(0.0), t - q.min(0.0)]);
     let (balance, exchanged) = (table.balance().abs(), given.max(taken));
     let e = &report.energy;
-    let emitted = (0..3).fold(0.0f64, |m, b| m.max(e.emitted[b] + e.incoming[b]));
+    let emitted = (e.emitted + e.incoming).iter().fold(0.0f64, |m, x| m.max(*x));
     let poor = balance > MAX_BALANCE_RESIDUAL * exchanged && balance > ROUNDING_OF_EXCHANGE * emitted;
     let imbalance =
         format!("the heat balance is off by {balance:.2e} W of {exchanged:.2e} W that are exchanged");
-    if report.status.contains(&SolveStatus::MaxIterations) {
+    if report.status.any(|s| *s == SolveStatus::MaxIterations) {
         return Some(not_converged(poor.then_some(imbalance)));
     }
     // Attribute the residual to the solver or to the factors.
@@ -118,7 +118,7 @@ pub(crate) fn negative_flux(incident: &[Bands]) -> Option<Diagnostic> {
     if most <= 0.0 {
         return None;
     }
-    let below = || incident.iter().filter(|h| h.iter().any(|x| *x < -MAX_UNDERSHOOT * most));
+    let below = || incident.iter().filter(|h| h.any(|x| x < -MAX_UNDERSHOOT * most));
     let least = below().flatten().fold(0.0f64, |m, x| m.min(*x));
     (least < 0.0).then(|| {
         let text = format!(

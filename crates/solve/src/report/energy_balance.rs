@@ -30,34 +30,28 @@ pub(crate) fn balance_group(
     direct: &DirectLight,
 ) -> EnergyBalance {
     let mut e = EnergyBalance {
-        absorbed_surfaces: scene.surfaces().iter().map(|s| (s.name.clone(), [0.0; 3])).collect(),
+        absorbed_surfaces: scene.surfaces().iter().map(|s| (s.name.clone(), Bands::ZERO)).collect(),
         ..EnergyBalance::default()
     };
     for (_, light) in direct.lights.iter().enumerate().filter(|(l, _)| source.has_light(*l)) {
-        for b in 0..3 {
-            e.emitted[b] += light.emitted[b];
-            e.incoming[b] += light.incoming[b];
-            e.escaped[b] += light.escaped[b];
-            e.absorbed_backfaces[b] += light.absorbed_backfaces[b];
-        }
+        e.emitted += light.emitted;
+        e.incoming += light.incoming;
+        e.escaped += light.escaped;
+        e.absorbed_backfaces += light.absorbed_backfaces;
     }
     add_zones(&mut e, zones, source.kind, fields.incident, fields.direct);
     let sky = source.sky(scene);
     if !surroundings.is_closed() {
-        let lost: [f64; 9] = multivector::sum(fields.strengths.len(), |i| {
+        let [escaped, on_backs, incoming]: [Bands; 3] = multivector::sum(fields.strengths.len(), |i| {
             let (to_sky, to_backs) = (surroundings.sky_of(i), surroundings.backfaces_of(i));
             // The incoming radiation is uniform: higher-order unknowns have no part in it.
-            let c = if i < zones.len() { scaled_radiosity_coefficient(zones, i) } else { [0.0; 3] };
-            std::array::from_fn(|n| {
-                let (b, s) = (n % 3, fields.strengths[i][n % 3]);
-                [to_sky[b] * s, to_backs[b] * s, to_sky[b] * c[b] * sky[b]][n / 3]
-            })
+            let c = if i < zones.len() { scaled_radiosity_coefficient(zones, i) } else { Bands::ZERO };
+            let s = fields.strengths[i];
+            [to_sky * s, to_backs * s, to_sky * c * sky]
         });
-        for b in 0..3 {
-            e.escaped[b] += lost[b];
-            e.absorbed_backfaces[b] += lost[3 + b];
-            e.incoming[b] += lost[6 + b];
-        }
+        e.escaped += escaped;
+        e.absorbed_backfaces += on_backs;
+        e.incoming += incoming;
     }
     e.balance();
     e
@@ -75,7 +69,7 @@ pub(crate) fn balance_zones(
         incoming: old.incoming,
         escaped: old.escaped,
         absorbed_backfaces: old.absorbed_backfaces,
-        absorbed_surfaces: scene.surfaces().iter().map(|s| (s.name.clone(), [0.0; 3])).collect(),
+        absorbed_surfaces: scene.surfaces().iter().map(|s| (s.name.clone(), Bands::ZERO)).collect(),
         ..EnergyBalance::default()
     };
     add_zones(&mut e, zones, LightGroupKind::All, incident, &[]);
@@ -91,34 +85,25 @@ fn add_zones(
     incident: &[Bands],
     direct: &[Bands],
 ) {
-    let total = |i: usize, b: usize| incident[i][b] + direct.get(i).map_or(0.0, |d| d[b]);
+    let total = |i: usize| incident[i] + direct.get(i).copied().unwrap_or_default();
     let emits = |i: usize| if kind.emits(zones, i) { 1.0 } else { 0.0 };
     for (i, p) in zones.patches.iter().enumerate() {
-        for b in 0..3 {
-            e.emitted[b] += emits(i) * p.emission[b] * p.area;
-            e.absorbed_surfaces[p.surface].1[b] += (1.0 - p.reflectance[b]) * total(i, b) * p.area;
-        }
+        e.emitted += emits(i) * p.emission * p.area;
+        e.absorbed_surfaces[p.surface].1 += (1.0 - p.reflectance) * total(i) * p.area;
     }
-    let volumes: [f64; 6] = multivector::sum(zones.voxels.len(), |k| {
+    let [emitted, absorbed]: [Bands; 2] = multivector::sum(zones.voxels.len(), |k| {
         let (i, v) = (zones.voxel_offset() + k, &zones.voxels[k]);
-        std::array::from_fn(|n| {
-            let b = n % 3;
-            let absorption = v.extinction[b] * (1.0 - v.albedo[b]);
-            let emitted = emits(i) * (4.0 * absorption * v.emission[b] + v.source[b]);
-            v.volume * if n < 3 { emitted } else { absorption * total(i, b) }
-        })
+        let absorption = v.extinction * (1.0 - v.albedo);
+        let emitted = emits(i) * (4.0 * absorption * v.emission + v.source);
+        [v.volume * emitted, v.volume * (absorption * total(i))]
     });
-    for b in 0..3 {
-        e.emitted[b] += volumes[b];
-        e.absorbed_volumes[b] += volumes[3 + b];
-    }
+    e.emitted += emitted;
+    e.absorbed_volumes += absorbed;
     for (k, p) in zones.panes.iter().enumerate() {
         let i = zones.pane_offset() + k;
         let volume = p.area * p.thickness;
-        for b in 0..3 {
-            let absorption = p.extinction[b] * (1.0 - p.albedo[b]);
-            e.emitted[b] += emits(i) * 4.0 * absorption * p.emission[b] * volume;
-            e.absorbed_panes[b] += absorption * total(i, b) * volume;
-        }
+        let absorption = p.extinction * (1.0 - p.albedo);
+        e.emitted += emits(i) * 4.0 * absorption * p.emission * volume;
+        e.absorbed_panes += absorption * total(i) * volume;
     }
 }

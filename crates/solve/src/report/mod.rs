@@ -1,6 +1,6 @@
 //! Content of the report: closure of the rows, energy balance, diagnostics, summary, and cost estimates before a solve.
 
-pub mod closure;
+pub(crate) mod closure;
 pub mod cost_estimate;
 pub(crate) mod diagnostics;
 pub(crate) mod energy_balance;

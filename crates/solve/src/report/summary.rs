@@ -7,14 +7,16 @@ use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_math::Grade;
-use zonal_scene::{Diagnostic, EnergyBalance, ErrorEstimate, Fields, Report, SolveStatus, ZoneBasis, Zones};
+use zonal_scene::{
+    Band, Diagnostic, EnergyBalance, ErrorEstimate, Fields, PerBand, Report, SolveStatus, ZoneBasis, Zones,
+};
 
 /// The status of all groups together: the worst one in each band, and the residuals weighted with the power of the groups.
-fn combine_results(results: &[IterationResult]) -> ([SolveStatus; 3], [Vec<f64>; 3]) {
+fn combine_results(results: &[IterationResult]) -> (PerBand<SolveStatus>, PerBand<Vec<f64>>) {
     let rank = |s: SolveStatus| SolveStatus::VARIANTS.iter().position(|x| *x == s);
-    let worst = |b: usize| results.iter().map(|e| e.status[b]).max_by_key(|s| rank(*s));
-    let status = [0, 1, 2].map(|b| worst(b).unwrap_or(SolveStatus::Converged));
-    let residuals = [0, 1, 2].map(|b| {
+    let worst = |b: Band| results.iter().map(|e| e.status[b]).max_by_key(|s| rank(*s));
+    let status = PerBand::from_fn(|b| worst(b).unwrap_or(SolveStatus::Converged));
+    let residuals = PerBand::from_fn(|b| {
         let steps = results.iter().map(|e| e.residuals[b].len()).max().unwrap_or(0);
         let power: f64 = results.iter().map(|e| e.power[b]).sum();
         let at = |e: &IterationResult, k: usize| {
@@ -28,7 +30,7 @@ fn combine_results(results: &[IterationResult]) -> ([SolveStatus; 3], [Vec<f64>;
 
 /// True if some zone has a negative source, so that its incident flux may be negative.
 pub(crate) fn has_negative_source(zones: &Zones) -> bool {
-    (0..zones.len()).into_par_iter().any(|i| zones.emission(i).iter().any(|e| *e < 0.0))
+    (0..zones.len()).into_par_iter().any(|i| zones.emission(i).any(|e| e < 0.0))
 }
 
 /// The report of a solve, without engine, reason and power errors. `thickness` is the largest optical depth across a voxel.

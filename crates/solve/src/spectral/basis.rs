@@ -6,7 +6,7 @@
 //!
 //! **Real spectra.** If one of two components is a slope along an axis k, the factor is odd in d_k, and its spectrum is −i A with a real, odd A;
 //! for two such axes it is −C. With the strengths of slopes multiplied by i in frequency space (one factor i for each slope along a transformed axis), the
-//! matrix between components is real and symmetric: [`KernelSet`] holds A and C, and `KernelSpectrum::sign` gives the signs at negative
+//! matrix between components is real and symmetric: `KernelSet` holds A and C, and `KernelSpectrum::sign` gives the signs at negative
 //! frequencies. Across a wall there is no transform, and the slope across it is unchanged; it changes its sign at the high wall.
 
 use super::axes::OTHER_AXES;
@@ -22,20 +22,20 @@ pub enum BasisOrder {
 
 impl BasisOrder {
     /// Number of components of a voxel.
-    pub fn voxel_components(self) -> usize {
+    pub(crate) fn voxel_components(self) -> usize {
         if self == BasisOrder::Linear { 4 } else { 1 }
     }
     /// Number of components of a patch.
-    pub fn patch_components(self) -> usize {
+    pub(crate) fn patch_components(self) -> usize {
         if self == BasisOrder::Linear { 3 } else { 1 }
     }
     /// The kernels of two voxels.
-    pub fn volume_layout(self) -> KernelLayout {
+    pub(crate) fn volume_layout(self) -> KernelLayout {
         let n = self.voxel_components();
         KernelLayout::new(n, n, |p, q| [0, 1, 2].map(|k| slope_count(p == k + 1, q == k + 1)))
     }
     /// The kernels of a voxel (first) and a patch of a wall across `a`.
-    pub fn wall_layout(self, a: usize) -> KernelLayout {
+    pub(crate) fn wall_layout(self, a: usize) -> KernelLayout {
         KernelLayout::new(self.voxel_components(), self.patch_components(), |p, q| {
             let across = usize::from(p == a + 1);
             [0, 1, 2]
@@ -43,14 +43,14 @@ impl BasisOrder {
         })
     }
     /// The kernels of two walls across `a`.
-    pub fn opposite_layout(self, a: usize) -> KernelLayout {
+    pub(crate) fn opposite_layout(self, a: usize) -> KernelLayout {
         let slope = |q: usize, k: usize| patch_axis(a, q) == Some(k);
         KernelLayout::new(self.patch_components(), self.patch_components(), |p, q| {
             [0, 1, 2].map(|k| slope_count(slope(p, k), slope(q, k)))
         })
     }
     /// The kernels of a patch of a wall across `a` (first) and of one across `b`.
-    pub fn adjacent_layout(self, [a, b]: [usize; 2]) -> KernelLayout {
+    pub(crate) fn adjacent_layout(self, [a, b]: [usize; 2]) -> KernelLayout {
         KernelLayout::new(self.patch_components(), self.patch_components(), |p, q| {
             let (p, q) = (patch_axis(a, p), patch_axis(b, q));
             [0, 1, 2].map(|k| match k {
@@ -63,7 +63,7 @@ impl BasisOrder {
 }
 
 /// The axis of a component of a patch across `a`; `None` for the constant.
-pub fn patch_axis(a: usize, component: usize) -> Option<usize> {
+pub(crate) fn patch_axis(a: usize, component: usize) -> Option<usize> {
     (component > 0).then(|| OTHER_AXES[a][component - 1])
 }
 
@@ -74,7 +74,7 @@ fn slope_count(p: bool, q: bool) -> usize {
 
 /// The kernel of a pair of components.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KernelTerm {
+pub(crate) struct KernelTerm {
     /// The component of the first zone.
     pub p: usize,
     /// The component of the second.
@@ -85,7 +85,7 @@ pub struct KernelTerm {
 
 /// The distinct kernels, and the pairs of components that share one.
 #[derive(Clone, Debug)]
-pub struct KernelLayout {
+pub(crate) struct KernelLayout {
     /// Every pair of components.
     pub terms: Vec<KernelTerm>,
     /// The densities of each distinct kernel along the three axes, numbered as in `zonal_exchange::aligned::lattice::Linear`.
@@ -129,7 +129,7 @@ impl SpectrumHalf {
 
 /// Spectrum of one kernel.
 #[derive(Clone, Debug, Default)]
-pub struct KernelSpectrum {
+pub(crate) struct KernelSpectrum {
     /// Axes along which its spectrum is odd.
     pub odd: [bool; 3],
     /// Its values, in the order of [`super::kernels::GridKernels`].
@@ -146,7 +146,7 @@ impl KernelSpectrum {
 
 /// The kernels between two kinds of zones.
 #[derive(Clone, Debug, Default)]
-pub struct KernelSet {
+pub(crate) struct KernelSet {
     /// Every pair of components.
     pub terms: Vec<KernelTerm>,
     /// The distinct kernels.

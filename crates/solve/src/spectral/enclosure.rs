@@ -8,23 +8,23 @@ use super::grid::BoxGrid;
 use rayon::prelude::*;
 use zonal_math::Vec3;
 use zonal_scene::PatchRule;
-use zonal_scene::{Bands, Patch, PlateKind, Scene, VoxelGrid, Zones};
+use zonal_scene::{Band, Bands, Patch, PerBand, PlateKind, Scene, VoxelGrid, Zones};
 
 /// Largest deviation of a patch from the grid, in edges of a cell.
 const GRID_TOLERANCE: f64 = 1e-6;
 
 /// Index of an opening in place of a zone.
-pub const OPENING: u32 = u32::MAX;
+pub(crate) const OPENING: u32 = u32::MAX;
 
 /// A box on the grid of its medium.
 #[derive(Clone, Debug)]
 pub struct BoxEnclosure {
     /// The grid.
-    pub grid: BoxGrid,
+    pub(crate) grid: BoxGrid,
     /// Extinction, 1/m.
-    pub kappa: Bands,
+    pub(crate) kappa: Bands,
     /// The zone of every patch of the walls, low and high across each axis, by `[i_b][i_c]`; [`OPENING`] where there is none.
-    pub faces: [[Vec<u32>; 2]; 3],
+    pub(crate) faces: [[Vec<u32>; 2]; 3],
 }
 
 impl BoxEnclosure {
@@ -32,8 +32,8 @@ impl BoxEnclosure {
     pub fn find(scene: &Scene, zones: &Zones) -> Result<BoxEnclosure, String> {
         let map = scene.voxel_grid().ok_or("there is no medium")?;
         let kappa = map.uniform_extinction().ok_or_else(|| {
-            let varies = |b: &usize| (0..map.len()).any(|i| map.extinction(i)[*b] != map.extinction(0)[*b]);
-            format!("the extinction varies in band {}", (0..3).find(varies).unwrap_or(0))
+            let varies = |b: &Band| (0..map.len()).any(|i| map.extinction(i)[*b] != map.extinction(0)[*b]);
+            format!("the extinction varies in band {}", Band::all().find(varies).map_or(0, Band::index))
         })?;
         if !scene.panes().is_empty() {
             return Err("there are panes".into());
@@ -68,14 +68,14 @@ impl BoxEnclosure {
     }
 
     /// True where a wall has an opening.
-    pub fn is_open(&self) -> bool {
+    pub(crate) fn is_open(&self) -> bool {
         self.faces.iter().flatten().flatten().any(|z| *z == OPENING)
     }
 
     /// The groups of bands with equal extinctions.
-    pub fn extinction_groups(&self) -> ([usize; 3], Vec<f64>) {
+    pub(crate) fn extinction_groups(&self) -> (PerBand<usize>, Vec<f64>) {
         let mut distinct: Vec<f64> = Vec::new();
-        let group = self.kappa.map(|k| {
+        let group = self.kappa.map_to(|k| {
             distinct.iter().position(|x| *x == k).unwrap_or_else(|| {
                 distinct.push(k);
                 distinct.len() - 1

@@ -8,7 +8,7 @@ use super::real_symmetric_fft::{half_length, padded_length};
 
 /// A regular grid in a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoxGrid {
+pub(crate) struct BoxGrid {
     /// Cells along each axis.
     pub cells: [usize; 3],
     /// Edges of a cell, m.
@@ -19,32 +19,32 @@ pub struct BoxGrid {
 
 impl BoxGrid {
     /// Lengths of the transforms.
-    pub fn lengths(&self) -> [usize; 3] {
+    pub(crate) fn lengths(&self) -> [usize; 3] {
         [0, 1, 2].map(|k| if self.periodic[k] { self.cells[k] } else { padded_length(self.cells[k]) })
     }
     /// Numbers of stored frequencies of an even spectrum.
-    pub fn halves(&self) -> [usize; 3] {
+    pub(crate) fn halves(&self) -> [usize; 3] {
         self.lengths().map(half_length)
     }
     /// Distinct distances along each axis.
-    pub fn distances(&self) -> [usize; 3] {
+    pub(crate) fn distances(&self) -> [usize; 3] {
         [0, 1, 2].map(|k| if self.periodic[k] { self.cells[k] / 2 + 1 } else { self.cells[k] })
     }
     /// Number of cells.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.cells.iter().product()
     }
     /// Patches of a wall across `axis`.
-    pub fn patches(&self, axis: usize) -> usize {
+    pub(crate) fn patches(&self, axis: usize) -> usize {
         OTHER_AXES[axis].iter().map(|&k| self.cells[k]).product()
     }
     /// Axes with walls across them.
-    pub fn walled(&self) -> impl Iterator<Item = usize> + use<> {
+    pub(crate) fn walled(&self) -> impl Iterator<Item = usize> + use<> {
         let periodic = self.periodic;
         (0..3).filter(move |&a| !periodic[a])
     }
     /// Pairs of axes with adjacent walls.
-    pub fn corners(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
+    pub(crate) fn corners(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
         let periodic = self.periodic;
         [[0, 1], [0, 2], [1, 2]].into_iter().filter(move |p| p.iter().all(|&a| !periodic[a]))
     }

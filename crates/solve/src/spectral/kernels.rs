@@ -23,12 +23,12 @@ use zonal_exchange::aligned::lattice::{
 };
 
 /// Relative radius of every table entry.
-pub const TOLERANCE: f64 = 1e-12;
+pub(crate) const TOLERANCE: f64 = 1e-12;
 /// Relative error of the tables of [`BasisOrder::Linear`]; the closure defect is added to it.
-pub const LINEAR_TOLERANCE: f64 = 1e-10;
+pub(crate) const LINEAR_TOLERANCE: f64 = 1e-10;
 
 /// Spectra of all kernels of a grid.
-pub struct GridKernels {
+pub(crate) struct GridKernels {
     /// V by `[f₁][f₂][f₀]`.
     pub volume: KernelSet,
     /// S₀ by `[f₁][f₂][d₀]`; S₁ and S₂ by `[f₁][f₂][f₀]`; empty across periodic axes.
@@ -47,7 +47,7 @@ pub struct GridKernels {
 const IMAGE_SUM_COST: f64 = 1000.0;
 
 /// Expected number of offsets in the tables of a grid.
-pub fn table_work(grid: &BoxGrid, kappa: f64, order: BasisOrder) -> f64 {
+pub(crate) fn table_work(grid: &BoxGrid, kappa: f64, order: BasisOrder) -> f64 {
     let images = images(grid, kappa);
     if images.is_periodic() {
         let layouts = order.volume_layout().densities.len() as f64;
@@ -137,7 +137,7 @@ impl PermutedTable {
 
 impl GridKernels {
     /// The kernels of a grid with extinction `kappa` ≥ 0 (1/m).
-    pub fn new(grid: &BoxGrid, kappa: f64, order: BasisOrder) -> GridKernels {
+    pub(crate) fn new(grid: &BoxGrid, kappa: f64, order: BasisOrder) -> GridKernels {
         let mut builder = KernelBuilder {
             grid,
             kappa,
@@ -258,7 +258,8 @@ impl KernelBuilder<'_> {
 
     /// A permutation of equal axes that maps `normals` to `made`.
     fn permutation(&self, normals: &[usize], made: &[usize]) -> Option<[usize; 3]> {
-        const TURNS: [[usize; 3]; 6] = [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
+        const AXIS_PERMUTATIONS: [[usize; 3]; 6] =
+            [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
         let g = self.grid;
         let alike = |k: usize, l: usize| {
             (g.edges[k], g.cells[k], g.periodic[k]) == (g.edges[l], g.cells[l], g.periodic[l])
@@ -266,7 +267,7 @@ impl KernelBuilder<'_> {
         let fits = |turn: &[usize; 3]| {
             (0..3).all(|k| alike(k, turn[k])) && normals.iter().map(|&a| turn[a]).eq(made.iter().copied())
         };
-        TURNS.into_iter().find(fits)
+        AXIS_PERMUTATIONS.into_iter().find(fits)
     }
 
     /// Kernels of a constant basis.

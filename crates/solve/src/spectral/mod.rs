@@ -8,9 +8,9 @@
 //! |---|---|
 //! | [`basis`] | constant and linear radiosity inside a zone: components, and the kernels between them |
 //! | [`enclosure`] | where the engine applies, and why not |
-//! | [`grid`] | cells, transform lengths, memory |
+//! | `grid` | cells, transform lengths, memory |
 //! | `real_symmetric_fft` | transforms of even and odd sequences: kernels to real spectra |
-//! | [`kernels`] | tables by offset, and their spectra |
+//! | `kernels` | tables by offset, and their spectra |
 //! | `volume` | voxels with voxels and walls |
 //! | `walls` | walls with walls |
 //! | `spectral_operator` | the operator |
@@ -21,16 +21,16 @@
 //! then the slopes of the patches along their first and second axis, then those of the voxels along x, y, z. Products of the constants alone have
 //! slopes of zero.
 //!
-//! **Error.** Every factor has a proven relative radius ([`kernels::TOLERANCE`]), with all images of periodic axes; with slopes an estimated one
-//! ([`kernels::LINEAR_TOLERANCE`]). The closure defect of the worst row in a uniform field, of zones or slopes, is measured and counts as a fraction of the
+//! **Error.** Every factor has a proven relative radius (`kernels::TOLERANCE`), with all images of periodic axes; with slopes an estimated one
+//! (`kernels::LINEAR_TOLERANCE`). The closure defect of the worst row in a uniform field, of zones or slopes, is measured and counts as a fraction of the
 //! incident power. Rounding of the transforms: about ε √log₂N times the root mean square over all zones, which is large only compared with
 //! zones that receive almost nothing. The grade of the whole is therefore estimated.
 
 mod axes;
 pub mod basis;
 pub mod enclosure;
-pub mod grid;
-pub mod kernels;
+pub(crate) mod grid;
+pub(crate) mod kernels;
 mod memory;
 pub(crate) mod real_symmetric_fft;
 pub(crate) mod spectral_operator;

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use zonal_exchange::aligned::lattice::MethodCounts;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_math::Grade;
-use zonal_scene::{Bands, Progress, Zones, bands};
+use zonal_scene::{Band, Bands, PerBand, Progress, Zones};
 
 /// Relative error of a transform and its inverse, in units of ε √log₂N.
 const TRANSFORM_ROUNDING: f64 = 4.0;
@@ -31,7 +31,7 @@ pub struct SpectralOperator {
     /// The kernels of each distinct extinction.
     kernels: Vec<GridKernels>,
     /// The extinction group of each band.
-    group: [usize; 3],
+    group: PerBand<usize>,
     /// d of g'_ij = d_i g_ij d_j, where closure was restored.
     scaling: Option<Vec<Bands>>,
     /// Relative closure error: [`DEFECT_MULTIPLE`] times the largest defect of a row in a uniform field.
@@ -68,22 +68,17 @@ impl SpectralOperator {
             kernels,
             group,
             scaling: None,
-            defect: [0.0; 3],
+            defect: Bands::ZERO,
         }
     }
 
     /// The grid.
-    pub fn grid(&self) -> &BoxGrid {
+    pub(crate) fn grid(&self) -> &BoxGrid {
         &self.enclosure.grid
     }
 
-    /// The kernels, one set a distinct extinction.
-    pub fn kernels(&self) -> &[GridKernels] {
-        &self.kernels
-    }
-
     /// Names and values of the counters of the tables.
-    pub fn counts(&self) -> Vec<(String, u64)> {
+    pub(crate) fn counts(&self) -> Vec<(String, u64)> {
         let all: Vec<_> = self.kernels.iter().flat_map(|k| &k.tally).collect();
         let sum = |of: fn(&MethodCounts) -> usize| all.iter().map(|(_, t)| of(t) as u64).sum::<u64>();
         let n = self.zones() as u64;
@@ -105,7 +100,7 @@ impl SpectralOperator {
     }
 
     /// Bytes of the engine for a grid with a number of distinct extinctions.
-    pub fn bytes(grid: &BoxGrid, extinctions: usize, order: BasisOrder) -> u64 {
+    pub(crate) fn bytes(grid: &BoxGrid, extinctions: usize, order: BasisOrder) -> u64 {
         // During the construction two stages of a spectrum exist at a time; with slopes, the tables of all kernels.
         let tables = match order {
             BasisOrder::Constant => 0,
@@ -152,7 +147,7 @@ impl SpectralOperator {
 
     /// Incident power for a radiosity of one at the openings: the factors of the surroundings, m² and m³.
     pub fn opening_factors(&self) -> Vec<Bands> {
-        let mut out = vec![[0.0; 3]; self.len()];
+        let mut out = vec![Bands::ZERO; self.len()];
         let mut faces = self.walls.zeros();
         for (face, zones) in faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
             face.iter_mut().zip(zones).for_each(|(x, z)| *x = f64::from(u8::from(*z == OPENING)));
@@ -161,8 +156,8 @@ impl SpectralOperator {
         let mut voxels = nothing.clone();
         for g in 0..self.kernels.len() {
             let met = self.exchange(g, &nothing, &faces, &mut voxels);
-            let of = (0..3).filter(|&b| self.group[b] == g).collect::<Vec<_>>();
-            self.scatter(&voxels, &met, &mut out, &of);
+            let of: Vec<Band> = Band::all().filter(|&b| self.group[b] == g).collect();
+            self.scatter(&voxels, &met, &mut out, |o, x| of.iter().for_each(|&b| o[b] = x));
         }
         // Negative rounding errors of the transforms are cut off.
         out[..self.zones()].iter_mut().flatten().for_each(|x| *x = x.max(0.0));
@@ -174,16 +169,16 @@ impl SpectralOperator {
     pub(crate) fn measure_defect(&mut self, zones: &Zones, openings: &[Bands]) {
         let mut level: Vec<Bands> =
             (0..self.zones()).map(|i| scaled_radiosity_coefficient(zones, i)).collect();
-        level.resize(self.len(), [0.0; 3]);
+        level.resize(self.len(), Bands::ZERO);
         let (rows, slopes) = (self.apply(&level), self.slope_zones());
         let off = |i: usize| {
             let zone = if i < self.zones() { i } else { slopes[i - self.zones()] as usize };
             let (whole, open) = (closure_target(zones, zone), openings.get(i).copied().unwrap_or_default());
             let want = if i < self.zones() { whole } else { 0.0 };
-            bands(|b| ((rows[i][b] + open[b] - want) / whole).abs())
+            ((rows[i] + open - want) / whole).abs()
         };
-        let worst = |x: Bands, y: Bands| bands(|b| if y[b] <= x[b] { x[b] } else { y[b] });
-        let found = (0..rows.len()).into_par_iter().map(off).reduce(|| [0.0; 3], worst);
+        let worst = |x: Bands, y: Bands| x.zip_map(y, |x, y| if y <= x { x } else { y });
+        let found = (0..rows.len()).into_par_iter().map(off).reduce(|| Bands::ZERO, worst);
         self.defect = found.map(|d| if d.is_finite() { DEFECT_MULTIPLE * d } else { f64::INFINITY });
     }
 
@@ -196,22 +191,22 @@ impl SpectralOperator {
         faces
     }
 
-    /// Writes values of voxels and walls into the bands `of` of a vector over the unknowns.
-    fn scatter<const N: usize>(
+    /// Writes values of voxels and walls into a vector over the unknowns: `put` stores a value in an entry.
+    fn scatter<T: Send>(
         &self,
         voxels: &[f64],
         faces: &WallValues,
-        out: &mut [[f64; N]],
-        of: &[usize],
+        out: &mut [T],
+        put: impl Fn(&mut T, f64) + Sync,
     ) {
         for (face, zones) in faces.iter().flatten().zip(self.enclosure.faces.iter().flatten()) {
             for (i, unknown) in self.wall_unknowns(zones) {
-                of.iter().for_each(|&b| out[unknown][b] = face[i]);
+                put(&mut out[unknown], face[i]);
             }
         }
         for (p, voxels) in voxels.chunks(self.grid().count()).enumerate() {
             let all = out[self.voxel_offset(p)..].par_iter_mut().zip(voxels);
-            all.for_each(|(o, x)| of.iter().for_each(|&b| o[b] = *x));
+            all.for_each(|(o, x)| put(o, *x));
         }
     }
 
@@ -238,25 +233,25 @@ impl SpectralOperator {
 
     fn product(&self, s: &[Bands]) -> Vec<Bands> {
         assert_eq!(s.len(), self.len(), "one strength for each unknown");
-        let mut out = vec![[0.0; 3]; s.len()];
+        let mut out = vec![Bands::ZERO; s.len()];
         let mut own = vec![0.0; self.order.voxel_components() * self.grid().count()];
         let mut met = own.clone();
-        let mut done = [false; 3];
-        for b in 0..3 {
+        let mut done = PerBand::splat(false);
+        for b in Band::all() {
             if done[b] {
                 continue;
             }
             // Bands with equal extinctions and strengths share a product.
-            let same = |c: &usize| {
+            let same = |c: &Band| {
                 *c == b
                     || (self.group[*c] == self.group[b]
                         && s.par_iter().all(|x| x[*c].to_bits() == x[b].to_bits()))
             };
-            let of: Vec<usize> = (b..3).filter(|c| !done[*c]).filter(same).collect();
+            let of: Vec<Band> = Band::all().filter(|c| *c >= b && !done[*c]).filter(same).collect();
             of.iter().for_each(|&c| done[c] = true);
             self.copy_voxels(&mut own, |i| s[i][b]);
             let walls = self.exchange(self.group[b], &own, &self.wall_values(|i| s[i][b]), &mut met);
-            self.scatter(&met, &walls, &mut out, &of);
+            self.scatter(&met, &walls, &mut out, |o, x| of.iter().for_each(|&b| o[b] = x));
         }
         out
     }
@@ -264,12 +259,12 @@ impl SpectralOperator {
     /// Error of the incident power: the radii of the factors, and the rounding of the transforms.
     fn incident_error(&self, arriving: &[Bands]) -> Vec<Bands> {
         let n = arriving.len().max(1) as f64;
-        let square = |x: &[Bands]| crate::iteration::multivector::sum(x.len(), |i| x[i].map(|x| x * x));
-        let rms = square(arriving).map(|x| (x / n).sqrt());
+        let square = |x: &[Bands]| crate::iteration::multivector::sum(x.len(), |i| x[i] * x[i]);
+        let rms = (square(arriving) / n).sqrt();
         let length: usize = self.grid().lengths().iter().product();
         let rounding = TRANSFORM_ROUNDING * f64::EPSILON * (length as f64).log2().max(1.0).sqrt();
-        let radius = bands(|b| self.kernels[self.group[b]].radius + self.defect[b]);
-        arriving.par_iter().map(|p| bands(|b| radius[b] * p[b].abs() + rounding * rms[b])).collect()
+        let radius = self.group.map_to_bands(|g| self.kernels[g].radius) + self.defect;
+        arriving.par_iter().map(|p| radius * p.abs() + rounding * rms).collect()
     }
 }
 
@@ -280,7 +275,7 @@ impl ExchangeOperator for SpectralOperator {
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
         if s.len() < self.len() {
             let mut all = s.to_vec();
-            all.resize(self.len(), [0.0; 3]);
+            all.resize(self.len(), Bands::ZERO);
             let mut out = self.apply(&all);
             out.truncate(s.len());
             return out;
@@ -301,14 +296,14 @@ impl ExchangeOperator for SpectralOperator {
             BasisOrder::Constant => {
                 let met = &mut out.as_flattened_mut()[self.patches..];
                 let walls = self.exchange(0, &s.as_flattened()[self.patches..], &faces, met);
-                self.scatter(&[], &walls, &mut out, &[0]);
+                self.scatter(&[], &walls, &mut out, |o, x| o[0] = x);
             }
             BasisOrder::Linear => {
                 let mut own = vec![0.0; self.order.voxel_components() * self.grid().count()];
                 let mut met = own.clone();
                 self.copy_voxels(&mut own, |i| s[i][0]);
                 let walls = self.exchange(0, &own, &faces, &mut met);
-                self.scatter(&met, &walls, &mut out, &[0]);
+                self.scatter(&met, &walls, &mut out, |o, x| o[0] = x);
             }
         }
         out

@@ -36,6 +36,22 @@ pub(crate) struct WallConvolution {
     unreal: [Arc<dyn ComplexToReal<f64>>; 3],
 }
 
+/// A component of the walls across axis `a`, transformed along the edge axis `c`.
+#[derive(Clone, Copy)]
+struct EdgeComponent {
+    a: usize,
+    c: usize,
+    /// Number of the component.
+    q: usize,
+}
+
+impl EdgeComponent {
+    /// True for a slope along the edge, whose spectrum is multiplied by i.
+    fn is_slope_along_edge(self) -> bool {
+        patch_axis(self.a, self.q) == Some(self.c)
+    }
+}
+
 /// Real columns that one product of a matrix of adjacent walls serves: four complex ones.
 type ReversedColumns = [f64; LANES];
 
@@ -178,14 +194,10 @@ impl WallConvolution {
             let (c, h) = (3 - a - b, self.grid.halves()[3 - a - b]);
             let [na, nb] = [self.grid.cells[a], self.grid.cells[b]];
             let (parts, set) = (self.order.patch_components(), &k.adjacent[a + b - 1]);
-            let axes = |a: usize| (0..parts).map(move |q| patch_axis(a, q));
+            let components = |a: usize| (0..parts).map(move |q| EdgeComponent { a, c, q });
             // Patches of the wall across a by their cells along b, and vice versa; slopes along c times i.
-            let from = [(a, &sent[a]), (b, &sent[b])].map(|(a, faces)| {
-                axes(a)
-                    .enumerate()
-                    .map(|(q, axis)| self.along(a, c, q, axis == Some(c), faces))
-                    .collect::<Vec<_>>()
-            });
+            let from = [(a, &sent[a]), (b, &sent[b])]
+                .map(|(a, faces)| components(a).map(|part| self.along(part, faces)).collect::<Vec<_>>());
             let empty = |n: usize| vec![vec![ZERO; 2 * n * h]; parts];
             let mut to = [empty(nb), empty(na)];
             for term in &set.terms {
@@ -205,15 +217,16 @@ impl WallConvolution {
                 );
             }
             for (a, to) in [a, b].into_iter().zip(&to) {
-                for ((q, axis), to) in axes(a).enumerate().zip(to) {
-                    self.inverse_along(a, c, q, axis == Some(c), to, &mut met[a]);
+                for (part, to) in components(a).zip(to) {
+                    self.inverse_along(part, to, &mut met[a]);
                 }
             }
         }
     }
 
-    /// Component `q` of the walls across `a` transformed along `c`, by `[f][side][i]`, times i where it is a slope along c.
-    fn along(&self, a: usize, c: usize, q: usize, slope: bool, faces: &[Vec<f64>; 2]) -> Vec<Complex64> {
+    /// A component of the walls transformed along the edge, by `[f][side][i]`, times i where it is a slope along the edge.
+    fn along(&self, part: EdgeComponent, faces: &[Vec<f64>; 2]) -> Vec<Complex64> {
+        let EdgeComponent { a, c, q } = part;
         let first = q * self.grid.patches(a);
         let (n, l, h) = (self.grid.cells, self.grid.lengths()[c], self.grid.halves()[c]);
         let i = 3 - a - c;
@@ -230,22 +243,16 @@ impl WallConvolution {
                 (0..h).for_each(|f| out[(f * 2 + side) * n[i] + k] = spectrum[f]);
             }
         }
-        if slope {
+        if part.is_slope_along_edge() {
             times_i(&mut out);
         }
         out
     }
 
     /// Transforms `spectra` of [`WallConvolution::along`] back and adds them to the walls.
-    fn inverse_along(
-        &self,
-        a: usize,
-        c: usize,
-        q: usize,
-        slope: bool,
-        spectra: &[Complex64],
-        faces: &mut [Vec<f64>; 2],
-    ) {
+    fn inverse_along(&self, part: EdgeComponent, spectra: &[Complex64], faces: &mut [Vec<f64>; 2]) {
+        let EdgeComponent { a, c, q } = part;
+        let slope = part.is_slope_along_edge();
         let first = q * self.grid.patches(a);
         let (n, l, h) = (self.grid.cells, self.grid.lengths()[c], self.grid.halves()[c]);
         let i = 3 - a - c;

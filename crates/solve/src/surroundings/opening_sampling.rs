@@ -19,7 +19,7 @@ use super::zone_rays::{WeightedRay, pane_ray_weight, point_in_zone, sample_point
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::low_discrepancy;
-use zonal_scene::{Bands, bands};
+use zonal_scene::Bands;
 
 /// Maximum number of open cells; with more the scene is open rather than a room with openings.
 const MAX_OPEN_CELLS: usize = 512;
@@ -86,7 +86,7 @@ impl<'a> OpeningSampler<'a> {
         let exit_cell = |i: usize, k: usize| {
             let ray = traced.ray(i, sample_point(i, seed, k));
             let (share, back) = traced.trace(ray);
-            (!back && share != [0.0; 3]).then(|| sides.exit_cell(ray.0, ray.1))
+            (!back && share != Bands::ZERO).then(|| sides.exit_cell(ray.0, ray.1))
         };
         let mark = |mut marked: Vec<bool>, i: usize| {
             (0..per_zone).filter_map(|k| exit_cell(i, k)).for_each(|c| marked[c] = true);
@@ -117,7 +117,7 @@ impl<'a> OpeningSampler<'a> {
                 }));
             }
             all = RayTally::combine_strata(&tallies);
-            let off = all.standard_error().iter().map(|e| e * e).sum::<f64>().sqrt() / wanted;
+            let off = all.standard_error().map(|e| e * e).sum().sqrt() / wanted;
             if off <= 1.0 || rays >= max_rays {
                 break;
             }
@@ -158,7 +158,7 @@ impl<'a, 'b> Strata<'a, 'b> {
         let (origin, dir, weight) = sampler.traced.ray(self.zone, (p, d));
         let exit = sampler.open_index[sampler.sides.exit_cell(origin, dir)];
         let in_other_stratum = exit.is_some_and(|c| self.is_stratum[c as usize]);
-        (origin, dir, if in_other_stratum { [0.0; 3] } else { weight })
+        (origin, dir, if in_other_stratum { Bands::ZERO } else { weight })
     }
 
     /// The ray from the point `p` of the zone to the point `d` of a cell.
@@ -173,12 +173,12 @@ impl<'a, 'b> Strata<'a, 'b> {
         let density = match i.checked_sub(zones.pane_offset()) {
             Some(k) => {
                 let pane = &zones.panes[k];
-                pane_ray_weight(pane, dir).map(|x| x * pane.normal.dot(dir).abs() / (2.0 * PI))
+                pane_ray_weight(pane, dir) * pane.normal.dot(dir).abs() / (2.0 * PI)
             }
-            None if i < zones.voxel_offset() => [zones.patches[i].normal.dot(dir).max(0.0) / PI; 3],
-            None => [0.25 / PI; 3],
+            None if i < zones.voxel_offset() => Bands::splat(zones.patches[i].normal.dot(dir).max(0.0) / PI),
+            None => Bands::splat(0.25 / PI),
         };
-        (origin, dir, density.map(|x| x * solid_angle))
+        (origin, dir, density * solid_angle)
     }
 
     /// Standard deviation of the rays of stratum `c` by its pilot rays.
@@ -201,18 +201,18 @@ fn whole_batches(rays: usize) -> usize {
 
 /// The largest mean over the bands.
 fn largest_mean(values: &[Bands]) -> f64 {
-    let sum = bands(|b| values.iter().map(|x| x[b]).sum::<f64>());
-    sum[0].max(sum[1]).max(sum[2]) / values.len() as f64
+    let sum = Bands::from_fn(|b| values.iter().map(|x| x[b]).sum::<f64>());
+    sum.max_element() / values.len() as f64
 }
 
 /// The largest standard deviation over the bands.
 fn standard_deviation(values: &[Bands]) -> f64 {
     let n = values.len() as f64;
-    let of = |b: usize| {
+    let variance = Bands::from_fn(|b| {
         let mean = values.iter().map(|x| x[b]).sum::<f64>() / n;
         values.iter().map(|x| (x[b] - mean).powi(2)).sum::<f64>() / n
-    };
-    of(0).max(of(1)).max(of(2)).sqrt()
+    });
+    variance.max_element().sqrt()
 }
 
 /// The share of the rays of each stratum, by standard deviations of which the last belongs to the stratum of directions.

@@ -7,7 +7,7 @@ use super::zone_rays::{WeightedRay, escape_transmittance, ray_from_sample, sampl
 use std::ops::Range;
 use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Scene, Zones, bands};
+use zonal_scene::{Band, Bands, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Number of batches whose spread gives the variance.
@@ -31,11 +31,11 @@ impl TracedScene<'_> {
 
     /// Weighted transmittance of a ray out of the scene; `true` if it ends on a black back.
     pub(super) fn trace(&self, (origin, dir, weight): WeightedRay) -> (Bands, bool) {
-        if weight == [0.0; 3] {
+        if weight == Bands::ZERO {
             return (weight, false);
         }
         let (share, back) = escape_transmittance(self.scene, self.transport, origin, dir);
-        (bands(|b| share[b] * weight[b]), back)
+        (share * weight, back)
     }
 
     /// The ray of zone `i` for a sample of origin and direction.
@@ -82,20 +82,19 @@ impl RayTally {
             let before = tally.sums[0];
             for k in at(batch)..at(batch + 1) {
                 let (share, back) = outcome(k);
-                tally.escaped += u32::from(share != [0.0; 3]);
-                let sums = &mut tally.sums[back as usize];
-                (0..3).for_each(|b| sums[b] += share[b]);
+                tally.escaped += u32::from(share != Bands::ZERO);
+                tally.sums[back as usize] += share;
             }
             if at(batch) < at(batch + 1) {
-                let sum = bands(|b| tally.sums[0][b] - before[b]);
+                let sum = tally.sums[0] - before;
                 batches.push((sum, (at(batch + 1) - at(batch)) as f64));
             }
         }
         if batches.len() > 1 {
-            let (mean, n) = (tally.sums[0].map(|s| s / range.len() as f64), batches.len() as f64);
+            let (mean, n) = (tally.sums[0] / range.len() as f64, batches.len() as f64);
             let squares =
-                |b: usize| batches.iter().map(|(sum, rays)| (sum[b] - rays * mean[b]).powi(2)).sum::<f64>();
-            tally.variance = bands(|b| squares(b) * n / (n - 1.0));
+                |b: Band| batches.iter().map(|(sum, rays)| (sum[b] - rays * mean[b]).powi(2)).sum::<f64>();
+            tally.variance = Bands::from_fn(|b| squares(b) * n / (n - 1.0));
         }
         tally
     }
@@ -107,21 +106,21 @@ impl RayTally {
 
     /// Adds another tally.
     pub(super) fn add(&mut self, o: &RayTally) {
-        self.sums = [0, 1].map(|k| bands(|b| self.sums[k][b] + o.sums[k][b]));
-        self.variance = bands(|b| self.variance[b] + o.variance[b]);
+        self.sums = [0, 1].map(|k| self.sums[k] + o.sums[k]);
+        self.variance += o.variance;
         (self.escaped, self.traced) = (self.escaped + o.escaped, self.traced + o.traced);
     }
 
     /// Mean transmittance to the sky.
     pub(super) fn mean_sky(&self) -> Bands {
-        self.sums[0].map(|s| s / self.traced.max(1) as f64)
+        self.sums[0] / self.traced.max(1) as f64
     }
 
     /// Standard error of [`RayTally::mean_sky`].
     pub(super) fn standard_error(&self) -> Bands {
         match self.escaped {
-            0 => [1.0 / (self.traced as f64 + SUCCESSION_PSEUDO_COUNTS); 3],
-            _ => self.variance.map(|v| v.sqrt() / self.traced.max(1) as f64),
+            0 => Bands::splat(1.0 / (self.traced as f64 + SUCCESSION_PSEUDO_COUNTS)),
+            _ => self.variance.sqrt() / self.traced.max(1) as f64,
         }
     }
 
@@ -132,8 +131,8 @@ impl RayTally {
             RayTally { traced, escaped: strata.iter().map(|s| s.escaped).sum(), ..RayTally::default() };
         for s in strata.iter().filter(|s| s.traced > 0) {
             let weight = traced as f64 / s.traced as f64;
-            all.sums = [0, 1].map(|k| bands(|b| all.sums[k][b] + weight * s.sums[k][b]));
-            all.variance = bands(|b| all.variance[b] + weight * weight * s.variance[b]);
+            all.sums = [0, 1].map(|k| all.sums[k] + weight * s.sums[k]);
+            all.variance += weight * weight * s.variance;
         }
         all
     }

@@ -29,16 +29,16 @@ pub(crate) fn measure(
 
 fn encode(exchange: &SurroundingsExchange) -> Vec<u8> {
     let mut encoder = Encoder::default();
-    encoder.triples(&exchange.sky);
-    encoder.triples(&exchange.backfaces);
-    encoder.triples(&exchange.error);
+    encoder.bands(&exchange.sky);
+    encoder.bands(&exchange.backfaces);
+    encoder.bands(&exchange.error);
     encoder.int(exchange.rays as usize);
     encoder.bytes()
 }
 
 fn decode(bytes: &[u8], zones: usize) -> Option<SurroundingsExchange> {
     let mut decoder = Decoder::new(bytes);
-    let [sky, backfaces, error] = [decoder.triples()?, decoder.triples()?, decoder.triples()?];
+    let [sky, backfaces, error] = [decoder.bands()?, decoder.bands()?, decoder.bands()?];
     let rays = decoder.int()? as u64;
     let fits = sky.len() == zones && backfaces.len() == zones && (error.is_empty() || error.len() == zones);
     fits.then_some(SurroundingsExchange { sky, backfaces, error, rays })

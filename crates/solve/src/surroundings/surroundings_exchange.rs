@@ -11,7 +11,7 @@ use super::opening_sampling::{MIN_RAYS_FOR_OPENINGS, OpeningSampler, RAYS_OVER_E
 use super::ray_tally::{RayTally, TracedScene};
 use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, sample_seed};
-use zonal_scene::{Bands, Progress, Scene, Zones, bands};
+use zonal_scene::{Bands, Progress, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Limits on the number of rays to the surroundings.
@@ -113,7 +113,7 @@ impl SurroundingsExchange {
         let target = |i: usize| closure_target(zones, i);
         let mut exchange = SurroundingsExchange::from_tallies(&tallies, target);
         if has_radiance && !exchange.is_closed() {
-            let error = |(i, x): (usize, &RayTally)| x.standard_error().map(|e| e * target(i));
+            let error = |(i, x): (usize, &RayTally)| x.standard_error() * target(i);
             exchange.error = tallies.iter().enumerate().map(error).collect();
         }
         exchange
@@ -123,19 +123,19 @@ impl SurroundingsExchange {
     pub fn incoming(&self, i: usize, sky: Bands) -> [Bands; 2] {
         let error = self.error.get(i).copied().unwrap_or_default();
         let factor = self.sky_of(i);
-        [bands(|b| factor[b] * sky[b]), bands(|b| error[b] * sky[b])]
+        [factor * sky, error * sky]
     }
 
     /// Standard error of the fraction of a zone's power that escapes, for a zone with closure target `target`: measured, or the binomial error
     /// of the mean number of rays of a zone, which is no smaller.
     pub(crate) fn escape_fraction_error(&self, i: usize, target: f64) -> Bands {
         if let Some(e) = self.error.get(i) {
-            return e.map(|e| e / target);
+            return *e / target;
         }
         let rays = (self.rays as f64 / self.sky.len().max(1) as f64).max(1.0);
         let escaping = self.total_of(i);
-        bands(|b| {
-            let share = (escaping[b] / target).clamp(0.0, 1.0);
+        escaping.map(|escaping| {
+            let share = (escaping / target).clamp(0.0, 1.0);
             (share * (1.0 - share) / rays).sqrt()
         })
     }
@@ -151,26 +151,26 @@ impl SurroundingsExchange {
     /// g_i,sky + g_i,backs of zone `i`.
     pub(crate) fn total_of(&self, i: usize) -> Bands {
         let (sky, backs) = (self.sky_of(i), self.backfaces_of(i));
-        bands(|b| sky[b] + backs[b])
+        sky + backs
     }
 
     /// Multiplies the factors of every unknown by `d`, where closure is restored.
     pub fn scale(&mut self, d: &[Bands]) {
         for factors in [&mut self.sky, &mut self.backfaces] {
-            factors.iter_mut().zip(d).for_each(|(x, d)| *x = bands(|b| x[b] * d[b]));
+            factors.iter_mut().zip(d).for_each(|(x, d)| *x *= d);
         }
     }
 
     /// Zeros for all zones, to be filled by an engine that samples the surroundings itself.
     pub fn unmeasured(zones: &Zones) -> SurroundingsExchange {
-        let zeros = vec![[0.0; 3]; zones.len()];
+        let zeros = vec![Bands::ZERO; zones.len()];
         SurroundingsExchange { sky: zeros.clone(), backfaces: zeros, ..SurroundingsExchange::default() }
     }
 
     /// Factors from tallies of zones with closure targets `target`.
     fn from_tallies(tallies: &[RayTally], target: impl Fn(usize) -> f64) -> SurroundingsExchange {
         let scaled = |k: usize| {
-            let factor = |(i, x): (usize, &RayTally)| x.sums[k].map(|s| s * target(i) / x.traced as f64);
+            let factor = |(i, x): (usize, &RayTally)| x.sums[k] * target(i) / x.traced as f64;
             tallies.iter().enumerate().map(factor).collect()
         };
         let rays = tallies.iter().map(|x| (x.traced + x.pilot) as u64).sum();
@@ -211,7 +211,7 @@ impl SurroundingsExchange {
 
     /// True if no power escapes from any zone.
     pub fn is_closed(&self) -> bool {
-        self.sky.iter().chain(&self.backfaces).all(|x| *x == [0.0; 3])
+        self.sky.iter().chain(&self.backfaces).all(|x| *x == Bands::ZERO)
     }
 }
 
@@ -265,7 +265,7 @@ fn error_targets(tallies: &[RayTally], [voxels, panes]: [usize; 2], share: f64) 
 
 /// Root of the sum of squares over the bands.
 fn norm(v: Bands) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+    v.map(|x| x * x).sum().sqrt()
 }
 
 /// Rays of each of `n` zones, at most `rays`, and the pilot rays among them.

@@ -28,7 +28,7 @@ pub(crate) fn escape_transmittance(
         Some(hit) => {
             let s = &scene.surfaces()[scene.facets()[hit.facet].surface];
             if hit.front || s.sides == Sides::Both {
-                ([0.0; 3], false)
+                (Bands::ZERO, false)
             } else {
                 (transport.optical_depth(origin, origin + dir * hit.t).map(|d| (-d).exp()), true)
             }
@@ -54,7 +54,7 @@ pub(crate) fn sample_point(i: usize, seed: u64, k: usize) -> ([f64; 3], [f64; 2]
 pub(crate) fn ray_from_sample(zones: &Zones, cell: Vec3, i: usize, p: [f64; 3], d: [f64; 2]) -> WeightedRay {
     let origin = point_in_zone(zones, cell, i, p);
     if i < zones.voxel_offset() {
-        return (origin, cosine_hemisphere(zones.patches[i].normal, d), [1.0; 3]);
+        return (origin, cosine_hemisphere(zones.patches[i].normal, d), Bands::ONE);
     }
     if i >= zones.pane_offset() {
         let z = &zones.panes[i - zones.pane_offset()];
@@ -62,7 +62,7 @@ pub(crate) fn ray_from_sample(zones: &Zones, cell: Vec3, i: usize, p: [f64; 3], 
         let w = cosine_hemisphere(if p[2] < 0.5 { z.normal } else { -z.normal }, d);
         return (origin, w, pane_ray_weight(z, w));
     }
-    (origin, uniform_sphere(d), [1.0; 3])
+    (origin, uniform_sphere(d), Bands::ONE)
 }
 
 /// The point of zone `i` for the point `p` of the unit cube, uniform over the zone.
@@ -82,7 +82,7 @@ pub(crate) fn point_in_zone(zones: &Zones, cell: Vec3, i: usize, p: [f64; 3]) ->
 
 /// Weight of a cosine-distributed ray of a pane: 2 A ⟨(1 − e^{−κt/c})/κ⟩ with c the cosine, relative to 4 A t.
 pub(crate) fn pane_ray_weight(z: &PaneZone, dir: Vec3) -> Bands {
-    z.effective_path(dir).map(|x| x / (2.0 * z.thickness))
+    z.effective_path(dir) / (2.0 * z.thickness)
 }
 
 /// A point of a voxel zone with cell edges `cell`: uniform in a whole voxel, one of the stored samples of a cut one.

@@ -2,7 +2,7 @@
 
 use super::zone_balance::ZoneBalances;
 use crate::surroundings::SurroundingsExchange;
-use zonal_scene::{Bands, Scene, SceneError, ThermalCondition, Zones, bands};
+use zonal_scene::{Bands, Scene, SceneError, ThermalCondition, Zones};
 
 /// Sets the emission of zones with known temperature, and turns zones with known power into white zones with a source. No effect in light mode.
 pub fn apply_boundary_conditions(scene: &Scene, zones: &mut Zones) {
@@ -15,19 +15,19 @@ pub fn apply_boundary_conditions(scene: &Scene, zones: &mut Zones) {
     for (p, (condition, own)) in zones.patches.iter_mut().zip(&mut list) {
         p.emission = own;
         if !matches!(condition, ThermalCondition::Temperature(_)) {
-            p.reflectance = [1.0; 3];
+            p.reflectance = Bands::ONE;
         }
     }
     for (v, (condition, own)) in zones.voxels.iter_mut().zip(&mut list) {
         match condition {
             ThermalCondition::Temperature(_) => v.emission = own,
-            _ => (v.albedo, v.emission, v.source) = ([1.0; 3], [0.0; 3], own),
+            _ => (v.albedo, v.emission, v.source) = (Bands::ONE, Bands::ZERO, own),
         }
     }
     for (p, (condition, own)) in zones.panes.iter_mut().zip(&mut list) {
         match condition {
             ThermalCondition::Temperature(_) => p.emission = own,
-            _ => (p.albedo, p.emission) = ([1.0; 3], [0.0; 3]),
+            _ => (p.albedo, p.emission) = (Bands::ONE, Bands::ZERO),
         }
     }
 }
@@ -39,11 +39,11 @@ pub(super) fn set_emissive_powers(scene: &Scene, zones: &mut Zones, emissive: &[
     let (voxels, panes) = (zones.voxel_offset(), zones.pane_offset());
     for (i, p) in zones.patches.iter_mut().enumerate() {
         p.reflectance = own[i].reflect;
-        p.emission = bands(|b| (own[i].absorb[b] * emissive[i][b]).max(0.0));
+        p.emission = (own[i].absorb * emissive[i]).map(|w| w.max(0.0));
     }
     for (k, v) in zones.voxels.iter_mut().enumerate() {
         let i = voxels + k;
-        (v.albedo, v.source) = (own[i].reflect, [0.0; 3]);
+        (v.albedo, v.source) = (own[i].reflect, Bands::ZERO);
         v.emission = emissive[i].map(|w| w.max(0.0));
     }
     for (k, p) in zones.panes.iter_mut().enumerate() {
@@ -64,8 +64,7 @@ pub(crate) fn check_temperature_level(
     let balances = ZoneBalances::new(scene, zones);
     let fixes = |i: usize| {
         let l = balances.of(zones, i);
-        matches!(l.condition, ThermalCondition::Temperature(_))
-            && (0..3).any(|b| l.weight[b] * l.absorb[b] > 0.0)
+        matches!(l.condition, ThermalCondition::Temperature(_)) && (l.weight * l.absorb).any(|m| m > 0.0)
     };
     if (0..zones.len()).any(fixes) {
         return Ok(());

@@ -11,7 +11,7 @@
 use crate::checkpoint::{Decoder, Encoder};
 use crate::iteration::{StoppingCriterion, multivector};
 use rayon::prelude::*;
-use zonal_scene::{Bands, CheckpointStore, bands};
+use zonal_scene::{Bands, CheckpointStore, Progress};
 
 /// Iterations without a new smallest residual after which the gradients have stalled.
 const MAX_ITERATIONS_WITHOUT_PROGRESS: usize = 30;
@@ -29,6 +29,8 @@ pub(super) struct IterationCheckpoint<'a> {
     pub number: usize,
     /// True if a saved state of this solve may exist.
     pub resumes: bool,
+    /// The observer, which may interrupt the solve.
+    pub progress: &'a dyn Progress,
 }
 
 impl IterationCheckpoint<'_> {
@@ -54,16 +56,17 @@ pub(super) struct BestIterate {
 }
 
 fn dot(a: &[Bands], b: &[Bands]) -> f64 {
-    multivector::sum(a.len(), |i| [a[i][0] * b[i][0] + a[i][1] * b[i][1] + a[i][2] * b[i][2]])[0]
+    multivector::sum(a.len(), |i| (a[i] * b[i]).sum())
 }
 
 /// Σ|a|.
 pub(super) fn absolute_sum(a: &[Bands]) -> f64 {
-    multivector::sum(a.len(), |i| [a[i][0].abs() + a[i][1].abs() + a[i][2].abs()])[0]
+    multivector::sum(a.len(), |i| a[i].abs().sum())
 }
 
-fn map_entries(x: &[Bands], f: impl Fn(usize, usize) -> f64 + Sync) -> Vec<Bands> {
-    (0..x.len()).into_par_iter().map(|i| bands(|b| f(i, b))).collect()
+/// One entry for each of `n` unknowns.
+fn entries(n: usize, f: impl Fn(usize) -> Bands + Sync + Send) -> Vec<Bands> {
+    (0..n).into_par_iter().map(f).collect()
 }
 
 /// State of a solve: the best iterate, the residual vector, and the gradients unless fixed-point iterations are under state.
@@ -97,13 +100,13 @@ impl BicgstabState {
     fn encode(&self, number: usize) -> Vec<u8> {
         let mut encoder = Encoder::default();
         encoder.int(number);
-        encoder.triples(&self.end.u);
+        encoder.bands(&self.end.u);
         encoder.reals(&[self.end.residual]);
         encoder.int(self.end.products);
-        encoder.triples(&self.r);
+        encoder.bands(&self.r);
         encoder.int(usize::from(self.gradients.is_some()));
         if let Some(g) = &self.gradients {
-            [&g.shadow, &g.p, &g.u].into_iter().for_each(|v| encoder.triples(v));
+            [&g.shadow, &g.p, &g.u].into_iter().for_each(|v| encoder.bands(v));
             encoder.reals(&[g.rho]);
             encoder.int(g.since);
             encoder.int(g.step);
@@ -116,7 +119,7 @@ impl BicgstabState {
         if decoder.int()? != number {
             return None;
         }
-        let field = |decoder: &mut Decoder| decoder.triples().filter(|v| v.len() == unknowns);
+        let field = |decoder: &mut Decoder| decoder.bands().filter(|v| v.len() == unknowns);
         let one = |decoder: &mut Decoder| decoder.reals()?.first().copied();
         let end =
             BestIterate { u: field(&mut decoder)?, residual: one(&mut decoder)?, products: decoder.int()? };
@@ -136,7 +139,8 @@ impl BicgstabState {
     }
 }
 
-/// Solves u = `source` + `reflect`(u) from `start`, with at most `stop.max_iterations` iterations of two products.
+/// Solves u = `source` + `reflect`(u) from `start`, with at most `stop.max_iterations` iterations of two products, fewer if the
+/// observer interrupts it.
 pub(super) fn solve(
     reflect: impl Fn(&[Bands]) -> Vec<Bands>,
     source: &[Bands],
@@ -159,9 +163,12 @@ pub(super) fn solve(
         }
     }
     // Fixed-point iterations: r is the change of u by the next one.
-    while state.end.residual > stop.residual && state.end.products < 2 * stop.max_iterations {
+    while state.end.residual > stop.residual
+        && state.end.products < 2 * stop.max_iterations
+        && !checkpoint.progress.is_interrupted()
+    {
         let BicgstabState { end, r, .. } = &mut state;
-        end.u = map_entries(r, |i, b| end.u[i][b] + r[i][b]);
+        end.u = entries(r.len(), |i| end.u[i] + r[i]);
         *r = reflect(r);
         end.products += 1;
         end.residual = absolute_sum(r) / given;
@@ -179,12 +186,12 @@ fn residual(
 ) -> Vec<Bands> {
     let m = reflect(&end.u);
     end.products += 1;
-    let r = map_entries(&m, |i, b| source[i][b] + m[i][b] - end.u[i][b]);
+    let r = entries(m.len(), |i| source[i] + m[i] - end.u[i]);
     end.residual = if given > 0.0 { absolute_sum(&r) / given } else { 0.0 };
     r
 }
 
-/// Bi-conjugate gradients from a residual, until the criterion is met or they break down.
+/// Bi-conjugate gradients from a residual, until the criterion is met, they break down or the observer interrupts the solve.
 fn run_gradients(
     reflect: &impl Fn(&[Bands]) -> Vec<Bands>,
     state: &mut BicgstabState,
@@ -194,10 +201,11 @@ fn run_gradients(
 ) {
     let apply_system = |p: &[Bands]| {
         let m = reflect(p);
-        map_entries(p, |i, b| p[i][b] - m[i][b])
+        entries(p.len(), |i| p[i] - m[i])
     };
     while let BicgstabState { end, r, gradients: Some(g) } = &mut *state
         && g.step < stop.max_iterations
+        && !checkpoint.progress.is_interrupted()
     {
         let v = apply_system(&g.p);
         let along = dot(&g.shadow, &v);
@@ -205,13 +213,13 @@ fn run_gradients(
             return;
         }
         let alpha = g.rho / along;
-        let s = map_entries(r, |i, b| r[i][b] - alpha * v[i][b]);
+        let s = entries(r.len(), |i| r[i] - alpha * v[i]);
         let t = apply_system(&s);
         end.products += 2;
         let tt = dot(&t, &t);
         let omega = if tt > 0.0 { dot(&t, &s) / tt } else { 0.0 };
-        g.u = map_entries(&g.u, |i, b| g.u[i][b] + alpha * g.p[i][b] + omega * s[i][b]);
-        *r = map_entries(&s, |i, b| s[i][b] - omega * t[i][b]);
+        g.u = entries(g.u.len(), |i| g.u[i] + alpha * g.p[i] + omega * s[i]);
+        *r = entries(s.len(), |i| s[i] - omega * t[i]);
         let residual = absolute_sum(r) / given;
         g.since += 1;
         if residual < end.residual {
@@ -227,7 +235,7 @@ fn run_gradients(
         let next = dot(&g.shadow, r);
         let beta = next / g.rho * (alpha / omega);
         g.rho = next;
-        g.p = map_entries(&g.p, |i, b| r[i][b] + beta * (g.p[i][b] - omega * v[i][b]));
+        g.p = entries(g.p.len(), |i| r[i] + beta * (g.p[i] - omega * v[i]));
         g.step += 1;
         let step = g.step;
         checkpoint.save(state, step);
@@ -237,26 +245,36 @@ fn run_gradients(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use zonal_scene::NoCheckpoints;
+    use zonal_scene::{Band, NoCheckpoints, NoProgress};
 
-    const NONE: IterationCheckpoint<'static> =
-        IterationCheckpoint { store: &NoCheckpoints, stage: "", number: 0, resumes: false };
+    const NO_CHECKPOINT: IterationCheckpoint<'static> = IterationCheckpoint {
+        store: &NoCheckpoints,
+        stage: "",
+        number: 0,
+        resumes: false,
+        progress: &NoProgress,
+    };
+
+    /// Each band of the result is the following band of `x`.
+    fn to_next_band(x: Bands) -> Bands {
+        let next = |b: Band| Band::new(b.index() + 1).unwrap_or(Band::first());
+        Bands::from_fn(|b| x[next(b)])
+    }
 
     #[test]
     fn power_circulating_in_a_ring_is_conserved() {
         // Zone i sends 0.9 of its power to zone i + 1, into the next band.
         let n = 50;
-        let reflect = |u: &[Bands]| -> Vec<Bands> {
-            (0..n).map(|i| bands(|b| 0.9 * u[(i + n - 1) % n][(b + 1) % 3])).collect()
-        };
-        let mut source = vec![[0.0; 3]; n];
-        source[3] = [1.0, 2.0, 4.0];
+        let reflect =
+            |u: &[Bands]| -> Vec<Bands> { (0..n).map(|i| 0.9 * to_next_band(u[(i + n - 1) % n])).collect() };
+        let mut source = vec![Bands::ZERO; n];
+        source[3] = Bands::from_rgb([1.0, 2.0, 4.0]);
         let end = solve(
             reflect,
             &source,
             source.clone(),
             StoppingCriterion { residual: 1e-12, max_iterations: 500 },
-            &NONE,
+            &NO_CHECKPOINT,
         );
         assert!(end.residual <= 1e-12, "{:e}", end.residual);
         assert!((absolute_sum(&end.u) - 70.0).abs() < 1e-8);
@@ -282,16 +300,16 @@ mod tests {
     #[test]
     fn resumed_solve_is_bit_identical() {
         let n = 60;
-        let mut source = vec![[0.0; 3]; n];
-        source[3] = [1.0, 2.0, 4.0];
+        let mut source = vec![Bands::ZERO; n];
+        source[3] = Bands::from_rgb([1.0, 2.0, 4.0]);
         let mut phases = [0; 2];
         for turn in [false, true] {
             let reflect = |u: &[Bands]| -> Vec<Bands> {
-                let of = |i: usize, b: usize| match turn {
-                    true => 0.9 * u[(i + n - 1) % n][(b + 1) % 3],
-                    false => 0.4995 * (u[(i + n - 1) % n][(b + 1) % 3] + u[(i + 1) % n][b]),
+                let of = |i: usize| match turn {
+                    true => 0.9 * to_next_band(u[(i + n - 1) % n]),
+                    false => 0.4995 * (to_next_band(u[(i + n - 1) % n]) + u[(i + 1) % n]),
                 };
-                (0..n).map(|i| bands(|b| of(i, b))).collect()
+                (0..n).map(of).collect()
             };
             let run = |checkpoint: &IterationCheckpoint| {
                 solve(
@@ -302,10 +320,16 @@ mod tests {
                     checkpoint,
                 )
             };
-            let straight = run(&NONE);
+            let straight = run(&NO_CHECKPOINT);
             for k in 1.. {
                 let store = NthSaveStore(SavedStage::new((k, None)));
-                let checkpoint = IterationCheckpoint { store: &store, stage: "s", number: 4, resumes: true };
+                let checkpoint = IterationCheckpoint {
+                    store: &store,
+                    stage: "s",
+                    number: 4,
+                    resumes: true,
+                    progress: &NoProgress,
+                };
                 run(&checkpoint);
                 let Some(bytes) = store.load("s") else { break };
                 phases[usize::from(BicgstabState::decode(&bytes, 4, n).unwrap().gradients.is_none())] += 1;

@@ -9,7 +9,7 @@ use super::zone_balance::ZoneBalances;
 use crate::iteration::StoppingCriterion;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use rayon::prelude::*;
-use zonal_scene::{Bands, Fields, bands};
+use zonal_scene::{Bands, Fields};
 
 /// How temperatures follow from the zonal equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub(crate) fn propagate_errors(
     let table = ZoneBalances::new(context.scene, context.zones);
     let balances = table.all(context.zones);
     let (n, fractions) = (context.zones.len(), &table.thermal.band_fractions);
-    let share = |i: usize| bands(|b| balances[i].incident_share * fields.error[i][b]);
+    let share = |i: usize| balances[i].incident_share * fields.error[i];
     // Linearize zones of known power about the temperatures of the radiosities found.
     let linearize = |i: usize| {
         let l = &balances[i];
@@ -47,7 +47,7 @@ pub(crate) fn propagate_errors(
     };
     let reflected_uncoupled = |i: usize, h: Bands| {
         let (rho, _) = context.zones.response(i);
-        bands(|b| rho[b] / balances[i].incident_share * h[b])
+        rho / balances[i].incident_share * h
     };
     let reflected =
         |i: usize, h: Bands| linearized.get(i).map_or_else(|| reflected_uncoupled(i, h), |t| t.reflected(h));
@@ -59,13 +59,18 @@ pub(crate) fn propagate_errors(
     if coupled_bicgstab::absolute_sum(&source) == 0.0 {
         return;
     }
-    let checkpoint =
-        IterationCheckpoint { store: context.checkpoints, stage: STAGE, number: 0, resumes: true };
+    let checkpoint = IterationCheckpoint {
+        store: context.checkpoints,
+        stage: STAGE,
+        number: 0,
+        resumes: true,
+        progress: context.progress,
+    };
     let reflect = |u: &[Bands]| scaling.reflect(operator, u, reflected);
     let end = coupled_bicgstab::solve(reflect, &source, source.clone(), ERROR_SOLVE, &checkpoint);
     // Add the errors that they cause.
     let more = scaling.incident_flux(operator, &end.u);
     for (i, e) in fields.error.iter_mut().enumerate() {
-        *e = bands(|b| e[b] + more[i][b].abs() / balances[i].incident_share);
+        *e += more[i].abs() / balances[i].incident_share;
     }
 }

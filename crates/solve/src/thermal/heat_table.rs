@@ -75,7 +75,7 @@ pub(super) fn heat_report(
 ) -> HeatReport {
     HeatReport {
         rows,
-        surroundings: fractions.total(zonal_scene::bands(|b| energy.incoming[b] - energy.escaped[b])),
+        surroundings: fractions.total(energy.incoming - energy.escaped),
         absorbed_backfaces: fractions.total(energy.absorbed_backfaces),
     }
 }

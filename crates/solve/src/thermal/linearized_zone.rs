@@ -5,7 +5,7 @@ use crate::operator::{ExchangeOperator, extend_to_slopes};
 use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::thermal::blackbody_temperature;
-use zonal_scene::{BandFractions, Bands, ThermalCondition, Zones, bands};
+use zonal_scene::{BandFractions, Bands, ThermalCondition, Zones};
 
 /// Whether the bands of a linear solve differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,35 +38,34 @@ impl LinearizedZone {
         let [w, mut slope] = shares.emissive_powers(e);
         let absorption = l.absorption_weight();
         let fixed = LinearizedZone {
-            own: bands(|b| l.absorb[b] * w[b]),
+            own: l.absorb * w,
             reflect: l.reflect,
-            reemitted: [0.0; 3],
-            absorption: [0.0; 3],
+            reemitted: Bands::ZERO,
+            absorption: Bands::ZERO,
         };
         let q = match l.condition {
             ThermalCondition::Temperature(_) => return fixed,
             ThermalCondition::Flux(q) | ThermalCondition::Power(q) => q,
         };
-        if slope.iter().any(|s| *s < 0.0) {
+        if slope.any(|s| s < 0.0) {
             slope = shares.weights(blackbody_temperature(e.max(0.0)));
         }
-        let sum = |v: Bands| v[0] + v[1] + v[2];
-        let all = sum(bands(|b| absorption[b] * slope[b]));
+        let all = (absorption * slope).sum();
         if all <= 0.0 {
             return fixed;
         }
-        let missing = (q - sum(bands(|b| absorption[b] * w[b]))) / all;
+        let missing = (q - (absorption * w).sum()) / all;
         LinearizedZone {
-            own: bands(|b| l.absorb[b] * (w[b] + slope[b] * missing)),
-            reemitted: bands(|b| l.absorb[b] * slope[b] / all),
+            own: l.absorb * (w + slope * missing),
+            reemitted: l.absorb * slope / all,
             absorption,
             ..fixed
         }
     }
     /// The part of B that depends on the incident flux `h`.
     pub(super) fn reflected(&self, h: Bands) -> Bands {
-        let absorbed = self.absorption[0] * h[0] + self.absorption[1] * h[1] + self.absorption[2] * h[2];
-        bands(|b| self.reflect[b] * h[b] + self.reemitted[b] * absorbed)
+        let absorbed = (self.absorption * h).sum();
+        self.reflect * h + self.reemitted * absorbed
     }
 }
 
@@ -113,22 +112,22 @@ impl PowerScaling {
     /// Power of an unknown with a radiosity, W.
     pub(super) fn power_of(&self, i: usize, radiosity: Bands) -> Bands {
         let (t, c) = self.scale[i];
-        bands(|b| t * c[b] * radiosity[b])
+        t * c * radiosity
     }
     pub(super) fn strengths(&self, u: &[Bands]) -> Vec<Bands> {
-        u.par_iter().zip(&self.scale).map(|(u, (t, _))| u.map(|x| x / t)).collect()
+        u.par_iter().zip(&self.scale).map(|(u, (t, _))| u / *t).collect()
     }
     /// h of every unknown by the exchange between the zones.
     pub(super) fn incident_flux(&self, operator: &dyn ExchangeOperator, u: &[Bands]) -> Vec<Bands> {
         let s = self.strengths(u);
         let mut p: Vec<Bands> = match self.one_band {
             true => {
-                let first: Vec<[f64; 1]> = s.par_iter().map(|s| [s[0]]).collect();
-                operator.apply_band(&first).par_iter().map(|p| [p[0]; 3]).collect()
+                let first: Vec<[f64; 1]> = s.par_iter().map(|s| [s.first()]).collect();
+                operator.apply_band(&first).par_iter().map(|p| Bands::splat(p[0])).collect()
             }
             false => operator.apply(&s),
         };
-        p.par_iter_mut().zip(&self.flux_over_power).for_each(|(p, o)| *p = p.map(|x| x * o));
+        p.par_iter_mut().zip(&self.flux_over_power).for_each(|(p, o)| *p *= *o);
         p
     }
     /// M u.

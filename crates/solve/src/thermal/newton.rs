@@ -24,11 +24,12 @@ use super::zone_balance::{ZoneBalance, ZoneBalances};
 use crate::checkpoint::{Decoder, Encoder};
 use crate::iteration::{IterationResult, StoppingCriterion, multivector};
 use crate::operator::ExchangeOperator;
+use crate::settings::check_interrupted;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_scene::thermal::blackbody_emissive_power;
-use zonal_scene::{BandFractions, Bands, Scene, SceneError, SolveStatus, ThermalCondition, Zones, bands};
+use zonal_scene::{BandFractions, Bands, PerBand, Scene, SceneError, SolveStatus, ThermalCondition, Zones};
 
 /// Maximum number of steps.
 const MAX_STEPS: usize = 60;
@@ -68,7 +69,7 @@ pub(crate) fn is_needed(scene: &Scene) -> bool {
 /// Iterates over the temperatures of a scene.
 ///
 /// # Errors
-/// If the iteration exceeds the memory limit.
+/// If the iteration exceeds the memory limit, or if the observer interrupts it.
 pub(crate) fn solve(
     context: &SolveContext,
     built: &BuiltEngine,
@@ -94,38 +95,16 @@ pub(crate) fn solve(
         scaling: &scaling,
         residual: scene.options().residual,
     };
-    // Resume from a checkpoint, or start from a uniform temperature.
-    let initial = blackbody_emissive_power(table.initial_temperature());
-    let kept = context.checkpoints.load(STAGE);
-    let kept = kept
-        .and_then(|b| NewtonState::decode(&b, balances.len(), iteration.outside.len(), iteration.residual));
-    let mut state = kept.unwrap_or_else(|| NewtonState {
-        e: balances.iter().map(|l| known_emissive_power(l).unwrap_or(initial)).collect(),
-        u: Vec::new(),
-        products: 0,
-        history: ConvergenceHistory::new(iteration.residual),
-    });
-    let first = state.history.residuals.len();
-    context.progress.begin("temperatures", MAX_STEPS as u64);
-    context.progress.advance(first as u64);
-    while state.history.status.is_none() {
-        state = iteration.step(state, first);
-        if context.checkpoints.keeps() {
-            context.checkpoints.save(STAGE, &state.encode());
-        }
-        context.progress.advance(1);
-    }
-    context.progress.end();
+    let NewtonState { e, u, products, history } = iteration.run(table.initial_temperature())?;
     // Set the emission of the zones by their temperatures.
-    let NewtonState { e, u, products, history } = state;
     let mut zones = context.zones.clone();
     let emissive: Vec<Bands> = e.iter().map(|e| fractions.emissive_powers(*e)[0]).collect();
     set_emissive_powers(scene, &mut zones, &emissive);
     let result = IterationResult {
         strengths: scaling.strengths(&u),
-        status: [history.status.unwrap_or(SolveStatus::MaxIterations); 3],
-        residuals: [0, 1, 2].map(|_| history.residuals.clone()),
-        power: [coupled_bicgstab::absolute_sum(&u); 3],
+        status: PerBand::splat(history.status.unwrap_or(SolveStatus::MaxIterations)),
+        residuals: PerBand::splat(history.residuals),
+        power: Bands::splat(coupled_bicgstab::absolute_sum(&u)),
     };
     Ok(CoupledSolution { zones, result, products })
 }
@@ -152,6 +131,37 @@ struct NewtonIteration<'a> {
 }
 
 impl NewtonIteration<'_> {
+    /// Takes steps from the state of a checkpoint, or from a uniform temperature (K), until the iteration has ended.
+    ///
+    /// # Errors
+    /// If the observer interrupts the iteration; the state of the step that it interrupts is not saved.
+    fn run(&self, initial_temperature: f64) -> Result<NewtonState, SceneError> {
+        let (context, balances) = (self.context, self.balances);
+        let initial = blackbody_emissive_power(initial_temperature);
+        let kept = context.checkpoints.load(STAGE);
+        let kept =
+            kept.and_then(|b| NewtonState::decode(&b, balances.len(), self.outside.len(), self.residual));
+        let mut state = kept.unwrap_or_else(|| NewtonState {
+            e: balances.iter().map(|l| known_emissive_power(l).unwrap_or(initial)).collect(),
+            u: Vec::new(),
+            products: 0,
+            history: ConvergenceHistory::new(self.residual),
+        });
+        let first = state.history.residuals.len();
+        context.progress.begin("temperatures", MAX_STEPS as u64);
+        context.progress.advance(first as u64);
+        while state.history.status.is_none() {
+            state = self.step(state, first);
+            check_interrupted(context.progress)?;
+            if context.checkpoints.keeps() {
+                context.checkpoints.save(STAGE, &state.encode());
+            }
+            context.progress.advance(1);
+        }
+        context.progress.end();
+        Ok(state)
+    }
+
     /// One step: a linear solve about E, and the emissive powers that follow. `first` is the number of steps before a resumed iteration.
     fn step(&self, state: NewtonState, first: usize) -> NewtonState {
         let NewtonState { e, u, products, mut history } = state;
@@ -161,9 +171,9 @@ impl NewtonIteration<'_> {
         // Sources of the zones and of the surroundings; higher-order unknowns have no source of their own.
         let source = |k: usize| {
             let zone = &linearized[scaling.zone(k)];
-            let own = if k < balances.len() { zone.own } else { [0.0; 3] };
+            let own = if k < balances.len() { zone.own } else { Bands::ZERO };
             let sky = zone.reflected(outside[k]);
-            scaling.power_of(k, bands(|b| own[b] + sky[b]))
+            scaling.power_of(k, own + sky)
         };
         let source: Vec<Bands> = (0..outside.len()).into_par_iter().map(source).collect();
         // Solve the linear system from the last solution.
@@ -175,6 +185,7 @@ impl NewtonIteration<'_> {
             stage: LINEAR_STAGE,
             number,
             resumes: number == first,
+            progress: self.context.progress,
         };
         let max_iterations = self.context.scene.options().max_iterations;
         let stop =
@@ -182,7 +193,7 @@ impl NewtonIteration<'_> {
         let end = coupled_bicgstab::solve(reflect, &source, start, stop, &checkpoint);
         // Update the emissive powers.
         let h = scaling.incident_flux(self.operator, &end.u);
-        let incident = |i: usize| bands(|b| h[i][b] + outside[i][b]);
+        let incident = |i: usize| h[i] + outside[i];
         let (e, off) = update_emissive_powers(balances, self.fractions, &e, incident, history.step_length());
         history.record(off, end.residual);
         NewtonState { e, u: end.u, products: products + end.products + 1, history }
@@ -201,7 +212,7 @@ fn check_memory(context: &SolveContext, unknowns: usize) -> Result<(), SceneErro
         bytes as f64 / 1e9,
         context.memory_limit as f64 / 1e9
     );
-    Err(SceneError::new("solve.patch_size", what))
+    Err(SceneError::out_of_memory("solve.patch_size", what))
 }
 
 /// h of every unknown from the surroundings, W/m².
@@ -211,15 +222,15 @@ fn outside_flux(
     scaling: &PowerScaling,
 ) -> Vec<Bands> {
     let sky = context.scene.surroundings().radiosity();
-    let one = |k: usize| surroundings.incoming(k, sky)[0].map(|x| x * scaling.flux_over_power[k]);
+    let one = |k: usize| surroundings.incoming(k, sky)[0] * scaling.flux_over_power[k];
     (0..scaling.flux_over_power.len()).into_par_iter().map(one).collect()
 }
 
-/// NewtonState of the iteration between two steps.
+/// State of the iteration between two steps.
 struct NewtonState {
     /// E of every zone, W/m².
     e: Vec<f64>,
-    /// PowerScaling of all unknowns, W.
+    /// Powers of all unknowns, W.
     u: Vec<Bands>,
     products: usize,
     history: ConvergenceHistory,
@@ -231,7 +242,7 @@ impl NewtonState {
         let history = &self.history;
         let mut encoder = Encoder::default();
         encoder.reals(&self.e);
-        encoder.triples(&self.u);
+        encoder.bands(&self.u);
         encoder.reals(&history.residuals);
         encoder.reals(&[history.best]);
         let status = history.status.and_then(|s| SolveStatus::VARIANTS.iter().position(|x| *x == s));
@@ -244,7 +255,7 @@ impl NewtonState {
     /// Decodes a stage of [`NewtonState::encode`] for a number of zones and unknowns.
     fn decode(bytes: &[u8], zones: usize, unknowns: usize, wanted: f64) -> Option<NewtonState> {
         let mut decoder = Decoder::new(bytes);
-        let (e, u, residuals) = (decoder.reals()?, decoder.triples()?, decoder.reals()?);
+        let (e, u, residuals) = (decoder.reals()?, decoder.bands()?, decoder.reals()?);
         let best = *decoder.reals()?.first()?;
         let [products, since_best, halved, status] =
             [decoder.int()?, decoder.int()?, decoder.int()?, decoder.int()?];
@@ -309,9 +320,9 @@ fn update_emissive_powers(
     let one = |i: usize| {
         let l = &balances[i];
         let (linearized, absorption) = (LinearizedZone::of(l, fractions, old[i]), l.absorption_weight());
-        let absorbed: f64 = linearized.absorption.iter().zip(h(i)).map(|(m, h)| m * h).sum();
+        let absorbed = (linearized.absorption * h(i)).sum();
         // Emission in each band by the linearization.
-        let linear = bands(|b| linearized.own[b] + linearized.reemitted[b] * absorbed);
+        let linear = linearized.own + linearized.reemitted * absorbed;
         let e = match l.condition {
             ThermalCondition::Temperature(_) => old[i],
             ThermalCondition::Flux(q) | ThermalCondition::Power(q) => {
@@ -326,8 +337,8 @@ fn update_emissive_powers(
             }
         };
         let w = fractions.emissive_powers(e)[0];
-        let off = (0..3).map(|b| l.weight[b] * (l.absorb[b] * w[b] - linear[b]).abs()).sum::<f64>();
-        let all = (0..3).map(|b| absorption[b] * w[b].abs()).sum::<f64>();
+        let off = (l.weight * (l.absorb * w - linear).abs()).sum();
+        let all = (absorption * w.abs()).sum();
         let moves = !matches!(l.condition, ThermalCondition::Temperature(_));
         (e, [if moves { off * l.measure } else { 0.0 }, all * l.measure])
     };

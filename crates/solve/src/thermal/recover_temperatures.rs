@@ -12,8 +12,8 @@ use crate::report::energy_balance::balance_zones;
 use rayon::prelude::*;
 use zonal_scene::thermal::blackbody_temperature;
 use zonal_scene::{
-    BandFractions, Bands, Diagnostic, ErrorEstimate, Fields, LightGroup, Report, Scene, ThermalCondition,
-    ThermalFields, Zones, bands,
+    Band, BandFractions, Bands, Diagnostic, ErrorEstimate, Fields, LightGroup, Report, Scene,
+    ThermalCondition, ThermalFields, Zones,
 };
 
 /// Residual of the balance, over the absorbed power, that rounding leaves.
@@ -47,7 +47,7 @@ pub(crate) fn recover_temperatures(
     set_emissive_powers(scene, zones, &emissive);
     let radiosity = |i: usize| {
         let (l, h) = (&balances[i], balances[i].incident_flux(fields, i));
-        bands(|k| l.absorb[k] * emissive[i][k] + l.reflect[k] * h[k])
+        l.absorb * emissive[i] + l.reflect * h
     };
     fields.radiosity = (0..n).into_par_iter().map(radiosity).collect();
     report.energy = Default::default();
@@ -78,7 +78,7 @@ fn undistributed_power(
 ) -> f64 {
     let emitted = |i: usize| {
         let m = balances[i].absorption_weight();
-        balances[i].measure * fractions.total(bands(|b| m[b] * emissive[i][b].abs()))
+        balances[i].measure * fractions.total(m * emissive[i].abs())
     };
     (0..balances.len()).map(emitted).sum::<f64>()
         * report.residuals.iter().filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r))
@@ -94,12 +94,12 @@ fn zone_errors(
     let error = |i: usize| {
         let (l, e) = (&balances[i], fields.error[i]);
         let m = l.absorption_weight();
-        let q = fractions.total(bands(|b| m[b] * l.incident_share * e[b]));
+        let q = fractions.total(m * l.incident_share * e);
         if matches!(l.condition, ThermalCondition::Temperature(_)) {
             return [q, 0.0];
         }
         let slope = fractions.emissive_powers(found[i].0.max(0.0))[1];
-        [0.0, q / fractions.total(bands(|b| m[b] * slope[b].max(0.0)))]
+        [0.0, q / fractions.total(m * slope.map(|s| s.max(0.0)))]
     };
     (0..balances.len()).into_par_iter().map(error).collect()
 }
@@ -125,7 +125,7 @@ fn imbalance(
     let zones: f64 = balances.iter().zip(found).map(|(l, x)| l.measure * x.1).sum();
     let outside = |g: &LightGroup| {
         let e = &g.energy;
-        fractions.total(bands(|b| e.incoming[b] - e.escaped[b] - e.absorbed_backfaces[b]))
+        fractions.total(e.incoming - e.escaped - e.absorbed_backfaces)
     };
     (zones + groups.iter().map(outside).sum::<f64>()).abs()
 }
@@ -142,14 +142,14 @@ fn widen_by_heat_balance(
     let is_free = |l: &ZoneBalance| matches!(l.condition, ThermalCondition::Temperature(_));
     let explained = |i: usize| {
         let (l, m) = (&balances[i], balances[i].absorption_weight());
-        l.measure * fractions.total(bands(|b| m[b] * l.incident_share * fields.error[i][b]))
+        l.measure * fractions.total(m * l.incident_share * fields.error[i])
     };
     let missing = imbalance(balances, fractions, found, groups);
     let known: f64 = (0..balances.len()).filter(|&i| is_free(&balances[i])).map(explained).sum();
     let excess = missing - known - fractions.total(report.energy_error.escaped);
     let absorbed = |i: usize, l: &ZoneBalance| {
         let (m, h) = (l.absorption_weight(), l.incident_flux(fields, i));
-        l.measure * fractions.total(bands(|b| m[b] * h[b].abs()))
+        l.measure * fractions.total(m * h.abs())
     };
     let all: f64 = balances.iter().enumerate().filter(|(_, l)| is_free(l)).map(|(i, l)| absorbed(i, l)).sum();
     // An excess that is NaN gives an unknown error.
@@ -158,7 +158,7 @@ fn widen_by_heat_balance(
         false if all > 0.0 && excess.is_finite() => excess / all,
         false => f64::INFINITY,
     };
-    consistency::distribute([fraction; 3], fields);
+    consistency::distribute(Bands::splat(fraction), fields);
 }
 
 /// Diagnostics of zones without a temperature.
@@ -178,8 +178,8 @@ fn undefined_temperatures(
     for (l, _) in balances.iter().zip(&heat.temperature).filter(|(_, t)| t.is_nan()) {
         let m = l.absorption_weight();
         let reason = match l.condition {
-            _ if m == [0.0; 3] => 0,
-            _ if !(0..3).any(|b| emitting[b] && m[b] > 0.0) => 1,
+            _ if m == Bands::ZERO => 0,
+            _ if !Band::all().any(|b| emitting[b] && m[b] > 0.0) => 1,
             ThermalCondition::Flux(q) | ThermalCondition::Power(q) if q < 0.0 => 2,
             _ => 3,
         };

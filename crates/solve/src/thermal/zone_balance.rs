@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use zonal_scene::thermal::{blackbody_emissive_power, blackbody_temperature};
-use zonal_scene::{BandFractions, Bands, Fields, Scene, Thermal, ThermalCondition, Zones, bands};
+use zonal_scene::{BandFractions, Bands, Fields, Scene, Thermal, ThermalCondition, Zones};
 
 /// Maximum number of bracketing steps and of bisections for E.
 const MAX_BISECTIONS: usize = 200;
@@ -27,12 +27,12 @@ pub(super) struct ZoneBalance {
 impl ZoneBalance {
     /// m a in each band.
     pub(super) fn absorption_weight(&self) -> Bands {
-        bands(|b| self.weight[b] * self.absorb[b])
+        self.weight * self.absorb
     }
     /// Net power of a zone with black emissive power `e` and incident flux `h`, W/m² or W/m³.
     pub(super) fn net_power(&self, fractions: &BandFractions, e: f64, h: Bands) -> f64 {
         let (w, m) = (fractions.emissive_powers(e)[0], self.absorption_weight());
-        fractions.total(bands(|b| m[b] * (w[b] - h[b])))
+        fractions.total(m * (w - h))
     }
     /// E of a zone with net power `q` and incident flux `h`, W/m², by bisection; `None` if it neither absorbs nor emits.
     pub(super) fn emissive_power_in_balance(
@@ -42,8 +42,8 @@ impl ZoneBalance {
         h: Bands,
     ) -> Option<f64> {
         let m = self.absorption_weight();
-        let sum = |a: Bands| fractions.total(bands(|b| m[b] * a[b]));
-        if sum([1.0; 3]) <= 0.0 {
+        let sum = |a: Bands| fractions.total(m * a);
+        if sum(Bands::ONE) <= 0.0 {
             return None;
         }
         let wanted = q + sum(h);
@@ -72,7 +72,7 @@ impl ZoneBalance {
     }
     /// h of zone `i`, W/m².
     pub(super) fn incident_flux(&self, fields: &Fields, i: usize) -> Bands {
-        bands(|b| self.incident_share * (fields.incident[i][b] + fields.direct[i][b]))
+        self.incident_share * (fields.incident[i] + fields.direct[i])
     }
     /// E (W/m²) and q (W/m² or W/m³) of the zone for an incident flux `h`; E is NaN if undefined.
     pub(super) fn emissive_and_net_power(&self, fractions: &BandFractions, h: Bands) -> (f64, f64) {
@@ -114,8 +114,8 @@ impl<'a> ZoneBalances<'a> {
             };
             let reflect = self.scene.surfaces()[p.surface].reflectance;
             return ZoneBalance {
-                weight: [1.0; 3],
-                absorb: reflect.map(|r| 1.0 - r),
+                weight: Bands::ONE,
+                absorb: 1.0 - reflect,
                 reflect,
                 condition: known,
                 measure: p.area,
@@ -126,7 +126,7 @@ impl<'a> ZoneBalances<'a> {
             let cell = zones.voxels[i - zones.voxel_offset()].cell;
             // A scene with voxel zones has a voxel grid.
             let map = self.scene.voxel_grid();
-            let of = |f: &dyn Fn(&zonal_scene::VoxelGrid) -> Bands| map.map_or([0.0; 3], f);
+            let of = |f: &dyn Fn(&zonal_scene::VoxelGrid) -> Bands| map.map_or(Bands::ZERO, f);
             let known = map.and_then(|m| m.heat(cell)).unwrap_or(ThermalCondition::Flux(0.0));
             (of(&|m| m.extinction(cell)), of(&|m| m.albedo(cell)), known)
         } else {
@@ -135,8 +135,8 @@ impl<'a> ZoneBalances<'a> {
             (p.extinction, p.albedo, self.thermal.panes[pane])
         };
         ZoneBalance {
-            weight: kappa.map(|k| 4.0 * k),
-            absorb: albedo.map(|o| 1.0 - o),
+            weight: 4.0 * kappa,
+            absorb: 1.0 - albedo,
             reflect: albedo,
             condition: known,
             measure: zones.response(i).1,
@@ -150,14 +150,14 @@ impl<'a> ZoneBalances<'a> {
         let own = match l.condition {
             ThermalCondition::Temperature(t) => {
                 let w = fractions.emissive_powers(blackbody_emissive_power(t))[0];
-                if i < zones.voxel_offset() { bands(|b| l.absorb[b] * w[b]) } else { w }
+                if i < zones.voxel_offset() { l.absorb * w } else { w }
             }
             ThermalCondition::Flux(q) | ThermalCondition::Power(q) if q != 0.0 => {
                 let (a, m) = (fractions.weights(self.initial_temperature()), l.absorption_weight());
-                let all = fractions.total(bands(|b| a[b] * m[b]));
-                bands(|b| if all > 0.0 { q * a[b] * m[b] / all } else { 0.0 })
+                let all = fractions.total(a * m);
+                if all > 0.0 { q * a * m / all } else { Bands::ZERO }
             }
-            _ => [0.0; 3],
+            _ => Bands::ZERO,
         };
         (l.condition, own)
     }
@@ -185,27 +185,29 @@ fn temperature_of(known: ThermalCondition) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zonal_scene::PerBand;
 
     #[test]
     fn zone_in_balance_has_the_given_net_power() {
         let fractions = BandFractions::Weights {
-            coefficients: [vec![0.2, 1e-4], vec![0.7, -1.5e-4], vec![0.1, 0.5e-4]],
+            coefficients: PerBand::from_rgb([vec![0.2, 1e-4], vec![0.7, -1.5e-4], vec![0.1, 0.5e-4]]),
             range: [300.0, 3000.0],
             allow_partial: false,
         };
         let l = ZoneBalance {
-            weight: [1.2, 0.0, 40.0],
-            absorb: [0.9, 0.3, 0.5],
-            reflect: [0.1, 0.7, 0.5],
+            weight: Bands::from_rgb([1.2, 0.0, 40.0]),
+            absorb: Bands::from_rgb([0.9, 0.3, 0.5]),
+            reflect: Bands::from_rgb([0.1, 0.7, 0.5]),
             condition: ThermalCondition::Flux(0.0),
             measure: 1.0,
             incident_share: 0.25,
         };
         for (q, h) in [(0.0, [1e4, 2e4, 5e3]), (5e4, [0.0; 3]), (-1e3, [1e5, 0.0, 3e4])] {
+            let h = Bands::from_rgb(h);
             let e = l.emissive_power_in_balance(&fractions, q, h).unwrap();
             assert!((l.net_power(&fractions, e, h) - q).abs() < 1e-9 * (1e5 + q.abs()), "{q}");
         }
-        let mirror = ZoneBalance { absorb: [0.0; 3], ..l };
-        assert_eq!(mirror.emissive_power_in_balance(&fractions, 0.0, [1.0; 3]), None);
+        let mirror = ZoneBalance { absorb: Bands::ZERO, ..l };
+        assert_eq!(mirror.emissive_power_in_balance(&fractions, 0.0, Bands::ONE), None);
     }
 }

@@ -5,13 +5,14 @@ use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{
-    Facet, Fields, NoCheckpoints, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution, Surface,
-    Zones,
+    Bands, Facet, Fields, NoCheckpoints, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution,
+    Surface, Zones,
 };
 use zonal_solve::direct_light::illumination::{PowerNormalization, illuminate};
+use zonal_solve::light_groups::{SourceGroup, select_groups};
 use zonal_solve::solve_context::SolveContext;
 use zonal_solve::surroundings::SurroundingsExchange;
-use zonal_solve::{SolveSettings, light_groups, solve_zones};
+use zonal_solve::{SolveSettings, solve_zones};
 use zonal_transport::{Transport, build_zones};
 
 pub(crate) fn read(text: &str) -> Scene {
@@ -67,7 +68,7 @@ pub(crate) fn unlevel(s: &Solution, m: f64) -> (f64, f64) {
 /// The same for each zone, of the worst band.
 pub(crate) fn unlevels(s: &Solution, m: f64) -> Vec<f64> {
     let want = |i: usize| if i < s.zones.voxel_offset() { m } else { 4.0 * m };
-    let off = |(i, x): (usize, &[f64; 3])| {
+    let off = |(i, x): (usize, &Bands)| {
         x.iter().fold(0.0f64, |w, x| if x.is_nan() { *x } else { w.max((x / want(i) - 1.0).abs()) })
     };
     s.fields.incident.iter().enumerate().map(off).collect()
@@ -101,17 +102,17 @@ pub(crate) fn patches_of(s: &Solution, name: &str) -> Vec<usize> {
         .collect()
 }
 
-/// Area mean of band 0 of a field over patches.
-pub(crate) fn mean(s: &Solution, field: &[[f64; 3]], patches: &[usize]) -> f64 {
+/// Area mean of the first band of a field over patches.
+pub(crate) fn mean(s: &Solution, field: &[Bands], patches: &[usize]) -> f64 {
     let area: f64 = patches.iter().map(|&i| s.zones.patches[i].area).sum();
-    patches.iter().map(|&i| field[i][0] * s.zones.patches[i].area).sum::<f64>() / area
+    patches.iter().map(|&i| field[i].first() * s.zones.patches[i].area).sum::<f64>() / area
 }
 
 pub(crate) fn surface(name: &str, rho: f64, emission: f64, solid: bool) -> Surface {
     Surface {
         name: name.into(),
-        reflectance: [rho; 3],
-        emission: [emission; 3],
+        reflectance: Bands::splat(rho),
+        emission: Bands::splat(emission),
         reflectance_texture: None,
         emission_texture: None,
         sides: Sides::Front,
@@ -167,7 +168,7 @@ pub(crate) fn with_site(scene: &Scene, use_it: impl FnOnce(&SolveContext, &Surro
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap_or_else(|e| panic!("{e}"));
     let escape = SurroundingsExchange::unmeasured(&zones);
-    let sources = light_groups::select_groups(scene, &zones).0;
+    let sources: Vec<SourceGroup> = select_groups(scene, &zones).0;
     let direct = illuminate(scene, &zones, &transport, PowerNormalization::None, &NoProgress);
     let site = SolveContext {
         scene,

@@ -24,13 +24,13 @@ use crate::transport::Transport;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::{self, sin_cos_turns, uniform_sphere};
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Bands, Light, Scene, bands};
+use zonal_scene::{Bands, Light, Scene};
 
 /// A light prepared for sampling.
 ///
 /// ```
 /// use zonal_math::{Vec3, vec3};
-/// use zonal_scene::{Light, Pane, Plate, Scene, SceneParts};
+/// use zonal_scene::{Bands, Light, Pane, Plate, Scene, SceneParts};
 /// use zonal_transport::Transport;
 /// use zonal_transport::lights::{LightSampler, Receiver};
 ///
@@ -39,14 +39,14 @@ use zonal_scene::{Bands, Light, Scene, bands};
 ///     name: "pane".into(),
 ///     plates: vec![Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0))],
 ///     thickness: 0.01,
-///     extinction: [10.0; 3],
-///     albedo: [0.0; 3],
-///     emission: [0.0; 3],
+///     extinction: Bands::splat(10.0),
+///     albedo: Bands::ZERO,
+///     emission: Bands::ZERO,
 /// };
 /// let sun = Light::Sun {
 ///     name: "sun".into(),
 ///     direction: vec3(0.0, 0.0, -1.0),
-///     irradiance: [1000.0; 3],
+///     irradiance: Bands::splat(1000.0),
 ///     angular_diameter: 0.0,
 /// };
 /// let parts = SceneParts { panes: vec![pane], lights: vec![sun], ..SceneParts::default() };
@@ -55,7 +55,7 @@ use zonal_scene::{Bands, Light, Scene, bands};
 /// let sampler = LightSampler::new(&scene, &scene.lights()[0]);
 /// let below = Receiver::Surface(vec3(0.0, 0.0, 1.0));
 /// let h = sampler.gather(&transport, vec3(0.3, 0.6, -0.5), below, 1, 0);
-/// assert!((h[0] - 1000.0 * (-0.1f64).exp()).abs() < 1e-9);
+/// assert!((h.first() - 1000.0 * (-0.1f64).exp()).abs() < 1e-9);
 /// ```
 #[derive(Clone, Debug)]
 pub struct LightSampler<'a> {
@@ -96,7 +96,7 @@ impl<'a> LightSampler<'a> {
 
     /// Estimate of H or G without attenuation, W/m², of an emitter of many facets; zero for other lights.
     pub fn estimate_unoccluded(&self, point: Vec3, receiver: Receiver) -> Bands {
-        self.emitter.as_ref().map_or([0.0; 3], |e| e.estimate_unoccluded(point, receiver))
+        self.emitter.as_ref().map_or(Bands::ZERO, |e| e.estimate_unoccluded(point, receiver))
     }
 
     /// [`LightSampler::sample_at`] with distant clusters of an emitter as seen from their centres: the contribution has an error of a
@@ -117,7 +117,7 @@ impl<'a> LightSampler<'a> {
 
     /// G r² of cluster number `k` without attenuation, W/m² · m², far away in the unit direction `dir` from it.
     pub fn cluster_intensity(&self, k: usize, dir: Vec3) -> Bands {
-        self.emitter.as_ref().map_or([0.0; 3], |e| e.cluster_intensity(k, dir))
+        self.emitter.as_ref().map_or(Bands::ZERO, |e| e.cluster_intensity(k, dir))
     }
 
     /// True when [`LightSampler::unoccluded`] has a closed form.
@@ -137,7 +137,7 @@ impl<'a> LightSampler<'a> {
             Light::Sun { direction, irradiance, angular_diameter, .. } => {
                 let cos_radius = (0.5 * angular_diameter).cos();
                 let towards = sample_cone(-*direction, *angular_diameter, [s[0], s[1]]);
-                let flux = irradiance.map(|e| e * 2.0 / (1.0 + cos_radius));
+                let flux = *irradiance * 2.0 / (1.0 + cos_radius);
                 distant_sample(transport, point, towards, cosine(receiver, towards), flux)
             }
             Light::Sky { radiance, .. } => {
@@ -165,7 +165,7 @@ impl<'a> LightSampler<'a> {
     ) -> (Bands, Option<LightSample>) {
         let sample = self.sample_at(transport, point, receiver, s);
         let unoccluded = match receiver {
-            Receiver::Free if self.has_closed_form() => sample.map_or([0.0; 3], |b| b.flux),
+            Receiver::Free if self.has_closed_form() => sample.map_or(Bands::ZERO, |b| b.flux),
             _ => self.unoccluded(point, receiver),
         };
         (unoccluded, sample)
@@ -178,12 +178,12 @@ impl<'a> LightSampler<'a> {
                 let cos_radius = (0.5 * angular_diameter).cos();
                 Some(EmissionSample::Distant {
                     direction: sample_cone(-*direction, *angular_diameter, [s[0], s[1]]),
-                    fluence: irradiance.map(|e| e * 2.0 / (1.0 + cos_radius)),
+                    fluence: *irradiance * 2.0 / (1.0 + cos_radius),
                 })
             }
             Light::Sky { radiance, .. } => Some(EmissionSample::Distant {
                 direction: uniform_sphere([s[0], s[1]]),
-                fluence: radiance.map(|l| 4.0 * PI * l),
+                fluence: 4.0 * PI * *radiance,
             }),
             Light::Emitter { .. } => self.emitter.as_ref()?.sample_area(s),
         }
@@ -192,7 +192,7 @@ impl<'a> LightSampler<'a> {
     /// Contribution of the sample after attenuation, W/m²; `None` behind a facet.
     pub fn attenuated(&self, transport: &Transport, point: Vec3, sample: &LightSample) -> Option<Bands> {
         let tau = transport.transmittance(point, sample.end)?;
-        Some(bands(|b| tau[b] * sample.flux[b]))
+        Some(tau * sample.flux)
     }
 
     /// H or G of this light alone, W/m²: the mean over `samples` points of the light.
@@ -219,25 +219,24 @@ impl<'a> LightSampler<'a> {
         at: impl Fn(usize) -> [f64; 3],
     ) -> Bands {
         // Sum the samples before and after attenuation.
-        let (mut sent, mut arrived) = ([0.0; 3], [0.0; 3]);
+        let (mut sent, mut arrived) = (Bands::ZERO, Bands::ZERO);
         for i in 0..n {
             if let Some(sample) = self.sample_at(transport, point, receiver, at(i)) {
-                let attenuated = self.attenuated(transport, point, &sample).unwrap_or([0.0; 3]);
-                sent = bands(|b| sent[b] + sample.flux[b]);
-                arrived = bands(|b| arrived[b] + attenuated[b]);
+                sent += sample.flux;
+                arrived += self.attenuated(transport, point, &sample).unwrap_or_default();
             }
         }
         if !self.has_closed_form() {
-            return arrived.map(|x| x / n as f64);
+            return arrived / n as f64;
         }
         // Scale the closed form by the fraction that arrives.
         let unoccluded = self.unoccluded(point, receiver);
-        bands(|b| if sent[b] > 0.0 { unoccluded[b] * arrived[b] / sent[b] } else { 0.0 })
+        Bands::from_fn(|b| if sent[b] > 0.0 { unoccluded[b] * arrived[b] / sent[b] } else { 0.0 })
     }
 
     /// H or G of an emitter without attenuation, W/m², in closed form; zero for a light that has none.
     pub fn unoccluded(&self, point: Vec3, receiver: Receiver) -> Bands {
-        self.emitter.as_ref().map_or([0.0; 3], |e| e.unoccluded(point, receiver))
+        self.emitter.as_ref().map_or(Bands::ZERO, |e| e.unoccluded(point, receiver))
     }
 }
 
@@ -251,7 +250,7 @@ fn stratified(i: usize, n: usize, shift: [f64; 3]) -> [f64; 3] {
 fn emitter_sample(spot: EmitterPoint, point: Vec3, receiver: Receiver) -> Option<LightSample> {
     let direction = (spot.at - point).normalized();
     let cos = cosine(receiver, direction);
-    (cos > 0.0).then(|| LightSample { direction, end: spot.at, flux: spot.fluence.map(|g| g * cos) })
+    (cos > 0.0).then(|| LightSample { direction, end: spot.at, flux: spot.fluence * cos })
 }
 
 /// Cosine with the receiver's normal; 1 in free space.
@@ -273,7 +272,7 @@ fn distant_sample(
     (weight > 0.0).then(|| LightSample {
         direction,
         end: transport.exterior_point(point, direction),
-        flux: light.map(|x| x * weight),
+        flux: light * weight,
     })
 }
 
@@ -300,8 +299,8 @@ mod tests {
     fn surface(name: &str, emission: f64) -> Surface {
         Surface {
             name: name.into(),
-            reflectance: [0.5; 3],
-            emission: [emission; 3],
+            reflectance: Bands::splat(0.5),
+            emission: Bands::splat(emission),
             reflectance_texture: None,
             emission_texture: None,
             sides: Sides::Front,
@@ -336,7 +335,7 @@ mod tests {
         Light::Sun {
             name: "sun".into(),
             direction: vec3(0.0, 0.6, -0.8),
-            irradiance: [1.0, 2.0, 4.0],
+            irradiance: Bands::from_rgb([1.0, 2.0, 4.0]),
             angular_diameter: angle,
         }
     }
@@ -361,24 +360,24 @@ mod tests {
         let up = vec3(0.0, 0.0, 1.0);
         let h = irradiance(&scene, light, (Vec3::ZERO, up), 4096, 1);
         let exact = 7.0 * 4.0 * corner_view_factor(0.5, 0.5, 1.0);
-        assert!((h[0] / exact - 1.0).abs() < 1e-3, "{} {exact}", h[0]);
+        assert!((h.first() / exact - 1.0).abs() < 1e-3, "{h:?} {exact}");
         let away = irradiance(&scene, light, (Vec3::ZERO, -up), 64, 1);
-        assert_eq!(away, [0.0; 3]);
+        assert_eq!(away, Bands::ZERO);
         let above = fluence(&scene, light, vec3(0.0, 0.0, 2.0), 64, 1);
-        assert_eq!(above, [0.0; 3], "the emitter emits downwards only");
+        assert_eq!(above, Bands::ZERO, "the emitter emits downwards only");
     }
 
     #[test]
     fn sunlight_is_attenuated_by_medium_and_pane_and_occluded_by_walls() {
         let mut map = VoxelGrid::new(vec3(-1.0, -1.0, 0.0), Vec3::splat(1.0), [2, 2, 2]).unwrap();
-        (0..8).for_each(|i| map.set(i, [0.3; 3], [0.5; 3], [0.0; 3], [0.0; 3]));
+        (0..8).for_each(|i| map.set(i, Bands::splat(0.3), Bands::splat(0.5), Bands::ZERO, Bands::ZERO));
         let pane = Pane {
             name: "pane".into(),
             plates: vec![square(3.0, 9.0, true)],
             thickness: 0.01,
-            extinction: [10.0, 0.0, 20.0],
-            albedo: [0.0; 3],
-            emission: [0.0; 3],
+            extinction: Bands::from_rgb([10.0, 0.0, 20.0]),
+            albedo: Bands::ZERO,
+            emission: Bands::ZERO,
         };
         let parts = SceneParts {
             panes: vec![pane],
@@ -390,20 +389,18 @@ mod tests {
         let p = vec3(0.0, 0.5, 1.0);
         let g = fluence(&scene, &scene.lights()[0], p, 16, 3);
         // Towards (0, −0.6, 0.8): one metre up takes 1.25 m.
-        let depth: Bands = [0.3 * 1.25 + 0.1 / 0.8, 0.3 * 1.25, 0.3 * 1.25 + 0.2 / 0.8];
-        for b in 0..3 {
-            let exact = [1.0, 2.0, 4.0][b] * (-depth[b]).exp();
-            assert!((g[b] / exact - 1.0).abs() < 1e-12, "{} {exact}", g[b]);
-        }
+        let depth = Bands::from_rgb([0.3 * 1.25 + 0.1 / 0.8, 0.3 * 1.25, 0.3 * 1.25 + 0.2 / 0.8]);
+        let exact = Bands::from_rgb([1.0, 2.0, 4.0]) * (-depth).exp();
+        assert!((g / exact - 1.0).abs().all(|e| e < 1e-12), "{g:?} {exact:?}");
         let h = irradiance(&scene, &scene.lights()[0], (p, vec3(0.0, 0.0, 1.0)), 16, 3);
-        assert!((h[0] / g[0] - 0.8).abs() < 1e-12);
+        assert!(((h / g).first() - 0.8).abs() < 1e-12);
         let walled = SceneParts {
             surfaces: vec![surface("roof", 0.0)],
             facets: vec![facet(0, square(2.5, 9.0, true))],
             ..parts
         };
         let scene = Scene::new(walled).unwrap();
-        assert_eq!(fluence(&scene, &scene.lights()[0], p, 16, 3), [0.0; 3]);
+        assert_eq!(fluence(&scene, &scene.lights()[0], p, 16, 3), Bands::ZERO);
     }
 
     #[test]
@@ -416,12 +413,13 @@ mod tests {
         let scene = Scene::new(floor).unwrap();
         let towards = vec3(0.0, -0.6, 0.8);
         let h = irradiance(&scene, &sun(0.8), (Vec3::ZERO, towards), 1024, 5);
-        assert!((h[1] / 2.0 - 1.0).abs() < 2e-3, "irradiance of a wide sun: {}", h[1]);
-        let sky = Light::Sky { name: "sky".into(), radiance: [2.0; 3] };
+        let exact = Bands::from_rgb([1.0, 2.0, 4.0]);
+        assert!((h / exact - 1.0).abs().all(|e| e < 2e-3), "irradiance of a wide sun: {h:?}");
+        let sky = Light::Sky { name: "sky".into(), radiance: Bands::splat(2.0) };
         let up = vec3(0.0, 0.0, 1.0);
         let h = irradiance(&scene, &sky, (Vec3::ZERO, up), 64, 5);
-        assert!((h[0] / TAU - 1.0).abs() < 1e-9, "{}", h[0]);
+        assert!((h.first() / TAU - 1.0).abs() < 1e-9, "{h:?}");
         let g = fluence(&scene, &sky, vec3(0.0, 0.0, 1e-4), 1024, 5);
-        assert!((g[0] / (4.0 * PI) - 1.0).abs() < 0.01, "the floor covers half the sphere: {}", g[0]);
+        assert!((g.first() / (4.0 * PI) - 1.0).abs() < 0.01, "the floor covers half the sphere: {g:?}");
     }
 }

@@ -18,7 +18,7 @@ use crate::solid_angle::{projected_solid_angle, solid_angle};
 use std::f64::consts::PI;
 use std::ops::Range;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Scene, Sides, bands};
+use zonal_scene::{Bands, Scene, Sides};
 
 /// Up to this number of facets one is chosen by the solid angles of all, and the unoccluded light has a closed form.
 const MAX_FACETS_WITHOUT_TREE: usize = light_tree::MAX_LEAF_FACETS;
@@ -111,7 +111,7 @@ impl<'a> Emitter<'a> {
             normal: facet.normal(),
             two_sided: self.two_sided,
             facet: facet.id,
-            power: self.scene.emission_at(facet.id, u, v).map(|e| e * total / PI),
+            power: self.scene.emission_at(facet.id, u, v) * total / PI,
         })
     }
 
@@ -152,9 +152,8 @@ impl<'a> Emitter<'a> {
         };
         let facet = &self.facets[chosen.index];
         let [u, v] = facet.clamped_uv(chosen.polygon.sample([chosen.s, s[1]])?);
-        let radiance =
-            self.uniform_radiance.unwrap_or_else(|| self.scene.emission_at(facet.id, u, v).map(|e| e / PI));
-        Some(EmitterPoint { at: facet.plate.at(u, v), fluence: radiance.map(|l| l * chosen.weight) })
+        let radiance = self.uniform_radiance.unwrap_or_else(|| self.scene.emission_at(facet.id, u, v) / PI);
+        Some(EmitterPoint { at: facet.plate.at(u, v), fluence: radiance * chosen.weight })
     }
 
     /// The facet of a range at the fraction `s` ∈ [0,1) of their solid angle.
@@ -179,11 +178,11 @@ impl<'a> Emitter<'a> {
     /// Estimate of H or G without occlusion, W/m², of a surface of many facets; zero of few.
     pub(crate) fn estimate_unoccluded(&self, p: Vec3, receiver: Receiver) -> Bands {
         let (Some(tree), Some(first)) = (&self.tree, self.facets.first()) else {
-            return [0.0; 3];
+            return Bands::ZERO;
         };
         let material = &self.scene.surfaces()[self.scene.facets()[first.id].surface];
         let seen = tree.estimate(p, receiver) / PI;
-        material.emission.map(|e| e * seen)
+        material.emission * seen
     }
 
     /// True where the facets are many and form clusters.
@@ -206,14 +205,14 @@ impl<'a> Emitter<'a> {
     /// G r² of cluster number `k`, W/m² · m², far away in the unit direction `dir` from it.
     pub(crate) fn cluster_intensity(&self, k: usize, dir: Vec3) -> Bands {
         let Some(tree) = &self.tree else {
-            return [0.0; 3];
+            return Bands::ZERO;
         };
-        let mut sum = [0.0; 3];
+        let mut sum = Bands::ZERO;
         for f in &self.facets[tree.leaf(k).2] {
             let seen = self.projected_area(f, dir) / PI;
             if seen > 0.0 {
                 let flux = self.scene.emission_at(f.id, 1.0 / 3.0, 1.0 / 3.0);
-                sum = bands(|b| sum[b] + flux[b] * seen);
+                sum += flux * seen;
             }
         }
         sum
@@ -243,14 +242,14 @@ impl<'a> Emitter<'a> {
         let facet = &facets[k];
         let [u, v] = facet.plate.warp([rest, s[1]]);
         let weight = total / (PI * r * r * leaf.probability);
-        let fluence = self.scene.emission_at(facet.id, u, v).map(|e| e * weight);
+        let fluence = self.scene.emission_at(facet.id, u, v) * weight;
         Some((EmitterPoint { at: facet.plate.at(u, v), fluence }, r))
     }
 
     /// H or G without occlusion, W/m², in closed form; zero unless [`Emitter::is_uniform`].
     pub(crate) fn unoccluded(&self, p: Vec3, receiver: Receiver) -> Bands {
         let Some(radiance) = self.uniform_radiance else {
-            return [0.0; 3];
+            return Bands::ZERO;
         };
         let height = |f: &EmitterFacet| (p - f.plate.origin).dot(f.normal());
         let visible = self.facets.iter().filter(|f| self.emits_towards(height(f)));
@@ -258,7 +257,7 @@ impl<'a> Emitter<'a> {
             Receiver::Free => visible.map(|f| solid_angle(&f.plate, p).abs()).sum(),
             Receiver::Surface(n) => visible.map(|f| projected_solid_angle(&f.plate, p, n)).sum(),
         };
-        bands(|b| radiance[b] * sum)
+        radiance * sum
     }
 }
 

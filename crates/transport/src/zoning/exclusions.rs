@@ -5,7 +5,7 @@
 //! reported.
 
 use crate::transport::Transport;
-use zonal_scene::{Diagnostic, Scene, SceneError, Sides, ThermalCondition, Zones};
+use zonal_scene::{Bands, Diagnostic, Scene, SceneError, Sides, ThermalCondition, Zones};
 
 /// Fraction of a surface, or of a cell, whose exclusion counts as rounding.
 const ROUNDING_SHARE: f64 = 1e-6;
@@ -117,7 +117,7 @@ fn emits(scene: &Scene, surface: usize) -> bool {
     match known {
         Some(ThermalCondition::Temperature(_)) => true,
         Some(ThermalCondition::Flux(q) | ThermalCondition::Power(q)) => *q != 0.0,
-        None => scene.surfaces()[surface].emission != [0.0; 3] || scene.is_direct_emitter(surface),
+        None => scene.surfaces()[surface].emission != Bands::ZERO || scene.is_direct_emitter(surface),
     }
 }
 

@@ -37,11 +37,11 @@ const MIN_WALL_WIDTH_SHARE: f64 = 2e-9;
 ///
 /// ```
 /// use zonal_math::{Vec3, vec3};
-/// use zonal_scene::{Scene, SceneParts, VoxelGrid};
+/// use zonal_scene::{Bands, Scene, SceneParts, VoxelGrid};
 /// use zonal_transport::{Transport, build_zones};
 ///
 /// let mut grid = VoxelGrid::new(Vec3::ZERO, vec3(0.5, 0.5, 1.0), [4, 4, 2]).unwrap();
-/// (0..32).for_each(|cell| grid.set(cell, [0.1; 3], [0.0; 3], [0.0; 3], [0.0; 3]));
+/// (0..32).for_each(|cell| grid.set(cell, Bands::splat(0.1), Bands::ZERO, Bands::ZERO, Bands::ZERO));
 /// let parts = SceneParts { voxel_grid: Some(grid.seal().unwrap()), ..SceneParts::default() };
 /// let scene = Scene::new(parts).unwrap();
 /// let zones = build_zones(&scene, &Transport::new(&scene)).unwrap();

@@ -5,7 +5,7 @@ use super::wall_splitting;
 use crate::transport::Transport;
 use rayon::prelude::*;
 use zonal_scene::PatchRule;
-use zonal_scene::{Bands, PaneZone, Patch, Plate, Scene, SceneError, Sides, bands};
+use zonal_scene::{Bands, PaneZone, Patch, Plate, Scene, SceneError, Sides};
 
 /// Under `PatchRule::Area` a wall cuts off no piece smaller than this fraction of the squared patch size.
 const MIN_PIECE_SHARE_OF_SIZE2: f64 = 0.1;
@@ -105,7 +105,7 @@ fn patch(scene: &Scene, direct: &[bool], facet: usize, plate: Plate) -> Patch {
     };
     let reflectance = mean(s.reflectance_texture, &|u, v| scene.reflectance_at(facet, u, v));
     let emission = if direct[surface] {
-        [0.0; 3]
+        Bands::ZERO
     } else {
         mean(s.emission_texture, &|u, v| scene.emission_at(facet, u, v))
     };
@@ -115,16 +115,15 @@ fn patch(scene: &Scene, direct: &[bool], facet: usize, plate: Plate) -> Patch {
 /// The mean of `value(u, v)` over a patch, with (u, v) on the facet's plate.
 fn textured_mean(facet: &Plate, patch: &Plate, value: &dyn Fn(f64, f64) -> Bands) -> Bands {
     let n = TEXTURE_SAMPLES_PER_SIDE;
-    let mut sum = [0.0; 3];
+    let mut sum = Bands::ZERO;
     for i in 0..n * n {
         let cell = |k: usize| (k as f64 + 0.5) / n as f64;
         // The factors move samples of a triangle off its folding diagonal, where they would lie on its edge.
         let [u, v] = patch.warp([cell(i / n), cell(i % n) * 0.98 + 0.007]);
         let [u, v] = facet.parameters(patch.at(u, v));
-        let x = value(u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
-        sum = bands(|k| sum[k] + x[k]);
+        sum += value(u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
     }
-    sum.map(|x| x / (n * n) as f64)
+    sum / (n * n) as f64
 }
 
 /// The pane zones, by ascending pane.

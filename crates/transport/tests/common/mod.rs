@@ -2,7 +2,7 @@
 #![allow(dead_code, missing_docs)]
 
 use zonal_math::{Vec3, low_discrepancy::hash_to_unit, vec3};
-use zonal_scene::{Facet, Plate, Scene, SceneParts, Sides, Surface, VoxelGrid};
+use zonal_scene::{Bands, Facet, Plate, Scene, SceneParts, Sides, Surface, VoxelGrid};
 
 /// Deterministic random numbers in [0, 1).
 pub(crate) struct TestRng(pub u64);
@@ -20,8 +20,8 @@ impl TestRng {
 pub(crate) fn surface(name: &str) -> Surface {
     Surface {
         name: name.into(),
-        reflectance: [0.5, 0.4, 0.3],
-        emission: [1.0, 2.0, 3.0],
+        reflectance: Bands::from_rgb([0.5, 0.4, 0.3]),
+        emission: Bands::from_rgb([1.0, 2.0, 3.0]),
         reflectance_texture: None,
         emission_texture: None,
         sides: Sides::Front,
@@ -96,7 +96,7 @@ pub(crate) fn fog(n: usize, kappa: f64) -> VoxelGrid {
     let h = 1.0 / n as f64;
     let mut v = VoxelGrid::new(Vec3::ZERO, Vec3::splat(h), [n; 3]).unwrap();
     for i in 0..v.len() {
-        v.set(i, [kappa, 2.0 * kappa, 0.0], [0.5; 3], [1.0; 3], [0.0; 3]);
+        v.set(i, Bands::from_rgb([kappa, 2.0 * kappa, 0.0]), Bands::splat(0.5), Bands::ONE, Bands::ZERO);
     }
     v.seal().unwrap()
 }

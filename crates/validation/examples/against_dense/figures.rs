@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 use zonal_io::output;
 use zonal_report::plot::{LOG_LOG, Plot, SeriesMark};
-use zonal_scene::{Fields, Report, Scene, Zones};
+use zonal_scene::{Band, Bands, Fields, Report, Scene, Zones};
 
 /// A zone's estimate covers its error up to this factor.
 const COVERED_FACTOR: f64 = 2.0;
@@ -61,22 +61,25 @@ impl ComparisonRow {
         range: Range<usize>,
         ours: &Fields,
         dense: &Fields,
-        of: [f64; 3],
+        of: Bands,
     ) -> Vec<ComparisonRow> {
         if range.is_empty() {
             return Vec::new();
         }
-        let grey = range.clone().all(|i| dense.incident[i] == [dense.incident[i][0]; 3]);
-        let bands: &[(usize, &str)] = if grey { &[(0, "all")] } else { &[(0, "R"), (1, "G"), (2, "B")] };
+        let grey = range.clone().all(|i| dense.incident[i].is_grey());
+        let bands: Vec<(Band, &str)> = match grey {
+            true => vec![(Band::first(), "all")],
+            false => Band::all().zip(["R", "G", "B"]).collect(),
+        };
         bands
-            .iter()
-            .map(|&(b, band)| ComparisonRow::new(quantity, (b, band), range.clone(), ours, dense, of[b]))
+            .into_iter()
+            .map(|(b, name)| ComparisonRow::new(quantity, (b, name), range.clone(), ours, dense, of[b]))
             .collect()
     }
 
     fn new(
         quantity: &'static str,
-        (b, band): (usize, &'static str),
+        (b, band): (Band, &'static str),
         range: Range<usize>,
         ours: &Fields,
         dense: &Fields,
@@ -159,7 +162,7 @@ impl ComparisonRow {
 
 /// Lists the patches and the volume zones with the largest differences of the first band, and their shares of the sum of squares.
 pub(crate) fn list_worst(scene: &Scene, zones: &Zones, ours: &Fields, dense: &Fields, count: usize) {
-    let off = |i: usize| ours.incident[i][0] - dense.incident[i][0];
+    let off = |i: usize| ours.incident[i].first() - dense.incident[i].first();
     for range in [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()] {
         let all: f64 = range.clone().map(|i| off(i) * off(i)).sum();
         let mut order: Vec<usize> = range.collect();
@@ -168,9 +171,9 @@ pub(crate) fn list_worst(scene: &Scene, zones: &Zones, ours: &Fields, dense: &Fi
             println!(
                 "      {}: {:.5} for {:.5}, estimated error {:.5}, {:.1} % of the squares",
                 place(scene, zones, i),
-                ours.incident[i][0],
-                dense.incident[i][0],
-                ours.error[i][0],
+                ours.incident[i].first(),
+                dense.incident[i].first(),
+                ours.error[i].first(),
                 100.0 * off(i) * off(i) / all
             );
         }

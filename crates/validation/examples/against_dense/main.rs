@@ -28,8 +28,7 @@ use process::Process;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use zonal_exchange::pair::PairSettings;
-use zonal_scene::ZoneBasis;
-use zonal_scene::{Bands, Engine, Fields, LightGrouping, NoProgress, Report, Scene, Zones, bands};
+use zonal_scene::{Band, Bands, Engine, Fields, LightGrouping, NoProgress, Report, Scene, ZoneBasis, Zones};
 use zonal_solve::SolveSettings;
 use zonal_solve::solve_zones;
 use zonal_transport::{Transport, build_zones};
@@ -84,11 +83,11 @@ fn reference(
     let n = all.len() as f64;
     let count = all[0].zones.len();
     let mean: Vec<Bands> =
-        (0..count).map(|i| bands(|b| all.iter().map(|s| s.fields.incident[i][b]).sum::<f64>() / n)).collect();
+        (0..count).map(|i| all.iter().map(|s| s.fields.incident[i]).sum::<Bands>() / n).collect();
     let part = |range: std::ops::Range<usize>| {
         let (mut apart, mut whole) = (0.0, 0.0);
         for i in range {
-            for b in 0..3 {
+            for b in Band::all() {
                 whole += n * mean[i][b].powi(2);
                 apart += all.iter().map(|s| (s.fields.incident[i][b] - mean[i][b]).powi(2)).sum::<f64>();
             }
@@ -137,7 +136,7 @@ fn compare(name: &str, scene: &Scene, request: &ComparisonRequest) -> Result<(),
             "  tolerance {tolerance}: {seconds:.2} s, {:.1} links and {:.1} rays a zone, energy off by {:.1e}{}",
             cost.links,
             cost.rays,
-            report.energy.residual[0],
+            report.energy.residual.first(),
             if cost.met { "" } else { "; the estimate does not meet it" }
         );
         let parts = [

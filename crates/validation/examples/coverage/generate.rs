@@ -2,9 +2,10 @@
 
 use super::model::{
     CampaignSize, FrontSide, HeatCondition, MediumPart, ModelLight, ModelMedium, ModelPane, ModelShape,
-    ModelSurface, SceneModel, SurfaceProperties, Triple, add, quads, sub, times,
+    ModelSurface, SceneModel, SurfaceProperties, Triple, add, last_band, quads, sub, times,
 };
 use zonal_reference::Rng;
+use zonal_scene::Bands;
 
 /// The model of a scene, and the random numbers that follow it.
 pub(crate) fn model(seed: u64, index: u64, size: CampaignSize) -> (SceneModel, Rng) {
@@ -21,6 +22,12 @@ pub(crate) fn model(seed: u64, index: u64, size: CampaignSize) -> (SceneModel, R
         _ => g.shell(),
     };
     (model, rng)
+}
+
+/// Surface of an axis-aligned box.
+fn box_area(lo: Triple, hi: Triple) -> f64 {
+    let d = sub(hi, lo);
+    2.0 * (d[0] * d[1] + d[1] * d[2] + d[2] * d[0])
 }
 
 /// Edges of the cells of a box, m.
@@ -80,12 +87,12 @@ impl<'a> SceneGenerator<'a> {
         SceneGenerator::short(self.rng.uniform_in(lo.ln(), hi.ln()).exp())
     }
     /// The same in all bands, or not.
-    fn spread(&mut self, mut draw: impl FnMut(&mut Self) -> f64) -> Triple {
+    fn spread(&mut self, mut draw: impl FnMut(&mut Self) -> f64) -> Bands {
         let first = draw(self);
         match self.bands {
-            1 => [first; 3],
-            2 => [first, first, draw(self)],
-            _ => [first, draw(self), draw(self)],
+            1 => Bands::splat(first),
+            2 => Bands::from_rgb([first, first, draw(self)]),
+            _ => Bands::from_rgb([first, draw(self), draw(self)]),
         }
     }
 
@@ -103,9 +110,9 @@ impl<'a> SceneGenerator<'a> {
 
     fn look(&mut self, area: f64) -> SurfaceProperties {
         let black = self.chance(0.25);
-        let reflectance = if black { [0.0; 3] } else { self.spread(|m| m.between(0.05, 0.9)) };
+        let reflectance = if black { Bands::ZERO } else { self.spread(|m| m.between(0.05, 0.9)) };
         let shines = self.chance(0.4);
-        let emission = if shines { self.spread(|m| m.between(1.0, 100.0)) } else { [0.0; 3] };
+        let emission = if shines { self.spread(|m| m.between(1.0, 100.0)) } else { Bands::ZERO };
         SurfaceProperties { reflectance, emission, heat: self.heat(area), both: false }
     }
 
@@ -119,7 +126,7 @@ impl<'a> SceneGenerator<'a> {
             SceneGenerator::short((kappa * factor).min(most))
         });
         let albedo = match self.whole(0, 2) {
-            0 => [0.0; 3],
+            0 => Bands::ZERO,
             1 => self.spread(|m| m.between(0.1, 0.9)),
             _ => {
                 self.features.push("bright medium");
@@ -127,15 +134,15 @@ impl<'a> SceneGenerator<'a> {
             }
         };
         let shines = self.chance(0.5);
-        let emission = if shines { self.spread(|m| m.between(1.0, 100.0)) } else { [0.0; 3] };
+        let emission = if shines { self.spread(|m| m.between(1.0, 100.0)) } else { Bands::ZERO };
         let heat = if self.given || self.chance(0.5) {
             HeatCondition::Temperature(self.between(400.0, 1600.0).round())
         } else {
             self.features.push("medium of known heat");
             HeatCondition::Flux(if self.chance(0.5) { 0.0 } else { self.between(100.0, 20000.0) })
         };
-        let source = if self.chance(0.15) { self.spread(|m| m.between(1.0, 50.0)) } else { [0.0; 3] };
-        let source = if kappa > 1e-3 { source } else { [0.0; 3] };
+        let source = if self.chance(0.15) { self.spread(|m| m.between(1.0, 50.0)) } else { Bands::ZERO };
+        let source = if kappa > 1e-3 { source } else { Bands::ZERO };
         MediumPart { min, max, extinction, albedo, emission, source, heat }
     }
 
@@ -158,16 +165,16 @@ impl<'a> SceneGenerator<'a> {
             (true, true) => "weights = [[0.2, 1e-4], [0.1, 1e-4], \"rest\"]\nrange = [300, 2000]".into(),
         };
         let tolerance = [0.003, 0.01, 0.03][self.whole(0, 2)];
-        let [mut radiance, mut surroundings] = [[0.0; 3], [0.0; 3]];
+        let (mut radiance, mut surroundings) = (Bands::ZERO, None);
         if self.chance(0.3) {
             radiance = self.spread(|m| m.between(1.0, 30.0));
-            surroundings = [self.between(280.0, 1000.0).round(); 3];
+            surroundings = Some(self.between(280.0, 1000.0).round());
         }
         SceneModel {
             thermal: self.thermal,
             shares,
-            radiance: if self.thermal { [0.0; 3] } else { radiance },
-            surroundings: (self.thermal && surroundings[0] > 0.0).then_some(surroundings[0]),
+            radiance: if self.thermal { Bands::ZERO } else { radiance },
+            surroundings: surroundings.filter(|_| self.thermal),
             periodic: [false; 3],
             surfaces: Vec::new(),
             panes: Vec::new(),
@@ -188,10 +195,10 @@ impl<'a> SceneGenerator<'a> {
             _ => true,
         };
         let mut warm = m.surroundings.is_some() && !m.closed_room && m.surfaces.first().is_none_or(open);
-        let mut lit = !m.lights.is_empty() || m.radiance != [0.0; 3];
+        let mut lit = !m.lights.is_empty() || m.radiance != Bands::ZERO;
         let mut visit = |l: &mut SurfaceProperties| {
             warm |= matches!(l.heat, HeatCondition::Temperature(_));
-            lit |= l.emission != [0.0; 3];
+            lit |= l.emission != Bands::ZERO;
         };
         for s in &mut m.surfaces {
             match &mut s.shape {
@@ -204,7 +211,7 @@ impl<'a> SceneGenerator<'a> {
                 l.heat = HeatCondition::Temperature(1000.0);
             }
             if !lit {
-                l.emission = [50.0; 3];
+                l.emission = Bands::splat(50.0);
             }
         };
         if let Some(s) = m.surfaces.first_mut() {
@@ -268,8 +275,8 @@ impl<'a> SceneGenerator<'a> {
             self.features.push("open");
         }
         let look = SurfaceProperties {
-            reflectance: [0.5; 3],
-            emission: [0.0; 3],
+            reflectance: Bands::splat(0.5),
+            emission: Bands::ZERO,
             heat: HeatCondition::Flux(0.0),
             both: false,
         };
@@ -303,7 +310,7 @@ impl<'a> SceneGenerator<'a> {
         let depth = self.depth();
         let cells = self.cells(lo, hi);
         let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(4.0));
-        whole.source = [0.0; 3];
+        whole.source = Bands::ZERO;
         Some(ModelMedium { whole, cells, regions: Vec::new() })
     }
 
@@ -349,7 +356,7 @@ impl<'a> SceneGenerator<'a> {
         self.features.push("periodic");
         let (size, cells) = (self.size(), self.cells(1, 5));
         let mut m = self.empty();
-        (m.radiance, m.surroundings) = ([0.0; 3], None);
+        (m.radiance, m.surroundings) = (Bands::ZERO, None);
         let (mut room, _) = self.room(size, 0.0);
         let axes = self.whole(1, 2);
         let first = self.whole(0, 2);
@@ -365,8 +372,8 @@ impl<'a> SceneGenerator<'a> {
         let mut whole = self.part([0.0; 3], size, edges(size, cells), depth);
         if self.bands > 1 && self.chance(0.3) {
             self.features.push("one band very thin");
-            whole.extinction[2] = self.log(1e-12, 1e-6);
-            whole.source = [0.0; 3];
+            whole.extinction[last_band()] = self.log(1e-12, 1e-6);
+            whole.source = Bands::ZERO;
         }
         m.medium = Some(ModelMedium { whole, cells, regions: Vec::new() });
         self.finished(m)
@@ -388,11 +395,7 @@ impl<'a> SceneGenerator<'a> {
             self.features.push("solid on the floor");
             (hi[2], lo[2]) = (SceneGenerator::short(hi[2] - lo[2]), 0.0);
         }
-        let area = |a: Triple, b: Triple| {
-            let d = sub(b, a);
-            2.0 * (d[0] * d[1] + d[1] * d[2] + d[2] * d[0])
-        };
-        let look = self.look(area(lo, hi));
+        let look = self.look(box_area(lo, hi));
         let shape = if self.chance(0.5) {
             self.features.push("mesh");
             ModelShape::Mesh { quads: quads(lo, hi, FrontSide::Outside) }
@@ -403,20 +406,13 @@ impl<'a> SceneGenerator<'a> {
         let turned = matches!(shape, ModelShape::Box { degrees, .. } if degrees != 0.0);
         m.surfaces.push(ModelSurface { name: "solid".into(), shape, look });
         if !turned && self.chance(0.25) {
-            self.features.push("touching solids");
-            let (mut a, mut b) = (lo, hi);
-            (a[0], b[0]) = (hi[0], SceneGenerator::short(hi[0] + 0.15 * size[0]));
-            b[2] = SceneGenerator::short(lo[2] + 0.7 * (hi[2] - lo[2]));
-            a[1] = lo[1];
-            let look = self.look(area(a, b));
-            let shape = ModelShape::Mesh { quads: quads(a, b, FrontSide::Outside) };
-            m.surfaces.push(ModelSurface { name: "touching".into(), shape, look });
+            m.surfaces.push(self.touching_solid(lo, hi, size));
         }
         let depth = self.depth();
         if self.chance(0.6) {
             let cells = self.cells(2, 4);
             let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(6.0));
-            whole.source = [0.0; 3];
+            whole.source = Bands::ZERO;
             m.medium = Some(ModelMedium { whole, cells, regions: Vec::new() });
         } else {
             self.features.retain(|f| !f.contains("medium"));
@@ -426,6 +422,18 @@ impl<'a> SceneGenerator<'a> {
         m.patch_size = Some(self.patch(mean));
         self.lights(&mut m, open, [0.5 * size[0], 0.5 * size[1], 0.85 * size[2]], times(size, 0.5));
         self.finished(m)
+    }
+
+    /// A lower box on the upper x face of the box between `lo` and `hi`, in a room of this size.
+    fn touching_solid(&mut self, lo: Triple, hi: Triple, size: Triple) -> ModelSurface {
+        self.features.push("touching solids");
+        let (mut a, mut b) = (lo, hi);
+        (a[0], b[0]) = (hi[0], SceneGenerator::short(hi[0] + 0.15 * size[0]));
+        b[2] = SceneGenerator::short(lo[2] + 0.7 * (hi[2] - lo[2]));
+        a[1] = lo[1];
+        let look = self.look(box_area(a, b));
+        let shape = ModelShape::Mesh { quads: quads(a, b, FrontSide::Outside) };
+        ModelSurface { name: "touching".into(), shape, look }
     }
 
     fn panes(&mut self) -> SceneModel {
@@ -453,8 +461,9 @@ impl<'a> SceneGenerator<'a> {
             let extinction = self.spread(|m| {
                 SceneGenerator::short(depth / thickness * if m.bands > 1 { m.log(0.3, 3.0) } else { 1.0 })
             });
-            let albedo = if self.chance(0.5) { [0.0; 3] } else { self.spread(|m| m.between(0.1, 0.9)) };
-            let emission = if self.chance(0.3) { self.spread(|m| m.between(1.0, 100.0)) } else { [0.0; 3] };
+            let albedo = if self.chance(0.5) { Bands::ZERO } else { self.spread(|m| m.between(0.1, 0.9)) };
+            let emission =
+                if self.chance(0.3) { self.spread(|m| m.between(1.0, 100.0)) } else { Bands::ZERO };
             let known = self.given || self.chance(0.5);
             let temperature = known.then(|| self.between(300.0, 1200.0).round());
             m.panes.push(ModelPane {
@@ -513,7 +522,7 @@ impl<'a> SceneGenerator<'a> {
         self.features.extend(["turned room", "mesh"]);
         let size = self.size();
         let mut m = self.empty();
-        (m.radiance, m.surroundings) = ([0.0; 3], None);
+        (m.radiance, m.surroundings) = (Bands::ZERO, None);
         let degrees: f64 = if self.chance(0.5) { 0.0 } else { self.between(10.0, 80.0).round() };
         let (s, c) = degrees.to_radians().sin_cos();
         let quads: Vec<[Triple; 4]> = (quads([0.0; 3], size, FrontSide::Inside).into_iter())
@@ -528,7 +537,7 @@ impl<'a> SceneGenerator<'a> {
         if self.chance(0.6) {
             let cells = self.cells(3, 4);
             let mut whole = self.part(lo, hi, edges(sub(hi, lo), cells), depth.min(6.0));
-            whole.source = [0.0; 3];
+            whole.source = Bands::ZERO;
             m.medium = Some(ModelMedium { whole, cells, regions: Vec::new() });
         } else {
             self.features.retain(|f| !f.contains("medium"));

@@ -3,7 +3,7 @@
 use super::measure::{NamedSum, SumSubject, scale, solved, sums};
 use super::model::{
     HeatCondition, MediumPart, ModelLight, ModelShape, ModelSurface, RigidMotion, SceneModel,
-    SurfaceProperties, add, times,
+    SurfaceProperties, add, last_band, times,
 };
 use std::path::Path;
 use zonal_reference::Rng;
@@ -126,24 +126,24 @@ fn doubled(model: &SceneModel) -> SceneModel {
         HeatCondition::Flux(q) | HeatCondition::Power(q) => *q *= 2.0,
     };
     looks(&mut m, |l| {
-        l.emission = times(l.emission, 2.0);
+        l.emission = l.emission * 2.0;
         heat(&mut l.heat);
     });
     parts(&mut m).for_each(|p| {
-        (p.emission, p.source) = (times(p.emission, 2.0), times(p.source, 2.0));
+        (p.emission, p.source) = (p.emission * 2.0, p.source * 2.0);
         heat(&mut p.heat);
     });
     for p in &mut m.panes {
-        p.emission = times(p.emission, 2.0);
+        p.emission = p.emission * 2.0;
         p.temperature = p.temperature.map(|t| t * warmer);
     }
     for l in &mut m.lights {
         match l {
-            ModelLight::Sun { irradiance: x, .. } | ModelLight::Sky { radiance: x } => *x = times(*x, 2.0),
+            ModelLight::Sun { irradiance: x, .. } | ModelLight::Sky { radiance: x } => *x = *x * 2.0,
             ModelLight::Emitter { .. } => {}
         }
     }
-    m.radiance = times(m.radiance, 2.0);
+    m.radiance = m.radiance * 2.0;
     m.surroundings = m.surroundings.map(|t| t * warmer);
     m
 }
@@ -161,7 +161,7 @@ fn alike(model: &SceneModel) -> Option<SceneModel> {
     if !m.features.contains(&"one band") {
         return None;
     }
-    looks(&mut m, |l| l.reflectance[2] *= 0.7);
+    looks(&mut m, |l| l.reflectance[last_band()] *= 0.7);
     Some(m)
 }
 
@@ -256,7 +256,7 @@ fn paired_values(
     if name == "two bands that are alike"
         && matches!(
             a.of,
-            SumSubject::Surface(_, 2) | SumSubject::Medium(2) | SumSubject::Panes(2) | SumSubject::Escaped(2)
+            SumSubject::Surface(_, b) | SumSubject::Medium(b) | SumSubject::Panes(b) | SumSubject::Escaped(b) if b == last_band()
         )
     {
         return None;

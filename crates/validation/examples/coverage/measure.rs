@@ -7,7 +7,7 @@ use zonal_io::input;
 use zonal_reference::SampleEstimate;
 use zonal_reference::forward_monte_carlo::{ClosedSurfaces, ForwardSolution, trace_forward};
 use zonal_scene::thermal::blackbody_temperature;
-use zonal_scene::{NoProgress, Scene, Solution};
+use zonal_scene::{Band, Bands, NoProgress, Scene, Solution};
 
 /// The largest memory of a solve, bytes.
 const MAX_MEMORY: u64 = 2 << 30;
@@ -142,6 +142,47 @@ pub(crate) struct SceneMeasurement {
 /// A Monte Carlo result, and whether it is the longer second run.
 type Walked = (ForwardSolution, bool);
 
+/// Quantities of a solution by name, and by zone without slopes; runs the reference where it is missing, and longer where it differs.
+fn compare_with_reference(
+    model: &SceneModel,
+    s: &Solution,
+    basis: &str,
+    (walks, seed): (usize, u64),
+    truths: &mut Option<(Walked, Option<Walked>)>,
+) -> Vec<Quantity> {
+    let enclosing = closed(model, &s.scene);
+    // Walks on zones exclude slopes and use the zones of the first engine.
+    let (by_name, by_zone) = truths
+        .get_or_insert_with(|| ((trace_forward(&s.scene, &enclosing, None, walks, 2 * seed), false), None));
+    let mut list = names(s, &by_name.0);
+    if !by_name.1 && list.iter().any(|q| !q.is_unknown() && !q.is_covered()) {
+        *by_name = (
+            trace_forward(
+                &s.scene,
+                &enclosing,
+                None,
+                EXTRA_WALKS_FACTOR * walks,
+                2 * seed + EXTRA_WALKS_FACTOR as u64,
+            ),
+            true,
+        );
+        list = names(s, &by_name.0);
+    }
+    if basis == "constant" {
+        let walk = |walks: usize, seed: u64| trace_forward(&s.scene, &enclosing, Some(&s.zones), walks, seed);
+        let by_zone = by_zone.get_or_insert_with(|| (walk(walks, 2 * seed + 1), false));
+        if by_zone.0.zones.len() == s.zones.len() {
+            let mut met = zones(s, &by_zone.0);
+            if !by_zone.1 && met.iter().any(Quantity::is_far) {
+                *by_zone = (walk(EXTRA_WALKS_FACTOR * walks, 2 * seed + 1 + EXTRA_WALKS_FACTOR as u64), true);
+                met = zones(s, &by_zone.0);
+            }
+            list.extend(met);
+        }
+    }
+    list
+}
+
 /// Solves a model by every applicable engine, or by the first one from number `first` on, and compares.
 pub(crate) fn measure(
     model: &SceneModel,
@@ -173,39 +214,7 @@ pub(crate) fn measure(
                 continue;
             }
         };
-        let enclosing = closed(model, &s.scene);
-        // Walks on zones exclude slopes and use the zones of the first engine.
-        let (by_name, by_zone) = truths.get_or_insert_with(|| {
-            ((trace_forward(&s.scene, &enclosing, None, walks, 2 * seed), false), None)
-        });
-        let mut list = names(&s, &by_name.0);
-        if !by_name.1 && list.iter().any(|q| !q.is_unknown() && !q.is_covered()) {
-            *by_name = (
-                trace_forward(
-                    &s.scene,
-                    &enclosing,
-                    None,
-                    EXTRA_WALKS_FACTOR * walks,
-                    2 * seed + EXTRA_WALKS_FACTOR as u64,
-                ),
-                true,
-            );
-            list = names(&s, &by_name.0);
-        }
-        if basis == "constant" {
-            let walk =
-                |walks: usize, seed: u64| trace_forward(&s.scene, &enclosing, Some(&s.zones), walks, seed);
-            let by_zone = by_zone.get_or_insert_with(|| (walk(walks, 2 * seed + 1), false));
-            if by_zone.0.zones.len() == s.zones.len() {
-                let mut met = zones(&s, &by_zone.0);
-                if !by_zone.1 && met.iter().any(Quantity::is_far) {
-                    *by_zone =
-                        (walk(EXTRA_WALKS_FACTOR * walks, 2 * seed + 1 + EXTRA_WALKS_FACTOR as u64), true);
-                    met = zones(&s, &by_zone.0);
-                }
-                list.extend(met);
-            }
-        }
+        let list = compare_with_reference(model, &s, basis, (walks, seed), &mut truths);
         let engine = VARIANT_NAMES[k];
         out.engines.push(engine);
         let warned = stated::warned(&s.report);
@@ -271,13 +280,13 @@ pub(crate) enum SumSubject {
     /// Temperature of a row.
     Temperature(usize),
     /// Power absorbed by a surface in a band.
-    Surface(usize, usize),
+    Surface(usize, Band),
     /// By the medium.
-    Medium(usize),
+    Medium(Band),
     /// By panes.
-    Panes(usize),
+    Panes(Band),
     /// Escaped.
-    Escaped(usize),
+    Escaped(Band),
 }
 
 /// The named sums of a solution.
@@ -295,10 +304,10 @@ pub(crate) fn sums(s: &Solution) -> Vec<NamedSum> {
         return out;
     }
     let (e, errors) = (&s.report.energy, stated::energy(s));
-    let mut add = |what: &str, of: &dyn Fn(usize) -> SumSubject, own: [f64; 3], stated: [f64; 3]| {
-        for b in 0..3 {
+    let mut add = |what: &str, of: &dyn Fn(Band) -> SumSubject, own: Bands, stated: Bands| {
+        for b in Band::all() {
             out.push(NamedSum {
-                what: format!("{what}, band {b}"),
+                what: format!("{what}, band {}", b.index()),
                 of: of(b),
                 value: own[b],
                 stated: stated[b],
@@ -364,10 +373,9 @@ pub(crate) fn names(s: &Solution, truth: &ForwardSolution) -> Vec<Quantity> {
 /// Incident flux, temperatures and net powers of zones.
 pub(crate) fn zones(s: &Solution, truth: &ForwardSolution) -> Vec<Quantity> {
     let mut out = Vec::new();
-    let h = |i: usize, b: usize| s.fields.incident[i][b] + s.fields.direct[i][b];
+    let h = |i: usize| s.fields.incident[i] + s.fields.direct[i];
     let grey = s.scene.thermal().is_some_and(|t| t.band_fractions.is_grey());
-    let scale: Vec<f64> =
-        (0..3).map(|b| (0..s.zones.len()).map(|i| h(i, b).abs()).fold(0.0, f64::max)).collect();
+    let scale = (0..s.zones.len()).map(|i| h(i).abs()).fold(Bands::ZERO, Bands::max);
     let word = |i: usize| {
         if i < s.zones.voxel_offset() {
             format!("H of patch {i} of {}", s.scene.surfaces()[s.zones.patches[i].surface].name)
@@ -380,15 +388,15 @@ pub(crate) fn zones(s: &Solution, truth: &ForwardSolution) -> Vec<Quantity> {
     for i in 0..s.zones.len() {
         let t = &truth.zones[i];
         let stated = stated::zone(s, i);
-        let same = grey || ((0..3).all(|b| h(i, b) == h(i, 0)) && t[0] == t[1] && t[1] == t[2]);
-        for b in 0..if same { 1 } else { 3 } {
+        let same = grey || (h(i).is_grey() && t.iter().all(|e| *e == t[Band::first()]));
+        for b in Band::all().take(if same { 1 } else { Band::count() }) {
             if t[b].error > MAX_REFERENCE_NOISE * t[b].value
-                || (t[b].value == 0.0 && h(i, b) > ROUNDING_SHARE * scale[b])
+                || (t[b].value == 0.0 && h(i)[b] > ROUNDING_SHARE * scale[b])
             {
                 continue;
             }
-            let what = format!("{}, band {b}", word(i));
-            out.push(quantity(QuantityKind::Zone, what, h(i, b), stated[b], t[b], scale[b]));
+            let what = format!("{}, band {}", word(i), b.index());
+            out.push(quantity(QuantityKind::Zone, what, h(i)[b], stated[b], t[b], scale[b]));
         }
     }
     if let Some(heat) = &s.fields.heat {

@@ -1,6 +1,7 @@
 //! A scene as a model that can be moved, turned, scaled and split, and the TOML and OBJ texts that it is read from.
 
 use std::fmt::Write as _;
+use zonal_scene::{Band, Bands};
 
 /// A point or vector, m.
 pub(crate) type Triple = [f64; 3];
@@ -10,6 +11,10 @@ pub(crate) fn add(a: Triple, b: Triple) -> Triple {
 }
 pub(crate) fn sub(a: Triple, b: Triple) -> Triple {
     [0, 1, 2].map(|k| a[k] - b[k])
+}
+/// The last band, which differs from the others in scenes of two bands.
+pub(crate) fn last_band() -> Band {
+    Band::all().last().unwrap_or(Band::first())
 }
 pub(crate) fn times(a: Triple, s: f64) -> Triple {
     a.map(|x| x * s)
@@ -29,8 +34,8 @@ pub(crate) enum HeatCondition {
 /// How a surface looks.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SurfaceProperties {
-    pub reflectance: Triple,
-    pub emission: Triple,
+    pub reflectance: Bands,
+    pub emission: Bands,
     pub heat: HeatCondition,
     pub both: bool,
 }
@@ -62,9 +67,9 @@ pub(crate) struct ModelPane {
     pub name: String,
     pub polygon: Vec<Triple>,
     pub thickness: f64,
-    pub extinction: Triple,
-    pub albedo: Triple,
-    pub emission: Triple,
+    pub extinction: Bands,
+    pub albedo: Bands,
+    pub emission: Bands,
     /// In thermal mode; none for radiative equilibrium.
     pub temperature: Option<f64>,
 }
@@ -74,10 +79,10 @@ pub(crate) struct ModelPane {
 pub(crate) struct MediumPart {
     pub min: Triple,
     pub max: Triple,
-    pub extinction: Triple,
-    pub albedo: Triple,
-    pub emission: Triple,
-    pub source: Triple,
+    pub extinction: Bands,
+    pub albedo: Bands,
+    pub emission: Bands,
+    pub source: Bands,
     pub heat: HeatCondition,
 }
 
@@ -92,8 +97,8 @@ pub(crate) struct ModelMedium {
 /// A light.
 #[derive(Clone, Debug)]
 pub(crate) enum ModelLight {
-    Sun { direction: Triple, irradiance: Triple, degrees: f64 },
-    Sky { radiance: Triple },
+    Sun { direction: Triple, irradiance: Bands, degrees: f64 },
+    Sky { radiance: Bands },
     Emitter { surface: String },
 }
 
@@ -103,7 +108,7 @@ pub(crate) struct SceneModel {
     pub thermal: bool,
     /// Lines of `[thermal]`.
     pub shares: String,
-    pub radiance: Triple,
+    pub radiance: Bands,
     pub surroundings: Option<f64>,
     pub periodic: [bool; 3],
     pub surfaces: Vec<ModelSurface>,
@@ -296,8 +301,8 @@ impl SceneModel {
         let mut out = self.moved(&RigidMotion { rows, shift: [0.0; 3] });
         out.patch_size = self.patch_size.map(|p| p * s);
         let weaker = |p: &mut MediumPart| {
-            p.extinction = times(p.extinction, 1.0 / s);
-            p.source = times(p.source, 1.0 / s);
+            p.extinction = p.extinction * (1.0 / s);
+            p.source = p.source * (1.0 / s);
             if let HeatCondition::Flux(q) = &mut p.heat {
                 *q /= s;
             }
@@ -308,7 +313,7 @@ impl SceneModel {
         }
         for p in &mut out.panes {
             p.thickness *= s;
-            p.extinction = times(p.extinction, 1.0 / s);
+            p.extinction = p.extinction * (1.0 / s);
         }
         for x in &mut out.surfaces {
             if let HeatCondition::Power(q) = &mut x.look.heat {
@@ -343,8 +348,8 @@ impl SceneModel {
     /// Surroundings, periodic axes and bands of heat.
     fn write_boundary(&self, t: &mut String) {
         let mut around = String::new();
-        if self.radiance != [0.0; 3] {
-            let _ = writeln!(around, "radiance = {:?}", self.radiance);
+        if self.radiance != Bands::ZERO {
+            let _ = writeln!(around, "radiance = {:?}", self.radiance.to_rgb());
         }
         if let Some(k) = self.surroundings {
             let _ = writeln!(around, "temperature = {k:?}");
@@ -368,12 +373,16 @@ impl SceneModel {
             let _ = writeln!(
                 t,
                 "[[pane]]\nname = \"{}\"\npolygon = {:?}\nthickness = {:?}\nextinction = {:?}\nalbedo = {:?}",
-                p.name, p.polygon, p.thickness, p.extinction, p.albedo
+                p.name,
+                p.polygon,
+                p.thickness,
+                p.extinction.to_rgb(),
+                p.albedo.to_rgb()
             );
             match (self.thermal, p.temperature) {
                 (true, Some(k)) => _ = writeln!(t, "temperature = {k:?}"),
                 (true, None) => {}
-                (false, _) => _ = writeln!(t, "emission = {:?}", p.emission),
+                (false, _) => _ = writeln!(t, "emission = {:?}", p.emission.to_rgb()),
             }
         }
     }
@@ -398,10 +407,11 @@ impl SceneModel {
             let _ = match l {
                 ModelLight::Sun { direction, irradiance, degrees } => writeln!(
                     t,
-                    "[[light]]\nkind = \"sun\"\ndirection = {direction:?}\nirradiance = {irradiance:?}\nangular_diameter = {degrees:?}"
+                    "[[light]]\nkind = \"sun\"\ndirection = {direction:?}\nirradiance = {:?}\nangular_diameter = {degrees:?}",
+                    irradiance.to_rgb()
                 ),
                 ModelLight::Sky { radiance } => {
-                    writeln!(t, "[[light]]\nkind = \"sky\"\nradiance = {radiance:?}")
+                    writeln!(t, "[[light]]\nkind = \"sky\"\nradiance = {:?}", radiance.to_rgb())
                 }
                 ModelLight::Emitter { surface } => {
                     writeln!(t, "[[light]]\nkind = \"emitter\"\nsurface = \"{surface}\"")
@@ -411,14 +421,14 @@ impl SceneModel {
     }
 
     fn part(&self, p: &MediumPart) -> String {
-        let mut t = format!("extinction = {:?}\nalbedo = {:?}\n", p.extinction, p.albedo);
+        let mut t = format!("extinction = {:?}\nalbedo = {:?}\n", p.extinction.to_rgb(), p.albedo.to_rgb());
         if self.thermal {
             let _ = match p.heat {
                 HeatCondition::Temperature(k) => writeln!(t, "temperature = {k:?}"),
                 HeatCondition::Flux(q) | HeatCondition::Power(q) => writeln!(t, "heat_source = {q:?}"),
             };
         } else {
-            let _ = writeln!(t, "emission = {:?}\nsource = {:?}", p.emission, p.source);
+            let _ = writeln!(t, "emission = {:?}\nsource = {:?}", p.emission.to_rgb(), p.source.to_rgb());
         }
         t
     }
@@ -426,15 +436,15 @@ impl SceneModel {
     fn look(&self, l: &SurfaceProperties) -> Vec<String> {
         let mut out = Vec::new();
         if self.thermal {
-            out.push(format!("emissivity = {:?}", l.reflectance.map(|r| 1.0 - r)));
+            out.push(format!("emissivity = {:?}", (1.0 - l.reflectance).to_rgb()));
             out.push(match l.heat {
                 HeatCondition::Temperature(k) => format!("temperature = {k:?}"),
                 HeatCondition::Flux(q) => format!("heat_flux = {q:?}"),
                 HeatCondition::Power(p) => format!("net_power = {p:?}"),
             });
         } else {
-            out.push(format!("reflectance = {:?}", l.reflectance));
-            out.push(format!("emission = {:?}", l.emission));
+            out.push(format!("reflectance = {:?}", l.reflectance.to_rgb()));
+            out.push(format!("emission = {:?}", l.emission.to_rgb()));
         }
         if l.both {
             out.push("sides = \"both\"".into());

@@ -1,7 +1,6 @@
 //! Stated errors of a solution: the only module that depends on the layout of reports.
 
-use zonal_scene::{Bands, Severity, Solution};
-use zonal_scene::{EnergyBalance, Report};
+use zonal_scene::{Bands, EnergyBalance, Report, Severity, Solution};
 
 /// True where escaped power has a stated error.
 pub(crate) const ESCAPED_POWER_HAS_ERROR: bool = true;

@@ -3,7 +3,7 @@
 //! ```text
 //! montecarlo [--cases c0,c9] [--sizes 10,20] [--reference FOLDER] [-o docs/montecarlo.md]
 //! montecarlo --engine hierarchical|spectral [--command target/release/zonal] [--tolerances 0.03,0.01] [--cases c0,c8,c9] [--sizes 40]
-//!            [--thick-zones constant|linear] [--pictures FOLDER]
+//!            [--zone-basis constant|linear] [--pictures FOLDER]
 //! ```
 //!
 //! Our zones are averaged down to the tables' 10×10 patches a wall and 10³ voxels, and compared with `*_sym` where it exists. The page,
@@ -23,7 +23,8 @@ use std::time::Instant;
 use zonal_io::{input, output};
 use zonal_scene::{NoProgress, Solution};
 use zonal_validation::validate::montecarlo::cubes::{CUBES, MonteCarloCube};
-use zonal_validation::validate::montecarlo::{TableComparison, TableDifference, pictures};
+use zonal_validation::validate::montecarlo::pictures::{self, PictureComparison};
+use zonal_validation::validate::montecarlo::{TableComparison, TableDifference};
 
 const MAX_MEMORY: u64 = 16 << 30;
 
@@ -45,7 +46,7 @@ fn page_line(d: &TableComparison, c: &MonteCarloCube, n: usize, s: &Solution) ->
         both(d.g.all),
         percent(d.h.noise),
         percent(d.g.noise),
-        s.report.closure.rms[0]
+        s.report.closure.rms.first()
     )
 }
 
@@ -72,8 +73,8 @@ fn line(
         errors(&d.h),
         errors(&d.g),
         d.block.as_ref().map_or("– | –".into(), errors),
-        percent(s.report.estimate.patches[0]),
-        percent(s.report.estimate.volumes[0]),
+        percent(s.report.estimate.patches.first()),
+        percent(s.report.estimate.volumes.first()),
         percent(d.h.noise),
         percent(d.g.noise)
     )
@@ -107,7 +108,7 @@ fn picture(
     folder: &Path,
     (out, name): (&Path, &str),
 ) -> Result<String, Box<dyn std::error::Error>> {
-    let p = pictures::compare(s, c.file, folder, &NoProgress)?;
+    let p: PictureComparison = pictures::compare(s, c.file, folder, &NoProgress)?;
     output::write_exr(&out.join(format!("{name}.exr")), p.image.width, p.image.height, &p.image.pixels)?;
     p.write(&out.join(format!("{name}.png")))?;
     Ok(format!(
@@ -134,6 +135,23 @@ fn by_command(command: &Path, text: &str) -> Result<(Solution, f64), Box<dyn std
     Ok((s, seconds))
 }
 
+/// Solves a cube of n³ voxels with the lines `settings` of `[solve]`, in this process or by `command`: the solution and its seconds.
+fn solve_cube(
+    c: &MonteCarloCube,
+    n: usize,
+    settings: &str,
+    folder: &Path,
+    command: Option<&Path>,
+) -> Result<(Solution, f64), Box<dyn std::error::Error>> {
+    let (text, file) = written(c, n, settings, folder)?;
+    let solved = match command {
+        Some(command) => by_command(command, &text),
+        None => here(&text, c.name),
+    };
+    file.map_or(Ok(()), std::fs::remove_file)?;
+    solved
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let option =
@@ -146,7 +164,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sizes: Vec<usize> = sizes.split(',').map(str::parse).collect::<Result<_, _>>()?;
     let tolerances = option("--tolerances").unwrap_or("0.01".into());
     let tolerances: Vec<f64> = tolerances.split(',').map(str::parse).collect::<Result<_, _>>()?;
-    let thick = option("--thick-zones").unwrap_or("auto".into());
+    let zone_basis = option("--zone-basis").unwrap_or("auto".into());
     let command = option("--command").map(PathBuf::from);
     let pictures = option("--pictures").map(PathBuf::from);
     let mut page = if dense { PAGE_HEAD } else { TABLE_HEAD }.to_string();
@@ -154,15 +172,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for c in CUBES.iter().filter(|c| chosen.as_ref().is_none_or(|l| l.split(',').any(|n| n == c.name))) {
         for (&n, &tolerance) in sizes.iter().flat_map(|n| tolerances.iter().map(move |t| (n, t))) {
             let residual = if dense { "residual = 1e-12\n" } else { "" };
-            let solve =
-                format!("{residual}engine = \"{engine}\"\ntolerance = {tolerance}\nzone_basis = \"{thick}\"");
-            let (text, file) = written(c, n, &solve, &reference)?;
-            let solved = match &command {
-                Some(command) => by_command(command, &text),
-                None => here(&text, c.name),
-            };
-            file.map_or(Ok(()), std::fs::remove_file)?;
-            let (s, seconds) = solved?;
+            let solve = format!(
+                "{residual}engine = \"{engine}\"\ntolerance = {tolerance}\nzone_basis = \"{zone_basis}\""
+            );
+            let (s, seconds) = solve_cube(c, n, &solve, &reference, command.as_deref())?;
             let compared = TableComparison::new(&s, c, &reference)?;
             let line = if dense {
                 page_line(&compared, c, n, &s)

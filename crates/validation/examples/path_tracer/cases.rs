@@ -17,7 +17,7 @@ use std::time::Instant;
 use zonal_io::output;
 use zonal_reference::SampleEstimate;
 use zonal_reference::path_tracer::{PathTracer, TracedImage, TracingAccuracy};
-use zonal_scene::Scene;
+use zonal_scene::{Band, Bands, Scene};
 
 /// z-scores farther from 1 than this share in their root mean square are too wide (or too narrow).
 const MAX_RMS_OF_Z: f64 = 1.25;
@@ -125,20 +125,18 @@ fn cube(c: &TableCube, folder: &Path, setting: &CaseSetting) -> Result<bool, Err
             (0..theirs.len()).step_by(setting.step).filter(|&k| errors[k] > 0.0).collect();
         let receivers: Vec<_> = entries.iter().map(|&k| receiver(quantity, k)).collect();
         let ours = tracer.measure(&receivers, &accuracy, setting.seed.wrapping_add(k as u64));
-        let score = ZScores::new(
-            entries
-                .iter()
-                .zip(&ours)
-                .map(|(&k, r)| (r.total[0], SampleEstimate { value: theirs[k], error: errors[k] })),
-        );
+        let score =
+            ZScores::new(entries.iter().zip(&ours).map(|(&k, r)| {
+                (r.total[Band::first()], SampleEstimate { value: theirs[k], error: errors[k] })
+            }));
         sound &= line(c.name, quantity, &score, start.elapsed().as_secs_f64(), AcceptanceRule::Scores);
     }
     Ok(sound)
 }
 
 /// Pixels and blocks of a band of ours and theirs.
-fn compare(case: &str, band: usize, ours: &TracedImage, theirs: (&[f64], &[f64]), seconds: f64) -> bool {
-    let of = |p: &[[f64; 3]]| p.iter().map(|x| x[band]).collect::<Vec<_>>();
+fn compare(case: &str, band: Band, ours: &TracedImage, theirs: (&[f64], &[f64]), seconds: f64) -> bool {
+    let of = |p: &[Bands]| p.iter().map(|x| x[band]).collect::<Vec<_>>();
     let (mean, error) = (of(&ours.mean), of(&ours.error));
     let pair = |a: Vec<SampleEstimate>, b: Vec<SampleEstimate>| ZScores::new(a.into_iter().zip(b));
     let sized = |size: usize| {
@@ -146,7 +144,7 @@ fn compare(case: &str, band: usize, ours: &TracedImage, theirs: (&[f64], &[f64])
         let below = |mean: &[f64], error: &[f64]| blocks(mean, error, ours.width, size).split_off(skipped);
         pair(below(&mean, &error), below(theirs.0, theirs.1))
     };
-    let name = |what: &str| format!("{what} {}", ["R", "G", "B"][band]);
+    let name = |what: &str| format!("{what} {}", ["R", "G", "B"][band.index()]);
     let _ = line(case, &name("pixels"), &sized(1), seconds, AcceptanceRule::Nothing);
     let rule = if case == "cbox_smoke" { AcceptanceRule::Means } else { AcceptanceRule::Scores };
     line(case, &name("blocks"), &sized(BLOCK_PIXELS), seconds, rule)
@@ -160,7 +158,7 @@ fn inside(name: &str, c: &TableCube, folder: &Path, setting: &CaseSetting) -> Re
     let start = Instant::now();
     let n = 4 * setting.samples;
     let ours = PathTracer::new(&scene).picture(&scene.cameras()[0], shape[1], shape[0], n, setting.seed);
-    Ok(compare(name, 0, &ours, (&theirs, &errors), start.elapsed().as_secs_f64()))
+    Ok(compare(name, Band::first(), &ours, (&theirs, &errors), start.elapsed().as_secs_f64()))
 }
 
 fn mitsuba(name: &str, scene: &Scene, data: &Path, setting: &CaseSetting) -> Result<bool, Error> {
@@ -172,9 +170,10 @@ fn mitsuba(name: &str, scene: &Scene, data: &Path, setting: &CaseSetting) -> Res
     let ours =
         tracer.picture(&scene.cameras()[0], theirs.width, theirs.height, setting.samples, setting.seed);
     let seconds = start.elapsed().as_secs_f64();
-    let band = |p: &output::RgbImage, b: usize| p.pixels.iter().map(|x| f64::from(x[b])).collect::<Vec<_>>();
+    let band =
+        |p: &output::RgbImage, b: Band| p.pixels.iter().map(|x| f64::from(x[b.index()])).collect::<Vec<_>>();
     let mut sound = true;
-    for b in 0..3 {
+    for b in Band::all() {
         sound &= compare(name, b, &ours, (&band(&theirs, b), &band(&errors, b)), seconds);
     }
     Ok(sound)

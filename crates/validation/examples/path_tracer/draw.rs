@@ -4,6 +4,7 @@ use crate::{CommandArguments, CommandOutcome};
 use std::path::Path;
 use zonal_io::{input, output};
 use zonal_reference::path_tracer::PathTracer;
+use zonal_scene::Bands;
 
 /// Draws the picture.
 pub(crate) fn draw(arguments: &CommandArguments) -> CommandOutcome {
@@ -29,7 +30,7 @@ pub(crate) fn draw(arguments: &CommandArguments) -> CommandOutcome {
     }
     let samples = arguments.number("--samples", 64)?;
     let picture = tracer.picture(camera, width, height, samples, arguments.number("--seed", 1)?);
-    let narrow = |p: &[[f64; 3]]| p.iter().map(|c| c.map(|x| x as f32)).collect::<Vec<_>>();
+    let narrow = |p: &[Bands]| p.iter().map(|c| c.to_rgb().map(|x| x as f32)).collect::<Vec<_>>();
     output::write_exr(out, width, height, &narrow(&picture.mean))?;
     let stem = out.file_stem().and_then(|s| s.to_str()).unwrap_or("picture");
     output::write_exr(
@@ -38,8 +39,8 @@ pub(crate) fn draw(arguments: &CommandArguments) -> CommandOutcome {
         height,
         &narrow(&picture.error),
     )?;
-    let mean = |p: &[[f64; 3]], b: usize| p.iter().map(|c| c[b]).sum::<f64>() / p.len() as f64;
-    let (m, e) = ([0, 1, 2].map(|b| mean(&picture.mean, b)), [0, 1, 2].map(|b| mean(&picture.error, b)));
+    let mean = |p: &[Bands]| (p.iter().sum::<Bands>() / p.len() as f64).to_rgb();
+    let (m, e) = (mean(&picture.mean), mean(&picture.error));
     println!("mean {m:.6?}, mean standard error {e:.6?} W/(m² sr)");
     Ok(true)
 }

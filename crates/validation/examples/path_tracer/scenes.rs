@@ -7,7 +7,7 @@ use zonal_io::{input, output};
 use zonal_math::{Vec3, vec3};
 use zonal_reference::SampleEstimate;
 use zonal_reference::path_tracer::Detector;
-use zonal_scene::{Camera, Facet, Plate, Scene, SceneParts, Sides, Surface, VoxelGrid};
+use zonal_scene::{Bands, Camera, Facet, Plate, Scene, SceneParts, Sides, Surface, VoxelGrid};
 
 /// Any error, in a sentence.
 pub(crate) type Error = Box<dyn std::error::Error>;
@@ -49,8 +49,8 @@ const BLOCK_CORNERS: (Vec3, Vec3) = (vec3(0.4, 0.3, 0.2), vec3(0.7, 0.6, 0.6));
 fn surface(name: &str, rho: f64, emission: f64) -> Surface {
     Surface {
         name: name.into(),
-        reflectance: [rho; 3],
-        emission: [emission; 3],
+        reflectance: Bands::splat(rho),
+        emission: Bands::splat(emission),
         reflectance_texture: None,
         emission_texture: None,
         sides: Sides::Front,
@@ -100,7 +100,7 @@ impl TableCube {
         }
         let mut map = VoxelGrid::new(Vec3::ZERO, Vec3::splat(1.0 / CELLS as f64), [CELLS; 3])?;
         for (i, k) in extinction.iter().enumerate() {
-            map.set(i, [*k; 3], [self.albedo; 3], [self.gas; 3], [0.0; 3]);
+            map.set(i, Bands::splat(*k), Bands::splat(self.albedo), Bands::splat(self.gas), Bands::ZERO);
         }
         let camera = Camera {
             name: "inside".into(),
@@ -231,7 +231,7 @@ fn smoke(file: &Path) -> Result<VoxelGrid, Error> {
         let [x, y, z] = map.coordinates(i);
         let k = (z * dims[1] + y) * dims[0] + x;
         let density = f64::from(f32::from_le_bytes(word(48 + 4 * k)?));
-        map.set(i, [0.01 * density; 3], [0.9; 3], [0.0; 3], [0.0; 3]);
+        map.set(i, Bands::splat(0.01 * density), Bands::splat(0.9), Bands::ZERO, Bands::ZERO);
     }
     Ok(map.seal()?)
 }

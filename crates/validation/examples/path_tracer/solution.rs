@@ -7,7 +7,7 @@ use std::path::Path;
 use zonal_io::{input, output};
 use zonal_reference::Rng;
 use zonal_reference::path_tracer::{Detector, DetectorReading, PathTracer, TracingAccuracy};
-use zonal_scene::{Bands, Scene, Solution, Zones};
+use zonal_scene::{Band, Bands, Scene, Solution, Zones};
 
 /// Zones below this share of the mean do not count into the pointwise error.
 const MIN_SHARE_OF_MEAN: f64 = 0.1;
@@ -150,16 +150,16 @@ impl ZoneRow {
     fn new(s: &Solution, g: &SampledZones, total: bool) -> ZoneRow {
         let ours = |i: usize| -> Bands {
             let (a, d) = (s.fields.incident[i], s.fields.direct[i]);
-            if total { [0, 1, 2].map(|b| a[b] + d[b]) } else { a }
+            if total { a + d } else { a }
         };
         let truth = |r: &DetectorReading| if total { r.total } else { r.incident };
         let n = g.zones.len() as f64;
-        let mean = [0, 1, 2].map(|b| g.readings.iter().map(|r| truth(r)[b].value).sum::<f64>() / n);
+        let mean = Bands::from_fn(|b| g.readings.iter().map(|r| truth(r)[b].value).sum::<f64>() / n);
         let (mut d2, mut r2, mut e2, mut sum) = (0.0, 0.0, 0.0, [0.0; 2]);
         let (mut relative, mut errors, mut lit) = (0.0, 0.0, 0.0f64);
         let (mut inside, mut inside_noise, mut count, mut ratios) = (0.0, 0.0, 0.0, Vec::new());
         for (&i, r) in g.zones.iter().zip(&g.readings) {
-            for b in (0..3).filter(|&b| mean[b] > 0.0) {
+            for b in Band::all().filter(|&b| mean[b] > 0.0) {
                 let (x, t) = (ours(i)[b], truth(r)[b]);
                 let d = (x - t.value).abs();
                 d2 += d * d;
@@ -248,16 +248,17 @@ fn listing(s: &Solution, groups: &[SampledZones]) -> String {
             } else {
                 z.panes[i - z.pane_offset()].plate.centre()
             };
-            for b in 0..3 {
+            for b in Band::all() {
                 let f = &s.fields;
                 let _ = writeln!(
                     t,
-                    "{},{i},{},{},{},{},{b},{},{},{},{},{},{},{},{}",
+                    "{},{i},{},{},{},{},{},{},{},{},{},{},{},{},{}",
                     g.quantity,
                     c.x,
                     c.y,
                     c.z,
                     size(z, i),
+                    b.index(),
                     f.incident[i][b],
                     f.error[i][b],
                     f.direct[i][b],

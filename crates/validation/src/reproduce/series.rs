@@ -91,8 +91,34 @@ themselves and not only |U_n| ≤ n + 1.\n\n"
         .into())
 }
 
+/// Reference voxels of several distances and directions.
+const REFERENCE_VOXELS: [[i32; 3]; 5] = [[5, 0, 0], [7, 3, 0], [11, 0, 0], [11, 6, 2], [21, 0, 0]];
+
+/// Ratio and relative error of strips along all axes from all reference voxels at one order; adds them to the table.
+fn errors_of_order(order: usize, rows: &mut Vec<Vec<String>>) -> Vec<(f64, f64)> {
+    let mut points = Vec::new();
+    for u in REFERENCE_VOXELS {
+        let nearest = u.iter().map(|&x| ((x - 1).max(0) as f64).powi(2)).sum::<f64>().sqrt();
+        for axis in 0..3 {
+            let count = (0.999 * nearest) as usize;
+            for (j, (off, bound)) in
+                true_and_proved_errors(u, axis, count, order).into_iter().enumerate().skip(1)
+            {
+                let p = j as f64 / nearest;
+                points.push((p, off.max(MIN_PLOTTED_ERROR)));
+                rows.push(vec![
+                    order.to_string(),
+                    format!("{p:.6}"),
+                    format!("{off:.3e}"),
+                    format!("{bound:.3e}"),
+                ]);
+            }
+        }
+    }
+    points
+}
+
 fn errors_by_ratio(folder: &PageFolder) -> Result<String, Failure> {
-    let references: [[i32; 3]; 5] = [[5, 0, 0], [7, 3, 0], [11, 0, 0], [11, 6, 2], [21, 0, 0]];
     let mut plot = Plot::new(
         "Relative error against the ratio, strips of several distances and directions",
         "ratio d_j / min r_0",
@@ -104,25 +130,7 @@ fn errors_by_ratio(folder: &PageFolder) -> Result<String, Failure> {
     let mut rows = Vec::new();
     let mut half = Vec::new();
     for (k, order) in SERIES_ORDERS.into_iter().enumerate() {
-        let mut points = Vec::new();
-        for u in references {
-            let nearest = u.iter().map(|&x| ((x - 1).max(0) as f64).powi(2)).sum::<f64>().sqrt();
-            for axis in 0..3 {
-                let count = (0.999 * nearest) as usize;
-                for (j, (off, bound)) in
-                    true_and_proved_errors(u, axis, count, order).into_iter().enumerate().skip(1)
-                {
-                    let p = j as f64 / nearest;
-                    points.push((p, off.max(MIN_PLOTTED_ERROR)));
-                    rows.push(vec![
-                        order.to_string(),
-                        format!("{p:.6}"),
-                        format!("{off:.3e}"),
-                        format!("{bound:.3e}"),
-                    ]);
-                }
-            }
-        }
+        let points = errors_of_order(order, &mut rows);
         let worst = points.iter().filter(|p| p.0 <= 0.5 + 1e-9).fold(0.0f64, |m, p| m.max(p.1));
         half.push(vec![order.to_string(), number(worst, 2), number(relative_truncation(order, 0.5), 2)]);
         plot.add(&format!("N = {order}"), SeriesMark::Dots, k, points);

@@ -9,7 +9,7 @@ use zonal_render::RenderOptions;
 use zonal_report::Failure;
 use zonal_report::plot::{LOG_LOG, Plot, SeriesMark};
 use zonal_report::{PageFolder, markdown, number, percent};
-use zonal_scene::{NoProgress, Progress, Solution};
+use zonal_scene::{Band, NoProgress, Progress, Solution};
 use zonal_solve::SolveSettings;
 
 /// The formula for two voxels, and its name: `None` is the exact one.
@@ -76,7 +76,7 @@ fn radiosity_difference(s: &Solution, exact: &Solution) -> [(f64, f64); 2] {
     [0..split, split..s.zones.len()].map(|zones| {
         let (mut sum, mut count, mut most) = (0.0, 0.0f64, 0.0f64);
         for i in zones {
-            for b in 0..3 {
+            for b in Band::all() {
                 let e = exact.fields.radiosity[i][b];
                 if e > 0.0 {
                     let d = s.fields.radiosity[i][b] / e - 1.0;

@@ -66,7 +66,7 @@ fn middle(s: &Solution) -> f64 {
             c.x * c.x + c.y * c.y + c.z * c.z
         };
         let best = of.min_by(|a, b| centre(a.1).total_cmp(&centre(b.1)));
-        best.map_or(f64::NAN, |(i, _)| s.fields.incident[i][0])
+        best.map_or(f64::NAN, |(i, _)| s.fields.incident[i].first())
     };
     WALL_NAMES.iter().map(|f| at(f)).sum::<f64>() / 6.0
 }
@@ -107,7 +107,7 @@ fn run(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
         out.note(format!(
             "{} zones; the engine's own estimate of the error of G: {:.2} %.",
             s.zones.len(),
-            100.0 * s.report.estimate.volumes[0]
+            100.0 * s.report.estimate.volumes.first()
         ));
     }
     out.sequences.push(ResolutionSequence::new("div q in the middle", centre, Some((3.07560844, 5e-9))));

@@ -7,8 +7,7 @@ use super::cube::{CONSTANT_BASIS, LINEAR_BASIS};
 use super::furnace;
 use super::measures::net_flux;
 use zonal_report::Failure;
-use zonal_scene::EnergyBalance;
-use zonal_scene::{Bands, DiscretizationError, Solution};
+use zonal_scene::{Bands, DiscretizationError, EnergyBalance, Solution};
 
 /// Line of `[solve]` that requests the estimate.
 const WITH_DISCRETIZATION_ERROR: &str = "discretization_error = true";
@@ -51,9 +50,9 @@ fn run(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
         let s = lit_cube(bench, n, &format!("{settings}\n{WITH_DISCRETIZATION_ERROR}"))?;
         let stated = discretization_error(&s)?;
         for face in ["x0", "x1", "y0"] {
-            let limit = absorbed(&stated.energy, face)?[0];
+            let limit = absorbed(&stated.energy, face)?.first();
             let [own, other] = [&s, &exact].map(|s| absorbed(&s.report.energy, face));
-            out.error(format!("cube, {n}³, {word}: {face}, W"), (own?[0] - other?[0]).abs(), limit);
+            out.error(format!("cube, {n}³, {word}: {face}, W"), (own? - other?).first().abs(), limit);
         }
     }
     Ok(out)
@@ -79,7 +78,7 @@ fn discretization_error(s: &Solution) -> Result<&DiscretizationError, Failure> {
 }
 
 /// Power that a wall absorbs, W a band.
-fn absorbed<'a>(e: &'a EnergyBalance, face: &str) -> Result<&'a Bands, Failure> {
+fn absorbed(e: &EnergyBalance, face: &str) -> Result<Bands, Failure> {
     let own = e.absorbed_surfaces.iter().find(|x| x.0.ends_with(face));
-    own.map(|x| &x.1).ok_or_else(|| Failure::new(format!("there is no wall {face}")))
+    own.map(|x| x.1).ok_or_else(|| Failure::new(format!("there is no wall {face}")))
 }

@@ -50,7 +50,7 @@ fn absorbed(bench: &CaseContext, name: &str, at: [f64; 3], power: f64) -> Result
     );
     let s: Solution = bench.solve(name, &text)?;
     let taken = &s.report.energy.absorbed_surfaces;
-    Ok(taken.iter().map(|t| t.1[0]).sum())
+    Ok(taken.iter().map(|t| t.1.first()).sum())
 }
 
 fn open(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
@@ -145,9 +145,9 @@ fn shares(bench: &CaseContext, mesh: &TetrahedralMesh) -> Result<(SquareMatrix, 
     for i in 0..zones.len() {
         let row = exchange.row(i);
         for j in 0..i {
-            let area = exchange.pair_in_row(&row, j, &mut counts).value[0]
-                * scaled_radiosity_coefficient(&zones, i)[0]
-                * scaled_radiosity_coefficient(&zones, j)[0];
+            let area = exchange.pair_in_row(&row, j, &mut counts).value.first()
+                * scaled_radiosity_coefficient(&zones, i).first()
+                * scaled_radiosity_coefficient(&zones, j).first();
             f.add(of(i), of(j), area);
             f.add(of(j), of(i), area);
         }
@@ -174,7 +174,7 @@ fn cavity(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
     let flux =
         net_fluxes(&shares, 0.6).ok_or_else(|| Failure::new("the cavity's radiosities have no solution"))?;
     let t = mesh.temperatures(&flux, 250.0)?;
-    let norm = super::montecarlo::rms(t.iter().copied());
+    let norm = super::measures::rms(t.iter().copied());
     out.check(
         "root mean square of the nodes' temperatures, K",
         180.435264497,

@@ -281,7 +281,7 @@ fn side_wall_flux(s: &Solution, m: usize, z: f64) -> f64 {
             && (c.y - 1.0).abs() < 2.0 * half
             && (c.z - z).abs() < half
     });
-    let net = near.map(|(i, _)| (s.fields.incident[i][0] - s.fields.radiosity[i][0]) / 1e3);
+    let net = near.map(|(i, _)| (s.fields.incident[i] - s.fields.radiosity[i]).first() / 1e3);
     let (count, sum) = net.fold((0.0, 0.0), |(n, s), q| (n + 1.0, s + q));
     sum / count
 }

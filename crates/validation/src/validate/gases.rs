@@ -47,7 +47,7 @@ fn run(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
             .solve("engine = \"spectral\"");
         let s = bench.solve(&name, &room.text(&name))?;
         let wall = s.zones.patches.iter().position(|p| s.scene.surfaces()[p.surface].name.ends_with("z0"));
-        let ours: f64 = wall.map_or(f64::NAN, |i| s.fields.incident[i].iter().sum());
+        let ours: f64 = wall.map_or(f64::NAN, |i| s.fields.incident[i].sum());
         let exact: f64 = w.iter().zip(&kappa).map(|(a, k)| a * (1.0 - 2.0 * e3(*k))).sum();
         out.check(
             format!("p = {pressure} atm, {t} K: emissivity of the layer"),

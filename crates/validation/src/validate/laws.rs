@@ -11,6 +11,7 @@ use zonal_math::low_discrepancy::hash_to_unit;
 use zonal_math::{Vec3, vec3};
 use zonal_render::{RenderOptions, render};
 use zonal_report::Failure;
+use zonal_scene::{Band, Bands};
 
 /// The cases.
 pub(super) const CASES: [ValidationCase; 3] = [
@@ -213,12 +214,12 @@ fn solves(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
         for k in 0..6 {
             let name = format!("law-isothermal-{engine}-{k}");
             let s = bench.solve(&name, &random_room(&mut random, engine, true).text(&name))?;
-            even = s.fields.radiosity.iter().fold(even, |m, b| m.max((b[0] - 1.0).abs()));
+            even = s.fields.radiosity.iter().fold(even, |m, b| m.max((b.first() - 1.0).abs()));
             let name = format!("law-hot-wall-{engine}-{k}");
             let s = bench.solve(&name, &random_room(&mut random, engine, false).text(&name))?;
-            kept = kept.max(s.report.energy.residual[0].abs());
-            dark += s.fields.incident.iter().filter(|h| h[0] <= 0.0).count();
-            residual = residual.max(s.report.residuals[0].last().copied().unwrap_or(f64::NAN));
+            kept = kept.max(s.report.energy.residual.first().abs());
+            dark += s.fields.incident.iter().filter(|h| h.first() <= 0.0).count();
+            residual = residual.max(s.report.residuals[Band::first()].last().copied().unwrap_or(f64::NAN));
         }
         out.error(format!("isothermal enclosures, {engine}: largest |B − 1|"), even, 1e-10);
         out.error(format!("one hot wall, {engine}: energy left over, relative"), kept, 1e-10);
@@ -233,7 +234,7 @@ fn solves(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
 }
 
 fn threads(bench: &CaseContext, out: &mut CaseOutcome, room: &BoxScene) -> Result<(), Failure> {
-    let solved = |n: usize| -> Result<Vec<[f64; 3]>, Failure> {
+    let solved = |n: usize| -> Result<Vec<Bands>, Failure> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
         let pool = pool.map_err(|e| Failure::new(format!("{n} threads: {e}")))?;
         Ok(pool.install(|| bench.solve("law-threads", &room.text("law-threads")))?.fields.radiosity)
@@ -241,7 +242,7 @@ fn threads(bench: &CaseContext, out: &mut CaseOutcome, room: &BoxScene) -> Resul
     let one = solved(1)?;
     let mut differ = 0;
     for n in [2, 5] {
-        let bits = |v: &[[f64; 3]]| v.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>();
+        let bits = |v: &[Bands]| v.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>();
         differ += usize::from(bits(&solved(n)?) != bits(&one));
     }
     out.error("solves with 2 and 5 threads that differ from one thread's in a bit", differ as f64, 0.0);
@@ -261,7 +262,7 @@ fn constant_map(bench: &CaseContext, out: &mut CaseOutcome) -> Result<(), Failur
     );
     let varying = bench.solve("law-constant", &room(0.0).medium(&region).text("law-constant"))?;
     let pairs = varying.fields.incident.iter().zip(&uniform.fields.incident);
-    let d = super::montecarlo::rms(pairs.map(|(a, b)| a[0] / b[0] - 1.0));
+    let d = super::measures::rms(pairs.map(|(a, b)| a.first() / b.first() - 1.0));
     out.error("a constant array against the uniform medium: RMS of the relative difference", d, 2e-3);
     Ok(())
 }

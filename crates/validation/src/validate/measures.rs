@@ -1,6 +1,6 @@
-//! Quantities of a solution that cases compare: means over walls, values of voxels.
+//! Quantities that cases compare: means over walls, values of voxels, root mean squares.
 
-use zonal_scene::Solution;
+use zonal_scene::{Bands, Solution};
 
 /// Means over a wall, weighted by area: irradiance and radiosity, W/m².
 #[derive(Clone, Copy, Debug)]
@@ -18,8 +18,8 @@ impl WallMeans {
         for (i, p) in s.zones.patches.iter().enumerate() {
             if s.scene.surfaces()[p.surface].name.ends_with(face) {
                 area += p.area;
-                h += p.area * s.fields.incident[i][0];
-                b += p.area * s.fields.radiosity[i][0];
+                h += p.area * s.fields.incident[i].first();
+                b += p.area * s.fields.radiosity[i].first();
             }
         }
         WallMeans { incident: h / area, radiosity: b / area }
@@ -46,7 +46,13 @@ pub(super) fn voxel_temperature(s: &Solution, c: [usize; 3]) -> f64 {
 }
 
 /// The values of a field of voxels, by the coordinates of the cell, in the first band.
-pub(super) fn voxel_value(s: &Solution, field: &[[f64; 3]], c: [usize; 3]) -> f64 {
+pub(super) fn voxel_value(s: &Solution, field: &[Bands], c: [usize; 3]) -> f64 {
     let index = s.scene.voxel_grid().map_or(0, |m| m.index(c));
-    field.get(s.zones.voxel_offset() + index).map_or(f64::NAN, |v| v[0])
+    field.get(s.zones.voxel_offset() + index).map_or(f64::NAN, |v| v.first())
+}
+
+/// Root mean square.
+pub(super) fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (n, sum) = values.fold((0usize, 0.0), |(n, s), x| (n + 1, s + x * x));
+    (sum / n.max(1) as f64).sqrt()
 }

@@ -48,7 +48,7 @@ fn profile(s: &Solution, wall: &str) -> Vec<f64> {
         .map(|(i, p)| {
             let c = p.plate.centre();
             let along = if wall.starts_with('x') { c.y } else { c.x };
-            (along, s.fields.incident[i][0] - s.fields.radiosity[i][0])
+            (along, (s.fields.incident[i] - s.fields.radiosity[i]).first())
         })
         .collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -77,7 +77,7 @@ fn run(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
     out.informational(
         "all faces: RMS difference over the mean of the wall",
         0.0,
-        super::montecarlo::rms(pointwise.into_iter()),
+        super::measures::rms(pointwise.into_iter()),
     );
     Ok(out)
 }

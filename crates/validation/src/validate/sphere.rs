@@ -14,7 +14,7 @@ use super::measures::voxel_value;
 use super::richardson::ResolutionSequence;
 use std::f64::consts::PI;
 use zonal_report::Failure;
-use zonal_scene::Scene;
+use zonal_scene::{Bands, Scene};
 
 /// Voxels across.
 const RESOLUTIONS: [usize; 5] = [16, 24, 36, 54, 81];
@@ -43,7 +43,7 @@ fn emissivity(bench: &CaseContext, depth: f64, n: usize) -> Result<f64, Failure>
     let cells = n.pow(3);
     let shares: Vec<f64> = (0..cells).map(|i| share(map.coordinates(i), n)).collect();
     for (i, w) in shares.iter().enumerate() {
-        map.set(i, [depth; 3], [0.0; 3], [*w; 3], [0.0; 3]);
+        map.set(i, Bands::splat(depth), Bands::ZERO, Bands::splat(*w), Bands::ZERO);
     }
     parts.voxel_grid = Some(map.seal()?);
     let s = bench.solve_scene(Scene::new(parts)?)?;

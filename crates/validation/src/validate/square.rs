@@ -54,6 +54,37 @@ pub(super) fn interpolate(values: &[f64], t: f64) -> f64 {
         .sum()
 }
 
+/// Compares the source function on the centreline, at equal steps from the hot wall, and plots it.
+fn compare_centreline(out: &mut CaseOutcome, line: &[f64]) -> Result<(), Failure> {
+    let mut profile = ProfilePlot {
+        file: "crosbie-schrenker-line".into(),
+        title: "Source function on the centreline of the square".into(),
+        x: "optical distance from the hot wall".into(),
+        y: "S, of the hot wall's emissive power".into(),
+        ours: vec![(
+            "ours, 321²".into(),
+            (0..=40).map(|k| k as f64 / 40.0).map(|t| (t, interpolate(line, t))).collect(),
+        )],
+        reference: vec![("Crosbie and Schrenker".into(), Vec::new())],
+    };
+    for row in table!("square.csv")?.rows() {
+        let tau = row.number("tau")?;
+        profile.reference[0].1.push((tau, row.number("published")?));
+        let ours = interpolate(line, tau);
+        out.check(
+            format!("τ = {tau}: S, published"),
+            row.number("published")?,
+            ours,
+            AcceptanceLimit::Absolute(2e-3),
+        );
+        if let Some(p) = row.optional("computed")? {
+            out.check(format!("τ = {tau}: S, computed"), p.value, ours, AcceptanceLimit::Absolute(2e-3));
+        }
+    }
+    out.profiles.push(profile);
+    Ok(())
+}
+
 fn run(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
     let mut out = CaseOutcome::default();
     let (mut flux, mut near) = (Vec::new(), Vec::new());
@@ -67,32 +98,7 @@ fn run(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
             out.check(format!("{n}²: S in the middle"), 0.25, line[n / 2], AcceptanceLimit::Absolute(1e-6));
         }
     }
-    let mut profile = ProfilePlot {
-        file: "crosbie-schrenker-line".into(),
-        title: "Source function on the centreline of the square".into(),
-        x: "optical distance from the hot wall".into(),
-        y: "S, of the hot wall's emissive power".into(),
-        ours: vec![(
-            "ours, 321²".into(),
-            (0..=40).map(|k| k as f64 / 40.0).map(|t| (t, interpolate(&line, t))).collect(),
-        )],
-        reference: vec![("Crosbie and Schrenker".into(), Vec::new())],
-    };
-    for row in table!("square.csv")?.rows() {
-        let tau = row.number("tau")?;
-        profile.reference[0].1.push((tau, row.number("published")?));
-        let ours = interpolate(&line, tau);
-        out.check(
-            format!("τ = {tau}: S, published"),
-            row.number("published")?,
-            ours,
-            AcceptanceLimit::Absolute(2e-3),
-        );
-        if let Some(p) = row.optional("computed")? {
-            out.check(format!("τ = {tau}: S, computed"), p.value, ours, AcceptanceLimit::Absolute(2e-3));
-        }
-    }
-    out.profiles.push(profile);
+    compare_centreline(&mut out, &line)?;
     let flux = ResolutionSequence::new("mean net flux of the hot wall", flux, Some((0.7963, 1e-4)));
     out.check(
         "mean net flux of the hot wall, extrapolated",

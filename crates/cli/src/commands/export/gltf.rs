@@ -20,7 +20,7 @@ use std::path::Path;
 use zonal_io::output::glb::{GlbCamera, GlbMaterial, GlbMesh, GlbModel, UpAxis};
 use zonal_io::output::{self, FileError, NamedSingleArray, ToneCurve};
 use zonal_render::bake::{BakedMedium, BakedSolution};
-use zonal_scene::{Bands, Light, Scene, Solution, Texture, bands};
+use zonal_scene::{Bands, Light, Scene, Solution, Texture};
 
 /// Number of radiances, distributed by area, from which the exposure is measured.
 const EXPOSURE_SAMPLES: usize = 20_000;
@@ -38,8 +38,8 @@ struct ExposedTone {
 
 impl ExposedTone {
     /// The colour of a radiance.
-    fn colour(&self, radiance: Bands) -> Bands {
-        self.curve.colour(radiance.map(|l| self.exposure * l))
+    fn colour(&self, radiance: Bands) -> [f64; 3] {
+        self.curve.colour((self.exposure * radiance).to_rgb())
     }
 }
 
@@ -114,9 +114,9 @@ impl ScaledTexture {
         let scaled: Vec<[f32; 3]> =
             t.pixels.iter().map(|p| [0, 1, 2].map(|b| (p[b] / white[b]).min(1.0))).collect();
         let n = scaled.len().max(1) as f64;
-        let mean = bands(|b| (scaled.iter().map(|p| p[b] as f64).sum::<f64>() / n).max(1e-3));
+        let mean = [0, 1, 2].map(|k| (scaled.iter().map(|p| p[k] as f64).sum::<f64>() / n).max(1e-3));
         let png = output::encode_png(t.width, t.height, &scaled)?;
-        Some(ScaledTexture { png, white: white.map(f64::from), mean })
+        Some(ScaledTexture { png, white: Bands::from_rgb(white.map(f64::from)), mean: Bands::from_rgb(mean) })
     }
 }
 
@@ -140,14 +140,11 @@ struct VertexShading<'a> {
 impl VertexShading<'_> {
     fn colour(&self, h: Bands, e: Bands) -> [f32; 4] {
         let displayed = match (self.quantity, self.texture) {
-            (ColourQuantity::Irradiance, _) => self.tone.colour(h.map(|h| h / PI)),
-            (ColourQuantity::Radiosity, None) => {
-                self.tone.colour(bands(|b| (e[b] + self.reflectance[b] * h[b]) / PI))
-            }
+            (ColourQuantity::Irradiance, _) => self.tone.colour(h / PI),
+            (ColourQuantity::Radiosity, None) => self.tone.colour((e + self.reflectance * h) / PI),
             (ColourQuantity::Radiosity, Some(p)) => {
-                let mean = bands(|b| (e[b] + self.reflectance[b] * p.white[b] * p.mean[b] * h[b]) / PI);
-                let displayed = self.tone.colour(mean);
-                bands(|b| displayed[b] / p.mean[b])
+                let mean = (e + self.reflectance * p.white * p.mean * h) / PI;
+                (Bands::from_rgb(self.tone.colour(mean)) / p.mean).to_rgb()
             }
         };
         let [r, g, b] = displayed.map(|x| x.min(1.0) as f32);
@@ -179,8 +176,8 @@ fn fill_mesh(
         mesh.uvs = vertices.iter().map(|i| m.uvs[*i]).collect();
     }
     let colour = |i: &usize| {
-        let h = bands(|b| m.irradiance.iter().map(|g| g[*i][b] as f64).sum());
-        shading.colour(h, m.emission[*i].map(f64::from))
+        let h = Bands::from_rgb([0, 1, 2].map(|k| m.irradiance.iter().map(|g| g[*i][k] as f64).sum()));
+        shading.colour(h, Bands::from_rgb(m.emission[*i].map(f64::from)))
     };
     mesh.colours = vertices.iter().map(colour).collect();
     vertices
@@ -208,10 +205,10 @@ fn add_panes(scene: &Scene, baked: &BakedSolution, tone: ExposedTone, model: &mu
         let (first, last) = (ids().min().unwrap_or(0), ids().max().unwrap_or(0));
         let own = first as usize..=last as usize;
         let colour = |i: usize| {
-            let b: Bands = bands(|k| m.radiosity.iter().map(|g| g[i][k] as f64).sum());
-            let tau = m.depth[i].map(|d| (-d as f64).exp());
-            let [r, g, b] = tone.colour(bands(|k| (1.0 - tau[k]) * b[k] / PI + tau[k] * exterior[k]));
-            [r, g, b, 1.0 - tau.iter().sum::<f64>() / 12.0].map(|x| x as f32)
+            let b = Bands::from_rgb([0, 1, 2].map(|k| m.radiosity.iter().map(|g| g[i][k] as f64).sum()));
+            let tau = Bands::from_rgb(m.depth[i].map(|d| (-d as f64).exp()));
+            let [r, g, b] = tone.colour((1.0 - tau) * b / PI + tau * exterior);
+            [r, g, b, 1.0 - tau.sum() / 12.0].map(|x| x as f32)
         };
         model.materials.push(GlbMaterial {
             unlit: true,
@@ -234,7 +231,7 @@ fn add_panes(scene: &Scene, baked: &BakedSolution, tone: ExposedTone, model: &mu
 /// Radiance of surroundings and skies, W/(m² sr).
 fn exterior_radiance(scene: &Scene) -> Bands {
     scene.lights().iter().fold(scene.surroundings().radiance, |sum, l| match l {
-        Light::Sky { radiance, .. } => bands(|b| sum[b] + radiance[b]),
+        Light::Sky { radiance, .. } => sum + *radiance,
         _ => sum,
     })
 }
@@ -249,10 +246,10 @@ fn radiance_samples(s: &Solution, quantity: ColourQuantity) -> Vec<[f32; 3]> {
         let f = &s.fields;
         let light = match quantity {
             ColourQuantity::Radiosity => f.radiosity[i],
-            ColourQuantity::Irradiance => bands(|b| f.incident[i][b] + f.direct[i][b]),
+            ColourQuantity::Irradiance => f.incident[i] + f.direct[i],
         };
         let until = (EXPOSURE_SAMPLES as f64 * sum / area).round() as usize;
-        out.resize(until.clamp(out.len(), EXPOSURE_SAMPLES), light.map(|x| (x / PI) as f32));
+        out.resize(until.clamp(out.len(), EXPOSURE_SAMPLES), light.to_rgb().map(|x| (x / PI) as f32));
     }
     out
 }

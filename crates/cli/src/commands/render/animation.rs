@@ -152,7 +152,7 @@ fn read_keys(path: &Path, solution: &Solution) -> Result<CameraPath, Failure> {
 
 /// The light groups with a factor other than 1, with their factors.
 fn scaled_groups(solution: &Solution, lights: &[Bands]) -> Vec<(String, Bands)> {
-    let scaled = solution.groups.iter().zip(lights).filter(|(_, f)| **f != [1.0; 3]);
+    let scaled = solution.groups.iter().zip(lights).filter(|(_, f)| **f != Bands::ONE);
     scaled.map(|(g, f)| (g.name.clone(), *f)).collect()
 }
 

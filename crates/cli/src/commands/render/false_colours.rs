@@ -44,7 +44,7 @@ impl FieldQuantity {
         // The sum over the bands in thermal mode, the mean in light mode as in the viewer.
         let scalar = |v: Bands| match s.scene.thermal() {
             Some(t) => t.band_fractions.total(v),
-            None => (v[0] + v[1] + v[2]) / 3.0,
+            None => v.mean(),
         };
         let radiosity = || f.radiosity.iter().map(|b| scalar(*b)).collect::<Vec<f64>>();
         let values = match self {

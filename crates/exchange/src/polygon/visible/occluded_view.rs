@@ -22,7 +22,7 @@ struct ConvexPiece {
 }
 
 impl ConvexPiece {
-    const EMPTY: ConvexPiece = ConvexPiece { n: 0, p: [Vec3::ZERO; MAX_PIECE_CORNERS] };
+    const WITHOUT_CORNERS: ConvexPiece = ConvexPiece { n: 0, p: [Vec3::ZERO; MAX_PIECE_CORNERS] };
 
     fn push(&mut self, x: Vec3) {
         self.p[self.n] = x;
@@ -31,7 +31,7 @@ impl ConvexPiece {
 
     /// The parts on the positive and on the negative side of the plane m·y = 0; `h` are the heights of the corners.
     fn split(&self, h: &[f64; MAX_PIECE_CORNERS]) -> (ConvexPiece, ConvexPiece) {
-        let (mut inside, mut outside) = (ConvexPiece::EMPTY, ConvexPiece::EMPTY);
+        let (mut inside, mut outside) = (ConvexPiece::WITHOUT_CORNERS, ConvexPiece::WITHOUT_CORNERS);
         for i in 0..self.n {
             let j = if i + 1 == self.n { 0 } else { i + 1 };
             if h[i] >= 0.0 {
@@ -51,7 +51,7 @@ impl ConvexPiece {
 
     /// Two pieces of a piece with many corners.
     fn split_in_two(&self) -> [ConvexPiece; 2] {
-        let mut parts = [ConvexPiece::EMPTY; 2];
+        let mut parts = [ConvexPiece::WITHOUT_CORNERS; 2];
         let middle = self.n / 2;
         (0..=middle).for_each(|k| parts[0].push(self.p[k]));
         (middle..=self.n).for_each(|k| parts[1].push(self.p[k % self.n]));
@@ -102,7 +102,7 @@ impl<'a> OccludedView<'a> {
     pub(super) fn seen_from(&mut self, x: Vec3) -> f64 {
         self.pieces.clear();
         self.target.fan(MAX_ENTERING_CORNERS).for_each(|part| {
-            let mut piece = ConvexPiece::EMPTY;
+            let mut piece = ConvexPiece::WITHOUT_CORNERS;
             part.for_each(|c| piece.push(c - x));
             self.pieces.push(piece);
         });

@@ -23,7 +23,7 @@ use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
 use std::path::Path;
 use std::rc::Rc;
-use zonal_scene::{Bands, bands};
+use zonal_scene::Bands;
 
 /// Largest reflectance of an unlit material.
 const MAX_UNLIT_REFLECTANCE: f64 = 0.95;
@@ -44,17 +44,17 @@ impl MaterialTable {
         }
         *self.default.get_or_insert_with(|| {
             mesh.materials.push(MeshMaterial {
-                reflectance: Some([1.0; 3]),
+                reflectance: Some(Bands::ONE),
                 double_sided: Some(false),
                 ..MeshMaterial::named("default")
             });
-            self.mappings.push(TextureMapping::NONE);
+            self.mappings.push(TextureMapping::NO_TEXTURE);
             mesh.materials.len() - 1
         })
     }
     /// The texture mapping of a material.
     pub(super) fn mapping(&self, material: usize) -> TextureMapping {
-        self.mappings.get(material).copied().unwrap_or(TextureMapping::NONE)
+        self.mappings.get(material).copied().unwrap_or(TextureMapping::NO_TEXTURE)
     }
 }
 
@@ -163,15 +163,17 @@ fn read_glass(
                 base.map(|x| (x * transmission).clamp(MIN_TRANSMITTANCE, 1.0)),
             ),
         };
-        if volume.is_some() && base != [1.0; 3] {
+        if volume.is_some() && base != Bands::ONE {
             notes.push(format!("{file}: {place}: the base colour of a material with a volume was ignored"));
         }
-        return Ok(Some(GlassProperties { thickness, attenuation, albedo: [0.0; 3] }));
+        return Ok(Some(GlassProperties { thickness, attenuation, albedo: Bands::ZERO }));
     }
     if m.alpha_mode() == AlphaMode::Blend && alpha < 1.0 {
         return Ok(Some(GlassProperties {
             thickness,
-            attenuation: GlassAttenuation::Transmittance([(1.0 - alpha).clamp(MIN_TRANSMITTANCE, 1.0); 3]),
+            attenuation: GlassAttenuation::Transmittance(Bands::splat(
+                (1.0 - alpha).clamp(MIN_TRANSMITTANCE, 1.0),
+            )),
             albedo: base.map(|x| x.min(1.0)),
         }));
     }
@@ -181,11 +183,11 @@ fn read_glass(
 /// σ_a = −ln(colour)/distance, in 1/(unit of the file); zero for an infinite distance.
 pub(super) fn absorption_coefficient(v: &gltf::material::Volume<'_>) -> Option<Bands> {
     let distance = f64::from(v.attenuation_distance());
-    let colour = v.attenuation_color().map(f64::from);
-    if !(distance > 0.0 && colour.iter().all(|c| c.is_finite() && *c >= 0.0)) {
+    let colour = Bands::from_rgb(v.attenuation_color().map(f64::from));
+    if !(distance > 0.0 && colour.all(|c| c.is_finite() && c >= 0.0)) {
         return None;
     }
-    Some(bands(|k| -colour[k].clamp(MIN_TRANSMITTANCE, 1.0).ln() / distance).map(|x| x.max(0.0)))
+    Some(colour.map(|c| (-c.clamp(MIN_TRANSMITTANCE, 1.0).ln() / distance).max(0.0)))
 }
 
 struct ImageReader<'a> {
@@ -209,8 +211,8 @@ impl ImageReader<'_> {
         let place = format!("material '{name}'");
         let pbr = m.pbr_metallic_roughness();
         let [r, g, b, alpha] = pbr.base_color_factor().map(f64::from);
-        let base = [r, g, b];
-        let emissive = m.emissive_factor().map(f64::from);
+        let base = Bands::from_rgb([r, g, b]);
+        let emissive = Bands::from_rgb(m.emissive_factor().map(f64::from));
         let strength = m.emissive_strength().map_or(1.0, f64::from);
         let valid = |x: f64| x.is_finite() && x >= 0.0;
         if !(base.into_iter().chain(emissive).all(valid) && valid(alpha) && valid(strength)) {
@@ -220,7 +222,7 @@ impl ImageReader<'_> {
         let mut out = MeshMaterial::named(&name);
         out.double_sided = Some(m.double_sided());
         out.reflectance = Some(base.map(|x| x.min(if m.unlit() { MAX_UNLIT_REFLECTANCE } else { 1.0 })));
-        let mut mapping = TextureMapping::NONE;
+        let mut mapping = TextureMapping::NO_TEXTURE;
         if let Some(info) = pbr.base_color_texture() {
             out.texture = self.image_of(&info.texture(), &place)?;
             mapping = TextureMapping::new(&info);
@@ -258,7 +260,7 @@ impl ImageReader<'_> {
         out: &mut MeshMaterial,
         notes: &mut Vec<String>,
     ) -> Result<(), FileFault> {
-        let Some(info) = m.emissive_texture().filter(|_| out.emission != [0.0; 3]) else { return Ok(()) };
+        let Some(info) = m.emissive_texture().filter(|_| out.emission != Bands::ZERO) else { return Ok(()) };
         let own = TextureMapping::new(&info);
         if mapping.used && !mapping.is_same_as(&own) {
             notes.push(format!(

@@ -14,10 +14,10 @@ pub(super) struct TextureMapping {
 
 impl TextureMapping {
     /// Without a texture.
-    pub(super) const NONE: TextureMapping =
+    pub(super) const NO_TEXTURE: TextureMapping =
         TextureMapping { used: false, set: 0, offset: [0.0; 2], scale: [1.0; 2], sin_cos: (0.0, 1.0) };
     pub(super) fn new(info: &gltf::texture::Info<'_>) -> TextureMapping {
-        let mut mapping = TextureMapping { used: true, set: info.tex_coord(), ..TextureMapping::NONE };
+        let mut mapping = TextureMapping { used: true, set: info.tex_coord(), ..TextureMapping::NO_TEXTURE };
         if let Some(t) = info.texture_transform() {
             mapping.set = t.tex_coord().unwrap_or(mapping.set);
             mapping.offset = t.offset().map(f64::from);

@@ -77,7 +77,7 @@ fn parse(bytes: &[u8], file: &str) -> Result<Vec<VolumeMaterial>, FileFault> {
             name: m.name().unwrap_or("").to_string(),
             thickness: f64::from(v.thickness_factor()),
             attenuation_distance: f64::from(v.attenuation_distance()),
-            attenuation_colour: v.attenuation_color().map(f64::from),
+            attenuation_colour: Bands::from_rgb(v.attenuation_color().map(f64::from)),
             absorption,
             node_scales,
         });

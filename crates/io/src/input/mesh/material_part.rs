@@ -10,7 +10,7 @@ use crate::input::scene::thermal::SceneMode;
 use crate::input::scene_reader::{InteriorFill, SceneReader};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use std::collections::BTreeMap;
-use zonal_scene::{Bands, Diagnostic, Facet, Pane, Plate, Sides, Surface, bands};
+use zonal_scene::{Bands, Diagnostic, Facet, Pane, Plate, Sides, Surface};
 
 /// Kinds of shells, and the suffix of the surface's name if a material has several.
 const SHELL_SUFFIXES: [(ShellKind, &str); 3] =
@@ -124,7 +124,7 @@ impl MaterialPart<'_, '_> {
         Ok(Surface {
             name: String::new(),
             reflectance: properties.reflectance.or(m.reflectance).unwrap_or(DEFAULT_REFLECTANCE),
-            emission: if light_mode { properties.emission.unwrap_or(m.emission) } else { [0.0; 3] },
+            emission: if light_mode { properties.emission.unwrap_or(m.emission) } else { Bands::ZERO },
             reflectance_texture,
             emission_texture,
             sides: Sides::Front,
@@ -198,9 +198,9 @@ impl MaterialPart<'_, '_> {
         let pane = self.pane_override();
         let name = &self.material.name;
         let of_file = self.material.glass.and_then(|g| match (g.attenuation, thickness) {
-            (GlassAttenuation::Coefficient(k), _) => Some(k.map(|x| x / self.scale)),
+            (GlassAttenuation::Coefficient(k), _) => Some(k / self.scale),
             (GlassAttenuation::Transmittance(transmittance), Some(t)) => {
-                Some(bands(|b| (-transmittance[b].ln() / t).max(0.0)))
+                Some(transmittance.map(|x| (-x.ln() / t).max(0.0)))
             }
             (GlassAttenuation::Transmittance(_), None) => None,
         });
@@ -210,7 +210,7 @@ impl MaterialPart<'_, '_> {
             ))
         })?;
         let albedo = pane.albedo.or(self.material.glass.map(|g| g.albedo));
-        Ok([extinction, albedo.unwrap_or([0.0; 3]), pane.emission.unwrap_or([0.0; 3])])
+        Ok([extinction, albedo.unwrap_or(Bands::ZERO), pane.emission.unwrap_or(Bands::ZERO)])
     }
 
     /// Adds a closed mesh that fills the medium.

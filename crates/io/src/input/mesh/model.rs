@@ -58,7 +58,7 @@ impl MeshMaterial {
             name: name.to_string(),
             reflectance: None,
             texture: None,
-            emission: [0.0; 3],
+            emission: Bands::ZERO,
             emission_texture: None,
             double_sided: None,
             glass: None,

@@ -5,6 +5,7 @@ use crate::input::error::FileFault;
 use crate::input::mesh::model::{ImageSource, MeshMaterial};
 use std::f64::consts::PI;
 use std::path::Path;
+use zonal_scene::Bands;
 
 /// Largest library, bytes.
 const MAX_LIBRARY_BYTES: u64 = 64 << 20;
@@ -35,8 +36,8 @@ pub(super) fn read_library(
     }
     // Some exporters write a black Kd beside a texture and mean the texture.
     for m in &mut materials {
-        if m.texture.is_some() && m.reflectance.is_none_or(|r| r == [0.0; 3]) {
-            m.reflectance = Some([1.0; 3]);
+        if m.texture.is_some() && m.reflectance.is_none_or(|r| r == Bands::ZERO) {
+            m.reflectance = Some(Bands::ONE);
         }
     }
     Ok(materials)
@@ -60,12 +61,12 @@ impl MtlLine<'_> {
         match word {
             "Kd" => {
                 let kd = colour(file, number, rest)?;
-                if kd.iter().any(|x| *x > 1.0) {
+                if kd.any(|x| x > 1.0) {
                     notes.push(format!("{file}:{number}: Kd above 1 was cut to 1"));
                 }
                 m.reflectance = Some(kd.map(|x| x.min(1.0)));
             }
-            "Ke" => m.emission = colour(file, number, rest)?.map(|x| x * PI),
+            "Ke" => m.emission = colour(file, number, rest)? * PI,
             "map_Kd" => {
                 // Skip options; a name without options may hold spaces.
                 let name = match rest.starts_with('-') {
@@ -98,7 +99,7 @@ impl MtlLine<'_> {
 }
 
 /// One number for all bands, or three.
-fn colour(file: &str, line: usize, text: &str) -> Result<[f64; 3], FileFault> {
+fn colour(file: &str, line: usize, text: &str) -> Result<Bands, FileFault> {
     let bad = |word: &str| {
         FileFault::new(file, line, format!("'{word}' is not a colour value; give numbers from 0"))
     };
@@ -110,8 +111,8 @@ fn colour(file: &str, line: usize, text: &str) -> Result<[f64; 3], FileFault> {
         }
     }
     match values.as_slice() {
-        [r, g, b] => Ok([*r, *g, *b]),
-        [grey] => Ok([*grey; 3]),
+        [r, g, b] => Ok(Bands::from_rgb([*r, *g, *b])),
+        [grey] => Ok(Bands::splat(*grey)),
         _ => Err(bad(text)),
     }
 }

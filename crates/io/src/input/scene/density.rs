@@ -28,7 +28,7 @@ pub(super) fn read_density(
         (None, None) => None,
         _ => Some(shapes::read_bounds(&t)?),
     };
-    let scale = t.read("scale", |n| n.bands(f64::INFINITY))?.unwrap_or([1.0; 3]);
+    let scale = t.read("scale", |n| n.bands(f64::INFINITY))?.unwrap_or(Bands::ONE);
     let scale = scale.map(|s| s.powi(field.scale_exponent));
     // Read the file.
     let file = t.require("file", "file = \"smoke.npy\" (or .vdb, .vol)")?;
@@ -82,7 +82,7 @@ fn fill_array(
                 let fraction = x.fraction * y.fraction * z.fraction;
                 let mean =
                     weighted_sum(array, [&x.elements, &y.elements, &z.elements], field.averaged) / fraction;
-                let properties = (field.properties)(scale.map(|s| s * mean));
+                let properties = (field.properties)(scale * mean);
                 grid.fill([x.cell, y.cell, z.cell], fraction.min(1.0), &properties);
             }
         }

@@ -4,7 +4,7 @@ use crate::input::error::InputError;
 use crate::input::suggestion::suggest;
 use crate::input::toml::key_tables::{EMITTER, SKY, SUN};
 use crate::input::toml::node::{TomlNode, TomlTable};
-use zonal_scene::{Light, Surface};
+use zonal_scene::{Bands, Light, Surface};
 
 /// Angular diameter of a sun without one, degrees.
 const DEFAULT_ANGULAR_DIAMETER_DEGREES: f64 = 0.53;
@@ -83,7 +83,7 @@ fn find_emitter(node: &TomlNode<'_>, surfaces: &[Surface]) -> Result<usize, Inpu
         };
         return Err(node.error(format!("no surface has the name '{wanted}'; {hint}")));
     };
-    if surfaces[index].emission == [0.0; 3] {
+    if surfaces[index].emission == Bands::ZERO {
         return Err(node.error(format!(
             "surface '{wanted}' does not emit; give it an emission above 0 or remove this light"
         )));

@@ -72,7 +72,7 @@ fn set_missing_conditions(map: &mut VoxelGrid) -> Result<(), SceneError> {
         if !map.heat(i).is_some_and(|k| matches!(k, ThermalCondition::Flux(q) if q.is_nan())) {
             continue;
         }
-        if map.extinction(i) != [0.0; 3] {
+        if map.extinction(i) != Bands::ZERO {
             let [x, y, z] = map.coordinates(i);
             let message = format!(
                 "nothing is known of the medium in cell ({x}, {y}, {z}); write temperature (K) or heat_source (W/m3), 0 for radiative equilibrium"

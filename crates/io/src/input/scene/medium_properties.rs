@@ -3,7 +3,7 @@
 use super::thermal::{self, SceneMode};
 use crate::input::error::InputError;
 use crate::input::toml::node::TomlTable;
-use zonal_scene::{Bands, ThermalCondition, bands};
+use zonal_scene::{Bands, ThermalCondition};
 
 /// κ (1/m), Ω, E (W/m²), q (W/m³), temperature or heat; voxels keep the values of quantities that are none.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,9 +35,9 @@ impl MediumProperties {
     }
     /// These properties with an extinction from a file; sources stay only where the extinction is above 0.
     pub(crate) fn with_extinction(&self, extinction: Bands) -> MediumProperties {
-        let source = self.source.map(|q| bands(|k| if extinction[k] > 0.0 { q[k] } else { 0.0 }));
+        let source = self.source.map(|q| q.zip_map(extinction, |q, k| if k > 0.0 { q } else { 0.0 }));
         let condition = match self.condition {
-            Some(ThermalCondition::Flux(_)) if extinction == [0.0; 3] => Some(ThermalCondition::Flux(0.0)),
+            Some(ThermalCondition::Flux(_)) if extinction == Bands::ZERO => Some(ThermalCondition::Flux(0.0)),
             condition => condition,
         };
         MediumProperties { extinction: Some(extinction), source, condition, ..*self }

@@ -5,7 +5,7 @@ use crate::input::error::InputError;
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::key_tables::PANE;
 use crate::input::toml::node::TomlNode;
-use zonal_scene::Pane;
+use zonal_scene::{Bands, Pane};
 
 /// Reads entry `index` of `[[pane]]`.
 pub(super) fn read_pane(
@@ -36,8 +36,8 @@ pub(super) fn read_pane(
         plates,
         thickness,
         extinction,
-        albedo: albedo.unwrap_or([0.0; 3]),
-        emission: table.read("emission", |n| n.bands(f64::INFINITY))?.unwrap_or([0.0; 3]),
+        albedo: albedo.unwrap_or(Bands::ZERO),
+        emission: table.read("emission", |n| n.bands(f64::INFINITY))?.unwrap_or(Bands::ZERO),
     });
     Ok(())
 }

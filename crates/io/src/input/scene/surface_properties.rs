@@ -3,7 +3,7 @@
 use zonal_scene::{Bands, Sides, Surface, ThermalCondition};
 
 /// Reflectance without any given.
-pub(crate) const DEFAULT_REFLECTANCE: Bands = [0.5; 3];
+pub(crate) const DEFAULT_REFLECTANCE: Bands = Bands::splat(0.5);
 
 /// Whether a surface bounds a solid body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,7 @@ impl SurfaceProperties {
         Surface {
             name,
             reflectance: self.reflectance.unwrap_or(DEFAULT_REFLECTANCE),
-            emission: self.emission.unwrap_or([0.0; 3]),
+            emission: self.emission.unwrap_or(Bands::ZERO),
             reflectance_texture: self.texture,
             emission_texture: None,
             sides,

@@ -7,7 +7,7 @@ use crate::input::toml::key_tables::THERMAL;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_scene::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
 use zonal_scene::thermal::power_out_of_range;
-use zonal_scene::{BandFractions, Bands, Thermal, ThermalCondition, bands};
+use zonal_scene::{Band, BandFractions, Bands, PerBand, Thermal, ThermalCondition};
 
 /// Keys of boundary conditions of surfaces, in thermal mode.
 const SURFACE_CONDITIONS: [&str; 3] = ["temperature", "heat_flux", "net_power"];
@@ -98,9 +98,9 @@ pub(crate) fn read_volume_condition(t: &TomlTable<'_>) -> Result<Option<ThermalC
 pub(crate) fn read_reflectance(t: &TomlTable<'_>) -> Result<Option<Bands>, InputError> {
     let given = t.read("reflectance", |n| n.bands(1.0))?;
     let Some(n) = t.get("emissivity") else { return Ok(given) };
-    let own = n.bands(1.0)?.map(|e| 1.0 - e);
+    let own = 1.0 - n.bands(1.0)?;
     match given {
-        Some(r) if (0..3).any(|b| (r[b] - own[b]).abs() > CONSISTENCY_TOLERANCE) => {
+        Some(r) if (r - own).any(|d| d.abs() > CONSISTENCY_TOLERANCE) => {
             Err(n.error("emissivity and reflectance are at odds: they sum to 1; keep one of them"))
         }
         _ => Ok(Some(own)),
@@ -121,25 +121,25 @@ pub(crate) fn read_extinction_and_albedo(t: &TomlTable<'_>) -> Result<[Option<Ba
         return Err(n.error("beside an albedo from a file the absorption follows from the extinction; give the extinction instead"));
     }
     match (kappa, albedo) {
-        (None, None) => Ok([Some(own), Some([0.0; 3])]),
+        (None, None) => Ok([Some(own), Some(Bands::ZERO)]),
         (Some(k), None) => {
-            if (0..3).any(|b| own[b] > k[b]) {
+            if Band::all().any(|b| own[b] > k[b]) {
                 return Err(n.error("the absorption exceeds the extinction; give no more than that"));
             }
-            let albedo = bands(|b| if k[b] > 0.0 { 1.0 - own[b] / k[b] } else { 0.0 });
+            let albedo = own.zip_map(k, |a, k| if k > 0.0 { 1.0 - a / k } else { 0.0 });
             Ok([Some(k), Some(albedo)])
         }
         (None, Some(o)) => {
-            if (0..3).any(|b| o[b] == 1.0) {
+            if o.any(|o| o == 1.0) {
                 return Err(n.error(
                     "at an albedo of 1 the absorption does not determine the extinction; give extinction and albedo",
                 ));
             }
-            Ok([Some(bands(|b| own[b] / (1.0 - o[b]))), Some(o)])
+            Ok([Some(own / (1.0 - o)), Some(o)])
         }
         (Some(k), Some(o)) => {
-            let differs = |b: usize| (k[b] * (1.0 - o[b]) - own[b]).abs() > CONSISTENCY_TOLERANCE * k[b];
-            if (0..3).any(differs) {
+            let difference = (k * (1.0 - o) - own).abs();
+            if Band::all().any(|b| difference[b] > CONSISTENCY_TOLERANCE * k[b]) {
                 return Err(
                     n.error("absorption is at odds with extinction × (1 − albedo); keep two of the three")
                 );
@@ -175,7 +175,11 @@ fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError>
                 return Err(r.error("constant band fractions hold everywhere; remove this key"));
             }
             let s = n.bands(1.0)?;
-            Ok(BandFractions::Weights { coefficients: s.map(|s| vec![s]), range: [1.0, 1.0], allow_partial })
+            Ok(BandFractions::Weights {
+                coefficients: s.map_to(|s| vec![s]),
+                range: [1.0, 1.0],
+                allow_partial,
+            })
         }
         (None, Some(n)) => {
             let range =
@@ -195,35 +199,35 @@ fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError>
 }
 
 /// Three lists of coefficients; one of them may be `"rest"`: 1 less the other two polynomials.
-fn read_polynomials(node: &TomlNode<'_>) -> Result<[Vec<f64>; 3], InputError> {
+fn read_polynomials(node: &TomlNode<'_>) -> Result<PerBand<Vec<f64>>, InputError> {
     const WANTED: &str = "give three lists [c0, c1, …], one a band; one of them may be \"rest\"";
     let list = node.list()?;
-    let [a, b, c] = list.as_slice() else {
+    if list.len() != Band::count() {
         return Err(node.error(format!("this list has {} entries; {WANTED}", list.len())));
-    };
+    }
     let mut rest = None;
-    let mut out: [Vec<f64>; 3] = Default::default();
-    for (k, n) in [a, b, c].into_iter().enumerate() {
+    let mut out: PerBand<Vec<f64>> = PerBand::default();
+    for (band, n) in Band::all().zip(&list) {
         if n.is_list() {
-            out[k] = n.list()?.iter().map(|x| x.number()).collect::<Result<_, _>>()?;
-            if out[k].is_empty() {
+            out[band] = n.list()?.iter().map(|x| x.number()).collect::<Result<_, _>>()?;
+            if out[band].is_empty() {
                 return Err(n.error(format!("a band has no coefficients; {WANTED}")));
             }
             continue;
         }
         n.choice(&["rest"])?;
-        if rest.replace(k).is_some() {
+        if rest.replace(band).is_some() {
             return Err(n.error(format!("two bands are the rest; {WANTED}")));
         }
     }
-    if let Some(k) = rest {
+    if let Some(band) = rest {
         let longest = out.iter().map(Vec::len).max().unwrap_or(0).max(1);
         let mut own = vec![0.0; longest];
         own[0] = 1.0;
         for other in &out {
             own.iter_mut().zip(other).for_each(|(o, c)| *o -= c);
         }
-        out[k] = own;
+        out[band] = own;
     }
     Ok(out)
 }

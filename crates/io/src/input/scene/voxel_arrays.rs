@@ -32,12 +32,14 @@ pub(super) fn read_arrays(
         let Some(node) = t.get(key).filter(|n| n.is_table()) else { continue };
         let properties = |v: Bands| {
             let none = MediumProperties::default();
-            let temperature = || ThermalCondition::Temperature(v[0].sqrt().sqrt());
+            // Temperatures and heat sources have one number for all bands.
+            let grey = v.first();
+            let temperature = || ThermalCondition::Temperature(grey.sqrt().sqrt());
             match key {
                 "albedo" => MediumProperties { albedo: Some(v), ..none },
                 "emission" => MediumProperties { emission: Some(v), ..none },
                 "temperature" => MediumProperties { condition: Some(temperature()), ..none },
-                _ => MediumProperties { condition: Some(ThermalCondition::Flux(v[0])), ..none },
+                _ => MediumProperties { condition: Some(ThermalCondition::Flux(grey)), ..none },
             }
         };
         let fourth_power = key == "temperature";

@@ -5,7 +5,7 @@
 
 use super::medium_properties::MediumProperties;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, ThermalCondition, VoxelGrid, bands};
+use zonal_scene::{Bands, ThermalCondition, VoxelGrid};
 
 /// The condition of a voxel of which none is given yet.
 pub(super) const NO_CONDITION: ThermalCondition = ThermalCondition::Flux(f64::NAN);
@@ -24,9 +24,9 @@ struct VoxelState {
 }
 
 impl VoxelState {
-    /// Absorption coefficient of band `k`, 1/m.
-    fn absorption(&self, k: usize) -> f64 {
-        self.extinction[k] * (1.0 - self.albedo[k])
+    /// Absorption coefficient, 1/m.
+    fn absorption(&self) -> Bands {
+        self.extinction * (1.0 - self.albedo)
     }
     /// Fills a fraction f of the volume, 0 ≤ f ≤ 1, with other properties.
     fn fill(&mut self, f: f64, m: &MediumProperties) {
@@ -48,18 +48,19 @@ impl VoxelState {
             let (wa, wb) = ((1.0 - f) * wa, f * wb);
             if a == b || wa + wb <= 0.0 { mix(a, b) } else { a + (b - a) * (wb / (wa + wb)) }
         };
+        let weighted_bands = |a: Bands, wa: Bands, b: Bands, wb: Bands| {
+            Bands::from_fn(|band| weighted(a[band], wa[band], b[band], wb[band]))
+        };
         *self = VoxelState {
-            extinction: bands(|k| mix(old.extinction[k], new.extinction[k])),
-            albedo: bands(|k| weighted(old.albedo[k], old.extinction[k], new.albedo[k], new.extinction[k])),
-            emission: bands(|k| {
-                weighted(old.emission[k], old.absorption(k), new.emission[k], new.absorption(k))
-            }),
-            source: bands(|k| mix(old.source[k], new.source[k])),
+            extinction: old.extinction.zip_map(new.extinction, mix),
+            albedo: weighted_bands(old.albedo, old.extinction, new.albedo, new.extinction),
+            emission: weighted_bands(old.emission, old.absorption(), new.emission, new.absorption()),
+            source: old.source.zip_map(new.source, mix),
             condition: match (old.condition, new.condition) {
                 (a, b) if a == b => a,
                 (ThermalCondition::Temperature(a), ThermalCondition::Temperature(b)) => {
-                    let sum = |c: &VoxelState| (0..3).map(|k| c.absorption(k)).sum::<f64>();
-                    let fourth_power = weighted(a.powi(4), sum(&old), b.powi(4), sum(&new));
+                    let (wa, wb) = (old.absorption().sum(), new.absorption().sum());
+                    let fourth_power = weighted(a.powi(4), wa, b.powi(4), wb);
                     ThermalCondition::Temperature(fourth_power.powf(0.25))
                 }
                 (ThermalCondition::Flux(a), ThermalCondition::Flux(b)) if a.is_finite() && b.is_finite() => {

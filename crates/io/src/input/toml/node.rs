@@ -157,9 +157,9 @@ impl<'a> TomlNode<'a> {
             }))
         };
         if self.is_list() {
-            self.triple("a number or [red, green, blue]", one)
+            self.triple("a number or [red, green, blue]", one).map(Bands::from_rgb)
         } else {
-            one(self).map(|x| [x; 3])
+            one(self).map(Bands::splat)
         }
     }
     /// A table with no other keys than these.

@@ -404,7 +404,7 @@ impl<'a> CellAccumulator<'a> {
             // Cubes of a rotated voxel may overlap slightly: the integral is kept, and the fraction is cut to 1.
             let fraction = fraction.min(1.0);
             if fraction > 0.0 {
-                let properties = (field.properties)(scale.map(|s| s * density / fraction));
+                let properties = (field.properties)(scale * density / fraction);
                 self.medium.fill([i / (ny * nz), i / nz % ny, i % nz], fraction, &properties);
                 filled += 1;
             }

@@ -32,9 +32,8 @@ pub(super) fn document<'a>(model: &'a GlbModel, layout: &mut BinaryLayout<'a>) -
         model.materials.iter().map(|m| material_json(m, &mut used_extensions)).collect();
     let scene = scene_json(model, &roots);
     // Assemble the document; empty lists are not allowed.
-    let generator = format!("zonal {}", env!("CARGO_PKG_VERSION"));
-    let mut root =
-        json!({ "asset": { "version": "2.0", "generator": generator }, "scene": 0, "scenes": [scene] });
+    let asset = json!({ "version": "2.0", "generator": format!("zonal {}", env!("CARGO_PKG_VERSION")) });
+    let mut root = json!({ "asset": asset, "scene": 0, "scenes": [scene] });
     let sampler = json!({ "magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497 });
     let samplers = if images.is_empty() { Vec::new() } else { vec![sampler] };
     let buffers = if layout.length > 0 { vec![json!({ "byteLength": layout.length })] } else { Vec::new() };

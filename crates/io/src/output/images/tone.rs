@@ -135,7 +135,7 @@ impl ToneMapping {
         ToneMapping { curve: ToneCurve::Linear, ..ToneMapping::filmic(exposure) }
     }
     /// The displayed sRGB values, 0 to 1, of a linear colour.
-    pub fn display_value(&self, linear: [f32; 3]) -> [f64; 3] {
+    fn display_value(&self, linear: [f32; 3]) -> [f64; 3] {
         let gain = self.exposure * self.contrast_gain(self.exposure * luminance(linear));
         self.curve.colour(linear.map(|x| x as f64 * gain)).map(encode_srgb)
     }

@@ -10,7 +10,7 @@ use std::io::{BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 use zip::{CompressionMethod, ZipArchive};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Plate, PlateKind, ZoneValues};
+use zonal_scene::{Bands, PerBand, Plate, PlateKind, ZoneValues};
 
 /// Bytes of JSON that any file may have.
 const BASE_JSON_BYTES: u64 = 16 << 20;
@@ -42,23 +42,36 @@ fn max_json_values(json: &[u8]) -> u64 {
 }
 
 /// A row for each zone, or one for all.
-pub(crate) enum BandRows {
-    Same(Bands),
-    Each(Vec<Bands>),
+pub(crate) enum ZoneRows<T> {
+    Same(T),
+    Each(Vec<T>),
 }
 
-impl std::ops::Index<usize> for BandRows {
-    type Output = Bands;
-    fn index(&self, i: usize) -> &Bands {
+impl<T> ZoneRows<T> {
+    fn as_slice(&self) -> &[T] {
         match self {
-            BandRows::Same(x) => x,
-            BandRows::Each(list) => &list[i],
+            ZoneRows::Same(x) => std::slice::from_ref(x),
+            ZoneRows::Each(list) => list,
         }
     }
 }
 
+impl<T> std::ops::Index<usize> for ZoneRows<T> {
+    type Output = T;
+    fn index(&self, i: usize) -> &T {
+        match self {
+            ZoneRows::Same(x) => x,
+            ZoneRows::Each(list) => &list[i],
+        }
+    }
+}
+
+fn to_bands(rows: Vec<[f64; 3]>) -> Vec<Bands> {
+    rows.into_iter().map(Bands::from_rgb).collect()
+}
+
 /// Three little-endian doubles.
-fn decode_triple(c: [u8; 24]) -> Bands {
+fn decode_triple(c: [u8; 24]) -> [f64; 3] {
     let (a, _) = c.as_chunks::<8>();
     [f64::from_le_bytes(a[0]), f64::from_le_bytes(a[1]), f64::from_le_bytes(a[2])]
 }
@@ -278,14 +291,19 @@ impl<'a> NpzReader<'a> {
     }
 
     /// Finite numbers of shape `[..shape, 3]`.
-    pub(crate) fn triples(&mut self, name: &str, shape: &[usize]) -> Result<Vec<Bands>, FileError> {
+    fn triples(&mut self, name: &str, shape: &[usize]) -> Result<Vec<[f64; 3]>, FileError> {
         let (found, data) = self.rows(name)?;
         self.check_shape(name, &found, &[shape, &[3]].concat())?;
         Ok(data)
     }
 
+    /// Finite bands of `count` zones.
+    pub(crate) fn bands(&mut self, name: &str, count: usize) -> Result<Vec<Bands>, FileError> {
+        self.triples(name, &[count]).map(to_bands)
+    }
+
     /// Finite numbers in rows of three, and their shape.
-    fn rows(&mut self, name: &str) -> Result<(Vec<usize>, Vec<Bands>), FileError> {
+    fn rows(&mut self, name: &str) -> Result<(Vec<usize>, Vec<[f64; 3]>), FileError> {
         self.rows_of(name, f64::is_finite, "a value is not a finite number")
     }
 
@@ -294,7 +312,7 @@ impl<'a> NpzReader<'a> {
         name: &str,
         is_valid: fn(f64) -> bool,
         message: &str,
-    ) -> Result<(Vec<usize>, Vec<Bands>), FileError> {
+    ) -> Result<(Vec<usize>, Vec<[f64; 3]>), FileError> {
         let (shape, data) = self.array(name, ElementType::F64, decode_triple)?;
         let whole = 3 * data.len() == shape.iter().product::<usize>();
         if whole && data.as_flattened().iter().all(|x| is_valid(*x)) {
@@ -314,7 +332,7 @@ impl<'a> NpzReader<'a> {
         if !(absence == Absence::Allowed && shape == [0, 3]) {
             self.check_shape(name, &shape, &[count, 3])?;
         }
-        Ok(data)
+        Ok(to_bands(data))
     }
 
     /// Errors of `count` zones: from 0, infinite if unknown.
@@ -328,23 +346,36 @@ impl<'a> NpzReader<'a> {
     }
 
     /// As [`NpzReader::triples`], or one row for all.
-    pub(crate) fn same_or_each(&mut self, name: &str, shape: &[usize]) -> Result<BandRows, FileError> {
+    pub(crate) fn same_or_each(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+    ) -> Result<ZoneRows<[f64; 3]>, FileError> {
         let (found, data) = self.rows(name)?;
         if found == [vec![1; shape.len()], vec![3]].concat() {
-            return Ok(BandRows::Same(data[0]));
+            return Ok(ZoneRows::Same(data[0]));
         }
         self.check_shape(name, &found, &[shape, &[3]].concat())?;
-        Ok(BandRows::Each(data))
+        Ok(ZoneRows::Each(data))
     }
 
-    /// As [`NpzReader::same_or_each`], none below 0 or above `max`.
-    pub(crate) fn bands(&mut self, name: &str, count: usize, max: f64) -> Result<BandRows, FileError> {
-        let data = self.same_or_each(name, &[count])?;
-        let all = match &data {
-            BandRows::Same(x) => std::slice::from_ref(x),
-            BandRows::Each(list) => list,
-        };
-        if all.as_flattened().iter().all(|x| *x >= 0.0 && *x <= max) {
+    /// As [`NpzReader::same_or_each`], of bands.
+    pub(crate) fn band_rows(&mut self, name: &str, shape: &[usize]) -> Result<ZoneRows<Bands>, FileError> {
+        Ok(match self.same_or_each(name, shape)? {
+            ZoneRows::Same(x) => ZoneRows::Same(Bands::from_rgb(x)),
+            ZoneRows::Each(list) => ZoneRows::Each(to_bands(list)),
+        })
+    }
+
+    /// As [`NpzReader::band_rows`], none below 0 or above `max`.
+    pub(crate) fn bands_up_to(
+        &mut self,
+        name: &str,
+        count: usize,
+        max: f64,
+    ) -> Result<ZoneRows<Bands>, FileError> {
+        let data = self.band_rows(name, &[count])?;
+        if data.as_slice().iter().flatten().all(|x| *x >= 0.0 && *x <= max) {
             return Ok(data);
         }
         Err(self.error(name, format!("a value is below 0 or above {max}; {DAMAGED}")))
@@ -370,18 +401,20 @@ impl<'a> NpzReader<'a> {
         let error = |npz: &NpzReader<'_>, e: String| npz.error(name, e);
         let (shape, valid, values) = match npy::parse(&bytes, ElementType::F32) {
             Ok((shape, data)) => {
-                let list: Vec<[f32; 3]> = data
-                    .as_chunks::<12>()
-                    .0
-                    .iter()
-                    .map(|c| [0, 4, 8].map(|k| f32::from_le_bytes([c[k], c[k + 1], c[k + 2], c[k + 3]])))
-                    .collect();
-                (shape, list.as_flattened().iter().all(|x| is_valid(f64::from(*x))), ZoneValues::Single(list))
+                let row = |c: &[u8; 12]| {
+                    PerBand::from_rgb(
+                        [0, 4, 8].map(|k| f32::from_le_bytes([c[k], c[k + 1], c[k + 2], c[k + 3]])),
+                    )
+                };
+                let list: Vec<PerBand<f32>> = data.as_chunks::<12>().0.iter().map(row).collect();
+                let valid = list.iter().flatten().all(|x| is_valid(f64::from(*x)));
+                (shape, valid, ZoneValues::Single(list))
             }
             Err(_) => {
                 let (shape, data) = npy::parse(&bytes, ElementType::F64).map_err(|e| error(self, e))?;
-                let list: Vec<Bands> = data.as_chunks::<24>().0.iter().map(|c| decode_triple(*c)).collect();
-                (shape, list.as_flattened().iter().all(|x| is_valid(*x)), ZoneValues::Double(list))
+                let list: Vec<[f64; 3]> =
+                    data.as_chunks::<24>().0.iter().map(|c| decode_triple(*c)).collect();
+                (shape, list.as_flattened().iter().all(|x| is_valid(*x)), ZoneValues::Double(to_bands(list)))
             }
         };
         if !valid {

@@ -76,10 +76,15 @@ impl<W: Write + Seek> NpzWriter<W> {
         &mut self,
         name: &str,
         shape: &[usize],
-        data: impl Iterator<Item = Bands>,
+        data: impl Iterator<Item = [f64; 3]>,
     ) -> io::Result<()> {
         self.begin(name, ElementType::F64, &[shape, &[3]].concat())?;
         self.stream(data.flatten().map(f64::to_le_bytes))
+    }
+
+    /// Bands of zones, an array of shape `[zones, 3]`.
+    pub(crate) fn bands(&mut self, name: &str, zones: &[Bands]) -> io::Result<()> {
+        self.triples(name, &[zones.len()], zones.iter().map(|x| x.to_rgb()))
     }
 
     /// As [`NpzWriter::triples`], in one row of shape `[1, …, 3]` if all rows are equal: numpy broadcasts it.
@@ -87,7 +92,7 @@ impl<W: Write + Seek> NpzWriter<W> {
         &mut self,
         name: &str,
         shape: &[usize],
-        data: impl Iterator<Item = Bands> + Clone,
+        data: impl Iterator<Item = [f64; 3]> + Clone,
     ) -> io::Result<()> {
         let mut all = data.clone();
         match all.next() {
@@ -98,10 +103,20 @@ impl<W: Write + Seek> NpzWriter<W> {
         }
     }
 
+    /// As [`NpzWriter::rows`], of bands.
+    pub(crate) fn band_rows(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        data: impl Iterator<Item = Bands> + Clone,
+    ) -> io::Result<()> {
+        self.rows(name, shape, data.map(Bands::to_rgb))
+    }
+
     /// The values of a light group, `[zones, 3]` of f64 or f32; no rows for zeros.
     pub(crate) fn values(&mut self, name: &str, values: &ZoneValues) -> io::Result<()> {
         match values {
-            ZoneValues::Double(v) => self.triples(name, &[v.len()], v.iter().copied()),
+            ZoneValues::Double(v) => self.bands(name, v),
             ZoneValues::Single(v) => {
                 self.begin(name, ElementType::F32, &[v.len(), 3])?;
                 self.stream(v.iter().flatten().map(|x| x.to_le_bytes()))

@@ -5,7 +5,7 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 use serde_json::Value;
 use zonal_math::{Grade, Vec3};
-use zonal_scene::{Bands, EnergyBalance, SolveStatus, printable};
+use zonal_scene::{Bands, EnergyBalance, PerBand, SolveStatus, printable};
 
 /// Decodes a value at a path of the document; an error names the path of the field.
 pub(crate) fn decode_at<'v, T: Deserialize<'v>>(path: &str, v: &'v Value) -> Result<T, String> {
@@ -102,10 +102,10 @@ const FORMER_STATUS_NAMES: [(&str, SolveStatus); 2] =
 pub(crate) mod statuses {
     use super::*;
 
-    pub(crate) fn serialize<S: Serializer>(list: &[SolveStatus; 3], s: S) -> Result<S::Ok, S::Error> {
-        list.map(SolveStatus::name).serialize(s)
+    pub(crate) fn serialize<S: Serializer>(list: &PerBand<SolveStatus>, s: S) -> Result<S::Ok, S::Error> {
+        list.map(SolveStatus::name).into_rgb().serialize(s)
     }
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<[SolveStatus; 3], D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<PerBand<SolveStatus>, D::Error> {
         let names = <[String; 3]>::deserialize(d)?;
         let find = |name: &String| {
             let present = SolveStatus::VARIANTS.into_iter().find(|s| s.name() == name);
@@ -113,7 +113,7 @@ pub(crate) mod statuses {
             present.or_else(former).ok_or_else(|| D::Error::custom(format!("'{name}' is not a status")))
         };
         let [a, b, c] = &names;
-        Ok([find(a)?, find(b)?, find(c)?])
+        Ok(PerBand::from_rgb([find(a)?, find(b)?, find(c)?]))
     }
 }
 
@@ -129,15 +129,26 @@ pub(crate) mod vector {
     }
 }
 
+/// Bands as three numbers.
+pub(crate) mod bands {
+    use super::*;
+
+    pub(crate) fn serialize<S: Serializer>(x: &Bands, s: S) -> Result<S::Ok, S::Error> {
+        x.to_rgb().serialize(s)
+    }
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
+        <[f64; 3]>::deserialize(d).map(Bands::from_rgb)
+    }
+}
+
 /// Bands of which null reads as NaN.
 pub(crate) mod nan_bands {
     use super::*;
 
-    pub(crate) fn serialize<S: Serializer>(x: &Bands, s: S) -> Result<S::Ok, S::Error> {
-        x.serialize(s)
-    }
+    pub(crate) use super::bands::serialize;
+
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
-        Ok(<[Option<f64>; 3]>::deserialize(d)?.map(|x| x.unwrap_or(f64::NAN)))
+        Ok(Bands::from_rgb(<[Option<f64>; 3]>::deserialize(d)?.map(|x| x.unwrap_or(f64::NAN))))
     }
 }
 
@@ -145,19 +156,24 @@ pub(crate) mod nan_bands {
 pub(crate) mod error_bands {
     use super::*;
 
-    pub(crate) fn serialize<S: Serializer>(x: &Bands, s: S) -> Result<S::Ok, S::Error> {
-        x.serialize(s)
-    }
+    pub(crate) use super::bands::serialize;
+
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
         nan_bands::deserialize(d).map(|x| x.map(unknown))
     }
 }
 
 /// Factors of bands, from 0.
-pub(crate) fn factors<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
-    match Bands::deserialize(d)? {
-        f if f.iter().all(|x| x.is_finite() && *x >= 0.0) => Ok(f),
-        _ => Err(D::Error::custom("a factor is below 0 or not finite")),
+pub(crate) mod factors {
+    use super::*;
+
+    pub(crate) use super::bands::serialize;
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
+        match bands::deserialize(d)? {
+            f if f.all(|x| x.is_finite() && x >= 0.0) => Ok(f),
+            _ => Err(D::Error::custom("a factor is below 0 or not finite")),
+        }
     }
 }
 
@@ -167,9 +183,16 @@ pub(crate) fn infinite_if_null<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D
 }
 
 /// Lists of residuals of which null reads as NaN.
-pub(crate) fn residual_lists<'de, D: Deserializer<'de>>(d: D) -> Result<[Vec<f64>; 3], D::Error> {
-    let lists = <[Vec<Option<f64>>; 3]>::deserialize(d)?;
-    Ok(lists.map(|list| list.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()))
+pub(crate) mod residual_lists {
+    use super::*;
+
+    pub(crate) fn serialize<S: Serializer>(lists: &PerBand<Vec<f64>>, s: S) -> Result<S::Ok, S::Error> {
+        lists.as_slice().serialize(s)
+    }
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<PerBand<Vec<f64>>, D::Error> {
+        let lists = PerBand::from_rgb(<[Vec<Option<f64>>; 3]>::deserialize(d)?);
+        Ok(lists.map(|list| list.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()))
+    }
 }
 
 /// An error that was written as null is unknown: infinite.

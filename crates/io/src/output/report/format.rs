@@ -9,8 +9,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 use zonal_math::Grade;
 use zonal_scene::{
-    Bands, ClosureDefect, Diagnostic, DiscretizationError, EnergyBalance, ErrorEstimate, HeatReport, Report,
-    SolveStatus,
+    Bands, ClosureDefect, Diagnostic, DiscretizationError, EnergyBalance, ErrorEstimate, HeatReport, PerBand,
+    Report, SolveStatus,
 };
 
 /// The format of a report. The table of heat is added by [`encode_report`], since it includes discretization errors.
@@ -22,9 +22,9 @@ struct ReportFormat {
     #[serde(deserialize_with = "printable_text")]
     reason: String,
     #[serde(with = "statuses")]
-    status: [SolveStatus; 3],
-    #[serde(deserialize_with = "residual_lists")]
-    residuals: [Vec<f64>; 3],
+    status: PerBand<SolveStatus>,
+    #[serde(with = "residual_lists")]
+    residuals: PerBand<Vec<f64>>,
     #[serde(with = "EstimateFormat")]
     estimate: ErrorEstimate,
     #[serde(with = "ClosureFormat")]

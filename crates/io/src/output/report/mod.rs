@@ -12,7 +12,7 @@ use codec::{decode_at, factors, nan_bands, printable_text, statuses};
 use format::{EnergyFormat, add_unit, decode_report, encode_report};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use zonal_scene::{Bands, EnergyBalance, LightGroup, LightGroupKind, Report, Solution, SolveStatus};
+use zonal_scene::{Bands, EnergyBalance, LightGroup, LightGroupKind, PerBand, Report, Solution, SolveStatus};
 
 /// The report of a solution as a JSON document: zones, engine, status, residuals, estimate, closure, energy (W), light groups, counts,
 /// warnings, provenance.
@@ -54,12 +54,12 @@ struct GroupFormat {
     /// A word, and the index of a light or surface.
     of: Value,
     #[serde(with = "statuses")]
-    status: [SolveStatus; 3],
+    status: PerBand<SolveStatus>,
     #[serde(with = "nan_bands")]
     residual: Bands,
-    #[serde(deserialize_with = "factors")]
+    #[serde(with = "factors")]
     incident_scale: Bands,
-    #[serde(deserialize_with = "factors")]
+    #[serde(with = "factors")]
     direct_scale: Bands,
     #[serde(with = "EnergyFormat")]
     energy: EnergyBalance,

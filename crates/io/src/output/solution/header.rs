@@ -2,15 +2,15 @@
 //! writing and reading (serde); former names of fields are read too.
 
 use crate::output::report::codec::{
-    engine, light_grouping, list_of, patch_rule, printable_text, vector, zone_basis,
+    bands, engine, light_grouping, list_of, patch_rule, printable_text, vector, zone_basis,
 };
 use crate::output::report::notes::diagnostics;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::{
-    BandFractions, Bands, Camera, Diagnostic, Engine, Lens, Light, LightGrouping, Pane, PatchRule, Plate,
-    Scene, Sides, SolveOptions, Surface, Surroundings, Thermal, ThermalCondition, ZoneBasis,
+    BandFractions, Bands, Camera, Diagnostic, Engine, Lens, Light, LightGrouping, Pane, PatchRule, PerBand,
+    Plate, Scene, Sides, SolveOptions, Surface, Surroundings, Thermal, ThermalCondition, ZoneBasis,
 };
 
 /// The version of the format.
@@ -65,7 +65,9 @@ pub(super) struct VoxelGridHeader {
 #[serde(remote = "Surface")]
 struct SurfaceFormat {
     name: String,
+    #[serde(with = "bands")]
     reflectance: Bands,
+    #[serde(with = "bands")]
     emission: Bands,
     reflectance_texture: Option<usize>,
     emission_texture: Option<usize>,
@@ -90,8 +92,11 @@ struct PaneFormat {
     #[serde(skip)]
     plates: Vec<Plate>,
     thickness: f64,
+    #[serde(with = "bands")]
     extinction: Bands,
+    #[serde(with = "bands")]
     albedo: Bands,
+    #[serde(with = "bands")]
     emission: Bands,
 }
 
@@ -102,11 +107,13 @@ enum LightFormat {
         name: String,
         #[serde(with = "vector")]
         direction: Vec3,
+        #[serde(with = "bands")]
         irradiance: Bands,
         angular_diameter: f64,
     },
     Sky {
         name: String,
+        #[serde(with = "bands")]
         radiance: Bands,
     },
     Emitter {
@@ -119,6 +126,7 @@ enum LightFormat {
 #[serde(remote = "Surroundings")]
 struct SurroundingsFormat {
     name: Option<String>,
+    #[serde(with = "bands")]
     radiance: Bands,
 }
 
@@ -210,7 +218,7 @@ impl ThermalFormat {
         let band_fractions = match &t.band_fractions {
             BandFractions::Grey => None,
             BandFractions::Weights { coefficients, range, allow_partial } => Some(FractionsFormat {
-                coefficients: coefficients.clone(),
+                coefficients: coefficients.clone().into_rgb(),
                 range: *range,
                 allow_partial: *allow_partial,
             }),
@@ -223,7 +231,7 @@ impl ThermalFormat {
         let band_fractions = match self.band_fractions {
             None => BandFractions::Grey,
             Some(FractionsFormat { coefficients, range, allow_partial }) => {
-                BandFractions::Weights { coefficients, range, allow_partial }
+                BandFractions::Weights { coefficients: PerBand::from_rgb(coefficients), range, allow_partial }
             }
         };
         let ThermalFormat { surfaces, panes, surroundings, .. } = self;

@@ -4,7 +4,7 @@ use super::header::{
     FORMAT, FORMAT_VERSION, OLDEST_FORMAT_VERSION, Provenance, SceneHeader, VoxelGridHeader,
 };
 use crate::output::error::FileError;
-use crate::output::npz::reader::{Absence, BandRows, NpzReader};
+use crate::output::npz::reader::{Absence, NpzReader, ZoneRows};
 use crate::output::report::codec::decode_at;
 use crate::output::report::decode_document;
 use serde_json::Value;
@@ -59,21 +59,17 @@ fn read(mut npz: NpzReader<'_>) -> Result<Solution, FileError> {
     };
     let zones = with_cell_starts(zones, &scene);
     // Read the fields.
-    let n = [zones.len()];
+    let n = zones.len();
     let fields = Fields {
-        radiosity: npz.triples("radiosity", &n)?,
-        incident: npz.triples("incident", &n)?,
-        direct: npz.triples("direct", &n)?,
-        error: npz.errors("error", zones.len(), Absence::Refused)?,
-        direct_error: npz.errors("direct_error", zones.len(), Absence::Allowed)?,
-        surroundings_error: npz.errors("surroundings_error", zones.len(), Absence::Allowed)?,
-        heat: if scene.thermal().is_some() {
-            Some(read_thermal_fields(&mut npz, zones.len())?)
-        } else {
-            None
-        },
+        radiosity: npz.bands("radiosity", n)?,
+        incident: npz.bands("incident", n)?,
+        direct: npz.bands("direct", n)?,
+        error: npz.errors("error", n, Absence::Refused)?,
+        direct_error: npz.errors("direct_error", n, Absence::Allowed)?,
+        surroundings_error: npz.errors("surroundings_error", n, Absence::Allowed)?,
+        heat: if scene.thermal().is_some() { Some(read_thermal_fields(&mut npz, n)?) } else { None },
     };
-    let groups = read_groups(&mut npz, groups, &scene, zones.len())?;
+    let groups = read_groups(&mut npz, groups, &scene, n)?;
     let Provenance { scene_hash, version } = provenance;
     Ok(Solution { report, scene_hash, version, scene, zones, fields, groups })
 }
@@ -188,14 +184,14 @@ fn read_panes(npz: &mut NpzReader<'_>, mut panes: Vec<Pane>) -> Result<Vec<Pane>
 fn read_voxel_grid(npz: &mut NpzReader<'_>, h: &VoxelGridHeader) -> Result<VoxelGrid, FileError> {
     let dims = h.dims;
     // Read the arrays first: their size bounds the memory of the grid.
-    let extinction = npz.same_or_each("voxmap_extinction", &dims)?;
-    let albedo = npz.same_or_each("voxmap_albedo", &dims)?;
-    let emission = npz.same_or_each("voxmap_emission", &dims)?;
-    let source = npz.same_or_each("voxmap_source", &dims)?;
+    let extinction = npz.band_rows("voxmap_extinction", &dims)?;
+    let albedo = npz.band_rows("voxmap_albedo", &dims)?;
+    let emission = npz.band_rows("voxmap_emission", &dims)?;
+    let source = npz.band_rows("voxmap_source", &dims)?;
     let mut voxel_grid = VoxelGrid::new(h.min, h.cell, dims).map_err(|e| scene_error(npz, &e))?;
     // The index of the zones takes four bytes a cell.
     npz.charge("voxmap_extinction", 4 * voxel_grid.len() as u64)?;
-    if let (BandRows::Same(k), BandRows::Same(o), BandRows::Same(e), BandRows::Same(q)) =
+    if let (ZoneRows::Same(k), ZoneRows::Same(o), ZoneRows::Same(e), ZoneRows::Same(q)) =
         (&extinction, &albedo, &emission, &source)
     {
         voxel_grid.fill(*k, *o, *e, *q);
@@ -205,12 +201,14 @@ fn read_voxel_grid(npz: &mut NpzReader<'_>, h: &VoxelGridHeader) -> Result<Voxel
         }
     }
     if npz.has("voxmap_heat") {
-        let condition = |x: zonal_scene::Bands| {
-            if x[0] > 0.0 { ThermalCondition::Temperature(x[1]) } else { ThermalCondition::Flux(x[2]) }
+        // Rows of (1, temperature, 0) or (0, 0, heat source).
+        let condition = |[is_temperature, temperature, flux]: [f64; 3]| match is_temperature > 0.0 {
+            true => ThermalCondition::Temperature(temperature),
+            false => ThermalCondition::Flux(flux),
         };
         match npz.same_or_each("voxmap_heat", &dims)? {
-            BandRows::Same(x) => voxel_grid.fill_heat(condition(x)),
-            BandRows::Each(list) => {
+            ZoneRows::Same(x) => voxel_grid.fill_heat(condition(x)),
+            ZoneRows::Each(list) => {
                 list.into_iter()
                     .enumerate()
                     .for_each(|(i, x)| voxel_grid.set_heat(i, condition(x), ThermalCondition::Flux(0.0)));
@@ -227,8 +225,8 @@ fn read_patches(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<Patch>, Fi
     let area = npz.positive("patch_area", n)?;
     let facet = npz.ints("patch_facet", Some(n), scene.facets().len())?;
     let surface = npz.ints("patch_surface", Some(n), scene.surfaces().len())?;
-    let reflectance = npz.bands("patch_reflectance", n, 1.0)?;
-    let emission = npz.bands("patch_emission", n, f64::MAX)?;
+    let reflectance = npz.bands_up_to("patch_reflectance", n, 1.0)?;
+    let emission = npz.bands_up_to("patch_emission", n, f64::MAX)?;
     let patch = |(i, plate): (usize, Plate)| Patch {
         facet: facet[i],
         surface: surface[i],
@@ -249,10 +247,10 @@ fn read_voxels(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<VoxelZone>,
     }
     let centre = npz.vectors("voxel_centre", n)?;
     let volume = npz.positive("voxel_volume", n)?;
-    let extinction = npz.bands("voxel_extinction", n, f64::MAX)?;
-    let albedo = npz.bands("voxel_albedo", n, 1.0)?;
-    let emission = npz.bands("voxel_emission", n, f64::MAX)?;
-    let source = npz.bands("voxel_source", n, f64::MAX)?;
+    let extinction = npz.bands_up_to("voxel_extinction", n, f64::MAX)?;
+    let albedo = npz.bands_up_to("voxel_albedo", n, 1.0)?;
+    let emission = npz.bands_up_to("voxel_emission", n, f64::MAX)?;
+    let source = npz.bands_up_to("voxel_source", n, f64::MAX)?;
     let subcell = npz.bytes("part_subcell", None)?;
     let packed = npz.bytes("part_packed", Some(8 * subcell.len()))?;
     let first = npz.ints("voxel_part_first", Some(n + 1), subcell.len() + 1)?;
@@ -295,9 +293,9 @@ fn read_pane_zones(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<PaneZon
     let pane = npz.ints("pane_zone_pane", Some(n), scene.panes().len())?;
     let area = npz.positive("pane_zone_area", n)?;
     let thickness = npz.positive("pane_zone_thickness", n)?;
-    let extinction = npz.bands("pane_zone_extinction", n, f64::MAX)?;
-    let albedo = npz.bands("pane_zone_albedo", n, 1.0)?;
-    let emission = npz.bands("pane_zone_emission", n, f64::MAX)?;
+    let extinction = npz.bands_up_to("pane_zone_extinction", n, f64::MAX)?;
+    let albedo = npz.bands_up_to("pane_zone_albedo", n, 1.0)?;
+    let emission = npz.bands_up_to("pane_zone_emission", n, f64::MAX)?;
     let zone = |(i, plate): (usize, Plate)| PaneZone {
         pane: pane[i],
         plate,

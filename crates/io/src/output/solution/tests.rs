@@ -10,11 +10,11 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use zonal_math::{Grade, Vec3, vec3};
 use zonal_scene::{
-    BandFractions, Camera, ClosureDefect, Diagnostic, DiscretizationError, EnergyBalance, ErrorEstimate,
-    Facet, Fields, HeatReport, HeatRow, HeatRowKind, Lens, Light, LightGroup, LightGroupKind, Pane, PaneZone,
-    Patch, Plate, Report, Scene, SceneParts, Sides, Solution, SolveOptions, SolveStatus, Surface,
-    Surroundings, Texture, Thermal, ThermalCondition, ThermalFields, VolumeSample, VoxelGrid, VoxelSamples,
-    VoxelZone, ZoneValues, Zones,
+    BandFractions, Bands, Camera, ClosureDefect, Diagnostic, DiscretizationError, EnergyBalance,
+    ErrorEstimate, Facet, Fields, HeatReport, HeatRow, HeatRowKind, Lens, Light, LightGroup, LightGroupKind,
+    Pane, PaneZone, Patch, PerBand, Plate, Report, Scene, SceneParts, Sides, Solution, SolveOptions,
+    SolveStatus, Surface, Surroundings, Texture, Thermal, ThermalCondition, ThermalFields, VolumeSample,
+    VoxelGrid, VoxelSamples, VoxelZone, ZoneValues, Zones,
 };
 
 fn folder(name: &str) -> PathBuf {
@@ -23,15 +23,34 @@ fn folder(name: &str) -> PathBuf {
     dir
 }
 
-fn scene() -> Scene {
+fn voxel_grid() -> VoxelGrid {
     let mut voxel_grid = VoxelGrid::new(Vec3::ZERO, Vec3::splat(0.5), [2, 3, 4]).unwrap();
     for i in 0..24 {
-        voxel_grid.set(i, [0.1 * i as f64, 0.2, 0.0], [0.5, 0.25, 1.0], [1.0; 3], [0.0; 3]);
+        let (extinction, albedo) =
+            (Bands::from_rgb([0.1 * i as f64, 0.2, 0.0]), Bands::from_rgb([0.5, 0.25, 1.0]));
+        voxel_grid.set(i, extinction, albedo, Bands::ONE, Bands::ZERO);
     }
+    voxel_grid.seal().unwrap()
+}
+
+fn lights() -> Vec<Light> {
+    vec![
+        Light::Sun {
+            name: "sun".into(),
+            direction: vec3(0.0, 0.6, -0.8),
+            irradiance: Bands::from_rgb([1.0, 2.0, 3.0]),
+            angular_diameter: 0.0093,
+        },
+        Light::Sky { name: "sky".into(), radiance: Bands::from_rgb([0.1, 0.2, 0.4]) },
+        Light::Emitter { surface: 1, name: Some("lamp".into()) },
+    ]
+}
+
+fn scene() -> Scene {
     let surface = |name: &str, texture| Surface {
         name: name.into(),
-        reflectance: [0.5, 0.6, 0.7],
-        emission: [0.0, 0.0, 1.0 / 3.0],
+        reflectance: Bands::from_rgb([0.5, 0.6, 0.7]),
+        emission: Bands::from_rgb([0.0, 0.0, 1.0 / 3.0]),
         reflectance_texture: texture,
         emission_texture: None,
         sides: Sides::Both,
@@ -50,24 +69,15 @@ fn scene() -> Scene {
             name: "glass".into(),
             plates: vec![square, triangle],
             thickness: 0.01,
-            extinction: [10.0, 20.0, 0.0],
-            albedo: [0.1; 3],
-            emission: [0.0; 3],
+            extinction: Bands::from_rgb([10.0, 20.0, 0.0]),
+            albedo: Bands::splat(0.1),
+            emission: Bands::ZERO,
         }],
-        voxel_grid: Some(voxel_grid.seal().unwrap()),
-        lights: vec![
-            Light::Sun {
-                name: "sun".into(),
-                direction: vec3(0.0, 0.6, -0.8),
-                irradiance: [1.0, 2.0, 3.0],
-                angular_diameter: 0.0093,
-            },
-            Light::Sky { name: "sky".into(), radiance: [0.1, 0.2, 0.4] },
-            Light::Emitter { surface: 1, name: Some("lamp".into()) },
-        ],
+        voxel_grid: Some(voxel_grid()),
+        lights: lights(),
         periodic: [false; 3],
         thermal: None,
-        surroundings: Surroundings { radiance: [0.01; 3], name: Some("sky".into()) },
+        surroundings: Surroundings { radiance: Bands::splat(0.01), name: Some("sky".into()) },
         cameras: vec![Camera {
             name: "c".into(),
             origin: Vec3::ONE,
@@ -84,17 +94,21 @@ fn scene() -> Scene {
 
 fn report() -> Report {
     Report {
-        status: [SolveStatus::Converged, SolveStatus::Stalled, SolveStatus::MaxIterations],
-        residuals: [vec![0.1, 1e-11], vec![], vec![1.0 / 3.0]],
-        closure: ClosureDefect { worst: [1e-3, 2e-3, 3e-3], restored: true, ..ClosureDefect::default() },
+        status: PerBand::from_rgb([SolveStatus::Converged, SolveStatus::Stalled, SolveStatus::MaxIterations]),
+        residuals: PerBand::from_rgb([vec![0.1, 1e-11], vec![], vec![1.0 / 3.0]]),
+        closure: ClosureDefect {
+            worst: Bands::from_rgb([1e-3, 2e-3, 3e-3]),
+            restored: true,
+            ..ClosureDefect::default()
+        },
         energy: EnergyBalance {
-            emitted: [1.0, 2.0, 3.0],
-            absorbed_surfaces: vec![("floor".into(), [0.1; 3])],
+            emitted: Bands::from_rgb([1.0, 2.0, 3.0]),
+            absorbed_surfaces: vec![("floor".into(), Bands::splat(0.1))],
             ..EnergyBalance::default()
         },
         energy_error: EnergyBalance {
-            absorbed_surfaces: vec![("floor".into(), [0.01, f64::INFINITY, 0.03])],
-            escaped: [f64::INFINITY; 3],
+            absorbed_surfaces: vec![("floor".into(), Bands::from_rgb([0.01, f64::INFINITY, 0.03]))],
+            escaped: Bands::splat(f64::INFINITY),
             ..EnergyBalance::default()
         },
         heat: None,
@@ -104,7 +118,11 @@ fn report() -> Report {
         grade: Grade::Estimated,
         engine: "hierarchical".into(),
         reason: "many zones".into(),
-        estimate: ErrorEstimate { patches: [0.01, 0.02, 0.03], volumes: [0.1; 3], grade: Grade::Statistical },
+        estimate: ErrorEstimate {
+            patches: Bands::from_rgb([0.01, 0.02, 0.03]),
+            volumes: Bands::splat(0.1),
+            grade: Grade::Statistical,
+        },
     }
 }
 
@@ -116,8 +134,8 @@ fn zones(scene: &Scene) -> Zones {
         plate: facet(i),
         normal: facet(i).normal(),
         area: facet(i).area(),
-        reflectance: [0.5; 3],
-        emission: [0.25; 3],
+        reflectance: Bands::splat(0.5),
+        emission: Bands::splat(0.25),
     };
     let map = scene.voxel_grid().unwrap();
     let voxel = |cell: usize, samples: Vec<VolumeSample>| VoxelZone {
@@ -125,10 +143,10 @@ fn zones(scene: &Scene) -> Zones {
         centre: Vec3::splat(0.25),
         volume: 0.125,
         samples: VoxelSamples::new(map.corner(map.coordinates(cell)), map.cell(), 0.125, &samples),
-        extinction: [0.1; 3],
-        albedo: [0.5; 3],
-        emission: [0.0; 3],
-        source: [0.0; 3],
+        extinction: Bands::splat(0.1),
+        albedo: Bands::splat(0.5),
+        emission: Bands::ZERO,
+        source: Bands::ZERO,
     };
     let sample = |subcell| VolumeSample { point: Vec3::splat(0.1), volume: 0.01, subcell };
     let zones = Zones {
@@ -140,9 +158,9 @@ fn zones(scene: &Scene) -> Zones {
             normal: facet(0).normal(),
             area: 1.0,
             thickness: 0.01,
-            extinction: [10.0, 20.0, 0.0],
-            albedo: [0.1; 3],
-            emission: [0.0; 3],
+            extinction: Bands::from_rgb([10.0, 20.0, 0.0]),
+            albedo: Bands::splat(0.1),
+            emission: Bands::ZERO,
         }],
         cell_starts: Vec::new(),
     };
@@ -152,7 +170,8 @@ fn zones(scene: &Scene) -> Zones {
 fn solution() -> Solution {
     let scene = scene();
     let zones = zones(&scene);
-    let field = |s: f64| (0..zones.len()).map(|i| [s / 3.0, i as f64 * s, 1e-300]).collect::<Vec<_>>();
+    let value = |s: f64, i: usize| Bands::from_rgb([s / 3.0, i as f64 * s, 1e-300]);
+    let field = |s: f64| (0..zones.len()).map(|i| value(s, i)).collect::<Vec<_>>();
     Solution {
         fields: Fields {
             radiosity: field(1.0),
@@ -169,9 +188,12 @@ fn solution() -> Solution {
                 kind: LightGroupKind::Light(0),
                 incident: ZoneValues::Double(field(0.5)),
                 direct: ZoneValues::to_single_precision(&field(3.0)).0,
-                direct_scale: [1.0 / 3.0, 2.0, 1e-300],
-                energy: EnergyBalance { incoming: [1.0, 2.0, 3.0], ..EnergyBalance::default() },
-                residual: [0.1, 0.2, 1e-11],
+                direct_scale: Bands::from_rgb([1.0 / 3.0, 2.0, 1e-300]),
+                energy: EnergyBalance {
+                    incoming: Bands::from_rgb([1.0, 2.0, 3.0]),
+                    ..EnergyBalance::default()
+                },
+                residual: Bands::from_rgb([0.1, 0.2, 1e-11]),
                 error: ZoneValues::Double(field(0.003)),
                 direct_error: ZoneValues::Double(field(0.004)),
                 ..LightGroup::default()
@@ -339,22 +361,13 @@ fn unknown_errors_round_trip() {
     let dir = folder("unknown");
     let path = dir.join("a.npz");
     let mut s = solution();
-    s.fields.error[1][2] = f64::INFINITY;
+    *s.fields.error[1].iter_mut().last().unwrap() = f64::INFINITY;
     write_solution(&path, &s).unwrap();
     assert_eq!(read_solution(&path).unwrap().fields, s.fields);
     fs::remove_dir_all(&dir).unwrap();
 }
 
-/// A solution in thermal mode with a discretization error.
-fn thermal_solution() -> Solution {
-    let mut s = solution();
-    let mut parts = s.scene.into_parts();
-    parts.lights.clear();
-    parts.surfaces.iter_mut().for_each(|x| {
-        (x.emission, x.emission_texture, x.reflectance_texture) = ([0.0; 3], None, None);
-    });
-    parts.panes.iter_mut().for_each(|p| p.emission = [0.0; 3]);
-    let map = parts.voxel_grid.take().unwrap();
+fn thermal_voxel_grid(map: &VoxelGrid) -> VoxelGrid {
     let mut warm = VoxelGrid::new(map.min(), map.cell(), map.dims()).unwrap();
     for i in 0..map.len() {
         let known = if i % 2 == 0 {
@@ -362,28 +375,14 @@ fn thermal_solution() -> Solution {
         } else {
             ThermalCondition::Flux(7.5)
         };
-        warm.set(i, [1.0; 3], [0.5; 3], [0.0; 3], [0.0; 3]);
+        warm.set(i, Bands::ONE, Bands::splat(0.5), Bands::ZERO, Bands::ZERO);
         warm.set_heat(i, known, ThermalCondition::Flux(0.0));
     }
-    parts.voxel_grid = Some(warm.seal().unwrap());
-    let surfaces = [
-        ThermalCondition::Power(-3.5),
-        ThermalCondition::Temperature(1e3 / 3.0),
-        ThermalCondition::Flux(0.0),
-    ];
-    parts.thermal = Some(Thermal {
-        band_fractions: BandFractions::Weights {
-            coefficients: [vec![0.5, -1e-4], vec![0.25, 1e-4], vec![0.25]],
-            range: [400.0, 2e3],
-            allow_partial: false,
-        },
-        surfaces: surfaces.into_iter().cycle().take(parts.surfaces.len()).collect(),
-        panes: vec![ThermalCondition::Temperature(290.0); parts.panes.len()],
-        surroundings: Some(280.0),
-    });
-    s.scene = Scene::new(parts).unwrap();
-    let n = s.zones.len();
-    let list = |x: f64| (0..n).map(|i| x + i as f64).collect::<Vec<_>>();
+    warm.seal().unwrap()
+}
+
+fn thermal_fields(zones: usize) -> ThermalFields {
+    let list = |x: f64| (0..zones).map(|i| x + i as f64).collect::<Vec<_>>();
     let mut heat = ThermalFields {
         temperature: list(300.0),
         temperature_error: list(0.1),
@@ -391,8 +390,10 @@ fn thermal_solution() -> Solution {
         net_error: list(0.0),
     };
     (heat.temperature[1], heat.temperature_error[1]) = (f64::NAN, f64::NAN);
-    s.fields.heat = Some(heat);
-    s.groups.clear();
+    heat
+}
+
+fn heat_report() -> HeatReport {
     let row = |name: &str, temperature| HeatRow {
         name: name.into(),
         kind: HeatRowKind::Medium,
@@ -402,11 +403,42 @@ fn thermal_solution() -> Solution {
         power: -1.0 / 3.0,
         power_error: 1e-9,
     };
-    s.report.heat = Some(HeatReport {
+    HeatReport {
         rows: vec![row("a", None), row("b", Some(431.0))],
         surroundings: 1.5,
         absorbed_backfaces: 0.25,
+    }
+}
+
+/// A solution in thermal mode with a discretization error.
+fn thermal_solution() -> Solution {
+    let mut s = solution();
+    let mut parts = s.scene.into_parts();
+    parts.lights.clear();
+    parts.surfaces.iter_mut().for_each(|x| {
+        (x.emission, x.emission_texture, x.reflectance_texture) = (Bands::ZERO, None, None);
     });
+    parts.panes.iter_mut().for_each(|p| p.emission = Bands::ZERO);
+    parts.voxel_grid = parts.voxel_grid.as_ref().map(thermal_voxel_grid);
+    let surfaces = [
+        ThermalCondition::Power(-3.5),
+        ThermalCondition::Temperature(1e3 / 3.0),
+        ThermalCondition::Flux(0.0),
+    ];
+    parts.thermal = Some(Thermal {
+        band_fractions: BandFractions::Weights {
+            coefficients: PerBand::from_rgb([vec![0.5, -1e-4], vec![0.25, 1e-4], vec![0.25]]),
+            range: [400.0, 2e3],
+            allow_partial: false,
+        },
+        surfaces: surfaces.into_iter().cycle().take(parts.surfaces.len()).collect(),
+        panes: vec![ThermalCondition::Temperature(290.0); parts.panes.len()],
+        surroundings: Some(280.0),
+    });
+    s.scene = Scene::new(parts).unwrap();
+    s.fields.heat = Some(thermal_fields(s.zones.len()));
+    s.groups.clear();
+    s.report.heat = Some(heat_report());
     s.report.discretization_error = Some(DiscretizationError {
         zones: 7,
         ratio: 1.0 / 3.0 + 1.0,

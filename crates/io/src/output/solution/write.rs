@@ -59,10 +59,10 @@ fn write_fields<W: Write + Seek>(npz: &mut NpzWriter<W>, f: &Fields) -> io::Resu
     for (name, field) in
         [("radiosity", &f.radiosity), ("incident", &f.incident), ("direct", &f.direct), ("error", &f.error)]
     {
-        npz.triples(name, &[field.len()], field.iter().copied())?;
+        npz.bands(name, field)?;
     }
     for (name, part) in [("direct_error", &f.direct_error), ("surroundings_error", &f.surroundings_error)] {
-        npz.triples(name, &[part.len()], part.iter().copied())?;
+        npz.bands(name, part)?;
     }
     let Some(h) = &f.heat else { return Ok(()) };
     for (name, list) in
@@ -80,8 +80,8 @@ fn write_patches<W: Write + Seek>(npz: &mut NpzWriter<W>, patches: &[Patch]) -> 
     npz.reals("patch_area", patches.iter().map(|p| p.area))?;
     npz.ints("patch_facet", patches.iter().map(|p| p.facet))?;
     npz.ints("patch_surface", patches.iter().map(|p| p.surface))?;
-    npz.rows("patch_reflectance", &n, patches.iter().map(|p| p.reflectance))?;
-    npz.rows("patch_emission", &n, patches.iter().map(|p| p.emission))
+    npz.band_rows("patch_reflectance", &n, patches.iter().map(|p| p.reflectance))?;
+    npz.band_rows("patch_emission", &n, patches.iter().map(|p| p.emission))
 }
 
 fn write_voxels<W: Write + Seek>(npz: &mut NpzWriter<W>, voxels: &[VoxelZone]) -> io::Result<()> {
@@ -89,10 +89,10 @@ fn write_voxels<W: Write + Seek>(npz: &mut NpzWriter<W>, voxels: &[VoxelZone]) -
     npz.ints("voxel_cell", voxels.iter().map(|v| v.cell))?;
     npz.vectors("voxel_centre", voxels.iter().map(|v| v.centre))?;
     npz.reals("voxel_volume", voxels.iter().map(|v| v.volume))?;
-    npz.rows("voxel_extinction", &n, voxels.iter().map(|v| v.extinction))?;
-    npz.rows("voxel_albedo", &n, voxels.iter().map(|v| v.albedo))?;
-    npz.rows("voxel_emission", &n, voxels.iter().map(|v| v.emission))?;
-    npz.rows("voxel_source", &n, voxels.iter().map(|v| v.source))?;
+    npz.band_rows("voxel_extinction", &n, voxels.iter().map(|v| v.extinction))?;
+    npz.band_rows("voxel_albedo", &n, voxels.iter().map(|v| v.albedo))?;
+    npz.band_rows("voxel_emission", &n, voxels.iter().map(|v| v.emission))?;
+    npz.band_rows("voxel_source", &n, voxels.iter().map(|v| v.source))?;
     let mut first = vec![0];
     first.extend(voxels.iter().scan(0, |sum, v| {
         *sum += v.samples.len();
@@ -120,9 +120,9 @@ fn write_pane_zones<W: Write + Seek>(npz: &mut NpzWriter<W>, panes: &[PaneZone])
     npz.ints("pane_zone_pane", panes.iter().map(|p| p.pane))?;
     npz.reals("pane_zone_area", panes.iter().map(|p| p.area))?;
     npz.reals("pane_zone_thickness", panes.iter().map(|p| p.thickness))?;
-    npz.rows("pane_zone_extinction", &n, panes.iter().map(|p| p.extinction))?;
-    npz.rows("pane_zone_albedo", &n, panes.iter().map(|p| p.albedo))?;
-    npz.rows("pane_zone_emission", &n, panes.iter().map(|p| p.emission))
+    npz.band_rows("pane_zone_extinction", &n, panes.iter().map(|p| p.extinction))?;
+    npz.band_rows("pane_zone_albedo", &n, panes.iter().map(|p| p.albedo))?;
+    npz.band_rows("pane_zone_emission", &n, panes.iter().map(|p| p.emission))
 }
 
 fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, scene: &Scene) -> io::Result<()> {
@@ -139,10 +139,10 @@ fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, scene: &Scene) -> io::Re
     }
     if let Some(v) = scene.voxel_grid() {
         let (dims, cells) = (v.dims(), 0..v.len());
-        npz.rows("voxmap_extinction", &dims, cells.clone().map(|i| v.extinction(i)))?;
-        npz.rows("voxmap_albedo", &dims, cells.clone().map(|i| v.albedo(i)))?;
-        npz.rows("voxmap_emission", &dims, cells.clone().map(|i| v.emission(i)))?;
-        npz.rows("voxmap_source", &dims, cells.clone().map(|i| v.source(i)))?;
+        npz.band_rows("voxmap_extinction", &dims, cells.clone().map(|i| v.extinction(i)))?;
+        npz.band_rows("voxmap_albedo", &dims, cells.clone().map(|i| v.albedo(i)))?;
+        npz.band_rows("voxmap_emission", &dims, cells.clone().map(|i| v.emission(i)))?;
+        npz.band_rows("voxmap_source", &dims, cells.clone().map(|i| v.source(i)))?;
         if v.is_thermal() {
             let known = |i| match v.heat(i) {
                 Some(ThermalCondition::Temperature(t)) => [1.0, t, 0.0],

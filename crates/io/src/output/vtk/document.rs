@@ -36,7 +36,7 @@ pub(super) struct DataArray<'a> {
     number: NumberType,
     components: usize,
     tuples: usize,
-    value: Box<dyn Fn(usize) -> Bands + 'a>,
+    value: Box<dyn Fn(usize) -> [f64; 3] + 'a>,
 }
 
 impl<'a> DataArray<'a> {
@@ -51,7 +51,7 @@ impl<'a> DataArray<'a> {
         DataArray { name: name.into(), number, components: 1, tuples, value }
     }
     /// Three doubles for each tuple.
-    pub(super) fn triple(name: &str, tuples: usize, value: impl Fn(usize) -> Bands + 'a) -> DataArray<'a> {
+    pub(super) fn triple(name: &str, tuples: usize, value: impl Fn(usize) -> [f64; 3] + 'a) -> DataArray<'a> {
         DataArray {
             name: name.into(),
             number: NumberType::Float64,
@@ -59,6 +59,10 @@ impl<'a> DataArray<'a> {
             tuples,
             value: Box::new(value),
         }
+    }
+    /// The bands of each tuple.
+    pub(super) fn bands(name: &str, tuples: usize, value: impl Fn(usize) -> Bands + 'a) -> DataArray<'a> {
+        DataArray::triple(name, tuples, move |i| value(i).to_rgb())
     }
 
     fn bytes(&self) -> u64 {
@@ -188,7 +192,7 @@ mod tests {
         let path = std::env::temp_dir().join(format!("zonal-vtk-{}.vti", std::process::id()));
         let mut d = VtkDocument::new("ImageData", " WholeExtent=\"0 1 0 1 0 2\"");
         d.names(&[("names <&>", vec!["a\0b", "ü"])]);
-        let first = DataArray::triple("B \"[W/m2]\"\n", 2, |i| [i as f64, 0.5, -1.0]);
+        let first = DataArray::bands("B \"[W/m2]\"\n", 2, |i| Bands::from_rgb([i as f64, 0.5, -1.0]));
         d.section(
             "CellData",
             vec![first, DataArray::scalar("zone", NumberType::Int64, 2, |i| 7.0 - i as f64)],

@@ -21,7 +21,7 @@ use super::document::{DataArray, NumberType, VtkDocument};
 use super::group_radiosity::group_radiosity;
 use crate::output::error::FileError;
 use std::path::Path;
-use zonal_scene::{Bands, Solution, VoxelGrid, bands};
+use zonal_scene::{Bands, Solution, VoxelGrid};
 
 /// Writes the medium of a solution as image data with one cell for each voxel: radiosity, fluence, direct light, errors, extinction,
 /// albedo, emission and source, volume and zone, temperatures and net heat in thermal mode, and the radiosity of each light group.
@@ -61,27 +61,27 @@ fn fields<'a>(s: &'a Solution, map: &'a VoxelGrid) -> Vec<DataArray<'a>> {
     let here = move |i: usize| zones.of_cell(cell(map, i));
     let volume = move |i: usize| here(i).map(|j| zones.voxels[j].volume).sum::<f64>();
     let mean = move |i: usize, value: &dyn Fn(usize) -> Bands| {
-        let (whole, mut sum) = (volume(i), [0.0; 3]);
+        let (whole, mut sum) = (volume(i), Bands::ZERO);
         for j in here(i) {
             let (x, fraction) = (value(j), zones.voxels[j].volume / whole);
-            sum = bands(|b| sum[b] + fraction * x[b]);
+            sum += fraction * x;
         }
         sum
     };
     let of =
-        |name: &str, list: &'a [Bands]| DataArray::triple(name, n, move |i| mean(i, &|j| list[first + j]));
+        |name: &str, list: &'a [Bands]| DataArray::bands(name, n, move |i| mean(i, &|j| list[first + j]));
     let mut out = vec![
         of("radiosity [W/m2]", &f.radiosity),
         of("fluence [W/m2]", &f.incident),
         of("direct [W/m2]", &f.direct),
         of("error [W/m2]", &f.error),
-        DataArray::triple("direct error [W/m2]", n, move |i| {
+        DataArray::bands("direct error [W/m2]", n, move |i| {
             mean(i, &|j| f.direct_error.get(first + j).copied().unwrap_or_default())
         }),
-        DataArray::triple("extinction [1/m]", n, move |i| mean(i, &|j| zones.voxels[j].extinction)),
-        DataArray::triple("albedo", n, move |i| mean(i, &|j| zones.voxels[j].albedo)),
-        DataArray::triple("emission [W/m2]", n, move |i| mean(i, &|j| zones.voxels[j].emission)),
-        DataArray::triple("source [W/m3]", n, move |i| mean(i, &|j| zones.voxels[j].source)),
+        DataArray::bands("extinction [1/m]", n, move |i| mean(i, &|j| zones.voxels[j].extinction)),
+        DataArray::bands("albedo", n, move |i| mean(i, &|j| zones.voxels[j].albedo)),
+        DataArray::bands("emission [W/m2]", n, move |i| mean(i, &|j| zones.voxels[j].emission)),
+        DataArray::bands("source [W/m3]", n, move |i| mean(i, &|j| zones.voxels[j].source)),
         DataArray::scalar("volume [m3]", NumberType::Float64, n, volume),
         DataArray::scalar("zones", NumberType::Int64, n, move |i| here(i).len() as f64),
         DataArray::scalar("zone", NumberType::Int64, n, move |i| {
@@ -91,8 +91,9 @@ fn fields<'a>(s: &'a Solution, map: &'a VoxelGrid) -> Vec<DataArray<'a>> {
     if let Some(h) = &f.heat {
         let one = |name: &str, list: &'a [f64], power: i32| {
             let value = move |i: usize| {
-                let at = |j: usize| [list[first + j].powi(power); 3];
-                mean(i, &at)[0].powf(1.0 / f64::from(power))
+                let whole = volume(i);
+                let terms = here(i).map(|j| zones.voxels[j].volume / whole * list[first + j].powi(power));
+                terms.fold(0.0, |sum, x| sum + x).powf(1.0 / f64::from(power))
             };
             DataArray::scalar(name, NumberType::Float64, n, value)
         };
@@ -103,7 +104,7 @@ fn fields<'a>(s: &'a Solution, map: &'a VoxelGrid) -> Vec<DataArray<'a>> {
     }
     for g in s.groups.iter().filter(|_| s.groups.len() > 1) {
         let name = format!("radiosity of {} [W/m2]", g.name);
-        out.push(DataArray::triple(&name, n, move |i| mean(i, &|j| group_radiosity(s, g, first + j))));
+        out.push(DataArray::bands(&name, n, move |i| mean(i, &|j| group_radiosity(s, g, first + j))));
     }
     out
 }

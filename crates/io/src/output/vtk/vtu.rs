@@ -107,26 +107,26 @@ impl<'a> ZoneCells<'a> {
 
 fn fields<'a>(c: &'a ZoneCells<'a>) -> Vec<DataArray<'a>> {
     let (n, f, s) = (c.len(), &c.s.fields, c.s);
-    let zero = [0.0; 3];
-    let of = |name: &str, list: &'a [Bands]| DataArray::triple(name, n, move |i| list[c.zone(i)]);
-    let when =
-        move |patch: bool, i: usize| if (i < c.patches) == patch { f.incident[c.zone(i)] } else { zero };
+    let of = |name: &str, list: &'a [Bands]| DataArray::bands(name, n, move |i| list[c.zone(i)]);
+    let when = move |patch: bool, i: usize| {
+        if (i < c.patches) == patch { f.incident[c.zone(i)] } else { Bands::ZERO }
+    };
     let int = |name: &str, value: Box<dyn Fn(usize) -> f64 + 'a>| {
         DataArray::scalar(name, NumberType::Int64, n, value)
     };
     let mut out = vec![
         of("radiosity [W/m2]", &f.radiosity),
-        DataArray::triple("irradiance [W/m2]", n, move |i| when(true, i)),
-        DataArray::triple("fluence [W/m2]", n, move |i| when(false, i)),
+        DataArray::bands("irradiance [W/m2]", n, move |i| when(true, i)),
+        DataArray::bands("fluence [W/m2]", n, move |i| when(false, i)),
         of("direct [W/m2]", &f.direct),
         of("error [W/m2]", &f.error),
-        DataArray::triple("direct error [W/m2]", n, move |i| {
-            f.direct_error.get(c.zone(i)).copied().unwrap_or(zero)
+        DataArray::bands("direct error [W/m2]", n, move |i| {
+            f.direct_error.get(c.zone(i)).copied().unwrap_or_default()
         }),
-        DataArray::triple("reflectance", n, c.of_zone(|p| p.reflectance, |_| [0.0; 3])),
-        DataArray::triple("extinction [1/m]", n, c.of_zone(|_| [0.0; 3], |p| p.extinction)),
-        DataArray::triple("albedo", n, c.of_zone(|_| [0.0; 3], |p| p.albedo)),
-        DataArray::triple("emission [W/m2]", n, c.of_zone(|p| p.emission, |p| p.emission)),
+        DataArray::bands("reflectance", n, c.of_zone(|p| p.reflectance, |_| Bands::ZERO)),
+        DataArray::bands("extinction [1/m]", n, c.of_zone(|_| Bands::ZERO, |p| p.extinction)),
+        DataArray::bands("albedo", n, c.of_zone(|_| Bands::ZERO, |p| p.albedo)),
+        DataArray::bands("emission [W/m2]", n, c.of_zone(|p| p.emission, |p| p.emission)),
         DataArray::scalar("area [m2]", NumberType::Float64, n, c.of_zone(|p| p.area, |p| p.area)),
         DataArray::scalar("thickness [m]", NumberType::Float64, n, c.of_zone(|_| 0.0, |p| p.thickness)),
         int("kind", Box::new(c.of_zone(|_| 0.0, |_| 1.0))),
@@ -153,7 +153,7 @@ fn fields<'a>(c: &'a ZoneCells<'a>) -> Vec<DataArray<'a>> {
     }
     for g in s.groups.iter().filter(|_| s.groups.len() > 1) {
         let name = format!("radiosity of {} [W/m2]", g.name);
-        out.push(DataArray::triple(&name, n, move |i| group_radiosity(s, g, c.zone(i))));
+        out.push(DataArray::bands(&name, n, move |i| group_radiosity(s, g, c.zone(i))));
     }
     out
 }

@@ -65,10 +65,11 @@ fn check(text: &str, tolerance: f64) -> ErrorCoverage {
     let (mut off, mut stated, mut all, mut once, mut twice) = (0.0, 0.0, 0.0, 0, 0);
     let mut sums: Vec<(String, [f64; 3])> = Vec::new();
     for (&i, t) in list.iter().zip(&truth) {
-        let (d, e) = (lit.fields[i][0] - t[0], lit.error_of(i)[0]);
-        (off, stated, all) = (off + d * d, stated + e * e, all + t[0] * t[0]);
-        once += usize::from(d.abs() <= e + 1e-9 * t[0]);
-        twice += usize::from(d.abs() <= 2.0 * e + 1e-9 * t[0]);
+        let t = t.first();
+        let (d, e) = (lit.fields[i].first() - t, lit.error_of(i).first());
+        (off, stated, all) = (off + d * d, stated + e * e, all + t * t);
+        once += usize::from(d.abs() <= e + 1e-9 * t);
+        twice += usize::from(d.abs() <= 2.0 * e + 1e-9 * t);
         let name = match zones.patches.get(i) {
             Some(p) => scene.surfaces()[p.surface].name.clone(),
             None if i < zones.pane_offset() => "medium".into(),
@@ -77,12 +78,12 @@ fn check(text: &str, tolerance: f64) -> ErrorCoverage {
         if sums.last().is_none_or(|s| s.0 != name) {
             sums.push((name, [0.0; 3]));
         }
-        let w = crate::zone_power::interception_area(&zones, i)[0];
+        let w = crate::zone_power::interception_area(&zones, i).first();
         let own = &mut sums.last_mut().unwrap().1;
         *own = [
             own[0] + w * d,
-            own[1] + (w * lit.error[i][0]).powi(2),
-            own[2] + w * lit.common_error[0] * lit.fields[i][0],
+            own[1] + (w * lit.error[i].first()).powi(2),
+            own[2] + w * lit.common_error.first() * lit.fields[i].first(),
         ];
     }
     let n = list.len() as f64;
@@ -162,13 +163,13 @@ fn mirror_images_agree_within_the_stated_errors() {
                 for image in [vec3(2.0 - c.x, c.y, c.z), vec3(c.x, 2.0 - c.y, c.z), vec3(c.y, c.x, c.z)] {
                     let j = (0..p.len()).find(|&j| (centre(j) - image).length() < 1e-9).unwrap();
                     for (field, e) in [
-                        (&s.fields.direct, s.fields.direct_error[i][0] + s.fields.direct_error[j][0]),
-                        (&s.fields.incident, s.fields.error[i][0] + s.fields.error[j][0]),
+                        (&s.fields.direct, (s.fields.direct_error[i] + s.fields.direct_error[j]).first()),
+                        (&s.fields.incident, (s.fields.error[i] + s.fields.error[j]).first()),
                     ] {
-                        let d = (field[i][0] - field[j][0]).abs();
+                        let d = (field[i] - field[j]).first().abs();
                         pairs += 1;
                         beyond += usize::from(d > e + 1e-12);
-                        most = most.max(d / field[i][0].max(1e-12));
+                        most = most.max(d / field[i].first().max(1e-12));
                     }
                 }
             }
@@ -176,7 +177,7 @@ fn mirror_images_agree_within_the_stated_errors() {
                 beyond * 25 <= pairs,
                 "{engine} {tolerance}: {beyond} of {pairs} beyond, up to {most:.1e}"
             );
-            let estimate = s.report.estimate.patches[0];
+            let estimate = s.report.estimate.patches.first();
             match engine {
                 "dense" => assert!(most < 1e-9 && estimate < 1e-9, "{most:e} {estimate:e}"),
                 _ => assert!(estimate > 0.0 && s.report.estimate.grade == Grade::Statistical, "{estimate:e}"),
@@ -195,10 +196,11 @@ fn errors_of_sunlight_propagate_to_reflected_light() {
         let (f, t) = (&s.fields, &truth.fields);
         let n = f.incident.len();
         let within = |i: &usize| {
-            let d = (f.incident[*i][0] - t.incident[*i][0]).abs();
-            d <= 2.0 * (f.error[*i][0] + t.error[*i][0])
+            let d = (f.incident[*i] - t.incident[*i]).first().abs();
+            d <= 2.0 * (f.error[*i] + t.error[*i]).first()
         };
-        let (share, stated) = ((0..n).filter(within).count() as f64 / n as f64, s.report.estimate.patches[0]);
+        let (share, stated) =
+            ((0..n).filter(within).count() as f64 / n as f64, s.report.estimate.patches.first());
         assert!(share >= 0.97 && stated <= last && stated > 1e-6, "{tolerance}: {share} {stated:e} {last:e}");
         assert_eq!(s.report.estimate.grade, Grade::Statistical);
         last = stated;

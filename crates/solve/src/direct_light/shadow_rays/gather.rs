@@ -146,15 +146,17 @@ pub(crate) fn gather(
     progress.end();
     let fields: Vec<Bands> = settled.iter().map(|s| s.0).chain(panes.iter().map(|p| p[0])).collect();
     let error: Vec<Bands> = settled.iter().map(|s| s.1).chain(panes.iter().map(|p| p[1])).collect();
-    let relative = |range: Range<usize>| {
-        let [e, f]: [f64; 2] = multivector::sum(range.len(), |k| {
-            [&error, &fields].map(|list| largest(list[range.start + k]).powi(2))
-        });
-        if e > 0.0 { (e / f).sqrt() } else { 0.0 }
-    };
-    let worst = relative(0..patches).max(relative(patches..n)).max(relative(n..zones.len()));
+    let kinds = [0..patches, patches..n, n..zones.len()];
+    let worst = kinds.into_iter().map(|kind| relative_error(&fields, &error, kind)).fold(0.0, f64::max);
     let rays = rays + settled.iter().map(|s| s.2).sum::<u64>() + pane_rays;
     GatheredLight { fields, error, rays, limited: (worst, gathering.limit[0].max(gathering.limit[1])) }
+}
+
+/// Root mean square of the errors of some zones over that of their fields.
+fn relative_error(fields: &[Bands], error: &[Bands], zones: Range<usize>) -> f64 {
+    let [e, f]: [f64; 2] =
+        multivector::sum(zones.len(), |k| [error, fields].map(|list| largest(list[zones.start + k]).powi(2)));
+    if e > 0.0 { (e / f).sqrt() } else { 0.0 }
 }
 
 /// Shared data of the passes over the zones after the pilot samples.
@@ -201,8 +203,7 @@ impl Gathering<'_> {
     /// Field, error (W/m²) and number of further rays of zone `i`: the mean with the cells around it if that is smooth, else further samples.
     fn average_or_resample(&self, i: usize, all: &[DirectLightEstimate]) -> (Bands, Bands, u64) {
         let own = &all[i];
-        let stated =
-            |o: &DirectLightEstimate| o.unoccluded.map(|x| STATED_OVER_MEAN_ERROR * x * o.error as f64);
+        let stated = |o: &DirectLightEstimate| STATED_OVER_MEAN_ERROR * o.unoccluded * o.error as f64;
         let result = |o: &DirectLightEstimate, rays: u64| (o.value(), stated(o), rays);
         let is_too_large =
             |own: &DirectLightEstimate| largest(own.unoccluded) * own.error as f64 > self.wanted(i, own);
@@ -210,7 +211,7 @@ impl Gathering<'_> {
             return result(own, 0);
         };
         let (mean, change) = mean_ratio(rows, &all[self.patches..]);
-        let off = (0..3).map(|b| (own.ratio[b] - mean[b]).abs()).fold(0.0, f64::max);
+        let off = (own.ratio - mean).abs().into_iter().fold(0.0, f64::max);
         if off <= MAX_DEVIATION_FROM_MEAN * own.error as f64 && change <= MAX_RATIO_CHANGE {
             let error = (AVERAGED_ERROR_SHARE * own.error).hypot(CURVATURE_SHARE * change as f32);
             return result(&DirectLightEstimate { ratio: mean, error, ..*own }, 0);
@@ -222,15 +223,13 @@ impl Gathering<'_> {
 
 /// Mean ratio over the rows of 27 cells, and its largest change from one side to the other.
 fn mean_ratio(rows: impl Iterator<Item = CellRow>, list: &[DirectLightEstimate]) -> (Bands, f64) {
-    let (mut sum, mut change) = ([0.0; 3], [[0.0; 3]; 3]);
+    let (mut sum, mut change) = (Bands::ZERO, [Bands::ZERO; 3]);
     for row in rows {
         for (z, offset) in row.zones.zip([-1.0, 0.0, 1.0]) {
             let one = &list[z];
             let d = [row.offset[0] as f64, row.offset[1] as f64, offset];
-            for b in 0..3 {
-                sum[b] += one.ratio[b] / 27.0;
-                (0..3).for_each(|k| change[k][b] += d[k] * one.ratio[b] / 9.0);
-            }
+            sum += one.ratio / 27.0;
+            change.iter_mut().zip(d).for_each(|(c, d)| *c += d * one.ratio / 9.0);
         }
     }
     (sum, change.iter().flatten().fold(0.0, |m, c| c.abs().max(m)))

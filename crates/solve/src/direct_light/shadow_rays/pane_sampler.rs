@@ -10,7 +10,7 @@ use super::params::{
 use super::zone_sampler::{ZoneLightSampler, largest};
 use rayon::prelude::*;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Bands, PaneZone, bands};
+use zonal_scene::{Bands, PaneZone};
 use zonal_transport::lights::Receiver;
 
 impl ZoneLightSampler<'_> {
@@ -18,7 +18,7 @@ impl ZoneLightSampler<'_> {
     pub(super) fn pane(&self, k: usize, count: usize) -> [Bands; 2] {
         let (p, i) = (&self.zones.panes[k], self.zones.pane_offset() + k);
         let shift = [0, 1].map(|m| low_discrepancy::hash_to_unit((i as u64) << 3 | m));
-        let mut parts = [[0.0; 3]; PANE_PARTS];
+        let mut parts = [Bands::ZERO; PANE_PARTS];
         for n in 0..count {
             let [u, v] = p.plate.warp(low_discrepancy::r2(n, shift));
             let seed = match n < PANE_POINTS {
@@ -26,13 +26,12 @@ impl ZoneLightSampler<'_> {
                 false => low_discrepancy::split_mix64((i as u64) << 20 | n as u64),
             };
             let g = self.pane_fluence(p, p.plate.at(u, v), seed);
-            let part = &mut parts[n % PANE_PARTS];
-            *part = bands(|b| part[b] + g[b] / (count / PANE_PARTS) as f64);
+            parts[n % PANE_PARTS] += g / (count / PANE_PARTS) as f64;
         }
         const N: f64 = PANE_PARTS as f64;
-        let mean = bands(|b| parts.iter().map(|p| p[b]).sum::<f64>() / N);
-        let square = bands(|b| parts.iter().map(|p| (p[b] - mean[b]).powi(2)).sum::<f64>());
-        [mean, square.map(|s| (s / (N * (N - 1.0))).sqrt())]
+        let mean = Bands::from_fn(|b| parts.iter().map(|p| p[b]).sum::<f64>() / N);
+        let square = Bands::from_fn(|b| parts.iter().map(|p| (p[b] - mean[b]).powi(2)).sum::<f64>());
+        [mean, (square / (N * (N - 1.0))).sqrt()]
     }
 
     /// G_dir of all pane zones with their errors, and the number of rays: pilot points everywhere, more where the error exceeds a share of the
@@ -64,7 +63,7 @@ impl ZoneLightSampler<'_> {
             .collect();
         let pooled = square(1, &found) / square(0, &found).max(f64::MIN_POSITIVE);
         for [g, e] in &mut found {
-            *e = bands(|b| (0.5 * (e[b] * e[b] + pooled * g[b] * g[b])).sqrt());
+            *e = (0.5 * (*e * *e + pooled * *g * *g)).sqrt();
         }
         let points = more.iter().sum::<u64>() + (n * PANE_POINTS) as u64;
         (found, 3 * points * SAMPLES_PER_PANE_POINT as u64)
@@ -76,7 +75,7 @@ impl ZoneLightSampler<'_> {
         let front = gather(Receiver::Surface(p.normal));
         let back = gather(Receiver::Surface(-p.normal));
         let fluence = gather(Receiver::Free);
-        bands(|b| {
+        Bands::from_fn(|b| {
             let flux = front[b] + back[b];
             if flux <= 0.0 || fluence[b] <= 0.0 {
                 return 0.0;

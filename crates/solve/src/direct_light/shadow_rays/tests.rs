@@ -29,7 +29,7 @@ fn check(light: &str, omit: &str, limit: f64) {
     let (mut off, mut all, mut within, mut n) = (0.0, 0.0, 0, 0);
     for i in (0..zones.pane_offset()).step_by(7) {
         let truth = largest(g.sample_zone(i, 0..4096).value());
-        let d = (found.fields[i][0] - truth).abs();
+        let d = (found.fields[i].first() - truth).abs();
         (off, all, n) = (off + d * d, all + truth * truth, n + 1);
         within += usize::from(d <= 2.0 * largest(found.error[i]) + 1e-3 * truth);
     }
@@ -80,7 +80,7 @@ fn brute_force(g: &ZoneLightSampler, i: usize, n: usize) -> [f64; 2] {
                 && matches!(g.light.light(), Light::Emitter { surface, .. } if scene.facets()[h.facet].surface == *surface)
         };
         let hit = g.transport.closest_hit(x, dir, 1e-9, 100.0).filter(lamp);
-        hit.map_or(0.0, |h| weight * RADIANCE * (-g.transport.optical_depth(x, x + dir * h.t)[0]).exp())
+        hit.map_or(0.0, |h| weight * RADIANCE * (-g.transport.optical_depth(x, x + dir * h.t).first()).exp())
     };
     let (mut sum, mut square) = (0.0, 0.0);
     for w in (0..n).map(sent) {
@@ -104,7 +104,7 @@ fn partly_hidden_lamp_beside_a_zone_is_unbiased() {
         let (mut off, mut all, mut within, mut count, mut noise) = (0.0, 0.0, 0, 0, 0.0);
         for i in range.step_by(step) {
             let [truth, se] = brute_force(&g, i, 1 << 14);
-            let d = (found.fields[i][0] - truth).abs();
+            let d = (found.fields[i].first() - truth).abs();
             (off, all, noise) = (off + d * d, all + truth * truth, noise + se * se);
             within += usize::from(d <= 2.0 * largest(found.error[i]).hypot(se) + 1e-3 * truth);
             count += 1;

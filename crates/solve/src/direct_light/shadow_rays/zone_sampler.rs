@@ -6,7 +6,7 @@ use super::params::{
 use crate::surroundings::zone_rays::voxel_point;
 use rayon::prelude::*;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Bands, Light, Progress, Scene, VoxelGrid, Zones, bands};
+use zonal_scene::{Bands, Light, Progress, Scene, VoxelGrid, Zones};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -32,7 +32,7 @@ struct SampleTally {
 
 /// The largest band.
 pub(super) fn largest(v: Bands) -> f64 {
-    v[0].max(v[1]).max(v[2])
+    v.max_element()
 }
 
 impl SampleTally {
@@ -42,7 +42,7 @@ impl SampleTally {
     }
     /// R: arrived over sent.
     fn ratio(&self) -> Bands {
-        bands(|b| if self.sent[b] > 0.0 { self.arrived[b] / self.sent[b] } else { 0.0 })
+        self.arrived.zip_map(self.sent, |arrived, sent| if sent > 0.0 { arrived / sent } else { 0.0 })
     }
 }
 
@@ -77,7 +77,7 @@ pub(super) struct DirectLightEstimate {
 impl DirectLightEstimate {
     /// H or G, W/m².
     pub(super) fn value(&self) -> Bands {
-        bands(|b| self.unoccluded[b] * self.ratio[b])
+        self.unoccluded * self.ratio
     }
     /// Bit 0: some sample was not visible; bit 1: some was.
     pub(super) fn visibility_bits(&self) -> u8 {
@@ -142,19 +142,19 @@ impl<'a> ZoneLightSampler<'a> {
         let Some(sample) = sample else {
             return;
         };
-        t.unoccluded = bands(|b| t.unoccluded[b] + unoccluded[b]);
+        t.unoccluded += unoccluded;
         t.unoccluded2 += largest(unoccluded).powi(2);
         let w = largest(sample.flux);
         t.weight += w;
         t.square += w * w;
-        t.sent = bands(|b| t.sent[b] + sample.flux[b]);
+        t.sent += sample.flux;
         let tau = match self.is_inside {
             true => self.transport.transmittance_inside(x, sample.end),
             false => self.transport.transmittance(x, sample.end),
         };
         if let Some(tau) = tau {
             t.visible += w;
-            t.arrived = bands(|b| t.arrived[b] + tau[b] * sample.flux[b]);
+            t.arrived += tau * sample.flux;
             let tau = largest(tau);
             (t.through, t.through2) = (t.through + w * tau, t.through2 + w * tau * tau);
         }
@@ -163,7 +163,7 @@ impl<'a> ZoneLightSampler<'a> {
     /// The estimate of a tally, with its error.
     fn estimate(&self, t: &SampleTally) -> DirectLightEstimate {
         let m = t.count as f64;
-        let unoccluded = if self.has_closed_form { t.unoccluded } else { t.sent }.map(|x| x / m);
+        let unoccluded = if self.has_closed_form { t.unoccluded } else { t.sent } / m;
         let s = t.visible_fraction();
         let equal = if t.weight > 0.0 { t.weight * t.weight / (m * t.square) } else { 1.0 };
         // Without a closed form the flux is itself a mean over samples; with one a few strong samples determine the visible fraction.
@@ -200,10 +200,10 @@ impl<'a> ZoneLightSampler<'a> {
 
     /// Estimates zone `i` if the light faces none of `count` points: no light, but the plane of the light may cut off a corner.
     fn estimate_unlit(&self, i: usize, count: usize) -> DirectLightEstimate {
-        let mut unoccluded = [0.0; 3];
+        let mut unoccluded = Bands::ZERO;
         let mut corner = |x: Vec3, receiver| {
             let light = self.light.unoccluded(x, receiver);
-            unoccluded = bands(|b| light[b].max(unoccluded[b]));
+            unoccluded = light.max(unoccluded);
         };
         if let Some(p) = self.zones.patches.get(i) {
             let (corners, n) = p.plate.corners();
@@ -214,7 +214,7 @@ impl<'a> ZoneLightSampler<'a> {
                 corner(grid.corner([x + (k & 1), y + (k >> 1 & 1), z + (k >> 2)]), Receiver::Free)
             });
         }
-        let visible = if unoccluded == [0.0; 3] { 0.5 } else { 0.0 };
+        let visible = if unoccluded == Bands::ZERO { 0.5 } else { 0.0 };
         let count = count.min(u16::MAX as usize) as u16;
         DirectLightEstimate { unoccluded, visible, count, ..DirectLightEstimate::default() }
     }
@@ -263,7 +263,7 @@ impl<'a> ZoneLightSampler<'a> {
         let Some(p) = self.zones.patches.get(i) else {
             return Some(self.zones.voxels[i - self.zones.voxel_offset()].cell);
         };
-        let before = p.plate.centre() + p.normal * (0.25 * largest(grid.cell().array()));
+        let before = p.plate.centre() + p.normal * (0.25 * grid.cell().max_abs());
         grid.cell_at(before).map(|c| grid.index(c))
     }
 }

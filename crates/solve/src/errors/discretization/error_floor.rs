@@ -1,7 +1,7 @@
 //! Minimum errors: differences of two solves that pass through zero hide errors, so an error is at least a share of the mean relative error of its
 //! kind.
 
-use zonal_scene::{Bands, EnergyBalance, HeatRow, Report, bands};
+use zonal_scene::{Bands, EnergyBalance, HeatRow, Report};
 
 /// Minimum error over the mean relative error of its kind.
 const MIN_SHARE_OF_MEAN: f64 = 0.3;
@@ -30,7 +30,7 @@ impl ErrorFloor {
         let surfaces = a.absorbed_surfaces.iter().zip(&b.absorbed_surfaces).map(|(x, y)| (x.1, y.1));
         let rest = [(a.absorbed_volumes, b.absorbed_volumes), (a.absorbed_panes, b.absorbed_panes)];
         let all: Vec<_> = surfaces.chain(rest).collect();
-        let energy = bands(|k| {
+        let energy = Bands::from_fn(|k| {
             share(all.iter().map(|x| error(x.0[k], x.1[k])).sum(), all.iter().map(|x| x.0[k].abs()).sum())
         });
         let temperature = sum(&|row| row.temperature.unwrap_or(0.0));
@@ -50,7 +50,7 @@ impl ErrorFloor {
     /// Raises the errors of powers of light.
     pub(super) fn widen(&self, errors: &mut EnergyBalance, values: &EnergyBalance) {
         let widen = |e: &mut Bands, x: Bands| {
-            *e = bands(|b| if e[b] > 0.0 { e[b].max(self.energy[b] * x[b].abs()) } else { e[b] });
+            *e = e.zip_map(self.energy * x.abs(), |e, floor| if e > 0.0 { e.max(floor) } else { e });
         };
         errors
             .absorbed_surfaces

@@ -14,7 +14,7 @@
 
 use super::prescribed_temperatures::{RowTemperature, row_temperatures};
 use zonal_scene::{
-    Bands, DiscretizationError, Fields, HeatRowKind, Report, Scene, ThermalCondition, Zones, bands, thermal,
+    Bands, DiscretizationError, Fields, HeatRowKind, Report, Scene, ThermalCondition, Zones, thermal,
 };
 
 /// Backscattered fraction of the light of a surface over the optical depth σ_s √A: that of a disc (module header), and half as much again for multiple
@@ -31,16 +31,16 @@ pub(super) fn add_to_errors(
 ) {
     let unresolved = unresolved_powers(scene, zones, fields);
     for (error, more) in estimate.energy.absorbed_surfaces.iter_mut().zip(&unresolved) {
-        error.1 = bands(|b| error.1[b] + more.absorbed[b]);
+        error.1 += more.absorbed;
     }
     let Some(heat) = &report.heat else { return };
     let rows = heat.rows.iter().zip(row_temperatures(scene, heat)).zip(&mut estimate.heat);
     let surfaces = rows.filter(|((row, _), _)| row.kind == HeatRowKind::Surface);
     for (((row, given), error), more) in surfaces.zip(&unresolved) {
         if given == RowTemperature::Prescribed {
-            error[1] += more.absorbed.iter().sum::<f64>();
+            error[1] += more.absorbed.sum();
         } else if let Some(t) = row.temperature {
-            let incident = more.incident.iter().sum::<f64>() / row.size;
+            let incident = more.incident.sum() / row.size;
             error[0] += incident / (4.0 * thermal::STEFAN_BOLTZMANN * t.powi(3));
         }
     }
@@ -67,17 +67,16 @@ fn unresolved_powers(scene: &Scene, zones: &Zones, fields: &Fields) -> Vec<Unres
         let Some(cell) = grid.cell_at(p.plate.centre() + p.normal * (1e-6 * across)) else { continue };
         let cell = grid.index(cell);
         let reemits = grid.heat(cell).is_some_and(|k| !matches!(k, ThermalCondition::Temperature(_)));
-        let scattering =
-            bands(|b| grid.extinction(cell)[b] * if reemits { 1.0 } else { grid.albedo(cell)[b] });
-        let h = bands(|b| fields.incident[i][b] + fields.direct.get(i).map_or(0.0, |d| d[b]));
-        let share = bands(|b| (BACKSCATTERED_SHARE * scattering[b] * across).min(1.0));
+        let scattering = grid.extinction(cell) * if reemits { Bands::ONE } else { grid.albedo(cell) };
+        let h = fields.incident[i] + fields.direct.get(i).copied().unwrap_or_default();
+        let share = (BACKSCATTERED_SHARE * scattering * across).min(Bands::ONE);
         // The radiosity of a direct emitter does not include its emission.
         let surface = &scene.surfaces()[p.surface];
-        let emission = if scene.is_direct_emitter(p.surface) { surface.emission } else { [0.0; 3] };
-        let more = bands(|b| share[b] * (emission[b] + fields.radiosity[i][b] - h[b]).abs() * p.area);
+        let emission = if scene.is_direct_emitter(p.surface) { surface.emission } else { Bands::ZERO };
+        let more = share * (emission + fields.radiosity[i] - h).abs() * p.area;
         let own = &mut out[p.surface];
-        own.incident = bands(|b| own.incident[b] + more[b]);
-        own.absorbed = bands(|b| own.absorbed[b] + (1.0 - p.reflectance[b]) * more[b]);
+        own.incident += more;
+        own.absorbed += (1.0 - p.reflectance) * more;
     }
     out
 }

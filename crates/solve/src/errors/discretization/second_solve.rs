@@ -20,6 +20,9 @@ impl Progress for SecondSolveProgress<'_> {
     fn end(&self) {
         self.observer.end();
     }
+    fn is_interrupted(&self) -> bool {
+        self.observer.is_interrupted()
+    }
 }
 
 /// Store that separates the stages of the second solve from those of the first; they depend on the whole scene.

@@ -84,7 +84,7 @@ impl UnchangedParts {
 
     /// Sets unknown errors of powers to infinity.
     pub(super) fn widen(&self, energy: &mut EnergyBalance) {
-        let unknown = |x: &mut Bands| *x = x.map(|_| f64::INFINITY);
+        let unknown = |x: &mut Bands| *x = Bands::splat(f64::INFINITY);
         if self.all {
             *energy = energy.zip_map(energy, |_, _| f64::INFINITY);
             return;
@@ -120,7 +120,7 @@ impl ZoneGrowth {
         }
         // Compare the patches and panes.
         let sheets = SheetGrowth::new(scene, zones, others);
-        let mut unchanged = sheets.unchanged;
+        let mut unchanged = sheets.unchanged.clone();
         unchanged.all = !notes.is_empty();
         let area = |of: &dyn Fn(usize) -> bool| -> f64 {
             zones.patches.iter().filter(|p| of(p.surface)).map(|p| p.area).sum()
@@ -130,19 +130,7 @@ impl ZoneGrowth {
         let none = || notes.first().map_or_else(|| "there are no zones".into(), |n| n.text.clone());
         let ratio = [cells, sheets.ratio].into_iter().flatten().min_by(f64::total_cmp).ok_or_else(none);
         // Judge the reliability of the estimate.
-        let few_patches = sheets.names.is_empty()
-            && scene.voxel_grid().is_none()
-            && others.patches.len() < 2 * other.facets().len();
-        let why = match second {
-            SecondZones::Smaller => {
-                let few = few_cells(scene, MIN_SMALLER_CELLS);
-                few.or_else(|| thick_voxels(scene, zones, basis))
-            }
-            SecondZones::Larger => {
-                let few = if few_patches { Some(FEW_ZONES) } else { few_cells(other, MIN_LARGER_CELLS) };
-                few.or_else(|| thick_voxels(other, others, basis))
-            }
-        };
+        let why = unreliable_zones((scene, zones), (other, others), &sheets, basis, second);
         let why = why.or_else(|| wide_patches(zones, transport));
         let safety_factor = match (why, second) {
             (Some(_), SecondZones::Smaller) => SAFETY_FACTOR_SMALLER,
@@ -157,6 +145,29 @@ impl ZoneGrowth {
             Diagnostic::note("rough-discretization", text)
         }));
         ZoneGrowth { ratio, notes, unchanged, safety_factor }
+    }
+}
+
+/// The reason if the larger of the two sets of zones, or the smaller one for a second solve on smaller zones, are few or thick.
+fn unreliable_zones(
+    (scene, zones): (&Scene, &Zones),
+    (other, others): (&Scene, &Zones),
+    sheets: &SheetGrowth,
+    basis: ZoneBasis,
+    second: SecondZones,
+) -> Option<&'static str> {
+    match second {
+        SecondZones::Smaller => {
+            let few = few_cells(scene, MIN_SMALLER_CELLS);
+            few.or_else(|| thick_voxels(scene, zones, basis))
+        }
+        SecondZones::Larger => {
+            let few_patches = sheets.names.is_empty()
+                && scene.voxel_grid().is_none()
+                && others.patches.len() < 2 * other.facets().len();
+            let few = if few_patches { Some(FEW_ZONES) } else { few_cells(other, MIN_LARGER_CELLS) };
+            few.or_else(|| thick_voxels(other, others, basis))
+        }
     }
 }
 

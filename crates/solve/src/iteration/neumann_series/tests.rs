@@ -5,25 +5,29 @@ use zonal_scene::{NoCheckpoints, NoProgress};
 
 #[test]
 fn orders_are_partial_sums_of_the_series() {
-    let (rho, weights) = (0.8, [[0.8; 3]; 2]);
+    let (rho, weights) = (0.8, [Bands::splat(0.8); 2]);
     let g = two_walls();
     let system = LinearSystem { operator: &g, weights: &weights, targets: &[1.0; 2] };
     for n in 1..7 {
-        let e = solve(&system, &[vec![[1.0; 3], [0.0; 3]]], n, &NoCheckpoints, &NoProgress);
-        let arriving = g.apply(&e[0].strengths)[1][0];
+        let e = solve(&system, &[vec![Bands::ONE, Bands::ZERO]], n, &NoCheckpoints, &NoProgress);
+        let arriving = g.apply(&e[0].strengths)[1].first();
         // Light arrives at the second wall after 1, 3, 5 … path segments.
         let want: f64 = (1..=n).step_by(2).map(|k| rho_power(rho, k - 1)).sum();
         assert!((arriving - want).abs() < 1e-14, "{n}: {arriving} {want}");
-        assert_eq!((e[0].status[0], e[0].residuals[0].len()), (SolveStatus::FixedOrder, n));
-        assert!((e[0].residuals[0][n - 1] - rho_power(rho, n)).abs() < 1e-14);
+        assert_eq!(
+            (e[0].status[Band::first()], e[0].residuals[Band::first()].len()),
+            (SolveStatus::FixedOrder, n)
+        );
+        assert!((e[0].residuals[Band::first()][n - 1] - rho_power(rho, n)).abs() < 1e-14);
     }
 }
 
 #[test]
 fn resumed_series_is_bit_identical() {
     let (g, rows) = forty_zones();
-    let sources = [(0..40).map(|i| [(1 + i % 5) as f64, 0.0, 1.0 / (1 + i) as f64]).collect()];
-    let weights: Vec<Bands> = (0..40).map(|i| [(1.0 - 1.0 / (2 + i) as f64) / rows[i]; 3]).collect();
+    let sources =
+        [(0..40).map(|i| Bands::from_rgb([(1 + i % 5) as f64, 0.0, 1.0 / (1 + i) as f64])).collect()];
+    let weights: Vec<Bands> = (0..40).map(|i| Bands::splat((1.0 - 1.0 / (2 + i) as f64) / rows[i])).collect();
     let system = LinearSystem { operator: &g, weights: &weights, targets: &rows };
     let store = MemoryStore::default();
     let with = |n, v: &dyn CheckpointStore| solve(&system, &sources, n, v, &NoProgress);

@@ -6,7 +6,7 @@ use crate::direct_light::shadow_rays;
 use crate::spectral::enclosure::BoxEnclosure;
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
-use zonal_scene::{Diagnostic, Light, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, Zones};
+use zonal_scene::{Bands, Diagnostic, Light, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, Zones};
 use zonal_transport::Transport;
 
 /// Counts and memory of a solve.
@@ -139,10 +139,10 @@ pub fn scene_diagnostics(scene: &Scene, thickness: f64, basis: ZoneBasis) -> Vec
 pub fn sky_in_medium(scene: &Scene) -> Option<Diagnostic> {
     let map = scene.voxel_grid()?;
     let sky = scene.lights().iter().find_map(|l| match l {
-        Light::Sky { name, radiance } if *radiance != [0.0; 3] => Some(name),
+        Light::Sky { name, radiance } if *radiance != Bands::ZERO => Some(name),
         _ => None,
     })?;
-    let scatters = |c: usize| (0..3).any(|b| map.extinction(c)[b] * map.albedo(c)[b] > 0.0);
+    let scatters = |c: usize| (map.extinction(c) * map.albedo(c)).any(|x| x > 0.0);
     (0..map.len()).any(scatters).then(|| {
         let text = format!(
             "light '{sky}': sky light in a scattering medium is sampled; single pixels of pictures have noise of 10 % and more, which no stated error includes: render with more --samples"

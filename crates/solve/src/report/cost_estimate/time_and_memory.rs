@@ -21,7 +21,7 @@ use crate::spectral::kernels;
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_exchange::pair::{Exchange, PairCounts, PairSettings};
-use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneBasis, Zones};
+use zonal_scene::{Band, Diagnostic, Engine, Scene, SceneError, ZoneBasis, Zones};
 use zonal_transport::Transport;
 
 /// Pairs of zones in the sample of the dense engine, and rows that they lie in.
@@ -178,7 +178,8 @@ impl CostEstimate {
         let f = input.size;
         self.parts.push(("exchange areas".into(), f.pairs as f64 * pair_cost(input, clock)));
         let columns = light_groups::select_groups(input.scene, input.zones).0.len() as f64;
-        let products = EXPECTED_PRODUCTS * columns * 3.0 * PRODUCT_NANOSECONDS * 1e-9 * f.pairs as f64;
+        let products =
+            EXPECTED_PRODUCTS * columns * Band::count() as f64 * PRODUCT_NANOSECONDS * 1e-9 * f.pairs as f64;
         self.parts.push(("solving".into(), products / input.threads.max(1) as f64));
         let bytes =
             (DENSE_MEMORY_FACTOR * f.bytes as f64) as u64 + f.zone_bytes + f.field_bytes + PROGRAM_BYTES;

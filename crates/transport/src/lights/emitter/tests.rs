@@ -10,8 +10,8 @@ const SAMPLE_COUNT: u32 = 1 << 12;
 fn emitting_scene(plates: &[Plate], sides: Sides, texture: Option<Texture>) -> Scene {
     let surface = Surface {
         name: "lamp".into(),
-        reflectance: [0.5; 3],
-        emission: [PI; 3],
+        reflectance: Bands::splat(0.5),
+        emission: Bands::splat(PI),
         reflectance_texture: None,
         emission_texture: texture.as_ref().map(|_| 0),
         sides,
@@ -57,7 +57,7 @@ fn sampled(e: &Emitter, p: Vec3, receiver: Receiver, n: u32) -> f64 {
         Receiver::Free => 1.0,
         Receiver::Surface(front) => front.dot((s.at - p).normalized()).max(0.0),
     };
-    spots(e, p, receiver, n).flatten().map(|s| s.fluence[0] * cosine(&s)).sum::<f64>() / n as f64
+    spots(e, p, receiver, n).flatten().map(|s| s.fluence.first() * cosine(&s)).sum::<f64>() / n as f64
 }
 
 #[test]
@@ -67,9 +67,9 @@ fn sample_fluence_is_the_solid_angle() {
         let e = Emitter::new(&scene, 0);
         for p in points(&plate) {
             let exact = solid_angle(&plate, p);
-            assert!((e.unoccluded(p, Receiver::Free)[0] - exact).abs() < 1e-12);
+            assert!((e.unoccluded(p, Receiver::Free).first() - exact).abs() < 1e-12);
             for s in spots(&e, p, Receiver::Free, 64) {
-                let got = s.unwrap().fluence[0];
+                let got = s.unwrap().fluence.first();
                 assert!((got - exact).abs() < 1e-7 * exact + 1e-12, "{p:?}: {got} {exact}");
             }
         }
@@ -110,7 +110,7 @@ fn mean_irradiance_matches_closed_form() {
         for p in points(&plate) {
             for front in [-n, t, -t, (b - n * 0.1).normalized(), (t * 0.7 + n * 0.3).normalized(), n] {
                 let receiver = Receiver::Surface(front);
-                let exact = e.unoccluded(p, receiver)[0];
+                let exact = e.unoccluded(p, receiver).first();
                 let all = solid_angle(&plate, p);
                 let mean = sampled(&e, p, receiver, SAMPLE_COUNT);
                 assert!(
@@ -132,11 +132,13 @@ fn back_and_plane_receive_no_light_from_one_sided_emitters() {
         for p in points(&plate) {
             let mirrored = p - up * (2.0 * (p - plate.origin).dot(up));
             assert!(spots(&one, mirrored, Receiver::Free, 8).all(|s| s.is_none()));
-            assert_eq!(one.unoccluded(mirrored, Receiver::Free), [0.0; 3]);
+            assert_eq!(one.unoccluded(mirrored, Receiver::Free), Bands::ZERO);
             let exact = solid_angle(&plate, p);
             for receiver in [Receiver::Free, Receiver::Surface(up)] {
-                let (mean, closed) =
-                    (sampled(&two, mirrored, receiver, SAMPLE_COUNT), two.unoccluded(mirrored, receiver)[0]);
+                let (mean, closed) = (
+                    sampled(&two, mirrored, receiver, SAMPLE_COUNT),
+                    two.unoccluded(mirrored, receiver).first(),
+                );
                 assert!(
                     (mean - closed).abs() < 3e-3 * closed + 1e-6 * exact + 1e-12,
                     "{p:?}: {mean} {closed}"
@@ -146,7 +148,7 @@ fn back_and_plane_receive_no_light_from_one_sided_emitters() {
         for uv in [[0.2, 0.3], [-1.0, 0.5]] {
             let p = plate.at(uv[0], uv[1]);
             assert!(spots(&two, p, Receiver::Free, 8).all(|s| s.is_none()));
-            assert_eq!(two.unoccluded(p, Receiver::Surface(up)), [0.0; 3]);
+            assert_eq!(two.unoccluded(p, Receiver::Surface(up)), Bands::ZERO);
         }
     }
 }
@@ -166,7 +168,10 @@ fn samples_stay_on_the_plate_and_bounded_for_any_receiver() {
             let front = on_sphere([r[4], r[5]]);
             for receiver in [Receiver::Free, Receiver::Surface(front)] {
                 for s in spots(&e, p, receiver, 4).flatten() {
-                    assert!(s.fluence[0] > 0.0 && s.fluence[0] < 2.0 * PI * (1.0 + 1e-9), "{p:?} {s:?}");
+                    assert!(
+                        s.fluence.first() > 0.0 && s.fluence.first() < 2.0 * PI * (1.0 + 1e-9),
+                        "{p:?} {s:?}"
+                    );
                     let [u, v] = plate.parameters(s.at);
                     let rim = -1e-9..1.0 + 1e-9;
                     assert!(rim.contains(&u) && rim.contains(&v), "{p:?} {u} {v}");
@@ -203,7 +208,7 @@ fn subdivided_emitter_gives_the_same_light() {
         for p in [vec3(1.0, 0.5, 4.0), vec3(-30.0, 2.0, 3.0)] {
             for receiver in [Receiver::Free, Receiver::Surface(vec3(0.6, 0.0, -0.8))] {
                 let (mean, exact) =
-                    (sampled(&e, p, receiver, SAMPLE_COUNT), whole.unoccluded(p, receiver)[0]);
+                    (sampled(&e, p, receiver, SAMPLE_COUNT), whole.unoccluded(p, receiver).first());
                 assert!((mean / exact - 1.0).abs() < limit, "{n} {p:?}: {mean} {exact}");
             }
         }
@@ -219,7 +224,7 @@ fn closed_body_is_sampled_on_facing_facets_only() {
     let e = Emitter::new(&scene, 0);
     for p in [vec3(4.0, 5.0, 6.0), vec3(0.5, 1.0, 3.001), vec3(-2.0, 1.0, 1.0)] {
         for receiver in [Receiver::Free, Receiver::Surface(vec3(0.0, 0.0, -1.0))] {
-            let (mean, exact) = (sampled(&e, p, receiver, SAMPLE_COUNT), e.unoccluded(p, receiver)[0]);
+            let (mean, exact) = (sampled(&e, p, receiver, SAMPLE_COUNT), e.unoccluded(p, receiver).first());
             assert!((mean - exact).abs() < 3e-3 * exact + 1e-12, "{p:?}: {mean} {exact}");
         }
         assert!(spots(&e, p, Receiver::Free, 64).all(|s| s.is_some()));
@@ -233,7 +238,7 @@ fn textured_emission_is_evaluated_at_the_sampled_point() {
     let e = Emitter::new(&scene, 0);
     assert!(!e.is_uniform());
     let p = vec3(3.0, 0.5, 2.5);
-    let mut sums = [[0.0; 3]; 2];
+    let mut sums = [Bands::ZERO; 2];
     for (k, s) in spots(&e, p, Receiver::Free, 4 * SAMPLE_COUNT).enumerate() {
         let spot = s.unwrap();
         let by_area =
@@ -243,9 +248,7 @@ fn textured_emission_is_evaluated_at_the_sampled_point() {
         };
         let d = p - at;
         let weight = normal.dot(d) / d.length().powi(3);
-        sums = [bands(|b| sums[0][b] + spot.fluence[b]), bands(|b| sums[1][b] + power[b] * weight)];
+        sums = [sums[0] + spot.fluence, sums[1] + power * weight];
     }
-    for b in 0..3 {
-        assert!((sums[0][b] / sums[1][b] - 1.0).abs() < 5e-3, "{sums:?}");
-    }
+    assert!((sums[0] / sums[1] - 1.0).abs().all(|e| e < 5e-3), "{sums:?}");
 }

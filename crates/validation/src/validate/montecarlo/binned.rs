@@ -52,7 +52,7 @@ pub(super) fn cell_means(s: &Solution) -> Result<TableMeans, Failure> {
     for (i, p) in s.zones.patches.iter().enumerate() {
         let name = &s.scene.surfaces()[p.surface].name;
         let (lo, hi) = p.plate.bounds();
-        let h = s.fields.incident[i][0];
+        let h = s.fields.incident[i].first();
         let is_block = name.starts_with("block");
         let n = p.normal.array();
         let axis = (0..3).max_by(|&a, &b| n[a].abs().total_cmp(&n[b].abs())).unwrap_or(0);
@@ -78,7 +78,7 @@ pub(super) fn cell_means(s: &Solution) -> Result<TableMeans, Failure> {
                 (c[a] as f64 / n * 10.0, (c[a] + 1) as f64 / n * 10.0)
             })
             .collect();
-        gas.add(0, &spans, s.fields.incident[s.zones.voxel_offset() + k][0]);
+        gas.add(0, &spans, s.fields.incident[s.zones.voxel_offset() + k].first());
     }
     Ok((walls.means(), block.means(), gas.means()))
 }

@@ -8,6 +8,7 @@ pub mod pictures;
 
 use super::case::{AcceptanceLimit, CaseOutcome, CasePicture, ValidationCase};
 use super::case_context::CaseContext;
+use super::measures::rms;
 use super::richardson::ResolutionSequence;
 use cubes::{CUBES, MonteCarloCube};
 use std::path::{Path, PathBuf};
@@ -20,12 +21,6 @@ pub(super) const TABLES_FOLDER: &str = "reference/montecarlo";
 const MIN_SHARE_OF_MEAN: f64 = 0.1;
 /// Voxels along an edge.
 const RESOLUTIONS: [usize; 4] = [10, 20, 40, 60];
-
-/// Root mean square.
-pub(super) fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (n, sum) = values.fold((0usize, 0.0), |(n, s), x| (n + 1, s + x * x));
-    (sum / n.max(1) as f64).sqrt()
-}
 
 /// Difference of a field from its table.
 #[derive(Clone, Copy, Debug, Default)]
@@ -243,7 +238,7 @@ fn order(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
         let (s, _) = spectral(bench, "c0", n, super::cube::CONSTANT_BASIS)?;
         let voxels = &s.fields.incident[s.zones.voxel_offset()..];
         h.push((n as f64, super::measures::WallMeans::of(&s, "x1").incident));
-        g.push((n as f64, voxels.iter().map(|v| v[0]).sum::<f64>() / voxels.len() as f64));
+        g.push((n as f64, voxels.iter().map(|v| v.first()).sum::<f64>() / voxels.len() as f64));
     }
     // The tables' means and their standard errors, those of independent entries.
     let means = |quantity: &str, from: usize, count: usize| -> Result<(f64, f64), Failure> {

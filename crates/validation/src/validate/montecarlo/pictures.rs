@@ -1,6 +1,6 @@
 //! Our pictures of the cubes beside those of `image_*`.
 
-use super::rms;
+use crate::validate::measures::rms;
 use std::path::Path;
 use zonal_io::output;
 use zonal_render::{Image, RenderOptions, render};

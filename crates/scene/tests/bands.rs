@@ -1,7 +1,7 @@
-//! Tests of [`super::Bands`] and [`super::PerBand`].
+//! Band-indexed values: operators act element by element, sums ascend, lengths are checked.
 
-use super::*;
 use std::collections::HashSet;
+use zonal_scene::{Band, BandCountError, Bands, PerBand};
 
 /// Values whose sums and products round, with signed zeros, infinities and NaN.
 const VALUES: [f64; 8] = [0.1, -0.7, 1.0 / 3.0, 0.0, -0.0, f64::INFINITY, f64::NAN, 1e-300];
@@ -92,7 +92,7 @@ fn bands_are_ordered_indices() {
     let all: Vec<Band> = Band::all().collect();
     assert!(all.is_sorted() && all.len() == Band::count());
     assert_eq!(all.iter().collect::<HashSet<_>>().len(), all.len());
-    assert_eq!(Bands::indices().rev().next().map(Band::index), Some(Band::count() - 1));
+    assert_eq!(Band::all().rev().next().map(Band::index), Some(Band::count() - 1));
     assert_eq!(Band::new(Band::count()), None);
     let mut b = Bands::ZERO;
     b[all[1]] = 5.0;
