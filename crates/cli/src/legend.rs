@@ -6,7 +6,7 @@
 use crate::colour_scale::ColourScale;
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 use zonal_io::output::{NO_VALUE_COLOUR, srgb_to_byte};
-use zonal_report::plot::number;
+use zonal_report::plot::tick_label;
 
 /// Colour of text, sRGB.
 const TEXT_COLOUR: [u8; 3] = [40, 40, 40];
@@ -23,7 +23,7 @@ pub struct Canvas {
     pub width: usize,
     /// Pixels down.
     pub height: usize,
-    /// Three bytes a pixel, row by row, row 0 on top.
+    /// Three bytes per pixel, row by row, row 0 on top.
     pub bytes: Vec<u8>,
 }
 
@@ -130,7 +130,7 @@ impl LegendLayout {
         for v in scale.ticks(count) {
             let has_space = out.last().is_none_or(|(y, _)| y - row(v) >= self.line_height * 5 / 4);
             if has_space {
-                out.push((row(v), number(v, scale.axis)));
+                out.push((row(v), tick_label(v, scale.axis)));
             }
         }
         out

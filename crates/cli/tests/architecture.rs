@@ -17,7 +17,7 @@ const DEPENDENCIES: [(&str, &[&str]); 14] = [
     ("render", &["math", "scene", "transport"]),
     ("io", &["math", "scene"]),
     ("reference", &["math", "scene"]),
-    ("zonal", &["math", "scene", "transport", "exchange", "solve", "render", "io"]),
+    ("zonal", &["scene", "solve", "render", "io"]),
     ("report", &["scene", "io"]),
     ("demo", &["math", "scene", "io"]),
     (

@@ -222,7 +222,7 @@ fn factors_meet_the_reference_table() {
 
 /// Exchange areas of a room: symmetric to the bit, closed within their radii.
 #[test]
-fn exchange_areas_are_symmetric_and_closed() {
+fn exchange_areas_obey_reciprocity_and_closure() {
     let f = Folder::new();
     let medium = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction=[0,1,2]\n";
     let room = "[solve]\npatch_size=0.5\n[[surface]]\nname=\"room\"\nroom={min=[0,0,0],max=[1,1,1]}\n";

@@ -117,7 +117,7 @@ type ZoneValue<'a> = &'a dyn Fn(usize) -> f64;
 #[test]
 fn pixels_have_the_value_of_the_first_zone_on_their_ray() {
     let f = solved_heated_room();
-    let s = read_solution(&f.path().join("warm.npz")).unwrap();
+    let s = read_solution(f.path().join("warm.npz")).unwrap();
     let heat = s.fields.heat.as_ref().unwrap();
     assert!(heat.temperature.iter().any(|t| t.is_nan()));
     let size = (97, 64);
@@ -185,7 +185,7 @@ fn back_to_back_walls_are_distinguished() {
     };
     assert!(seen("cold").iter().all(|t| *t == 300.0) && seen("warm").iter().all(|t| *t == 400.0));
     // From outside: rays pass through the backs of walls.
-    let s = read_solution(&f.path().join("rooms.npz")).unwrap();
+    let s = read_solution(f.path().join("rooms.npz")).unwrap();
     let overview = Camera::overview(s.scene.bounds(), 60.0 / 44.0);
     for (i, got) in seen("overview").iter().enumerate() {
         let list = zones_on_ray(&s, overview.origin, pixel_ray(&overview, (60, 44), i % 60, i / 60), false);
@@ -215,7 +215,7 @@ fn solved_room_with_gas() -> Folder {
 #[test]
 fn slice_shows_the_voxels_that_it_cuts() {
     let f = solved_room_with_gas();
-    let s = read_solution(&f.path().join("gas.npz")).unwrap();
+    let s = read_solution(f.path().join("gas.npz")).unwrap();
     let (grid, heat) = (s.scene.voxel_grid().unwrap(), s.fields.heat.as_ref().unwrap());
     let size = (90, 70);
     let camera = Camera::overview(s.scene.bounds(), 90.0 / 70.0);
@@ -246,7 +246,7 @@ fn slice_shows_the_voxels_that_it_cuts() {
             let mut list = zones_on_ray(&s, camera.origin, dir, true);
             if let Some(c) = cell {
                 // The cube hides cells that it cuts; of a divided cell any part is correct.
-                let zones = s.zones.of_cell(grid.index(c));
+                let zones = s.zones.voxel_zones_of_cell(grid.index(c));
                 list.extend(zones.map(|z| (t, s.zones.voxel_offset() + z)));
                 list.sort_by(|a, b| a.0.total_cmp(&b.0));
             }
@@ -393,7 +393,7 @@ fn light_has_radiosity_and_irradiance() {
     f.put("room.npz", solution());
     f.done(&["render", "room.npz", "--show", "radiosity", "--size", "32x24", "-o", "out/b.exr"]);
     f.done(&["render", "room.npz", "--show", "irradiance", "--log", "--size", "32x24", "-o", "out/h.png"]);
-    let s = read_solution(&f.path().join("room.npz")).unwrap();
+    let s = read_solution(f.path().join("room.npz")).unwrap();
     let mean = |i: usize| (s.fields.radiosity[i].iter().sum::<f64>() / 3.0) as f32;
     let b = values(&f, "out/b.exr");
     assert!(b.iter().all(|b| (0..s.zones.voxel_offset()).any(|i| (mean(i) / b - 1.0).abs() < 1e-6)));

@@ -12,7 +12,7 @@ fn scene(plan: &ChurchPlan, name: &str) -> Scene {
     let model: ChurchModel = build(plan);
     output::write_glb(&folder.join("church.glb"), &glb_model(&model)).unwrap();
     std::fs::write(folder.join("church.toml"), scene_text(plan, "church.glb", 0.9, 0.75)).unwrap();
-    let scene = input::read_scene(&folder.join("church.toml")).unwrap();
+    let scene = input::read_scene(folder.join("church.toml")).unwrap();
     std::fs::remove_dir_all(&folder).unwrap();
     scene
 }

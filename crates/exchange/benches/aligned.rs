@@ -8,7 +8,7 @@
 //! | walls, κ = 0 | three axes to order K: 2 binom(K+4, 4) products and sums, K = 2…3: 60…140 in lanes of 8, two roots | 6 ns |
 //! | cubes, κℓ = 0.1 | 27…64 exponentials (30 operations, a root and a division each, 48 cycles in lanes of 8) and 18 bounds (60 cycles) | 100…170 ns |
 //! | block | 1,100 cubes as above; 8,000 values and radii gathered and written (2 cycles each, 128 KiB) | 3 + 11 µs |
-//! | moments, one pair | two tables of 45 numbers an axis, the products above: 1,000 scalar operations | 200 ns |
+//! | moments, one pair | two tables of 45 numbers per axis, the products above: 1,000 scalar operations | 200 ns |
 //! | closed | two walls with a common edge: 6 arcs and 14 logarithms that do not vanish (20 cycles each), 14 divisions | 150 ns |
 //! | gauss, pyramid | points × (a division; with κ an exponential, 6 cycles in lanes): 8³…20³ points in some cells | 1…100 µs |
 

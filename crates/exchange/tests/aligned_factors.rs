@@ -130,7 +130,7 @@ fn unit_cube_matches_published_digits() {
     }
 }
 
-/// All zones of the box [0, size] cut into n cells an axis: voxels, then wall patches.
+/// All zones of the box [0, size] cut into n cells per axis: voxels, then wall patches.
 fn enclosure(size: Vec3, n: [usize; 3]) -> (Vec<Cuboid>, Vec<Cuboid>) {
     let at = |k: usize, i: usize| size[k] * i as f64 / n[k] as f64;
     let (mut voxels, mut patches) = (vec![], vec![]);

@@ -1,4 +1,4 @@
-//! Densities and meshes in the voxmap.
+//! Densities and meshes in the voxel grid.
 
 mod support;
 

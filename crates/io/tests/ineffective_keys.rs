@@ -48,24 +48,24 @@ fn surface_keys_are_refused_on_glass() {
     ] {
         let name = key.split(' ').next().unwrap();
         let line = format!("test.toml:4:{}: surface 'm'.materials.a.{name}", 16 + name.len() + 4);
-        refused(&f, &format!("LIGHTmaterials.a = {{ {key}, PANE }}\n"), &[&line, mend]);
-        refused(&f, &format!("LIGHTmaterials.a = {{ PANE, {key} }}\n"), &[name, mend]);
+        refused(&f, &format!("LIGHT_MESHmaterials.a = {{ {key}, PANE }}\n"), &[&line, mend]);
+        refused(&f, &format!("LIGHT_MESHmaterials.a = {{ PANE, {key} }}\n"), &[name, mend]);
     }
     for key in ["reflectance = 0.3", "sides = 'front'", "patch_size = 1"] {
         refused(
             &f,
-            &format!("WARMmaterials.a = {{ PANE, {key} }}\n"),
+            &format!("THERMAL_MESHmaterials.a = {{ PANE, {key} }}\n"),
             &["is a pane", "of surfaces; remove it"],
         );
     }
     refused(
         &f,
-        "LIGHTmaterials.a = { region = true, pane = { extinction = 3 }, reflectance = 0.5 }\nMEDIUMextinction = 1\n",
+        "LIGHT_MESHmaterials.a = { region = true, pane = { extinction = 3 }, reflectance = 0.5 }\nMEDIUMextinction = 1\n",
         &["materials.a.reflectance", "fills the medium", "; remove it"],
     );
     refused(
         &f,
-        "LIGHTmaterials.a = { region = true, pane = false }\nMEDIUMextinction = 1\n",
+        "LIGHT_MESHmaterials.a = { region = true, pane = false }\nMEDIUMextinction = 1\n",
         &["test.toml:4:", "materials.a.pane", "keep one of them"],
     );
     // The same keys of what is opaque, and of what is left out, are read.

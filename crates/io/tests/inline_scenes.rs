@@ -249,7 +249,7 @@ fn periodic_axes_are_read() {
     assert!(word.contains(":2:") && word.contains("periodic"), "{word}");
     let light = "[[light]]\nkind=\"sun\"\ndirection=[0,0,-1]\nirradiance=1\n";
     let lit = wrong(&format!("[boundary]\nx=\"periodic\"\n{medium}{light}"));
-    assert!(lit.contains("no images"), "{lit}");
+    assert!(lit.contains("no periodic images"), "{lit}");
 }
 
 #[test]

@@ -327,7 +327,7 @@ fn invalid_images_are_refused() {
 #[test]
 fn unreadable_scene_files_are_refused() {
     let folder = Folder::new().with("latin.toml", b"name = 'x'\nname2 = '\xe9'").with("dir.txt", "");
-    let read = |name: &str| zonal_io::input::read_scene(&folder.path().join(name)).unwrap_err().to_string();
+    let read = |name: &str| zonal_io::input::read_scene(folder.path().join(name)).unwrap_err().to_string();
     assert!(
         read("no.toml").ends_with("no.toml: there is no such file; check the path"),
         "{}",

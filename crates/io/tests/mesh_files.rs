@@ -325,7 +325,7 @@ fn unread_alpha_gives_a_warning_where_it_has_effect() {
     for mode in [mask, blend] {
         let told = notes(mode, true, "");
         assert!(told.contains("'leaf'") && told.contains("not read"), "{told}");
-        // Opaque without a picture; no surface; a pane of its own; something else.
+        // Opaque without a texture; no surface; a pane of its own; something else.
         assert_eq!(notes(mode, false, ""), "");
         let pane = "materials.leaf.pane = {thickness=0.01, extinction=5}";
         assert_eq!(notes(mode, true, pane), "");

@@ -1,4 +1,4 @@
-//! OpenVDB grids and Mitsuba volumes in the voxmap.
+//! OpenVDB grids and Mitsuba volumes in the voxel grid.
 
 mod support;
 

@@ -61,11 +61,11 @@ fn band_fractions_are_read() {
     );
     let rest = of("weights = [[0.5, -1e-4], 'rest', [0.1, 0, 1e-8]]\nrange = [300, 2000]");
     for t in [300.0, 900.0, 2000.0] {
-        assert!((rest.weights(t).iter().sum::<f64>() - 1.0).abs() < 1e-14);
-        assert!((rest.weights(t).first() - (0.5 - 1e-4 * t)).abs() < 1e-14);
+        assert!((rest.grey_gas_weights(t).iter().sum::<f64>() - 1.0).abs() < 1e-14);
+        assert!((rest.grey_gas_weights(t).first() - (0.5 - 1e-4 * t)).abs() < 1e-14);
     }
     let smith = "weights = [[6.508e-1,-5.551e-4,3.029e-7,-5.353e-11], [-0.2504e-1,6.112e-4,-3.882e-7,6.528e-11], [2.718e-1,-3.118e-4,1.221e-7,-1.612e-11]]\nrange = [600, 2400]\nallow_partial = true";
-    let a = of(smith).weights(1500.0);
+    let a = of(smith).grey_gas_weights(1500.0);
     assert!(a.iter().all(|a| *a > 0.0) && a.iter().sum::<f64>() < 1.0);
 }
 
@@ -76,7 +76,7 @@ fn voxel_arrays_are_averaged_over_cells() {
         .with("t.npy", four([300.0, 500.0, 900.0, 900.0]))
         .with("q.npy", four([1.0, 3.0, 0.0, 8.0]))
         .with("o.npy", four([0.2, 0.4, 1.0, 0.5]));
-    // Two values a cell: means over the volume, of T⁴ and of the rest.
+    // Two values per cell: means over the volume, of T⁴ and of the rest.
     let s = folder.scene(&format!(
         "mode = 'thermal'\n{MEDIUM}extinction = 1\nalbedo = {{ file = 'o.npy' }}\ntemperature = {{ file = 't.npy' }}\n"
     ));

@@ -6,7 +6,7 @@
 //! | [`gauss_6d`] | the paper's baseline: Gauss–Legendre in all directions of both zones | any aligned pair apart | inside | proved |
 //! | [`hemicube`] | the hemi-cube of Rushmeier and Torrance | a patch and any plate or box | inside, by pixels | estimated |
 //! | [`proposition1`] | the transmittance at the centres times the geometric factor, corrected by −κℓ C(u) | any aligned pair; sharp for two voxels | outside, bounded | proved |
-//! | [`gegenbauer`], [`voxel_strips`] | Proposition 2 and the algorithm `Formfact` | a voxel and a voxel grid | outside | proved |
+//! | [`gegenbauer_series`], [`voxel_strips`] | Proposition 2 and the algorithm `Formfact` | a voxel and a voxel grid | outside | proved |
 //! | [`patch_strips`] | the same for patches, λ = 3/2 and 2 | rows of zones in front of a patch | outside | proved |
 //! | [`proximity`] | the development of section 3.1: a patch and the mesh of a smooth surface | a patch and a surface | outside | proved |
 //! | [`chebyshev`] | interpolation in place of Taylor | lattices of zones | inside | proved |
@@ -20,7 +20,7 @@
 pub mod chebyshev;
 mod clipped_pair;
 pub mod gauss_6d;
-pub mod gegenbauer;
+pub mod gegenbauer_series;
 pub mod hemicube;
 pub mod mean_inverse_distance;
 pub mod patch_strips;

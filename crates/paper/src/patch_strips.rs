@@ -30,7 +30,7 @@
 //! e^{−κr} is outside, as in `voxel_strips.rs`.
 
 use super::clipped_pair::{ClippedPair, clipped_pair};
-use super::gegenbauer::MAX_ORDER;
+use super::gegenbauer_series::MAX_ORDER;
 use super::proposition1::{self, CentreCorrection};
 use super::tensor_nodes::{AxisRule, TensorNodes};
 use super::trapezoid_gauss;

@@ -1,6 +1,6 @@
 //! The plan of a strip computation: required accuracy, ratio and order, segments with their references, rules by distance.
 
-use super::gegenbauer::{self, MAX_ORDER};
+use super::gegenbauer_series::{self, MAX_ORDER};
 use super::trapezoid_gauss::{PointsByDistance, TrapezoidDensity};
 use super::uniform_grid::UniformGrid;
 use crate::rounding::UNIT_ROUNDOFF;
@@ -208,7 +208,7 @@ impl StripFrame {
     pub(super) fn order(&self, ratio: f64) -> usize {
         match self.ask {
             StripAccuracy::Order { order, .. } => order,
-            StripAccuracy::Tolerance(_) => gegenbauer::min_order(ratio, self.truncation),
+            StripAccuracy::Tolerance(_) => gegenbauer_series::min_order(ratio, self.truncation),
         }
     }
 
@@ -270,7 +270,7 @@ pub(super) fn strip_limits(ask: StripAccuracy) -> StripLimits {
             assert!(tolerance > 0.0, "tolerance {tolerance}");
             let truncation = TRUNCATION_SHARE * tolerance.clamp(MIN_TOLERANCE, 0.1);
             let gain = |order: usize| {
-                let p = gegenbauer::max_ratio(order, truncation);
+                let p = gegenbauer_series::max_ratio(order, truncation);
                 (((1.0 + p) / (1.0 - p)).ln() / (order as f64 + REFERENCE_SETUP_COST), p)
             };
             let best =

@@ -13,7 +13,7 @@
 //!
 //! Attenuation is outside: e^{−κr} has no three-term recurrence along the strip. `chebyshev.rs` includes it, `proposition1.rs` corrects it.
 
-use super::gegenbauer::{self, GegenbauerMoments, MAX_ORDER};
+use super::gegenbauer_series::{self, GegenbauerMoments, MAX_ORDER};
 use super::strip_plan::{DIVISION_COST, MIN_TOLERANCE, Strip, StripFrame, StripSegment, strip_limits};
 pub use super::strip_plan::{MomentQuadrature, StripAccuracy};
 use super::tensor_nodes::{AxisRule, LANES, TensorNodes};
@@ -208,7 +208,7 @@ impl StripRun {
         let missed = if short || order > MAX_ORDER {
             self.serve_by_rule(grid, strip, &segment)
         } else {
-            let m = gegenbauer::gegenbauer_moments(nodes, centre, order, reach);
+            let m = gegenbauer_series::gegenbauer_moments(nodes, centre, order, reach);
             self.serve_by_series(grid, strip, &segment, centre, &m)
         };
         if missed {
@@ -262,7 +262,7 @@ impl StripRun {
                 let gap = ((centre[0] + s).abs() - half).max(0.0);
                 1.0 / (lateral + gap * gap)
             });
-            let (value, bound) = gegenbauer::evaluate_series(m, shift, max_inverse_square);
+            let (value, bound) = gegenbauer_series::evaluate_series(m, shift, max_inverse_square);
             for l in 0..LANES.min(s.to + 1 - first) {
                 let radius = (bound[l] + m.rounding + relative * value[l].abs()) / (1.0 - relative);
                 missed |= radius.is_nan() || radius > tolerance * value[l];

@@ -1,5 +1,5 @@
 //! The laws that every factor obeys, on random boxes and for every method with a proved radius: two numbers that a law calls equal
-//! have intervals that meet, two that it orders have intervals that can be so ordered. Laws on fixed examples: `direct_exchange.rs`;
+//! have intervals that meet, two that it orders have intervals that can be so ordered. Laws on fixed examples: `aligned_factors.rs`;
 //! of whole systems: `zonal-solve`; additivity on thousands of pairs: `intervals.rs`.
 
 use proptest::prelude::*;

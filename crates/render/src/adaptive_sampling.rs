@@ -13,7 +13,7 @@
 //!    pixel or a neighbour of about the same length.
 //!
 //! Every value is a function of the pixel and its neighbours alone; strips of rows bound the memory and change nothing. Cost: one surface
-//! ray a pixel, a sixteenth to one medium segment a pixel, and four or eight more rays at edges.
+//! ray per pixel, a sixteenth to one medium segment a pixel, and four or eight more rays at edges.
 
 use crate::camera::{PerspectiveCamera, subpixel};
 use crate::image::to_pixel;
@@ -33,7 +33,7 @@ const CENTRE_RAY: usize = 4;
 const CORNER_RAYS: [usize; 4] = [0, 2, 6, 8];
 const EDGE_RAYS: [usize; 4] = [1, 3, 5, 7];
 
-/// Density and thresholds of adaptive sampling. The thresholds hold the mean difference from pictures of nine rays a pixel below 1 %
+/// Density and thresholds of adaptive sampling. The thresholds hold the mean difference from pictures of nine rays per pixel below 1 %
 /// in blocks of 8 × 8 pixels (`approximation_tests`).
 struct AdaptiveSamplingParams {
     /// Spacing of the first medium segments, pixels.

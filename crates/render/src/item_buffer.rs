@@ -7,7 +7,7 @@
 //! Colours are averaged, not values: a pixel between zones of 400 and 1200 K does not show 800 K. Where two neighbouring pixels differ in
 //! zone, surface or direction, both have a grid of 4 × 4 rays. Where rays half a pixel apart lie on different surfaces, on faces more
 //! than 20° apart, or one behind the other (n·d > sin 20° |d|, d from one to the other), a thin line separates them, so that walls of
-//! one temperature remain distinguishable. Cost: one ray a pixel, 16 at edges.
+//! one temperature remain distinguishable. Cost: one ray per pixel, 16 at edges.
 //!
 //! Every pixel is a function of its position alone; strips of rows bound the memory and change nothing.
 

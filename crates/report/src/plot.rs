@@ -28,13 +28,13 @@ const FONT: &str = "Helvetica, Arial, sans-serif";
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeriesMark {
     /// A line with a dot at each point.
-    Line,
+    LineWithPoints,
     /// A dashed line, for bounds and reference slopes.
     Dashed,
     /// Dots only.
     Dots,
     /// A line without dots.
-    Plain,
+    Line,
 }
 
 /// A series of points. A series with an empty name is not in the legend.
@@ -70,7 +70,7 @@ pub const LOG_LOG: [AxisScale; 2] = [Logarithmic, Logarithmic];
 
 impl AxisScale {
     /// True if the value can be drawn.
-    fn shows(self, v: f64) -> bool {
+    fn can_draw(self, v: f64) -> bool {
         self == Linear || v > 0.0
     }
 }
@@ -139,7 +139,7 @@ impl Plot {
 
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
         let is_drawable = |&(x, y): &(f64, f64)| {
-            x.is_finite() && y.is_finite() && self.scales[0].shows(x) && self.scales[1].shows(y)
+            x.is_finite() && y.is_finite() && self.scales[0].can_draw(x) && self.scales[1].can_draw(y)
         };
         let mut plot = self.clone();
         plot.series.iter_mut().for_each(|s| s.points.retain(is_drawable));
@@ -206,8 +206,8 @@ impl Plot {
             .y_desc(&self.y)
             .axis_desc_style(label.clone())
             .label_style(label.clone())
-            .x_label_formatter(&|v| number(*v, self.scales[0]))
-            .y_label_formatter(&|v| number(*v, self.scales[1]))
+            .x_label_formatter(&|v| tick_label(*v, self.scales[0]))
+            .y_label_formatter(&|v| tick_label(*v, self.scales[1]))
             .bold_line_style(RGBColor(222, 222, 222))
             .light_line_style(RGBColor(243, 243, 243))
             .axis_style(RGBColor(120, 120, 120))
@@ -242,14 +242,14 @@ impl Plot {
             let colour = COLOURS[s.colour % COLOURS.len()];
             let points = || s.points.iter().copied();
             let drawn = match s.mark {
-                SeriesMark::Line => {
+                SeriesMark::LineWithPoints => {
                     chart.draw_series(points().map(|p| Circle::new(p, 3, colour.filled())))?;
                     chart.draw_series(LineSeries::new(points(), colour.stroke_width(2)))?
                 }
                 SeriesMark::Dashed => {
                     chart.draw_series(DashedLineSeries::new(points(), 6, 4, colour.stroke_width(2)))?
                 }
-                SeriesMark::Plain => chart.draw_series(LineSeries::new(points(), colour.stroke_width(2)))?,
+                SeriesMark::Line => chart.draw_series(LineSeries::new(points(), colour.stroke_width(2)))?,
                 SeriesMark::Dots => {
                     chart.draw_series(points().map(|p| Circle::new(p, 3, colour.filled())))?
                 }
@@ -265,10 +265,10 @@ impl Plot {
     }
 }
 
-/// The sample of a series in the legend: a line, a short line for a dashed series, a spot for dots.
+/// The sample of a series in the legend: a line, a short line for a dashed series, a dot for dots.
 fn legend_sample(x: i32, y: i32, mark: SeriesMark, colour: RGBColor) -> PathElement<(i32, i32)> {
     match mark {
-        SeriesMark::Line | SeriesMark::Plain => {
+        SeriesMark::LineWithPoints | SeriesMark::Line => {
             PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(3))
         }
         SeriesMark::Dashed => PathElement::new(vec![(x, y), (x + 9, y)], colour.stroke_width(2)),
@@ -314,7 +314,7 @@ fn ticks(range: &Range<f64>) -> Vec<f64> {
 
 /// Label of a tick: a power of ten on a logarithmic axis, a decimal number elsewhere.
 #[must_use]
-pub fn number(v: f64, scale: AxisScale) -> String {
+pub fn tick_label(v: f64, scale: AxisScale) -> String {
     let magnitude = v.abs();
     if scale == Logarithmic && !(1e-2..1e4).contains(&magnitude) {
         return format!("{v:e}");
@@ -333,7 +333,12 @@ mod tests {
     #[test]
     fn plot_draws_finite_points_only() {
         let mut p = Plot::new("title", "x in m", "y", LINEAR_LOG);
-        p.add("seen", SeriesMark::Line, 0, vec![(0.0, 1.0), (1.0, 1e-3), (2.0, 0.0), (3.0, f64::NAN)]);
+        p.add(
+            "seen",
+            SeriesMark::LineWithPoints,
+            0,
+            vec![(0.0, 1.0), (1.0, 1e-3), (2.0, 0.0), (3.0, f64::NAN)],
+        );
         p.add("bound", SeriesMark::Dashed, 1, vec![(0.0, 2.0), (1.0, 2e-3)]);
         let mut svg = String::new();
         p.draw(&mut svg).unwrap();
@@ -353,9 +358,9 @@ mod tests {
 
     #[test]
     fn labels_have_no_trailing_zeros() {
-        assert_eq!(number(0.5, Linear), "0.5");
-        assert_eq!(number(20.0, Linear), "20");
-        assert_eq!(number(1e-6, Logarithmic), "1e-6");
-        assert_eq!(number(0.0, Linear), "0");
+        assert_eq!(tick_label(0.5, Linear), "0.5");
+        assert_eq!(tick_label(20.0, Linear), "20");
+        assert_eq!(tick_label(1e-6, Logarithmic), "1e-6");
+        assert_eq!(tick_label(0.0, Linear), "0");
     }
 }

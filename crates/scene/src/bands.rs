@@ -72,11 +72,6 @@ impl Bands {
     pub fn as_slice(&self) -> &[f64] {
         &self.values
     }
-    /// The values, ascending by band, for modification.
-    #[inline]
-    pub fn as_mut_slice(&mut self) -> &mut [f64] {
-        &mut self.values
-    }
     /// Applies `f` to each value.
     ///
     /// ```

@@ -1,6 +1,6 @@
 //! Storage of one value for each cell of a grid.
 
-/// One value a cell, stored once if it is the same in all cells.
+/// One value per cell, stored once if it is the same in all cells.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum CellValues<T> {
     /// The value of all cells.

@@ -2,7 +2,7 @@
 
 use crate::bands::Bands;
 
-/// Emitted, incoming, absorbed and escaped powers, W a band.
+/// Emitted, incoming, absorbed and escaped powers, W per band.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EnergyBalance {
     /// Emitted by surfaces, volumes, panes and volumetric sources.
@@ -36,7 +36,7 @@ impl EnergyBalance {
         .into_iter()
         .chain(self.absorbed_surfaces.iter_mut().map(|s| &mut s.1))
     }
-    /// Multiplies all powers by a factor a band.
+    /// Multiplies all powers by a factor per band.
     pub fn scale(&mut self, factor: Bands) {
         self.powers_mut().for_each(|x| *x *= factor);
     }

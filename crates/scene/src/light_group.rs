@@ -167,7 +167,7 @@ impl Default for LightGroup {
 }
 
 impl LightGroup {
-    /// Multiplies the power of the group by a factor a band.
+    /// Multiplies the power of the group by a factor per band.
     ///
     /// ```
     /// use zonal_scene::{Bands, LightGroup};

@@ -6,7 +6,7 @@ pub const MAX_COORDINATE: f64 = 1e8;
 pub(crate) const MIN_PLATE_AREA: f64 = 1e-24;
 /// Smallest edge of a voxel, m.
 pub(crate) const MIN_CELL_EDGE: f64 = 1e-9;
-/// Largest number of cells of a voxel grid: at 100 bytes a cell, the memory of a large machine.
+/// Largest number of cells of a voxel grid: at 100 bytes per cell, the memory of a large machine.
 pub const MAX_CELLS: usize = 1 << 25;
 /// Largest extinction, 1/m.
 pub const MAX_EXTINCTION: f64 = 1e8;

@@ -102,7 +102,7 @@ pub struct DiscretizationError {
     pub ratio: f64,
     /// Errors of temperature (K) and net power (W) of each row of [`HeatReport`]; 0 for prescribed values, empty in light mode.
     pub heat: Vec<[f64; 2]>,
-    /// Errors of the powers in [`Report::energy`], W a band; its residual is 0.
+    /// Errors of the powers in [`Report::energy`], W per band; its residual is 0.
     pub energy: EnergyBalance,
     /// Zones that the estimate does not cover, and why.
     pub notes: Vec<Diagnostic>,
@@ -125,7 +125,7 @@ pub struct Report {
     pub closure: ClosureDefect,
     /// Energy balance.
     pub energy: EnergyBalance,
-    /// Stated errors of the powers in `energy`, W a band: of the exchange, of direct light, of the solver, and the unexplained residual.
+    /// Stated errors of the powers in `energy`, W per band: of the exchange, of direct light, of the solver, and the unexplained residual.
     /// Infinite where unknown; the residual is 0.
     pub energy_error: EnergyBalance,
     /// Temperatures and net powers by name; `None` in light mode.

@@ -96,6 +96,6 @@ pub struct Pane {
     pub extinction: Bands,
     /// Scattering albedo Ω.
     pub albedo: Bands,
-    /// Black emissive power E, W/m².
+    /// Blackbody emissive power E, W/m².
     pub emission: Bands,
 }

@@ -27,7 +27,7 @@ const FRACTION_SUM_TOLERANCE: f64 = 1e-6;
 /// Number of intervals of the temperature range at whose ends band fractions are checked.
 const TEMPERATURE_INTERVALS: usize = 256;
 
-/// Black emissive power σT⁴ at `t` kelvin, W/m².
+/// Blackbody emissive power σT⁴ at `t` kelvin, W/m².
 ///
 /// ```
 /// use zonal_scene::thermal::{blackbody_emissive_power, blackbody_temperature};
@@ -38,7 +38,7 @@ pub fn blackbody_emissive_power(t: f64) -> f64 {
     STEFAN_BOLTZMANN * t.powi(4)
 }
 
-/// Temperature of a black emissive power `e` (W/m²), K; NaN below 0.
+/// Temperature of a blackbody emissive power `e` (W/m²), K; NaN below 0.
 pub fn blackbody_temperature(e: f64) -> f64 {
     if e >= 0.0 { (e / STEFAN_BOLTZMANN).sqrt().sqrt() } else { f64::NAN }
 }
@@ -86,19 +86,19 @@ impl ThermalCondition {
     }
 }
 
-/// Error message for a power beyond [`MAX_NET_POWER`](crate::limits::MAX_NET_POWER).
+/// Error message for a power beyond [`MAX_NET_POWER`].
 pub fn power_out_of_range(q: f64) -> String {
     format!("{q:e} is out of range; give watts of a modulus up to {MAX_NET_POWER:e}")
 }
 
-/// The fraction of the black emissive power in each band.
+/// The fraction of the blackbody emissive power in each band.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum BandFractions {
     /// Each band holds the whole emission: the three bands are equal.
     #[default]
     Grey,
     /// Polynomials a_b(T) = Σ_k c_k T^k in kelvin, constant outside a range.
-    Weights {
+    GreyGases {
         /// c_0, c_1, … of each band.
         coefficients: PerBand<Vec<f64>>,
         /// Range of validity, K; twice the same number for constants.
@@ -119,7 +119,7 @@ impl BandFractions {
     /// assert_eq!(fractions.total(Bands::from_rgb([1.0, 2.0, 3.0])), 6.0);
     /// ```
     pub fn constant(fractions: Bands) -> BandFractions {
-        BandFractions::Weights {
+        BandFractions::GreyGases {
             coefficients: fractions.map_to(|s| vec![s]),
             range: [1.0, 1.0],
             allow_partial: false,
@@ -133,12 +133,12 @@ impl BandFractions {
     pub fn is_constant(&self) -> bool {
         match self {
             BandFractions::Grey => true,
-            BandFractions::Weights { coefficients, .. } => coefficients.iter().all(|c| c.len() == 1),
+            BandFractions::GreyGases { coefficients, .. } => coefficients.iter().all(|c| c.len() == 1),
         }
     }
     /// a_b and da_b/dT (1/K) at `t` kelvin.
     fn fractions_and_slopes(&self, t: f64) -> [Bands; 2] {
-        let BandFractions::Weights { coefficients, range, .. } = self else {
+        let BandFractions::GreyGases { coefficients, range, .. } = self else {
             return [Bands::ONE, Bands::ZERO];
         };
         let inside = t > range[0] && t < range[1];
@@ -151,13 +151,13 @@ impl BandFractions {
         [Bands::from_fn(value), if inside { Bands::from_fn(slope) } else { Bands::ZERO }]
     }
     /// The fraction of each band at `t` kelvin.
-    pub fn weights(&self, t: f64) -> Bands {
+    pub fn grey_gas_weights(&self, t: f64) -> Bands {
         self.fractions_and_slopes(t)[0]
     }
-    /// w_b of a black emissive power `e`, W/m², and dw_b/de.
+    /// w_b of a blackbody emissive power `e`, W/m², and dw_b/de.
     pub fn emissive_powers(&self, e: f64) -> [Bands; 2] {
         if self.is_constant() {
-            let a = self.weights(0.0);
+            let a = self.grey_gas_weights(0.0);
             return [a * e, a];
         }
         let t = blackbody_temperature(e.max(0.0));
@@ -170,9 +170,9 @@ impl BandFractions {
     }
     /// For each band, whether its fraction is positive at any temperature.
     pub fn emitting_bands(&self) -> PerBand<bool> {
-        let BandFractions::Weights { range, .. } = self else { return PerBand::splat(true) };
+        let BandFractions::GreyGases { range, .. } = self else { return PerBand::splat(true) };
         check_temperatures(*range)
-            .map(|t| self.weights(t))
+            .map(|t| self.grey_gas_weights(t))
             .fold(PerBand::splat(false), |s, a| s.zip_map(a.into(), |s, a: f64| s || a > MIN_BAND_FRACTION))
     }
     /// Validates range, coefficients, signs and sum of the fractions.
@@ -180,7 +180,7 @@ impl BandFractions {
     /// # Errors
     /// If a fraction is negative, or the sum is above 1, or below 1 without `allow_partial`.
     pub fn check(&self) -> Result<(), SceneError> {
-        let BandFractions::Weights { coefficients, range: [from, to], allow_partial } = self else {
+        let BandFractions::GreyGases { coefficients, range: [from, to], allow_partial } = self else {
             return Ok(());
         };
         let key = if self.is_constant() { "thermal.band_fractions" } else { "thermal.weights" };
@@ -194,7 +194,7 @@ impl BandFractions {
             return invalid(key, "a band has no finite coefficients; give c0, c1, … of its polynomial");
         }
         for t in check_temperatures([*from, *to]) {
-            let a = self.weights(t);
+            let a = self.grey_gas_weights(t);
             let sum = a.sum();
             if let Some(b) = Band::all().find(|&b| a[b] < -FRACTION_SUM_TOLERANCE) {
                 let (band, fraction) = (b.index(), a[b]);
@@ -243,7 +243,7 @@ pub struct Thermal {
 }
 
 impl Thermal {
-    /// Radiance of the surroundings, W/(m² sr) a band.
+    /// Radiance of the surroundings, W/(m² sr) per band.
     pub fn surroundings_radiance(&self) -> Bands {
         let e = self.surroundings.map_or(0.0, blackbody_emissive_power);
         self.band_fractions.emissive_powers(e)[0] / std::f64::consts::PI
@@ -256,7 +256,7 @@ mod tests {
 
     #[test]
     fn weights_are_polynomials_constant_outside_their_range() {
-        let smith = BandFractions::Weights {
+        let smith = BandFractions::GreyGases {
             coefficients: PerBand::from_rgb([
                 vec![6.508e-1, -5.551e-4, 3.029e-7, -5.353e-11],
                 vec![-0.2504e-1, 6.112e-4, -3.882e-7, 6.528e-11],
@@ -266,7 +266,7 @@ mod tests {
             allow_partial: true,
         };
         assert!(smith.check().is_ok());
-        let at = |t: f64| smith.weights(t);
+        let at = |t: f64| smith.grey_gas_weights(t);
         assert!((at(1000.0).first() - (0.6508 - 0.5551 + 0.3029 - 0.05353)).abs() < 1e-12);
         assert_eq!(at(300.0), at(600.0));
         // The derivative of a(T) σT⁴ with respect to σT⁴ by a central difference.

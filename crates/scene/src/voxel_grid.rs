@@ -78,7 +78,7 @@ impl VoxelGrid {
         })
     }
 
-    /// Sets one cell: extinction κ (1/m), albedo Ω, black emissive power E (W/m²), volumetric source q (W/m³).
+    /// Sets one cell: extinction κ (1/m), albedo Ω, blackbody emissive power E (W/m²), volumetric source q (W/m³).
     /// Call [`VoxelGrid::seal`] after the last one.
     pub fn set(&mut self, index: usize, extinction: Bands, albedo: Bands, emission: Bands, source: Bands) {
         let len = self.len();
@@ -113,7 +113,7 @@ impl VoxelGrid {
         self.heat = None;
     }
 
-    /// Multiplies emission and source of every cell by a factor a band. Call [`VoxelGrid::seal`] afterwards.
+    /// Multiplies emission and source of every cell by a factor per band. Call [`VoxelGrid::seal`] afterwards.
     pub fn scale_sources(&mut self, factor: Bands) {
         let scaled = |v: Bands| v * factor;
         for values in [&mut self.emission, &mut self.source] {
@@ -269,7 +269,7 @@ impl VoxelGrid {
     pub fn albedo(&self, index: usize) -> Bands {
         self.albedo.get(index)
     }
-    /// Black emissive power E of a cell, W/m².
+    /// Blackbody emissive power E of a cell, W/m².
     pub fn emission(&self, index: usize) -> Bands {
         self.emission.get(index)
     }

@@ -1,4 +1,4 @@
-//! Sample points of the free part of a voxel that walls cut, eight bytes each.
+//! Sample points of the part outside solids of a voxel that walls cut, eight bytes each.
 //!
 //! A voxel is divided into [`SUBCELLS`]³ sub-cells. Each sub-cell with free space in the part has one sample: a point on a lattice of
 //! 2¹⁶ positions along each edge of the sub-cell, and its weight, a fraction of the sub-cell's volume in steps of 2⁻¹⁶. A mask of 64 bits

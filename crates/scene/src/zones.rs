@@ -14,7 +14,7 @@ pub struct Patch {
     pub facet: usize,
     /// Index of its surface.
     pub surface: usize,
-    /// Geometry; the front is the side that exchanges.
+    /// Geometry; the front is the side that takes part in the exchange.
     pub plate: Plate,
     /// Unit normal of that side.
     pub normal: Vec3,
@@ -26,7 +26,7 @@ pub struct Patch {
     pub emission: Bands,
 }
 
-/// A volume zone: the free part of a voxel, or one of the parts into which walls divide it.
+/// A volume zone: the part of a voxel outside solids, or one of the parts into which walls divide it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VoxelZone {
     /// Index of the cell in the voxel grid.
@@ -41,7 +41,7 @@ pub struct VoxelZone {
     pub extinction: Bands,
     /// Scattering albedo Ω.
     pub albedo: Bands,
-    /// Black emissive power E, W/m².
+    /// Blackbody emissive power E, W/m².
     pub emission: Bands,
     /// Volumetric source q, W/m³.
     pub source: Bands,
@@ -64,7 +64,7 @@ pub struct PaneZone {
     pub extinction: Bands,
     /// Scattering albedo Ω.
     pub albedo: Bands,
-    /// Black emissive power E, W/m².
+    /// Blackbody emissive power E, W/m².
     pub emission: Bands,
 }
 
@@ -99,7 +99,7 @@ impl Zones {
     pub fn len(&self) -> usize {
         self.patches.len() + self.voxels.len() + self.panes.len()
     }
-    /// True without any zone.
+    /// True if there are no zones.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -112,7 +112,7 @@ impl Zones {
         self.patches.len() + self.voxels.len()
     }
     /// The voxel zones of a cell, as indices into `voxels`.
-    pub fn of_cell(&self, cell: usize) -> std::ops::Range<usize> {
+    pub fn voxel_zones_of_cell(&self, cell: usize) -> std::ops::Range<usize> {
         if self.cell_starts.is_empty() {
             return 0..0;
         }

@@ -92,7 +92,7 @@ fn bands_are_ordered_indices() {
     let all: Vec<Band> = Band::all().collect();
     assert!(all.is_sorted() && all.len() == Band::count());
     assert_eq!(all.iter().collect::<HashSet<_>>().len(), all.len());
-    assert_eq!(Band::all().rev().next().map(Band::index), Some(Band::count() - 1));
+    assert_eq!(Band::all().next_back().map(Band::index), Some(Band::count() - 1));
     assert_eq!(Band::new(Band::count()), None);
     let mut b = Bands::ZERO;
     b[all[1]] = 5.0;

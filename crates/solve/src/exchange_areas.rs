@@ -72,7 +72,7 @@ impl AreaMatrices {
     #[must_use]
     pub fn largest_row_defect(&self) -> f64 {
         let rows = self.closure.len();
-        let n = if rows == 0 { 0 } else { self.areas.len() / rows };
+        let n = self.areas.len().checked_div(rows).unwrap_or(0);
         (0..rows).filter(|&k| self.closure[k] > 0.0).fold(0.0f64, |worst, k| {
             let sum: f64 = self.areas[k * n..(k + 1) * n].iter().sum();
             worst.max((sum / self.closure[k] - 1.0).abs())

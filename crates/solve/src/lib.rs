@@ -27,9 +27,8 @@
 //! | [`relight`] | scaled lights in a finished solution |
 //! | [`exchange_areas`] | direct and total exchange areas of all pairs, as matrices |
 //! | [`total_exchange_areas`] | exchange areas with all reflections |
-//! | `checkpoint`, [`solve_context`], `zone_power`, `unobstructed_cells` | shared data and helpers |
+//! | `stage_codec`, [`solve_context`], `zone_power`, `unobstructed_cells` | shared data and helpers |
 
-mod checkpoint;
 mod cluster;
 pub mod dense;
 pub mod direct_light;
@@ -49,6 +48,7 @@ pub mod settings;
 mod solution_fields;
 pub mod solve_context;
 pub mod spectral;
+mod stage_codec;
 pub mod surroundings;
 pub mod thermal;
 pub mod total_exchange_areas;

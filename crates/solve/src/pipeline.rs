@@ -123,7 +123,7 @@ fn solve_equations(
     // Compute the direct light by shadow rays, except for emitters whose light follows from exchange areas.
     let shadow_rays = |l: usize| illuminate_stage(scene, zones, transport, l, settings);
     let emitters = EmitterExchange::of(scene, zones, engine, pair_settings);
-    let direct = DirectLight { lights: lights_by_shadow_rays(scene, &emitters, &shadow_rays)? };
+    let direct = DirectLight { lights: lights_by_shadow_rays(scene, &emitters, shadow_rays)? };
     // Sample the surroundings.
     let mut exterior = measure_surroundings(scene, zones, transport, engine, settings)?;
     // Choose the right-hand sides.

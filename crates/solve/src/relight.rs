@@ -43,7 +43,7 @@ pub fn check(groups: &[LightGroup], wanted: &[(String, Bands)]) -> Result<(), Sc
     factors(groups, wanted).map(|_| ())
 }
 
-/// The solution with the light groups of `wanted` scaled by a factor a band.
+/// The solution with the light groups of `wanted` scaled by a factor per band.
 ///
 /// # Errors
 /// For unknown, repeated or extinguished groups, and for factors that are negative or not finite.

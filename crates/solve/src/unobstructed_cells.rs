@@ -31,7 +31,7 @@ impl<'a> UnobstructedCells<'a> {
         let dims = grid.dims();
         let stride = [dims[1] * dims[2], dims[2], 1];
         let whole = |cell: usize| {
-            let of = zones.of_cell(cell);
+            let of = zones.voxel_zones_of_cell(cell);
             (of.len() == 1 && zones.voxels[of.start].samples.is_empty()).then(|| &zones.voxels[of.start])
         };
         let bits = |z: &VoxelZone| {
@@ -68,7 +68,7 @@ impl<'a> UnobstructedCells<'a> {
         let rows = (0..side * side).map(move |n| {
             let (x, y) = (n / side, n % side);
             let cell = grid.index([c[0] + x - reach, c[1] + y - reach, c[2] - reach]);
-            let of = zones.of_cell(cell);
+            let of = zones.voxel_zones_of_cell(cell);
             let offset = [x as i32 - reach as i32, y as i32 - reach as i32];
             CellRow { zones: of.start..of.start + if of.len() == 1 { side } else { 0 }, offset }
         });

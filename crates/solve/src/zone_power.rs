@@ -7,25 +7,25 @@ use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::{Bands, Zones};
 
-/// Intercepted power of zone `i` over its incident field, m² a band: the area of a patch, κV of a volume zone.
+/// Intercepted power of zone `i` per unit incident field, m² per band: the area of a patch, κV of a volume zone.
 pub(crate) fn interception_area(zones: &Zones, i: usize) -> Bands {
     let measure = zones.response(i).1;
     scaled_radiosity_coefficient(zones, i) * measure
 }
 
-/// Absorbed power of zone `i` over its incident field, m² a band: (1 − ρ) A of a patch, κ (1 − Ω) V of a volume zone.
+/// Absorbed power of zone `i` per unit incident field, m² per band: (1 − ρ) A of a patch, κ (1 − Ω) V of a volume zone.
 pub(crate) fn absorption_area(zones: &Zones, i: usize) -> Bands {
-    let (intercepted, back) = (interception_area(zones, i), reflected_fraction(zones, i));
-    (1.0 - back) * intercepted
+    let (intercepted, reflected) = (interception_area(zones, i), reflected_fraction(zones, i));
+    (1.0 - reflected) * intercepted
 }
 
 /// Reflected or scattered fraction of the intercepted power of zone `i`: ρ of a patch, Ω of a volume zone, whose response is Ω/4.
 pub(crate) fn reflected_fraction(zones: &Zones, i: usize) -> Bands {
-    let parts = if i < zones.voxel_offset() { 1.0 } else { 4.0 };
-    parts * zones.response(i).0
+    let fluence_factor = if i < zones.voxel_offset() { 1.0 } else { 4.0 };
+    fluence_factor * zones.response(i).0
 }
 
-/// Absorbed power of all zones for an incident field (W/m²), W a band.
+/// Absorbed power of all zones for an incident field (W/m²), W per band.
 pub(crate) fn absorbed_power(zones: &Zones, field: impl Fn(usize) -> Bands + Sync) -> Bands {
     multivector::sum(zones.len(), |i| {
         let (a, h) = (absorption_area(zones, i), field(i));
@@ -39,7 +39,8 @@ pub(crate) fn closure_targets(zones: &Zones) -> Vec<f64> {
     (0..zones.len()).into_par_iter().map(|i| closure_target(zones, i)).collect()
 }
 
-/// Weights w of all zones in s = s⁰ + w g s: c ρ/A of a patch, c Ω/(4V) of a volume zone.
+/// Weights w of all zones in s = s⁰ + w g s: c ρ/A of a patch, c Ω/(4V) of a volume zone, with s = c B the scaled radiosity, s⁰ its emitted
+/// part, g the exchange factors, and c = 1 for a patch, κ for a volume zone.
 pub(crate) fn reflection_weights(zones: &Zones) -> Vec<Bands> {
     let one = |i: usize| {
         let (c, (rho, measure)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));

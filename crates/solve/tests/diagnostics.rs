@@ -51,9 +51,13 @@ fn reached_maximum_of_iterations_is_reported_once() {
     );
     for (s, balance) in [(light, "energy balance is off"), (heat, "heat balance is off")] {
         assert_eq!(s.report.status, PerBand::splat(SolveStatus::MaxIterations));
-        let told = notes(&s, "more");
+        let told = notes(&s, "max_iterations");
         assert_eq!(told.len(), 1, "{:?}", s.report.warnings);
-        assert!(told[0].contains("ran out of steps") && told[0].contains("max_iterations"), "{}", told[0]);
+        assert!(
+            told[0].contains("maximum number of iterations") && told[0].contains("max_iterations"),
+            "{}",
+            told[0]
+        );
         assert_eq!((notes(&s, "balance").len(), notes(&s, balance)), (1, told));
     }
 }

@@ -28,8 +28,8 @@ const FOG: &str = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[5,5,5]\nextinction
 const BLOCK: &str = "[[surface]]\nname=\"block\"\nbox={min=[0.3,0.25,0],max=[0.62,0.55,0.47],rotate_z_degrees=27}\nreflectance=0.5\n";
 const PANE: &str =
     "[[pane]]\npolygon=[[0,1,0],[1,1,0],[1,1,1],[0,1,1]]\nthickness=0.01\nextinction=[10,80,0]\nalbedo=0.2\n";
-const SUN: &str = "[[light]]\nkind=\"sun\"\ndirection=[0.3,-1,-0.6]\nirradiance=100\n";
-const SKY: &str = "[[light]]\nkind=\"sky\"\nradiance=2\n";
+const SUN: &str = "[[light]]\nname=\"sun\"\nkind=\"sun\"\ndirection=[0.3,-1,-0.6]\nirradiance=100\n";
+const SKY: &str = "[[light]]\nname=\"sky\"\nkind=\"sky\"\nradiance=2\n";
 const LAMP: &str = "[[surface]]\nname=\"lamp\"\nrectangle={origin=[0.4,0.4,0.99],edge1=[0,0.2,0],edge2=[0.2,0,0]}\nemission=10\nreflectance=0.1\n";
 const LAMP_LIGHT: &str = "[[light]]\nkind=\"emitter\"\nsurface=\"lamp\"\n";
 

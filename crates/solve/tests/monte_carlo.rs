@@ -82,7 +82,7 @@ fn on_faces(s: &Solution, name: &str, origin: [f64; 3], size: [f64; 3], n: usize
 fn in_cells(s: &Solution) -> Vec<f64> {
     (0..s.scene.voxel_grid().unwrap().len())
         .map(|c| {
-            let zones = s.zones.of_cell(c);
+            let zones = s.zones.voxel_zones_of_cell(c);
             let volume: f64 = zones.clone().map(|z| s.zones.voxels[z].volume).sum();
             let sum: f64 = zones
                 .map(|z| s.zones.voxels[z].volume * s.fields.incident[s.zones.voxel_offset() + z].first())

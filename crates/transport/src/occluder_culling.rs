@@ -4,7 +4,7 @@
 //! stays in that half-space, so it can touch the facet but not cross it. The walls of a convex room are of that kind, unless the
 //! voxel grid extends beyond them.
 //!
-//! Each distinct plane is tested once: first against the extreme points of the scene in 26 directions, then against the tree over
+//! Each distinct plane is tested once: first against the extreme points of the scene in 26 directions, then against the BVH of
 //! the facets.
 
 use crate::bvh::Bvh;
@@ -14,10 +14,15 @@ use std::collections::HashMap;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Plate, Scene};
 
-/// For each plate: whether the scene has parts on both sides of its plane. `facets` is the tree over all facets.
-pub(crate) fn divides_scene(scene: &Scene, plates: &[Plate], facets: &Bvh, tol: &Tolerance) -> Vec<bool> {
+/// For each plate: whether the scene has parts on both sides of its plane. `facets` is the BVH of the facets.
+pub(crate) fn planes_dividing_scene(
+    scene: &Scene,
+    plates: &[Plate],
+    facets: &Bvh,
+    tol: &Tolerance,
+) -> Vec<bool> {
     let extra = pane_and_grid_corners(scene);
-    let probe = extreme_points(scene, &extra);
+    let extreme = extreme_points(scene, &extra);
     // Collect the distinct planes: tessellated walls share few.
     let mut planes: Vec<(Vec3, f64)> = Vec::new();
     let mut plane_index: HashMap<[i64; 4], usize> = HashMap::new();
@@ -39,13 +44,13 @@ pub(crate) fn divides_scene(scene: &Scene, plates: &[Plate], facets: &Bvh, tol: 
     let divides: Vec<bool> = planes
         .par_iter()
         .map(|&(n, c)| {
-            let reaches_above = |n: Vec3, c: f64| {
+            let has_points_above = |n: Vec3, c: f64| {
                 let is_above = |x: &Vec3| n.dot(*x) - c > tol.plane;
-                probe.iter().any(is_above)
+                extreme.iter().any(is_above)
                     || extra.iter().any(is_above)
-                    || facets.reaches_above(n, c, tol.plane)
+                    || facets.has_points_above(n, c, tol.plane)
             };
-            reaches_above(n, c) && reaches_above(-n, -c)
+            has_points_above(n, c) && has_points_above(-n, -c)
         })
         .collect();
     plane_of_plate.into_iter().map(|k| divides[k]).collect()
@@ -73,19 +78,19 @@ fn pane_and_grid_corners(scene: &Scene) -> Vec<Vec3> {
 /// The extreme points of the scene in 26 directions. They alone show that most interior facets divide the scene.
 fn extreme_points(scene: &Scene, extra: &[Vec3]) -> Vec<Vec3> {
     let mut best = vec![(f64::NEG_INFINITY, Vec3::ZERO); 27];
-    let mut offer = |x: Vec3| {
+    let mut update = |x: Vec3| {
         for (k, b) in best.iter_mut().enumerate() {
             let d = [k / 9, k / 3 % 3, k % 3].map(|i| i as f64 - 1.0);
-            let reach = x.dot(Vec3::from_array(d));
-            if reach > b.0 {
-                *b = (reach, x);
+            let projection = x.dot(Vec3::from_array(d));
+            if projection > b.0 {
+                *b = (projection, x);
             }
         }
     };
     for f in scene.facets() {
         let (x, n) = f.plate.corners();
-        x[..n].iter().for_each(|x| offer(*x));
+        x[..n].iter().for_each(|x| update(*x));
     }
-    extra.iter().for_each(|x| offer(*x));
+    extra.iter().for_each(|x| update(*x));
     best.into_iter().map(|b| b.1).collect()
 }

@@ -91,7 +91,7 @@ impl<'a> Transport<'a> {
 
         let interior = |list: &[(u32, Plate)]| {
             let plates: Vec<Plate> = list.iter().map(|x| x.1).collect();
-            let divides = occluder_culling::divides_scene(scene, &plates, &facets, &tolerance);
+            let divides = occluder_culling::planes_dividing_scene(scene, &plates, &facets, &tolerance);
             let kept: Vec<(u32, Plate)> = list.iter().zip(divides).filter(|x| x.1).map(|x| *x.0).collect();
             (kept.len() < list.len()).then(|| Bvh::new(&kept, bounds))
         };
@@ -189,7 +189,7 @@ impl<'a> Transport<'a> {
     /// The volume zone, an index into `zones.voxels`, that holds point `p` of a cell. Where walls divide the cell: the zone of the
     /// nearest sample that `p` sees.
     pub fn volume_zone_at(&self, zones: &Zones, cell: usize, p: Vec3) -> Option<usize> {
-        let range = zones.of_cell(cell);
+        let range = zones.voxel_zones_of_cell(cell);
         if range.len() <= 1 {
             return range.into_iter().next();
         }

@@ -15,7 +15,7 @@ fn zones(s: &Scene) -> Zones {
     if let Some(map) = s.voxel_grid() {
         assert_eq!(z.cell_starts.len(), map.len() + 1);
         for c in 0..map.len() {
-            for i in z.of_cell(c) {
+            for i in z.voxel_zones_of_cell(c) {
                 let v = &z.voxels[i];
                 assert_eq!(v.cell, c);
                 assert_eq!(map.cell_at(v.centre), Some(map.coordinates(c)));
@@ -99,7 +99,7 @@ fn solids_reduce_the_volume_of_zones() {
     let s = furnished(solid("block"), &block, Some(fog(8, 1.0)));
     let z = zones(&s);
     assert_eq!(z.voxels.len(), 512 - 64);
-    assert!(z.of_cell(s.voxel_grid().unwrap().index([3, 3, 3])).is_empty());
+    assert!(z.voxel_zones_of_cell(s.voxel_grid().unwrap().index([3, 3, 3])).is_empty());
     // Off the grid, axis-aligned: exact except at the edges. Oblique: to one per cent.
     for (angle, bound) in [(0.0, 1e-4), (0.5, 1e-3), (1.0, 1e-3)] {
         let centre = vec3(0.5, 0.48, 0.52);

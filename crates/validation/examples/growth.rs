@@ -120,10 +120,10 @@ fn draw(rows: &[GrowthRow], name: &str, path: &Path) -> Result<(), Box<dyn std::
         let (x, y) = points.first().copied().unwrap_or((1.0, 1.0));
         points.iter().map(|p| (p.0, y * (p.0 / x).powf(MAX_GROWTH_PER_DOUBLING.log2()))).collect()
     };
-    p.add("processor time, s", SeriesMark::Line, 0, time.clone())
-        .add("peak memory, 10 MB", SeriesMark::Line, 1, memory.clone())
-        .add("rays a zone", SeriesMark::Line, 2, curve(rows, |r| r.rays, 1.0))
-        .add("links a zone", SeriesMark::Line, 3, curve(rows, |r| r.links, 1.0))
+    p.add("processor time, s", SeriesMark::LineWithPoints, 0, time.clone())
+        .add("peak memory, 10 MB", SeriesMark::LineWithPoints, 1, memory.clone())
+        .add("rays a zone", SeriesMark::LineWithPoints, 2, curve(rows, |r| r.rays, 1.0))
+        .add("links a zone", SeriesMark::LineWithPoints, 3, curve(rows, |r| r.links, 1.0))
         .add("×2.1 where zones double", SeriesMark::Dashed, 7, bound(&time))
         .add("", SeriesMark::Dashed, 7, bound(&memory));
     Ok(p.write(path).map_err(|e| e.to_string())?)

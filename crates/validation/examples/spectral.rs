@@ -97,9 +97,9 @@ fn draw(rows: &[SpectralTiming], path: &Path) -> Result<(), Box<dyn std::error::
         Plot::new("The spectral engine: a cube of n³ voxels and its walls", "zones", "s, GB", LOG_LOG);
     p.legend = LegendPlacement::LowerRight;
     let curve = |of: &dyn Fn(&SpectralTiming) -> f64| rows.iter().map(|r| (r.zones, of(r))).collect();
-    p.add("wall time of the command, s", SeriesMark::Line, 0, curve(&|r| r.took[0]))
+    p.add("wall time of the command, s", SeriesMark::LineWithPoints, 0, curve(&|r| r.took[0]))
         .add("its floor: transforms alone, s", SeriesMark::Dashed, 0, curve(&|r| r.floor[0]))
-        .add("peak memory, GB", SeriesMark::Line, 1, curve(&|r| r.took[2] / 1e3))
+        .add("peak memory, GB", SeriesMark::LineWithPoints, 1, curve(&|r| r.took[2] / 1e3))
         .add(
             "its floor: one spectrum, the solution, GB",
             SeriesMark::Dashed,

@@ -31,7 +31,7 @@
 //! | [`prelude`] | everything that most programs need |
 //! | [`Scene::builder`](prelude::SceneBuilder) | scenes from arrays: [`Mesh`](prelude::Mesh), [`Medium`](prelude::Medium), [`Sun`](prelude::Sun), … |
 //! | [`Solver`] | tolerance, engine, memory limit, checkpoint, progress |
-//! | [`Solution`](prelude::Solution) | radiosity, irradiance, fluence and their errors on all zones; [results by name](prelude::SurfaceResult); the report |
+//! | [`Solution`] | radiosity, irradiance, fluence and their errors on all zones; [results by name](prelude::SurfaceResult); the report |
 //! | [`ExchangeAreas`](prelude::ExchangeAreas) | direct and total exchange areas with error radii |
 //! | [`relight()`] | other strengths of the lights, without another solve |
 //! | [`render`] | pictures |

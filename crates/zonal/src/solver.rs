@@ -70,22 +70,22 @@ impl<'a> Solver<'a> {
         self
     }
 
-    /// Sets whether a second solve estimates the error of the finite zones; by default it does for scenes of heat.
+    /// Sets whether a second solve estimates the error of the finite zones; by default it does for thermal scenes.
     #[must_use]
     pub fn discretization_error(mut self, estimated: bool) -> Solver<'a> {
         self.options.discretization_error = Some(estimated);
         self
     }
 
-    /// Sets the memory limit; 12 GiB.
+    /// Sets the memory limit, 12 GiB by default.
     #[must_use]
     pub fn memory_limit(mut self, limit: Bytes) -> Solver<'a> {
         self.memory_limit = limit.0;
         self
     }
 
-    /// Keeps finished stages in a folder. A solve of the same scene that was interrupted continues from there and ends with the same bits; the
-    /// folder is removed when the solve is complete.
+    /// Keeps finished stages in a folder. A solve of the same scene that was interrupted continues from there and gives a bitwise identical
+    /// result; the folder is removed when the solve is complete.
     #[must_use]
     pub fn checkpoint(mut self, folder: impl Into<PathBuf>) -> Solver<'a> {
         self.checkpoint = Some(folder.into());
@@ -105,12 +105,11 @@ impl<'a> Solver<'a> {
     /// If an option is out of range, the engine does not apply, the solve would exceed the memory limit, or the checkpoint cannot be written.
     pub fn solve(&self) -> Result<Solution, Error> {
         let scene = self.scene.clone().with_options(self.options.clone())?;
-        let folder = self
-            .checkpoint
-            .as_ref()
-            .map(|path| CheckpointFolder::new(path, CheckpointKeys::of_solve(&scene, "Exact")));
+        let folder = self.checkpoint.as_ref().map(|path| {
+            CheckpointFolder::new(path, CheckpointKeys::of_solve(&scene, CheckpointKeys::EXACT_METHOD))
+        });
         if let Some(folder) = &folder {
-            if folder.state() != CheckpointState::Same {
+            if folder.state() != CheckpointState::Matching {
                 folder.remove();
             }
             folder.begin()?;

@@ -13,7 +13,7 @@ Every key of a scene file, with type, unit and default. `zonal keys --markdown` 
 - *bands* is one number for all three bands, or a list `[r, g, b]`.
 - `NAME[]` stands for the entries of a list of tables, `[[NAME]]` in TOML. Capitals stand for a name that the scene chooses.
 - A default of *required* marks a key without a default. An empty default means that the property is absent.
-- An unknown key is an error. A former name is read with a warning; `zonal migrate SCENE.toml --write` replaces it.
+- An unknown key is an error. A former name is read with a note; `zonal migrate SCENE.toml --write` replaces it.
 ";
 
 /// Print the reference of all keys of scene files.

@@ -134,13 +134,13 @@ fn solve_again(
     let folder = CheckpointFolder::new(&path_beside(&args.run, "factors"), keys);
     let place = folder.path().display().to_string();
     match folder.factors_state() {
-        CheckpointState::Same => {}
-        CheckpointState::Nothing => {
+        CheckpointState::Matching => {}
+        CheckpointState::Empty => {
             return Err(Failure::new(format!(
                 "{place}: there are no factors; solve the scene with --keep-factors"
             )));
         }
-        CheckpointState::Other => {
+        CheckpointState::Mismatched => {
             return Err(Failure::new(format!(
                 "{place}: these factors belong to other lights, another scene or another version; solve the scene again with --keep-factors"
             )));

@@ -26,7 +26,7 @@ pub struct Args {
     /// Closure of the row sums of the exchange areas [default: that of the scene, else restore in thermal mode and measure in light mode].
     #[arg(long, value_name = "MODE")]
     pub closure: Option<ClosureMode>,
-    /// Formula of the exchange factor of two voxels; those of the paper serve comparisons.
+    /// Formula of the exchange factor of two voxels; the paper's formulas are for comparison.
     #[arg(long, value_enum, default_value_t = VoxelFactors::Exact, value_name = "FORMULA")]
     pub factors: VoxelFactors,
     /// Memory limit, GB: of the exchange areas with the dense engine, of the whole solve with the others. Less memory means fewer rays and larger errors.
@@ -79,7 +79,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let scene = zonal_io::input::read_scene(&args.scene)?;
     let scene = with_options(scene, args)?;
     let uses_checkpoint = args.checkpoint.is_some() || args.resume || args.keep_factors;
-    let folder = if uses_checkpoint { Some(open_checkpoint(&scene, args)?) } else { None };
+    let folder = if uses_checkpoint { Some(resume_or_begin_checkpoint(&scene, args)?) } else { None };
     // Solve it.
     let progress = context.progress();
     let settings = SolveSettings {
@@ -115,13 +115,13 @@ fn with_options(scene: Scene, args: &Args) -> Result<Scene, Failure> {
 }
 
 /// The folder of the checkpoint: with its stages if `--resume` is given and they belong to this scene, else empty.
-fn open_checkpoint(scene: &Scene, args: &Args) -> Result<CheckpointFolder, Failure> {
+fn resume_or_begin_checkpoint(scene: &Scene, args: &Args) -> Result<CheckpointFolder, Failure> {
     let named = args.checkpoint.clone().flatten();
     let path = named.unwrap_or_else(|| path_beside(&args.output, "checkpoint"));
     let folder = CheckpointFolder::new(&path, checkpoint_keys(scene, args.factors.pair_settings()));
     match folder.state() {
-        CheckpointState::Same if args.resume => {}
-        CheckpointState::Other if args.resume => {
+        CheckpointState::Matching if args.resume => {}
+        CheckpointState::Mismatched if args.resume => {
             note(&format!(
                 "{}: this checkpoint belongs to another scene, other options or another version; starting from the beginning",
                 path.display()

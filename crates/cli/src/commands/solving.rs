@@ -20,7 +20,7 @@ pub fn solve_and_hash(scene: Scene, settings: &SolveSettings) -> Result<Solution
 /// Identity of the stages of a scene in a checkpoint: version of the program, hash of the scene, formula of voxel pairs.
 #[must_use]
 pub fn checkpoint_keys(scene: &Scene, settings: PairSettings) -> CheckpointKeys {
-    let factors = settings.volume_factors.map_or("Exact", |m| m.name());
+    let factors = settings.volume_factors.map_or(CheckpointKeys::EXACT_METHOD, |m| m.name());
     let key = |hash: String| format!("zonal {} {hash} {factors}", env!("CARGO_PKG_VERSION"));
     CheckpointKeys { whole: key(output::scene_hash(scene)), factors: key(output::factors_hash(scene)) }
 }

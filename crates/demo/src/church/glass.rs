@@ -5,9 +5,9 @@
 //! medallions. Cames are strips along the lines of the grid, a few millimetres in front of the glass.
 
 use super::arch::PointedArch;
+use super::convex_polygons::{Point2, clip_segment, difference, intersection};
 use super::model::{ChurchMaterial, ChurchModel};
 use super::plan::ChurchPlan;
-use super::plane::{PlanePoint, clip_segment, difference, intersection};
 use super::wall::{WallFrame, WallOpening, reveal};
 use std::f64::consts::TAU;
 use zonal_scene::Bands;
@@ -78,7 +78,7 @@ fn section(half_depth: f64, half_breadth: f64) -> [[f64; 2]; 6] {
 fn bar(
     m: &mut ChurchModel,
     frame: &WallFrame,
-    line: &[PlanePoint],
+    line: &[Point2],
     stuff: ChurchMaterial,
     depth: f64,
     section: &[[f64; 2]],
@@ -91,7 +91,7 @@ fn bar(
 fn ring(
     m: &mut ChurchModel,
     frame: &WallFrame,
-    at: PlanePoint,
+    at: Point2,
     (radius, pieces): (f64, usize),
     section: &[[f64; 2]],
 ) {
@@ -99,7 +99,7 @@ fn ring(
         let (sin, cos) = (TAU * k as f64 / pieces as f64).sin_cos();
         [at[0] + radius * cos, at[1] + radius * sin]
     };
-    let line: Vec<PlanePoint> = (0..pieces).map(point).chain([point(0)]).collect();
+    let line: Vec<Point2> = (0..pieces).map(point).chain([point(0)]).collect();
     bar(m, frame, &line, ChurchMaterial::Dressed, GLASS_DEPTH, section);
 }
 
@@ -179,8 +179,7 @@ impl ChurchWindow<'_> {
             &thick,
         );
         for c in centres {
-            let line: Vec<PlanePoint> =
-                sub.points().into_iter().map(|[x, z]| [c + x, self.spring + z]).collect();
+            let line: Vec<Point2> = sub.points().into_iter().map(|[x, z]| [c + x, self.spring + z]).collect();
             bar(m, &self.frame, &line, ChurchMaterial::Dressed, GLASS_DEPTH, &section(0.07, 0.04));
         }
         let middle = [self.centre, self.spring + lift];
@@ -200,7 +199,7 @@ impl ChurchWindow<'_> {
     }
 
     /// A grid of cells: a border column on each side, an odd number between.
-    fn glaze(&self, m: &mut ChurchModel, region: &[PlanePoint], centre: f64, foot: f64, half: f64) {
+    fn glaze(&self, m: &mut ChurchModel, region: &[Point2], centre: f64, foot: f64, half: f64) {
         let border = 0.5 * self.cell;
         let inner = 2.0 * (half - border);
         let fields = (((inner / self.cell - 1.0) * 0.5).round().max(0.0) as usize) * 2 + 1;
@@ -241,12 +240,12 @@ impl ChurchWindow<'_> {
         }
     }
 
-    fn pane(&self, m: &mut ChurchModel, cell: &[PlanePoint], hue: usize) {
+    fn pane(&self, m: &mut ChurchModel, cell: &[Point2], hue: usize) {
         let corners: Vec<_> = cell.iter().map(|p| self.frame.at(p[0], p[1], GLASS_DEPTH)).collect();
         m.polygon(ChurchMaterial::Glass(hue), &corners, corners[0] + self.frame.inward);
     }
 
-    fn came(&self, m: &mut ChurchModel, region: &[PlanePoint], a: PlanePoint, b: PlanePoint) {
+    fn came(&self, m: &mut ChurchModel, region: &[Point2], a: Point2, b: Point2) {
         match clip_segment(region, a, b) {
             Some((p, q)) if self.leaded => came(m, &self.frame, p, q),
             _ => {}
@@ -267,7 +266,7 @@ impl ChurchWindow<'_> {
 }
 
 /// A strip of lead on both sides of the line from `p` to `q`, before the glass.
-fn came(m: &mut ChurchModel, frame: &WallFrame, p: PlanePoint, q: PlanePoint) {
+fn came(m: &mut ChurchModel, frame: &WallFrame, p: Point2, q: Point2) {
     let length = ((q[0] - p[0]).powi(2) + (q[1] - p[1]).powi(2)).sqrt();
     if length < 0.04 {
         return;
@@ -276,7 +275,7 @@ fn came(m: &mut ChurchModel, frame: &WallFrame, p: PlanePoint, q: PlanePoint) {
         (q[0] - p[0]) / length * CAME_HALF_WIDTH_AND_OFFSET.0,
         (q[1] - p[1]) / length * CAME_HALF_WIDTH_AND_OFFSET.0,
     );
-    let corner = |p: PlanePoint, s: f64| {
+    let corner = |p: Point2, s: f64| {
         frame.at(p[0] - s * dz, p[1] + s * dx, GLASS_DEPTH - CAME_HALF_WIDTH_AND_OFFSET.1)
     };
     let strip = [corner(p, -1.0), corner(q, -1.0), corner(q, 1.0), corner(p, 1.0)];
@@ -287,7 +286,7 @@ fn came(m: &mut ChurchModel, frame: &WallFrame, p: PlanePoint, q: PlanePoint) {
 fn wheel(
     m: &mut ChurchModel,
     frame: &WallFrame,
-    c: PlanePoint,
+    c: Point2,
     rings: &[f64],
     (sectors, fine, leaded): (usize, usize, bool),
     hue: impl Fn(usize, usize) -> usize,

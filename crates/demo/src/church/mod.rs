@@ -15,7 +15,7 @@
 //! | `model` | meshes by material, boxes, bodies of revolution, swept bars |
 //! | `body` | these cut flush with the walls they stand at |
 //! | `arch` | pointed arches, vaults, ribs |
-//! | `plane` | convex polygons cut by one another |
+//! | `convex_polygons` | convex polygons cut by one another |
 //! | `wall` | walls with openings |
 //! | `glass` | tracery, panes, cames, the rose |
 //! | `furniture` | columns, benches, altar, candles |
@@ -28,6 +28,7 @@
 
 mod arch;
 mod body;
+mod convex_polygons;
 mod furniture;
 mod glass;
 mod layout;
@@ -35,7 +36,6 @@ mod masonry;
 mod mesh;
 mod model;
 mod plan;
-mod plane;
 mod roof;
 mod scene;
 mod textures;

@@ -107,7 +107,7 @@ fn medium_and_lights(plan: &ChurchPlan, cell: f64) -> String {
     let inner = 0.5 * (NAVE_WALL_OFFSETS.0 + NAVE_WALL_OFFSETS.1);
     format!(
         "
-[medium]                  # the voxmap; what lies outside the walls is empty
+[medium]                  # the voxel grid; what lies outside the walls is empty
 min = [-{x}, -0.1, 0]
 max = [{x}, {y1}, {top}]
 cell_size = {cell}

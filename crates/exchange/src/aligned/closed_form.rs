@@ -26,8 +26,7 @@
 //! - Evaluation: roots 2ε, arguments of arcs 4ε (an arc's condition is at most 1), arcs 4ε, products 3ε, logarithms 4ε absolutely and 4ε
 //!   relatively, s² − y² 4ε of s² + y²: at most 16εP.
 //! - Breakpoints are a relative ε off, each on its own. x ∂x (2Φ) = (x²y/a) atan(y/a) + x b atan(x/b) is at most the arcs' part of P, y alike,
-//! and since
-//!   Φ is homogeneous of degree 2 but for the logarithm, z ∂z (2Φ) is at most 4P. y ∂y (2Ψ) = y s atan + ½ y² ln + ½ y² and
+//!   and since Φ is homogeneous of degree 2 but for the logarithm, z ∂z (2Φ) is at most 4P. y ∂y (2Ψ) = y s atan + ½ y² ln + ½ y² and
 //!   x∂x + ξ∂ξ of 2Ψ = y s atan − ½ s² ln − ½ s² are at most 2P each. Together at most 6εP.
 //! - Sixteen additions, every partial sum below ΣP: 16εΣP. Mass, π and the half: 4ε of the value.
 //!

@@ -22,9 +22,8 @@
 //! M = Π_{j≠k} (c_j + h_j)^{p_j} · (c_k + A)^{p_k} · R^{−q/2} e^{−κ√R}.
 //! ```
 //!
-//! **Rounding.** The rules apply to D ≤ `MAX_SIZE_OVER_DISTANCE`·r as in `moment_series.rs`, so |t| ≥ 0.4 r. A node t = c + hx is within 3ε(|c|
-//! + h) ≤ 4.8 ε r √3 in all, and the geometry adds
-//! 4.4 ε r: 1/|t|^q has q·(33 + 6)ε; numerators (t from the near end, all terms positive) 8ε each; weights, lengths, mass, π: 30ε; sums 3·9ε;
+//! **Rounding.** The rules apply to D ≤ `MAX_SIZE_OVER_DISTANCE`·r as in `moment_series.rs`, so |t| ≥ 0.4 r. A node t = c + hx is within
+//! 3ε(|c| + h) ≤ 4.8 ε r √3 in all, and the geometry adds 4.4 ε r: 1/|t|^q has q·(33 + 6)ε; numerators (t from the near end, all terms positive) 8ε each; weights, lengths, mass, π: 30ε; sums 3·9ε;
 //! the attenuation κ|t|·36ε + 4ε with κ|t| ≤ 1.6 κr. In all (280 + 60 κr)ε, which also covers extents that
 //! differ by two ulp and are taken for equal: 24ε.
 

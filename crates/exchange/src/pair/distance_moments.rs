@@ -8,7 +8,7 @@ use zonal_math::{Bounded, Vec3};
 use zonal_scene::{Plate, Sides};
 
 /// Radius of a plate factor that suffices in any case, relative to the smaller area.
-pub(super) const PLATE_RADIUS_OVER_AREA: f64 = 1e-12;
+pub(super) const PLATE_ERROR_OVER_AREA: f64 = 1e-12;
 /// Thickness of a cuboid's part on one side of a pane, relative to the cuboid, below which the part is left out.
 const MIN_RELATIVE_THICKNESS: f64 = 1e-12;
 
@@ -18,7 +18,7 @@ impl Exchange<'_> {
     /// # Panics
     /// On a zone other than a patch.
     pub fn unobstructed_plates(&self, i: usize, j: usize, tolerance: f64) -> Bounded {
-        self.plates.pair(i, j, tolerance, PLATE_RADIUS_OVER_AREA.max(1e-3 * tolerance)).bounded
+        self.plates.pair(i, j, tolerance, PLATE_ERROR_OVER_AREA.max(1e-3 * tolerance)).bounded
     }
 
     /// The unattenuated factor of two zones other than cut voxels.

@@ -27,7 +27,7 @@ pub struct Exchange<'a> {
     /// κ if every path between two zones lies in one uniform medium (zero in vacuum) without panes.
     pub(super) uniform: Option<Bands>,
     pub(super) occlusion: Occlusion<'a>,
-    /// Extinction varies inside the voxmap, or a pane can stand between two zones: a few rays do not determine the attenuation.
+    /// Extinction varies inside the voxel grid, or a pane can stand between two zones: a few rays do not determine the attenuation.
     pub(super) varied: bool,
     /// Some pane can stand between two zones.
     pub(super) panes_between: bool,
@@ -90,15 +90,15 @@ fn uniform_medium(scene: &Scene, zones: &Zones, transport: &Transport) -> Option
     if transport.has_interior_panes() {
         return None;
     }
-    let Some(map) = scene.voxel_grid() else {
+    let Some(grid) = scene.voxel_grid() else {
         return Some(Bands::ZERO);
     };
-    let kappa = map.uniform_extinction()?;
+    let kappa = grid.uniform_extinction()?;
     if kappa == Bands::ZERO {
         return Some(kappa);
     }
     let slack = Vec3::splat(1e-9 * scene.diagonal());
-    let (lo, hi) = (map.min() - slack, map.max() + slack);
+    let (lo, hi) = (grid.min() - slack, grid.max() + slack);
     let inside = |p: &Plate| {
         let (a, b) = p.bounds();
         a.max(lo) == a && b.min(hi) == b

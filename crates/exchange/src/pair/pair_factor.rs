@@ -7,8 +7,8 @@ use zonal_scene::Bands;
 pub struct PairCounts {
     /// Pairs of axis-aligned zones by exact factors.
     pub aligned: u64,
-    /// Pairs of voxels by a formula of the paper.
-    pub paper: u64,
+    /// Pairs of voxels by a [`VolumeFactorMethod`](crate::pair::VolumeFactorMethod).
+    pub by_volume_method: u64,
     /// Pairs with a plate in a general position.
     pub general: u64,
     /// Pairs whose geometric factor has an estimated radius.
@@ -29,7 +29,7 @@ impl PairCounts {
     /// Adds another count.
     pub fn merge(&mut self, o: PairCounts) {
         self.aligned += o.aligned;
-        self.paper += o.paper;
+        self.by_volume_method += o.by_volume_method;
         self.general += o.general;
         self.estimated += o.estimated;
         self.cut += o.cut;

@@ -1,6 +1,6 @@
 //! The formula of each kind of pair, selected by [`Exchange::pair_in_row`].
 
-use super::distance_moments::PLATE_RADIUS_OVER_AREA;
+use super::distance_moments::PLATE_ERROR_OVER_AREA;
 use super::exchange::Exchange;
 use super::pair_factor::{PairCounts, PairFactor};
 use super::prepared_zone::{PreparedShape, PreparedZone, is_behind, prepared_plate};
@@ -15,7 +15,7 @@ use zonal_scene::{Band, Bands};
 /// A zone whose pairs are computed one after the other.
 pub struct PairRow {
     i: usize,
-    /// The factors that the formula for two voxels computes by rows: 𝓕 with every cell of the voxmap, m⁴.
+    /// The factors that the formula for two voxels computes by rows: 𝓕 with every cell of the voxel grid, m⁴.
     factors: Vec<Bounded>,
 }
 
@@ -30,7 +30,7 @@ impl Exchange<'_> {
     pub fn row(&self, i: usize) -> PairRow {
         let zone = self.prepared.get(i);
         let factors = match (self.settings.volume_factors, &zone.shape, &zone.aligned, self.voxel_grid) {
-            (Some(method), PreparedShape::Voxel, Some(voxel), Some(map)) => method.row(voxel, map),
+            (Some(method), PreparedShape::Voxel, Some(voxel), Some(grid)) => method.row(voxel, grid),
             _ => Vec::new(),
         };
         PairRow { i, factors }
@@ -39,7 +39,7 @@ impl Exchange<'_> {
     /// g_ij of the row's zone i and j ≤ i.
     pub fn pair_in_row(&self, row: &PairRow, j: usize, counts: &mut PairCounts) -> PairFactor {
         let i = row.i;
-        assert!(j <= i, "a row holds the zones up to its own, not zone {j} in row {i}");
+        assert!(j <= i, "column {j} is above the diagonal of row {i}");
         let (a, b) = (&*self.prepared.get(i), &*self.prepared.get(j));
         if i == j {
             return self.self_exchange(i, counts);
@@ -63,9 +63,9 @@ impl Exchange<'_> {
             }
             (PreparedShape::Voxel, PreparedShape::Voxel) => match self.settings.volume_factors {
                 Some(method) => {
-                    counts.paper += 1;
+                    counts.by_volume_method += 1;
                     counts.estimated += 1;
-                    let m = self.at_centres(method, row, j);
+                    let m = self.volume_method_moments(method, row, j);
                     self.attenuated(pair, m, self.uniform, counts)
                 }
                 None => self.patch_or_voxel_pair((i, j), pair, counts),
@@ -75,7 +75,12 @@ impl Exchange<'_> {
     }
 
     /// The factor of two voxels by `method`, all of it at the distance of the centres.
-    fn at_centres(&self, method: &dyn VolumeFactorMethod, row: &PairRow, j: usize) -> DistanceMoments {
+    fn volume_method_moments(
+        &self,
+        method: &dyn VolumeFactorMethod,
+        row: &PairRow,
+        j: usize,
+    ) -> DistanceMoments {
         let (a, b) = (&*self.prepared.get(row.i), &*self.prepared.get(j));
         let distance = (a.centre - b.centre).length();
         let (Some(p), Some(q)) = (&a.aligned, &b.aligned) else { unreachable!("voxels are aligned") };
@@ -118,7 +123,7 @@ impl Exchange<'_> {
         } else {
             counts.general += 1;
             if i < self.zones.voxel_offset() {
-                return self.two_plates((i, j), pair, counts);
+                return self.patch_pair((i, j), pair, counts);
             }
         }
         counts.estimated += u64::from(a.aligned.is_none() || b.aligned.is_none());
@@ -135,9 +140,9 @@ impl Exchange<'_> {
     }
 
     /// Two patches, at least one in a general position: the factor is proved, the moments of its distance are estimated.
-    fn two_plates(&self, (i, j): (usize, usize), pair: ZonePair, counts: &mut PairCounts) -> PairFactor {
+    fn patch_pair(&self, (i, j): (usize, usize), pair: ZonePair, counts: &mut PairCounts) -> PairFactor {
         let ZonePair { a, b, .. } = pair;
-        let factor = self.plates.pair(i, j, self.settings.plate_tolerance, PLATE_RADIUS_OVER_AREA).bounded;
+        let factor = self.plates.pair(i, j, self.settings.plate_tolerance, PLATE_ERROR_OVER_AREA).bounded;
         if self.uniform != Some(Bands::ZERO) {
             let m = DistanceMoments { factor, ..self.distance_moments(a, b) };
             counts.estimated += 1;
@@ -162,7 +167,7 @@ impl Exchange<'_> {
                 let out = PairFactor { value: m.factor.value * t, radius: m.factor.radius * t };
                 self.visible(pair, out, counts)
             }
-            None => self.by_rays(pair, m, counts),
+            None => self.attenuated_along_rays(pair, m, counts),
         }
     }
 
@@ -201,7 +206,8 @@ impl Exchange<'_> {
         }
     }
 
-    /// A thin wall may stand in the middle of a voxel without dividing it.
+    /// Multiplies the exchange `all` of zone `i` with itself by the visible fraction: a thin wall may stand in the middle of a voxel
+    /// without dividing it.
     fn visible_self_exchange(&self, i: usize, all: PairFactor, counts: &mut PairCounts) -> PairFactor {
         let z = &*self.prepared.get(i);
         self.visible(ZonePair { a: z, b: z, seed: self.settings.seed(i, i) }, all, counts)
@@ -215,7 +221,7 @@ impl Exchange<'_> {
     /// Subdivisions of a pane and another zone close to it.
     fn pane_splits(&self, a: &PreparedZone, b: &PreparedZone) -> u32 {
         let plates = [a, b].iter().all(|z| matches!(z.shape, PreparedShape::Plate { .. }));
-        if plates && self.tolerance < RAYS.fine_tolerance { RAYS.pane_edge_splits } else { RAYS.pane_splits }
+        if plates && self.tolerance < RAYS.small_tolerance { RAYS.pane_edge_splits } else { RAYS.pane_splits }
     }
 
     /// A pane and any zone but a cut voxel. The larger plate of a close pair is divided into quarters: paths through the pane vary strongly
@@ -231,7 +237,7 @@ impl Exchange<'_> {
         };
         if !close || splits == 0 {
             let m = self.distance_moments(a, b);
-            return self.by_rays(pair, m, counts);
+            return self.attenuated_along_rays(pair, m, counts);
         }
         let mut sum = PairFactor::default();
         for (k, quarter) in plate.quarters().into_iter().enumerate() {

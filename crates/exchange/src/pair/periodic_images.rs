@@ -36,10 +36,10 @@ type GridPosition = ([usize; 3], Option<(usize, usize)>);
 impl PeriodicFactors {
     /// The factors of a periodic scene; none of any other.
     pub(super) fn of(scene: &Scene) -> Option<PeriodicFactors> {
-        let map = scene.voxel_grid().filter(|_| scene.is_periodic())?;
-        let (cells, edges, periodic) = (map.dims(), map.cell().array(), scene.periodic());
-        let mut out = PeriodicFactors { min: map.min(), cells, edges, periodic, tables: Vec::new() };
-        for kappa in map.uniform_extinction()? {
+        let grid = scene.voxel_grid().filter(|_| scene.is_periodic())?;
+        let (cells, edges, periodic) = (grid.dims(), grid.cell().array(), scene.periodic());
+        let mut out = PeriodicFactors { min: grid.min(), cells, edges, periodic, tables: Vec::new() };
+        for kappa in grid.uniform_extinction()? {
             if !out.tables.iter().any(|t| t.0 == kappa) {
                 out.tables.push((kappa, out.tables(kappa)));
             }

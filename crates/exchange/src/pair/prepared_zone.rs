@@ -57,13 +57,13 @@ pub(super) enum ZoneCaching {
 /// All zones, prepared in advance or each on demand.
 pub(super) struct PreparedZones<'a> {
     zones: &'a Zones,
-    map: Option<&'a VoxelGrid>,
+    grid: Option<&'a VoxelGrid>,
     kept: Vec<PreparedZone>,
 }
 
 impl<'a> PreparedZones<'a> {
     pub(super) fn new(scene: &'a Scene, zones: &'a Zones, cache: ZoneCaching) -> PreparedZones<'a> {
-        let mut prepared = PreparedZones { zones, map: scene.voxel_grid(), kept: Vec::new() };
+        let mut prepared = PreparedZones { zones, grid: scene.voxel_grid(), kept: Vec::new() };
         if cache == ZoneCaching::All {
             prepared.kept = (0..zones.len()).map(|i| prepared.make(i)).collect();
         }
@@ -88,8 +88,8 @@ impl<'a> PreparedZones<'a> {
         if i < zones.voxel_offset() {
             prepared_plate(zones.patches[i].plate, None)
         } else if i < zones.pane_offset() {
-            let map = self.map.expect("voxel zones come from a voxmap");
-            prepared_voxel(&zones.voxels[i - zones.voxel_offset()], map)
+            let grid = self.grid.expect("voxel zones come from a voxel grid");
+            prepared_voxel(&zones.voxels[i - zones.voxel_offset()], grid)
         } else {
             let k = i - zones.pane_offset();
             prepared_plate(zones.panes[k].plate, Some(k))
@@ -97,9 +97,9 @@ impl<'a> PreparedZones<'a> {
     }
 }
 
-fn prepared_voxel(z: &VoxelZone, map: &VoxelGrid) -> PreparedZone {
-    let cell = map.cell();
-    let lo = map.corner(map.coordinates(z.cell));
+fn prepared_voxel(z: &VoxelZone, grid: &VoxelGrid) -> PreparedZone {
+    let cell = grid.cell();
+    let lo = grid.corner(grid.coordinates(z.cell));
     let hi = lo + cell;
     let samples: Vec<VolumeSample> = z.samples.iter().collect();
     let middle = if samples.is_empty() { z.centre } else { centroid(&samples) };

@@ -200,7 +200,12 @@ impl Exchange<'_> {
     }
 
     /// Attenuated and visible exchange of two zones by rays; the number follows from distance, occluders and medium.
-    pub(super) fn by_rays(&self, pair: ZonePair, m: DistanceMoments, counts: &mut PairCounts) -> PairFactor {
+    pub(super) fn attenuated_along_rays(
+        &self,
+        pair: ZonePair,
+        m: DistanceMoments,
+        counts: &mut PairCounts,
+    ) -> PairFactor {
         let ZonePair { a, b, .. } = pair;
         let distance = pair.distance();
         let near = distance < 2.0 * (a.diameter + b.diameter);

@@ -30,10 +30,10 @@ pub(super) struct PairRayParams {
     pub max_reference_depth: f64,
     /// Subdivisions into quarters of a pane and of a zone close to it.
     pub pane_splits: u32,
-    /// The same of a pane and a patch, which may share an edge, for tolerances below `fine_tolerance`.
+    /// The same of a pane and a patch, which may share an edge, for tolerances below `small_tolerance`.
     pub pane_edge_splits: u32,
     /// The tolerance below which `pane_edge_splits` applies.
-    pub fine_tolerance: f64,
+    pub small_tolerance: f64,
 }
 
 /// The parameters of all pairs.
@@ -51,7 +51,7 @@ pub(super) const RAYS: PairRayParams = PairRayParams {
     max_reference_depth: 20.0,
     pane_splits: 2,
     pane_edge_splits: 4,
-    fine_tolerance: 0.01,
+    small_tolerance: 0.01,
 };
 
 /// Squared distance below which the kernel is bounded, relative to the smaller squared diameter.

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use zonal_math::Bounded;
 use zonal_scene::VoxelGrid;
 
-/// Two different voxels of a voxmap.
+/// Two different voxels of a voxel grid.
 #[derive(Clone, Copy)]
 pub struct VoxelPair<'a> {
     /// The voxels; the first one is that of the row.
@@ -16,7 +16,7 @@ pub struct VoxelPair<'a> {
     pub distance: f64,
     /// The result of [`VolumeFactorMethod::row`] for the first voxel.
     pub row: &'a [Bounded],
-    /// The cell of the second voxel in the voxmap.
+    /// The cell of the second voxel in the voxel grid.
     pub cell: usize,
     /// Exact factors.
     pub exact: &'a FactorCache,
@@ -37,8 +37,8 @@ pub trait VolumeFactorMethod: Debug + Sync {
     /// A name without spaces; checkpoints of solves by different methods differ by it.
     fn name(&self) -> &'static str;
 
-    /// 𝓕 of `voxel` with every cell of the voxmap, by cell, where the method computes a row at once; else empty.
-    fn row(&self, _voxel: &Cuboid, _map: &VoxelGrid) -> Vec<Bounded> {
+    /// 𝓕 of `voxel` with every cell of the voxel grid, by cell, where the method computes a row at once; else empty.
+    fn row(&self, _voxel: &Cuboid, _grid: &VoxelGrid) -> Vec<Bounded> {
         Vec::new()
     }
 

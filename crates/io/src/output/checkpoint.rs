@@ -33,12 +33,12 @@ const MAX_KEY_BYTES: u64 = 1 << 16;
 /// The stages in a folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CheckpointState {
-    /// Nothing.
-    Nothing,
+    /// No stages.
+    Empty,
     /// Stages of the same key.
-    Same,
+    Matching,
     /// Stages of another key: another scene, other options, another version.
-    Other,
+    Mismatched,
 }
 
 /// Keys of the stages: texts that differ if a stage must not be reused.
@@ -51,6 +51,9 @@ pub struct CheckpointKeys {
 }
 
 impl CheckpointKeys {
+    /// The method of the exact factors of voxel pairs, for [`of_solve`](Self::of_solve).
+    pub const EXACT_METHOD: &str = "Exact";
+
     /// The keys of a solve of a scene by this version of the program, with a method for the factors of voxel pairs.
     pub fn of_solve(scene: &Scene, method: &str) -> CheckpointKeys {
         let key = |hash: String| format!("zonal {} {hash} {method}", env!("CARGO_PKG_VERSION"));
@@ -80,10 +83,10 @@ impl CheckpointFolder {
     fn state_for(&self, key: &str) -> CheckpointState {
         let found = files::read(&self.path.join(KEY_FILE), MAX_KEY_BYTES).map(String::from_utf8);
         match found {
-            Ok(Ok(text)) if text.trim_end() == key => CheckpointState::Same,
-            Ok(_) => CheckpointState::Other,
-            Err(_) if self.stages().is_empty() => CheckpointState::Nothing,
-            Err(_) => CheckpointState::Other,
+            Ok(Ok(text)) if text.trim_end() == key => CheckpointState::Matching,
+            Ok(_) => CheckpointState::Mismatched,
+            Err(_) if self.stages().is_empty() => CheckpointState::Empty,
+            Err(_) => CheckpointState::Mismatched,
         }
     }
 
@@ -202,19 +205,19 @@ mod tests {
         let keys = |w: &str, f: &str| CheckpointKeys { whole: w.into(), factors: f.into() };
         let folder = |w, f| CheckpointFolder::new(&dir.join("a"), keys(w, f));
         let a = folder("w", "f");
-        assert_eq!(a.state(), CheckpointState::Nothing);
+        assert_eq!(a.state(), CheckpointState::Empty);
         a.begin().unwrap();
         a.save("rows-0", b"123");
         a.save("state-krylov", b"abc");
         assert_eq!(
             (a.state(), a.load("rows-0"), a.load("rows-1")),
-            (CheckpointState::Same, Some(b"123".to_vec()), None)
+            (CheckpointState::Matching, Some(b"123".to_vec()), None)
         );
         // Another scene with the same factors, and one with others.
         let (b, c) = (folder("x", "f"), folder("w", "x"));
         assert_eq!(
             (b.state(), b.load("rows-0"), b.load("state-krylov")),
-            (CheckpointState::Other, Some(b"123".to_vec()), None)
+            (CheckpointState::Mismatched, Some(b"123".to_vec()), None)
         );
         assert_eq!((c.load("rows-0"), c.load("state-krylov")), (None, Some(b"abc".to_vec())));
         let whole = fs::read(a.file("rows-0")).unwrap();
@@ -235,7 +238,7 @@ mod tests {
         let kept = CheckpointFolder::new(&dir.join("b"), keys("y", "f"));
         assert_eq!(
             (kept.factors_state(), kept.load("rows-0")),
-            (CheckpointState::Same, Some(b"123".to_vec()))
+            (CheckpointState::Matching, Some(b"123".to_vec()))
         );
         assert!(!kept.file("state-krylov").exists());
         kept.remove();

@@ -132,7 +132,7 @@ fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
         h.int(kind);
         h.real(x);
     };
-    if let BandFractions::Weights { coefficients, range, allow_partial } = &t.band_fractions {
+    if let BandFractions::GreyGases { coefficients, range, allow_partial } = &t.band_fractions {
         h.reals(range);
         h.int(*allow_partial as usize);
         for c in coefficients {

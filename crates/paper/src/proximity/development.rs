@@ -42,6 +42,17 @@ impl KernelSeries {
     }
 }
 
+/// The series of the normal: `side` times the cross product of the two slopes.
+fn normal_series(slopes: &[[PowerSeries; 3]; 2], side: f64, order: usize) -> [PowerSeries; 3] {
+    std::array::from_fn(|a| {
+        let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+        let mut n = PowerSeries::zero(order);
+        n.add_product(side, &slopes[0][b], &slopes[1][c]);
+        n.add_product(-side, &slopes[0][c], &slopes[1][b]);
+        n
+    })
+}
+
 impl LocalSeries {
     /// The series of the surface about the reference, with their norms.
     fn new(
@@ -75,13 +86,8 @@ impl LocalSeries {
             slope[1] += t.size * norm(f) * norm(dg);
         }
         shift.iter_mut().for_each(|s| s.c[0] = 0.0);
-        let mut normal = [zero(), zero(), zero()];
+        let normal = normal_series(&slopes, surface.side(), order);
         let (mut square, mut along) = (zero(), zero());
-        for (a, n) in normal.iter_mut().enumerate() {
-            let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-            n.add_product(surface.side(), &slopes[0][b], &slopes[1][c]);
-            n.add_product(-surface.side(), &slopes[0][c], &slopes[1][b]);
-        }
         for a in 0..3 {
             square.add_product(1.0, &shift[a], &shift[a]);
             along.add_product(1.0, &normal[a], &shift[a]);

@@ -216,7 +216,11 @@ fn horizon_back_side_and_contact_are_classified() {
         }
     }
     assert!(counts[0] > 150 && counts[1] > 80 && counts[2] > 10 && counts[2] < 80, "{counts:?}");
-    // A wall that stands on the mesh: the cells at its foot are too near, those behind it are not seen.
+}
+
+/// The cells at the foot of a wall on the mesh are too near, those behind it are not seen.
+#[test]
+fn wall_that_stands_on_the_mesh_is_classified() {
     let floor = SmoothSurface::plane(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
     let wall = Plate::parallelogram(Vec3::ZERO, vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
     let row = mesh_factors(

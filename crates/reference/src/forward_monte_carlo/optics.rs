@@ -63,7 +63,7 @@ impl ElementOptics {
                 out.emissive_power = Some(power);
             }
             Some(ThermalCondition::Flux(q) | ThermalCondition::Power(q)) => {
-                out.band_weights = weigh(thermal.band_fractions.weights(FRACTION_TEMPERATURE));
+                out.band_weights = weigh(thermal.band_fractions.grey_gas_weights(FRACTION_TEMPERATURE));
                 let all = out.band_weights.sum();
                 out.emission = out.band_weights.map(|s| if all > 0.0 { q * s / all } else { 0.0 });
                 (out.reemits, out.net_power) = (all > 0.0, q);

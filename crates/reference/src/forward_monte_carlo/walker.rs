@@ -350,7 +350,7 @@ impl<'a> Walker<'a> {
     /// The volume zone at a point of a cell.
     fn volume_zone_at(&self, cell: usize, at: Vec3) -> Option<usize> {
         let zones = self.zones?;
-        let range = zones.of_cell(cell);
+        let range = zones.voxel_zones_of_cell(cell);
         let k = match range.len() {
             0 => return None,
             1 => range.start,

@@ -19,7 +19,7 @@ use zonal_scene::{Band, Bands, Scene, VoxelGrid};
 
 /// A point at which light is received or scattered.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum FlightVertex {
+pub(crate) enum PathVertex {
     /// On a surface.
     Surface {
         /// Position, m.
@@ -47,24 +47,22 @@ pub(crate) enum FlightVertex {
     },
 }
 
-impl FlightVertex {
+impl PathVertex {
     /// Position, m.
     pub(crate) fn at(&self) -> Vec3 {
         match *self {
-            FlightVertex::Surface { at, .. } | FlightVertex::Free { at } | FlightVertex::Pane { at, .. } => {
-                at
-            }
+            PathVertex::Surface { at, .. } | PathVertex::Free { at } | PathVertex::Pane { at, .. } => at,
         }
     }
     /// The density with which light from direction `d` is scattered, per steradian: cosθ/π or 1/(4π).
     pub(crate) fn density(&self, d: Vec3) -> f64 {
         match *self {
-            FlightVertex::Surface { normal, .. } => normal.dot(d).max(0.0) / PI,
+            PathVertex::Surface { normal, .. } => normal.dot(d).max(0.0) / PI,
             _ => 0.25 / PI,
         }
     }
     fn facet(&self) -> Option<u32> {
-        if let FlightVertex::Surface { facet, .. } = *self { facet } else { None }
+        if let PathVertex::Surface { facet, .. } = *self { facet } else { None }
     }
 }
 
@@ -76,7 +74,7 @@ pub(crate) enum FlightEnd {
     /// A facet is hit.
     Facet(RayHit),
     /// A collision in the medium or in a pane, with the albedo there.
-    Collision(FlightVertex, Bands),
+    Collision(PathVertex, Bands),
 }
 
 /// A flight: its end, the weight of each band, and the emission along the ray.
@@ -105,7 +103,7 @@ struct FlightSegment {
 /// Depths in a pane at the start and the end of a segment, m.
 type DepthRange = [f64; 2];
 
-/// A scene with its trees.
+/// A scene with its BVHs.
 pub(crate) struct RayScene<'a> {
     /// The scene.
     pub scene: &'a Scene,
@@ -120,7 +118,7 @@ pub(crate) struct RayScene<'a> {
 const COINCIDENCE_SHARE_OF_DIAGONAL: f64 = 1e-9;
 
 impl<'a> RayScene<'a> {
-    /// Builds the trees.
+    /// Builds the BVHs.
     pub(crate) fn new(scene: &'a Scene) -> RayScene<'a> {
         let (lo, hi) = scene.bounds();
         let size = scene.diagonal() + lo.max_abs().max(hi.max_abs());
@@ -149,7 +147,7 @@ impl<'a> RayScene<'a> {
     /// Transmittance per band from a vertex along `d` to distance `limit`, where facet `end` may lie; `None` behind a facet.
     pub(crate) fn transmittance(
         &self,
-        v: &FlightVertex,
+        v: &PathVertex,
         d: Vec3,
         limit: f64,
         end: Option<u32>,
@@ -166,7 +164,7 @@ impl<'a> RayScene<'a> {
     }
 
     /// A flight from a vertex along `d`, for a path of throughput `beta` (some band above 0), with two numbers of [0, 1).
-    pub(crate) fn sample_flight(&self, v: &FlightVertex, d: Vec3, beta: Bands, u: [f64; 2]) -> Flight {
+    pub(crate) fn sample_flight(&self, v: &PathVertex, d: Vec3, beta: Bands, u: [f64; 2]) -> Flight {
         // Choose the band and the optical distance.
         let hit = self.facets.nearest(v.at(), d, self.near..f64::INFINITY, v.facet());
         let limit = hit.map_or(f64::INFINITY, |m| m.t);
@@ -177,7 +175,7 @@ impl<'a> RayScene<'a> {
         let mut rest = -(1.0 - u[1]).ln();
         // Sum the emission and find the collision.
         let (mut depth, mut emitted) = (Bands::ZERO, Bands::ZERO);
-        let mut collision: Option<(FlightVertex, Bands, Bands)> = None;
+        let mut collision: Option<(PathVertex, Bands, Bands)> = None;
         self.visit_segments(v, d, limit, self.emits, &mut |segment| {
             if self.emits {
                 emitted -= (-depth).exp() * (-segment.depth).map(f64::exp_m1) * segment.source / PI;
@@ -209,13 +207,13 @@ impl<'a> RayScene<'a> {
     /// its own, with its source, even where the extinction is uniform.
     fn visit_segments(
         &self,
-        v: &FlightVertex,
+        v: &PathVertex,
         d: Vec3,
         limit: f64,
         per_cell: bool,
         each: &mut impl FnMut(&FlightSegment) -> bool,
     ) {
-        if let FlightVertex::Pane { normal, pane, height, .. } = *v {
+        if let PathVertex::Pane { normal, pane, height, .. } = *v {
             let p = &self.scene.panes()[pane];
             let cos = normal.dot(d);
             let to = if cos > 0.0 { p.thickness } else { 0.0 };
@@ -313,12 +311,12 @@ impl FlightSegment {
 }
 
 /// The vertex at the fraction `part` of a segment.
-fn vertex_in(v: &FlightVertex, d: Vec3, segment: &FlightSegment, part: f64) -> FlightVertex {
+fn vertex_in(v: &PathVertex, d: Vec3, segment: &FlightSegment, part: f64) -> PathVertex {
     let at = v.at() + d * (segment.from + (segment.to - segment.from) * part);
     match segment.pane {
-        None => FlightVertex::Free { at },
+        None => PathVertex::Free { at },
         Some((pane, normal, run)) => {
-            FlightVertex::Pane { at, normal, pane, height: run[0] + (run[1] - run[0]) * part }
+            PathVertex::Pane { at, normal, pane, height: run[0] + (run[1] - run[0]) * part }
         }
     }
 }
@@ -393,10 +391,10 @@ pub(crate) fn traverse_grid(
     }
 }
 
-/// A scattered direction of density [`FlightVertex::density`], from two numbers of [0, 1).
-pub(crate) fn sample_scattering(v: &FlightVertex, u: [f64; 2]) -> Vec3 {
+/// A scattered direction of density [`PathVertex::density`], from two numbers of [0, 1).
+pub(crate) fn sample_scattering(v: &PathVertex, u: [f64; 2]) -> Vec3 {
     let (axis, z) = match *v {
-        FlightVertex::Surface { normal, .. } => (normal, (1.0 - u[0]).sqrt()),
+        PathVertex::Surface { normal, .. } => (normal, (1.0 - u[0]).sqrt()),
         _ => (Vec3::from_array([0.0, 0.0, 1.0]), 1.0 - 2.0 * u[0]),
     };
     direction_about(axis, z, u[1])

@@ -2,16 +2,16 @@
 //!
 //! At each vertex the path samples the suns and one point of an emitter (next-event estimation), then continues in a direction of
 //! density f. Emission that the path hits counts too; both ways of finding an emitter share it by the balance heuristic (Veach
-//! 1997): with p_e the density of the emitter's point,
+//! 1997): with p_e the density of the emitter's point, β the throughput and τ the transmittance,
 //!
 //! ```text
 //! sampled:  β τ L f/(p_e + f)        hit:  β L f/(p_e + f)
 //! ```
 //!
 //! After a few bounces Russian roulette continues a path with the probability of its last albedo and weights it accordingly, which
-//! preserves all means. Light that arrives unscattered from a sun, a sky or a surface that the scene lists as a light is direct.
+//! keeps the estimate unbiased. Light that arrives unscattered from a sun, a sky or a surface that the scene lists as a light is direct.
 
-use super::flight::{FlightEnd, FlightVertex, RayScene, sample_scattering};
+use super::flight::{FlightEnd, PathVertex, RayScene, sample_scattering};
 use super::light_sampling::{FacetSide, LightSet};
 use crate::rng::Rng;
 use zonal_math::Vec3;
@@ -25,7 +25,7 @@ const MAX_SURVIVAL_PROBABILITY: f64 = 0.995;
 /// The numbers of a path: evenly distributed ones for its first events, then random ones.
 pub(super) struct PathNumbers {
     /// Evenly distributed numbers in [0, 1), used from the end.
-    pub spread: Vec<f64>,
+    pub low_discrepancy: Vec<f64>,
     /// The generator of all further numbers.
     pub rng: Rng,
 }
@@ -33,7 +33,7 @@ pub(super) struct PathNumbers {
 impl PathNumbers {
     /// The next number of [0, 1).
     pub(super) fn next_number(&mut self) -> f64 {
-        self.spread.pop().unwrap_or_else(|| self.rng.uniform())
+        self.low_discrepancy.pop().unwrap_or_else(|| self.rng.uniform())
     }
     /// The next `N` numbers.
     pub(super) fn next_array<const N: usize>(&mut self) -> [f64; N] {
@@ -61,26 +61,27 @@ impl PathRadiance {
 
 /// The scene and lights of paths.
 pub(super) struct PathSampler<'a> {
-    /// The scene with its trees.
+    /// The scene with its BVHs.
     pub space: RayScene<'a>,
     /// The lights of the scene.
     pub lights: LightSet<'a>,
-    /// Most bounces between detector and emission.
+    /// Maximum number of bounces between detector and emission.
     pub max_bounces: usize,
 }
 
 /// The state of a path.
 struct PathState {
-    vertex: FlightVertex,
-    beta: Bands,
+    vertex: PathVertex,
+    throughput: Bands,
     bounces: usize,
-    found: PathRadiance,
+    radiance: PathRadiance,
 }
 
 impl PathSampler<'_> {
     /// ∫ L f dω at a vertex by one path.
-    pub(super) fn received(&self, vertex: FlightVertex, numbers: &mut PathNumbers) -> PathRadiance {
-        let mut s = PathState { vertex, beta: Bands::ONE, bounces: 0, found: PathRadiance::default() };
+    pub(super) fn scattered_radiance(&self, vertex: PathVertex, numbers: &mut PathNumbers) -> PathRadiance {
+        let mut s =
+            PathState { vertex, throughput: Bands::ONE, bounces: 0, radiance: PathRadiance::default() };
         self.sample_lights(&mut s, numbers);
         let d = sample_scattering(&s.vertex, numbers.next_array());
         self.run(s, d, false, numbers)
@@ -88,8 +89,8 @@ impl PathSampler<'_> {
 
     /// Radiance that arrives at `o` from the unit direction `d`, by one path. Suns are not visible as discs.
     pub(super) fn radiance(&self, o: Vec3, d: Vec3, numbers: &mut PathNumbers) -> PathRadiance {
-        let vertex = FlightVertex::Free { at: o };
-        let s = PathState { vertex, beta: Bands::ONE, bounces: 0, found: PathRadiance::default() };
+        let vertex = PathVertex::Free { at: o };
+        let s = PathState { vertex, throughput: Bands::ONE, bounces: 0, radiance: PathRadiance::default() };
         self.run(s, d, true, numbers)
     }
 
@@ -107,22 +108,22 @@ impl PathSampler<'_> {
             self.sample_lights(&mut s, numbers);
             d = sample_scattering(&s.vertex, numbers.next_array());
         }
-        s.found
+        s.radiance
     }
 
     /// Advances the path to the next vertex; false when it ends.
     fn advance(&self, s: &mut PathState, d: Vec3, camera_ray: bool, numbers: &mut PathNumbers) -> bool {
         // The band is random; the distance uses an evenly distributed number.
         let u = [numbers.rng.uniform(), numbers.next_number()];
-        let flight = self.space.sample_flight(&s.vertex, d, s.beta, u);
-        s.found.add(s.beta * flight.emitted, false);
-        s.beta *= flight.weight;
+        let flight = self.space.sample_flight(&s.vertex, d, s.throughput, u);
+        s.radiance.add(s.throughput * flight.emitted, false);
+        s.throughput *= flight.weight;
         let first = s.bounces == 0;
         let albedo = match flight.end {
             FlightEnd::Escaped => {
-                let around = self.space.scene.surroundings().radiance;
-                s.found.add(s.beta * around, false);
-                s.found.add(s.beta * self.lights.sky, first);
+                let surroundings_radiance = self.space.scene.surroundings().radiance;
+                s.radiance.add(s.throughput * surroundings_radiance, false);
+                s.radiance.add(s.throughput * self.lights.sky, first);
                 return false;
             }
             FlightEnd::Collision(vertex, albedo) => {
@@ -136,15 +137,15 @@ impl PathSampler<'_> {
                 if radiance != Bands::ZERO {
                     let f = s.vertex.density(d);
                     let sampled = self.lights.density(hit.id, hit.t, normal.dot(d));
-                    let share = if camera_ray { 1.0 } else { f / (f + sampled) };
-                    s.found.add(s.beta * radiance * share, direct && first);
+                    let mis_weight = if camera_ray { 1.0 } else { f / (f + sampled) };
+                    s.radiance.add(s.throughput * radiance * mis_weight, direct && first);
                 }
                 if !hit.front && self.space.scene.surfaces()[facet.surface].sides == Sides::Front {
                     return false;
                 }
                 let at = s.vertex.at() + d * hit.t;
                 let normal = if hit.front { normal } else { -normal };
-                s.vertex = FlightVertex::Surface { at, normal, facet: Some(hit.id) };
+                s.vertex = PathVertex::Surface { at, normal, facet: Some(hit.id) };
                 self.space.scene.reflectance_at(hit.id as usize, hit.uv[0], hit.uv[1])
             }
         };
@@ -153,10 +154,10 @@ impl PathSampler<'_> {
 
     /// Applies the albedo and Russian roulette; false when the path ends.
     fn scatter(&self, s: &mut PathState, albedo: Bands, numbers: &mut PathNumbers) -> bool {
-        let before = s.beta.iter().fold(0.0f64, |m, x| m.max(*x));
-        s.beta *= albedo;
+        let before = s.throughput.iter().fold(0.0f64, |m, x| m.max(*x));
+        s.throughput *= albedo;
         s.bounces += 1;
-        let after = s.beta.iter().fold(0.0f64, |m, x| m.max(*x));
+        let after = s.throughput.iter().fold(0.0f64, |m, x| m.max(*x));
         if after <= 0.0 || s.bounces > self.max_bounces {
             return false;
         }
@@ -165,7 +166,7 @@ impl PathSampler<'_> {
             if numbers.rng.uniform() >= survival {
                 return false;
             }
-            s.beta /= survival;
+            s.throughput /= survival;
         }
         true
     }
@@ -179,9 +180,9 @@ impl PathSampler<'_> {
             let (towards, flux) = self.lights.sample_sun(k, u);
             let f = s.vertex.density(towards);
             if f > 0.0
-                && let Some(tau) = self.space.transmittance(&s.vertex, towards, f64::INFINITY, None)
+                && let Some(transmittance) = self.space.transmittance(&s.vertex, towards, f64::INFINITY, None)
             {
-                s.found.add(s.beta * tau * flux * f, direct);
+                s.radiance.add(s.throughput * transmittance * flux * f, direct);
             }
         }
         let u = if self.lights.sun_count() > 0 {
@@ -194,14 +195,15 @@ impl PathSampler<'_> {
         let r = offset.length();
         let towards = offset / r;
         let cos = -towards.dot(point.normal);
-        let (radiance, listed) = self.lights.facet_radiance(point.facet, point.uv, facet_side(cos > 0.0));
+        let (radiance, is_scene_light) =
+            self.lights.facet_radiance(point.facet, point.uv, facet_side(cos > 0.0));
         let f = s.vertex.density(towards);
         if !(r > 0.0 && cos != 0.0 && f > 0.0) || radiance == Bands::ZERO {
             return;
         }
-        let share = f / (f + self.lights.density(point.facet, r, cos));
-        if let Some(tau) = self.space.transmittance(&s.vertex, towards, r, Some(point.facet)) {
-            s.found.add(s.beta * tau * radiance * share, direct && listed);
+        let mis_weight = f / (f + self.lights.density(point.facet, r, cos));
+        if let Some(transmittance) = self.space.transmittance(&s.vertex, towards, r, Some(point.facet)) {
+            s.radiance.add(s.throughput * transmittance * radiance * mis_weight, direct && is_scene_light);
         }
     }
 }

@@ -48,7 +48,7 @@ impl PathTracer<'_> {
             let mut statistics = PerBand::<SampleStatistics>::default();
             for k in 0..samples.max(2) {
                 let rng = Rng::new(hash(hash(seed, i as u64), k as u64));
-                let mut numbers = PathNumbers { spread: Vec::new(), rng };
+                let mut numbers = PathNumbers { low_discrepancy: Vec::new(), rng };
                 let [dx, dy]: [f64; 2] = numbers.next_array();
                 let d = direction((x + dx) / width as f64, (y + dy) / height as f64);
                 let radiance = self.paths.radiance(camera.origin, d, &mut numbers).total;

@@ -5,7 +5,7 @@
 //! shift. A pilot run of each detector sets the number of paths of its final run.
 
 use super::detector::{Detector, SubcellPart};
-use super::flight::{FlightVertex, RayScene};
+use super::flight::{PathVertex, RayScene};
 use super::light_sampling::LightSet;
 use super::path::{PathNumbers, PathRadiance, PathSampler};
 use crate::estimate::{SampleEstimate, SampleStatistics};
@@ -144,11 +144,11 @@ impl<'a> PathTracer<'a> {
         let scale = (if detector.is_surface() { PI } else { 4.0 * PI }) / count as f64;
         let mut sums = [Bands::ZERO; 2];
         for j in 0..count {
-            let spread =
+            let low_discrepancy =
                 (0..SPREAD_DIMENSIONS).map(|k| (shift[k] + j as f64 * self.lattice[k]).fract()).collect();
-            let mut numbers = PathNumbers { spread, rng: Rng::new(hash(seed, j)) };
+            let mut numbers = PathNumbers { low_discrepancy, rng: Rng::new(hash(seed, j)) };
             let vertex = self.start(detector, &mut numbers);
-            let PathRadiance { total, direct } = self.paths.received(vertex, &mut numbers);
+            let PathRadiance { total, direct } = self.paths.scattered_radiance(vertex, &mut numbers);
             sums[0] += scale * total;
             sums[1] += scale * (total - direct);
         }
@@ -156,22 +156,22 @@ impl<'a> PathTracer<'a> {
     }
 
     /// A random point of the detector.
-    fn start(&self, detector: &Detector, numbers: &mut PathNumbers) -> FlightVertex {
+    fn start(&self, detector: &Detector, numbers: &mut PathNumbers) -> PathVertex {
         let u: [f64; 3] = numbers.next_array();
         match detector {
             Detector::Patch { plate, normal } => {
                 let [s, t] = plate.warp([u[0], u[1]]);
-                FlightVertex::Surface { at: plate.at(s, t), normal: *normal, facet: None }
+                PathVertex::Surface { at: plate.at(s, t), normal: *normal, facet: None }
             }
-            Detector::Point(at) => FlightVertex::Free { at: *at },
+            Detector::Point(at) => PathVertex::Free { at: *at },
             Detector::Cell { lo, hi } => {
-                FlightVertex::Free { at: *lo + (*hi - *lo).scale(Vec3::from_array(u)) }
+                PathVertex::Free { at: *lo + (*hi - *lo).scale(Vec3::from_array(u)) }
             }
-            Detector::Part(parts) => FlightVertex::Free { at: self.point_of(parts, u[0], &mut numbers.rng) },
+            Detector::Part(parts) => PathVertex::Free { at: self.point_of(parts, u[0], &mut numbers.rng) },
             Detector::Pane { pane, plate } => {
                 let [s, t] = plate.warp([u[0], u[1]]);
                 let height = u[2] * self.paths.space.scene.panes()[*pane].thickness;
-                FlightVertex::Pane { at: plate.at(s, t), normal: plate.normal(), pane: *pane, height }
+                PathVertex::Pane { at: plate.at(s, t), normal: plate.normal(), pane: *pane, height }
             }
         }
     }

@@ -38,7 +38,7 @@ pub struct BakedSolution {
     pub medium: Option<BakedMedium>,
 }
 
-/// The patches as triangles. All lists but the last two have one entry a vertex.
+/// The patches as triangles. All lists but the last two have one entry per vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceMesh {
     /// Position, m.
@@ -49,11 +49,11 @@ pub struct SurfaceMesh {
     pub uvs: Vec<[f32; 2]>,
     /// Index of the surface.
     pub surfaces: Vec<u32>,
-    /// Irradiance H + H_dir, W/m² a band: `irradiance[group][vertex]`.
+    /// Irradiance H + H_dir, W/m² per band: `irradiance[group][vertex]`.
     pub irradiance: Vec<Vec<[f32; 3]>>,
-    /// Emitted flux E, W/m² a band, of the group in `emission_groups`.
+    /// Emitted flux E, W/m² per band, of the group in `emission_groups`.
     pub emission: Vec<[f32; 3]>,
-    /// Estimated error of the zone's indirect irradiance, all groups together, W/m² a band.
+    /// Estimated error of the zone's indirect irradiance, all groups together, W/m² per band.
     pub error: Vec<[f32; 3]>,
     /// Corners of each triangle, counter-clockwise as seen from that side.
     pub triangles: Vec<[u32; 3]>,
@@ -61,7 +61,7 @@ pub struct SurfaceMesh {
     pub zones: Vec<u32>,
 }
 
-/// The panes as triangles, visible from both sides. All lists but the last two have one entry a vertex.
+/// The panes as triangles, visible from both sides. All lists but the last two have one entry per vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PaneMesh {
     /// Position, m.
@@ -72,9 +72,9 @@ pub struct PaneMesh {
     pub panes: Vec<u32>,
     /// Optical depth κt a band: the transmittance at an angle θ to the normal is e^{−κt/|cosθ|}.
     pub depth: Vec<[f32; 3]>,
-    /// Radiosity B, direct light included, W/m² a band: `radiosity[group][vertex]`. The visible radiance is (1 − e^{−κt/|cosθ|}) B/π.
+    /// Radiosity B, direct light included, W/m² per band: `radiosity[group][vertex]`. The visible radiance is (1 − e^{−κt/|cosθ|}) B/π.
     pub radiosity: Vec<Vec<[f32; 3]>>,
-    /// Estimated error of the zone's fluence, W/m² a band.
+    /// Estimated error of the zone's fluence, W/m² per band.
     pub error: Vec<[f32; 3]>,
     /// Corners of each triangle, counter-clockwise as seen from the front.
     pub triangles: Vec<[u32; 3]>,
@@ -82,7 +82,7 @@ pub struct PaneMesh {
     pub zones: Vec<u32>,
 }
 
-/// The medium on the voxel grid of the scene; lists have one entry a cell, z fastest: index (i·ny + j)·nz + k. Values of cells with several zones are
+/// The medium on the voxel grid of the scene; lists have one entry per cell, z fastest: index (i·ny + j)·nz + k. Values of cells with several zones are
 /// means by volume.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakedMedium {
@@ -94,13 +94,13 @@ pub struct BakedMedium {
     pub dims: [usize; 3],
     /// Free volume, m³; zero marks cells without a zone.
     pub volume: Vec<f32>,
-    /// Extinction κ, 1/m a band.
+    /// Extinction κ, 1/m per band.
     pub extinction: Vec<[f32; 3]>,
     /// Scattering albedo Ω a band.
     pub albedo: Vec<[f32; 3]>,
-    /// Radiosity B, direct light included, W/m² a band: `radiosity[group][cell]`. The source of radiance is κB/π per metre.
+    /// Radiosity B, direct light included, W/m² per band: `radiosity[group][cell]`. The source of radiance is κB/π per metre.
     pub radiosity: Vec<Vec<[f32; 3]>>,
-    /// Fluence G + G_dir, W/m² a band: `fluence[group][cell]`.
+    /// Fluence G + G_dir, W/m² per band: `fluence[group][cell]`.
     pub fluence: Vec<Vec<[f32; 3]>>,
 }
 

@@ -14,11 +14,11 @@ pub(super) fn average_cells(s: &Solution, groups: &[GroupField]) -> Option<Baked
     let (map, zones) = (s.scene.voxel_grid()?, &s.zones);
     let offset = zones.voxel_offset();
     let cells = map.len();
-    let volume = |c: usize| zones.of_cell(c).map(|i| zones.voxels[i].volume).sum::<f64>();
+    let volume = |c: usize| zones.voxel_zones_of_cell(c).map(|i| zones.voxels[i].volume).sum::<f64>();
     let mean = |c: usize, value: &(dyn Fn(usize) -> Bands + Sync)| {
         let whole = volume(c);
         let mut sum = Bands::ZERO;
-        for i in zones.of_cell(c) {
+        for i in zones.voxel_zones_of_cell(c) {
             let (x, weight) = (value(i), zones.voxels[i].volume / whole);
             sum += weight * x;
         }

@@ -1,6 +1,6 @@
 //! Light at a point of a patch: the interpolated irradiance, and the direct light sampled there.
 //!
-//! Every point has 1 + n values a band: H_ind of all groups together, then H_dir of each of the n groups whose lights are sampled. All
+//! Every point has 1 + n values per band: H_ind of all groups together, then H_dir of each of the n groups whose lights are sampled. All
 //! points take the same samples of a light, so that soft shadows show fine steps in place of noise. Shadow rays are traced by the
 //! light sampler (`gather`).
 

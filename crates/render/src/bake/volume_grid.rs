@@ -136,7 +136,7 @@ pub fn bake_volume_grid(
     Some(VolumeGrid { min, max, dims: grid.dims, extinction, radiosity })
 }
 
-/// The grid: several points a cell, or several cells a point.
+/// The grid: several points per cell, or several cells a point.
 struct PointGrid<'a> {
     map: &'a VoxelGrid,
     dims: [usize; 3],
@@ -185,7 +185,9 @@ impl<'a> PointGrid<'a> {
             for y in range(1) {
                 for z in range(2) {
                     out.extend(
-                        s.zones.of_cell(self.map.index([x, y, z])).map(|i| (i, s.zones.voxels[i].centre)),
+                        s.zones
+                            .voxel_zones_of_cell(self.map.index([x, y, z]))
+                            .map(|i| (i, s.zones.voxels[i].centre)),
                     );
                 }
             }

@@ -11,7 +11,7 @@
 //! step, with a δ of its own; over runs of steps of one state the integral is exact ([`super::single_scattering`]).
 //!
 //! Tiles of the map are built on first use. A tile stores the greatest Z of itself and of those around it: rays below that depth are
-//! dark until they leave it. Cost: one ray a column that is built, one lookup a step of a camera ray.
+//! dark until they leave it. Cost: one ray per column that is built, one lookup a step of a camera ray.
 
 use super::ray_path::RayPath;
 use super::single_scattering::SingleScattering;
@@ -129,7 +129,7 @@ impl<'a> DeepShadowMap<'a> {
         }
     }
 
-    /// Builds a tile by one ray a column from the plane above the scene.
+    /// Builds a tile by one ray per column from the plane above the scene.
     fn build_tile(&self, tile: usize) -> ShadowTile {
         let (i0, j0) = (tile / self.tiles[1] * TILE_COLUMNS, tile % self.tiles[1] * TILE_COLUMNS);
         let scene = self.transport.scene();

@@ -139,7 +139,7 @@ impl<'a> ManyLights<'a> {
             if (map.centre([x, y, z]) - centre).length() > self.window_radius + half {
                 continue;
             }
-            for zone in zones.of_cell(map.index([x, y, z])) {
+            for zone in zones.voxel_zones_of_cell(map.index([x, y, z])) {
                 let from_cluster = zones.voxels[zone].centre - centre;
                 let r = from_cluster.length();
                 // End the shadow ray before the cluster's own facets.

@@ -1,7 +1,7 @@
 //! From a ray to its path: a traversal of the voxel grid, merged with the panes that the ray crosses.
 //!
 //! A pane of depth κt at the angle θ to its normal multiplies the transmittance by e^{−κt/|cosθ|} and adds the complement times B/π, with B
-//! its interpolated radiosity. Cost: one step a voxel and one lookup a pane.
+//! its interpolated radiosity. Cost: one step per voxel and one lookup per pane.
 
 use super::ray_path::{RayPath, VoxelSegment};
 use crate::surface::patch_field::PatchField;
@@ -29,14 +29,14 @@ impl<'a> PathBuilder<'a> {
         PathBuilder { solution, transport, panes, first_plates }
     }
 
-    /// The panes between two points, near to far.
+    /// The panes between two points, by distance.
     pub(crate) fn pane_crossings(&self, a: Vec3, b: Vec3) -> Vec<PaneHit> {
         let mut panes = Vec::new();
         self.transport.pane_crossings(a, b, &mut |h| panes.push(h));
         panes
     }
 
-    /// Segments, panes and transmittance of the part of a ray between two distances, m; `panes` lie within it, near to far.
+    /// Segments, panes and transmittance of the part of a ray between two distances, m; `panes` lie within it, by distance.
     pub(crate) fn build(&self, ray: ViewRay, (from, to): (f64, f64), panes: Vec<PaneHit>) -> RayPath {
         let mut cells = Vec::with_capacity(64);
         self.transport.traverse_grid(ray.at(from), ray.at(to), &mut |cell, t0, t1| {
@@ -82,10 +82,11 @@ impl<'a> PathBuilder<'a> {
     fn cross_pane(&self, path: &mut RayPath, hit: &PaneHit, ray: ViewRay) {
         let pane = &self.solution.scene.panes()[hit.pane];
         let (plate, point) = (&pane.plates[hit.plate], ray.at(hit.t));
-        let sheet = self.first_plates[hit.pane] + hit.plate;
-        let radiosity: Bands = self.panes.at(sheet, plate.parameters(point), point).unwrap_or(Bands::ZERO);
-        let passed = (-pane.extinction * pane.thickness / hit.cos).exp();
-        path.pane_radiance += path.transmittance * (1.0 - passed) * radiosity / PI;
-        path.transmittance *= passed;
+        let plate_index = self.first_plates[hit.pane] + hit.plate;
+        let radiosity: Bands =
+            self.panes.at(plate_index, plate.parameters(point), point).unwrap_or(Bands::ZERO);
+        let pane_transmittance = (-pane.extinction * pane.thickness / hit.cos).exp();
+        path.pane_radiance += path.transmittance * (1.0 - pane_transmittance) * radiosity / PI;
+        path.transmittance *= pane_transmittance;
     }
 }

@@ -43,7 +43,7 @@ impl<'a> RadiosityField<'a> {
         self.interpolation.many_lights.as_ref().map(|c| &c.0)
     }
 
-    /// The field with these means, one a voxel zone, W/m²; negative means count as zero. `None` without a medium.
+    /// The field with these means, one per voxel zone, W/m²; negative means count as zero. `None` without a medium.
     pub(crate) fn from_means(
         s: &'a Solution,
         transport: &'a Transport,
@@ -156,7 +156,7 @@ impl CornerInterpolation<'_> {
             let corners = CORNER_MASKS[0][d[0]] & CORNER_MASKS[1][d[1]] & CORNER_MASKS[2][d[2]];
             let free = !self.near_facet[cell] && !self.near_facet[own.cell];
             let seen = |j: usize| free || !self.transport.occluded(own.centre, zones.voxels[j].centre);
-            list.extend(zones.of_cell(cell).filter(|&j| seen(j)).map(|j| (j as u32, corners)));
+            list.extend(zones.voxel_zones_of_cell(cell).filter(|&j| seen(j)).map(|j| (j as u32, corners)));
         }
         list
     }

@@ -7,7 +7,7 @@ use zonal_scene::{Bands, PaneZone, Patch, Plate, Solution};
 use zonal_transport::Transport;
 use zonal_transport::patch_locator::pane_plates;
 
-/// A field on the patches; `values` has one entry a zone.
+/// A field on the patches; `values` has one entry per zone.
 pub(crate) fn patch_field<'a>(
     s: &Solution,
     transport: &'a Transport<'a>,

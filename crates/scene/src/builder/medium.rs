@@ -56,7 +56,7 @@ impl Medium {
         self
     }
 
-    /// Sets the black-body emissive power E, W/m².
+    /// Sets the blackbody emissive power E, W/m².
     #[must_use]
     pub fn emission(mut self, emission: impl Into<VoxelValues>) -> Medium {
         self.emission = emission.into();

@@ -116,7 +116,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Sets the fraction of the black-body emissive power in each band, for scenes of heat; one grey band where not given.
+    /// Sets the fraction of the blackbody emissive power in each band, for thermal scenes; one grey band where not given.
     #[must_use]
     pub fn band_fractions(mut self, fractions: BandFractions) -> SceneBuilder {
         self.band_fractions = Some(fractions);
@@ -191,7 +191,7 @@ impl SceneBuilder {
                 surroundings: self.surroundings_temperature,
             });
         } else if self.band_fractions.is_some() {
-            let what = "fractions of the emissive power belong to scenes of heat; give a temperature to a surface or the medium";
+            let what = "fractions of the emissive power belong to thermal scenes; give a temperature to a surface or the medium";
             return Err(SceneError::new("thermal.band_fractions", what));
         }
         Scene::new(parts)

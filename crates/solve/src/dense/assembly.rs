@@ -3,8 +3,8 @@
 use super::band_groups::first_bands;
 use super::dense_operator::DenseOperator;
 use super::packed_symmetric::{PackedSymmetric, packed_length};
-use crate::checkpoint::{Decoder, Encoder};
 use crate::errors::radii::{PairRadii, radius_code};
+use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
 use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_math::Grade;
@@ -32,7 +32,7 @@ impl RowChunk {
         let mut encoder = Encoder::default();
         encoder.ints(&[
             c.aligned,
-            c.paper,
+            c.by_volume_method,
             c.general,
             c.estimated,
             c.cut,
@@ -51,11 +51,22 @@ impl RowChunk {
     /// Decodes a stage of [`RowChunk::encode`] for the rows from `first`, and writes its entries into `rows`.
     fn decode(bytes: &[u8], rows: &mut ChunkRows, first: usize) -> Option<RowChunk> {
         let mut decoder = Decoder::new(bytes);
-        let [aligned, paper, general, estimated, cut, pane, facing_away, partial, rays] = decoder.ints()?[..]
+        let [aligned, by_volume_method, general, estimated, cut, pane, facing_away, partial, rays] =
+            decoder.ints()?[..]
         else {
             return None;
         };
-        let counts = PairCounts { aligned, paper, general, estimated, cut, pane, facing_away, partial, rays };
+        let counts = PairCounts {
+            aligned,
+            by_volume_method,
+            general,
+            estimated,
+            cut,
+            pane,
+            facing_away,
+            partial,
+            rays,
+        };
         for row in rows.iter_mut().flatten() {
             let kept = decoder.reals().filter(|k| k.len() == row.len())?;
             row.copy_from_slice(&kept);

@@ -66,7 +66,7 @@ fn is_covered_by_patches(scene: &Scene, zones: &Zones, surface: usize) -> bool {
     (found - emitting).abs() <= AREA_ROUNDING * emitting
 }
 
-/// Emission of the patches of an emitter: strengths of all unknowns, and powers, W a band.
+/// Emission of the patches of an emitter: strengths of all unknowns, and powers, W per band.
 struct EmittedPower {
     strengths: Vec<Bands>,
     emitted: Bands,

@@ -1,6 +1,6 @@
 //! Direct light of every light of a scene on all zones, with errors and with the power that the light sends in and loses.
 
-use crate::checkpoint::{Decoder, Encoder};
+use crate::stage_codec::{Decoder, Encoder};
 use zonal_scene::{Bands, Diagnostic};
 
 /// Direct light of one light.
@@ -8,9 +8,9 @@ use zonal_scene::{Bands, Diagnostic};
 pub struct LightField {
     /// Name of a sun or a sky, or of the surface of an emitter.
     pub name: String,
-    /// H_dir of patches and G_dir of volume zones, W/m², one entry a zone.
+    /// H_dir of patches and G_dir of volume zones, W/m², one entry per zone.
     pub fields: Vec<Bands>,
-    /// Standard error of `fields`, W/m², one entry a zone; independent from zone to zone unless `by_exchange`.
+    /// Standard error of `fields`, W/m², one entry per zone; independent from zone to zone unless `by_exchange`.
     pub error: Vec<Bands>,
     /// Relative error of `fields` that all zones have in common.
     pub common_error: Bands,
@@ -20,15 +20,15 @@ pub struct LightField {
     pub slope_power: Vec<Bands>,
     /// Number of shadow rays.
     pub rays: u64,
-    /// Power that a sun or a sky sends in, W a band.
+    /// Power that a sun or a sky sends in, W per band.
     pub incoming: Bands,
-    /// Power that a surface emits, W a band.
+    /// Power that a surface emits, W per band.
     pub emitted: Bands,
-    /// Power that leaves the scene unscattered, W a band.
+    /// Power that leaves the scene unscattered, W per band.
     pub escaped: Bands,
-    /// Power on black backs, W a band.
+    /// Power on black backs, W per band.
     pub absorbed_backfaces: Bands,
-    /// Standard errors of the power sent in or emitted, of `escaped`, and of `absorbed_backfaces`, W a band.
+    /// Standard errors of the power sent in or emitted, of `escaped`, and of `absorbed_backfaces`, W per band.
     pub power_error: [Bands; 3],
     /// Largest relative change of the fields by normalization to the measured power; 0 without.
     pub largest_change: f64,

@@ -19,7 +19,7 @@ pub(crate) const LIGHT_RAYS: usize = 1 << 17;
 /// Rays of a block.
 const BLOCK_RAYS: usize = 1 << 10;
 
-/// Powers of a light, W a band.
+/// Powers of a light, W per band.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LightPower {
     pub sent: Bands,

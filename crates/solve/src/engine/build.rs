@@ -77,7 +77,7 @@ pub(crate) fn build_dense(
     drop(exchange);
     let closure = close_rows(&mut operator, scene, zones, surroundings);
     let mut warnings = Vec::new();
-    if pairs.paper > 0 {
+    if pairs.by_volume_method > 0 {
         let text = "the factors of two voxels are those of the 1996 paper, for comparison; the stated errors do not include the errors of these formulas";
         warnings.push(Diagnostic::warning("paper-factors", text));
     }
@@ -89,7 +89,7 @@ pub(crate) fn build_dense(
 fn pair_counts(c: &PairCounts) -> Vec<(String, u64)> {
     let list = [
         ("aligned pairs", c.aligned),
-        ("voxel pairs by a formula of the paper", c.paper),
+        ("voxel pairs by a formula of the paper", c.by_volume_method),
         ("pairs with a plate in any position", c.general),
         ("pairs with a cut voxel", c.cut),
         ("pairs with a pane", c.pane),

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`selection`] | the engine for a scene, and the reason |
 //! | `build` | construction of the operator with its closure |
-//! | [`spectral_memory`] | memory of a solve by the spectral engine |
+//! | `spectral_memory` | memory of a solve by the spectral engine |
 
 pub(crate) mod build;
 pub mod selection;

@@ -132,7 +132,7 @@ impl<'a> EngineSelection<'a> {
     }
 
     /// True if the spectral engine is preferable to all pairs in a box.
-    fn prefers_transforms(&self) -> bool {
+    fn prefers_spectral(&self) -> bool {
         self.zones.len() > MIN_SPECTRAL_ZONES
             || self.exceeds_dense
             || self.is_periodic
@@ -141,7 +141,7 @@ impl<'a> EngineSelection<'a> {
 
     /// True if the selection depends on whether the scene is a box.
     fn needs_enclosure(&self) -> bool {
-        let auto = self.requested == Engine::Auto && self.prefers_transforms();
+        let auto = self.requested == Engine::Auto && self.prefers_spectral();
         self.requested == Engine::Spectral || self.is_periodic || auto
     }
 
@@ -178,7 +178,7 @@ impl<'a> EngineSelection<'a> {
                     "slopes inside zones are for the spectral engine, which does not apply: {why}; use \"constant\""
                 ),
             ),
-            Some(Ok(_)) if self.prefers_transforms() => {
+            Some(Ok(_)) if self.prefers_spectral() => {
                 let kind = if self.is_periodic { "a periodic box" } else { "a box" };
                 let of = if self.wants_linear_basis { " and thick voxels" } else { "" };
                 let why =

@@ -67,7 +67,7 @@ pub(crate) fn widen_by_negative_flux(fields: &mut Fields) {
     }
 }
 
-/// Distributes the part of the balance's residual that neither the stated errors nor the error `lost` of the escaping power (W a band) explain.
+/// Distributes the part of the balance's residual that neither the stated errors nor the error `lost` of the escaping power (W per band) explain.
 pub(crate) fn widen_by_balance(zones: &Zones, energy: &EnergyBalance, lost: Bands, fields: &mut Fields) {
     let missing = (energy.residual * (energy.emitted + energy.incoming)).abs();
     let explained = absorbed_power(zones, |i| fields.total_error(i));
@@ -102,7 +102,7 @@ pub(crate) fn distribute(fraction: Bands, fields: &mut Fields) {
     }
 }
 
-/// Stated errors of the powers of a balance, W a band, for the `error` of each zone's incident field (W/m²).
+/// Stated errors of the powers of a balance, W per band, for the `error` of each zone's incident field (W/m²).
 ///
 /// Absorbed power: the sum of the errors of the zones. Incoming power: the root of the sum of squares, since each zone has rays of its own.
 /// Escaping power: the errors of all other powers together. Emitted power has no error.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use zonal_exchange::pair::closure_target;
 use zonal_scene::{Bands, LightGroup, ZoneValues, Zones};
 
-/// Standard error of the power that escapes, from the independent rays of each zone, W a band.
+/// Standard error of the power that escapes, from the independent rays of each zone, W per band.
 pub(crate) fn escaped_power_error(
     zones: &Zones,
     surroundings: &SurroundingsExchange,

@@ -24,8 +24,8 @@
 
 use super::linear_system::{IterationResult, LinearSystem, StoppingCriterion, source_power};
 use super::multivector::{self, VectorEntry};
-use crate::checkpoint::{Decoder, Encoder};
 use crate::operator::ExchangeOperator;
+use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
 use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress, SolveStatus};
 

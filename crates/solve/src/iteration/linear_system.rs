@@ -32,11 +32,11 @@ pub(crate) struct IterationResult {
     pub status: PerBand<SolveStatus>,
     /// R/P before the first and after each iteration, for each band.
     pub residuals: PerBand<Vec<f64>>,
-    /// P, W a band.
+    /// P, W per band.
     pub power: Bands,
 }
 
-/// P = Σ t |s⁰|, W a band.
+/// P = Σ t |s⁰|, W per band.
 pub(crate) fn source_power(targets: &[f64], source: &[Bands]) -> Bands {
     multivector::sum(source.len(), |i| source[i].map(|s| targets[i] * s.abs()))
 }

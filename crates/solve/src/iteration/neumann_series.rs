@@ -5,7 +5,7 @@
 
 use super::linear_system::{IterationResult, LinearSystem, source_power};
 use super::multivector::{self, MultiVector};
-use crate::checkpoint::{Decoder, Encoder};
+use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
 use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress, SolveStatus};
 

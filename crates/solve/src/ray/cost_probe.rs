@@ -53,7 +53,7 @@ pub(crate) fn probe_ray_cost(
 ) -> RayCost {
     let tracer = RayTracer::new(scene, zones, transport);
     let continues = uses_rays_only(zones);
-    // Vertices sample a light; the choice of the light hardly changes the time.
+    // Vertices sample per light; the choice of the light hardly changes the time.
     let lit = |_| LightField { fields: vec![Bands::ONE; zones.voxel_offset()], ..LightField::default() };
     let direct = DirectLight { lights: scene.lights().iter().filter(|_| continues).map(lit).collect() };
     let lights = continues.then(|| PathLights::new(scene, &direct));

@@ -8,7 +8,7 @@
 use super::path_continuation::{PathVertex, ZONES_PER_BLOCK, vertex_index};
 use super::ray_sampling::RaysPerZone;
 use super::ray_tracer::FIRST_CODE;
-use crate::checkpoint::{Decoder, Encoder};
+use crate::stage_codec::{Decoder, Encoder};
 use zonal_scene::{Band, PerBand};
 
 /// Approximate bytes of a stage: some seconds of work.
@@ -27,7 +27,7 @@ pub(crate) struct StageLimits {
     pub zones: usize,
 }
 
-/// Blocks of zones in a stage, with `rays` rays a zone.
+/// Blocks of zones in a stage, with `rays` rays per zone.
 pub(crate) fn blocks_per_stage(rays: usize) -> usize {
     (STAGE_BYTES / (RAY_BYTES * ZONES_PER_BLOCK * rays.max(1))).max(1)
 }

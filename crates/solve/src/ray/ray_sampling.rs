@@ -34,7 +34,7 @@ pub(crate) struct RaySamplingParams {
     /// the tolerance 0.03 by its estimate, not by its error.
     pub max_rays_in_total: f64,
     /// Zones above which rays are traced once, are the only method, and continue from close patches. The growth example shows 280
-    /// rays a zone below and 45 above at tolerance 0.1.
+    /// rays per zone below and 45 above at tolerance 0.1.
     pub max_zones_for_retrace: usize,
 }
 

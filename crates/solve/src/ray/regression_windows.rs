@@ -273,7 +273,7 @@ impl FaceNeighbours<'_> {
             }
             let mut to = c;
             to[k] = if up { c[k] + 1 } else { c[k] - 1 };
-            for other in self.zones.of_cell(self.grid.index(to)) {
+            for other in self.zones.voxel_zones_of_cell(self.grid.index(to)) {
                 let next = &self.zones.voxels[other];
                 let passes = if own.samples.is_empty() && next.samples.is_empty() {
                     self.unobstructed.is_connected(if up { z } else { other }, k)

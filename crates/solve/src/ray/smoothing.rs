@@ -11,7 +11,7 @@
 //! a larger Γ, that of the zone's own rays (intersection of confidence intervals, Goldenshluger & Nemirovski). The weights l_j are the
 //! same for all bands and light groups, so sums of columns remain sums.
 //!
-//! **Cost.** A few windows of up to 125 zones a zone.
+//! **Cost.** A few windows of up to 125 zones per zone.
 
 use super::ray_table::IncidentEstimate;
 use super::regression_windows::{RegressionWindow, RegressionWindows};

@@ -25,7 +25,7 @@ const MAX_UNDERSHOOT: f64 = 1e-6;
 fn not_converged(imbalance: Option<String>) -> Diagnostic {
     let imbalance = imbalance.map_or_else(String::new, |text| format!(", and {text}"));
     let text = format!(
-        "the solver ran out of steps before it reached the requested residual; the stated errors include the remainder{imbalance}: increase max_iterations"
+        "the solver reached the maximum number of iterations before the requested residual; the stated errors include the remainder{imbalance}: increase max_iterations"
     );
     Diagnostic::warning("not-converged", text)
 }

@@ -1,8 +1,8 @@
 //! The sampled exchange with the surroundings as a stage of a checkpoint.
 
-use super::surroundings_exchange::{SurroundingsExchange, rays_per_zone};
-use crate::checkpoint::{Decoder, Encoder};
+use super::surroundings_exchange::{SurroundingsExchange, escape_rays_per_zone};
 use crate::settings::SolveSettings;
+use crate::stage_codec::{Decoder, Encoder};
 use zonal_scene::{Scene, Zones};
 use zonal_transport::Transport;
 
@@ -18,7 +18,7 @@ pub(crate) fn measure(
 ) -> SurroundingsExchange {
     let kept = settings.checkpoints.load(STAGE).and_then(|bytes| decode(&bytes, zones.len()));
     kept.unwrap_or_else(|| {
-        let sampled = (rays_per_zone(scene), settings.pair_settings.sample);
+        let sampled = (escape_rays_per_zone(scene), settings.pair_settings.sample);
         let exchange = SurroundingsExchange::measure(scene, zones, transport, sampled, settings.progress);
         if settings.checkpoints.keeps() {
             settings.checkpoints.save(STAGE, &encode(&exchange));

@@ -18,7 +18,7 @@ use zonal_transport::Transport;
 struct SurroundingsSamplingParams {
     /// Rays of a zone times the square of the tolerance, and limits of that number.
     rays_times_tolerance_squared: f64,
-    rays_per_zone: [usize; 2],
+    escape_rays_per_zone: [usize; 2],
     /// Factor on the numbers of rays if the surroundings have a radiance.
     radiance_factor: usize,
     /// Pilot rays of a zone.
@@ -42,14 +42,14 @@ struct SurroundingsSamplingParams {
     expected_opening_rays: f64,
     expected_opening_tolerance: f64,
     /// Maximum number of rays of a zone.
-    max_rays_per_zone: usize,
+    max_escape_rays_per_zone: usize,
     /// Tolerance below which the total number of rays grows, like the tolerance to the power of −4/3.
     fine_tolerance: f64,
 }
 
 const PARAMS: SurroundingsSamplingParams = SurroundingsSamplingParams {
     rays_times_tolerance_squared: 0.05,
-    rays_per_zone: [256, 4096],
+    escape_rays_per_zone: [256, 4096],
     radiance_factor: 4,
     pilot_rays: 64,
     total_rays: 1 << 24,
@@ -62,7 +62,7 @@ const PARAMS: SurroundingsSamplingParams = SurroundingsSamplingParams {
     expected_growth: 10,
     expected_opening_rays: 1500.0,
     expected_opening_tolerance: 0.05,
-    max_rays_per_zone: 1 << 18,
+    max_escape_rays_per_zone: 1 << 18,
     fine_tolerance: 0.01,
 };
 
@@ -179,7 +179,7 @@ impl SurroundingsExchange {
 
     /// Expected number of rays of [`SurroundingsExchange::measure`] for `zones` zones, a sample of which is `self`.
     pub(crate) fn expected_rays(&self, scene: &Scene, zones: usize) -> u64 {
-        let (each, pilot) = ray_counts(scene, zones, rays_per_zone(scene));
+        let (each, pilot) = ray_counts(scene, zones, escape_rays_per_zone(scene));
         let limit = max_rays(scene, zones);
         let each = match scene.surroundings().has_radiance() {
             _ if self.is_closed() => pilot,
@@ -216,9 +216,9 @@ impl SurroundingsExchange {
 }
 
 /// Rays of a zone to the surroundings for the tolerance of a scene, before refinement.
-pub(crate) fn rays_per_zone(scene: &Scene) -> usize {
+pub(crate) fn escape_rays_per_zone(scene: &Scene) -> usize {
     let tolerance = scene.options().tolerance;
-    let [least, most] = PARAMS.rays_per_zone;
+    let [least, most] = PARAMS.escape_rays_per_zone;
     let factor = if scene.surroundings().has_radiance() { PARAMS.radiance_factor } else { 1 };
     ((PARAMS.rays_times_tolerance_squared / (tolerance * tolerance)) as usize).clamp(least, most) * factor
 }
@@ -280,7 +280,7 @@ fn ray_counts(scene: &Scene, n: usize, rays: usize) -> (usize, usize) {
 fn max_rays(scene: &Scene, n: usize) -> usize {
     let finer = (PARAMS.fine_tolerance / scene.options().tolerance).powf(RAYS_OVER_ERROR_EXPONENT).max(1.0);
     let total = PARAMS.radiance_factor * PARAMS.total_rays;
-    ((finer * total as f64 / n.max(1) as f64) as usize).min(PARAMS.max_rays_per_zone)
+    ((finer * total as f64 / n.max(1) as f64) as usize).min(PARAMS.max_escape_rays_per_zone)
 }
 
 /// Rays of all zones together before refinement.

@@ -8,8 +8,8 @@
 //!
 //! The state is saved as a stage ([`IterationCheckpoint`]); a resumed solve ends with the same bits.
 
-use crate::checkpoint::{Decoder, Encoder};
 use crate::iteration::{StoppingCriterion, multivector};
+use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
 use zonal_scene::{Bands, CheckpointStore, Progress};
 

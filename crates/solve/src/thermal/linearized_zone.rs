@@ -48,7 +48,7 @@ impl LinearizedZone {
             ThermalCondition::Flux(q) | ThermalCondition::Power(q) => q,
         };
         if slope.any(|s| s < 0.0) {
-            slope = shares.weights(blackbody_temperature(e.max(0.0)));
+            slope = shares.grey_gas_weights(blackbody_temperature(e.max(0.0)));
         }
         let all = (absorption * slope).sum();
         if all <= 0.0 {

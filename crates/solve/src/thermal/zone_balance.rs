@@ -48,7 +48,7 @@ impl ZoneBalance {
         }
         let wanted = q + sum(h);
         if fractions.is_constant() || wanted <= 0.0 {
-            let a = sum(fractions.weights(0.0));
+            let a = sum(fractions.grey_gas_weights(0.0));
             return (a > 0.0).then(|| wanted / a);
         }
         // The emitted power increases with E: bracket the solution, then bisect.
@@ -153,7 +153,7 @@ impl<'a> ZoneBalances<'a> {
                 if i < zones.voxel_offset() { l.absorb * w } else { w }
             }
             ThermalCondition::Flux(q) | ThermalCondition::Power(q) if q != 0.0 => {
-                let (a, m) = (fractions.weights(self.initial_temperature()), l.absorption_weight());
+                let (a, m) = (fractions.grey_gas_weights(self.initial_temperature()), l.absorption_weight());
                 let all = fractions.total(a * m);
                 if all > 0.0 { q * a * m / all } else { Bands::ZERO }
             }
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn zone_in_balance_has_the_given_net_power() {
-        let fractions = BandFractions::Weights {
+        let fractions = BandFractions::GreyGases {
             coefficients: PerBand::from_rgb([vec![0.2, 1e-4], vec![0.7, -1.5e-4], vec![0.1, 0.5e-4]]),
             range: [300.0, 3000.0],
             allow_partial: false,

@@ -5,8 +5,8 @@ use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{
-    Bands, Facet, Fields, NoCheckpoints, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution,
-    Surface, Zones,
+    BandFractions, Bands, Facet, Fields, NoCheckpoints, NoProgress, PerBand, Plate, Report, Scene,
+    SceneParts, Sides, Solution, Surface, Zones,
 };
 use zonal_solve::direct_light::illumination::{PowerNormalization, illuminate};
 use zonal_solve::light_groups::{SourceGroup, select_groups};
@@ -182,4 +182,17 @@ pub(crate) fn with_site(scene: &Scene, use_it: impl FnOnce(&SolveContext, &Surro
         progress: &NoProgress,
     };
     use_it(&site, &escape);
+}
+
+/// Three bands of water vapour and carbon dioxide: polynomials after Smith, Shen and Friedman, the third band as the remainder.
+pub(crate) fn gas() -> BandFractions {
+    let a = vec![6.508e-1, -5.551e-4, 3.029e-7, -5.353e-11];
+    let b = vec![-0.2504e-1, 6.112e-4, -3.882e-7, 6.528e-11];
+    let mut rest: Vec<f64> = a.iter().zip(&b).map(|(a, b)| -a - b).collect();
+    rest[0] += 1.0;
+    BandFractions::GreyGases {
+        coefficients: PerBand::from_rgb([a, b, rest]),
+        range: [600.0, 2400.0],
+        allow_partial: false,
+    }
 }

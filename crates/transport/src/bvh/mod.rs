@@ -202,7 +202,7 @@ impl Bvh {
     }
 
     /// True when a corner lies above the plane n·x = c by more than `slack`.
-    pub(crate) fn reaches_above(&self, n: Vec3, c: f64, slack: f64) -> bool {
+    pub(crate) fn has_points_above(&self, n: Vec3, c: f64, slack: f64) -> bool {
         let level = (c - n.dot(self.centre)) * self.scale;
         let n32 = n.array().map(|x| x as f32);
         let level = (level - PLANE_TEST_SLACK) as f32;

@@ -9,7 +9,7 @@
 //! triangle of up to two size², and a needle, is halved at its longest edge; any other becomes n² congruent ones, with n = √A/size
 //! rounded up.
 //!
-//! By voxels (`PatchRule::Voxels`) an axis-aligned rectangle is cut by the planes between the cells of the medium.
+//! By voxels (`PatchRule::Voxels`) per axis-aligned rectangle is cut by the planes between the cells of the medium.
 
 use zonal_math::Vec3;
 use zonal_scene::PatchRule;

@@ -246,7 +246,7 @@ pub(crate) fn draw(table: &Path, plot: &Path) -> Result<(), Box<dyn std::error::
             }
         }
         let of = |k: usize| points.iter().map(|p| (p.1[0], p.1[k])).collect();
-        p.add(scene, SeriesMark::Line, k, of(1)).add("", SeriesMark::Dashed, k, of(2));
+        p.add(scene, SeriesMark::LineWithPoints, k, of(1)).add("", SeriesMark::Dashed, k, of(2));
     }
     Ok(p.write(plot).map_err(|e| format!("{e}"))?)
 }

@@ -5,7 +5,7 @@
 //!               [--reference dense|spectral] [--samples 4] [--worst 5] [--shared ../shared] [--csv docs/against_dense.csv] [--plot docs/against_dense.svg]
 //! ```
 //!
-//! Printed for each tolerance: processor time, links and rays a zone, and for patches (H), voxel zones (G) and panes the L2 error (RMS of
+//! Printed for each tolerance: processor time, links and rays per zone, and for patches (H), voxel zones (G) and panes the L2 error (RMS of
 //! the difference over RMS of the dense solution), what the engine estimates it to be, the pointwise error (RMS of the relative
 //! difference over zones above a tenth of the mean), the median of estimate over error, and the share of zones within twice their own
 //! estimate; a band each where they differ. What misses its mark is named at the line's end. `--csv` puts the figures into a table, in the

@@ -126,7 +126,7 @@ fn doubled(model: &SceneModel) -> SceneModel {
         HeatCondition::Flux(q) | HeatCondition::Power(q) => *q *= 2.0,
     };
     looks(&mut m, |l| {
-        l.emission = l.emission * 2.0;
+        l.emission *= 2.0;
         heat(&mut l.heat);
     });
     parts(&mut m).for_each(|p| {
@@ -134,16 +134,16 @@ fn doubled(model: &SceneModel) -> SceneModel {
         heat(&mut p.heat);
     });
     for p in &mut m.panes {
-        p.emission = p.emission * 2.0;
+        p.emission *= 2.0;
         p.temperature = p.temperature.map(|t| t * warmer);
     }
     for l in &mut m.lights {
         match l {
-            ModelLight::Sun { irradiance: x, .. } | ModelLight::Sky { radiance: x } => *x = *x * 2.0,
+            ModelLight::Sun { irradiance: x, .. } | ModelLight::Sky { radiance: x } => *x *= 2.0,
             ModelLight::Emitter { .. } => {}
         }
     }
-    m.radiance = m.radiance * 2.0;
+    m.radiance *= 2.0;
     m.surroundings = m.surroundings.map(|t| t * warmer);
     m
 }

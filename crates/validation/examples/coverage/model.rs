@@ -301,8 +301,8 @@ impl SceneModel {
         let mut out = self.moved(&RigidMotion { rows, shift: [0.0; 3] });
         out.patch_size = self.patch_size.map(|p| p * s);
         let weaker = |p: &mut MediumPart| {
-            p.extinction = p.extinction * (1.0 / s);
-            p.source = p.source * (1.0 / s);
+            p.extinction *= 1.0 / s;
+            p.source *= 1.0 / s;
             if let HeatCondition::Flux(q) = &mut p.heat {
                 *q /= s;
             }
@@ -313,7 +313,7 @@ impl SceneModel {
         }
         for p in &mut out.panes {
             p.thickness *= s;
-            p.extinction = p.extinction * (1.0 / s);
+            p.extinction *= 1.0 / s;
         }
         for x in &mut out.surfaces {
             if let HeatCondition::Power(q) = &mut x.look.heat {

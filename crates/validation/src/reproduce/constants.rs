@@ -88,9 +88,9 @@ fn plot_constants(folder: &PageFolder, cache: &FactorCache) -> Result<(), Failur
         "−C(u), voxels",
         LOG_LOG,
     );
-    plot.add("along an axis", SeriesMark::Line, 0, along([1, 0, 0]));
-    plot.add("along a diagonal of a face", SeriesMark::Line, 2, along([1, 1, 0]));
-    plot.add("along a diagonal of the cube", SeriesMark::Line, 3, along([1, 1, 1]));
+    plot.add("along an axis", SeriesMark::LineWithPoints, 0, along([1, 0, 0]));
+    plot.add("along a diagonal of a face", SeriesMark::LineWithPoints, 2, along([1, 1, 0]));
+    plot.add("along a diagonal of the cube", SeriesMark::LineWithPoints, 3, along([1, 1, 1]));
     plot.add(
         "1/(6|u|)",
         SeriesMark::Dashed,
@@ -140,7 +140,7 @@ fn tabulate_errors(folder: &PageFolder, cache: &FactorCache) -> Result<(), Failu
             exact.push((n as f64, e.abs()));
             first.push((n as f64, l.abs()));
         }
-        plot.add(name, SeriesMark::Line, k, exact);
+        plot.add(name, SeriesMark::LineWithPoints, k, exact);
         plot.add("", SeriesMark::Dashed, k, first);
     }
     plot.add("one per cent", SeriesMark::Dashed, 7, vec![(10.0, 0.01), (100.0, 0.01)]);

@@ -9,7 +9,7 @@
 //! | `solves` | e = C/N in the solved radiosity; the whole system on the paper's own factors |
 
 mod constants;
-mod point;
+mod point_kernel;
 mod series;
 mod solves;
 mod timing;
@@ -52,7 +52,7 @@ pub fn run(options: &ReproductionOptions) -> Result<(), Failure> {
     step("constants")?;
     page += &constants::write(&folder)?;
     step("formula (3)")?;
-    page += &point::write(&folder)?;
+    page += &point_kernel::write(&folder)?;
     step("series")?;
     page += &series::write(&folder)?;
     step("times")?;

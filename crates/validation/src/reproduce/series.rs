@@ -2,7 +2,7 @@
 
 use zonal_exchange::aligned::{Cuboid, geometric_factor};
 use zonal_math::{Vec3, vec3};
-use zonal_paper::gegenbauer::relative_truncation;
+use zonal_paper::gegenbauer_series::relative_truncation;
 use zonal_paper::voxel_strips::single_reference_strip;
 use zonal_report::Failure;
 use zonal_report::plot::{LINEAR_LOG, LegendPlacement, Plot, SeriesMark};
@@ -74,7 +74,7 @@ fn figure_8(folder: &PageFolder) -> Result<String, Failure> {
                     .map(|(j, e)| (j as f64, pick(e).max(MIN_PLOTTED_ERROR)))
                     .collect()
             };
-            plot.add(&format!("N = {order}"), SeriesMark::Line, k, line(|e| e.0));
+            plot.add(&format!("N = {order}"), SeriesMark::LineWithPoints, k, line(|e| e.0));
             plot.add("", SeriesMark::Dashed, k, line(|e| e.1));
         }
         folder.plot(&format!("figure8-{name}.svg"), &plot)?;

@@ -127,8 +127,8 @@ fn against_divisions(folder: &PageFolder, divisions: &[usize]) -> Result<String,
         return Err(Failure::new("two solves at least are compared"));
     };
     let rate = (first / last).ln() / (nl / n0).ln();
-    plot.add("largest", SeriesMark::Line, 1, most);
-    plot.add("RMS", SeriesMark::Line, 0, rms.clone());
+    plot.add("largest", SeriesMark::LineWithPoints, 1, most);
+    plot.add("RMS", SeriesMark::LineWithPoints, 0, rms.clone());
     plot.add("1/N", SeriesMark::Dashed, 7, rms.iter().map(|&(n, _)| (n, last * nl / n)).collect());
     folder.plot("radiosity.svg", &plot)?;
     let shown: Vec<Vec<String>> = rows

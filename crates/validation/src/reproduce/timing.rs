@@ -212,7 +212,7 @@ fn strips(folder: &PageFolder, size: Size) -> Result<String, Failure> {
             six.push((n as f64, a));
             series.push((n as f64, b));
         }
-        plot.add(&format!("P_n reduced, {off} cells off"), SeriesMark::Line, k, series);
+        plot.add(&format!("P_n reduced, {off} cells off"), SeriesMark::LineWithPoints, k, series);
         plot.add(&format!("P_n by 6-D Gauss, {off} cells off"), SeriesMark::Dashed, k, six);
     }
     let claim = |y: f64| lengths.iter().map(|&n| (n as f64, y)).collect::<Vec<_>>();

@@ -77,7 +77,7 @@ fn discretization_error(s: &Solution) -> Result<&DiscretizationError, Failure> {
         .ok_or_else(|| Failure::new("the report has no discretization error"))
 }
 
-/// Power that a wall absorbs, W a band.
+/// Power that a wall absorbs, W per band.
 fn absorbed(e: &EnergyBalance, face: &str) -> Result<Bands, Failure> {
     let own = e.absorbed_surfaces.iter().find(|x| x.0.ends_with(face));
     own.map(|x| x.1).ok_or_else(|| Failure::new(format!("there is no wall {face}")))

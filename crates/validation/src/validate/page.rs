@@ -198,7 +198,7 @@ fn convergence(d: &CaseResult, plots: &PageFolder) -> Result<(), Failure> {
     for (k, (s, c)) in curves.iter().enumerate() {
         plot.add(
             s.name.split_once(": ").map_or(&s.name, |n| if all.len() > 3 { n.0 } else { &s.name }),
-            SeriesMark::Line,
+            SeriesMark::LineWithPoints,
             k,
             c.points.clone(),
         );
@@ -219,7 +219,7 @@ fn convergence(d: &CaseResult, plots: &PageFolder) -> Result<(), Failure> {
 fn profile(p: &ProfilePlot, plots: &PageFolder) -> Result<(), Failure> {
     let mut plot = Plot::new(&p.title, &p.x, &p.y, LINEAR);
     for (k, (name, points)) in p.ours.iter().enumerate() {
-        plot.add(name, SeriesMark::Plain, k, points.clone());
+        plot.add(name, SeriesMark::Line, k, points.clone());
     }
     for (k, (name, points)) in p.reference.iter().enumerate() {
         plot.add(name, SeriesMark::Dots, p.ours.len() + k, points.clone());

@@ -26,10 +26,9 @@
 //!
 //! **Error.** All terms of the factors for constant radiosity are positive.
 //! - *Step.* The rule multiplies r^{−q} by 1 + ε, |ε| ≤ 2 Σ_l |Γ(q/2 + 2πil/h)|/Γ(q/2), below 1e-25 for h = [`LOG_STEP`]. With a medium the
-//! contour may be
-//!   turned by any φ < π/2: |ε| is about e^{−2πφ/h + κr(1 − cos φ)}, below 1e-13 up to κr = 30; beyond, [`step_error`] gives it relative to e^{−κr}.
+//!   contour may be turned by any φ < π/2: |ε| is about e^{−2πφ/h + κr(1 − cos φ)}, below 1e-13 up to κr = 30; beyond, [`step_error`] gives it relative to e^{−κr}.
 //! - *Ends.* Integrands fall at least as u and 1/u towards the ends, a factor [`END_SHARE`] off the longest and the shortest length (or mean
-//! free path): that share is left out.
+//!   free path): that share is left out.
 //!   Below κ/18, iᵐerfc(9) < 1e-36 of the radiation of a row is left out.
 //! - *Profiles.* Gauss rules on pieces over which the exponent changes by [`MAX_EXPONENT_CHANGE`] at most: below 1e-15.
 //! - *Rounding.* Exponents up to 41 with a relative error of 2 ulp, sums of eight columns: below 4e-14.

@@ -7,7 +7,7 @@ use super::periodic;
 use super::table::FactorTable;
 use zonal_math::Bounded;
 
-/// Voxel–voxel factors of a regular voxmap (m⁴), by offset.
+/// Voxel–voxel factors of a regular voxel grid (m⁴), by offset.
 ///
 /// ```
 /// use zonal_exchange::aligned::lattice::OffsetTable;
@@ -19,7 +19,7 @@ use zonal_math::Bounded;
 pub struct OffsetTable(pub(super) FactorTable);
 
 impl OffsetTable {
-    /// The table of a voxmap of `counts` voxels with these `edges` (m), for extinction `kappa` ≥ 0 (1/m); every radius is
+    /// The table of a voxel grid of `counts` voxels with these `edges` (m), for extinction `kappa` ≥ 0 (1/m); every radius is
     /// at most `tolerance` · value, as for [`geometric_factor`](crate::aligned::geometric_factor). Runs on rayon's threads.
     ///
     /// # Panics
@@ -29,7 +29,7 @@ impl OffsetTable {
         OffsetTable(FactorTable::new(OffsetIndex::of_edges(edges, counts), &family))
     }
 
-    /// The table of a periodic voxmap: `counts` offsets, each value the sum over its `images`, which hold edges and extinction.
+    /// The table of a periodic voxel grid: `counts` offsets, each value the sum over its `images`, which hold edges and extinction.
     /// Relative radii are 2e-13; they grow for offsets longer than 30 mean free paths, which are negligible in a row sum. Without extinction
     /// the sum diverges for two periodic axes and is given as 0: such voxels do not emit.
     ///
@@ -47,7 +47,7 @@ impl OffsetTable {
     /// The factor of two voxels whose indices differ by `offset`, each |component| below its count.
     ///
     /// # Panics
-    /// On an offset outside of the voxmap.
+    /// On an offset outside of the voxel grid.
     pub fn get(&self, offset: [i64; 3]) -> Bounded {
         self.0.get(offset)
     }

@@ -1,6 +1,6 @@
 //! glTF materials as diffuse surfaces and panes.
 //!
-//! | glTF | here |
+//! | glTF | this program |
 //! |---|---|
 //! | base colour and its texture | reflectance; the metallic factor is ignored |
 //! | emissive factor × strength × texture | a radiance L; emission = π L |
@@ -68,7 +68,7 @@ pub(super) fn read_materials(
 ) -> Result<MaterialTable, FileFault> {
     let mut mappings = Vec::new();
     let mut names = HashSet::new();
-    let mut images = ImageReader { files, path, buffers, read: HashMap::new(), metallic: 0 };
+    let mut images = ImageReader { files, path, buffers, image_cache: HashMap::new(), metallic_count: 0 };
     for (i, m) in document.materials().enumerate() {
         let mut name = m.name().unwrap_or("").trim().to_string();
         if name.is_empty() {
@@ -82,8 +82,8 @@ pub(super) fn read_materials(
         mesh.materials.push(material);
         mappings.push(mapping);
     }
-    if images.metallic > 0 {
-        let (file, n) = (buffers.file, images.metallic);
+    if images.metallic_count > 0 {
+        let (file, n) = (buffers.file, images.metallic_count);
         mesh.notes.push(format!("{file}: {n} metallic materials were read as diffuse"));
     }
     Ok(MaterialTable { mappings, default: None })
@@ -102,22 +102,22 @@ fn add_alpha_warnings(
     match m.alpha_mode() {
         AlphaMode::Mask if alpha_in_texture => {
             out.opaque_warning = Some(format!(
-                "{place} has holes in the alpha of its picture (alphaMode MASK), which are not read: it is opaque all over; {remedy}"
+                "{place} has holes in the alpha of its texture (alphaMode MASK), which are not read: it is treated as fully opaque; {remedy}"
             ));
         }
         AlphaMode::Mask if alpha < f64::from(m.alpha_cutoff().unwrap_or(0.5)) => {
             out.opaque_warning = Some(format!(
-                "{place} is cut out all over (alphaMode MASK, alpha below the cutoff), which is not read: it is opaque; {remedy}"
+                "{place} is entirely cut out (alphaMode MASK, alpha below the cutoff), which is not read: it is opaque; {remedy}"
             ));
         }
         AlphaMode::Blend if alpha_in_texture && alpha >= 1.0 => {
             out.opaque_warning = Some(format!(
-                "{place} blends by the alpha of its picture, which is not read: it is opaque; write materials.\"{name}\".pane = {{ … }} for a pane, or pane = false and properties of its own"
+                "{place} blends by the alpha of its texture, which is not read: it is opaque; write materials.\"{name}\".pane = {{ … }} for a pane, or pane = false and properties of its own"
             ));
         }
         AlphaMode::Blend if alpha_in_texture => {
             out.pane_warning = Some(format!(
-                "{place} blends by the alpha of its picture too, which is not read: its alpha factor alone was used"
+                "{place} blends by the alpha of its texture too, which is not read: its alpha factor alone was used"
             ));
         }
         _ => {}
@@ -194,9 +194,10 @@ struct ImageReader<'a> {
     files: FileSource<'a>,
     path: &'a Path,
     buffers: &'a Buffers<'a>,
-    read: HashMap<usize, ImageSource>,
+    /// Images already read, by index.
+    image_cache: HashMap<usize, ImageSource>,
     /// Number of metallic materials.
-    metallic: usize,
+    metallic_count: usize,
 }
 
 impl ImageReader<'_> {
@@ -238,7 +239,7 @@ impl ImageReader<'_> {
             out.emission = emissive.map(|x| x * strength * PI);
             self.read_emissive_texture(m, &place, &mut mapping, &mut out, notes)?;
             if pbr.metallic_factor() > 0.0 && pbr.metallic_roughness_texture().is_none() {
-                self.metallic += 1;
+                self.metallic_count += 1;
             }
         }
         out.glass = read_glass(m, base, alpha, FilePlace { file, place: &place }, notes)?;
@@ -264,7 +265,7 @@ impl ImageReader<'_> {
         let own = TextureMapping::new(&info);
         if mapping.used && !mapping.is_same_as(&own) {
             notes.push(format!(
-                "{}: {place} maps its emissive picture in another way than its base colour; the latter's was used for both",
+                "{}: {place} maps its emissive texture in another way than its base colour; the latter's was used for both",
                 self.buffers.file
             ));
         } else {
@@ -287,7 +288,7 @@ impl ImageReader<'_> {
             let message = "its texture has no image; export the file again";
             return Err(FileFault::new(file, place, message));
         };
-        if let Some(p) = self.read.get(&index) {
+        if let Some(p) = self.image_cache.get(&index) {
             return Ok(Some(p.clone()));
         }
         let label = format!("image {index}");
@@ -298,7 +299,7 @@ impl ImageReader<'_> {
             }
             (None, Some(uri)) => {
                 let image_source = ImageSource::File(path_beside(self.path, uri));
-                self.read.insert(index, image_source.clone());
+                self.image_cache.insert(index, image_source.clone());
                 return Ok(Some(image_source));
             }
             (None, None) => {
@@ -307,7 +308,7 @@ impl ImageReader<'_> {
             }
         };
         let image_source = ImageSource::Bytes { name: format!("{file}:{label}"), bytes: Rc::from(bytes) };
-        self.read.insert(index, image_source.clone());
+        self.image_cache.insert(index, image_source.clone());
         Ok(Some(image_source))
     }
 }

@@ -175,7 +175,7 @@ fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError>
                 return Err(r.error("constant band fractions hold everywhere; remove this key"));
             }
             let s = n.bands(1.0)?;
-            Ok(BandFractions::Weights {
+            Ok(BandFractions::GreyGases {
                 coefficients: s.map_to(|s| vec![s]),
                 range: [1.0, 1.0],
                 allow_partial,
@@ -188,7 +188,7 @@ fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError>
                 return Err(t.error("range has two temperatures; write range = [600, 2400]"));
             };
             let range = [read_kelvin(low.clone())?, read_kelvin(high.clone())?];
-            Ok(BandFractions::Weights { coefficients: read_polynomials(&n)?, range, allow_partial })
+            Ok(BandFractions::GreyGases { coefficients: read_polynomials(&n)?, range, allow_partial })
         }
         (Some(_), Some(n)) => Err(n.error("band_fractions and weights are both given; keep one of them")),
         (None, None) if t.get("range").is_none() && !allow_partial => Ok(BandFractions::Grey),

@@ -135,7 +135,7 @@ impl<'a> TomlNode<'a> {
     pub(crate) fn counts(&self) -> Result<[usize; 3], InputError> {
         self.triple("three whole numbers [nx, ny, nz]", TomlNode::count)
     }
-    /// One number for all axes, or one an axis; all above zero.
+    /// One number for all axes, or one per axis; all above zero.
     pub(crate) fn lengths(&self) -> Result<Vec3, InputError> {
         if self.is_list() {
             self.triple("a number or [x, y, z]", TomlNode::positive).map(Vec3::from_array)
@@ -143,7 +143,7 @@ impl<'a> TomlNode<'a> {
             self.positive().map(Vec3::splat)
         }
     }
-    /// One number for all bands or one a band, each from 0 to `max`.
+    /// One number for all bands or one per band, each from 0 to `max`.
     pub(crate) fn bands(&self, max: f64) -> Result<Bands, InputError> {
         let one = |n: &TomlNode<'a>| {
             let x = n.number()?;
@@ -227,7 +227,7 @@ impl<'a> TomlTable<'a> {
             let text = format!(
                 "this key is now named {new}; the former name will be refused by a later version: zonal migrate renames it"
             );
-            self.source.add_note(offset, Diagnostic::warning("renamed-key", text).at(old));
+            self.source.add_note(offset, Diagnostic::note("renamed-key", text).at(old));
         }
         Ok(())
     }

@@ -217,7 +217,7 @@ impl ThermalFormat {
     fn new(t: &Thermal) -> ThermalFormat {
         let band_fractions = match &t.band_fractions {
             BandFractions::Grey => None,
-            BandFractions::Weights { coefficients, range, allow_partial } => Some(FractionsFormat {
+            BandFractions::GreyGases { coefficients, range, allow_partial } => Some(FractionsFormat {
                 coefficients: coefficients.clone().into_rgb(),
                 range: *range,
                 allow_partial: *allow_partial,
@@ -230,9 +230,11 @@ impl ThermalFormat {
     pub(super) fn into_thermal(self) -> Thermal {
         let band_fractions = match self.band_fractions {
             None => BandFractions::Grey,
-            Some(FractionsFormat { coefficients, range, allow_partial }) => {
-                BandFractions::Weights { coefficients: PerBand::from_rgb(coefficients), range, allow_partial }
-            }
+            Some(FractionsFormat { coefficients, range, allow_partial }) => BandFractions::GreyGases {
+                coefficients: PerBand::from_rgb(coefficients),
+                range,
+                allow_partial,
+            },
         };
         let ThermalFormat { surfaces, panes, surroundings, .. } = self;
         Thermal { band_fractions, surfaces, panes, surroundings }

@@ -189,7 +189,7 @@ fn read_voxel_grid(npz: &mut NpzReader<'_>, h: &VoxelGridHeader) -> Result<Voxel
     let emission = npz.band_rows("voxmap_emission", &dims)?;
     let source = npz.band_rows("voxmap_source", &dims)?;
     let mut voxel_grid = VoxelGrid::new(h.min, h.cell, dims).map_err(|e| scene_error(npz, &e))?;
-    // The index of the zones takes four bytes a cell.
+    // The index of the zones takes four bytes per cell.
     npz.charge("voxmap_extinction", 4 * voxel_grid.len() as u64)?;
     if let (ZoneRows::Same(k), ZoneRows::Same(o), ZoneRows::Same(e), ZoneRows::Same(q)) =
         (&extinction, &albedo, &emission, &source)

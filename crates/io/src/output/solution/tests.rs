@@ -239,7 +239,7 @@ fn a_solution_round_trips_to_the_bit() {
     assert_same(&s, &back);
     write_solution(&path, &back).unwrap();
     assert_eq!(once, fs::read(&path).unwrap(), "the bytes are deterministic");
-    crate::output::write_zones_csv(&dir.join("a.csv"), &s).unwrap();
+    crate::output::write_zones_csv(dir.join("a.csv"), &s).unwrap();
     let table = fs::read_to_string(dir.join("a.csv")).unwrap();
     assert_eq!(table.lines().count(), 1 + s.zones.len());
     assert!(table.contains("\"lamp, old\""));
@@ -426,7 +426,7 @@ fn thermal_solution() -> Solution {
         ThermalCondition::Flux(0.0),
     ];
     parts.thermal = Some(Thermal {
-        band_fractions: BandFractions::Weights {
+        band_fractions: BandFractions::GreyGases {
             coefficients: PerBand::from_rgb([vec![0.5, -1e-4], vec![0.25, 1e-4], vec![0.25]]),
             range: [400.0, 2e3],
             allow_partial: false,

@@ -14,7 +14,7 @@
 //! | `radiosity of NAME [W/m2]` | radiosity of each light group, if there are several |
 //!
 //! A cell that walls divide has the volume means over its zones: B = Σ B_j V_j/V. With V the free volume, Σ BV, and Σ κBV
-//! with it (κ is one number a cell), are those of the zones: 4 Σ κBV is what the medium emits and scatters, Σ κ(1−Ω)(G + G_dir)V
+//! with it (κ is one number per cell), are those of the zones: 4 Σ κBV is what the medium emits and scatters, Σ κ(1−Ω)(G + G_dir)V
 //! what it absorbs; the temperature is that of the mean of T⁴. Cells without zones are 0.
 
 use super::document::{DataArray, NumberType, VtkDocument};
@@ -58,7 +58,7 @@ fn cell(map: &VoxelGrid, i: usize) -> usize {
 
 fn fields<'a>(s: &'a Solution, map: &'a VoxelGrid) -> Vec<DataArray<'a>> {
     let (zones, f, n, first) = (&s.zones, &s.fields, map.len(), s.zones.voxel_offset());
-    let here = move |i: usize| zones.of_cell(cell(map, i));
+    let here = move |i: usize| zones.voxel_zones_of_cell(cell(map, i));
     let volume = move |i: usize| here(i).map(|j| zones.voxels[j].volume).sum::<f64>();
     let mean = move |i: usize, value: &dyn Fn(usize) -> Bands| {
         let (whole, mut sum) = (volume(i), Bands::ZERO);

@@ -19,8 +19,9 @@ impl<'a> NeighbourAgreement<'a> {
         pilot: &[DirectLightEstimate],
     ) -> NeighbourAgreement<'a> {
         let offset = sampler.zones.voxel_offset();
-        let of_cell =
-            |c: usize| sampler.zones.of_cell(c).fold(0, |s, z| s | pilot[z + offset].visibility_bits());
+        let of_cell = |c: usize| {
+            sampler.zones.voxel_zones_of_cell(c).fold(0, |s, z| s | pilot[z + offset].visibility_bits())
+        };
         let mut bits: Vec<u8> = (0..grid.len()).map(of_cell).collect();
         let dims = grid.dims();
         for (axis, stride) in [dims[1] * dims[2], dims[2], 1].into_iter().enumerate() {

@@ -18,7 +18,7 @@ const SUN: &str =
     "[[light]]\nkind = \"sun\"\ndirection = [0.3, 0.2, -1]\nirradiance = 100\nangular_diameter = 2\n";
 const SKY: &str = "[[light]]\nkind = \"sky\"\nradiance = 1\n";
 
-/// Gathered light against thousands of samples a zone.
+/// Gathered light against thousands of samples per zone.
 fn check(light: &str, omit: &str, limit: f64) {
     let text = ROOM.replace("OMIT", omit) + light;
     let scene = zonal_io::input::parse_scene(&text, None, "room").unwrap();

@@ -114,7 +114,7 @@ impl<'a> ZoneLightSampler<'a> {
     }
 
     /// Adds the samples of `range` of zone `i`.
-    fn add_samples(&self, t: &mut SampleTally, i: usize, range: std::ops::Range<usize>) {
+    fn trace_shadow_rays(&self, t: &mut SampleTally, i: usize, range: std::ops::Range<usize>) {
         let seed = |m: u64| low_discrepancy::split_mix64((i as u64) << 3 | m);
         let shift = [0, 1, 2].map(|m| low_discrepancy::hash_to_unit((i as u64) << 3 | m));
         let (scramble, turn) = ([seed(3) as u32, seed(4) as u32], seed(5) as u32);
@@ -132,11 +132,16 @@ impl<'a> ZoneLightSampler<'a> {
                 }
             };
             let [p, q] = low_discrepancy::sobol_2d(k as u32, scramble);
-            self.add_sample(t, x, receiver, [p, q, low_discrepancy::sobol_third_dimension(k as u32, turn)]);
+            self.trace_shadow_ray(
+                t,
+                x,
+                receiver,
+                [p, q, low_discrepancy::sobol_third_dimension(k as u32, turn)],
+            );
         }
     }
 
-    fn add_sample(&self, t: &mut SampleTally, x: Vec3, receiver: Receiver, s: [f64; 3]) {
+    fn trace_shadow_ray(&self, t: &mut SampleTally, x: Vec3, receiver: Receiver, s: [f64; 3]) {
         t.count += 1;
         let (unoccluded, sample) = self.light.sample_with_unoccluded(self.transport, x, receiver, s);
         let Some(sample) = sample else {
@@ -191,7 +196,7 @@ impl<'a> ZoneLightSampler<'a> {
     /// Estimates zone `i` from the samples of a range.
     pub(super) fn sample_zone(&self, i: usize, samples: std::ops::Range<usize>) -> DirectLightEstimate {
         let mut t = SampleTally::default();
-        self.add_samples(&mut t, i, samples);
+        self.trace_shadow_rays(&mut t, i, samples);
         if t.weight == 0.0 && self.has_closed_form {
             return self.estimate_unlit(i, t.count);
         }

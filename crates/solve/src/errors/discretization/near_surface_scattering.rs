@@ -46,7 +46,7 @@ pub(super) fn add_to_errors(
     }
 }
 
-/// Backscattered power that the cells do not resolve, for one surface, W a band.
+/// Backscattered power that the cells do not resolve, for one surface, W per band.
 #[derive(Clone, Copy, Default)]
 struct UnresolvedPower {
     incident: Bands,

@@ -32,7 +32,7 @@ pub struct ProblemSize {
     pub zone_bytes: u64,
     /// Bytes of direct light, surroundings, iteration and fields, whatever the engine.
     pub field_bytes: u64,
-    /// Largest optical depth across a voxel zone: [`max_voxel_thickness`].
+    /// Largest optical depth across a voxel zone: `max_voxel_thickness`.
     pub thickness: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Cell-by-cell integration: the baseline of the development.
+//! Direct quadrature cell by cell, with which the series expansion is compared.
 
 use super::plate_geometry::plate_nodes;
 use super::surface::SmoothSurface;
@@ -7,7 +7,7 @@ use zonal_exchange::{Factor, Method};
 use zonal_math::{Bounded, gauss_legendre};
 use zonal_scene::Plate;
 
-/// 𝓕 of `plate` and one cell [[u₀, u₁], [v₀, v₁]] by tensor Gauss rules of `points` points in each of four directions, m²: the baseline. Points
+/// 𝓕 of `plate` and one cell [[u₀, u₁], [v₀, v₁]] by tensor Gauss rules of `points` points in each of four directions, m². Points
 /// behind either count as zero. The radius is the difference to one point less: estimated.
 pub fn direct_integral(surface: &SmoothSurface, cell: [[f64; 2]; 2], plate: &Plate, points: usize) -> Factor {
     let sum = |n: usize| {

@@ -1,23 +1,24 @@
 //! Convex polygons in a plane: intersection, difference, clipping of segments.
 
 /// A point (x, z).
-pub(super) type PlanePoint = [f64; 2];
+pub(super) type Point2 = [f64; 2];
 
-fn side(a: PlanePoint, b: PlanePoint, p: PlanePoint) -> f64 {
+/// Twice the signed area of the triangle a, b, p: positive if `p` is to the left of the line from `a` to `b`.
+fn orientation(a: Point2, b: Point2, p: Point2) -> f64 {
     (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
 }
 
-/// Twice the signed area.
-pub(super) fn area(polygon: &[PlanePoint]) -> f64 {
-    (0..polygon.len()).map(|i| side([0.0; 2], polygon[i], polygon[(i + 1) % polygon.len()])).sum()
+/// Twice the signed area of a polygon.
+pub(super) fn twice_area(polygon: &[Point2]) -> f64 {
+    (0..polygon.len()).map(|i| orientation([0.0; 2], polygon[i], polygon[(i + 1) % polygon.len()])).sum()
 }
 
 /// The part to the left of the line from `a` to `b`.
-pub(super) fn left_part(polygon: &[PlanePoint], a: PlanePoint, b: PlanePoint) -> Vec<PlanePoint> {
+pub(super) fn clip_left_of(polygon: &[Point2], a: Point2, b: Point2) -> Vec<Point2> {
     let mut out = Vec::with_capacity(polygon.len() + 1);
     for i in 0..polygon.len() {
         let (p, q) = (polygon[i], polygon[(i + 1) % polygon.len()]);
-        let (dp, dq) = (side(a, b, p), side(a, b, q));
+        let (dp, dq) = (orientation(a, b, p), orientation(a, b, q));
         if dp >= 0.0 {
             out.push(p);
         }
@@ -26,26 +27,27 @@ pub(super) fn left_part(polygon: &[PlanePoint], a: PlanePoint, b: PlanePoint) ->
             out.push([p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])]);
         }
     }
-    if out.len() < 3 || area(&out).abs() < 1e-6 { Vec::new() } else { out }
+    if out.len() < 3 || twice_area(&out).abs() < 1e-6 { Vec::new() } else { out }
 }
 
 /// Intersection of two convex polygons, both counter-clockwise.
-pub(super) fn intersection(polygon: &[PlanePoint], other: &[PlanePoint]) -> Vec<PlanePoint> {
+pub(super) fn intersection(polygon: &[Point2], other: &[Point2]) -> Vec<Point2> {
     let edges = (0..other.len()).map(|i| (other[i], other[(i + 1) % other.len()]));
-    edges.fold(polygon.to_vec(), |rest, (a, b)| if rest.is_empty() { rest } else { left_part(&rest, a, b) })
+    edges
+        .fold(polygon.to_vec(), |rest, (a, b)| if rest.is_empty() { rest } else { clip_left_of(&rest, a, b) })
 }
 
 /// Difference of two convex polygons, in convex pieces.
-pub(super) fn difference(polygon: &[PlanePoint], other: &[PlanePoint]) -> Vec<Vec<PlanePoint>> {
+pub(super) fn difference(polygon: &[Point2], other: &[Point2]) -> Vec<Vec<Point2>> {
     let mut pieces = Vec::new();
     let mut rest = polygon.to_vec();
     for i in 0..other.len() {
         let (a, b) = (other[i], other[(i + 1) % other.len()]);
-        let out = left_part(&rest, b, a);
+        let out = clip_left_of(&rest, b, a);
         if !out.is_empty() {
             pieces.push(out);
         }
-        rest = left_part(&rest, a, b);
+        rest = clip_left_of(&rest, a, b);
         if rest.is_empty() {
             break;
         }
@@ -54,15 +56,11 @@ pub(super) fn difference(polygon: &[PlanePoint], other: &[PlanePoint]) -> Vec<Ve
 }
 
 /// The part of a piece of a line within a convex polygon.
-pub(super) fn clip_segment(
-    polygon: &[PlanePoint],
-    a: PlanePoint,
-    b: PlanePoint,
-) -> Option<(PlanePoint, PlanePoint)> {
+pub(super) fn clip_segment(polygon: &[Point2], a: Point2, b: Point2) -> Option<(Point2, Point2)> {
     let (mut lo, mut hi) = (0.0f64, 1.0f64);
     for i in 0..polygon.len() {
         let (p, q) = (polygon[i], polygon[(i + 1) % polygon.len()]);
-        let (da, db) = (side(p, q, a), side(p, q, b));
+        let (da, db) = (orientation(p, q, a), orientation(p, q, b));
         match (da < 0.0, db < 0.0) {
             (true, true) => return None,
             (true, false) => lo = lo.max(da / (da - db)),
@@ -78,15 +76,15 @@ pub(super) fn clip_segment(
 mod tests {
     use super::*;
 
-    fn square(x: f64, z: f64, s: f64) -> Vec<PlanePoint> {
+    fn square(x: f64, z: f64, s: f64) -> Vec<Point2> {
         vec![[x, z], [x + s, z], [x + s, z + s], [x, z + s]]
     }
 
     #[test]
     fn intersection_and_difference_add_up_to_the_polygon() {
         let (a, b) = (square(0.0, 0.0, 2.0), square(1.0, 0.5, 3.0));
-        let rest: f64 = difference(&a, &b).iter().map(|p| area(p)).sum();
-        assert!((area(&intersection(&a, &b)) - 3.0).abs() < 1e-12 && (rest - 5.0).abs() < 1e-12);
+        let rest: f64 = difference(&a, &b).iter().map(|p| twice_area(p)).sum();
+        assert!((twice_area(&intersection(&a, &b)) - 3.0).abs() < 1e-12 && (rest - 5.0).abs() < 1e-12);
         assert!(intersection(&a, &square(5.0, 5.0, 1.0)).is_empty());
         let (p, q) = clip_segment(&a, [-1.0, 1.0], [5.0, 1.0]).unwrap();
         assert!(p == [0.0, 1.0] && q == [2.0, 1.0]);
