@@ -3,7 +3,7 @@
 
 Runs both binaries on the same small scenes (all engines, both modes, every output) and compares the bytes of every numeric array of an
 .npz, the pixels of .exr and .png, the binary buffers of .glb and .vtu/.vti, and the numbers of .csv. Keys of JSON, hashes, versions,
-times and the compression of containers are no part of the comparison. Needs numpy. Exit code 1 where anything differs.
+times and the compression of containers are no part of the comparison. Scenes use former spellings of keys, which builds of both kinds read. Needs numpy. Exit code 1 where anything differs.
 """
 
 import argparse

@@ -24,9 +24,9 @@ fn row(name: &str, l: &CoverageCounts) -> String {
 /// Verdicts and tables, in Markdown.
 pub(crate) fn tables(s: &CampaignSummary) -> String {
     const HEAD: &str = "| | scenes | sums by name covered | zones covered by twice their error | unknown | beyond ten times, silent / warned |\n|---|---:|---:|---:|---:|---:|\n";
-    let mut t = String::from("| asked | found | |\n|---|---|---|\n");
+    let mut t = String::from("| requirement | result | |\n|---|---|---|\n");
     for (asked, found, holds) in s.verdicts() {
-        let _ = writeln!(t, "| {asked} | {found} | {} |", if holds { "holds" } else { "FAILS" });
+        let _ = writeln!(t, "| {asked} | {found} | {} |", if holds { "pass" } else { "FAIL" });
     }
     let _ = write!(t, "\n{HEAD}{}", row("all", &s.all));
     for (name, l) in s.by_engine.iter().filter(|l| l.1.scenes > 0) {
@@ -57,25 +57,24 @@ pub(crate) fn write(
     let (n, seed, walks) = (plan.scenes.len(), plan.seed, plan.walks);
     let small = if plan.size == CampaignSize::Small { " --small yes" } else { "" };
     let text = format!(
-        "# Coverage: stated errors beside true ones\n\n\
+        "# Coverage: stated against true errors\n\n\
         Written by\n\n    cargo run --release -p zonal-validation --example coverage -- --random {n} --seed {seed} --walks {walks}{small} --page docs/coverage.md\n\n\
-        {n} random scenes (boxes; rooms with solids, nested and touching; panes; plates; turned rooms; hollow shells; periodic ones; thin, thick and\n\
-        varying media; every kind of light; thermal mode with every kind of condition; one to three bands), each solved by every engine that applies and\n\
-        by {walks} walks of the reference a band. A sum by name (power absorbed, net power, temperature) is compared with the continuous problem: its\n\
-        stated error is that of the exchange and of the size of the zones. What arrives at a zone, and its temperature, is compared with the exact\n\
-        solution of the zonal equations on the same zones. *Covered*: |difference| ≤ stated + 3σ of the reference, of zones 2 stated + 3σ.\n\n\
-        What is not plain in the tables:\n\n\
-        - *Beyond ten times* is |difference| > 10 stated + 6σ. Where the exchange is exact the stated error of a zone is next to nothing, and of a hundred\n  \
-        thousand means over random walks some hundred are more than 3σ off; beyond 6σ there should be none.\n\
-        - A scene of which a sum by name is not covered, or a zone is beyond ten times, is walked once more, ten times as often, and judged by that.\n\
-        - Zones that few walks meet, at which σ is more than 4 % of the value, are not compared: the spread of few walks does not tell their error.\n\
-        - In a thin medium between two plates without end light goes farther than any of the walks; what they lack of it is part of σ (`reference/src/forward_monte_carlo/grazing_error.rs`).\n\
-        - What the scene gives (a temperature, a net power) is not counted. Unknown errors count as not covered.\n\
-        - The median is over quantities that are more than 3σ off the reference, of estimated and statistical grade.\n\n\
-        A single scene is `--index K`; `--keep FOLDER` writes those on which something fails.\n\n{}\n\
+        {n} random scenes (boxes; rooms with solids, nested and touching; panes; plates; rotated rooms; hollow shells; periodic boxes; thin, thick and\n\
+        varying media; all kinds of light; thermal mode with all boundary conditions; one to three bands) are solved by every applicable engine and\n\
+        by {walks} random walks per band. A sum by name (absorbed power, net power, temperature) is compared with the continuous problem; its\n\
+        stated error includes the discretization error. The incident radiation and the temperature of a zone are compared with the exact\n\
+        solution of the zonal equations on the same zones. *Covered* means |difference| ≤ stated error + 3σ of the reference for sums, 2 × stated error + 3σ for zones.\n\n\
+        - *Beyond ten times* means |difference| > 10 × stated error + 6σ. Where the exchange is exact, the stated error of a zone is nearly zero, and among a hundred\n  \
+        thousand Monte Carlo means several hundred differ by more than 3σ; none should differ by more than 6σ.\n\
+        - A scene with a sum that is not covered, or a zone beyond ten times, is repeated with ten times as many walks, and that result counts.\n\
+        - Zones with σ above 4 % of the value are not compared: the spread of few walks is no reliable standard error.\n\
+        - In a thin medium between two infinite plates some radiation travels farther than any walk; its estimate is part of σ (`reference/src/forward_monte_carlo/grazing_error.rs`).\n\
+        - Given quantities (a temperature, a net power) do not count. Unknown errors count as not covered.\n\
+        - The median is over quantities of estimated and statistical grade that differ from the reference by more than 3σ.\n\n\
+        `--index K` runs a single scene; `--keep FOLDER` writes the scenes with failures.\n\n{}\n\
         ![stated errors against differences]({file})\n\n\
-        Each point is a quantity whose difference from the reference is more than 3σ, which is there in the limit too: of zones twice the stated error\n\
-        and 3σ, of sums by name the stated error and 3σ. Both are relative to the quantity, and {MAX_PLOTTED_DIFFERENCE} at most. What lies below the dashed line is not\n\
+        Each point is a quantity that differs from the reference by more than 3σ. The ordinate is its limit: 2 × stated error + 3σ for zones, stated error + 3σ\n\
+        for sums by name. Both are relative to the quantity, and at most {MAX_PLOTTED_DIFFERENCE}. Points below the dashed line are not\n\
         covered.\n",
         tables(s)
     );
