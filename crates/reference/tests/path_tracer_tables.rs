@@ -71,7 +71,7 @@ fn pictures_inside_cubes_match_references() {
         compare(
             c.name,
             &scene,
-            PictureSetup { size, samples: 2048, band: Band::first(), first_row: 0 },
+            PictureSetup { size, samples: 4096, band: Band::first(), first_row: 0 },
             theirs,
         );
     }
@@ -114,14 +114,14 @@ fn cornell_boxes_match_mitsuba() {
         let scene = cornell(name, &data).unwrap();
         // The upper rows of the smoke are compared in the test of its ceiling.
         let first_row = if *name == "cbox_smoke" { scenes::SMOKE_ROWS / PIXELS_PER_BLOCK } else { 0 };
-        compare_with_mitsuba(name, &scene, 512, band, first_row);
+        compare_with_mitsuba(name, &scene, 1024, band, first_row);
     }
 }
 
 #[test]
 fn sponza_matches_mitsuba() {
     let Some(data) = shared_file("data") else { return };
-    compare_with_mitsuba("sponza_haze_st0.02_a09", &sponza(&data).unwrap(), 256, Band::first(), 0);
+    compare_with_mitsuba("sponza_haze_st0.02_a09", &sponza(&data).unwrap(), 512, Band::first(), 0);
 }
 
 #[test]
