@@ -201,10 +201,3 @@ pub fn report(root: &Path, list: bool) -> bool {
     }
     counts.iter().all(Count::holds)
 }
-
-/// Prints the public items that nothing outside their crate names.
-pub fn print_unused(root: &Path) {
-    for (name, place) in surface::unused_public_items(&load(root)) {
-        println!("{place} {name}");
-    }
-}

@@ -5,8 +5,7 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 cargo xtask ci [STEP…]      runs the steps of CI (all, or those named), every one even when an earlier one fails
 cargo xtask steps           lists the steps
-cargo xtask counts [--list] counts of the structure of the code against their limits; --list names every place
-cargo xtask unused-pub      `pub` items that nothing outside their crate names";
+cargo xtask counts [--list] counts of the structure of the code against their limits; --list names every place";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -20,10 +19,6 @@ fn main() -> ExitCode {
         }
         ["counts"] => xtask::counts::report(&root, false),
         ["counts", "--list"] => xtask::counts::report(&root, true),
-        ["unused-pub"] => {
-            xtask::counts::print_unused(&root);
-            true
-        }
         _ => {
             eprintln!("{USAGE}");
             return ExitCode::from(2);

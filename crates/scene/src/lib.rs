@@ -77,7 +77,7 @@ pub use scene_error::{SceneError, SceneErrorKind};
 pub use scene_parts::SceneParts;
 pub use solution::Solution;
 pub use solve_status::SolveStatus;
-pub use surface::{Facet, Pane, Sides, Surface, Texture};
+pub use surface::{DEFAULT_REFLECTANCE, Facet, Pane, Sides, Surface, Texture};
 pub use thermal::{BandFractions, Thermal, ThermalCondition};
 pub use voxel_grid::VoxelGrid;
 pub use voxel_samples::{SUBCELLS, VolumeSample, VoxelSamples};

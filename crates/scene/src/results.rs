@@ -20,8 +20,10 @@ pub struct SurfaceResult {
     pub discretization_error: Option<f64>,
     /// Temperature, K: (mean of T⁴ over the area)^¼; none in light mode, and where none is defined.
     pub temperature: Option<f64>,
-    /// Error of `temperature`, K.
+    /// Error of `temperature` by the exchange and the solver, K; the error of the finite zones is apart.
     pub temperature_error: Option<f64>,
+    /// Error of `temperature` by the finite zones, K; none where it was not estimated.
+    pub temperature_discretization_error: Option<f64>,
     /// Absorbed power in each band, W.
     pub absorbed: Bands,
     /// Error of `absorbed`, W.
@@ -57,9 +59,10 @@ impl Solution {
 
     fn surface_result(&self, index: usize) -> SurfaceResult {
         let report = &self.report;
-        let by_name = |list: &[(String, Bands)]| list.get(index).map_or(Bands::ZERO, |s| s.1);
-        let absorbed = by_name(&report.energy.absorbed_surfaces);
-        let absorbed_error = by_name(&report.energy_error.absorbed_surfaces);
+        let by_name = |list: &[(String, Bands)]| list.get(index).map(|s| s.1);
+        let error_by_name = |list: &[(String, Bands)]| by_name(list).unwrap_or(Bands::splat(f64::INFINITY));
+        let absorbed = by_name(&report.energy.absorbed_surfaces).unwrap_or_default();
+        let absorbed_error = error_by_name(&report.energy_error.absorbed_surfaces);
         let (area, emitted) = self.area_and_emitted_power(index);
         let zones = report.discretization_error.as_ref();
         let mut result = SurfaceResult {
@@ -67,9 +70,10 @@ impl Solution {
             area,
             net_power: (emitted - absorbed).sum(),
             error: absorbed_error.sum(),
-            discretization_error: zones.map(|z| by_name(&z.energy.absorbed_surfaces).sum()),
+            discretization_error: zones.map(|z| error_by_name(&z.energy.absorbed_surfaces).sum()),
             temperature: None,
             temperature_error: None,
+            temperature_discretization_error: None,
             absorbed,
             absorbed_error,
         };
@@ -83,7 +87,8 @@ impl Solution {
             result.error = row.power_error;
             result.discretization_error = of_zones.map(|e| e[1]);
             result.temperature = row.temperature;
-            result.temperature_error = row.temperature_error.map(|e| e + of_zones.map_or(0.0, |z| z[0]));
+            result.temperature_error = row.temperature_error;
+            result.temperature_discretization_error = row.temperature.and(of_zones.map(|e| e[0]));
         }
         result
     }

@@ -30,6 +30,19 @@ pub enum ShellKind {
     Enclosure,
 }
 
+impl ShellKind {
+    /// All kinds.
+    pub const VARIANTS: [ShellKind; 3] = [ShellKind::Open, ShellKind::Solid, ShellKind::Enclosure];
+
+    /// Suffix of the name of a surface, for meshes whose shells are of several kinds.
+    pub fn name_suffix(self) -> &'static str {
+        ["", " (solid)", " (room)"][self as usize]
+    }
+}
+
+/// Distance of corners of a mesh that are welded, relative to the extent of the mesh.
+pub const WELD_TOLERANCE: f64 = 1e-6;
+
 /// Properties of a connected set of plates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shell {

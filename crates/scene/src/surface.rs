@@ -12,6 +12,9 @@ pub enum Sides {
     Both,
 }
 
+/// Reflectance of a surface without a given one.
+pub const DEFAULT_REFLECTANCE: Bands = Bands::splat(0.5);
+
 /// A named surface: a diffuse material and the size of its patches.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {

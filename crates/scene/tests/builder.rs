@@ -2,7 +2,10 @@
 
 use zonal_math::{Vec3, vec3};
 use zonal_scene::shells::{Shell, ShellKind, Shells};
-use zonal_scene::{BandValues, Bands, Light, Mesh, Plate, Scene, Sun, ThermalCondition};
+use zonal_scene::{
+    BandValues, Bands, DiscretizationError, Fields, Light, Medium, Mesh, Plate, Report, Scene, Solution, Sun,
+    ThermalCondition, VoxelValues, Zones,
+};
 
 fn square(z: f64) -> Plate {
     Plate::parallelogram(vec3(0.0, 0.0, z), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0))
@@ -49,4 +52,33 @@ fn shells_have_the_area_and_signed_volume_of_their_plates() {
     assert!((outward.volume - 1.0 / 6.0).abs() < 1e-15 && (outward.volume + inward.volume).abs() < 1e-15);
     assert!((outward.area - 0.5 * (3.0 + 3f64.sqrt())).abs() < 1e-14);
     assert!(outward.area_vector.length() < 1e-15 && outward.free_edges + outward.flipped_edges == 0);
+}
+
+#[test]
+fn errors_that_a_report_lacks_are_infinite() {
+    let scene = Scene::builder().surface(Mesh::from_plates(vec![square(0.0)]).name("sheet")).build().unwrap();
+    let solution = Solution {
+        scene,
+        zones: Zones::default(),
+        fields: Fields::default(),
+        groups: Vec::new(),
+        report: Report { discretization_error: Some(DiscretizationError::default()), ..Report::default() },
+        scene_hash: String::new(),
+        version: String::new(),
+    };
+    let sheet = solution.surface("sheet").unwrap();
+    assert_eq!((sheet.error, sheet.discretization_error), (f64::INFINITY, Some(f64::INFINITY)));
+    assert_eq!(sheet.total_error(), Some(f64::INFINITY));
+}
+
+#[test]
+fn uniform_and_listed_voxel_values_give_the_same_medium() {
+    let grid = |extinction: VoxelValues| {
+        let medium = Medium::grid([0.0; 3], [1.0, 1.0, 2.0], [1, 1, 2]).extinction(extinction).albedo(0.25);
+        Scene::builder().medium(medium).build().unwrap().voxel_grid().unwrap().clone()
+    };
+    assert_eq!(grid(0.5.into()), grid(vec![0.5, 0.5].into()));
+    let varying = grid(vec![0.5, 2.0].into());
+    assert_eq!([0, 1].map(|i| varying.extinction(i)), [Bands::splat(0.5), Bands::splat(2.0)]);
+    assert_eq!(varying.albedo(1), Bands::splat(0.25));
 }

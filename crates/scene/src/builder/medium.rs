@@ -70,14 +70,14 @@ impl Medium {
         self
     }
 
-    /// Sets the temperature, K. It makes the scene one of heat.
+    /// Sets the temperature, K. It makes the scene thermal.
     #[must_use]
     pub fn temperature(mut self, temperature: impl Into<VoxelValues>) -> Medium {
         self.temperature = Some(temperature.into());
         self
     }
 
-    /// Sets the net heat that the medium gives, W/m³; 0 is radiative equilibrium. It makes the scene one of heat.
+    /// Sets the net heat that the medium gives, W/m³; 0 is radiative equilibrium. It makes the scene thermal.
     #[must_use]
     pub fn heat_source(mut self, heat: impl Into<VoxelValues>) -> Medium {
         self.heat_source = Some(heat.into());
@@ -121,7 +121,13 @@ impl Medium {
             (None, Some(q)) => Some(ThermalCondition::Flux(q.at(i).first())),
             (None, None) => None,
         };
-        for i in 0..grid.len() {
+        // The first voxel stands for all where every property is uniform.
+        let uniform = given.iter().all(|(_, values)| values.and_then(VoxelValues::len).is_none());
+        grid.fill(self.extinction.at(0), self.albedo.at(0), self.emission.at(0), self.source.at(0));
+        if let Some(condition) = condition(0) {
+            grid.fill_heat(condition);
+        }
+        for i in 1..if uniform { 1 } else { grid.len() } {
             grid.set(i, self.extinction.at(i), self.albedo.at(i), self.emission.at(i), self.source.at(i));
             if let Some(condition) = condition(i) {
                 grid.set_heat(i, condition, condition);

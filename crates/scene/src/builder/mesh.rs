@@ -147,21 +147,21 @@ impl Mesh {
         self
     }
 
-    /// Sets the temperature, K. It makes the scene one of heat.
+    /// Sets the temperature, K. It makes the scene thermal.
     #[must_use]
     pub fn temperature(mut self, temperature: f64) -> Mesh {
         self.condition = Some(ThermalCondition::Temperature(temperature));
         self
     }
 
-    /// Sets the net flux that leaves the surface, W/m²; 0 is adiabatic. It makes the scene one of heat.
+    /// Sets the net flux that leaves the surface, W/m²; 0 is adiabatic. It makes the scene thermal.
     #[must_use]
     pub fn heat_flux(mut self, flux: f64) -> Mesh {
         self.condition = Some(ThermalCondition::Flux(flux));
         self
     }
 
-    /// Sets the net power that leaves the whole surface, W. It makes the scene one of heat.
+    /// Sets the net power that leaves the whole surface, W. It makes the scene thermal.
     #[must_use]
     pub fn net_power(mut self, power: f64) -> Mesh {
         self.condition = Some(ThermalCondition::Power(power));

@@ -10,20 +10,15 @@ pub use medium::Medium;
 pub use mesh::Mesh;
 pub use values::{BandValues, VoxelValues};
 
-use crate::shells::{ShellKind, Shells};
+use crate::shells::{ShellKind, Shells, WELD_TOLERANCE};
 use crate::{
-    BandFractions, Bands, Camera, Facet, Light, Plate, Scene, SceneError, SceneParts, Sides, SolveOptions,
-    Surface, Surroundings, Thermal, ThermalCondition,
+    BandFractions, Camera, DEFAULT_REFLECTANCE, Facet, Light, Plate, Scene, SceneError, SceneParts, Sides,
+    SolveOptions, Surface, Surroundings, Thermal, ThermalCondition,
 };
-
-/// Reflectance of surfaces that are given none.
-const DEFAULT_REFLECTANCE: Bands = Bands::splat(0.5);
-/// Distance over the extent of a mesh below which two corners are one.
-const WELD_DISTANCE: f64 = 1e-6;
 
 /// Builds a [`Scene`] from arrays.
 ///
-/// Any temperature, heat flux or heat source makes the scene one of heat (thermal mode); every surface then needs one, and lights and emission
+/// Any temperature, heat flux or heat source makes the scene thermal; every surface then needs one, and lights and emission
 /// are refused.
 ///
 /// ```
@@ -109,7 +104,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Sets the temperature of black surroundings, K; cold where not given. It makes the scene one of heat.
+    /// Sets the temperature of black surroundings, K; cold where not given. It makes the scene thermal.
     #[must_use]
     pub fn surroundings_temperature(mut self, temperature: f64) -> SceneBuilder {
         self.surroundings_temperature = Some(temperature);
@@ -164,7 +159,7 @@ impl SceneBuilder {
     /// Validates the scene.
     ///
     /// # Errors
-    /// If a value is out of range, a name is used twice, a plate has no area, or a scene of heat lacks a temperature or an emissivity. The error
+    /// If a value is out of range, a name is used twice, a plate has no area, or a thermal scene lacks a temperature or an emissivity. The error
     /// names the part.
     pub fn build(self) -> Result<Scene, SceneError> {
         let thermal = self.is_thermal();
@@ -216,27 +211,26 @@ fn add_mesh(
     if thermal && mesh.reflectance.is_none() {
         return Err(SceneError::new(
             format!("surface '{name}'.emissivity"),
-            "a surface of a scene of heat needs an emissivity",
+            "a surface of a thermal scene needs an emissivity",
         ));
     }
     let condition = match (mesh.condition, thermal) {
         (Some(condition), _) => Some(condition),
         (None, true) => {
-            let what = "a surface of a scene of heat needs a temperature, a heat flux or a net power; a heat flux of 0 is adiabatic";
+            let what = "a surface of a thermal scene needs a temperature, a heat flux or a net power; a heat flux of 0 is adiabatic";
             return Err(SceneError::new(format!("surface '{name}'.temperature"), what));
         }
         (None, false) => None,
     };
-    let shells = Shells::find(&mesh.plates, WELD_DISTANCE);
-    let kinds = [(ShellKind::Open, ""), (ShellKind::Solid, " (solid)"), (ShellKind::Enclosure, " (room)")];
-    let present: Vec<_> =
-        kinds.iter().filter(|(k, _)| (0..mesh.plates.len()).any(|i| shells.of(i) == *k)).collect();
-    for &&(kind, suffix) in &present {
+    let shells = Shells::find(&mesh.plates, WELD_TOLERANCE);
+    let mut present = ShellKind::VARIANTS.to_vec();
+    present.retain(|k| (0..mesh.plates.len()).any(|i| shells.of(i) == *k));
+    for &kind in &present {
         let default = if kind == ShellKind::Open { Sides::Both } else { Sides::Front };
         let sides = mesh.sides.unwrap_or(default);
         let surface = parts.surfaces.len();
         parts.surfaces.push(Surface {
-            name: if present.len() > 1 { format!("{name}{suffix}") } else { name.clone() },
+            name: if present.len() > 1 { format!("{name}{}", kind.name_suffix()) } else { name.clone() },
             reflectance: mesh.reflectance.unwrap_or(DEFAULT_REFLECTANCE),
             emission: mesh.emission.unwrap_or_default(),
             reflectance_texture: None,

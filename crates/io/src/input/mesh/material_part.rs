@@ -5,16 +5,12 @@ use super::model::{GlassAttenuation, ImageSource, MeshFace, MeshMaterial};
 use super::shells::{ShellKind, check_closed, find_shells};
 use crate::input::error::InputError;
 use crate::input::scene::medium_properties::MediumProperties;
-use crate::input::scene::surface_properties::{DEFAULT_REFLECTANCE, SurfaceProperties};
+use crate::input::scene::surface_properties::SurfaceProperties;
 use crate::input::scene::thermal::SceneMode;
 use crate::input::scene_reader::{InteriorFill, SceneReader};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use std::collections::BTreeMap;
-use zonal_scene::{Bands, Diagnostic, Facet, Pane, Plate, Sides, Surface};
-
-/// Kinds of shells, and the suffix of the surface's name if a material has several.
-const SHELL_SUFFIXES: [(ShellKind, &str); 3] =
-    [(ShellKind::Open, ""), (ShellKind::Solid, " (solid)"), (ShellKind::Enclosure, " (room)")];
+use zonal_scene::{Bands, DEFAULT_REFLECTANCE, Diagnostic, Facet, Pane, Plate, Sides, Surface};
 
 /// One material of a mesh and the part of the scene that describes it.
 pub(crate) struct MaterialPart<'a, 'n> {
@@ -79,15 +75,15 @@ impl MaterialPart<'_, '_> {
         let properties = self.over.properties.or(of_surface);
         let template = self.surface_template(&properties, reader)?;
         let present = |kind: ShellKind| faces.iter().any(|(_, s)| *s == kind);
-        let mixed = SHELL_SUFFIXES.iter().filter(|(k, _)| present(*k)).count() > 1;
-        for (kind, suffix) in SHELL_SUFFIXES.into_iter().filter(|(k, _)| present(*k)) {
+        let mixed = ShellKind::VARIANTS.into_iter().filter(|k| present(*k)).count() > 1;
+        for kind in ShellKind::VARIANTS.into_iter().filter(|k| present(*k)) {
             let default = match (kind, self.material.double_sided) {
                 (ShellKind::Open, Some(false)) => Sides::Front,
                 (ShellKind::Open, _) => Sides::Both,
                 _ => Sides::Front,
             };
             let sides = properties.sides.unwrap_or(default);
-            let name = if mixed { format!("{}{suffix}", self.name) } else { self.name.clone() };
+            let name = if mixed { format!("{}{}", self.name, kind.name_suffix()) } else { self.name.clone() };
             reader.inherit_surface_place(&name, &self.name);
             let solid = kind == ShellKind::Solid && sides == Sides::Front;
             let surface = Surface { name, sides, solid, ..template.clone() };

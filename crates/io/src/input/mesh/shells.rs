@@ -1,10 +1,8 @@
-//! Closed parts of a mesh and their orientation: [`zonal_scene::closed`] with welded corners.
+//! Closed parts of a mesh and their orientation: [`zonal_scene::shells`] with welded corners.
 
 use zonal_scene::Plate;
+use zonal_scene::shells::WELD_TOLERANCE;
 pub(crate) use zonal_scene::shells::{ShellKind, Shells};
-
-/// Distance of corners that are welded, relative to the mesh's extent.
-const WELD_TOLERANCE: f64 = 1e-6;
 
 /// The components of a mesh.
 pub(crate) fn find_shells(plates: &[Plate]) -> Shells {

@@ -1,9 +1,6 @@
 //! Properties of a surface as a table gives them: those of a face or a material take precedence over those of the whole.
 
-use zonal_scene::{Bands, Sides, Surface, ThermalCondition};
-
-/// Reflectance without any given.
-pub(crate) const DEFAULT_REFLECTANCE: Bands = Bands::splat(0.5);
+use zonal_scene::{Bands, DEFAULT_REFLECTANCE, Sides, Surface, ThermalCondition};
 
 /// Whether a surface bounds a solid body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
