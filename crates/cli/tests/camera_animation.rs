@@ -45,8 +45,11 @@ fn frames_are_drawn_only_if_missing_or_changed() {
     let second = report(&f, &["--threads", "3"]);
     assert_eq!((&second["drawn"], &second["exposure"]), (&2.into(), &first["exposure"]));
     assert_eq!(frames.map(|p| f.get(p)), bytes);
-    let said = f.done(&ARGS);
-    assert!(said.contains("3 frames of 8×6") && said.contains("3 of them existed already"), "{said}");
+    let message = f.done(&ARGS);
+    assert!(
+        message.contains("3 frames of 8×6") && message.contains("3 of them existed already"),
+        "{message}"
+    );
     // Other options change all frames.
     assert_eq!(report(&f, &["--bloom", "0.3"])["drawn"], 3);
     assert!(frames.iter().zip(&bytes).all(|(p, b)| f.get(p) != *b));
@@ -97,11 +100,11 @@ fn missing_ffmpeg_gives_the_command() {
         .env("PATH", "")
         .output()
         .unwrap();
-    let said = text(&o.stdout);
+    let message = text(&o.stdout);
     assert!(o.status.success(), "{}", text(&o.stderr));
     assert!(
-        said.contains("ffmpeg is not installed") && said.contains("run in out/frames: ffmpeg -v error"),
-        "{said}"
+        message.contains("ffmpeg is not installed") && message.contains("run in out/frames: ffmpeg -v error"),
+        "{message}"
     );
     assert_eq!(std::fs::read_dir(f.path().join("out/frames")).unwrap().count(), 3);
 }

@@ -38,16 +38,16 @@ fn check_refuses_what_solve_refuses() {
         &["check", "room.toml", "--max-memory", "1e-7", "--json"],
     ] {
         let out = f.zonal(command);
-        let (said, error) = (String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
-        assert_eq!(out.status.code(), Some(2), "{said}{error}");
+        let (message, error) = (String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
+        assert_eq!(out.status.code(), Some(2), "{message}{error}");
         assert!(
-            !said.contains(": valid")
-                && !said.contains("\"valid\"")
+            !message.contains(": valid")
+                && !message.contains("\"valid\"")
                 && error.contains("error:")
                 && error.contains("GB"),
-            "{said}{error}"
+            "{message}{error}"
         );
-        assert!(said.contains("refuse"), "{said}");
+        assert!(message.contains("refuse"), "{message}");
     }
 }
 
@@ -310,8 +310,8 @@ fn strict_ends_with_1_on_warnings() {
         format!("[[surface]]\nname = '{name}'\nbox = {{ min = [{lo},{lo},{lo}], max = [{hi},{hi},{hi}] }}\n")
     };
     f.put("hidden.toml", room(500) + &cube("outer", 0.2, 0.7) + &cube("hidden", 0.3, 0.5));
-    let said = f.done(&["exchange", "hidden.toml", "-o", "hidden.npz"]);
-    assert!(said.contains("warning") && said.contains("hidden"), "{said}");
+    let message = f.done(&["exchange", "hidden.toml", "-o", "hidden.npz"]);
+    assert!(message.contains("warning") && message.contains("hidden"), "{message}");
     let out = f.zonal(&["exchange", "hidden.toml", "-o", "hidden2.npz", "--strict", "--json"]);
     assert_eq!(out.status.code(), Some(1));
     assert_eq!(f.get("hidden.npz"), f.get("hidden2.npz"));

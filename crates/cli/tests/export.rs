@@ -17,8 +17,8 @@ fn every_format_is_identical_for_any_number_of_threads() {
         assert!(f.get(&format!("out/1.{ending}")) == f.get(&format!("out/3.{ending}")), "{ending} differs");
     }
     assert_eq!(std::fs::read_dir(f.path().join("out")).unwrap().count(), 8);
-    let said = f.done(&["export", "room.npz", "-o", "out/1.glb", "--json"]);
-    let json: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let message = f.done(&["export", "room.npz", "-o", "out/1.glb", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&message).unwrap();
     assert_eq!(json["beside"][0], "out/1.medium.npz");
     assert!(json["triangles"].as_u64().unwrap() >= 12);
 }

@@ -12,6 +12,8 @@ use zonal_scene::{Camera, Plate, PlateKind, Solution};
 const HEATED_ROOM: &str = "mode = 'thermal'
 [solve]
 patch_size = 0.5
+tolerance = 0.05
+discretization_error = false
 [[surface]]
 name = 'room'
 room = { min = [0, 0, 0], max = [1, 1, 1] }

@@ -152,18 +152,16 @@ fn wrong_assignments_and_options_are_refused() {
     solve(Program, &["--checkpoint", "--engine", "dense", "--max-memory", "1e-7"], "--max-memory");
 }
 
-/// Kills a solve at two quasi-random moments and resumes it each time; the file has the bytes of an uninterrupted solve. Returns the report.
+/// Kills a solve after these fractions of its time and resumes it each time; the file has the bytes of an uninterrupted solve. Returns the report.
 /// `scripts/kill_at_random.py` is the campaign of a hundred kills.
-fn kill_twice(scene: &str, options: &[&str]) -> String {
+fn kill_and_resume(scene: &str, options: &[&str], fractions: &[f64]) -> String {
     let f = Folder::new();
     f.put("lit.toml", scene);
     let start = Instant::now();
     let report = f.done(&[&["solve", "lit.toml", "-o", "straight.npz"], options].concat());
     let length = start.elapsed().as_secs_f64();
     let args = [&["solve", "lit.toml", "-o", "out/killed.npz", "--resume"], options].concat();
-    let mut fraction = 0.37;
-    for _ in 0..2 {
-        fraction = (fraction + 0.618_033_988_749_895) % 1.0;
+    for &fraction in fractions {
         let mut child = Command::new(env!("CARGO_BIN_EXE_zonal"))
             .args(&args)
             .current_dir(f.path())
@@ -186,15 +184,26 @@ fn kill_twice(scene: &str, options: &[&str]) -> String {
 #[test]
 fn killed_and_resumed_solve_has_identical_bytes() {
     let finer = LIT.replace("0.34", "0.26").replace("[4, 4, 4]", "[5, 5, 5]");
-    let dense = kill_twice(&finer, &["--engine", "dense"]);
+    let dense = kill_and_resume(&finer, &["--engine", "dense", "--tolerance", "0.03"], &[0.99, 0.6]);
     assert!(dense.contains("rays between zones"), "{dense}");
-    let rays = kill_twice(&finer, &["--engine", "hierarchical", "--tolerance", "0.05"]);
+    let rays = kill_and_resume(&finer, &["--engine", "hierarchical", "--tolerance", "0.05"], &[0.99, 0.6]);
     assert!(rays.contains("transport_rays") && !rays.contains("bytes of links"), "{rays}");
-    let pairs = kill_twice(&finer, &["--engine", "hierarchical", "--tolerance", "0.02"]);
+    let pairs = kill_and_resume(LIT, &["--engine", "hierarchical", "--tolerance", "0.02"], &[0.99, 0.6]);
     assert!(pairs.contains("pairs of zones, all"), "{pairs}");
-    // With more zones links are fewer than pairs.
-    let many = LIT.replace("0.34", "0.1").replace("[4, 4, 4]", "[9, 9, 9]");
-    let links = kill_twice(&many, &["--engine", "hierarchical", "--tolerance", "0.02"]);
+    // Between distant zones links are fewer than pairs.
+    let duct = "[solve]
+patch_size = 0.25
+[[surface]]
+name = 'duct'
+room = { min = [0,0,0], max = [1,1,6] }
+reflectance = 0.5
+faces.z0 = { emission = 1 }
+[[surface]]
+name = 'shelf'
+rectangle = { origin = [0.2, 0.2, 0.3], edge1 = [0.5, 0, 0.1], edge2 = [0, 0.5, 0] }
+sides = 'both'
+";
+    let links = kill_and_resume(duct, &["--engine", "hierarchical", "--tolerance", "0.01"], &[0.99, 0.6]);
     assert!(links.contains("bytes of links"), "{links}");
 }
 
@@ -248,14 +257,14 @@ faces.z0 = { emission = 1 }
 [medium]
 min = [0,0,0]
 max = [1,1,8]
-cells = [32,32,256]
+cells = [16,16,128]
 extinction = 0.1
 albedo = 0.5
 ";
     kill_in_stages(grey, &["state-krylov"]);
     let gases = "mode = 'thermal'
 [solve]
-patch_size = 0.25
+patch_size = 0.3333334
 engine = 'dense'
 residual = 1e-12
 [thermal]
@@ -271,7 +280,7 @@ faces.x1.heat_flux = 0
 [medium]
 min = [0,0,0]
 max = [1,1,8]
-cells = [4,4,32]
+cells = [3,3,24]
 extinction = [0.4, 2.5, 0]
 albedo = [0.1, 0.3, 0]
 heat_source = 2000

@@ -1,4 +1,4 @@
-//! Factors where the medium varies: a thousand random pairs in random voxel grids, with panes, against Monte Carlo
+//! Factors where the medium varies: random pairs in random voxel grids, with panes, against Monte Carlo
 //! with exact traversal (`zonal_reference::exchange::exchange_by_rays`: every plane between cells cuts the ray, every pane takes Beer's law at its
 //! crossing angle, every facet occludes). Seeded; each pair has z = (computed − Monte Carlo)/√(standard error² + radius²).
 
@@ -6,14 +6,15 @@ use rayon::prelude::*;
 use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_math::{Vec3, vec3};
 use zonal_reference::exchange::exchange_by_rays;
+use zonal_reference::test_cases::sampled_count;
 use zonal_reference::{BruteForceScene, ExchangeBody, Rng, SampleEstimate};
 use zonal_scene::{
     Band, Bands, Facet, Pane, PerBand, Plate, Scene, SceneParts, Sides, SolveOptions, Surface, VoxelGrid,
 };
 use zonal_transport::{Transport, build_zones};
 
-/// Random scenes; the variable `ZONAL_TEST_SCENES` sets another number (50 in the campaign of 1,000 pairs).
-const DEFAULT_SCENES: u64 = 20;
+/// Random scenes of a sample, and with `ZONAL_TEST_CASES=all`.
+const SCENES: [u64; 2] = [15, 50];
 const PAIRS: usize = 20;
 /// Rays from each of the two ends of a pair.
 const RAYS: usize = 32_000;
@@ -192,7 +193,7 @@ fn median(mut x: Vec<f64>) -> f64 {
 
 #[test]
 fn heterogeneous_pairs_agree_with_exact_traversal() {
-    let scenes = std::env::var("ZONAL_TEST_SCENES").map_or(DEFAULT_SCENES, |n| n.parse().unwrap());
+    let scenes = sampled_count(SCENES[0], SCENES[1]);
     let all: Vec<BandComparison> = (0..scenes).into_par_iter().flat_map_iter(compare_scene).collect();
     assert_eq!(all.len(), Band::count() * PAIRS * scenes as usize);
     // Where fewer than a few dozen rays arrive, their standard error is unreliable.

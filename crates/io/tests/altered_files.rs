@@ -130,7 +130,7 @@ fn altered_vdb_files_do_not_panic() {
     let file = Vdb { flags: 6, kind: half, ..Vdb::default() }.bytes();
     let folder = Folder::new();
     let mut random = Random(0x2545_f491_4f6c_dd1d);
-    for _ in 0..1500 {
+    for _ in 0..700 {
         let mut bytes = file.clone();
         let (head, end) = (random.below(500), file.len() - 1 - random.below(800));
         bytes[head] = random.next() as u8;

@@ -323,8 +323,8 @@ fn unread_alpha_gives_a_warning_where_it_has_effect() {
     let mask = r#""alphaMode":"MASK""#;
     let blend = r#""alphaMode":"BLEND""#;
     for mode in [mask, blend] {
-        let told = notes(mode, true, "");
-        assert!(told.contains("'leaf'") && told.contains("not read"), "{told}");
+        let stated = notes(mode, true, "");
+        assert!(stated.contains("'leaf'") && stated.contains("not read"), "{stated}");
         // Opaque without a texture; no surface; a pane of its own; something else.
         assert_eq!(notes(mode, false, ""), "");
         let pane = "materials.leaf.pane = {thickness=0.01, extinction=5}";
@@ -339,9 +339,9 @@ fn notes_that_differ_in_a_name_are_merged() {
     (0..400).for_each(|k| obj += &format!("usemtl m{k}\nf 1 2 3\n"));
     let folder = Folder::new().with("a.obj", obj);
     let s = folder.scene(&mesh("a.obj", ""));
-    let told: Vec<_> = s.notes().iter().filter(|n| n.code == "default-material").collect();
-    assert_eq!(told.len(), 1, "{:?}", s.notes());
-    let note = told[0];
+    let stated: Vec<_> = s.notes().iter().filter(|n| n.code == "default-material").collect();
+    assert_eq!(stated.len(), 1, "{:?}", s.notes());
+    let note = stated[0];
     assert!(note.contains("'m0' is in no library") && note.contains("'m1', 'm2' and 397 more"), "{note}");
     // What the scene gives is no default.
     let given = folder.scene(&mesh("a.obj", "reflectance = 0.2"));

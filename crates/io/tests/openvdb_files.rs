@@ -150,13 +150,13 @@ fn level_sets_are_refused_or_filled() {
     let leaf = (0..512).map(|i| ((i / 64) as f32 - 3.25) * 0.5).collect();
     let v = Vdb { class: "level set", leaf, tile: 2.0, background: 2.0, code: 6, ..Vdb::default() };
     let f = folder(&v);
-    let said = f.refusal(&medium("[10,10,10]", ""));
-    assert!(said.contains("level set") && said.contains("level_set = true"), "{said}");
+    let message = f.refusal(&medium("[10,10,10]", ""));
+    assert!(message.contains("level set") && message.contains("level_set = true"), "{message}");
     let s = f.scene(&medium("[10,10,10]", ",level_set=true,scale=3"));
     // Three voxels and a share of ½ + ¼ of the fourth.
     close(total(&s), 3.0 * 3.75 * 64.0 * 0.125);
-    let said = folder(&Vdb::default()).refusal(&medium("[10,10,10]", ",level_set=true"));
-    assert!(said.contains("no level set"), "{said}");
+    let message = folder(&Vdb::default()).refusal(&medium("[10,10,10]", ",level_set=true"));
+    assert!(message.contains("no level set"), "{message}");
 }
 
 #[test]
@@ -178,13 +178,14 @@ fn unread_grids_are_refused() {
         (Vdb::default(), ",unit=1e-6,translate=[50,0,0]", "fills no cell"),
     ];
     for (v, keys, wanted) in refusals {
-        let said = folder(&v).refusal(&medium("[4,4,4]", keys));
-        assert!(said.starts_with("test.toml:") && said.contains(wanted), "{wanted}: {said}");
+        let message = folder(&v).refusal(&medium("[4,4,4]", keys));
+        assert!(message.starts_with("test.toml:") && message.contains(wanted), "{wanted}: {message}");
     }
     let shear: Vec<f64> =
         [1.0, 0.3, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0].to_vec();
-    let said = folder(&Vdb { map: ("AffineMap", shear), ..Vdb::default() }).refusal(&medium("[4,4,4]", ""));
-    assert!(said.contains("shears"), "{said}");
+    let message =
+        folder(&Vdb { map: ("AffineMap", shear), ..Vdb::default() }).refusal(&medium("[4,4,4]", ""));
+    assert!(message.contains("shears"), "{message}");
 }
 
 #[test]
@@ -212,10 +213,10 @@ fn a_file_written_by_openvdb_is_read() {
         close(total(&s), 524_878.75 / 16.0);
         assert!(s.notes().is_empty());
     }
-    let said = scene(",grid='vel'").unwrap_err().to_string();
-    assert!(said.contains("Tree_vec3s_5_4_3"), "{said}");
-    let said = scene(",grid='smoke'").unwrap_err().to_string();
-    assert!(said.contains("'vel', 'half', 'density'"), "{said}");
+    let message = scene(",grid='vel'").unwrap_err().to_string();
+    assert!(message.contains("Tree_vec3s_5_4_3"), "{message}");
+    let message = scene(",grid='smoke'").unwrap_err().to_string();
+    assert!(message.contains("'vel', 'half', 'density'"), "{message}");
 }
 
 fn shared() -> Option<PathBuf> {
@@ -281,8 +282,8 @@ fn a_sphere_is_a_level_set() {
         );
         parse_scene(&text, Some(&data), "sphere.toml")
     };
-    let said = scene("").unwrap_err().to_string();
-    assert!(said.contains("'ls_sphere'") && said.contains("level_set = true"), "{said}");
+    let message = scene("").unwrap_err().to_string();
+    assert!(message.contains("'ls_sphere'") && message.contains("level_set = true"), "{message}");
     let s = scene(",level_set=true").unwrap();
     // Its radius is 3.
     let volume = 36.0 * std::f64::consts::PI;
@@ -308,8 +309,8 @@ fn mitsuba_volumes_fill_their_own_box() {
     close(m.extinction(m.index([2, 1, 3])).first(), 2.0);
     close(m.extinction(m.index([2, 1, 5])).first(), 6.0);
     close(total(&s), 21.0 / 3.0);
-    let said = f.refusal(&medium("[10,10,30]", ",grid='density'"));
-    assert!(said.contains("only OpenVDB files"), "{said}");
+    let message = f.refusal(&medium("[10,10,30]", ",grid='density'"));
+    assert!(message.contains("only OpenVDB files"), "{message}");
     let cut = Folder::new().with("d.vdb", vol([2, 2, 3], &[1.0; 6]));
     assert!(cut.refusal(&medium("[4,4,4]", "")).contains("does not agree"));
     let negative = Folder::new().with("d.vdb", vol([1, 1, 1], &[-1.0]));

@@ -18,6 +18,7 @@
 //! | [`radiance`] | H of a plate and G in a box by backward random walks |
 //! | [`forward_monte_carlo`] | powers and temperatures by surface and zone, by random walks from the sources |
 //! | [`path_tracer`] | H, G and pictures of scenes of any size by backward path tracing |
+//! | [`test_cases`] | samples of long lists of test cases |
 
 pub mod brute_force;
 pub mod closed_form;
@@ -31,6 +32,7 @@ pub mod path_tracer;
 pub mod radiance;
 pub mod rng;
 mod tanh_sinh;
+pub mod test_cases;
 
 pub use brute_force::BruteForceScene;
 pub use estimate::SampleEstimate;

@@ -121,7 +121,7 @@ fn many_lights_in_fog_agree_with_sampled_points() {
 #[test]
 fn adaptive_pictures_have_the_block_means_of_exhaustive_ones() {
     let s = solution(candle_room(20, true), |p, _| 0.3 + 0.1 * p.x, |p| 0.2 + 0.05 * p.z);
-    let (w, h) = (112, 80);
+    let (w, h) = (80, 56);
     let cam = camera(vec3(-1.7, -1.6, 1.4), vec3(0.4, 0.3, 1.2), 75.0);
     let pixels = |samples: usize| {
         let image = render(&s, &cam, &RenderOptions { samples, ..size(w, h) }, &NoProgress);

@@ -42,6 +42,16 @@ pub fn solve(scene: Scene, memory_limit: u64, progress: &dyn Progress) -> Result
 /// # Errors
 /// As [`solve`].
 pub fn solve_with_settings(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
+    on_worker_thread(|| solve_scene(scene, settings))
+}
+
+/// Runs a function on a thread of the pool. Parallel loops that start there need no message to another thread and no wait for it, which in small
+/// scenes takes as long as the loops.
+fn on_worker_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
+    rayon::scope(|_| run())
+}
+
+fn solve_scene(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
     // Divide the scene into zones.
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport)?;
@@ -93,7 +103,8 @@ pub fn solve_zones(
     transport: &Transport,
     settings: &SolveSettings,
 ) -> Result<(Fields, Vec<LightGroup>, Report), SceneError> {
-    let ZonalSolution { fields, groups, report, .. } = solve_equations(scene, zones, transport, settings)?;
+    let solved = on_worker_thread(|| solve_equations(scene, zones, transport, settings));
+    let ZonalSolution { fields, groups, report, .. } = solved?;
     Ok((fields, groups, report))
 }
 

@@ -211,7 +211,7 @@ fn bands_with_equal_extinction_share_factors() {
 #[test]
 fn factors_are_bit_symmetric_in_any_order_of_evaluation() {
     let text = unit_room(
-        "patch_size=0.5",
+        "patch_size=0.5\ntolerance=0.1",
         "omit=[\"y1\"]",
         "[[surface]]\nname=\"box\"\nbox={min=[0.2,0.3,0],max=[0.5,0.6,0.4],rotate_z_degrees=30}\n\
          [[surface]]\nname=\"slab\"\ntriangle={corners=[[0.9,0.1,0.9],[0.6,0.9,0.8],[0.7,0.4,0.2]]}\nsides=\"both\"\n\

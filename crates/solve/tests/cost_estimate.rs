@@ -50,51 +50,51 @@ fn count(s: &Solution, name: &str) -> u64 {
 #[test]
 fn expected_rays_equal_traced_rays() {
     let scene = room(Engine::Hierarchical, 0.1);
-    let said = look(&scene, 1 << 30).unwrap();
+    let estimate = look(&scene, 1 << 30).unwrap();
     let s = solved(&scene, 1 << 30).unwrap();
-    assert_eq!(said.engine, Engine::Hierarchical);
-    let told = said.parts.iter().find_map(|p| p.0.strip_suffix(" rays from the zones")).unwrap();
-    let (told, shot) = (told.parse::<u64>().unwrap(), count(&s, "transport_rays"));
+    assert_eq!(estimate.engine, Engine::Hierarchical);
+    let stated = estimate.parts.iter().find_map(|p| p.0.strip_suffix(" rays from the zones")).unwrap();
+    let (stated, shot) = (stated.parse::<u64>().unwrap(), count(&s, "transport_rays"));
     // More rays may follow after the first estimate of the error.
-    assert!(told > 0 && told <= shot && shot <= 3 * told, "{told} {shot}");
+    assert!(stated > 0 && stated <= shot && shot <= 3 * stated, "{stated} {shot}");
     // Rays are mostly sufficient at this tolerance; links may be needed.
-    assert!(said.seconds[0] > 0.0 && said.seconds[1] > said.seconds[0]);
-    assert!(said.bytes[0] > 0 && said.bytes[1] >= said.bytes[0]);
+    assert!(estimate.seconds[0] > 0.0 && estimate.seconds[1] > estimate.seconds[0]);
+    assert!(estimate.bytes[0] > 0 && estimate.bytes[1] >= estimate.bytes[0]);
     // Below it links are expected, more for smaller tolerances.
     let links = |t: f64| look(&room(Engine::Hierarchical, t), 1 << 30).unwrap();
     let (some, many) = (links(0.03), links(0.01));
     assert!(some.parts.iter().any(|p| p.0.contains("links")), "{:?}", some.parts);
-    assert!(many.bytes[0] > some.bytes[0] && many.bytes[0] > said.bytes[0]);
+    assert!(many.bytes[0] > some.bytes[0] && many.bytes[0] > estimate.bytes[0]);
 }
 
 #[test]
 fn dense_engine_is_predicted() {
-    let said = look(&room(Engine::Auto, 0.01), 1 << 30).unwrap();
-    assert_eq!(said.engine, Engine::Dense);
-    assert!(said.parts.iter().any(|p| p.0 == "exchange areas" && p.1 > 0.0));
-    assert_eq!(said.seconds[0], said.seconds[1]);
+    let estimate = look(&room(Engine::Auto, 0.01), 1 << 30).unwrap();
+    assert_eq!(estimate.engine, Engine::Dense);
+    assert!(estimate.parts.iter().any(|p| p.0 == "exchange areas" && p.1 > 0.0));
+    assert_eq!(estimate.seconds[0], estimate.seconds[1]);
 }
 
 #[test]
 fn memory_limit_reduces_rays_or_refuses() {
     let scene = room(Engine::Hierarchical, 0.1);
     let plenty = look(&scene, 1 << 30).unwrap();
-    let told = plenty.parts.iter().find_map(|p| p.0.strip_suffix(" rays from the zones")).unwrap();
+    let stated = plenty.parts.iter().find_map(|p| p.0.strip_suffix(" rays from the zones")).unwrap();
     // Four bytes a ray, and twelve since the bands differ.
-    let (plenty, views) = (plenty.bytes[0], 16.0 * told.parse::<f64>().unwrap());
+    let (plenty, views) = (plenty.bytes[0], 16.0 * stated.parse::<f64>().unwrap());
     let whole = solved(&scene, 1 << 30).unwrap();
     let mut last = count(&whole, "transport_rays");
     assert!(whole.report.warnings.iter().all(|w| !w.contains("--max-memory")), "{:?}", whole.report.warnings);
     for share in [0.3, 0.6] {
         let memory = plenty - (share * views) as u64;
-        let said = look(&scene, memory).unwrap();
+        let estimate = look(&scene, memory).unwrap();
         let s = solved(&scene, memory).unwrap();
         let rays = count(&s, "transport_rays");
         assert!(rays > 0 && rays < last && 16.0 * rays as f64 <= (1.0 - share) * views, "{rays} of {last}");
-        for words in [&s.report.warnings, &said.notes] {
+        for words in [&s.report.warnings, &estimate.notes] {
             assert!(words.iter().any(|w| w.contains("the tolerance may be missed")), "{words:?}");
         }
-        assert!(said.bytes[0] <= memory, "{} of {memory}", said.bytes[0]);
+        assert!(estimate.bytes[0] <= memory, "{} of {memory}", estimate.bytes[0]);
         last = rays;
     }
     let none = plenty - views as u64;

@@ -28,9 +28,9 @@ fn heat_imbalance_is_relative_to_the_exchanged_power() {
         of_emission < 1e-3 && off > 0.1,
         "{of_emission:e} of what is emitted, {off} of what is exchanged"
     );
-    let told = notes(&s, "balance is off");
-    assert_eq!(told.len(), 1, "{:?}", s.report.warnings);
-    assert!(told[0].contains("heat balance") && told[0].contains("restore closure"), "{}", told[0]);
+    let stated = notes(&s, "balance is off");
+    assert_eq!(stated.len(), 1, "{:?}", s.report.warnings);
+    assert!(stated[0].contains("heat balance") && stated[0].contains("restore closure"), "{}", stated[0]);
     // No diagnostic with restored closure, also for equal temperatures without net power.
     for s in [warm(1002.0, "restore"), warm(1000.0, "restore")] {
         assert!(notes(&s, "balance").is_empty(), "{:?}", s.report.warnings);
@@ -51,14 +51,14 @@ fn reached_maximum_of_iterations_is_reported_once() {
     );
     for (s, balance) in [(light, "energy balance is off"), (heat, "heat balance is off")] {
         assert_eq!(s.report.status, PerBand::splat(SolveStatus::MaxIterations));
-        let told = notes(&s, "max_iterations");
-        assert_eq!(told.len(), 1, "{:?}", s.report.warnings);
+        let stated = notes(&s, "max_iterations");
+        assert_eq!(stated.len(), 1, "{:?}", s.report.warnings);
         assert!(
-            told[0].contains("maximum number of iterations") && told[0].contains("max_iterations"),
+            stated[0].contains("maximum number of iterations") && stated[0].contains("max_iterations"),
             "{}",
-            told[0]
+            stated[0]
         );
-        assert_eq!((notes(&s, "balance").len(), notes(&s, balance)), (1, told));
+        assert_eq!((notes(&s, "balance").len(), notes(&s, balance)), (1, stated));
     }
 }
 
@@ -69,11 +69,11 @@ fn sky_light_in_a_scattering_medium_is_reported() {
             "[[surface]]\nrectangle={{origin=[0,0,0],edge1=[1,0,0],edge2=[0,1,0]}}\n[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction=0.02\nalbedo={albedo}\n[[light]]\n{light}\n"
         ))
     };
-    let told = |albedo: f64, light: &str| {
+    let stated = |albedo: f64, light: &str| {
         zonal_solve::report::cost_estimate::problem_size::sky_in_medium(&scene(albedo, light))
     };
     let sky = "kind='sky'\nname='blue'\nradiance=[40,55,80]";
-    assert!(told(0.95, sky).is_some_and(|w| w.contains("'blue'")));
-    assert_eq!(told(0.0, sky), None);
-    assert_eq!(told(0.95, "kind='sun'\ndirection=[0,0,-1]\nirradiance=900"), None);
+    assert!(stated(0.95, sky).is_some_and(|w| w.contains("'blue'")));
+    assert_eq!(stated(0.0, sky), None);
+    assert_eq!(stated(0.95, "kind='sun'\ndirection=[0,0,-1]\nirradiance=900"), None);
 }

@@ -3,11 +3,13 @@
 mod common;
 
 use common::{read, unit_room, with_site};
+use std::sync::LazyLock;
+use zonal_reference::test_cases::sampled_cases;
 use zonal_scene::{Band, Bands, Engine, LightGrouping, Scene, Solution, ZoneBasis};
 use zonal_solve::ExchangeOperator;
 use zonal_solve::hierarchical::{ApproximateGroup, HierarchicalOperator, PairFactors};
 
-const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 1\nalbedo = 0.8\n";
+const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [6,6,6]\nextinction = 1\nalbedo = 0.8\n";
 const BLOCK: &str =
     "[[surface]]\nname = \"block\"\nbox = { min = [0.45,0.3,0.2], max = [0.7,0.6,0.6] }\nreflectance = 0.5\n";
 const SLANTED: &str = "[[surface]]\nname = \"sheet\"\nrectangle = { origin = [0.2,0.3,0.2], edge1 = [0.5,0.2,0.1], edge2 = [-0.1,0.2,0.5] }\nreflectance = [0.6, 0.3, 0.5]\nsides = \"both\"\n";
@@ -16,8 +18,11 @@ const PANE: &str = "[[pane]]\npolygon = [[0.55,0,0],[0.55,1,0],[0.55,1,1],[0.55,
 
 fn room(rest: &str) -> Scene {
     let walls = "reflectance = 0.5\nfaces.x0 = { emission = 1 }";
-    read(&unit_room("patch_size = 0.125", walls, &format!("{GAS}{rest}")))
+    read(&unit_room("patch_size = 0.1667", walls, &format!("{GAS}{rest}")))
 }
+
+/// The room with a block, solved by the dense engine.
+static DENSE_BLOCK: LazyLock<Solution> = LazyLock::new(|| solved(&room(BLOCK), Engine::Dense, 0.01, false));
 
 fn solved(scene: &Scene, engine: Engine, tolerance: f64, restore: bool) -> Solution {
     let mut o = scene.options().clone();
@@ -63,13 +68,17 @@ fn assert_tolerance_holds(name: &str, scene: &Scene, reference: &Solution, toler
 /// A sample of the campaign `cargo run --release -p zonal-validation --example against_dense`.
 #[test]
 fn errors_stay_below_tolerance_and_estimate() {
-    for (name, rest) in
-        [("free", ""), ("block", BLOCK), ("smoke", SMOKE), ("slanted", SLANTED), ("pane", PANE)]
-    {
+    let cases = [("block", BLOCK), ("pane", PANE), ("free", ""), ("smoke", SMOKE), ("slanted", SLANTED)];
+    for (name, rest) in sampled_cases(cases, &[1]) {
         let scene = room(rest);
-        let dense = solved(&scene, Engine::Dense, 0.01, false);
-        let tolerances: &[f64] = if name == "block" { &[0.1, 0.03, 0.01] } else { &[0.03] };
-        tolerances.iter().for_each(|&t| assert_tolerance_holds(name, &scene, &dense, t));
+        let dense = match name {
+            "block" => DENSE_BLOCK.clone(),
+            _ => solved(&scene, Engine::Dense, 0.01, false),
+        };
+        let tolerances = if name == "block" { vec![0.03, 0.1, 0.01] } else { vec![0.03] };
+        for tolerance in sampled_cases(tolerances, &[0]) {
+            assert_tolerance_holds(name, &scene, &dense, tolerance);
+        }
     }
 }
 
@@ -93,7 +102,7 @@ fn errors_against_the_spectral_engine_stay_below_tolerance_and_estimate() {
 #[test]
 fn links_as_many_as_pairs_fall_back_to_all_pairs() {
     let walls = "reflectance = 0.5\nfaces.x0 = { emission = 1 }";
-    let gas = GAS.replace("8,8,8", "3,3,3");
+    let gas = GAS.replace("6,6,6", "3,3,3");
     let scene = read(&unit_room("patch_size = 0.34", walls, &format!("{gas}{SLANTED}")));
     let ours = solved(&scene, Engine::Hierarchical, 0.001, true);
     let dense = solved(&scene, Engine::Dense, 0.001, true);
@@ -167,7 +176,7 @@ fn threads_do_not_change_a_bit() {
     let scene = room(&format!("{SMOKE}{BLOCK}"));
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| solved(&scene, Engine::Hierarchical, 0.02, true).fields)
+        pool.install(|| solved(&scene, Engine::Hierarchical, 0.05, true).fields)
     };
     assert_eq!(on(1), on(3));
 }
@@ -182,10 +191,10 @@ fn closure_by_clusters_restores_the_balance_and_reports_the_change() {
     assert!(off(&restored) < 2e-3, "{}", off(&restored));
     let change = restored.report.closure.largest_change.first();
     assert!(change > 0.0 && change < 0.5, "{change}");
-    let dense = solved(&scene, Engine::Dense, 0.01, false);
+    let dense = &*DENSE_BLOCK;
     let first = restored.zones.voxel_offset();
     let (h, g) =
-        (errors(&restored, &dense, 0..first).0, errors(&restored, &dense, first..restored.zones.len()).0);
+        (errors(&restored, dense, 0..first).0, errors(&restored, dense, first..restored.zones.len()).0);
     assert!(h < 0.02 && g < 0.02, "{h} {g}");
 }
 
@@ -198,7 +207,7 @@ fn a_small_cloud_shades_a_large_floor() {
         )
     };
     let text = format!(
-        "[solve]\npatch_size = 0.4\n[[surface]]\nname = \"floor\"\nrectangle = {{ origin = [-6, -1, 6], edge1 = [12, 0, 0], edge2 = [0, 0, -12] }}\nreflectance = 0.4\n{}{}[medium]\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\ncells = [5, 5, 5]\n[[medium.region]]\nbox = {{ min = [-0.6, -0.9, -0.6], max = [0.6, 0.6, 0.6] }}\nextinction = 4\nalbedo = 0\n",
+        "[solve]\npatch_size = 0.5\n[[surface]]\nname = \"floor\"\nrectangle = {{ origin = [-6, -1, 6], edge1 = [12, 0, 0], edge2 = [0, 0, -12] }}\nreflectance = 0.4\n{}{}[medium]\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\ncells = [5, 5, 5]\n[[medium.region]]\nbox = {{ min = [-0.6, -0.9, -0.6], max = [0.6, 0.6, 0.6] }}\nextinction = 4\nalbedo = 0\n",
         wall("left", -150.0, "edge1 = [0, 300, 0], edge2 = [0, 0, 300]"),
         wall("right", 150.0, "edge1 = [0, 0, 300], edge2 = [0, 300, 0]"),
     );
@@ -220,7 +229,7 @@ fn a_small_cloud_shades_a_large_floor() {
 #[test]
 fn rays_follow_a_fixed_scattering_order() {
     let mut o = room(BLOCK).options().clone();
-    for sweeps in [1, 3] {
+    for sweeps in sampled_cases([1, 3], &[1]) {
         o.scattering_orders = Some(sweeps);
         let scene = room(BLOCK).with_options(o.clone()).unwrap();
         let [dense, ours] =

@@ -142,7 +142,7 @@ fn irradiance(scene: &Scene, rays: usize, continuation: PathContinuation) -> Vec
 #[test]
 fn continued_rays_resolve_the_shadow_below_a_sheet() {
     // Small patches of the floor resolve the shadow; a single patch does not, unless rays continue from the point hit.
-    let fine = common::solve(sheet("0.025"));
+    let fine = common::solve(sheet("0.04"));
     let below = |s: &zonal_scene::Solution| -> Vec<usize> {
         patches_of(s, "sheet").into_iter().filter(|&i| s.zones.patches[i].normal.z < 0.0).collect()
     };

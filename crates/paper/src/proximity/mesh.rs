@@ -39,8 +39,8 @@ impl ParametricMesh {
 pub enum CellFactor {
     /// 𝓕 with its proven radius, m²; exactly zero for a cell that B does not see. `evaluations` are those of the block divided by its cells.
     Factor(Factor),
-    /// Partial visibility: it sees a part of B, or the bounds cannot decide; left to another method.
-    Horizon,
+    /// It sees a part of B, or the bounds cannot decide; left to another method.
+    PartlyVisible,
     /// No polydisc fits between it and B, or the radius would exceed the value, or the budget was spent: left to another method.
     Near,
 }

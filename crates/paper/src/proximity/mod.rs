@@ -35,7 +35,7 @@
 //! halved across its longer extent. A single cell that fails is too near: it has a large radius or is [`CellFactor::Near`].
 //! **Partial visibility**: a cell must see all of B and be seen by all of it, up to rounding (a wall on the surface's
 //! plane), which the radius includes. Bounds on the cell or on parts of it decide: cells entirely out of sight are
-//! exactly zero; [`CellFactor::Horizon`] cells are left to another method, since K changes its sign there. Other occluders are not
+//! exactly zero; [`CellFactor::PartlyVisible`] cells are left to another method, since K changes its sign there. Other occluders are not
 //! considered, nor is the surface itself where it is not convex towards B.
 
 mod development;

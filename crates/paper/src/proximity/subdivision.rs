@@ -65,7 +65,7 @@ impl MeshDevelopment<'_> {
             match cell_visibility(self.surface, self.mesh.part(&js, &ks), self.plate, self.shake, depth) {
                 Visibility::Whole => CellFactor::Factor(open),
                 Visibility::Nothing => CellFactor::Factor(Factor::NOT_VISIBLE),
-                Visibility::Part if cell => CellFactor::Horizon,
+                Visibility::Part if cell => CellFactor::PartlyVisible,
                 Visibility::Part => {
                     let middle = |r: &Range<usize>| (r.start + r.end) / 2;
                     if js.len() >= ks.len() {

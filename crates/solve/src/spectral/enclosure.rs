@@ -42,7 +42,7 @@ impl BoxEnclosure {
         if !whole {
             return Err("surfaces cut or fill voxels, or voxels lie outside the walls".into());
         }
-        let grid = BoxGrid { cells: map.dims(), edges: map.cell().array(), periodic: scene.periodic() };
+        let grid = BoxGrid::new(map.dims(), map.cell().array(), scene.periodic());
         let mut faces = [0, 1, 2].map(|a| {
             let size = if grid.periodic[a] { 0 } else { grid.patches(a) };
             [vec![OPENING; size], vec![OPENING; size]]

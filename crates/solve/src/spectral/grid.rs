@@ -15,12 +15,19 @@ pub(crate) struct BoxGrid {
     pub edges: [f64; 3],
     /// Periodic axes.
     pub periodic: [bool; 3],
+    /// Lengths of the transforms.
+    lengths: [usize; 3],
 }
 
 impl BoxGrid {
+    /// A grid of cells with these edges, m.
+    pub(crate) fn new(cells: [usize; 3], edges: [f64; 3], periodic: [bool; 3]) -> BoxGrid {
+        let length = |k: usize| if periodic[k] { cells[k] } else { padded_length(cells[k]) };
+        BoxGrid { cells, edges, periodic, lengths: [0, 1, 2].map(length) }
+    }
     /// Lengths of the transforms.
     pub(crate) fn lengths(&self) -> [usize; 3] {
-        [0, 1, 2].map(|k| if self.periodic[k] { self.cells[k] } else { padded_length(self.cells[k]) })
+        self.lengths
     }
     /// Numbers of stored frequencies of an even spectrum.
     pub(crate) fn halves(&self) -> [usize; 3] {

@@ -99,7 +99,7 @@ impl Bvh {
     }
 
     /// The part [t0, t1] of the segment a + t d, 0 ≤ t ≤ 1, within the scene's bounds.
-    #[inline]
+    #[inline(always)]
     fn clip(&self, a: Vec3, d: Vec3) -> Option<(f64, f64)> {
         let b = a + d;
         let (lo, hi) = (&self.lo, &self.hi);
@@ -144,7 +144,7 @@ impl Bvh {
     }
 
     /// True when any plate crosses the segment a → b.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn any(&self, a: Vec3, b: Vec3, tolerance: &Tolerance) -> bool {
         let line = PreparedLine::new(a, b - a, tolerance);
         self.visit::<true>(&line, |slot| self.plates[slot].crosses(&line))

@@ -59,8 +59,8 @@ pub(super) fn solve_with(
     settings: &str,
 ) -> Result<Solution, Failure> {
     let linear = if settings.contains(LINEAR_BASIS) { "-slopes" } else { "" };
-    let told = if settings.contains("zoning_error") { "-told" } else { "" };
-    let name = format!("furnace-{m}-{albedo}{linear}{told}");
+    let estimated = if settings.contains("discretization_error") { "-estimated" } else { "" };
+    let name = format!("furnace-{m}-{albedo}{linear}{estimated}");
     let medium = format!("albedo = {albedo:?}\nheat_source = {HEAT_SOURCE:?}");
     let mut room = room(m, settings).warm(1.0, 300.0).medium(&medium);
     for face in 0..6 {
