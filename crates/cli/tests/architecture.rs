@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use xtask::source::SourceFile;
 
 /// Every crate with exactly the other crates on which it depends.
-const DEPENDENCIES: [(&str, &[&str]); 14] = [
+const DEPENDENCIES: [(&str, &[&str]); 15] = [
     ("math", &[]),
     ("scene", &["math"]),
     ("transport", &["math", "scene"]),
     ("exchange", &["math", "scene", "transport"]),
+    ("gas", &[]),
     ("paper", &["math", "scene", "exchange"]),
     ("solve", &["math", "scene", "transport", "exchange"]),
     ("render", &["math", "scene", "transport"]),
@@ -31,6 +32,7 @@ const DEPENDENCIES: [(&str, &[&str]); 14] = [
             "scene",
             "transport",
             "exchange",
+            "gas",
             "paper",
             "solve",
             "render",
@@ -57,7 +59,7 @@ const NOT_IN_THE_LIBRARY: [&str; 6] =
     ["clap", "indicatif", "plotters", "noto-sans-mono-bitmap", "ctrlc", "nix"];
 
 /// Crates without access to the operating system.
-const CORE_CRATES: [&str; 7] = ["math", "scene", "transport", "exchange", "paper", "solve", "render"];
+const CORE_CRATES: [&str; 8] = ["math", "scene", "transport", "exchange", "gas", "paper", "solve", "render"];
 
 /// Modules of `std` that access the operating system.
 const SYSTEM_MODULES: [&str; 5] = ["fs", "net", "time", "env", "process"];

@@ -2,7 +2,7 @@
 
 mod support;
 
-use support::{COLUMNS, Folder, ROOM, VOXELS, solution, text};
+use support::{COLUMNS, Folder, Program, ROOM, VOXELS, refused, solution, text};
 
 #[test]
 fn every_command_has_help() {
@@ -16,6 +16,7 @@ fn every_command_has_help() {
         "export",
         "exchange",
         "factors",
+        "gas",
         "migrate",
         "keys",
         "reproduce",
@@ -317,4 +318,35 @@ fn strict_ends_with_1_on_warnings() {
     assert_eq!(f.get("hidden.npz"), f.get("hidden2.npz"));
     let json: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
     assert!(json["warnings"].as_array().unwrap().iter().any(|w| w["severity"] == "warning"), "{json}");
+}
+
+#[test]
+fn gas_models_are_listed_evaluated_and_plotted() {
+    let f = Folder::new();
+    let list: serde_json::Value = serde_json::from_str(&f.done(&["gas", "--json"])).unwrap();
+    let names: Vec<&str> = list.as_array().unwrap().iter().map(|m| m["name"].as_str().unwrap()).collect();
+    assert_eq!(names.len(), 7);
+    let flue_gas = ["--h2o", "0.2", "--co2", "0.1", "--temperature", "1200"];
+    for name in &names {
+        let arguments = [&["gas", name, "--length", "1", "--length", "2", "--json"][..], &flue_gas].concat();
+        let found: serde_json::Value = serde_json::from_str(&f.done(&arguments)).unwrap();
+        let [one, two] = [0, 1].map(|i| found["emissivity"][i]["emissivity"].as_f64().unwrap());
+        assert!(*name == "grey-soot" || 0.2 < one && one < two && two < 0.5, "{name}: {one} {two}");
+        assert!(found["model_error"].is_null() && found["gases"][0]["weight"].is_number());
+    }
+    let text = f.done(&[&["gas", "wsgg-bordbar-2020", "-o", "out/plot.svg"][..], &flue_gas].concat());
+    assert!(text.contains("0.311102") && text.contains("not known"), "{text}");
+    assert!(String::from_utf8_lossy(&f.get("out/plot.svg")).contains("total emissivity"));
+}
+
+#[test]
+fn wrong_gas_states_are_refused() {
+    let f = Folder::new();
+    refused(&f, Program, &["gas", "wsgg-bordbar"], "wsgg-bordbar-2020");
+    refused(&f, Program, &["gas", "grey-soot", "--soot", "2"], "--soot");
+    refused(&f, Program, &["gas", "wsgg-smith-1982", "--h2o", "0.7", "--co2", "0.5"], "--h2o");
+    refused(&f, Program, &["gas", "wsgg-smith-1982", "--length=-1"], "--length");
+    refused(&f, Program, &["gas", "wsgg-smith-1982", "-o", "plot.png"], "plot.png");
+    let cold = f.zonal(&["gas", "wsgg-smith-1982", "--temperature", "300", "--co2", "0.1", "--strict"]);
+    assert_eq!(cold.status.code(), Some(1), "{}", text(&cold.stderr));
 }

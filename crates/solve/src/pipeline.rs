@@ -45,8 +45,8 @@ pub fn solve_with_settings(scene: Scene, settings: &SolveSettings) -> Result<Sol
     on_worker_thread(|| solve_scene(scene, settings))
 }
 
-/// Runs a function on a thread of the pool. Parallel loops that start there need no message to another thread and no wait for it, which in small
-/// scenes takes as long as the loops.
+/// Runs a function on a thread of the pool. Parallel loops that start there avoid the cost of handing work to another thread, which in small scenes
+/// takes as long as the loops.
 fn on_worker_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
     rayon::scope(|_| run())
 }
@@ -68,7 +68,7 @@ fn solve_scene(scene: Scene, settings: &SolveSettings) -> Result<Solution, Scene
         let first =
             discretization::FirstSolve { scene: &scene, zones: &zones, fields: &solved.fields, basis };
         discretization::estimate(&first, &mut solved.report, settings, &solve_other);
-        // An interrupted second solve is no reason for an unknown error.
+        // Return an interruption of the second solve as such, not as an unknown error.
         check_interrupted(settings.progress)?;
     }
     let ZonalSolution { fields, groups, report, .. } = solved;

@@ -237,7 +237,7 @@ fn walls_slightly_inside_the_voxel_grid_do_not_change_the_result() {
 #[test]
 fn threads_do_not_change_a_bit() {
     let text = unit_room(
-        "patch_size=0.5\ntolerance=0.05\nclosure=\"restore\"",
+        "patch_size=0.5\ntolerance=0.1\nclosure=\"restore\"",
         "omit=[\"y1\"]\nreflectance=0.6\nfaces.z1={emission=1}",
         "[[surface]]\nname=\"block\"\nbox={min=[0.3,0.25,0],max=[0.62,0.55,0.47],rotate_z_degrees=27}\n\
          [[pane]]\npolygon=[[0.1,0.8,0.1],[0.9,0.8,0.1],[0.9,0.8,0.9],[0.1,0.8,0.9]]\nthickness=0.02\nextinction=[5,10,0]\nalbedo=0.3\n\

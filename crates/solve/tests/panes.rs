@@ -70,7 +70,7 @@ fn isothermal_rooms_with_panes_are_uniform() {
         (extreme, "", "restore", 1e-9),
         (extreme, fog, "restore", 1e-9),
     ];
-    for (look, medium, closure, bound) in sampled_cases(cases, &[0, 2, 4]) {
+    for (look, medium, closure, bound) in sampled_cases(cases, &[2, 3]) {
         let s = solved(&unit_room(
             &format!("patch_size=0.25\nresidual=1e-13\ntolerance=0.03\nclosure=\"{closure}\""),
             walls,

@@ -9,6 +9,7 @@ pub mod exchange;
 pub mod export;
 pub mod factors;
 pub mod former_flags;
+pub mod gas;
 pub mod keys;
 pub mod migrate;
 pub mod relight;
@@ -69,6 +70,8 @@ pub enum Command {
     Exchange(exchange::Args),
     /// Compute exchange factors of axis-aligned pairs with proved error bounds, from a table to a table (.csv).
     Factors(factors::Args),
+    /// Print the grey gases and the total emissivity of a gas model.
+    Gas(gas::Args),
     /// Replace former keys of a scene file by their present names.
     Migrate(migrate::Args),
     /// Print the reference of all keys of scene files.
@@ -96,6 +99,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Command::Export(a) => export::run(&a, context),
         Command::Exchange(a) => exchange::run(&a, context),
         Command::Factors(a) => factors::run(&a, context),
+        Command::Gas(a) => gas::run(&a, context),
         Command::Migrate(a) => migrate::run(&a, context),
         Command::Keys(a) => keys::run(&a, context),
         Command::Reproduce(a) => reproduce::run(&a, context),
