@@ -49,7 +49,7 @@ pub(crate) fn evaluate(state: &GasState) -> GreyGasMixture {
     let absorbing = state.h2o + state.co2;
     let set = if state.h2o <= SHARE_BETWEEN_SETS * absorbing { RATIO_ONE } else { RATIO_TWO };
     let ratio = state.mole_ratio();
-    if absorbing > 0.0 && !((ratio / set.ratio - 1.0).abs() <= RATIO_TOLERANCE) {
+    if absorbing > 0.0 && (ratio / set.ratio - 1.0).abs() > RATIO_TOLERANCE {
         notes.push(format!(
             "the mole ratio of H2O to CO2 is {ratio:.4}; the model has coefficients for 1 and 2 only, and those for {} are used",
             set.ratio
