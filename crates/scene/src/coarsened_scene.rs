@@ -32,6 +32,11 @@ impl Scene {
     /// # Errors
     /// If the coarsened grid is invalid.
     pub fn coarsened(&self) -> Result<Scene, SceneError> {
+        self.map_triples(|triple| triple.coarsened_triple())
+    }
+
+    /// As [`Scene::coarsened`], of one triple of bands.
+    fn coarsened_triple(&self) -> Result<Scene, SceneError> {
         let default = self.patch_size();
         let mut parts = self.clone().into_parts();
         parts.options.patch_size = Some(2.0 * default);
@@ -58,14 +63,17 @@ impl Scene {
         let smallest_pane = zones.panes.iter().fold(f64::INFINITY, |s, p| s.min(patch_size(&p.plate, rule)));
         let default = self.patch_size();
         let refined = |own: f64, limit: f64| if own > 0.0 { own.min(limit) } else { limit } / n as f64;
-        let mut parts = self.clone().into_parts();
-        parts.options.patch_size =
-            Some(refined(if smallest_pane.is_finite() { smallest_pane } else { 0.0 }, default));
-        for (surface, largest) in parts.surfaces.iter_mut().zip(largest) {
-            surface.patch_size = Some(refined(largest, surface.patch_size.unwrap_or(default)));
-        }
-        parts.voxel_grid = self.voxel_grid().map(|m| m.refined(self.periodic(), n)).transpose()?;
-        Scene::new(parts)
+        self.map_triples(|triple| {
+            let mut parts = triple.into_parts();
+            parts.options.patch_size =
+                Some(refined(if smallest_pane.is_finite() { smallest_pane } else { 0.0 }, default));
+            for (surface, largest) in parts.surfaces.iter_mut().zip(&largest) {
+                surface.patch_size = Some(refined(*largest, surface.patch_size.unwrap_or(default)));
+            }
+            let periodic = self.periodic();
+            parts.voxel_grid = parts.voxel_grid.as_ref().map(|m| m.refined(periodic, n)).transpose()?;
+            Scene::new(parts)
+        })
     }
 }
 

@@ -16,12 +16,13 @@
 //! | `diagnostic`, `scene_error` | notes and warnings; validation errors |
 //! | `progress`, [`checkpoint_store`] | observers and checkpoints of long computations |
 //! | [`limits`] | ranges of physical quantities |
-//! | `band`, `bands` | spectral bands as indices; band-indexed values with operators |
+//! | `band_set`, `band`, `bands` | number, names and wavelengths of the bands; three bands as indices; band-indexed values with operators |
 //!
-//! Units: m, 1/m for extinction, W/m² for radiosity B, irradiance H and fluence G, W/m³ for volumetric sources, each per band. The three
-//! bands are red, green and blue in pictures; grey thermal scenes have equal values in all three.
+//! Units: m, 1/m for extinction, W/m² for radiosity B, irradiance H and fluence G, W/m³ for volumetric sources, each per band. Bands
+//! are stored three at a time; by default they are red, green and blue. Grey thermal scenes have equal values in all three.
 
 mod band;
+mod band_set;
 mod bands;
 mod builder;
 mod camera;
@@ -56,6 +57,7 @@ pub mod voxel_samples;
 mod zones;
 
 pub use band::{Band, BandCountError, PerBand};
+pub use band_set::{BANDS_PER_TRIPLE, BandSet, COLOUR_LIMITS, MAX_BANDS};
 pub use bands::Bands;
 pub use builder::{BandValues, GlassPane, Medium, Mesh, SceneBuilder, Sky, Sun, VoxelValues};
 pub use camera::{Camera, Lens};
@@ -78,7 +80,7 @@ pub use scene_parts::SceneParts;
 pub use solution::Solution;
 pub use solve_status::SolveStatus;
 pub use surface::{DEFAULT_REFLECTANCE, Facet, Pane, Sides, Surface, Texture};
-pub use thermal::{BandFractions, Thermal, ThermalCondition};
+pub use thermal::{BandFractions, CellFractions, Thermal, ThermalCondition};
 pub use voxel_grid::VoxelGrid;
 pub use voxel_samples::{SUBCELLS, VolumeSample, VoxelSamples};
 pub use zones::{PaneZone, Patch, VoxelZone, Zones};

@@ -1,18 +1,20 @@
 //! The scene: validated at construction and read-only afterwards.
 
+use crate::band_set::BandSet;
 use crate::bands::Bands;
 use crate::camera::Camera;
 use crate::diagnostic::Diagnostic;
 use crate::light::{Light, Surroundings};
 use crate::options::SolveOptions;
 use crate::printable::printable;
-use crate::scene_error::SceneError;
+use crate::scene_error::{SceneError, invalid};
 use crate::scene_parts::SceneParts;
 use crate::surface::{Facet, Pane, Surface, Texture};
 use crate::thermal::Thermal;
-use crate::validation::check_parts;
+use crate::validation::{check_parts, check_triples};
 use crate::voxel_grid::VoxelGrid;
 use std::borrow::Cow;
+use std::sync::Arc;
 use zonal_math::Vec3;
 
 /// Patch edges of a scene's diagonal, if no patch size is given.
@@ -51,6 +53,8 @@ const DEFAULT_PATCHES_PER_DIAGONAL: f64 = 30.0;
 pub struct Scene {
     parts: SceneParts,
     bounds: (Vec3, Vec3),
+    /// The further triples of bands.
+    further_triples: Arc<[Scene]>,
 }
 
 impl Scene {
@@ -62,7 +66,48 @@ impl Scene {
         parts.names_mut().for_each(escape_name);
         check_parts(&parts)?;
         let bounds = parts.bounds();
-        Ok(Scene { parts, bounds })
+        Ok(Scene { parts, bounds, further_triples: Arc::default() })
+    }
+
+    /// A scene of any number of bands from its triples, in order; they differ in spectral properties only.
+    ///
+    /// # Errors
+    /// If a triple is missing or has another geometry, or if the band fractions of thermal mode are out of range.
+    pub fn from_triples(mut triples: Vec<Scene>) -> Result<Scene, SceneError> {
+        check_triples(&triples)?;
+        let further = triples.split_off(1);
+        match triples.pop() {
+            Some(first) => Ok(Scene { further_triples: further.into(), ..first }),
+            None => invalid("bands", "the scene has no bands; give at least one"),
+        }
+    }
+
+    /// The bands of the whole scene.
+    pub fn bands(&self) -> &BandSet {
+        &self.parts.bands
+    }
+    /// The bands that this triple holds.
+    pub fn window(&self) -> std::ops::Range<usize> {
+        self.parts.bands.window(self.parts.triple)
+    }
+    /// This scene and its further triples of bands.
+    pub fn triples(&self) -> impl Iterator<Item = &Scene> + Clone {
+        std::iter::once(self).chain(self.further_triples.iter())
+    }
+    /// The first triple of bands as a scene of its own.
+    pub fn first_triple(&self) -> Scene {
+        Scene { further_triples: Arc::default(), ..self.clone() }
+    }
+    /// Changes every triple of bands.
+    ///
+    /// # Errors
+    /// Those of `change`, and those of [`Scene::from_triples`].
+    pub fn map_triples(
+        &self,
+        change: impl Fn(Scene) -> Result<Scene, SceneError>,
+    ) -> Result<Scene, SceneError> {
+        let changed = self.triples().map(|s| change(s.first_triple()));
+        Scene::from_triples(changed.collect::<Result<_, _>>()?)
     }
 
     /// Thermal conditions; `None` in light mode.
@@ -164,11 +209,13 @@ impl Scene {
     ///
     /// # Errors
     /// If a setting is out of range.
-    pub fn with_options(mut self, options: SolveOptions) -> Result<Scene, SceneError> {
-        self.parts.options = options;
-        Scene::new(self.parts)
+    pub fn with_options(self, options: SolveOptions) -> Result<Scene, SceneError> {
+        if self.further_triples.is_empty() {
+            return Scene::new(SceneParts { options, ..self.parts });
+        }
+        self.map_triples(|s| Scene::new(SceneParts { options: options.clone(), ..s.parts }))
     }
-    /// The parts of the scene.
+    /// The parts of the scene; of its first triple of bands if there are several.
     pub fn into_parts(self) -> SceneParts {
         self.parts
     }

@@ -1,5 +1,6 @@
 //! The parts of a scene before validation.
 
+use crate::band_set::BandSet;
 use crate::camera::Camera;
 use crate::diagnostic::Diagnostic;
 use crate::light::{Light, Surroundings};
@@ -35,6 +36,10 @@ pub struct SceneParts {
     pub thermal: Option<Thermal>,
     /// Cameras.
     pub cameras: Vec<Camera>,
+    /// The bands of the whole scene.
+    pub bands: BandSet,
+    /// The triple of bands that these parts describe.
+    pub triple: usize,
     /// Settings.
     pub options: SolveOptions,
     /// Notes of the reader, such as dropped triangles.

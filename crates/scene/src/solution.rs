@@ -1,5 +1,6 @@
 //! The solution: data that solvers write and that pictures, tables and files read.
 
+use crate::bands::Bands;
 use crate::fields::Fields;
 use crate::light_group::LightGroup;
 use crate::report::Report;
@@ -19,8 +20,28 @@ pub struct Solution {
     pub groups: Vec<LightGroup>,
     /// The report.
     pub report: Report,
+    /// Solutions of the further triples of bands, on the same zones; empty for up to three bands. Their reports hold what belongs to their bands.
+    pub further_triples: Vec<Solution>,
     /// Hash of the scene, at most 64 hexadecimal digits.
     pub scene_hash: String,
     /// Version of the program.
     pub version: String,
+}
+
+impl Solution {
+    /// This solution and those of the further triples of bands.
+    pub fn triples(&self) -> impl Iterator<Item = &Solution> + Clone {
+        std::iter::once(self).chain(self.further_triples.iter())
+    }
+    /// The values of all bands of a quantity that is stored by triples, ascending by band.
+    ///
+    /// ```no_run
+    /// # fn radiosities(solution: &zonal_scene::Solution) -> Vec<f64> {
+    /// solution.all_bands(|triple| triple.fields.radiosity[0])
+    /// # }
+    /// ```
+    pub fn all_bands(&self, value: impl Fn(&Solution) -> Bands) -> Vec<f64> {
+        let of_triple = |s: &Solution| value(s).into_iter().take(s.scene.window().len()).collect::<Vec<_>>();
+        self.triples().flat_map(of_triple).collect()
+    }
 }

@@ -11,6 +11,7 @@
 //! equilibrium. In grey scenes the three bands are equal: each holds the whole emission, and their sum has no meaning.
 
 use crate::band::{Band, PerBand};
+use crate::band_set::BANDS_PER_TRIPLE;
 use crate::bands::Bands;
 use crate::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
 use crate::scene_error::{SceneError, invalid};
@@ -180,10 +181,21 @@ impl BandFractions {
     /// # Errors
     /// If a fraction is negative, or the sum is above 1, or below 1 without `allow_partial`.
     pub fn check(&self) -> Result<(), SceneError> {
-        let BandFractions::GreyGases { coefficients, range: [from, to], allow_partial } = self else {
+        self.check_coefficients()?;
+        check_sum(&[self])
+    }
+    /// The key of the fractions in a scene file.
+    fn key(&self) -> &'static str {
+        if self.is_constant() { "thermal.band_fractions" } else { "thermal.weights" }
+    }
+    /// Validates range and coefficients.
+    ///
+    /// # Errors
+    /// If the range is none, or a band has no finite coefficients.
+    pub(crate) fn check_coefficients(&self) -> Result<(), SceneError> {
+        let BandFractions::GreyGases { coefficients, range: [from, to], .. } = self else {
             return Ok(());
         };
-        let key = if self.is_constant() { "thermal.band_fractions" } else { "thermal.weights" };
         if !(*from > 0.0 && from <= to && *to <= MAX_TEMPERATURE) {
             return invalid(
                 "thermal.range",
@@ -191,13 +203,31 @@ impl BandFractions {
             );
         }
         if coefficients.iter().any(|c| c.is_empty() || c.iter().any(|x| !x.is_finite())) {
-            return invalid(key, "a band has no finite coefficients; give c0, c1, … of its polynomial");
+            return invalid(
+                self.key(),
+                "a band has no finite coefficients; give c0, c1, … of its polynomial",
+            );
         }
-        for t in check_temperatures([*from, *to]) {
-            let a = self.grey_gas_weights(t);
-            let sum = a.sum();
+        Ok(())
+    }
+}
+
+/// Validates signs and sum of the fractions of all band triples of a scene.
+///
+/// # Errors
+/// As [`BandFractions::check`].
+pub(crate) fn check_sum(triples: &[&BandFractions]) -> Result<(), SceneError> {
+    let Some(first @ BandFractions::GreyGases { range, allow_partial, .. }) = triples.first() else {
+        return Ok(());
+    };
+    let key = first.key();
+    for t in check_temperatures(*range) {
+        let mut sum = 0.0;
+        for (k, fractions) in triples.iter().enumerate() {
+            let a = fractions.grey_gas_weights(t);
+            sum += a.sum();
             if let Some(b) = Band::all().find(|&b| a[b] < -FRACTION_SUM_TOLERANCE) {
-                let (band, fraction) = (b.index(), a[b]);
+                let (band, fraction) = (BANDS_PER_TRIPLE * k + b.index(), a[b]);
                 return invalid(
                     key,
                     format!(
@@ -205,23 +235,23 @@ impl BandFractions {
                     ),
                 );
             }
-            if sum > 1.0 + FRACTION_SUM_TOLERANCE {
-                return invalid(
-                    key,
-                    format!("the band fractions sum to {sum:.6} at {t:.0} K; let them sum to 1"),
-                );
-            }
-            if sum < 1.0 - FRACTION_SUM_TOLERANCE && !allow_partial {
-                return invalid(
-                    key,
-                    format!(
-                        "the band fractions sum to {sum:.6} at {t:.0} K, not 1; write \"rest\" for one of the bands, or allow_partial = true to exclude the remaining emission"
-                    ),
-                );
-            }
         }
-        Ok(())
+        if sum > 1.0 + FRACTION_SUM_TOLERANCE {
+            return invalid(
+                key,
+                format!("the band fractions sum to {sum:.6} at {t:.0} K; let them sum to 1"),
+            );
+        }
+        if sum < 1.0 - FRACTION_SUM_TOLERANCE && !allow_partial {
+            return invalid(
+                key,
+                format!(
+                    "the band fractions sum to {sum:.6} at {t:.0} K, not 1; write \"rest\" for one of the bands, or allow_partial = true to exclude the remaining emission"
+                ),
+            );
+        }
     }
+    Ok(())
 }
 
 /// Equidistant temperatures over a range, K.
@@ -229,11 +259,22 @@ fn check_temperatures([from, to]: [f64; 2]) -> impl Iterator<Item = f64> {
     (0..=TEMPERATURE_INTERVALS).map(move |k| from + (to - from) * k as f64 / TEMPERATURE_INTERVALS as f64)
 }
 
+/// Band fractions that differ from cell to cell of the medium, such as those of a gas of varying composition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CellFractions {
+    /// The different fractions.
+    pub kinds: Vec<BandFractions>,
+    /// The kind of each cell, in the order of the voxel grid.
+    pub kind_of_cell: Vec<u32>,
+}
+
 /// Thermal data of a scene; conditions of the medium's cells are in the voxel grid ([`crate::VoxelGrid::heat`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Thermal {
-    /// The fraction of the emission in each band.
+    /// The fraction of the emission in each band, where no cell has its own.
     pub band_fractions: BandFractions,
+    /// Fractions of the cells of the medium and of the surfaces next to them; `None` if all are equal.
+    pub cell_fractions: Option<CellFractions>,
     /// Condition of each surface.
     pub surfaces: Vec<ThermalCondition>,
     /// Condition of each pane; a pane without temperature is in radiative equilibrium.
@@ -243,6 +284,20 @@ pub struct Thermal {
 }
 
 impl Thermal {
+    /// The band fractions in a cell of the medium; those of the scene outside the medium.
+    pub fn fractions_of_cell(&self, cell: Option<usize>) -> &BandFractions {
+        let own = self.cell_fractions.as_ref().zip(cell);
+        let kind = own.and_then(|(f, c)| f.kinds.get(*f.kind_of_cell.get(c)? as usize));
+        kind.unwrap_or(&self.band_fractions)
+    }
+    /// The band fractions of the scene, then those of the kinds of cells.
+    pub fn all_fractions(&self) -> impl Iterator<Item = &BandFractions> {
+        std::iter::once(&self.band_fractions).chain(self.cell_fractions.iter().flat_map(|f| &f.kinds))
+    }
+    /// True if no fraction depends on temperature.
+    pub fn has_constant_fractions(&self) -> bool {
+        self.all_fractions().all(BandFractions::is_constant)
+    }
     /// Radiance of the surroundings, W/(m² sr) per band.
     pub fn surroundings_radiance(&self) -> Bands {
         let e = self.surroundings.map_or(0.0, blackbody_emissive_power);

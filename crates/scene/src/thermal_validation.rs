@@ -3,15 +3,20 @@
 use crate::band::{Band, PerBand};
 use crate::bands::Bands;
 use crate::options::LightGrouping;
+use crate::scene::Scene;
 use crate::scene_error::{SceneError, invalid};
 use crate::scene_parts::SceneParts;
 use crate::surface::{Pane, Surface};
-use crate::thermal::{Thermal, ThermalCondition};
+use crate::thermal::{BandFractions, Thermal, ThermalCondition, check_sum};
 use crate::voxel_grid::VoxelGrid;
 
 /// Validates the thermal conditions of a scene.
 pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(), SceneError> {
-    thermal.band_fractions.check()?;
+    let is_whole = parts.bands.triples() == 1;
+    for fractions in thermal.all_fractions() {
+        if is_whole { fractions.check()? } else { fractions.check_coefficients()? }
+    }
+    check_cell_fractions(thermal, parts)?;
     if thermal.surfaces.len() != parts.surfaces.len() || thermal.panes.len() != parts.panes.len() {
         return invalid("thermal", "give a thermal condition for each surface and pane, or for none");
     }
@@ -36,14 +41,73 @@ pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(),
     if let Some(t) = thermal.surroundings {
         ThermalCondition::Temperature(t).check(|k| format!("surroundings.{k}"))?;
     }
-    let emitting = thermal.band_fractions.emitting_bands();
+    // Another triple of bands may emit.
+    let emitting = is_whole.then(|| thermal.band_fractions.emitting_bands());
     for (s, condition) in parts.surfaces.iter().zip(&thermal.surfaces) {
         check_surface(thermal, s, *condition, emitting)?;
     }
     for (p, condition) in parts.panes.iter().zip(&thermal.panes) {
         check_pane(thermal, p, *condition)?;
     }
-    parts.voxel_grid.as_ref().map_or(Ok(()), |grid| check_medium(thermal, grid, emitting))
+    let Some(grid) = &parts.voxel_grid else { return Ok(()) };
+    check_medium(thermal, grid)?;
+    if is_whole { check_heat_sources(&[(thermal, grid)]) } else { Ok(()) }
+}
+
+/// Validates that every cell has band fractions.
+fn check_cell_fractions(thermal: &Thermal, parts: &SceneParts) -> Result<(), SceneError> {
+    let Some(own) = &thermal.cell_fractions else { return Ok(()) };
+    let cells = parts.voxel_grid.as_ref().map_or(0, VoxelGrid::len);
+    let is_known = own.kind_of_cell.iter().all(|k| (*k as usize) < own.kinds.len());
+    if cells != own.kind_of_cell.len() || !is_known || own.kinds.iter().any(BandFractions::is_grey) {
+        return invalid(
+            "thermal.band_fractions",
+            "give every cell of the medium one of the kinds of band fractions",
+        );
+    }
+    Ok(())
+}
+
+/// Validates the band fractions and powers of the triples of a scene together.
+pub(crate) fn check_thermal_triples(triples: &[Scene]) -> Result<(), SceneError> {
+    let thermal: Vec<&Thermal> = triples.iter().filter_map(Scene::thermal).collect();
+    let [first, _, ..] = thermal.as_slice() else { return Ok(()) };
+    if first.band_fractions.is_grey() {
+        return invalid(
+            "thermal.band_fractions",
+            "the scene has several bands, but their fractions of the emission are missing; give band_fractions, weights or a gas",
+        );
+    }
+    for (i, condition) in first.surfaces.iter().enumerate().filter(|(_, c)| c.prescribed_power() != 0.0) {
+        let gives = |s: &Scene, t: &Thermal| {
+            let (emitting, reflectance) = (t.band_fractions.emitting_bands(), s.surfaces()[i].reflectance);
+            Band::all().any(|b| emitting[b] && reflectance[b] < 1.0)
+        };
+        if !triples.iter().zip(&thermal).any(|(s, t)| gives(s, t)) {
+            let power_key =
+                if matches!(condition, ThermalCondition::Power(_)) { "net_power" } else { "heat_flux" };
+            return invalid(
+                format!("surface '{}'.{power_key}", triples[0].surfaces()[i].name),
+                "the emissivity is 0 in every band that has a fraction of the emission, so that the surface can give no power; raise it in one of them, or give 0",
+            );
+        }
+    }
+    let media: Vec<_> = triples.iter().filter_map(|s| Some((s.thermal()?, s.voxel_grid()?))).collect();
+    check_heat_sources(&media)?;
+    for k in 0..first.all_fractions().count() {
+        let of_triples: Option<Vec<&BandFractions>> =
+            thermal.iter().map(|t| t.all_fractions().nth(k)).collect();
+        match of_triples {
+            Some(list) => check_sum(&list)?,
+            None => {
+                return invalid(
+                    "thermal.band_fractions",
+                    "the triples of bands have different kinds of cells; give all the same",
+                );
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Refuses bands that differ in a grey scene.
@@ -61,7 +125,7 @@ fn check_surface(
     thermal: &Thermal,
     s: &Surface,
     condition: ThermalCondition,
-    emitting: PerBand<bool>,
+    emitting: Option<PerBand<bool>>,
 ) -> Result<(), SceneError> {
     let key = |k: &str| format!("surface '{}'.{k}", s.name);
     condition.check(key)?;
@@ -72,9 +136,7 @@ fn check_surface(
             "emission and pictures belong to mode = \"light\"; give a temperature and an emissivity",
         );
     }
-    if condition.prescribed_power() == 0.0 {
-        return Ok(());
-    }
+    let Some(emitting) = emitting.filter(|_| condition.prescribed_power() != 0.0) else { return Ok(()) };
     let power_key = if matches!(condition, ThermalCondition::Power(_)) { "net_power" } else { "heat_flux" };
     if s.reflectance == Bands::ONE {
         return invalid(
@@ -105,7 +167,7 @@ fn check_pane(thermal: &Thermal, p: &Pane, condition: ThermalCondition) -> Resul
     Ok(())
 }
 
-fn check_medium(thermal: &Thermal, grid: &VoxelGrid, emitting: PerBand<bool>) -> Result<(), SceneError> {
+fn check_medium(thermal: &Thermal, grid: &VoxelGrid) -> Result<(), SceneError> {
     if !grid.is_thermal() {
         return invalid(
             "medium",
@@ -121,10 +183,28 @@ fn check_medium(thermal: &Thermal, grid: &VoxelGrid, emitting: PerBand<bool>) ->
                 "emission and source belong to mode = \"light\"; give temperature or heat_source",
             );
         }
-        let (k, o) = (grid.extinction(i), grid.albedo(i));
-        let has_power = grid.heat(i).is_some_and(|h| h.prescribed_power() != 0.0);
-        if has_power && !Band::all().any(|b| emitting[b] && k[b] * (1.0 - o[b]) > 0.0) {
-            let [x, y, z] = grid.coordinates(i);
+    }
+    Ok(())
+}
+
+/// Refuses heat of cells that absorb in no band, or in none that has a fraction of the emission. `triples` are those of the bands.
+fn check_heat_sources(triples: &[(&Thermal, &VoxelGrid)]) -> Result<(), SceneError> {
+    let Some((_, grid)) = triples.first() else { return Ok(()) };
+    // The bands that emit, by kind of cell.
+    let kinds = |t: &Thermal| t.all_fractions().map(BandFractions::emitting_bands).collect::<Vec<_>>();
+    let emitting: Vec<_> = triples.iter().map(|(t, _)| kinds(t)).collect();
+    for i in grid.distinct_cells().filter(|&i| grid.heat(i).is_some_and(|h| h.prescribed_power() != 0.0)) {
+        let absorption = |g: &VoxelGrid| g.extinction(i) * (1.0 - g.albedo(i));
+        let [x, y, z] = grid.coordinates(i);
+        if triples.iter().all(|(_, g)| absorption(g) == Bands::ZERO) {
+            let message = "heat needs a medium that absorbs to come from; raise the extinction, lower the albedo, or give 0";
+            return invalid("medium.heat_source", format!("in cell ({x}, {y}, {z}) {message}"));
+        }
+        let gives = |((t, g), emitting): (&(&Thermal, &VoxelGrid), &Vec<PerBand<bool>>)| {
+            let kind = t.cell_fractions.as_ref().map_or(0, |f| f.kind_of_cell[i] as usize + 1);
+            Band::all().any(|b| emitting[kind][b] && absorption(g)[b] > 0.0)
+        };
+        if !triples.iter().zip(&emitting).any(gives) {
             return invalid(
                 "medium.heat_source",
                 format!(

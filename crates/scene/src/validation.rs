@@ -5,10 +5,11 @@ use crate::light::Light;
 use crate::limits::{MAX_COORDINATE, MAX_EXTINCTION, MAX_FLUX, MIN_PLATE_AREA};
 use crate::options::SolveOptions;
 use crate::plate::Plate;
+use crate::scene::Scene;
 use crate::scene_error::{SceneError, invalid};
 use crate::scene_parts::SceneParts;
 use crate::surface::Pane;
-use crate::thermal_validation::check_thermal;
+use crate::thermal_validation::{check_thermal, check_thermal_triples};
 use std::collections::HashSet;
 
 /// Largest deviation of the length of a sun's direction from 1.
@@ -35,6 +36,40 @@ pub(crate) fn check_parts(parts: &SceneParts) -> Result<(), SceneError> {
         }
         None => Ok(()),
     }
+}
+
+/// Validates that scenes are the triples of one scene.
+pub(crate) fn check_triples(triples: &[Scene]) -> Result<(), SceneError> {
+    let Some(first) = triples.first() else {
+        return invalid("bands", "the scene has no bands; give at least one");
+    };
+    if triples.len() != first.bands().triples() {
+        let (found, wanted) = (triples.len(), first.bands().triples());
+        return invalid(
+            "bands",
+            format!("{found} triples of bands are given where {wanted} are needed; give all"),
+        );
+    }
+    let plates = |s: &Scene| s.facets().iter().map(|f| (f.surface, f.plate)).collect::<Vec<_>>();
+    let grid = |s: &Scene| s.voxel_grid().map(|g| (g.min(), g.cell(), g.dims()));
+    let own = plates(first);
+    for (t, s) in triples.iter().enumerate() {
+        let same = s.bands() == first.bands()
+            && s.window() == first.bands().window(t)
+            && s.surfaces().len() == first.surfaces().len()
+            && s.panes().len() == first.panes().len()
+            && s.lights().len() == first.lights().len()
+            && grid(s) == grid(first)
+            && plates(s) == own
+            && s.thermal().is_some() == first.thermal().is_some();
+        if !same {
+            return invalid(
+                "bands",
+                format!("triple {t} of the bands has another geometry; use one geometry for all bands"),
+            );
+        }
+    }
+    check_thermal_triples(triples)
 }
 
 fn check_bands(key: &str, v: Bands, max: f64) -> Result<(), SceneError> {

@@ -185,7 +185,7 @@ impl VoxelGrid {
         Ok(())
     }
 
-    /// Validates thermal conditions; heat sources require absorption.
+    /// Validates thermal conditions.
     fn check_heat(&self) -> Result<(), SceneError> {
         if self.heat.is_none() {
             return Ok(());
@@ -198,12 +198,6 @@ impl VoxelGrid {
             condition
                 .check(|k| format!("medium.{}", if k == "temperature" { k } else { "heat_source" }))
                 .map_err(in_cell)?;
-            let (k, o) = (self.extinction(i), self.albedo(i));
-            let absorbs = (k * (1.0 - o)).any(|absorption| absorption > 0.0);
-            if condition.prescribed_power() != 0.0 && !absorbs {
-                let message = "heat needs a medium that absorbs to come from; raise the extinction, lower the albedo, or give 0";
-                return Err(in_cell(SceneError::new("medium.heat_source", message)));
-            }
         }
         Ok(())
     }

@@ -52,6 +52,7 @@ mod stage_codec;
 pub mod surroundings;
 pub mod thermal;
 pub mod total_exchange_areas;
+mod triple_checkpoints;
 mod unobstructed_cells;
 mod zone_power;
 

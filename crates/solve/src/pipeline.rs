@@ -1,5 +1,7 @@
 //! The phases of a solve, in the order in which they run.
 //!
+//! Bands are solved three at a time. Every phase runs for each triple of bands; temperatures couple the triples in one iteration.
+//!
 //! [`solve_with_settings`] is the sequence for a scene: zones, boundary conditions, the zonal equations, temperatures, checks, and the
 //! discretization error by a second run of the same sequence on other zones. [`solve_equations`] is the sequence of the zonal equations.
 //! Long phases are stages of a [`zonal_scene::CheckpointStore`]: each light, the surroundings, the factors of the engine, the state of the
@@ -9,11 +11,13 @@
 use crate::direct_light::emitter_exchange::{self, EmitterExchange};
 use crate::direct_light::light_field::{DirectLight, LightField};
 use crate::direct_light::{direct_error, illumination};
+use crate::engine::selection::EngineChoice;
 use crate::engine::{build, selection};
-use crate::errors::{consistency, discretization, finite, propagation};
+use crate::errors::discretization::{self, FirstTriple};
+use crate::errors::{consistency, finite, propagation};
 use crate::group_solve::{self, SolvedColumns};
 use crate::iteration::IterationResult;
-use crate::light_groups;
+use crate::light_groups::{self, SourceGroup};
 use crate::ray::ray_sampling::rays_measure_escape;
 use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::report::{diagnostics, summary};
@@ -21,9 +25,12 @@ use crate::settings::{SolveSettings, check_interrupted};
 use crate::solution_fields;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::{self, SurroundingsExchange};
-use crate::thermal::{self, TemperatureSolve};
+use crate::thermal::newton::TripleEngine;
+use crate::thermal::{self, SolvedTriple, TemperatureSolve, TripleZones};
+use crate::triple_checkpoints::TripleCheckpoints;
 use zonal_scene::{
-    Bands, EnergyBalance, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError, Solution, Zones,
+    Bands, Diagnostic, EnergyBalance, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError,
+    Solution, Zones,
 };
 use zonal_transport::zoning::excluded_parts;
 use zonal_transport::{Transport, build_zones};
@@ -52,48 +59,112 @@ fn on_worker_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
 }
 
 fn solve_scene(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
+    if scene.thermal().is_some() || scene.bands().triples() == 1 {
+        return solve_triples(scene, settings);
+    }
+    // The bands of light are independent: their triples are solved one after the other.
+    let one = |(t, triple): (usize, &Scene)| {
+        let checkpoints = TripleCheckpoints { store: settings.checkpoints, triple: t };
+        solve_triples(triple.first_triple(), &SolveSettings { checkpoints: &checkpoints, ..*settings })
+    };
+    let mut solutions = scene.triples().enumerate().map(one).collect::<Result<Vec<_>, _>>()?;
+    let further = solutions.split_off(1);
+    let first = solutions.swap_remove(0);
+    Ok(Solution { scene, further_triples: further, ..first })
+}
+
+/// Solves all triples of the bands of a scene together.
+fn solve_triples(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
     // Divide the scene into zones.
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport)?;
     let excluded = excluded_parts(&scene, &transport, &zones)?;
     // Solve for the fields.
-    let (zones, mut solved) = solve_on_zones(&scene, transport, zones, settings)?;
-    solved.report.warnings.splice(0..0, excluded);
+    let mut solved = solve_on_zones(&scene, transport, zones, settings)?;
+    solved[0].report.warnings.splice(0..0, excluded);
     // Estimate the discretization error by the same solve on other zones.
     if discretization::is_requested(&scene) {
         let solve_other = |scene: &Scene, transport: Transport, zones: Zones, settings: &SolveSettings| {
-            solve_on_zones(scene, transport, zones, settings).map(|(_, solved)| solved.report)
+            let solved = solve_on_zones(scene, transport, zones, settings)?;
+            Ok(solved.into_iter().map(|s| s.report).collect())
         };
-        let basis = discretization::basis_of(solved.has_slopes);
-        let first =
-            discretization::FirstSolve { scene: &scene, zones: &zones, fields: &solved.fields, basis };
-        discretization::estimate(&first, &mut solved.report, settings, &solve_other);
+        let basis = discretization::basis_of(solved[0].has_slopes);
+        let triples = scene.triples().zip(&mut solved).map(|(scene, s)| FirstTriple {
+            scene,
+            zones: &s.zones,
+            fields: &s.fields,
+            report: &mut s.report,
+        });
+        discretization::estimate(&scene, basis, &mut triples.collect::<Vec<_>>(), settings, &solve_other);
         // Return an interruption of the second solve as such, not as an unknown error.
         check_interrupted(settings.progress)?;
     }
-    let ZonalSolution { fields, groups, report, .. } = solved;
-    let version = env!("CARGO_PKG_VERSION").to_string();
-    Ok(Solution { zones, fields, groups, report, scene_hash: String::new(), version, scene })
+    Ok(join_triples(scene, solved))
 }
 
-/// Applies the boundary conditions to zones, solves the zonal equations, recovers temperatures and checks the result.
+/// The solution of a scene from those of its triples of bands.
+fn join_triples(scene: Scene, solved: Vec<ZonalSolution>) -> Solution {
+    let scenes: Vec<Scene> = scene.triples().map(Scene::first_triple).collect();
+    let of_triple = |(scene, s): (Scene, ZonalSolution)| Solution {
+        scene,
+        zones: s.zones,
+        fields: s.fields,
+        groups: s.groups,
+        report: s.report,
+        further_triples: Vec::new(),
+        scene_hash: String::new(),
+        version: env!("CARGO_PKG_VERSION").to_string(),
+    };
+    let mut solutions: Vec<Solution> = scenes.into_iter().zip(solved).map(of_triple).collect();
+    let further_triples = solutions.split_off(1);
+    Solution { scene, further_triples, ..solutions.swap_remove(0) }
+}
+
+/// Applies the boundary conditions to zones, solves the zonal equations, recovers temperatures and checks the result, for every triple of the bands.
 fn solve_on_zones(
     scene: &Scene,
     transport: Transport,
-    mut zones: Zones,
+    zones: Zones,
     settings: &SolveSettings,
-) -> Result<(Zones, ZonalSolution), SceneError> {
+) -> Result<Vec<ZonalSolution>, SceneError> {
+    // The zones of the other triples have the same geometry.
+    let others: Vec<Transport> = scene.triples().skip(1).map(Transport::new).collect();
+    let mut zones = vec![zones];
+    for (scene, transport) in scene.triples().skip(1).zip(&others) {
+        zones.push(build_zones(scene, transport)?);
+    }
     thermal::apply_boundary_conditions(scene, &mut zones);
-    let mut s = solve_equations(scene, &zones, &transport, settings)?;
-    drop(transport);
-    thermal::recover_temperatures(scene, &mut zones, &mut s.fields, &mut s.groups, &mut s.report);
-    s.report.warnings.extend(diagnostics::heat_balance(scene, &zones, &s.fields, &s.report));
-    finite::check_finite(scene, &zones, &mut s.fields, &mut s.groups, &mut s.report)?;
-    Ok((zones, s))
+    let transports = std::iter::once(&transport).chain(&others);
+    let triples: Vec<TripleInput> = scene
+        .triples()
+        .zip(&zones)
+        .zip(transports)
+        .map(|((scene, zones), transport)| TripleInput { scene, zones, transport })
+        .collect();
+    let mut solved = solve_equations(&triples, settings)?;
+    drop((transport, others));
+    solved.iter_mut().zip(zones).for_each(|(s, zones)| s.zones = zones);
+    thermal::recover_temperatures(&mut solved_triples(scene, &mut solved));
+    for (scene, s) in scene.triples().zip(&mut solved) {
+        s.report.warnings.extend(diagnostics::heat_balance(scene, &s.zones, &s.fields, &s.report));
+        finite::check_finite(scene, &s.zones, &mut s.fields, &mut s.groups, &mut s.report)?;
+    }
+    Ok(solved)
 }
 
-/// Solves the zonal equations on given zones, with boundary conditions applied by [`thermal::apply_boundary_conditions`]: the fields of all light,
-/// those of each light group, and the report.
+fn solved_triples<'a>(scene: &'a Scene, solved: &'a mut [ZonalSolution]) -> Vec<SolvedTriple<'a>> {
+    let of_triple = |(scene, s): (&'a Scene, &'a mut ZonalSolution)| SolvedTriple {
+        scene,
+        zones: &mut s.zones,
+        fields: &mut s.fields,
+        groups: &mut s.groups,
+        report: &mut s.report,
+    };
+    scene.triples().zip(solved).map(of_triple).collect()
+}
+
+/// Solves the zonal equations on given zones of a scene of one triple of bands, with boundary conditions applied by
+/// [`thermal::apply_boundary_conditions`]: the fields of all light, those of each light group, and the report.
 ///
 /// # Errors
 /// As [`solve`].
@@ -103,80 +174,227 @@ pub fn solve_zones(
     transport: &Transport,
     settings: &SolveSettings,
 ) -> Result<(Fields, Vec<LightGroup>, Report), SceneError> {
-    let solved = on_worker_thread(|| solve_equations(scene, zones, transport, settings));
-    let ZonalSolution { fields, groups, report, .. } = solved?;
+    let solved = on_worker_thread(|| solve_equations(&[TripleInput { scene, zones, transport }], settings));
+    let ZonalSolution { fields, groups, report, .. } = solved?.swap_remove(0);
     Ok((fields, groups, report))
 }
 
-/// Solution of the zonal equations on given zones.
-struct ZonalSolution {
-    fields: Fields,
-    groups: Vec<LightGroup>,
-    report: Report,
+/// Scene, zones and transport of one triple of bands.
+#[derive(Clone, Copy)]
+struct TripleInput<'a> {
+    scene: &'a Scene,
+    zones: &'a Zones,
+    transport: &'a Transport<'a>,
+}
+
+/// Solution of the zonal equations of one triple of bands.
+pub(crate) struct ZonalSolution {
+    /// The zones with the emission of the temperatures found.
+    pub zones: Zones,
+    pub fields: Fields,
+    pub groups: Vec<LightGroup>,
+    pub report: Report,
     /// True if the radiosity has slopes inside the zones.
     has_slopes: bool,
 }
 
-/// The phases of the zonal equations.
+/// The phases of the zonal equations for all triples of the bands. Triples that temperatures couple are solved together; others one after the other,
+/// which takes the memory of one.
 fn solve_equations(
-    scene: &Scene,
-    zones: &Zones,
-    transport: &Transport,
+    triples: &[TripleInput],
     settings: &SolveSettings,
-) -> Result<ZonalSolution, SceneError> {
+) -> Result<Vec<ZonalSolution>, SceneError> {
+    if triples.len() == 1 || thermal::newton::is_needed(triples[0].scene) {
+        return solve_together(triples, settings);
+    }
+    let mut out = Vec::new();
+    for (t, triple) in triples.iter().enumerate() {
+        let checkpoints = TripleCheckpoints { store: settings.checkpoints, triple: t };
+        let settings = SolveSettings { checkpoints: &checkpoints, ..*settings };
+        out.extend(solve_together(std::slice::from_ref(triple), &settings)?);
+    }
+    Ok(out)
+}
+
+/// What precedes the engine of one triple of bands.
+struct Preparation {
+    choice: EngineChoice,
+    engine: Engine,
+    reason: String,
+    thickness: f64,
+    emitters: EmitterExchange,
+    direct: DirectLight,
+    sources: Vec<SourceGroup>,
+    merged: Option<Diagnostic>,
+}
+
+/// Selects the engine, and computes direct light and surroundings.
+fn prepare(
+    triple: &TripleInput,
+    settings: &SolveSettings,
+) -> Result<(Preparation, SurroundingsExchange), SceneError> {
+    let TripleInput { scene, zones, transport } = *triple;
     check_interrupted(settings.progress)?;
     // Select the engine.
     let size = ProblemSize::new(scene, zones, transport);
-    let memory_limit = settings.memory_limit.saturating_sub(thermal::memory_bytes(scene, zones));
     let pair_settings = settings.pair_settings;
-    let choice = selection::select_engine(scene, zones, transport, &size, (pair_settings, memory_limit))?;
+    let choice =
+        selection::select_engine(scene, zones, transport, &size, (pair_settings, settings.memory_limit))?;
     let (engine, reason) = (choice.engine, choice.reason.clone());
     // Compute the direct light by shadow rays, except for emitters whose light follows from exchange areas.
     let shadow_rays = |l: usize| illuminate_stage(scene, zones, transport, l, settings);
     let emitters = EmitterExchange::of(scene, zones, engine, pair_settings);
     let direct = DirectLight { lights: lights_by_shadow_rays(scene, &emitters, shadow_rays)? };
     // Sample the surroundings.
-    let mut exterior = measure_surroundings(scene, zones, transport, engine, settings)?;
+    let exterior = measure_surroundings(scene, zones, transport, engine, settings)?;
     // Choose the right-hand sides.
     let (sources, merged) = light_groups::select_groups(scene, zones);
-    let context = SolveContext {
-        scene,
-        zones,
-        transport,
-        direct: &direct,
-        sources: &sources,
-        pair_settings,
-        memory_limit,
-        checkpoints: settings.checkpoints,
-        progress: settings.progress,
-    };
-    // Build the engine, and complete the direct light by its exchange areas.
-    let mut built = build::build(choice, &context, &mut exterior)?;
-    check_interrupted(settings.progress)?;
-    let completed = emitter_exchange::complete(&context, &built, &exterior, &emitters, shadow_rays)?;
-    let context = SolveContext { direct: completed.as_ref().unwrap_or(&direct), ..context };
-    // Solve the linear system, or iterate on temperatures if they couple the bands.
-    let (columns, coupled) = solve_columns(&context, &mut built, &exterior, engine, settings)?;
-    let SolvedColumns { mut results, incident } = columns;
-    let context = SolveContext { zones: coupled.as_ref().unwrap_or(zones), ..context };
-    // Compute the fields of the groups, with errors.
-    let (mut fields, groups) =
-        solution_fields::assemble(&context, &mut built, &exterior, (&mut results, incident), engine);
-    check_interrupted(settings.progress)?;
-    if scene.thermal().is_some() {
-        let kind = if coupled.is_some() { TemperatureSolve::Newton } else { TemperatureSolve::Direct };
-        thermal::propagate_errors(&context, &built, &mut fields, kind);
+    let thickness = size.thickness;
+    Ok((Preparation { choice, engine, reason, thickness, emitters, direct, sources, merged }, exterior))
+}
+
+/// Solves triples of bands whose operators are in memory at the same time.
+fn solve_together(
+    triples: &[TripleInput],
+    settings: &SolveSettings,
+) -> Result<Vec<ZonalSolution>, SceneError> {
+    let first = &triples[0];
+    let other_memory = thermal::memory_bytes(first.scene, first.zones);
+    let memory_limit = settings.memory_limit.saturating_sub(other_memory * triples.len() as u64);
+    let memory_limit = memory_limit / triples.len() as u64;
+    let stores = (0..triples.len()).map(|triple| TripleCheckpoints { store: settings.checkpoints, triple });
+    let stores: Vec<TripleCheckpoints> = stores.collect();
+    let own_settings = |t: usize| SolveSettings { memory_limit, checkpoints: &stores[t], ..*settings };
+    // Prepare each triple, and build its engine.
+    let mut prepared = Vec::new();
+    let mut exterior = Vec::new();
+    for (t, triple) in triples.iter().enumerate() {
+        let (preparation, outside) = prepare(triple, &own_settings(t))?;
+        prepared.push(preparation);
+        exterior.push(outside);
+    }
+    let contexts: Vec<SolveContext> =
+        (0..triples.len()).map(|t| context_of(&triples[t], &prepared[t], own_settings(t))).collect();
+    let mut built = Vec::new();
+    for ((context, preparation), outside) in contexts.iter().zip(&prepared).zip(&mut exterior) {
+        built.push(build::build(preparation.choice.clone(), context, outside)?);
         check_interrupted(settings.progress)?;
     }
-    // Balance the energy and write the report.
-    let mut report =
-        balance_and_report(&context, &built, &exterior, (&mut fields, &groups), &results, size.thickness);
-    (report.engine, report.reason) = (engine.name().into(), reason);
-    report.warnings.extend(merged);
-    let tolerance = scene.options().tolerance;
-    let missed = diagnostics::missed_tolerance(engine, tolerance, &report.estimate, &report.warnings);
-    report.warnings.extend(missed);
-    Ok(ZonalSolution { fields, groups, report, has_slopes: built.operator.len() > zones.len() })
+    // Complete the direct light by the exchange areas of the engines.
+    let mut completed = Vec::new();
+    for (t, triple) in triples.iter().enumerate() {
+        let own = own_settings(t);
+        let shadow_rays = |l: usize| illuminate_stage(triple.scene, triple.zones, triple.transport, l, &own);
+        let emitters = &prepared[t].emitters;
+        completed.push(emitter_exchange::complete(
+            &contexts[t],
+            &built[t],
+            &exterior[t],
+            emitters,
+            shadow_rays,
+        )?);
+    }
+    let contexts: Vec<SolveContext> = contexts
+        .into_iter()
+        .zip(&completed)
+        .map(|(context, completed)| SolveContext {
+            direct: completed.as_ref().unwrap_or(context.direct),
+            ..context
+        })
+        .collect();
+    // Solve the linear systems, or iterate on temperatures if they couple the bands.
+    let (columns, coupled) = solve_columns(&contexts, &mut built, &exterior, &prepared, settings)?;
+    let contexts: Vec<SolveContext> = contexts
+        .into_iter()
+        .enumerate()
+        .map(|(t, context)| SolveContext {
+            zones: coupled.as_ref().map_or(context.zones, |z| &z[t]),
+            ..context
+        })
+        .collect();
+    finish(&contexts, built, &exterior, &prepared, columns)
+}
+
+/// The context of a triple before its direct light is complete.
+fn context_of<'a>(
+    triple: &TripleInput<'a>,
+    preparation: &'a Preparation,
+    settings: SolveSettings<'a>,
+) -> SolveContext<'a> {
+    SolveContext {
+        scene: triple.scene,
+        zones: triple.zones,
+        transport: triple.transport,
+        direct: &preparation.direct,
+        sources: &preparation.sources,
+        pair_settings: settings.pair_settings,
+        memory_limit: settings.memory_limit,
+        checkpoints: settings.checkpoints,
+        progress: settings.progress,
+    }
+}
+
+/// Computes fields with errors, balances the energy and writes the reports of all triples.
+fn finish(
+    contexts: &[SolveContext],
+    mut built: Vec<BuiltEngine>,
+    exterior: &[SurroundingsExchange],
+    prepared: &[Preparation],
+    columns: Vec<SolvedColumns>,
+) -> Result<Vec<ZonalSolution>, SceneError> {
+    let progress = contexts[0].progress;
+    let mut assembled = Vec::new();
+    for (t, columns) in columns.into_iter().enumerate() {
+        let SolvedColumns { mut results, incident } = columns;
+        let (fields, groups) = solution_fields::assemble(
+            &contexts[t],
+            &mut built[t],
+            &exterior[t],
+            (&mut results, incident),
+            prepared[t].engine,
+        );
+        assembled.push((fields, groups, results));
+        check_interrupted(progress)?;
+    }
+    if contexts[0].scene.thermal().is_some() {
+        let kind = match thermal::newton::is_needed(contexts[0].scene) {
+            true => TemperatureSolve::Newton,
+            false => TemperatureSolve::Direct,
+        };
+        let engines = triple_engines(contexts, &built, exterior);
+        let mut fields: Vec<&mut Fields> = assembled.iter_mut().map(|a| &mut a.0).collect();
+        thermal::propagate_errors(&engines, &mut fields, kind);
+        check_interrupted(progress)?;
+    }
+    let mut out = Vec::new();
+    for (t, ((mut fields, groups, results), preparation)) in assembled.into_iter().zip(prepared).enumerate() {
+        let mut report = balance_and_report(
+            &contexts[t],
+            &built[t],
+            &exterior[t],
+            (&mut fields, &groups),
+            &results,
+            preparation.thickness,
+        );
+        (report.engine, report.reason) = (preparation.engine.name().into(), preparation.reason.clone());
+        report.warnings.extend(preparation.merged.clone());
+        let tolerance = contexts[t].scene.options().tolerance;
+        let missed =
+            diagnostics::missed_tolerance(preparation.engine, tolerance, &report.estimate, &report.warnings);
+        report.warnings.extend(missed);
+        let has_slopes = built[t].operator.len() > contexts[t].zones.len();
+        out.push(ZonalSolution { zones: Zones::default(), fields, groups, report, has_slopes });
+    }
+    Ok(out)
+}
+
+fn triple_engines<'a>(
+    contexts: &'a [SolveContext<'a>],
+    built: &'a [BuiltEngine<'a>],
+    exterior: &'a [SurroundingsExchange],
+) -> Vec<TripleEngine<'a>> {
+    let all = contexts.iter().zip(built).zip(exterior);
+    all.map(|((context, built), surroundings)| TripleEngine { context, built, surroundings }).collect()
 }
 
 /// Direct light of all lights by shadow rays; empty for emitters whose light follows from exchange areas.
@@ -214,21 +432,28 @@ fn measure_surroundings(
 /// Solves the linear system of all groups, or iterates on temperatures if they couple the bands; then the zones with the emission of the
 /// temperatures found follow.
 fn solve_columns(
-    context: &SolveContext,
-    built: &mut BuiltEngine,
-    exterior: &SurroundingsExchange,
-    engine: Engine,
+    contexts: &[SolveContext],
+    built: &mut [BuiltEngine],
+    exterior: &[SurroundingsExchange],
+    prepared: &[Preparation],
     settings: &SolveSettings,
-) -> Result<(SolvedColumns, Option<Zones>), SceneError> {
-    thermal::check_temperature_level(context.scene, context.zones, exterior)?;
-    if thermal::newton::is_needed(context.scene) {
-        let coupled = thermal::newton::solve(context, built, exterior)?;
-        built.counts.push(("products with all bands".into(), coupled.products as u64));
-        let columns = SolvedColumns { results: vec![coupled.result], incident: None };
-        return Ok((columns, Some(coupled.zones)));
+) -> Result<(Vec<SolvedColumns>, Option<Vec<Zones>>), SceneError> {
+    let triples: Vec<TripleZones> =
+        contexts.iter().map(|c| TripleZones { scene: c.scene, zones: c.zones }).collect();
+    thermal::check_temperature_level(&triples, exterior)?;
+    if thermal::newton::is_needed(contexts[0].scene) {
+        let coupled = thermal::newton::solve(&triple_engines(contexts, built, exterior))?;
+        built[0].counts.push(("products with all bands".into(), coupled.products as u64));
+        let columns = coupled.results.into_iter().map(|r| SolvedColumns { results: vec![r], incident: None });
+        return Ok((columns.collect(), Some(coupled.zones)));
     }
-    let columns = group_solve::solve_groups(context, built, exterior, engine, settings.initial_groups);
-    check_interrupted(settings.progress)?;
+    let mut columns = Vec::new();
+    for (t, context) in contexts.iter().enumerate() {
+        let engine = prepared[t].engine;
+        let initial = settings.initial_groups;
+        columns.push(group_solve::solve_groups(context, &mut built[t], &exterior[t], engine, initial));
+        check_interrupted(settings.progress)?;
+    }
     Ok((columns, None))
 }
 

@@ -79,7 +79,16 @@ pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solutio
         Diagnostic::note("relit", text)
     }));
     crate::errors::finite::check_finite(&scene, &zones, &mut fields, &mut groups, &mut report)?;
-    Ok(Solution { scene, zones, fields, groups, report, scene_hash: String::new(), version })
+    Ok(Solution {
+        scene,
+        zones,
+        fields,
+        groups,
+        report,
+        further_triples: Vec::new(),
+        scene_hash: String::new(),
+        version,
+    })
 }
 
 /// Scales the emission of a group in the scene.

@@ -56,6 +56,7 @@ fn solution(n: usize) -> Solution {
         fields,
         groups,
         report: Report::default(),
+        further_triples: Vec::new(),
         scene_hash: String::new(),
         version: String::new(),
     }

@@ -56,7 +56,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let transport = Transport::new(&scene);
     let mut zones = build_zones(&scene, &transport).map_err(in_scene)?;
     let excluded = excluded_parts(&scene, &transport, &zones).map_err(in_scene)?;
-    zonal_solve::thermal::apply_boundary_conditions(&scene, &mut zones);
+    zonal_solve::thermal::apply_boundary_conditions(&scene.first_triple(), std::slice::from_mut(&mut zones));
     // Estimate the cost of a solve.
     let check = check_scene((&scene, &zones, &transport), memory_limit, excluded, start);
     if context.json {

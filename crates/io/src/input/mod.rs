@@ -123,5 +123,12 @@ fn parse_named(text: &str, context: ReadContext<'_>, file: &str, name: &str) -> 
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let source = SourceText::new(file, text);
     let document = source.parse()?;
-    scene::read_document(TomlTable::root(&source, document.get_ref()), context, name)
+    let bands = scene::bands::read_bands(&TomlTable::root(&source, document.get_ref()))?;
+    // Each triple of bands is read as a scene of its own.
+    let read_triple = |triple: usize| {
+        let source = source.with_triple(bands.clone(), triple);
+        scene::read_document(TomlTable::root(&source, document.get_ref()), context, name)
+    };
+    let triples = (0..bands.triples()).map(read_triple).collect::<Result<Vec<_>, _>>()?;
+    Scene::from_triples(triples).map_err(|e| source.scene_error(&e))
 }

@@ -121,13 +121,23 @@ impl<'a> SceneReader<'a> {
         if let Some(i) = self.texture_of_image.get(&name) {
             return Ok(*i);
         }
-        let texture = match image {
+        let mut texture = match image {
             ImageSource::Bytes { bytes, .. } => images::decode(&name, bytes)?,
             ImageSource::File(path) => {
                 let bytes = self.context.files.read(path, images::MAX_IMAGE_FILE_BYTES);
                 images::decode(&name, &bytes.map_err(|e| FileFault::new(&name, "", e))?)?
             }
         };
+        let (bands, triple) = (self.source.bands(), self.source.triple());
+        if !bands.is_rgb() {
+            for pixel in &mut texture.pixels {
+                let found = bands.from_rgb(triple, pixel.map(f64::from)).ok_or_else(|| {
+                    let message = "a picture in colour has no meaning in bands without wavelengths; give bands = [[from, to], …] in nm";
+                    FileFault::new(&name, "", message)
+                })?;
+                *pixel = found.to_rgb().map(|x| x as f32);
+            }
+        }
         self.parts.textures.push(texture);
         self.texture_of_image.insert(name, self.parts.textures.len() - 1);
         Ok(self.parts.textures.len() - 1)

@@ -180,6 +180,7 @@ impl SceneBuilder {
         parts.voxel_grid = self.medium.as_ref().map(Medium::build).transpose()?;
         if thermal {
             parts.thermal = Some(Thermal {
+                cell_fractions: None,
                 band_fractions: self.band_fractions.unwrap_or_default(),
                 surfaces: conditions,
                 panes: vec![ThermalCondition::Flux(0.0); parts.panes.len()],

@@ -1,17 +1,31 @@
 //! Thermal boundary conditions as emission and sources of the zones (header of [`super`]).
 
+use super::spectral_balance::{SpectralBalances, TripleZones};
 use super::zone_balance::ZoneBalances;
 use crate::surroundings::SurroundingsExchange;
 use zonal_scene::{Bands, Scene, SceneError, ThermalCondition, Zones};
 
-/// Sets the emission of zones with known temperature, and turns zones with known power into white zones with a source. No effect in light mode.
-pub fn apply_boundary_conditions(scene: &Scene, zones: &mut Zones) {
+/// Sets the emission of zones with known temperature, and turns zones with known power into white zones with a source. `zones` are those of every
+/// triple of bands of the scene. No effect in light mode.
+pub fn apply_boundary_conditions(scene: &Scene, zones: &mut [Zones]) {
     if scene.thermal().is_none() {
         return;
     }
-    let balances = ZoneBalances::new(scene, zones);
-    let all: Vec<(ThermalCondition, Bands)> = (0..zones.len()).map(|i| balances.source(zones, i)).collect();
-    let mut list = all.into_iter();
+    let triples: Vec<TripleZones> =
+        scene.triples().zip(&*zones).map(|(scene, zones)| TripleZones { scene, zones }).collect();
+    let balances = SpectralBalances::new(&triples);
+    let patches = triples[0].zones.voxel_offset();
+    let of_triple = |t: usize| -> Vec<(ThermalCondition, Bands)> {
+        let of_zone = |i: usize| (balances.first(i).condition, balances.source(t, i, i < patches));
+        (0..balances.len()).map(of_zone).collect()
+    };
+    let all: Vec<_> = (0..triples.len()).map(of_triple).collect();
+    zones.iter_mut().zip(all).for_each(|(zones, sources)| set_sources(zones, sources));
+}
+
+/// Sets emission and sources of zones, each with its thermal condition.
+fn set_sources(zones: &mut Zones, sources: Vec<(ThermalCondition, Bands)>) {
+    let mut list = sources.into_iter();
     for (p, (condition, own)) in zones.patches.iter_mut().zip(&mut list) {
         p.emission = own;
         if !matches!(condition, ThermalCondition::Temperature(_)) {
@@ -52,21 +66,23 @@ pub(super) fn set_emissive_powers(scene: &Scene, zones: &mut Zones, emissive: &[
     }
 }
 
-/// Refuses a closed scene in which no absorbing zone has a known temperature, so that the level of the temperatures is undetermined.
+/// Refuses a closed scene in which no absorbing zone has a known temperature, so that the level of the temperatures is undetermined. `triples` are
+/// those of its bands, each with its surroundings.
 pub(crate) fn check_temperature_level(
-    scene: &Scene,
-    zones: &Zones,
-    surroundings: &SurroundingsExchange,
+    triples: &[TripleZones],
+    surroundings: &[SurroundingsExchange],
 ) -> Result<(), SceneError> {
-    if scene.thermal().is_none() || !surroundings.is_closed() {
+    if triples[0].scene.thermal().is_none() || !surroundings.iter().all(SurroundingsExchange::is_closed) {
         return Ok(());
     }
-    let balances = ZoneBalances::new(scene, zones);
-    let fixes = |i: usize| {
-        let l = balances.of(zones, i);
-        matches!(l.condition, ThermalCondition::Temperature(_)) && (l.weight * l.absorb).any(|m| m > 0.0)
+    let fixes = |t: &TripleZones| {
+        let balances = ZoneBalances::new(t.scene, t.zones);
+        (0..t.zones.len()).any(|i| {
+            let l = balances.of(t.zones, i);
+            matches!(l.condition, ThermalCondition::Temperature(_)) && l.absorption_weight().any(|m| m > 0.0)
+        })
     };
-    if (0..zones.len()).any(fixes) {
+    if triples.iter().any(fixes) {
         return Ok(());
     }
     Err(SceneError::new(

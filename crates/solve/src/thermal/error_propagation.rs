@@ -4,12 +4,11 @@
 //! negative), δu = t c M|δh| + M δu and δh' = |δh| + g δu/t bound both. Cost: a linear solve to a residual of [`ERROR_SOLVE`].
 
 use super::coupled_bicgstab::{self, IterationCheckpoint};
-use super::linearized_zone::{BandCoupling, LinearizedZone, PowerScaling};
-use super::zone_balance::ZoneBalances;
+use super::linearized_zone::{BandCoupling, Linearization, Place};
+use super::newton::{TripleEngine, coupled_operator};
+use super::spectral_balance::{SpectralBalances, TripleZones};
 use crate::iteration::StoppingCriterion;
-use crate::solve_context::{BuiltEngine, SolveContext};
-use rayon::prelude::*;
-use zonal_scene::{Bands, Fields};
+use zonal_scene::{Bands, Fields, Zones};
 
 /// How temperatures follow from the zonal equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,37 +24,36 @@ const ERROR_SOLVE: StoppingCriterion = StoppingCriterion { residual: 0.1, max_it
 /// Name of its stage.
 const STAGE: &str = "state-errors";
 
-/// Adds to the errors of the incident fields those of the powers that the zones send out because of them.
+/// Adds to the errors of the incident fields of every triple of bands those of the powers that the zones send out because of them.
 pub(crate) fn propagate_errors(
-    context: &SolveContext,
-    built: &BuiltEngine,
-    fields: &mut Fields,
+    triples: &[TripleEngine],
+    fields: &mut [&mut Fields],
     solve: TemperatureSolve,
 ) {
-    let table = ZoneBalances::new(context.scene, context.zones);
-    let balances = table.all(context.zones);
-    let (n, fractions) = (context.zones.len(), &table.thermal.band_fractions);
-    let share = |i: usize| balances[i].incident_share * fields.error[i];
+    let context = triples[0].context;
+    let zones: Vec<TripleZones> =
+        triples.iter().map(|t| TripleZones { scene: t.context.scene, zones: t.context.zones }).collect();
+    let balances = SpectralBalances::new(&zones);
+    let n = balances.len();
+    let share: Vec<Bands> =
+        fields.iter().flat_map(|f| (0..n).map(|i| balances.first(i).incident_share * f.error[i])).collect();
     // Linearize zones of known power about the temperatures of the radiosities found.
-    let linearize = |i: usize| {
-        let l = &balances[i];
-        LinearizedZone::of(l, fractions, l.emissive_and_net_power(fractions, l.incident_flux(fields, i)).0)
+    let emissive = |i: usize| {
+        let h = |t: usize| balances.first(i).incident_flux(fields[t], i);
+        balances.emissive_and_net_power(i, h).0
     };
-    let linearized: Vec<LinearizedZone> = match solve {
-        TemperatureSolve::Newton => (0..n).into_par_iter().map(linearize).collect(),
-        TemperatureSolve::Direct => Vec::new(),
+    let linearized = (solve == TemperatureSolve::Newton).then(|| Linearization::of(&balances, emissive));
+    let responses: Vec<&Zones> = zones.iter().map(|t| t.zones).collect();
+    let reflected = |place: Place, h: &dyn Fn(usize) -> Bands| match &linearized {
+        Some(all) => all.reflected(place, h),
+        None => {
+            let (rho, _) = responses[place.triple].response(place.zone);
+            rho / balances.first(place.zone).incident_share * h(place.triple)
+        }
     };
-    let reflected_uncoupled = |i: usize, h: Bands| {
-        let (rho, _) = context.zones.response(i);
-        rho / balances[i].incident_share * h
-    };
-    let reflected =
-        |i: usize, h: Bands| linearized.get(i).map_or_else(|| reflected_uncoupled(i, h), |t| t.reflected(h));
     // Solve for the errors of the powers sent out.
-    let operator = built.operator.as_ref();
-    let scaling = PowerScaling::new(operator, context.zones, &balances, BandCoupling::of(fractions), &[]);
-    let source: Vec<Bands> =
-        (0..n).into_par_iter().map(|i| scaling.power_of(i, reflected(i, share(i)))).collect();
+    let operator = coupled_operator(triples, &balances, BandCoupling::of(&balances), false);
+    let source = operator.scaling.powers(&share, reflected);
     if coupled_bicgstab::absolute_sum(&source) == 0.0 {
         return;
     }
@@ -66,11 +64,13 @@ pub(crate) fn propagate_errors(
         resumes: true,
         progress: context.progress,
     };
-    let reflect = |u: &[Bands]| scaling.reflect(operator, u, reflected);
+    let reflect = |u: &[Bands]| operator.scaling.powers(&operator.incident_flux(u), reflected);
     let end = coupled_bicgstab::solve(reflect, &source, source.clone(), ERROR_SOLVE, &checkpoint);
     // Add the errors that they cause.
-    let more = scaling.incident_flux(operator, &end.u);
-    for (i, e) in fields.error.iter_mut().enumerate() {
-        *e += more[i].abs() / balances[i].incident_share;
+    let more = operator.incident_flux(&end.u);
+    for (t, fields) in fields.iter_mut().enumerate() {
+        for (i, e) in fields.error.iter_mut().enumerate() {
+            *e += more[t * n + i].abs() / balances.first(i).incident_share;
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Temperatures and net powers by name: sums over the zones of each surface, of the medium and of each pane.
 
 use zonal_scene::thermal::blackbody_temperature;
-use zonal_scene::{HeatReport, HeatRow, HeatRowKind, Scene, Zones};
+use zonal_scene::{HeatRow, HeatRowKind, Scene, Zones};
 
 /// Sums over the zones of one name.
 #[derive(Clone, Copy, Default)]
@@ -65,17 +65,4 @@ pub(super) fn rows(
         rows.push(row(&pane.name, HeatRowKind::Pane, &mut list));
     }
     rows
-}
-
-/// The table of a solution with `rows` and a balance of light.
-pub(super) fn heat_report(
-    rows: Vec<HeatRow>,
-    fractions: &zonal_scene::BandFractions,
-    energy: &zonal_scene::EnergyBalance,
-) -> HeatReport {
-    HeatReport {
-        rows,
-        surroundings: fractions.total(energy.incoming - energy.escaped),
-        absorbed_backfaces: fractions.total(energy.absorbed_backfaces),
-    }
 }

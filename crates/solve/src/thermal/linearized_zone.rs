@@ -1,11 +1,12 @@
 //! Linearization of the radiosity of a zone about an emissive power, and the scaling of the unknowns of the linear solve.
 
+use super::spectral_balance::SpectralBalances;
 use super::zone_balance::ZoneBalance;
 use crate::operator::{ExchangeOperator, extend_to_slopes};
 use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::thermal::blackbody_temperature;
-use zonal_scene::{BandFractions, Bands, ThermalCondition, Zones};
+use zonal_scene::{Bands, ThermalCondition, Zones};
 
 /// Whether the bands of a linear solve differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,56 +18,94 @@ pub(super) enum BandCoupling {
 }
 
 impl BandCoupling {
-    /// Of band fractions.
-    pub(super) fn of(fractions: &BandFractions) -> BandCoupling {
-        if fractions.is_grey() { BandCoupling::Identical } else { BandCoupling::Distinct }
+    /// Of a grey scene, or of one with band fractions.
+    pub(super) fn of(balances: &SpectralBalances) -> BandCoupling {
+        if balances.is_grey() { BandCoupling::Identical } else { BandCoupling::Distinct }
     }
 }
 
-/// Radiosity of a zone as a linear function of the incident flux.
+/// Radiosity of a zone in one triple of bands as a linear function of the incident flux.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LinearizedZone {
     pub own: Bands,
-    reflect: Bands,
+    pub reflect: Bands,
     /// a ψ/S, and m a; both 0 if the temperature is known.
     pub reemitted: Bands,
     pub absorption: Bands,
 }
 
-impl LinearizedZone {
-    pub(super) fn of(l: &ZoneBalance, shares: &BandFractions, e: f64) -> LinearizedZone {
-        let [w, mut slope] = shares.emissive_powers(e);
-        let absorption = l.absorption_weight();
-        let fixed = LinearizedZone {
-            own: l.absorb * w,
-            reflect: l.reflect,
-            reemitted: Bands::ZERO,
-            absorption: Bands::ZERO,
-        };
-        let q = match l.condition {
-            ThermalCondition::Temperature(_) => return fixed,
-            ThermalCondition::Flux(q) | ThermalCondition::Power(q) => q,
-        };
-        if slope.any(|s| s < 0.0) {
-            slope = shares.grey_gas_weights(blackbody_temperature(e.max(0.0)));
-        }
-        let all = (absorption * slope).sum();
-        if all <= 0.0 {
-            return fixed;
-        }
-        let missing = (q - (absorption * w).sum()) / all;
+/// The radiosities of all zones in every triple of bands as linear functions of the incident flux.
+pub(super) struct Linearization {
+    /// The zones of each triple.
+    pub triples: Vec<Vec<LinearizedZone>>,
+}
+
+impl Linearization {
+    /// About the black emissive powers of all zones, W/m².
+    pub(super) fn of(balances: &SpectralBalances, emissive: impl Fn(usize) -> f64 + Sync) -> Linearization {
+        let triples = balances.triples();
+        let all: Vec<Vec<LinearizedZone>> =
+            (0..balances.len()).into_par_iter().map(|i| linearize(balances, i, emissive(i))).collect();
+        Linearization { triples: (0..triples).map(|t| all.iter().map(|z| z[t]).collect()).collect() }
+    }
+    /// The part of the radiosity of a zone that depends on the incident flux `h` of every triple.
+    pub(super) fn reflected(&self, place: Place, h: &dyn Fn(usize) -> Bands) -> Bands {
+        let zone = &self.triples[place.triple][place.zone];
+        zone.reflect * h(place.triple) + zone.reemitted * self.absorbed(place.zone, h)
+    }
+    /// Power that zone `i` absorbs and reemits for an incident flux `h` of every triple, W/m² or W/m³.
+    fn absorbed(&self, i: usize, h: impl Fn(usize) -> Bands) -> f64 {
+        let of = |t: usize| (self.triples[t][i].absorption * h(t)).sum();
+        (1..self.triples.len()).fold(of(0), |s, t| s + of(t))
+    }
+}
+
+/// Zone `i` about the black emissive power `e` in every triple.
+pub(super) fn linearize(balances: &SpectralBalances, i: usize, e: f64) -> Vec<LinearizedZone> {
+    let triples = 0..balances.triples();
+    let mut parts: Vec<(LinearizedZone, [Bands; 2])> = triples
+        .clone()
+        .map(|t| {
+            let (l, [w, slope]) = (&balances.zones[t][i], balances.fractions(t, i).emissive_powers(e));
+            let fixed = LinearizedZone {
+                own: l.absorb * w,
+                reflect: l.reflect,
+                reemitted: Bands::ZERO,
+                absorption: Bands::ZERO,
+            };
+            (fixed, [w, slope])
+        })
+        .collect();
+    let q = match balances.first(i).condition {
+        ThermalCondition::Temperature(_) => return parts.into_iter().map(|p| p.0).collect(),
+        ThermalCondition::Flux(q) | ThermalCondition::Power(q) => q,
+    };
+    if parts.iter().any(|(_, [_, slope])| slope.any(|s| s < 0.0)) {
+        let t = blackbody_temperature(e.max(0.0));
+        parts
+            .iter_mut()
+            .zip(triples)
+            .for_each(|(p, k)| p.1[1] = balances.fractions(k, i).grey_gas_weights(t));
+    }
+    let absorption = |t: usize| balances.zones[t][i].absorption_weight();
+    let sum = |value: &dyn Fn(usize) -> Bands| {
+        (1..parts.len()).fold((absorption(0) * value(0)).sum(), |s, t| s + (absorption(t) * value(t)).sum())
+    };
+    let all = sum(&|t| parts[t].1[1]);
+    if all <= 0.0 {
+        return parts.into_iter().map(|p| p.0).collect();
+    }
+    let missing = (q - sum(&|t| parts[t].1[0])) / all;
+    let coupled = |(t, (fixed, [w, slope])): (usize, &(LinearizedZone, [Bands; 2]))| {
+        let l = &balances.zones[t][i];
         LinearizedZone {
-            own: l.absorb * (w + slope * missing),
-            reemitted: l.absorb * slope / all,
-            absorption,
-            ..fixed
+            own: l.absorb * (*w + *slope * missing),
+            reemitted: l.absorb * *slope / all,
+            absorption: absorption(t),
+            ..*fixed
         }
-    }
-    /// The part of B that depends on the incident flux `h`.
-    pub(super) fn reflected(&self, h: Bands) -> Bands {
-        let absorbed = (self.absorption * h).sum();
-        self.reflect * h + self.reemitted * absorbed
-    }
+    };
+    parts.iter().enumerate().map(coupled).collect()
 }
 
 /// Conversion between radiosities and powers of all unknowns, for the linear solve.
@@ -130,14 +169,68 @@ impl PowerScaling {
         p.par_iter_mut().zip(&self.flux_over_power).for_each(|(p, o)| *p *= *o);
         p
     }
-    /// M u.
-    pub(super) fn reflect(
-        &self,
-        operator: &dyn ExchangeOperator,
-        u: &[Bands],
-        reflected: impl Fn(usize, Bands) -> Bands + Sync,
-    ) -> Vec<Bands> {
-        let h = self.incident_flux(operator, u);
-        (0..u.len()).into_par_iter().map(|k| self.power_of(k, reflected(self.zone(k), h[k]))).collect()
+}
+
+/// The operators of all triples of bands, with one vector of powers: the unknowns of one triple after those of the other.
+pub(super) struct CoupledOperator<'a> {
+    /// The operator of each triple; all have the same number of unknowns.
+    pub operators: Vec<&'a dyn ExchangeOperator>,
+    /// Their scaling.
+    pub scaling: CoupledScaling,
+}
+
+impl CoupledOperator<'_> {
+    /// h of every unknown by the exchange between the zones, W/m².
+    pub(super) fn incident_flux(&self, u: &[Bands]) -> Vec<Bands> {
+        let scalings = &self.scaling.triples;
+        let own = self.operators.iter().zip(scalings).zip(u.chunks(self.scaling.unknowns().max(1)));
+        let mut parts: Vec<Vec<Bands>> = own.map(|((o, s), u)| s.incident_flux(*o, u)).collect();
+        if parts.len() == 1 { parts.pop().unwrap_or_default() } else { parts.concat() }
     }
+}
+
+/// Conversion between radiosities and powers of the unknowns of all triples of bands.
+pub(super) struct CoupledScaling {
+    /// That of each triple.
+    pub triples: Vec<PowerScaling>,
+}
+
+impl CoupledScaling {
+    /// Number of unknowns of a triple.
+    pub(super) fn unknowns(&self) -> usize {
+        self.triples.first().map_or(0, |s| s.flux_over_power.len())
+    }
+    /// Number of unknowns of all triples.
+    pub(super) fn len(&self) -> usize {
+        self.triples.len() * self.unknowns()
+    }
+    /// The triple and the unknown in it of an unknown of all triples.
+    pub(super) fn place(&self, k: usize) -> (usize, usize) {
+        (k / self.unknowns(), k % self.unknowns())
+    }
+    /// Powers of all unknowns, W. `radiosity` gives that of a triple's unknown and its zone from the incident fluxes of all triples.
+    pub(super) fn powers(
+        &self,
+        h: &[Bands],
+        radiosity: impl Fn(Place, &dyn Fn(usize) -> Bands) -> Bands + Sync,
+    ) -> Vec<Bands> {
+        let n = self.unknowns();
+        let one = |k: usize| {
+            let (triple, unknown) = self.place(k);
+            let scaling = &self.triples[triple];
+            let place = Place { triple, unknown, zone: scaling.zone(unknown) };
+            scaling.power_of(unknown, radiosity(place, &|t: usize| h[t * n + unknown]))
+        };
+        (0..self.len()).into_par_iter().map(one).collect()
+    }
+}
+
+/// An unknown of a triple of bands.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub triple: usize,
+    /// Number among the unknowns of the triple.
+    pub unknown: usize,
+    /// Its zone.
+    pub zone: usize,
 }

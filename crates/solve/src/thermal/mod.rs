@@ -15,7 +15,8 @@
 //! | module | content |
 //! |---|---|
 //! | `boundary_conditions` | emission and sources of the zones |
-//! | `zone_balance` | m, a, r, q of a zone; E from h |
+//! | `zone_balance` | m, a, r of a zone in one triple of bands; its condition |
+//! | `spectral_balance` | sums over all bands; E from h |
 //! | `linearized_zone` | radiosity of a zone linearized about E |
 //! | `newton` | Newton's method for the temperatures |
 //! | `coupled_bicgstab` | its linear solve: stabilised bi-conjugate gradients in units of power |
@@ -32,12 +33,14 @@ mod heat_table;
 mod linearized_zone;
 pub(crate) mod newton;
 mod recover_temperatures;
+mod spectral_balance;
 mod zone_balance;
 
 pub use boundary_conditions::apply_boundary_conditions;
 pub(crate) use boundary_conditions::check_temperature_level;
 pub(crate) use error_propagation::{TemperatureSolve, propagate_errors};
-pub(crate) use recover_temperatures::recover_temperatures;
+pub(crate) use recover_temperatures::{SolvedTriple, recover_temperatures};
+pub(crate) use spectral_balance::TripleZones;
 
 use zonal_scene::{Scene, Zones};
 

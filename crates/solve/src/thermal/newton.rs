@@ -6,7 +6,8 @@
 //!     B_b = a_b [ w_b⁰ + ψ_b (q − Σ_c m_c a_c w_c⁰)/S ] + r_b h_b + a_b ψ_b Σ_c m_c a_c h_c / S          S = Σ_c m_c a_c ψ_c
 //! ```
 //!
-//! which is linear in the incident flux: light of one band is absorbed and reemitted in all bands, and power is conserved. Constant band fractions
+//! which is linear in the incident flux: light of one band is absorbed and reemitted in all bands, and power is conserved. The sums are over
+//! all bands of the scene; their triples have operators of their own, and the vectors of the linear solve hold one triple after the other. Constant band fractions
 //! are solved by one step. Otherwise E is updated and the next step is taken about it. The residual is the emission that the linearization
 //! assigns to wrong bands, relative to all emission:
 //!
@@ -19,8 +20,11 @@
 
 use super::boundary_conditions::set_emissive_powers;
 use super::coupled_bicgstab::{self, IterationCheckpoint};
-use super::linearized_zone::{BandCoupling, LinearizedZone, PowerScaling};
-use super::zone_balance::{ZoneBalance, ZoneBalances};
+use super::linearized_zone::{
+    BandCoupling, CoupledOperator, CoupledScaling, Linearization, PowerScaling, linearize,
+};
+use super::spectral_balance::{SpectralBalances, TripleZones};
+use super::zone_balance::ZoneBalance;
 use crate::iteration::{IterationResult, StoppingCriterion, multivector};
 use crate::operator::ExchangeOperator;
 use crate::settings::check_interrupted;
@@ -29,7 +33,7 @@ use crate::stage_codec::{Decoder, Encoder};
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_scene::thermal::blackbody_emissive_power;
-use zonal_scene::{BandFractions, Bands, PerBand, Scene, SceneError, SolveStatus, ThermalCondition, Zones};
+use zonal_scene::{Bands, PerBand, Scene, SceneError, SolveStatus, ThermalCondition, Zones};
 
 /// Maximum number of steps.
 const MAX_STEPS: usize = 60;
@@ -48,12 +52,20 @@ const LINEAR_STAGE: &str = "state-temperatures-linear";
 
 /// Solution of a scene with coupled bands.
 pub(crate) struct CoupledSolution {
-    /// Zones with the emission of the temperatures found.
-    pub zones: Zones,
-    /// Strengths, with the status of the iteration over temperatures in every band.
-    pub result: IterationResult,
-    /// Number of products with the operator.
+    /// Zones with the emission of the temperatures found, for each triple of bands.
+    pub zones: Vec<Zones>,
+    /// Strengths of each triple, with the status of the iteration over temperatures in every band.
+    pub results: Vec<IterationResult>,
+    /// Number of products with the operators of all bands.
     pub products: usize,
+}
+
+/// One triple of bands with its engine.
+#[derive(Clone, Copy)]
+pub(crate) struct TripleEngine<'a> {
+    pub context: &'a SolveContext<'a>,
+    pub built: &'a BuiltEngine<'a>,
+    pub surroundings: &'a SurroundingsExchange,
 }
 
 /// True if some zone has a known net power and the scene is not grey.
@@ -66,47 +78,54 @@ pub(crate) fn is_needed(scene: &Scene) -> bool {
         && (thermal.surfaces.iter().any(open) || thermal.panes.iter().any(open) || cells())
 }
 
-/// Iterates over the temperatures of a scene.
+/// Iterates over the temperatures of a scene, given as its triples of bands.
 ///
 /// # Errors
-/// If the iteration exceeds the memory limit, or if the observer interrupts it.
-pub(crate) fn solve(
-    context: &SolveContext,
-    built: &BuiltEngine,
-    surroundings: &SurroundingsExchange,
-) -> Result<CoupledSolution, SceneError> {
-    let (scene, operator) = (context.scene, built.operator.as_ref());
-    check_memory(context, operator.len())?;
-    let table = ZoneBalances::new(scene, context.zones);
-    let (fractions, balances) = (&table.thermal.band_fractions, table.all(context.zones));
-    let scaling = PowerScaling::new(
-        operator,
-        context.zones,
-        &balances,
-        BandCoupling::Distinct,
-        &operator.slope_zones(),
-    );
+/// If the triples have different unknowns, if the iteration exceeds the memory limit, or if the observer interrupts it.
+pub(crate) fn solve(triples: &[TripleEngine]) -> Result<CoupledSolution, SceneError> {
+    let context = triples[0].context;
+    let zones: Vec<TripleZones> =
+        triples.iter().map(|t| TripleZones { scene: t.context.scene, zones: t.context.zones }).collect();
+    let unknowns = triples[0].built.operator.len();
+    check_unknowns(triples)?;
+    check_memory(context, triples.len() * unknowns)?;
+    let balances = SpectralBalances::new(&zones);
+    let coupled = coupled_operator(triples, &balances, BandCoupling::Distinct, true);
     let iteration = NewtonIteration {
         context,
-        operator,
-        fractions,
         balances: &balances,
-        outside: outside_flux(context, surroundings, &scaling),
-        scaling: &scaling,
-        residual: scene.options().residual,
+        outside: outside_flux(triples, &coupled.scaling),
+        operator: &coupled,
+        residual: context.scene.options().residual,
     };
-    let NewtonState { e, u, products, history } = iteration.run(table.initial_temperature())?;
+    let NewtonState { e, u, products, history } = iteration.run(balances.tables[0].initial_temperature())?;
     // Set the emission of the zones by their temperatures.
-    let mut zones = context.zones.clone();
-    let emissive: Vec<Bands> = e.iter().map(|e| fractions.emissive_powers(*e)[0]).collect();
-    set_emissive_powers(scene, &mut zones, &emissive);
-    let result = IterationResult {
-        strengths: scaling.strengths(&u),
-        status: PerBand::splat(history.status.unwrap_or(SolveStatus::MaxIterations)),
-        residuals: PerBand::splat(history.residuals),
-        power: Bands::splat(coupled_bicgstab::absolute_sum(&u)),
+    let of_triple = |t: usize| {
+        let emissive: Vec<Bands> = (0..e.len()).map(|i| balances.emissive_powers(t, i, e[i])).collect();
+        let mut zones = triples[t].context.zones.clone();
+        set_emissive_powers(triples[t].context.scene, &mut zones, &emissive);
+        let own = &u[t * unknowns..(t + 1) * unknowns];
+        let result = IterationResult {
+            strengths: coupled.scaling.triples[t].strengths(own),
+            status: PerBand::splat(history.status.unwrap_or(SolveStatus::MaxIterations)),
+            residuals: PerBand::splat(history.residuals.clone()),
+            power: Bands::splat(coupled_bicgstab::absolute_sum(&u)),
+        };
+        (zones, result)
     };
-    Ok(CoupledSolution { zones, result, products })
+    let (zones, results) = (0..triples.len()).map(of_triple).unzip();
+    Ok(CoupledSolution { zones, results, products })
+}
+
+/// Refuses triples of bands whose operators have different unknowns.
+fn check_unknowns(triples: &[TripleEngine]) -> Result<(), SceneError> {
+    let of = |t: &TripleEngine| (t.built.operator.len(), t.built.operator.slope_zones());
+    let first = of(&triples[0]);
+    if triples[1..].iter().all(|t| of(t) == first) {
+        return Ok(());
+    }
+    let what = "some bands are solved with slopes inside the zones and others without; give solve.zone_basis = \"linear\" or \"constant\"";
+    Err(SceneError::new("solve.zone_basis", what))
 }
 
 /// E of a zone with known temperature, W/m².
@@ -120,10 +139,8 @@ fn known_emissive_power(l: &ZoneBalance) -> Option<f64> {
 /// The data of the iteration that do not change.
 struct NewtonIteration<'a> {
     context: &'a SolveContext<'a>,
-    operator: &'a dyn ExchangeOperator,
-    fractions: &'a BandFractions,
-    balances: &'a [ZoneBalance],
-    scaling: &'a PowerScaling,
+    balances: &'a SpectralBalances<'a>,
+    operator: &'a CoupledOperator<'a>,
     /// h of every unknown from the surroundings, W/m².
     outside: Vec<Bands>,
     /// Wanted residual R.
@@ -142,7 +159,9 @@ impl NewtonIteration<'_> {
         let kept =
             kept.and_then(|b| NewtonState::decode(&b, balances.len(), self.outside.len(), self.residual));
         let mut state = kept.unwrap_or_else(|| NewtonState {
-            e: balances.iter().map(|l| known_emissive_power(l).unwrap_or(initial)).collect(),
+            e: (0..balances.len())
+                .map(|i| known_emissive_power(balances.first(i)).unwrap_or(initial))
+                .collect(),
             u: Vec::new(),
             products: 0,
             history: ConvergenceHistory::new(self.residual),
@@ -165,19 +184,19 @@ impl NewtonIteration<'_> {
     /// One step: a linear solve about E, and the emissive powers that follow. `first` is the number of steps before a resumed iteration.
     fn step(&self, state: NewtonState, first: usize) -> NewtonState {
         let NewtonState { e, u, products, mut history } = state;
-        let (balances, scaling, outside) = (self.balances, self.scaling, &self.outside);
-        let linearized: Vec<LinearizedZone> =
-            balances.par_iter().zip(&e).map(|(l, e)| LinearizedZone::of(l, self.fractions, *e)).collect();
+        let (balances, operator, outside) = (self.balances, self.operator, &self.outside);
+        let linearized = Linearization::of(balances, |i| e[i]);
+        let (scaling, unknowns) = (&operator.scaling, operator.scaling.unknowns());
         // Sources of the zones and of the surroundings; higher-order unknowns have no source of their own.
-        let source = |k: usize| {
-            let zone = &linearized[scaling.zone(k)];
-            let own = if k < balances.len() { zone.own } else { Bands::ZERO };
-            let sky = zone.reflected(outside[k]);
-            scaling.power_of(k, own + sky)
-        };
-        let source: Vec<Bands> = (0..outside.len()).into_par_iter().map(source).collect();
+        let source = scaling.powers(outside, |place, h| {
+            let is_zone = place.unknown < balances.len();
+            let own = if is_zone { linearized.triples[place.triple][place.zone].own } else { Bands::ZERO };
+            own + linearized.reflected(place, h)
+        });
         // Solve the linear system from the last solution.
-        let reflect = |u: &[Bands]| scaling.reflect(self.operator, u, |i, h| linearized[i].reflected(h));
+        let reflect = |u: &[Bands]| {
+            scaling.powers(&operator.incident_flux(u), |place, h| linearized.reflected(place, h))
+        };
         let start = if u.is_empty() { source.clone() } else { u };
         let number = history.residuals.len();
         let checkpoint = IterationCheckpoint {
@@ -192,9 +211,9 @@ impl NewtonIteration<'_> {
             StoppingCriterion { residual: LINEAR_RESIDUAL_OVER_RESIDUAL * self.residual, max_iterations };
         let end = coupled_bicgstab::solve(reflect, &source, start, stop, &checkpoint);
         // Update the emissive powers.
-        let h = scaling.incident_flux(self.operator, &end.u);
-        let incident = |i: usize| h[i] + outside[i];
-        let (e, off) = update_emissive_powers(balances, self.fractions, &e, incident, history.step_length());
+        let h = operator.incident_flux(&end.u);
+        let incident = |t: usize, i: usize| h[t * unknowns + i] + outside[t * unknowns + i];
+        let (e, off) = update_emissive_powers(balances, &e, incident, history.step_length());
         history.record(off, end.residual);
         NewtonState { e, u: end.u, products: products + end.products + 1, history }
     }
@@ -216,14 +235,31 @@ fn check_memory(context: &SolveContext, unknowns: usize) -> Result<(), SceneErro
 }
 
 /// h of every unknown from the surroundings, W/m².
-fn outside_flux(
-    context: &SolveContext,
-    surroundings: &SurroundingsExchange,
-    scaling: &PowerScaling,
-) -> Vec<Bands> {
-    let sky = context.scene.surroundings().radiosity();
-    let one = |k: usize| surroundings.incoming(k, sky)[0] * scaling.flux_over_power[k];
-    (0..scaling.flux_over_power.len()).into_par_iter().map(one).collect()
+fn outside_flux(triples: &[TripleEngine], scaling: &CoupledScaling) -> Vec<Bands> {
+    let surroundings: Vec<&SurroundingsExchange> = triples.iter().map(|t| t.surroundings).collect();
+    let sky: Vec<Bands> = triples.iter().map(|t| t.context.scene.surroundings().radiosity()).collect();
+    let one = |k: usize| {
+        let (t, k) = scaling.place(k);
+        surroundings[t].incoming(k, sky[t])[0] * scaling.triples[t].flux_over_power[k]
+    };
+    (0..scaling.len()).into_par_iter().map(one).collect()
+}
+
+/// The operators of all triples with their scaling, with the higher-order unknowns or without them.
+pub(super) fn coupled_operator<'a>(
+    triples: &[TripleEngine<'a>],
+    balances: &SpectralBalances,
+    coupling: BandCoupling,
+    with_slopes: bool,
+) -> CoupledOperator<'a> {
+    let operators: Vec<&dyn ExchangeOperator> =
+        triples.iter().map(|t| t.built.operator.as_ref() as &dyn ExchangeOperator).collect();
+    let scaling = |t: usize| {
+        let slopes = if with_slopes { operators[t].slope_zones() } else { Vec::new() };
+        PowerScaling::new(operators[t], triples[t].context.zones, &balances.zones[t], coupling, &slopes)
+    };
+    let scaling = CoupledScaling { triples: (0..triples.len()).map(scaling).collect() };
+    CoupledOperator { operators, scaling }
 }
 
 /// State of the iteration between two steps.
@@ -309,26 +345,25 @@ impl ConvergenceHistory {
     }
 }
 
-/// E after a step, and R.
+/// E after a step, and R. `h` gives the incident flux of a zone in a triple.
 fn update_emissive_powers(
-    balances: &[ZoneBalance],
-    fractions: &BandFractions,
+    balances: &SpectralBalances,
     old: &[f64],
-    h: impl Fn(usize) -> Bands + Sync,
+    h: impl Fn(usize, usize) -> Bands + Sync,
     step_length: f64,
 ) -> (Vec<f64>, f64) {
     let one = |i: usize| {
-        let l = &balances[i];
-        let (linearized, absorption) = (LinearizedZone::of(l, fractions, old[i]), l.absorption_weight());
-        let absorbed = (linearized.absorption * h(i)).sum();
-        // Emission in each band by the linearization.
-        let linear = linearized.own + linearized.reemitted * absorbed;
-        let e = match l.condition {
+        let linearized = linearize(balances, i, old[i]);
+        let h = |t: usize| h(t, i);
+        let of = |t: usize| (linearized[t].absorption * h(t)).sum();
+        let absorbed = (1..linearized.len()).fold(of(0), |s, t| s + of(t));
+        let condition = balances.first(i).condition;
+        let e = match condition {
             ThermalCondition::Temperature(_) => old[i],
             ThermalCondition::Flux(q) | ThermalCondition::Power(q) => {
-                let found = l.emissive_power_in_balance(fractions, q, h(i)).unwrap_or(old[i]);
+                let found = balances.emissive_power_in_balance(i, q, h).unwrap_or(old[i]);
                 // Constant band fractions are linear already.
-                let (low, high) = if fractions.is_constant() || found.is_nan() || found <= 0.0 {
+                let (low, high) = if balances.has_constant_fractions(i) || found.is_nan() || found <= 0.0 {
                     (f64::NEG_INFINITY, f64::INFINITY)
                 } else {
                     (old[i].max(0.0) / MAX_CHANGE_FACTOR, old[i].max(1e-3 * found) * MAX_CHANGE_FACTOR)
@@ -336,11 +371,17 @@ fn update_emissive_powers(
                 (old[i] + step_length * (found - old[i])).clamp(low, high)
             }
         };
-        let w = fractions.emissive_powers(e)[0];
-        let off = (l.weight * (l.absorb * w - linear).abs()).sum();
-        let all = (absorption * w.abs()).sum();
-        let moves = !matches!(l.condition, ThermalCondition::Temperature(_));
-        (e, [if moves { off * l.measure } else { 0.0 }, all * l.measure])
+        let (mut off, mut all) = (0.0, 0.0);
+        for (t, zone) in linearized.iter().enumerate() {
+            let (l, w) = (&balances.zones[t][i], balances.emissive_powers(t, i, e));
+            // Emission in each band by the linearization.
+            let linear = zone.own + zone.reemitted * absorbed;
+            off += (l.weight * (l.absorb * w - linear).abs()).sum();
+            all += (l.absorption_weight() * w.abs()).sum();
+        }
+        let moves = !matches!(condition, ThermalCondition::Temperature(_));
+        let measure = balances.first(i).measure;
+        (e, [if moves { off * measure } else { 0.0 }, all * measure])
     };
     let all: Vec<(f64, [f64; 2])> = (0..balances.len()).into_par_iter().map(one).collect();
     let [off, given] = multivector::sum(all.len(), |i| all[i].1);

@@ -6,54 +6,65 @@
 
 use super::boundary_conditions::set_emissive_powers;
 use super::heat_table::{self, ZoneSums};
-use super::zone_balance::{ZoneBalance, ZoneBalances};
+use super::spectral_balance::{SpectralBalances, TripleZones};
 use crate::errors::consistency;
 use crate::report::energy_balance::balance_zones;
 use rayon::prelude::*;
 use zonal_scene::thermal::blackbody_temperature;
 use zonal_scene::{
-    Band, BandFractions, Bands, Diagnostic, ErrorEstimate, Fields, LightGroup, Report, Scene,
+    Band, Bands, Diagnostic, EnergyBalance, ErrorEstimate, Fields, HeatReport, LightGroup, Report, Scene,
     ThermalCondition, ThermalFields, Zones,
 };
 
 /// Residual of the balance, over the absorbed power, that rounding leaves.
 const ROUNDING_OF_BALANCE: f64 = 1e-12;
 
-/// Gives the zones the emission of the temperatures found, and adds temperatures, net powers and the table by name. No effect in light mode.
-pub(crate) fn recover_temperatures(
-    scene: &Scene,
-    zones: &mut Zones,
-    fields: &mut Fields,
-    groups: &mut [LightGroup],
-    report: &mut Report,
-) {
-    let Some(thermal) = scene.thermal() else { return };
-    let fractions = &thermal.band_fractions;
-    let balances = ZoneBalances::new(scene, zones).all(zones);
-    let n = zones.len();
+/// One triple of the bands of a solved scene.
+pub(crate) struct SolvedTriple<'a> {
+    pub scene: &'a Scene,
+    pub zones: &'a mut Zones,
+    pub fields: &'a mut Fields,
+    pub groups: &'a mut [LightGroup],
+    pub report: &'a mut Report,
+}
+
+/// Gives the zones the emission of the temperatures found, and adds temperatures, net powers and the table by name to the first triple of bands. No
+/// effect in light mode.
+pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
+    let scenes: Vec<&Scene> = triples.iter().map(|t| t.scene).collect();
+    if scenes[0].thermal().is_none() {
+        return;
+    }
+    let parts = scenes.iter().zip(&*triples).map(|(scene, t)| TripleZones { scene, zones: t.zones });
+    let balances = SpectralBalances::new(&parts.collect::<Vec<_>>());
+    let n = balances.len();
     // Find E and q of every zone, and widen the errors by the residual of the balance.
-    let found: Vec<(f64, f64)> = (0..n)
-        .into_par_iter()
-        .map(|i| balances[i].emissive_and_net_power(fractions, balances[i].incident_flux(fields, i)))
-        .collect();
-    widen_by_heat_balance(&balances, fractions, &found, groups, (&*report, &mut *fields));
+    let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
+    let find =
+        |i: usize| balances.emissive_and_net_power(i, |t| balances.first(i).incident_flux(fields[t], i));
+    let found: Vec<(f64, f64)> = (0..n).into_par_iter().map(find).collect();
+    widen_by_heat_balance(&balances, &found, triples);
     // Convert them to temperatures and net powers with errors.
-    let errors = zone_errors(&balances, fractions, &found, fields);
+    let errors = zone_errors(&balances, &found, triples);
     let heat = thermal_fields(&found, &errors);
-    report.warnings.extend(undefined_temperatures(&balances, fractions, &heat));
+    triples[0].report.warnings.extend(undefined_temperatures(&balances, &heat));
     // Give the zones their emission, and recompute radiosity and balance.
-    let emissive: Vec<Bands> =
-        found.iter().map(|x| fractions.emissive_powers(if x.0.is_nan() { 0.0 } else { x.0 })[0]).collect();
-    set_emissive_powers(scene, zones, &emissive);
-    let radiosity = |i: usize| {
-        let (l, h) = (&balances[i], balances[i].incident_flux(fields, i));
-        l.absorb * emissive[i] + l.reflect * h
-    };
-    fields.radiosity = (0..n).into_par_iter().map(radiosity).collect();
-    report.energy = Default::default();
-    for g in groups.iter_mut() {
-        g.energy = balance_zones(scene, zones, &fields.incident, &g.energy);
-        report.energy.add(&g.energy);
+    let energy = |i: usize| if found[i].0.is_nan() { 0.0 } else { found[i].0 };
+    let of_triple = |t: usize| (0..n).map(|i| balances.emissive_powers(t, i, energy(i))).collect();
+    let emissive: Vec<Vec<Bands>> = (0..scenes.len()).map(of_triple).collect();
+    for (t, own) in triples.iter_mut().enumerate() {
+        set_emissive_powers(own.scene, own.zones, &emissive[t]);
+        let (fields, zones) = (&*own.fields, &balances.zones[t]);
+        let radiosity = |i: usize| {
+            let (l, h) = (&zones[i], zones[i].incident_flux(fields, i));
+            l.absorb * emissive[t][i] + l.reflect * h
+        };
+        own.fields.radiosity = (0..n).into_par_iter().map(radiosity).collect();
+        own.report.energy = Default::default();
+        for g in own.groups.iter_mut() {
+            g.energy = balance_zones(own.scene, own.zones, &own.fields.incident, &g.energy);
+            own.report.energy.add(&g.energy);
+        }
     }
     // Sum by name.
     let of_zone = |i: usize, size: f64| {
@@ -61,45 +72,47 @@ pub(crate) fn recover_temperatures(
         let emissive = if e >= 0.0 { [size, size * e, size * de] } else { [0.0; 3] };
         ZoneSums { size, emissive, power: [size * q, size * dq] }
     };
-    let undistributed = undistributed_power(&balances, fractions, &emissive, report);
-    report.estimate = ErrorEstimate::of(fields, zones.voxel_offset(), report.estimate.grade);
-    report.energy_error = consistency::power_errors(zones, &report.energy, fields, |i| fields.error[i]);
-    let rows = heat_table::rows(scene, zones, undistributed, of_zone);
-    report.heat = Some(heat_table::heat_report(rows, fractions, &report.energy));
-    fields.heat = Some(heat);
+    let undistributed = undistributed_power(&balances, &emissive, triples);
+    for own in triples.iter_mut() {
+        let (zones, fields) = (&*own.zones, &*own.fields);
+        own.report.estimate = ErrorEstimate::of(fields, zones.voxel_offset(), own.report.estimate.grade);
+        own.report.energy_error =
+            consistency::power_errors(zones, &own.report.energy, fields, |i| fields.error[i]);
+    }
+    let rows = heat_table::rows(scenes[0], triples[0].zones, undistributed, of_zone);
+    let total =
+        |power: &dyn Fn(&EnergyBalance) -> Bands| balances.total(|t| power(&triples[t].report.energy));
+    let outside = [total(&|e| e.incoming - e.escaped), total(&|e| e.absorbed_backfaces)];
+    triples[0].report.heat =
+        Some(HeatReport { rows, surroundings: outside[0], absorbed_backfaces: outside[1] });
+    triples[0].fields.heat = Some(heat);
 }
 
 /// Power that the solver left undistributed, W.
 fn undistributed_power(
-    balances: &[ZoneBalance],
-    fractions: &BandFractions,
-    emissive: &[Bands],
-    report: &Report,
+    balances: &SpectralBalances,
+    emissive: &[Vec<Bands>],
+    triples: &[SolvedTriple],
 ) -> f64 {
-    let emitted = |i: usize| {
-        let m = balances[i].absorption_weight();
-        balances[i].measure * fractions.total(m * emissive[i].abs())
-    };
+    let emitted = |i: usize| balances.first(i).measure * balances.weighted_total(i, |t| emissive[t][i].abs());
+    let residuals = triples.iter().flat_map(|t| &t.report.residuals);
     (0..balances.len()).map(emitted).sum::<f64>()
-        * report.residuals.iter().filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r))
+        * residuals.filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r))
 }
 
 /// Errors of every zone: δq of a known temperature, or δE of a known power.
-fn zone_errors(
-    balances: &[ZoneBalance],
-    fractions: &BandFractions,
-    found: &[(f64, f64)],
-    fields: &Fields,
-) -> Vec<[f64; 2]> {
+fn zone_errors(balances: &SpectralBalances, found: &[(f64, f64)], triples: &[SolvedTriple]) -> Vec<[f64; 2]> {
+    let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
     let error = |i: usize| {
-        let (l, e) = (&balances[i], fields.error[i]);
-        let m = l.absorption_weight();
-        let q = fractions.total(m * l.incident_share * e);
+        let l = balances.first(i);
+        let q = balances
+            .total(|t| balances.zones[t][i].absorption_weight() * l.incident_share * fields[t].error[i]);
         if matches!(l.condition, ThermalCondition::Temperature(_)) {
             return [q, 0.0];
         }
-        let slope = fractions.emissive_powers(found[i].0.max(0.0))[1];
-        [0.0, q / fractions.total(m * slope.map(|s| s.max(0.0)))]
+        let e = found[i].0.max(0.0);
+        let slope = |t: usize| balances.fractions(t, i).emissive_powers(e)[1].map(|s| s.max(0.0));
+        [0.0, q / balances.weighted_total(i, slope)]
     };
     (0..balances.len()).into_par_iter().map(error).collect()
 }
@@ -116,70 +129,65 @@ fn thermal_fields(found: &[(f64, f64)], errors: &[[f64; 2]]) -> ThermalFields {
 }
 
 /// Sum of the net powers of all zones (found: E, q), of the surroundings and of black backs, which is 0 in an exact balance, W.
-fn imbalance(
-    balances: &[ZoneBalance],
-    fractions: &BandFractions,
-    found: &[(f64, f64)],
-    groups: &[LightGroup],
-) -> f64 {
-    let zones: f64 = balances.iter().zip(found).map(|(l, x)| l.measure * x.1).sum();
-    let outside = |g: &LightGroup| {
-        let e = &g.energy;
-        fractions.total(e.incoming - e.escaped - e.absorbed_backfaces)
+fn imbalance(balances: &SpectralBalances, found: &[(f64, f64)], triples: &[SolvedTriple]) -> f64 {
+    let zones: f64 = found.iter().enumerate().map(|(i, x)| balances.first(i).measure * x.1).sum();
+    let outside = |g: usize| {
+        balances.total(|t| {
+            let e = &triples[t].groups[g].energy;
+            e.incoming - e.escaped - e.absorbed_backfaces
+        })
     };
-    (zones + groups.iter().map(outside).sum::<f64>()).abs()
+    (zones + (0..triples[0].groups.len()).map(outside).sum::<f64>()).abs()
 }
 
 /// Distributes the residual of the heat balance beyond the stated errors, in proportion to the power absorbed by the zones of known temperature.
-fn widen_by_heat_balance(
-    balances: &[ZoneBalance],
-    fractions: &BandFractions,
-    found: &[(f64, f64)],
-    groups: &[LightGroup],
-    (report, fields): (&Report, &mut Fields),
-) {
+fn widen_by_heat_balance(balances: &SpectralBalances, found: &[(f64, f64)], triples: &mut [SolvedTriple]) {
     // Zones of known power emit it in any case: a residual belongs to the zones of known temperature.
-    let is_free = |l: &ZoneBalance| matches!(l.condition, ThermalCondition::Temperature(_));
-    let explained = |i: usize| {
-        let (l, m) = (&balances[i], balances[i].absorption_weight());
-        l.measure * fractions.total(m * l.incident_share * fields.error[i])
+    let is_free = |i: &usize| matches!(balances.first(*i).condition, ThermalCondition::Temperature(_));
+    let fraction = {
+        let triples = &*triples;
+        let explained = |i: usize| {
+            let l = balances.first(i);
+            let error = |t: usize| l.incident_share * triples[t].fields.error[i];
+            l.measure * balances.total(|t| balances.zones[t][i].absorption_weight() * error(t))
+        };
+        let missing = imbalance(balances, found, triples);
+        let known: f64 = (0..balances.len()).filter(is_free).map(explained).sum();
+        let excess = missing - known - balances.total(|t| triples[t].report.energy_error.escaped);
+        let absorbed = |i: usize| {
+            let l = balances.first(i);
+            l.measure * balances.weighted_total(i, |t| l.incident_flux(triples[t].fields, i).abs())
+        };
+        let all: f64 = (0..balances.len()).filter(is_free).map(absorbed).sum();
+        // An excess that is NaN gives an unknown error.
+        match excess <= ROUNDING_OF_BALANCE * all {
+            true => return,
+            false if all > 0.0 && excess.is_finite() => excess / all,
+            false => f64::INFINITY,
+        }
     };
-    let missing = imbalance(balances, fractions, found, groups);
-    let known: f64 = (0..balances.len()).filter(|&i| is_free(&balances[i])).map(explained).sum();
-    let excess = missing - known - fractions.total(report.energy_error.escaped);
-    let absorbed = |i: usize, l: &ZoneBalance| {
-        let (m, h) = (l.absorption_weight(), l.incident_flux(fields, i));
-        l.measure * fractions.total(m * h.abs())
-    };
-    let all: f64 = balances.iter().enumerate().filter(|(_, l)| is_free(l)).map(|(i, l)| absorbed(i, l)).sum();
-    // An excess that is NaN gives an unknown error.
-    let fraction = match excess <= ROUNDING_OF_BALANCE * all {
-        true => return,
-        false if all > 0.0 && excess.is_finite() => excess / all,
-        false => f64::INFINITY,
-    };
-    consistency::distribute(Bands::splat(fraction), fields);
+    triples.iter_mut().for_each(|t| consistency::distribute(Bands::splat(fraction), t.fields));
 }
 
 /// Diagnostics of zones without a temperature.
-fn undefined_temperatures(
-    balances: &[ZoneBalance],
-    fractions: &BandFractions,
-    heat: &ThermalFields,
-) -> Vec<Diagnostic> {
+fn undefined_temperatures(balances: &SpectralBalances, heat: &ThermalFields) -> Vec<Diagnostic> {
     const REASONS: [&str; 4] = [
         "zones neither absorb nor emit: their temperature is undefined",
         "zones emit in no band with a fraction of the emission: their temperature is undefined",
         "zones have no temperature: more heat is extracted than arrives; use smaller negative powers",
         "zones have no temperature: almost no radiation arrives; use a lower solve.residual",
     ];
-    let emitting = fractions.emitting_bands();
     let mut counts = [0; 4];
-    for (l, _) in balances.iter().zip(&heat.temperature).filter(|(_, t)| t.is_nan()) {
-        let m = l.absorption_weight();
-        let reason = match l.condition {
-            _ if m == Bands::ZERO => 0,
-            _ if !Band::all().any(|b| emitting[b] && m[b] > 0.0) => 1,
+    for i in (0..balances.len()).filter(|&i| heat.temperature[i].is_nan()) {
+        let triples = 0..balances.triples();
+        let weight = |t: usize| balances.zones[t][i].absorption_weight();
+        let emits = |t: usize| {
+            let emitting = balances.fractions(t, i).emitting_bands();
+            Band::all().any(|b| emitting[b] && weight(t)[b] > 0.0)
+        };
+        let reason = match balances.first(i).condition {
+            _ if triples.clone().all(|t| weight(t) == Bands::ZERO) => 0,
+            _ if !triples.clone().any(emits) => 1,
             ThermalCondition::Flux(q) | ThermalCondition::Power(q) if q < 0.0 => 2,
             _ => 3,
         };

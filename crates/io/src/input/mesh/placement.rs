@@ -1,14 +1,14 @@
 //! A mesh file placed in the scene: x ↦ rotate(scale · x) + translate, rotations about x, then y, then z.
 
 use super::load::read_mesh_file;
-use super::model::MeshData;
+use super::model::{GlassAttenuation, GlassProperties, MeshData, MeshMaterial};
 use crate::input::error::{FileFault, InputError};
 use crate::input::rotation::rotated_axes;
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::key_tables::MESH;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_math::Vec3;
-use zonal_scene::{Diagnostic, Plate};
+use zonal_scene::{Bands, Diagnostic, Plate};
 
 /// Smallest area of a face relative to the square of its longer edge.
 const MIN_RELATIVE_FACE_AREA: f64 = 1e-14;
@@ -55,6 +55,7 @@ pub(crate) fn load_placed(
     let name = path.display().to_string();
     let refused = |f: FileFault| file.error(f.to_string());
     let mut mesh = read_mesh_file(reader.context.files, &path, &name).map_err(refused)?;
+    mesh.materials.iter_mut().for_each(|m| to_scene_bands(m, reader));
     for face in &mut mesh.faces {
         face.plate = placement.plate(&face.plate);
         if !(face.plate.origin.is_finite() && face.plate.area().is_finite()) {
@@ -81,4 +82,38 @@ pub(crate) fn load_placed(
         reader.note(Diagnostic::note("mesh", note));
     }
     Ok((mesh, placement.scale))
+}
+
+/// Turns the colours of a material into values of the scene's bands. Without wavelengths only grey ones are known; the others are as if the file had
+/// none.
+fn to_scene_bands(material: &mut MeshMaterial, reader: &SceneReader<'_>) {
+    let (bands, triple) = (reader.source.bands(), reader.source.triple());
+    if bands.is_rgb() {
+        return;
+    }
+    let convert = |colour: Bands| bands.from_rgb(triple, colour.to_rgb());
+    let unknown = "its colour is unknown in bands without wavelengths, and left out; give the bands wavelengths, or the material a value for each band";
+    if let Some(colour) = material.reflectance {
+        material.reflectance = convert(colour);
+        if material.reflectance.is_none() {
+            material.missing_warning = Some(unknown.into());
+        }
+    }
+    match convert(material.emission) {
+        Some(emission) => material.emission = emission,
+        None => (material.emission, material.missing_warning) = (Bands::ZERO, Some(unknown.into())),
+    }
+    let converted = material.glass.map(|glass| {
+        let attenuation = match glass.attenuation {
+            GlassAttenuation::Coefficient(k) => convert(k).map(GlassAttenuation::Coefficient),
+            GlassAttenuation::Transmittance(t) => convert(t).map(GlassAttenuation::Transmittance),
+        };
+        Some(GlassProperties { attenuation: attenuation?, albedo: convert(glass.albedo)?, ..glass })
+    });
+    if let Some(glass) = converted {
+        material.glass = glass;
+        if glass.is_none() {
+            material.opaque_warning = Some(unknown.into());
+        }
+    }
 }

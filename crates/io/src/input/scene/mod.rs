@@ -2,6 +2,7 @@
 //!
 //! | module | section |
 //! |---|---|
+//! | `bands` | `bands` |
 //! | `options` | `[solve]` |
 //! | `thermal` | `mode`, `[thermal]`, and the thermal keys of all sections |
 //! | `surface`, `surface_keys`, `surface_properties` | `[[surface]]`: shapes, faces, materials |
@@ -11,6 +12,7 @@
 //! | `voxel_grid`, `medium_properties`, `voxel_field`, `interior` | voxels while they are filled |
 //! | `lights`, `camera` | `[[light]]`, `[[camera]]` |
 
+pub(crate) mod bands;
 pub(crate) mod camera;
 mod density;
 mod interior;
@@ -47,9 +49,12 @@ pub(crate) fn read_document(
     root.check(ROOT)?;
     let mut reader = SceneReader::new(root.source, context);
     reader.has_medium = root.get("medium").is_some();
+    (reader.parts.bands, reader.parts.triple) = (root.source.bands().clone(), root.source.triple());
     // Read the mode and the settings.
     reader.parts.thermal = thermal::read_mode(&root)?;
-    if let Some(t) = &reader.parts.thermal {
+    if let Some(t) = &reader.parts.thermal
+        && reader.parts.bands.triples() == 1
+    {
         // Check the band fractions before anything is computed with them.
         t.band_fractions.check().map_err(|e| reader.source.scene_error(&e))?;
     }

@@ -175,8 +175,11 @@ fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError>
                 return Err(r.error("constant band fractions hold everywhere; remove this key"));
             }
             let s = n.bands(1.0)?;
+            // What fills up the last triple emits nothing.
+            let (_, window) = n.band_window();
+            let of_band = |b: Band| vec![if b.index() < window.len() { s[b] } else { 0.0 }];
             Ok(BandFractions::GreyGases {
-                coefficients: s.map_to(|s| vec![s]),
+                coefficients: PerBand::from_fn(of_band),
                 range: [1.0, 1.0],
                 allow_partial,
             })
@@ -198,26 +201,30 @@ fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError>
     }
 }
 
-/// Three lists of coefficients; one of them may be `"rest"`: 1 less the other two polynomials.
+/// A list of coefficients for each band; one of them may be `"rest"`: 1 less the other polynomials. Returns those of the triple that is read.
 fn read_polynomials(node: &TomlNode<'_>) -> Result<PerBand<Vec<f64>>, InputError> {
-    const WANTED: &str = "give three lists [c0, c1, …], one a band; one of them may be \"rest\"";
+    let (count, window) = node.band_window();
+    let wanted = match count {
+        3 => "give three lists [c0, c1, …], one a band; one of them may be \"rest\"".to_string(),
+        _ => format!("give {count} lists [c0, c1, …], one a band; one of them may be \"rest\""),
+    };
     let list = node.list()?;
-    if list.len() != Band::count() {
-        return Err(node.error(format!("this list has {} entries; {WANTED}", list.len())));
+    if list.len() != count {
+        return Err(node.error(format!("this list has {} entries; {wanted}", list.len())));
     }
     let mut rest = None;
-    let mut out: PerBand<Vec<f64>> = PerBand::default();
-    for (band, n) in Band::all().zip(&list) {
+    let mut out: Vec<Vec<f64>> = vec![Vec::new(); count];
+    for (band, n) in list.iter().enumerate() {
         if n.is_list() {
             out[band] = n.list()?.iter().map(|x| x.number()).collect::<Result<_, _>>()?;
             if out[band].is_empty() {
-                return Err(n.error(format!("a band has no coefficients; {WANTED}")));
+                return Err(n.error(format!("a band has no coefficients; {wanted}")));
             }
             continue;
         }
         n.choice(&["rest"])?;
         if rest.replace(band).is_some() {
-            return Err(n.error(format!("two bands are the rest; {WANTED}")));
+            return Err(n.error(format!("two bands are the rest; {wanted}")));
         }
     }
     if let Some(band) = rest {
@@ -229,5 +236,7 @@ fn read_polynomials(node: &TomlNode<'_>) -> Result<PerBand<Vec<f64>>, InputError
         }
         out[band] = own;
     }
-    Ok(out)
+    // What fills up the last triple emits nothing.
+    let of_band = |b: Band| window.clone().nth(b.index()).map_or_else(|| vec![0.0], |k| out[k].clone());
+    Ok(PerBand::from_fn(of_band))
 }

@@ -1,7 +1,7 @@
 //! Every key of the scene and camera-path formats, defined once: the readers check unknown keys against these tables, and
 //! [`scene_key_reference`] lists them for manuals.
 //!
-//! Types: *bands* is one number for all three bands or `[red, green, blue]`; *point* and *direction* are `[x, y, z]`.
+//! Types: *bands* is one number for all bands or a list of one for each, by default `[red, green, blue]`; *point* and *direction* are `[x, y, z]`.
 
 use super::keys::{KeyGroups, KeySpec, all, key};
 
@@ -13,6 +13,13 @@ const ROOT_KEYS: &[KeySpec] = &[
         "",
         "\"light\"",
         "radiation from given sources, or temperatures and heat",
+    ),
+    key(
+        "bands",
+        "integer from 1 to 128, or a list of [number, number]",
+        "nm",
+        "red, green and blue",
+        "number of bands, or the limits of their wavelengths",
     ),
     key("thermal", "table", "", "grey", "band fractions of the emission in thermal mode"),
     key("solve", "table", "", "", "settings of the solver"),
@@ -31,7 +38,7 @@ pub(crate) const ROOT: KeyGroups = &[ROOT_KEYS];
 pub(crate) const THERMAL: KeyGroups = &[&[
     key(
         "band_fractions",
-        "[number, number, number]",
+        "list of numbers, one for each band",
         "",
         "grey",
         "constant fractions of the black-body emission in the bands; they sum to 1",
@@ -39,7 +46,7 @@ pub(crate) const THERMAL: KeyGroups = &[&[
     .formerly("shares"),
     key(
         "weights",
-        "three lists of numbers, or two and \"rest\"",
+        "list of numbers for each band, or \"rest\" for one of them",
         "1/K^n",
         "",
         "polynomial band fractions in the temperature, by ascending power",

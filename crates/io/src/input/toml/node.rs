@@ -156,11 +156,27 @@ impl<'a> TomlNode<'a> {
                 format!("{x} is negative; give 0 or more")
             }))
         };
-        if self.is_list() {
-            self.triple("a number or [red, green, blue]", one).map(Bands::from_rgb)
-        } else {
-            one(self).map(Bands::splat)
+        if !self.is_list() {
+            return one(self).map(Bands::splat);
         }
+        let items = self.list()?;
+        let values = items.iter().map(one).collect::<Result<Vec<f64>, _>>()?;
+        self.triple_of_bands(&values, "a number or ").map(Bands::from_rgb)
+    }
+    /// The values of the triple of bands that is read, out of one value for each band; `also` names what may stand for the list in an error.
+    pub(crate) fn triple_of_bands<T: Clone>(&self, values: &[T], also: &str) -> Result<[T; 3], InputError> {
+        let bands = self.source.bands();
+        bands.triple_of(self.source.triple(), values).ok_or_else(|| {
+            let wanted = match bands.is_rgb() {
+                true => "[red, green, blue]".to_string(),
+                false => format!("a list of {} values, one for each band", bands.count()),
+            };
+            self.error(format!("this list has {} values; give {also}{wanted}", values.len()))
+        })
+    }
+    /// The number of bands of the scene, and the bands that the triple that is read holds.
+    pub(crate) fn band_window(&self) -> (usize, std::ops::Range<usize>) {
+        (self.source.bands().count(), self.source.bands().window(self.source.triple()))
     }
     /// A table with no other keys than these.
     pub(crate) fn table(&self, keys: KeyGroups) -> Result<TomlTable<'a>, InputError> {

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use toml::Spanned;
 use toml::de::DeTable;
-use zonal_scene::{Diagnostic, SceneError};
+use zonal_scene::{BandSet, Diagnostic, SceneError};
 
 /// The text of a scene, its name in messages, and the place of each key that was read.
 pub(crate) struct SourceText<'a> {
@@ -14,11 +14,31 @@ pub(crate) struct SourceText<'a> {
     places: RefCell<HashMap<String, usize>>,
     /// Notes about keys, by byte offset: one for each key, however often its table is read.
     notes: RefCell<BTreeMap<usize, Diagnostic>>,
+    /// The bands of the scene, and the triple of them that is read.
+    bands: (BandSet, usize),
 }
 
 impl<'a> SourceText<'a> {
     pub(crate) fn new(file: &'a str, text: &'a str) -> SourceText<'a> {
-        SourceText { file, text, places: RefCell::default(), notes: RefCell::default() }
+        SourceText {
+            file,
+            text,
+            places: RefCell::default(),
+            notes: RefCell::default(),
+            bands: (BandSet::default(), 0),
+        }
+    }
+    /// The same text, of which one triple of bands is read.
+    pub(crate) fn with_triple(&self, bands: BandSet, triple: usize) -> SourceText<'a> {
+        SourceText { bands: (bands, triple), ..SourceText::new(self.file, self.text) }
+    }
+    /// The bands of the scene.
+    pub(crate) fn bands(&self) -> &BandSet {
+        &self.bands.0
+    }
+    /// The triple of bands that is read.
+    pub(crate) fn triple(&self) -> usize {
+        self.bands.1
     }
     /// Line and column (in characters) of a byte offset, both from 1.
     pub(crate) fn line_and_column(&self, offset: usize) -> (usize, usize) {

@@ -237,7 +237,7 @@ impl ThermalFormat {
             },
         };
         let ThermalFormat { surfaces, panes, surroundings, .. } = self;
-        Thermal { band_fractions, surfaces, panes, surroundings }
+        Thermal { band_fractions, cell_fractions: None, surfaces, panes, surroundings }
     }
 }
 

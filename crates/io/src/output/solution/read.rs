@@ -71,7 +71,7 @@ fn read(mut npz: NpzReader<'_>) -> Result<Solution, FileError> {
     };
     let groups = read_groups(&mut npz, groups, &scene, n)?;
     let Provenance { scene_hash, version } = provenance;
-    Ok(Solution { report, scene_hash, version, scene, zones, fields, groups })
+    Ok(Solution { report, further_triples: Vec::new(), scene_hash, version, scene, zones, fields, groups })
 }
 
 fn read_thermal_fields(npz: &mut NpzReader<'_>, zones: usize) -> Result<ThermalFields, FileError> {
@@ -143,6 +143,7 @@ fn read_scene(npz: &mut NpzReader<'_>, header: SceneHeader) -> Result<Scene, Fil
         cameras: header.cameras,
         options: header.options,
         notes: header.notes,
+        ..SceneParts::default()
     };
     Scene::new(parts).map_err(|e| scene_error(npz, &e))
 }

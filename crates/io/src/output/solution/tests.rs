@@ -88,6 +88,7 @@ fn scene() -> Scene {
         }],
         options: SolveOptions { patch_size: Some(0.25), ..SolveOptions::default() },
         notes: vec!["dropped 2 triangles".into()],
+        ..SceneParts::default()
     })
     .unwrap()
 }
@@ -173,6 +174,7 @@ fn solution() -> Solution {
     let value = |s: f64, i: usize| Bands::from_rgb([s / 3.0, i as f64 * s, 1e-300]);
     let field = |s: f64| (0..zones.len()).map(|i| value(s, i)).collect::<Vec<_>>();
     Solution {
+        further_triples: Vec::new(),
         fields: Fields {
             radiosity: field(1.0),
             incident: field(2.0),
@@ -431,6 +433,7 @@ fn thermal_solution() -> Solution {
             range: [400.0, 2e3],
             allow_partial: false,
         },
+        cell_fractions: None,
         surfaces: surfaces.into_iter().cycle().take(parts.surfaces.len()).collect(),
         panes: vec![ThermalCondition::Temperature(290.0); parts.panes.len()],
         surroundings: Some(280.0),

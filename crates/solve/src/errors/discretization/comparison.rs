@@ -17,9 +17,9 @@ const MAX_SECOND_ZONES: usize = 2500;
 /// Reduction of the maximum if facets or panes occlude pairs, which then cost several times as much.
 const OCCLUSION_COST: usize = 3;
 
-/// Solves zones of a scene and returns the report.
+/// Solves zones of a scene and returns the report of every triple of its bands.
 pub(super) type SolveFn<'a> =
-    dyn Fn(&Scene, Transport, Zones, &SolveSettings) -> Result<Report, SceneError> + 'a;
+    dyn Fn(&Scene, Transport, Zones, &SolveSettings) -> Result<Vec<Report>, SceneError> + 'a;
 
 /// The basis of a second solve, with or without slopes as in the first.
 pub(crate) fn basis_of(has_slopes: bool) -> ZoneBasis {
@@ -30,13 +30,17 @@ fn text_of(e: SceneError) -> String {
     e.to_string()
 }
 
-/// The scene with the options of a second solve: the engine of the first one, its basis, and no discretization error.
-fn second_scene(other: Scene, report: &Report, basis: ZoneBasis) -> Result<Scene, String> {
-    let mut options = other.options().clone();
-    options.engine = Engine::VARIANTS.into_iter().find(|e| e.name() == report.engine).unwrap_or_default();
-    options.zone_basis = basis;
-    options.discretization_error = Some(false);
-    other.with_options(options).map_err(text_of)
+/// The scene with the options of a second solve: the engine of the first one in every triple of bands, its basis, and no discretization error.
+fn second_scene(other: Scene, reports: &[&Report], basis: ZoneBasis) -> Result<Scene, String> {
+    let changed = |(scene, report): (&Scene, &&Report)| {
+        let mut options = scene.options().clone();
+        options.engine = Engine::VARIANTS.into_iter().find(|e| e.name() == report.engine).unwrap_or_default();
+        options.zone_basis = basis;
+        options.discretization_error = Some(false);
+        scene.first_triple().with_options(options)
+    };
+    let triples = other.triples().zip(reports).map(changed).collect::<Result<_, _>>();
+    triples.and_then(Scene::from_triples).map_err(text_of)
 }
 
 /// A scene with other zones, and their growth.
@@ -82,10 +86,10 @@ impl<'a> ComparisonZones<'a> {
     fn solve(
         self,
         scene: &Scene,
-        report: &Report,
+        reports: &[&Report],
         settings: &SolveSettings,
         solve: &SolveFn,
-    ) -> Result<DiscretizationError, String> {
+    ) -> Result<Vec<DiscretizationError>, String> {
         let ComparisonZones { scene: other, transport, zones, growth, second } = self;
         let ratio = growth.ratio.clone()?;
         let kind = if second == SecondZones::Smaller { "smaller" } else { "larger" };
@@ -98,17 +102,22 @@ impl<'a> ComparisonZones<'a> {
             ..*settings
         };
         let count = zones.len();
-        let other = solve(other, transport, zones, &settings)
+        let others = solve(other, transport, zones, &settings)
             .map_err(|e| format!("the solve on {kind} zones failed ({e})"))?;
         let factor = growth.safety_factor
             * if second == SecondZones::Smaller { SMALLER_ZONES_FACTOR } else { 1.0 / (ratio - 1.0) };
         let error = |a: f64, b: f64| difference(a, b) * factor;
-        let floor = ErrorFloor::new(report, &other, &error);
-        let heat = heat_errors(scene, report, &other, &growth, (&error, &floor));
-        let mut energy = report.energy.zip_map(&other.energy, error);
-        floor.widen(&mut energy, &report.energy);
-        growth.unchanged.widen(&mut energy);
-        Ok(DiscretizationError { zones: count, ratio, heat, energy, notes: growth.notes })
+        let of_triple = |(report, other): (&&Report, &Report)| {
+            let floor = ErrorFloor::new(report, other, &error);
+            let heat = heat_errors(scene, report, other, &growth, (&error, &floor));
+            let mut energy = report.energy.zip_map(&other.energy, error);
+            floor.widen(&mut energy, &report.energy);
+            growth.unchanged.widen(&mut energy);
+            DiscretizationError { zones: count, ratio, heat, energy, notes: Vec::new() }
+        };
+        let mut errors: Vec<DiscretizationError> = reports.iter().zip(&others).map(of_triple).collect();
+        errors[0].notes = growth.notes;
+        Ok(errors)
     }
 }
 
@@ -142,27 +151,27 @@ fn heat_errors(
 /// Compares with larger zones if they cover all errors; else with smaller ones if these are few enough; else with larger ones as far as possible.
 pub(super) fn compare(
     (scene, zones, basis): (&Scene, &Zones, ZoneBasis),
-    report: &Report,
+    reports: &[&Report],
     settings: &SolveSettings,
     solve: &SolveFn,
-) -> Result<DiscretizationError, String> {
+) -> Result<Vec<DiscretizationError>, String> {
     let own = (scene, zones);
-    let coarser = second_scene(scene.coarsened().map_err(text_of)?, report, basis)?;
+    let coarser = second_scene(scene.coarsened().map_err(text_of)?, reports, basis)?;
     let larger = ComparisonZones::new(own, &coarser, basis, SecondZones::Larger);
     if larger.as_ref().is_ok_and(|o| o.growth.is_complete()) {
-        return larger?.solve(scene, report, settings, solve);
+        return larger?.solve(scene, reports, settings, solve);
     }
     let pair_cost = larger.as_ref().map_or(OCCLUSION_COST, ComparisonZones::pair_cost);
     for n in divisions(scene, zones, pair_cost) {
-        let finer = scene.refined(zones, n).map_err(text_of).and_then(|s| second_scene(s, report, basis));
+        let finer = scene.refined(zones, n).map_err(text_of).and_then(|s| second_scene(s, reports, basis));
         let Ok(finer) = finer else { continue };
         let smaller = ComparisonZones::new(own, &finer, basis, SecondZones::Smaller);
-        let found = smaller.and_then(|o| o.limited()?.solve(scene, report, settings, solve));
+        let found = smaller.and_then(|o| o.limited()?.solve(scene, reports, settings, solve));
         if let Ok(found) = found {
             return Ok(found);
         }
     }
-    larger?.solve(scene, report, settings, solve)
+    larger?.solve(scene, reports, settings, solve)
 }
 
 /// Divisors of the zones for which a second solve is cheap, the largest first; `pair_cost` is [`ComparisonZones::pair_cost`].

@@ -11,29 +11,40 @@ pub(crate) fn is_requested(scene: &Scene) -> bool {
     scene.options().discretization_error.unwrap_or(scene.thermal().is_some())
 }
 
-/// The solve whose error is estimated.
-pub(crate) struct FirstSolve<'a> {
+/// One triple of the bands of the solve whose error is estimated.
+pub(crate) struct FirstTriple<'a> {
     pub scene: &'a Scene,
     pub zones: &'a Zones,
     pub fields: &'a Fields,
-    /// The basis inside the zones.
-    pub basis: ZoneBasis,
+    pub report: &'a mut Report,
 }
 
-/// Runs `solve` on larger or smaller zones with the same engine and basis, and adds the discretization error to the report. Errors that the second
-/// solve does not cover are infinite.
-pub(crate) fn estimate(first: &FirstSolve, report: &mut Report, settings: &SolveSettings, solve: &SolveFn) {
-    let FirstSolve { scene, zones, fields, basis } = *first;
-    let mut error = match compare((scene, zones, basis), report, settings, solve) {
-        Ok(error) => error,
+/// Runs `solve` on larger or smaller zones with the same engine and basis, and adds the discretization error to the reports of all triples of bands.
+/// Errors that the second solve does not cover are infinite.
+pub(crate) fn estimate(
+    scene: &Scene,
+    basis: ZoneBasis,
+    triples: &mut [FirstTriple],
+    settings: &SolveSettings,
+    solve: &SolveFn,
+) {
+    let reports: Vec<&Report> = triples.iter().map(|t| &*t.report).collect();
+    let mut errors = match compare((scene, triples[0].zones, basis), &reports, settings, solve) {
+        Ok(errors) => errors,
         Err(why) => {
             let text = format!("the discretization error is not known: {why}");
-            report.warnings.push(Diagnostic::warning("discretization", text));
-            unknown(scene, report)
+            let errors = reports.iter().map(|report| unknown(scene, report)).collect();
+            triples[0].report.warnings.push(Diagnostic::warning("discretization", text));
+            errors
         }
     };
-    near_surface_scattering::add_to_errors(scene, zones, fields, report, &mut error);
-    report.discretization_error = Some(error);
+    for t in 0..triples.len() {
+        let FirstTriple { scene, zones, fields, .. } = &triples[t];
+        let unresolved = near_surface_scattering::unresolved_powers(scene, zones, fields);
+        near_surface_scattering::add_to_energy(&unresolved, &mut errors[t]);
+        near_surface_scattering::add_to_heat(scene, &unresolved, triples[0].report, &mut errors[0]);
+    }
+    triples.iter_mut().zip(errors).for_each(|(t, error)| t.report.discretization_error = Some(error));
 }
 
 /// The error without a second solve: infinite except for prescribed values.

@@ -27,4 +27,4 @@ mod second_solve;
 mod zone_growth;
 
 pub(crate) use comparison::{basis_of, refined_zone_count};
-pub(crate) use estimate::{FirstSolve, estimate, is_requested};
+pub(crate) use estimate::{FirstTriple, estimate, is_requested};

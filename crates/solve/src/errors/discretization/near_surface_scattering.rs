@@ -21,22 +21,24 @@ use zonal_scene::{
 /// scattering and for bodies that emit to all sides.
 const BACKSCATTERED_SHARE: f64 = 0.5;
 
-/// Adds the light scattered back by the medium to the errors of surfaces that are smaller than their cells.
-pub(super) fn add_to_errors(
+/// Adds the light scattered back by the medium to the errors of the power absorbed by surfaces that are smaller than their cells.
+pub(super) fn add_to_energy(unresolved: &[UnresolvedPower], estimate: &mut DiscretizationError) {
+    for (error, more) in estimate.energy.absorbed_surfaces.iter_mut().zip(unresolved) {
+        error.1 += more.absorbed;
+    }
+}
+
+/// Adds that of one triple of bands to the errors of temperatures and net powers.
+pub(super) fn add_to_heat(
     scene: &Scene,
-    zones: &Zones,
-    fields: &Fields,
+    unresolved: &[UnresolvedPower],
     report: &Report,
     estimate: &mut DiscretizationError,
 ) {
-    let unresolved = unresolved_powers(scene, zones, fields);
-    for (error, more) in estimate.energy.absorbed_surfaces.iter_mut().zip(&unresolved) {
-        error.1 += more.absorbed;
-    }
     let Some(heat) = &report.heat else { return };
     let rows = heat.rows.iter().zip(row_temperatures(scene, heat)).zip(&mut estimate.heat);
     let surfaces = rows.filter(|((row, _), _)| row.kind == HeatRowKind::Surface);
-    for (((row, given), error), more) in surfaces.zip(&unresolved) {
+    for (((row, given), error), more) in surfaces.zip(unresolved) {
         if given == RowTemperature::Prescribed {
             error[1] += more.absorbed.sum();
         } else if let Some(t) = row.temperature {
@@ -48,12 +50,13 @@ pub(super) fn add_to_errors(
 
 /// Backscattered power that the cells do not resolve, for one surface, W per band.
 #[derive(Clone, Copy, Default)]
-struct UnresolvedPower {
+pub(super) struct UnresolvedPower {
     incident: Bands,
     absorbed: Bands,
 }
 
-fn unresolved_powers(scene: &Scene, zones: &Zones, fields: &Fields) -> Vec<UnresolvedPower> {
+/// Those of all surfaces.
+pub(super) fn unresolved_powers(scene: &Scene, zones: &Zones, fields: &Fields) -> Vec<UnresolvedPower> {
     let mut out = vec![UnresolvedPower::default(); scene.surfaces().len()];
     let Some(grid) = scene.voxel_grid() else { return out };
     let mut area = vec![0.0; out.len()];
