@@ -16,7 +16,7 @@ const DEPENDENCIES: [(&str, &[&str]); 15] = [
     ("paper", &["math", "scene", "exchange"]),
     ("solve", &["math", "scene", "transport", "exchange"]),
     ("render", &["math", "scene", "transport"]),
-    ("io", &["math", "scene"]),
+    ("io", &["math", "scene", "gas"]),
     ("reference", &["math", "scene"]),
     ("zonal", &["scene", "solve", "render", "io"]),
     ("report", &["scene", "io"]),

@@ -8,8 +8,8 @@
 //! The set of 2020 adds the pure gases: between r = 0 and 0.01, and between 4 and 10⁸, κ and weights are linear in r, as in RadLib
 //! (Stephens, Jansen, Johnson and Lignell 2022). The set of 2014 takes the nearest ratio of its range.
 
-use crate::mixture::{GreyGas, GreyGasMixture};
-use crate::polynomial::{clamp_with_note, polynomial};
+use crate::fit::{FittedGas, FittedSet, GreyGasFit};
+use crate::polynomial::{clamp_with_note, in_units, polynomial};
 use crate::state::GasState;
 
 const TEMPERATURE_RANGE: [f64; 2] = [300.0, 2400.0];
@@ -61,13 +61,8 @@ const PRESSURE_ABSORPTION: [[f64; 5]; 4] = [
     [109.8169, -50.92359, 23.43236, -5.163892, 0.4393889],
 ];
 
-/// A pure gas.
-struct PureGas {
-    /// Pressure absorption coefficients, 1/(atm m).
-    pressure_absorption: [f64; 4],
-    /// Coefficients of the weights, by powers of T/1200 K.
-    weights: [[f64; 5]; 4],
-}
+/// A pure gas, with weights by powers of T/1200 K.
+type PureGas = FittedSet<4, 5>;
 
 const CARBON_DIOXIDE: PureGas = PureGas {
     pressure_absorption: [0.03388079, 0.4544269, 4.680226, 103.8439],
@@ -89,61 +84,44 @@ const WATER_VAPOUR: PureGas = PureGas {
 };
 
 /// Grey gas `j` of a mixture of a mole ratio within the range.
-fn mixture_gas(j: usize, ratio: f64, relative_temperature: f64, absorbing_pressure: f64) -> GreyGas {
-    GreyGas {
-        absorption: polynomial(&PRESSURE_ABSORPTION[j], ratio) * absorbing_pressure,
-        weight: polynomial(&WEIGHTS[j].map(|c| polynomial(&c, ratio)), relative_temperature),
-    }
+fn mixture_gas(j: usize, ratio: f64, absorbing_pressure: f64) -> FittedGas {
+    let absorption = polynomial(&PRESSURE_ABSORPTION[j], ratio) * absorbing_pressure;
+    FittedGas::new(absorption, WEIGHTS[j].map(|c| polynomial(&c, ratio)).to_vec())
 }
 
-impl PureGas {
-    fn gas(&self, j: usize, relative_temperature: f64, pressure: f64) -> GreyGas {
-        GreyGas {
-            absorption: self.pressure_absorption[j] * pressure,
-            weight: polynomial(&self.weights[j], relative_temperature),
-        }
-    }
-}
-
-/// (1 − t) a + t b of coefficient and weight.
-fn interpolate(a: GreyGas, b: GreyGas, t: f64) -> GreyGas {
-    GreyGas {
-        absorption: (1.0 - t) * a.absorption + t * b.absorption,
-        weight: (1.0 - t) * a.weight + t * b.weight,
-    }
+/// The fit of gases whose weights are polynomials of T/1200 K.
+fn fit_of(mut gases: Vec<FittedGas>, notes: Vec<String>) -> GreyGasFit {
+    gases.iter_mut().for_each(|g| g.weight = in_units(&g.weight, REFERENCE_TEMPERATURE));
+    GreyGasFit::with_clear_gas(gases, TEMPERATURE_RANGE, notes)
 }
 
 /// The set of 2014.
-pub(crate) fn evaluate_2014(state: &GasState) -> GreyGasMixture {
+pub(crate) fn fit_2014(state: &GasState) -> GreyGasFit {
     let mut notes = Vec::new();
-    let t = clamp_with_note(state.temperature, TEMPERATURE_RANGE, "the temperature", " K", &mut notes);
-    let mut ratio = state.mole_ratio();
-    if state.h2o + state.co2 > 0.0 {
-        ratio = clamp_with_note(ratio, MOLE_RATIO_RANGE, "the mole ratio of H2O to CO2", "", &mut notes);
+    let ratio = state.mole_ratio();
+    let clamped = clamp_with_note(ratio, MOLE_RATIO_RANGE, "the mole ratio of H2O to CO2", "", &mut notes);
+    if state.h2o + state.co2 == 0.0 {
+        // Without absorbing gases the ratio has no meaning.
+        notes.clear();
     }
-    let ratio = ratio.clamp(MOLE_RATIO_RANGE[0], MOLE_RATIO_RANGE[1]);
-    let gas = |j| mixture_gas(j, ratio, t / REFERENCE_TEMPERATURE, state.absorbing_pressure());
-    GreyGasMixture::with_clear_gas((0..4).map(gas).collect(), notes)
+    let gas = |j| mixture_gas(j, clamped, state.absorbing_pressure());
+    fit_of((0..4).map(gas).collect(), notes)
 }
 
 /// The set of 2020.
-pub(crate) fn evaluate_2020(state: &GasState) -> GreyGasMixture {
-    let mut notes = Vec::new();
-    let t = clamp_with_note(state.temperature, TEMPERATURE_RANGE, "the temperature", " K", &mut notes);
-    let relative = t / REFERENCE_TEMPERATURE;
+pub(crate) fn fit_2020(state: &GasState) -> GreyGasFit {
     let ratio = (state.h2o / (state.co2 + RATIO_OFFSET)).min(PURE_WATER_RATIO);
     let [low, high] = MOLE_RATIO_RANGE;
     let gas = |j| {
-        let mixture = mixture_gas(j, ratio.clamp(low, high), relative, state.absorbing_pressure());
+        let mixture = mixture_gas(j, ratio.clamp(low, high), state.absorbing_pressure());
         if ratio < low {
-            let pure = CARBON_DIOXIDE.gas(j, relative, state.co2_pressure());
-            interpolate(mixture, pure, (low - ratio) / low)
+            mixture.interpolated(&CARBON_DIOXIDE.gas(j, state.co2_pressure()), (low - ratio) / low)
         } else if ratio > high {
-            let pure = WATER_VAPOUR.gas(j, relative, state.h2o_pressure());
-            interpolate(mixture, pure, (ratio - high) / (PURE_WATER_RATIO - high))
+            let pure = WATER_VAPOUR.gas(j, state.h2o_pressure());
+            mixture.interpolated(&pure, (ratio - high) / (PURE_WATER_RATIO - high))
         } else {
             mixture
         }
     };
-    GreyGasMixture::with_clear_gas((0..4).map(gas).collect(), notes)
+    fit_of((0..4).map(gas).collect(), Vec::new())
 }

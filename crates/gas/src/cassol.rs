@@ -4,19 +4,13 @@
 //! 25 gases, and 50 with soot. The weight of the second gas of soot is one minus that of the first; the published fits of the two weights
 //! sum to one within 0.02 between 400 and 2500 K.
 
-use crate::mixture::{GreyGas, GreyGasMixture};
-use crate::polynomial::{clamp_with_note, polynomial};
+use crate::fit::{FittedGas, FittedSet, GreyGasFit};
 use crate::state::GasState;
 
 const TEMPERATURE_RANGE: [f64; 2] = [400.0, 2500.0];
 
 /// A species with four grey gases.
-struct CassolGas {
-    /// Pressure absorption coefficients, 1/(atm m).
-    pressure_absorption: [f64; 4],
-    /// Coefficients of the weights, by powers of T in K.
-    weights: [[f64; 5]; 4],
-}
+type CassolGas = FittedSet<4, 5>;
 
 const CARBON_DIOXIDE: CassolGas = CassolGas {
     pressure_absorption: [0.138, 1.895, 13.301, 340.811],
@@ -41,28 +35,20 @@ const SOOT_ABSORPTION: [f64; 2] = [22_313.49, 466_624.8];
 /// Coefficients of the weight of the first gas of soot, by powers of T in K.
 const SOOT_WEIGHT: [f64; 5] = [0.95552, -1.431e-3, 9.871e-7, -3.390e-10, 4.555e-14];
 
-impl CassolGas {
-    fn mixture(&self, temperature: f64, pressure: f64) -> GreyGasMixture {
-        let gas = |j: usize| GreyGas {
-            absorption: self.pressure_absorption[j] * pressure,
-            weight: polynomial(&self.weights[j], temperature),
-        };
-        GreyGasMixture::with_clear_gas((0..4).map(gas).collect(), Vec::new())
+pub(crate) fn fit(state: &GasState) -> GreyGasFit {
+    let species = |set: &CassolGas, pressure: f64| {
+        GreyGasFit::with_clear_gas(set.gases(pressure), TEMPERATURE_RANGE, Vec::new())
+    };
+    let carbon_dioxide = species(&CARBON_DIOXIDE, state.co2_pressure());
+    let water_vapour = species(&WATER_VAPOUR, state.h2o_pressure());
+    let gases = carbon_dioxide.superposed(&water_vapour);
+    if state.soot == 0.0 {
+        return gases;
     }
-}
-
-pub(crate) fn evaluate(state: &GasState) -> GreyGasMixture {
-    let mut notes = Vec::new();
-    let t = clamp_with_note(state.temperature, TEMPERATURE_RANGE, "the temperature", " K", &mut notes);
-    let carbon_dioxide = CARBON_DIOXIDE.mixture(t, state.co2_pressure());
-    let water_vapour = WATER_VAPOUR.mixture(t, state.h2o_pressure());
-    let mut mixture = carbon_dioxide.superpose(&water_vapour);
-    if state.soot > 0.0 {
-        let weight = polynomial(&SOOT_WEIGHT, t);
-        let weights = [weight, 1.0 - weight];
-        let gas = |j: usize| GreyGas { absorption: SOOT_ABSORPTION[j] * state.soot, weight: weights[j] };
-        mixture = mixture.superpose(&GreyGasMixture { gases: vec![gas(0), gas(1)], notes: Vec::new() });
-    }
-    mixture.notes = notes;
-    mixture
+    // The second weight is one minus the first.
+    let grey = vec![FittedGas::new(SOOT_ABSORPTION[0] * state.soot, SOOT_WEIGHT.to_vec())];
+    let mut soot = GreyGasFit::with_clear_gas(grey, TEMPERATURE_RANGE, Vec::new());
+    soot.gases.reverse();
+    soot.gases[1].absorption = SOOT_ABSORPTION[1] * state.soot;
+    gases.superposed(&soot)
 }

@@ -2,8 +2,7 @@
 //!
 //! A mixture takes the set whose ratio is nearer in the share y = x_H2O/(x_H2O + x_CO2) of water vapour; other ratios are noted.
 
-use crate::mixture::{GreyGas, GreyGasMixture};
-use crate::polynomial::{clamp_with_note, polynomial};
+use crate::fit::{FittedSet, GreyGasFit};
 use crate::state::GasState;
 
 const TEMPERATURE_RANGE: [f64; 2] = [400.0, 2500.0];
@@ -12,18 +11,9 @@ const SHARE_BETWEEN_SETS: f64 = 7.0 / 12.0;
 /// Relative deviation from the ratio of a set that is noted.
 const RATIO_TOLERANCE: f64 = 0.01;
 
-/// Coefficients of a mole ratio.
-struct DorigonSet {
-    /// Mole ratio.
-    ratio: f64,
-    /// Pressure absorption coefficients, 1/(atm m).
-    pressure_absorption: [f64; 4],
-    /// Coefficients of the weights, by powers of T in K.
-    weights: [[f64; 5]; 4],
-}
+type DorigonSet = FittedSet<4, 5>;
 
 const RATIO_ONE: DorigonSet = DorigonSet {
-    ratio: 1.0,
     pressure_absorption: [0.1873, 1.723, 12.48, 144.9],
     weights: [
         [7.197e-2, 8.724e-4, -9.690e-7, 4.651e-10, -7.917e-14],
@@ -33,7 +23,6 @@ const RATIO_ONE: DorigonSet = DorigonSet {
     ],
 };
 const RATIO_TWO: DorigonSet = DorigonSet {
-    ratio: 2.0,
     pressure_absorption: [0.1921, 1.719, 11.37, 111.0],
     weights: [
         [5.617e-2, 7.844e-4, -8.563e-7, 4.246e-10, -7.440e-14],
@@ -43,21 +32,16 @@ const RATIO_TWO: DorigonSet = DorigonSet {
     ],
 };
 
-pub(crate) fn evaluate(state: &GasState) -> GreyGasMixture {
+pub(crate) fn fit(state: &GasState) -> GreyGasFit {
     let mut notes = Vec::new();
-    let t = clamp_with_note(state.temperature, TEMPERATURE_RANGE, "the temperature", " K", &mut notes);
     let absorbing = state.h2o + state.co2;
-    let set = if state.h2o <= SHARE_BETWEEN_SETS * absorbing { RATIO_ONE } else { RATIO_TWO };
+    let (set, own_ratio) =
+        if state.h2o <= SHARE_BETWEEN_SETS * absorbing { (&RATIO_ONE, 1.0) } else { (&RATIO_TWO, 2.0) };
     let ratio = state.mole_ratio();
-    if absorbing > 0.0 && (ratio / set.ratio - 1.0).abs() > RATIO_TOLERANCE {
+    if absorbing > 0.0 && (ratio / own_ratio - 1.0).abs() > RATIO_TOLERANCE {
         notes.push(format!(
-            "the mole ratio of H2O to CO2 is {ratio:.4}; the model has coefficients for 1 and 2 only, and those for {} are used",
-            set.ratio
+            "the mole ratio of H2O to CO2 is {ratio:.4}; the model has coefficients for 1 and 2 only, and those for {own_ratio} are used"
         ));
     }
-    let gas = |j: usize| GreyGas {
-        absorption: set.pressure_absorption[j] * state.absorbing_pressure(),
-        weight: polynomial(&set.weights[j], t),
-    };
-    GreyGasMixture::with_clear_gas((0..4).map(gas).collect(), notes)
+    GreyGasFit::with_clear_gas(set.gases(state.absorbing_pressure()), TEMPERATURE_RANGE, notes)
 }

@@ -1,8 +1,8 @@
 //! Kangwanpongpan, França, Corrêa da Silva, Schneider and Krautz 2012 for oxy-fuel combustion: four grey gases, 400 to 2500 K, mole ratios
 //! 0.125 to 4. Coefficients of weights and absorption are quadratic in the mole ratio; weights have degree 5 in T/2000 K.
 
-use crate::mixture::{GreyGas, GreyGasMixture};
-use crate::polynomial::{clamp_with_note, polynomial};
+use crate::fit::{FittedGas, GreyGasFit};
+use crate::polynomial::{clamp_with_note, in_units, polynomial};
 use crate::state::GasState;
 
 const TEMPERATURE_RANGE: [f64; 2] = [400.0, 2500.0];
@@ -42,14 +42,15 @@ const WEIGHTS: [[[f64; 6]; 3]; 4] = [
     ],
 ];
 
-pub(crate) fn evaluate(state: &GasState) -> GreyGasMixture {
+pub(crate) fn fit(state: &GasState) -> GreyGasFit {
     let mut notes = Vec::new();
-    let t = clamp_with_note(state.temperature, TEMPERATURE_RANGE, "the temperature", " K", &mut notes);
     let ratio =
         clamp_with_note(state.mole_ratio(), MOLE_RATIO_RANGE, "the mole ratio of H2O to CO2", "", &mut notes);
-    let gas = |j: usize| GreyGas {
-        absorption: polynomial(&PRESSURE_ABSORPTION[j], ratio) * state.absorbing_pressure(),
-        weight: polynomial(&WEIGHTS[j].map(|c| polynomial(&c, t / REFERENCE_TEMPERATURE)), ratio),
+    let gas = |j: usize| {
+        let power = |i: usize| polynomial(&WEIGHTS[j].map(|c| c[i]), ratio);
+        let weight: Vec<f64> = (0..WEIGHTS[j][0].len()).map(power).collect();
+        let absorption = polynomial(&PRESSURE_ABSORPTION[j], ratio) * state.absorbing_pressure();
+        FittedGas::new(absorption, in_units(&weight, REFERENCE_TEMPERATURE))
     };
-    GreyGasMixture::with_clear_gas((0..4).map(gas).collect(), notes)
+    GreyGasFit::with_clear_gas((0..4).map(gas).collect(), TEMPERATURE_RANGE, notes)
 }

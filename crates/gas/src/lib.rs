@@ -33,6 +33,7 @@
 //! |---|---|
 //! | `model` | [`GasModel`]: names, sources, evaluation |
 //! | `state` | [`GasState`] and its limits |
+//! | `fit` | [`GreyGasFit`]: the grey gases of a composition as functions of the temperature |
 //! | `mixture` | [`GreyGasMixture`]: absorption coefficients and weights, emissivity |
 //! | `polynomial` | polynomials of the temperature and of the mole ratio |
 //! | `smith`, `kangwanpongpan`, `dorigon`, `bordbar`, `cassol` | coefficients |
@@ -40,6 +41,7 @@
 mod bordbar;
 mod cassol;
 mod dorigon;
+mod fit;
 mod kangwanpongpan;
 mod mixture;
 mod model;
@@ -47,6 +49,7 @@ mod polynomial;
 mod smith;
 mod state;
 
+pub use fit::{FittedGas, GreyGasFit};
 pub use mixture::{GreyGas, GreyGasMixture};
 pub use model::GasModel;
 pub use state::{GasState, GasStateError};

@@ -19,26 +19,6 @@ pub struct GreyGasMixture {
 }
 
 impl GreyGasMixture {
-    /// Adds the clear gas, whose weight is one minus the sum of the others.
-    pub(crate) fn with_clear_gas(grey: Vec<GreyGas>, notes: Vec<String>) -> GreyGasMixture {
-        let weight = 1.0 - grey.iter().map(|g| g.weight).sum::<f64>();
-        let mut gases = vec![GreyGas { absorption: 0.0, weight }];
-        gases.extend(grey);
-        GreyGasMixture { gases, notes }
-    }
-    /// All combinations of the gases of two mixtures: coefficients add, weights multiply.
-    pub(crate) fn superpose(&self, other: &GreyGasMixture) -> GreyGasMixture {
-        let combine = |a: &GreyGas, b: &GreyGas| GreyGas {
-            absorption: a.absorption + b.absorption,
-            weight: a.weight * b.weight,
-        };
-        let gases = self.gases.iter().flat_map(|a| other.gases.iter().map(move |b| combine(a, b))).collect();
-        GreyGasMixture { gases, notes: [&self.notes[..], &other.notes].concat() }
-    }
-    /// Adds a grey absorption coefficient, 1/m, to every gas.
-    pub(crate) fn add_grey(&mut self, absorption: f64) {
-        self.gases.iter_mut().for_each(|g| g.absorption += absorption);
-    }
     /// Total emissivity of a uniform path of this length, m: Σ a_j (1 − e^{−κ_j L}).
     ///
     /// ```

@@ -1,7 +1,8 @@
 //! Gas models: names, sources, evaluation.
 
-use crate::mixture::{GreyGas, GreyGasMixture};
-use crate::state::{GasState, GasStateError};
+use crate::fit::{FittedGas, GreyGasFit};
+use crate::mixture::GreyGasMixture;
+use crate::state::{GasState, GasStateError, TEMPERATURES};
 use crate::{bordbar, cassol, dorigon, kangwanpongpan, smith};
 
 /// Absorption coefficient of soot divided by volume fraction and temperature, 1/(m K): 36π n k/((n² − k² + 2)² + 4 n² k²) · 3.72/(0.014388 m K)
@@ -98,35 +99,45 @@ impl GasModel {
             GasModel::GreySoot => "copied from one public implementation",
         }
     }
+    /// Number of grey gases with the clear one, for a composition with soot or without.
+    pub fn gas_count(self, has_soot: bool) -> usize {
+        match self {
+            GasModel::Smith1982 => 4,
+            GasModel::Kangwanpongpan2012
+            | GasModel::Dorigon2013
+            | GasModel::Bordbar2014
+            | GasModel::Bordbar2020 => 5,
+            GasModel::Cassol2014 if has_soot => 50,
+            GasModel::Cassol2014 => 25,
+            GasModel::GreySoot => 1,
+        }
+    }
+    /// The grey gases of a composition as functions of the temperature; that of the state is not used.
+    ///
+    /// # Errors
+    /// If a property of the state is out of its physical range. Compositions outside the range of the model's fit add notes.
+    pub fn fit(self, state: &GasState) -> Result<GreyGasFit, GasStateError> {
+        state.check()?;
+        let mut fit = match self {
+            GasModel::Smith1982 => smith::fit(state),
+            GasModel::Kangwanpongpan2012 => kangwanpongpan::fit(state),
+            GasModel::Dorigon2013 => dorigon::fit(state),
+            GasModel::Bordbar2014 => bordbar::fit_2014(state),
+            GasModel::Bordbar2020 => bordbar::fit_2020(state),
+            GasModel::Cassol2014 => return Ok(cassol::fit(state)),
+            GasModel::GreySoot => {
+                let gases = vec![FittedGas::new(0.0, vec![1.0])];
+                GreyGasFit { gases, temperature_range: TEMPERATURES, notes: Vec::new() }
+            }
+        };
+        fit.add_soot(SOOT_ABSORPTION * state.soot);
+        Ok(fit)
+    }
     /// Evaluates the model at a state.
     ///
     /// # Errors
     /// If a property of the state is out of its physical range. States outside the range of the model's fit add notes.
     pub fn evaluate(self, state: &GasState) -> Result<GreyGasMixture, GasStateError> {
-        state.check()?;
-        let soot = SOOT_ABSORPTION * state.soot * state.temperature;
-        let mut mixture = match self {
-            GasModel::Smith1982 => smith::evaluate(state),
-            GasModel::Kangwanpongpan2012 => kangwanpongpan::evaluate(state),
-            GasModel::Dorigon2013 => dorigon::evaluate(state),
-            GasModel::Bordbar2014 => bordbar::evaluate_2014(state),
-            GasModel::Bordbar2020 => bordbar::evaluate_2020(state),
-            GasModel::Cassol2014 => return Ok(with_notes_on_weights(cassol::evaluate(state))),
-            GasModel::GreySoot => {
-                let gases = vec![GreyGas { absorption: 0.0, weight: 1.0 }];
-                GreyGasMixture { gases, notes: Vec::new() }
-            }
-        };
-        mixture.add_grey(soot);
-        Ok(with_notes_on_weights(mixture))
+        Ok(self.fit(state)?.at(state.temperature))
     }
-}
-
-/// Adds a note for negative weights, which a fit may have near the ends of its range.
-fn with_notes_on_weights(mut mixture: GreyGasMixture) -> GreyGasMixture {
-    let lowest = mixture.gases.iter().fold(0.0f64, |m, g| m.min(g.weight));
-    if lowest < 0.0 {
-        mixture.notes.push(format!("the fit has a negative weight at this state: {lowest:.2e}"));
-    }
-    mixture
 }

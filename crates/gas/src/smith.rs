@@ -4,20 +4,13 @@
 //! 1 atm. Between them coefficients are linear in the share y = x_H2O/(x_H2O + x_CO2) of water vapour, and those of water vapour alone are
 //! linear in its partial pressure: a choice of this program, which the paper leaves open.
 
-use crate::mixture::{GreyGas, GreyGasMixture};
-use crate::polynomial::{clamp_with_note, polynomial};
+use crate::fit::{FittedSet, GreyGasFit};
 use crate::state::GasState;
 
 /// Temperatures of the fit, K.
 const TEMPERATURE_RANGE: [f64; 2] = [600.0, 2400.0];
 
-/// Coefficients of a mixture.
-struct SmithSet {
-    /// Pressure absorption coefficients, 1/(atm m).
-    pressure_absorption: [f64; 3],
-    /// Coefficients of the weights, by powers of T in K.
-    weights: [[f64; 4]; 3],
-}
+type SmithSet = FittedSet<3, 4>;
 
 const CARBON_DIOXIDE: SmithSet = SmithSet {
     pressure_absorption: [0.3966, 15.64, 394.3],
@@ -60,41 +53,22 @@ const WATER_VAPOUR_AT_ONE_ATMOSPHERE: SmithSet = SmithSet {
     ],
 };
 
-impl SmithSet {
-    /// Pressure absorption coefficient and weight of a gas at a temperature, K.
-    fn gas(&self, j: usize, temperature: f64) -> [f64; 2] {
-        [self.pressure_absorption[j], polynomial(&self.weights[j], temperature)]
-    }
-}
-
-fn interpolate(a: [f64; 2], b: [f64; 2], t: f64) -> [f64; 2] {
-    [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]
-}
-
-pub(crate) fn evaluate(state: &GasState) -> GreyGasMixture {
-    let mut notes = Vec::new();
-    let t = clamp_with_note(state.temperature, TEMPERATURE_RANGE, "the temperature", " K", &mut notes);
+pub(crate) fn fit(state: &GasState) -> GreyGasFit {
     let absorbing = state.h2o + state.co2;
     let share = if absorbing > 0.0 { state.h2o / absorbing } else { 0.0 };
+    let pressure = state.absorbing_pressure();
+    let (one_half, two_thirds) = (0.5, 2.0 / 3.0);
     let gas = |j: usize| {
-        let water = interpolate(
-            DILUTE_WATER_VAPOUR.gas(j, t),
-            WATER_VAPOUR_AT_ONE_ATMOSPHERE.gas(j, t),
-            state.h2o_pressure().min(1.0),
-        );
-        let (one_half, two_thirds) = (0.5, 2.0 / 3.0);
-        let [k, weight] = if share <= one_half {
-            interpolate(CARBON_DIOXIDE.gas(j, t), RATIO_ONE.gas(j, t), share / one_half)
+        let of = |set: &SmithSet| set.gas(j, pressure);
+        let water = of(&DILUTE_WATER_VAPOUR)
+            .interpolated(&of(&WATER_VAPOUR_AT_ONE_ATMOSPHERE), state.h2o_pressure().min(1.0));
+        if share <= one_half {
+            of(&CARBON_DIOXIDE).interpolated(&of(&RATIO_ONE), share / one_half)
         } else if share <= two_thirds {
-            interpolate(
-                RATIO_ONE.gas(j, t),
-                RATIO_TWO.gas(j, t),
-                (share - one_half) / (two_thirds - one_half),
-            )
+            of(&RATIO_ONE).interpolated(&of(&RATIO_TWO), (share - one_half) / (two_thirds - one_half))
         } else {
-            interpolate(RATIO_TWO.gas(j, t), water, (share - two_thirds) / (1.0 - two_thirds))
-        };
-        GreyGas { absorption: k * state.absorbing_pressure(), weight }
+            of(&RATIO_TWO).interpolated(&water, (share - two_thirds) / (1.0 - two_thirds))
+        }
     };
-    GreyGasMixture::with_clear_gas((0..3).map(gas).collect(), notes)
+    GreyGasFit::with_clear_gas((0..3).map(gas).collect(), TEMPERATURE_RANGE, Vec::new())
 }

@@ -5,7 +5,7 @@ use std::fmt;
 /// Standard atmosphere, Pa.
 pub(crate) const ATMOSPHERE: f64 = 101_325.0;
 /// Temperatures that are accepted, K.
-const TEMPERATURES: [f64; 2] = [1.0, 1e5];
+pub(crate) const TEMPERATURES: [f64; 2] = [1.0, 1e5];
 /// Largest pressure, Pa.
 const MAX_PRESSURE: f64 = 1e9;
 /// Rounding allowed in the sum of the mole fractions.

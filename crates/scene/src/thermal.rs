@@ -11,10 +11,11 @@
 //! equilibrium. In grey scenes the three bands are equal: each holds the whole emission, and their sum has no meaning.
 
 use crate::band::{Band, PerBand};
-use crate::band_set::BANDS_PER_TRIPLE;
+use crate::band_set::{BANDS_PER_TRIPLE, BandSet};
 use crate::bands::Bands;
 use crate::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
 use crate::scene_error::{SceneError, invalid};
+use std::sync::Arc;
 
 /// The Stefan–Boltzmann constant σ, W/(m² K⁴) (CODATA 2018).
 pub const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
@@ -106,7 +107,16 @@ pub enum BandFractions {
         range: [f64; 2],
         /// True if the sum may be below 1: the remaining emission is not part of the exchange.
         allow_partial: bool,
+        /// Polynomials of all bands of the scene, if some are negative within the range, as fits may be near its ends. The fractions are then the
+        /// positive values over their sum.
+        all_bands: Option<Arc<[Vec<f64>]>>,
     },
+}
+
+/// Value and derivative of a polynomial, coefficients ascending.
+fn value_and_slope(c: &[f64], t: f64) -> [f64; 2] {
+    let slope = (1..c.len()).rev().fold(0.0, |s, k| s * t + k as f64 * c[k]);
+    [c.iter().rev().fold(0.0, |s, c| s * t + c), slope]
 }
 
 impl BandFractions {
@@ -124,6 +134,40 @@ impl BandFractions {
             coefficients: fractions.map_to(|s| vec![s]),
             range: [1.0, 1.0],
             allow_partial: false,
+            all_bands: None,
+        }
+    }
+    /// The fractions of one triple out of polynomials of all bands of a scene in the temperature (K), coefficients ascending, constant outside a
+    /// range. Where some are negative, the positive ones over their sum take their place.
+    ///
+    /// ```
+    /// use zonal_scene::{BandFractions, BandSet};
+    /// let bands = BandSet::numbered(4)?;
+    /// let weights = [vec![0.6, -1e-4], vec![0.4, 1e-4], vec![0.1, -1e-4], vec![-0.1, 1e-4]];
+    /// let last = BandFractions::of_polynomials(&bands, 1, &weights, [500.0, 2000.0]);
+    /// assert_eq!(last.grey_gas_weights(500.0).sum(), 0.0);
+    /// assert!((last.grey_gas_weights(2000.0).sum() - 0.1 / 1.1).abs() < 1e-15);
+    /// # Ok::<(), zonal_scene::SceneError>(())
+    /// ```
+    pub fn of_polynomials(
+        bands: &BandSet,
+        triple: usize,
+        polynomials: &[Vec<f64>],
+        range: [f64; 2],
+    ) -> BandFractions {
+        let window = bands.window(triple);
+        // What fills up the last triple emits nothing.
+        let own = |b: Band| {
+            let band = window.clone().nth(b.index());
+            band.and_then(|k| polynomials.get(k).cloned()).unwrap_or_else(|| vec![0.0])
+        };
+        let is_negative = |p: &Vec<f64>| check_temperatures(range).any(|t| value_and_slope(p, t)[0] < 0.0);
+        let all_bands = polynomials.iter().any(is_negative).then(|| polynomials.into());
+        BandFractions::GreyGases {
+            coefficients: PerBand::from_fn(own),
+            range,
+            allow_partial: false,
+            all_bands,
         }
     }
     /// True if the three bands are equal.
@@ -139,17 +183,23 @@ impl BandFractions {
     }
     /// a_b and da_b/dT (1/K) at `t` kelvin.
     fn fractions_and_slopes(&self, t: f64) -> [Bands; 2] {
-        let BandFractions::GreyGases { coefficients, range, .. } = self else {
+        let BandFractions::GreyGases { coefficients, range, all_bands, .. } = self else {
             return [Bands::ONE, Bands::ZERO];
         };
         let inside = t > range[0] && t < range[1];
         let t = t.clamp(range[0], range[1]);
-        let value = |b: Band| coefficients[b].iter().rev().fold(0.0, |s, c| s * t + c);
-        let slope = |b: Band| {
-            let c = &coefficients[b];
-            (1..c.len()).rev().fold(0.0, |s, k| s * t + k as f64 * c[k])
-        };
-        [Bands::from_fn(value), if inside { Bands::from_fn(slope) } else { Bands::ZERO }]
+        let own = |b: Band| value_and_slope(&coefficients[b], t);
+        let [mut value, mut slope] = [Bands::from_fn(|b| own(b)[0]), Bands::from_fn(|b| own(b)[1])];
+        if let Some(all) = all_bands {
+            let positive = all.iter().map(|c| value_and_slope(c, t)).filter(|x| x[0] > 0.0);
+            let [sum, sum_slope] = positive.fold([0.0; 2], |s, x| [s[0] + x[0], s[1] + x[1]]);
+            slope = Bands::from_fn(|b| match value[b] > 0.0 {
+                true => (slope[b] - value[b] * sum_slope / sum) / sum,
+                false => 0.0,
+            });
+            value = value.map(|a| a.max(0.0) / sum);
+        }
+        [value, if inside { slope } else { Bands::ZERO }]
     }
     /// The fraction of each band at `t` kelvin.
     pub fn grey_gas_weights(&self, t: f64) -> Bands {
@@ -319,6 +369,7 @@ mod tests {
             ]),
             range: [600.0, 2400.0],
             allow_partial: true,
+            all_bands: None,
         };
         assert!(smith.check().is_ok());
         let at = |t: f64| smith.grey_gas_weights(t);

@@ -23,6 +23,7 @@ use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::report::{diagnostics, summary};
 use crate::settings::{SolveSettings, check_interrupted};
 use crate::solution_fields;
+use crate::spectral::basis::BasisOrder;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::{self, SurroundingsExchange};
 use crate::thermal::newton::TripleEngine;
@@ -273,6 +274,9 @@ fn solve_together(
         prepared.push(preparation);
         exterior.push(outside);
     }
+    if triples.len() > 1 {
+        unify_bases(&mut prepared);
+    }
     let contexts: Vec<SolveContext> =
         (0..triples.len()).map(|t| context_of(&triples[t], &prepared[t], own_settings(t))).collect();
     let mut built = Vec::new();
@@ -313,6 +317,18 @@ fn solve_together(
         })
         .collect();
     finish(&contexts, built, &exterior, &prepared, columns)
+}
+
+/// Gives all triples of bands the basis inside the zones that one of them needs, if all have a choice of it: temperatures couple their slopes.
+fn unify_bases(prepared: &mut [Preparation]) {
+    let order = |p: &Preparation| p.choice.enclosure.as_ref().map(|e| e.1);
+    let common = match prepared.iter().all(|p| order(p).is_some()) {
+        true if prepared.iter().any(|p| order(p) == Some(BasisOrder::Linear)) => BasisOrder::Linear,
+        _ => BasisOrder::Constant,
+    };
+    for enclosure in prepared.iter_mut().filter_map(|p| p.choice.enclosure.as_mut()) {
+        enclosure.1 = common;
+    }
 }
 
 /// The context of a triple before its direct light is complete.

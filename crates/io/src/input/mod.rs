@@ -123,11 +123,11 @@ fn parse_named(text: &str, context: ReadContext<'_>, file: &str, name: &str) -> 
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let source = SourceText::new(file, text);
     let document = source.parse()?;
-    let bands = scene::bands::read_bands(&TomlTable::root(&source, document.get_ref()))?;
+    let (bands, gas) = scene::bands::read_bands(&TomlTable::root(&source, document.get_ref()))?;
     // Each triple of bands is read as a scene of its own.
     let read_triple = |triple: usize| {
         let source = source.with_triple(bands.clone(), triple);
-        scene::read_document(TomlTable::root(&source, document.get_ref()), context, name)
+        scene::read_document(TomlTable::root(&source, document.get_ref()), context, gas, name)
     };
     let triples = (0..bands.triples()).map(read_triple).collect::<Result<Vec<_>, _>>()?;
     Scene::from_triples(triples).map_err(|e| source.scene_error(&e))

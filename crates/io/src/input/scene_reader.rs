@@ -3,6 +3,7 @@
 use super::error::{FileFault, InputError};
 use super::images;
 use super::mesh::model::ImageSource;
+use super::scene::gas::SceneGas;
 use super::scene::medium_properties::MediumProperties;
 use super::scene::surface_properties::SurfaceProperties;
 use super::scene::thermal::SceneMode;
@@ -37,6 +38,8 @@ pub(crate) struct SceneReader<'a> {
     pub(crate) parts: SceneParts,
     /// True if the scene has a medium.
     pub(crate) has_medium: bool,
+    /// The gas model of the medium.
+    pub(crate) gas: Option<SceneGas>,
     /// Bodies of meshes that fill the medium, after its regions.
     pub(crate) interior_fills: Vec<InteriorFill>,
     texture_of_image: HashMap<String, usize>,
@@ -49,6 +52,7 @@ impl<'a> SceneReader<'a> {
             context,
             parts: SceneParts::default(),
             has_medium: false,
+            gas: None,
             interior_fills: Vec::new(),
             texture_of_image: HashMap::new(),
         }

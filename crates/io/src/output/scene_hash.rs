@@ -62,10 +62,24 @@ impl WordHasher {
 /// The hash of all that a solution depends on: 64 hexadecimal digits.
 pub fn scene_hash(scene: &Scene) -> String {
     let mut h = WordHasher::new();
-    hash_surfaces(&mut h, scene);
-    hash_media(&mut h, scene);
-    hash_lights(&mut h, scene);
-    hash_thermal(&mut h, scene);
+    scene.triples().for_each(|triple| hash_triple(&mut h, triple));
+    hash_bands(&mut h, scene);
+    h.finish()
+}
+
+/// Hashes the number of bands, if it is not three.
+fn hash_bands(h: &mut WordHasher, scene: &Scene) {
+    if !scene.bands().is_rgb() {
+        h.int(scene.bands().count());
+    }
+}
+
+/// Hashes one triple of the bands.
+fn hash_triple(h: &mut WordHasher, scene: &Scene) {
+    hash_surfaces(h, scene);
+    hash_media(h, scene);
+    hash_lights(h, scene);
+    hash_thermal(h, scene);
     let o = scene.options();
     h.reals(&[o.tolerance, o.residual]);
     h.length(o.patch_size);
@@ -77,13 +91,19 @@ pub fn scene_hash(scene: &Scene) -> String {
     h.int(o.light_grouping as usize);
     h.int(o.zone_basis as usize);
     h.option(o.discretization_error.map(usize::from));
-    h.finish()
 }
 
 /// The hash of all that the exchange factors and the direct light of a scene depend on: without reflectances, albedos, the emission of
 /// zones that are no direct lights, and the settings of the iteration. 64 hexadecimal digits.
 pub fn factors_hash(scene: &Scene) -> String {
     let mut h = WordHasher::new();
+    scene.triples().for_each(|triple| hash_factors(&mut h, triple));
+    hash_bands(&mut h, scene);
+    h.finish()
+}
+
+/// Hashes what the exchange factors and the direct light of one triple of the bands depend on.
+fn hash_factors(h: &mut WordHasher, scene: &Scene) {
     let shining = scene.surroundings().has_radiance();
     let mut parts = scene.clone().into_parts();
     for (s, surface) in parts.surfaces.iter_mut().enumerate() {
@@ -102,9 +122,9 @@ pub fn factors_hash(scene: &Scene) -> String {
     parts.surroundings.radiance = Bands::ZERO;
     // These changes keep a valid scene valid.
     let bare = Scene::new(parts).unwrap_or_else(|_| scene.clone());
-    hash_surfaces(&mut h, &bare);
-    hash_media(&mut h, &bare);
-    hash_lights(&mut h, &bare);
+    hash_surfaces(h, &bare);
+    hash_media(h, &bare);
+    hash_lights(h, &bare);
     let o = scene.options();
     h.real(o.tolerance);
     h.length(o.patch_size);
@@ -117,7 +137,6 @@ pub fn factors_hash(scene: &Scene) -> String {
     ]
     .into_iter()
     .for_each(|n| h.int(n));
-    h.finish()
 }
 
 /// Hashes the conditions of thermal mode, if the scene has them.
@@ -132,13 +151,17 @@ fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
         h.int(kind);
         h.real(x);
     };
-    if let BandFractions::GreyGases { coefficients, range, allow_partial } = &t.band_fractions {
+    for fractions in t.all_fractions() {
+        let BandFractions::GreyGases { coefficients, range, allow_partial, .. } = fractions else { continue };
         h.reals(range);
         h.int(*allow_partial as usize);
         for c in coefficients {
             h.int(c.len());
             h.reals(c);
         }
+    }
+    if let Some(own) = &t.cell_fractions {
+        own.kind_of_cell.iter().for_each(|k| h.int(*k as usize));
     }
     t.surfaces.iter().chain(&t.panes).for_each(|k| known(h, *k));
     h.length(t.surroundings);

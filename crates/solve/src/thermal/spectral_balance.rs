@@ -150,6 +150,7 @@ mod tests {
             coefficients: PerBand::from_rgb([vec![0.2, 1e-4], vec![0.7, -1.5e-4], vec![0.1, 0.5e-4]]),
             range: [300.0, 3000.0],
             allow_partial: false,
+            all_bands: None,
         };
         let mirror = Mesh::room([0.0; 3], [1.0; 3]).emissivity([0.0; 3]).heat_flux(0.0);
         let wall = Mesh::cuboid([0.2; 3], [0.4; 3]).emissivity([0.9, 0.3, 0.5]).heat_flux(0.0);

@@ -191,6 +191,7 @@ pub(crate) fn gas() -> BandFractions {
     let mut rest: Vec<f64> = a.iter().zip(&b).map(|(a, b)| -a - b).collect();
     rest[0] += 1.0;
     BandFractions::GreyGases {
+        all_bands: None,
         coefficients: PerBand::from_rgb([a, b, rest]),
         range: [600.0, 2400.0],
         allow_partial: false,

@@ -233,6 +233,7 @@ impl MaterialPart<'_, '_> {
                 emission: Some(emission),
                 source: None,
                 condition: self.pane_override().condition,
+                gas: Default::default(),
             },
         });
         Ok(())

@@ -1,17 +1,38 @@
 //! `bands`: the number of bands, or their wavelengths.
 
+use super::gas::{SceneGas, find_gas};
 use crate::input::error::InputError;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_scene::{BandSet, MAX_BANDS};
 
-/// The bands of a document: red, green and blue if the key is missing.
-pub(crate) fn read_bands(root: &TomlTable<'_>) -> Result<BandSet, InputError> {
-    let Some(node) = root.get("bands") else { return Ok(BandSet::default()) };
-    let set = match node.is_list() {
-        true => BandSet::by_wavelength(read_wavelengths(&node)?),
-        false => BandSet::numbered(node.count()?),
+/// The bands of a document, and its gas model. Without the key they are the grey gases of the model, or red, green and blue.
+pub(crate) fn read_bands(root: &TomlTable<'_>) -> Result<(BandSet, Option<SceneGas>), InputError> {
+    let gas = find_gas(root)?;
+    let set = match (root.get("bands"), gas) {
+        (None, None) => BandSet::default(),
+        (None, Some(gas)) => {
+            BandSet::numbered(gas.bands()).map_err(|e| root.error(e.message().to_string()))?
+        }
+        (Some(node), None) => {
+            let set = match node.is_list() {
+                true => BandSet::by_wavelength(read_wavelengths(&node)?),
+                false => BandSet::numbered(node.count()?),
+            };
+            set.map_err(|e| node.error(e.message().to_string()))?
+        }
+        (Some(node), Some(gas)) => {
+            let (name, count) = (gas.model.name(), gas.bands());
+            match node.is_list() || node.count()? != count {
+                true => {
+                    return Err(node.error(format!(
+                        "{name} has {count} grey gases, which are the bands; remove this key"
+                    )));
+                }
+                false => BandSet::numbered(count).map_err(|e| node.error(e.message().to_string()))?,
+            }
+        }
     };
-    set.map_err(|e| node.error(e.message().to_string()))
+    Ok((set, gas))
 }
 
 /// Limits of each band, nm.

@@ -1,5 +1,6 @@
 //! `[medium]`: the voxel grid, its background, its regions, and the bodies of meshes that fill it.
 
+use super::gas::{apply_gas, no_gas};
 use super::medium_properties::MediumProperties;
 use super::voxel_grid::{NO_CONDITION, VoxelGridBuilder};
 use super::{interior, region, shapes, voxel_arrays};
@@ -22,12 +23,17 @@ pub(super) fn read_medium(
     // Fill the background.
     let background = MediumProperties::read(&t, reader.mode())?;
     let regions = t.list("region")?;
-    if background.extinction.is_none() && regions.is_empty() && reader.interior_fills.is_empty() {
+    if let Some(composition) = reader.gas.map(|_| no_gas()) {
+        let own = [0, 1, 2, 3].map(|k| background.gas[k].unwrap_or(composition[k]));
+        builder.gas = vec![own; builder.grid.len()];
+    }
+    let is_empty = background.extinction.is_none() && builder.gas.is_empty();
+    if is_empty && regions.is_empty() && reader.interior_fills.is_empty() {
         let message = "nothing fills the medium; write extinction = 0.1 (1/m) or add a [[medium.region]]";
         return Err(node.error(message));
     }
     let or_zero = |x: Option<Bands>| x.unwrap_or_default();
-    let MediumProperties { extinction, albedo, emission, source, condition } = background;
+    let MediumProperties { extinction, albedo, emission, source, condition, .. } = background;
     builder.grid.fill(or_zero(extinction), or_zero(albedo), or_zero(emission), or_zero(source));
     let is_thermal = reader.mode() == SceneMode::Thermal;
     if is_thermal {
@@ -40,6 +46,9 @@ pub(super) fn read_medium(
     }
     for fill in std::mem::take(&mut reader.interior_fills) {
         interior::fill_interior(&mut builder, &fill.plates, &fill.properties);
+    }
+    if let Some(gas) = reader.gas {
+        apply_gas(&mut builder, gas, reader)?;
     }
     if is_thermal {
         set_missing_conditions(&mut builder.grid).map_err(|e| reader.source.scene_error(&e))?;
@@ -63,7 +72,7 @@ fn read_grid(
     let size = max - min;
     let cell = vec3(size.x / dims[0] as f64, size.y / dims[1] as f64, size.z / dims[2] as f64);
     let voxel_grid = VoxelGrid::new(min, cell, dims).map_err(|e| reader.source.scene_error(&e))?;
-    Ok(VoxelGridBuilder { min, cell, dims, grid: voxel_grid })
+    Ok(VoxelGridBuilder { min, cell, dims, grid: voxel_grid, gas: Vec::new() })
 }
 
 /// Refuses voxels that absorb without a thermal condition; sets the others to radiative equilibrium.

@@ -9,12 +9,14 @@
 //! | `pane` | `[[pane]]` |
 //! | `shapes` | inline geometry |
 //! | `medium`, `region`, `density`, `voxel_arrays` | `[medium]` and its regions |
+//! | `gas` | gas models by name |
 //! | `voxel_grid`, `medium_properties`, `voxel_field`, `interior` | voxels while they are filled |
 //! | `lights`, `camera` | `[[light]]`, `[[camera]]` |
 
 pub(crate) mod bands;
 pub(crate) mod camera;
 mod density;
+pub(crate) mod gas;
 mod interior;
 mod lights;
 mod medium;
@@ -36,6 +38,7 @@ use super::notes::merge_notes;
 use super::scene_reader::{ReadContext, SceneReader};
 use super::toml::key_tables::{BOUNDARY, ROOT, SURROUNDINGS};
 use super::toml::node::{TomlNode, TomlTable};
+use gas::SceneGas;
 use thermal::SceneMode;
 use zonal_scene::PatchRule;
 use zonal_scene::{Scene, Surroundings};
@@ -44,6 +47,7 @@ use zonal_scene::{Scene, Surroundings};
 pub(crate) fn read_document(
     mut root: TomlTable<'_>,
     context: ReadContext<'_>,
+    gas: Option<SceneGas>,
     default_name: &str,
 ) -> Result<Scene, InputError> {
     root.check(ROOT)?;
@@ -52,6 +56,15 @@ pub(crate) fn read_document(
     (reader.parts.bands, reader.parts.triple) = (root.source.bands().clone(), root.source.triple());
     // Read the mode and the settings.
     reader.parts.thermal = thermal::read_mode(&root)?;
+    reader.gas = gas;
+    if let (Some(_), Some(node)) = (gas, root.get("thermal")) {
+        return Err(node.error("the gas model gives the band fractions; remove this table or the gas"));
+    }
+    if gas.is_some() && reader.parts.thermal.is_none() {
+        return Err(
+            root.error("a gas belongs to thermal mode; write mode = \"thermal\" at the top of the file")
+        );
+    }
     if let Some(t) = &reader.parts.thermal
         && reader.parts.bands.triples() == 1
     {

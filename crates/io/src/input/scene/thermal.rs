@@ -182,6 +182,7 @@ fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError>
                 coefficients: PerBand::from_fn(of_band),
                 range: [1.0, 1.0],
                 allow_partial,
+                all_bands: None,
             })
         }
         (None, Some(n)) => {
@@ -191,7 +192,8 @@ fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError>
                 return Err(t.error("range has two temperatures; write range = [600, 2400]"));
             };
             let range = [read_kelvin(low.clone())?, read_kelvin(high.clone())?];
-            Ok(BandFractions::GreyGases { coefficients: read_polynomials(&n)?, range, allow_partial })
+            let coefficients = read_polynomials(&n)?;
+            Ok(BandFractions::GreyGases { coefficients, range, allow_partial, all_bands: None })
         }
         (Some(_), Some(n)) => Err(n.error("band_fractions and weights are both given; keep one of them")),
         (None, None) if t.get("range").is_none() && !allow_partial => Ok(BandFractions::Grey),

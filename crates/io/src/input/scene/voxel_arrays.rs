@@ -4,6 +4,7 @@
 //! or the medium.
 
 use super::density;
+use super::gas::{GAS_QUANTITIES, GasValues};
 use super::medium_properties::MediumProperties;
 use super::voxel_field::VoxelField;
 use super::voxel_grid::VoxelGridBuilder;
@@ -18,7 +19,7 @@ const ARRAY_KEYS: [&str; 4] = ["albedo", "emission", "temperature", "heat_source
 
 /// True if some key of the table is an array.
 pub(super) fn has_arrays(t: &TomlTable<'_>) -> bool {
-    ARRAY_KEYS.iter().any(|k| t.get(k).is_some_and(|n| n.is_table()))
+    ARRAY_KEYS.iter().any(|k| t.get(k).is_some_and(|n| n.is_table())) || t.get("gas").is_some()
 }
 
 /// Fills in the arrays of a table; `bounds` is the box of arrays without one.
@@ -49,6 +50,37 @@ pub(super) fn read_arrays(
             properties: &properties,
             default_bounds: Some(bounds),
             noun: if key == "heat_source" { "heat source" } else { key },
+        };
+        if density::read_density(&node, grid, &field, reader)? == 0 {
+            return Err(
+                node.error("this array fills no cell of the medium; move it inside, or use smaller cells")
+            );
+        }
+    }
+    let Some(gas) = t.get("gas") else { return Ok(()) };
+    read_gas_arrays(&gas.any_table()?, grid, bounds, reader)
+}
+
+/// Fills in the quantities of a gas that are arrays.
+fn read_gas_arrays(
+    t: &TomlTable<'_>,
+    grid: &mut VoxelGridBuilder,
+    bounds: (Vec3, Vec3),
+    reader: &mut SceneReader<'_>,
+) -> Result<(), InputError> {
+    for (k, key) in GAS_QUANTITIES.into_iter().enumerate() {
+        let Some(node) = t.get(key).filter(|n| n.is_table()) else { continue };
+        let properties = |v: Bands| {
+            let mut gas = GasValues::default();
+            gas[k] = Some(v.first());
+            MediumProperties { gas, ..MediumProperties::default() }
+        };
+        let field = VoxelField {
+            averaged: |x| x,
+            scale_exponent: 1,
+            properties: &properties,
+            default_bounds: Some(bounds),
+            noun: key,
         };
         if density::read_density(&node, grid, &field, reader)? == 0 {
             return Err(

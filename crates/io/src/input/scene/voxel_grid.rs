@@ -3,6 +3,7 @@
 //! A voxel that is filled in part gets volume means that conserve power: of the extinction κ, of the scattering coefficient κΩ, of the
 //! emitted power κ_a E with κ_a = κ(1 − Ω), of the source, and of κ_a T⁴.
 
+use super::gas::Composition;
 use super::medium_properties::MediumProperties;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, ThermalCondition, VoxelGrid};
@@ -89,13 +90,24 @@ pub(crate) struct VoxelGridBuilder {
     /// Voxels along each axis.
     pub(crate) dims: [usize; 3],
     pub(super) grid: VoxelGrid,
+    /// The composition of the gas in each voxel; empty without a gas model.
+    pub(super) gas: Vec<Composition>,
 }
 
 impl VoxelGridBuilder {
+    /// The compositions of the gas in all voxels.
+    pub(super) fn compositions(&self) -> impl Iterator<Item = Composition> + '_ {
+        self.gas.iter().copied()
+    }
     /// Fills a fraction of a voxel with properties.
     pub(crate) fn fill(&mut self, cell: [usize; 3], fraction: f64, properties: &MediumProperties) {
         let v = &mut self.grid;
         let i = v.index(cell);
+        if let Some(composition) = self.gas.get_mut(i) {
+            for (old, new) in composition.iter_mut().zip(properties.gas) {
+                *old = new.map_or(*old, |x| if fraction >= 1.0 { x } else { *old + fraction * (x - *old) });
+            }
+        }
         let mut state = VoxelState {
             extinction: v.extinction(i),
             albedo: v.albedo(i),

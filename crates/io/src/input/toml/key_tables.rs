@@ -303,6 +303,7 @@ pub(crate) const MEDIUM_PROPERTIES: &[KeySpec] = &[
         "",
         "given heat source; 0 is radiative equilibrium (thermal mode)",
     ),
+    key("gas", "table", "", "", "gas model that gives absorption and band fractions (thermal mode)"),
 ];
 const MEDIUM_KEYS: &[KeySpec] = &[
     key("cells", "[integer, integer, integer]", "", "or cell_size", "voxels along each axis"),
@@ -350,6 +351,15 @@ pub(crate) const VOXEL_FILE: KeyGroups = &[
     ],
     VDB_KEYS,
 ];
+
+/// `gas` of a medium or region.
+pub(crate) const GAS: KeyGroups = &[&[
+    key("model", "name of a gas model", "", "required", "model: zonal gas --help lists the names"),
+    key("h2o", "number from 0 to 1, or array", "", "0", "mole fraction of water vapour"),
+    key("co2", "number from 0 to 1, or array", "", "0", "mole fraction of carbon dioxide"),
+    key("soot", "number from 0 to 1, or array", "", "0", "volume fraction of soot"),
+    key("pressure", "number above 0, or array", "Pa", "101325", "total pressure"),
+]];
 
 /// `[[light]]` with `kind = "sun"`.
 pub(crate) const SUN: KeyGroups = &[&[
@@ -426,11 +436,15 @@ pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
     ("pane[]", PANE),
     ("medium", MEDIUM),
     ("medium.ARRAY", VOXEL_FILE),
+    ("medium.gas", GAS),
+    ("medium.gas.ARRAY", VOXEL_FILE),
     ("medium.region[]", REGION),
     ("medium.region[].box", BOUNDS),
     ("medium.region[].mesh", MESH),
     ("medium.region[].density", VOXEL_FILE),
     ("medium.region[].ARRAY", VOXEL_FILE),
+    ("medium.region[].gas", GAS),
+    ("medium.region[].gas.ARRAY", VOXEL_FILE),
     ("light[] (sun)", SUN),
     ("light[] (sky)", SKY),
     ("light[] (emitter)", EMITTER),

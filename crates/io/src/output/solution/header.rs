@@ -217,7 +217,7 @@ impl ThermalFormat {
     fn new(t: &Thermal) -> ThermalFormat {
         let band_fractions = match &t.band_fractions {
             BandFractions::Grey => None,
-            BandFractions::GreyGases { coefficients, range, allow_partial } => Some(FractionsFormat {
+            BandFractions::GreyGases { coefficients, range, allow_partial, .. } => Some(FractionsFormat {
                 coefficients: coefficients.clone().into_rgb(),
                 range: *range,
                 allow_partial: *allow_partial,
@@ -234,6 +234,7 @@ impl ThermalFormat {
                 coefficients: PerBand::from_rgb(coefficients),
                 range,
                 allow_partial,
+                all_bands: None,
             },
         };
         let ThermalFormat { surfaces, panes, surroundings, .. } = self;

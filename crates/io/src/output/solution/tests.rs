@@ -432,6 +432,7 @@ fn thermal_solution() -> Solution {
             coefficients: PerBand::from_rgb([vec![0.5, -1e-4], vec![0.25, 1e-4], vec![0.25]]),
             range: [400.0, 2e3],
             allow_partial: false,
+            all_bands: None,
         },
         cell_fractions: None,
         surfaces: surfaces.into_iter().cycle().take(parts.surfaces.len()).collect(),
