@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`selection`] | the engine for a scene, and the reason |
 //! | `build` | construction of the operator with its closure |
-//! | `engine_memory` | memory of a solve by the spectral engine |
+//! | `engine_memory` | memory of a solve by the spectral and by the layered engine |
 
 pub(crate) mod build;
 pub(crate) mod engine_memory;
