@@ -57,8 +57,12 @@ fn slab(axis: usize, across: usize, parts: usize, omit: &[usize]) -> Scene {
         format!("faces.{}{s} = {{ reflectance = {r}, emission = {e} }}\n", name(axis))
     };
     let walls: String = [0, 1].into_iter().filter(|s| !omit.contains(s)).map(faces).collect();
+    let surface = format!(
+        "[[surface]]\nname = \"w\"\nroom = {{ min = [0,0,0], max = {size:?} }}\nomit = {without:?}\nreflectance = 0.5\n{walls}"
+    );
+    let surface = if omit.len() < 2 { surface } else { String::new() };
     let scene = read(&format!(
-        "[solve]\npatch_rule = \"voxels\"\nresidual = 1e-14\n[boundary]\n{periodic}[[surface]]\nname = \"w\"\nroom = {{ min = [0,0,0], max = {size:?} }}\nomit = {without:?}\nreflectance = 0.5\n{walls}[medium]\nmin = [0,0,0]\nmax = {size:?}\ncells = {cells:?}\nextinction = 1\nalbedo = 0.5\n"
+        "[solve]\npatch_rule = \"voxels\"\nresidual = 1e-14\n[boundary]\n{periodic}{surface}[medium]\nmin = [0,0,0]\nmax = {size:?}\ncells = {cells:?}\nextinction = 1\nalbedo = 0.5\n"
     ));
     with_cells(scene, |map, i| {
         let (k, albedo, emission) = LAYERS[map.coordinates(i)[axis] / parts];
