@@ -296,7 +296,7 @@ impl VoxelGrid {
         if let CellValues::Uniform(k) = self.extinction { Some(k) } else { None }
     }
     /// True if the extinction is uniform, or varies only along the one axis that is not among two `periodic` ones.
-    pub fn has_extinction_of_layers(&self, periodic: [bool; 3]) -> bool {
+    pub(crate) fn has_extinction_of_layers(&self, periodic: [bool; 3]) -> bool {
         let mut across = (0..3).filter(|&k| !periodic[k]);
         let (Some(axis), None) = (across.next(), across.next()) else {
             return self.uniform_extinction().is_some();

@@ -4,7 +4,7 @@ mod common;
 
 use common::{read, solve, unlevels};
 use zonal_math::Grade;
-use zonal_reference::slab::{BandEmission, BandSolution, Slab, SlabBand, SlabCondition};
+use zonal_reference::slab::{BandEmission, BandSolution, Equilibrium, Slab, SlabBand, SlabCondition};
 use zonal_scene::{
     Band, Bands, Engine, NoProgress, Scene, SceneError, Solution, ThermalCondition, VoxelGrid,
 };
@@ -247,7 +247,7 @@ fn temperatures_of_layers_agree_with_discrete_ordinates() {
     };
     let slab = Slab { thickness: vec![2.0 / n as f64; n], bands: (0..3).map(band).collect() };
     let walls = [SlabCondition::Temperature(1500.0), SlabCondition::NetPower(0.0)];
-    let want = slab.equilibrium(&conditions, walls, &|_, b, t| weight(b, t)).unwrap();
+    let want: Equilibrium = slab.equilibrium(&conditions, walls, &|_, b, t| weight(b, t)).unwrap();
     let got = &s.fields.heat.as_ref().unwrap().temperature;
     for (i, v) in s.zones.voxels.iter().enumerate() {
         let [x, y] = [got[s.zones.voxel_offset() + i], want.layer_temperatures[v.cell]];

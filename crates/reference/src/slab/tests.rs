@@ -3,7 +3,7 @@
 use super::*;
 use zonal_math::exponential_integral::{e1, e3};
 
-const COLD: [f64; 2] = [0.0; 2];
+const NO_WALL_EMISSION: [f64; 2] = [0.0; 2];
 
 /// A grey slab of optical thickness `tau` in `n` layers.
 fn grey(tau: f64, n: usize, albedo: f64, wall_emissivity: [f64; 2]) -> Slab {
@@ -19,7 +19,7 @@ fn uniform(n: usize, layers: f64, walls: [f64; 2]) -> BandEmission {
 fn isothermal_slab_has_the_flux_of_the_third_exponential_integral() {
     for tau in [1e-6, 1e-3, 0.1, 1.0, 3.0, 40.0] {
         for n in [1, 7] {
-            let s = &grey(tau, n, 0.0, [1.0; 2]).solve(&[uniform(n, 1.0, COLD)])[0];
+            let s = &grey(tau, n, 0.0, [1.0; 2]).solve(&[uniform(n, 1.0, NO_WALL_EMISSION)])[0];
             let want = 1.0 - 2.0 * e3(tau);
             assert!((s.flux[n] - want).abs() < 1e-12 && (s.flux[0] + want).abs() < 1e-12, "{tau} {n}: {s:?}");
             // Power that leaves is emitted and not absorbed.

@@ -12,10 +12,10 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | [`layer_stack`] | where the engine applies, and why not |
+//! | `layer_stack` | where the engine applies, and why not |
 //! | `layered_operator` | the operator |
 
-pub mod layer_stack;
+pub(crate) mod layer_stack;
 mod layered_operator;
 
 pub use layer_stack::LayerStack;
