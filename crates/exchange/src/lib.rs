@@ -14,6 +14,7 @@
 //! | [`factor()`] | any two shapes without obstructions, by the cheapest method that is proved to meet the requested accuracy | proved |
 //! | [`aligned`] | boxes and rectangles along the axes: moments, closed forms, Gauss rules of the densities, the reduced integral; [`aligned::lattice`] tables of a grid's distinct offsets | proved |
 //! | [`polygon`] | plates in any position: tensor rules, contours in closed form, rules on cells; [`polygon::visible`] behind other polygons | proved; estimated with obstructions |
+//! | [`layers`] | infinite parallel layers of any extinction, and the planes at their ends | proved |
 //! | [`pair`] | any two zones of a scene, with visibility, attenuation that varies, cut voxels and panes | as its parts |
 //! | [`solid_angle_quadrature`] | plates and boxes in any position with the moments of their distance | estimated |
 //! | [`solid_angle`] | a plate seen from a point, in closed form | exact to rounding |
@@ -34,6 +35,7 @@
 pub mod aligned;
 mod dispatch;
 mod factor;
+pub mod layers;
 pub mod pair;
 pub mod polygon;
 pub mod solid_angle_quadrature;

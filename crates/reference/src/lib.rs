@@ -18,6 +18,7 @@
 //! | [`radiance`] | H of a plate and G in a box by backward random walks |
 //! | [`forward_monte_carlo`] | powers and temperatures by surface and zone, by random walks from the sources |
 //! | [`path_tracer`] | H, G and pictures of scenes of any size by backward path tracing |
+//! | [`slab`] | layers between walls in any number of bands, by discrete ordinates; radiative equilibrium |
 //! | [`test_cases`] | samples of long lists of test cases |
 
 pub mod brute_force;
@@ -31,6 +32,7 @@ pub mod forward_monte_carlo;
 pub mod path_tracer;
 pub mod radiance;
 pub mod rng;
+pub mod slab;
 mod tanh_sinh;
 pub mod test_cases;
 

@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Engine {
-    /// Dense for few zones; for many zones spectral if applicable, else hierarchical.
+    /// Dense for few zones; for many zones spectral if applicable, else hierarchical. Layered for slabs of varying extinction.
     #[default]
     Auto,
     /// Every pair of zones.
@@ -13,13 +13,16 @@ pub enum Engine {
     Hierarchical,
     /// Every pair of zones of a box on the grid of its medium, by fast Fourier transforms.
     Spectral,
+    /// Every pair of zones of a slab of layers, periodic along two axes, by integrals over the layers.
+    Layered,
 }
 
 impl Engine {
     /// The names in scene files, in the order of [`Engine::VARIANTS`].
-    pub const NAMES: [&str; 4] = ["auto", "dense", "hierarchical", "spectral"];
+    pub const NAMES: [&str; 5] = ["auto", "dense", "hierarchical", "spectral", "layered"];
     /// All engines.
-    pub const VARIANTS: [Engine; 4] = [Engine::Auto, Engine::Dense, Engine::Hierarchical, Engine::Spectral];
+    pub const VARIANTS: [Engine; 5] =
+        [Engine::Auto, Engine::Dense, Engine::Hierarchical, Engine::Spectral, Engine::Layered];
     /// The name in scene files and reports.
     pub fn name(self) -> &'static str {
         Engine::NAMES[self as usize]

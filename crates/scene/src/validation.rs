@@ -187,7 +187,8 @@ fn check_lights(parts: &SceneParts) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Validates a periodic scene: it needs a medium of uniform extinction, whose extent is the period, and no direct light.
+/// Validates a periodic scene: it needs a medium, whose extent is the period, of uniform extinction or, with two periodic axes, of an extinction that
+/// varies along the third alone; and no direct light.
 fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
     let Some(axis) = (0..3).find(|&k| parts.periodic[k]) else { return Ok(()) };
     let key = |k: usize| format!("boundary.{}", ["x", "y", "z"][k]);
@@ -204,8 +205,11 @@ fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
         };
         return invalid(key, "direct light has no periodic images; let a surface emit as zones instead");
     }
-    if grid.uniform_extinction().is_none() {
-        return invalid(key(axis), "a periodic scene needs one extinction everywhere");
+    if !grid.has_extinction_of_layers(parts.periodic) {
+        return invalid(
+            key(axis),
+            "a periodic scene needs one extinction everywhere or, with two periodic axes, in each layer across the third",
+        );
     }
     Ok(())
 }

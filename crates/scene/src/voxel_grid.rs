@@ -289,6 +289,20 @@ impl VoxelGrid {
     pub fn uniform_extinction(&self) -> Option<Bands> {
         if let CellValues::Uniform(k) = self.extinction { Some(k) } else { None }
     }
+    /// True if the extinction is uniform, or varies only along the one axis that is not among two `periodic` ones.
+    pub(crate) fn has_extinction_of_layers(&self, periodic: [bool; 3]) -> bool {
+        let mut across = (0..3).filter(|&k| !periodic[k]);
+        let (Some(axis), None) = (across.next(), across.next()) else {
+            return self.uniform_extinction().is_some();
+        };
+        let first = |i: usize| {
+            let mut of = [0; 3];
+            of[axis] = self.coordinates(i)[axis];
+            self.index(of)
+        };
+        self.uniform_extinction().is_some()
+            || (0..self.len()).all(|i| self.extinction(i) == self.extinction(first(i)))
+    }
 }
 
 #[cfg(test)]

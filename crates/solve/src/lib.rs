@@ -17,6 +17,7 @@
 //! | [`engine`] | selection and construction of an engine |
 //! | [`dense`] | all pairs of zones |
 //! | [`spectral`] | box enclosures, where the exchange is a convolution |
+//! | [`layered`] | slabs of layers of any extinction, periodic along two axes |
 //! | [`ray`], `cluster`, [`hierarchical`] | rays from every zone, links between clusters, and the blend of both |
 //! | [`direct_light`], [`surroundings`], [`light_groups`] | the right-hand sides |
 //! | `iteration` | conjugate gradients, stabilised bi-conjugate gradients, Neumann series |
@@ -38,6 +39,7 @@ pub mod exchange_areas;
 mod group_solve;
 pub mod hierarchical;
 mod iteration;
+pub mod layered;
 pub mod light_groups;
 pub mod operator;
 mod pipeline;

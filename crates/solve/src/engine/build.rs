@@ -4,6 +4,7 @@ use super::selection::EngineChoice;
 use crate::dense::DenseOperator;
 use crate::dense::band_groups::{InteriorPanes, band_groups};
 use crate::hierarchical;
+use crate::layered::{LayerStack, LayeredOperator};
 use crate::operator::ErrorModel;
 use crate::report::closure::{self, RowClosure};
 use crate::solve_context::{BuiltEngine, SolveContext};
@@ -20,10 +21,15 @@ pub(crate) fn build<'a>(
     context: &SolveContext<'a>,
     surroundings: &mut SurroundingsExchange,
 ) -> Result<BuiltEngine<'a>, SceneError> {
-    match (choice.engine, choice.enclosure) {
-        (Engine::Hierarchical, _) => hierarchical::build::build(context, surroundings, build_dense),
-        (Engine::Spectral, Some((enclosure, order))) => {
+    match (choice.engine, choice.enclosure, choice.layers) {
+        (Engine::Hierarchical, ..) => hierarchical::build::build(context, surroundings, build_dense),
+        (Engine::Spectral, Some((enclosure, order)), _) => {
             let mut built = build_spectral(context, enclosure, order, surroundings);
+            built.warnings.extend(choice.note);
+            Ok(built)
+        }
+        (Engine::Layered, _, Some(stack)) => {
+            let mut built = build_layered(context, stack, surroundings);
             built.warnings.extend(choice.note);
             Ok(built)
         }
@@ -60,6 +66,22 @@ fn build_spectral(
     }
     operator.measure_defect(zones, &surroundings.sky);
     let closure = close_rows(&mut operator, scene, zones, surroundings);
+    let counts = operator.counts();
+    BuiltEngine { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None }
+}
+
+/// The layered engine; the escaping power is the power that arrives at the open ends.
+fn build_layered(
+    context: &SolveContext,
+    stack: LayerStack,
+    surroundings: &mut SurroundingsExchange,
+) -> BuiltEngine<'static> {
+    let open = stack.is_open();
+    let mut operator = LayeredOperator::new(stack, context.progress);
+    if open {
+        surroundings.sky = operator.opening_factors();
+    }
+    let closure = close_rows(&mut operator, context.scene, context.zones, surroundings);
     let counts = operator.counts();
     BuiltEngine { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None }
 }

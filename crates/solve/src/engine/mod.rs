@@ -4,8 +4,8 @@
 //! |---|---|
 //! | [`selection`] | the engine for a scene, and the reason |
 //! | `build` | construction of the operator with its closure |
-//! | `spectral_memory` | memory of a solve by the spectral engine |
+//! | `engine_memory` | memory of a solve by the spectral and by the layered engine |
 
 pub(crate) mod build;
+pub(crate) mod engine_memory;
 pub mod selection;
-pub(crate) mod spectral_memory;

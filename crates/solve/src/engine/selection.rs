@@ -1,7 +1,8 @@
 //! Selection of an engine by the options of the scene, its geometry, the number of zones and the memory limit.
 
-use super::spectral_memory::spectral_solve_bytes;
+use super::engine_memory::{layered_solve_bytes, spectral_solve_bytes};
 use crate::hierarchical::memory_budget::MemoryBudget;
+use crate::layered::layer_stack::{LayerStack, has_varying_layers};
 use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::spectral::basis::BasisOrder;
 use crate::spectral::enclosure::BoxEnclosure;
@@ -33,6 +34,8 @@ pub struct EngineChoice {
     pub reason: String,
     /// For the spectral engine: the box enclosure, and the order of the basis inside its zones.
     pub enclosure: Option<(BoxEnclosure, BasisOrder)>,
+    /// For the layered engine: the layers.
+    pub layers: Option<LayerStack>,
     /// A diagnostic for the report.
     pub note: Option<Diagnostic>,
 }
@@ -81,12 +84,17 @@ pub fn select_engine(
 ) -> Result<EngineChoice, SceneError> {
     let selection = EngineSelection::new(scene, zones, size, settings, memory_limit);
     selection.check_basis()?;
+    if selection.requested == Engine::Layered || has_varying_layers(scene) {
+        let out = selection.layered_engine()?;
+        selection.check_memory(&out, transport)?;
+        return Ok(out);
+    }
     let found = selection.needs_enclosure().then(|| BoxEnclosure::find(scene, zones));
     if selection.is_periodic {
         check_periodic(&selection, found.as_ref())?;
     }
     let (engine, reason) = selection.engine(found.as_ref())?;
-    let mut out = EngineChoice { engine, reason, enclosure: None, note: None };
+    let mut out = EngineChoice { engine, reason, enclosure: None, layers: None, note: None };
     if let (Engine::Spectral, Some(Ok(found))) = (engine, found) {
         let (order, note) = selection.basis_order(&found);
         (out.enclosure, out.note) = (Some((found, order)), note);
@@ -129,6 +137,38 @@ impl<'a> EngineSelection<'a> {
             ),
             false => Ok(()),
         }
+    }
+
+    /// The layered engine, if it is requested, or if the extinction of a slab varies, which no other engine can solve.
+    fn layered_engine(&self) -> Result<EngineChoice, SceneError> {
+        if self.uses_paper_formulas {
+            return refuse("boundary", "formulas of the paper are for one extinction; use --factors exact");
+        }
+        if !matches!(self.requested, Engine::Auto | Engine::Layered) {
+            let name = self.requested.name();
+            return refuse(
+                "solve.engine",
+                format!(
+                    "{name} has no periodic images of layers of different extinction; use \"layered\", or \"auto\""
+                ),
+            );
+        }
+        if self.basis == ZoneBasis::Linear {
+            return refuse(
+                "solve.zone_basis",
+                "slopes inside zones are for one extinction in each band; use \"constant\" and more layers",
+            );
+        }
+        let stack = LayerStack::find(self.scene, self.zones).or_else(|why| {
+            refuse("solve.engine", format!("layered, the engine of periodic layers, does not apply: {why}"))
+        })?;
+        let reason = match self.requested {
+            Engine::Layered => "as requested".to_string(),
+            _ => {
+                format!("{} layers of different extinction, periodic along two axes", stack.extinction.len())
+            }
+        };
+        Ok(EngineChoice { engine: Engine::Layered, reason, enclosure: None, layers: Some(stack), note: None })
     }
 
     /// True if the spectral engine is preferable to all pairs in a box.
@@ -232,6 +272,10 @@ impl<'a> EngineSelection<'a> {
                 };
                 (choice.enclosure.as_ref().map_or(0, of), "for their spectra and fields")
             }
+            Engine::Layered => {
+                let of = |s: &LayerStack| layered_solve_bytes(self.size, s);
+                (choice.layers.as_ref().map_or(0, of), "for the exchange areas of their layers")
+            }
             Engine::Dense | Engine::Auto => (self.size.bytes, "for their exchange areas"),
         };
         if bytes <= self.memory_limit {
@@ -282,7 +326,7 @@ pub(crate) fn check_periodic_pairs(scene: &Scene, zones: &Zones) -> Result<(), S
     }
 }
 
-/// True if the escaping power is known without rays: the spectral engine computes it, and a periodic box of all pairs is closed.
+/// True if the escaping power is known without rays: the spectral and the layered engine compute it, and a periodic box of all pairs is closed.
 pub(crate) fn knows_escaping_power(engine: Engine, scene: &Scene) -> bool {
     engine == Engine::Spectral || scene.is_periodic()
 }

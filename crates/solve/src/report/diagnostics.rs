@@ -99,7 +99,7 @@ pub(crate) fn missed_tolerance(
 ) -> Option<Diagnostic> {
     let error = estimate.patches.into_iter().chain(estimate.volumes).fold(0.0f64, f64::max);
     let is_reported = reported.iter().any(|n| n.code == "tolerance");
-    (engine != Engine::Spectral && error > tolerance && !is_reported).then(|| {
+    (!matches!(engine, Engine::Spectral | Engine::Layered) && error > tolerance && !is_reported).then(|| {
         let advice = match engine {
             Engine::Dense => {
                 "the rays for partly hidden pairs and for the surroundings are not sufficient in this scene"

@@ -35,6 +35,13 @@ impl BoxEnclosure {
             let varies = |b: &Band| (0..map.len()).any(|i| map.extinction(i)[*b] != map.extinction(0)[*b]);
             format!("the extinction varies in band {}", Band::all().find(varies).map_or(0, Band::index))
         })?;
+        BoxEnclosure::locate(scene, zones, kappa)
+    }
+
+    /// The box on the grid of the medium of a scene, whatever its extinction, with the extinction `kappa` of the result; or the reason why there is
+    /// none.
+    pub(crate) fn locate(scene: &Scene, zones: &Zones, kappa: Bands) -> Result<BoxEnclosure, String> {
+        let map = scene.voxel_grid().ok_or("there is no medium")?;
         if !scene.panes().is_empty() {
             return Err("there are panes".into());
         }

@@ -98,7 +98,7 @@ pub(crate) const SOLVE: KeyGroups = &[&[
     .formerly("sweeps"),
     key(
         "engine",
-        "\"auto\" | \"dense\" | \"hierarchical\" | \"spectral\"",
+        "\"auto\" | \"dense\" | \"hierarchical\" | \"spectral\" | \"layered\"",
         "",
         "\"auto\"",
         "representation of the exchange operator",

@@ -3,6 +3,7 @@
 use crate::dense::band_groups;
 use crate::direct_light::light_power::LIGHT_RAYS;
 use crate::direct_light::shadow_rays;
+use crate::layered::layer_stack::{LayerStack, has_varying_layers};
 use crate::spectral::enclosure::BoxEnclosure;
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
@@ -159,7 +160,10 @@ const OPENNESS_RAYS: usize = 16;
 /// periodic box its walls decide, since rays have no periodic images.
 pub fn is_open(scene: &Scene, zones: &Zones, transport: &Transport) -> bool {
     if scene.is_periodic() {
-        return BoxEnclosure::find(scene, zones).is_ok_and(|e| e.is_open());
+        return match has_varying_layers(scene) {
+            true => LayerStack::find(scene, zones).is_ok_and(|s| s.is_open()),
+            false => BoxEnclosure::find(scene, zones).is_ok_and(|e| e.is_open()),
+        };
     }
     let step = zones.len().div_ceil(OPENNESS_ZONES).max(1);
     !SurroundingsExchange::sample(scene, zones, transport, OPENNESS_RAYS, step).is_closed()

@@ -5,8 +5,9 @@
 //! solution, their number is unknown: an expected value and an upper bound are returned.
 
 use crate::dense::band_groups;
+use crate::dense::packed_symmetric::packed_length;
+use crate::engine::engine_memory::{layered_solve_bytes, spectral_solve_bytes};
 use crate::engine::selection::{self, EngineChoice};
-use crate::engine::spectral_memory::spectral_solve_bytes;
 use crate::errors::discretization;
 use crate::hierarchical::build::{LINKS_EXCEED_MEMORY, allows_links};
 use crate::hierarchical::memory_budget::{MemoryBudget, PROGRAM_BYTES, expected_links};
@@ -49,6 +50,8 @@ const DENSE_MEMORY_FACTOR: f64 = 1.8;
 const OFFSET_MICROSECONDS: f64 = 0.4;
 const SPECTRUM_MICROSECONDS: f64 = 0.05;
 const TRANSFORM_NANOSECONDS: f64 = 8.0;
+/// Microseconds of a pair of layers.
+const LAYER_PAIR_MICROSECONDS: f64 = 0.3;
 /// Nanoseconds of a dense product for each pair and band, and expected number of products.
 const PRODUCT_NANOSECONDS: f64 = 0.6;
 const EXPECTED_PRODUCTS: f64 = 25.0;
@@ -122,6 +125,7 @@ impl CostEstimate {
         let more = match engine {
             Engine::Hierarchical => out.hierarchical(input, clock),
             Engine::Spectral => out.spectral(input, choice),
+            Engine::Layered => out.layered(input, choice),
             Engine::Dense | Engine::Auto => out.dense(input, clock),
         };
         let heat = crate::thermal::memory_bytes(scene, zones);
@@ -170,6 +174,23 @@ impl CostEstimate {
         ));
         self.bytes =
             [spectral_solve_bytes(input.scene, input.zones, input.size, e, *order) + PROGRAM_BYTES; 2];
+        0.0
+    }
+
+    /// Phases of the layered engine.
+    fn layered(&mut self, input: &CostModelInput, choice: EngineChoice) -> f64 {
+        let Some(stack) = &choice.layers else { return 0.0 };
+        self.notes.extend(choice.note);
+        let (groups, threads) = (stack.band_groups().1.len() as f64, input.threads.max(1) as f64);
+        let pairs = packed_length(stack.elements()) as f64;
+        self.parts.push((
+            "exchange areas of layers".into(),
+            groups * pairs * LAYER_PAIR_MICROSECONDS * 1e-6 / threads,
+        ));
+        let columns = light_groups::select_groups(input.scene, input.zones).0.len() as f64;
+        let products = EXPECTED_PRODUCTS * columns * Band::count() as f64 * PRODUCT_NANOSECONDS * 1e-9;
+        self.parts.push(("solving".into(), products * pairs / threads));
+        self.bytes = [layered_solve_bytes(input.size, stack) + PROGRAM_BYTES; 2];
         0.0
     }
 
@@ -259,7 +280,7 @@ fn second_solve_cost(scene: &Scene, zones: &Zones, engine: Engine, smaller: Opti
     };
     match engine {
         Engine::Dense | Engine::Auto => fewer * fewer,
-        Engine::Hierarchical | Engine::Spectral => fewer,
+        Engine::Hierarchical | Engine::Spectral | Engine::Layered => fewer,
     }
 }
 

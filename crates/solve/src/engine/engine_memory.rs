@@ -1,5 +1,6 @@
-//! Memory of a solve by the spectral engine.
+//! Memory of a solve by the spectral and by the layered engine.
 
+use crate::layered::{LayerStack, LayeredOperator};
 use crate::light_groups;
 use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::spectral::SpectralOperator;
@@ -32,4 +33,9 @@ pub(crate) fn spectral_solve_bytes(
     // Of each slope the vectors of the iteration, and the index of its zone.
     let unknowns = zones.len() as u64 * (solving.max(fields) + more) + slopes * (solving + 4);
     SpectralOperator::bytes(&enclosure.grid, kappa, order) + size.zone_bytes + unknowns
+}
+
+/// Bytes of a layered solve: the engine, the zones and the fields.
+pub(crate) fn layered_solve_bytes(size: &ProblemSize, stack: &LayerStack) -> u64 {
+    LayeredOperator::bytes(stack) + size.zone_bytes + size.field_bytes + 4 * stack.element.len() as u64
 }
