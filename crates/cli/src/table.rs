@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 use zonal_scene::{
-    Band, Bands, Diagnostic, DiscretizationError, EnergyBalance, HeatReport, HeatRowKind, Report, Solution,
+    Bands, Diagnostic, DiscretizationError, EnergyBalance, HeatReport, HeatRowKind, Report, Solution,
 };
 
 /// Largest number of parts in the table of heat.
@@ -17,15 +17,19 @@ pub fn report(s: &Solution) -> String {
     counts(&mut out, &s.report);
     match &s.report.heat {
         Some(heat) => self::heat(&mut out, heat, s.report.discretization_error.as_ref()),
-        None => energy_balance(&mut out, &s.report),
+        None => energy_balance(&mut out, s),
     }
     if s.groups.len() > 1 {
         out += &light_groups(s);
     }
     quality(&mut out, s);
-    for d in diagnostics(&s.report) {
-        let _ = writeln!(out, "  {}", d.line());
+    let mut lines: Vec<String> = Vec::new();
+    for line in s.triples().flat_map(|t| diagnostics(&t.report)).map(Diagnostic::line) {
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
     }
+    lines.iter().for_each(|line| _ = writeln!(out, "  {line}"));
     out
 }
 
@@ -33,9 +37,9 @@ pub fn report(s: &Solution) -> String {
 #[must_use]
 pub fn light_groups(s: &Solution) -> String {
     let mut out = String::from("light groups (emitted power, W)\n");
-    for g in &s.groups {
-        let e = &g.energy;
-        band_row(&mut out, &g.name, e.emitted + e.incoming);
+    for (k, g) in s.groups.iter().enumerate() {
+        let power = s.all_bands(|t| t.groups[k].energy.emitted + t.groups[k].energy.incoming);
+        band_row(&mut out, &g.name, &power);
     }
     out
 }
@@ -67,20 +71,23 @@ fn quality(out: &mut String, s: &Solution) {
     let _ = writeln!(out, "quality");
     let _ = writeln!(out, "  {:<34}{:>12}", "engine", format!("{} ({})", r.engine, r.reason));
     if !s.zones.patches.is_empty() {
-        band_row(out, "estimated error of H, relative", r.estimate.patches);
+        band_row(out, "estimated error of H, relative", &s.all_bands(|t| t.report.estimate.patches));
     }
     if s.zones.len() > s.zones.patches.len() {
-        band_row(out, "estimated error of G, relative", r.estimate.volumes);
+        band_row(out, "estimated error of G, relative", &s.all_bands(|t| t.report.estimate.volumes));
     }
     let _ = writeln!(out, "  {:<34}{:>12}", "grade of the estimate", r.estimate.grade.name());
-    let c = &r.closure;
-    band_row(out, "closure, largest defect", c.worst);
-    band_row(out, "closure, rms defect", c.rms);
-    if c.restored {
-        band_row(out, "closure, largest change", c.largest_change);
-        band_row(out, "closure, residual defect", c.residual_defect);
+    band_row(out, "closure, largest defect", &s.all_bands(|t| t.report.closure.worst));
+    band_row(out, "closure, rms defect", &s.all_bands(|t| t.report.closure.rms));
+    if s.triples().any(|t| t.report.closure.restored) {
+        band_row(out, "closure, largest change", &s.all_bands(|t| t.report.closure.largest_change));
+        band_row(out, "closure, residual defect", &s.all_bands(|t| t.report.closure.residual_defect));
     }
-    for (band, (status, history)) in r.status.iter().zip(&r.residuals).enumerate() {
+    let of_triple = |t: &'_ Solution| {
+        let bands = t.report.status.iter().zip(&t.report.residuals).take(t.scene.window().len());
+        bands.map(|(status, history)| (*status, history.clone())).collect::<Vec<_>>()
+    };
+    for (band, (status, history)) in s.triples().flat_map(of_triple).enumerate() {
         let last = history.last().copied().unwrap_or(0.0);
         let iterations = history.len().max(1) - 1;
         let text = format!("{} after {iterations} iterations, residual {}", status.name(), number(last));
@@ -160,16 +167,12 @@ fn discretization_text(z: &DiscretizationError) -> String {
 }
 
 /// The energy balance of light; the error of each power is exchange error plus discretization error, if known.
-fn energy_balance(out: &mut String, r: &Report) {
+fn energy_balance(out: &mut String, s: &Solution) {
     let _ = writeln!(out, "power (W)");
-    let exchange = r.energy_error.clone();
-    let errors = match &r.discretization_error {
-        Some(z) => exchange.zip_map(&z.energy, |a, b| a + b),
-        None => exchange,
-    };
-    powers(out, &r.energy, &errors);
-    band_row(out, "residual, relative", r.energy.residual);
-    let _ = match &r.discretization_error {
+    let discretization = s.report.discretization_error.as_ref();
+    powers(out, s);
+    band_row(out, "residual, relative", &s.all_bands(|t| t.report.energy.residual));
+    let _ = match discretization {
         Some(z) => writeln!(out, "  errors: {} plus exchange error", discretization_text(z)),
         None => writeln!(
             out,
@@ -178,38 +181,54 @@ fn energy_balance(out: &mut String, r: &Report) {
     };
 }
 
-fn powers(out: &mut String, v: &EnergyBalance, e: &EnergyBalance) {
-    band_row_with_errors(out, "emitted", v.emitted, e.emitted);
-    band_row_with_errors(out, "incoming", v.incoming, e.incoming);
-    let errors = |k: usize| e.absorbed_surfaces.get(k).map_or(Bands::splat(f64::INFINITY), |x| x.1);
-    for (k, (name, power)) in v.absorbed_surfaces.iter().enumerate().take(MAX_SURFACE_ROWS) {
-        band_row_with_errors(out, &format!("absorbed by {name}"), *power, errors(k));
+fn powers(out: &mut String, s: &Solution) {
+    let mut row = |name: &str, of: &dyn Fn(&EnergyBalance) -> Bands| {
+        let error = |t: &Solution| {
+            let zones = t.report.discretization_error.as_ref();
+            let exchange = of(&t.report.energy_error);
+            zones.map_or(exchange, |z| exchange + of(&z.energy))
+        };
+        band_row_with_errors(out, name, &s.all_bands(|t| of(&t.report.energy)), &s.all_bands(error));
+    };
+    row("emitted", &|e| e.emitted);
+    row("incoming", &|e| e.incoming);
+    let absorbed = &s.report.energy.absorbed_surfaces;
+    let by =
+        |e: &EnergyBalance, k: usize| e.absorbed_surfaces.get(k).map_or(Bands::splat(f64::INFINITY), |x| x.1);
+    for (k, (name, _)) in absorbed.iter().enumerate().take(MAX_SURFACE_ROWS) {
+        row(&format!("absorbed by {name}"), &|e| by(e, k));
     }
-    let all = v.absorbed_surfaces.len();
+    let all = absorbed.len();
     if all > MAX_SURFACE_ROWS {
-        let rest = (MAX_SURFACE_ROWS..all).fold(Bands::ZERO, |s, k| s + v.absorbed_surfaces[k].1);
-        let error = (MAX_SURFACE_ROWS..all).fold(Bands::ZERO, |s, k| s + errors(k));
         let name = format!("absorbed by {} more surfaces", all - MAX_SURFACE_ROWS);
-        band_row_with_errors(out, &name, rest, error);
+        row(&name, &|e| (MAX_SURFACE_ROWS..all).fold(Bands::ZERO, |s, k| s + by(e, k)));
     }
-    band_row_with_errors(out, "absorbed by the medium", v.absorbed_volumes, e.absorbed_volumes);
-    band_row_with_errors(out, "absorbed by panes", v.absorbed_panes, e.absorbed_panes);
-    band_row_with_errors(out, "escaped", v.escaped, e.escaped);
-    band_row_with_errors(out, "absorbed by backfaces", v.absorbed_backfaces, e.absorbed_backfaces);
+    row("absorbed by the medium", &|e| e.absorbed_volumes);
+    row("absorbed by panes", &|e| e.absorbed_panes);
+    row("escaped", &|e| e.escaped);
+    row("absorbed by backfaces", &|e| e.absorbed_backfaces);
 }
 
-/// A row of three values, or of one if the bands are equal.
-fn band_row(out: &mut String, name: &str, v: Bands) {
-    let shown = if v.is_grey() { &v.as_slice()[..1] } else { v.as_slice() };
-    let cells: String = shown.iter().map(|x| format!("{:>12}", number(*x))).collect();
-    let _ = writeln!(out, "  {name:<33} {cells}");
+/// Number of bands in a line of a table.
+const BANDS_PER_LINE: usize = 6;
+
+/// A row of the values of all bands, or of one if they are equal.
+fn band_row(out: &mut String, name: &str, v: &[f64]) {
+    let shown = if v.windows(2).all(|w| w[0] == w[1]) { &v[..v.len().min(1)] } else { v };
+    for (line, values) in shown.chunks(BANDS_PER_LINE).enumerate() {
+        let cells: String = values.iter().map(|x| format!("{:>12}", number(*x))).collect();
+        let _ = writeln!(out, "  {:<33} {cells}", if line == 0 { name } else { "" });
+    }
 }
 
-/// A row of three values with errors, or of one if the bands are equal.
-fn band_row_with_errors(out: &mut String, name: &str, v: Bands, e: Bands) {
-    let shown = if v.is_grey() && e.is_grey() { 1 } else { Band::all().len() };
-    let text: Vec<String> = Band::all().take(shown).map(|b| value_with_error(v[b], e[b])).collect();
-    let _ = writeln!(out, "  {name:<33} {:>12}", text.join("   "));
+/// A row of the values of all bands with errors, or of one if they are equal.
+fn band_row_with_errors(out: &mut String, name: &str, v: &[f64], e: &[f64]) {
+    let is_grey = |v: &[f64]| v.windows(2).all(|w| w[0] == w[1]);
+    let shown = if is_grey(v) && is_grey(e) { 1 } else { v.len() };
+    let text: Vec<String> = v.iter().zip(e).take(shown).map(|(v, e)| value_with_error(*v, *e)).collect();
+    for (line, cells) in text.chunks(BANDS_PER_LINE).enumerate() {
+        let _ = writeln!(out, "  {:<33} {:>12}", if line == 0 { name } else { "" }, cells.join("   "));
+    }
 }
 
 /// As [`number`], with one decimal up to 1e12.

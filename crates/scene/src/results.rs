@@ -1,6 +1,6 @@
 //! Results of a solution by name, with errors and units.
 
-use crate::{Bands, HeatReport, HeatRowKind, Solution, Zones};
+use crate::{BANDS_PER_TRIPLE, Bands, HeatReport, HeatRowKind, Solution, Zones};
 
 /// What one named surface emits, absorbs and gives.
 ///
@@ -24,7 +24,7 @@ pub struct SurfaceResult {
     pub temperature_error: Option<f64>,
     /// Error of `temperature` by the finite zones, K; none where it was not estimated.
     pub temperature_discretization_error: Option<f64>,
-    /// Absorbed power in each band, W.
+    /// Absorbed power in each band, W; in the first three of more bands.
     pub absorbed: Bands,
     /// Error of `absorbed`, W.
     pub absorbed_error: Bands,
@@ -89,6 +89,22 @@ impl Solution {
             result.temperature = row.temperature;
             result.temperature_error = row.temperature_error;
             result.temperature_discretization_error = row.temperature.and(of_zones.map(|e| e[0]));
+        } else {
+            // Light of further bands adds up.
+            let bands = self.scene.window().len();
+            let total = |v: Bands| v.into_iter().take(bands).sum::<f64>();
+            if bands < BANDS_PER_TRIPLE {
+                result.net_power = total(emitted - absorbed);
+                result.error = total(absorbed_error);
+                result.discretization_error =
+                    zones.map(|z| total(error_by_name(&z.energy.absorbed_surfaces)));
+            }
+            for other in self.further_triples.iter().map(|t| t.surface_result(index)) {
+                result.net_power += other.net_power;
+                result.error += other.error;
+                result.discretization_error =
+                    result.discretization_error.zip(other.discretization_error).map(|(a, b)| a + b);
+            }
         }
         result
     }

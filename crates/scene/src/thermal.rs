@@ -170,6 +170,13 @@ impl BandFractions {
             all_bands,
         }
     }
+    /// The polynomials of the bands of the triple; `None` for a grey scene.
+    pub fn coefficients(&self) -> Option<&PerBand<Vec<f64>>> {
+        match self {
+            BandFractions::Grey => None,
+            BandFractions::GreyGases { coefficients, .. } => Some(coefficients),
+        }
+    }
     /// True if the three bands are equal.
     pub fn is_grey(&self) -> bool {
         *self == BandFractions::Grey

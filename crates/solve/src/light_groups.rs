@@ -12,7 +12,10 @@ use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_scene::light_group::{ALL_LIGHTS_GROUP, MEDIUM_GROUP, PANES_GROUP};
-use zonal_scene::{Bands, Diagnostic, Light, LightGroupKind, LightGrouping, Scene, Zones};
+use zonal_scene::{
+    Bands, Diagnostic, EnergyBalance, Light, LightGroup, LightGroupKind, LightGrouping, Scene, SceneError,
+    Solution, Zones,
+};
 
 /// Number of groups above which the lights are merged, unless the scene requests separate groups: every group costs a solve and two fields.
 const MAX_GROUPS: usize = 8;
@@ -123,6 +126,43 @@ pub fn select_groups(scene: &Scene, zones: &Zones) -> (Vec<SourceGroup>, Option<
         _ if separate.is_empty() => (all(), None),
         _ => (separate, None),
     }
+}
+
+/// Gives the solutions of all triples of bands the same light groups: a light that emits nothing in the bands of one triple has a group of zeros there.
+///
+/// # Errors
+/// If the lights of some triples were solved as one sum and those of others were not.
+pub(crate) fn unify_groups(triples: &mut [Solution]) -> Result<(), SceneError> {
+    let mut all: Vec<(LightGroupKind, String)> = Vec::new();
+    for group in triples.iter().flat_map(|s| &s.groups) {
+        if !all.iter().any(|(kind, _)| *kind == group.kind) {
+            all.push((group.kind, group.name.clone()));
+        }
+    }
+    let merged = triples.iter().filter(|s| s.groups.iter().any(|g| g.kind == LightGroupKind::All)).count();
+    if merged == triples.len() || all.len() == 1 {
+        return Ok(());
+    }
+    if merged > 0 {
+        let what = "the lights of some bands are one group, and those of other bands are several; give light_groups = \"all\" or \"each\"";
+        return Err(SceneError::new("solve.light_groups", what));
+    }
+    for s in triples {
+        let mut own = std::mem::take(&mut s.groups);
+        let surfaces = s.scene.surfaces().iter().map(|x| (x.name.clone(), Bands::ZERO));
+        let energy = EnergyBalance { absorbed_surfaces: surfaces.collect(), ..EnergyBalance::default() };
+        let group = |(kind, name): &(LightGroupKind, String)| match own.iter().position(|g| g.kind == *kind) {
+            Some(k) => own.swap_remove(k),
+            None => LightGroup {
+                kind: *kind,
+                name: name.clone(),
+                energy: energy.clone(),
+                ..LightGroup::default()
+            },
+        };
+        s.groups = all.iter().map(group).collect();
+    }
+    Ok(())
 }
 
 /// The source strengths s⁰ of a group with the direct light `direct` (empty for none).

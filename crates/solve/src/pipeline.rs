@@ -23,8 +23,8 @@ use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::report::{diagnostics, summary};
 use crate::settings::{SolveSettings, check_interrupted};
 use crate::solution_fields;
-use crate::spectral::basis::BasisOrder;
 use crate::solve_context::{BuiltEngine, SolveContext};
+use crate::spectral::basis::BasisOrder;
 use crate::surroundings::{self, SurroundingsExchange};
 use crate::thermal::newton::TripleEngine;
 use crate::thermal::{self, SolvedTriple, TemperatureSolve, TripleZones};
@@ -66,9 +66,12 @@ fn solve_scene(scene: Scene, settings: &SolveSettings) -> Result<Solution, Scene
     // The bands of light are independent: their triples are solved one after the other.
     let one = |(t, triple): (usize, &Scene)| {
         let checkpoints = TripleCheckpoints { store: settings.checkpoints, triple: t };
-        solve_triples(triple.first_triple(), &SolveSettings { checkpoints: &checkpoints, ..*settings })
+        let initial_groups = if t == 0 { settings.initial_groups } else { &[] };
+        let settings = SolveSettings { checkpoints: &checkpoints, initial_groups, ..*settings };
+        solve_triples(triple.first_triple(), &settings)
     };
     let mut solutions = scene.triples().enumerate().map(one).collect::<Result<Vec<_>, _>>()?;
+    light_groups::unify_groups(&mut solutions)?;
     let further = solutions.split_off(1);
     let first = solutions.swap_remove(0);
     Ok(Solution { scene, further_triples: further, ..first })

@@ -47,7 +47,28 @@ pub fn check(groups: &[LightGroup], wanted: &[(String, Bands)]) -> Result<(), Sc
 ///
 /// # Errors
 /// For unknown, repeated or extinguished groups, and for factors that are negative or not finite.
-pub fn relight(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solution, SceneError> {
+pub fn relight(mut solution: Solution, wanted: &[(String, Bands)]) -> Result<Solution, SceneError> {
+    let further = std::mem::take(&mut solution.further_triples);
+    if further.is_empty() {
+        return relight_triple(solution, wanted);
+    }
+    if let Some((name, _)) = wanted.iter().find(|(_, f)| !f.is_grey()) {
+        let message = format!(
+            "the solution has {} bands; give one factor for all of them",
+            solution.scene.bands().count()
+        );
+        return Err(SceneError::new(name.as_str(), message));
+    }
+    solution.scene = solution.scene.first_triple();
+    let triples = std::iter::once(solution).chain(further);
+    let mut relit = triples.map(|t| relight_triple(t, wanted)).collect::<Result<Vec<_>, _>>()?;
+    let scene = Scene::from_triples(relit.iter().map(|s| s.scene.clone()).collect())?;
+    let further_triples = relit.split_off(1);
+    Ok(Solution { scene, further_triples, ..relit.swap_remove(0) })
+}
+
+/// [`relight`] for one triple of bands.
+fn relight_triple(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solution, SceneError> {
     let factors = factors(&solution.groups, wanted)?;
     let Solution { scene, mut zones, fields: old, mut groups, mut report, version, .. } = solution;
     let mut parts = scene.into_parts();
@@ -218,6 +239,23 @@ fn excess(all: f64, known: f64) -> f64 {
 /// # Errors
 /// For unknown surfaces, for an albedo without a medium, and for values out of range.
 pub fn with_surface_colors(
+    scene: Scene,
+    reflectances: &[(String, Bands)],
+    albedo: Option<Bands>,
+) -> Result<Scene, SceneError> {
+    if scene.bands().triples() == 1 {
+        return with_colors_of_triple(scene, reflectances, albedo);
+    }
+    if !reflectances.iter().map(|r| r.1).chain(albedo).all(Bands::is_grey) {
+        let message =
+            format!("the scene has {} bands; give one number for all of them", scene.bands().count());
+        return Err(SceneError::new("reflectance", message));
+    }
+    scene.map_triples(|triple| with_colors_of_triple(triple, reflectances, albedo))
+}
+
+/// [`with_surface_colors`] for one triple of bands.
+fn with_colors_of_triple(
     scene: Scene,
     reflectances: &[(String, Bands)],
     albedo: Option<Bands>,

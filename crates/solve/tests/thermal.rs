@@ -252,6 +252,7 @@ fn isothermal(seed: u64, t: f64, shares: BandFractions, skip: impl Fn(usize) -> 
 
 fn falling() -> BandFractions {
     BandFractions::GreyGases {
+        all_bands: None,
         coefficients: PerBand::from_rgb([vec![0.5, -1e-4], vec![0.3, 2e-4, -3e-8], vec![0.2, -1e-4, 3e-8]]),
         range: [300.0, 2500.0],
         allow_partial: false,

@@ -94,3 +94,20 @@ pub fn read_light_solution(path: &Path) -> Result<Solution, Failure> {
         "this is a solution of mode = \"thermal\", which has temperatures in place of light; draw it with zonal render --show temperature, or export it as .vtu (walls), .vti (medium) or .csv",
     ))
 }
+
+/// Reads a solution of light whose bands are colours.
+///
+/// # Errors
+/// As [`read_light_solution`], and if the solution has bands that are no colours.
+pub fn read_colour_solution(path: &Path) -> Result<Solution, Failure> {
+    let solution = read_light_solution(path)?;
+    let bands = solution.scene.bands();
+    if bands.is_rgb() || bands.count() == 1 {
+        return Ok(solution);
+    }
+    let message = format!(
+        "this solution has {} bands, which are no red, green and blue; export it as .csv, .vtu or .vti, or show irradiance or radiosity",
+        bands.count()
+    );
+    Err(Failure::in_file(path, message))
+}

@@ -1,7 +1,7 @@
 //! A table with one line for each zone, for spreadsheets.
 //!
 //! Columns: zone (global index), kind (patch, voxel, pane), of (name of the surface or pane, index of the voxel),
-//! x, y, z (centre, m), size (area in m² of patches and panes, free volume in m³ of voxels), then per band b = 0, 1, 2: radiosity_b,
+//! x, y, z (centre, m), size (area in m² of patches and panes, free volume in m³ of voxels), then per band b = 0, 1, …: radiosity_b,
 //! incident_b (H of patches, fluence G of the others, without direct light), direct_b, error_b (of incident), direct_error_b (of
 //! direct), all W/m². In thermal mode also temperature_K, temperature_error_K (empty if undefined), net, net_error (net radiative flux
 //! that leaves: W/m² of patches, W/m³ of the others).
@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::path::Path;
 use zonal_math::Vec3;
-use zonal_scene::{Band, Solution, printable};
+use zonal_scene::{Bands, Fields, Solution, printable};
 
 /// A cell that no spreadsheet interprets as a formula: an apostrophe precedes a text that begins with `=`, `+`, `-`, `@`, a tab or a line
 /// break and is neither a number nor a direction (`+x`).
@@ -41,11 +41,11 @@ fn quoted(name: &str) -> String {
 }
 
 /// The line of column names.
-fn heading(thermal: bool) -> String {
+fn heading(bands: usize, thermal: bool) -> String {
     let mut line = String::from("zone,kind,of,x,y,z,size");
     for field in ["radiosity", "incident", "direct", "error", "direct_error"] {
-        for band in Band::all() {
-            let _ = write!(line, ",{field}_{}", band.index());
+        for band in 0..bands {
+            let _ = write!(line, ",{field}_{band}");
         }
     }
     if thermal {
@@ -79,17 +79,16 @@ pub fn write_zones_csv(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileE
     let path = path.as_ref();
     let f = &s.fields;
     write_atomic(path, |out| {
-        writeln!(out, "{}", heading(f.heat.is_some()))?;
+        writeln!(out, "{}", heading(s.scene.bands().count(), f.heat.is_some()))?;
         for i in 0..s.zones.len() {
             let (kind, of, c, size) = describe(s, i);
             write!(out, "{i},{kind},{of},{},{},{},{size}", c.x, c.y, c.z)?;
-            for field in [&f.radiosity, &f.incident, &f.direct, &f.error] {
-                for x in field[i] {
+            let fields: [fn(&Fields) -> &[Bands]; 5] =
+                [|f| &f.radiosity, |f| &f.incident, |f| &f.direct, |f| &f.error, |f| &f.direct_error];
+            for field in fields {
+                for x in s.all_bands(|t| field(&t.fields).get(i).copied().unwrap_or_default()) {
                     write!(out, ",{x}")?;
                 }
-            }
-            for x in f.direct_error.get(i).copied().unwrap_or_default() {
-                write!(out, ",{x}")?;
             }
             if let Some(h) = &f.heat {
                 for x in [h.temperature[i], h.temperature_error[i], h.net[i], h.net_error[i]] {

@@ -5,7 +5,7 @@ mod gltf;
 
 pub use args::Args;
 
-use super::context::{Context, read_light_solution};
+use super::context::{Context, read_colour_solution};
 use crate::viewer::package::{PackageDetail, package};
 use crate::viewer::page;
 use serde_json::{Map, Value};
@@ -25,7 +25,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         args.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     args.glb.check(&extension)?;
     let solution = match extension.as_str() {
-        "html" | "glb" => read_light_solution(&args.run)?,
+        "html" | "glb" => read_colour_solution(&args.run)?,
         _ => output::read_solution(&args.run)?,
     };
     let mut exported = ExportedFiles { paths: vec![args.output.clone()], sizes: Map::new() };

@@ -10,7 +10,7 @@ use zonal_io::output::{self, ColourMap, ScalarImage};
 use zonal_render::{ItemBuffer, PaneVisibility};
 use zonal_report::plot::AxisScale;
 use zonal_report::{Failure, check_output, say};
-use zonal_scene::{Bands, Camera, Solution};
+use zonal_scene::{Bands, Camera, Fields, Solution};
 
 /// Linear colour of pixels without a zone.
 const BACKGROUND: [f32; 3] = [1.0; 3];
@@ -42,11 +42,18 @@ impl FieldQuantity {
         let largest =
             |list: &[f64]| list.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
         // The sum over the bands in thermal mode, the mean in light mode as in the viewer.
-        let scalar = |v: Bands| match s.scene.thermal() {
-            Some(t) => t.band_fractions.total(v),
-            None => v.mean(),
+        let is_rgb = s.scene.bands().is_rgb();
+        let scalar = |i: usize, of: fn(&Fields) -> &[Bands]| {
+            if is_rgb {
+                let v = of(f)[i];
+                return s.scene.thermal().map_or(v.mean(), |t| t.band_fractions.total(v));
+            }
+            let all = s.all_bands(|t| of(&t.fields)[i]);
+            let sum: f64 = all.iter().sum();
+            if s.scene.thermal().is_some() { sum } else { sum / all.len() as f64 }
         };
-        let radiosity = || f.radiosity.iter().map(|b| scalar(*b)).collect::<Vec<f64>>();
+        let zones = 0..s.zones.len();
+        let radiosity = || zones.clone().map(|i| scalar(i, |f| &f.radiosity)).collect::<Vec<f64>>();
         let values = match self {
             FieldQuantity::Temperature => heat?.temperature.clone(),
             FieldQuantity::NetFlux => {
@@ -58,7 +65,7 @@ impl FieldQuantity {
             }
             FieldQuantity::Radiosity => radiosity(),
             FieldQuantity::Irradiance => {
-                f.incident.iter().zip(&f.direct).map(|(h, d)| scalar(*h) + scalar(*d)).collect()
+                zones.clone().map(|i| scalar(i, |f| &f.incident) + scalar(i, |f| &f.direct)).collect()
             }
         };
         let scale = if self == FieldQuantity::NetFlux { largest(&radiosity()) } else { largest(&values) };

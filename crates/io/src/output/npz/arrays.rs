@@ -7,6 +7,7 @@ use crate::output::atomic::write_atomic;
 use crate::output::error::FileError;
 use std::io::Write;
 use std::path::Path;
+use zonal_scene::BandSet;
 
 /// Shape and values of the array `name` of an npz, in double or single precision.
 ///
@@ -56,7 +57,7 @@ pub struct NamedArray<'a> {
 /// The file cannot be written.
 pub fn write_arrays(path: &Path, about: Option<&str>, arrays: &[NamedArray]) -> Result<(), FileError> {
     write_atomic(path, |out| {
-        let mut npz = NpzWriter::new(out);
+        let mut npz = NpzWriter::new(out, &BandSet::default());
         if let Some(text) = about {
             npz.bytes("about", text.as_bytes())?;
         }
@@ -84,7 +85,7 @@ pub struct NamedSingleArray<'a> {
 /// The file cannot be written.
 pub fn write_single_arrays(path: &Path, about: &str, arrays: &[NamedSingleArray]) -> Result<(), FileError> {
     write_atomic(path, |out| {
-        let mut npz = NpzWriter::new(out);
+        let mut npz = NpzWriter::new(out, &BandSet::default());
         npz.bytes("about", about.as_bytes())?;
         for a in arrays {
             npz.singles(a.name, &a.shape, a.values.iter().copied().flatten().copied())?;

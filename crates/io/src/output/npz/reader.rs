@@ -10,7 +10,7 @@ use std::io::{BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 use zip::{CompressionMethod, ZipArchive};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, PerBand, Plate, PlateKind, ZoneValues};
+use zonal_scene::{BandSet, Bands, PerBand, Plate, PlateKind, ZoneValues};
 
 /// Bytes of JSON that any file may have.
 const BASE_JSON_BYTES: u64 = 16 << 20;
@@ -93,6 +93,8 @@ pub(crate) struct NpzReader<'a> {
     size: u64,
     /// Bytes that may still be read.
     budget: u64,
+    /// The bands of the scene, and the triple of them that is read.
+    bands: (BandSet, usize),
 }
 
 impl<'a> NpzReader<'a> {
@@ -112,7 +114,39 @@ impl<'a> NpzReader<'a> {
         let zip = ZipArchive::new(input).map_err(|e| {
             error(format!("is not a solution file, or it is cut short ({e}); solve the scene again"))
         })?;
-        Ok(NpzReader { path: path.into(), zip, size, budget: size.saturating_mul(MAX_DEFLATE_EXPANSION) })
+        Ok(NpzReader {
+            path: path.into(),
+            zip,
+            size,
+            budget: size.saturating_mul(MAX_DEFLATE_EXPANSION),
+            bands: (BandSet::default(), 0),
+        })
+    }
+
+    /// Reads one triple of bands from arrays with a column for each band.
+    pub(crate) fn set_triple(&mut self, bands: BandSet, triple: usize) {
+        self.bands = (bands, triple);
+    }
+
+    /// Number of bands: columns of arrays of bands.
+    fn band_count(&self) -> usize {
+        self.bands.0.count()
+    }
+
+    /// The triple that is read, out of rows of all bands.
+    fn triple_of_rows<T: Copy>(
+        &self,
+        name: &str,
+        shape: &[usize],
+        data: Vec<T>,
+    ) -> Result<Vec<[T; 3]>, FileError> {
+        let (bands, triple) = &self.bands;
+        if shape.last() != Some(&bands.count()) {
+            let message =
+                format!("has shape {shape:?} where rows of {} bands were expected; {DAMAGED}", bands.count());
+            return Err(self.error(name, message));
+        }
+        Ok(data.chunks_exact(bands.count()).filter_map(|row| bands.triple_of(*triple, row)).collect())
     }
 
     /// An error at an entry of this file.
@@ -299,7 +333,27 @@ impl<'a> NpzReader<'a> {
 
     /// Finite bands of `count` zones.
     pub(crate) fn bands(&mut self, name: &str, count: usize) -> Result<Vec<Bands>, FileError> {
-        self.triples(name, &[count]).map(to_bands)
+        let (shape, data) = self.band_rows_of(name, f64::is_finite, "a value is not a finite number")?;
+        self.check_shape(name, &shape, &[count, self.band_count()])?;
+        Ok(to_bands(data))
+    }
+
+    /// Rows of all bands, each valid, with the shape of the array: the triple that is read.
+    fn band_rows_of(
+        &mut self,
+        name: &str,
+        is_valid: fn(f64) -> bool,
+        message: &str,
+    ) -> Result<(Vec<usize>, Vec<[f64; 3]>), FileError> {
+        if self.band_count() == 3 {
+            return self.rows_of(name, is_valid, message);
+        }
+        let (shape, data) = self.array(name, ElementType::F64, f64::from_le_bytes)?;
+        if !data.iter().all(|x| is_valid(*x)) {
+            return Err(self.error(name, format!("{message}; {DAMAGED}")));
+        }
+        let rows = self.triple_of_rows(name, &shape, data)?;
+        Ok((shape, rows))
     }
 
     /// Finite numbers in rows of three, and their shape.
@@ -328,9 +382,10 @@ impl<'a> NpzReader<'a> {
         count: usize,
         absence: Absence,
     ) -> Result<Vec<Bands>, FileError> {
-        let (shape, data) = self.rows_of(name, is_error, INVALID_ERROR)?;
-        if !(absence == Absence::Allowed && shape == [0, 3]) {
-            self.check_shape(name, &shape, &[count, 3])?;
+        let (shape, data) = self.band_rows_of(name, is_error, INVALID_ERROR)?;
+        let bands = self.band_count();
+        if !(absence == Absence::Allowed && shape == [0, bands]) {
+            self.check_shape(name, &shape, &[count, bands])?;
         }
         Ok(to_bands(data))
     }
@@ -351,17 +406,29 @@ impl<'a> NpzReader<'a> {
         name: &str,
         shape: &[usize],
     ) -> Result<ZoneRows<[f64; 3]>, FileError> {
-        let (found, data) = self.rows(name)?;
-        if found == [vec![1; shape.len()], vec![3]].concat() {
+        let rows = self.rows(name)?;
+        self.one_or_all(name, shape, 3, rows)
+    }
+
+    /// One row for all, or one for each element of a shape; arrays have `columns` columns.
+    fn one_or_all(
+        &self,
+        name: &str,
+        shape: &[usize],
+        columns: usize,
+        (found, data): (Vec<usize>, Vec<[f64; 3]>),
+    ) -> Result<ZoneRows<[f64; 3]>, FileError> {
+        if found == [vec![1; shape.len()], vec![columns]].concat() {
             return Ok(ZoneRows::Same(data[0]));
         }
-        self.check_shape(name, &found, &[shape, &[3]].concat())?;
+        self.check_shape(name, &found, &[shape, &[columns]].concat())?;
         Ok(ZoneRows::Each(data))
     }
 
     /// As [`NpzReader::same_or_each`], of bands.
     pub(crate) fn band_rows(&mut self, name: &str, shape: &[usize]) -> Result<ZoneRows<Bands>, FileError> {
-        Ok(match self.same_or_each(name, shape)? {
+        let rows = self.band_rows_of(name, f64::is_finite, "a value is not a finite number")?;
+        Ok(match self.one_or_all(name, shape, self.band_count(), rows)? {
             ZoneRows::Same(x) => ZoneRows::Same(Bands::from_rgb(x)),
             ZoneRows::Each(list) => ZoneRows::Each(to_bands(list)),
         })
@@ -401,20 +468,17 @@ impl<'a> NpzReader<'a> {
         let error = |npz: &NpzReader<'_>, e: String| npz.error(name, e);
         let (shape, valid, values) = match npy::parse(&bytes, ElementType::F32) {
             Ok((shape, data)) => {
-                let row = |c: &[u8; 12]| {
-                    PerBand::from_rgb(
-                        [0, 4, 8].map(|k| f32::from_le_bytes([c[k], c[k + 1], c[k + 2], c[k + 3]])),
-                    )
-                };
-                let list: Vec<PerBand<f32>> = data.as_chunks::<12>().0.iter().map(row).collect();
-                let valid = list.iter().flatten().all(|x| is_valid(f64::from(*x)));
-                (shape, valid, ZoneValues::Single(list))
+                let list: Vec<f32> = data.as_chunks::<4>().0.iter().map(|c| f32::from_le_bytes(*c)).collect();
+                let valid = list.iter().all(|x| is_valid(f64::from(*x)));
+                let rows = self.triple_of_rows(name, &shape, list)?;
+                (shape, valid, ZoneValues::Single(rows.into_iter().map(PerBand::from_rgb).collect()))
             }
             Err(_) => {
                 let (shape, data) = npy::parse(&bytes, ElementType::F64).map_err(|e| error(self, e))?;
-                let list: Vec<[f64; 3]> =
-                    data.as_chunks::<24>().0.iter().map(|c| decode_triple(*c)).collect();
-                (shape, list.as_flattened().iter().all(|x| is_valid(*x)), ZoneValues::Double(to_bands(list)))
+                let list: Vec<f64> = data.as_chunks::<8>().0.iter().map(|c| f64::from_le_bytes(*c)).collect();
+                let valid = list.iter().all(|x| is_valid(*x));
+                let rows = self.triple_of_rows(name, &shape, list)?;
+                (shape, valid, ZoneValues::Double(to_bands(rows)))
             }
         };
         if !valid {
@@ -424,7 +488,7 @@ impl<'a> NpzReader<'a> {
             ));
         }
         let rows = if values.is_empty() { 0 } else { count };
-        self.check_shape(name, &shape, &[rows, 3])?;
+        self.check_shape(name, &shape, &[rows, self.band_count()])?;
         Ok(values)
     }
 

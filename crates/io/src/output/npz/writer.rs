@@ -4,21 +4,27 @@ use super::npy::{self, ElementType};
 use std::io::{self, Seek, Write};
 use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Plate, PlateKind, ZoneValues};
+use zonal_scene::{BandSet, Bands, Plate, PlateKind, ZoneValues};
 
 /// Bytes of a block that is gathered before it is written.
 const BLOCK_BYTES: usize = 1 << 16;
 
-/// An npz that is written entry by entry.
-pub(crate) struct NpzWriter<W: Write + Seek>(ZipWriter<W>);
+/// An npz that is written entry by entry. Arrays of bands have one column for each band of a scene; their values are given by triples of bands.
+pub(crate) struct NpzWriter<W: Write + Seek> {
+    zip: ZipWriter<W>,
+    /// Bands of each triple.
+    bands_of_triples: Vec<usize>,
+}
 
 impl<W: Write + Seek> NpzWriter<W> {
-    pub(crate) fn new(out: W) -> NpzWriter<W> {
-        NpzWriter(ZipWriter::new(out))
+    /// For arrays of the bands of a scene.
+    pub(crate) fn new(out: W, bands: &BandSet) -> NpzWriter<W> {
+        let bands_of_triples = (0..bands.triples()).map(|t| bands.window(t).len()).collect();
+        NpzWriter { zip: ZipWriter::new(out), bands_of_triples }
     }
 
     pub(crate) fn finish(self) -> io::Result<()> {
-        self.0.finish().map_err(io::Error::other)?.flush()
+        self.zip.finish().map_err(io::Error::other)?.flush()
     }
 
     fn begin(&mut self, name: &str, kind: ElementType, shape: &[usize]) -> io::Result<()> {
@@ -26,8 +32,8 @@ impl<W: Write + Seek> NpzWriter<W> {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .large_file(bytes > 1 << 31);
-        self.0.start_file(format!("{name}.npy"), options).map_err(io::Error::other)?;
-        self.0.write_all(&npy::header(kind, shape))
+        self.zip.start_file(format!("{name}.npy"), options).map_err(io::Error::other)?;
+        self.zip.write_all(&npy::header(kind, shape))
     }
 
     /// Streams elements of `N` bytes, a block at a time.
@@ -38,16 +44,16 @@ impl<W: Write + Seek> NpzWriter<W> {
             block[filled] = item;
             filled += 1;
             if filled == block.len() {
-                self.0.write_all(block.as_flattened())?;
+                self.zip.write_all(block.as_flattened())?;
                 filled = 0;
             }
         }
-        self.0.write_all(block[..filled].as_flattened())
+        self.zip.write_all(block[..filled].as_flattened())
     }
 
     pub(crate) fn bytes(&mut self, name: &str, data: &[u8]) -> io::Result<()> {
         self.begin(name, ElementType::U8, &[data.len()])?;
-        self.0.write_all(data)
+        self.zip.write_all(data)
     }
 
     pub(crate) fn ints(&mut self, name: &str, data: impl ExactSizeIterator<Item = usize>) -> io::Result<()> {
@@ -82,9 +88,18 @@ impl<W: Write + Seek> NpzWriter<W> {
         self.stream(data.flatten().map(f64::to_le_bytes))
     }
 
-    /// Bands of zones, an array of shape `[zones, 3]`.
-    pub(crate) fn bands(&mut self, name: &str, zones: &[Bands]) -> io::Result<()> {
-        self.triples(name, &[zones.len()], zones.iter().map(|x| x.to_rgb()))
+    /// Number of bands.
+    fn band_count(&self) -> usize {
+        self.bands_of_triples.iter().sum()
+    }
+
+    /// Bands of zones, an array of shape `[zones, bands]`, from those of each triple.
+    pub(crate) fn bands(&mut self, name: &str, triples: &[&[Bands]]) -> io::Result<()> {
+        let zones = triples.first().map_or(0, |t| t.len());
+        self.begin(name, ElementType::F64, &[zones, self.band_count()])?;
+        let counts = self.bands_of_triples.clone();
+        let row = |i: usize| all_bands(&counts, move |t| triples[t][i]);
+        self.stream((0..zones).flat_map(row).map(f64::to_le_bytes))
     }
 
     /// As [`NpzWriter::triples`], in one row of shape `[1, …, 3]` if all rows are equal: numpy broadcasts it.
@@ -103,24 +118,34 @@ impl<W: Write + Seek> NpzWriter<W> {
         }
     }
 
-    /// As [`NpzWriter::rows`], of bands.
+    /// As [`NpzWriter::rows`], of the bands of row `i` of triple `t`, which `value` gives.
     pub(crate) fn band_rows(
         &mut self,
         name: &str,
         shape: &[usize],
-        data: impl Iterator<Item = Bands> + Clone,
+        value: impl Fn(usize, usize) -> Bands,
     ) -> io::Result<()> {
-        self.rows(name, shape, data.map(Bands::to_rgb))
+        let counts = self.bands_of_triples.clone();
+        let rows: usize = shape.iter().product();
+        let bits = |t: usize, i: usize| value(t, i).map_to(f64::to_bits);
+        let is_uniform = rows > 0 && (0..counts.len()).all(|t| (1..rows).all(|i| bits(t, i) == bits(t, 0)));
+        let (shape, rows) = if is_uniform { (vec![1; shape.len()], 1) } else { (shape.to_vec(), rows) };
+        self.begin(name, ElementType::F64, &[shape, vec![self.band_count()]].concat())?;
+        let row = |i: usize| all_bands(&counts, |t| value(t, i)).collect::<Vec<_>>();
+        self.stream((0..rows).flat_map(row).map(f64::to_le_bytes))
     }
 
-    /// The values of a light group, `[zones, 3]` of f64 or f32; no rows for zeros.
-    pub(crate) fn values(&mut self, name: &str, values: &ZoneValues) -> io::Result<()> {
-        match values {
-            ZoneValues::Double(v) => self.bands(name, v),
-            ZoneValues::Single(v) => {
-                self.begin(name, ElementType::F32, &[v.len(), 3])?;
-                self.stream(v.iter().flatten().map(|x| x.to_le_bytes()))
-            }
+    /// The values of a light group, `[zones, bands]` of f64, or of f32 if every triple has single precision; no rows for zeros.
+    pub(crate) fn values(&mut self, name: &str, triples: &[&ZoneValues]) -> io::Result<()> {
+        let zones = triples.iter().map(|v| v.len()).max().unwrap_or(0);
+        let is_single = triples.iter().all(|v| matches!(v, ZoneValues::Single(_)));
+        let kind = if is_single { ElementType::F32 } else { ElementType::F64 };
+        self.begin(name, kind, &[zones, self.band_count()])?;
+        let counts = self.bands_of_triples.clone();
+        let row = |i: usize| all_bands(&counts, move |t| triples[t].at(i));
+        match is_single {
+            true => self.stream((0..zones).flat_map(row).map(|x| (x as f32).to_le_bytes())),
+            false => self.stream((0..zones).flat_map(row).map(f64::to_le_bytes)),
         }
     }
 
@@ -166,4 +191,12 @@ impl<W: Write + Seek> NpzWriter<W> {
         let kinds: Vec<u8> = plates.map(|p| (p.kind == PlateKind::Parallelogram) as u8).collect();
         self.bytes(&format!("{name}_kind"), &kinds)
     }
+}
+
+/// The values of all bands, given by triples of which each has a number of bands.
+fn all_bands<'a>(
+    bands_of_triples: &'a [usize],
+    value: impl Fn(usize) -> Bands + 'a,
+) -> impl Iterator<Item = f64> + 'a {
+    bands_of_triples.iter().enumerate().flat_map(move |(t, n)| value(t).into_iter().take(*n))
 }

@@ -1,11 +1,79 @@
 //! Encodings of single values in JSON, for serde's `with`.
 //!
 //! A number that is not finite is written as null. Names are written as their words.
+//!
+//! **Bands.** A scene of many bands consists of triples of bands, each with values of its own. Values of bands are written as `{"bands": [a, b, c]}`
+//! first; [`join_triples`] turns the documents of all triples into one with a list over all bands. While a document is read, [`with_triple`] says
+//! which triple is taken from these lists.
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error, ser::SerializeMap};
 use serde_json::Value;
+use std::cell::RefCell;
 use zonal_math::{Grade, Vec3};
-use zonal_scene::{Bands, EnergyBalance, PerBand, SolveStatus, printable};
+use zonal_scene::{BandSet, Bands, EnergyBalance, PerBand, SolveStatus, printable};
+
+thread_local! {
+    /// The bands of the document that is read, and the triple that is taken from it.
+    static TRIPLE: RefCell<(BandSet, usize)> = RefCell::default();
+}
+
+/// Reads with one triple of bands taken from every list over bands.
+pub(crate) fn with_triple<T>(bands: &BandSet, triple: usize, read: impl FnOnce() -> T) -> T {
+    let before = TRIPLE.replace((bands.clone(), triple));
+    let out = read();
+    TRIPLE.set(before);
+    out
+}
+
+/// The key of values of bands before they are joined.
+const BANDS_KEY: &str = "bands of a triple";
+
+/// Values of a triple of bands, marked for [`join_triples`].
+fn mark_bands<S: Serializer, T: Serialize>(values: &[T], s: S) -> Result<S::Ok, S::Error> {
+    let mut map = s.serialize_map(Some(1))?;
+    map.serialize_entry(BANDS_KEY, values)?;
+    map.end()
+}
+
+/// One document out of those of the triples of a scene: values of bands become lists over all bands; all else is that of the first triple.
+pub(crate) fn join_triples(bands: &BandSet, triples: Vec<Value>) -> Value {
+    let counts: Vec<usize> = (0..bands.triples()).map(|t| bands.window(t).len()).collect();
+    join(&triples.iter().collect::<Vec<_>>(), &counts)
+}
+
+fn join(triples: &[&Value], counts: &[usize]) -> Value {
+    let values = |t: usize| triples[t].get(BANDS_KEY).and_then(Value::as_array);
+    if values(0).is_some() {
+        let own = |t: usize| values(t).into_iter().flatten().take(counts[t]).cloned();
+        return (0..triples.len()).flat_map(own).collect();
+    }
+    match triples[0] {
+        Value::Object(map) => {
+            let member = |key: &String| -> Value {
+                let of = triples.iter().map(|t| t.get(key).unwrap_or(&Value::Null));
+                join(&of.collect::<Vec<_>>(), counts)
+            };
+            map.keys().map(|key| (key.clone(), member(key))).collect()
+        }
+        Value::Array(list) => {
+            let element = |k: usize| -> Value {
+                let of = triples.iter().map(|t| t.get(k).unwrap_or(&Value::Null));
+                join(&of.collect::<Vec<_>>(), counts)
+            };
+            (0..list.len()).map(element).collect()
+        }
+        other => other.clone(),
+    }
+}
+
+/// The triple that is read, out of a list over all bands.
+fn triple_of_list<T: Clone, E: Error>(list: &[T]) -> Result<[T; 3], E> {
+    TRIPLE.with_borrow(|(bands, triple)| {
+        bands.triple_of(*triple, list).ok_or_else(|| {
+            E::custom(format!("a list has {} values where there are {} bands", list.len(), bands.count()))
+        })
+    })
+}
 
 /// Decodes a value at a path of the document; an error names the path of the field.
 pub(crate) fn decode_at<'v, T: Deserialize<'v>>(path: &str, v: &'v Value) -> Result<T, String> {
@@ -103,10 +171,10 @@ pub(crate) mod statuses {
     use super::*;
 
     pub(crate) fn serialize<S: Serializer>(list: &PerBand<SolveStatus>, s: S) -> Result<S::Ok, S::Error> {
-        list.map(SolveStatus::name).into_rgb().serialize(s)
+        mark_bands(&list.map(SolveStatus::name).into_rgb(), s)
     }
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<PerBand<SolveStatus>, D::Error> {
-        let names = <[String; 3]>::deserialize(d)?;
+        let names = triple_of_list::<String, D::Error>(&Vec::deserialize(d)?)?;
         let find = |name: &String| {
             let present = SolveStatus::VARIANTS.into_iter().find(|s| s.name() == name);
             let former = || FORMER_STATUS_NAMES.iter().find(|f| f.0 == name).map(|f| f.1);
@@ -134,10 +202,10 @@ pub(crate) mod bands {
     use super::*;
 
     pub(crate) fn serialize<S: Serializer>(x: &Bands, s: S) -> Result<S::Ok, S::Error> {
-        x.to_rgb().serialize(s)
+        mark_bands(x.as_slice(), s)
     }
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
-        <[f64; 3]>::deserialize(d).map(Bands::from_rgb)
+        triple_of_list::<f64, D::Error>(&Vec::deserialize(d)?).map(Bands::from_rgb)
     }
 }
 
@@ -148,7 +216,8 @@ pub(crate) mod nan_bands {
     pub(crate) use super::bands::serialize;
 
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
-        Ok(Bands::from_rgb(<[Option<f64>; 3]>::deserialize(d)?.map(|x| x.unwrap_or(f64::NAN))))
+        let list = triple_of_list::<Option<f64>, D::Error>(&Vec::deserialize(d)?)?;
+        Ok(Bands::from_rgb(list.map(|x| x.unwrap_or(f64::NAN))))
     }
 }
 
@@ -187,11 +256,24 @@ pub(crate) mod residual_lists {
     use super::*;
 
     pub(crate) fn serialize<S: Serializer>(lists: &PerBand<Vec<f64>>, s: S) -> Result<S::Ok, S::Error> {
-        lists.as_slice().serialize(s)
+        mark_bands(lists.as_slice(), s)
     }
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<PerBand<Vec<f64>>, D::Error> {
-        let lists = PerBand::from_rgb(<[Vec<Option<f64>>; 3]>::deserialize(d)?);
+        let lists = triple_of_list::<Vec<Option<f64>>, D::Error>(&Vec::deserialize(d)?)?;
+        let lists = PerBand::from_rgb(lists);
         Ok(lists.map(|list| list.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()))
+    }
+}
+
+/// Polynomials of the bands.
+pub(crate) mod polynomials {
+    use super::*;
+
+    pub(crate) fn serialize<S: Serializer>(lists: &[Vec<f64>], s: S) -> Result<S::Ok, S::Error> {
+        mark_bands(lists, s)
+    }
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<Vec<f64>>, D::Error> {
+        Vec::deserialize(d)
     }
 }
 

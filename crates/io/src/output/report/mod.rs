@@ -1,6 +1,6 @@
 //! The report as JSON, and back: shared by `--json` and by the header of solution files.
 //!
-//! Lists over bands have three numbers. A number that is not finite is `null`. The fields are described once, in `format`, `heat` and
+//! Lists over bands have one number for each band. A number that is not finite is `null`. The fields are described once, in `format`, `heat` and
 //! `notes`.
 
 pub(crate) mod codec;
@@ -12,11 +12,18 @@ use codec::{decode_at, factors, nan_bands, printable_text, statuses};
 use format::{EnergyFormat, add_unit, decode_report, encode_report};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use zonal_scene::{Bands, EnergyBalance, LightGroup, LightGroupKind, PerBand, Report, Solution, SolveStatus};
+use zonal_scene::{
+    BandSet, Bands, EnergyBalance, LightGroup, LightGroupKind, PerBand, Report, Solution, SolveStatus,
+};
 
 /// The report of a solution as a JSON document: zones, engine, status, residuals, estimate, closure, energy (W), light groups, counts,
 /// warnings, provenance.
 pub fn report_json(s: &Solution) -> Value {
+    codec::join_triples(s.scene.bands(), s.triples().map(triple_json).collect())
+}
+
+/// The report of one triple of bands, with values of bands marked.
+pub(crate) fn triple_json(s: &Solution) -> Value {
     let mut v = encode_report(&s.report);
     v["light_groups"] = s.groups.iter().map(encode_group).collect();
     v["scene"] = json!(s.scene.name());
@@ -32,7 +39,30 @@ pub fn report_json(s: &Solution) -> Value {
         "tolerance": s.scene.options().tolerance,
         "grade": s.report.grade.name(),
     });
+    if !s.scene.bands().is_rgb() {
+        v["bands"] = encode_bands(s.scene.bands());
+    }
     v
+}
+
+/// The bands of a scene: number, names and wavelengths.
+pub(crate) fn encode_bands(bands: &BandSet) -> Value {
+    let names: Vec<String> = (0..bands.count()).map(|b| bands.name(b)).collect();
+    json!({ "count": bands.count(), "names": names, "wavelengths_nm": bands.wavelengths() })
+}
+
+/// The bands that [`encode_bands`] wrote; red, green and blue in files without them.
+pub(crate) fn decode_bands(v: &Value) -> Result<BandSet, String> {
+    if v.is_null() {
+        return Ok(BandSet::default());
+    }
+    let count = v["count"].as_u64().ok_or("bands.count: a number is missing")? as usize;
+    let set = match decode_at::<Option<Vec<[f64; 2]>>>("bands.wavelengths_nm", &v["wavelengths_nm"])? {
+        Some(wavelengths) => BandSet::by_wavelength(wavelengths),
+        None => BandSet::numbered(count),
+    };
+    let set = set.map_err(|e| e.to_string())?;
+    if set.count() == count { Ok(set) } else { Err("bands.count: differs from the wavelengths".into()) }
 }
 
 /// The report and the light groups, without their fields, of a JSON document that [`report_json`] wrote, or an earlier version.

@@ -2,15 +2,18 @@
 //! writing and reading (serde); former names of fields are read too.
 
 use crate::output::report::codec::{
-    bands, engine, light_grouping, list_of, patch_rule, printable_text, vector, zone_basis,
+    bands, engine, join_triples, light_grouping, list_of, patch_rule, polynomials, printable_text, vector,
+    zone_basis,
 };
+use crate::output::report::encode_bands;
 use crate::output::report::notes::diagnostics;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::{
-    BandFractions, Bands, Camera, Diagnostic, Engine, Lens, Light, LightGrouping, Pane, PatchRule, PerBand,
-    Plate, Scene, Sides, SolveOptions, Surface, Surroundings, Thermal, ThermalCondition, ZoneBasis,
+    BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, Lens, Light, LightGrouping,
+    Pane, PatchRule, Plate, Scene, Sides, SolveOptions, Surface, Surroundings, Thermal, ThermalCondition,
+    ZoneBasis,
 };
 
 /// The version of the format.
@@ -189,10 +192,15 @@ pub(super) struct ThermalFormat {
 
 #[derive(Serialize, Deserialize)]
 struct FractionsFormat {
-    coefficients: [Vec<f64>; 3],
+    /// Those of all bands in a file; of one triple while it is written.
+    #[serde(with = "polynomials")]
+    coefficients: Vec<Vec<f64>>,
     range: [f64; 2],
     #[serde(alias = "left_out", default)]
     allow_partial: bool,
+    /// True if negative values of the polynomials count as 0, and the others are divided by their sum.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    normalized: bool,
 }
 
 /// `{temperature: K}`, `{heat: W/m² or W/m³}` or `{net_power: W}`.
@@ -217,28 +225,50 @@ impl ThermalFormat {
     fn new(t: &Thermal) -> ThermalFormat {
         let band_fractions = match &t.band_fractions {
             BandFractions::Grey => None,
-            BandFractions::GreyGases { coefficients, range, allow_partial, .. } => Some(FractionsFormat {
-                coefficients: coefficients.clone().into_rgb(),
-                range: *range,
-                allow_partial: *allow_partial,
-            }),
+            BandFractions::GreyGases { coefficients, range, allow_partial, all_bands } => {
+                Some(FractionsFormat {
+                    coefficients: coefficients.clone().into_rgb().to_vec(),
+                    range: *range,
+                    allow_partial: *allow_partial,
+                    normalized: all_bands.is_some(),
+                })
+            }
         };
         let (surfaces, panes) = (t.surfaces.clone(), t.panes.clone());
         ThermalFormat { band_fractions, surfaces, panes, surroundings: t.surroundings }
     }
 
-    pub(super) fn into_thermal(self) -> Thermal {
-        let band_fractions = match self.band_fractions {
-            None => BandFractions::Grey,
-            Some(FractionsFormat { coefficients, range, allow_partial }) => BandFractions::GreyGases {
-                coefficients: PerBand::from_rgb(coefficients),
-                range,
-                allow_partial,
-                all_bands: None,
-            },
+    /// The thermal data of one triple of bands; `cells` gives the kind of each cell and the polynomials of every kind and band, if they differ.
+    pub(super) fn into_thermal(
+        self,
+        (bands, triple): (&BandSet, usize),
+        cells: Option<(Vec<u32>, Vec<Vec<Vec<f64>>>)>,
+    ) -> Result<Thermal, String> {
+        let ThermalFormat { band_fractions, surfaces, panes, surroundings } = self;
+        let Some(FractionsFormat { coefficients, range, allow_partial, normalized }) = band_fractions else {
+            let band_fractions = BandFractions::Grey;
+            return Ok(Thermal { band_fractions, cell_fractions: None, surfaces, panes, surroundings });
         };
-        let ThermalFormat { surfaces, panes, surroundings, .. } = self;
-        Thermal { band_fractions, cell_fractions: None, surfaces, panes, surroundings }
+        let count = bands.count();
+        let lists = cells.iter().flat_map(|c| &c.1).chain(std::iter::once(&coefficients));
+        if let Some(list) = lists.into_iter().find(|list| list.len() != count) {
+            return Err(format!("thermal.band_fractions: there are {} for {count} bands", list.len()));
+        }
+        let of = |polynomials: &[Vec<f64>]| BandFractions::of_polynomials(bands, triple, polynomials, range);
+        let mut of_scene = of(&coefficients);
+        if let BandFractions::GreyGases { allow_partial: partial, all_bands, .. } = &mut of_scene {
+            *partial = allow_partial;
+            if !normalized {
+                *all_bands = None;
+            }
+        }
+        let cell_fractions = match cells {
+            Some((kind_of_cell, kinds)) => {
+                Some(CellFractions { kinds: kinds.iter().map(|k| of(k)).collect(), kind_of_cell })
+            }
+            None => None,
+        };
+        Ok(Thermal { band_fractions: of_scene, cell_fractions, surfaces, panes, surroundings })
     }
 }
 
@@ -268,7 +298,11 @@ impl SceneHeader {
 /// The header of a solution with this scene and report.
 pub(super) fn encode_header(scene: &Scene, mut report: Value) -> Value {
     // Serialisation into a JSON value fails only for maps with keys that are no texts; there are none.
-    let mut v = serde_json::to_value(SceneHeader::new(scene)).unwrap_or_default();
+    let of_triple = |scene: &Scene| serde_json::to_value(SceneHeader::new(scene)).unwrap_or_default();
+    let mut v = join_triples(scene.bands(), scene.triples().map(of_triple).collect());
+    if !scene.bands().is_rgb() {
+        v["bands"] = encode_bands(scene.bands());
+    }
     v["format"] = FORMAT.into();
     v["format_version"] = FORMAT_VERSION.into();
     v["how_to_read"] = HOW_TO_READ.into();

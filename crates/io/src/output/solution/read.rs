@@ -3,18 +3,19 @@
 use super::header::{
     FORMAT, FORMAT_VERSION, OLDEST_FORMAT_VERSION, Provenance, SceneHeader, VoxelGridHeader,
 };
+use super::write::texture_name;
 use crate::output::error::FileError;
 use crate::output::npz::reader::{Absence, NpzReader, ZoneRows};
-use crate::output::report::codec::decode_at;
-use crate::output::report::decode_document;
+use crate::output::report::codec::{decode_at, with_triple};
+use crate::output::report::{decode_bands, decode_document};
 use serde_json::Value;
 use std::io::Cursor;
 use std::path::Path;
 use zonal_math::Vec3;
 use zonal_scene::{
-    Facet, Fields, LightGroup, LightGroupKind, Pane, PaneZone, Patch, Plate, SUBCELLS, Scene, SceneError,
-    SceneParts, Solution, Texture, ThermalCondition, ThermalFields, VoxelGrid, VoxelSamples, VoxelZone,
-    Zones,
+    BandSet, Facet, Fields, LightGroup, LightGroupKind, Pane, PaneZone, Patch, Plate, SUBCELLS, Scene,
+    SceneError, SceneParts, Solution, Texture, ThermalCondition, ThermalFields, VoxelGrid, VoxelSamples,
+    VoxelZone, Zones,
 };
 
 /// Reads a solution and validates its shapes, ranges and numbers. Files of the format version before are read too.
@@ -30,7 +31,7 @@ use zonal_scene::{
 /// ```
 pub fn read_solution(path: impl AsRef<Path>) -> Result<Solution, FileError> {
     let path = path.as_ref();
-    read(NpzReader::open(path)?)
+    read_triples(|| NpzReader::open(path))
 }
 
 /// As [`read_solution`], from a file's bytes.
@@ -39,18 +40,46 @@ pub fn read_solution(path: impl AsRef<Path>) -> Result<Solution, FileError> {
 ///
 /// As [`read_solution`].
 pub fn read_solution_from_bytes(bytes: &[u8]) -> Result<Solution, FileError> {
-    read(NpzReader::new(Path::new("memory"), Box::new(Cursor::new(bytes)), bytes.len() as u64)?)
+    read_triples(|| NpzReader::new(Path::new("memory"), Box::new(Cursor::new(bytes)), bytes.len() as u64))
 }
 
-fn read(mut npz: NpzReader<'_>) -> Result<Solution, FileError> {
-    // Read the header.
+/// Reads all triples of the bands of a file that `open` opens.
+fn read_triples<'a>(open: impl Fn() -> Result<NpzReader<'a>, FileError>) -> Result<Solution, FileError> {
+    let mut npz = open()?;
     let document = read_header(&mut npz)?;
+    let bands = decode_bands(&document["bands"]).map_err(|e| npz.error("header.json", e))?;
+    let one = |triple: usize| {
+        let mut npz = open()?;
+        npz.set_triple(bands.clone(), triple);
+        with_triple(&bands, triple, || read(npz, &document, (&bands, triple)))
+    };
+    let mut solutions = (0..bands.triples()).map(one).collect::<Result<Vec<_>, _>>()?;
+    if solutions.len() == 1 {
+        return Ok(solutions.swap_remove(0));
+    }
+    let scenes = solutions.iter().map(|s| s.scene.clone()).collect();
+    let scene = Scene::from_triples(scenes).map_err(|e| scene_error(&npz, &e))?;
+    let further_triples = solutions.split_off(1);
+    Ok(Solution { scene, further_triples, ..solutions.swap_remove(0) })
+}
+
+/// Reads one triple of bands.
+fn read(
+    mut npz: NpzReader<'_>,
+    document: &Value,
+    (bands, triple): (&BandSet, usize),
+) -> Result<Solution, FileError> {
+    // Decode the header.
     let json_error = |e: String| npz.error("header.json", e);
-    let header: SceneHeader = decode_at("", &document).map_err(json_error)?;
-    let (report, groups) = decode_document(&document["report"]).map_err(json_error)?;
+    let header: SceneHeader = decode_at("", document).map_err(json_error)?;
+    let (mut report, groups) = decode_document(&document["report"]).map_err(json_error)?;
     let provenance: Provenance = decode_at("provenance", &document["provenance"]).map_err(json_error)?;
+    if triple > 0 {
+        // The table of heat belongs to all bands.
+        report.heat = None;
+    }
     // Read the scene and its zones.
-    let scene = read_scene(&mut npz, header)?;
+    let scene = read_scene(&mut npz, header, (bands, triple))?;
     let zones = Zones {
         patches: read_patches(&mut npz, &scene)?,
         voxels: read_voxels(&mut npz, &scene)?,
@@ -67,7 +96,11 @@ fn read(mut npz: NpzReader<'_>) -> Result<Solution, FileError> {
         error: npz.errors("error", n, Absence::Refused)?,
         direct_error: npz.errors("direct_error", n, Absence::Allowed)?,
         surroundings_error: npz.errors("surroundings_error", n, Absence::Allowed)?,
-        heat: if scene.thermal().is_some() { Some(read_thermal_fields(&mut npz, n)?) } else { None },
+        heat: if scene.thermal().is_some() && triple == 0 {
+            Some(read_thermal_fields(&mut npz, n)?)
+        } else {
+            None
+        },
     };
     let groups = read_groups(&mut npz, groups, &scene, n)?;
     let Provenance { scene_hash, version } = provenance;
@@ -128,24 +161,54 @@ fn read_header(npz: &mut NpzReader<'_>) -> Result<Value, FileError> {
     Ok(header)
 }
 
-fn read_scene(npz: &mut NpzReader<'_>, header: SceneHeader) -> Result<Scene, FileError> {
+fn read_scene(
+    npz: &mut NpzReader<'_>,
+    header: SceneHeader,
+    (bands, triple): (&BandSet, usize),
+) -> Result<Scene, FileError> {
+    let cells = if header.thermal.is_some() { read_cell_fractions(npz, bands)? } else { None };
+    let thermal = header.thermal.map(|t| t.into_thermal((bands, triple), cells)).transpose();
     let parts = SceneParts {
         name: header.name,
         facets: read_facets(npz, header.surfaces.len())?,
         surfaces: header.surfaces,
-        textures: (0..header.textures).map(|i| read_texture(npz, i)).collect::<Result<_, _>>()?,
+        textures: (0..header.textures).map(|i| read_texture(npz, triple, i)).collect::<Result<_, _>>()?,
         panes: read_panes(npz, header.panes)?,
         voxel_grid: header.voxel_grid.map(|v| read_voxel_grid(npz, &v)).transpose()?,
         lights: header.lights,
         surroundings: header.surroundings,
         periodic: header.periodic,
-        thermal: header.thermal.map(|t| t.into_thermal()),
+        thermal: thermal.map_err(|e| npz.error("header.json", e))?,
         cameras: header.cameras,
         options: header.options,
         notes: header.notes,
-        ..SceneParts::default()
+        bands: bands.clone(),
+        triple,
     };
     Scene::new(parts).map_err(|e| scene_error(npz, &e))
+}
+
+/// Band fractions that differ from cell to cell, as [`super::write`] stores them: the kind of each cell, and the polynomials of every kind and band.
+#[allow(clippy::type_complexity)]
+fn read_cell_fractions(
+    npz: &mut NpzReader<'_>,
+    bands: &BandSet,
+) -> Result<Option<(Vec<u32>, Vec<Vec<Vec<f64>>>)>, FileError> {
+    const POLYNOMIALS: &str = "cell_fraction_polynomials";
+    if !npz.has(POLYNOMIALS) {
+        return Ok(None);
+    }
+    let (shape, data) = npz.grid(POLYNOMIALS)?;
+    let &[kinds, own, powers] = shape.as_slice() else {
+        return Err(npz.error(POLYNOMIALS, format!("has shape {shape:?}; solve the scene again")));
+    };
+    if own != bands.count() || powers == 0 {
+        return Err(npz.error(POLYNOMIALS, format!("has shape {shape:?}; solve the scene again")));
+    }
+    let polynomials = data.chunks_exact(powers).map(<[f64]>::to_vec).collect::<Vec<_>>();
+    let polynomials = polynomials.chunks_exact(own).map(<[Vec<f64>]>::to_vec).collect();
+    let kind_of_cell = npz.ints("cell_fraction_kind", None, kinds)?;
+    Ok(Some((kind_of_cell.into_iter().map(|k| k as u32).collect(), polynomials)))
 }
 
 /// The error of an invalid scene.
@@ -168,8 +231,8 @@ fn read_facets(npz: &mut NpzReader<'_>, surfaces: usize) -> Result<Vec<Facet>, F
     Ok(plates.into_iter().enumerate().map(facet).collect())
 }
 
-fn read_texture(npz: &mut NpzReader<'_>, i: usize) -> Result<Texture, FileError> {
-    let (width, height, pixels) = npz.picture(&format!("texture_{i}"))?;
+fn read_texture(npz: &mut NpzReader<'_>, triple: usize, i: usize) -> Result<Texture, FileError> {
+    let (width, height, pixels) = npz.picture(&texture_name(triple, i))?;
     Ok(Texture { width, height, pixels })
 }
 

@@ -7,14 +7,14 @@
 //! ```
 //!
 //! Values are computed while they are written; no array is held in memory. Names of arrays include the unit, `radiosity [W/m2]`; arrays of
-//! bands have three components, named red, green and blue. Names of surfaces, panes and groups are string arrays of the field data.
+//! bands have one component for each band, with its name. Names of surfaces, panes and groups are string arrays of the field data.
 
 use crate::output::atomic::write_atomic;
 use crate::output::error::FileError;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::Path;
-use zonal_scene::Bands;
+use zonal_scene::{BandSet, Bands};
 
 /// Type of the written values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,13 +30,15 @@ impl NumberType {
     }
 }
 
-/// An array with one or three components.
+/// An array of numbers.
 pub(super) struct DataArray<'a> {
     name: String,
     number: NumberType,
-    components: usize,
     tuples: usize,
-    value: Box<dyn Fn(usize) -> [f64; 3] + 'a>,
+    /// Up to three components each, with their number.
+    parts: Vec<(usize, Box<dyn Fn(usize) -> [f64; 3] + 'a>)>,
+    /// Names of the components of bands; empty for other arrays.
+    bands: Vec<String>,
 }
 
 impl<'a> DataArray<'a> {
@@ -48,35 +50,62 @@ impl<'a> DataArray<'a> {
         value: impl Fn(usize) -> f64 + 'a,
     ) -> DataArray<'a> {
         let value = Box::new(move |i| [value(i), 0.0, 0.0]);
-        DataArray { name: name.into(), number, components: 1, tuples, value }
+        DataArray { name: name.into(), number, tuples, parts: vec![(1, value)], bands: Vec::new() }
     }
     /// Three doubles for each tuple.
     pub(super) fn triple(name: &str, tuples: usize, value: impl Fn(usize) -> [f64; 3] + 'a) -> DataArray<'a> {
         DataArray {
             name: name.into(),
             number: NumberType::Float64,
-            components: 3,
             tuples,
-            value: Box::new(value),
+            parts: vec![(3, Box::new(value))],
+            bands: Vec::new(),
         }
     }
     /// The bands of each tuple.
     pub(super) fn bands(name: &str, tuples: usize, value: impl Fn(usize) -> Bands + 'a) -> DataArray<'a> {
-        DataArray::triple(name, tuples, move |i| value(i).to_rgb())
+        let bands = BandSet::default();
+        let names = (0..bands.count()).map(|b| bands.name(b)).collect();
+        DataArray { bands: names, ..DataArray::triple(name, tuples, move |i| value(i).to_rgb()) }
+    }
+    /// The arrays of all triples of bands, each a list with the same names: arrays of bands with one component for each band, and all others of the
+    /// first triple.
+    pub(super) fn joined(bands: &BandSet, mut triples: Vec<Vec<DataArray<'a>>>) -> Vec<DataArray<'a>> {
+        if bands.is_rgb() {
+            return triples.swap_remove(0);
+        }
+        let names: Vec<String> = (0..bands.count()).map(|b| bands.name(b)).collect();
+        let further = triples.split_off(1);
+        let mut arrays = triples.swap_remove(0);
+        for array in arrays.iter_mut().filter(|a| !a.bands.is_empty()) {
+            array.bands = names.clone();
+            array.parts[0].0 = bands.window(0).len();
+        }
+        for (t, list) in further.into_iter().enumerate() {
+            for other in list.into_iter().filter(|a| !a.bands.is_empty()) {
+                let Some(array) = arrays.iter_mut().find(|a| a.name == other.name) else { continue };
+                array.parts.extend(other.parts.into_iter().map(|p| (bands.window(t + 1).len(), p.1)));
+            }
+        }
+        arrays
+    }
+
+    fn components(&self) -> usize {
+        self.parts.iter().map(|p| p.0).sum()
     }
 
     fn bytes(&self) -> u64 {
-        (self.number.size() * self.components * self.tuples) as u64
+        (self.number.size() * self.components() * self.tuples) as u64
     }
 
     fn write(&self, out: &mut impl Write) -> io::Result<()> {
         out.write_all(&self.bytes().to_le_bytes())?;
         for i in 0..self.tuples {
-            for x in &(self.value)(i)[..self.components] {
+            for x in self.parts.iter().flat_map(|(n, value)| value(i).into_iter().take(*n)) {
                 match self.number {
                     NumberType::Float64 => out.write_all(&x.to_le_bytes())?,
-                    NumberType::Int64 => out.write_all(&(*x as i64).to_le_bytes())?,
-                    NumberType::UInt8 => out.write_all(&[*x as u8])?,
+                    NumberType::Int64 => out.write_all(&(x as i64).to_le_bytes())?,
+                    NumberType::UInt8 => out.write_all(&[x as u8])?,
                 }
             }
         }
@@ -136,11 +165,14 @@ impl<'a> VtkDocument<'a> {
     pub(super) fn section(&mut self, element: &str, arrays: Vec<DataArray<'a>>) {
         self.open(element);
         for a in arrays {
-            let bands = match a.components {
-                1 => String::new(),
-                n => format!(
-                    " NumberOfComponents=\"{n}\" ComponentName0=\"red\" ComponentName1=\"green\" ComponentName2=\"blue\""
-                ),
+            let bands = match a.bands.len() {
+                0 => String::new(),
+                n => {
+                    let names = a.bands.iter().enumerate();
+                    let names: String =
+                        names.map(|(k, name)| format!(" ComponentName{k}=\"{}\"", escape(name))).collect();
+                    format!(" NumberOfComponents=\"{n}\"{names}")
+                }
             };
             let bands = if element == "Points" { " NumberOfComponents=\"3\"" } else { bands.as_str() };
             let _ = writeln!(

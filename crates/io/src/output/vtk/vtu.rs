@@ -36,6 +36,7 @@ use zonal_scene::{Bands, Plate, PlateKind, Solution, Zones};
 pub fn write_vtu(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileError> {
     let path = path.as_ref();
     let grid = ZoneCells::new(s);
+    let triples: Vec<ZoneCells> = s.triples().map(ZoneCells::new).collect();
     let n = grid.len();
     let corners: Vec<usize> =
         (0..n).scan(0, |sum, i| Some(std::mem::replace(sum, *sum + grid.corners(i)))).collect();
@@ -48,7 +49,7 @@ pub fn write_vtu(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileError> 
         ("group names", s.groups.iter().map(|x| x.name.as_str()).collect()),
     ]);
     d.open(&format!("Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{n}\""));
-    d.section("CellData", fields(&grid));
+    d.section("CellData", DataArray::joined(s.scene.bands(), triples.iter().map(fields).collect()));
     let place = |p: usize| {
         let i = owner[p] as usize;
         grid.plate(i).corners().0[p - corners[i]].array()
