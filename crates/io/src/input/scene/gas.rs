@@ -16,6 +16,9 @@ use zonal_scene::{BandFractions, Bands, CellFractions, Diagnostic, SceneError, T
 /// The quantities of a composition, in the order of [`Composition`].
 pub(super) const GAS_QUANTITIES: [&str; 4] = ["h2o", "co2", "soot", "pressure"];
 
+/// Rounding error of a sum of two values in single precision.
+const SINGLE_PRECISION: f64 = 2.0 * f32::EPSILON as f64;
+
 /// Mole fractions of H2O and CO2, volume fraction of soot, and pressure in Pa.
 pub(super) type Composition = [f64; 4];
 
@@ -100,7 +103,11 @@ pub(super) fn no_gas() -> Composition {
     [0.0, 0.0, 0.0, GasState::default().pressure]
 }
 
+/// The state of a composition. Mole fractions of arrays in single precision may sum to 1 and a rounding error, which is divided out.
 fn state_of([h2o, co2, soot, pressure]: Composition) -> GasState {
+    let sum = h2o + co2;
+    let [h2o, co2] =
+        if sum > 1.0 && sum <= 1.0 + SINGLE_PRECISION { [h2o / sum, co2 / sum] } else { [h2o, co2] };
     GasState { h2o, co2, soot, pressure, ..GasState::default() }
 }
 

@@ -1,0 +1,123 @@
+//! Scenes of more than three bands through the command: files, tables, exports, refusals; slabs of gas against RadLib.
+
+mod support;
+
+use support::Folder;
+
+const SCENE: &str = "bands = 5\n[solve]\nengine = \"dense\"\npatch_rule = \"voxels\"\n[[surface]]\nname = \"room\"\nreflectance = [0.5, 0.6, 0.7, 0.4, 0.3]\nroom = { min = [0,0,0], max = [1,1,1] }\nfaces.z1.emission = [1, 2, 3, 4, 5]\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [2,2,2]\nextinction = [0.5, 1.0, 0.0, 0.2, 0.7]\n";
+
+fn read(f: &Folder, file: &str) -> zonal_scene::Solution {
+    zonal_io::output::read_solution(f.path().join(file)).unwrap()
+}
+
+#[test]
+fn files_tables_and_exports_have_all_bands() {
+    let f = Folder::new();
+    f.write("scene.toml", SCENE);
+    let json: serde_json::Value =
+        serde_json::from_str(&f.done(&["solve", "scene.toml", "-o", "a.npz", "--json"])).unwrap();
+    assert_eq!(json["energy"]["emitted"].as_array().unwrap().len(), 5);
+    assert_eq!(json["bands"]["count"], 5);
+    // The file has a column for each band and reads back to the same bytes.
+    let (shape, _) = zonal_io::output::read_array(&f.path().join("a.npz"), "radiosity").unwrap();
+    assert_eq!(shape, [32, 5]);
+    let solution = read(&f, "a.npz");
+    assert_eq!(solution.all_bands(|t| t.scene.surfaces()[0].reflectance), [0.5, 0.6, 0.7, 0.4, 0.3]);
+    let again = zonal_io::output::solution_bytes(&solution).unwrap();
+    assert_eq!(again, std::fs::read(f.path().join("a.npz")).unwrap());
+    // Tables.
+    let text = f.done(&["solve", "scene.toml", "-o", "b.npz"]);
+    assert!(text.contains("solver, band 4") && text.contains("1   2   3   4   5"), "{text}");
+    f.done(&["export", "a.npz", "-o", "a.csv"]);
+    let table = std::fs::read_to_string(f.path().join("a.csv")).unwrap();
+    assert!(table.lines().next().unwrap().contains("radiosity_4") && !table.contains("radiosity_5"));
+    for file in ["a.vtu", "a.vti"] {
+        f.done(&["export", "a.npz", "-o", file]);
+        let bytes = std::fs::read(f.path().join(file)).unwrap();
+        assert!(String::from_utf8_lossy(&bytes).contains("ComponentName4=\"band 4\""), "{file}");
+    }
+    // A factor for all bands.
+    f.done(&["relight", "a.npz", "room.z1=2", "-o", "c.npz"]);
+    let [once, twice] = ["a.npz", "c.npz"].map(|file| read(&f, file).all_bands(|t| t.fields.radiosity[3]));
+    assert!(once.iter().zip(&twice).all(|(a, b)| (2.0 * a - b).abs() < 1e-12 * b), "{once:?} {twice:?}");
+    f.done(&["render", "a.npz", "--show", "irradiance", "-o", "a.png"]);
+    let told = f.refused(&["render", "a.npz", "-o", "b.png"]);
+    assert!(told.contains("5 bands") && told.contains(".csv"), "{told}");
+}
+
+#[test]
+fn wrong_bands_and_gases_are_refused() {
+    let f = Folder::new();
+    let gas = |keys: &str| {
+        format!(
+            "mode = \"thermal\"\n{keys}\n[[surface]]\nname = \"w\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\nemissivity = 1\ntemperature = 900\n"
+        )
+    };
+    let medium = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [2,2,2]\nheat_source = 0";
+    for (text, words) in [
+        (SCENE.replace("bands = 5", "bands = 500"), "128"),
+        (SCENE.replace("bands = 5", "bands = 4"), "a list of 4 values"),
+        (SCENE.replace("bands = 5", "bands = [[400, 500], [450, 600]]"), "overlap"),
+        (gas(&format!("{medium}\ngas = {{ model = \"wsgg-bordbar\" }}")), "wsgg-bordbar-2020"),
+        (gas(&format!("{medium}\ngas = {{ model = \"wsgg-bordbar-2020\", h2o = 1.2 }}")), "from 0 to 1"),
+        (
+            gas(&format!("{medium}\nextinction = 1\ngas = {{ model = \"wsgg-bordbar-2020\" }}")),
+            "gives the absorption",
+        ),
+        (gas(&format!("bands = 4\n{medium}\ngas = {{ model = \"wsgg-bordbar-2020\" }}")), "5 grey gases"),
+        (gas(&format!("{medium}\ngas = {{ model = \"grey-soot\", soot = 1e-6 }}")), "temperature"),
+        (gas(&format!("bands = 4\n{medium}\nextinction = [1, 2, 3, 4]")), "fractions"),
+    ] {
+        f.write("bad.toml", &text);
+        let told = f.refused(&["solve", "bad.toml", "-o", "bad.npz"]);
+        assert!(told.contains(words) && told.contains("bad.toml"), "{words}: {told}");
+    }
+}
+
+/// Wall fluxes of slabs of gas by RadLib, kW/m² (`crates/validation/src/validate/data/radlib_walls.csv`).
+#[test]
+fn slabs_of_gas_have_the_fluxes_of_radlib() {
+    use std::fmt::Write as _;
+    let f = Folder::new();
+    let slab = |t: &dyn Fn(f64) -> f64, h2o: &dyn Fn(f64) -> f64, length: f64| {
+        const LAYERS: usize = 80;
+        let step = length / LAYERS as f64;
+        let mut text = String::from(
+            "mode = \"thermal\"\nboundary = { x = \"periodic\", y = \"periodic\" }\n[solve]\npatch_rule = \"voxels\"\ndiscretization_error = false\n",
+        );
+        for (name, z, edges) in [
+            ("low", 0.0, "edge1 = [1,0,0], edge2 = [0,1,0]"),
+            ("high", length, "edge1 = [0,1,0], edge2 = [1,0,0]"),
+        ] {
+            let _ = write!(
+                text,
+                "[[surface]]\nname = \"{name}\"\nemissivity = 1\ntemperature = {}\nrectangle = {{ origin = [0,0,{z}], {edges} }}\n",
+                t(z)
+            );
+        }
+        let _ = write!(text, "[medium]\nmin = [0,0,0]\nmax = [1,1,{length}]\ncells = [1,1,{LAYERS}]\n");
+        for k in 0..LAYERS {
+            let (low, x) = (k as f64 * step, (k as f64 + 0.5) * step);
+            let _ = write!(
+                text,
+                "[[medium.region]]\nbox = {{ min = [0,0,{low}], max = [1,1,{}] }}\ntemperature = {}\ngas = {{ model = \"wsgg-bordbar-2020\", h2o = {}, co2 = 0 }}\n",
+                low + step,
+                t(x),
+                h2o(x)
+            );
+        }
+        text
+    };
+    let s3 = slab(&|x| 800.0 + 4000.0 * x * (1.0 - x), &|x| 0.12 + 0.8 * x * (1.0 - x), 1.0);
+    let s5 = slab(&|x| 1000.0 + 500.0 * (0.5 * std::f64::consts::PI * x).cos(), &|_| 0.1, 2.0);
+    for (text, expected) in [(s3, [-80.0756, -80.0756]), (s5, [243.2911, -226.0974])] {
+        f.write("slab.toml", &text);
+        let json: serde_json::Value =
+            serde_json::from_str(&f.done(&["solve", "slab.toml", "-o", "slab.npz", "--json"])).unwrap();
+        assert_eq!(json["engine"], "layered");
+        for (k, expected) in expected.iter().enumerate() {
+            let q = json["heat"]["rows"][k]["net_flux"].as_f64().unwrap() / 1e3;
+            assert!((q / expected - 1.0).abs() < 2e-3, "{q} instead of {expected} kW/m2");
+        }
+    }
+}
