@@ -2,6 +2,7 @@
 
 use crate::camera::Camera;
 use crate::diagnostic::Diagnostic;
+use crate::face_table::FaceTable;
 use crate::light::{Light, Surroundings};
 use crate::options::SolveOptions;
 use crate::plate::Plate;
@@ -19,6 +20,8 @@ pub struct SceneParts {
     pub surfaces: Vec<Surface>,
     /// Facets of all surfaces.
     pub facets: Vec<Facet>,
+    /// Faces of mesh files, and values by face.
+    pub faces: FaceTable,
     /// Textures.
     pub textures: Vec<Texture>,
     /// Panes.

@@ -234,7 +234,7 @@ fn check_temperatures([from, to]: [f64; 2]) -> impl Iterator<Item = f64> {
 pub struct Thermal {
     /// The fraction of the emission in each band.
     pub band_fractions: BandFractions,
-    /// Condition of each surface.
+    /// Condition of each surface; where its facets have conditions of their own ([`crate::FaceTable`]), one of the same kind that stands for them.
     pub surfaces: Vec<ThermalCondition>,
     /// Condition of each pane; a pane without temperature is in radiative equilibrium.
     pub panes: Vec<ThermalCondition>,

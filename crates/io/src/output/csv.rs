@@ -30,7 +30,7 @@ pub fn csv_cell(text: &str) -> Cow<'_, str> {
 }
 
 /// The cell of a name: without control characters, never a formula, in quotes if it needs them.
-fn quoted(name: &str) -> String {
+pub(super) fn quoted(name: &str) -> String {
     let name = printable(name);
     let name = csv_cell(&name);
     if name.contains([',', '"', '\n', '\r']) {

@@ -8,6 +8,7 @@
 //! | `scene_hash` | the identity of the scene that a solution belongs to |
 //! | `images` | tone mapping and colour maps; PNG and OpenEXR |
 //! | `csv` | one line for each zone |
+//! | `face_table` | one line for each face of a mesh file |
 //! | [`glb`] | meshes, materials and cameras for other programs |
 //! | `vtk` | zones for ParaView: surfaces and panes, the medium |
 //! | `checkpoint` | a folder with the stages of a solve |
@@ -20,6 +21,7 @@ mod atomic;
 mod checkpoint;
 mod csv;
 mod error;
+mod face_table;
 pub mod glb;
 mod images;
 mod npz;
@@ -32,6 +34,7 @@ pub use atomic::{check_writable, is_stream, remove_stale_temporaries, write_byte
 pub use checkpoint::{CheckpointFolder, CheckpointKeys, CheckpointState};
 pub use csv::{csv_cell, write_zones_csv};
 pub use error::FileError;
+pub use face_table::{write_faces_csv, write_faces_npy, write_faces_vtu};
 pub use glb::write_glb;
 pub use images::colour_map::{ColourMap, NO_VALUE_COLOUR};
 pub use images::exr::{

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::{
-    BandFractions, Bands, Camera, Diagnostic, Engine, Lens, Light, LightGrouping, Pane, PatchRule, PerBand,
-    Plate, Scene, Sides, SolveOptions, Surface, Surroundings, Thermal, ThermalCondition, ZoneBasis,
+    BandFractions, Bands, Camera, Diagnostic, Engine, FaceMesh, Lens, Light, LightGrouping, Pane, PatchRule,
+    PerBand, Plate, Scene, Sides, SolveOptions, Surface, Surroundings, Thermal, ThermalCondition, ZoneBasis,
 };
 
 /// The version of the format.
@@ -32,6 +32,9 @@ pub(super) struct SceneHeader {
     pub(super) notes: Vec<Diagnostic>,
     #[serde(with = "surfaces")]
     pub(super) surfaces: Vec<Surface>,
+    /// Mesh files with their numbers of faces.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", with = "meshes")]
+    pub(super) meshes: Vec<FaceMesh>,
     #[serde(with = "panes")]
     pub(super) panes: Vec<Pane>,
     /// Number of textures.
@@ -75,6 +78,13 @@ struct SurfaceFormat {
     sides: Sides,
     patch_size: Option<f64>,
     solid: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "FaceMesh")]
+struct FaceMeshFormat {
+    name: String,
+    faces: usize,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -208,6 +218,7 @@ enum ConditionFormat {
 }
 
 list_of!(surfaces, Surface, "SurfaceFormat");
+list_of!(meshes, FaceMesh, "FaceMeshFormat");
 list_of!(panes, Pane, "PaneFormat");
 list_of!(lights, Light, "LightFormat");
 list_of!(cameras, Camera, "CameraFormat");
@@ -247,6 +258,7 @@ impl SceneHeader {
             name: scene.name().to_string(),
             notes: scene.notes().to_vec(),
             surfaces: scene.surfaces().to_vec(),
+            meshes: scene.faces().meshes.clone(),
             panes: scene.panes().to_vec(),
             textures: scene.textures().len(),
             voxel_grid: scene.voxel_grid().map(|v| VoxelGridHeader {

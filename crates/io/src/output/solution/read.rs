@@ -1,5 +1,6 @@
 //! Reading of a solution, with validation of all of its contents.
 
+use super::faces::read_faces;
 use super::header::{
     FORMAT, FORMAT_VERSION, OLDEST_FORMAT_VERSION, Provenance, SceneHeader, VoxelGridHeader,
 };
@@ -129,9 +130,11 @@ fn read_header(npz: &mut NpzReader<'_>) -> Result<Value, FileError> {
 }
 
 fn read_scene(npz: &mut NpzReader<'_>, header: SceneHeader) -> Result<Scene, FileError> {
+    let facets = read_facets(npz, header.surfaces.len())?;
     let parts = SceneParts {
         name: header.name,
-        facets: read_facets(npz, header.surfaces.len())?,
+        faces: read_faces(npz, header.meshes, facets.len())?,
+        facets,
         surfaces: header.surfaces,
         textures: (0..header.textures).map(|i| read_texture(npz, i)).collect::<Result<_, _>>()?,
         panes: read_panes(npz, header.panes)?,

@@ -18,7 +18,7 @@ use zonal_scene::Bands;
 
 /// Type of the written values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum NumberType {
+pub(in crate::output) enum NumberType {
     Float64,
     Int64,
     UInt8,
@@ -31,7 +31,7 @@ impl NumberType {
 }
 
 /// An array with one or three components.
-pub(super) struct DataArray<'a> {
+pub(in crate::output) struct DataArray<'a> {
     name: String,
     number: NumberType,
     components: usize,
@@ -41,7 +41,7 @@ pub(super) struct DataArray<'a> {
 
 impl<'a> DataArray<'a> {
     /// One value for each tuple.
-    pub(super) fn scalar(
+    pub(in crate::output) fn scalar(
         name: &str,
         number: NumberType,
         tuples: usize,
@@ -51,7 +51,11 @@ impl<'a> DataArray<'a> {
         DataArray { name: name.into(), number, components: 1, tuples, value }
     }
     /// Three doubles for each tuple.
-    pub(super) fn triple(name: &str, tuples: usize, value: impl Fn(usize) -> [f64; 3] + 'a) -> DataArray<'a> {
+    pub(in crate::output) fn triple(
+        name: &str,
+        tuples: usize,
+        value: impl Fn(usize) -> [f64; 3] + 'a,
+    ) -> DataArray<'a> {
         DataArray {
             name: name.into(),
             number: NumberType::Float64,
@@ -61,7 +65,11 @@ impl<'a> DataArray<'a> {
         }
     }
     /// The bands of each tuple.
-    pub(super) fn bands(name: &str, tuples: usize, value: impl Fn(usize) -> Bands + 'a) -> DataArray<'a> {
+    pub(in crate::output) fn bands(
+        name: &str,
+        tuples: usize,
+        value: impl Fn(usize) -> Bands + 'a,
+    ) -> DataArray<'a> {
         DataArray::triple(name, tuples, move |i| value(i).to_rgb())
     }
 
@@ -85,7 +93,7 @@ impl<'a> DataArray<'a> {
 }
 
 /// A file: XML that refers to arrays, then the arrays.
-pub(super) struct VtkDocument<'a> {
+pub(in crate::output) struct VtkDocument<'a> {
     kind: &'static str,
     xml: String,
     arrays: Vec<DataArray<'a>>,
@@ -94,7 +102,7 @@ pub(super) struct VtkDocument<'a> {
 
 impl<'a> VtkDocument<'a> {
     /// An empty document of VTK's type `kind`, whose element has these attributes.
-    pub(super) fn new(kind: &'static str, attributes: &str) -> VtkDocument<'a> {
+    pub(in crate::output) fn new(kind: &'static str, attributes: &str) -> VtkDocument<'a> {
         let xml = format!(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<{kind}{attributes}>\n"
         );
@@ -102,7 +110,7 @@ impl<'a> VtkDocument<'a> {
     }
 
     /// Field data: lists of names.
-    pub(super) fn names(&mut self, lists: &[(&str, Vec<&str>)]) {
+    pub(in crate::output) fn names(&mut self, lists: &[(&str, Vec<&str>)]) {
         self.xml.push_str("<FieldData>\n");
         for (name, list) in lists.iter().filter(|l| !l.1.is_empty()) {
             let n = list.len();
@@ -123,17 +131,17 @@ impl<'a> VtkDocument<'a> {
     }
 
     /// Opens an element.
-    pub(super) fn open(&mut self, element: &str) {
+    pub(in crate::output) fn open(&mut self, element: &str) {
         let _ = writeln!(self.xml, "<{element}>");
     }
 
     /// Closes an element.
-    pub(super) fn close(&mut self, element: &str) {
+    pub(in crate::output) fn close(&mut self, element: &str) {
         let _ = writeln!(self.xml, "</{element}>");
     }
 
     /// An element with these arrays.
-    pub(super) fn section(&mut self, element: &str, arrays: Vec<DataArray<'a>>) {
+    pub(in crate::output) fn section(&mut self, element: &str, arrays: Vec<DataArray<'a>>) {
         self.open(element);
         for a in arrays {
             let bands = match a.components {
@@ -157,7 +165,7 @@ impl<'a> VtkDocument<'a> {
     }
 
     /// Writes the file.
-    pub(super) fn write(&self, path: &Path) -> Result<(), FileError> {
+    pub(in crate::output) fn write(&self, path: &Path) -> Result<(), FileError> {
         write_atomic(path, |out| {
             out.write_all(self.xml.as_bytes())?;
             write!(out, "</{}>\n<AppendedData encoding=\"raw\">\n_", self.kind)?;
