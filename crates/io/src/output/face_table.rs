@@ -15,7 +15,7 @@
 //! covered faces, materials that are left out) have no values: the cell is empty, NaN in an npy.
 
 use super::atomic::write_atomic;
-use super::csv::quoted;
+use super::csv::csv_name;
 use super::error::FileError;
 use super::npz::arrays::write_array;
 use super::vtk::document::{DataArray, NumberType, VtkDocument};
@@ -84,8 +84,8 @@ impl FaceColumns {
 /// The file cannot be written.
 pub fn write_faces_csv(path: &Path, s: &Solution) -> Result<(), FileError> {
     let table = FaceColumns::new(s);
-    let meshes: Vec<String> = s.scene.faces().meshes.iter().map(|m| quoted(&m.name)).collect();
-    let surfaces: Vec<String> = s.scene.surfaces().iter().map(|x| quoted(&x.name)).collect();
+    let meshes: Vec<String> = s.scene.faces().meshes.iter().map(|m| csv_name(&m.name)).collect();
+    let surfaces: Vec<String> = s.scene.surfaces().iter().map(|x| csv_name(&x.name)).collect();
     write_atomic(path, |out| {
         write!(out, "mesh,face,surface")?;
         table.columns.iter().try_for_each(|c| write!(out, ",{}", c.0))?;

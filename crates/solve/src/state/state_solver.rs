@@ -84,6 +84,18 @@ impl StateSolver {
         zones.try_for_each(|(i, t)| self.set_condition(i, ThermalCondition::Temperature(*t)))
     }
 
+    /// Sets the temperature of the surroundings, K; none for cold ones. The stated error of the exchange with them is that of the scene.
+    ///
+    /// # Errors
+    /// If the temperature is out of range.
+    pub fn set_surroundings_temperature(&mut self, kelvin: Option<f64>) -> Result<(), SceneError> {
+        if let Some(t) = kelvin {
+            ThermalCondition::Temperature(t).check(|k| format!("surroundings.{k}"))?;
+        }
+        self.data.surroundings_temperature = kelvin;
+        Ok(())
+    }
+
     /// Sets the reflectance of a patch, or the albedo of a volume, 0 to 1 in each band.
     ///
     /// # Errors
