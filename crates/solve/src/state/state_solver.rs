@@ -13,6 +13,22 @@ const ROUNDING_OF_BALANCE: f64 = 1e-12;
 /// Computes thermal states of one geometry (header of [`super`]).
 ///
 /// Temperatures and powers cost O(n²); the first state, other emissivities and another set of zones with known power cost a factorization, O(n³).
+///
+/// ```
+/// use zonal_scene::{Mesh, NoProgress, Scene, ThermalCondition};
+/// use zonal_solve::exchange_areas::{ExchangeAreaSettings, ExchangeAreas};
+/// use zonal_solve::state::{ExchangeData, StateSolver};
+/// let walls = Mesh::room_walls([0.0; 3], [1.0; 3]).map(|wall| wall.temperature(300.0).emissivity(0.5));
+/// let scene = Scene::builder().surfaces(walls).patch_size(1.0).build()?;
+/// let areas = ExchangeAreas::compute(&scene, &ExchangeAreaSettings::default(), &NoProgress)?;
+/// let mut solver = StateSolver::new(ExchangeData::new(&scene, &areas, &NoProgress)?)?;
+/// for hot in [400.0, 500.0, 600.0] {
+///     solver.set_condition(0, ThermalCondition::Temperature(hot))?;
+///     let state = solver.solve()?;
+///     assert!(state.net[0] > 0.0 && state.balance(solver.data()).abs() < 1e-6 * state.net[0]);
+/// }
+/// # Ok::<(), zonal_scene::SceneError>(())
+/// ```
 pub struct StateSolver {
     data: ExchangeData,
     squared_radii: Vec<f64>,
@@ -122,6 +138,11 @@ impl StateSolver {
     /// If known powers couple several bands, if nothing in a closed scene fixes the level of the temperatures, if a zone that does not absorb has a power, or
     /// if a result is not a finite number.
     pub fn solve(&mut self) -> Result<ThermalState, SceneError> {
+        // Parallel loops that start on a thread of the pool need no handing over.
+        rayon::scope(|_| self.solve_on_worker())
+    }
+
+    fn solve_on_worker(&mut self) -> Result<ThermalState, SceneError> {
         self.check_conditions()?;
         let bands = self.bands();
         let (factors, of_band) = match self.factors.take() {
