@@ -14,7 +14,7 @@ import numpy as np
 ZONAL = sys.argv[1] if len(sys.argv) > 1 else "zonal"
 NAMES = ["x0", "x1", "y0", "y1", "z0", "z1"]
 AREA, CAPACITY, HEATER = 1.0, 4000.0, 2000.0  # m2, J/(m2 K), W in z0
-STEP, STEPS = 60.0, 30  # s
+STEP, STEPS = 120.0, 8  # s
 
 SCENE = """mode = "thermal"
 [solve]

@@ -101,5 +101,5 @@ fn scenes_without_meshes_have_no_faces_to_export() {
     let f = Folder::new();
     f.put("room.npz", support::solution());
     refused(&f, Program, &["export", "room.npz", "--faces", "-o", "q.csv"], "this solution has no faces");
-    refused(&f, Program, &["export", "room.npz", "--faces", "-o", "q.glb"], ".csv, .npy, .vtu");
+    refused(&f, Program, &["export", "room.npz", "--faces", "-o", "q.glb"], ".csv or .npy or .vtu");
 }

@@ -66,8 +66,8 @@ fn updates_equal_fresh_solves() {
     assert_eq!(rows.len(), 6);
     for (k, row) in rows.iter().enumerate() {
         let of = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{row}"));
-        assert!((powers[k] - of("power")).abs() < 1e-6, "{k}: {} {row}", powers[k]);
-        assert!((kelvin[k] - of("temperature")).abs() < 1e-7, "{k}: {} {row}", kelvin[k]);
+        assert!((powers[k] - of("net_power_W")).abs() < 1e-6, "{k}: {} {row}", powers[k]);
+        assert!((kelvin[k] - of("temperature_K")).abs() < 1e-7, "{k}: {} {row}", kelvin[k]);
     }
     // By zone, as numbers alone.
     f.put("zones.csv", "450\n".repeat(24));

@@ -10,82 +10,21 @@
 
 mod quantity;
 mod text;
+mod value_table;
 
 pub use quantity::Quantity;
+pub(crate) use value_table::WantedColumn;
+pub use value_table::{RowKeys, ValueTable};
 
 use super::error::{FileFault, InputError};
+use super::npy;
 use super::vtk::{MAX_VTK_FILE_BYTES, VtkFile};
-use super::{npy, suggestion};
 use crate::files::FileSource;
 use std::path::Path;
+use value_table::MAX_LISTED_COLUMNS;
 
 /// Largest text of a table, bytes.
 const MAX_TABLE_FILE_BYTES: u64 = 1 << 30;
-/// Columns that an error lists.
-const MAX_LISTED_COLUMNS: usize = 40;
-
-/// What the rows of a table stand for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RowKeys {
-    /// Their position.
-    Position,
-    /// A name in the first column.
-    Name,
-    /// A name in the first column if it holds no numbers, else their position.
-    NameOrPosition,
-}
-
-/// One value for each row of a file, with its place.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ValueTable {
-    file: String,
-    /// Names of the rows, for rows by name.
-    names: Option<Vec<String>>,
-    values: Vec<f64>,
-    /// Line of each row; empty for files that are no text.
-    lines: Vec<usize>,
-}
-
-impl ValueTable {
-    /// The values, row by row, each in the range of its quantity.
-    #[must_use]
-    pub fn values(&self) -> &[f64] {
-        &self.values
-    }
-    /// The names of the rows; none for rows by position.
-    #[must_use]
-    pub fn names(&self) -> Option<&[String]> {
-        self.names.as_deref()
-    }
-    /// The file and the place of a row: its line, or its number from 1.
-    fn place(&self, row: usize) -> String {
-        match self.lines.get(row) {
-            Some(line) => line.to_string(),
-            None => format!("row {}", row + 1),
-        }
-    }
-    pub(crate) fn fault(&self, row: usize, message: impl std::fmt::Display) -> FileFault {
-        FileFault::new(&self.file, self.place(row), message)
-    }
-    /// An error at a row: the message states the defect and, after a semicolon, the remedy.
-    #[must_use]
-    pub fn error(&self, row: usize, message: &str) -> InputError {
-        self.fault(row, message).into_error()
-    }
-    /// An error of the number of rows, at the last row: `wanted` are the `things` that need one row each.
-    pub(crate) fn count_fault(&self, wanted: usize, things: &str) -> FileFault {
-        let found = self.values.len();
-        let message = format!(
-            "the file has {found} rows of values, and there are {wanted} {things}; give one row for each, in their order"
-        );
-        self.fault(found.saturating_sub(1), message)
-    }
-    /// As [`ValueTable::error`], where the number of rows does not agree with the `wanted` number of `things`.
-    #[must_use]
-    pub fn count_error(&self, wanted: usize, things: &str) -> InputError {
-        self.count_fault(wanted, things).into_error()
-    }
-}
 
 /// Reads a column of values from a file on disk.
 ///
@@ -112,45 +51,6 @@ pub fn read_values(
     let wanted = WantedColumn { column, quantity, rows };
     let name = path.display().to_string();
     read_column(FileSource::Disk, path, &name, wanted).map_err(FileFault::into_error)
-}
-
-/// The column that is wanted of a file.
-#[derive(Clone, Copy)]
-pub(crate) struct WantedColumn<'a> {
-    pub(crate) column: Option<&'a str>,
-    pub(crate) quantity: Quantity,
-    pub(crate) rows: RowKeys,
-}
-
-impl WantedColumn<'_> {
-    /// The index of the wanted column among the named ones of `candidates`.
-    fn choose(self, names: &[&str], candidates: &[usize]) -> Result<usize, String> {
-        let listed = || {
-            let list: Vec<&str> = candidates.iter().map(|k| names[*k]).take(MAX_LISTED_COLUMNS).collect();
-            list.join(", ")
-        };
-        if let Some(wanted) = self.column {
-            let exact = names.iter().position(|n| *n == wanted);
-            let number =
-                || wanted.parse::<usize>().ok().filter(|k| (1..=names.len()).contains(k)).map(|k| k - 1);
-            return exact.or_else(number).ok_or_else(|| {
-                let known = &names[..names.len().min(MAX_LISTED_COLUMNS)];
-                format!("there is no column '{wanted}'; {}", suggestion::suggest(wanted, known))
-            });
-        }
-        if let [only] = candidates {
-            return Ok(*only);
-        }
-        let alias = |k: &&usize| self.quantity.has_column_name(names[**k]);
-        match candidates.iter().find(alias) {
-            Some(k) => Ok(*k),
-            None if candidates.is_empty() => Err("the file has no column of values; add one".into()),
-            None => Err(format!(
-                "the file has several columns ({}); write column = \"…\" with one of them",
-                listed()
-            )),
-        }
-    }
 }
 
 /// Reads a column of a file; `file` names it in messages.

@@ -1,6 +1,6 @@
 //! Tables as text: values separated by commas, semicolons, tabs or blanks; lines that begin with `#` are comments.
 
-use super::{RowKeys, ValueTable, WantedColumn};
+use super::value_table::{RowKeys, ValueTable, WantedColumn};
 use crate::input::error::FileFault;
 use csv::{ReaderBuilder, StringRecord, Trim};
 
