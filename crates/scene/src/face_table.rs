@@ -64,11 +64,6 @@ impl FaceTable {
     pub fn values_of(&self, facet: usize) -> FacetValues {
         self.values.get(facet).copied().unwrap_or_default()
     }
-    /// True if some facet has a value of its own.
-    #[must_use]
-    pub fn has_values(&self) -> bool {
-        self.values.iter().any(|v| *v != FacetValues::default())
-    }
     /// Records face and values of facet number `facet`, which follows all recorded ones.
     pub fn push(&mut self, facet: usize, face: usize, values: FacetValues) {
         self.face_of_facet.resize(facet, None);
@@ -93,11 +88,10 @@ mod tests {
         let hot =
             FacetValues { condition: Some(ThermalCondition::Temperature(400.0)), ..FacetValues::default() };
         table.push(1, 0, FacetValues::default());
-        assert!(!table.has_values());
+        assert!(table.values.is_empty());
         table.push(2, 4, hot);
         assert_eq!((table.len(), table.first_face(1)), (5, 2));
         assert_eq!([0, 1, 2, 3].map(|k| table.face_of(k)), [None, Some(0), Some(4), None]);
         assert_eq!([1, 2, 3].map(|k| table.values_of(k) == hot), [false, true, false]);
-        assert!(table.has_values());
     }
 }
