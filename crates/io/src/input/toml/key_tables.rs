@@ -432,6 +432,7 @@ pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
     ("surface[].box", BOX),
     ("surface[].room", BOUNDS),
     ("surface[].mesh", MESH),
+    ("surface[].temperature, … of a mesh", VALUE_FILE),
     ("surface[].faces", FACES),
     ("surface[].materials.NAME", MATERIAL),
     ("surface[].materials.NAME.pane", MATERIAL_PANE),
