@@ -2,7 +2,7 @@
 
 mod support;
 
-use support::Folder;
+use support::{Folder, Program, refused};
 
 const SCENE: &str = "bands = 5\n[solve]\nengine = \"dense\"\npatch_rule = \"voxels\"\n[[surface]]\nname = \"room\"\nreflectance = [0.5, 0.6, 0.7, 0.4, 0.3]\nroom = { min = [0,0,0], max = [1,1,1] }\nfaces.z1.emission = [1, 2, 3, 4, 5]\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [2,2,2]\nextinction = [0.5, 1.0, 0.0, 0.2, 0.7]\n";
 
@@ -13,7 +13,7 @@ fn read(f: &Folder, file: &str) -> zonal_scene::Solution {
 #[test]
 fn files_tables_and_exports_have_all_bands() {
     let f = Folder::new();
-    f.write("scene.toml", SCENE);
+    f.put("scene.toml", SCENE);
     let json: serde_json::Value =
         serde_json::from_str(&f.done(&["solve", "scene.toml", "-o", "a.npz", "--json"])).unwrap();
     assert_eq!(json["energy"]["emitted"].as_array().unwrap().len(), 5);
@@ -41,8 +41,7 @@ fn files_tables_and_exports_have_all_bands() {
     let [once, twice] = ["a.npz", "c.npz"].map(|file| read(&f, file).all_bands(|t| t.fields.radiosity[3]));
     assert!(once.iter().zip(&twice).all(|(a, b)| (2.0 * a - b).abs() < 1e-12 * b), "{once:?} {twice:?}");
     f.done(&["render", "a.npz", "--show", "irradiance", "-o", "a.png"]);
-    let told = f.refused(&["render", "a.npz", "-o", "b.png"]);
-    assert!(told.contains("5 bands") && told.contains(".csv"), "{told}");
+    refused(&f, Program, &["render", "a.npz", "-o", "b.png"], "5 bands");
 }
 
 #[test]
@@ -68,9 +67,9 @@ fn wrong_bands_and_gases_are_refused() {
         (gas(&format!("{medium}\ngas = {{ model = \"grey-soot\", soot = 1e-6 }}")), "temperature"),
         (gas(&format!("bands = 4\n{medium}\nextinction = [1, 2, 3, 4]")), "fractions"),
     ] {
-        f.write("bad.toml", &text);
-        let told = f.refused(&["solve", "bad.toml", "-o", "bad.npz"]);
-        assert!(told.contains(words) && told.contains("bad.toml"), "{words}: {told}");
+        f.put("bad.toml", &text);
+        refused(&f, Program, &["solve", "bad.toml", "-o", "bad.npz"], words);
+        refused(&f, Program, &["solve", "bad.toml", "-o", "bad.npz"], "bad.toml");
     }
 }
 
@@ -111,7 +110,7 @@ fn slabs_of_gas_have_the_fluxes_of_radlib() {
     let s3 = slab(&|x| 800.0 + 4000.0 * x * (1.0 - x), &|x| 0.12 + 0.8 * x * (1.0 - x), 1.0);
     let s5 = slab(&|x| 1000.0 + 500.0 * (0.5 * std::f64::consts::PI * x).cos(), &|_| 0.1, 2.0);
     for (text, expected) in [(s3, [-80.0756, -80.0756]), (s5, [243.2911, -226.0974])] {
-        f.write("slab.toml", &text);
+        f.put("slab.toml", &text);
         let json: serde_json::Value =
             serde_json::from_str(&f.done(&["solve", "slab.toml", "-o", "slab.npz", "--json"])).unwrap();
         assert_eq!(json["engine"], "layered");

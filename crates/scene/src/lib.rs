@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `plate`, [`shells`] | triangles and parallelograms; open shells, solids and enclosures |
 //! | `surface`, `light`, `camera`, `voxel_grid` | surfaces and panes; lights and surroundings; cameras; the medium |
+//! | `face_table`, `face_results` | faces of mesh files, values and results by face |
 //! | [`thermal`] | prescribed temperatures and net powers, band fractions of the emission |
 //! | `options` | settings of a solve |
 //! | `scene_parts`, `validation`, `scene` | the parts of a scene, their validation, the validated [`Scene`] |
@@ -31,6 +32,8 @@ pub mod checkpoint_store;
 mod coarsened_scene;
 mod diagnostic;
 mod energy_balance;
+mod face_results;
+mod face_table;
 mod fields;
 mod heat_report;
 mod light;
@@ -64,6 +67,8 @@ pub use camera::{Camera, Lens};
 pub use checkpoint_store::{CheckpointStore, NoCheckpoints};
 pub use diagnostic::{Diagnostic, Severity};
 pub use energy_balance::EnergyBalance;
+pub use face_results::FaceResult;
+pub use face_table::{FaceMesh, FaceTable, FacetValues};
 pub use fields::{Fields, ThermalFields};
 pub use heat_report::{HeatReport, HeatRow, HeatRowKind};
 pub use light::{Light, Surroundings};

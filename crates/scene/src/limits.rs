@@ -16,3 +16,5 @@ pub(crate) const MAX_FLUX: f64 = 1e30;
 pub const MAX_TEMPERATURE: f64 = 1e6;
 /// Largest modulus of a prescribed net power, in W, W/m² or W/m³.
 pub const MAX_NET_POWER: f64 = 1e18;
+/// Largest number of faces of all mesh files.
+pub const MAX_FACES: usize = 1 << 30;

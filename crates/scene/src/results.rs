@@ -1,6 +1,6 @@
 //! Results of a solution by name, with errors and units.
 
-use crate::{BANDS_PER_TRIPLE, Bands, HeatReport, HeatRowKind, Solution, Zones};
+use crate::{BANDS_PER_TRIPLE, Bands, HeatReport, HeatRowKind, Solution};
 
 /// What one named surface emits, absorbs and gives.
 ///
@@ -111,17 +111,9 @@ impl Solution {
 
     /// Area of the patches of a surface, m², and what they emit, W per band; a direct emitter's emission is taken at the centre of each patch.
     fn area_and_emitted_power(&self, surface: usize) -> (f64, Bands) {
-        let direct = self.scene.is_direct_emitter(surface);
-        let zones: &Zones = &self.zones;
-        let patches = zones.patches.iter().filter(|p| p.surface == surface);
-        patches.fold((0.0, Bands::ZERO), |(area, power), p| {
-            let emission = if direct {
-                let [u, v] = self.scene.facets()[p.facet].plate.parameters(p.plate.centre());
-                self.scene.emission_at(p.facet, u, v)
-            } else {
-                p.emission
-            };
-            (area + p.area, power + emission * p.area)
+        let patches = self.zones.patches.iter().enumerate().filter(|(_, p)| p.surface == surface);
+        patches.fold((0.0, Bands::ZERO), |(area, power), (i, p)| {
+            (area + p.area, power + self.emitted_flux(i) * p.area)
         })
     }
 }

@@ -4,13 +4,14 @@ use crate::band_set::BandSet;
 use crate::bands::Bands;
 use crate::camera::Camera;
 use crate::diagnostic::Diagnostic;
+use crate::face_table::FaceTable;
 use crate::light::{Light, Surroundings};
 use crate::options::SolveOptions;
 use crate::printable::printable;
 use crate::scene_error::{SceneError, invalid};
 use crate::scene_parts::SceneParts;
 use crate::surface::{Facet, Pane, Surface, Texture};
-use crate::thermal::Thermal;
+use crate::thermal::{Thermal, ThermalCondition};
 use crate::validation::{check_parts, check_triples};
 use crate::voxel_grid::VoxelGrid;
 use std::borrow::Cow;
@@ -126,6 +127,10 @@ impl Scene {
     pub fn facets(&self) -> &[Facet] {
         &self.parts.facets
     }
+    /// Faces of mesh files, and values by face.
+    pub fn faces(&self) -> &FaceTable {
+        &self.parts.faces
+    }
     /// Textures.
     pub fn textures(&self) -> &[Texture] {
         &self.parts.textures
@@ -178,17 +183,34 @@ impl Scene {
     pub fn diagonal(&self) -> f64 {
         (self.bounds.1 - self.bounds.0).length()
     }
-    /// Reflectance of a facet at plate parameters (u, v): texture times factor of the surface, at most 1.
+    /// Reflectance of a facet at plate parameters (u, v): that of its face, or texture times factor of the surface, at most 1.
     pub fn reflectance_at(&self, facet: usize, u: f64, v: f64) -> Bands {
+        if let Some(own) = self.parts.faces.values_of(facet).reflectance {
+            return own;
+        }
         let f = &self.parts.facets[facet];
         let s = &self.parts.surfaces[f.surface];
         self.textured(s.reflectance, s.reflectance_texture, f.uv_at(u, v)).map(|x| x.min(1.0))
     }
-    /// Emitted flux of a facet at plate parameters (u, v), W/m².
+    /// Emitted flux of a facet at plate parameters (u, v), W/m²: that of its face, or texture times factor of the surface.
     pub fn emission_at(&self, facet: usize, u: f64, v: f64) -> Bands {
+        if let Some(own) = self.parts.faces.values_of(facet).emission {
+            return own;
+        }
         let f = &self.parts.facets[facet];
         let s = &self.parts.surfaces[f.surface];
         self.textured(s.emission, s.emission_texture, f.uv_at(u, v))
+    }
+    /// Reflectance of a facet without texture: that of its face, or of its surface.
+    pub fn facet_reflectance(&self, facet: usize) -> Bands {
+        let own = self.parts.faces.values_of(facet).reflectance;
+        own.unwrap_or(self.parts.surfaces[self.parts.facets[facet].surface].reflectance)
+    }
+    /// Thermal condition of a facet: that of its face, or of its surface; `None` in light mode.
+    pub fn facet_condition(&self, facet: usize) -> Option<ThermalCondition> {
+        let thermal = self.parts.thermal.as_ref()?;
+        let own = self.parts.faces.values_of(facet).condition;
+        own.or_else(|| thermal.surfaces.get(self.parts.facets[facet].surface).copied())
     }
     /// `factor` times the texture, if any, at texture coordinates `uv`.
     fn textured(&self, factor: Bands, texture: Option<usize>, uv: [f64; 2]) -> Bands {

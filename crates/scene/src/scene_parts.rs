@@ -3,6 +3,7 @@
 use crate::band_set::BandSet;
 use crate::camera::Camera;
 use crate::diagnostic::Diagnostic;
+use crate::face_table::FaceTable;
 use crate::light::{Light, Surroundings};
 use crate::options::SolveOptions;
 use crate::plate::Plate;
@@ -20,6 +21,8 @@ pub struct SceneParts {
     pub surfaces: Vec<Surface>,
     /// Facets of all surfaces.
     pub facets: Vec<Facet>,
+    /// Faces of mesh files, and values by face.
+    pub faces: FaceTable,
     /// Textures.
     pub textures: Vec<Texture>,
     /// Panes.

@@ -332,7 +332,7 @@ pub struct Thermal {
     pub band_fractions: BandFractions,
     /// Fractions of the cells of the medium and of the surfaces next to them; `None` if all are equal.
     pub cell_fractions: Option<CellFractions>,
-    /// Condition of each surface.
+    /// Condition of each surface; where its facets have conditions of their own ([`crate::FaceTable`]), one of the same kind that stands for them.
     pub surfaces: Vec<ThermalCondition>,
     /// Condition of each pane; a pane without temperature is in radiative equilibrium.
     pub panes: Vec<ThermalCondition>,

@@ -46,6 +46,20 @@ pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(),
     for (s, condition) in parts.surfaces.iter().zip(&thermal.surfaces) {
         check_surface(thermal, s, *condition, emitting)?;
     }
+    for (facet, v) in parts.facets.iter().zip(&parts.faces.values) {
+        // The values of a facet in place of those of its surface.
+        let (s, condition) = (&parts.surfaces[facet.surface], thermal.surfaces[facet.surface]);
+        let own = Surface {
+            reflectance: v.reflectance.unwrap_or(s.reflectance),
+            emission: v.emission.unwrap_or(s.emission),
+            name: s.name.clone(),
+            ..*s
+        };
+        check_surface(thermal, &own, v.condition.unwrap_or(condition), emitting)?;
+    }
+    if parts.faces.values.iter().any(|v| matches!(v.condition, Some(ThermalCondition::Power(_)))) {
+        check_power_has_faces(parts)?;
+    }
     for (p, condition) in parts.panes.iter().zip(&thermal.panes) {
         check_pane(thermal, p, *condition)?;
     }
@@ -108,6 +122,18 @@ pub(crate) fn check_thermal_triples(triples: &[Scene]) -> Result<(), SceneError>
         }
     }
     Ok(())
+}
+
+/// Refuses a power of a face on a facet without one.
+fn check_power_has_faces(parts: &SceneParts) -> Result<(), SceneError> {
+    let faces = &parts.faces;
+    let lacks_face = |k: usize| {
+        matches!(faces.values[k].condition, Some(ThermalCondition::Power(_))) && faces.face_of(k).is_none()
+    };
+    match (0..faces.values.len()).any(lacks_face) {
+        true => invalid("mesh", "a facet without a face has the power of a face; give a heat flux"),
+        false => Ok(()),
+    }
 }
 
 /// Refuses bands that differ in a grey scene.

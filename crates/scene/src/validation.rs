@@ -2,7 +2,7 @@
 
 use crate::bands::Bands;
 use crate::light::Light;
-use crate::limits::{MAX_COORDINATE, MAX_EXTINCTION, MAX_FLUX, MIN_PLATE_AREA};
+use crate::limits::{MAX_COORDINATE, MAX_EXTINCTION, MAX_FACES, MAX_FLUX, MIN_PLATE_AREA};
 use crate::options::SolveOptions;
 use crate::plate::Plate;
 use crate::scene::Scene;
@@ -23,6 +23,7 @@ pub(crate) fn check_parts(parts: &SceneParts) -> Result<(), SceneError> {
     check_surfaces(parts)?;
     check_textures(parts)?;
     check_facets(parts)?;
+    check_faces(parts)?;
     parts.panes.iter().try_for_each(check_pane)?;
     check_lights(parts)?;
     check_bands("surroundings.radiance", parts.surroundings.radiance, f64::INFINITY)?;
@@ -137,6 +138,36 @@ fn check_facets(parts: &SceneParts) -> Result<(), SceneError> {
             return invalid("facet", "a facet belongs to no surface");
         };
         check_plate(&format!("surface '{}'", s.name), &f.plate)?;
+    }
+    Ok(())
+}
+
+/// Validates the faces of mesh files and the values by face, except conditions.
+fn check_faces(parts: &SceneParts) -> Result<(), SceneError> {
+    let (table, facets) = (&parts.faces, &parts.facets);
+    let faces = table.meshes.iter().try_fold(0usize, |n, m| n.checked_add(m.faces));
+    if faces.is_none_or(|n| n > MAX_FACES) {
+        return invalid("mesh", format!("the meshes have more than {MAX_FACES} faces; use coarser meshes"));
+    }
+    let lists_fit = table.face_of_facet.len() <= facets.len() && table.values.len() <= facets.len();
+    if !lists_fit || table.face_of_facet.iter().flatten().any(|f| *f >= table.len()) {
+        return invalid("mesh", "a facet belongs to a face that does not exist");
+    }
+    for (facet, v) in facets.iter().zip(&table.values) {
+        let (surface, key) =
+            (facet.surface, |k: &str| format!("surface '{}'.{k}", parts.surfaces[facet.surface].name));
+        if let Some(r) = v.reflectance {
+            check_bands(&key("reflectance"), r, 1.0)?;
+        }
+        let Some(e) = v.emission else { continue };
+        check_bands(&key("emission"), e, MAX_FLUX)?;
+        let is_light = |l: &Light| matches!(l, Light::Emitter { surface: s, .. } if *s == surface);
+        if parts.lights.iter().any(is_light) {
+            return invalid(
+                key("emission"),
+                "a light has one emission, and this surface has one by face; give it one value, or remove the light: surfaces that emit need none",
+            );
+        }
     }
     Ok(())
 }

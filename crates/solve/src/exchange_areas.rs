@@ -113,6 +113,13 @@ impl ExchangeAreas {
         settings: &ExchangeAreaSettings,
         progress: &dyn Progress,
     ) -> Result<ExchangeAreas, SceneError> {
+        if scene.bands().triples() > 1 {
+            let bands = scene.bands().count();
+            let message = format!(
+                "exchange areas are written for up to three bands, and the scene has {bands}; give one scene for every three bands"
+            );
+            return Err(SceneError::new("bands", message));
+        }
         // Zones and the diagnostics that concern them.
         let transport = Transport::new(scene);
         let zones = build_zones(scene, &transport)?;

@@ -28,6 +28,7 @@
 //! | [`relight`] | scaled lights in a finished solution |
 //! | [`exchange_areas`] | direct and total exchange areas of all pairs, as matrices |
 //! | [`total_exchange_areas`] | exchange areas with all reflections |
+//! | [`state`] | thermal states of one geometry from stored exchange areas |
 //! | `stage_codec`, [`solve_context`], `zone_power`, `unobstructed_cells` | shared data and helpers |
 
 mod cluster;
@@ -51,6 +52,7 @@ mod solution_fields;
 pub mod solve_context;
 pub mod spectral;
 mod stage_codec;
+pub mod state;
 pub mod surroundings;
 pub mod thermal;
 pub mod total_exchange_areas;

@@ -133,6 +133,11 @@ fn scale_parts(parts: &mut SceneParts, kind: LightGroupKind, f: Bands) -> Result
             surface.emission *= f;
         }
     }
+    for (facet, values) in parts.facets.iter().zip(&mut parts.faces.values) {
+        if all || kind == LightGroupKind::Surface(facet.surface) {
+            values.emission = values.emission.map(|e| e * f);
+        }
+    }
     if all || kind == LightGroupKind::Medium {
         parts.voxel_grid = parts.voxel_grid.take().map(|v| edited(v, |v| v.scale_sources(f))).transpose()?;
     }
@@ -268,6 +273,11 @@ fn with_colors_of_triple(
         let mut found = false;
         for s in parts.surfaces.iter_mut().filter(|s| belongs(&s.name)) {
             (s.reflectance, found) = (*value, true);
+        }
+        for (facet, values) in parts.facets.iter().zip(&mut parts.faces.values) {
+            if belongs(&parts.surfaces[facet.surface].name) {
+                values.reflectance = None;
+            }
         }
         if !found {
             const MAX_LISTED_NAMES: usize = 24;

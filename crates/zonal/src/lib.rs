@@ -33,6 +33,7 @@
 //! | [`Solver`] | tolerance, engine, memory limit, checkpoint, progress |
 //! | [`Solution`] | radiosity, irradiance, fluence and their errors on all zones; [results by name](prelude::SurfaceResult); the report |
 //! | [`ExchangeAreas`](prelude::ExchangeAreas) | direct and total exchange areas with error radii |
+//! | [`StateSolver`](prelude::StateSolver) | thermal states of one geometry for other temperatures, powers and emissivities |
 //! | [`relight()`] | other strengths of the lights, without another solve |
 //! | [`render`] | pictures |
 //! | [`io`] | scenes from TOML files; solutions as npz, CSV, VTK; pictures as PNG and EXR |
@@ -57,9 +58,10 @@ pub mod prelude {
     pub use zonal_scene::{
         Band, BandFractions, Bands, Camera, Engine, GlassPane, LightGrouping, Medium, Mesh, NoProgress,
         PatchRule, Progress, Scene, SceneBuilder, Sides, Sky, Solution, SolveOptions, SolveStatus, Sun,
-        SurfaceResult, VoxelValues, ZoneBasis,
+        SurfaceResult, ThermalCondition, VoxelValues, ZoneBasis,
     };
     pub use zonal_solve::exchange_areas::{ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
+    pub use zonal_solve::state::{ExchangeData, StatePart, StateSolver, ThermalState};
 }
 
 /// Scales the light groups of a solution by factors, in all bands; no equation is solved.

@@ -80,6 +80,21 @@ pub fn option_failure(e: &SceneError) -> Failure {
     Failure::new(format!("--{flag}: {}", e.message()))
 }
 
+/// Reads a solution of light for outputs that show one reflectance for each surface.
+///
+/// # Errors
+/// As [`read_colour_solution`], and for reflectances by face.
+pub fn read_uniform_light_solution(path: &Path) -> Result<Solution, Failure> {
+    let solution = read_colour_solution(path)?;
+    if solution.scene.faces().values.iter().all(|v| v.reflectance.is_none()) {
+        return Ok(solution);
+    }
+    Err(Failure::in_file(
+        path,
+        "this solution has reflectances by face, and this output shows one for each surface; draw it with zonal render, or export it as .vtu",
+    ))
+}
+
 /// Reads a solution of light.
 ///
 /// # Errors

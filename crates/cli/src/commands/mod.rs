@@ -17,6 +17,7 @@ pub mod render;
 pub mod reproduce;
 pub mod solve;
 pub mod solving;
+pub mod update;
 pub mod validate;
 pub mod view;
 pub mod voxel_factors;
@@ -66,8 +67,10 @@ pub enum Command {
     View(view::Args),
     /// Write a solution for other programs (.csv, .html, .glb, .vtu, .vti).
     Export(export::Args),
-    /// Write the exchange areas of all pairs of zones of a scene with their error radii (.npz).
+    /// Write the exchange areas of all pairs of zones of a scene with their error radii (.npz, .csv, .mtx).
     Exchange(exchange::Args),
+    /// Compute fluxes for other temperatures, powers or emissivities from stored exchange areas.
+    Update(update::Args),
     /// Compute exchange factors of axis-aligned pairs with proved error bounds, from a table to a table (.csv).
     Factors(factors::Args),
     /// Print the grey gases and the total emissivity of a gas model.
@@ -98,6 +101,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Command::View(a) => view::run(&a, context),
         Command::Export(a) => export::run(&a, context),
         Command::Exchange(a) => exchange::run(&a, context),
+        Command::Update(a) => update::run(&a, context),
         Command::Factors(a) => factors::run(&a, context),
         Command::Gas(a) => gas::run(&a, context),
         Command::Migrate(a) => migrate::run(&a, context),

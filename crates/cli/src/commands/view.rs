@@ -1,6 +1,6 @@
 //! `zonal view`: shows a solution in the browser.
 
-use super::context::{Context, read_colour_solution};
+use super::context::{Context, read_uniform_light_solution};
 use crate::viewer::package::{PackageDetail, package};
 use crate::viewer::page;
 use crate::viewer::server::{Route, Server};
@@ -37,7 +37,7 @@ const DEFAULT_PORT: u16 = 8765;
 /// # Errors
 /// If the solution cannot be read or the port is taken.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
-    let solution = read_colour_solution(&args.run)?;
+    let solution = read_uniform_light_solution(&args.run)?;
     let detail = PackageDetail { max_vertices: args.vertices as usize };
     let bytes = package(&solution, &detail, &context.progress())?;
     let size = bytes.len();

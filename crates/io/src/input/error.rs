@@ -55,21 +55,30 @@ impl std::error::Error for InputError {}
 /// An error in a referenced file: its name, the place in it, what is wrong and what to do. The scene reader adds the line that refers
 /// to the file.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct FileFault(String);
+pub(crate) struct FileFault {
+    /// The file and the place in it.
+    place: String,
+    message: String,
+}
 
 impl FileFault {
     /// An error at `place` (a line number, `accessor 3`, …; empty for the whole file) of `file`.
     pub(crate) fn new(file: &str, place: impl fmt::Display, message: impl fmt::Display) -> FileFault {
         let place = place.to_string();
-        FileFault(match place.is_empty() {
-            true => format!("{file}: {message}"),
-            false => format!("{file}:{place}: {message}"),
-        })
+        let place = if place.is_empty() { file.to_string() } else { format!("{file}:{place}") };
+        FileFault { place, message: message.to_string() }
+    }
+}
+
+impl FileFault {
+    /// The error of a file that no scene refers to.
+    pub(crate) fn into_error(self) -> InputError {
+        InputError::new(&self.place, None, "", self.message)
     }
 }
 
 impl fmt::Display for FileFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
+        write!(f, "{}: {}", self.place, self.message)
     }
 }

@@ -9,7 +9,8 @@
 //! | `scene` | the sections of a scene: settings, surfaces, panes, medium, lights, cameras |
 //! | `scene_reader`, `notes` | the scene while it is read; notes with repetitions merged |
 //! | `mesh` | meshes independent of their format: placement, closed parts, overrides of materials |
-//! | `obj`, `gltf` | mesh formats |
+//! | `obj`, `gltf`, `vtk` | mesh formats |
+//! | `table` | columns of values by face, zone or name: CSV, npy, cell data of VTK |
 //! | `npy`, `vol`, `vdb` | formats of arrays and sparse grids |
 //! | `images` | PNG and JPEG textures |
 //! | `camera_path` | key frames of a camera, a file of its own |
@@ -29,15 +30,18 @@ mod rotation;
 mod scene;
 mod scene_reader;
 mod suggestion;
+mod table;
 mod text;
 mod toml;
 mod vdb;
 mod vol;
+mod vtk;
 
 pub use crate::files::FilesInMemory;
 pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_camera_path};
 pub use error::InputError;
 pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
+pub use table::{Quantity, RowKeys, ValueTable, read_values};
 pub use text::open_file;
 pub use toml::key_tables::{SceneKey, scene_key_reference};
 pub use toml::migrate::{KeyChange, migrate_scene_text};

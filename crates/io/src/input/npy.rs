@@ -1,4 +1,4 @@
-//! Arrays in numpy's npy format, versions 1 to 3: three axes, C or Fortran order, any real type.
+//! Arrays in numpy's npy format, versions 1 to 3: three axes, C or Fortran order, any real type; lists and tables of one or two axes.
 //!
 //! The reader is written here rather than taken from a crate: every refusal names the file, the element and a remedy, and the declared
 //! size is compared with the file's before memory is allocated.
@@ -24,6 +24,8 @@ pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<ScalarArray,
     let (text, data) = split_header(bytes).map_err(|e| fault(e.into()))?;
     let element = ElementFormat::parse(&text).map_err(fault)?;
     let shape = parse_shape(&text).map_err(fault)?;
+    let shape = <[usize; 3]>::try_from(shape.as_slice())
+        .map_err(|_| fault(format!("the array has {} axes; give one of shape [nx, ny, nz]", shape.len())))?;
     let [nx, ny, nz] = shape;
     // Compare the declared size with the file's.
     let count = shape.iter().try_fold(1usize, |n, d| n.checked_mul(*d));
@@ -78,12 +80,12 @@ fn split_header(bytes: &[u8]) -> Result<(String, &[u8]), &'static str> {
 
 /// The type of an element.
 #[derive(Clone, Copy)]
-struct ElementFormat {
+pub(crate) struct ElementFormat {
     /// `u`, `i` or `f`.
-    kind: char,
+    pub(crate) kind: char,
     /// Bytes of an element.
-    size: usize,
-    big_endian: bool,
+    pub(crate) size: usize,
+    pub(crate) big_endian: bool,
 }
 
 impl ElementFormat {
@@ -114,7 +116,7 @@ impl ElementFormat {
     }
 
     /// The value of an element's bytes.
-    fn value(self, bytes: &[u8]) -> f64 {
+    pub(crate) fn value(self, bytes: &[u8]) -> f64 {
         let push = |n: u64, b: &u8| n << 8 | *b as u64;
         let bits =
             if self.big_endian { bytes.iter().fold(0, push) } else { bytes.iter().rev().fold(0, push) };
@@ -130,14 +132,40 @@ impl ElementFormat {
 }
 
 /// The shape that a header's dictionary gives.
-fn parse_shape(header: &str) -> Result<[usize; 3], String> {
+fn parse_shape(header: &str) -> Result<Vec<usize>, String> {
     let unreadable = || "the shape cannot be read; save it with numpy.save".to_string();
     let inside =
         header.split_once("'shape':(").and_then(|(_, rest)| rest.split_once(')')).ok_or_else(unreadable)?.0;
     let dims: Result<Vec<usize>, _> = inside.split(',').filter(|d| !d.is_empty()).map(str::parse).collect();
-    let dims = dims.map_err(|_| unreadable())?;
-    <[usize; 3]>::try_from(dims.as_slice())
-        .map_err(|_| format!("the array has {} axes; give one of shape [nx, ny, nz]", dims.len()))
+    dims.map_err(|_| unreadable())
+}
+
+/// A list of n numbers, or a table of n rows in C order: the number of columns, and the numbers row by row. They may be any number, NaN included.
+pub(crate) fn parse_rows(file: &str, bytes: &[u8]) -> Result<(usize, Vec<f64>), FileFault> {
+    let fault = |message: String| FileFault::new(file, "header", message);
+    let (text, data) = split_header(bytes).map_err(|e| fault(e.into()))?;
+    let element = ElementFormat::parse(&text).map_err(fault)?;
+    let shape = parse_shape(&text).map_err(fault)?;
+    let (rows, columns) = match shape[..] {
+        [n] => (n, 1),
+        [n, k] => (n, k),
+        _ => {
+            return Err(fault(format!(
+                "the array has {} axes; give a list, or a table of rows and columns",
+                shape.len()
+            )));
+        }
+    };
+    if text.contains("'fortran_order':True") && columns > 1 && rows > 1 {
+        return Err(fault("the table is in Fortran order; save numpy.ascontiguousarray(array)".into()));
+    }
+    if rows.checked_mul(columns).and_then(|n| n.checked_mul(element.size)) != Some(data.len()) {
+        return Err(fault(format!(
+            "the shape ({rows}, {columns}) does not agree with the {} bytes of data; save the array again",
+            data.len()
+        )));
+    }
+    Ok((columns, data.chunks_exact(element.size).map(|c| element.value(c)).collect()))
 }
 
 /// The value of IEEE 754 binary16 bits.

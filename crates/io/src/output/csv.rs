@@ -30,7 +30,12 @@ pub fn csv_cell(text: &str) -> Cow<'_, str> {
 }
 
 /// The cell of a name: without control characters, never a formula, in quotes if it needs them.
-fn quoted(name: &str) -> String {
+///
+/// ```
+/// assert_eq!(zonal_io::output::csv_name("lid, hot"), "\"lid, hot\"");
+/// ```
+#[must_use]
+pub fn csv_name(name: &str) -> String {
     let name = printable(name);
     let name = csv_cell(&name);
     if name.contains([',', '"', '\n', '\r']) {
@@ -59,13 +64,13 @@ fn describe(s: &Solution, i: usize) -> (&'static str, String, Vec3, f64) {
     let z = &s.zones;
     if i < z.voxel_offset() {
         let p = &z.patches[i];
-        ("patch", quoted(&s.scene.surfaces()[p.surface].name), p.plate.centre(), p.area)
+        ("patch", csv_name(&s.scene.surfaces()[p.surface].name), p.plate.centre(), p.area)
     } else if i < z.pane_offset() {
         let v = &z.voxels[i - z.voxel_offset()];
         ("voxel", v.cell.to_string(), v.centre, v.volume)
     } else {
         let p = &z.panes[i - z.pane_offset()];
-        ("pane", quoted(&s.scene.panes()[p.pane].name), p.plate.centre(), p.area)
+        ("pane", csv_name(&s.scene.panes()[p.pane].name), p.plate.centre(), p.area)
     }
 }
 

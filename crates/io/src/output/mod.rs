@@ -8,8 +8,10 @@
 //! | `scene_hash` | the identity of the scene that a solution belongs to |
 //! | `images` | tone mapping and colour maps; PNG and OpenEXR |
 //! | `csv` | one line for each zone |
+//! | `face_table` | one line for each face of a mesh file |
 //! | [`glb`] | meshes, materials and cameras for other programs |
 //! | `vtk` | zones for ParaView: surfaces and panes, the medium |
+//! | `matrix` | symmetric matrices as MatrixMarket files and tables of pairs |
 //! | `checkpoint` | a folder with the stages of a solve |
 //! | `atomic` | whole files or none |
 //!
@@ -20,8 +22,10 @@ mod atomic;
 mod checkpoint;
 mod csv;
 mod error;
+mod face_table;
 pub mod glb;
 mod images;
+mod matrix;
 mod npz;
 mod report;
 mod scene_hash;
@@ -30,8 +34,9 @@ mod vtk;
 
 pub use atomic::{check_writable, is_stream, remove_stale_temporaries, write_bytes};
 pub use checkpoint::{CheckpointFolder, CheckpointKeys, CheckpointState};
-pub use csv::{csv_cell, write_zones_csv};
+pub use csv::{csv_cell, csv_name, write_zones_csv};
 pub use error::FileError;
+pub use face_table::{write_faces_csv, write_faces_npy, write_faces_vtu};
 pub use glb::write_glb;
 pub use images::colour_map::{ColourMap, NO_VALUE_COLOUR};
 pub use images::exr::{
@@ -43,8 +48,9 @@ pub use images::png::{
 };
 pub use images::texture::encode_texture_png;
 pub use images::tone::{ToneCurve, ToneMapping, auto_exposure, srgb_to_byte};
+pub use matrix::{PairColumn, write_matrix_market, write_pairs_csv};
 pub use npz::arrays::{
-    NamedArray, NamedSingleArray, read_array, write_array, write_arrays, write_single_arrays,
+    ArrayFile, NamedArray, NamedSingleArray, read_array, write_array, write_arrays, write_single_arrays,
 };
 pub use report::notes::notes_json;
 pub use report::report_json;

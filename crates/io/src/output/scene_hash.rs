@@ -112,6 +112,7 @@ fn hash_factors(h: &mut WordHasher, scene: &Scene) {
             surface.emission = Bands::ZERO;
         }
     }
+    parts.faces = Default::default();
     parts.panes.iter_mut().for_each(|p| (p.albedo, p.emission) = (Bands::ZERO, Bands::ZERO));
     if let Some(v) = &mut parts.voxel_grid {
         v.set_albedo(Bands::ZERO);
@@ -164,6 +165,14 @@ fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
         own.kind_of_cell.iter().for_each(|k| h.int(*k as usize));
     }
     t.surfaces.iter().chain(&t.panes).for_each(|k| known(h, *k));
+    for (facet, v) in scene.faces().values.iter().enumerate() {
+        if let Some(k) = v.condition {
+            h.int(facet);
+            // The power of a face is shared by its facets.
+            h.option(scene.faces().face_of(facet));
+            known(h, k);
+        }
+    }
     h.length(t.surroundings);
     if let Some(map) = scene.voxel_grid() {
         (0..map.len()).filter_map(|i| map.heat(i)).for_each(|k| known(h, k));
@@ -187,6 +196,15 @@ fn hash_surfaces(h: &mut WordHasher, scene: &Scene) {
         h.int(f.surface);
         h.plate(&f.plate);
         f.uv.iter().for_each(|t| h.reals(t));
+    }
+    for (facet, v) in scene.faces().values.iter().enumerate() {
+        for (kind, x) in [v.reflectance, v.emission].into_iter().enumerate() {
+            if let Some(x) = x {
+                h.int(facet);
+                h.int(kind);
+                h.bands(x);
+            }
+        }
     }
     h.int(scene.textures().len());
     for t in scene.textures() {

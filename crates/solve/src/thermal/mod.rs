@@ -42,10 +42,16 @@ pub(crate) use error_propagation::{TemperatureSolve, propagate_errors};
 pub(crate) use recover_temperatures::{SolvedTriple, recover_temperatures};
 pub(crate) use spectral_balance::TripleZones;
 
-use zonal_scene::{Scene, Zones};
+use zonal_scene::{Bands, Scene, ThermalCondition, Zones};
 
 /// Bytes of a zone: its balance, the vectors of the error propagation, those of them that are saved as a stage, temperatures and net powers.
 const BYTES_PER_ZONE: u64 = 500 + 5 * 24;
+
+/// Thermal condition of each zone, never the power of a whole surface, and its ρ or Ω by the scene.
+pub(crate) fn zone_conditions(scene: &Scene, zones: &Zones) -> (Vec<ThermalCondition>, Vec<Bands>) {
+    let balances = zone_balance::ZoneBalances::new(scene, zones);
+    (0..zones.len()).map(|i| balances.of(zones, i)).map(|l| (l.condition, l.reflect)).unzip()
+}
 
 /// Bytes of a thermal solve beyond those of a light solve.
 pub(crate) fn memory_bytes(scene: &Scene, zones: &Zones) -> u64 {

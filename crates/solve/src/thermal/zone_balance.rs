@@ -45,6 +45,8 @@ pub(super) struct ZoneBalances<'a> {
     kinds: Vec<&'a BandFractions>,
     /// Area of each surface's patches, m².
     areas: Vec<f64>,
+    /// Area of each face's patches, m²; empty where no face has a power.
+    face_areas: Vec<f64>,
 }
 
 impl<'a> ZoneBalances<'a> {
@@ -53,7 +55,17 @@ impl<'a> ZoneBalances<'a> {
         let Some(thermal) = scene.thermal() else { unreachable!("only called in thermal mode") };
         let mut areas = vec![0.0; scene.surfaces().len()];
         zones.patches.iter().for_each(|p| areas[p.surface] += p.area);
-        ZoneBalances { scene, thermal, kinds: thermal.all_fractions().collect(), areas }
+        let faces = scene.faces();
+        let has_power = faces.values.iter().any(|v| matches!(v.condition, Some(ThermalCondition::Power(_))));
+        let mut face_areas = vec![0.0; if has_power { faces.len() } else { 0 }];
+        for p in zones.patches.iter().filter(|_| has_power) {
+            faces.face_of(p.facet).into_iter().for_each(|f| face_areas[f] += p.area);
+        }
+        ZoneBalances { scene, thermal, kinds: thermal.all_fractions().collect(), areas, face_areas }
+    }
+    /// Area of the patches of a facet's face, m².
+    fn face_area(&self, facet: usize) -> f64 {
+        self.scene.faces().face_of(facet).map_or(f64::INFINITY, |f| self.face_areas[f])
     }
     /// The band fractions of a zone.
     pub(super) fn fractions(&self, zone: &ZoneBalance) -> &'a BandFractions {
@@ -76,11 +88,15 @@ impl<'a> ZoneBalances<'a> {
     pub(super) fn of(&self, zones: &Zones, i: usize) -> ZoneBalance {
         if i < zones.voxel_offset() {
             let p = &zones.patches[i];
-            let known = match self.thermal.surfaces[p.surface] {
-                ThermalCondition::Power(w) => ThermalCondition::Flux(w / self.areas[p.surface]),
-                known => known,
+            let known = match self.scene.faces().values_of(p.facet).condition {
+                Some(ThermalCondition::Power(w)) => ThermalCondition::Flux(w / self.face_area(p.facet)),
+                Some(own) => own,
+                None => match self.thermal.surfaces[p.surface] {
+                    ThermalCondition::Power(w) => ThermalCondition::Flux(w / self.areas[p.surface]),
+                    known => known,
+                },
             };
-            let reflect = self.scene.surfaces()[p.surface].reflectance;
+            let reflect = self.scene.facet_reflectance(p.facet);
             return ZoneBalance {
                 weight: Bands::ONE,
                 absorb: 1.0 - reflect,

@@ -14,6 +14,7 @@ The extension selects the format:
         medium is written beside it, as NAME.medium.npz
   .vtu  patches and panes with all fields, for ParaView
   .vti  the medium on its grid with all fields, for ParaView
+With --faces, one row for each face of the meshes: .csv, .npy, or .vtu (one cell for each facet)
 docs/how-to/export.md describes the contents and how to open them.";
 
 /// Write a solution for other programs.
@@ -22,9 +23,12 @@ docs/how-to/export.md describes the contents and how to open them.";
 pub struct Args {
     /// Solution (.npz).
     pub run: PathBuf,
-    /// File to write: .csv, .html, .glb, .vtu or .vti.
+    /// File to write: .csv, .html, .glb, .vtu or .vti; with --faces .csv, .npy or .vtu.
     #[arg(long, short, value_name = "FILE")]
     pub output: PathBuf,
+    /// Write results by face of the meshes in place of zones (.csv, .npy, .vtu): one row for each face, in the order of the mesh files.
+    #[arg(long)]
+    pub faces: bool,
     /// Settings of the .glb.
     #[command(flatten)]
     pub glb: GlbArgs,

@@ -5,7 +5,7 @@ mod gltf;
 
 pub use args::Args;
 
-use super::context::{Context, read_colour_solution};
+use super::context::{Context, read_uniform_light_solution};
 use crate::viewer::package::{PackageDetail, package};
 use crate::viewer::page;
 use serde_json::{Map, Value};
@@ -20,14 +20,19 @@ use zonal_scene::Solution;
 /// # Errors
 /// For settings that do not apply, solutions that cannot be read or lack the exported part, and outputs that cannot be written.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
-    check_output(&args.output, &["csv", "html", "glb", "vtu", "vti"])?;
+    let formats: &[&str] =
+        if args.faces { &["csv", "npy", "vtu"] } else { &["csv", "html", "glb", "vtu", "vti"] };
+    check_output(&args.output, formats)?;
     let extension =
         args.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     args.glb.check(&extension)?;
     let solution = match extension.as_str() {
-        "html" | "glb" => read_colour_solution(&args.run)?,
+        "html" | "glb" => read_uniform_light_solution(&args.run)?,
         _ => output::read_solution(&args.run)?,
     };
+    if args.faces {
+        return export_faces(args, &solution, &extension, context);
+    }
     let mut exported = ExportedFiles { paths: vec![args.output.clone()], sizes: Map::new() };
     match extension.as_str() {
         "csv" => output::write_zones_csv(&args.output, &solution)?,
@@ -37,6 +42,22 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         _ => write_glb(args, &solution, context, &mut exported)?,
     }
     report(&solution, exported, context)
+}
+
+/// Writes the results by face.
+fn export_faces(args: &Args, s: &Solution, extension: &str, context: Context) -> Result<(), Failure> {
+    let faces = s.scene.faces().len();
+    if faces == 0 {
+        let message = "this solution has no faces: its scene has no mesh file, or an older version wrote it; export zones (without --faces), or solve the scene again";
+        return Err(Failure::in_file(&args.run, message));
+    }
+    match extension {
+        "csv" => output::write_faces_csv(&args.output, s)?,
+        "npy" => output::write_faces_npy(&args.output, s)?,
+        _ => output::write_faces_vtu(&args.output, s)?,
+    }
+    let sizes = Map::from_iter([("faces".to_string(), Value::from(faces))]);
+    report(s, ExportedFiles { paths: vec![args.output.clone()], sizes }, context)
 }
 
 /// The written files, and their sizes by name (bytes, vertices, triangles).

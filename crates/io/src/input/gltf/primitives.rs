@@ -10,7 +10,6 @@ use gltf::Document;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use zonal_math::Vec3;
-use zonal_scene::Plate;
 
 /// Number of positions and corners that nodes may show, however small the file is.
 const MAX_SHOWN_VERTICES: usize = 1 << 24;
@@ -102,19 +101,16 @@ impl PrimitiveReader<'_> {
             let p = at.point(Vec3::from_array(positions[i]));
             (p, uvs.get(i).map_or([0.0; 2], |uv| mapping.apply(*uv)))
         };
-        let template = MeshFace {
-            material,
-            plate: Plate::triangle(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO),
-            uv: [[0.0; 2]; 3],
-            scale: at.scale(),
-        };
         for [a, b, c] in triangles(mode, &indices) {
             let (b, c) = if at.is_mirrored() { (c, b) } else { (b, c) };
             let corners = [corner(a), corner(b), corner(c)];
             if corners.iter().any(|c| !c.0.is_finite()) {
                 return Err(fault("a corner lies beyond all numbers; export the file again".into()));
             }
+            let template =
+                MeshFace { scale: at.scale(), ..MeshFace::template(material, self.mesh.face_count) };
             push_polygon(&mut self.mesh.faces, &template, &corners);
+            self.mesh.face_count += 1;
         }
         Ok(())
     }

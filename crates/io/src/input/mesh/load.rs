@@ -3,7 +3,7 @@
 use super::model::MeshData;
 use crate::files::FileSource;
 use crate::input::error::FileFault;
-use crate::input::{gltf, obj};
+use crate::input::{gltf, obj, vtk};
 use std::path::Path;
 
 /// Largest OBJ file, bytes.
@@ -13,6 +13,7 @@ const MAX_OBJ_FILE_BYTES: u64 = 1 << 30;
 pub(super) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> Result<MeshData, FileFault> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     match extension.as_deref() {
+        Some("vtu" | "vtp") => vtk::read_mesh_file(files, path, file),
         Some("glb" | "gltf") => gltf::read_mesh_file(files, path, file),
         Some("obj") => {
             let bytes = files.read(path, MAX_OBJ_FILE_BYTES).map_err(|e| FileFault::new(file, "", e))?;
@@ -21,8 +22,10 @@ pub(super) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
             }
             obj::parse(files, path, file, &String::from_utf8_lossy(&bytes))
         }
-        _ => {
-            Err(FileFault::new(file, "", "this kind of mesh is not read; convert it to .obj, .glb or .gltf"))
-        }
+        _ => Err(FileFault::new(
+            file,
+            "",
+            "this kind of mesh is not read; convert it to .obj, .glb, .gltf, .vtu or .vtp",
+        )),
     }
 }

@@ -1,5 +1,6 @@
 //! One material of a mesh as surfaces, panes or a region of the medium.
 
+use super::face_values::FaceValues;
 use super::material_overrides::{MaterialOverride, PaneOverride};
 use super::model::{GlassAttenuation, ImageSource, MeshFace, MeshMaterial};
 use super::shells::{ShellKind, check_closed, find_shells};
@@ -21,6 +22,12 @@ pub(crate) struct MaterialPart<'a, 'n> {
     pub(crate) over: &'a MaterialOverride,
     /// Factor from the file's unit to metres.
     pub(crate) scale: f64,
+    /// Index of the mesh's first face in the scene.
+    pub(crate) first_face: usize,
+    /// Values by face from files.
+    pub(crate) values: &'a FaceValues,
+    /// Properties of the material from files.
+    pub(crate) of_material: SurfaceProperties,
 }
 
 impl MaterialPart<'_, '_> {
@@ -72,11 +79,13 @@ impl MaterialPart<'_, '_> {
         of_surface: SurfaceProperties,
         reader: &mut SceneReader<'_>,
     ) -> Result<(), InputError> {
-        let properties = self.over.properties.or(of_surface);
+        let given = self.over.properties.or(self.of_material);
+        let properties = given.or(of_surface).or(self.values.representative(&faces));
         let template = self.surface_template(&properties, reader)?;
         let present = |kind: ShellKind| faces.iter().any(|(_, s)| *s == kind);
         let mixed = ShellKind::VARIANTS.into_iter().filter(|k| present(*k)).count() > 1;
         for kind in ShellKind::VARIANTS.into_iter().filter(|k| present(*k)) {
+            let of_kind: Vec<&MeshFace> = faces.iter().filter(|(_, s)| *s == kind).map(|(f, _)| *f).collect();
             let default = match (kind, self.material.double_sided) {
                 (ShellKind::Open, Some(false)) => Sides::Front,
                 (ShellKind::Open, _) => Sides::Both,
@@ -88,8 +97,11 @@ impl MaterialPart<'_, '_> {
             let solid = kind == ShellKind::Solid && sides == Sides::Front;
             let surface = Surface { name, sides, solid, ..template.clone() };
             let surface = reader.add_surface(surface, &properties)?;
-            let of_kind = faces.iter().filter(|(_, s)| *s == kind);
-            reader.parts.facets.extend(of_kind.map(|(f, _)| Facet { surface, plate: f.plate, uv: f.uv }));
+            for f in of_kind {
+                let (facet, values) = (reader.parts.facets.len(), self.values.of_face(f.face, &given));
+                reader.parts.faces.push(facet, self.first_face + f.face, values);
+                reader.parts.facets.push(Facet { surface, plate: f.plate, uv: f.uv });
+            }
         }
         Ok(())
     }

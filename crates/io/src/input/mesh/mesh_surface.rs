@@ -1,5 +1,6 @@
 //! `mesh = { file, … }` of a surface: each material becomes surfaces, panes or a region of the medium.
 
+use super::face_values::read_face_values;
 use super::material_overrides::{self, MaterialOverride};
 use super::material_part::MaterialPart;
 use super::model::{MeshData, MeshFace};
@@ -10,7 +11,7 @@ use crate::input::scene::surface_properties::SurfaceProperties;
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use std::collections::BTreeMap;
-use zonal_scene::{Diagnostic, Plate, Sides};
+use zonal_scene::{Diagnostic, FaceMesh, Plate, Sides};
 
 /// Thresholds of the warning about parts that are open at a few edges.
 struct NearlyClosedParams {
@@ -41,6 +42,9 @@ pub(crate) fn read_mesh_surface(
 ) -> Result<(), InputError> {
     let (mesh, scale) = load_placed(node, reader)?;
     let overrides = material_overrides::read_overrides(table, &mesh, reader)?;
+    let values = read_face_values(table, &mesh, reader)?;
+    let first_face = reader.parts.faces.len();
+    reader.parts.faces.meshes.push(FaceMesh { name: name.to_string(), faces: mesh.face_count });
     let materials = MaterialUse::new(&mesh, &overrides);
     let shell_of_face = find_shells_of_faces(table, &materials, name, properties.sides, reader)?;
     // Add each material.
@@ -57,6 +61,9 @@ pub(crate) fn read_mesh_surface(
             material,
             over: &over,
             scale,
+            first_face,
+            values: &values,
+            of_material: values.of_material(m),
         };
         if let Some(offset) = over.offset {
             table.source.record_place(format!("surface '{}'", part.name), offset);

@@ -5,9 +5,11 @@
 //! | `model` | faces and materials as a file gives them, in its unit and axes |
 //! | `load`, `placement` | reading by file extension; the mesh placed in the scene |
 //! | `polygon` | polygons as plates |
+//! | `face_values` | values by face or by material from files |
 //! | `shells` | closed parts and their orientation |
 //! | `mesh_surface`, `material_overrides`, `material_part` | a mesh as surfaces, panes and regions, with the scene's overrides |
 
+mod face_values;
 mod load;
 mod material_overrides;
 mod material_part;

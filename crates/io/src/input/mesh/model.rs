@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::rc::Rc;
+use zonal_math::Vec3;
 use zonal_scene::{Bands, Plate};
 
 /// A mesh file as read.
@@ -9,6 +10,8 @@ use zonal_scene::{Bands, Plate};
 pub(crate) struct MeshData {
     pub(crate) materials: Vec<MeshMaterial>,
     pub(crate) faces: Vec<MeshFace>,
+    /// Number of polygons of the file.
+    pub(crate) face_count: usize,
     /// Repairs and ignored contents.
     pub(crate) notes: Vec<String>,
 }
@@ -21,6 +24,16 @@ pub(crate) struct MeshFace {
     pub(crate) uv: [[f64; 2]; 3],
     /// Factor by which the face's node scales lengths.
     pub(crate) scale: f64,
+    /// Index of its polygon in the file.
+    pub(crate) face: usize,
+}
+
+impl MeshFace {
+    /// A face of a polygon of the file, without geometry yet, at a node that does not scale.
+    pub(crate) fn template(material: usize, face: usize) -> MeshFace {
+        let plate = Plate::triangle(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+        MeshFace { material, plate, uv: [[0.0; 2]; 3], scale: 1.0, face }
+    }
 }
 
 /// An image; it is decoded only if it is used.

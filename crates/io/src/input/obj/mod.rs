@@ -9,7 +9,6 @@ use crate::input::error::FileFault;
 use std::collections::HashMap;
 use std::path::Path;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::Plate;
 
 /// Largest number of corners of a polygon; it bounds the cost of ear clipping.
 const MAX_POLYGON_CORNERS: usize = 1024;
@@ -192,12 +191,8 @@ impl ObjReader<'_> {
             None => self.material("default"),
         };
         self.current = Some(material);
-        let template = MeshFace {
-            material,
-            plate: Plate::triangle(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO),
-            uv: [[0.0; 2]; 3],
-            scale: 1.0,
-        };
+        let template = MeshFace::template(material, self.mesh.face_count);
+        self.mesh.face_count += 1;
         if !push_polygon(&mut self.mesh.faces, &template, &corners) {
             self.crossed += 1;
         }

@@ -4,8 +4,28 @@ use super::surface_properties::SurfaceProperties;
 use super::thermal;
 use crate::input::error::InputError;
 use crate::input::scene_reader::SceneReader;
-use crate::input::toml::node::TomlTable;
+use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_scene::Sides;
+
+/// Keys that a file may give by face or by material of a mesh.
+pub(crate) const FACE_VALUE_KEYS: [&str; 6] =
+    ["temperature", "heat_flux", "net_power", "emissivity", "reflectance", "emission"];
+
+/// The number or the bands of a key; none where a file gives its values, which is read with the mesh.
+fn without_file<'a>(table: &TomlTable<'a>, key: &str) -> Option<TomlNode<'a>> {
+    table.get(key).filter(|n| !n.is_table())
+}
+
+/// Refuses files by face in tables that have no mesh of their own.
+fn check_files(table: &TomlTable<'_>) -> Result<(), InputError> {
+    let file = FACE_VALUE_KEYS.iter().filter_map(|k| table.get(k)).find(|n| n.is_table());
+    match file {
+        Some(n) if table.get("mesh").is_none() => Err(n.error(
+            "a file of values belongs to the table of a [[surface]] that has a mesh, beside the key mesh; move it there, or give a number",
+        )),
+        _ => Ok(()),
+    }
+}
 
 /// The properties that a table gives.
 pub(crate) fn read_properties(
@@ -13,10 +33,11 @@ pub(crate) fn read_properties(
     reader: &mut SceneReader<'_>,
 ) -> Result<SurfaceProperties, InputError> {
     thermal::check_mode(table, reader.mode())?;
+    check_files(table)?;
     Ok(SurfaceProperties {
         condition: thermal::read_surface_condition(table)?,
         reflectance: thermal::read_reflectance(table)?,
-        emission: table.read("emission", |n| n.bands(f64::INFINITY))?,
+        emission: without_file(table, "emission").map(|n| n.bands(f64::INFINITY)).transpose()?,
         sides: table.read("sides", |n| Ok([Sides::Front, Sides::Both][n.choice(&["front", "both"])?]))?,
         patch_size: table.read("patch_size", |n| n.positive())?,
         texture: table.read("texture", |n| reader.texture(&n))?,

@@ -76,7 +76,10 @@ fn at_most_one<'a>(t: &TomlTable<'a>, keys: &[&str]) -> Result<Option<(usize, To
 
 /// The boundary condition of a surface's table.
 pub(crate) fn read_surface_condition(t: &TomlTable<'_>) -> Result<Option<ThermalCondition>, InputError> {
-    let Some((k, n)) = at_most_one(t, &SURFACE_CONDITIONS)? else { return Ok(None) };
+    // Values from a file are read with the mesh.
+    let Some((k, n)) = at_most_one(t, &SURFACE_CONDITIONS)?.filter(|(_, n)| !n.is_table()) else {
+        return Ok(None);
+    };
     Ok(Some(match k {
         0 => ThermalCondition::Temperature(read_kelvin(n)?),
         1 => ThermalCondition::Flux(read_net_power(&n)?),
@@ -96,8 +99,9 @@ pub(crate) fn read_volume_condition(t: &TomlTable<'_>) -> Result<Option<ThermalC
 
 /// ρ, from `reflectance` or `emissivity` = 1 − ρ.
 pub(crate) fn read_reflectance(t: &TomlTable<'_>) -> Result<Option<Bands>, InputError> {
-    let given = t.read("reflectance", |n| n.bands(1.0))?;
-    let Some(n) = t.get("emissivity") else { return Ok(given) };
+    let number = |key: &str| t.get(key).filter(|n| !n.is_table());
+    let given = number("reflectance").map(|n| n.bands(1.0)).transpose()?;
+    let Some(n) = number("emissivity") else { return Ok(given) };
     let own = 1.0 - n.bands(1.0)?;
     match given {
         Some(r) if (r - own).any(|d| d.abs() > CONSISTENCY_TOLERANCE) => {

@@ -168,7 +168,7 @@ pub(crate) const SURFACE_SHAPES: &[KeySpec] = &[
     key("triangle", "table", "", "", "triangle; its front sees the corners counter-clockwise"),
     key("box", "table", "", "", "solid box with outward normals"),
     key("room", "table", "", "", "six walls with inward normals"),
-    key("mesh", "table", "", "", "mesh file: OBJ, GLB or glTF"),
+    key("mesh", "table", "", "", "mesh file: OBJ, GLB, glTF, VTU or VTP"),
 ];
 /// Properties of a surface, of a face or of a material.
 pub(crate) const SURFACE_PROPERTIES: &[KeySpec] = &[
@@ -194,6 +194,25 @@ pub(crate) const SURFACE_PROPERTIES: &[KeySpec] = &[
     key("heat_flux", "number", "W/m2", "", "given net radiative flux that leaves the surface (thermal mode)"),
     key("net_power", "number", "W", "", "given net power that leaves the whole surface (thermal mode)"),
 ];
+/// `temperature`, `heat_flux`, `net_power`, `emissivity`, `reflectance` or `emission` of a mesh from a file.
+pub(crate) const VALUE_FILE: KeyGroups = &[&[
+    key("file", "file name", "", "required", ".csv, .npy, .vtu or .vtp"),
+    key(
+        "column",
+        "text | integer from 1",
+        "",
+        "the only one, or the one named like the quantity",
+        "column of the table by name or number, or array of cell data",
+    ),
+    key(
+        "by",
+        "\"face\" | \"material\"",
+        "",
+        "\"face\"",
+        "one row for each face of the mesh file in its order, or rows of a material's name and its value",
+    ),
+]];
+
 /// `[[surface]]`.
 pub(crate) const SURFACE: KeyGroups = &[SURFACE_KEYS, SURFACE_SHAPES, SURFACE_PROPERTIES];
 /// One face of a box or room.
@@ -232,7 +251,7 @@ pub(crate) const BOX: KeyGroups = &[
 ];
 /// `mesh`.
 pub(crate) const MESH: KeyGroups = &[&[
-    key("file", "file name", "", "required", ".obj, .glb or .gltf"),
+    key("file", "file name", "", "required", ".obj, .glb, .gltf, .vtu or .vtp"),
     key("scale", "number above 0", "m per unit of the file", "1", "factor of lengths"),
     key("translate", "direction", "m", "[0, 0, 0]", "translation after scale and rotation"),
     key(
@@ -430,6 +449,7 @@ pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
     ("surface[].box", BOX),
     ("surface[].room", BOUNDS),
     ("surface[].mesh", MESH),
+    ("surface[].temperature, … of a mesh", VALUE_FILE),
     ("surface[].faces", FACES),
     ("surface[].materials.NAME", MATERIAL),
     ("surface[].materials.NAME.pane", MATERIAL_PANE),

@@ -109,6 +109,9 @@ impl<'a> TomlNode<'a> {
     pub(crate) fn is_list(&self) -> bool {
         self.value.is_array()
     }
+    pub(crate) fn is_text(&self) -> bool {
+        self.value.is_str()
+    }
     pub(crate) fn is_table(&self) -> bool {
         self.value.is_table()
     }

@@ -28,6 +28,46 @@ pub fn read_array(path: &Path, name: &str) -> Result<(Vec<usize>, Vec<f64>), Fil
     NpzReader::open(path)?.numbers(name)
 }
 
+/// An npz that is read array by array.
+pub struct ArrayFile(NpzReader<'static>);
+
+impl ArrayFile {
+    /// Opens an npz.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read or is no npz.
+    pub fn open(path: &Path) -> Result<ArrayFile, FileError> {
+        Ok(ArrayFile(NpzReader::open(path)?))
+    }
+    /// True if there is an array of that name.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.0.has(name)
+    }
+    /// The text `about` of [`write_arrays`] as JSON.
+    ///
+    /// # Errors
+    ///
+    /// It is absent or no JSON.
+    pub fn about(&mut self) -> Result<serde_json::Value, FileError> {
+        self.0.json("about")
+    }
+    /// Shape and values of an array of doubles; values may be infinite.
+    ///
+    /// # Errors
+    ///
+    /// The array is absent or of another type, or a value is NaN.
+    pub fn array(&mut self, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
+        self.0.numbers_or_infinity(name)
+    }
+    /// An error at an array of this file.
+    #[must_use]
+    pub fn error(&self, name: &str, message: &str) -> FileError {
+        self.0.error(name, message)
+    }
+}
+
 /// Writes an npy of doubles in C order.
 ///
 /// # Errors

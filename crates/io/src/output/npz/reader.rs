@@ -282,6 +282,15 @@ impl<'a> NpzReader<'a> {
         Err(self.error(name, format!("a value is not a finite number; {DAMAGED}")))
     }
 
+    /// Numbers of any shape, infinite ones included.
+    pub(crate) fn numbers_or_infinity(&mut self, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
+        let (shape, data) = self.array(name, ElementType::F64, f64::from_le_bytes)?;
+        if data.iter().all(|x| !x.is_nan()) {
+            return Ok((shape, data));
+        }
+        Err(self.error(name, format!("a value is not a number; {DAMAGED}")))
+    }
+
     /// Finite numbers of any shape, in double or single precision.
     pub(crate) fn numbers(&mut self, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
         let Ok((shape, data)) = self.array(name, ElementType::F32, f32::from_le_bytes) else {

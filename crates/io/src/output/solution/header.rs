@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::{
-    BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, Lens, Light, LightGrouping,
-    Pane, PatchRule, Plate, Scene, Sides, SolveOptions, Surface, Surroundings, Thermal, ThermalCondition,
-    ZoneBasis,
+    BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, FaceMesh, Lens, Light,
+    LightGrouping, Pane, PatchRule, Plate, Scene, Sides, SolveOptions, Surface, Surroundings, Thermal,
+    ThermalCondition, ZoneBasis,
 };
 
 /// The version of the format.
@@ -35,6 +35,9 @@ pub(super) struct SceneHeader {
     pub(super) notes: Vec<Diagnostic>,
     #[serde(with = "surfaces")]
     pub(super) surfaces: Vec<Surface>,
+    /// Mesh files with their numbers of faces.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", with = "meshes")]
+    pub(super) meshes: Vec<FaceMesh>,
     #[serde(with = "panes")]
     pub(super) panes: Vec<Pane>,
     /// Number of textures.
@@ -78,6 +81,13 @@ struct SurfaceFormat {
     sides: Sides,
     patch_size: Option<f64>,
     solid: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "FaceMesh")]
+struct FaceMeshFormat {
+    name: String,
+    faces: usize,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -216,6 +226,7 @@ enum ConditionFormat {
 }
 
 list_of!(surfaces, Surface, "SurfaceFormat");
+list_of!(meshes, FaceMesh, "FaceMeshFormat");
 list_of!(panes, Pane, "PaneFormat");
 list_of!(lights, Light, "LightFormat");
 list_of!(cameras, Camera, "CameraFormat");
@@ -278,6 +289,7 @@ impl SceneHeader {
             name: scene.name().to_string(),
             notes: scene.notes().to_vec(),
             surfaces: scene.surfaces().to_vec(),
+            meshes: scene.faces().meshes.clone(),
             panes: scene.panes().to_vec(),
             textures: scene.textures().len(),
             voxel_grid: scene.voxel_grid().map(|v| VoxelGridHeader {

@@ -31,6 +31,7 @@
 //!
 //! Reals are `<f8`, indices `<i8`, kinds and sub-cells `|u1`.
 
+mod faces;
 mod header;
 mod read;
 #[cfg(test)]

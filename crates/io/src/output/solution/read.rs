@@ -1,5 +1,6 @@
 //! Reading of a solution, with validation of all of its contents.
 
+use super::faces::read_faces;
 use super::header::{
     FORMAT, FORMAT_VERSION, OLDEST_FORMAT_VERSION, Provenance, SceneHeader, VoxelGridHeader,
 };
@@ -168,9 +169,11 @@ fn read_scene(
 ) -> Result<Scene, FileError> {
     let cells = if header.thermal.is_some() { read_cell_fractions(npz, bands)? } else { None };
     let thermal = header.thermal.map(|t| t.into_thermal((bands, triple), cells)).transpose();
+    let facets = read_facets(npz, header.surfaces.len())?;
     let parts = SceneParts {
         name: header.name,
-        facets: read_facets(npz, header.surfaces.len())?,
+        faces: read_faces(npz, header.meshes, facets.len())?,
+        facets,
         surfaces: header.surfaces,
         textures: (0..header.textures).map(|i| read_texture(npz, triple, i)).collect::<Result<_, _>>()?,
         panes: read_panes(npz, header.panes)?,

@@ -11,10 +11,10 @@ use std::path::{Path, PathBuf};
 use zonal_math::{Grade, Vec3, vec3};
 use zonal_scene::{
     BandFractions, Bands, Camera, ClosureDefect, Diagnostic, DiscretizationError, EnergyBalance,
-    ErrorEstimate, Facet, Fields, HeatReport, HeatRow, HeatRowKind, Lens, Light, LightGroup, LightGroupKind,
-    Pane, PaneZone, Patch, PerBand, Plate, Report, Scene, SceneParts, Sides, Solution, SolveOptions,
-    SolveStatus, Surface, Surroundings, Texture, Thermal, ThermalCondition, ThermalFields, VolumeSample,
-    VoxelGrid, VoxelSamples, VoxelZone, ZoneValues, Zones,
+    ErrorEstimate, FaceMesh, FaceTable, Facet, FacetValues, Fields, HeatReport, HeatRow, HeatRowKind, Lens,
+    Light, LightGroup, LightGroupKind, Pane, PaneZone, Patch, PerBand, Plate, Report, Scene, SceneParts,
+    Sides, Solution, SolveOptions, SolveStatus, Surface, Surroundings, Texture, Thermal, ThermalCondition,
+    ThermalFields, VolumeSample, VoxelGrid, VoxelSamples, VoxelZone, ZoneValues, Zones,
 };
 
 fn folder(name: &str) -> PathBuf {
@@ -64,6 +64,7 @@ fn scene() -> Scene {
         name: "Stube \"ä\"".into(),
         surfaces: vec![surface("floor", Some(0)), surface("lamp, old", None)],
         facets: vec![facet(0, square), facet(1, triangle)],
+        faces: faces(),
         textures: vec![Texture { width: 2, height: 1, pixels: vec![[0.25, 0.5, 1.0], [0.1, 0.2, 0.3]] }],
         panes: vec![Pane {
             name: "glass".into(),
@@ -91,6 +92,18 @@ fn scene() -> Scene {
         ..SceneParts::default()
     })
     .unwrap()
+}
+
+/// A mesh of three faces, of which the second facet is the last, with a reflectance of its own.
+fn faces() -> FaceTable {
+    let meshes = vec![FaceMesh { name: "lamp, old".into(), faces: 3 }];
+    let mut table = FaceTable { meshes, ..FaceTable::default() };
+    table.push(
+        1,
+        2,
+        FacetValues { reflectance: Some(Bands::from_rgb([0.1, 0.2, 0.3])), ..FacetValues::default() },
+    );
+    table
 }
 
 fn report() -> Report {

@@ -18,7 +18,7 @@ use zonal_scene::{BandSet, Bands};
 
 /// Type of the written values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum NumberType {
+pub(in crate::output) enum NumberType {
     Float64,
     Int64,
     UInt8,
@@ -31,7 +31,7 @@ impl NumberType {
 }
 
 /// An array of numbers.
-pub(super) struct DataArray<'a> {
+pub(in crate::output) struct DataArray<'a> {
     name: String,
     number: NumberType,
     tuples: usize,
@@ -43,7 +43,7 @@ pub(super) struct DataArray<'a> {
 
 impl<'a> DataArray<'a> {
     /// One value for each tuple.
-    pub(super) fn scalar(
+    pub(in crate::output) fn scalar(
         name: &str,
         number: NumberType,
         tuples: usize,
@@ -53,7 +53,11 @@ impl<'a> DataArray<'a> {
         DataArray { name: name.into(), number, tuples, parts: vec![(1, value)], bands: Vec::new() }
     }
     /// Three doubles for each tuple.
-    pub(super) fn triple(name: &str, tuples: usize, value: impl Fn(usize) -> [f64; 3] + 'a) -> DataArray<'a> {
+    pub(in crate::output) fn triple(
+        name: &str,
+        tuples: usize,
+        value: impl Fn(usize) -> [f64; 3] + 'a,
+    ) -> DataArray<'a> {
         DataArray {
             name: name.into(),
             number: NumberType::Float64,
@@ -63,14 +67,21 @@ impl<'a> DataArray<'a> {
         }
     }
     /// The bands of each tuple.
-    pub(super) fn bands(name: &str, tuples: usize, value: impl Fn(usize) -> Bands + 'a) -> DataArray<'a> {
+    pub(in crate::output) fn bands(
+        name: &str,
+        tuples: usize,
+        value: impl Fn(usize) -> Bands + 'a,
+    ) -> DataArray<'a> {
         let bands = BandSet::default();
         let names = (0..bands.count()).map(|b| bands.name(b)).collect();
         DataArray { bands: names, ..DataArray::triple(name, tuples, move |i| value(i).to_rgb()) }
     }
     /// The arrays of all triples of bands, each a list with the same names: arrays of bands with one component for each band, and all others of the
     /// first triple.
-    pub(super) fn joined(bands: &BandSet, mut triples: Vec<Vec<DataArray<'a>>>) -> Vec<DataArray<'a>> {
+    pub(in crate::output) fn joined(
+        bands: &BandSet,
+        mut triples: Vec<Vec<DataArray<'a>>>,
+    ) -> Vec<DataArray<'a>> {
         if bands.is_rgb() {
             return triples.swap_remove(0);
         }
@@ -114,7 +125,7 @@ impl<'a> DataArray<'a> {
 }
 
 /// A file: XML that refers to arrays, then the arrays.
-pub(super) struct VtkDocument<'a> {
+pub(in crate::output) struct VtkDocument<'a> {
     kind: &'static str,
     xml: String,
     arrays: Vec<DataArray<'a>>,
@@ -123,7 +134,7 @@ pub(super) struct VtkDocument<'a> {
 
 impl<'a> VtkDocument<'a> {
     /// An empty document of VTK's type `kind`, whose element has these attributes.
-    pub(super) fn new(kind: &'static str, attributes: &str) -> VtkDocument<'a> {
+    pub(in crate::output) fn new(kind: &'static str, attributes: &str) -> VtkDocument<'a> {
         let xml = format!(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<{kind}{attributes}>\n"
         );
@@ -131,7 +142,7 @@ impl<'a> VtkDocument<'a> {
     }
 
     /// Field data: lists of names.
-    pub(super) fn names(&mut self, lists: &[(&str, Vec<&str>)]) {
+    pub(in crate::output) fn names(&mut self, lists: &[(&str, Vec<&str>)]) {
         self.xml.push_str("<FieldData>\n");
         for (name, list) in lists.iter().filter(|l| !l.1.is_empty()) {
             let n = list.len();
@@ -152,17 +163,17 @@ impl<'a> VtkDocument<'a> {
     }
 
     /// Opens an element.
-    pub(super) fn open(&mut self, element: &str) {
+    pub(in crate::output) fn open(&mut self, element: &str) {
         let _ = writeln!(self.xml, "<{element}>");
     }
 
     /// Closes an element.
-    pub(super) fn close(&mut self, element: &str) {
+    pub(in crate::output) fn close(&mut self, element: &str) {
         let _ = writeln!(self.xml, "</{element}>");
     }
 
     /// An element with these arrays.
-    pub(super) fn section(&mut self, element: &str, arrays: Vec<DataArray<'a>>) {
+    pub(in crate::output) fn section(&mut self, element: &str, arrays: Vec<DataArray<'a>>) {
         self.open(element);
         for a in arrays {
             let bands = match a.bands.len() {
@@ -189,7 +200,7 @@ impl<'a> VtkDocument<'a> {
     }
 
     /// Writes the file.
-    pub(super) fn write(&self, path: &Path) -> Result<(), FileError> {
+    pub(in crate::output) fn write(&self, path: &Path) -> Result<(), FileError> {
         write_atomic(path, |out| {
             out.write_all(self.xml.as_bytes())?;
             write!(out, "</{}>\n<AppendedData encoding=\"raw\">\n_", self.kind)?;

@@ -1,6 +1,6 @@
 //! Zones for ParaView.
 
-mod document;
+pub(super) mod document;
 mod group_radiosity;
 pub(crate) mod vti;
 pub(crate) mod vtu;

@@ -346,7 +346,19 @@ impl CostEstimate {
         discretization::basis_of(self.has_slopes)
     }
 
+    /// For a scene of several triples of bands, each at the cost of this one; temperatures that couple them keep all operators in memory.
+    #[must_use]
+    pub fn for_bands(mut self, scene: &Scene) -> CostEstimate {
+        let triples = scene.bands().triples();
+        self.parts.iter_mut().for_each(|p| p.1 *= triples as f64);
+        self.seconds = self.seconds.map(|s| s * triples as f64);
+        if crate::thermal::newton::is_needed(scene) {
+            self.bytes = self.bytes.map(|b| b * triples as u64);
+        }
+        self
+    }
     /// Adds the seconds for reading the scene and for its zones.
+    #[must_use]
     pub fn with_reading_time(mut self, seconds: f64) -> CostEstimate {
         self.parts.insert(0, ("reading".into(), seconds));
         self.seconds = self.seconds.map(|s| s + seconds);

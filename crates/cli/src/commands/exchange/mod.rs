@@ -10,14 +10,30 @@
 //! | `total_exchange_areas`, `total_error_radius` | [m, n, n] | total exchange areas T: net power from i to j per unit of σT_i⁴ − σT_j⁴ |
 //! | `total_closure` | [m, n] | row sums of T in a closed scene: εA, 4κ_aV |
 //! | `named_exchange_areas`, `named_error_radius` | [m, k, k] | sums of T over surfaces, medium and panes |
-//! | `about` | bytes | JSON: `names`, in the order of these sums; `name_of_zone`, an index for each zone; units |
+//! | `about` | bytes | JSON: `names`, in the order of these sums; `name_of_zone`, an index for each zone; units; meshes, band fractions |
+//!
+//! and in thermal mode, for [`super::update`]:
+//!
+//! | array | shape | contents |
+//! |---|---|---|
+//! | `zone_size` | [n] | A in m², V in m³ |
+//! | `reflectance` | [bands, n] | ρ of patches, Ω of volumes |
+//! | `condition` | [n, 2] | 1 and T (K), or 2 and the flux that leaves (W/m², W/m³) |
+//! | `zone_face` | [n] | face among the faces of all meshes, −1 for none |
+//! | `surroundings_areas`, `surroundings_radius`, `backface_areas` | [m, n] | exchange with the surroundings, its standard error, and with black backs, scaled with the rows |
+//! | `closure_scaling` | [m, n] | d of the rows where closure is restored: the areas of a solve are d_i F_ij d_j |
+//! | `closure_error` | [m, n] | error of the incident power by closure, relative to it |
+
+pub mod npz;
+mod text;
 
 use super::context::{Context, check_tolerance, memory_limit};
 use std::path::PathBuf;
-use zonal_io::output::{self, NamedArray};
+use zonal_io::output;
 use zonal_report::{Failure, check_output, say};
-use zonal_scene::printable;
+use zonal_scene::{Scene, printable};
 use zonal_solve::exchange_areas::{AreaMatrices, ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
+use zonal_solve::state::ExchangeData;
 
 /// Write the exchange areas of all pairs of zones of a scene.
 ///
@@ -27,8 +43,9 @@ use zonal_solve::exchange_areas::{AreaMatrices, ExchangeAreaContents, ExchangeAr
 pub struct Args {
     /// Scene file (.toml).
     pub scene: PathBuf,
-    /// Arrays to write (.npz): direct and total exchange areas, error radii, row sums of closed scenes, sums over names; m2.
-    #[arg(long, short, value_name = "AREAS.npz")]
+    /// File to write, m2: .npz (all arrays, also for `zonal update`), .csv (a line for each pair of zones that exchange), or .mtx (MatrixMarket: the total
+    /// areas, or with --direct-only the direct ones, and their errors beside, as NAME.error.mtx).
+    #[arg(long, short, value_name = "AREAS")]
     pub output: PathBuf,
     /// Relative tolerance of the factors of axis-aligned pairs and of pairs of plates, 0 < T < 1. Factors that are measured by rays have the tolerance of
     /// the scene.
@@ -49,58 +66,52 @@ pub struct Args {
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     check_tolerance(args.tolerance)?;
     let memory_limit = memory_limit(args.max_memory)?;
-    check_output(&args.output, &["npz"])?;
+    check_output(&args.output, &["npz", "csv", "mtx"])?;
     let scene = zonal_io::input::read_scene(&args.scene)?;
     let contents =
         if args.direct_only { ExchangeAreaContents::Direct } else { ExchangeAreaContents::DirectAndTotal };
     let settings = ExchangeAreaSettings { tolerance: args.tolerance, memory_limit, contents };
     let areas = ExchangeAreas::compute(&scene, &settings, &context.progress())
         .map_err(|e| Failure::in_file(&args.scene, e))?;
-    write(args, &areas)?;
-    report(args, &areas, context)
+    let written = write(args, &scene, &areas, context)?;
+    report(&written, &areas, context)
 }
 
-/// Writes the arrays.
-fn write(args: &Args, areas: &ExchangeAreas) -> Result<(), Failure> {
-    let (m, n, k) = (areas.matrices, areas.zone_count(), areas.names.len());
-    let named = |name, shape, values| NamedArray { name, shape, values };
-    let direct = &areas.direct;
-    let mut arrays = vec![
-        named("exchange_areas", vec![m, n, n], &direct.areas[..]),
-        named("error_radius", vec![m, n, n], &direct.radii),
-        named("closure", vec![m, n], &direct.closure),
-    ];
-    let Some(total) = &areas.total else {
-        return Ok(output::write_arrays(&args.output, None, &arrays)?);
-    };
-    let [by_name, by_name_radii] = [&total.areas, &total.radii].map(|x| areas.by_name(x));
-    arrays.extend([
-        named("total_exchange_areas", vec![m, n, n], &total.areas[..]),
-        named("total_error_radius", vec![m, n, n], &total.radii),
-        named("total_closure", vec![m, n], &total.closure),
-        named("named_exchange_areas", vec![m, k, k], &by_name),
-        named("named_error_radius", vec![m, k, k], &by_name_radii),
-    ]);
-    let about = serde_json::json!({
-        "names": areas.names, "name_of_zone": areas.name_of_zone, "unit": "m2",
-        "order_of_zones": "patches, then voxel zones, then pane zones",
-    });
-    Ok(output::write_arrays(&args.output, Some(&about.to_string()), &arrays)?)
+/// Writes the file in the format of its extension; returns the paths of all files.
+fn write(
+    args: &Args,
+    scene: &Scene,
+    areas: &ExchangeAreas,
+    context: Context,
+) -> Result<Vec<PathBuf>, Failure> {
+    let extension = args.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    match extension.as_deref() {
+        Some("csv") => text::write_csv(&args.output, areas),
+        Some("mtx") => text::write_mtx(&args.output, areas),
+        _ => {
+            // A scene in thermal mode also has the data of other states.
+            let state = scene.thermal().map(|_| ExchangeData::new(scene, areas, &context.progress()));
+            let state = state.transpose().map_err(|e| Failure::in_file(&args.scene, e))?;
+            npz::write(&args.output, areas, state.as_ref())?;
+            Ok(vec![args.output.clone()])
+        }
+    }
 }
 
 /// Prints counts, grade and closure.
-fn report(args: &Args, areas: &ExchangeAreas, context: Context) -> Result<(), Failure> {
+fn report(written: &[PathBuf], areas: &ExchangeAreas, context: Context) -> Result<(), Failure> {
     let (n, matrices, grade) = (areas.zone_count(), areas.matrices, areas.grade().name());
     let defect = areas.direct.largest_row_defect();
     let total_defect = areas.total.as_ref().map(AreaMatrices::largest_row_defect);
-    let path = args.output.display();
+    let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
+    let path = names.join(", ");
     if context.json {
         let counts = &areas.counts;
         let json = serde_json::json!({
             "zones": n, "matrices": matrices, "grade": grade, "largest_row_defect": defect,
             "largest_total_row_defect": total_defect,
             "aligned_pairs": counts.aligned, "general_pairs": counts.general, "rays": counts.rays,
-            "written": path.to_string(), "warnings": output::notes_json(&areas.diagnostics),
+            "written": names[0], "beside": names[1..], "warnings": output::notes_json(&areas.diagnostics),
         });
         say(&format!("{json:#}"))?;
         return context.check_warnings(&areas.diagnostics);
