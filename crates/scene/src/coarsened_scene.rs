@@ -12,7 +12,7 @@
 //! absorbing cells of prescribed temperature and of prescribed heat would merge, the medium is not coarsened.
 //!
 //! **Refined by m.** An axis of n cells gets mn cells, each with the values of its parent cell; an axis of one cell along which the scene is
-//! periodic keeps it, because nothing varies along that axis. Patches are at most an m-th as large as the largest of their surface.
+//! periodic, or has mirrors at both ends, keeps it, because nothing varies along that axis. Patches are at most an m-th as large as the largest of their surface.
 //!
 //! **Cost:** linear in the number of cells.
 
@@ -64,7 +64,7 @@ impl Scene {
         for (surface, largest) in parts.surfaces.iter_mut().zip(largest) {
             surface.patch_size = Some(refined(largest, surface.patch_size.unwrap_or(default)));
         }
-        parts.voxel_grid = self.voxel_grid().map(|m| m.refined(self.periodic(), n)).transpose()?;
+        parts.voxel_grid = self.voxel_grid().map(|m| m.refined(self.endless_axes(), n)).transpose()?;
         Scene::new(parts)
     }
 }
@@ -168,10 +168,10 @@ impl VoxelGrid {
         out.seal().map(Some)
     }
 
-    /// The medium on `n` times as many cells along each axis, except axes of one cell along which the scene is `periodic`.
-    fn refined(&self, periodic: [bool; 3], n: usize) -> Result<VoxelGrid, SceneError> {
+    /// The medium on `n` times as many cells along each axis, except axes of one cell along which the scene is `endless`.
+    fn refined(&self, endless: [bool; 3], n: usize) -> Result<VoxelGrid, SceneError> {
         let (old, extent) = (self.dims(), self.max() - self.min());
-        let split: [usize; 3] = std::array::from_fn(|a| if old[a] == 1 && periodic[a] { 1 } else { n });
+        let split: [usize; 3] = std::array::from_fn(|a| if old[a] == 1 && endless[a] { 1 } else { n });
         let dims: [usize; 3] = std::array::from_fn(|a| old[a].saturating_mul(split[a]));
         let edge = vec3(extent.x / dims[0] as f64, extent.y / dims[1] as f64, extent.z / dims[2] as f64);
         let mut out = VoxelGrid::new(self.min(), edge, dims)?;

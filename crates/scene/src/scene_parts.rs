@@ -31,6 +31,10 @@ pub struct SceneParts {
     pub surroundings: Surroundings,
     /// Axes along which the scene is periodic, with the medium's extent as period.
     pub periodic: [bool; 3],
+    /// Ends of the boundary box that are mirrors, low and high, by axis.
+    pub mirrors: [[bool; 2]; 3],
+    /// Lower and upper corner of the boundary box of a scene without a medium, m; with a medium the box is the medium's extent.
+    pub boundary_box: Option<(Vec3, Vec3)>,
     /// Thermal conditions; `None` in light mode.
     pub thermal: Option<Thermal>,
     /// Cameras.
@@ -55,6 +59,16 @@ impl SceneParts {
             .chain(self.cameras.iter_mut().map(|c| &mut c.name))
             .chain(lights)
             .chain(surroundings)
+    }
+
+    /// Axes without an end: periodic ones, and those with mirrors at both ends.
+    pub(crate) fn endless_axes(&self) -> [bool; 3] {
+        std::array::from_fn(|k| self.periodic[k] || self.mirrors[k] == [true; 2])
+    }
+
+    /// Lower and upper corner of the boundary box, m.
+    pub(crate) fn boundary_box(&self) -> Option<(Vec3, Vec3)> {
+        self.voxel_grid.as_ref().map(|v| (v.min(), v.max())).or(self.boundary_box)
     }
 
     /// Smallest and largest coordinates of all facets, panes and the voxel grid, m.

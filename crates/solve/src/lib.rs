@@ -25,6 +25,7 @@
 //! | `errors` | error estimates of a solution |
 //! | [`report`] | closure, energy balance, diagnostics, cost estimates |
 //! | [`relight`] | scaled lights in a finished solution |
+//! | [`mirrors`] | scenes with mirrors on their even extensions |
 //! | [`exchange_areas`] | direct and total exchange areas of all pairs, as matrices |
 //! | [`total_exchange_areas`] | exchange areas with all reflections |
 //! | `stage_codec`, [`solve_context`], `zone_power`, `unobstructed_cells` | shared data and helpers |
@@ -39,6 +40,7 @@ mod group_solve;
 pub mod hierarchical;
 mod iteration;
 pub mod light_groups;
+pub mod mirrors;
 pub mod operator;
 mod pipeline;
 pub mod ray;

@@ -14,6 +14,7 @@ use crate::errors::{consistency, discretization, finite, propagation};
 use crate::group_solve::{self, SolvedColumns};
 use crate::iteration::IterationResult;
 use crate::light_groups;
+use crate::mirrors::{self, MirroredSolve};
 use crate::ray::ray_sampling::rays_measure_escape;
 use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::report::{diagnostics, summary};
@@ -25,7 +26,6 @@ use crate::thermal::{self, TemperatureSolve};
 use zonal_scene::{
     Bands, EnergyBalance, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError, Solution, Zones,
 };
-use zonal_transport::zoning::excluded_parts;
 use zonal_transport::{Transport, build_zones};
 
 /// Solves a scene within a memory limit in bytes.
@@ -55,7 +55,7 @@ fn solve_scene(scene: Scene, settings: &SolveSettings) -> Result<Solution, Scene
     // Divide the scene into zones.
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport)?;
-    let excluded = excluded_parts(&scene, &transport, &zones)?;
+    let excluded = mirrors::excluded_parts_of(&scene, &transport, &zones)?;
     // Solve for the fields.
     let (zones, mut solved) = solve_on_zones(&scene, transport, zones, settings)?;
     solved.report.warnings.splice(0..0, excluded);
@@ -117,32 +117,67 @@ struct ZonalSolution {
     has_slopes: bool,
 }
 
-/// The phases of the zonal equations.
+/// Solves the zonal equations of a scene; those of a scene with mirrors on its even extension.
 fn solve_equations(
     scene: &Scene,
     zones: &Zones,
     transport: &Transport,
     settings: &SolveSettings,
 ) -> Result<ZonalSolution, SceneError> {
+    let Some(mirrored) = MirroredSolve::of(scene, zones)? else {
+        return solve_without_mirrors(scene, zones, transport, None, settings);
+    };
+    let extension = &mirrored.extension.scene;
+    let initial_groups: Vec<LightGroup> =
+        settings.initial_groups.iter().map(|g| mirrored.images.extended_group(g)).collect();
+    let settings = &SolveSettings { initial_groups: &initial_groups, ..*settings };
+    let transport = Transport::new(extension);
+    let solved = solve_without_mirrors(extension, &mirrored.zones, &transport, Some(&mirrored), settings)
+        .map_err(|e| mirrors::explain(scene, e))?;
+    let fields = mirrored.fields_of_part(solved.fields);
+    let groups = mirrored.groups_of_part(solved.groups);
+    let report = mirrored.report_of_part(solved.report, scene, zones, &fields);
+    Ok(ZonalSolution { fields, groups, report, has_slopes: solved.has_slopes })
+}
+
+/// The phases of the zonal equations. `mirrored` is set where scene and zones are those of an even extension.
+fn solve_without_mirrors(
+    scene: &Scene,
+    zones: &Zones,
+    transport: &Transport,
+    mirrored: Option<&MirroredSolve>,
+    settings: &SolveSettings,
+) -> Result<ZonalSolution, SceneError> {
     check_interrupted(settings.progress)?;
     // Select the engine.
-    let size = ProblemSize::new(scene, zones, transport);
+    let images = mirrored.map(|m| &m.images);
+    let size = ProblemSize::new(scene, zones, transport).with_images(images);
     let memory_limit = settings.memory_limit.saturating_sub(thermal::memory_bytes(scene, zones));
     let pair_settings = settings.pair_settings;
     let choice = selection::select_engine(scene, zones, transport, &size, (pair_settings, memory_limit))?;
     let (engine, reason) = (choice.engine, choice.reason.clone());
     // Compute the direct light by shadow rays, except for emitters whose light follows from exchange areas.
-    let shadow_rays = |l: usize| illuminate_stage(scene, zones, transport, l, settings);
+    let shadow_rays = |l: usize| {
+        let light = illuminate_stage(scene, zones, transport, l, settings)?;
+        Ok(match mirrored {
+            Some(m) => m.even_light(l, light),
+            None => light,
+        })
+    };
     let emitters = EmitterExchange::of(scene, zones, engine, pair_settings);
     let direct = DirectLight { lights: lights_by_shadow_rays(scene, &emitters, shadow_rays)? };
     // Sample the surroundings.
     let mut exterior = measure_surroundings(scene, zones, transport, engine, settings)?;
+    if let Some(m) = mirrored {
+        exterior = m.even_surroundings(&exterior);
+    }
     // Choose the right-hand sides.
     let (sources, merged) = light_groups::select_groups(scene, zones);
     let context = SolveContext {
         scene,
         zones,
         transport,
+        images,
         direct: &direct,
         sources: &sources,
         pair_settings,

@@ -113,7 +113,7 @@ impl<'a> EngineSelection<'a> {
             basis,
             uses_paper_formulas: settings.volume_factors.is_some(),
             is_periodic: scene.is_periodic(),
-            exceeds_dense: zones.len() > MAX_DENSE_ZONES || size.bytes > memory_limit,
+            exceeds_dense: size.zones_by_pairs() > MAX_DENSE_ZONES || size.bytes > memory_limit,
             wants_linear_basis: basis == ZoneBasis::Linear
                 || (basis == ZoneBasis::Auto && size.thickness > MIN_LINEAR_BASIS_THICKNESS),
         }
@@ -186,7 +186,7 @@ impl<'a> EngineSelection<'a> {
                 Ok((Engine::Spectral, why))
             }
             found if self.exceeds_dense => {
-                let why = match n > MAX_DENSE_ZONES {
+                let why = match self.size.zones_by_pairs() > MAX_DENSE_ZONES {
                     true => format!("{n} zones are more than {MAX_DENSE_ZONES}"),
                     false => "every pair would need more memory than allowed".to_string(),
                 };

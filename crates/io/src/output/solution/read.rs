@@ -139,6 +139,8 @@ fn read_scene(npz: &mut NpzReader<'_>, header: SceneHeader) -> Result<Scene, Fil
         lights: header.lights,
         surroundings: header.surroundings,
         periodic: header.periodic,
+        mirrors: header.mirrors,
+        boundary_box: header.boundary_box.map(|[min, max]| (Vec3::from_array(min), Vec3::from_array(max))),
         thermal: header.thermal.map(|t| t.into_thermal()),
         cameras: header.cameras,
         options: header.options,

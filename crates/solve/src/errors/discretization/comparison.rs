@@ -175,7 +175,7 @@ fn divisions(scene: &Scene, zones: &Zones, pair_cost: usize) -> impl Iterator<It
 /// Expected number of zones if each is divided by `n` along its edges.
 fn divided_count(scene: &Scene, zones: &Zones, n: usize) -> usize {
     let sheets = zones.patches.len() + zones.panes.len();
-    let divides = |k: usize| scene.voxel_grid().is_some_and(|m| m.dims()[k] > 1 || !scene.periodic()[k]);
+    let divides = |k: usize| scene.voxel_grid().is_some_and(|m| m.dims()[k] > 1 || !scene.endless_axes()[k]);
     let axes = (0..3).filter(|&k| divides(k));
     (n * n * sheets).saturating_add(n.pow(axes.count() as u32).saturating_mul(zones.voxels.len()))
 }

@@ -6,7 +6,9 @@ use crate::direct_light::shadow_rays;
 use crate::spectral::enclosure::BoxEnclosure;
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
-use zonal_scene::{Bands, Diagnostic, Light, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, Zones};
+use zonal_scene::{
+    Bands, Diagnostic, Light, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, ZoneImages, Zones,
+};
 use zonal_transport::Transport;
 
 /// Counts and memory of a solve.
@@ -88,6 +90,25 @@ impl ProblemSize {
                 * (FIELD_BYTES_PER_ZONE + LIGHT_BYTES_PER_ZONE * scene.lights().len() as u64),
             thickness: max_voxel_thickness(scene, zones),
         }
+    }
+}
+
+impl ProblemSize {
+    /// The size of a problem whose zones have images in an even extension: the dense engine stores pairs of the scene's zones alone.
+    #[must_use]
+    pub fn with_images(self, images: Option<&ZoneImages>) -> ProblemSize {
+        let Some(images) = images else { return self };
+        let (n, count) = (images.zone_count(), images.image_count());
+        ProblemSize {
+            pairs: count as u64 * (n as u64 * (n as u64 + 1)) / 2,
+            bytes: band_groups::matrix_bytes(n, self.panes / count, self.groups),
+            ..self
+        }
+    }
+
+    /// The number of zones of which all pairs are as many.
+    pub(crate) fn zones_by_pairs(&self) -> usize {
+        ((2 * self.pairs) as f64).sqrt() as usize
     }
 }
 
