@@ -354,22 +354,30 @@ impl EvenExtension {
         out
     }
 
-    /// A solution of the scene on the whole extension, with all images of its suns, for pictures.
+    /// The extension with all images of its suns, and the light of the scene that each of its lights is an image of, by index.
     #[must_use]
-    pub fn extended_solution(&self, solution: &Solution) -> Solution {
-        let (zones, images) = self.extended_zones(&solution.zones);
+    pub fn lit_scene(&self) -> (Scene, Vec<usize>) {
         let mut parts = self.scene.clone().into_parts();
-        for light in &solution.scene.lights().to_vec() {
+        let mut light_of: Vec<usize> = (0..parts.lights.len()).collect();
+        for (l, light) in self.scene.lights().iter().enumerate() {
             let Light::Sun { name, direction, irradiance, angular_diameter } = light else { continue };
-            for d in self.sun_directions(*direction).into_iter().skip(1) {
+            for direction in self.sun_directions(*direction).into_iter().skip(1) {
+                light_of.push(l);
                 parts.lights.push(Light::Sun {
                     name: name.clone(),
-                    direction: d,
+                    direction,
                     irradiance: *irradiance,
                     angular_diameter: *angular_diameter,
                 });
             }
         }
+        (Scene::of_checked_parts(parts), light_of)
+    }
+
+    /// A solution of the scene on the whole extension, with all images of its suns, for pictures.
+    #[must_use]
+    pub fn extended_solution(&self, solution: &Solution) -> Solution {
+        let (zones, images) = self.extended_zones(&solution.zones);
         let mut fields = solution.fields.clone();
         for list in [
             &mut fields.radiosity,
@@ -389,7 +397,7 @@ impl EvenExtension {
             }
         }
         Solution {
-            scene: Scene::of_checked_parts(parts),
+            scene: self.lit_scene().0,
             zones,
             fields,
             groups: solution.groups.iter().map(|g| images.extended_group(g)).collect(),
