@@ -244,7 +244,11 @@ impl EvenExtension {
         }
         (0..3).for_each(|k| parts.periodic[k] |= mirrors[k] == [true; 2]);
         parts.mirrors = Default::default();
-        parts.boundary_box = None;
+        if let Some((min, max)) = &mut parts.boundary_box {
+            let corners: Vec<Vec3> =
+                reflections.iter().flat_map(|r| [r.point(*min), r.point(*max)]).collect();
+            (*min, *max) = corners.iter().fold((*min, *max), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
+        }
         parts.options.patch_size = Some(patch_size);
         let facets = scene.facets().len();
         Ok(Some(EvenExtension { scene: Scene::of_checked_parts(parts), reflections, facets, cells, bounds }))

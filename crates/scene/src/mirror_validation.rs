@@ -2,7 +2,7 @@
 
 use crate::light::Light;
 use crate::limits::MAX_COORDINATE;
-use crate::plate::Plate;
+use crate::plate::{Plate, PlateKind};
 use crate::scene_error::{SceneError, invalid};
 use crate::scene_parts::SceneParts;
 use crate::surface::Surface;
@@ -10,6 +10,8 @@ use zonal_math::Vec3;
 
 /// Deviation from a mirror plane that counts as rounding, in diagonals of the scene.
 const PLANE_TOLERANCE: f64 = 1e-9;
+/// Relative deviation of a wall from a strip along a period that counts as rounding.
+const STRIP_TOLERANCE: f64 = 1e-9;
 /// The names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -80,7 +82,19 @@ fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
         ],
     };
     let Some(grid) = &parts.voxel_grid else {
-        return invalid(axis_key(axis), format!("{period}; add a [medium]"));
+        return match (endless.iter().filter(|e| **e).count(), parts.periodic[axis], parts.boundary_box) {
+            (1, true, Some(bounds)) => check_strips(parts, axis, bounds),
+            (1, true, None) => invalid(
+                axis_key(axis),
+                format!("{period}; without a medium give the box of a period: boundary.min and boundary.max"),
+            ),
+            _ => invalid(
+                axis_key(axis),
+                format!(
+                    "{period}; add a [medium], whose extinction may be 0: without a medium one axis can be periodic"
+                ),
+            ),
+        };
     };
     if endless == [true; 3] {
         let what = "no more than two axes can be periodic or between two mirrors: light has to end somewhere";
@@ -92,6 +106,40 @@ fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
     }
     if grid.uniform_extinction().is_none() {
         return invalid(axis_key(axis), format!("{scene} needs one extinction everywhere"));
+    }
+    Ok(())
+}
+
+/// Validates a periodic scene without a medium: walls that extend along the whole period as strips.
+fn check_strips(parts: &SceneParts, axis: usize, (min, max): (Vec3, Vec3)) -> Result<(), SceneError> {
+    if let Some(light) = parts.lights.first() {
+        let what = "direct light has no periodic images; let a surface emit as zones instead";
+        return invalid(light_key(light), what);
+    }
+    if let Some(pane) = parts.panes.first() {
+        return invalid(
+            format!("pane '{}'", pane.name),
+            "a periodic scene has no panes; remove them or the period",
+        );
+    }
+    let (low, period) = (min[axis], max[axis] - min[axis]);
+    let slack = STRIP_TOLERANCE * period;
+    for f in &parts.facets {
+        let p = &f.plate;
+        let along = |e: Vec3| (e.length() - e[axis].abs()) <= STRIP_TOLERANCE * e.length();
+        let across = |e: Vec3| e[axis].abs() <= STRIP_TOLERANCE * e.length();
+        let edges = along(p.e1) && across(p.e2) || along(p.e2) && across(p.e1);
+        let (lo, hi) = p.bounds();
+        let spans = (lo[axis] - low).abs() <= slack && (hi[axis] - low - period).abs() <= slack;
+        if p.kind == PlateKind::Parallelogram && edges && spans {
+            continue;
+        }
+        let name = parts.surfaces.get(f.surface).map_or("", |s| s.name.as_str());
+        let what = format!(
+            "without a medium every wall of a periodic scene is a rectangle along the whole period, from {low} m to {} m in {}; extend it, leave it out, or add a [medium]",
+            max[axis], AXES[axis]
+        );
+        return invalid(format!("surface '{name}'"), what);
     }
     Ok(())
 }

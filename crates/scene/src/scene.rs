@@ -127,6 +127,10 @@ impl Scene {
     pub fn endless_axes(&self) -> [bool; 3] {
         self.parts.endless_axes()
     }
+    /// The axis along which a scene without a medium is periodic: all walls extend along it as infinitely long strips.
+    pub fn strip_axis(&self) -> Option<usize> {
+        if self.voxel_grid().is_some() { None } else { (0..3).find(|&k| self.periodic()[k]) }
+    }
     /// Lower and upper corner of the boundary box, m: the extent of the medium, or the given box of a scene without one.
     pub fn boundary_box(&self) -> Option<(Vec3, Vec3)> {
         self.parts.boundary_box()

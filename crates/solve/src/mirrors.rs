@@ -12,6 +12,7 @@
 //! The dense engine keeps sums over images only, F_ij = Σ_g F'(i, g·j): a matrix of the scene's zones (`dense/image_sums.rs`).
 
 use crate::direct_light::light_field::LightField;
+use crate::settings::SolveSettings;
 use crate::surroundings::SurroundingsExchange;
 use zonal_scene::{
     Bands, Diagnostic, EnergyBalance, ErrorEstimate, EvenExtension, Fields, LightGroup, Report, Scene,
@@ -137,6 +138,17 @@ pub fn excluded_parts_of(
     match MirroredSolve::of(scene, zones)? {
         Some(m) => excluded_parts(&m.extension.scene, &Transport::new(&m.extension.scene), &m.zones),
         None => excluded_parts(scene, transport, zones),
+    }
+}
+
+/// Refuses formulas of the paper, which have no mirror images.
+pub(crate) fn check_settings(settings: &SolveSettings) -> Result<(), SceneError> {
+    match settings.pair_settings.volume_factors {
+        Some(_) => Err(SceneError::new(
+            "boundary",
+            "formulas of the paper have no images of a scene with mirrors; use --factors exact",
+        )),
+        None => Ok(()),
     }
 }
 

@@ -23,6 +23,7 @@ use crate::solution_fields;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::{self, SurroundingsExchange};
 use crate::thermal::{self, TemperatureSolve};
+use zonal_exchange::pair::StripImages;
 use zonal_scene::{
     Bands, EnergyBalance, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError, Solution, Zones,
 };
@@ -127,6 +128,7 @@ fn solve_equations(
     let Some(mirrored) = MirroredSolve::of(scene, zones)? else {
         return solve_without_mirrors(scene, zones, transport, None, settings);
     };
+    mirrors::check_settings(settings)?;
     let extension = &mirrored.extension.scene;
     let initial_groups: Vec<LightGroup> =
         settings.initial_groups.iter().map(|g| mirrored.images.extended_group(g)).collect();
@@ -235,7 +237,9 @@ fn measure_surroundings(
     engine: Engine,
     settings: &SolveSettings,
 ) -> Result<SurroundingsExchange, SceneError> {
-    let exterior = if selection::knows_escaping_power(engine, scene) {
+    let exterior = if let Some(strips) = StripImages::of(scene, zones) {
+        SurroundingsExchange::of_strips(&strips, zones)
+    } else if selection::knows_escaping_power(engine, scene) {
         SurroundingsExchange::default()
     } else if engine == Engine::Hierarchical && rays_measure_escape(scene, zones) {
         SurroundingsExchange::unmeasured(zones)

@@ -60,7 +60,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     // Estimate the cost of a solve; a scene with mirrors is solved on its even extension.
     let mirrored = MirroredSolve::of(&scene, &zones).map_err(in_scene)?;
     excluded.extend(mirrored.as_ref().map(|m| mirrors::mirror_note(&scene, m.images.image_count())));
-    let check = match &mirrored {
+    let mut check = match &mirrored {
         Some(m) => {
             let transport = Transport::new(&m.extension.scene);
             let images = Some(&m.images);
@@ -68,6 +68,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         }
         None => check_scene((&scene, &zones, &transport, None), memory_limit, excluded, start),
     };
+    // Counts and names are those of the scene itself.
+    check.scene = &scene;
     if context.json {
         print_json(&check)?;
     } else {

@@ -6,6 +6,7 @@ use crate::direct_light::shadow_rays;
 use crate::spectral::enclosure::BoxEnclosure;
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
+use zonal_exchange::pair::StripImages;
 use zonal_scene::{
     Bands, Diagnostic, Light, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, ZoneImages, Zones,
 };
@@ -94,7 +95,7 @@ impl ProblemSize {
 }
 
 impl ProblemSize {
-    /// The size of a problem whose zones have images in an even extension: the dense engine stores pairs of the scene's zones alone.
+    /// The size of a problem whose zones have images in an even extension: counts are those of the scene, and the dense engine stores its pairs alone.
     #[must_use]
     pub fn with_images(self, images: Option<&ZoneImages>) -> ProblemSize {
         let Some(images) = images else { return self };
@@ -102,6 +103,10 @@ impl ProblemSize {
         ProblemSize {
             pairs: count as u64 * (n as u64 * (n as u64 + 1)) / 2,
             bytes: band_groups::matrix_bytes(n, self.panes / count, self.groups),
+            patches: self.patches / count,
+            voxels: self.voxels / count,
+            cut: self.cut / count,
+            panes: self.panes / count,
             ..self
         }
     }
@@ -179,6 +184,10 @@ const OPENNESS_RAYS: usize = 16;
 /// True if rays leave the scene, or end on black backs, from some zone: `OPENNESS_RAYS` rays for each of up to `OPENNESS_ZONES` zones. For a
 /// periodic box its walls decide, since rays have no periodic images.
 pub fn is_open(scene: &Scene, zones: &Zones, transport: &Transport) -> bool {
+    if let Some(strips) = StripImages::of(scene, zones) {
+        let step = zones.len().div_ceil(OPENNESS_ZONES).max(1);
+        return (0..zones.len()).step_by(step).any(|i| strips.losses(i) != [0.0; 2]);
+    }
     if scene.is_periodic() {
         return BoxEnclosure::find(scene, zones).is_ok_and(|e| e.is_open());
     }
