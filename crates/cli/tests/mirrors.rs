@@ -8,7 +8,7 @@ use support::{Folder, Program, refused};
 fn room(is_half: bool) -> String {
     let low = if is_half { 0 } else { -1 };
     let (mirror, omit) = if is_half { ("x0 = 'mirror'", ", 'x0'") } else { ("", "") };
-    let cells = if is_half { 4 } else { 8 };
+    let cells = if is_half { 2 } else { 4 };
     let sun = |name: &str, x: f64| {
         format!("[[light]]\nkind = 'sun'\nname = '{name}'\ndirection = [{x}, 0.2, -1]\nirradiance = 3\n")
     };
@@ -16,7 +16,7 @@ fn room(is_half: bool) -> String {
     format!(
         "name = 'room'
 [solve]
-patch_size = 0.25
+patch_size = 0.5
 engine = 'dense'
 [boundary]
 {mirror}
@@ -36,7 +36,7 @@ surface = 'lamp'
 {suns}[medium]
 min = [{low}, 0, 0]
 max = [1, 1, 1]
-cells = [{cells}, 4, 4]
+cells = [{cells}, 2, 2]
 extinction = 0.4
 albedo = 0.8
 [[camera]]
@@ -62,7 +62,16 @@ fn pictures_of_a_part_show_the_whole() {
     for (name, is_half) in [("half", true), ("whole", false)] {
         f.put(&format!("{name}.toml"), room(is_half));
         f.done(&["solve", &format!("{name}.toml"), "-o", &format!("{name}.npz")]);
-        f.done(&["render", &format!("{name}.npz"), "--size", "40x30", "-o", &format!("{name}.exr")]);
+        f.done(&[
+            "render",
+            &format!("{name}.npz"),
+            "--size",
+            "12x9",
+            "--samples",
+            "4",
+            "-o",
+            &format!("{name}.exr"),
+        ]);
     }
     let (half, whole) = (pixels(&f, "half.exr"), pixels(&f, "whole.exr"));
     let mean = whole.iter().map(|x| f64::from(*x)).sum::<f64>() / whole.len() as f64;
@@ -78,13 +87,13 @@ fn files_hold_the_part_alone() {
     let told = f.done(&["solve", "half.toml", "-o", "half.npz"]);
     assert!(told.contains("mirrors at x0"), "{told}");
     let told = f.done(&["check", "half.toml"]);
-    assert!(told.contains("mirrors at x0") && told.contains("64 voxel zones"), "{told}");
-    for name in ["half.vtu", "half.vti", "half.csv", "half.glb", "half.html"] {
+    assert!(told.contains("mirrors at x0") && told.contains(" 8 voxel zones"), "{told}");
+    for name in ["half.vtu", "half.vti", "half.csv"] {
         f.done(&["export", "half.npz", "-o", name]);
     }
-    assert_eq!(String::from_utf8_lossy(&f.get("half.csv")).matches("voxel").count() % 64, 0);
-    f.done(&["render", "half.npz", "--show", "irradiance", "--size", "40x30", "-o", "half.png"]);
-    f.done(&["relight", "half.npz", "--light", "sun=2", "-o", "relit.npz"]);
+    assert_eq!(String::from_utf8_lossy(&f.get("half.csv")).matches(",voxel,").count(), 8);
+    f.done(&["render", "half.npz", "--show", "irradiance", "--size", "12x9", "-o", "half.png"]);
+    f.done(&["relight", "half.npz", "sun=2", "-o", "relit.npz"]);
     f.done(&["exchange", "half.toml", "--direct-only", "-o", "areas.npz"]);
     f.put("bad.toml", room(true).replace("omit = ['z1', 'x0']", "omit = ['z1']"));
     refused(&f, Program, &["check", "bad.toml"], "lies in the mirror boundary.x0");

@@ -269,7 +269,7 @@ fn parts_of_a_furnace_equal_the_whole_by_the_dense_engine() {
 #[test]
 fn parts_with_obstacles_equal_the_whole_within_the_stated_errors() {
     for engine in ["dense", "hierarchical"] {
-        let settings = format!("[solve]\npatch_size = 0.2\nengine = \"{engine}\"\ntolerance = 0.02");
+        let settings = format!("[solve]\npatch_size = 0.3\nengine = \"{engine}\"\ntolerance = 0.02");
         let block = |hi: [f64; 3]| {
             format!(
                 "[[surface]]\nname = \"block\"\nbox = {{ min = [0.45, 0.25, 0.1], max = {hi:?} }}\nreflectance = 0.3\nemission = 2"
@@ -320,7 +320,7 @@ fn direct_light_has_mirror_images() {
     // The roof is missing; a sun stands in the plane of the mirror y1, so that it has two images.
     let suns: String = (0..2).map(|k| sun(k, [[0.4, -0.4][k], 0.0, -1.0])).collect();
     for engine in ["dense", "hierarchical"] {
-        let settings = format!("[solve]\npatch_size = 0.2\nengine = \"{engine}\"\ntolerance = 0.02");
+        let settings = format!("[solve]\npatch_size = 0.3\nengine = \"{engine}\"\ntolerance = 0.02");
         let open = Furnace {
             settings: &settings,
             walls: "reflectance = 0.4\nemission = 0",

@@ -15,6 +15,7 @@ use crate::{
     BandFractions, Camera, DEFAULT_REFLECTANCE, Facet, Light, Plate, Scene, SceneError, SceneParts, Sides,
     SolveOptions, Surface, Surroundings, Thermal, ThermalCondition,
 };
+use zonal_math::Vec3;
 
 /// Builds a [`Scene`] from arrays.
 ///
