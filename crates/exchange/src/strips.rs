@@ -44,16 +44,19 @@ fn between([p, q]: Segment, t: f64) -> Point {
     [p[0] + (q[0] - p[0]) * t, p[1] + (q[1] - p[1]) * t]
 }
 
-/// The part of `s` on the left of the line through `of`, at a distance above `slack`; `None` if there is none.
+/// The part of `s` on the left of the line through `of`; `None` if there is none. Ends within `slack` of the line lie on it.
 fn clipped(s: Segment, of: Segment, slack: f64) -> Option<Segment> {
     let d = minus(of[1], of[0]);
-    let height = |p: Point| cross(d, minus(p, of[0])) / d[0].hypot(d[1]) - slack;
+    let height = |p: Point| {
+        let h = cross(d, minus(p, of[0])) / d[0].hypot(d[1]);
+        if h.abs() <= slack { 0.0 } else { h }
+    };
     let (a, b) = (height(s[0]), height(s[1]));
-    match (a > 0.0, b > 0.0) {
-        (true, true) => Some(s),
-        (false, false) => None,
-        (true, false) => Some([s[0], between(s, a / (a - b))]),
-        (false, true) => Some([between(s, a / (a - b)), s[1]]),
+    match () {
+        () if a <= 0.0 && b <= 0.0 => None,
+        () if a < 0.0 => Some([between(s, a / (a - b)), s[1]]),
+        () if b < 0.0 => Some([s[0], between(s, a / (a - b))]),
+        () => Some(s),
     }
 }
 

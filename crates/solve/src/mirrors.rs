@@ -154,7 +154,7 @@ pub(crate) fn check_settings(settings: &SolveSettings) -> Result<(), SceneError>
 
 /// The error of an extension, in terms of the scene with mirrors: what is wrong with periodic axes concerns mirrors that face each other.
 pub(crate) fn explain(scene: &Scene, error: SceneError) -> SceneError {
-    let facing = scene.mirrors().iter().any(|m| *m == [true; 2]);
+    let facing = scene.mirrors().contains(&[true; 2]);
     if !facing || error.key() != "boundary" {
         return error;
     }
