@@ -145,11 +145,11 @@ fn stretch([x1, x2]: Segment, b: Segment, ends: &[Point], obstacles: &[Segment])
     let along = minus(x2, x1).map(|x| x / length);
     let normal = [-along[1], along[0]];
     let middle = between([x1, x2], 0.5);
-    // Sine from the normal, and the integral of the sine, for each end in front.
-    let mut rays: Vec<(f64, f64)> = Vec::new();
+    // Sine from the normal, and the integral of the sine, for each end in front and for both directions along the segment.
+    let mut rays = vec![(-1.0, -length), (1.0, length)];
     for p in ends {
         let v = minus(*p, middle);
-        if dot(v, normal) > 0.0 {
+        if dot(v, normal) > RELATIVE_TOLERANCE * length {
             rays.push((dot(v, along) / v[0].hypot(v[1]), distance(x1, *p) - distance(x2, *p)));
         }
     }
