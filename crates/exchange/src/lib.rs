@@ -15,7 +15,7 @@
 //! | [`aligned`] | boxes and rectangles along the axes: moments, closed forms, Gauss rules of the densities, the reduced integral; [`aligned::lattice`] tables of a grid's distinct offsets | proved |
 //! | [`polygon`] | plates in any position: tensor rules, contours in closed form, rules on cells; [`polygon::visible`] behind other polygons | proved; estimated with obstructions |
 //! | [`pair`] | any two zones of a scene, with visibility, attenuation that varies, cut voxels and panes | as its parts |
-//! | [`strips`] | infinitely long strips with obstructions: crossed strings | exact to rounding |
+//! | `strips` | infinitely long strips with obstructions: crossed strings | exact to rounding |
 //! | [`solid_angle_quadrature`] | plates and boxes in any position with the moments of their distance | estimated |
 //! | [`solid_angle`] | a plate seen from a point, in closed form | exact to rounding |
 //!
@@ -38,7 +38,7 @@ mod factor;
 pub mod pair;
 pub mod polygon;
 pub mod solid_angle_quadrature;
-pub mod strips;
+mod strips;
 
 pub use dispatch::{ZoneShape, factor, sum};
 pub use factor::{AccuracyRequest, Factor, Method};

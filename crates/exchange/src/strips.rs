@@ -19,10 +19,10 @@
 //! Cost: a constant, and e² log e for e ends of walls between.
 
 /// A point of the cross-section, m.
-pub type Point = [f64; 2];
+type Point = [f64; 2];
 
 /// A wall of the cross-section from one point to another; its front is to the left.
-pub type Segment = [Point; 2];
+pub(crate) type Segment = [Point; 2];
 
 /// Relative size below which lengths and angles count as zero.
 const RELATIVE_TOLERANCE: f64 = 1e-11;
@@ -61,19 +61,7 @@ fn clipped(s: Segment, of: Segment, slack: f64) -> Option<Segment> {
 }
 
 /// Exchange area per length (m²/m) of two segments among others that obstruct with both sides. The second value is true if some segment stands between.
-///
-/// ```
-/// use zonal_exchange::strips::exchange_per_length;
-/// // Floor and ceiling of a square duct, and a plate that hides half of the ceiling from half of the floor.
-/// let (floor, ceiling) = ([[0.0, 0.0], [1.0, 0.0]], [[1.0, 1.0], [0.0, 1.0]]);
-/// let (open, _) = exchange_per_length(floor, ceiling, &[]);
-/// assert!((open - (2f64.sqrt() - 1.0)).abs() < 1e-14);
-/// let (hidden, obstructed) = exchange_per_length(floor, ceiling, &[[[0.5, 0.0], [0.5, 1.0]]]);
-/// // Each half of the floor sees its half of the ceiling: a duct of 0.5 × 1 m.
-/// assert!(obstructed && (hidden - 2.0 * (1.25f64.sqrt() - 1.0)).abs() < 1e-13);
-/// ```
-#[must_use]
-pub fn exchange_per_length(a: Segment, b: Segment, walls: &[Segment]) -> (f64, bool) {
+pub(crate) fn exchange_per_length(a: Segment, b: Segment, walls: &[Segment]) -> (f64, bool) {
     let size = [a, b].iter().flatten().fold(0.0f64, |m, p| m.max(distance(*p, a[0])));
     let slack = RELATIVE_TOLERANCE * size;
     let (Some(a), Some(b)) = (clipped(a, b, slack), clipped(b, a, slack)) else { return (0.0, false) };
@@ -205,6 +193,15 @@ mod tests {
             }
         }
         assert!(obstructed > 10, "{obstructed}");
+    }
+
+    #[test]
+    fn partition_leaves_two_narrow_ducts() {
+        let (floor, ceiling) = ([[0.0, 0.0], [1.0, 0.0]], [[1.0, 1.0], [0.0, 1.0]]);
+        let (open, obstructed) = exchange_per_length(floor, ceiling, &[]);
+        assert!(!obstructed && (open - (2f64.sqrt() - 1.0)).abs() < 1e-14);
+        let (hidden, obstructed) = exchange_per_length(floor, ceiling, &[[[0.5, 0.0], [0.5, 1.0]]]);
+        assert!(obstructed && (hidden - 2.0 * (1.25f64.sqrt() - 1.0)).abs() < 1e-13);
     }
 
     #[test]

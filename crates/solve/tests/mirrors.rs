@@ -67,7 +67,7 @@ impl Furnace<'_> {
 }
 
 /// A furnace in mode "light".
-const LIGHT: Furnace = Furnace {
+const LIT_FURNACE: Furnace = Furnace {
     mirrors: "",
     settings: "[solve]\npatch_rule = \"voxels\"\nresidual = 1e-13\nengine = \"spectral\"\nzone_basis = \"constant\"",
     walls: "reflectance = [0.4, 0.7, 0.1]\nemission = [1, 2, 0]\nfaces.z0 = { emission = 3, reflectance = 0.2 }",
@@ -76,12 +76,12 @@ const LIGHT: Furnace = Furnace {
     rest: "",
 };
 
-const THERMAL: Furnace = Furnace {
+const HEATED_FURNACE: Furnace = Furnace {
     settings: "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nresidual = 1e-13\nengine = \"spectral\"\nzone_basis = \"constant\"\ndiscretization_error = false",
     walls: "temperature = 600\nemissivity = 0.8\nfaces.z0 = { temperature = 1300, emissivity = 0.6 }\nfaces.z1 = { heat_flux = 0, emissivity = 0.5 }",
     gas: "absorption = 0.8\nheat_source = 0",
     middle: "[[medium.region]]\nbox = { min = [0.4, 0.2, 0.2], max = [0.8, 0.6, 0.6] }\nheat_source = 5000",
-    ..LIGHT
+    ..LIT_FURNACE
 };
 
 const CORNERS: [&str; 4] = [
@@ -168,8 +168,9 @@ fn assert_same_powers(part: &Solution, whole: &Solution, tolerance: f64) {
 
 #[test]
 fn parts_of_a_furnace_equal_the_whole_by_the_spectral_engine() {
-    let open = Furnace { walls: "reflectance = 0.4\nemission = 1\nfaces.z1 = { emission = 0 }", ..LIGHT };
-    for furnace in [LIGHT, open] {
+    let open =
+        Furnace { walls: "reflectance = 0.4\nemission = 1\nfaces.z1 = { emission = 0 }", ..LIT_FURNACE };
+    for furnace in [LIT_FURNACE, open] {
         let whole = furnace.solve();
         for mirrors in CORNERS {
             let part = Furnace { mirrors, ..furnace }.solve();
@@ -187,9 +188,9 @@ fn parts_of_a_furnace_equal_the_whole_by_the_spectral_engine() {
 fn parts_have_the_temperatures_of_the_whole() {
     let power = Furnace {
         walls: "temperature = 600\nemissivity = 0.8\nfaces.z0 = { net_power = 3000, emissivity = 0.6 }",
-        ..THERMAL
+        ..HEATED_FURNACE
     };
-    for (furnace, images_of_power) in [(THERMAL, 1.0), (power, 4.0)] {
+    for (furnace, images_of_power) in [(HEATED_FURNACE, 1.0), (power, 4.0)] {
         let whole = furnace.solve();
         for mirrors in [CORNERS[0], CORNERS[1]] {
             let walls = furnace.walls.replace("3000", &format!("{}", 3000.0 / images_of_power));
@@ -225,7 +226,7 @@ fn parts_with_coupled_bands_have_the_temperatures_of_the_whole() {
     let gas = Furnace {
         settings: "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nresidual = 1e-12\nengine = \"dense\"\ndiscretization_error = false\n[thermal]\nweights = [[0.3], [0.5], \"rest\"]\nrange = [200, 3000]",
         gas: "absorption = [0.3, 2.0, 0.0]\nheat_source = 0",
-        ..THERMAL
+        ..HEATED_FURNACE
     };
     let [part, whole] = [CORNERS[1], ""].map(|mirrors| Furnace { mirrors, ..gas }.solve());
     let [a, b] = [&part, &whole].map(|s| s.fields.heat.as_ref().unwrap());
@@ -236,11 +237,11 @@ fn parts_with_coupled_bands_have_the_temperatures_of_the_whole() {
 
 #[test]
 fn linear_basis_keeps_the_symmetry() {
-    let settings = LIGHT.settings.replace("constant", "linear");
+    let settings = LIT_FURNACE.settings.replace("constant", "linear");
     let linear = Furnace {
         settings: &settings,
         gas: "extinction = [4.0, 9.0, 0.5]\nalbedo = 0.7\nemission = 0.5",
-        ..LIGHT
+        ..LIT_FURNACE
     };
     let [part, whole] = [CORNERS[1], ""].map(|mirrors| Furnace { mirrors, ..linear }.solve());
     let off = apart(&part, &whole);
@@ -249,10 +250,10 @@ fn linear_basis_keeps_the_symmetry() {
 
 #[test]
 fn parts_of_a_furnace_equal_the_whole_by_the_dense_engine() {
-    let settings = LIGHT.settings.replace("spectral", "dense");
-    let dense = Furnace { settings: &settings, ..LIGHT };
+    let settings = LIT_FURNACE.settings.replace("spectral", "dense");
+    let dense = Furnace { settings: &settings, ..LIT_FURNACE };
     let whole = dense.solve();
-    let spectral = Furnace { mirrors: CORNERS[1], ..LIGHT }.solve();
+    let spectral = Furnace { mirrors: CORNERS[1], ..LIT_FURNACE }.solve();
     for mirrors in [CORNERS[0], CORNERS[1]] {
         let part = Furnace { mirrors, ..dense }.solve();
         assert_eq!(part.report.engine, "dense");
@@ -281,7 +282,7 @@ fn parts_with_obstacles_equal_the_whole_within_the_stated_errors() {
             )
         };
         let [quarter, all] = [block([0.6, 0.4, 0.35]), block([0.75, 0.55, 0.35])];
-        let furnace = Furnace { settings: &settings, ..LIGHT };
+        let furnace = Furnace { settings: &settings, ..LIT_FURNACE };
         let whole = Furnace { rest: &all, ..furnace }.solve();
         let part = Furnace { rest: &quarter, mirrors: CORNERS[1], ..furnace }.solve();
         assert_eq!(part.report.engine, engine);
@@ -331,7 +332,7 @@ fn direct_light_has_mirror_images() {
             walls: "reflectance = 0.4\nemission = 0",
             gas: "extinction = 0.4\nalbedo = 0.7",
             middle: "",
-            ..LIGHT
+            ..LIT_FURNACE
         };
         let all = [lamp([0.4, 0.2], [0.4, 0.4]), suns.clone(), sky.to_string()].concat();
         let own = [lamp([0.4, 0.2], [0.2, 0.2]), sun(0, [0.4, 0.0, -1.0]), sky.to_string()].concat();
@@ -356,14 +357,14 @@ fn isothermal_parts_are_uniform() {
     let both = "x = \"mirror\"\ny0 = \"mirror\"";
     for engine in ["spectral", "dense"] {
         for mirrors in [CORNERS[0], CORNERS[1], both] {
-            let settings = LIGHT.settings.replace("spectral", engine);
+            let settings = LIT_FURNACE.settings.replace("spectral", engine);
             let text = Furnace {
                 mirrors,
                 settings: &settings,
                 walls: "reflectance = 0.5\nemission = 1",
                 gas: "extinction = [0.0, 0.3, 4.0]\nalbedo = 0.6\nemission = 2",
                 middle: "",
-                ..LIGHT
+                ..LIT_FURNACE
             }
             .text()
             .replace("omit = [\"y0\"]", "omit = [\"x0\", \"x1\", \"y0\"]");
@@ -407,7 +408,7 @@ fn mirrors_at_both_ends_equal_a_period_of_twice_the_extent() {
 
 #[test]
 fn checkpoints_and_threads_keep_the_bits() {
-    let furnace = Furnace { mirrors: CORNERS[0], ..LIGHT };
+    let furnace = Furnace { mirrors: CORNERS[0], ..LIT_FURNACE };
     let scene: Scene = read(&furnace.text());
     let [(a, _), (b, _)] = [1, 3].map(|n| common::on_threads(&scene, n));
     assert_eq!(a, b);
