@@ -377,17 +377,29 @@ impl SceneWriter<'_> {
     }
 
     fn periodic(&mut self) {
-        let axes = self.c.index_below(3);
+        let axes = self.c.index_below(6);
         self.line(
             [
                 "[boundary]\nx='periodic'\ny='periodic'",
                 "[boundary]\nx='periodic'",
                 "[boundary]\ny='periodic'",
+                "[boundary]\nx='mirror'\ny='periodic'",
+                "[boundary]\nx0='mirror'",
+                "[boundary]\nx1='mirror'\ny0='mirror'",
             ][axes],
         );
         let max = self.point([1.0; 3]);
         self.line(format!("[[surface]]\nname='room'\nroom={{min=[0,0,0],max={max}}}"));
-        self.line(["omit=['x0','x1','y0','y1']", "omit=['x0','x1']", "omit=['y0','y1']"][axes]);
+        self.line(
+            [
+                "omit=['x0','x1','y0','y1']",
+                "omit=['x0','x1']",
+                "omit=['y0','y1']",
+                "omit=['x0','x1','y0','y1']",
+                "omit=['x0']",
+                "omit=['x1','y0']",
+            ][axes],
+        );
         self.surface_properties("room.z1", "");
         self.surface_properties("room.z0", "faces.z0.");
         self.medium(true, &mut FilesInMemory::new());

@@ -16,6 +16,7 @@
 //! | [`polygon`] | plates in any position: tensor rules, contours in closed form, rules on cells; [`polygon::visible`] behind other polygons | proved; estimated with obstructions |
 //! | [`layers`] | infinite parallel layers of any extinction, and the planes at their ends | proved |
 //! | [`pair`] | any two zones of a scene, with visibility, attenuation that varies, cut voxels and panes | as its parts |
+//! | `strips` | infinitely long strips with obstructions: crossed strings | exact to rounding |
 //! | [`solid_angle_quadrature`] | plates and boxes in any position with the moments of their distance | estimated |
 //! | [`solid_angle`] | a plate seen from a point, in closed form | exact to rounding |
 //!
@@ -39,6 +40,7 @@ pub mod layers;
 pub mod pair;
 pub mod polygon;
 pub mod solid_angle_quadrature;
+mod strips;
 
 pub use dispatch::{ZoneShape, factor, sum};
 pub use factor::{AccuracyRequest, Factor, Method};

@@ -245,7 +245,7 @@ fn periodic_axes_are_read() {
     let wrong = |text: &str| parse_scene(text, None, "scene.toml").unwrap_err().to_string();
     let all = wrong(&format!("[boundary]\nx=\"periodic\"\ny=\"periodic\"\nz=\"periodic\"\n{medium}"));
     assert!(all.contains("no more than two axes"), "{all}");
-    let word = wrong(&format!("[boundary]\nx=\"mirror\"\n{medium}"));
+    let word = wrong(&format!("[boundary]\nx=\"endless\"\n{medium}"));
     assert!(word.contains(":2:") && word.contains("periodic"), "{word}");
     let light = "[[light]]\nkind=\"sun\"\ndirection=[0,0,-1]\nirradiance=1\n";
     let lit = wrong(&format!("[boundary]\nx=\"periodic\"\n{medium}{light}"));

@@ -11,7 +11,7 @@ use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
 use crate::options::{RENDER_PARAMS, RenderOptions};
 use crate::view_ray::ViewRay;
 use rayon::prelude::*;
-use zonal_scene::{Bands, Camera, Lens, Progress, Solution};
+use zonal_scene::{Bands, Camera, EvenExtension, Lens, Progress, Scene, Solution};
 use zonal_transport::Transport;
 
 /// Renders the view of a camera. The same bits for any number of threads.
@@ -99,6 +99,8 @@ pub fn render_each<E>(
     progress: &dyn Progress,
     mut take: impl FnMut(usize, Image) -> Result<(), E>,
 ) -> Result<(), E> {
+    let extended = even_extension(&solution.scene).map(|e| e.extended_solution(solution));
+    let solution = extended.as_ref().unwrap_or(solution);
     let transport = Transport::new(&solution.scene);
     let accuracy =
         if options.samples == 0 { DirectLightAccuracy::Clustered } else { DirectLightAccuracy::PerFacet };
@@ -170,8 +172,15 @@ pub fn render_each<E>(
 /// assert_eq!(distances[1], None);
 /// ```
 pub fn focus_distances(solution: &Solution, cameras: &[Camera]) -> Vec<Option<f64>> {
-    let transport = Transport::new(&solution.scene);
+    let extension = even_extension(&solution.scene);
+    let transport = Transport::new(extension.as_ref().map_or(&solution.scene, |e| &e.scene));
     cameras.iter().map(|c| focus_distance(&transport, c)).collect()
+}
+
+/// The even extension of a scene with mirrors, in which rays go straight where the mirrors of the scene reflect them. Between mirrors that face each
+/// other it holds one image of the scene beside the scene. A solved scene has an extension; none is drawn where memory would not allow it.
+pub(crate) fn even_extension(scene: &Scene) -> Option<EvenExtension> {
+    EvenExtension::of(scene).ok().flatten()
 }
 
 fn focus_distance(transport: &Transport, camera: &Camera) -> Option<f64> {

@@ -29,6 +29,13 @@ impl<T: Copy + PartialEq> CellValues<T> {
             CellValues::PerCell(list) => list[index] = value,
         }
     }
+    /// The values of a list of cells.
+    pub(crate) fn gathered(&self, cells: &[usize]) -> CellValues<T> {
+        match self {
+            CellValues::Uniform(v) => CellValues::Uniform(*v),
+            CellValues::PerCell(list) => CellValues::PerCell(cells.iter().map(|&c| list[c]).collect()),
+        }
+    }
     /// Stores a single value if all are equal.
     pub(crate) fn seal(&mut self) {
         if let CellValues::PerCell(list) = self

@@ -12,7 +12,7 @@
 //! absorbing cells of prescribed temperature and of prescribed heat would merge, the medium is not coarsened.
 //!
 //! **Refined by m.** An axis of n cells gets mn cells, each with the values of its parent cell; an axis of one cell along which the scene is
-//! periodic keeps it, because nothing varies along that axis. Patches are at most an m-th as large as the largest of their surface.
+//! periodic, or has mirrors at both ends, keeps it, because nothing varies along that axis. Patches are at most an m-th as large as the largest of their surface.
 //!
 //! **Cost:** linear in the number of cells.
 
@@ -45,6 +45,7 @@ impl Scene {
         }
         if let Some(coarsened) = self.voxel_grid().map(VoxelGrid::coarsened).transpose()?.flatten() {
             parts.voxel_grid = Some(coarsened);
+            parts.resample_cell_fractions(self.voxel_grid());
         }
         Scene::new(parts)
     }
@@ -70,8 +71,9 @@ impl Scene {
             for (surface, largest) in parts.surfaces.iter_mut().zip(&largest) {
                 surface.patch_size = Some(refined(*largest, surface.patch_size.unwrap_or(default)));
             }
-            let periodic = self.periodic();
-            parts.voxel_grid = parts.voxel_grid.as_ref().map(|m| m.refined(periodic, n)).transpose()?;
+            let endless = self.endless_axes();
+            parts.voxel_grid = parts.voxel_grid.as_ref().map(|m| m.refined(endless, n)).transpose()?;
+            parts.resample_cell_fractions(self.voxel_grid());
             Scene::new(parts)
         })
     }
@@ -176,10 +178,10 @@ impl VoxelGrid {
         out.seal().map(Some)
     }
 
-    /// The medium on `n` times as many cells along each axis, except axes of one cell along which the scene is `periodic`.
-    fn refined(&self, periodic: [bool; 3], n: usize) -> Result<VoxelGrid, SceneError> {
+    /// The medium on `n` times as many cells along each axis, except axes of one cell along which the scene is `endless`.
+    fn refined(&self, endless: [bool; 3], n: usize) -> Result<VoxelGrid, SceneError> {
         let (old, extent) = (self.dims(), self.max() - self.min());
-        let split: [usize; 3] = std::array::from_fn(|a| if old[a] == 1 && periodic[a] { 1 } else { n });
+        let split: [usize; 3] = std::array::from_fn(|a| if old[a] == 1 && endless[a] { 1 } else { n });
         let dims: [usize; 3] = std::array::from_fn(|a| old[a].saturating_mul(split[a]));
         let edge = vec3(extent.x / dims[0] as f64, extent.y / dims[1] as f64, extent.z / dims[2] as f64);
         let mut out = VoxelGrid::new(self.min(), edge, dims)?;

@@ -12,6 +12,7 @@
 //! | `options` | settings of a solve |
 //! | `scene_parts`, `validation`, `scene` | the parts of a scene, their validation, the validated [`Scene`] |
 //! | `coarsened_scene` | the scene on larger or smaller zones |
+//! | `even_extension` | scenes with mirrors as parts of their even extensions |
 //! | `zones`, [`voxel_samples`] | patches, voxel zones, pane zones; samples of cut voxels |
 //! | `fields`, [`light_group`], `energy_balance`, `heat_report`, `report`, `solution` | results |
 //! | `diagnostic`, `scene_error` | notes and warnings; validation errors |
@@ -32,6 +33,7 @@ pub mod checkpoint_store;
 mod coarsened_scene;
 mod diagnostic;
 mod energy_balance;
+mod even_extension;
 mod face_results;
 mod face_table;
 mod fields;
@@ -39,6 +41,7 @@ mod heat_report;
 mod light;
 pub mod light_group;
 pub mod limits;
+mod mirror_validation;
 mod options;
 mod plate;
 mod printable;
@@ -67,6 +70,7 @@ pub use camera::{Camera, Lens};
 pub use checkpoint_store::{CheckpointStore, NoCheckpoints};
 pub use diagnostic::{Diagnostic, Severity};
 pub use energy_balance::EnergyBalance;
+pub use even_extension::{EvenExtension, ZoneImages};
 pub use face_results::FaceResult;
 pub use face_table::{FaceMesh, FaceTable, FacetValues};
 pub use fields::{Fields, ThermalFields};

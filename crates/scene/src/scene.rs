@@ -111,6 +111,12 @@ impl Scene {
         Scene::from_triples(changed.collect::<Result<_, _>>()?)
     }
 
+    /// A scene of parts that are valid by construction.
+    pub(crate) fn of_checked_parts(parts: SceneParts) -> Scene {
+        let bounds = parts.bounds();
+        Scene { parts, bounds, further_triples: Arc::default() }
+    }
+
     /// Thermal conditions; `None` in light mode.
     pub fn thermal(&self) -> Option<&Thermal> {
         self.parts.thermal.as_ref()
@@ -158,6 +164,26 @@ impl Scene {
     /// Axes along which the scene is periodic, with the medium's extent as period.
     pub fn periodic(&self) -> [bool; 3] {
         self.parts.periodic
+    }
+    /// Ends of the boundary box that are mirrors, low and high, by axis.
+    pub fn mirrors(&self) -> [[bool; 2]; 3] {
+        self.parts.mirrors
+    }
+    /// True if an end of the boundary box is a mirror.
+    pub fn has_mirrors(&self) -> bool {
+        self.mirrors() != [[false; 2]; 3]
+    }
+    /// Axes without an end: periodic ones, and those with mirrors at both ends.
+    pub fn endless_axes(&self) -> [bool; 3] {
+        self.parts.endless_axes()
+    }
+    /// The axis along which a scene without a medium is periodic: all walls extend along it as infinitely long strips.
+    pub fn strip_axis(&self) -> Option<usize> {
+        if self.voxel_grid().is_some() { None } else { (0..3).find(|&k| self.periodic()[k]) }
+    }
+    /// Lower and upper corner of the boundary box, m: the extent of the medium, or the given box of a scene without one.
+    pub fn boundary_box(&self) -> Option<(Vec3, Vec3)> {
+        self.parts.boundary_box()
     }
     /// Cameras.
     pub fn cameras(&self) -> &[Camera] {

@@ -35,6 +35,10 @@ pub struct SceneParts {
     pub surroundings: Surroundings,
     /// Axes along which the scene is periodic, with the medium's extent as period.
     pub periodic: [bool; 3],
+    /// Ends of the boundary box that are mirrors, low and high, by axis.
+    pub mirrors: [[bool; 2]; 3],
+    /// Lower and upper corner of the boundary box of a scene without a medium, m; with a medium the box is the medium's extent.
+    pub boundary_box: Option<(Vec3, Vec3)>,
     /// Thermal conditions; `None` in light mode.
     pub thermal: Option<Thermal>,
     /// Cameras.
@@ -63,6 +67,28 @@ impl SceneParts {
             .chain(self.cameras.iter_mut().map(|c| &mut c.name))
             .chain(lights)
             .chain(surroundings)
+    }
+
+    /// Axes without an end: periodic ones, and those with mirrors at both ends.
+    pub(crate) fn endless_axes(&self) -> [bool; 3] {
+        std::array::from_fn(|k| self.periodic[k] || self.mirrors[k] == [true; 2])
+    }
+
+    /// Lower and upper corner of the boundary box, m.
+    pub(crate) fn boundary_box(&self) -> Option<(Vec3, Vec3)> {
+        self.voxel_grid.as_ref().map(|v| (v.min(), v.max())).or(self.boundary_box)
+    }
+
+    /// Gives the cells of a grid of other size the band fractions of the cells of the old grid at their centres.
+    pub(crate) fn resample_cell_fractions(&mut self, old: Option<&VoxelGrid>) {
+        let own = self.thermal.as_mut().and_then(|t| t.cell_fractions.as_mut());
+        let (Some(own), Some(old), Some(new)) = (own, old, &self.voxel_grid) else { return };
+        let at = |k: usize, c: usize| (2 * c + 1) * old.dims()[k] / (2 * new.dims()[k]);
+        let cell = |i: usize| {
+            let c = new.coordinates(i);
+            old.index([0, 1, 2].map(|k| at(k, c[k])))
+        };
+        own.kind_of_cell = (0..new.len()).map(|i| own.kind_of_cell[cell(i)]).collect();
     }
 
     /// Smallest and largest coordinates of all facets, panes and the voxel grid, m.

@@ -3,6 +3,7 @@
 use crate::bands::Bands;
 use crate::light::Light;
 use crate::limits::{MAX_COORDINATE, MAX_EXTINCTION, MAX_FACES, MAX_FLUX, MIN_PLATE_AREA};
+use crate::mirror_validation::check_boundary;
 use crate::options::SolveOptions;
 use crate::plate::Plate;
 use crate::scene::Scene;
@@ -27,7 +28,7 @@ pub(crate) fn check_parts(parts: &SceneParts) -> Result<(), SceneError> {
     parts.panes.iter().try_for_each(check_pane)?;
     check_lights(parts)?;
     check_bands("surroundings.radiance", parts.surroundings.radiance, f64::INFINITY)?;
-    check_periodic(parts)?;
+    check_boundary(parts)?;
     check_cameras(parts)?;
     check_options(&parts.options)?;
     match &parts.thermal {
@@ -214,33 +215,6 @@ fn check_lights(parts: &SceneParts) -> Result<(), SceneError> {
                 }
             }
         }
-    }
-    Ok(())
-}
-
-/// Validates a periodic scene: it needs a medium, whose extent is the period, of uniform extinction or, with two periodic axes, of an extinction that
-/// varies along the third alone; and no direct light.
-fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
-    let Some(axis) = (0..3).find(|&k| parts.periodic[k]) else { return Ok(()) };
-    let key = |k: usize| format!("boundary.{}", ["x", "y", "z"][k]);
-    let Some(grid) = &parts.voxel_grid else {
-        return invalid(key(axis), "the period is the extent of the medium; add a [medium]");
-    };
-    if parts.periodic == [true; 3] {
-        return invalid(key(2), "no more than two axes can be periodic: light has to end somewhere");
-    }
-    if let Some(l) = parts.lights.first() {
-        let key = match l {
-            Light::Sun { name, .. } | Light::Sky { name, .. } => format!("light '{name}'"),
-            Light::Emitter { .. } => "light.surface".into(),
-        };
-        return invalid(key, "direct light has no periodic images; let a surface emit as zones instead");
-    }
-    if !grid.has_extinction_of_layers(parts.periodic) {
-        return invalid(
-            key(axis),
-            "a periodic scene needs one extinction everywhere or, with two periodic axes, in each layer across the third",
-        );
     }
     Ok(())
 }

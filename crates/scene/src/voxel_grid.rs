@@ -202,6 +202,45 @@ impl VoxelGrid {
         Ok(())
     }
 
+    /// The medium doubled along some `axes`: its mirror image follows, or precedes it along the axes of `low`.
+    ///
+    /// # Errors
+    /// If it has too many cells.
+    pub(crate) fn evenly_extended(&self, axes: [bool; 3], low: [bool; 3]) -> Result<VoxelGrid, SceneError> {
+        let old = self.dims;
+        let dims = [0, 1, 2].map(|k| if axes[k] { old[k].saturating_mul(2) } else { old[k] });
+        let shift = |k: usize| if low[k] { old[k] as f64 * self.cell[k] } else { 0.0 };
+        let mut out = VoxelGrid::new(self.min - vec3(shift(0), shift(1), shift(2)), self.cell, dims)?;
+        let cells = if self.is_uniform() { Vec::new() } else { self.cells_of_extension(axes, low, &out) };
+        out.extinction = self.extinction.gathered(&cells);
+        out.albedo = self.albedo.gathered(&cells);
+        out.emission = self.emission.gathered(&cells);
+        out.source = self.source.gathered(&cells);
+        out.heat = self.heat.as_ref().map(|h| h.gathered(&cells));
+        Ok(out)
+    }
+
+    /// For each cell of the grid `extended` of [`VoxelGrid::evenly_extended`], the cell that it is an image of.
+    pub(crate) fn cells_of_extension(
+        &self,
+        axes: [bool; 3],
+        low: [bool; 3],
+        extended: &VoxelGrid,
+    ) -> Vec<usize> {
+        let old = self.dims;
+        let from = |k: usize, c: usize| match (axes[k], low[k]) {
+            (true, true) if c < old[k] => old[k] - 1 - c,
+            (true, true) => c - old[k],
+            _ if c >= old[k] => 2 * old[k] - 1 - c,
+            _ => c,
+        };
+        let image = |i: usize| {
+            let c = extended.coordinates(i);
+            self.index([0, 1, 2].map(|k| from(k, c[k])))
+        };
+        (0..extended.len()).map(image).collect()
+    }
+
     /// Number of cells.
     pub fn len(&self) -> usize {
         self.dims[0] * self.dims[1] * self.dims[2]

@@ -118,6 +118,28 @@ impl VoxelSamples {
         self.0.as_ref().map_or((0, &[]), |p| (p.mask, &p.samples))
     }
 
+    /// The samples reflected across some axes, in a cell with lower corner `lo` and edges `cell` (m) and the free volume `volume` (m³).
+    #[must_use]
+    pub fn reflected(&self, axes: [bool; 3], lo: Vec3, cell: Vec3, volume: f64) -> VoxelSamples {
+        let Some(p) = &self.0 else { return VoxelSamples::default() };
+        let s = SUBCELLS as u8;
+        let mut mask = p.mask;
+        let mut moved: Vec<(u8, [u16; 4])> = Vec::with_capacity(p.samples.len());
+        for &sample in &p.samples {
+            let k = mask.trailing_zeros() as u8;
+            mask &= mask - 1;
+            let (mut at, mut q) = ([k / (s * s), k / s % s, k % s], sample);
+            for a in (0..3).filter(|&a| axes[a]) {
+                (at[a], q[a]) = (s - 1 - at[a], u16::MAX - q[a]);
+            }
+            moved.push(((at[0] * s + at[1]) * s + at[2], q));
+        }
+        moved.sort_unstable_by_key(|m| m.0);
+        let mask = moved.iter().fold(0, |mask, m| mask | 1u64 << m.0);
+        let samples = moved.into_iter().map(|m| m.1).collect();
+        VoxelSamples::from_packed(lo, cell, volume, mask, samples).unwrap_or_default()
+    }
+
     /// True for a whole voxel.
     pub fn is_empty(&self) -> bool {
         self.0.is_none()

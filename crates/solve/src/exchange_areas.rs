@@ -2,11 +2,13 @@
 //!
 //! With n zones in the order of a solution (patches, voxel zones, pane zones), the direct area F_ij (m²) leaves out reflection and scattering; the
 //! total area T_ij is the net power from zone i to zone j per unit of σT_i⁴ − σT_j⁴, all reflections and scattering included
-//! ([`crate::total_exchange_areas`]). Both are symmetric to the bit. There is one matrix where the bands do not differ, else one for each band.
+//! ([`crate::total_exchange_areas`]). In a scene with mirrors they are sums over the mirror images of j. Both are symmetric to the bit. There is one matrix where the bands do not differ, else one for each band.
 //!
 //! Cost: n²/2 pairs; total areas take about 4n³ multiplications. Memory: 16 n² bytes for each direct matrix, 32 n² and 24 n² of work with total ones.
 
+use crate::dense::image_sums::ImageSums;
 use crate::engine::selection::{MIN_LINEAR_BASIS_THICKNESS, check_periodic_pairs};
+use crate::mirrors::{self, MirroredSolve};
 use crate::report::cost_estimate::problem_size;
 use crate::settings::check_interrupted;
 use crate::total_exchange_areas::{NUMBERS_PER_PAIR, sum_by_group, total_exchange_areas};
@@ -16,7 +18,6 @@ use zonal_exchange::pair::{
 };
 use zonal_math::Grade;
 use zonal_scene::{Band, Diagnostic, Progress, Scene, SceneError, Zones};
-use zonal_transport::zoning::excluded_parts;
 use zonal_transport::{Transport, build_zones};
 
 /// Bytes of an entry of one band: the area and its radius.
@@ -124,9 +125,16 @@ impl ExchangeAreas {
         let transport = Transport::new(scene);
         let zones = build_zones(scene, &transport)?;
         let mut diagnostics = scene.notes().to_vec();
-        diagnostics.extend(excluded_parts(scene, &transport, &zones)?);
+        diagnostics.extend(mirrors::excluded_parts_of(scene, &transport, &zones)?);
         diagnostics.extend(thick_voxels(scene, &zones));
-        check_periodic_pairs(scene, &zones)?;
+        let mirrored = MirroredSolve::of(scene, &zones)?;
+        diagnostics.extend(mirrored.as_ref().map(|m| mirrors::mirror_note(scene, m.images.image_count())));
+        match &mirrored {
+            Some(m) => {
+                check_periodic_pairs(&m.extension.scene, &m.zones).map_err(|e| mirrors::explain(scene, e))?
+            }
+            None => check_periodic_pairs(scene, &zones)?,
+        }
 
         // Direct areas of all pairs.
         let matrices = matrix_count(&zones, settings.contents);
@@ -136,8 +144,13 @@ impl ExchangeAreas {
             plate_tolerance: settings.tolerance,
             ..PairSettings::default()
         };
-        let exchange = Exchange::with_settings(scene, &zones, &transport, pair_settings);
-        let (direct, counts) = direct_areas(&exchange, &zones, matrices, progress);
+        let extension = mirrored.as_ref().map(|m| (m, Transport::new(&m.extension.scene)));
+        let exchange = match &extension {
+            Some((m, rays)) => Exchange::with_settings(&m.extension.scene, &m.zones, rays, pair_settings),
+            None => Exchange::with_settings(scene, &zones, &transport, pair_settings),
+        };
+        let sums = ImageSums { exchange: &exchange, images: mirrored.as_ref().map(|m| &m.images) };
+        let (direct, counts) = direct_areas(&sums, &zones, matrices, progress);
         check_interrupted(progress)?;
         if !direct.areas.iter().chain(&direct.closure).all(|x| x.is_finite())
             || direct.radii.iter().any(|r| r.is_nan())
@@ -149,6 +162,7 @@ impl ExchangeAreas {
         // Total areas, band by band.
         let (names, name_of_zone) = zone_names(scene, &zones);
         drop(exchange);
+        drop(extension);
         let mut areas =
             ExchangeAreas { zones, matrices, direct, total: None, names, name_of_zone, counts, diagnostics };
         if settings.contents == ExchangeAreaContents::DirectAndTotal {
@@ -270,7 +284,7 @@ fn check_memory(zones: &Zones, matrices: usize, settings: &ExchangeAreaSettings)
 }
 
 fn direct_areas(
-    exchange: &Exchange,
+    exchange: &ImageSums,
     zones: &Zones,
     bands: usize,
     progress: &dyn Progress,

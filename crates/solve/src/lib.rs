@@ -26,6 +26,7 @@
 //! | `errors` | error estimates of a solution |
 //! | [`report`] | closure, energy balance, diagnostics, cost estimates |
 //! | [`relight`] | scaled lights in a finished solution |
+//! | [`mirrors`] | scenes with mirrors on their even extensions |
 //! | [`exchange_areas`] | direct and total exchange areas of all pairs, as matrices |
 //! | [`total_exchange_areas`] | exchange areas with all reflections |
 //! | [`state`] | thermal states of one geometry from stored exchange areas |
@@ -42,6 +43,7 @@ pub mod hierarchical;
 mod iteration;
 pub mod layered;
 pub mod light_groups;
+pub mod mirrors;
 pub mod operator;
 mod pipeline;
 pub mod ray;

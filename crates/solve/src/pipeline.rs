@@ -18,6 +18,7 @@ use crate::errors::{consistency, finite, propagation};
 use crate::group_solve::{self, SolvedColumns};
 use crate::iteration::IterationResult;
 use crate::light_groups::{self, SourceGroup};
+use crate::mirrors::{self, MirroredSolve};
 use crate::ray::ray_sampling::rays_measure_escape;
 use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::report::{diagnostics, summary};
@@ -29,11 +30,11 @@ use crate::surroundings::{self, SurroundingsExchange};
 use crate::thermal::newton::TripleEngine;
 use crate::thermal::{self, SolvedTriple, TemperatureSolve, TripleZones};
 use crate::triple_checkpoints::TripleCheckpoints;
+use zonal_exchange::pair::StripImages;
 use zonal_scene::{
     Bands, Diagnostic, EnergyBalance, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError,
     Solution, Zones,
 };
-use zonal_transport::zoning::excluded_parts;
 use zonal_transport::{Transport, build_zones};
 
 /// Solves a scene within a memory limit in bytes.
@@ -82,7 +83,7 @@ fn solve_triples(scene: Scene, settings: &SolveSettings) -> Result<Solution, Sce
     // Divide the scene into zones.
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport)?;
-    let excluded = excluded_parts(&scene, &transport, &zones)?;
+    let excluded = mirrors::excluded_parts_of(&scene, &transport, &zones)?;
     // Solve for the fields.
     let mut solved = solve_on_zones(&scene, transport, zones, settings)?;
     solved[0].report.warnings.splice(0..0, excluded);
@@ -143,7 +144,7 @@ fn solve_on_zones(
         .triples()
         .zip(&zones)
         .zip(transports)
-        .map(|((scene, zones), transport)| TripleInput { scene, zones, transport })
+        .map(|((scene, zones), transport)| TripleInput { scene, zones, transport, mirrored: None })
         .collect();
     let mut solved = solve_equations(&triples, settings)?;
     drop((transport, others));
@@ -178,7 +179,9 @@ pub fn solve_zones(
     transport: &Transport,
     settings: &SolveSettings,
 ) -> Result<(Fields, Vec<LightGroup>, Report), SceneError> {
-    let solved = on_worker_thread(|| solve_equations(&[TripleInput { scene, zones, transport }], settings));
+    let solved = on_worker_thread(|| {
+        solve_equations(&[TripleInput { scene, zones, transport, mirrored: None }], settings)
+    });
     let ZonalSolution { fields, groups, report, .. } = solved?.swap_remove(0);
     Ok((fields, groups, report))
 }
@@ -189,6 +192,8 @@ struct TripleInput<'a> {
     scene: &'a Scene,
     zones: &'a Zones,
     transport: &'a Transport<'a>,
+    /// Set where scene and zones are those of an even extension.
+    mirrored: Option<&'a MirroredSolve>,
 }
 
 /// Solution of the zonal equations of one triple of bands.
@@ -202,9 +207,47 @@ pub(crate) struct ZonalSolution {
     has_slopes: bool,
 }
 
+/// Solves the zonal equations of all triples of the bands; those of a scene with mirrors on its even extension.
+fn solve_equations(
+    triples: &[TripleInput],
+    settings: &SolveSettings,
+) -> Result<Vec<ZonalSolution>, SceneError> {
+    let mut mirrored = Vec::new();
+    for t in triples {
+        mirrored.extend(MirroredSolve::of(t.scene, t.zones)?);
+    }
+    if mirrored.is_empty() {
+        return solve_without_mirrors(triples, settings);
+    }
+    mirrors::check_settings(settings)?;
+    let initial = settings.initial_groups.iter().map(|g| mirrored[0].images.extended_group(g));
+    let initial_groups: Vec<LightGroup> = initial.collect();
+    let settings = &SolveSettings { initial_groups: &initial_groups, ..*settings };
+    let transports: Vec<Transport> = mirrored.iter().map(|m| Transport::new(&m.extension.scene)).collect();
+    let extended: Vec<TripleInput> = mirrored
+        .iter()
+        .zip(&transports)
+        .map(|(m, transport)| TripleInput {
+            scene: &m.extension.scene,
+            zones: &m.zones,
+            transport,
+            mirrored: Some(m),
+        })
+        .collect();
+    let solved =
+        solve_without_mirrors(&extended, settings).map_err(|e| mirrors::explain(triples[0].scene, e))?;
+    let of_part = |((s, m), t): ((ZonalSolution, &MirroredSolve), &TripleInput)| {
+        let fields = m.fields_of_part(s.fields);
+        let groups = m.groups_of_part(s.groups);
+        let report = m.report_of_part(s.report, t.scene, t.zones, &fields);
+        ZonalSolution { fields, groups, report, ..s }
+    };
+    Ok(solved.into_iter().zip(&mirrored).zip(triples).map(of_part).collect())
+}
+
 /// The phases of the zonal equations for all triples of the bands. Triples that temperatures couple are solved together; others one after the other,
 /// which takes the memory of one.
-fn solve_equations(
+fn solve_without_mirrors(
     triples: &[TripleInput],
     settings: &SolveSettings,
 ) -> Result<Vec<ZonalSolution>, SceneError> {
@@ -237,20 +280,23 @@ fn prepare(
     triple: &TripleInput,
     settings: &SolveSettings,
 ) -> Result<(Preparation, SurroundingsExchange), SceneError> {
-    let TripleInput { scene, zones, transport } = *triple;
+    let TripleInput { scene, zones, transport, mirrored } = *triple;
     check_interrupted(settings.progress)?;
     // Select the engine.
-    let size = ProblemSize::new(scene, zones, transport);
+    let size = ProblemSize::new(scene, zones, transport).with_images(mirrored.map(|m| &m.images));
     let pair_settings = settings.pair_settings;
     let choice =
         selection::select_engine(scene, zones, transport, &size, (pair_settings, settings.memory_limit))?;
     let (engine, reason) = (choice.engine, choice.reason.clone());
     // Compute the direct light by shadow rays, except for emitters whose light follows from exchange areas.
-    let shadow_rays = |l: usize| illuminate_stage(scene, zones, transport, l, settings);
+    let shadow_rays = |l: usize| illuminate_triple(triple, l, settings);
     let emitters = EmitterExchange::of(scene, zones, engine, pair_settings);
     let direct = DirectLight { lights: lights_by_shadow_rays(scene, &emitters, shadow_rays)? };
     // Sample the surroundings.
-    let exterior = measure_surroundings(scene, zones, transport, engine, settings)?;
+    let mut exterior = measure_surroundings(scene, zones, transport, engine, settings)?;
+    if let Some(m) = mirrored {
+        exterior = m.even_surroundings(&exterior);
+    }
     // Choose the right-hand sides.
     let (sources, merged) = light_groups::select_groups(scene, zones);
     let thickness = size.thickness;
@@ -291,7 +337,7 @@ fn solve_together(
     let mut completed = Vec::new();
     for (t, triple) in triples.iter().enumerate() {
         let own = own_settings(t);
-        let shadow_rays = |l: usize| illuminate_stage(triple.scene, triple.zones, triple.transport, l, &own);
+        let shadow_rays = |l: usize| illuminate_triple(triple, l, &own);
         let emitters = &prepared[t].emitters;
         completed.push(emitter_exchange::complete(
             &contexts[t],
@@ -344,6 +390,7 @@ fn context_of<'a>(
         scene: triple.scene,
         zones: triple.zones,
         transport: triple.transport,
+        images: triple.mirrored.map(|m| &m.images),
         direct: &preparation.direct,
         sources: &preparation.sources,
         pair_settings: settings.pair_settings,
@@ -437,7 +484,9 @@ fn measure_surroundings(
     engine: Engine,
     settings: &SolveSettings,
 ) -> Result<SurroundingsExchange, SceneError> {
-    let exterior = if selection::knows_escaping_power(engine, scene) {
+    let exterior = if let Some(strips) = StripImages::of(scene, zones) {
+        SurroundingsExchange::of_strips(&strips, zones)
+    } else if selection::knows_escaping_power(engine, scene) {
         SurroundingsExchange::default()
     } else if engine == Engine::Hierarchical && rays_measure_escape(scene, zones) {
         SurroundingsExchange::unmeasured(zones)
@@ -504,6 +553,19 @@ fn balance_and_report(
         }
     };
     report
+}
+
+/// Direct light of light number `l` by shadow rays, with its mirror images.
+fn illuminate_triple(
+    triple: &TripleInput,
+    l: usize,
+    settings: &SolveSettings,
+) -> Result<LightField, SceneError> {
+    let light = illuminate_stage(triple.scene, triple.zones, triple.transport, l, settings)?;
+    Ok(match triple.mirrored {
+        Some(m) => m.even_light(l, light),
+        None => light,
+    })
 }
 
 /// Direct light of light number `l` by shadow rays: the stage `light-…`, or computed and saved.

@@ -7,7 +7,7 @@ use crate::operator::{ErrorModel, IncidentPower};
 use crate::report::closure::RowClosure;
 use crate::surroundings::SurroundingsExchange;
 use zonal_exchange::pair::PairSettings;
-use zonal_scene::{Bands, CheckpointStore, Diagnostic, Progress, Scene, Zones};
+use zonal_scene::{Bands, CheckpointStore, Diagnostic, Progress, Scene, ZoneImages, Zones};
 use zonal_transport::Transport;
 
 /// Everything that the phases of a solve read in common.
@@ -18,6 +18,8 @@ pub struct SolveContext<'a> {
     pub zones: &'a Zones,
     /// Ray tracing in the scene.
     pub transport: &'a Transport<'a>,
+    /// The images of the zones, if they are those of an even extension.
+    pub images: Option<&'a ZoneImages>,
     /// Direct light on the zones.
     pub direct: &'a DirectLight,
     /// The light groups, one right-hand side each.

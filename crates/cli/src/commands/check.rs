@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 use zonal_exchange::pair::PairSettings;
 use zonal_report::{Failure, say};
-use zonal_scene::{Diagnostic, Engine, Scene, SceneError, Zones};
+use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneImages, Zones};
+use zonal_solve::mirrors::{self, MirroredSolve};
 use zonal_solve::report::cost_estimate::problem_size::{self, ProblemSize};
 use zonal_solve::report::cost_estimate::time_and_memory::{self, CostEstimate, CostModelInput};
-use zonal_transport::zoning::excluded_parts;
 use zonal_transport::{Transport, build_zones};
 
 /// Validate a scene; count its zones; estimate time and memory of a solve.
@@ -55,10 +55,21 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let in_scene = |e: SceneError| Failure::in_file(&args.scene, e);
     let transport = Transport::new(&scene);
     let mut zones = build_zones(&scene, &transport).map_err(in_scene)?;
-    let excluded = excluded_parts(&scene, &transport, &zones).map_err(in_scene)?;
+    let mut excluded = mirrors::excluded_parts_of(&scene, &transport, &zones).map_err(in_scene)?;
     zonal_solve::thermal::apply_boundary_conditions(&scene.first_triple(), std::slice::from_mut(&mut zones));
-    // Estimate the cost of a solve.
-    let check = check_scene((&scene, &zones, &transport), memory_limit, excluded, start);
+    // Estimate the cost of a solve; a scene with mirrors is solved on its even extension.
+    let mirrored = MirroredSolve::of(&scene, &zones).map_err(in_scene)?;
+    excluded.extend(mirrored.as_ref().map(|m| mirrors::mirror_note(&scene, m.images.image_count())));
+    let mut check = match &mirrored {
+        Some(m) => {
+            let transport = Transport::new(&m.extension.scene);
+            let images = Some(&m.images);
+            check_scene((&m.extension.scene, &m.zones, &transport, images), memory_limit, excluded, start)
+        }
+        None => check_scene((&scene, &zones, &transport, None), memory_limit, excluded, start),
+    };
+    // Counts and names are those of the scene itself.
+    check.scene = &scene;
     if context.json {
         print_json(&check)?;
     } else {
@@ -80,7 +91,7 @@ fn with_options(scene: Scene, args: &Args) -> Result<Scene, Failure> {
 
 /// Counts, cost and diagnostics of a scene; `start` is when reading began.
 fn check_scene<'a>(
-    (scene, zones, transport): (&'a Scene, &Zones, &Transport),
+    (scene, zones, transport, images): (&'a Scene, &Zones, &Transport, Option<&ZoneImages>),
     memory_limit: u64,
     excluded: Vec<Diagnostic>,
     start: Instant,
@@ -88,7 +99,7 @@ fn check_scene<'a>(
     let reading_seconds = start.elapsed().as_secs_f64();
     let clock = || start.elapsed().as_secs_f64();
     let threads = rayon::current_num_threads();
-    let size = ProblemSize::new(scene, zones, transport);
+    let size = ProblemSize::new(scene, zones, transport).with_images(images);
     let mut diagnostics = excluded;
     if problem_size::is_open(scene, zones, transport) {
         let text =

@@ -4,6 +4,7 @@ use super::occlusion::Occlusion;
 use super::periodic_images::PeriodicFactors;
 use super::prepared_zone::{PreparedZones, ZoneCaching};
 use super::settings::PairSettings;
+use super::strip_images::StripImages;
 use super::subcells::subcell_table;
 use super::visibility_uncertainty::VisibilityUncertainty;
 use crate::aligned::FactorCache;
@@ -33,6 +34,8 @@ pub struct Exchange<'a> {
     pub(super) panes_between: bool,
     /// The factors of a periodic scene.
     pub(super) images: Option<PeriodicFactors>,
+    /// The cross-section of a periodic scene without a medium.
+    pub(super) strips: Option<StripImages>,
     /// Undetected partial occlusion of pairs whose rays all agree.
     pub(super) uncertainty: VisibilityUncertainty,
     /// Factors of sub-cells by their offset, with the means of r, r² and r³.
@@ -79,6 +82,7 @@ impl<'a> Exchange<'a> {
             occlusion,
             panes_between: transport.has_interior_panes(),
             images: PeriodicFactors::of(scene),
+            strips: StripImages::of(scene, zones),
             uncertainty,
             subcells,
         }

@@ -13,7 +13,8 @@
 //! | a voxel cut by walls | sums over its samples | the same, ray by ray |
 //! | a pane | as a plate with two sides, times (1 − e^{−κt/c})/κ, c the cosine | the same |
 //!
-//! In a periodic scene an axis-aligned pair in a uniform medium has the sum over the images of one of its zones.
+//! In a periodic scene an axis-aligned pair in a uniform medium has the sum over the images of one of its zones. Without a medium the images of
+//! a patch are an infinitely long strip (`strip_images.rs`).
 //!
 //! **Visibility** multiplies: the mean over rays between points of both zones, weighted by the kernel. The first rays are few; where
 //! they disagree, more follow. The points differ between pairs, so that the errors of neighbouring pairs are independent.
@@ -49,6 +50,7 @@ mod ray_average;
 mod ray_samples;
 mod second_moments;
 mod settings;
+mod strip_images;
 mod subcells;
 mod visibility_uncertainty;
 mod volume_factors;
@@ -58,6 +60,7 @@ pub use exchange::Exchange;
 pub use pair_factor::{PairCounts, PairFactor};
 pub use pair_methods::PairRow;
 pub use settings::{PairSettings, sample_seed};
+pub use strip_images::StripImages;
 pub use visibility_uncertainty::SUCCESSION_PSEUDO_COUNTS;
 pub use volume_factors::{SelfAttenuation, VolumeFactorMethod, VoxelPair};
 pub use zone_coefficients::{closure_target, scaled_radiosity_coefficient};

@@ -40,6 +40,9 @@ impl Exchange<'_> {
     pub fn pair_in_row(&self, row: &PairRow, j: usize, counts: &mut PairCounts) -> PairFactor {
         let i = row.i;
         assert!(j <= i, "column {j} is above the diagonal of row {i}");
+        if let Some(strips) = &self.strips {
+            return strips.pair(i, j, counts);
+        }
         let (a, b) = (&*self.prepared.get(i), &*self.prepared.get(j));
         if i == j {
             return self.self_exchange(i, counts);

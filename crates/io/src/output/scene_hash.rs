@@ -225,6 +225,12 @@ fn hash_media(h: &mut WordHasher, scene: &Scene) {
     if scene.is_periodic() {
         scene.periodic().into_iter().for_each(|p| h.int(p as usize));
     }
+    if scene.has_mirrors() {
+        scene.mirrors().into_iter().flatten().for_each(|m| h.int(m as usize));
+    }
+    if let Some((min, max)) = scene.boundary_box().filter(|_| scene.voxel_grid().is_none()) {
+        [min, max].into_iter().for_each(|p| h.vec(p));
+    }
     h.int(scene.voxel_grid().map_or(0, |v| v.len()));
     if let Some(v) = scene.voxel_grid() {
         h.vec(v.min());

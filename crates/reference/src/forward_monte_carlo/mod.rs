@@ -56,6 +56,9 @@ use walker::{BATCH_COUNT, Walker};
 use zonal_scene::{Bands, Scene, Zones};
 
 /// Computes powers and temperatures by `walks` walks for each band: those of the continuous problem, or of the equations of `zones`.
+///
+/// # Panics
+/// If the scene has mirrors.
 pub fn trace_forward(
     scene: &Scene,
     closed: &ClosedSurfaces,
@@ -63,6 +66,7 @@ pub fn trace_forward(
     walks: usize,
     seed: u64,
 ) -> ForwardSolution {
+    assert!(!scene.has_mirrors(), "walks are not reflected by mirrors; trace the whole scene");
     // Measure areas and volumes, and collect the sources.
     let walk_scene = WalkScene::new(scene, closed);
     let (areas, volumes) = match zones {

@@ -22,6 +22,7 @@
 //! |---|---|
 //! | `baked` | options and results |
 //! | `group_fields` | the light groups of a solution, zone by zone |
+//! | `lit_scene` | the scene in which direct light is sampled |
 //! | `vertex_lighting` | light at a point of a patch |
 //! | `patch_quadtree` | one patch and its cells |
 //! | `refinement` | selection of the cells to split |
@@ -35,6 +36,7 @@
 mod baked;
 mod edge_matching;
 mod group_fields;
+mod lit_scene;
 mod medium_cells;
 mod panes;
 mod patch_quadtree;
@@ -46,6 +48,7 @@ pub mod volume_grid;
 pub use baked::{BakeOptions, BakedMedium, BakedSolution, PaneMesh, SurfaceMesh};
 
 use group_fields::GroupField;
+use lit_scene::LitScene;
 use vertex_lighting::VertexLighting;
 use zonal_scene::{Progress, Solution};
 use zonal_transport::Transport;
@@ -97,11 +100,14 @@ use zonal_transport::Transport;
 /// ```
 pub fn bake(solution: &Solution, options: &BakeOptions, progress: &dyn Progress) -> BakedSolution {
     let transport = Transport::new(&solution.scene);
+    let lit = LitScene::of(&solution.scene);
+    let shadow_rays = Transport::new(&lit.scene);
     // Separate the light groups and denoise their irradiances.
     let groups: Vec<GroupField> =
         GroupField::of_solution(solution).into_iter().map(GroupField::denoised).collect();
     // Mesh the patches, refined where the light varies.
-    let lighting = VertexLighting::new(solution, &transport, &groups, options.light_samples);
+    let lighting =
+        VertexLighting::new(solution, &transport, (&lit, &shadow_rays), &groups, options.light_samples);
     let surfaces = triangulation::mesh_patches(&lighting, &groups, options, progress);
     // Add panes and medium.
     let owner = |s| groups.iter().position(|g| g.owns_surface(&solution.scene, s)).map(|g| g as u32);

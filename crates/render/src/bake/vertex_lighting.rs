@@ -5,6 +5,7 @@
 //! light sampler (`gather`).
 
 use super::group_fields::GroupField;
+use super::lit_scene::LitScene;
 use crate::surface::patch_field::{TileField, TileTopology};
 use crate::surface::tiles::patch_tiles;
 use rayon::prelude::*;
@@ -22,6 +23,7 @@ const SKY_SAMPLE_FACTOR: usize = 16;
 pub(super) struct VertexLighting<'a> {
     pub topology: TileTopology<'a>,
     pub solution: &'a Solution,
+    /// Shadow rays in the scene with the images of mirrors.
     transport: &'a Transport<'a>,
     /// H_ind of all groups together.
     indirect: TileField,
@@ -38,17 +40,18 @@ impl<'a> VertexLighting<'a> {
     pub(super) fn new(
         s: &'a Solution,
         transport: &'a Transport<'a>,
+        (lit, shadow_rays): (&'a LitScene<'a>, &'a Transport<'a>),
         groups: &[GroupField],
         samples: usize,
     ) -> VertexLighting<'a> {
         let (mut light_samplers, mut slots, mut used) = (Vec::new(), vec![None; groups.len()], 1);
         for (g, group) in groups.iter().enumerate().filter(|(_, g)| !g.is_smooth()) {
-            for (_, light) in s.scene.lights().iter().enumerate().filter(|(l, _)| group.kind.has_light(*l)) {
+            for light in lit.lights_of(group.kind) {
                 let slot = *slots[g].get_or_insert(used);
                 used = slot + 1;
                 let n =
                     if matches!(light, Light::Sky { .. }) { SKY_SAMPLE_FACTOR * samples } else { samples };
-                light_samplers.push((slot, LightSampler::new(&s.scene, light), n));
+                light_samplers.push((slot, LightSampler::new(&lit.scene, light), n));
             }
         }
         let patches = s.zones.patches.len();
@@ -63,7 +66,7 @@ impl<'a> VertexLighting<'a> {
         VertexLighting {
             topology,
             solution: s,
-            transport,
+            transport: shadow_rays,
             indirect: TileField::new(values),
             light_samplers,
             slots,

@@ -10,6 +10,7 @@
 //! darken the medium before a wall. Cost: four shadow rays a part and light (32 for a sky that shares a group).
 
 use super::group_fields::GroupField;
+use super::lit_scene::LitScene;
 use crate::medium::radiosity_field::RadiosityField;
 use rayon::prelude::*;
 use zonal_math::{Vec3, vec3};
@@ -111,6 +112,8 @@ pub fn bake_volume_grid(
         return None;
     }
     let transport = Transport::new(&solution.scene);
+    let lit = LitScene::of(&solution.scene);
+    let shadow_rays = Transport::new(&lit.scene);
     let grid = PointGrid::new(map, options);
     let groups = GroupField::of_solution(solution);
     progress.begin("medium", groups.len() as u64);
@@ -120,7 +123,14 @@ pub fn bake_volume_grid(
     let order = extrapolation_order(&known, grid.dims);
     // Evaluate extinction and, group by group, radiosity.
     let extinction = grid.mean(&zones, |z| solution.zones.voxels[z].extinction);
-    let source = GridSource { solution, transport: &transport, grid: &grid, zones: &zones };
+    let source = GridSource {
+        solution,
+        transport: &transport,
+        lit: &lit,
+        shadow_rays: &shadow_rays,
+        grid: &grid,
+        zones: &zones,
+    };
     let radiosity = groups
         .iter()
         .map(|group| {
@@ -228,6 +238,9 @@ impl<'a> PointGrid<'a> {
 struct GridSource<'a> {
     solution: &'a Solution,
     transport: &'a Transport<'a>,
+    lit: &'a LitScene<'a>,
+    /// Shadow rays in the lit scene.
+    shadow_rays: &'a Transport<'a>,
     grid: &'a PointGrid<'a>,
     /// The zones of each point.
     zones: &'a [PointZones],
@@ -264,11 +277,10 @@ impl GridSource<'_> {
 
     /// The lights of a group, unless the values of the zones are smooth enough.
     fn sampled_lights(&self, group: &GroupField) -> Vec<LightSampler<'_>> {
-        let scene = &self.solution.scene;
-        let sampled = !group.is_smooth();
-        let lights = scene.lights().iter().enumerate();
-        let own = lights.filter(|(l, _)| sampled && group.kind.has_light(*l));
-        own.map(|(_, l)| LightSampler::new(scene, l)).collect()
+        if group.is_smooth() {
+            return Vec::new();
+        }
+        self.lit.lights_of(group.kind).map(|l| LightSampler::new(&self.lit.scene, l)).collect()
     }
 
     /// G_dir of a light, W/m²: the mean over points of a part that lie in the same zone, the centres of every second of its eighths.
@@ -282,7 +294,7 @@ impl GridSource<'_> {
         for (i, [x, y, z]) in OCTANT_CENTRES.into_iter().enumerate() {
             let p = self.grid.point(at, vec3(x, y, z));
             if transport.volume_zone_at(&s.zones, cell, p) == Some(zone) {
-                sum += light_sampler.gather(transport, p, Receiver::Free, samples, i as u64);
+                sum += light_sampler.gather(self.shadow_rays, p, Receiver::Free, samples, i as u64);
                 n += 1.0;
             }
         }
@@ -290,7 +302,7 @@ impl GridSource<'_> {
             sum / n
         } else {
             light_sampler.gather(
-                transport,
+                self.shadow_rays,
                 self.grid.point(at, vec3(0.5, 0.5, 0.5)),
                 Receiver::Free,
                 samples,

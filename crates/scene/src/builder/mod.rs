@@ -15,6 +15,7 @@ use crate::{
     BandFractions, Camera, DEFAULT_REFLECTANCE, Facet, Light, Plate, Scene, SceneError, SceneParts, Sides,
     SolveOptions, Surface, Surroundings, Thermal, ThermalCondition,
 };
+use zonal_math::Vec3;
 
 /// Builds a [`Scene`] from arrays.
 ///
@@ -42,6 +43,8 @@ pub struct SceneBuilder {
     surroundings_temperature: Option<f64>,
     band_fractions: Option<BandFractions>,
     periodic: [bool; 3],
+    mirrors: [[bool; 2]; 3],
+    boundary_box: Option<(Vec3, Vec3)>,
     cameras: Vec<Camera>,
     options: SolveOptions,
 }
@@ -118,7 +121,33 @@ impl SceneBuilder {
         self
     }
 
-    /// Makes the scene periodic along axis 0, 1 or 2, with the extent of the medium as its period.
+    /// Makes the low end of axis 0, 1 or 2, the high end, or both ends, mirrors: ends of the extent of the medium, or of the boundary box of a
+    /// scene without one.
+    ///
+    /// ```
+    /// use zonal_scene::{Medium, Scene};
+    /// let medium = Medium::grid([0.0; 3], [1.0; 3], [4; 3]).extinction(0.5);
+    /// let scene = Scene::builder().medium(medium).mirrors(0, [true, false]).build()?;
+    /// assert_eq!(scene.mirrors()[0], [true, false]);
+    /// # Ok::<(), zonal_scene::SceneError>(())
+    /// ```
+    ///
+    /// # Panics
+    /// If `axis` is above 2.
+    #[must_use]
+    pub fn mirrors(mut self, axis: usize, [low, high]: [bool; 2]) -> SceneBuilder {
+        self.mirrors[axis] = [low, high];
+        self
+    }
+
+    /// Sets the box whose ends are mirrors, or a period, in a scene without a medium: its lower and upper corner, m.
+    #[must_use]
+    pub fn boundary_box(mut self, min: [f64; 3], max: [f64; 3]) -> SceneBuilder {
+        self.boundary_box = Some((Vec3::from_array(min), Vec3::from_array(max)));
+        self
+    }
+
+    /// Makes the scene periodic along axis 0, 1 or 2, with the extent of the medium as its period, or that of the boundary box without a medium.
     ///
     /// # Panics
     /// If `axis` is above 2.
@@ -168,6 +197,8 @@ impl SceneBuilder {
             lights: self.lights,
             surroundings: self.surroundings,
             periodic: self.periodic,
+            mirrors: self.mirrors,
+            boundary_box: self.boundary_box,
             cameras: self.cameras,
             options: self.options,
             ..SceneParts::default()

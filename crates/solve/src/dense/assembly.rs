@@ -2,13 +2,14 @@
 
 use super::band_groups::first_bands;
 use super::dense_operator::DenseOperator;
+use super::image_sums::ImageSums;
 use super::packed_symmetric::{PackedSymmetric, packed_length};
 use crate::errors::radii::{PairRadii, radius_code};
 use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
-use zonal_exchange::pair::{Exchange, PairCounts};
+use zonal_exchange::pair::PairCounts;
 use zonal_math::Grade;
-use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress, Zones};
+use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress};
 
 /// Number of chunks of rows; fixed, so that sums do not depend on the number of threads.
 const ROW_CHUNKS: usize = 256;
@@ -85,7 +86,7 @@ impl RowChunk {
 
 /// Computes chunks of rows.
 struct RowAssembler<'a> {
-    exchange: &'a Exchange<'a>,
+    exchange: &'a ImageSums<'a>,
     /// Number of zones before the panes.
     shared: usize,
     /// The first band of each group.
@@ -138,15 +139,15 @@ impl RowAssembler<'_> {
 }
 
 impl DenseOperator {
-    /// Computes the exchange areas of all pairs, with counts by method. Every chunk of rows is a stage `rows-…` of `checkpoints`.
+    /// Computes the exchange areas of all pairs of `n` zones, the last of them `panes`, with counts by method. Every chunk of rows is a stage `rows-…` of `checkpoints`.
     pub(crate) fn assemble(
-        exchange: &Exchange,
-        zones: &Zones,
+        exchange: &ImageSums,
+        [n, panes]: [usize; 2],
         (group, count): (PerBand<usize>, usize),
         checkpoints: &dyn CheckpointStore,
         progress: &dyn Progress,
     ) -> (DenseOperator, PairCounts) {
-        let (n, shared) = (zones.len(), zones.pane_offset());
+        let shared = n - panes;
         let first_bands = first_bands((group, count));
         // Collect for each row its slices of all matrices.
         let mut matrices: Vec<PackedSymmetric> = (0..count).map(|_| PackedSymmetric::zeros(shared)).collect();

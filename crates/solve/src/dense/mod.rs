@@ -3,6 +3,7 @@
 mod assembly;
 pub mod band_groups;
 pub(crate) mod dense_operator;
+pub(crate) mod image_sums;
 pub(crate) mod packed_symmetric;
 
 pub(crate) use dense_operator::DenseOperator;

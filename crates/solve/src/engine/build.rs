@@ -3,6 +3,7 @@
 use super::selection::EngineChoice;
 use crate::dense::DenseOperator;
 use crate::dense::band_groups::{InteriorPanes, band_groups};
+use crate::dense::image_sums::{ImageSumOperator, ImageSums};
 use crate::hierarchical;
 use crate::layered::{LayerStack, LayeredOperator};
 use crate::operator::ErrorModel;
@@ -13,7 +14,7 @@ use crate::spectral::basis::BasisOrder;
 use crate::spectral::enclosure::BoxEnclosure;
 use crate::surroundings::SurroundingsExchange;
 use zonal_exchange::pair::{Exchange, PairCounts};
-use zonal_scene::{Diagnostic, Engine, Scene, SceneError, Zones};
+use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneImages, Zones};
 
 /// Builds the selected engine. Restoration of closure scales `surroundings` too.
 pub(crate) fn build<'a>(
@@ -87,24 +88,35 @@ fn build_layered(
 }
 
 /// The dense engine.
-pub(crate) fn build_dense(
-    context: &SolveContext,
+pub(crate) fn build_dense<'a>(
+    context: &SolveContext<'a>,
     surroundings: &mut SurroundingsExchange,
-) -> BuiltEngine<'static> {
+) -> BuiltEngine<'a> {
     let (scene, zones) = (context.scene, context.zones);
     let exchange = Exchange::with_settings(scene, zones, context.transport, context.pair_settings);
     let groups = band_groups(scene, InteriorPanes::of(context.transport));
-    let (mut operator, pairs) =
-        DenseOperator::assemble(&exchange, zones, groups, context.checkpoints, context.progress);
+    let sums = ImageSums { exchange: &exchange, images: context.images };
+    let panes = zones.panes.len() / context.images.map_or(1, ZoneImages::image_count);
+    let (operator, pairs) = DenseOperator::assemble(
+        &sums,
+        [context.images.map_or(zones.len(), ZoneImages::zone_count), panes],
+        groups,
+        context.checkpoints,
+        context.progress,
+    );
     drop(exchange);
-    let closure = close_rows(&mut operator, scene, zones, surroundings);
+    let mut operator: Box<dyn ErrorModel + 'a> = match context.images {
+        Some(images) => Box::new(ImageSumOperator::new(operator, images)),
+        None => Box::new(operator),
+    };
+    let closure = close_rows(operator.as_mut(), scene, zones, surroundings);
     let mut warnings = Vec::new();
     if pairs.by_volume_method > 0 {
         let text = "the factors of two voxels are those of the 1996 paper, for comparison; the stated errors do not include the errors of these formulas";
         warnings.push(Diagnostic::warning("paper-factors", text));
     }
     let counts = pair_counts(&pairs);
-    BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved: None }
+    BuiltEngine { operator, closure, counts, warnings, solved: None }
 }
 
 /// Names and values of the counters of pairs.

@@ -121,7 +121,7 @@ impl<'a> EngineSelection<'a> {
             basis,
             uses_paper_formulas: settings.volume_factors.is_some(),
             is_periodic: scene.is_periodic(),
-            exceeds_dense: zones.len() > MAX_DENSE_ZONES || size.bytes > memory_limit,
+            exceeds_dense: size.zones_by_pairs() > MAX_DENSE_ZONES || size.bytes > memory_limit,
             wants_linear_basis: basis == ZoneBasis::Linear
                 || (basis == ZoneBasis::Auto && size.thickness > MIN_LINEAR_BASIS_THICKNESS),
         }
@@ -226,7 +226,7 @@ impl<'a> EngineSelection<'a> {
                 Ok((Engine::Spectral, why))
             }
             found if self.exceeds_dense => {
-                let why = match n > MAX_DENSE_ZONES {
+                let why = match self.size.zones_by_pairs() > MAX_DENSE_ZONES {
                     true => format!("{n} zones are more than {MAX_DENSE_ZONES}"),
                     false => "every pair would need more memory than allowed".to_string(),
                 };
@@ -298,6 +298,9 @@ fn no_box(why: &str) -> String {
 
 /// Refuses periodic scenes for engines without periodic images: only the dense engine in a closed box and the spectral engine have them.
 fn check_periodic(selection: &EngineSelection, found: Option<&EnclosureSearch>) -> Result<(), SceneError> {
+    if selection.scene.strip_axis().is_some() {
+        return check_strips(selection);
+    }
     let what = match (selection.requested, found) {
         (Engine::Hierarchical, _) => {
             "rays have no images of a periodic scene; use the spectral engine".to_string()
@@ -315,18 +318,36 @@ fn check_periodic(selection: &EngineSelection, found: Option<&EnclosureSearch>) 
     Err(SceneError::new("boundary", what))
 }
 
+/// Refuses periodic scenes without a medium for engines other than the dense one, which has strips.
+fn check_strips(selection: &EngineSelection) -> Result<(), SceneError> {
+    match selection.requested {
+        Engine::Hierarchical => {
+            refuse("boundary", "rays have no images of a periodic scene; use the dense engine, or \"auto\"")
+        }
+        Engine::Auto if selection.exceeds_dense => refuse(
+            "boundary",
+            format!(
+                "a periodic scene without a medium is for the dense engine, which does not hold {} zones; use larger patches",
+                selection.zones.len()
+            ),
+        ),
+        _ => Ok(()),
+    }
+}
+
 /// Refuses periodic scenes that are no box on the grid of their medium; [`zonal_exchange::pair::Exchange`] has no images for them.
 ///
 /// # Errors
 /// The reason why the scene is no such box.
 pub(crate) fn check_periodic_pairs(scene: &Scene, zones: &Zones) -> Result<(), SceneError> {
-    match scene.is_periodic().then(|| BoxEnclosure::find(scene, zones)) {
+    match (scene.is_periodic() && scene.strip_axis().is_none()).then(|| BoxEnclosure::find(scene, zones)) {
         Some(Err(why)) => refuse("boundary", no_box(&why)),
         _ => Ok(()),
     }
 }
 
-/// True if the escaping power is known without rays: the spectral and the layered engine compute it, and a periodic box of all pairs is closed.
+/// True if the escaping power is known without rays: the spectral and the layered engine compute it, a periodic box of all pairs is closed, and strips
+/// are exact.
 pub(crate) fn knows_escaping_power(engine: Engine, scene: &Scene) -> bool {
     engine == Engine::Spectral || scene.is_periodic()
 }

@@ -68,7 +68,7 @@ pub(crate) const LINKS_EXCEED_MEMORY: &str =
     "memory does not allow the links that would meet the tolerance: allow more (--max-memory)";
 
 /// Builds the engine of all pairs of zones.
-pub(crate) type BuildAllPairs = fn(&SolveContext, &mut SurroundingsExchange) -> BuiltEngine<'static>;
+pub(crate) type BuildAllPairs = for<'a> fn(&SolveContext<'a>, &mut SurroundingsExchange) -> BuiltEngine<'a>;
 
 /// True where links follow rays that miss the tolerance.
 pub(crate) fn allows_links(zones: &Zones) -> bool {
@@ -342,13 +342,13 @@ impl LinkRefinement<'_, '_> {
 }
 
 /// The engine by links, blended with the solution by rays.
-fn build_links(
-    context: &SolveContext,
+fn build_links<'a>(
+    context: &SolveContext<'a>,
     surroundings: &mut SurroundingsExchange,
     rays: RaySolution,
     budget: &MemoryBudget,
     all_pairs: BuildAllPairs,
-) -> Result<BuiltEngine<'static>, SceneError> {
+) -> Result<BuiltEngine<'a>, SceneError> {
     let (zones, tolerance) = (context.zones, context.scene.options().tolerance);
     let RaySolution { operator: ray_operator, incident, solution, error: ray_error, .. } = rays;
     let factors = PairFactors::new(context);

@@ -10,7 +10,7 @@
 use super::opening_sampling::{MIN_RAYS_FOR_OPENINGS, OpeningSampler, RAYS_OVER_ERROR_EXPONENT};
 use super::ray_tally::{RayTally, TracedScene};
 use rayon::prelude::*;
-use zonal_exchange::pair::{closure_target, sample_seed};
+use zonal_exchange::pair::{StripImages, closure_target, sample_seed};
 use zonal_scene::{Bands, Progress, Scene, Zones};
 use zonal_transport::Transport;
 
@@ -66,6 +66,9 @@ const PARAMS: SurroundingsSamplingParams = SurroundingsSamplingParams {
     fine_tolerance: 0.01,
 };
 
+/// Error of the exchange of a strip with the surroundings over its area: rounding of its row.
+const STRIP_ERROR_OVER_AREA: f64 = 1e-10;
+
 /// Exchange factors of every zone with the surroundings and with black backs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurroundingsExchange {
@@ -117,6 +120,18 @@ impl SurroundingsExchange {
             exchange.error = tallies.iter().enumerate().map(error).collect();
         }
         exchange
+    }
+
+    /// The exchange of infinitely long strips, exact to rounding; zeros if they close.
+    pub(crate) fn of_strips(strips: &StripImages, zones: &Zones) -> SurroundingsExchange {
+        let losses: Vec<[f64; 2]> = (0..zones.len()).into_par_iter().map(|i| strips.losses(i)).collect();
+        let list = |k: usize| -> Vec<Bands> {
+            let open = losses.iter().any(|l| l[k] > 0.0);
+            losses.iter().filter(|_| open).map(|l| Bands::splat(l[k])).collect()
+        };
+        let rounding = |i: usize| Bands::splat(STRIP_ERROR_OVER_AREA * closure_target(zones, i));
+        let error = (0..zones.len()).map(rounding).collect();
+        SurroundingsExchange { sky: list(0), backfaces: list(1), error, rays: 0 }
     }
 
     /// Power incident on zone `i` from surroundings of radiosity `sky`, in the unit of P, and its standard error.

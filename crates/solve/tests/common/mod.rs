@@ -174,6 +174,7 @@ pub(crate) fn with_site(scene: &Scene, use_it: impl FnOnce(&SolveContext, &Surro
         scene,
         zones: &zones,
         transport: &transport,
+        images: None,
         direct: &direct,
         sources: &sources,
         pair_settings: Default::default(),

@@ -25,7 +25,7 @@ mod wall_splitting;
 pub use exclusions::excluded_parts;
 
 use crate::transport::Transport;
-use zonal_scene::{PlateKind, Scene, SceneError, Zones};
+use zonal_scene::{EvenExtension, PlateKind, Scene, SceneError, Zones};
 
 /// A face longer than this fraction of the scene's diagonal counts as a wall of an enclosure.
 const MIN_WALL_LENGTH_SHARE: f64 = 1e-2;
@@ -53,6 +53,15 @@ const MIN_WALL_WIDTH_SHARE: f64 = 2e-9;
 ///
 /// When the patch size leads to more patches than supported, or a wall is too narrow for the scene's size.
 pub fn build_zones(scene: &Scene, transport: &Transport) -> Result<Zones, SceneError> {
+    // A scene with mirrors has the zones of its part of the even extension, where walls and solids continue behind the mirrors.
+    if let Some(extension) = EvenExtension::of(scene)? {
+        let all = zones_without_mirrors(&extension.scene, &Transport::new(&extension.scene))?;
+        return Ok(extension.zones_of_part(&all));
+    }
+    zones_without_mirrors(scene, transport)
+}
+
+fn zones_without_mirrors(scene: &Scene, transport: &Transport) -> Result<Zones, SceneError> {
     check_resolved(scene)?;
     let patches = patches::patches(scene, transport)?;
     let panes = patches::panes(scene)?;

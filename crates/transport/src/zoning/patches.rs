@@ -35,6 +35,9 @@ pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>
     let rule = scene.options().patch_rule;
     let grid = scene.voxel_grid().filter(|_| rule == PatchRule::Voxels);
     let voxel_cuts = |p: &Plate, surface: usize| {
+        if let Some(axis) = scene.strip_axis() {
+            return Some(plate_subdivision::strip_cuts(p, axis, size(surface)));
+        }
         grid.and_then(|g| plate_subdivision::voxel_cuts(p, g, scene.surfaces()[surface].patch_size))
     };
     // Estimate the number of patches before making any.

@@ -22,6 +22,15 @@ const MAX_ASPECT_RATIO: f64 = 3.0;
 /// Longest edge of a triangle under `PatchRule::Area`, in sizes.
 const MAX_EDGE_IN_SIZES: f64 = 6.0;
 
+/// The parameters at which a rectangle is cut to `size` (m), except along `axis`, along which it is a piece of an infinitely long strip.
+pub(super) fn strip_cuts(p: &Plate, axis: usize, size: f64) -> [Vec<f64>; 2] {
+    [p.e1, p.e2].map(|e| {
+        let is_along = e[axis].abs() > 0.5 * e.length();
+        let n = if is_along { 1.0 } else { step_count(e.length(), size).min(MAX_PATCHES as f64 + 1.0) };
+        (0..=n as usize).map(|k| k as f64 / n).collect()
+    })
+}
+
 /// Number of steps of at most `size` (up to rounding) that cover `length`.
 fn step_count(length: f64, size: f64) -> f64 {
     (length / size - 1e-9).ceil().max(1.0)

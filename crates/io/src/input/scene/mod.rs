@@ -11,9 +11,11 @@
 //! | `medium`, `region`, `density`, `voxel_arrays` | `[medium]` and its regions |
 //! | `gas` | gas models by name |
 //! | `voxel_grid`, `medium_properties`, `voxel_field`, `interior` | voxels while they are filled |
+//! | `boundary` | `[boundary]` |
 //! | `lights`, `camera` | `[[light]]`, `[[camera]]` |
 
 pub(crate) mod bands;
+mod boundary;
 pub(crate) mod camera;
 mod density;
 pub(crate) mod gas;
@@ -36,7 +38,7 @@ pub(crate) mod voxel_grid;
 use super::error::InputError;
 use super::notes::merge_notes;
 use super::scene_reader::{ReadContext, SceneReader};
-use super::toml::key_tables::{BOUNDARY, ROOT, SURROUNDINGS};
+use super::toml::key_tables::{ROOT, SURROUNDINGS};
 use super::toml::node::{TomlNode, TomlTable};
 use gas::SceneGas;
 use thermal::SceneMode;
@@ -78,7 +80,7 @@ pub(crate) fn read_document(
     read_geometry(&root, &mut reader)?;
     // Read the boundary conditions, the lights and the cameras.
     if let Some(node) = root.get("boundary") {
-        reader.parts.periodic = read_boundary(&node)?;
+        boundary::read_boundary(&node, &mut reader.parts)?;
     }
     for (i, node) in root.list("light")?.iter().enumerate() {
         if reader.mode() == SceneMode::Thermal {
@@ -124,13 +126,6 @@ fn read_geometry(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(
         reader.parts.voxel_grid = Some(voxel_grid);
     }
     Ok(())
-}
-
-/// The periodic axes.
-fn read_boundary(node: &TomlNode<'_>) -> Result<[bool; 3], InputError> {
-    let t = node.table(BOUNDARY)?;
-    let axis = |key: &str| Ok(t.read(key, |n| n.choice(&["scene", "periodic"]))? == Some(1));
-    Ok([axis("x")?, axis("y")?, axis("z")?])
 }
 
 /// The surroundings; in thermal mode their radiance follows from their temperature.

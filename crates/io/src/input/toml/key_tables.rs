@@ -26,7 +26,7 @@ const ROOT_KEYS: &[KeySpec] = &[
     key("surface", "list of tables", "", "", "surfaces"),
     key("pane", "list of tables", "", "", "thin sheets of absorbing and scattering material"),
     key("medium", "table", "", "vacuum", "participating medium on a voxel grid"),
-    key("boundary", "table", "", "", "periodic axes"),
+    key("boundary", "table", "", "", "periodic axes and mirrors"),
     key("light", "list of tables", "", "", "direct lights"),
     key("surroundings", "table", "", "black and cold", "radiation that enters from beyond the scene"),
     key("camera", "list of tables", "", "", "cameras"),
@@ -131,10 +131,32 @@ pub(crate) const SOLVE: KeyGroups = &[&[
 
 /// `[boundary]`.
 pub(crate) const BOUNDARY: KeyGroups = &[&[
-    key("x", "\"periodic\" | \"scene\"", "", "\"scene\"", "boundary condition along x"),
-    key("y", "\"periodic\" | \"scene\"", "", "\"scene\"", "boundary condition along y"),
-    key("z", "\"periodic\" | \"scene\"", "", "\"scene\"", "boundary condition along z"),
+    key("x", BOTH_ENDS, "", "\"scene\"", "boundary condition along x"),
+    key("y", BOTH_ENDS, "", "\"scene\"", "boundary condition along y"),
+    key("z", BOTH_ENDS, "", "\"scene\"", "boundary condition along z"),
+    key("x0", ONE_END, "", "that of x", "boundary condition at the low end of x"),
+    key("x1", ONE_END, "", "that of x", "boundary condition at the high end of x"),
+    key("y0", ONE_END, "", "that of y", "boundary condition at the low end of y"),
+    key("y1", ONE_END, "", "that of y", "boundary condition at the high end of y"),
+    key("z0", ONE_END, "", "that of z", "boundary condition at the low end of z"),
+    key("z1", ONE_END, "", "that of z", "boundary condition at the high end of z"),
+    key(
+        "min",
+        "point",
+        "m",
+        "that of the medium",
+        "lower corner of the boundary of a scene without a medium",
+    ),
+    key(
+        "max",
+        "point",
+        "m",
+        "that of the medium",
+        "upper corner of the boundary of a scene without a medium",
+    ),
 ]];
+const BOTH_ENDS: &str = "\"mirror\" | \"periodic\" | \"scene\"";
+const ONE_END: &str = "\"mirror\" | \"scene\"";
 
 /// `[surroundings]`.
 pub(crate) const SURROUNDINGS: KeyGroups = &[&[

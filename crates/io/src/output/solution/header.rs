@@ -50,6 +50,11 @@ pub(super) struct SceneHeader {
     pub(super) surroundings: Surroundings,
     #[serde(default)]
     pub(super) periodic: [bool; 3],
+    #[serde(default)]
+    pub(super) mirrors: [[bool; 2]; 3],
+    /// Lower and upper corner of the boundary box, m.
+    #[serde(default)]
+    pub(super) boundary_box: Option<[[f64; 3]; 2]>,
     pub(super) thermal: Option<ThermalFormat>,
     #[serde(with = "cameras")]
     pub(super) cameras: Vec<Camera>,
@@ -300,6 +305,11 @@ impl SceneHeader {
             lights: scene.lights().to_vec(),
             surroundings: scene.surroundings().clone(),
             periodic: scene.periodic(),
+            mirrors: scene.mirrors(),
+            boundary_box: scene
+                .boundary_box()
+                .filter(|_| scene.voxel_grid().is_none())
+                .map(|(min, max)| [min.array(), max.array()]),
             thermal: scene.thermal().map(ThermalFormat::new),
             cameras: scene.cameras().to_vec(),
             options: scene.options().clone(),

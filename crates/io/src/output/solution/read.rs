@@ -182,6 +182,8 @@ fn read_scene(
         surroundings: header.surroundings,
         periodic: header.periodic,
         thermal: thermal.map_err(|e| npz.error("header.json", e))?,
+        mirrors: header.mirrors,
+        boundary_box: header.boundary_box.map(|[min, max]| (Vec3::from_array(min), Vec3::from_array(max))),
         cameras: header.cameras,
         options: header.options,
         notes: header.notes,

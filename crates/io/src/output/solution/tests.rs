@@ -77,6 +77,8 @@ fn scene() -> Scene {
         voxel_grid: Some(voxel_grid()),
         lights: lights(),
         periodic: [false; 3],
+        mirrors: [[true, false], [false; 2], [false; 2]],
+        boundary_box: None,
         thermal: None,
         surroundings: Surroundings { radiance: Bands::splat(0.01), name: Some("sky".into()) },
         cameras: vec![Camera {

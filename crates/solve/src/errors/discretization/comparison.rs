@@ -5,7 +5,7 @@ use super::prescribed_temperatures::{row_temperatures, temperature_error};
 use super::second_solve::{SecondSolveCheckpoints, SecondSolveProgress};
 use super::zone_growth::{SecondZones, ZoneGrowth};
 use crate::settings::SolveSettings;
-use zonal_scene::{DiscretizationError, Engine, Report, Scene, SceneError, ZoneBasis, Zones};
+use zonal_scene::{DiscretizationError, Engine, EvenExtension, Report, Scene, SceneError, ZoneBasis, Zones};
 use zonal_transport::{Transport, build_zones};
 
 /// Factor on the difference to smaller zones (module header).
@@ -63,7 +63,13 @@ impl<'a> ComparisonZones<'a> {
         let zones = build_zones(other, &transport).map_err(text_of)?;
         let others = (other, &zones);
         let (small, large) = if second == SecondZones::Smaller { (others, own) } else { (own, others) };
-        let growth = ZoneGrowth::between(small, large, &transport, basis, second);
+        // Beside a mirror a patch may face its own image.
+        let growth = match EvenExtension::of(other).map_err(text_of)? {
+            Some(extension) => {
+                ZoneGrowth::between(small, large, &Transport::new(&extension.scene), basis, second)
+            }
+            None => ZoneGrowth::between(small, large, &transport, basis, second),
+        };
         Ok(ComparisonZones { scene: other, transport, zones, growth, second })
     }
 
@@ -184,7 +190,7 @@ fn divisions(scene: &Scene, zones: &Zones, pair_cost: usize) -> impl Iterator<It
 /// Expected number of zones if each is divided by `n` along its edges.
 fn divided_count(scene: &Scene, zones: &Zones, n: usize) -> usize {
     let sheets = zones.patches.len() + zones.panes.len();
-    let divides = |k: usize| scene.voxel_grid().is_some_and(|m| m.dims()[k] > 1 || !scene.periodic()[k]);
+    let divides = |k: usize| scene.voxel_grid().is_some_and(|m| m.dims()[k] > 1 || !scene.endless_axes()[k]);
     let axes = (0..3).filter(|&k| divides(k));
     (n * n * sheets).saturating_add(n.pow(axes.count() as u32).saturating_mul(zones.voxels.len()))
 }

@@ -61,7 +61,8 @@ pub(super) fn unresolved_powers(scene: &Scene, zones: &Zones, fields: &Fields) -
     let Some(grid) = scene.voxel_grid() else { return out };
     let mut area = vec![0.0; out.len()];
     zones.patches.iter().for_each(|p| area[p.surface] += p.area);
-    let edge = (0..3).filter(|&k| !scene.periodic()[k]).map(|k| grid.cell()[k]).fold(f64::INFINITY, f64::min);
+    let edge =
+        (0..3).filter(|&k| !scene.endless_axes()[k]).map(|k| grid.cell()[k]).fold(f64::INFINITY, f64::min);
     for (i, p) in zones.patches.iter().enumerate() {
         let across = area[p.surface].sqrt();
         if across >= edge {

@@ -224,7 +224,7 @@ fn cell_growth(scene: &Scene, other: &Scene) -> Option<f64> {
 
 /// The reason why cells did not grow; along periodic axes a single cell is sufficient.
 fn unchanged_cells(scene: &Scene, grid: &VoxelGrid, none_grew: bool) -> Option<String> {
-    let single = (0..3).any(|k| grid.dims()[k] == 1 && !scene.periodic()[k]);
+    let single = (0..3).any(|k| grid.dims()[k] == 1 && !scene.endless_axes()[k]);
     if none_grew && grid.len() > 1 {
         return Some(
             "cells of known temperature lie beside cells of known heat, which cannot be merged: the discretization errors are unknown"
@@ -247,7 +247,7 @@ fn sheet_counts(scene: &Scene, zones: &Zones, others: &Zones) -> Vec<(String, us
         z.panes.iter().for_each(|p| out[p.pane] += 1);
         out
     };
-    let mut free = vec![scene.is_periodic(); scene.surfaces().len()];
+    let mut free = vec![scene.endless_axes() != [false; 3]; scene.surfaces().len()];
     zones.patches.iter().for_each(|p| free[p.surface] &= is_periodic_across(scene, p.normal));
     let names = scene.surfaces().iter().map(|s| &s.name);
     let counts = surfaces(zones).into_iter().zip(surfaces(others)).zip(free);
@@ -259,7 +259,7 @@ fn sheet_counts(scene: &Scene, zones: &Zones, others: &Zones) -> Vec<(String, us
 
 /// True if a scene is periodic along both axes across a normal.
 fn is_periodic_across(scene: &Scene, normal: Vec3) -> bool {
-    (0..3).all(|k| scene.periodic()[k] || normal[k].abs() > 1.0 - 1e-9)
+    (0..3).all(|k| scene.endless_axes()[k] || normal[k].abs() > 1.0 - 1e-9)
 }
 
 /// Reason of an estimate from few zones.
@@ -267,7 +267,7 @@ const FEW_ZONES: &str = "zones are few";
 
 /// The reason if a scene has fewer than `least` cells along an axis.
 fn few_cells(scene: &Scene, least: usize) -> Option<&'static str> {
-    let has_few = |grid: &VoxelGrid| (0..3).any(|k| grid.dims()[k] < least && !scene.periodic()[k]);
+    let has_few = |grid: &VoxelGrid| (0..3).any(|k| grid.dims()[k] < least && !scene.endless_axes()[k]);
     scene.voxel_grid().is_some_and(has_few).then_some(FEW_ZONES)
 }
 

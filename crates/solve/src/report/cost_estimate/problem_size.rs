@@ -7,7 +7,10 @@ use crate::layered::layer_stack::{LayerStack, has_varying_layers};
 use crate::spectral::enclosure::BoxEnclosure;
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
-use zonal_scene::{Bands, Diagnostic, Light, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, Zones};
+use zonal_exchange::pair::StripImages;
+use zonal_scene::{
+    Bands, Diagnostic, Light, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, ZoneImages, Zones,
+};
 use zonal_transport::Transport;
 
 /// Counts and memory of a solve.
@@ -92,6 +95,29 @@ impl ProblemSize {
     }
 }
 
+impl ProblemSize {
+    /// The size of a problem whose zones have images in an even extension: counts are those of the scene, and the dense engine stores its pairs alone.
+    #[must_use]
+    pub fn with_images(self, images: Option<&ZoneImages>) -> ProblemSize {
+        let Some(images) = images else { return self };
+        let (n, count) = (images.zone_count(), images.image_count());
+        ProblemSize {
+            pairs: count as u64 * (n as u64 * (n as u64 + 1)) / 2,
+            bytes: band_groups::matrix_bytes(n, self.panes / count, self.groups),
+            patches: self.patches / count,
+            voxels: self.voxels / count,
+            cut: self.cut / count,
+            panes: self.panes / count,
+            ..self
+        }
+    }
+
+    /// The number of zones of which all pairs are as many.
+    pub(crate) fn zones_by_pairs(&self) -> usize {
+        ((2 * self.pairs) as f64).sqrt() as usize
+    }
+}
+
 /// Optical depth of a zone above which a constant radiosity is a rough approximation.
 const MAX_CONSTANT_BASIS_THICKNESS: f64 = 0.3;
 
@@ -159,6 +185,10 @@ const OPENNESS_RAYS: usize = 16;
 /// True if rays leave the scene, or end on black backs, from some zone: `OPENNESS_RAYS` rays for each of up to `OPENNESS_ZONES` zones. For a
 /// periodic box its walls decide, since rays have no periodic images.
 pub fn is_open(scene: &Scene, zones: &Zones, transport: &Transport) -> bool {
+    if let Some(strips) = StripImages::of(scene, zones) {
+        let step = zones.len().div_ceil(OPENNESS_ZONES).max(1);
+        return (0..zones.len()).step_by(step).any(|i| strips.losses(i) != [0.0; 2]);
+    }
     if scene.is_periodic() {
         return match has_varying_layers(scene) {
             true => LayerStack::find(scene, zones).is_ok_and(|s| s.is_open()),
