@@ -75,7 +75,7 @@ impl Scene {
     /// # Errors
     /// If a triple is missing or has another geometry, or if the band fractions of thermal mode are out of range.
     pub fn from_triples(mut triples: Vec<Scene>) -> Result<Scene, SceneError> {
-        check_triples(&triples)?;
+        check_triples(&triples.iter().map(|s| &s.parts).collect::<Vec<_>>())?;
         let further = triples.split_off(1);
         match triples.pop() {
             Some(first) => Ok(Scene { further_triples: further.into(), ..first }),

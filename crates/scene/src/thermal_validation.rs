@@ -3,7 +3,6 @@
 use crate::band::{Band, PerBand};
 use crate::bands::Bands;
 use crate::options::LightGrouping;
-use crate::scene::Scene;
 use crate::scene_error::{SceneError, invalid};
 use crate::scene_parts::SceneParts;
 use crate::surface::{Pane, Surface};
@@ -83,8 +82,8 @@ fn check_cell_fractions(thermal: &Thermal, parts: &SceneParts) -> Result<(), Sce
 }
 
 /// Validates the band fractions and powers of the triples of a scene together.
-pub(crate) fn check_thermal_triples(triples: &[Scene]) -> Result<(), SceneError> {
-    let thermal: Vec<&Thermal> = triples.iter().filter_map(Scene::thermal).collect();
+pub(crate) fn check_thermal_triples(triples: &[&SceneParts]) -> Result<(), SceneError> {
+    let thermal: Vec<&Thermal> = triples.iter().filter_map(|s| s.thermal.as_ref()).collect();
     let [first, _, ..] = thermal.as_slice() else { return Ok(()) };
     if first.band_fractions.is_grey() {
         return invalid(
@@ -93,20 +92,21 @@ pub(crate) fn check_thermal_triples(triples: &[Scene]) -> Result<(), SceneError>
         );
     }
     for (i, condition) in first.surfaces.iter().enumerate().filter(|(_, c)| c.prescribed_power() != 0.0) {
-        let gives = |s: &Scene, t: &Thermal| {
-            let (emitting, reflectance) = (t.band_fractions.emitting_bands(), s.surfaces()[i].reflectance);
+        let gives = |s: &SceneParts, t: &Thermal| {
+            let (emitting, reflectance) = (t.band_fractions.emitting_bands(), s.surfaces[i].reflectance);
             Band::all().any(|b| emitting[b] && reflectance[b] < 1.0)
         };
         if !triples.iter().zip(&thermal).any(|(s, t)| gives(s, t)) {
             let power_key =
                 if matches!(condition, ThermalCondition::Power(_)) { "net_power" } else { "heat_flux" };
             return invalid(
-                format!("surface '{}'.{power_key}", triples[0].surfaces()[i].name),
+                format!("surface '{}'.{power_key}", triples[0].surfaces[i].name),
                 "the emissivity is 0 in every band that has a fraction of the emission, so that the surface can give no power; raise it in one of them, or give 0",
             );
         }
     }
-    let media: Vec<_> = triples.iter().filter_map(|s| Some((s.thermal()?, s.voxel_grid()?))).collect();
+    let media: Vec<_> =
+        triples.iter().filter_map(|s| Some((s.thermal.as_ref()?, s.voxel_grid.as_ref()?))).collect();
     check_heat_sources(&media)?;
     for k in 0..first.all_fractions().count() {
         let of_triples: Option<Vec<&BandFractions>> =

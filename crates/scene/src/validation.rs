@@ -6,7 +6,6 @@ use crate::limits::{MAX_COORDINATE, MAX_EXTINCTION, MAX_FACES, MAX_FLUX, MIN_PLA
 use crate::mirror_validation::check_boundary;
 use crate::options::SolveOptions;
 use crate::plate::Plate;
-use crate::scene::Scene;
 use crate::scene_error::{SceneError, invalid};
 use crate::scene_parts::SceneParts;
 use crate::surface::Pane;
@@ -40,30 +39,30 @@ pub(crate) fn check_parts(parts: &SceneParts) -> Result<(), SceneError> {
     }
 }
 
-/// Validates that scenes are the triples of one scene.
-pub(crate) fn check_triples(triples: &[Scene]) -> Result<(), SceneError> {
+/// Validates that parts are those of the triples of one scene.
+pub(crate) fn check_triples(triples: &[&SceneParts]) -> Result<(), SceneError> {
     let Some(first) = triples.first() else {
         return invalid("bands", "the scene has no bands; give at least one");
     };
-    if triples.len() != first.bands().triples() {
-        let (found, wanted) = (triples.len(), first.bands().triples());
+    if triples.len() != first.bands.triples() {
+        let (found, wanted) = (triples.len(), first.bands.triples());
         return invalid(
             "bands",
             format!("{found} triples of bands are given where {wanted} are needed; give all"),
         );
     }
-    let plates = |s: &Scene| s.facets().iter().map(|f| (f.surface, f.plate)).collect::<Vec<_>>();
-    let grid = |s: &Scene| s.voxel_grid().map(|g| (g.min(), g.cell(), g.dims()));
+    let plates = |s: &SceneParts| s.facets.iter().map(|f| (f.surface, f.plate)).collect::<Vec<_>>();
+    let grid = |s: &SceneParts| s.voxel_grid.as_ref().map(|g| (g.min(), g.cell(), g.dims()));
     let own = plates(first);
     for (t, s) in triples.iter().enumerate() {
-        let same = s.bands() == first.bands()
-            && s.window() == first.bands().window(t)
-            && s.surfaces().len() == first.surfaces().len()
-            && s.panes().len() == first.panes().len()
-            && s.lights().len() == first.lights().len()
+        let same = s.bands == first.bands
+            && s.triple == t
+            && s.surfaces.len() == first.surfaces.len()
+            && s.panes.len() == first.panes.len()
+            && s.lights.len() == first.lights.len()
             && grid(s) == grid(first)
             && plates(s) == own
-            && s.thermal().is_some() == first.thermal().is_some();
+            && s.thermal.is_some() == first.thermal.is_some();
         if !same {
             return invalid(
                 "bands",

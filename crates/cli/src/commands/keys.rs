@@ -10,7 +10,7 @@ const INTRODUCTION: &str = "# Scene keys
 Every key of a scene file, with type, unit and default. `zonal keys --markdown` writes this page from the tables by which the reader checks scenes;
 [Scene format](scene-format.md) explains the sections.
 
-- *bands* is one number for all three bands, or a list `[r, g, b]`.
+- *bands* is one number for all bands, or a list of one for each band: `[r, g, b]` by default.
 - `NAME[]` stands for the entries of a list of tables, `[[NAME]]` in TOML. Capitals stand for a name that the scene chooses.
 - A default of *required* marks a key without a default. An empty default means that the property is absent.
 - An unknown key is an error. A former name is read with a note; `zonal migrate SCENE.toml --write` replaces it.

@@ -3,7 +3,7 @@
 use super::error::{FileFault, InputError};
 use super::images;
 use super::mesh::model::ImageSource;
-use super::scene::gas::SceneGas;
+use super::scene::gas_composition::SceneGas;
 use super::scene::medium_properties::MediumProperties;
 use super::scene::surface_properties::SurfaceProperties;
 use super::scene::thermal::SceneMode;

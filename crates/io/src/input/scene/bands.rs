@@ -1,6 +1,6 @@
 //! `bands`: the number of bands, or their wavelengths.
 
-use super::gas::{SceneGas, find_gas};
+use super::gas_composition::{SceneGas, find_gas};
 use crate::input::error::InputError;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_scene::{BandSet, MAX_BANDS};

@@ -1,6 +1,7 @@
 //! `[medium]`: the voxel grid, its background, its regions, and the bodies of meshes that fill it.
 
-use super::gas::{apply_gas, no_gas};
+use super::gas::apply_gas;
+use super::gas_composition::no_gas;
 use super::medium_properties::MediumProperties;
 use super::voxel_grid::{NO_CONDITION, VoxelGridBuilder};
 use super::{interior, region, shapes, voxel_arrays};

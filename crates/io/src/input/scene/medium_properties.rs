@@ -1,6 +1,6 @@
 //! Properties of a medium or region, as a table gives them in numbers.
 
-use super::gas::{self, GasValues};
+use super::gas_composition::{self, GasValues};
 use super::thermal::{self, SceneMode};
 use crate::input::error::InputError;
 use crate::input::toml::node::TomlTable;
@@ -34,7 +34,7 @@ impl MediumProperties {
             emission,
             source: t.read("source", |n| n.bands(f64::INFINITY))?,
             condition: thermal::read_volume_condition(t)?,
-            gas: gas::read_gas_values(t)?.unwrap_or_default(),
+            gas: gas_composition::read_gas_values(t)?.unwrap_or_default(),
         })
     }
     /// These properties with an extinction from a file; sources stay only where the extinction is above 0.

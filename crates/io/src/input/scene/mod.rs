@@ -9,7 +9,7 @@
 //! | `pane` | `[[pane]]` |
 //! | `shapes` | inline geometry |
 //! | `medium`, `region`, `density`, `voxel_arrays` | `[medium]` and its regions |
-//! | `gas` | gas models by name |
+//! | `gas_composition`, `gas` | gas models by name |
 //! | `voxel_grid`, `medium_properties`, `voxel_field`, `interior` | voxels while they are filled |
 //! | `boundary` | `[boundary]` |
 //! | `lights`, `camera` | `[[light]]`, `[[camera]]` |
@@ -18,7 +18,8 @@ pub(crate) mod bands;
 mod boundary;
 pub(crate) mod camera;
 mod density;
-pub(crate) mod gas;
+mod gas;
+pub(crate) mod gas_composition;
 mod interior;
 mod lights;
 mod medium;
@@ -40,7 +41,7 @@ use super::notes::merge_notes;
 use super::scene_reader::{ReadContext, SceneReader};
 use super::toml::key_tables::{ROOT, SURROUNDINGS};
 use super::toml::node::{TomlNode, TomlTable};
-use gas::SceneGas;
+use gas_composition::SceneGas;
 use thermal::SceneMode;
 use zonal_scene::PatchRule;
 use zonal_scene::{Scene, Surroundings};

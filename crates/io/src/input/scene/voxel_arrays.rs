@@ -4,7 +4,7 @@
 //! or the medium.
 
 use super::density;
-use super::gas::{GAS_QUANTITIES, GasValues};
+use super::gas_composition::{GAS_QUANTITIES, GasValues};
 use super::medium_properties::MediumProperties;
 use super::voxel_field::VoxelField;
 use super::voxel_grid::VoxelGridBuilder;

@@ -3,7 +3,7 @@
 //! A voxel that is filled in part gets volume means that conserve power: of the extinction κ, of the scattering coefficient κΩ, of the
 //! emitted power κ_a E with κ_a = κ(1 − Ω), of the source, and of κ_a T⁴.
 
-use super::gas::Composition;
+use super::gas_composition::Composition;
 use super::medium_properties::MediumProperties;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, ThermalCondition, VoxelGrid};

@@ -4,18 +4,18 @@
 //! import json, numpy as np
 //! z = np.load("room.npz")
 //! header = json.loads(bytes(z["header.json"]))        # names, lights, cameras, options, report, provenance
-//! B = z["radiosity"]                                   # [zones, 3], W/m²; patches, then voxels, then panes
+//! B = z["radiosity"]                                   # [zones, bands], W/m²; patches, then voxels, then panes
 //! ```
 //!
 //! | arrays | shape | contents |
 //! |---|---|---|
-//! | `radiosity`, `incident`, `direct`, `error` | [zones, 3] | B; H or G without direct light; H_dir or G_dir; error of `incident` |
-//! | `direct_error` | [zones, 3] or [0, 3] | error of `direct` |
-//! | `surroundings_error` | [zones, 3] or [0, 3] | the part of `error` due to the surroundings |
+//! | `radiosity`, `incident`, `direct`, `error` | [zones, bands] | B; H or G without direct light; H_dir or G_dir; error of `incident` |
+//! | `direct_error` | [zones, bands] or [0, bands] | error of `direct` |
+//! | `surroundings_error` | [zones, bands] or [0, bands] | the part of `error` due to the surroundings |
 //! | `temperature`, `temperature_error`, `net`, `net_error` | \[zones\] | in thermal mode: K, and the net power that leaves a zone, W/m² of patches, W/m³ of the others; undefined temperatures are NaN |
-//! | `group_0_incident`, `group_0_direct`, … | [zones, 3], `<f8` or `<f4`; [0, 3] for none | the part of each light group, times `incident_scale` and `direct_scale` in `report.light_groups` of the header |
-//! | `group_0_error`, … | [zones, 3] | its part of `error`, times `incident_scale`, if errors are known for each group |
-//! | `group_0_direct_error`, … | [zones, 3] | its part of `direct_error`, times `direct_scale`, if it has direct light |
+//! | `group_0_incident`, `group_0_direct`, … | [zones, bands], `<f8` or `<f4`; [0, bands] for none | the part of each light group, times `incident_scale` and `direct_scale` in `report.light_groups` of the header |
+//! | `group_0_error`, … | [zones, bands] | its part of `error`, times `incident_scale`, if errors are known for each group |
+//! | `group_0_direct_error`, … | [zones, bands] | its part of `direct_error`, times `direct_scale`, if it has direct light |
 //! | `patch_origin`, `_e1`, `_e2`, `_kind`, `_normal`, `_area`, `_facet`, `_surface`, `_reflectance`, `_emission` | [patches, …] | surface zones; kind 0 triangle, 1 parallelogram |
 //! | `voxel_cell`, `_centre`, `_volume`, `_extinction`, `_albedo`, `_emission`, `_source` | [voxels, …] | volume zones |
 //! | `voxel_part_first`, `part_subcell`, `part_packed` | CSR | samples of cut voxels: zone i has the rows `first[i]` to `first[i+1]`; `part_packed.view("<u2").reshape(-1, 4)` is the position in the sub-cell and the fraction of the volume, in 2⁻¹⁶ |
@@ -23,10 +23,14 @@
 //! | `facet_origin`, `_e1`, `_e2`, `_kind`, `_surface`, `_uv` | [facets, …] | the scene's surfaces |
 //! | `pane_plate_*`, `pane_plate_pane` | [plates, …] | the scene's panes |
 //! | `texture_0` … | [height, width, 3] f32 | linear textures |
-//! | `voxmap_extinction`, `_albedo`, `_emission`, `_source` | [nx, ny, nz, 3] | the medium |
+//! | `voxmap_extinction`, `_albedo`, `_emission`, `_source` | [nx, ny, nz, bands] | the medium |
 //! | `voxmap_heat` | [nx, ny, nz, 3] | in thermal mode: 1, T, 0 for a given temperature (K), else 0, 0, Q (W/m³) |
 //!
-//! A quantity of patches, voxels, pane zones or cells whose rows are all equal is one row, of shape [1, 3] or [1, 1, 1, 3], which numpy
+//! Arrays of bands have one column for each band of `header["bands"]`; files without it have red, green and blue. `cell_fraction_kind` [cells] and
+//! `cell_fraction_polynomials` [kinds, bands, powers] give band fractions that differ from cell to cell. The textures of further triples of bands are
+//! `texture_0_triple_1` and so on.
+//!
+//! A quantity of patches, voxels, pane zones or cells whose rows are all equal is one row, of shape [1, …] or [1, 1, 1, …], which numpy
 //! broadcasts. Nothing is compressed. Version 6; version 5, with former names of fields in the header, is read too; others are refused.
 //!
 //! Reals are `<f8`, indices `<i8`, kinds and sub-cells `|u1`.
