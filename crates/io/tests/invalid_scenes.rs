@@ -19,7 +19,10 @@ fn syntax_and_types_are_checked() {
             ("name = 3", &["test.toml:1:8:", "name: this is a number; give a text"]),
             ("name = ''", &["test.toml:1:8:", "empty"]),
             ("nmae = 'x'", &["test.toml:1:1: nmae: unknown key; did you mean 'name'?"]),
-            ("[wibble]\nx=1", &["test.toml:1:2:", "unknown key; known here: name, mode, thermal, solve"]),
+            (
+                "[wibble]\nx=1",
+                &["test.toml:1:2:", "unknown key; known here: name, mode, bands, thermal, solve"],
+            ),
             ("[surface]\nSQUARE", &["test.toml:1:", "write [[surface]]"]),
             ("surface = [1]", &["test.toml:1:12:", "surface[0]", "this is a number; give a table"]),
             ("[[medium]]\nmin=[0,0,0]", &["test.toml:1:", "medium", "this is a list; give a table"]),

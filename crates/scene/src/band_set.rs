@@ -12,10 +12,10 @@ use crate::scene_error::{SceneError, invalid};
 pub const MAX_BANDS: usize = 128;
 
 /// Number of bands of a triple.
-pub const BANDS_PER_TRIPLE: usize = 3;
+pub(crate) const BANDS_PER_TRIPLE: usize = 3;
 
 /// Wavelengths between blue and green and between green and red, nm: where two primaries of sRGB contribute equally to the colour of a narrow band.
-pub const COLOUR_LIMITS: [f64; 2] = [492.0, 577.0];
+pub(crate) const COLOUR_LIMITS: [f64; 2] = [492.0, 577.0];
 
 /// Range of wavelengths that bands may have, nm.
 const WAVELENGTH_RANGE: [f64; 2] = [10.0, 1e6];
@@ -116,7 +116,7 @@ impl BandSet {
         }
     }
     /// The values of the bands of a triple for the colour of a file or picture; `None` if the bands have neither colours nor wavelengths and the colour is
-    /// not grey. With wavelengths, blue, green and red stand for the spectrum below, between and above [`COLOUR_LIMITS`].
+    /// not grey. With wavelengths, blue, green and red stand for the spectrum below, between and above 492 nm and 577 nm.
     ///
     /// ```
     /// use zonal_scene::{BandSet, Bands};

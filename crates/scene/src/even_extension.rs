@@ -24,9 +24,11 @@ use crate::light_group::{LightGroup, ZoneValues};
 use crate::plate::Plate;
 use crate::scene::Scene;
 use crate::scene_error::SceneError;
+use crate::scene_parts::SceneParts;
 use crate::solution::Solution;
 use crate::surface::Facet;
 use crate::thermal::ThermalCondition;
+use crate::voxel_grid::VoxelGrid;
 use crate::zones::{PaneZone, Patch, VoxelZone, Zones};
 use zonal_math::Vec3;
 
@@ -233,12 +235,7 @@ impl EvenExtension {
             let low = [0, 1, 2].map(|k| mirrors[k] == [true, false]);
             let before = [0, 1, 2].map(|k| if low[k] { grid.dims()[k] } else { 0 });
             cells = Some((grid.dims(), before));
-            let axes = planes.map(|p| p.is_some());
-            let extended = grid.evenly_extended(axes, low)?;
-            if let Some(own) = parts.thermal.as_mut().and_then(|t| t.cell_fractions.as_mut()) {
-                let images = grid.cells_of_extension(axes, low, &extended);
-                own.kind_of_cell = images.into_iter().map(|c| own.kind_of_cell[c]).collect();
-            }
+            let extended = extend_medium(&mut parts, grid, planes.map(|p| p.is_some()), low)?;
             parts.voxel_grid = Some(extended);
         }
         if let Some(thermal) = &mut parts.thermal {
@@ -417,6 +414,21 @@ impl EvenExtension {
             version: solution.version.clone(),
         }
     }
+}
+
+/// The even extension of a grid; band fractions of its cells follow.
+fn extend_medium(
+    parts: &mut SceneParts,
+    grid: &VoxelGrid,
+    axes: [bool; 3],
+    low: [bool; 3],
+) -> Result<VoxelGrid, SceneError> {
+    let extended = grid.evenly_extended(axes, low)?;
+    if let Some(own) = parts.thermal.as_mut().and_then(|t| t.cell_fractions.as_mut()) {
+        let images = grid.cells_of_extension(axes, low, &extended);
+        own.kind_of_cell = images.into_iter().map(|c| own.kind_of_cell[c]).collect();
+    }
+    Ok(extended)
 }
 
 fn coordinates(cell: usize, dims: [usize; 3]) -> [usize; 3] {

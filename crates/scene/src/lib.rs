@@ -63,7 +63,7 @@ pub mod voxel_samples;
 mod zones;
 
 pub use band::{Band, BandCountError, PerBand};
-pub use band_set::{BANDS_PER_TRIPLE, BandSet, COLOUR_LIMITS, MAX_BANDS};
+pub use band_set::{BandSet, MAX_BANDS};
 pub use bands::Bands;
 pub use builder::{BandValues, GlassPane, Medium, Mesh, SceneBuilder, Sky, Sun, VoxelValues};
 pub use camera::{Camera, Lens};

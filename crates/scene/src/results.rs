@@ -1,6 +1,7 @@
 //! Results of a solution by name, with errors and units.
 
-use crate::{BANDS_PER_TRIPLE, Bands, HeatReport, HeatRowKind, Solution};
+use crate::band_set::BANDS_PER_TRIPLE;
+use crate::{Bands, HeatReport, HeatRowKind, Solution};
 
 /// What one named surface emits, absorbs and gives.
 ///
@@ -90,23 +91,29 @@ impl Solution {
             result.temperature_error = row.temperature_error;
             result.temperature_discretization_error = row.temperature.and(of_zones.map(|e| e[0]));
         } else {
-            // Light of further bands adds up.
-            let bands = self.scene.window().len();
-            let total = |v: Bands| v.into_iter().take(bands).sum::<f64>();
-            if bands < BANDS_PER_TRIPLE {
-                result.net_power = total(emitted - absorbed);
-                result.error = total(absorbed_error);
-                result.discretization_error =
-                    zones.map(|z| total(error_by_name(&z.energy.absorbed_surfaces)));
-            }
-            for other in self.further_triples.iter().map(|t| t.surface_result(index)) {
-                result.net_power += other.net_power;
-                result.error += other.error;
-                result.discretization_error =
-                    result.discretization_error.zip(other.discretization_error).map(|(a, b)| a + b);
-            }
+            self.add_bands(index, &mut result);
         }
         result
+    }
+
+    /// Sums net power and its errors over the bands of the scene: without the values that fill up the last triple, and with further triples.
+    fn add_bands(&self, index: usize, result: &mut SurfaceResult) {
+        let total = |v: Bands| v.into_iter().take(self.scene.window().len()).sum::<f64>();
+        if self.scene.window().len() < BANDS_PER_TRIPLE {
+            let report = &self.report;
+            let of = |list: &[(String, Bands)]| list.get(index).map_or(f64::INFINITY, |s| total(s.1));
+            let (_, emitted) = self.area_and_emitted_power(index);
+            result.net_power = total(emitted - result.absorbed);
+            result.error = of(&report.energy_error.absorbed_surfaces);
+            let zones = report.discretization_error.as_ref();
+            result.discretization_error = zones.map(|z| of(&z.energy.absorbed_surfaces));
+        }
+        for other in self.further_triples.iter().map(|t| t.surface_result(index)) {
+            result.net_power += other.net_power;
+            result.error += other.error;
+            result.discretization_error =
+                result.discretization_error.zip(other.discretization_error).map(|(a, b)| a + b);
+        }
     }
 
     /// Area of the patches of a surface, m², and what they emit, W per band; a direct emitter's emission is taken at the centre of each patch.

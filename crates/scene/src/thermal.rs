@@ -341,12 +341,6 @@ pub struct Thermal {
 }
 
 impl Thermal {
-    /// The band fractions in a cell of the medium; those of the scene outside the medium.
-    pub fn fractions_of_cell(&self, cell: Option<usize>) -> &BandFractions {
-        let own = self.cell_fractions.as_ref().zip(cell);
-        let kind = own.and_then(|(f, c)| f.kinds.get(*f.kind_of_cell.get(c)? as usize));
-        kind.unwrap_or(&self.band_fractions)
-    }
     /// The band fractions of the scene, then those of the kinds of cells.
     pub fn all_fractions(&self) -> impl Iterator<Item = &BandFractions> {
         std::iter::once(&self.band_fractions).chain(self.cell_fractions.iter().flat_map(|f| &f.kinds))

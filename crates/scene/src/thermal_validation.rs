@@ -19,24 +19,7 @@ pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(),
     if thermal.surfaces.len() != parts.surfaces.len() || thermal.panes.len() != parts.panes.len() {
         return invalid("thermal", "give a thermal condition for each surface and pane, or for none");
     }
-    if !parts.lights.is_empty() {
-        return invalid(
-            "light",
-            "lights belong to mode = \"light\"; in thermal mode give temperatures, or heat_flux to what the sun warms",
-        );
-    }
-    if parts.options.light_grouping == LightGrouping::Each {
-        return invalid(
-            "solve.light_groups",
-            "heat is one sum: temperatures of separate lights do not add; remove this key in thermal mode",
-        );
-    }
-    if parts.options.scattering_orders.is_some() {
-        return invalid(
-            "solve.scattering_orders",
-            "scattering orders are not defined for coupled temperatures; remove this key in thermal mode",
-        );
-    }
+    check_options(parts)?;
     if let Some(t) = thermal.surroundings {
         ThermalCondition::Temperature(t).check(|k| format!("surroundings.{k}"))?;
     }
@@ -65,6 +48,29 @@ pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(),
     let Some(grid) = &parts.voxel_grid else { return Ok(()) };
     check_medium(thermal, grid)?;
     if is_whole { check_heat_sources(&[(thermal, grid)]) } else { Ok(()) }
+}
+
+/// Refuses lights and settings that have no meaning for heat.
+fn check_options(parts: &SceneParts) -> Result<(), SceneError> {
+    if !parts.lights.is_empty() {
+        return invalid(
+            "light",
+            "lights belong to mode = \"light\"; in thermal mode give temperatures, or heat_flux to what the sun warms",
+        );
+    }
+    if parts.options.light_grouping == LightGrouping::Each {
+        return invalid(
+            "solve.light_groups",
+            "heat is one sum: temperatures of separate lights do not add; remove this key in thermal mode",
+        );
+    }
+    if parts.options.scattering_orders.is_some() {
+        return invalid(
+            "solve.scattering_orders",
+            "scattering orders are not defined for coupled temperatures; remove this key in thermal mode",
+        );
+    }
+    Ok(())
 }
 
 /// Validates that every cell has band fractions.

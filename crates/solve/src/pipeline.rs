@@ -333,20 +333,7 @@ fn solve_together(
         built.push(build::build(preparation.choice.clone(), context, outside)?);
         check_interrupted(settings.progress)?;
     }
-    // Complete the direct light by the exchange areas of the engines.
-    let mut completed = Vec::new();
-    for (t, triple) in triples.iter().enumerate() {
-        let own = own_settings(t);
-        let shadow_rays = |l: usize| illuminate_triple(triple, l, &own);
-        let emitters = &prepared[t].emitters;
-        completed.push(emitter_exchange::complete(
-            &contexts[t],
-            &built[t],
-            &exterior[t],
-            emitters,
-            shadow_rays,
-        )?);
-    }
+    let completed = complete_direct_light(triples, &contexts, &built, &exterior, &prepared)?;
     let contexts: Vec<SolveContext> = contexts
         .into_iter()
         .zip(&completed)
@@ -366,6 +353,27 @@ fn solve_together(
         })
         .collect();
     finish(&contexts, built, &exterior, &prepared, columns)
+}
+
+/// The direct light of each triple, completed by the exchange areas of its engine; `None` where shadow rays give all of it.
+fn complete_direct_light(
+    triples: &[TripleInput],
+    contexts: &[SolveContext],
+    built: &[BuiltEngine],
+    exterior: &[SurroundingsExchange],
+    prepared: &[Preparation],
+) -> Result<Vec<Option<DirectLight>>, SceneError> {
+    let complete = |t: usize| {
+        let context = &contexts[t];
+        let settings = SolveSettings {
+            checkpoints: context.checkpoints,
+            pair_settings: context.pair_settings,
+            ..SolveSettings::new(context.memory_limit, context.progress)
+        };
+        let shadow_rays = |l: usize| illuminate_triple(&triples[t], l, &settings);
+        emitter_exchange::complete(context, &built[t], &exterior[t], &prepared[t].emitters, shadow_rays)
+    };
+    (0..triples.len()).map(complete).collect()
 }
 
 /// Gives all triples of bands the basis inside the zones that one of them needs, if all have a choice of it: temperatures couple their slopes.
@@ -442,16 +450,21 @@ fn finish(
             &results,
             preparation.thickness,
         );
-        (report.engine, report.reason) = (preparation.engine.name().into(), preparation.reason.clone());
-        report.warnings.extend(preparation.merged.clone());
-        let tolerance = contexts[t].scene.options().tolerance;
-        let missed =
-            diagnostics::missed_tolerance(preparation.engine, tolerance, &report.estimate, &report.warnings);
-        report.warnings.extend(missed);
+        describe_engine(&mut report, preparation, contexts[t].scene);
         let has_slopes = built[t].operator.len() > contexts[t].zones.len();
         out.push(ZonalSolution { zones: Zones::default(), fields, groups, report, has_slopes });
     }
     Ok(out)
+}
+
+/// Adds to a report the engine, merged light groups and a missed tolerance.
+fn describe_engine(report: &mut Report, preparation: &Preparation, scene: &Scene) {
+    let engine = preparation.engine;
+    (report.engine, report.reason) = (engine.name().into(), preparation.reason.clone());
+    report.warnings.extend(preparation.merged.clone());
+    let tolerance = scene.options().tolerance;
+    let missed = diagnostics::missed_tolerance(engine, tolerance, &report.estimate, &report.warnings);
+    report.warnings.extend(missed);
 }
 
 fn triple_engines<'a>(

@@ -52,20 +52,7 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
     let energy = |i: usize| if found[i].0.is_nan() { 0.0 } else { found[i].0 };
     let of_triple = |t: usize| (0..n).map(|i| balances.emissive_powers(t, i, energy(i))).collect();
     let emissive: Vec<Vec<Bands>> = (0..scenes.len()).map(of_triple).collect();
-    for (t, own) in triples.iter_mut().enumerate() {
-        set_emissive_powers(own.scene, own.zones, &emissive[t]);
-        let (fields, zones) = (&*own.fields, &balances.zones[t]);
-        let radiosity = |i: usize| {
-            let (l, h) = (&zones[i], zones[i].incident_flux(fields, i));
-            l.absorb * emissive[t][i] + l.reflect * h
-        };
-        own.fields.radiosity = (0..n).into_par_iter().map(radiosity).collect();
-        own.report.energy = Default::default();
-        for g in own.groups.iter_mut() {
-            g.energy = balance_zones(own.scene, own.zones, &own.fields.incident, &g.energy);
-            own.report.energy.add(&g.energy);
-        }
-    }
+    triples.iter_mut().enumerate().for_each(|(t, own)| set_emission(&balances, t, own, &emissive[t]));
     // Sum by name.
     let of_zone = |i: usize, size: f64| {
         let ([dq, de], (e, q)) = (errors[i], found[i]);
@@ -86,6 +73,22 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
     triples[0].report.heat =
         Some(HeatReport { rows, surroundings: outside[0], absorbed_backfaces: outside[1] });
     triples[0].fields.heat = Some(heat);
+}
+
+/// Gives the zones of triple `t` their emission, and recomputes radiosity and balance.
+fn set_emission(balances: &SpectralBalances, t: usize, own: &mut SolvedTriple, emissive: &[Bands]) {
+    set_emissive_powers(own.scene, own.zones, emissive);
+    let (fields, zones) = (&*own.fields, &balances.zones[t]);
+    let radiosity = |i: usize| {
+        let (l, h) = (&zones[i], zones[i].incident_flux(fields, i));
+        l.absorb * emissive[i] + l.reflect * h
+    };
+    own.fields.radiosity = (0..zones.len()).into_par_iter().map(radiosity).collect();
+    own.report.energy = Default::default();
+    for g in own.groups.iter_mut() {
+        g.energy = balance_zones(own.scene, own.zones, &own.fields.incident, &g.energy);
+        own.report.energy.add(&g.energy);
+    }
 }
 
 /// Power that the solver left undistributed, W.

@@ -83,13 +83,7 @@ pub(crate) fn read_document(
     if let Some(node) = root.get("boundary") {
         boundary::read_boundary(&node, &mut reader.parts)?;
     }
-    for (i, node) in root.list("light")?.iter().enumerate() {
-        if reader.mode() == SceneMode::Thermal {
-            return Err(node.error("lights belong to mode = \"light\"; in thermal mode give temperatures, or heat_flux to what is warmed"));
-        }
-        let light = lights::read_light(node, i, &reader.parts.surfaces)?;
-        reader.parts.lights.push(light);
-    }
+    read_lights(&root, &mut reader)?;
     if let Some(node) = root.get("surroundings") {
         reader.parts.surroundings = read_surroundings(&node, &mut reader)?;
     }
@@ -101,6 +95,18 @@ pub(crate) fn read_document(
     notes.extend(root.source.take_notes());
     reader.parts.notes = notes;
     Scene::new(reader.parts).map_err(|e| root.source.scene_error(&e))
+}
+
+/// Reads the direct lights.
+fn read_lights(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(), InputError> {
+    for (i, node) in root.list("light")?.iter().enumerate() {
+        if reader.mode() == SceneMode::Thermal {
+            return Err(node.error("lights belong to mode = \"light\"; in thermal mode give temperatures, or heat_flux to what is warmed"));
+        }
+        let light = lights::read_light(node, i, &reader.parts.surfaces)?;
+        reader.parts.lights.push(light);
+    }
+    Ok(())
 }
 
 /// Reads surfaces, panes and the medium; refuses a scene without any of them.
