@@ -237,6 +237,14 @@ list_of!(lights, Light, "LightFormat");
 list_of!(cameras, Camera, "CameraFormat");
 list_of!(conditions, ThermalCondition, "ConditionFormat");
 
+/// Band fractions that differ from cell to cell, as a file holds them.
+pub(super) struct CellPolynomials {
+    /// The kind of each cell.
+    pub(super) kind_of_cell: Vec<u32>,
+    /// Coefficients of the polynomial of every band, for each kind.
+    pub(super) kinds: Vec<Vec<Vec<f64>>>,
+}
+
 impl ThermalFormat {
     fn new(t: &Thermal) -> ThermalFormat {
         let band_fractions = match &t.band_fractions {
@@ -258,7 +266,7 @@ impl ThermalFormat {
     pub(super) fn into_thermal(
         self,
         (bands, triple): (&BandSet, usize),
-        cells: Option<(Vec<u32>, Vec<Vec<Vec<f64>>>)>,
+        cells: Option<CellPolynomials>,
     ) -> Result<Thermal, String> {
         let ThermalFormat { band_fractions, surfaces, panes, surroundings } = self;
         let Some(FractionsFormat { coefficients, range, allow_partial, normalized }) = band_fractions else {
@@ -266,7 +274,7 @@ impl ThermalFormat {
             return Ok(Thermal { band_fractions, cell_fractions: None, surfaces, panes, surroundings });
         };
         let count = bands.count();
-        let lists = cells.iter().flat_map(|c| &c.1).chain(std::iter::once(&coefficients));
+        let lists = cells.iter().flat_map(|c| &c.kinds).chain(std::iter::once(&coefficients));
         if let Some(list) = lists.into_iter().find(|list| list.len() != count) {
             return Err(format!("thermal.band_fractions: there are {} for {count} bands", list.len()));
         }
@@ -278,12 +286,10 @@ impl ThermalFormat {
                 *all_bands = None;
             }
         }
-        let cell_fractions = match cells {
-            Some((kind_of_cell, kinds)) => {
-                Some(CellFractions { kinds: kinds.iter().map(|k| of(k)).collect(), kind_of_cell })
-            }
-            None => None,
-        };
+        let cell_fractions = cells.map(|cells| CellFractions {
+            kinds: cells.kinds.iter().map(|k| of(k)).collect(),
+            kind_of_cell: cells.kind_of_cell,
+        });
         Ok(Thermal { band_fractions: of_scene, cell_fractions, surfaces, panes, surroundings })
     }
 }

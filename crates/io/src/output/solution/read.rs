@@ -2,7 +2,7 @@
 
 use super::faces::read_faces;
 use super::header::{
-    FORMAT, FORMAT_VERSION, OLDEST_FORMAT_VERSION, Provenance, SceneHeader, VoxelGridHeader,
+    CellPolynomials, FORMAT, FORMAT_VERSION, OLDEST_FORMAT_VERSION, Provenance, SceneHeader, VoxelGridHeader,
 };
 use super::write::texture_name;
 use crate::output::error::FileError;
@@ -194,11 +194,10 @@ fn read_scene(
 }
 
 /// Band fractions that differ from cell to cell, as [`super::write`] stores them: the kind of each cell, and the polynomials of every kind and band.
-#[allow(clippy::type_complexity)]
 fn read_cell_fractions(
     npz: &mut NpzReader<'_>,
     bands: &BandSet,
-) -> Result<Option<(Vec<u32>, Vec<Vec<Vec<f64>>>)>, FileError> {
+) -> Result<Option<CellPolynomials>, FileError> {
     const POLYNOMIALS: &str = "cell_fraction_polynomials";
     if !npz.has(POLYNOMIALS) {
         return Ok(None);
@@ -213,7 +212,8 @@ fn read_cell_fractions(
     let polynomials = data.chunks_exact(powers).map(<[f64]>::to_vec).collect::<Vec<_>>();
     let polynomials = polynomials.chunks_exact(own).map(<[Vec<f64>]>::to_vec).collect();
     let kind_of_cell = npz.ints("cell_fraction_kind", None, kinds)?;
-    Ok(Some((kind_of_cell.into_iter().map(|k| k as u32).collect(), polynomials)))
+    let kind_of_cell = kind_of_cell.into_iter().map(|k| k as u32).collect();
+    Ok(Some(CellPolynomials { kind_of_cell, kinds: polynomials }))
 }
 
 /// The error of an invalid scene.

@@ -30,13 +30,16 @@ impl NumberType {
     }
 }
 
+/// Up to three components of a tuple.
+type Components<'a> = Box<dyn Fn(usize) -> [f64; 3] + 'a>;
+
 /// An array of numbers.
 pub(in crate::output) struct DataArray<'a> {
     name: String,
     number: NumberType,
     tuples: usize,
     /// Up to three components each, with their number.
-    parts: Vec<(usize, Box<dyn Fn(usize) -> [f64; 3] + 'a>)>,
+    parts: Vec<(usize, Components<'a>)>,
     /// Names of the components of bands; empty for other arrays.
     bands: Vec<String>,
 }
