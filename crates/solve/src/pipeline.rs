@@ -25,7 +25,6 @@ use crate::report::{diagnostics, summary};
 use crate::settings::{SolveSettings, check_interrupted};
 use crate::solution_fields;
 use crate::solve_context::{BuiltEngine, SolveContext};
-use crate::spectral::basis::BasisOrder;
 use crate::surroundings::{self, SurroundingsExchange};
 use crate::thermal::newton::TripleEngine;
 use crate::thermal::{self, SolvedTriple, TemperatureSolve, TripleZones};
@@ -324,7 +323,7 @@ fn solve_together(
         exterior.push(outside);
     }
     if triples.len() > 1 {
-        unify_bases(&mut prepared);
+        selection::unify_bases(prepared.iter_mut().map(|p| &mut p.choice).collect());
     }
     let contexts: Vec<SolveContext> =
         (0..triples.len()).map(|t| context_of(&triples[t], &prepared[t], own_settings(t))).collect();
@@ -374,18 +373,6 @@ fn complete_direct_light(
         emitter_exchange::complete(context, &built[t], &exterior[t], &prepared[t].emitters, shadow_rays)
     };
     (0..triples.len()).map(complete).collect()
-}
-
-/// Gives all triples of bands the basis inside the zones that one of them needs, if all have a choice of it: temperatures couple their slopes.
-fn unify_bases(prepared: &mut [Preparation]) {
-    let order = |p: &Preparation| p.choice.enclosure.as_ref().map(|e| e.1);
-    let common = match prepared.iter().all(|p| order(p).is_some()) {
-        true if prepared.iter().any(|p| order(p) == Some(BasisOrder::Linear)) => BasisOrder::Linear,
-        _ => BasisOrder::Constant,
-    };
-    for enclosure in prepared.iter_mut().filter_map(|p| p.choice.enclosure.as_mut()) {
-        enclosure.1 = common;
-    }
 }
 
 /// The context of a triple before its direct light is complete.
