@@ -17,7 +17,7 @@
 //!     g_ij = 2 ∫₁^∞ e^{−xt} φ_i(t) φ_j(t) dt/t,      φ = d (1 − e^{−at})/(at) of a layer, 1/t of a plane
 //! ```
 //!
-//! **Method.** t = 1 + e^y and the trapezoidal rule in y with the step h = [`LOG_STEP`]. All pairs share the nodes, so a row of factors takes one
+//! **Method.** t = 1 + e^y and the trapezoidal rule in y with the step h = `LOG_STEP`. All pairs share the nodes, so a row of factors takes one
 //! multiplication for each element and node, and the row sums telescope node by node: closure does not depend on the step. The factor of a layer
 //! with itself is 2d² m(a), m = 2 [a − ½ + E₃(a)]/a², up to a = 1 by the power series of E₃ without its first two terms,
 //!

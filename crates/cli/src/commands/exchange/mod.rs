@@ -16,10 +16,10 @@
 //!
 //! | array | shape | contents |
 //! |---|---|---|
-//! | `zone_size` | [n] | A in m², V in m³ |
+//! | `zone_size` | `n` | A in m², V in m³ |
 //! | `reflectance` | [bands, n] | ρ of patches, Ω of volumes |
 //! | `condition` | [n, 2] | 1 and T (K), or 2 and the flux that leaves (W/m², W/m³) |
-//! | `zone_face` | [n] | face among the faces of all meshes, −1 for none |
+//! | `zone_face` | `n` | face among the faces of all meshes, −1 for none |
 //! | `surroundings_areas`, `surroundings_radius`, `backface_areas` | [m, n] | exchange with the surroundings, its standard error, and with black backs, scaled with the rows |
 //! | `closure_scaling` | [m, n] | d of the rows where closure is restored: the areas of a solve are d_i F_ij d_j |
 //! | `closure_error` | [m, n] | error of the incident power by closure, relative to it |
