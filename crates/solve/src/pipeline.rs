@@ -322,9 +322,6 @@ fn solve_together(
         prepared.push(preparation);
         exterior.push(outside);
     }
-    if triples.len() > 1 {
-        selection::unify_bases(prepared.iter_mut().map(|p| &mut p.choice).collect());
-    }
     let contexts: Vec<SolveContext> =
         (0..triples.len()).map(|t| context_of(&triples[t], &prepared[t], own_settings(t))).collect();
     let mut built = Vec::new();

@@ -40,18 +40,6 @@ pub struct EngineChoice {
     pub note: Option<Diagnostic>,
 }
 
-/// Gives all triples of bands the basis inside the zones that one of them needs, if all have a choice of it: temperatures couple their slopes.
-pub(crate) fn unify_bases(mut choices: Vec<&mut EngineChoice>) {
-    let order = |c: &EngineChoice| c.enclosure.as_ref().map(|e| e.1);
-    let common = match choices.iter().all(|c| order(c).is_some()) {
-        true if choices.iter().any(|c| order(c) == Some(BasisOrder::Linear)) => BasisOrder::Linear,
-        _ => BasisOrder::Constant,
-    };
-    for enclosure in choices.iter_mut().filter_map(|c| c.enclosure.as_mut()) {
-        enclosure.1 = common;
-    }
-}
-
 /// Criteria of the selection.
 struct EngineSelection<'a> {
     scene: &'a Scene,

@@ -11,6 +11,7 @@
 //! | `grid` | cells, transform lengths, memory |
 //! | `real_symmetric_fft` | transforms of even and odd sequences: kernels to real spectra |
 //! | `kernels` | tables by offset, and their spectra |
+//! | `line_exchange` | one line of frequencies: products with spectra, exchange with walls |
 //! | `volume` | voxels with voxels and walls |
 //! | `walls` | walls with walls |
 //! | `spectral_operator` | the operator |
@@ -31,6 +32,7 @@ pub mod basis;
 pub mod enclosure;
 pub(crate) mod grid;
 pub(crate) mod kernels;
+mod line_exchange;
 mod memory;
 pub(crate) mod real_symmetric_fft;
 pub(crate) mod spectral_operator;

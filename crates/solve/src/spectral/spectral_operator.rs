@@ -249,6 +249,10 @@ impl SpectralOperator {
             };
             let of: Vec<Band> = Band::all().filter(|c| *c >= b && !done[*c]).filter(same).collect();
             of.iter().for_each(|&c| done[c] = true);
+            // Bands without light, such as those that fill up the last triple, need no product.
+            if s.par_iter().all(|x| x[b] == 0.0) {
+                continue;
+            }
             self.copy_voxels(&mut own, |i| s[i][b]);
             let walls = self.exchange(self.group[b], &own, &self.wall_values(|i| s[i][b]), &mut met);
             self.scatter(&met, &walls, &mut out, |o, x| of.iter().for_each(|&b| o[b] = x));

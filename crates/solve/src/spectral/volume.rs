@@ -21,6 +21,9 @@
 use super::basis::{BasisOrder, KernelSpectrum, KernelTerm, SpectrumHalf};
 use super::grid::BoxGrid;
 use super::kernels::GridKernels;
+use super::line_exchange::{
+    WallPairLines, ZERO, add_product, exchange, receive, send, times_i, times_minus_i, unfold,
+};
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_complex::Complex64;
@@ -30,8 +33,6 @@ use zonal_math::simd;
 
 /// Frequencies along y of a block.
 pub(crate) const FREQUENCIES_PER_BLOCK: usize = 16;
-
-const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
 
 /// Spectra of two opposite walls, low and high, each by `[component][f_c][f_b]`.
 pub(crate) type WallSpectra = [Vec<Complex64>; 2];
@@ -252,8 +253,10 @@ struct BlockLines {
     scratch: Vec<Complex64>,
     /// Incident power of a line, by component.
     added: Vec<Vec<Complex64>>,
-    /// An unfolded spectrum.
+    /// An unfolded spectrum, each value twice.
     full: Vec<f64>,
+    /// The exchange of a line with a pair of walls.
+    pair: WallPairLines,
 }
 
 impl BlockLines {
@@ -264,7 +267,8 @@ impl BlockLines {
             lines: vec![vec![ZERO; FREQUENCIES_PER_BLOCK * l0]; parts],
             scratch: vec![ZERO; scratch],
             added: vec![vec![ZERO; l0]; parts],
-            full: vec![0.0; l0],
+            full: vec![0.0; 2 * l0],
+            pair: WallPairLines::new(v.order.patch_components(), l0),
         }
     }
 }
@@ -456,8 +460,7 @@ impl FrequencyBlock<'_> {
         for (k, array) in set.arrays.iter().enumerate() {
             write(full, array);
             for &KernelTerm { p, q, .. } in set.terms.iter().filter(|t| t.array == k) {
-                let all = added[p].iter_mut().zip(&lines[q][line.clone()]).zip(&*full);
-                all.for_each(|((o, x), k)| *o += x * k);
+                add_product(&mut added[p], &lines[q][line.clone()], full);
             }
         }
         for (lines, added) in lines.iter_mut().zip(&*added) {
@@ -476,7 +479,7 @@ impl FrequencyBlock<'_> {
     ) {
         let (v, f1, count) = (self.volume, self.first + j, self.count());
         let ([l0, l1, _], h2) = (v.grid.lengths(), v.grid.halves()[2]);
-        let BlockLines { lines, added, full, .. } = &mut *self.lines;
+        let BlockLines { lines, added, full, pair, .. } = &mut *self.lines;
         for a in [1, 2] {
             let Some(sent) = &self.walls[a] else { continue };
             let (met, place, of) = match a {
@@ -490,88 +493,29 @@ impl FrequencyBlock<'_> {
             // Spectra of a wall have the frequencies along its axis other than x.
             let (g, others) = if a == 1 { (f2, h2) } else { (f1, l1) };
             let set = &self.kernels.walls[a];
+            if let [array] = &set.arrays[..] {
+                write(full, array);
+                let sent = sent.each_ref().map(|s| &s[g * l0..][..l0]);
+                let met = met.each_mut().map(|m| &mut m[place * l0..][..l0]);
+                exchange(&lines[0][j * l0..(j + 1) * l0], full, &mut added[0], met, sent, (phase, weight));
+                continue;
+            }
+            pair.load(|q| sent.each_ref().map(|s| &s[(q * others + g) * l0..][..l0]), phase);
             for (k, array) in set.arrays.iter().enumerate() {
                 write(full, array);
                 for &KernelTerm { p, q, .. } in set.terms.iter().filter(|t| t.array == k) {
-                    let sent = sent.each_ref().map(|s| &s[(q * others + g) * l0..][..l0]);
-                    let met = met.each_mut().map(|m| &mut m[(q * of + place) * l0..][..l0]);
                     let (line, added) = (&lines[p][j * l0..(j + 1) * l0], &mut added[p][..]);
-                    match p == a + 1 {
-                        true => exchange::<true>(line, full, added, met, sent, (phase, weight)),
-                        false => exchange::<false>(line, full, added, met, sent, (phase, weight)),
-                    }
+                    // The slope across the walls is stored times i, with the opposite sign at the high wall.
+                    let parity = usize::from(p == a + 1);
+                    let (sent, met) = (&pair.sent[parity][q], &mut pair.met[parity][q]);
+                    add_product(met, line, full);
+                    add_product(added, sent, full);
                 }
             }
-        }
-    }
-}
-
-/// Times i.
-#[inline(always)]
-pub(crate) fn times_i(line: &mut [Complex64]) {
-    line.iter_mut().for_each(|z| *z = Complex64::new(-z.im, z.re));
-}
-
-/// Times −i.
-#[inline(always)]
-pub(super) fn times_minus_i(line: &mut [Complex64]) {
-    line.iter_mut().for_each(|z| *z = Complex64::new(z.im, -z.re));
-}
-
-/// Unfolds a spectrum, even or odd, from its first half, with a sign.
-#[inline(always)]
-fn unfold(full: &mut [f64], half: &[f64], sign: f64, odd: bool) {
-    let n = full.len();
-    let other = if odd { -sign } else { sign };
-    full.iter_mut().zip(half).for_each(|(x, h)| *x = sign * h);
-    let rest = full[half.len()..].iter_mut().zip(half[..=n - half.len()].iter().rev());
-    rest.for_each(|(x, h)| *x = other * h);
-}
-
-/// Radiation of a line of voxels incident on the walls at its ends.
-#[inline(always)]
-fn receive(kernel: &[f64], line: &[Complex64]) -> [Complex64; 2] {
-    let mut sums = [ZERO; 2];
-    for ((x, k), r) in line.iter().zip(kernel).zip(kernel.iter().rev()) {
-        sums = [sums[0] + x * k, sums[1] + x * r];
-    }
-    sums
-}
-
-/// Adds the radiation of the walls at the ends of a line of voxels.
-#[inline(always)]
-fn send(kernel: &[f64], line: &mut [Complex64], sent: [Complex64; 2]) {
-    for ((x, k), r) in line.iter_mut().zip(kernel).zip(kernel.iter().rev()) {
-        *x += sent[0] * k + sent[1] * r;
-    }
-}
-
-/// Exchange of voxels with the walls across another axis in frequency space; the phase shifts the low wall to the high one. `ACROSS`: for the slope of
-/// the voxels across these walls, which is stored times i, with the opposite sign at the high wall.
-#[inline(always)]
-fn exchange<const ACROSS: bool>(
-    line: &[Complex64],
-    kernel: &[f64],
-    added: &mut [Complex64],
-    [low, high]: [&mut [Complex64]; 2],
-    [from_low, from_high]: [&[Complex64]; 2],
-    (phase, weight): (Complex64, f64),
-) {
-    let n = line.len();
-    let (added, low, high) = (&mut added[..n], &mut low[..n], &mut high[..n]);
-    let (kernel, from_low, from_high) = (&kernel[..n], &from_low[..n], &from_high[..n]);
-    for i in 0..n {
-        let mut u = line[i] * (kernel[i] * weight);
-        if ACROSS {
-            u = Complex64::new(u.im, -u.re);
-            low[i] += u;
-            high[i] -= u * phase.conj();
-            let more = (from_low[i] - from_high[i] * phase) * kernel[i];
-            added[i] += Complex64::new(-more.im, more.re);
-        } else {
-            low[i] += u;
-            high[i] += u * phase.conj();
-            added[i] += (from_low[i] + from_high[i] * phase) * kernel[i];
+            for q in 0..v.order.patch_components() {
+                let met = met.each_mut().map(|m| &mut m[(q * of + place) * l0..][..l0]);
+                pair.store(q, met, (phase, weight));
+            }
         }
     }
 }

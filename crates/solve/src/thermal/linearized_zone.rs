@@ -173,7 +173,7 @@ impl PowerScaling {
 
 /// The operators of all triples of bands, with one vector of powers: the unknowns of one triple after those of the other.
 pub(super) struct CoupledOperator<'a> {
-    /// The operator of each triple; all have the same number of unknowns.
+    /// The operator of each triple. The zones are common to all; each has higher-order unknowns or none.
     pub operators: Vec<&'a dyn ExchangeOperator>,
     /// Their scaling.
     pub scaling: CoupledScaling,
@@ -182,31 +182,47 @@ pub(super) struct CoupledOperator<'a> {
 impl CoupledOperator<'_> {
     /// h of every unknown by the exchange between the zones, W/m².
     pub(super) fn incident_flux(&self, u: &[Bands]) -> Vec<Bands> {
-        let scalings = &self.scaling.triples;
-        let own = self.operators.iter().zip(scalings).zip(u.chunks(self.scaling.unknowns().max(1)));
-        let mut parts: Vec<Vec<Bands>> = own.map(|((o, s), u)| s.incident_flux(*o, u)).collect();
+        let of_triple = |(t, o): (usize, &&dyn ExchangeOperator)| {
+            self.scaling.triples[t].incident_flux(*o, &u[self.scaling.range(t)])
+        };
+        let mut parts: Vec<Vec<Bands>> = self.operators.iter().enumerate().map(of_triple).collect();
         if parts.len() == 1 { parts.pop().unwrap_or_default() } else { parts.concat() }
     }
 }
 
-/// Conversion between radiosities and powers of the unknowns of all triples of bands.
+/// Conversion between radiosities and powers of the unknowns of all triples of bands. A triple without higher-order unknowns has constant fields
+/// in its zones: its slopes are 0 where another triple has some.
 pub(super) struct CoupledScaling {
     /// That of each triple.
     pub triples: Vec<PowerScaling>,
+    /// Index of the first unknown of each triple, and the number of all.
+    offsets: Vec<usize>,
 }
 
 impl CoupledScaling {
-    /// Number of unknowns of a triple.
-    pub(super) fn unknowns(&self) -> usize {
-        self.triples.first().map_or(0, |s| s.flux_over_power.len())
+    /// Of the triples of a scene.
+    pub(super) fn new(triples: Vec<PowerScaling>) -> CoupledScaling {
+        let mut offsets = vec![0];
+        triples.iter().for_each(|s| offsets.push(offsets[offsets.len() - 1] + s.flux_over_power.len()));
+        CoupledScaling { triples, offsets }
     }
     /// Number of unknowns of all triples.
     pub(super) fn len(&self) -> usize {
-        self.triples.len() * self.unknowns()
+        self.offsets[self.triples.len()]
+    }
+    /// The unknowns of a triple among those of all.
+    pub(super) fn range(&self, triple: usize) -> std::ops::Range<usize> {
+        self.offsets[triple]..self.offsets[triple + 1]
     }
     /// The triple and the unknown in it of an unknown of all triples.
     pub(super) fn place(&self, k: usize) -> (usize, usize) {
-        (k / self.unknowns(), k % self.unknowns())
+        let triple = self.offsets.partition_point(|first| *first <= k) - 1;
+        (triple, k - self.offsets[triple])
+    }
+    /// The entry of an unknown of triple `t` in a vector over all unknowns; 0 if the triple does not have it.
+    fn entry(&self, h: &[Bands], t: usize, unknown: usize) -> Bands {
+        let k = self.offsets[t] + unknown;
+        if k < self.offsets[t + 1] { h[k] } else { Bands::ZERO }
     }
     /// Powers of all unknowns, W. `radiosity` gives that of a triple's unknown and its zone from the incident fluxes of all triples.
     pub(super) fn powers(
@@ -214,12 +230,11 @@ impl CoupledScaling {
         h: &[Bands],
         radiosity: impl Fn(Place, &dyn Fn(usize) -> Bands) -> Bands + Sync,
     ) -> Vec<Bands> {
-        let n = self.unknowns();
         let one = |k: usize| {
             let (triple, unknown) = self.place(k);
             let scaling = &self.triples[triple];
             let place = Place { triple, unknown, zone: scaling.zone(unknown) };
-            scaling.power_of(unknown, radiosity(place, &|t: usize| h[t * n + unknown]))
+            scaling.power_of(unknown, radiosity(place, &|t: usize| self.entry(h, t, unknown)))
         };
         (0..self.len()).into_par_iter().map(one).collect()
     }

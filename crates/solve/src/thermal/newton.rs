@@ -15,6 +15,9 @@
 //!     R = Σ_i V_i Σ_b m_b a_b |w_b(E) − w_b⁰ − ψ_b (E − E⁰)| / Σ_i V_i Σ_b m_b a_b |w_b(E)|
 //! ```
 //!
+//! A linear solve need not be more accurate than the step that it serves: its residual is about R² of the step before, at most
+//! [`FIRST_LINEAR_RESIDUAL`], at least a part of the wanted residual (inexact Newton; S. C. Eisenstat and H. F. Walker, SIAM J. Sci. Comput. 17, 1996).
+//!
 //! Safeguards: a step changes E by at most a factor [`MAX_CHANGE_FACTOR`]; where fractions decrease so fast that ψ_b < 0, ψ = a(T) replaces it
 //! (Picard iteration); steps are halved when R no longer decreases. Every step is a stage of a checkpoint, and so is the linear solve in it.
 
@@ -42,8 +45,10 @@ const MAX_STEPS_WITHOUT_PROGRESS: usize = 4;
 const MAX_STEPS_BEFORE_STALL: usize = 20;
 /// Largest factor by which E grows or falls in a step.
 const MAX_CHANGE_FACTOR: f64 = 5.0;
-/// Residual of the linear solves over that of the temperatures.
+/// Smallest residual of the linear solves over that of the temperatures, and their residual over the square of R of the step before.
 const LINEAR_RESIDUAL_OVER_RESIDUAL: f64 = 0.1;
+/// Residual of the first linear solve, where band fractions depend on temperature.
+const FIRST_LINEAR_RESIDUAL: f64 = 1e-3;
 /// Bytes of an unknown: its balance, its linearization, the vectors of the linear solve, and those of them that are saved as a stage.
 const BYTES_PER_UNKNOWN: u64 = 400 + 12 * 24 + 5 * 24;
 /// Names of the stages: temperatures after each step, and the linear solve of a step.
@@ -86,9 +91,7 @@ pub(crate) fn solve(triples: &[TripleEngine]) -> Result<CoupledSolution, SceneEr
     let context = triples[0].context;
     let zones: Vec<TripleZones> =
         triples.iter().map(|t| TripleZones { scene: t.context.scene, zones: t.context.zones }).collect();
-    let unknowns = triples[0].built.operator.len();
-    check_unknowns(triples)?;
-    check_memory(context, triples.len() * unknowns)?;
+    check_memory(context, triples.iter().map(|t| t.built.operator.len()).sum())?;
     let balances = SpectralBalances::new(&zones);
     let coupled = coupled_operator(triples, &balances, BandCoupling::Distinct, true);
     let iteration = NewtonIteration {
@@ -97,6 +100,7 @@ pub(crate) fn solve(triples: &[TripleEngine]) -> Result<CoupledSolution, SceneEr
         outside: outside_flux(triples, &coupled.scaling),
         operator: &coupled,
         residual: context.scene.options().residual,
+        is_linear: (0..balances.len()).all(|i| balances.has_constant_fractions(i)),
     };
     let NewtonState { e, u, products, history } = iteration.run(balances.tables[0].initial_temperature())?;
     // Set the emission of the zones by their temperatures.
@@ -104,7 +108,7 @@ pub(crate) fn solve(triples: &[TripleEngine]) -> Result<CoupledSolution, SceneEr
         let emissive: Vec<Bands> = (0..e.len()).map(|i| balances.emissive_powers(t, i, e[i])).collect();
         let mut zones = triples[t].context.zones.clone();
         set_emissive_powers(triples[t].context.scene, &mut zones, &emissive);
-        let own = &u[t * unknowns..(t + 1) * unknowns];
+        let own = &u[coupled.scaling.range(t)];
         let result = IterationResult {
             strengths: coupled.scaling.triples[t].strengths(own),
             status: PerBand::splat(history.status.unwrap_or(SolveStatus::MaxIterations)),
@@ -115,17 +119,6 @@ pub(crate) fn solve(triples: &[TripleEngine]) -> Result<CoupledSolution, SceneEr
     };
     let (zones, results) = (0..triples.len()).map(of_triple).unzip();
     Ok(CoupledSolution { zones, results, products })
-}
-
-/// Refuses triples of bands whose operators have different unknowns.
-fn check_unknowns(triples: &[TripleEngine]) -> Result<(), SceneError> {
-    let of = |t: &TripleEngine| (t.built.operator.len(), t.built.operator.slope_zones());
-    let first = of(&triples[0]);
-    if triples[1..].iter().all(|t| of(t) == first) {
-        return Ok(());
-    }
-    let what = "some bands are solved with slopes inside the zones and others without; give solve.zone_basis = \"linear\" or \"constant\"";
-    Err(SceneError::new("solve.zone_basis", what))
 }
 
 /// E of a zone with known temperature, W/m².
@@ -145,6 +138,8 @@ struct NewtonIteration<'a> {
     outside: Vec<Bands>,
     /// Wanted residual R.
     residual: f64,
+    /// True if no band fraction depends on temperature.
+    is_linear: bool,
 }
 
 impl NewtonIteration<'_> {
@@ -186,7 +181,7 @@ impl NewtonIteration<'_> {
         let NewtonState { e, u, products, mut history } = state;
         let (balances, operator, outside) = (self.balances, self.operator, &self.outside);
         let linearized = Linearization::of(balances, |i| e[i]);
-        let (scaling, unknowns) = (&operator.scaling, operator.scaling.unknowns());
+        let scaling = &operator.scaling;
         // Sources of the zones and of the surroundings; higher-order unknowns have no source of their own.
         let source = scaling.powers(outside, |place, h| {
             let is_zone = place.unknown < balances.len();
@@ -207,14 +202,14 @@ impl NewtonIteration<'_> {
             progress: self.context.progress,
         };
         let max_iterations = self.context.scene.options().max_iterations;
-        let stop =
-            StoppingCriterion { residual: LINEAR_RESIDUAL_OVER_RESIDUAL * self.residual, max_iterations };
+        let stop = StoppingCriterion { residual: history.linear_residual(self.is_linear), max_iterations };
         let end = coupled_bicgstab::solve(reflect, &source, start, stop, &checkpoint);
         // Update the emissive powers.
         let h = operator.incident_flux(&end.u);
-        let incident = |t: usize, i: usize| h[t * unknowns + i] + outside[t * unknowns + i];
+        let first_of: Vec<usize> = (0..balances.triples()).map(|t| scaling.range(t).start).collect();
+        let incident = |t: usize, i: usize| h[first_of[t] + i] + outside[first_of[t] + i];
         let (e, off) = update_emissive_powers(balances, &e, incident, history.step_length());
-        history.record(off, end.residual);
+        history.record(off, end.residual, stop.residual);
         NewtonState { e, u: end.u, products: products + end.products + 1, history }
     }
 }
@@ -258,7 +253,7 @@ pub(super) fn coupled_operator<'a>(
         let slopes = if with_slopes { operators[t].slope_zones() } else { Vec::new() };
         PowerScaling::new(operators[t], triples[t].context.zones, &balances.zones[t], coupling, &slopes)
     };
-    let scaling = CoupledScaling { triples: (0..triples.len()).map(scaling).collect() };
+    let scaling = CoupledScaling::new((0..triples.len()).map(scaling).collect());
     CoupledOperator { operators, scaling }
 }
 
@@ -329,14 +324,27 @@ impl ConvergenceHistory {
     fn step_length(&self) -> f64 {
         if self.halves_steps { 0.5 } else { 1.0 }
     }
-    /// Records R of a step, and the residual of its linear solve.
-    fn record(&mut self, off: f64, linear: f64) {
+    /// Wanted residual of the next linear solve; `is_linear` if no band fraction depends on temperature, so that one step is enough.
+    fn linear_residual(&self, is_linear: bool) -> f64 {
+        let least = LINEAR_RESIDUAL_OVER_RESIDUAL * self.wanted;
+        let useful = match self.residuals.last() {
+            _ if is_linear => least,
+            None => FIRST_LINEAR_RESIDUAL,
+            Some(r) => (LINEAR_RESIDUAL_OVER_RESIDUAL * r * r).min(FIRST_LINEAR_RESIDUAL),
+        };
+        // A residual that is no number asks for the most accurate solve.
+        if useful > least { useful } else { least }
+    }
+    /// Records R of a step, and the residual of its linear solve, found and asked for.
+    fn record(&mut self, off: f64, linear: f64, asked: f64) {
         self.residuals.push(off.max(linear));
         self.since_best = if off < self.best { 0 } else { self.since_best + 1 };
         self.best = self.best.min(off);
         self.halves_steps |= self.since_best >= MAX_STEPS_WITHOUT_PROGRESS;
-        self.status = if off <= self.wanted {
-            Some(if linear <= self.wanted { SolveStatus::Converged } else { SolveStatus::Stalled })
+        self.status = if off <= self.wanted && linear <= self.wanted {
+            Some(SolveStatus::Converged)
+        } else if off <= self.wanted && asked <= LINEAR_RESIDUAL_OVER_RESIDUAL * self.wanted {
+            Some(SolveStatus::Stalled)
         } else if self.since_best >= MAX_STEPS_BEFORE_STALL || !off.is_finite() {
             Some(SolveStatus::Stalled)
         } else {

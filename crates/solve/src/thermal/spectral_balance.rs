@@ -7,8 +7,10 @@ use super::zone_balance::{ZoneBalance, ZoneBalances};
 use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_scene::{BandFractions, Bands, Scene, ThermalCondition, Zones};
 
-/// Maximum number of bracketing steps and of bisections for E.
-const MAX_BISECTIONS: usize = 200;
+/// Maximum number of bracketing steps for E, and of steps in the bracket.
+const MAX_BRACKETING_STEPS: usize = 200;
+/// Change of E relative to it below which its iteration ends.
+const RELATIVE_STEP: f64 = 4.0 * f64::EPSILON;
 
 /// A scene of one triple of bands and its zones.
 #[derive(Clone, Copy)]
@@ -71,7 +73,7 @@ impl<'a> SpectralBalances<'a> {
     pub(super) fn emissive_powers(&self, t: usize, i: usize, e: f64) -> Bands {
         self.fractions(t, i).emissive_powers(e)[0]
     }
-    /// E of zone `i` with net power `q` and incident flux `h` of every triple, W/m², by bisection; `None` if it neither absorbs nor emits.
+    /// E of zone `i` with net power `q` and incident flux `h` of every triple, W/m², by Newton's method in a bracket; `None` if it neither absorbs nor emits.
     pub(super) fn emissive_power_in_balance(
         &self,
         i: usize,
@@ -87,25 +89,46 @@ impl<'a> SpectralBalances<'a> {
             let a = sum(&|t| self.fractions(t, i).grey_gas_weights(0.0));
             return (a > 0.0).then(|| wanted / a);
         }
-        // The emitted power increases with E: bracket the solution, then bisect.
+        // The emitted power increases with E: bracket the solution, then take Newton steps, and bisect where one leaves the bracket.
         let emitted = |e: f64| sum(&|t| self.emissive_powers(t, i, e));
         let weights = self.zones.iter().flat_map(|z| z[i].absorption_weight());
         let most = weights.fold(0.0f64, f64::max);
         let (mut low, mut high) = (0.0, wanted / most);
-        for _ in 0..MAX_BISECTIONS {
+        for _ in 0..MAX_BRACKETING_STEPS {
             if emitted(high) >= wanted {
                 break;
             }
             (low, high) = (high, 2.0 * high);
         }
-        for _ in 0..MAX_BISECTIONS {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
+        let mut e = high;
+        for _ in 0..MAX_BRACKETING_STEPS {
+            let [emitted, slope] = self.emitted_and_slope(i, e);
+            let excess = emitted - wanted;
+            if excess < 0.0 {
+                low = e
+            } else {
+                high = e
+            }
+            let newton = e - excess / slope;
+            let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+            let is_found = (next - e).abs() <= RELATIVE_STEP * e;
+            e = next;
+            if is_found {
                 break;
             }
-            if emitted(middle) < wanted { low = middle } else { high = middle }
         }
-        Some(high)
+        Some(e)
+    }
+    /// Σ m a w(E) of zone `i`, W/m² or W/m³, and its derivative with respect to E.
+    fn emitted_and_slope(&self, i: usize, e: f64) -> [f64; 2] {
+        let of = |t: usize| {
+            let weight = self.zones[t][i].absorption_weight();
+            self.fractions(t, i).emissive_powers(e).map(|w| (weight * w).sum())
+        };
+        (1..self.triples()).fold(of(0), |s, t| {
+            let [w, slope] = of(t);
+            [s[0] + w, s[1] + slope]
+        })
     }
     /// E (W/m²) and q (W/m² or W/m³) of zone `i` for an incident flux `h` of every triple; E is NaN if undefined.
     pub(super) fn emissive_and_net_power(&self, i: usize, h: impl Fn(usize) -> Bands) -> (f64, f64) {
