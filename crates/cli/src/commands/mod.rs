@@ -4,6 +4,7 @@
 
 pub mod check;
 pub mod context;
+pub mod dataset;
 pub mod demo;
 pub mod exchange;
 pub mod export;
@@ -71,6 +72,8 @@ pub enum Command {
     Exchange(exchange::Args),
     /// Compute fluxes for other temperatures, powers or emissivities from stored exchange areas.
     Update(update::Args),
+    /// Solve a scene many times with sampled numbers, and write inputs and results as arrays (.npz).
+    Dataset(dataset::Args),
     /// Compute exchange factors of axis-aligned pairs with proved error bounds, from a table to a table (.csv).
     Factors(factors::Args),
     /// Print the grey gases and the total emissivity of a gas model.
@@ -102,6 +105,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Command::Export(a) => export::run(&a, context),
         Command::Exchange(a) => exchange::run(&a, context),
         Command::Update(a) => update::run(&a, context),
+        Command::Dataset(a) => dataset::run(&a, context),
         Command::Factors(a) => factors::run(&a, context),
         Command::Gas(a) => gas::run(&a, context),
         Command::Migrate(a) => migrate::run(&a, context),

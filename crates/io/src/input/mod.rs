@@ -7,6 +7,8 @@
 //! |---|---|
 //! | `toml` | text and places, typed values, tables of keys, migration of former keys |
 //! | `scene` | the sections of a scene: settings, surfaces, panes, medium, lights, cameras |
+//! | `scene_text` | a whole scene from its text |
+//! | `scene_template` | scenes whose numbers are replaced, for data sets |
 //! | `scene_reader`, `notes` | the scene while it is read; notes with repetitions merged |
 //! | `mesh` | meshes independent of their format: placement, closed parts, overrides of materials |
 //! | `obj`, `gltf`, `vtk` | mesh formats |
@@ -29,6 +31,8 @@ mod obj;
 mod rotation;
 mod scene;
 mod scene_reader;
+mod scene_template;
+mod scene_text;
 mod suggestion;
 mod table;
 mod text;
@@ -41,6 +45,7 @@ pub use crate::files::FilesInMemory;
 pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_camera_path};
 pub use error::InputError;
 pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
+pub use scene_template::SceneTemplate;
 pub use table::{Quantity, RowKeys, ValueTable, read_values};
 pub use text::open_file;
 pub use toml::key_tables::{SceneKey, scene_key_reference};
@@ -51,14 +56,10 @@ pub(crate) use gltf::read_mesh_file as read_gltf;
 
 use crate::files::FileSource;
 use scene_reader::ReadContext;
+use scene_text::{MAX_SCENE_TEXT_BYTES, on_disk, parse_named};
 use std::path::Path;
 use text::{decode_utf8, read_text};
-use toml::node::TomlTable;
-use toml::source::SourceText;
-use zonal_scene::{Scene, limits::MAX_CELLS};
-
-/// Largest scene text, bytes.
-const MAX_SCENE_TEXT_BYTES: u64 = 64 << 20;
+use zonal_scene::Scene;
 
 /// Reads a scene file, and the files that it refers to, relative to its folder.
 ///
@@ -117,22 +118,4 @@ pub fn read_scene_from_bytes(
     let text = decode_utf8(name_for_messages, text.to_vec())?;
     let context = ReadContext { base: Some(Path::new("")), files: FileSource::Memory(files), max_cells };
     parse_named(&text, context, name_for_messages, "scene")
-}
-
-fn on_disk(base: Option<&Path>) -> ReadContext<'_> {
-    ReadContext { base, files: FileSource::Disk, max_cells: MAX_CELLS }
-}
-
-fn parse_named(text: &str, context: ReadContext<'_>, file: &str, name: &str) -> Result<Scene, InputError> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let source = SourceText::new(file, text);
-    let document = source.parse()?;
-    let (bands, gas) = scene::bands::read_bands(&TomlTable::root(&source, document.get_ref()))?;
-    // Each triple of bands is read as a scene of its own.
-    let read_triple = |triple: usize| {
-        let source = source.with_triple(bands.clone(), triple);
-        scene::read_document(TomlTable::root(&source, document.get_ref()), context, gas, name)
-    };
-    let triples = (0..bands.triples()).map(read_triple).collect::<Result<Vec<_>, _>>()?;
-    Scene::from_triples(triples).map_err(|e| source.scene_error(&e))
 }

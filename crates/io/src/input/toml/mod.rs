@@ -7,9 +7,11 @@
 //! | `keys` | the description of one key, and its lookup in a table of keys |
 //! | `key_tables` | every key of the scene and camera-path formats, with type, unit, default and description |
 //! | `migrate` | former keys replaced in a text, with comments and layout kept |
+//! | `template` | numbers replaced in a text |
 
 pub(crate) mod key_tables;
 pub(crate) mod keys;
 pub(crate) mod migrate;
 pub(crate) mod node;
 pub(crate) mod source;
+pub(crate) mod template;

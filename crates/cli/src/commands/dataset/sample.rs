@@ -1,0 +1,122 @@
+//! One sample of a data set: the numbers of a solution that a data set keeps, and their arrays over all samples.
+
+use zonal_scene::{Solution, SolveStatus, Zones};
+
+/// How a sample ended, as the number in the array `status`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum SampleStatus {
+    /// All iterations converged.
+    Converged = 0,
+    /// An iteration ended early; the errors contain the effect.
+    NotConverged = 1,
+    /// The scene or the solve was refused; all results are NaN.
+    Refused = 2,
+}
+
+impl SampleStatus {
+    /// The status of a number in the array.
+    pub(super) fn of(number: f64) -> SampleStatus {
+        [SampleStatus::Converged, SampleStatus::NotConverged]
+            .into_iter()
+            .find(|s| *s as u8 as f64 == number)
+            .unwrap_or(SampleStatus::Refused)
+    }
+}
+
+/// Name and shape of an array of one sample, and its unit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct ArrayLayout {
+    /// Name.
+    pub(super) name: &'static str,
+    /// Shape.
+    pub(super) shape: Vec<usize>,
+    /// Unit.
+    pub(super) unit: &'static str,
+}
+
+/// The numbers of one sample.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Sample {
+    /// How it ended.
+    pub(super) status: SampleStatus,
+    /// Power that the balance misses over the power exchanged.
+    pub(super) energy_residual: f64,
+    /// The arrays, one after the other; empty if the sample was refused.
+    pub(super) numbers: Vec<f64>,
+}
+
+/// What all samples have in common.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Layout {
+    /// The arrays of a sample.
+    pub(super) arrays: Vec<ArrayLayout>,
+    /// Names of the rows of arrays by name.
+    pub(super) names: Vec<String>,
+}
+
+impl Sample {
+    /// A sample without results.
+    pub(super) fn refused() -> Sample {
+        Sample { status: SampleStatus::Refused, energy_residual: f64::NAN, numbers: Vec::new() }
+    }
+
+    /// The sample of a solution, with its layout.
+    pub(super) fn of(solution: &Solution) -> (Sample, Layout) {
+        let (mut arrays, mut numbers) = (Vec::new(), Vec::new());
+        let mut add = |name, shape: Vec<usize>, unit, values: Vec<f64>| {
+            arrays.push(ArrayLayout { name, shape, unit });
+            numbers.extend(values);
+        };
+        let (n, mut names) = (solution.zones.len(), Vec::new());
+        match (&solution.fields.heat, &solution.report.heat) {
+            (Some(heat), Some(report)) => {
+                add("temperature", vec![n], "K", heat.temperature.clone());
+                add("temperature_error", vec![n], "K", heat.temperature_error.clone());
+                add("net_flux", vec![n], "W/m2 of surfaces, W/m3 of volumes", heat.net.clone());
+                add("net_flux_error", vec![n], "W/m2, W/m3", heat.net_error.clone());
+                let rows = &report.rows;
+                let of = |f: &dyn Fn(&zonal_scene::HeatRow) -> f64| rows.iter().map(f).collect::<Vec<_>>();
+                add("named_power", vec![rows.len()], "W", of(&|r| r.power));
+                add("named_power_error", vec![rows.len()], "W", of(&|r| r.power_error));
+                let kelvin = |t: Option<f64>| t.unwrap_or(f64::NAN);
+                add("named_temperature", vec![rows.len()], "K", of(&|r| kelvin(r.temperature)));
+                add("named_temperature_error", vec![rows.len()], "K", of(&|r| kelvin(r.temperature_error)));
+                names = rows.iter().map(|r| r.name.clone()).collect();
+            }
+            _ => {
+                let bands = solution.scene.bands().count();
+                let of = |value: &dyn Fn(&Solution, usize) -> zonal_scene::Bands| {
+                    (0..n).flat_map(|i| solution.all_bands(|s| value(s, i))).collect::<Vec<_>>()
+                };
+                let shape = || vec![n, bands];
+                add("radiosity", shape(), "W/m2", of(&|s, i| s.fields.radiosity[i]));
+                add("incident", shape(), "W/m2", of(&|s, i| s.fields.incident[i] + s.fields.direct[i]));
+                add("incident_error", shape(), "W/m2", of(&|s, i| s.fields.total_error(i)));
+            }
+        }
+        let converged =
+            solution.triples().all(|s| s.report.status.iter().all(|x| *x == SolveStatus::Converged));
+        let status = if converged { SampleStatus::Converged } else { SampleStatus::NotConverged };
+        (Sample { status, energy_residual: energy_residual(solution), numbers }, Layout { arrays, names })
+    }
+}
+
+/// The power that the balance of a solution misses, over the power exchanged.
+fn energy_residual(solution: &Solution) -> f64 {
+    let Some(heat) = &solution.report.heat else {
+        let residuals = solution.triples().flat_map(|s| s.report.energy.residual);
+        return residuals.fold(0.0, |m, r| if r.abs() <= m { m } else { r.abs() });
+    };
+    let powers = heat.rows.iter().map(|r| r.power).chain([heat.surroundings, -heat.absorbed_backfaces]);
+    let exchanged = 0.5 * powers.map(f64::abs).sum::<f64>();
+    if exchanged > 0.0 { heat.balance().abs() / exchanged } else { 0.0 }
+}
+
+/// Centres (m) of all zones, one after the other, and their sizes, m² of patches, m³ of volumes.
+pub(super) fn zone_geometry(zones: &Zones) -> [Vec<f64>; 2] {
+    let patches = zones.patches.iter().map(|p| p.plate.centre());
+    let voxels = zones.voxels.iter().map(|v| v.centre);
+    let panes = zones.panes.iter().map(|p| p.plate.centre());
+    let centres = patches.chain(voxels).chain(panes).flat_map(|c| [c.x, c.y, c.z]).collect();
+    [centres, (0..zones.len()).map(|i| zones.response(i).1).collect()]
+}
