@@ -123,6 +123,19 @@ fn heat(out: &mut String, r: &HeatReport, discretization: Option<&Discretization
         let name = format!("{} more", r.rows.len() - MAX_HEAT_ROWS);
         let _ = writeln!(out, "  {name:<90}{:>28}", large_number(rest));
     }
+    if !r.nodes.is_empty() {
+        let _ = writeln!(
+            out,
+            "  {:<26}{:>34}{:>18}{:>18}{:>18}",
+            "nodes", "temperature, K", "radiated, W", "convected, W", "conducted, W"
+        );
+    }
+    for n in r.nodes.iter().take(MAX_HEAT_ROWS) {
+        let [radiated, convected, conducted] = [n.radiated, n.convected, n.conducted].map(large_number);
+        let temperature = value_with_error(n.temperature, n.temperature_error);
+        let _ =
+            writeln!(out, "  {:<26}{temperature:>34}{radiated:>18}{convected:>18}{conducted:>18}", n.name);
+    }
     for (name, power) in [
         ("from the surroundings, less escaped power", r.surroundings),
         ("absorbed by backfaces", -r.absorbed_backfaces),

@@ -244,6 +244,7 @@ impl EvenExtension {
                     *power *= images as f64;
                 }
             }
+            thermal.network.iter_mut().for_each(|n| n.scale(images as f64));
         }
         (0..3).for_each(|k| parts.periodic[k] |= mirrors[k] == [true; 2]);
         parts.mirrors = Default::default();

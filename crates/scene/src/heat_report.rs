@@ -50,11 +50,37 @@ impl HeatRow {
     }
 }
 
+/// Temperature and heat flows of a node ([`crate::ThermalNetwork`]).
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeResult {
+    /// Name.
+    pub name: String,
+    /// Temperature, K; NaN if it has none.
+    pub temperature: f64,
+    /// Error of the temperature, K; 0 if it is given.
+    pub temperature_error: f64,
+    /// Net power that its surfaces radiate, W.
+    pub radiated: f64,
+    /// Power that its surfaces give to the air, W.
+    pub convected: f64,
+    /// Power that it gives to other nodes, W.
+    pub conducted: f64,
+}
+
+impl NodeResult {
+    /// Power that is supplied to the node from outside of the scene, W: the sum of what it radiates, convects and conducts.
+    pub fn supplied(&self) -> f64 {
+        self.radiated + self.convected + self.conducted
+    }
+}
+
 /// Temperatures and net powers by name, and their balance.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeatReport {
     /// Surfaces in the scene's order, then the medium, then panes.
     pub rows: Vec<HeatRow>,
+    /// Nodes, in the order of the scene.
+    pub nodes: Vec<NodeResult>,
     /// Power incoming from the surroundings minus power escaping to them, W.
     pub surroundings: f64,
     /// Power absorbed by the black, cold back faces of one-sided surfaces, W.
@@ -66,7 +92,7 @@ impl HeatReport {
     ///
     /// ```
     /// use zonal_scene::HeatReport;
-    /// let report = HeatReport { rows: vec![], surroundings: 3.0, absorbed_backfaces: 2.0 };
+    /// let report = HeatReport { surroundings: 3.0, absorbed_backfaces: 2.0, ..HeatReport::default() };
     /// assert_eq!(report.balance(), 1.0);
     /// ```
     pub fn balance(&self) -> f64 {

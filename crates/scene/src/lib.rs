@@ -56,6 +56,7 @@ mod solution;
 mod solve_status;
 mod surface;
 pub mod thermal;
+mod thermal_network;
 mod thermal_validation;
 mod validation;
 mod voxel_grid;
@@ -74,7 +75,7 @@ pub use even_extension::{EvenExtension, ZoneImages};
 pub use face_results::FaceResult;
 pub use face_table::{FaceMesh, FaceTable, FacetValues};
 pub use fields::{Fields, ThermalFields};
-pub use heat_report::{HeatReport, HeatRow, HeatRowKind};
+pub use heat_report::{HeatReport, HeatRow, HeatRowKind, NodeResult};
 pub use light::{Light, Surroundings};
 pub use light_group::{LightGroup, LightGroupKind, ZoneValues};
 pub use options::{Engine, LightGrouping, PatchRule, SolveOptions, ZoneBasis};
@@ -90,6 +91,9 @@ pub use solution::Solution;
 pub use solve_status::SolveStatus;
 pub use surface::{DEFAULT_REFLECTANCE, Facet, Pane, Sides, Surface, Texture};
 pub use thermal::{BandFractions, CellFractions, Thermal, ThermalCondition};
+pub use thermal_network::{
+    Convection, LinkLaw, MAX_NODES, NodeCondition, NodeLink, ThermalNetwork, ThermalNode,
+};
 pub use voxel_grid::VoxelGrid;
 pub use voxel_samples::{SUBCELLS, VolumeSample, VoxelSamples};
 pub use zones::{PaneZone, Patch, VoxelZone, Zones};

@@ -15,6 +15,7 @@ use crate::band_set::{BANDS_PER_TRIPLE, BandSet};
 use crate::bands::Bands;
 use crate::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
 use crate::scene_error::{SceneError, invalid};
+use crate::thermal_network::ThermalNetwork;
 use std::sync::Arc;
 
 /// The Stefan–Boltzmann constant σ, W/(m² K⁴) (CODATA 2018).
@@ -338,6 +339,8 @@ pub struct Thermal {
     pub panes: Vec<ThermalCondition>,
     /// Temperature of the surroundings, K; `None` for cold surroundings.
     pub surroundings: Option<f64>,
+    /// Bodies at one temperature and convection; `None` without them.
+    pub network: Option<ThermalNetwork>,
 }
 
 impl Thermal {

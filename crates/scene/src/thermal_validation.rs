@@ -19,6 +19,9 @@ pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(),
     if thermal.surfaces.len() != parts.surfaces.len() || thermal.panes.len() != parts.panes.len() {
         return invalid("thermal", "give a thermal condition for each surface and pane, or for none");
     }
+    if let Some(network) = &thermal.network {
+        network.check(parts.surfaces.len())?;
+    }
     check_options(parts)?;
     if let Some(t) = thermal.surroundings {
         ThermalCondition::Temperature(t).check(|k| format!("surroundings.{k}"))?;

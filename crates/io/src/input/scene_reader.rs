@@ -72,10 +72,12 @@ impl<'a> SceneReader<'a> {
                 let key = format!("surface '{}'.{key}", surface.name);
                 Err(self.source.scene_error(&SceneError::new(key, message)))
             };
-            let Some(condition) = properties.condition else {
+            // A surface with convection alone is adiabatic behind.
+            let convective = properties.convection.map(|_| ThermalCondition::Flux(0.0));
+            let Some(condition) = properties.condition.or(convective) else {
                 return missing(
                     "temperature",
-                    "nothing is known of this surface; write temperature (K), heat_flux (W/m2) or net_power (W); heat_flux = 0 is adiabatic",
+                    "nothing is known of this surface; write temperature (K), heat_flux (W/m2), net_power (W) or node; heat_flux = 0 is adiabatic",
                 );
             };
             if properties.reflectance.is_none() {
@@ -84,7 +86,17 @@ impl<'a> SceneReader<'a> {
                     "this key is missing; write emissivity = 0.9, or 1 for a black surface",
                 );
             }
+            let is_known = matches!(condition, ThermalCondition::Temperature(_));
+            if is_known && properties.node.is_none() && properties.convection.is_some() {
+                return missing(
+                    "heat_transfer_coefficient",
+                    "convection does not change a given temperature; give heat_flux or a node instead of the temperature, or remove the convection",
+                );
+            }
             thermal.surfaces.push(condition);
+            let network = thermal.network.get_or_insert_default();
+            network.surface_nodes.push(properties.node);
+            network.convection.push(properties.convection);
         }
         self.parts.surfaces.push(surface);
         Ok(self.parts.surfaces.len() - 1)

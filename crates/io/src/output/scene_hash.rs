@@ -5,7 +5,10 @@
 //! compared with hashes of the same program only, so that files with the 128-bit FNV-1a of format version 5 stay readable.
 
 use zonal_math::Vec3;
-use zonal_scene::{BandFractions, Bands, Light, Plate, PlateKind, Scene, Sides, ThermalCondition};
+use zonal_scene::{
+    BandFractions, Bands, Light, LinkLaw, NodeCondition, Plate, PlateKind, Scene, Sides, ThermalCondition,
+    ThermalNetwork,
+};
 
 /// Bytes that are gathered before they are hashed.
 const BUFFER_BYTES: usize = 1 << 14;
@@ -140,6 +143,31 @@ fn hash_factors(h: &mut WordHasher, scene: &Scene) {
     .for_each(|n| h.int(n));
 }
 
+/// Hashes nodes, links and convection.
+fn hash_network(h: &mut WordHasher, network: &ThermalNetwork) {
+    for node in &network.nodes {
+        let (kind, x) = match node.condition {
+            NodeCondition::Temperature(t) => (0, t),
+            NodeCondition::Power(p) => (1, p),
+        };
+        h.int(kind);
+        h.real(x);
+    }
+    for link in &network.links {
+        let (kind, x) = match link.law {
+            LinkLaw::Conductance(c) => (0, c),
+            LinkLaw::ConductancePerArea(c) => (1, c),
+            LinkLaw::EffectiveEmissivity(e) => (2, e),
+        };
+        link.nodes.iter().chain([&kind]).for_each(|n| h.int(*n));
+        h.real(x);
+    }
+    network.surface_nodes.iter().for_each(|n| h.option(*n));
+    for c in network.convection.iter().map(|c| c.map_or([-1.0, 0.0], |c| [c.coefficient, c.ambient])) {
+        h.reals(&c);
+    }
+}
+
 /// Hashes the conditions of thermal mode, if the scene has them.
 fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
     let Some(t) = scene.thermal() else { return };
@@ -165,6 +193,7 @@ fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
         own.kind_of_cell.iter().for_each(|k| h.int(*k as usize));
     }
     t.surfaces.iter().chain(&t.panes).for_each(|k| known(h, *k));
+    t.network.iter().for_each(|n| hash_network(h, n));
     for (facet, v) in scene.faces().values.iter().enumerate() {
         if let Some(k) = v.condition {
             h.int(facet);

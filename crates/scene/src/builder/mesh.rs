@@ -1,7 +1,7 @@
 //! A surface from arrays: its shape and its material.
 
 use super::values::BandValues;
-use crate::{Bands, Plate, SceneError, Sides, ThermalCondition};
+use crate::{Bands, Convection, Plate, SceneError, Sides, ThermalCondition};
 use zonal_math::Vec3;
 
 /// A surface of a [`crate::SceneBuilder`]: plates of one diffuse material under one name.
@@ -17,6 +17,9 @@ pub struct Mesh {
     pub(super) sides: Option<Sides>,
     pub(super) patch_size: Option<f64>,
     pub(super) condition: Option<ThermalCondition>,
+    /// Name of the node.
+    pub(super) node: Option<String>,
+    pub(super) convection: Option<Convection>,
     pub(super) direct_light: bool,
 }
 
@@ -32,6 +35,8 @@ impl Mesh {
             sides: None,
             patch_size: None,
             condition: None,
+            node: None,
+            convection: None,
             direct_light: false,
         }
     }
@@ -165,6 +170,23 @@ impl Mesh {
     #[must_use]
     pub fn net_power(mut self, power: f64) -> Mesh {
         self.condition = Some(ThermalCondition::Power(power));
+        self
+    }
+
+    /// Gives the surface the temperature of a node ([`SceneBuilder::node`](super::SceneBuilder::node)). It makes the scene thermal.
+    #[must_use]
+    pub fn node(mut self, name: impl Into<String>) -> Mesh {
+        self.node = Some(name.into());
+        self.condition = Some(ThermalCondition::Flux(0.0));
+        self
+    }
+
+    /// Sets convection: the heat transfer coefficient, W/(m² K), and the temperature of the air, K. Without a heat flux or a node the surface is
+    /// adiabatic behind. It makes the scene thermal.
+    #[must_use]
+    pub fn convection(mut self, coefficient: f64, ambient: f64) -> Mesh {
+        self.convection = Some(Convection { coefficient, ambient });
+        self.condition = self.condition.or(Some(ThermalCondition::Flux(0.0)));
         self
     }
 }

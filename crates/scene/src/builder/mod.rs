@@ -12,8 +12,9 @@ pub use values::{BandValues, VoxelValues};
 
 use crate::shells::{ShellKind, Shells, WELD_TOLERANCE};
 use crate::{
-    BandFractions, Camera, DEFAULT_REFLECTANCE, Facet, Light, Plate, Scene, SceneError, SceneParts, Sides,
-    SolveOptions, Surface, Surroundings, Thermal, ThermalCondition,
+    BandFractions, Camera, DEFAULT_REFLECTANCE, Facet, Light, LinkLaw, NodeCondition, NodeLink, Plate, Scene,
+    SceneError, SceneParts, Sides, SolveOptions, Surface, Surroundings, Thermal, ThermalCondition,
+    ThermalNetwork, ThermalNode,
 };
 use zonal_math::Vec3;
 
@@ -36,6 +37,8 @@ use zonal_math::Vec3;
 pub struct SceneBuilder {
     name: String,
     meshes: Vec<Mesh>,
+    nodes: Vec<ThermalNode>,
+    links: Vec<([String; 2], LinkLaw)>,
     panes: Vec<GlassPane>,
     medium: Option<Medium>,
     lights: Vec<Light>,
@@ -76,6 +79,29 @@ impl SceneBuilder {
     #[must_use]
     pub fn surfaces(mut self, meshes: impl IntoIterator<Item = Mesh>) -> SceneBuilder {
         self.meshes.extend(meshes);
+        self
+    }
+
+    /// Adds a body at one temperature, to which surfaces belong by [`Mesh::node`].
+    ///
+    /// ```
+    /// use zonal_scene::{Mesh, NodeCondition, Scene};
+    /// let shield = Mesh::cuboid([0.2; 3], [0.8; 3]).name("shield").emissivity(0.1).node("shield");
+    /// let hull = Mesh::room([0.0; 3], [1.0; 3]).name("hull").emissivity(0.8).temperature(300.0);
+    /// let scene = Scene::builder().surface(hull).surface(shield).node("shield", NodeCondition::Power(5.0)).build()?;
+    /// assert_eq!(scene.thermal().unwrap().network.as_ref().unwrap().surface_nodes, [None, Some(0)]);
+    /// # Ok::<(), zonal_scene::SceneError>(())
+    /// ```
+    #[must_use]
+    pub fn node(mut self, name: impl Into<String>, condition: NodeCondition) -> SceneBuilder {
+        self.nodes.push(ThermalNode { name: name.into(), condition });
+        self
+    }
+
+    /// Adds a heat path between two nodes; laws per area refer to the surfaces of the first.
+    #[must_use]
+    pub fn link(mut self, nodes: [&str; 2], law: LinkLaw) -> SceneBuilder {
+        self.links.push((nodes.map(String::from), law));
         self
     }
 
@@ -204,8 +230,17 @@ impl SceneBuilder {
             ..SceneParts::default()
         };
         let mut conditions = Vec::new();
+        let mut network = network(self.nodes, self.links)?;
         for (number, mesh) in self.meshes.into_iter().enumerate() {
+            let (node, convection) = (node_of(&mesh, &network)?, mesh.convection);
             add_mesh(&mut parts, &mut conditions, number, mesh, thermal)?;
+            network.surface_nodes.resize(parts.surfaces.len(), node);
+            network.convection.resize(parts.surfaces.len(), convection);
+        }
+        for (condition, node) in conditions.iter_mut().zip(&network.surface_nodes) {
+            if let Some(NodeCondition::Temperature(t)) = node.map(|k| network.nodes[k].condition) {
+                *condition = ThermalCondition::Temperature(t);
+            }
         }
         parts.panes = self.panes.into_iter().enumerate().map(|(i, p)| p.into_pane(i + 1)).collect();
         parts.voxel_grid = self.medium.as_ref().map(Medium::build).transpose()?;
@@ -216,6 +251,7 @@ impl SceneBuilder {
                 surfaces: conditions,
                 panes: vec![ThermalCondition::Flux(0.0); parts.panes.len()],
                 surroundings: self.surroundings_temperature,
+                network: (!network.is_empty()).then_some(network),
             });
         } else if self.band_fractions.is_some() {
             let what = "fractions of the emissive power belong to thermal scenes; give a temperature to a surface or the medium";
@@ -223,6 +259,30 @@ impl SceneBuilder {
         }
         Scene::new(parts)
     }
+}
+
+/// Nodes and links by name.
+fn network(
+    nodes: Vec<ThermalNode>,
+    links: Vec<([String; 2], LinkLaw)>,
+) -> Result<ThermalNetwork, SceneError> {
+    let mut network = ThermalNetwork { nodes, ..ThermalNetwork::default() };
+    for (names, law) in links {
+        let [a, b] = [index_of_node(&network, &names[0])?, index_of_node(&network, &names[1])?];
+        network.links.push(NodeLink { nodes: [a, b], law });
+    }
+    Ok(network)
+}
+
+fn index_of_node(network: &ThermalNetwork, name: &str) -> Result<usize, SceneError> {
+    let found = network.nodes.iter().position(|n| n.name == name);
+    found.ok_or_else(|| {
+        SceneError::new(format!("node '{name}'"), "there is no node of this name; add it to the scene")
+    })
+}
+
+fn node_of(mesh: &Mesh, network: &ThermalNetwork) -> Result<Option<usize>, SceneError> {
+    mesh.node.as_ref().map(|name| index_of_node(network, name)).transpose()
 }
 
 /// Adds the surfaces of a mesh: one for each kind of shell (open, solid, enclosure) that it has, unless its sides are given.

@@ -1,5 +1,6 @@
 //! Thermal boundary conditions as emission and sources of the zones (header of [`super`]).
 
+use super::nodes::fixes_level;
 use super::spectral_balance::{SpectralBalances, TripleZones};
 use super::zone_balance::ZoneBalances;
 use crate::surroundings::SurroundingsExchange;
@@ -82,7 +83,8 @@ pub(crate) fn check_temperature_level(
             matches!(l.condition, ThermalCondition::Temperature(_)) && l.absorption_weight().any(|m| m > 0.0)
         })
     };
-    if triples.iter().any(fixes) {
+    let network = triples[0].scene.thermal().and_then(|t| t.network.as_ref());
+    if triples.iter().any(fixes) || network.is_some_and(fixes_level) {
         return Ok(());
     }
     Err(SceneError::new(

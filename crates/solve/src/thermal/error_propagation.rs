@@ -6,6 +6,7 @@
 use super::coupled_bicgstab::{self, IterationCheckpoint};
 use super::linearized_zone::{BandCoupling, Linearization, Place};
 use super::newton::{TripleEngine, coupled_operator};
+use super::nodes::NodeZones;
 use super::spectral_balance::{SpectralBalances, TripleZones};
 use crate::iteration::StoppingCriterion;
 use zonal_scene::{Bands, Fields, Zones};
@@ -42,10 +43,30 @@ pub(crate) fn propagate_errors(
         let h = |t: usize| balances.first(i).incident_flux(fields[t], i);
         balances.emissive_and_net_power(i, h).0
     };
-    let linearized = (solve == TemperatureSolve::Newton).then(|| Linearization::of(&balances, emissive));
+    let surfaces: Vec<usize> = context.zones.patches.iter().map(|p| p.surface).collect();
+    let nodes = NodeZones::new(&balances, &surfaces);
+    let linearized = (solve == TemperatureSolve::Newton).then(|| {
+        let incident = |t: usize, i: usize| balances.first(i).incident_flux(fields[t], i);
+        let of_nodes = nodes.as_ref().map(|nodes| (nodes, nodes.found(&balances, incident)));
+        let of_zone = |i: usize| match (balances.first(i).node, &of_nodes) {
+            (Some(k), Some((_, e))) => e[k as usize],
+            _ => emissive(i),
+        };
+        let linearized = Linearization::of(&balances, of_zone);
+        match &of_nodes {
+            Some((nodes, e)) => linearized.with_nodes(&balances, nodes, e),
+            None => linearized,
+        }
+    });
+    let response = |h: &[Bands]| match (&linearized, &nodes) {
+        (Some(linearized), Some(nodes)) => {
+            linearized.node_response(|| nodes.absorbed(&balances, |t, i| h[t * n + i]))
+        }
+        _ => Vec::new(),
+    };
     let responses: Vec<&Zones> = zones.iter().map(|t| t.zones).collect();
-    let reflected = |place: Place, h: &dyn Fn(usize) -> Bands| match &linearized {
-        Some(all) => all.reflected(place, h),
+    let reflected = |place: Place, h: &dyn Fn(usize) -> Bands, nodes: &[f64]| match &linearized {
+        Some(all) => all.reflected(place, h, nodes),
         None => {
             let (rho, _) = responses[place.triple].response(place.zone);
             rho / balances.first(place.zone).incident_share * h(place.triple)
@@ -53,7 +74,11 @@ pub(crate) fn propagate_errors(
     };
     // Solve for the errors of the powers sent out.
     let operator = coupled_operator(triples, &balances, BandCoupling::of(&balances), false);
-    let source = operator.scaling.powers(&share, reflected);
+    let powers = |h: &[Bands]| {
+        let nodes = response(h);
+        operator.scaling.powers(h, |place, h| reflected(place, h, &nodes))
+    };
+    let source = powers(&share);
     if coupled_bicgstab::absolute_sum(&source) == 0.0 {
         return;
     }
@@ -64,7 +89,7 @@ pub(crate) fn propagate_errors(
         resumes: true,
         progress: context.progress,
     };
-    let reflect = |u: &[Bands]| operator.scaling.powers(&operator.incident_flux(u), reflected);
+    let reflect = |u: &[Bands]| powers(&operator.incident_flux(u));
     let end = coupled_bicgstab::solve(reflect, &source, source.clone(), ERROR_SOLVE, &checkpoint);
     // Add the errors that they cause.
     let more = operator.incident_flux(&end.u);

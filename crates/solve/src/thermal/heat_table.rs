@@ -1,7 +1,8 @@
 //! Temperatures and net powers by name: sums over the zones of each surface, of the medium and of each pane.
 
+use super::nodes::NodeZones;
 use zonal_scene::thermal::blackbody_temperature;
-use zonal_scene::{HeatRow, HeatRowKind, Scene, Zones};
+use zonal_scene::{HeatRow, HeatRowKind, NodeResult, Scene, Zones};
 
 /// Sums over the zones of one name.
 #[derive(Clone, Copy, Default)]
@@ -22,6 +23,27 @@ impl ZoneSums {
             power: [0, 1].map(|k| self.power[k] + x.power[k]),
         }
     }
+}
+
+/// The results of the nodes for their E and δE, W/m²; `radiated` gives the net power that a zone radiates, W.
+pub(super) fn nodes(
+    nodes: &NodeZones,
+    e: &[f64],
+    errors: &[f64],
+    radiated: impl Fn(usize) -> f64,
+) -> Vec<NodeResult> {
+    let of_node = |k: usize| {
+        let (temperature, [convected, conducted]) = (blackbody_temperature(e[k]), nodes.heat_flows(k, e));
+        NodeResult {
+            name: nodes.name(k).to_string(),
+            temperature,
+            temperature_error: if nodes.is_unknown(k) { 0.25 * temperature * errors[k] / e[k] } else { 0.0 },
+            radiated: nodes.zones(k).iter().map(|i| radiated(*i as usize)).sum(),
+            convected,
+            conducted,
+        }
+    };
+    (0..nodes.len()).map(of_node).collect()
 }
 
 /// The rows of the table. `undistributed` is the power that the solver left undistributed, W; `of_zone` gives the sums of one zone for its size.

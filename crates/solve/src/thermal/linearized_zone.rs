@@ -1,5 +1,6 @@
 //! Linearization of the radiosity of a zone about an emissive power, and the scaling of the unknowns of the linear solve.
 
+use super::nodes::{NodeLinearization, NodeZones};
 use super::spectral_balance::SpectralBalances;
 use super::zone_balance::ZoneBalance;
 use crate::operator::{ExchangeOperator, extend_to_slopes};
@@ -29,15 +30,19 @@ impl BandCoupling {
 pub(super) struct LinearizedZone {
     pub own: Bands,
     pub reflect: Bands,
-    /// a ψ/S, and m a; both 0 if the temperature is known.
+    /// a ψ/S, and m a; both 0 if the temperature is known. In a node a ψ, and 0.
     pub reemitted: Bands,
     pub absorption: Bands,
+    /// The node of unknown temperature to which the zone belongs.
+    pub node: Option<u32>,
 }
 
 /// The radiosities of all zones in every triple of bands as linear functions of the incident flux.
 pub(super) struct Linearization {
     /// The zones of each triple.
     pub triples: Vec<Vec<LinearizedZone>>,
+    /// The balances of the nodes.
+    nodes: Option<NodeLinearization>,
 }
 
 impl Linearization {
@@ -46,22 +51,48 @@ impl Linearization {
         let triples = balances.triples();
         let all: Vec<Vec<LinearizedZone>> =
             (0..balances.len()).into_par_iter().map(|i| linearize(balances, i, emissive(i))).collect();
-        Linearization { triples: (0..triples).map(|t| all.iter().map(|z| z[t]).collect()).collect() }
+        let triples = (0..triples).map(|t| all.iter().map(|z| z[t]).collect()).collect();
+        Linearization { triples, nodes: None }
     }
-    /// The part of the radiosity of a zone that depends on the incident flux `h` of every triple.
-    pub(super) fn reflected(&self, place: Place, h: &dyn Fn(usize) -> Bands) -> Bands {
+    /// With the balances of the nodes about their black emissive powers `e`, W/m².
+    pub(super) fn with_nodes(
+        mut self,
+        balances: &SpectralBalances,
+        nodes: &NodeZones,
+        e: &[f64],
+    ) -> Linearization {
+        let linear = nodes.linearize(balances, e);
+        for zone in self.triples.iter_mut().flatten() {
+            if let Some(k) = zone.node {
+                zone.own += zone.reemitted * linear.own(k as usize);
+            }
+        }
+        self.nodes = Some(linear);
+        self
+    }
+    /// Change of the black emissive power of every node by the power that all of them absorb, W/m²; empty without nodes.
+    pub(super) fn node_response(&self, absorbed: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
+        self.nodes.as_ref().map_or_else(Vec::new, |n| n.response(&absorbed()))
+    }
+    /// The part of the radiosity of a zone that depends on the incident flux `h` of every triple, and on the response of its node.
+    pub(super) fn reflected(&self, place: Place, h: &dyn Fn(usize) -> Bands, nodes: &[f64]) -> Bands {
         let zone = &self.triples[place.triple][place.zone];
+        if let Some(k) = zone.node {
+            // A body at one temperature has no slope.
+            let change = if place.is_slope { 0.0 } else { nodes[k as usize] };
+            return zone.reflect * h(place.triple) + zone.reemitted * change;
+        }
         zone.reflect * h(place.triple) + zone.reemitted * self.absorbed(place.zone, h)
     }
     /// Power that zone `i` absorbs and reemits for an incident flux `h` of every triple, W/m² or W/m³.
-    fn absorbed(&self, i: usize, h: impl Fn(usize) -> Bands) -> f64 {
+    pub(super) fn absorbed(&self, i: usize, h: impl Fn(usize) -> Bands) -> f64 {
         let of = |t: usize| (self.triples[t][i].absorption * h(t)).sum();
         (1..self.triples.len()).fold(of(0), |s, t| s + of(t))
     }
 }
 
 /// Zone `i` about the black emissive power `e` in every triple.
-pub(super) fn linearize(balances: &SpectralBalances, i: usize, e: f64) -> Vec<LinearizedZone> {
+fn linearize(balances: &SpectralBalances, i: usize, e: f64) -> Vec<LinearizedZone> {
     let triples = 0..balances.triples();
     let mut parts: Vec<(LinearizedZone, [Bands; 2])> = triples
         .clone()
@@ -72,6 +103,7 @@ pub(super) fn linearize(balances: &SpectralBalances, i: usize, e: f64) -> Vec<Li
                 reflect: l.reflect,
                 reemitted: Bands::ZERO,
                 absorption: Bands::ZERO,
+                node: None,
             };
             (fixed, [w, slope])
         })
@@ -87,15 +119,25 @@ pub(super) fn linearize(balances: &SpectralBalances, i: usize, e: f64) -> Vec<Li
             .zip(triples)
             .for_each(|(p, k)| p.1[1] = balances.fractions(k, i).grey_gas_weights(t));
     }
-    let absorption = |t: usize| balances.zones[t][i].absorption_weight();
+    if let Some(node) = balances.first(i).node {
+        let of_node = |(t, (fixed, [_, slope])): (usize, &(LinearizedZone, [Bands; 2]))| LinearizedZone {
+            reemitted: balances.zones[t][i].absorb * *slope,
+            node: Some(node),
+            ..*fixed
+        };
+        return parts.iter().enumerate().map(of_node).collect();
+    }
+    let counted = balances.counted();
+    let absorption = |t: usize| balances.zones[t][i].absorption_weight() * counted;
     let sum = |value: &dyn Fn(usize) -> Bands| {
         (1..parts.len()).fold((absorption(0) * value(0)).sum(), |s, t| s + (absorption(t) * value(t)).sum())
     };
-    let all = sum(&|t| parts[t].1[1]);
+    let [convected, more] = balances.first(i).convected(e);
+    let all = sum(&|t| parts[t].1[1]) + more;
     if all <= 0.0 {
         return parts.into_iter().map(|p| p.0).collect();
     }
-    let missing = (q - sum(&|t| parts[t].1[0])) / all;
+    let missing = (q - convected - sum(&|t| parts[t].1[0])) / all;
     let coupled = |(t, (fixed, [w, slope])): (usize, &(LinearizedZone, [Bands; 2]))| {
         let l = &balances.zones[t][i];
         LinearizedZone {
@@ -233,7 +275,7 @@ impl CoupledScaling {
         let one = |k: usize| {
             let (triple, unknown) = self.place(k);
             let scaling = &self.triples[triple];
-            let place = Place { triple, unknown, zone: scaling.zone(unknown) };
+            let place = Place { triple, zone: scaling.zone(unknown), is_slope: unknown >= scaling.zones };
             scaling.power_of(unknown, radiosity(place, &|t: usize| self.entry(h, t, unknown)))
         };
         (0..self.len()).into_par_iter().map(one).collect()
@@ -244,8 +286,8 @@ impl CoupledScaling {
 #[derive(Clone, Copy)]
 pub(super) struct Place {
     pub triple: usize,
-    /// Number among the unknowns of the triple.
-    pub unknown: usize,
     /// Its zone.
     pub zone: usize,
+    /// True if it is a higher-order unknown.
+    pub is_slope: bool,
 }

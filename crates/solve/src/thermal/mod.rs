@@ -10,7 +10,7 @@
 //! **Known temperature**: E is given, and the zone emits like any other; q is a result. **Known net power, one band**: a (E − h) = q/m
 //! gives B = h + q/m for any a, like a white wall that emits q or a volume of albedo 1 with the source q. One linear solve by any engine
 //! therefore solves a grey scene, and E = h + q/(m a) follows. **Known net power, several bands**: E couples the bands, not even linearly if the
-//! band fractions depend on T; module `newton` iterates on E.
+//! band fractions depend on T; module `newton` iterates on E. So it does for convection, q = q₀ − h (T − T∞), and for bodies at one temperature.
 //!
 //! | module | content |
 //! |---|---|
@@ -18,6 +18,7 @@
 //! | `zone_balance` | m, a, r of a zone in one triple of bands; its condition |
 //! | `spectral_balance` | sums over all bands; E from h |
 //! | `linearized_zone` | radiosity of a zone linearized about E |
+//! | `nodes` | bodies at one temperature with links |
 //! | `newton` | Newton's method for the temperatures |
 //! | `coupled_bicgstab` | its linear solve: stabilised bi-conjugate gradients in units of power |
 //! | `error_propagation` | errors of the incident flux with reflection and reemission |
@@ -32,6 +33,7 @@ mod error_propagation;
 mod heat_table;
 mod linearized_zone;
 pub(crate) mod newton;
+mod nodes;
 mod recover_temperatures;
 mod spectral_balance;
 mod zone_balance;

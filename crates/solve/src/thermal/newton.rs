@@ -23,9 +23,8 @@
 
 use super::boundary_conditions::set_emissive_powers;
 use super::coupled_bicgstab::{self, IterationCheckpoint};
-use super::linearized_zone::{
-    BandCoupling, CoupledOperator, CoupledScaling, Linearization, PowerScaling, linearize,
-};
+use super::linearized_zone::{BandCoupling, CoupledOperator, CoupledScaling, Linearization, PowerScaling};
+use super::nodes::{NodeZones, has_unknowns};
 use super::spectral_balance::{SpectralBalances, TripleZones};
 use super::zone_balance::ZoneBalance;
 use crate::iteration::{IterationResult, StoppingCriterion, multivector};
@@ -81,6 +80,7 @@ pub(crate) fn is_needed(scene: &Scene) -> bool {
         || scene.voxel_grid().is_some_and(|m| (0..m.len()).any(|i| m.heat(i).as_ref().is_some_and(open)));
     !thermal.band_fractions.is_grey()
         && (thermal.surfaces.iter().any(open) || thermal.panes.iter().any(open) || cells())
+        || has_unknowns(thermal)
 }
 
 /// Iterates over the temperatures of a scene, given as its triples of bands.
@@ -93,19 +93,24 @@ pub(crate) fn solve(triples: &[TripleEngine]) -> Result<CoupledSolution, SceneEr
         triples.iter().map(|t| TripleZones { scene: t.context.scene, zones: t.context.zones }).collect();
     check_memory(context, triples.iter().map(|t| t.built.operator.len()).sum())?;
     let balances = SpectralBalances::new(&zones);
-    let coupled = coupled_operator(triples, &balances, BandCoupling::Distinct, true);
+    let coupled = coupled_operator(triples, &balances, BandCoupling::of(&balances), true);
+    let surfaces: Vec<usize> = context.zones.patches.iter().map(|p| p.surface).collect();
+    let nodes = NodeZones::new(&balances, &surfaces);
     let iteration = NewtonIteration {
         context,
         balances: &balances,
         outside: outside_flux(triples, &coupled.scaling),
         operator: &coupled,
         residual: context.scene.options().residual,
-        is_linear: (0..balances.len()).all(|i| balances.has_constant_fractions(i)),
+        is_linear: (0..balances.len()).all(|i| balances.is_linear(i))
+            && nodes.as_ref().is_none_or(|n| n.is_linear(&balances)),
+        nodes: nodes.as_ref(),
     };
     let NewtonState { e, u, products, history } = iteration.run(balances.tables[0].initial_temperature())?;
     // Set the emission of the zones by their temperatures.
     let of_triple = |t: usize| {
-        let emissive: Vec<Bands> = (0..e.len()).map(|i| balances.emissive_powers(t, i, e[i])).collect();
+        let emissive: Vec<Bands> =
+            (0..balances.len()).map(|i| balances.emissive_powers(t, i, e[i])).collect();
         let mut zones = triples[t].context.zones.clone();
         set_emissive_powers(triples[t].context.scene, &mut zones, &emissive);
         let own = &u[coupled.scaling.range(t)];
@@ -138,8 +143,9 @@ struct NewtonIteration<'a> {
     outside: Vec<Bands>,
     /// Wanted residual R.
     residual: f64,
-    /// True if no band fraction depends on temperature.
+    /// True if the balances of all zones and nodes are linear in E.
     is_linear: bool,
+    nodes: Option<&'a NodeZones<'a>>,
 }
 
 impl NewtonIteration<'_> {
@@ -151,11 +157,12 @@ impl NewtonIteration<'_> {
         let (context, balances) = (self.context, self.balances);
         let initial = blackbody_emissive_power(initial_temperature);
         let kept = context.checkpoints.load(STAGE);
-        let kept =
-            kept.and_then(|b| NewtonState::decode(&b, balances.len(), self.outside.len(), self.residual));
+        let unknowns = balances.len() + self.nodes.map_or(0, NodeZones::len);
+        let kept = kept.and_then(|b| NewtonState::decode(&b, unknowns, self.outside.len(), self.residual));
         let mut state = kept.unwrap_or_else(|| NewtonState {
             e: (0..balances.len())
                 .map(|i| known_emissive_power(balances.first(i)).unwrap_or(initial))
+                .chain(self.nodes.into_iter().flat_map(|n| n.initial_emissive_powers(initial)))
                 .collect(),
             u: Vec::new(),
             products: 0,
@@ -180,17 +187,28 @@ impl NewtonIteration<'_> {
     fn step(&self, state: NewtonState, first: usize) -> NewtonState {
         let NewtonState { e, u, products, mut history } = state;
         let (balances, operator, outside) = (self.balances, self.operator, &self.outside);
-        let linearized = Linearization::of(balances, |i| e[i]);
+        let mut linearized = Linearization::of(balances, |i| e[i]);
+        if let Some(nodes) = self.nodes {
+            linearized = linearized.with_nodes(balances, nodes, &e[balances.len()..]);
+        }
         let scaling = &operator.scaling;
         // Sources of the zones and of the surroundings; higher-order unknowns have no source of their own.
+        let first_of: Vec<usize> = (0..balances.triples()).map(|t| scaling.range(t).start).collect();
+        let absorbed = |h: &[Bands]| {
+            self.nodes.map_or_else(Vec::new, |n| n.absorbed(balances, |t, i| h[first_of[t] + i]))
+        };
+        let response = |h: &[Bands]| linearized.node_response(|| absorbed(h));
+        let from_outside = response(outside);
         let source = scaling.powers(outside, |place, h| {
-            let is_zone = place.unknown < balances.len();
-            let own = if is_zone { linearized.triples[place.triple][place.zone].own } else { Bands::ZERO };
-            own + linearized.reflected(place, h)
+            let own =
+                if place.is_slope { Bands::ZERO } else { linearized.triples[place.triple][place.zone].own };
+            own + linearized.reflected(place, h, &from_outside)
         });
         // Solve the linear system from the last solution.
         let reflect = |u: &[Bands]| {
-            scaling.powers(&operator.incident_flux(u), |place, h| linearized.reflected(place, h))
+            let h = operator.incident_flux(u);
+            let nodes = response(&h);
+            scaling.powers(&h, |place, h| linearized.reflected(place, h, &nodes))
         };
         let start = if u.is_empty() { source.clone() } else { u };
         let number = history.residuals.len();
@@ -206,9 +224,9 @@ impl NewtonIteration<'_> {
         let end = coupled_bicgstab::solve(reflect, &source, start, stop, &checkpoint);
         // Update the emissive powers.
         let h = operator.incident_flux(&end.u);
-        let first_of: Vec<usize> = (0..balances.triples()).map(|t| scaling.range(t).start).collect();
         let incident = |t: usize, i: usize| h[first_of[t] + i] + outside[first_of[t] + i];
-        let (e, off) = update_emissive_powers(balances, &e, incident, history.step_length());
+        let update = EmissiveUpdate { balances, linearized: &linearized, nodes: self.nodes, old: &e };
+        let (e, off) = update.run(incident, history.step_length());
         history.record(off, end.residual, stop.residual);
         NewtonState { e, u: end.u, products: products + end.products + 1, history }
     }
@@ -353,45 +371,74 @@ impl ConvergenceHistory {
     }
 }
 
-/// E after a step, and R. `h` gives the incident flux of a zone in a triple.
-fn update_emissive_powers(
-    balances: &SpectralBalances,
-    old: &[f64],
-    h: impl Fn(usize, usize) -> Bands + Sync,
-    step_length: f64,
-) -> (Vec<f64>, f64) {
-    let one = |i: usize| {
-        let linearized = linearize(balances, i, old[i]);
-        let h = |t: usize| h(t, i);
-        let of = |t: usize| (linearized[t].absorption * h(t)).sum();
-        let absorbed = (1..linearized.len()).fold(of(0), |s, t| s + of(t));
-        let condition = balances.first(i).condition;
-        let e = match condition {
-            ThermalCondition::Temperature(_) => old[i],
-            ThermalCondition::Flux(q) | ThermalCondition::Power(q) => {
-                let found = balances.emissive_power_in_balance(i, q, h).unwrap_or(old[i]);
-                // Constant band fractions are linear already.
-                let (low, high) = if balances.has_constant_fractions(i) || found.is_nan() || found <= 0.0 {
+/// The update of the black emissive powers after a linear solve.
+struct EmissiveUpdate<'a> {
+    balances: &'a SpectralBalances<'a>,
+    linearized: &'a Linearization,
+    nodes: Option<&'a NodeZones<'a>>,
+    /// E of all zones, then of all nodes, about which the step was linearized, W/m².
+    old: &'a [f64],
+}
+
+impl EmissiveUpdate<'_> {
+    /// E after the step, and R. `h` gives the incident flux of a triple and a zone.
+    fn run(&self, h: impl Fn(usize, usize) -> Bands + Sync, step_length: f64) -> (Vec<f64>, f64) {
+        let (balances, count) = (self.balances, self.balances.len());
+        let (found, response) = match self.nodes {
+            Some(nodes) => {
+                let absorbed = nodes.absorbed(balances, &h);
+                let found = nodes.balance(balances, &absorbed, &self.old[count..]);
+                (found, self.linearized.node_response(|| absorbed))
+            }
+            None => (Vec::new(), Vec::new()),
+        };
+        let old = self.old[count..].iter();
+        let of_nodes: Vec<f64> =
+            old.zip(&found).map(|(old, found)| old + step_length * (found - old)).collect();
+        let one = |i: usize| self.zone(i, |t| h(t, i), step_length, (&of_nodes, &response));
+        let all: Vec<(f64, [f64; 2])> = (0..count).into_par_iter().map(one).collect();
+        let [off, given] = multivector::sum(all.len(), |i| all[i].1);
+        let e = all.into_iter().map(|x| x.0).chain(of_nodes).collect();
+        (e, if given > 0.0 { off / given } else { 0.0 })
+    }
+    /// E of a zone after the step, and its terms of the sums of R. `nodes` are the new E of the nodes and their changes by the linearization.
+    fn zone(
+        &self,
+        i: usize,
+        h: impl Fn(usize) -> Bands,
+        step_length: f64,
+        nodes: (&[f64], &[f64]),
+    ) -> (f64, [f64; 2]) {
+        let (balances, old) = (self.balances, self.old[i]);
+        let first = balances.first(i);
+        let change = match first.node {
+            Some(k) => nodes.1[k as usize],
+            None => self.linearized.absorbed(i, &h),
+        };
+        let e = match (first.node, first.condition) {
+            (Some(k), _) => nodes.0[k as usize],
+            (None, ThermalCondition::Temperature(_)) => old,
+            (None, ThermalCondition::Flux(q) | ThermalCondition::Power(q)) => {
+                let found = balances.emissive_power_in_balance(i, q, &h).unwrap_or(old);
+                // A linear balance is solved by one step.
+                let (low, high) = if balances.is_linear(i) || found.is_nan() || found <= 0.0 {
                     (f64::NEG_INFINITY, f64::INFINITY)
                 } else {
-                    (old[i].max(0.0) / MAX_CHANGE_FACTOR, old[i].max(1e-3 * found) * MAX_CHANGE_FACTOR)
+                    (old.max(0.0) / MAX_CHANGE_FACTOR, old.max(1e-3 * found) * MAX_CHANGE_FACTOR)
                 };
-                (old[i] + step_length * (found - old[i])).clamp(low, high)
+                (old + step_length * (found - old)).clamp(low, high)
             }
         };
         let (mut off, mut all) = (0.0, 0.0);
-        for (t, zone) in linearized.iter().enumerate() {
+        for t in 0..balances.triples() {
+            let zone = &self.linearized.triples[t][i];
             let (l, w) = (&balances.zones[t][i], balances.emissive_powers(t, i, e));
             // Emission in each band by the linearization.
-            let linear = zone.own + zone.reemitted * absorbed;
+            let linear = zone.own + zone.reemitted * change;
             off += (l.weight * (l.absorb * w - linear).abs()).sum();
             all += (l.absorption_weight() * w.abs()).sum();
         }
-        let moves = !matches!(condition, ThermalCondition::Temperature(_));
-        let measure = balances.first(i).measure;
-        (e, [if moves { off * measure } else { 0.0 }, all * measure])
-    };
-    let all: Vec<(f64, [f64; 2])> = (0..balances.len()).into_par_iter().map(one).collect();
-    let [off, given] = multivector::sum(all.len(), |i| all[i].1);
-    (all.into_iter().map(|x| x.0).collect(), if given > 0.0 { off / given } else { 0.0 })
+        let moves = !matches!(first.condition, ThermalCondition::Temperature(_));
+        (e, [if moves { off * first.measure } else { 0.0 }, all * first.measure])
+    }
 }

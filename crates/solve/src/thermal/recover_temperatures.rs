@@ -2,10 +2,12 @@
 //!
 //! **Errors.** With the propagated errors δh' of `error_propagation`, δq = Σ_b m_b a_b δh'_b for a zone of known temperature and
 //! δE = δq/Σ_b m_b a_b ψ_b, δT = T δE/(4E) for one of known power. Sums by name add up all errors as if they had one sign, and the power that the
-//! solver left undistributed.
+//! solver left undistributed. The errors of a node follow from those of all zones of its links, δE = N Σ V m a δh' (header of `nodes`); a zone of it has
+//! δq = m a (δh' + ψ δE).
 
 use super::boundary_conditions::set_emissive_powers;
 use super::heat_table::{self, ZoneSums};
+use super::nodes::NodeZones;
 use super::spectral_balance::{SpectralBalances, TripleZones};
 use crate::errors::consistency;
 use crate::report::energy_balance::balance_zones;
@@ -40,12 +42,26 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
     let n = balances.len();
     // Find E and q of every zone, and widen the errors by the residual of the balance.
     let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
-    let find =
-        |i: usize| balances.emissive_and_net_power(i, |t| balances.first(i).incident_flux(fields[t], i));
+    let surfaces: Vec<usize> = triples[0].zones.patches.iter().map(|p| p.surface).collect();
+    let nodes = NodeZones::new(&balances, &surfaces);
+    let incident = |t: usize, i: usize| balances.first(i).incident_flux(fields[t], i);
+    let of_nodes = nodes.as_ref().map_or_else(Vec::new, |nodes| nodes.found(&balances, incident));
+    let find = |i: usize| match balances.first(i).node {
+        Some(k) => {
+            let e = of_nodes[k as usize];
+            (e, balances.weighted_total(i, |t| balances.emissive_powers(t, i, e) - incident(t, i)))
+        }
+        None => balances.emissive_and_net_power(i, |t| incident(t, i)),
+    };
     let found: Vec<(f64, f64)> = (0..n).into_par_iter().map(find).collect();
     widen_by_heat_balance(&balances, &found, triples);
     // Convert them to temperatures and net powers with errors.
-    let errors = zone_errors(&balances, &found, triples);
+    let node_errors = nodes.as_ref().map_or_else(Vec::new, |nodes| {
+        let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
+        let share = |t: usize, i: usize| balances.first(i).incident_share * fields[t].error[i];
+        nodes.linearize(&balances, &of_nodes).response(&nodes.absorbed(&balances, share))
+    });
+    let errors = zone_errors(&balances, &found, triples, &node_errors);
     let heat = thermal_fields(&found, &errors);
     triples[0].report.warnings.extend(undefined_temperatures(&balances, &heat));
     // Give the zones their emission, and recompute radiosity and balance.
@@ -66,12 +82,20 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
         own.report.energy_error =
             consistency::power_errors(zones, &own.report.energy, fields, |i| fields.error[i]);
     }
+    let node_results = nodes.as_ref().map_or_else(Vec::new, |nodes| {
+        let radiated = |i: usize| balances.first(i).measure * found[i].1;
+        heat_table::nodes(nodes, &of_nodes, &node_errors, radiated)
+    });
     let rows = heat_table::rows(scenes[0], triples[0].zones, undistributed, of_zone);
     let total =
         |power: &dyn Fn(&EnergyBalance) -> Bands| balances.total(|t| power(&triples[t].report.energy));
     let outside = [total(&|e| e.incoming - e.escaped), total(&|e| e.absorbed_backfaces)];
-    triples[0].report.heat =
-        Some(HeatReport { rows, surroundings: outside[0], absorbed_backfaces: outside[1] });
+    triples[0].report.heat = Some(HeatReport {
+        rows,
+        nodes: node_results,
+        surroundings: outside[0],
+        absorbed_backfaces: outside[1],
+    });
     triples[0].fields.heat = Some(heat);
 }
 
@@ -103,8 +127,13 @@ fn undistributed_power(
         * residuals.filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r))
 }
 
-/// Errors of every zone: δq of a known temperature, or δE of a known power.
-fn zone_errors(balances: &SpectralBalances, found: &[(f64, f64)], triples: &[SolvedTriple]) -> Vec<[f64; 2]> {
+/// Errors of every zone: δq of a known temperature, δE of a known power, both of a zone with a node or convection. `node_errors` are δE of the nodes.
+fn zone_errors(
+    balances: &SpectralBalances,
+    found: &[(f64, f64)],
+    triples: &[SolvedTriple],
+    node_errors: &[f64],
+) -> Vec<[f64; 2]> {
     let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
     let error = |i: usize| {
         let l = balances.first(i);
@@ -115,7 +144,14 @@ fn zone_errors(balances: &SpectralBalances, found: &[(f64, f64)], triples: &[Sol
         }
         let e = found[i].0.max(0.0);
         let slope = |t: usize| balances.fractions(t, i).emissive_powers(e)[1].map(|s| s.max(0.0));
-        [0.0, q / balances.weighted_total(i, slope)]
+        let emitted = balances.weighted_total(i, slope);
+        if let Some(k) = l.node {
+            let error = node_errors[k as usize];
+            return [q + emitted * error, error];
+        }
+        let convected = l.convected(e)[1];
+        let error = q / (emitted + convected);
+        [convected * error, error]
     };
     (0..balances.len()).into_par_iter().map(error).collect()
 }
@@ -145,8 +181,11 @@ fn imbalance(balances: &SpectralBalances, found: &[(f64, f64)], triples: &[Solve
 
 /// Distributes the residual of the heat balance beyond the stated errors, in proportion to the power absorbed by the zones of known temperature.
 fn widen_by_heat_balance(balances: &SpectralBalances, found: &[(f64, f64)], triples: &mut [SolvedTriple]) {
-    // Zones of known power emit it in any case: a residual belongs to the zones of known temperature.
-    let is_free = |i: &usize| matches!(balances.first(*i).condition, ThermalCondition::Temperature(_));
+    // Zones of known power emit it in any case: a residual belongs to the zones of known temperature, of nodes and with convection.
+    let is_free = |i: &usize| {
+        let l = balances.first(*i);
+        matches!(l.condition, ThermalCondition::Temperature(_)) || l.node.is_some() || l.convection.is_some()
+    };
     let fraction = {
         let triples = &*triples;
         let explained = |i: usize| {

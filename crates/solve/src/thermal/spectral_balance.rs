@@ -54,6 +54,14 @@ impl<'a> SpectralBalances<'a> {
     pub(super) fn is_grey(&self) -> bool {
         self.tables[0].thermal.band_fractions.is_grey()
     }
+    /// The bands whose powers add up to the whole: all, or the first of a grey scene.
+    pub(super) fn counted(&self) -> Bands {
+        if self.is_grey() { Bands::from_fn(|b| if b.index() == 0 { 1.0 } else { 0.0 }) } else { Bands::ONE }
+    }
+    /// True if the balance of zone `i` is linear in its black emissive power.
+    pub(super) fn is_linear(&self, i: usize) -> bool {
+        self.has_constant_fractions(i) && self.first(i).convection.is_none()
+    }
     /// True if no band fraction of zone `i` depends on temperature.
     pub(super) fn has_constant_fractions(&self, i: usize) -> bool {
         (0..self.triples()).all(|t| self.fractions(t, i).is_constant())
@@ -85,6 +93,9 @@ impl<'a> SpectralBalances<'a> {
             return None;
         }
         let wanted = q + sum(&h);
+        if self.first(i).convection.is_some() {
+            return Some(self.convective_balance(i, wanted));
+        }
         if self.has_constant_fractions(i) || wanted <= 0.0 {
             let a = sum(&|t| self.fractions(t, i).grey_gas_weights(0.0));
             return (a > 0.0).then(|| wanted / a);
@@ -100,29 +111,32 @@ impl<'a> SpectralBalances<'a> {
             }
             (low, high) = (high, 2.0 * high);
         }
-        let mut e = high;
-        for _ in 0..MAX_BRACKETING_STEPS {
+        Some(root_in_bracket([low, high], |e| {
             let [emitted, slope] = self.emitted_and_slope(i, e);
-            let excess = emitted - wanted;
-            if excess < 0.0 {
-                low = e
-            } else {
-                high = e
-            }
-            let newton = e - excess / slope;
-            let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
-            let is_found = (next - e).abs() <= RELATIVE_STEP * e;
-            e = next;
-            if is_found {
+            [emitted - wanted, slope]
+        }))
+    }
+    /// E of zone `i` that emits and convects the power `wanted`, W/m²; 0 if the air cannot supply a missing power.
+    fn convective_balance(&self, i: usize, wanted: f64) -> f64 {
+        let excess = |e: f64| {
+            let ([emitted, slope], [convected, more]) =
+                (self.emitted_and_slope(i, e), self.first(i).convected(e));
+            [emitted + convected - wanted, slope + more]
+        };
+        let ambient = self.first(i).convection.map_or(0.0, |c| blackbody_emissive_power(c.ambient));
+        let (mut low, mut high) = (0.0, ambient);
+        for _ in 0..MAX_BRACKETING_STEPS {
+            if excess(high)[0] >= 0.0 {
                 break;
             }
+            (low, high) = (high, 2.0 * high);
         }
-        Some(e)
+        root_in_bracket([low, high], excess)
     }
     /// Σ m a w(E) of zone `i`, W/m² or W/m³, and its derivative with respect to E.
-    fn emitted_and_slope(&self, i: usize, e: f64) -> [f64; 2] {
+    pub(super) fn emitted_and_slope(&self, i: usize, e: f64) -> [f64; 2] {
         let of = |t: usize| {
-            let weight = self.zones[t][i].absorption_weight();
+            let weight = self.zones[t][i].absorption_weight() * self.counted();
             self.fractions(t, i).emissive_powers(e).map(|w| (weight * w).sum())
         };
         (1..self.triples()).fold(of(0), |s, t| {
@@ -138,7 +152,8 @@ impl<'a> SpectralBalances<'a> {
                 (e, self.weighted_total(i, |t| self.emissive_powers(t, i, e) - h(t)))
             }
             ThermalCondition::Flux(q) | ThermalCondition::Power(q) => {
-                (self.emissive_power_in_balance(i, q, h).unwrap_or(f64::NAN), q)
+                let e = self.emissive_power_in_balance(i, q, h).unwrap_or(f64::NAN);
+                (e, q - self.first(i).convected(e)[0])
             }
         }
     }
@@ -160,6 +175,28 @@ impl<'a> SpectralBalances<'a> {
             _ => Bands::ZERO,
         }
     }
+}
+
+/// The root of an increasing function in a bracket by Newton's method, with bisection where a step leaves the bracket; the function gives its value
+/// and slope.
+fn root_in_bracket([mut low, mut high]: [f64; 2], function: impl Fn(f64) -> [f64; 2]) -> f64 {
+    let mut x = high;
+    for _ in 0..MAX_BRACKETING_STEPS {
+        let [value, slope] = function(x);
+        if value < 0.0 {
+            low = x
+        } else {
+            high = x
+        }
+        let newton = x - value / slope;
+        let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+        let is_found = (next - x).abs() <= RELATIVE_STEP * x;
+        x = next;
+        if is_found {
+            break;
+        }
+    }
+    x
 }
 
 #[cfg(test)]

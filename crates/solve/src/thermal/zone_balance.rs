@@ -2,7 +2,10 @@
 
 use rayon::prelude::*;
 use zonal_scene::thermal::{blackbody_emissive_power, blackbody_temperature};
-use zonal_scene::{BandFractions, Bands, Fields, Patch, Scene, Thermal, ThermalCondition, Zones};
+use zonal_scene::{
+    BandFractions, Bands, Convection, Fields, NodeCondition, Patch, Scene, Thermal, ThermalCondition,
+    ThermalNetwork, Zones,
+};
 
 /// Distance from a patch, over the largest edge of a cell, at which the medium in front of it is looked up.
 const OFFSET_FROM_PATCH: f64 = 1e-6;
@@ -22,11 +25,21 @@ pub(super) struct ZoneBalance {
     pub measure: f64,
     /// h over H or G: 1, or ¼.
     pub incident_share: f64,
+    /// The node of unknown temperature to which the zone belongs.
+    pub node: Option<u32>,
+    /// Convection of a zone without such a node.
+    pub convection: Option<Convection>,
     /// Index of the band fractions in [`ZoneBalances::kinds`].
     kind: u32,
 }
 
 impl ZoneBalance {
+    /// h (T − T∞) at the black emissive power `e`, W/m², and its derivative by e; 0 without convection.
+    pub(super) fn convected(&self, e: f64) -> [f64; 2] {
+        let Some(c) = self.convection else { return [0.0; 2] };
+        let t = blackbody_temperature(e.max(0.0));
+        [c.coefficient * (t - c.ambient), c.coefficient * temperature_slope(t)]
+    }
     /// m a in each band.
     pub(super) fn absorption_weight(&self) -> Bands {
         self.weight * self.absorb
@@ -97,6 +110,8 @@ impl<'a> ZoneBalances<'a> {
                 },
             };
             let reflect = self.scene.facet_reflectance(p.facet);
+            let node = self.network().and_then(|n| n.surface_nodes[p.surface].filter(|k| n.is_unknown(*k)));
+            let is_free = node.is_none() && !matches!(known, ThermalCondition::Temperature(_));
             return ZoneBalance {
                 weight: Bands::ONE,
                 absorb: 1.0 - reflect,
@@ -104,6 +119,8 @@ impl<'a> ZoneBalances<'a> {
                 condition: known,
                 measure: p.area,
                 incident_share: 1.0,
+                node: node.map(|k| k as u32),
+                convection: self.network().filter(|_| is_free).and_then(|n| n.convection[p.surface]),
                 kind: self.kind_at_patch(p),
             };
         }
@@ -126,8 +143,14 @@ impl<'a> ZoneBalances<'a> {
             condition: known,
             measure: zones.response(i).1,
             incident_share: 0.25,
+            node: None,
+            convection: None,
             kind,
         }
+    }
+    /// Nodes and convection of the scene.
+    pub(super) fn network(&self) -> Option<&'a ThermalNetwork> {
+        self.thermal.network.as_ref()
     }
     /// Initial temperature, K: the mean of the known temperatures of surfaces and surroundings, or that of the medium.
     pub(super) fn initial_temperature(&self) -> f64 {
@@ -137,6 +160,13 @@ impl<'a> ZoneBalances<'a> {
         if list.is_empty() {
             list.extend(self.scene.voxel_grid().and_then(|m| m.heat(0)).and_then(temperature_of));
         }
+        if let Some(network) = self.network().filter(|_| list.is_empty()) {
+            list.extend(network.nodes.iter().filter_map(|n| match n.condition {
+                NodeCondition::Temperature(t) => Some(t),
+                NodeCondition::Power(_) => None,
+            }));
+            list.extend(network.convection.iter().flatten().map(|c| c.ambient));
+        }
         let mean = list.iter().map(|t| blackbody_emissive_power(*t)).sum::<f64>() / list.len().max(1) as f64;
         if list.is_empty() { 300.0 } else { blackbody_temperature(mean) }
     }
@@ -144,6 +174,11 @@ impl<'a> ZoneBalances<'a> {
     pub(super) fn all(&self, zones: &Zones) -> Vec<ZoneBalance> {
         (0..zones.len()).into_par_iter().map(|i| self.of(zones, i)).collect()
     }
+}
+
+/// dT/de of a black emissive power e = σT⁴, K m²/W.
+pub(super) fn temperature_slope(t: f64) -> f64 {
+    t / (4.0 * blackbody_emissive_power(t)).max(f64::MIN_POSITIVE)
 }
 
 fn temperature_of(known: ThermalCondition) -> Option<f64> {

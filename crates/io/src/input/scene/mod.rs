@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `bands` | `bands` |
 //! | `options` | `[solve]` |
+//! | `network` | `[[node]]`, convection |
 //! | `thermal` | `mode`, `[thermal]`, and the thermal keys of all sections |
 //! | `surface`, `surface_keys`, `surface_properties` | `[[surface]]`: shapes, faces, materials |
 //! | `pane` | `[[pane]]` |
@@ -24,6 +25,7 @@ mod interior;
 mod lights;
 mod medium;
 pub(crate) mod medium_properties;
+mod network;
 mod options;
 mod pane;
 mod region;
@@ -90,6 +92,10 @@ pub(crate) fn read_document(
     for (i, node) in root.list("camera")?.iter().enumerate() {
         reader.parts.cameras.push(camera::read_camera(node, i)?);
     }
+    // A network without nodes and convection says nothing.
+    if let Some(thermal) = &mut reader.parts.thermal {
+        thermal.network = thermal.network.take().filter(|n| !n.is_empty());
+    }
     // Validate the whole scene.
     let mut notes = merge_notes(std::mem::take(&mut reader.parts.notes));
     notes.extend(root.source.take_notes());
@@ -111,6 +117,7 @@ fn read_lights(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(),
 
 /// Reads surfaces, panes and the medium; refuses a scene without any of them.
 fn read_geometry(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(), InputError> {
+    network::read_nodes(root, reader)?;
     let surfaces = root.list("surface")?;
     for (i, node) in surfaces.iter().enumerate() {
         surface::read_surface(node, i, reader)?;

@@ -1,7 +1,7 @@
 //! Reading of surface properties from a table.
 
 use super::surface_properties::SurfaceProperties;
-use super::thermal;
+use super::{network, thermal};
 use crate::input::error::InputError;
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::node::{TomlNode, TomlTable};
@@ -34,8 +34,19 @@ pub(crate) fn read_properties(
 ) -> Result<SurfaceProperties, InputError> {
     thermal::check_mode(table, reader.mode())?;
     check_files(table)?;
+    let (node, mut condition) =
+        (network::read_surface_node(table, reader)?, thermal::read_surface_condition(table)?);
+    if let Some((_, of_node)) = node
+        && condition.replace(of_node).is_some()
+    {
+        return Err(table.error(
+            "a surface of a node has the temperature of the node; remove temperature, heat_flux and net_power, or the node",
+        ));
+    }
     Ok(SurfaceProperties {
-        condition: thermal::read_surface_condition(table)?,
+        condition,
+        node: node.map(|n| n.0),
+        convection: network::read_convection(table)?,
         reflectance: thermal::read_reflectance(table)?,
         emission: without_file(table, "emission").map(|n| n.bands(f64::INFINITY)).transpose()?,
         sides: table.read("sides", |n| Ok([Sides::Front, Sides::Both][n.choice(&["front", "both"])?]))?,

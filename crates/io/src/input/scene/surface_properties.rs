@@ -1,6 +1,6 @@
 //! Properties of a surface as a table gives them: those of a face or a material take precedence over those of the whole.
 
-use zonal_scene::{Bands, DEFAULT_REFLECTANCE, Sides, Surface, ThermalCondition};
+use zonal_scene::{Bands, Convection, DEFAULT_REFLECTANCE, Sides, Surface, ThermalCondition};
 
 /// Whether a surface bounds a solid body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +24,10 @@ pub(crate) struct SurfaceProperties {
     pub(crate) texture: Option<usize>,
     /// Temperature or net power, in thermal mode.
     pub(crate) condition: Option<ThermalCondition>,
+    /// Index of the node that gives the condition.
+    pub(crate) node: Option<usize>,
+    /// Convection, in thermal mode.
+    pub(crate) convection: Option<Convection>,
 }
 
 impl SurfaceProperties {
@@ -36,6 +40,9 @@ impl SurfaceProperties {
             patch_size: self.patch_size.or(other.patch_size),
             texture: self.texture.or(other.texture),
             condition: self.condition.or(other.condition),
+            // A temperature or power takes the place of a node.
+            node: if self.condition.is_some() { self.node } else { other.node },
+            convection: self.convection.or(other.convection),
         }
     }
     /// An inline surface with these properties.

@@ -11,6 +11,8 @@ use zonal_scene::{Band, BandFractions, Bands, PerBand, Thermal, ThermalCondition
 
 /// Keys of boundary conditions of surfaces, in thermal mode.
 const SURFACE_CONDITIONS: [&str; 3] = ["temperature", "heat_flux", "net_power"];
+/// Keys of a surface beside them that belong to thermal mode.
+const NETWORK_KEYS: [&str; 3] = ["node", "heat_transfer_coefficient", "ambient_temperature"];
 /// Keys of thermal conditions of volumes, in thermal mode.
 const VOLUME_CONDITIONS: [&str; 2] = ["temperature", "heat_source"];
 /// Keys that belong to light mode.
@@ -41,7 +43,8 @@ pub(crate) fn check_mode(t: &TomlTable<'_>, mode: SceneMode) -> Result<(), Input
             Some("heat_source"),
         ),
     };
-    match wrong.iter().copied().chain(more).find_map(|k| t.get(k)) {
+    let network = if mode == SceneMode::Light { &NETWORK_KEYS[..] } else { &[] };
+    match wrong.iter().chain(network).copied().chain(more).find_map(|k| t.get(k)) {
         Some(n) => Err(n.error(remedy)),
         None => Ok(()),
     }
@@ -56,7 +59,7 @@ pub(crate) fn read_kelvin(n: TomlNode<'_>) -> Result<f64, InputError> {
 }
 
 /// A net power in W, W/m² or W/m³.
-fn read_net_power(n: &TomlNode<'_>) -> Result<f64, InputError> {
+pub(crate) fn read_net_power(n: &TomlNode<'_>) -> Result<f64, InputError> {
     match n.number()? {
         q if q.abs() <= MAX_NET_POWER => Ok(q),
         q => Err(n.error(power_out_of_range(q))),

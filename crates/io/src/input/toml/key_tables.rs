@@ -24,6 +24,7 @@ const ROOT_KEYS: &[KeySpec] = &[
     key("thermal", "table", "", "grey", "band fractions of the emission in thermal mode"),
     key("solve", "table", "", "", "settings of the solver"),
     key("surface", "list of tables", "", "", "surfaces"),
+    key("node", "list of tables", "", "", "bodies at one temperature (thermal mode)"),
     key("pane", "list of tables", "", "", "thin sheets of absorbing and scattering material"),
     key("medium", "table", "", "vacuum", "participating medium on a voxel grid"),
     key("boundary", "table", "", "", "periodic axes and mirrors"),
@@ -215,7 +216,42 @@ pub(crate) const SURFACE_PROPERTIES: &[KeySpec] = &[
     key("temperature", "number above 0", "K", "", "given temperature (thermal mode)"),
     key("heat_flux", "number", "W/m2", "", "given net radiative flux that leaves the surface (thermal mode)"),
     key("net_power", "number", "W", "", "given net power that leaves the whole surface (thermal mode)"),
+    key("node", "text", "", "", "name of the [[node]] whose temperature the surface has (thermal mode)"),
+    key(
+        "heat_transfer_coefficient",
+        "number from 0",
+        "W/(m2 K)",
+        "",
+        "convection to air of ambient_temperature (thermal mode)",
+    ),
+    key("ambient_temperature", "number above 0", "K", "", "temperature of the air (thermal mode)"),
 ];
+/// `[[node]]`.
+pub(crate) const NODE: KeyGroups = &[&[
+    key("name", "text", "", "required", "unique name"),
+    key("temperature", "number above 0", "K", "unknown", "given temperature"),
+    key("net_power", "number", "W", "0", "power supplied to a node of unknown temperature"),
+    key("links", "list of tables", "", "", "heat paths to other nodes"),
+]];
+/// `node.links`.
+pub(crate) const NODE_LINK: KeyGroups = &[&[
+    key("to", "text", "", "required", "name of the other node"),
+    key("conductance", "number from 0", "W/K", "", "conductance"),
+    key(
+        "conductance_per_area",
+        "number from 0",
+        "W/(m2 K)",
+        "",
+        "conductance over the area of this node's surfaces",
+    ),
+    key(
+        "effective_emissivity",
+        "number from 0",
+        "",
+        "",
+        "radiation through insulation over the area of this node's surfaces, such as 0.02",
+    ),
+]];
 /// `temperature`, `heat_flux`, `net_power`, `emissivity`, `reflectance` or `emission` of a mesh from a file.
 pub(crate) const VALUE_FILE: KeyGroups = &[&[
     key("file", "file name", "", "required", ".csv, .npy, .vtu or .vtp"),
@@ -466,6 +502,8 @@ pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
     ("boundary", BOUNDARY),
     ("surroundings", SURROUNDINGS),
     ("surface[]", SURFACE),
+    ("node[]", NODE),
+    ("node[].links[]", NODE_LINK),
     ("surface[].rectangle", RECTANGLE),
     ("surface[].triangle", TRIANGLE),
     ("surface[].box", BOX),

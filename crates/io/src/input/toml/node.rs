@@ -60,6 +60,13 @@ impl<'a> TomlNode<'a> {
             x => Err(self.error(format!("{x} is out of range; give a number above 0"))),
         }
     }
+    /// A finite number from zero.
+    pub(crate) fn non_negative(&self) -> Result<f64, InputError> {
+        match self.number()? {
+            x if x >= 0.0 => Ok(x),
+            x => Err(self.error(format!("{x} is out of range; give a number from 0"))),
+        }
+    }
     /// A whole number from 1.
     pub(crate) fn count(&self) -> Result<usize, InputError> {
         let DeValue::Integer(i) = self.value else {

@@ -9,7 +9,7 @@
 
 use super::codec::{heat_row_kind, infinite_if_null, printable_text};
 use serde::{Deserialize, Serialize};
-use zonal_scene::{DiscretizationError, HeatReport, HeatRow, HeatRowKind};
+use zonal_scene::{DiscretizationError, HeatReport, HeatRow, HeatRowKind, NodeResult};
 
 /// The format of the table.
 #[derive(Serialize, Deserialize)]
@@ -19,12 +19,57 @@ pub(super) struct HeatFormat {
     #[serde(skip_deserializing)]
     net_is: &'static str,
     rows: Vec<HeatRowFormat>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    nodes: Vec<NodeFormat>,
     #[serde(rename = "surroundings_W")]
     surroundings: f64,
     #[serde(rename = "absorbed_backfaces_W", alias = "backs_W")]
     absorbed_backfaces: f64,
     #[serde(rename = "balance_W", skip_deserializing)]
     balance: f64,
+}
+
+/// The format of a node.
+#[derive(Serialize, Deserialize)]
+struct NodeFormat {
+    #[serde(deserialize_with = "printable_text")]
+    name: String,
+    #[serde(rename = "temperature_K")]
+    temperature: Option<f64>,
+    #[serde(rename = "temperature_error_K", deserialize_with = "infinite_if_null")]
+    temperature_error: f64,
+    #[serde(rename = "radiated_W")]
+    radiated: f64,
+    #[serde(rename = "convected_W")]
+    convected: f64,
+    #[serde(rename = "conducted_W")]
+    conducted: f64,
+    #[serde(rename = "supplied_W", skip_deserializing)]
+    supplied: f64,
+}
+
+impl NodeFormat {
+    fn new(n: &NodeResult) -> NodeFormat {
+        NodeFormat {
+            name: n.name.clone(),
+            temperature: n.temperature.is_finite().then_some(n.temperature),
+            temperature_error: n.temperature_error,
+            radiated: n.radiated,
+            convected: n.convected,
+            conducted: n.conducted,
+            supplied: n.supplied(),
+        }
+    }
+    fn into_node(self) -> NodeResult {
+        NodeResult {
+            name: self.name,
+            temperature: self.temperature.unwrap_or(f64::NAN),
+            temperature_error: self.temperature_error,
+            radiated: self.radiated,
+            convected: self.convected,
+            conducted: self.conducted,
+        }
+    }
 }
 
 /// The format of a row. Fields that follow from others are written and not read.
@@ -82,6 +127,7 @@ impl HeatFormat {
             temperature_is: "fourth root of the mean of T^4 over area or volume",
             net_is: "net radiative power that leaves",
             rows: r.rows.iter().enumerate().map(|(i, x)| HeatRowFormat::new(x, error_of(i))).collect(),
+            nodes: r.nodes.iter().map(NodeFormat::new).collect(),
             surroundings: r.surroundings,
             absorbed_backfaces: r.absorbed_backfaces,
             balance: r.balance(),
@@ -94,6 +140,7 @@ impl HeatFormat {
         let errors = self.rows.iter().map(HeatRowFormat::discretization_errors).collect();
         let report = HeatReport {
             rows: self.rows.into_iter().map(HeatRowFormat::into_row).collect(),
+            nodes: self.nodes.into_iter().map(NodeFormat::into_node).collect(),
             surroundings: self.surroundings,
             absorbed_backfaces: self.absorbed_backfaces,
         };

@@ -1,6 +1,7 @@
 //! The JSON document inside a solution file: all that is not an array over zones, facets or cells. The fields are described once, for
 //! writing and reading (serde); former names of fields are read too.
 
+use super::network::NetworkFormat;
 use crate::output::report::codec::{
     bands, engine, join_triples, light_grouping, list_of, patch_rule, polynomials, printable_text, vector,
     zone_basis,
@@ -203,6 +204,8 @@ pub(super) struct ThermalFormat {
     #[serde(with = "conditions")]
     panes: Vec<ThermalCondition>,
     surroundings: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    network: Option<NetworkFormat>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -259,7 +262,8 @@ impl ThermalFormat {
             }
         };
         let (surfaces, panes) = (t.surfaces.clone(), t.panes.clone());
-        ThermalFormat { band_fractions, surfaces, panes, surroundings: t.surroundings }
+        let network = t.network.as_ref().map(NetworkFormat::new);
+        ThermalFormat { band_fractions, surfaces, panes, surroundings: t.surroundings, network }
     }
 
     /// The thermal data of one triple of bands; `cells` gives the kind of each cell and the polynomials of every kind and band, if they differ.
@@ -268,10 +272,18 @@ impl ThermalFormat {
         (bands, triple): (&BandSet, usize),
         cells: Option<CellPolynomials>,
     ) -> Result<Thermal, String> {
-        let ThermalFormat { band_fractions, surfaces, panes, surroundings } = self;
+        let ThermalFormat { band_fractions, surfaces, panes, surroundings, network } = self;
+        let network = network.map(NetworkFormat::into_network);
         let Some(FractionsFormat { coefficients, range, allow_partial, normalized }) = band_fractions else {
             let band_fractions = BandFractions::Grey;
-            return Ok(Thermal { band_fractions, cell_fractions: None, surfaces, panes, surroundings });
+            return Ok(Thermal {
+                band_fractions,
+                cell_fractions: None,
+                surfaces,
+                panes,
+                surroundings,
+                network,
+            });
         };
         let count = bands.count();
         let lists = cells.iter().flat_map(|c| &c.kinds).chain(std::iter::once(&coefficients));
@@ -290,7 +302,7 @@ impl ThermalFormat {
             kinds: cells.kinds.iter().map(|k| of(k)).collect(),
             kind_of_cell: cells.kind_of_cell,
         });
-        Ok(Thermal { band_fractions: of_scene, cell_fractions, surfaces, panes, surroundings })
+        Ok(Thermal { band_fractions: of_scene, cell_fractions, surfaces, panes, surroundings, network })
     }
 }
 

@@ -37,6 +37,7 @@
 
 mod faces;
 mod header;
+mod network;
 mod read;
 #[cfg(test)]
 mod tests;
