@@ -134,3 +134,26 @@ fn unknown_errors_are_printed_as_unknown() {
     let text = f.done(&["solve", "a.toml", "-o", "a.npz", "--discretization-error", "false"]);
     assert!(text.contains("± of the exchange only") && !text.contains("unknown"), "{text}");
 }
+
+#[test]
+fn nodes_are_printed_and_survive_their_file() {
+    let f = Folder::new();
+    f.put(
+        "scene.toml",
+        "mode = \"thermal\"\n[solve]\ndiscretization_error = false\n[[node]]\nname = \"skin\"\nlinks = [{ to = \"tank\", effective_emissivity = 0.02 }]\n[[node]]\nname = \"tank\"\nnet_power = 5\n[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [1,1,1] }\nemissivity = 1\nheat_transfer_coefficient = 4\nambient_temperature = 290\n[[surface]]\nname = \"body\"\nbox = { min = [0.4,0.4,0.4], max = [0.6,0.6,0.6] }\nemissivity = 0.5\nnode = \"skin\"\n",
+    );
+    let text = f.done(&["solve", "scene.toml", "-o", "a.npz"]);
+    assert!(text.contains("radiated, W") && text.contains("  tank"), "{text}");
+    let json: serde_json::Value =
+        serde_json::from_str(&f.done(&["solve", "scene.toml", "-o", "a.npz", "--json"])).unwrap();
+    let supplied = json["heat"]["nodes"][1]["supplied_W"].as_f64().unwrap();
+    assert!((supplied - 5.0).abs() < 1e-6, "{json}");
+    let path = f.path().join("a.npz");
+    let solution = zonal_io::output::read_solution(&path).unwrap();
+    assert_eq!(solution.report.heat.as_ref().unwrap().nodes.len(), 2);
+    assert_eq!(zonal_io::output::solution_bytes(&solution).unwrap(), std::fs::read(&path).unwrap());
+    // Their exchange areas have no states.
+    f.done(&["exchange", "scene.toml", "-o", "areas.npz", "--direct-only"]);
+    let refused = f.zonal(&["update", "areas.npz", "-o", "q.csv"]);
+    assert_eq!(refused.status.code(), Some(2));
+}

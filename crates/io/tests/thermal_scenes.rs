@@ -317,3 +317,73 @@ fn limiting_cases_are_read() {
     ));
     assert_eq!(s.thermal().unwrap().panes, [ThermalCondition::Temperature(500.0)]);
 }
+
+/// A room with a body, whose table ends with `surface`, after the tables `nodes`.
+fn with_network(nodes: &str, surface: &str) -> Result<zonal_scene::Scene, String> {
+    let text = format!(
+        "mode = \"thermal\"\n{nodes}\n[[surface]]\nroom = {{ min = [0,0,0], max = [1,1,1] }}\ntemperature = 300\nemissivity = 1\n[[surface]]\nname = \"body\"\nbox = {{ min = [0.4,0.4,0.4], max = [0.6,0.6,0.6] }}\nemissivity = 0.5\n{surface}"
+    );
+    zonal_io::input::parse_scene(&text, None, "t.toml").map_err(|e| e.to_string())
+}
+
+#[test]
+fn nodes_and_convection_are_read() {
+    use zonal_scene::{Convection, LinkLaw, NodeCondition, ThermalCondition};
+    let nodes = "[[node]]\nname = \"a\"\nnet_power = 5\nlinks = [{ to = \"b\", conductance = 2 }, { to = \"b\", effective_emissivity = 0.1 }]\n[[node]]\nname = \"b\"\ntemperature = 400";
+    let scene = with_network(
+        nodes,
+        "node = \"a\"\nheat_transfer_coefficient = 3\nambient_temperature = 290\nfaces.z1 = { temperature = 500 }\nfaces.z0 = { node = \"b\" }",
+    )
+    .unwrap();
+    let thermal = scene.thermal().unwrap();
+    let network = thermal.network.as_ref().unwrap();
+    let of = |name: &str| scene.surfaces().iter().position(|s| s.name == name).unwrap();
+    assert_eq!(network.nodes[0].condition, NodeCondition::Power(5.0));
+    let laws: Vec<LinkLaw> = network.links.iter().map(|l| l.law).collect();
+    assert_eq!(laws, [LinkLaw::Conductance(2.0), LinkLaw::EffectiveEmissivity(0.1)]);
+    assert_eq!(network.surface_nodes[of("body.x0")], Some(0));
+    assert_eq!((network.surface_nodes[of("body.z0")], network.surface_nodes[0]), (Some(1), None));
+    assert_eq!(thermal.surfaces[of("body.z0")], ThermalCondition::Temperature(400.0));
+    assert_eq!(network.convection[of("body.x0")], Some(Convection { coefficient: 3.0, ambient: 290.0 }));
+    assert!(with_network("", "heat_flux = 0").unwrap().thermal().unwrap().network.is_none());
+}
+
+#[test]
+fn wrong_nodes_are_refused() {
+    let a = "[[node]]\nname = \"a\"";
+    for (nodes, surface, message) in [
+        ("", "node = \"a\"", "there is no node 'a'; add [[node]]"),
+        (a, "node = \"b\"", "the nodes are: a"),
+        (a, "node = \"a\"\ntemperature = 300", "remove temperature, heat_flux and net_power, or the node"),
+        (a, "heat_flux = 0", "no surface and no link refers to this node"),
+        (a, "heat_flux = 0\nambient_temperature = 300", "give both"),
+        (
+            a,
+            "temperature = 300\nheat_transfer_coefficient = 1\nambient_temperature = 300",
+            "convection does not change",
+        ),
+        (
+            "[[node]]\nname = \"a\"\nlinks = [{ to = \"a\", conductance = 1 }]",
+            "node = \"a\"",
+            "no link to itself",
+        ),
+        ("[[node]]\nname = \"a\"\ntemperature = 300\nnet_power = 1", "node = \"a\"", "both given"),
+        (
+            "[[node]]\nname = \"a\"\n[[node]]\nname = \"b\"\nlinks = [{ to = \"a\" }]",
+            "node = \"a\"",
+            "a link has one law",
+        ),
+        (
+            "[[node]]\nname = \"a\"\n[[node]]\nname = \"b\"\nlinks = [{ to = \"a\", conductance_per_area = 1 }]",
+            "node = \"a\"",
+            "no surface, hence no area",
+        ),
+        ("[[node]]\nname = \"a\"\n[[node]]\nname = \"a\"", "node = \"a\"", "given twice"),
+    ] {
+        let error = with_network(nodes, surface).unwrap_err();
+        assert!(error.starts_with("t.toml") && error.contains(message), "{error}");
+    }
+    let light = "[[node]]\nname = 'a'\n[[surface]]\nroom = { min = [0,0,0], max = [1,1,1] }";
+    let error = zonal_io::input::parse_scene(light, None, "t.toml").unwrap_err().to_string();
+    assert!(error.contains("nodes belong to thermal mode"), "{error}");
+}

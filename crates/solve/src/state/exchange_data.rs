@@ -62,7 +62,7 @@ impl ExchangeData {
     /// The data of exchange areas of a scene in thermal mode: samples the surroundings, and measures or restores closure as a solve does.
     ///
     /// # Errors
-    /// If the scene is in light mode, or if the observer interrupts the computation.
+    /// If the scene is in light mode or has nodes or convection, or if the observer interrupts the computation.
     pub fn new(
         scene: &Scene,
         areas: &ExchangeAreas,
@@ -74,6 +74,12 @@ impl ExchangeData {
                 "thermal states belong to mode = \"thermal\"; give the scene temperatures or powers",
             ));
         };
+        if thermal.network.is_some() {
+            return Err(SceneError::new(
+                "node",
+                "thermal states have no nodes and no convection; solve the scene, or give temperatures and powers",
+            ));
+        }
         let zones = &areas.zones;
         let n = zones.len();
         let transport = Transport::new(scene);

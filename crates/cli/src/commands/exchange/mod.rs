@@ -90,7 +90,9 @@ fn write(
         Some("mtx") => text::write_mtx(&args.output, areas),
         _ => {
             // A scene in thermal mode also has the data of other states.
-            let state = scene.thermal().map(|_| ExchangeData::new(scene, areas, &context.progress()));
+            // Nodes and convection are no part of thermal states.
+            let has_state = scene.thermal().filter(|t| t.network.is_none());
+            let state = has_state.map(|_| ExchangeData::new(scene, areas, &context.progress()));
             let state = state.transpose().map_err(|e| Failure::in_file(&args.scene, e))?;
             npz::write(&args.output, areas, state.as_ref())?;
             Ok(vec![args.output.clone()])

@@ -42,7 +42,11 @@ impl SurfaceProperties {
             condition: self.condition.or(other.condition),
             // A temperature or power takes the place of a node.
             node: if self.condition.is_some() { self.node } else { other.node },
-            convection: self.convection.or(other.convection),
+            convection: match self.condition {
+                // A given temperature takes the place of convection too.
+                Some(ThermalCondition::Temperature(_)) if self.node.is_none() => self.convection,
+                _ => self.convection.or(other.convection),
+            },
         }
     }
     /// An inline surface with these properties.
