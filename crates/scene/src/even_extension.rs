@@ -27,7 +27,7 @@ use crate::scene_error::SceneError;
 use crate::scene_parts::SceneParts;
 use crate::solution::Solution;
 use crate::surface::Facet;
-use crate::thermal::ThermalCondition;
+use crate::thermal::{Thermal, ThermalCondition};
 use crate::voxel_grid::VoxelGrid;
 use crate::zones::{PaneZone, Patch, VoxelZone, Zones};
 use zonal_math::Vec3;
@@ -201,6 +201,16 @@ pub struct EvenExtension {
     bounds: (Vec3, Vec3),
 }
 
+/// Multiplies the powers of whole surfaces and bodies.
+fn scale_powers(thermal: &mut Thermal, factor: f64) {
+    for condition in thermal.surfaces.iter_mut().chain(&mut thermal.panes) {
+        if let ThermalCondition::Power(power) = condition {
+            *power *= factor;
+        }
+    }
+    thermal.network.iter_mut().for_each(|n| n.scale(factor));
+}
+
 impl EvenExtension {
     /// The even extension of a scene; `None` without mirrors.
     ///
@@ -238,14 +248,7 @@ impl EvenExtension {
             let extended = extend_medium(&mut parts, grid, planes.map(|p| p.is_some()), low)?;
             parts.voxel_grid = Some(extended);
         }
-        if let Some(thermal) = &mut parts.thermal {
-            for condition in thermal.surfaces.iter_mut().chain(&mut thermal.panes) {
-                if let ThermalCondition::Power(power) = condition {
-                    *power *= images as f64;
-                }
-            }
-            thermal.network.iter_mut().for_each(|n| n.scale(images as f64));
-        }
+        parts.thermal.iter_mut().for_each(|t| scale_powers(t, images as f64));
         (0..3).for_each(|k| parts.periodic[k] |= mirrors[k] == [true; 2]);
         parts.mirrors = Default::default();
         if let Some((min, max)) = &mut parts.boundary_box {

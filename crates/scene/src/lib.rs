@@ -91,9 +91,7 @@ pub use solution::Solution;
 pub use solve_status::SolveStatus;
 pub use surface::{DEFAULT_REFLECTANCE, Facet, Pane, Sides, Surface, Texture};
 pub use thermal::{BandFractions, CellFractions, Thermal, ThermalCondition};
-pub use thermal_network::{
-    Convection, LinkLaw, MAX_NODES, NodeCondition, NodeLink, ThermalNetwork, ThermalNode,
-};
+pub use thermal_network::{Convection, LinkLaw, NodeCondition, NodeLink, ThermalNetwork, ThermalNode};
 pub use voxel_grid::VoxelGrid;
 pub use voxel_samples::{SUBCELLS, VolumeSample, VoxelSamples};
 pub use zones::{PaneZone, Patch, VoxelZone, Zones};

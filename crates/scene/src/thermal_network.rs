@@ -13,7 +13,7 @@ use crate::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
 use crate::scene_error::{SceneError, invalid};
 
 /// Largest number of nodes: a step inverts their matrix.
-pub const MAX_NODES: usize = 1000;
+const MAX_NODES: usize = 1000;
 /// Largest coefficient of convection, conductance or link.
 const MAX_COEFFICIENT: f64 = 1e12;
 
@@ -152,7 +152,7 @@ impl ThermalNetwork {
             NodeCondition::Temperature(t) if !(t > 0.0 && t <= MAX_TEMPERATURE) => {
                 invalid(key("temperature"), format!("{t} K is out of range; give kelvin above 0"))
             }
-            NodeCondition::Power(p) if !(p.abs() <= MAX_NET_POWER) => {
+            NodeCondition::Power(p) if p.is_nan() || p.abs() > MAX_NET_POWER => {
                 let what = format!("{p:e} is out of range; give watts of a modulus up to {MAX_NET_POWER:e}");
                 invalid(key("net_power"), what)
             }

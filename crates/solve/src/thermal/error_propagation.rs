@@ -38,32 +38,10 @@ pub(crate) fn propagate_errors(
     let n = balances.len();
     let share: Vec<Bands> =
         fields.iter().flat_map(|f| (0..n).map(|i| balances.first(i).incident_share * f.error[i])).collect();
-    // Linearize zones of known power about the temperatures of the radiosities found.
-    let emissive = |i: usize| {
-        let h = |t: usize| balances.first(i).incident_flux(fields[t], i);
-        balances.emissive_and_net_power(i, h).0
-    };
     let surfaces: Vec<usize> = context.zones.patches.iter().map(|p| p.surface).collect();
     let nodes = NodeZones::new(&balances, &surfaces);
-    let linearized = (solve == TemperatureSolve::Newton).then(|| {
-        let incident = |t: usize, i: usize| balances.first(i).incident_flux(fields[t], i);
-        let of_nodes = nodes.as_ref().map(|nodes| (nodes, nodes.found(&balances, incident)));
-        let of_zone = |i: usize| match (balances.first(i).node, &of_nodes) {
-            (Some(k), Some((_, e))) => e[k as usize],
-            _ => emissive(i),
-        };
-        let linearized = Linearization::of(&balances, of_zone);
-        match &of_nodes {
-            Some((nodes, e)) => linearized.with_nodes(&balances, nodes, e),
-            None => linearized,
-        }
-    });
-    let response = |h: &[Bands]| match (&linearized, &nodes) {
-        (Some(linearized), Some(nodes)) => {
-            linearized.node_response(|| nodes.absorbed(&balances, |t, i| h[t * n + i]))
-        }
-        _ => Vec::new(),
-    };
+    let linearized =
+        (solve == TemperatureSolve::Newton).then(|| linearization(&balances, nodes.as_ref(), fields));
     let responses: Vec<&Zones> = zones.iter().map(|t| t.zones).collect();
     let reflected = |place: Place, h: &dyn Fn(usize) -> Bands, nodes: &[f64]| match &linearized {
         Some(all) => all.reflected(place, h, nodes),
@@ -75,7 +53,11 @@ pub(crate) fn propagate_errors(
     // Solve for the errors of the powers sent out.
     let operator = coupled_operator(triples, &balances, BandCoupling::of(&balances), false);
     let powers = |h: &[Bands]| {
-        let nodes = response(h);
+        let absorbed = |nodes: &NodeZones| nodes.absorbed(&balances, |t, i| h[t * n + i]);
+        let nodes = match (&linearized, &nodes) {
+            (Some(linearized), Some(nodes)) => linearized.node_response(|| absorbed(nodes)),
+            _ => Vec::new(),
+        };
         operator.scaling.powers(h, |place, h| reflected(place, h, &nodes))
     };
     let source = powers(&share);
@@ -91,8 +73,31 @@ pub(crate) fn propagate_errors(
     };
     let reflect = |u: &[Bands]| powers(&operator.incident_flux(u));
     let end = coupled_bicgstab::solve(reflect, &source, source.clone(), ERROR_SOLVE, &checkpoint);
-    // Add the errors that they cause.
-    let more = operator.incident_flux(&end.u);
+    add_caused_errors(&balances, &operator.incident_flux(&end.u), fields);
+}
+
+/// Zones of known power and nodes, linearized about the temperatures of the radiosities found.
+fn linearization(
+    balances: &SpectralBalances,
+    nodes: Option<&NodeZones>,
+    fields: &[&mut Fields],
+) -> Linearization {
+    let incident = |t: usize, i: usize| balances.first(i).incident_flux(fields[t], i);
+    let of_nodes = nodes.map_or_else(Vec::new, |nodes| nodes.found(balances, incident));
+    let emissive = |i: usize| match balances.first(i).node {
+        Some(k) => of_nodes[k as usize],
+        None => balances.emissive_and_net_power(i, |t| incident(t, i)).0,
+    };
+    let linearized = Linearization::of(balances, emissive);
+    match nodes {
+        Some(nodes) => linearized.with_nodes(balances, nodes, &of_nodes),
+        None => linearized,
+    }
+}
+
+/// Adds the errors `more` of the incident flux of all triples, W/m², to those of their fields.
+fn add_caused_errors(balances: &SpectralBalances, more: &[Bands], fields: &mut [&mut Fields]) {
+    let n = balances.len();
     for (t, fields) in fields.iter_mut().enumerate() {
         for (i, e) in fields.error.iter_mut().enumerate() {
             *e += more[t * n + i].abs() / balances.first(i).incident_share;

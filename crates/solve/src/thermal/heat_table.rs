@@ -27,11 +27,11 @@ impl ZoneSums {
 
 /// The results of the nodes for their E and δE, W/m²; `radiated` gives the net power that a zone radiates, W.
 pub(super) fn nodes(
-    nodes: &NodeZones,
-    e: &[f64],
-    errors: &[f64],
+    nodes: Option<&NodeZones>,
+    (e, errors): (&[f64], &[f64]),
     radiated: impl Fn(usize) -> f64,
 ) -> Vec<NodeResult> {
+    let Some(nodes) = nodes else { return Vec::new() };
     let of_node = |k: usize| {
         let (temperature, [convected, conducted]) = (blackbody_temperature(e[k]), nodes.heat_flows(k, e));
         NodeResult {

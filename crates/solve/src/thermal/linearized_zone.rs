@@ -7,7 +7,7 @@ use crate::operator::{ExchangeOperator, extend_to_slopes};
 use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::thermal::blackbody_temperature;
-use zonal_scene::{Bands, ThermalCondition, Zones};
+use zonal_scene::{BandFractions, Bands, ThermalCondition, Zones};
 
 /// Whether the bands of a linear solve differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,23 +91,24 @@ impl Linearization {
     }
 }
 
+/// A zone as if its black emissive power `e` were known, and w with its slope.
+fn fixed_zone(l: &ZoneBalance, fractions: &BandFractions, e: f64) -> (LinearizedZone, [Bands; 2]) {
+    let [w, slope] = fractions.emissive_powers(e);
+    let fixed = LinearizedZone {
+        own: l.absorb * w,
+        reflect: l.reflect,
+        reemitted: Bands::ZERO,
+        absorption: Bands::ZERO,
+        node: None,
+    };
+    (fixed, [w, slope])
+}
+
 /// Zone `i` about the black emissive power `e` in every triple.
 fn linearize(balances: &SpectralBalances, i: usize, e: f64) -> Vec<LinearizedZone> {
     let triples = 0..balances.triples();
-    let mut parts: Vec<(LinearizedZone, [Bands; 2])> = triples
-        .clone()
-        .map(|t| {
-            let (l, [w, slope]) = (&balances.zones[t][i], balances.fractions(t, i).emissive_powers(e));
-            let fixed = LinearizedZone {
-                own: l.absorb * w,
-                reflect: l.reflect,
-                reemitted: Bands::ZERO,
-                absorption: Bands::ZERO,
-                node: None,
-            };
-            (fixed, [w, slope])
-        })
-        .collect();
+    let mut parts: Vec<(LinearizedZone, [Bands; 2])> =
+        triples.clone().map(|t| fixed_zone(&balances.zones[t][i], balances.fractions(t, i), e)).collect();
     let q = match balances.first(i).condition {
         ThermalCondition::Temperature(_) => return parts.into_iter().map(|p| p.0).collect(),
         ThermalCondition::Flux(q) | ThermalCondition::Power(q) => q,

@@ -361,9 +361,10 @@ impl ConvergenceHistory {
         self.halves_steps |= self.since_best >= MAX_STEPS_WITHOUT_PROGRESS;
         self.status = if off <= self.wanted && linear <= self.wanted {
             Some(SolveStatus::Converged)
-        } else if off <= self.wanted && asked <= LINEAR_RESIDUAL_OVER_RESIDUAL * self.wanted {
-            Some(SolveStatus::Stalled)
-        } else if self.since_best >= MAX_STEPS_BEFORE_STALL || !off.is_finite() {
+        } else if off <= self.wanted && asked <= LINEAR_RESIDUAL_OVER_RESIDUAL * self.wanted
+            || self.since_best >= MAX_STEPS_BEFORE_STALL
+            || !off.is_finite()
+        {
             Some(SolveStatus::Stalled)
         } else {
             (self.residuals.len() >= MAX_STEPS).then_some(SolveStatus::MaxIterations)

@@ -198,7 +198,7 @@ impl<'a> NodeZones<'a> {
                 largest = largest.max(((next - t) / t).abs());
                 e[k] = if change.is_finite() { blackbody_emissive_power(next) } else { f64::NAN };
             }
-            if !(largest > RELATIVE_STEP) {
+            if largest.is_nan() || largest <= RELATIVE_STEP {
                 break;
             }
         }

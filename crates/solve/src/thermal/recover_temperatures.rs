@@ -41,26 +41,12 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
     let balances = SpectralBalances::new(&parts.collect::<Vec<_>>());
     let n = balances.len();
     // Find E and q of every zone, and widen the errors by the residual of the balance.
-    let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
     let surfaces: Vec<usize> = triples[0].zones.patches.iter().map(|p| p.surface).collect();
     let nodes = NodeZones::new(&balances, &surfaces);
-    let incident = |t: usize, i: usize| balances.first(i).incident_flux(fields[t], i);
-    let of_nodes = nodes.as_ref().map_or_else(Vec::new, |nodes| nodes.found(&balances, incident));
-    let find = |i: usize| match balances.first(i).node {
-        Some(k) => {
-            let e = of_nodes[k as usize];
-            (e, balances.weighted_total(i, |t| balances.emissive_powers(t, i, e) - incident(t, i)))
-        }
-        None => balances.emissive_and_net_power(i, |t| incident(t, i)),
-    };
-    let found: Vec<(f64, f64)> = (0..n).into_par_iter().map(find).collect();
+    let (found, of_nodes) = find_zones(&balances, nodes.as_ref(), triples);
     widen_by_heat_balance(&balances, &found, triples);
     // Convert them to temperatures and net powers with errors.
-    let node_errors = nodes.as_ref().map_or_else(Vec::new, |nodes| {
-        let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
-        let share = |t: usize, i: usize| balances.first(i).incident_share * fields[t].error[i];
-        nodes.linearize(&balances, &of_nodes).response(&nodes.absorbed(&balances, share))
-    });
+    let node_errors = nodes.as_ref().map_or_else(Vec::new, |n| node_errors(&balances, n, &of_nodes, triples));
     let errors = zone_errors(&balances, &found, triples, &node_errors);
     let heat = thermal_fields(&found, &errors);
     triples[0].report.warnings.extend(undefined_temperatures(&balances, &heat));
@@ -82,10 +68,8 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
         own.report.energy_error =
             consistency::power_errors(zones, &own.report.energy, fields, |i| fields.error[i]);
     }
-    let node_results = nodes.as_ref().map_or_else(Vec::new, |nodes| {
-        let radiated = |i: usize| balances.first(i).measure * found[i].1;
-        heat_table::nodes(nodes, &of_nodes, &node_errors, radiated)
-    });
+    let radiated = |i: usize| balances.first(i).measure * found[i].1;
+    let node_results = heat_table::nodes(nodes.as_ref(), (&of_nodes, &node_errors), radiated);
     let rows = heat_table::rows(scenes[0], triples[0].zones, undistributed, of_zone);
     let total =
         |power: &dyn Fn(&EnergyBalance) -> Bands| balances.total(|t| power(&triples[t].report.energy));
@@ -97,6 +81,37 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
         absorbed_backfaces: outside[1],
     });
     triples[0].fields.heat = Some(heat);
+}
+
+/// E and q of every zone, and E of every node.
+fn find_zones(
+    balances: &SpectralBalances,
+    nodes: Option<&NodeZones>,
+    triples: &[SolvedTriple],
+) -> (Vec<(f64, f64)>, Vec<f64>) {
+    let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
+    let incident = |t: usize, i: usize| balances.first(i).incident_flux(fields[t], i);
+    let of_nodes = nodes.map_or_else(Vec::new, |nodes| nodes.found(balances, incident));
+    let find = |i: usize| match balances.first(i).node {
+        Some(k) => {
+            let e = of_nodes[k as usize];
+            (e, balances.weighted_total(i, |t| balances.emissive_powers(t, i, e) - incident(t, i)))
+        }
+        None => balances.emissive_and_net_power(i, |t| incident(t, i)),
+    };
+    ((0..balances.len()).into_par_iter().map(find).collect(), of_nodes)
+}
+
+/// δE of every node with the emissive powers `e`, W/m².
+fn node_errors(
+    balances: &SpectralBalances,
+    nodes: &NodeZones,
+    e: &[f64],
+    triples: &[SolvedTriple],
+) -> Vec<f64> {
+    let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
+    let share = |t: usize, i: usize| balances.first(i).incident_share * fields[t].error[i];
+    nodes.linearize(balances, e).response(&nodes.absorbed(balances, share))
 }
 
 /// Gives the zones of triple `t` their emission, and recomputes radiosity and balance.

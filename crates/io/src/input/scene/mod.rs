@@ -92,10 +92,6 @@ pub(crate) fn read_document(
     for (i, node) in root.list("camera")?.iter().enumerate() {
         reader.parts.cameras.push(camera::read_camera(node, i)?);
     }
-    // A network without nodes and convection says nothing.
-    if let Some(thermal) = &mut reader.parts.thermal {
-        thermal.network = thermal.network.take().filter(|n| !n.is_empty());
-    }
     // Validate the whole scene.
     let mut notes = merge_notes(std::mem::take(&mut reader.parts.notes));
     notes.extend(root.source.take_notes());
@@ -124,6 +120,10 @@ fn read_geometry(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(
     }
     for (i, node) in root.list("pane")?.iter().enumerate() {
         pane::read_pane(node, i, reader)?;
+    }
+    // A network without nodes and convection says nothing.
+    if let Some(thermal) = &mut reader.parts.thermal {
+        thermal.network = thermal.network.take().filter(|n| !n.is_empty());
     }
     let medium_node = root.get("medium");
     if surfaces.is_empty() && reader.parts.panes.is_empty() && medium_node.is_none() {
