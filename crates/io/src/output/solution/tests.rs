@@ -16,6 +16,7 @@ use zonal_scene::{
     Sides, Solution, SolveOptions, SolveStatus, Surface, Surroundings, Texture, Thermal, ThermalCondition,
     ThermalFields, VolumeSample, VoxelGrid, VoxelSamples, VoxelZone, ZoneValues, Zones,
 };
+use zonal_scene::{Convection, LinkLaw, NodeCondition, NodeLink, NodeResult, ThermalNetwork, ThermalNode};
 
 fn folder(name: &str) -> PathBuf {
     let dir = std::env::temp_dir().join(format!("zonal-{name}-{}", std::process::id()));
@@ -422,9 +423,39 @@ fn heat_report() -> HeatReport {
     };
     HeatReport {
         rows: vec![row("a", None), row("b", Some(431.0))],
+        nodes: vec![NodeResult {
+            name: "body".into(),
+            temperature: 1e3 / 3.0,
+            temperature_error: f64::INFINITY,
+            radiated: -0.1,
+            convected: 0.2,
+            conducted: 0.0,
+        }],
         surroundings: 1.5,
         absorbed_backfaces: 0.25,
     }
+}
+
+/// Nodes with links of every law; the last surface, of unknown temperature, belongs to one and has convection.
+fn network(surfaces: usize) -> ThermalNetwork {
+    let node = |name: &str, condition| ThermalNode { name: name.into(), condition };
+    let laws = [
+        LinkLaw::Conductance(0.1),
+        LinkLaw::ConductancePerArea(1.0 / 3.0),
+        LinkLaw::EffectiveEmissivity(0.02),
+    ];
+    let mut network = ThermalNetwork {
+        nodes: vec![
+            node("body", NodeCondition::Power(1.0 / 7.0)),
+            node("hull", NodeCondition::Temperature(300.0)),
+        ],
+        links: laws.map(|law| NodeLink { nodes: [0, 1], law }).to_vec(),
+        surface_nodes: vec![None; surfaces],
+        convection: vec![None; surfaces],
+    };
+    network.surface_nodes[2] = Some(0);
+    network.convection[2] = Some(Convection { coefficient: 0.1, ambient: 1e3 / 3.0 });
+    network
 }
 
 /// A solution in thermal mode with a discretization error.
@@ -453,6 +484,7 @@ fn thermal_solution() -> Solution {
         surfaces: surfaces.into_iter().cycle().take(parts.surfaces.len()).collect(),
         panes: vec![ThermalCondition::Temperature(290.0); parts.panes.len()],
         surroundings: Some(280.0),
+        network: Some(network(parts.surfaces.len())),
     });
     s.scene = Scene::new(parts).unwrap();
     s.fields.heat = Some(thermal_fields(s.zones.len()));
