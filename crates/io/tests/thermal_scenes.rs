@@ -337,14 +337,15 @@ fn nodes_and_convection_are_read() {
     .unwrap();
     let thermal = scene.thermal().unwrap();
     let network = thermal.network.as_ref().unwrap();
+    // Faces without keys of their own are one surface.
     let of = |name: &str| scene.surfaces().iter().position(|s| s.name == name).unwrap();
     assert_eq!(network.nodes[0].condition, NodeCondition::Power(5.0));
     let laws: Vec<LinkLaw> = network.links.iter().map(|l| l.law).collect();
     assert_eq!(laws, [LinkLaw::Conductance(2.0), LinkLaw::EffectiveEmissivity(0.1)]);
-    assert_eq!(network.surface_nodes[of("body.x0")], Some(0));
+    assert_eq!(network.surface_nodes[of("body")], Some(0));
     assert_eq!((network.surface_nodes[of("body.z0")], network.surface_nodes[0]), (Some(1), None));
     assert_eq!(thermal.surfaces[of("body.z0")], ThermalCondition::Temperature(400.0));
-    assert_eq!(network.convection[of("body.x0")], Some(Convection { coefficient: 3.0, ambient: 290.0 }));
+    assert_eq!(network.convection[of("body")], Some(Convection { coefficient: 3.0, ambient: 290.0 }));
     assert!(with_network("", "heat_flux = 0").unwrap().thermal().unwrap().network.is_none());
 }
 

@@ -178,6 +178,11 @@ fn read_table(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Failure> {
     Ok((keys, rows))
 }
 
+/// An error with the number of the sample in front.
+fn of_sample(sample: usize, e: &impl std::fmt::Display) -> Failure {
+    Failure::new(format!("sample {sample}: {e}"))
+}
+
 /// The samples of a data set.
 struct DatasetRun<'a> {
     args: &'a Args,
@@ -200,17 +205,16 @@ impl DatasetRun<'_> {
     }
     /// The scene of a sample.
     fn scene(&self, sample: usize) -> Result<Scene, Failure> {
-        let scene = self.template.scene(&self.inputs.of(sample))?;
+        let scene = self.template.scene(&self.inputs.of(sample)).map_err(|e| of_sample(sample, &e))?;
         let mut options = scene.options().clone();
         let own = options.discretization_error.unwrap_or(false);
         options.engine = self.engine.unwrap_or(options.engine);
         options.discretization_error = Some(self.args.discretization_error || own);
-        Ok(scene.with_options(options)?)
+        scene.with_options(options).map_err(|e| of_sample(sample, &e))
     }
     /// Solves the first sample, and chooses the engine: small boxes take a twentieth of the time by the spectral engine.
     fn first_sample(&mut self) -> Result<Solution, Failure> {
-        if self.engine.is_none() && self.template.scene(&self.inputs.of(0))?.options().engine == Engine::Auto
-        {
+        if self.engine.is_none() && self.scene(0)?.options().engine == Engine::Auto {
             self.engine = Some(Engine::Spectral);
             if let Ok(found) = self.solve(0, &NoProgress) {
                 return Ok(found);
@@ -221,12 +225,11 @@ impl DatasetRun<'_> {
     }
     /// Solves a sample.
     fn solve(&self, sample: usize, progress: &dyn Progress) -> Result<Solution, Failure> {
-        let of_sample = |e: Failure| Failure::new(format!("sample {sample}: {e}"));
-        let scene = self.scene(sample).map_err(of_sample)?;
+        let scene = self.scene(sample)?;
         let hash = scene_hash(&scene);
         let settings = SolveSettings::new(self.memory, progress);
         let mut solution = zonal_solve::solve_with_settings(scene, &settings)
-            .map_err(|e| of_sample(Failure::in_file(&self.args.template, e)))?;
+            .map_err(|e| of_sample(sample, &Failure::in_file(&self.args.template, e)))?;
         solution.scene_hash = hash;
         Ok(solution)
     }

@@ -170,7 +170,7 @@ mod tests {
     fn paths_without_a_number_are_refused_by_name() {
         for (paths, message) in [
             (&["medium.heat"][..], "medium.heat: there is no 'heat' here"),
-            (&["medium"], "medium: this is a table; name a number in it, such as 'max'"),
+            (&["medium"], "medium: this is a table; name a number in it, such as 'heat_source'"),
             (&["surface.d.x"], "no entry has the name or the number 'd'"),
             (&["surface.c.name"], "this is no number"),
             (&["medium.heat_source.x"], "there is no 'x' in this value"),

@@ -436,7 +436,7 @@ fn heat_report() -> HeatReport {
     }
 }
 
-/// Nodes with links of every law; the last surface, of unknown temperature, belongs to one and has convection.
+/// Nodes with links of every law; the first surface, of unknown temperature, belongs to one and has convection.
 fn network(surfaces: usize) -> ThermalNetwork {
     let node = |name: &str, condition| ThermalNode { name: name.into(), condition };
     let laws = [
@@ -453,8 +453,8 @@ fn network(surfaces: usize) -> ThermalNetwork {
         surface_nodes: vec![None; surfaces],
         convection: vec![None; surfaces],
     };
-    network.surface_nodes[2] = Some(0);
-    network.convection[2] = Some(Convection { coefficient: 0.1, ambient: 1e3 / 3.0 });
+    network.surface_nodes[0] = Some(0);
+    network.convection[0] = Some(Convection { coefficient: 0.1, ambient: 1e3 / 3.0 });
     network
 }
 
