@@ -106,11 +106,12 @@ fn diagnostics(r: &Report) -> impl Iterator<Item = &Diagnostic> {
 fn heat(out: &mut String, r: &HeatReport, discretization: Option<&DiscretizationError>) {
     let restriction = if discretization.is_none() { "; ± of the exchange only" } else { "" };
     let _ = writeln!(out, "net power by part (temperature: fourth root of the mean of T^4{restriction})");
-    let _ = writeln!(
-        out,
-        "  {:<26}{:>14}{:>20}{:>30}{:>28}",
+    let sunlight = if r.rows.iter().any(|x| x.absorbed_sunlight.is_some()) { "sunlight, W" } else { "" };
+    let heading = format!(
+        "  {:<26}{:>14}{:>20}{:>30}{:>28}{sunlight:>18}",
         "", "size", "temperature, K", "net flux", "net power, W"
     );
+    let _ = writeln!(out, "{}", heading.trim_end());
     for i in 0..r.rows.len().min(MAX_HEAT_ROWS) {
         let discretization_errors = match discretization {
             Some(z) => z.heat.get(i).copied().unwrap_or([f64::INFINITY; 2]),
@@ -159,9 +160,10 @@ fn heat_row(out: &mut String, r: &HeatReport, row: usize, [temperature_error, po
     let temperature =
         |t| value_with_error(t, x.temperature_error.unwrap_or(f64::INFINITY) + temperature_error);
     let power = x.power_error + power_error;
+    let sunlight = x.absorbed_sunlight.map_or(String::new(), |w| format!("{:>18}", large_number(w)));
     let _ = writeln!(
         out,
-        "  {:<26}{:>14}{:>20}{:>30}{:>28}",
+        "  {:<26}{:>14}{:>20}{:>30}{:>28}{sunlight}",
         x.name,
         format!("{} m{unit}", number(x.size)),
         x.temperature.map_or("undefined".into(), temperature),

@@ -4,6 +4,9 @@
 //! three values of [`crate::Bands`]. A scene of up to three bands is one triple; one of N bands is ⌈N/3⌉ scenes of the same geometry
 //! ([`crate::Scene::triples`]). The values of the last triple beyond the last band are copies of the last band. They have no emission in thermal
 //! mode and appear in no result.
+//!
+//! A scene in thermal mode with lights has a last band for sunlight, which no temperature of the scene emits: surfaces and media have properties of
+//! their own in it, and all lights send their power in it, except the infrared of planets.
 
 use crate::bands::Bands;
 use crate::scene_error::{SceneError, invalid};
@@ -41,12 +44,14 @@ pub struct BandSet {
     wavelengths: Vec<[f64; 2]>,
     /// True for the bands red, green and blue.
     is_rgb: bool,
+    /// True if the last band is that of sunlight.
+    has_solar_band: bool,
 }
 
 impl Default for BandSet {
     /// Red, green and blue.
     fn default() -> BandSet {
-        BandSet { count: BANDS_PER_TRIPLE, wavelengths: Vec::new(), is_rgb: true }
+        BandSet { count: BANDS_PER_TRIPLE, wavelengths: Vec::new(), is_rgb: true, has_solar_band: false }
     }
 }
 
@@ -59,7 +64,7 @@ impl BandSet {
         if !(1..=MAX_BANDS).contains(&count) {
             return invalid("bands", format!("{count} bands are out of range; give 1 to {MAX_BANDS}"));
         }
-        Ok(BandSet { count, wavelengths: Vec::new(), is_rgb: false })
+        Ok(BandSet { count, wavelengths: Vec::new(), is_rgb: false, has_solar_band: false })
     }
 
     /// Bands between wavelengths [from, to] in nm, ascending and without overlap.
@@ -86,9 +91,48 @@ impl BandSet {
         Ok(BandSet { wavelengths, ..set })
     }
 
+    /// These bands of thermal emission, and a last one for sunlight.
+    ///
+    /// ```
+    /// use zonal_scene::BandSet;
+    /// let bands = BandSet::numbered(1)?.with_solar_band()?;
+    /// assert_eq!((bands.count(), bands.infrared_count(), bands.name(1).as_str()), (2, 1, "solar"));
+    /// assert_eq!(bands.in_solar_band(0, 800.0).to_rgb(), [0.0, 800.0, 0.0]);
+    /// # Ok::<(), zonal_scene::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If the bands have wavelengths, or if there are too many.
+    pub fn with_solar_band(self) -> Result<BandSet, SceneError> {
+        if !self.wavelengths.is_empty() {
+            let what = "bands with wavelengths have no separate sunlight; give the number of infrared bands, or remove the lights";
+            return invalid("bands", what);
+        }
+        Ok(BandSet { has_solar_band: true, ..BandSet::numbered(self.count + 1)? })
+    }
+
     /// Number of bands.
     pub fn count(&self) -> usize {
         self.count
+    }
+    /// True if the last band is that of sunlight.
+    pub fn has_solar_band(&self) -> bool {
+        self.has_solar_band
+    }
+    /// Number of bands without that of sunlight.
+    pub fn infrared_count(&self) -> usize {
+        self.count - usize::from(self.has_solar_band)
+    }
+    /// A flux in the band of sunlight, as values of a triple; 0 in all other bands.
+    pub fn in_solar_band(&self, triple: usize, flux: f64) -> Bands {
+        let own = |k: usize| self.has_solar_band && BANDS_PER_TRIPLE * triple + k + 1 == self.count;
+        Bands::from_fn(|b| if own(b.index()) { flux } else { 0.0 })
+    }
+    /// Values of a triple with another property in the band of sunlight.
+    pub fn with_solar_value(&self, triple: usize, values: Bands, solar: f64) -> Bands {
+        // What fills up the last triple is a copy of the last band.
+        let own = |k: usize| self.has_solar_band && BANDS_PER_TRIPLE * triple + k + 1 >= self.count;
+        Bands::from_fn(|b| if own(b.index()) { solar } else { values[b] })
     }
     /// Number of triples that hold the bands.
     pub fn triples(&self) -> usize {
@@ -111,6 +155,7 @@ impl BandSet {
     pub fn name(&self, band: usize) -> String {
         match self.wavelengths.get(band) {
             Some([from, to]) => format!("{from}-{to} nm"),
+            None if self.has_solar_band && band + 1 == self.count => "solar".into(),
             None if self.is_rgb && band < BANDS_PER_TRIPLE => ["red", "green", "blue"][band].into(),
             None => format!("band {band}"),
         }

@@ -37,6 +37,8 @@ pub struct HeatRow {
     pub power: f64,
     /// Error of the power, W.
     pub power_error: f64,
+    /// Absorbed sunlight, W, which the net power contains with a negative sign; `None` in scenes without sunlight.
+    pub absorbed_sunlight: Option<f64>,
 }
 
 impl HeatRow {

@@ -2,6 +2,7 @@
 
 use crate::band::{Band, PerBand};
 use crate::bands::Bands;
+use crate::light::Light;
 use crate::options::LightGrouping;
 use crate::scene_error::{SceneError, invalid};
 use crate::scene_parts::SceneParts;
@@ -55,10 +56,18 @@ pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(),
 
 /// Refuses lights and settings that have no meaning for heat.
 fn check_options(parts: &SceneParts) -> Result<(), SceneError> {
-    if !parts.lights.is_empty() {
+    if !parts.lights.is_empty() && !parts.bands.has_solar_band() {
         return invalid(
             "light",
-            "lights belong to mode = \"light\"; in thermal mode give temperatures, or heat_flux to what the sun warms",
+            "lights of a thermal scene need a band of sunlight, and these bands have none; use BandSet::with_solar_band",
+        );
+    }
+    if let Some(Light::Emitter { surface, .. }) =
+        parts.lights.iter().find(|l| matches!(l, Light::Emitter { .. }))
+    {
+        return invalid(
+            format!("surface '{}'.emission", parts.surfaces[*surface].name),
+            "emitting surfaces belong to mode = \"light\"; in thermal mode give a sun, a sky or a planet",
         );
     }
     if parts.options.light_grouping == LightGrouping::Each {

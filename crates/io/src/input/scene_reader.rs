@@ -64,9 +64,13 @@ impl<'a> SceneReader<'a> {
     /// Adds a surface and returns its index. Thermal mode takes its boundary condition from the properties and requires an emissivity.
     pub(crate) fn add_surface(
         &mut self,
-        surface: Surface,
+        mut surface: Surface,
         properties: &SurfaceProperties,
     ) -> Result<usize, InputError> {
+        let (bands, triple) = (&self.parts.bands, self.parts.triple);
+        if let Some(a) = properties.solar_absorptance {
+            surface.reflectance = bands.with_solar_value(triple, surface.reflectance, 1.0 - a);
+        }
         if let Some(thermal) = &mut self.parts.thermal {
             let missing = |key: &str, message: &str| {
                 let key = format!("surface '{}'.{key}", surface.name);
@@ -84,6 +88,12 @@ impl<'a> SceneReader<'a> {
                 return missing(
                     "emissivity",
                     "this key is missing; write emissivity = 0.9, or 1 for a black surface",
+                );
+            }
+            if surface.reflectance.any(f64::is_nan) {
+                return missing(
+                    "solar_absorptance",
+                    "the list for the infrared bands has no value for sunlight; write solar_absorptance = 0.3",
                 );
             }
             let is_known = matches!(condition, ThermalCondition::Temperature(_));

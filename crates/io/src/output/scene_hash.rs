@@ -75,6 +75,9 @@ fn hash_bands(h: &mut WordHasher, scene: &Scene) {
     if !scene.bands().is_rgb() {
         h.int(scene.bands().count());
     }
+    if scene.bands().has_solar_band() {
+        h.int(1);
+    }
 }
 
 /// Hashes one triple of the bands.

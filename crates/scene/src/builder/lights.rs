@@ -1,7 +1,8 @@
 //! Lights and panes of glass for a [`crate::SceneBuilder`].
 
 use super::values::BandValues;
-use crate::{Bands, Light, Pane, Plate};
+use crate::thermal::blackbody_emissive_power;
+use crate::{BandSet, Bands, Light, Pane, Plate};
 use zonal_math::Vec3;
 
 /// Angular diameter of the sun as seen from the earth, degrees.
@@ -28,7 +29,7 @@ impl Sun {
         }
     }
 
-    /// Sets the irradiance on a plane perpendicular to the direction, W/m².
+    /// Sets the irradiance on a plane perpendicular to the direction, W/m²; in thermal scenes that of sunlight, a number.
     #[must_use]
     pub fn irradiance(mut self, irradiance: impl BandValues) -> Sun {
         self.irradiance = irradiance.into_bands();
@@ -89,10 +90,78 @@ impl From<Sky> for Light {
     }
 }
 
+/// A distant disc that emits in the infrared and reflects sunlight, uniformly; for thermal scenes.
+#[derive(Clone, Debug)]
+pub struct Planet {
+    name: String,
+    direction: Vec3,
+    angular_diameter: f64,
+    /// Infrared and reflected flux at its surface, W/m².
+    flux: [f64; 2],
+}
+
+impl Planet {
+    /// A planet whose radiation travels along `direction` (any length), of an angular diameter in degrees: 2 arcsin(R/(R + h)) at the height h above a
+    /// planet of radius R. It sends nothing yet.
+    #[must_use]
+    pub fn new(direction: [f64; 3], angular_diameter_degrees: f64) -> Planet {
+        Planet {
+            name: "planet".into(),
+            direction: Vec3::from_array(direction),
+            angular_diameter: angular_diameter_degrees.to_radians(),
+            flux: [0.0; 2],
+        }
+    }
+
+    /// Sets the black-body temperature of its infrared radiation, K.
+    #[must_use]
+    pub fn temperature(mut self, temperature: f64) -> Planet {
+        self.flux[0] = blackbody_emissive_power(temperature);
+        self
+    }
+
+    /// Sets the flux of reflected sunlight at its surface, W/m².
+    #[must_use]
+    pub fn reflected_flux(mut self, flux: f64) -> Planet {
+        self.flux[1] = flux;
+        self
+    }
+
+    /// Sets its name; `planet` where not given.
+    #[must_use]
+    pub fn name(mut self, name: impl Into<String>) -> Planet {
+        self.name = name.into();
+        self
+    }
+}
+
+impl From<Planet> for Light {
+    fn from(planet: Planet) -> Light {
+        let over_flux = (0.5 * planet.angular_diameter).sin().powi(2);
+        let [infrared, reflected] = planet.flux;
+        Light::Sun {
+            name: planet.name,
+            direction: planet.direction.normalized(),
+            irradiance: Bands::from_rgb([infrared * over_flux, reflected * over_flux, 0.0]),
+            angular_diameter: planet.angular_diameter,
+        }
+    }
+}
+
+/// Moves the power of a light that is the same in all bands to the band of sunlight of a thermal scene.
+pub(super) fn to_sunlight(light: &mut Light, bands: &BandSet) {
+    if let Light::Sun { irradiance: flux, .. } | Light::Sky { radiance: flux, .. } = light
+        && flux.is_grey()
+    {
+        *flux = bands.in_solar_band(0, flux.first());
+    }
+}
+
 /// A pane: a thin parallelogram of absorbing and scattering glass.
 #[derive(Clone, Debug)]
 pub struct GlassPane {
     pane: Pane,
+    solar_extinction: Option<f64>,
 }
 
 impl GlassPane {
@@ -113,7 +182,7 @@ impl GlassPane {
             albedo: Bands::ZERO,
             emission: Bands::ZERO,
         };
-        GlassPane { pane }
+        GlassPane { pane, solar_extinction: None }
     }
 
     /// Sets the name; `pane1`, `pane2`, … where not given.
@@ -130,8 +199,17 @@ impl GlassPane {
         self
     }
 
-    pub(super) fn into_pane(self, number: usize) -> Pane {
+    /// Sets the extinction coefficient for sunlight, 1/m, in thermal scenes with lights; that of the infrared where not given.
+    #[must_use]
+    pub fn solar_extinction(mut self, extinction: f64) -> GlassPane {
+        self.solar_extinction = Some(extinction);
+        self
+    }
+
+    pub(super) fn into_pane(self, number: usize, bands: &BandSet) -> Pane {
         let name = if self.pane.name.is_empty() { format!("pane{number}") } else { self.pane.name };
-        Pane { name, ..self.pane }
+        let own = self.pane.extinction;
+        let extinction = self.solar_extinction.map_or(own, |k| bands.with_solar_value(0, own, k));
+        Pane { name, extinction, ..self.pane }
     }
 }

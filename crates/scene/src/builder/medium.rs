@@ -1,7 +1,7 @@
 //! A participating medium from arrays.
 
 use super::values::VoxelValues;
-use crate::{SceneError, ThermalCondition, VoxelGrid};
+use crate::{BandSet, Bands, SceneError, ThermalCondition, VoxelGrid};
 use zonal_math::{Vec3, vec3};
 
 /// A participating medium on a regular grid of voxels.
@@ -18,6 +18,8 @@ pub struct Medium {
     cells: [usize; 3],
     extinction: VoxelValues,
     albedo: VoxelValues,
+    /// κ and Ω of sunlight.
+    solar: [Option<f64>; 2],
     emission: VoxelValues,
     source: VoxelValues,
     temperature: Option<VoxelValues>,
@@ -35,6 +37,7 @@ impl Medium {
             cells,
             extinction: zero(),
             albedo: zero(),
+            solar: [None; 2],
             emission: zero(),
             source: zero(),
             temperature: None,
@@ -53,6 +56,13 @@ impl Medium {
     #[must_use]
     pub fn albedo(mut self, albedo: impl Into<VoxelValues>) -> Medium {
         self.albedo = albedo.into();
+        self
+    }
+
+    /// Sets the extinction coefficient (1/m) and the albedo for sunlight, in thermal scenes with lights; those of the infrared where not given.
+    #[must_use]
+    pub fn solar(mut self, extinction: f64, albedo: f64) -> Medium {
+        self.solar = [Some(extinction), Some(albedo)];
         self
     }
 
@@ -89,8 +99,13 @@ impl Medium {
         self.temperature.is_some() || self.heat_source.is_some()
     }
 
-    /// The validated grid.
-    pub(super) fn build(&self) -> Result<VoxelGrid, SceneError> {
+    /// Whether values for sunlight are given.
+    pub(super) fn has_solar_values(&self) -> bool {
+        self.solar.iter().any(Option::is_some)
+    }
+
+    /// The validated grid in a scene of these bands.
+    pub(super) fn build(&self, bands: &BandSet) -> Result<VoxelGrid, SceneError> {
         let [nx, ny, nz] = self.cells;
         let (min, max) = (Vec3::from_array(self.min), Vec3::from_array(self.max));
         let edges = max - min;
@@ -123,12 +138,15 @@ impl Medium {
         };
         // The first voxel stands for all where every property is uniform.
         let uniform = given.iter().all(|(_, values)| values.and_then(VoxelValues::len).is_none());
-        grid.fill(self.extinction.at(0), self.albedo.at(0), self.emission.at(0), self.source.at(0));
+        let with_solar = |v: Bands, solar: Option<f64>| solar.map_or(v, |x| bands.with_solar_value(0, v, x));
+        let extinction = |i: usize| with_solar(self.extinction.at(i), self.solar[0]);
+        let albedo = |i: usize| with_solar(self.albedo.at(i), self.solar[1]);
+        grid.fill(extinction(0), albedo(0), self.emission.at(0), self.source.at(0));
         if let Some(condition) = condition(0) {
             grid.fill_heat(condition);
         }
         for i in 1..if uniform { 1 } else { grid.len() } {
-            grid.set(i, self.extinction.at(i), self.albedo.at(i), self.emission.at(i), self.source.at(i));
+            grid.set(i, extinction(i), albedo(i), self.emission.at(i), self.source.at(i));
             if let Some(condition) = condition(i) {
                 grid.set_heat(i, condition, condition);
             }

@@ -13,6 +13,8 @@ pub struct Mesh {
     pub(super) name: Option<String>,
     pub(super) plates: Vec<Plate>,
     pub(super) reflectance: Option<Bands>,
+    /// Absorptance of sunlight.
+    pub(super) solar: Option<f64>,
     pub(super) emission: Option<Bands>,
     pub(super) sides: Option<Sides>,
     pub(super) patch_size: Option<f64>,
@@ -31,6 +33,7 @@ impl Mesh {
             name: None,
             plates,
             reflectance: None,
+            solar: None,
             emission: None,
             sides: None,
             patch_size: None,
@@ -121,6 +124,13 @@ impl Mesh {
     #[must_use]
     pub fn emissivity(mut self, emissivity: impl BandValues) -> Mesh {
         self.reflectance = Some(emissivity.into_bands().map(|e| 1.0 - e));
+        self
+    }
+
+    /// Sets the absorptance of sunlight, 0 to 1, in thermal scenes with lights; the emissivity where not given.
+    #[must_use]
+    pub fn solar_absorptance(mut self, absorptance: f64) -> Mesh {
+        self.solar = Some(absorptance);
         self
     }
 

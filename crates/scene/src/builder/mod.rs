@@ -5,23 +5,23 @@ mod medium;
 mod mesh;
 mod values;
 
-pub use lights::{GlassPane, Sky, Sun};
+pub use lights::{GlassPane, Planet, Sky, Sun};
 pub use medium::Medium;
 pub use mesh::Mesh;
 pub use values::{BandValues, VoxelValues};
 
 use crate::shells::{ShellKind, Shells, WELD_TOLERANCE};
 use crate::{
-    BandFractions, Camera, DEFAULT_REFLECTANCE, Facet, Light, LinkLaw, NodeCondition, NodeLink, Plate, Scene,
-    SceneError, SceneParts, Sides, SolveOptions, Surface, Surroundings, Thermal, ThermalCondition,
-    ThermalNetwork, ThermalNode,
+    BandFractions, BandSet, Bands, Camera, DEFAULT_REFLECTANCE, Facet, Light, LinkLaw, NodeCondition,
+    NodeLink, Plate, Scene, SceneError, SceneParts, Sides, SolveOptions, Surface, Surroundings, Thermal,
+    ThermalCondition, ThermalNetwork, ThermalNode,
 };
 use zonal_math::Vec3;
 
 /// Builds a [`Scene`] from arrays.
 ///
-/// Any temperature, heat flux or heat source makes the scene thermal; every surface then needs one, and lights and emission
-/// are refused.
+/// Any temperature, heat flux or heat source makes the scene thermal; every surface then needs one, and emission is refused. Lights of a thermal scene are
+/// sunlight, for which surfaces and media have properties of their own; its infrared is then grey.
 ///
 /// ```
 /// use zonal_scene::{Medium, Mesh, Scene, Sun};
@@ -119,7 +119,19 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds a sun or a sky.
+    /// Adds a sun, a sky or, in a thermal scene, a planet.
+    ///
+    /// ```
+    /// use zonal_scene::{Mesh, Planet, Scene, Sun};
+    /// let plate = Mesh::rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    /// let scene = Scene::builder()
+    ///     .surface(plate.heat_flux(0.0).emissivity(0.85).solar_absorptance(0.2))
+    ///     .light(Sun::new([0.0, 0.0, -1.0]).irradiance(1361.0))
+    ///     .light(Planet::new([0.0, 0.0, 1.0], 140.0).temperature(255.0).reflected_flux(400.0))
+    ///     .build()?;
+    /// assert_eq!(scene.bands().name(1), "solar");
+    /// # Ok::<(), zonal_scene::SceneError>(())
+    /// ```
     #[must_use]
     pub fn light(mut self, light: impl Into<Light>) -> SceneBuilder {
         self.lights.push(light.into());
@@ -229,6 +241,20 @@ impl SceneBuilder {
             options: self.options,
             ..SceneParts::default()
         };
+        if thermal && !parts.lights.is_empty() {
+            if self.band_fractions.is_some() {
+                let what = "a thermal scene of a builder with lights is grey in the infrared; remove the band fractions, or read the scene from a file";
+                return Err(SceneError::new("thermal.band_fractions", what));
+            }
+            parts.bands = BandSet::numbered(1)?.with_solar_band()?;
+            parts.lights.iter_mut().for_each(|l| lights::to_sunlight(l, &parts.bands));
+        }
+        let gives_solar = self.meshes.iter().any(|m| m.solar.is_some())
+            || self.medium.as_ref().is_some_and(Medium::has_solar_values);
+        if gives_solar && !parts.bands.has_solar_band() {
+            let what = "properties for sunlight have no effect without a light in a thermal scene; add one, or leave them out";
+            return Err(SceneError::new("light", what));
+        }
         let mut conditions = Vec::new();
         let mut network = network(self.nodes, self.links)?;
         for (number, mesh) in self.meshes.into_iter().enumerate() {
@@ -242,12 +268,17 @@ impl SceneBuilder {
                 *condition = ThermalCondition::Temperature(t);
             }
         }
-        parts.panes = self.panes.into_iter().enumerate().map(|(i, p)| p.into_pane(i + 1)).collect();
-        parts.voxel_grid = self.medium.as_ref().map(Medium::build).transpose()?;
+        let bands = &parts.bands;
+        parts.panes = self.panes.into_iter().enumerate().map(|(i, p)| p.into_pane(i + 1, bands)).collect();
+        parts.voxel_grid = self.medium.as_ref().map(|m| m.build(bands)).transpose()?;
         if thermal {
+            let sunlit = parts.bands.has_solar_band();
             parts.thermal = Some(Thermal {
                 cell_fractions: None,
-                band_fractions: self.band_fractions.unwrap_or_default(),
+                band_fractions: match self.band_fractions {
+                    None if sunlit => BandFractions::constant(Bands::from_rgb([1.0, 0.0, 0.0])),
+                    fractions => fractions.unwrap_or_default(),
+                },
                 surfaces: conditions,
                 panes: vec![ThermalCondition::Flux(0.0); parts.panes.len()],
                 surroundings: self.surroundings_temperature,
@@ -323,7 +354,11 @@ fn add_mesh(
         let surface = parts.surfaces.len();
         parts.surfaces.push(Surface {
             name: if present.len() > 1 { format!("{name}{}", kind.name_suffix()) } else { name.clone() },
-            reflectance: mesh.reflectance.unwrap_or(DEFAULT_REFLECTANCE),
+            reflectance: with_solar(
+                &parts.bands,
+                mesh.reflectance.unwrap_or(DEFAULT_REFLECTANCE),
+                mesh.solar,
+            ),
             emission: mesh.emission.unwrap_or_default(),
             reflectance_texture: None,
             emission_texture: None,
@@ -339,6 +374,11 @@ fn add_mesh(
         parts.facets.extend(of_kind.map(|i| facet(surface, mesh.plates[i])));
     }
     Ok(())
+}
+
+/// A reflectance with that of an absorptance of sunlight.
+fn with_solar(bands: &BandSet, reflectance: Bands, absorptance: Option<f64>) -> Bands {
+    absorptance.map_or(reflectance, |a| bands.with_solar_value(0, reflectance, 1.0 - a))
 }
 
 fn facet(surface: usize, plate: Plate) -> Facet {

@@ -14,6 +14,8 @@ use zonal_transport::lights::{EmissionSample, LightSampler};
 
 /// Attenuation below which a ray from outside has met nothing: rounding where the box of the medium and a wall coincide.
 const MIN_ATTENUATION: f64 = 1e-9;
+/// Angular diameter, radians, above which the rays of a distant disc start on a rectangle of their own direction.
+const WIDE_DISC: f64 = 0.2;
 /// Number of rays from a light.
 pub(crate) const LIGHT_RAYS: usize = 1 << 17;
 /// Rays of a block.
@@ -112,6 +114,7 @@ impl LightRays<'_> {
         let (centre, radius) = ((lo + hi) * 0.5, 0.5 * self.scene.diagonal() * (1.0 + 1e-9));
         let (u, v) = r4(k);
         match self.sampler.light() {
+            Light::Sun { angular_diameter, .. } if *angular_diameter > WIDE_DISC => self.wide_disc(k, u, sum),
             Light::Sun { direction, irradiance, angular_diameter, .. } => {
                 // Start on the rectangle that is the projection of the bounds along the beam.
                 let disc = low_discrepancy::sobol_2d(k as u32, [0, 0]);
@@ -133,6 +136,18 @@ impl LightRays<'_> {
             }
             Light::Emitter { .. } => self.emit(k, u, v, sum),
         }
+    }
+
+    /// Adds a ray from a wide disc: from a square normal to it that covers the bounds.
+    fn wide_disc(&self, k: usize, u: [f64; 2], sum: &mut LightPower) {
+        let (lo, hi) = self.scene.bounds();
+        let (centre, radius) = ((lo + hi) * 0.5, 0.5 * self.scene.diagonal() * (1.0 + 1e-9));
+        let disc = low_discrepancy::sobol_2d(k as u32, [0, 0]);
+        let sample = self.sampler.sample_emission([disc[0], disc[1], 0.0]);
+        let Some(EmissionSample::Distant { direction: towards, fluence }) = sample else { return };
+        let (t, s) = towards.frame();
+        let at = centre + t * (radius * (2.0 * u[0] - 1.0)) + s * (radius * (2.0 * u[1] - 1.0));
+        self.enter(at + towards * (2.0 * radius), -towards, fluence * (4.0 * radius * radius), sum);
     }
 
     /// Adds a ray from outside if it meets a medium, a pane or a surface; a ray that ends on the outside of a black back has met nothing.

@@ -74,6 +74,12 @@ impl ExchangeData {
                 "thermal states belong to mode = \"thermal\"; give the scene temperatures or powers",
             ));
         };
+        if !scene.lights().is_empty() {
+            return Err(SceneError::new(
+                "light",
+                "thermal states have no lights; solve the scene, or remove the lights",
+            ));
+        }
         if thermal.network.is_some() {
             return Err(SceneError::new(
                 "node",

@@ -1,7 +1,8 @@
 //! Propagation of the errors of the incident flux through reflection and reemission.
 //!
 //! δh is known from the factors for the powers that the zones send out, but these powers err too. With M as in the linear equations (no entry
-//! negative), δu = t c M|δh| + M δu and δh' = |δh| + g δu/t bound both. Cost: a linear solve to a residual of [`ERROR_SOLVE`].
+//! negative), δu = t c M|δh| + M δu and δh' = |δh| + g δu/t bound both. Cost: a linear solve to a residual of [`ERROR_SOLVE`]. δh contains the error of
+//! direct light.
 
 use super::coupled_bicgstab::{self, IterationCheckpoint};
 use super::linearized_zone::{BandCoupling, Linearization, Place};
@@ -36,8 +37,10 @@ pub(crate) fn propagate_errors(
         triples.iter().map(|t| TripleZones { scene: t.context.scene, zones: t.context.zones }).collect();
     let balances = SpectralBalances::new(&zones);
     let n = balances.len();
-    let share: Vec<Bands> =
-        fields.iter().flat_map(|f| (0..n).map(|i| balances.first(i).incident_share * f.error[i])).collect();
+    let share: Vec<Bands> = fields
+        .iter()
+        .flat_map(|f| (0..n).map(|i| balances.first(i).incident_share * f.total_error(i)))
+        .collect();
     let surfaces: Vec<usize> = context.zones.patches.iter().map(|p| p.surface).collect();
     let nodes = NodeZones::new(&balances, &surfaces);
     let linearized =

@@ -13,6 +13,8 @@ pub(super) struct ZoneSums {
     pub emissive: [f64; 3],
     /// Net power and its error, W.
     pub power: [f64; 2],
+    /// Absorbed sunlight, W.
+    pub sunlight: f64,
 }
 
 impl ZoneSums {
@@ -21,6 +23,7 @@ impl ZoneSums {
             size: self.size + x.size,
             emissive: [0, 1, 2].map(|k| self.emissive[k] + x.emissive[k]),
             power: [0, 1].map(|k| self.power[k] + x.power[k]),
+            sunlight: self.sunlight + x.sunlight,
         }
     }
 }
@@ -66,6 +69,7 @@ pub(super) fn rows(
             power: s.power[0],
             // A known power does not depend on the solver.
             power_error: s.power[1] + if s.power[1] > 0.0 { undistributed } else { 0.0 },
+            absorbed_sunlight: scene.bands().has_solar_band().then_some(s.sunlight),
         }
     };
     let mut by_surface: Vec<Vec<(usize, f64)>> = vec![Vec::new(); scene.surfaces().len()];

@@ -99,7 +99,7 @@ pub(crate) fn solve(triples: &[TripleEngine]) -> Result<CoupledSolution, SceneEr
     let iteration = NewtonIteration {
         context,
         balances: &balances,
-        outside: outside_flux(triples, &coupled.scaling),
+        outside: outside_flux(triples, &balances, &coupled.scaling),
         operator: &coupled,
         residual: context.scene.options().residual,
         is_linear: (0..balances.len()).all(|i| balances.is_linear(i))
@@ -139,7 +139,7 @@ struct NewtonIteration<'a> {
     context: &'a SolveContext<'a>,
     balances: &'a SpectralBalances<'a>,
     operator: &'a CoupledOperator<'a>,
-    /// h of every unknown from the surroundings, W/m².
+    /// h of every unknown from the surroundings and from direct light, W/m².
     outside: Vec<Bands>,
     /// Wanted residual R.
     residual: f64,
@@ -247,13 +247,26 @@ fn check_memory(context: &SolveContext, unknowns: usize) -> Result<(), SceneErro
     Err(SceneError::out_of_memory("solve.patch_size", what))
 }
 
-/// h of every unknown from the surroundings, W/m².
-fn outside_flux(triples: &[TripleEngine], scaling: &CoupledScaling) -> Vec<Bands> {
+/// h of every unknown from the surroundings and from direct light, W/m².
+fn outside_flux(
+    triples: &[TripleEngine],
+    balances: &SpectralBalances,
+    scaling: &CoupledScaling,
+) -> Vec<Bands> {
     let surroundings: Vec<&SurroundingsExchange> = triples.iter().map(|t| t.surroundings).collect();
     let sky: Vec<Bands> = triples.iter().map(|t| t.context.scene.surroundings().radiosity()).collect();
+    let direct = triples.iter().map(|t| match t.context.direct.lights.is_empty() {
+        true => Vec::new(),
+        false => t.context.direct.fields(balances.len()),
+    });
+    let direct: Vec<Vec<Bands>> = direct.collect();
     let one = |k: usize| {
         let (t, k) = scaling.place(k);
-        surroundings[t].incoming(k, sky[t])[0] * scaling.triples[t].flux_over_power[k]
+        let incoming = surroundings[t].incoming(k, sky[t])[0] * scaling.triples[t].flux_over_power[k];
+        match direct[t].get(k) {
+            Some(light) => incoming + balances.first(k).incident_share * light,
+            None => incoming,
+        }
     };
     (0..scaling.len()).into_par_iter().map(one).collect()
 }

@@ -18,7 +18,7 @@ use zonal_scene::{
     ThermalCondition, ThermalFields, Zones,
 };
 
-/// Residual of the balance, over the absorbed power, that rounding leaves.
+/// Residual of the balance, over the power that all zones absorb, that rounding leaves.
 const ROUNDING_OF_BALANCE: f64 = 1e-12;
 
 /// One triple of the bands of a solved scene.
@@ -56,17 +56,18 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
     let emissive: Vec<Vec<Bands>> = (0..scenes.len()).map(of_triple).collect();
     triples.iter_mut().enumerate().for_each(|(t, own)| set_emission(&balances, t, own, &emissive[t]));
     // Sum by name.
+    let sunlight = absorbed_sunlight(&balances, triples);
     let of_zone = |i: usize, size: f64| {
         let ([dq, de], (e, q)) = (errors[i], found[i]);
         let emissive = if e >= 0.0 { [size, size * e, size * de] } else { [0.0; 3] };
-        ZoneSums { size, emissive, power: [size * q, size * dq] }
+        ZoneSums { size, emissive, power: [size * q, size * dq], sunlight: size * sunlight[i] }
     };
     let undistributed = undistributed_power(&balances, &emissive, triples);
     for own in triples.iter_mut() {
         let (zones, fields) = (&*own.zones, &*own.fields);
         own.report.estimate = ErrorEstimate::of(fields, zones.voxel_offset(), own.report.estimate.grade);
         own.report.energy_error =
-            consistency::power_errors(zones, &own.report.energy, fields, |i| fields.error[i]);
+            consistency::power_errors(zones, &own.report.energy, fields, |i| fields.total_error(i));
     }
     let radiated = |i: usize| balances.first(i).measure * found[i].1;
     let node_results = heat_table::nodes(nodes.as_ref(), (&of_nodes, &node_errors), radiated);
@@ -81,6 +82,23 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
         absorbed_backfaces: outside[1],
     });
     triples[0].fields.heat = Some(heat);
+}
+
+/// Sunlight that every zone absorbs, W/m² or W/m³; 0 without.
+fn absorbed_sunlight(balances: &SpectralBalances, triples: &[SolvedTriple]) -> Vec<f64> {
+    let bands = triples[0].scene.bands();
+    let of_zone = |i: usize| {
+        let absorbed = |t: usize| {
+            let own = bands.in_solar_band(t, 1.0);
+            own * balances.zones[t][i].absorption_weight()
+                * balances.first(i).incident_flux(triples[t].fields, i)
+        };
+        (0..triples.len()).map(|t| absorbed(t).sum()).sum()
+    };
+    match bands.has_solar_band() {
+        true => (0..balances.len()).map(of_zone).collect(),
+        false => vec![0.0; balances.len()],
+    }
 }
 
 /// E and q of every zone, and E of every node.
@@ -110,7 +128,7 @@ fn node_errors(
     triples: &[SolvedTriple],
 ) -> Vec<f64> {
     let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
-    let share = |t: usize, i: usize| balances.first(i).incident_share * fields[t].error[i];
+    let share = |t: usize, i: usize| balances.first(i).incident_share * fields[t].total_error(i);
     nodes.linearize(balances, e).response(&nodes.absorbed(balances, share))
 }
 
@@ -152,8 +170,9 @@ fn zone_errors(
     let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
     let error = |i: usize| {
         let l = balances.first(i);
-        let q = balances
-            .total(|t| balances.zones[t][i].absorption_weight() * l.incident_share * fields[t].error[i]);
+        let q = balances.total(|t| {
+            balances.zones[t][i].absorption_weight() * l.incident_share * fields[t].total_error(i)
+        });
         if matches!(l.condition, ThermalCondition::Temperature(_)) {
             return [q, 0.0];
         }
@@ -205,7 +224,7 @@ fn widen_by_heat_balance(balances: &SpectralBalances, found: &[(f64, f64)], trip
         let triples = &*triples;
         let explained = |i: usize| {
             let l = balances.first(i);
-            let error = |t: usize| l.incident_share * triples[t].fields.error[i];
+            let error = |t: usize| l.incident_share * triples[t].fields.total_error(i);
             l.measure * balances.total(|t| balances.zones[t][i].absorption_weight() * error(t))
         };
         let missing = imbalance(balances, found, triples);
@@ -216,8 +235,9 @@ fn widen_by_heat_balance(balances: &SpectralBalances, found: &[(f64, f64)], trip
             l.measure * balances.weighted_total(i, |t| l.incident_flux(triples[t].fields, i).abs())
         };
         let all: f64 = (0..balances.len()).filter(is_free).map(absorbed).sum();
+        let exchanged: f64 = (0..balances.len()).map(absorbed).sum();
         // An excess that is NaN gives an unknown error.
-        match excess <= ROUNDING_OF_BALANCE * all {
+        match excess <= ROUNDING_OF_BALANCE * exchanged {
             true => return,
             false if all > 0.0 && excess.is_finite() => excess / all,
             false => f64::INFINITY,

@@ -90,8 +90,8 @@ fn write(
         Some("mtx") => text::write_mtx(&args.output, areas),
         _ => {
             // A scene in thermal mode also has the data of other states.
-            // Nodes and convection are no part of thermal states.
-            let has_state = scene.thermal().filter(|t| t.network.is_none());
+            // Nodes, convection and lights are no part of thermal states.
+            let has_state = scene.thermal().filter(|t| t.network.is_none() && scene.lights().is_empty());
             let state = has_state.map(|_| ExchangeData::new(scene, areas, &context.progress()));
             let state = state.transpose().map_err(|e| Failure::in_file(&args.scene, e))?;
             npz::write(&args.output, areas, state.as_ref())?;

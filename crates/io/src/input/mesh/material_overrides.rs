@@ -102,11 +102,12 @@ fn read_pane_override(
     }
     let t = n.table(MATERIAL_PANE)?;
     thermal::check_mode(&t, reader.mode())?;
+    let [extinction, albedo] = thermal::read_extinction_and_albedo(&t)?;
     Ok(Some(PaneOverride {
         condition: thermal::read_volume_condition(&t)?,
         thickness: t.read("thickness", |n| n.positive())?,
-        extinction: t.read("extinction", |n| n.bands(f64::INFINITY))?,
-        albedo: t.read("albedo", |n| n.bands(1.0))?,
+        extinction,
+        albedo,
         emission: t.read("emission", |n| n.bands(f64::INFINITY))?,
     }))
 }

@@ -98,7 +98,12 @@ impl MaterialPart<'_, '_> {
             let surface = Surface { name, sides, solid, ..template.clone() };
             let surface = reader.add_surface(surface, &properties)?;
             for f in of_kind {
-                let (facet, values) = (reader.parts.facets.len(), self.values.of_face(f.face, &given));
+                let (facet, mut values) = (reader.parts.facets.len(), self.values.of_face(f.face, &given));
+                if let Some(a) = properties.solar_absorptance {
+                    let (bands, triple) = (&reader.parts.bands, reader.parts.triple);
+                    values.reflectance =
+                        values.reflectance.map(|r| bands.with_solar_value(triple, r, 1.0 - a));
+                }
                 reader.parts.faces.push(facet, self.first_face + f.face, values);
                 reader.parts.facets.push(Facet { surface, plate: f.plate, uv: f.uv });
             }

@@ -48,6 +48,9 @@ pub(super) fn apply_gas(
         gas.model.name()
     );
     reader.note(Diagnostic::note("gas-model", text));
+    if bands.has_solar_band() {
+        reader.note(Diagnostic::note("gas-solar", "the gas is transparent to sunlight"));
+    }
     Ok(())
 }
 
@@ -101,8 +104,9 @@ fn set_extinction(
     fits: &FitTable,
     reader: &SceneReader<'_>,
 ) -> Result<(), SceneError> {
-    let window = reader.parts.bands.window(reader.parts.triple);
-    let last = window.end - 1;
+    let bands = &reader.parts.bands;
+    let window = bands.window(reader.parts.triple);
+    let (last, count) = (window.end - 1, bands.infrared_count());
     let grid = &mut builder.grid;
     let cells = if grid.is_uniform() && fits.kinds.len() == 1 { 1 } else { grid.len() };
     for i in 0..cells {
@@ -119,7 +123,10 @@ fn set_extinction(
             _ => 0.0,
         };
         let kappa = |band: usize| {
-            let g = &fit.gases[band.min(last)];
+            if bands.has_solar_band() && band >= count {
+                return 0.0;
+            }
+            let g = &fit.gases[band.min(last).min(count - 1)];
             g.absorption + g.absorption_per_kelvin * temperature
         };
         let extinction = Bands::from_fn(|b| kappa(window.start + b.index()));

@@ -1,10 +1,16 @@
 //! `[[light]]`: sun, sky, and surfaces whose emission is direct light.
+//!
+//! In thermal mode their power is in the band of sunlight. A planet of angular radius α and flux M at its surface, W/m², is a disc of uniform radiance
+//! M/π, which gives a plane normal to it the irradiance M sin²α: infrared in the bands of the emission, reflected sunlight in that of sunlight.
 
+use super::thermal::read_kelvin;
 use crate::input::error::InputError;
 use crate::input::suggestion::suggest;
-use crate::input::toml::key_tables::{EMITTER, SKY, SUN};
+use crate::input::toml::light_keys::{EMITTER, PLANET, SKY, SUN};
 use crate::input::toml::node::{TomlNode, TomlTable};
-use zonal_scene::{Bands, Light, Surface};
+use zonal_math::Vec3;
+use zonal_scene::thermal::blackbody_emissive_power;
+use zonal_scene::{Bands, Light, Surface, Thermal};
 
 /// Angular diameter of a sun without one, degrees.
 const DEFAULT_ANGULAR_DIAMETER_DEGREES: f64 = 0.53;
@@ -18,10 +24,21 @@ pub(super) fn read_light(
     node: &TomlNode<'_>,
     index: usize,
     surfaces: &[Surface],
+    thermal: Option<&Thermal>,
 ) -> Result<Light, InputError> {
-    const KINDS: [&str; 3] = ["sun", "sky", "emitter"];
+    const KINDS: [&str; 4] = ["sun", "sky", "emitter", "planet"];
     let (name, mut t) = node.named_table("light", index)?;
-    let kind = t.require("kind", "kind = \"sun\", \"sky\" or \"emitter\"")?.choice(&KINDS)?;
+    let kind_node = t.require("kind", "kind = \"sun\", \"sky\", \"emitter\" or \"planet\"")?;
+    let kind = kind_node.choice(&KINDS)?;
+    match (kind, thermal) {
+        (2, Some(_)) => return Err(kind_node.error(
+            "emitting surfaces belong to mode = \"light\"; in thermal mode give a sun, a sky or a planet, or the surface a temperature",
+        )),
+        (3, None) => return Err(kind_node.error(
+            "planets belong to thermal mode; give a sun of its angular diameter, or write mode = \"thermal\" at the top of the file",
+        )),
+        _ => {}
+    }
     match kind {
         0 => {
             t.check(SUN)?;
@@ -32,7 +49,12 @@ pub(super) fn read_light(
             t.check(SKY)?;
             t.key = format!("light '{name}'");
             let radiance = t.require("radiance", "radiance = 100 (W/(m2 sr), number or [r, g, b])")?;
-            Ok(Light::Sky { radiance: radiance.bands(f64::INFINITY)?, name })
+            Ok(Light::Sky { radiance: read_flux(&radiance)?, name })
+        }
+        3 => {
+            t.check(PLANET)?;
+            t.key = format!("light '{name}'");
+            read_planet(&t, name, thermal)
         }
         _ => {
             t.check(EMITTER)?;
@@ -43,7 +65,17 @@ pub(super) fn read_light(
     }
 }
 
-fn read_sun(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
+/// A flux of light: in the bands of the scene, or in the band of sunlight.
+fn read_flux(n: &TomlNode<'_>) -> Result<Bands, InputError> {
+    let Some(in_solar_band) = n.solar_band() else { return n.bands(f64::INFINITY) };
+    match n.is_list() {
+        true => Err(n.error("in thermal mode sunlight has one band; give a number")),
+        false => n.non_negative().map(in_solar_band),
+    }
+}
+
+/// The unit vector along which light travels.
+fn read_direction(t: &TomlTable<'_>) -> Result<Vec3, InputError> {
     let direction = t.require("direction", "direction = [x, y, z], the way along which the light travels")?;
     let d = direction.vector()?;
     // Divide by the largest component first, so that the square neither overflows nor vanishes.
@@ -53,6 +85,40 @@ fn read_sun(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
             direction.error("this direction has no length; give the way along which the light travels")
         );
     }
+    Ok(unit)
+}
+
+/// A planet in thermal mode.
+fn read_planet(t: &TomlTable<'_>, name: String, thermal: Option<&Thermal>) -> Result<Light, InputError> {
+    let example =
+        "angular_diameter = 140 (degrees; 2 arcsin(R/(R + h)) at the height h above a planet of radius R)";
+    let diameter = t.require("angular_diameter", example)?;
+    let degrees = match diameter.number()? {
+        x if x > 0.0 && x < 180.0 => x,
+        x => return Err(diameter.error(format!("{x} is out of range; give degrees above 0, below 180"))),
+    };
+    let infrared = match (t.get("temperature"), t.get("infrared_flux")) {
+        (Some(_), Some(n)) => {
+            return Err(n.error("temperature and infrared_flux are both given; keep one of them"));
+        }
+        (Some(n), None) => blackbody_emissive_power(read_kelvin(n)?),
+        (None, n) => n.map(|n| n.non_negative()).transpose()?.unwrap_or(0.0),
+    };
+    let reflected = t.get("reflected_flux").map(|n| read_flux(&n)).transpose()?.unwrap_or_default();
+    if infrared == 0.0 && reflected == Bands::ZERO && t.get("reflected_flux").is_none() {
+        return Err(
+            t.error("this planet sends nothing; give temperature or infrared_flux, and reflected_flux")
+        );
+    }
+    let angular_diameter = degrees.to_radians();
+    let emitted = thermal.map_or(Bands::ZERO, |t| t.band_fractions.emissive_powers(infrared)[0]);
+    let over_flux = (0.5 * angular_diameter).sin().powi(2);
+    let irradiance = (emitted + reflected) * over_flux;
+    Ok(Light::Sun { name, direction: read_direction(t)?, irradiance, angular_diameter })
+}
+
+fn read_sun(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
+    let unit = read_direction(t)?;
     let irradiance = t.require("irradiance", "irradiance = 1000 (W/m2, number or [r, g, b])")?;
     let degrees = |n: TomlNode<'_>| match n.number()? {
         x if (0.0..180.0).contains(&x) => Ok(x),
@@ -60,7 +126,7 @@ fn read_sun(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
     };
     Ok(Light::Sun {
         direction: unit,
-        irradiance: irradiance.bands(f64::INFINITY)?,
+        irradiance: read_flux(&irradiance)?,
         angular_diameter: t
             .read("angular_diameter", degrees)?
             .unwrap_or(DEFAULT_ANGULAR_DIAMETER_DEGREES)

@@ -44,7 +44,6 @@ use super::scene_reader::{ReadContext, SceneReader};
 use super::toml::key_tables::{ROOT, SURROUNDINGS};
 use super::toml::node::{TomlNode, TomlTable};
 use gas_composition::SceneGas;
-use thermal::SceneMode;
 use zonal_scene::PatchRule;
 use zonal_scene::{Scene, Surroundings};
 
@@ -102,10 +101,7 @@ pub(crate) fn read_document(
 /// Reads the direct lights.
 fn read_lights(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(), InputError> {
     for (i, node) in root.list("light")?.iter().enumerate() {
-        if reader.mode() == SceneMode::Thermal {
-            return Err(node.error("lights belong to mode = \"light\"; in thermal mode give temperatures, or heat_flux to what is warmed"));
-        }
-        let light = lights::read_light(node, i, &reader.parts.surfaces)?;
+        let light = lights::read_light(node, i, &reader.parts.surfaces, reader.parts.thermal.as_ref())?;
         reader.parts.lights.push(light);
     }
     Ok(())

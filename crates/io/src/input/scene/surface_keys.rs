@@ -48,6 +48,7 @@ pub(crate) fn read_properties(
         node: node.map(|n| n.0),
         convection: network::read_convection(table)?,
         reflectance: thermal::read_reflectance(table)?,
+        solar_absorptance: thermal::read_solar(table, "solar_absorptance", 1.0)?,
         emission: without_file(table, "emission").map(|n| n.bands(f64::INFINITY)).transpose()?,
         sides: table.read("sides", |n| Ok([Sides::Front, Sides::Both][n.choice(&["front", "both"])?]))?,
         patch_size: table.read("patch_size", |n| n.positive())?,

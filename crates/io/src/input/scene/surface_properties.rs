@@ -15,6 +15,8 @@ pub(crate) enum SurfaceShape {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SurfaceProperties {
     pub(crate) reflectance: Option<Bands>,
+    /// Absorptance of sunlight, in place of that of the reflectance.
+    pub(crate) solar_absorptance: Option<f64>,
     /// W/m².
     pub(crate) emission: Option<Bands>,
     pub(crate) sides: Option<Sides>,
@@ -35,6 +37,7 @@ impl SurfaceProperties {
     pub(crate) fn or(self, other: SurfaceProperties) -> SurfaceProperties {
         SurfaceProperties {
             reflectance: self.reflectance.or(other.reflectance),
+            solar_absorptance: self.solar_absorptance.or(other.solar_absorptance),
             emission: self.emission.or(other.emission),
             sides: self.sides.or(other.sides),
             patch_size: self.patch_size.or(other.patch_size),

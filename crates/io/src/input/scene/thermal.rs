@@ -100,12 +100,23 @@ pub(crate) fn read_volume_condition(t: &TomlTable<'_>) -> Result<Option<ThermalC
     }
 }
 
-/// ρ, from `reflectance` or `emissivity` = 1 − ρ.
+/// A number from 0 to `max` of a key for the band of sunlight.
+pub(crate) fn read_solar(t: &TomlTable<'_>, key: &str, max: f64) -> Result<Option<f64>, InputError> {
+    let Some(n) = t.get(key) else { return Ok(None) };
+    if !t.source.bands().has_solar_band() {
+        return Err(n.error(
+            "the scene has no sunlight; add a [[light]] to a scene of mode = \"thermal\", or remove this key",
+        ));
+    }
+    n.number_up_to(max).map(Some)
+}
+
+/// ρ, from `reflectance` or `emissivity` = 1 − ρ; NaN in the band of sunlight where a list lacks it.
 pub(crate) fn read_reflectance(t: &TomlTable<'_>) -> Result<Option<Bands>, InputError> {
     let number = |key: &str| t.get(key).filter(|n| !n.is_table());
-    let given = number("reflectance").map(|n| n.bands(1.0)).transpose()?;
+    let given = number("reflectance").map(|n| n.bands_or_infrared(1.0, f64::NAN)).transpose()?;
     let Some(n) = number("emissivity") else { return Ok(given) };
-    let own = 1.0 - n.bands(1.0)?;
+    let own = 1.0 - n.bands_or_infrared(1.0, f64::NAN)?;
     match given {
         Some(r) if (r - own).any(|d| d.abs() > CONSISTENCY_TOLERANCE) => {
             Err(n.error("emissivity and reflectance are at odds: they sum to 1; keep one of them"))
@@ -114,16 +125,41 @@ pub(crate) fn read_reflectance(t: &TomlTable<'_>) -> Result<Option<Bands>, Input
     }
 }
 
-/// κ and Ω, from two of `extinction`, `albedo` and `absorption` = κ(1 − Ω).
+/// κ and Ω of all bands. Those of sunlight are `solar_extinction` and `solar_albedo`, or else those of all other bands if these are one number.
 pub(crate) fn read_extinction_and_albedo(t: &TomlTable<'_>) -> Result<[Option<Bands>; 2], InputError> {
-    let kappa = t.read("extinction", |n| n.bands(f64::INFINITY))?;
+    let [kappa, albedo] = read_two_of_three(t)?;
+    let solar = [read_solar(t, "solar_extinction", f64::INFINITY)?, read_solar(t, "solar_albedo", 1.0)?];
+    let (bands, triple) = (t.source.bands(), t.source.triple());
+    let with_solar = |values: Option<Bands>, solar: Option<f64>, key: &str| match (values, solar) {
+        (Some(values), Some(solar)) => Ok(Some(bands.with_solar_value(triple, values, solar))),
+        (Some(values), None) if values.any(f64::is_nan) => {
+            Err(t.error(format!("the list for the infrared bands has no value for sunlight; add {key}")))
+        }
+        (None, Some(_)) => Err(t.error(format!(
+            "{key} stands beside a number or list for the infrared, which is missing; give that too"
+        ))),
+        (values, None) => Ok(values),
+    };
+    // Without an albedo in the infrared the medium does not scatter there.
+    let albedo = albedo.or(solar[1]
+        .filter(|_| kappa.is_some() && !t.get("albedo").is_some_and(|n| n.is_table()))
+        .map(|_| Bands::ZERO));
+    Ok([
+        with_solar(kappa, solar[0], "solar_extinction (1/m)")?,
+        with_solar(albedo, solar[1], "solar_albedo")?,
+    ])
+}
+
+/// κ and Ω, from two of `extinction`, `albedo` and `absorption` = κ(1 − Ω); NaN in the band of sunlight where a list lacks it.
+fn read_two_of_three(t: &TomlTable<'_>) -> Result<[Option<Bands>; 2], InputError> {
+    let kappa = t.read("extinction", |n| n.bands_or_infrared(f64::INFINITY, f64::NAN))?;
     // An albedo from a file fills in later.
     let albedo = match t.get("albedo") {
-        Some(n) if !n.is_table() => Some(n.bands(1.0)?),
+        Some(n) if !n.is_table() => Some(n.bands_or_infrared(1.0, f64::NAN)?),
         _ => None,
     };
     let Some(n) = t.get("absorption") else { return Ok([kappa, albedo]) };
-    let own = n.bands(f64::INFINITY)?;
+    let own = n.bands_or_infrared(f64::INFINITY, f64::NAN)?;
     if t.get("albedo").is_some_and(|a| a.is_table()) {
         return Err(n.error("beside an albedo from a file the absorption follows from the extinction; give the extinction instead"));
     }
@@ -168,7 +204,20 @@ pub(crate) fn read_mode(root: &TomlTable<'_>) -> Result<Option<Thermal>, InputEr
             None => Ok(None),
         };
     }
-    let band_fractions = node.map(|n| read_band_fractions(&n)).transpose()?.unwrap_or_default();
+    let mut band_fractions = node.map(|n| read_band_fractions(&n)).transpose()?.unwrap_or_default();
+    let bands = root.source.bands();
+    if bands.has_solar_band() && band_fractions.is_grey() && root.source.triple() == 0 {
+        match bands.infrared_count() {
+            1 => band_fractions = BandFractions::constant(Bands::from_rgb([1.0, 0.0, 0.0])),
+            // The grey gases of a model bring their fractions.
+            _ if root.get("bands").is_none() => {}
+            n => {
+                return Err(root.error(format!(
+                    "the scene has {n} bands and sunlight, but no fractions of the emission; write [thermal] with band_fractions or weights, or remove bands"
+                )));
+            }
+        }
+    }
     Ok(Some(Thermal { band_fractions, ..Thermal::default() }))
 }
 
@@ -181,8 +230,8 @@ fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError>
             if let Some(r) = t.get("range") {
                 return Err(r.error("constant band fractions hold everywhere; remove this key"));
             }
-            let s = n.bands(1.0)?;
-            // What fills up the last triple emits nothing.
+            let s = n.bands_or_infrared(1.0, 0.0)?;
+            // Sunlight and what fills up the last triple emits nothing.
             let (_, window) = n.band_window();
             let of_band = |b: Band| vec![if b.index() < window.len() { s[b] } else { 0.0 }];
             Ok(BandFractions::GreyGases {

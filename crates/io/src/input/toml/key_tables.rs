@@ -4,6 +4,7 @@
 //! Types: *bands* is one number for all bands or a list of one for each, by default `[red, green, blue]`; *point* and *direction* are `[x, y, z]`.
 
 use super::keys::{KeyGroups, KeySpec, all, key};
+use super::light_keys::{EMITTER, PLANET, SKY, SUN};
 
 const ROOT_KEYS: &[KeySpec] = &[
     key("name", "text", "", "the file's name", "name of the scene"),
@@ -213,6 +214,13 @@ pub(crate) const SURFACE_PROPERTIES: &[KeySpec] = &[
         "1 - reflectance",
         "diffuse emissivity, in place of the reflectance",
     ),
+    key(
+        "solar_absorptance",
+        "number in [0, 1]",
+        "",
+        "the emissivity",
+        "absorbed fraction of sunlight (thermal mode with lights)",
+    ),
     key("temperature", "number above 0", "K", "", "given temperature (thermal mode)"),
     key("heat_flux", "number", "W/m2", "", "given net radiative flux that leaves the surface (thermal mode)"),
     key("net_power", "number", "W", "", "given net power that leaves the whole surface (thermal mode)"),
@@ -347,6 +355,20 @@ pub(crate) const MATERIAL_PANE: KeyGroups = &[&[
     key("thickness", "number above 0", "m", "the file's", "thickness"),
     key("extinction", "bands from 0", "1/m", "the file's", "extinction coefficient"),
     key("albedo", "bands in [0, 1]", "", "the file's", "scattering albedo"),
+    key(
+        "solar_extinction",
+        "number from 0",
+        "1/m",
+        "the extinction",
+        "extinction of sunlight (thermal mode with lights)",
+    ),
+    key(
+        "solar_albedo",
+        "number in [0, 1]",
+        "",
+        "the albedo",
+        "albedo of sunlight (thermal mode with lights)",
+    ),
     key("emission", "bands from 0", "W/m2", "0", "black emissive power (light mode)"),
     key("temperature", "number above 0", "K", "", "given temperature (thermal mode)"),
     key("heat_source", "0", "W/m3", "0", "radiative equilibrium (thermal mode)"),
@@ -361,6 +383,20 @@ pub(crate) const PANE: KeyGroups = &[&[
     key("albedo", "bands in [0, 1]", "", "0", "scattering albedo"),
     key("emission", "bands from 0", "W/m2", "0", "black emissive power (light mode)"),
     key("absorption", "bands from 0", "1/m", "", "extinction × (1 - albedo), in place of one of them"),
+    key(
+        "solar_extinction",
+        "number from 0",
+        "1/m",
+        "the extinction",
+        "extinction of sunlight (thermal mode with lights)",
+    ),
+    key(
+        "solar_albedo",
+        "number in [0, 1]",
+        "",
+        "the albedo",
+        "albedo of sunlight (thermal mode with lights)",
+    ),
     key("temperature", "number above 0", "K", "", "given temperature (thermal mode)"),
     key("heat_source", "0", "W/m3", "0", "radiative equilibrium (thermal mode)"),
 ]];
@@ -372,6 +408,20 @@ pub(crate) const MEDIUM_PROPERTIES: &[KeySpec] = &[
     key("emission", "bands from 0 | array", "W/m2", "0", "black emissive power (light mode)"),
     key("source", "bands from 0", "W/m3", "0", "volumetric source (light mode)"),
     key("absorption", "bands from 0", "1/m", "", "extinction × (1 - albedo), in place of one of them"),
+    key(
+        "solar_extinction",
+        "number from 0",
+        "1/m",
+        "the extinction",
+        "extinction of sunlight (thermal mode with lights)",
+    ),
+    key(
+        "solar_albedo",
+        "number in [0, 1]",
+        "",
+        "the albedo",
+        "albedo of sunlight (thermal mode with lights)",
+    ),
     key("temperature", "number above 0 | array", "K", "", "given temperature (thermal mode)"),
     key(
         "heat_source",
@@ -436,27 +486,6 @@ pub(crate) const GAS: KeyGroups = &[&[
     key("co2", "number from 0 to 1, or array", "", "0", "mole fraction of carbon dioxide"),
     key("soot", "number from 0 to 1, or array", "", "0", "volume fraction of soot"),
     key("pressure", "number above 0, or array", "Pa", "101325", "total pressure"),
-]];
-
-/// `[[light]]` with `kind = "sun"`.
-pub(crate) const SUN: KeyGroups = &[&[
-    key("kind", "\"sun\"", "", "required", "distant light"),
-    key("name", "text", "", "light1, …", "name of the light group"),
-    key("direction", "direction", "", "required", "direction in which the light travels"),
-    key("irradiance", "bands from 0", "W/m2", "required", "irradiance of a plane normal to the direction"),
-    key("angular_diameter", "number in [0, 180)", "degrees", "0.53", "angular diameter"),
-]];
-/// `[[light]]` with `kind = "sky"`.
-pub(crate) const SKY: KeyGroups = &[&[
-    key("kind", "\"sky\"", "", "required", "uniform sky"),
-    key("name", "text", "", "light1, …", "name of the light group"),
-    key("radiance", "bands from 0", "W/(m2 sr)", "required", "radiance"),
-]];
-/// `[[light]]` with `kind = "emitter"`.
-pub(crate) const EMITTER: KeyGroups = &[&[
-    key("kind", "\"emitter\"", "", "required", "surface whose emission is direct light"),
-    key("name", "text", "", "the surface's", "name of the light group"),
-    key("surface", "text", "", "required", "name of an emitting surface"),
 ]];
 
 /// Keys of a camera's position and lens.
@@ -528,6 +557,7 @@ pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
     ("light[] (sun)", SUN),
     ("light[] (sky)", SKY),
     ("light[] (emitter)", EMITTER),
+    ("light[] (planet)", PLANET),
     ("camera[]", CAMERA),
 ];
 

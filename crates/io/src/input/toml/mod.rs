@@ -11,6 +11,7 @@
 
 pub(crate) mod key_tables;
 pub(crate) mod keys;
+pub(crate) mod light_keys;
 pub(crate) mod migrate;
 pub(crate) mod node;
 pub(crate) mod source;

@@ -153,25 +153,39 @@ impl<'a> TomlNode<'a> {
             self.positive().map(Vec3::splat)
         }
     }
+    /// A number from 0 to `max`.
+    pub(crate) fn number_up_to(&self, max: f64) -> Result<f64, InputError> {
+        let x = self.number()?;
+        if (0.0..=max).contains(&x) {
+            return Ok(x);
+        }
+        Err(self.error(if max.is_finite() {
+            format!("{x} is out of range; give a value from 0 to {max}")
+        } else {
+            format!("{x} is negative; give 0 or more")
+        }))
+    }
     /// One number for all bands or one per band, each from 0 to `max`.
     pub(crate) fn bands(&self, max: f64) -> Result<Bands, InputError> {
-        let one = |n: &TomlNode<'a>| {
-            let x = n.number()?;
-            if (0.0..=max).contains(&x) {
-                return Ok(x);
-            }
-            Err(n.error(if max.is_finite() {
-                format!("{x} is out of range; give a value from 0 to {max}")
-            } else {
-                format!("{x} is negative; give 0 or more")
-            }))
-        };
         if !self.is_list() {
-            return one(self).map(Bands::splat);
+            return self.number_up_to(max).map(Bands::splat);
         }
-        let items = self.list()?;
-        let values = items.iter().map(one).collect::<Result<Vec<f64>, _>>()?;
+        self.triple_of_bands(&self.numbers_up_to(max)?, "a number or ").map(Bands::from_rgb)
+    }
+    /// As [`TomlNode::bands`]. A list may lack the value of the band of sunlight, which is then `solar`.
+    pub(crate) fn bands_or_infrared(&self, max: f64, solar: f64) -> Result<Bands, InputError> {
+        let bands = self.source.bands();
+        if !bands.has_solar_band() || !self.is_list() {
+            return self.bands(max);
+        }
+        let mut values = self.numbers_up_to(max)?;
+        if values.len() == bands.infrared_count() {
+            values.push(solar);
+        }
         self.triple_of_bands(&values, "a number or ").map(Bands::from_rgb)
+    }
+    fn numbers_up_to(&self, max: f64) -> Result<Vec<f64>, InputError> {
+        self.list()?.iter().map(|n| n.number_up_to(max)).collect()
     }
     /// The values of the triple of bands that is read, out of one value for each band; `also` names what may stand for the list in an error.
     pub(crate) fn triple_of_bands<T: Clone>(&self, values: &[T], also: &str) -> Result<[T; 3], InputError> {
@@ -179,14 +193,27 @@ impl<'a> TomlNode<'a> {
         bands.triple_of(self.source.triple(), values).ok_or_else(|| {
             let wanted = match bands.is_rgb() {
                 true => "[red, green, blue]".to_string(),
+                false if bands.has_solar_band() => {
+                    format!("a list of {} values, one for each band, the last for sunlight", bands.count())
+                }
                 false => format!("a list of {} values, one for each band", bands.count()),
             };
             self.error(format!("this list has {} values; give {also}{wanted}", values.len()))
         })
     }
-    /// The number of bands of the scene, and the bands that the triple that is read holds.
+    /// The number of bands that emit by temperature, and those of them that the triple that is read holds.
     pub(crate) fn band_window(&self) -> (usize, std::ops::Range<usize>) {
-        (self.source.bands().count(), self.source.bands().window(self.source.triple()))
+        let (bands, count) = (self.source.bands(), self.source.bands().infrared_count());
+        let window = bands.window(self.source.triple());
+        (count, window.start.min(count)..window.end.min(count))
+    }
+    /// Puts a flux in the band of sunlight of the triple that is read; none in scenes without that band.
+    pub(crate) fn solar_band(&self) -> Option<impl FnOnce(f64) -> Bands + use<'a>> {
+        let source = self.source;
+        source
+            .bands()
+            .has_solar_band()
+            .then_some(move |flux| source.bands().in_solar_band(source.triple(), flux))
     }
     /// A table with no other keys than these.
     pub(crate) fn table(&self, keys: KeyGroups) -> Result<TomlTable<'a>, InputError> {

@@ -96,6 +96,8 @@ struct HeatRowFormat {
     power: f64,
     #[serde(rename = "net_power_error_W", deserialize_with = "infinite_if_null")]
     power_error: f64,
+    #[serde(rename = "absorbed_sunlight_W", default, skip_serializing_if = "Option::is_none")]
+    absorbed_sunlight: Option<f64>,
     #[serde(
         rename = "temperature_discretization_error_K",
         alias = "temperature_zoning_error_K",
@@ -166,6 +168,7 @@ impl HeatRowFormat {
             net_flux_unit: if is_surface { "W/m2" } else { "W/m3" },
             power: x.power,
             power_error: x.power_error,
+            absorbed_sunlight: x.absorbed_sunlight,
             temperature_discretization_error: discretization.map(|d| d[0]),
             net_flux_discretization_error: discretization.map(|d| x.over_size(d[1])),
             power_discretization_error: discretization.map(|d| d[1]),
@@ -195,6 +198,7 @@ impl HeatRowFormat {
             temperature_error: self.temperature.map(|_| self.temperature_error.unwrap_or(f64::INFINITY)),
             power: self.power,
             power_error: self.power_error,
+            absorbed_sunlight: self.absorbed_sunlight,
         }
     }
 }

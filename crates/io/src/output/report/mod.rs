@@ -48,7 +48,11 @@ pub(crate) fn triple_json(s: &Solution) -> Value {
 /// The bands of a scene: number, names and wavelengths.
 pub(crate) fn encode_bands(bands: &BandSet) -> Value {
     let names: Vec<String> = (0..bands.count()).map(|b| bands.name(b)).collect();
-    json!({ "count": bands.count(), "names": names, "wavelengths_nm": bands.wavelengths() })
+    let mut v = json!({ "count": bands.count(), "names": names, "wavelengths_nm": bands.wavelengths() });
+    if bands.has_solar_band() {
+        v["has_solar_band"] = true.into();
+    }
+    v
 }
 
 /// The bands that [`encode_bands`] wrote; red, green and blue in files without them.
@@ -59,6 +63,9 @@ pub(crate) fn decode_bands(v: &Value) -> Result<BandSet, String> {
     let count = v["count"].as_u64().ok_or("bands.count: a number is missing")? as usize;
     let set = match decode_at::<Option<Vec<[f64; 2]>>>("bands.wavelengths_nm", &v["wavelengths_nm"])? {
         Some(wavelengths) => BandSet::by_wavelength(wavelengths),
+        None if v["has_solar_band"] == true => {
+            BandSet::numbered(count.saturating_sub(1)).and_then(BandSet::with_solar_band)
+        }
         None => BandSet::numbered(count),
     };
     let set = set.map_err(|e| e.to_string())?;

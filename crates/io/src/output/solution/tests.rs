@@ -420,6 +420,7 @@ fn heat_report() -> HeatReport {
         temperature_error: temperature.map(|_| 0.25),
         power: -1.0 / 3.0,
         power_error: 1e-9,
+        absorbed_sunlight: temperature.map(|t| t / 7.0),
     };
     HeatReport {
         rows: vec![row("a", None), row("b", Some(431.0))],

@@ -1,0 +1,52 @@
+//! The keys of lights.
+
+use super::keys::{KeyGroups, key};
+
+/// `[[light]]` with `kind = "sun"`.
+pub(crate) const SUN: KeyGroups = &[&[
+    key("kind", "\"sun\"", "", "required", "distant light"),
+    key("name", "text", "", "light1, …", "name of the light group"),
+    key("direction", "direction", "", "required", "direction in which the light travels"),
+    key(
+        "irradiance",
+        "bands from 0; a number in thermal mode",
+        "W/m2",
+        "required",
+        "irradiance of a plane normal to the direction",
+    ),
+    key("angular_diameter", "number in [0, 180)", "degrees", "0.53", "angular diameter"),
+]];
+/// `[[light]]` with `kind = "sky"`.
+pub(crate) const SKY: KeyGroups = &[&[
+    key("kind", "\"sky\"", "", "required", "uniform sky"),
+    key("name", "text", "", "light1, …", "name of the light group"),
+    key("radiance", "bands from 0; a number in thermal mode", "W/(m2 sr)", "required", "radiance"),
+]];
+/// `[[light]]` with `kind = "emitter"`.
+pub(crate) const EMITTER: KeyGroups = &[&[
+    key("kind", "\"emitter\"", "", "required", "surface whose emission is direct light"),
+    key("name", "text", "", "the surface's", "name of the light group"),
+    key("surface", "text", "", "required", "name of an emitting surface"),
+]];
+/// `[[light]]` with `kind = "planet"`.
+pub(crate) const PLANET: KeyGroups = &[&[
+    key(
+        "kind",
+        "\"planet\"",
+        "",
+        "required",
+        "distant disc that emits and reflects uniformly (thermal mode)",
+    ),
+    key("name", "text", "", "light1, …", "name of the light group"),
+    key("direction", "direction", "", "required", "direction in which its radiation travels"),
+    key("angular_diameter", "number in (0, 180)", "degrees", "required", "angular diameter"),
+    key("temperature", "number above 0", "K", "", "black-body temperature of its infrared radiation"),
+    key(
+        "infrared_flux",
+        "number from 0",
+        "W/m2",
+        "0",
+        "infrared flux at its surface, in place of the temperature",
+    ),
+    key("reflected_flux", "number from 0", "W/m2", "0", "flux of reflected sunlight at its surface"),
+]];
