@@ -18,7 +18,7 @@ use zonal_scene::{
     ThermalCondition, ThermalFields, Zones,
 };
 
-/// Residual of the balance, over the power that all zones absorb, that rounding leaves.
+/// Residual of the balance, over the absorbed and the net powers of all zones, that rounding leaves.
 const ROUNDING_OF_BALANCE: f64 = 1e-12;
 
 /// One triple of the bands of a solved scene.
@@ -235,7 +235,8 @@ fn widen_by_heat_balance(balances: &SpectralBalances, found: &[(f64, f64)], trip
             l.measure * balances.weighted_total(i, |t| l.incident_flux(triples[t].fields, i).abs())
         };
         let all: f64 = (0..balances.len()).filter(is_free).map(absorbed).sum();
-        let exchanged: f64 = (0..balances.len()).map(absorbed).sum();
+        let net = |i: usize| balances.first(i).measure * found[i].1.abs();
+        let exchanged: f64 = (0..balances.len()).map(|i| absorbed(i) + net(i)).sum();
         // An excess that is NaN gives an unknown error.
         match excess <= ROUNDING_OF_BALANCE * exchanged {
             true => return,

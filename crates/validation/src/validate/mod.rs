@@ -6,7 +6,7 @@
 //! | `case_context`, `box_scene`, `measures` | scenes as texts that a user could run; their solution; quantities of a solution |
 //! | `data` | the committed references, as printed, with their provenance |
 //! | `richardson` | extrapolation with its uncertainty |
-//! | `factors`, `sphere`, `slabs`, `square`, `cube`, `burns`, `furnace`, `series`, `gases`, `thick`, `discretization`, `laws` | the cases, closed forms first |
+//! | `factors`, `sphere`, `slabs`, `square`, `cube`, `burns`, `furnace`, `series`, `gases`, `thick`, `discretization`, `textbook`, `laws` | the cases, closed forms first |
 //! | `montecarlo` | seven cubes by Monte Carlo, two pictures; the example of that name shares them |
 //! | `openfoam`, `elmer`, `conduction` | other solvers |
 //! | `tables`, `page` | printed tables; `validation.md` with its plots |
@@ -36,6 +36,7 @@ mod slabs;
 mod sphere;
 mod square;
 mod tables;
+mod textbook;
 mod thick;
 
 use case::{CaseOutcome, CaseResult, ValidationCase, Verdict};
@@ -67,7 +68,7 @@ pub struct ValidationOptions {
 
 /// All cases, in the order of the page.
 fn cases() -> impl Iterator<Item = &'static ValidationCase> {
-    let parts: [&'static [ValidationCase]; 14] = [
+    let parts: [&'static [ValidationCase]; 15] = [
         &factors::CASES,
         &slabs::CASES,
         &square::CASES,
@@ -81,6 +82,7 @@ fn cases() -> impl Iterator<Item = &'static ValidationCase> {
         &montecarlo::CASES,
         &thick::CASES,
         &discretization::CASES,
+        &textbook::CASES,
         &laws::CASES,
     ];
     parts.into_iter().flatten()

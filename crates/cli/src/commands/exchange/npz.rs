@@ -89,7 +89,7 @@ fn condition_row(c: ThermalCondition) -> [f64; 2] {
 pub fn read_state(path: &Path) -> Result<ExchangeData, FileError> {
     let mut file = ArrayFile::open(path)?;
     if !file.has("closure_scaling") {
-        let what = "this file has no data of a scene in thermal mode; write it by zonal exchange from a scene with mode = \"thermal\"";
+        let what = "this file has no data of a scene in thermal mode; write it by zonal exchange from a scene with mode = \"thermal\" without nodes, convection and lights";
         return Err(file.error("closure_scaling", what));
     }
     let about = file.about()?;
