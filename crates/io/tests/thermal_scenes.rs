@@ -149,8 +149,21 @@ const INVALID: &[RefusedScene<'static>] = &[
     ("mode = 'warm'\nMEDIUMextinction = 1", &["test.toml:1:8: mode: 'warm' is not known", "light, thermal"]),
     ("[thermal]\nband_fractions = [0.5,0.5,0]\nMEDIUMextinction = 1", &["thermal: ", "mode = \"thermal\""]),
     (
-        "ROOMtemperature = 300\nemissivity = 1\n[[light]]\nkind='sun'\ndirection=[0,0,-1]\nirradiance=1",
-        &["light[0]", "mode = \"light\""],
+        "ROOMtemperature = 300\nemissivity = 1\n[[light]]\nkind='emitter'\nsurface='r'",
+        &["light #1.kind", "mode = \"light\""],
+    ),
+    (
+        "ROOMtemperature = 300\nemissivity = 1\n[[light]]\nkind='sun'\ndirection=[0,0,-1]\nirradiance=[1, 2, 3]",
+        &["irradiance", "give a number"],
+    ),
+    ("ROOMtemperature = 300\nemissivity = 1\nsolar_absorptance = 0.2", &["solar_absorptance", "no sunlight"]),
+    (
+        "ROOMtemperature = 300\nemissivity = 1\n[[light]]\nkind='planet'\ndirection=[0,0,-1]\nangular_diameter=90",
+        &["light 'light1'", "sends nothing"],
+    ),
+    (
+        "bands = 3\nROOMtemperature = 300\nemissivity = 1\n[[light]]\nkind='sky'\nradiance=1",
+        &["3 bands and sunlight", "band_fractions"],
     ),
     (
         "mode = 'thermal'\nsurroundings.radiance = 3\nMEDIUMextinction = 1\ntemperature = 300",

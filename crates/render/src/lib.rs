@@ -17,6 +17,7 @@
 //! | `node_interpolation` | node values from zone means |
 //! | `denoise` | cross-bilateral filter of the patches' irradiance |
 //! | `camera` | pinhole, thin lens, positions inside a pixel |
+//! | `spectral_colour` | colours of bands with wavelengths |
 //! | `bloom()` | light that a lens scatters over the picture |
 //! | `item_buffer` | zone seen by each pixel, for false colours |
 //! | [`bake`] | the solution on triangles, for viewers and other engines |
@@ -39,6 +40,7 @@ mod medium;
 mod node_interpolation;
 mod options;
 mod picture;
+mod spectral_colour;
 mod surface;
 mod view_ray;
 
@@ -47,6 +49,7 @@ pub use image::Image;
 pub use item_buffer::{ItemBuffer, PaneVisibility};
 pub use options::RenderOptions;
 pub use picture::{focus_distances, render, render_each};
+pub use spectral_colour::band_colours;
 
 #[cfg(test)]
 mod approximation_tests;

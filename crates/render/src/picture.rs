@@ -1,7 +1,7 @@
 //! Entry points of the renderer: pictures of one solution by one or several cameras.
 //!
 //! A pixel is the mean radiance over its rays, L = (1/n) Σ_i L(o_i, d_i), at the positions of [`subpixel`]; with `samples` = 0 and
-//! a pinhole the rays are placed by [`AdaptiveSampler`]. Cost: rays × (ray–scene intersection + segments of the medium × lights).
+//! a pinhole the rays are placed by [`AdaptiveSampler`]. Bands with wavelengths are drawn triple by triple and joined by their colours (`spectral_colour`). Cost: rays × (ray–scene intersection + segments of the medium × lights).
 
 use crate::adaptive_sampling::AdaptiveSampler;
 use crate::camera::{PerspectiveCamera, subpixel};
@@ -9,6 +9,7 @@ use crate::image::{Image, to_pixel};
 use crate::integrator::radiance::{DirectLightAccuracy, Integrator};
 use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
 use crate::options::{RENDER_PARAMS, RenderOptions};
+use crate::spectral_colour::{colour_of, triple_colours};
 use crate::view_ray::ViewRay;
 use rayon::prelude::*;
 use zonal_scene::{Bands, Camera, EvenExtension, Lens, Progress, Scene, Solution};
@@ -99,23 +100,56 @@ pub fn render_each<E>(
     progress: &dyn Progress,
     mut take: impl FnMut(usize, Image) -> Result<(), E>,
 ) -> Result<(), E> {
-    let extended = even_extension(&solution.scene).map(|e| e.extended_solution(solution));
-    let solution = extended.as_ref().unwrap_or(solution);
-    let transport = Transport::new(&solution.scene);
+    let colours = triple_colours(solution.scene.bands());
+    // Bands without wavelengths are drawn as red, green and blue, and there is one triple of them.
+    let drawn = if colours.is_some() { solution.triples().count() } else { 1 };
+    let extended: Vec<Option<Solution>> = solution
+        .triples()
+        .take(drawn)
+        .map(|s| even_extension(&s.scene).map(|e| e.extended_solution(s)))
+        .collect();
+    let triples: Vec<&Solution> =
+        solution.triples().zip(&extended).map(|(s, extended)| extended.as_ref().unwrap_or(s)).collect();
+    let transports: Vec<Transport> = triples.iter().map(|s| Transport::new(&s.scene)).collect();
     let accuracy =
         if options.samples == 0 { DirectLightAccuracy::Clustered } else { DirectLightAccuracy::PerFacet };
-    let integrator =
-        Integrator::new(solution, &transport).with_gather(options.gather).with_accuracy(accuracy);
+    let of_triple =
+        |(s, transport)| Integrator::new(s, transport).with_gather(options.gather).with_accuracy(accuracy);
+    let integrators: Vec<Integrator> = triples.iter().copied().zip(&transports).map(of_triple).collect();
     for (i, camera) in cameras.iter().enumerate() {
-        let focus = camera.lens.focus.or_else(|| focus_distance(&transport, camera));
+        let focus = camera.lens.focus.or_else(|| focus_distance(&transports[0], camera));
         let camera = Camera { lens: Lens { focus, ..camera.lens }, ..camera.clone() };
         let camera = PerspectiveCamera::new(&camera, options.width, options.height);
-        let mut image = render_pixels(&integrator, &camera, options, progress);
-        // Clamp negative radiances, which linear fields in optically thick voxels may leave.
-        image.pixels.iter_mut().flatten().filter(|x| **x < 0.0).for_each(|x| *x = 0.0);
+        let mut images = integrators.iter().map(|integrator| {
+            let mut image = render_pixels(integrator, &camera, options, progress);
+            // Clamp negative radiances, which linear fields in optically thick voxels may leave.
+            image.pixels.iter_mut().flatten().filter(|x| **x < 0.0).for_each(|x| *x = 0.0);
+            image
+        });
+        let image = match &colours {
+            Some(colours) => join_bands(images, colours, options),
+            None => images.next().unwrap_or(Image { width: 0, height: 0, pixels: Vec::new() }),
+        };
         take(i, image)?;
     }
     Ok(())
+}
+
+/// The picture in linear sRGB from those of the triples of bands, whose pixels are radiances of bands.
+fn join_bands(
+    images: impl Iterator<Item = Image>,
+    colours: &[[[f64; 3]; 3]],
+    options: &RenderOptions,
+) -> Image {
+    let (width, height) = (options.width, options.height);
+    let mut sum = vec![[0.0f64; 3]; width * height];
+    for (image, colours) in images.zip(colours) {
+        for (sum, pixel) in sum.iter_mut().zip(&image.pixels) {
+            let own = colour_of(colours, Bands::from_rgb(pixel.map(f64::from)));
+            (0..3).for_each(|c| sum[c] += own[c]);
+        }
+    }
+    Image { width, height, pixels: sum.into_iter().map(|x| to_pixel(Bands::from_rgb(x))).collect() }
 }
 
 /// Distance, m, to the first surface or pane in the middle of each camera's picture; `None` where there is none.

@@ -110,14 +110,29 @@ pub fn read_light_solution(path: &Path) -> Result<Solution, Failure> {
     ))
 }
 
+/// Reads a solution of light that pictures show: its bands are colours or have wavelengths.
+///
+/// # Errors
+/// As [`read_light_solution`], and if the bands have neither colours nor wavelengths.
+pub fn read_picture_solution(path: &Path) -> Result<Solution, Failure> {
+    let solution = read_light_solution(path)?;
+    match solution.scene.bands().wavelengths() {
+        Some(_) => Ok(solution),
+        None => check_colours(path, solution),
+    }
+}
+
 /// Reads a solution of light whose bands are colours.
 ///
 /// # Errors
 /// As [`read_light_solution`], and if the solution has bands that are no colours.
 pub fn read_colour_solution(path: &Path) -> Result<Solution, Failure> {
-    let solution = read_light_solution(path)?;
+    check_colours(path, read_light_solution(path)?)
+}
+
+fn check_colours(path: &Path, solution: Solution) -> Result<Solution, Failure> {
     let bands = solution.scene.bands();
-    if bands.is_rgb() || bands.count() == 1 {
+    if bands.is_rgb() || bands.count() == 1 && bands.wavelengths().is_none() {
         return Ok(solution);
     }
     let message = format!(

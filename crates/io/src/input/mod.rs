@@ -13,6 +13,7 @@
 //! | `mesh` | meshes independent of their format: placement, closed parts, overrides of materials |
 //! | `obj`, `gltf`, `vtk` | mesh formats |
 //! | `table` | columns of values by face, zone or name: CSV, npy, cell data of VTK |
+//! | `spectrum` | spectra as values of bands |
 //! | `npy`, `vol`, `vdb` | formats of arrays and sparse grids |
 //! | `images` | PNG and JPEG textures |
 //! | `camera_path` | key frames of a camera, a file of its own |
@@ -33,6 +34,7 @@ mod scene;
 mod scene_reader;
 mod scene_template;
 mod scene_text;
+mod spectrum;
 mod suggestion;
 mod table;
 mod text;

@@ -25,7 +25,7 @@ pub(super) fn parse_named(
     name: &str,
 ) -> Result<Scene, InputError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let source = SourceText::new(file, text);
+    let source = SourceText::new(file, text).with_files(context.base, context.files);
     let document = source.parse()?;
     let (bands, gas) = scene::bands::read_bands(&TomlTable::root(&source, document.get_ref()))?;
     // Each triple of bands is read as a scene of its own.

@@ -63,6 +63,12 @@ impl<'a> CaseContext<'a> {
         Ok(solution)
     }
 
+    /// Writes a text that scenes name by the file that comes back.
+    pub(super) fn text_file(&self, file: &str, text: &str) -> Result<String, Failure> {
+        output::write_bytes(&self.work.join(file), text.as_bytes())?;
+        Ok(file.to_string())
+    }
+
     /// Writes an array that scenes name by the file that comes back.
     pub(super) fn array(&self, name: &str, shape: &[usize], values: &[f64]) -> Result<String, Failure> {
         let file = format!("{name}.npy");

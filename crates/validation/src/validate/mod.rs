@@ -6,7 +6,7 @@
 //! | `case_context`, `box_scene`, `measures` | scenes as texts that a user could run; their solution; quantities of a solution |
 //! | `data` | the committed references, as printed, with their provenance |
 //! | `richardson` | extrapolation with its uncertainty |
-//! | `factors`, `sphere`, `slabs`, `square`, `cube`, `burns`, `furnace`, `series`, `gases`, `thick`, `discretization`, `textbook`, `laws` | the cases, closed forms first |
+//! | `factors`, `sphere`, `slabs`, `square`, `cube`, `burns`, `furnace`, `series`, `gases`, `thick`, `discretization`, `textbook`, `macbeth`, `laws` | the cases, closed forms first |
 //! | `montecarlo` | seven cubes by Monte Carlo, two pictures; the example of that name shares them |
 //! | `openfoam`, `elmer`, `conduction` | other solvers |
 //! | `tables`, `page` | printed tables; `validation.md` with its plots |
@@ -26,6 +26,7 @@ mod factors;
 mod furnace;
 mod gases;
 mod laws;
+mod macbeth;
 mod measures;
 pub mod montecarlo;
 mod openfoam;
@@ -68,7 +69,7 @@ pub struct ValidationOptions {
 
 /// All cases, in the order of the page.
 fn cases() -> impl Iterator<Item = &'static ValidationCase> {
-    let parts: [&'static [ValidationCase]; 15] = [
+    let parts: [&'static [ValidationCase]; 16] = [
         &factors::CASES,
         &slabs::CASES,
         &square::CASES,
@@ -83,6 +84,7 @@ fn cases() -> impl Iterator<Item = &'static ValidationCase> {
         &thick::CASES,
         &discretization::CASES,
         &textbook::CASES,
+        &macbeth::CASES,
         &laws::CASES,
     ];
     parts.into_iter().flatten()

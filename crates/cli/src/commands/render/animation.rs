@@ -6,7 +6,7 @@
 use super::args::{Args, parse_size, render_options};
 use super::style::PictureStyle;
 use crate::camera_animation::{AnimationFrame, animation_frames};
-use crate::commands::context::{Context, read_colour_solution};
+use crate::commands::context::{Context, read_picture_solution};
 use crate::progress::ProgressBars;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -53,7 +53,7 @@ pub fn run(args: &Args, path: &Path, context: Context) -> Result<(), Failure> {
     let style = PictureStyle::from_args(args)?;
     check_folder(&args.output)?;
     let options = render_options(args, size);
-    let solution = read_colour_solution(&args.run)?;
+    let solution = read_picture_solution(&args.run)?;
     let keys = read_keys(path, &solution)?;
     let frames = animation_frames(&keys);
     for f in &frames {

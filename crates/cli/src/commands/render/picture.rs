@@ -2,7 +2,7 @@
 
 use super::args::{Args, find_camera, is_linear, parse_size, render_options};
 use super::style::PictureStyle;
-use crate::commands::context::{Context, read_colour_solution};
+use crate::commands::context::{Context, read_picture_solution};
 use std::path::Path;
 use zonal_io::output::{self, ToneMapping};
 use zonal_render::{Image, RenderOptions};
@@ -22,7 +22,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let style = PictureStyle::from_args(args)?;
     check_lens(args)?;
     check_picture_output(args)?;
-    let solution = read_colour_solution(&args.run)?;
+    let solution = read_picture_solution(&args.run)?;
     let camera = camera_with_lens(args, &solution)?;
     let image = zonal_render::render(&solution, &camera, &render_options(args, size), &context.progress());
     let saved = save(&args.output, image, &style)?;

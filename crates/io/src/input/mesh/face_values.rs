@@ -44,7 +44,7 @@ pub(super) fn read_face_values(
 ) -> Result<FaceValues, InputError> {
     let mut out = FaceValues::default();
     for (key, quantity) in FACE_VALUE_KEYS.into_iter().zip(QUANTITIES) {
-        let Some(node) = table.get(key).filter(|n| n.is_table()) else { continue };
+        let Some(node) = table.get(key).filter(|n| n.is_value_file()) else { continue };
         if let (Quantity::Emissivity, Some(other)) = (quantity, table.get("reflectance")) {
             return Err(
                 other.error("emissivity and reflectance are both given, and sum to 1; keep one of them")
@@ -162,6 +162,8 @@ fn facet_values(quantity: Quantity, x: f64) -> FacetValues {
         Quantity::Emissivity => FacetValues { reflectance: Some(Bands::splat(1.0 - x)), ..none },
         Quantity::Reflectance => FacetValues { reflectance: Some(Bands::splat(x)), ..none },
         Quantity::Emission => FacetValues { emission: Some(Bands::splat(x)), ..none },
+        // Spectra belong to a whole surface.
+        Quantity::Spectral => none,
     }
 }
 

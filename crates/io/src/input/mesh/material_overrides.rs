@@ -108,6 +108,6 @@ fn read_pane_override(
         thickness: t.read("thickness", |n| n.positive())?,
         extinction,
         albedo,
-        emission: t.read("emission", |n| n.bands(f64::INFINITY))?,
+        emission: t.read("emission", |n| n.flux_bands())?,
     }))
 }

@@ -67,7 +67,7 @@ pub(super) fn read_light(
 
 /// A flux of light: in the bands of the scene, or in the band of sunlight.
 fn read_flux(n: &TomlNode<'_>) -> Result<Bands, InputError> {
-    let Some(in_solar_band) = n.solar_band() else { return n.bands(f64::INFINITY) };
+    let Some(in_solar_band) = n.solar_band() else { return n.flux_bands() };
     match n.is_list() {
         true => Err(n.error("in thermal mode sunlight has one band; give a number")),
         false => n.non_negative().map(in_solar_band),

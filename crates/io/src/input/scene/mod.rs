@@ -143,7 +143,7 @@ fn read_surroundings(node: &TomlNode<'_>, reader: &mut SceneReader<'_>) -> Resul
     let t = node.table(SURROUNDINGS)?;
     thermal::check_mode(&t, reader.mode())?;
     let name = t.read("name", |n| Ok(n.text()?.to_string()))?;
-    let mut radiance = t.read("radiance", |n| n.bands(f64::INFINITY))?;
+    let mut radiance = t.read("radiance", |n| n.flux_bands())?;
     if let Some(thermal) = &mut reader.parts.thermal {
         thermal.surroundings = t.read("temperature", thermal::read_kelvin)?;
         radiance = Some(thermal.surroundings_radiance());

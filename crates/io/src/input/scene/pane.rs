@@ -37,7 +37,7 @@ pub(super) fn read_pane(
         thickness,
         extinction,
         albedo: albedo.unwrap_or(Bands::ZERO),
-        emission: table.read("emission", |n| n.bands(f64::INFINITY))?.unwrap_or(Bands::ZERO),
+        emission: table.read("emission", |n| n.flux_bands())?.unwrap_or(Bands::ZERO),
     });
     Ok(())
 }

@@ -13,12 +13,12 @@ pub(crate) const FACE_VALUE_KEYS: [&str; 6] =
 
 /// The number or the bands of a key; none where a file gives its values, which is read with the mesh.
 fn without_file<'a>(table: &TomlTable<'a>, key: &str) -> Option<TomlNode<'a>> {
-    table.get(key).filter(|n| !n.is_table())
+    table.get(key).filter(|n| !n.is_value_file())
 }
 
 /// Refuses files by face in tables that have no mesh of their own.
 fn check_files(table: &TomlTable<'_>) -> Result<(), InputError> {
-    let file = FACE_VALUE_KEYS.iter().filter_map(|k| table.get(k)).find(|n| n.is_table());
+    let file = FACE_VALUE_KEYS.iter().filter_map(|k| table.get(k)).find(|n| n.is_value_file());
     match file {
         Some(n) if table.get("mesh").is_none() => Err(n.error(
             "a file of values belongs to the table of a [[surface]] that has a mesh, beside the key mesh; move it there, or give a number",
@@ -49,7 +49,7 @@ pub(crate) fn read_properties(
         convection: network::read_convection(table)?,
         reflectance: thermal::read_reflectance(table)?,
         solar_absorptance: thermal::read_solar(table, "solar_absorptance", 1.0)?,
-        emission: without_file(table, "emission").map(|n| n.bands(f64::INFINITY)).transpose()?,
+        emission: without_file(table, "emission").map(|n| n.flux_bands()).transpose()?,
         sides: table.read("sides", |n| Ok([Sides::Front, Sides::Both][n.choice(&["front", "both"])?]))?,
         patch_size: table.read("patch_size", |n| n.positive())?,
         texture: table.read("texture", |n| reader.texture(&n))?,

@@ -113,7 +113,7 @@ pub(crate) fn read_solar(t: &TomlTable<'_>, key: &str, max: f64) -> Result<Optio
 
 /// ρ, from `reflectance` or `emissivity` = 1 − ρ; NaN in the band of sunlight where a list lacks it.
 pub(crate) fn read_reflectance(t: &TomlTable<'_>) -> Result<Option<Bands>, InputError> {
-    let number = |key: &str| t.get(key).filter(|n| !n.is_table());
+    let number = |key: &str| t.get(key).filter(|n| !n.is_value_file());
     let given = number("reflectance").map(|n| n.bands_or_infrared(1.0, f64::NAN)).transpose()?;
     let Some(n) = number("emissivity") else { return Ok(given) };
     let own = 1.0 - n.bands_or_infrared(1.0, f64::NAN)?;

@@ -17,6 +17,8 @@ pub enum Quantity {
     Reflectance,
     /// Emitted flux, W/m².
     Emission,
+    /// A wavelength or a value of a spectrum.
+    Spectral,
 }
 
 impl Quantity {
@@ -29,6 +31,7 @@ impl Quantity {
             Quantity::Emissivity => &["emissivity"],
             Quantity::Reflectance => &["reflectance"],
             Quantity::Emission => &["emission", "emission [w/m2]"],
+            Quantity::Spectral => &["value"],
         }
     }
 
@@ -55,6 +58,7 @@ impl Quantity {
                 ((0.0..=1.0).contains(&x), "as a reflectance", "give a value from 0 to 1")
             }
             Quantity::Emission => ((0.0..=1e30).contains(&x), "W/m2", "give an emitted flux from 0 to 1e30"),
+            Quantity::Spectral => ((0.0..=1e30).contains(&x), "in a spectrum", "give a value from 0 to 1e30"),
         };
         if valid { Ok(()) } else { Err(format!("{x} {noun} is out of range; {remedy}")) }
     }

@@ -4,7 +4,7 @@
 //! Types: *bands* is one number for all bands or a list of one for each, by default `[red, green, blue]`; *point* and *direction* are `[x, y, z]`.
 
 use super::keys::{KeyGroups, KeySpec, all, key};
-use super::light_keys::{EMITTER, PLANET, SKY, SUN};
+use super::light_keys::{EMITTER, PLANET, SKY, SPECTRUM, SUN};
 
 const ROOT_KEYS: &[KeySpec] = &[
     key("name", "text", "", "the file's name", "name of the scene"),
@@ -558,6 +558,7 @@ pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
     ("light[] (sky)", SKY),
     ("light[] (emitter)", EMITTER),
     ("light[] (planet)", PLANET),
+    ("SPECTRUM", SPECTRUM),
     ("camera[]", CAMERA),
 ];
 

@@ -1,4 +1,4 @@
-//! The keys of lights.
+//! The keys of lights and spectra.
 
 use super::keys::{KeyGroups, key};
 
@@ -49,4 +49,13 @@ pub(crate) const PLANET: KeyGroups = &[&[
         "infrared flux at its surface, in place of the temperature",
     ),
     key("reflected_flux", "number from 0", "W/m2", "0", "flux of reflected sunlight at its surface"),
+]];
+/// A spectrum in the place of bands.
+pub(crate) const SPECTRUM: KeyGroups = &[&[
+    key("spectrum", "file name", "", "", ".csv with wavelengths in nm and values"),
+    key("column", "text | integer from 1", "", "2", "column of the values"),
+    key("illuminant", "\"D65\"", "", "", "standard illuminant, in place of a file"),
+    key("black_body", "number above 0", "K", "", "light of a black body, in place of a file"),
+    key("scale", "number from 0", "", "1", "factor of the values"),
+    key("total", "number from 0", "that of the quantity", "", "sum of a flux over the bands of the scene"),
 ]];

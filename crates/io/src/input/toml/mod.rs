@@ -6,6 +6,7 @@
 //! | `node` | typed reading; every value carries its key, line and column |
 //! | `keys` | the description of one key, and its lookup in a table of keys |
 //! | `key_tables` | every key of the scene and camera-path formats, with type, unit, default and description |
+//! | `light_keys` | those of lights and spectra |
 //! | `migrate` | former keys replaced in a text, with comments and layout kept |
 //! | `template` | numbers replaced in a text |
 

@@ -1,15 +1,20 @@
 //! Typed reading of a TOML document. Every value carries its key and its place.
 
 use super::keys::{KeyGroups, all, former_name_of, knows, names};
+use super::light_keys::SPECTRUM;
 use super::migrate::both_names;
 use super::source::SourceText;
 use crate::input::error::InputError;
+use crate::input::spectrum::Spectrum;
 use crate::input::suggestion::suggest;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Diagnostic};
+
+/// Keys of which a spectrum has one.
+pub(crate) const SPECTRUM_KEYS: [&str; 3] = ["spectrum", "illuminant", "black_body"];
 
 /// A value with its key and place.
 #[derive(Clone)]
@@ -165,8 +170,105 @@ impl<'a> TomlNode<'a> {
             format!("{x} is negative; give 0 or more")
         }))
     }
-    /// One number for all bands or one per band, each from 0 to `max`.
+    /// A property: one number for all bands, one per band, each from 0 to `max`, or the means of a spectrum.
     pub(crate) fn bands(&self, max: f64) -> Result<Bands, InputError> {
+        let Some((table, spectrum)) = self.spectrum()? else { return self.numbers_of_bands(max) };
+        let scale = table.read("scale", |n| n.non_negative())?.unwrap_or(1.0);
+        if let Some(n) = table.get("total") {
+            return Err(n.error("a property has no total; give scale, or remove this key"));
+        }
+        let mean = |band: [f64; 2]| scale * spectrum.integral(band) / (band[1] - band[0]);
+        let values: Vec<f64> = self.covered_bands(&spectrum)?.iter().map(|b| mean(*b)).collect();
+        match values.iter().find(|x| **x > max) {
+            Some(x) => Err(self.error(format!(
+                "the mean over a band is {x}, and at most {max} is possible; give smaller values"
+            ))),
+            None => self.triple_of_bands(&values, "").map(Bands::from_rgb),
+        }
+    }
+    /// A flux: one number for all bands or one per band, each from 0, or the integrals of a spectrum.
+    pub(crate) fn flux_bands(&self) -> Result<Bands, InputError> {
+        let Some((table, spectrum)) = self.spectrum()? else { return self.numbers_of_bands(f64::INFINITY) };
+        let bands = self.covered_bands(&spectrum)?;
+        let integrals: Vec<f64> = bands.iter().map(|b| spectrum.integral(*b)).collect();
+        let factor = match (table.get("total"), table.get("scale")) {
+            (Some(_), Some(n)) => return Err(n.error("total and scale are both given; keep one of them")),
+            (Some(n), None) => {
+                let sum: f64 = integrals.iter().sum();
+                if sum <= 0.0 {
+                    return Err(n.error("the spectrum is 0 in all bands and has no total; give other bands or another spectrum"));
+                }
+                n.non_negative()? / sum
+            }
+            (None, scale) if table.get("spectrum").is_some() => {
+                scale.map(|n| n.non_negative()).transpose()?.unwrap_or(1.0)
+            }
+            (None, _) => {
+                return Err(
+                    table.error("this spectrum is relative; give total, the sum over the bands of the scene")
+                );
+            }
+        };
+        let values: Vec<f64> = integrals.iter().map(|x| factor * x).collect();
+        self.triple_of_bands(&values, "").map(Bands::from_rgb)
+    }
+    /// The spectrum that a table names; none for other values.
+    fn spectrum(&self) -> Result<Option<(TomlTable<'a>, Spectrum)>, InputError> {
+        if !self.is_table() || self.is_value_file() {
+            return Ok(None);
+        }
+        let t = self.table(SPECTRUM)?;
+        let given: Vec<TomlNode> = SPECTRUM_KEYS.iter().filter_map(|k| t.get(k)).collect();
+        if let [_, other, ..] = given.as_slice() {
+            return Err(
+                other.error("a spectrum has one source; keep one of spectrum, illuminant, black_body")
+            );
+        }
+        let found = if let Some(n) = t.get("black_body") {
+            match n.positive()? {
+                t if (100.0..=1e5).contains(&t) => Spectrum::black_body(t),
+                t => return Err(n.error(format!("{t} K is out of range; give 100 to 100000"))),
+            }
+        } else if let Some(n) = t.get("illuminant") {
+            n.choice(&["D65"])?;
+            Spectrum::d65()
+        } else {
+            let file = t.require("spectrum", "spectrum = \"paint.csv\"")?;
+            let Some((folder, files)) = self.source.files() else {
+                return Err(file.error(
+                    "this scene is a text without a folder and cannot refer to files; save it as a file",
+                ));
+            };
+            let column = t.get("column").map(|n| match n.is_text() {
+                true => n.text().map(String::from),
+                false => n.count().map(|k| k.to_string()),
+            });
+            let column = column.transpose()?.unwrap_or_else(|| "2".into());
+            let read = Spectrum::read(files, &folder.join(file.text()?), &column);
+            read.map_err(|f| t.get("column").unwrap_or(file).error(f.to_string()))?
+        };
+        Ok(Some((t, found)))
+    }
+    /// The limits of the bands, nm, all within the range of a spectrum.
+    fn covered_bands(&self, spectrum: &Spectrum) -> Result<&'a [[f64; 2]], InputError> {
+        let Some(bands) = self.source.bands().wavelengths() else {
+            return Err(self.error("the bands of the scene have no wavelengths; write bands = [[400, 450], …] (nm), or give numbers"));
+        };
+        let [first, last] = spectrum.range();
+        match bands.iter().find(|b| b[0] < first || b[1] > last) {
+            Some([from, to]) => Err(self.error(format!(
+                "the spectrum reaches from {first} to {last} nm, and a band from {from} to {to} nm; extend the spectrum or narrow the band"
+            ))),
+            None => Ok(bands),
+        }
+    }
+    /// True for a table that is no spectrum: values by face or by voxel from a file.
+    pub(crate) fn is_value_file(&self) -> bool {
+        let is_spectrum = |t: TomlTable<'_>| SPECTRUM_KEYS.iter().any(|k| t.map.contains_key(*k));
+        self.is_table() && !self.any_table().is_ok_and(is_spectrum)
+    }
+    /// One number for all bands or one per band, each from 0 to `max`.
+    fn numbers_of_bands(&self, max: f64) -> Result<Bands, InputError> {
         if !self.is_list() {
             return self.number_up_to(max).map(Bands::splat);
         }

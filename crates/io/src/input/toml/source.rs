@@ -1,8 +1,10 @@
 //! The text of a scene, the place of every key in it, and the notes that reading its keys gives.
 
+use crate::files::FileSource;
 use crate::input::error::InputError;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
 use toml::Spanned;
 use toml::de::DeTable;
 use zonal_scene::{BandSet, Diagnostic, SceneError};
@@ -16,6 +18,8 @@ pub(crate) struct SourceText<'a> {
     notes: RefCell<BTreeMap<usize, Diagnostic>>,
     /// The bands of the scene, and the triple of them that is read.
     bands: (BandSet, usize),
+    /// Folder and storage of the files that values refer to.
+    files: Option<(&'a Path, FileSource<'a>)>,
 }
 
 impl<'a> SourceText<'a> {
@@ -26,11 +30,20 @@ impl<'a> SourceText<'a> {
             places: RefCell::default(),
             notes: RefCell::default(),
             bands: (BandSet::default(), 0),
+            files: None,
         }
+    }
+    /// The same text with files in a folder.
+    pub(crate) fn with_files(self, folder: Option<&'a Path>, files: FileSource<'a>) -> SourceText<'a> {
+        SourceText { files: folder.map(|f| (f, files)), ..self }
     }
     /// The same text, of which one triple of bands is read.
     pub(crate) fn with_triple(&self, bands: BandSet, triple: usize) -> SourceText<'a> {
-        SourceText { bands: (bands, triple), ..SourceText::new(self.file, self.text) }
+        SourceText { bands: (bands, triple), files: self.files, ..SourceText::new(self.file, self.text) }
+    }
+    /// Folder and storage of the files that values refer to; none for a text without a folder.
+    pub(crate) fn files(&self) -> Option<(&'a Path, FileSource<'a>)> {
+        self.files
     }
     /// The bands of the scene.
     pub(crate) fn bands(&self) -> &BandSet {
