@@ -4,7 +4,7 @@
 //! Types: *bands* is one number for all bands or a list of one for each, by default `[red, green, blue]`; *point* and *direction* are `[x, y, z]`.
 
 use super::keys::{KeyGroups, KeySpec, all, key};
-use super::light_keys::{EMITTER, PLANET, SKY, SPECTRUM, SUN};
+use super::light_keys::{EMITTER, PLANET, SKY, SPECTRUM, SUN, SURROUNDINGS};
 
 const ROOT_KEYS: &[KeySpec] = &[
     key("name", "text", "", "the file's name", "name of the scene"),
@@ -159,19 +159,6 @@ pub(crate) const BOUNDARY: KeyGroups = &[&[
 ]];
 const BOTH_ENDS: &str = "\"mirror\" | \"periodic\" | \"scene\"";
 const ONE_END: &str = "\"mirror\" | \"scene\"";
-
-/// `[surroundings]`.
-pub(crate) const SURROUNDINGS: KeyGroups = &[&[
-    key("name", "text", "", "\"surroundings\"", "name of the light group"),
-    key("radiance", "bands", "W/(m2 sr)", "0", "radiance that enters from all directions (light mode)"),
-    key(
-        "temperature",
-        "number above 0",
-        "K",
-        "cold",
-        "black-body temperature of the surroundings (thermal mode)",
-    ),
-]];
 
 const SURFACE_KEYS: &[KeySpec] = &[
     key("name", "text", "", "surface1, …", "unique name"),

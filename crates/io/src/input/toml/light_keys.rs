@@ -1,4 +1,4 @@
-//! The keys of lights and spectra.
+//! The keys of lights, surroundings and spectra.
 
 use super::keys::{KeyGroups, key};
 
@@ -58,4 +58,16 @@ pub(crate) const SPECTRUM: KeyGroups = &[&[
     key("black_body", "number above 0", "K", "", "light of a black body, in place of a file"),
     key("scale", "number from 0", "", "1", "factor of the values"),
     key("total", "number from 0", "that of the quantity", "", "sum of a flux over the bands of the scene"),
+]];
+/// `[surroundings]`.
+pub(crate) const SURROUNDINGS: KeyGroups = &[&[
+    key("name", "text", "", "\"surroundings\"", "name of the light group"),
+    key("radiance", "bands", "W/(m2 sr)", "0", "radiance that enters from all directions (light mode)"),
+    key(
+        "temperature",
+        "number above 0",
+        "K",
+        "cold",
+        "black-body temperature of the surroundings (thermal mode)",
+    ),
 ]];
