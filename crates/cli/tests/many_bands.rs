@@ -44,6 +44,51 @@ fn files_tables_and_exports_have_all_bands() {
     refused(&f, Program, &["render", "a.npz", "-o", "b.png"], "5 bands");
 }
 
+/// A plate in sunlight above a planet: two bands, of which the last is sunlight.
+const SUNLIT: &str = "mode = \"thermal\"\n[solve]\npatch_size = 0.5\n[[surface]]\nname = \"plate\"\nrectangle = { origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }\nsides = \"both\"\nheat_flux = 0\nemissivity = 0.8\nsolar_absorptance = 0.3\n[[light]]\nkind = \"sun\"\ndirection = [0,0,-1]\nirradiance = 1000\n[[light]]\nkind = \"planet\"\ndirection = [0,0,1]\nangular_diameter = 120\ntemperature = 250\n[surroundings]\ntemperature = 20\n";
+
+#[test]
+fn sunlit_scenes_survive_their_file_and_state_sunlight() {
+    let f = Folder::new();
+    f.put("scene.toml", SUNLIT);
+    let json: serde_json::Value =
+        serde_json::from_str(&f.done(&["solve", "scene.toml", "-o", "a.npz", "--json"])).unwrap();
+    assert_eq!(json["bands"]["names"], serde_json::json!(["infrared", "solar"]));
+    let row = &json["heat"]["rows"][0];
+    assert!((row["absorbed_sunlight_W"].as_f64().unwrap() - 300.0).abs() < 0.1, "{row}");
+    let solution = read(&f, "a.npz");
+    assert!(solution.scene.bands().has_solar_band() && solution.scene.lights().len() == 2);
+    let again = zonal_io::output::solution_bytes(&solution).unwrap();
+    assert_eq!(again, std::fs::read(f.path().join("a.npz")).unwrap());
+    assert!(f.done(&["solve", "scene.toml", "-o", "b.npz"]).contains("sunlight, W"));
+    f.done(&["render", "a.npz", "--show", "temperature", "-o", "a.png"]);
+    f.done(&["exchange", "scene.toml", "-o", "areas.npz"]);
+    refused(&f, Program, &["update", "areas.npz", "-o", "q.csv"], "without nodes, convection and lights");
+}
+
+/// A white wall, a red one and a blue one in light of a spectrum.
+const SPECTRAL: &str = "bands = [[400, 500], [500, 580], [580, 640], [640, 700]]\n[solve]\npatch_size = 1\n[[surface]]\nname = \"white\"\nrectangle = { origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }\nreflectance = 0.9\n[[surface]]\nname = \"red\"\nrectangle = { origin = [1,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }\nreflectance = { spectrum = \"paint.csv\", column = \"red\" }\n[[surface]]\nname = \"blue\"\nrectangle = { origin = [2,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }\nreflectance = { spectrum = \"paint.csv\", column = \"blue\" }\n[[light]]\nkind = \"sun\"\ndirection = [0,0,-1]\nirradiance = { illuminant = \"D65\", total = 1000 }\nangular_diameter = 0\n[[camera]]\nname = \"above\"\norigin = [1.5,0.5,3]\ntarget = [1.5,0.5,0]\nup = [0,1,0]\nfov = 50\n";
+
+#[test]
+fn pictures_of_wavelengths_have_the_colours_of_their_spectra() {
+    let f = Folder::new();
+    f.put("paint.csv", "nm,red,blue\n400,0.05,0.6\n520,0.05,0.3\n560,0.1,0.05\n620,0.8,0.05\n700,0.9,0.05\n");
+    f.put("scene.toml", SPECTRAL);
+    f.done(&["solve", "scene.toml", "-o", "a.npz"]);
+    f.done(&["render", "a.npz", "-o", "a.png", "--size", "30x10"]);
+    f.done(&["render", "a.npz", "-o", "a.exr", "--size", "30x10"]);
+    let mut reader = png::Decoder::new(std::io::Cursor::new(f.get("a.png"))).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    assert_eq!((info.width, info.height, info.color_type), (30, 10, png::ColorType::Rgb));
+    let at = |x: usize| [0, 1, 2].map(|c| i32::from(pixels[3 * (30 * 5 + x) + c]));
+    let [white, red, blue] = [at(5), at(15), at(25)];
+    assert!((white[0] - white[1]).abs() < 12 && (white[2] - white[1]).abs() < 12, "{white:?}");
+    assert!(red[0] > 2 * red[1] && red[0] > 2 * red[2], "{red:?}");
+    assert!(blue[2] > blue[1] && blue[1] > blue[0], "{blue:?}");
+    refused(&f, Program, &["export", "a.npz", "-o", "a.glb"], "no red, green and blue");
+}
+
 #[test]
 fn wrong_bands_and_gases_are_refused() {
     let f = Folder::new();

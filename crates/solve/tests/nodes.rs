@@ -13,7 +13,9 @@ const WALL: f64 = 300.0;
 const AREA: f64 = 2.0 * (0.3 * 0.4 + 0.4 * 0.5 + 0.5 * 0.3);
 
 fn room() -> SceneBuilder {
-    Scene::builder().surface(Mesh::room([0.0; 3], [1.0; 3]).name("room").emissivity(1.0).temperature(WALL))
+    Scene::builder().surface(
+        Mesh::room([0.0; 3], [1.0; 3]).name("room").emissivity(1.0).temperature(WALL).patch_size(0.25),
+    )
 }
 
 fn body() -> Mesh {
