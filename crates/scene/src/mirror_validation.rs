@@ -101,7 +101,7 @@ fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
         return invalid(axis_key(2), what);
     }
     if let Some(l) = parts.lights.first() {
-        let what = format!("direct light has no {images}; let a surface emit as zones instead");
+        let what = format!("direct light has no {images}; {}", remedy_of_lights(parts));
         return invalid(light_key(l), what);
     }
     if !grid.has_extinction_of_layers(endless) {
@@ -115,7 +115,7 @@ fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
 /// Validates a periodic scene without a medium: walls that extend along the whole period as strips.
 fn check_strips(parts: &SceneParts, axis: usize, (min, max): (Vec3, Vec3)) -> Result<(), SceneError> {
     if let Some(light) = parts.lights.first() {
-        let what = "direct light has no periodic images; let a surface emit as zones instead";
+        let what = format!("direct light has no periodic images; {}", remedy_of_lights(parts));
         return invalid(light_key(light), what);
     }
     if let Some(pane) = parts.panes.first() {
@@ -208,4 +208,12 @@ fn check_plate(
         }
     }
     Ok(())
+}
+
+/// What to do without direct light.
+fn remedy_of_lights(parts: &SceneParts) -> &'static str {
+    match parts.thermal {
+        Some(_) => "give the scene two or three periods without this boundary instead",
+        None => "let a surface emit as zones instead",
+    }
 }

@@ -4,7 +4,7 @@ mod common;
 
 use common::solved;
 use zonal_scene::thermal::{STEFAN_BOLTZMANN, blackbody_temperature};
-use zonal_scene::{HeatRow, Mesh, NoProgress, Planet, Scene, Solution, Sun};
+use zonal_scene::{HeatRow, Mesh, NoProgress, NodeCondition, Planet, Scene, Solution, Sun};
 use zonal_solve::solve;
 
 fn row<'a>(s: &'a Solution, name: &str) -> &'a HeatRow {
@@ -59,7 +59,8 @@ fn a_plate_in_low_orbit_has_the_temperature_of_its_balance() {
     let plate = Mesh::rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]).name("plate");
     let planet = Planet::new([0.0, 0.0, 1.0], 140.0).reflected_flux(400.0).temperature(255.0);
     let scene = Scene::builder()
-        .surface(plate.heat_flux(0.0).emissivity(0.85).solar_absorptance(0.2))
+        .surface(plate.node("plate").emissivity(0.85).solar_absorptance(0.2))
+        .node("plate", NodeCondition::Power(0.0))
         .light(Sun::new([0.0, 0.0, -1.0]).irradiance(1361.0))
         .light(planet)
         .patch_size(0.5)
@@ -72,6 +73,9 @@ fn a_plate_in_low_orbit_has_the_temperature_of_its_balance() {
     let exact = blackbody_temperature(absorbed / (2.0 * 0.85));
     let (found, error) = temperature(&s, "plate");
     assert!((found - exact).abs() <= error && error < 1.0, "{found} ± {error}, {exact}");
+    // Both sides have that temperature.
+    let all = &s.fields.heat.as_ref().unwrap().temperature;
+    assert!(all.iter().all(|t| *t == all[0]));
 }
 
 #[test]
@@ -113,7 +117,7 @@ fn reflected_sunlight_is_part_of_the_balance() {
 fn glass_passes_sunlight_and_stops_the_infrared() {
     let of = |glass: &str| {
         let s = solved(&format!(
-            "mode = \"thermal\"\n[solve]\npatch_size = 0.5\n[[surface]]\nname = \"plate\"\nrectangle = {{ origin = [0,0,0], edge1 = [20,0,0], edge2 = [0,20,0] }}\npatch_size = 5\nheat_flux = 0\nemissivity = 1\n[[pane]]\nname = \"glass\"\npolygon = [[0,0,0.01],[20,0,0.01],[20,20,0.01],[0,20,0.01]]\nthickness = 0.004\nextinction = 1e4\n{glass}\n[[light]]\nkind = \"sun\"\ndirection = [0,0,-1]\nirradiance = 500\nangular_diameter = 0\n"
+            "mode = \"thermal\"\n[solve]\npatch_size = 5\n[[surface]]\nname = \"plate\"\nrectangle = {{ origin = [0,0,0], edge1 = [20,0,0], edge2 = [0,20,0] }}\nheat_flux = 0\nemissivity = 1\n[[pane]]\nname = \"glass\"\npolygon = [[0,0,0.01],[20,0,0.01],[20,20,0.01],[0,20,0.01]]\nthickness = 0.004\nextinction = 1e4\n{glass}\n[[light]]\nkind = \"sun\"\ndirection = [0,0,-1]\nirradiance = 500\nangular_diameter = 0\n"
         ));
         temperature(&s, "plate")
     };

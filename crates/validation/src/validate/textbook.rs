@@ -40,7 +40,7 @@ pub(super) const CASES: [ValidationCase; 8] = [
     case(
         "orbit",
         "plate in low orbit with albedo and infrared of the planet",
-        "A plate (α 0.2, ε 0.85) faces the sun; a planet of 140° that emits as 255 K and reflects 400 W/m² fills the other side. Limit: the stated error.",
+        "A plate of one temperature (α 0.2, ε 0.85; a node) faces the sun; a planet of 140° that emits as 255 K and reflects 400 W/m² fills the other side. Limit: the stated error.",
         orbit,
     ),
     case(
@@ -232,7 +232,7 @@ fn collector(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
 
 fn orbit(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
     let mut out = CaseOutcome::default();
-    let text = "mode = \"thermal\"\n[solve]\npatch_size = 0.25\n[[surface]]\nname = \"plate\"\nrectangle = { origin = [0, 0, 0], edge1 = [1, 0, 0], edge2 = [0, 1, 0] }\nsides = \"both\"\nheat_flux = 0\nemissivity = 0.85\nsolar_absorptance = 0.2\n[[light]]\nkind = \"sun\"\ndirection = [0, 0, -1]\nirradiance = 1361\n[[light]]\nkind = \"planet\"\nname = \"earth\"\ndirection = [0, 0, 1]\nangular_diameter = 140\ntemperature = 255\nreflected_flux = 400\n";
+    let text = "mode = \"thermal\"\n[solve]\npatch_size = 0.25\n[[node]]\nname = \"plate\"\n[[surface]]\nname = \"plate\"\nrectangle = { origin = [0, 0, 0], edge1 = [1, 0, 0], edge2 = [0, 1, 0] }\nsides = \"both\"\nnode = \"plate\"\nemissivity = 0.85\nsolar_absorptance = 0.2\n[[light]]\nkind = \"sun\"\ndirection = [0, 0, -1]\nirradiance = 1361\n[[light]]\nkind = \"planet\"\nname = \"earth\"\ndirection = [0, 0, 1]\nangular_diameter = 140\ntemperature = 255\nreflected_flux = 400\n";
     let s = bench.solve("orbit", text)?;
     let seen = 70f64.to_radians().sin().powi(2);
     let absorbed = 0.2 * (1361.0 + 400.0 * seen) + 0.85 * blackbody_emissive_power(255.0) * seen;
