@@ -1,6 +1,5 @@
 //! Spectra in the place of bands: tables, illuminants, black bodies, and what is refused.
 
-#[allow(dead_code)]
 mod support;
 
 use support::Folder;

@@ -49,7 +49,6 @@ pub use image::Image;
 pub use item_buffer::{ItemBuffer, PaneVisibility};
 pub use options::RenderOptions;
 pub use picture::{focus_distances, render, render_each};
-pub use spectral_colour::band_colours;
 
 #[cfg(test)]
 mod approximation_tests;

@@ -126,18 +126,7 @@ fn integral_to(wavelength: f64) -> [f64; 3] {
 }
 
 /// The linear sRGB colour of a radiance of 1 W/(m² sr) in each band; `None` for bands without wavelengths.
-///
-/// ```
-/// use zonal_render::band_colours;
-/// use zonal_scene::BandSet;
-/// let bands = BandSet::by_wavelength(vec![[400.0, 500.0], [500.0, 600.0], [600.0, 700.0]])?;
-/// let [blue, green, red] = <[[f64; 3]; 3]>::try_from(band_colours(&bands).unwrap()).unwrap();
-/// assert!(blue[2] > blue[1] && green[1] > green[2] && red[0] > red[1]);
-/// assert!(band_colours(&BandSet::default()).is_none());
-/// # Ok::<(), zonal_scene::SceneError>(())
-/// ```
-#[must_use]
-pub fn band_colours(bands: &BandSet) -> Option<Vec<[f64; 3]>> {
+fn band_colours(bands: &BandSet) -> Option<Vec<[f64; 3]>> {
     let of_band = |[from, to]: &[f64; 2]| {
         let [low, high] = [integral_to(*from), integral_to(*to)];
         let xyz: [f64; 3] = std::array::from_fn(|c| (high[c] - low[c]) / (to - from));
@@ -183,6 +172,14 @@ mod tests {
             .zip([67.0, 165.5, 167.5])
             .fold([0.0; 3], |s, (c, w)| std::array::from_fn(|k| s[k] + c[k] * w / 400.0));
         assert!((0..3).all(|k| (sum[k] - whole[k]).abs() < 1e-12), "{sum:?} {whole:?}");
+    }
+
+    #[test]
+    fn long_waves_are_red_and_short_ones_blue() {
+        let bands = BandSet::by_wavelength(vec![[400.0, 500.0], [500.0, 600.0], [600.0, 700.0]]).unwrap();
+        let [blue, green, red] = <[[f64; 3]; 3]>::try_from(band_colours(&bands).unwrap()).unwrap();
+        assert!(blue[2] > blue[1] && green[1] > green[2] && red[0] > red[1]);
+        assert!(band_colours(&BandSet::default()).is_none());
     }
 
     #[test]

@@ -8,10 +8,11 @@ use zonal_scene::Solution;
 
 /// Layers of both programs; and of discrete ordinates for one layer of the spectral engine, which is refined beyond the limit of 0.1 %.
 const LAYERS: usize = 120;
-const PARTS: usize = 2;
+const REFERENCE_LAYERS_PER_LAYER: usize = 2;
 
 /// The engines, with the layers of discrete ordinates for each of theirs and the largest relative difference. The layered engine has uniform layers too.
-const ENGINES: [(&str, (usize, f64)); 2] = [("layered", (1, 1e-6)), ("spectral", (PARTS, 1e-3))];
+const ENGINES: [(&str, (usize, f64)); 2] =
+    [("layered", (1, 1e-6)), ("spectral", (REFERENCE_LAYERS_PER_LAYER, 1e-3))];
 
 /// A slab of 2 m by an engine, with the lines of its walls and its medium.
 fn slab(engine: &str, walls: &str, heat: f64) -> Solution {

@@ -4,7 +4,9 @@ mod common;
 
 use common::solved;
 use zonal_scene::thermal::{STEFAN_BOLTZMANN, blackbody_temperature};
-use zonal_scene::{HeatRow, Mesh, NoProgress, NodeCondition, Planet, Scene, Solution, Sun};
+use zonal_scene::{
+    GlassPane, HeatRow, Medium, Mesh, NoProgress, NodeCondition, Planet, Scene, Solution, Sun,
+};
 use zonal_solve::solve;
 
 fn row<'a>(s: &'a Solution, name: &str) -> &'a HeatRow {
@@ -144,4 +146,18 @@ fn a_cloud_absorbs_sunlight_by_its_own_properties() {
     assert!(sunlight > 0.25 * met && sunlight < 0.5 * met, "{sunlight}");
     let tops: Vec<f64> = (0..27).map(|i| s.fields.heat.as_ref().unwrap().temperature[i]).collect();
     assert!(tops[2] > tops[0], "the top is the warmest: {tops:?}");
+}
+
+#[test]
+fn builders_give_properties_for_sunlight() {
+    let wall = Mesh::room([0.0; 3], [1.0; 3]).heat_flux(0.0).emissivity(0.9);
+    let glass = GlassPane::new([[0.0, 0.0, 0.5], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], 0.01, 500.0)
+        .solar_extinction(10.0);
+    let cloud = Medium::grid([0.0; 3], [1.0; 3], [2; 3]).extinction(0.5).heat_source(0.0).solar(2.0, 0.75);
+    let builder = || Scene::builder().surface(wall.clone()).medium(cloud.clone()).pane(glass.clone());
+    let scene = builder().light(Sun::new([0.0, 0.0, -1.0]).irradiance(700.0)).build().unwrap();
+    let grid = scene.voxel_grid().unwrap();
+    assert_eq!(scene.panes()[0].extinction.to_rgb(), [500.0, 10.0, 10.0]);
+    assert_eq!((grid.extinction(3).to_rgb(), grid.albedo(3).to_rgb()), ([0.5, 2.0, 2.0], [0.0, 0.75, 0.75]));
+    assert!(builder().build().unwrap_err().to_string().contains("no effect without a light"));
 }

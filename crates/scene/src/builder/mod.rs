@@ -241,17 +241,11 @@ impl SceneBuilder {
             options: self.options,
             ..SceneParts::default()
         };
-        if thermal && !parts.lights.is_empty() {
-            if self.band_fractions.is_some() {
-                let what = "a thermal scene of a builder with lights is grey in the infrared; remove the band fractions, or read the scene from a file";
-                return Err(SceneError::new("thermal.band_fractions", what));
-            }
-            parts.bands = BandSet::numbered(1)?.with_solar_band()?;
-            parts.lights.iter_mut().for_each(|l| lights::to_sunlight(l, &parts.bands));
-        }
         let gives_solar = self.meshes.iter().any(|m| m.solar.is_some())
             || self.medium.as_ref().is_some_and(Medium::has_solar_values);
-        if gives_solar && !parts.bands.has_solar_band() {
+        if thermal && !parts.lights.is_empty() {
+            add_sunlight(&mut parts, self.band_fractions.as_ref())?;
+        } else if gives_solar {
             let what = "properties for sunlight have no effect without a light in a thermal scene; add one, or leave them out";
             return Err(SceneError::new("light", what));
         }
@@ -272,13 +266,10 @@ impl SceneBuilder {
         parts.panes = self.panes.into_iter().enumerate().map(|(i, p)| p.into_pane(i + 1, bands)).collect();
         parts.voxel_grid = self.medium.as_ref().map(|m| m.build(bands)).transpose()?;
         if thermal {
-            let sunlit = parts.bands.has_solar_band();
+            let grey = default_fractions(&parts.bands);
             parts.thermal = Some(Thermal {
                 cell_fractions: None,
-                band_fractions: match self.band_fractions {
-                    None if sunlit => BandFractions::constant(Bands::from_rgb([1.0, 0.0, 0.0])),
-                    fractions => fractions.unwrap_or_default(),
-                },
+                band_fractions: self.band_fractions.unwrap_or(grey),
                 surfaces: conditions,
                 panes: vec![ThermalCondition::Flux(0.0); parts.panes.len()],
                 surroundings: self.surroundings_temperature,
@@ -289,6 +280,25 @@ impl SceneBuilder {
             return Err(SceneError::new("thermal.band_fractions", what));
         }
         Scene::new(parts)
+    }
+}
+
+/// Gives a thermal scene the bands of grey infrared and sunlight, and its lights their power in the latter.
+fn add_sunlight(parts: &mut SceneParts, fractions: Option<&BandFractions>) -> Result<(), SceneError> {
+    if fractions.is_some() {
+        let what = "a thermal scene of a builder with lights is grey in the infrared; remove the band fractions, or read the scene from a file";
+        return Err(SceneError::new("thermal.band_fractions", what));
+    }
+    parts.bands = BandSet::numbered(1)?.with_solar_band()?;
+    parts.lights.iter_mut().for_each(|l| lights::to_sunlight(l, &parts.bands));
+    Ok(())
+}
+
+/// The band fractions of a scene without given ones: grey in the infrared.
+fn default_fractions(bands: &BandSet) -> BandFractions {
+    match bands.has_solar_band() {
+        true => BandFractions::constant(Bands::from_rgb([1.0, 0.0, 0.0])),
+        false => BandFractions::default(),
     }
 }
 

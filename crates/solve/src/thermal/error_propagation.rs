@@ -37,10 +37,8 @@ pub(crate) fn propagate_errors(
         triples.iter().map(|t| TripleZones { scene: t.context.scene, zones: t.context.zones }).collect();
     let balances = SpectralBalances::new(&zones);
     let n = balances.len();
-    let share: Vec<Bands> = fields
-        .iter()
-        .flat_map(|f| (0..n).map(|i| balances.first(i).incident_share * f.total_error(i)))
-        .collect();
+    let of_zone = |f: &Fields, i: usize| balances.first(i).incident_share * f.total_error(i);
+    let share: Vec<Bands> = fields.iter().flat_map(|f| (0..n).map(|i| of_zone(f, i))).collect();
     let surfaces: Vec<usize> = context.zones.patches.iter().map(|p| p.surface).collect();
     let nodes = NodeZones::new(&balances, &surfaces);
     let linearized =

@@ -63,18 +63,12 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
         ZoneSums { size, emissive, power: [size * q, size * dq], sunlight: size * sunlight[i] }
     };
     let undistributed = undistributed_power(&balances, &emissive, triples);
-    for own in triples.iter_mut() {
-        let (zones, fields) = (&*own.zones, &*own.fields);
-        own.report.estimate = ErrorEstimate::of(fields, zones.voxel_offset(), own.report.estimate.grade);
-        own.report.energy_error =
-            consistency::power_errors(zones, &own.report.energy, fields, |i| fields.total_error(i));
-    }
+    triples.iter_mut().for_each(estimate_errors);
     let radiated = |i: usize| balances.first(i).measure * found[i].1;
     let node_results = heat_table::nodes(nodes.as_ref(), (&of_nodes, &node_errors), radiated);
     let rows = heat_table::rows(scenes[0], triples[0].zones, undistributed, of_zone);
-    let total =
-        |power: &dyn Fn(&EnergyBalance) -> Bands| balances.total(|t| power(&triples[t].report.energy));
-    let outside = [total(&|e| e.incoming - e.escaped), total(&|e| e.absorbed_backfaces)];
+    let total = |power: fn(&EnergyBalance) -> Bands| balances.total(|t| power(&triples[t].report.energy));
+    let outside = [total(|e| e.incoming - e.escaped), total(|e| e.absorbed_backfaces)];
     triples[0].report.heat = Some(HeatReport {
         rows,
         nodes: node_results,
@@ -82,6 +76,14 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
         absorbed_backfaces: outside[1],
     });
     triples[0].fields.heat = Some(heat);
+}
+
+/// Sets the errors in the report of a triple from those of its fields.
+fn estimate_errors(own: &mut SolvedTriple) {
+    let (zones, fields) = (&*own.zones, &*own.fields);
+    own.report.estimate = ErrorEstimate::of(fields, zones.voxel_offset(), own.report.estimate.grade);
+    own.report.energy_error =
+        consistency::power_errors(zones, &own.report.energy, fields, |i| fields.total_error(i));
 }
 
 /// Sunlight that every zone absorbs, W/m² or W/m³; 0 without.
