@@ -18,6 +18,10 @@ use crate::{
 };
 use zonal_math::Vec3;
 
+/// Error message for properties of sunlight that nothing needs.
+const SOLAR_WITHOUT_LIGHT: &str =
+    "properties for sunlight have no effect without a light in a thermal scene; add one, or leave them out";
+
 /// Builds a [`Scene`] from arrays.
 ///
 /// Any temperature, heat flux or heat source makes the scene thermal; every surface then needs one, and emission is refused. Lights of a thermal scene are
@@ -223,13 +227,19 @@ impl SceneBuilder {
             || self.medium.as_ref().is_some_and(Medium::is_thermal)
     }
 
+    /// Whether something has properties for sunlight.
+    fn gives_solar(&self) -> bool {
+        self.meshes.iter().any(|m| m.solar.is_some())
+            || self.medium.as_ref().is_some_and(Medium::has_solar_values)
+    }
+
     /// Validates the scene.
     ///
     /// # Errors
     /// If a value is out of range, a name is used twice, a plate has no area, or a thermal scene lacks a temperature or an emissivity. The error
     /// names the part.
     pub fn build(self) -> Result<Scene, SceneError> {
-        let thermal = self.is_thermal();
+        let (thermal, gives_solar) = (self.is_thermal(), self.gives_solar());
         let mut parts = SceneParts {
             name: self.name,
             lights: self.lights,
@@ -241,13 +251,10 @@ impl SceneBuilder {
             options: self.options,
             ..SceneParts::default()
         };
-        let gives_solar = self.meshes.iter().any(|m| m.solar.is_some())
-            || self.medium.as_ref().is_some_and(Medium::has_solar_values);
         if thermal && !parts.lights.is_empty() {
             add_sunlight(&mut parts, self.band_fractions.as_ref())?;
         } else if gives_solar {
-            let what = "properties for sunlight have no effect without a light in a thermal scene; add one, or leave them out";
-            return Err(SceneError::new("light", what));
+            return Err(SceneError::new("light", SOLAR_WITHOUT_LIGHT));
         }
         let mut conditions = Vec::new();
         let mut network = network(self.nodes, self.links)?;
