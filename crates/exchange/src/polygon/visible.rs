@@ -28,15 +28,17 @@
 
 mod convex_polygon;
 mod critical_segments;
+mod obstructed;
 mod occluded_view;
 
 pub use convex_polygon::ConvexPolygon;
+pub use obstructed::{IntegrationRequest, ObstructedCone, obstructed_exchange, obstructed_sky, unobstructed_sky};
 
 use super::contour::{self, Contour, HEIGHT_ROUNDINGS};
 use crate::{AccuracyRequest, Factor, Method};
 use convex_polygon::RELATIVE_CONTACT_DISTANCE;
 use critical_segments::CriticalSegment;
-use occluded_view::{MAX_OBSTRUCTION_CORNERS, OccludedView};
+use occluded_view::{OccludedView, Target};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::f64::consts::PI;
@@ -75,9 +77,10 @@ pub fn visible_exchange(
         return unobstructed(&outer, &inner, size, accuracy, floor);
     }
     let segments = critical_segments::critical_segments(&outer, &inner, &potential_occluders);
-    let view = OccludedView::new(outer.normal, &inner, &potential_occluders);
+    let view = OccludedView::new(outer.normal, Target::polygon(inner.corners.clone()), &potential_occluders);
+    let parts = BinaryHeap::new();
     let mut work =
-        AdaptiveIntegration { view, segments: &segments, parts: BinaryHeap::new(), made: 0, evaluations: 0 };
+        AdaptiveIntegration { view, segments: &segments, parts, scale: inner.area, made: 0, evaluations: 0 };
     work.add_initial_triangles(&outer);
     work.refine(accuracy, floor)
 }
@@ -128,9 +131,6 @@ fn potential_occluders(
             !(h().all(|x| x <= eps) || h().all(|x| x >= -eps))
         })
         .filter(|o| !shaft.iter().any(|(n, c)| o.corners.iter().all(|x| n.dot(*x) >= c - eps)))
-        .flat_map(|o| {
-            o.fan(MAX_OBSTRUCTION_CORNERS).filter_map(|p| ConvexPolygon::new(p.collect())).collect::<Vec<_>>()
-        })
         .collect();
     // The two sides of a thin wall are one obstruction.
     let mut k = 0;
@@ -204,6 +204,8 @@ struct AdaptiveIntegration<'a> {
     view: OccludedView<'a>,
     segments: &'a [CriticalSegment],
     parts: BinaryHeap<TrianglePart>,
+    /// Area of the inner polygon, the scale of rounding errors, m².
+    scale: f64,
     made: u64,
     evaluations: u64,
 }
@@ -253,7 +255,7 @@ impl AdaptiveIntegration<'_> {
             parts.iter().fold((0.0, 0.0, 0.0), |(v, e, m), p| (v + p.value, e + p.error, p.error.max(m)))
         };
         let (mut value, mut error, _) = sums(&self.parts);
-        let noise = INTEGRAND_ROUNDING * self.view.scale();
+        let noise = INTEGRAND_ROUNDING * self.scale;
         loop {
             let wanted = PI * accuracy.radius(value / PI).max(floor);
             let worst = self.parts.peek().map_or(0.0, |p| p.error);

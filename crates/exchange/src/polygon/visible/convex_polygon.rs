@@ -49,8 +49,13 @@ impl ConvexPolygon {
         self.normal
     }
 
+    /// The polygon displaced; None if rounding leaves no flat convex polygon.
+    pub fn translated(&self, by: Vec3) -> Option<ConvexPolygon> {
+        ConvexPolygon::new(self.corners.iter().map(|c| *c + by).collect())
+    }
+
     /// The polygon in parts of at most `most` corners that share the first one.
-    pub(super) fn fan(&self, most: usize) -> impl Iterator<Item = impl Iterator<Item = Vec3> + '_> + '_ {
+    pub fn fan(&self, most: usize) -> impl Iterator<Item = impl Iterator<Item = Vec3> + '_> + '_ {
         let n = self.corners.len();
         (1..n - 1).step_by(most - 2).map(move |k| {
             let last = (k + most - 2).min(n - 1);
@@ -59,12 +64,12 @@ impl ConvexPolygon {
     }
 
     /// Height of a point over the plane of the polygon, m.
-    pub(super) fn height(&self, x: Vec3) -> f64 {
+    pub fn height(&self, x: Vec3) -> f64 {
         self.normal.dot(x - self.corners[0])
     }
 
     /// The part at a height of zero or more over the plane of `other`; none if no corner rises above `eps`, m.
-    pub(super) fn in_front_of(&self, other: &ConvexPolygon, eps: f64) -> Option<ConvexPolygon> {
+    pub fn in_front_of(&self, other: &ConvexPolygon, eps: f64) -> Option<ConvexPolygon> {
         let h: Vec<f64> = self.corners.iter().map(|c| other.height(*c)).collect();
         if h.iter().all(|x| *x <= eps) {
             return None;

@@ -1,164 +1,207 @@
-//! The projected solid angle of a convex polygon behind convex obstructions, from a point, in closed form.
+//! The projected solid angle of a convex target behind convex obstructions, from a point, in closed form.
 //!
 //! With x at the origin, the cone over a convex obstruction with corners o_k, taken so that its edges turn one way, is
-//! {y: (o_k × o_{k+1})·y ≥ 0 for all k}. The difference of a convex polygon and the cone: cut at the first plane, keep the outer part, continue
-//! with the inner part; the part inside all planes is hidden.
+//! {y: (o_k × o_{k+1})·y ≥ 0 for all k}. The visible pieces of the target stay in its plane, y = c + s e₁ + t e₂, where each side of the cone is a
+//! line a s + b t + d = 0. The difference of a convex piece and the cone: cut at the first line, keep the outer part, continue with
+//! the inner part; the part inside all lines is hidden.
+//!
+//! A target is a polygon, or a cone of directions: then c, e₁ and e₂ do not depend on x (weight 0).
+//!
+//! Cost: a piece that lies outside one of the lines stays where it is; otherwise each line that cuts it makes one more piece.
 
 use super::convex_polygon::ConvexPolygon;
 use zonal_math::Vec3;
 
-/// Corners of an obstruction at most.
-pub(super) const MAX_OBSTRUCTION_CORNERS: usize = 6;
-/// Corners of a piece that a cone is taken from, at most: one with more is divided.
-const MAX_ENTERING_CORNERS: usize = 10;
-/// Corners of a piece at most: each plane of a cone adds one.
-const MAX_PIECE_CORNERS: usize = MAX_ENTERING_CORNERS + MAX_OBSTRUCTION_CORNERS;
+/// A corner of a piece in the coordinates of the target's plane.
+type PlaneCorner = [f64; 2];
 
-/// A convex polygon relative to the point of view.
-#[derive(Clone, Copy)]
-struct ConvexPiece {
-    n: usize,
-    p: [Vec3; MAX_PIECE_CORNERS],
+/// A line a s + b t + d of the target's plane, positive inside the cone.
+type ConeLine = [f64; 3];
+
+fn height([a, b, d]: &ConeLine, [s, t]: &PlaneCorner) -> f64 {
+    a * s + b * t + d
 }
 
-impl ConvexPiece {
-    const WITHOUT_CORNERS: ConvexPiece = ConvexPiece { n: 0, p: [Vec3::ZERO; MAX_PIECE_CORNERS] };
+/// Convex pieces of the target; the corners of all stand in one array, which grows until the next point of view.
+#[derive(Default)]
+struct PieceList {
+    corners: Vec<PlaneCorner>,
+    /// First corner and end of each visible piece.
+    pieces: Vec<[usize; 2]>,
+    kept: Vec<[usize; 2]>,
+    inside: Vec<PlaneCorner>,
+}
 
-    fn push(&mut self, x: Vec3) {
-        self.p[self.n] = x;
-        self.n += 1;
+impl PieceList {
+    fn restart(&mut self, whole: &[PlaneCorner]) {
+        self.corners.clear();
+        self.corners.extend_from_slice(whole);
+        self.pieces.clear();
+        self.pieces.push([0, whole.len()]);
     }
 
-    /// The parts on the positive and on the negative side of the plane m·y = 0; `h` are the heights of the corners.
-    fn split(&self, h: &[f64; MAX_PIECE_CORNERS]) -> (ConvexPiece, ConvexPiece) {
-        let (mut inside, mut outside) = (ConvexPiece::WITHOUT_CORNERS, ConvexPiece::WITHOUT_CORNERS);
-        for i in 0..self.n {
-            let j = if i + 1 == self.n { 0 } else { i + 1 };
-            if h[i] >= 0.0 {
-                inside.push(self.p[i]);
+    fn of(&self, [from, to]: [usize; 2]) -> &[PlaneCorner] {
+        &self.corners[from..to]
+    }
+
+    /// Subtracts a cone from the pieces.
+    fn subtract(&mut self, cone: &[ConeLine]) {
+        self.kept.clear();
+        for k in 0..self.pieces.len() {
+            let piece = self.pieces[k];
+            if cone.iter().any(|line| self.of(piece).iter().all(|p| height(line, p) <= 0.0)) {
+                self.kept.push(piece);
+                continue;
             }
-            if h[i] <= 0.0 {
-                outside.push(self.p[i]);
-            }
-            if h[i] * h[j] < 0.0 {
-                let x = self.p[i] + (self.p[j] - self.p[i]) * (h[i] / (h[i] - h[j]));
-                inside.push(x);
-                outside.push(x);
+            let mut rest = piece;
+            for line in cone {
+                if self.of(rest).iter().any(|p| height(line, p) < 0.0) {
+                    rest = self.split(rest, line);
+                }
             }
         }
-        (inside, outside)
+        std::mem::swap(&mut self.pieces, &mut self.kept);
     }
 
-    /// Two pieces of a piece with many corners.
-    fn split_in_two(&self) -> [ConvexPiece; 2] {
-        let mut parts = [ConvexPiece::WITHOUT_CORNERS; 2];
-        let middle = self.n / 2;
-        (0..=middle).for_each(|k| parts[0].push(self.p[k]));
-        (middle..=self.n).for_each(|k| parts[1].push(self.p[k % self.n]));
-        parts
-    }
-
-    /// Lambert's sum, sr: positive for a piece that shows its front to the origin.
-    fn projected_solid_angle(&self, normal: Vec3) -> f64 {
-        let mut sum = 0.0;
-        for i in 0..self.n {
-            let (a, b) = (self.p[i], self.p[if i + 1 == self.n { 0 } else { i + 1 }]);
-            let c = a.cross(b);
-            let s = c.length();
-            if s > 0.0 {
-                sum += s.atan2(a.dot(b)) / s * normal.dot(c);
+    /// Keeps the part of a piece on the negative side of a line, and returns that on the positive side.
+    fn split(&mut self, [from, to]: [usize; 2], line: &ConeLine) -> [usize; 2] {
+        self.inside.clear();
+        let begin = self.corners.len();
+        let mut p = self.corners[to - 1];
+        let mut h = height(line, &p);
+        for i in from..to {
+            let q = self.corners[i];
+            let next = height(line, &q);
+            if h * next < 0.0 {
+                let f = h / (h - next);
+                let x = [p[0] + (q[0] - p[0]) * f, p[1] + (q[1] - p[1]) * f];
+                self.inside.push(x);
+                self.corners.push(x);
             }
+            if next >= 0.0 {
+                self.inside.push(q);
+            }
+            if next <= 0.0 {
+                self.corners.push(q);
+            }
+            (p, h) = (q, next);
         }
-        -0.5 * sum
+        let end = self.corners.len();
+        self.kept.push([begin, end]);
+        self.corners.extend_from_slice(&self.inside);
+        [end, self.corners.len()]
     }
 }
 
-/// A target and its obstructions, evaluated from many points.
+/// A target's corners in homogeneous coordinates: seen from x along corner − `weight` x. The weight is 1 for points and 0 for directions, which are
+/// points at infinity.
+#[derive(Clone, Debug)]
+pub(super) struct Target {
+    corners: Vec<Vec3>,
+    weight: f64,
+}
+
+impl Target {
+    /// A polygon by its corners, m.
+    pub(super) fn polygon(corners: Vec<Vec3>) -> Target {
+        Target { corners, weight: 1.0 }
+    }
+    /// The cone between directions that lie in one plane.
+    pub(super) fn directions(corners: Vec<Vec3>) -> Target {
+        Target { corners, weight: 0.0 }
+    }
+}
+
+/// A convex target and its obstructions, evaluated from many points.
 pub(super) struct OccludedView<'a> {
     normal: Vec3,
-    target: &'a ConvexPolygon,
+    target: Target,
+    /// Frame of the target's plane at its first corner.
+    frame: [Vec3; 2],
+    /// The target in its frame.
+    whole: Vec<PlaneCorner>,
     obstructions: &'a [ConvexPolygon],
-    pieces: Vec<ConvexPiece>,
-    spare: Vec<ConvexPiece>,
-    cone: Vec<Vec3>,
+    visible: PieceList,
+    cone: Vec<ConeLine>,
 }
 
 impl<'a> OccludedView<'a> {
-    /// A view along `normal` of `target`, which lies in front; the obstructions lie in front of both.
-    pub(super) fn new(
-        normal: Vec3,
-        target: &'a ConvexPolygon,
-        obstructions: &'a [ConvexPolygon],
-    ) -> OccludedView<'a> {
-        OccludedView { normal, target, obstructions, pieces: Vec::new(), spare: Vec::new(), cone: Vec::new() }
-    }
-
-    /// The area of the target, the scale of rounding errors, m².
-    pub(super) fn scale(&self) -> f64 {
-        self.target.area
+    /// A view along `normal` of `target`, which lies in front and has an area; the obstructions lie in front of both.
+    pub(super) fn new(normal: Vec3, target: Target, obstructions: &'a [ConvexPolygon]) -> OccludedView<'a> {
+        let c = &target.corners;
+        let twice = (2..c.len()).fold(Vec3::ZERO, |s, k| s + (c[k - 1] - c[0]).cross(c[k] - c[0]));
+        let (e, f) = twice.normalized().frame();
+        let whole = c.iter().map(|p| [e.dot(*p - c[0]), f.dot(*p - c[0])]).collect();
+        let visible = PieceList::default();
+        OccludedView { normal, target, frame: [e, f], whole, obstructions, visible, cone: Vec::new() }
     }
 
     /// ω⊥ of the part of the target visible from `x`, sr.
     pub(super) fn seen_from(&mut self, x: Vec3) -> f64 {
-        self.pieces.clear();
-        self.target.fan(MAX_ENTERING_CORNERS).for_each(|part| {
-            let mut piece = ConvexPiece::WITHOUT_CORNERS;
-            part.for_each(|c| piece.push(c - x));
-            self.pieces.push(piece);
-        });
+        self.visible.restart(&self.whole);
         for k in 0..self.obstructions.len() {
             if self.set_cone(k, x) {
-                self.subtract_cone();
+                self.visible.subtract(&self.cone);
+                if self.visible.pieces.is_empty() {
+                    return 0.0;
+                }
             }
         }
-        self.pieces.iter().map(|p| p.projected_solid_angle(self.normal)).sum::<f64>().max(0.0)
+        self.sum_of_pieces(x)
     }
 
-    /// The planes of the cone over an obstruction; false if it occludes nothing of the target.
+    /// ω⊥ of the whole target from `x`, sr.
+    pub(super) fn unobstructed_from(&mut self, x: Vec3) -> f64 {
+        self.visible.restart(&self.whole);
+        self.sum_of_pieces(x)
+    }
+
+    fn sum_of_pieces(&self, x: Vec3) -> f64 {
+        let origin = self.target.corners[0] - x * self.target.weight;
+        let pieces = self.visible.pieces.iter().map(|p| self.visible.of(*p));
+        pieces.map(|p| self.projected_solid_angle(p, origin)).sum::<f64>().max(0.0)
+    }
+
+    /// The lines of the cone over an obstruction; false if it occludes nothing of the target.
     fn set_cone(&mut self, k: usize, x: Vec3) -> bool {
-        let (o, target) = (&self.obstructions[k], &self.target.corners);
+        let (o, target) = (&self.obstructions[k], &self.target);
         let height = o.height(x);
         if height == 0.0 {
             return false;
         }
         self.cone.clear();
-        for i in 0..o.corners.len() {
-            let (a, b) = (o.corners[i] - x, o.corners[(i + 1) % o.corners.len()] - x);
+        let origin = target.corners[0] - x * target.weight;
+        let corners = &o.corners;
+        let mut a = corners[0] - x;
+        for i in 0..corners.len() {
+            let b = corners[if i + 1 == corners.len() { 0 } else { i + 1 }] - x;
             // The front sees the corners counter-clockwise, the back clockwise.
             let plane = if height > 0.0 { b.cross(a) } else { a.cross(b) };
-            if target.iter().all(|t| plane.dot(*t - x) <= 0.0) {
+            let line = [plane.dot(self.frame[0]), plane.dot(self.frame[1]), plane.dot(origin)];
+            if self.whole.iter().all(|p| self::height(&line, p) <= 0.0) {
                 return false;
             }
-            self.cone.push(plane);
+            self.cone.push(line);
+            a = b;
         }
         true
     }
 
-    /// Subtracts the cone from the pieces.
-    fn subtract_cone(&mut self) {
-        self.spare.clear();
-        while let Some(piece) = self.pieces.pop() {
-            if piece.n > MAX_ENTERING_CORNERS {
-                self.pieces.extend(piece.split_in_two());
-                continue;
+    /// Lambert's sum over the edges of a piece, sr: positive for one that shows its front to the origin.
+    fn projected_solid_angle(&self, piece: &[PlaneCorner], origin: Vec3) -> f64 {
+        let [e, f] = self.frame;
+        let at = |p: &PlaneCorner| origin + e * p[0] + f * p[1];
+        let Some(last) = piece.last() else { return 0.0 };
+        let (mut sum, mut a) = (0.0, at(last));
+        for p in piece {
+            let b = at(p);
+            let c = a.cross(b);
+            let s = c.length();
+            if s > 0.0 {
+                sum += s.atan2(a.dot(b)) / s * self.normal.dot(c);
             }
-            let (mut rest, done) = (piece, self.spare.len());
-            for plane in &self.cone {
-                let h: [f64; MAX_PIECE_CORNERS] =
-                    std::array::from_fn(|k| if k < rest.n { plane.dot(rest.p[k]) } else { 0.0 });
-                if h[..rest.n].iter().all(|x| *x <= 0.0) {
-                    // The piece lies outside the cone and stays whole.
-                    self.spare.truncate(done);
-                    self.spare.push(piece);
-                    break;
-                }
-                if h[..rest.n].iter().any(|x| *x < 0.0) {
-                    let (inside, outside) = rest.split(&h);
-                    self.spare.push(outside);
-                    rest = inside;
-                }
-            }
+            a = b;
         }
-        std::mem::swap(&mut self.pieces, &mut self.spare);
+        -0.5 * sum
     }
 }

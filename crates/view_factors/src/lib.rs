@@ -1,0 +1,56 @@
+//! View factors of all pairs of many convex polygons with obstructions, without a medium: sparse, with an error radius for each factor.
+//!
+//! ```text
+//! A_i F_ij = (1/π) ∬ cosθ_i cosθ_j V/r² dA dA = A_j F_ji        V: visibility;        Σ_j F_ij + F_i,sky + F_i,ground = 1
+//! ```
+//!
+//! | module | content |
+//! |---|---|
+//! | `geometry`, `bounds` | facets and occluders with their trees, cones of normals |
+//! | `occluders` | coplanar facets merged to large convex occluders; convex solids |
+//! | `shaft`, `blocking` | occluders that may hide something between two boxes; one that hides everything |
+//! | `pairs` | recursion over pairs of nodes; 𝓕 of pairs of facets |
+//! | `sky`, `direction_cell` | the surroundings, independent of the pairs |
+//! | `periods` | periodic geometry |
+//! | `matrix`, `closing` | sparse rows; sums of rows restored by the least change relative to the radii |
+//!
+//! **Cost.** Proportional to the number of pairs that see each other, with a logarithm for the recursion. **Memory.** 32 bytes for each pair
+//! that exchanges while it is computed, 32 bytes for both of its entries afterwards. Results do not depend on the number of threads.
+//!
+//! Reference: E. A. Haines and J. R. Wallace, Shaft culling for efficient ray-cast radiosity, 1991 (the shafts).
+//!
+//! ```
+//! use zonal_math::vec3;
+//! use zonal_scene::{NoCheckpoints, NoProgress};
+//! use zonal_view_factors::{ConvexPolygon, ViewFactorSettings, ViewFactors};
+//! // Two unit squares face to face, and the sky around them.
+//! let square = |z: f64, turn: [usize; 4]| {
+//!     let c = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+//!     ConvexPolygon::new(turn.map(|k| vec3(c[k][0], c[k][1], z)).to_vec()).unwrap()
+//! };
+//! let facets = [square(0.0, [0, 1, 2, 3]), square(1.0, [3, 2, 1, 0])];
+//! let settings = ViewFactorSettings { tolerance: 1e-6, ..Default::default() };
+//! let f = ViewFactors::compute(&facets, &[], &settings, &NoProgress, &NoCheckpoints).unwrap();
+//! assert!((f.row(0).next().unwrap().1.value - 0.199_824_9).abs() < 1e-6);
+//! assert!((f.sky(0).value + f.ground(0).value - 0.800_175_1).abs() < 1e-6);
+//! ```
+
+mod blocking;
+mod bounds;
+mod closing;
+mod direction_cell;
+mod geometry;
+mod matrix;
+mod occluder_list;
+mod occluders;
+mod pairs;
+mod periods;
+mod settings;
+mod shaft;
+mod sky;
+mod stages;
+mod view_factors;
+
+pub use settings::{RowClosure, Surroundings, ViewFactorSettings};
+pub use view_factors::{ViewFactorCounts, ViewFactors};
+pub use zonal_exchange::polygon::visible::ConvexPolygon;

@@ -1,0 +1,304 @@
+//! All pairs of facets by a recursion over pairs of nodes.
+//!
+//! A pair of nodes whose facets face away from each other, or that one occluder hides from each other, has no exchange. Any other is divided
+//! until single facets remain. The list of occluders in the shaft shrinks along the way. Two facets then have
+//!
+//! - nothing between them: 𝓕 by rules and contours, proved;
+//! - one occluder over all segments between them: 𝓕 = 0;
+//! - else: the visible parts, integrated adaptively, estimated.
+
+use crate::bounds::Bounds;
+use crate::geometry::{Facet, Geometry};
+use crate::occluder_list::{self, OccluderNode, Shifts};
+use crate::settings::ErrorGoal;
+use crate::shaft::BoxShaft;
+use zonal_exchange::polygon::visible::{ConvexPolygon, IntegrationRequest, obstructed_exchange};
+use zonal_math::{Bounded, Vec3};
+
+/// A pair of nodes with its potential occluders; the second node is displaced by a period.
+#[derive(Clone, Debug)]
+pub(crate) struct NodePair {
+    pub a: u32,
+    pub b: u32,
+    pub shift: u32,
+    pub occluders: Vec<OccluderNode>,
+}
+
+/// 𝓕 of two facets, m².
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PairExchange {
+    pub i: u32,
+    pub j: u32,
+    pub value: f64,
+    pub radius: f32,
+    pub obstructed: bool,
+}
+
+/// Numbers of pairs by treatment.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PairCounts {
+    pub node_pairs: u64,
+    pub unobstructed: u64,
+    pub hidden: u64,
+    pub partial: u64,
+    pub facet_pairs: u64,
+}
+
+impl PairCounts {
+    pub(crate) fn numbers(&self) -> [u64; 5] {
+        [self.node_pairs, self.unobstructed, self.hidden, self.partial, self.facet_pairs]
+    }
+
+    pub(crate) fn from_numbers(n: [u64; 5]) -> PairCounts {
+        PairCounts { node_pairs: n[0], unobstructed: n[1], hidden: n[2], partial: n[3], facet_pairs: n[4] }
+    }
+
+    pub(crate) fn add(&mut self, o: &PairCounts) {
+        self.node_pairs += o.node_pairs;
+        self.unobstructed += o.unobstructed;
+        self.hidden += o.hidden;
+        self.partial += o.partial;
+        self.facet_pairs += o.facet_pairs;
+    }
+}
+
+/// The recursion over pairs, and its results.
+pub(crate) struct PairTraversal<'a> {
+    geometry: &'a Geometry,
+    shifts: &'a Shifts,
+    goal: ErrorGoal,
+    pub found: Vec<PairExchange>,
+    pub counts: PairCounts,
+    /// Occluders near the current leaves.
+    near: Vec<(usize, Vec3)>,
+    planes: Vec<(Vec3, f64)>,
+    cut: Vec<ConvexPolygon>,
+}
+
+impl<'a> PairTraversal<'a> {
+    pub(crate) fn new(geometry: &'a Geometry, shifts: &'a Shifts, goal: ErrorGoal) -> PairTraversal<'a> {
+        PairTraversal {
+            geometry,
+            shifts,
+            goal,
+            found: Vec::new(),
+            counts: PairCounts::default(),
+            near: Vec::new(),
+            planes: Vec::new(),
+            cut: Vec::new(),
+        }
+    }
+
+    fn bounds_of_second(&self, pair: &NodePair) -> Bounds {
+        self.geometry.node(pair.b).bounds.shifted(self.shifts[pair.shift as usize])
+    }
+
+    /// The parts of a pair that may exchange, or None for a pair of leaves.
+    pub(crate) fn divide(&mut self, pair: &NodePair) -> Option<Vec<NodePair>> {
+        let g = self.geometry;
+        let (a, b) = (g.node(pair.a), g.node(pair.b));
+        let mut parts = Vec::with_capacity(3);
+        let same = pair.a == pair.b && pair.shift == 0;
+        match (a.children, b.children) {
+            (None, None) => return None,
+            (Some([left, right]), _) if same => {
+                parts.extend([(left, left), (left, right), (right, right)]);
+            }
+            (Some(children), None) => parts.extend(children.map(|c| (c, pair.b))),
+            (Some(children), Some(_)) if a.bounds.radius() >= b.bounds.radius() => {
+                parts.extend(children.map(|c| (c, pair.b)));
+            }
+            (_, Some(children)) => parts.extend(children.map(|c| (pair.a, c))),
+        }
+        let list = &pair.occluders;
+        Some(parts.into_iter().filter_map(|(x, y)| self.part(x, y, pair.shift, list)).collect())
+    }
+
+    /// A pair of nodes with the occluders of its shaft; None if it has no exchange.
+    fn part(&mut self, a: u32, b: u32, shift: u32, list: &[OccluderNode]) -> Option<NodePair> {
+        self.counts.node_pairs += 1;
+        let g = self.geometry;
+        if a == b && shift == 0 {
+            return Some(NodePair { a, b, shift, occluders: list.to_vec() });
+        }
+        let by = self.shifts[shift as usize];
+        let (first, second) = (g.node(a).bounds, g.node(b).bounds.shifted(by));
+        if !g.may_face(a, &second) || !g.may_face(b, &first.shifted(-by)) {
+            return None;
+        }
+        let shaft = BoxShaft::new(&first, &second, g.contact);
+        let size = first.radius().max(second.radius());
+        let mut occluders = Vec::new();
+        occluder_list::filter(g, self.shifts, list, size, |o| shaft.excludes(o), &mut occluders);
+        let hidden = self.is_hidden(&first, &second, &occluders);
+        (!hidden).then_some(NodePair { a, b, shift, occluders })
+    }
+
+    /// True if one occluder hides two boxes from each other.
+    fn is_hidden(&self, a: &Bounds, b: &Bounds, occluders: &[OccluderNode]) -> bool {
+        let (from, to) = (a.centre(), b.centre());
+        occluders.iter().any(|e| {
+            let Some(k) = occluder_list::single(self.geometry, *e) else { return false };
+            let (o, shift) = (&self.geometry.occluders[k], self.shifts[e.shift as usize]);
+            o.crosses(from, to, 1.0, shift)
+                && self.geometry.hides(k, &a.corners(), &b.corners(), 1.0, shift)
+        })
+    }
+
+    /// All exchange of a pair of nodes.
+    pub(crate) fn visit(&mut self, pair: &NodePair) {
+        match self.divide(pair) {
+            Some(parts) => parts.iter().for_each(|p| self.visit(p)),
+            None => self.leaves(pair),
+        }
+    }
+
+    fn leaves(&mut self, pair: &NodePair) {
+        let g = self.geometry;
+        let shaft = BoxShaft::new(&g.node(pair.a).bounds, &self.bounds_of_second(pair), g.contact);
+        let mut near = Vec::new();
+        occluder_list::filter(g, self.shifts, &pair.occluders, 0.0, |o| shaft.excludes(o), &mut near);
+        self.near.clear();
+        for e in near {
+            if let Some(k) = occluder_list::single(g, e) {
+                self.near.push((k, self.shifts[e.shift as usize]));
+            }
+        }
+        let same = pair.a == pair.b && pair.shift == 0;
+        for (n, &i) in g.facets_of(pair.a).iter().enumerate() {
+            let others = &g.facets_of(pair.b)[if same { n + 1 } else { 0 }..];
+            for &j in others {
+                self.facets(i, j, pair.shift);
+            }
+        }
+    }
+
+    fn facets(&mut self, i: u32, j: u32, shift: u32) {
+        let by = self.shifts[shift as usize];
+        let contact = self.geometry.contact;
+        let moved;
+        let a = &self.geometry.facets[i as usize];
+        let b = &self.geometry.facets[j as usize];
+        let b = if shift == 0 {
+            b
+        } else {
+            moved = b.shifted(by);
+            &moved
+        };
+        let rises = |p: &ConvexPolygon, q: &ConvexPolygon| q.corners().iter().any(|c| p.height(*c) > contact);
+        if !rises(a.polygon(), b.polygon()) || !rises(b.polygon(), a.polygon()) {
+            return;
+        }
+        self.counts.facet_pairs += 1;
+        let absolute = self.goal.absolute * a.polygon().area().min(b.polygon().area());
+        let (bounded, obstructed) = match self.occluders_between(a, b) {
+            Obstruction::Nothing => {
+                self.counts.unobstructed += 1;
+                (a.prepared.exchange(&b.prepared, self.goal.relative, absolute), false)
+            }
+            Obstruction::Everything => {
+                self.counts.hidden += 1;
+                return;
+            }
+            Obstruction::Parts => {
+                self.counts.partial += 1;
+                (self.integrate(a, b, absolute), true)
+            }
+        };
+        if bounded.value > 0.0 || bounded.radius > 0.0 {
+            let (value, radius) = (bounded.value, round_up(bounded.radius));
+            self.found.push(PairExchange { i, j, value, radius, obstructed });
+        }
+    }
+
+    /// The occluders between two facets, cut to the space in front of both, in `self.cut`.
+    fn occluders_between(&mut self, a: &Facet, b: &Facet) -> Obstruction {
+        self.cut.clear();
+        self.planes.clear();
+        let (p, q, contact) = (a.polygon(), b.polygon(), self.geometry.contact);
+        let axis = b.centre - a.centre;
+        let width = a.radius.max(b.radius);
+        for (k, shift) in &self.near {
+            let o = &self.geometry.occluders[*k];
+            // The hull of the two bounding spheres lies within this distance of the segment of their centres.
+            let from_a = o.centre + *shift - a.centre;
+            let t = (from_a.dot(axis) / axis.length2()).clamp(0.0, 1.0);
+            if (from_a - axis * t).length() >= width + o.radius {
+                continue;
+            }
+            let n = o.polygon.normal();
+            let offset = n.dot(o.polygon.corners()[0] + *shift);
+            let side = |sign: f64| p.corners().iter().chain(q.corners()).all(|c| sign * (n.dot(*c) - offset) <= contact);
+            if side(1.0) || side(-1.0) {
+                continue;
+            }
+            if self.planes.is_empty() {
+                shaft_planes(p, q, contact, &mut self.planes);
+            }
+            let corners = || o.polygon.corners().iter().map(|c| *c + *shift);
+            if self.planes.iter().any(|(n, c)| corners().all(|x| n.dot(x) >= c - contact)) {
+                continue;
+            }
+            let placed = if *shift == Vec3::ZERO { Some(o.polygon.clone()) } else { o.polygon.translated(*shift) };
+            let cut = placed.and_then(|o| o.in_front_of(p, contact)).and_then(|o| o.in_front_of(q, contact));
+            let Some(cut) = cut else { continue };
+            if self.planes.iter().any(|(n, c)| cut.corners().iter().all(|x| n.dot(*x) >= c - contact)) {
+                continue;
+            }
+            if self.geometry.hides(*k, p.corners(), q.corners(), 1.0, *shift) {
+                return Obstruction::Everything;
+            }
+            self.cut.push(cut);
+        }
+        if self.cut.is_empty() { Obstruction::Nothing } else { Obstruction::Parts }
+    }
+
+    fn integrate(&self, a: &Facet, b: &Facet, absolute: f64) -> Bounded {
+        let contact = self.geometry.contact;
+        let (Some(p), Some(q)) =
+            (a.polygon().in_front_of(b.polygon(), contact), b.polygon().in_front_of(a.polygon(), contact))
+        else {
+            return Bounded::ZERO;
+        };
+        let request = IntegrationRequest { relative: self.goal.relative, absolute, max_evaluations: self.goal.max_evaluations };
+        let (outer, target) = if p.area() <= q.area() { (&p, &q) } else { (&q, &p) };
+        obstructed_exchange(outer, target, &self.cut, &request)
+    }
+}
+
+enum Obstruction {
+    Nothing,
+    Everything,
+    Parts,
+}
+
+/// A radius in single precision that is not smaller.
+pub(crate) fn round_up(radius: f64) -> f32 {
+    let r = radius as f32;
+    if f64::from(r) < radius { r.next_up() } else { r }
+}
+
+/// Planes (n, c) with n·x ≤ c for both polygons, each through an edge of the one and a corner of the other.
+fn shaft_planes(a: &ConvexPolygon, b: &ConvexPolygon, contact: f64, planes: &mut Vec<(Vec3, f64)>) {
+    for (p, q) in [(a, b), (b, a)] {
+        let corners = p.corners();
+        for (k, s) in corners.iter().enumerate() {
+            let edge = corners[(k + 1) % corners.len()] - *s;
+            for v in q.corners() {
+                let n = edge.cross(*v - *s);
+                let length = n.length();
+                if length <= 1e-12 * edge.length2() {
+                    continue;
+                }
+                let n = n / length;
+                let c = n.dot(*s);
+                let mut heights = a.corners().iter().chain(b.corners()).map(|x| n.dot(*x) - c);
+                if heights.clone().all(|h| h <= contact) {
+                    planes.push((n, c));
+                } else if heights.all(|h| h >= -contact) {
+                    planes.push((-n, -c));
+                }
+            }
+        }
+    }
+}

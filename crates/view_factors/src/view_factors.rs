@@ -1,0 +1,391 @@
+//! The computation as a whole, and its result.
+
+use crate::bounds::Bounds;
+use crate::closing::{close_rows, defects};
+use crate::geometry::Geometry;
+use crate::matrix::ExchangeRows;
+use crate::occluder_list::OccluderNode;
+use crate::pairs::{NodePair, PairCounts, PairExchange, PairTraversal};
+use crate::periods::PeriodicImages;
+use crate::settings::{RowClosure, Surroundings, ViewFactorSettings};
+use crate::sky::{SkyTraversal, SurroundingsExchange, direction_cells};
+use crate::stages;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
+use zonal_exchange::polygon::visible::ConvexPolygon;
+use zonal_math::{Bounded, Grade};
+use zonal_scene::{CheckpointStore, Progress, SceneError};
+
+/// Pairs of nodes at which the work is divided.
+const MIN_TASKS: usize = 4096;
+/// Rounds of division, at most.
+const MAX_DIVISIONS: usize = 64;
+/// Nodes of facets at which the surroundings are divided.
+const MIN_SKY_NODES: usize = 512;
+/// Batches between checkpoints.
+const BATCHES: usize = 48;
+/// A defect beyond this number of row radii and the tolerance has another cause than numerical error.
+const OPEN_ROW_RADII: f64 = 3.0;
+/// Bytes for a pair during the computation and in the rows.
+const BYTES_PER_PAIR: u64 = 24 + 32;
+
+/// Numbers of pairs by treatment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ViewFactorCounts {
+    /// Facets.
+    pub facets: usize,
+    /// Convex occluders after merging coplanar facets, and convex solids among them.
+    pub occluders: usize,
+    /// Convex solids.
+    pub solids: usize,
+    /// Pairs of facets that face each other and were examined one by one.
+    pub examined: u64,
+    /// Pairs with nothing between them.
+    pub unobstructed: u64,
+    /// Pairs that one occluder hides.
+    pub hidden: u64,
+    /// Pairs whose visible part was integrated.
+    pub partial: u64,
+}
+
+/// View factors of n facets: rows that are sparse, with error radii.
+#[derive(Clone, Debug)]
+pub struct ViewFactors {
+    areas: Vec<f64>,
+    rows: ExchangeRows,
+    defects: Vec<f64>,
+    open_rows: Vec<usize>,
+    remaining_defect: f64,
+    grade: Grade,
+    /// Numbers of pairs.
+    pub counts: ViewFactorCounts,
+}
+
+impl ViewFactors {
+    /// The view factors of `facets` (at least one), which also hide each other; `obstructions` hide from both sides and exchange nothing.
+    /// Facets exchange with their fronts.
+    ///
+    /// # Errors
+    /// Settings that are not valid, results beyond the memory limit, an interruption by the observer.
+    pub fn compute(
+        facets: &[ConvexPolygon],
+        obstructions: &[ConvexPolygon],
+        settings: &ViewFactorSettings,
+        progress: &dyn Progress,
+        checkpoints: &dyn CheckpointStore,
+    ) -> Result<ViewFactors, SceneError> {
+        settings.check()?;
+        if facets.is_empty() {
+            return Err(SceneError::new("facets", "there is no facet; give at least one"));
+        }
+        let geometry = Geometry::new(facets, obstructions);
+        let extent = Bounds::of(&facets.iter().chain(obstructions).flat_map(|p| p.corners()).copied().collect::<Vec<_>>());
+        let images = PeriodicImages::new(settings, &extent);
+        let run = Computation { geometry: &geometry, images: &images, settings, progress, checkpoints };
+        let (counts, pairs) = run.pairs()?;
+        let surroundings = match settings.surroundings {
+            Surroundings::Open => run.surroundings()?,
+            Surroundings::Closed => Vec::new(),
+        };
+        let obstructed = pairs.iter().any(|p| p.obstructed);
+        let entries = pairs.iter().map(|p| {
+            ((p.i, p.j), Bounded { value: p.value, radius: f64::from(p.radius), grade: Grade::Estimated })
+        });
+        let mut rows = ExchangeRows::new(facets.len(), entries);
+        drop(pairs);
+        for (f, s) in surroundings {
+            (rows.sky[f as usize], rows.ground[f as usize]) = (s.sky, s.ground);
+        }
+        let areas: Vec<f64> = facets.iter().map(ConvexPolygon::area).collect();
+        let relative: Vec<f64> = defects(&areas, &rows).iter().zip(&areas).map(|(d, a)| -d / a).collect();
+        let open_rows: Vec<usize> = (0..areas.len())
+            .filter(|i| {
+                relative[*i].abs() > OPEN_ROW_RADII * rows.sum_of_radii(*i) / areas[*i] + settings.tolerance
+            })
+            .collect();
+        let remaining_defect = match settings.closure {
+            RowClosure::Restore => {
+                let mut sums = areas.clone();
+                open_rows.iter().for_each(|i| sums[*i] = rows.sum(*i));
+                close_rows(&sums, &mut rows)
+            }
+            RowClosure::Keep => relative.iter().fold(0.0f64, |s, d| s.max(d.abs())),
+        };
+        let estimated = obstructed
+            || settings.closure == RowClosure::Restore
+            || rows.sky.iter().chain(&rows.ground).any(|b| b.grade != Grade::Proved);
+        Ok(ViewFactors {
+            counts: ViewFactorCounts {
+                facets: facets.len(),
+                occluders: geometry.occluders.len(),
+                solids: geometry.solids.len(),
+                examined: counts.facet_pairs,
+                unobstructed: counts.unobstructed,
+                hidden: counts.hidden,
+                partial: counts.partial,
+            },
+            areas,
+            rows,
+            defects: relative,
+            open_rows,
+            remaining_defect,
+            grade: if estimated { Grade::Estimated } else { Grade::Proved },
+        })
+    }
+
+    /// Number of facets.
+    pub fn len(&self) -> usize {
+        self.areas.len()
+    }
+
+    /// True without facets.
+    pub fn is_empty(&self) -> bool {
+        self.areas.is_empty()
+    }
+
+    /// Areas, m².
+    pub fn areas(&self) -> &[f64] {
+        &self.areas
+    }
+
+    /// Number of factors that are not zero.
+    pub fn entry_count(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// F from facet `i` to each facet that it sees, by number, with its error radius.
+    ///
+    /// # Panics
+    /// On an index out of range.
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, Bounded)> + '_ {
+        let scale = 1.0 / self.areas[i];
+        let grade = self.grade;
+        self.rows.entries(i).map(move |(j, b)| (j, Bounded { grade, ..b * scale }))
+    }
+
+    /// F from facet `i` to the directions above the horizon that meet nothing.
+    ///
+    /// # Panics
+    /// On an index out of range.
+    pub fn sky(&self, i: usize) -> Bounded {
+        self.rows.sky[i] * (1.0 / self.areas[i])
+    }
+
+    /// F from facet `i` to the directions below the horizon that meet nothing.
+    ///
+    /// # Panics
+    /// On an index out of range.
+    pub fn ground(&self, i: usize) -> Bounded {
+        self.rows.ground[i] * (1.0 / self.areas[i])
+    }
+
+    /// Σ_j F_ij + F_i,sky + F_i,ground − 1 before rows were closed.
+    pub fn defects(&self) -> &[f64] {
+        &self.defects
+    }
+
+    /// Rows whose defect is larger than their errors explain, in ascending order: their facets lie partly inside a solid, or see backs of
+    /// facets. They are not made to sum to one.
+    pub fn open_rows(&self) -> &[usize] {
+        &self.open_rows
+    }
+
+    /// The largest |Σ F − 1| of the rows as they are now, without the open rows if rows were closed.
+    pub fn remaining_defect(&self) -> f64 {
+        self.remaining_defect
+    }
+
+    /// The sum of the error radii of row `i`.
+    ///
+    /// # Panics
+    /// On an index out of range.
+    pub fn row_radius(&self, i: usize) -> f64 {
+        self.rows.sum_of_radii(i) / self.areas[i]
+    }
+
+    /// Evidence for the radii: proved without any partly hidden pair or cell of directions and without closing, else estimated.
+    pub fn grade(&self) -> Grade {
+        self.grade
+    }
+
+    /// Row starts (n + 1), columns, exchange areas A_i F_ij in m² and their radii.
+    pub fn exchange_areas(&self) -> (&[u64], &[u32], &[f64], &[f32]) {
+        self.rows.parts()
+    }
+
+    /// The factors of unions of facets: `group` numbers the union of each facet, below `groups`; every union has a facet. Radii add up.
+    ///
+    /// # Panics
+    /// If `group` has another length than the facets, or numbers a union beyond `groups`.
+    pub fn combined(&self, group: &[u32], groups: usize) -> ViewFactors {
+        assert_eq!(group.len(), self.len(), "a union for each facet");
+        let mut areas = vec![0.0; groups];
+        let mut relative = vec![0.0; groups];
+        for (i, g) in group.iter().enumerate() {
+            areas[*g as usize] += self.areas[i];
+            relative[*g as usize] += self.defects[i] * self.areas[i];
+        }
+        relative.iter_mut().zip(&areas).for_each(|(d, a)| *d /= a);
+        let mut open_rows: Vec<usize> = self.open_rows.iter().map(|i| group[*i] as usize).collect();
+        open_rows.sort_unstable();
+        open_rows.dedup();
+        ViewFactors { areas, rows: self.rows.combined(group, groups), defects: relative, open_rows, ..self.clone() }
+    }
+}
+
+/// One computation.
+struct Computation<'a> {
+    geometry: &'a Geometry,
+    images: &'a PeriodicImages,
+    settings: &'a ViewFactorSettings,
+    progress: &'a dyn Progress,
+    checkpoints: &'a dyn CheckpointStore,
+}
+
+impl Computation<'_> {
+    fn traversal(&self) -> PairTraversal<'_> {
+        PairTraversal::new(self.geometry, &self.images.shifts, self.settings.goal())
+    }
+
+    /// The pairs of nodes at which the work is divided; the same for every number of threads.
+    fn tasks(&self) -> (PairCounts, Vec<NodePair>) {
+        let occluders: Vec<OccluderNode> =
+            (0..self.images.shifts.len()).map(|k| OccluderNode { node: 0, shift: k as u32 }).collect();
+        let mut top = self.traversal();
+        let root = |shift| NodePair { a: 0, b: 0, shift, occluders: occluders.clone() };
+        let mut tasks: Vec<NodePair> = self.images.half().map(root).collect();
+        for _ in 0..MAX_DIVISIONS {
+            if tasks.len() >= MIN_TASKS {
+                break;
+            }
+            let before = tasks.len();
+            let mut divided = false;
+            let mut next = Vec::with_capacity(3 * before);
+            for task in tasks {
+                match top.divide(&task) {
+                    Some(parts) => {
+                        divided = true;
+                        next.extend(parts);
+                    }
+                    None => next.push(task),
+                }
+            }
+            tasks = next;
+            if !divided {
+                break;
+            }
+        }
+        (top.counts, tasks)
+    }
+
+    fn pairs(&self) -> Result<(PairCounts, Vec<PairExchange>), SceneError> {
+        let (mut counts, tasks) = self.tasks();
+        let n = self.geometry.facets.len();
+        self.progress.begin("view factors", tasks.len() as u64);
+        let found = AtomicU64::new(0);
+        let mut pairs = Vec::new();
+        // Neighbouring tasks are alike: a batch takes every BATCHES-th one.
+        for batch in 0..BATCHES.min(tasks.len()) {
+            let stage = format!("view-factors-{batch}");
+            let mine: Vec<&NodePair> = tasks.iter().skip(batch).step_by(BATCHES).collect();
+            let loaded = self.checkpoints.load(&stage).and_then(|b| stages::decode_pairs(&b, n));
+            let (part, list) = if let Some(loaded) = loaded {
+                self.progress.advance(mine.len() as u64);
+                loaded
+            } else {
+                let made = self.batch(&mine, &found)?;
+                if self.checkpoints.keeps() {
+                    self.checkpoints.save(&stage, &stages::encode_pairs(&made.0, &made.1));
+                }
+                made
+            };
+            counts.add(&part);
+            pairs.extend(list);
+            self.check_memory(pairs.len() as u64)?;
+        }
+        self.progress.end();
+        Ok((counts, pairs))
+    }
+
+    fn batch(&self, tasks: &[&NodePair], found: &AtomicU64) -> Result<(PairCounts, Vec<PairExchange>), SceneError> {
+        let results: Vec<(PairCounts, Vec<PairExchange>)> = tasks
+            .par_iter()
+            .with_max_len(1)
+            .map(|task| {
+                let mut traversal = self.traversal();
+                let within = found.load(Ordering::Relaxed) * BYTES_PER_PAIR <= self.settings.memory_limit;
+                if within && !self.progress.is_interrupted() {
+                    traversal.visit(task);
+                    found.fetch_add(traversal.found.len() as u64, Ordering::Relaxed);
+                }
+                self.progress.advance(1);
+                (traversal.counts, traversal.found)
+            })
+            .collect();
+        if self.progress.is_interrupted() {
+            return Err(SceneError::interrupted());
+        }
+        self.check_memory(found.load(Ordering::Relaxed))?;
+        let mut counts = PairCounts::default();
+        let mut pairs = Vec::with_capacity(results.iter().map(|r| r.1.len()).sum());
+        for (part, list) in results {
+            counts.add(&part);
+            pairs.extend(list);
+        }
+        Ok((counts, pairs))
+    }
+
+    fn check_memory(&self, pairs: u64) -> Result<(), SceneError> {
+        if pairs * BYTES_PER_PAIR <= self.settings.memory_limit {
+            return Ok(());
+        }
+        let gigabytes = self.settings.memory_limit as f64 / 1e9;
+        Err(SceneError::out_of_memory(
+            "max_memory",
+            format!("{pairs} or more pairs see each other, which exceeds {gigabytes} GB; allow more memory, or give fewer facets"),
+        ))
+    }
+
+    fn surroundings(&self) -> Result<Vec<(u32, SurroundingsExchange)>, SceneError> {
+        let mut nodes = vec![0u32];
+        for _ in 0..MAX_DIVISIONS {
+            if nodes.len() >= MIN_SKY_NODES {
+                break;
+            }
+            let children = |n: &u32| self.geometry.node(*n).children.map_or_else(|| vec![*n], |c| c.to_vec());
+            nodes = nodes.iter().flat_map(children).collect();
+        }
+        let cells = direction_cells(self.images, self.settings.up);
+        let n = self.geometry.facets.len();
+        self.progress.begin("surroundings", nodes.len() as u64);
+        let mut all = Vec::with_capacity(n);
+        for batch in 0..BATCHES.min(nodes.len()) {
+            let stage = format!("surroundings-{batch}");
+            let mine: Vec<u32> = nodes.iter().skip(batch).step_by(BATCHES).copied().collect();
+            let loaded = self.checkpoints.load(&stage).and_then(|b| stages::decode_surroundings(&b, n));
+            let part = if let Some(loaded) = loaded {
+                self.progress.advance(mine.len() as u64);
+                loaded
+            } else {
+                let run = |node: &u32| {
+                    let idle = self.progress.is_interrupted();
+                    let traversal = SkyTraversal::new(self.geometry, self.images, self.settings.goal(), self.settings.up);
+                    let made = if idle { Vec::new() } else { traversal.run(*node, &cells) };
+                    self.progress.advance(1);
+                    made
+                };
+                let made: Vec<_> = mine.par_iter().with_max_len(1).map(run).collect::<Vec<_>>().concat();
+                if self.progress.is_interrupted() {
+                    return Err(SceneError::interrupted());
+                }
+                if self.checkpoints.keeps() {
+                    self.checkpoints.save(&stage, &stages::encode_surroundings(&made));
+                }
+                made
+            };
+            all.extend(part);
+        }
+        self.progress.end();
+        Ok(all)
+    }
+}
