@@ -16,6 +16,9 @@ use crate::input::{vdb, vol};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Diagnostic};
 
+/// The error of a key of OpenVDB files for other arrays.
+const ONLY_VDB: &str = "only OpenVDB files know this key; remove it and give min and max";
+
 /// Reads the file and fills it in; returns the number of voxels that it overlaps.
 pub(super) fn read_density(
     node: &TomlNode<'_>,
@@ -34,6 +37,14 @@ pub(super) fn read_density(
     let file = t.require("file", "file = \"smoke.npy\" (or .vdb, .vol)")?;
     let path = reader.resolve(&file)?;
     let name = path.display().to_string();
+    if let Some(memory) = reader.context.files.array(&path) {
+        if let Some(n) = VDB_KEYS.iter().find_map(|k| t.get(k.name)) {
+            return Err(n.error(ONLY_VDB));
+        }
+        let array = memory.grid(&name, field.noun).map_err(|f| file.error(f.to_string()))?;
+        let bounds = bounds.or(field.default_bounds).map_or_else(|| shapes::read_bounds(&t), Ok)?;
+        return Ok(fill_array(&array, bounds, scale, field, grid));
+    }
     let bytes = reader.context.files.read(&path, npy::MAX_ARRAY_FILE_BYTES);
     let bytes = bytes.map_err(|e| file.error(format!("{name}: {e}")))?;
     let refused = |f: FileFault| file.error(f.to_string());
@@ -48,7 +59,7 @@ pub(super) fn read_density(
         return Ok(cells);
     }
     if let Some(n) = VDB_KEYS.iter().find_map(|k| t.get(k.name)) {
-        return Err(n.error("only OpenVDB files know this key; remove it and give min and max"));
+        return Err(n.error(ONLY_VDB));
     }
     // Resample an array.
     let (array, own_bounds) = if vol::is_vol(&bytes) {
@@ -68,7 +79,7 @@ pub(super) fn read_density(
 
 /// Fills the voxels that a dense array overlaps; returns their number.
 fn fill_array(
-    array: &ScalarArray,
+    array: &ScalarArray<'_>,
     (min, max): (Vec3, Vec3),
     scale: Bands,
     field: &VoxelField<'_>,
@@ -118,13 +129,11 @@ fn axis_overlaps(grid: &VoxelGridBuilder, axis: usize, (lo, hi): (f64, f64), n: 
 }
 
 /// Σ f(value) × weights over the elements of one voxel.
-fn weighted_sum(array: &ScalarArray, [x, y, z]: [&[(usize, f64)]; 3], f: fn(f64) -> f64) -> f64 {
-    let [_, ny, nz] = array.shape;
+fn weighted_sum(array: &ScalarArray<'_>, [x, y, z]: [&[(usize, f64)]; 3], f: fn(f64) -> f64) -> f64 {
     let mut sum = 0.0;
     for &(i, wx) in x {
         for &(j, wy) in y {
-            let row = &array.values[(i * ny + j) * nz..][..nz];
-            let along: f64 = z.iter().map(|&(k, wz)| wz * f(f64::from(row[k]))).sum();
+            let along: f64 = z.iter().map(|&(k, wz)| wz * f(array.at(i, j, k))).sum();
             sum += wx * wy * along;
         }
     }
