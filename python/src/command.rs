@@ -2,7 +2,7 @@
 
 use crate::errors::{of_failure, refused};
 use crate::long_call::{self, CallSettings};
-use clap::{Args, Command, FromArgMatches};
+use clap::{Args, Command};
 use pyo3::prelude::*;
 use std::ffi::OsString;
 use std::path::PathBuf;

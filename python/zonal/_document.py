@@ -93,6 +93,8 @@ class Writer:
             return {str(k): self.plain(v, f"{prefix}{k}", str(k)) for k, v in items if v is not None}
         if key == "mesh":
             return {"file": self.mesh(value, path)}
+        if key == "file" and not is_path(value) and is_mesh(value):
+            return self.mesh(value, path)
         if is_labelled(value):
             return self.labelled(value, path, key)
         if isinstance(value, np.ndarray):
@@ -104,8 +106,6 @@ class Writer:
             return [self.plain(v, f"{path}[{k}]", "") for k, v in entries]
         if isinstance(value, os.PathLike):
             return os.fspath(cast("os.PathLike[str]", value))
-        if key == "file" and is_mesh(value):
-            return self.mesh(value, path)
         return value
 
     def mesh(self, value: Any, path: str) -> str:
@@ -221,12 +221,12 @@ def renamed(values: Any, names: Mapping[str, str]) -> Any:
     return names.get(values, values) if isinstance(values, str) else values
 
 
-def moved(values: Any, base: Path, key: str = "") -> Any:
+def moved(values: Any, base: Path, arrays: Arrays, key: str = "") -> Any:
     """Values whose relative names of files are relative to another folder: they become absolute."""
     if isinstance(values, dict):
-        return {k: moved(v, base, k) for k, v in cast("dict[str, Any]", values).items()}
+        return {k: moved(v, base, arrays, k) for k, v in cast("dict[str, Any]", values).items()}
     if isinstance(values, list):
-        return [moved(v, base) for v in cast("list[Any]", values)]
-    if key in _FILE_KEYS and isinstance(values, str):
+        return [moved(v, base, arrays) for v in cast("list[Any]", values)]
+    if key in _FILE_KEYS and isinstance(values, str) and values not in arrays.values:
         return str((base / values).resolve())
     return values
