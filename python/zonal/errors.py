@@ -26,7 +26,7 @@ class Error(Exception):
     ...     scene.check()
     ... except zn.Error as error:
     ...     print(error.key, "->", error.remedy)
-    surface #1.reflectance -> give a value from 0 to 1
+    surface 'surface1'.reflectance -> give a value from 0 to 1
     """
 
     file: str | None
