@@ -161,11 +161,13 @@ impl ExchangeAreas {
     }
 
     /// The index into `names` of each zone.
+    #[pyo3(signature = () -> "numpy.typing.NDArray[numpy.int64]")]
     fn name_index<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
         self.facts(|a| arrays::integers(py, a.name_of_zone.iter().copied()))
     }
 
     /// Area of patches, m², and volume of volume zones, m³.
+    #[pyo3(signature = () -> "numpy.typing.NDArray[numpy.float64]")]
     fn size<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.facts(|a| arrays::list(py, (0..a.zone_count()).map(|i| a.zones.response(i).1).collect()))
     }

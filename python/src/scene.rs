@@ -76,7 +76,7 @@ impl Scene {
 
     /// Reads a document in which names of files may stand for arrays. Other files are looked for in the folder `base`.
     #[staticmethod]
-    #[pyo3(signature = (text, base, arrays, name, threads=None))]
+    #[pyo3(signature = (text, base, arrays: "dict[str, typing.Any]", name, threads=None))]
     fn parse(
         py: Python<'_>,
         text: &str,

@@ -392,6 +392,7 @@ impl Solution {
     }
 
     /// Columns of results by name.
+    #[pyo3(signature = () -> "dict[str, typing.Any]")]
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.with(py, |s| zone_arrays::table(py, s))
     }

@@ -99,11 +99,13 @@ impl StateSolver {
     }
 
     /// The index into `names` of each zone.
+    #[pyo3(signature = () -> "numpy.typing.NDArray[numpy.int64]")]
     fn name_index<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i64>>> {
         self.with(|s| Ok(arrays::integers(py, s.data().name_of_zone.iter().copied())))
     }
 
     /// The face of each zone among those of all meshes, −1 for none.
+    #[pyo3(signature = () -> "numpy.typing.NDArray[numpy.int64]")]
     fn face_index<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i64>>> {
         self.with(|s| {
             let faces = s.data().face_of_zone.iter().map(|f| f.map_or(-1, |f| f as i64));
@@ -112,6 +114,7 @@ impl StateSolver {
     }
 
     /// Area of patches, m², and volume of volume zones, m³.
+    #[pyo3(signature = () -> "numpy.typing.NDArray[numpy.float64]")]
     fn size<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.with(|s| Ok(arrays::list(py, s.data().sizes.clone())))
     }
@@ -157,7 +160,7 @@ impl StateSolver {
     }
 
     /// Solves the state: columns by zone, by name and by face, and the balance.
-    #[pyo3(signature = (progress=None, threads=None))]
+    #[pyo3(signature = (progress=None, threads=None) -> "dict[str, typing.Any]")]
     fn solve<'py>(
         &self,
         py: Python<'py>,

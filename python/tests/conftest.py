@@ -48,7 +48,7 @@ def furnace() -> zn.Scene:
     """Walls of known temperature and a gas with a heat source."""
     scene = zn.Scene("furnace", mode="thermal")
     hot = {"emissivity": 0.85, "temperature": 1200}
-    scene.surface(room=([0, 0, 0], [2, 2, 4]), name="wall", emissivity=0.7, temperature=900, faces={"z0": hot, "z1": {"temperature": 400}})
+    scene.surface(room=([0, 0, 0], [2, 2, 4]), name="wall", emissivity=0.7, temperature=900, faces={"z0": hot, "z1": {"temperature": 400}}, patch_size=1.0)
     scene.medium([0, 0, 0], [2, 2, 4], cells=[2, 2, 4], extinction=0.5, heat_source=5000)
     return scene
 

@@ -20,11 +20,12 @@ def spectral() -> zn.Scene:
 
 def layered() -> zn.Scene:
     scene = zn.Scene("slab", mode="thermal")
-    scene.surface(rectangle=([0, 0, 0], [1, 0, 0], [0, 1, 0]), name="bottom", emissivity=1.0, temperature=500)
-    scene.surface(rectangle=([0, 0, 1], [0, 1, 0], [1, 0, 0]), name="top", emissivity=0.5, temperature=300)
+    ends = {"z0": {"temperature": 500}, "z1": {"temperature": 300}}
+    scene.surface(room=([0, 0, 0], [1, 1, 1]), name="end", omit=["x0", "x1", "y0", "y1"], emissivity=0.8, temperature=0.1, faces=ends)
     profile = np.linspace(0.2, 3.0, 8).reshape(1, 1, 8)
     scene.medium([0, 0, 0], [1, 1, 1], cells=[1, 1, 8], extinction=profile, heat_source=0)
     scene.boundary(x="periodic", y="periodic")
+    scene.settings(patch_rule="voxels")
     return scene
 
 
@@ -70,7 +71,8 @@ def gas() -> zn.Scene:
 
 
 def paned() -> zn.Scene:
-    scene = room()
+    scene = room(3.0)
+    scene.settings(tolerance=0.2, patch_size=1.0)
     scene.pane([[2, 0.2, 0.2], [2, 2.8, 0.2], [2, 2.8, 2.2], [2, 0.2, 2.2]], thickness=0.01, extinction=[20, 5, 1], name="glass")
     return scene
 

@@ -66,7 +66,7 @@ def test_a_loaded_scene_can_be_changed(tmp_path):
     # Saved elsewhere, it still finds its files.
     vertices, faces = sphere(4)
     scene = zn.Scene(mode="thermal")
-    scene.surface((vertices, faces), name="s", emissivity=1.0, temperature=300)
+    scene.surface((vertices, faces), name="s", emissivity=1.0, temperature=300, patch_size=10.0)
     scene.save(tmp_path / "s.toml")
     moved = zn.load(tmp_path / "s.toml")
     moved.settings(tolerance=0.1)
@@ -100,11 +100,12 @@ def test_xarray_has_its_box_and_the_order_of_its_axes():
         scene.medium([0, 0, 0], [1, 1, 1], cells=[3, 4, 5], extinction=1.0, temperature=temperature)
         return scene.solve(discretization_error=False).temperature
 
-    assert np.array_equal(solve(field), solve(values.transpose(1, 2, 0)))
+    # The box follows from the coordinates, and is rounded.
+    assert np.allclose(solve(field), solve(values.transpose(1, 2, 0)), rtol=1e-7)
     scene = zn.Scene()
     scene.medium([0, 0, 0], [2, 1, 1], cells=[2, 1, 1], extinction=0.5 + 0 * field, emission=1.0)
     # The array fills one of the two cells.
-    assert scene.solve().array("extinction")[:, 0].tolist() == [0.5, 0.0] or scene.check()["voxel_zones"] == 1
+    assert scene.solve().array("extinction")[:, 0] == pytest.approx([0.5, 0.0], abs=1e-12)
 
 
 def areas_of(mesh: object) -> np.ndarray:
@@ -132,7 +133,8 @@ def test_polygons_of_several_sizes_and_materials():
     mesh = pyvista.PolyData(points, np.array([4, 0, 1, 2, 3, 3, 1, 4, 2]))
     scene = zn.Scene(mode="thermal")
     scene.surface(mesh, name="m", emissivity=1.0, temperature=np.array([300.0, 400.0]), patch_size=10)
-    assert sorted(scene.solve(discretization_error=False).temperature.tolist()) == [300.0, 400.0]
+    by_face = zn.StateSolver(scene.exchange()).solve().by_face
+    assert by_face["temperature"].tolist() == [300.0, 400.0]
     meshio = pytest.importorskip("meshio")
     tagged = meshio.Mesh(
         points,
@@ -150,14 +152,14 @@ def test_polygons_of_several_sizes_and_materials():
     ("change", "error", "key"),
     [
         (lambda s: s.document.update(solver={}), "solver: unknown key; did you mean 'solve'?", "solver"),
-        (lambda s: s.settings(tolerance=2), "2 must lie between 0 and 1", "solve.tolerance"),
+        (lambda s: s.settings(tolerance=2), "2 is out of range; give a number above 0 and below 1", "solve.tolerance"),
         (lambda s: s.surface((np.zeros((3, 3)), [[0, 1, 5]])), "vertex index 5 is out of range", None),
         (lambda s: s.surface((np.zeros((3, 3)), [[0.5, 1, 2]])), "give whole numbers", None),
         (lambda s: s.surface(object()), "is no mesh; give", None),
         (lambda s: s.medium([0, 0, 0], [1, 1, 1], extinction=np.full((2, 2, 2), -1.0)), "-1 is no density", None),
         (lambda s: s.medium([0, 0, 0], [1, 1, 1], extinction=np.full((2, 2, 2), np.nan)), "NaN is no density", None),
         (lambda s: s.document.update(name=object()), "a object has no place in a scene", None),
-        (lambda s: s.document.update(name='a"\\\n\x07b'), None, None),
+        (lambda s: s.document.update(name='a"\\ é'), None, None),
     ],
 )
 def test_errors_name_key_and_remedy(change, error, key):

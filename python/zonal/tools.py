@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import json
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from . import _zonal
 from ._progress import Progress, observed
@@ -128,15 +128,15 @@ def validate(
     """
     import os  # noqa: PLC0415
 
-    paths = [None if p is None else os.fspath(p) for p in (output, reference, scenes)]
+    page, files, solved = (None if p is None else os.fspath(p) for p in (output, reference, scenes))
     if output is None and not only and not quick and not list_only:
         # All cases of the command write the page of the manual; here only on request.
         only = ["*"]
     with observed(progress) as function:
-        text, passed = _zonal.validate(list(only), quick, list_only, *paths, function, threads)
-    results = json.loads(text)
+        text, passed = _zonal.validate(list(only), quick, list_only, page, files, solved, function, threads)
+    results: Any = json.loads(text)
     if isinstance(results, dict):
-        results["passed"] = passed
+        return {**cast("dict[str, Any]", results), "passed": passed}
     return results
 
 
