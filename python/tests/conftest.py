@@ -13,7 +13,8 @@ import pytest
 
 import zonal as zn
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(os.environ.get("ZONAL_ROOT", Path(__file__).resolve().parents[2]))
+"""The checkout, for scenes and pages."""
 
 
 @pytest.fixture(scope="session")
