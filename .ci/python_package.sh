@@ -24,6 +24,9 @@ diff -u python/zonal/_zonal.pyi "$folder/_zonal.pyi"
 echo "wheel"
 "$bin/maturin" build --quiet --locked --profile dev --manifest-path python/Cargo.toml --out "$folder/dist"
 "$bin/python" -m pip install --quiet "$folder"/dist/zonal-*.whl
+echo "reference page"
+"$bin/python" scripts/python_reference.py "$folder/python.md"
+diff -u docs/reference/python.md "$folder/python.md"
 echo "pytest"
 # Away from the sources, so that the installed package is tested.
 mkdir "$folder/run" && cp -r python/tests python/pyproject.toml "$folder/run"

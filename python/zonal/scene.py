@@ -951,8 +951,12 @@ def load(path: Path) -> Scene:
 
     Examples
     --------
-    >>> import zonal as zn
-    >>> scene = zn.load("scenes/furnace.toml")  # doctest: +SKIP
-    >>> scene.solve().table["net_power"]  # doctest: +SKIP
+    >>> import tempfile, zonal as zn
+    >>> path = tempfile.mkdtemp() + "/box.toml"
+    >>> scene = zn.Scene()
+    >>> scene.surface(box=([0, 0, 0], [1, 1, 1]), emission=1.0)
+    >>> scene.save(path)
+    >>> zn.load(path).check()["verdict"]
+    'valid'
     """
     return Scene._load(path)  # pyright: ignore[reportPrivateUsage]
