@@ -110,11 +110,7 @@ pub(crate) fn integers(py: Python<'_>, values: impl Iterator<Item = usize>) -> B
 }
 
 /// Rows of `columns` numbers as an array.
-pub(crate) fn rows(
-    py: Python<'_>,
-    values: Vec<f64>,
-    columns: usize,
-) -> PyResult<Bound<'_, PyArray2<f64>>> {
+pub(crate) fn rows(py: Python<'_>, values: Vec<f64>, columns: usize) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let count = values.len() / columns.max(1);
     PyArray1::from_vec(py, values).reshape([count, columns])
 }

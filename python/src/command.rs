@@ -6,8 +6,8 @@ use clap::{Args, Command};
 use pyo3::prelude::*;
 use std::ffi::OsString;
 use std::path::PathBuf;
+use zonal_cli::command_line::run_arguments;
 use zonal_cli::commands::gas::{self as gas_command};
-use zonal_cli::commands::run_arguments;
 use zonal_validation::validate::{self as validation, ValidationOptions};
 
 /// Arguments of a subcommand.
@@ -47,21 +47,28 @@ pub(crate) fn keys() -> Vec<(String, &'static str, &'static str, &'static str, &
     keys.into_iter().map(|k| (k.path, k.value, k.unit, k.default, k.description)).collect()
 }
 
-/// Runs cases with known answers: verdicts as JSON, and whether all hold.
-#[pyfunction]
-#[pyo3(signature = (only, quick, list, output=None, reference=None, scenes=None, progress=None, threads=None))]
-#[allow(clippy::too_many_arguments)]
-pub(crate) fn validate(
-    py: Python<'_>,
+/// The cases to validate, and where their results go.
+#[derive(Clone, Debug, FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct CaseSettings {
     only: Vec<String>,
     quick: bool,
     list: bool,
     output: Option<PathBuf>,
     reference: Option<PathBuf>,
     scenes: Option<PathBuf>,
+}
+
+/// Runs cases with known answers: verdicts as JSON, and whether all hold.
+#[pyfunction]
+#[pyo3(signature = (settings, progress=None, threads=None))]
+pub(crate) fn validate(
+    py: Python<'_>,
+    settings: CaseSettings,
     progress: Option<&Bound<'_, PyAny>>,
     threads: Option<usize>,
 ) -> PyResult<(String, bool)> {
+    let CaseSettings { only, quick, list, output, reference, scenes } = settings;
     let options = ValidationOptions { only, quick, list, output, reference, scenes, json: true };
     let call = CallSettings { threads, progress };
     let results = long_call::run(py, call, move |observer| validation::results(&options, observer))?;

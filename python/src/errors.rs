@@ -55,12 +55,7 @@ pub(crate) fn of_scene(e: &SceneError) -> PyErr {
 /// The exception of a file that cannot be read or written.
 pub(crate) fn of_file(e: &FileError) -> PyErr {
     let place = (!e.entry().is_empty()).then(|| e.entry().to_string());
-    classes::FileError::new_err((
-        e.to_string(),
-        Some(e.path().display().to_string()),
-        place.clone(),
-        place,
-    ))
+    classes::FileError::new_err((e.to_string(), Some(e.path().display().to_string()), place.clone(), place))
 }
 
 /// The exception of a refused command.

@@ -44,11 +44,7 @@ fn matrices_of(m: AreaMatrices) -> [Vec<f64>; 3] {
 }
 
 impl ExchangeAreas {
-    fn new(
-        py: Python<'_>,
-        scene: Arc<zonal_scene::Scene>,
-        mut areas: Areas,
-    ) -> PyResult<ExchangeAreas> {
+    fn new(py: Python<'_>, scene: Arc<zonal_scene::Scene>, mut areas: Areas) -> PyResult<ExchangeAreas> {
         let (matrices, zones) = (areas.matrices, areas.zone_count());
         let direct = matrices_of(std::mem::take(&mut areas.direct));
         let total = areas.total.as_mut().map(|t| matrices_of(std::mem::take(t)));
@@ -69,9 +65,9 @@ impl ExchangeAreas {
         work: impl FnOnce(&zonal_scene::Scene, &Areas, &Observer) -> T + Send + 'static,
     ) -> PyResult<T> {
         let copy = |k: usize| -> Vec<f64> {
-            self.arrays.get(k).map_or(Vec::new(), |a| {
-                a.bind(py).readonly().as_slice().unwrap_or_default().to_vec()
-            })
+            self.arrays
+                .get(k)
+                .map_or(Vec::new(), |a| a.bind(py).readonly().as_slice().unwrap_or_default().to_vec())
         };
         let whole = |first: usize| AreaMatrices {
             areas: copy(first),
@@ -101,18 +97,29 @@ impl ExchangeAreas {
     }
 }
 
+/// Settings of `exchange`.
+#[derive(Clone, Debug, FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct AreaSettings {
+    /// Relative tolerance.
+    tolerance: f64,
+    /// Bytes.
+    memory_limit: u64,
+    /// Leaves out the total areas.
+    direct_only: bool,
+}
+
 /// Computes the exchange areas of a scene.
 #[pyfunction]
-#[pyo3(signature = (scene, tolerance, memory_limit, direct_only, progress=None, threads=None))]
+#[pyo3(signature = (scene, settings, progress=None, threads=None))]
 pub(crate) fn exchange(
     py: Python<'_>,
     scene: &Scene,
-    tolerance: f64,
-    memory_limit: u64,
-    direct_only: bool,
+    settings: AreaSettings,
     progress: Option<&Bound<'_, PyAny>>,
     threads: Option<usize>,
 ) -> PyResult<ExchangeAreas> {
+    let AreaSettings { tolerance, memory_limit, direct_only } = settings;
     zonal_cli::commands::context::check_tolerance(tolerance).map_err(|e| of_failure(&e))?;
     let contents =
         if direct_only { ExchangeAreaContents::Direct } else { ExchangeAreaContents::DirectAndTotal };
@@ -205,7 +212,8 @@ impl ExchangeAreas {
     ) -> PyResult<Vec<PathBuf>> {
         zonal_report::check_output(&path, &["npz", "csv", "mtx"]).map_err(|e| of_failure(&e))?;
         let call = CallSettings { threads, progress };
-        let written = self.run(py, call, move |scene, areas, observer| write(&path, scene, areas, observer))?;
+        let written =
+            self.run(py, call, move |scene, areas, observer| write(&path, scene, areas, observer))?;
         written.map_err(|e| match e {
             WriteFailure::Scene(e) => of_scene(&e),
             WriteFailure::File(e) => of_failure(&e),

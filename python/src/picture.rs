@@ -150,10 +150,8 @@ fn field_picture(
     let zones = view.zones(observer);
     let visible: Vec<f64> = zones.iter().map(|z| z.map_or(f64::NAN, |z| values[z as usize])).collect();
     let map = if quantity == FieldQuantity::NetFlux { ColourMap::Diverging } else { ColourMap::Sequential };
-    let scale =
-        ColourScale::of_values(visible.iter().copied(), (map, AxisScale::Linear), rounding).unwrap_or(
-            ColourScale { low: 0.0, high: 1.0, map, axis: AxisScale::Linear },
-        );
+    let scale = ColourScale::of_values(visible.iter().copied(), (map, AxisScale::Linear), rounding)
+        .unwrap_or(ColourScale { low: 0.0, high: 1.0, map, axis: AxisScale::Linear });
     let colour = |z: Option<usize>| z.map_or(BACKGROUND, |z| scale.colour(values[z]));
     let colours = view.false_colours(&colour, observer);
     Ok(FieldPicture { values: visible, colours, range: (scale.low, scale.high) })
@@ -213,8 +211,7 @@ pub(crate) fn preview<'py>(
             return Ok::<_, CameraFault>((png.unwrap_or_default(), Some(drawn.range)));
         }
         check_picture(Path::new(SOLUTION), s)?;
-        let options =
-            RenderOptions { width, height, samples: settings.samples, ..RenderOptions::default() };
+        let options = RenderOptions { width, height, samples: settings.samples, ..RenderOptions::default() };
         let image = zonal_render::render(s, &camera, &options, observer);
         let tone = ToneMapping::filmic(output::auto_exposure(&image.pixels));
         let png = output::encode_picture_png((width, height), &image.pixels, &tone);

@@ -136,6 +136,7 @@ pub(crate) fn check(
     let scene = scene.with_changes(&changes)?;
     let start = Instant::now();
     let settings = CallSettings { threads, progress };
-    let report = long_call::run(py, settings, move |_| check_command::scene_report(&scene, memory_limit, start))?;
+    let report =
+        long_call::run(py, settings, move |_| check_command::scene_report(&scene, memory_limit, start))?;
     report.map(|json| json.to_string()).map_err(|e| of_scene(&e))
 }

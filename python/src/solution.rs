@@ -364,9 +364,7 @@ impl Solution {
     #[getter]
     #[allow(clippy::type_complexity)]
     fn grid(&self, py: Python<'_>) -> PyResult<Option<([usize; 3], [f64; 3], [f64; 3])>> {
-        self.with(py, |s| {
-            Ok(s.scene.voxel_grid().map(|g| (g.dims(), g.min().array(), g.max().array())))
-        })
+        self.with(py, |s| Ok(s.scene.voxel_grid().map(|g| (g.dims(), g.min().array(), g.max().array()))))
     }
 
     /// The names of all arrays.
@@ -401,8 +399,7 @@ impl Solution {
     fn relight(&self, py: Python<'_>, factors: Vec<(String, [f64; 3])>) -> PyResult<Solution> {
         let settings = CallSettings { threads: None, progress: None };
         let relit = self.run(py, settings, move |s, _| {
-            let factors: Vec<_> =
-                factors.into_iter().map(|(name, f)| (name, Bands::from_rgb(f))).collect();
+            let factors: Vec<_> = factors.into_iter().map(|(name, f)| (name, Bands::from_rgb(f))).collect();
             zonal_solve::relight::relight(s.clone(), &factors).map(with_hash)
         })?;
         Solution::new(py, relit.map_err(|e| of_scene(&e))?)

@@ -40,9 +40,9 @@ impl StateSolver {
     fn with<T>(&self, f: impl FnOnce(&mut zonal_solve::state::StateSolver) -> PyResult<T>) -> PyResult<T> {
         match &mut *self.lock() {
             Some(solver) => f(solver),
-            None => Err(refused(
-                "the solver is at work in another thread, or was interrupted; make another one",
-            )),
+            None => {
+                Err(refused("the solver is at work in another thread, or was interrupted; make another one"))
+            }
         }
     }
 }

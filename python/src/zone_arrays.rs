@@ -20,7 +20,7 @@ use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Fields, LightGroup, Plate, PlateKind, Solution, ZoneValues};
+use zonal_scene::{Bands, Fields, HeatReport, LightGroup, Plate, PlateKind, Solution, ZoneValues};
 
 /// The names of the arrays.
 pub(crate) const NAMES: [&str; 13] = [
@@ -162,8 +162,7 @@ pub(crate) fn field_of_triples<'py>(
     field: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
     let of = |f: &Fields, i: usize| -> Option<Bands> {
-        let lists =
-            [&f.radiosity, &f.incident, &f.direct, &f.error, &f.direct_error, &f.surroundings_error];
+        let lists = [&f.radiosity, &f.incident, &f.direct, &f.error, &f.direct_error, &f.surroundings_error];
         lists[field].get(i).copied()
     };
     if s.triples().all(|t| of(&t.fields, 0).is_none()) {
@@ -217,28 +216,41 @@ fn scale(g: &LightGroup, name: &str) -> Option<(&'static str, Bands)> {
 
 /// Columns of results by name: of surfaces, medium and panes in thermal mode, of surfaces in light mode. Unknown numbers are NaN.
 pub(crate) fn table<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDict>> {
-    let out = PyDict::new(py);
-    let numbers = |values: Vec<Option<f64>>| {
-        arrays::list(py, values.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect())
-    };
-    if let Some(heat) = &s.report.heat {
-        let zones = s.report.discretization_error.as_ref().map(|z| &z.heat);
-        let zone_error = |k: usize, of: usize| zones.and_then(|z| z.get(k)).map(|e| e[of]);
-        let rows = &heat.rows;
-        out.set_item("name", rows.iter().map(|r| r.name.clone()).collect::<Vec<_>>())?;
-        out.set_item("kind", rows.iter().map(|r| r.kind.name()).collect::<Vec<_>>())?;
-        out.set_item("size", numbers(rows.iter().map(|r| Some(r.size)).collect()))?;
-        out.set_item("temperature", numbers(rows.iter().map(|r| r.temperature).collect()))?;
-        out.set_item("temperature_error", numbers(rows.iter().map(|r| r.temperature_error).collect()))?;
-        out.set_item("net_flux", numbers(rows.iter().map(|r| Some(r.flux()[0])).collect()))?;
-        out.set_item("net_flux_error", numbers(rows.iter().map(|r| Some(r.flux()[1])).collect()))?;
-        out.set_item("net_power", numbers(rows.iter().map(|r| Some(r.power)).collect()))?;
-        out.set_item("net_power_error", numbers(rows.iter().map(|r| Some(r.power_error)).collect()))?;
-        let each = |of: usize| (0..rows.len()).map(|k| zone_error(k, of)).collect();
-        out.set_item("temperature_discretization_error", numbers(each(0)))?;
-        out.set_item("net_power_discretization_error", numbers(each(1)))?;
-        return Ok(out);
+    match &s.report.heat {
+        Some(heat) => heat_table(py, s, heat),
+        None => surface_table(py, s),
     }
+}
+
+/// A column; unknown numbers are NaN.
+fn numbers(py: Python<'_>, values: Vec<Option<f64>>) -> Bound<'_, PyAny> {
+    arrays::list(py, values.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()).into_any()
+}
+
+fn heat_table<'py>(py: Python<'py>, s: &Solution, heat: &HeatReport) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    let numbers = |values| numbers(py, values);
+    let zones = s.report.discretization_error.as_ref().map(|z| &z.heat);
+    let zone_error = |k: usize, of: usize| zones.and_then(|z| z.get(k)).map(|e| e[of]);
+    let rows = &heat.rows;
+    out.set_item("name", rows.iter().map(|r| r.name.clone()).collect::<Vec<_>>())?;
+    out.set_item("kind", rows.iter().map(|r| r.kind.name()).collect::<Vec<_>>())?;
+    out.set_item("size", numbers(rows.iter().map(|r| Some(r.size)).collect()))?;
+    out.set_item("temperature", numbers(rows.iter().map(|r| r.temperature).collect()))?;
+    out.set_item("temperature_error", numbers(rows.iter().map(|r| r.temperature_error).collect()))?;
+    out.set_item("net_flux", numbers(rows.iter().map(|r| Some(r.flux()[0])).collect()))?;
+    out.set_item("net_flux_error", numbers(rows.iter().map(|r| Some(r.flux()[1])).collect()))?;
+    out.set_item("net_power", numbers(rows.iter().map(|r| Some(r.power)).collect()))?;
+    out.set_item("net_power_error", numbers(rows.iter().map(|r| Some(r.power_error)).collect()))?;
+    let each = |of: usize| (0..rows.len()).map(|k| zone_error(k, of)).collect();
+    out.set_item("temperature_discretization_error", numbers(each(0)))?;
+    out.set_item("net_power_discretization_error", numbers(each(1)))?;
+    Ok(out)
+}
+
+fn surface_table<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    let numbers = |values| numbers(py, values);
     let rows = s.surfaces();
     out.set_item("name", rows.iter().map(|r| r.name.clone()).collect::<Vec<_>>())?;
     out.set_item("kind", rows.iter().map(|_| "surface").collect::<Vec<_>>())?;
@@ -258,7 +270,8 @@ pub(crate) fn table<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, P
             let flat: Vec<f64> = (0..rows.len())
                 .flat_map(|k| {
                     s.all_bands(|t| {
-                        let energy = if key == "absorbed" { &t.report.energy } else { &t.report.energy_error };
+                        let energy =
+                            if key == "absorbed" { &t.report.energy } else { &t.report.energy_error };
                         energy.absorbed_surfaces.get(k).map_or(Bands::splat(f64::NAN), |x| x.1)
                     })
                 })

@@ -259,7 +259,7 @@ def encode_png(radiance: Any, exposure: SupportsFloat | SupportsIndex | None = N
     Radiance, [height, width, 3], as the bytes of a PNG: exposed, tone-mapped, 8 bits.
     """
 
-def exchange(scene: Scene, tolerance: SupportsFloat | SupportsIndex, memory_limit: SupportsIndex, direct_only: bool, progress: Any | None = None, threads: SupportsIndex | None = None) -> ExchangeAreas:
+def exchange(scene: Scene, settings: Any, progress: Any | None = None, threads: SupportsIndex | None = None) -> ExchangeAreas:
     """
     Computes the exchange areas of a scene.
     """
@@ -299,7 +299,7 @@ def solve(scene: Scene, changes: Any, settings: Any, progress: Any | None = None
     Solves a scene.
     """
 
-def validate(only: SupportsGetItem[int, str], quick: bool, list: bool, output: str | PathLike[str] | None = None, reference: str | PathLike[str] | None = None, scenes: str | PathLike[str] | None = None, progress: Any | None = None, threads: SupportsIndex | None = None) -> tuple[str, bool]:
+def validate(settings: Any, progress: Any | None = None, threads: SupportsIndex | None = None) -> tuple[str, bool]:
     """
     Runs cases with known answers: verdicts as JSON, and whether all hold.
     """

@@ -873,9 +873,10 @@ class Scene:
         np.float64(0.199825)
         """
         native = self._native(threads)
+        settings = {"tolerance": tolerance, "memory_limit": memory_limit(max_memory), "direct_only": direct_only}
         with observed(progress) as function:
             return ExchangeAreas(
-                _zonal.exchange(native, tolerance, memory_limit(max_memory), direct_only, function, threads)
+                _zonal.exchange(native, settings, function, threads)
             )
 
 

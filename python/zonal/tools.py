@@ -132,8 +132,9 @@ def validate(
     if output is None and not only and not quick and not list_only:
         # All cases of the command write the page of the manual; here only on request.
         only = ["*"]
+    settings = {"only": list(only), "quick": quick, "list": list_only, "output": page, "reference": files, "scenes": solved}
     with observed(progress) as function:
-        text, passed = _zonal.validate(list(only), quick, list_only, page, files, solved, function, threads)
+        text, passed = _zonal.validate(settings, function, threads)
     results: Any = json.loads(text)
     if isinstance(results, dict):
         return {**cast("dict[str, Any]", results), "passed": passed}

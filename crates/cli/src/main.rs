@@ -1,7 +1,7 @@
 //! The `zonal` command.
 
 use std::process::ExitCode;
-use zonal_cli::commands::run_arguments;
+use zonal_cli::command_line::run_arguments;
 
 fn main() -> ExitCode {
     block_file_size_signal();

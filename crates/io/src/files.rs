@@ -2,7 +2,7 @@
 //!
 //! Only regular files are opened: opening a pipe blocks until its writer appears, and a device has no end.
 
-use crate::input::{ArraysInMemory, MemoryArray};
+use crate::memory_arrays::{ArraysInMemory, MemoryArray};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;

@@ -25,8 +25,7 @@ pub mod voxel_factors;
 
 use clap::{Parser, Subcommand};
 use context::Context;
-use std::ffi::OsString;
-use zonal_report::{Failure, note};
+use zonal_report::Failure;
 
 /// Radiative exchange between surfaces and participating media by the zonal method.
 ///
@@ -87,30 +86,6 @@ pub enum Command {
     Reproduce(reproduce::Args),
     /// Run the cases with known answers; write verdicts and a page with convergence plots.
     Validate(validate::Args),
-}
-
-/// Runs a command line, the name of the program first, prints its error, and returns its exit code: 0 success; 1 a failed verdict of `validate`, no case
-/// run, or a warning with `--strict`; 2 bad input, or an output that cannot be written.
-#[must_use]
-pub fn run_arguments(arguments: Vec<OsString>) -> u8 {
-    let cli = match Cli::try_parse_from(&arguments) {
-        Ok(cli) => cli,
-        Err(e) => {
-            // A closed pipe is not an error.
-            let _ = e.print();
-            return u8::try_from(e.exit_code()).unwrap_or(u8::MAX);
-        }
-    };
-    for (former, present) in former_flags::used(&cli.command, arguments.into_iter()) {
-        note(&format!("{former} is now {present}"));
-    }
-    match run(cli) {
-        Ok(()) => 0,
-        Err(e) => {
-            eprintln!("error: {e}");
-            e.code()
-        }
-    }
 }
 
 /// Runs a parsed command line.

@@ -46,11 +46,9 @@ mod vol;
 mod vtk;
 
 pub use crate::files::FilesInMemory;
+pub use crate::memory_arrays::{ArraysInMemory, GridArray, GridOrder, GridValues, MemoryArray, MeshArrays};
 pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_camera_path};
 pub use error::InputError;
-pub use memory_arrays::{
-    ArraysInMemory, GridArray, GridOrder, GridValues, MemoryArray, MeshArrays,
-};
 pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
 pub use scene_template::SceneTemplate;
 pub use table::{Quantity, RowKeys, ValueTable, read_values};

@@ -73,8 +73,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let settings = ExchangeAreaSettings { tolerance: args.tolerance, memory_limit, contents };
     let areas = ExchangeAreas::compute(&scene, &settings, &context.progress())
         .map_err(|e| Failure::in_file(&args.scene, e))?;
-    let written = write(&args.output, &scene, &areas, &context.progress())
-        .map_err(|e| e.prefixed(&args.scene))?;
+    let written =
+        write(&args.output, &scene, &areas, &context.progress()).map_err(|e| e.prefixed(&args.scene))?;
     report(&written, &areas, context)
 }
 

@@ -7,17 +7,23 @@ use super::shapes;
 use super::voxel_field::VoxelField;
 use super::voxel_grid::VoxelGridBuilder;
 use crate::input::error::{FileFault, InputError};
+use crate::input::memory_arrays;
 use crate::input::npy::{self, ScalarArray};
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::key_tables::{VDB_KEYS, VOXEL_FILE};
-use crate::input::toml::node::TomlNode;
+use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::vdb::resample::{self, GridPlacement};
 use crate::input::{vdb, vol};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Diagnostic};
 
-/// The error of a key of OpenVDB files for other arrays.
-const ONLY_VDB: &str = "only OpenVDB files know this key; remove it and give min and max";
+/// Refuses keys of OpenVDB files for other arrays.
+fn refuse_vdb_keys(t: &TomlTable<'_>) -> Result<(), InputError> {
+    match VDB_KEYS.iter().find_map(|k| t.get(k.name)) {
+        Some(n) => Err(n.error("only OpenVDB files know this key; remove it and give min and max")),
+        None => Ok(()),
+    }
+}
 
 /// Reads the file and fills it in; returns the number of voxels that it overlaps.
 pub(super) fn read_density(
@@ -38,10 +44,8 @@ pub(super) fn read_density(
     let path = reader.resolve(&file)?;
     let name = path.display().to_string();
     if let Some(memory) = reader.context.files.array(&path) {
-        if let Some(n) = VDB_KEYS.iter().find_map(|k| t.get(k.name)) {
-            return Err(n.error(ONLY_VDB));
-        }
-        let array = memory.grid(&name, field.noun).map_err(|f| file.error(f.to_string()))?;
+        refuse_vdb_keys(&t)?;
+        let array = memory_arrays::grid(&memory, &name, field.noun).map_err(|f| file.error(f.to_string()))?;
         let bounds = bounds.or(field.default_bounds).map_or_else(|| shapes::read_bounds(&t), Ok)?;
         return Ok(fill_array(&array, bounds, scale, field, grid));
     }
@@ -58,9 +62,7 @@ pub(super) fn read_density(
         }
         return Ok(cells);
     }
-    if let Some(n) = VDB_KEYS.iter().find_map(|k| t.get(k.name)) {
-        return Err(n.error(ONLY_VDB));
-    }
+    refuse_vdb_keys(&t)?;
     // Resample an array.
     let (array, own_bounds) = if vol::is_vol(&bytes) {
         let (array, own) = vol::parse(&name, &bytes, field.noun).map_err(refused)?;
@@ -69,11 +71,9 @@ pub(super) fn read_density(
         (npy::parse(&name, &bytes, field.noun).map_err(refused)?, None)
     };
     drop(bytes);
-    let bounds = match bounds.or(own_bounds).or(field.default_bounds) {
-        Some(bounds) => bounds,
-        // An array without any bounds: the error names the missing key.
-        None => shapes::read_bounds(&t)?,
-    };
+    // Without any bounds the error names the missing key.
+    let bounds = bounds.or(own_bounds).or(field.default_bounds);
+    let bounds = bounds.map_or_else(|| shapes::read_bounds(&t), Ok)?;
     Ok(fill_array(&array, bounds, scale, field, grid))
 }
 

@@ -17,6 +17,7 @@ pub(crate) use value_table::WantedColumn;
 pub use value_table::{RowKeys, ValueTable};
 
 use super::error::{FileFault, InputError};
+use super::memory_arrays;
 use super::npy;
 use super::vtk::{MAX_VTK_FILE_BYTES, VtkFile};
 use crate::files::FileSource;
@@ -62,7 +63,12 @@ pub(crate) fn read_column(
 ) -> Result<ValueTable, FileFault> {
     if let Some(memory) = files.array(path) {
         refuse_names(file, wanted)?;
-        let table = ValueTable { file: file.into(), names: None, values: memory.faces(file)?, lines: Vec::new() };
+        let table = ValueTable {
+            file: file.into(),
+            names: None,
+            values: memory_arrays::faces(&memory, file)?,
+            lines: Vec::new(),
+        };
         return table.checked(wanted.quantity);
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
