@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import json
 import os
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path as _Path
 from typing import Any
@@ -96,6 +95,8 @@ class Scene:
 
     @classmethod
     def _load(cls, path: Path) -> Scene:
+        import tomllib
+
         scene = cls()
         scene._path = _Path(path)
         try:

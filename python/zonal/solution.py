@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import html
 import importlib
 import json
 import math
@@ -478,6 +476,10 @@ class Solution:
         return _zonal.preview(self._native, self._camera(None, None, None), _picture(size, 0, 0, show, None))
 
     def _repr_html_(self) -> str:
+        # Imported here: they are needed in notebooks alone, and take milliseconds.
+        import base64
+        import html
+
         report = self.report
         counts = f"{self.patch_count} patches, {self.voxel_count} voxel zones, {self.pane_count} pane zones"
         lines = [f"<b>{html.escape(self.name)}</b>", html.escape(counts), f"engine {html.escape(str(report.get('engine')))}"]

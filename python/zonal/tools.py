@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import html
 import json
+import os
 from collections.abc import Sequence
 from typing import Any, NamedTuple, cast
 
@@ -126,8 +126,6 @@ def validate(
     dict or list
         The verdicts, as the command writes them, with ``passed``: whether all hold.
     """
-    import os  # noqa: PLC0415
-
     page, files, solved = (None if p is None else os.fspath(p) for p in (output, reference, scenes))
     if output is None and not only and not quick and not list_only:
         # All cases of the command write the page of the manual; here only on request.
@@ -178,6 +176,8 @@ class Page:
         self.height = height
 
     def _repr_html_(self) -> str:
+        import html
+
         source = html.escape(self.text, quote=True)
         return f'<iframe srcdoc="{source}" width="100%" height="{self.height}" style="border: 0"></iframe>'
 
