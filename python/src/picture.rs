@@ -121,6 +121,9 @@ impl From<CameraFault> for PyErr {
     }
 }
 
+/// A PNG, and the range of its colours where they stand for values.
+type Preview<'py> = (Bound<'py, PyBytes>, Option<(f64, f64)>);
+
 /// The values of a picture of a quantity, and its colours.
 struct FieldPicture {
     values: Vec<f64>,
@@ -198,7 +201,7 @@ pub(crate) fn preview<'py>(
     camera: CameraChoice,
     settings: PictureSettings,
     threads: Option<usize>,
-) -> PyResult<(Bound<'py, PyBytes>, Option<(f64, f64)>)> {
+) -> PyResult<Preview<'py>> {
     settings.check()?;
     let call = CallSettings { threads, progress: None };
     let quantity = settings.quantity()?;
