@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import json
 import math
@@ -471,7 +472,7 @@ class Solution:
             return {"name": None, "view": view, "fov": camera.fov, "aperture": lens[0], "focus": lens[1]}
         return {"name": camera, "view": None, "fov": 60.0, "aperture": aperture, "focus": focus}
 
-    def _repr_png_(self, size: tuple[int, int] = (320, 240)) -> tuple[bytes, tuple[float, float] | None]:
+    def _preview(self, size: tuple[int, int] = (320, 240)) -> tuple[bytes, tuple[float, float] | None]:
         show: Quantity | None = "temperature" if self._native.is_thermal else None
         return _zonal.preview(self._native, self._camera(None, None, None), _picture(size, 0, 0, show, None))
 
@@ -484,8 +485,9 @@ class Solution:
         counts = f"{self.patch_count} patches, {self.voxel_count} voxel zones, {self.pane_count} pane zones"
         lines = [f"<b>{html.escape(self.name)}</b>", html.escape(counts), f"engine {html.escape(str(report.get('engine')))}"]
         picture = ""
-        if self.patch_count and (self._native.is_thermal or len(self.bands) in (1, 3)):
-            png, scale = self._repr_png_()
+        # Bands that are no colours have no picture.
+        with contextlib.suppress(InputError):
+            png, scale = self._preview()
             picture = f'<img alt="{html.escape(self.name)}" src="data:image/png;base64,{base64.b64encode(png).decode()}">'
             if scale is not None:
                 lines.append(f"temperature {scale[0]:.5g} to {scale[1]:.5g} K")
