@@ -16,7 +16,7 @@ struct Step {
     command: &'static [&'static str],
 }
 
-const STEPS: [Step; 12] = [
+const STEPS: [Step; 13] = [
     Step { name: "format", checks: "rustfmt", command: &["cargo", "fmt", "--all", "--", "--check", "-l"] },
     Step {
         name: "lint",
@@ -65,6 +65,11 @@ const STEPS: [Step; 12] = [
         name: "numpy",
         checks: "the demo's files in numpy",
         command: &[".ci/python.sh", "numpy", ".ci/check_demo.py", "{demo}/demo"],
+    },
+    Step {
+        name: "python",
+        checks: "the Python package: wheel, tests, types",
+        command: &[".ci/python_package.sh", "{zonal}"],
     },
     Step {
         name: "validate",

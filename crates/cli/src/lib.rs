@@ -2,6 +2,7 @@
 //!
 //! | module | contents |
 //! |---|---|
+//! | [`command_line`] | a command line from its words to its exit code |
 //! | [`commands`] | arguments and execution of the subcommands |
 //! | [`camera_animation`] | cameras, exposure and lights between key frames |
 //! | [`colour_scale`], [`legend`] | false colours and their legend |
@@ -11,6 +12,7 @@
 
 pub mod camera_animation;
 pub mod colour_scale;
+pub mod command_line;
 pub mod commands;
 pub mod legend;
 pub mod progress;

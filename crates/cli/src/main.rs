@@ -1,24 +1,11 @@
 //! The `zonal` command.
 
-use clap::Parser;
 use std::process::ExitCode;
-use zonal_cli::commands::{Cli, former_flags, run};
-use zonal_report::note;
+use zonal_cli::command_line::run_arguments;
 
-/// Exit codes: 0 success; 1 a failed verdict of `validate`, no case run, or a warning with `--strict`; 2 bad input, or an output that cannot be written.
 fn main() -> ExitCode {
     block_file_size_signal();
-    let cli = Cli::parse();
-    for (former, present) in former_flags::used(&cli.command, std::env::args_os()) {
-        note(&format!("{former} is now {present}"));
-    }
-    match run(cli) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(e) => {
-            eprintln!("error: {e}");
-            ExitCode::from(e.code())
-        }
-    }
+    ExitCode::from(run_arguments(std::env::args_os().collect()))
 }
 
 /// Blocks SIGXFSZ, so that a file beyond its size limit (`ulimit -f`) fails with an error as on a full disk, instead of ending the process with a

@@ -44,6 +44,10 @@ const DEPENDENCIES: [(&str, &[&str]); 15] = [
     ),
 ];
 
+/// The native module of the Python package, in the folder `python`, with the crates on which it depends.
+const PYTHON_MODULE: (&str, &[&str]) =
+    ("python", &["math", "scene", "solve", "render", "io", "report", "validation", "cli"]);
+
 /// Crates on which all tests may depend in addition: the reference solutions, and the scene format.
 const TEST_DEPENDENCIES: [&str; 2] = ["reference", "io"];
 
@@ -153,7 +157,7 @@ fn manifest(text: &str) -> Manifest {
 }
 
 fn wrong_dependencies(name: &str, text: &str) -> Vec<String> {
-    let Some((_, allowed)) = DEPENDENCIES.iter().find(|a| a.0 == name) else {
+    let Some((_, allowed)) = DEPENDENCIES.iter().chain([&PYTHON_MODULE]).find(|a| a.0 == name) else {
         return vec![format!(
             "{name}: this crate is not in the list of dependencies; add it here and to ARCHITECTURE.md"
         )];
@@ -168,7 +172,7 @@ fn wrong_dependencies(name: &str, text: &str) -> Vec<String> {
     out.extend(m.dev.iter().filter(|d| !allowed.contains(*d) && !for_tests(d)).map(|d| {
         format!("{name}: its tests depend on {d}; they may use what it depends on, and {TEST_DEPENDENCIES:?}")
     }));
-    if name != "cli" && name != "report" {
+    if !["cli", "report", "python"].contains(&name) {
         let outside = m.external.iter().filter(|e| NOT_IN_THE_LIBRARY.contains(&e.as_str()));
         out.extend(outside.map(|e| format!("{name}: {e} belongs to the command")));
         let wrong = m.optional.iter().filter(|e| !OPTIONAL_IN_THE_LIBRARY.contains(&(name, e.as_str())));
@@ -210,6 +214,15 @@ fn crate_dependencies_are_as_declared() {
         );
     }
     assert!(workspace.contains("unsafe_code = \"forbid\""));
+}
+
+#[test]
+fn the_python_module_is_no_default_member() {
+    assert_none(wrong_dependencies("python", &read("python/Cargo.toml")));
+    let workspace = read("Cargo.toml");
+    assert!(workspace.contains("members = [\"crates/*\", \"python\", \"xtask\"]"));
+    assert!(workspace.contains("default-members = [\"crates/*\"]"));
+    assert_none(sources("python/src").iter().flat_map(|(name, text)| unfinished(name, text)).collect());
 }
 
 #[test]

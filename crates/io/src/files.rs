@@ -1,7 +1,8 @@
-//! Bounded reading of files, on disk or in memory.
+//! Bounded reading of files, on disk or in memory, and arrays in their place.
 //!
 //! Only regular files are opened: opening a pipe blocks until its writer appears, and a device has no end.
 
+use crate::memory_arrays::{ArraysInMemory, MemoryArray};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
@@ -17,9 +18,16 @@ pub(crate) enum FileSource<'a> {
     Disk,
     /// In memory.
     Memory(&'a FilesInMemory),
+    /// On disk, but for these arrays.
+    Arrays(&'a ArraysInMemory<'a>),
 }
 
-impl FileSource<'_> {
+impl<'a> FileSource<'a> {
+    /// The array that a path names in place of a file.
+    pub(crate) fn array(self, path: &Path) -> Option<MemoryArray<'a>> {
+        let FileSource::Arrays(arrays) = self else { return None };
+        arrays.get(path)
+    }
     /// The bytes of a file of at most `limit` bytes; an error states the defect and the remedy.
     pub(crate) fn read(self, path: &Path, limit: u64) -> Result<Vec<u8>, String> {
         let FileSource::Memory(files) = self else { return read(path, limit) };
@@ -32,7 +40,7 @@ impl FileSource<'_> {
     /// True if a regular file of that name exists.
     pub(crate) fn contains(self, path: &Path) -> bool {
         match self {
-            FileSource::Disk => path.is_file(),
+            FileSource::Disk | FileSource::Arrays(_) => path.is_file(),
             FileSource::Memory(files) => files.contains_key(path),
         }
     }

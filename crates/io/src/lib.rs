@@ -12,6 +12,7 @@
 mod error;
 mod files;
 pub mod input;
+mod memory_arrays;
 pub mod output;
 
 pub use error::Error;

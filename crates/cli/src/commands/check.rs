@@ -50,35 +50,60 @@ struct SceneCheck<'a> {
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let memory_limit = memory_limit(args.max_memory)?;
     let start = Instant::now();
-    // Read the scene and divide it into zones.
     let scene = with_options(zonal_io::input::read_scene(&args.scene)?, args)?;
     let in_scene = |e: SceneError| Failure::in_file(&args.scene, e);
-    let transport = Transport::new(&scene);
-    let mut zones = build_zones(&scene, &transport).map_err(in_scene)?;
-    let mut excluded = mirrors::excluded_parts_of(&scene, &transport, &zones).map_err(in_scene)?;
+    let report = |check: SceneCheck| {
+        if context.json {
+            say(&format!("{:#}", json(&check)))?;
+        } else {
+            print_text(args, &check)?;
+        }
+        if let Err(e) = check.estimate {
+            return Err(in_scene(e));
+        }
+        context.check_warnings(&check.diagnostics)
+    };
+    with_check(&scene, memory_limit, start, report).map_err(in_scene)?
+}
+
+/// What the command reports of a scene as JSON, for a memory limit in bytes; `start` is when reading began.
+///
+/// # Errors
+/// If the scene cannot be divided into zones. A solve that would be refused is the verdict `refused`.
+pub fn scene_report(
+    scene: &Scene,
+    memory_limit: u64,
+    start: Instant,
+) -> Result<serde_json::Value, SceneError> {
+    with_check(scene, memory_limit, start, |check| json(&check))
+}
+
+/// Divides a scene into zones, estimates the cost of a solve, and passes the result on.
+fn with_check<T>(
+    scene: &Scene,
+    memory_limit: u64,
+    start: Instant,
+    report: impl FnOnce(SceneCheck<'_>) -> T,
+) -> Result<T, SceneError> {
+    // Divide it into zones.
+    let transport = Transport::new(scene);
+    let mut zones = build_zones(scene, &transport)?;
+    let mut excluded = mirrors::excluded_parts_of(scene, &transport, &zones)?;
     zonal_solve::thermal::apply_boundary_conditions(&scene.first_triple(), std::slice::from_mut(&mut zones));
     // Estimate the cost of a solve; a scene with mirrors is solved on its even extension.
-    let mirrored = MirroredSolve::of(&scene, &zones).map_err(in_scene)?;
-    excluded.extend(mirrored.as_ref().map(|m| mirrors::mirror_note(&scene, m.images.image_count())));
+    let mirrored = MirroredSolve::of(scene, &zones)?;
+    excluded.extend(mirrored.as_ref().map(|m| mirrors::mirror_note(scene, m.images.image_count())));
     let mut check = match &mirrored {
         Some(m) => {
             let transport = Transport::new(&m.extension.scene);
             let images = Some(&m.images);
             check_scene((&m.extension.scene, &m.zones, &transport, images), memory_limit, excluded, start)
         }
-        None => check_scene((&scene, &zones, &transport, None), memory_limit, excluded, start),
+        None => check_scene((scene, &zones, &transport, None), memory_limit, excluded, start),
     };
     // Counts and names are those of the scene itself.
-    check.scene = &scene;
-    if context.json {
-        print_json(&check)?;
-    } else {
-        print_text(args, &check)?;
-    }
-    if let Err(e) = check.estimate {
-        return Err(in_scene(e));
-    }
-    context.check_warnings(&check.diagnostics)
+    check.scene = scene;
+    Ok(report(check))
 }
 
 /// The scene with the options of the command line.
@@ -135,12 +160,12 @@ fn check_scene<'a>(
     }
 }
 
-fn print_json(c: &SceneCheck) -> Result<(), Failure> {
+fn json(c: &SceneCheck) -> serde_json::Value {
     let (scene, size, e) = (c.scene, &c.size, c.estimate.as_ref().ok());
     let phases = |e: &CostEstimate| {
         e.parts.iter().map(|(k, s)| serde_json::json!({"phase": k, "seconds": s})).collect::<Vec<_>>()
     };
-    let json = serde_json::json!({
+    serde_json::json!({
         "verdict": if e.is_some() { "valid" } else { "refused" },
         "scene": scene.name(), "surfaces": scene.surfaces().len(), "facets": scene.facets().len(),
         "patches": size.patches, "voxel_zones": size.voxels, "cut_voxel_zones": size.cut, "pane_zones": size.panes,
@@ -152,8 +177,7 @@ fn print_json(c: &SceneCheck) -> Result<(), Failure> {
         "occluders": size.occluders, "lights": scene.lights().len(),
         "cameras": scene.cameras().iter().map(|c| c.name.clone()).collect::<Vec<_>>(),
         "warnings": zonal_io::output::notes_json(&c.diagnostics),
-    });
-    say(&format!("{json:#}"))
+    })
 }
 
 fn print_text(args: &Args, c: &SceneCheck) -> Result<(), Failure> {

@@ -85,9 +85,20 @@ pub fn option_failure(e: &SceneError) -> Failure {
 /// # Errors
 /// As [`read_colour_solution`], and for reflectances by face.
 pub fn read_uniform_light_solution(path: &Path) -> Result<Solution, Failure> {
-    let solution = read_colour_solution(path)?;
+    let solution = zonal_io::output::read_solution(path)?;
+    check_uniform_light(path, &solution)?;
+    Ok(solution)
+}
+
+/// Refuses solutions for outputs that show one reflectance of colours for each surface; `path` names the solution in messages.
+///
+/// # Errors
+/// As [`check_picture`], for bands that are no colours, and for reflectances by face.
+pub fn check_uniform_light(path: &Path, solution: &Solution) -> Result<(), Failure> {
+    check_light(path, solution)?;
+    check_colours(path, solution)?;
     if solution.scene.faces().values.iter().all(|v| v.reflectance.is_none()) {
-        return Ok(solution);
+        return Ok(());
     }
     Err(Failure::in_file(
         path,
@@ -101,8 +112,13 @@ pub fn read_uniform_light_solution(path: &Path) -> Result<Solution, Failure> {
 /// If the file is not a solution, or a solution in thermal mode, which has temperatures in place of light.
 pub fn read_light_solution(path: &Path) -> Result<Solution, Failure> {
     let solution = zonal_io::output::read_solution(path)?;
+    check_light(path, &solution)?;
+    Ok(solution)
+}
+
+fn check_light(path: &Path, solution: &Solution) -> Result<(), Failure> {
     if solution.scene.thermal().is_none() {
-        return Ok(solution);
+        return Ok(());
     }
     Err(Failure::in_file(
         path,
@@ -115,9 +131,19 @@ pub fn read_light_solution(path: &Path) -> Result<Solution, Failure> {
 /// # Errors
 /// As [`read_light_solution`], and if the bands have neither colours nor wavelengths.
 pub fn read_picture_solution(path: &Path) -> Result<Solution, Failure> {
-    let solution = read_light_solution(path)?;
+    let solution = zonal_io::output::read_solution(path)?;
+    check_picture(path, &solution)?;
+    Ok(solution)
+}
+
+/// Refuses solutions that pictures of light do not show; `path` names the solution in messages.
+///
+/// # Errors
+/// As [`read_picture_solution`].
+pub fn check_picture(path: &Path, solution: &Solution) -> Result<(), Failure> {
+    check_light(path, solution)?;
     match solution.scene.bands().wavelengths() {
-        Some(_) => Ok(solution),
+        Some(_) => Ok(()),
         None => check_colours(path, solution),
     }
 }
@@ -127,13 +153,15 @@ pub fn read_picture_solution(path: &Path) -> Result<Solution, Failure> {
 /// # Errors
 /// As [`read_light_solution`], and if the solution has bands that are no colours.
 pub fn read_colour_solution(path: &Path) -> Result<Solution, Failure> {
-    check_colours(path, read_light_solution(path)?)
+    let solution = read_light_solution(path)?;
+    check_colours(path, &solution)?;
+    Ok(solution)
 }
 
-fn check_colours(path: &Path, solution: Solution) -> Result<Solution, Failure> {
+fn check_colours(path: &Path, solution: &Solution) -> Result<(), Failure> {
     let bands = solution.scene.bands();
     if bands.is_rgb() || bands.count() == 1 && bands.wavelengths().is_none() {
-        return Ok(solution);
+        return Ok(());
     }
     let message = format!(
         "this solution has {} bands, which are no red, green and blue; export it as .csv, .vtu or .vti, or show irradiance or radiosity",

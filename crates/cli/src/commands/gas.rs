@@ -53,6 +53,35 @@ pub struct Args {
 /// For unknown models, properties out of range, and a plot that cannot be written.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let Some(name) = &args.model else { return list(context) };
+    let (model, state, mixture, lengths) = evaluate(name, args)?;
+    if let Some(path) = &args.output {
+        emissivity_plot(model, &state, &mixture).write(path)?;
+    }
+    if context.json {
+        say(&format!("{:#}", json(model, &state, &mixture, &lengths, args)))?;
+    } else {
+        say(text(model, &mixture, &lengths, args).trim_end())?;
+        mixture.notes.iter().for_each(|n| note(n));
+    }
+    match context.strict && !mixture.notes.is_empty() {
+        true => Err(Failure::verdict("the state is outside the range of the model (--strict)")),
+        false => Ok(()),
+    }
+}
+
+/// What the command reports as JSON, without a plot.
+///
+/// # Errors
+/// As [`run`].
+pub fn report(args: &Args) -> Result<serde_json::Value, Failure> {
+    let Some(name) = &args.model else { return Ok(list_json()) };
+    let (model, state, mixture, lengths) = evaluate(name, args)?;
+    Ok(json(model, &state, &mixture, &lengths, args))
+}
+
+/// The model, the state of the gas, its grey gases, and the path lengths.
+#[allow(clippy::type_complexity)]
+fn evaluate(name: &str, args: &Args) -> Result<(GasModel, GasState, GreyGasMixture, Vec<f64>), Failure> {
     let model = GasModel::from_name(name).ok_or_else(|| unknown_model(name))?;
     if let Some(path) = &args.output {
         check_output(path, &["svg"])?;
@@ -69,19 +98,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     };
     let mixture = model.evaluate(&state).map_err(out_of_range)?;
     let lengths = if args.length.is_empty() { DEFAULT_LENGTHS.to_vec() } else { args.length.clone() };
-    if let Some(path) = &args.output {
-        emissivity_plot(model, &state, &mixture).write(path)?;
-    }
-    if context.json {
-        say(&format!("{:#}", json(model, &state, &mixture, &lengths, args)))?;
-    } else {
-        say(text(model, &mixture, &lengths, args).trim_end())?;
-        mixture.notes.iter().for_each(|n| note(n));
-    }
-    match context.strict && !mixture.notes.is_empty() {
-        true => Err(Failure::verdict("the state is outside the range of the model (--strict)")),
-        false => Ok(()),
-    }
+    Ok((model, state, mixture, lengths))
 }
 
 fn unknown_model(name: &str) -> Failure {
@@ -96,14 +113,17 @@ fn out_of_range(error: GasStateError) -> Failure {
 /// Lists the models.
 fn list(context: Context) -> Result<(), Failure> {
     if context.json {
-        let model = |m: &GasModel| serde_json::json!({ "name": m.name(), "source": m.source(), "verification": m.verification() });
-        let models: Vec<_> = GasModel::VARIANTS.iter().map(model).collect();
-        return say(&format!("{:#}", serde_json::Value::from(models)));
+        return say(&format!("{:#}", list_json()));
     }
     let line = |m: &GasModel| {
         format!("{:<26}{}\n{:<26}coefficients: {}\n", m.name(), m.source(), "", m.verification())
     };
     say(GasModel::VARIANTS.iter().map(line).collect::<String>().trim_end())
+}
+
+fn list_json() -> serde_json::Value {
+    let model = |m: &GasModel| serde_json::json!({ "name": m.name(), "source": m.source(), "verification": m.verification() });
+    GasModel::VARIANTS.iter().map(model).collect()
 }
 
 fn text(model: GasModel, mixture: &GreyGasMixture, lengths: &[f64], args: &Args) -> String {

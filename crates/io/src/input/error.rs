@@ -30,6 +30,29 @@ impl InputError {
     }
 }
 
+impl InputError {
+    /// The file, or what stands for it.
+    #[must_use]
+    pub fn file(&self) -> &str {
+        &self.0.file
+    }
+    /// Line and column, both from 1; none for an error of the file as a whole.
+    #[must_use]
+    pub fn line_and_column(&self) -> Option<(usize, usize)> {
+        self.0.place
+    }
+    /// The key of the faulty value; empty where there is none.
+    #[must_use]
+    pub fn key(&self) -> &str {
+        &self.0.key
+    }
+    /// What is wrong and, after a semicolon, what to do.
+    #[must_use]
+    pub fn message(&self) -> &str {
+        &self.0.message
+    }
+}
+
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ErrorDetail { file, place, key, message } = &*self.0;

@@ -12,6 +12,7 @@
 //! | `scene_reader`, `notes` | the scene while it is read; notes with repetitions merged |
 //! | `mesh` | meshes independent of their format: placement, closed parts, overrides of materials |
 //! | `obj`, `gltf`, `vtk` | mesh formats |
+//! | `memory_arrays` | arrays in place of files |
 //! | `table` | columns of values by face, zone or name: CSV, npy, cell data of VTK |
 //! | `spectrum` | spectra as values of bands |
 //! | `npy`, `vol`, `vdb` | formats of arrays and sparse grids |
@@ -25,6 +26,7 @@ mod camera_path;
 mod error;
 mod gltf;
 mod images;
+mod memory_arrays;
 mod mesh;
 mod notes;
 mod npy;
@@ -44,6 +46,7 @@ mod vol;
 mod vtk;
 
 pub use crate::files::FilesInMemory;
+pub use crate::memory_arrays::{ArraysInMemory, GridArray, GridOrder, GridValues, MemoryArray, MeshArrays};
 pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_camera_path};
 pub use error::InputError;
 pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
@@ -104,6 +107,23 @@ pub fn read_scene(path: impl AsRef<Path>) -> Result<Scene, InputError> {
 /// ```
 pub fn parse_scene(text: &str, base: Option<&Path>, name_for_messages: &str) -> Result<Scene, InputError> {
     parse_named(text, on_disk(base), name_for_messages, "scene")
+}
+
+/// Reads a scene from its text, with arrays in memory in place of some of the files that it refers to. Other files are looked for in `base`, the working
+/// folder if it is empty. `name_for_messages` stands for the file in messages, `default_name` is the name of a scene without one.
+///
+/// # Errors
+///
+/// As [`read_scene`].
+pub fn parse_scene_with_arrays(
+    text: &str,
+    base: &Path,
+    arrays: &ArraysInMemory<'_>,
+    name_for_messages: &str,
+    default_name: &str,
+) -> Result<Scene, InputError> {
+    let context = ReadContext { files: FileSource::Arrays(arrays), ..on_disk(Some(base)) };
+    parse_named(text, context, name_for_messages, default_name)
 }
 
 /// Reads a scene from bytes in memory: its text, and the files that it refers to. Media of more than `max_cells` voxels are refused.

@@ -10,15 +10,94 @@ use super::error::FileFault;
 /// Largest array file, bytes.
 pub(crate) const MAX_ARRAY_FILE_BYTES: u64 = 4 << 30;
 
-/// A three-dimensional array; `values` run with the last axis fastest.
+/// A three-dimensional array of finite values from 0 in single precision.
 #[derive(Debug)]
-pub(crate) struct ScalarArray {
+pub(crate) struct ScalarArray<'a> {
     pub(crate) shape: [usize; 3],
-    pub(crate) values: Vec<f32>,
+    order: AxisOrder,
+    values: ArrayValues<'a>,
+}
+
+/// The axis that runs fastest in memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AxisOrder {
+    /// The last one.
+    LastFastest,
+    /// The first one.
+    FirstFastest,
+}
+
+/// The elements of an array, its own or those of another program.
+#[derive(Debug)]
+pub(crate) enum ArrayValues<'a> {
+    Owned(Vec<f32>),
+    Single(&'a [f32]),
+    Double(&'a [f64]),
+}
+
+impl ArrayValues<'_> {
+    fn len(&self) -> usize {
+        match self {
+            ArrayValues::Owned(v) => v.len(),
+            ArrayValues::Single(v) => v.len(),
+            ArrayValues::Double(v) => v.len(),
+        }
+    }
+    fn at(&self, i: usize) -> f64 {
+        match self {
+            ArrayValues::Owned(v) => f64::from(v[i]),
+            ArrayValues::Single(v) => f64::from(v[i]),
+            ArrayValues::Double(v) => v[i],
+        }
+    }
+}
+
+impl<'a> ScalarArray<'a> {
+    /// An array of values that were checked, with the last axis fastest.
+    pub(crate) fn of_valid(shape: [usize; 3], values: Vec<f32>) -> ScalarArray<'static> {
+        ScalarArray { shape, order: AxisOrder::LastFastest, values: ArrayValues::Owned(values) }
+    }
+    /// Checks the shape and every value; `noun` names a value in messages.
+    pub(crate) fn new(
+        file: &str,
+        shape: [usize; 3],
+        order: AxisOrder,
+        values: ArrayValues<'a>,
+        noun: &str,
+    ) -> Result<ScalarArray<'a>, FileFault> {
+        let [nx, ny, nz] = shape;
+        let count = shape.iter().try_fold(1usize, |n, d| n.checked_mul(*d));
+        if count != Some(values.len()) || values.len() == 0 {
+            let message = format!("the shape ({nx}, {ny}, {nz}) does not agree with {} values", values.len());
+            return Err(FileFault::new(file, "", format!("{message}; give an array with all its elements")));
+        }
+        let array = ScalarArray { shape, order, values };
+        // The first faulty element in C order.
+        for i in 0..array.values.len() {
+            let [x, y, z] = [i / (ny * nz), i / nz % ny, i % nz];
+            let value = array.values.at(array.place(x, y, z));
+            if !(value.is_finite() && value >= 0.0 && value <= f64::from(f32::MAX)) {
+                let message = format!("{value} is no {noun}; give finite values from 0");
+                return Err(FileFault::new(file, format!("[{x}, {y}, {z}]"), message));
+            }
+        }
+        Ok(array)
+    }
+    fn place(&self, x: usize, y: usize, z: usize) -> usize {
+        let [nx, ny, nz] = self.shape;
+        match self.order {
+            AxisOrder::LastFastest => (x * ny + y) * nz + z,
+            AxisOrder::FirstFastest => (z * ny + y) * nx + x,
+        }
+    }
+    /// The element at these indices.
+    pub(crate) fn at(&self, x: usize, y: usize, z: usize) -> f64 {
+        f64::from(self.values.at(self.place(x, y, z)) as f32)
+    }
 }
 
 /// Reads a file's bytes; `noun` names a value in messages. The declared size is compared with the file's before memory is allocated.
-pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<ScalarArray, FileFault> {
+pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<ScalarArray<'static>, FileFault> {
     let fault = |message: String| FileFault::new(file, "header", message);
     // Read the header.
     let (text, data) = split_header(bytes).map_err(|e| fault(e.into()))?;
@@ -56,7 +135,7 @@ pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<ScalarArray,
         }
         values.push(value as f32);
     }
-    Ok(ScalarArray { shape, values })
+    Ok(ScalarArray::of_valid(shape, values))
 }
 
 /// The dictionary of a file's header, without blanks, and the bytes of the data.

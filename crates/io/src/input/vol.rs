@@ -22,7 +22,11 @@ pub(crate) fn is_vol(bytes: &[u8]) -> bool {
 }
 
 /// The array and its box; `noun` names a value in messages. The declared size is compared with the file's before memory is allocated.
-pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<(ScalarArray, (Vec3, Vec3)), FileFault> {
+pub(crate) fn parse(
+    file: &str,
+    bytes: &[u8],
+    noun: &str,
+) -> Result<(ScalarArray<'static>, (Vec3, Vec3)), FileFault> {
     let fault = |message: String| FileFault::new(file, "header", message);
     if bytes.len() < HEADER_BYTES || bytes[3] != 3 {
         return Err(fault("this is not a grid volume of version 3; save it again".into()));
@@ -65,5 +69,5 @@ pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<(ScalarArray
         }
         values.push(value);
     }
-    Ok((ScalarArray { shape, values }, (min, max)))
+    Ok((ScalarArray::of_valid(shape, values), (min, max)))
 }

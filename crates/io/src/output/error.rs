@@ -18,6 +18,24 @@ impl FileError {
     }
 }
 
+impl FileError {
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+    /// The place in the file; empty for the file as a whole.
+    #[must_use]
+    pub fn entry(&self) -> &str {
+        &self.entry
+    }
+    /// What is wrong and, after a semicolon, what to do.
+    #[must_use]
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+}
+
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let path = self.path.display();

@@ -166,6 +166,36 @@ pub fn run(options: &ValidationOptions, progress: &dyn Progress) -> Result<(), F
     if options.list {
         return say(&tables::list(&cases, if options.json { ListFormat::Json } else { ListFormat::Text }));
     }
+    let (done, page) = run_cases(options, cases, reference, progress)?;
+    say(&if options.json {
+        tables::json(&done, page.as_deref())
+    } else {
+        tables::end(&done, page.as_deref())
+    })?;
+    verdict(&done)
+}
+
+/// Runs the chosen cases without printing; returns their verdicts as JSON, and whether every verdict holds and some case ran.
+///
+/// # Errors
+/// As [`run`], but for verdicts that do not hold.
+pub fn results(options: &ValidationOptions, progress: &dyn Progress) -> Result<(String, bool), Failure> {
+    let silent = ValidationOptions { json: true, ..options.clone() };
+    let cases = chosen_cases(options)?;
+    if options.list {
+        return Ok((tables::list(&cases, ListFormat::Json), true));
+    }
+    let (done, page) = run_cases(&silent, cases, reference(options)?, progress)?;
+    Ok((tables::json(&done, page.as_deref()), verdict(&done).is_ok()))
+}
+
+/// Runs cases and writes the page; prints a table of each case unless the output is JSON.
+fn run_cases(
+    options: &ValidationOptions,
+    cases: Vec<&'static ValidationCase>,
+    reference: &Path,
+    progress: &dyn Progress,
+) -> Result<(Vec<CaseResult>, Option<PathBuf>), Failure> {
     let whole = options.only.is_empty() && !options.quick;
     let output = options.output.clone().or(whole.then(|| PathBuf::from("docs")));
     let plots = match &output {
@@ -189,12 +219,7 @@ pub fn run(options: &ValidationOptions, progress: &dyn Progress) -> Result<(), F
         (Some(folder), Some(plots)) => Some(page::write(folder, plots, &done)?),
         _ => None,
     };
-    say(&if options.json {
-        tables::json(&done, page.as_deref())
-    } else {
-        tables::end(&done, page.as_deref())
-    })?;
-    verdict(&done)
+    Ok((done, page))
 }
 
 fn run_timed(case: &'static ValidationCase, bench: &CaseContext) -> Result<CaseResult, Failure> {

@@ -28,10 +28,10 @@ pub mod npz;
 mod text;
 
 use super::context::{Context, check_tolerance, memory_limit};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use zonal_io::output;
 use zonal_report::{Failure, check_output, say};
-use zonal_scene::{Scene, printable};
+use zonal_scene::{Progress, Scene, SceneError, printable};
 use zonal_solve::exchange_areas::{AreaMatrices, ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
 use zonal_solve::state::ExchangeData;
 
@@ -73,30 +73,71 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let settings = ExchangeAreaSettings { tolerance: args.tolerance, memory_limit, contents };
     let areas = ExchangeAreas::compute(&scene, &settings, &context.progress())
         .map_err(|e| Failure::in_file(&args.scene, e))?;
-    let written = write(args, &scene, &areas, context)?;
+    let written =
+        write(&args.output, &scene, &areas, &context.progress()).map_err(|e| e.prefixed(&args.scene))?;
     report(&written, &areas, context)
 }
 
-/// Writes the file in the format of its extension; returns the paths of all files.
-fn write(
-    args: &Args,
+/// Writes exchange areas in the format of the extension (npz, csv, mtx); returns the paths of all files.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write(
+    output: &Path,
     scene: &Scene,
     areas: &ExchangeAreas,
-    context: Context,
-) -> Result<Vec<PathBuf>, Failure> {
-    let extension = args.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    progress: &dyn Progress,
+) -> Result<Vec<PathBuf>, WriteFailure> {
+    let extension = output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match extension.as_deref() {
-        Some("csv") => text::write_csv(&args.output, areas),
-        Some("mtx") => text::write_mtx(&args.output, areas),
+        Some("csv") => Ok(text::write_csv(output, areas)?),
+        Some("mtx") => Ok(text::write_mtx(output, areas)?),
         _ => {
             // A scene in thermal mode also has the data of other states.
             // Nodes, convection and lights are no part of thermal states.
             let has_state = scene.thermal().filter(|t| t.network.is_none() && scene.lights().is_empty());
-            let state = has_state.map(|_| ExchangeData::new(scene, areas, &context.progress()));
-            let state = state.transpose().map_err(|e| Failure::in_file(&args.scene, e))?;
-            npz::write(&args.output, areas, state.as_ref())?;
-            Ok(vec![args.output.clone()])
+            let state = has_state.map(|_| ExchangeData::new(scene, areas, progress)).transpose()?;
+            npz::write(output, areas, state.as_ref())?;
+            Ok(vec![output.to_path_buf()])
         }
+    }
+}
+
+/// Why exchange areas were not written.
+#[derive(Debug)]
+pub enum WriteFailure {
+    /// The scene has no data of thermal states.
+    Scene(SceneError),
+    /// A file cannot be written.
+    File(Failure),
+}
+
+impl WriteFailure {
+    /// The failure of a command that read the scene from a file.
+    #[must_use]
+    pub fn prefixed(self, scene: &Path) -> Failure {
+        match self {
+            WriteFailure::Scene(e) => Failure::in_file(scene, e),
+            WriteFailure::File(e) => e,
+        }
+    }
+}
+
+impl From<SceneError> for WriteFailure {
+    fn from(e: SceneError) -> WriteFailure {
+        WriteFailure::Scene(e)
+    }
+}
+
+impl From<Failure> for WriteFailure {
+    fn from(e: Failure) -> WriteFailure {
+        WriteFailure::File(e)
+    }
+}
+
+impl From<output::FileError> for WriteFailure {
+    fn from(e: output::FileError) -> WriteFailure {
+        WriteFailure::File(e.into())
     }
 }
 

@@ -5,7 +5,7 @@ mod gltf;
 
 pub use args::Args;
 
-use super::context::{Context, read_uniform_light_solution};
+use super::context::{Context, check_uniform_light};
 use crate::viewer::package::{PackageDetail, package};
 use crate::viewer::page;
 use serde_json::{Map, Value};
@@ -13,39 +13,62 @@ use std::path::{Path, PathBuf};
 use zonal_io::output;
 use zonal_render::bake::{BakeOptions, bake};
 use zonal_report::{Failure, check_output, say};
-use zonal_scene::Solution;
+use zonal_scene::{Progress, Solution};
 
 /// Runs the command.
 ///
 /// # Errors
 /// For settings that do not apply, solutions that cannot be read or lack the exported part, and outputs that cannot be written.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
-    let formats: &[&str] =
-        if args.faces { &["csv", "npy", "vtu"] } else { &["csv", "html", "glb", "vtu", "vti"] };
-    check_output(&args.output, formats)?;
-    let extension =
-        args.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    args.glb.check(&extension)?;
-    let solution = match extension.as_str() {
-        "html" | "glb" => read_uniform_light_solution(&args.run)?,
-        _ => output::read_solution(&args.run)?,
-    };
-    if args.faces {
-        return export_faces(args, &solution, &extension, context);
-    }
-    let mut exported = ExportedFiles { paths: vec![args.output.clone()], sizes: Map::new() };
-    match extension.as_str() {
-        "csv" => output::write_zones_csv(&args.output, &solution)?,
-        "vtu" => output::write_vtu(&args.output, &solution)?,
-        "vti" => output::write_vti(&args.output, &solution)?,
-        "html" => write_page(args, &solution, context, &mut exported)?,
-        _ => write_glb(args, &solution, context, &mut exported)?,
-    }
+    check_args(args)?;
+    let solution = output::read_solution(&args.run)?;
+    let exported = export(args, &solution, &context.progress())?;
     report(&solution, exported, context)
 }
 
+/// Refuses outputs that cannot be written, and settings that do not apply.
+fn check_args(args: &Args) -> Result<(), Failure> {
+    let formats: &[&str] =
+        if args.faces { &["csv", "npy", "vtu"] } else { &["csv", "html", "glb", "vtu", "vti"] };
+    check_output(&args.output, formats)?;
+    args.glb.check(&extension(args))
+}
+
+/// The extension of the output, in lower case.
+fn extension(args: &Args) -> String {
+    args.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}
+
+/// Writes a solution in the format of the output's extension; returns the paths of all files.
+///
+/// # Errors
+/// As [`run`].
+pub fn write(args: &Args, solution: &Solution, progress: &dyn Progress) -> Result<Vec<PathBuf>, Failure> {
+    check_args(args)?;
+    Ok(export(args, solution, progress)?.paths)
+}
+
+fn export(args: &Args, solution: &Solution, progress: &dyn Progress) -> Result<ExportedFiles, Failure> {
+    let extension = extension(args);
+    if matches!(extension.as_str(), "html" | "glb") {
+        check_uniform_light(&args.run, solution)?;
+    }
+    if args.faces {
+        return export_faces(args, solution, &extension);
+    }
+    let mut exported = ExportedFiles { paths: vec![args.output.clone()], sizes: Map::new() };
+    match extension.as_str() {
+        "csv" => output::write_zones_csv(&args.output, solution)?,
+        "vtu" => output::write_vtu(&args.output, solution)?,
+        "vti" => output::write_vti(&args.output, solution)?,
+        "html" => write_page(args, solution, progress, &mut exported)?,
+        _ => write_glb(args, solution, progress, &mut exported)?,
+    }
+    Ok(exported)
+}
+
 /// Writes the results by face.
-fn export_faces(args: &Args, s: &Solution, extension: &str, context: Context) -> Result<(), Failure> {
+fn export_faces(args: &Args, s: &Solution, extension: &str) -> Result<ExportedFiles, Failure> {
     let faces = s.scene.faces().len();
     if faces == 0 {
         let message = "this solution has no faces: its scene has no mesh file, or an older version wrote it; export zones (without --faces), or solve the scene again";
@@ -57,7 +80,7 @@ fn export_faces(args: &Args, s: &Solution, extension: &str, context: Context) ->
         _ => output::write_faces_vtu(&args.output, s)?,
     }
     let sizes = Map::from_iter([("faces".to_string(), Value::from(faces))]);
-    report(s, ExportedFiles { paths: vec![args.output.clone()], sizes }, context)
+    Ok(ExportedFiles { paths: vec![args.output.clone()], sizes })
 }
 
 /// The written files, and their sizes by name (bytes, vertices, triangles).
@@ -70,10 +93,10 @@ struct ExportedFiles {
 fn write_page(
     args: &Args,
     s: &Solution,
-    context: Context,
+    progress: &dyn Progress,
     exported: &mut ExportedFiles,
 ) -> Result<(), Failure> {
-    let text = page::single_file(&package(s, &PackageDetail::default(), &context.progress())?);
+    let text = page::single_file(&package(s, &PackageDetail::default(), progress)?);
     exported.sizes.insert("bytes".into(), text.len().into());
     Ok(output::write_bytes(&args.output, text.as_bytes())?)
 }
@@ -82,7 +105,7 @@ fn write_page(
 fn write_glb(
     args: &Args,
     s: &Solution,
-    context: Context,
+    progress: &dyn Progress,
     exported: &mut ExportedFiles,
 ) -> Result<(), Failure> {
     let medium_path = medium_path(&args.output);
@@ -95,7 +118,7 @@ fn write_glb(
         max_vertices: args.glb.vertices.map_or(defaults.max_vertices, |v| v as usize),
         ..defaults
     };
-    let baked = bake(s, &options, &context.progress());
+    let baked = bake(s, &options, progress);
     let model = gltf::model(s, &baked, &args.glb);
     let (surfaces, panes) = (&baked.surfaces, &baked.panes);
     exported.sizes.insert("vertices".into(), (surfaces.positions.len() + panes.positions.len()).into());

@@ -20,7 +20,9 @@ const RELATIVE_ROUNDING: f64 = 1e-7;
 const MAX_SIDE: usize = 16384;
 
 impl FieldQuantity {
-    fn name(self) -> &'static str {
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
         ["temperature", "net-flux", "radiosity", "irradiance"][self as usize]
     }
     fn title(self) -> &'static str {
@@ -29,7 +31,9 @@ impl FieldQuantity {
     fn unit(self) -> &'static str {
         if self == FieldQuantity::Temperature { "K" } else { "W/m2" }
     }
-    fn is_thermal(self) -> bool {
+    /// True for quantities of thermal mode alone.
+    #[must_use]
+    pub fn is_thermal(self) -> bool {
         matches!(self, FieldQuantity::Temperature | FieldQuantity::NetFlux)
     }
     fn colour_map(self) -> ColourMap {
@@ -37,7 +41,8 @@ impl FieldQuantity {
     }
 
     /// The value of every zone, and the difference that is rounding; `None` if the mode of the solution lacks the quantity.
-    fn values(self, s: &Solution) -> Option<(Vec<f64>, f64)> {
+    #[must_use]
+    pub fn values(self, s: &Solution) -> Option<(Vec<f64>, f64)> {
         let (f, heat) = (&s.fields, s.fields.heat.as_ref());
         let largest =
             |list: &[f64]| list.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -170,7 +175,10 @@ fn parse_slice(text: &str) -> Result<(usize, f64), Failure> {
 }
 
 /// Refuses a plane outside of the medium.
-fn check_slice(s: &Solution, (axis, coordinate): (usize, f64)) -> Result<(), Failure> {
+///
+/// # Errors
+/// If the scene has no medium, or the plane does not cut it.
+pub fn check_slice(s: &Solution, (axis, coordinate): (usize, f64)) -> Result<(), Failure> {
     let Some(grid) = s.scene.voxel_grid() else {
         return Err(Failure::new("--slice: the scene has no medium to cut; leave it out"));
     };
@@ -186,7 +194,10 @@ fn check_slice(s: &Solution, (axis, coordinate): (usize, f64)) -> Result<(), Fai
 }
 
 /// The camera of a name, or the first. Every scene has the camera `overview`; it is the first of a scene without a camera.
-fn select_camera(
+///
+/// # Errors
+/// If there is no camera of this name.
+pub fn select_camera(
     s: &Solution,
     name: Option<&str>,
     (width, height): (usize, usize),

@@ -1,5 +1,6 @@
 //! Reading of a mesh file by its extension.
 
+use super::mesh_arrays;
 use super::model::MeshData;
 use crate::files::FileSource;
 use crate::input::error::FileFault;
@@ -11,6 +12,9 @@ const MAX_OBJ_FILE_BYTES: u64 = 1 << 30;
 
 /// Reads a mesh file by its extension; `file` names it in messages.
 pub(super) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> Result<MeshData, FileFault> {
+    if let Some(memory) = files.array(path) {
+        return mesh_arrays::mesh(&memory, file);
+    }
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     match extension.as_deref() {
         Some("vtu" | "vtp") => vtk::read_mesh_file(files, path, file),

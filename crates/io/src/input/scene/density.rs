@@ -7,14 +7,23 @@ use super::shapes;
 use super::voxel_field::VoxelField;
 use super::voxel_grid::VoxelGridBuilder;
 use crate::input::error::{FileFault, InputError};
+use crate::input::memory_arrays;
 use crate::input::npy::{self, ScalarArray};
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::key_tables::{VDB_KEYS, VOXEL_FILE};
-use crate::input::toml::node::TomlNode;
+use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::vdb::resample::{self, GridPlacement};
 use crate::input::{vdb, vol};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Diagnostic};
+
+/// Refuses keys of OpenVDB files for other arrays.
+fn refuse_vdb_keys(t: &TomlTable<'_>) -> Result<(), InputError> {
+    match VDB_KEYS.iter().find_map(|k| t.get(k.name)) {
+        Some(n) => Err(n.error("only OpenVDB files know this key; remove it and give min and max")),
+        None => Ok(()),
+    }
+}
 
 /// Reads the file and fills it in; returns the number of voxels that it overlaps.
 pub(super) fn read_density(
@@ -34,6 +43,12 @@ pub(super) fn read_density(
     let file = t.require("file", "file = \"smoke.npy\" (or .vdb, .vol)")?;
     let path = reader.resolve(&file)?;
     let name = path.display().to_string();
+    if let Some(memory) = reader.context.files.array(&path) {
+        refuse_vdb_keys(&t)?;
+        let array = memory_arrays::grid(&memory, &name, field.noun).map_err(|f| file.error(f.to_string()))?;
+        let bounds = bounds.or(field.default_bounds).map_or_else(|| shapes::read_bounds(&t), Ok)?;
+        return Ok(fill_array(&array, bounds, scale, field, grid));
+    }
     let bytes = reader.context.files.read(&path, npy::MAX_ARRAY_FILE_BYTES);
     let bytes = bytes.map_err(|e| file.error(format!("{name}: {e}")))?;
     let refused = |f: FileFault| file.error(f.to_string());
@@ -47,9 +62,7 @@ pub(super) fn read_density(
         }
         return Ok(cells);
     }
-    if let Some(n) = VDB_KEYS.iter().find_map(|k| t.get(k.name)) {
-        return Err(n.error("only OpenVDB files know this key; remove it and give min and max"));
-    }
+    refuse_vdb_keys(&t)?;
     // Resample an array.
     let (array, own_bounds) = if vol::is_vol(&bytes) {
         let (array, own) = vol::parse(&name, &bytes, field.noun).map_err(refused)?;
@@ -58,17 +71,15 @@ pub(super) fn read_density(
         (npy::parse(&name, &bytes, field.noun).map_err(refused)?, None)
     };
     drop(bytes);
-    let bounds = match bounds.or(own_bounds).or(field.default_bounds) {
-        Some(bounds) => bounds,
-        // An array without any bounds: the error names the missing key.
-        None => shapes::read_bounds(&t)?,
-    };
+    // Without any bounds the error names the missing key.
+    let bounds = bounds.or(own_bounds).or(field.default_bounds);
+    let bounds = bounds.map_or_else(|| shapes::read_bounds(&t), Ok)?;
     Ok(fill_array(&array, bounds, scale, field, grid))
 }
 
 /// Fills the voxels that a dense array overlaps; returns their number.
 fn fill_array(
-    array: &ScalarArray,
+    array: &ScalarArray<'_>,
     (min, max): (Vec3, Vec3),
     scale: Bands,
     field: &VoxelField<'_>,
@@ -118,13 +129,11 @@ fn axis_overlaps(grid: &VoxelGridBuilder, axis: usize, (lo, hi): (f64, f64), n: 
 }
 
 /// Σ f(value) × weights over the elements of one voxel.
-fn weighted_sum(array: &ScalarArray, [x, y, z]: [&[(usize, f64)]; 3], f: fn(f64) -> f64) -> f64 {
-    let [_, ny, nz] = array.shape;
+fn weighted_sum(array: &ScalarArray<'_>, [x, y, z]: [&[(usize, f64)]; 3], f: fn(f64) -> f64) -> f64 {
     let mut sum = 0.0;
     for &(i, wx) in x {
         for &(j, wy) in y {
-            let row = &array.values[(i * ny + j) * nz..][..nz];
-            let along: f64 = z.iter().map(|&(k, wz)| wz * f(f64::from(row[k]))).sum();
+            let along: f64 = z.iter().map(|&(k, wz)| wz * f(array.at(i, j, k))).sum();
             sum += wx * wy * along;
         }
     }

@@ -17,6 +17,7 @@ pub(crate) use value_table::WantedColumn;
 pub use value_table::{RowKeys, ValueTable};
 
 use super::error::{FileFault, InputError};
+use super::memory_arrays;
 use super::npy;
 use super::vtk::{MAX_VTK_FILE_BYTES, VtkFile};
 use crate::files::FileSource;
@@ -60,6 +61,16 @@ pub(crate) fn read_column(
     file: &str,
     wanted: WantedColumn<'_>,
 ) -> Result<ValueTable, FileFault> {
+    if let Some(memory) = files.array(path) {
+        refuse_names(file, wanted)?;
+        let table = ValueTable {
+            file: file.into(),
+            names: None,
+            values: memory_arrays::faces(&memory, file)?,
+            lines: Vec::new(),
+        };
+        return table.checked(wanted.quantity);
+    }
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let fault = |message: String| FileFault::new(file, "", message);
     let limit = match extension.as_str() {
@@ -74,10 +85,7 @@ pub(crate) fn read_column(
         "vtu" | "vtp" => vtk_column(file, &bytes, wanted)?,
         _ => text::read(file, &bytes, wanted)?,
     };
-    for (row, value) in table.values.iter().enumerate() {
-        wanted.quantity.check(*value).map_err(|e| table.fault(row, e))?;
-    }
-    Ok(table)
+    table.checked(wanted.quantity)
 }
 
 /// Refuses files without names where rows have names.

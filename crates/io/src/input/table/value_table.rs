@@ -40,6 +40,13 @@ impl ValueTable {
     pub fn names(&self) -> Option<&[String]> {
         self.names.as_deref()
     }
+    /// Refuses a value beyond the range of the quantity.
+    pub(super) fn checked(self, quantity: Quantity) -> Result<ValueTable, FileFault> {
+        for (row, value) in self.values.iter().enumerate() {
+            quantity.check(*value).map_err(|e| self.fault(row, e))?;
+        }
+        Ok(self)
+    }
     /// The file and the place of a row: its line, or its number from 1.
     fn place(&self, row: usize) -> String {
         match self.lines.get(row) {

@@ -5,7 +5,7 @@ use super::tone::{ToneMapping, srgb_to_byte};
 use crate::files;
 use crate::output::atomic::write_atomic;
 use crate::output::error::FileError;
-use std::io::{BufRead, BufReader, Seek};
+use std::io::{self, BufRead, BufReader, Seek, Write};
 use std::path::Path;
 
 /// Writes linear pixels (row 0 on top) as an 8-bit sRGB PNG; exposure, contrast and curve become text chunks of these names.
@@ -45,6 +45,45 @@ pub fn write_png_with_text(
     tone: &ToneMapping,
     notes: &[(&str, &str)],
 ) -> Result<(), FileError> {
+    let (bytes, tones) = exposed(path, (width, height), linear, tone)?;
+    let tones = tones.each_ref().map(|(keyword, text)| (*keyword, text.as_str()));
+    write_png_bytes(path, (width, height), &bytes, &[&tones, notes].concat())
+}
+
+/// As [`write_png`], into memory.
+///
+/// # Errors
+///
+/// As [`write_png`].
+///
+/// ```
+/// use zonal_io::output::{ToneMapping, encode_picture_png};
+///
+/// let png = encode_picture_png((2, 1), &[[0.1, 0.2, 0.3], [1.0, 0.5, 0.0]], &ToneMapping::filmic(1.5))?;
+/// assert!(png.starts_with(b"\x89PNG"));
+/// # Ok::<(), zonal_io::output::FileError>(())
+/// ```
+pub fn encode_picture_png(
+    size: (usize, usize),
+    linear: &[[f32; 3]],
+    tone: &ToneMapping,
+) -> Result<Vec<u8>, FileError> {
+    let path = Path::new("picture");
+    let (bytes, tones) = exposed(path, size, linear, tone)?;
+    let tones = tones.each_ref().map(|(keyword, text)| (*keyword, text.as_str()));
+    let mut out = Vec::new();
+    encode(&mut out, size, &bytes, &tones).map_err(|e| FileError::new(path, "", e.to_string()))?;
+    Ok(out)
+}
+
+/// The bytes of a picture, and its exposure, contrast and curve as text chunks.
+#[allow(clippy::type_complexity)]
+fn exposed(
+    path: &Path,
+    (width, height): (usize, usize),
+    linear: &[[f32; 3]],
+    tone: &ToneMapping,
+) -> Result<(Vec<u8>, [(&'static str, String); 3]), FileError> {
     check_size(path, width, height, linear.len())?;
     for (name, x) in [("exposure", tone.exposure), ("contrast", tone.contrast)] {
         if !(x.is_finite() && x > 0.0) {
@@ -53,9 +92,9 @@ pub fn write_png_with_text(
     }
     let bytes: Vec<u8> =
         linear.iter().enumerate().flat_map(|(i, c)| tone.bytes(*c, i % width, i / width)).collect();
-    let (exposure, contrast) = (format!("{}", tone.exposure), format!("{}", tone.contrast));
-    let tones = [("exposure", exposure.as_str()), ("contrast", &contrast), ("curve", tone.curve.name())];
-    write_png_bytes(path, (width, height), &bytes, &[&tones, notes].concat())
+    let (exposure, contrast) = (tone.exposure.to_string(), tone.contrast.to_string());
+    let tones = [("exposure", exposure), ("contrast", contrast), ("curve", tone.curve.name().to_string())];
+    Ok((bytes, tones))
 }
 
 /// Writes 8-bit sRGB pixels, three bytes each, with text chunks: keyword and text, in Latin-1.
@@ -70,20 +109,28 @@ pub fn write_png_bytes(
     notes: &[(&str, &str)],
 ) -> Result<(), FileError> {
     check_size(path, width, height, bytes.len() / 3)?;
-    write_atomic(path, |out| {
-        let mut encoder = png::Encoder::new(out, width as u32, height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        for (keyword, text) in notes {
-            encoder.add_text_chunk(keyword.to_string(), text.to_string())?;
-        }
-        encoder.add_text_chunk("Software".into(), format!("zonal {}", env!("CARGO_PKG_VERSION")))?;
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(bytes)?;
-        writer.finish()?;
-        Ok(())
-    })
+    write_atomic(path, |out| encode(out, (width, height), bytes, notes))
+}
+
+/// Writes a PNG of three bytes for each pixel with text chunks.
+fn encode(
+    out: impl Write,
+    (width, height): (usize, usize),
+    bytes: &[u8],
+    notes: &[(&str, &str)],
+) -> io::Result<()> {
+    let mut encoder = png::Encoder::new(out, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    for (keyword, text) in notes {
+        encoder.add_text_chunk(keyword.to_string(), text.to_string())?;
+    }
+    encoder.add_text_chunk("Software".into(), format!("zonal {}", env!("CARGO_PKG_VERSION")))?;
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()?;
+    Ok(())
 }
 
 /// The text chunk of a keyword in a PNG; `None` if there is none or the file is truncated.

@@ -1,0 +1,142 @@
+//! Scenes from files and from documents with arrays in memory.
+
+use crate::arrays;
+use crate::errors::{DocumentOrigin, of_input, of_scene, refused};
+use crate::long_call::{self, CallSettings};
+use crate::threads;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+use zonal_cli::commands::check as check_command;
+use zonal_scene::{Engine, LightGrouping, ZoneBasis};
+
+/// A validated scene.
+#[pyclass(frozen, module = "zonal._zonal")]
+pub(crate) struct Scene {
+    pub(crate) scene: Arc<zonal_scene::Scene>,
+}
+
+/// Options of a solve that replace those of the scene.
+#[derive(Clone, Debug, Default, FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct SolveChanges {
+    tolerance: Option<f64>,
+    closure: Option<String>,
+    engine: Option<String>,
+    light_groups: Option<String>,
+    zone_basis: Option<String>,
+    discretization_error: Option<bool>,
+    scattering_orders: Option<usize>,
+}
+
+/// The value of a name in a list of names.
+fn named<T: Copy>(key: &str, name: &str, names: &[&str], values: &[T]) -> PyResult<T> {
+    let found = names.iter().position(|n| *n == name).map(|i| values[i]);
+    found.ok_or_else(|| refused(format!("{key}: '{name}' is not known; give one of {}", names.join(", "))))
+}
+
+impl Scene {
+    /// The scene with other options.
+    pub(crate) fn with_changes(&self, changes: &SolveChanges) -> PyResult<zonal_scene::Scene> {
+        let mut o = self.scene.options().clone();
+        o.tolerance = changes.tolerance.unwrap_or(o.tolerance);
+        if let Some(name) = &changes.closure {
+            o.restore_closure = Some(named("closure", name, &["measure", "restore"], &[false, true])?);
+        }
+        if let Some(name) = &changes.engine {
+            o.engine = named("engine", name, &Engine::NAMES, &Engine::VARIANTS)?;
+        }
+        if let Some(name) = &changes.light_groups {
+            let (names, values) = (LightGrouping::NAMES, LightGrouping::VARIANTS);
+            o.light_grouping = named("light_groups", name, &names, &values)?;
+        }
+        if let Some(name) = &changes.zone_basis {
+            o.zone_basis = named("zone_basis", name, &ZoneBasis::NAMES, &ZoneBasis::VARIANTS)?;
+        }
+        o.discretization_error = changes.discretization_error.or(o.discretization_error);
+        o.scattering_orders = changes.scattering_orders.or(o.scattering_orders);
+        let scene = zonal_scene::Scene::clone(&self.scene);
+        scene.with_options(o).map_err(|e| of_scene(&e))
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// Reads a scene file.
+    #[staticmethod]
+    #[pyo3(signature = (path, threads=None))]
+    fn read(py: Python<'_>, path: PathBuf, threads: Option<usize>) -> PyResult<Scene> {
+        let pool = threads::pool(threads)?;
+        let read = py.detach(|| pool.install(|| zonal_io::input::read_scene(&path)));
+        let scene = read.map_err(|e| of_input(&e, DocumentOrigin::File))?;
+        Ok(Scene { scene: Arc::new(scene) })
+    }
+
+    /// Reads a document in which names of files may stand for arrays. Other files are looked for in the folder `base`.
+    #[staticmethod]
+    #[pyo3(signature = (text, base, arrays: "dict[str, typing.Any]", name, threads=None))]
+    fn parse(
+        py: Python<'_>,
+        text: &str,
+        base: PathBuf,
+        arrays: &Bound<'_, PyDict>,
+        name: &str,
+        threads: Option<usize>,
+    ) -> PyResult<Scene> {
+        let borrowed = arrays::borrow_all(arrays)?;
+        let memory = arrays::in_memory(&borrowed)?;
+        let pool = threads::pool(threads)?;
+        let base: &Path = &base;
+        let read = py.detach(|| {
+            pool.install(|| zonal_io::input::parse_scene_with_arrays(text, base, &memory, "scene", name))
+        });
+        let scene = read.map_err(|e| of_input(&e, DocumentOrigin::Memory))?;
+        Ok(Scene { scene: Arc::new(scene) })
+    }
+
+    /// Name of the scene.
+    #[getter]
+    fn name(&self) -> &str {
+        self.scene.name()
+    }
+
+    /// Lower and upper corner, m.
+    #[getter]
+    fn bounds(&self) -> ([f64; 3], [f64; 3]) {
+        let (low, high) = self.scene.bounds();
+        (low.array(), high.array())
+    }
+
+    /// Names of the cameras.
+    #[getter]
+    fn cameras(&self) -> Vec<String> {
+        self.scene.cameras().iter().map(|c| c.name.clone()).collect()
+    }
+
+    /// Notes and warnings of the reader.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.scene.notes().iter().map(ToString::to_string).collect()
+    }
+}
+
+/// What `zonal check --json` reports of a scene, as JSON.
+#[pyfunction]
+#[pyo3(signature = (scene, changes, memory_limit, progress=None, threads=None))]
+pub(crate) fn check(
+    py: Python<'_>,
+    scene: &Scene,
+    changes: SolveChanges,
+    memory_limit: u64,
+    progress: Option<&Bound<'_, PyAny>>,
+    threads: Option<usize>,
+) -> PyResult<String> {
+    let scene = scene.with_changes(&changes)?;
+    let start = Instant::now();
+    let settings = CallSettings { threads, progress };
+    let report =
+        long_call::run(py, settings, move |_| check_command::scene_report(&scene, memory_limit, start))?;
+    report.map(|json| json.to_string()).map_err(|e| of_scene(&e))
+}

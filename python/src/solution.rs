@@ -1,0 +1,422 @@
+//! Solutions: fields as arrays, reports, files, relighting.
+//!
+//! **Memory.** The fields of all zones move from the solver into arrays of numpy without a copy; they are read-only. The rest of the solution stays here. What
+//! needs a whole solution (pictures, files) takes the rest out of its [`Store`], puts copies of the fields into it for as long as it runs, and puts the rest
+//! back; other threads wait for it. Solutions of more than three bands keep their fields by triples of bands, and their arrays are copies.
+
+use crate::arrays;
+use crate::errors::{of_failure, of_file, of_scene};
+use crate::long_call::{self, CallSettings, Observer};
+use crate::scene::{Scene, SolveChanges};
+use crate::zone_arrays;
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use std::path::PathBuf;
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::Duration;
+use zonal_cli::commands::export;
+use zonal_cli::commands::voxel_factors::VoxelFactors;
+use zonal_io::output::{self, CheckpointFolder, CheckpointState};
+use zonal_scene::{Bands, CheckpointStore, Fields, NoCheckpoints, SceneError};
+use zonal_solve::SolveSettings;
+
+/// Interval at which a thread that waits for a solution handles signals.
+const INTERVAL: Duration = Duration::from_millis(20);
+
+/// The fields by band, in the order of [`BandFields`].
+const BAND_FIELDS: [&str; 6] =
+    ["radiosity", "incident", "direct", "error", "direct_error", "surroundings_error"];
+/// The fields of thermal mode, in the order of [`HeatFields`].
+const HEAT_FIELDS: [&str; 4] = ["temperature", "temperature_error", "net", "net_error"];
+
+type BandFields = [Py<PyArray2<f64>>; BAND_FIELDS.len()];
+type HeatFields = [Py<PyArray1<f64>>; HEAT_FIELDS.len()];
+
+/// A solution without its fields, unless it has more than three bands; taken out while it is used.
+struct Store {
+    solution: Mutex<Option<zonal_scene::Solution>>,
+    returned: Condvar,
+}
+
+/// A solution that is put back without its fields when it is dropped.
+struct Taken {
+    store: Arc<Store>,
+    solution: Option<zonal_scene::Solution>,
+    keeps_fields: bool,
+}
+
+impl Drop for Taken {
+    fn drop(&mut self) {
+        let Some(mut solution) = self.solution.take() else { return };
+        if !self.keeps_fields {
+            solution.fields = Fields::default();
+        }
+        *self.store.solution.lock().unwrap_or_else(PoisonError::into_inner) = Some(solution);
+        self.store.returned.notify_one();
+    }
+}
+
+/// A solution.
+#[pyclass(frozen, module = "zonal._zonal")]
+pub(crate) struct Solution {
+    store: Arc<Store>,
+    bands: usize,
+    /// The fields; none where they stay in the store.
+    band_fields: Option<BandFields>,
+    heat_fields: Option<HeatFields>,
+    report: String,
+}
+
+impl Solution {
+    /// Takes a solution over; its fields become arrays.
+    pub(crate) fn new(py: Python<'_>, mut solution: zonal_scene::Solution) -> PyResult<Solution> {
+        let report = output::report_json(&solution).to_string();
+        let bands = solution.scene.bands().count();
+        let (mut band_fields, mut heat_fields) = (None, None);
+        if solution.scene.bands().triples() == 1 {
+            let f = std::mem::take(&mut solution.fields);
+            let own = |values: Vec<Bands>| -> PyResult<Py<PyArray2<f64>>> {
+                let array = arrays::bands(py, values)?;
+                arrays::read_only(array.as_any())?;
+                Ok(array.unbind())
+            };
+            band_fields = Some([
+                own(f.radiosity)?,
+                own(f.incident)?,
+                own(f.direct)?,
+                own(f.error)?,
+                own(f.direct_error)?,
+                own(f.surroundings_error)?,
+            ]);
+            heat_fields = f
+                .heat
+                .map(|h| -> PyResult<HeatFields> {
+                    let own = |values: Vec<f64>| -> PyResult<Py<PyArray1<f64>>> {
+                        let array = arrays::list(py, values);
+                        arrays::read_only(array.as_any())?;
+                        Ok(array.unbind())
+                    };
+                    Ok([own(h.temperature)?, own(h.temperature_error)?, own(h.net)?, own(h.net_error)?])
+                })
+                .transpose()?;
+        }
+        let store = Arc::new(Store { solution: Mutex::new(Some(solution)), returned: Condvar::new() });
+        Ok(Solution { store, bands, band_fields, heat_fields, report })
+    }
+
+    /// Copies of the fields, for work on a whole solution.
+    fn copied_fields(&self, py: Python<'_>) -> Option<Fields> {
+        let arrays = self.band_fields.as_ref()?;
+        let copy = |k: usize| -> Vec<Bands> {
+            let array = arrays[k].bind(py).readonly();
+            let rows = array.as_slice().unwrap_or_default().as_chunks::<3>().0;
+            rows.iter().map(|x| Bands::from_rgb(*x)).collect()
+        };
+        let heat = self.heat_fields.as_ref().map(|h| {
+            let [temperature, temperature_error, net, net_error] =
+                [0, 1, 2, 3].map(|k: usize| h[k].bind(py).readonly().as_slice().unwrap_or_default().to_vec());
+            zonal_scene::ThermalFields { temperature, temperature_error, net, net_error }
+        });
+        Some(Fields {
+            radiosity: copy(0),
+            incident: copy(1),
+            direct: copy(2),
+            error: copy(3),
+            direct_error: copy(4),
+            surroundings_error: copy(5),
+            heat,
+        })
+    }
+
+    /// Takes the solution out of its store; waits while another thread has it.
+    fn take(&self, py: Python<'_>) -> PyResult<Taken> {
+        loop {
+            let taken = py.detach(|| {
+                let guard = self.store.solution.lock().unwrap_or_else(PoisonError::into_inner);
+                let waited = self.store.returned.wait_timeout_while(guard, INTERVAL, |s| s.is_none());
+                waited.unwrap_or_else(PoisonError::into_inner).0.take()
+            });
+            if taken.is_some() {
+                let keeps_fields = self.band_fields.is_none();
+                return Ok(Taken { store: self.store.clone(), solution: taken, keeps_fields });
+            }
+            py.check_signals()?;
+        }
+    }
+
+    /// Runs a long computation on the whole solution.
+    pub(crate) fn run<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        settings: CallSettings<'_, '_>,
+        work: impl FnOnce(&zonal_scene::Solution, &Observer) -> T + Send + 'static,
+    ) -> PyResult<T> {
+        let fields = self.copied_fields(py);
+        let mut taken = self.take(py)?;
+        if let (Some(solution), Some(fields)) = (&mut taken.solution, fields) {
+            solution.fields = fields;
+        }
+        let result = long_call::run(py, settings, move |observer| {
+            let solution = taken.solution.as_ref();
+            solution.map(|s| work(s, observer))
+        })?;
+        result.ok_or_else(|| PyKeyError::new_err("the solution is in use"))
+    }
+
+    /// Evaluates a function of the solution without its fields.
+    pub(crate) fn with<T>(
+        &self,
+        py: Python<'_>,
+        f: impl FnOnce(&zonal_scene::Solution) -> PyResult<T>,
+    ) -> PyResult<T> {
+        let taken = self.take(py)?;
+        match &taken.solution {
+            Some(solution) => f(solution),
+            None => Err(PyKeyError::new_err("the solution is in use")),
+        }
+    }
+
+    /// The array of a field; none for other names.
+    fn field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        if let Some(k) = BAND_FIELDS.iter().position(|n| *n == name) {
+            let Some(fields) = &self.band_fields else {
+                return self.with(py, |s| zone_arrays::field_of_triples(py, s, k)).map(Some);
+            };
+            let array = fields[k].bind(py).as_any().clone();
+            if self.bands == 3 {
+                return Ok(Some(array));
+            }
+            // The first columns.
+            let all = pyo3::types::PySlice::full(py);
+            let columns = pyo3::types::PySlice::new(py, 0, self.bands as isize, 1);
+            return array.get_item((all, columns)).map(Some);
+        }
+        let Some(k) = HEAT_FIELDS.iter().position(|n| *n == name) else { return Ok(None) };
+        match (&self.heat_fields, &self.band_fields) {
+            (Some(fields), _) => Ok(Some(fields[k].bind(py).as_any().clone())),
+            (None, Some(_)) => Ok(None),
+            (None, None) => self.with(py, |s| Ok(zone_arrays::heat_of_triples(py, s, k))),
+        }
+    }
+}
+
+/// Settings of `solve` that are not options of the scene.
+#[derive(Clone, Debug, FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct RunSettings {
+    /// Bytes.
+    memory_limit: u64,
+    /// Folder of finished stages.
+    checkpoint: Option<PathBuf>,
+    /// Continues with the stages of the folder.
+    resume: bool,
+    /// Folder for the exchange factors; they are kept after the solve.
+    keep_factors: Option<PathBuf>,
+    /// Formula of pairs of voxels.
+    factors: String,
+}
+
+fn voxel_factors(name: &str) -> PyResult<VoxelFactors> {
+    use clap::ValueEnum;
+    VoxelFactors::from_str(name, false).map_err(|_| {
+        let names: Vec<String> = VoxelFactors::value_variants()
+            .iter()
+            .filter_map(|v| Some(v.to_possible_value()?.get_name().to_string()))
+            .collect();
+        crate::errors::refused(format!("factors: '{name}' is not known; give one of {}", names.join(", ")))
+    })
+}
+
+/// Solves a scene.
+#[pyfunction]
+#[pyo3(signature = (scene, changes, settings, progress=None, threads=None))]
+pub(crate) fn solve(
+    py: Python<'_>,
+    scene: &Scene,
+    changes: SolveChanges,
+    settings: RunSettings,
+    progress: Option<&Bound<'_, PyAny>>,
+    threads: Option<usize>,
+) -> PyResult<Solution> {
+    let scene = scene.with_changes(&changes)?;
+    let factors = voxel_factors(&settings.factors)?;
+    let call = CallSettings { threads, progress };
+    let solution = long_call::run(py, call, move |observer| {
+        solve_with_checkpoints(scene, &settings, factors, observer)
+    })?;
+    Solution::new(py, solution?)
+}
+
+fn solve_with_checkpoints(
+    scene: zonal_scene::Scene,
+    settings: &RunSettings,
+    factors: VoxelFactors,
+    observer: &Observer,
+) -> PyResult<zonal_scene::Solution> {
+    let pair_settings = factors.pair_settings();
+    let keys = || zonal_cli::commands::solving::checkpoint_keys(&scene, pair_settings);
+    let folder = settings.checkpoint.as_ref().map(|path| CheckpointFolder::new(path, keys()));
+    if let Some(folder) = &folder {
+        if !(settings.resume && folder.state() == CheckpointState::Matching) {
+            folder.remove();
+        }
+        folder.begin().map_err(|e| of_file(&e))?;
+    }
+    let run = SolveSettings {
+        pair_settings,
+        checkpoints: folder.as_ref().map_or(&NoCheckpoints, |f| f as &dyn CheckpointStore),
+        ..SolveSettings::new(settings.memory_limit, observer)
+    };
+    let solved = zonal_solve::solve_with_settings(scene, &run).map_err(|e: SceneError| of_scene(&e));
+    let Some(folder) = folder else { return solved.map(with_hash) };
+    match (&solved, &settings.keep_factors) {
+        (Ok(_), Some(path)) => folder.keep_factors(path).map_err(|e| of_file(&e))?,
+        _ => folder.remove(),
+    }
+    solved.map(with_hash)
+}
+
+fn with_hash(mut solution: zonal_scene::Solution) -> zonal_scene::Solution {
+    solution.scene_hash = output::scene_hash(&solution.scene);
+    solution
+}
+
+#[pymethods]
+impl Solution {
+    /// Reads a solution from a file.
+    #[staticmethod]
+    fn read(py: Python<'_>, path: PathBuf) -> PyResult<Solution> {
+        let read = py.detach(|| output::read_solution(&path));
+        Solution::new(py, read.map_err(|e| of_file(&e))?)
+    }
+
+    /// Reads a solution from the bytes of a file.
+    #[staticmethod]
+    fn from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Solution> {
+        let read = py.detach(|| output::read_solution_from_bytes(data));
+        Solution::new(py, read.map_err(|e| of_file(&e))?)
+    }
+
+    /// Writes the file that `zonal solve` writes.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let settings = CallSettings { threads: None, progress: None };
+        self.run(py, settings, move |s, _| output::write_solution(&path, s))?.map_err(|e| of_file(&e))
+    }
+
+    /// The bytes of the file.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let settings = CallSettings { threads: None, progress: None };
+        let bytes = self.run(py, settings, |s, _| output::solution_bytes(s))?;
+        Ok(PyBytes::new(py, &bytes?))
+    }
+
+    /// The report as JSON.
+    #[getter]
+    fn report(&self) -> &str {
+        &self.report
+    }
+
+    /// Name of the scene.
+    #[getter]
+    fn name(&self, py: Python<'_>) -> PyResult<String> {
+        self.with(py, |s| Ok(s.scene.name().to_string()))
+    }
+
+    /// True for a solution of thermal mode.
+    #[getter]
+    fn is_thermal(&self, py: Python<'_>) -> PyResult<bool> {
+        self.with(py, |s| Ok(s.scene.thermal().is_some()))
+    }
+
+    /// Names of the bands.
+    #[getter]
+    fn bands(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.with(py, |s| Ok((0..self.bands).map(|b| s.scene.bands().name(b)).collect()))
+    }
+
+    /// Numbers of patches, voxel zones and pane zones.
+    #[getter]
+    fn zone_counts(&self, py: Python<'_>) -> PyResult<(usize, usize, usize)> {
+        self.with(py, |s| Ok((s.zones.patches.len(), s.zones.voxels.len(), s.zones.panes.len())))
+    }
+
+    /// Names of surfaces, of the medium and of panes.
+    #[getter]
+    fn names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.with(py, |s| Ok(zone_arrays::names(s)))
+    }
+
+    /// Names of the cameras.
+    #[getter]
+    fn cameras(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.with(py, |s| Ok(s.scene.cameras().iter().map(|c| c.name.clone()).collect()))
+    }
+
+    /// Names of the light groups.
+    #[getter]
+    fn light_groups(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.with(py, |s| Ok(s.groups.iter().map(|g| g.name.clone()).collect()))
+    }
+
+    /// Cells of the medium along each axis, lower and upper corner (m); none without a medium.
+    #[getter]
+    #[allow(clippy::type_complexity)]
+    fn grid(&self, py: Python<'_>) -> PyResult<Option<([usize; 3], [f64; 3], [f64; 3])>> {
+        self.with(py, |s| Ok(s.scene.voxel_grid().map(|g| (g.dims(), g.min().array(), g.max().array()))))
+    }
+
+    /// The names of all arrays.
+    #[staticmethod]
+    fn array_names() -> Vec<&'static str> {
+        let fields = BAND_FIELDS.into_iter().chain(HEAT_FIELDS);
+        fields.chain(zone_arrays::NAMES).collect()
+    }
+
+    /// An array by its name: a field, or a property of zones.
+    fn array<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        if let Some(array) = self.field(py, name)? {
+            return Ok(array);
+        }
+        let found = self.with(py, |s| zone_arrays::array(py, s, name))?;
+        found.ok_or_else(|| PyKeyError::new_err(name.to_string()))
+    }
+
+    /// The part of a light group in a field: `incident`, `direct`, `error` or `direct_error`, W/m².
+    fn group_array<'py>(&self, py: Python<'py>, group: &str, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let found = self.with(py, |s| zone_arrays::group_array(py, s, group, name))?;
+        found.ok_or_else(|| PyKeyError::new_err(format!("{group}, {name}")))
+    }
+
+    /// Columns of results by name.
+    #[pyo3(signature = () -> "dict[str, typing.Any]")]
+    fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.with(py, |s| zone_arrays::table(py, s))
+    }
+
+    /// The solution with its light groups scaled.
+    fn relight(&self, py: Python<'_>, factors: Vec<(String, [f64; 3])>) -> PyResult<Solution> {
+        let settings = CallSettings { threads: None, progress: None };
+        let relit = self.run(py, settings, move |s, _| {
+            let factors: Vec<_> = factors.into_iter().map(|(name, f)| (name, Bands::from_rgb(f))).collect();
+            zonal_solve::relight::relight(s.clone(), &factors).map(with_hash)
+        })?;
+        Solution::new(py, relit.map_err(|e| of_scene(&e))?)
+    }
+
+    /// Writes the solution for other programs, with the arguments of `zonal export`; returns the paths of the files.
+    #[pyo3(signature = (arguments, progress=None, threads=None))]
+    fn export(
+        &self,
+        py: Python<'_>,
+        arguments: Vec<String>,
+        progress: Option<&Bound<'_, PyAny>>,
+        threads: Option<usize>,
+    ) -> PyResult<Vec<PathBuf>> {
+        let arguments = crate::command::parse::<export::Args>("export", &arguments)?;
+        let settings = CallSettings { threads, progress };
+        let written = self.run(py, settings, move |s, observer| export::write(&arguments, s, observer))?;
+        written.map_err(|e| of_failure(&e))
+    }
+}
