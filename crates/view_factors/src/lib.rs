@@ -12,6 +12,8 @@
 //! | `pairs` | recursion over pairs of nodes; 𝓕 of pairs of facets |
 //! | `sky`, `direction_cell` | the surroundings, independent of the pairs |
 //! | `periods` | periodic geometry |
+//! | `facet_set` | surfaces of several polygons, surfaces cut out of others |
+//! | `script_f` | total exchange factors of grey surfaces |
 //! | `matrix`, `closing` | sparse rows; sums of rows restored by the least change relative to the radii |
 //!
 //! **Cost.** Proportional to the number of pairs that see each other, with a logarithm for the recursion. **Memory.** 32 bytes for each pair
@@ -39,18 +41,22 @@ mod blocking;
 mod bounds;
 mod closing;
 mod direction_cell;
+mod facet_set;
 mod geometry;
 mod matrix;
 mod occluder_list;
 mod occluders;
 mod pairs;
 mod periods;
+mod script_f;
 mod settings;
 mod shaft;
 mod sky;
 mod stages;
 mod view_factors;
 
+pub use facet_set::{FacetSet, convex_parts, without};
+pub use script_f::ScriptFactors;
 pub use settings::{RowClosure, Surroundings, ViewFactorSettings};
 pub use view_factors::{ViewFactorCounts, ViewFactors};
 pub use zonal_exchange::polygon::visible::ConvexPolygon;

@@ -148,6 +148,11 @@ impl ViewFactors {
         &self.areas
     }
 
+    /// The reciprocal of an area, 1/m²; zero for a surface without an area.
+    fn per_area(&self, i: usize) -> f64 {
+        if self.areas[i] > 0.0 { 1.0 / self.areas[i] } else { 0.0 }
+    }
+
     /// Number of factors that are not zero.
     pub fn entry_count(&self) -> usize {
         self.rows.len()
@@ -158,7 +163,7 @@ impl ViewFactors {
     /// # Panics
     /// On an index out of range.
     pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, Bounded)> + '_ {
-        let scale = 1.0 / self.areas[i];
+        let scale = self.per_area(i);
         let grade = self.grade;
         self.rows.entries(i).map(move |(j, b)| (j, Bounded { grade, ..b * scale }))
     }
@@ -168,7 +173,7 @@ impl ViewFactors {
     /// # Panics
     /// On an index out of range.
     pub fn sky(&self, i: usize) -> Bounded {
-        self.rows.sky[i] * (1.0 / self.areas[i])
+        self.rows.sky[i] * self.per_area(i)
     }
 
     /// F from facet `i` to the directions below the horizon that meet nothing.
@@ -176,7 +181,7 @@ impl ViewFactors {
     /// # Panics
     /// On an index out of range.
     pub fn ground(&self, i: usize) -> Bounded {
-        self.rows.ground[i] * (1.0 / self.areas[i])
+        self.rows.ground[i] * self.per_area(i)
     }
 
     /// Σ_j F_ij + F_i,sky + F_i,ground − 1 before rows were closed.
@@ -200,7 +205,7 @@ impl ViewFactors {
     /// # Panics
     /// On an index out of range.
     pub fn row_radius(&self, i: usize) -> f64 {
-        self.rows.sum_of_radii(i) / self.areas[i]
+        self.rows.sum_of_radii(i) * self.per_area(i)
     }
 
     /// Evidence for the radii: proved without any partly hidden pair or cell of directions and without closing, else estimated.
@@ -213,7 +218,8 @@ impl ViewFactors {
         self.rows.parts()
     }
 
-    /// The factors of unions of facets: `group` numbers the union of each facet, below `groups`; every union has a facet. Radii add up.
+    /// The factors of unions of facets: `group` numbers the union of each facet, below `groups`. Radii add up. A union
+    /// without a facet has an empty row.
     ///
     /// # Panics
     /// If `group` has another length than the facets, or numbers a union beyond `groups`.
@@ -225,7 +231,7 @@ impl ViewFactors {
             areas[*g as usize] += self.areas[i];
             relative[*g as usize] += self.defects[i] * self.areas[i];
         }
-        relative.iter_mut().zip(&areas).for_each(|(d, a)| *d /= a);
+        relative.iter_mut().zip(&areas).filter(|(_, a)| **a > 0.0).for_each(|(d, a)| *d /= a);
         let mut open_rows: Vec<usize> = self.open_rows.iter().map(|i| group[*i] as usize).collect();
         open_rows.sort_unstable();
         open_rows.dedup();
