@@ -13,6 +13,7 @@
 use crate::band::{Band, PerBand};
 use crate::band_set::{BANDS_PER_TRIPLE, BandSet};
 use crate::bands::Bands;
+use crate::emissivity::SurfaceEmissivity;
 use crate::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
 use crate::scene_error::{SceneError, invalid};
 use crate::thermal_network::ThermalNetwork;
@@ -341,12 +342,18 @@ pub struct Thermal {
     pub surroundings: Option<f64>,
     /// Bodies at one temperature and convection; `None` without them.
     pub network: Option<ThermalNetwork>,
+    /// Emissivities of each surface by temperature or by side; empty without them.
+    pub emissivities: Vec<SurfaceEmissivity>,
 }
 
 impl Thermal {
     /// The band fractions of the scene, then those of the kinds of cells.
     pub fn all_fractions(&self) -> impl Iterator<Item = &BandFractions> {
         std::iter::once(&self.band_fractions).chain(self.cell_fractions.iter().flat_map(|f| &f.kinds))
+    }
+    /// True if some surface has an emissivity by temperature or by side.
+    pub fn has_varied_emissivities(&self) -> bool {
+        self.emissivities.iter().any(|e| *e != SurfaceEmissivity::default())
     }
     /// True if no fraction depends on temperature.
     pub fn has_constant_fractions(&self) -> bool {

@@ -11,6 +11,7 @@ use crate::engine::selection::{MIN_LINEAR_BASIS_THICKNESS, check_periodic_pairs}
 use crate::mirrors::{self, MirroredSolve};
 use crate::report::cost_estimate::problem_size;
 use crate::settings::check_interrupted;
+use crate::thermal::emissivity::set_known_reflectances;
 use crate::total_exchange_areas::{NUMBERS_PER_PAIR, sum_by_group, total_exchange_areas};
 use rayon::prelude::*;
 use zonal_exchange::pair::{
@@ -123,7 +124,8 @@ impl ExchangeAreas {
         }
         // Zones and the diagnostics that concern them.
         let transport = Transport::new(scene);
-        let zones = build_zones(scene, &transport)?;
+        let mut zones = build_zones(scene, &transport)?;
+        set_known_reflectances(scene, &mut zones)?;
         let mut diagnostics = scene.notes().to_vec();
         diagnostics.extend(mirrors::excluded_parts_of(scene, &transport, &zones)?);
         diagnostics.extend(thick_voxels(scene, &zones));

@@ -137,8 +137,20 @@ fn solve_on_zones(
     for (scene, transport) in scene.triples().skip(1).zip(&others) {
         zones.push(build_zones(scene, transport)?);
     }
+    let transports: Vec<&Transport> = std::iter::once(&transport).chain(&others).collect();
+    thermal::emissivity::solve(scene, zones, settings, |zones, settings| {
+        solve_with_reflectances(scene, &transports, zones, settings)
+    })
+}
+
+/// The solution on zones that have the reflectances of their temperatures.
+fn solve_with_reflectances(
+    scene: &Scene,
+    transports: &[&Transport],
+    mut zones: Vec<Zones>,
+    settings: &SolveSettings,
+) -> Result<Vec<ZonalSolution>, SceneError> {
     thermal::apply_boundary_conditions(scene, &mut zones);
-    let transports = std::iter::once(&transport).chain(&others);
     let triples: Vec<TripleInput> = scene
         .triples()
         .zip(&zones)
@@ -146,12 +158,12 @@ fn solve_on_zones(
         .map(|((scene, zones), transport)| TripleInput { scene, zones, transport, mirrored: None })
         .collect();
     let mut solved = solve_equations(&triples, settings)?;
-    drop((transport, others));
     solved.iter_mut().zip(zones).for_each(|(s, zones)| s.zones = zones);
     thermal::recover_temperatures(&mut solved_triples(scene, &mut solved));
     for (scene, s) in scene.triples().zip(&mut solved) {
         s.report.warnings.extend(diagnostics::heat_balance(scene, &s.zones, &s.fields, &s.report));
         finite::check_finite(scene, &s.zones, &mut s.fields, &mut s.groups, &mut s.report)?;
+        s.zones.own_reflectances = Vec::new();
     }
     Ok(solved)
 }

@@ -12,7 +12,10 @@ use super::toml::source::SourceText;
 use crate::files::FileSource;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use zonal_scene::{Diagnostic, Plate, SceneError, SceneParts, Surface, ThermalCondition};
+use zonal_scene::{
+    Diagnostic, EmissivityTable, Plate, SceneError, SceneParts, SideEmissivity, Sides, Surface,
+    SurfaceEmissivity, ThermalCondition,
+};
 
 /// Files that a scene may refer to, and its largest medium.
 #[derive(Clone, Copy)]
@@ -42,6 +45,8 @@ pub(crate) struct SceneReader<'a> {
     pub(crate) gas: Option<SceneGas>,
     /// Bodies of meshes that fill the medium, after its regions.
     pub(crate) interior_fills: Vec<InteriorFill>,
+    /// Tables of emissivities by temperature.
+    pub(crate) emissivity_tables: Vec<EmissivityTable>,
     texture_of_image: HashMap<String, usize>,
 }
 
@@ -54,6 +59,7 @@ impl<'a> SceneReader<'a> {
             has_medium: false,
             gas: None,
             interior_fills: Vec::new(),
+            emissivity_tables: Vec::new(),
             texture_of_image: HashMap::new(),
         }
     }
@@ -103,6 +109,19 @@ impl<'a> SceneReader<'a> {
                     "convection does not change a given temperature; give heat_flux or a node instead of the temperature, or remove the convection",
                 );
             }
+            if properties.back.is_some() && (surface.sides == Sides::Front || surface.solid) {
+                return missing(
+                    "back",
+                    "the back of this surface takes no part in the exchange; write sides = \"both\", or remove back",
+                );
+            }
+            let table = |k: usize| self.emissivity_tables[k].clone();
+            thermal.emissivities.push(SurfaceEmissivity {
+                table: properties.emissivity_table.map(table),
+                back: properties
+                    .back
+                    .map(|b| SideEmissivity { reflectance: b.reflectance, table: b.table.map(table) }),
+            });
             thermal.surfaces.push(condition);
             let network = thermal.network.get_or_insert_default();
             network.surface_nodes.push(properties.node);

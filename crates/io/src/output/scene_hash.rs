@@ -197,6 +197,15 @@ fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
     }
     t.surfaces.iter().chain(&t.panes).for_each(|k| known(h, *k));
     t.network.iter().for_each(|n| hash_network(h, n));
+    for (surface, e) in t.emissivities.iter().enumerate().filter(|(_, e)| **e != Default::default()) {
+        h.int(surface);
+        let tables = [e.table.as_ref(), e.back.as_ref().and_then(|b| b.table.as_ref())];
+        e.back.iter().for_each(|b| h.bands(b.reflectance));
+        for points in tables.map(|t| t.map_or(&[][..], |t| t.points())) {
+            h.int(points.len());
+            points.iter().for_each(|p| h.reals(p));
+        }
+    }
     for (facet, v) in scene.faces().values.iter().enumerate() {
         if let Some(k) = v.condition {
             h.int(facet);

@@ -109,7 +109,8 @@ impl<'a> ZoneBalances<'a> {
                     known => known,
                 },
             };
-            let reflect = self.scene.facet_reflectance(p.facet);
+            let own = zones.own_reflectances.get(i).copied();
+            let reflect = own.unwrap_or_else(|| self.scene.facet_reflectance(p.facet));
             let node = self.network().and_then(|n| n.surface_nodes[p.surface].filter(|k| n.is_unknown(*k)));
             let is_free = node.is_none() && !matches!(known, ThermalCondition::Temperature(_));
             return ZoneBalance {

@@ -12,7 +12,7 @@ use zonal_scene::{Band, BandFractions, Bands, PerBand, Thermal, ThermalCondition
 /// Keys of boundary conditions of surfaces, in thermal mode.
 const SURFACE_CONDITIONS: [&str; 3] = ["temperature", "heat_flux", "net_power"];
 /// Keys of a surface beside them that belong to thermal mode.
-const NETWORK_KEYS: [&str; 3] = ["node", "heat_transfer_coefficient", "ambient_temperature"];
+const NETWORK_KEYS: [&str; 4] = ["node", "heat_transfer_coefficient", "ambient_temperature", "back"];
 /// Keys of thermal conditions of volumes, in thermal mode.
 const VOLUME_CONDITIONS: [&str; 2] = ["temperature", "heat_source"];
 /// Keys that belong to light mode.
@@ -113,7 +113,7 @@ pub(crate) fn read_solar(t: &TomlTable<'_>, key: &str, max: f64) -> Result<Optio
 
 /// ρ, from `reflectance` or `emissivity` = 1 − ρ; NaN in the band of sunlight where a list lacks it.
 pub(crate) fn read_reflectance(t: &TomlTable<'_>) -> Result<Option<Bands>, InputError> {
-    let number = |key: &str| t.get(key).filter(|n| !n.is_value_file());
+    let number = |key: &str| t.get(key).filter(|n| !n.is_value_file() && !n.is_by_temperature());
     let given = number("reflectance").map(|n| n.bands_or_infrared(1.0, f64::NAN)).transpose()?;
     let Some(n) = number("emissivity") else { return Ok(given) };
     let own = 1.0 - n.bands_or_infrared(1.0, f64::NAN)?;

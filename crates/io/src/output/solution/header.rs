@@ -283,6 +283,7 @@ impl ThermalFormat {
                 panes,
                 surroundings,
                 network,
+                emissivities: Vec::new(),
             });
         };
         let count = bands.count();
@@ -302,7 +303,16 @@ impl ThermalFormat {
             kinds: cells.kinds.iter().map(|k| of(k)).collect(),
             kind_of_cell: cells.kind_of_cell,
         });
-        Ok(Thermal { band_fractions: of_scene, cell_fractions, surfaces, panes, surroundings, network })
+        let emissivities = Vec::new();
+        Ok(Thermal {
+            band_fractions: of_scene,
+            cell_fractions,
+            surfaces,
+            panes,
+            surroundings,
+            network,
+            emissivities,
+        })
     }
 }
 
