@@ -26,6 +26,7 @@
 mod band;
 mod band_set;
 mod bands;
+mod black_body_bands;
 mod builder;
 mod camera;
 mod cell_values;

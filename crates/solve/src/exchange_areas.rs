@@ -115,13 +115,30 @@ impl ExchangeAreas {
         settings: &ExchangeAreaSettings,
         progress: &dyn Progress,
     ) -> Result<ExchangeAreas, SceneError> {
-        if scene.bands().triples() > 1 {
-            let bands = scene.bands().count();
-            let message = format!(
-                "exchange areas are written for up to three bands, and the scene has {bands}; give one scene for every three bands"
-            );
-            return Err(SceneError::new("bands", message));
+        let triples = scene.bands().triples();
+        if triples == 1 {
+            return ExchangeAreas::of_triple(scene, settings, progress);
         }
+        // Each triple of bands has matrices of its own.
+        let memory_limit = settings.memory_limit / triples as u64;
+        let settings = ExchangeAreaSettings { memory_limit, ..*settings };
+        let mut all: Option<ExchangeAreas> = None;
+        for triple in scene.triples() {
+            let own = ExchangeAreas::of_triple(triple, &settings, progress)?.expanded(triple.window().len());
+            match &mut all {
+                None => all = Some(own),
+                Some(all) => all.append(own),
+            }
+        }
+        all.ok_or_else(|| SceneError::new("bands", "the scene has no bands; give at least one"))
+    }
+
+    /// The areas of one triple of bands.
+    fn of_triple(
+        scene: &Scene,
+        settings: &ExchangeAreaSettings,
+        progress: &dyn Progress,
+    ) -> Result<ExchangeAreas, SceneError> {
         // Zones and the diagnostics that concern them.
         let transport = Transport::new(scene);
         let mut zones = build_zones(scene, &transport)?;
@@ -177,6 +194,41 @@ impl ExchangeAreas {
             check_interrupted(progress)?;
         }
         Ok(areas)
+    }
+
+    /// With one matrix for each of the first `bands` bands of a triple.
+    fn expanded(mut self, bands: usize) -> ExchangeAreas {
+        let n = self.zone_count();
+        let count = self.matrices;
+        let expand = |m: &mut AreaMatrices| {
+            for (list, length) in [(&mut m.areas, n * n), (&mut m.radii, n * n), (&mut m.closure, n)] {
+                let one: Vec<f64> = list[..length].to_vec();
+                (count..bands).for_each(|_| list.extend(&one));
+                list.truncate(bands * length);
+            }
+        };
+        expand(&mut self.direct);
+        self.total.iter_mut().for_each(expand);
+        self.matrices = bands;
+        self
+    }
+
+    /// Adds the matrices of further bands on the same zones.
+    fn append(&mut self, other: ExchangeAreas) {
+        let join = |own: &mut AreaMatrices, more: AreaMatrices| {
+            own.areas.extend(more.areas);
+            own.radii.extend(more.radii);
+            own.closure.extend(more.closure);
+        };
+        join(&mut self.direct, other.direct);
+        if let (Some(own), Some(more)) = (&mut self.total, other.total) {
+            join(own, more);
+        }
+        self.matrices += other.matrices;
+        self.counts.merge(other.counts);
+        let new = other.diagnostics.into_iter().filter(|d| !self.diagnostics.contains(d));
+        let new: Vec<Diagnostic> = new.collect();
+        self.diagnostics.extend(new);
     }
 
     /// Number of zones.

@@ -29,6 +29,7 @@ use crate::surroundings::{self, SurroundingsExchange};
 use crate::thermal::newton::TripleEngine;
 use crate::thermal::{self, SolvedTriple, TemperatureSolve, TripleZones};
 use crate::triple_checkpoints::TripleCheckpoints;
+use crate::zonal_solution::ZonalSolution;
 use zonal_exchange::pair::StripImages;
 use zonal_scene::{
     Bands, Diagnostic, EnergyBalance, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError,
@@ -205,17 +206,6 @@ struct TripleInput<'a> {
     transport: &'a Transport<'a>,
     /// Set where scene and zones are those of an even extension.
     mirrored: Option<&'a MirroredSolve>,
-}
-
-/// Solution of the zonal equations of one triple of bands.
-pub(crate) struct ZonalSolution {
-    /// The zones with the emission of the temperatures found.
-    pub zones: Zones,
-    pub fields: Fields,
-    pub groups: Vec<LightGroup>,
-    pub report: Report,
-    /// True if the radiosity has slopes inside the zones.
-    has_slopes: bool,
 }
 
 /// Solves the zonal equations of all triples of the bands; those of a scene with mirrors on its even extension.

@@ -184,7 +184,16 @@ fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
         h.real(x);
     };
     for fractions in t.all_fractions() {
-        let BandFractions::GreyGases { coefficients, range, allow_partial, .. } = fractions else { continue };
+        let (coefficients, range, allow_partial) = match fractions {
+            BandFractions::Grey => continue,
+            BandFractions::BlackBody { limits } => {
+                limits.iter().for_each(|l| h.reals(l));
+                continue;
+            }
+            BandFractions::GreyGases { coefficients, range, allow_partial, .. } => {
+                (coefficients, range, allow_partial)
+            }
+        };
         h.reals(range);
         h.int(*allow_partial as usize);
         for c in coefficients {

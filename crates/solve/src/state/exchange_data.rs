@@ -74,6 +74,10 @@ impl ExchangeData {
                 "thermal states belong to mode = \"thermal\"; give the scene temperatures or powers",
             ));
         };
+        if scene.bands().triples() > 1 {
+            let what = "thermal states have up to three bands; solve the scene, or give it fewer bands";
+            return Err(SceneError::new("bands", what));
+        }
         if !scene.lights().is_empty() {
             return Err(SceneError::new(
                 "light",

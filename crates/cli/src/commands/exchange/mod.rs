@@ -90,8 +90,9 @@ fn write(
         Some("mtx") => text::write_mtx(&args.output, areas),
         _ => {
             // A scene in thermal mode also has the data of other states.
-            // Nodes, convection and lights are no part of thermal states.
-            let has_state = scene.thermal().filter(|t| t.network.is_none() && scene.lights().is_empty());
+            // Nodes, convection, lights and more than three bands are no part of thermal states.
+            let is_plain = scene.lights().is_empty() && scene.bands().triples() == 1;
+            let has_state = scene.thermal().filter(|t| t.network.is_none() && is_plain);
             let state = has_state.map(|_| ExchangeData::new(scene, areas, &context.progress()));
             let state = state.transpose().map_err(|e| Failure::in_file(&args.scene, e))?;
             npz::write(&args.output, areas, state.as_ref())?;

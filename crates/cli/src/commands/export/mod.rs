@@ -5,7 +5,7 @@ mod gltf;
 
 pub use args::Args;
 
-use super::context::{Context, read_uniform_light_solution};
+use super::context::{Context, read_uniform_light_solution, shown_bands};
 use crate::viewer::package::{PackageDetail, package};
 use crate::viewer::page;
 use serde_json::{Map, Value};
@@ -27,7 +27,12 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         args.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     args.glb.check(&extension)?;
     let solution = match extension.as_str() {
-        "html" | "glb" => read_uniform_light_solution(&args.run)?,
+        "html" | "glb" => read_uniform_light_solution(&args.run, args.first_band.unwrap_or(0) as usize)?,
+        _ if args.first_band.is_some() => {
+            return Err(Failure::new(
+                "--first-band: this format has all bands; remove the option, or write .html or .glb",
+            ));
+        }
         _ => output::read_solution(&args.run)?,
     };
     if args.faces {
@@ -40,6 +45,10 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         "vti" => output::write_vti(&args.output, &solution)?,
         "html" => write_page(args, &solution, context, &mut exported)?,
         _ => write_glb(args, &solution, context, &mut exported)?,
+    }
+    let shows_colours = matches!(extension.as_str(), "html" | "glb");
+    if let Some(shown) = shown_bands(&solution).filter(|_| shows_colours && !context.json) {
+        say(&shown)?;
     }
     report(&solution, exported, context)
 }

@@ -206,6 +206,15 @@ pub(crate) fn read_mode(root: &TomlTable<'_>) -> Result<Option<Thermal>, InputEr
     }
     let mut band_fractions = node.map(|n| read_band_fractions(&n)).transpose()?.unwrap_or_default();
     let bands = root.source.bands();
+    if let Some(limits) = bands.wavelengths().filter(|_| band_fractions.is_grey()) {
+        if let Some(gap) = limits.windows(2).find(|w| w[0][1] < w[1][0]) {
+            let [low, high] = [gap[0][1], gap[1][0]];
+            return Err(root.error(format!(
+                "the bands leave out {low} to {high} nm, where a body emits too; in thermal mode let each band begin where the one before it ends"
+            )));
+        }
+        band_fractions = BandFractions::of_wavelengths(bands, root.source.triple()).unwrap_or_default();
+    }
     if bands.has_solar_band() && band_fractions.is_grey() && root.source.triple() == 0 {
         match bands.infrared_count() {
             1 => band_fractions = BandFractions::constant(Bands::from_rgb([1.0, 0.0, 0.0])),
