@@ -115,13 +115,7 @@ impl<'a> SceneReader<'a> {
                     "the back of this surface takes no part in the exchange; write sides = \"both\", or remove back",
                 );
             }
-            let table = |k: usize| self.emissivity_tables[k].clone();
-            thermal.emissivities.push(SurfaceEmissivity {
-                table: properties.emissivity_table.map(table),
-                back: properties
-                    .back
-                    .map(|b| SideEmissivity { reflectance: b.reflectance, table: b.table.map(table) }),
-            });
+            thermal.emissivities.push(emissivity_of(&self.emissivity_tables, properties));
             thermal.surfaces.push(condition);
             let network = thermal.network.get_or_insert_default();
             network.surface_nodes.push(properties.node);
@@ -187,4 +181,12 @@ impl<'a> SceneReader<'a> {
         self.texture_of_image.insert(name, self.parts.textures.len() - 1);
         Ok(self.parts.textures.len() - 1)
     }
+}
+
+/// The emissivities of a surface by temperature and side, out of the tables of a reader.
+fn emissivity_of(tables: &[EmissivityTable], properties: &SurfaceProperties) -> SurfaceEmissivity {
+    let back = properties
+        .back
+        .map(|b| SideEmissivity { reflectance: b.reflectance, table: b.table.map(|k| tables[k].clone()) });
+    SurfaceEmissivity { table: properties.emissivity_table.map(|k| tables[k].clone()), back }
 }
