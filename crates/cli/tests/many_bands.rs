@@ -86,12 +86,12 @@ fn exchange_areas_of_many_bands_are_those_of_their_triples() {
 }
 
 /// A room of which one wall is hot, in bands with wavelengths.
-const WARM: &str = "mode = \"thermal\"\nbands = [[200, 3000], [3000, 8000], [8000, 20000], [20000, 100000]]\n[solve]\npatch_size = 1\ndiscretization_error = false\n[[surface]]\nname = \"r\"\nroom = { min=[0,0,0], max=[1,1,1] }\nemissivity = 1\ntemperature = 300\nfaces.z0 = { temperature = 1500 }\nfaces.z1 = { heat_flux = 0, emissivity = [0.9, 0.1, 0.1, 0.1] }\n";
+const ROOM_OF_WAVELENGTHS: &str = "mode = \"thermal\"\nbands = [[200, 3000], [3000, 8000], [8000, 20000], [20000, 100000]]\n[solve]\npatch_size = 1\ndiscretization_error = false\n[[surface]]\nname = \"r\"\nroom = { min=[0,0,0], max=[1,1,1] }\nemissivity = 1\ntemperature = 300\nfaces.z0 = { temperature = 1500 }\nfaces.z1 = { heat_flux = 0, emissivity = [0.9, 0.1, 0.1, 0.1] }\n";
 
 #[test]
 fn bands_with_wavelengths_have_the_emission_of_the_black_body() {
     let f = Folder::new();
-    f.put("scene.toml", WARM);
+    f.put("scene.toml", ROOM_OF_WAVELENGTHS);
     f.done(&["solve", "scene.toml", "-o", "a.npz"]);
     let s = read(&f, "a.npz");
     // F(0 to 4500 µm K), F(0 to 12 000 µm K), F(0 to 30 000 µm K) of the tables.
@@ -103,10 +103,10 @@ fn bands_with_wavelengths_have_the_emission_of_the_black_body() {
     assert!((total / (5.670374419e-8 * 1500f64.powi(4)) - 1.0).abs() < 1e-12);
     // The wall without heat that absorbs the short waves alone is warmer than one that is black: it cannot emit them.
     let kelvin = |s: &zonal_scene::Solution| s.fields.heat.as_ref().unwrap().temperature[5];
-    f.put("grey.toml", WARM.replace("[0.9, 0.1, 0.1, 0.1]", "0.9"));
+    f.put("grey.toml", ROOM_OF_WAVELENGTHS.replace("[0.9, 0.1, 0.1, 0.1]", "0.9"));
     f.done(&["solve", "grey.toml", "-o", "b.npz"]);
     assert!(kelvin(&s) > kelvin(&read(&f, "b.npz")) + 50.0);
-    f.put("gap.toml", WARM.replace("[3000, 8000]", "[3500, 8000]"));
+    f.put("gap.toml", ROOM_OF_WAVELENGTHS.replace("[3000, 8000]", "[3500, 8000]"));
     refused(&f, Program, &["solve", "gap.toml", "-o", "c.npz"], "leave out 3000 to 3500 nm");
 }
 

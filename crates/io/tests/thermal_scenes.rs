@@ -423,7 +423,7 @@ fn emissivities_by_temperature_and_side_are_read() {
 }
 
 #[test]
-fn wrong_emissivities_by_temperature_and_side_are_refused() {
+fn wrong_emissivities_by_temperature_are_refused() {
     let f = Folder::new().with("e.csv", "T,e\n300,0.1\n500,1.3\n");
     let sheet =
         "[[surface]]\nname = 's'\nrectangle = { origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }\n";
@@ -456,6 +456,19 @@ fn wrong_emissivities_by_temperature_and_side_are_refused() {
             "keep one of them",
         ),
         (format!("{ROOM}temperature = 300\nreflectance = 0.1\n{table}\n"), "keep one of them"),
+    ] {
+        let message = f.refusal(&text);
+        assert!(message.contains(words), "'{words}' is not in:\n{message}\nfor\n{text}");
+    }
+}
+
+#[test]
+fn wrong_emissivities_of_backs_and_in_sunlight_are_refused() {
+    let f = Folder::new();
+    let sheet =
+        "[[surface]]\nname = 's'\nrectangle = { origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }\n";
+    let table = "emissivity = { temperatures = [300, 500], values = [0.1, 0.3] }";
+    for (text, words) in [
         (
             format!("{ROOM}temperature = 300\nemissivity = 1\nback = {{ emissivity = 0.5 }}\n"),
             "sides = \"both\"",

@@ -90,30 +90,8 @@ impl<'a> SceneReader<'a> {
                     "nothing is known of this surface; write temperature (K), heat_flux (W/m2), net_power (W) or node; heat_flux = 0 is adiabatic",
                 );
             };
-            if properties.reflectance.is_none() {
-                return missing(
-                    "emissivity",
-                    "this key is missing; write emissivity = 0.9, or 1 for a black surface",
-                );
-            }
-            if surface.reflectance.any(f64::is_nan) {
-                return missing(
-                    "solar_absorptance",
-                    "the list for the infrared bands has no value for sunlight; write solar_absorptance = 0.3",
-                );
-            }
-            let is_known = matches!(condition, ThermalCondition::Temperature(_));
-            if is_known && properties.node.is_none() && properties.convection.is_some() {
-                return missing(
-                    "heat_transfer_coefficient",
-                    "convection does not change a given temperature; give heat_flux or a node instead of the temperature, or remove the convection",
-                );
-            }
-            if properties.back.is_some() && (surface.sides == Sides::Front || surface.solid) {
-                return missing(
-                    "back",
-                    "the back of this surface takes no part in the exchange; write sides = \"both\", or remove back",
-                );
+            if let Some((key, message)) = missing_key(&surface, properties, condition) {
+                return missing(key, message);
             }
             thermal.emissivities.push(emissivity_of(&self.emissivity_tables, properties));
             thermal.surfaces.push(condition);
@@ -189,4 +167,35 @@ fn emissivity_of(tables: &[EmissivityTable], properties: &SurfaceProperties) -> 
         .back
         .map(|b| SideEmissivity { reflectance: b.reflectance, table: b.table.map(|k| tables[k].clone()) });
     SurfaceEmissivity { table: properties.emissivity_table.map(|k| tables[k].clone()), back }
+}
+
+/// The key that a surface lacks or should not have in thermal mode, and what to do.
+fn missing_key(
+    surface: &Surface,
+    properties: &SurfaceProperties,
+    condition: ThermalCondition,
+) -> Option<(&'static str, &'static str)> {
+    if properties.reflectance.is_none() {
+        return Some(("emissivity", "this key is missing; write emissivity = 0.9, or 1 for a black surface"));
+    }
+    if surface.reflectance.any(f64::is_nan) {
+        return Some((
+            "solar_absorptance",
+            "the list for the infrared bands has no value for sunlight; write solar_absorptance = 0.3",
+        ));
+    }
+    let is_known = matches!(condition, ThermalCondition::Temperature(_));
+    if is_known && properties.node.is_none() && properties.convection.is_some() {
+        return Some((
+            "heat_transfer_coefficient",
+            "convection does not change a given temperature; give heat_flux or a node instead of the temperature, or remove the convection",
+        ));
+    }
+    if properties.back.is_some() && (surface.sides == Sides::Front || surface.solid) {
+        return Some((
+            "back",
+            "the back of this surface takes no part in the exchange; write sides = \"both\", or remove back",
+        ));
+    }
+    None
 }

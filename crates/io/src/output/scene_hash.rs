@@ -6,8 +6,8 @@
 
 use zonal_math::Vec3;
 use zonal_scene::{
-    BandFractions, Bands, Light, LinkLaw, NodeCondition, Plate, PlateKind, Scene, Sides, ThermalCondition,
-    ThermalNetwork,
+    BandFractions, Bands, Light, LinkLaw, NodeCondition, Plate, PlateKind, Scene, Sides, Thermal,
+    ThermalCondition, ThermalNetwork,
 };
 
 /// Bytes that are gathered before they are hashed.
@@ -206,15 +206,7 @@ fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
     }
     t.surfaces.iter().chain(&t.panes).for_each(|k| known(h, *k));
     t.network.iter().for_each(|n| hash_network(h, n));
-    for (surface, e) in t.emissivities.iter().enumerate().filter(|(_, e)| **e != Default::default()) {
-        h.int(surface);
-        let tables = [e.table.as_ref(), e.back.as_ref().and_then(|b| b.table.as_ref())];
-        e.back.iter().for_each(|b| h.bands(b.reflectance));
-        for points in tables.map(|t| t.map_or(&[][..], |t| t.points())) {
-            h.int(points.len());
-            points.iter().for_each(|p| h.reals(p));
-        }
-    }
+    hash_emissivities(h, t);
     for (facet, v) in scene.faces().values.iter().enumerate() {
         if let Some(k) = v.condition {
             h.int(facet);
@@ -226,6 +218,19 @@ fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
     h.length(t.surroundings);
     if let Some(map) = scene.voxel_grid() {
         (0..map.len()).filter_map(|i| map.heat(i)).for_each(|k| known(h, k));
+    }
+}
+
+/// Hashes emissivities by temperature and side.
+fn hash_emissivities(h: &mut WordHasher, t: &Thermal) {
+    for (surface, e) in t.emissivities.iter().enumerate().filter(|(_, e)| **e != Default::default()) {
+        h.int(surface);
+        let tables = [e.table.as_ref(), e.back.as_ref().and_then(|b| b.table.as_ref())];
+        e.back.iter().for_each(|b| h.bands(b.reflectance));
+        for points in tables.map(|t| t.map_or(&[][..], |t| t.points())) {
+            h.int(points.len());
+            points.iter().for_each(|p| h.reals(p));
+        }
     }
 }
 

@@ -266,11 +266,7 @@ impl SceneBuilder {
             network.convection.resize(parts.surfaces.len(), convection);
             emissivities.resize(parts.surfaces.len(), emissivity);
         }
-        for (condition, node) in conditions.iter_mut().zip(&network.surface_nodes) {
-            if let Some(NodeCondition::Temperature(t)) = node.map(|k| network.nodes[k].condition) {
-                *condition = ThermalCondition::Temperature(t);
-            }
-        }
+        give_node_temperatures(&mut conditions, &network);
         let bands = &parts.bands;
         parts.panes = self.panes.into_iter().enumerate().map(|(i, p)| p.into_pane(i + 1, bands)).collect();
         parts.voxel_grid = self.medium.as_ref().map(|m| m.build(bands)).transpose()?;
@@ -334,6 +330,15 @@ fn index_of_node(network: &ThermalNetwork, name: &str) -> Result<usize, SceneErr
 
 fn node_of(mesh: &Mesh, network: &ThermalNetwork) -> Result<Option<usize>, SceneError> {
     mesh.node.as_ref().map(|name| index_of_node(network, name)).transpose()
+}
+
+/// Gives surfaces of nodes of known temperature that temperature.
+fn give_node_temperatures(conditions: &mut [ThermalCondition], network: &ThermalNetwork) {
+    for (condition, node) in conditions.iter_mut().zip(&network.surface_nodes) {
+        if let Some(NodeCondition::Temperature(t)) = node.map(|k| network.nodes[k].condition) {
+            *condition = ThermalCondition::Temperature(t);
+        }
+    }
 }
 
 fn emissivity_of(mesh: &Mesh) -> SurfaceEmissivity {

@@ -6,7 +6,7 @@ use crate::input::error::InputError;
 use crate::input::scene_reader::SceneReader;
 use crate::input::table::{Quantity, RowKeys, WantedColumn, read_column};
 use crate::input::toml::node::{TomlNode, TomlTable};
-use crate::input::toml::thermal_keys::{BACK, EMISSIVITY_BY_TEMPERATURE};
+use crate::input::toml::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE};
 use zonal_scene::{Bands, EmissivityTable};
 
 /// The `emissivity` of a table, if it depends on temperature: its index among the tables of the reader.
@@ -91,7 +91,7 @@ pub(crate) fn read_back(
     reader: &mut SceneReader<'_>,
 ) -> Result<Option<BackProperties>, InputError> {
     let Some(node) = t.get("back") else { return Ok(None) };
-    let own = node.table(BACK)?;
+    let own = node.table(BACK_OF_SURFACE)?;
     let emissivity = own.require("emissivity", "emissivity = 0.1")?;
     if emissivity.is_value_file() {
         return Err(emissivity.error("the back has no values by face; give a number"));

@@ -5,7 +5,7 @@
 
 use super::keys::{KeyGroups, KeySpec, all, key};
 use super::light_keys::{EMITTER, PLANET, SKY, SPECTRUM, SUN, SURROUNDINGS};
-use super::thermal_keys::{BACK, EMISSIVITY_BY_TEMPERATURE};
+use super::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE};
 
 const ROOT_KEYS: &[KeySpec] = &[
     key("name", "text", "", "the file's name", "name of the scene"),
@@ -529,7 +529,7 @@ pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
     ("surface[].mesh", MESH),
     ("surface[].temperature, … of a mesh", VALUE_FILE),
     ("surface[].emissivity by temperature", EMISSIVITY_BY_TEMPERATURE),
-    ("surface[].back", BACK),
+    ("surface[].back", BACK_OF_SURFACE),
     ("surface[].faces", FACES),
     ("surface[].materials.NAME", MATERIAL),
     ("surface[].materials.NAME.pane", MATERIAL_PANE),

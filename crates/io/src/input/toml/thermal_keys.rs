@@ -16,7 +16,7 @@ pub(crate) const EMISSIVITY_BY_TEMPERATURE: KeyGroups = &[&[
     key("column", "text | integer from 1", "", "2", "column of the emissivities in the file"),
 ]];
 /// `back` of a surface.
-pub(crate) const BACK: KeyGroups = &[&[
+pub(crate) const BACK_OF_SURFACE: KeyGroups = &[&[
     key("emissivity", "bands in [0, 1] | table", "", "required", "diffuse emissivity of the back"),
     key("solar_absorptance", "number in [0, 1]", "", "the emissivity", "absorbed fraction of sunlight"),
 ]];

@@ -293,12 +293,11 @@ impl ThermalFormat {
             let band_fractions = black_body.unwrap_or_default();
             return Ok(Thermal {
                 band_fractions,
-                cell_fractions: None,
                 surfaces,
                 panes,
                 surroundings,
                 network,
-                emissivities: Vec::new(),
+                ..Thermal::default()
             });
         };
         let count = bands.count();
@@ -318,7 +317,6 @@ impl ThermalFormat {
             kinds: cells.kinds.iter().map(|k| of(k)).collect(),
             kind_of_cell: cells.kind_of_cell,
         });
-        let emissivities = Vec::new();
         Ok(Thermal {
             band_fractions: of_scene,
             cell_fractions,
@@ -326,7 +324,7 @@ impl ThermalFormat {
             panes,
             surroundings,
             network,
-            emissivities,
+            ..Thermal::default()
         })
     }
 }
