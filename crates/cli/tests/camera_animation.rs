@@ -1,6 +1,6 @@
 //! Camera animations: frames are drawn, kept and redrawn; lights are scaled without a solve; wrong key frames are refused.
 
-mod support;
+use crate::support;
 
 use std::process::Command;
 use support::{Folder, Parser, Program, refused, solution, text};

@@ -1,6 +1,6 @@
 //! Subcommands from input to output; identical files for any number of threads.
 
-mod support;
+use crate::support;
 
 use support::{COLUMNS, Folder, Program, ROOM, VOXELS, refused, solution, text};
 

@@ -1,6 +1,6 @@
 //! `zonal dataset`: samples equal single solves, larger sets begin with smaller ones, interrupted runs continue, wrong input is refused.
 
-mod support;
+use crate::support;
 
 use std::path::Path;
 use support::{Folder, Program, refused};

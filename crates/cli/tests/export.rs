@@ -1,6 +1,6 @@
 //! Files of `zonal export`.
 
-mod support;
+use crate::support;
 
 use support::{Folder, Parser, Program, ROOM, refused, solution, text};
 

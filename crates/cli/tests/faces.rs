@@ -1,6 +1,6 @@
 //! Data and results by face of a mesh, through the command.
 
-mod support;
+use crate::support;
 
 use support::{Folder, Program, refused, text};
 

@@ -1,6 +1,6 @@
 //! `zonal render --show`: pixels of an .exr against a search over all zones, colours of a .png against the scale, refused options.
 
-mod support;
+use crate::support;
 
 use support::{Folder, Parser, Program, refused, solution};
 use zonal_cli::legend::srgb_bytes;

@@ -1,6 +1,6 @@
 //! Final gather against interpolated pictures.
 
-mod support;
+use crate::support;
 
 use support::Folder;
 

@@ -1,6 +1,6 @@
 //! Scenes of more than three bands through the command: files, tables, exports, refusals; slabs of gas against RadLib.
 
-mod support;
+use crate::support;
 
 use support::{Folder, Program, refused};
 
@@ -42,6 +42,72 @@ fn files_tables_and_exports_have_all_bands() {
     assert!(once.iter().zip(&twice).all(|(a, b)| (2.0 * a - b).abs() < 1e-12 * b), "{once:?} {twice:?}");
     f.done(&["render", "a.npz", "--show", "irradiance", "-o", "a.png"]);
     refused(&f, Program, &["render", "a.npz", "-o", "b.png"], "5 bands");
+    // Three bands at a time in the viewer and its models.
+    let shown = f.done(&["export", "a.npz", "-o", "a.html", "--first-band", "3"]);
+    assert!(shown.contains("of 5 bands, band 3, band 4 stand for red"), "{shown}");
+    let [first, last] = ["0", "3"].map(|band| {
+        f.done(&["export", "a.npz", "-o", "a.glb", "--first-band", band]);
+        f.get("a.glb")
+    });
+    assert_ne!(first, last);
+    for (file, band, words) in
+        [("b.html", "4", "a multiple of 3 up to 3"), ("b.glb", "6", "5 bands"), ("b.csv", "0", "all bands")]
+    {
+        refused(&f, Program, &["export", "a.npz", "-o", file, "--first-band", band], words);
+    }
+}
+
+#[test]
+fn exchange_areas_of_many_bands_are_those_of_their_triples() {
+    let f = Folder::new();
+    f.put("all.toml", SCENE);
+    f.put(
+        "first.toml",
+        SCENE
+            .replace("bands = 5\n", "")
+            .replace(", 0.4, 0.3]", "]")
+            .replace(", 4, 5]", "]")
+            .replace(", 0.2, 0.7]", "]"),
+    );
+    for scene in ["all", "first"] {
+        f.done(&["exchange", &format!("{scene}.toml"), "-o", &format!("{scene}.npz")]);
+    }
+    let read = |file: &str, name: &str| zonal_io::output::read_array(&f.path().join(file), name).unwrap();
+    for name in ["exchange_areas", "total_exchange_areas", "total_error_radius"] {
+        let [(shape, all), (_, first)] = ["all.npz", "first.npz"].map(|file| read(file, name));
+        assert_eq!(shape, [5, 32, 32]);
+        assert_eq!(all[..3 * 32 * 32], first);
+    }
+    // Band 2 has no extinction: the wall has all its exchange with walls.
+    let (_, closure) = read("all.npz", "closure");
+    assert!(closure[2 * 32 + 31] == 0.0 && closure[4 * 32 + 31] > closure[3 * 32 + 31]);
+    f.done(&["exchange", "all.toml", "-o", "all.mtx", "--direct-only"]);
+    assert!(f.path().join("all.band4.mtx").exists());
+}
+
+/// A room of which one wall is hot, in bands with wavelengths.
+const ROOM_OF_WAVELENGTHS: &str = "mode = \"thermal\"\nbands = [[200, 3000], [3000, 8000], [8000, 20000], [20000, 100000]]\n[solve]\npatch_size = 1\ndiscretization_error = false\n[[surface]]\nname = \"r\"\nroom = { min=[0,0,0], max=[1,1,1] }\nemissivity = 1\ntemperature = 300\nfaces.z0 = { temperature = 1500 }\nfaces.z1 = { heat_flux = 0, emissivity = [0.9, 0.1, 0.1, 0.1] }\n";
+
+#[test]
+fn bands_with_wavelengths_have_the_emission_of_the_black_body() {
+    let f = Folder::new();
+    f.put("scene.toml", ROOM_OF_WAVELENGTHS);
+    f.done(&["solve", "scene.toml", "-o", "a.npz"]);
+    let s = read(&f, "a.npz");
+    // F(0 to 4500 µm K), F(0 to 12 000 µm K), F(0 to 30 000 µm K) of the tables.
+    let hot = s.all_bands(|t| t.fields.radiosity[4]);
+    let total: f64 = hot.iter().sum();
+    for (band, wanted) in [(0, 0.5643), (1, 0.9451 - 0.5643), (2, 0.9953 - 0.9451)] {
+        assert!((hot[band] / total - wanted).abs() < 2e-4, "{hot:?}");
+    }
+    assert!((total / (5.670374419e-8 * 1500f64.powi(4)) - 1.0).abs() < 1e-12);
+    // The wall without heat that absorbs the short waves alone is warmer than one that is black: it cannot emit them.
+    let kelvin = |s: &zonal_scene::Solution| s.fields.heat.as_ref().unwrap().temperature[5];
+    f.put("grey.toml", ROOM_OF_WAVELENGTHS.replace("[0.9, 0.1, 0.1, 0.1]", "0.9"));
+    f.done(&["solve", "grey.toml", "-o", "b.npz"]);
+    assert!(kelvin(&s) > kelvin(&read(&f, "b.npz")) + 50.0);
+    f.put("gap.toml", ROOM_OF_WAVELENGTHS.replace("[3000, 8000]", "[3500, 8000]"));
+    refused(&f, Program, &["solve", "gap.toml", "-o", "c.npz"], "leave out 3000 to 3500 nm");
 }
 
 /// A plate in sunlight above a planet: two bands, of which the last is sunlight.
@@ -63,7 +129,12 @@ fn sunlit_scenes_survive_their_file_and_state_sunlight() {
     assert!(f.done(&["solve", "scene.toml", "-o", "b.npz"]).contains("sunlight, W"));
     f.done(&["render", "a.npz", "--show", "temperature", "-o", "a.png"]);
     f.done(&["exchange", "scene.toml", "-o", "areas.npz"]);
-    refused(&f, Program, &["update", "areas.npz", "-o", "q.csv"], "without nodes, convection and lights");
+    refused(
+        &f,
+        Program,
+        &["update", "areas.npz", "-o", "q.csv"],
+        "up to three bands without nodes, convection and lights",
+    );
 }
 
 /// A white wall, a red one and a blue one in light of a spectrum.
@@ -86,7 +157,8 @@ fn pictures_of_wavelengths_have_the_colours_of_their_spectra() {
     assert!((white[0] - white[1]).abs() < 12 && (white[2] - white[1]).abs() < 12, "{white:?}");
     assert!(red[0] > 2 * red[1] && red[0] > 2 * red[2], "{red:?}");
     assert!(blue[2] > blue[1] && blue[1] > blue[0], "{blue:?}");
-    refused(&f, Program, &["export", "a.npz", "-o", "a.glb"], "no red, green and blue");
+    let shown = f.done(&["export", "a.npz", "-o", "a.glb"]);
+    assert!(shown.contains("400-500 nm, 500-580 nm, 580-640 nm stand for red, green and blue"), "{shown}");
 }
 
 #[test]

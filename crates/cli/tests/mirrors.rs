@@ -1,6 +1,6 @@
 //! Scenes with mirrors through the command: files and pictures of the part, and of the whole that it stands for.
 
-mod support;
+use crate::support;
 
 use support::{Folder, Program, refused};
 

@@ -2,7 +2,7 @@
 //!
 //! Wrong scenes are in `refused_scenes.rs`.
 
-mod support;
+use crate::support;
 
 use support::{By, COLUMNS, Folder, Parser, Program, ROOM, VOXELS, npy, refused, solution};
 

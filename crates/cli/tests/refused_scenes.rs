@@ -2,7 +2,7 @@
 //!
 //! Texts of messages are tested in `crates/io/tests/read_wrong.rs`.
 
-mod support;
+use crate::support;
 
 use support::{Folder, Parser, Program, ROOM, glb, npy, refused, solution};
 

@@ -1,6 +1,6 @@
 //! `zonal relight`, kept factors and checkpoints through the command.
 
-mod support;
+use crate::support;
 
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};

@@ -2,7 +2,7 @@
 //! a hang, a partial file or NaN.
 #![cfg(unix)]
 
-mod support;
+use crate::support;
 
 use std::os::unix::fs::symlink;
 use std::process::{Command, Output};

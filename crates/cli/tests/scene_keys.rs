@@ -1,6 +1,6 @@
 //! Former flags and keys: aliases with notes, `zonal migrate`, and the reference of `zonal keys`.
 
-mod support;
+use crate::support;
 
 use support::{Folder, Parser, Program, ROOM, refused, text};
 

@@ -1,6 +1,6 @@
 //! Thermal mode through the command: the furnace of the manual, its exports, total exchange areas, refused commands.
 
-mod support;
+use crate::support;
 
 use support::Folder;
 

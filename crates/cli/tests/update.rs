@@ -1,6 +1,6 @@
 //! `zonal exchange` as text, and `zonal update`.
 
-mod support;
+use crate::support;
 
 use std::process::Command;
 use support::{Folder, Program, refused, text};

@@ -1,6 +1,6 @@
 //! `zonal validate`: the quick cases pass, a failed case sets the exit code, wrong options are refused.
 
-mod support;
+use crate::support;
 
 use std::path::Path;
 use support::{Folder, Parser, Program, refused, text};

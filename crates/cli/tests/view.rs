@@ -1,7 +1,7 @@
 //! `zonal view` as a process: answers, refused requests, and its end.
 #![cfg(unix)]
 
-mod support;
+use crate::support;
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};

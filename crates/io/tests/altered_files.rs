@@ -1,6 +1,6 @@
 //! Truncated and altered files never panic.
 
-mod support;
+use crate::support;
 
 use support::vdb::Vdb;
 use support::{CUBE, Folder, NpyOrder, Quad, f32s, npy, png};

@@ -1,6 +1,6 @@
 //! Densities and meshes in the voxel grid.
 
-mod support;
+use crate::support;
 
 use std::path::Path;
 use support::{CUBE, Folder, NpyOrder, f32s, npy};

@@ -1,6 +1,6 @@
 //! Values by face and by material of a mesh, from CSV, npy and VTK files.
 
-mod support;
+use crate::support;
 
 use support::{Folder, NpyOrder, npy};
 use zonal_scene::{Bands, Scene, ThermalCondition};

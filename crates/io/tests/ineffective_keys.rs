@@ -1,6 +1,6 @@
 //! Keys that would have no effect where they stand: each is refused with its place and the mend.
 
-mod support;
+use crate::support;
 
 use support::{Folder, NpyOrder, f32s, npy, png};
 use zonal_scene::Bands;

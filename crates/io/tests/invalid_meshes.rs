@@ -1,6 +1,6 @@
 //! Invalid meshes and materials: each refusal names the file, the place and the mend.
 
-mod support;
+use crate::support;
 
 use support::{CUBE, Folder, Quad, check, png};
 

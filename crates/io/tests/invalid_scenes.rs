@@ -1,6 +1,6 @@
 //! Wrong inputs: each refusal names the file, the place and the mend.
 
-mod support;
+use crate::support;
 
 use support::{Folder, NpyOrder, RefusedScene, UNIT_SQUARE, check, f32s, npy, png};
 

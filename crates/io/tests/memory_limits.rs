@@ -1,6 +1,6 @@
 //! Scenes and files in memory, and files that would take more memory than they pay for.
 
-mod support;
+use crate::support;
 
 use std::path::PathBuf;
 use support::png;

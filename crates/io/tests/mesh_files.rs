@@ -1,6 +1,6 @@
 //! OBJ, glTF and pictures read right, with numbers.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::PI;
 use support::{CUBE, Folder, Quad, png};

@@ -1,6 +1,6 @@
 //! OpenVDB grids and Mitsuba volumes in the voxel grid.
 
-mod support;
+use crate::support;
 
 use std::path::{Path, PathBuf};
 use support::Folder;

@@ -1,6 +1,6 @@
 //! Spectra in the place of bands: tables, illuminants, black bodies, and what is refused.
 
-mod support;
+use crate::support;
 
 use support::Folder;
 use zonal_scene::{Light, Scene};

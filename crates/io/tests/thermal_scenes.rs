@@ -1,6 +1,6 @@
 //! Thermal mode in scene files: what is read, what arrays give, and what is refused.
 
-mod support;
+use crate::support;
 
 use support::{Folder, NpyOrder, f32s, npy};
 use zonal_io::input::parse_scene;
@@ -400,4 +400,94 @@ fn wrong_nodes_are_refused() {
     let light = "[[node]]\nname = 'a'\n[[surface]]\nroom = { min = [0,0,0], max = [1,1,1] }";
     let error = zonal_io::input::parse_scene(light, None, "t.toml").unwrap_err().to_string();
     assert!(error.contains("nodes belong to thermal mode"), "{error}");
+}
+
+#[test]
+fn emissivities_by_temperature_and_side_are_read() {
+    let s = read(&format!(
+        "{ROOM}temperature = 300\nemissivity = 1\n[[surface]]\nname = 's'\nrectangle = {{ origin = [0.2,0.2,0.5], edge1 = [0.5,0,0], edge2 = [0,0.5,0] }}\nsides = 'both'\nheat_flux = 0\nemissivity = {{ temperatures = [300, 500], values = [0.1, 0.3] }}\nback = {{ emissivity = 0.9 }}\n"
+    ));
+    let own = &s.thermal().unwrap().emissivities[6];
+    assert_eq!(own.table.as_ref().unwrap().points(), [[300.0, 0.1], [500.0, 0.3]]);
+    let back = own.back.as_ref().unwrap();
+    assert!((back.reflectance - 0.1).abs().all(|d| d < 1e-15) && back.table.is_none());
+    // The middle of the table stands for it.
+    assert!((s.surfaces()[6].reflectance - 0.8).abs().all(|d| d < 1e-15));
+    // From a file; at a given temperature its value there stands for it.
+    let f = Folder::new().with("e.csv", "T,steel,brass\n300,0.1,0.02\n500,0.3,0.04\n");
+    let of_file = |keys: &str| {
+        let text = format!("{ROOM}temperature = 400\nemissivity = {{ by_temperature = 'e.csv'{keys} }}\n");
+        1.0 - f.scene(&text).surfaces()[0].reflectance.first()
+    };
+    assert!((of_file("") - 0.2).abs() < 1e-15 && (of_file(", column = 'brass'") - 0.03).abs() < 1e-15);
+}
+
+#[test]
+fn wrong_emissivities_by_temperature_are_refused() {
+    let f = Folder::new().with("e.csv", "T,e\n300,0.1\n500,1.3\n");
+    let sheet =
+        "[[surface]]\nname = 's'\nrectangle = { origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }\n";
+    let table = "emissivity = { temperatures = [300, 500], values = [0.1, 0.3] }";
+    for (text, words) in [
+        (format!("{sheet}{table}\n"), "belongs to thermal mode"),
+        (
+            format!(
+                "{ROOM}temperature = 300\nemissivity = {{ temperatures = [300, 500], values = [0.1] }}\n"
+            ),
+            "give one for each",
+        ),
+        (
+            format!(
+                "{ROOM}temperature = 300\nemissivity = {{ temperatures = [500, 300], values = [0.1, 0.2] }}\n"
+            ),
+            "ascending",
+        ),
+        (
+            format!("{ROOM}temperature = 300\nemissivity = {{ temperatures = [300], values = [1.2] }}\n"),
+            "from 0 to 1",
+        ),
+        (format!("{ROOM}temperature = 300\nemissivity = {{ temperatures = [300] }}\n"), "values"),
+        (
+            format!("{ROOM}temperature = 300\nemissivity = {{ by_temperature = 'e.csv' }}\n"),
+            "1.3 as an emissivity",
+        ),
+        (
+            format!("{ROOM}temperature = 300\nemissivity = {{ by_temperature = 'e.csv', values = [1] }}\n"),
+            "keep one of them",
+        ),
+        (format!("{ROOM}temperature = 300\nreflectance = 0.1\n{table}\n"), "keep one of them"),
+    ] {
+        let message = f.refusal(&text);
+        assert!(message.contains(words), "'{words}' is not in:\n{message}\nfor\n{text}");
+    }
+}
+
+#[test]
+fn wrong_emissivities_of_backs_and_in_sunlight_are_refused() {
+    let f = Folder::new();
+    let sheet =
+        "[[surface]]\nname = 's'\nrectangle = { origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }\n";
+    let table = "emissivity = { temperatures = [300, 500], values = [0.1, 0.3] }";
+    for (text, words) in [
+        (
+            format!("{ROOM}temperature = 300\nemissivity = 1\nback = {{ emissivity = 0.5 }}\n"),
+            "sides = \"both\"",
+        ),
+        (
+            format!(
+                "mode = 'thermal'\n{sheet}sides = 'both'\ntemperature = 300\nemissivity = 1\nback = {{}}\n"
+            ),
+            "emissivity",
+        ),
+        (format!("{sheet}sides = 'both'\nback = {{ emissivity = 0.5 }}\n"), "thermal mode"),
+        (
+            format!(
+                "mode = 'thermal'\n{sheet}sides = 'both'\ntemperature = 300\n{table}\n[[light]]\nkind = 'sun'\ndirection = [0,0,-1]\nirradiance = 800\n"
+            ),
+            "solar_absorptance",
+        ),
+    ] {
+        let message = f.refusal(&text);
+        assert!(message.contains(words), "'{words}' is not in:\n{message}\nfor\n{text}");
+    }
 }

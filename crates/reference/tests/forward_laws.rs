@@ -108,8 +108,8 @@ fn three_zones(s: &Scene) -> Zones {
     Zones {
         patches: vec![patch(0), patch(1)],
         voxels: vec![voxel],
-        panes: Vec::new(),
         cell_starts: vec![0, 1],
+        ..Zones::default()
     }
 }
 

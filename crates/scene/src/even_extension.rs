@@ -281,7 +281,7 @@ impl EvenExtension {
             !self.reflections[1..].iter().any(moved)
         };
         let panes = all.panes.iter().filter(|p| inside(p)).cloned().collect();
-        let mut out = Zones { patches, voxels: Vec::new(), panes, cell_starts: Vec::new() };
+        let mut out = Zones { patches, panes, ..Zones::default() };
         let Some((dims, before)) = self.cells else { return out };
         out.cell_starts.push(0);
         for cell in 0..dims.iter().product() {
@@ -305,6 +305,7 @@ impl EvenExtension {
         let mut base: Vec<u32> = Vec::with_capacity(zones.len() * self.image_count());
         for (g, r) in self.reflections.iter().enumerate() {
             out.patches.extend(zones.patches.iter().map(|p| r.patch(p, p.facet + g * self.facets)));
+            out.own_reflectances.extend(&zones.own_reflectances);
             base.extend(0..zones.patches.len() as u32);
         }
         self.extend_voxels(zones, &mut out, &mut base);

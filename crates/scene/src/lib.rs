@@ -26,12 +26,14 @@
 mod band;
 mod band_set;
 mod bands;
+mod black_body_bands;
 mod builder;
 mod camera;
 mod cell_values;
 pub mod checkpoint_store;
 mod coarsened_scene;
 mod diagnostic;
+mod emissivity;
 mod energy_balance;
 mod even_extension;
 mod face_results;
@@ -70,6 +72,7 @@ pub use builder::{BandValues, GlassPane, Medium, Mesh, Planet, SceneBuilder, Sky
 pub use camera::{Camera, Lens};
 pub use checkpoint_store::{CheckpointStore, NoCheckpoints};
 pub use diagnostic::{Diagnostic, Severity};
+pub use emissivity::{EmissivityTable, SideEmissivity, SurfaceEmissivity};
 pub use energy_balance::EnergyBalance;
 pub use even_extension::{EvenExtension, ZoneImages};
 pub use face_results::FaceResult;

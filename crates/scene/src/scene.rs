@@ -4,6 +4,7 @@ use crate::band_set::BandSet;
 use crate::bands::Bands;
 use crate::camera::Camera;
 use crate::diagnostic::Diagnostic;
+use crate::emissivity::SideEmissivity;
 use crate::face_table::FaceTable;
 use crate::light::{Light, Surroundings};
 use crate::options::SolveOptions;
@@ -14,6 +15,7 @@ use crate::surface::{Facet, Pane, Surface, Texture};
 use crate::thermal::{Thermal, ThermalCondition};
 use crate::validation::{check_parts, check_triples};
 use crate::voxel_grid::VoxelGrid;
+use crate::zones::Patch;
 use std::borrow::Cow;
 use std::sync::Arc;
 use zonal_math::Vec3;
@@ -231,6 +233,24 @@ impl Scene {
     pub fn facet_reflectance(&self, facet: usize) -> Bands {
         let own = self.parts.faces.values_of(facet).reflectance;
         own.unwrap_or(self.parts.surfaces[self.parts.facets[facet].surface].reflectance)
+    }
+    /// Reflectance of a patch of a thermal scene at `t` kelvin: that of its face, or of its side of the surface.
+    pub fn patch_reflectance(&self, patch: &Patch, t: f64) -> Bands {
+        let facet = &self.parts.facets[patch.facet];
+        let emissivities = self.parts.thermal.as_ref().map_or(&[][..], |t| &t.emissivities);
+        let own = match self.parts.faces.values_of(patch.facet).reflectance {
+            None => emissivities.get(facet.surface),
+            Some(_) => None,
+        };
+        let Some(own) = own else { return self.facet_reflectance(patch.facet) };
+        let at = |side: &SideEmissivity| side.reflectance_at(&self.parts.bands, self.parts.triple, t);
+        match own.back.as_ref().filter(|_| facet.plate.normal().dot(patch.normal) < 0.0) {
+            Some(back) => at(back),
+            None => at(&SideEmissivity {
+                reflectance: self.facet_reflectance(patch.facet),
+                table: own.table.clone(),
+            }),
+        }
     }
     /// Thermal condition of a facet: that of its face, or of its surface; `None` in light mode.
     pub fn facet_condition(&self, facet: usize) -> Option<ThermalCondition> {

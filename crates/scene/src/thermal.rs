@@ -13,6 +13,8 @@
 use crate::band::{Band, PerBand};
 use crate::band_set::{BANDS_PER_TRIPLE, BandSet};
 use crate::bands::Bands;
+use crate::black_body_bands::fraction_below;
+use crate::emissivity::SurfaceEmissivity;
 use crate::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
 use crate::scene_error::{SceneError, invalid};
 use crate::thermal_network::ThermalNetwork;
@@ -112,6 +114,12 @@ pub enum BandFractions {
         /// positive values over their sum.
         all_bands: Option<Arc<[Vec<f64>]>>,
     },
+    /// Fractions of the black-body emissive power between the limits of each band, nm: the first band of a scene begins at 0, the last one ends at
+    /// infinity. A band from infinity to infinity emits nothing.
+    BlackBody {
+        /// Limits of each band.
+        limits: PerBand<[f64; 2]>,
+    },
 }
 
 /// Value and derivative of a polynomial, coefficients ascending.
@@ -171,10 +179,33 @@ impl BandFractions {
             all_bands,
         }
     }
-    /// The polynomials of the bands of the triple; `None` for a grey scene.
+    /// The fractions of the black body in one triple of bands with wavelengths; those below the first band and above the last count to these. `None`
+    /// without wavelengths.
+    ///
+    /// ```
+    /// use zonal_scene::{BandFractions, BandSet};
+    /// let bands = BandSet::by_wavelength(vec![[200.0, 3000.0], [3000.0, 1e5]])?;
+    /// let fractions = BandFractions::of_wavelengths(&bands, 0).unwrap();
+    /// let [short, long, none] = fractions.grey_gas_weights(966.0).to_rgb();
+    /// assert!((short - 0.25).abs() < 1e-3 && short + long == 1.0 && none == 0.0);
+    /// # Ok::<(), zonal_scene::SceneError>(())
+    /// ```
+    pub fn of_wavelengths(bands: &BandSet, triple: usize) -> Option<BandFractions> {
+        let wavelengths = bands.wavelengths()?;
+        let window = bands.window(triple);
+        let of_band = |b: Band| match window.clone().nth(b.index()) {
+            Some(k) => {
+                let low = if k == 0 { 0.0 } else { wavelengths[k][0] };
+                [low, if k + 1 == bands.count() { f64::INFINITY } else { wavelengths[k][1] }]
+            }
+            None => [f64::INFINITY; 2],
+        };
+        Some(BandFractions::BlackBody { limits: PerBand::from_fn(of_band) })
+    }
+    /// The polynomials of the bands of the triple; `None` for a grey scene and for a black body.
     pub fn coefficients(&self) -> Option<&PerBand<Vec<f64>>> {
         match self {
-            BandFractions::Grey => None,
+            BandFractions::Grey | BandFractions::BlackBody { .. } => None,
             BandFractions::GreyGases { coefficients, .. } => Some(coefficients),
         }
     }
@@ -186,13 +217,24 @@ impl BandFractions {
     pub fn is_constant(&self) -> bool {
         match self {
             BandFractions::Grey => true,
+            BandFractions::BlackBody { .. } => false,
             BandFractions::GreyGases { coefficients, .. } => coefficients.iter().all(|c| c.len() == 1),
         }
     }
     /// a_b and da_b/dT (1/K) at `t` kelvin.
     fn fractions_and_slopes(&self, t: f64) -> [Bands; 2] {
-        let BandFractions::GreyGases { coefficients, range, all_bands, .. } = self else {
-            return [Bands::ONE, Bands::ZERO];
+        let (coefficients, range, all_bands) = match self {
+            BandFractions::Grey => return [Bands::ONE, Bands::ZERO],
+            BandFractions::BlackBody { limits } => {
+                let of_band = |k: usize, b: Band| {
+                    let [low, high] = limits[b].map(|w| fraction_below(w, t)[k]);
+                    high - low
+                };
+                return [0, 1].map(|k| Bands::from_fn(|b| of_band(k, b)));
+            }
+            BandFractions::GreyGases { coefficients, range, all_bands, .. } => {
+                (coefficients, range, all_bands)
+            }
         };
         let inside = t > range[0] && t < range[1];
         let t = t.clamp(range[0], range[1]);
@@ -229,7 +271,11 @@ impl BandFractions {
     }
     /// For each band, whether its fraction is positive at any temperature.
     pub fn emitting_bands(&self) -> PerBand<bool> {
-        let BandFractions::GreyGases { range, .. } = self else { return PerBand::splat(true) };
+        let range = match self {
+            BandFractions::Grey => return PerBand::splat(true),
+            BandFractions::BlackBody { limits } => return PerBand::from_fn(|b| limits[b][0] < limits[b][1]),
+            BandFractions::GreyGases { range, .. } => range,
+        };
         check_temperatures(*range)
             .map(|t| self.grey_gas_weights(t))
             .fold(PerBand::splat(false), |s, a| s.zip_map(a.into(), |s, a: f64| s || a > MIN_BAND_FRACTION))
@@ -341,12 +387,18 @@ pub struct Thermal {
     pub surroundings: Option<f64>,
     /// Bodies at one temperature and convection; `None` without them.
     pub network: Option<ThermalNetwork>,
+    /// Emissivities of each surface by temperature or by side; empty without them.
+    pub emissivities: Vec<SurfaceEmissivity>,
 }
 
 impl Thermal {
     /// The band fractions of the scene, then those of the kinds of cells.
     pub fn all_fractions(&self) -> impl Iterator<Item = &BandFractions> {
         std::iter::once(&self.band_fractions).chain(self.cell_fractions.iter().flat_map(|f| &f.kinds))
+    }
+    /// True if some surface has an emissivity by temperature or by side.
+    pub fn has_varied_emissivities(&self) -> bool {
+        self.emissivities.iter().any(|e| *e != SurfaceEmissivity::default())
     }
     /// True if no fraction depends on temperature.
     pub fn has_constant_fractions(&self) -> bool {

@@ -92,6 +92,9 @@ pub struct Zones {
     pub panes: Vec<PaneZone>,
     /// `cell_starts[c]..cell_starts[c+1]` are the voxel zones of cell c; empty without a voxel grid.
     pub cell_starts: Vec<u32>,
+    /// Reflectance of each patch in thermal mode where emissivities depend on temperature or side, whatever the equations use in its place; empty
+    /// where every patch has that of its facet.
+    pub own_reflectances: Vec<Bands>,
 }
 
 impl Zones {

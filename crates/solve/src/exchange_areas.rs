@@ -11,6 +11,7 @@ use crate::engine::selection::{MIN_LINEAR_BASIS_THICKNESS, check_periodic_pairs}
 use crate::mirrors::{self, MirroredSolve};
 use crate::report::cost_estimate::problem_size;
 use crate::settings::check_interrupted;
+use crate::thermal::emissivity::set_known_reflectances;
 use crate::total_exchange_areas::{NUMBERS_PER_PAIR, sum_by_group, total_exchange_areas};
 use rayon::prelude::*;
 use zonal_exchange::pair::{
@@ -114,16 +115,34 @@ impl ExchangeAreas {
         settings: &ExchangeAreaSettings,
         progress: &dyn Progress,
     ) -> Result<ExchangeAreas, SceneError> {
-        if scene.bands().triples() > 1 {
-            let bands = scene.bands().count();
-            let message = format!(
-                "exchange areas are written for up to three bands, and the scene has {bands}; give one scene for every three bands"
-            );
-            return Err(SceneError::new("bands", message));
+        let triples = scene.bands().triples();
+        if triples == 1 {
+            return ExchangeAreas::of_triple(scene, settings, progress);
         }
+        // Each triple of bands has matrices of its own.
+        let memory_limit = settings.memory_limit / triples as u64;
+        let settings = ExchangeAreaSettings { memory_limit, ..*settings };
+        let mut all: Option<ExchangeAreas> = None;
+        for triple in scene.triples() {
+            let own = ExchangeAreas::of_triple(triple, &settings, progress)?.expanded(triple.window().len());
+            match &mut all {
+                None => all = Some(own),
+                Some(all) => all.append(own),
+            }
+        }
+        all.ok_or_else(|| SceneError::new("bands", "the scene has no bands; give at least one"))
+    }
+
+    /// The areas of one triple of bands.
+    fn of_triple(
+        scene: &Scene,
+        settings: &ExchangeAreaSettings,
+        progress: &dyn Progress,
+    ) -> Result<ExchangeAreas, SceneError> {
         // Zones and the diagnostics that concern them.
         let transport = Transport::new(scene);
-        let zones = build_zones(scene, &transport)?;
+        let mut zones = build_zones(scene, &transport)?;
+        set_known_reflectances(scene, &mut zones)?;
         let mut diagnostics = scene.notes().to_vec();
         diagnostics.extend(mirrors::excluded_parts_of(scene, &transport, &zones)?);
         diagnostics.extend(thick_voxels(scene, &zones));
@@ -175,6 +194,41 @@ impl ExchangeAreas {
             check_interrupted(progress)?;
         }
         Ok(areas)
+    }
+
+    /// With one matrix for each of the first `bands` bands of a triple.
+    fn expanded(mut self, bands: usize) -> ExchangeAreas {
+        let n = self.zone_count();
+        let count = self.matrices;
+        let expand = |m: &mut AreaMatrices| {
+            for (list, length) in [(&mut m.areas, n * n), (&mut m.radii, n * n), (&mut m.closure, n)] {
+                let one: Vec<f64> = list[..length].to_vec();
+                (count..bands).for_each(|_| list.extend(&one));
+                list.truncate(bands * length);
+            }
+        };
+        expand(&mut self.direct);
+        self.total.iter_mut().for_each(expand);
+        self.matrices = bands;
+        self
+    }
+
+    /// Adds the matrices of further bands on the same zones.
+    fn append(&mut self, other: ExchangeAreas) {
+        let join = |own: &mut AreaMatrices, more: AreaMatrices| {
+            own.areas.extend(more.areas);
+            own.radii.extend(more.radii);
+            own.closure.extend(more.closure);
+        };
+        join(&mut self.direct, other.direct);
+        if let (Some(own), Some(more)) = (&mut self.total, other.total) {
+            join(own, more);
+        }
+        self.matrices += other.matrices;
+        self.counts.merge(other.counts);
+        let new = other.diagnostics.into_iter().filter(|d| !self.diagnostics.contains(d));
+        let new: Vec<Diagnostic> = new.collect();
+        self.diagnostics.extend(new);
     }
 
     /// Number of zones.

@@ -60,6 +60,7 @@ pub mod thermal;
 pub mod total_exchange_areas;
 mod triple_checkpoints;
 mod unobstructed_cells;
+mod zonal_solution;
 mod zone_power;
 
 pub use operator::ExchangeOperator;

@@ -29,6 +29,7 @@ use crate::surroundings::{self, SurroundingsExchange};
 use crate::thermal::newton::TripleEngine;
 use crate::thermal::{self, SolvedTriple, TemperatureSolve, TripleZones};
 use crate::triple_checkpoints::TripleCheckpoints;
+use crate::zonal_solution::ZonalSolution;
 use zonal_exchange::pair::StripImages;
 use zonal_scene::{
     Bands, Diagnostic, EnergyBalance, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError,
@@ -137,8 +138,20 @@ fn solve_on_zones(
     for (scene, transport) in scene.triples().skip(1).zip(&others) {
         zones.push(build_zones(scene, transport)?);
     }
+    let transports: Vec<&Transport> = std::iter::once(&transport).chain(&others).collect();
+    thermal::emissivity::solve(scene, zones, settings, |zones, settings| {
+        solve_with_reflectances(scene, &transports, zones, settings)
+    })
+}
+
+/// The solution on zones that have the reflectances of their temperatures.
+fn solve_with_reflectances(
+    scene: &Scene,
+    transports: &[&Transport],
+    mut zones: Vec<Zones>,
+    settings: &SolveSettings,
+) -> Result<Vec<ZonalSolution>, SceneError> {
     thermal::apply_boundary_conditions(scene, &mut zones);
-    let transports = std::iter::once(&transport).chain(&others);
     let triples: Vec<TripleInput> = scene
         .triples()
         .zip(&zones)
@@ -146,12 +159,12 @@ fn solve_on_zones(
         .map(|((scene, zones), transport)| TripleInput { scene, zones, transport, mirrored: None })
         .collect();
     let mut solved = solve_equations(&triples, settings)?;
-    drop((transport, others));
     solved.iter_mut().zip(zones).for_each(|(s, zones)| s.zones = zones);
     thermal::recover_temperatures(&mut solved_triples(scene, &mut solved));
     for (scene, s) in scene.triples().zip(&mut solved) {
         s.report.warnings.extend(diagnostics::heat_balance(scene, &s.zones, &s.fields, &s.report));
         finite::check_finite(scene, &s.zones, &mut s.fields, &mut s.groups, &mut s.report)?;
+        s.zones.own_reflectances = Vec::new();
     }
     Ok(solved)
 }
@@ -193,17 +206,6 @@ struct TripleInput<'a> {
     transport: &'a Transport<'a>,
     /// Set where scene and zones are those of an even extension.
     mirrored: Option<&'a MirroredSolve>,
-}
-
-/// Solution of the zonal equations of one triple of bands.
-pub(crate) struct ZonalSolution {
-    /// The zones with the emission of the temperatures found.
-    pub zones: Zones,
-    pub fields: Fields,
-    pub groups: Vec<LightGroup>,
-    pub report: Report,
-    /// True if the radiosity has slopes inside the zones.
-    has_slopes: bool,
 }
 
 /// Solves the zonal equations of all triples of the bands; those of a scene with mirrors on its even extension.

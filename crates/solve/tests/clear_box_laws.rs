@@ -1,6 +1,6 @@
 //! Laws of clear boxes, exact to nine digits for any zones.
 
-mod common;
+use crate::common;
 
 use common::{count, mean, patches_of, read, solve, solved, unit_room, unlevel, with_exchange};
 use std::fmt::Write as _;

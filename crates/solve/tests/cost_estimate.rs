@@ -1,6 +1,6 @@
 //! Cost estimates before a solve, and the memory limit.
 
-mod common;
+use crate::common;
 
 use common::{read, unit_room};
 use zonal_exchange::pair::PairSettings;

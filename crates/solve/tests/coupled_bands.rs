@@ -1,6 +1,6 @@
 //! Bands that temperatures couple: Newton's method against a fixed-point iteration.
 
-mod common;
+use crate::common;
 
 use common::{gas, read, solve};
 use zonal_math::{Vec3, vec3};

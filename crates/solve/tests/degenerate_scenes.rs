@@ -1,6 +1,6 @@
 //! Degenerate scenes: no panic, no NaN, balanced power.
 
-mod common;
+use crate::common;
 
 use common::{solved, unit_room};
 use zonal_scene::{Band, Solution};

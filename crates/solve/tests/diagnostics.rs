@@ -1,6 +1,6 @@
 //! Diagnostics of unbalanced power: reported once, relative to the exchanged power.
 
-mod common;
+use crate::common;
 
 use common::{read, solved};
 use zonal_scene::{Diagnostic, PerBand, Solution, SolveStatus};

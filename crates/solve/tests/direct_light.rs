@@ -1,6 +1,6 @@
 //! Direct light, the surroundings, and the balance of power.
 
-mod common;
+use crate::common;
 
 use common::{count, mean, patches_of, read, solved, unit_room, with_exchange};
 use zonal_reference::test_cases::sampled_cases;

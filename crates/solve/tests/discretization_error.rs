@@ -1,6 +1,6 @@
 //! The discretization error: the estimate covers the error against much finer zones, and unknown errors are reported.
 
-mod common;
+use crate::common;
 
 use common::{read, solved, unit_room};
 use zonal_reference::test_cases::sampled_cases;

@@ -1,6 +1,6 @@
 //! Enclosures with obstacles: isothermal ones are uniform, walls are opaque, and results do not depend on the number of threads.
 
-mod common;
+use crate::common;
 
 use common::{add, on_threads, read, solve, solved, surface, tetrahedron, unit_room, unlevel, unlevel_rms};
 use std::f64::consts::PI;

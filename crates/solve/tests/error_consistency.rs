@@ -1,6 +1,6 @@
 //! Errors widened by inconsistencies of a solution: unclosed rows, early termination, negative fluxes.
 
-mod common;
+use crate::common;
 
 use common::{read, solve, unit_room};
 use zonal_exchange::pair::PairSettings;

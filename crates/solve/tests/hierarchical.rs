@@ -1,6 +1,6 @@
 //! The hierarchical engine compared with the dense and the spectral engine on the same zones, and its symmetry, closure and determinism.
 
-mod common;
+use crate::common;
 
 use common::{read, unit_room, with_site};
 use std::sync::LazyLock;

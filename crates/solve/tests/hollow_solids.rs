@@ -1,6 +1,6 @@
 //! Hollow solids: separate enclosures have separate heat balances.
 
-mod common;
+use crate::common;
 
 use common::solve;
 use zonal_math::{Vec3, vec3};

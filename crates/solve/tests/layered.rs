@@ -1,6 +1,6 @@
 //! The layered engine: an independent code for slabs, the spectral engine, subdivision, reciprocity, closure and refusals.
 
-mod common;
+use crate::common;
 
 use common::{read, solve, unlevels};
 use zonal_math::Grade;

@@ -1,7 +1,7 @@
 //! Light groups, relighting and checkpoints: groups add up to the solution, a relit solution is that of the relit scene, saved factors equal new ones,
 //! and an interrupted solve is bit-identical.
 
-mod common;
+use crate::common;
 
 use common::{read, solve};
 use std::collections::HashMap;

@@ -1,6 +1,6 @@
 //! The linear basis: exact refinement, physical laws, and problems with known solutions.
 
-mod common;
+use crate::common;
 
 use common::{solved_zones as solved, surface, wall};
 use zonal_math::{Vec3, vec3};

@@ -1,6 +1,6 @@
 //! Scenes of more than three bands: bands of one scene agree with those of scenes of three, alone and coupled by temperature.
 
-mod common;
+use crate::common;
 
 use common::solved;
 use zonal_scene::Solution;

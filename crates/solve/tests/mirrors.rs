@@ -1,6 +1,6 @@
 //! Scenes with mirrors against the whole scenes of which they are parts.
 
-mod common;
+use crate::common;
 
 use common::{read, solve, unlevels};
 use zonal_io::input::parse_scene;

@@ -2,7 +2,7 @@
 //!
 //! The tables are in `shared/reference/montecarlo` beside the checkout; without them the tests report that and pass.
 
-mod common;
+use crate::common;
 
 use common::{read, solve};
 use std::fmt::Write as _;

@@ -4,8 +4,8 @@
 
 use zonal_scene::thermal::{STEFAN_BOLTZMANN, blackbody_emissive_power};
 use zonal_scene::{
-    BandFractions, Bands, Engine, LinkLaw, Mesh, NoProgress, NodeCondition, NodeResult, Scene, SceneBuilder,
-    Solution, SolveStatus,
+    BandFractions, Bands, EmissivityTable, Engine, LinkLaw, Mesh, NoProgress, NodeCondition, NodeResult,
+    Scene, SceneBuilder, Solution, SolveStatus,
 };
 
 const WALL: f64 = 300.0;
@@ -221,4 +221,80 @@ fn fins_with_convection_have_the_profile_of_the_difference_equation() {
         let wanted = air + amplitude * shape(k as f64);
         assert!((found - wanted).abs() < 1e-9 * wanted, "{k}: {found}, not {wanted}");
     }
+}
+
+#[test]
+fn sides_of_a_sheet_have_emissivities_of_their_own() {
+    let (emissivities, power) = ([0.8, 0.1], 60.0);
+    let sheet =
+        Mesh::rectangle([0.3, 0.3, 0.5], [0.4, 0.0, 0.0], [0.0, 0.4, 0.0]).name("sheet").patch_size(0.2);
+    let sheet = sheet.emissivity(emissivities[0]).back_emissivity(emissivities[1]).node("sheet");
+    let s = solve(room().surface(sheet).node("sheet", NodeCondition::Power(power)));
+    let flux = power / ((emissivities[0] + emissivities[1]) * 0.16);
+    let wanted = ((blackbody_emissive_power(WALL) + flux) / STEFAN_BOLTZMANN).powf(0.25);
+    assert_temperature(node(&s, "sheet"), wanted);
+    let heat = s.fields.heat.as_ref().unwrap();
+    for (i, p) in s.zones.patches.iter().enumerate().filter(|(_, p)| p.surface == 1) {
+        let emissivity = if p.normal.z > 0.0 { emissivities[0] } else { emissivities[1] };
+        assert!((p.reflectance - (1.0 - emissivity)).abs().all(|d| d < 1e-12));
+        let off = (heat.net[i] - emissivity * flux).abs();
+        assert!(off <= heat.net_error[i] + 1e-6 * flux, "{i}: {} ± {}", heat.net[i], heat.net_error[i]);
+    }
+}
+
+#[test]
+fn emissivities_follow_the_temperatures_found() {
+    let table = EmissivityTable::new(&[[250.0, 0.1], [400.0, 0.3], [800.0, 0.7]]).unwrap();
+    let wall = blackbody_emissive_power(WALL);
+    let radiated = |t: f64| table.at(t) * AREA * (blackbody_emissive_power(t) - wall);
+    let own = || body().emissivity_by_temperature(table.clone());
+    for power in [40.0, 400.0, 4000.0] {
+        // One temperature of a node, and a temperature in each zone.
+        let of_node = solve(room().surface(own().node("body")).node("body", NodeCondition::Power(power)));
+        let wanted = root(|t| radiated(t) - power);
+        assert_temperature(node(&of_node, "body"), wanted);
+        let s = solve(room().surface(own().net_power(power)));
+        let row = s.surface("body").unwrap();
+        let (t, error) = (row.temperature.unwrap(), row.temperature_error.unwrap());
+        assert!((t - wanted).abs() <= error && error < 0.03 * wanted, "{t} ± {error}, not {wanted}");
+        assert!((row.net_power - power).abs() <= row.error + 1e-6 * power);
+        let emissivity = table.at(t);
+        let of_body = s.zones.patches.iter().filter(|p| p.surface == 1);
+        of_body.for_each(|p| assert!((p.reflectance - (1.0 - emissivity)).abs().all(|d| d < 1e-2)));
+        assert!(s.report.counts.iter().any(|(name, n)| name.contains("emissivities") && *n > 2));
+    }
+    // A given temperature needs no iteration.
+    let s = solve(room().surface(own().temperature(500.0)));
+    let row = s.surface("body").unwrap();
+    assert!((row.net_power - radiated(500.0)).abs() <= row.error + 1e-6 * row.net_power);
+    assert!(s.report.counts.iter().all(|(name, n)| !name.contains("emissivities") || *n == 1));
+}
+
+#[test]
+fn errors_cover_the_response_of_emissivities_to_altered_temperatures() {
+    // Emissivity falls with temperature, which amplifies errors: two thirds of the fourth power are undone.
+    let points: Vec<[f64; 2]> =
+        (0..60).map(|k| 300.0 + 10.0 * k as f64).map(|t| [t, 0.9 * (300.0 / t).powf(2.5)]).collect();
+    let table = EmissivityTable::new(&points).unwrap();
+    let wall = blackbody_emissive_power(WALL);
+    for power in [200.0, 800.0] {
+        let wanted = root(|t| table.at(t) * AREA * (blackbody_emissive_power(t) - wall) - power);
+        let own = body().emissivity_by_temperature(table.clone()).node("body");
+        let s = solve(room().surface(own).node("body", NodeCondition::Power(power)));
+        let found = node(&s, "body");
+        let off = (found.temperature - wanted).abs();
+        assert!(
+            off <= found.temperature_error,
+            "{} ± {}, not {wanted}",
+            found.temperature,
+            found.temperature_error
+        );
+    }
+    // An emissivity that grows steeply: without damping, the iteration alternates between its ends.
+    let steep = EmissivityTable::new(&[[300.0, 0.1], [400.0, 0.1], [402.0, 0.9]]).unwrap();
+    let wanted = root(|t| steep.at(t) * AREA * (blackbody_emissive_power(t) - wall) - 500.0);
+    assert!((400.0..402.0).contains(&wanted));
+    let own = body().emissivity_by_temperature(steep.clone()).node("body");
+    let s = solve(room().surface(own).node("body", NodeCondition::Power(500.0)));
+    assert_temperature(node(&s, "body"), wanted);
 }

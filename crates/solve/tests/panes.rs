@@ -1,6 +1,6 @@
 //! Panes: Beer's law, energy balance, agreement with resolved voxels and with Monte Carlo.
 
-mod common;
+use crate::common;
 
 use common::{mean, patches_of, read, solve, solved, unit_room, unlevel};
 use std::f64::consts::PI;

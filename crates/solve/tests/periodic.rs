@@ -1,6 +1,6 @@
 //! Periodic boxes of any extinction: closed forms, physical laws, and agreement of the engines.
 
-mod common;
+use crate::common;
 
 use common::{read, solve, solved, unlevels};
 use zonal_scene::thermal::blackbody_emissive_power;

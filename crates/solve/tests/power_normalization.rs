@@ -1,6 +1,6 @@
 //! Power normalization of solutions by rays: the balance closes, ratios between zones stay, and the change is reported.
 
-mod common;
+use crate::common;
 
 use common::{read, solve, unit_room};
 use zonal_scene::{Band, Bands, Engine, LightGroup, Solution};

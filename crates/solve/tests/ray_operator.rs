@@ -1,6 +1,6 @@
 //! The exchange operator by rays: closure, opaque walls, panes, and continued paths.
 
-mod common;
+use crate::common;
 
 use common::{mean, patches_of, read, unit_room, with_site};
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};

@@ -1,6 +1,6 @@
 //! Solves that end with an error: interrupted by the observer, or refused for lack of memory.
 
-mod common;
+use crate::common;
 
 use common::{read, unit_room};
 use std::collections::HashMap;

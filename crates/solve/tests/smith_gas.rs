@@ -1,6 +1,6 @@
 //! The gas of Smith, Shen and Friedman with its clear window in radiative equilibrium between walls, against discrete ordinates.
 
-mod common;
+use crate::common;
 
 use common::{read, solve};
 use zonal_reference::slab::{Slab, SlabBand, SlabCondition};

@@ -1,6 +1,6 @@
 //! Sunlight, planets and skies in thermal mode against closed forms and balances.
 
-mod common;
+use crate::common;
 
 use common::solved;
 use zonal_scene::thermal::{STEFAN_BOLTZMANN, blackbody_temperature};

@@ -1,6 +1,6 @@
 //! The spectral engine against the dense engine and against physical laws.
 
-mod common;
+use crate::common;
 
 use common::{solved_zones as solved, surface, wall};
 use zonal_math::{Vec3, vec3};

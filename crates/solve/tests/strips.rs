@@ -1,6 +1,6 @@
 //! Periodic scenes without a medium: ducts of infinite length.
 
-mod common;
+use crate::common;
 
 use common::{read, solve, solved};
 use zonal_io::input::parse_scene;

@@ -1,6 +1,6 @@
 //! Temperatures: closed forms, published problems, physical laws.
 
-mod common;
+use crate::common;
 
 use common::{add, gas, mean, patches_of, read, solve, solved, surface, tetrahedron};
 use zonal_math::{Vec3, vec3};

@@ -1,8 +1,6 @@
 //! Total exchange areas: against View3D's printed matrices, and against the solve.
 
-#![allow(missing_docs)]
-
-mod common;
+use crate::common;
 #[allow(dead_code)]
 #[path = "../../exchange/tests/support/view3d.rs"]
 mod view3d;

@@ -5,7 +5,7 @@ use zonal_scene::{Bands, Light, Plate};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSample, LightSampler, Receiver};
 
-mod common;
+use crate::common;
 
 /// A floor of 2 m under a sun from the zenith.
 fn sun_over_floor() -> (zonal_scene::Scene, Light) {

@@ -1,7 +1,5 @@
 //! Grid traversal and optical depths against sampling and closed forms.
-#![allow(missing_docs)]
-
-mod common;
+use crate::common;
 use common::*;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Bands, Pane, Plate, Scene, SceneParts, VoxelGrid};

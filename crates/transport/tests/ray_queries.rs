@@ -1,7 +1,5 @@
 //! Occlusion and closest hits against a search over all plates by another formula.
-#![allow(missing_docs)]
-
-mod common;
+use crate::common;
 use common::*;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Plate, PlateKind};

@@ -1,7 +1,5 @@
 //! Shaft culling against random segments between two zones, and against simple cases.
-#![allow(missing_docs)]
-
-mod common;
+use crate::common;
 use common::*;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::Plate;

@@ -1,7 +1,5 @@
 //! Nested solids and rooms, and medium outside of rooms.
-#![allow(missing_docs)]
-
-mod common;
+use crate::common;
 use common::*;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Bands, Facet, Plate, Scene, Sides, Surface};

@@ -1,7 +1,5 @@
 //! Zones: volumes and areas add up, walls separate, covered parts are excluded.
-#![allow(missing_docs)]
-
-mod common;
+use crate::common;
 use common::*;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::PatchRule;

@@ -11,15 +11,16 @@
 //! would become negative becomes zero and the rest is distributed again. The change is added to the radius.
 
 use crate::matrix::ExchangeRows;
+use rayon::prelude::*;
 use zonal_math::Bounded;
 
 /// Radius of an exact entry relative to its value, for its weight: rounding.
 const EXACT_ENTRY_RADIUS: f64 = 1e-12;
 /// Rounds of distribution, at most: values that become negative leave after each.
-const MAX_ROUNDS: usize = 6;
+const MAX_ROUNDS: usize = 4;
 /// Iterations of a round, at most, and the residual at which it ends, relative to the areas.
-const MAX_ITERATIONS: usize = 2_000;
-const RELATIVE_RESIDUAL: f64 = 1e-14;
+const MAX_ITERATIONS: usize = 400;
+const RELATIVE_RESIDUAL: f64 = 1e-11;
 
 /// Closes the rows of `rows`; `areas` are their sums. Returns the largest remaining defect relative to its area.
 pub(crate) fn close_rows(areas: &[f64], rows: &mut ExchangeRows) -> f64 {
@@ -56,7 +57,7 @@ fn multipliers(rows: &ExchangeRows, defects: &[f64], areas: &[f64]) -> Vec<f64> 
             let own = (weight(&rows.sky[i]) + weight(&rows.ground[i])) * x[i];
             rows.entries(i).fold(own, |s, (j, b)| s + weight(&b) * (x[i] + x[j]))
         };
-        (0..n).map(row).collect()
+        (0..n).into_par_iter().map(row).collect()
     };
     let diagonal: Vec<f64> = (0..n)
         .map(|i| {
@@ -128,7 +129,7 @@ mod tests {
     fn closed_rows_sum_to_their_areas_and_stay_reciprocal() {
         let (areas, mut made) = rows(0.15);
         let before = made.clone();
-        assert!(close_rows(&areas, &mut made) < 1e-13);
+        assert!(close_rows(&areas, &mut made) < 1e-10);
         for i in 0..3 {
             for (j, b) in made.entries(i) {
                 let back = made.entries(j).find(|e| e.0 == i).expect("the reverse pair").1;
@@ -147,7 +148,7 @@ mod tests {
             let find = |r: &ExchangeRows| r.entries(i).find(|e| e.0 == j).expect("a pair").1;
             let change = find(&made).value - find(&before).value;
             let expected = weight(&find(&before)) * (multiplier(i) + multiplier(j));
-            assert!((change - expected).abs() < 1e-6 * change.abs().max(1e-6), "{i} {j}: {change} {expected}");
+            assert!((change - expected).abs() < 1e-6 * change.abs().max(1e-4), "{i} {j}: {change} {expected}");
         }
     }
 
@@ -156,7 +157,7 @@ mod tests {
         let (areas, mut made) = rows(0.15);
         made.sky[0] = Bounded::estimated(0.4, 0.5);
         made.sky[2] = Bounded::estimated(1e-3, 1.0);
-        assert!(close_rows(&areas, &mut made) < 1e-13);
+        assert!(close_rows(&areas, &mut made) < 1e-10);
         assert!(made.sky.iter().all(|s| s.value >= 0.0));
     }
 }

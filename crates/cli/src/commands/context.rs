@@ -5,6 +5,9 @@ use std::path::Path;
 use zonal_report::Failure;
 use zonal_scene::{Diagnostic, Report, SceneError, Solution};
 
+/// Bands that an output shows as red, green and blue.
+const BANDS_SHOWN: usize = 3;
+
 /// Options of all subcommands.
 #[derive(Clone, Copy, Debug)]
 pub struct Context {
@@ -80,23 +83,40 @@ pub fn option_failure(e: &SceneError) -> Failure {
     Failure::new(format!("--{flag}: {}", e.message()))
 }
 
-/// Reads a solution of light for outputs that show one reflectance for each surface.
+/// Reads a solution of light for outputs that show three bands as red, green and blue, and one reflectance for each surface. Of more bands, which are no
+/// colours, it returns the three from band number `first` on.
 ///
 /// # Errors
-/// As [`read_colour_solution`], and for reflectances by face.
-pub fn read_uniform_light_solution(path: &Path) -> Result<Solution, Failure> {
-    let solution = zonal_io::output::read_solution(path)?;
+/// As [`read_light_solution`], for reflectances by face, and if `first` is not the first band of three.
+pub fn read_uniform_light_solution(path: &Path, first: usize) -> Result<Solution, Failure> {
+    let solution = with_shown_bands(zonal_io::output::read_solution(path)?, first)?;
     check_uniform_light(path, &solution)?;
     Ok(solution)
 }
 
-/// Refuses solutions for outputs that show one reflectance of colours for each surface; `path` names the solution in messages.
+/// The three bands of a solution from band number `first` on.
+fn with_shown_bands(mut solution: Solution, first: usize) -> Result<Solution, Failure> {
+    let (count, triple) = (solution.scene.bands().count(), first / BANDS_SHOWN);
+    if !first.is_multiple_of(BANDS_SHOWN) || first >= count {
+        let last = BANDS_SHOWN * ((count - 1) / BANDS_SHOWN);
+        let message = format!(
+            "--first-band {first}: the solution has {count} bands; give a multiple of {BANDS_SHOWN} up to {last}"
+        );
+        return Err(Failure::new(message));
+    }
+    if triple > 0 {
+        solution = solution.further_triples.swap_remove(triple - 1);
+    }
+    solution.further_triples.clear();
+    Ok(solution)
+}
+
+/// Refuses solutions for outputs that show one reflectance for each surface; `path` names the solution in messages.
 ///
 /// # Errors
-/// As [`check_picture`], for bands that are no colours, and for reflectances by face.
+/// For solutions in thermal mode, and for reflectances by face.
 pub fn check_uniform_light(path: &Path, solution: &Solution) -> Result<(), Failure> {
     check_light(path, solution)?;
-    check_colours(path, solution)?;
     if solution.scene.faces().values.iter().all(|v| v.reflectance.is_none()) {
         return Ok(());
     }
@@ -104,6 +124,16 @@ pub fn check_uniform_light(path: &Path, solution: &Solution) -> Result<(), Failu
         path,
         "this solution has reflectances by face, and this output shows one for each surface; draw it with zonal render, or export it as .vtu",
     ))
+}
+
+/// The bands that stand for red, green and blue where a solution has other bands; `None` where it has colours or one band.
+pub fn shown_bands(solution: &Solution) -> Option<String> {
+    let bands = solution.scene.bands();
+    if bands.is_rgb() || bands.count() == 1 {
+        return None;
+    }
+    let names: Vec<String> = solution.scene.window().map(|b| bands.name(b)).collect();
+    Some(format!("of {} bands, {} stand for red, green and blue", bands.count(), names.join(", ")))
 }
 
 /// Reads a solution of light.
@@ -146,16 +176,6 @@ pub fn check_picture(path: &Path, solution: &Solution) -> Result<(), Failure> {
         Some(_) => Ok(()),
         None => check_colours(path, solution),
     }
-}
-
-/// Reads a solution of light whose bands are colours.
-///
-/// # Errors
-/// As [`read_light_solution`], and if the solution has bands that are no colours.
-pub fn read_colour_solution(path: &Path) -> Result<Solution, Failure> {
-    let solution = read_light_solution(path)?;
-    check_colours(path, &solution)?;
-    Ok(solution)
 }
 
 fn check_colours(path: &Path, solution: &Solution) -> Result<(), Failure> {

@@ -1,6 +1,6 @@
 //! `zonal view`: shows a solution in the browser.
 
-use super::context::{Context, read_uniform_light_solution};
+use super::context::{Context, read_uniform_light_solution, shown_bands};
 use crate::viewer::package::{PackageDetail, package};
 use crate::viewer::page;
 use crate::viewer::server::{Route, Server};
@@ -27,6 +27,9 @@ pub struct Args {
     /// Largest number of vertices on surfaces: fewer load faster, more show finer shadows.
     #[arg(long, value_name = "N", default_value_t = PackageDetail::default().max_vertices as u32, value_parser = clap::value_parser!(u32).range(1000..=8_000_000))]
     pub vertices: u32,
+    /// First of the three bands that stand for red, green and blue, where the solution has other bands: 0, 3, 6, ….
+    #[arg(long, value_name = "B", default_value_t = 0)]
+    pub first_band: u32,
 }
 
 /// Port if none is given.
@@ -37,10 +40,13 @@ const DEFAULT_PORT: u16 = 8765;
 /// # Errors
 /// If the solution cannot be read or the port is taken.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
-    let solution = read_uniform_light_solution(&args.run)?;
+    let solution = read_uniform_light_solution(&args.run, args.first_band as usize)?;
     let detail = PackageDetail { max_vertices: args.vertices as usize };
     let bytes = package(&solution, &detail, &context.progress())?;
     let size = bytes.len();
+    if let Some(shown) = shown_bands(&solution).filter(|_| !context.json) {
+        say(&shown)?;
+    }
     let server = bind(args.port, page::routes(bytes))?;
     ctrlc::set_handler(server.stopper())
         .map_err(|e| Failure::new(format!("the handler of Ctrl-C cannot be installed ({e})")))?;

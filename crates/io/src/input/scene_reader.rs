@@ -12,7 +12,10 @@ use super::toml::source::SourceText;
 use crate::files::FileSource;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use zonal_scene::{Diagnostic, Plate, SceneError, SceneParts, Surface, ThermalCondition};
+use zonal_scene::{
+    Diagnostic, EmissivityTable, Plate, SceneError, SceneParts, SideEmissivity, Sides, Surface,
+    SurfaceEmissivity, ThermalCondition,
+};
 
 /// Files that a scene may refer to, and its largest medium.
 #[derive(Clone, Copy)]
@@ -42,6 +45,8 @@ pub(crate) struct SceneReader<'a> {
     pub(crate) gas: Option<SceneGas>,
     /// Bodies of meshes that fill the medium, after its regions.
     pub(crate) interior_fills: Vec<InteriorFill>,
+    /// Tables of emissivities by temperature.
+    pub(crate) emissivity_tables: Vec<EmissivityTable>,
     texture_of_image: HashMap<String, usize>,
 }
 
@@ -54,6 +59,7 @@ impl<'a> SceneReader<'a> {
             has_medium: false,
             gas: None,
             interior_fills: Vec::new(),
+            emissivity_tables: Vec::new(),
             texture_of_image: HashMap::new(),
         }
     }
@@ -84,25 +90,10 @@ impl<'a> SceneReader<'a> {
                     "nothing is known of this surface; write temperature (K), heat_flux (W/m2), net_power (W) or node; heat_flux = 0 is adiabatic",
                 );
             };
-            if properties.reflectance.is_none() {
-                return missing(
-                    "emissivity",
-                    "this key is missing; write emissivity = 0.9, or 1 for a black surface",
-                );
+            if let Some((key, message)) = missing_key(&surface, properties, condition) {
+                return missing(key, message);
             }
-            if surface.reflectance.any(f64::is_nan) {
-                return missing(
-                    "solar_absorptance",
-                    "the list for the infrared bands has no value for sunlight; write solar_absorptance = 0.3",
-                );
-            }
-            let is_known = matches!(condition, ThermalCondition::Temperature(_));
-            if is_known && properties.node.is_none() && properties.convection.is_some() {
-                return missing(
-                    "heat_transfer_coefficient",
-                    "convection does not change a given temperature; give heat_flux or a node instead of the temperature, or remove the convection",
-                );
-            }
+            thermal.emissivities.push(emissivity_of(&self.emissivity_tables, properties));
             thermal.surfaces.push(condition);
             let network = thermal.network.get_or_insert_default();
             network.surface_nodes.push(properties.node);
@@ -168,4 +159,43 @@ impl<'a> SceneReader<'a> {
         self.texture_of_image.insert(name, self.parts.textures.len() - 1);
         Ok(self.parts.textures.len() - 1)
     }
+}
+
+/// The emissivities of a surface by temperature and side, out of the tables of a reader.
+fn emissivity_of(tables: &[EmissivityTable], properties: &SurfaceProperties) -> SurfaceEmissivity {
+    let back = properties
+        .back
+        .map(|b| SideEmissivity { reflectance: b.reflectance, table: b.table.map(|k| tables[k].clone()) });
+    SurfaceEmissivity { table: properties.emissivity_table.map(|k| tables[k].clone()), back }
+}
+
+/// The key that a surface lacks or should not have in thermal mode, and what to do.
+fn missing_key(
+    surface: &Surface,
+    properties: &SurfaceProperties,
+    condition: ThermalCondition,
+) -> Option<(&'static str, &'static str)> {
+    if properties.reflectance.is_none() {
+        return Some(("emissivity", "this key is missing; write emissivity = 0.9, or 1 for a black surface"));
+    }
+    if surface.reflectance.any(f64::is_nan) {
+        return Some((
+            "solar_absorptance",
+            "the list for the infrared bands has no value for sunlight; write solar_absorptance = 0.3",
+        ));
+    }
+    let is_known = matches!(condition, ThermalCondition::Temperature(_));
+    if is_known && properties.node.is_none() && properties.convection.is_some() {
+        return Some((
+            "heat_transfer_coefficient",
+            "convection does not change a given temperature; give heat_flux or a node instead of the temperature, or remove the convection",
+        ));
+    }
+    if properties.back.is_some() && (surface.sides == Sides::Front || surface.solid) {
+        return Some((
+            "back",
+            "the back of this surface takes no part in the exchange; write sides = \"both\", or remove back",
+        ));
+    }
+    None
 }

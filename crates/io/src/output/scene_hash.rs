@@ -6,8 +6,8 @@
 
 use zonal_math::Vec3;
 use zonal_scene::{
-    BandFractions, Bands, Light, LinkLaw, NodeCondition, Plate, PlateKind, Scene, Sides, ThermalCondition,
-    ThermalNetwork,
+    BandFractions, Bands, Light, LinkLaw, NodeCondition, Plate, PlateKind, Scene, Sides, Thermal,
+    ThermalCondition, ThermalNetwork,
 };
 
 /// Bytes that are gathered before they are hashed.
@@ -184,7 +184,16 @@ fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
         h.real(x);
     };
     for fractions in t.all_fractions() {
-        let BandFractions::GreyGases { coefficients, range, allow_partial, .. } = fractions else { continue };
+        let (coefficients, range, allow_partial) = match fractions {
+            BandFractions::Grey => continue,
+            BandFractions::BlackBody { limits } => {
+                limits.iter().for_each(|l| h.reals(l));
+                continue;
+            }
+            BandFractions::GreyGases { coefficients, range, allow_partial, .. } => {
+                (coefficients, range, allow_partial)
+            }
+        };
         h.reals(range);
         h.int(*allow_partial as usize);
         for c in coefficients {
@@ -197,6 +206,7 @@ fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
     }
     t.surfaces.iter().chain(&t.panes).for_each(|k| known(h, *k));
     t.network.iter().for_each(|n| hash_network(h, n));
+    hash_emissivities(h, t);
     for (facet, v) in scene.faces().values.iter().enumerate() {
         if let Some(k) = v.condition {
             h.int(facet);
@@ -208,6 +218,19 @@ fn hash_thermal(h: &mut WordHasher, scene: &Scene) {
     h.length(t.surroundings);
     if let Some(map) = scene.voxel_grid() {
         (0..map.len()).filter_map(|i| map.heat(i)).for_each(|k| known(h, k));
+    }
+}
+
+/// Hashes emissivities by temperature and side.
+fn hash_emissivities(h: &mut WordHasher, t: &Thermal) {
+    for (surface, e) in t.emissivities.iter().enumerate().filter(|(_, e)| **e != Default::default()) {
+        h.int(surface);
+        let tables = [e.table.as_ref(), e.back.as_ref().and_then(|b| b.table.as_ref())];
+        e.back.iter().for_each(|b| h.bands(b.reflectance));
+        for points in tables.map(|t| t.map_or(&[][..], |t| t.points())) {
+            h.int(points.len());
+            points.iter().for_each(|p| h.reals(p));
+        }
     }
 }
 

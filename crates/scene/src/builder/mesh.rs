@@ -1,7 +1,7 @@
 //! A surface from arrays: its shape and its material.
 
 use super::values::BandValues;
-use crate::{Bands, Convection, Plate, SceneError, Sides, ThermalCondition};
+use crate::{Bands, Convection, EmissivityTable, Plate, SceneError, Sides, ThermalCondition};
 use zonal_math::Vec3;
 
 /// A surface of a [`crate::SceneBuilder`]: plates of one diffuse material under one name.
@@ -23,6 +23,9 @@ pub struct Mesh {
     pub(super) node: Option<String>,
     pub(super) convection: Option<Convection>,
     pub(super) direct_light: bool,
+    /// Emissivities by temperature, and reflectance of the back.
+    pub(super) emissivity_table: Option<EmissivityTable>,
+    pub(super) back: Option<Bands>,
 }
 
 impl Mesh {
@@ -41,6 +44,8 @@ impl Mesh {
             node: None,
             convection: None,
             direct_light: false,
+            emissivity_table: None,
+            back: None,
         }
     }
 
@@ -124,6 +129,24 @@ impl Mesh {
     #[must_use]
     pub fn emissivity(mut self, emissivity: impl BandValues) -> Mesh {
         self.reflectance = Some(emissivity.into_bands().map(|e| 1.0 - e));
+        self
+    }
+
+    /// Sets an emissivity that depends on temperature, in thermal scenes. The absorptance of sunlight is that of the middle of the table where not given.
+    #[must_use]
+    pub fn emissivity_by_temperature(mut self, table: EmissivityTable) -> Mesh {
+        let points = table.points();
+        let middle = 0.5 * (points[0][0] + points[points.len() - 1][0]);
+        self.reflectance = Some(Bands::splat(1.0 - table.at(middle)));
+        self.emissivity_table = Some(table);
+        self
+    }
+
+    /// Sets another emissivity of the back, 0 to 1, in thermal scenes; both sides then exchange. Its absorptance of sunlight is the same number.
+    #[must_use]
+    pub fn back_emissivity(mut self, emissivity: impl BandValues) -> Mesh {
+        self.back = Some(emissivity.into_bands().map(|e| 1.0 - e));
+        self.sides = Some(Sides::Both);
         self
     }
 

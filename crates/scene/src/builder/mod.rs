@@ -13,8 +13,8 @@ pub use values::{BandValues, VoxelValues};
 use crate::shells::{ShellKind, Shells, WELD_TOLERANCE};
 use crate::{
     BandFractions, BandSet, Bands, Camera, DEFAULT_REFLECTANCE, Facet, Light, LinkLaw, NodeCondition,
-    NodeLink, Plate, Scene, SceneError, SceneParts, Sides, SolveOptions, Surface, Surroundings, Thermal,
-    ThermalCondition, ThermalNetwork, ThermalNode,
+    NodeLink, Plate, Scene, SceneError, SceneParts, SideEmissivity, Sides, SolveOptions, Surface,
+    SurfaceEmissivity, Surroundings, Thermal, ThermalCondition, ThermalNetwork, ThermalNode,
 };
 use zonal_math::Vec3;
 
@@ -256,19 +256,17 @@ impl SceneBuilder {
         } else if gives_solar {
             return Err(SceneError::new("light", SOLAR_WITHOUT_LIGHT));
         }
-        let mut conditions = Vec::new();
+        let (mut conditions, mut emissivities) = (Vec::new(), Vec::new());
         let mut network = network(self.nodes, self.links)?;
         for (number, mesh) in self.meshes.into_iter().enumerate() {
             let (node, convection) = (node_of(&mesh, &network)?, mesh.convection);
+            let emissivity = emissivity_of(&mesh);
             add_mesh(&mut parts, &mut conditions, number, mesh, thermal)?;
             network.surface_nodes.resize(parts.surfaces.len(), node);
             network.convection.resize(parts.surfaces.len(), convection);
+            emissivities.resize(parts.surfaces.len(), emissivity);
         }
-        for (condition, node) in conditions.iter_mut().zip(&network.surface_nodes) {
-            if let Some(NodeCondition::Temperature(t)) = node.map(|k| network.nodes[k].condition) {
-                *condition = ThermalCondition::Temperature(t);
-            }
-        }
+        give_node_temperatures(&mut conditions, &network);
         let bands = &parts.bands;
         parts.panes = self.panes.into_iter().enumerate().map(|(i, p)| p.into_pane(i + 1, bands)).collect();
         parts.voxel_grid = self.medium.as_ref().map(|m| m.build(bands)).transpose()?;
@@ -281,6 +279,7 @@ impl SceneBuilder {
                 panes: vec![ThermalCondition::Flux(0.0); parts.panes.len()],
                 surroundings: self.surroundings_temperature,
                 network: (!network.is_empty()).then_some(network),
+                emissivities,
             });
         } else if self.band_fractions.is_some() {
             let what = "fractions of the emissive power belong to thermal scenes; give a temperature to a surface or the medium";
@@ -331,6 +330,20 @@ fn index_of_node(network: &ThermalNetwork, name: &str) -> Result<usize, SceneErr
 
 fn node_of(mesh: &Mesh, network: &ThermalNetwork) -> Result<Option<usize>, SceneError> {
     mesh.node.as_ref().map(|name| index_of_node(network, name)).transpose()
+}
+
+/// Gives surfaces of nodes of known temperature that temperature.
+fn give_node_temperatures(conditions: &mut [ThermalCondition], network: &ThermalNetwork) {
+    for (condition, node) in conditions.iter_mut().zip(&network.surface_nodes) {
+        if let Some(NodeCondition::Temperature(t)) = node.map(|k| network.nodes[k].condition) {
+            *condition = ThermalCondition::Temperature(t);
+        }
+    }
+}
+
+fn emissivity_of(mesh: &Mesh) -> SurfaceEmissivity {
+    let back = mesh.back.map(|reflectance| SideEmissivity { reflectance, table: None });
+    SurfaceEmissivity { table: mesh.emissivity_table.clone(), back }
 }
 
 /// Adds the surfaces of a mesh: one for each kind of shell (open, solid, enclosure) that it has, unless its sides are given.

@@ -9,7 +9,9 @@ use crate::settings::{DEFAULT_MEMORY_LIMIT, SolveSettings, check_interrupted};
 use crate::surroundings::{self, SurroundingsExchange};
 use crate::thermal::zone_conditions;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
-use zonal_scene::{Band, BandFractions, Bands, FaceMesh, Progress, Scene, SceneError, ThermalCondition};
+use zonal_scene::{
+    Band, BandFractions, Bands, FaceMesh, Progress, Scene, SceneError, Thermal, ThermalCondition,
+};
 use zonal_transport::Transport;
 
 /// Exchange with the surroundings and closure of the rows, matrix after matrix, one number for each zone.
@@ -74,18 +76,7 @@ impl ExchangeData {
                 "thermal states belong to mode = \"thermal\"; give the scene temperatures or powers",
             ));
         };
-        if !scene.lights().is_empty() {
-            return Err(SceneError::new(
-                "light",
-                "thermal states have no lights; solve the scene, or remove the lights",
-            ));
-        }
-        if thermal.network.is_some() {
-            return Err(SceneError::new(
-                "node",
-                "thermal states have no nodes and no convection; solve the scene, or give temperatures and powers",
-            ));
-        }
+        check_plain(scene, thermal)?;
         let zones = &areas.zones;
         let n = zones.len();
         let transport = Transport::new(scene);
@@ -182,6 +173,27 @@ impl ExchangeData {
             false => wrong("name_of_zone"),
         }
     }
+}
+
+/// Refuses scenes that have more than temperatures and powers.
+fn check_plain(scene: &Scene, thermal: &Thermal) -> Result<(), SceneError> {
+    if scene.bands().triples() > 1 {
+        let what = "thermal states have up to three bands; solve the scene, or give it fewer bands";
+        return Err(SceneError::new("bands", what));
+    }
+    if !scene.lights().is_empty() {
+        return Err(SceneError::new(
+            "light",
+            "thermal states have no lights; solve the scene, or remove the lights",
+        ));
+    }
+    if thermal.network.is_some() {
+        return Err(SceneError::new(
+            "node",
+            "thermal states have no nodes and no convection; solve the scene, or give temperatures and powers",
+        ));
+    }
+    Ok(())
 }
 
 /// Measures or restores the closure of the rows; the surroundings are scaled with them.

@@ -21,6 +21,7 @@
 //! | `nodes` | bodies at one temperature with links |
 //! | `newton` | Newton's method for the temperatures |
 //! | `coupled_bicgstab` | its linear solve: stabilised bi-conjugate gradients in units of power |
+//! | `emissivity` | emissivities that depend on temperature |
 //! | `error_propagation` | errors of the incident flux with reflection and reemission |
 //! | `recover_temperatures` | temperatures, net powers and their errors |
 //! | `heat_table` | sums by name |
@@ -29,6 +30,7 @@
 
 mod boundary_conditions;
 mod coupled_bicgstab;
+pub(crate) mod emissivity;
 mod error_propagation;
 mod heat_table;
 mod linearized_zone;

@@ -97,6 +97,11 @@ impl<'a> ZoneBalances<'a> {
         let cell = [centre + offset, centre].into_iter().find_map(|point| grid.cell_at(point));
         self.kind_of_cell(cell.map(|c| grid.index(c)))
     }
+    /// ρ of patch `i`.
+    fn patch_reflectance(&self, zones: &Zones, i: usize) -> Bands {
+        let own = zones.own_reflectances.get(i).copied();
+        own.unwrap_or_else(|| self.scene.facet_reflectance(zones.patches[i].facet))
+    }
     /// Zone `i`.
     pub(super) fn of(&self, zones: &Zones, i: usize) -> ZoneBalance {
         if i < zones.voxel_offset() {
@@ -109,7 +114,7 @@ impl<'a> ZoneBalances<'a> {
                     known => known,
                 },
             };
-            let reflect = self.scene.facet_reflectance(p.facet);
+            let reflect = self.patch_reflectance(zones, i);
             let node = self.network().and_then(|n| n.surface_nodes[p.surface].filter(|k| n.is_unknown(*k)));
             let is_free = node.is_none() && !matches!(known, ThermalCondition::Temperature(_));
             return ZoneBalance {

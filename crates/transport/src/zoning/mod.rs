@@ -69,7 +69,7 @@ fn zones_without_mirrors(scene: &Scene, transport: &Transport) -> Result<Zones, 
         Some(grid) => voxel_zones::voxel_zones(scene, grid, transport),
         None => Default::default(),
     };
-    Ok(Zones { patches, voxels, panes, cell_starts })
+    Ok(Zones { patches, voxels, panes, cell_starts, own_reflectances: Vec::new() })
 }
 
 /// Refuses enclosures so thin that rays leave them: long rectangles of too small a width. Exempt are periodic scenes, whose enclosure

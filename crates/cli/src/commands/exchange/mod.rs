@@ -94,8 +94,9 @@ pub fn write(
         Some("mtx") => Ok(text::write_mtx(output, areas)?),
         _ => {
             // A scene in thermal mode also has the data of other states.
-            // Nodes, convection and lights are no part of thermal states.
-            let has_state = scene.thermal().filter(|t| t.network.is_none() && scene.lights().is_empty());
+            // Nodes, convection, lights and more than three bands are no part of thermal states.
+            let is_plain = scene.lights().is_empty() && scene.bands().triples() == 1;
+            let has_state = scene.thermal().filter(|t| t.network.is_none() && is_plain);
             let state = has_state.map(|_| ExchangeData::new(scene, areas, progress)).transpose()?;
             npz::write(output, areas, state.as_ref())?;
             Ok(vec![output.to_path_buf()])

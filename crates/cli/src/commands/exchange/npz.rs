@@ -64,6 +64,12 @@ fn state_header(data: &ExchangeData) -> Value {
         data.meshes.iter().map(|m| json!({ "name": m.name, "faces": m.faces })).collect();
     let fractions = match &data.band_fractions {
         BandFractions::Grey => Value::Null,
+        BandFractions::BlackBody { limits } => {
+            // An infinite limit has no number.
+            let lists: Vec<[Option<f64>; 2]> =
+                limits.iter().map(|l| l.map(|w| w.is_finite().then_some(w))).collect();
+            json!({ "black_body_limits_nm": lists })
+        }
         BandFractions::GreyGases { coefficients, range, allow_partial, .. } => {
             let lists: Vec<&Vec<f64>> = coefficients.iter().collect();
             json!({ "coefficients": lists, "range": range, "allow_partial": allow_partial })
@@ -89,7 +95,7 @@ fn condition_row(c: ThermalCondition) -> [f64; 2] {
 pub fn read_state(path: &Path) -> Result<ExchangeData, FileError> {
     let mut file = ArrayFile::open(path)?;
     if !file.has("closure_scaling") {
-        let what = "this file has no data of a scene in thermal mode; write it by zonal exchange from a scene with mode = \"thermal\" without nodes, convection and lights";
+        let what = "this file has no data of a scene in thermal mode; write it by zonal exchange from a scene with mode = \"thermal\" of up to three bands without nodes, convection and lights";
         return Err(file.error("closure_scaling", what));
     }
     let about = file.about()?;
@@ -170,6 +176,16 @@ fn read_fractions(v: &Value) -> Option<BandFractions> {
         return Some(BandFractions::Grey);
     }
     let numbers = |v: &Value| v.as_array()?.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>();
+    if let Some(limits) = v["black_body_limits_nm"].as_array() {
+        let limit = |v: &Value| if v.is_null() { Some(f64::INFINITY) } else { v.as_f64() };
+        let of_band = |b: Band| {
+            let own = limits.get(b.index())?;
+            let [low, high] = [limit(&own[0])?, limit(&own[1])?];
+            (0.0 <= low && low <= high).then_some([low, high])
+        };
+        let limits: Vec<[f64; 2]> = Band::all().map(of_band).collect::<Option<_>>()?;
+        return Some(BandFractions::BlackBody { limits: PerBand::from_fn(|b| limits[b.index()]) });
+    }
     let lists: Vec<Vec<f64>> = v["coefficients"].as_array()?.iter().map(numbers).collect::<Option<_>>()?;
     if lists.len() != Band::count() {
         return None;

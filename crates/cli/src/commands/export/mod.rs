@@ -5,7 +5,7 @@ mod gltf;
 
 pub use args::Args;
 
-use super::context::{Context, check_uniform_light};
+use super::context::{Context, check_uniform_light, read_uniform_light_solution, shown_bands};
 use crate::viewer::package::{PackageDetail, package};
 use crate::viewer::page;
 use serde_json::{Map, Value};
@@ -21,8 +21,16 @@ use zonal_scene::{Progress, Solution};
 /// For settings that do not apply, solutions that cannot be read or lack the exported part, and outputs that cannot be written.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     check_args(args)?;
-    let solution = output::read_solution(&args.run)?;
+    let shows_colours = matches!(extension(args).as_str(), "html" | "glb");
+    let solution = if shows_colours {
+        read_uniform_light_solution(&args.run, args.first_band.unwrap_or(0) as usize)?
+    } else {
+        output::read_solution(&args.run)?
+    };
     let exported = export(args, &solution, &context.progress())?;
+    if let Some(shown) = shown_bands(&solution).filter(|_| shows_colours && !context.json) {
+        say(&shown)?;
+    }
     report(&solution, exported, context)
 }
 
@@ -31,7 +39,13 @@ fn check_args(args: &Args) -> Result<(), Failure> {
     let formats: &[&str] =
         if args.faces { &["csv", "npy", "vtu"] } else { &["csv", "html", "glb", "vtu", "vti"] };
     check_output(&args.output, formats)?;
-    args.glb.check(&extension(args))
+    let extension = extension(args);
+    if args.first_band.is_some() && !matches!(extension.as_str(), "html" | "glb") {
+        return Err(Failure::new(
+            "--first-band: this format has all bands; remove the option, or write .html or .glb",
+        ));
+    }
+    args.glb.check(&extension)
 }
 
 /// The extension of the output, in lower case.

@@ -19,6 +19,7 @@ pub(crate) mod bands;
 mod boundary;
 pub(crate) mod camera;
 mod density;
+mod emissivity;
 mod gas;
 pub(crate) mod gas_composition;
 mod interior;

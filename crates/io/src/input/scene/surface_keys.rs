@@ -1,11 +1,11 @@
 //! Reading of surface properties from a table.
 
 use super::surface_properties::SurfaceProperties;
-use super::{network, thermal};
+use super::{emissivity, network, thermal};
 use crate::input::error::InputError;
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::node::{TomlNode, TomlTable};
-use zonal_scene::Sides;
+use zonal_scene::{Sides, ThermalCondition};
 
 /// Keys that a file may give by face or by material of a mesh.
 pub(crate) const FACE_VALUE_KEYS: [&str; 6] =
@@ -43,11 +43,19 @@ pub(crate) fn read_properties(
             "a surface of a node has the temperature of the node; remove temperature, heat_flux and net_power, or the node",
         ));
     }
+    let emissivity_table = emissivity::read_emissivity_table(table, reader)?;
+    let kelvin = match condition {
+        Some(ThermalCondition::Temperature(t)) => Some(t),
+        _ => None,
+    };
+    let of_table = emissivity_table.map(|k| emissivity::representative(reader, k, kelvin));
     Ok(SurfaceProperties {
+        emissivity_table,
+        back: emissivity::read_back(table, reader)?,
         condition,
         node: node.map(|n| n.0),
         convection: network::read_convection(table)?,
-        reflectance: thermal::read_reflectance(table)?,
+        reflectance: thermal::read_reflectance(table)?.or(of_table),
         solar_absorptance: thermal::read_solar(table, "solar_absorptance", 1.0)?,
         emission: without_file(table, "emission").map(|n| n.flux_bands()).transpose()?,
         sides: table.read("sides", |n| Ok([Sides::Front, Sides::Both][n.choice(&["front", "both"])?]))?,

@@ -11,10 +11,21 @@ pub(crate) enum SurfaceShape {
     Solid,
 }
 
+/// Reflectance of the back of a surface, and the index of its table by temperature.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BackProperties {
+    pub(crate) reflectance: Bands,
+    pub(crate) table: Option<usize>,
+}
+
 /// The properties that a table gives; none for those it omits.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SurfaceProperties {
     pub(crate) reflectance: Option<Bands>,
+    /// Index of the table of emissivities by temperature, of which the reflectance is a value.
+    pub(crate) emissivity_table: Option<usize>,
+    /// The back, where it differs.
+    pub(crate) back: Option<BackProperties>,
     /// Absorptance of sunlight, in place of that of the reflectance.
     pub(crate) solar_absorptance: Option<f64>,
     /// W/m².
@@ -37,6 +48,11 @@ impl SurfaceProperties {
     pub(crate) fn or(self, other: SurfaceProperties) -> SurfaceProperties {
         SurfaceProperties {
             reflectance: self.reflectance.or(other.reflectance),
+            emissivity_table: match self.reflectance {
+                Some(_) => self.emissivity_table,
+                None => other.emissivity_table,
+            },
+            back: self.back.or(other.back),
             solar_absorptance: self.solar_absorptance.or(other.solar_absorptance),
             emission: self.emission.or(other.emission),
             sides: self.sides.or(other.sides),

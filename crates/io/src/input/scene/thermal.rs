@@ -12,7 +12,7 @@ use zonal_scene::{Band, BandFractions, Bands, PerBand, Thermal, ThermalCondition
 /// Keys of boundary conditions of surfaces, in thermal mode.
 const SURFACE_CONDITIONS: [&str; 3] = ["temperature", "heat_flux", "net_power"];
 /// Keys of a surface beside them that belong to thermal mode.
-const NETWORK_KEYS: [&str; 3] = ["node", "heat_transfer_coefficient", "ambient_temperature"];
+const NETWORK_KEYS: [&str; 4] = ["node", "heat_transfer_coefficient", "ambient_temperature", "back"];
 /// Keys of thermal conditions of volumes, in thermal mode.
 const VOLUME_CONDITIONS: [&str; 2] = ["temperature", "heat_source"];
 /// Keys that belong to light mode.
@@ -113,7 +113,7 @@ pub(crate) fn read_solar(t: &TomlTable<'_>, key: &str, max: f64) -> Result<Optio
 
 /// ρ, from `reflectance` or `emissivity` = 1 − ρ; NaN in the band of sunlight where a list lacks it.
 pub(crate) fn read_reflectance(t: &TomlTable<'_>) -> Result<Option<Bands>, InputError> {
-    let number = |key: &str| t.get(key).filter(|n| !n.is_value_file());
+    let number = |key: &str| t.get(key).filter(|n| !n.is_value_file() && !n.is_by_temperature());
     let given = number("reflectance").map(|n| n.bands_or_infrared(1.0, f64::NAN)).transpose()?;
     let Some(n) = number("emissivity") else { return Ok(given) };
     let own = 1.0 - n.bands_or_infrared(1.0, f64::NAN)?;
@@ -206,6 +206,15 @@ pub(crate) fn read_mode(root: &TomlTable<'_>) -> Result<Option<Thermal>, InputEr
     }
     let mut band_fractions = node.map(|n| read_band_fractions(&n)).transpose()?.unwrap_or_default();
     let bands = root.source.bands();
+    if let Some(limits) = bands.wavelengths().filter(|_| band_fractions.is_grey()) {
+        if let Some(gap) = limits.windows(2).find(|w| w[0][1] < w[1][0]) {
+            let [low, high] = [gap[0][1], gap[1][0]];
+            return Err(root.error(format!(
+                "the bands leave out {low} to {high} nm, where a body emits too; in thermal mode let each band begin where the one before it ends"
+            )));
+        }
+        band_fractions = BandFractions::of_wavelengths(bands, root.source.triple()).unwrap_or_default();
+    }
     if bands.has_solar_band() && band_fractions.is_grey() && root.source.triple() == 0 {
         match bands.infrared_count() {
             1 => band_fractions = BandFractions::constant(Bands::from_rgb([1.0, 0.0, 0.0])),

@@ -5,6 +5,7 @@
 
 use super::keys::{KeyGroups, KeySpec, all, key};
 use super::light_keys::{EMITTER, PLANET, SKY, SPECTRUM, SUN, SURROUNDINGS};
+use super::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE};
 
 const ROOT_KEYS: &[KeySpec] = &[
     key("name", "text", "", "the file's name", "name of the scene"),
@@ -196,7 +197,7 @@ pub(crate) const SURFACE_PROPERTIES: &[KeySpec] = &[
     key("texture", "file name", "", "", "PNG or JPEG that multiplies the reflectance (light mode)"),
     key(
         "emissivity",
-        "bands in [0, 1]",
+        "bands in [0, 1] | table",
         "",
         "1 - reflectance",
         "diffuse emissivity, in place of the reflectance",
@@ -208,6 +209,7 @@ pub(crate) const SURFACE_PROPERTIES: &[KeySpec] = &[
         "the emissivity",
         "absorbed fraction of sunlight (thermal mode with lights)",
     ),
+    key("back", "table", "", "as the front", "emissivity of the back, with sides = \"both\" (thermal mode)"),
     key("temperature", "number above 0", "K", "", "given temperature (thermal mode)"),
     key("heat_flux", "number", "W/m2", "", "given net radiative flux that leaves the surface (thermal mode)"),
     key("net_power", "number", "W", "", "given net power that leaves the whole surface (thermal mode)"),
@@ -526,6 +528,8 @@ pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
     ("surface[].room", BOUNDS),
     ("surface[].mesh", MESH),
     ("surface[].temperature, … of a mesh", VALUE_FILE),
+    ("surface[].emissivity by temperature", EMISSIVITY_BY_TEMPERATURE),
+    ("surface[].back", BACK_OF_SURFACE),
     ("surface[].faces", FACES),
     ("surface[].materials.NAME", MATERIAL),
     ("surface[].materials.NAME.pane", MATERIAL_PANE),

@@ -7,6 +7,7 @@
 //! | `keys` | the description of one key, and its lookup in a table of keys |
 //! | `key_tables` | every key of the scene and camera-path formats, with type, unit, default and description |
 //! | `light_keys` | those of lights and spectra |
+//! | `thermal_keys` | those of emissivities by temperature and side |
 //! | `migrate` | former keys replaced in a text, with comments and layout kept |
 //! | `template` | numbers replaced in a text |
 
@@ -17,3 +18,4 @@ pub(crate) mod migrate;
 pub(crate) mod node;
 pub(crate) mod source;
 pub(crate) mod template;
+pub(crate) mod thermal_keys;

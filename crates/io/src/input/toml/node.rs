@@ -13,6 +13,8 @@ use toml::de::{DeTable, DeValue};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Diagnostic};
 
+/// Keys of which values by temperature have one.
+const TEMPERATURE_KEYS: [&str; 2] = ["temperatures", "by_temperature"];
 /// Keys of which a spectrum has one.
 pub(crate) const SPECTRUM_KEYS: [&str; 3] = ["spectrum", "illuminant", "black_body"];
 
@@ -265,7 +267,12 @@ impl<'a> TomlNode<'a> {
     /// True for a table that is no spectrum: values by face or by voxel from a file.
     pub(crate) fn is_value_file(&self) -> bool {
         let is_spectrum = |t: TomlTable<'_>| SPECTRUM_KEYS.iter().any(|k| t.map.contains_key(*k));
-        self.is_table() && !self.any_table().is_ok_and(is_spectrum)
+        self.is_table() && !self.any_table().is_ok_and(is_spectrum) && !self.is_by_temperature()
+    }
+    /// True for a table of values by temperature.
+    pub(crate) fn is_by_temperature(&self) -> bool {
+        let has_key = |t: TomlTable<'_>| TEMPERATURE_KEYS.iter().any(|k| t.map.contains_key(*k));
+        self.is_table() && self.any_table().is_ok_and(has_key)
     }
     /// One number for all bands or one per band, each from 0 to `max`.
     fn numbers_of_bands(&self, max: f64) -> Result<Bands, InputError> {

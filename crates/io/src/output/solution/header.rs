@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::{
-    BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, FaceMesh, Lens, Light,
+    Band, BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, FaceMesh, Lens, Light,
     LightGrouping, Pane, PatchRule, Plate, Scene, Sides, SolveOptions, Surface, Surroundings, Thermal,
     ThermalCondition, ZoneBasis,
 };
@@ -219,6 +219,9 @@ struct FractionsFormat {
     /// True if negative values of the polynomials count as 0, and the others are divided by their sum.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     normalized: bool,
+    /// True if the fractions are those of the black body between the wavelengths of the bands, without coefficients.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    black_body: bool,
 }
 
 /// `{temperature: K}`, `{heat: W/m² or W/m³}` or `{net_power: W}`.
@@ -252,8 +255,16 @@ impl ThermalFormat {
     fn new(t: &Thermal) -> ThermalFormat {
         let band_fractions = match &t.band_fractions {
             BandFractions::Grey => None,
+            BandFractions::BlackBody { .. } => Some(FractionsFormat {
+                coefficients: vec![Vec::new(); Band::count()],
+                range: [1.0, 1.0],
+                allow_partial: false,
+                normalized: false,
+                black_body: true,
+            }),
             BandFractions::GreyGases { coefficients, range, allow_partial, all_bands } => {
                 Some(FractionsFormat {
+                    black_body: false,
                     coefficients: coefficients.clone().into_rgb().to_vec(),
                     range: *range,
                     allow_partial: *allow_partial,
@@ -274,15 +285,19 @@ impl ThermalFormat {
     ) -> Result<Thermal, String> {
         let ThermalFormat { band_fractions, surfaces, panes, surroundings, network } = self;
         let network = network.map(NetworkFormat::into_network);
-        let Some(FractionsFormat { coefficients, range, allow_partial, normalized }) = band_fractions else {
-            let band_fractions = BandFractions::Grey;
+        let is_black_body = band_fractions.as_ref().is_some_and(|f| f.black_body);
+        let black_body = BandFractions::of_wavelengths(bands, triple).filter(|_| is_black_body);
+        let Some(FractionsFormat { coefficients, range, allow_partial, normalized, .. }) =
+            band_fractions.filter(|f| !f.black_body)
+        else {
+            let band_fractions = black_body.unwrap_or_default();
             return Ok(Thermal {
                 band_fractions,
-                cell_fractions: None,
                 surfaces,
                 panes,
                 surroundings,
                 network,
+                ..Thermal::default()
             });
         };
         let count = bands.count();
@@ -302,7 +317,15 @@ impl ThermalFormat {
             kinds: cells.kinds.iter().map(|k| of(k)).collect(),
             kind_of_cell: cells.kind_of_cell,
         });
-        Ok(Thermal { band_fractions: of_scene, cell_fractions, surfaces, panes, surroundings, network })
+        Ok(Thermal {
+            band_fractions: of_scene,
+            cell_fractions,
+            surfaces,
+            panes,
+            surroundings,
+            network,
+            ..Thermal::default()
+        })
     }
 }
 

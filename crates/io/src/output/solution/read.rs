@@ -85,7 +85,7 @@ fn read(
         patches: read_patches(&mut npz, &scene)?,
         voxels: read_voxels(&mut npz, &scene)?,
         panes: read_pane_zones(&mut npz, &scene)?,
-        cell_starts: Vec::new(),
+        ..Zones::default()
     };
     let zones = with_cell_starts(zones, &scene);
     // Read the fields.

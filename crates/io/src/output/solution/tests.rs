@@ -179,7 +179,7 @@ fn zones(scene: &Scene) -> Zones {
             albedo: Bands::splat(0.1),
             emission: Bands::ZERO,
         }],
-        cell_starts: Vec::new(),
+        ..Zones::default()
     };
     with_cell_starts(zones, scene)
 }
@@ -486,6 +486,7 @@ fn thermal_solution() -> Solution {
         panes: vec![ThermalCondition::Temperature(290.0); parts.panes.len()],
         surroundings: Some(280.0),
         network: Some(network(parts.surfaces.len())),
+        emissivities: Vec::new(),
     });
     s.scene = Scene::new(parts).unwrap();
     s.fields.heat = Some(thermal_fields(s.zones.len()));

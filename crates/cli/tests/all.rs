@@ -1,0 +1,24 @@
+//! The integration tests of the crate as one program, which is linked once.
+#![allow(missing_docs)]
+
+mod architecture;
+mod camera_animation;
+mod commands;
+mod dataset;
+mod export;
+mod faces;
+mod false_colours;
+mod final_gather;
+mod fuzz_replay;
+mod many_bands;
+mod mirrors;
+mod refused_arguments;
+mod refused_scenes;
+mod relight;
+mod robustness;
+mod scene_keys;
+mod support;
+mod thermal;
+mod update;
+mod validate;
+mod view;

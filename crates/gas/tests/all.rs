@@ -1,0 +1,5 @@
+//! The integration tests of the crate as one program, which is linked once.
+#![allow(missing_docs)]
+
+mod emissivity;
+mod radlib_slabs;

@@ -1,0 +1,113 @@
+//! Emissivities by temperature, and those of the back of a surface with two sides.
+
+use super::surface_properties::BackProperties;
+use super::thermal::{SceneMode, read_reflectance, read_solar};
+use crate::input::error::InputError;
+use crate::input::scene_reader::SceneReader;
+use crate::input::table::{Quantity, RowKeys, WantedColumn, read_column};
+use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE};
+use zonal_scene::{Bands, EmissivityTable};
+
+/// The `emissivity` of a table, if it depends on temperature: its index among the tables of the reader.
+pub(crate) fn read_emissivity_table(
+    t: &TomlTable<'_>,
+    reader: &mut SceneReader<'_>,
+) -> Result<Option<usize>, InputError> {
+    let Some(node) = t.get("emissivity").filter(TomlNode::is_by_temperature) else { return Ok(None) };
+    if reader.mode() == SceneMode::Light {
+        return Err(node.error(
+            "an emissivity by temperature belongs to thermal mode; write mode = \"thermal\" at the top of the file, or give numbers",
+        ));
+    }
+    if t.get("reflectance").is_some() {
+        return Err(node.error("emissivity and reflectance are both given, and sum to 1; keep one of them"));
+    }
+    let own = node.table(EMISSIVITY_BY_TEMPERATURE)?;
+    let points = match own.get("by_temperature") {
+        Some(file) => {
+            if let Some(n) = own.get("temperatures").or(own.get("values")) {
+                return Err(n.error("a file and lists are both given; keep one of them"));
+            }
+            points_of_file(&file, own.get("column"), reader)?
+        }
+        None => points_of_lists(&own)?,
+    };
+    let table = EmissivityTable::new(&points).map_err(|e| node.error(e.message().to_string()))?;
+    reader.emissivity_tables.push(table);
+    Ok(Some(reader.emissivity_tables.len() - 1))
+}
+
+fn points_of_lists(own: &TomlTable<'_>) -> Result<Vec<[f64; 2]>, InputError> {
+    if let Some(n) = own.get("column") {
+        return Err(n.error("columns are of files; give by_temperature, or remove this key"));
+    }
+    let numbers = |key: &str, example: &str| -> Result<Vec<f64>, InputError> {
+        own.require(key, example)?.list()?.iter().map(|n| n.number()).collect()
+    };
+    let temperatures = numbers("temperatures", "temperatures = [300, 900]")?;
+    let values = numbers("values", "values = [0.1, 0.3]")?;
+    if temperatures.len() != values.len() {
+        let (rows, found) = (temperatures.len(), values.len());
+        return Err(own.error(format!("{rows} temperatures have {found} values; give one for each")));
+    }
+    Ok(temperatures.into_iter().zip(values).map(|(t, e)| [t, e]).collect())
+}
+
+fn points_of_file(
+    file: &TomlNode<'_>,
+    column: Option<TomlNode<'_>>,
+    reader: &SceneReader<'_>,
+) -> Result<Vec<[f64; 2]>, InputError> {
+    let path = reader.resolve(file)?;
+    let name = path.display().to_string();
+    let read = |column: &str, quantity: Quantity| {
+        let wanted = WantedColumn { column: Some(column), quantity, rows: RowKeys::Position };
+        read_column(reader.context.files, &path, &name, wanted)
+    };
+    let values = match &column {
+        Some(n) if n.is_text() => n.text()?.to_string(),
+        Some(n) => n.count()?.to_string(),
+        None => "2".into(),
+    };
+    let temperatures = read("1", Quantity::Temperature).map_err(|f| file.error(f.to_string()))?;
+    let emissivities = read(&values, Quantity::Emissivity);
+    let emissivities = emissivities.map_err(|f| column.as_ref().unwrap_or(file).error(f.to_string()))?;
+    Ok(temperatures.values().iter().zip(emissivities.values()).map(|(t, e)| [*t, *e]).collect())
+}
+
+/// Reflectances that stand for a table: those at `kelvin`, or in the middle of the table; NaN in the band of sunlight.
+pub(crate) fn representative(reader: &SceneReader<'_>, table: usize, kelvin: Option<f64>) -> Bands {
+    let table = &reader.emissivity_tables[table];
+    let points = table.points();
+    let middle = 0.5 * (points[0][0] + points[points.len() - 1][0]);
+    let own = Bands::splat(1.0 - table.at(kelvin.unwrap_or(middle)));
+    reader.parts.bands.with_solar_value(reader.parts.triple, own, f64::NAN)
+}
+
+/// The `back` of a surface's table.
+pub(crate) fn read_back(
+    t: &TomlTable<'_>,
+    reader: &mut SceneReader<'_>,
+) -> Result<Option<BackProperties>, InputError> {
+    let Some(node) = t.get("back") else { return Ok(None) };
+    let own = node.table(BACK_OF_SURFACE)?;
+    let emissivity = own.require("emissivity", "emissivity = 0.1")?;
+    if emissivity.is_value_file() {
+        return Err(emissivity.error("the back has no values by face; give a number"));
+    }
+    let table = read_emissivity_table(&own, reader)?;
+    let given = match table {
+        Some(k) => Some(representative(reader, k, None)),
+        None => read_reflectance(&own)?,
+    };
+    let mut reflectance = given.unwrap_or(Bands::ZERO);
+    if let Some(a) = read_solar(&own, "solar_absorptance", 1.0)? {
+        reflectance = reader.parts.bands.with_solar_value(reader.parts.triple, reflectance, 1.0 - a);
+    }
+    if reflectance.any(f64::is_nan) {
+        return Err(own
+            .error("the emissivity in the infrared has no value for sunlight; add solar_absorptance = 0.3"));
+    }
+    Ok(Some(BackProperties { reflectance, table }))
+}

@@ -1,0 +1,19 @@
+//! The integration tests of the crate as one program, which is linked once.
+#![allow(missing_docs)]
+
+mod altered_files;
+mod density_arrays;
+mod error_kinds;
+mod face_values;
+mod former_keys;
+mod ineffective_keys;
+mod inline_scenes;
+mod invalid_meshes;
+mod invalid_scenes;
+mod memory_limits;
+mod mesh_files;
+mod openvdb_files;
+mod shared_meshes;
+mod spectra;
+mod support;
+mod thermal_scenes;
