@@ -245,7 +245,9 @@ impl<'a> PairTraversal<'a> {
             if self.planes.iter().any(|(n, c)| cut.corners().iter().all(|x| n.dot(*x) >= c - contact)) {
                 continue;
             }
-            if self.geometry.hides(*k, p.corners(), q.corners(), 1.0, *shift) {
+            if o.crosses(a.centre, b.centre, 1.0, *shift)
+                && self.geometry.hides(*k, p.corners(), q.corners(), 1.0, *shift)
+            {
                 return Obstruction::Everything;
             }
             self.cut.push(cut);

@@ -13,6 +13,8 @@
 //! | `mesh` | meshes independent of their format: placement, closed parts, overrides of materials |
 //! | `obj`, `gltf`, `vtk` | mesh formats |
 //! | `memory_arrays` | arrays in place of files |
+//! | `obj`, `stl`, `gltf`, `vtk` | mesh formats |
+//! | `view3d` | input files of View3D: surfaces, obstructions and controls of view factors |
 //! | `table` | columns of values by face, zone or name: CSV, npy, cell data of VTK |
 //! | `spectrum` | spectra as values of bands |
 //! | `npy`, `vol`, `vdb` | formats of arrays and sparse grids |
@@ -37,11 +39,13 @@ mod scene_reader;
 mod scene_template;
 mod scene_text;
 mod spectrum;
+mod stl;
 mod suggestion;
 mod table;
 mod text;
 mod toml;
 mod vdb;
+mod view3d;
 mod vol;
 mod vtk;
 
@@ -51,10 +55,15 @@ pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_
 pub use error::InputError;
 pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
 pub use scene_template::SceneTemplate;
+pub use stl::{StlFacet, StlFile, read_stl};
 pub use table::{Quantity, RowKeys, ValueTable, read_values};
 pub use text::open_file;
 pub use toml::key_tables::{SceneKey, scene_key_reference};
 pub use toml::migrate::{KeyChange, migrate_scene_text};
+pub use view3d::{
+    View3dControls, View3dFile, View3dOutput, View3dSurface, View3dSurfaceKind, read_view3d,
+    read_view3d_from_bytes,
+};
 
 #[cfg(test)]
 pub(crate) use gltf::read_mesh_file as read_gltf;
