@@ -10,6 +10,7 @@
 //! | `scene_text` | a whole scene from its text |
 //! | `scene_template` | scenes whose numbers are replaced, for data sets |
 //! | `scene_reader`, `notes` | the scene while it is read; notes with repetitions merged |
+//! | `facets` | a mesh as a list of polygons, without a scene |
 //! | `mesh` | meshes independent of their format: placement, closed parts, overrides of materials |
 //! | `obj`, `gltf`, `vtk` | mesh formats |
 //! | `memory_arrays` | arrays in place of files |
@@ -26,6 +27,7 @@
 
 mod camera_path;
 mod error;
+mod facets;
 mod gltf;
 mod images;
 mod memory_arrays;
@@ -53,6 +55,7 @@ pub use crate::files::FilesInMemory;
 pub use crate::memory_arrays::{ArraysInMemory, GridArray, GridOrder, GridValues, MemoryArray, MeshArrays};
 pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_camera_path};
 pub use error::InputError;
+pub use facets::{FacetFile, read_facets};
 pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
 pub use scene_template::SceneTemplate;
 pub use stl::{StlFacet, StlFile, read_stl};

@@ -11,7 +11,7 @@ use std::path::Path;
 const MAX_OBJ_FILE_BYTES: u64 = 1 << 30;
 
 /// Reads a mesh file by its extension; `file` names it in messages.
-pub(super) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> Result<MeshData, FileFault> {
+pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> Result<MeshData, FileFault> {
     if let Some(memory) = files.array(path) {
         return mesh_arrays::mesh(&memory, file);
     }
