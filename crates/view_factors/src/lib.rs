@@ -16,7 +16,7 @@
 //! | `script_f` | total exchange factors of grey surfaces |
 //! | `matrix`, `closing` | sparse rows; sums of rows restored by the least change relative to the radii |
 //!
-//! Factors far below the tolerance (τ/1000) are left out.
+//! Factors far below the tolerance (τ/500) are left out.
 //!
 //! **Cost.** Proportional to the number of pairs that see each other, with a logarithm for the recursion. **Memory.** 24 bytes for each pair
 //! that exchanges while it is computed, and 32 bytes for both of its entries. Results do not depend on the number of threads.

@@ -16,7 +16,7 @@ use zonal_exchange::polygon::visible::{ConvexPolygon, IntegrationRequest, obstru
 use zonal_math::{Bounded, Vec3};
 
 /// Share of the requested radius below which a pair is left out: its factors are zero in the result, and their sum is part of the defects.
-const OMITTED_SHARE: f64 = 0.05;
+const OMITTED_SHARE: f64 = 0.1;
 
 /// A pair of nodes with its potential occluders; the second node is displaced by a period.
 #[derive(Clone, Debug)]
@@ -142,8 +142,7 @@ impl<'a> PairTraversal<'a> {
         occluders.iter().any(|e| {
             let Some(k) = occluder_list::single(self.geometry, *e) else { return false };
             let (o, shift) = (&self.geometry.occluders[k], self.shifts[e.shift as usize]);
-            o.crosses(from, to, 1.0, shift)
-                && self.geometry.hides(k, &a.corners(), &b.corners(), 1.0, shift)
+            o.crosses(from, to, 1.0, shift) && self.geometry.hides(k, &a.corners(), &b.corners(), 1.0, shift)
         })
     }
 
@@ -230,7 +229,9 @@ impl<'a> PairTraversal<'a> {
             }
             let n = o.polygon.normal();
             let offset = n.dot(o.polygon.corners()[0] + *shift);
-            let side = |sign: f64| p.corners().iter().chain(q.corners()).all(|c| sign * (n.dot(*c) - offset) <= contact);
+            let side = |sign: f64| {
+                p.corners().iter().chain(q.corners()).all(|c| sign * (n.dot(*c) - offset) <= contact)
+            };
             if side(1.0) || side(-1.0) {
                 continue;
             }
@@ -241,10 +242,22 @@ impl<'a> PairTraversal<'a> {
             if self.planes.iter().any(|(n, c)| corners().all(|x| n.dot(x) >= c - contact)) {
                 continue;
             }
-            let placed = if *shift == Vec3::ZERO { Some(o.polygon.clone()) } else { o.polygon.translated(*shift) };
-            let cut = placed.and_then(|o| o.in_front_of(p, contact)).and_then(|o| o.in_front_of(q, contact));
+            // In front of both polygons everywhere: nothing is cut.
+            let in_front = |f: &ConvexPolygon| {
+                corners().all(|x| f.height(x) >= -contact) && corners().any(|x| f.height(x) > contact)
+            };
+            let clear = in_front(p) && in_front(q);
+            let placed =
+                if *shift == Vec3::ZERO { Some(o.polygon.clone()) } else { o.polygon.translated(*shift) };
+            let cut = if clear {
+                placed
+            } else {
+                placed.and_then(|o| o.in_front_of(p, contact)).and_then(|o| o.in_front_of(q, contact))
+            };
             let Some(cut) = cut else { continue };
-            if self.planes.iter().any(|(n, c)| cut.corners().iter().all(|x| n.dot(*x) >= c - contact)) {
+            if !clear
+                && self.planes.iter().any(|(n, c)| cut.corners().iter().all(|x| n.dot(*x) >= c - contact))
+            {
                 continue;
             }
             if o.crosses(a.centre, b.centre, 1.0, *shift)
@@ -264,7 +277,11 @@ impl<'a> PairTraversal<'a> {
         else {
             return Bounded::ZERO;
         };
-        let request = IntegrationRequest { relative: self.goal.relative, absolute, max_evaluations: self.goal.max_evaluations };
+        let request = IntegrationRequest {
+            relative: self.goal.relative,
+            absolute,
+            max_evaluations: self.goal.max_evaluations,
+        };
         let (outer, target) = if p.area() <= q.area() { (&p, &q) } else { (&q, &p) };
         obstructed_exchange(outer, target, &self.cut, &request)
     }

@@ -21,7 +21,7 @@ pub struct Args {
     /// Mesh whose facets hide from both sides and have no factors.
     #[arg(long, value_name = "MESH")]
     pub obstructions: Option<PathBuf>,
-    /// Format of a .txt or .out file [default: `out` of the .vs3 file, else view3d-text].
+    /// View3D's format of a .txt or .out file [default: `out` of the .vs3 file, else text].
     #[arg(long, value_enum)]
     pub format: Option<OutputFormat>,
     /// Write the sky view factors, one for each line (.txt).
@@ -53,15 +53,15 @@ pub struct Args {
     pub max_memory: f64,
 }
 
-/// Text and binary formats of View3D.
+/// Formats of View3D.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum OutputFormat {
     /// Header, areas, all n × n factors with six decimals, emissivities (out = 0).
-    View3dText,
+    Text,
     /// The same in single precision (out = 1).
-    View3dBinary,
+    Binary,
     /// Lines of row, column and factor above zero, from 1 (out = 2 of uDALES's View3D).
-    View3dSparse,
+    Sparse,
 }
 
 /// The axis of the zenith.
