@@ -41,7 +41,10 @@ fn a_cube_of_view3d_has_the_factors_of_the_catalogue() {
     f.done(&["view-factors", "cube.vs3", "-o", "cube.txt", "--tolerance", "1e-7"]);
     let table = text(&f.get("cube.txt"));
     let (head, body) = table.split_once('\n').expect("a header");
-    assert!(head.starts_with("View3D ") && head.split_whitespace().skip(2).eq(["0", "1", "0", "6"]), "{head}");
+    assert!(
+        head.starts_with("View3D ") && head.split_whitespace().skip(2).eq(["0", "1", "0", "6"]),
+        "{head}"
+    );
     let rows = numbers(body);
     assert_eq!((rows.len(), rows[0].as_slice()), (8, [1.0; 6].as_slice()));
     // Opposite and perpendicular squares: Howell's catalogue, C-11 and C-14.
@@ -64,7 +67,8 @@ fn emittances_give_total_exchange_factors() {
     f.done(&["view-factors", "cube.vs3", "-o", "cube.csv", "--tolerance", "1e-6"]);
     let table = text(&f.get("cube.csv"));
     let from_first = table.lines().filter(|l| l.starts_with("0,"));
-    let sum: f64 = from_first.map(|l| l.split(',').nth(4).expect("a factor").parse::<f64>().expect("a number")).sum();
+    let sum: f64 =
+        from_first.map(|l| l.split(',').nth(4).expect("a factor").parse::<f64>().expect("a number")).sum();
     assert!((sum - 0.5).abs() < 1e-6, "{sum}");
 }
 
@@ -72,7 +76,8 @@ fn emittances_give_total_exchange_factors() {
 fn combined_surfaces_and_null_surfaces_change_the_rows() {
     let f = Folder::new();
     // The lid in two halves that are combined, and a hole in the floor.
-    let vertices = "V 9 .5 0 1\nV 10 .5 1 1\nV 11 .25 .25 0\nV 12 .75 .25 0\nV 13 .75 .75 0\nV 14 .25 .75 0\n!  #   v1";
+    let vertices =
+        "V 9 .5 0 1\nV 10 .5 1 1\nV 11 .25 .25 0\nV 12 .75 .25 0\nV 13 .75 .75 0\nV 14 .25 .75 0\n!  #   v1";
     let parted = CUBE
         .replace("!  #   v1", vertices)
         .replace("S  4    7   6   5   8   0   0   0.50  zeq1", "S  4    7   6   9  10   0   0   0.50  zeq1")
@@ -100,7 +105,8 @@ fn meshes_have_rows_in_their_order_with_sky_and_ground() {
     let table = text(&f.get("street.csv"));
     for row in 0..4 {
         let own = table.lines().filter(|l| l.starts_with(&format!("{row},")));
-        let sum: f64 = own.map(|l| l.split(',').nth(4).expect("a factor").parse::<f64>().expect("a number")).sum();
+        let sum: f64 =
+            own.map(|l| l.split(',').nth(4).expect("a factor").parse::<f64>().expect("a number")).sum();
         assert!((sum - 1.0).abs() < 1e-9, "{row}: {sum}");
     }
     let sky = text(&f.get("sky.txt"));
@@ -114,7 +120,9 @@ fn caches_resume_and_formats_and_threads_agree() {
     f.put("street.obj", STREET);
     f.put("screen.obj", "v 2 5 3\nv 8 5 3\nv 8 15 3\nf 1 2 3\n");
     let run = |output: &str, more: &[&str]| {
-        f.done(&[&["view-factors", "street.obj", "--obstructions", "screen.obj", "-o", output], more].concat());
+        f.done(
+            &[&["view-factors", "street.obj", "--obstructions", "screen.obj", "-o", output], more].concat(),
+        );
         f.get(output)
     };
     let first = run("a.npz", &["--threads", "1"]);

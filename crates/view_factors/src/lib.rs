@@ -59,6 +59,6 @@ mod view_factors;
 
 pub use facet_set::{FacetSet, convex_parts, without};
 pub use script_f::ScriptFactors;
-pub use settings::{RowClosure, Surroundings, ViewFactorSettings};
+pub use settings::{Openness, RowClosing, ViewFactorSettings};
 pub use view_factors::{FactorRows, ViewFactorCounts, ViewFactors};
 pub use zonal_exchange::polygon::visible::ConvexPolygon;

@@ -6,7 +6,7 @@
 //! ([`zonal_exchange::polygon::visible::obstructed_sky`]). A cell with very many occluders is divided first.
 
 use crate::direction_cell::DirectionCell;
-use crate::geometry::{Facet, Geometry};
+use crate::geometry::{Geometry, PreparedFacet};
 use crate::occluder_list::{self, OccluderNode};
 use crate::periods::PeriodicImages;
 use crate::settings::ErrorGoal;
@@ -39,7 +39,7 @@ enum Region {
 
 /// The exchange of one facet with the surroundings, m².
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SurroundingsExchange {
+pub(crate) struct SkyExchange {
     pub sky: Bounded,
     pub ground: Bounded,
 }
@@ -110,13 +110,13 @@ impl<'a> SkyTraversal<'a> {
     }
 
     /// The exchange of the facets of `node`, by facet.
-    pub(crate) fn run(mut self, node: u32, cells: &[DirectionCell]) -> Vec<(u32, SurroundingsExchange)> {
+    pub(crate) fn run(mut self, node: u32, cells: &[DirectionCell]) -> Vec<(u32, SkyExchange)> {
         let root = |k: usize| OccluderNode { node: 0, shift: k as u32 };
         let all: Vec<OccluderNode> = (0..self.images.shifts.len()).map(root).collect();
         cells.iter().for_each(|c| self.visit(node, c, &all));
         let facets = self.geometry.facets_of(node);
-        let none = SurroundingsExchange { sky: Bounded::ZERO, ground: Bounded::ZERO };
-        let mut sums: std::collections::BTreeMap<u32, SurroundingsExchange> =
+        let none = SkyExchange { sky: Bounded::ZERO, ground: Bounded::ZERO };
+        let mut sums: std::collections::BTreeMap<u32, SkyExchange> =
             facets.iter().map(|f| (*f, none)).collect();
         for ((facet, region), cones) in &self.partial {
             let p = self.geometry.facets[*facet as usize].polygon();
@@ -213,7 +213,7 @@ impl<'a> SkyTraversal<'a> {
     }
 
     /// The occluders without those that lie wholly behind another one; large and near ones first, so that later ones find little left to hide.
-    fn foremost(&self, facet: &Facet, mut cut: Vec<CutOccluder>) -> Vec<ConvexPolygon> {
+    fn foremost(&self, facet: &PreparedFacet, mut cut: Vec<CutOccluder>) -> Vec<ConvexPolygon> {
         cut.iter_mut().for_each(|o| {
             o.centre = middle(o.polygon.corners());
             o.extent = o.polygon.area() / (o.centre - facet.centre).length2();

@@ -5,10 +5,10 @@ use crate::closing::{close_rows, defects};
 use crate::geometry::Geometry;
 use crate::matrix::ExchangeRows;
 use crate::occluder_list::OccluderNode;
-use crate::pairs::{NodePair, PairCounts, PairExchange, PairTraversal, round_up};
+use crate::pairs::{NodePair, PairExchange, PairTraversal, TreatmentCounts, round_up};
 use crate::periods::PeriodicImages;
-use crate::settings::{RowClosure, Surroundings, ViewFactorSettings};
-use crate::sky::{SkyTraversal, SurroundingsExchange, direction_cells};
+use crate::settings::{Openness, RowClosing, ViewFactorSettings};
+use crate::sky::{SkyExchange, SkyTraversal, direction_cells};
 use crate::stages;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -86,34 +86,24 @@ impl ViewFactors {
         let run = Computation { geometry: &geometry, images: &images, settings, progress, checkpoints };
         let (counts, pairs) = run.pairs()?;
         let surroundings = match settings.surroundings {
-            Surroundings::Open => run.surroundings()?,
-            Surroundings::Closed => Vec::new(),
+            Openness::Open => run.surroundings()?,
+            Openness::Closed => Vec::new(),
         };
-        let entries = pairs.iter().flatten().map(|p| {
-            ((p.i, p.j), Bounded { value: p.value, radius: f64::from(p.radius), grade: Grade::Estimated })
-        });
-        let mut rows = ExchangeRows::new(facets.len(), entries);
+        let mut rows = rows_of(facets.len(), &pairs, surroundings);
         drop(pairs);
-        for (f, s) in surroundings {
-            (rows.sky[f as usize], rows.ground[f as usize]) = (s.sky, s.ground);
-        }
         let areas: Vec<f64> = facets.iter().map(ConvexPolygon::area).collect();
         let relative: Vec<f64> = defects(&areas, &rows).iter().zip(&areas).map(|(d, a)| -d / a).collect();
-        let open_rows: Vec<usize> = (0..areas.len())
-            .filter(|i| {
-                relative[*i].abs() > OPEN_ROW_RADII * rows.sum_of_radii(*i) / areas[*i] + settings.tolerance
-            })
-            .collect();
+        let open_rows = open_rows(&rows, &areas, &relative, settings.tolerance);
         let remaining_defect = match settings.closure {
-            RowClosure::Restore => {
+            RowClosing::Restore => {
                 let mut sums = areas.clone();
                 open_rows.iter().for_each(|i| sums[*i] = rows.sum(*i));
                 close_rows(&sums, &mut rows)
             }
-            RowClosure::Keep => relative.iter().fold(0.0f64, |s, d| s.max(d.abs())),
+            RowClosing::Keep => relative.iter().fold(0.0f64, |s, d| s.max(d.abs())),
         };
         let estimated = counts.partial > 0
-            || settings.closure == RowClosure::Restore
+            || settings.closure == RowClosing::Restore
             || rows.sky.iter().chain(&rows.ground).any(|b| b.grade != Grade::Proved);
         Ok(ViewFactors {
             counts: ViewFactorCounts {
@@ -270,7 +260,7 @@ impl ViewFactors {
 pub struct FactorRows {
     /// First entry of each row, and the number of entries: n + 1 numbers.
     pub row_starts: Vec<u64>,
-    /// Facet that receives, for each entry; ascending in each row.
+    /// PreparedFacet that receives, for each entry; ascending in each row.
     pub columns: Vec<u32>,
     /// F from the row's facet to the column's.
     pub values: Vec<f64>,
@@ -284,6 +274,24 @@ pub struct FactorRows {
     pub areas: Vec<f64>,
     /// Sum of each row minus one, before rows were closed.
     pub defects: Vec<f64>,
+}
+
+/// The rows of pairs in batches and of the surroundings.
+fn rows_of(n: usize, pairs: &[Vec<PairExchange>], surroundings: Vec<(u32, SkyExchange)>) -> ExchangeRows {
+    let entries = pairs.iter().flatten().map(|p| {
+        ((p.i, p.j), Bounded { value: p.value, radius: f64::from(p.radius), grade: Grade::Estimated })
+    });
+    let mut rows = ExchangeRows::new(n, entries);
+    for (f, s) in surroundings {
+        (rows.sky[f as usize], rows.ground[f as usize]) = (s.sky, s.ground);
+    }
+    rows
+}
+
+/// Rows whose relative defects their errors do not explain.
+fn open_rows(rows: &ExchangeRows, areas: &[f64], defects: &[f64], tolerance: f64) -> Vec<usize> {
+    let explained = |i: usize| OPEN_ROW_RADII * rows.sum_of_radii(i) / areas[i] + tolerance;
+    (0..areas.len()).filter(|i| defects[*i].abs() > explained(*i)).collect()
 }
 
 /// One computation.
@@ -301,7 +309,7 @@ impl Computation<'_> {
     }
 
     /// The pairs of nodes at which the work is divided; the same for every number of threads.
-    fn tasks(&self) -> (PairCounts, Vec<NodePair>) {
+    fn tasks(&self) -> (TreatmentCounts, Vec<NodePair>) {
         let occluders: Vec<OccluderNode> =
             (0..self.images.shifts.len()).map(|k| OccluderNode { node: 0, shift: k as u32 }).collect();
         let mut top = self.traversal();
@@ -332,7 +340,7 @@ impl Computation<'_> {
     }
 
     /// The pairs in batches: one vector would be copied as it grows.
-    fn pairs(&self) -> Result<(PairCounts, Vec<Vec<PairExchange>>), SceneError> {
+    fn pairs(&self) -> Result<(TreatmentCounts, Vec<Vec<PairExchange>>), SceneError> {
         let (mut counts, tasks) = self.tasks();
         let n = self.geometry.facets.len();
         self.progress.begin("view factors", tasks.len() as u64);
@@ -366,8 +374,8 @@ impl Computation<'_> {
         &self,
         tasks: &[&NodePair],
         found: &AtomicU64,
-    ) -> Result<(PairCounts, Vec<PairExchange>), SceneError> {
-        let results: Vec<(PairCounts, Vec<PairExchange>)> = tasks
+    ) -> Result<(TreatmentCounts, Vec<PairExchange>), SceneError> {
+        let results: Vec<(TreatmentCounts, Vec<PairExchange>)> = tasks
             .par_iter()
             .with_max_len(1)
             .map(|task| {
@@ -385,7 +393,7 @@ impl Computation<'_> {
             return Err(SceneError::interrupted());
         }
         self.check_memory(found.load(Ordering::Relaxed))?;
-        let mut counts = PairCounts::default();
+        let mut counts = TreatmentCounts::default();
         let mut pairs = Vec::with_capacity(results.iter().map(|r| r.1.len()).sum());
         for (part, list) in results {
             counts.add(&part);
@@ -407,7 +415,7 @@ impl Computation<'_> {
         ))
     }
 
-    fn surroundings(&self) -> Result<Vec<(u32, SurroundingsExchange)>, SceneError> {
+    fn surroundings(&self) -> Result<Vec<(u32, SkyExchange)>, SceneError> {
         let mut nodes = vec![0u32];
         for _ in 0..MAX_DIVISIONS {
             if nodes.len() >= MIN_SKY_NODES {

@@ -34,8 +34,8 @@ pub struct Args {
     #[arg(long, value_name = "LENGTH")]
     pub period_y: Option<f64>,
     /// Axis that points to the zenith.
-    #[arg(long, value_enum, default_value_t = UpAxis::Z)]
-    pub up: UpAxis,
+    #[arg(long, value_enum, default_value_t = ZenithAxis::Z)]
+    pub up: ZenithAxis,
     /// The facets form an enclosure: leave out sky and ground. `encl = 1` in a .vs3 file does the same.
     #[arg(long)]
     pub enclosure: bool,
@@ -66,7 +66,7 @@ pub enum OutputFormat {
 
 /// The axis of the zenith.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum UpAxis {
+pub enum ZenithAxis {
     /// x
     X,
     /// y
