@@ -48,6 +48,20 @@ pub struct ViewFactorCounts {
     pub partial: u64,
 }
 
+impl ViewFactorCounts {
+    fn of(geometry: &Geometry, counts: &TreatmentCounts) -> ViewFactorCounts {
+        ViewFactorCounts {
+            facets: geometry.facets.len(),
+            occluders: geometry.occluders.len(),
+            solids: geometry.solids.len(),
+            examined: counts.facet_pairs,
+            unobstructed: counts.unobstructed,
+            hidden: counts.hidden,
+            partial: counts.partial,
+        }
+    }
+}
+
 /// View factors of n facets: rows that are sparse, with error radii.
 #[derive(Clone, Debug)]
 pub struct ViewFactors {
@@ -106,15 +120,7 @@ impl ViewFactors {
             || settings.closure == RowClosing::Restore
             || rows.sky.iter().chain(&rows.ground).any(|b| b.grade != Grade::Proved);
         Ok(ViewFactors {
-            counts: ViewFactorCounts {
-                facets: facets.len(),
-                occluders: geometry.occluders.len(),
-                solids: geometry.solids.len(),
-                examined: counts.facet_pairs,
-                unobstructed: counts.unobstructed,
-                hidden: counts.hidden,
-                partial: counts.partial,
-            },
+            counts: ViewFactorCounts::of(&geometry, &counts),
             areas,
             rows,
             defects: relative,
