@@ -251,7 +251,8 @@ impl SceneBuilder {
             options: self.options,
             ..SceneParts::default()
         };
-        if thermal && !parts.lights.is_empty() {
+        let emitters = self.meshes.iter().any(|m| m.direct_light);
+        if thermal && (emitters || !parts.lights.is_empty()) {
             add_sunlight(&mut parts, self.band_fractions.as_ref())?;
         } else if gives_solar {
             return Err(SceneError::new("light", SOLAR_WITHOUT_LIGHT));
@@ -281,6 +282,9 @@ impl SceneBuilder {
                 network: (!network.is_empty()).then_some(network),
                 emissivities,
             });
+            if let Some(thermal) = parts.thermal.as_ref().filter(|t| t.surroundings.is_some()) {
+                parts.surroundings.radiance = thermal.surroundings_radiance();
+            }
         } else if self.band_fractions.is_some() {
             let what = "fractions of the emissive power belong to thermal scenes; give a temperature to a surface or the medium";
             return Err(SceneError::new("thermal.band_fractions", what));
@@ -389,7 +393,7 @@ fn add_mesh(
                 mesh.reflectance.unwrap_or(DEFAULT_REFLECTANCE),
                 mesh.solar,
             ),
-            emission: mesh.emission.unwrap_or_default(),
+            emission: lights::emission_of_light(mesh.emission.unwrap_or_default(), &parts.bands),
             reflectance_texture: None,
             emission_texture: None,
             sides,
