@@ -282,14 +282,19 @@ impl SceneBuilder {
                 network: (!network.is_empty()).then_some(network),
                 emissivities,
             });
-            if let Some(thermal) = parts.thermal.as_ref().filter(|t| t.surroundings.is_some()) {
-                parts.surroundings.radiance = thermal.surroundings_radiance();
-            }
+            give_surroundings_radiance(&mut parts);
         } else if self.band_fractions.is_some() {
             let what = "fractions of the emissive power belong to thermal scenes; give a temperature to a surface or the medium";
             return Err(SceneError::new("thermal.band_fractions", what));
         }
         Scene::new(parts)
+    }
+}
+
+/// Gives the surroundings of a thermal scene the radiance of their temperature, if they have one.
+fn give_surroundings_radiance(parts: &mut SceneParts) {
+    if let Some(thermal) = parts.thermal.as_ref().filter(|t| t.surroundings.is_some()) {
+        parts.surroundings.radiance = thermal.surroundings_radiance();
     }
 }
 
