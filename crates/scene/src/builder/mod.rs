@@ -272,10 +272,9 @@ impl SceneBuilder {
         parts.panes = self.panes.into_iter().enumerate().map(|(i, p)| p.into_pane(i + 1, bands)).collect();
         parts.voxel_grid = self.medium.as_ref().map(|m| m.build(bands)).transpose()?;
         if thermal {
-            let grey = default_fractions(&parts.bands);
             parts.thermal = Some(Thermal {
                 cell_fractions: None,
-                band_fractions: self.band_fractions.unwrap_or(grey),
+                band_fractions: self.band_fractions.unwrap_or_else(|| default_fractions(&parts.bands)),
                 surfaces: conditions,
                 panes: vec![ThermalCondition::Flux(0.0); parts.panes.len()],
                 surroundings: self.surroundings_temperature,
