@@ -51,12 +51,12 @@ pub struct ViewFactorCounts {
 /// View factors of n facets: rows that are sparse, with error radii.
 #[derive(Clone, Debug)]
 pub struct ViewFactors {
-    areas: Vec<f64>,
-    rows: ExchangeRows,
-    defects: Vec<f64>,
-    open_rows: Vec<usize>,
-    remaining_defect: f64,
-    grade: Grade,
+    pub(crate) areas: Vec<f64>,
+    pub(crate) rows: ExchangeRows,
+    pub(crate) defects: Vec<f64>,
+    pub(crate) open_rows: Vec<usize>,
+    pub(crate) remaining_defect: f64,
+    pub(crate) grade: Grade,
     /// Numbers of pairs.
     pub counts: ViewFactorCounts,
 }

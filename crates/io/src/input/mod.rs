@@ -50,6 +50,7 @@ pub use crate::memory_arrays::{ArraysInMemory, GridArray, GridOrder, GridValues,
 pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_camera_path};
 pub use error::InputError;
 pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
+pub use mesh::mesh_plates::{MeshPlate, MeshPlates};
 pub use scene_template::SceneTemplate;
 pub use table::{Quantity, RowKeys, ValueTable, read_values};
 pub use text::open_file;
