@@ -196,7 +196,7 @@ class ViewFactors:
 
     @property
     def open_rows(self) -> Integers:
-        """Faces whose row is not closed, since its defect is larger than its errors explain: faces inside a solid, or that see backs of others."""
+        """Faces whose row is not closed, since its defect is larger than its errors explain: faces inside a solid, or that see backs of others or obstacles."""
         return self._arrays["open_rows"]
 
     @property
@@ -528,7 +528,7 @@ def view_factors(
     Warns
     -----
     RuntimeWarning
-        If rows stay open: their faces lie inside a solid, or see backs of others.
+        If rows stay open, so that closing leaves them as they are: their faces lie inside a solid, see backs of others, or see obstacles.
 
     Examples
     --------
@@ -558,12 +558,17 @@ def view_factors(
     with observed(progress) as function:
         made = _zonal.view_factors(_native_mesh(mesh), _obstacle_list(obstacles), settings, function, threads)
     factors = ViewFactors(made)
+    if closing:
+        _warn_of_open_rows(factors)
+    return factors
+
+
+def _warn_of_open_rows(factors: ViewFactors) -> None:
     count = len(factors.open_rows)
     if count:
         warnings.warn(
-            f"{count} of {len(factors)} rows stay open (the first is {factors.open_rows[0]}): their faces lie inside a solid, or see backs of others; "
-            "check the orientation of the faces",
+            f"{count} of {len(factors)} rows stay open (the first is {factors.open_rows[0]}): their faces lie inside a solid, see backs of others, or see obstacles, "
+            "which are no part of a row; check the orientation of the faces, or give obstacles as faces of the mesh",
             RuntimeWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
-    return factors
