@@ -206,15 +206,12 @@ def test_meshes_of_other_packages_and_paths(tmp_path):
 
 
 def test_polygons_of_many_corners():
-    # A convex pentagon stays whole; an L-shaped face is its parts: the sum over the parts of a closed room is one.
+    # An L-shaped room: its floor and its ceiling are not convex.
     shape = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
     bottom, top = (np.column_stack([shape, np.full(6, z)]) for z in (0.0, 1.0))
 
-    class Polygons:
-        points = np.concatenate([bottom, top])
-        faces = np.concatenate([[6, 0, 1, 2, 3, 4, 5], [6, 11, 10, 9, 8, 7, 6], *[[4, k, k + 6, (k + 1) % 6 + 6, (k + 1) % 6] for k in range(6)]])
-
-    f = zn.view_factors(Polygons(), surroundings=False)
+    walls = [[k, k + 6, (k + 1) % 6 + 6, (k + 1) % 6] for k in range(6)]
+    f = zn.view_factors((np.concatenate([bottom, top]), [[0, 1, 2, 3, 4, 5], [11, 10, 9, 8, 7, 6], *walls]), surroundings=False)
     checked(f)
     assert np.allclose(f.areas[:2], 3) and np.abs(f.defect).max() < 1e-3
 
@@ -239,7 +236,7 @@ def test_errors(arguments, match):
 
 def test_errors_of_meshes_and_files(tmp_path):
     vertices, faces = room([0, 0, 0], [1, 1, 1])
-    for mesh, match in (((vertices, faces + 5), "vert"), ((vertices * np.nan, faces), "finite"), ((vertices, faces[:0]), "no faces"), (tmp_path / "no.obj", "no.obj"), ("no.xyz", "kind of mesh")):
+    for mesh, match in (((vertices, faces + 5), "vert"), ((vertices * np.nan, faces), "finite"), ((vertices, faces[:0]), "no faces"), ((vertices, [[0, 1, 2], [0, 1]]), "three corners"), (tmp_path / "no.obj", "no.obj"), ("no.xyz", "kind of mesh")):
         with pytest.raises(zn.InputError, match=match):
             zn.view_factors(mesh)
     with pytest.raises(MemoryError):

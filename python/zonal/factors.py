@@ -489,8 +489,8 @@ def view_factors(
     Parameters
     ----------
     mesh : mesh or path
-        ``(vertices, faces)`` with arrays of shape (vertices, 3) and (faces, 3) or (faces, 4); ``pyvista.PolyData``, ``trimesh.Trimesh`` or ``meshio.Mesh``; or the
-        path of a mesh file; m. A face sees with its front, from which its corners run counter-clockwise. Rows keep the order of the faces.
+        ``(vertices, faces)`` with arrays of shape (vertices, 3) and (faces, 3) or (faces, 4), or faces as a list of lists of any length;
+        ``pyvista.PolyData``, ``trimesh.Trimesh`` or ``meshio.Mesh``; or the path of a mesh file; m. A face sees with its front, from which its corners run counter-clockwise. Rows keep the order of the faces.
     obstacles : mesh, path or list of them, optional
         Faces that hide from both sides and exchange nothing. A pair ``(vertices, faces)`` is one mesh as a tuple.
     tolerance : float

@@ -20,7 +20,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from ._meshes import MeshArrays, mesh_arrays
+from ._meshes import mesh_arrays
 from ._types import Floats, Mesh
 from .errors import InputError
 from .factors import view_factors
@@ -149,26 +149,11 @@ class FaceMeshPreprocessor:
 # Factors.
 
 
-def _pair_mesh(first: Floats, second: Floats) -> MeshArrays:
-    none = np.empty(0, dtype=np.int64)
-    starts = np.array([0, len(first), len(first) + len(second)], dtype=np.int64)
-    vertices = np.ascontiguousarray(np.concatenate([first, second]))
-    return MeshArrays(vertices, np.arange(len(vertices), dtype=np.int64), starts, 0, none, [])
-
-
-class _Polygons:
-    """Polygons as a mesh of meshio: corners of any number."""
-
-    def __init__(self, arrays: MeshArrays) -> None:
-        self.points = arrays.vertices
-        counts = np.diff(arrays.starts)
-        self.faces = np.concatenate([[c, *arrays.face(k)] for k, c in enumerate(counts)]).astype(np.int64)
-
-
 def _exchange(pts1: Floats, pts2: Floats) -> float:
     """A2 F21 of two polygons that nothing hides, m2."""
-    mesh = _Polygons(_pair_mesh(np.asarray(pts1, dtype=np.float64), np.asarray(pts2, dtype=np.float64)))
-    factors = view_factors(mesh, tolerance=_TOLERANCE, closing=False, surroundings=False)
+    first, second = len(pts1), len(pts2)
+    faces = [list(range(first)), list(range(first, first + second))]
+    factors = view_factors((np.concatenate([pts1, pts2]), faces), tolerance=_TOLERANCE, closing=False, surroundings=False)
     return float(factors.exchange_areas.toarray()[1, 0])
 
 
