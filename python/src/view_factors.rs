@@ -76,7 +76,8 @@ impl FaceParts {
         );
         let (vertices, corners, starts, corners_of_face, material_of_face, materials): Arrays<'_> =
             tuple.extract()?;
-        let not_contiguous = |_| refused("mesh: an array is not contiguous; give numpy.ascontiguousarray(array)");
+        let not_contiguous =
+            |_| refused("mesh: an array is not contiguous; give numpy.ascontiguousarray(array)");
         let arrays = MeshArrays {
             vertices: vertices.as_slice().map_err(not_contiguous)?,
             corners: corners.as_slice().map_err(not_contiguous)?,
@@ -120,7 +121,12 @@ fn corners_of(a: &MeshArrays<'_>, face: usize) -> Vec<Vec3> {
 }
 
 /// A folder for one geometry and its settings within the folder of all.
-fn cache_folder(folder: &Path, faces: &FaceParts, obstacles: &[FaceParts], s: &ViewFactorSettings) -> CheckpointFolder {
+fn cache_folder(
+    folder: &Path,
+    faces: &FaceParts,
+    obstacles: &[FaceParts],
+    s: &ViewFactorSettings,
+) -> CheckpointFolder {
     let mut hasher = DefaultHasher::new();
     let mut real = |x: f64| x.to_bits().hash(&mut hasher);
     for mesh in std::iter::once(faces).chain(obstacles) {
@@ -247,7 +253,10 @@ impl FactorArrays<'_> {
             sky: pairs(&self.sky),
             ground: pairs(&self.ground),
             defects: list(&self.defects),
-            open_rows: list(&self.open_rows).iter().map(|i| usize::try_from(*i).unwrap_or(usize::MAX)).collect(),
+            open_rows: list(&self.open_rows)
+                .iter()
+                .map(|i| usize::try_from(*i).unwrap_or(usize::MAX))
+                .collect(),
             remaining_defect: self.remaining_defect,
             grade: if self.grade == Grade::Proved.name() { Grade::Proved } else { Grade::Estimated },
             counts: ViewFactorCounts {
@@ -277,7 +286,8 @@ pub(crate) fn combined_view_factors<'py>(
     let index = |g: &i64| u32::try_from(*g).ok().filter(|g| (*g as usize) < groups);
     let group: Option<Vec<u32>> = group.as_array().iter().map(index).collect();
     let group = group.filter(|g| g.len() == native.len());
-    let group = group.ok_or_else(|| refused(format!("groups: give one for each of the {} faces", native.len())))?;
+    let group =
+        group.ok_or_else(|| refused(format!("groups: give one for each of the {} faces", native.len())))?;
     dictionary(py, py.detach(|| native.combined(&group, groups)).into_parts())
 }
 

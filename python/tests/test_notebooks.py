@@ -9,9 +9,12 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from conftest import ROOT
+
+import zonal as zn
 
 NOTEBOOKS = sorted((ROOT / "python/notebooks").glob("*.ipynb"))
 # What a notebook uses where it is installed.
@@ -36,7 +39,9 @@ def modules_of(code: str) -> set[str]:
 
 
 def environment() -> dict[str, str]:
-    return {**os.environ, "MPLBACKEND": "Agg", "ZONAL_ROOT": str(ROOT)}
+    """Without a display, with the package under test."""
+    package = str(Path(zn.__file__).parents[1])
+    return {**os.environ, "MPLBACKEND": "Agg", "ZONAL_ROOT": str(ROOT), "PYTHONPATH": package}
 
 
 def test_there_are_notebooks_of_their_sources():

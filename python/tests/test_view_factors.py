@@ -152,7 +152,7 @@ def test_scipy_reads_the_file(tmp_path):
 def test_matrices_without_scipy(monkeypatch):
     f = zn.view_factors(city(2))
     wanted = f.matrix.toarray()
-    monkeypatch.setitem(sys.modules, "scipy", None)
+    monkeypatch.setitem(sys.modules, "scipy.sparse", None)
     own = zn.view_factors(city(2)).matrix
     assert isinstance(own, zn.CompressedRows) and np.array_equal(own.toarray(), wanted)
     x = np.arange(float(len(f)))

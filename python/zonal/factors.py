@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import importlib
 import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
@@ -112,7 +113,7 @@ class ViewFactors:
             indptr = cast("npt.NDArray[np.uint64]", self._arrays["row_starts"]).view(np.int64)
             shape = (len(self), len(self))
             try:
-                from scipy import sparse
+                sparse: Any = importlib.import_module("scipy.sparse")
             except ImportError:
                 self._made[name] = CompressedRows(values, indices, indptr, shape)
             else:
@@ -277,7 +278,7 @@ class ViewFactors:
     def _groups(self, groups: Groups) -> tuple[list[str], Integers]:
         n = len(self)
         if isinstance(groups, Mapping):
-            mapping = cast("Mapping[str, Any]", groups)
+            mapping = groups
             index = np.full(n, -1, dtype=np.int64)
             for k, (name, faces) in enumerate(mapping.items()):
                 faces = np.atleast_1d(np.asarray(faces, dtype=np.int64))
@@ -362,8 +363,9 @@ class ViewFactors:
         target = os.fspath(path)
         if not target.endswith(".npz"):
             raise InputError(f"{target}: view factors are written as .npz; give such a name")
-        radii = self.radius.data.astype(np.float32)
-        radii = np.where(radii < self.radius.data, np.nextafter(radii, np.float32(np.inf)), radii)
+        exact = cast(Floats, self.radius.data)
+        nearest = exact.astype(np.float32)
+        radii = np.where(nearest < exact, np.nextafter(nearest, np.float32(np.inf)), nearest)
         columns: dict[str, Any] = {
             "format": np.array(b"csr"),
             "shape": np.array([len(self), len(self)], dtype=np.int64),
@@ -450,7 +452,7 @@ _AXES = ("x", "y", "z")
 
 def _native_mesh(mesh: Mesh) -> Any:
     if is_path(mesh):
-        return os.fspath(mesh)
+        return os.fspath(cast(Path, mesh))
     return tuple(mesh_arrays(mesh))
 
 

@@ -14,27 +14,43 @@ use zonal_view_factors::{ConvexPolygon, ViewFactorSettings, ViewFactors};
 const BLOCK: f64 = 40.0;
 
 fn main() {
-    let argument = |k: usize, default: f64| std::env::args().nth(k).and_then(|s| s.parse().ok()).unwrap_or(default);
+    let argument =
+        |k: usize, default: f64| std::env::args().nth(k).and_then(|s| s.parse().ok()).unwrap_or(default);
     let facets = city(argument(1, 18.0) as usize, argument(2, 14.0) as usize);
-    let surroundings = if argument(4, 0.0) > 0.0 { zonal_view_factors::Surroundings::Closed } else { Default::default() };
+    let surroundings =
+        if argument(4, 0.0) > 0.0 { zonal_view_factors::Surroundings::Closed } else { Default::default() };
     let settings = ViewFactorSettings { tolerance: argument(3, 1e-3), surroundings, ..Default::default() };
     let begin = Instant::now();
-    let f = ViewFactors::compute(&facets, &[], &settings, &NoProgress, &NoCheckpoints).expect("valid settings");
+    let f =
+        ViewFactors::compute(&facets, &[], &settings, &NoProgress, &NoCheckpoints).expect("valid settings");
     let seconds = begin.elapsed().as_secs_f64();
     let mut defects: Vec<f64> = f.defects().iter().map(|d| d.abs()).collect();
     defects.sort_by(f64::total_cmp);
     let at = |share: f64| defects[((defects.len() - 1) as f64 * share) as usize];
     println!("{:?}", f.counts);
-    println!("{} factors in {seconds:.2} s; {:.1e} remains of defects", f.entry_count(), f.remaining_defect());
-    println!("defects before closing: median {:.1e}, 99 % {:.1e}, largest {:.1e}", at(0.5), at(0.99), at(1.0));
+    println!(
+        "{} factors in {seconds:.2} s; {:.1e} remains of defects",
+        f.entry_count(),
+        f.remaining_defect()
+    );
+    println!(
+        "defects before closing: median {:.1e}, 99 % {:.1e}, largest {:.1e}",
+        at(0.5),
+        at(0.99),
+        at(1.0)
+    );
     let largest = (0..f.len()).flat_map(|i| f.row(i)).fold(0.0f64, |s, (_, b)| s.max(b.value));
     let covered = (0..f.len()).filter(|i| f.defects()[*i].abs() <= f.row_radius(*i)).count();
-    println!("largest factor {largest:.4}; rows whose defect is within their radii: {covered} of {}", f.len());
+    println!(
+        "largest factor {largest:.4}; rows whose defect is within their radii: {covered} of {}",
+        f.len()
+    );
 }
 
 /// Triangles of a parallelogram in n × m cells.
 fn divide(out: &mut Vec<ConvexPolygon>, at: Vec3, edges: [Vec3; 2], [n, m]: [usize; 2]) {
-    let corner = |i: usize, j: usize| at + edges[0] * (i as f64 / n as f64) + edges[1] * (j as f64 / m as f64);
+    let corner =
+        |i: usize, j: usize| at + edges[0] * (i as f64 / n as f64) + edges[1] * (j as f64 / m as f64);
     for i in 0..n {
         for j in 0..m {
             let [p, q, r, s] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];

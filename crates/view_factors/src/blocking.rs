@@ -29,7 +29,14 @@ pub(crate) struct Occluder {
 /// the solid, displaced by `shift`, over a part of its length.
 ///
 /// For a fixed end the points whose segments meet a convex set form a convex set, so corners decide for hulls.
-pub(crate) fn solid_hides(solid: &ConvexSolid, from: &[Vec3], to: &[Vec3], weight: f64, shift: Vec3, contact: f64) -> bool {
+pub(crate) fn solid_hides(
+    solid: &ConvexSolid,
+    from: &[Vec3],
+    to: &[Vec3],
+    weight: f64,
+    shift: Vec3,
+    contact: f64,
+) -> bool {
     from.iter().all(|a| to.iter().all(|b| segment_meets(solid, *a, *b, weight, shift, contact)))
 }
 
@@ -80,7 +87,8 @@ impl Occluder {
             let o = o + m.dot(shift);
             from.iter().all(|a| {
                 let (inside, above) = (m.dot(*a) - o, sign * height(a, 1.0));
-                to.iter().all(|b| inside * -(sign * height(b, weight)) + (m.dot(*b) - o * weight) * above >= 0.0)
+                to.iter()
+                    .all(|b| inside * -(sign * height(b, weight)) + (m.dot(*b) - o * weight) * above >= 0.0)
             })
         })
     }

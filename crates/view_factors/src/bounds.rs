@@ -77,9 +77,16 @@ impl BoundsTree {
         tree
     }
 
-    fn build(&mut self, boxes: &[Bounds], groups: &[u8], range: std::ops::Range<usize>, leaf_size: usize) -> u32 {
+    fn build(
+        &mut self,
+        boxes: &[Bounds],
+        groups: &[u8],
+        range: std::ops::Range<usize>,
+        leaf_size: usize,
+    ) -> u32 {
         let items = &self.order[range.clone()];
-        let bounds = items.iter().map(|k| boxes[*k as usize]).reduce(Bounds::union).expect("a range with items");
+        let bounds =
+            items.iter().map(|k| boxes[*k as usize]).reduce(Bounds::union).expect("a range with items");
         let at = self.nodes.len() as u32;
         let (first, count) = (range.start as u32, range.len() as u32);
         self.nodes.push(TreeNode { bounds, first, count, children: None });
@@ -102,7 +109,8 @@ impl BoundsTree {
 
     /// Orders a range by the centres along their longest side.
     fn halve(&mut self, boxes: &[Bounds], range: std::ops::Range<usize>) {
-        let centres: Vec<Vec3> = self.order[range.clone()].iter().map(|k| boxes[*k as usize].centre()).collect();
+        let centres: Vec<Vec3> =
+            self.order[range.clone()].iter().map(|k| boxes[*k as usize].centre()).collect();
         let extent = Bounds::of(&centres);
         let size = (extent.hi - extent.lo).array();
         let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
@@ -133,7 +141,9 @@ mod tests {
         assert_eq!(seen, (0..97).collect::<Vec<u32>>());
         for n in tree.nodes.iter().filter(|n| n.children.is_none()) {
             let items = &tree.order[n.first as usize..(n.first + n.count) as usize];
-            assert!(items.iter().all(|k| groups[*k as usize] == groups[items[0] as usize]) && items.len() <= 4);
+            assert!(
+                items.iter().all(|k| groups[*k as usize] == groups[items[0] as usize]) && items.len() <= 4
+            );
         }
     }
 }

@@ -148,7 +148,10 @@ mod tests {
             let find = |r: &ExchangeRows| r.entries(i).find(|e| e.0 == j).expect("a pair").1;
             let change = find(&made).value - find(&before).value;
             let expected = weight(&find(&before)) * (multiplier(i) + multiplier(j));
-            assert!((change - expected).abs() < 1e-6 * change.abs().max(1e-4), "{i} {j}: {change} {expected}");
+            assert!(
+                (change - expected).abs() < 1e-6 * change.abs().max(1e-4),
+                "{i} {j}: {change} {expected}"
+            );
         }
     }
 

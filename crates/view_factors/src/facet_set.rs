@@ -139,7 +139,9 @@ mod tests {
     #[test]
     fn a_wall_without_its_window_has_the_rest_of_the_area() {
         let wall = convex_parts(&rectangle([0.0, 4.0], [0.0, 3.0]));
-        for (x, y, area) in [([1.0, 2.0], [1.0, 2.0], 11.0), ([3.0, 5.0], [1.0, 2.0], 11.0), ([5.0, 6.0], [0.0, 1.0], 12.0)] {
+        for (x, y, area) in
+            [([1.0, 2.0], [1.0, 2.0], 11.0), ([3.0, 5.0], [1.0, 2.0], 11.0), ([5.0, 6.0], [0.0, 1.0], 12.0)]
+        {
             for reversed in [false, true] {
                 let mut c = rectangle(x, y);
                 if reversed {

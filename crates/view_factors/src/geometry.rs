@@ -67,7 +67,8 @@ impl Geometry {
         let all: Vec<&ConvexPolygon> = facets.iter().chain(obstructions).collect();
         let contact = contact_distance(&all);
         let merged = merged_occluders(&all, contact);
-        let occluders: Vec<Occluder> = merged.polygons.into_iter().map(|(p, solid)| Occluder::new(p, solid)).collect();
+        let occluders: Vec<Occluder> =
+            merged.polygons.into_iter().map(|(p, solid)| Occluder::new(p, solid)).collect();
         let boxes: Vec<Bounds> = occluders.iter().map(|o| Bounds::of(o.polygon.corners())).collect();
         let occluder_tree = BoundsTree::new(&boxes, &vec![0; boxes.len()], 1);
         let facets: Vec<Facet> = facets.iter().cloned().map(Facet::new).collect();
@@ -92,7 +93,8 @@ impl Geometry {
     pub(crate) fn hides(&self, k: usize, from: &[Vec3], to: &[Vec3], weight: f64, shift: Vec3) -> bool {
         let o = &self.occluders[k];
         o.hides(from, to, weight, shift, self.contact)
-            || o.solid.is_some_and(|s| solid_hides(&self.solids[s as usize], from, to, weight, shift, self.contact))
+            || o.solid
+                .is_some_and(|s| solid_hides(&self.solids[s as usize], from, to, weight, shift, self.contact))
     }
 
     /// False if no facet of node `a` can see any point of `b`.
@@ -131,7 +133,8 @@ impl NormalCone {
     fn of(facets: &[Facet], items: &[u32]) -> NormalCone {
         let normals = || items.iter().map(|k| facets[*k as usize].polygon().normal());
         let first = normals().next().unwrap_or(Vec3::ZERO);
-        let parallel = normals().all(|n| n.dot(first) >= 1.0 - 1e-15 && n.cross(first).length() < PARALLEL_HALF_ANGLE);
+        let parallel =
+            normals().all(|n| n.dot(first) >= 1.0 - 1e-15 && n.cross(first).length() < PARALLEL_HALF_ANGLE);
         let axis = if parallel { first } else { normals().fold(Vec3::ZERO, |s, n| s + n).normalized() };
         let half_angle = if parallel {
             0.0
@@ -158,7 +161,8 @@ fn face_of_cube(n: Vec3) -> u8 {
 fn contact_distance(polygons: &[&ConvexPolygon]) -> f64 {
     let coordinates = || polygons.iter().flat_map(|p| p.corners()).flat_map(|c| c.array());
     let largest = coordinates().fold(0.0f64, |s, x| s.max(x.abs()));
-    let single = coordinates().all(|x| (x - f64::from(x as f32)).abs() <= SINGLE_PRECISION_TEXT.min(SINGLE_PRECISION * x.abs()));
+    let single = coordinates()
+        .all(|x| (x - f64::from(x as f32)).abs() <= SINGLE_PRECISION_TEXT.min(SINGLE_PRECISION * x.abs()));
     if single { 2.0 * SINGLE_PRECISION * largest } else { DOUBLE_PRECISION_CONTACT * largest }
 }
 

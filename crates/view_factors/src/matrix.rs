@@ -27,7 +27,8 @@ impl ExchangeRows {
         (0..n).for_each(|i| starts[i + 1] += starts[i]);
         let count = starts[n] as usize;
         let mut next = starts.clone();
-        let (mut columns, mut values, mut radii) = (vec![0u32; count], vec![0.0f64; count], vec![0.0f32; count]);
+        let (mut columns, mut values, mut radii) =
+            (vec![0u32; count], vec![0.0f64; count], vec![0.0f32; count]);
         for ((i, j), b) in pairs {
             for (row, column) in [(i, j), (j, i)] {
                 let at = next[row as usize] as usize;
@@ -83,7 +84,8 @@ impl ExchangeRows {
     /// The entries of row i: column and exchange area.
     pub(crate) fn entries(&self, i: usize) -> impl Iterator<Item = (usize, Bounded)> + '_ {
         self.range(i).map(|k| {
-            let b = Bounded { value: self.values[k], radius: f64::from(self.radii[k]), grade: Grade::Estimated };
+            let b =
+                Bounded { value: self.values[k], radius: f64::from(self.radii[k]), grade: Grade::Estimated };
             (self.columns[k] as usize, b)
         })
     }

@@ -59,7 +59,8 @@ impl Outlines {
     /// The loop without corners between edges of one direction.
     fn without_straight_corners(&self, outline: &[Corner], normal: Vec3) -> Vec<Corner> {
         let n = outline.len();
-        let turns = |k: usize| self.turn([outline[(k + n - 1) % n], outline[k], outline[(k + 1) % n]], normal);
+        let turns =
+            |k: usize| self.turn([outline[(k + n - 1) % n], outline[k], outline[(k + 1) % n]], normal);
         (0..n).filter(|k| turns(*k).abs() > MAX_SINE_OF_STRAIGHT_EDGES).map(|k| outline[k]).collect()
     }
 
@@ -73,7 +74,8 @@ impl Outlines {
     fn is_convex(&self, outline: &[Corner], normal: Vec3) -> bool {
         let n = outline.len();
         let left = |k: usize| {
-            self.turn([outline[k], outline[(k + 1) % n], outline[(k + 2) % n]], normal) >= -MAX_SINE_OF_STRAIGHT_EDGES
+            self.turn([outline[k], outline[(k + 1) % n], outline[(k + 2) % n]], normal)
+                >= -MAX_SINE_OF_STRAIGHT_EDGES
         };
         // A loop that turns left at every corner may still wind twice: its turns sum to one circle only in a simple one.
         let angle = |k: usize| {
@@ -116,13 +118,19 @@ pub(crate) fn merged_occluders(polygons: &[&ConvexPolygon], contact: f64) -> Mer
 }
 
 /// The facets of one plane in few convex polygons.
-fn merged_component(outlines: &Outlines, polygons: &[&ConvexPolygon], component: &[usize]) -> Vec<ConvexPolygon> {
+fn merged_component(
+    outlines: &Outlines,
+    polygons: &[&ConvexPolygon],
+    component: &[usize],
+) -> Vec<ConvexPolygon> {
     let (at, normal) = (polygons[component[0]].corners()[0], polygons[component[0]].normal());
     let facets = || component.iter().map(|k| polygons[*k].clone()).collect();
     if component.len() == 1 {
         return facets();
     }
-    if let Some(whole) = convex_outline(outlines, component, normal).and_then(|o| outlines.polygon(&o, at, normal)) {
+    if let Some(whole) =
+        convex_outline(outlines, component, normal).and_then(|o| outlines.polygon(&o, at, normal))
+    {
         return vec![whole];
     }
     let loops = component.iter().map(|k| outlines.loops[*k].clone()).collect();
@@ -209,7 +217,9 @@ fn solid_of_shell(
     };
     let mut planes: Vec<(Vec3, f64)> = shell.iter().map(plane).collect();
     if let Some(cap) = opening_plane(outlines, open, contact)? {
-        let side = corners().map(|c| cap.0.dot(*c) - cap.1).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        let side = corners()
+            .map(|c| cap.0.dot(*c) - cap.1)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
         match side {
             (_, high) if high <= contact => planes.push(cap),
             (low, _) if low >= -contact => planes.push((-cap.0, -cap.1)),
@@ -225,7 +235,8 @@ fn opening_plane(outlines: &Outlines, open: &[Corner], contact: f64) -> Option<O
     let Some(first) = open.first().map(|c| outlines.point(*c)) else { return Some(None) };
     let points = || open.iter().map(|c| outlines.point(*c) - first);
     let far = points().max_by(|a, b| a.length2().total_cmp(&b.length2()))?;
-    let normal = points().map(|p| p.cross(far)).max_by(|a, b| a.length2().total_cmp(&b.length2()))?.normalized();
+    let normal =
+        points().map(|p| p.cross(far)).max_by(|a, b| a.length2().total_cmp(&b.length2()))?.normalized();
     let flat = normal.length() > 0.5 && points().all(|p| normal.dot(p).abs() <= contact);
     flat.then_some(Some((normal, normal.dot(first))))
 }
@@ -327,7 +338,8 @@ fn merge_in_pairs(outlines: &Outlines, mut loops: Vec<Vec<Corner>>, normal: Vec3
             let partner = Outlines::edges(&loops[k]).find_map(|(a, b)| {
                 let other = *by_edge.get(&(b, a))?;
                 (other != k && !merged[other]).then_some(())?;
-                let union = outlines.without_straight_corners(&joined(&loops[k], &loops[other], (a, b)), normal);
+                let union =
+                    outlines.without_straight_corners(&joined(&loops[k], &loops[other], (a, b)), normal);
                 outlines.is_convex(&union, normal).then_some((other, union))
             });
             if let Some((other, union)) = partner {
@@ -424,10 +436,16 @@ mod tests {
 
     #[test]
     fn a_box_with_at_most_one_open_side_is_a_solid() {
-        for (missing, solids, planes) in [(vec![], 1, 6), (vec![4], 1, 6), (vec![4, 5], 0, 0), (vec![0, 2], 0, 0)] {
+        for (missing, solids, planes) in
+            [(vec![], 1, 6), (vec![4], 1, 6), (vec![4, 5], 0, 0), (vec![0, 2], 0, 0)]
+        {
             let faces = cube(&missing);
             let merged = merged_occluders(&faces.iter().collect::<Vec<_>>(), 1e-9);
-            assert_eq!((merged.polygons.len(), merged.solids.len()), (6 - missing.len(), solids), "{missing:?}");
+            assert_eq!(
+                (merged.polygons.len(), merged.solids.len()),
+                (6 - missing.len(), solids),
+                "{missing:?}"
+            );
             assert!(merged.solids.iter().all(|s| s.planes.len() == planes));
         }
     }

@@ -140,8 +140,7 @@ impl<'a> PairTraversal<'a> {
         occluders.iter().any(|e| {
             let Some(k) = occluder_list::single(self.geometry, *e) else { return false };
             let (o, shift) = (&self.geometry.occluders[k], self.shifts[e.shift as usize]);
-            o.crosses(from, to, 1.0, shift)
-                && self.geometry.hides(k, &a.corners(), &b.corners(), 1.0, shift)
+            o.crosses(from, to, 1.0, shift) && self.geometry.hides(k, &a.corners(), &b.corners(), 1.0, shift)
         })
     }
 
@@ -228,7 +227,9 @@ impl<'a> PairTraversal<'a> {
             }
             let n = o.polygon.normal();
             let offset = n.dot(o.polygon.corners()[0] + *shift);
-            let side = |sign: f64| p.corners().iter().chain(q.corners()).all(|c| sign * (n.dot(*c) - offset) <= contact);
+            let side = |sign: f64| {
+                p.corners().iter().chain(q.corners()).all(|c| sign * (n.dot(*c) - offset) <= contact)
+            };
             if side(1.0) || side(-1.0) {
                 continue;
             }
@@ -239,7 +240,8 @@ impl<'a> PairTraversal<'a> {
             if self.planes.iter().any(|(n, c)| corners().all(|x| n.dot(x) >= c - contact)) {
                 continue;
             }
-            let placed = if *shift == Vec3::ZERO { Some(o.polygon.clone()) } else { o.polygon.translated(*shift) };
+            let placed =
+                if *shift == Vec3::ZERO { Some(o.polygon.clone()) } else { o.polygon.translated(*shift) };
             let cut = placed.and_then(|o| o.in_front_of(p, contact)).and_then(|o| o.in_front_of(q, contact));
             let Some(cut) = cut else { continue };
             if self.planes.iter().any(|(n, c)| cut.corners().iter().all(|x| n.dot(*x) >= c - contact)) {
@@ -260,7 +262,11 @@ impl<'a> PairTraversal<'a> {
         else {
             return Bounded::ZERO;
         };
-        let request = IntegrationRequest { relative: self.goal.relative, absolute, max_evaluations: self.goal.max_evaluations };
+        let request = IntegrationRequest {
+            relative: self.goal.relative,
+            absolute,
+            max_evaluations: self.goal.max_evaluations,
+        };
         let (outer, target) = if p.area() <= q.area() { (&p, &q) } else { (&q, &p) };
         obstructed_exchange(outer, target, &self.cut, &request)
     }

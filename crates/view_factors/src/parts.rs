@@ -55,7 +55,8 @@ impl ViewFactors {
     /// The lists, with their memory.
     pub fn into_parts(self) -> ViewFactorParts {
         let pair = |b: &Bounded| [b.value, b.radius];
-        let (sky, ground) = (self.rows.sky.iter().map(pair).collect(), self.rows.ground.iter().map(pair).collect());
+        let (sky, ground) =
+            (self.rows.sky.iter().map(pair).collect(), self.rows.ground.iter().map(pair).collect());
         let (row_starts, columns, exchange_areas, radii) = self.rows.into_lists();
         ViewFactorParts {
             areas: self.areas,
@@ -79,10 +80,15 @@ impl ViewFactors {
     /// Lists that do not fit together.
     pub fn from_parts(parts: ViewFactorParts) -> Result<ViewFactors, SceneError> {
         if !parts.is_consistent() {
-            return Err(SceneError::new("view factors", "the arrays do not fit together; save the view factors again"));
+            return Err(SceneError::new(
+                "view factors",
+                "the arrays do not fit together; save the view factors again",
+            ));
         }
         let bounded = |list: &[[f64; 2]]| {
-            list.iter().map(|[value, radius]| Bounded { value: *value, radius: *radius, grade: parts.grade }).collect()
+            list.iter()
+                .map(|[value, radius]| Bounded { value: *value, radius: *radius, grade: parts.grade })
+                .collect()
         };
         let (sky, ground) = (bounded(&parts.sky), bounded(&parts.ground));
         let lists = (parts.row_starts, parts.columns, parts.exchange_areas, parts.radii);
@@ -111,7 +117,8 @@ mod tests {
             let c = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
             set.add_surface(&turn.map(|k: usize| vec3(c[k][0], c[k][1], z)));
         }
-        let f = set.compute(&ViewFactorSettings::default(), &NoProgress, &NoCheckpoints).expect("valid settings");
+        let f =
+            set.compute(&ViewFactorSettings::default(), &NoProgress, &NoCheckpoints).expect("valid settings");
         let parts = f.clone().into_parts();
         let back = ViewFactors::from_parts(parts.clone()).expect("the lists of a computation");
         assert_eq!(back.row(0).collect::<Vec<_>>(), f.row(0).collect::<Vec<_>>());

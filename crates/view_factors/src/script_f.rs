@@ -48,10 +48,15 @@ impl ViewFactors {
     pub fn script_factors(&self, emissivities: &[f64]) -> Result<ScriptFactors, SceneError> {
         let n = self.len();
         if emissivities.len() != n || emissivities.iter().any(|e| !(0.0..=1.0).contains(e)) {
-            return Err(SceneError::new("emissivity", format!("give {n} emissivities from 0 to 1, one for each surface")));
+            return Err(SceneError::new(
+                "emissivity",
+                format!("give {n} emissivities from 0 to 1, one for each surface"),
+            ));
         }
         if n > MAX_SURFACES {
-            let message = format!("total exchange factors of {n} surfaces need dense matrices; give at most {MAX_SURFACES} surfaces");
+            let message = format!(
+                "total exchange factors of {n} surfaces need dense matrices; give at most {MAX_SURFACES} surfaces"
+            );
             return Err(SceneError::new("emissivity", message));
         }
         if self.areas().iter().any(|a| *a <= 0.0) {
@@ -106,7 +111,10 @@ fn inverse_of_symmetric(a: &[f64], n: usize) -> Result<Vec<f64>, SceneError> {
     for j in 0..n {
         let pivot = l[j * n + j] - (0..j).map(|k| l[j * n + k] * l[j * n + k]).sum::<f64>();
         if pivot.is_nan() || pivot <= 0.0 {
-            return Err(SceneError::new("emissivity", "the rows of the view factors exceed one; compute them with closing"));
+            return Err(SceneError::new(
+                "emissivity",
+                "the rows of the view factors exceed one; compute them with closing",
+            ));
         }
         l[j * n + j] = pivot.sqrt();
         let (above, below) = l.split_at_mut((j + 1) * n);
@@ -166,7 +174,8 @@ mod tests {
             let p = ConvexPolygon::new(face.map(corner).to_vec()).expect("a square");
             set.add_parts(vec![p]);
         }
-        let f = set.compute(&ViewFactorSettings::default(), &NoProgress, &NoCheckpoints).expect("valid settings");
+        let f =
+            set.compute(&ViewFactorSettings::default(), &NoProgress, &NoCheckpoints).expect("valid settings");
         let emissivity = [0.1, 0.3, 0.5, 0.7, 0.9, 0.6];
         let script = f.script_factors(&emissivity).expect("six emissivities");
         for (i, e) in emissivity.iter().enumerate() {

@@ -39,7 +39,8 @@ impl BoxShaft {
                 let q = [side(b, axes[0], high_u), side(b, axes[1], high_v)];
                 let d = [q[0] - p[0], q[1] - p[1]];
                 // The line through both corners supports both rectangles if its normal points into the quadrant of the corners.
-                let (mut n, along) = ([d[1], -d[0]], [if high_u { 1.0 } else { -1.0 }, if high_v { 1.0 } else { -1.0 }]);
+                let (mut n, along) =
+                    ([d[1], -d[0]], [if high_u { 1.0 } else { -1.0 }, if high_v { 1.0 } else { -1.0 }]);
                 if n[0] * along[0] < 0.0 || n[1] * along[1] < 0.0 {
                     n = [-n[0], -n[1]];
                 }
@@ -67,7 +68,8 @@ impl BoxShaft {
             return true;
         }
         self.lines[..self.count].iter().any(|l| {
-            let least = |i: usize| l.normal[i] * if l.normal[i] > 0.0 { lo[l.axes[i]] } else { hi[l.axes[i]] };
+            let least =
+                |i: usize| l.normal[i] * if l.normal[i] > 0.0 { lo[l.axes[i]] } else { hi[l.axes[i]] };
             least(0) + least(1) >= l.limit - self.contact
         })
     }
@@ -92,8 +94,11 @@ impl SkyShaft {
         let (from, to) = (self.from.lo.array(), self.from.hi.array());
         let DirectionCell { axis, sign, range } = self.cell;
         // Heights of the obstruction above the box along the axis of the face.
-        let (least, most) =
-            if sign > 0.0 { (lo[axis] - to[axis], hi[axis] - from[axis]) } else { (from[axis] - hi[axis], to[axis] - lo[axis]) };
+        let (least, most) = if sign > 0.0 {
+            (lo[axis] - to[axis], hi[axis] - from[axis])
+        } else {
+            (from[axis] - hi[axis], to[axis] - lo[axis])
+        };
         if most <= self.contact {
             return true;
         }

@@ -85,8 +85,20 @@ pub(crate) fn direction_cells(images: &PeriodicImages, up: usize) -> Vec<Directi
 }
 
 impl<'a> SkyTraversal<'a> {
-    pub(crate) fn new(geometry: &'a Geometry, images: &'a PeriodicImages, goal: ErrorGoal, up: usize) -> SkyTraversal<'a> {
-        SkyTraversal { geometry, images, goal, up, free: Vec::new(), partial: std::collections::BTreeMap::new() }
+    pub(crate) fn new(
+        geometry: &'a Geometry,
+        images: &'a PeriodicImages,
+        goal: ErrorGoal,
+        up: usize,
+    ) -> SkyTraversal<'a> {
+        SkyTraversal {
+            geometry,
+            images,
+            goal,
+            up,
+            free: Vec::new(),
+            partial: std::collections::BTreeMap::new(),
+        }
     }
 
     /// The exchange of the facets of `node`, by facet.
@@ -96,7 +108,8 @@ impl<'a> SkyTraversal<'a> {
         cells.iter().for_each(|c| self.visit(node, c, &all));
         let facets = self.geometry.facets_of(node);
         let none = SurroundingsExchange { sky: Bounded::ZERO, ground: Bounded::ZERO };
-        let mut sums: std::collections::BTreeMap<u32, SurroundingsExchange> = facets.iter().map(|f| (*f, none)).collect();
+        let mut sums: std::collections::BTreeMap<u32, SurroundingsExchange> =
+            facets.iter().map(|f| (*f, none)).collect();
         for ((facet, region), cones) in &self.partial {
             let p = self.geometry.facets[*facet as usize].polygon();
             let request = IntegrationRequest {
@@ -136,7 +149,14 @@ impl<'a> SkyTraversal<'a> {
         let n = g.node(node);
         let shaft = SkyShaft::new(&n.bounds, cell, g.contact);
         let mut near = Vec::new();
-        occluder_list::filter(g, &self.images.shifts, list, n.bounds.radius(), |o| shaft.excludes(o), &mut near);
+        occluder_list::filter(
+            g,
+            &self.images.shifts,
+            list,
+            n.bounds.radius(),
+            |o| shaft.excludes(o),
+            &mut near,
+        );
         if near.is_empty() {
             for f in g.facets_of(node) {
                 let whole = unobstructed_sky(g.facets[*f as usize].polygon(), &corners);
@@ -148,7 +168,8 @@ impl<'a> SkyTraversal<'a> {
         let hidden = near.iter().any(|e| {
             let Some(k) = occluder_list::single(g, *e) else { return false };
             let shift = self.images.shifts[e.shift as usize];
-            g.occluders[k].crosses(from, to, 0.0, shift) && g.hides(k, &n.bounds.corners(), &corners, 0.0, shift)
+            g.occluders[k].crosses(from, to, 0.0, shift)
+                && g.hides(k, &n.bounds.corners(), &corners, 0.0, shift)
         });
         if hidden {
             return;

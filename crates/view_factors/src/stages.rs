@@ -88,7 +88,8 @@ mod tests {
         let (back, pairs) = decode_pairs(&bytes, 8).expect("a batch");
         assert_eq!((back.numbers(), pairs.len(), pairs[1].j), (counts.numbers(), 2, 7));
         assert!(decode_pairs(&bytes, 7).is_none() && decode_pairs(&bytes[1..], 8).is_none());
-        let s = SurroundingsExchange { sky: Bounded::proved(0.5, 1e-15), ground: Bounded::estimated(0.1, 1e-3) };
+        let s =
+            SurroundingsExchange { sky: Bounded::proved(0.5, 1e-15), ground: Bounded::estimated(0.1, 1e-3) };
         let bytes = encode_surroundings(&[(2, s)]);
         let back = decode_surroundings(&bytes, 3).expect("surroundings");
         assert_eq!((back[0].0, back[0].1.sky, back[0].1.ground), (2, s.sky, s.ground));

@@ -79,7 +79,9 @@ impl ViewFactors {
             return Err(SceneError::new("facets", "there is no facet; give at least one"));
         }
         let geometry = Geometry::new(facets, obstructions);
-        let extent = Bounds::of(&facets.iter().chain(obstructions).flat_map(|p| p.corners()).copied().collect::<Vec<_>>());
+        let extent = Bounds::of(
+            &facets.iter().chain(obstructions).flat_map(|p| p.corners()).copied().collect::<Vec<_>>(),
+        );
         let images = PeriodicImages::new(settings, &extent);
         let run = Computation { geometry: &geometry, images: &images, settings, progress, checkpoints };
         let (counts, pairs) = run.pairs()?;
@@ -235,7 +237,13 @@ impl ViewFactors {
         let mut open_rows: Vec<usize> = self.open_rows.iter().map(|i| group[*i] as usize).collect();
         open_rows.sort_unstable();
         open_rows.dedup();
-        ViewFactors { areas, rows: self.rows.combined(group, groups), defects: relative, open_rows, ..self.clone() }
+        ViewFactors {
+            areas,
+            rows: self.rows.combined(group, groups),
+            defects: relative,
+            open_rows,
+            ..self.clone()
+        }
     }
 }
 
@@ -313,7 +321,11 @@ impl Computation<'_> {
         Ok((counts, pairs))
     }
 
-    fn batch(&self, tasks: &[&NodePair], found: &AtomicU64) -> Result<(PairCounts, Vec<PairExchange>), SceneError> {
+    fn batch(
+        &self,
+        tasks: &[&NodePair],
+        found: &AtomicU64,
+    ) -> Result<(PairCounts, Vec<PairExchange>), SceneError> {
         let results: Vec<(PairCounts, Vec<PairExchange>)> = tasks
             .par_iter()
             .with_max_len(1)
@@ -348,7 +360,9 @@ impl Computation<'_> {
         let gigabytes = self.settings.memory_limit as f64 / 1e9;
         Err(SceneError::out_of_memory(
             "max_memory",
-            format!("{pairs} or more pairs see each other, which exceeds {gigabytes} GB; allow more memory, or give fewer facets"),
+            format!(
+                "{pairs} or more pairs see each other, which exceeds {gigabytes} GB; allow more memory, or give fewer facets"
+            ),
         ))
     }
 
@@ -375,7 +389,8 @@ impl Computation<'_> {
             } else {
                 let run = |node: &u32| {
                     let idle = self.progress.is_interrupted();
-                    let traversal = SkyTraversal::new(self.geometry, self.images, self.settings.goal(), self.settings.up);
+                    let traversal =
+                        SkyTraversal::new(self.geometry, self.images, self.settings.goal(), self.settings.up);
                     let made = if idle { Vec::new() } else { traversal.run(*node, &cells) };
                     self.progress.advance(1);
                     made

@@ -40,13 +40,19 @@ fn cuboid(out: &mut Vec<ConvexPolygon>, lo: Vec3, size: Vec3, inwards: bool, n: 
     }
 }
 
-fn compute(facets: &[ConvexPolygon], obstructions: &[ConvexPolygon], settings: &ViewFactorSettings) -> ViewFactors {
+fn compute(
+    facets: &[ConvexPolygon],
+    obstructions: &[ConvexPolygon],
+    settings: &ViewFactorSettings,
+) -> ViewFactors {
     ViewFactors::compute(facets, obstructions, settings, &NoProgress, &NoCheckpoints).expect("valid settings")
 }
 
 fn turned(p: &ConvexPolygon) -> ConvexPolygon {
     let (x, y, z) = (vec3(0.36, 0.48, -0.8), vec3(-0.8, 0.6, 0.0), vec3(0.48, 0.64, 0.6));
-    polygon(&p.corners().iter().map(|c| x * c.x + y * c.y + z * c.z + vec3(3.0, -2.0, 5.0)).collect::<Vec<_>>())
+    polygon(
+        &p.corners().iter().map(|c| x * c.x + y * c.y + z * c.z + vec3(3.0, -2.0, 5.0)).collect::<Vec<_>>(),
+    )
 }
 
 /// A room with a block that stands on the middle cell of the floor, and one above it.
@@ -80,7 +86,11 @@ fn empty_rooms_close_with_proved_radii() {
     let f = compute(&facets, &[], &settings);
     assert_eq!(f.grade(), Grade::Proved);
     for i in 0..f.len() {
-        assert!(f.defects()[i].abs() <= f.row_radius(i) && f.row_radius(i) < 1e-6, "{i}: {:e}", f.defects()[i]);
+        assert!(
+            f.defects()[i].abs() <= f.row_radius(i) && f.row_radius(i) < 1e-6,
+            "{i}: {:e}",
+            f.defects()[i]
+        );
     }
 }
 
@@ -91,7 +101,12 @@ fn rows_of_a_furnished_room_close_within_their_radii() {
         let open = ViewFactorSettings { tolerance, closure: RowClosure::Keep, ..Default::default() };
         let f = compute(&facets, &[], &open);
         for i in 0..f.len() {
-            assert!(f.defects()[i].abs() <= f.row_radius(i), "{tolerance} {i}: {:e} {:e}", f.defects()[i], f.row_radius(i));
+            assert!(
+                f.defects()[i].abs() <= f.row_radius(i),
+                "{tolerance} {i}: {:e} {:e}",
+                f.defects()[i],
+                f.row_radius(i)
+            );
             assert!(f.defects()[i].abs() <= tolerance && f.row(i).all(|(_, b)| b.value <= 1.0));
             // Nothing of the surroundings is seen from within a room.
             assert!(f.sky(i).value + f.ground(i).value <= 1e-9, "{i}: {:?}", f.sky(i));
@@ -115,7 +130,8 @@ fn first_hit(facets: &[ConvexPolygon], o: Vec3, d: Vec3) -> Option<usize> {
         let t = -p.height(o) / p.normal().dot(d);
         let x = o + d * t;
         let c = p.corners();
-        let inside = (0..c.len()).all(|k| (c[(k + 1) % c.len()] - c[k]).cross(x - c[k]).dot(p.normal()) >= 0.0);
+        let inside =
+            (0..c.len()).all(|k| (c[(k + 1) % c.len()] - c[k]).cross(x - c[k]).dot(p.normal()) >= 0.0);
         (t > 1e-9 && inside).then_some(t)
     };
     let hits = facets.iter().enumerate().filter_map(|(k, p)| hit(p).map(|t| (t, k)));
@@ -147,7 +163,10 @@ fn factors_agree_with_rays_against_every_facet() {
             let share = hits / f64::from(rays);
             let likely = share.max(ours.min(1.0));
             let sigma = ((likely * (1.0 - likely)).max(1.0 / f64::from(rays)) / f64::from(rays)).sqrt();
-            assert!((ours - share).abs() <= radius + 4.5 * sigma, "{i} to {what}: {ours} ± {radius:e}, rays {share}");
+            assert!(
+                (ours - share).abs() <= radius + 4.5 * sigma,
+                "{i} to {what}: {ours} ± {radius:e}, rays {share}"
+            );
         };
         for j in 0..facets.len() {
             let ours = f.row(i).find(|e| e.0 == j).map_or((0.0, 0.0), |e| (e.1.value, e.1.radius));
@@ -176,7 +195,8 @@ fn an_endless_street_sees_the_sky_as_by_crossed_strings() {
         ..Default::default()
     };
     let f = compute(&facets, &[], &settings);
-    let group: Vec<u32> = (0..f.len()).map(|i| if i < street { 0 } else { 1 + ((i - street) / 2) as u32 }).collect();
+    let group: Vec<u32> =
+        (0..f.len()).map(|i| if i < street { 0 } else { 1 + ((i - street) / 2) as u32 }).collect();
     let f = f.combined(&group, 4);
     let sky = (1.0 + (height / width).powi(2)).sqrt() - height / width;
     let (ours, wall) = (f.sky(0), f.row(0).find(|e| e.0 == 1).expect("the street sees a wall").1);
@@ -244,7 +264,9 @@ impl CheckpointStore for InMemory {
 }
 
 fn bits(f: &ViewFactors) -> Vec<u64> {
-    let rows = (0..f.len()).flat_map(|i| f.row(i).map(|(j, b)| j as u64 ^ b.value.to_bits() ^ b.radius.to_bits().rotate_left(7)));
+    let rows = (0..f.len()).flat_map(|i| {
+        f.row(i).map(|(j, b)| j as u64 ^ b.value.to_bits() ^ b.radius.to_bits().rotate_left(7))
+    });
     rows.chain((0..f.len()).map(|i| f.sky(i).value.to_bits() ^ f.ground(i).value.to_bits())).collect()
 }
 
@@ -255,7 +277,9 @@ fn threads_and_checkpoints_leave_every_bit() {
     let store = InMemory::default();
     let in_pool = |threads: usize, store: &dyn CheckpointStore| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| bits(&ViewFactors::compute(&facets, &[], &settings, &NoProgress, store).expect("valid settings")))
+        pool.install(|| {
+            bits(&ViewFactors::compute(&facets, &[], &settings, &NoProgress, store).expect("valid settings"))
+        })
     };
     let one = in_pool(1, &NoCheckpoints);
     assert_eq!(one, in_pool(3, &store));
@@ -275,7 +299,8 @@ fn threads_and_checkpoints_leave_every_bit() {
 fn invalid_settings_and_small_memory_are_refused() {
     let facets = furnished_room();
     let refused = |settings: ViewFactorSettings, facets: &[ConvexPolygon], word: &str| {
-        let e = ViewFactors::compute(facets, &[], &settings, &NoProgress, &NoCheckpoints).expect_err("refused");
+        let e =
+            ViewFactors::compute(facets, &[], &settings, &NoProgress, &NoCheckpoints).expect_err("refused");
         assert!(format!("{} {}", e.key(), e.message()).contains(word), "{e:?}");
     };
     refused(ViewFactorSettings { tolerance: 0.0, ..Default::default() }, &facets, "tolerance");

@@ -11,7 +11,7 @@ import zonal as zn
 
 checkout = Path(os.environ.get("ZONAL_ROOT", "../.."))
 path = checkout / "crates/io/tests/data/mixed.vdb"
-low, high, cells = [-5, -5, -5], [150, 75, 45], [31, 16, 10]
+low, high, cells = [-5, -5, -5], [150, 75, 45], [16, 8, 5]
 scene = zn.Scene("smoke")
 scene.surface(rectangle=([-5, -5, -5], [155, 0, 0], [0, 80, 0]), name="ground", reflectance=0.3, patch_size=20)
 scene.medium(low, high, cells=cells, extinction=0.0, albedo=0.9)

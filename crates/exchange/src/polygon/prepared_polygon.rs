@@ -37,9 +37,7 @@ impl PreparedPolygon {
         let share = absolute / (self.parts.len() * other.parts.len()) as f64;
         let goal = RadiusGoal { relative, absolute: share.max(1e-300) };
         let pairs = self.parts.iter().flat_map(|a| other.parts.iter().map(move |b| (a, b)));
-        pairs.fold(Bounded::ZERO, |sum, (a, b)| {
-            sum + plate_pair::factor_without_medium(a, b, goal).bounded
-        })
+        pairs.fold(Bounded::ZERO, |sum, (a, b)| sum + plate_pair::factor_without_medium(a, b, goal).bounded)
     }
 }
 
@@ -61,11 +59,20 @@ mod tests {
 
     #[test]
     fn parts_of_a_quadrilateral_sum_to_the_whole() {
-        let top = |z: f64| ConvexPolygon::new(vec![vec3(0.0, 0.0, z), vec3(0.0, 1.0, z), vec3(1.0, 1.0, z), vec3(1.0, 0.0, z)]);
+        let top = |z: f64| {
+            ConvexPolygon::new(vec![
+                vec3(0.0, 0.0, z),
+                vec3(0.0, 1.0, z),
+                vec3(1.0, 1.0, z),
+                vec3(1.0, 0.0, z),
+            ])
+        };
         let top = PreparedPolygon::new(top(1.0).expect("a square"));
         let square = PreparedPolygon::new(
-            ConvexPolygon::new([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| vec3(x, y, 0.0)).to_vec())
-                .expect("a square"),
+            ConvexPolygon::new(
+                [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| vec3(x, y, 0.0)).to_vec(),
+            )
+            .expect("a square"),
         );
         assert_eq!((top.parts.len(), square.parts.len()), (1, 1));
         // The square as two quadrilaterals that are no parallelograms.

@@ -32,7 +32,9 @@ mod obstructed;
 mod occluded_view;
 
 pub use convex_polygon::ConvexPolygon;
-pub use obstructed::{IntegrationRequest, ObstructedCone, obstructed_exchange, obstructed_sky, unobstructed_sky};
+pub use obstructed::{
+    IntegrationRequest, ObstructedCone, obstructed_exchange, obstructed_sky, unobstructed_sky,
+};
 
 use super::contour::{self, Contour, HEIGHT_ROUNDINGS};
 use crate::{AccuracyRequest, Factor, Method};

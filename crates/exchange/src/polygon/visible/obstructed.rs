@@ -15,7 +15,7 @@
 
 use super::convex_polygon::ConvexPolygon;
 use super::occluded_view::{OccludedView, Target};
-use super::{bisect, TrianglePart};
+use super::{TrianglePart, bisect};
 use std::collections::BinaryHeap;
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -25,8 +25,10 @@ use zonal_math::{Bounded, Vec3};
 const POINTS: usize = 13;
 /// Weights and coordinates of Radon's rule: centroid, then two orbits of three points.
 const INTERIOR_CENTROID_WEIGHT: f64 = 0.225;
-const INTERIOR_ORBITS: [(f64, f64); 2] =
-    [(0.132_394_152_788_506_2, 0.470_142_064_105_115_1), (0.125_939_180_544_827_15, 0.101_286_507_323_456_34)];
+const INTERIOR_ORBITS: [(f64, f64); 2] = [
+    (0.132_394_152_788_506_2, 0.470_142_064_105_115_1),
+    (0.125_939_180_544_827_15, 0.101_286_507_323_456_34),
+];
 /// Weights of the closed rule: centroid, midpoints of edges, corners.
 const CLOSED_CENTROID_WEIGHT: f64 = 9.0 / 20.0;
 const CLOSED_MIDPOINT_WEIGHT: f64 = 2.0 / 15.0;
@@ -95,7 +97,8 @@ pub struct ObstructedCone {
 pub fn obstructed_sky(a: &ConvexPolygon, cones: &[ObstructedCone], request: &IntegrationRequest) -> Bounded {
     let views = cones.iter().filter_map(|c| {
         let visible = directions_in_front(&c.corners, a.normal);
-        (visible.len() >= 3).then(|| OccludedView::new(a.normal, Target::directions(visible), &c.obstructions))
+        (visible.len() >= 3)
+            .then(|| OccludedView::new(a.normal, Target::directions(visible), &c.obstructions))
     });
     integrate(a, views.collect(), request)
 }
@@ -106,7 +109,8 @@ pub fn unobstructed_sky(a: &ConvexPolygon, cell: &[Vec3]) -> Bounded {
     if visible.len() < 3 {
         return Bounded::ZERO;
     }
-    let value = OccludedView::new(a.normal, Target::directions(visible), &[]).seen_from(Vec3::ZERO) * a.area / PI;
+    let value =
+        OccludedView::new(a.normal, Target::directions(visible), &[]).seen_from(Vec3::ZERO) * a.area / PI;
     Bounded::proved(value, INTEGRAND_ROUNDING * a.area)
 }
 
@@ -195,7 +199,13 @@ fn triangle_sum([a, b, c]: &[Vec3; 3], f: &mut impl FnMut(Vec3) -> f64) -> Trian
     let sum = |weights: &[f64; POINTS]| weights.iter().zip(&values).map(|(w, f)| w * f).sum::<f64>();
     let area = 0.5 * (*b - *a).cross(*c - *a).length();
     let null = std::array::from_fn(|k| sum(&rules.null[k]));
-    let mut made = TriangleSum { value: sum(&rules.interior) * area, error: 0.0, area, difference: sum(&rules.difference), null };
+    let mut made = TriangleSum {
+        value: sum(&rules.interior) * area,
+        error: 0.0,
+        area,
+        difference: sum(&rules.difference),
+        null,
+    };
     made.error = made.error();
     made
 }
@@ -246,7 +256,8 @@ fn make_triangle_rules() -> TriangleRules {
 /// rounding), in the order of the points.
 fn null_rules(points: &[[f64; 3]]) -> [[f64; POINTS]; POINTS - MONOMIALS] {
     let exponents = (0..=NULL_DEGREE).flat_map(|i| (0..=NULL_DEGREE - i).map(move |j| (i, j)));
-    let monomials = exponents.map(|(i, j)| std::array::from_fn(|k| points[k][0].powi(i) * points[k][1].powi(j)));
+    let monomials =
+        exponents.map(|(i, j)| std::array::from_fn(|k| points[k][0].powi(i) * points[k][1].powi(j)));
     let units = (0..POINTS).map(|k| std::array::from_fn(|l| f64::from(u8::from(k == l))));
     let mut basis: Vec<[f64; POINTS]> = Vec::with_capacity(POINTS);
     for mut v in monomials.chain(units) {
