@@ -16,7 +16,9 @@ mod readers;
 mod scenes;
 mod solving;
 
-pub use readers::{exr, factors, flight, gltf, jpeg, npy, npz, obj, png, request, scene, vdb, vol};
+pub use readers::{
+    exr, factors, flight, gltf, jpeg, npy, npz, obj, png, request, scene, stl, vdb, view3d, vol,
+};
 pub use scenes::scene_text;
 pub use solving::{solve, solve_toml};
 
@@ -24,7 +26,7 @@ pub use solving::{solve, solve_toml};
 pub type FuzzTarget = (&'static str, fn(&[u8]));
 
 /// All targets.
-pub const FUZZ_TARGETS: [FuzzTarget; 15] = [
+pub const FUZZ_TARGETS: [FuzzTarget; 17] = [
     ("exr", exr),
     ("factors", factors),
     ("flight", flight),
@@ -38,6 +40,8 @@ pub const FUZZ_TARGETS: [FuzzTarget; 15] = [
     ("scene", scene),
     ("solve", solve),
     ("solve_toml", solve_toml),
+    ("stl", stl),
     ("vdb", vdb),
+    ("view3d", view3d),
     ("vol", vol),
 ];

@@ -5,7 +5,10 @@ use super::drawing::{Packing, use_solution};
 use std::io::Cursor;
 use std::path::PathBuf;
 use zonal_cli::commands::factors::factors_from_bytes;
-use zonal_io::input::{FilesInMemory, parse_camera_path, read_scene_from_bytes, volume_materials_from_bytes};
+use zonal_io::input::{
+    FilesInMemory, parse_camera_path, read_scene_from_bytes, read_view3d_from_bytes,
+    volume_materials_from_bytes,
+};
 use zonal_io::output;
 use zonal_math::vec3;
 use zonal_scene::{Camera, Lens, Scene};
@@ -103,6 +106,34 @@ pub fn obj(data: &[u8]) {
     insert_file(&mut files, "a.obj", text);
     insert_file(&mut files, "a.mtl", library);
     read_mesh("a.obj", &files);
+}
+
+/// Target: an STL file, as it is; its length decides whether it is text.
+pub fn stl(data: &[u8]) {
+    let mut files = fixture_files();
+    insert_file(&mut files, "a.stl", data);
+    read_mesh("a.stl", &files);
+}
+
+/// Target: an input file of View3D.
+pub fn view3d(data: &[u8]) {
+    let file = match read_view3d_from_bytes(data, "fuzz.vs3") {
+        Ok(file) => file,
+        Err(e) => {
+            let message = e.to_string();
+            assert!(
+                message.starts_with("fuzz.vs3") && message.contains(';'),
+                "no place or remedy: {message}"
+            );
+            return;
+        }
+    };
+    let n = file.surfaces.len();
+    for s in &file.surfaces {
+        assert!(matches!(s.corners.len(), 3 | 4) && s.corners.iter().all(|p| p.is_finite()), "{s:?}");
+        assert!(s.emissivity > 0.0 && s.emissivity < 1.0, "{s:?}");
+        assert!(s.base.into_iter().chain(s.combined_with).all(|k| k < n), "{s:?}");
+    }
 }
 
 /// Target: a glTF or GLB file.

@@ -47,7 +47,7 @@ fn invalid_obj_files() -> Vec<(&'static str, String, &'static str)> {
             "bad.mtl:2: 'blue' is not a colour value",
         ),
         ("cut.obj", format!("mtllib cut.mtl\nusemtl a\n{triangle}f 1 2 3\n"), "bad.png: this PNG is damaged"),
-        ("mesh.stl", triangle.into(), "mesh.stl: this kind of mesh is not read; convert it to .obj"),
+        ("mesh.ply", triangle.into(), "mesh.ply: this kind of mesh is not read; convert it to .obj"),
     ]
 }
 

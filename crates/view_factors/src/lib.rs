@@ -17,8 +17,10 @@
 //! | `parts` | the result as plain lists |
 //! | `matrix`, `closing` | sparse rows; sums of rows restored by the least change relative to the radii |
 //!
-//! **Cost.** Proportional to the number of pairs that see each other, with a logarithm for the recursion. **Memory.** 32 bytes for each pair
-//! that exchanges while it is computed, 32 bytes for both of its entries afterwards. Results do not depend on the number of threads.
+//! Factors far below the tolerance (τ/1000) are left out.
+//!
+//! **Cost.** Proportional to the number of pairs that see each other, with a logarithm for the recursion. **Memory.** 24 bytes for each pair
+//! that exchanges while it is computed, and 32 bytes for both of its entries. Results do not depend on the number of threads.
 //!
 //! Reference: E. A. Haines and J. R. Wallace, Shaft culling for efficient ray-cast radiosity, 1991 (the shafts).
 //!
@@ -61,5 +63,5 @@ pub use facet_set::{FacetSet, convex_parts, without};
 pub use parts::ViewFactorParts;
 pub use script_f::ScriptFactors;
 pub use settings::{RowClosure, Surroundings, ViewFactorSettings};
-pub use view_factors::{ViewFactorCounts, ViewFactors};
+pub use view_factors::{FactorRows, ViewFactorCounts, ViewFactors};
 pub use zonal_exchange::polygon::visible::ConvexPolygon;

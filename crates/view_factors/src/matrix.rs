@@ -116,8 +116,8 @@ impl ExchangeRows {
     }
 
     /// Row starts, columns, values in m² and radii.
-    pub(crate) fn parts(&self) -> (&[u64], &[u32], &[f64], &[f32]) {
-        (&self.starts, &self.columns, &self.values, &self.radii)
+    pub(crate) fn into_parts(self) -> (Vec<u64>, Vec<u32>, Vec<f64>, Vec<f32>) {
+        (self.starts, self.columns, self.values, self.radii)
     }
 
     /// Row starts, columns, values in m² and radii, with their memory.

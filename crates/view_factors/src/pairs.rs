@@ -15,6 +15,9 @@ use crate::shaft::BoxShaft;
 use zonal_exchange::polygon::visible::{ConvexPolygon, IntegrationRequest, obstructed_exchange};
 use zonal_math::{Bounded, Vec3};
 
+/// Share of the requested radius below which a pair is left out: its factors are zero in the result, and their sum is part of the defects.
+const OMITTED_SHARE: f64 = 0.05;
+
 /// A pair of nodes with its potential occluders; the second node is displaced by a period.
 #[derive(Clone, Debug)]
 pub(crate) struct NodePair {
@@ -31,7 +34,6 @@ pub(crate) struct PairExchange {
     pub j: u32,
     pub value: f64,
     pub radius: f32,
-    pub obstructed: bool,
 }
 
 /// Numbers of pairs by treatment.
@@ -190,10 +192,10 @@ impl<'a> PairTraversal<'a> {
         }
         self.counts.facet_pairs += 1;
         let absolute = self.goal.absolute * a.polygon().area().min(b.polygon().area());
-        let (bounded, obstructed) = match self.occluders_between(a, b) {
+        let bounded = match self.occluders_between(a, b) {
             Obstruction::Nothing => {
                 self.counts.unobstructed += 1;
-                (a.prepared.exchange(&b.prepared, self.goal.relative, absolute), false)
+                a.prepared.exchange(&b.prepared, self.goal.relative, absolute)
             }
             Obstruction::Everything => {
                 self.counts.hidden += 1;
@@ -201,12 +203,12 @@ impl<'a> PairTraversal<'a> {
             }
             Obstruction::Parts => {
                 self.counts.partial += 1;
-                (self.integrate(a, b, absolute), true)
+                self.integrate(a, b, absolute)
             }
         };
-        if bounded.value > 0.0 || bounded.radius > 0.0 {
+        if bounded.value + bounded.radius > OMITTED_SHARE * absolute {
             let (value, radius) = (bounded.value, round_up(bounded.radius));
-            self.found.push(PairExchange { i, j, value, radius, obstructed });
+            self.found.push(PairExchange { i, j, value, radius });
         }
     }
 
@@ -247,7 +249,9 @@ impl<'a> PairTraversal<'a> {
             if self.planes.iter().any(|(n, c)| cut.corners().iter().all(|x| n.dot(*x) >= c - contact)) {
                 continue;
             }
-            if self.geometry.hides(*k, p.corners(), q.corners(), 1.0, *shift) {
+            if o.crosses(a.centre, b.centre, 1.0, *shift)
+                && self.geometry.hides(*k, p.corners(), q.corners(), 1.0, *shift)
+            {
                 return Obstruction::Everything;
             }
             self.cut.push(cut);

@@ -49,6 +49,14 @@ struct CutOccluder {
     occluder: usize,
     shift: Vec3,
     polygon: ConvexPolygon,
+    centre: Vec3,
+    /// Area over the square of the distance.
+    extent: f64,
+}
+
+/// The mean of points.
+fn middle(points: &[Vec3]) -> Vec3 {
+    points.iter().fold(Vec3::ZERO, |s, c| s + *c) / points.len() as f64
 }
 
 /// The recursion for some facets.
@@ -195,26 +203,27 @@ impl<'a> SkyTraversal<'a> {
             self.free.push((f, self.region(cell), unobstructed_sky(p, &corners)));
             return;
         }
-        if cut.len() > MAX_CELL_OCCLUDERS && depth < MAX_CELL_DEPTH {
+        let foremost = self.foremost(facet, cut);
+        if foremost.len() > MAX_CELL_OCCLUDERS && depth < MAX_CELL_DEPTH {
             cell.quarters().iter().for_each(|c| self.facet(f, c, &near, depth + 1));
             return;
         }
-        let cone = ObstructedCone { corners: corners.to_vec(), obstructions: self.foremost(facet, cut) };
+        let cone = ObstructedCone { corners: corners.to_vec(), obstructions: foremost };
         self.partial.entry((f, self.region(cell))).or_default().push(cone);
     }
 
     /// The occluders without those that lie wholly behind another one; large and near ones first, so that later ones find little left to hide.
     fn foremost(&self, facet: &Facet, mut cut: Vec<CutOccluder>) -> Vec<ConvexPolygon> {
-        let extent = |o: &CutOccluder| {
-            let c = o.polygon.corners();
-            let middle = c.iter().fold(Vec3::ZERO, |s, c| s + *c) / c.len() as f64;
-            o.polygon.area() / (middle - facet.centre).length2()
-        };
-        cut.sort_by(|a, b| extent(b).total_cmp(&extent(a)));
+        cut.iter_mut().for_each(|o| {
+            o.centre = middle(o.polygon.corners());
+            o.extent = o.polygon.area() / (o.centre - facet.centre).length2();
+        });
+        cut.sort_by(|a, b| b.extent.total_cmp(&a.extent));
         let mut kept: Vec<CutOccluder> = Vec::with_capacity(cut.len());
         for o in cut {
             let behind = kept.iter().take(MAX_HIDING_OCCLUDERS).any(|k| {
-                self.geometry.hides(k.occluder, facet.polygon().corners(), o.polygon.corners(), 1.0, k.shift)
+                self.geometry.occluders[k.occluder].crosses(facet.centre, o.centre, 1.0, k.shift)
+                    && self.geometry.hides(k.occluder, facet.polygon().corners(), o.polygon.corners(), 1.0, k.shift)
             });
             if !behind {
                 kept.push(o);
@@ -226,11 +235,12 @@ impl<'a> SkyTraversal<'a> {
     /// The occluders between a facet and a cell, cut to the space in front of the facet; None if one hides all of it.
     fn occluders(&self, p: &ConvexPolygon, cell: &[Vec3], near: &[OccluderNode]) -> Option<Vec<CutOccluder>> {
         let g = self.geometry;
+        let (from, to) = (middle(p.corners()), middle(cell));
         let mut cut = Vec::new();
         for e in near {
             let Some(k) = occluder_list::single(g, *e) else { continue };
             let shift = self.images.shifts[e.shift as usize];
-            if g.hides(k, p.corners(), cell, 0.0, shift) {
+            if g.occluders[k].crosses(from, to, 0.0, shift) && g.hides(k, p.corners(), cell, 0.0, shift) {
                 return None;
             }
             let o = &g.occluders[k].polygon;
@@ -242,7 +252,7 @@ impl<'a> SkyTraversal<'a> {
                     && cell.iter().all(|d| sign * placed.normal().dot(*d) >= 0.0)
             };
             if !side(1.0) && !side(-1.0) {
-                cut.push(CutOccluder { occluder: k, shift, polygon: placed });
+                cut.push(CutOccluder { occluder: k, shift, polygon: placed, centre: Vec3::ZERO, extent: 0.0 });
             }
         }
         Some(cut)

@@ -5,7 +5,7 @@ use crate::sky::SurroundingsExchange;
 use zonal_math::{Bounded, Grade};
 
 /// Bytes of a pair, of the counts, and of the surroundings of a facet.
-const PAIR_BYTES: usize = 21;
+const PAIR_BYTES: usize = 20;
 const COUNT_BYTES: usize = 40;
 const SURROUNDINGS_BYTES: usize = 38;
 
@@ -18,7 +18,6 @@ pub(crate) fn encode_pairs(counts: &PairCounts, pairs: &[PairExchange]) -> Vec<u
         out.extend(p.j.to_le_bytes());
         out.extend(p.value.to_le_bytes());
         out.extend(p.radius.to_le_bytes());
-        out.push(u8::from(p.obstructed));
     }
     out
 }
@@ -37,7 +36,6 @@ pub(crate) fn decode_pairs(bytes: &[u8], n: usize) -> Option<(PairCounts, Vec<Pa
             j: u32::from_le_bytes(b[4..8].try_into().ok()?),
             value: f64::from_le_bytes(b[8..16].try_into().ok()?),
             radius: f32::from_le_bytes(b[16..20].try_into().ok()?),
-            obstructed: b[20] != 0,
         };
         ((p.i as usize) < n && (p.j as usize) < n && p.value.is_finite()).then_some(p)
     };
@@ -82,7 +80,7 @@ mod tests {
 
     #[test]
     fn batches_survive_their_bytes_and_damaged_ones_are_refused() {
-        let pair = PairExchange { i: 3, j: 7, value: 0.1, radius: 1e-9, obstructed: true };
+        let pair = PairExchange { i: 3, j: 7, value: 0.1, radius: 1e-9 };
         let counts = PairCounts::from_numbers([1, 2, 3, 4, 5]);
         let bytes = encode_pairs(&counts, &[pair, pair]);
         let (back, pairs) = decode_pairs(&bytes, 8).expect("a batch");

@@ -5,7 +5,7 @@ use crate::closing::{close_rows, defects};
 use crate::geometry::Geometry;
 use crate::matrix::ExchangeRows;
 use crate::occluder_list::OccluderNode;
-use crate::pairs::{NodePair, PairCounts, PairExchange, PairTraversal};
+use crate::pairs::{NodePair, PairCounts, PairExchange, PairTraversal, round_up};
 use crate::periods::PeriodicImages;
 use crate::settings::{RowClosure, Surroundings, ViewFactorSettings};
 use crate::sky::{SkyTraversal, SurroundingsExchange, direction_cells};
@@ -89,8 +89,7 @@ impl ViewFactors {
             Surroundings::Open => run.surroundings()?,
             Surroundings::Closed => Vec::new(),
         };
-        let obstructed = pairs.iter().any(|p| p.obstructed);
-        let entries = pairs.iter().map(|p| {
+        let entries = pairs.iter().flatten().map(|p| {
             ((p.i, p.j), Bounded { value: p.value, radius: f64::from(p.radius), grade: Grade::Estimated })
         });
         let mut rows = ExchangeRows::new(facets.len(), entries);
@@ -113,7 +112,7 @@ impl ViewFactors {
             }
             RowClosure::Keep => relative.iter().fold(0.0f64, |s, d| s.max(d.abs())),
         };
-        let estimated = obstructed
+        let estimated = counts.partial > 0
             || settings.closure == RowClosure::Restore
             || rows.sky.iter().chain(&rows.ground).any(|b| b.grade != Grade::Proved);
         Ok(ViewFactors {
@@ -215,9 +214,19 @@ impl ViewFactors {
         self.grade
     }
 
-    /// Row starts (n + 1), columns, exchange areas A_i F_ij in m² and their radii.
-    pub fn exchange_areas(&self) -> (&[u64], &[u32], &[f64], &[f32]) {
-        self.rows.parts()
+    /// The factors as arrays; nothing is copied.
+    pub fn into_rows(self) -> FactorRows {
+        let per_area: Vec<f64> = (0..self.len()).map(|i| self.per_area(i)).collect();
+        let scaled = |b: &[Bounded]| b.iter().zip(&per_area).map(|(b, s)| *b * *s).collect();
+        let (sky, ground) = (scaled(&self.rows.sky), scaled(&self.rows.ground));
+        let (row_starts, columns, mut values, mut radii) = self.rows.into_parts();
+        for (i, scale) in per_area.iter().enumerate() {
+            for k in row_starts[i] as usize..row_starts[i + 1] as usize {
+                values[k] *= scale;
+                radii[k] = round_up(f64::from(radii[k]) * scale);
+            }
+        }
+        FactorRows { row_starts, columns, values, radii, sky, ground, areas: self.areas, defects: self.defects }
     }
 
     /// The factors of unions of facets: `group` numbers the union of each facet, below `groups`. Radii add up. A union
@@ -245,6 +254,27 @@ impl ViewFactors {
             ..self.clone()
         }
     }
+}
+
+/// View factors as arrays, row by row.
+#[derive(Clone, Debug)]
+pub struct FactorRows {
+    /// First entry of each row, and the number of entries: n + 1 numbers.
+    pub row_starts: Vec<u64>,
+    /// Facet that receives, for each entry; ascending in each row.
+    pub columns: Vec<u32>,
+    /// F from the row's facet to the column's.
+    pub values: Vec<f64>,
+    /// Error radius of each value.
+    pub radii: Vec<f32>,
+    /// F to the directions above the horizon that meet nothing.
+    pub sky: Vec<Bounded>,
+    /// F to the directions below the horizon that meet nothing.
+    pub ground: Vec<Bounded>,
+    /// Areas, m².
+    pub areas: Vec<f64>,
+    /// Sum of each row minus one, before rows were closed.
+    pub defects: Vec<f64>,
 }
 
 /// One computation.
@@ -292,11 +322,12 @@ impl Computation<'_> {
         (top.counts, tasks)
     }
 
-    fn pairs(&self) -> Result<(PairCounts, Vec<PairExchange>), SceneError> {
+    /// The pairs in batches: one vector would be copied as it grows.
+    fn pairs(&self) -> Result<(PairCounts, Vec<Vec<PairExchange>>), SceneError> {
         let (mut counts, tasks) = self.tasks();
         let n = self.geometry.facets.len();
         self.progress.begin("view factors", tasks.len() as u64);
-        let found = AtomicU64::new(0);
+        let (found, mut total) = (AtomicU64::new(0), 0);
         let mut pairs = Vec::new();
         // Neighbouring tasks are alike: a batch takes every BATCHES-th one.
         for batch in 0..BATCHES.min(tasks.len()) {
@@ -314,8 +345,9 @@ impl Computation<'_> {
                 made
             };
             counts.add(&part);
-            pairs.extend(list);
-            self.check_memory(pairs.len() as u64)?;
+            total += list.len() as u64;
+            pairs.push(list);
+            self.check_memory(total)?;
         }
         self.progress.end();
         Ok((counts, pairs))

@@ -21,6 +21,7 @@ pub mod solving;
 pub mod update;
 pub mod validate;
 pub mod view;
+pub mod view_factors;
 pub mod voxel_factors;
 
 use clap::{Parser, Subcommand};
@@ -76,6 +77,8 @@ pub enum Command {
     Dataset(dataset::Args),
     /// Compute exchange factors of axis-aligned pairs with proved error bounds, from a table to a table (.csv).
     Factors(factors::Args),
+    /// Compute the view factors of a mesh, or of an input file of View3D (.vs3), with obstructions and sky.
+    ViewFactors(view_factors::Args),
     /// Print the grey gases and the total emissivity of a gas model.
     Gas(gas::Args),
     /// Replace former keys of a scene file by their present names.
@@ -107,6 +110,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Command::Update(a) => update::run(&a, context),
         Command::Dataset(a) => dataset::run(&a, context),
         Command::Factors(a) => factors::run(&a, context),
+        Command::ViewFactors(a) => view_factors::run(&a, context),
         Command::Gas(a) => gas::run(&a, context),
         Command::Migrate(a) => migrate::run(&a, context),
         Command::Keys(a) => keys::run(&a, context),

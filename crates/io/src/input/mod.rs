@@ -10,9 +10,12 @@
 //! | `scene_text` | a whole scene from its text |
 //! | `scene_template` | scenes whose numbers are replaced, for data sets |
 //! | `scene_reader`, `notes` | the scene while it is read; notes with repetitions merged |
+//! | `facets` | a mesh as a list of polygons, without a scene |
 //! | `mesh` | meshes independent of their format: placement, closed parts, overrides of materials |
 //! | `obj`, `gltf`, `vtk` | mesh formats |
 //! | `memory_arrays` | arrays in place of files |
+//! | `obj`, `stl`, `gltf`, `vtk` | mesh formats |
+//! | `view3d` | input files of View3D: surfaces, obstructions and controls of view factors |
 //! | `table` | columns of values by face, zone or name: CSV, npy, cell data of VTK |
 //! | `spectrum` | spectra as values of bands |
 //! | `npy`, `vol`, `vdb` | formats of arrays and sparse grids |
@@ -24,6 +27,7 @@
 
 mod camera_path;
 mod error;
+mod facets;
 mod gltf;
 mod images;
 mod memory_arrays;
@@ -37,11 +41,13 @@ mod scene_reader;
 mod scene_template;
 mod scene_text;
 mod spectrum;
+mod stl;
 mod suggestion;
 mod table;
 mod text;
 mod toml;
 mod vdb;
+mod view3d;
 mod vol;
 mod vtk;
 
@@ -49,13 +55,19 @@ pub use crate::files::FilesInMemory;
 pub use crate::memory_arrays::{ArraysInMemory, GridArray, GridOrder, GridValues, MemoryArray, MeshArrays};
 pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_camera_path};
 pub use error::InputError;
+pub use facets::{FacetFile, read_facets};
 pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
 pub use mesh::mesh_plates::{MeshPlate, MeshPlates};
 pub use scene_template::SceneTemplate;
+pub use stl::{StlFacet, StlFile, read_stl};
 pub use table::{Quantity, RowKeys, ValueTable, read_values};
 pub use text::open_file;
 pub use toml::key_tables::{SceneKey, scene_key_reference};
 pub use toml::migrate::{KeyChange, migrate_scene_text};
+pub use view3d::{
+    View3dControls, View3dFile, View3dOutput, View3dSurface, View3dSurfaceKind, read_view3d,
+    read_view3d_from_bytes,
+};
 
 #[cfg(test)]
 pub(crate) use gltf::read_mesh_file as read_gltf;

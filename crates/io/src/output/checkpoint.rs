@@ -12,7 +12,7 @@
 
 use super::atomic::{is_temporary, write_atomic};
 use super::error::FileError;
-use super::scene_hash::{factors_hash, scene_hash};
+use super::scene_hash::{factors_hash, numbers_hash, scene_hash};
 use crate::files;
 use std::fs;
 use std::io::Write;
@@ -58,6 +58,12 @@ impl CheckpointKeys {
     pub fn of_solve(scene: &Scene, method: &str) -> CheckpointKeys {
         let key = |hash: String| format!("zonal {} {hash} {method}", env!("CARGO_PKG_VERSION"));
         CheckpointKeys { whole: key(scene_hash(scene)), factors: key(factors_hash(scene)) }
+    }
+
+    /// The key of a computation without a scene, by numbers that its stages depend on.
+    pub fn of_numbers(what: &str, numbers: impl Iterator<Item = f64>) -> CheckpointKeys {
+        let key = format!("zonal {} {} {what}", env!("CARGO_PKG_VERSION"), numbers_hash(numbers));
+        CheckpointKeys { whole: key.clone(), factors: key }
     }
 }
 

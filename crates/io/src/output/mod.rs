@@ -11,6 +11,7 @@
 //! | `face_table` | one line for each face of a mesh file |
 //! | [`glb`] | meshes, materials and cameras for other programs |
 //! | `vtk` | zones for ParaView: surfaces and panes, the medium |
+//! | `view_factors` | view factors of a mesh: formats of View3D, npz, CSV, MatrixMarket |
 //! | `matrix` | symmetric matrices as MatrixMarket files and tables of pairs |
 //! | `checkpoint` | a folder with the stages of a solve |
 //! | `atomic` | whole files or none |
@@ -30,6 +31,7 @@ mod npz;
 mod report;
 mod scene_hash;
 mod solution;
+mod view_factors;
 mod vtk;
 
 pub use atomic::{check_writable, is_stream, remove_stale_temporaries, write_bytes};
@@ -57,5 +59,6 @@ pub use report::notes::notes_json;
 pub use report::report_json;
 pub use scene_hash::{factors_hash, scene_hash};
 pub use solution::{read_solution, read_solution_from_bytes, solution_bytes, write_solution};
+pub use view_factors::{ViewFactorFormat, ViewFactorTable, write_view_factors};
 pub use vtk::vti::write_vti;
 pub use vtk::vtu::write_vtu;

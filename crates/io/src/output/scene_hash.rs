@@ -70,6 +70,13 @@ pub fn scene_hash(scene: &Scene) -> String {
     h.finish()
 }
 
+/// The hash of numbers: 64 hexadecimal digits.
+pub(super) fn numbers_hash(numbers: impl Iterator<Item = f64>) -> String {
+    let mut h = WordHasher::new();
+    numbers.for_each(|x| h.reals(&[x]));
+    h.finish()
+}
+
 /// Hashes the number of bands, if it is not three.
 fn hash_bands(h: &mut WordHasher, scene: &Scene) {
     if !scene.bands().is_rgb() {

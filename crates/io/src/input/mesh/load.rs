@@ -4,14 +4,14 @@ use super::mesh_arrays;
 use super::model::MeshData;
 use crate::files::FileSource;
 use crate::input::error::FileFault;
-use crate::input::{gltf, obj, vtk};
+use crate::input::{gltf, obj, stl, vtk};
 use std::path::Path;
 
 /// Largest OBJ file, bytes.
 const MAX_OBJ_FILE_BYTES: u64 = 1 << 30;
 
 /// Reads a mesh file by its extension; `file` names it in messages.
-pub(super) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> Result<MeshData, FileFault> {
+pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> Result<MeshData, FileFault> {
     if let Some(memory) = files.array(path) {
         return mesh_arrays::mesh(&memory, file);
     }
@@ -19,6 +19,7 @@ pub(super) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
     match extension.as_deref() {
         Some("vtu" | "vtp") => vtk::read_mesh_file(files, path, file),
         Some("glb" | "gltf") => gltf::read_mesh_file(files, path, file),
+        Some("stl") => stl::read_mesh_file(files, path, file),
         Some("obj") => {
             let bytes = files.read(path, MAX_OBJ_FILE_BYTES).map_err(|e| FileFault::new(file, "", e))?;
             if bytes.contains(&0) {
@@ -29,7 +30,7 @@ pub(super) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
         _ => Err(FileFault::new(
             file,
             "",
-            "this kind of mesh is not read; convert it to .obj, .glb, .gltf, .vtu or .vtp",
+            "this kind of mesh is not read; convert it to .obj, .stl, .glb, .gltf, .vtu or .vtp",
         )),
     }
 }

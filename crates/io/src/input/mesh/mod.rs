@@ -22,3 +22,5 @@ pub(crate) mod model;
 pub(crate) mod placement;
 pub(crate) mod polygon;
 pub(crate) mod shells;
+
+pub(crate) use load::read_mesh_file;

@@ -1,6 +1,8 @@
 //! The npy format, version 1.0: magic, a Python dictionary with type and shape, then a C-ordered little-endian array.
 
-/// The element types of solution files.
+use std::borrow::Cow;
+
+/// The element types of the arrays of this program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ElementType {
     /// `<f8`
@@ -9,26 +11,37 @@ pub(crate) enum ElementType {
     F32,
     /// `<i8`
     I64,
+    /// `<i4`
+    I32,
     /// `|u1`
     U8,
+    /// `|Sn`: n bytes of text.
+    Ascii(usize),
+    /// `<Un`: n characters of four bytes, filled with zeros.
+    Text(usize),
 }
 
 impl ElementType {
     /// numpy's name.
-    pub(super) fn descr(self) -> &'static str {
+    pub(super) fn descr(self) -> Cow<'static, str> {
         match self {
-            ElementType::F64 => "<f8",
-            ElementType::F32 => "<f4",
-            ElementType::I64 => "<i8",
-            ElementType::U8 => "|u1",
+            ElementType::F64 => "<f8".into(),
+            ElementType::F32 => "<f4".into(),
+            ElementType::I64 => "<i8".into(),
+            ElementType::I32 => "<i4".into(),
+            ElementType::U8 => "|u1".into(),
+            ElementType::Ascii(n) => format!("|S{n}").into(),
+            ElementType::Text(n) => format!("<U{n}").into(),
         }
     }
     /// Bytes of an element.
     pub(super) fn size(self) -> usize {
         match self {
             ElementType::F64 | ElementType::I64 => 8,
-            ElementType::F32 => 4,
+            ElementType::F32 | ElementType::I32 => 4,
             ElementType::U8 => 1,
+            ElementType::Ascii(n) => n,
+            ElementType::Text(n) => 4 * n,
         }
     }
 }

@@ -205,7 +205,7 @@ impl<'a> NpzReader<'a> {
     }
 
     /// Elements of `N` bytes, with their shape.
-    fn array<const N: usize, T>(
+    pub(crate) fn array<const N: usize, T>(
         &mut self,
         name: &str,
         kind: ElementType,

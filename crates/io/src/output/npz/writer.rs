@@ -1,6 +1,7 @@
 //! Writing of arrays into an npz: a zip of npy files, stored uncompressed, so that files are read and written at the speed of memory.
 
 use super::npy::{self, ElementType};
+use std::borrow::Cow;
 use std::io::{self, Seek, Write};
 use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 use zonal_math::Vec3;
@@ -59,6 +60,41 @@ impl<W: Write + Seek> NpzWriter<W> {
     pub(crate) fn ints(&mut self, name: &str, data: impl ExactSizeIterator<Item = usize>) -> io::Result<()> {
         self.begin(name, ElementType::I64, &[data.len()])?;
         self.stream(data.map(|n| (n as i64).to_le_bytes()))
+    }
+
+    /// Whole numbers of 32 bits.
+    pub(crate) fn short_ints(
+        &mut self,
+        name: &str,
+        data: impl ExactSizeIterator<Item = i32>,
+    ) -> io::Result<()> {
+        self.begin(name, ElementType::I32, &[data.len()])?;
+        self.stream(data.map(i32::to_le_bytes))
+    }
+
+    /// One text of ASCII characters, an array without dimensions.
+    pub(crate) fn ascii(&mut self, name: &str, text: &str) -> io::Result<()> {
+        self.begin(name, ElementType::Ascii(text.len()), &[])?;
+        self.zip.write_all(text.as_bytes())
+    }
+
+    /// Texts of at most `max_chars` characters, as `escape` gives them; the rest is cut.
+    pub(crate) fn texts(
+        &mut self,
+        name: &str,
+        data: &[String],
+        max_chars: usize,
+        escape: impl Fn(&str) -> Cow<'_, str>,
+    ) -> io::Result<()> {
+        let chars = data.iter().map(|text| escape(text).chars().take(max_chars).count()).max();
+        let chars = chars.unwrap_or(1).max(1);
+        self.begin(name, ElementType::Text(chars), &[data.len()])?;
+        let padded = |text: &String| {
+            let mut codes: Vec<u32> = escape(text).chars().take(chars).map(u32::from).collect();
+            codes.resize(chars, 0);
+            codes
+        };
+        self.stream(data.iter().flat_map(padded).map(u32::to_le_bytes))
     }
 
     pub(crate) fn reals(&mut self, name: &str, data: impl ExactSizeIterator<Item = f64>) -> io::Result<()> {

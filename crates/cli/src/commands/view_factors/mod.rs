@@ -1,0 +1,156 @@
+//! `zonal view-factors`: view factors of the facets of a mesh or of an input file of View3D, without a medium.
+
+mod args;
+mod geometry;
+mod report;
+
+pub use args::Args;
+
+use super::context::{Context, check_tolerance, memory_limit};
+use args::OutputFormat;
+use geometry::FactorGeometry;
+use std::path::Path;
+use std::time::Instant;
+use zonal_io::output::{
+    self, CheckpointFolder, CheckpointKeys, CheckpointState, ViewFactorFormat, ViewFactorTable, write_view_factors,
+};
+use zonal_report::{Failure, check_output, note};
+use zonal_scene::{CheckpointStore, NoCheckpoints};
+use zonal_math::Bounded;
+use zonal_view_factors::{FactorRows, RowClosure, ScriptFactors, Surroundings, ViewFactorSettings, ViewFactors};
+
+/// Runs the command.
+///
+/// # Errors
+/// For options and files that are not valid, results beyond the memory limit, and outputs that cannot be written.
+pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
+    let begin = Instant::now();
+    check_tolerance(args.tolerance)?;
+    check_output(&args.output, &["npz", "csv", "mtx", "txt", "out", "bin"])?;
+    if let Some(sky) = &args.sky {
+        check_output(sky, &["txt"])?;
+    }
+    let geometry = geometry::read(&args.input, args.obstructions.as_deref())?;
+    let settings = settings(args, &geometry)?;
+    let folder = args.cache.as_deref().map(|path| open_cache(path, &geometry, &settings)).transpose()?;
+    let checkpoints = folder.as_ref().map_or(&NoCheckpoints as &dyn CheckpointStore, |f| f);
+    let factors = geometry
+        .set
+        .compute(&settings, &context.progress(), checkpoints)
+        .map_err(|e| Failure::in_file(&args.input, e))?;
+    if let Some(e) = folder.as_ref().and_then(CheckpointFolder::failure) {
+        note(&format!("the cache could not be written: {e}"));
+    }
+    let format = format(args, &geometry)?;
+    let report = report::FactorReport::of(&geometry, &factors);
+    let closed = settings.surroundings == Surroundings::Closed;
+    write(args, &geometry, factors, format, closed)?;
+    report.print(args, begin.elapsed().as_secs_f64(), context)
+}
+
+fn settings(args: &Args, geometry: &FactorGeometry) -> Result<ViewFactorSettings, Failure> {
+    let closed = args.enclosure || geometry.controls.as_ref().is_some_and(|c| c.enclosure);
+    let up = args.up as usize;
+    if up != 2 && (args.period_x.is_some() || args.period_y.is_some()) {
+        return Err(Failure::new("--period-x, --period-y: these need --up z; turn the geometry"));
+    }
+    Ok(ViewFactorSettings {
+        tolerance: args.tolerance,
+        closure: if args.no_closing { RowClosure::Keep } else { RowClosure::Restore },
+        surroundings: if closed { Surroundings::Closed } else { Surroundings::Open },
+        up,
+        periods: [args.period_x, args.period_y],
+        memory_limit: memory_limit(args.max_memory)?,
+    })
+}
+
+/// The format of the output: by the option, the extension, or the file of View3D.
+fn format(args: &Args, geometry: &FactorGeometry) -> Result<ViewFactorFormat, Failure> {
+    let extension = args.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    let by_extension = match extension.as_deref() {
+        Some("npz") => Some(ViewFactorFormat::Npz),
+        Some("csv") => Some(ViewFactorFormat::Csv),
+        Some("mtx") => Some(ViewFactorFormat::MatrixMarket),
+        Some("bin") => Some(ViewFactorFormat::View3dBinary),
+        _ => None,
+    };
+    let chosen = args.format.map(|f| match f {
+        OutputFormat::View3dText => ViewFactorFormat::View3dText,
+        OutputFormat::View3dBinary => ViewFactorFormat::View3dBinary,
+        OutputFormat::View3dSparse => ViewFactorFormat::SparseText,
+    });
+    if by_extension.is_some_and(|e| chosen.is_some_and(|c| c != e)) {
+        return Err(Failure::new("--format: this extension has a format of its own; write .txt or .out, or leave the option out"));
+    }
+    let by_file = geometry.controls.as_ref().map(geometry::format_of);
+    Ok(chosen.or(by_extension).or(by_file).unwrap_or(ViewFactorFormat::View3dText))
+}
+
+/// The folder of finished batches: emptied if they belong to other facets or settings.
+fn open_cache(path: &Path, geometry: &FactorGeometry, settings: &ViewFactorSettings) -> Result<CheckpointFolder, Failure> {
+    let period = |k: usize| settings.periods[k].unwrap_or(0.0);
+    let open = f64::from(u8::from(settings.surroundings == Surroundings::Open));
+    let numbers = [settings.tolerance, settings.up as f64, period(0), period(1), open];
+    let all = numbers.into_iter().chain(geometry.numbers());
+    let folder = CheckpointFolder::new(path, CheckpointKeys::of_numbers("view factors", all));
+    match folder.state() {
+        CheckpointState::Matching => {}
+        CheckpointState::Empty => folder.begin()?,
+        CheckpointState::Mismatched => {
+            note(&format!("{}: this cache belongs to other facets or settings; it begins anew", path.display()));
+            folder.remove();
+            folder.begin()?;
+        }
+    }
+    Ok(folder)
+}
+
+fn write(
+    args: &Args,
+    geometry: &FactorGeometry,
+    factors: ViewFactors,
+    format: ViewFactorFormat,
+    enclosure: bool,
+) -> Result<(), Failure> {
+    let scripted = args.script_f || geometry.controls.as_ref().is_some_and(|c| c.emittances);
+    let script = scripted.then(|| factors.script_factors(&geometry.emissivities)).transpose();
+    let script = script.map_err(|e| Failure::in_file(&args.input, e))?;
+    let mut rows = factors.into_rows();
+    if let Some(script) = &script {
+        replace_by_script_factors(&mut rows, script);
+    }
+    let part = |b: &[Bounded], f: fn(&Bounded) -> f64| b.iter().map(f).collect::<Vec<f64>>();
+    let sky = part(&rows.sky, |b| b.value);
+    let table = ViewFactorTable {
+        areas: &rows.areas,
+        emissivities: &geometry.emissivities,
+        names: &geometry.names,
+        row_starts: &rows.row_starts,
+        columns: &rows.columns,
+        values: &rows.values,
+        radii: &rows.radii,
+        sky: &sky,
+        sky_radii: &part(&rows.sky, |b| b.radius),
+        ground: &part(&rows.ground, |b| b.value),
+        ground_radii: &part(&rows.ground, |b| b.radius),
+        defects: &rows.defects,
+        enclosure,
+        scripted,
+    };
+    write_view_factors(&args.output, format, &table)?;
+    if let Some(path) = &args.sky {
+        let lines: String = sky.iter().map(|s| format!("{s:.8}\n")).collect();
+        output::write_bytes(path, format!("# sky view factors\n{lines}").as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Dense rows of total exchange factors in place of view factors.
+fn replace_by_script_factors(rows: &mut FactorRows, script: &ScriptFactors) {
+    let n = rows.areas.len();
+    rows.row_starts = (0..=n).map(|i| (i * n) as u64).collect();
+    rows.columns = (0..n * n).map(|k| (k % n) as u32).collect();
+    let all = || (0..n * n).map(|k| script.get(k / n, k % n));
+    rows.values = all().map(|b| b.value).collect();
+    rows.radii = all().map(|b| (b.radius as f32).next_up()).collect();
+}

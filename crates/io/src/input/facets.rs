@@ -1,0 +1,45 @@
+//! Meshes as lists of polygons, without a scene: for view factors.
+
+use super::error::{FileFault, InputError};
+use super::mesh::read_mesh_file;
+use crate::files::FileSource;
+use std::path::Path;
+use zonal_math::Vec3;
+
+/// The polygons of a mesh file, in its unit, axes and order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FacetFile {
+    /// Corners of the flat convex parts of each polygon, counter-clockwise from its front; none for a polygon without area.
+    pub facets: Vec<Vec<Vec<Vec3>>>,
+    /// Name of each polygon's material or part.
+    pub names: Vec<String>,
+    /// Repairs and ignored contents.
+    pub notes: Vec<String>,
+}
+
+/// Reads a mesh by its extension (.stl, .obj, .glb, .gltf, .vtu, .vtp).
+///
+/// # Errors
+///
+/// The file cannot be read or is not such a mesh.
+///
+/// ```
+/// let path = std::env::temp_dir().join(format!("zonal-doc-facets-{}.obj", std::process::id()));
+/// std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 1 3 4\n").unwrap();
+/// let mesh = zonal_io::input::read_facets(&path)?;
+/// assert_eq!((mesh.facets.len(), mesh.facets[0][0].len()), (2, 4));
+/// # std::fs::remove_file(&path).unwrap();
+/// # Ok::<(), zonal_io::input::InputError>(())
+/// ```
+pub fn read_facets(path: &Path) -> Result<FacetFile, InputError> {
+    let file = path.display().to_string();
+    let mesh = read_mesh_file(FileSource::Disk, path, &file).map_err(FileFault::into_error)?;
+    let mut facets = vec![Vec::new(); mesh.face_count];
+    let mut names = vec![String::new(); mesh.face_count];
+    for face in &mesh.faces {
+        let (corners, count) = face.plate.corners();
+        facets[face.face].push(corners[..count].to_vec());
+        names[face.face].clone_from(&mesh.materials[face.material].name);
+    }
+    Ok(FacetFile { facets, names, notes: mesh.notes })
+}
