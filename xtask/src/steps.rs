@@ -16,7 +16,7 @@ struct Step {
     command: &'static [&'static str],
 }
 
-const STEPS: [Step; 13] = [
+const STEPS: [Step; 14] = [
     Step { name: "format", checks: "rustfmt", command: &["cargo", "fmt", "--all", "--", "--check", "-l"] },
     Step {
         name: "lint",

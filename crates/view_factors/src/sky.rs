@@ -223,7 +223,13 @@ impl<'a> SkyTraversal<'a> {
         for o in cut {
             let behind = kept.iter().take(MAX_HIDING_OCCLUDERS).any(|k| {
                 self.geometry.occluders[k.occluder].crosses(facet.centre, o.centre, 1.0, k.shift)
-                    && self.geometry.hides(k.occluder, facet.polygon().corners(), o.polygon.corners(), 1.0, k.shift)
+                    && self.geometry.hides(
+                        k.occluder,
+                        facet.polygon().corners(),
+                        o.polygon.corners(),
+                        1.0,
+                        k.shift,
+                    )
             });
             if !behind {
                 kept.push(o);
@@ -252,7 +258,13 @@ impl<'a> SkyTraversal<'a> {
                     && cell.iter().all(|d| sign * placed.normal().dot(*d) >= 0.0)
             };
             if !side(1.0) && !side(-1.0) {
-                cut.push(CutOccluder { occluder: k, shift, polygon: placed, centre: Vec3::ZERO, extent: 0.0 });
+                cut.push(CutOccluder {
+                    occluder: k,
+                    shift,
+                    polygon: placed,
+                    centre: Vec3::ZERO,
+                    extent: 0.0,
+                });
             }
         }
         Some(cut)

@@ -226,7 +226,16 @@ impl ViewFactors {
                 radii[k] = round_up(f64::from(radii[k]) * scale);
             }
         }
-        FactorRows { row_starts, columns, values, radii, sky, ground, areas: self.areas, defects: self.defects }
+        FactorRows {
+            row_starts,
+            columns,
+            values,
+            radii,
+            sky,
+            ground,
+            areas: self.areas,
+            defects: self.defects,
+        }
     }
 
     /// The factors of unions of facets: `group` numbers the union of each facet, below `groups`. Radii add up. A union

@@ -93,7 +93,10 @@ fn of_mesh(path: &Path) -> Result<FactorGeometry, Failure> {
 fn of_view3d(path: &Path, file: View3dFile) -> Result<FactorGeometry, Failure> {
     let surfaces = &file.surfaces;
     if let Some(mask) = surfaces.iter().find(|s| s.kind == View3dSurfaceKind::Mask) {
-        let message = format!("surface {}: masks are not computed; give the covered part as a null surface (N)", mask.name);
+        let message = format!(
+            "surface {}: masks are not computed; give the covered part as a null surface (N)",
+            mask.name
+        );
         return Err(Failure::in_file(path, message));
     }
     let radiating = |s: &View3dSurface| s.kind == View3dSurfaceKind::Radiating;

@@ -12,12 +12,15 @@ use geometry::FactorGeometry;
 use std::path::Path;
 use std::time::Instant;
 use zonal_io::output::{
-    self, CheckpointFolder, CheckpointKeys, CheckpointState, ViewFactorFormat, ViewFactorTable, write_view_factors,
+    self, CheckpointFolder, CheckpointKeys, CheckpointState, ViewFactorFormat, ViewFactorTable,
+    write_view_factors,
 };
+use zonal_math::Bounded;
 use zonal_report::{Failure, check_output, note};
 use zonal_scene::{CheckpointStore, NoCheckpoints};
-use zonal_math::Bounded;
-use zonal_view_factors::{FactorRows, RowClosure, ScriptFactors, Surroundings, ViewFactorSettings, ViewFactors};
+use zonal_view_factors::{
+    FactorRows, RowClosure, ScriptFactors, Surroundings, ViewFactorSettings, ViewFactors,
+};
 
 /// Runs the command.
 ///
@@ -80,14 +83,20 @@ fn format(args: &Args, geometry: &FactorGeometry) -> Result<ViewFactorFormat, Fa
         OutputFormat::View3dSparse => ViewFactorFormat::SparseText,
     });
     if by_extension.is_some_and(|e| chosen.is_some_and(|c| c != e)) {
-        return Err(Failure::new("--format: this extension has a format of its own; write .txt or .out, or leave the option out"));
+        return Err(Failure::new(
+            "--format: this extension has a format of its own; write .txt or .out, or leave the option out",
+        ));
     }
     let by_file = geometry.controls.as_ref().map(geometry::format_of);
     Ok(chosen.or(by_extension).or(by_file).unwrap_or(ViewFactorFormat::View3dText))
 }
 
 /// The folder of finished batches: emptied if they belong to other facets or settings.
-fn open_cache(path: &Path, geometry: &FactorGeometry, settings: &ViewFactorSettings) -> Result<CheckpointFolder, Failure> {
+fn open_cache(
+    path: &Path,
+    geometry: &FactorGeometry,
+    settings: &ViewFactorSettings,
+) -> Result<CheckpointFolder, Failure> {
     let period = |k: usize| settings.periods[k].unwrap_or(0.0);
     let open = f64::from(u8::from(settings.surroundings == Surroundings::Open));
     let numbers = [settings.tolerance, settings.up as f64, period(0), period(1), open];
@@ -97,7 +106,10 @@ fn open_cache(path: &Path, geometry: &FactorGeometry, settings: &ViewFactorSetti
         CheckpointState::Matching => {}
         CheckpointState::Empty => folder.begin()?,
         CheckpointState::Mismatched => {
-            note(&format!("{}: this cache belongs to other facets or settings; it begins anew", path.display()));
+            note(&format!(
+                "{}: this cache belongs to other facets or settings; it begins anew",
+                path.display()
+            ));
             folder.remove();
             folder.begin()?;
         }

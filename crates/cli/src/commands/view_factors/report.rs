@@ -63,7 +63,8 @@ impl FactorReport {
             say(&format!("{json:#}"))?;
             return context.check_warnings(&self.diagnostics);
         }
-        let memory = memory.map_or(String::new(), |b| format!(", {:.2} GiB at most", b as f64 / f64::from(1 << 30)));
+        let memory =
+            memory.map_or(String::new(), |b| format!(", {:.2} GiB at most", b as f64 / f64::from(1 << 30)));
         say(&format!(
             "{} facets, {} factors, grade {}; pairs: {} unobstructed, {} hidden by one occluder, {} partly hidden or hidden by several",
             self.facets, self.factors, self.grade, counts.unobstructed, counts.hidden, counts.partial
@@ -91,7 +92,10 @@ fn diagnostics(geometry: &FactorGeometry, factors: &ViewFactors) -> Vec<Diagnost
         geometry.notes.iter().map(|n| Diagnostic::note("facets", n.clone())).collect();
     let empty = factors.areas().iter().filter(|a| **a <= 0.0).count();
     if empty > 0 {
-        all.push(Diagnostic::note("facets_without_area", format!("{empty} facet(s) have no area; their rows are empty")));
+        all.push(Diagnostic::note(
+            "facets_without_area",
+            format!("{empty} facet(s) have no area; their rows are empty"),
+        ));
     }
     let open = factors.open_rows();
     if !open.is_empty() {
