@@ -9,10 +9,11 @@ use crate::long_call::{self, CallSettings};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use zonal_exchange::polygon::visible::ConvexPolygon;
-use zonal_io::input::{MeshArrays, MeshPlates};
+use zonal_io::input::{FacetFile, MeshArrays, read_facets};
 use zonal_io::output::{CheckpointFolder, CheckpointKeys};
 use zonal_math::{Grade, Vec3};
 use zonal_scene::{CheckpointStore, NoCheckpoints};
@@ -63,8 +64,8 @@ impl FaceParts {
     fn read(mesh: &Bound<'_, PyAny>, name: &str) -> PyResult<FaceParts> {
         let Ok(tuple) = mesh.cast::<PyTuple>() else {
             let path: PathBuf = mesh.extract()?;
-            let plates = MeshPlates::read(&path).map_err(|e| of_input(&e, DocumentOrigin::File))?;
-            return Ok(FaceParts::of_plates(&plates));
+            let facets = read_facets(&path).map_err(|e| of_input(&e, DocumentOrigin::File))?;
+            return Ok(FaceParts::of_facets(&facets));
         };
         type Arrays<'py> = (
             PyReadonlyArray2<'py, f64>,
@@ -86,8 +87,8 @@ impl FaceParts {
             material_of_face: material_of_face.as_slice().map_err(not_contiguous)?,
             materials: &materials,
         };
-        let plates = MeshPlates::of_arrays(&arrays, name).map_err(|e| of_input(&e, DocumentOrigin::File))?;
-        let mut faces = FaceParts::of_plates(&plates);
+        let facets = FacetFile::of_arrays(&arrays, name).map_err(|e| of_input(&e, DocumentOrigin::File))?;
+        let mut faces = FaceParts::of_facets(&facets);
         // A convex polygon stays whole.
         for (k, parts) in faces.parts.iter_mut().enumerate().filter(|(_, p)| p.len() > 1) {
             if let Some(whole) = ConvexPolygon::new(corners_of(&arrays, k)) {
@@ -97,15 +98,20 @@ impl FaceParts {
         Ok(faces)
     }
 
-    fn of_plates(mesh: &MeshPlates) -> FaceParts {
-        let mut parts = vec![Vec::new(); mesh.face_count];
-        let mut material = vec![0; mesh.face_count];
-        for p in &mesh.plates {
-            let (corners, n) = p.plate.corners();
-            parts[p.face].extend(ConvexPolygon::new(corners[..n].to_vec()));
-            material[p.face] = p.material as i64;
+    fn of_facets(mesh: &FacetFile) -> FaceParts {
+        let polygons =
+            |parts: &Vec<Vec<Vec3>>| parts.iter().cloned().filter_map(ConvexPolygon::new).collect();
+        let mut order: HashMap<&str, i64> = HashMap::new();
+        let (mut materials, mut material) = (Vec::new(), Vec::with_capacity(mesh.names.len()));
+        for name in &mesh.names {
+            let next = order.len() as i64;
+            let index = *order.entry(name.as_str()).or_insert(next);
+            if index == next {
+                materials.push(name.clone());
+            }
+            material.push(index);
         }
-        FaceParts { parts, material, materials: mesh.materials.clone() }
+        FaceParts { parts: mesh.facets.iter().map(polygons).collect(), material, materials }
     }
 }
 

@@ -38,7 +38,7 @@ pub(crate) struct PairExchange {
 
 /// Numbers of pairs by treatment.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PairCounts {
+pub(crate) struct PairStatistics {
     pub node_pairs: u64,
     pub unobstructed: u64,
     pub hidden: u64,
@@ -46,16 +46,22 @@ pub(crate) struct PairCounts {
     pub facet_pairs: u64,
 }
 
-impl PairCounts {
+impl PairStatistics {
     pub(crate) fn numbers(&self) -> [u64; 5] {
         [self.node_pairs, self.unobstructed, self.hidden, self.partial, self.facet_pairs]
     }
 
-    pub(crate) fn from_numbers(n: [u64; 5]) -> PairCounts {
-        PairCounts { node_pairs: n[0], unobstructed: n[1], hidden: n[2], partial: n[3], facet_pairs: n[4] }
+    pub(crate) fn from_numbers(n: [u64; 5]) -> PairStatistics {
+        PairStatistics {
+            node_pairs: n[0],
+            unobstructed: n[1],
+            hidden: n[2],
+            partial: n[3],
+            facet_pairs: n[4],
+        }
     }
 
-    pub(crate) fn add(&mut self, o: &PairCounts) {
+    pub(crate) fn add(&mut self, o: &PairStatistics) {
         self.node_pairs += o.node_pairs;
         self.unobstructed += o.unobstructed;
         self.hidden += o.hidden;
@@ -70,7 +76,7 @@ pub(crate) struct PairTraversal<'a> {
     shifts: &'a Shifts,
     goal: ErrorGoal,
     pub found: Vec<PairExchange>,
-    pub counts: PairCounts,
+    pub counts: PairStatistics,
     /// Occluders near the current leaves.
     near: Vec<(usize, Vec3)>,
     planes: Vec<(Vec3, f64)>,
@@ -84,7 +90,7 @@ impl<'a> PairTraversal<'a> {
             shifts,
             goal,
             found: Vec::new(),
-            counts: PairCounts::default(),
+            counts: PairStatistics::default(),
             near: Vec::new(),
             planes: Vec::new(),
             cut: Vec::new(),

@@ -39,7 +39,7 @@ enum Region {
 
 /// The exchange of one facet with the surroundings, m².
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SurroundingsExchange {
+pub(crate) struct SkyExchange {
     pub sky: Bounded,
     pub ground: Bounded,
 }
@@ -110,13 +110,13 @@ impl<'a> SkyTraversal<'a> {
     }
 
     /// The exchange of the facets of `node`, by facet.
-    pub(crate) fn run(mut self, node: u32, cells: &[DirectionCell]) -> Vec<(u32, SurroundingsExchange)> {
+    pub(crate) fn run(mut self, node: u32, cells: &[DirectionCell]) -> Vec<(u32, SkyExchange)> {
         let root = |k: usize| OccluderNode { node: 0, shift: k as u32 };
         let all: Vec<OccluderNode> = (0..self.images.shifts.len()).map(root).collect();
         cells.iter().for_each(|c| self.visit(node, c, &all));
         let facets = self.geometry.facets_of(node);
-        let none = SurroundingsExchange { sky: Bounded::ZERO, ground: Bounded::ZERO };
-        let mut sums: std::collections::BTreeMap<u32, SurroundingsExchange> =
+        let none = SkyExchange { sky: Bounded::ZERO, ground: Bounded::ZERO };
+        let mut sums: std::collections::BTreeMap<u32, SkyExchange> =
             facets.iter().map(|f| (*f, none)).collect();
         for ((facet, region), cones) in &self.partial {
             let p = self.geometry.facets[*facet as usize].polygon();

@@ -1,7 +1,7 @@
 //! Batches of the computation as bytes, for checkpoints.
 
-use crate::pairs::{PairCounts, PairExchange};
-use crate::sky::SurroundingsExchange;
+use crate::pairs::{PairExchange, PairStatistics};
+use crate::sky::SkyExchange;
 use zonal_math::{Bounded, Grade};
 
 /// Bytes of a pair, of the counts, and of the surroundings of a facet.
@@ -10,7 +10,7 @@ const COUNT_BYTES: usize = 40;
 const SURROUNDINGS_BYTES: usize = 38;
 
 /// A batch of pairs: counts, then the pairs.
-pub(crate) fn encode_pairs(counts: &PairCounts, pairs: &[PairExchange]) -> Vec<u8> {
+pub(crate) fn encode_pairs(counts: &PairStatistics, pairs: &[PairExchange]) -> Vec<u8> {
     let mut out = Vec::with_capacity(COUNT_BYTES + PAIR_BYTES * pairs.len());
     counts.numbers().iter().for_each(|n| out.extend(n.to_le_bytes()));
     for p in pairs {
@@ -23,13 +23,13 @@ pub(crate) fn encode_pairs(counts: &PairCounts, pairs: &[PairExchange]) -> Vec<u
 }
 
 /// The batch, or None if the bytes are not one for `n` facets.
-pub(crate) fn decode_pairs(bytes: &[u8], n: usize) -> Option<(PairCounts, Vec<PairExchange>)> {
+pub(crate) fn decode_pairs(bytes: &[u8], n: usize) -> Option<(PairStatistics, Vec<PairExchange>)> {
     let (head, body) = bytes.split_at_checked(COUNT_BYTES)?;
     if !body.len().is_multiple_of(PAIR_BYTES) {
         return None;
     }
     let number = |k: usize| head[8 * k..8 * k + 8].try_into().map(u64::from_le_bytes);
-    let counts = PairCounts::from_numbers([0, 1, 2, 3, 4].map(|k| number(k).unwrap_or(0)));
+    let counts = PairStatistics::from_numbers([0, 1, 2, 3, 4].map(|k| number(k).unwrap_or(0)));
     let pair = |b: &[u8]| {
         let p = PairExchange {
             i: u32::from_le_bytes(b[0..4].try_into().ok()?),
@@ -43,7 +43,7 @@ pub(crate) fn decode_pairs(bytes: &[u8], n: usize) -> Option<(PairCounts, Vec<Pa
 }
 
 /// The surroundings of facets.
-pub(crate) fn encode_surroundings(facets: &[(u32, SurroundingsExchange)]) -> Vec<u8> {
+pub(crate) fn encode_surroundings(facets: &[(u32, SkyExchange)]) -> Vec<u8> {
     let mut out = Vec::with_capacity(SURROUNDINGS_BYTES * facets.len());
     for (f, s) in facets {
         out.extend(f.to_le_bytes());
@@ -57,7 +57,7 @@ pub(crate) fn encode_surroundings(facets: &[(u32, SurroundingsExchange)]) -> Vec
 }
 
 /// The surroundings, or None if the bytes are not those of some of `n` facets.
-pub(crate) fn decode_surroundings(bytes: &[u8], n: usize) -> Option<Vec<(u32, SurroundingsExchange)>> {
+pub(crate) fn decode_surroundings(bytes: &[u8], n: usize) -> Option<Vec<(u32, SkyExchange)>> {
     if !bytes.len().is_multiple_of(SURROUNDINGS_BYTES) {
         return None;
     }
@@ -69,7 +69,7 @@ pub(crate) fn decode_surroundings(bytes: &[u8], n: usize) -> Option<Vec<(u32, Su
     let facet = |b: &[u8]| {
         let f = u32::from_le_bytes(b[0..4].try_into().ok()?);
         let (sky, ground) = (bounded(&b[4..21])?, bounded(&b[21..38])?);
-        ((f as usize) < n).then_some((f, SurroundingsExchange { sky, ground }))
+        ((f as usize) < n).then_some((f, SkyExchange { sky, ground }))
     };
     bytes.chunks_exact(SURROUNDINGS_BYTES).map(facet).collect()
 }
@@ -81,13 +81,12 @@ mod tests {
     #[test]
     fn batches_survive_their_bytes_and_damaged_ones_are_refused() {
         let pair = PairExchange { i: 3, j: 7, value: 0.1, radius: 1e-9 };
-        let counts = PairCounts::from_numbers([1, 2, 3, 4, 5]);
+        let counts = PairStatistics::from_numbers([1, 2, 3, 4, 5]);
         let bytes = encode_pairs(&counts, &[pair, pair]);
         let (back, pairs) = decode_pairs(&bytes, 8).expect("a batch");
         assert_eq!((back.numbers(), pairs.len(), pairs[1].j), (counts.numbers(), 2, 7));
         assert!(decode_pairs(&bytes, 7).is_none() && decode_pairs(&bytes[1..], 8).is_none());
-        let s =
-            SurroundingsExchange { sky: Bounded::proved(0.5, 1e-15), ground: Bounded::estimated(0.1, 1e-3) };
+        let s = SkyExchange { sky: Bounded::proved(0.5, 1e-15), ground: Bounded::estimated(0.1, 1e-3) };
         let bytes = encode_surroundings(&[(2, s)]);
         let back = decode_surroundings(&bytes, 3).expect("surroundings");
         assert_eq!((back[0].0, back[0].1.sky, back[0].1.ground), (2, s.sky, s.ground));

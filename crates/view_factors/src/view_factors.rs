@@ -5,10 +5,10 @@ use crate::closing::{close_rows, defects};
 use crate::geometry::Geometry;
 use crate::matrix::ExchangeRows;
 use crate::occluder_list::OccluderNode;
-use crate::pairs::{NodePair, PairCounts, PairExchange, PairTraversal, round_up};
+use crate::pairs::{NodePair, PairExchange, PairStatistics, PairTraversal, round_up};
 use crate::periods::PeriodicImages;
 use crate::settings::{RowClosure, Surroundings, ViewFactorSettings};
-use crate::sky::{SkyTraversal, SurroundingsExchange, direction_cells};
+use crate::sky::{SkyExchange, SkyTraversal, direction_cells};
 use crate::stages;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -97,7 +97,26 @@ impl ViewFactors {
         for (f, s) in surroundings {
             (rows.sky[f as usize], rows.ground[f as usize]) = (s.sky, s.ground);
         }
-        let areas: Vec<f64> = facets.iter().map(ConvexPolygon::area).collect();
+        let areas = facets.iter().map(ConvexPolygon::area).collect();
+        let counts = ViewFactorCounts {
+            facets: facets.len(),
+            occluders: geometry.occluders.len(),
+            solids: geometry.solids.len(),
+            examined: counts.facet_pairs,
+            unobstructed: counts.unobstructed,
+            hidden: counts.hidden,
+            partial: counts.partial,
+        };
+        Ok(ViewFactors::closed(areas, rows, counts, settings))
+    }
+
+    /// The result: defects, open rows, and rows closed as the settings say.
+    fn closed(
+        areas: Vec<f64>,
+        mut rows: ExchangeRows,
+        counts: ViewFactorCounts,
+        settings: &ViewFactorSettings,
+    ) -> ViewFactors {
         let relative: Vec<f64> = defects(&areas, &rows).iter().zip(&areas).map(|(d, a)| -d / a).collect();
         let open_rows: Vec<usize> = (0..areas.len())
             .filter(|i| {
@@ -115,23 +134,15 @@ impl ViewFactors {
         let estimated = counts.partial > 0
             || settings.closure == RowClosure::Restore
             || rows.sky.iter().chain(&rows.ground).any(|b| b.grade != Grade::Proved);
-        Ok(ViewFactors {
-            counts: ViewFactorCounts {
-                facets: facets.len(),
-                occluders: geometry.occluders.len(),
-                solids: geometry.solids.len(),
-                examined: counts.facet_pairs,
-                unobstructed: counts.unobstructed,
-                hidden: counts.hidden,
-                partial: counts.partial,
-            },
+        ViewFactors {
+            counts,
             areas,
             rows,
             defects: relative,
             open_rows,
             remaining_defect,
             grade: if estimated { Grade::Estimated } else { Grade::Proved },
-        })
+        }
     }
 
     /// Number of facets.
@@ -301,7 +312,7 @@ impl Computation<'_> {
     }
 
     /// The pairs of nodes at which the work is divided; the same for every number of threads.
-    fn tasks(&self) -> (PairCounts, Vec<NodePair>) {
+    fn tasks(&self) -> (PairStatistics, Vec<NodePair>) {
         let occluders: Vec<OccluderNode> =
             (0..self.images.shifts.len()).map(|k| OccluderNode { node: 0, shift: k as u32 }).collect();
         let mut top = self.traversal();
@@ -332,7 +343,7 @@ impl Computation<'_> {
     }
 
     /// The pairs in batches: one vector would be copied as it grows.
-    fn pairs(&self) -> Result<(PairCounts, Vec<Vec<PairExchange>>), SceneError> {
+    fn pairs(&self) -> Result<(PairStatistics, Vec<Vec<PairExchange>>), SceneError> {
         let (mut counts, tasks) = self.tasks();
         let n = self.geometry.facets.len();
         self.progress.begin("view factors", tasks.len() as u64);
@@ -366,8 +377,8 @@ impl Computation<'_> {
         &self,
         tasks: &[&NodePair],
         found: &AtomicU64,
-    ) -> Result<(PairCounts, Vec<PairExchange>), SceneError> {
-        let results: Vec<(PairCounts, Vec<PairExchange>)> = tasks
+    ) -> Result<(PairStatistics, Vec<PairExchange>), SceneError> {
+        let results: Vec<(PairStatistics, Vec<PairExchange>)> = tasks
             .par_iter()
             .with_max_len(1)
             .map(|task| {
@@ -385,7 +396,7 @@ impl Computation<'_> {
             return Err(SceneError::interrupted());
         }
         self.check_memory(found.load(Ordering::Relaxed))?;
-        let mut counts = PairCounts::default();
+        let mut counts = PairStatistics::default();
         let mut pairs = Vec::with_capacity(results.iter().map(|r| r.1.len()).sum());
         for (part, list) in results {
             counts.add(&part);
@@ -407,7 +418,7 @@ impl Computation<'_> {
         ))
     }
 
-    fn surroundings(&self) -> Result<Vec<(u32, SurroundingsExchange)>, SceneError> {
+    fn surroundings(&self) -> Result<Vec<(u32, SkyExchange)>, SceneError> {
         let mut nodes = vec![0u32];
         for _ in 0..MAX_DIVISIONS {
             if nodes.len() >= MIN_SKY_NODES {

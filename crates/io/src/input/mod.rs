@@ -57,7 +57,6 @@ pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_
 pub use error::InputError;
 pub use facets::{FacetFile, read_facets};
 pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
-pub use mesh::mesh_plates::{MeshPlate, MeshPlates};
 pub use scene_template::SceneTemplate;
 pub use stl::{StlFacet, StlFile, read_stl};
 pub use table::{Quantity, RowKeys, ValueTable, read_values};

@@ -5,7 +5,6 @@
 //! | `model` | faces and materials as a file gives them, in its unit and axes |
 //! | `load`, `placement` | reading by file extension; the mesh placed in the scene |
 //! | `mesh_arrays` | a mesh of arrays in memory |
-//! | `mesh_plates` | a mesh apart from a scene |
 //! | `polygon` | polygons as plates |
 //! | `face_values` | values by face or by material from files |
 //! | `shells` | closed parts and their orientation |
@@ -15,8 +14,7 @@ mod face_values;
 mod load;
 mod material_overrides;
 mod material_part;
-mod mesh_arrays;
-pub(crate) mod mesh_plates;
+pub(crate) mod mesh_arrays;
 pub(crate) mod mesh_surface;
 pub(crate) mod model;
 pub(crate) mod placement;
