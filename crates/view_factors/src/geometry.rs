@@ -20,19 +20,19 @@ const DOUBLE_PRECISION_CONTACT: f64 = 1e-11;
 
 /// A facet ready for pairs.
 #[derive(Clone, Debug)]
-pub(crate) struct Facet {
+pub(crate) struct IndexedFacet {
     pub prepared: PreparedPolygon,
     pub bounds: Bounds,
     pub centre: Vec3,
     pub radius: f64,
 }
 
-impl Facet {
-    fn new(polygon: ConvexPolygon) -> Facet {
+impl IndexedFacet {
+    fn new(polygon: ConvexPolygon) -> IndexedFacet {
         let c = polygon.corners();
         let centre = c.iter().fold(Vec3::ZERO, |s, p| s + *p) / c.len() as f64;
         let radius = c.iter().fold(0.0f64, |s, p| s.max((*p - centre).length()));
-        Facet { bounds: Bounds::of(c), centre, radius, prepared: PreparedPolygon::new(polygon) }
+        IndexedFacet { bounds: Bounds::of(c), centre, radius, prepared: PreparedPolygon::new(polygon) }
     }
 
     pub(crate) fn polygon(&self) -> &ConvexPolygon {
@@ -51,7 +51,7 @@ pub(crate) struct NormalCone {
 /// Facets and occluders with their trees.
 #[derive(Debug)]
 pub(crate) struct Geometry {
-    pub facets: Vec<Facet>,
+    pub facets: Vec<IndexedFacet>,
     pub tree: BoundsTree,
     pub cones: Vec<NormalCone>,
     pub occluders: Vec<Occluder>,
@@ -71,7 +71,7 @@ impl Geometry {
             merged.polygons.into_iter().map(|(p, solid)| Occluder::new(p, solid)).collect();
         let boxes: Vec<Bounds> = occluders.iter().map(|o| Bounds::of(o.polygon.corners())).collect();
         let occluder_tree = BoundsTree::new(&boxes, &vec![0; boxes.len()], 1);
-        let facets: Vec<Facet> = facets.iter().cloned().map(Facet::new).collect();
+        let facets: Vec<IndexedFacet> = facets.iter().cloned().map(IndexedFacet::new).collect();
         let boxes: Vec<Bounds> = facets.iter().map(|f| f.bounds).collect();
         let groups: Vec<u8> = facets.iter().map(|f| face_of_cube(f.polygon().normal())).collect();
         let tree = BoundsTree::new(&boxes, &groups, FACETS_PER_LEAF);
@@ -130,7 +130,7 @@ fn items<'a>(tree: &'a BoundsTree, node: &TreeNode) -> &'a [u32] {
 }
 
 impl NormalCone {
-    fn of(facets: &[Facet], items: &[u32]) -> NormalCone {
+    fn of(facets: &[IndexedFacet], items: &[u32]) -> NormalCone {
         let normals = || items.iter().map(|k| facets[*k as usize].polygon().normal());
         let first = normals().next().unwrap_or(Vec3::ZERO);
         let parallel =
@@ -166,9 +166,9 @@ fn contact_distance(polygons: &[&ConvexPolygon]) -> f64 {
     if single { 2.0 * SINGLE_PRECISION * largest } else { DOUBLE_PRECISION_CONTACT * largest }
 }
 
-impl Facet {
+impl IndexedFacet {
     /// The facet displaced.
-    pub(crate) fn shifted(&self, by: Vec3) -> Facet {
-        Facet::new(self.polygon().translated(by).unwrap_or_else(|| self.polygon().clone()))
+    pub(crate) fn shifted(&self, by: Vec3) -> IndexedFacet {
+        IndexedFacet::new(self.polygon().translated(by).unwrap_or_else(|| self.polygon().clone()))
     }
 }

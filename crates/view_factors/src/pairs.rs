@@ -8,7 +8,7 @@
 //! - else: the visible parts, integrated adaptively, estimated.
 
 use crate::bounds::Bounds;
-use crate::geometry::{Facet, Geometry};
+use crate::geometry::{Geometry, IndexedFacet};
 use crate::occluder_list::{self, OccluderNode, Shifts};
 use crate::settings::ErrorGoal;
 use crate::shaft::BoxShaft;
@@ -219,7 +219,7 @@ impl<'a> PairTraversal<'a> {
     }
 
     /// The occluders between two facets, cut to the space in front of both, in `self.cut`.
-    fn occluders_between(&mut self, a: &Facet, b: &Facet) -> Obstruction {
+    fn occluders_between(&mut self, a: &IndexedFacet, b: &IndexedFacet) -> Obstruction {
         self.cut.clear();
         self.planes.clear();
         let (p, q, contact) = (a.polygon(), b.polygon(), self.geometry.contact);
@@ -265,7 +265,7 @@ impl<'a> PairTraversal<'a> {
         if self.cut.is_empty() { Obstruction::Nothing } else { Obstruction::Parts }
     }
 
-    fn integrate(&self, a: &Facet, b: &Facet, absolute: f64) -> Bounded {
+    fn integrate(&self, a: &IndexedFacet, b: &IndexedFacet, absolute: f64) -> Bounded {
         let contact = self.geometry.contact;
         let (Some(p), Some(q)) =
             (a.polygon().in_front_of(b.polygon(), contact), b.polygon().in_front_of(a.polygon(), contact))
