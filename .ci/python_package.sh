@@ -8,7 +8,7 @@ zonal=$1
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 python=$(command -v python3 || true)
-tools=(maturin numpy pytest mypy pyright tqdm pandas xarray meshio trimesh pyvista)
+tools=(maturin numpy pytest mypy pyright tqdm pandas xarray meshio trimesh pyvista scipy matplotlib fdsreader)
 if [ -z "$python" ] || ! "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
     ! "$python" -m venv "$folder/venv" || ! "$folder/venv/bin/python" -m pip install --quiet "${tools[@]}"; then
     missing "Python 3.11 with ${tools[*]} is not available"

@@ -18,7 +18,7 @@ HEADER = """# Python package
 """
 # Names in the order of the page.
 ORDER = [
-    "load", "Scene", "Gas", "Solution", "Camera", "read_solution", "encode_png", "show", "ExchangeAreas", "StateSolver", "ThermalState", "update",
+    "view_factors", "ViewFactors", "CompressedRows", "load", "Scene", "Gas", "Solution", "Camera", "read_solution", "encode_png", "show", "ExchangeAreas", "StateSolver", "ThermalState", "update",
     "gas", "keys", "Key", "validate", "Error", "InputError", "FileError", "MemoryLimitError", "Interrupted",
 ]  # fmt: skip
 # Long signatures are written over several lines.
@@ -95,7 +95,7 @@ def page():
         is_class = inspect.isclass(value)
         out += ["", f"## {name}", ""]
         has_own = not is_class or "__init__" in vars(value) or dataclasses.is_dataclass(value)
-        if has_own and name not in ("Solution", "ExchangeAreas"):
+        if has_own and name not in ("Solution", "ExchangeAreas", "ViewFactors"):
             target = value.__init__ if is_class else value
             out += ["```python", signature(name, target).replace(" -> None", "" if is_class else " -> None"), "```", ""]
         out.append(prose(value.__doc__))

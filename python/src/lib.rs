@@ -12,6 +12,7 @@
 //! | `solution`, `zone_arrays` | solutions, their fields and zones |
 //! | `picture` | pictures of solutions |
 //! | `exchange`, `state` | exchange areas, and thermal states of one geometry |
+//! | `view_factors` | view factors of the faces of a mesh |
 //! | `command` | the command line, gas models, validation |
 //!
 //! **Unsafe code.** The workspace forbids it; the macros of pyo3 expand to it. Nothing else here is unsafe: arrays of numpy are borrowed by safe functions,
@@ -27,6 +28,7 @@ mod scene;
 mod solution;
 mod state;
 mod threads;
+mod view_factors;
 mod zone_arrays;
 
 use pyo3::prelude::*;
@@ -46,4 +48,6 @@ mod _zonal {
     use super::solution::{Solution, solve};
     #[pymodule_export]
     use super::state::StateSolver;
+    #[pymodule_export]
+    use super::view_factors::{combined_view_factors, script_factors, view_factors};
 }

@@ -7,7 +7,7 @@ import re
 import pytest
 from conftest import ROOT
 
-PAGES = ("README.md", "python/README.md", "docs/tutorials/python.md")
+PAGES = ("README.md", "python/README.md", "docs/tutorials/python.md", "docs/how-to/view-factors.md")
 
 
 @pytest.mark.parametrize("page", PAGES)

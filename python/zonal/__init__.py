@@ -24,11 +24,13 @@ from .exchange import ExchangeAreas, StateSolver, ThermalState, update
 from .scene import Scene, load
 from .solution import Camera, Solution, encode_png, read_solution
 from .tools import Gas, Key, gas, keys, show, validate
+from .factors import CompressedRows, ViewFactors, view_factors
 
 __version__: str = _zonal.version()
 
 __all__ = [
     "Camera",
+    "CompressedRows",
     "Error",
     "ExchangeAreas",
     "FileError",
@@ -41,6 +43,7 @@ __all__ = [
     "Solution",
     "StateSolver",
     "ThermalState",
+    "ViewFactors",
     "encode_png",
     "gas",
     "keys",
@@ -49,4 +52,5 @@ __all__ = [
     "show",
     "update",
     "validate",
+    "view_factors",
 ]

@@ -90,9 +90,15 @@ _NONE: Integers = np.empty(0, dtype=np.int64)
 
 
 def _uniform(vertices: Any, faces: Any) -> MeshArrays:
+    if isinstance(faces, (list, tuple)) and len({np.size(face) for face in cast("list[Any]", faces)}) > 1:
+        lists = [_indices(face).reshape(-1) for face in cast("list[Any]", faces)]
+        if any(len(face) < 3 for face in lists):
+            raise InputError("mesh: a face has less than three corners; give three or more")
+        starts = np.concatenate([[0], np.cumsum([len(face) for face in lists])]).astype(np.int64)
+        return MeshArrays(_vertices(vertices), np.concatenate(lists), starts, 0, _NONE, [])
     corners = _indices(faces)
     if corners.ndim != 2 or corners.shape[1] < 3:
-        raise InputError(f"mesh: the faces have the shape {corners.shape}; give an array of shape (faces, 3) or (faces, 4)")
+        raise InputError(f"mesh: the faces have the shape {corners.shape}; give an array of shape (faces, 3) or (faces, 4), or a list of lists")
     return MeshArrays(_vertices(vertices), corners.reshape(-1), _NONE, int(corners.shape[1]), _NONE, [])
 
 

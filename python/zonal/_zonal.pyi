@@ -11,7 +11,7 @@ import numpy
 import numpy.typing
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["ExchangeAreas", "Scene", "Solution", "StateSolver", "check", "encode_png", "exchange", "gas", "keys", "page", "preview", "render", "run_command", "solve", "validate", "version"]
+__all__ = ["ExchangeAreas", "Scene", "Solution", "StateSolver", "check", "combined_view_factors", "encode_png", "exchange", "gas", "keys", "page", "preview", "render", "run_command", "script_factors", "solve", "validate", "version", "view_factors"]
 
 @final
 class ExchangeAreas:
@@ -254,6 +254,11 @@ def check(scene: Scene, changes: Any, memory_limit: SupportsIndex, progress: Any
     What `zonal check --json` reports of a scene, as JSON.
     """
 
+def combined_view_factors(factors: dict[str, typing.Any], group: Any, groups: SupportsIndex) -> dict[str, typing.Any]:
+    """
+    The view factors of unions of faces: `group` numbers the union of each face, below `groups`.
+    """
+
 def encode_png(radiance: Any, exposure: SupportsFloat | SupportsIndex | None = None, stops: SupportsFloat | SupportsIndex = 0.0, contrast: SupportsFloat | SupportsIndex = 1.0) -> bytes:
     """
     Radiance, [height, width, 3], as the bytes of a PNG: exposed, tone-mapped, 8 bits.
@@ -294,6 +299,11 @@ def run_command(arguments: SupportsGetItem[int, str]) -> int:
     Runs the command line, the name of the program first; returns its exit code.
     """
 
+def script_factors(factors: dict[str, typing.Any], emissivity: SupportsGetItem[int, SupportsFloat | SupportsIndex], progress: Any | None = None, threads: SupportsIndex | None = None) -> "tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]":
+    """
+    Total exchange factors and their error radii, (faces, faces) each.
+    """
+
 def solve(scene: Scene, changes: Any, settings: Any, progress: Any | None = None, threads: SupportsIndex | None = None) -> Solution:
     """
     Solves a scene.
@@ -307,4 +317,9 @@ def validate(settings: Any, progress: Any | None = None, threads: SupportsIndex 
 def version() -> str:
     """
     The version of the package.
+    """
+
+def view_factors(mesh: Any, obstacles: SupportsGetItem[int, Any], settings: Any, progress: Any | None = None, threads: SupportsIndex | None = None) -> dict[str, typing.Any]:
+    """
+    The view factors of the faces of a mesh: arrays by name.
     """

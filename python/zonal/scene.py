@@ -206,6 +206,7 @@ class Scene:
         ambient_temperature: float | None = None,
         solar_absorptance: float | None = None,
         sides: Sides | None = None,
+        back: Mapping[str, Any] | None = None,
         patch_size: float | None = None,
         texture: Path | None = None,
         faces: Mapping[str, Mapping[str, Any]] | None = None,
@@ -246,6 +247,8 @@ class Scene:
             Absorbed fraction of sunlight (thermal mode with lights).
         sides : {"front", "both"}, optional
             Sides that take part in the exchange.
+        back : dict, optional
+            Emissivity and solar absorptance of the back, with both sides (thermal mode); as the front by default.
         patch_size : float, optional
             Target edge of a patch, m.
         texture : path, optional
@@ -285,6 +288,7 @@ class Scene:
             ambient_temperature=ambient_temperature,
             solar_absorptance=solar_absorptance,
             sides=sides,
+            back=back,
             patch_size=patch_size,
             texture=texture,
             faces=faces,

@@ -47,8 +47,10 @@ const DEPENDENCIES: [(&str, &[&str]); 16] = [
 ];
 
 /// The native module of the Python package, in the folder `python`, with the crates on which it depends.
-const PYTHON_MODULE: (&str, &[&str]) =
-    ("python", &["math", "scene", "solve", "render", "io", "report", "validation", "cli"]);
+const PYTHON_MODULE: (&str, &[&str]) = (
+    "python",
+    &["math", "scene", "exchange", "view-factors", "solve", "render", "io", "report", "validation", "cli"],
+);
 
 /// Crates on which all tests may depend in addition: the reference solutions, and the scene format.
 const TEST_DEPENDENCIES: [&str; 2] = ["reference", "io"];

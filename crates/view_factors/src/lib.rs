@@ -14,6 +14,7 @@
 //! | `periods` | periodic geometry |
 //! | `facet_set` | surfaces of several polygons, surfaces cut out of others |
 //! | `script_f` | total exchange factors of grey surfaces |
+//! | `parts` | the result as plain lists |
 //! | `matrix`, `closing` | sparse rows; sums of rows restored by the least change relative to the radii |
 //!
 //! Factors far below the tolerance (τ/500) are left out.
@@ -49,6 +50,7 @@ mod matrix;
 mod occluder_list;
 mod occluders;
 mod pairs;
+mod parts;
 mod periods;
 mod script_f;
 mod settings;
@@ -58,6 +60,7 @@ mod stages;
 mod view_factors;
 
 pub use facet_set::{FacetSet, convex_parts, without};
+pub use parts::ViewFactorParts;
 pub use script_f::ScriptFactors;
 pub use settings::{Openness, RowClosing, ViewFactorSettings};
 pub use view_factors::{FactorRows, ViewFactorCounts, ViewFactors};

@@ -13,6 +13,9 @@ pub(crate) struct ExchangeRows {
     pub ground: Vec<Bounded>,
 }
 
+/// Row starts, columns, values in m² and radii.
+pub(crate) type RowLists = (Vec<u64>, Vec<u32>, Vec<f64>, Vec<f32>);
+
 impl ExchangeRows {
     /// The rows of `n` facets from pairs (i, j), i ≠ j, in a fixed order; pairs that occur several times add up.
     pub(crate) fn new(n: usize, pairs: impl Iterator<Item = ((u32, u32), Bounded)> + Clone) -> ExchangeRows {
@@ -112,9 +115,15 @@ impl ExchangeRows {
         }
     }
 
-    /// Row starts, columns, values in m² and radii.
-    pub(crate) fn into_parts(self) -> (Vec<u64>, Vec<u32>, Vec<f64>, Vec<f32>) {
+    /// Row starts, columns, values in m² and radii, with their memory.
+    pub(crate) fn into_lists(self) -> RowLists {
         (self.starts, self.columns, self.values, self.radii)
+    }
+
+    /// Rows from their lists, which fit together.
+    pub(crate) fn from_lists(lists: RowLists, sky: Vec<Bounded>, ground: Vec<Bounded>) -> ExchangeRows {
+        let (starts, columns, values, radii) = lists;
+        ExchangeRows { starts, columns, values, radii, sky, ground }
     }
 
     /// Entries of column I × column J of a partition, added: rows of unions of facets.

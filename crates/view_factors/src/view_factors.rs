@@ -65,12 +65,12 @@ impl ViewFactorCounts {
 /// View factors of n facets: rows that are sparse, with error radii.
 #[derive(Clone, Debug)]
 pub struct ViewFactors {
-    areas: Vec<f64>,
-    rows: ExchangeRows,
-    defects: Vec<f64>,
-    open_rows: Vec<usize>,
-    remaining_defect: f64,
-    grade: Grade,
+    pub(crate) areas: Vec<f64>,
+    pub(crate) rows: ExchangeRows,
+    pub(crate) defects: Vec<f64>,
+    pub(crate) open_rows: Vec<usize>,
+    pub(crate) remaining_defect: f64,
+    pub(crate) grade: Grade,
     /// Numbers of pairs.
     pub counts: ViewFactorCounts,
 }
@@ -215,7 +215,7 @@ impl ViewFactors {
         let per_area: Vec<f64> = (0..self.len()).map(|i| self.per_area(i)).collect();
         let scaled = |b: &[Bounded]| b.iter().zip(&per_area).map(|(b, s)| *b * *s).collect();
         let (sky, ground) = (scaled(&self.rows.sky), scaled(&self.rows.ground));
-        let (row_starts, columns, mut values, mut radii) = self.rows.into_parts();
+        let (row_starts, columns, mut values, mut radii) = self.rows.into_lists();
         for (i, scale) in per_area.iter().enumerate() {
             for k in row_starts[i] as usize..row_starts[i + 1] as usize {
                 values[k] *= scale;

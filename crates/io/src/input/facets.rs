@@ -1,8 +1,11 @@
 //! Meshes as lists of polygons, without a scene: for view factors.
 
 use super::error::{FileFault, InputError};
+use super::mesh::mesh_arrays::mesh as mesh_of_array;
+use super::mesh::model::MeshData;
 use super::mesh::read_mesh_file;
 use crate::files::FileSource;
+use crate::memory_arrays::{MemoryArray, MeshArrays};
 use std::path::Path;
 use zonal_math::Vec3;
 
@@ -33,13 +36,28 @@ pub struct FacetFile {
 /// ```
 pub fn read_facets(path: &Path) -> Result<FacetFile, InputError> {
     let file = path.display().to_string();
-    let mesh = read_mesh_file(FileSource::Disk, path, &file).map_err(FileFault::into_error)?;
-    let mut facets = vec![Vec::new(); mesh.face_count];
-    let mut names = vec![String::new(); mesh.face_count];
-    for face in &mesh.faces {
-        let (corners, count) = face.plate.corners();
-        facets[face.face].push(corners[..count].to_vec());
-        names[face.face].clone_from(&mesh.materials[face.material].name);
+    Ok(FacetFile::new(read_mesh_file(FileSource::Disk, path, &file).map_err(FileFault::into_error)?))
+}
+
+impl FacetFile {
+    /// The polygons of a mesh of arrays, which `name` stands for in messages.
+    ///
+    /// # Errors
+    ///
+    /// Arrays that do not fit together.
+    pub fn of_arrays(arrays: &MeshArrays<'_>, name: &str) -> Result<FacetFile, InputError> {
+        let mesh = mesh_of_array(&MemoryArray::Mesh(*arrays), name).map_err(FileFault::into_error)?;
+        Ok(FacetFile::new(mesh))
     }
-    Ok(FacetFile { facets, names, notes: mesh.notes })
+
+    fn new(mesh: MeshData) -> FacetFile {
+        let mut facets = vec![Vec::new(); mesh.face_count];
+        let mut names = vec![String::new(); mesh.face_count];
+        for face in &mesh.faces {
+            let (corners, count) = face.plate.corners();
+            facets[face.face].push(corners[..count].to_vec());
+            names[face.face].clone_from(&mesh.materials[face.material].name);
+        }
+        FacetFile { facets, names, notes: mesh.notes }
+    }
 }

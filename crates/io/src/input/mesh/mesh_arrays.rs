@@ -11,7 +11,7 @@ use zonal_math::Vec3;
 const MAX_POLYGON_CORNERS: usize = 1024;
 
 /// A mesh with its faces in the order of the array.
-pub(super) fn mesh(array: &MemoryArray<'_>, name: &str) -> Result<MeshData, FileFault> {
+pub(crate) fn mesh(array: &MemoryArray<'_>, name: &str) -> Result<MeshData, FileFault> {
     match array {
         MemoryArray::Mesh(arrays) => MeshBuilder { name, arrays }.build(),
         _ => mismatch(array, name, "a mesh: an array of vertices and an array of faces"),

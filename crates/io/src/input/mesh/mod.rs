@@ -14,7 +14,7 @@ mod face_values;
 mod load;
 mod material_overrides;
 mod material_part;
-mod mesh_arrays;
+pub(crate) mod mesh_arrays;
 pub(crate) mod mesh_surface;
 pub(crate) mod model;
 pub(crate) mod placement;

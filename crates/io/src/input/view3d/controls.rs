@@ -1,6 +1,6 @@
 //! `C` lines: controls as `word = value`, also `word value`.
 
-use super::fields::{Fields, finite};
+use super::fields::{LineFields, finite};
 use super::model::{View3dControls, View3dOutput, View3dSurface, View3dSurfaceKind};
 use crate::input::error::FileFault;
 
@@ -23,7 +23,7 @@ pub(super) struct ControlReader {
 
 impl ControlReader {
     /// Reads a line behind its letter.
-    pub(super) fn read_line(&mut self, mut fields: Fields<'_>) -> Result<(), FileFault> {
+    pub(super) fn read_line(&mut self, mut fields: LineFields<'_>) -> Result<(), FileFault> {
         while let Some(word) = fields.next_of_pair() {
             let value = fields.next_of_pair();
             self.set(word, value, &fields)?;
@@ -35,7 +35,7 @@ impl ControlReader {
         Ok(())
     }
 
-    fn set(&mut self, word: &str, value: Option<&str>, fields: &Fields<'_>) -> Result<(), FileFault> {
+    fn set(&mut self, word: &str, value: Option<&str>, fields: &LineFields<'_>) -> Result<(), FileFault> {
         let bad = |remedy: &str| match value {
             Some(v) => fields.fault(format!("{word} = {v} is no control; give {remedy}")),
             None => fields.fault(format!("the value of {word} is missing; give {remedy}")),

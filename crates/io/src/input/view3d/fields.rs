@@ -4,16 +4,16 @@ use crate::input::error::FileFault;
 use zonal_math::Vec3;
 
 /// The words of a line that are not read yet.
-pub(super) struct Fields<'a> {
+pub(super) struct LineFields<'a> {
     pub(super) file: &'a str,
     /// Number of the line, from 1.
     pub(super) line: usize,
     rest: &'a str,
 }
 
-impl<'a> Fields<'a> {
-    pub(super) fn new(file: &'a str, line: usize, text: &'a str) -> Fields<'a> {
-        Fields { file, line, rest: text }
+impl<'a> LineFields<'a> {
+    pub(super) fn new(file: &'a str, line: usize, text: &'a str) -> LineFields<'a> {
+        LineFields { file, line, rest: text }
     }
 
     /// An error on this line.
@@ -41,7 +41,7 @@ impl<'a> Fields<'a> {
 
     /// True if a word is left.
     pub(super) fn has_more(&self) -> bool {
-        Fields { ..*self }.next_word().is_some()
+        LineFields { ..*self }.next_word().is_some()
     }
 
     /// The next word of `word = value` pairs.

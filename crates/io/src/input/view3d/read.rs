@@ -1,7 +1,7 @@
 //! Reading of a file, line by line.
 
 use super::controls::ControlReader;
-use super::fields::Fields;
+use super::fields::LineFields;
 use super::model::View3dFile;
 use super::surface_lines::{SurfaceForm, SurfaceReader};
 use crate::files;
@@ -56,7 +56,7 @@ fn read_text(file: &str, text: &str) -> Result<View3dFile, FileFault> {
     let mut surfaces = SurfaceReader::new(file);
     let mut ended = false;
     while let Some((number, line)) = lines.next() {
-        let mut fields = Fields::new(file, number, line);
+        let mut fields = LineFields::new(file, number, line);
         let Some(word) = fields.next_word() else { continue };
         match word.as_bytes()[0].to_ascii_uppercase() {
             b'T' => title = line.trim_start()[word.len()..].trim().to_string(),

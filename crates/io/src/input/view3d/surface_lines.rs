@@ -5,7 +5,7 @@
 //! u = (−cos A, sin A, 0), v = (−cos T sin A, −cos T cos A, sin T), and u × v = (sin T sin A, sin T cos A, cos T) is the normal.
 
 use super::checks::{NumberedSurface, check_references, surface_plane};
-use super::fields::Fields;
+use super::fields::LineFields;
 use super::model::{View3dSurface, View3dSurfaceKind};
 use crate::input::error::FileFault;
 use zonal_math::{Vec3, vec3};
@@ -31,7 +31,7 @@ pub(super) enum SurfaceForm {
 
 impl SurfaceForm {
     /// Reads an `F` line behind its letter.
-    pub(super) fn read(fields: &mut Fields<'_>) -> Result<SurfaceForm, FileFault> {
+    pub(super) fn read(fields: &mut LineFields<'_>) -> Result<SurfaceForm, FileFault> {
         match fields.word("form of geometry")? {
             "3" => Ok(SurfaceForm::Vertices),
             word if word.eq_ignore_ascii_case("3a") => Ok(SurfaceForm::Planes),
@@ -81,7 +81,7 @@ impl<'a> SurfaceReader<'a> {
         *count += 1;
     }
 
-    pub(super) fn set_form(&mut self, form: SurfaceForm, fields: &Fields<'_>) -> Result<(), FileFault> {
+    pub(super) fn set_form(&mut self, form: SurfaceForm, fields: &LineFields<'_>) -> Result<(), FileFault> {
         let begun = !self.vertices.is_empty() || !self.surfaces.is_empty();
         if begun && self.form != Some(form) {
             return Err(fields.fault(
@@ -97,7 +97,7 @@ impl<'a> SurfaceReader<'a> {
     }
 
     /// Refuses lines of geometry before the form is known; counts those of vertices that the form does not have.
-    pub(super) fn require_form(&mut self, fields: &Fields<'_>) -> Result<(), FileFault> {
+    pub(super) fn require_form(&mut self, fields: &LineFields<'_>) -> Result<(), FileFault> {
         if self.form.is_none() {
             return Err(
                 fields.fault("the geometry is not known; write F 3 or F 3a above vertices and surfaces")
@@ -108,7 +108,7 @@ impl<'a> SurfaceReader<'a> {
     }
 
     /// Reads a `V` line behind its letter.
-    pub(super) fn read_vertex(&mut self, mut fields: Fields<'_>) -> Result<(), FileFault> {
+    pub(super) fn read_vertex(&mut self, mut fields: LineFields<'_>) -> Result<(), FileFault> {
         let (number, wanted) = (fields.index("number of the vertex")?, self.vertices.len() + 1);
         if number != wanted {
             return Err(fields.fault(format!(
@@ -123,7 +123,7 @@ impl<'a> SurfaceReader<'a> {
     pub(super) fn read_surface<'l>(
         &mut self,
         letter: &str,
-        mut fields: Fields<'l>,
+        mut fields: LineFields<'l>,
         lines: &mut impl Iterator<Item = (usize, &'l str)>,
     ) -> Result<(), FileFault>
     where
@@ -163,7 +163,11 @@ impl<'a> SurfaceReader<'a> {
     }
 
     /// The number of a surface: the next, and behind an obstruction that of an obstruction.
-    fn check_sequence(&self, fields: &mut Fields<'_>, kind: View3dSurfaceKind) -> Result<usize, FileFault> {
+    fn check_sequence(
+        &self,
+        fields: &mut LineFields<'_>,
+        kind: View3dSurfaceKind,
+    ) -> Result<usize, FileFault> {
         let (number, wanted) = (fields.index("number of the surface")?, self.surfaces.len() + 1);
         if number != wanted {
             return Err(fields.fault(format!(
@@ -181,7 +185,7 @@ impl<'a> SurfaceReader<'a> {
     }
 
     /// The corners by the numbers of three or four vertices; the fourth is 0 for a triangle.
-    fn corners(&self, fields: &mut Fields<'_>) -> Result<Vec<Vec3>, FileFault> {
+    fn corners(&self, fields: &mut LineFields<'_>) -> Result<Vec<Vec3>, FileFault> {
         let mut corners = Vec::with_capacity(4);
         for k in 1..=4 {
             let number = fields.index("number of a vertex")?;
@@ -202,7 +206,7 @@ impl<'a> SurfaceReader<'a> {
     /// Base, combination, emissivity and name; obstructions have none but a name where all columns are present.
     fn attributes(
         &mut self,
-        fields: &mut Fields<'_>,
+        fields: &mut LineFields<'_>,
         kind: View3dSurfaceKind,
     ) -> Result<Attributes, FileFault> {
         if kind == View3dSurfaceKind::Obstruction {
@@ -219,7 +223,7 @@ impl<'a> SurfaceReader<'a> {
         Ok(Attributes { base, combined_with, emissivity, name: self.name(fields)? })
     }
 
-    fn name(&self, fields: &mut Fields<'_>) -> Result<Option<String>, FileFault> {
+    fn name(&self, fields: &mut LineFields<'_>) -> Result<Option<String>, FileFault> {
         let Some(name) = fields.next_word() else { return Ok(None) };
         if name.chars().count() > MAX_NAME_CHARS {
             return Err(fields.fault(format!("a name has more than {MAX_NAME_CHARS} characters; shorten it")));
@@ -271,7 +275,7 @@ struct PlaneNumbers<'a, 'l, I> {
     file: &'a str,
     lines: &'l mut I,
     /// The current line.
-    fields: Option<Fields<'a>>,
+    fields: Option<LineFields<'a>>,
     /// Number of the last line that was read.
     line: usize,
 }
@@ -287,7 +291,7 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> PlaneNumbers<'a, '_, I> {
                 return Err(FileFault::new(self.file, self.line, message));
             };
             self.line = line;
-            self.fields = Some(Fields::new(self.file, line, text));
+            self.fields = Some(LineFields::new(self.file, line, text));
         }
     }
 

@@ -1,0 +1,322 @@
+//! View factors of the faces of a mesh.
+//!
+//! A result is a dictionary of arrays, which own the memory of the computation: nothing is copied. Sums over groups and total exchange factors are made
+//! from such a dictionary.
+
+use crate::arrays;
+use crate::errors::{DocumentOrigin, of_file, of_input, of_scene, refused};
+use crate::long_call::{self, CallSettings};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use zonal_exchange::polygon::visible::ConvexPolygon;
+use zonal_io::input::{FacetFile, MeshArrays, read_facets};
+use zonal_io::output::{CheckpointFolder, CheckpointKeys};
+use zonal_math::{Grade, Vec3};
+use zonal_scene::{CheckpointStore, NoCheckpoints};
+use zonal_view_factors::{
+    FacetSet, Openness, RowClosing, ViewFactorCounts, ViewFactorParts, ViewFactorSettings, ViewFactors,
+};
+
+/// Settings of `view_factors`.
+#[derive(Clone, Debug, FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct FactorSettings {
+    tolerance: f64,
+    closing: bool,
+    surroundings: bool,
+    /// Axis that points up: 0, 1 or 2.
+    up: usize,
+    /// Periods along the two axes after `up`, m.
+    periods: [Option<f64>; 2],
+    /// Bytes.
+    memory_limit: Option<u64>,
+    /// Folder of finished parts of computations.
+    cache: Option<PathBuf>,
+}
+
+impl FactorSettings {
+    fn native(&self) -> ViewFactorSettings {
+        let default = ViewFactorSettings::default();
+        ViewFactorSettings {
+            tolerance: self.tolerance,
+            closure: if self.closing { RowClosing::Restore } else { RowClosing::Keep },
+            surroundings: if self.surroundings { Openness::Open } else { Openness::Closed },
+            up: self.up,
+            periods: self.periods,
+            memory_limit: self.memory_limit.unwrap_or(default.memory_limit),
+        }
+    }
+}
+
+/// The polygons of a mesh: the parts of each face, and its material.
+struct FaceParts {
+    parts: Vec<Vec<ConvexPolygon>>,
+    material: Vec<i64>,
+    materials: Vec<String>,
+}
+
+impl FaceParts {
+    /// The faces of a file, or of vertices, corners, starts, corners of a face, materials of faces, and names.
+    fn read(mesh: &Bound<'_, PyAny>, name: &str) -> PyResult<FaceParts> {
+        let Ok(tuple) = mesh.cast::<PyTuple>() else {
+            let path: PathBuf = mesh.extract()?;
+            let facets = read_facets(&path).map_err(|e| of_input(&e, DocumentOrigin::File))?;
+            return Ok(FaceParts::of_facets(&facets));
+        };
+        type Arrays<'py> = (
+            PyReadonlyArray2<'py, f64>,
+            PyReadonlyArray1<'py, i64>,
+            PyReadonlyArray1<'py, i64>,
+            usize,
+            PyReadonlyArray1<'py, i64>,
+            Vec<String>,
+        );
+        let (vertices, corners, starts, corners_of_face, material_of_face, materials): Arrays<'_> =
+            tuple.extract()?;
+        let not_contiguous =
+            |_| refused("mesh: an array is not contiguous; give numpy.ascontiguousarray(array)");
+        let arrays = MeshArrays {
+            vertices: vertices.as_slice().map_err(not_contiguous)?,
+            corners: corners.as_slice().map_err(not_contiguous)?,
+            starts: starts.as_slice().map_err(not_contiguous)?,
+            corners_of_face,
+            material_of_face: material_of_face.as_slice().map_err(not_contiguous)?,
+            materials: &materials,
+        };
+        let facets = FacetFile::of_arrays(&arrays, name).map_err(|e| of_input(&e, DocumentOrigin::File))?;
+        let mut faces = FaceParts::of_facets(&facets);
+        // A convex polygon stays whole.
+        for (k, parts) in faces.parts.iter_mut().enumerate().filter(|(_, p)| p.len() > 1) {
+            if let Some(whole) = ConvexPolygon::new(corners_of(&arrays, k)) {
+                *parts = vec![whole];
+            }
+        }
+        Ok(faces)
+    }
+
+    fn of_facets(mesh: &FacetFile) -> FaceParts {
+        let polygons =
+            |parts: &Vec<Vec<Vec3>>| parts.iter().cloned().filter_map(ConvexPolygon::new).collect();
+        let mut order: HashMap<&str, i64> = HashMap::new();
+        let (mut materials, mut material) = (Vec::new(), Vec::with_capacity(mesh.names.len()));
+        for name in &mesh.names {
+            let next = order.len() as i64;
+            let index = *order.entry(name.as_str()).or_insert(next);
+            if index == next {
+                materials.push(name.clone());
+            }
+            material.push(index);
+        }
+        FaceParts { parts: mesh.facets.iter().map(polygons).collect(), material, materials }
+    }
+}
+
+/// The corners of a polygon of arrays that were checked.
+fn corners_of(a: &MeshArrays<'_>, face: usize) -> Vec<Vec3> {
+    let range = if a.starts.is_empty() {
+        face * a.corners_of_face..(face + 1) * a.corners_of_face
+    } else {
+        a.starts[face] as usize..a.starts[face + 1] as usize
+    };
+    let point = |v: &i64| Vec3::from_array([0, 1, 2].map(|k| a.vertices[3 * *v as usize + k]));
+    a.corners[range].iter().map(point).collect()
+}
+
+/// A folder for one geometry and its settings within the folder of all.
+fn cache_folder(
+    folder: &Path,
+    faces: &FaceParts,
+    obstacles: &[FaceParts],
+    s: &ViewFactorSettings,
+) -> CheckpointFolder {
+    let mut hasher = DefaultHasher::new();
+    let mut real = |x: f64| x.to_bits().hash(&mut hasher);
+    for mesh in std::iter::once(faces).chain(obstacles) {
+        real(mesh.parts.len() as f64);
+        for face in &mesh.parts {
+            real(face.len() as f64);
+            for part in face {
+                real(part.corners().len() as f64);
+                part.corners().iter().flat_map(|c| c.array()).for_each(&mut real);
+            }
+        }
+    }
+    real(s.tolerance);
+    s.periods.iter().for_each(|p| real(p.unwrap_or(-1.0)));
+    real(s.up as f64);
+    let key = format!("zonal {} view factors {:016x}", env!("CARGO_PKG_VERSION"), hasher.finish());
+    let name = format!("{:016x}", hasher.finish());
+    CheckpointFolder::new(&folder.join(name), CheckpointKeys { whole: key.clone(), factors: key })
+}
+
+/// The view factors of the faces of a mesh: arrays by name.
+#[pyfunction]
+#[pyo3(signature = (mesh, obstacles, settings, progress=None, threads=None) -> "dict[str, typing.Any]")]
+pub(crate) fn view_factors<'py>(
+    py: Python<'py>,
+    mesh: &Bound<'py, PyAny>,
+    obstacles: Vec<Bound<'py, PyAny>>,
+    settings: FactorSettings,
+    progress: Option<&Bound<'py, PyAny>>,
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let faces = FaceParts::read(mesh, "mesh")?;
+    let hiding: Vec<FaceParts> =
+        obstacles.iter().map(|o| FaceParts::read(o, "obstacles")).collect::<PyResult<_>>()?;
+    let native = settings.native();
+    let folder = settings.cache.as_ref().map(|path| cache_folder(path, &faces, &hiding, &native));
+    if let Some(folder) = &folder {
+        folder.begin().map_err(|e| of_file(&e))?;
+    }
+    let (material, materials) = (faces.material, faces.materials);
+    let mut set = FacetSet::new();
+    faces.parts.into_iter().for_each(|parts| set.add_parts(parts));
+    for part in hiding.into_iter().flat_map(|o| o.parts).flatten() {
+        set.add_obstruction(part.corners());
+    }
+    let computed = long_call::run(py, CallSettings { threads, progress }, move |observer| {
+        let store: &dyn CheckpointStore = folder.as_ref().map_or(&NoCheckpoints, |f| f);
+        let factors = set.compute(&native, observer, store);
+        (factors, folder.and_then(|f| f.failure()))
+    })?;
+    if let Some(failure) = computed.1 {
+        return Err(of_file(&failure));
+    }
+    let out = dictionary(py, computed.0.map_err(|e| of_scene(&e))?.into_parts())?;
+    out.set_item("material", PyArray1::from_vec(py, material))?;
+    out.set_item("materials", materials)?;
+    Ok(out)
+}
+
+/// A result as arrays, which take over its memory.
+fn dictionary(py: Python<'_>, parts: ViewFactorParts) -> PyResult<Bound<'_, PyDict>> {
+    let out = PyDict::new(py);
+    let counts = parts.counts;
+    let pairs = |list: Vec<[f64; 2]>| arrays::rows(py, list.into_flattened(), 2);
+    out.set_item("areas", arrays::list(py, parts.areas))?;
+    out.set_item("row_starts", PyArray1::from_vec(py, parts.row_starts))?;
+    out.set_item("columns", PyArray1::from_vec(py, parts.columns))?;
+    out.set_item("exchange_areas", arrays::list(py, parts.exchange_areas))?;
+    out.set_item("radii", PyArray1::from_vec(py, parts.radii))?;
+    out.set_item("sky", pairs(parts.sky)?)?;
+    out.set_item("ground", pairs(parts.ground)?)?;
+    out.set_item("defects", arrays::list(py, parts.defects))?;
+    out.set_item("open_rows", arrays::integers(py, parts.open_rows.into_iter()))?;
+    out.set_item("remaining_defect", parts.remaining_defect)?;
+    out.set_item("grade", parts.grade.name())?;
+    let counts = [
+        counts.facets as u64,
+        counts.occluders as u64,
+        counts.solids as u64,
+        counts.examined,
+        counts.unobstructed,
+        counts.hidden,
+        counts.partial,
+    ];
+    out.set_item("counts", PyArray1::from_slice(py, &counts))?;
+    Ok(out)
+}
+
+/// A dictionary of `view_factors`, borrowed.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct FactorArrays<'py> {
+    areas: PyReadonlyArray1<'py, f64>,
+    row_starts: PyReadonlyArray1<'py, u64>,
+    columns: PyReadonlyArray1<'py, u32>,
+    exchange_areas: PyReadonlyArray1<'py, f64>,
+    radii: PyReadonlyArray1<'py, f32>,
+    sky: PyReadonlyArray2<'py, f64>,
+    ground: PyReadonlyArray2<'py, f64>,
+    defects: PyReadonlyArray1<'py, f64>,
+    open_rows: PyReadonlyArray1<'py, i64>,
+    remaining_defect: f64,
+    grade: String,
+    counts: PyReadonlyArray1<'py, u64>,
+}
+
+impl FactorArrays<'_> {
+    /// The view factors, with lists of their own.
+    fn native(&self) -> PyResult<ViewFactors> {
+        fn list<T: numpy::Element + Copy>(a: &PyReadonlyArray1<'_, T>) -> Vec<T> {
+            a.as_array().to_vec()
+        }
+        let pairs = |a: &PyReadonlyArray2<'_, f64>| -> Vec<[f64; 2]> {
+            a.as_array().outer_iter().map(|r| [0, 1].map(|k| r.get(k).copied().unwrap_or(f64::NAN))).collect()
+        };
+        let counts = list(&self.counts);
+        let count = |k: usize| counts.get(k).copied().unwrap_or(0);
+        let parts = ViewFactorParts {
+            areas: list(&self.areas),
+            row_starts: list(&self.row_starts),
+            columns: list(&self.columns),
+            exchange_areas: list(&self.exchange_areas),
+            radii: list(&self.radii),
+            sky: pairs(&self.sky),
+            ground: pairs(&self.ground),
+            defects: list(&self.defects),
+            open_rows: list(&self.open_rows)
+                .iter()
+                .map(|i| usize::try_from(*i).unwrap_or(usize::MAX))
+                .collect(),
+            remaining_defect: self.remaining_defect,
+            grade: if self.grade == Grade::Proved.name() { Grade::Proved } else { Grade::Estimated },
+            counts: ViewFactorCounts {
+                facets: count(0) as usize,
+                occluders: count(1) as usize,
+                solids: count(2) as usize,
+                examined: count(3),
+                unobstructed: count(4),
+                hidden: count(5),
+                partial: count(6),
+            },
+        };
+        ViewFactors::from_parts(parts).map_err(|e| of_scene(&e))
+    }
+}
+
+/// The view factors of unions of faces: `group` numbers the union of each face, below `groups`.
+#[pyfunction]
+#[pyo3(signature = (factors: "dict[str, typing.Any]", group, groups) -> "dict[str, typing.Any]")]
+pub(crate) fn combined_view_factors<'py>(
+    py: Python<'py>,
+    factors: FactorArrays<'py>,
+    group: PyReadonlyArray1<'py, i64>,
+    groups: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let native = factors.native()?;
+    let index = |g: &i64| u32::try_from(*g).ok().filter(|g| (*g as usize) < groups);
+    let group: Option<Vec<u32>> = group.as_array().iter().map(index).collect();
+    let group = group.filter(|g| g.len() == native.len());
+    let group =
+        group.ok_or_else(|| refused(format!("groups: give one for each of the {} faces", native.len())))?;
+    dictionary(py, py.detach(|| native.combined(&group, groups)).into_parts())
+}
+
+/// A matrix and its error radii.
+type MatrixWithRadii<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
+/// Total exchange factors and their error radii, (faces, faces) each.
+#[pyfunction]
+#[pyo3(signature = (factors: "dict[str, typing.Any]", emissivity, progress=None, threads=None)
+    -> "tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]")]
+pub(crate) fn script_factors<'py>(
+    py: Python<'py>,
+    factors: FactorArrays<'py>,
+    emissivity: Vec<f64>,
+    progress: Option<&Bound<'py, PyAny>>,
+    threads: Option<usize>,
+) -> PyResult<MatrixWithRadii<'py>> {
+    let native = factors.native()?;
+    let n = native.len();
+    let call = CallSettings { threads, progress };
+    let made = long_call::run(py, call, move |_| native.script_factors(&emissivity))?;
+    let made = made.map_err(|e| of_scene(&e))?;
+    let entries = (0..n * n).map(|k| made.get(k / n, k % n));
+    let (values, radii) = entries.map(|b| (b.value, b.radius)).unzip();
+    Ok((arrays::rows(py, values, n)?, arrays::rows(py, radii, n)?))
+}
