@@ -137,6 +137,9 @@ fn heat(out: &mut String, r: &HeatReport, discretization: Option<&Discretization
         let _ =
             writeln!(out, "  {:<26}{temperature:>34}{radiated:>18}{convected:>18}{conducted:>18}", n.name);
     }
+    if r.emitters != 0.0 {
+        let _ = writeln!(out, "  {:<90}{:>28}", "light of emitters", large_number(r.emitters));
+    }
     for (name, power) in [
         ("from the surroundings, less escaped power", r.surroundings),
         ("absorbed by backfaces", -r.absorbed_backfaces),

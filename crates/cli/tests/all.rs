@@ -22,3 +22,4 @@ mod thermal;
 mod update;
 mod validate;
 mod view;
+mod view_factors;

@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 use xtask::source::SourceFile;
 
 /// Every crate with exactly the other crates on which it depends.
-const DEPENDENCIES: [(&str, &[&str]); 15] = [
+const DEPENDENCIES: [(&str, &[&str]); 16] = [
     ("math", &[]),
     ("scene", &["math"]),
     ("transport", &["math", "scene"]),
     ("exchange", &["math", "scene", "transport"]),
     ("gas", &[]),
+    ("view_factors", &["math", "scene", "exchange"]),
     ("paper", &["math", "scene", "exchange"]),
     ("solve", &["math", "scene", "transport", "exchange"]),
     ("render", &["math", "scene", "transport"]),
@@ -33,6 +34,7 @@ const DEPENDENCIES: [(&str, &[&str]); 15] = [
             "transport",
             "exchange",
             "gas",
+            "view_factors",
             "paper",
             "solve",
             "render",
@@ -65,7 +67,8 @@ const NOT_IN_THE_LIBRARY: [&str; 6] =
     ["clap", "indicatif", "plotters", "noto-sans-mono-bitmap", "ctrlc", "nix"];
 
 /// Crates without access to the operating system.
-const CORE_CRATES: [&str; 8] = ["math", "scene", "transport", "exchange", "gas", "paper", "solve", "render"];
+const CORE_CRATES: [&str; 9] =
+    ["math", "scene", "transport", "exchange", "gas", "view_factors", "paper", "solve", "render"];
 
 /// Modules of `std` that access the operating system.
 const SYSTEM_MODULES: [&str; 5] = ["fs", "net", "time", "env", "process"];

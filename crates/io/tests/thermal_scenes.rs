@@ -149,8 +149,20 @@ const INVALID: &[RefusedScene<'static>] = &[
     ("mode = 'warm'\nMEDIUMextinction = 1", &["test.toml:1:8: mode: 'warm' is not known", "light, thermal"]),
     ("[thermal]\nband_fractions = [0.5,0.5,0]\nMEDIUMextinction = 1", &["thermal: ", "mode = \"thermal\""]),
     (
-        "ROOMtemperature = 300\nemissivity = 1\n[[light]]\nkind='emitter'\nsurface='r'",
-        &["light #1.kind", "mode = \"light\""],
+        "ROOMtemperature = 300\nemissivity = 1\n[[light]]\nkind='emitter'\nsurface='r.x0'",
+        &["surface 'r.x0' does not emit"],
+    ),
+    (
+        "ROOMtemperature = 300\nemissivity = 1\nemission = 3\n[[light]]\nkind='emitter'\nsurface='r.x0'",
+        &["surface 'r.x1'.emission", "kind \"emitter\""],
+    ),
+    (
+        "ROOMtemperature = 300\nemissivity = 1\nemission = [1, 2]\n[[light]]\nkind='emitter'\nsurface='r.x0'",
+        &["emission", "sunlight has one band"],
+    ),
+    (
+        "ROOMtemperature = 300\nemissivity = 1\nfaces.x0.emission = 3\n[[light]]\nkind='emitter'\nsurface='r.x0'\n[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[1,1,1]\nextinction=1\ntemperature=300\nemission=2",
+        &["medium.emission", "mode = \"light\""],
     ),
     (
         "ROOMtemperature = 300\nemissivity = 1\n[[light]]\nkind='sun'\ndirection=[0,0,-1]\nirradiance=[1, 2, 3]",

@@ -87,10 +87,12 @@ pub struct HeatReport {
     pub surroundings: f64,
     /// Power absorbed by the black, cold back faces of one-sided surfaces, W.
     pub absorbed_backfaces: f64,
+    /// Power that emitting surfaces of light add, W: it is supplied to them beside their net powers.
+    pub emitters: f64,
 }
 
 impl HeatReport {
-    /// Sum of all net powers, 0 up to errors, W.
+    /// Sum of all net powers and of the power of emitters, 0 up to errors, W.
     ///
     /// ```
     /// use zonal_scene::HeatReport;
@@ -98,6 +100,7 @@ impl HeatReport {
     /// assert_eq!(report.balance(), 1.0);
     /// ```
     pub fn balance(&self) -> f64 {
-        self.rows.iter().map(|r| r.power).sum::<f64>() + self.surroundings - self.absorbed_backfaces
+        self.rows.iter().map(|r| r.power).sum::<f64>() + self.surroundings + self.emitters
+            - self.absorbed_backfaces
     }
 }

@@ -29,8 +29,10 @@ pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(),
     }
     // Another triple of bands may emit.
     let emitting = is_whole.then(|| thermal.band_fractions.emitting_bands());
-    for (s, condition) in parts.surfaces.iter().zip(&thermal.surfaces) {
+    let emitters = direct_emitters(parts);
+    for (k, (s, condition)) in parts.surfaces.iter().zip(&thermal.surfaces).enumerate() {
         check_surface(thermal, s, *condition, emitting)?;
+        check_emission(thermal, s, emitters[k])?;
     }
     for (facet, v) in parts.facets.iter().zip(&parts.faces.values) {
         // The values of a facet in place of those of its surface.
@@ -42,6 +44,7 @@ pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(),
             ..*s
         };
         check_surface(thermal, &own, v.condition.unwrap_or(condition), emitting)?;
+        check_emission(thermal, &own, emitters[facet.surface])?;
     }
     if parts.faces.values.iter().any(|v| matches!(v.condition, Some(ThermalCondition::Power(_)))) {
         check_power_has_faces(parts)?;
@@ -62,14 +65,6 @@ fn check_options(parts: &SceneParts) -> Result<(), SceneError> {
             "lights of a thermal scene need a band of sunlight, and these bands have none; use BandSet::with_solar_band",
         );
     }
-    if let Some(Light::Emitter { surface, .. }) =
-        parts.lights.iter().find(|l| matches!(l, Light::Emitter { .. }))
-    {
-        return invalid(
-            format!("surface '{}'.emission", parts.surfaces[*surface].name),
-            "emitting surfaces belong to mode = \"light\"; in thermal mode give a sun, a sky or a planet",
-        );
-    }
     if parts.options.light_grouping == LightGrouping::Each {
         return invalid(
             "solve.light_groups",
@@ -80,6 +75,32 @@ fn check_options(parts: &SceneParts) -> Result<(), SceneError> {
         return invalid(
             "solve.scattering_orders",
             "scattering orders are not defined for coupled temperatures; remove this key in thermal mode",
+        );
+    }
+    Ok(())
+}
+
+/// For each surface, whether it is an emitter of direct light.
+fn direct_emitters(parts: &SceneParts) -> Vec<bool> {
+    let mut out = vec![false; parts.surfaces.len()];
+    for light in &parts.lights {
+        if let Light::Emitter { surface, .. } = light
+            && let Some(own) = out.get_mut(*surface)
+        {
+            *own = true;
+        }
+    }
+    out
+}
+
+/// Refuses emission that is neither that of an emitter nor in a band of sunlight, in which no temperature emits.
+fn check_emission(thermal: &Thermal, s: &Surface, is_emitter: bool) -> Result<(), SceneError> {
+    let emits = thermal.band_fractions.emitting_bands();
+    let is_light = is_emitter && !Band::all().any(|b| s.emission[b] != 0.0 && emits[b]);
+    if s.emission != Bands::ZERO && !is_light {
+        return invalid(
+            format!("surface '{}'.emission", s.name),
+            "in thermal mode only emitters emit light; name the surface in a [[light]] of kind \"emitter\" (builder: as_direct_light), or give a temperature and an emissivity",
         );
     }
     Ok(())
@@ -174,10 +195,10 @@ fn check_surface(
     let key = |k: &str| format!("surface '{}'.{k}", s.name);
     condition.check(key)?;
     check_grey(thermal, key("emissivity"), s.reflectance)?;
-    if s.emission != Bands::ZERO || s.emission_texture.is_some() || s.reflectance_texture.is_some() {
+    if s.emission_texture.is_some() || s.reflectance_texture.is_some() {
         return invalid(
-            key("emission"),
-            "emission and pictures belong to mode = \"light\"; give a temperature and an emissivity",
+            key("texture"),
+            "pictures belong to mode = \"light\"; give a temperature and an emissivity",
         );
     }
     let Some(emitting) = emitting.filter(|_| condition.prescribed_power() != 0.0) else { return Ok(()) };

@@ -176,6 +176,7 @@ fn solved_triples<'a>(scene: &'a Scene, solved: &'a mut [ZonalSolution]) -> Vec<
         fields: &mut s.fields,
         groups: &mut s.groups,
         report: &mut s.report,
+        emitters: s.emitters,
     };
     scene.triples().zip(solved).map(of_triple).collect()
 }
@@ -241,7 +242,8 @@ fn solve_equations(
         let fields = m.fields_of_part(s.fields);
         let groups = m.groups_of_part(s.groups);
         let report = m.report_of_part(s.report, t.scene, t.zones, &fields);
-        ZonalSolution { fields, groups, report, ..s }
+        let emitters = s.emitters / m.images.image_count() as f64;
+        ZonalSolution { fields, groups, report, emitters, ..s }
     };
     Ok(solved.into_iter().zip(&mirrored).zip(triples).map(of_part).collect())
 }
@@ -438,7 +440,8 @@ fn finish(
         );
         describe_engine(&mut report, preparation, contexts[t].scene);
         let has_slopes = built[t].operator.len() > contexts[t].zones.len();
-        out.push(ZonalSolution { zones: Zones::default(), fields, groups, report, has_slopes });
+        let emitters = contexts[t].direct.emitted_power();
+        out.push(ZonalSolution { zones: Zones::default(), fields, groups, report, emitters, has_slopes });
     }
     Ok(out)
 }

@@ -1,6 +1,6 @@
 //! Solution of the zonal equations of one triple of bands.
 
-use zonal_scene::{Fields, LightGroup, Report, Zones};
+use zonal_scene::{Bands, Fields, LightGroup, Report, Zones};
 
 /// Zones, fields and report of one triple of bands.
 pub(crate) struct ZonalSolution {
@@ -9,6 +9,8 @@ pub(crate) struct ZonalSolution {
     pub fields: Fields,
     pub groups: Vec<LightGroup>,
     pub report: Report,
+    /// Power that emitters send as direct light, W per band.
+    pub emitters: Bands,
     /// True if the radiosity has slopes inside the zones.
     pub has_slopes: bool,
 }

@@ -107,6 +107,8 @@ fn reflected_sunlight_is_part_of_the_balance() {
     let sunlight: f64 = heat.rows.iter().map(|r| r.absorbed_sunlight.unwrap()).sum();
     let energy = &dense.report.energy;
     let solar = |b: zonal_scene::Bands| b.to_rgb()[1];
+    let absorbed: f64 = energy.absorbed_surfaces.iter().map(|x| solar(x.1)).sum();
+    assert!((absorbed - sunlight).abs() < 1e-6 * sunlight && solar(energy.residual).abs() < 1e-6);
     assert!((solar(energy.incoming) - solar(energy.escaped) - sunlight).abs() < 1e-6 * sunlight);
     assert!((row(&dense, "court.x1").absorbed_sunlight.unwrap()) > 20.0);
     for r in &heat.rows {
@@ -160,4 +162,97 @@ fn builders_give_properties_for_sunlight() {
     assert_eq!(scene.panes()[0].extinction.to_rgb(), [500.0, 10.0, 10.0]);
     assert_eq!((grid.extinction(3).to_rgb(), grid.albedo(3).to_rgb()), ([0.5, 2.0, 2.0], [0.0, 0.75, 0.75]));
     assert!(builder().build().unwrap_err().to_string().contains("no effect without a light"));
+}
+
+/// View factor between coaxial unit squares at distance 1.
+fn coaxial_squares() -> f64 {
+    let root = 2f64.sqrt();
+    (2.0 / std::f64::consts::PI)
+        * ((4.0 / 3f64).sqrt().ln() + 2.0 * root * (1.0 / root).atan() - 0.5 * std::f64::consts::PI)
+}
+
+/// A lamp of 1 m² above a body of 1 m² in surroundings of 280 K, with lines at the head of the file, of `[solve]`, and of the body.
+fn lamp_above_body(head: &str, solve: &str, body: &str) -> String {
+    format!(
+        "mode = \"thermal\"\n{head}\n[solve]\npatch_size = 0.25\nresidual = 1e-12\n{solve}\n[[node]]\nname = \"body\"\n[[surface]]\nname = \"lamp\"\nrectangle = {{ origin = [0,0,1], edge1 = [0,1,0], edge2 = [1,0,0] }}\ntemperature = 280\nemissivity = 1\nemission = 5000\n[[surface]]\nname = \"body\"\nrectangle = {{ origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }}\nnode = \"body\"\n{body}\n[[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n[surroundings]\ntemperature = 280\n"
+    )
+}
+
+#[test]
+fn a_body_below_a_lamp_emits_the_light_that_it_absorbs() {
+    let absorbed = 0.4 * 5000.0 * coaxial_squares();
+    let exact = blackbody_temperature(absorbed / 0.1 + STEFAN_BOLTZMANN * 280f64.powi(4));
+    let grey = "emissivity = 0.1\nsolar_absorptance = 0.4";
+    for (head, engine, body) in [
+        ("", "dense", grey),
+        ("", "hierarchical", grey),
+        (
+            "bands = 4\n[thermal]\nband_fractions = [0.1, 0.2, 0.3, 0.4]",
+            "dense",
+            "emissivity = [0.1, 0.1, 0.1, 0.1, 0.4]",
+        ),
+        ("bands = 2\n[thermal]\nweights = [[0.2, 1e-4], \"rest\"]\nrange = [250, 900]", "dense", grey),
+    ] {
+        let engine_line = format!("engine = \"{engine}\"");
+        let s = solved(&lamp_above_body(head, &engine_line, body));
+        let (found, error) = temperature(&s, "body");
+        let off = (found - exact).abs();
+        assert!(off <= error + 1e-6 && error < 0.05 * exact, "{head} {engine}: {found} ± {error}, {exact}");
+        let heat = s.report.heat.as_ref().unwrap();
+        assert!((heat.emitters - 5000.0).abs() < 1e-6, "{}", heat.emitters);
+        // What the lamp sends is absorbed or escapes; the body reflects 0.6 of its share.
+        let sunlight: f64 = heat.rows.iter().map(|r| r.absorbed_sunlight.unwrap()).sum();
+        assert!(sunlight > absorbed * (1.0 - 0.05) && sunlight < 0.5 * 5000.0, "{sunlight}");
+        let stated: f64 = heat.rows.iter().map(|r| r.power_error).sum();
+        let escaped = s.triples().map(|t| t.report.energy_error.escaped.sum()).sum::<f64>();
+        assert!(heat.balance().abs() <= stated + escaped, "{head} {engine}: {}", heat.balance());
+    }
+}
+
+#[test]
+fn walls_take_up_the_power_of_a_lamp() {
+    // A lamp of 0.04 m² that emits 100 W, in a closed room; its own heat is 0, so that it absorbs what it radiates by temperature.
+    for solar in [1.0, 0.3] {
+        let s = solved(&format!(
+            "mode = \"thermal\"\n[solve]\npatch_size = 0.25\nresidual = 1e-12\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\ntemperature = 300\nemissivity = 0.8\nsolar_absorptance = {solar}\n[[surface]]\nname = \"lamp\"\nbox = {{ min = [0.4,0.4,0.4], max = [0.6,0.6,0.6] }}\nheat_flux = 0\nemissivity = 0.5\nsolar_absorptance = 0.2\nfaces.z0.emission = 2500\n[[light]]\nkind = \"emitter\"\nsurface = \"lamp.z0\"\n"
+        ));
+        let heat = s.report.heat.as_ref().unwrap();
+        let of_walls = || heat.rows.iter().filter(|r| r.name.starts_with("room"));
+        let (power, error) = of_walls().fold((0.0, 0.0), |(q, e), r| (q + r.power, e + r.power_error));
+        assert!((power + 100.0).abs() <= error + 1e-6 && error < 10.0, "{solar}: {power} ± {error}");
+        assert!(heat.balance().abs() <= error + 1e-6 && (heat.emitters - 100.0).abs() < 1e-6);
+        let residual = s.report.energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+        assert!(residual < 1e-6, "{residual}");
+        // All light is absorbed; black walls return none to the lamp, which then has their temperature.
+        let absorbed: f64 = heat.rows.iter().map(|r| r.absorbed_sunlight.unwrap()).sum();
+        assert!((absorbed - 100.0).abs() <= 0.01 * 100.0, "{absorbed}");
+        let lamp = temperature(&s, "lamp");
+        let hotter = lamp.0 - 300.0;
+        match solar {
+            1.0 => assert!(hotter.abs() <= lamp.1 + 1e-6, "{lamp:?}"),
+            _ => assert!(hotter > lamp.1, "{lamp:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_lamp_of_a_builder_warms_as_one_of_a_file() {
+    let lamp = Mesh::rectangle([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]).name("lamp");
+    let body = Mesh::rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]).name("body");
+    let front = zonal_scene::Sides::Front;
+    let lamp = lamp.sides(front).temperature(280.0).emissivity(1.0).emission(5000.0);
+    let body = body.sides(front).node("body").emissivity(0.1).solar_absorptance(0.4);
+    let built = |lamp: Mesh| {
+        let node = NodeCondition::Power(0.0);
+        let scene = Scene::builder().surface(lamp).surface(body.clone()).node("body", node);
+        let sun = Sun::new([0.0, 0.0, -1.0]).irradiance(0.0);
+        scene.surroundings_temperature(280.0).light(sun).patch_size(0.25).build()
+    };
+    let s = solve(built(lamp.clone().as_direct_light()).unwrap(), 1 << 30, &NoProgress).unwrap();
+    let file = solved(&lamp_above_body("", "", "emissivity = 0.1\nsolar_absorptance = 0.4"));
+    let (a, b) = (temperature(&s, "body"), temperature(&file, "body"));
+    assert!((a.0 - b.0).abs() <= 1e-6 * b.0, "{a:?} {b:?}");
+    // Emission that is not light is refused.
+    let error = built(lamp).unwrap_err().to_string();
+    assert!(error.contains("lamp") && error.contains("emission"), "{error}");
 }

@@ -18,7 +18,7 @@ fn main() {
         |k: usize, default: f64| std::env::args().nth(k).and_then(|s| s.parse().ok()).unwrap_or(default);
     let facets = city(argument(1, 18.0) as usize, argument(2, 14.0) as usize);
     let surroundings =
-        if argument(4, 0.0) > 0.0 { zonal_view_factors::Surroundings::Closed } else { Default::default() };
+        if argument(4, 0.0) > 0.0 { zonal_view_factors::Openness::Closed } else { Default::default() };
     let settings = ViewFactorSettings { tolerance: argument(3, 1e-3), surroundings, ..Default::default() };
     let begin = Instant::now();
     let f =

@@ -37,25 +37,36 @@ pub(crate) fn solid_hides(
     shift: Vec3,
     contact: f64,
 ) -> bool {
-    from.iter().all(|a| to.iter().all(|b| segment_meets(solid, *a, *b, weight, shift, contact)))
-}
-
-fn segment_meets(solid: &ConvexSolid, a: Vec3, b: Vec3, weight: f64, shift: Vec3, contact: f64) -> bool {
-    // Heights along a + t (b − w a) over a plane shrunk by the contact distance: h₀ + t h₁ ≤ 0 inside.
-    let (mut enter, mut leave) = (0.0f64, if weight > 0.0 { 1.0 } else { f64::INFINITY });
-    let along = b - a * weight;
+    debug_assert!(from.len() <= MAX_HULL_CORNERS && to.len() <= MAX_HULL_CORNERS);
+    // Heights along a + t (b − w a) over planes shrunk by the contact distance: h₀ + t h₁ ≤ 0 inside.
+    let mut enter = [[0.0f64; MAX_HULL_CORNERS]; MAX_HULL_CORNERS];
+    let mut leave = [[if weight > 0.0 { 1.0 } else { f64::INFINITY }; MAX_HULL_CORNERS]; MAX_HULL_CORNERS];
     for (n, c) in &solid.planes {
-        let (start, slope) = (n.dot(a) - c - n.dot(shift) + contact, n.dot(along));
-        if slope < 0.0 {
-            enter = enter.max(-start / slope);
-        } else if slope > 0.0 {
-            leave = leave.min(-start / slope);
-        } else if start > 0.0 {
-            return false;
+        let offset = c + n.dot(shift) - contact;
+        let starts = from.iter().map(|a| n.dot(*a));
+        let ends: [f64; MAX_HULL_CORNERS] = std::array::from_fn(|j| to.get(j).map_or(0.0, |b| n.dot(*b)));
+        for (i, along) in starts.enumerate() {
+            let start = along - offset;
+            for j in 0..to.len() {
+                let slope = ends[j] - along * weight;
+                if slope < 0.0 {
+                    enter[i][j] = enter[i][j].max(-start / slope);
+                } else if slope > 0.0 {
+                    leave[i][j] = leave[i][j].min(-start / slope);
+                } else if start > 0.0 {
+                    return false;
+                }
+                if enter[i][j] >= leave[i][j] {
+                    return false;
+                }
+            }
         }
     }
-    enter < leave
+    true
 }
+
+/// Corners of a hull at most: those of a box, or of a polygon.
+pub(crate) const MAX_HULL_CORNERS: usize = 8;
 
 impl Occluder {
     pub(crate) fn new(polygon: ConvexPolygon, solid: Option<u32>) -> Occluder {
@@ -75,20 +86,28 @@ impl Occluder {
     pub(crate) fn hides(&self, from: &[Vec3], to: &[Vec3], weight: f64, shift: Vec3, contact: f64) -> bool {
         let n = self.polygon.normal();
         let offset = self.offset + n.dot(shift);
-        let height = |p: &Vec3, weight: f64| n.dot(*p) - offset * weight;
-        let sign = if height(&from[0], 1.0) > 0.0 { 1.0 } else { -1.0 };
+        let sign = if n.dot(from[0]) - offset > 0.0 { 1.0 } else { -1.0 };
         let end = if weight > 0.0 { contact } else { 0.0 };
-        if !from.iter().all(|p| sign * height(p, 1.0) > contact)
-            || !to.iter().all(|p| sign * height(p, weight) < -end)
-        {
-            return false;
+        let (mut above, mut below) = ([0.0; MAX_HULL_CORNERS], [0.0; MAX_HULL_CORNERS]);
+        for (h, a) in above.iter_mut().zip(from) {
+            *h = sign * (n.dot(*a) - offset);
+            if *h <= contact {
+                return false;
+            }
+        }
+        for (h, b) in below.iter_mut().zip(to) {
+            *h = -sign * (n.dot(*b) - offset * weight);
+            if *h <= end {
+                return false;
+            }
         }
         self.edges.iter().all(|(m, o)| {
             let o = o + m.dot(shift);
-            from.iter().all(|a| {
-                let (inside, above) = (m.dot(*a) - o, sign * height(a, 1.0));
-                to.iter()
-                    .all(|b| inside * -(sign * height(b, weight)) + (m.dot(*b) - o * weight) * above >= 0.0)
+            let beyond: [f64; MAX_HULL_CORNERS] =
+                std::array::from_fn(|j| to.get(j).map_or(0.0, |b| m.dot(*b) - o * weight));
+            from.iter().zip(&above).all(|(a, h)| {
+                let inside = m.dot(*a) - o;
+                (0..to.len()).all(|j| inside * below[j] + beyond[j] * h >= 0.0)
             })
         })
     }

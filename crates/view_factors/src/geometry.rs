@@ -1,6 +1,6 @@
 //! The polygons of a computation, prepared: facets, their tree with cones of normals, occluders with theirs.
 
-use crate::blocking::{Occluder, solid_hides};
+use crate::blocking::{MAX_HULL_CORNERS, Occluder, solid_hides};
 use crate::bounds::{Bounds, BoundsTree, TreeNode};
 use crate::occluders::{ConvexSolid, merged_occluders};
 use zonal_exchange::polygon::PreparedPolygon;
@@ -20,19 +20,19 @@ const DOUBLE_PRECISION_CONTACT: f64 = 1e-11;
 
 /// A facet ready for pairs.
 #[derive(Clone, Debug)]
-pub(crate) struct Facet {
+pub(crate) struct PreparedFacet {
     pub prepared: PreparedPolygon,
     pub bounds: Bounds,
     pub centre: Vec3,
     pub radius: f64,
 }
 
-impl Facet {
-    fn new(polygon: ConvexPolygon) -> Facet {
+impl PreparedFacet {
+    fn new(polygon: ConvexPolygon) -> PreparedFacet {
         let c = polygon.corners();
         let centre = c.iter().fold(Vec3::ZERO, |s, p| s + *p) / c.len() as f64;
         let radius = c.iter().fold(0.0f64, |s, p| s.max((*p - centre).length()));
-        Facet { bounds: Bounds::of(c), centre, radius, prepared: PreparedPolygon::new(polygon) }
+        PreparedFacet { bounds: Bounds::of(c), centre, radius, prepared: PreparedPolygon::new(polygon) }
     }
 
     pub(crate) fn polygon(&self) -> &ConvexPolygon {
@@ -51,7 +51,7 @@ pub(crate) struct NormalCone {
 /// Facets and occluders with their trees.
 #[derive(Debug)]
 pub(crate) struct Geometry {
-    pub facets: Vec<Facet>,
+    pub facets: Vec<PreparedFacet>,
     pub tree: BoundsTree,
     pub cones: Vec<NormalCone>,
     pub occluders: Vec<Occluder>,
@@ -71,7 +71,7 @@ impl Geometry {
             merged.polygons.into_iter().map(|(p, solid)| Occluder::new(p, solid)).collect();
         let boxes: Vec<Bounds> = occluders.iter().map(|o| Bounds::of(o.polygon.corners())).collect();
         let occluder_tree = BoundsTree::new(&boxes, &vec![0; boxes.len()], 1);
-        let facets: Vec<Facet> = facets.iter().cloned().map(Facet::new).collect();
+        let facets: Vec<PreparedFacet> = facets.iter().cloned().map(PreparedFacet::new).collect();
         let boxes: Vec<Bounds> = facets.iter().map(|f| f.bounds).collect();
         let groups: Vec<u8> = facets.iter().map(|f| face_of_cube(f.polygon().normal())).collect();
         let tree = BoundsTree::new(&boxes, &groups, FACETS_PER_LEAF);
@@ -91,6 +91,9 @@ impl Geometry {
     /// True if occluder `k`, or the solid that it bounds, displaced by `shift`, hides all points of `to` (weight 1) or all its
     /// directions (weight 0) from all points of `from`.
     pub(crate) fn hides(&self, k: usize, from: &[Vec3], to: &[Vec3], weight: f64, shift: Vec3) -> bool {
+        if from.len() > MAX_HULL_CORNERS || to.len() > MAX_HULL_CORNERS {
+            return false;
+        }
         let o = &self.occluders[k];
         o.hides(from, to, weight, shift, self.contact)
             || o.solid
@@ -130,7 +133,7 @@ fn items<'a>(tree: &'a BoundsTree, node: &TreeNode) -> &'a [u32] {
 }
 
 impl NormalCone {
-    fn of(facets: &[Facet], items: &[u32]) -> NormalCone {
+    fn of(facets: &[PreparedFacet], items: &[u32]) -> NormalCone {
         let normals = || items.iter().map(|k| facets[*k as usize].polygon().normal());
         let first = normals().next().unwrap_or(Vec3::ZERO);
         let parallel =
@@ -166,9 +169,9 @@ fn contact_distance(polygons: &[&ConvexPolygon]) -> f64 {
     if single { 2.0 * SINGLE_PRECISION * largest } else { DOUBLE_PRECISION_CONTACT * largest }
 }
 
-impl Facet {
+impl PreparedFacet {
     /// The facet displaced.
-    pub(crate) fn shifted(&self, by: Vec3) -> Facet {
-        Facet::new(self.polygon().translated(by).unwrap_or_else(|| self.polygon().clone()))
+    pub(crate) fn shifted(&self, by: Vec3) -> PreparedFacet {
+        PreparedFacet::new(self.polygon().translated(by).unwrap_or_else(|| self.polygon().clone()))
     }
 }

@@ -17,7 +17,7 @@
 //! | `parts` | the result as plain lists |
 //! | `matrix`, `closing` | sparse rows; sums of rows restored by the least change relative to the radii |
 //!
-//! Factors far below the tolerance (τ/1000) are left out.
+//! Factors far below the tolerance (τ/500) are left out.
 //!
 //! **Cost.** Proportional to the number of pairs that see each other, with a logarithm for the recursion. **Memory.** 24 bytes for each pair
 //! that exchanges while it is computed, and 32 bytes for both of its entries. Results do not depend on the number of threads.
@@ -62,6 +62,6 @@ mod view_factors;
 pub use facet_set::{FacetSet, convex_parts, without};
 pub use parts::ViewFactorParts;
 pub use script_f::ScriptFactors;
-pub use settings::{RowClosure, Surroundings, ViewFactorSettings};
+pub use settings::{Openness, RowClosing, ViewFactorSettings};
 pub use view_factors::{FactorRows, ViewFactorCounts, ViewFactors};
 pub use zonal_exchange::polygon::visible::ConvexPolygon;

@@ -8,7 +8,7 @@
 //! - else: the visible parts, integrated adaptively, estimated.
 
 use crate::bounds::Bounds;
-use crate::geometry::{Facet, Geometry};
+use crate::geometry::{Geometry, PreparedFacet};
 use crate::occluder_list::{self, OccluderNode, Shifts};
 use crate::settings::ErrorGoal;
 use crate::shaft::BoxShaft;
@@ -16,7 +16,7 @@ use zonal_exchange::polygon::visible::{ConvexPolygon, IntegrationRequest, obstru
 use zonal_math::{Bounded, Vec3};
 
 /// Share of the requested radius below which a pair is left out: its factors are zero in the result, and their sum is part of the defects.
-const OMITTED_SHARE: f64 = 0.05;
+const OMITTED_SHARE: f64 = 0.1;
 
 /// A pair of nodes with its potential occluders; the second node is displaced by a period.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ pub(crate) struct PairExchange {
 
 /// Numbers of pairs by treatment.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PairStatistics {
+pub(crate) struct TreatmentCounts {
     pub node_pairs: u64,
     pub unobstructed: u64,
     pub hidden: u64,
@@ -46,13 +46,13 @@ pub(crate) struct PairStatistics {
     pub facet_pairs: u64,
 }
 
-impl PairStatistics {
+impl TreatmentCounts {
     pub(crate) fn numbers(&self) -> [u64; 5] {
         [self.node_pairs, self.unobstructed, self.hidden, self.partial, self.facet_pairs]
     }
 
-    pub(crate) fn from_numbers(n: [u64; 5]) -> PairStatistics {
-        PairStatistics {
+    pub(crate) fn from_numbers(n: [u64; 5]) -> TreatmentCounts {
+        TreatmentCounts {
             node_pairs: n[0],
             unobstructed: n[1],
             hidden: n[2],
@@ -61,7 +61,7 @@ impl PairStatistics {
         }
     }
 
-    pub(crate) fn add(&mut self, o: &PairStatistics) {
+    pub(crate) fn add(&mut self, o: &TreatmentCounts) {
         self.node_pairs += o.node_pairs;
         self.unobstructed += o.unobstructed;
         self.hidden += o.hidden;
@@ -76,7 +76,7 @@ pub(crate) struct PairTraversal<'a> {
     shifts: &'a Shifts,
     goal: ErrorGoal,
     pub found: Vec<PairExchange>,
-    pub counts: PairStatistics,
+    pub counts: TreatmentCounts,
     /// Occluders near the current leaves.
     near: Vec<(usize, Vec3)>,
     planes: Vec<(Vec3, f64)>,
@@ -90,7 +90,7 @@ impl<'a> PairTraversal<'a> {
             shifts,
             goal,
             found: Vec::new(),
-            counts: PairStatistics::default(),
+            counts: TreatmentCounts::default(),
             near: Vec::new(),
             planes: Vec::new(),
             cut: Vec::new(),
@@ -219,7 +219,7 @@ impl<'a> PairTraversal<'a> {
     }
 
     /// The occluders between two facets, cut to the space in front of both, in `self.cut`.
-    fn occluders_between(&mut self, a: &Facet, b: &Facet) -> Obstruction {
+    fn occluders_between(&mut self, a: &PreparedFacet, b: &PreparedFacet) -> Obstruction {
         self.cut.clear();
         self.planes.clear();
         let (p, q, contact) = (a.polygon(), b.polygon(), self.geometry.contact);
@@ -250,9 +250,10 @@ impl<'a> PairTraversal<'a> {
             }
             let placed =
                 if *shift == Vec3::ZERO { Some(o.polygon.clone()) } else { o.polygon.translated(*shift) };
-            let cut = placed.and_then(|o| o.in_front_of(p, contact)).and_then(|o| o.in_front_of(q, contact));
-            let Some(cut) = cut else { continue };
-            if self.planes.iter().any(|(n, c)| cut.corners().iter().all(|x| n.dot(*x) >= c - contact)) {
+            let Some((cut, whole)) = placed.and_then(|o| cut_to_fronts(o, p, q, contact)) else { continue };
+            if !whole
+                && self.planes.iter().any(|(n, c)| cut.corners().iter().all(|x| n.dot(*x) >= c - contact))
+            {
                 continue;
             }
             if o.crosses(a.centre, b.centre, 1.0, *shift)
@@ -265,7 +266,7 @@ impl<'a> PairTraversal<'a> {
         if self.cut.is_empty() { Obstruction::Nothing } else { Obstruction::Parts }
     }
 
-    fn integrate(&self, a: &Facet, b: &Facet, absolute: f64) -> Bounded {
+    fn integrate(&self, a: &PreparedFacet, b: &PreparedFacet, absolute: f64) -> Bounded {
         let contact = self.geometry.contact;
         let (Some(p), Some(q)) =
             (a.polygon().in_front_of(b.polygon(), contact), b.polygon().in_front_of(a.polygon(), contact))
@@ -280,6 +281,23 @@ impl<'a> PairTraversal<'a> {
         let (outer, target) = if p.area() <= q.area() { (&p, &q) } else { (&q, &p) };
         obstructed_exchange(outer, target, &self.cut, &request)
     }
+}
+
+/// The part of an obstruction in front of both polygons, and whether that is all of it.
+fn cut_to_fronts(
+    o: ConvexPolygon,
+    p: &ConvexPolygon,
+    q: &ConvexPolygon,
+    contact: f64,
+) -> Option<(ConvexPolygon, bool)> {
+    let in_front = |f: &ConvexPolygon| {
+        let heights = || o.corners().iter().map(|x| f.height(*x));
+        heights().all(|h| h >= -contact) && heights().any(|h| h > contact)
+    };
+    if in_front(p) && in_front(q) {
+        return Some((o, true));
+    }
+    o.in_front_of(p, contact).and_then(|o| o.in_front_of(q, contact)).map(|o| (o, false))
 }
 
 enum Obstruction {

@@ -9,7 +9,7 @@ const MAX_PAIR_EVALUATIONS: u64 = 3_000;
 
 /// Whether rows are made to sum to one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum RowClosure {
+pub enum RowClosing {
     /// Restore the sums by the smallest change, relative to the error radii, that keeps reciprocity.
     #[default]
     Restore,
@@ -19,7 +19,7 @@ pub enum RowClosure {
 
 /// Whether rays may leave the geometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Surroundings {
+pub enum Openness {
     /// Facets see the sky and the space below the horizon where nothing hides them.
     #[default]
     Open,
@@ -34,9 +34,9 @@ pub struct ViewFactorSettings {
     /// larger stated radius. Default 1e-3.
     pub tolerance: f64,
     /// Row closure.
-    pub closure: RowClosure,
-    /// Surroundings.
-    pub surroundings: Surroundings,
+    pub closure: RowClosing,
+    /// Openness.
+    pub surroundings: Openness,
     /// Axis that points to the zenith: 0, 1 or 2. Default 2.
     pub up: usize,
     /// Periods along the two axes after `up` (cyclic), m: the geometry repeats without end. Default none.
@@ -49,8 +49,8 @@ impl Default for ViewFactorSettings {
     fn default() -> ViewFactorSettings {
         ViewFactorSettings {
             tolerance: 1e-3,
-            closure: RowClosure::default(),
-            surroundings: Surroundings::default(),
+            closure: RowClosing::default(),
+            surroundings: Openness::default(),
             up: 2,
             periods: [None; 2],
             memory_limit: 12_000_000_000,

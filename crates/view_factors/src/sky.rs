@@ -6,7 +6,7 @@
 //! ([`zonal_exchange::polygon::visible::obstructed_sky`]). A cell with very many occluders is divided first.
 
 use crate::direction_cell::DirectionCell;
-use crate::geometry::{Facet, Geometry};
+use crate::geometry::{Geometry, PreparedFacet};
 use crate::occluder_list::{self, OccluderNode};
 use crate::periods::PeriodicImages;
 use crate::settings::ErrorGoal;
@@ -213,7 +213,7 @@ impl<'a> SkyTraversal<'a> {
     }
 
     /// The occluders without those that lie wholly behind another one; large and near ones first, so that later ones find little left to hide.
-    fn foremost(&self, facet: &Facet, mut cut: Vec<CutOccluder>) -> Vec<ConvexPolygon> {
+    fn foremost(&self, facet: &PreparedFacet, mut cut: Vec<CutOccluder>) -> Vec<ConvexPolygon> {
         cut.iter_mut().for_each(|o| {
             o.centre = middle(o.polygon.corners());
             o.extent = o.polygon.area() / (o.centre - facet.centre).length2();

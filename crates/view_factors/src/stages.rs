@@ -1,6 +1,6 @@
 //! Batches of the computation as bytes, for checkpoints.
 
-use crate::pairs::{PairExchange, PairStatistics};
+use crate::pairs::{PairExchange, TreatmentCounts};
 use crate::sky::SkyExchange;
 use zonal_math::{Bounded, Grade};
 
@@ -10,7 +10,7 @@ const COUNT_BYTES: usize = 40;
 const SURROUNDINGS_BYTES: usize = 38;
 
 /// A batch of pairs: counts, then the pairs.
-pub(crate) fn encode_pairs(counts: &PairStatistics, pairs: &[PairExchange]) -> Vec<u8> {
+pub(crate) fn encode_pairs(counts: &TreatmentCounts, pairs: &[PairExchange]) -> Vec<u8> {
     let mut out = Vec::with_capacity(COUNT_BYTES + PAIR_BYTES * pairs.len());
     counts.numbers().iter().for_each(|n| out.extend(n.to_le_bytes()));
     for p in pairs {
@@ -23,13 +23,13 @@ pub(crate) fn encode_pairs(counts: &PairStatistics, pairs: &[PairExchange]) -> V
 }
 
 /// The batch, or None if the bytes are not one for `n` facets.
-pub(crate) fn decode_pairs(bytes: &[u8], n: usize) -> Option<(PairStatistics, Vec<PairExchange>)> {
+pub(crate) fn decode_pairs(bytes: &[u8], n: usize) -> Option<(TreatmentCounts, Vec<PairExchange>)> {
     let (head, body) = bytes.split_at_checked(COUNT_BYTES)?;
     if !body.len().is_multiple_of(PAIR_BYTES) {
         return None;
     }
     let number = |k: usize| head[8 * k..8 * k + 8].try_into().map(u64::from_le_bytes);
-    let counts = PairStatistics::from_numbers([0, 1, 2, 3, 4].map(|k| number(k).unwrap_or(0)));
+    let counts = TreatmentCounts::from_numbers([0, 1, 2, 3, 4].map(|k| number(k).unwrap_or(0)));
     let pair = |b: &[u8]| {
         let p = PairExchange {
             i: u32::from_le_bytes(b[0..4].try_into().ok()?),
@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn batches_survive_their_bytes_and_damaged_ones_are_refused() {
         let pair = PairExchange { i: 3, j: 7, value: 0.1, radius: 1e-9 };
-        let counts = PairStatistics::from_numbers([1, 2, 3, 4, 5]);
+        let counts = TreatmentCounts::from_numbers([1, 2, 3, 4, 5]);
         let bytes = encode_pairs(&counts, &[pair, pair]);
         let (back, pairs) = decode_pairs(&bytes, 8).expect("a batch");
         assert_eq!((back.numbers(), pairs.len(), pairs[1].j), (counts.numbers(), 2, 7));

@@ -5,9 +5,9 @@ use crate::closing::{close_rows, defects};
 use crate::geometry::Geometry;
 use crate::matrix::ExchangeRows;
 use crate::occluder_list::OccluderNode;
-use crate::pairs::{NodePair, PairExchange, PairStatistics, PairTraversal, round_up};
+use crate::pairs::{NodePair, PairExchange, PairTraversal, TreatmentCounts, round_up};
 use crate::periods::PeriodicImages;
-use crate::settings::{RowClosure, Surroundings, ViewFactorSettings};
+use crate::settings::{Openness, RowClosing, ViewFactorSettings};
 use crate::sky::{SkyExchange, SkyTraversal, direction_cells};
 use crate::stages;
 use rayon::prelude::*;
@@ -48,6 +48,20 @@ pub struct ViewFactorCounts {
     pub partial: u64,
 }
 
+impl ViewFactorCounts {
+    fn of(geometry: &Geometry, counts: &TreatmentCounts) -> ViewFactorCounts {
+        ViewFactorCounts {
+            facets: geometry.facets.len(),
+            occluders: geometry.occluders.len(),
+            solids: geometry.solids.len(),
+            examined: counts.facet_pairs,
+            unobstructed: counts.unobstructed,
+            hidden: counts.hidden,
+            partial: counts.partial,
+        }
+    }
+}
+
 /// View factors of n facets: rows that are sparse, with error radii.
 #[derive(Clone, Debug)]
 pub struct ViewFactors {
@@ -86,63 +100,34 @@ impl ViewFactors {
         let run = Computation { geometry: &geometry, images: &images, settings, progress, checkpoints };
         let (counts, pairs) = run.pairs()?;
         let surroundings = match settings.surroundings {
-            Surroundings::Open => run.surroundings()?,
-            Surroundings::Closed => Vec::new(),
+            Openness::Open => run.surroundings()?,
+            Openness::Closed => Vec::new(),
         };
-        let entries = pairs.iter().flatten().map(|p| {
-            ((p.i, p.j), Bounded { value: p.value, radius: f64::from(p.radius), grade: Grade::Estimated })
-        });
-        let mut rows = ExchangeRows::new(facets.len(), entries);
+        let mut rows = rows_of(facets.len(), &pairs, surroundings);
         drop(pairs);
-        for (f, s) in surroundings {
-            (rows.sky[f as usize], rows.ground[f as usize]) = (s.sky, s.ground);
-        }
-        let areas = facets.iter().map(ConvexPolygon::area).collect();
-        let counts = ViewFactorCounts {
-            facets: facets.len(),
-            occluders: geometry.occluders.len(),
-            solids: geometry.solids.len(),
-            examined: counts.facet_pairs,
-            unobstructed: counts.unobstructed,
-            hidden: counts.hidden,
-            partial: counts.partial,
-        };
-        Ok(ViewFactors::closed(areas, rows, counts, settings))
-    }
-
-    /// The result: defects, open rows, and rows closed as the settings say.
-    fn closed(
-        areas: Vec<f64>,
-        mut rows: ExchangeRows,
-        counts: ViewFactorCounts,
-        settings: &ViewFactorSettings,
-    ) -> ViewFactors {
+        let areas: Vec<f64> = facets.iter().map(ConvexPolygon::area).collect();
         let relative: Vec<f64> = defects(&areas, &rows).iter().zip(&areas).map(|(d, a)| -d / a).collect();
-        let open_rows: Vec<usize> = (0..areas.len())
-            .filter(|i| {
-                relative[*i].abs() > OPEN_ROW_RADII * rows.sum_of_radii(*i) / areas[*i] + settings.tolerance
-            })
-            .collect();
+        let open_rows = open_rows(&rows, &areas, &relative, settings.tolerance);
         let remaining_defect = match settings.closure {
-            RowClosure::Restore => {
+            RowClosing::Restore => {
                 let mut sums = areas.clone();
                 open_rows.iter().for_each(|i| sums[*i] = rows.sum(*i));
                 close_rows(&sums, &mut rows)
             }
-            RowClosure::Keep => relative.iter().fold(0.0f64, |s, d| s.max(d.abs())),
+            RowClosing::Keep => relative.iter().fold(0.0f64, |s, d| s.max(d.abs())),
         };
         let estimated = counts.partial > 0
-            || settings.closure == RowClosure::Restore
+            || settings.closure == RowClosing::Restore
             || rows.sky.iter().chain(&rows.ground).any(|b| b.grade != Grade::Proved);
-        ViewFactors {
-            counts,
+        Ok(ViewFactors {
+            counts: ViewFactorCounts::of(&geometry, &counts),
             areas,
             rows,
             defects: relative,
             open_rows,
             remaining_defect,
             grade: if estimated { Grade::Estimated } else { Grade::Proved },
-        }
+        })
     }
 
     /// Number of facets.
@@ -281,7 +266,7 @@ impl ViewFactors {
 pub struct FactorRows {
     /// First entry of each row, and the number of entries: n + 1 numbers.
     pub row_starts: Vec<u64>,
-    /// Facet that receives, for each entry; ascending in each row.
+    /// PreparedFacet that receives, for each entry; ascending in each row.
     pub columns: Vec<u32>,
     /// F from the row's facet to the column's.
     pub values: Vec<f64>,
@@ -295,6 +280,24 @@ pub struct FactorRows {
     pub areas: Vec<f64>,
     /// Sum of each row minus one, before rows were closed.
     pub defects: Vec<f64>,
+}
+
+/// The rows of pairs in batches and of the surroundings.
+fn rows_of(n: usize, pairs: &[Vec<PairExchange>], surroundings: Vec<(u32, SkyExchange)>) -> ExchangeRows {
+    let entries = pairs.iter().flatten().map(|p| {
+        ((p.i, p.j), Bounded { value: p.value, radius: f64::from(p.radius), grade: Grade::Estimated })
+    });
+    let mut rows = ExchangeRows::new(n, entries);
+    for (f, s) in surroundings {
+        (rows.sky[f as usize], rows.ground[f as usize]) = (s.sky, s.ground);
+    }
+    rows
+}
+
+/// Rows whose relative defects their errors do not explain.
+fn open_rows(rows: &ExchangeRows, areas: &[f64], defects: &[f64], tolerance: f64) -> Vec<usize> {
+    let explained = |i: usize| OPEN_ROW_RADII * rows.sum_of_radii(i) / areas[i] + tolerance;
+    (0..areas.len()).filter(|i| defects[*i].abs() > explained(*i)).collect()
 }
 
 /// One computation.
@@ -312,7 +315,7 @@ impl Computation<'_> {
     }
 
     /// The pairs of nodes at which the work is divided; the same for every number of threads.
-    fn tasks(&self) -> (PairStatistics, Vec<NodePair>) {
+    fn tasks(&self) -> (TreatmentCounts, Vec<NodePair>) {
         let occluders: Vec<OccluderNode> =
             (0..self.images.shifts.len()).map(|k| OccluderNode { node: 0, shift: k as u32 }).collect();
         let mut top = self.traversal();
@@ -343,7 +346,7 @@ impl Computation<'_> {
     }
 
     /// The pairs in batches: one vector would be copied as it grows.
-    fn pairs(&self) -> Result<(PairStatistics, Vec<Vec<PairExchange>>), SceneError> {
+    fn pairs(&self) -> Result<(TreatmentCounts, Vec<Vec<PairExchange>>), SceneError> {
         let (mut counts, tasks) = self.tasks();
         let n = self.geometry.facets.len();
         self.progress.begin("view factors", tasks.len() as u64);
@@ -377,8 +380,8 @@ impl Computation<'_> {
         &self,
         tasks: &[&NodePair],
         found: &AtomicU64,
-    ) -> Result<(PairStatistics, Vec<PairExchange>), SceneError> {
-        let results: Vec<(PairStatistics, Vec<PairExchange>)> = tasks
+    ) -> Result<(TreatmentCounts, Vec<PairExchange>), SceneError> {
+        let results: Vec<(TreatmentCounts, Vec<PairExchange>)> = tasks
             .par_iter()
             .with_max_len(1)
             .map(|task| {
@@ -396,7 +399,7 @@ impl Computation<'_> {
             return Err(SceneError::interrupted());
         }
         self.check_memory(found.load(Ordering::Relaxed))?;
-        let mut counts = PairStatistics::default();
+        let mut counts = TreatmentCounts::default();
         let mut pairs = Vec::with_capacity(results.iter().map(|r| r.1.len()).sum());
         for (part, list) in results {
             counts.add(&part);

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use zonal_math::{Grade, Vec3, vec3};
 use zonal_reference::Rng;
 use zonal_scene::{CheckpointStore, NoCheckpoints, NoProgress};
-use zonal_view_factors::{ConvexPolygon, RowClosure, Surroundings, ViewFactorSettings, ViewFactors};
+use zonal_view_factors::{ConvexPolygon, Openness, RowClosing, ViewFactorSettings, ViewFactors};
 
 fn polygon(c: &[Vec3]) -> ConvexPolygon {
     ConvexPolygon::new(c.to_vec()).expect("a polygon")
@@ -79,8 +79,8 @@ fn empty_rooms_close_with_proved_radii() {
     let facets: Vec<ConvexPolygon> = facets.iter().map(turned).collect();
     let settings = ViewFactorSettings {
         tolerance: 1e-7,
-        closure: RowClosure::Keep,
-        surroundings: Surroundings::Closed,
+        closure: RowClosing::Keep,
+        surroundings: Openness::Closed,
         ..Default::default()
     };
     let f = compute(&facets, &[], &settings);
@@ -98,7 +98,7 @@ fn empty_rooms_close_with_proved_radii() {
 fn rows_of_a_furnished_room_close_within_their_radii() {
     let facets: Vec<ConvexPolygon> = furnished_room().iter().map(turned).collect();
     for tolerance in [1e-2, 1e-3, 1e-4] {
-        let open = ViewFactorSettings { tolerance, closure: RowClosure::Keep, ..Default::default() };
+        let open = ViewFactorSettings { tolerance, closure: RowClosing::Keep, ..Default::default() };
         let f = compute(&facets, &[], &open);
         for i in 0..f.len() {
             assert!(
@@ -144,7 +144,7 @@ fn factors_agree_with_rays_against_every_facet() {
     // Without its ceiling and one wall, the room sees the sky and the ground.
     facets.retain(|p| p.corners().iter().any(|c| c.z < 2.5) && p.corners().iter().any(|c| c.x > 0.0));
     let facets: Vec<ConvexPolygon> = facets.iter().map(turned).collect();
-    let f = compute(&facets, &[], &ViewFactorSettings { closure: RowClosure::Keep, ..Default::default() });
+    let f = compute(&facets, &[], &ViewFactorSettings { closure: RowClosing::Keep, ..Default::default() });
     let (mut rng, rays) = (Rng::new(11), 4_000);
     for i in (0..facets.len()).step_by(3) {
         let c = facets[i].corners();
@@ -191,7 +191,7 @@ fn an_endless_street_sees_the_sky_as_by_crossed_strings() {
     divide(&mut facets, vec3(width + block, 0.0, 0.0), y, z, [1, 1]);
     let settings = ViewFactorSettings {
         periods: [Some(width + block), Some(along)],
-        closure: RowClosure::Keep,
+        closure: RowClosing::Keep,
         ..Default::default()
     };
     let f = compute(&facets, &[], &settings);
@@ -332,7 +332,7 @@ fn spheres_see_each_other_as_in_closed_form() {
     let mut facets = sphere(Vec3::ZERO);
     let first = facets.len();
     facets.extend(sphere(vec3(10.0, 0.0, 0.0)));
-    let f = compute(&facets, &[], &ViewFactorSettings { closure: RowClosure::Keep, ..Default::default() });
+    let f = compute(&facets, &[], &ViewFactorSettings { closure: RowClosing::Keep, ..Default::default() });
     let group: Vec<u32> = (0..facets.len()).map(|i| u32::from(i >= first)).collect();
     let f = f.combined(&group, 2);
     let between = f.row(0).find(|e| e.0 == 1).expect("the spheres see each other").1.value;

@@ -157,7 +157,7 @@ impl Mesh {
         self
     }
 
-    /// Sets the emitted flux E, W/m².
+    /// Sets the emitted flux E, W/m²; in thermal scenes that of an emitter of light ([`Mesh::as_direct_light`]), in the band of sunlight.
     #[must_use]
     pub fn emission(mut self, emission: impl BandValues) -> Mesh {
         self.emission = Some(emission.into_bands());

@@ -251,7 +251,8 @@ impl SceneBuilder {
             options: self.options,
             ..SceneParts::default()
         };
-        if thermal && !parts.lights.is_empty() {
+        let emitters = self.meshes.iter().any(|m| m.direct_light);
+        if thermal && (emitters || !parts.lights.is_empty()) {
             add_sunlight(&mut parts, self.band_fractions.as_ref())?;
         } else if gives_solar {
             return Err(SceneError::new("light", SOLAR_WITHOUT_LIGHT));
@@ -271,21 +272,28 @@ impl SceneBuilder {
         parts.panes = self.panes.into_iter().enumerate().map(|(i, p)| p.into_pane(i + 1, bands)).collect();
         parts.voxel_grid = self.medium.as_ref().map(|m| m.build(bands)).transpose()?;
         if thermal {
-            let grey = default_fractions(&parts.bands);
             parts.thermal = Some(Thermal {
                 cell_fractions: None,
-                band_fractions: self.band_fractions.unwrap_or(grey),
+                band_fractions: self.band_fractions.unwrap_or_else(|| default_fractions(&parts.bands)),
                 surfaces: conditions,
                 panes: vec![ThermalCondition::Flux(0.0); parts.panes.len()],
                 surroundings: self.surroundings_temperature,
                 network: (!network.is_empty()).then_some(network),
                 emissivities,
             });
+            give_surroundings_radiance(&mut parts);
         } else if self.band_fractions.is_some() {
             let what = "fractions of the emissive power belong to thermal scenes; give a temperature to a surface or the medium";
             return Err(SceneError::new("thermal.band_fractions", what));
         }
         Scene::new(parts)
+    }
+}
+
+/// Gives the surroundings of a thermal scene the radiance of their temperature, if they have one.
+fn give_surroundings_radiance(parts: &mut SceneParts) {
+    if let Some(thermal) = parts.thermal.as_ref().filter(|t| t.surroundings.is_some()) {
+        parts.surroundings.radiance = thermal.surroundings_radiance();
     }
 }
 
@@ -389,7 +397,7 @@ fn add_mesh(
                 mesh.reflectance.unwrap_or(DEFAULT_REFLECTANCE),
                 mesh.solar,
             ),
-            emission: mesh.emission.unwrap_or_default(),
+            emission: lights::emission_of_light(mesh.emission.unwrap_or_default(), &parts.bands),
             reflectance_texture: None,
             emission_texture: None,
             sides,

@@ -113,6 +113,10 @@ impl DirectLight {
         }
         out
     }
+    /// Power that emitters send, W per band.
+    pub(crate) fn emitted_power(&self) -> Bands {
+        self.lights.iter().map(|l| l.emitted).sum()
+    }
     /// Largest relative change of the fields of any light by normalization.
     pub(crate) fn largest_change(&self) -> f64 {
         self.lights.iter().fold(0.0, |m, l| m.max(l.largest_change))

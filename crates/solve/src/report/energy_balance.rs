@@ -57,22 +57,24 @@ pub(crate) fn balance_group(
     e
 }
 
-/// The energy balance of all light for zones with other emission and absorption, from the incident field (W/m²). The powers exchanged with the
-/// surroundings are those of `old`.
+/// The energy balance of all light for zones with other emission and absorption, from the incident and the direct field (W/m²). The powers exchanged with the
+/// surroundings are those of `old`; `emitters` is the power of emitters, W per band.
 pub(crate) fn balance_zones(
     scene: &Scene,
     zones: &Zones,
-    incident: &[Bands],
+    [incident, direct]: [&[Bands]; 2],
     old: &EnergyBalance,
+    emitters: Bands,
 ) -> EnergyBalance {
     let mut e = EnergyBalance {
+        emitted: emitters,
         incoming: old.incoming,
         escaped: old.escaped,
         absorbed_backfaces: old.absorbed_backfaces,
         absorbed_surfaces: scene.surfaces().iter().map(|s| (s.name.clone(), Bands::ZERO)).collect(),
         ..EnergyBalance::default()
     };
-    add_zones(&mut e, zones, LightGroupKind::All, incident, &[]);
+    add_zones(&mut e, zones, LightGroupKind::All, incident, direct);
     e.balance();
     e
 }

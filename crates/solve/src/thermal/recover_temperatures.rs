@@ -28,6 +28,8 @@ pub(crate) struct SolvedTriple<'a> {
     pub fields: &'a mut Fields,
     pub groups: &'a mut [LightGroup],
     pub report: &'a mut Report,
+    /// Power that emitters send as direct light, W per band.
+    pub emitters: Bands,
 }
 
 /// Gives the zones the emission of the temperatures found, and adds temperatures, net powers and the table by name to the first triple of bands. No
@@ -74,6 +76,7 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
         nodes: node_results,
         surroundings: outside[0],
         absorbed_backfaces: outside[1],
+        emitters: balances.total(|t| triples[t].emitters),
     });
     triples[0].fields.heat = Some(heat);
 }
@@ -144,8 +147,9 @@ fn set_emission(balances: &SpectralBalances, t: usize, own: &mut SolvedTriple, e
     };
     own.fields.radiosity = (0..zones.len()).into_par_iter().map(radiosity).collect();
     own.report.energy = Default::default();
+    let incident = [own.fields.incident.as_slice(), &own.fields.direct];
     for g in own.groups.iter_mut() {
-        g.energy = balance_zones(own.scene, own.zones, &own.fields.incident, &g.energy);
+        g.energy = balance_zones(own.scene, own.zones, incident, &g.energy, own.emitters);
         own.report.energy.add(&g.energy);
     }
 }
@@ -203,7 +207,7 @@ fn thermal_fields(found: &[(f64, f64)], errors: &[[f64; 2]]) -> ThermalFields {
     }
 }
 
-/// Sum of the net powers of all zones (found: E, q), of the surroundings and of black backs, which is 0 in an exact balance, W.
+/// Sum of the net powers of all zones (found: E, q), of the surroundings, of emitters and of black backs, which is 0 in an exact balance, W.
 fn imbalance(balances: &SpectralBalances, found: &[(f64, f64)], triples: &[SolvedTriple]) -> f64 {
     let zones: f64 = found.iter().enumerate().map(|(i, x)| balances.first(i).measure * x.1).sum();
     let outside = |g: usize| {
@@ -212,7 +216,8 @@ fn imbalance(balances: &SpectralBalances, found: &[(f64, f64)], triples: &[Solve
             e.incoming - e.escaped - e.absorbed_backfaces
         })
     };
-    (zones + (0..triples[0].groups.len()).map(outside).sum::<f64>()).abs()
+    let emitters = balances.total(|t| triples[t].emitters);
+    (zones + emitters + (0..triples[0].groups.len()).map(outside).sum::<f64>()).abs()
 }
 
 /// Distributes the residual of the heat balance beyond the stated errors, in proportion to the power absorbed by the zones of known temperature.

@@ -19,12 +19,18 @@ use zonal_scene::thermal::blackbody_emissive_power;
 const LAYERS: usize = 300;
 const LAYERS_PER_CELL: usize = 3;
 
+/// The models of the cases.
+const WEIGHTED_SUM: &str = "wsgg-bordbar-2020";
+const SUPERPOSITION: &str = "wsgg-cassol-2014";
+/// Flux at the far wall of B3 by superposition, kW/m², of an independent slab code, to its printed digits.
+const SUPERPOSITION_FLUX: f64 = 86.0;
+
 /// The cases.
 pub(super) const CASES: [ValidationCase; 1] = [ValidationCase {
     name: "gas-slabs",
     group: "Gases",
     title: "slabs of H2O and CO2 (S1 to S5, B3): RadLib and line-by-line spectra",
-    about: "Layers of varying temperature and composition, model wsgg-bordbar-2020. Limits against RadLib's weighted sum of grey gases: 0.2 % of wall fluxes, 0.5 % of the largest source in the root mean square. \
+    about: "Layers of varying temperature and composition, model wsgg-bordbar-2020. Limits against RadLib's weighted sum of grey gases: 0.2 % of wall fluxes, 0.5 % of the largest source in the root mean square. B3 by superposition (wsgg-cassol-2014): the printed digits of an independent slab code. \
         The difference from line-by-line spectra (digitized from figures) is the error of the model, and informational.",
     quick: true,
     needs: None,
@@ -54,7 +60,11 @@ fn state(case: &str, x: f64) -> [f64; 3] {
     }
 }
 
-fn solve(bench: &CaseContext, (case, length, cold): (&str, f64, bool)) -> Result<Solution, Failure> {
+fn solve(
+    bench: &CaseContext,
+    (case, length, cold): (&str, f64, bool),
+    model: &str,
+) -> Result<Solution, Failure> {
     let step = length / LAYERS as f64;
     let of = |k: usize| {
         let values: Vec<f64> = (0..LAYERS).map(|i| state(case, (i as f64 + 0.5) * step)[k]).collect();
@@ -63,11 +73,11 @@ fn solve(bench: &CaseContext, (case, length, cold): (&str, f64, bool)) -> Result
     let [t, h2o, co2] = [of(0)?, of(1)?, of(2)?];
     let wall = |x: f64| if cold { 1e-3 } else { state(case, x)[0] };
     let text = format!(
-        "mode = \"thermal\"\nboundary = {{ x = \"periodic\", y = \"periodic\" }}\n[solve]\npatch_rule = \"voxels\"\n[[surface]]\nname = \"w\"\nroom = {{ min = [0, 0, 0], max = [1, 1, {length}] }}\nomit = [\"x0\", \"x1\", \"y0\", \"y1\"]\nemissivity = 1\ntemperature = {:?}\nfaces.z1.temperature = {:?}\n[medium]\nmin = [0, 0, 0]\nmax = [1, 1, {length}]\ncells = [1, 1, {LAYERS}]\ntemperature = {{ file = \"{t}\" }}\ngas = {{ model = \"wsgg-bordbar-2020\", h2o = {{ file = \"{h2o}\" }}, co2 = {{ file = \"{co2}\" }} }}\n",
+        "mode = \"thermal\"\nboundary = {{ x = \"periodic\", y = \"periodic\" }}\n[solve]\npatch_rule = \"voxels\"\n[[surface]]\nname = \"w\"\nroom = {{ min = [0, 0, 0], max = [1, 1, {length}] }}\nomit = [\"x0\", \"x1\", \"y0\", \"y1\"]\nemissivity = 1\ntemperature = {:?}\nfaces.z1.temperature = {:?}\n[medium]\nmin = [0, 0, 0]\nmax = [1, 1, {length}]\ncells = [1, 1, {LAYERS}]\ntemperature = {{ file = \"{t}\" }}\ngas = {{ model = \"{model}\", h2o = {{ file = \"{h2o}\" }}, co2 = {{ file = \"{co2}\" }} }}\n",
         wall(0.0),
         wall(length)
     );
-    bench.solve(&format!("slab-{case}"), &text)
+    bench.solve(&format!("slab-{case}-{model}"), &text)
 }
 
 /// Source −dq/dx of each layer, kW/m³, in the order of x.
@@ -84,7 +94,7 @@ fn run(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
     let mut out = CaseOutcome::default();
     for slab in SLABS {
         let (case, length, cold) = slab;
-        let s = solve(bench, slab)?;
+        let s = solve(bench, slab, WEIGHTED_SUM)?;
         // Net fluxes that leave the walls, kW/m²; RadLib's are in the direction of x.
         let ours = [net_flux(&s, "z0") / 1e3, -net_flux(&s, "z1") / 1e3];
         for row in table!("radlib_walls.csv")?.rows() {
@@ -102,7 +112,21 @@ fn run(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
         profile(&mut out, case, length, &source)?;
         lines(&mut out, case, length, (&source, ours))?;
     }
+    superposition(bench, &mut out)?;
     Ok(out)
+}
+
+/// The flux at the far wall of B3 by superposition of the species.
+fn superposition(bench: &CaseContext, out: &mut CaseOutcome) -> Result<(), Failure> {
+    let s = solve(bench, SLABS[SLABS.len() - 1], SUPERPOSITION)?;
+    let limit = AcceptanceLimit::Absolute(0.05);
+    out.check(
+        format!("B3: qL, kW/m², {SUPERPOSITION}"),
+        SUPERPOSITION_FLUX,
+        -net_flux(&s, "z1") / 1e3,
+        limit,
+    );
+    Ok(())
 }
 
 /// The source against RadLib's profile, if there is one.

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! collector           α G = ε σ (T⁴ − T_sky⁴) + h (T − T_air) + q
+//! body below a lamp   α E F = ε σ (T⁴ − T_sky⁴)                              F of coaxial squares, T_lamp = T_sky
 //! plate in orbit      α (S + M_r sin²β) + ε M sin²β = 2 ε σ T⁴                    β half the angle of the planet's disc
 //! box in sunlight     α S Σ A_i cos⁺θ_i = ε A σ T⁴
 //! shields             Q = A₁ σ (T₁⁴ − T₂⁴)/R,   R = 1/ε₁ + Σ (A₁/A_s)(1/ε_in + 1/ε_out − 1) + (A₁/A₂)(1/ε₂ − 1)
@@ -33,8 +34,8 @@ pub(super) const CASES: [ValidationCase; 8] = [
     ),
     case(
         "collector",
-        "flat-plate collector: stagnation, useful heat, losses by convection",
-        "A selective plate (α 0.95, ε 0.1) in 800 W/m² below a sky of 280 K, with and without air. Limit: the stated error.",
+        "flat-plate collector: stagnation, useful heat, losses by convection, a lamp",
+        "A selective plate (α 0.95, ε 0.1) in 800 W/m² below a sky of 280 K, with and without air; and a body (α 0.4, ε 0.1) of one temperature below a coaxial lamp of 5 kW. Limit: the stated error.",
         collector,
     ),
     case(
@@ -227,7 +228,23 @@ fn collector(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
         emissivity * (blackbody_emissive_power(t) - sky) + 6.0 * (t - 290.0) + 300.0 - absorbed
     });
     check(&mut out, "with 300 W/m² drawn and air, K", part(&s, "plate")?[0], exact);
+    below_lamp(bench, &mut out)?;
     Ok(out)
+}
+
+/// A body of one temperature below a lamp of the temperature of the sky, coaxial unit squares at distance 1.
+fn below_lamp(bench: &CaseContext, out: &mut CaseOutcome) -> Result<(), Failure> {
+    let (emission, sky, root) = (5000.0, blackbody_emissive_power(280.0), 2f64.sqrt());
+    let text = format!(
+        "mode = \"thermal\"\n[solve]\npatch_size = 0.25\n[[node]]\nname = \"body\"\n[[surface]]\nname = \"body\"\nrectangle = {{ origin = [0, 0, 0], edge1 = [1, 0, 0], edge2 = [0, 1, 0] }}\nnode = \"body\"\nemissivity = 0.1\nsolar_absorptance = 0.4\n[[surface]]\nname = \"lamp\"\nrectangle = {{ origin = [0, 0, 1], edge1 = [0, 1, 0], edge2 = [1, 0, 0] }}\ntemperature = 280\nemissivity = 1\nemission = {emission:?}\n[[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n[surroundings]\ntemperature = 280\n"
+    );
+    let s = bench.solve("collector-lamp", &text)?;
+    let factor = (2.0 / PI) * ((4.0 / 3f64).sqrt().ln() + 2.0 * root * (1.0 / root).atan() - 0.5 * PI);
+    let exact = blackbody_temperature(0.4 * emission * factor / 0.1 + sky);
+    check(out, "below a lamp, K", part(&s, "body")?[0], exact);
+    let light = s.report.heat.as_ref().map_or(f64::NAN, |h| h.emitters);
+    check(out, "light of the lamp, W", [light, 0.0], emission);
+    Ok(())
 }
 
 fn orbit(bench: &CaseContext) -> Result<CaseOutcome, Failure> {

@@ -107,7 +107,8 @@ fn energy_residual(solution: &Solution) -> f64 {
         let residuals = solution.triples().flat_map(|s| s.report.energy.residual);
         return residuals.fold(0.0, |m, r| if r.abs() <= m { m } else { r.abs() });
     };
-    let powers = heat.rows.iter().map(|r| r.power).chain([heat.surroundings, -heat.absorbed_backfaces]);
+    let outside = [heat.surroundings, heat.emitters, -heat.absorbed_backfaces];
+    let powers = heat.rows.iter().map(|r| r.power).chain(outside);
     let exchanged = 0.5 * powers.map(f64::abs).sum::<f64>();
     if exchanged > 0.0 { heat.balance().abs() / exchanged } else { 0.0 }
 }

@@ -21,7 +21,7 @@ pub struct Args {
     /// Mesh whose facets hide from both sides and have no factors.
     #[arg(long, value_name = "MESH")]
     pub obstructions: Option<PathBuf>,
-    /// Format of a .txt or .out file [default: `out` of the .vs3 file, else view3d-text].
+    /// View3D's format of a .txt or .out file [default: `out` of the .vs3 file, else text].
     #[arg(long, value_enum)]
     pub format: Option<OutputFormat>,
     /// Write the sky view factors, one for each line (.txt).
@@ -34,8 +34,8 @@ pub struct Args {
     #[arg(long, value_name = "LENGTH")]
     pub period_y: Option<f64>,
     /// Axis that points to the zenith.
-    #[arg(long, value_enum, default_value_t = UpAxis::Z)]
-    pub up: UpAxis,
+    #[arg(long, value_enum, default_value_t = ZenithAxis::Z)]
+    pub up: ZenithAxis,
     /// The facets form an enclosure: leave out sky and ground. `encl = 1` in a .vs3 file does the same.
     #[arg(long)]
     pub enclosure: bool,
@@ -53,20 +53,20 @@ pub struct Args {
     pub max_memory: f64,
 }
 
-/// Text and binary formats of View3D.
+/// Formats of View3D.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum OutputFormat {
     /// Header, areas, all n × n factors with six decimals, emissivities (out = 0).
-    View3dText,
+    Text,
     /// The same in single precision (out = 1).
-    View3dBinary,
+    Binary,
     /// Lines of row, column and factor above zero, from 1 (out = 2 of uDALES's View3D).
-    View3dSparse,
+    Sparse,
 }
 
 /// The axis of the zenith.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum UpAxis {
+pub enum ZenithAxis {
     /// x
     X,
     /// y

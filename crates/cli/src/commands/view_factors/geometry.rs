@@ -2,7 +2,8 @@
 
 use std::path::Path;
 use zonal_io::input::{
-    View3dControls, View3dFile, View3dOutput, View3dSurface, View3dSurfaceKind, read_facets, read_view3d,
+    FacetFile, View3dControls, View3dFile, View3dOutput, View3dSurface, View3dSurfaceKind, read_facets,
+    read_view3d,
 };
 use zonal_io::output::ViewFactorFormat;
 use zonal_math::Vec3;
@@ -77,7 +78,10 @@ pub(super) fn read(input: &Path, obstructions: Option<&Path>) -> Result<FactorGe
 }
 
 fn of_mesh(path: &Path) -> Result<FactorGeometry, Failure> {
-    let mesh = read_facets(path)?;
+    of_facets(path, read_facets(path)?)
+}
+
+fn of_facets(path: &Path, mesh: FacetFile) -> Result<FactorGeometry, Failure> {
     let mut geometry = FactorGeometry::new();
     for (parts, name) in mesh.facets.iter().zip(&mesh.names) {
         let parts = parts.iter().flat_map(|c| convex_parts(c)).collect();

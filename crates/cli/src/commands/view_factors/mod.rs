@@ -18,9 +18,7 @@ use zonal_io::output::{
 use zonal_math::Bounded;
 use zonal_report::{Failure, check_output, note};
 use zonal_scene::{CheckpointStore, NoCheckpoints};
-use zonal_view_factors::{
-    FactorRows, RowClosure, ScriptFactors, Surroundings, ViewFactorSettings, ViewFactors,
-};
+use zonal_view_factors::{FactorRows, Openness, RowClosing, ScriptFactors, ViewFactorSettings, ViewFactors};
 
 /// Runs the command.
 ///
@@ -46,7 +44,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     }
     let format = format(args, &geometry)?;
     let report = report::FactorReport::of(&geometry, &factors);
-    let closed = settings.surroundings == Surroundings::Closed;
+    let closed = settings.surroundings == Openness::Closed;
     write(args, &geometry, factors, format, closed)?;
     report.print(args, begin.elapsed().as_secs_f64(), context)
 }
@@ -59,8 +57,8 @@ fn settings(args: &Args, geometry: &FactorGeometry) -> Result<ViewFactorSettings
     }
     Ok(ViewFactorSettings {
         tolerance: args.tolerance,
-        closure: if args.no_closing { RowClosure::Keep } else { RowClosure::Restore },
-        surroundings: if closed { Surroundings::Closed } else { Surroundings::Open },
+        closure: if args.no_closing { RowClosing::Keep } else { RowClosing::Restore },
+        surroundings: if closed { Openness::Closed } else { Openness::Open },
         up,
         periods: [args.period_x, args.period_y],
         memory_limit: memory_limit(args.max_memory)?,
@@ -78,9 +76,9 @@ fn format(args: &Args, geometry: &FactorGeometry) -> Result<ViewFactorFormat, Fa
         _ => None,
     };
     let chosen = args.format.map(|f| match f {
-        OutputFormat::View3dText => ViewFactorFormat::View3dText,
-        OutputFormat::View3dBinary => ViewFactorFormat::View3dBinary,
-        OutputFormat::View3dSparse => ViewFactorFormat::SparseText,
+        OutputFormat::Text => ViewFactorFormat::View3dText,
+        OutputFormat::Binary => ViewFactorFormat::View3dBinary,
+        OutputFormat::Sparse => ViewFactorFormat::SparseText,
     });
     if by_extension.is_some_and(|e| chosen.is_some_and(|c| c != e)) {
         return Err(Failure::new(
@@ -98,7 +96,7 @@ fn open_cache(
     settings: &ViewFactorSettings,
 ) -> Result<CheckpointFolder, Failure> {
     let period = |k: usize| settings.periods[k].unwrap_or(0.0);
-    let open = f64::from(u8::from(settings.surroundings == Surroundings::Open));
+    let open = f64::from(u8::from(settings.surroundings == Openness::Open));
     let numbers = [settings.tolerance, settings.up as f64, period(0), period(1), open];
     let all = numbers.into_iter().chain(geometry.numbers());
     let folder = CheckpointFolder::new(path, CheckpointKeys::of_numbers("view factors", all));

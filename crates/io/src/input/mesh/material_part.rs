@@ -137,7 +137,7 @@ impl MaterialPart<'_, '_> {
         Ok(Surface {
             name: String::new(),
             reflectance: properties.reflectance.or(m.reflectance).unwrap_or(DEFAULT_REFLECTANCE),
-            emission: if light_mode { properties.emission.unwrap_or(m.emission) } else { Bands::ZERO },
+            emission: properties.emission.unwrap_or(if light_mode { m.emission } else { Bands::ZERO }),
             reflectance_texture,
             emission_texture,
             sides: Sides::Front,

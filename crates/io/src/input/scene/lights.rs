@@ -30,14 +30,10 @@ pub(super) fn read_light(
     let (name, mut t) = node.named_table("light", index)?;
     let kind_node = t.require("kind", "kind = \"sun\", \"sky\", \"emitter\" or \"planet\"")?;
     let kind = kind_node.choice(&KINDS)?;
-    match (kind, thermal) {
-        (2, Some(_)) => return Err(kind_node.error(
-            "emitting surfaces belong to mode = \"light\"; in thermal mode give a sun, a sky or a planet, or the surface a temperature",
-        )),
-        (3, None) => return Err(kind_node.error(
+    if kind == 3 && thermal.is_none() {
+        return Err(kind_node.error(
             "planets belong to thermal mode; give a sun of its angular diameter, or write mode = \"thermal\" at the top of the file",
-        )),
-        _ => {}
+        ));
     }
     match kind {
         0 => {
@@ -66,7 +62,7 @@ pub(super) fn read_light(
 }
 
 /// A flux of light: in the bands of the scene, or in the band of sunlight.
-fn read_flux(n: &TomlNode<'_>) -> Result<Bands, InputError> {
+pub(super) fn read_flux(n: &TomlNode<'_>) -> Result<Bands, InputError> {
     let Some(in_solar_band) = n.solar_band() else { return n.flux_bands() };
     match n.is_list() {
         true => Err(n.error("in thermal mode sunlight has one band; give a number")),
@@ -149,7 +145,9 @@ fn find_emitter(node: &TomlNode<'_>, surfaces: &[Surface]) -> Result<usize, Inpu
         };
         return Err(node.error(format!("no surface has the name '{wanted}'; {hint}")));
     };
-    if surfaces[index].emission == Bands::ZERO {
+    // The emission in thermal mode is in the triple of the band of sunlight.
+    let in_triple = node.solar_band().is_none_or(|flux| flux(1.0) != Bands::ZERO);
+    if in_triple && surfaces[index].emission == Bands::ZERO {
         return Err(node.error(format!(
             "surface '{wanted}' does not emit; give it an emission above 0 or remove this light"
         )));

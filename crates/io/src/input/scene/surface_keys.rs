@@ -1,7 +1,7 @@
 //! Reading of surface properties from a table.
 
 use super::surface_properties::SurfaceProperties;
-use super::{emissivity, network, thermal};
+use super::{emissivity, lights, network, thermal};
 use crate::input::error::InputError;
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::node::{TomlNode, TomlTable};
@@ -32,7 +32,7 @@ pub(crate) fn read_properties(
     table: &TomlTable<'_>,
     reader: &mut SceneReader<'_>,
 ) -> Result<SurfaceProperties, InputError> {
-    thermal::check_mode(table, reader.mode())?;
+    thermal::check_surface_mode(table, reader.mode())?;
     check_files(table)?;
     let (node, mut condition) =
         (network::read_surface_node(table, reader)?, thermal::read_surface_condition(table)?);
@@ -57,7 +57,7 @@ pub(crate) fn read_properties(
         convection: network::read_convection(table)?,
         reflectance: thermal::read_reflectance(table)?.or(of_table),
         solar_absorptance: thermal::read_solar(table, "solar_absorptance", 1.0)?,
-        emission: without_file(table, "emission").map(|n| n.flux_bands()).transpose()?,
+        emission: without_file(table, "emission").map(|n| lights::read_flux(&n)).transpose()?,
         sides: table.read("sides", |n| Ok([Sides::Front, Sides::Both][n.choice(&["front", "both"])?]))?,
         patch_size: table.read("patch_size", |n| n.positive())?,
         texture: table.read("texture", |n| reader.texture(&n))?,

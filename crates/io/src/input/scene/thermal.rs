@@ -31,9 +31,22 @@ pub(crate) enum SceneMode {
 
 /// Refuses the keys of a table that belong to the other mode.
 pub(crate) fn check_mode(t: &TomlTable<'_>, mode: SceneMode) -> Result<(), InputError> {
+    check_keys(t, mode, &LIGHT_MODE_KEYS)
+}
+
+/// As [`check_mode`] for a surface: with sunlight in thermal mode its emission is light, and a number.
+pub(crate) fn check_surface_mode(t: &TomlTable<'_>, mode: SceneMode) -> Result<(), InputError> {
+    let emission = t.get("emission").filter(|n| !n.is_value_file() && mode == SceneMode::Thermal);
+    match emission.is_some_and(|n| n.solar_band().is_some()) {
+        true => check_keys(t, mode, &LIGHT_MODE_KEYS[1..]),
+        false => check_keys(t, mode, &LIGHT_MODE_KEYS),
+    }
+}
+
+fn check_keys(t: &TomlTable<'_>, mode: SceneMode, light_keys: &[&'static str]) -> Result<(), InputError> {
     let (wrong, remedy, more) = match mode {
         SceneMode::Thermal => (
-            &LIGHT_MODE_KEYS[..],
+            light_keys,
             "this key belongs to mode = \"light\"; in thermal mode give temperatures and emissivities, or heat",
             None,
         ),

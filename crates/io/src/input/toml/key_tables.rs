@@ -185,7 +185,13 @@ pub(crate) const SURFACE_SHAPES: &[KeySpec] = &[
 /// Properties of a surface, of a face or of a material.
 pub(crate) const SURFACE_PROPERTIES: &[KeySpec] = &[
     key("reflectance", "bands in [0, 1]", "", "0.5, or the mesh's", "diffuse reflectance"),
-    key("emission", "bands from 0", "W/m2", "0, or the mesh's", "emitted flux (light mode)"),
+    key(
+        "emission",
+        "bands from 0",
+        "W/m2",
+        "0, or the mesh's",
+        "emitted flux; in thermal mode light of an emitter, a number",
+    ),
     key(
         "sides",
         "\"front\" | \"both\"",

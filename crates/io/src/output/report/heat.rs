@@ -5,7 +5,7 @@
 //! temperatures. `*_error` is the error of the exchange. With a second solve for the discretization error,
 //! `temperature_discretization_error_K`, `net_flux_discretization_error` and `net_power_discretization_error_W` state it, `null` if
 //! unknown. `temperature_total_error_K`, `net_flux_total_error` and `net_power_total_error_W` are the sums of both, `null` if either is
-//! unknown.
+//! unknown. `emitters_W` is the power of emitters of light, if there are any.
 
 use super::codec::{heat_row_kind, infinite_if_null, printable_text};
 use serde::{Deserialize, Serialize};
@@ -25,8 +25,14 @@ pub(super) struct HeatFormat {
     surroundings: f64,
     #[serde(rename = "absorbed_backfaces_W", alias = "backs_W")]
     absorbed_backfaces: f64,
+    #[serde(rename = "emitters_W", default, skip_serializing_if = "is_zero")]
+    emitters: f64,
     #[serde(rename = "balance_W", skip_deserializing)]
     balance: f64,
+}
+
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 /// The format of a node.
@@ -132,6 +138,7 @@ impl HeatFormat {
             nodes: r.nodes.iter().map(NodeFormat::new).collect(),
             surroundings: r.surroundings,
             absorbed_backfaces: r.absorbed_backfaces,
+            emitters: r.emitters,
             balance: r.balance(),
         }
     }
@@ -145,6 +152,7 @@ impl HeatFormat {
             nodes: self.nodes.into_iter().map(NodeFormat::into_node).collect(),
             surroundings: self.surroundings,
             absorbed_backfaces: self.absorbed_backfaces,
+            emitters: self.emitters,
         };
         (report, errors)
     }

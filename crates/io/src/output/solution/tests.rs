@@ -434,6 +434,7 @@ fn heat_report() -> HeatReport {
         }],
         surroundings: 1.5,
         absorbed_backfaces: 0.25,
+        emitters: 40.0 / 3.0,
     }
 }
 
