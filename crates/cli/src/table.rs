@@ -124,19 +124,7 @@ fn heat(out: &mut String, r: &HeatReport, discretization: Option<&Discretization
         let name = format!("{} more", r.rows.len() - MAX_HEAT_ROWS);
         let _ = writeln!(out, "  {name:<90}{:>28}", large_number(rest));
     }
-    if !r.nodes.is_empty() {
-        let _ = writeln!(
-            out,
-            "  {:<26}{:>34}{:>18}{:>18}{:>18}",
-            "nodes", "temperature, K", "radiated, W", "convected, W", "conducted, W"
-        );
-    }
-    for n in r.nodes.iter().take(MAX_HEAT_ROWS) {
-        let [radiated, convected, conducted] = [n.radiated, n.convected, n.conducted].map(large_number);
-        let temperature = value_with_error(n.temperature, n.temperature_error);
-        let _ =
-            writeln!(out, "  {:<26}{temperature:>34}{radiated:>18}{convected:>18}{conducted:>18}", n.name);
-    }
+    node_rows(out, r);
     if r.emitters != 0.0 {
         let _ = writeln!(out, "  {:<90}{:>28}", "light of emitters", large_number(r.emitters));
     }
@@ -154,6 +142,23 @@ fn heat(out: &mut String, r: &HeatReport, discretization: Option<&Discretization
         Some(z) => writeln!(out, "  errors: {} plus exchange error ({largest})", discretization_text(z)),
         None => writeln!(out, "  errors: exchange error only; the discretization error was not requested"),
     };
+}
+
+/// Bodies at one temperature, with the powers that leave them.
+fn node_rows(out: &mut String, r: &HeatReport) {
+    if !r.nodes.is_empty() {
+        let _ = writeln!(
+            out,
+            "  {:<26}{:>34}{:>18}{:>18}{:>18}",
+            "nodes", "temperature, K", "radiated, W", "convected, W", "conducted, W"
+        );
+    }
+    for n in r.nodes.iter().take(MAX_HEAT_ROWS) {
+        let [radiated, convected, conducted] = [n.radiated, n.convected, n.conducted].map(large_number);
+        let temperature = value_with_error(n.temperature, n.temperature_error);
+        let _ =
+            writeln!(out, "  {:<26}{temperature:>34}{radiated:>18}{convected:>18}{conducted:>18}", n.name);
+    }
 }
 
 /// One part: size, temperature, net flux and net power; `temperature_error` in K and `power_error` in W of the discretization.
