@@ -2,9 +2,9 @@
 //! The long run is the example `intervals`.
 
 #[path = "support/intervals.rs"]
-mod intervals;
+mod interval_cases;
 
-use intervals::{
+use interval_cases::{
     KINDS, METHODS, MethodVerdict, STRATA, VerdictCounts, case, check_additivity, compare_with_oracle,
 };
 use rayon::prelude::*;
