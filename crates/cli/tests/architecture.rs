@@ -13,7 +13,7 @@ const DEPENDENCIES: [(&str, &[&str]); 16] = [
     ("transport", &["math", "scene"]),
     ("exchange", &["math", "scene", "transport"]),
     ("gas", &[]),
-    ("view_factors", &["math", "scene", "exchange"]),
+    ("view-factors", &["math", "scene", "exchange"]),
     ("paper", &["math", "scene", "exchange"]),
     ("solve", &["math", "scene", "transport", "exchange"]),
     ("render", &["math", "scene", "transport"]),
@@ -34,7 +34,7 @@ const DEPENDENCIES: [(&str, &[&str]); 16] = [
             "transport",
             "exchange",
             "gas",
-            "view_factors",
+            "view-factors",
             "paper",
             "solve",
             "render",
@@ -68,7 +68,7 @@ const NOT_IN_THE_LIBRARY: [&str; 6] =
 
 /// Crates without access to the operating system.
 const CORE_CRATES: [&str; 9] =
-    ["math", "scene", "transport", "exchange", "gas", "view_factors", "paper", "solve", "render"];
+    ["math", "scene", "transport", "exchange", "gas", "view-factors", "paper", "solve", "render"];
 
 /// Modules of `std` that access the operating system.
 const SYSTEM_MODULES: [&str; 5] = ["fs", "net", "time", "env", "process"];
