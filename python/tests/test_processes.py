@@ -29,6 +29,8 @@ def long_scene(engine: str) -> zn.Scene:
 
 INTERRUPTED = """
 import sys, threading, time, os, signal
+# A shell starts background jobs with SIGINT ignored, and Python then keeps it so.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.path.insert(0, {tests!r})
 from test_processes import long_scene
 scene = long_scene({engine!r})
