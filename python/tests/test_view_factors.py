@@ -258,6 +258,7 @@ def test_faces_that_look_at_backs_are_warned_of():
 
 INTERRUPTED = """
 import sys, threading, time, os, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.path.insert(0, {tests!r})
 from test_view_factors import city
 import zonal as zn
