@@ -11,7 +11,7 @@ use zonal_scene::{NoCheckpoints, NoProgress};
 use zonal_view_factors::{ConvexPolygon, ViewFactorSettings, ViewFactors};
 
 /// Edge of a block, m.
-const BLOCK: f64 = 40.0;
+const BLOCK_EDGE: f64 = 40.0;
 
 fn main() {
     let argument =
@@ -67,11 +67,11 @@ fn city(columns: usize, rows: usize) -> Vec<ConvexPolygon> {
     };
     let mut out = Vec::new();
     for (i, j) in (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j))) {
-        let (x, y) = (i as f64 * BLOCK, j as f64 * BLOCK);
+        let (x, y) = (i as f64 * BLOCK_EDGE, j as f64 * BLOCK_EDGE);
         let (x0, y0) = (x + 6.0 + 4.0 * random(), y + 6.0 + 4.0 * random());
         let (x1, y1) = (x + 30.0 + 4.0 * random(), y + 30.0 + 4.0 * random());
         let height = 10.0 + 30.0 * random() * random();
-        let (xs, ys) = ([x, x0, x1, x + BLOCK], [y, y0, y1, y + BLOCK]);
+        let (xs, ys) = ([x, x0, x1, x + BLOCK_EDGE], [y, y0, y1, y + BLOCK_EDGE]);
         for (u, v) in (0..3).flat_map(|u| (0..3).map(move |v| (u, v))).filter(|c| *c != (1, 1)) {
             let edges = [vec3(xs[u + 1] - xs[u], 0.0, 0.0), vec3(0.0, ys[v + 1] - ys[v], 0.0)];
             divide(&mut out, vec3(xs[u], ys[v], 0.0), edges, [1, 1]);

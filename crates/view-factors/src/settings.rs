@@ -1,4 +1,4 @@
-//! What a caller requests.
+//! Settings of a computation, and the error radii that follow from its tolerance.
 
 use zonal_scene::SceneError;
 
@@ -35,7 +35,7 @@ pub struct ViewFactorSettings {
     pub tolerance: f64,
     /// Row closure.
     pub closure: RowClosing,
-    /// Openness.
+    /// Whether sky and ground are computed.
     pub surroundings: Openness,
     /// Axis that points to the zenith: 0, 1 or 2. Default 2.
     pub up: usize,

@@ -256,7 +256,9 @@ impl ViewFactors {
             rows: self.rows.combined(group, groups),
             defects: relative,
             open_rows,
-            ..self.clone()
+            remaining_defect: self.remaining_defect,
+            grade: self.grade,
+            counts: self.counts,
         }
     }
 }
@@ -266,7 +268,7 @@ impl ViewFactors {
 pub struct FactorRows {
     /// First entry of each row, and the number of entries: n + 1 numbers.
     pub row_starts: Vec<u64>,
-    /// PreparedFacet that receives, for each entry; ascending in each row.
+    /// Facet that receives, for each entry; ascending in each row.
     pub columns: Vec<u32>,
     /// F from the row's facet to the column's.
     pub values: Vec<f64>,

@@ -54,15 +54,6 @@ impl ConvexPolygon {
         ConvexPolygon::new(self.corners.iter().map(|c| *c + by).collect())
     }
 
-    /// The polygon in parts of at most `most` corners that share the first one.
-    pub fn fan(&self, most: usize) -> impl Iterator<Item = impl Iterator<Item = Vec3> + '_> + '_ {
-        let n = self.corners.len();
-        (1..n - 1).step_by(most - 2).map(move |k| {
-            let last = (k + most - 2).min(n - 1);
-            std::iter::once(self.corners[0]).chain(self.corners[k..=last].iter().copied())
-        })
-    }
-
     /// Height of a point over the plane of the polygon, m.
     pub fn height(&self, x: Vec3) -> f64 {
         self.normal.dot(x - self.corners[0])

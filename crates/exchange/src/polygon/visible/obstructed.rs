@@ -6,7 +6,8 @@
 //!
 //! The target is a convex polygon or a cone of directions (a part of the sky). The outer polygon a is divided into triangles. On a triangle two
 //! rules are compared: the interior rule of Radon (7 points, degree 5) and the closed rule on corners, midpoints of edges and centroid (7 points,
-//! degree 3). Their difference estimates the error; the triangle with the largest is halved until the sum of the estimates meets
+//! degree 3). The error estimate is the larger of their difference and twice the root mean square residual of a cubic fit to all 13 values (null
+//! rules): over a kink two rules may agree by chance. The triangle with the largest estimate is halved until their sum meets
 //! the request. The closed rule reaches the corners, where a target first appears behind an obstruction.
 //!
 //! Cost: 13 evaluations of ω⊥ for each triangle. Radius: **estimated**. A feature of ω⊥ that no point of either rule sees goes undetected.
@@ -157,8 +158,7 @@ fn integrate(a: &ConvexPolygon, views: Vec<OccludedView<'_>>, request: &Integrat
         }
     }
     triangles.iter().zip(open).for_each(|(t, s)| work.push(*t, s.value, s.error()));
-    let rest = IntegrationRequest { absolute: (goal - settled) / PI, relative: 0.0, ..*request };
-    let sum = work.refine(&rest, INTEGRAND_ROUNDING * a.area);
+    let sum = work.refine(goal - settled, request.max_evaluations, INTEGRAND_ROUNDING * a.area);
     Bounded::estimated(sum.value + value / PI, sum.radius + settled / PI)
 }
 
@@ -288,12 +288,13 @@ struct LowOrderIntegration<'a> {
 }
 
 impl LowOrderIntegration<'_> {
-    fn add_triangle(&mut self, corners: [Vec3; 3]) -> (f64, f64) {
+    /// Adds a triangle; returns its error.
+    fn add_triangle(&mut self, corners: [Vec3; 3]) -> f64 {
         let views = &mut self.views;
         let sum = triangle_sum(&corners, &mut |x| views.iter_mut().map(|v| v.seen_from(x)).sum());
         self.evaluations += (POINTS * self.views.len()) as u64;
         self.push(corners, sum.value, sum.error);
-        (sum.value, sum.error)
+        sum.error
     }
 
     fn push(&mut self, corners: [Vec3; 3], value: f64, error: f64) {
@@ -301,19 +302,17 @@ impl LowOrderIntegration<'_> {
         self.made += 1;
     }
 
-    fn refine(mut self, request: &IntegrationRequest, rounding: f64) -> Bounded {
+    /// Halves triangles until the sum of their errors is at most `goal` (m² sr).
+    fn refine(mut self, goal: f64, max_evaluations: u64, rounding: f64) -> Bounded {
         let sums = |parts: &BinaryHeap<TrianglePart>| {
             parts.iter().fold((0.0, 0.0), |(v, e), p| (v + p.value, e + p.error))
         };
-        let (mut value, mut error) = sums(&self.parts);
-        while error > PI * request.absolute.max(request.relative * value / PI)
-            && self.evaluations < request.max_evaluations
-        {
+        let (_, mut error) = sums(&self.parts);
+        while error > goal && self.evaluations < max_evaluations {
             let part = self.parts.pop().expect("a polygon has triangles");
-            (value, error) = (value - part.value, error - part.error);
+            error -= part.error;
             for t in bisect(&part.corners) {
-                let (v, e) = self.add_triangle(t);
-                (value, error) = (value + v, error + e);
+                error += self.add_triangle(t);
             }
         }
         let (value, error) = sums(&self.parts);
