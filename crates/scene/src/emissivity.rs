@@ -89,7 +89,7 @@ impl SideEmissivity {
     }
 }
 
-/// What the sides of a surface have in place of its reflectance.
+/// Emissivities of the sides of a surface, in place of its reflectance.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceEmissivity {
     /// ε of the front, and of the back where that has none of its own, by temperature.

@@ -66,7 +66,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     with_check(&scene, memory_limit, start, report).map_err(in_scene)?
 }
 
-/// What the command reports of a scene as JSON, for a memory limit in bytes; `start` is when reading began.
+/// The JSON report of a scene for a memory limit in bytes; `start` is when reading began.
 ///
 /// # Errors
 /// If the scene cannot be divided into zones. A solve that would be refused is the verdict `refused`.

@@ -69,7 +69,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     }
 }
 
-/// What the command reports as JSON, without a plot.
+/// The JSON report of the command, without a plot.
 ///
 /// # Errors
 /// As [`run`].
