@@ -52,6 +52,28 @@ impl<W: Write + Seek> NpzWriter<W> {
         self.zip.write_all(block[..filled].as_flattened())
     }
 
+    /// Streams the bands of each row, a block at a time; `value` gives those of triple t in row i.
+    fn stream_bands<const N: usize>(
+        &mut self,
+        rows: usize,
+        value: impl Fn(usize, usize) -> Bands,
+        to_bytes: impl Fn(f64) -> [u8; N],
+    ) -> io::Result<()> {
+        let row_bytes = N * self.band_count();
+        let mut block = Vec::with_capacity(BLOCK_BYTES + row_bytes);
+        for i in 0..rows {
+            for (t, count) in self.bands_of_triples.iter().enumerate() {
+                let bytes = value(t, i).map_to(&to_bytes);
+                bytes.iter().take(*count).for_each(|b| block.extend_from_slice(b));
+            }
+            if block.len() >= BLOCK_BYTES {
+                self.zip.write_all(&block)?;
+                block.clear();
+            }
+        }
+        self.zip.write_all(&block)
+    }
+
     pub(crate) fn bytes(&mut self, name: &str, data: &[u8]) -> io::Result<()> {
         self.begin(name, ElementType::U8, &[data.len()])?;
         self.zip.write_all(data)
@@ -133,9 +155,7 @@ impl<W: Write + Seek> NpzWriter<W> {
     pub(crate) fn bands(&mut self, name: &str, triples: &[&[Bands]]) -> io::Result<()> {
         let zones = triples.first().map_or(0, |t| t.len());
         self.begin(name, ElementType::F64, &[zones, self.band_count()])?;
-        let counts = self.bands_of_triples.clone();
-        let row = |i: usize| all_bands(&counts, move |t| triples[t][i]);
-        self.stream((0..zones).flat_map(row).map(f64::to_le_bytes))
+        self.stream_bands(zones, |t, i| triples[t][i], f64::to_le_bytes)
     }
 
     /// As [`NpzWriter::triples`], in one row of shape `[1, …, 3]` if all rows are equal: numpy broadcasts it.
@@ -161,14 +181,16 @@ impl<W: Write + Seek> NpzWriter<W> {
         shape: &[usize],
         value: impl Fn(usize, usize) -> Bands,
     ) -> io::Result<()> {
-        let counts = self.bands_of_triples.clone();
         let rows: usize = shape.iter().product();
         let bits = |t: usize, i: usize| value(t, i).map_to(f64::to_bits);
-        let is_uniform = rows > 0 && (0..counts.len()).all(|t| (1..rows).all(|i| bits(t, i) == bits(t, 0)));
+        let is_constant = |t: usize| {
+            let first = bits(t, 0);
+            (1..rows).all(|i| bits(t, i) == first)
+        };
+        let is_uniform = rows > 0 && (0..self.bands_of_triples.len()).all(is_constant);
         let (shape, rows) = if is_uniform { (vec![1; shape.len()], 1) } else { (shape.to_vec(), rows) };
         self.begin(name, ElementType::F64, &[shape, vec![self.band_count()]].concat())?;
-        let row = |i: usize| all_bands(&counts, |t| value(t, i)).collect::<Vec<_>>();
-        self.stream((0..rows).flat_map(row).map(f64::to_le_bytes))
+        self.stream_bands(rows, value, f64::to_le_bytes)
     }
 
     /// The values of a light group, `[zones, bands]` of f64, or of f32 if every triple has single precision; no rows for zeros.
@@ -177,11 +199,10 @@ impl<W: Write + Seek> NpzWriter<W> {
         let is_single = triples.iter().all(|v| matches!(v, ZoneValues::Single(_)));
         let kind = if is_single { ElementType::F32 } else { ElementType::F64 };
         self.begin(name, kind, &[zones, self.band_count()])?;
-        let counts = self.bands_of_triples.clone();
-        let row = |i: usize| all_bands(&counts, move |t| triples[t].at(i));
+        let value = |t: usize, i: usize| triples[t].at(i);
         match is_single {
-            true => self.stream((0..zones).flat_map(row).map(|x| (x as f32).to_le_bytes())),
-            false => self.stream((0..zones).flat_map(row).map(f64::to_le_bytes)),
+            true => self.stream_bands(zones, value, |x| (x as f32).to_le_bytes()),
+            false => self.stream_bands(zones, value, f64::to_le_bytes),
         }
     }
 
@@ -227,12 +248,4 @@ impl<W: Write + Seek> NpzWriter<W> {
         let kinds: Vec<u8> = plates.map(|p| (p.kind == PlateKind::Parallelogram) as u8).collect();
         self.bytes(&format!("{name}_kind"), &kinds)
     }
-}
-
-/// The values of all bands, given by triples of which each has a number of bands.
-fn all_bands<'a>(
-    bands_of_triples: &'a [usize],
-    value: impl Fn(usize) -> Bands + 'a,
-) -> impl Iterator<Item = f64> + 'a {
-    bands_of_triples.iter().enumerate().flat_map(move |(t, n)| value(t).into_iter().take(*n))
 }
