@@ -1,8 +1,8 @@
 //! The polygons of a computation, prepared: facets, their tree with cones of normals, occluders with theirs.
 
-use crate::blocking::{MAX_HULL_CORNERS, Occluder, solid_hides};
+use crate::blocking::Occluder;
 use crate::bounds::{Bounds, BoundsTree, TreeNode};
-use crate::occluders::{ConvexSolid, merged_occluders};
+use crate::occluders::merged_occluders;
 use zonal_exchange::polygon::PreparedPolygon;
 use zonal_exchange::polygon::visible::ConvexPolygon;
 use zonal_math::Vec3;
@@ -30,7 +30,7 @@ pub(crate) struct PreparedFacet {
 impl PreparedFacet {
     fn new(polygon: ConvexPolygon) -> PreparedFacet {
         let c = polygon.corners();
-        let centre = c.iter().fold(Vec3::ZERO, |s, p| s + *p) / c.len() as f64;
+        let centre = polygon.middle();
         let radius = c.iter().fold(0.0f64, |s, p| s.max((*p - centre).length()));
         PreparedFacet { bounds: Bounds::of(c), centre, radius, prepared: PreparedPolygon::new(polygon) }
     }
@@ -55,7 +55,6 @@ pub(crate) struct Geometry {
     pub tree: BoundsTree,
     pub cones: Vec<NormalCone>,
     pub occluders: Vec<Occluder>,
-    pub solids: Vec<ConvexSolid>,
     pub occluder_tree: BoundsTree,
     /// Distance below which polygons count as touching, m.
     pub contact: f64,
@@ -66,17 +65,16 @@ impl Geometry {
     pub(crate) fn new(facets: &[ConvexPolygon], obstructions: &[ConvexPolygon]) -> Geometry {
         let all: Vec<&ConvexPolygon> = facets.iter().chain(obstructions).collect();
         let contact = contact_distance(&all);
-        let merged = merged_occluders(&all, contact);
         let occluders: Vec<Occluder> =
-            merged.polygons.into_iter().map(|(p, solid)| Occluder::new(p, solid)).collect();
-        let boxes: Vec<Bounds> = occluders.iter().map(|o| Bounds::of(o.polygon.corners())).collect();
+            merged_occluders(&all, contact).into_iter().map(Occluder::new).collect();
+        let boxes: Vec<Bounds> = occluders.iter().map(|o| Bounds::of(o.body.corners())).collect();
         let occluder_tree = BoundsTree::new(&boxes, &vec![0; boxes.len()], 1);
         let facets: Vec<PreparedFacet> = facets.iter().cloned().map(PreparedFacet::new).collect();
         let boxes: Vec<Bounds> = facets.iter().map(|f| f.bounds).collect();
         let groups: Vec<u8> = facets.iter().map(|f| face_of_cube(f.polygon().normal())).collect();
         let tree = BoundsTree::new(&boxes, &groups, FACETS_PER_LEAF);
         let cones = tree.nodes.iter().map(|n| NormalCone::of(&facets, items(&tree, n))).collect();
-        Geometry { facets, tree, cones, occluders, solids: merged.solids, occluder_tree, contact }
+        Geometry { facets, tree, cones, occluders, occluder_tree, contact }
     }
 
     /// The facets of a node.
@@ -88,16 +86,10 @@ impl Geometry {
         &self.tree.nodes[node as usize]
     }
 
-    /// True if occluder `k`, or the solid that it bounds, displaced by `shift`, hides all points of `to` (weight 1) or all its
-    /// directions (weight 0) from all points of `from`.
+    /// True if occluder `k`, displaced by `shift`, hides all points of `to` (weight 1) or all its directions (weight 0) from all points of
+    /// `from`.
     pub(crate) fn hides(&self, k: usize, from: &[Vec3], to: &[Vec3], weight: f64, shift: Vec3) -> bool {
-        if from.len() > MAX_HULL_CORNERS || to.len() > MAX_HULL_CORNERS {
-            return false;
-        }
-        let o = &self.occluders[k];
-        o.hides(from, to, weight, shift, self.contact)
-            || o.solid
-                .is_some_and(|s| solid_hides(&self.solids[s as usize], from, to, weight, shift, self.contact))
+        self.occluders[k].hides(from, to, weight, shift, self.contact)
     }
 
     /// False if no facet of node `a` can see any point of `b`.

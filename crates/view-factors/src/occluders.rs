@@ -1,11 +1,13 @@
 //! Occluders: the polygons of a mesh with coplanar neighbours merged, so that a wall of many facets is one obstruction.
 //!
 //! Facets that share an edge and a plane form a component. A component whose outline is convex becomes one polygon. The facets of any other
-//! component are merged in pairs along common edges as long as the union is convex. The union of the occluders is that of the
-//! facets; corners move by at most the contact distance, onto the plane of the component's first facet.
+//! component are merged in pairs along common edges as long as the union is convex. Holes that are openings of solids are filled first: what passes
+//! there has met the solid. Components that bound a convex solid are one obstruction, which is
+//! hidden by its silhouette. The union of the occluders is that of the facets and of these solids; corners move by at most the contact distance,
+//! onto the plane of the component's first facet.
 
-use std::collections::HashMap;
-use zonal_exchange::polygon::visible::ConvexPolygon;
+use std::collections::{BTreeMap, HashMap, HashSet};
+use zonal_exchange::polygon::visible::{ConvexBody, ConvexPolygon};
 use zonal_math::Vec3;
 
 /// Sine of the angle between two edges below which their common corner is no corner.
@@ -95,26 +97,57 @@ impl Outlines {
     }
 }
 
-/// Polygons that hide, and the convex solids that some of them bound.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct MergedOccluders {
-    /// Each polygon with its solid, if any.
-    pub polygons: Vec<(ConvexPolygon, Option<u32>)>,
-    pub solids: Vec<ConvexSolid>,
+/// An obstruction.
+#[derive(Clone, Debug)]
+pub(crate) struct MergedOccluder {
+    pub body: ConvexBody,
+    /// True if the last face of a solid is its opening: no facet lies there.
+    pub has_opening: bool,
 }
 
-/// The occluders of `polygons`: facets within `contact` (m) of a common plane are merged; a sheet given from both sides counts once.
-pub(crate) fn merged_occluders(polygons: &[&ConvexPolygon], contact: f64) -> MergedOccluders {
+/// The obstructions of `polygons`, plates and solids: facets within `contact` (m) of a common plane are merged; a sheet given from both sides
+/// counts once.
+pub(crate) fn merged_occluders(polygons: &[&ConvexPolygon], contact: f64) -> Vec<MergedOccluder> {
     let outlines = Outlines::new(polygons, contact);
     let single = without_twins(&outlines.loops);
     let components = coplanar_components(&outlines, polygons, &single, contact);
-    let (solid_of, solids) = convex_solids(&outlines, polygons, &components, contact);
-    let mut made = MergedOccluders { polygons: Vec::new(), solids };
-    for (component, solid) in components.iter().zip(&solid_of) {
-        let merged = merged_component(&outlines, polygons, component);
-        made.polygons.extend(merged.into_iter().map(|p| (p, *solid)));
-    }
+    let SolidShells { is_part, solids: mut made, openings } =
+        convex_solids(&outlines, polygons, &components, contact);
+    let others = components.iter().zip(&is_part).filter(|(_, is_part)| !**is_part);
+    let plates = others.flat_map(|(c, _)| merged_component(&outlines, polygons, c, &openings)).collect();
+    let plate = |p: &ConvexPolygon| MergedOccluder { body: ConvexBody::plate(p), has_opening: false };
+    made.extend(merged_plates(plates, contact).iter().map(plate));
     made
+}
+
+/// Plates merged again as long as some join: components whose facets did not share edges may have outlines that do.
+fn merged_plates(mut plates: Vec<ConvexPolygon>, contact: f64) -> Vec<ConvexPolygon> {
+    for _ in 0..MAX_MERGING_ROUNDS {
+        let polygons: Vec<&ConvexPolygon> = plates.iter().collect();
+        let outlines = Outlines::new(&polygons, contact);
+        let all: Vec<usize> = (0..plates.len()).collect();
+        let components = coplanar_components(&outlines, &polygons, &all, contact);
+        let merge = |c: &Vec<usize>| merged_component(&outlines, &polygons, c, &HashSet::new());
+        let merged: Vec<ConvexPolygon> = components.iter().flat_map(merge).collect();
+        let is_final = merged.len() == plates.len();
+        plates = merged;
+        if is_final {
+            break;
+        }
+    }
+    plates
+}
+
+/// Directed edges.
+type Edges = HashSet<(Corner, Corner)>;
+
+/// The solids of a mesh.
+struct SolidShells {
+    /// Whether each component is part of a solid.
+    is_part: Vec<bool>,
+    solids: Vec<MergedOccluder>,
+    /// The outline of each opening from its smallest corner on, in the direction of a face that closes it from outside.
+    openings: HashSet<Vec<Corner>>,
 }
 
 /// The facets of one plane in few convex polygons.
@@ -122,41 +155,40 @@ fn merged_component(
     outlines: &Outlines,
     polygons: &[&ConvexPolygon],
     component: &[usize],
+    openings: &HashSet<Vec<Corner>>,
 ) -> Vec<ConvexPolygon> {
     let (at, normal) = (polygons[component[0]].corners()[0], polygons[component[0]].normal());
     let facets = || component.iter().map(|k| polygons[*k].clone()).collect();
     if component.len() == 1 {
         return facets();
     }
-    if let Some(whole) =
-        convex_outline(outlines, component, normal).and_then(|o| outlines.polygon(&o, at, normal))
+    // Holes that are openings are filled.
+    let boundary = loops_of(boundary(outlines, component).into_iter()).unwrap_or_default();
+    let is_filled = |outline: &Vec<Corner>| {
+        openings.contains(&from_smallest(outlines.without_straight_corners(outline, normal)))
+    };
+    let (filled, open): (Vec<_>, Vec<_>) = boundary.into_iter().partition(is_filled);
+    if let [outline] = open.as_slice()
+        && let Some(outline) = convex_outline(outlines, outline, normal)
+        && let Some(whole) = outlines.polygon(&outline, at, normal)
     {
         return vec![whole];
     }
-    let loops = component.iter().map(|k| outlines.loops[*k].clone()).collect();
+    let mut loops: Vec<Vec<Corner>> = component.iter().map(|k| outlines.loops[*k].clone()).collect();
+    loops.extend(filled.into_iter().map(|outline| outline.into_iter().rev().collect()));
     let merged = merge_in_pairs(outlines, loops, normal);
     // Where rounding makes a union of pairs concave, the facets serve.
     merged.iter().map(|o| outlines.polygon(o, at, normal)).collect::<Option<_>>().unwrap_or_else(facets)
 }
 
-/// The planes of a convex solid that holds nothing visible: no segment passes through it.
-#[derive(Clone, Debug)]
-pub(crate) struct ConvexSolid {
-    /// (n, c): n·x ≤ c inside.
-    pub planes: Vec<(Vec3, f64)>,
-}
-
-/// Planes of a solid at most: the test takes all of them.
-const MAX_SOLID_PLANES: usize = 24;
-
-/// The solid of each component, if any. Components that meet in convex edges form a shell. It bounds a solid if all its corners lie
-/// behind all its planes and its open edges lie in one plane: a segment that enters through that opening leaves through the shell.
+/// The solids, and whether each component is part of one. Components that meet in convex edges form a shell. It bounds a solid if all its corners
+/// lie behind all its planes and its open edges lie in one plane: a segment that enters through that opening leaves through the shell.
 fn convex_solids(
     outlines: &Outlines,
     polygons: &[&ConvexPolygon],
     components: &[Vec<usize>],
     contact: f64,
-) -> (Vec<Option<u32>>, Vec<ConvexSolid>) {
+) -> SolidShells {
     let mut component_of = vec![usize::MAX; polygons.len()];
     for (c, members) in components.iter().enumerate() {
         members.iter().for_each(|k| component_of[*k] = c);
@@ -168,9 +200,12 @@ fn convex_solids(
         });
     }
     let behind = |p: usize, q: usize| polygons[q].corners().iter().all(|c| polygons[p].height(*c) <= contact);
-    let mut solid_of = vec![None; components.len()];
+    let mut made = SolidShells {
+        is_part: vec![false; components.len()],
+        solids: Vec::new(),
+        openings: Default::default(),
+    };
     let mut visited = vec![false; components.len()];
-    let mut solids = Vec::new();
     for seed in 0..components.len() {
         if std::mem::replace(&mut visited[seed], true) {
             continue;
@@ -186,64 +221,66 @@ fn convex_solids(
                                 shell.push(c);
                             }
                         }
-                        _ => open.extend([a, b]),
+                        _ => open.push((b, a)),
                     }
                 }
             }
             next += 1;
         }
-        if let Some(solid) = solid_of_shell(outlines, polygons, components, (&shell, &open), contact) {
-            shell.iter().for_each(|c| solid_of[*c] = Some(solids.len() as u32));
-            solids.push(solid);
+        let opening = if open.is_empty() { None } else { opening(outlines, open, contact) };
+        if let Some(solid) =
+            solid_of_shell(outlines, polygons, (&shell, components), opening.as_ref(), contact)
+        {
+            shell.iter().for_each(|c| made.is_part[*c] = true);
+            made.solids.push(solid);
+            made.openings.extend(opening);
         }
     }
-    (solid_of, solids)
+    made
 }
 
+/// The solid of a shell, closed by a face over its opening.
 fn solid_of_shell(
     outlines: &Outlines,
     polygons: &[&ConvexPolygon],
-    components: &[Vec<usize>],
-    (shell, open): (&[usize], &[Corner]),
+    (shell, components): (&[usize], &[Vec<usize>]),
+    opening: Option<&Vec<Corner>>,
     contact: f64,
-) -> Option<ConvexSolid> {
-    if shell.len() < 2 || shell.len() >= MAX_SOLID_PLANES {
+) -> Option<MergedOccluder> {
+    if shell.len() < 2 {
         return None;
     }
-    let corners = || shell.iter().flat_map(|c| &components[*c]).flat_map(|k| polygons[*k].corners());
-    let plane = |c: &usize| {
-        let first = polygons[components[*c][0]];
-        (first.normal(), first.normal().dot(first.corners()[0]))
-    };
-    let mut planes: Vec<(Vec3, f64)> = shell.iter().map(plane).collect();
-    if let Some(cap) = opening_plane(outlines, open, contact)? {
-        let side = corners()
-            .map(|c| cap.0.dot(*c) - cap.1)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-        match side {
-            (_, high) if high <= contact => planes.push(cap),
-            (low, _) if low >= -contact => planes.push((-cap.0, -cap.1)),
-            _ => return None,
+    let face = |c: &usize| {
+        let normal = polygons[components[*c][0]].normal();
+        match loops_of(boundary(outlines, &components[*c]).into_iter())?.as_slice() {
+            [outline] => convex_outline(outlines, outline, normal),
+            _ => None,
         }
-    }
-    let convex = planes.iter().all(|(n, c)| corners().all(|x| n.dot(*x) - c <= contact));
-    convex.then_some(ConvexSolid { planes })
+    };
+    let mut faces: Vec<Vec<Corner>> = shell.iter().map(face).collect::<Option<_>>()?;
+    faces.extend(opening.cloned());
+    let mut numbers: Vec<Corner> = faces.iter().flatten().copied().collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let number = |c: &Corner| numbers.binary_search(c).ok().map(|k| k as u32);
+    let faces: Vec<Vec<u32>> = faces.iter().map(|f| f.iter().map(number).collect()).collect::<Option<_>>()?;
+    let body = ConvexBody::solid(numbers.iter().map(|c| outlines.point(*c)).collect(), &faces, contact)?;
+    Some(MergedOccluder { body, has_opening: opening.is_some() })
 }
 
-/// The plane of the open edges: Some(None) without open edges, None if they lie in no plane.
-fn opening_plane(outlines: &Outlines, open: &[Corner], contact: f64) -> Option<Option<(Vec3, f64)>> {
-    let Some(first) = open.first().map(|c| outlines.point(*c)) else { return Some(None) };
-    let points = || open.iter().map(|c| outlines.point(*c) - first);
-    let far = points().max_by(|a, b| a.length2().total_cmp(&b.length2()))?;
-    let normal =
-        points().map(|p| p.cross(far)).max_by(|a, b| a.length2().total_cmp(&b.length2()))?.normalized();
-    let flat = normal.length() > 0.5 && points().all(|p| normal.dot(p).abs() <= contact);
-    flat.then_some(Some((normal, normal.dot(first))))
+/// The outline of an opening from its smallest corner on, if its directed edges lie in one plane and form one convex loop.
+fn opening(outlines: &Outlines, edges: Vec<(Corner, Corner)>, contact: f64) -> Option<Vec<Corner>> {
+    let loops = loops_of(edges.into_iter())?;
+    let [outline] = loops.as_slice() else { return None };
+    let at = |k: usize| outlines.point(outline[k]) - outlines.point(outline[0]);
+    let normal = (2..outline.len()).fold(Vec3::ZERO, |s, k| s + at(k - 1).cross(at(k))).normalized();
+    let is_flat = normal.length() > 0.5 && (0..outline.len()).all(|k| normal.dot(at(k)).abs() <= contact);
+    is_flat.then(|| convex_outline(outlines, outline, normal)).flatten().map(from_smallest)
 }
 
 /// The polygons without those whose corners another one has in any order.
 fn without_twins(loops: &[Vec<Corner>]) -> Vec<usize> {
-    let mut seen = std::collections::HashSet::new();
+    let mut seen = HashSet::new();
     let key = |k: &usize| {
         let mut corners = loops[*k].clone();
         corners.sort_unstable();
@@ -295,33 +332,43 @@ fn coplanar_components(
     components
 }
 
-/// The outline of a component if it is one convex loop.
-fn convex_outline(outlines: &Outlines, component: &[usize], normal: Vec3) -> Option<Vec<Corner>> {
-    let edges: std::collections::HashSet<(Corner, Corner)> =
-        component.iter().flat_map(|k| Outlines::edges(&outlines.loops[*k])).collect();
-    let mut next: HashMap<Corner, Corner> = HashMap::new();
-    for &(a, b) in edges.iter().filter(|(a, b)| !edges.contains(&(*b, *a))) {
+/// The edges of a component that only one of its facets has.
+fn boundary(outlines: &Outlines, component: &[usize]) -> Edges {
+    let edges: Edges = component.iter().flat_map(|k| Outlines::edges(&outlines.loops[*k])).collect();
+    edges.iter().filter(|(a, b)| !edges.contains(&(*b, *a))).copied().collect()
+}
+
+/// A loop without its straight corners, if it is convex.
+fn convex_outline(outlines: &Outlines, outline: &[Corner], normal: Vec3) -> Option<Vec<Corner>> {
+    let outline = outlines.without_straight_corners(outline, normal);
+    outlines.is_convex(&outline, normal).then_some(outline)
+}
+
+/// A loop from its smallest corner on.
+fn from_smallest(mut outline: Vec<Corner>) -> Vec<Corner> {
+    let smallest = (0..outline.len()).min_by_key(|k| outline[*k]).unwrap_or(0);
+    outline.rotate_left(smallest);
+    outline
+}
+
+/// The loops that directed edges form, each from its smallest corner on, in ascending order; None if two begin at one corner or one does not close.
+fn loops_of(edges: impl Iterator<Item = (Corner, Corner)>) -> Option<Vec<Vec<Corner>>> {
+    let mut next: BTreeMap<Corner, Corner> = BTreeMap::new();
+    for (a, b) in edges {
         if next.insert(a, b).is_some() {
             return None;
         }
     }
-    let start = *next.keys().min()?;
-    let mut outline = vec![start];
-    loop {
-        let to = *next.get(outline.last()?)?;
-        if to == start {
-            break;
+    let mut loops = Vec::new();
+    while let Some((start, mut to)) = next.pop_first() {
+        let mut outline = vec![start];
+        while to != start {
+            outline.push(to);
+            to = next.remove(&to)?;
         }
-        outline.push(to);
-        if outline.len() > next.len() {
-            return None;
-        }
+        loops.push(outline);
     }
-    if outline.len() != next.len() {
-        return None;
-    }
-    let outline = outlines.without_straight_corners(&outline, normal);
-    outlines.is_convex(&outline, normal).then_some(outline)
+    Some(loops)
 }
 
 /// Loops merged in pairs along a common edge while the union is convex.
@@ -390,21 +437,25 @@ mod tests {
         out
     }
 
+    /// The area of a plate's outline.
+    fn area(plate: &ConvexBody) -> f64 {
+        ConvexPolygon::new(plate.corners().to_vec()).expect("a plate").area()
+    }
+
     #[test]
     fn a_wall_of_triangles_is_one_occluder() {
         let wall = grid(5, 3, &[]);
         let merged = merged_occluders(&wall.iter().collect::<Vec<_>>(), 1e-9);
-        assert_eq!((merged.polygons.len(), merged.solids.len()), (1, 0));
-        let wall = &merged.polygons[0].0;
-        assert_eq!((wall.corners().len(), wall.area()), (4, 15.0));
-        assert_eq!(wall.normal(), vec3(0.0, 0.0, 1.0));
+        assert!(merged.len() == 1 && merged[0].body.is_plate());
+        assert_eq!((merged[0].body.corners().len(), area(&merged[0].body)), (4, 15.0));
+        assert_eq!(merged[0].body.planes()[0].0, vec3(0.0, 0.0, 1.0));
     }
 
     #[test]
     fn merged_occluders_have_the_area_of_the_facets() {
         let ground = grid(6, 6, &[(2, 2), (2, 3), (4, 0)]);
-        let merged = merged_occluders(&ground.iter().collect::<Vec<_>>(), 1e-9).polygons;
-        let area: f64 = merged.iter().map(|p| p.0.area()).sum();
+        let merged = merged_occluders(&ground.iter().collect::<Vec<_>>(), 1e-9);
+        let area: f64 = merged.iter().map(|o| area(&o.body)).sum();
         assert!((area - 33.0).abs() < 1e-9 && merged.len() < 16, "{area} {}", merged.len());
     }
 
@@ -412,7 +463,7 @@ mod tests {
     fn folds_and_twins_are_kept_apart() {
         let (a, b, c, d) = ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]);
         let fold = [triangle([a, b, c]), triangle([a, c, d]), triangle([c, b, a])];
-        assert_eq!(merged_occluders(&fold.iter().collect::<Vec<_>>(), 1e-9).polygons.len(), 2);
+        assert_eq!(merged_occluders(&fold.iter().collect::<Vec<_>>(), 1e-9).len(), 2);
     }
 
     /// The faces of the unit cube in triangles, outwards, without those in `missing`.
@@ -434,19 +485,31 @@ mod tests {
         out
     }
 
+    /// A box without its bottom that stands on a ground with a hole of that size.
+    #[test]
+    fn the_ground_under_a_solid_is_filled() {
+        let mut all = cube(&[4]);
+        for (i, j) in (-1..2).flat_map(|i| (-1..2).map(move |j| (f64::from(i), f64::from(j)))) {
+            if (i, j) != (0.0, 0.0) {
+                let c = [[i, j, 0.0], [i + 1.0, j, 0.0], [i + 1.0, j + 1.0, 0.0], [i, j + 1.0, 0.0]];
+                all.extend([triangle([c[0], c[1], c[2]]), triangle([c[0], c[2], c[3]])]);
+            }
+        }
+        let merged = merged_occluders(&all.iter().collect::<Vec<_>>(), 1e-9);
+        assert_eq!(merged.iter().map(|o| o.body.is_plate()).collect::<Vec<_>>(), [false, true]);
+        assert_eq!(area(&merged[1].body), 9.0);
+    }
+
     #[test]
     fn a_box_with_at_most_one_open_side_is_a_solid() {
-        for (missing, solids, planes) in
-            [(vec![], 1, 6), (vec![4], 1, 6), (vec![4, 5], 0, 0), (vec![0, 2], 0, 0)]
+        for (missing, solids, plates) in
+            [(vec![], 1, 0), (vec![4], 1, 0), (vec![4, 5], 0, 4), (vec![0, 2], 0, 4)]
         {
             let faces = cube(&missing);
             let merged = merged_occluders(&faces.iter().collect::<Vec<_>>(), 1e-9);
-            assert_eq!(
-                (merged.polygons.len(), merged.solids.len()),
-                (6 - missing.len(), solids),
-                "{missing:?}"
-            );
-            assert!(merged.solids.iter().all(|s| s.planes.len() == planes));
+            let of_kind = |plate: bool| merged.iter().filter(|o| o.body.is_plate() == plate).count();
+            assert_eq!((of_kind(false), of_kind(true)), (solids, plates), "{missing:?}");
+            assert!(merged.iter().filter(|o| !o.body.is_plate()).all(|o| o.body.planes().len() == 6));
         }
     }
 }

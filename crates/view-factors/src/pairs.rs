@@ -12,8 +12,11 @@ use crate::geometry::{Geometry, PreparedFacet};
 use crate::occluder_list::{self, OccluderNode, Shifts};
 use crate::settings::ErrorGoal;
 use crate::shaft::BoxShaft;
-use zonal_exchange::polygon::visible::{ConvexPolygon, IntegrationRequest, obstructed_exchange};
-use zonal_math::{Bounded, Vec3};
+use std::borrow::Cow;
+use zonal_exchange::polygon::visible::{
+    ConvexPolygon, IntegrationRequest, OccludedView, obstructed_exchange,
+};
+use zonal_math::Vec3;
 
 /// Share of the requested radius below which a pair is left out: its factors are zero in the result, and their sum is part of the defects.
 const OMITTED_SHARE: f64 = 0.1;
@@ -80,7 +83,7 @@ pub(crate) struct PairTraversal<'a> {
     /// Occluders near the current leaves.
     near: Vec<(usize, Vec3)>,
     planes: Vec<(Vec3, f64)>,
-    cut: Vec<ConvexPolygon>,
+    view: OccludedView,
 }
 
 impl<'a> PairTraversal<'a> {
@@ -93,7 +96,7 @@ impl<'a> PairTraversal<'a> {
             counts: TreatmentCounts::default(),
             near: Vec::new(),
             planes: Vec::new(),
-            cut: Vec::new(),
+            view: OccludedView::default(),
         }
     }
 
@@ -207,9 +210,14 @@ impl<'a> PairTraversal<'a> {
                 self.counts.hidden += 1;
                 return;
             }
-            Obstruction::Parts => {
+            Obstruction::Parts(outer) => {
                 self.counts.partial += 1;
-                self.integrate(a, b, absolute)
+                let request = IntegrationRequest {
+                    relative: self.goal.relative,
+                    absolute,
+                    max_evaluations: self.goal.max_evaluations,
+                };
+                obstructed_exchange(&outer, &mut self.view, &request)
             }
         };
         if bounded.value + bounded.radius > OMITTED_SHARE * absolute {
@@ -218,92 +226,83 @@ impl<'a> PairTraversal<'a> {
         }
     }
 
-    /// The occluders between two facets, cut to the space in front of both, in `self.cut`.
+    /// The occluders between two facets, in `self.view`.
     fn occluders_between(&mut self, a: &PreparedFacet, b: &PreparedFacet) -> Obstruction {
-        self.cut.clear();
         self.planes.clear();
         let (p, q, contact) = (a.polygon(), b.polygon(), self.geometry.contact);
         let axis = b.centre - a.centre;
         let width = a.radius.max(b.radius);
-        for (k, shift) in &self.near {
-            let o = &self.geometry.occluders[*k];
+        let mut parts: Option<[ConvexPolygon; 2]> = None;
+        for place in 0..self.near.len() {
+            let (k, shift) = self.near[place];
+            let o = &self.geometry.occluders[k];
             // The hull of the two bounding spheres lies within this distance of the segment of their centres.
-            let from_a = o.centre + *shift - a.centre;
+            let from_a = o.centre + shift - a.centre;
             let t = (from_a.dot(axis) / axis.length2()).clamp(0.0, 1.0);
-            if (from_a - axis * t).length() >= width + o.radius {
+            if (from_a - axis * t).length2() >= (width + o.radius).powi(2)
+                || o.is_beside(p.corners(), q.corners(), 1.0, shift, contact)
+            {
                 continue;
             }
-            let n = o.polygon.normal();
-            let offset = n.dot(o.polygon.corners()[0] + *shift);
-            let side = |sign: f64| {
-                p.corners().iter().chain(q.corners()).all(|c| sign * (n.dot(*c) - offset) <= contact)
-            };
-            if side(1.0) || side(-1.0) {
-                continue;
+            if o.crosses(a.centre, b.centre, 1.0, shift)
+                && self.geometry.hides(k, p.corners(), q.corners(), 1.0, shift)
+            {
+                // What hides this pair may hide the next one.
+                self.near.swap(0, place);
+                return Obstruction::Everything;
             }
             if self.planes.is_empty() {
                 shaft_planes(p, q, contact, &mut self.planes);
             }
-            let corners = || o.polygon.corners().iter().map(|c| *c + *shift);
-            if self.planes.iter().any(|(n, c)| corners().all(|x| n.dot(x) >= c - contact)) {
+            let outside = |corners: &[Vec3], by: Vec3| {
+                let is_outside = |(n, c): &(Vec3, f64)| {
+                    let level = c - contact - n.dot(by);
+                    corners.iter().all(|x| n.dot(*x) >= level)
+                };
+                self.planes.iter().any(is_outside)
+            };
+            if outside(o.body.corners(), shift) {
                 continue;
             }
-            let placed =
-                if *shift == Vec3::ZERO { Some(o.polygon.clone()) } else { o.polygon.translated(*shift) };
-            let Some((cut, whole)) = placed.and_then(|o| cut_to_fronts(o, p, q, contact)) else { continue };
-            if !whole
-                && self.planes.iter().any(|(n, c)| cut.corners().iter().all(|x| n.dot(*x) >= c - contact))
-            {
+            let placed = match shift == Vec3::ZERO {
+                true => Cow::Borrowed(&o.body),
+                false => Cow::Owned(o.body.translated(shift)),
+            };
+            if parts.is_none() {
+                // Without a part in front there is nothing to see.
+                let Some(ends) = ordered_parts(p, q, contact) else { return Obstruction::Everything };
+                self.view.set_polygon(&ends[0], &ends[1]);
+                parts = Some(ends);
+            }
+            let Some([outer, target]) = &parts else { continue };
+            if placed.corners().iter().all(|c| outer.height(*c) <= contact) {
                 continue;
             }
-            if o.crosses(a.centre, b.centre, 1.0, *shift)
-                && self.geometry.hides(*k, p.corners(), q.corners(), 1.0, *shift)
-            {
-                return Obstruction::Everything;
+            let Some(cut) = placed.in_front_of(target, contact) else { continue };
+            if matches!(cut, Cow::Owned(_)) && outside(cut.corners(), Vec3::ZERO) {
+                continue;
             }
-            self.cut.push(cut);
+            self.view.add(&cut);
         }
-        if self.cut.is_empty() { Obstruction::Nothing } else { Obstruction::Parts }
-    }
-
-    fn integrate(&self, a: &PreparedFacet, b: &PreparedFacet, absolute: f64) -> Bounded {
-        let contact = self.geometry.contact;
-        let (Some(p), Some(q)) =
-            (a.polygon().in_front_of(b.polygon(), contact), b.polygon().in_front_of(a.polygon(), contact))
-        else {
-            return Bounded::ZERO;
-        };
-        let request = IntegrationRequest {
-            relative: self.goal.relative,
-            absolute,
-            max_evaluations: self.goal.max_evaluations,
-        };
-        let (outer, target) = if p.area() <= q.area() { (&p, &q) } else { (&q, &p) };
-        obstructed_exchange(outer, target, &self.cut, &request)
+        match parts {
+            Some([outer, _]) if self.view.obstructions() > 0 => Obstruction::Parts(outer),
+            _ => Obstruction::Nothing,
+        }
     }
 }
 
-/// The part of an obstruction in front of both polygons, and whether that is all of it.
-fn cut_to_fronts(
-    o: ConvexPolygon,
-    p: &ConvexPolygon,
-    q: &ConvexPolygon,
-    contact: f64,
-) -> Option<(ConvexPolygon, bool)> {
-    let in_front = |f: &ConvexPolygon| {
-        let heights = || o.corners().iter().map(|x| f.height(*x));
-        heights().all(|h| h >= -contact) && heights().any(|h| h > contact)
-    };
-    if in_front(p) && in_front(q) {
-        return Some((o, true));
-    }
-    o.in_front_of(p, contact).and_then(|o| o.in_front_of(q, contact)).map(|o| (o, false))
+/// The part of each polygon in front of the other, the smaller one first.
+fn ordered_parts(p: &ConvexPolygon, q: &ConvexPolygon, contact: f64) -> Option<[ConvexPolygon; 2]> {
+    let (p, q) = (p.in_front_of(q, contact)?, q.in_front_of(p, contact)?);
+    Some(if p.area() <= q.area() { [p, q] } else { [q, p] })
 }
 
+/// What is between two facets.
 enum Obstruction {
     Nothing,
     Everything,
-    Parts,
+    /// Bodies that may hide parts; the smaller facet's part in front of the other.
+    Parts(ConvexPolygon),
 }
 
 /// A radius in single precision that is not smaller.

@@ -5,14 +5,16 @@
 //! partly hidden cells of a facet are integrated together over the facet, their visible parts in closed form for each point
 //! ([`zonal_exchange::polygon::visible::obstructed_sky`]). A cell with very many occluders is divided first.
 
+use crate::bounds::Bounds;
 use crate::direction_cell::DirectionCell;
 use crate::geometry::{Geometry, PreparedFacet};
 use crate::occluder_list::{self, OccluderNode};
 use crate::periods::PeriodicImages;
 use crate::settings::ErrorGoal;
 use crate::shaft::SkyShaft;
+use std::borrow::Cow;
 use zonal_exchange::polygon::visible::{
-    ConvexPolygon, IntegrationRequest, ObstructedCone, obstructed_sky, unobstructed_sky,
+    ConvexBody, IntegrationRequest, OccludedView, obstructed_sky, unobstructed_sky,
 };
 use zonal_math::{Bounded, Vec3};
 
@@ -44,19 +46,13 @@ pub(crate) struct SkyExchange {
     pub ground: Bounded,
 }
 
-/// An occluder cut to the space in front of a facet.
-struct CutOccluder {
+/// An occluder before a cell of directions.
+struct NearOccluder {
     occluder: usize,
     shift: Vec3,
-    polygon: ConvexPolygon,
     centre: Vec3,
-    /// Area over the square of the distance.
+    /// Square of its radius over the distance.
     extent: f64,
-}
-
-/// The mean of points.
-fn middle(points: &[Vec3]) -> Vec3 {
-    points.iter().fold(Vec3::ZERO, |s, c| s + *c) / points.len() as f64
 }
 
 /// The recursion for some facets.
@@ -67,7 +63,7 @@ pub(crate) struct SkyTraversal<'a> {
     up: usize,
     /// Exact parts of each facet, and its partly hidden cells.
     free: Vec<(u32, Region, Bounded)>,
-    partial: std::collections::BTreeMap<(u32, Region), Vec<ObstructedCone>>,
+    partial: std::collections::BTreeMap<(u32, Region), Vec<OccludedView>>,
 }
 
 /// All cells of directions, divided at the slopes below which directions are unresolved.
@@ -118,14 +114,14 @@ impl<'a> SkyTraversal<'a> {
         let none = SkyExchange { sky: Bounded::ZERO, ground: Bounded::ZERO };
         let mut sums: std::collections::BTreeMap<u32, SkyExchange> =
             facets.iter().map(|f| (*f, none)).collect();
-        for ((facet, region), cones) in &self.partial {
-            let p = self.geometry.facets[*facet as usize].polygon();
+        for ((facet, region), mut cones) in std::mem::take(&mut self.partial) {
+            let p = self.geometry.facets[facet as usize].polygon();
             let request = IntegrationRequest {
                 relative: 0.0,
                 absolute: SKY_GOAL * self.goal.absolute * p.area(),
                 max_evaluations: MAX_SKY_EVALUATIONS,
             };
-            self.free.push((*facet, *region, obstructed_sky(p, cones, &request)));
+            self.free.push((facet, region, obstructed_sky(p, &mut cones, &request)));
         }
         for (facet, region, b) in &self.free {
             let sum = sums.entry(*facet).or_insert(none);
@@ -198,35 +194,41 @@ impl<'a> SkyTraversal<'a> {
         let shaft = SkyShaft::new(&facet.bounds, cell, g.contact);
         let mut near = Vec::new();
         occluder_list::filter(g, &self.images.shifts, list, 0.0, |o| shaft.excludes(o), &mut near);
-        let Some(cut) = self.occluders(p, &corners, &near) else { return };
-        if cut.is_empty() {
+        let Some(mut before) = self.occluders(facet, &corners, &near) else { return };
+        if before.is_empty() {
             self.free.push((f, self.region(cell), unobstructed_sky(p, &corners)));
             return;
         }
-        let foremost = self.foremost(facet, cut);
-        if foremost.len() > MAX_CELL_OCCLUDERS && depth < MAX_CELL_DEPTH {
+        self.keep_foremost(facet, &mut before);
+        if before.len() > MAX_CELL_OCCLUDERS && depth < MAX_CELL_DEPTH {
             cell.quarters().iter().for_each(|c| self.facet(f, c, &near, depth + 1));
             return;
         }
-        let cone = ObstructedCone { corners: corners.to_vec(), obstructions: foremost };
-        self.partial.entry((f, self.region(cell))).or_default().push(cone);
+        let Some(mut view) = OccludedView::of_directions(p, &corners) else { return };
+        before.iter().for_each(|o| view.add(&self.placed(o)));
+        self.partial.entry((f, self.region(cell))).or_default().push(view);
     }
 
-    /// The occluders without those that lie wholly behind another one; large and near ones first, so that later ones find little left to hide.
-    fn foremost(&self, facet: &PreparedFacet, mut cut: Vec<CutOccluder>) -> Vec<ConvexPolygon> {
-        cut.iter_mut().for_each(|o| {
-            o.centre = middle(o.polygon.corners());
-            o.extent = o.polygon.area() / (o.centre - facet.centre).length2();
-        });
-        cut.sort_by(|a, b| b.extent.total_cmp(&a.extent));
-        let mut kept: Vec<CutOccluder> = Vec::with_capacity(cut.len());
-        for o in cut {
+    fn placed(&self, o: &NearOccluder) -> Cow<'_, ConvexBody> {
+        let body = &self.geometry.occluders[o.occluder].body;
+        match o.shift == Vec3::ZERO {
+            true => Cow::Borrowed(body),
+            false => Cow::Owned(body.translated(o.shift)),
+        }
+    }
+
+    /// Orders occluders, large and near ones first, so that later ones find little left to hide; removes those that lie wholly behind another one.
+    fn keep_foremost(&self, facet: &PreparedFacet, before: &mut Vec<NearOccluder>) {
+        before.sort_by(|a, b| b.extent.total_cmp(&a.extent));
+        let mut kept: Vec<NearOccluder> = Vec::with_capacity(before.len());
+        for o in before.drain(..) {
+            let bounds = Bounds::of(self.geometry.occluders[o.occluder].body.corners()).shifted(o.shift);
             let behind = kept.iter().take(MAX_HIDING_OCCLUDERS).any(|k| {
                 self.geometry.occluders[k.occluder].crosses(facet.centre, o.centre, 1.0, k.shift)
                     && self.geometry.hides(
                         k.occluder,
                         facet.polygon().corners(),
-                        o.polygon.corners(),
+                        &bounds.corners(),
                         1.0,
                         k.shift,
                     )
@@ -235,38 +237,32 @@ impl<'a> SkyTraversal<'a> {
                 kept.push(o);
             }
         }
-        kept.into_iter().map(|o| o.polygon).collect()
+        *before = kept;
     }
 
-    /// The occluders between a facet and a cell, cut to the space in front of the facet; None if one hides all of it.
-    fn occluders(&self, p: &ConvexPolygon, cell: &[Vec3], near: &[OccluderNode]) -> Option<Vec<CutOccluder>> {
-        let g = self.geometry;
-        let (from, to) = (middle(p.corners()), middle(cell));
-        let mut cut = Vec::new();
+    /// The occluders between a facet and a cell; None if one hides all of it.
+    fn occluders(
+        &self,
+        facet: &PreparedFacet,
+        cell: &[Vec3],
+        near: &[OccluderNode],
+    ) -> Option<Vec<NearOccluder>> {
+        let (g, p) = (self.geometry, facet.polygon());
+        let to = cell.iter().fold(Vec3::ZERO, |s, c| s + *c);
+        let mut before = Vec::new();
         for e in near {
             let Some(k) = occluder_list::single(g, *e) else { continue };
-            let shift = self.images.shifts[e.shift as usize];
-            if g.occluders[k].crosses(from, to, 0.0, shift) && g.hides(k, p.corners(), cell, 0.0, shift) {
+            let (o, shift) = (&g.occluders[k], self.images.shifts[e.shift as usize]);
+            if o.crosses(facet.centre, to, 0.0, shift) && g.hides(k, p.corners(), cell, 0.0, shift) {
                 return None;
             }
-            let o = &g.occluders[k].polygon;
-            let placed = if shift == Vec3::ZERO { Some(o.clone()) } else { o.translated(shift) };
-            let Some(placed) = placed.and_then(|o| o.in_front_of(p, g.contact)) else { continue };
-            // The facet and all directions on one side of its plane.
-            let side = |sign: f64| {
-                p.corners().iter().all(|c| sign * placed.height(*c) >= -g.contact)
-                    && cell.iter().all(|d| sign * placed.normal().dot(*d) >= 0.0)
-            };
-            if !side(1.0) && !side(-1.0) {
-                cut.push(CutOccluder {
-                    occluder: k,
-                    shift,
-                    polygon: placed,
-                    centre: Vec3::ZERO,
-                    extent: 0.0,
-                });
+            let is_behind = o.body.corners().iter().all(|c| p.height(*c + shift) <= g.contact);
+            if !is_behind && !o.is_beside(p.corners(), cell, 0.0, shift, g.contact) {
+                let centre = o.centre + shift;
+                let extent = o.radius * o.radius / (centre - facet.centre).length2();
+                before.push(NearOccluder { occluder: k, shift, centre, extent });
             }
         }
-        Some(cut)
+        Some(before)
     }
 }

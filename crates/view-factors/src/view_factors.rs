@@ -34,9 +34,9 @@ const BYTES_PER_PAIR: u64 = 24 + 32;
 pub struct ViewFactorCounts {
     /// Facets.
     pub facets: usize,
-    /// Convex occluders after merging coplanar facets, and convex solids among them.
+    /// Obstructions: convex solids, and plates of merged coplanar facets.
     pub occluders: usize,
-    /// Convex solids.
+    /// Convex solids among them.
     pub solids: usize,
     /// Pairs of facets that face each other and were examined one by one.
     pub examined: u64,
@@ -53,7 +53,7 @@ impl ViewFactorCounts {
         ViewFactorCounts {
             facets: geometry.facets.len(),
             occluders: geometry.occluders.len(),
-            solids: geometry.solids.len(),
+            solids: geometry.occluders.iter().filter(|o| !o.body.is_plate()).count(),
             examined: counts.facet_pairs,
             unobstructed: counts.unobstructed,
             hidden: counts.hidden,

@@ -26,21 +26,21 @@
 //!
 //! The two polygons are ordered before the work, the smaller one outside: F_ab and F_ba are identical to the bit.
 
+mod convex_body;
 mod convex_polygon;
 mod critical_segments;
 mod obstructed;
 mod occluded_view;
 
+pub use convex_body::ConvexBody;
 pub use convex_polygon::ConvexPolygon;
-pub use obstructed::{
-    IntegrationRequest, ObstructedCone, obstructed_exchange, obstructed_sky, unobstructed_sky,
-};
+pub use obstructed::{IntegrationRequest, obstructed_exchange, obstructed_sky, unobstructed_sky};
+pub use occluded_view::OccludedView;
 
 use super::contour::{self, Contour, HEIGHT_ROUNDINGS};
 use crate::{AccuracyRequest, Factor, Method};
 use convex_polygon::RELATIVE_CONTACT_DISTANCE;
 use critical_segments::CriticalSegment;
-use occluded_view::{OccludedView, Target};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::f64::consts::PI;
@@ -79,7 +79,8 @@ pub fn visible_exchange(
         return unobstructed(&outer, &inner, size, accuracy, floor);
     }
     let segments = critical_segments::critical_segments(&outer, &inner, &potential_occluders);
-    let view = OccludedView::new(outer.normal, Target::polygon(inner.corners.clone()), &potential_occluders);
+    let mut view = OccludedView::of_polygon(&outer, &inner);
+    potential_occluders.iter().for_each(|o| view.add(&ConvexBody::plate(o)));
     let parts = BinaryHeap::new();
     let mut work =
         AdaptiveIntegration { view, segments: &segments, parts, scale: inner.area, made: 0, evaluations: 0 };
@@ -203,7 +204,7 @@ impl Ord for TrianglePart {
 }
 
 struct AdaptiveIntegration<'a> {
-    view: OccludedView<'a>,
+    view: OccludedView,
     segments: &'a [CriticalSegment],
     parts: BinaryHeap<TrianglePart>,
     /// Area of the inner polygon, the scale of rounding errors, m².

@@ -49,6 +49,11 @@ impl ConvexPolygon {
         self.normal
     }
 
+    /// The mean of the corners.
+    pub fn middle(&self) -> Vec3 {
+        self.corners.iter().fold(Vec3::ZERO, |s, c| s + *c) / self.corners.len() as f64
+    }
+
     /// The polygon displaced; None if rounding leaves no flat convex polygon.
     pub fn translated(&self, by: Vec3) -> Option<ConvexPolygon> {
         ConvexPolygon::new(self.corners.iter().map(|c| *c + by).collect())

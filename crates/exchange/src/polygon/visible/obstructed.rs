@@ -15,7 +15,7 @@
 //! Source of the rules: A. H. Stroud, Approximate Calculation of Multiple Integrals, 1971 (T₂:5-1, T₂:3-1).
 
 use super::convex_polygon::ConvexPolygon;
-use super::occluded_view::{OccludedView, Target};
+use super::occluded_view::OccludedView;
 use super::{TrianglePart, bisect};
 use std::collections::BinaryHeap;
 use std::f64::consts::PI;
@@ -56,21 +56,18 @@ pub struct IntegrationRequest {
     pub max_evaluations: u64,
 }
 
-/// 𝓕 in m² of `a` and the part of `b` that `obstructions` leave visible.
+/// 𝓕 in m² of `a` and the part of the target of `view` that its obstructions leave visible; the view is that of `a` or of a polygon that
+/// contains it.
 ///
-/// Each polygon lies in front of the other, and the obstructions in front of both ([`ConvexPolygon::in_front_of`]). Grade estimated. A target that
-/// neither the middle nor a corner of `a` sees counts as hidden.
+/// Grade estimated. A target that neither the middle nor a corner of `a` sees counts as hidden.
 pub fn obstructed_exchange(
     a: &ConvexPolygon,
-    b: &ConvexPolygon,
-    obstructions: &[ConvexPolygon],
+    view: &mut OccludedView,
     request: &IntegrationRequest,
 ) -> Bounded {
-    let mut view = OccludedView::new(a.normal, Target::polygon(b.corners.clone()), obstructions);
-    let middle = a.corners.iter().fold(Vec3::ZERO, |s, c| s + *c) / a.corners.len() as f64;
-    let inset = |c: &Vec3| *c + (middle - *c) * BOUNDARY_INSET;
+    let middle = a.middle();
     let seen = view.seen_from(middle) * a.area / PI;
-    if seen == 0.0 && a.corners.iter().all(|c| view.seen_from(inset(c)) == 0.0) {
+    if seen == 0.0 && is_hidden_from_corners(a, middle, view) {
         return Bounded::estimated(0.0, 0.0);
     }
     // The visible share lies between none and all.
@@ -78,65 +75,40 @@ pub fn obstructed_exchange(
     if radius <= NEGLIGIBLE_SHARE * request.absolute {
         return Bounded::estimated(seen, radius);
     }
-    integrate(a, vec![view], request)
+    integrate(a, std::slice::from_mut(view), request)
+}
+
+fn is_hidden_from_corners(a: &ConvexPolygon, middle: Vec3, view: &mut OccludedView) -> bool {
+    a.corners.iter().all(|c| view.seen_from(*c + (middle - *c) * BOUNDARY_INSET) == 0.0)
 }
 
 /// Share of the requested radius below which a pair is not integrated: its whole exchange is smaller.
 const NEGLIGIBLE_SHARE: f64 = 0.5;
 
-/// A cone of directions between corners, counter-clockwise for an observer at its apex, and the obstructions before it.
-#[derive(Clone, Debug)]
-pub struct ObstructedCone {
-    /// Directions of the corners, in one plane.
-    pub corners: Vec<Vec3>,
-    /// Obstructions in front of the polygon that sees the cone.
-    pub obstructions: Vec<ConvexPolygon>,
-}
-
 /// 𝓕 in m² of `a` and the visible parts of cones of directions that do not overlap, integrated together: their sum varies less over `a` than
 /// each of them. Grade estimated.
-pub fn obstructed_sky(a: &ConvexPolygon, cones: &[ObstructedCone], request: &IntegrationRequest) -> Bounded {
-    let views = cones.iter().filter_map(|c| {
-        let visible = directions_in_front(&c.corners, a.normal);
-        (visible.len() >= 3)
-            .then(|| OccludedView::new(a.normal, Target::directions(visible), &c.obstructions))
-    });
-    integrate(a, views.collect(), request)
+pub fn obstructed_sky(
+    a: &ConvexPolygon,
+    cones: &mut [OccludedView],
+    request: &IntegrationRequest,
+) -> Bounded {
+    integrate(a, cones, request)
 }
 
 /// 𝓕 in m² of `a` and all directions between the corners of `cell`: A ω⊥/π, exact to rounding.
 pub fn unobstructed_sky(a: &ConvexPolygon, cell: &[Vec3]) -> Bounded {
-    let visible = directions_in_front(cell, a.normal);
-    if visible.len() < 3 {
-        return Bounded::ZERO;
-    }
-    let value =
-        OccludedView::new(a.normal, Target::directions(visible), &[]).seen_from(Vec3::ZERO) * a.area / PI;
+    let Some(view) = OccludedView::of_directions(a, cell) else { return Bounded::ZERO };
+    let value = { view }.unobstructed_from(Vec3::ZERO) * a.area / PI;
     Bounded::proved(value, INTEGRAND_ROUNDING * a.area)
 }
 
-/// The part of a convex cone of directions on the positive side of a plane through its apex.
-fn directions_in_front(cell: &[Vec3], normal: Vec3) -> Vec<Vec3> {
-    let mut kept = Vec::with_capacity(cell.len() + 1);
-    for (i, d) in cell.iter().enumerate() {
-        let e = cell[(i + 1) % cell.len()];
-        let (h, k) = (normal.dot(*d), normal.dot(e));
-        if h >= 0.0 {
-            kept.push(*d);
-        }
-        if h * k < 0.0 {
-            kept.push(*d + (e - *d) * (h / (h - k)));
-        }
-    }
-    kept
-}
-
 /// The integral of the sum of views. Views that the first rules integrate well enough are not evaluated again.
-fn integrate(a: &ConvexPolygon, views: Vec<OccludedView<'_>>, request: &IntegrationRequest) -> Bounded {
+fn integrate(a: &ConvexPolygon, views: &mut [OccludedView], request: &IntegrationRequest) -> Bounded {
     let triangles: Vec<[Vec3; 3]> =
         (2..a.corners.len()).map(|k| [a.corners[0], a.corners[k - 1], a.corners[k]]).collect();
-    let mut first: Vec<(OccludedView<'_>, Vec<TriangleSum>)> = Vec::with_capacity(views.len());
-    for mut view in views {
+    let rounding = INTEGRAND_ROUNDING * a.area;
+    let mut first: Vec<(&mut OccludedView, Vec<TriangleSum>)> = Vec::with_capacity(views.len());
+    for view in views {
         let sums = triangles.iter().map(|t| triangle_sum(t, &mut |x| view.seen_from(x))).collect();
         first.push((view, sums));
     }
@@ -145,6 +117,10 @@ fn integrate(a: &ConvexPolygon, views: Vec<OccludedView<'_>>, request: &Integrat
     first.sort_by(|x, y| error(&x.1).total_cmp(&error(&y.1)));
     let rough: f64 = first.iter().flat_map(|f| &f.1).map(|s| s.value).sum();
     let goal = PI * request.absolute.max(request.relative * rough / PI);
+    let all_errors: f64 = first.iter().map(|f| error(&f.1)).sum();
+    if all_errors <= SETTLED_SHARE * goal {
+        return Bounded::estimated(rough / PI, all_errors / PI + rounding);
+    }
     let (mut value, mut settled) = (0.0, 0.0);
     let mut work = LowOrderIntegration { views: Vec::new(), parts: BinaryHeap::new(), evaluations, made: 0 };
     let mut open: Vec<TriangleSum> = vec![TriangleSum::default(); triangles.len()];
@@ -158,7 +134,7 @@ fn integrate(a: &ConvexPolygon, views: Vec<OccludedView<'_>>, request: &Integrat
         }
     }
     triangles.iter().zip(open).for_each(|(t, s)| work.push(*t, s.value, s.error()));
-    let sum = work.refine(goal - settled, request.max_evaluations, INTEGRAND_ROUNDING * a.area);
+    let sum = work.refine(goal - settled, request.max_evaluations, rounding);
     Bounded::estimated(sum.value + value / PI, sum.radius + settled / PI)
 }
 
@@ -281,7 +257,7 @@ fn dot(a: &[f64; POINTS], b: &[f64; POINTS]) -> f64 {
 }
 
 struct LowOrderIntegration<'a> {
-    views: Vec<OccludedView<'a>>,
+    views: Vec<&'a mut OccludedView>,
     parts: BinaryHeap<TrianglePart>,
     evaluations: u64,
     made: u64,
@@ -324,7 +300,7 @@ impl LowOrderIntegration<'_> {
 mod tests {
     use super::*;
     use crate::AccuracyRequest;
-    use crate::polygon::visible::visible_exchange;
+    use crate::polygon::visible::{ConvexBody, visible_exchange};
     use zonal_math::vec3;
 
     fn rectangle(at: Vec3, e: Vec3, f: Vec3) -> ConvexPolygon {
@@ -339,7 +315,9 @@ mod tests {
             let screen = rectangle(vec3(x, 0.2, 0.5), vec3(size, 0.0, 0.0), vec3(0.0, size, 0.0));
             let screen = [screen];
             let request = IntegrationRequest { relative: 1e-4, absolute: 0.0, max_evaluations: 100_000 };
-            let ours = obstructed_exchange(&floor, &top, &screen, &request);
+            let mut view = OccludedView::of_polygon(&floor, &top);
+            view.add(&ConvexBody::plate(&screen[0]));
+            let ours = obstructed_exchange(&floor, &mut view, &request);
             let exact = visible_exchange(&floor, &top, &screen, &AccuracyRequest::relative(1e-7), 0.0);
             let off = (ours.value - exact.bounded.value).abs();
             assert!(off <= ours.radius + exact.bounded.radius, "{x}: {ours:?} {exact:?}");

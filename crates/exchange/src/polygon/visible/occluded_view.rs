@@ -1,16 +1,19 @@
 //! The projected solid angle of a convex target behind convex obstructions, from a point, in closed form.
 //!
-//! With x at the origin, the cone over a convex obstruction with corners o_k, taken so that its edges turn one way, is
-//! {y: (o_k × o_{k+1})·y ≥ 0 for all k}. The visible pieces of the target stay in its plane, y = c + s e₁ + t e₂, where each side of the cone is a
+//! With x at the origin, the cone over a convex obstruction with silhouette edges o_k → p_k (`convex_body.rs`), taken so that they turn one way, is
+//! {y: (p_k × o_k)·y ≥ 0 for all k}. The visible pieces of the target stay in its plane, y = c + s e₁ + t e₂, where each side of the cone is a
 //! line a s + b t + d = 0. The difference of a convex piece and the cone: cut at the first line, keep the outer part, continue with
 //! the inner part; the part inside all lines is hidden.
 //!
-//! A target is a polygon, or a cone of directions: then c, e₁ and e₂ do not depend on x (weight 0).
+//! A target is a polygon, or a cone of directions: then c, e₁ and e₂ do not depend on x (weight 0). All coordinates are those of the target's
+//! frame (e₁, e₂, e₁ × e₂). A face of an obstruction that shows itself to all of the viewing polygon, or to none of it, is decided once: an edge
+//! between a face of either kind is silhouette from everywhere. The other edges are decided for each point.
 //!
 //! Cost: a piece that lies outside one of the lines stays where it is; otherwise each line that cuts it makes one more piece.
 
+use super::convex_body::ConvexBody;
 use super::convex_polygon::ConvexPolygon;
-use zonal_math::Vec3;
+use zonal_math::{Vec3, vec3};
 
 /// A corner of a piece in the coordinates of the target's plane.
 type PlaneCorner = [f64; 2];
@@ -23,7 +26,7 @@ fn height([a, b, d]: &ConeLine, [s, t]: &PlaneCorner) -> f64 {
 }
 
 /// Convex pieces of the target; the corners of all stand in one array, which grows until the next point of view.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 struct PieceList {
     corners: Vec<PlaneCorner>,
     /// First corner and end of each visible piece.
@@ -93,115 +96,313 @@ impl PieceList {
     }
 }
 
-/// A target's corners in homogeneous coordinates: seen from x along corner − `weight` x. The weight is 1 for points and 0 for directions, which are
-/// points at infinity.
+/// Whether a face shows itself to the points of the viewing polygon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FaceSide {
+    /// To all of them.
+    Front,
+    /// To none of them.
+    Back,
+    /// It depends: the face by its number among the undecided ones of its body.
+    Undecided(u32),
+}
+
+/// An edge in the target's frame, counter-clockwise in the first face seen from outside.
+#[derive(Clone, Copy, Debug)]
+struct ViewEdge {
+    from: Vec3,
+    to: Vec3,
+    faces: [FaceSide; 2],
+}
+
+/// The edges and the undecided faces of one obstruction, as ends of ranges.
+#[derive(Clone, Copy, Debug)]
+struct ViewBody {
+    /// End of the edges that are silhouette from everywhere, end of the others.
+    edges: [usize; 2],
+    planes: usize,
+    is_plate: bool,
+}
+
+/// What an obstruction hides of a target.
+enum Hidden {
+    Nothing,
+    Everything,
+    /// The inside of the cone.
+    Cone,
+}
+
+/// A convex target and its obstructions, evaluated from many points of a viewing polygon.
 #[derive(Clone, Debug)]
-pub(super) struct Target {
-    corners: Vec<Vec3>,
-    weight: f64,
-}
-
-impl Target {
-    /// A polygon by its corners, m.
-    pub(super) fn polygon(corners: Vec<Vec3>) -> Target {
-        Target { corners, weight: 1.0 }
-    }
-    /// The cone between directions that lie in one plane.
-    pub(super) fn directions(corners: Vec<Vec3>) -> Target {
-        Target { corners, weight: 0.0 }
-    }
-}
-
-/// A convex target and its obstructions, evaluated from many points.
-pub(super) struct OccludedView<'a> {
+pub struct OccludedView {
+    /// Corners of the viewing polygon.
+    viewer: Vec<Vec3>,
+    /// Origin and axes of the target's frame.
+    base: Vec3,
+    axes: [Vec3; 3],
+    /// Normal of the viewing polygon in the frame.
     normal: Vec3,
-    target: Target,
-    /// Frame of the target's plane at its first corner.
-    frame: [Vec3; 2],
-    /// The target in its frame.
+    /// The target's first corner in the frame.
+    anchor: Vec3,
+    /// 1 for points; 0 for directions, which are points at infinity.
+    weight: f64,
+    /// The target's corners in its plane.
     whole: Vec<PlaneCorner>,
-    obstructions: &'a [ConvexPolygon],
+    bodies: Vec<ViewBody>,
+    edges: Vec<ViewEdge>,
+    planes: Vec<(Vec3, f64)>,
+    /// Scratch: pieces, lines, faces that show themselves.
     visible: PieceList,
     cone: Vec<ConeLine>,
+    fronts: Vec<bool>,
+    sides: Vec<FaceSide>,
 }
 
-impl<'a> OccludedView<'a> {
-    /// A view along `normal` of `target`, which lies in front and has an area; the obstructions lie in front of both.
-    pub(super) fn new(normal: Vec3, target: Target, obstructions: &'a [ConvexPolygon]) -> OccludedView<'a> {
-        let c = &target.corners;
+impl Default for OccludedView {
+    /// A view of nothing, to be set ([`OccludedView::set_polygon`]).
+    fn default() -> OccludedView {
+        OccludedView {
+            viewer: Vec::new(),
+            base: Vec3::ZERO,
+            axes: [Vec3::ZERO; 3],
+            normal: Vec3::ZERO,
+            anchor: Vec3::ZERO,
+            weight: 1.0,
+            whole: Vec::new(),
+            bodies: Vec::new(),
+            edges: Vec::new(),
+            planes: Vec::new(),
+            visible: PieceList::default(),
+            cone: Vec::new(),
+            fronts: Vec::new(),
+            sides: Vec::new(),
+        }
+    }
+}
+
+impl OccludedView {
+    /// The view from `viewer` of `target`; each lies in front of the other.
+    pub fn of_polygon(viewer: &ConvexPolygon, target: &ConvexPolygon) -> OccludedView {
+        let mut view = OccludedView::default();
+        view.set_polygon(viewer, target);
+        view
+    }
+
+    /// The view from `viewer` of a cone between directions that lie in one plane, counter-clockwise for an observer at its apex. None if no direction
+    /// lies in front of the viewer.
+    pub fn of_directions(viewer: &ConvexPolygon, corners: &[Vec3]) -> Option<OccludedView> {
+        let visible = directions_in_front(corners, viewer.normal);
+        (visible.len() >= 3).then(|| {
+            let mut view = OccludedView::default();
+            view.set_target(viewer, &visible, 0.0);
+            view
+        })
+    }
+
+    /// Makes this the view of another pair without obstructions; memory is kept.
+    pub fn set_polygon(&mut self, viewer: &ConvexPolygon, target: &ConvexPolygon) {
+        self.set_target(viewer, &target.corners, 1.0);
+    }
+
+    fn set_target(&mut self, viewer: &ConvexPolygon, c: &[Vec3], weight: f64) {
+        self.viewer.clear();
+        self.viewer.extend_from_slice(&viewer.corners);
         let twice = (2..c.len()).fold(Vec3::ZERO, |s, k| s + (c[k - 1] - c[0]).cross(c[k] - c[0]));
-        let (e, f) = twice.normalized().frame();
-        let whole = c.iter().map(|p| [e.dot(*p - c[0]), f.dot(*p - c[0])]).collect();
-        let visible = PieceList::default();
-        OccludedView { normal, target, frame: [e, f], whole, obstructions, visible, cone: Vec::new() }
+        let n = twice.normalized();
+        let (e, f) = n.frame();
+        self.axes = [e, f, n];
+        self.weight = weight;
+        self.base = c[0] * weight;
+        self.anchor = self.turned(c[0] - self.base);
+        self.normal = self.turned(viewer.normal);
+        self.whole.clear();
+        self.whole.extend(c.iter().map(|p| [e.dot(*p - c[0]), f.dot(*p - c[0])]));
+        self.bodies.clear();
+        self.edges.clear();
+        self.planes.clear();
+    }
+
+    /// A vector in the target's frame.
+    fn turned(&self, v: Vec3) -> Vec3 {
+        let [e, f, n] = self.axes;
+        vec3(e.dot(v), f.dot(v), n.dot(v))
+    }
+
+    /// Number of obstructions.
+    pub fn obstructions(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Adds an obstruction. All of it that lies in a cone from a point of the viewer lies before the target ([`ConvexBody::in_front_of`]).
+    pub fn add(&mut self, body: &ConvexBody) {
+        let first = self.planes.len();
+        self.sides.clear();
+        for (n, c) in body.planes() {
+            let heights = || self.viewer.iter().map(|x| n.dot(*x) - c);
+            let side = if heights().all(|h| h <= 0.0) {
+                FaceSide::Back
+            } else if heights().all(|h| h > 0.0) {
+                FaceSide::Front
+            } else {
+                let number = (self.planes.len() - first) as u32;
+                let plane = (self.turned(*n), c - n.dot(self.base));
+                self.planes.push(plane);
+                FaceSide::Undecided(number)
+            };
+            self.sides.push(side);
+        }
+        let corner = |view: &OccludedView, k: u32| view.turned(body.corners()[k as usize] - view.base);
+        for decided in [true, false] {
+            for edge in body.edges() {
+                let faces = edge.faces.map(|f| self.sides[f as usize]);
+                let is_decided = !faces.iter().any(|f| matches!(f, FaceSide::Undecided(_)));
+                if is_decided != decided || faces[0] == faces[1] {
+                    continue;
+                }
+                let [from, to] = edge.ends.map(|k| corner(self, k));
+                let turned = is_decided && faces[0] == FaceSide::Back;
+                self.edges.push(match turned {
+                    true => ViewEdge { from: to, to: from, faces: [faces[1], faces[0]] },
+                    false => ViewEdge { from, to, faces },
+                });
+            }
+            if decided {
+                let end = self.edges.len();
+                self.bodies.push(ViewBody { edges: [end; 2], planes: 0, is_plate: body.is_plate() });
+            }
+        }
+        let (edges, planes) = (self.edges.len(), self.planes.len());
+        if let Some(made) = self.bodies.last_mut() {
+            (made.edges[1], made.planes) = (edges, planes);
+        }
     }
 
     /// ω⊥ of the part of the target visible from `x`, sr.
     pub(super) fn seen_from(&mut self, x: Vec3) -> f64 {
+        let x = self.turned(x - self.base);
+        let origin = self.anchor - x * self.weight;
         self.visible.restart(&self.whole);
-        for k in 0..self.obstructions.len() {
-            if self.set_cone(k, x) {
-                self.visible.subtract(&self.cone);
-                if self.visible.pieces.is_empty() {
-                    return 0.0;
+        let (mut edge, mut plane) = (0, 0);
+        for k in 0..self.bodies.len() {
+            match self.set_cone(k, [edge, plane], x, origin) {
+                Hidden::Nothing => {}
+                Hidden::Everything => return 0.0,
+                Hidden::Cone => {
+                    self.visible.subtract(&self.cone);
+                    if self.visible.pieces.is_empty() {
+                        return 0.0;
+                    }
                 }
             }
+            (edge, plane) = (self.bodies[k].edges[1], self.bodies[k].planes);
         }
-        self.sum_of_pieces(x)
+        self.sum_of_pieces(origin)
     }
 
     /// ω⊥ of the whole target from `x`, sr.
     pub(super) fn unobstructed_from(&mut self, x: Vec3) -> f64 {
         self.visible.restart(&self.whole);
-        self.sum_of_pieces(x)
+        self.sum_of_pieces(self.anchor - self.turned(x - self.base) * self.weight)
     }
 
-    fn sum_of_pieces(&self, x: Vec3) -> f64 {
-        let origin = self.target.corners[0] - x * self.target.weight;
+    fn sum_of_pieces(&self, origin: Vec3) -> f64 {
         let pieces = self.visible.pieces.iter().map(|p| self.visible.of(*p));
-        pieces.map(|p| self.projected_solid_angle(p, origin)).sum::<f64>().max(0.0)
+        pieces.map(|p| projected_solid_angle(p, origin, self.normal)).sum::<f64>().max(0.0)
     }
 
-    /// The lines of the cone over an obstruction; false if it occludes nothing of the target.
-    fn set_cone(&mut self, k: usize, x: Vec3) -> bool {
-        let (o, target) = (&self.obstructions[k], &self.target);
-        let height = o.height(x);
-        if height == 0.0 {
-            return false;
-        }
+    /// The lines of the cone over obstruction `k`, whose edges and undecided faces begin at `first`.
+    fn set_cone(&mut self, k: usize, first: [usize; 2], x: Vec3, origin: Vec3) -> Hidden {
+        let body = self.bodies[k];
         self.cone.clear();
-        let origin = target.corners[0] - x * target.weight;
-        let corners = &o.corners;
-        let mut a = corners[0] - x;
-        for i in 0..corners.len() {
-            let b = corners[if i + 1 == corners.len() { 0 } else { i + 1 }] - x;
-            // The front sees the corners counter-clockwise, the back clockwise.
-            let plane = if height > 0.0 { b.cross(a) } else { a.cross(b) };
-            let line = [plane.dot(self.frame[0]), plane.dot(self.frame[1]), plane.dot(origin)];
-            if self.whole.iter().all(|p| self::height(&line, p) <= 0.0) {
-                return false;
+        for edge in &self.edges[first[0]..body.edges[0]] {
+            if !push_line(&mut self.cone, &self.whole, [edge.from - x, edge.to - x], origin) {
+                return Hidden::Nothing;
             }
-            self.cone.push(line);
-            a = b;
         }
-        true
+        if body.edges[0] < body.edges[1] {
+            self.fronts.clear();
+            self.fronts.extend(self.planes[first[1]..body.planes].iter().map(|(n, c)| n.dot(x) > *c));
+            let shows = |side: FaceSide| match side {
+                FaceSide::Front => true,
+                FaceSide::Back => false,
+                FaceSide::Undecided(n) => self.fronts[n as usize],
+            };
+            for edge in &self.edges[body.edges[0]..body.edges[1]] {
+                let ends = match edge.faces.map(shows) {
+                    [true, false] => [edge.from - x, edge.to - x],
+                    [false, true] => [edge.to - x, edge.from - x],
+                    _ => continue,
+                };
+                if !push_line(&mut self.cone, &self.whole, ends, origin) {
+                    return Hidden::Nothing;
+                }
+            }
+        }
+        match (self.cone.is_empty(), body.is_plate) {
+            (false, _) => Hidden::Cone,
+            // A plate is seen edge-on; a point that no face of a solid shows itself to lies inside.
+            (true, true) => Hidden::Nothing,
+            (true, false) => Hidden::Everything,
+        }
     }
+}
 
-    /// Lambert's sum over the edges of a piece, sr: positive for one that shows its front to the origin.
-    fn projected_solid_angle(&self, piece: &[PlaneCorner], origin: Vec3) -> f64 {
-        let [e, f] = self.frame;
-        let at = |p: &PlaneCorner| origin + e * p[0] + f * p[1];
-        let Some(last) = piece.last() else { return 0.0 };
-        let (mut sum, mut a) = (0.0, at(last));
-        for p in piece {
-            let b = at(p);
-            let c = a.cross(b);
-            let s = c.length();
-            if s > 0.0 {
-                sum += s.atan2(a.dot(b)) / s * self.normal.dot(c);
-            }
-            a = b;
-        }
-        -0.5 * sum
+/// Adds the line through an edge of a silhouette; false if all of the target lies outside it.
+fn push_line(cone: &mut Vec<ConeLine>, whole: &[PlaneCorner], [from, to]: [Vec3; 2], origin: Vec3) -> bool {
+    let plane = to.cross(from);
+    let line = [plane.x, plane.y, plane.dot(origin)];
+    if whole.iter().all(|p| height(&line, p) <= 0.0) {
+        return false;
     }
+    cone.push(line);
+    true
+}
+
+/// The part of a convex cone of directions on the positive side of a plane through its apex.
+pub(super) fn directions_in_front(cell: &[Vec3], normal: Vec3) -> Vec<Vec3> {
+    let mut kept = Vec::with_capacity(cell.len() + 1);
+    for (i, d) in cell.iter().enumerate() {
+        let e = cell[(i + 1) % cell.len()];
+        let (h, k) = (normal.dot(*d), normal.dot(e));
+        if h >= 0.0 {
+            kept.push(*d);
+        }
+        if h * k < 0.0 {
+            kept.push(*d + (e - *d) * (h / (h - k)));
+        }
+    }
+    kept
+}
+
+/// Square of the tangent of an angle below which the series of the arc tangent holds to rounding with [`ARC_SERIES`].
+const MAX_SERIES_TANGENT2: f64 = 0.01;
+/// Coefficients of −u², u⁴, … in arctan(u)/u.
+const ARC_SERIES: [f64; 7] = [1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0, 1.0 / 9.0, 1.0 / 11.0, 1.0 / 13.0, 1.0 / 15.0];
+
+/// The angle between two vectors over the length of their cross product, from the square of that and their scalar product.
+fn angle_over_sine(sine2: f64, cosine: f64) -> f64 {
+    if cosine > 0.0 && sine2 < MAX_SERIES_TANGENT2 * cosine * cosine {
+        let u2 = sine2 / (cosine * cosine);
+        // Horner's rule for 1 − u²/3 + u⁴/5 − …
+        return (1.0 - u2 * ARC_SERIES.iter().rev().fold(0.0, |s, c| c - u2 * s)) / cosine;
+    }
+    let sine = sine2.sqrt();
+    sine.atan2(cosine) / sine
+}
+
+/// Lambert's sum over the edges of a piece, sr: positive for one that shows its front to the origin.
+fn projected_solid_angle(piece: &[PlaneCorner], origin: Vec3, normal: Vec3) -> f64 {
+    let at = |p: &PlaneCorner| vec3(origin.x + p[0], origin.y + p[1], origin.z);
+    let Some(last) = piece.last() else { return 0.0 };
+    let (mut sum, mut a) = (0.0, at(last));
+    for p in piece {
+        let b = at(p);
+        let c = a.cross(b);
+        let sine2 = c.length2();
+        if sine2 > 0.0 {
+            sum += angle_over_sine(sine2, a.dot(b)) * normal.dot(c);
+        }
+        a = b;
+    }
+    -0.5 * sum
 }
