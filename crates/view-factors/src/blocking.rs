@@ -11,9 +11,12 @@
 //!
 //! **Solids.** For a fixed end the points whose segments meet a convex set over a part of their length form a convex set, so corners decide for
 //! hulls here too. The planes of faces are moved inwards by the contact distance, so that a solid does not hide its own facets; the plane of an
-//! opening outwards, so that it hides what stands on the ground beside it.
+//! opening outwards, so that it hides what stands on the ground beside it. The largest ball about the middle inside the solid and the smallest around
+//! it decide most segments.
 
+use crate::bounds::Bounds;
 use crate::occluders::MergedOccluder;
+use std::borrow::Cow;
 use zonal_exchange::polygon::visible::ConvexBody;
 use zonal_math::Vec3;
 
@@ -24,9 +27,15 @@ pub(crate) struct Occluder {
     /// Edges of a plate with inward normals, none of a solid.
     plate_edges: Vec<(Vec3, f64)>,
     has_opening: bool,
+    pub bounds: Bounds,
     pub centre: Vec3,
     pub radius: f64,
+    /// Radius of a ball about the centre inside a solid; zero for a plate.
+    inner_radius: f64,
 }
+
+/// Faces of a body, at most, that are tried as separating planes.
+const MAX_SEPARATING_PLANES: usize = 24;
 
 /// Corners of a hull at most: those of a box, or of a polygon.
 pub(crate) const MAX_HULL_CORNERS: usize = 8;
@@ -42,7 +51,16 @@ impl Occluder {
         let plate_edges = if body.is_plate() { (0..c.len()).map(edge).collect() } else { Vec::new() };
         let centre = c.iter().fold(Vec3::ZERO, |s, p| s + *p) / c.len() as f64;
         let radius = c.iter().fold(0.0f64, |s, p| s.max((*p - centre).length()));
-        Occluder { plate_edges, has_opening, centre, radius, body }
+        let depth = body.planes().iter().fold(radius, |s, (n, c)| s.min(c - n.dot(centre)));
+        Occluder {
+            bounds: Bounds::of(c),
+            plate_edges,
+            has_opening,
+            centre,
+            radius,
+            inner_radius: depth.max(0.0),
+            body,
+        }
     }
 
     /// True if the body, displaced by `shift`, meets every segment from a point of `from` to a point of `to` (weight 1) or every
@@ -95,6 +113,17 @@ impl Occluder {
         let planes = self.body.planes();
         let start = a - shift;
         let along = b - a * weight;
+        let to_centre = self.centre - start;
+        let nearest = to_centre.dot(along) / along.length2();
+        let nearest = if weight > 0.0 { nearest.clamp(0.0, 1.0) } else { nearest.max(0.0) };
+        let distance2 = (to_centre - along * nearest).length2();
+        if distance2 < (self.inner_radius - contact).max(0.0).powi(2) {
+            return true;
+        }
+        // The opening's plane is moved outwards.
+        if distance2 > (self.radius + contact).powi(2) {
+            return false;
+        }
         let (mut enter, mut leave) = (0.0f64, if weight > 0.0 { 1.0 } else { f64::INFINITY });
         for (k, (n, c)) in planes.iter().enumerate() {
             let is_opening = self.has_opening && k + 1 == planes.len();
@@ -131,7 +160,23 @@ impl Occluder {
         })
     }
 
-    /// True if one face has all of `from` on its outer side, and no segment to `to` (weight 1: points; 0: directions) leads inwards.
+    /// The body displaced by `shift`.
+    pub(crate) fn placed(&self, shift: Vec3) -> Cow<'_, ConvexBody> {
+        match shift == Vec3::ZERO {
+            true => Cow::Borrowed(&self.body),
+            false => Cow::Owned(self.body.translated(shift)),
+        }
+    }
+
+    /// True if all of the body, displaced by `shift`, has n·x ≥ c.
+    pub(crate) fn is_beyond(&self, (n, c): (Vec3, f64), shift: Vec3) -> bool {
+        let level = c - n.dot(shift);
+        let middle = n.dot(self.centre) - level;
+        middle >= 0.0 && (middle >= self.radius || self.body.corners().iter().all(|x| n.dot(*x) >= level))
+    }
+
+    /// True if one face has all of `from` on its outer side, and no segment to `to` (weight 1: points; 0: directions) leads inwards; not
+    /// decided for bodies of very many faces.
     pub(crate) fn is_beside(
         &self,
         from: &[Vec3],
@@ -140,12 +185,14 @@ impl Occluder {
         shift: Vec3,
         contact: f64,
     ) -> bool {
-        self.body.planes().iter().any(|(n, c)| {
-            let offset = c + n.dot(shift);
-            let margin = if weight > 0.0 { contact } else { 0.0 };
-            from.iter().all(|x| n.dot(*x) >= offset - contact)
-                && to.iter().all(|x| n.dot(*x) >= offset * weight - margin)
-        })
+        let planes = self.body.planes();
+        planes.len() <= MAX_SEPARATING_PLANES
+            && planes.iter().any(|(n, c)| {
+                let offset = c + n.dot(shift);
+                let margin = if weight > 0.0 { contact } else { 0.0 };
+                from.iter().all(|x| n.dot(*x) >= offset - contact)
+                    && to.iter().all(|x| n.dot(*x) >= offset * weight - margin)
+            })
     }
 }
 

@@ -67,7 +67,7 @@ impl Geometry {
         let contact = contact_distance(&all);
         let occluders: Vec<Occluder> =
             merged_occluders(&all, contact).into_iter().map(Occluder::new).collect();
-        let boxes: Vec<Bounds> = occluders.iter().map(|o| Bounds::of(o.body.corners())).collect();
+        let boxes: Vec<Bounds> = occluders.iter().map(|o| o.bounds).collect();
         let occluder_tree = BoundsTree::new(&boxes, &vec![0; boxes.len()], 1);
         let facets: Vec<PreparedFacet> = facets.iter().cloned().map(PreparedFacet::new).collect();
         let boxes: Vec<Bounds> = facets.iter().map(|f| f.bounds).collect();

@@ -189,44 +189,15 @@ fn convex_solids(
     components: &[Vec<usize>],
     contact: f64,
 ) -> SolidShells {
-    let mut component_of = vec![usize::MAX; polygons.len()];
-    for (c, members) in components.iter().enumerate() {
-        members.iter().for_each(|k| component_of[*k] = c);
-    }
-    let mut by_edge: HashMap<(Corner, Corner), usize> = HashMap::new();
-    for k in components.iter().flatten() {
-        Outlines::edges(&outlines.loops[*k]).for_each(|e| {
-            by_edge.insert(e, *k);
-        });
-    }
-    let behind = |p: usize, q: usize| polygons[q].corners().iter().all(|c| polygons[p].height(*c) <= contact);
-    let mut made = SolidShells {
-        is_part: vec![false; components.len()],
-        solids: Vec::new(),
-        openings: Default::default(),
-    };
+    let adjacency = Adjacency::new(outlines, polygons, components, contact);
+    let mut made =
+        SolidShells { is_part: vec![false; components.len()], solids: Vec::new(), openings: HashSet::new() };
     let mut visited = vec![false; components.len()];
     for seed in 0..components.len() {
         if std::mem::replace(&mut visited[seed], true) {
             continue;
         }
-        let (mut shell, mut open, mut next) = (vec![seed], Vec::new(), 0);
-        while next < shell.len() {
-            for &k in &components[shell[next]] {
-                for (a, b) in Outlines::edges(&outlines.loops[k]) {
-                    match by_edge.get(&(b, a)).map(|o| (*o, component_of[*o])) {
-                        Some((_, c)) if c == shell[next] => {}
-                        Some((o, c)) if behind(k, o) && behind(o, k) => {
-                            if !std::mem::replace(&mut visited[c], true) {
-                                shell.push(c);
-                            }
-                        }
-                        _ => open.push((b, a)),
-                    }
-                }
-            }
-            next += 1;
-        }
+        let (shell, open) = adjacency.shell(seed, &mut visited);
         let opening = if open.is_empty() { None } else { opening(outlines, open, contact) };
         if let Some(solid) =
             solid_of_shell(outlines, polygons, (&shell, components), opening.as_ref(), contact)
@@ -237,6 +208,66 @@ fn convex_solids(
         }
     }
     made
+}
+
+/// Which components meet in convex edges.
+struct Adjacency<'a> {
+    outlines: &'a Outlines,
+    polygons: &'a [&'a ConvexPolygon],
+    components: &'a [Vec<usize>],
+    component_of: Vec<usize>,
+    by_edge: HashMap<(Corner, Corner), usize>,
+    contact: f64,
+}
+
+impl<'a> Adjacency<'a> {
+    fn new(
+        outlines: &'a Outlines,
+        polygons: &'a [&'a ConvexPolygon],
+        components: &'a [Vec<usize>],
+        contact: f64,
+    ) -> Adjacency<'a> {
+        let mut component_of = vec![usize::MAX; polygons.len()];
+        for (c, members) in components.iter().enumerate() {
+            members.iter().for_each(|k| component_of[*k] = c);
+        }
+        let edges_of = |k: &usize| {
+            let k = *k;
+            Outlines::edges(&outlines.loops[k]).map(move |e| (e, k))
+        };
+        let by_edge = components.iter().flatten().flat_map(edges_of).collect();
+        Adjacency { outlines, polygons, components, component_of, by_edge, contact }
+    }
+
+    /// True if facets `p` and `q`, which share an edge, lie behind each other.
+    fn is_convex_edge(&self, p: usize, q: usize) -> bool {
+        let behind = |p: usize, q: usize| {
+            self.polygons[q].corners().iter().all(|c| self.polygons[p].height(*c) <= self.contact)
+        };
+        behind(p, q) && behind(q, p)
+    }
+
+    /// The components that convex edges connect with `seed`, and their other edges, each in the direction of a face that would close them.
+    fn shell(&self, seed: usize, visited: &mut [bool]) -> (Vec<usize>, Vec<(Corner, Corner)>) {
+        let (mut shell, mut open, mut next) = (vec![seed], Vec::new(), 0);
+        while next < shell.len() {
+            for &k in &self.components[shell[next]] {
+                for (a, b) in Outlines::edges(&self.outlines.loops[k]) {
+                    match self.by_edge.get(&(b, a)).map(|o| (*o, self.component_of[*o])) {
+                        Some((_, c)) if c == shell[next] => {}
+                        Some((o, c)) if self.is_convex_edge(k, o) => {
+                            if !std::mem::replace(&mut visited[c], true) {
+                                shell.push(c);
+                            }
+                        }
+                        _ => open.push((b, a)),
+                    }
+                }
+            }
+            next += 1;
+        }
+        (shell, open)
+    }
 }
 
 /// The solid of a shell, closed by a face over its opening.

@@ -12,9 +12,8 @@ use crate::geometry::{Geometry, PreparedFacet};
 use crate::occluder_list::{self, OccluderNode, Shifts};
 use crate::settings::ErrorGoal;
 use crate::shaft::BoxShaft;
-use std::borrow::Cow;
 use zonal_exchange::polygon::visible::{
-    ConvexPolygon, IntegrationRequest, OccludedView, obstructed_exchange,
+    ConvexPolygon, IntegrationRequest, OccludedView, add_shaft_planes, obstructed_exchange,
 };
 use zonal_math::Vec3;
 
@@ -226,24 +225,28 @@ impl<'a> PairTraversal<'a> {
         }
     }
 
+    /// False if an occluder is beside the segments between two facets.
+    fn may_be_between(&self, (k, shift): (usize, Vec3), a: &PreparedFacet, b: &PreparedFacet) -> bool {
+        let o = &self.geometry.occluders[k];
+        let (axis, from_a) = (b.centre - a.centre, o.centre + shift - a.centre);
+        // The hull of the two bounding spheres lies within this distance of the segment of their centres.
+        let reach = a.radius.max(b.radius) + o.radius;
+        let t = (from_a.dot(axis) / axis.length2()).clamp(0.0, 1.0);
+        let (p, q) = (a.polygon().corners(), b.polygon().corners());
+        (from_a - axis * t).length2() < reach * reach && !o.is_beside(p, q, 1.0, shift, self.geometry.contact)
+    }
+
     /// The occluders between two facets, in `self.view`.
     fn occluders_between(&mut self, a: &PreparedFacet, b: &PreparedFacet) -> Obstruction {
         self.planes.clear();
         let (p, q, contact) = (a.polygon(), b.polygon(), self.geometry.contact);
-        let axis = b.centre - a.centre;
-        let width = a.radius.max(b.radius);
         let mut parts: Option<[ConvexPolygon; 2]> = None;
         for place in 0..self.near.len() {
             let (k, shift) = self.near[place];
-            let o = &self.geometry.occluders[k];
-            // The hull of the two bounding spheres lies within this distance of the segment of their centres.
-            let from_a = o.centre + shift - a.centre;
-            let t = (from_a.dot(axis) / axis.length2()).clamp(0.0, 1.0);
-            if (from_a - axis * t).length2() >= (width + o.radius).powi(2)
-                || o.is_beside(p.corners(), q.corners(), 1.0, shift, contact)
-            {
+            if !self.may_be_between((k, shift), a, b) {
                 continue;
             }
+            let o = &self.geometry.occluders[k];
             if o.crosses(a.centre, b.centre, 1.0, shift)
                 && self.geometry.hides(k, p.corners(), q.corners(), 1.0, shift)
             {
@@ -252,22 +255,11 @@ impl<'a> PairTraversal<'a> {
                 return Obstruction::Everything;
             }
             if self.planes.is_empty() {
-                shaft_planes(p, q, contact, &mut self.planes);
+                add_shaft_planes(p, q, contact, &mut self.planes);
             }
-            let outside = |corners: &[Vec3], by: Vec3| {
-                let is_outside = |(n, c): &(Vec3, f64)| {
-                    let level = c - contact - n.dot(by);
-                    corners.iter().all(|x| n.dot(*x) >= level)
-                };
-                self.planes.iter().any(is_outside)
-            };
-            if outside(o.body.corners(), shift) {
+            if self.planes.iter().any(|(n, c)| o.is_beyond((*n, c - contact), shift)) {
                 continue;
             }
-            let placed = match shift == Vec3::ZERO {
-                true => Cow::Borrowed(&o.body),
-                false => Cow::Owned(o.body.translated(shift)),
-            };
             if parts.is_none() {
                 // Without a part in front there is nothing to see.
                 let Some(ends) = ordered_parts(p, q, contact) else { return Obstruction::Everything };
@@ -275,14 +267,15 @@ impl<'a> PairTraversal<'a> {
                 parts = Some(ends);
             }
             let Some([outer, target]) = &parts else { continue };
+            let placed = o.placed(shift);
             if placed.corners().iter().all(|c| outer.height(*c) <= contact) {
                 continue;
             }
             let Some(cut) = placed.in_front_of(target, contact) else { continue };
-            if matches!(cut, Cow::Owned(_)) && outside(cut.corners(), Vec3::ZERO) {
-                continue;
+            let is_outside = |(n, c): &(Vec3, f64)| cut.corners().iter().all(|x| n.dot(*x) >= c - contact);
+            if cut.corners().len() == placed.corners().len() || !self.planes.iter().any(is_outside) {
+                self.view.add(&cut);
             }
-            self.view.add(&cut);
         }
         match parts {
             Some([outer, _]) if self.view.obstructions() > 0 => Obstruction::Parts(outer),
@@ -309,29 +302,4 @@ enum Obstruction {
 pub(crate) fn round_up(radius: f64) -> f32 {
     let r = radius as f32;
     if f64::from(r) < radius { r.next_up() } else { r }
-}
-
-/// Planes (n, c) with n·x ≤ c for both polygons, each through an edge of the one and a corner of the other.
-fn shaft_planes(a: &ConvexPolygon, b: &ConvexPolygon, contact: f64, planes: &mut Vec<(Vec3, f64)>) {
-    for (p, q) in [(a, b), (b, a)] {
-        let corners = p.corners();
-        for (k, s) in corners.iter().enumerate() {
-            let edge = corners[(k + 1) % corners.len()] - *s;
-            for v in q.corners() {
-                let n = edge.cross(*v - *s);
-                let length = n.length();
-                if length <= 1e-12 * edge.length2() {
-                    continue;
-                }
-                let n = n / length;
-                let c = n.dot(*s);
-                let mut heights = a.corners().iter().chain(b.corners()).map(|x| n.dot(*x) - c);
-                if heights.clone().all(|h| h <= contact) {
-                    planes.push((n, c));
-                } else if heights.all(|h| h >= -contact) {
-                    planes.push((-n, -c));
-                }
-            }
-        }
-    }
 }

@@ -5,17 +5,13 @@
 //! partly hidden cells of a facet are integrated together over the facet, their visible parts in closed form for each point
 //! ([`zonal_exchange::polygon::visible::obstructed_sky`]). A cell with very many occluders is divided first.
 
-use crate::bounds::Bounds;
 use crate::direction_cell::DirectionCell;
 use crate::geometry::{Geometry, PreparedFacet};
 use crate::occluder_list::{self, OccluderNode};
 use crate::periods::PeriodicImages;
 use crate::settings::ErrorGoal;
 use crate::shaft::SkyShaft;
-use std::borrow::Cow;
-use zonal_exchange::polygon::visible::{
-    ConvexBody, IntegrationRequest, OccludedView, obstructed_sky, unobstructed_sky,
-};
+use zonal_exchange::polygon::visible::{IntegrationRequest, OccludedView, obstructed_sky, unobstructed_sky};
 use zonal_math::{Bounded, Vec3};
 
 /// Cells along an edge of the cube of directions; even, so that no cell crosses the horizon.
@@ -28,7 +24,7 @@ const MAX_HIDING_OCCLUDERS: usize = 8;
 /// Requested radius of a sky factor relative to that of a pair.
 const SKY_GOAL: f64 = 40.0;
 /// Evaluations of visible cells for a facet, at most.
-const MAX_SKY_EVALUATIONS: u64 = 20_000;
+const MAX_SKY_EVALUATIONS: u64 = 80_000;
 
 /// Part of the surroundings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -205,16 +201,8 @@ impl<'a> SkyTraversal<'a> {
             return;
         }
         let Some(mut view) = OccludedView::of_directions(p, &corners) else { return };
-        before.iter().for_each(|o| view.add(&self.placed(o)));
+        before.iter().for_each(|o| view.add(&g.occluders[o.occluder].placed(o.shift)));
         self.partial.entry((f, self.region(cell))).or_default().push(view);
-    }
-
-    fn placed(&self, o: &NearOccluder) -> Cow<'_, ConvexBody> {
-        let body = &self.geometry.occluders[o.occluder].body;
-        match o.shift == Vec3::ZERO {
-            true => Cow::Borrowed(body),
-            false => Cow::Owned(body.translated(o.shift)),
-        }
     }
 
     /// Orders occluders, large and near ones first, so that later ones find little left to hide; removes those that lie wholly behind another one.
@@ -222,7 +210,7 @@ impl<'a> SkyTraversal<'a> {
         before.sort_by(|a, b| b.extent.total_cmp(&a.extent));
         let mut kept: Vec<NearOccluder> = Vec::with_capacity(before.len());
         for o in before.drain(..) {
-            let bounds = Bounds::of(self.geometry.occluders[o.occluder].body.corners()).shifted(o.shift);
+            let bounds = self.geometry.occluders[o.occluder].bounds.shifted(o.shift);
             let behind = kept.iter().take(MAX_HIDING_OCCLUDERS).any(|k| {
                 self.geometry.occluders[k.occluder].crosses(facet.centre, o.centre, 1.0, k.shift)
                     && self.geometry.hides(

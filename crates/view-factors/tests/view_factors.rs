@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::sync::Mutex;
-use zonal_math::{Grade, Vec3, vec3};
+use zonal_math::{Bounded, Grade, Vec3, vec3};
 use zonal_reference::Rng;
 use zonal_scene::{CheckpointStore, NoCheckpoints, NoProgress};
 use zonal_view_factors::{ConvexPolygon, Openness, RowClosing, ViewFactorSettings, ViewFactors};
@@ -122,6 +122,54 @@ fn rows_of_a_furnished_room_close_within_their_radii() {
             }
         }
     }
+}
+
+/// Houses of several heights on a ground with holes under them, turned off the axes.
+fn street() -> Vec<ConvexPolygon> {
+    let mut facets = Vec::new();
+    for (i, j) in (0..3).flat_map(|i| (0..2).map(move |j| (i, j))) {
+        let (x, y) = (4.0 * f64::from(i), 4.0 * f64::from(j));
+        let height = [1.0, 2.5, 1.6, 3.2, 0.8, 2.0][(2 * i + j) as usize];
+        let mut house = Vec::new();
+        cuboid(&mut house, vec3(x + 1.0, y + 1.0, 0.0), vec3(2.0, 1.7, height), false, 2);
+        house.retain(|p| p.normal().z > -0.5);
+        facets.append(&mut house);
+        let (xs, ys) = ([x, x + 1.0, x + 3.0, x + 4.0], [y, y + 1.0, y + 2.7, y + 4.0]);
+        for (u, v) in (0..3).flat_map(|u| (0..3).map(move |v| (u, v))).filter(|c| *c != (1, 1)) {
+            let edges = [vec3(xs[u + 1] - xs[u], 0.0, 0.0), vec3(0.0, ys[v + 1] - ys[v], 0.0)];
+            divide(&mut facets, vec3(xs[u], ys[v], 0.0), edges[0], edges[1], [1, 1]);
+        }
+    }
+    facets.iter().map(turned).collect()
+}
+
+#[test]
+fn radii_cover_the_errors_of_a_street() {
+    let facets = street();
+    let computed = |tolerance: f64| {
+        let settings = ViewFactorSettings { tolerance, closure: RowClosing::Keep, ..Default::default() };
+        compute(&facets, &[], &settings)
+    };
+    let (coarse, fine) = (computed(1e-3), computed(3e-5));
+    // The houses are solids, and the ground is one plate.
+    assert_eq!((coarse.counts.occluders, coarse.counts.solids), (7, 6));
+    let (mut pairs, mut beyond, mut largest) = (0, 0, 0.0f64);
+    for i in 0..facets.len() {
+        let exact: HashMap<usize, Bounded> = fine.row(i).collect();
+        for (j, b) in coarse.row(i) {
+            let e = exact.get(&j).copied().unwrap_or(Bounded::ZERO);
+            let share = (b.value - e.value).abs() / (b.radius + e.radius + 1e-12);
+            (pairs, beyond) = (pairs + 1, beyond + u32::from(share > 1.0));
+            largest = largest.max(share);
+        }
+        for (b, e) in [(coarse.sky(i), fine.sky(i)), (coarse.ground(i), fine.ground(i))] {
+            assert!((b.value - e.value).abs() <= b.radius + e.radius + 1e-12, "{i}: {b:?} {e:?}");
+        }
+        let defect = coarse.defects()[i].abs();
+        assert!(defect <= coarse.row_radius(i) && defect < 1e-3, "{i}: {defect:e}");
+    }
+    // The radii are estimates: a shadow between the points of a rule may be missed.
+    assert!(pairs > 15_000 && beyond == 0, "{beyond} of {pairs}, {largest}");
 }
 
 /// The facet that a ray meets first, by testing all.

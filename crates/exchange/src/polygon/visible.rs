@@ -123,7 +123,8 @@ fn potential_occluders(
     obstructions: &[ConvexPolygon],
     eps: f64,
 ) -> Vec<ConvexPolygon> {
-    let shaft = shaft_planes(a, b, eps);
+    let mut shaft = Vec::new();
+    add_shaft_planes(a, b, eps, &mut shaft);
     let cut = |o: &ConvexPolygon| o.in_front_of(a, eps).and_then(|o| o.in_front_of(b, eps));
     let mut kept: Vec<ConvexPolygon> = obstructions
         .iter()
@@ -153,28 +154,30 @@ fn same_corners(a: &ConvexPolygon, b: &ConvexPolygon, eps: f64) -> bool {
     a.corners.len() == b.corners.len() && a.corners.iter().all(near)
 }
 
-/// Planes (n, c) with n·x ≤ c for all of a and b, each through an edge of the one and a corner of the other.
-fn shaft_planes(a: &ConvexPolygon, b: &ConvexPolygon, eps: f64) -> Vec<(Vec3, f64)> {
-    let mut planes = Vec::new();
-    let all = || a.corners.iter().chain(&b.corners);
+/// Adds the planes (n, c) with n·x ≤ c for all of a and b, to `contact` (m), that go through an edge of the one and a corner of the other. What lies
+/// beyond one of them is not between a and b.
+pub fn add_shaft_planes(a: &ConvexPolygon, b: &ConvexPolygon, contact: f64, planes: &mut Vec<(Vec3, f64)>) {
     for (p, q) in [(a, b), (b, a)] {
-        for k in 0..p.corners.len() {
-            let (s, t) = (p.corners[k], p.corners[(k + 1) % p.corners.len()]);
+        for (k, s) in p.corners.iter().enumerate() {
+            let edge = p.corners[(k + 1) % p.corners.len()] - *s;
             for v in &q.corners {
-                let raw = (t - s).cross(*v - s);
-                if raw.length() <= RELATIVE_CONTACT_DISTANCE * (t - s).length2() {
+                let n = edge.cross(*v - *s);
+                let length = n.length();
+                if length <= RELATIVE_CONTACT_DISTANCE * edge.length2() {
                     continue;
                 }
-                for n in [raw.normalized(), -raw.normalized()] {
-                    let c = n.dot(s);
-                    if all().all(|x| n.dot(*x) <= c + eps) {
-                        planes.push((n, c));
-                    }
+                let n = n / length;
+                let c = n.dot(*s);
+                let heights = || a.corners.iter().chain(&b.corners).map(|x| n.dot(*x) - c);
+                if heights().all(|h| h <= contact) {
+                    planes.push((n, c));
+                }
+                if heights().all(|h| h >= -contact) {
+                    planes.push((-n, -c));
                 }
             }
         }
     }
-    planes
 }
 
 /// A triangle of a with its integral and the estimate of its error, both times π.

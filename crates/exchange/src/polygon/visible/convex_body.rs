@@ -116,13 +116,8 @@ impl ConvexBody {
     fn cut(&self, heights: &[f64], polygon: &ConvexPolygon, level: f64) -> Option<ConvexBody> {
         let cap = self.planes.len() as u32;
         let is_kept = |k: u32| heights[k as usize] >= level;
+        let mut body = ConvexBody { corners: Vec::new(), edges: Vec::new(), ..self.clone() };
         let mut number = vec![u32::MAX; heights.len()];
-        let mut body = ConvexBody {
-            corners: Vec::with_capacity(heights.len() + 4),
-            planes: self.planes.clone(),
-            edges: Vec::with_capacity(self.edges.len() + 6),
-            is_plate: self.is_plate,
-        };
         for (k, corner) in self.corners.iter().enumerate().filter(|(k, _)| is_kept(*k as u32)) {
             number[k] = body.corners.len() as u32;
             body.corners.push(*corner);

@@ -182,7 +182,7 @@ impl Default for OccludedView {
 
 impl OccludedView {
     /// The view from `viewer` of `target`; each lies in front of the other.
-    pub fn of_polygon(viewer: &ConvexPolygon, target: &ConvexPolygon) -> OccludedView {
+    pub(super) fn of_polygon(viewer: &ConvexPolygon, target: &ConvexPolygon) -> OccludedView {
         let mut view = OccludedView::default();
         view.set_polygon(viewer, target);
         view
@@ -405,4 +405,96 @@ fn projected_solid_angle(piece: &[PlaneCorner], origin: Vec3, normal: Vec3) -> f
         a = b;
     }
     -0.5 * sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zonal_reference::Rng;
+
+    /// The faces of a body as plates.
+    fn faces(body: &ConvexBody) -> Vec<ConvexBody> {
+        let face = |f: u32| {
+            let of_face = |e: &super::super::convex_body::BodyEdge| match e.faces {
+                [a, _] if a == f => Some(e.ends),
+                [_, b] if b == f => Some([e.ends[1], e.ends[0]]),
+                _ => None,
+            };
+            let edges: Vec<[u32; 2]> = body.edges().iter().filter_map(of_face).collect();
+            let mut outline = vec![edges[0][0]];
+            while outline.len() < edges.len() {
+                let last = outline[outline.len() - 1];
+                outline.push(edges.iter().find(|e| e[0] == last).expect("a closed face")[1]);
+            }
+            let corners = outline.iter().map(|k| body.corners()[*k as usize]).collect();
+            ConvexBody::plate(&ConvexPolygon::new(corners).expect("a face"))
+        };
+        (0..body.planes().len() as u32).map(face).collect()
+    }
+
+    /// A box with edges along a random frame.
+    fn block(random: &mut Rng, middle: Vec3, size: f64) -> ConvexBody {
+        let mut number = || 2.0 * random.uniform() - 1.0;
+        let n = vec3(number(), number(), number()).normalized();
+        let (e, f) = n.frame();
+        let (e, f, n) = (e * size, f * (0.3 * size), n * (0.6 * size));
+        let sign = |bit: usize, k: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
+        let corners = (0..8).map(|k| middle + e * sign(0, k) + f * sign(1, k) + n * sign(2, k)).collect();
+        let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        ConvexBody::solid(corners, &faces.map(|f| f.to_vec()), 1e-12).expect("a box")
+    }
+
+    fn square(z: f64, size: f64) -> ConvexPolygon {
+        let s = if z > 0.0 { -size } else { size };
+        let corners = [[-size, -s], [size, -s], [size, s], [-size, s]].map(|[x, y]| vec3(x, y, z));
+        ConvexPolygon::new(corners.to_vec()).expect("a square")
+    }
+
+    /// A solid hides what its faces hide, also where the target's plane cuts it or where a face shows itself to a part of the viewer.
+    #[test]
+    fn silhouettes_hide_what_faces_hide() {
+        let (viewer, target) = (square(0.0, 1.0), square(2.0, 1.5));
+        let mut random = Rng::new(7);
+        let (mut partial, mut cut) = (0, 0);
+        for _ in 0..300 {
+            let mut at = |low: f64, high: f64| low + (high - low) * random.uniform();
+            let (middle, size) = (vec3(at(-1.5, 1.5), at(-1.5, 1.5), at(-0.3, 2.2)), at(0.1, 0.6));
+            let body = block(&mut random, middle, size);
+            let Some(part) = body.in_front_of(&target, 1e-12) else { continue };
+            cut += usize::from(part.planes().len() > body.planes().len());
+            let mut solid = OccludedView::of_polygon(&viewer, &target);
+            let mut sheets = solid.clone();
+            solid.add(&part);
+            for face in faces(&body) {
+                face.in_front_of(&target, 1e-12).iter().for_each(|f| sheets.add(f));
+            }
+            for _ in 0..8 {
+                let mut at = || 2.0 * random.uniform() - 1.0;
+                let x = vec3(at(), at(), 0.0);
+                let (one, other) = (solid.seen_from(x), sheets.seen_from(x));
+                assert!((one - other).abs() < 1e-12, "{one} {other} {body:?} {x:?}");
+                partial += usize::from(one > 0.0 && one < solid.unobstructed_from(x) - 1e-12);
+            }
+        }
+        assert!(partial > 500 && cut > 50, "{partial} {cut}");
+    }
+
+    #[test]
+    fn a_point_inside_a_solid_sees_nothing() {
+        let (viewer, target) = (square(0.0, 1.0), square(2.0, 1.5));
+        let mut view = OccludedView::of_polygon(&viewer, &target);
+        view.add(&block(&mut Rng::new(1), vec3(0.0, 0.0, 0.1), 0.5));
+        assert_eq!(view.seen_from(Vec3::ZERO), 0.0);
+        assert!(view.seen_from(vec3(0.99, 0.99, 0.0)) > 0.0);
+    }
+
+    #[test]
+    fn the_series_of_the_angle_meets_the_arc_tangent() {
+        for k in 0..200 {
+            let angle = 1e-6 + 0.001 * f64::from(k);
+            let (sine, cosine) = (3.0 * angle.sin(), 3.0 * angle.cos());
+            let ours = angle_over_sine(sine * sine, cosine);
+            assert!((ours * sine - angle).abs() < 4.0 * f64::EPSILON * angle, "{angle}");
+        }
+    }
 }
