@@ -49,8 +49,9 @@ def main():
             ("View3D", [args.view3d, scene, pathlib.Path(folder, "a.txt")]),
             ("zonal", [args.zonal, "view-factors", scene, "-o", pathlib.Path(folder, "b.txt"), "--quiet"]),
         ):
-            seconds, memory = measured(command)
-            rows.append((name, seconds, memory, factors(pathlib.Path(folder, "b.txt" if name == "zonal" else "a.txt"))))
+            rows.append((name, *measured(command)))
+        # Read afterwards: the peak memory of a child includes this process before it starts.
+        rows = [(*row, factors(pathlib.Path(folder, file))) for row, file in zip(rows, ("a.txt", "b.txt"))]
     print(f"{len(triangles)} triangles\n\n| | processor time, s | memory, MiB | largest factor | largest sum of a row |\n|---|---|---|---|---|")
     for name, seconds, memory, f in rows:
         print(f"| {name} | {seconds:.2f} | {memory:.0f} | {f.max():.4f} | {f.sum(1).max():.4f} |")
