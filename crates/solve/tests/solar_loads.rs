@@ -256,3 +256,27 @@ fn a_lamp_of_a_builder_warms_as_one_of_a_file() {
     let error = built(lamp).unwrap_err().to_string();
     assert!(error.contains("lamp") && error.contains("emission"), "{error}");
 }
+
+/// All light of the lamp is absorbed once, whatever the engine: a medium in balance gives it off in the infrared.
+#[test]
+fn engines_agree_on_the_sunlight_that_a_medium_in_balance_absorbs() {
+    let room = |engine: &str| {
+        solved(&format!(
+            "mode = \"thermal\"\n[solve]\nengine = \"{engine}\"\npatch_rule = \"voxels\"\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [2,2,2] }}\ntemperature = 300\nemissivity = 0.8\nsolar_absorptance = 0.4\nfaces.z1 = {{ temperature = 320, emission = 100 }}\n[[light]]\nkind = \"emitter\"\nsurface = \"room.z1\"\n[medium]\nmin = [0,0,0]\nmax = [2,2,2]\ncells = [6,6,6]\nextinction = 0.3\nalbedo = 0.2\nheat_source = 0\n"
+        ))
+    };
+    let dense = room("dense");
+    for engine in ["spectral", "hierarchical"] {
+        let other = room(engine);
+        let mut absorbed = 0.0;
+        for own in &other.report.heat.as_ref().unwrap().rows {
+            let (ours, exact) =
+                (own.absorbed_sunlight.unwrap(), row(&dense, &own.name).absorbed_sunlight.unwrap());
+            assert!((ours - exact).abs() < 0.02 * exact, "{engine} {}: {ours} {exact}", own.name);
+            absorbed += ours;
+        }
+        assert!((absorbed - 400.0).abs() < 2.0, "{engine}: {absorbed}");
+        let (ours, exact) = (temperature(&other, "medium"), temperature(&dense, "medium"));
+        assert!((ours.0 - exact.0).abs() < 0.05 && ours.1 < 3.0, "{engine}: {ours:?} {exact:?}");
+    }
+}

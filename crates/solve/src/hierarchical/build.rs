@@ -22,6 +22,7 @@ use crate::report::closure;
 use crate::settings::check_interrupted;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::SurroundingsExchange;
+use crate::thermal::newton;
 use zonal_math::Grade;
 use zonal_scene::{Bands, Diagnostic, ErrorEstimate, Fields, SceneError, Zones};
 
@@ -324,9 +325,11 @@ impl LinkRefinement<'_, '_> {
         };
         let links = operator.approximate_incident();
         let alone = relative(&links.columns, &mut links.error.iter().map(|e| stated_error(*e)));
-        // Rays follow the radiation to its end, so they suit no fixed scattering order.
-        let is_complete = self.context.scene.options().scattering_orders.is_none();
-        if !(is_complete && self.ray_error < BUILD_PARAMS.max_ray_error_over_links * alone) {
+        // Rays follow the radiation to its end, so they suit no fixed scattering order. Where temperatures couple the bands, they follow other
+        // radiation: a zone of known power gives off in each band what it absorbs in that band.
+        let scene = self.context.scene;
+        let follows_all = scene.options().scattering_orders.is_none() && !newton::is_needed(scene);
+        if !(follows_all && self.ray_error < BUILD_PARAMS.max_ray_error_over_links * alone) {
             return (alone, false);
         }
         let both = operator.blend_estimates(self.rays, links);
