@@ -4,7 +4,6 @@ use super::band_state::BandState;
 use super::band_system::MatrixData;
 use super::exchange_data::ExchangeData;
 use super::known_powers::times;
-use super::state_solver::ZoneRole;
 use super::thermal_state::ThermalState;
 use crate::errors::closure_error::error_of_fraction;
 use zonal_scene::ThermalCondition;
@@ -12,6 +11,19 @@ use zonal_scene::thermal::blackbody_temperature;
 
 /// Residual of the balance, over the absorbed and the net powers of all zones, that rounding leaves.
 const ROUNDING_OF_BALANCE: f64 = 1e-12;
+
+/// How a zone enters the equations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ZoneRole {
+    /// Its temperature is known.
+    Temperature,
+    /// Its power is known in a grey scene: it is white.
+    White,
+    /// Its power is known, and its temperature couples the bands.
+    Coupled,
+    /// Its power is 0, and it emits in no band: it reflects, and has no temperature.
+    Reflector,
+}
 
 /// What the solved bands of a state have in common.
 pub(super) struct Assembly<'a> {

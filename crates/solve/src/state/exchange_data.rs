@@ -1,27 +1,13 @@
 //! What a geometry and its properties contribute to thermal states, as plain arrays.
 
 use super::light_data::{LightData, POWERS};
+use super::surroundings_data::SurroundingsData;
 use super::triple_data::TripleData;
 use super::zone_fractions::ZoneFractions;
 use crate::exchange_areas::{AreaMatrices, ExchangeAreas};
 use crate::settings::{DEFAULT_MEMORY_LIMIT, SolveSettings, check_interrupted};
 
 use zonal_scene::{FaceMesh, MAX_BANDS, Progress, Scene, SceneError, Thermal, ThermalCondition};
-
-/// Exchange with the surroundings and closure of the rows, matrix after matrix, one number for each zone.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SurroundingsData {
-    /// Exchange areas with the surroundings F_s, m², scaled with the rows.
-    pub areas: Vec<f64>,
-    /// Their standard errors, m².
-    pub radii: Vec<f64>,
-    /// Exchange areas with the black backs of one-sided surfaces, m², scaled with the rows.
-    pub backfaces: Vec<f64>,
-    /// Scaling d of the rows that restores closure: F' = d F d; 1 where closure is not restored.
-    pub scaling: Vec<f64>,
-    /// Error of the incident power by closure, relative to it; infinite if unknown.
-    pub closure_error: Vec<f64>,
-}
 
 /// Exchange areas, properties and conditions of all zones of a thermal scene.
 #[derive(Clone, Debug, Default)]
@@ -149,41 +135,17 @@ impl ExchangeData {
     /// The name of the array.
     pub fn check(&self) -> Result<(), SceneError> {
         let (n, m) = (self.sizes.len(), self.matrices);
-        let (pairs, rows) = (m.saturating_mul(n.saturating_mul(n)), m.saturating_mul(n));
-        let s = &self.surroundings;
-        let wrong = |name: &str| {
-            let what = "this array has another length than the zones require, or a value out of range; write the exchange areas again";
-            Err(SceneError::new(name, what))
+        let are_few =
+            (1..=MAX_BANDS).contains(&self.bands) && (m == 1 || m >= self.bands && m <= MAX_BANDS + 2);
+        if !are_few || n == 0 || self.patches > n || self.sizes.contains(&0.0) {
+            return wrong("zone_size");
+        }
+        let is_wrong = |(name, list, length): &(&str, &Vec<f64>, usize)| {
+            let may_be_negative = *name == "exchange_areas";
+            list.len() != *length || list.iter().any(|x| x.is_nan() || *x < 0.0 && !may_be_negative)
         };
-        let bands = 1..=MAX_BANDS;
-        let are_few = bands.contains(&self.bands) && (m == 1 || m >= self.bands && m <= MAX_BANDS + 2);
-        if !are_few || n == 0 || self.patches > n {
-            return wrong("zone_size");
-        }
-        let by_band = self.bands * n;
-        let lights = if self.light.incident.is_empty() { 0 } else { 1 };
-        for (name, list, length) in [
-            ("exchange_areas", &self.direct.areas, pairs),
-            ("error_radius", &self.direct.radii, pairs),
-            ("closure", &self.direct.closure, rows),
-            ("surroundings_areas", &s.areas, rows),
-            ("surroundings_radius", &s.radii, rows),
-            ("backface_areas", &s.backfaces, rows),
-            ("closure_scaling", &s.scaling, rows),
-            ("closure_error", &s.closure_error, rows),
-            ("zone_size", &self.sizes, n),
-            ("reflectance", &self.reflectances, by_band),
-            ("light_incident", &self.light.incident, lights * by_band),
-            ("light_error", &self.light.error, lights * by_band),
-            ("light_power", &self.light.powers, lights * self.bands * POWERS),
-        ] {
-            let may_be_negative = name == "exchange_areas";
-            if list.len() != length || list.iter().any(|x| x.is_nan() || *x < 0.0 && !may_be_negative) {
-                return wrong(name);
-            }
-        }
-        if self.sizes.contains(&0.0) {
-            return wrong("zone_size");
+        if let Some((name, ..)) = self.arrays().iter().find(|a| is_wrong(a)) {
+            return wrong(name);
         }
         if self.reflectances.iter().any(|r| *r > 1.0) {
             return wrong("reflectance");
@@ -205,6 +167,35 @@ impl ExchangeData {
             false => wrong("name_of_zone"),
         }
     }
+
+    /// Names of the arrays of numbers in a file, the arrays, and the lengths that they must have.
+    fn arrays(&self) -> [(&'static str, &Vec<f64>, usize); 13] {
+        let (n, m, s) = (self.sizes.len(), self.matrices, &self.surroundings);
+        let (pairs, rows) = (m.saturating_mul(n.saturating_mul(n)), m.saturating_mul(n));
+        let by_band = self.bands * n;
+        let lights = if self.light.incident.is_empty() { 0 } else { 1 };
+        [
+            ("exchange_areas", &self.direct.areas, pairs),
+            ("error_radius", &self.direct.radii, pairs),
+            ("closure", &self.direct.closure, rows),
+            ("surroundings_areas", &s.areas, rows),
+            ("surroundings_radius", &s.radii, rows),
+            ("backface_areas", &s.backfaces, rows),
+            ("closure_scaling", &s.scaling, rows),
+            ("closure_error", &s.closure_error, rows),
+            ("zone_size", &self.sizes, n),
+            ("reflectance", &self.reflectances, by_band),
+            ("light_incident", &self.light.incident, lights * by_band),
+            ("light_error", &self.light.error, lights * by_band),
+            ("light_power", &self.light.powers, lights * self.bands * POWERS),
+        ]
+    }
+}
+
+/// An array that does not fit.
+fn wrong(name: &str) -> Result<(), SceneError> {
+    let what = "this array has another length than the zones require, or a value out of range; write the exchange areas again";
+    Err(SceneError::new(name, what))
 }
 
 /// Refuses scenes that have more than temperatures, powers and lights.

@@ -2,7 +2,7 @@
 //!
 //! In the zonal equations it adds to the incident flux, h = h' + d, and its first reflection to the sources, B = s + r (h' + d).
 
-use super::triple_data::RayTracing;
+use super::ray_tracing::RayTracing;
 use crate::direct_light::LightField;
 use crate::direct_light::direct_error::light_power_errors;
 use crate::direct_light::emitter_exchange::{EmitterExchange, PatchExchange};

@@ -33,7 +33,7 @@
 //! |---|---|
 //! | `exchange_data` | what a geometry contributes, as plain arrays |
 //! | `triple_data` | the part of one triple of bands: surroundings, closure, lights |
-//! | `light_data` | direct light |
+//! | `ray_tracing`, `surroundings_data`, `light_data` | rays of a triple; surroundings and direct light |
 //! | `zone_fractions` | emissive powers of the zones in each band |
 //! | `area_operator` | exchange areas as an operator, for closure and emitters |
 //! | `cholesky`, `gaussian_elimination` | decomposition and solution |
@@ -53,13 +53,16 @@ mod exchange_data;
 mod gaussian_elimination;
 mod known_powers;
 mod light_data;
+mod ray_tracing;
 mod state_solver;
+mod surroundings_data;
 mod thermal_state;
 mod triple_data;
 mod zone_fractions;
 
-pub use exchange_data::{ExchangeData, SurroundingsData};
+pub use exchange_data::ExchangeData;
 pub use light_data::LightData;
 pub use state_solver::StateSolver;
+pub use surroundings_data::SurroundingsData;
 pub use thermal_state::{StatePart, ThermalState};
 pub use zone_fractions::ZoneFractions;

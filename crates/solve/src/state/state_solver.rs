@@ -1,6 +1,6 @@
 //! The solver of thermal states: data of a geometry, current conditions and properties, and the factors, which are kept while they hold.
 
-use super::assembly::Assembly;
+use super::assembly::{Assembly, ZoneRole};
 use super::band_state::{BandProblem, BandState};
 use super::band_system::{BandFactor, MatrixData};
 use super::exchange_data::ExchangeData;
@@ -45,19 +45,6 @@ pub struct StateSolver {
     factors: Vec<BandFactor>,
     /// Kept while the reflectances and the zones of known power hold.
     response: Option<PowerResponse>,
-}
-
-/// How a zone enters the equations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ZoneRole {
-    /// Its temperature is known.
-    Temperature,
-    /// Its power is known in a grey scene: it is white.
-    White,
-    /// Its power is known, and its temperature couples the bands.
-    Coupled,
-    /// Its power is 0, and it emits in no band: it reflects, and has no temperature.
-    Reflector,
 }
 
 impl StateSolver {

@@ -1,51 +1,21 @@
 //! What one triple of bands contributes to the data of thermal states: surroundings, closure and direct light.
 
 use super::area_operator::AreaOperator;
-use super::exchange_data::SurroundingsData;
 use super::light_data::{LightData, direct_light};
+use super::ray_tracing::RayTracing;
+use super::surroundings_data::SurroundingsData;
 use crate::direct_light::emitter_exchange::PatchExchange;
-use crate::direct_light::light_field::LightField;
 use crate::errors::closure_error::unexplained_fractions;
 use crate::exchange_areas::ExchangeAreas;
 use crate::mirrors::MirroredSolve;
-use crate::pipeline::{illuminate_stage, measure_surroundings};
 use crate::report::closure;
 use crate::settings::{SolveSettings, check_interrupted};
 use crate::surroundings::SurroundingsExchange;
 use crate::thermal::ZoneProperties;
 use crate::thermal::emissivity::set_known_reflectances;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
-use zonal_scene::{Band, Bands, Engine, Scene, SceneError, Zones};
+use zonal_scene::{Band, Bands, Scene, SceneError, Zones};
 use zonal_transport::{Transport, build_zones};
-
-/// A scene of one triple of bands, in which rays are traced.
-pub(super) struct RayTracing<'a> {
-    pub scene: &'a Scene,
-    pub zones: &'a Zones,
-    transport: &'a Transport<'a>,
-    /// The even extension of a scene with mirrors.
-    mirrored: Option<(&'a MirroredSolve, Transport<'a>)>,
-}
-
-impl RayTracing<'_> {
-    /// The exchange with the surroundings, as the dense engine has it.
-    fn surroundings(&self, settings: &SolveSettings) -> Result<SurroundingsExchange, SceneError> {
-        let Some((m, rays)) = &self.mirrored else {
-            return measure_surroundings(self.scene, self.zones, self.transport, Engine::Dense, settings);
-        };
-        let all = measure_surroundings(&m.extension.scene, &m.zones, rays, Engine::Dense, settings)?;
-        Ok(m.surroundings_of_part(&all))
-    }
-
-    /// Direct light of light number `l` by shadow rays.
-    pub(super) fn light(&self, l: usize, settings: &SolveSettings) -> Result<LightField, SceneError> {
-        let Some((m, rays)) = &self.mirrored else {
-            return illuminate_stage(self.scene, self.zones, self.transport, l, settings);
-        };
-        let all = illuminate_stage(&m.extension.scene, &m.zones, rays, l, settings)?;
-        Ok(m.light_of_part(l, all))
-    }
-}
 
 /// The data of one triple of bands.
 pub(super) struct TripleData {

@@ -27,6 +27,7 @@
 //! | `light_power` | [bands, 5] | power sent in, emitted, escaping and on black backs unscattered, and the error of all these, W; with lights |
 //! | `zone_fractions` | `n` | band fractions of each zone among those of `about`; where they differ |
 
+mod fractions;
 pub mod npz;
 mod text;
 

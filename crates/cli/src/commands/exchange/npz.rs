@@ -1,10 +1,10 @@
 //! Exchange areas as arrays, and back as the data of thermal states.
 
+use super::fractions::{fractions_json, read_kinds};
 use serde_json::{Value, json};
 use std::path::Path;
-use std::sync::Arc;
 use zonal_io::output::{self, ArrayFile, FileError, NamedArray};
-use zonal_scene::{Band, BandFractions, FaceMesh, MAX_BANDS, PerBand, SceneError, ThermalCondition};
+use zonal_scene::{FaceMesh, MAX_BANDS, SceneError, ThermalCondition};
 use zonal_solve::exchange_areas::{AreaMatrices, ExchangeAreas};
 use zonal_solve::state::{ExchangeData, LightData, SurroundingsData, ZoneFractions};
 
@@ -54,19 +54,28 @@ pub(super) fn write(
         named("closure_scaling", vec![m, n], &s.scaling),
         named("closure_error", vec![m, n], &s.closure_error),
     ]);
-    let light = &data.light;
-    if !light.incident.is_empty() {
-        arrays.extend([
-            named("light_incident", vec![data.bands, n], &light.incident[..]),
-            named("light_error", vec![data.bands, n], &light.error),
-            named("light_power", vec![data.bands, light.powers.len() / data.bands], &light.powers),
-        ]);
-    }
+    arrays.extend(light_arrays(data));
     let kinds: Vec<f64> = data.band_fractions.kind_of_zone.iter().map(|k| *k as f64).collect();
     if !kinds.is_empty() {
         arrays.push(named("zone_fractions", vec![n], &kinds));
     }
     output::write_arrays(path, Some(&about.to_string()), &arrays)
+}
+
+/// The arrays of direct light; none without lights.
+fn light_arrays(data: &ExchangeData) -> Vec<NamedArray<'_>> {
+    let (bands, n, light) = (data.bands, data.zone_count(), &data.light);
+    if light.incident.is_empty() {
+        return Vec::new();
+    }
+    let powers = light.powers.len() / bands;
+    [
+        ("light_incident", n, &light.incident),
+        ("light_error", n, &light.error),
+        ("light_power", powers, &light.powers),
+    ]
+    .map(|(name, columns, values)| NamedArray { name, shape: vec![bands, columns], values })
+    .into()
 }
 
 /// The data of states that are no arrays.
@@ -79,33 +88,6 @@ fn state_header(data: &ExchangeData) -> Value {
         "further_band_fractions": kinds[1..], "solar_band": data.has_solar_band,
         "surroundings_temperature": data.surroundings_temperature,
     })
-}
-
-/// The fractions of `bands` bands; null for a grey scene.
-fn fractions_json(triples: &[BandFractions], bands: usize) -> Value {
-    let (mut limits_nm, mut lists, mut outline) = (Vec::new(), Vec::new(), Value::Null);
-    for fractions in triples {
-        match fractions {
-            BandFractions::Grey => return Value::Null,
-            // An infinite limit has no number.
-            BandFractions::BlackBody { limits } => {
-                limits_nm.extend(limits.iter().map(|l| l.map(|w| w.is_finite().then_some(w))));
-            }
-            BandFractions::GreyGases { coefficients, range, allow_partial, all_bands } => {
-                lists.extend(coefficients.iter());
-                outline = json!({
-                    "range": range, "allow_partial": allow_partial, "positive_parts": all_bands.is_some(),
-                });
-            }
-        }
-    }
-    limits_nm.truncate(bands);
-    lists.truncate(bands);
-    if lists.is_empty() {
-        return json!({ "black_body_limits_nm": limits_nm });
-    }
-    outline["coefficients"] = json!(lists);
-    outline
 }
 
 fn condition_row(c: ThermalCondition) -> [f64; 2] {
@@ -129,12 +111,6 @@ pub fn read_state(path: &Path) -> Result<ExchangeData, FileError> {
     let wrong = |file: &ArrayFile, key: &str| {
         file.error("about", &format!("'{key}' is damaged; write the exchange areas again"))
     };
-    let texts = |v: &Value| {
-        v.as_array()?.iter().map(|x| Some(x.as_str()?.to_string())).collect::<Option<Vec<String>>>()
-    };
-    let indices = |v: &Value| {
-        v.as_array()?.iter().map(|x| usize::try_from(x.as_u64()?).ok()).collect::<Option<Vec<usize>>>()
-    };
     let names = texts(&about["names"]).ok_or_else(|| wrong(&file, "names"))?;
     let name_of_zone = indices(&about["name_of_zone"]).ok_or_else(|| wrong(&file, "name_of_zone"))?;
     let state = &about["state"];
@@ -147,16 +123,9 @@ pub fn read_state(path: &Path) -> Result<ExchangeData, FileError> {
         reflectances.truncate(n);
     }
     let bands = (reflectances.len() / n.max(1)).min(MAX_BANDS);
-    let band_fractions = read_kinds(state, bands).ok_or_else(|| wrong(&file, "band_fractions"))?;
-    let [has_lights, has_kinds] = ["light_incident", "zone_fractions"].map(|name| file.has(name));
+    let kinds = read_kinds(state, bands).ok_or_else(|| wrong(&file, "band_fractions"))?;
+    let (light, kind_of_zone) = read_optional(&mut file)?;
     let mut list = |name: &str| file.array(name).map(|x| x.1);
-    let mut optional = |name: &str, exists: bool| if exists { list(name) } else { Ok(Vec::new()) };
-    let light = LightData {
-        incident: optional("light_incident", has_lights)?,
-        error: optional("light_error", has_lights)?,
-        powers: optional("light_power", has_lights)?,
-    };
-    let kind_of_zone = optional("zone_fractions", has_kinds)?.into_iter().map(index).collect();
     let conditions = list("condition")?;
     let data = ExchangeData {
         bands,
@@ -179,7 +148,7 @@ pub fn read_state(path: &Path) -> Result<ExchangeData, FileError> {
         sizes: list("zone_size")?,
         reflectances,
         conditions: conditions.chunks(2).map(read_condition).collect(),
-        band_fractions: ZoneFractions { kinds: band_fractions, kind_of_zone },
+        band_fractions: ZoneFractions { kinds, kind_of_zone },
         surroundings_temperature: state["surroundings_temperature"].as_f64(),
         names,
         name_of_zone,
@@ -212,56 +181,28 @@ fn read_meshes(v: &Value) -> Option<Vec<FaceMesh>> {
     (all <= MAX_FACES).then_some(meshes)
 }
 
+fn texts(v: &Value) -> Option<Vec<String>> {
+    v.as_array()?.iter().map(|x| Some(x.as_str()?.to_string())).collect()
+}
+
+fn indices(v: &Value) -> Option<Vec<usize>> {
+    v.as_array()?.iter().map(|x| usize::try_from(x.as_u64()?).ok()).collect()
+}
+
+/// Direct light, and the kind of band fractions of each zone; empty where the file has none.
+fn read_optional(file: &mut ArrayFile) -> Result<(LightData, Vec<usize>), FileError> {
+    let has_lights = file.has("light_incident");
+    let mut list = |name: &str| if has_lights { file.array(name).map(|x| x.1) } else { Ok(Vec::new()) };
+    let light = LightData {
+        incident: list("light_incident")?,
+        error: list("light_error")?,
+        powers: list("light_power")?,
+    };
+    let kinds = if file.has("zone_fractions") { file.array("zone_fractions")?.1 } else { Vec::new() };
+    Ok((light, kinds.into_iter().map(index).collect()))
+}
+
 /// An index from a number of an array; one that does not exist for a number that is none.
 fn index(x: f64) -> usize {
     if x >= 0.0 && x.fract() == 0.0 { x as usize } else { usize::MAX }
-}
-
-/// The fractions of all kinds of zones, each of all triples of `bands` bands.
-fn read_kinds(state: &Value, bands: usize) -> Option<Vec<Vec<BandFractions>>> {
-    let further = match &state["further_band_fractions"] {
-        Value::Null => &[],
-        list => list.as_array()?.as_slice(),
-    };
-    std::iter::once(&state["band_fractions"]).chain(further).map(|v| read_fractions(v, bands)).collect()
-}
-
-/// The fractions of all triples of `bands` bands.
-fn read_fractions(v: &Value, bands: usize) -> Option<Vec<BandFractions>> {
-    if v.is_null() {
-        return Some(vec![BandFractions::Grey]);
-    }
-    let triples = 0..bands.div_ceil(Band::count());
-    let numbers = |v: &Value| v.as_array()?.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>();
-    if let Some(limits) = v["black_body_limits_nm"].as_array() {
-        let limit = |v: &Value| if v.is_null() { Some(f64::INFINITY) } else { v.as_f64() };
-        let of_band = |v: &Value| {
-            let [low, high] = [limit(&v[0])?, limit(&v[1])?];
-            (0.0 <= low && low <= high).then_some([low, high])
-        };
-        let limits: Vec<[f64; 2]> = limits.iter().map(of_band).collect::<Option<_>>()?;
-        // What fills up the last triple emits nothing.
-        let own = |t: usize, b: Band| limits.get(t * Band::count() + b.index()).copied();
-        let of_triple = |t: usize| PerBand::from_fn(|b| own(t, b).unwrap_or([f64::INFINITY; 2]));
-        let is_complete = limits.len() == bands;
-        return is_complete
-            .then(|| triples.map(|t| BandFractions::BlackBody { limits: of_triple(t) }).collect());
-    }
-    let lists: Vec<Vec<f64>> = v["coefficients"].as_array()?.iter().map(numbers).collect::<Option<_>>()?;
-    if lists.len() != bands {
-        return None;
-    }
-    let range = numbers(&v["range"])?;
-    let range = [*range.first()?, *range.get(1)?];
-    let allow_partial = v["allow_partial"].as_bool()?;
-    let has_positive_parts = v["positive_parts"].as_bool().unwrap_or(false);
-    let all: Option<Arc<[Vec<f64>]>> = has_positive_parts.then(|| lists.as_slice().into());
-    let own = |t: usize, b: Band| lists.get(t * Band::count() + b.index()).cloned();
-    let of_triple = |t: usize| BandFractions::GreyGases {
-        coefficients: PerBand::from_fn(|b| own(t, b).unwrap_or_else(|| vec![0.0])),
-        range,
-        allow_partial,
-        all_bands: all.clone(),
-    };
-    Some(triples.map(of_triple).collect())
 }
