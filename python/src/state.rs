@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use zonal_cli::commands::exchange::npz::read_state;
-use zonal_scene::{Bands, SceneError, ThermalCondition};
+use zonal_scene::{SceneError, ThermalCondition};
 use zonal_solve::state::{ExchangeData, StatePart, ThermalState};
 
 /// A solver that keeps its factorization between states.
@@ -146,7 +146,7 @@ impl StateSolver {
                     Quantity::Temperature => s.set_condition(zone, ThermalCondition::Temperature(*x)),
                     Quantity::Flux => s.set_condition(zone, ThermalCondition::Flux(*x)),
                     Quantity::Power => s.set_condition(zone, ThermalCondition::Power(*x)),
-                    Quantity::Emissivity => s.set_reflectance(zone, Bands::splat(1.0 - x)),
+                    Quantity::Emissivity => s.set_reflectance(zone, &[1.0 - x]),
                 };
                 set.map_err(|e| of_scene(&e))?;
             }
@@ -187,6 +187,7 @@ impl StateSolver {
             out.set_item("faces", part_columns(py, &state.by_face(data))?)?;
             out.set_item("surroundings", state.surroundings)?;
             out.set_item("absorbed_backfaces", state.absorbed_backfaces)?;
+            out.set_item("emitters", state.emitters)?;
             out.set_item("balance", state.balance(data))?;
             Ok(out)
         })

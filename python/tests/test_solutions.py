@@ -165,3 +165,25 @@ def test_states_of_faces_and_zones():
     with pytest.raises(zn.InputError, match="out of range"):
         solver.set_temperature(-5.0)
     assert state.table["name"] == ["m"]
+    # Without a temperature their level is undetermined.
+    powers = np.linspace(-1.0, 1.0, len(faces))
+    solver.set_net_power(powers, by="face")
+    with pytest.raises(zn.InputError, match="undetermined"):
+        solver.solve()
+
+
+def test_states_of_a_court_in_sunlight():
+    def court(kelvin: float) -> zn.Scene:
+        scene = zn.Scene(mode="thermal")
+        scene.settings(engine="dense", residual=1e-13, discretization_error=False)
+        scene.surface(room=([0, 0, 0], [1, 1, 1]), omit=["z1"], name="court", emissivity=0.9, solar_absorptance=0.3, temperature=kelvin, patch_size=0.5)
+        scene.sun([0.2, 0, -1], irradiance=700)
+        scene.surroundings(temperature=270)
+        return scene
+
+    solver = zn.StateSolver(court(300).exchange())
+    solver.set_temperature(350.0)
+    state = solver.solve()
+    solved = court(350).solve()
+    assert abs(state.balance) < 1e-6 and state.emitters == 0
+    assert np.allclose(state.by_name["net_power"], solved.table["net_power"], rtol=1e-8)

@@ -146,9 +146,11 @@ class ThermalState:
     by_name: dict[str, Floats]
     by_face: dict[str, Floats]
     surroundings: float
-    """Power incoming from the surroundings minus power escaping to them, W."""
+    """Power incoming from the surroundings, suns and skies minus power escaping to them, W."""
     absorbed_backfaces: float
     """Power absorbed by backs of one-sided surfaces, W."""
+    emitters: float
+    """Power that lamps send as light, W."""
     balance: float
     """Sum of all net powers, 0 up to errors, W."""
 
@@ -161,13 +163,13 @@ class ThermalState:
 class StateSolver:
     """Thermal states of one geometry for other temperatures, powers and emissivities, from its exchange areas.
 
-    A state of new temperatures or powers costs two products with the stored matrix; one of new emissivities, or of other zones with known powers, also a
-    factorization. Zones without a new value keep that of the scene.
+    A state of new temperatures or powers costs two products with the stored matrix of each band; one of new emissivities, or of other zones with known powers, also a
+    factorization. Zones without a new value keep that of the scene. The light of suns, skies and lamps is that of the scene.
 
     Parameters
     ----------
     areas : ExchangeAreas or path
-        Exchange areas of a scene in thermal mode without nodes, convection and lights, or their ``.npz``.
+        Exchange areas of a scene in thermal mode without nodes and convection, or their ``.npz``.
 
     Examples
     --------
@@ -213,47 +215,51 @@ class StateSolver:
         InputError
             If a name is unknown, the number of values differs, or a value is out of range.
         """
-        for zones, x in self._rows(values, by, all_zones=True):
-            self._native.set("temperature", zones, np.full(len(zones), x))
+        zones, x, _ = self._placed(values, by, all_zones=True)
+        self._native.set("temperature", zones, x)
 
     def set_net_power(self, values: StateValues, by: Rows = "zone") -> None:
         """Sets known net powers that leave, W: of a zone, of a face, or of all zones of a name."""
-        size = self.size
-        for zones, x in self._rows(values, by, all_zones=True):
-            self._native.set("flux", zones, np.full(len(zones), x / size[zones].sum()))
+        zones, x, row = self._placed(values, by, all_zones=True)
+        size = self.size[zones]
+        self._native.set("flux", zones, x / np.bincount(row, size)[row])
 
     def set_heat_flux(self, values: StateValues, by: Rows = "zone") -> None:
         """Sets known net fluxes that leave, W/m2, of volumes W/m3."""
-        for zones, x in self._rows(values, by, all_zones=True):
-            self._native.set("flux", zones, np.full(len(zones), x))
+        zones, x, _ = self._placed(values, by, all_zones=True)
+        self._native.set("flux", zones, x)
 
     def set_emissivity(self, values: StateValues, by: Rows = "zone") -> None:
-        """Sets emissivities of patches, 0 to 1."""
-        for zones, x in self._rows(values, by, all_zones=False):
-            self._native.set("emissivity", zones, np.full(len(zones), x))
+        """Sets emissivities of patches, 0 to 1, in all bands but that of sunlight."""
+        zones, x, _ = self._placed(values, by, all_zones=False)
+        self._native.set("emissivity", zones, x)
 
     def set_surroundings_temperature(self, kelvin: float | None) -> None:
         """Sets the temperature of the surroundings, K; ``None`` for cold ones."""
         self._native.set_surroundings(kelvin)
 
-    def _rows(self, values: StateValues, by: Rows, *, all_zones: bool) -> list[tuple[Integers, float]]:
+    def _placed(self, values: StateValues, by: Rows, *, all_zones: bool) -> tuple[Integers, Floats, Integers]:
+        """Zones, their values, and the row of each value: a name, a zone, a face, or one row for all."""
         zones, patches, faces = self._native.counts
         count = zones if all_zones else patches
+        every = np.arange(count, dtype=np.int64)
         if isinstance(values, Mapping):
             names, index = self.names, self.name_index[:count]
-            return [(zones_of(name, names, index), float(x)) for name, x in values.items()]
+            places = [zones_of(name, names, index) for name in values]
+            row = np.repeat(np.arange(len(places)), [len(place) for place in places])
+            x = np.array([float(x) for x in values.values()])
+            return np.concatenate([every[:0], *places]), x[row], row
         array = np.asarray(values, dtype=np.float64)
         if array.ndim == 0:
-            return [(np.arange(count, dtype=np.int64), float(array))]
+            return every, np.full(count, float(array)), np.zeros(count, dtype=np.int64)
         wanted = faces if by == "face" else count
         if array.shape != (wanted,):
             raise InputError(f"values: the array has the shape {array.shape}, and there are {wanted} {by}s; give one value for each")
         if by == "zone":
-            return [(np.array([i], dtype=np.int64), float(x)) for i, x in enumerate(array)]
+            return every, np.ascontiguousarray(array), every
         face = self._native.face_index()[:count]
-        order = np.argsort(face, kind="stable")
-        first = np.searchsorted(face[order], np.arange(faces + 1))
-        return [(order[first[f] : first[f + 1]].astype(np.int64), float(x)) for f, x in enumerate(array)]
+        placed = np.flatnonzero(face >= 0)
+        return placed, array[face[placed]], face[placed]
 
     def solve(self, *, threads: int | None = None, progress: Progress = None) -> ThermalState:
         """Solves the state.
@@ -276,6 +282,7 @@ class StateSolver:
             by_face=found["faces"],
             surroundings=found["surroundings"],
             absorbed_backfaces=found["absorbed_backfaces"],
+            emitters=found["emitters"],
             balance=found["balance"],
         )
 

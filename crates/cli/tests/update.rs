@@ -4,6 +4,7 @@ use crate::support;
 
 use std::process::Command;
 use support::{Folder, Program, refused, text};
+use zonal_io::output::{ArrayFile, NamedArray, write_arrays};
 
 const ROOM: &str = "mode = 'thermal'
 [solve]
@@ -105,6 +106,142 @@ fn wrong_tables_and_files_are_refused() {
     let light = "[[surface]]\nroom = { min = [0, 0, 0], max = [1, 1, 1] }\nemission = 1\n";
     let g = factors(light, &["--direct-only"]);
     refused(&g, Program, &["update", "f.npz", "-o", "out.csv"], "no data of a scene in thermal mode");
+}
+
+/// A box of five grey gases of two compositions with a wall without heat.
+const GAS: &str = "mode = 'thermal'
+[solve]
+patch_size = 0.5
+zone_basis = 'constant'
+residual = 1e-14
+discretization_error = false
+engine = 'dense'
+[[surface]]
+name = 'room'
+room = { min = [0, 0, 0], max = [1, 1, 1] }
+temperature = 700
+emissivity = 0.6
+faces.z1 = { heat_flux = 0 }
+[medium]
+min = [0, 0, 0]
+max = [1, 1, 1]
+cells = [2, 2, 2]
+temperature = 1300
+gas = { model = 'wsgg-bordbar-2020', h2o = 0.2, co2 = 0.1 }
+[[medium.region]]
+box = { min = [0, 0, 0], max = [1, 1, 0.5] }
+gas = { model = 'wsgg-bordbar-2020', h2o = 0.05, co2 = 0.15 }
+";
+
+/// An open box below the sun and a lamp.
+const LIT: &str = "mode = 'thermal'
+[solve]
+patch_size = 0.5
+residual = 1e-14
+discretization_error = false
+engine = 'dense'
+[[surface]]
+name = 'room'
+room = { min = [0, 0, 0], max = [1, 1, 1] }
+omit = ['z1']
+temperature = 700
+emissivity = 0.6
+solar_absorptance = 0.3
+faces.x0 = { emission = 200 }
+faces.x1 = { heat_flux = 0 }
+[[light]]
+kind = 'sun'
+direction = [0.1, 0, -1]
+irradiance = 900
+[[light]]
+kind = 'emitter'
+surface = 'room.x0'
+[surroundings]
+temperature = 290
+";
+
+#[test]
+fn updates_of_gases_and_lights_equal_fresh_solves() {
+    for scene in [GAS, LIT] {
+        let f = factors(scene, &["--tolerance", "1e-11", "--direct-only"]);
+        f.put("t.csv", "room.z0,1100\n");
+        let options = ["update", "f.npz", "--temperatures", "t.csv", "-o", "out.csv", "--json"];
+        let json: serde_json::Value = serde_json::from_str(&f.done(&options)).unwrap();
+        f.put(
+            "new.toml",
+            scene
+                .replace("faces.z1 =", "faces.z0 = { temperature = 1100 }\nfaces.z1 =")
+                .replace("faces.x1 =", "faces.z0 = { temperature = 1100 }\nfaces.x1 ="),
+        );
+        let solved: serde_json::Value =
+            serde_json::from_str(&f.done(&["solve", "new.toml", "-o", "new.npz", "--json"])).unwrap();
+        let rows = solved["heat"]["rows"].as_array().unwrap();
+        let table = text(&f.get("out.csv"));
+        let (powers, kelvin) = (column(&table, "net_power_W"), column(&table, "temperature_K"));
+        assert_eq!(rows.len(), powers.len());
+        let largest = powers.iter().fold(0.0f64, |m, p| m.max(p.abs()));
+        for (k, row) in rows.iter().enumerate() {
+            let of = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{row}"));
+            assert!((powers[k] - of("net_power_W")).abs() < 1e-8 * largest, "{k}: {} {row}", powers[k]);
+            assert!((kelvin[k] - of("temperature_K")).abs() < 1e-7, "{k}: {} {row}", kelvin[k]);
+        }
+        let wanted = solved["heat"]["emitters_W"].as_f64().unwrap_or(0.0);
+        assert!((json["emitters"].as_f64().unwrap() - wanted).abs() < 1e-9, "{json} {wanted}");
+        assert_eq!(wanted, if scene == LIT { 200.0 } else { 0.0 });
+        // What errors of the powers explain of the balance of an open box in light.
+        let stated: f64 = column(&table, "net_power_error_W").iter().sum();
+        assert!(json["balance"].as_f64().unwrap().abs() <= stated + 1e-6 * largest, "{json}");
+    }
+}
+
+#[test]
+fn files_of_earlier_versions_are_read() {
+    let f = factors(ROOM, &["--direct-only"]);
+    let path = f.path().join("f.npz");
+    let names = [
+        "exchange_areas",
+        "error_radius",
+        "closure",
+        "zone_size",
+        "condition",
+        "zone_face",
+        "surroundings_areas",
+        "surroundings_radius",
+        "backface_areas",
+        "closure_scaling",
+        "closure_error",
+    ];
+    let mut file = ArrayFile::open(&path).unwrap();
+    let mut about = file.about().unwrap();
+    let state = about["state"].as_object_mut().unwrap();
+    assert!(state.remove("further_band_fractions").is_some() && state.remove("solar_band").is_some());
+    let mut arrays: Vec<_> = names.iter().map(|name| (*name, file.array(name).unwrap())).collect();
+    // Three equal bands of a grey scene.
+    let (shape, row) = file.array("reflectance").unwrap();
+    assert_eq!(shape, [1, 24]);
+    arrays.push(("reflectance", (vec![3, 24], row.repeat(3))));
+    let list: Vec<NamedArray> = arrays
+        .iter()
+        .map(|(name, (shape, values))| NamedArray { name, shape: shape.clone(), values })
+        .collect();
+    write_arrays(&f.path().join("old.npz"), Some(&about.to_string()), &list).unwrap();
+    f.put("t.csv", "room.z0,1100\n");
+    for (file, out) in [("f.npz", "new.csv"), ("old.npz", "old.csv")] {
+        f.done(&["update", file, "--temperatures", "t.csv", "-o", out]);
+    }
+    assert_eq!(text(&f.get("new.csv")), text(&f.get("old.csv")));
+}
+
+#[test]
+fn nodes_are_refused_with_the_command_that_knows_them() {
+    let node = "mode = 'thermal'\n[[node]]\nname = 'body'\n[[surface]]\nroom = { min = [0, 0, 0], max = [1, 1, 1] }\nnode = 'body'\nemissivity = 1\nfaces.z0 = { temperature = 300 }\n";
+    let f = factors(node, &["--direct-only"]);
+    refused(
+        &f,
+        Program,
+        &["update", "f.npz", "-o", "out.csv"],
+        "without nodes and convection, which only zonal solve knows",
+    );
 }
 
 #[test]

@@ -288,6 +288,21 @@ impl BandFractions {
         self.check_coefficients()?;
         check_sum(&[self])
     }
+    /// Validates the fractions of all triples of bands together.
+    ///
+    /// ```
+    /// use zonal_scene::{BandFractions, Bands};
+    /// let half = BandFractions::constant(Bands::from_rgb([0.2, 0.3, 0.0]));
+    /// assert!(BandFractions::check_triples(&[half.clone(), half.clone()]).is_ok());
+    /// assert!(BandFractions::check_triples(&[half]).is_err());
+    /// ```
+    ///
+    /// # Errors
+    /// As [`BandFractions::check`].
+    pub fn check_triples(triples: &[BandFractions]) -> Result<(), SceneError> {
+        triples.iter().try_for_each(BandFractions::check_coefficients)?;
+        check_sum(&triples.iter().collect::<Vec<_>>())
+    }
     /// The key of the fractions in a scene file.
     fn key(&self) -> &'static str {
         if self.is_constant() { "thermal.band_fractions" } else { "thermal.weights" }

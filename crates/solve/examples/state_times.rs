@@ -3,7 +3,7 @@
 //!     cargo run --release -p zonal-solve --example state_times
 
 use std::time::Instant;
-use zonal_scene::{Bands, Mesh, NoProgress, Scene, SceneError};
+use zonal_scene::{Mesh, NoProgress, Scene, SceneError};
 use zonal_solve::exchange_areas::{ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
 use zonal_solve::state::{ExchangeData, StateSolver};
 
@@ -32,7 +32,7 @@ fn main() -> Result<(), SceneError> {
     let n = solver.data().zone_count();
     println!("{n} zones");
     measure("other emissivities", |k| {
-        solver.set_reflectance(0, Bands::splat(0.3 + 1e-3 * k as f64))?;
+        solver.set_reflectance(0, &[0.3 + 1e-3 * k as f64])?;
         solver.solve().map(drop)
     })?;
     measure("other temperatures", |k| {

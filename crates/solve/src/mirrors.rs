@@ -72,6 +72,32 @@ impl MirroredSolve {
         }
     }
 
+    /// The exchange of the zones of the scene with the surroundings.
+    pub(crate) fn surroundings_of_part(&self, exchange: &SurroundingsExchange) -> SurroundingsExchange {
+        SurroundingsExchange {
+            sky: self.images.mean(&exchange.sky),
+            backfaces: self.images.mean(&exchange.backfaces),
+            error: self.images.root_mean_square(&exchange.error),
+            rays: exchange.rays,
+        }
+    }
+
+    /// Direct light of light number `l` on the zones of the scene, with the powers of one image.
+    pub(crate) fn light_of_part(&self, l: usize, light: LightField) -> LightField {
+        let light = self.even_light(l, light);
+        let share = 1.0 / self.images.image_count() as f64;
+        LightField {
+            fields: self.images.mean(&light.fields),
+            error: self.images.mean(&light.error),
+            incoming: light.incoming * share,
+            emitted: light.emitted * share,
+            escaped: light.escaped * share,
+            absorbed_backfaces: light.absorbed_backfaces * share,
+            power_error: light.power_error.map(|e| e * share),
+            ..light
+        }
+    }
+
     /// Fields of the scene from those of the extension.
     pub(crate) fn fields_of_part(&self, fields: Fields) -> Fields {
         let mean = |list: &[Bands]| self.images.mean(list);

@@ -479,7 +479,7 @@ fn lights_by_shadow_rays(
 }
 
 /// The exchange with the surroundings by rays; zeros if the engine determines it.
-fn measure_surroundings(
+pub(crate) fn measure_surroundings(
     scene: &Scene,
     zones: &Zones,
     transport: &Transport,
@@ -571,7 +571,7 @@ fn illuminate_triple(
 }
 
 /// Direct light of light number `l` by shadow rays: the stage `light-…`, or computed and saved.
-fn illuminate_stage(
+pub(crate) fn illuminate_stage(
     scene: &Scene,
     zones: &Zones,
     transport: &Transport,

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use zonal_io::input::{Quantity, RowKeys, ValueTable, read_values};
 use zonal_io::output;
 use zonal_report::{Failure, check_output, say};
-use zonal_scene::{Bands, ThermalCondition, printable};
+use zonal_scene::{ThermalCondition, printable};
 use zonal_solve::state::{ExchangeData, StatePart, StateSolver, ThermalState};
 
 /// Compute fluxes and temperatures for other temperatures, powers or emissivities from stored exchange areas.
@@ -36,7 +36,7 @@ pub struct Args {
     /// Net fluxes that leave, W/m2 (W/m3 of volumes).
     #[arg(long, value_name = "FILE")]
     pub heat_flux: Option<PathBuf>,
-    /// Emissivities of surfaces, 0 to 1.
+    /// Emissivities of surfaces, 0 to 1, in all bands but that of sunlight.
     #[arg(long, value_name = "FILE")]
     pub emissivities: Option<PathBuf>,
     /// Temperature of the surroundings, K.
@@ -154,7 +154,7 @@ impl NewValues<'_> {
             Quantity::Temperature => solver.set_condition(i, ThermalCondition::Temperature(x)),
             Quantity::NetPower => solver.set_condition(i, ThermalCondition::Flux(x / size)),
             Quantity::HeatFlux => solver.set_condition(i, ThermalCondition::Flux(x)),
-            _ => solver.set_reflectance(i, Bands::splat(1.0 - x)),
+            _ => solver.set_reflectance(i, &[1.0 - x]),
         }
     }
 
@@ -310,7 +310,7 @@ fn report(args: &Args, data: &ExchangeData, state: &ThermalState, context: Conte
             .collect();
         let json = json!({
             "zones": data.zone_count(), "parts": rows, "surroundings": state.surroundings,
-            "absorbed_backfaces": state.absorbed_backfaces, "balance": balance, "written": path,
+            "absorbed_backfaces": state.absorbed_backfaces, "emitters": state.emitters, "balance": balance, "written": path,
         });
         return say(&format!("{json:#}"));
     }
@@ -329,8 +329,10 @@ fn report(args: &Args, data: &ExchangeData, state: &ThermalState, context: Conte
     if parts.len() > MAX_PRINTED_ROWS {
         say(&format!("  {} more", parts.len() - MAX_PRINTED_ROWS))?;
     }
+    let emitters =
+        if state.emitters > 0.0 { format!(", from emitters {:.4} W", state.emitters) } else { String::new() };
     say(&format!(
-        "  from the surroundings, less escaped power {:.4} W; balance {balance:.1e} W\n{} zones; written: {path}",
+        "  from the surroundings, less escaped power {:.4} W{emitters}; balance {balance:.1e} W\n{} zones; written: {path}",
         state.surroundings,
         data.zone_count()
     ))

@@ -14,6 +14,7 @@
 use super::light_field::{DirectLight, LightField};
 use super::shadow_rays::ERROR_SHARE;
 use crate::errors::closure_error::{error_of_fraction, unexplained_fractions};
+use crate::operator::ErrorModel;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::SurroundingsExchange;
 use crate::zone_power::interception_area;
@@ -78,14 +79,10 @@ struct EmittedPower {
 
 impl EmittedPower {
     /// Sums the emitted and escaping powers of the patches of `surface`.
-    fn of(
-        context: &SolveContext,
-        unknowns: usize,
-        surroundings: &SurroundingsExchange,
-        surface: usize,
-    ) -> EmittedPower {
-        let (zones, emission) = (context.zones, context.scene.surfaces()[surface].emission);
-        let mut strengths = vec![Bands::ZERO; unknowns];
+    fn of(exchange: &PatchExchange, surface: usize) -> EmittedPower {
+        let (zones, surroundings) = (exchange.zones, exchange.surroundings);
+        let emission = exchange.scene.surfaces()[surface].emission;
+        let mut strengths = vec![Bands::ZERO; exchange.operator.len()];
         let own = zones.patches.iter().enumerate().filter(|(_, p)| p.surface == surface);
         let (mut emitted, mut escaped, mut backs, mut square) =
             (Bands::ZERO, Bands::ZERO, Bands::ZERO, Bands::ZERO);
@@ -104,40 +101,62 @@ impl EmittedPower {
     }
 }
 
-/// Direct light of light number `l`, the emitter `surface`, from the exchange areas of an engine.
-fn light_from_exchange(
-    context: &SolveContext,
-    built: &BuiltEngine,
-    surroundings: &SurroundingsExchange,
-    (l, surface): (usize, usize),
-) -> LightField {
-    let (scene, zones) = (context.scene, context.zones);
-    let n = zones.len();
-    let power = EmittedPower::of(context, built.operator.len(), surroundings, surface);
-    // Apply the operator to the emission.
-    let mut incident = built.operator.apply(&power.strengths);
-    let power_error = built.operator.error(&power.strengths).unwrap_or_default();
-    let slope_power = incident.split_off(n);
-    let fractions = unexplained_fractions(zones, &built.closure, surroundings);
-    let (mut fields, mut error) = (incident, vec![Bands::ZERO; n]);
-    for i in 0..n {
-        let measure = zones.response(i).1;
-        fields[i] = fields[i].map(|p| (p / measure).max(0.0));
-        let e = power_error.get(i).copied().unwrap_or_default();
-        error[i] = e / measure + fractions[i].zip_map(fields[i], error_of_fraction);
+/// The exchange of single patches with all zones.
+pub(crate) struct PatchExchange<'a> {
+    pub scene: &'a Scene,
+    pub zones: &'a Zones,
+    pub operator: &'a dyn ErrorModel,
+    /// The defect of each row that its errors do not explain ([`unexplained_fractions`]).
+    pub fractions: &'a [Bands],
+    pub surroundings: &'a SurroundingsExchange,
+}
+
+impl PatchExchange<'_> {
+    /// Direct light of light number `l`, the emitter `surface`, from the exchange areas, or by `shadow_rays` if these are needed and their error is smaller.
+    pub(crate) fn light_of_emitter(
+        &self,
+        (l, surface): (usize, usize),
+        shadow_rays: impl FnOnce() -> Result<LightField, SceneError>,
+    ) -> Result<LightField, SceneError> {
+        let light = self.light_from_areas(l, surface);
+        let error = relative_error(self.zones, &light);
+        if error > ERROR_SHARE[0] * self.scene.options().tolerance {
+            let sampled = shadow_rays()?;
+            if relative_error(self.zones, &sampled) < error {
+                return Ok(sampled);
+            }
+        }
+        Ok(light)
     }
-    let (backs, lost) = (power.absorbed_backfaces, power.escaped_error);
-    LightField {
-        name: scene.lights()[l].name(scene.surfaces()).to_string(),
-        fields,
-        error,
-        by_exchange: true,
-        slope_power,
-        emitted: power.emitted,
-        escaped: power.escaped,
-        absorbed_backfaces: backs,
-        power_error: [Bands::ZERO, lost, if backs == Bands::ZERO { Bands::ZERO } else { lost }],
-        ..LightField::default()
+
+    fn light_from_areas(&self, l: usize, surface: usize) -> LightField {
+        let (scene, zones) = (self.scene, self.zones);
+        let n = zones.len();
+        let power = EmittedPower::of(self, surface);
+        // Apply the operator to the emission.
+        let mut incident = self.operator.apply(&power.strengths);
+        let power_error = self.operator.error(&power.strengths).unwrap_or_default();
+        let slope_power = incident.split_off(n);
+        let (mut fields, mut error) = (incident, vec![Bands::ZERO; n]);
+        for i in 0..n {
+            let measure = zones.response(i).1;
+            fields[i] = fields[i].map(|p| (p / measure).max(0.0));
+            let e = power_error.get(i).copied().unwrap_or_default();
+            error[i] = e / measure + self.fractions[i].zip_map(fields[i], error_of_fraction);
+        }
+        let (backs, lost) = (power.absorbed_backfaces, power.escaped_error);
+        LightField {
+            name: scene.lights()[l].name(scene.surfaces()).to_string(),
+            fields,
+            error,
+            by_exchange: true,
+            slope_power,
+            emitted: power.emitted,
+            escaped: power.escaped,
+            absorbed_backfaces: backs,
+            power_error: [Bands::ZERO, lost, if backs == Bands::ZERO { Bands::ZERO } else { lost }],
+            ..LightField::default()
+        }
     }
 }
 
@@ -166,17 +185,18 @@ pub(crate) fn complete(
     if !(0..context.direct.lights.len()).any(|l| emitters.surface(l).is_some()) {
         return Ok(None);
     }
-    let wanted = ERROR_SHARE[0] * context.scene.options().tolerance;
+    let fractions = unexplained_fractions(context.zones, &built.closure, surroundings);
+    let exchange = PatchExchange {
+        scene: context.scene,
+        zones: context.zones,
+        operator: built.operator.as_ref(),
+        fractions: &fractions,
+        surroundings,
+    };
     let mut lights = context.direct.lights.clone();
     for (l, light) in lights.iter_mut().enumerate() {
-        let Some(surface) = emitters.surface(l) else { continue };
-        *light = light_from_exchange(context, built, surroundings, (l, surface));
-        let error = relative_error(context.zones, light);
-        if error > wanted {
-            let sampled = shadow_rays(l)?;
-            if relative_error(context.zones, &sampled) < error {
-                *light = sampled;
-            }
+        if let Some(surface) = emitters.surface(l) {
+            *light = exchange.light_of_emitter((l, surface), || shadow_rays(l))?;
         }
     }
     Ok(Some(DirectLight { lights }))

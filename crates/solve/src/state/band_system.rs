@@ -1,6 +1,6 @@
 //! The equations of one band, with the factor of (I − √D F √D) and the products with F' = d F d (header of [`super`]).
 
-use super::cholesky::{Cholesky, dot};
+use super::cholesky::{Cholesky, dot, dot_of_squares};
 use super::exchange_data::ExchangeData;
 use rayon::prelude::*;
 
@@ -8,10 +8,10 @@ use rayon::prelude::*;
 const ROWS_PER_TASK: usize = 64;
 
 /// The arrays of one matrix of [`ExchangeData`].
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub(super) struct MatrixData<'a> {
     pub areas: &'a [f64],
-    pub squared_radii: &'a [f64],
+    pub radii: &'a [f64],
     pub c: &'a [f64],
     pub scaling: &'a [f64],
     pub surroundings: &'a [f64],
@@ -21,13 +21,13 @@ pub(super) struct MatrixData<'a> {
 }
 
 impl<'a> MatrixData<'a> {
-    pub(super) fn of(data: &'a ExchangeData, squared_radii: &'a [f64], matrix: usize) -> MatrixData<'a> {
+    pub(super) fn of(data: &'a ExchangeData, matrix: usize) -> MatrixData<'a> {
         let n = data.zone_count();
         let (rows, pairs) = (matrix * n..(matrix + 1) * n, matrix * n * n..(matrix + 1) * n * n);
         let s = &data.surroundings;
         MatrixData {
             areas: &data.direct.areas[pairs.clone()],
-            squared_radii: &squared_radii[pairs],
+            radii: &data.direct.radii[pairs],
             c: &data.direct.closure[rows.clone()],
             scaling: &s.scaling[rows.clone()],
             surroundings: &s.areas[rows.clone()],
@@ -40,31 +40,32 @@ impl<'a> MatrixData<'a> {
     /// F' x.
     pub(super) fn apply(&self, x: &[f64]) -> Vec<f64> {
         let scaled: Vec<f64> = x.iter().zip(self.scaling).map(|(x, d)| x * d).collect();
-        let mut out = product(self.areas, &scaled);
+        let mut out = product(self.areas, &scaled, dot);
         out.iter_mut().zip(self.scaling).for_each(|(y, d)| *y *= d);
         out
     }
 
     /// √(Σ_j (δF_ij B_j)²) of every zone.
     pub(super) fn factor_errors(&self, radiosity: &[f64]) -> Vec<f64> {
-        let squares: Vec<f64> = radiosity.iter().map(|b| b * b).collect();
-        product(self.squared_radii, &squares).into_iter().map(f64::sqrt).collect()
+        product(self.radii, radiosity, dot_of_squares).into_iter().map(f64::sqrt).collect()
     }
 }
 
-/// M x of a square matrix, row by row.
-fn product(matrix: &[f64], x: &[f64]) -> Vec<f64> {
+/// The products of the rows of a square matrix with x.
+fn product(matrix: &[f64], x: &[f64], of_row: fn(&[f64], &[f64]) -> f64) -> Vec<f64> {
     let n = x.len();
     let mut out = vec![0.0; n];
     let tasks = out.par_chunks_mut(ROWS_PER_TASK).zip(matrix.par_chunks(n * ROWS_PER_TASK));
     tasks.for_each(|(out, rows)| {
-        out.iter_mut().zip(rows.chunks_exact(n)).for_each(|(y, row)| *y = dot(row, x));
+        out.iter_mut().zip(rows.chunks_exact(n)).for_each(|(y, row)| *y = of_row(row, x));
     });
     out
 }
 
 /// The factor of one band for given r̂.
 pub(super) struct BandFactor {
+    /// Its matrix of the data, and r̂.
+    pub key: (usize, Vec<f64>),
     /// √(r̂/c), 0 for a zone without exchange.
     root: Vec<f64>,
     /// None where nothing is reflected.
@@ -72,13 +73,14 @@ pub(super) struct BandFactor {
 }
 
 impl BandFactor {
-    /// Factors the system of a band for the reflections r̂; none if no power is absorbed or lost.
-    pub(super) fn new(m: &MatrixData, reflected: &[f64]) -> Option<BandFactor> {
+    /// Factors the system of a matrix of the data for the reflections r̂; none if no power is absorbed or lost.
+    pub(super) fn new(m: &MatrixData, key: (usize, Vec<f64>)) -> Option<BandFactor> {
+        let reflected = &key.1;
         let n = reflected.len();
         let root: Vec<f64> =
             m.c.iter().zip(reflected).map(|(c, r)| if *c > 0.0 { (r / c).sqrt() } else { 0.0 }).collect();
         if root.iter().all(|r| *r == 0.0) {
-            return Some(BandFactor { root, cholesky: None });
+            return Some(BandFactor { key, root, cholesky: None });
         }
         let side: Vec<f64> = root.iter().zip(m.scaling).map(|(r, d)| r * d).collect();
         let mut system = vec![0.0; n * n];
@@ -87,7 +89,7 @@ impl BandFactor {
             row.iter_mut().zip(areas).zip(&side).for_each(|((x, f), s)| *x = own * f * s);
             row[i] += 1.0;
         });
-        Some(BandFactor { root, cholesky: Some(Cholesky::new(system, n)?) })
+        Some(BandFactor { key, root, cholesky: Some(Cholesky::new(system, n)?) })
     }
 
     /// P = (I − F' D)⁻¹ b.

@@ -68,11 +68,41 @@ impl SimdKernel for DotProduct<'_> {
     }
 }
 
+/// Sum of the squares of the products of two lists.
+pub(super) fn dot_of_squares(a: &[f64], b: &[f64]) -> f64 {
+    run(DotOfSquares { a, b })
+}
+
+struct DotOfSquares<'a> {
+    a: &'a [f64],
+    b: &'a [f64],
+}
+
+impl SimdKernel for DotOfSquares<'_> {
+    type Output = f64;
+    #[inline(always)]
+    fn evaluate(self) -> f64 {
+        let mut sums = [[0.0; LANES]; 2];
+        let (a, b) = (&self.a[..self.b.len()], self.b);
+        let (pairs, tail) = a.as_chunks::<{ 2 * LANES }>();
+        let (others, rest) = b.as_chunks::<{ 2 * LANES }>();
+        let square = |x: f64, y: f64| (x * y) * (x * y);
+        for (x, y) in pairs.iter().zip(others) {
+            for l in 0..LANES {
+                sums[0][l] += square(x[l], y[l]);
+                sums[1][l] += square(x[LANES + l], y[LANES + l]);
+            }
+        }
+        let ends: f64 = tail.iter().zip(rest).map(|(x, y)| square(*x, *y)).sum();
+        sums[0].iter().zip(&sums[1]).map(|(x, y)| x + y).sum::<f64>() + ends
+    }
+}
+
 /// Subtracts `x` times a row.
-struct SubtractRow<'a> {
-    from: &'a mut [f64],
-    row: &'a [f64],
-    x: f64,
+pub(super) struct SubtractRow<'a> {
+    pub from: &'a mut [f64],
+    pub row: &'a [f64],
+    pub x: f64,
 }
 
 impl SimdKernel for SubtractRow<'_> {
@@ -159,6 +189,16 @@ mod tests {
             for (x, w) in b.iter().zip(&wanted) {
                 assert!((x - w).abs() < 1e-12, "{n}: {x} {w}");
             }
+        }
+    }
+
+    #[test]
+    fn sums_of_products_and_of_squares_hold_for_any_length() {
+        for n in [0, 1, 15, 16, 17, 33] {
+            let (a, b): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (1.0 + i as f64, 2.0 - i as f64)).unzip();
+            let products = a.iter().zip(&b).map(|(x, y)| x * y);
+            assert_eq!(dot(&a, &b), products.clone().sum::<f64>(), "{n}");
+            assert_eq!(dot_of_squares(&a, &b), products.map(|p| p * p).sum::<f64>(), "{n}");
         }
     }
 

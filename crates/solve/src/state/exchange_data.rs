@@ -1,38 +1,22 @@
 //! What a geometry and its properties contribute to thermal states, as plain arrays.
 
-use super::area_operator::AreaOperator;
-use crate::errors::closure_error::unexplained_fractions;
+use super::light_data::{LightData, POWERS};
+use super::surroundings_data::SurroundingsData;
+use super::triple_data::TripleData;
+use super::zone_fractions::ZoneFractions;
 use crate::exchange_areas::{AreaMatrices, ExchangeAreas};
-use crate::operator::ExchangeOperator;
-use crate::report::closure;
 use crate::settings::{DEFAULT_MEMORY_LIMIT, SolveSettings, check_interrupted};
-use crate::surroundings::{self, SurroundingsExchange};
-use crate::thermal::zone_conditions;
-use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
-use zonal_scene::{
-    Band, BandFractions, Bands, FaceMesh, Progress, Scene, SceneError, Thermal, ThermalCondition,
-};
-use zonal_transport::Transport;
 
-/// Exchange with the surroundings and closure of the rows, matrix after matrix, one number for each zone.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SurroundingsData {
-    /// Exchange areas with the surroundings F_s, m², scaled with the rows.
-    pub areas: Vec<f64>,
-    /// Their standard errors, m².
-    pub radii: Vec<f64>,
-    /// Exchange areas with the black backs of one-sided surfaces, m², scaled with the rows.
-    pub backfaces: Vec<f64>,
-    /// Scaling d of the rows that restores closure: F' = d F d; 1 where closure is not restored.
-    pub scaling: Vec<f64>,
-    /// Error of the incident power by closure, relative to it; infinite if unknown.
-    pub closure_error: Vec<f64>,
-}
+use zonal_scene::{FaceMesh, MAX_BANDS, Progress, Scene, SceneError, Thermal, ThermalCondition};
 
 /// Exchange areas, properties and conditions of all zones of a thermal scene.
 #[derive(Clone, Debug, Default)]
 pub struct ExchangeData {
-    /// Number of matrices: 1, or one for each band.
+    /// Number of bands: 1 of a grey scene, else those of the scene.
+    pub bands: usize,
+    /// True if the last band is that of sunlight, in which no temperature emits.
+    pub has_solar_band: bool,
+    /// Number of matrices: 1, or at least one for each band.
     pub matrices: usize,
     /// Number of zones that are patches; the others are volumes.
     pub patches: usize,
@@ -40,14 +24,16 @@ pub struct ExchangeData {
     pub direct: AreaMatrices,
     /// Surroundings and closure.
     pub surroundings: SurroundingsData,
+    /// Direct light.
+    pub light: LightData,
     /// A in m² or V in m³ of each zone.
     pub sizes: Vec<f64>,
-    /// ρ or Ω of each zone.
-    pub reflectances: Vec<Bands>,
+    /// ρ or Ω of each zone, band after band.
+    pub reflectances: Vec<f64>,
     /// Thermal condition of each zone; never the power of a whole surface.
     pub conditions: Vec<ThermalCondition>,
     /// The fraction of the emission in each band.
-    pub band_fractions: BandFractions,
+    pub band_fractions: ZoneFractions,
     /// Temperature of the surroundings, K; `None` for cold surroundings.
     pub surroundings_temperature: Option<f64>,
     /// Names of the surfaces, of the medium and of the panes.
@@ -61,7 +47,7 @@ pub struct ExchangeData {
 }
 
 impl ExchangeData {
-    /// The data of exchange areas of a scene in thermal mode: samples the surroundings, and measures or restores closure as a solve does.
+    /// The data of exchange areas of a scene in thermal mode: samples the surroundings and the lights, and measures or restores closure as a solve does.
     ///
     /// # Errors
     /// If the scene is in light mode or has nodes or convection, or if the observer interrupts the computation.
@@ -76,33 +62,59 @@ impl ExchangeData {
                 "thermal states belong to mode = \"thermal\"; give the scene temperatures or powers",
             ));
         };
-        check_plain(scene, thermal)?;
-        let zones = &areas.zones;
-        let n = zones.len();
-        let transport = Transport::new(scene);
-        let settings = SolveSettings::new(DEFAULT_MEMORY_LIMIT, progress);
-        let mut exterior = surroundings::stage::measure(scene, zones, &transport, &settings);
-        drop(transport);
-        check_interrupted(progress)?;
-        let (surroundings, direct) = closed_rows(scene, areas, &mut exterior);
+        check_plain(thermal)?;
+        let (zones, n) = (&areas.zones, areas.zone_count());
         let faces = scene.faces();
         let face = |i: usize| zones.patches.get(i).and_then(|p| faces.face_of(p.facet));
-        let (conditions, reflectances) = zone_conditions(scene, zones);
-        Ok(ExchangeData {
+        let is_grey = thermal.band_fractions.is_grey();
+        let mut data = ExchangeData {
+            bands: if is_grey { 1 } else { scene.bands().count() },
+            has_solar_band: scene.bands().has_solar_band(),
             matrices: areas.matrices,
             patches: zones.voxel_offset(),
-            direct,
-            surroundings,
+            direct: areas.direct.clone(),
             sizes: (0..n).map(|i| zones.response(i).1).collect(),
-            reflectances,
-            conditions,
-            band_fractions: thermal.band_fractions.clone(),
             surroundings_temperature: thermal.surroundings,
             names: areas.names.clone(),
             name_of_zone: areas.name_of_zone.clone(),
             meshes: faces.meshes.clone(),
             face_of_zone: (0..n).map(face).collect(),
-        })
+            ..ExchangeData::default()
+        };
+        let settings = SolveSettings::new(DEFAULT_MEMORY_LIMIT, progress);
+        for (t, own) in scene.triples().enumerate() {
+            let triple = TripleData::measure(own, areas, t, &settings)?;
+            check_interrupted(progress)?;
+            if t == 0 {
+                data.conditions.clone_from(&triple.properties.conditions);
+                data.band_fractions = ZoneFractions::of(scene, triple.properties.kinds.clone());
+            }
+            data.append(triple, if is_grey { 1 } else { own.window().len() });
+        }
+        Ok(data)
+    }
+
+    /// Adds the first `bands` bands of a triple.
+    fn append(&mut self, triple: TripleData, bands: usize) {
+        let reflectances = &triple.properties.reflectances;
+        for b in 0..bands {
+            self.reflectances.extend(reflectances.iter().map(|r| r.as_slice()[b]));
+        }
+        let (own, more) = (&mut self.surroundings, triple.surroundings);
+        own.areas.extend(more.areas);
+        own.radii.extend(more.radii);
+        own.backfaces.extend(more.backfaces);
+        own.scaling.extend(more.scaling);
+        own.closure_error.extend(more.closure_error);
+        self.light.incident.extend(triple.light.incident);
+        self.light.error.extend(triple.light.error);
+        self.light.powers.extend(triple.light.powers);
+    }
+
+    /// ρ or Ω of a zone in a band.
+    #[must_use]
+    pub fn reflectance(&self, band: usize, zone: usize) -> f64 {
+        self.reflectances[band * self.zone_count() + zone]
     }
 
     /// Number of zones.
@@ -123,37 +135,19 @@ impl ExchangeData {
     /// The name of the array.
     pub fn check(&self) -> Result<(), SceneError> {
         let (n, m) = (self.sizes.len(), self.matrices);
-        let (pairs, rows) = (m.saturating_mul(n.saturating_mul(n)), m.saturating_mul(n));
-        let s = &self.surroundings;
-        let wrong = |name: &str| {
-            let what = "this array has another length than the zones require, or a value out of range; write the exchange areas again";
-            Err(SceneError::new(name, what))
+        let are_few =
+            (1..=MAX_BANDS).contains(&self.bands) && (m == 1 || m >= self.bands && m <= MAX_BANDS + 2);
+        if !are_few || n == 0 || self.patches > n || self.sizes.contains(&0.0) {
+            return wrong("zone_size");
+        }
+        let is_wrong = |(name, list, length): &(&str, &Vec<f64>, usize)| {
+            let may_be_negative = *name == "exchange_areas";
+            list.len() != *length || list.iter().any(|x| x.is_nan() || *x < 0.0 && !may_be_negative)
         };
-        if m != 1 && m != Band::count() || n == 0 || self.patches > n {
-            return wrong("zone_size");
+        if let Some((name, ..)) = self.arrays().iter().find(|a| is_wrong(a)) {
+            return wrong(name);
         }
-        for (name, list, length) in [
-            ("exchange_areas", &self.direct.areas, pairs),
-            ("error_radius", &self.direct.radii, pairs),
-            ("closure", &self.direct.closure, rows),
-            ("surroundings_areas", &s.areas, rows),
-            ("surroundings_radius", &s.radii, rows),
-            ("backface_areas", &s.backfaces, rows),
-            ("closure_scaling", &s.scaling, rows),
-            ("closure_error", &s.closure_error, rows),
-            ("zone_size", &self.sizes, n),
-        ] {
-            let may_be_negative = name == "exchange_areas";
-            if list.len() != length || list.iter().any(|x| x.is_nan() || *x < 0.0 && !may_be_negative) {
-                return wrong(name);
-            }
-        }
-        if self.sizes.contains(&0.0) {
-            return wrong("zone_size");
-        }
-        if self.reflectances.len() != n
-            || self.reflectances.iter().flatten().any(|r| !(0.0..=1.0).contains(r))
-        {
+        if self.reflectances.iter().any(|r| *r > 1.0) {
             return wrong("reflectance");
         }
         if self.conditions.len() != n
@@ -169,61 +163,48 @@ impl ExchangeData {
             return wrong("zone_face");
         }
         match self.name_of_zone.len() == n && self.name_of_zone.iter().all(|k| *k < self.names.len()) {
-            true => self.band_fractions.check(),
+            true => self.band_fractions.check(n, self.bands),
             false => wrong("name_of_zone"),
         }
     }
+
+    /// Names of the arrays of numbers in a file, the arrays, and the lengths that they must have.
+    fn arrays(&self) -> [(&'static str, &Vec<f64>, usize); 13] {
+        let (n, m, s) = (self.sizes.len(), self.matrices, &self.surroundings);
+        let (pairs, rows) = (m.saturating_mul(n.saturating_mul(n)), m.saturating_mul(n));
+        let by_band = self.bands * n;
+        let lights = if self.light.incident.is_empty() { 0 } else { 1 };
+        [
+            ("exchange_areas", &self.direct.areas, pairs),
+            ("error_radius", &self.direct.radii, pairs),
+            ("closure", &self.direct.closure, rows),
+            ("surroundings_areas", &s.areas, rows),
+            ("surroundings_radius", &s.radii, rows),
+            ("backface_areas", &s.backfaces, rows),
+            ("closure_scaling", &s.scaling, rows),
+            ("closure_error", &s.closure_error, rows),
+            ("zone_size", &self.sizes, n),
+            ("reflectance", &self.reflectances, by_band),
+            ("light_incident", &self.light.incident, lights * by_band),
+            ("light_error", &self.light.error, lights * by_band),
+            ("light_power", &self.light.powers, lights * self.bands * POWERS),
+        ]
+    }
 }
 
-/// Refuses scenes that have more than temperatures and powers.
-fn check_plain(scene: &Scene, thermal: &Thermal) -> Result<(), SceneError> {
-    if scene.bands().triples() > 1 {
-        let what = "thermal states have up to three bands; solve the scene, or give it fewer bands";
-        return Err(SceneError::new("bands", what));
-    }
-    if !scene.lights().is_empty() {
-        return Err(SceneError::new(
-            "light",
-            "thermal states have no lights; solve the scene, or remove the lights",
-        ));
-    }
-    if thermal.network.is_some() {
-        return Err(SceneError::new(
+/// An array that does not fit.
+fn wrong(name: &str) -> Result<(), SceneError> {
+    let what = "this array has another length than the zones require, or a value out of range; write the exchange areas again";
+    Err(SceneError::new(name, what))
+}
+
+/// Refuses scenes that have more than temperatures, powers and lights.
+fn check_plain(thermal: &Thermal) -> Result<(), SceneError> {
+    match thermal.network {
+        Some(_) => Err(SceneError::new(
             "node",
-            "thermal states have no nodes and no convection; solve the scene, or give temperatures and powers",
-        ));
+            "thermal states have no nodes and no convection; use zonal solve for this scene, or give its surfaces temperatures or powers",
+        )),
+        None => Ok(()),
     }
-    Ok(())
-}
-
-/// Measures or restores the closure of the rows; the surroundings are scaled with them.
-fn closed_rows(
-    scene: &Scene,
-    areas: &ExchangeAreas,
-    exterior: &mut SurroundingsExchange,
-) -> (SurroundingsData, AreaMatrices) {
-    let zones = &areas.zones;
-    let n = zones.len();
-    let mut operator = AreaOperator::new(areas);
-    let rows = match scene.restores_closure() {
-        true => closure::restore(&mut operator, zones, exterior),
-        false => closure::measure(&operator, zones, exterior),
-    };
-    let fractions = unexplained_fractions(zones, &rows, exterior);
-    debug_assert_eq!(operator.len(), n);
-    let c: Vec<Bands> = (0..n).map(|i| scaled_radiosity_coefficient(zones, i)).collect();
-    let per_matrix = |of: &dyn Fn(usize) -> Bands| -> Vec<f64> {
-        Band::all().take(areas.matrices).flat_map(|b| (0..n).map(move |i| of(i)[b])).collect()
-    };
-    let target = |i: usize| closure_target(zones, i);
-    let data = SurroundingsData {
-        areas: per_matrix(&|i| c[i] * exterior.sky_of(i)),
-        radii: per_matrix(&|i| c[i] * target(i) * exterior.escape_fraction_error(i, target(i))),
-        backfaces: per_matrix(&|i| c[i] * exterior.backfaces_of(i)),
-        scaling: per_matrix(&|i| operator.scaling[i]),
-        closure_error: per_matrix(&|i| {
-            fractions[i].map(|x| if x.is_nan() { f64::INFINITY } else { x.abs() })
-        }),
-    };
-    (data, areas.direct.clone())
 }

@@ -1,18 +1,23 @@
-//! The solver of thermal states: data of a geometry, current conditions and properties, and the factor, which is kept while it holds.
+//! The solver of thermal states: data of a geometry, current conditions and properties, and the factors, which are kept while they hold.
 
+use super::assembly::{Assembly, ZoneRole};
+use super::band_state::{BandProblem, BandState};
 use super::band_system::{BandFactor, MatrixData};
 use super::exchange_data::ExchangeData;
+use super::known_powers::{Coupling, PowerResponse};
 use super::thermal_state::ThermalState;
-use crate::errors::closure_error::error_of_fraction;
-use zonal_scene::thermal::{blackbody_emissive_power, blackbody_temperature};
-use zonal_scene::{Band, Bands, SceneError, ThermalCondition};
+use crate::settings::DEFAULT_MEMORY_LIMIT;
+use rayon::prelude::*;
+use zonal_scene::thermal::blackbody_emissive_power;
+use zonal_scene::{SceneError, ThermalCondition};
 
-/// Residual of the balance, over the absorbed power, that rounding leaves.
-const ROUNDING_OF_BALANCE: f64 = 1e-12;
+/// Emissive power of the first step for zones of known power where no temperature is known: that of 300 K, W/m².
+const FIRST_EMISSIVE_POWER: f64 = 460.0;
 
 /// Computes thermal states of one geometry (header of [`super`]).
 ///
-/// Temperatures and powers cost O(n²); the first state, other emissivities and another set of zones with known power cost a factorization, O(n³).
+/// Temperatures and powers cost O(n²) for each band; the first state and other emissivities cost a factorization, O(n³), for each band that they change, and so
+/// does another set of zones with known power.
 ///
 /// ```
 /// use zonal_scene::{Mesh, NoProgress, Scene, ThermalCondition};
@@ -31,23 +36,15 @@ const ROUNDING_OF_BALANCE: f64 = 1e-12;
 /// ```
 pub struct StateSolver {
     data: ExchangeData,
-    squared_radii: Vec<f64>,
-    /// The factors, and for each solved band the index of its factor; none where they have to be computed.
-    factors: Option<(Vec<BandFactor>, Vec<usize>)>,
-}
-
-/// The solution of one band.
-struct BandState {
-    band: Band,
-    /// h and its error, W/m².
-    incident: Vec<f64>,
-    error: Vec<f64>,
-    radiosity: Vec<f64>,
-    /// Power from and to the surroundings, and to black backs, W; error of the escaping power.
-    incoming: f64,
-    escaped: f64,
-    backfaces: f64,
-    escaped_error: f64,
+    /// The bands in which something is emitted, by temperatures or by lights.
+    bands: Vec<usize>,
+    /// For each of them, whether temperatures emit in it.
+    emitting: Vec<bool>,
+    /// The matrix of each of them; the first of equal ones.
+    matrices: Vec<usize>,
+    factors: Vec<BandFactor>,
+    /// Kept while the reflectances and the zones of known power hold.
+    response: Option<PowerResponse>,
 }
 
 impl StateSolver {
@@ -57,8 +54,12 @@ impl StateSolver {
     /// If an array has a wrong length or a value out of range.
     pub fn new(data: ExchangeData) -> Result<StateSolver, SceneError> {
         data.check()?;
-        let squared_radii = data.direct.radii.iter().map(|r| r * r).collect();
-        Ok(StateSolver { data, squared_radii, factors: None })
+        let all = data.band_fractions.emitting(data.bands);
+        let is_lit = |b: usize| data.light.powers(b).iter().any(|p| *p > 0.0);
+        let bands: Vec<usize> = (0..data.bands).filter(|&b| all[b] || is_lit(b)).collect();
+        let matrices = distinct_matrices(&data, &bands);
+        let emitting = bands.iter().map(|b| all[*b]).collect();
+        Ok(StateSolver { data, bands, emitting, matrices, factors: Vec::new(), response: None })
     }
 
     /// The data with the current conditions and reflectances.
@@ -67,7 +68,7 @@ impl StateSolver {
         &self.data
     }
 
-    /// Sets the thermal condition of a zone; a power is that of the zone, W. The factor holds as long as the zone keeps its kind: temperature, or flux.
+    /// Sets the thermal condition of a zone; a power is that of the zone, W. In a grey scene the factor holds as long as the zone keeps its kind: temperature, or flux.
     ///
     /// # Errors
     /// If the value is out of range.
@@ -76,15 +77,10 @@ impl StateSolver {
     /// If there is no such zone.
     pub fn set_condition(&mut self, zone: usize, condition: ThermalCondition) -> Result<(), SceneError> {
         condition.check(|k| format!("zone {zone}.{k}"))?;
-        let known = |c: &ThermalCondition| matches!(c, ThermalCondition::Temperature(_));
-        let new = match condition {
+        self.data.conditions[zone] = match condition {
             ThermalCondition::Power(p) => ThermalCondition::Flux(p / self.data.sizes[zone]),
             other => other,
         };
-        if known(&self.data.conditions[zone]) != known(&new) {
-            self.factors = None;
-        }
-        self.data.conditions[zone] = new;
         Ok(())
     }
 
@@ -112,264 +108,285 @@ impl StateSolver {
         Ok(())
     }
 
-    /// Sets the reflectance of a patch, or the albedo of a volume, 0 to 1 in each band.
+    /// Sets the reflectance of a patch, or the albedo of a volume, 0 to 1: one value for all bands but that of sunlight, or one value for each band.
     ///
     /// # Errors
-    /// If a value is out of range, or bands of a grey scene differ.
+    /// If a value is out of range, or there are other numbers of values.
     ///
     /// # Panics
     /// If there is no such zone.
-    pub fn set_reflectance(&mut self, zone: usize, reflectance: Bands) -> Result<(), SceneError> {
-        let grey = self.data.band_fractions.is_grey();
-        if reflectance.any(|r| !(0.0..=1.0).contains(&r)) || grey && !reflectance.is_grey() {
-            let what = "the reflectance is out of range; give values from 0 to 1, one in a grey scene";
+    pub fn set_reflectance(&mut self, zone: usize, reflectance: &[f64]) -> Result<(), SceneError> {
+        let n = self.data.zone_count();
+        let d = &mut self.data;
+        if !reflectance.iter().all(|r| (0.0..=1.0).contains(r)) {
+            let what = "the reflectance is out of range; give values from 0 to 1";
             return Err(SceneError::new(format!("zone {zone}.reflectance"), what));
         }
-        if self.data.reflectances[zone] != reflectance {
-            self.data.reflectances[zone] = reflectance;
-            self.factors = None;
+        let bands = match reflectance.len() {
+            count if count == d.bands => d.bands,
+            1 => d.bands - usize::from(d.has_solar_band),
+            count => {
+                let what = format!(
+                    "there are {count} values and {} bands; give one value, or one for each",
+                    d.bands
+                );
+                return Err(SceneError::new(format!("zone {zone}.reflectance"), what));
+            }
+        };
+        for b in 0..bands {
+            let (old, new) = (&mut d.reflectances[b * n + zone], reflectance[b.min(reflectance.len() - 1)]);
+            if *old != new {
+                *old = new;
+                self.response = None;
+            }
         }
         Ok(())
     }
 
-    /// The thermal state of the current conditions.
+    /// The state of the current conditions.
     ///
     /// # Errors
-    /// If known powers couple several bands, if nothing in a closed scene fixes the level of the temperatures, if a zone that does not absorb has a power, or
-    /// if a result is not a finite number.
+    /// If the level of the temperatures is undetermined, if a zone cannot give its power, if the temperatures of the zones of known power cannot be found, or if a flux is
+    /// not a finite number.
     pub fn solve(&mut self) -> Result<ThermalState, SceneError> {
-        // Parallel loops that start on a thread of the pool need no handing over.
-        rayon::scope(|_| self.solve_on_worker())
+        let roles = self.roles();
+        self.check_conditions(&roles)?;
+        let factors = self.factorize(&roles)?;
+        let emissive = self.known_emissive_powers();
+        let mut problems = self.problems(&roles, &factors, &emissive);
+        let coupled: Vec<usize> = (0..roles.len()).filter(|&i| roles[i] == ZoneRole::Coupled).collect();
+        if coupled.is_empty() {
+            let mut states: Vec<BandState> = problems.par_iter().map(BandProblem::solve).collect();
+            return self.finish(&roles, emissive, &mut states);
+        }
+        check_memory(self.bands.len(), coupled.len())?;
+        let kept = self.response.as_ref().is_some_and(|r| r.zones == coupled);
+        let computed = (!kept).then(|| PowerResponse::new(&problems, coupled));
+        let Some(response) = computed.as_ref().or(self.response.as_ref()) else { return Err(not_finite()) };
+        let coupling = Coupling {
+            response,
+            fractions: &self.data.band_fractions,
+            bands: (&self.bands, self.data.bands),
+            weights: self.absorption_weights(&problems, &response.zones),
+        };
+        // Find the temperatures, and solve each band with their emission.
+        let q: Vec<f64> = response.zones.iter().map(|&i| power_of(self.data.conditions[i])).collect();
+        let found = coupling.solve(&problems, &q, first_emissive_power(&emissive))?;
+        let mut all = emissive;
+        response.zones.iter().zip(&found).for_each(|(i, e)| all[*i] = *e);
+        let powers = self.emissive_powers(&all);
+        for ((s, problem), weights) in problems.iter_mut().enumerate().zip(&coupling.weights) {
+            for (k, i) in response.zones.iter().enumerate() {
+                problem.sources[*i] = weights[k][1] * powers[*i][self.bands[s]][0];
+            }
+        }
+        let mut states: Vec<BandState> = problems.par_iter().map(BandProblem::solve).collect();
+        coupling.add_reemission(&problems, &found, &mut states);
+        drop(problems);
+        let state = self.finish(&roles, all, &mut states);
+        self.response = computed.or(self.response.take());
+        state
     }
 
-    fn solve_on_worker(&mut self) -> Result<ThermalState, SceneError> {
-        self.check_conditions()?;
-        let bands = self.bands();
-        let (factors, of_band) = match self.factors.take() {
-            Some(kept) => kept,
-            None => self.factorize(&bands)?,
-        };
-        let solved = bands.iter().zip(&of_band);
-        let mut states: Vec<BandState> = solved.map(|(b, k)| self.solve_band(*b, &factors[*k])).collect();
-        self.factors = Some((factors, of_band));
-        let mut state = self.assemble(&states);
-        if self.widen_by_balance(&state, &mut states) {
-            state = self.assemble(&states);
+    /// The state of solved bands with black emissive powers, W/m²; NaN where they are to be found.
+    fn finish(
+        &self,
+        roles: &[ZoneRole],
+        emissive: Vec<f64>,
+        states: &mut [BandState],
+    ) -> Result<ThermalState, SceneError> {
+        let powers = self.emissive_powers(&emissive);
+        let matrices = self.matrices.iter().map(|m| MatrixData::of(&self.data, *m)).collect();
+        let assembly = Assembly { data: &self.data, bands: &self.bands, matrices, roles, emissive, powers };
+        let mut state = assembly.assemble(states);
+        if assembly.widen_by_balance(&state, states) {
+            state = assembly.assemble(states);
         }
         let finite = |list: &[f64]| list.iter().all(|x| x.is_finite());
         if finite(&state.net) && finite(&state.incident) && state.surroundings.is_finite() {
             return Ok(state);
         }
-        let what = "a flux is not a finite number: areas, extinctions or powers differ by too many orders of magnitude; bring them closer together";
-        Err(SceneError::new("solve", what))
+        Err(not_finite())
     }
 
-    /// The bands that are solved: the first of a grey scene, whose bands are equal.
-    fn bands(&self) -> Vec<Band> {
-        let count = if self.data.band_fractions.is_grey() { 1 } else { Band::count() };
-        Band::all().take(count).collect()
-    }
-
-    fn matrix(&self, band: Band) -> MatrixData<'_> {
-        let index = Band::all().position(|b| b == band).unwrap_or(0).min(self.data.matrices - 1);
-        MatrixData::of(&self.data, &self.squared_radii, index)
-    }
-
-    fn has_temperature(&self, zone: usize) -> bool {
-        matches!(self.data.conditions[zone], ThermalCondition::Temperature(_))
-    }
-
-    fn check_conditions(&self) -> Result<(), SceneError> {
+    /// Whether a zone absorbs in a solved band.
+    fn absorbs(&self, s: usize, zone: usize) -> bool {
         let (d, n) = (&self.data, self.data.zone_count());
-        let unknown = (0..n).find(|&i| !self.has_temperature(i));
-        if let (Some(i), false) = (unknown, d.band_fractions.is_grey()) {
-            let what = "a known power couples the bands of this scene; give all zones temperatures, or solve the scene with zonal solve";
-            return Err(SceneError::new(format!("zone {i} of '{}'", d.names[d.name_of_zone[i]]), what));
-        }
-        let absorbs = |i: usize| d.direct.closure[i] > 0.0 && d.reflectances[i].any(|r| r < 1.0);
-        let mute = |i: usize| matches!(d.conditions[i], ThermalCondition::Flux(q) if q != 0.0) && !absorbs(i);
-        if let Some(i) = (0..n).find(|&i| mute(i)) {
+        d.direct.closure[self.matrices[s] * n + zone] > 0.0 && d.reflectance(self.bands[s], zone) < 1.0
+    }
+
+    /// Whether a zone absorbs in a band in which temperatures emit.
+    fn emits(&self, zone: usize) -> bool {
+        (0..self.bands.len()).any(|s| self.emitting[s] && self.absorbs(s, zone))
+    }
+
+    fn roles(&self) -> Vec<ZoneRole> {
+        let is_grey = self.data.band_fractions.is_grey();
+        let role = |(i, condition): (usize, &ThermalCondition)| match condition {
+            ThermalCondition::Temperature(_) => ZoneRole::Temperature,
+            _ if is_grey => ZoneRole::White,
+            _ if self.emits(i) => ZoneRole::Coupled,
+            _ => ZoneRole::Reflector,
+        };
+        self.data.conditions.iter().enumerate().map(role).collect()
+    }
+
+    fn check_conditions(&self, roles: &[ZoneRole]) -> Result<(), SceneError> {
+        let (d, n) = (&self.data, self.data.zone_count());
+        let place = |i: usize| format!("zone {i} of '{}'", d.names[d.name_of_zone[i]]);
+        let mute = |i: usize| roles[i] != ZoneRole::Temperature && !self.emits(i);
+        if let Some(i) = (0..n).find(|&i| mute(i) && power_of(d.conditions[i]) != 0.0) {
             let what = "a zone that absorbs nothing can give no power; raise its emissivity, or give 0";
-            return Err(SceneError::new(format!("zone {i} of '{}'", d.names[d.name_of_zone[i]]), what));
+            return Err(SceneError::new(place(i), what));
+        }
+        let heated = |i: usize| (0..self.bands.len()).any(|s| !self.emitting[s] && self.absorbs(s, i));
+        if let Some(i) = (0..n).find(|&i| mute(i) && heated(i)) {
+            let what = "the zone absorbs sunlight and emits nothing, so that it has no temperature; raise its emissivity, or give it a temperature";
+            return Err(SceneError::new(place(i), what));
         }
         let s = &d.surroundings;
         let closed = s.areas.iter().chain(&s.backfaces).all(|x| *x == 0.0);
-        if closed && !(0..n).any(|i| self.has_temperature(i) && absorbs(i)) {
+        if closed && !(0..n).any(|i| roles[i] == ZoneRole::Temperature && self.emits(i)) {
             let what = "the level of the temperatures is undetermined: the scene is closed and nothing that absorbs has a known temperature; give some zone a temperature";
             return Err(SceneError::new("temperature", what));
         }
         Ok(())
     }
 
-    /// r̂ of a band: r of known temperatures, 1 of known powers.
-    fn reflected(&self, band: Band) -> Vec<f64> {
-        let of = |i: usize| if self.has_temperature(i) { self.data.reflectances[i][band] } else { 1.0 };
-        (0..self.data.zone_count()).map(of).collect()
-    }
-
-    /// The factors of the bands; bands with equal areas and reflectances share one.
-    fn factorize(&self, bands: &[Band]) -> Result<(Vec<BandFactor>, Vec<usize>), SceneError> {
-        let (mut factors, mut of_band) = (Vec::new(), Vec::new());
-        let mut last: Option<Vec<f64>> = None;
-        for &band in bands {
-            let reflected = self.reflected(band);
-            if self.data.matrices > 1 || last.as_ref() != Some(&reflected) {
-                let what = "nothing absorbs in some band, so that its radiosity is undetermined; raise an emissivity";
-                let factor = BandFactor::new(&self.matrix(band), &reflected);
-                factors.push(factor.ok_or_else(|| SceneError::new("emissivity", what))?);
+    /// Computes the factors that do not hold any more; returns that of each solved band. Bands with equal areas and reflectances share one.
+    fn factorize(&mut self, roles: &[ZoneRole]) -> Result<Vec<usize>, SceneError> {
+        let mut kept = std::mem::take(&mut self.factors);
+        let (mut factors, mut of_band): (Vec<BandFactor>, Vec<usize>) = (Vec::new(), Vec::new());
+        for (band, matrix) in self.bands.iter().zip(&self.matrices) {
+            let of_zone = |(i, role): (usize, &ZoneRole)| match role {
+                ZoneRole::White => 1.0,
+                _ => self.data.reflectance(*band, i),
+            };
+            let key = (*matrix, roles.iter().enumerate().map(of_zone).collect::<Vec<f64>>());
+            if let Some(k) = factors.iter().position(|f| f.key == key) {
+                of_band.push(k);
+                continue;
             }
-            of_band.push(factors.len() - 1);
-            last = Some(reflected);
-        }
-        Ok((factors, of_band))
-    }
-
-    /// m of a zone: 1, or 4κ.
-    fn weight(&self, m: &MatrixData, zone: usize) -> f64 {
-        m.c[zone] / self.data.sizes[zone]
-    }
-
-    fn solve_band(&self, band: Band, factor: &BandFactor) -> BandState {
-        let (d, m, n) = (&self.data, self.matrix(band), self.data.zone_count());
-        let emissive = |t: f64| d.band_fractions.emissive_powers(blackbody_emissive_power(t))[0][band];
-        let sky = d.surroundings_temperature.map_or(0.0, emissive);
-        let source = |i: usize| match d.conditions[i] {
-            _ if m.c[i] == 0.0 => 0.0,
-            ThermalCondition::Temperature(t) => (1.0 - d.reflectances[i][band]) * emissive(t),
-            ThermalCondition::Flux(q) | ThermalCondition::Power(q) => q / self.weight(&m, i),
-        };
-        let sources: Vec<f64> = (0..n).map(source).collect();
-        let mut b = m.apply(&sources);
-        b.iter_mut().zip(m.surroundings).for_each(|(b, s)| *b += s * sky);
-        let power = factor.solve(&m, b);
-        // `max` would drop a NaN.
-        let positive = |x: f64| if x < 0.0 { 0.0 } else { x };
-        let flux = |i: usize| if m.c[i] > 0.0 { positive(power[i] / m.c[i]) } else { 0.0 };
-        let incident: Vec<f64> = (0..n).map(flux).collect();
-        let reflected = self.reflected(band);
-        let radiosity: Vec<f64> = (0..n).map(|i| sources[i] + reflected[i] * incident[i]).collect();
-        let error = self.incident_errors(&m, factor, (&incident, &radiosity), sky);
-        let total = |areas: &[f64]| areas.iter().zip(&radiosity).map(|(f, b)| f * b).sum::<f64>();
-        let squares = m.surroundings_radii.iter().zip(&radiosity).map(|(r, b)| (r * b).powi(2));
-        BandState {
-            band,
-            incoming: m.surroundings.iter().map(|f| f * sky).sum(),
-            escaped: total(m.surroundings),
-            backfaces: total(m.backfaces),
-            escaped_error: squares.sum::<f64>().sqrt(),
-            incident,
-            error,
-            radiosity,
-        }
-    }
-
-    /// Errors of the incident flux with their reflection, W/m²; `sky` is the radiosity of the surroundings.
-    fn incident_errors(
-        &self,
-        m: &MatrixData,
-        factor: &BandFactor,
-        (incident, radiosity): (&[f64], &[f64]),
-        sky: f64,
-    ) -> Vec<f64> {
-        let n = incident.len();
-        let factors = m.factor_errors(radiosity);
-        let own = |i: usize| {
-            let closure = error_of_fraction(m.closure_error[i], m.c[i] * incident[i]);
-            (factors[i] + closure).hypot(m.surroundings_radii[i] * sky)
-        };
-        let mut errors: Vec<f64> = (0..n).map(own).collect();
-        let diagonal = factor.diagonal();
-        // An unknown error of a zone that reflects is unknown everywhere.
-        let spreads = (0..n).any(|i| !errors[i].is_finite() && diagonal[i] > 0.0);
-        if spreads {
-            return vec![f64::INFINITY; n];
-        }
-        let sent: Vec<f64> =
-            (0..n).map(|i| if diagonal[i] > 0.0 { diagonal[i] * errors[i] } else { 0.0 }).collect();
-        let more = factor.solve(m, m.apply(&sent));
-        for i in 0..n {
-            let all = errors[i] + more[i].abs();
-            errors[i] = if m.c[i] > 0.0 { all / m.c[i] } else { 0.0 };
-        }
-        errors
-    }
-
-    /// The state of all bands together.
-    fn assemble(&self, states: &[BandState]) -> ThermalState {
-        let (d, n) = (&self.data, self.data.zone_count());
-        let mut out = ThermalState::default();
-        for s in states {
-            out.surroundings += s.incoming - s.escaped;
-            out.absorbed_backfaces += s.backfaces;
-        }
-        for i in 0..n {
-            let (mut net, mut absorbed) = ([0.0; 2], [0.0; 3]);
-            let mut fluxes = [0.0; 4];
-            for s in states {
-                let (m, a) = (self.matrix(s.band), 1.0 - d.reflectances[i][s.band]);
-                let weight = self.weight(&m, i) * a;
-                let (h, dh) = (s.incident[i], s.error[i]);
-                let scaled = |w: f64, x: f64| if w == 0.0 { 0.0 } else { w * x };
-                absorbed = [absorbed[0] + weight, absorbed[1] + weight * h, absorbed[2] + scaled(weight, dh)];
-                let own =
-                    [h, dh, s.radiosity[i], scaled(if self.has_temperature(i) { 1.0 - a } else { 1.0 }, dh)];
-                fluxes.iter_mut().zip(own).for_each(|(f, x)| *f += x);
-                if let ThermalCondition::Temperature(t) = d.conditions[i] {
-                    let w = d.band_fractions.emissive_powers(blackbody_emissive_power(t))[0][s.band];
-                    net = [net[0] + weight * (w - h), net[1] + scaled(weight, dh)];
-                }
-            }
-            let temperature = match d.conditions[i] {
-                ThermalCondition::Temperature(t) => [t, 0.0],
-                ThermalCondition::Flux(q) | ThermalCondition::Power(q) => {
-                    net = [q, 0.0];
-                    let [weight, power, error] = absorbed;
-                    temperature_of((power + q) / weight, error / weight)
+            let factor = match kept.iter().position(|f| f.key == key) {
+                Some(k) => kept.remove(k),
+                None => {
+                    check_memory(factors.len() + kept.len() + 1, roles.len())?;
+                    let what = "nothing absorbs in some band, so that its radiosity is undetermined; raise an emissivity";
+                    let factor = BandFactor::new(&MatrixData::of(&self.data, *matrix), key);
+                    factor.ok_or_else(|| SceneError::new("emissivity", what))?
                 }
             };
-            out.temperature.push(temperature[0]);
-            out.temperature_error.push(temperature[1]);
-            out.net.push(net[0]);
-            out.net_error.push(net[1]);
-            let [h, dh, b, db] = fluxes;
-            out.incident.push(h);
-            out.incident_error.push(dh);
-            out.radiosity.push(b);
-            out.radiosity_error.push(db);
+            of_band.push(factors.len());
+            factors.push(factor);
         }
-        out
+        self.factors = factors;
+        Ok(of_band)
     }
 
-    /// Distributes the residual of the balance beyond the stated errors in proportion to the incident flux; true where there is any.
-    fn widen_by_balance(&self, state: &ThermalState, states: &mut [BandState]) -> bool {
-        let d = &self.data;
-        let lost: f64 = states.iter().map(|s| s.escaped_error).sum();
-        let explained: f64 = state.net_error.iter().zip(&d.sizes).map(|(e, s)| e * s).sum();
-        let mut absorbed = 0.0;
-        for s in states.iter() {
-            let m = self.matrix(s.band);
-            let of = |i: usize| m.c[i] * (1.0 - d.reflectances[i][s.band]) * s.incident[i];
-            absorbed += (0..d.zone_count()).filter(|&i| self.has_temperature(i)).map(of).sum::<f64>();
-        }
-        let excess = state.balance(d).abs() - explained - lost;
-        // An excess that is not a number gives an unknown error.
-        let fraction = match excess <= ROUNDING_OF_BALANCE * absorbed {
-            true => return false,
-            false if absorbed > 0.0 && excess.is_finite() => excess / absorbed,
-            false => f64::INFINITY,
+    /// E of each zone, W/m²; NaN where the power is known.
+    fn known_emissive_powers(&self) -> Vec<f64> {
+        let of_zone = |c: &ThermalCondition| match c {
+            ThermalCondition::Temperature(t) => blackbody_emissive_power(*t),
+            ThermalCondition::Flux(_) | ThermalCondition::Power(_) => f64::NAN,
         };
-        for s in states {
-            s.error.iter_mut().zip(&s.incident).for_each(|(e, h)| *e += error_of_fraction(fraction, *h));
-        }
-        true
+        self.data.conditions.iter().map(of_zone).collect()
+    }
+
+    /// w and dw/dE of each zone in every band; zeros where E is not known.
+    fn emissive_powers(&self, e: &[f64]) -> Vec<Vec<[f64; 2]>> {
+        let d = &self.data;
+        let of_zone = |(i, e): (usize, &f64)| match e.is_nan() {
+            true => vec![[0.0; 2]; d.bands],
+            false => d.band_fractions.emissive_powers(d.band_fractions.kind(i), *e, d.bands),
+        };
+        e.par_iter().enumerate().map(of_zone).collect()
+    }
+
+    /// m a and a of zones in each solved band.
+    fn absorption_weights(&self, problems: &[BandProblem], zones: &[usize]) -> Vec<Vec<[f64; 2]>> {
+        let of_band = |(p, b): (&BandProblem, &usize)| {
+            let of_zone = |i: &usize| {
+                let a = 1.0 - self.data.reflectance(*b, *i);
+                [p.m.c[*i] / self.data.sizes[*i] * a, a]
+            };
+            zones.iter().map(of_zone).collect()
+        };
+        problems.iter().zip(&self.bands).map(of_band).collect()
+    }
+
+    /// The equations of the solved bands for black emissive powers; zones where they are not known emit nothing, or their power if they are white.
+    fn problems(&self, roles: &[ZoneRole], factors: &[usize], emissive: &[f64]) -> Vec<BandProblem<'_>> {
+        let (d, n) = (&self.data, self.data.zone_count());
+        let powers = self.emissive_powers(emissive);
+        let outside = d.surroundings_temperature.map_or(0.0, blackbody_emissive_power);
+        let outside = d.band_fractions.emissive_powers(0, outside, d.bands);
+        let of_band = |s: usize| {
+            let (b, m) = (self.bands[s], MatrixData::of(d, self.matrices[s]));
+            let source = |i: usize| match roles[i] {
+                ZoneRole::Temperature => (1.0 - d.reflectance(b, i)) * powers[i][b][0],
+                ZoneRole::White if m.c[i] == 0.0 => 0.0,
+                ZoneRole::White => power_of(d.conditions[i]) * d.sizes[i] / m.c[i],
+                ZoneRole::Coupled | ZoneRole::Reflector => 0.0,
+            };
+            BandProblem {
+                m,
+                factor: &self.factors[factors[s]],
+                light: d.light.of_band(b, n),
+                light_power_error: d.light.powers(b)[4],
+                sources: (0..n).map(source).collect(),
+                sky: outside[b][0],
+            }
+        };
+        (0..self.bands.len()).map(of_band).collect()
     }
 }
 
-/// T and its error, K, from E and its error, W/m²; NaN where E is not positive.
-fn temperature_of(e: f64, error: f64) -> [f64; 2] {
-    if e > 0.0 && e.is_finite() {
-        let t = blackbody_temperature(e);
-        return [t, 0.25 * t * error / e];
+/// Refuses more than the default memory limit for square matrices of `rows` rows.
+fn check_memory(matrices: usize, rows: usize) -> Result<(), SceneError> {
+    let bytes = (matrices as u64).saturating_mul((rows as u64).saturating_mul(rows as u64)).saturating_mul(8);
+    if bytes <= DEFAULT_MEMORY_LIMIT {
+        return Ok(());
     }
-    [f64::NAN; 2]
+    let [needed, allowed] = [bytes, DEFAULT_MEMORY_LIMIT].map(|b| b as f64 / 1e9);
+    let what = format!(
+        "the matrices of a state of {rows} zones need {needed:.3} GB, more than the {allowed:.3} GB allowed; use larger patches, fewer cells or fewer bands, or zonal solve"
+    );
+    Err(SceneError::out_of_memory("memory", what))
+}
+
+/// The matrix of each band; the first of those with equal numbers.
+fn distinct_matrices(data: &ExchangeData, bands: &[usize]) -> Vec<usize> {
+    let mut distinct: Vec<usize> = Vec::new();
+    let matrix = |b: &usize| {
+        let own = (*b).min(data.matrices - 1);
+        let equal = |k: &usize| *k == own || MatrixData::of(data, *k) == MatrixData::of(data, own);
+        let first = distinct.iter().copied().find(equal).unwrap_or(own);
+        if first == own && !distinct.contains(&own) {
+            distinct.push(own);
+        }
+        first
+    };
+    bands.iter().map(matrix).collect()
+}
+
+/// The known power of a condition, W/m² or W/m³; 0 of a temperature.
+fn power_of(condition: ThermalCondition) -> f64 {
+    match condition {
+        ThermalCondition::Temperature(_) => 0.0,
+        ThermalCondition::Flux(q) | ThermalCondition::Power(q) => q,
+    }
+}
+
+/// The mean of the known emissive powers, W/m².
+fn first_emissive_power(emissive: &[f64]) -> f64 {
+    let known = || emissive.iter().filter(|e| !e.is_nan());
+    match known().count() {
+        0 => FIRST_EMISSIVE_POWER,
+        count => known().sum::<f64>() / count as f64,
+    }
+}
+
+fn not_finite() -> SceneError {
+    let what = "a flux is not a finite number: areas, extinctions or powers differ by too many orders of magnitude; bring them closer together";
+    SceneError::new("solve", what)
 }

@@ -14,7 +14,7 @@ pub struct ThermalState {
     pub net: Vec<f64>,
     /// Error of `net`; 0 for known powers.
     pub net_error: Vec<f64>,
-    /// Incident flux H of patches, G/4 of volumes, W/m².
+    /// Incident flux H of patches, G/4 of volumes, W/m²; of volumes in the bands in which they absorb or scatter.
     pub incident: Vec<f64>,
     /// Error of `incident`, W/m².
     pub incident_error: Vec<f64>,
@@ -22,10 +22,12 @@ pub struct ThermalState {
     pub radiosity: Vec<f64>,
     /// Error of `radiosity`, W/m².
     pub radiosity_error: Vec<f64>,
-    /// Power from the surroundings less power that escapes to them, W.
+    /// Power from the surroundings, suns and skies less power that escapes to them, W.
     pub surroundings: f64,
     /// Power absorbed by the black backs of one-sided surfaces, W.
     pub absorbed_backfaces: f64,
+    /// Power that emitters send as direct light, W.
+    pub emitters: f64,
 }
 
 /// Sums and means over some zones.
@@ -103,6 +105,6 @@ impl ThermalState {
     #[must_use]
     pub fn balance(&self, data: &ExchangeData) -> f64 {
         let zones: f64 = self.net.iter().zip(&data.sizes).map(|(q, s)| q * s).sum();
-        zones + self.surroundings - self.absorbed_backfaces
+        zones + self.surroundings + self.emitters - self.absorbed_backfaces
     }
 }

@@ -51,10 +51,26 @@ use zonal_scene::{Bands, Scene, ThermalCondition, Zones};
 /// Bytes of a zone: its balance, the vectors of the error propagation, those of them that are saved as a stage, temperatures and net powers.
 const BYTES_PER_ZONE: u64 = 500 + 5 * 24;
 
-/// Thermal condition of each zone, never the power of a whole surface, and its ρ or Ω by the scene.
-pub(crate) fn zone_conditions(scene: &Scene, zones: &Zones) -> (Vec<ThermalCondition>, Vec<Bands>) {
-    let balances = zone_balance::ZoneBalances::new(scene, zones);
-    (0..zones.len()).map(|i| balances.of(zones, i)).map(|l| (l.condition, l.reflect)).unzip()
+/// Properties of the zones of one triple of bands by the scene.
+pub(crate) struct ZoneProperties {
+    /// Thermal condition of each zone, never the power of a whole surface.
+    pub conditions: Vec<ThermalCondition>,
+    /// ρ or Ω.
+    pub reflectances: Vec<Bands>,
+    /// Index of the band fractions in [`zonal_scene::Thermal::all_fractions`].
+    pub kinds: Vec<usize>,
+}
+
+impl ZoneProperties {
+    /// Of the zones of a scene in thermal mode.
+    pub(crate) fn of(scene: &Scene, zones: &Zones) -> ZoneProperties {
+        let balances = zone_balance::ZoneBalances::new(scene, zones).all(zones);
+        ZoneProperties {
+            conditions: balances.iter().map(|l| l.condition).collect(),
+            reflectances: balances.iter().map(|l| l.reflect).collect(),
+            kinds: balances.iter().map(|l| l.kind()).collect(),
+        }
+    }
 }
 
 /// Bytes of a thermal solve beyond those of a light solve.

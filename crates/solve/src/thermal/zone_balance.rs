@@ -40,6 +40,10 @@ impl ZoneBalance {
         let t = blackbody_temperature(e.max(0.0));
         [c.coefficient * (t - c.ambient), c.coefficient * temperature_slope(t)]
     }
+    /// Index of the band fractions in [`Thermal::all_fractions`].
+    pub(super) fn kind(&self) -> usize {
+        self.kind as usize
+    }
     /// m a in each band.
     pub(super) fn absorption_weight(&self) -> Bands {
         self.weight * self.absorb

@@ -23,7 +23,11 @@
 //! | `surroundings_areas`, `surroundings_radius`, `backface_areas` | [m, n] | exchange with the surroundings, its standard error, and with black backs, scaled with the rows |
 //! | `closure_scaling` | [m, n] | d of the rows where closure is restored: the areas of a solve are d_i F_ij d_j |
 //! | `closure_error` | [m, n] | error of the incident power by closure, relative to it |
+//! | `light_incident`, `light_error` | [bands, n] | direct light H of patches, G/4 of volumes, and its error, W/m²; with lights |
+//! | `light_power` | [bands, 5] | power sent in, emitted, escaping and on black backs unscattered, and the error of all these, W; with lights |
+//! | `zone_fractions` | `n` | band fractions of each zone among those of `about`; where they differ |
 
+mod fractions;
 pub mod npz;
 mod text;
 
@@ -94,9 +98,8 @@ pub fn write(
         Some("mtx") => Ok(text::write_mtx(output, areas)?),
         _ => {
             // A scene in thermal mode also has the data of other states.
-            // Nodes, convection, lights and more than three bands are no part of thermal states.
-            let is_plain = scene.lights().is_empty() && scene.bands().triples() == 1;
-            let has_state = scene.thermal().filter(|t| t.network.is_none() && is_plain);
+            // Nodes and convection are no part of thermal states.
+            let has_state = scene.thermal().filter(|t| t.network.is_none());
             let state = has_state.map(|_| ExchangeData::new(scene, areas, progress)).transpose()?;
             npz::write(output, areas, state.as_ref())?;
             Ok(vec![output.to_path_buf()])

@@ -1,11 +1,12 @@
 //! Exchange areas as arrays, and back as the data of thermal states.
 
+use super::fractions::{fractions_json, read_kinds};
 use serde_json::{Value, json};
 use std::path::Path;
 use zonal_io::output::{self, ArrayFile, FileError, NamedArray};
-use zonal_scene::{Band, BandFractions, Bands, FaceMesh, PerBand, SceneError, ThermalCondition};
+use zonal_scene::{FaceMesh, MAX_BANDS, SceneError, ThermalCondition};
 use zonal_solve::exchange_areas::{AreaMatrices, ExchangeAreas};
-use zonal_solve::state::{ExchangeData, SurroundingsData};
+use zonal_solve::state::{ExchangeData, LightData, SurroundingsData, ZoneFractions};
 
 /// Writes the arrays.
 pub(super) fn write(
@@ -39,14 +40,12 @@ pub(super) fn write(
         return output::write_arrays(path, Some(&about.to_string()), &arrays);
     };
     about["state"] = state_header(data);
-    let reflectances: Vec<f64> =
-        Band::all().flat_map(|b| data.reflectances.iter().map(move |r| r[b])).collect();
     let conditions: Vec<f64> = data.conditions.iter().flat_map(|c| condition_row(*c)).collect();
     let faces: Vec<f64> = data.face_of_zone.iter().map(|f| f.map_or(-1.0, |f| f as f64)).collect();
     let s = &data.surroundings;
     arrays.extend([
         named("zone_size", vec![n], &data.sizes[..]),
-        named("reflectance", vec![Band::count(), n], &reflectances),
+        named("reflectance", vec![data.bands, n], &data.reflectances),
         named("condition", vec![n, 2], &conditions),
         named("zone_face", vec![n], &faces),
         named("surroundings_areas", vec![m, n], &s.areas),
@@ -55,28 +54,38 @@ pub(super) fn write(
         named("closure_scaling", vec![m, n], &s.scaling),
         named("closure_error", vec![m, n], &s.closure_error),
     ]);
+    arrays.extend(light_arrays(data));
+    let kinds: Vec<f64> = data.band_fractions.kind_of_zone.iter().map(|k| *k as f64).collect();
+    if !kinds.is_empty() {
+        arrays.push(named("zone_fractions", vec![n], &kinds));
+    }
     output::write_arrays(path, Some(&about.to_string()), &arrays)
+}
+
+/// The arrays of direct light; none without lights.
+fn light_arrays(data: &ExchangeData) -> Vec<NamedArray<'_>> {
+    let (bands, n, light) = (data.bands, data.zone_count(), &data.light);
+    if light.incident.is_empty() {
+        return Vec::new();
+    }
+    let powers = light.powers.len() / bands;
+    [
+        ("light_incident", n, &light.incident),
+        ("light_error", n, &light.error),
+        ("light_power", powers, &light.powers),
+    ]
+    .map(|(name, columns, values)| NamedArray { name, shape: vec![bands, columns], values })
+    .into()
 }
 
 /// The data of states that are no arrays.
 fn state_header(data: &ExchangeData) -> Value {
     let meshes: Vec<Value> =
         data.meshes.iter().map(|m| json!({ "name": m.name, "faces": m.faces })).collect();
-    let fractions = match &data.band_fractions {
-        BandFractions::Grey => Value::Null,
-        BandFractions::BlackBody { limits } => {
-            // An infinite limit has no number.
-            let lists: Vec<[Option<f64>; 2]> =
-                limits.iter().map(|l| l.map(|w| w.is_finite().then_some(w))).collect();
-            json!({ "black_body_limits_nm": lists })
-        }
-        BandFractions::GreyGases { coefficients, range, allow_partial, .. } => {
-            let lists: Vec<&Vec<f64>> = coefficients.iter().collect();
-            json!({ "coefficients": lists, "range": range, "allow_partial": allow_partial })
-        }
-    };
+    let kinds: Vec<Value> = data.band_fractions.kinds.iter().map(|k| fractions_json(k, data.bands)).collect();
     json!({
-        "patches": data.patches, "meshes": meshes, "band_fractions": fractions,
+        "patches": data.patches, "meshes": meshes, "band_fractions": kinds[0],
+        "further_band_fractions": kinds[1..], "solar_band": data.has_solar_band,
         "surroundings_temperature": data.surroundings_temperature,
     })
 }
@@ -95,32 +104,33 @@ fn condition_row(c: ThermalCondition) -> [f64; 2] {
 pub fn read_state(path: &Path) -> Result<ExchangeData, FileError> {
     let mut file = ArrayFile::open(path)?;
     if !file.has("closure_scaling") {
-        let what = "this file has no data of a scene in thermal mode; write it by zonal exchange from a scene with mode = \"thermal\" of up to three bands without nodes, convection and lights";
+        let what = "this file has no data of a scene in thermal mode; write it by zonal exchange from a scene with mode = \"thermal\" without nodes and convection, which only zonal solve knows";
         return Err(file.error("closure_scaling", what));
     }
     let about = file.about()?;
     let wrong = |file: &ArrayFile, key: &str| {
         file.error("about", &format!("'{key}' is damaged; write the exchange areas again"))
     };
-    let texts = |v: &Value| {
-        v.as_array()?.iter().map(|x| Some(x.as_str()?.to_string())).collect::<Option<Vec<String>>>()
-    };
-    let indices = |v: &Value| {
-        v.as_array()?.iter().map(|x| usize::try_from(x.as_u64()?).ok()).collect::<Option<Vec<usize>>>()
-    };
     let names = texts(&about["names"]).ok_or_else(|| wrong(&file, "names"))?;
     let name_of_zone = indices(&about["name_of_zone"]).ok_or_else(|| wrong(&file, "name_of_zone"))?;
     let state = &about["state"];
     let meshes = read_meshes(&state["meshes"]).ok_or_else(|| wrong(&file, "meshes"))?;
-    let band_fractions =
-        read_fractions(&state["band_fractions"]).ok_or_else(|| wrong(&file, "band_fractions"))?;
     let patches = state["patches"].as_u64().ok_or_else(|| wrong(&file, "patches"))?;
-    let mut list = |name: &str| file.array(name).map(|x| x.1);
     let n = name_of_zone.len();
+    let mut reflectances = file.array("reflectance")?.1;
+    // Files of earlier versions hold three equal bands of a grey scene.
+    if state["band_fractions"].is_null() {
+        reflectances.truncate(n);
+    }
+    let bands = (reflectances.len() / n.max(1)).min(MAX_BANDS);
+    let kinds = read_kinds(state, bands).ok_or_else(|| wrong(&file, "band_fractions"))?;
+    let (light, kind_of_zone) = read_optional(&mut file)?;
+    let mut list = |name: &str| file.array(name).map(|x| x.1);
     let conditions = list("condition")?;
-    let reflectance = list("reflectance")?;
-    let of_band = |k: usize, i: usize| reflectance.get(k * n + i).copied().unwrap_or(f64::NAN);
     let data = ExchangeData {
+        bands,
+        has_solar_band: state["solar_band"].as_bool().unwrap_or(false),
+        light,
         matrices: list("closure")?.len() / n.max(1),
         patches: usize::try_from(patches).unwrap_or(usize::MAX),
         direct: AreaMatrices {
@@ -136,9 +146,9 @@ pub fn read_state(path: &Path) -> Result<ExchangeData, FileError> {
             closure_error: list("closure_error")?,
         },
         sizes: list("zone_size")?,
-        reflectances: (0..n).map(|i| Bands::from_fn(|b| of_band(b.index(), i))).collect(),
+        reflectances,
         conditions: conditions.chunks(2).map(read_condition).collect(),
-        band_fractions,
+        band_fractions: ZoneFractions { kinds, kind_of_zone },
         surroundings_temperature: state["surroundings_temperature"].as_f64(),
         names,
         name_of_zone,
@@ -171,30 +181,28 @@ fn read_meshes(v: &Value) -> Option<Vec<FaceMesh>> {
     (all <= MAX_FACES).then_some(meshes)
 }
 
-fn read_fractions(v: &Value) -> Option<BandFractions> {
-    if v.is_null() {
-        return Some(BandFractions::Grey);
-    }
-    let numbers = |v: &Value| v.as_array()?.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>();
-    if let Some(limits) = v["black_body_limits_nm"].as_array() {
-        let limit = |v: &Value| if v.is_null() { Some(f64::INFINITY) } else { v.as_f64() };
-        let of_band = |b: Band| {
-            let own = limits.get(b.index())?;
-            let [low, high] = [limit(&own[0])?, limit(&own[1])?];
-            (0.0 <= low && low <= high).then_some([low, high])
-        };
-        let limits: Vec<[f64; 2]> = Band::all().map(of_band).collect::<Option<_>>()?;
-        return Some(BandFractions::BlackBody { limits: PerBand::from_fn(|b| limits[b.index()]) });
-    }
-    let lists: Vec<Vec<f64>> = v["coefficients"].as_array()?.iter().map(numbers).collect::<Option<_>>()?;
-    if lists.len() != Band::count() {
-        return None;
-    }
-    let range = numbers(&v["range"])?;
-    Some(BandFractions::GreyGases {
-        all_bands: None,
-        coefficients: PerBand::from_fn(|b| lists[b.index()].clone()),
-        range: [*range.first()?, *range.get(1)?],
-        allow_partial: v["allow_partial"].as_bool()?,
-    })
+fn texts(v: &Value) -> Option<Vec<String>> {
+    v.as_array()?.iter().map(|x| Some(x.as_str()?.to_string())).collect()
+}
+
+fn indices(v: &Value) -> Option<Vec<usize>> {
+    v.as_array()?.iter().map(|x| usize::try_from(x.as_u64()?).ok()).collect()
+}
+
+/// Direct light, and the kind of band fractions of each zone; empty where the file has none.
+fn read_optional(file: &mut ArrayFile) -> Result<(LightData, Vec<usize>), FileError> {
+    let has_lights = file.has("light_incident");
+    let mut list = |name: &str| if has_lights { file.array(name).map(|x| x.1) } else { Ok(Vec::new()) };
+    let light = LightData {
+        incident: list("light_incident")?,
+        error: list("light_error")?,
+        powers: list("light_power")?,
+    };
+    let kinds = if file.has("zone_fractions") { file.array("zone_fractions")?.1 } else { Vec::new() };
+    Ok((light, kinds.into_iter().map(index).collect()))
+}
+
+/// An index from a number of an array; one that does not exist for a number that is none.
+fn index(x: f64) -> usize {
+    if x >= 0.0 && x.fract() == 0.0 { x as usize } else { usize::MAX }
 }

@@ -1,0 +1,38 @@
+//! Rays of one triple of bands: surroundings and lights, in a scene with mirrors by its even extension.
+
+use crate::direct_light::light_field::LightField;
+use crate::mirrors::MirroredSolve;
+use crate::pipeline::{illuminate_stage, measure_surroundings};
+use crate::settings::SolveSettings;
+use crate::surroundings::SurroundingsExchange;
+use zonal_scene::{Engine, Scene, SceneError, Zones};
+use zonal_transport::Transport;
+
+/// A scene of one triple of bands, in which rays are traced.
+pub(super) struct RayTracing<'a> {
+    pub scene: &'a Scene,
+    pub zones: &'a Zones,
+    pub transport: &'a Transport<'a>,
+    /// The even extension of a scene with mirrors.
+    pub mirrored: Option<(&'a MirroredSolve, Transport<'a>)>,
+}
+
+impl RayTracing<'_> {
+    /// The exchange with the surroundings, as the dense engine has it.
+    pub(super) fn surroundings(&self, settings: &SolveSettings) -> Result<SurroundingsExchange, SceneError> {
+        let Some((m, rays)) = &self.mirrored else {
+            return measure_surroundings(self.scene, self.zones, self.transport, Engine::Dense, settings);
+        };
+        let all = measure_surroundings(&m.extension.scene, &m.zones, rays, Engine::Dense, settings)?;
+        Ok(m.surroundings_of_part(&all))
+    }
+
+    /// Direct light of light number `l` by shadow rays.
+    pub(super) fn light(&self, l: usize, settings: &SolveSettings) -> Result<LightField, SceneError> {
+        let Some((m, rays)) = &self.mirrored else {
+            return illuminate_stage(self.scene, self.zones, self.transport, l, settings);
+        };
+        let all = illuminate_stage(&m.extension.scene, &m.zones, rays, l, settings)?;
+        Ok(m.light_of_part(l, all))
+    }
+}

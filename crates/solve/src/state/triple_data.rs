@@ -1,0 +1,97 @@
+//! What one triple of bands contributes to the data of thermal states: surroundings, closure and direct light.
+
+use super::area_operator::AreaOperator;
+use super::light_data::{LightData, direct_light};
+use super::ray_tracing::RayTracing;
+use super::surroundings_data::SurroundingsData;
+use crate::direct_light::emitter_exchange::PatchExchange;
+use crate::errors::closure_error::unexplained_fractions;
+use crate::exchange_areas::ExchangeAreas;
+use crate::mirrors::MirroredSolve;
+use crate::report::closure;
+use crate::settings::{SolveSettings, check_interrupted};
+use crate::surroundings::SurroundingsExchange;
+use crate::thermal::ZoneProperties;
+use crate::thermal::emissivity::set_known_reflectances;
+use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
+use zonal_scene::{Band, Bands, Scene, SceneError, Zones};
+use zonal_transport::{Transport, build_zones};
+
+/// The data of one triple of bands.
+pub(super) struct TripleData {
+    pub properties: ZoneProperties,
+    /// A row for each matrix of the triple.
+    pub surroundings: SurroundingsData,
+    /// A row for each band of the triple.
+    pub light: LightData,
+}
+
+impl TripleData {
+    /// Measures triple number `triple` of bands, which is `scene`; samples the surroundings and the lights, and measures or restores closure as a solve does.
+    ///
+    /// # Errors
+    /// If the scene has no zones of this kind, or if the observer interrupts the computation.
+    pub(super) fn measure(
+        scene: &Scene,
+        areas: &ExchangeAreas,
+        triple: usize,
+        settings: &SolveSettings,
+    ) -> Result<TripleData, SceneError> {
+        let transport = Transport::new(scene);
+        // The areas have the zones of the first triple; those of the others have the same geometry.
+        let mut further = (triple > 0).then(|| build_zones(scene, &transport)).transpose()?;
+        further.as_mut().map_or(Ok(()), |zones| set_known_reflectances(scene, zones))?;
+        let zones = further.as_ref().unwrap_or(&areas.zones);
+        let mirrored = MirroredSolve::of(scene, zones)?;
+        let extension = mirrored.as_ref().map(|m| (m, Transport::new(&m.extension.scene)));
+        let rays = RayTracing { scene, zones, transport: &transport, mirrored: extension };
+        // Close the rows.
+        let mut exterior = rays.surroundings(settings)?;
+        check_interrupted(settings.progress)?;
+        let mut operator = AreaOperator::new(areas, zones, triple);
+        let rows = match scene.restores_closure() {
+            true => closure::restore(&mut operator, zones, &mut exterior),
+            false => closure::measure(&operator, zones, &exterior),
+        };
+        let fractions = unexplained_fractions(zones, &rows, &exterior);
+        // Light the zones.
+        let mut light = LightData::default();
+        if !scene.lights().is_empty() {
+            let exchange = PatchExchange {
+                scene,
+                zones,
+                operator: &operator,
+                fractions: &fractions,
+                surroundings: &exterior,
+            };
+            let sizes = (zones.len(), zones.voxel_offset(), scene.window().len());
+            light.append(&direct_light(&rays, &exchange, settings)?, sizes);
+        }
+        let matrices = areas.matrices.saturating_sub(triple * Band::count()).min(Band::count());
+        let surroundings = surroundings_rows(zones, (&exterior, &operator), &fractions, matrices);
+        Ok(TripleData { properties: ZoneProperties::of(scene, zones), surroundings, light })
+    }
+}
+
+/// Rows of the first `matrices` bands of a triple, in the unit of c B.
+fn surroundings_rows(
+    zones: &Zones,
+    (exterior, operator): (&SurroundingsExchange, &AreaOperator),
+    fractions: &[Bands],
+    matrices: usize,
+) -> SurroundingsData {
+    let n = zones.len();
+    let c: Vec<Bands> = (0..n).map(|i| scaled_radiosity_coefficient(zones, i)).collect();
+    let rows = |of: &dyn Fn(usize) -> Bands| -> Vec<f64> {
+        Band::all().take(matrices).flat_map(|b| (0..n).map(move |i| of(i)[b])).collect()
+    };
+    let target = |i: usize| closure_target(zones, i);
+    let known = |x: f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
+    SurroundingsData {
+        areas: rows(&|i| c[i] * exterior.sky_of(i)),
+        radii: rows(&|i| c[i] * target(i) * exterior.escape_fraction_error(i, target(i))),
+        backfaces: rows(&|i| c[i] * exterior.backfaces_of(i)),
+        scaling: rows(&|i| operator.scaling[i]),
+        closure_error: rows(&|i| fractions[i].map(known)),
+    }
+}
