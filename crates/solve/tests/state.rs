@@ -356,3 +356,22 @@ fn threads_do_not_change_a_bit() {
     let [one, three] = [1, 3].map(run);
     assert!((0..one.net.len()).all(|i| one.net[i].to_bits() == three.net[i].to_bits()));
 }
+
+#[test]
+fn scenes_whose_properties_follow_the_temperature_have_no_states() {
+    let text = |emissivity: &str| {
+        format!(
+            "mode = \"thermal\"\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\ntemperature = 400\nemissivity = {emissivity}\n"
+        )
+    };
+    let refusal = |text: &str| ExchangeData::refusal(&scene(text)).map(|e| e.to_string());
+    assert_eq!(refusal(&text("0.5")), None);
+    let table = refusal(&text("{ temperatures = [300, 600], values = [0.2, 0.5] }")).unwrap();
+    assert!(table.contains("constant emissivities") && table.contains("zonal solve"), "{table}");
+    let light = refusal(
+        &text("0.5")
+            .replace("mode = \"thermal\"\n", "")
+            .replace("temperature = 400\nemissivity = 0.5", "reflectance = 0.5"),
+    );
+    assert!(light.unwrap().contains("thermal"));
+}

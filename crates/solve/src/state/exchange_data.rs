@@ -7,7 +7,7 @@ use super::zone_fractions::ZoneFractions;
 use crate::exchange_areas::{AreaMatrices, ExchangeAreas};
 use crate::settings::{DEFAULT_MEMORY_LIMIT, SolveSettings, check_interrupted};
 
-use zonal_scene::{FaceMesh, MAX_BANDS, Progress, Scene, SceneError, Thermal, ThermalCondition};
+use zonal_scene::{FaceMesh, MAX_BANDS, Progress, Scene, SceneError, SurfaceEmissivity, ThermalCondition};
 
 /// Exchange areas, properties and conditions of all zones of a thermal scene.
 #[derive(Clone, Debug, Default)]
@@ -46,23 +46,22 @@ pub struct ExchangeData {
     pub face_of_zone: Vec<Option<usize>>,
 }
 
+/// Why a scene in light mode has no thermal states.
+const LIGHT_MODE: &str = "thermal states belong to mode = \"thermal\"; give the scene temperatures or powers";
+
 impl ExchangeData {
     /// The data of exchange areas of a scene in thermal mode: samples the surroundings and the lights, and measures or restores closure as a solve does.
     ///
     /// # Errors
-    /// If the scene is in light mode or has nodes or convection, or if the observer interrupts the computation.
+    /// If [`ExchangeData::refusal`] has a reason, or if the observer interrupts the computation.
     pub fn new(
         scene: &Scene,
         areas: &ExchangeAreas,
         progress: &dyn Progress,
     ) -> Result<ExchangeData, SceneError> {
-        let Some(thermal) = scene.thermal() else {
-            return Err(SceneError::new(
-                "mode",
-                "thermal states belong to mode = \"thermal\"; give the scene temperatures or powers",
-            ));
+        let (Some(thermal), None) = (scene.thermal(), Self::refusal(scene)) else {
+            return Err(Self::refusal(scene).unwrap_or_else(|| SceneError::new("mode", LIGHT_MODE)));
         };
-        check_plain(thermal)?;
         let (zones, n) = (&areas.zones, areas.zone_count());
         let faces = scene.faces();
         let face = |i: usize| zones.patches.get(i).and_then(|p| faces.face_of(p.facet));
@@ -115,6 +114,21 @@ impl ExchangeData {
     #[must_use]
     pub fn reflectance(&self, band: usize, zone: usize) -> f64 {
         self.reflectances[band * self.zone_count() + zone]
+    }
+
+    /// Why a scene has no thermal states: it is in light mode, has nodes or convection, or emissivities by temperature. `None` if it has.
+    #[must_use]
+    pub fn refusal(scene: &Scene) -> Option<SceneError> {
+        let Some(thermal) = scene.thermal() else { return Some(SceneError::new("mode", LIGHT_MODE)) };
+        if thermal.network.is_some() {
+            let what = "thermal states have no nodes and no convection; use zonal solve for this scene, or give its surfaces temperatures or powers";
+            return Some(SceneError::new("node", what));
+        }
+        let depends = thermal.emissivities.iter().any(SurfaceEmissivity::depends_on_temperature);
+        depends.then(|| {
+            let what = "thermal states have constant emissivities; use zonal solve for this scene, or give numbers in place of the tables";
+            SceneError::new("emissivity", what)
+        })
     }
 
     /// Number of zones.
@@ -196,15 +210,4 @@ impl ExchangeData {
 fn wrong(name: &str) -> Result<(), SceneError> {
     let what = "this array has another length than the zones require, or a value out of range; write the exchange areas again";
     Err(SceneError::new(name, what))
-}
-
-/// Refuses scenes that have more than temperatures, powers and lights.
-fn check_plain(thermal: &Thermal) -> Result<(), SceneError> {
-    match thermal.network {
-        Some(_) => Err(SceneError::new(
-            "node",
-            "thermal states have no nodes and no convection; use zonal solve for this scene, or give its surfaces temperatures or powers",
-        )),
-        None => Ok(()),
-    }
 }

@@ -97,10 +97,9 @@ pub fn write(
         Some("csv") => Ok(text::write_csv(output, areas)?),
         Some("mtx") => Ok(text::write_mtx(output, areas)?),
         _ => {
-            // A scene in thermal mode also has the data of other states.
-            // Nodes and convection are no part of thermal states.
-            let has_state = scene.thermal().filter(|t| t.network.is_none());
-            let state = has_state.map(|_| ExchangeData::new(scene, areas, progress)).transpose()?;
+            // Most scenes in thermal mode also have the data of other states.
+            let has_state = ExchangeData::refusal(scene).is_none();
+            let state = has_state.then(|| ExchangeData::new(scene, areas, progress)).transpose()?;
             npz::write(output, areas, state.as_ref())?;
             Ok(vec![output.to_path_buf()])
         }
