@@ -18,7 +18,7 @@ HEADER = """# Python package
 """
 # Names in the order of the page.
 ORDER = [
-    "view_factors", "ViewFactors", "CompressedRows", "load", "Scene", "Gas", "Solution", "Camera", "read_solution", "encode_png", "show", "ExchangeAreas", "StateSolver", "ThermalState", "update",
+    "view_factors", "ViewFactors", "CompressedRows", "load", "Scene", "Gas", "Solution", "Camera", "read_solution", "encode_png", "show", "Dataset", "read_dataset", "ExchangeAreas", "StateSolver", "ThermalState", "update",
     "gas", "keys", "Key", "validate", "Error", "InputError", "FileError", "MemoryLimitError", "Interrupted",
 ]  # fmt: skip
 # Long signatures are written over several lines.

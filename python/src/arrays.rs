@@ -1,9 +1,10 @@
 //! Arrays of numpy as arrays of a scene, borrowed where they lie, and results as arrays of numpy, handed over with their memory.
 
 use crate::errors::refused;
+use numpy::ndarray::Dimension;
 use numpy::{
-    PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
-    PyUntypedArrayMethods,
+    Element, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -30,19 +31,38 @@ pub(crate) struct BorrowedMesh<'py> {
 
 const NOT_CONTIGUOUS: &str = "the array is not contiguous; give numpy.ascontiguousarray(array)";
 
+/// The elements of an array where they lie.
+pub(crate) fn contiguous<'a, T: Element, D: Dimension>(
+    array: &'a PyReadonlyArray<'_, T, D>,
+) -> PyResult<&'a [T]> {
+    array.as_slice().map_err(|_| refused(NOT_CONTIGUOUS))
+}
+
+impl<'py> BorrowedMesh<'py> {
+    /// Borrows a mesh: a tuple of vertices, corners, starts, corners of a face, materials of faces, and names.
+    pub(crate) fn borrow(mesh: &Bound<'py, PyTuple>) -> PyResult<BorrowedMesh<'py>> {
+        let (vertices, corners, starts, corners_of_face, material_of_face, materials) = mesh.extract()?;
+        Ok(BorrowedMesh { vertices, corners, starts, corners_of_face, material_of_face, materials })
+    }
+
+    /// The arrays for readers.
+    pub(crate) fn as_memory(&self) -> PyResult<MeshArrays<'_>> {
+        Ok(MeshArrays {
+            vertices: contiguous(&self.vertices)?,
+            corners: contiguous(&self.corners)?,
+            starts: contiguous(&self.starts)?,
+            corners_of_face: self.corners_of_face,
+            material_of_face: contiguous(&self.material_of_face)?,
+            materials: &self.materials,
+        })
+    }
+}
+
 impl<'py> BorrowedArray<'py> {
-    /// Borrows an array: `(n, n, n)` of f4 or f8, `(n,)` of f8, or a mesh as a tuple of vertices, corners, starts, corners of a face, materials of faces, and names.
+    /// Borrows an array: `(n, n, n)` of f4 or f8, `(n,)` of f8, or a mesh.
     fn borrow(value: &Bound<'py, PyAny>) -> PyResult<BorrowedArray<'py>> {
         if let Ok(mesh) = value.cast::<PyTuple>() {
-            let (vertices, corners, starts, corners_of_face, material_of_face, materials) = mesh.extract()?;
-            return Ok(BorrowedArray::Mesh(BorrowedMesh {
-                vertices,
-                corners,
-                starts,
-                corners_of_face,
-                material_of_face,
-                materials,
-            }));
+            return Ok(BorrowedArray::Mesh(BorrowedMesh::borrow(mesh)?));
         }
         if let Ok(array) = value.extract() {
             return Ok(BorrowedArray::Single(array));
@@ -55,27 +75,19 @@ impl<'py> BorrowedArray<'py> {
 
     /// The array for the reader of scenes.
     fn as_memory(&self) -> PyResult<MemoryArray<'_>> {
-        let lies = |_| refused(NOT_CONTIGUOUS);
         Ok(match self {
             BorrowedArray::Single(a) => {
                 let (shape, order) = layout(a.shape(), a.is_c_contiguous());
-                let values = GridValues::Single(a.as_slice().map_err(lies)?);
+                let values = GridValues::Single(contiguous(a)?);
                 MemoryArray::Grid(GridArray { shape, order, values })
             }
             BorrowedArray::Double(a) => {
                 let (shape, order) = layout(a.shape(), a.is_c_contiguous());
-                let values = GridValues::Double(a.as_slice().map_err(lies)?);
+                let values = GridValues::Double(contiguous(a)?);
                 MemoryArray::Grid(GridArray { shape, order, values })
             }
-            BorrowedArray::Faces(a) => MemoryArray::Faces(a.as_slice().map_err(lies)?),
-            BorrowedArray::Mesh(m) => MemoryArray::Mesh(MeshArrays {
-                vertices: m.vertices.as_slice().map_err(lies)?,
-                corners: m.corners.as_slice().map_err(lies)?,
-                starts: m.starts.as_slice().map_err(lies)?,
-                corners_of_face: m.corners_of_face,
-                material_of_face: m.material_of_face.as_slice().map_err(lies)?,
-                materials: &m.materials,
-            }),
+            BorrowedArray::Faces(a) => MemoryArray::Faces(contiguous(a)?),
+            BorrowedArray::Mesh(m) => MemoryArray::Mesh(m.as_memory()?),
         })
     }
 }

@@ -13,6 +13,7 @@
 //! | `picture` | pictures of solutions |
 //! | `exchange`, `state` | exchange areas, and thermal states of one geometry |
 //! | `view_factors` | view factors of the faces of a mesh |
+//! | `dataset` | many solves of one scene |
 //! | `command` | the command line, gas models, validation |
 //!
 //! **Unsafe code.** The workspace forbids it; the macros of pyo3 expand to it. Nothing else here is unsafe: arrays of numpy are borrowed by safe functions,
@@ -20,6 +21,7 @@
 
 mod arrays;
 mod command;
+mod dataset;
 mod errors;
 mod exchange;
 mod long_call;
@@ -39,6 +41,8 @@ mod _zonal {
     #[pymodule_export]
     use super::command::{gas, keys, run_command, validate, version};
     #[pymodule_export]
+    use super::dataset::write_dataset;
+    #[pymodule_export]
     use super::exchange::{ExchangeAreas, exchange};
     #[pymodule_export]
     use super::picture::{encode_png, page, preview, render};
@@ -49,5 +53,5 @@ mod _zonal {
     #[pymodule_export]
     use super::state::StateSolver;
     #[pymodule_export]
-    use super::view_factors::{combined_view_factors, script_factors, view_factors};
+    use super::view_factors::{combined_view_factors, script_factors, view_factors, write_view_factors};
 }

@@ -225,21 +225,24 @@ pub(crate) fn preview<'py>(
 
 /// The page of the viewer with the data of the solution, one HTML text.
 #[pyfunction]
-#[pyo3(signature = (solution, max_vertices, progress=None, threads=None))]
+#[pyo3(signature = (solution, max_vertices, first_band=0, progress=None, threads=None))]
 pub(crate) fn page(
     py: Python<'_>,
     solution: &Solution,
     max_vertices: usize,
+    first_band: usize,
     progress: Option<&Bound<'_, PyAny>>,
     threads: Option<usize>,
 ) -> PyResult<String> {
-    use zonal_cli::commands::context::check_uniform_light;
+    use zonal_cli::commands::context::{check_uniform_light, with_shown_bands};
     use zonal_cli::viewer::{package, page};
     let call = CallSettings { threads, progress };
     let text = solution.run(py, call, move |s, observer| {
         check_uniform_light(Path::new(SOLUTION), s)?;
         let detail = package::PackageDetail { max_vertices };
-        Ok::<_, Failure>(page::single_file(&package::package(s, &detail, observer)?))
+        let shown = (first_band > 0).then(|| with_shown_bands(s.clone(), first_band)).transpose()?;
+        let packed = package::package(shown.as_ref().unwrap_or(s), &detail, observer)?;
+        Ok::<_, Failure>(page::single_file(&packed))
     })?;
     text.map_err(|e| of_failure(&e))
 }

@@ -5,7 +5,7 @@
 //! back; other threads wait for it. Solutions of more than three bands keep their fields by triples of bands, and their arrays are copies.
 
 use crate::arrays;
-use crate::errors::{of_failure, of_file, of_scene};
+use crate::errors::{of_failure, of_file, of_scene, refused};
 use crate::long_call::{self, CallSettings, Observer};
 use crate::scene::{Scene, SolveChanges};
 use crate::zone_arrays;
@@ -16,10 +16,15 @@ use pyo3::types::{PyBytes, PyDict};
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
-use zonal_cli::commands::export;
+use zonal_cli::commands::context::with_shown_bands;
+use zonal_cli::commands::relight::{
+    KeptFactors, RelightSettings, SolutionChanges, scale_lights, solve_again,
+};
+use zonal_cli::commands::solving::with_hash;
 use zonal_cli::commands::voxel_factors::VoxelFactors;
+use zonal_cli::commands::{export, render};
 use zonal_io::output::{self, CheckpointFolder, CheckpointState};
-use zonal_scene::{Bands, CheckpointStore, Fields, NoCheckpoints, SceneError};
+use zonal_scene::{Bands, CheckpointStore, Fields, NoCheckpoints, SceneError, SceneErrorKind};
 use zonal_solve::SolveSettings;
 
 /// Interval at which a thread that waits for a solution handles signals.
@@ -225,7 +230,7 @@ fn voxel_factors(name: &str) -> PyResult<VoxelFactors> {
             .iter()
             .filter_map(|v| Some(v.to_possible_value()?.get_name().to_string()))
             .collect();
-        crate::errors::refused(format!("factors: '{name}' is not known; give one of {}", names.join(", ")))
+        refused(format!("factors: '{name}' is not known; give one of {}", names.join(", ")))
     })
 }
 
@@ -269,18 +274,64 @@ fn solve_with_checkpoints(
         checkpoints: folder.as_ref().map_or(&NoCheckpoints, |f| f as &dyn CheckpointStore),
         ..SolveSettings::new(settings.memory_limit, observer)
     };
-    let solved = zonal_solve::solve_with_settings(scene, &run).map_err(|e: SceneError| of_scene(&e));
-    let Some(folder) = folder else { return solved.map(with_hash) };
+    let solved = zonal_solve::solve_with_settings(scene, &run);
+    let Some(folder) = folder else { return solved.map(with_hash).map_err(|e| of_scene(&e)) };
     match (&solved, &settings.keep_factors) {
         (Ok(_), Some(path)) => folder.keep_factors(path).map_err(|e| of_file(&e))?,
+        // An interrupted solve resumes; a refused one leaves nothing to resume.
+        (Err(e), _) if e.kind() == SceneErrorKind::Interrupted => {}
         _ => folder.remove(),
     }
-    solved.map(with_hash)
+    solved.map(with_hash).map_err(|e| of_scene(&e))
 }
 
-fn with_hash(mut solution: zonal_scene::Solution) -> zonal_scene::Solution {
-    solution.scene_hash = output::scene_hash(&solution.scene);
-    solution
+/// Changes of lights and surfaces.
+#[derive(Clone, Debug, FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct RelightChanges {
+    /// Light groups with their factors.
+    lights: Vec<(String, [f64; 3])>,
+    /// Surfaces with their reflectances.
+    reflectances: Vec<(String, [f64; 3])>,
+    albedo: Option<[f64; 3]>,
+    /// Folder of the exchange factors, for other reflectances and albedo.
+    kept_factors: Option<PathBuf>,
+    /// Bytes.
+    memory_limit: u64,
+}
+
+impl RelightChanges {
+    fn apply(
+        self,
+        mut solution: zonal_scene::Solution,
+        observer: &Observer,
+    ) -> PyResult<zonal_scene::Solution> {
+        let named = |list: Vec<(String, [f64; 3])>| -> Vec<(String, Bands)> {
+            list.into_iter().map(|(name, x)| (name, Bands::from_rgb(x))).collect()
+        };
+        let changes = SolutionChanges {
+            lights: named(self.lights),
+            reflectances: named(self.reflectances),
+            albedo: self.albedo.map(Bands::from_rgb),
+        };
+        let of_scene = |e: SceneError| of_scene(&e);
+        if changes.needs_solve() {
+            const REMEDY: &str = "solve the scene with keep_factors=FOLDER, and give kept_factors=FOLDER";
+            let Some(path) = &self.kept_factors else {
+                return Err(refused(format!(
+                    "kept_factors: other reflectances need the exchange factors; {REMEDY}"
+                )));
+            };
+            let factors = KeptFactors::open(path, &solution);
+            factors.check(REMEDY).map_err(|e| of_failure(&e))?;
+            let settings = RelightSettings { memory_limit: self.memory_limit, progress: observer };
+            solution = solve_again(solution, &changes, &factors, &settings).map_err(of_scene)?;
+        }
+        match changes.lights.is_empty() {
+            true => Ok(solution),
+            false => scale_lights(solution, &changes.lights).map_err(of_scene),
+        }
+    }
 }
 
 #[pymethods]
@@ -395,14 +446,33 @@ impl Solution {
         self.with(py, |s| zone_arrays::table(py, s))
     }
 
-    /// The solution with its light groups scaled.
-    fn relight(&self, py: Python<'_>, factors: Vec<(String, [f64; 3])>) -> PyResult<Solution> {
-        let settings = CallSettings { threads: None, progress: None };
-        let relit = self.run(py, settings, move |s, _| {
-            let factors: Vec<_> = factors.into_iter().map(|(name, f)| (name, Bands::from_rgb(f))).collect();
-            zonal_solve::relight::relight(s.clone(), &factors).map(with_hash)
-        })?;
-        Solution::new(py, relit.map_err(|e| of_scene(&e))?)
+    /// The solution with other light groups, reflectances or albedo.
+    #[pyo3(signature = (changes, progress=None, threads=None))]
+    fn relight(
+        &self,
+        py: Python<'_>,
+        changes: RelightChanges,
+        progress: Option<&Bound<'_, PyAny>>,
+        threads: Option<usize>,
+    ) -> PyResult<Solution> {
+        let call = CallSettings { threads, progress };
+        let relit = self.run(py, call, move |s, observer| changes.apply(s.clone(), observer))?;
+        Solution::new(py, relit?)
+    }
+
+    /// Writes a picture or frames with the arguments of `zonal render`; returns the path.
+    #[pyo3(signature = (arguments, progress=None, threads=None))]
+    fn draw(
+        &self,
+        py: Python<'_>,
+        arguments: Vec<String>,
+        progress: Option<&Bound<'_, PyAny>>,
+        threads: Option<usize>,
+    ) -> PyResult<PathBuf> {
+        let arguments = crate::command::parse::<render::Args>("render", &arguments)?;
+        let settings = CallSettings { threads, progress };
+        let written = self.run(py, settings, move |s, observer| render::write(&arguments, s, observer))?;
+        written.map_err(|e| of_failure(&e))
     }
 
     /// Writes the solution for other programs, with the arguments of `zonal export`; returns the paths of the files.
@@ -416,7 +486,13 @@ impl Solution {
     ) -> PyResult<Vec<PathBuf>> {
         let arguments = crate::command::parse::<export::Args>("export", &arguments)?;
         let settings = CallSettings { threads, progress };
-        let written = self.run(py, settings, move |s, observer| export::write(&arguments, s, observer))?;
+        let written = self.run(py, settings, move |s, observer| match arguments.first_band {
+            Some(first) => {
+                let shown = with_shown_bands(s.clone(), first as usize)?;
+                export::write(&arguments, &shown, observer)
+            }
+            None => export::write(&arguments, s, observer),
+        })?;
         written.map_err(|e| of_failure(&e))
     }
 }

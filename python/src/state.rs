@@ -133,9 +133,8 @@ impl StateSolver {
             "emissivity" => Quantity::Emissivity,
             _ => return Err(refused(format!("'{quantity}' is no quantity of a state; give another"))),
         };
-        let not_contiguous = |_| refused("give contiguous arrays");
-        let zones = zones.as_slice().map_err(not_contiguous)?;
-        let values = values.as_slice().map_err(not_contiguous)?;
+        let zones = arrays::contiguous(&zones)?;
+        let values = arrays::contiguous(&values)?;
         self.with(|s| {
             for (zone, x) in zones.iter().zip(values) {
                 let found = usize::try_from(*zone).ok().filter(|i| *i < s.data().zone_count());

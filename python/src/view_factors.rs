@@ -3,22 +3,25 @@
 //! A result is a dictionary of arrays, which own the memory of the computation: nothing is copied. Sums over groups and total exchange factors are made
 //! from such a dictionary.
 
-use crate::arrays;
-use crate::errors::{DocumentOrigin, of_file, of_input, of_scene, refused};
+use crate::arrays::{self, BorrowedMesh};
+use crate::errors::{DocumentOrigin, of_failure, of_file, of_input, of_scene, refused};
 use crate::long_call::{self, CallSettings};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::collections::HashMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
-use zonal_exchange::polygon::visible::ConvexPolygon;
-use zonal_io::input::{FacetFile, MeshArrays, read_facets};
-use zonal_io::output::{CheckpointFolder, CheckpointKeys};
+use zonal_cli::commands::view_factors::geometry::{self, FactorGeometry, ReadFailure};
+use zonal_cli::commands::view_factors::{
+    FactorLabels, OutputFormat, checkpoint_keys, choose_format, write_factors,
+};
+use zonal_io::input::{FacetFile, InputError, MeshArrays, read_facets};
+use zonal_io::output::CheckpointFolder;
 use zonal_math::{Grade, Vec3};
 use zonal_scene::{CheckpointStore, NoCheckpoints};
 use zonal_view_factors::{
-    FacetSet, Openness, RowClosing, ViewFactorCounts, ViewFactorParts, ViewFactorSettings, ViewFactors,
+    ConvexPolygon, Openness, RowClosing, ViewFactorCounts, ViewFactorParts, ViewFactorSettings, ViewFactors,
+    convex_parts,
 };
 
 /// Settings of `view_factors`.
@@ -52,67 +55,46 @@ impl FactorSettings {
     }
 }
 
-/// The polygons of a mesh: the parts of each face, and its material.
-struct FaceParts {
-    parts: Vec<Vec<ConvexPolygon>>,
-    material: Vec<i64>,
-    materials: Vec<String>,
+/// Surfaces of a computation, with the name of the part or material of each.
+fn read_faces(mesh: &Bound<'_, PyAny>) -> PyResult<FactorGeometry> {
+    let Ok(tuple) = mesh.cast::<PyTuple>() else {
+        let path: PathBuf = mesh.extract()?;
+        return mesh_of_path(&path);
+    };
+    let borrowed = BorrowedMesh::borrow(tuple)?;
+    let arrays = borrowed.as_memory()?;
+    let facets = FacetFile::of_arrays(&arrays, "mesh").map_err(|e| of_input(&e, DocumentOrigin::File))?;
+    let mut geometry = FactorGeometry::default();
+    for (k, (parts, name)) in facets.facets.iter().zip(&facets.names).enumerate() {
+        // A convex polygon stays whole.
+        let whole = (parts.len() > 1).then(|| ConvexPolygon::new(corners_of(&arrays, k))).flatten();
+        let parts = whole.map_or_else(|| parts.iter().flat_map(|c| convex_parts(c)).collect(), |w| vec![w]);
+        geometry.add_surface(name, 1.0, parts);
+    }
+    geometry.notes = facets.notes;
+    Ok(geometry)
 }
 
-impl FaceParts {
-    /// The faces of a file, or of vertices, corners, starts, corners of a face, materials of faces, and names.
-    fn read(mesh: &Bound<'_, PyAny>, name: &str) -> PyResult<FaceParts> {
-        let Ok(tuple) = mesh.cast::<PyTuple>() else {
-            let path: PathBuf = mesh.extract()?;
-            let facets = read_facets(&path).map_err(|e| of_input(&e, DocumentOrigin::File))?;
-            return Ok(FaceParts::of_facets(&facets));
-        };
-        type Arrays<'py> = (
-            PyReadonlyArray2<'py, f64>,
-            PyReadonlyArray1<'py, i64>,
-            PyReadonlyArray1<'py, i64>,
-            usize,
-            PyReadonlyArray1<'py, i64>,
-            Vec<String>,
-        );
-        let (vertices, corners, starts, corners_of_face, material_of_face, materials): Arrays<'_> =
-            tuple.extract()?;
-        let not_contiguous =
-            |_| refused("mesh: an array is not contiguous; give numpy.ascontiguousarray(array)");
-        let arrays = MeshArrays {
-            vertices: vertices.as_slice().map_err(not_contiguous)?,
-            corners: corners.as_slice().map_err(not_contiguous)?,
-            starts: starts.as_slice().map_err(not_contiguous)?,
-            corners_of_face,
-            material_of_face: material_of_face.as_slice().map_err(not_contiguous)?,
-            materials: &materials,
-        };
-        let facets = FacetFile::of_arrays(&arrays, name).map_err(|e| of_input(&e, DocumentOrigin::File))?;
-        let mut faces = FaceParts::of_facets(&facets);
-        // A convex polygon stays whole.
-        for (k, parts) in faces.parts.iter_mut().enumerate().filter(|(_, p)| p.len() > 1) {
-            if let Some(whole) = ConvexPolygon::new(corners_of(&arrays, k)) {
-                *parts = vec![whole];
-            }
-        }
-        Ok(faces)
-    }
+/// The surfaces of a file, as the command reads them.
+fn mesh_of_path(path: &Path) -> PyResult<FactorGeometry> {
+    geometry::read(path, None).map_err(|e| match e {
+        ReadFailure::Input(e) => of_input(&e, DocumentOrigin::File),
+        ReadFailure::Content(e) => of_failure(&e),
+    })
+}
 
-    fn of_facets(mesh: &FacetFile) -> FaceParts {
-        let polygons =
-            |parts: &Vec<Vec<Vec3>>| parts.iter().cloned().filter_map(ConvexPolygon::new).collect();
-        let mut order: HashMap<&str, i64> = HashMap::new();
-        let (mut materials, mut material) = (Vec::new(), Vec::with_capacity(mesh.names.len()));
-        for name in &mesh.names {
-            let next = order.len() as i64;
-            let index = *order.entry(name.as_str()).or_insert(next);
-            if index == next {
-                materials.push(name.clone());
-            }
-            material.push(index);
+/// Adds the faces of a mesh, which hide from both sides.
+fn add_obstacles(geometry: &mut FactorGeometry, mesh: &Bound<'_, PyAny>) -> PyResult<()> {
+    let input = |e: InputError| of_input(&e, DocumentOrigin::File);
+    let facets = match mesh.cast::<PyTuple>() {
+        Ok(tuple) => {
+            let borrowed = BorrowedMesh::borrow(tuple)?;
+            FacetFile::of_arrays(&borrowed.as_memory()?, "obstacles").map_err(input)?
         }
-        FaceParts { parts: mesh.facets.iter().map(polygons).collect(), material, materials }
-    }
+        Err(_) => read_facets(&mesh.extract::<PathBuf>()?).map_err(input)?,
+    };
+    geometry.add_obstructions(facets);
+    Ok(())
 }
 
 /// The corners of a polygon of arrays that were checked.
@@ -126,31 +108,19 @@ fn corners_of(a: &MeshArrays<'_>, face: usize) -> Vec<Vec3> {
     a.corners[range].iter().map(point).collect()
 }
 
-/// A folder for one geometry and its settings within the folder of all.
-fn cache_folder(
-    folder: &Path,
-    faces: &FaceParts,
-    obstacles: &[FaceParts],
-    s: &ViewFactorSettings,
-) -> CheckpointFolder {
-    let mut hasher = DefaultHasher::new();
-    let mut real = |x: f64| x.to_bits().hash(&mut hasher);
-    for mesh in std::iter::once(faces).chain(obstacles) {
-        real(mesh.parts.len() as f64);
-        for face in &mesh.parts {
-            real(face.len() as f64);
-            for part in face {
-                real(part.corners().len() as f64);
-                part.corners().iter().flat_map(|c| c.array()).for_each(&mut real);
-            }
+/// The index of the name of each surface, and the names in the order of their first surface.
+fn materials_of(names: &[String]) -> (Vec<i64>, Vec<String>) {
+    let mut order: HashMap<&str, i64> = HashMap::new();
+    let (mut materials, mut material) = (Vec::new(), Vec::with_capacity(names.len()));
+    for name in names {
+        let next = order.len() as i64;
+        let index = *order.entry(name.as_str()).or_insert(next);
+        if index == next {
+            materials.push(name.clone());
         }
+        material.push(index);
     }
-    real(s.tolerance);
-    s.periods.iter().for_each(|p| real(p.unwrap_or(-1.0)));
-    real(s.up as f64);
-    let key = format!("zonal {} view factors {:016x}", env!("CARGO_PKG_VERSION"), hasher.finish());
-    let name = format!("{:016x}", hasher.finish());
-    CheckpointFolder::new(&folder.join(name), CheckpointKeys { whole: key.clone(), factors: key })
+    (material, materials)
 }
 
 /// The view factors of the faces of a mesh: arrays by name.
@@ -164,19 +134,18 @@ pub(crate) fn view_factors<'py>(
     progress: Option<&Bound<'py, PyAny>>,
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let faces = FaceParts::read(mesh, "mesh")?;
-    let hiding: Vec<FaceParts> =
-        obstacles.iter().map(|o| FaceParts::read(o, "obstacles")).collect::<PyResult<_>>()?;
-    let native = settings.native();
-    let folder = settings.cache.as_ref().map(|path| cache_folder(path, &faces, &hiding, &native));
+    let mut geometry = read_faces(mesh)?;
+    obstacles.iter().try_for_each(|o| add_obstacles(&mut geometry, o))?;
+    let mut native = settings.native();
+    if geometry.is_enclosure() {
+        native.surroundings = Openness::Closed;
+    }
+    let FactorGeometry { set, names, emissivities, notes, .. } = geometry;
+    let enclosure = native.surroundings == Openness::Closed;
+    let folder =
+        settings.cache.as_ref().map(|path| CheckpointFolder::within(path, checkpoint_keys(&set, &native)));
     if let Some(folder) = &folder {
         folder.begin().map_err(|e| of_file(&e))?;
-    }
-    let (material, materials) = (faces.material, faces.materials);
-    let mut set = FacetSet::new();
-    faces.parts.into_iter().for_each(|parts| set.add_parts(parts));
-    for part in hiding.into_iter().flat_map(|o| o.parts).flatten() {
-        set.add_obstruction(part.corners());
     }
     let computed = long_call::run(py, CallSettings { threads, progress }, move |observer| {
         let store: &dyn CheckpointStore = folder.as_ref().map_or(&NoCheckpoints, |f| f);
@@ -187,8 +156,12 @@ pub(crate) fn view_factors<'py>(
         return Err(of_file(&failure));
     }
     let out = dictionary(py, computed.0.map_err(|e| of_scene(&e))?.into_parts())?;
+    let (material, materials) = materials_of(&names);
     out.set_item("material", PyArray1::from_vec(py, material))?;
     out.set_item("materials", materials)?;
+    out.set_item("emissivities", arrays::list(py, emissivities))?;
+    out.set_item("enclosure", enclosure)?;
+    out.set_item("notes", notes)?;
     Ok(out)
 }
 
@@ -319,4 +292,52 @@ pub(crate) fn script_factors<'py>(
     let entries = (0..n * n).map(|k| made.get(k / n, k % n));
     let (values, radii) = entries.map(|b| (b.value, b.radius)).unzip();
     Ok((arrays::rows(py, values, n)?, arrays::rows(py, radii, n)?))
+}
+
+/// How a file of factors is written.
+#[derive(Clone, Debug, FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct FileSettings {
+    /// Name of View3D's format, for files without one of their own.
+    format: Option<String>,
+    /// Name of each row.
+    names: Vec<String>,
+    /// Emissivity of each row.
+    emissivities: Vec<f64>,
+    enclosure: bool,
+    /// Writes total exchange factors in place of view factors.
+    script: bool,
+}
+
+/// Writes the file that `zonal view-factors` writes.
+#[pyfunction]
+#[pyo3(signature = (factors: "dict[str, typing.Any]", path, settings, threads=None))]
+pub(crate) fn write_view_factors(
+    py: Python<'_>,
+    factors: FactorArrays<'_>,
+    path: PathBuf,
+    settings: FileSettings,
+    threads: Option<usize>,
+) -> PyResult<()> {
+    use clap::ValueEnum;
+    zonal_report::check_output(&path, &["csv", "mtx", "txt", "out", "bin"]).map_err(|e| of_failure(&e))?;
+    let asked = settings.format.as_deref().map(|name| {
+        OutputFormat::from_str(name, false)
+            .map_err(|_| refused(format!("format: '{name}' is not known; give text, binary or sparse")))
+    });
+    let format = choose_format(&path, asked.transpose()?, None).map_err(|e| of_failure(&e))?;
+    let native = factors.native()?;
+    if [settings.names.len(), settings.emissivities.len()] != [native.len(); 2] {
+        let n = native.len();
+        return Err(refused(format!("names, emissivity: there are {n} rows; give one value for each")));
+    }
+    let call = CallSettings { threads, progress: None };
+    long_call::run(py, call, move |_| {
+        let FileSettings { names, emissivities, enclosure, script, .. } = settings;
+        let script = script.then(|| native.script_factors(&emissivities)).transpose();
+        let script = script.map_err(|e| of_scene(&e))?;
+        let labels = FactorLabels { names: &names, emissivities: &emissivities, enclosure };
+        let written = write_factors(&path, format, (native, script.as_ref()), &labels);
+        written.map(|_| ()).map_err(|e| of_failure(&e))
+    })?
 }

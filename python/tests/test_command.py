@@ -195,3 +195,148 @@ def test_gas_models_are_those_of_the_command(run):
 def test_validation_runs_in_process():
     results = zn.validate(["view-factors"])
     assert results["passed"] is True
+
+
+def test_other_reflectances_have_the_bits_of_the_command(run, tmp_path):
+    scene = room()
+    scene.save(tmp_path / "r.toml")
+    run("solve", tmp_path / "r.toml", "-o", tmp_path / "r.npz", "--keep-factors", "--quiet")
+    run("relight", tmp_path / "r.npz", "--reflectance", "walls=0.3", "--albedo", "0.5,0.6,0.7", "lamp=0.5", "-o", tmp_path / "c.npz")
+    # The factors of the package, and those of the command.
+    solution = scene.solve(keep_factors=tmp_path / "kept")
+    for factors in (tmp_path / "kept", tmp_path / "r.npz.factors"):
+        relit = solution.relight(lamp=0.5, reflectance={"walls": 0.3}, albedo=[0.5, 0.6, 0.7], kept_factors=factors)
+        relit.save(tmp_path / "p.npz")
+        ours, command = (np.load(tmp_path / f) for f in ("p.npz", "c.npz"))
+        for name in ("radiosity", "incident", "error"):
+            assert ours[name].tobytes() == command[name].tobytes(), name
+    # They are the solution of that scene.
+    for surface in scene.document["surface"]:
+        if surface["name"] == "walls":
+            surface["reflectance"] = 0.3
+    again = scene.solve(keep_factors=tmp_path / "other")
+    relit = solution.relight(reflectance={"walls": 0.3}, kept_factors=tmp_path / "kept")
+    assert np.allclose(again.radiosity, relit.radiosity, rtol=1e-7)
+    for settings, match in (
+        ({"reflectance": {"walls": 0.3}}, "keep_factors"),
+        ({"albedo": 0.3, "kept_factors": tmp_path / "none"}, "no factors"),
+        ({"reflectance": {"walls": 1.3}, "kept_factors": tmp_path / "kept"}, "0 to 1"),
+        ({"reflectance": {"roof": 0.3}, "kept_factors": tmp_path / "kept"}, "roof"),
+    ):
+        with pytest.raises(zn.InputError, match=match):
+            solution.relight(**settings)
+
+
+def test_data_sets_have_the_bits_of_the_command(run, tmp_path):
+    scene = furnace()
+    scene.save(tmp_path / "f.toml")
+    vary = ["--vary", "medium.heat_source=0:20000", "--vary", "surface.wall.emissivity=log:0.2:0.9", "--vary", "medium.extinction=0.3,0.5"]
+    run("dataset", tmp_path / "f.toml", *vary, "-n", 5, "--seed", 3, "-o", tmp_path / "c.npz", "--quiet")
+    given = {"medium.heat_source": (0, 20000), "surface.wall.emissivity": "log:0.2:0.9", "medium.extinction": [0.3, 0.5]}
+    made = scene.dataset(given, n=5, seed=3, output=tmp_path / "p.npz", threads=2)
+    assert (tmp_path / "p.npz").read_bytes() == (tmp_path / "c.npz").read_bytes()
+    assert made.inputs.shape == (5, 3) and made.keys == list(given) and made.status == ["converged"] * 5
+    table = made.table
+    assert np.array_equal(table["net_power wall.z0"], made["named_power"][:, made.names.index("wall.z0")])
+    assert (np.abs(made.energy_residual) < 1e-6).all() and "5 samples" in repr(made)
+    # The same inputs as a table, and without a file.
+    columns = {key: made.inputs[:, k] for k, key in enumerate(made.keys)}
+    again = zn.load(tmp_path / "f.toml").dataset(inputs=columns)
+    assert np.array_equal(again["temperature"], made["temperature"])
+    for bad, match in (
+        ({"vary": {"medium.heat": (0, 1)}}, "heat"),
+        ({"vary": {"medium.heat_source": (1, 0)}}, "lower number first"),
+        ({"vary": {"medium.heat_source": (1, 2, 3)}}, "tuple"),
+        ({"inputs": {"medium.heat_source": [1, 2], "medium.extinction": [1]}}, "length"),
+        ({}, "vary"),
+    ):
+        with pytest.raises(zn.InputError, match=match):
+            scene.dataset(**bad)
+    with pytest.warns(RuntimeWarning, match="sample 1"):
+        refused = scene.dataset(inputs={"surface.wall.emissivity": [0.5, 2.0]})
+    assert refused.status == ["converged", "refused"] and np.isnan(refused["temperature"][1]).all()
+    np.savez(tmp_path / "other.npz", a=[1.0])
+    for name in ("other.npz", "none.npz", "f.toml"):
+        with pytest.raises(zn.FileError):
+            zn.read_dataset(tmp_path / name)
+
+
+def test_pictures_in_files_have_the_bits_of_the_command(run, tmp_path):
+    lit, hot = room().solve(), furnace().solve()
+    lit.save(tmp_path / "lit.npz")
+    hot.save(tmp_path / "hot.npz")
+    keys = tmp_path / "keys.toml"
+    keys.write_text('frames_per_second = 1\n[[key]]\ntime = 0\ncamera = "corner"\n')
+    cases = [
+        (lit, "a.png", ["--stops", "-1", "--contrast", "1.3", "--bloom", "0.1"], {"stops": -1, "contrast": 1.3, "bloom": 0.1}),
+        (lit, "b.exr", ["--samples", "2"], {"samples": 2}),
+        (hot, "c.png", ["--show", "net-flux", "--range", "-2e4,6e4"], {"show": "net_flux", "range": (-2e4, 6e4)}),
+        (hot, "d.png", ["--show", "temperature", "--slice", "x=1", "--log"], {"show": "temperature", "slice": ("x", 1), "log": True}),
+        (lit, "frames", ["--animate", keys], {"animate": keys}),
+    ]
+    for solution, name, options, settings in cases:
+        source = tmp_path / ("lit.npz" if solution is lit else "hot.npz")
+        (tmp_path / "command").mkdir(exist_ok=True)
+        run("render", source, "--size", "40x30", "-o", tmp_path / "command" / name, "--quiet", *options)
+        assert solution.save_picture(tmp_path / name, size=(40, 30), **settings) == str(tmp_path / name)
+        picture = "frames/frame-00001.png" if name == "frames" else name
+        assert (tmp_path / picture).read_bytes() == (tmp_path / "command" / picture).read_bytes(), name
+    for solution, settings, match in ((lit, {"show": "temperature"}, "thermal"), (hot, {}, "thermal"), (lit, {"camera": "roof"}, "no camera"), (hot, {"show": "net_flux", "stops": 1}, "stops")):
+        with pytest.raises(zn.InputError, match=match):
+            solution.save_picture(tmp_path / "e.png", **settings)
+
+
+VS3 = """T a street
+F 3
+C encl=0 emit=0 out=0
+V 1 0 0 0
+V 2 4 0 0
+V 3 4 2 0
+V 4 0 2 0
+V 5 0 2 1
+V 6 4 2 1
+S 1 1 2 3 4 0 0 0.9 ground
+S 2 4 3 6 5 0 0 0.8 wall
+End of data
+"""
+
+
+def test_view_factors_have_the_bits_of_the_command(run, tmp_path):
+    vertices, faces = sphere(6)
+    lines = ["solid ball"]
+    for face in faces:
+        lines += ["facet normal 0 0 0", "outer loop", *(f"vertex {x!r} {y!r} {z!r}" for x, y, z in (vertices[face] + [0, 0, 2]).tolist()), "endloop", "endfacet"]
+    for corners in ([[-3, -3, 0], [3, -3, 0], [3, 3, 0]], [[-3, -3, 0], [3, 3, 0], [-3, 3, 0]]):
+        lines += ["facet normal 0 0 0", "outer loop", *(f"vertex {x} {y} {z}" for x, y, z in corners), "endloop", "endfacet"]
+    (tmp_path / "ball.stl").write_text("\n".join([*lines, "endsolid ball"]))
+    (tmp_path / "street.vs3").write_text(VS3)
+    for source in ("ball.stl", "street.vs3"):
+        factors = zn.view_factors(tmp_path / source)
+        for name, options in (("F.csv", []), ("F.mtx", []), ("F.bin", []), ("F.txt", ["--format", "text"]), ("F.out", ["--format", "sparse"])):
+            (tmp_path / "command").mkdir(exist_ok=True)
+            run("view-factors", tmp_path / source, "-o", tmp_path / "command" / name, *options)
+            factors.save(tmp_path / name, format=options[1] if options else None)
+            assert (tmp_path / name).read_bytes() == (tmp_path / "command" / name).read_bytes(), (source, name)
+        run("view-factors", tmp_path / source, "-o", tmp_path / "F.npz")
+        with np.load(tmp_path / "F.npz") as file:
+            assert np.array_equal(file["data"], factors.matrix.data) and np.array_equal(file["sky"], factors.sky)
+    street = zn.view_factors(tmp_path / "street.vs3")
+    assert street.materials == ["ground", "wall"] and street.emissivities.tolist() == [0.9, 0.8]
+    run("view-factors", tmp_path / "street.vs3", "--script-f", "-o", tmp_path / "command/S.csv")
+    street.save(tmp_path / "S.csv", script_f=True)
+    assert (tmp_path / "S.csv").read_bytes() == (tmp_path / "command/S.csv").read_bytes()
+    for settings, name, match in (({"format": "rows"}, "F.txt", "text, binary or sparse"), ({"format": "text"}, "F.csv", "format"), ({"format": "text"}, "F.npz", "npz"), ({}, "F.xyz", "xyz"), ({"emissivity": [1.0]}, "F.txt", "one value for each")):
+        with pytest.raises(zn.InputError, match=match):
+            street.save(tmp_path / name, **settings)
+
+
+def test_a_cache_of_the_package_is_one_of_the_command(run, tmp_path):
+    (tmp_path / "street.vs3").write_text(VS3)
+    factors = zn.view_factors(tmp_path / "street.vs3", cache=tmp_path / "cache")
+    (folder,) = (tmp_path / "cache").iterdir()
+    stamps = {p.name: p.stat().st_mtime_ns for p in folder.glob("*.stage")}
+    run("view-factors", tmp_path / "street.vs3", "--cache", folder, "-o", tmp_path / "F.npz")
+    # Nothing was computed again.
+    assert stamps and stamps == {p.name: p.stat().st_mtime_ns for p in folder.glob("*.stage")}
+    with np.load(tmp_path / "F.npz") as file:
+        assert np.array_equal(file["data"], factors.matrix.data)

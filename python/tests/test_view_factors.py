@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import pickle
 import signal
@@ -246,8 +247,6 @@ def test_errors_of_meshes_and_files(tmp_path):
     for name in ("F.npz", "G.npz", "none.npz"):
         with pytest.raises(zn.FileError):
             zn.ViewFactors.load(tmp_path / name)
-    with pytest.raises(zn.InputError, match="npz"):
-        zn.view_factors((vertices, faces)).save(tmp_path / "F.csv")
 
 
 def test_faces_that_look_at_backs_are_warned_of():
@@ -304,6 +303,14 @@ def test_aliases_have_the_closed_forms():
     assert pvf.polygon_area(half) == 0.5 and np.allclose(pvf.polygon_centroid(half), [0.25, 0.5, 0])
     assert np.allclose(pvf.face_normal_numpy(opposite), [0, 0, -1])
     assert pvf.get_visibility(square, opposite)[0] and not pvf.get_visibility(square, opposite[::-1])[0]
+    # Boxes that touch meet.
+    triangle = square[:3]
+    assert pvf.tri_overlaps_aabb(triangle, np.array([1.0, 1.0, 0.0]), np.array([2.0, 2.0, 0.0]))
+    assert not pvf.tri_overlaps_aabb(triangle, np.array([0.0, 0.0, 0.1]), np.array([1.0, 1.0, 1.0]))
+    halves = pvf.FaceMeshPreprocessor((square, [[0, 1, 2, 3]]))
+    assert halves.faces.tolist() == [[0, 1, 2], [0, 2, 3]] and len(halves.aabb_filter([0.9, 0.0, 0.0], [2.0, 0.05, 0.0])) == 2
+    assert np.array_equal(halves.exclude_exact_match(square[[2, 1, 0]], opposite, halves.triangles), halves.triangles[1:])
+    assert halves.build_exclusion_masks(pvf.ProcessedGeometry((square, [[0, 2, 3]]))).tolist() == [[False, True]]
     screen = (square + [0, 0, 0.5], [[0, 1, 2, 3]])
     assert not pvf.get_obstruction(square, opposite, screen)[0]
     assert pvf.get_obstruction(square, opposite, (square + [0, 0, 2], [[0, 1, 2, 3]]))[0]
@@ -341,4 +348,20 @@ def test_aliases_agree_with_pyviewfactor():
         assert np.array_equal(pvf.face_to_array(a), original.face_to_array(a2))
         assert pvf.get_visibility(a, b)[0] == original.get_visibility(a2, b2)[0]
         assert pvf.get_obstruction(a, b, globe)[0] == original.get_obstruction(a2, b2, globe)[0]
-    assert set(pvf.__all__) <= set(dir(original))
+    # Every public name, with the parameters of the original in front.
+    public = {name for name in vars(original) if not name.startswith(("_", "pvf_"))}
+    assert public == set(pvf.__all__)
+    for name in public:
+        theirs, ours = (inspect.signature(getattr(getattr(m, name), "py_func", getattr(m, name))) for m in (original, pvf))
+        assert list(ours.parameters)[: len(theirs.parameters)] == list(theirs.parameters), name
+        defaults = [p.default for p in ours.parameters.values()][: len(theirs.parameters)]
+        assert defaults == [p.default for p in theirs.parameters.values()], name
+    plane = pyvista.Plane(i_resolution=2, j_resolution=2).triangulate()
+    a, b = pvf.FaceMeshPreprocessor(plane), original.FaceMeshPreprocessor(plane)
+    assert np.array_equal(a.faces, b.faces) and np.array_equal(a.tri_mins, b.tri_mins)
+    assert np.array_equal(a.aabb_filter([0.1, 0.1, -1], [1, 1, 1]), b.aabb_filter([0.1, 0.1, -1], [1, 1, 1]))
+    assert np.array_equal(a.exclude_exact_match(a.triangles[0], a.triangles[2], a.triangles), b.exclude_exact_match(b.triangles[0], b.triangles[2], b.triangles))
+    assert np.array_equal(a.build_exclusion_masks(pvf.ProcessedGeometry(plane)), b.build_exclusion_masks(original.ProcessedGeometry(plane)))
+    for low in (-1.0, 0.5, 0.75):
+        case = (a.triangles[0], np.full(3, low), np.full(3, low + 0.5))
+        assert pvf.tri_overlaps_aabb(*case) == original.tri_overlaps_aabb(*case)

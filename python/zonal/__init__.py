@@ -19,6 +19,7 @@ After a fork the child starts threads of its own, and its results have the same 
 from __future__ import annotations
 
 from . import _zonal
+from .dataset import Dataset, read_dataset
 from .errors import Error, FileError, InputError, Interrupted, MemoryLimitError
 from .exchange import ExchangeAreas, StateSolver, ThermalState, update
 from .scene import Scene, load
@@ -31,6 +32,7 @@ __version__: str = _zonal.version()
 __all__ = [
     "Camera",
     "CompressedRows",
+    "Dataset",
     "Error",
     "ExchangeAreas",
     "FileError",
@@ -48,6 +50,7 @@ __all__ = [
     "gas",
     "keys",
     "load",
+    "read_dataset",
     "read_solution",
     "show",
     "update",

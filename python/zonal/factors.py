@@ -225,6 +225,16 @@ class ViewFactors:
         return [names[k] for k in self._arrays["material"]]
 
     @property
+    def emissivities(self) -> Floats:
+        """Emissivities of the faces as an input file of View3D states them, (faces,); 1 of others."""
+        return self._arrays.get("emissivities", np.ones(len(self)))
+
+    @property
+    def notes(self) -> list[str]:
+        """Notes of the reader of the mesh: repairs, and contents that have no effect."""
+        return list(self._arrays.get("notes", ()))
+
+    @property
     def table(self) -> dict[str, Any]:
         """Columns by face, for ``pandas.DataFrame(factors.table)``."""
         starts = self._arrays["row_starts"].view(np.int64)
@@ -273,6 +283,7 @@ class ViewFactors:
         """
         names, index = self._groups(groups)
         made = _zonal.combined_view_factors(self._arrays, index, len(names))
+        made["enclosure"] = self._arrays.get("enclosure", False)
         return ViewFactors(made, names)
 
     def _groups(self, groups: Groups) -> tuple[list[str], Integers]:
@@ -341,18 +352,39 @@ class ViewFactors:
         >>> float(plates.script_f([0.8, 0.5])[0][0, 1].round(2))
         0.44
         """
-        values = np.asarray(emissivity, dtype=np.float64).reshape(-1)
-        if np.ndim(emissivity) == 0:
-            values = np.full(len(self), values[0])
         with observed(progress) as function:
-            return _zonal.script_factors(self._arrays, values.tolist(), function, threads)
+            return _zonal.script_factors(self._arrays, self._per_face(emissivity).tolist(), function, threads)
 
     # Files.
 
-    def save(self, path: Path) -> None:
-        """Writes an ``.npz``: the matrix as ``scipy.sparse.load_npz`` reads it, with radii, areas and the factors to the surroundings.
+    def save(
+        self,
+        path: Path,
+        *,
+        format: Literal["text", "binary", "sparse"] | None = None,
+        emissivity: float | Sequence[float] | Floats | None = None,
+        script_f: bool = False,
+        threads: int | None = None,
+    ) -> None:
+        """Writes a file in the format of its extension.
 
-        Keys: ``format``, ``shape``, ``data``, ``indices``, ``indptr``, ``radii`` (single precision, rounded up), ``areas``, ``sky``, ``sky_radii``, ``ground``,
+        Parameters
+        ----------
+        path : path
+            ``.npz``: the matrix as ``scipy.sparse.load_npz`` reads it, with radii, areas and the factors to the surroundings. Others as ``zonal view-factors``
+            writes them: ``.csv``, ``.mtx`` (MatrixMarket), ``.txt``, ``.out`` and ``.bin`` (View3D).
+        format : {"text", "binary", "sparse"}, optional
+            View3D's format of ``.txt`` and ``.out``; text by default.
+        emissivity : float or array of shape (faces,), optional
+            Emissivities in View3D's formats; :attr:`emissivities` by default.
+        script_f : bool
+            Total exchange factors with these emissivities in place of view factors; not in ``.npz``.
+        threads : int, optional
+            As of :func:`view_factors`.
+
+        Notes
+        -----
+        Keys of an ``.npz``: ``format``, ``shape``, ``data``, ``indices``, ``indptr``, ``radii`` (single precision, rounded up), ``areas``, ``sky``, ``sky_radii``, ``ground``,
         ``ground_radii``, ``defects``, ``names``, and those that :meth:`load` needs to restore every bit (``zonal_…``).
 
         Raises
@@ -361,8 +393,11 @@ class ViewFactors:
             If the file cannot be written.
         """
         target = os.fspath(path)
-        if not target.endswith(".npz"):
-            raise InputError(f"{target}: view factors are written as .npz; give such a name")
+        if not target.lower().endswith(".npz"):
+            self._write(target, format, emissivity, script_f, threads)
+            return
+        if format is not None or emissivity is not None or script_f:
+            raise InputError("format, emissivity, script_f: these do not apply to an .npz; leave them out, or write .txt, .csv or .mtx")
         exact = cast(Floats, self.radius.data)
         nearest = exact.astype(np.float32)
         radii = np.where(nearest < exact, np.nextafter(nearest, np.float32(np.inf)), nearest)
@@ -389,6 +424,19 @@ class ViewFactors:
         except OSError as e:
             raise FileError(f"{target}: the view factors cannot be written ({e}); choose another folder", target) from e
 
+    def _write(
+        self, target: str, format: str | None, emissivity: float | Sequence[float] | Floats | None, script: bool, threads: int | None
+    ) -> None:
+        values = self._per_face(self.emissivities if emissivity is None else emissivity)
+        names = self.names if self._names else (self.materials or self.names)
+        enclosure = bool(self._arrays.get("enclosure", False))
+        settings = {"format": format, "names": names, "emissivities": values.tolist(), "enclosure": enclosure, "script": script}
+        _zonal.write_view_factors(self._arrays, target, settings, threads)
+
+    def _per_face(self, emissivity: float | Sequence[float] | Floats) -> Floats:
+        values = np.asarray(emissivity, dtype=np.float64).reshape(-1)
+        return np.full(len(self), values[0]) if np.ndim(emissivity) == 0 else values
+
     @staticmethod
     def load(path: Path) -> ViewFactors:
         """Reads a file of :meth:`save`.
@@ -409,10 +457,12 @@ class ViewFactors:
                     "defects": file["defects"],
                 }
                 names = [str(n) for n in file["names"]]
-            for key in ("grade", "remaining_defect"):
-                arrays[key] = arrays[key].item()
-            if "materials" in arrays:
-                arrays["materials"] = [str(n) for n in arrays["materials"]]
+            for key in ("grade", "remaining_defect", "enclosure"):
+                if key in arrays:
+                    arrays[key] = arrays[key].item()
+            for key in ("materials", "notes"):
+                if key in arrays:
+                    arrays[key] = [str(n) for n in arrays[key]]
             n = len(arrays["areas"])
             # The native module checks that the arrays fit together.
             _zonal.combined_view_factors(arrays, np.zeros(n, dtype=np.int64), 1)
@@ -492,7 +542,7 @@ def view_factors(
     ----------
     mesh : mesh or path
         ``(vertices, faces)`` with arrays of shape (vertices, 3) and (faces, 3) or (faces, 4), or faces as a list of lists of any length;
-        ``pyvista.PolyData``, ``trimesh.Trimesh`` or ``meshio.Mesh``; or the path of a mesh file; m. A face sees with its front, from which its corners run counter-clockwise. Rows keep the order of the faces.
+        ``pyvista.PolyData``, ``trimesh.Trimesh`` or ``meshio.Mesh``; or the path of a mesh file or of an input file of View3D (``.vs3``); m. A face sees with its front, from which its corners run counter-clockwise. Rows keep the order of the faces.
     obstacles : mesh, path or list of them, optional
         Faces that hide from both sides and exchange nothing. A pair ``(vertices, faces)`` is one mesh as a tuple.
     tolerance : float
@@ -500,7 +550,7 @@ def view_factors(
     closing : bool
         Makes rows sum to 1 by the least change relative to the error radii; the change becomes part of the radii. Reciprocity is kept.
     surroundings : bool
-        Whether faces see the sky and the space below the horizon where nothing hides them; ``False`` for an enclosure.
+        Whether faces see the sky and the space below the horizon where nothing hides them; ``False`` for an enclosure, as ``encl = 1`` in a ``.vs3`` file.
     up : {"x", "y", "z"}
         The axis that points to the sky.
     period_x, period_y : float, optional

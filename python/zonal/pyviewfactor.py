@@ -47,6 +47,7 @@ __all__ = [
     "polygon_centroid",
     "ray_intersects_triangle",
     "set_quadrature_order",
+    "tri_overlaps_aabb",
 ]
 
 _TOLERANCE = 1e-6
@@ -101,6 +102,17 @@ def polygon_centroid(pts: Floats) -> Floats:
     return p[0] + weights @ (d[1:-1] + d[2:]) / (3.0 * weights.sum())
 
 
+def tri_overlaps_aabb(tri_pts: Floats, aabb_min: Floats, aabb_max: Floats) -> bool:
+    """Whether the bounding box of a triangle, (3, 3), meets a box; boxes that touch do."""
+    return bool(_boxes_meet(np.asarray(tri_pts, dtype=np.float64)[None], aabb_min, aabb_max)[0])
+
+
+def _boxes_meet(triangles: Floats, low: Floats, high: Floats) -> npt.NDArray[np.bool_]:
+    """The triangles, (n, 3, 3), whose bounding boxes meet a box."""
+    reaches = (triangles.max(axis=1) >= np.asarray(low)) & (triangles.min(axis=1) <= np.asarray(high))
+    return reaches.all(axis=1)
+
+
 class ProcessedGeometry:
     """The corners, normals, centroids, areas and mean lengths of edges of the faces of a mesh."""
 
@@ -136,14 +148,40 @@ class ProcessedGeometry:
 
 
 class FaceMeshPreprocessor:
-    """The triangles of an obstacle, (triangles, 3, 3)."""
+    """The triangles of an obstacle, (triangles, 3, 3), their corners among ``points`` as ``faces``, and their bounding boxes."""
 
     def __init__(self, mesh: Mesh, rounding_decimal: int = 8) -> None:
         arrays = mesh_arrays(fc_unstruc2poly(mesh))
-        fans = [np.round(arrays.vertices[arrays.face(k)], rounding_decimal) for k in range(arrays.face_count)]
-        triangles = [np.stack([p[0], p[i], p[i + 1]]) for p in fans for i in range(1, len(p) - 1)]
+        polygons = [arrays.face(k) for k in range(arrays.face_count)]
+        fans = [[c[0], c[i], c[i + 1]] for c in polygons for i in range(1, len(c) - 1)]
         self.rounding_decimal = rounding_decimal
-        self.triangles: Floats = np.array(triangles, dtype=np.float64).reshape(-1, 3, 3)
+        self.points: Floats = np.round(arrays.vertices, rounding_decimal)
+        self.faces = np.array(fans, dtype=np.int64).reshape(-1, 3)
+        self.triangles: Floats = self.points[self.faces]
+        self.tri_mins: Floats = self.triangles.min(axis=1)
+        self.tri_maxs: Floats = self.triangles.max(axis=1)
+
+    def aabb_filter(self, aabb_min: Floats, aabb_max: Floats) -> Floats:
+        """The triangles whose bounding boxes meet a box, (n, 3, 3)."""
+        return self.triangles[_boxes_meet(self.triangles, aabb_min, aabb_max)]
+
+    def exclude_exact_match(self, pts1: Floats, pts2: Floats, tris: Floats, rounding_decimal: int = 8) -> Floats:
+        """The triangles of ``tris``, (n, 3, 3), whose corners are not those of ``pts1`` or of ``pts2`` in any order."""
+        own = [_corner_set(p, rounding_decimal) for p in (pts1, pts2)]
+        others = [t for t in tris if _corner_set(t, rounding_decimal) not in own]
+        return np.array(others, dtype=np.float64).reshape(-1, 3, 3)
+
+    def build_exclusion_masks(self, pg: ProcessedGeometry) -> npt.NDArray[np.bool_]:
+        """Whether each triangle has the corners of each face, (faces, triangles)."""
+        own = [_corner_set(t, self.rounding_decimal) for t in self.triangles]
+        faces = [_corner_set(pg.get_face(i), self.rounding_decimal) for i in range(pg.N)]
+        return np.array([[t == f for t in own] for f in faces], dtype=bool).reshape(pg.N, len(own))
+
+
+def _corner_set(pts: Floats, decimals: int) -> frozenset[tuple[float, ...]]:
+    # Adding zero turns -0 into 0.
+    rounded = np.round(np.asarray(pts, dtype=np.float64), decimals) + 0.0
+    return frozenset(map(tuple, rounded.tolist()))
 
 
 # Factors.
@@ -241,7 +279,30 @@ def compute_viewfactor_matrix(
     return matrix
 
 
-compute_viewfactor_matrix_fast = compute_viewfactor_matrix
+def compute_viewfactor_matrix_fast(
+    mesh: Mesh,
+    obstacles: Mesh | Sequence[Mesh] | None = None,
+    skip_visibility: bool = False,
+    skip_obstruction: bool = False,
+    strict_visibility: bool = False,
+    strict_obstruction: bool = False,
+    rounding_decimal: int = 8,
+    verbose: bool = False,
+    *,
+    tolerance: float = 1e-4,
+) -> Floats:
+    """As :func:`compute_viewfactor_matrix`, without ``epsilon``."""
+    return compute_viewfactor_matrix(
+        mesh,
+        obstacles,
+        skip_visibility,
+        skip_obstruction,
+        strict_visibility,
+        strict_obstruction,
+        rounding_decimal,
+        verbose=verbose,
+        tolerance=tolerance,
+    )
 
 
 def _obstacle(mesh: Any) -> Any:

@@ -31,9 +31,10 @@ from ._types import (
     VoxelValues,
     ZoneBasis,
 )
+from .dataset import Dataset, Distribution, distribution, read_dataset
 from .errors import FileError, InputError
 from .exchange import ExchangeAreas
-from .solution import Solution, memory_limit
+from .solution import Solution, command_options, memory_limit
 
 __all__ = ["Scene", "load"]
 
@@ -763,7 +764,7 @@ class Scene:
         resume : bool
             Continues with the stages in the folder, if they belong to this scene.
         keep_factors : path, optional
-            Folder for the exchange factors after the solve, with ``checkpoint``; see :meth:`Solution.relight`.
+            Folder for the exchange factors after the solve, which :meth:`Solution.relight` needs for other reflectances.
         threads : int, optional
             Number of threads, 1 to 1024; all cores by default.
         progress : callable or bool, optional
@@ -880,9 +881,101 @@ class Scene:
         native = self._native(threads)
         settings = {"tolerance": tolerance, "memory_limit": memory_limit(max_memory), "direct_only": direct_only}
         with observed(progress) as function:
-            return ExchangeAreas(
-                _zonal.exchange(native, settings, function, threads)
-            )
+            return ExchangeAreas(_zonal.exchange(native, settings, function, threads))
+
+    def dataset(
+        self,
+        vary: Mapping[str, Distribution] | None = None,
+        *,
+        inputs: Mapping[str, Any] | Path | None = None,
+        n: int | None = None,
+        seed: int = 1,
+        output: Path | None = None,
+        engine: Engine | None = None,
+        discretization_error: bool = False,
+        max_memory: float = 12.0,
+        threads: int | None = None,
+        progress: Progress = None,
+    ) -> Dataset:
+        """Solves the scene many times with sampled numbers, as ``zonal dataset``.
+
+        A key names a number of the scene by its path: ``medium.heat_source``, ``surface.NAME.temperature``, ``surface.0.emissivity``, ``medium.max.2``,
+        ``surface.*.emissivity`` (all of them get the same value). Sample i depends on the scene, the varied numbers, the seed and i only.
+
+        Parameters
+        ----------
+        vary : dict, optional
+            By key: ``(low, high)`` for a uniform distribution, a list of numbers of which one is taken, a number, or a text such as ``"log:1:100"``
+            (uniform in the logarithm) or ``"normal:5:2"`` (mean and deviation).
+        inputs : dict of arrays or path, optional
+            In place of ``vary``: the values of the samples by key, or a table (``.csv``) with a column for each key.
+        n : int, optional
+            Number of samples; 100 by default, or all rows of ``inputs``.
+        seed : int
+            Seed of the samples.
+        output : path, optional
+            File to write (``.npz``); an interrupted call continues when it is made again with the same file. Without one nothing is kept on disk.
+        engine : optional
+            As of :meth:`solve`; by default that of the scene, else spectral for boxes.
+        discretization_error : bool
+            Estimates the error of the finite zones of every sample by a second solve.
+        max_memory : float
+            Memory limit of all solves that run at a time, GB.
+        threads, progress : optional
+            As of :meth:`solve`.
+
+        Returns
+        -------
+        Dataset
+
+        Raises
+        ------
+        InputError
+            If a key or a distribution is not valid, or the first sample is refused.
+
+        Warns
+        -----
+        RuntimeWarning
+            For samples that are refused, up to five of them.
+
+        Examples
+        --------
+        >>> import zonal as zn
+        >>> scene = zn.Scene(mode="thermal")
+        >>> scene.surface(room=([0, 0, 0], [1, 1, 1]), name="wall", emissivity=0.8, temperature=500, patch_size=1.0)
+        >>> scene.medium([0, 0, 0], [1, 1, 1], cells=[1, 1, 1], extinction=0.5, heat_source=0)
+        >>> made = scene.dataset({"medium.heat_source": (0.0, 9000.0), "surface.wall.emissivity": [0.5, 0.9]}, n=3)
+        >>> made.inputs.shape, made["named_power"].shape, made.status
+        ((3, 2), (3, 7), ['converged', 'converged', 'converged'])
+        """
+        import csv
+        import tempfile
+        import warnings
+
+        with tempfile.TemporaryDirectory() as folder:
+            template = self._path if self._path is not None and self.document == self._original else _Path(folder) / "scene.toml"
+            if template.parent == _Path(folder):
+                self.save(template)
+            table = inputs
+            if isinstance(inputs, Mapping):
+                columns = {key: np.atleast_1d(np.asarray(x, dtype=np.float64)) for key, x in inputs.items()}
+                if len({c.shape for c in columns.values()}) != 1 or any(c.ndim != 1 for c in columns.values()):
+                    raise InputError("inputs: the columns differ in length; give one number for each sample and key")
+                table = _Path(folder) / "inputs.csv"
+                with open(table, "w", newline="", encoding="utf-8") as file:
+                    rows = csv.writer(file)
+                    rows.writerow(columns)
+                    rows.writerows([[repr(float(x)) for x in row] for row in zip(*columns.values(), strict=True)])
+            target = os.fspath(output) if output is not None else os.fspath(_Path(folder) / "set.npz")
+            options: dict[str, Any] = {"output": target, "n": n, "seed": seed, "max-memory": repr(float(max_memory)), "engine": engine}
+            options |= {"inputs": table, "discretization-error": discretization_error}
+            arguments = [os.fspath(template), *command_options(options)]
+            arguments += [f"--vary={key}={distribution(key, given)}" for key, given in (vary or {}).items()]
+            with observed(progress) as function:
+                notes = _zonal.write_dataset(arguments, function, threads)
+            for text in notes:
+                warnings.warn(text, RuntimeWarning, stacklevel=2)
+            return read_dataset(target)
 
 
 def _optional_path(path: Path | None) -> str | None:

@@ -327,6 +327,7 @@ class Solution:
         finest: float | None = None,
         vertices: int | None = None,
         light_groups: bool = False,
+        first_band: int | None = None,
         threads: int | None = None,
         progress: Progress = None,
     ) -> list[str]:
@@ -340,6 +341,8 @@ class Solution:
             Results by face of the meshes in place of zones (``.csv``, ``.npy``, ``.vtu``).
         colours, curve, stops, finest, vertices, light_groups : optional
             Settings of ``.glb``: quantity, tone curve, exposure in stops, smallest halved edge in m, largest number of vertices, light by group as attributes.
+        first_band : int, optional
+            ``.html`` and ``.glb`` of bands that are no colours: the first of the three that stand for red, green and blue; 0, 3, 6, ….
         threads, progress : optional
             As of :meth:`Scene.solve`.
 
@@ -353,10 +356,9 @@ class Solution:
         InputError
             If the format lacks a part of the solution, a setting does not apply, or a file cannot be written.
         """
-        arguments = ["solution", f"--output={os.fspath(path)}"]
-        options = {"colours": colours, "curve": curve, "stops": stops, "finest": finest, "vertices": vertices}
-        arguments += [f"--{name}={value}" for name, value in options.items() if value is not None]
-        arguments += [f"--{name}" for name, given in (("faces", faces), ("light-groups", light_groups)) if given]
+        options = {"output": os.fspath(path), "colours": colours, "curve": curve, "stops": stops, "finest": finest}
+        options |= {"vertices": vertices, "first-band": first_band, "faces": faces, "light-groups": light_groups}
+        arguments = ["solution", *command_options(options)]
         with observed(progress) as function:
             return [str(p) for p in self._native.export(arguments, function, threads)]
 
@@ -380,15 +382,36 @@ class Solution:
             raise InputError(f"group: there is no light group '{name}'; the groups are: {known}")
         return {field: self._native.group_array(name, field) for field in ("incident", "error", "direct", "direct_error")}
 
-    def relight(self, lights: Mapping[str, Bands] | None = None, **factors: Bands) -> Solution:
-        """Scales light groups; no equation is solved.
+    def relight(
+        self,
+        lights: Mapping[str, Bands] | None = None,
+        *,
+        reflectance: Mapping[str, Bands] | None = None,
+        albedo: Bands | None = None,
+        kept_factors: Path | None = None,
+        max_memory: float = 12.0,
+        threads: int | None = None,
+        progress: Progress = None,
+        **factors: Bands,
+    ) -> Solution:
+        """Scales light groups, for which no equation is solved; other reflectances and albedos are solved with kept exchange factors.
 
         Parameters
         ----------
         lights : dict, optional
             Factors from 0 by light group: a number, or a list of three for red, green and blue.
+        reflectance : dict, optional
+            Reflectances by surface, 0 to 1: a number, or a list of three. A name stands for all that begin with it and a dot, as in :meth:`zones_of`.
+        albedo : number or list of three, optional
+            Albedo of the medium, 0 to 1.
+        kept_factors : path, optional
+            The folder ``keep_factors`` of :meth:`Scene.solve`, for ``reflectance`` and ``albedo``. It stays as it is.
+        max_memory : float
+            Memory limit of that solve, GB.
+        threads, progress : optional
+            As of :meth:`Scene.solve`.
         **factors : bands
-            The same as keywords.
+            Factors by light group as keywords; groups with the name of a parameter are given in ``lights``.
 
         Returns
         -------
@@ -397,7 +420,7 @@ class Solution:
         Raises
         ------
         InputError
-            If there is no light group of a name, or a factor is negative.
+            If there is no light group or surface of a name, a value is out of range, or the folder lacks the factors of this solution.
 
         Examples
         --------
@@ -411,7 +434,15 @@ class Solution:
         True
         """
         given = {**(lights or {}), **factors}
-        return Solution(self._native.relight([(name, _three_bands(name, f)) for name, f in given.items()]))
+        changes = {
+            "lights": [(name, _three_bands(name, f)) for name, f in given.items()],
+            "reflectances": [(name, _unit_bands(f"reflectance of '{name}'", x)) for name, x in (reflectance or {}).items()],
+            "albedo": None if albedo is None else _unit_bands("albedo", albedo),
+            "kept_factors": None if kept_factors is None else os.fspath(kept_factors),
+            "memory_limit": memory_limit(max_memory),
+        }
+        with observed(progress) as function:
+            return Solution(self._native.relight(changes, function, threads))
 
     # Pictures.
 
@@ -464,6 +495,65 @@ class Solution:
         settings = _picture(size, samples or 0, gather, show, slice)
         with observed(progress) as function:
             return _zonal.render(self._native, self._camera(camera, aperture, focus), settings, function, threads)
+
+    def save_picture(
+        self,
+        path: Path,
+        camera: str | None = None,
+        size: tuple[int, int] = (640, 480),
+        *,
+        samples: int | None = None,
+        gather: int = 0,
+        aperture: float | None = None,
+        focus: float | None = None,
+        stops: float | None = None,
+        contrast: float | None = None,
+        bloom: float = 0.0,
+        show: Quantity | None = None,
+        range: tuple[float, float] | None = None,
+        slice: tuple[Literal["x", "y", "z"], float] | None = None,
+        log: bool = False,
+        animate: Path | None = None,
+        threads: int | None = None,
+        progress: Progress = None,
+    ) -> str:
+        """Writes a picture, a picture in false colours with its scale, or the frames of a camera animation, as ``zonal render``.
+
+        Parameters
+        ----------
+        path : path
+            ``.png``, or ``.exr`` for linear values; with ``animate`` a folder.
+        camera, size, samples, gather, aperture, focus, show, slice : optional
+            As of :meth:`render`, with cameras of the scene alone.
+        stops, contrast, bloom : float, optional
+            Exposure relative to the automatic one, exponent of the luminance about middle grey, fraction of the light that the lens scatters.
+        range : (low, high), optional
+            With ``show``: the ends of the scale.
+        log : bool
+            With ``show``: a logarithmic scale.
+        animate : path, optional
+            Key frames (``.toml``).
+        threads, progress : optional
+            As of :meth:`Scene.solve`.
+
+        Returns
+        -------
+        str
+            The path.
+
+        Raises
+        ------
+        InputError
+            If a setting does not apply, the solution lacks the quantity, or the file cannot be written.
+        """
+        options = {"output": os.fspath(path), "camera": camera, "size": f"{int(size[0])}x{int(size[1])}", "samples": samples}
+        options |= {"gather": gather or None, "aperture": aperture, "focus": focus, "stops": stops, "contrast": contrast}
+        options |= {"bloom": bloom or None, "show": None if show is None else show.replace("_", "-"), "log": log}
+        options["range"] = None if range is None else f"{float(range[0])!r},{float(range[1])!r}"
+        options["slice"] = None if slice is None else f"{slice[0]}={float(slice[1])!r}"
+        options["animate"] = None if animate is None else os.fspath(animate)
+        with observed(progress) as function:
+            return str(self._native.draw(["solution", *command_options(options)], function, threads))
 
     def _camera(self, camera: str | Camera | None, aperture: float | None, focus: float | None) -> dict[str, Any]:
         if isinstance(camera, Camera):
@@ -618,12 +708,25 @@ def _polygons(corners: Floats, is_triangle: npt.NDArray[np.bool_]) -> tuple[Floa
     return corners.reshape(-1, 3), [list(range(a, a + k)) for a, k in zip(starts.tolist(), counts.tolist(), strict=True)]
 
 
+def command_options(options: Mapping[str, Any]) -> list[str]:
+    """Options of the command line by name: true ones alone, others with their values; none for ``None`` and ``False``."""
+    given = [(name, value) for name, value in options.items() if value is not None and value is not False]
+    return [f"--{name}" if value is True else f"--{name}={value}" for name, value in given]
+
+
+def _unit_bands(name: str, value: Bands) -> tuple[float, float, float]:
+    bands = _three_bands(name, value)
+    if not all(0.0 <= x <= 1.0 for x in bands):
+        raise InputError(f"{name}: {value} is out of range; give numbers from 0 to 1")
+    return bands
+
+
 def _three_bands(name: str, factor: Bands) -> tuple[float, float, float]:
     if isinstance(factor, (int, float)):
         return (float(factor), float(factor), float(factor))
     if isinstance(factor, Sequence) and len(factor) == 3:
         return (float(factor[0]), float(factor[1]), float(factor[2]))
-    raise InputError(f"relight: the factor of '{name}' is neither a number nor a list of three; give one of them")
+    raise InputError(f"relight: the value of {name} is neither a number nor a list of three; give one of them")
 
 
 def zones_of(name: str, names: list[str], name_index: Integers) -> Integers:

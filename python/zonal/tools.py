@@ -187,6 +187,7 @@ def show(
     *,
     height: int = 600,
     max_vertices: int = 100_000,
+    first_band: int = 0,
     threads: int | None = None,
     progress: Progress = None,
 ) -> Page:
@@ -200,6 +201,8 @@ def show(
         Height of the frame, pixels.
     max_vertices : int
         Largest number of vertices of the baked light; more are sharper and larger.
+    first_band : int
+        The first of the three bands that stand for red, green and blue, where the solution has other bands: 0, 3, 6, ….
     threads, progress : optional
         As of :meth:`Scene.solve`.
 
@@ -215,4 +218,4 @@ def show(
     """
     with observed(progress) as function:
         native = solution._native  # pyright: ignore[reportPrivateUsage]
-        return Page(_zonal.page(native, max_vertices, function, threads), height)
+        return Page(_zonal.page(native, max_vertices, first_band, function, threads), height)

@@ -58,6 +58,25 @@ impl FacetSet {
         any
     }
 
+    /// Numbers on which all stages of a computation depend, for the key of its checkpoints: the settings, then the counts of surfaces, polygons and
+    /// obstructions, and for each polygon its surface (−1 of an obstruction), the number of its corners, and their coordinates in metres.
+    ///
+    /// Closing and the memory limit change no stage.
+    pub fn checkpoint_numbers(&self, settings: &ViewFactorSettings) -> impl Iterator<Item = f64> + '_ {
+        let counts = [self.surfaces, self.polygons.len(), self.obstructions.len()].map(|n| n as f64);
+        let surfaces = self.surface.iter().map(|s| f64::from(*s)).zip(&self.polygons);
+        let obstructions = self.obstructions.iter().map(|p| (-1.0, p));
+        let of_polygon = |(surface, p): (f64, &'_ ConvexPolygon)| {
+            let corners: Vec<f64> = p.corners().iter().flat_map(|c| c.array()).collect();
+            [surface, p.corners().len() as f64].into_iter().chain(corners)
+        };
+        settings
+            .checkpoint_numbers()
+            .into_iter()
+            .chain(counts)
+            .chain(surfaces.chain(obstructions).flat_map(of_polygon))
+    }
+
     /// The view factors of the surfaces.
     ///
     /// # Errors
@@ -152,6 +171,38 @@ mod tests {
                 assert!((sum - area).abs() < 1e-12, "{sum} {area}");
             }
         }
+    }
+
+    #[test]
+    fn checkpoint_numbers_tell_sets_and_settings_apart() {
+        let square = rectangle([0.0, 1.0], [0.0, 1.0]);
+        let settings = ViewFactorSettings::default();
+        let numbers = |parts: &[usize], obstructions: usize, settings: &ViewFactorSettings| {
+            let mut set = FacetSet::new();
+            parts
+                .iter()
+                .for_each(|n| set.add_parts(vec![ConvexPolygon::new(square.clone()).expect("a square"); *n]));
+            (0..obstructions).for_each(|_| assert!(set.add_obstruction(&square)));
+            set.checkpoint_numbers(settings).collect::<Vec<f64>>()
+        };
+        let closed = ViewFactorSettings { surroundings: crate::Openness::Closed, ..settings.clone() };
+        let fine = ViewFactorSettings { tolerance: 1e-4, ..settings.clone() };
+        let street = ViewFactorSettings { periods: [Some(1.0), None], ..settings.clone() };
+        let all = [
+            numbers(&[1, 1], 0, &settings),
+            numbers(&[2], 0, &settings),
+            numbers(&[1], 1, &settings),
+            numbers(&[1, 1, 0], 0, &settings),
+            numbers(&[1, 1], 0, &closed),
+            numbers(&[1, 1], 0, &fine),
+            numbers(&[1, 1], 0, &street),
+        ];
+        for (i, a) in all.iter().enumerate() {
+            assert!(all[..i].iter().all(|b| a != b), "{i}");
+        }
+        // Closing uses the stages of other settings.
+        let kept = ViewFactorSettings { closure: crate::RowClosing::Keep, ..settings.clone() };
+        assert_eq!(numbers(&[1, 1], 0, &kept), all[0]);
     }
 
     #[test]

@@ -72,6 +72,13 @@ impl ViewFactorSettings {
         Ok(())
     }
 
+    /// Numbers on which the stages of a computation depend.
+    pub(crate) fn checkpoint_numbers(&self) -> [f64; 5] {
+        let open = f64::from(u8::from(self.surroundings == Openness::Open));
+        let [first, second] = self.periods.map(|p| p.unwrap_or(0.0));
+        [self.tolerance, self.up as f64, first, second, open]
+    }
+
     pub(crate) fn goal(&self) -> ErrorGoal {
         let absolute = ABSOLUTE_SHARE * self.tolerance;
         ErrorGoal { relative: self.tolerance, absolute, max_evaluations: MAX_PAIR_EVALUATIONS }

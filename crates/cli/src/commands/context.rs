@@ -95,7 +95,10 @@ pub fn read_uniform_light_solution(path: &Path, first: usize) -> Result<Solution
 }
 
 /// The three bands of a solution from band number `first` on.
-fn with_shown_bands(mut solution: Solution, first: usize) -> Result<Solution, Failure> {
+///
+/// # Errors
+/// If `first` is not the first band of three.
+pub fn with_shown_bands(mut solution: Solution, first: usize) -> Result<Solution, Failure> {
     let (count, triple) = (solution.scene.bands().count(), first / BANDS_SHOWN);
     if !first.is_multiple_of(BANDS_SHOWN) || first >= count {
         let last = BANDS_SHOWN * ((count - 1) / BANDS_SHOWN);

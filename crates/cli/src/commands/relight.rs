@@ -1,13 +1,14 @@
 //! `zonal relight`: scales the light groups of a solution; solves again with other reflectances or another albedo from kept factors.
 
 use super::context::{Context, read_light_solution};
-use super::solving::{checkpoint_keys, path_beside, solve_and_hash};
+use super::solving::{checkpoint_keys, path_beside, with_hash};
 use super::voxel_factors::VoxelFactors;
 use crate::table;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use zonal_exchange::pair::PairSettings;
 use zonal_io::output::{self, CheckpointFolder, CheckpointState};
 use zonal_report::{Failure, check_output, say};
-use zonal_scene::{Bands, CheckpointStore, SceneError, Solution};
+use zonal_scene::{Bands, CheckpointStore, Progress, SceneError, Solution};
 use zonal_solve::SolveSettings;
 use zonal_solve::relight::{relight, with_surface_colors};
 use zonal_solve::settings::DEFAULT_MEMORY_LIMIT;
@@ -31,14 +32,15 @@ pub struct Args {
     pub albedo: Option<String>,
 }
 
-/// Changes of a solution, from the arguments.
-struct SolutionChanges {
+/// Changes of a solution.
+#[derive(Clone, Debug, Default)]
+pub struct SolutionChanges {
     /// Light groups with their factors.
-    lights: Vec<(String, Bands)>,
+    pub lights: Vec<(String, Bands)>,
     /// Surfaces with their reflectances.
-    reflectances: Vec<(String, Bands)>,
+    pub reflectances: Vec<(String, Bands)>,
     /// Albedo of the medium.
-    albedo: Option<Bands>,
+    pub albedo: Option<Bands>,
 }
 
 impl SolutionChanges {
@@ -53,7 +55,9 @@ impl SolutionChanges {
             albedo: args.albedo.as_ref().map(|t| parse_bands("--albedo", t, 1.0)).transpose()?,
         })
     }
-    fn needs_solve(&self) -> bool {
+    /// True if the changes are not linear in the sources, so that the equations are solved again.
+    #[must_use]
+    pub fn needs_solve(&self) -> bool {
         !self.reflectances.is_empty() || self.albedo.is_some()
     }
     fn is_empty(&self) -> bool {
@@ -103,14 +107,16 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     };
     check_output(path, &["npz"])?;
     let mut solution = read_light_solution(&args.run)?;
+    let in_run = |e: SceneError| Failure::in_file(&args.run, e);
     // Reflectances and albedo first: they need a solve.
     if changes.needs_solve() {
-        solution = solve_again(args, solution, &changes, context)?;
+        let factors = KeptFactors::open(&path_beside(&args.run, "factors"), &solution);
+        factors.check("solve the scene with --keep-factors")?;
+        let settings = RelightSettings { memory_limit: DEFAULT_MEMORY_LIMIT, progress: &context.progress() };
+        solution = solve_again(solution, &changes, &factors, &settings).map_err(in_run)?;
     }
     if !changes.lights.is_empty() {
-        let in_run = |e: SceneError| Failure::in_file(&args.run, e);
-        solution = relight(solution, &changes.lights).map_err(in_run)?;
-        solution.scene_hash = output::scene_hash(&solution.scene);
+        solution = scale_lights(solution, &changes.lights).map_err(in_run)?;
     }
     output::write_solution(path, &solution)?;
     if context.json {
@@ -122,46 +128,38 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     context.check_report(&solution.report)
 }
 
-/// Solves again with kept factors, starting from the fields of the old solution.
-fn solve_again(
-    args: &Args,
-    old: Solution,
-    changes: &SolutionChanges,
-    context: Context,
-) -> Result<Solution, Failure> {
-    let pair_settings = VoxelFactors::Exact.pair_settings();
-    let keys = checkpoint_keys(&old.scene, pair_settings);
-    let folder = CheckpointFolder::new(&path_beside(&args.run, "factors"), keys);
-    let place = folder.path().display().to_string();
-    match folder.factors_state() {
-        CheckpointState::Matching => {}
-        CheckpointState::Empty => {
-            return Err(Failure::new(format!(
-                "{place}: there are no factors; solve the scene with --keep-factors"
-            )));
-        }
-        CheckpointState::Mismatched => {
-            return Err(Failure::new(format!(
-                "{place}: these factors belong to other lights, another scene or another version; solve the scene again with --keep-factors"
-            )));
-        }
-    }
-    let scene = with_surface_colors(old.scene, &changes.reflectances, changes.albedo)
-        .map_err(|e| Failure::in_file(&args.run, e))?;
-    let progress = context.progress();
-    let settings = SolveSettings {
-        pair_settings,
-        checkpoints: &ReadOnlyFactors(folder),
-        initial_groups: &old.groups,
-        ..SolveSettings::new(DEFAULT_MEMORY_LIMIT, &progress)
-    };
-    solve_and_hash(scene, &settings)
+/// The exchange factors of a solution in a folder, which are read and not written.
+pub struct KeptFactors(CheckpointFolder);
+
+/// The exact factors, which alone are kept for other reflectances.
+fn pair_settings() -> PairSettings {
+    VoxelFactors::Exact.pair_settings()
 }
 
-/// Kept factors that are read and not written.
-struct ReadOnlyFactors(CheckpointFolder);
+impl KeptFactors {
+    /// The folder of the factors of a solution.
+    #[must_use]
+    pub fn open(path: &Path, solution: &Solution) -> KeptFactors {
+        KeptFactors(CheckpointFolder::new(path, checkpoint_keys(&solution.scene, pair_settings())))
+    }
 
-impl CheckpointStore for ReadOnlyFactors {
+    /// Refuses a folder without factors, or with those of another scene; `remedy` says how to keep factors.
+    ///
+    /// # Errors
+    /// If the folder has no factors of the solution.
+    pub fn check(&self, remedy: &str) -> Result<(), Failure> {
+        let place = self.0.path().display();
+        match self.0.factors_state() {
+            CheckpointState::Matching => Ok(()),
+            CheckpointState::Empty => Err(Failure::new(format!("{place}: there are no factors; {remedy}"))),
+            CheckpointState::Mismatched => Err(Failure::new(format!(
+                "{place}: these factors belong to other lights, another scene or another version; {remedy}"
+            ))),
+        }
+    }
+}
+
+impl CheckpointStore for KeptFactors {
     fn load(&self, stage: &str) -> Option<Vec<u8>> {
         self.0.load(stage)
     }
@@ -169,6 +167,42 @@ impl CheckpointStore for ReadOnlyFactors {
     fn keeps(&self) -> bool {
         false
     }
+}
+
+/// Settings of a solve with kept factors.
+pub struct RelightSettings<'a> {
+    /// Bytes.
+    pub memory_limit: u64,
+    /// What is told of progress.
+    pub progress: &'a dyn Progress,
+}
+
+/// Solves again with other reflectances or another albedo from kept factors, starting from the fields of the old solution.
+///
+/// # Errors
+/// For unknown surfaces, values out of range, and as [`zonal_solve::solve_with_settings`].
+pub fn solve_again(
+    old: Solution,
+    changes: &SolutionChanges,
+    factors: &KeptFactors,
+    settings: &RelightSettings<'_>,
+) -> Result<Solution, SceneError> {
+    let scene = with_surface_colors(old.scene, &changes.reflectances, changes.albedo)?;
+    let run = SolveSettings {
+        pair_settings: pair_settings(),
+        checkpoints: factors,
+        initial_groups: &old.groups,
+        ..SolveSettings::new(settings.memory_limit, settings.progress)
+    };
+    zonal_solve::solve_with_settings(scene, &run).map(with_hash)
+}
+
+/// The solution with its light groups scaled.
+///
+/// # Errors
+/// As [`relight`].
+pub fn scale_lights(solution: Solution, lights: &[(String, Bands)]) -> Result<Solution, SceneError> {
+    relight(solution, lights).map(with_hash)
 }
 
 /// Prints the light groups with their power.

@@ -12,17 +12,23 @@ use zonal_solve::SolveSettings;
 /// # Errors
 /// As [`zonal_solve::solve_with_settings`].
 pub fn solve_and_hash(scene: Scene, settings: &SolveSettings) -> Result<Solution, Failure> {
-    let mut solution = zonal_solve::solve_with_settings(scene, settings)?;
+    Ok(zonal_solve::solve_with_settings(scene, settings).map(with_hash)?)
+}
+
+/// The solution with the hash of its scene.
+#[must_use]
+pub fn with_hash(mut solution: Solution) -> Solution {
     solution.scene_hash = output::scene_hash(&solution.scene);
-    Ok(solution)
+    solution
 }
 
 /// Identity of the stages of a scene in a checkpoint: version of the program, hash of the scene, formula of voxel pairs.
 #[must_use]
 pub fn checkpoint_keys(scene: &Scene, settings: PairSettings) -> CheckpointKeys {
-    let factors = settings.volume_factors.map_or(CheckpointKeys::EXACT_METHOD, |m| m.name());
-    let key = |hash: String| format!("zonal {} {hash} {factors}", env!("CARGO_PKG_VERSION"));
-    CheckpointKeys { whole: key(output::scene_hash(scene)), factors: key(output::factors_hash(scene)) }
+    CheckpointKeys::of_solve(
+        scene,
+        settings.volume_factors.map_or(CheckpointKeys::EXACT_METHOD, |m| m.name()),
+    )
 }
 
 /// The path `OUTPUT.extension` beside an output.

@@ -27,6 +27,9 @@ const MAGIC: &[u8] = b"zonal stage 1\n";
 /// The file with the key of the stages.
 const KEY_FILE: &str = "zonal.key";
 
+/// Hexadecimal digits of the name of a folder by its key.
+const NAME_DIGITS: usize = 32;
+
 /// Largest file of a key, bytes.
 const MAX_KEY_BYTES: u64 = 1 << 16;
 
@@ -78,6 +81,12 @@ impl CheckpointFolder {
     /// A folder at this path, which need not exist; nothing is written yet.
     pub fn new(path: &Path, keys: CheckpointKeys) -> CheckpointFolder {
         CheckpointFolder { path: path.into(), keys, failure: Mutex::new(None) }
+    }
+
+    /// A folder within `parent` whose name follows from the key, so that one parent holds several computations.
+    pub fn within(parent: &Path, keys: CheckpointKeys) -> CheckpointFolder {
+        let name = blake3::hash(keys.whole.as_bytes()).to_hex();
+        CheckpointFolder::new(&parent.join(&name.as_str()[..NAME_DIGITS]), keys)
     }
 
     /// Its path.

@@ -24,7 +24,7 @@ use store::SampleStore;
 use zonal_io::input::SceneTemplate;
 use zonal_io::output::{self, CheckpointFolder, CheckpointKeys, NamedArray, scene_hash};
 use zonal_report::{Failure, check_output, note, say};
-use zonal_scene::{Engine, NoProgress, Progress, Scene, Solution};
+use zonal_scene::{Engine, Progress, Scene, Solution};
 use zonal_solve::SolveSettings;
 
 /// Samples of a block, which are stored together.
@@ -86,11 +86,43 @@ impl Inputs {
     }
 }
 
+/// What is told of a run: its progress, and notes on samples and files.
+pub struct DatasetObserver<'a> {
+    /// Progress over the samples.
+    pub progress: &'a dyn Progress,
+    /// Is called with each note.
+    pub note: &'a (dyn Fn(&str) + Sync),
+}
+
+/// Numbers of samples of a data set that was written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DatasetSummary {
+    /// All samples.
+    pub samples: usize,
+    /// Samples of which all iterations converged.
+    pub converged: usize,
+    /// Samples of which an iteration ended early.
+    pub not_converged: usize,
+    /// Samples without results.
+    pub refused: usize,
+    /// Largest power that a balance misses over the power exchanged.
+    pub energy_residual: f64,
+}
+
 /// Runs the command.
 ///
 /// # Errors
-/// For options, templates and tables that are not valid, a first sample that is refused, and outputs that cannot be written.
+/// As [`write_dataset`]; and as a verdict for refused samples.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
+    let observer = DatasetObserver { progress: &context.progress(), note: &note };
+    report(args, &write_dataset(args, &observer)?, context)
+}
+
+/// Solves all samples and writes their inputs and results.
+///
+/// # Errors
+/// For options, templates and tables that are not valid, a first sample that is refused, and outputs that cannot be written.
+pub fn write_dataset(args: &Args, observer: &DatasetObserver<'_>) -> Result<DatasetSummary, Failure> {
     // Read the template and the inputs.
     check_output(&args.output, &["npz"])?;
     let (keys, inputs, count) = read_inputs(args)?;
@@ -102,6 +134,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         inputs: &inputs,
         memory: memory_limit(args.max_memory)? / parallel as u64,
         engine: args.engine,
+        observer,
     };
     // The first sample gives the layout, and must be valid.
     let first = run.first_sample()?;
@@ -112,22 +145,21 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let keys_of_folder = CheckpointKeys { whole: key.clone(), factors: key };
     let (store, is_other) = SampleStore::begin(CheckpointFolder::new(&folder, keys_of_folder))?;
     if is_other {
-        note(&format!(
+        (observer.note)(&format!(
             "{}: these samples are of another data set; starting from the beginning",
             folder.display()
         ));
     }
     // Solve the others in blocks.
-    let progress = context.progress();
-    let samples = run.solve_all(count, &layout, &store, &progress);
+    let samples = run.solve_all(count, &layout, &store);
     if let Some(e) = store.failure() {
-        note(&format!("finished samples could not be stored: {e}"));
+        (observer.note)(&format!("finished samples could not be stored: {e}"));
     }
     // Write the arrays.
     let set = Dataset { keys: &keys, inputs: &inputs, layout: &layout, samples: &samples, first: &first };
     set.write(args)?;
     store.remove();
-    report(args, &samples, context)
+    Ok(summary(&samples))
 }
 
 /// Keys, inputs and number of samples by the command line.
@@ -192,6 +224,19 @@ struct DatasetRun<'a> {
     memory: u64,
     /// The engine, if it is not that of the template.
     engine: Option<Engine>,
+    observer: &'a DatasetObserver<'a>,
+}
+
+/// Tells solves of an interruption; their steps are no steps of the run.
+struct Interruption<'a>(&'a dyn Progress);
+
+impl Progress for Interruption<'_> {
+    fn begin(&self, _: &str, _: u64) {}
+    fn advance(&self, _: u64) {}
+    fn end(&self) {}
+    fn is_interrupted(&self) -> bool {
+        self.0.is_interrupted()
+    }
 }
 
 impl DatasetRun<'_> {
@@ -216,18 +261,19 @@ impl DatasetRun<'_> {
     fn first_sample(&mut self) -> Result<Solution, Failure> {
         if self.engine.is_none() && self.scene(0)?.options().engine == Engine::Auto {
             self.engine = Some(Engine::Spectral);
-            if let Ok(found) = self.solve(0, &NoProgress) {
+            if let Ok(found) = self.solve(0) {
                 return Ok(found);
             }
             self.engine = None;
         }
-        self.solve(0, &NoProgress)
+        self.solve(0)
     }
     /// Solves a sample.
-    fn solve(&self, sample: usize, progress: &dyn Progress) -> Result<Solution, Failure> {
+    fn solve(&self, sample: usize) -> Result<Solution, Failure> {
         let scene = self.scene(sample)?;
         let hash = scene_hash(&scene);
-        let settings = SolveSettings::new(self.memory, progress);
+        let interruption = Interruption(self.observer.progress);
+        let settings = SolveSettings::new(self.memory, &interruption);
         let mut solution = zonal_solve::solve_with_settings(scene, &settings)
             .map_err(|e| of_sample(sample, &Failure::in_file(&self.args.template, e)))?;
         solution.scene_hash = hash;
@@ -235,7 +281,7 @@ impl DatasetRun<'_> {
     }
     /// The numbers of a sample; refused with its message if it cannot be solved or has another layout than the first.
     fn sample(&self, sample: usize, layout: &Layout) -> (Sample, Option<String>) {
-        match self.solve(sample, &NoProgress) {
+        match self.solve(sample) {
             Err(e) => (Sample::refused(), Some(e.to_string())),
             Ok(solution) => match Sample::of(&solution) {
                 (own, found) if found == *layout => (own, None),
@@ -247,13 +293,8 @@ impl DatasetRun<'_> {
         }
     }
     /// All samples, block by block; those in the store are not solved again.
-    fn solve_all(
-        &self,
-        count: usize,
-        layout: &Layout,
-        store: &SampleStore,
-        progress: &dyn Progress,
-    ) -> Vec<Sample> {
+    fn solve_all(&self, count: usize, layout: &Layout, store: &SampleStore) -> Vec<Sample> {
+        let progress = self.observer.progress;
         let length = layout.arrays.iter().map(|a| a.shape.iter().product::<usize>()).sum();
         let (mut all, mut failures) = (Vec::with_capacity(count), 0);
         progress.begin("samples", count as u64);
@@ -275,7 +316,7 @@ impl DatasetRun<'_> {
             for message in solved.iter().filter_map(|s| s.1.as_ref()) {
                 failures += 1;
                 if failures <= MAX_LISTED_FAILURES {
-                    note(message);
+                    (self.observer.note)(message);
                 }
             }
             let samples: Vec<Sample> = solved.into_iter().map(|s| s.0).collect();
@@ -348,22 +389,28 @@ impl Dataset<'_> {
     }
 }
 
-/// Prints the number of samples by status and the largest residual.
-fn report(args: &Args, samples: &[Sample], context: Context) -> Result<(), Failure> {
+/// The number of samples by status and the largest residual.
+fn summary(samples: &[Sample]) -> DatasetSummary {
     let count = |status| samples.iter().filter(|s| s.status == status).count();
     let [converged, not_converged, refused] =
         [SampleStatus::Converged, SampleStatus::NotConverged, SampleStatus::Refused].map(count);
-    let residual = samples.iter().map(|s| s.energy_residual).filter(|r| !r.is_nan()).fold(0.0, f64::max);
+    let residuals = samples.iter().map(|s| s.energy_residual).filter(|r| !r.is_nan());
+    let energy_residual = residuals.fold(0.0, f64::max);
+    DatasetSummary { samples: samples.len(), converged, not_converged, refused, energy_residual }
+}
+
+/// Prints the summary.
+fn report(args: &Args, summary: &DatasetSummary, context: Context) -> Result<(), Failure> {
+    let DatasetSummary { samples, converged, not_converged, refused, energy_residual: residual } = *summary;
     let path = args.output.display().to_string();
     match context.json {
         true => say(&format!(
             "{:#}",
-            json!({ "samples": samples.len(), "converged": converged, "not_converged": not_converged,
+            json!({ "samples": samples, "converged": converged, "not_converged": not_converged,
                 "refused": refused, "largest_energy_residual": residual, "written": path })
         ))?,
         false => say(&format!(
-            "{} samples: {converged} converged, {not_converged} not converged, {refused} refused\nlargest energy residual {residual:.1e} of the power exchanged\nwritten: {path}",
-            samples.len()
+            "{samples} samples: {converged} converged, {not_converged} not converged, {refused} refused\nlargest energy residual {residual:.1e} of the power exchanged\nwritten: {path}"
         ))?,
     }
     if refused > 0 || (context.strict && not_converged > 0) {

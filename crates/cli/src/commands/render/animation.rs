@@ -7,7 +7,6 @@ use super::args::{Args, parse_size, render_options};
 use super::style::PictureStyle;
 use crate::camera_animation::{AnimationFrame, animation_frames};
 use crate::commands::context::{Context, read_picture_solution};
-use crate::progress::ProgressBars;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -48,13 +47,35 @@ struct FrameSettings {
 /// # Errors
 /// As `zonal render`, and for key frames that are not valid.
 pub fn run(args: &Args, path: &Path, context: Context) -> Result<(), Failure> {
-    // Check the arguments, read solution and key frames.
-    let size = parse_size(&args.size)?;
-    let style = PictureStyle::from_args(args)?;
-    check_folder(&args.output)?;
-    let options = render_options(args, size);
+    let settings = FrameArguments::from_args(args)?;
     let solution = read_picture_solution(&args.run)?;
-    let keys = read_keys(path, &solution)?;
+    let summary = write((args, path), settings, &solution, &context.progress())?;
+    if context.json { summary.print_json(args) } else { summary.print_text(args) }
+}
+
+/// Size and style of the frames, from arguments that were checked.
+pub(super) struct FrameArguments {
+    size: (usize, usize),
+    style: PictureStyle,
+}
+
+impl FrameArguments {
+    pub(super) fn from_args(args: &Args) -> Result<FrameArguments, Failure> {
+        let (size, style) = (parse_size(&args.size)?, PictureStyle::from_args(args)?);
+        check_folder(&args.output)?;
+        Ok(FrameArguments { size, style })
+    }
+}
+
+/// Draws the frames that are missing, of a solution that pictures show, and the video; `path` has the key frames.
+pub(super) fn write(
+    (args, path): (&Args, &Path),
+    FrameArguments { size, style }: FrameArguments,
+    solution: &Solution,
+    progress: &dyn Progress,
+) -> Result<AnimationSummary, Failure> {
+    let options = render_options(args, size);
+    let keys = read_keys(path, solution)?;
     let frames = animation_frames(&keys);
     for f in &frames {
         f.camera
@@ -62,22 +83,21 @@ pub fn run(args: &Args, path: &Path, context: Context) -> Result<(), Failure> {
             .map_err(|e| Failure::in_file(path, format!("{e}; move the keys around this time")))?;
     }
     // Draw the frames that are missing.
-    let exposure = keys.exposure.map_or_else(|| common_exposure(&solution, &keys, &options), Ok)?;
+    let exposure = keys.exposure.map_or_else(|| common_exposure(solution, &keys, &options), Ok)?;
     std::fs::create_dir_all(&args.output).map_err(|e| {
         Failure::new(format!("{}: the folder cannot be created ({e}); choose another", args.output.display()))
     })?;
     let settings = FrameSettings { exposure, options, style };
-    let files = frame_files(frames, &solution, &settings, &args.output);
-    let drawn = draw_missing(&solution, &files, &settings, &context.progress())?;
+    let files = frame_files(frames, solution, &settings, &args.output);
+    let drawn = draw_missing(solution, &files, &settings, progress)?;
     output::remove_stale_temporaries(&args.output);
     // Encode the video.
     let video = encode_video(&args.output, keys.frames_per_second, files.len());
-    let summary = AnimationSummary { size, exposure, frames: files.len(), drawn, video };
-    if context.json { summary.print_json(args) } else { summary.print_text(args) }
+    Ok(AnimationSummary { size, exposure, frames: files.len(), drawn, video })
 }
 
 /// Result of an animation.
-struct AnimationSummary {
+pub(super) struct AnimationSummary {
     size: (usize, usize),
     exposure: f64,
     frames: usize,
@@ -222,7 +242,7 @@ fn draw_missing(
     solution: &Solution,
     files: &[FrameFile],
     settings: &FrameSettings,
-    progress: &ProgressBars,
+    progress: &dyn Progress,
 ) -> Result<DrawnFrames, Failure> {
     let FrameSettings { options, style, .. } = settings;
     let is_missing = |f: &&FrameFile| {
@@ -248,7 +268,7 @@ fn draw_missing(
 }
 
 /// One progress bar for the rows of all frames.
-struct RowsOfAllFrames<'a>(&'a ProgressBars);
+struct RowsOfAllFrames<'a>(&'a dyn Progress);
 
 impl Progress for RowsOfAllFrames<'_> {
     fn begin(&self, _: &str, _: u64) {}
@@ -256,6 +276,9 @@ impl Progress for RowsOfAllFrames<'_> {
         self.0.advance(steps);
     }
     fn end(&self) {}
+    fn is_interrupted(&self) -> bool {
+        self.0.is_interrupted()
+    }
 }
 
 /// Options of ffmpeg for the input: errors only, overwrite, frames by number.

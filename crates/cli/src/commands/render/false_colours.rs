@@ -10,7 +10,7 @@ use zonal_io::output::{self, ColourMap, ScalarImage};
 use zonal_render::{ItemBuffer, PaneVisibility};
 use zonal_report::plot::AxisScale;
 use zonal_report::{Failure, check_output, say};
-use zonal_scene::{Bands, Camera, Fields, Solution};
+use zonal_scene::{Bands, Camera, Fields, Progress, Solution};
 
 /// Linear colour of pixels without a zone.
 const BACKGROUND: [f32; 3] = [1.0; 3];
@@ -79,7 +79,7 @@ impl FieldQuantity {
 }
 
 /// Settings of a picture in false colours, from the arguments.
-struct FieldPictureSettings {
+pub(super) struct FieldPictureSettings {
     quantity: FieldQuantity,
     size: (usize, usize),
     range: Option<(f64, f64)>,
@@ -90,7 +90,7 @@ struct FieldPictureSettings {
 }
 
 impl FieldPictureSettings {
-    fn from_args(args: &Args, quantity: FieldQuantity) -> Result<FieldPictureSettings, Failure> {
+    pub(super) fn from_args(args: &Args, quantity: FieldQuantity) -> Result<FieldPictureSettings, Failure> {
         let size = parse_size(&args.size)?;
         if size.0.max(size.1) > MAX_SIDE {
             let reason = format!("with --show a side has at most {MAX_SIDE} pixels");
@@ -230,38 +230,48 @@ pub fn run(args: &Args, quantity: FieldQuantity, context: Context) -> Result<(),
     // Check the arguments and read the solution.
     let settings = FieldPictureSettings::from_args(args, quantity)?;
     let solution = output::read_solution(&args.run)?;
-    let Some((values, rounding)) = quantity.values(&solution) else {
+    let summary = write(args, &settings, &solution, &context.progress())?;
+    if context.json { summary.print_json(args) } else { summary.print_text(args) }
+}
+
+/// Draws and writes a picture in false colours of a solution.
+pub(super) fn write(
+    args: &Args,
+    settings: &FieldPictureSettings,
+    solution: &Solution,
+    progress: &dyn Progress,
+) -> Result<FieldPictureSummary, Failure> {
+    let quantity = settings.quantity;
+    let Some((values, rounding)) = quantity.values(solution) else {
         let reason = "exists only in mode = \"thermal\", and this is a solution of light; show radiosity or irradiance";
         return Err(Failure::in_file(&args.run, format!("--show: {} {reason}", quantity.name())));
     };
     if let Some(slice) = settings.slice {
-        check_slice(&solution, slice)?;
+        check_slice(solution, slice)?;
     }
-    let camera = select_camera(&solution, args.camera.as_deref(), settings.size)?;
-    let progress = context.progress();
+    let camera = select_camera(solution, args.camera.as_deref(), settings.size)?;
     // Find the zone of each pixel.
     let panes = if quantity.is_thermal() { PaneVisibility::Opaque } else { PaneVisibility::Transparent };
-    let view = ItemBuffer::new(&solution, &camera, settings.size, panes);
+    let view = ItemBuffer::new(solution, &camera, settings.size, panes);
     let view = match settings.slice {
         Some((axis, coordinate)) => view.with_slice(axis, coordinate),
         None => view,
     };
-    let zones = view.zones(&progress);
-    check_visible(args, &solution, quantity, (&zones, &camera))?;
+    let zones = view.zones(progress);
+    check_visible(args, solution, quantity, (&zones, &camera))?;
     let visible = visible_values(&zones, &values);
     // Write values or colours.
     let scale = if settings.writes_values {
-        write_values(args, &settings, &visible)?;
+        write_values(args, settings, &visible)?;
         None
     } else {
-        let scale = choose_scale(&settings, &visible, rounding)?;
+        let scale = choose_scale(settings, &visible, rounding)?;
         let colour = |z: Option<usize>| z.map_or(BACKGROUND, |z| scale.colour(values[z]));
-        let picture = view.false_colours(&colour, &progress);
-        write_colours(args, &settings, (&picture, &scale, visible.without_value), &solution)?;
+        let picture = view.false_colours(&colour, progress);
+        write_colours(args, settings, (&picture, &scale, visible.without_value), solution)?;
         Some(scale)
     };
-    let summary = FieldPictureSummary::new(&settings, camera, &visible, scale);
-    if context.json { summary.print_json(args) } else { summary.print_text(args) }
+    Ok(FieldPictureSummary::new(settings, camera, &visible, scale))
 }
 
 /// Refuses a picture without any zone.
@@ -355,7 +365,7 @@ fn write_colours(
 }
 
 /// Properties of a written picture.
-struct FieldPictureSummary {
+pub(super) struct FieldPictureSummary {
     quantity: FieldQuantity,
     size: (usize, usize),
     camera: Camera,

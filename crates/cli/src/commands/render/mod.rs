@@ -8,8 +8,34 @@ pub mod style;
 
 pub use args::Args;
 
-use super::context::Context;
+use super::context::{Context, check_picture};
+use std::path::PathBuf;
 use zonal_report::Failure;
+use zonal_scene::{Progress, Solution};
+
+/// Draws a solution in memory as [`run`] draws that of a file; returns the path of the picture or of the folder of frames.
+///
+/// # Errors
+/// As [`run`].
+pub fn write(args: &Args, solution: &Solution, progress: &dyn Progress) -> Result<PathBuf, Failure> {
+    match (args.show, &args.animate) {
+        (Some(quantity), _) => {
+            let settings = false_colours::FieldPictureSettings::from_args(args, quantity)?;
+            false_colours::write(args, &settings, solution, progress)?;
+        }
+        (None, Some(path)) => {
+            let settings = animation::FrameArguments::from_args(args)?;
+            check_picture(&args.run, solution)?;
+            animation::write((args, path), settings, solution, progress)?;
+        }
+        (None, None) => {
+            let settings = picture::PictureArguments::from_args(args)?;
+            check_picture(&args.run, solution)?;
+            picture::write(args, &settings, solution, progress)?;
+        }
+    }
+    Ok(args.output.clone())
+}
 
 /// Runs the command.
 ///

@@ -18,14 +18,9 @@ const CLIPPED_FRACTION_NOTE: f64 = 1e-3;
 /// # Errors
 /// As `zonal render`.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
-    let size = parse_size(&args.size)?;
-    let style = PictureStyle::from_args(args)?;
-    check_lens(args)?;
-    check_picture_output(args)?;
+    let settings = PictureArguments::from_args(args)?;
     let solution = read_picture_solution(&args.run)?;
-    let camera = camera_with_lens(args, &solution)?;
-    let image = zonal_render::render(&solution, &camera, &render_options(args, size), &context.progress());
-    let saved = save(&args.output, image, &style)?;
+    let (camera, saved) = write(args, &settings, &solution, &context.progress())?;
     let warnings: Vec<Diagnostic> = sky_in_medium(&solution.scene).into_iter().collect();
     if context.json {
         print_json(args, &camera, &saved, &warnings)?;
@@ -33,6 +28,34 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         print_text(args, &camera, &saved, &warnings)?;
     }
     context.check_warnings(&warnings)
+}
+
+/// Size and style of a picture, from arguments that were checked.
+pub(super) struct PictureArguments {
+    size: (usize, usize),
+    style: PictureStyle,
+}
+
+impl PictureArguments {
+    pub(super) fn from_args(args: &Args) -> Result<PictureArguments, Failure> {
+        let (size, style) = (parse_size(&args.size)?, PictureStyle::from_args(args)?);
+        check_lens(args)?;
+        check_picture_output(args)?;
+        Ok(PictureArguments { size, style })
+    }
+}
+
+/// Draws and writes a picture of a solution that pictures show.
+pub(super) fn write(
+    args: &Args,
+    settings: &PictureArguments,
+    solution: &Solution,
+    progress: &dyn Progress,
+) -> Result<(Camera, SavedPicture), Failure> {
+    let camera = camera_with_lens(args, solution)?;
+    let image = zonal_render::render(solution, &camera, &render_options(args, settings.size), progress);
+    let saved = save(&args.output, image, &settings.style)?;
+    Ok((camera, saved))
 }
 
 /// Refuses lenses that are not valid.

@@ -2,57 +2,78 @@
 
 use std::path::Path;
 use zonal_io::input::{
-    FacetFile, View3dControls, View3dFile, View3dOutput, View3dSurface, View3dSurfaceKind, read_facets,
-    read_view3d,
+    FacetFile, InputError, View3dControls, View3dFile, View3dOutput, View3dSurface, View3dSurfaceKind,
+    read_facets, read_view3d,
 };
 use zonal_io::output::ViewFactorFormat;
-use zonal_math::Vec3;
 use zonal_report::Failure;
 use zonal_view_factors::{ConvexPolygon, FacetSet, convex_parts, without};
 
 /// The facets of a computation.
-pub(super) struct FactorGeometry {
+#[derive(Clone, Debug, Default)]
+pub struct FactorGeometry {
+    /// Surfaces and obstructions, m.
     pub set: FacetSet,
+    /// Name of each surface; of meshes that of its part or material.
     pub names: Vec<String>,
+    /// Emissivity of each surface; 1 in meshes.
     pub emissivities: Vec<f64>,
     /// Of an input file of View3D.
     pub controls: Option<View3dControls>,
+    /// Notes of the readers.
     pub notes: Vec<String>,
-    /// Corners in the order in which they were added, m.
-    corners: Vec<Vec3>,
 }
 
 impl FactorGeometry {
-    fn new() -> FactorGeometry {
-        FactorGeometry {
-            set: FacetSet::new(),
-            names: Vec::new(),
-            emissivities: Vec::new(),
-            controls: None,
-            notes: Vec::new(),
-            corners: Vec::new(),
-        }
+    /// True if the file of the geometry states that it is an enclosure.
+    #[must_use]
+    pub fn is_enclosure(&self) -> bool {
+        self.controls.as_ref().is_some_and(|c| c.enclosure)
     }
 
-    /// Numbers that tell one geometry from another.
-    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
-        let size = [self.set.len() as f64, self.corners.len() as f64];
-        size.into_iter().chain(self.corners.iter().flat_map(|c| c.array()))
-    }
-
-    fn add_surface(&mut self, name: &str, emissivity: f64, parts: Vec<ConvexPolygon>) {
-        // The surface's number separates its corners from those of the next.
-        self.corners.push(Vec3::splat(self.set.len() as f64));
-        self.corners.extend(parts.iter().flat_map(|p| p.corners()));
+    /// Adds a surface that is the union of polygons.
+    pub fn add_surface(&mut self, name: &str, emissivity: f64, parts: Vec<ConvexPolygon>) {
         self.set.add_parts(parts);
         self.names.push(name.to_string());
         self.emissivities.push(emissivity);
     }
 
-    fn add_obstruction(&mut self, corners: &[Vec3]) {
-        self.corners.push(Vec3::splat(-1.0));
-        self.corners.extend(corners);
-        self.set.add_obstruction(corners);
+    /// Adds the facets of a mesh, which hide from both sides and have no factors.
+    pub fn add_obstructions(&mut self, mesh: FacetFile) {
+        self.notes.extend(mesh.notes);
+        mesh.facets.iter().flatten().for_each(|corners| {
+            self.set.add_obstruction(corners);
+        });
+    }
+}
+
+/// Why facets cannot be read.
+#[derive(Debug)]
+pub enum ReadFailure {
+    /// The file cannot be read, or is no such file.
+    Input(InputError),
+    /// The file has no facets, or needs what is not computed.
+    Content(Failure),
+}
+
+impl From<InputError> for ReadFailure {
+    fn from(e: InputError) -> ReadFailure {
+        ReadFailure::Input(e)
+    }
+}
+
+impl From<Failure> for ReadFailure {
+    fn from(e: Failure) -> ReadFailure {
+        ReadFailure::Content(e)
+    }
+}
+
+impl From<ReadFailure> for Failure {
+    fn from(e: ReadFailure) -> Failure {
+        match e {
+            ReadFailure::Input(e) => e.into(),
+            ReadFailure::Content(e) => e,
+        }
     }
 }
 
@@ -66,23 +87,24 @@ pub(super) fn format_of(controls: &View3dControls) -> ViewFactorFormat {
 }
 
 /// Reads facets by the extension of their file, and obstructions from a mesh.
-pub(super) fn read(input: &Path, obstructions: Option<&Path>) -> Result<FactorGeometry, Failure> {
+///
+/// # Errors
+/// If a file cannot be read, has no facets, or needs what is not computed.
+pub fn read(input: &Path, obstructions: Option<&Path>) -> Result<FactorGeometry, ReadFailure> {
     let is_view3d = input.extension().is_some_and(|e| e.eq_ignore_ascii_case("vs3"));
     let mut geometry = if is_view3d { of_view3d(input, read_view3d(input)?)? } else { of_mesh(input)? };
     if let Some(path) = obstructions {
-        let mesh = read_facets(path)?;
-        geometry.notes.extend(mesh.notes);
-        mesh.facets.iter().flatten().for_each(|corners| geometry.add_obstruction(corners));
+        geometry.add_obstructions(read_facets(path)?);
     }
     Ok(geometry)
 }
 
-fn of_mesh(path: &Path) -> Result<FactorGeometry, Failure> {
-    of_facets(path, read_facets(path)?)
+fn of_mesh(path: &Path) -> Result<FactorGeometry, ReadFailure> {
+    Ok(of_facets(path, read_facets(path)?)?)
 }
 
 fn of_facets(path: &Path, mesh: FacetFile) -> Result<FactorGeometry, Failure> {
-    let mut geometry = FactorGeometry::new();
+    let mut geometry = FactorGeometry::default();
     for (parts, name) in mesh.facets.iter().zip(&mesh.names) {
         let parts = parts.iter().flat_map(|c| convex_parts(c)).collect();
         geometry.add_surface(name, 1.0, parts);
@@ -112,12 +134,14 @@ fn of_view3d(path: &Path, file: View3dFile) -> Result<FactorGeometry, Failure> {
         let rest = inner.fold(convex_parts(&s.corners), |rest, p| without(rest, &p));
         parts[target(k)].extend(rest);
     }
-    let mut geometry = FactorGeometry::new();
+    let mut geometry = FactorGeometry::default();
     for (k, s) in surfaces.iter().enumerate().filter(|(k, s)| radiating(s) && target(*k) == *k) {
         geometry.add_surface(&s.name, s.emissivity, std::mem::take(&mut parts[k]));
     }
     let hiding = surfaces.iter().filter(|s| s.kind == View3dSurfaceKind::Obstruction);
-    hiding.for_each(|s| geometry.add_obstruction(&s.corners));
+    hiding.for_each(|s| {
+        geometry.set.add_obstruction(&s.corners);
+    });
     if geometry.set.is_empty() {
         return Err(Failure::in_file(path, "this file has no radiating surface (S); add one"));
     }

@@ -1,13 +1,12 @@
 //! `zonal view-factors`: view factors of the facets of a mesh or of an input file of View3D, without a medium.
 
 mod args;
-mod geometry;
+pub mod geometry;
 mod report;
 
-pub use args::Args;
+pub use args::{Args, OutputFormat};
 
 use super::context::{Context, check_tolerance, memory_limit};
-use args::OutputFormat;
 use geometry::FactorGeometry;
 use std::path::Path;
 use std::time::Instant;
@@ -18,7 +17,9 @@ use zonal_io::output::{
 use zonal_math::Bounded;
 use zonal_report::{Failure, check_output, note};
 use zonal_scene::{CheckpointStore, NoCheckpoints};
-use zonal_view_factors::{FactorRows, Openness, RowClosing, ScriptFactors, ViewFactorSettings, ViewFactors};
+use zonal_view_factors::{
+    FacetSet, FactorRows, Openness, RowClosing, ScriptFactors, ViewFactorSettings, ViewFactors,
+};
 
 /// Runs the command.
 ///
@@ -42,7 +43,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     if let Some(e) = folder.as_ref().and_then(CheckpointFolder::failure) {
         note(&format!("the cache could not be written: {e}"));
     }
-    let format = format(args, &geometry)?;
+    let by_file = geometry.controls.as_ref().map(geometry::format_of);
+    let format = choose_format(&args.output, args.format, by_file)?;
     let report = report::FactorReport::of(&geometry, &factors);
     let closed = settings.surroundings == Openness::Closed;
     write(args, &geometry, factors, format, closed)?;
@@ -50,7 +52,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
 }
 
 fn settings(args: &Args, geometry: &FactorGeometry) -> Result<ViewFactorSettings, Failure> {
-    let closed = args.enclosure || geometry.controls.as_ref().is_some_and(|c| c.enclosure);
+    let closed = args.enclosure || geometry.is_enclosure();
     let up = args.up as usize;
     if up != 2 && (args.period_x.is_some() || args.period_y.is_some()) {
         return Err(Failure::new("--period-x, --period-y: these need --up z; turn the geometry"));
@@ -65,9 +67,16 @@ fn settings(args: &Args, geometry: &FactorGeometry) -> Result<ViewFactorSettings
     })
 }
 
-/// The format of the output: by the option, the extension, or the file of View3D.
-fn format(args: &Args, geometry: &FactorGeometry) -> Result<ViewFactorFormat, Failure> {
-    let extension = args.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+/// The format of the output: the one asked for, else by the extension, else the one of a file of View3D.
+///
+/// # Errors
+/// If the extension has another format than the one asked for.
+pub fn choose_format(
+    output: &Path,
+    asked: Option<OutputFormat>,
+    by_file: Option<ViewFactorFormat>,
+) -> Result<ViewFactorFormat, Failure> {
+    let extension = output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     let by_extension = match extension.as_deref() {
         Some("npz") => Some(ViewFactorFormat::Npz),
         Some("csv") => Some(ViewFactorFormat::Csv),
@@ -75,7 +84,7 @@ fn format(args: &Args, geometry: &FactorGeometry) -> Result<ViewFactorFormat, Fa
         Some("bin") => Some(ViewFactorFormat::View3dBinary),
         _ => None,
     };
-    let chosen = args.format.map(|f| match f {
+    let chosen = asked.map(|f| match f {
         OutputFormat::Text => ViewFactorFormat::View3dText,
         OutputFormat::Binary => ViewFactorFormat::View3dBinary,
         OutputFormat::Sparse => ViewFactorFormat::SparseText,
@@ -85,8 +94,13 @@ fn format(args: &Args, geometry: &FactorGeometry) -> Result<ViewFactorFormat, Fa
             "--format: this extension has a format of its own; write .txt or .out, or leave the option out",
         ));
     }
-    let by_file = geometry.controls.as_ref().map(geometry::format_of);
     Ok(chosen.or(by_extension).or(by_file).unwrap_or(ViewFactorFormat::View3dText))
+}
+
+/// Identity of the batches of a computation in a folder.
+#[must_use]
+pub fn checkpoint_keys(set: &FacetSet, settings: &ViewFactorSettings) -> CheckpointKeys {
+    CheckpointKeys::of_numbers("view factors", set.checkpoint_numbers(settings))
 }
 
 /// The folder of finished batches: emptied if they belong to other facets or settings.
@@ -95,11 +109,7 @@ fn open_cache(
     geometry: &FactorGeometry,
     settings: &ViewFactorSettings,
 ) -> Result<CheckpointFolder, Failure> {
-    let period = |k: usize| settings.periods[k].unwrap_or(0.0);
-    let open = f64::from(u8::from(settings.surroundings == Openness::Open));
-    let numbers = [settings.tolerance, settings.up as f64, period(0), period(1), open];
-    let all = numbers.into_iter().chain(geometry.numbers());
-    let folder = CheckpointFolder::new(path, CheckpointKeys::of_numbers("view factors", all));
+    let folder = CheckpointFolder::new(path, checkpoint_keys(&geometry.set, settings));
     match folder.state() {
         CheckpointState::Matching => {}
         CheckpointState::Empty => folder.begin()?,
@@ -125,16 +135,46 @@ fn write(
     let scripted = args.script_f || geometry.controls.as_ref().is_some_and(|c| c.emittances);
     let script = scripted.then(|| factors.script_factors(&geometry.emissivities)).transpose();
     let script = script.map_err(|e| Failure::in_file(&args.input, e))?;
+    let labels = FactorLabels { names: &geometry.names, emissivities: &geometry.emissivities, enclosure };
+    let sky = write_factors(&args.output, format, (factors, script.as_ref()), &labels)?;
+    if let Some(path) = &args.sky {
+        let lines: String = sky.iter().map(|s| format!("{s:.8}\n")).collect();
+        output::write_bytes(path, format!("# sky view factors\n{lines}").as_bytes())?;
+    }
+    Ok(())
+}
+
+/// What a file of factors has beside them.
+#[derive(Clone, Copy, Debug)]
+pub struct FactorLabels<'a> {
+    /// Name of each surface.
+    pub names: &'a [String],
+    /// Emissivity of each surface.
+    pub emissivities: &'a [f64],
+    /// True if the surfaces form an enclosure.
+    pub enclosure: bool,
+}
+
+/// Writes view factors, or total exchange factors in their place; returns the factors to the sky.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_factors(
+    path: &Path,
+    format: ViewFactorFormat,
+    (factors, script): (ViewFactors, Option<&ScriptFactors>),
+    labels: &FactorLabels<'_>,
+) -> Result<Vec<f64>, Failure> {
     let mut rows = factors.into_rows();
-    if let Some(script) = &script {
+    if let Some(script) = script {
         replace_by_script_factors(&mut rows, script);
     }
     let part = |b: &[Bounded], f: fn(&Bounded) -> f64| b.iter().map(f).collect::<Vec<f64>>();
     let sky = part(&rows.sky, |b| b.value);
     let table = ViewFactorTable {
         areas: &rows.areas,
-        emissivities: &geometry.emissivities,
-        names: &geometry.names,
+        emissivities: labels.emissivities,
+        names: labels.names,
         row_starts: &rows.row_starts,
         columns: &rows.columns,
         values: &rows.values,
@@ -144,15 +184,11 @@ fn write(
         ground: &part(&rows.ground, |b| b.value),
         ground_radii: &part(&rows.ground, |b| b.radius),
         defects: &rows.defects,
-        enclosure,
-        scripted,
+        enclosure: labels.enclosure,
+        scripted: script.is_some(),
     };
-    write_view_factors(&args.output, format, &table)?;
-    if let Some(path) = &args.sky {
-        let lines: String = sky.iter().map(|s| format!("{s:.8}\n")).collect();
-        output::write_bytes(path, format!("# sky view factors\n{lines}").as_bytes())?;
-    }
-    Ok(())
+    write_view_factors(path, format, &table)?;
+    Ok(sky)
 }
 
 /// Dense rows of total exchange factors in place of view factors.
