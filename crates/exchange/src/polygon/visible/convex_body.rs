@@ -176,7 +176,7 @@ mod tests {
     use zonal_math::vec3;
 
     /// The unit cube; corner k has the bits of k as coordinates.
-    pub(crate) fn cube() -> ConvexBody {
+    fn cube() -> ConvexBody {
         let corners =
             (0..8).map(|k| vec3(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2))).collect();
         let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
