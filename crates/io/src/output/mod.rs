@@ -57,7 +57,7 @@ pub use npz::arrays::{
 };
 pub use report::notes::notes_json;
 pub use report::report_json;
-pub use scene_hash::{factors_hash, scene_hash};
+pub use scene_hash::scene_hash;
 pub use solution::{read_solution, read_solution_from_bytes, solution_bytes, write_solution};
 pub use view_factors::{ViewFactorFormat, ViewFactorTable, write_view_factors};
 pub use vtk::vti::write_vti;

@@ -108,7 +108,7 @@ fn hash_triple(h: &mut WordHasher, scene: &Scene) {
 
 /// The hash of all that the exchange factors and the direct light of a scene depend on: without reflectances, albedos, the emission of
 /// zones that are no direct lights, and the settings of the iteration. 64 hexadecimal digits.
-pub fn factors_hash(scene: &Scene) -> String {
+pub(crate) fn factors_hash(scene: &Scene) -> String {
     let mut h = WordHasher::new();
     scene.triples().for_each(|triple| hash_factors(&mut h, triple));
     hash_bands(&mut h, scene);
