@@ -16,7 +16,9 @@ pub(crate) fn parse<T: Args>(name: &'static str, arguments: &[String]) -> PyResu
     let matches = command.try_get_matches_from(arguments);
     matches.and_then(|m| T::from_arg_matches(&m)).map_err(|e| {
         let text = e.to_string();
-        let line = text.lines().next().unwrap_or("the arguments are not valid");
+        // The first paragraph: a list of missing arguments follows its line.
+        let paragraph: Vec<&str> = text.lines().take_while(|l| !l.trim().is_empty()).map(str::trim).collect();
+        let line = paragraph.join(" ");
         refused(format!("{}; see zonal {name} --help", line.trim_start_matches("error: ")))
     })
 }
@@ -66,7 +68,7 @@ pub(crate) fn validate(
     py: Python<'_>,
     settings: CaseSettings,
     progress: Option<&Bound<'_, PyAny>>,
-    threads: Option<usize>,
+    threads: Option<i64>,
 ) -> PyResult<(String, bool)> {
     let CaseSettings { only, quick, list, output, reference, scenes } = settings;
     let options = ValidationOptions { only, quick, list, output, reference, scenes, json: true };

@@ -14,7 +14,7 @@ pub(crate) fn write_dataset(
     py: Python<'_>,
     arguments: Vec<String>,
     progress: Option<&Bound<'_, PyAny>>,
-    threads: Option<usize>,
+    threads: Option<i64>,
 ) -> PyResult<Vec<String>> {
     let arguments = parse::<dataset::Args>("dataset", &arguments)?;
     let call = CallSettings { threads, progress };

@@ -117,7 +117,7 @@ pub(crate) fn exchange(
     scene: &Scene,
     settings: AreaSettings,
     progress: Option<&Bound<'_, PyAny>>,
-    threads: Option<usize>,
+    threads: Option<i64>,
 ) -> PyResult<ExchangeAreas> {
     let AreaSettings { tolerance, memory_limit, direct_only } = settings;
     zonal_cli::commands::context::check_tolerance(tolerance).map_err(|e| of_failure(&e))?;
@@ -208,7 +208,7 @@ impl ExchangeAreas {
         py: Python<'_>,
         path: PathBuf,
         progress: Option<&Bound<'_, PyAny>>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Vec<PathBuf>> {
         zonal_report::check_output(&path, &["npz", "csv", "mtx"]).map_err(|e| of_failure(&e))?;
         let call = CallSettings { threads, progress };

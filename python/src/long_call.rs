@@ -89,7 +89,7 @@ impl<T> Slot<T> {
 #[derive(Clone, Copy)]
 pub(crate) struct CallSettings<'a, 'py> {
     /// Number of threads; all cores without one.
-    pub(crate) threads: Option<usize>,
+    pub(crate) threads: Option<i64>,
     /// A function of the stage, the steps done and their number.
     pub(crate) progress: Option<&'a Bound<'py, PyAny>>,
 }

@@ -169,7 +169,7 @@ pub(crate) fn render<'py>(
     camera: CameraChoice,
     settings: PictureSettings,
     progress: Option<&Bound<'py, PyAny>>,
-    threads: Option<usize>,
+    threads: Option<i64>,
 ) -> PyResult<Bound<'py, PyAny>> {
     settings.check()?;
     let call = CallSettings { threads, progress };
@@ -200,7 +200,7 @@ pub(crate) fn preview<'py>(
     solution: &Solution,
     camera: CameraChoice,
     settings: PictureSettings,
-    threads: Option<usize>,
+    threads: Option<i64>,
 ) -> PyResult<Preview<'py>> {
     settings.check()?;
     let call = CallSettings { threads, progress: None };
@@ -232,7 +232,7 @@ pub(crate) fn page(
     max_vertices: usize,
     first_band: usize,
     progress: Option<&Bound<'_, PyAny>>,
-    threads: Option<usize>,
+    threads: Option<i64>,
 ) -> PyResult<String> {
     use zonal_cli::commands::context::{check_uniform_light, with_shown_bands};
     use zonal_cli::viewer::{package, page};

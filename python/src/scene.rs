@@ -67,7 +67,7 @@ impl Scene {
     /// Reads a scene file.
     #[staticmethod]
     #[pyo3(signature = (path, threads=None))]
-    fn read(py: Python<'_>, path: PathBuf, threads: Option<usize>) -> PyResult<Scene> {
+    fn read(py: Python<'_>, path: PathBuf, threads: Option<i64>) -> PyResult<Scene> {
         let pool = threads::pool(threads)?;
         let read = py.detach(|| pool.install(|| zonal_io::input::read_scene(&path)));
         let scene = read.map_err(|e| of_input(&e, DocumentOrigin::File))?;
@@ -83,7 +83,7 @@ impl Scene {
         base: PathBuf,
         arrays: &Bound<'_, PyDict>,
         name: &str,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Scene> {
         let borrowed = arrays::borrow_all(arrays)?;
         let memory = arrays::in_memory(&borrowed)?;
@@ -131,7 +131,7 @@ pub(crate) fn check(
     changes: SolveChanges,
     memory_limit: u64,
     progress: Option<&Bound<'_, PyAny>>,
-    threads: Option<usize>,
+    threads: Option<i64>,
 ) -> PyResult<String> {
     let scene = scene.with_changes(&changes)?;
     let start = Instant::now();

@@ -243,7 +243,7 @@ pub(crate) fn solve(
     changes: SolveChanges,
     settings: RunSettings,
     progress: Option<&Bound<'_, PyAny>>,
-    threads: Option<usize>,
+    threads: Option<i64>,
 ) -> PyResult<Solution> {
     let scene = scene.with_changes(&changes)?;
     let factors = voxel_factors(&settings.factors)?;
@@ -453,7 +453,7 @@ impl Solution {
         py: Python<'_>,
         changes: RelightChanges,
         progress: Option<&Bound<'_, PyAny>>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Solution> {
         let call = CallSettings { threads, progress };
         let relit = self.run(py, call, move |s, observer| changes.apply(s.clone(), observer))?;
@@ -467,7 +467,7 @@ impl Solution {
         py: Python<'_>,
         arguments: Vec<String>,
         progress: Option<&Bound<'_, PyAny>>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<PathBuf> {
         let arguments = crate::command::parse::<render::Args>("render", &arguments)?;
         let settings = CallSettings { threads, progress };
@@ -482,7 +482,7 @@ impl Solution {
         py: Python<'_>,
         arguments: Vec<String>,
         progress: Option<&Bound<'_, PyAny>>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Vec<PathBuf>> {
         let arguments = crate::command::parse::<export::Args>("export", &arguments)?;
         let settings = CallSettings { threads, progress };

@@ -73,7 +73,7 @@ impl StateSolver {
         py: Python<'_>,
         areas: &ExchangeAreas,
         progress: Option<&Bound<'_, PyAny>>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<StateSolver> {
         let data = areas.state(py, CallSettings { threads, progress })?;
         StateSolver::new(data.map_err(|e| of_scene(&e))?)
@@ -164,7 +164,7 @@ impl StateSolver {
         &self,
         py: Python<'py>,
         progress: Option<&Bound<'py, PyAny>>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let Some(mut solver) = self.lock().take() else {
             return Err(refused("the solver is at work in another thread; make another one"));

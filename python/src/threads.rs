@@ -9,7 +9,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Largest number of threads, as on the command line.
-const MAX_THREADS: usize = 1024;
+const MAX_THREADS: i64 = 1024;
 
 struct KeptPool {
     process: u32,
@@ -21,11 +21,12 @@ struct KeptPool {
 static KEPT: Mutex<Option<KeptPool>> = Mutex::new(None);
 
 /// A pool of a number of threads, of all cores without one.
-pub(crate) fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
+pub(crate) fn pool(threads: Option<i64>) -> PyResult<Arc<ThreadPool>> {
     if let Some(n) = threads.filter(|n| !(1..=MAX_THREADS).contains(n)) {
         return Err(refused(format!("threads: {n} is out of range; give 1 to {MAX_THREADS}")));
     }
-    let (threads, process) = (threads.unwrap_or(0), std::process::id());
+    let threads = threads.and_then(|n| usize::try_from(n).ok()).unwrap_or(0);
+    let process = std::process::id();
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
     match kept.take() {
         Some(old) if old.process != process => std::mem::forget(old),

@@ -132,7 +132,7 @@ pub(crate) fn view_factors<'py>(
     obstacles: Vec<Bound<'py, PyAny>>,
     settings: FactorSettings,
     progress: Option<&Bound<'py, PyAny>>,
-    threads: Option<usize>,
+    threads: Option<i64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let mut geometry = read_faces(mesh)?;
     obstacles.iter().try_for_each(|o| add_obstacles(&mut geometry, o))?;
@@ -282,7 +282,7 @@ pub(crate) fn script_factors<'py>(
     factors: FactorArrays<'py>,
     emissivity: Vec<f64>,
     progress: Option<&Bound<'py, PyAny>>,
-    threads: Option<usize>,
+    threads: Option<i64>,
 ) -> PyResult<MatrixWithRadii<'py>> {
     let native = factors.native()?;
     let n = native.len();
@@ -317,7 +317,7 @@ pub(crate) fn write_view_factors(
     factors: FactorArrays<'_>,
     path: PathBuf,
     settings: FileSettings,
-    threads: Option<usize>,
+    threads: Option<i64>,
 ) -> PyResult<()> {
     use clap::ValueEnum;
     zonal_report::check_output(&path, &["csv", "mtx", "txt", "out", "bin"]).map_err(|e| of_failure(&e))?;

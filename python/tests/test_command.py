@@ -248,7 +248,8 @@ def test_data_sets_have_the_bits_of_the_command(run, tmp_path):
         ({"vary": {"medium.heat_source": (1, 0)}}, "lower number first"),
         ({"vary": {"medium.heat_source": (1, 2, 3)}}, "tuple"),
         ({"inputs": {"medium.heat_source": [1, 2], "medium.extinction": [1]}}, "length"),
-        ({}, "vary"),
+        ({}, "vary, inputs"),
+        ({"vary": {"medium.heat_source": (0, 1)}, "inputs": {"medium.heat_source": [1]}}, "vary, inputs"),
     ):
         with pytest.raises(zn.InputError, match=match):
             scene.dataset(**bad)
@@ -271,7 +272,7 @@ def test_pictures_in_files_have_the_bits_of_the_command(run, tmp_path):
         (lit, "a.png", ["--stops", "-1", "--contrast", "1.3", "--bloom", "0.1"], {"stops": -1, "contrast": 1.3, "bloom": 0.1}),
         (lit, "b.exr", ["--samples", "2"], {"samples": 2}),
         (hot, "c.png", ["--show", "net-flux", "--range", "-2e4,6e4"], {"show": "net_flux", "range": (-2e4, 6e4)}),
-        (hot, "d.png", ["--show", "temperature", "--slice", "x=1", "--log"], {"show": "temperature", "slice": ("x", 1), "log": True}),
+        (hot, "d.png", ["--show", "temperature", "--slice", "x=1.0", "--log"], {"show": "temperature", "slice": ("x", 1), "log": True}),
         (lit, "frames", ["--animate", keys], {"animate": keys}),
     ]
     for solution, name, options, settings in cases:

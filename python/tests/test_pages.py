@@ -7,6 +7,8 @@ import re
 import pytest
 from conftest import ROOT
 
+import zonal as zn
+
 PAGES = ("README.md", "python/README.md", "docs/tutorials/python.md", "docs/how-to/view-factors.md")
 
 
@@ -18,3 +20,13 @@ def test_blocks_run(page, tmp_path, monkeypatch):
     names: dict[str, object] = {}
     for block in blocks:
         exec(compile(block, page, "exec"), names)  # noqa: S102
+
+
+def test_a_pyvista_sphere_in_a_box():
+    pytest.importorskip("pyvista")
+    (block,) = re.findall(r"^```py\n(.*?)^```$", (ROOT / "docs/how-to/view-factors.md").read_text(encoding="utf-8"), re.M | re.S)
+    names: dict[str, object] = {}
+    exec(compile("import zonal as zn\n" + block, "sphere", "exec"), names)  # noqa: S102
+    factors = names["F"]
+    assert isinstance(factors, zn.ViewFactors)
+    assert abs(factors.row_sums - 1).max() < 1e-9 and 0 < factors.radius.data.max() < 1e-3

@@ -158,6 +158,9 @@ def test_matrices_without_scipy(monkeypatch):
     assert isinstance(own, zn.CompressedRows) and np.array_equal(own.toarray(), wanted)
     x = np.arange(float(len(f)))
     assert np.allclose(own @ x, wanted @ x) and np.allclose(own.sum(axis=0), wanted.sum(axis=0))
+    assert own[0, -1] == wanted[0, -1] and all(own[i, i] == 0 for i in range(len(f))) and np.array_equal(np.asarray(own), wanted)
+    with pytest.raises(IndexError):
+        own[len(f), 0]
     assert own.nnz == len(own.indices) and "entries" in repr(own)
 
 
@@ -192,6 +195,7 @@ def test_script_f_and_groups():
 def test_meshes_of_other_packages_and_paths(tmp_path):
     vertices, faces = room([0, 0, 0], [1, 2, 3])
     wanted = zn.view_factors((vertices, faces), surroundings=False).matrix.toarray()
+    assert np.array_equal(zn.view_factors(vertices[faces], surroundings=False).matrix.toarray(), wanted)
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
     for k, face in enumerate(faces):
         lines += [f"usemtl wall{k % 2}", "f " + " ".join(str(v + 1) for v in face)]
@@ -227,6 +231,9 @@ def test_polygons_of_many_corners():
         ({"period_y": 1.0, "up": "y"}, "period_y"),
         ({"max_memory": -1.0}, "max_memory"),
         ({"threads": 0}, "threads"),
+        ({"threads": -1}, "threads"),
+        ({"tolerance": "small"}, "tolerance: 'small'"),
+        ({"tolerance": None}, "tolerance: None"),
         ({"obstacles": 3}, "mesh"),
     ],
 )
@@ -237,7 +244,7 @@ def test_errors(arguments, match):
 
 def test_errors_of_meshes_and_files(tmp_path):
     vertices, faces = room([0, 0, 0], [1, 1, 1])
-    for mesh, match in (((vertices, faces + 5), "vert"), ((vertices * np.nan, faces), "finite"), ((vertices, faces[:0]), "no faces"), ((vertices, [[0, 1, 2], [0, 1]]), "three corners"), (tmp_path / "no.obj", "no.obj"), ("no.xyz", "kind of mesh")):
+    for mesh, match in (((vertices, faces + 5), "vert"), ((vertices * np.nan, faces), "finite"), ((vertices, faces[:0]), "no faces"), ((vertices, []), "no faces"), ((vertices[:, :2], faces), "shape"), ((vertices.astype(complex), faces), "complex128"), ((vertices.astype(str), faces), "real numbers"), ((vertices, faces + 0.5), "whole numbers"), (vertices, "shape"), ((vertices, [[0, 1, 2], [0, 1]]), "three corners"), (tmp_path / "no.obj", "no.obj"), ("no.xyz", "kind of mesh")):
         with pytest.raises(zn.InputError, match=match):
             zn.view_factors(mesh)
     with pytest.raises(MemoryError):

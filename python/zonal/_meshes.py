@@ -45,12 +45,14 @@ class MeshArrays(NamedTuple):
 
 
 def mesh_arrays(mesh: Any) -> MeshArrays:
-    """The arrays of a mesh: (vertices, faces), pyvista, trimesh or meshio."""
+    """The arrays of a mesh: (vertices, faces), corners of faces, pyvista, trimesh or meshio."""
     if isinstance(mesh, (tuple, list)):
         pair = cast("list[Any]", mesh)
         if len(pair) != 2:
             raise InputError(f"mesh: a tuple of {len(pair)} is no mesh; give (vertices, faces)")
         return _uniform(pair[0], pair[1])
+    if isinstance(mesh, np.ndarray):
+        return _of_polygons(cast("npt.NDArray[Any]", mesh))
     if hasattr(mesh, "cells_dict"):
         return _of_meshio(mesh)
     if hasattr(mesh, "points") and hasattr(mesh, "faces"):
@@ -60,7 +62,7 @@ def mesh_arrays(mesh: Any) -> MeshArrays:
     if hasattr(mesh, "extract_surface"):
         return _of_pyvista(mesh.extract_surface())
     raise InputError(
-        f"mesh: a {type(mesh).__name__} is no mesh; give (vertices, faces), a path, "
+        f"mesh: a {type(mesh).__name__} is no mesh; give (vertices, faces), an array of shape (faces, corners, 3), a path, "
         "or a mesh of pyvista, trimesh or meshio"
     )
 
@@ -71,9 +73,13 @@ def is_path(value: Any) -> bool:
 
 
 def _vertices(vertices: Any) -> Floats:
-    array = np.ascontiguousarray(vertices, dtype=np.float64)
-    if array.ndim == 2 and array.shape[1] == 2:
-        array = np.column_stack([array, np.zeros(len(array))])
+    array = np.asarray(vertices)
+    if array.dtype.kind not in "fiuO":
+        raise InputError(f"mesh: the vertices are of the type {array.dtype}; give real numbers")
+    try:
+        array = np.ascontiguousarray(array, dtype=np.float64)
+    except (TypeError, ValueError) as e:
+        raise InputError(f"mesh: the vertices are no numbers ({e}); give an array of shape (vertices, 3)") from e
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"mesh: the vertices have the shape {array.shape}; give an array of shape (vertices, 3)")
     return array
@@ -89,7 +95,17 @@ def _indices(indices: Any) -> Integers:
 _NONE: Integers = np.empty(0, dtype=np.int64)
 
 
+def _of_polygons(polygons: npt.NDArray[Any]) -> MeshArrays:
+    """The mesh of the corners of its faces, (faces, corners, 3)."""
+    if polygons.ndim != 3 or polygons.shape[1] < 3 or polygons.shape[2] != 3:
+        raise InputError(f"mesh: the array has the shape {polygons.shape}; give (vertices, faces), or an array of shape (faces, corners, 3)")
+    faces = np.arange(polygons.shape[0] * polygons.shape[1], dtype=np.int64).reshape(polygons.shape[:2])
+    return _uniform(polygons.reshape(-1, 3), faces)
+
+
 def _uniform(vertices: Any, faces: Any) -> MeshArrays:
+    if isinstance(faces, (list, tuple)) and not faces:
+        raise InputError("mesh: there are no faces; give at least one")
     if isinstance(faces, (list, tuple)) and len({np.size(face) for face in cast("list[Any]", faces)}) > 1:
         lists = [_indices(face).reshape(-1) for face in cast("list[Any]", faces)]
         if any(len(face) < 3 for face in lists):
@@ -122,6 +138,14 @@ def _of_pyvista(mesh: Any) -> MeshArrays:
     return MeshArrays(_vertices(mesh.points), padded[is_corner], starts, 0, _NONE, [])
 
 
+def _points_of_meshio(mesh: Any) -> Floats:
+    """The points of a mesh of meshio, those of a plane at z = 0."""
+    points = np.asarray(mesh.points)
+    if points.ndim == 2 and points.shape[1] == 2:
+        points = np.column_stack([points, np.zeros(len(points))])
+    return _vertices(points)
+
+
 def _of_meshio(mesh: Any) -> MeshArrays:
     counts: list[Integers] = []
     corners: list[Integers] = []
@@ -138,10 +162,10 @@ def _of_meshio(mesh: Any) -> MeshArrays:
         corners.append(data.reshape(-1))
         kept.append(k)
     if not counts:
-        return MeshArrays(_vertices(mesh.points), _NONE, _NONE, 3, _NONE, [])
+        return MeshArrays(_points_of_meshio(mesh), _NONE, _NONE, 3, _NONE, [])
     starts = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int64)
     material_of_face, materials = _materials_of_meshio(mesh, kept)
-    return MeshArrays(_vertices(mesh.points), np.concatenate(corners), starts, 0, material_of_face, materials)
+    return MeshArrays(_points_of_meshio(mesh), np.concatenate(corners), starts, 0, material_of_face, materials)
 
 
 def _materials_of_meshio(mesh: Any, blocks: list[int]) -> tuple[Integers, list[str]]:

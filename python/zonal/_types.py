@@ -22,7 +22,7 @@ VoxelValues: TypeAlias = Any
 """A number or bands; or an array of shape (nx, ny, nz), an ``xarray.DataArray`` with the dimensions x, y, z, or ``{"file": …, "scale": …}``."""
 
 Mesh: TypeAlias = Any
-"""``(vertices, faces)``; a mesh of pyvista, trimesh or meshio; or the path of a mesh file."""
+"""``(vertices, faces)``; the corners of faces, (faces, corners, 3); a mesh of pyvista, trimesh or meshio; or the path of a mesh file."""
 
 Path: TypeAlias = str | os.PathLike[str]
 

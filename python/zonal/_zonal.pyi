@@ -2,7 +2,7 @@
 Native part of the package `zonal`.
 """
 
-from _typeshed import SupportsGetItem, SupportsLenAndGetItem
+from _typeshed import SupportsGetItem
 from os import PathLike
 from pathlib import Path
 import typing
@@ -11,7 +11,7 @@ import numpy
 import numpy.typing
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["ExchangeAreas", "Scene", "Solution", "StateSolver", "check", "combined_view_factors", "encode_png", "exchange", "gas", "keys", "page", "preview", "render", "run_command", "script_factors", "solve", "validate", "version", "view_factors"]
+__all__ = ["ExchangeAreas", "Scene", "Solution", "StateSolver", "check", "combined_view_factors", "encode_png", "exchange", "gas", "keys", "page", "preview", "render", "run_command", "script_factors", "solve", "validate", "version", "view_factors", "write_dataset", "write_view_factors"]
 
 @final
 class ExchangeAreas:
@@ -129,6 +129,10 @@ class Solution:
         """
         Names of the cameras.
         """
+    def draw(self, /, arguments: SupportsGetItem[int, str], progress: Any | None = None, threads: SupportsIndex | None = None) -> Path:
+        """
+        Writes a picture or frames with the arguments of `zonal render`; returns the path.
+        """
     def export(self, /, arguments: SupportsGetItem[int, str], progress: Any | None = None, threads: SupportsIndex | None = None) -> list[Path]:
         """
         Writes the solution for other programs, with the arguments of `zonal export`; returns the paths of the files.
@@ -172,9 +176,9 @@ class Solution:
         """
         Reads a solution from a file.
         """
-    def relight(self, /, factors: SupportsGetItem[int, tuple[str, SupportsLenAndGetItem[SupportsFloat | SupportsIndex]]]) -> Solution:
+    def relight(self, /, changes: Any, progress: Any | None = None, threads: SupportsIndex | None = None) -> Solution:
         """
-        The solution with its light groups scaled.
+        The solution with other light groups, reflectances or albedo.
         """
     @property
     def report(self, /) -> str:
@@ -279,7 +283,7 @@ def keys() -> list[tuple[str, str, str, str, str]]:
     The keys of scene files: path, type, unit, default, description.
     """
 
-def page(solution: Solution, max_vertices: SupportsIndex, progress: Any | None = None, threads: SupportsIndex | None = None) -> str:
+def page(solution: Solution, max_vertices: SupportsIndex, first_band: SupportsIndex = 0, progress: Any | None = None, threads: SupportsIndex | None = None) -> str:
     """
     The page of the viewer with the data of the solution, one HTML text.
     """
@@ -322,4 +326,14 @@ def version() -> str:
 def view_factors(mesh: Any, obstacles: SupportsGetItem[int, Any], settings: Any, progress: Any | None = None, threads: SupportsIndex | None = None) -> dict[str, typing.Any]:
     """
     The view factors of the faces of a mesh: arrays by name.
+    """
+
+def write_dataset(arguments: SupportsGetItem[int, str], progress: Any | None = None, threads: SupportsIndex | None = None) -> list[str]:
+    """
+    Writes the file of `zonal dataset` with its arguments; returns the notes on samples.
+    """
+
+def write_view_factors(factors: dict[str, typing.Any], path: str | PathLike[str], settings: Any, threads: SupportsIndex | None = None) -> None:
+    """
+    Writes the file that `zonal view-factors` writes.
     """

@@ -107,7 +107,8 @@ def read_dataset(path: Path) -> Dataset:
     except OSError as e:
         raise FileError(f"{source}: cannot be read ({e}); give a data set", source) from e
     except (KeyError, ValueError, TypeError, IndexError, AttributeError) as e:
-        raise FileError(f"{source}: this is no data set ({e}); write it again", source) from e
+        reason = f" ({e})" if isinstance(e, KeyError) else ""
+        raise FileError(f"{source}: this is no data set{reason}; write it again", source) from e
     return found
 
 

@@ -48,6 +48,8 @@ class CompressedRows:
     >>> m = zn.CompressedRows(np.array([2.0, 3.0]), np.array([1, 0]), np.array([0, 1, 2]), (2, 2))
     >>> m.toarray().tolist(), (m @ np.array([1.0, 10.0])).tolist()
     ([[0.0, 2.0], [3.0, 0.0]], [20.0, 3.0])
+    >>> float(m[0, 1]), np.asarray(m).sum()
+    (2.0, np.float64(5.0))
     """
 
     def __init__(
@@ -78,11 +80,21 @@ class CompressedRows:
         """The product with a vector of shape (columns,)."""
         return np.bincount(self._rows(), weights=self.data * np.asarray(x)[self.indices], minlength=self.shape[0])
 
+    def __getitem__(self, place: tuple[int, int]) -> Any:
+        """The entry of a row and a column."""
+        row, column = (int(np.arange(n)[k]) for n, k in zip(self.shape, place, strict=True))
+        start, end = self.indptr[row], self.indptr[row + 1]
+        k = start + np.searchsorted(self.indices[start:end], column)
+        return self.data[k] if k < end and self.indices[k] == column else self.data.dtype.type(0)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        return self.toarray().astype(dtype or self.data.dtype, copy=False)
+
     def _rows(self) -> npt.NDArray[Any]:
         return np.repeat(np.arange(self.shape[0]), np.diff(self.indptr))
 
     def __repr__(self) -> str:
-        return f"<zonal.CompressedRows: {self.shape[0]} x {self.shape[1]}, {self.nnz} entries>"
+        return f"<zonal.CompressedRows: {self.shape[0]} x {self.shape[1]}, {self.nnz} entries; toarray() has all>"
 
 
 class ViewFactors:
@@ -469,7 +481,9 @@ class ViewFactors:
         except OSError as e:
             raise FileError(f"{source}: cannot be read ({e}); give a file of ViewFactors.save", source) from e
         except (KeyError, ValueError, TypeError, AttributeError, InputError) as e:
-            raise FileError(f"{source}: this holds no view factors of ViewFactors.save ({e}); save them again", source) from e
+            # numpy's own text speaks of pickled objects where a file is no .npz.
+            reason = f" ({e})" if isinstance(e, (KeyError, InputError)) else ""
+            raise FileError(f"{source}: this holds no view factors of ViewFactors.save{reason}; save them again", source) from e
         return ViewFactors(arrays, names if names != [str(i) for i in range(n)] else ())
 
     # Display.
@@ -498,6 +512,13 @@ class ViewFactors:
 # Arrays that stand in a file under the names that scipy and the command know.
 _WRITTEN_ONCE = ("areas", "columns", "row_starts", "defects")
 _AXES = ("x", "y", "z")
+
+
+def _number(name: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: {value!r} is no number; give one") from None
 
 
 def _native_mesh(mesh: Mesh) -> Any:
@@ -541,7 +562,8 @@ def view_factors(
     Parameters
     ----------
     mesh : mesh or path
-        ``(vertices, faces)`` with arrays of shape (vertices, 3) and (faces, 3) or (faces, 4), or faces as a list of lists of any length;
+        ``(vertices, faces)`` with arrays of shape (vertices, 3) and (faces, 3) or (faces, 4), or faces as a list of lists of any length; the corners of
+        the faces, (faces, corners, 3);
         ``pyvista.PolyData``, ``trimesh.Trimesh`` or ``meshio.Mesh``; or the path of a mesh file or of an input file of View3D (``.vs3``); m. A face sees with its front, from which its corners run counter-clockwise. Rows keep the order of the faces.
     obstacles : mesh, path or list of them, optional
         Faces that hide from both sides and exchange nothing. A pair ``(vertices, faces)`` is one mesh as a tuple.
@@ -599,7 +621,7 @@ def view_factors(
     if up not in _AXES:
         raise InputError(f"up: '{up}' is no axis; give x, y or z")
     settings: dict[str, Any] = {
-        "tolerance": float(tolerance),
+        "tolerance": _number("tolerance", tolerance),
         "closing": closing,
         "surroundings": surroundings,
         "up": _AXES.index(up),

@@ -952,6 +952,8 @@ class Scene:
         import tempfile
         import warnings
 
+        if bool(vary) == (inputs is not None):
+            raise InputError("vary, inputs: give either the numbers to vary with their distributions, or their values")
         with tempfile.TemporaryDirectory() as folder:
             template = self._path if self._path is not None and self.document == self._original else _Path(folder) / "scene.toml"
             if template.parent == _Path(folder):
