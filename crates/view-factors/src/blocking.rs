@@ -14,11 +14,18 @@
 //! opening outwards, so that it hides what stands on the ground beside it. The largest ball about the middle inside the solid and the smallest around
 //! it decide most segments.
 
-use crate::bounds::Bounds;
+use crate::bounds::{Bounds, ball_about_middle};
 use crate::occluders::MergedOccluder;
 use std::borrow::Cow;
 use zonal_exchange::polygon::visible::ConvexBody;
 use zonal_math::Vec3;
+
+/// Points, or directions, and one of their hull.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hull<'a> {
+    pub middle: Vec3,
+    pub corners: &'a [Vec3],
+}
 
 /// An obstruction.
 #[derive(Clone, Debug)]
@@ -49,8 +56,7 @@ impl Occluder {
             (inward, inward.dot(c[k]))
         };
         let plate_edges = if body.is_plate() { (0..c.len()).map(edge).collect() } else { Vec::new() };
-        let centre = c.iter().fold(Vec3::ZERO, |s, p| s + *p) / c.len() as f64;
-        let radius = c.iter().fold(0.0f64, |s, p| s.max((*p - centre).length()));
+        let (centre, radius) = ball_about_middle(c);
         let depth = body.planes().iter().fold(radius, |s, (n, c)| s.min(c - n.dot(centre)));
         Occluder {
             bounds: Bounds::of(c),
@@ -66,13 +72,15 @@ impl Occluder {
     /// True if the body, displaced by `shift`, meets every segment from a point of `from` to a point of `to` (weight 1) or every
     /// ray from there in a direction of `to` (weight 0), a plate at a distance of more than `contact` from their ends. False for hulls of more
     /// than [`MAX_HULL_CORNERS`] corners.
-    pub(crate) fn hides(&self, from: &[Vec3], to: &[Vec3], weight: f64, shift: Vec3, contact: f64) -> bool {
-        from.len() <= MAX_HULL_CORNERS
-            && to.len() <= MAX_HULL_CORNERS
-            && match self.body.is_plate() {
-                true => self.plate_hides(from, to, weight, shift, contact),
-                false => self.solid_hides(from, to, weight, shift, contact),
-            }
+    pub(crate) fn hides(&self, from: Hull, to: Hull, weight: f64, shift: Vec3, contact: f64) -> bool {
+        let is_small = |hull: Hull| hull.corners.len() <= MAX_HULL_CORNERS;
+        if !(is_small(from) && is_small(to) && self.crosses(from.middle, to.middle, weight, shift)) {
+            return false;
+        }
+        match self.body.is_plate() {
+            true => self.plate_hides(from.corners, to.corners, weight, shift, contact),
+            false => self.solid_hides(from.corners, to.corners, weight, shift, contact),
+        }
     }
 
     fn plate_hides(&self, from: &[Vec3], to: &[Vec3], weight: f64, shift: Vec3, contact: f64) -> bool {
@@ -143,8 +151,8 @@ impl Occluder {
         true
     }
 
-    /// A necessary condition of [`Occluder::hides`]: the same for one point and one target.
-    pub(crate) fn crosses(&self, from: Vec3, to: Vec3, weight: f64, shift: Vec3) -> bool {
+    /// The same as [`Occluder::hides`] for one point and one target.
+    fn crosses(&self, from: Vec3, to: Vec3, weight: f64, shift: Vec3) -> bool {
         if !self.body.is_plate() {
             return self.solid_meets(from, to, weight, shift, 0.0);
         }
@@ -208,15 +216,19 @@ mod tests {
         let wall = ConvexPolygon::new(wall.to_vec()).expect("a square");
         let wall = Occluder::new(MergedOccluder { body: ConvexBody::plate(&wall), has_opening: false });
         let square = |z: f64, s: f64| [[-s, -s], [s, -s], [s, s], [-s, s]].map(|[x, y]| vec3(x, y, z));
+        let hides = |from: [Vec3; 4], to: [Vec3; 4], weight: f64, shift: Vec3| {
+            let hull = |corners| Hull { middle: ball_about_middle(corners).0, corners };
+            wall.hides(hull(&from), hull(&to), weight, shift, 1e-9)
+        };
         let none = Vec3::ZERO;
         // The segments between squares of half-width 1 and 3 at equal distances cross the plane within 2.
-        assert!(wall.hides(&square(1.0, 1.0), &square(-1.0, 3.0), 1.0, none, 1e-9));
-        assert!(wall.hides(&square(-1.0, 3.0), &square(1.0, 1.0), 1.0, none, 1e-9));
-        assert!(!wall.hides(&square(1.0, 1.0), &square(-1.0, 3.1), 1.0, none, 1e-9));
-        assert!(!wall.hides(&square(1.0, 1.0), &square(1.0, 0.5), 1.0, none, 1e-9));
-        assert!(!wall.hides(&square(1.0, 1.0), &square(-1.0, 3.0), 1.0, vec3(0.1, 0.0, 0.0), 1e-9));
+        assert!(hides(square(1.0, 1.0), square(-1.0, 3.0), 1.0, none));
+        assert!(hides(square(-1.0, 3.0), square(1.0, 1.0), 1.0, none));
+        assert!(!hides(square(1.0, 1.0), square(-1.0, 3.1), 1.0, none));
+        assert!(!hides(square(1.0, 1.0), square(1.0, 0.5), 1.0, none));
+        assert!(!hides(square(1.0, 1.0), square(-1.0, 3.0), 1.0, vec3(0.1, 0.0, 0.0)));
         // Directions within 45° of the axis from a square of half-width 1 at height 1 cross within 2.
-        assert!(wall.hides(&square(1.0, 1.0), &square(-1.0, 1.0), 0.0, none, 1e-9));
-        assert!(!wall.hides(&square(1.0, 1.0), &square(-1.0, 1.1), 0.0, none, 1e-9));
+        assert!(hides(square(1.0, 1.0), square(-1.0, 1.0), 0.0, none));
+        assert!(!hides(square(1.0, 1.0), square(-1.0, 1.1), 0.0, none));
     }
 }

@@ -46,6 +46,12 @@ impl Bounds {
     }
 }
 
+/// The mean of points, and the largest distance from it, m.
+pub(crate) fn ball_about_middle(points: &[Vec3]) -> (Vec3, f64) {
+    let middle = points.iter().fold(Vec3::ZERO, |s, p| s + *p) / points.len() as f64;
+    (middle, points.iter().fold(0.0f64, |s, p| s.max((*p - middle).length())))
+}
+
 /// A node: items `first .. first + count` of the order; children follow for an inner node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TreeNode {

@@ -1,7 +1,7 @@
 //! The polygons of a computation, prepared: facets, their tree with cones of normals, occluders with theirs.
 
-use crate::blocking::Occluder;
-use crate::bounds::{Bounds, BoundsTree, TreeNode};
+use crate::blocking::{Hull, Occluder};
+use crate::bounds::{Bounds, BoundsTree, TreeNode, ball_about_middle};
 use crate::occluders::merged_occluders;
 use zonal_exchange::polygon::PreparedPolygon;
 use zonal_exchange::polygon::visible::ConvexPolygon;
@@ -30,13 +30,16 @@ pub(crate) struct PreparedFacet {
 impl PreparedFacet {
     fn new(polygon: ConvexPolygon) -> PreparedFacet {
         let c = polygon.corners();
-        let centre = polygon.middle();
-        let radius = c.iter().fold(0.0f64, |s, p| s.max((*p - centre).length()));
+        let (centre, radius) = ball_about_middle(c);
         PreparedFacet { bounds: Bounds::of(c), centre, radius, prepared: PreparedPolygon::new(polygon) }
     }
 
     pub(crate) fn polygon(&self) -> &ConvexPolygon {
         self.prepared.polygon()
+    }
+
+    pub(crate) fn hull(&self) -> Hull<'_> {
+        Hull { middle: self.centre, corners: self.polygon().corners() }
     }
 }
 
@@ -88,7 +91,7 @@ impl Geometry {
 
     /// True if occluder `k`, displaced by `shift`, hides all points of `to` (weight 1) or all its directions (weight 0) from all points of
     /// `from`.
-    pub(crate) fn hides(&self, k: usize, from: &[Vec3], to: &[Vec3], weight: f64, shift: Vec3) -> bool {
+    pub(crate) fn hides(&self, k: usize, from: Hull, to: Hull, weight: f64, shift: Vec3) -> bool {
         self.occluders[k].hides(from, to, weight, shift, self.contact)
     }
 

@@ -7,6 +7,7 @@
 //! - one occluder over all segments between them: 𝓕 = 0;
 //! - else: the visible parts, integrated adaptively, estimated.
 
+use crate::blocking::Hull;
 use crate::bounds::Bounds;
 use crate::geometry::{Geometry, PreparedFacet};
 use crate::occluder_list::{self, OccluderNode, Shifts};
@@ -146,11 +147,14 @@ impl<'a> PairTraversal<'a> {
 
     /// True if one occluder hides two boxes from each other.
     fn is_hidden(&self, a: &Bounds, b: &Bounds, occluders: &[OccluderNode]) -> bool {
-        let (from, to) = (a.centre(), b.centre());
+        let corners = (a.corners(), b.corners());
+        let (from, to) = (
+            Hull { middle: a.centre(), corners: &corners.0 },
+            Hull { middle: b.centre(), corners: &corners.1 },
+        );
         occluders.iter().any(|e| {
             let Some(k) = occluder_list::single(self.geometry, *e) else { return false };
-            let (o, shift) = (&self.geometry.occluders[k], self.shifts[e.shift as usize]);
-            o.crosses(from, to, 1.0, shift) && self.geometry.hides(k, &a.corners(), &b.corners(), 1.0, shift)
+            self.geometry.hides(k, from, to, 1.0, self.shifts[e.shift as usize])
         })
     }
 
@@ -247,9 +251,7 @@ impl<'a> PairTraversal<'a> {
                 continue;
             }
             let o = &self.geometry.occluders[k];
-            if o.crosses(a.centre, b.centre, 1.0, shift)
-                && self.geometry.hides(k, p.corners(), q.corners(), 1.0, shift)
-            {
+            if self.geometry.hides(k, a.hull(), b.hull(), 1.0, shift) {
                 // What hides this pair may hide the next one.
                 self.near.swap(0, place);
                 return Obstruction::Everything;

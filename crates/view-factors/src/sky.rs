@@ -5,6 +5,7 @@
 //! partly hidden cells of a facet are integrated together over the facet, their visible parts in closed form for each point
 //! ([`zonal_exchange::polygon::visible::obstructed_sky`]). A cell with very many occluders is divided first.
 
+use crate::blocking::Hull;
 use crate::direction_cell::DirectionCell;
 use crate::geometry::{Geometry, PreparedFacet};
 use crate::occluder_list::{self, OccluderNode};
@@ -164,12 +165,11 @@ impl<'a> SkyTraversal<'a> {
             }
             return;
         }
-        let (from, to) = (n.bounds.centre(), cell.centre());
+        let from = Hull { middle: n.bounds.centre(), corners: &n.bounds.corners() };
+        let to = Hull { middle: cell.centre(), corners: &corners };
         let hidden = near.iter().any(|e| {
             let Some(k) = occluder_list::single(g, *e) else { return false };
-            let shift = self.images.shifts[e.shift as usize];
-            g.occluders[k].crosses(from, to, 0.0, shift)
-                && g.hides(k, &n.bounds.corners(), &corners, 0.0, shift)
+            g.hides(k, from, to, 0.0, self.images.shifts[e.shift as usize])
         });
         if hidden {
             return;
@@ -211,16 +211,12 @@ impl<'a> SkyTraversal<'a> {
         let mut kept: Vec<NearOccluder> = Vec::with_capacity(before.len());
         for o in before.drain(..) {
             let bounds = self.geometry.occluders[o.occluder].bounds.shifted(o.shift);
-            let behind = kept.iter().take(MAX_HIDING_OCCLUDERS).any(|k| {
-                self.geometry.occluders[k.occluder].crosses(facet.centre, o.centre, 1.0, k.shift)
-                    && self.geometry.hides(
-                        k.occluder,
-                        facet.polygon().corners(),
-                        &bounds.corners(),
-                        1.0,
-                        k.shift,
-                    )
-            });
+            let corners = bounds.corners();
+            let to = Hull { middle: o.centre, corners: &corners };
+            let behind = kept
+                .iter()
+                .take(MAX_HIDING_OCCLUDERS)
+                .any(|k| self.geometry.hides(k.occluder, facet.hull(), to, 1.0, k.shift));
             if !behind {
                 kept.push(o);
             }
@@ -236,12 +232,12 @@ impl<'a> SkyTraversal<'a> {
         near: &[OccluderNode],
     ) -> Option<Vec<NearOccluder>> {
         let (g, p) = (self.geometry, facet.polygon());
-        let to = cell.iter().fold(Vec3::ZERO, |s, c| s + *c);
+        let to = Hull { middle: cell.iter().fold(Vec3::ZERO, |s, c| s + *c), corners: cell };
         let mut before = Vec::new();
         for e in near {
             let Some(k) = occluder_list::single(g, *e) else { continue };
             let (o, shift) = (&g.occluders[k], self.images.shifts[e.shift as usize]);
-            if o.crosses(facet.centre, to, 0.0, shift) && g.hides(k, p.corners(), cell, 0.0, shift) {
+            if g.hides(k, facet.hull(), to, 0.0, shift) {
                 return None;
             }
             let is_behind = o.body.corners().iter().all(|c| p.height(*c + shift) <= g.contact);

@@ -173,7 +173,7 @@ impl CheckpointStore for KeptFactors {
 pub struct RelightSettings<'a> {
     /// Bytes.
     pub memory_limit: u64,
-    /// What is told of progress.
+    /// Observer of the progress.
     pub progress: &'a dyn Progress,
 }
 

@@ -25,7 +25,7 @@ pub(super) enum ZoneRole {
     Reflector,
 }
 
-/// What the solved bands of a state have in common.
+/// Data of a state that all solved bands share.
 pub(super) struct Assembly<'a> {
     pub data: &'a ExchangeData,
     /// The solved bands, and their matrices.

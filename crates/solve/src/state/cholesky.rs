@@ -41,44 +41,22 @@ impl SimdKernel for DotProducts<'_> {
 
 /// Sum of the products of two lists.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    run(DotProduct { a, b })
-}
-
-struct DotProduct<'a> {
-    a: &'a [f64],
-    b: &'a [f64],
-}
-
-impl SimdKernel for DotProduct<'_> {
-    type Output = f64;
-    #[inline(always)]
-    fn evaluate(self) -> f64 {
-        let mut sums = [[0.0; LANES]; 2];
-        let (a, b) = (&self.a[..self.b.len()], self.b);
-        let (pairs, tail) = a.as_chunks::<{ 2 * LANES }>();
-        let (others, rest) = b.as_chunks::<{ 2 * LANES }>();
-        for (x, y) in pairs.iter().zip(others) {
-            for l in 0..LANES {
-                sums[0][l] += x[l] * y[l];
-                sums[1][l] += x[LANES + l] * y[LANES + l];
-            }
-        }
-        let ends: f64 = tail.iter().zip(rest).map(|(x, y)| x * y).sum();
-        sums[0].iter().zip(&sums[1]).map(|(x, y)| x + y).sum::<f64>() + ends
-    }
+    run(SumOfTerms { a, b, term: |x, y| x * y })
 }
 
 /// Sum of the squares of the products of two lists.
 pub(super) fn dot_of_squares(a: &[f64], b: &[f64]) -> f64 {
-    run(DotOfSquares { a, b })
+    run(SumOfTerms { a, b, term: |x, y| (x * y) * (x * y) })
 }
 
-struct DotOfSquares<'a> {
+/// Sum of a term of each two entries of two lists.
+struct SumOfTerms<'a, F> {
     a: &'a [f64],
     b: &'a [f64],
+    term: F,
 }
 
-impl SimdKernel for DotOfSquares<'_> {
+impl<F: Fn(f64, f64) -> f64> SimdKernel for SumOfTerms<'_, F> {
     type Output = f64;
     #[inline(always)]
     fn evaluate(self) -> f64 {
@@ -86,14 +64,13 @@ impl SimdKernel for DotOfSquares<'_> {
         let (a, b) = (&self.a[..self.b.len()], self.b);
         let (pairs, tail) = a.as_chunks::<{ 2 * LANES }>();
         let (others, rest) = b.as_chunks::<{ 2 * LANES }>();
-        let square = |x: f64, y: f64| (x * y) * (x * y);
         for (x, y) in pairs.iter().zip(others) {
             for l in 0..LANES {
-                sums[0][l] += square(x[l], y[l]);
-                sums[1][l] += square(x[LANES + l], y[LANES + l]);
+                sums[0][l] += (self.term)(x[l], y[l]);
+                sums[1][l] += (self.term)(x[LANES + l], y[LANES + l]);
             }
         }
-        let ends: f64 = tail.iter().zip(rest).map(|(x, y)| square(*x, *y)).sum();
+        let ends: f64 = tail.iter().zip(rest).map(|(x, y)| (self.term)(*x, *y)).sum();
         sums[0].iter().zip(&sums[1]).map(|(x, y)| x + y).sum::<f64>() + ends
     }
 }

@@ -7,7 +7,9 @@ use super::zone_fractions::ZoneFractions;
 use crate::exchange_areas::{AreaMatrices, ExchangeAreas};
 use crate::settings::{DEFAULT_MEMORY_LIMIT, SolveSettings, check_interrupted};
 
-use zonal_scene::{FaceMesh, MAX_BANDS, Progress, Scene, SceneError, SurfaceEmissivity, ThermalCondition};
+use zonal_scene::{
+    FaceMesh, MAX_BANDS, Progress, Scene, SceneError, SurfaceEmissivity, Thermal, ThermalCondition,
+};
 
 /// Exchange areas, properties and conditions of all zones of a thermal scene.
 #[derive(Clone, Debug, Default)]
@@ -46,8 +48,30 @@ pub struct ExchangeData {
     pub face_of_zone: Vec<Option<usize>>,
 }
 
-/// Why a scene in light mode has no thermal states.
-const LIGHT_MODE: &str = "thermal states belong to mode = \"thermal\"; give the scene temperatures or powers";
+/// The thermal data of a scene that has thermal states.
+///
+/// # Errors
+/// In light mode, and with nodes, convection or emissivities by temperature.
+fn thermal_with_states(scene: &Scene) -> Result<&Thermal, SceneError> {
+    let refused = |key: &str, what: &str| Err(SceneError::new(key, what));
+    match scene.thermal() {
+        None => refused(
+            "mode",
+            "thermal states belong to mode = \"thermal\"; give the scene temperatures or powers",
+        ),
+        Some(thermal) if thermal.network.is_some() => refused(
+            "node",
+            "thermal states have no nodes and no convection; use zonal solve for this scene, or give its surfaces temperatures or powers",
+        ),
+        Some(thermal) if thermal.emissivities.iter().any(SurfaceEmissivity::depends_on_temperature) => {
+            refused(
+                "emissivity",
+                "thermal states have constant emissivities; use zonal solve for this scene, or give numbers in place of the tables",
+            )
+        }
+        Some(thermal) => Ok(thermal),
+    }
+}
 
 impl ExchangeData {
     /// The data of exchange areas of a scene in thermal mode: samples the surroundings and the lights, and measures or restores closure as a solve does.
@@ -59,9 +83,7 @@ impl ExchangeData {
         areas: &ExchangeAreas,
         progress: &dyn Progress,
     ) -> Result<ExchangeData, SceneError> {
-        let (Some(thermal), None) = (scene.thermal(), Self::refusal(scene)) else {
-            return Err(Self::refusal(scene).unwrap_or_else(|| SceneError::new("mode", LIGHT_MODE)));
-        };
+        let thermal = thermal_with_states(scene)?;
         let (zones, n) = (&areas.zones, areas.zone_count());
         let faces = scene.faces();
         let face = |i: usize| zones.patches.get(i).and_then(|p| faces.face_of(p.facet));
@@ -119,16 +141,7 @@ impl ExchangeData {
     /// Why a scene has no thermal states: it is in light mode, has nodes or convection, or emissivities by temperature. `None` if it has.
     #[must_use]
     pub fn refusal(scene: &Scene) -> Option<SceneError> {
-        let Some(thermal) = scene.thermal() else { return Some(SceneError::new("mode", LIGHT_MODE)) };
-        if thermal.network.is_some() {
-            let what = "thermal states have no nodes and no convection; use zonal solve for this scene, or give its surfaces temperatures or powers";
-            return Some(SceneError::new("node", what));
-        }
-        let depends = thermal.emissivities.iter().any(SurfaceEmissivity::depends_on_temperature);
-        depends.then(|| {
-            let what = "thermal states have constant emissivities; use zonal solve for this scene, or give numbers in place of the tables";
-            SceneError::new("emissivity", what)
-        })
+        thermal_with_states(scene).err()
     }
 
     /// Number of zones.

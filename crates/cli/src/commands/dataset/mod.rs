@@ -86,7 +86,7 @@ impl Inputs {
     }
 }
 
-/// What is told of a run: its progress, and notes on samples and files.
+/// Receivers of the progress of a run and of notes on its samples and files.
 pub struct DatasetObserver<'a> {
     /// Progress over the samples.
     pub progress: &'a dyn Progress,

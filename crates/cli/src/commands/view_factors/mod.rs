@@ -144,7 +144,7 @@ fn write(
     Ok(())
 }
 
-/// What a file of factors has beside them.
+/// Names and emissivities of the surfaces, written into a file of factors.
 #[derive(Clone, Copy, Debug)]
 pub struct FactorLabels<'a> {
     /// Name of each surface.
