@@ -204,3 +204,54 @@ fn error_of_the_surroundings_is_stated() {
     }
     assert!(told[2] < 0.6 * told[0] && told[3] < 0.6 * told[1], "{told:?}");
 }
+
+/// A lamp of 324 patches over a floor of one patch, and a sheet that hides a fifteenth of it. Few rays of each pair meet the sheet; a mean by rays whose
+/// number depends on what they meet would miss most of it.
+#[test]
+fn pairs_of_which_a_small_part_is_hidden_are_dimmed_by_it() {
+    const TEXT: &str = r#"[solve]
+engine = "dense"
+closure = "measure"
+tolerance = 0.01
+[[surface]]
+name = "lamp"
+rectangle = { origin = [-1,-1,2], edge1 = [0,2,0], edge2 = [2,0,0] }
+reflectance = 0
+emission = 1
+sides = "front"
+[[light]]
+kind = "emitter"
+surface = "lamp"
+[[surface]]
+name = "floor"
+rectangle = { origin = [-0.4,-0.4,0], edge1 = [0.8,0,0], edge2 = [0,0.8,0] }
+reflectance = 0.8
+sides = "front"
+patch_size = 0.8
+[[surface]]
+name = "sheet"
+rectangle = { origin = [-0.1,-0.1,0.05], edge1 = [0.2,0,0], edge2 = [0,0.2,0] }
+reflectance = 0.8
+sides = "both"
+patch_size = 0.05
+"#;
+    let s = common::solve(common::read(TEXT));
+    // The mean over the floor of the irradiance by the lamp, by the midpoint rule.
+    let n = 32;
+    let points = |half: f64| (0..n).map(move |k| half * ((2 * k + 1) as f64 / n as f64 - 1.0));
+    let mut sum = 0.0;
+    for (a, b) in points(0.4).flat_map(|a| points(0.4).map(move |b| (a, b))) {
+        for (c, d) in points(1.0).flat_map(|c| points(1.0).map(move |d| (c, d))) {
+            let at = |from: f64, to: f64| from + 0.025 * (to - from);
+            let hidden = at(a, c).abs() < 0.1 && at(b, d).abs() < 0.1;
+            let r2 = (c - a).powi(2) + (d - b).powi(2) + 4.0;
+            sum += if hidden { 0.0 } else { 4.0 / (std::f64::consts::PI * r2 * r2) };
+        }
+    }
+    let want = 4.0 * sum / (n * n * n * n) as f64;
+    let floor = common::patches_of(&s, "floor");
+    assert_eq!(floor.len(), 1);
+    let [h, e] = [s.fields.direct[floor[0]], s.fields.direct_error[floor[0]]].map(|x| x.first());
+    assert!((h / want - 1.0).abs() < 0.01, "{h} ± {e}, {want}");
+    assert!((h - want).abs() < 3.0 * e + 1e-3 * want, "{h} ± {e}, {want}");
+}
