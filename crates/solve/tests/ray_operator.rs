@@ -2,41 +2,13 @@
 
 use crate::common;
 
-use common::{mean, patches_of, read, unit_room, with_site};
+use common::{mean, patches_of, read, sheet_over_floor, unit_room, with_site};
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::{Band, Bands, Scene};
 use zonal_solve::ExchangeOperator;
 use zonal_solve::ray::ray_operator::{PathContinuation, RayIncident, RayOperator};
 
 const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 1\nalbedo = 0.8\n";
-/// A lamp over a floor, and a sheet 5 cm above the floor, too high for the mesher to cut the floor along its shadow.
-const SHEET: &str = r#"
-[[surface]]
-name = "lamp"
-rectangle = { origin = [-1,-1,2], edge1 = [0,2,0], edge2 = [2,0,0] }
-reflectance = 0
-emission = 1
-sides = "front"
-[[light]]
-kind = "emitter"
-surface = "lamp"
-[[surface]]
-name = "floor"
-rectangle = { origin = [-0.4,-0.4,0], edge1 = [0.8,0,0], edge2 = [0,0.8,0] }
-reflectance = 0.8
-sides = "front"
-patch_size = FLOOR
-[[surface]]
-name = "sheet"
-rectangle = { origin = [-0.0366,-0.1366,0.05], edge1 = [-0.1,0.1732,0], edge2 = [0.1732,0.1,0] }
-reflectance = 0.8
-sides = "both"
-patch_size = 0.05
-"#;
-
-fn sheet(floor: &str) -> Scene {
-    read(&format!("[solve]\nengine = \"dense\"\nclosure = \"measure\"\n{}", SHEET.replace("FLOOR", floor)))
-}
 
 #[test]
 fn rows_of_rays_close_and_walls_are_opaque() {
@@ -142,12 +114,12 @@ fn irradiance(scene: &Scene, rays: usize, continuation: PathContinuation) -> Vec
 #[test]
 fn continued_rays_resolve_the_shadow_below_a_sheet() {
     // Small patches of the floor resolve the shadow; a single patch does not, unless rays continue from the point hit.
-    let fine = common::solve(sheet("0.04"));
+    let fine = common::solve(sheet_over_floor("0.04"));
     let below = |s: &zonal_scene::Solution| -> Vec<usize> {
         patches_of(s, "sheet").into_iter().filter(|&i| s.zones.patches[i].normal.z < 0.0).collect()
     };
     let reference = mean(&fine, &fine.fields.incident, &below(&fine));
-    let scene = sheet("0.8");
+    let scene = sheet_over_floor("0.8");
     let coarse = common::solve(scene.clone());
     let under = below(&coarse);
     let of = |h: Vec<f64>| under.iter().map(|&i| h[i]).sum::<f64>() / under.len() as f64;
