@@ -119,22 +119,16 @@ impl Exchange<'_> {
         }
         // The first band stands for all in vacuum, and decides the number of rays in a medium.
         let grey = Band::first();
-        // Rays without weight, some of them between the rims, show whether an important pair is partly visible. If the rays of the mean decided
-        // that, pairs of which few points are hidden would appear free.
         let important = self.is_important(share);
         let first = match pair.is_close() {
             true => RAYS.partial,
             false if important => RAYS.first,
             false => RAYS.unimportant,
         };
-        let (mut pilot, mut rim): (PerBand<WeightedMean>, _) = (PerBand::default(), RimVisibility::default());
-        if important {
-            self.trace_visibility(pair, 0..first, &mut pilot);
-            rim = self.occlusion.rim_visibility(a, b);
-        }
-        let start = pilot[grey].n as usize;
+        let (start, rim) = if important { self.unweighted_rays(pair, first) } else { Default::default() };
+        let partial = start.is_mixed() || rim.disagrees(RayConsensus::of(start.blocked as u64));
+        let start = start.n as usize;
         counts.rays += start as u64 + rim.rays;
-        let partial = pilot[grey].is_mixed() || rim.disagrees(RayConsensus::of(pilot[grey].blocked as u64));
         counts.partial += u64::from(partial);
         // Trace the rays of the mean.
         let rays = match important {
@@ -144,14 +138,8 @@ impl Exchange<'_> {
         };
         let mut tally: PerBand<WeightedMean> = PerBand::default();
         self.trace_visibility(pair, start..start + rays, &mut tally);
-        // Add rays to a partly visible pair until the error leaves an admissible share of power open.
-        for _ in 0..if partial { RAYS.max_rounds } else { 0 } {
-            let error = tally.iter().fold(0.0f64, |m, t| m.max(t.mean_and_error().1));
-            let (have, want) = (tally[grey].n as usize, self.rays_for(tally[grey].n as usize, share * error));
-            if !tally[grey].is_mixed() || want <= have {
-                break;
-            }
-            self.trace_visibility(pair, start + have..start + want, &mut tally);
+        if partial {
+            self.add_rays_by_error(pair, start, share, &mut tally);
         }
         counts.rays += tally[grey].n as u64;
         // Add the undetected occlusion of rays that all agree.
@@ -170,6 +158,28 @@ impl Exchange<'_> {
             PerBand::splat(with_missed(tally[grey]))
         } else {
             tally.map(with_missed)
+        }
+    }
+
+    /// What `n` rays without weight in the mean, and rays between the rims, say of an important pair.
+    ///
+    /// They show whether the pair is partly visible. If the rays of the mean decided that, pairs of which few points are hidden would appear free.
+    fn unweighted_rays(&self, pair: ZonePair, n: usize) -> (WeightedMean, RimVisibility) {
+        let mut seen: PerBand<WeightedMean> = PerBand::default();
+        self.trace_visibility(pair, 0..n, &mut seen);
+        (seen[Band::first()], self.occlusion.rim_visibility(pair.a, pair.b))
+    }
+
+    /// Adds rays to a partly visible pair, from ray `start` on, until the error leaves an admissible share of power open.
+    fn add_rays_by_error(&self, pair: ZonePair, start: usize, share: f64, tally: &mut PerBand<WeightedMean>) {
+        for _ in 0..RAYS.max_rounds {
+            let first = tally[Band::first()];
+            let error = tally.iter().fold(0.0f64, |m, t| m.max(t.mean_and_error().1));
+            let (have, want) = (first.n as usize, self.rays_for(first.n as usize, share * error));
+            if !first.is_mixed() || want <= have {
+                break;
+            }
+            self.trace_visibility(pair, start + have..start + want, tally);
         }
     }
 
