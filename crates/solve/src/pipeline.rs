@@ -407,12 +407,12 @@ fn finish(
     let progress = contexts[0].progress;
     let mut assembled = Vec::new();
     for (t, columns) in columns.into_iter().enumerate() {
-        let SolvedColumns { mut results, incident } = columns;
+        let SolvedColumns { mut results, incident, spare } = columns;
         let (fields, groups) = solution_fields::assemble(
             &contexts[t],
             &mut built[t],
             &exterior[t],
-            (&mut results, incident),
+            (&mut results, incident, spare),
             prepared[t].engine,
         );
         assembled.push((fields, groups, results));
@@ -514,7 +514,11 @@ fn solve_columns(
     if thermal::newton::is_needed(contexts[0].scene) {
         let coupled = thermal::newton::solve(&triple_engines(contexts, built, exterior))?;
         built[0].counts.push(("products with all bands".into(), coupled.products as u64));
-        let columns = coupled.results.into_iter().map(|r| SolvedColumns { results: vec![r], incident: None });
+        let columns = coupled.results.into_iter().map(|r| SolvedColumns {
+            results: vec![r],
+            incident: None,
+            spare: Vec::new(),
+        });
         return Ok((columns.collect(), Some(coupled.zones)));
     }
     let mut columns = Vec::new();

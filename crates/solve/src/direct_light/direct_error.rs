@@ -65,7 +65,7 @@ fn reflected_error(
     operator: &dyn ExchangeOperator,
     source: &SourceGroup,
     direct: &DirectLight,
-    incident: &[Bands],
+    incident: &(dyn Fn(usize) -> Bands + Sync),
 ) -> Vec<Bands> {
     let n = zones.len();
     let own: Vec<&LightField> = lights_of(source, direct).filter(|l| l.fields.len() == n).collect();
@@ -84,7 +84,7 @@ fn reflected_error(
         reflection.limit_by_random_signs(&mut first);
     }
     let later = later_reflections(zones, &own, &error, sampled);
-    let one = |i: usize| first[i] + later * incident[i].abs();
+    let one = |i: usize| first[i] + later * incident(i).abs();
     (0..n).into_par_iter().map(one).collect()
 }
 
@@ -164,8 +164,7 @@ pub(crate) fn propagate_to_groups(
 ) {
     let zones = context.zones;
     for (source, group) in context.sources.iter().zip(groups) {
-        let mut incident = vec![Bands::ZERO; zones.len()];
-        group.incident.add_to(&mut incident, group.incident_scale);
+        let incident = |i: usize| group.incident_scale * group.incident.at(i);
         let more = reflected_error(zones, operator, source, context.direct, &incident);
         fields.error.iter_mut().zip(&more).for_each(|(f, e)| *f += e);
         if !more.is_empty() && !group.error.is_empty() {

@@ -103,7 +103,7 @@ fn resumed_iteration_is_bit_identical() {
         let store = MemoryStore::default();
         let with = |n, v: &dyn CheckpointStore| {
             let stop = StoppingCriterion { residual: 1e-30, max_iterations: n };
-            solve_bands::<E, N>(system, sources, None, stop, v, &NoProgress)
+            solve_bands::<E, N>(system, sources.to_vec(), None, stop, v, &NoProgress)
         };
         let straight = with(35, &NoCheckpoints);
         with(14, &store);
