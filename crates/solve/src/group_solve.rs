@@ -13,7 +13,7 @@ use crate::zone_power::{closure_targets, reflection_weights};
 use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_scene::{Bands, Engine, LightGroup};
 
-/// Residual over the tolerance at which the iteration ends for the hierarchical engine, far below the errors of its links.
+/// Residual over the tolerance at which the iteration ends for the hierarchical engine, far below the errors of its rays.
 const RESIDUAL_OVER_TOLERANCE: f64 = 1e-4;
 
 /// Results of all groups.
@@ -77,7 +77,7 @@ fn iterate(
         if engine == Engine::Hierarchical { RESIDUAL_OVER_TOLERANCE * options.tolerance } else { 0.0 };
     let stop =
         StoppingCriterion { residual: options.residual.max(floor), max_iterations: options.max_iterations };
-    let results = conjugate_gradients::solve_in_place(
+    let results = conjugate_gradients::solve(
         &system,
         columns,
         initial.as_deref(),

@@ -55,7 +55,11 @@ pub(crate) trait ErrorModel: ExchangeOperator {
     /// Incident power of the strengths of a solution, with the error of the sum of all columns.
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
         let sum = multivector::total(self.len(), columns);
-        IncidentPower { columns: self.apply_many(columns), error: self.error(&sum) }
+        IncidentPower {
+            columns: self.apply_many(columns),
+            error: self.error(&sum),
+            column_errors: Vec::new(),
+        }
     }
     /// As [`ErrorModel::incident_power`], in the memory of the strengths; these are returned if the errors need them.
     fn incident_power_in_place(&self, columns: Vec<Vec<Bands>>) -> Result<IncidentPower, Vec<Vec<Bands>>> {
@@ -71,6 +75,8 @@ pub(crate) struct IncidentPower {
     pub columns: Vec<Vec<Bands>>,
     /// Estimated error of the sum of the columns; `None` if it follows from the closure defects of the rows.
     pub error: Option<Vec<Bands>>,
+    /// Estimated error of every column; empty if unknown.
+    pub column_errors: Vec<Vec<Bands>>,
 }
 
 /// Appends the value of its zone for every higher-order unknown; `slope_zones` as [`ExchangeOperator::slope_zones`] gives them.

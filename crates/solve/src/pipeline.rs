@@ -396,6 +396,22 @@ fn context_of<'a>(
     }
 }
 
+/// Adds to the errors of `fields` those of the powers that zones send out, unless the fields of direct solves contain them.
+fn propagate_thermal_errors(
+    contexts: &[SolveContext],
+    built: &[BuiltEngine],
+    exterior: &[SurroundingsExchange],
+    (fields, contain_sources): (&mut [&mut Fields], bool),
+) {
+    let kind = match thermal::newton::is_needed(contexts[0].scene) {
+        true => TemperatureSolve::Newton,
+        false => TemperatureSolve::Direct,
+    };
+    if kind == TemperatureSolve::Newton || !contain_sources {
+        thermal::propagate_errors(&triple_engines(contexts, built, exterior), fields, kind);
+    }
+}
+
 /// Computes fields with errors, balances the energy and writes the reports of all triples.
 fn finish(
     contexts: &[SolveContext],
@@ -406,6 +422,8 @@ fn finish(
 ) -> Result<Vec<ZonalSolution>, SceneError> {
     let progress = contexts[0].progress;
     let mut assembled = Vec::new();
+    // The errors of a final gather contain those of the powers that zones send out.
+    let contain_sources = columns.iter().all(|c| c.incident.is_some());
     for (t, columns) in columns.into_iter().enumerate() {
         let SolvedColumns { mut results, incident, spare } = columns;
         let (fields, groups) = solution_fields::assemble(
@@ -419,13 +437,8 @@ fn finish(
         check_interrupted(progress)?;
     }
     if contexts[0].scene.thermal().is_some() {
-        let kind = match thermal::newton::is_needed(contexts[0].scene) {
-            true => TemperatureSolve::Newton,
-            false => TemperatureSolve::Direct,
-        };
-        let engines = triple_engines(contexts, &built, exterior);
         let mut fields: Vec<&mut Fields> = assembled.iter_mut().map(|a| &mut a.0).collect();
-        thermal::propagate_errors(&engines, &mut fields, kind);
+        propagate_thermal_errors(contexts, &built, exterior, (&mut fields, contain_sources));
         check_interrupted(progress)?;
     }
     let mut out = Vec::new();

@@ -1,6 +1,6 @@
 //! Fields of a solution and of its light groups, with their errors, from the strengths of the iteration.
 
-use crate::direct_light::direct_error;
+use crate::direct_light::direct_error::{self, ErrorSum};
 use crate::errors::closure_error::take_unexplained_fractions;
 use crate::errors::consistency;
 use crate::errors::propagation::{errors_like, propagate_factor_errors};
@@ -31,7 +31,8 @@ pub(crate) fn assemble(
         incident.is_some() && context.scene.restores_closure() && options.scattering_orders.is_none();
     let fractions = take_unexplained_fractions(zones, &mut built.closure, surroundings);
     // Apply the operator to the solution.
-    let IncidentPower { mut columns, mut error } = incident_power(built, surroundings, results, incident);
+    let IncidentPower { mut columns, mut error, column_errors } =
+        incident_power(built, surroundings, results, incident);
     columns.iter_mut().chain(&mut error).for_each(|a| a.truncate(n));
     // Compute the fields of each group and their sum.
     spare.par_iter_mut().for_each(|x| *x = Bands::ZERO);
@@ -52,14 +53,27 @@ pub(crate) fn assemble(
     }
     let GroupAssembly { mut fields, normalization_change, .. } = assembly;
     // Propagate the errors.
+    let error_sum = if column_errors.is_empty() { ErrorSum::Linear } else { ErrorSum::Independent };
     fields.error = match error {
         Some(mut errors) => {
-            errors.par_iter_mut().enumerate().for_each(|(i, e)| *e /= zones.response(i).1);
+            let over_measure = |errors: &mut Vec<Bands>| {
+                errors.par_iter_mut().enumerate().for_each(|(i, e)| *e /= zones.response(i).1);
+            };
+            over_measure(&mut errors);
+            for (group, mut own) in groups.iter_mut().zip(column_errors) {
+                over_measure(&mut own);
+                group.error = errors_like(&group.incident, &own, group.incident_scale);
+            }
             errors
         }
         None => propagate_factor_errors(zones, built.operator.as_ref(), &fractions, results, &mut groups),
     };
-    direct_error::propagate_to_groups(context, built.operator.as_ref(), &mut fields, &mut groups);
+    direct_error::propagate_to_groups(
+        context,
+        (built.operator.as_ref(), error_sum),
+        &mut fields,
+        &mut groups,
+    );
     consistency::widen_by_closure(&fractions, &mut fields);
     fields.radiosity = radiosity(zones, &fields, fractions);
     widen_errors(context, surroundings, &groups, normalization_change, &mut fields);
@@ -75,7 +89,7 @@ fn widen_errors(
     fields: &mut Fields,
 ) {
     consistency::widen_by_residual(context.zones, groups, fields);
-    fields.error.iter_mut().zip(normalization_change).for_each(|(e, c)| *e += c);
+    fields.error.iter_mut().zip(normalization_change).for_each(|(e, c)| *e = e.hypot(c));
     add_surroundings_error(context, surroundings, fields);
     if !has_negative_source(context.zones) {
         consistency::widen_by_negative_flux(fields);

@@ -60,7 +60,7 @@ fn combined_error(lights: &[&LightField], zones: usize) -> Vec<Bands> {
 }
 
 /// Error of the reflected light `incident` of a group, W/m², caused by the errors of its direct light; empty without direct light.
-fn reflected_error(
+pub(crate) fn reflected_error(
     zones: &Zones,
     operator: &dyn ExchangeOperator,
     source: &SourceGroup,
@@ -155,10 +155,19 @@ fn later_reflections(zones: &Zones, own: &[&LightField], error: &[Bands], sample
     })
 }
 
+/// How the errors of reflected direct light join those of the engine.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ErrorSum {
+    /// By amounts.
+    Linear,
+    /// By squares: the engine samples each zone by itself, independently of the shadow rays.
+    Independent,
+}
+
 /// Adds the errors of reflected light caused by direct light to the errors of all light and of each group.
 pub(crate) fn propagate_to_groups(
     context: &SolveContext,
-    operator: &dyn ExchangeOperator,
+    (operator, sum): (&dyn ExchangeOperator, ErrorSum),
     fields: &mut Fields,
     groups: &mut [LightGroup],
 ) {
@@ -166,11 +175,15 @@ pub(crate) fn propagate_to_groups(
     for (source, group) in context.sources.iter().zip(groups) {
         let incident = |i: usize| group.incident_scale * group.incident.at(i);
         let more = reflected_error(zones, operator, source, context.direct, &incident);
-        fields.error.iter_mut().zip(&more).for_each(|(f, e)| *f += e);
+        let join = |a: &mut Bands, b: &Bands| match sum {
+            ErrorSum::Linear => *a += *b,
+            ErrorSum::Independent => *a = a.hypot(*b),
+        };
+        fields.error.iter_mut().zip(&more).for_each(|(f, e)| join(f, e));
         if !more.is_empty() && !group.error.is_empty() {
             let mut own = vec![Bands::ZERO; zones.len()];
             group.error.add_to(&mut own, group.incident_scale);
-            own.iter_mut().zip(&more).for_each(|(o, e)| *o += e);
+            own.iter_mut().zip(&more).for_each(|(o, e)| join(o, e));
             group.error = errors_like(&group.incident, &own, group.incident_scale);
         }
     }

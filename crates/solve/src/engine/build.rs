@@ -23,7 +23,7 @@ pub(crate) fn build<'a>(
     surroundings: &mut SurroundingsExchange,
 ) -> Result<BuiltEngine<'a>, SceneError> {
     match (choice.engine, choice.enclosure, choice.layers) {
-        (Engine::Hierarchical, ..) => hierarchical::build::build(context, surroundings, build_dense),
+        (Engine::Hierarchical, ..) => hierarchical::build::build(context, surroundings),
         (Engine::Spectral, Some((enclosure, order)), _) => {
             let mut built = build_spectral(context, enclosure, order, surroundings);
             built.warnings.extend(choice.note);

@@ -121,24 +121,12 @@ fn is_grey(v: &[Bands]) -> bool {
     v.par_iter().all(is_grey)
 }
 
-/// As [`solve_in_place`], with a copy of the sources.
-pub(crate) fn solve(
-    system: &LinearSystem,
-    sources: &[Vec<Bands>],
-    initial: Option<&[Vec<Bands>]>,
-    stop: StoppingCriterion,
-    checkpoints: &dyn CheckpointStore,
-    progress: &dyn Progress,
-) -> Vec<IterationResult> {
-    solve_in_place(system, sources.to_vec(), initial, stop, checkpoints, progress)
-}
-
 /// Solves s = s⁰ + w g s for every column of `sources`, from the `initial` strengths if there are any. If all bands are identical, one is solved. The
 /// strengths take the memory of the sources.
 ///
 /// The state is saved in `checkpoints` every [`CHECKPOINT_INTERVAL`] iterations as stage `state-krylov`, and resumed from there. The iteration ends
 /// early if the observer interrupts it.
-pub(crate) fn solve_in_place(
+pub(crate) fn solve(
     system: &LinearSystem,
     sources: Vec<Vec<Bands>>,
     initial: Option<&[Vec<Bands>]>,

@@ -17,7 +17,7 @@ use super::ray_tracer::{FIRST_CODE, RAY_SEED, RayEnd, RayTracer};
 use crate::direct_light::light_field::DirectLight;
 use zonal_math::direction_sampling::cosine_hemisphere;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{PerBand, Scene};
+use zonal_scene::{Patch, PerBand, Scene};
 use zonal_transport::lights::{LightSampler, Receiver};
 
 /// Limits of continued paths.
@@ -194,12 +194,16 @@ impl<'a> PathLights<'a> {
     }
 }
 
+/// True where a ray that hits a patch at this distance (m) continues from it.
+pub(crate) fn continues_from(patch: &Patch, distance: f64) -> bool {
+    distance < PATH_PARAMS.max_distance_in_patch_sizes * patch.area.sqrt()
+}
+
 impl RayTracer<'_> {
     /// The patch from which a ray with this end continues.
     fn continuing_patch(&self, end: &RayEnd) -> Option<usize> {
         let patch = self.zones.patches.get(end.zone as usize)?;
-        (end.distance < PATH_PARAMS.max_distance_in_patch_sizes * patch.area.sqrt())
-            .then_some(end.zone as usize)
+        continues_from(patch, end.distance).then_some(end.zone as usize)
     }
 
     /// Continues ray `k` of zone `i` from its end, appends the vertices, and returns the zone or the first vertex of the path.

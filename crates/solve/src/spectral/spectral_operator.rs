@@ -354,8 +354,11 @@ impl ErrorModel for SpectralOperator {
     }
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
         let copies: Vec<Vec<Bands>> = columns.to_vec();
-        self.incident_power_in_place(copies)
-            .unwrap_or_else(|found| IncidentPower { columns: found, error: None })
+        self.incident_power_in_place(copies).unwrap_or_else(|found| IncidentPower {
+            columns: found,
+            error: None,
+            column_errors: Vec::new(),
+        })
     }
     fn incident_power_in_place(&self, columns: Vec<Vec<Bands>>) -> Result<IncidentPower, Vec<Vec<Bands>>> {
         let mut found = columns;
@@ -366,7 +369,7 @@ impl ErrorModel for SpectralOperator {
             [one] => self.incident_error(one),
             all => self.incident_error(&total(self.len(), all)),
         };
-        Ok(IncidentPower { columns: found, error: Some(error) })
+        Ok(IncidentPower { columns: found, error: Some(error), column_errors: Vec::new() })
     }
     fn grade(&self) -> Grade {
         Grade::Estimated

@@ -12,7 +12,7 @@ use zonal_math::Vec3;
 use zonal_scene::{Scene, VoxelGrid, Zones};
 use zonal_transport::Transport;
 
-/// Sizes of the windows. Their errors are part of those stated at [`SmoothingParams`](super::smoothing::SmoothingParams).
+/// Sizes of the windows.
 struct WindowParams {
     /// Steps from cell to cell of the windows of a volume zone.
     voxel_steps: [usize; 2],
