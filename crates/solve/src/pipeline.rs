@@ -396,22 +396,6 @@ fn context_of<'a>(
     }
 }
 
-/// Adds to the errors of `fields` those of the powers that zones send out, unless the fields of direct solves contain them.
-fn propagate_thermal_errors(
-    contexts: &[SolveContext],
-    built: &[BuiltEngine],
-    exterior: &[SurroundingsExchange],
-    (fields, contain_sources): (&mut [&mut Fields], bool),
-) {
-    let kind = match thermal::newton::is_needed(contexts[0].scene) {
-        true => TemperatureSolve::Newton,
-        false => TemperatureSolve::Direct,
-    };
-    if kind == TemperatureSolve::Newton || !contain_sources {
-        thermal::propagate_errors(&triple_engines(contexts, built, exterior), fields, kind);
-    }
-}
-
 /// Computes fields with errors, balances the energy and writes the reports of all triples.
 fn finish(
     contexts: &[SolveContext],
@@ -436,9 +420,10 @@ fn finish(
         assembled.push((fields, groups, results));
         check_interrupted(progress)?;
     }
-    if contexts[0].scene.thermal().is_some() {
+    if let Some(kind) = TemperatureSolve::to_propagate(contexts[0].scene, contain_sources) {
+        let engines = triple_engines(contexts, &built, exterior);
         let mut fields: Vec<&mut Fields> = assembled.iter_mut().map(|a| &mut a.0).collect();
-        propagate_thermal_errors(contexts, &built, exterior, (&mut fields, contain_sources));
+        thermal::propagate_errors(&engines, &mut fields, kind);
         check_interrupted(progress)?;
     }
     let mut out = Vec::new();

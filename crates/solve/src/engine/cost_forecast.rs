@@ -23,6 +23,9 @@ const VARYING_MEDIUM_FACTOR: f64 = 2.0;
 const RAY_MICROSECONDS: f64 = 0.5;
 const SAMPLE_MICROSECONDS: f64 = 1.5;
 const ZONE_MICROSECONDS: f64 = 100.0;
+/// Samples over the expected number that the choice assumes: near the upper end of what scenes need. Where costs are close, the dense engine is taken,
+/// whose factors are more accurate than the tolerance.
+const SAMPLES_OVER_EXPECTED: f64 = 3.0;
 
 /// Expected processor seconds of both engines.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +56,8 @@ impl CostForecast {
         let factor = if varies { VARYING_MEDIUM_FACTOR } else { 1.0 };
         let rays = total_rays(zones, rays_per_zone(zones, tolerance, f64::INFINITY)) as f64;
         let n = zones.len() as f64;
-        let of_zones = n * (expected_samples(tolerance) * SAMPLE_MICROSECONDS + ZONE_MICROSECONDS);
+        let of_zones = n
+            * (SAMPLES_OVER_EXPECTED * expected_samples(tolerance) * SAMPLE_MICROSECONDS + ZONE_MICROSECONDS);
         CostForecast {
             dense: 1e-6 * factor * PAIR_MICROSECONDS[kind] * size.pairs as f64,
             hierarchical: 1e-6 * (rays * RAY_MICROSECONDS + of_zones),
