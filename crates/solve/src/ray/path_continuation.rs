@@ -22,9 +22,8 @@ use zonal_transport::lights::{LightSampler, Receiver};
 
 /// Limits of continued paths.
 ///
-/// In `scenes/sponza.toml` 71 million rays have 16 million vertices. Without continuation and adaptive resampling the pointwise error
-/// of H against the Monte Carlo reference of seed 3 is 63 %, with them 6.2 % (`zonal solve scenes/sponza.toml -o sponza.npz`;
-/// `docs/hierarchical.md`).
+/// On a ball that lies on a floor the error against light traced without zones is 1.6 % with continuation, where the zonal equations are 4.6 % off
+/// (`docs/error-against-cost.md`).
 struct PathParams {
     /// A ray from a patch continues where its length is below this many square roots of the area of the patch hit. A volume zone
     /// averages over more of a close patch, so its rays do not continue.
