@@ -1,4 +1,4 @@
-//! What a ray collects from medium and panes on its way, by expected values.
+//! The radiation of medium and panes along a ray, by expected values.
 //!
 //! A ray that ends after the distance T meets the radiosity B(t) with the density of its absorption; with l the transmittance from its origin
 //!

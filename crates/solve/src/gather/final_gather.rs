@@ -71,7 +71,7 @@ const STAGE: &str = "state-gather";
 /// Zones of one task.
 const ZONES_PER_TASK: usize = 16;
 
-/// What a gather needs beside the gatherer.
+/// The inputs of a gather beside the gatherer.
 pub(crate) struct GatherTask<'a> {
     /// Zones.
     pub zones: &'a Zones,
@@ -81,8 +81,6 @@ pub(crate) struct GatherTask<'a> {
     pub groups: usize,
     /// Relative tolerance.
     pub tolerance: f64,
-    /// Most samples of all zones together.
-    pub max_samples: f64,
     /// Incident radiation of known value and its error that the result does not contain, W/m²: that of the surroundings.
     pub known: &'a [[Bands; 2]],
     /// Mean radiosity of the rays of a zone, by its number, that the zone itself sends, of a column, W/m².
@@ -184,8 +182,7 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
         sums: vec![SampleSums::default(); 2 * n * quantities],
     });
     if sums.round == 0 {
-        let most = (task.max_samples / (2 * n.max(1)) as f64) as usize;
-        let first = |i: usize| GATHER_PARAMS.first_samples[kind_of(task.zones, i)].min(most).max(2);
+        let first = |i: usize| GATHER_PARAMS.first_samples[kind_of(task.zones, i)];
         take_samples(gatherer, task, &(0..n).map(first).collect::<Vec<_>>(), &mut sums);
     }
     let (fields, goal) = loop {
@@ -456,7 +453,6 @@ impl Goal {
             worst * (sums.counts[i] as f64).powf(0.5 * p.variance_exponent)
         };
         let deviations: Vec<f64> = (0..n).into_par_iter().map(deviation).collect();
-        let present: f64 = sums.counts.iter().map(|c| *c as f64).sum();
         let (mut wanted, mut added) = (sums.counts.clone(), 0);
         for (kind, range) in [0..zones.voxel_offset(), zones.voxel_offset()..n].into_iter().enumerate() {
             // A kind that meets its goal keeps its samples.
@@ -465,8 +461,7 @@ impl Goal {
                 continue;
             }
             let growth = over.powf(2.0 / p.variance_exponent).clamp(1.2, p.max_growth);
-            let of_kind = sums.counts[range.clone()].iter().map(|c| *c as f64).sum::<f64>();
-            let of_kind = (of_kind * growth).min(0.5 * task.max_samples * of_kind / present);
+            let of_kind = growth * sums.counts[range.clone()].iter().map(|c| *c as f64).sum::<f64>();
             let mean = of_kind / range.len().max(1) as f64;
             let sum: f64 = deviations[range.clone()].iter().sum();
             for i in range {

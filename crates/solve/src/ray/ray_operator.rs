@@ -281,7 +281,6 @@ impl RayOperator<'_> {
             windows: &windows,
             groups: columns.len(),
             tolerance: self.scene.options().tolerance,
-            max_samples: f64::INFINITY,
             known,
             own: &own,
             checkpoints,

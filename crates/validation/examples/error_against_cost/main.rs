@@ -21,6 +21,8 @@
 
 #[path = "../common/watch.rs"]
 mod watch;
+#[path = "../common/zone_sampling.rs"]
+mod zone_sampling;
 
 mod arguments;
 mod campaign;

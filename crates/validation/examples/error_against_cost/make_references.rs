@@ -3,7 +3,8 @@
 use crate::arguments::Arguments;
 use crate::reference::{Reference, ReferenceField, ReferenceZone};
 use crate::scenes::{BenchmarkScene, Error, SceneFolder};
-use crate::zones::{SceneLocator, detector, pick};
+use crate::zone_sampling::{detector, pick};
+use crate::zones::SceneLocator;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use zonal_exchange::pair::PairSettings;

@@ -1,9 +1,8 @@
 //! Zones of a scene: where points lie, which patches are at contacts, which are picked.
 
-use std::ops::Range;
+use crate::zone_sampling::detector;
 use zonal_math::Vec3;
-use zonal_reference::Rng;
-use zonal_reference::path_tracer::{Detector, WalkZones, ZoneLocator};
+use zonal_reference::path_tracer::{WalkZones, ZoneLocator};
 use zonal_scene::{Patch, Plate, PlateKind, Scene, Zones};
 use zonal_transport::Transport;
 use zonal_transport::patch_locator::{PatchLocator, clamped_parameters, pane_piece_locator};
@@ -80,19 +79,6 @@ impl ClampedPoint for Plate {
     }
 }
 
-/// Zone `i` as a detector of the path tracer.
-pub(crate) fn detector(scene: &Scene, zones: &Zones, i: usize) -> Detector {
-    if i < zones.voxel_offset() {
-        return Detector::patch(&zones.patches[i]);
-    }
-    if i >= zones.pane_offset() {
-        let z = &zones.panes[i - zones.pane_offset()];
-        return Detector::Pane { pane: z.pane, plate: z.plate };
-    }
-    let grid = scene.voxel_grid().expect("voxel zones have a voxel grid");
-    Detector::voxel(&zones.voxels[i - zones.voxel_offset()], grid)
-}
-
 /// Centre (m) and area or volume (m², m³) of zone `i`.
 pub(crate) fn place(zones: &Zones, i: usize) -> (Vec3, f64) {
     if i < zones.voxel_offset() {
@@ -104,18 +90,6 @@ pub(crate) fn place(zones: &Zones, i: usize) -> (Vec3, f64) {
         let p = &zones.panes[i - zones.pane_offset()];
         (p.plate.centre(), p.area)
     }
-}
-
-/// Up to `count` zones of a range at random, each with equal chances, ascending.
-pub(crate) fn pick(range: Range<usize>, count: usize, seed: u64) -> Vec<usize> {
-    let (mut rng, mut rest) = (Rng::new(seed), range.collect::<Vec<usize>>());
-    let mut out = Vec::new();
-    while out.len() < count && !rest.is_empty() {
-        let k = (rng.uniform() * rest.len() as f64) as usize;
-        out.push(rest.swap_remove(k.min(rest.len() - 1)));
-    }
-    out.sort_unstable();
-    out
 }
 
 /// Height in front of a patch, relative to its size, from which a facet counts as another body.
@@ -158,6 +132,7 @@ pub(crate) fn distance_to_plate(plate: &Plate, p: Vec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::zone_sampling::pick;
     use zonal_math::vec3;
 
     #[test]
