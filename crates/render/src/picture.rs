@@ -6,6 +6,7 @@
 use crate::adaptive_sampling::AdaptiveSampler;
 use crate::camera::{PerspectiveCamera, subpixel};
 use crate::image::{Image, to_pixel};
+use crate::integrator::node_lattice::Viewpoint;
 use crate::integrator::radiance::{DirectLightAccuracy, Integrator};
 use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
 use crate::options::{RENDER_PARAMS, RenderOptions};
@@ -115,12 +116,15 @@ pub fn render_each<E>(
         if options.samples == 0 { DirectLightAccuracy::Clustered } else { DirectLightAccuracy::PerFacet };
     let of_triple =
         |(s, transport)| Integrator::new(s, transport).with_gather(options.gather).with_accuracy(accuracy);
-    let integrators: Vec<Integrator> = triples.iter().copied().zip(&transports).map(of_triple).collect();
+    let mut integrators: Vec<Integrator> = triples.iter().copied().zip(&transports).map(of_triple).collect();
     for (i, camera) in cameras.iter().enumerate() {
         let focus = camera.lens.focus.or_else(|| focus_distance(&transports[0], camera));
         let camera = Camera { lens: Lens { focus, ..camera.lens }, ..camera.clone() };
+        let pixel_angle = camera.fov.to_radians() / options.width.max(1) as f64;
+        let viewpoint = Viewpoint { origin: camera.origin, pixel_angle };
         let camera = PerspectiveCamera::new(&camera, options.width, options.height);
-        let mut images = integrators.iter().map(|integrator| {
+        let mut images = integrators.iter_mut().map(|integrator| {
+            integrator.look_from(viewpoint);
             let mut image = render_pixels(integrator, &camera, options, progress);
             // Clamp negative radiances, which linear fields in optically thick voxels may leave.
             image.pixels.iter_mut().flatten().filter(|x| **x < 0.0).for_each(|x| *x = 0.0);

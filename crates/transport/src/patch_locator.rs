@@ -6,7 +6,7 @@
 //! pieces of one bin.
 
 use zonal_math::Vec3;
-use zonal_scene::{PaneZone, Plate, PlateKind, Scene, Zones};
+use zonal_scene::{PaneZone, Patch, Plate, PlateKind, Scene, Zones};
 
 /// Locates points among the pieces (patches, parts of panes) of base plates.
 ///
@@ -46,6 +46,14 @@ struct PieceMap {
     at: [f32; 2],
     rows: [[f32; 2]; 2],
     kind: PlateKind,
+}
+
+/// A locator of the patches on the sides of all facets: side 2k is the front of facet k, side 2k + 1 its back.
+pub fn facet_side_locator(scene: &Scene, zones: &Zones) -> PatchLocator {
+    let facets = scene.facets();
+    let sides: Vec<Plate> = facets.iter().flat_map(|f| [f.plate, f.plate]).collect();
+    let is_back = |p: &Patch| p.normal.dot(facets[p.facet].plate.normal()) < 0.0;
+    PatchLocator::new(&sides, zones.patches.iter().map(|p| (&p.plate, 2 * p.facet + usize::from(is_back(p)))))
 }
 
 /// The index of each pane's first plate among all pane plates, and a locator of the pieces of all panes.

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | sun without extent | shadow ray, depth of the medium from [`SunDepthCache`] | exact lit intervals, [`SingleScattering`] |
 //! | sun with an extent | the same, more samples in the penumbra | [`DeepShadowMap`] |
-//! | sky | shadow rays of the light sampler | lit intervals of sampled directions |
+//! | sky | `sky_field`, or shadow rays of the light sampler | lit intervals of sampled directions |
 //! | emitter of few facets | shadow rays of the light sampler | [`AnalyticAreaLight`], or lit intervals of sampled points |
 //! | emitter of many facets | one sample a cluster, with Russian roulette where it is faint | field of [`crate::medium::many_lights`] |
 //!
@@ -130,9 +130,20 @@ impl<'a> DirectLights<'a> {
         indirect: Bands,
         sampler: RaySampler,
     ) -> Bands {
+        self.irradiance_but((point, normal), indirect, sampler, &|_| false)
+    }
+
+    /// The same but for the lights that `skip` selects.
+    pub(crate) fn irradiance_but(
+        &self,
+        (point, normal): (Vec3, Vec3),
+        indirect: Bands,
+        sampler: RaySampler,
+        skip: &dyn Fn(&LightSampler) -> bool,
+    ) -> Bands {
         let receiver = LitPoint { point, normal, indirect };
         let mut sum = Bands::ZERO;
-        for light in &self.lights {
+        for light in self.lights.iter().filter(|l| !skip(&l.sampler)) {
             let (light_sampler, map) = (&light.sampler, &light.shadow_map);
             if map.as_ref().is_some_and(|c| c.is_dark(point)) {
                 continue;

@@ -9,7 +9,15 @@
 //! creases and contact shadows that the patches average, and no light comes through walls. The rays of a point are a shifted R₂
 //! sequence, the shift a hash of the pixel. Method: final gather of radiosity solutions (Cohen & Wallace, *Radiosity and Realistic
 //! Image Synthesis*, 1993). Cost: N rays a surface point.
+//!
+//! A ray that hits a patch within [`MAX_CONTINUED_PATCH_SIZES`] square roots of its area sees the radiosity of the point hit, which the patch averages:
+//! light is sampled there, and the ray goes on in a direction of cosine density,
+//!
+//! ```text
+//! B(y) = E + ρ (H_dir(y) + π L(ω))
+//! ```
 
+use super::direct_light::DirectLights;
 use super::ray_sampler::RaySampler;
 use crate::medium::path_builder::PathBuilder;
 use crate::medium::radiosity_field::RadiosityField;
@@ -19,10 +27,41 @@ use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, direction_sampling, low_discrepancy};
 use zonal_scene::{Bands, Sides, Solution};
-use zonal_transport::Transport;
+use zonal_transport::{Hit, Transport};
 
 /// Optical depth below which a segment takes the mean of its zone in place of the interpolated value.
 const MAX_DEPTH_OF_ZONE_MEAN: f64 = 0.1;
+
+/// Length of a ray, over the square root of the area of the patch that it hits, below which it goes on from there: that of the rays of a solve.
+const MAX_CONTINUED_PATCH_SIZES: f64 = 1.5;
+/// Most vertices of a ray that goes on.
+const MAX_VERTICES: usize = 4;
+
+/// What a gather reads beside its own fields.
+#[derive(Clone, Copy)]
+pub(crate) struct GatherInputs<'b> {
+    /// Segments of rays.
+    pub paths: &'b PathBuilder<'b>,
+    /// Lights at the points where rays go on.
+    pub lights: &'b DirectLights<'b>,
+}
+
+/// A ray of a gather: its number, which all its random numbers derive from, and its vertices so far.
+#[derive(Clone, Copy)]
+struct GatherRay {
+    ray: ViewRay,
+    sampler: RaySampler,
+    vertices: usize,
+}
+
+/// H at a point, and how near the surfaces about it are.
+#[derive(Clone, Copy)]
+pub(crate) struct GatheredIrradiance {
+    /// H without direct light, W/m².
+    pub irradiance: Bands,
+    /// Mean of (1 − t/reach)⁺ over the rays of length t.
+    pub nearness: f64,
+}
 
 /// Fields that gather rays look up.
 pub(crate) struct FinalGather<'a> {
@@ -50,31 +89,41 @@ impl<'a> FinalGather<'a> {
         }
     }
 
-    /// H without direct light, W/m², at a surface point with the unit normal `normal`.
+    /// H without direct light, W/m², at a surface point with the unit normal `normal`; surfaces within `reach` metres count as near.
     pub(crate) fn irradiance(
         &self,
-        paths: &PathBuilder,
-        point: Vec3,
-        normal: Vec3,
+        inputs: GatherInputs,
+        (point, normal): (Vec3, Vec3),
+        reach: f64,
         sampler: RaySampler,
-    ) -> Bands {
+    ) -> GatheredIrradiance {
         let ray = sampler.ray_index();
-        let mut sum = Bands::ZERO;
+        let (mut sum, mut near) = (Bands::ZERO, 0.0);
         for i in 0..self.rays {
-            let at = low_discrepancy::r2(ray * self.rays + i, [sampler.shift[1], sampler.shift[2]]);
-            let gather_ray =
-                ViewRay { origin: point, dir: direction_sampling::cosine_hemisphere(normal, at) };
-            sum += self.zonal_radiance(paths, gather_ray);
+            let number = ray * self.rays + i;
+            let at = low_discrepancy::r2(number, [sampler.shift[1], sampler.shift[2]]);
+            let ray = ViewRay { origin: point, dir: direction_sampling::cosine_hemisphere(normal, at) };
+            let sampler = RaySampler::of_ray(number, 1, sampler.shift);
+            let (radiance, length) = self.zonal_radiance(inputs, GatherRay { ray, sampler, vertices: 0 });
+            sum += radiance;
+            near += (1.0 - length / reach).max(0.0);
         }
-        sum * PI / self.rays as f64
+        let n = self.rays as f64;
+        GatheredIrradiance { irradiance: sum * PI / n, nearness: near / n }
     }
 
-    /// Radiance, W/(m² sr), of the zones along a ray.
-    fn zonal_radiance(&self, paths: &PathBuilder, ray: ViewRay) -> Bands {
+    /// Radiance, W/(m² sr), of the zones along a ray, and its length, m; infinite where it leaves the scene.
+    fn zonal_radiance(&self, inputs: GatherInputs, gather_ray: GatherRay) -> (Bands, f64) {
+        let ray = gather_ray.ray;
         let hit = self.transport.closest_hit(ray.origin, ray.dir, 0.0, f64::INFINITY);
+        let last = self.end_radiance(inputs, gather_ray, hit);
+        (self.radiance_of_path(inputs.paths, ray, hit, last), hit.map_or(f64::INFINITY, |h| h.t))
+    }
+
+    /// Radiance, W/(m² sr), of a ray with the radiance `last` at its end.
+    fn radiance_of_path(&self, paths: &PathBuilder, ray: ViewRay, hit: Option<Hit>, last: Bands) -> Bands {
         let exterior_point = || (self.transport.exterior_point(ray.origin, ray.dir) - ray.origin).length();
         let end = hit.map_or_else(exterior_point, |h| h.t);
-        let last = self.end_radiance(ray, hit);
         let panes = paths.pane_crossings(ray.origin, ray.at(end));
         if !panes.is_empty() {
             let path = paths.build(ray, (0.0, end), panes);
@@ -99,20 +148,33 @@ impl<'a> FinalGather<'a> {
     }
 
     /// Radiance, W/(m² sr), at the end of a ray.
-    fn end_radiance(&self, ray: ViewRay, hit: Option<zonal_transport::Hit>) -> Bands {
+    fn end_radiance(&self, inputs: GatherInputs, gather_ray: GatherRay, hit: Option<Hit>) -> Bands {
         let scene = &self.solution.scene;
-        match hit {
-            None => scene.surroundings().radiance,
-            Some(h)
-                if !h.front && scene.surfaces()[scene.facets()[h.facet].surface].sides == Sides::Front =>
-            {
-                Bands::ZERO
-            }
-            Some(h) => {
-                let b = self.surfaces.at(2 * h.facet + usize::from(!h.front), [h.u, h.v], ray.at(h.t));
-                b.unwrap_or(Bands::ZERO) / PI
-            }
+        let Some(h) = hit else { return scene.surroundings().radiance };
+        if !h.front && scene.surfaces()[scene.facets()[h.facet].surface].sides == Sides::Front {
+            return Bands::ZERO;
         }
+        let tile = self.surfaces.tile_at(2 * h.facet + usize::from(!h.front), [h.u, h.v]);
+        let Some(i) = tile else { return Bands::ZERO };
+        let patch = &self.solution.zones.patches[i];
+        let near = h.t < MAX_CONTINUED_PATCH_SIZES * patch.area.sqrt();
+        let point = gather_ray.ray.at(h.t);
+        let radiosity = self.surfaces.on_tile(i, point);
+        if !near || gather_ray.vertices >= MAX_VERTICES {
+            return radiosity / PI;
+        }
+        let reflectance = scene.reflectance_at(h.facet, h.u, h.v);
+        let sampler = gather_ray.sampler;
+        let direct = inputs.lights.irradiance(point, patch.normal, radiosity, sampler);
+        let number = (sampler.ray_index() * MAX_VERTICES + gather_ray.vertices) as u64;
+        let uniform = |k: usize| {
+            let hash = low_discrepancy::hash_to_unit(number << 1 | k as u64);
+            (hash + sampler.shift[k]).fract()
+        };
+        let dir = direction_sampling::cosine_hemisphere(patch.normal, [uniform(0), uniform(1)]);
+        let ray = ViewRay { origin: point, dir };
+        let next = GatherRay { ray, vertices: gather_ray.vertices + 1, ..gather_ray };
+        patch.emission / PI + reflectance * (direct / PI + self.zonal_radiance(inputs, next).0)
     }
 
     /// Radiance, W/(m² sr), that a segment of a ray in a voxel zone emits and scatters, at its border. Optically thin segments take the

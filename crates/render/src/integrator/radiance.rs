@@ -6,12 +6,15 @@
 //!
 //! L_m is the radiance that the path adds: indirect emission and scattering of its segments, panes, and single scattering of direct
 //! light. B is zero on the back of a one-sided surface. Where there is no surface, L_end is the radiance of the surroundings and skies.
-//! H is interpolated between the patches, denoised, or found by a final gather.
+//! H is interpolated between the patches, denoised, and corrected near contacts, or found by a final gather.
 
+use super::contact_field::ContactField;
 use super::direct_light::DirectLights;
-use super::final_gather::FinalGather;
+use super::final_gather::{FinalGather, GatherInputs};
 use super::medium_segment::{CameraRayEnd, MediumSegment};
+use super::node_lattice::Viewpoint;
 use super::ray_sampler::RaySampler;
+use super::sky_field::{SkyField, is_sky};
 use crate::denoise::denoise_patches;
 use crate::medium::many_lights::ManyLights;
 use crate::medium::path_builder::PathBuilder;
@@ -21,6 +24,7 @@ use crate::surface::patch_field::PatchField;
 use crate::surface::tiles::patch_field;
 use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
+use zonal_math::Vec3;
 use zonal_scene::{Band, Bands, Light, Sides, Solution};
 use zonal_transport::lights::LightSampler;
 use zonal_transport::{Hit, Transport};
@@ -43,6 +47,10 @@ pub(crate) struct Integrator<'a> {
     /// Radiance where a ray leaves the scene, W/(m² sr).
     background: Bands,
     gather: Option<FinalGather<'a>>,
+    /// Corrections near contacts for the camera of the picture.
+    contacts: Option<ContactField<'a>>,
+    /// Irradiance of skies for that camera.
+    skies: Option<SkyField<'a>>,
 }
 
 impl<'a> Integrator<'a> {
@@ -67,6 +75,8 @@ impl<'a> Integrator<'a> {
             lights: DirectLights::new(transport, samplers),
             background,
             gather: None,
+            contacts: None,
+            skies: None,
         }
     }
 
@@ -80,6 +90,15 @@ impl<'a> Integrator<'a> {
     pub(crate) fn with_gather(mut self, rays: usize) -> Integrator<'a> {
         self.gather = (rays > 0).then(|| FinalGather::new(self.solution, self.transport, rays));
         self
+    }
+
+    /// Prepares the fields of a camera: corrections near contacts, unless H is gathered, and the irradiance of skies, unless every sample is asked for.
+    pub(crate) fn look_from(&mut self, viewpoint: Viewpoint) {
+        let contacts = || ContactField::new(self.solution, self.transport, viewpoint);
+        self.contacts = self.gather.is_none().then(contacts);
+        let fast = self.lights.accuracy == DirectLightAccuracy::Clustered;
+        let skies = || SkyField::new(self.solution, self.transport, viewpoint);
+        self.skies = fast.then(skies).flatten();
     }
 
     /// The solution.
@@ -158,12 +177,25 @@ impl<'a> Integrator<'a> {
             return emission / PI;
         }
         let sheet = 2 * hit.facet + usize::from(!hit.front);
-        let indirect = match &self.gather {
-            Some(gather) => gather.irradiance(&self.paths, point, normal, sampler),
-            None => self.irradiance.at(sheet, [hit.u, hit.v], point).unwrap_or(Bands::ZERO),
+        let inputs = GatherInputs { paths: &self.paths, lights: &self.lights };
+        let patch = self.irradiance.tile_at(sheet, [hit.u, hit.v]);
+        let indirect = match (&self.gather, patch) {
+            (Some(gather), _) => gather.irradiance(inputs, (point, normal), 1.0, sampler).irradiance,
+            (None, Some(i)) => self.interpolated_irradiance(inputs, i, point),
+            (None, None) => Bands::ZERO,
         };
-        let direct = self.lights.irradiance(point, normal, indirect, sampler);
+        let sky = self.skies.as_ref().zip(patch).and_then(|(f, i)| f.irradiance(i, point));
+        let skip = |light: &LightSampler| sky.is_some() && is_sky(light);
+        let direct = sky.unwrap_or(Bands::ZERO)
+            + self.lights.irradiance_but((point, normal), indirect, sampler, &skip);
         (emission + rho * (indirect + direct)) / PI
+    }
+
+    /// H interpolated between the patches and corrected near contacts at a point of patch `i`, W/m².
+    fn interpolated_irradiance(&self, inputs: GatherInputs, i: usize, point: Vec3) -> Bands {
+        let correction = |c: &ContactField| c.correction(inputs, &self.irradiance, i, point);
+        let smooth = self.irradiance.on_tile(i, point);
+        self.contacts.as_ref().map_or(smooth, |c| (smooth + correction(c)).max(Bands::ZERO))
     }
 
     /// Radiance of the medium without direct light, W/(m² sr).

@@ -54,9 +54,18 @@ impl<'a> PatchField<'a> {
 
     /// The value at a point of a sheet with the sheet's parameters (u, v); `None` where the sheet has no tile.
     pub(crate) fn at(&self, sheet: usize, uv: [f64; 2], point: Vec3) -> Option<Bands> {
-        let i = self.sheets.locate(sheet, uv)? as usize;
+        Some(self.on_tile(self.tile_at(sheet, uv)?, point))
+    }
+
+    /// The tile at a point of a sheet with the sheet's parameters (u, v).
+    pub(crate) fn tile_at(&self, sheet: usize, uv: [f64; 2]) -> Option<usize> {
+        self.sheets.locate(sheet, uv).map(|i| i as usize)
+    }
+
+    /// The value at a point of tile `i`.
+    pub(crate) fn on_tile(&self, i: usize, point: Vec3) -> Bands {
         let uv = clamped_parameters(&self.topology.tiles[i].plate, point);
-        Some(self.values.at(&self.topology, i, uv))
+        self.values.at(&self.topology, i, uv)
     }
 }
 

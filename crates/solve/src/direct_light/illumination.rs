@@ -67,7 +67,7 @@ pub(crate) fn illuminate_by(
     // Sample both sides: shadow rays from the zones, rays from the light.
     let GatheredLight { mut fields, mut error, rays, limited } =
         gather(scene, zones, transport, light, progress);
-    let mut power = LightPower::measure(scene, transport, light);
+    let mut power = LightPower::measure(scene, zones, transport, light);
     let is_emitter = matches!(light, Light::Emitter { .. });
     // Compare them, and normalize the fields unless they disagree too much.
     let agreement = compare(zones, &fields, &error, &power, normalization);

@@ -1,16 +1,20 @@
 //! Power that a light sends into the scene, and power that leaves it or ends on black backs without being scattered, by rays from the light.
 //!
+//! A side that another surface covers, as the floor covers the bottom of a box that stands on it, has no zones and receives no light; it counts as a
+//! black back.
+//!
 //! Quasi-Monte Carlo with [`LIGHT_RAYS`] rays of the four-dimensional R sequence (M. Roberts 2018) in blocks; the spread of the blocks gives the
 //! standard errors. Blocks are summed in their order, so that the bits do not depend on the number of threads.
 
-use crate::surroundings::zone_rays::escape_transmittance;
+use crate::surroundings::zone_rays::lost_transmittance;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::{cosine_hemisphere, sin_cos_turns, uniform_sphere};
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Band, Bands, Light, Scene};
-use zonal_transport::Transport;
+use zonal_scene::{Band, Bands, Light, Scene, Zones};
 use zonal_transport::lights::{EmissionSample, LightSampler};
+use zonal_transport::patch_locator::{PatchLocator, facet_side_locator};
+use zonal_transport::{Hit, Transport};
 
 /// Attenuation below which a ray from outside has met nothing: rounding where the box of the medium and a wall coincide.
 const MIN_ATTENUATION: f64 = 1e-9;
@@ -41,8 +45,13 @@ impl LightPower {
     }
 
     /// Measures the powers of a light.
-    pub(super) fn measure(scene: &Scene, transport: &Transport, light: &Light) -> LightPower {
-        let tracer = LightRays { scene, transport, sampler: LightSampler::new(scene, light) };
+    pub(super) fn measure(scene: &Scene, zones: &Zones, transport: &Transport, light: &Light) -> LightPower {
+        let tracer = LightRays {
+            scene,
+            transport,
+            patches: facet_side_locator(scene, zones),
+            sampler: LightSampler::new(scene, light),
+        };
         let blocks: Vec<LightPower> = (0..LIGHT_RAYS / BLOCK_RAYS)
             .into_par_iter()
             .map(|block| {
@@ -104,6 +113,7 @@ impl LightPower {
 struct LightRays<'a> {
     scene: &'a Scene,
     transport: &'a Transport<'a>,
+    patches: PatchLocator,
     sampler: LightSampler<'a>,
 }
 
@@ -150,9 +160,16 @@ impl LightRays<'_> {
         self.enter(at + towards * (2.0 * radius), -towards, fluence * (4.0 * radius * radius), sum);
     }
 
-    /// Adds a ray from outside if it meets a medium, a pane or a surface; a ray that ends on the outside of a black back has met nothing.
+    /// The share of a ray that is lost, and whether a side without zones absorbs it.
+    fn lost(&self, origin: Vec3, dir: Vec3) -> (Bands, bool) {
+        let is_without_zones =
+            |h: &Hit| self.patches.locate(2 * h.facet + usize::from(!h.front), [h.u, h.v]).is_none();
+        lost_transmittance((self.scene, self.transport), (origin, dir), &is_without_zones)
+    }
+
+    /// Adds a ray from outside if it meets a medium, a pane or a surface; a ray that ends on a side without zones has met nothing.
     fn enter(&self, origin: Vec3, dir: Vec3, power: Bands, sum: &mut LightPower) {
-        let lost = escape_transmittance(self.scene, self.transport, origin, dir);
+        let lost = self.lost(origin, dir);
         if lost.0.all(|s| s > 1.0 - MIN_ATTENUATION) {
             return;
         }
@@ -171,7 +188,7 @@ impl LightRays<'_> {
         let sides = if both { 2.0 } else { 1.0 };
         let power = power * PI * sides;
         let dir = cosine_hemisphere(normal, v);
-        sum.add(power, escape_transmittance(self.scene, self.transport, at, dir));
+        sum.add(power, self.lost(at, dir));
     }
 }
 

@@ -36,6 +36,8 @@ struct GatherParams {
     max_growth: f64,
     /// Stated error over the estimated standard error.
     stated_error_factor: f64,
+    /// Relative error of an equally weighted sum of the light groups over the wanted one of their sum: relit solutions may have this multiple.
+    equal_weight_multiple: f64,
     /// Share of the tolerance that the noise of the gather aims at.
     noise_share: f64,
     /// Least share that remains for the noise where other errors are large.
@@ -53,6 +55,7 @@ const GATHER_PARAMS: GatherParams = GatherParams {
     max_over_mean: 4.0,
     max_growth: 8.0,
     stated_error_factor: 1.6,
+    equal_weight_multiple: 2.0,
     noise_share: 0.85,
     min_noise_share: 0.4,
     samples_per_cut_node: 1,
@@ -99,7 +102,7 @@ pub(crate) struct Gathered {
     pub column_errors: Vec<Vec<Bands>>,
     /// Stated error of their sum, W/m².
     pub error: Vec<Bands>,
-    /// Relative error of the sum and of an equally weighted sum, the larger; without the error of the surroundings.
+    /// Relative error of the sum, or of an equally weighted sum over its multiple, the larger; without the error of the surroundings.
     pub relative_error: f64,
     /// Samples of all zones.
     pub samples: u64,
@@ -375,7 +378,7 @@ fn join_errors(group: &SmoothedGroup, q: usize, errors: &mut [Bands]) {
 
 /// The errors of a round and what they should become, of patches and of volume zones.
 struct Goal {
-    /// Relative error by the noise of the gather: of the sum, and of an equally weighted sum, the larger.
+    /// Relative error by the noise of the gather: of the sum, and of an equally weighted sum over its multiple, the larger.
     noise: [f64; 2],
     /// Relative error of the radiosities that were read.
     inherited: [f64; 2],
@@ -416,7 +419,7 @@ impl Goal {
         let sum = relative(&|i| fields.errors[task.groups][i], all);
         let guide = match task.groups {
             1 => [0.0; 2],
-            _ => equal_weight_error(task, fields, &levels),
+            _ => equal_weight_error(task, fields, &levels).map(|e| e / GATHER_PARAMS.equal_weight_multiple),
         };
         let inherited = relative(&|i| fields.inherited[i], all);
         let surroundings = relative(&|i| known(i)[1], all);

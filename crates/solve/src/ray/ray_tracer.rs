@@ -16,8 +16,8 @@
 
 use crate::surroundings::zone_rays::zone_ray;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Band, Bands, Patch, PerBand, Plate, Scene, VoxelGrid, Zones};
-use zonal_transport::patch_locator::{PatchLocator, pane_piece_locator};
+use zonal_scene::{Band, Bands, PerBand, Scene, VoxelGrid, Zones};
+use zonal_transport::patch_locator::{PatchLocator, facet_side_locator, pane_piece_locator};
 use zonal_transport::{Hit, PaneHit, Transport};
 
 /// End of a ray that leaves the scene, in place of a zone.
@@ -113,9 +113,6 @@ fn is_grey(grid: &VoxelGrid) -> bool {
 impl<'a> RayTracer<'a> {
     /// Prepares the lookup of patches and pane zones.
     pub(crate) fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> RayTracer<'a> {
-        let facets = scene.facets();
-        let sides: Vec<Plate> = facets.iter().flat_map(|f| [f.plate, f.plate]).collect();
-        let side = |p: &Patch| 2 * p.facet + usize::from(p.normal.dot(facets[p.facet].plate.normal()) < 0.0);
         let (first_plate, pane_pieces) = pane_piece_locator(scene, zones);
         let grid = scene.voxel_grid();
         let grey_medium = grid.is_none_or(is_grey);
@@ -125,7 +122,7 @@ impl<'a> RayTracer<'a> {
             transport,
             pane_pieces,
             first_plate,
-            patches: PatchLocator::new(&sides, zones.patches.iter().map(|p| (&p.plate, side(p)))),
+            patches: facet_side_locator(scene, zones),
             cell: grid.map_or(Vec3::ZERO, |v| v.cell()),
             max_length: MAX_LENGTH_IN_DIAGONALS * scene.diagonal(),
             offset: OFFSET_IN_DIAGONALS * scene.diagonal(),

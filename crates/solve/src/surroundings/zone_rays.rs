@@ -6,7 +6,7 @@
 use zonal_math::direction_sampling::{cosine_hemisphere, uniform_sphere};
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::{Bands, PaneZone, Plate, Scene, Sides, VoxelZone, Zones};
-use zonal_transport::Transport;
+use zonal_transport::{Hit, Transport};
 
 /// Distance from its origin at which a ray begins to intersect, over the diagonal of the scene.
 const RAY_OFFSET: f64 = 1e-9;
@@ -21,18 +21,25 @@ pub(crate) fn escape_transmittance(
     origin: Vec3,
     dir: Vec3,
 ) -> (Bands, bool) {
+    let is_black_back =
+        |hit: &Hit| !hit.front && scene.surfaces()[scene.facets()[hit.facet].surface].sides == Sides::Front;
+    lost_transmittance((scene, transport), (origin, dir), &is_black_back)
+}
+
+/// Transmittance of a ray out of the scene, or up to a facet side without zones, for which the second value is `true`; 0 for a ray that ends in a zone.
+pub(crate) fn lost_transmittance(
+    (scene, transport): (&Scene, &Transport),
+    (origin, dir): (Vec3, Vec3),
+    is_without_zones: &dyn Fn(&Hit) -> bool,
+) -> (Bands, bool) {
     let reach = 2.0 * scene.diagonal() + (origin - scene.bounds().0).length();
     let eps = RAY_OFFSET * scene.diagonal();
     match transport.closest_hit(origin, dir, eps, reach) {
         None => (transport.optical_depth(origin, origin + dir * reach).map(|d| (-d).exp()), false),
-        Some(hit) => {
-            let s = &scene.surfaces()[scene.facets()[hit.facet].surface];
-            if hit.front || s.sides == Sides::Both {
-                (Bands::ZERO, false)
-            } else {
-                (transport.optical_depth(origin, origin + dir * hit.t).map(|d| (-d).exp()), true)
-            }
+        Some(hit) if is_without_zones(&hit) => {
+            (transport.optical_depth(origin, origin + dir * hit.t).map(|d| (-d).exp()), true)
         }
+        Some(_) => (Bands::ZERO, false),
     }
 }
 

@@ -5,7 +5,9 @@ use zonal_math::Vec3;
 use zonal_reference::path_tracer::{WalkZones, ZoneLocator};
 use zonal_scene::{Patch, Plate, PlateKind, Scene, Zones};
 use zonal_transport::Transport;
-use zonal_transport::patch_locator::{PatchLocator, clamped_parameters, pane_piece_locator};
+use zonal_transport::patch_locator::{
+    PatchLocator, clamped_parameters, facet_side_locator, pane_piece_locator,
+};
 
 /// Locates points among the zones of a scene.
 pub(crate) struct SceneLocator<'a> {
@@ -17,17 +19,11 @@ pub(crate) struct SceneLocator<'a> {
     pane_pieces: PatchLocator,
 }
 
-/// The side of a facet on which a patch lies: twice the facet, and one more for its back.
-fn side(scene: &Scene, p: &Patch) -> usize {
-    2 * p.facet + usize::from(p.normal.dot(scene.facets()[p.facet].plate.normal()) < 0.0)
-}
-
 impl<'a> SceneLocator<'a> {
     /// Prepares the look-up.
     pub(crate) fn new(scene: &'a Scene, zones: &'a Zones, transport: &'a Transport<'a>) -> SceneLocator<'a> {
-        let sides: Vec<Plate> = scene.facets().iter().flat_map(|f| [f.plate, f.plate]).collect();
         let (first_pane_plate, pane_pieces) = pane_piece_locator(scene, zones);
-        let patches = PatchLocator::new(&sides, zones.patches.iter().map(|p| (&p.plate, side(scene, p))));
+        let patches = facet_side_locator(scene, zones);
         SceneLocator { scene, zones, transport, patches, first_pane_plate, pane_pieces }
     }
 
