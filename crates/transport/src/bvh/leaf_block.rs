@@ -35,23 +35,23 @@ const SIGN_SLACK: f32 = 1e-9;
 /// D E² below which products may underflow and every plate is undecided.
 const UNDERFLOW_LIMIT: f32 = 1e-15;
 
-/// Up to eight plates side by side, and their range in the list of plates.
+/// Up to eight plates side by side, their common plane and their range in the list of plates.
 #[derive(Clone, Debug)]
-#[repr(align(64))]
+#[repr(C, align(32))]
 pub(super) struct LeafBlock {
-    origin: [F32x8; 3],
-    e1: [F32x8; 3],
-    e2: [F32x8; 3],
+    plane: LeafPlane,
     reach: f32,
     parallelograms: u32,
     first: u32,
     count: u32,
+    origin: [F32x8; 3],
+    e1: [F32x8; 3],
+    e2: [F32x8; 3],
 }
 
 /// The common plane of all plates of a block, m; NaN where there is none.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(super) struct LeafPlane {
+struct LeafPlane {
     origin: Vec3,
     normal: Vec3,
 }
@@ -92,6 +92,7 @@ impl LeafBlock {
         let flags = plates.iter().enumerate();
         let flags = flags.filter(|(_, p)| p.kind == PlateKind::Parallelogram).map(|(l, _)| 1 << l);
         LeafBlock {
+            plane: LeafPlane::new(plates, scale),
             origin: vectors(&|p| place(p.origin)),
             e1: vectors(&|p| p.e1 * scale),
             e2: vectors(&|p| p.e2 * scale),
@@ -100,6 +101,18 @@ impl LeafBlock {
             first,
             count: plates.len().min(NODE_WIDTH) as u32,
         }
+    }
+
+    /// True when the plates have a common plane.
+    pub(super) fn is_flat(&self) -> bool {
+        !self.plane.origin.x.is_nan()
+    }
+
+    /// True when a common plane exists and the segment a → a + d certainly does not cross it. Both ends must lie in the scene's
+    /// bounds.
+    #[inline(always)]
+    pub(super) fn never_crossed(&self, line: &PreparedLine) -> bool {
+        self.plane.never_crossed(line)
     }
 
     /// Range of the plates in the list.
@@ -149,7 +162,7 @@ impl LeafBlock {
 
 impl LeafPlane {
     /// The common plane of the plates, with `scale` as for [`LeafBlock::new`].
-    pub(super) fn new(plates: &[Plate], scale: f64) -> LeafPlane {
+    fn new(plates: &[Plate], scale: f64) -> LeafPlane {
         let Some(first) = plates.first() else {
             return NO_PLANE;
         };
@@ -162,10 +175,8 @@ impl LeafPlane {
         if plates.iter().all(coplanar) { LeafPlane { origin, normal } } else { NO_PLANE }
     }
 
-    /// True when a common plane exists and the segment a → a + d certainly does not cross it. Both ends must lie in the scene's
-    /// bounds.
     #[inline(always)]
-    pub(super) fn never_crossed(&self, line: &PreparedLine) -> bool {
+    fn never_crossed(&self, line: &PreparedLine) -> bool {
         let start = (line.a - self.origin).dot(self.normal);
         let end = start + line.d.dot(self.normal);
         let limit = CERTAIN_SHARE_OF_EPSILON * line.plane;

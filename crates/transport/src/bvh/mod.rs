@@ -7,6 +7,7 @@
 //! precision those that the segment cannot cross. [`crate::intersect`] alone decides a hit, in double precision.
 
 mod build;
+mod collapse;
 mod leaf_block;
 mod node;
 
@@ -14,8 +15,8 @@ use crate::grid_traversal;
 use crate::intersect::{PreparedLine, PreparedPlate, Tolerance};
 use crate::shaft_culling::Shaft;
 use build::BuildItem;
-use leaf_block::{BlockSegment, LeafBlock, LeafPlane};
-use node::{BoxRay, NODE_WIDTH, WideNode, leaf_index};
+use leaf_block::{BlockSegment, LeafBlock};
+use node::{BoxRay, FLAT_FLAG, NODE_WIDTH, WideNode, leaf_index};
 use zonal_math::Vec3;
 use zonal_math::simd::f32x8::{F32x8Dispatch, F32x8Kernel, F32x8Ops};
 use zonal_scene::Plate;
@@ -37,8 +38,6 @@ const PLANE_TEST_SLACK: f64 = 1e-5;
 pub(crate) struct Bvh {
     nodes: Vec<WideNode>,
     blocks: Vec<LeafBlock>,
-    /// The common plane of each block.
-    planes: Vec<LeafPlane>,
     plates: Vec<PreparedPlate>,
     ids: Vec<u32>,
     depth: usize,
@@ -66,22 +65,28 @@ impl Bvh {
                 BuildItem {
                     lo: lo.array().map(|x| ((x - BOX_PADDING) as f32).next_down()),
                     hi: hi.array().map(|x| ((x + BOX_PADDING) as f32).next_up()),
+                    area: (p.area() * scale * scale) as f32,
                     id: k as u32,
                 }
             })
             .collect();
-        let built = build::build(&mut items);
+        let built = collapse::build(&mut items);
         let ordered: Vec<Plate> = items.iter().map(|i| plates[i.id as usize].1).collect();
         let run = |first: u32, count: u32| &ordered[first as usize..(first + count) as usize];
         let block = |&(first, count): &(u32, u32)| {
             LeafBlock::new(run(first, count), first, |x| (x - centre) * scale, scale)
         };
-        let plane = |&(first, count): &(u32, u32)| LeafPlane::new(run(first, count), scale);
+        let blocks: Vec<LeafBlock> = built.leaves.iter().map(block).collect();
+        let mut nodes = built.nodes;
+        for child in nodes.iter_mut().flat_map(|n| &mut n.child) {
+            if leaf_index(*child).is_some_and(|k| blocks[k].is_flat()) {
+                *child |= FLAT_FLAG;
+            }
+        }
         let pad = Vec3::splat(2.0 * BOX_PADDING / scale);
         Bvh {
-            blocks: built.leaves.iter().map(block).collect(),
-            planes: built.leaves.iter().map(plane).collect(),
-            nodes: built.nodes,
+            nodes,
+            blocks,
             plates: ordered.iter().map(PreparedPlate::new).collect(),
             ids: items.iter().map(|i| plates[i.id as usize].0).collect(),
             depth: built.depth,
@@ -320,7 +325,7 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
                 let child = children[lane];
                 // Test the plates of a leaf.
                 if let Some(block) = leaf_index(child) {
-                    if self.visit_block(w, block, &mut deferred) {
+                    if self.visit_block(w, block, child & FLAT_FLAG != 0, &mut deferred) {
                         return true;
                     }
                     continue;
@@ -346,12 +351,12 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
 
     /// Tests the plates of a leaf; returns true when the traversal ends.
     #[inline(always)]
-    fn visit_block<W: F32x8Ops>(&mut self, w: W, block: usize, deferred: &mut DeferredPlates) -> bool {
+    fn visit_block<W: F32x8Ops>(&mut self, w: W, block: usize, flat: bool, deferred: &mut DeferredPlates) -> bool {
         let bvh = self.bvh;
-        if self.unclipped && bvh.planes[block].never_crossed(self.line) {
+        let block = &bvh.blocks[block];
+        if flat && self.unclipped && block.never_crossed(self.line) {
             return false;
         }
-        let block = &bvh.blocks[block];
         let first = block.slots().start;
         let (mut possible, certain) = block.classify(w, &self.segment);
         if ANY_HIT && certain != 0 {

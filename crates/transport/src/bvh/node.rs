@@ -7,6 +7,9 @@ use zonal_math::simd::f32x8::{F32x8, F32x8Ops};
 pub(super) const NODE_WIDTH: usize = 8;
 /// Bit of a child index that marks a leaf.
 pub(super) const LEAF_FLAG: u32 = 1 << 31;
+/// Bit of the child index of a leaf that marks a flat block.
+pub(super) const FLAT_FLAG: u32 = 1 << 30;
+
 /// Eight boxes: lower x, y, z, upper x, y, z. A child is the index of a node, or of a leaf block when its top bit is set.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
@@ -31,7 +34,7 @@ pub(super) const EMPTY_NODE: WideNode = WideNode {
 /// The leaf block of a child; `None` for an inner node.
 #[inline(always)]
 pub(super) fn leaf_index(child: u32) -> Option<usize> {
-    (child & LEAF_FLAG != 0).then_some((child & !LEAF_FLAG) as usize)
+    (child & LEAF_FLAG != 0).then_some((child & !(LEAF_FLAG | FLAT_FLAG)) as usize)
 }
 
 /// A segment in single precision, prepared for slab tests.
