@@ -6,7 +6,9 @@
 //! missed. A zero component of d becomes 10⁻²⁰, which excludes 0·∞. A leaf holds up to eight plates; `leaf_block` rejects in single
 //! precision those that the segment cannot cross. [`crate::intersect`] alone decides a hit, in double precision.
 
+mod any_hit;
 mod build;
+mod closest_hit;
 mod collapse;
 mod leaf_block;
 mod node;
@@ -14,11 +16,13 @@ mod node;
 use crate::grid_traversal;
 use crate::intersect::{PreparedLine, PreparedPlate, Tolerance};
 use crate::shaft_culling::Shaft;
+use any_hit::SegmentTraversal;
 use build::BuildItem;
+use closest_hit::ClosestHitSearch;
 use leaf_block::{BlockSegment, LeafBlock};
 use node::{BoxRay, FLAT_FLAG, NODE_WIDTH, WideNode, leaf_index};
 use zonal_math::Vec3;
-use zonal_math::simd::f32x8::{F32x8Dispatch, F32x8Kernel, F32x8Ops};
+use zonal_math::simd::f32x8::F32x8Dispatch;
 use zonal_scene::Plate;
 
 /// Padding of boxes, in units of R.
@@ -27,9 +31,6 @@ const BOX_PADDING: f64 = 1e-6;
 const SMALL_STACK_DEPTH: usize = 12;
 /// Depth limit of all trees, which sizes the large stack.
 const MAX_TREE_DEPTH: usize = 96;
-/// Undecided plates of an any-hit query that are tested only when nothing else occludes. Most segments that end on a plate are
-/// occluded elsewhere.
-const MAX_DEFERRED_PLATES: usize = 16;
 /// Slack of tests of boxes against planes, in units of R: above the rounding of single precision.
 const PLANE_TEST_SLACK: f64 = 1e-5;
 
@@ -268,191 +269,5 @@ impl Bvh {
     }
 }
 
-/// Traversal of all leaves on a segment; with `ANY_HIT` it ends at a plate that is crossed for certain.
-struct SegmentTraversal<'a, V, const ANY_HIT: bool> {
-    bvh: &'a Bvh,
-    line: &'a PreparedLine,
-    /// True when both ends lie within the scene's bounds.
-    unclipped: bool,
-    ray: BoxRay,
-    segment: BlockSegment,
-    visit: V,
-}
-
 /// A query with a stack for trees of any depth.
 struct LargeStack<T>(T);
-
-/// Plates of an any-hit query that single precision leaves undecided.
-struct DeferredPlates {
-    slots: [u32; MAX_DEFERRED_PLATES],
-    count: usize,
-}
-
-impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> F32x8Kernel for SegmentTraversal<'_, V, ANY_HIT> {
-    type Output = bool;
-    #[inline(always)]
-    fn evaluate<W: F32x8Ops>(self, w: W) -> bool {
-        self.traverse::<W, SMALL_STACK_DEPTH>(w)
-    }
-}
-
-impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> F32x8Kernel
-    for LargeStack<SegmentTraversal<'_, V, ANY_HIT>>
-{
-    type Output = bool;
-    #[inline(always)]
-    fn evaluate<W: F32x8Ops>(self, w: W) -> bool {
-        self.0.traverse::<W, MAX_TREE_DEPTH>(w)
-    }
-}
-
-impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_HIT> {
-    #[inline(always)]
-    fn traverse<W: F32x8Ops, const DEPTH: usize>(mut self, w: W) -> bool {
-        let bvh = self.bvh;
-        let mut stack = [(0u32, 0u32); DEPTH];
-        let mut top = 0;
-        let mut deferred = DeferredPlates { slots: [0u32; MAX_DEFERRED_PLATES], count: 0 };
-        let mut here = 0;
-        let node = &bvh.nodes[0];
-        // Copy the children so that they are loaded together with the boxes.
-        let mut children = node.child;
-        let (mut mask, _) = self.ray.enter(w, node, 1.0);
-        loop {
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize & (NODE_WIDTH - 1);
-                mask &= mask - 1;
-                let child = children[lane];
-                // Test the plates of a leaf.
-                if let Some(block) = leaf_index(child) {
-                    if self.visit_block(w, block, child & FLAT_FLAG != 0, &mut deferred) {
-                        return true;
-                    }
-                    continue;
-                }
-                // Descend into an inner node; its siblings wait on the stack.
-                if mask != 0 {
-                    stack[top] = (here, mask);
-                    top += 1;
-                }
-                here = child;
-                let node = &bvh.nodes[here as usize];
-                children = node.child;
-                mask = self.ray.enter(w, node, 1.0).0;
-            }
-            if top == 0 {
-                return deferred.slots[..deferred.count].iter().any(|slot| (self.visit)(*slot as usize));
-            }
-            top -= 1;
-            (here, mask) = stack[top];
-            children = bvh.nodes[here as usize].child;
-        }
-    }
-
-    /// Tests the plates of a leaf; returns true when the traversal ends.
-    #[inline(always)]
-    fn visit_block<W: F32x8Ops>(&mut self, w: W, block: usize, flat: bool, deferred: &mut DeferredPlates) -> bool {
-        let bvh = self.bvh;
-        let block = &bvh.blocks[block];
-        if flat && self.unclipped && block.never_crossed(self.line) {
-            return false;
-        }
-        let first = block.slots().start;
-        let (mut possible, certain) = block.classify(w, &self.segment);
-        if ANY_HIT && certain != 0 {
-            return true;
-        }
-        while possible != 0 {
-            let slot = first + possible.trailing_zeros() as usize;
-            possible &= possible - 1;
-            if ANY_HIT && deferred.count < MAX_DEFERRED_PLATES {
-                deferred.slots[deferred.count] = slot as u32;
-                deferred.count += 1;
-            } else if (self.visit)(slot) {
-                return true;
-            }
-        }
-        false
-    }
-}
-
-/// Search for the first plate on a ray.
-struct ClosestHitSearch<'a> {
-    bvh: &'a Bvh,
-    a: Vec3,
-    d: Vec3,
-    /// The part of the ray within the scene's bounds.
-    clipped: (f64, f64),
-    range: (f64, f64),
-    tolerance: &'a Tolerance,
-}
-
-/// Id, (t, u, v), and whether the front is met.
-type ClosestPlate = Option<(u32, [f64; 3], bool)>;
-
-impl F32x8Kernel for ClosestHitSearch<'_> {
-    type Output = ClosestPlate;
-    #[inline(always)]
-    fn evaluate<W: F32x8Ops>(self, w: W) -> ClosestPlate {
-        self.search::<W, { SMALL_STACK_DEPTH * NODE_WIDTH }>(w)
-    }
-}
-
-impl F32x8Kernel for LargeStack<ClosestHitSearch<'_>> {
-    type Output = ClosestPlate;
-    #[inline(always)]
-    fn evaluate<W: F32x8Ops>(self, w: W) -> ClosestPlate {
-        self.0.search::<W, { MAX_TREE_DEPTH * NODE_WIDTH }>(w)
-    }
-}
-
-impl ClosestHitSearch<'_> {
-    #[inline(always)]
-    fn search<W: F32x8Ops, const STACK: usize>(self, w: W) -> ClosestPlate {
-        let ClosestHitSearch { bvh, a, d, clipped: (t0, t1), range: (t_min, mut t_max), tolerance } = self;
-        let (ray, segment) = bvh.single_precision(a, d, t0, t1);
-        let line = PreparedLine::new(a, d, tolerance);
-        let mut stack = [(0.0f32, 0u32); STACK];
-        let (mut top, mut limit) = (1, 1.0f32);
-        let mut found = None;
-        while top > 0 {
-            top -= 1;
-            let (entry, child) = stack[top];
-            if entry > limit {
-                continue;
-            }
-            // Push the children of an inner node, the nearest last.
-            let Some(block) = leaf_index(child) else {
-                let node = &bvh.nodes[child as usize];
-                let (mut mask, entries) = ray.enter(w, node, limit);
-                let entries = w.store(entries);
-                let bottom = top;
-                while mask != 0 {
-                    let lane = mask.trailing_zeros() as usize & (NODE_WIDTH - 1);
-                    mask &= mask - 1;
-                    let mut k = top;
-                    while k > bottom && stack[k - 1].0 < entries[lane] {
-                        stack[k] = stack[k - 1];
-                        k -= 1;
-                    }
-                    stack[k] = (entries[lane], node.child[lane]);
-                    top += 1;
-                }
-                continue;
-            };
-            // Test the plates of a leaf and shorten the ray at each hit.
-            let block = &bvh.blocks[block];
-            let (mut possible, _) = block.classify(w, &segment);
-            while possible != 0 {
-                let slot = block.slots().start + possible.trailing_zeros() as usize;
-                possible &= possible - 1;
-                if let Some(at) = bvh.plates[slot].hit(&line, tolerance.rounding, t_min, t_max) {
-                    t_max = at[0];
-                    limit = (((t_max - t0) / (t1 - t0)) as f32 * 1.000_001 + 1e-6).min(1.0);
-                    found = Some((bvh.ids[slot], at, d.dot(bvh.plates[slot].normal()) < 0.0));
-                }
-            }
-        }
-        found
-    }
-}

@@ -72,6 +72,21 @@ impl BoxRay {
         (w.le(t0, t1), t0)
     }
 
+    /// The lanes whose boxes the segment meets, as a bit mask, and in the next eight bits the lanes whose boxes hold an end of it.
+    #[inline(always)]
+    pub(super) fn enter_segment<W: F32x8Ops>(&self, w: W, node: &WideNode) -> u32 {
+        let ([nx, ny, nz], [fx, fy, fz]) = (self.near, self.far);
+        let (x0, x1) = (self.plane(w, node, nx, 0), self.plane(w, node, fx, 0));
+        let (y0, y1) = (self.plane(w, node, ny, 1), self.plane(w, node, fy, 1));
+        let (z0, z1) = (self.plane(w, node, nz, 2), self.plane(w, node, fz, 2));
+        let (zero, one) = (w.splat(0.0), w.splat(1.0));
+        let t0 = w.max(w.max(x0, y0), w.max(z0, zero));
+        let t1 = w.min(w.min(x1, y1), w.min(z1, one));
+        let ends = w.le(t0, zero) | w.le(one, t1);
+        // The lanes without an end, and above them those with one.
+        (w.le(t0, t1) * 0x101) & (ends * 0xFF + 0xFF)
+    }
+
     /// Parameters at which the line meets one side of all boxes. A function because closures do not inherit the target features of
     /// the SIMD kernel.
     #[inline(always)]

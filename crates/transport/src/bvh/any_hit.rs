@@ -1,0 +1,153 @@
+//! Traversal of the leaves on a segment.
+//!
+//! Most leaves that hold an end of a segment hold no occluder: segments end on surfaces, and the plates there are not crossed. An any-hit
+//! query tests these leaves last. Most segments are occluded elsewhere.
+
+use super::leaf_block::BlockSegment;
+use super::node::{BoxRay, FLAT_FLAG, NODE_WIDTH, leaf_index};
+use super::{Bvh, LargeStack, MAX_TREE_DEPTH, SMALL_STACK_DEPTH};
+use crate::intersect::PreparedLine;
+use zonal_math::simd::f32x8::{F32x8Kernel, F32x8Ops};
+
+/// Leaves of an any-hit query that wait until the others are tested.
+const MAX_DEFERRED_LEAVES: usize = 16;
+/// Undecided plates of an any-hit query that wait until all leaves are tested.
+const MAX_DEFERRED_PLATES: usize = 16;
+
+/// Traversal of all leaves on a segment; with `ANY_HIT` it ends at a plate that is crossed for certain.
+pub(super) struct SegmentTraversal<'a, V, const ANY_HIT: bool> {
+    pub bvh: &'a Bvh,
+    pub line: &'a PreparedLine,
+    /// True when both ends lie within the scene's bounds.
+    pub unclipped: bool,
+    pub ray: BoxRay,
+    pub segment: BlockSegment,
+    pub visit: V,
+}
+
+/// Numbers that wait, at most N.
+struct Deferred<const N: usize> {
+    items: [u32; N],
+    count: usize,
+}
+
+impl<const N: usize> Deferred<N> {
+    #[inline(always)]
+    fn new() -> Self {
+        Deferred { items: [0; N], count: 0 }
+    }
+    /// Appends an item; false when the list is full.
+    #[inline(always)]
+    fn push(&mut self, item: u32) -> bool {
+        let space = self.count < N;
+        if space {
+            self.items[self.count] = item;
+            self.count += 1;
+        }
+        space
+    }
+}
+
+impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> F32x8Kernel for SegmentTraversal<'_, V, ANY_HIT> {
+    type Output = bool;
+    #[inline(always)]
+    fn evaluate<W: F32x8Ops>(self, w: W) -> bool {
+        self.traverse::<W, SMALL_STACK_DEPTH>(w)
+    }
+}
+
+impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> F32x8Kernel
+    for LargeStack<SegmentTraversal<'_, V, ANY_HIT>>
+{
+    type Output = bool;
+    #[inline(always)]
+    fn evaluate<W: F32x8Ops>(self, w: W) -> bool {
+        self.0.traverse::<W, MAX_TREE_DEPTH>(w)
+    }
+}
+
+impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_HIT> {
+    #[inline(always)]
+    fn traverse<W: F32x8Ops, const DEPTH: usize>(mut self, w: W) -> bool {
+        let bvh = self.bvh;
+        let mut stack = [(0u32, 0u32); DEPTH];
+        let mut top = 0;
+        let mut leaves = Deferred::<MAX_DEFERRED_LEAVES>::new();
+        let mut plates = Deferred::<MAX_DEFERRED_PLATES>::new();
+        let mut here = 0;
+        let node = &bvh.nodes[0];
+        // Copy the children so that they are loaded together with the boxes.
+        let mut children = node.child;
+        let mut mask = self.ray.enter_segment(w, node);/*node*/
+        loop {
+            while mask != 0 {
+                let lane = mask.trailing_zeros() as usize & (NODE_WIDTH - 1);
+                let holds_end = mask as u8 == 0;
+                mask &= mask - 1;
+                let child = children[lane];
+                // Test the plates of a leaf.
+                if leaf_index(child).is_some() {
+                    if false && ANY_HIT && holds_end && leaves.push(child) {
+                        continue;
+                    }
+                    if self.visit_block(w, child, &mut plates) {
+                        return true;
+                    }
+                    continue;
+                }
+                // Descend into an inner node; its siblings wait on the stack.
+                if mask != 0 {
+                    stack[top] = (here, mask);
+                    top += 1;
+                }
+                here = child;
+                let node = &bvh.nodes[here as usize];
+                children = node.child;
+                mask = self.ray.enter_segment(w, node);/*node*/
+            }
+            if top == 0 {
+                break;
+            }
+            top -= 1;
+            (here, mask) = stack[top];
+            children = bvh.nodes[here as usize].child;
+        }
+        for &child in &leaves.items[..leaves.count] {
+            if self.visit_block(w, child, &mut plates) {
+                return true;
+            }
+        }
+        plates.items[..plates.count].iter().any(|slot| (self.visit)(*slot as usize))
+    }
+
+    /// Tests the plates of a leaf; returns true when the traversal ends.
+    #[inline(always)]
+    fn visit_block<W: F32x8Ops>(
+        &mut self,
+        w: W,
+        child: u32,
+        plates: &mut Deferred<MAX_DEFERRED_PLATES>,
+    ) -> bool {/*leaf*/
+        let Some(block) = leaf_index(child) else { return false };
+        let block = &self.bvh.blocks[block];
+        if child & FLAT_FLAG != 0 && self.unclipped && block.never_crossed(self.line) {
+            return false;
+        }
+        let first = block.slots().start;/*classify*/
+        let (mut possible, certain) = block.classify(w, &self.segment);
+        if ANY_HIT && certain != 0 {
+            return true;
+        }
+        while possible != 0 {
+            let slot = first + possible.trailing_zeros() as usize;/*undecided*/
+            possible &= possible - 1;
+            if ANY_HIT && plates.push(slot as u32) {
+                continue;
+            }
+            if (self.visit)(slot) {
+                return true;
+            }
+        }
+        false
+    }
+}
