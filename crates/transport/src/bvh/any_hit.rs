@@ -87,7 +87,7 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
                 let child = children[lane];
                 // Test the plates of a leaf.
                 if leaf_index(child).is_some() {
-                    if false && ANY_HIT && holds_end && leaves.push(child) {
+                    if ANY_HIT && holds_end && leaves.push(child) {
                         continue;
                     }
                     if self.visit_block(w, child, &mut plates) {
@@ -96,10 +96,8 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
                     continue;
                 }
                 // Descend into an inner node; its siblings wait on the stack.
-                if mask != 0 {
-                    stack[top] = (here, mask);
-                    top += 1;
-                }
+                stack[top] = (here, mask);
+                top += usize::from(mask != 0);
                 here = child;
                 let node = &bvh.nodes[here as usize];
                 children = node.child;

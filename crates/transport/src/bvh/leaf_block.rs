@@ -135,9 +135,6 @@ impl LeafBlock {
         let reach2 = self.reach * self.reach;
         let (high, low) = (w.splat(HEIGHT_SLACK * reach2), w.splat(-HEIGHT_SLACK * reach2));
         let straddling = w.le(lower, high) & w.le(low, upper) & ((1 << self.count) - 1);
-        if straddling == 0 {
-            return (0, 0);
-        }
         // Test the edges, with the slack against and in favour of a crossing.
         let q = cross(w, &p, &d);
         let zero = w.splat(0.0);
@@ -151,9 +148,6 @@ impl LeafBlock {
         let wide = w.add(top, slack);
         let may = w.le(w.sub(zero, slack), smaller) & w.le(larger, wide);
         let may = may & straddling & (w.le(sum, wide) | self.parallelograms);
-        if may == 0 {
-            return (0, 0);
-        }
         let narrow = w.sub(top, slack);
         let certain = w.le(lower, low) & w.le(high, upper) & w.le(slack, smaller) & w.le(larger, narrow);
         (may, certain & may & (w.le(sum, narrow) | self.parallelograms))
@@ -181,7 +175,7 @@ impl LeafPlane {
         let end = start + line.d.dot(self.normal);
         let limit = CERTAIN_SHARE_OF_EPSILON * line.plane;
         // Comparisons with NaN are false.
-        (start >= -limit && end >= -limit) || (start <= limit && end <= limit)
+        (start >= -limit) & (end >= -limit) | (start <= limit) & (end <= limit)
     }
 }
 
