@@ -21,6 +21,7 @@ pub mod exponential_integral;
 pub mod gauss_jacobi;
 pub mod gauss_legendre;
 pub mod low_discrepancy;
+pub mod scrambled_sobol;
 pub mod simd;
 pub mod vec3;
 

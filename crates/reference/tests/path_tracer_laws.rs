@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 use zonal_math::{Vec3, vec3};
 use zonal_reference::brute_force::FacetHit;
 use zonal_reference::path_tracer::bvh::{BinaryBvh, RayHit};
-use zonal_reference::path_tracer::{Detector, DetectorReading, PathTracer, SubcellPart, TracingAccuracy};
+use zonal_reference::path_tracer::{
+    Detector, DetectorReading, PathTracer, SubcellPart, TracingAccuracy, WalkZones, ZoneLocator,
+};
 use zonal_reference::{BruteForceScene, Rng, SampleEstimate, radiance};
 use zonal_scene::{
     Band, Bands, Camera, Facet, Light, Pane, Plate, Scene, SceneParts, Sides, Surface, Texture, VoxelGrid,
@@ -343,4 +345,57 @@ fn readings_are_bitwise_reproducible_and_meet_the_accuracy() {
         }
     }
     assert!(sum < 0.022, "{sum}");
+}
+
+/// Each facet one zone.
+struct FacetZones;
+
+impl ZoneLocator for FacetZones {
+    fn on_facet(&self, facet: u32, _: bool, _: [f64; 2]) -> Option<usize> {
+        Some(facet as usize)
+    }
+    fn in_medium(&self, _: Vec3) -> Option<usize> {
+        None
+    }
+    fn in_pane(&self, _: usize, _: Vec3) -> Option<usize> {
+        None
+    }
+}
+
+/// A black cube with a grey floor, of which a vertical sun lights the strip x < 0.3: on zones of a wall each, all side walls receive F ρ H_dir with
+/// the mean H_dir of the floor and F = 0.2000438 of adjacent faces of a cube; without zones, the wall beside the strip receives more.
+#[test]
+fn walks_on_zones_solve_the_zonal_equations() {
+    let mut plates = room();
+    plates[5] = Plate::parallelogram(vec3(0.3, 0.0, 1.0), vec3(0.0, 1.0, 0.0), vec3(0.7, 0.0, 0.0));
+    let lit = Light::Sun {
+        name: "sun".into(),
+        direction: vec3(0.0, 0.0, -1.0),
+        irradiance: Bands::ONE,
+        angular_diameter: 0.01,
+    };
+    let parts = SceneParts {
+        surfaces: vec![
+            surface("walls", Bands::ZERO, Bands::ZERO),
+            surface("floor", Bands::splat(0.5), Bands::ZERO),
+        ],
+        facets: (0..6).map(|k| facet(usize::from(k == 4), plates[k])).collect(),
+        lights: vec![lit],
+        ..SceneParts::default()
+    };
+    let scene = Scene::new(parts).unwrap();
+    let walls = [patch(plates[0]), patch(plates[1])];
+    let accuracy = TracingAccuracy { relative: 0.002, ..TracingAccuracy::default() };
+    let zones = WalkZones {
+        detectors: plates.map(patch).to_vec(),
+        reflectances: (0..6).map(|k| Bands::splat(if k == 4 { 0.5 } else { 0.0 })).collect(),
+        locator: &FacetZones,
+    };
+    let on_zones = PathTracer::new(&scene).on_zones(zones).measure(&walls, &accuracy, 3);
+    for reading in &on_zones {
+        let expected = 0.200_043_8 * 0.5 * 0.3;
+        assert_agrees("a wall on zones", reading.incident[Band::first()], expected, 0.004);
+    }
+    let without = PathTracer::new(&scene).measure(&walls, &accuracy, 3);
+    assert!(without[0].incident[Band::first()].value > 1.5 * without[1].incident[Band::first()].value);
 }

@@ -4,12 +4,12 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Engine {
-    /// Dense for few zones; for many zones spectral if applicable, else hierarchical. Layered for slabs of varying extinction.
+    /// Spectral for many zones if applicable, else dense or hierarchical by the forecast costs. Layered for slabs of varying extinction.
     #[default]
     Auto,
     /// Every pair of zones.
     Dense,
-    /// Links between clusters of zones.
+    /// Stored rays of every zone, then a final gather.
     Hierarchical,
     /// Every pair of zones of a box on the grid of its medium, by fast Fourier transforms.
     Spectral,

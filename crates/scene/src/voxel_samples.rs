@@ -33,6 +33,8 @@ pub struct VolumeSample {
 /// let unpacked: Vec<VolumeSample> = samples.iter().collect();
 /// assert!((unpacked[0].point - sample.point).length() < 1e-5);
 /// assert!((unpacked[0].volume - 0.01).abs() < 1e-12);
+/// assert_eq!(samples.point_in(0), Some(unpacked[0].point));
+/// assert_eq!(samples.point_in(1), None);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VoxelSamples(Option<Box<PackedSamples>>);
@@ -116,6 +118,13 @@ impl VoxelSamples {
     /// The mask of occupied sub-cells and, by ascending sub-cell, lattice position (2⁻¹⁶ of its edges) and weight of each sample.
     pub fn packed(&self) -> (u64, &[[u16; 4]]) {
         self.0.as_ref().map_or((0, &[]), |p| (p.mask, &p.samples))
+    }
+
+    /// The point of the sample of a sub-cell, m; `None` without one.
+    pub fn point_in(&self, subcell: u8) -> Option<Vec3> {
+        let p = self.0.as_ref().filter(|p| p.mask >> subcell & 1 == 1)?;
+        let [x, y, z, _] = p.samples[(p.mask & ((1 << subcell) - 1)).count_ones() as usize];
+        Some(unpack_point(p.lo, p.edges, subcell, [x, y, z]))
     }
 
     /// The samples reflected across some axes, in a cell with lower corner `lo` and edges `cell` (m) and the free volume `volume` (m³).

@@ -13,7 +13,7 @@ use crate::zone_power::{closure_targets, reflection_weights};
 use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_scene::{Bands, Engine, LightGroup};
 
-/// Residual over the tolerance at which the iteration ends for the hierarchical engine, far below the errors of its links.
+/// Residual over the tolerance at which the iteration ends for the hierarchical engine, far below the errors of its rays.
 const RESIDUAL_OVER_TOLERANCE: f64 = 1e-4;
 
 /// Results of all groups.
@@ -22,6 +22,8 @@ pub(crate) struct SolvedColumns {
     pub results: Vec<IterationResult>,
     /// The incident power, if the engine determined it.
     pub incident: Option<IncidentPower>,
+    /// A vector of the iteration that is needed no longer: the fields take its memory.
+    pub spare: Vec<Bands>,
 }
 
 /// Solves all groups, from a warm start if `initial_groups` has some of them; an engine that solved them already hands over its solution.
@@ -33,21 +35,22 @@ pub(crate) fn solve_groups(
     initial_groups: &[LightGroup],
 ) -> SolvedColumns {
     match built.solved.take() {
-        Some((results, incident)) => SolvedColumns { results, incident: Some(incident) },
+        Some((results, incident)) => SolvedColumns { results, incident: Some(incident), spare: Vec::new() },
         None => {
-            let results = iterate(context, built, surroundings, engine, initial_groups);
-            SolvedColumns { results, incident: None }
+            let (results, spare) = iterate(context, built, surroundings, engine, initial_groups);
+            SolvedColumns { results, incident: None, spare }
         }
     }
 }
 
+/// The results of all groups, and the vector of the weights.
 fn iterate(
     context: &SolveContext,
     built: &BuiltEngine,
     surroundings: &SurroundingsExchange,
     engine: Engine,
     initial_groups: &[LightGroup],
-) -> Vec<IterationResult> {
+) -> (Vec<IterationResult>, Vec<Bands>) {
     // Extend weights, targets, sources and the warm start to the higher-order unknowns.
     let slope_zones = built.operator.slope_zones();
     let (mut weights, mut targets) = (reflection_weights(context.zones), closure_targets(context.zones));
@@ -59,26 +62,30 @@ fn iterate(
         columns
     });
     for (source, column) in context.sources.iter().zip(&mut columns) {
-        column.extend(slope_sources(context, surroundings, source, &weights));
+        let slopes = slope_sources(context, surroundings, source, &weights);
+        column.reserve_exact(slopes.len());
+        column.extend(slopes);
     }
     // Iterate.
     let system = LinearSystem { operator: built.operator.as_ref(), weights: &weights, targets: &targets };
     let options = context.scene.options();
     if let Some(n) = options.scattering_orders {
-        return neumann_series::solve(&system, &columns, n, context.checkpoints, context.progress);
+        let results = neumann_series::solve(&system, &columns, n, context.checkpoints, context.progress);
+        return (results, weights);
     }
     let floor =
         if engine == Engine::Hierarchical { RESIDUAL_OVER_TOLERANCE * options.tolerance } else { 0.0 };
     let stop =
         StoppingCriterion { residual: options.residual.max(floor), max_iterations: options.max_iterations };
-    conjugate_gradients::solve(
+    let results = conjugate_gradients::solve(
         &system,
-        &columns,
+        columns,
         initial.as_deref(),
         stop,
         context.checkpoints,
         context.progress,
-    )
+    );
+    (results, weights)
 }
 
 /// Source strengths of a group for the higher-order unknowns, from the surroundings and from direct light.

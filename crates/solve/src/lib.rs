@@ -18,7 +18,7 @@
 //! | [`dense`] | all pairs of zones |
 //! | [`spectral`] | box enclosures, where the exchange is a convolution |
 //! | [`layered`] | slabs of layers of any extinction, periodic along two axes |
-//! | [`ray`], `cluster`, [`hierarchical`] | rays from every zone, links between clusters, and the blend of both |
+//! | [`ray`], `gather`, [`hierarchical`] | stored rays from every zone, and a final gather from their solution |
 //! | [`direct_light`], [`surroundings`], [`light_groups`] | the right-hand sides |
 //! | `iteration` | conjugate gradients, stabilised bi-conjugate gradients, Neumann series |
 //! | `group_solve`, `solution_fields` | the solution of all light groups, and its fields |
@@ -32,12 +32,12 @@
 //! | [`state`] | thermal states of one geometry from stored exchange areas |
 //! | `stage_codec`, [`solve_context`], `zone_power`, `unobstructed_cells` | shared data and helpers |
 
-mod cluster;
 pub mod dense;
 pub mod direct_light;
 pub mod engine;
 mod errors;
 pub mod exchange_areas;
+mod gather;
 mod group_solve;
 pub mod hierarchical;
 mod iteration;

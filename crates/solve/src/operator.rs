@@ -25,6 +25,10 @@ pub trait ExchangeOperator {
     fn apply_many(&self, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
         columns.iter().map(|s| self.apply(s)).collect()
     }
+    /// Replaces each vector of a multivector by its product; the bits are those of [`ExchangeOperator::apply_many`].
+    fn replace_many(&self, columns: &mut Vec<Vec<Bands>>) {
+        *columns = self.apply_many(columns);
+    }
     /// True if all bands have the same factors and [`ExchangeOperator::apply_band`] costs a third of [`ExchangeOperator::apply`].
     fn has_identical_bands(&self) -> bool {
         false
@@ -33,6 +37,10 @@ pub trait ExchangeOperator {
     fn apply_band(&self, strengths: &[[f64; 1]]) -> Vec<[f64; 1]> {
         let all: Vec<Bands> = strengths.iter().map(|s| Bands::splat(s[0])).collect();
         self.apply(&all).iter().map(|p| [p.first()]).collect()
+    }
+    /// Replaces strengths in the first band by their product; the bits are those of [`ExchangeOperator::apply_band`].
+    fn replace_band(&self, strengths: &mut Vec<[f64; 1]>) {
+        *strengths = self.apply_band(strengths);
     }
     /// Replaces g_ij by d_i g_ij d_j.
     fn scale(&mut self, d: &[Bands]);
@@ -47,7 +55,15 @@ pub(crate) trait ErrorModel: ExchangeOperator {
     /// Incident power of the strengths of a solution, with the error of the sum of all columns.
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
         let sum = multivector::total(self.len(), columns);
-        IncidentPower { columns: self.apply_many(columns), error: self.error(&sum) }
+        IncidentPower {
+            columns: self.apply_many(columns),
+            error: self.error(&sum),
+            column_errors: Vec::new(),
+        }
+    }
+    /// As [`ErrorModel::incident_power`], in the memory of the strengths; these are returned if the errors need them.
+    fn incident_power_in_place(&self, columns: Vec<Vec<Bands>>) -> Result<IncidentPower, Vec<Vec<Bands>>> {
+        Err(columns)
     }
     /// The weakest grade among the factors.
     fn grade(&self) -> Grade;
@@ -59,6 +75,8 @@ pub(crate) struct IncidentPower {
     pub columns: Vec<Vec<Bands>>,
     /// Estimated error of the sum of the columns; `None` if it follows from the closure defects of the rows.
     pub error: Option<Vec<Bands>>,
+    /// Estimated error of every column; empty if unknown.
+    pub column_errors: Vec<Vec<Bands>>,
 }
 
 /// Appends the value of its zone for every higher-order unknown; `slope_zones` as [`ExchangeOperator::slope_zones`] gives them.

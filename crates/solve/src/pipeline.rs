@@ -406,23 +406,21 @@ fn finish(
 ) -> Result<Vec<ZonalSolution>, SceneError> {
     let progress = contexts[0].progress;
     let mut assembled = Vec::new();
+    // The errors of a final gather contain those of the powers that zones send out.
+    let contain_sources = columns.iter().all(|c| c.incident.is_some());
     for (t, columns) in columns.into_iter().enumerate() {
-        let SolvedColumns { mut results, incident } = columns;
+        let SolvedColumns { mut results, incident, spare } = columns;
         let (fields, groups) = solution_fields::assemble(
             &contexts[t],
             &mut built[t],
             &exterior[t],
-            (&mut results, incident),
+            (&mut results, incident, spare),
             prepared[t].engine,
         );
         assembled.push((fields, groups, results));
         check_interrupted(progress)?;
     }
-    if contexts[0].scene.thermal().is_some() {
-        let kind = match thermal::newton::is_needed(contexts[0].scene) {
-            true => TemperatureSolve::Newton,
-            false => TemperatureSolve::Direct,
-        };
+    if let Some(kind) = TemperatureSolve::to_propagate(contexts[0].scene, contain_sources) {
         let engines = triple_engines(contexts, &built, exterior);
         let mut fields: Vec<&mut Fields> = assembled.iter_mut().map(|a| &mut a.0).collect();
         thermal::propagate_errors(&engines, &mut fields, kind);
@@ -514,7 +512,11 @@ fn solve_columns(
     if thermal::newton::is_needed(contexts[0].scene) {
         let coupled = thermal::newton::solve(&triple_engines(contexts, built, exterior))?;
         built[0].counts.push(("products with all bands".into(), coupled.products as u64));
-        let columns = coupled.results.into_iter().map(|r| SolvedColumns { results: vec![r], incident: None });
+        let columns = coupled.results.into_iter().map(|r| SolvedColumns {
+            results: vec![r],
+            incident: None,
+            spare: Vec::new(),
+        });
         return Ok((columns.collect(), Some(coupled.zones)));
     }
     let mut columns = Vec::new();

@@ -214,6 +214,8 @@ fn sum_of_groups(
         let rest = |b: Band| {
             let all = (old.error[i][b].powi(2) - part[b].powi(2)).max(0.0).sqrt();
             match &own {
+                // Errors that add up by squares are less than the sum of the groups; they stay where no group of the zone was scaled.
+                Some((before, after)) if after[i][b] == before[i][b] => all,
                 Some((before, after)) => after[i][b] + excess(all, before[i][b]) * grown(b),
                 None => all * grown(b),
             }

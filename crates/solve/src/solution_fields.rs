@@ -1,7 +1,7 @@
 //! Fields of a solution and of its light groups, with their errors, from the strengths of the iteration.
 
-use crate::direct_light::direct_error;
-use crate::errors::closure_error::unexplained_fractions;
+use crate::direct_light::direct_error::{self, ErrorSum};
+use crate::errors::closure_error::take_unexplained_fractions;
 use crate::errors::consistency;
 use crate::errors::propagation::{errors_like, propagate_factor_errors};
 use crate::iteration::IterationResult;
@@ -15,12 +15,13 @@ use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_scene::{Bands, EnergyBalance, Engine, Fields, LightGroup, ZoneValues, Zones};
 
-/// The fields of all light and of each group. `incident` is the incident power if the engine determined it.
+/// The fields of all light and of each group. `incident` is the incident power if the engine determined it; `spare` is a vector whose memory the fields
+/// take. Where nothing leaves the scene, the results have no strengths afterwards: the incident power takes their memory.
 pub(crate) fn assemble(
     context: &SolveContext,
     built: &mut BuiltEngine,
     surroundings: &SurroundingsExchange,
-    (results, incident): (&mut [IterationResult], Option<IncidentPower>),
+    (results, incident, mut spare): (&mut [IterationResult], Option<IncidentPower>, Vec<Bands>),
     engine: Engine,
 ) -> (Fields, Vec<LightGroup>) {
     let (zones, n) = (context.zones, context.zones.len());
@@ -28,11 +29,14 @@ pub(crate) fn assemble(
     let options = context.scene.options();
     let normalizes =
         incident.is_some() && context.scene.restores_closure() && options.scattering_orders.is_none();
-    let fractions: Vec<Bands> = unexplained_fractions(zones, &built.closure, surroundings);
+    let fractions = take_unexplained_fractions(zones, &mut built.closure, surroundings);
     // Apply the operator to the solution.
-    let IncidentPower { mut columns, mut error } = incident_power(built, results, incident);
+    let IncidentPower { mut columns, mut error, column_errors } =
+        incident_power(built, surroundings, results, incident);
     columns.iter_mut().chain(&mut error).for_each(|a| a.truncate(n));
     // Compute the fields of each group and their sum.
+    spare.par_iter_mut().for_each(|x| *x = Bands::ZERO);
+    spare.resize(n, Bands::ZERO);
     let mut assembly = GroupAssembly {
         context,
         surroundings,
@@ -41,24 +45,37 @@ pub(crate) fn assemble(
         min_incident: if built.operator.len() > n { f64::NEG_INFINITY } else { 0.0 },
         normalizes,
         normalization_change: vec![Bands::ZERO; n * usize::from(normalizes)],
-        fields: Fields { incident: vec![Bands::ZERO; n], direct: vec![Bands::ZERO; n], ..Fields::default() },
+        fields: Fields { incident: spare, direct: vec![Bands::ZERO; n], ..Fields::default() },
     };
     let mut groups = Vec::new();
     for ((source, result), incident) in context.sources.iter().zip(&*results).zip(columns) {
         groups.push(assembly.add_group(built, source, result, incident));
     }
     let GroupAssembly { mut fields, normalization_change, .. } = assembly;
-    fields.radiosity = radiosity(zones, &fields);
     // Propagate the errors.
+    let error_sum = if column_errors.is_empty() { ErrorSum::Linear } else { ErrorSum::Independent };
     fields.error = match error {
         Some(mut errors) => {
-            errors.par_iter_mut().enumerate().for_each(|(i, e)| *e /= zones.response(i).1);
+            let over_measure = |errors: &mut Vec<Bands>| {
+                errors.par_iter_mut().enumerate().for_each(|(i, e)| *e /= zones.response(i).1);
+            };
+            over_measure(&mut errors);
+            for (group, mut own) in groups.iter_mut().zip(column_errors) {
+                over_measure(&mut own);
+                group.error = errors_like(&group.incident, &own, group.incident_scale);
+            }
             errors
         }
         None => propagate_factor_errors(zones, built.operator.as_ref(), &fractions, results, &mut groups),
     };
-    direct_error::propagate_to_groups(context, built.operator.as_ref(), &mut fields, &mut groups);
+    direct_error::propagate_to_groups(
+        context,
+        (built.operator.as_ref(), error_sum),
+        &mut fields,
+        &mut groups,
+    );
     consistency::widen_by_closure(&fractions, &mut fields);
+    fields.radiosity = radiosity(zones, &fields, fractions);
     widen_errors(context, surroundings, &groups, normalization_change, &mut fields);
     (fields, groups)
 }
@@ -72,32 +89,41 @@ fn widen_errors(
     fields: &mut Fields,
 ) {
     consistency::widen_by_residual(context.zones, groups, fields);
-    fields.error.iter_mut().zip(normalization_change).for_each(|(e, c)| *e += c);
+    fields.error.iter_mut().zip(normalization_change).for_each(|(e, c)| *e = e.hypot(c));
     add_surroundings_error(context, surroundings, fields);
     if !has_negative_source(context.zones) {
         consistency::widen_by_negative_flux(fields);
     }
 }
 
-/// The incident power of the solution. Strengths are lent to the operator and given back, since those of a large scene are not copied.
+/// The incident power of the solution. Strengths are lent to the operator, since those of a large scene are not copied, and given back where powers
+/// that leave the scene or errors need them.
 fn incident_power(
     built: &BuiltEngine,
+    surroundings: &SurroundingsExchange,
     results: &mut [IterationResult],
     incident: Option<IncidentPower>,
 ) -> IncidentPower {
-    let strengths: Vec<Vec<Bands>> = results.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
+    let mut strengths: Vec<Vec<Bands>> =
+        results.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
+    if incident.is_none() && surroundings.is_closed() {
+        match built.operator.incident_power_in_place(strengths) {
+            Ok(found) => return found,
+            Err(given_back) => strengths = given_back,
+        }
+    }
     let incident = incident.unwrap_or_else(|| built.operator.incident_power(&strengths));
     results.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
     incident
 }
 
-/// Radiosity of all zones, W/m².
-fn radiosity(zones: &Zones, f: &Fields) -> Vec<Bands> {
-    let one = |i: usize| {
+/// Radiosity of all zones, W/m², in the memory of `out`.
+fn radiosity(zones: &Zones, f: &Fields, mut out: Vec<Bands>) -> Vec<Bands> {
+    out.par_iter_mut().enumerate().for_each(|(i, b)| {
         let (e, (rho, _)) = (zones.emission(i), zones.response(i));
-        e + rho * (f.incident[i] + f.direct[i])
-    };
-    (0..zones.len()).into_par_iter().map(one).collect()
+        *b = e + rho * (f.incident[i] + f.direct[i]);
+    });
+    out
 }
 
 /// Adds the error of the incoming radiation to the error of every zone.

@@ -36,7 +36,7 @@ pub struct SolveContext<'a> {
 
 impl SolveContext<'_> {
     /// The source strengths s⁰ of every group, W/m² and W/m³.
-    pub fn source_strengths(&self, surroundings: &SurroundingsExchange) -> Vec<Vec<Bands>> {
+    pub(crate) fn source_strengths(&self, surroundings: &SurroundingsExchange) -> Vec<Vec<Bands>> {
         let of_group = |s: &SourceGroup| {
             light_groups::source_strengths(s, self.scene, self.zones, surroundings, &s.direct(self.direct))
         };

@@ -16,10 +16,10 @@ fn warm(floor: f64, closure: &str) -> Solution {
     ))
 }
 
-/// Walls at nearly equal temperatures exchange a thousandth of their emission; the imbalance is relative to the exchange.
+/// Walls at nearly equal temperatures exchange a few hundred-thousandths of their emission; the imbalance is relative to the exchange.
 #[test]
 fn heat_imbalance_is_relative_to_the_exchanged_power() {
-    let s = warm(1002.0, "measure");
+    let s = warm(1000.05, "measure");
     let table = s.report.heat.as_ref().unwrap();
     let given: f64 = table.rows.iter().map(|r| r.power.max(0.0)).sum();
     let off = table.balance().abs() / given;
@@ -32,7 +32,7 @@ fn heat_imbalance_is_relative_to_the_exchanged_power() {
     assert_eq!(stated.len(), 1, "{:?}", s.report.warnings);
     assert!(stated[0].contains("heat balance") && stated[0].contains("restore closure"), "{}", stated[0]);
     // No diagnostic with restored closure, also for equal temperatures without net power.
-    for s in [warm(1002.0, "restore"), warm(1000.0, "restore")] {
+    for s in [warm(1000.05, "restore"), warm(1000.0, "restore")] {
         assert!(notes(&s, "balance").is_empty(), "{:?}", s.report.warnings);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::{count, mean, patches_of, read, solved, unit_room, with_exchange};
+use common::{count, mean, patches_of, read, sheet_over_floor, solved, unit_room, with_exchange};
 use zonal_reference::test_cases::sampled_cases;
 use zonal_scene::{Bands, NoProgress, Solution};
 use zonal_solve::direct_light::illumination::{PowerNormalization, illuminate};
@@ -203,4 +203,32 @@ fn error_of_the_surroundings_is_stated() {
         }
     }
     assert!(told[2] < 0.6 * told[0] && told[3] < 0.6 * told[1], "{told:?}");
+}
+
+/// A lamp of 324 patches over a floor of one patch, and a sheet that hides a fifteenth of it. Few rays of each pair meet the sheet; a mean by rays whose
+/// number depends on what they meet would miss most of it.
+#[test]
+fn pairs_of_which_a_small_part_is_hidden_are_dimmed_by_it() {
+    let s = common::solve(sheet_over_floor("0.8"));
+    // The mean over the floor of the irradiance by the lamp, by the midpoint rule.
+    let n = 32;
+    let points = |half: f64| (0..n).map(move |k| half * ((2 * k + 1) as f64 / n as f64 - 1.0));
+    let mut sum = 0.0;
+    for (a, b) in points(0.4).flat_map(|a| points(0.4).map(move |b| (a, b))) {
+        for (c, d) in points(1.0).flat_map(|c| points(1.0).map(move |d| (c, d))) {
+            let at = |from: f64, to: f64| from + 0.025 * (to - from);
+            // The point in the plane of the sheet, from its corner, along its edges of 0.2 m.
+            let [x, y] = [at(a, c) + 0.0366, at(b, d) + 0.1366];
+            let along = [[-0.1, 0.1732], [0.1732, 0.1]].map(|e| (e[0] * x + e[1] * y) / 0.04);
+            let hidden = along.iter().all(|u| (0.0..1.0).contains(u));
+            let r2 = (c - a).powi(2) + (d - b).powi(2) + 4.0;
+            sum += if hidden { 0.0 } else { 4.0 / (std::f64::consts::PI * r2 * r2) };
+        }
+    }
+    let want = 4.0 * sum / (n * n * n * n) as f64;
+    let floor = patches_of(&s, "floor");
+    assert_eq!(floor.len(), 1);
+    let [h, e] = [s.fields.direct[floor[0]], s.fields.direct_error[floor[0]]].map(|x| x.first());
+    assert!((h / want - 1.0).abs() < 0.01, "{h} ± {e}, {want}");
+    assert!((h - want).abs() < 3.0 * e + 1e-3 * want, "{h} ± {e}, {want}");
 }

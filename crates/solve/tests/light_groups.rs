@@ -152,7 +152,7 @@ fn relit_hierarchical_solution_agrees_within_the_tolerance() {
         let [x, y] = [&relit, &fresh].map(|s| &s.fields.incident[part.clone()]);
         let off: f64 = x.iter().flatten().zip(y.iter().flatten()).map(|(x, y)| (x - y) * (x - y)).sum();
         let off = (off / y.iter().flatten().map(|y| y * y).sum::<f64>()).sqrt();
-        assert!(off <= tolerance, "{off}");
+        assert!(off <= tolerance, "{off} {part:?} {patches}");
     }
 }
 
@@ -344,21 +344,18 @@ fn bare(patch: f64) -> Scene {
     read(&format!("{head}[medium]{tail}").replace("patch_size = 0.5", &format!("patch_size = {patch}")))
 }
 
-/// The same with the hierarchical engine: rays that are sufficient, and rays followed by links or by all pairs.
+/// The same with the hierarchical engine, in the rays and between the rounds of the final gather.
 #[test]
-fn ray_table_interrupted_at_any_stage_is_bit_identical() {
-    for (tolerance, patch, links, pairs) in
-        [(0.2, 0.5, false, false), (0.03, 0.08, true, false), (0.01, 0.5, false, true)]
-    {
-        let scene = with(bare(patch), |o| {
+fn rays_and_gather_interrupted_at_any_stage_are_bit_identical() {
+    for tolerance in [0.2, 0.03] {
+        let scene = with(bare(0.5), |o| {
             (o.engine, o.tolerance) = (zonal_scene::Engine::Hierarchical, tolerance);
         });
         let straight = solve(scene.clone());
-        let has = |name: &str| straight.report.counts.iter().any(|c| c.0.contains(name));
-        let made = (has("links"), has("pairs of zones, all"), has("transport_rays"));
-        assert_eq!(made, (links, pairs, true), "{tolerance}");
+        assert!(straight.report.counts.iter().any(|c| c.0 == "transport_rays"));
         let vault = broken_off(&scene, 1, 3, &straight);
-        assert!(vault.stages.lock().unwrap().keys().any(|k| k.starts_with("views-")));
+        let stages = vault.stages.lock().unwrap();
+        assert!(stages.keys().any(|k| k.starts_with("views-")) && stages.contains_key("state-gather"));
     }
 }
 
@@ -374,7 +371,7 @@ fn saved_rays_serve_other_reflectances() {
         Some(Bands::from_rgb([0.9, 0.5, 0.0])),
     )
     .unwrap();
-    vault.stages.lock().unwrap().remove("state-krylov");
+    vault.stages.lock().unwrap().retain(|k, _| !k.starts_with("state-"));
     let views = |v: &Memory| v.stages.lock().unwrap().keys().filter(|k| k.starts_with("views-")).count();
     let before = (views(&vault), vault.loads.load(Ordering::Relaxed));
     let again = run(&painted, &vault);

@@ -36,7 +36,6 @@ fn normalization_closes_the_balance_and_keeps_ratios_between_zones() {
     let [plain, normalized] = [false, true].map(|restore| solved(Engine::Hierarchical, restore));
     for s in [&plain, &normalized] {
         assert!(s.report.counts.iter().any(|c| c.0 == "transport_rays"));
-        assert!(s.report.counts.iter().all(|c| !c.0.contains("links")), "rays alone solve this scene");
     }
     assert_eq!(
         (plain.groups.len(), normalized.report.closure.restored, plain.report.closure.restored),

@@ -186,6 +186,13 @@ impl<'a> Transport<'a> {
         }
     }
 
+    /// Distances from `a`, m, at which the segment a–b enters and leaves the voxel grid; `None` where it misses it.
+    #[inline]
+    pub fn clip_to_grid(&self, a: Vec3, b: Vec3) -> Option<(f64, f64)> {
+        grid_traversal::clip_to_grid(self.scene.voxel_grid()?, a, b)
+            .map(|(_, enters, leaves)| (enters, leaves))
+    }
+
     /// The volume zone, an index into `zones.voxels`, that holds point `p` of a cell. Where walls divide the cell: the zone of the
     /// nearest sample that `p` sees.
     pub fn volume_zone_at(&self, zones: &Zones, cell: usize, p: Vec3) -> Option<usize> {
@@ -193,14 +200,27 @@ impl<'a> Transport<'a> {
         if range.len() <= 1 {
             return range.into_iter().next();
         }
+        let candidates = self.nearest_samples(zones, cell, p);
+        let visible = candidates.iter().find(|n| !self.occluded(p, n.2));
+        visible.or(candidates.first()).map(|n| n.1)
+    }
+
+    /// The volume zone of a divided cell, an index into `zones.voxels`, whose sample nearest to `p` sees `p`; `None` where none does.
+    pub fn visible_volume_zone(&self, zones: &Zones, cell: usize, p: Vec3) -> Option<usize> {
+        let candidates = self.nearest_samples(zones, cell, p);
+        candidates.iter().find(|n| !self.occluded(p, n.2)).map(|n| n.1)
+    }
+
+    /// Squared distance, zone and position of the sample of each zone of a cell that is nearest to `p`, the nearest first.
+    fn nearest_samples(&self, zones: &Zones, cell: usize, p: Vec3) -> Vec<(f64, usize, Vec3)> {
+        let range = zones.voxel_zones_of_cell(cell);
         let nearest_sample = |z: usize| {
             let samples = zones.voxels[z].samples.iter().map(|s| ((s.point - p).length2(), z, s.point));
             samples.min_by(|a, b| a.0.total_cmp(&b.0))
         };
         let mut candidates: Vec<(f64, usize, Vec3)> = range.filter_map(nearest_sample).collect();
         candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let visible = candidates.iter().find(|n| !self.occluded(p, n.2));
-        visible.or(candidates.first()).map(|n| n.1)
+        candidates
     }
 
     /// True when `p` lies in the material of a closed solid.

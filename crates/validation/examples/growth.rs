@@ -23,15 +23,14 @@ use zonal_report::plot::{LOG_LOG, LegendPlacement, Plot, SeriesMark};
 const MAX_GROWTH_PER_DOUBLING: f64 = 2.1;
 /// Unit of the memory in the plot, MB, which brings it among the other curves.
 const PLOTTED_MEMORY_UNIT: f64 = 10.0;
-const CSV_HEADER: &str =
-    "zones,patches,voxels,panes,wall_s,processor_s,peak_MB,links_a_zone,rays_a_zone,estimate_H,estimate_G\n";
+const CSV_HEADER: &str = "zones,patches,voxels,panes,wall_s,processor_s,peak_MB,samples_a_zone,rays_a_zone,estimate_H,estimate_G\n";
 
 /// Cost of a size.
 struct GrowthRow {
     zones: [f64; 3],
     /// Wall time and processor time, s; peak memory, MB.
     took: [f64; 3],
-    links: f64,
+    samples: f64,
     rays: f64,
     estimate: [f64; 2],
 }
@@ -45,7 +44,7 @@ impl GrowthRow {
         format!(
             "{},{patches},{voxels},{panes},{wall:.1},{processor:.1},{peak:.0},{:.2},{:.1},{:.4},{:.4}\n",
             self.all(),
-            self.links,
+            self.samples,
             self.rays,
             self.estimate[0],
             self.estimate[1]
@@ -91,9 +90,9 @@ fn solve(
         wanted.filter_map(|c| c["count"].as_f64()).fold(0.0, |s, c| s + c) / all
     };
     let estimate = ["patches", "volumes"].map(|k| report["estimate"][k][0].as_f64().unwrap_or(f64::NAN));
-    let links = count(&["links, each direction"]);
+    let samples = count(&["samples of the final gather"]);
     let rays = count(&["rays between clusters", "transport_rays"]);
-    Ok(GrowthRow { zones, took, links, rays, estimate })
+    Ok(GrowthRow { zones, took, samples, rays, estimate })
 }
 
 /// Growth of y where x doubles: by a straight line through the logarithms.
@@ -123,7 +122,7 @@ fn draw(rows: &[GrowthRow], name: &str, path: &Path) -> Result<(), Box<dyn std::
     p.add("processor time, s", SeriesMark::LineWithPoints, 0, time.clone())
         .add("peak memory, 10 MB", SeriesMark::LineWithPoints, 1, memory.clone())
         .add("rays a zone", SeriesMark::LineWithPoints, 2, curve(rows, |r| r.rays, 1.0))
-        .add("links a zone", SeriesMark::LineWithPoints, 3, curve(rows, |r| r.links, 1.0))
+        .add("samples a zone", SeriesMark::LineWithPoints, 3, curve(rows, |r| r.samples, 1.0))
         .add("×2.1 where zones double", SeriesMark::Dashed, 7, bound(&time))
         .add("", SeriesMark::Dashed, 7, bound(&memory));
     Ok(p.write(path).map_err(|e| e.to_string())?)

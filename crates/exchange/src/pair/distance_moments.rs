@@ -4,7 +4,7 @@ use super::exchange::Exchange;
 use super::prepared_zone::{PreparedShape, PreparedZone, aligned_rectangle};
 use crate::aligned::Cuboid;
 use crate::solid_angle_quadrature::{self, DistanceMoments};
-use zonal_math::{Bounded, Vec3};
+use zonal_math::Vec3;
 use zonal_scene::{Plate, Sides};
 
 /// Radius of a plate factor that suffices in any case, relative to the smaller area.
@@ -13,14 +13,6 @@ pub(super) const PLATE_ERROR_OVER_AREA: f64 = 1e-12;
 const MIN_RELATIVE_THICKNESS: f64 = 1e-12;
 
 impl Exchange<'_> {
-    /// The unobstructed 𝓕 of the patches `i` and `j`, m², to the relative radius `tolerance`.
-    ///
-    /// # Panics
-    /// On a zone other than a patch.
-    pub fn unobstructed_plates(&self, i: usize, j: usize, tolerance: f64) -> Bounded {
-        self.plates.pair(i, j, tolerance, PLATE_ERROR_OVER_AREA.max(1e-3 * tolerance)).bounded
-    }
-
     /// The unattenuated factor of two zones other than cut voxels.
     pub(super) fn distance_moments(&self, a: &PreparedZone, b: &PreparedZone) -> DistanceMoments {
         if let (Some(p), Some(q)) = (&a.aligned, &b.aligned)

@@ -16,8 +16,9 @@
 //! In a periodic scene an axis-aligned pair in a uniform medium has the sum over the images of one of its zones. Without a medium the images of
 //! a patch are an infinitely long strip (`strip_images.rs`).
 //!
-//! **Visibility** multiplies: the mean over rays between points of both zones, weighted by the kernel. The first rays are few; where
-//! they disagree, more follow. The points differ between pairs, so that the errors of neighbouring pairs are independent.
+//! **Visibility** multiplies: the mean over rays between points of both zones, weighted by the kernel. For a pair that carries an
+//! important share of a zone's power, rays without weight come first; where they disagree, the mean has more rays. Other pairs have a fixed number. A
+//! number that followed from the rays of the mean itself would bias it. The points differ between pairs, so that the errors of neighbouring pairs are independent.
 //!
 //! ```
 //! use zonal_exchange::pair::{Exchange, PairCounts, closure_target, scaled_radiosity_coefficient};

@@ -119,27 +119,27 @@ impl Exchange<'_> {
         }
         // The first band stands for all in vacuum, and decides the number of rays in a medium.
         let grey = Band::first();
-        // Trace the first rays, and those between the rims of an important pair.
-        let mut tally: PerBand<WeightedMean> = PerBand::default();
-        let first = if pair.is_close() { RAYS.partial } else { RAYS.first };
-        self.trace_visibility(pair, 0..first, &mut tally);
         let important = self.is_important(share);
-        let rim = if important { self.occlusion.rim_visibility(a, b) } else { RimVisibility::default() };
-        counts.rays += rim.rays;
-        // Resolve a partly visible pair by more rays.
-        if tally[grey].is_mixed() || rim.disagrees(RayConsensus::of(tally[grey].blocked as u64)) {
-            counts.partial += 1;
-            let rays = if important { pair.important_rays() } else { RAYS.partial };
-            self.trace_visibility(pair, first..rays, &mut tally);
-        }
-        // Add rays until the error leaves an admissible share of power open.
-        for _ in 0..RAYS.max_rounds {
-            let error = tally.iter().fold(0.0f64, |m, t| m.max(t.mean_and_error().1));
-            let (have, want) = (tally[grey].n as usize, self.rays_for(tally[grey].n as usize, share * error));
-            if !tally[grey].is_mixed() || want <= have {
-                break;
-            }
-            self.trace_visibility(pair, have..want, &mut tally);
+        let first = match pair.is_close() {
+            true => RAYS.partial,
+            false if important => RAYS.first,
+            false => RAYS.unimportant,
+        };
+        let (start, rim) = if important { self.unweighted_rays(pair, first) } else { Default::default() };
+        let partial = start.is_mixed() || rim.disagrees(RayConsensus::of(start.blocked as u64));
+        let start = start.n as usize;
+        counts.rays += start as u64 + rim.rays;
+        counts.partial += u64::from(partial);
+        // Trace the rays of the mean.
+        let rays = match important {
+            true if partial => pair.important_rays(),
+            true => first.max(RAYS.agreeing),
+            false => first,
+        };
+        let mut tally: PerBand<WeightedMean> = PerBand::default();
+        self.trace_visibility(pair, start..start + rays, &mut tally);
+        if partial {
+            self.add_rays_by_error(pair, start, share, &mut tally);
         }
         counts.rays += tally[grey].n as u64;
         // Add the undetected occlusion of rays that all agree.
@@ -158,6 +158,28 @@ impl Exchange<'_> {
             PerBand::splat(with_missed(tally[grey]))
         } else {
             tally.map(with_missed)
+        }
+    }
+
+    /// What `n` rays without weight in the mean, and rays between the rims, say of an important pair.
+    ///
+    /// They show whether the pair is partly visible. If the rays of the mean decided that, pairs of which few points are hidden would appear free.
+    fn unweighted_rays(&self, pair: ZonePair, n: usize) -> (WeightedMean, RimVisibility) {
+        let mut seen: PerBand<WeightedMean> = PerBand::default();
+        self.trace_visibility(pair, 0..n, &mut seen);
+        (seen[Band::first()], self.occlusion.rim_visibility(pair.a, pair.b))
+    }
+
+    /// Adds rays to a partly visible pair, from ray `start` on, until the error leaves an admissible share of power open.
+    fn add_rays_by_error(&self, pair: ZonePair, start: usize, share: f64, tally: &mut PerBand<WeightedMean>) {
+        for _ in 0..RAYS.max_rounds {
+            let first = tally[Band::first()];
+            let error = tally.iter().fold(0.0f64, |m, t| m.max(t.mean_and_error().1));
+            let (have, want) = (first.n as usize, self.rays_for(first.n as usize, share * error));
+            if !first.is_mixed() || want <= have {
+                break;
+            }
+            self.trace_visibility(pair, start + have..start + want, tally);
         }
     }
 
@@ -271,29 +293,35 @@ impl Exchange<'_> {
         let scale = self.pane_scale(a) * self.pane_scale(b);
         let points = PairPoints::new(seed);
         let mut traced: Vec<PairRay> = Vec::with_capacity(rays.max(RAYS.partial));
+        let share = power_share(m.factor.value, a, b);
+        let undecided = divided && rays > 1 && rays < RAYS.important;
+        let important = undecided && self.is_important(share);
+        // Rays without weight show whether an important pair is partly visible.
+        let start = if important { rays } else { 0 };
         let trace = |to: usize, traced: &mut Vec<PairRay>| {
             for k in traced.len()..to {
-                let (x, y) = if rays == 1 { (a.centre, b.centre) } else { points.both(a, b, k) };
+                let (x, y) = if rays == 1 { (a.centre, b.centre) } else { points.both(a, b, start + k) };
                 traced.push(self.trace_ray(pair, x, y, divided));
             }
         };
-        // Trace the first rays, and those between the rims of an important pair.
-        trace(rays, &mut traced);
-        let blocked = traced.iter().filter(|r| r.is_dark()).count();
-        let share = power_share(m.factor.value, a, b);
-        let undecided = divided && rays > 1 && rays < RAYS.important;
-        let rim = if undecided && self.is_important(share) {
-            self.occlusion.rim_visibility(a, b)
-        } else {
-            RimVisibility::default()
-        };
-        counts.rays += rim.rays;
-        // Resolve a partly visible pair by more rays.
-        if undecided && (blocked > 0 && blocked < rays || rim.disagrees(RayConsensus::of(blocked as u64))) {
-            counts.partial += 1;
-            let n = if self.is_important(share) { RAYS.important } else { RAYS.partial.max(rays) };
-            trace(n, &mut traced);
+        let (mut rim, mut n) = (RimVisibility::default(), rays);
+        if important {
+            let hidden = |&k: &usize| {
+                let (x, y) = points.both(a, b, k);
+                self.trace_ray(pair, x, y, divided).is_dark()
+            };
+            let blocked = (0..rays).filter(hidden).count();
+            rim = self.occlusion.rim_visibility(a, b);
+            counts.rays += rays as u64 + rim.rays;
+            if blocked > 0 && blocked < rays || rim.disagrees(RayConsensus::of(blocked as u64)) {
+                counts.partial += 1;
+                n = RAYS.important;
+            }
+        } else if undecided {
+            n = rays.max(RAYS.unimportant);
         }
+        // Trace the rays of the mean.
+        trace(n, &mut traced);
         // Trace enough rays that an undetected pane is unimportant.
         let dimmed = rays > 1 && self.may_dim(a, b);
         if dimmed {

@@ -5,9 +5,13 @@ use zonal_math::{Vec3, low_discrepancy};
 
 /// Numbers of rays of a pair, and the limits by which they are chosen.
 pub(super) struct PairRayParams {
-    /// First rays of a pair.
+    /// Rays that show whether an important pair is partly visible.
     pub first: usize,
-    /// Rays of a partly visible pair.
+    /// Rays of such a pair that is not.
+    pub agreeing: usize,
+    /// Rays of a pair that carries no important share of a zone's power.
+    pub unimportant: usize,
+    /// Rays of a pair of close zones of that kind.
     pub partial: usize,
     /// Rays of a partly visible pair that carries an important share of a zone's power.
     pub important: usize,
@@ -39,6 +43,8 @@ pub(super) struct PairRayParams {
 /// The parameters of all pairs.
 pub(super) const RAYS: PairRayParams = PairRayParams {
     first: 4,
+    agreeing: 12,
+    unimportant: 8,
     partial: 16,
     important: 64,
     close: 256,

@@ -17,6 +17,7 @@
 //! | `flight` | flights between vertices through facets, cells and panes |
 //! | `light_sampling` | suns, sky and emitting facets |
 //! | [`bvh`] | the facets in a binary tree of boxes |
+//! | `zonal_walk` | walks that go on from a random point of each zone: the zonal equations |
 //! | `traced_image` | pictures of a camera |
 //!
 //! The path tracer handles scenes of any size; its tree is tested against the search over every facet. Every random number is a
@@ -29,7 +30,9 @@ mod light_sampling;
 mod path;
 mod traced_image;
 mod tracer;
+mod zonal_walk;
 
 pub use detector::{Detector, SubcellPart};
 pub use traced_image::TracedImage;
 pub use tracer::{DetectorReading, PathTracer, TracingAccuracy};
+pub use zonal_walk::{WalkZones, ZoneLocator};

@@ -11,8 +11,10 @@
 //! After a few bounces Russian roulette continues a path with the probability of its last albedo and weights it accordingly, which
 //! keeps the estimate unbiased. Light that arrives unscattered from a sun, a sky or a surface that the scene lists as a light is direct.
 
+use super::detector::{Detector, SubcellPart};
 use super::flight::{FlightEnd, PathVertex, RayScene, sample_scattering};
 use super::light_sampling::{FacetSide, LightSet};
+use super::zonal_walk::WalkZones;
 use crate::rng::Rng;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Sides};
@@ -21,6 +23,8 @@ use zonal_scene::{Bands, Sides};
 const MIN_ROULETTE_BOUNCES: usize = 3;
 /// Largest probability of survival, so that paths in a white closed scene end.
 const MAX_SURVIVAL_PROBABILITY: f64 = 0.995;
+/// Most trials to draw a point of a sub-cell that its sample point sees.
+const MAX_POINT_TRIALS: usize = 200;
 
 /// The numbers of a path: evenly distributed ones for its first events, then random ones.
 pub(super) struct PathNumbers {
@@ -67,6 +71,8 @@ pub(super) struct PathSampler<'a> {
     pub lights: LightSet<'a>,
     /// Maximum number of bounces between detector and emission.
     pub max_bounces: usize,
+    /// The zones, for walks that go on from a random point of each zone.
+    pub zones: Option<WalkZones<'a>>,
 }
 
 /// The state of a path.
@@ -127,7 +133,7 @@ impl PathSampler<'_> {
                 return false;
             }
             FlightEnd::Collision(vertex, albedo) => {
-                s.vertex = vertex;
+                s.vertex = self.point_in_zone_of(vertex, numbers);
                 albedo
             }
             FlightEnd::Facet(hit) => {
@@ -146,10 +152,66 @@ impl PathSampler<'_> {
                 let at = s.vertex.at() + d * hit.t;
                 let normal = if hit.front { normal } else { -normal };
                 s.vertex = PathVertex::Surface { at, normal, facet: Some(hit.id) };
-                self.space.scene.reflectance_at(hit.id as usize, hit.uv[0], hit.uv[1])
+                match self
+                    .zones
+                    .as_ref()
+                    .and_then(|z| Some((z, z.locator.on_facet(hit.id, hit.front, hit.uv)?)))
+                {
+                    Some((zones, i)) => {
+                        let at = self.start(&zones.detectors[i], numbers).at();
+                        s.vertex = PathVertex::Surface { at, normal, facet: Some(hit.id) };
+                        zones.reflectances[i]
+                    }
+                    None => self.space.scene.reflectance_at(hit.id as usize, hit.uv[0], hit.uv[1]),
+                }
             }
         };
         self.scatter(s, albedo, numbers)
+    }
+
+    /// A random point of the volume zone in which a vertex lies, for walks on zones; else the vertex.
+    fn point_in_zone_of(&self, vertex: PathVertex, numbers: &mut PathNumbers) -> PathVertex {
+        let Some(zones) = &self.zones else { return vertex };
+        let zone = match vertex {
+            PathVertex::Pane { at, pane, .. } => zones.locator.in_pane(pane, at),
+            _ => zones.locator.in_medium(vertex.at()),
+        };
+        zone.map_or(vertex, |i| self.start(&zones.detectors[i], numbers))
+    }
+
+    /// A random point of a detector.
+    pub(super) fn start(&self, detector: &Detector, numbers: &mut PathNumbers) -> PathVertex {
+        let u: [f64; 3] = numbers.next_array();
+        match detector {
+            Detector::Patch { plate, normal } => {
+                let [s, t] = plate.warp([u[0], u[1]]);
+                PathVertex::Surface { at: plate.at(s, t), normal: *normal, facet: None }
+            }
+            Detector::Point(at) => PathVertex::Free { at: *at },
+            Detector::Cell { lo, hi } => {
+                PathVertex::Free { at: *lo + (*hi - *lo).scale(Vec3::from_array(u)) }
+            }
+            Detector::Part(parts) => PathVertex::Free { at: self.point_of(parts, u[0], &mut numbers.rng) },
+            Detector::Pane { pane, plate } => {
+                let [s, t] = plate.warp([u[0], u[1]]);
+                let height = u[2] * self.space.scene.panes()[*pane].thickness;
+                PathVertex::Pane { at: plate.at(s, t), normal: plate.normal(), pane: *pane, height }
+            }
+        }
+    }
+
+    /// A random point of a divided cell: a sub-cell by its volume, in it a point that its sample point sees.
+    fn point_of(&self, parts: &[SubcellPart], u: f64, rng: &mut Rng) -> Vec3 {
+        let mut rest = u * parts.iter().map(|p| p.volume).sum::<f64>();
+        let chosen = parts.iter().find(|p| {
+            rest -= p.volume;
+            rest <= 0.0
+        });
+        let p = chosen.unwrap_or(&parts[parts.len() - 1]);
+        (0..MAX_POINT_TRIALS)
+            .map(|_| rng.point_in_box(p.lo, p.hi))
+            .find(|x| self.space.visible(p.point, *x))
+            .unwrap_or(p.point)
     }
 
     /// Applies the albedo and Russian roulette; false when the path ends.

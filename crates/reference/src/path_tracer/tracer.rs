@@ -4,15 +4,15 @@
 //! error. Within a replicate the first [`SPREAD_DIMENSIONS`] numbers of the paths form a rank-1 lattice (Roberts 2018) with a random
 //! shift. A pilot run of each detector sets the number of paths of its final run.
 
-use super::detector::{Detector, SubcellPart};
-use super::flight::{PathVertex, RayScene};
+use super::detector::Detector;
+use super::flight::RayScene;
 use super::light_sampling::LightSet;
 use super::path::{PathNumbers, PathRadiance, PathSampler};
+use super::zonal_walk::WalkZones;
 use crate::estimate::{SampleEstimate, SampleStatistics};
 use crate::rng::{Rng, hash};
 use rayon::prelude::*;
 use std::f64::consts::PI;
-use zonal_math::Vec3;
 use zonal_scene::{Band, Bands, PerBand, Scene};
 
 /// Independent replicates of a mean: their spread gives its standard error to about nine per cent.
@@ -23,8 +23,6 @@ const PILOT_PATHS: usize = 48;
 const PATH_COUNT_MARGIN: f64 = 1.2;
 /// Numbers of a path that are evenly distributed over the paths of a replicate.
 const SPREAD_DIMENSIONS: usize = 9;
-/// Most trials to draw a point of a sub-cell that its sample point sees.
-const MAX_POINT_TRIALS: usize = 200;
 
 /// Requested accuracy of readings.
 #[derive(Clone, Copy, Debug)]
@@ -68,8 +66,16 @@ impl<'a> PathTracer<'a> {
             space: RayScene::new(scene),
             lights: LightSet::new(scene),
             max_bounces: usize::MAX - 1,
+            zones: None,
         };
         PathTracer { paths, lattice: lattice_generator() }
+    }
+
+    /// Lets paths go on from a random point of each zone that they reach: readings are those of the zonal equations on these zones.
+    #[must_use]
+    pub fn on_zones(mut self, zones: WalkZones<'a>) -> PathTracer<'a> {
+        self.paths.zones = Some(zones);
+        self
     }
 
     /// Ignores light that was scattered more than `bounces` times.
@@ -147,47 +153,12 @@ impl<'a> PathTracer<'a> {
             let low_discrepancy =
                 (0..SPREAD_DIMENSIONS).map(|k| (shift[k] + j as f64 * self.lattice[k]).fract()).collect();
             let mut numbers = PathNumbers { low_discrepancy, rng: Rng::new(hash(seed, j)) };
-            let vertex = self.start(detector, &mut numbers);
+            let vertex = self.paths.start(detector, &mut numbers);
             let PathRadiance { total, direct } = self.paths.scattered_radiance(vertex, &mut numbers);
             sums[0] += scale * total;
             sums[1] += scale * (total - direct);
         }
         sums
-    }
-
-    /// A random point of the detector.
-    fn start(&self, detector: &Detector, numbers: &mut PathNumbers) -> PathVertex {
-        let u: [f64; 3] = numbers.next_array();
-        match detector {
-            Detector::Patch { plate, normal } => {
-                let [s, t] = plate.warp([u[0], u[1]]);
-                PathVertex::Surface { at: plate.at(s, t), normal: *normal, facet: None }
-            }
-            Detector::Point(at) => PathVertex::Free { at: *at },
-            Detector::Cell { lo, hi } => {
-                PathVertex::Free { at: *lo + (*hi - *lo).scale(Vec3::from_array(u)) }
-            }
-            Detector::Part(parts) => PathVertex::Free { at: self.point_of(parts, u[0], &mut numbers.rng) },
-            Detector::Pane { pane, plate } => {
-                let [s, t] = plate.warp([u[0], u[1]]);
-                let height = u[2] * self.paths.space.scene.panes()[*pane].thickness;
-                PathVertex::Pane { at: plate.at(s, t), normal: plate.normal(), pane: *pane, height }
-            }
-        }
-    }
-
-    /// A random point of a divided cell: a sub-cell by its volume, in it a point that its sample point sees.
-    fn point_of(&self, parts: &[SubcellPart], u: f64, rng: &mut Rng) -> Vec3 {
-        let mut rest = u * parts.iter().map(|p| p.volume).sum::<f64>();
-        let chosen = parts.iter().find(|p| {
-            rest -= p.volume;
-            rest <= 0.0
-        });
-        let p = chosen.unwrap_or(&parts[parts.len() - 1]);
-        (0..MAX_POINT_TRIALS)
-            .map(|_| rng.point_in_box(p.lo, p.hi))
-            .find(|x| self.paths.space.visible(p.point, *x))
-            .unwrap_or(p.point)
     }
 }
 

@@ -127,7 +127,7 @@ impl ErrorModel for DenseOperator {
     }
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
         // Errors are combined with the closure defects of the rows, group by group.
-        IncidentPower { columns: self.apply_many(columns), error: None }
+        IncidentPower { columns: self.apply_many(columns), error: None, column_errors: Vec::new() }
     }
     fn grade(&self) -> Grade {
         self.grade

@@ -86,7 +86,7 @@ impl ErrorModel for ImageSumOperator<'_> {
     }
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
         // As the dense operator without mirrors.
-        IncidentPower { columns: self.apply_many(columns), error: None }
+        IncidentPower { columns: self.apply_many(columns), error: None, column_errors: Vec::new() }
     }
     fn grade(&self) -> Grade {
         self.operator.grade()

@@ -60,12 +60,12 @@ fn combined_error(lights: &[&LightField], zones: usize) -> Vec<Bands> {
 }
 
 /// Error of the reflected light `incident` of a group, W/m², caused by the errors of its direct light; empty without direct light.
-fn reflected_error(
+pub(crate) fn reflected_error(
     zones: &Zones,
     operator: &dyn ExchangeOperator,
     source: &SourceGroup,
     direct: &DirectLight,
-    incident: &[Bands],
+    incident: &(dyn Fn(usize) -> Bands + Sync),
 ) -> Vec<Bands> {
     let n = zones.len();
     let own: Vec<&LightField> = lights_of(source, direct).filter(|l| l.fields.len() == n).collect();
@@ -84,7 +84,7 @@ fn reflected_error(
         reflection.limit_by_random_signs(&mut first);
     }
     let later = later_reflections(zones, &own, &error, sampled);
-    let one = |i: usize| first[i] + later * incident[i].abs();
+    let one = |i: usize| first[i] + later * incident(i).abs();
     (0..n).into_par_iter().map(one).collect()
 }
 
@@ -155,23 +155,35 @@ fn later_reflections(zones: &Zones, own: &[&LightField], error: &[Bands], sample
     })
 }
 
+/// How the errors of reflected direct light join those of the engine.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ErrorSum {
+    /// By amounts.
+    Linear,
+    /// By squares: the engine samples each zone by itself, independently of the shadow rays.
+    Independent,
+}
+
 /// Adds the errors of reflected light caused by direct light to the errors of all light and of each group.
 pub(crate) fn propagate_to_groups(
     context: &SolveContext,
-    operator: &dyn ExchangeOperator,
+    (operator, sum): (&dyn ExchangeOperator, ErrorSum),
     fields: &mut Fields,
     groups: &mut [LightGroup],
 ) {
     let zones = context.zones;
     for (source, group) in context.sources.iter().zip(groups) {
-        let mut incident = vec![Bands::ZERO; zones.len()];
-        group.incident.add_to(&mut incident, group.incident_scale);
+        let incident = |i: usize| group.incident_scale * group.incident.at(i);
         let more = reflected_error(zones, operator, source, context.direct, &incident);
-        fields.error.iter_mut().zip(&more).for_each(|(f, e)| *f += e);
+        let join = |a: &mut Bands, b: &Bands| match sum {
+            ErrorSum::Linear => *a += *b,
+            ErrorSum::Independent => *a = a.hypot(*b),
+        };
+        fields.error.iter_mut().zip(&more).for_each(|(f, e)| join(f, e));
         if !more.is_empty() && !group.error.is_empty() {
             let mut own = vec![Bands::ZERO; zones.len()];
             group.error.add_to(&mut own, group.incident_scale);
-            own.iter_mut().zip(&more).for_each(|(o, e)| *o += e);
+            own.iter_mut().zip(&more).for_each(|(o, e)| join(o, e));
             group.error = errors_like(&group.incident, &own, group.incident_scale);
         }
     }

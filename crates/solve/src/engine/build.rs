@@ -23,7 +23,7 @@ pub(crate) fn build<'a>(
     surroundings: &mut SurroundingsExchange,
 ) -> Result<BuiltEngine<'a>, SceneError> {
     match (choice.engine, choice.enclosure, choice.layers) {
-        (Engine::Hierarchical, ..) => hierarchical::build::build(context, surroundings, build_dense),
+        (Engine::Hierarchical, ..) => hierarchical::build::build(context, surroundings),
         (Engine::Spectral, Some((enclosure, order)), _) => {
             let mut built = build_spectral(context, enclosure, order, surroundings);
             built.warnings.extend(choice.note);
@@ -45,10 +45,21 @@ fn close_rows(
     zones: &Zones,
     surroundings: &mut SurroundingsExchange,
 ) -> RowClosure {
-    if scene.restores_closure() {
-        closure::restore(operator, zones, surroundings)
-    } else {
-        closure::measure(operator, zones, surroundings)
+    let measured = closure::measure(operator, zones, surroundings);
+    restore_if_requested(operator, scene, zones, surroundings, measured)
+}
+
+/// Restores the measured closure of an operator if the scene requests that.
+fn restore_if_requested(
+    operator: &mut dyn ErrorModel,
+    scene: &Scene,
+    zones: &Zones,
+    surroundings: &mut SurroundingsExchange,
+    measured: RowClosure,
+) -> RowClosure {
+    match scene.restores_closure() {
+        true => closure::restore(operator, zones, surroundings, measured),
+        false => measured,
     }
 }
 
@@ -65,8 +76,9 @@ fn build_spectral(
     if open {
         surroundings.sky = operator.opening_factors();
     }
-    operator.measure_defect(zones, &surroundings.sky);
-    let closure = close_rows(&mut operator, scene, zones, surroundings);
+    let rows = operator.measure_defect(zones, &surroundings.sky);
+    let measured = closure::measure_rows(rows, zones, surroundings);
+    let closure = restore_if_requested(&mut operator, scene, zones, surroundings, measured);
     let counts = operator.counts();
     BuiltEngine { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None }
 }

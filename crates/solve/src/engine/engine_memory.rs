@@ -22,11 +22,14 @@ pub(crate) fn spectral_solve_bytes(
     let grey = kappa == 1
         && zones.patches.par_iter().all(|p| p.reflectance.is_grey() && p.emission.is_grey())
         && zones.voxels.par_iter().all(|v| v.albedo.is_grey() && v.emission.is_grey() && v.source.is_grey());
-    // Weights and targets; of each group the sources and the seven vectors of the iteration, in one band or all.
+    // Closure defects, weights and targets; the roots of the weights, and of each group the sources and the four vectors of the iteration, in one band
+    // or all.
     let bands = if grey { 1 } else { Band::count() as u64 };
-    let solving = 24 + 8 + columns * (24 + 7 * 8 * bands);
-    // Radiosity, incident, direct, error; of each group its strengths and incident power; direct light of each light.
-    let fields = 4 * 24 + columns * 48;
+    let solving = 24 + 24 + 8 + 8 * bands + columns * (24 + 4 * 8 * bands);
+    // Radiosity, incident, direct, error; of each group the incident power, in an open box the strengths too, and the sum of several; direct light of
+    // each light.
+    let of_group = if enclosure.is_open() { 48 } else { 24 };
+    let fields = 4 * 24 + columns * of_group + 24 * u64::from(columns > 1);
     let more = 24 * u64::from(enclosure.is_open()) + 120 * scene.lights().len() as u64;
     let [voxel, patch] = [order.voxel_components() - 1, order.patch_components() - 1].map(|n| n as u64);
     let slopes = voxel * zones.voxels.len() as u64 + patch * zones.patches.len() as u64;

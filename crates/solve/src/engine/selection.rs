@@ -1,5 +1,6 @@
 //! Selection of an engine by the options of the scene, its geometry, the number of zones and the memory limit.
 
+use super::cost_forecast::CostForecast;
 use super::engine_memory::{layered_solve_bytes, spectral_solve_bytes};
 use crate::hierarchical::memory_budget::MemoryBudget;
 use crate::layered::layer_stack::{LayerStack, has_varying_layers};
@@ -11,9 +12,11 @@ use zonal_exchange::pair::PairSettings;
 use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneBasis, Zones};
 use zonal_transport::Transport;
 
-/// Maximum number of zones for which `auto` selects the dense engine. 3700 zones with a shelf among them took 25 seconds of one core of 2023, and
-/// 2 seconds by links with an error ten times as large.
+/// Maximum number of zones for which `auto` selects the dense engine, whatever its cost.
 pub(crate) const MAX_DENSE_ZONES: usize = 8000;
+
+/// Cost of the dense engine over that of the hierarchical one up to which `auto` takes it: its factors serve other lights, reflectances and temperatures.
+const MAX_DENSE_OVER_HIERARCHICAL_COST: f64 = 1.5;
 
 /// Number of zones above which `auto` prefers the spectral engine: the dense engine took two seconds of one core of 2023 for as many.
 const MIN_SPECTRAL_ZONES: usize = 4000;
@@ -205,7 +208,7 @@ impl<'a> EngineSelection<'a> {
     }
 
     /// The engine of `auto` and the reason: formulas of the paper by pairs, boxes by the spectral engine, many zones by the hierarchical engine, else
-    /// all pairs.
+    /// the cheaper one.
     fn automatic_engine(&self, found: Option<&EnclosureSearch>) -> Result<(Engine, String), SceneError> {
         let n = self.zones.len();
         if self.uses_paper_formulas {
@@ -236,8 +239,26 @@ impl<'a> EngineSelection<'a> {
                 };
                 Ok((Engine::Hierarchical, format!("{why}{not}")))
             }
-            _ => Ok((Engine::Dense, format!("{n} zones are no more than {MAX_DENSE_ZONES}"))),
+            _ => Ok(self.cheaper_engine()),
         }
+    }
+
+    /// The dense or the hierarchical engine by the forecast of their costs. Rays have no images of a periodic scene.
+    fn cheaper_engine(&self) -> (Engine, String) {
+        let forecast = CostForecast::new(self.scene, self.zones, self.size);
+        let [dense, rays] = [forecast.dense, forecast.hierarchical].map(|s| format!("{s:.1} s"));
+        let tolerance = self.scene.options().tolerance;
+        if self.is_periodic || forecast.dense <= MAX_DENSE_OVER_HIERARCHICAL_COST * forecast.hierarchical {
+            return (
+                Engine::Dense,
+                format!("all pairs of {} zones take about {dense} of one core", self.zones.len()),
+            );
+        }
+        let reason = format!(
+            "rays take about {rays} of one core at the tolerance {tolerance}, all pairs of {} zones {dense}",
+            self.zones.len()
+        );
+        (Engine::Hierarchical, reason)
     }
 
     /// The order of the basis inside the zones of a box, with a diagnostic: an automatic linear basis must be affordable.

@@ -24,18 +24,49 @@ pub(crate) fn unexplained_fractions(
     closure: &RowClosure,
     surroundings: &SurroundingsExchange,
 ) -> Vec<Bands> {
-    let defects = &closure.defects;
-    let one = |i: usize| {
-        if closure.summary.restored {
-            return defects[i].map(missing_fraction);
+    let explained = DefectExplanation::of(zones, closure, surroundings);
+    closure.defects.par_iter().enumerate().map(|(i, d)| explained.unexplained_fraction(i, *d)).collect()
+}
+
+/// [`unexplained_fractions`] in the place of the defects, which the closure has no longer.
+pub(crate) fn take_unexplained_fractions(
+    zones: &Zones,
+    closure: &mut RowClosure,
+    surroundings: &SurroundingsExchange,
+) -> Vec<Bands> {
+    let mut out = std::mem::take(&mut closure.defects);
+    let explained = DefectExplanation::of(zones, closure, surroundings);
+    out.par_iter_mut().enumerate().for_each(|(i, d)| *d = explained.unexplained_fraction(i, *d));
+    out
+}
+
+/// What explains defects of rows.
+enum DefectExplanation<'a> {
+    /// Nothing: closure was restored.
+    Nothing,
+    /// The error of the power that escapes from the zones.
+    EscapingPower(&'a Zones, &'a SurroundingsExchange),
+}
+
+impl<'a> DefectExplanation<'a> {
+    fn of(zones: &'a Zones, closure: &RowClosure, surroundings: &'a SurroundingsExchange) -> Self {
+        match closure.summary.restored {
+            true => DefectExplanation::Nothing,
+            false => DefectExplanation::EscapingPower(zones, surroundings),
         }
+    }
+
+    /// The unexplained part of the defect of row `i`.
+    fn unexplained_fraction(&self, i: usize, defect: Bands) -> Bands {
+        let DefectExplanation::EscapingPower(zones, surroundings) = self else {
+            return defect.map(missing_fraction);
+        };
         let lost = surroundings.escape_fraction_error(i, closure_target(zones, i));
-        defects[i].zip_map(lost, |defect, lost| {
+        defect.zip_map(lost, |defect, lost| {
             let excess = (defect.abs() - EXPLAINED_DEVIATION * lost).max(0.0);
             missing_fraction(excess.copysign(defect))
         })
-    };
-    (0..zones.len()).into_par_iter().map(one).collect()
+    }
 }
 
 /// The error of an incident field `h` for a missing fraction; infinite if the fraction is, also for a field of 0.

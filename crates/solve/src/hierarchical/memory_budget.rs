@@ -1,4 +1,4 @@
-//! Memory of the hierarchical engine, estimated beforehand, and the rays and links that fit into the limit.
+//! Memory of the hierarchical engine, estimated beforehand, and the rays that fit into the limit.
 //!
 //! ```text
 //! bytes = program + zones + cut · (cut voxels) + n (zone + lights · light + groups · group) + rays (4, +12 where bands differ, + vertices)
@@ -7,7 +7,7 @@
 use crate::dense::band_groups::{InteriorPanes, band_groups};
 use crate::light_groups::select_groups;
 use crate::ray::path_continuation::VERTEX_BYTES;
-use crate::ray::ray_sampling::{RaysPerZone, rays_per_zone, uses_rays_only, volume_to_patch_ratio};
+use crate::ray::ray_sampling::{RaysPerZone, rays_per_zone, volume_to_patch_ratio};
 use crate::report::cost_estimate::problem_size::zone_bytes;
 use zonal_scene::{Diagnostic, Scene, Zones};
 use zonal_transport::Transport;
@@ -37,14 +37,6 @@ struct MemoryParams {
     vertices_per_ray: f64,
     /// Fewest rays of a patch with which a solve begins.
     min_rays_of_patch: f64,
-    /// Directed links of a zone, times the tolerance, where rays miss it. Measured on rooms with a block.
-    links_times_tolerance: f64,
-    /// Most directed links, over the number of all pairs.
-    max_share_of_pairs: f64,
-    /// Bytes of a link during refinement: pairs, and links in the order of their zones.
-    link_bytes: f64,
-    /// The same for each band group.
-    link_group_bytes: f64,
 }
 
 const MEMORY_PARAMS: MemoryParams = MemoryParams {
@@ -56,27 +48,19 @@ const MEMORY_PARAMS: MemoryParams = MemoryParams {
     weight_bytes: 12.0,
     vertices_per_ray: 0.25,
     min_rays_of_patch: 8.0,
-    links_times_tolerance: 2.5,
-    max_share_of_pairs: 0.75,
-    link_bytes: 16.0,
-    link_group_bytes: 32.0,
 };
 
 /// Memory of the parts of a solve by the hierarchical engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MemoryBudget {
-    /// Bytes without rays and links.
+    /// Bytes without rays.
     pub fixed: u64,
     /// Bytes of a ray without path vertices.
     pub ray: f64,
     /// Bytes of a ray with the expected path vertices.
     pub continued_ray: f64,
-    /// Bytes of a link.
-    pub link: f64,
     /// The largest number of rays that fits beside the rest.
     pub max_rays: f64,
-    /// Bytes for links, once the rays are released.
-    pub link_memory: f64,
 }
 
 impl MemoryBudget {
@@ -89,18 +73,11 @@ impl MemoryBudget {
         let fixed = PROGRAM_BYTES + zone_bytes(zones) + p.cut_voxel_bytes * cut + n as u64 * each;
         let bands = band_groups(scene, InteriorPanes::of(transport)).1;
         let grey = bands == 1 && scene.panes().is_empty();
-        let vertices = if uses_rays_only(zones) { p.vertices_per_ray * VERTEX_BYTES as f64 } else { 0.0 };
+        let vertices = p.vertices_per_ray * VERTEX_BYTES as f64;
         let ray = p.ray_bytes + if grey { 0.0 } else { p.weight_bytes };
         let continued_ray = ray + vertices;
         let left = memory.saturating_sub(fixed) as f64;
-        MemoryBudget {
-            fixed,
-            ray,
-            continued_ray,
-            link: p.link_bytes + p.link_group_bytes * bands as f64,
-            max_rays: left / continued_ray,
-            link_memory: left,
-        }
+        MemoryBudget { fixed, ray, continued_ray, max_rays: left / continued_ray }
     }
 
     /// Bytes without which no solve begins: everything except rays, and the fewest rays.
@@ -115,11 +92,6 @@ impl MemoryBudget {
     pub(crate) fn affordable_rays(&self, zones: &Zones, tolerance: f64) -> Option<RaysPerZone> {
         let suffices = self.min_bytes(zones) <= self.fixed + (self.max_rays * self.continued_ray) as u64;
         suffices.then(|| rays_per_zone(zones, tolerance, self.max_rays))
-    }
-
-    /// True where the expected links fit.
-    pub(crate) fn holds_links(&self, zones: &Zones, tolerance: f64) -> bool {
-        expected_links(zones, tolerance) * self.link <= self.link_memory
     }
 
     /// A warning where memory allows fewer rays than the tolerance requires.
@@ -138,15 +110,4 @@ impl MemoryBudget {
     pub(crate) fn with_rays_and_vertices(&self, rays: u64, vertices: f64) -> u64 {
         self.fixed + (self.ray * rays as f64 + VERTEX_BYTES as f64 * vertices) as u64
     }
-
-    /// Bytes with this number of directed links.
-    pub(crate) fn with_links(&self, links: f64) -> u64 {
-        self.fixed + (self.link * links) as u64
-    }
-}
-
-/// Expected number of directed links where rays miss the tolerance.
-pub(crate) fn expected_links(zones: &Zones, tolerance: f64) -> f64 {
-    let n = zones.len() as f64;
-    (MEMORY_PARAMS.links_times_tolerance * n / tolerance).min(MEMORY_PARAMS.max_share_of_pairs * n * n)
 }

@@ -64,8 +64,8 @@ trait BandEntry<const N: usize>: VectorEntry {
     fn lanes(self) -> [f64; N];
     /// The inverse of [`BandEntry::lanes`].
     fn from_lanes(lanes: [f64; N]) -> Self;
-    /// g s of every column.
-    fn products(operator: &dyn ExchangeOperator, columns: &[Vec<Self>]) -> Vec<Vec<Self>>;
+    /// Replaces s of every column by g s.
+    fn replace(operator: &dyn ExchangeOperator, columns: &mut Vec<Vec<Self>>);
     /// The entry that evaluates `f` for each band.
     #[inline]
     fn per_lane(f: impl FnMut(usize) -> f64) -> Self {
@@ -82,8 +82,8 @@ impl BandEntry<3> for Bands {
     fn from_lanes(lanes: [f64; 3]) -> Bands {
         Bands::from_rgb(lanes)
     }
-    fn products(operator: &dyn ExchangeOperator, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
-        operator.apply_many(columns)
+    fn replace(operator: &dyn ExchangeOperator, columns: &mut Vec<Vec<Bands>>) {
+        operator.replace_many(columns);
     }
 }
 
@@ -96,8 +96,8 @@ impl BandEntry<1> for [f64; 1] {
     fn from_lanes(lanes: [f64; 1]) -> [f64; 1] {
         lanes
     }
-    fn products(operator: &dyn ExchangeOperator, columns: &[Vec<[f64; 1]>]) -> Vec<Vec<[f64; 1]>> {
-        columns.iter().map(|c| operator.apply_band(c)).collect()
+    fn replace(operator: &dyn ExchangeOperator, columns: &mut Vec<Vec<[f64; 1]>>) {
+        columns.iter_mut().for_each(|c| operator.replace_band(c));
     }
 }
 
@@ -121,13 +121,14 @@ fn is_grey(v: &[Bands]) -> bool {
     v.par_iter().all(is_grey)
 }
 
-/// Solves s = s⁰ + w g s for every column of `sources`, from the `initial` strengths if there are any. If all bands are identical, one is solved.
+/// Solves s = s⁰ + w g s for every column of `sources`, from the `initial` strengths if there are any. If all bands are identical, one is solved. The
+/// strengths take the memory of the sources.
 ///
 /// The state is saved in `checkpoints` every [`CHECKPOINT_INTERVAL`] iterations as stage `state-krylov`, and resumed from there. The iteration ends
 /// early if the observer interrupts it.
 pub(crate) fn solve(
     system: &LinearSystem,
-    sources: &[Vec<Bands>],
+    sources: Vec<Vec<Bands>>,
     initial: Option<&[Vec<Bands>]>,
     stop: StoppingCriterion,
     checkpoints: &dyn CheckpointStore,
@@ -144,7 +145,7 @@ pub(crate) fn solve(
 
 fn solve_bands<E: BandEntry<N>, const N: usize>(
     system: &LinearSystem,
-    sources: &[Vec<Bands>],
+    sources: Vec<Vec<Bands>>,
     initial: Option<&[Vec<Bands>]>,
     stop: StoppingCriterion,
     checkpoints: &dyn CheckpointStore,
@@ -154,16 +155,23 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
     let norm = ResidualNorm { root: &root, targets: system.targets };
     progress.begin("solving", stop.max_iterations as u64);
     let kept = checkpoints.load(STAGE).and_then(|b| decode_state::<E, N>(&b, sources.len(), root.len()));
-    let (mut all, first) = kept.unwrap_or_else(|| (start_columns(system, &norm, sources, initial, stop), 1));
+    // √w p of the active columns, replaced by their products.
+    let mut products: Vec<Vec<E>> = Vec::new();
+    let start = |products: &mut _| (start_columns(system, &norm, (&sources, initial), stop, products), 1);
+    let (mut all, first) = kept.unwrap_or_else(|| start(&mut products));
     progress.advance(first as u64 - 1);
     for iteration in first..=stop.max_iterations {
         let active: Vec<usize> = (0..all.len()).filter(|&c| !all[c].is_done()).collect();
         if active.is_empty() || progress.is_interrupted() {
             break;
         }
-        let inputs: Vec<Vec<E>> = active.iter().map(|&c| multivector::times(&root, &all[c].p)).collect();
-        let products = E::products(system.operator, &inputs);
-        drop(inputs);
+        products.resize_with(active.len(), Vec::new);
+        for (&c, product) in active.iter().zip(&mut products) {
+            product.resize(root.len(), E::ZERO);
+            let of = root.par_iter().zip(&all[c].p);
+            product.par_iter_mut().zip(of).for_each(|(x, (root, p))| *x = root.times(*p));
+        }
+        E::replace(system.operator, &mut products);
         for (&c, product) in active.iter().zip(&products) {
             iterate_column(&mut all[c], &norm, product, iteration, stop.residual);
         }
@@ -173,6 +181,7 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
         progress.advance(1);
     }
     progress.end();
+    drop(products);
     all.into_iter().zip(sources).map(|(c, s)| finish(c, &root, s)).collect()
 }
 
@@ -196,23 +205,23 @@ impl<E: VectorEntry> ResidualNorm<'_, E> {
     }
 }
 
-/// All columns before the first iteration.
+/// All columns before the first iteration; their products are left in `products`.
 fn start_columns<E: BandEntry<N>, const N: usize>(
     system: &LinearSystem,
     norm: &ResidualNorm<E>,
-    sources: &[Vec<Bands>],
-    initial: Option<&[Vec<Bands>]>,
+    (sources, initial): (&[Vec<Bands>], Option<&[Vec<Bands>]>),
     stop: StoppingCriterion,
+    products: &mut Vec<Vec<E>>,
 ) -> Vec<CgColumn<E, N>> {
     let powers: Vec<[f64; N]> = sources.iter().map(|s| first_lanes(source_power(norm.targets, s))).collect();
-    let sources: Vec<Vec<E>> = sources.iter().map(|s| first_bands(s)).collect();
-    let initial: Option<Vec<Vec<E>>> = initial.map(|i| i.iter().map(|s| first_bands(s)).collect());
-    let start = initial.as_ref().unwrap_or(&sources);
-    let products = E::products(system.operator, start);
+    let start = initial.unwrap_or(sources);
+    *products = start.iter().map(|s| first_bands(s)).collect();
+    E::replace(system.operator, products);
     let one = |c: usize| {
         let (s0, s, g) = (&sources[c], &start[c], &products[c]);
         let over = |i: usize| {
-            let (root, s, s0) = (norm.root[i].lanes(), s[i].lanes(), s0[i].lanes());
+            let (root, s, s0): (_, [f64; N], [f64; N]) =
+                (norm.root[i].lanes(), first_lanes(s[i]), first_lanes(s0[i]));
             E::per_lane(|b| if root[b] > 0.0 { (s[b] - s0[b]) / root[b] } else { 0.0 })
         };
         let y: Vec<E> = (0..s.len()).into_par_iter().map(over).collect();
@@ -332,15 +341,15 @@ fn is_representable<E: BandEntry<N>, const N: usize>(
 fn finish<E: BandEntry<N>, const N: usize>(
     c: CgColumn<E, N>,
     root: &[E],
-    source: &[Bands],
+    mut source: Vec<Bands>,
 ) -> IterationResult {
     let of = |b: Band| b.index().min(N - 1);
-    let strength = |i: usize| {
-        let (root, y) = (root[i].lanes(), c.y[i].lanes());
-        Bands::from_fn(|b| source[i][b] + root[of(b)] * y[of(b)])
-    };
+    source.par_iter_mut().zip(root).zip(&c.y).for_each(|((s, root), y)| {
+        let (root, y, s0) = (root.lanes(), y.lanes(), *s);
+        *s = Bands::from_fn(|b| s0[b] + root[of(b)] * y[of(b)]);
+    });
     IterationResult {
-        strengths: (0..source.len()).into_par_iter().map(strength).collect(),
+        strengths: source,
         status: PerBand::from_fn(|b| c.status[of(b)].unwrap_or(SolveStatus::MaxIterations)),
         residuals: PerBand::from_fn(|b| c.residuals[of(b)].clone()),
         power: Bands::from_fn(|b| c.power[of(b)]),

@@ -4,7 +4,7 @@
 //! rays. The number of iterations n follows from the mean response q of the zones hit: q^n = [`REMAINING_RADIATION`].
 
 use super::path_continuation::PathLights;
-use super::ray_sampling::{RaysPerZone, uses_rays_only};
+use super::ray_sampling::RaysPerZone;
 use super::ray_tracer::{FIRST_CODE, RayTracer};
 use crate::direct_light::light_field::{DirectLight, LightField};
 use rayon::prelude::*;
@@ -52,11 +52,10 @@ pub(crate) fn probe_ray_cost(
     clock: &dyn Fn() -> f64,
 ) -> RayCost {
     let tracer = RayTracer::new(scene, zones, transport);
-    let continues = uses_rays_only(zones);
     // Vertices sample per light; the choice of the light hardly changes the time.
     let lit = |_| LightField { fields: vec![Bands::ONE; zones.voxel_offset()], ..LightField::default() };
-    let direct = DirectLight { lights: scene.lights().iter().filter(|_| continues).map(lit).collect() };
-    let lights = continues.then(|| PathLights::new(scene, &direct));
+    let direct = DirectLight { lights: scene.lights().iter().map(lit).collect() };
+    let lights = PathLights::new(scene, &direct);
     let patches = zones.voxel_offset();
     let mut out = RayCost::default();
     let (mut traced, mut response) = (0.0, 0.0);
@@ -67,7 +66,7 @@ pub(crate) fn probe_ray_cost(
         }
         let timed = || {
             let start = clock();
-            let sample = trace_sample(&tracer, lights.as_ref(), range.clone());
+            let sample = trace_sample(&tracer, &lights, range.clone());
             (sample, clock() - start)
         };
         // The first pass also loads the scene into the cache.
@@ -87,7 +86,7 @@ pub(crate) fn probe_ray_cost(
     out
 }
 
-fn trace_sample(tracer: &RayTracer, lights: Option<&PathLights>, range: Range<usize>) -> ProbeSample {
+fn trace_sample(tracer: &RayTracer, lights: &PathLights, range: Range<usize>) -> ProbeSample {
     let runs = range.len().div_ceil(ZONES_PER_RUN).min(MAX_RUNS);
     let stride = range.len() / runs;
     let one = |run: usize| {
@@ -99,9 +98,7 @@ fn trace_sample(tracer: &RayTracer, lights: Option<&PathLights>, range: Range<us
         sample.rays = RAYS_PER_ZONE * (end - start);
         tracer.trace_batch(sample.rays, source, |r, end| {
             sample.response += largest_response(tracer.zones, end.zone);
-            if let Some(l) = lights {
-                tracer.continue_path(l, source(r), end, &mut vertices);
-            }
+            tracer.continue_path(lights, source(r), end, &mut vertices);
         });
         sample.vertices = vertices.len();
         sample

@@ -7,23 +7,16 @@
 //! | `path_continuation` | rays continued from patches that they hit close by |
 //! | `ray_table` | the zones in which the rays of every zone end |
 //! | `ray_checkpoint` | the table as stages of a checkpoint |
-//! | [`ray_operator`] | the exchange operator of the table, its solution and its estimate of the incident radiation |
-//! | `regression_windows`, `smoothing` | local linear regression over neighbouring zones |
-//! | `adaptive_resampling` | further rays for zones of high variance |
+//! | [`ray_operator`] | the exchange operator of the table, its solution, and the final gather of it |
 //! | `power_normalization` | scaling that restores the power of a light group |
 //! | `cost_probe` | the time of the rays of a scene, by a short sample |
-//!
-//! No module here depends on clusters or links.
 
-pub(crate) mod adaptive_resampling;
 pub(crate) mod cost_probe;
-mod padded_bands;
+pub(crate) mod padded_bands;
 pub(crate) mod path_continuation;
 pub(crate) mod power_normalization;
 mod ray_checkpoint;
 pub mod ray_operator;
 pub(crate) mod ray_sampling;
 pub(crate) mod ray_table;
-mod ray_tracer;
-mod regression_windows;
-mod smoothing;
+pub(crate) mod ray_tracer;

@@ -1,18 +1,18 @@
 //! The exchange operator of a ray table.
 //!
 //! The operator is not symmetric, as the exchange of i with j is sampled at i alone; its equations are solved by stabilised
-//! bi-conjugate gradients (`iteration::bicgstab`, van der Vorst). The incident radiation of the solution is smoothed over neighbouring zones
-//! (`smoothing`), which reduces the noise and gives its error, and in large scenes resampled where it remains noisy
-//! (`adaptive_resampling`). One product costs one read of every ray.
+//! bi-conjugate gradients (`iteration::bicgstab`, van der Vorst). The incident radiation of the solution is sampled afresh by a final gather
+//! (`gather`), which gives its error. One product costs one read of every ray.
 
-use super::adaptive_resampling::{AdaptiveResampling, SmoothedFields};
 use super::padded_bands::{LANES, PaddedBands, padded};
 use super::path_continuation::{PathLights, VertexSource};
-use super::ray_sampling::{RaysPerZone, uses_rays_only};
-use super::ray_table::{IncidentEstimate, PathExtent, RayTable};
+use super::ray_sampling::RaysPerZone;
+use super::ray_table::{PathExtent, RayTable};
 use super::ray_tracer::RayTracer;
-use super::smoothing::Smoother;
 use crate::direct_light::light_field::DirectLight;
+use crate::gather::final_gather::{self, GatherTask, Gathered};
+use crate::gather::regression_windows::RegressionWindows;
+use crate::gather::zone_gather::{GatherField, Gatherer};
 use crate::iteration::multivector::total;
 use crate::iteration::{IterationResult, LinearSystem, StoppingCriterion, bicgstab, neumann_series};
 use crate::light_groups::SourceGroup;
@@ -22,14 +22,21 @@ use crate::surroundings::SurroundingsExchange;
 use crate::zone_power::{closure_targets, reflection_weights};
 use rayon::prelude::*;
 use zonal_exchange::pair::scaled_radiosity_coefficient;
-use zonal_math::Grade;
-use zonal_scene::{Bands, NoCheckpoints, Scene, Zones};
+use zonal_math::{Grade, low_discrepancy};
+use zonal_scene::{Bands, CheckpointStore, NoCheckpoints, NoProgress, Progress, Scene, Zones};
 use zonal_transport::Transport;
 
 /// The equations are solved by the first 1/4 of the rays of every zone first; all rays start from that solution.
 const INITIAL_SOLVE_DIVISOR: usize = 4;
 /// End of the iteration: relative error of the strengths, and products of a column.
 const RAY_SOLVE_STOP: StoppingCriterion = StoppingCriterion { residual: 2e-4, max_iterations: 200 };
+
+/// End of the iteration for the noise of the radiosities, of which the size matters only.
+const NOISE_SOLVE_STOP: StoppingCriterion = StoppingCriterion { residual: 0.05, max_iterations: 40 };
+/// Samples of the fraction of its own emission that a pane absorbs.
+const PANE_SELF_EXCHANGE_SAMPLES: usize = 4096;
+/// Seed of the signs of that noise.
+const NOISE_SEED: u64 = 0x9d39_247e_3377_6d41;
 
 /// Whether rays continue from patches that they hit close by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,22 +59,8 @@ pub struct RayOperator<'a> {
     coefficients: Vec<Bands>,
     /// Source terms at path vertices, a group; empty where paths do not continue.
     sources: Vec<VertexSource>,
-}
-
-/// The incident radiation of a solution by rays.
-pub struct RayIncident {
-    /// Smoothed incident power of every column, W.
-    pub columns: Vec<Vec<Bands>>,
-    /// Estimated error of the sum of the columns, W.
-    pub(crate) error: Vec<Bands>,
-    /// Incident power of all columns together before smoothing, W.
-    pub unsmoothed: Vec<Bands>,
-    /// Standard error of `unsmoothed` by the variance of the rays, W.
-    pub(crate) unsmoothed_error: Vec<Bands>,
-    /// Relative error of a combination of the columns in which all have the same weight.
-    pub(crate) equal_weight_error: f64,
-    /// Rays added by adaptive resampling.
-    pub(crate) resampled_rays: u64,
+    /// Fraction of its own emission that each pane zone absorbs.
+    pane_self_exchange: Vec<Bands>,
 }
 
 impl<'a> RayOperator<'a> {
@@ -80,6 +73,8 @@ impl<'a> RayOperator<'a> {
         let lights =
             (continuation == PathContinuation::On).then(|| PathLights::new(context.scene, context.direct));
         let zones = context.zones;
+        let tracer = RayTracer::new(context.scene, zones, context.transport);
+        let absorbed = |i: usize| tracer.self_exchange(i, PANE_SELF_EXCHANGE_SAMPLES);
         RayOperator {
             scene: context.scene,
             zones,
@@ -92,6 +87,7 @@ impl<'a> RayOperator<'a> {
                 .map(|i| scaled_radiosity_coefficient(zones, i))
                 .collect(),
             sources: Vec::new(),
+            pane_self_exchange: (zones.pane_offset()..zones.len()).into_par_iter().map(absorbed).collect(),
         }
     }
 
@@ -160,9 +156,18 @@ impl<'a> RayOperator<'a> {
         }
     }
 
-    /// How the paths of column `c` are followed.
-    fn extent(&self, c: usize) -> PathExtent<'_> {
-        self.sources.get(c).map_or(PathExtent::FirstZone, PathExtent::WithSource)
+    /// Incident power of every column of strengths by a final gather, W.
+    pub fn gathered_power(&self, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
+        self.incident_power_of(self.gather_alone(columns)).columns
+    }
+
+    /// The powers and errors of a gather.
+    pub(crate) fn incident_power_of(&self, gathered: Gathered) -> IncidentPower {
+        IncidentPower {
+            columns: gathered.columns.into_iter().map(|f| self.times_measure(f)).collect(),
+            error: Some(self.times_measure(gathered.error)),
+            column_errors: gathered.column_errors.into_iter().map(|e| self.times_measure(e)).collect(),
+        }
     }
 
     /// B of all zones by their strengths, W/m².
@@ -183,19 +188,37 @@ impl ExchangeOperator for RayOperator<'_> {
         self.zones.len()
     }
     fn apply(&self, strengths: &[Bands]) -> Vec<Bands> {
-        self.times_measure(self.table.incident(&self.radiosities(strengths), PathExtent::FirstZone, 1))
+        self.times_measure(self.stored_incident(strengths))
     }
     fn scale(&mut self, _: &[Bands]) {}
 }
 
 impl ErrorModel for RayOperator<'_> {
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
-        let RayIncident { columns, error, .. } = self.estimate_incident(columns);
-        IncidentPower { columns, error: Some(error) }
+        self.incident_power_of(self.gather_alone(columns))
     }
     fn grade(&self) -> Grade {
         Grade::Statistical
     }
+}
+
+/// A brightness of every zone in which each column has the same weight, as has their sum: radiosities above the typical ones over their mean.
+fn mean_brightness(columns: &[Vec<PaddedBands>], typical: &[PaddedBands]) -> Vec<f64> {
+    let zones = columns.first().map_or(0, Vec::len);
+    let of = |b: &PaddedBands, typical: &PaddedBands| {
+        b.iter().zip(typical).map(|(x, t)| f64::from((x - t).max(0.0))).sum::<f64>()
+    };
+    let level = |list: &mut dyn Iterator<Item = f64>| list.sum::<f64>() / zones.max(1) as f64;
+    let mut out = vec![0.0; zones];
+    let mut add = |value: &dyn Fn(usize) -> f64| {
+        let level = level(&mut (0..zones).map(value));
+        if level > 0.0 {
+            out.iter_mut().enumerate().for_each(|(i, o)| *o += value(i) / level);
+        }
+    };
+    columns.iter().zip(typical).for_each(|(c, t)| add(&|i| of(&c[i], t)));
+    add(&|i| columns.iter().zip(typical).map(|(c, t)| of(&c[i], t)).sum());
+    out
 }
 
 /// The same exchange with continued paths, by the first 1/`divisor` of the rays of every zone.
@@ -216,85 +239,123 @@ impl ExchangeOperator for ContinuedRays<'_, '_> {
 }
 
 impl RayOperator<'_> {
-    /// Radiosities in which every group has the same weight: windows chosen for them suit each group, also after relighting.
-    fn equal_weight_guide(&self, columns: &[Vec<Bands>]) -> (Vec<PaddedBands>, VertexSource) {
-        let mut out = vec![[0.0f32; LANES]; self.len()];
-        let mut source = VertexSource::default();
-        for (c, s) in columns.iter().enumerate() {
-            let b = self.radiosities(s);
-            let square = b.iter().flatten().map(|x| (*x as f64).powi(2)).sum::<f64>();
-            let level = (square / b.len().max(1) as f64).sqrt();
-            if level > 0.0 {
-                out.iter_mut()
-                    .zip(&b)
-                    .for_each(|(o, b)| (0..LANES).for_each(|k| o[k] += b[k] / level as f32));
-                self.sources.get(c).into_iter().for_each(|o| source.add_scaled(o, 1.0 / level as f32));
-            }
-        }
-        (out, source)
-    }
-
-    /// Incident radiation of radiosities `b` with the source term `source` at path vertices.
-    fn incident_with_error(&self, b: &[PaddedBands], source: &VertexSource) -> Vec<IncidentEstimate> {
+    /// Standard error of the incident radiation of radiosities `b` with the source term `source` at path vertices, W/m².
+    fn standard_error(&self, b: &[PaddedBands], source: &VertexSource) -> Vec<Bands> {
         let extent =
             if self.sources.is_empty() { PathExtent::FirstZone } else { PathExtent::WithSource(source) };
-        self.table.incident_with_error(b, extent)
+        self.table.standard_error(b, extent)
     }
 
-    /// Incident radiation of every column of strengths, smoothed and resampled, with its error.
-    pub fn estimate_incident(&self, columns: &[Vec<Bands>]) -> RayIncident {
-        // Sum the rays of all columns together with their standard error, and of each column.
-        let radiosity: Vec<Vec<PaddedBands>> = columns.iter().map(|s| self.radiosities(s)).collect();
+    /// A final gather of every column of strengths without further radiation.
+    fn gather_alone(&self, columns: &[Vec<Bands>]) -> Gathered {
+        let noise = self.radiosity_noise(columns, &NoProgress);
+        self.gather_incident(columns, noise, &[], (&NoCheckpoints, &NoProgress))
+    }
+
+    /// Incident radiation of every column of strengths by a final gather, W/m². `noise` is that of the radiosities ([`RayOperator::radiosity_noise`]),
+    /// `known` incident radiation that the columns do not contain, with its error.
+    pub(crate) fn gather_incident(
+        &self,
+        columns: &[Vec<Bands>],
+        noise: Vec<PaddedBands>,
+        known: &[[Bands; 2]],
+        (checkpoints, progress): (&dyn CheckpointStore, &dyn Progress),
+    ) -> Gathered {
+        let mut radiosity: Vec<Vec<PaddedBands>> = columns.iter().map(|s| self.radiosities(s)).collect();
+        let mut typical: Vec<PaddedBands> = radiosity.iter().map(|b| self.typical_radiosity(b)).collect();
+        let brightness = mean_brightness(&radiosity, &typical);
+        typical.push([0.0; LANES]);
+        radiosity.push(noise);
+        let tracer = RayTracer::new(self.scene, self.zones, self.transport);
+        let lights =
+            (self.continuation == PathContinuation::On).then(|| PathLights::new(self.scene, self.direct));
+        let own = |i: usize, c: usize| {
+            let fraction = i.checked_sub(self.zones.pane_offset()).map(|k| self.pane_self_exchange[k]);
+            fraction.map_or(Bands::ZERO, |f| f * self.radiosity_of(i, columns[c][i]))
+        };
+        let field = GatherField { columns: radiosity, typical, sources: self.sources.iter().collect() };
+        let gatherer = Gatherer::new(&tracer, lights, field, &brightness);
+        let windows = RegressionWindows::new(self.scene, self.zones, self.transport);
+        let task = GatherTask {
+            zones: self.zones,
+            windows: &windows,
+            groups: columns.len(),
+            tolerance: self.scene.options().tolerance,
+            known,
+            own: &own,
+            checkpoints,
+            progress,
+        };
+        final_gather::gather(&gatherer, &task)
+    }
+
+    /// H or G of every zone by the stored rays, W/m².
+    pub(crate) fn stored_incident(&self, strengths: &[Bands]) -> Vec<Bands> {
+        self.table.incident(&self.radiosities(strengths), PathExtent::FirstZone, 1)
+    }
+
+    /// Replaces what the pane zones send to themselves, in a gather of the solution whose rays give `stored` H or G, W/m², of every column.
+    ///
+    /// A gather G' reads the pane's own radiosity as the stored rays have it. With the share a = f Ω of G by which f of the own radiosity returns,
+    /// the value that is consistent with itself is G = G' + a (G − G_stored) = G' + (G' − G_stored) a/(1 − a).
+    pub(crate) fn solve_pane_self_exchange(&self, stored: &[Vec<Bands>], gathered: &mut Gathered) {
+        for (k, f) in self.pane_self_exchange.iter().enumerate() {
+            let i = self.zones.pane_offset() + k;
+            let share = 4.0 * *f * self.zones.response(i).0;
+            let gain = share.map(|a| 1.0 / (1.0 - a));
+            for (column, stored) in gathered.columns.iter_mut().zip(stored) {
+                let more = (column[i] - stored[i]) * share * gain;
+                column[i] += more;
+            }
+            gathered.column_errors.iter_mut().for_each(|e| e[i] *= gain);
+            gathered.error[i] *= gain;
+        }
+    }
+
+    /// The median radiosity of the patches by area in each band, W/m².
+    fn typical_radiosity(&self, b: &[PaddedBands]) -> PaddedBands {
+        let patches = &self.zones.patches;
+        let half = 0.5 * patches.iter().map(|p| p.area).sum::<f64>();
+        std::array::from_fn(|k| {
+            let mut order: Vec<usize> = (0..patches.len()).collect();
+            order.par_sort_unstable_by(|&i, &j| b[i][k].total_cmp(&b[j][k]).then(i.cmp(&j)));
+            let mut sum = 0.0;
+            let median = order.into_iter().find(|&i| {
+                sum += patches[i].area;
+                sum >= half
+            });
+            median.map_or(0.0, |i| b[i][k])
+        })
+    }
+
+    /// One realization of the noise of the radiosities of the sum of all columns, W/m²: the solution for sources ρ_i e_i of random sign, e_i the
+    /// standard error of the incident radiation by the rays of zone i.
+    pub(crate) fn radiosity_noise(
+        &self,
+        columns: &[Vec<Bands>],
+        progress: &dyn Progress,
+    ) -> Vec<PaddedBands> {
+        let b = self.radiosities(&total(self.len(), columns));
         let mut source = VertexSource::default();
         self.sources.iter().for_each(|o| source.add_scaled(o, 1.0));
-        let all = self.radiosities(&total(self.len(), columns));
-        let estimate = self.incident_with_error(&all, &source);
-        let of_column = |(c, b): (usize, &Vec<PaddedBands>)| match columns.len() {
-            1 => estimate.iter().map(|m| m.value).collect(),
-            _ => self.table.incident(b, self.extent(c), 1),
-        };
-        let raw: Vec<Vec<Bands>> = radiosity.iter().enumerate().map(of_column).collect();
-        // Smooth over windows chosen by an equally weighted sum.
-        let guide = (columns.len() > 1).then(|| {
-            let (b, source) = self.equal_weight_guide(columns);
-            self.incident_with_error(&b, &source)
-        });
-        let smoother = Smoother::new(self.scene, self.zones, self.transport);
-        let mut smoothed = smoother.smooth(guide.as_ref().unwrap_or(&estimate), &estimate, &raw);
-        drop(smoother);
-        // Resample noisy zones of large scenes.
-        let mut fields = SmoothedFields {
-            raw: &raw,
-            estimate: &estimate,
-            columns: &mut smoothed.columns,
-            error: &mut smoothed.error,
-        };
-        let resampled_rays = match uses_rays_only(self.zones) {
-            true => self.resampling(&radiosity).resample(&mut fields, &self.direct.fields(self.len())),
-            false => 0,
-        };
-        // Convert to incident power.
-        let (value, standard_error) = estimate.into_iter().map(|m| (m.value, m.error)).unzip();
-        let [patches, volumes] = smoothed.guide_error;
-        RayIncident {
-            columns: smoothed.columns.into_iter().map(|f| self.times_measure(f)).collect(),
-            error: self.times_measure(smoothed.error),
-            unsmoothed: self.times_measure(value),
-            unsmoothed_error: self.times_measure(standard_error),
-            equal_weight_error: patches.max(volumes),
-            resampled_rays,
-        }
+        let error = self.standard_error(&b, &source);
+        let (weights, targets) = (reflection_weights(self.zones), closure_targets(self.zones));
+        let sign =
+            |i: usize| if low_discrepancy::hash_to_unit(i as u64 ^ NOISE_SEED) < 0.5 { -1.0 } else { 1.0 };
+        let noise = |i: usize| sign(i) * weights[i] * error[i] * self.zones.response(i).1;
+        let column: Vec<Bands> = (0..self.len()).into_par_iter().map(noise).collect();
+        let operator = &ContinuedRays { rays: self, divisor: INITIAL_SOLVE_DIVISOR };
+        let system = LinearSystem { operator, weights: &weights, targets: &targets };
+        let solved = bicgstab::solve(&system, &[column], None, NOISE_SOLVE_STOP, progress);
+        self.radiosities(&solved[0].strengths)
     }
 
-    fn resampling<'b>(&'b self, radiosity: &'b [Vec<PaddedBands>]) -> AdaptiveResampling<'b> {
-        let continues = self.continuation == PathContinuation::On;
-        AdaptiveResampling {
-            scene: self.scene,
-            tracer: RayTracer::new(self.scene, self.zones, self.transport),
-            lights: continues.then(|| PathLights::new(self.scene, self.direct)),
-            table: &self.table,
-            radiosity,
-            sources: &self.sources,
-        }
+    /// H or G of every zone from that noise by the stored rays, W/m².
+    pub(crate) fn incident_noise(&self, noise: &[PaddedBands]) -> Vec<Bands> {
+        self.table.incident(noise, PathExtent::Continued, 1)
+    }
+
+    fn radiosity_of(&self, i: usize, strength: Bands) -> Bands {
+        strength.zip_map(self.coefficients[i], |s, c| if c > 0.0 { s / c } else { 0.0 })
     }
 }

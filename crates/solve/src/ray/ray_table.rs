@@ -60,15 +60,6 @@ pub(crate) enum PathExtent<'a> {
     WithSource(&'a VertexSource),
 }
 
-/// H or G with its standard error.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct IncidentEstimate {
-    /// Value, W/m².
-    pub value: Bands,
-    /// Standard error by the variance of the rays, W/m².
-    pub error: Bands,
-}
-
 /// Tracing of the rays of one kind of zones.
 struct KindTracing<'a> {
     context: &'a SolveContext<'a>,
@@ -195,11 +186,6 @@ impl RayTable {
         [self.ends.len() as u64, self.vertices.iter().flatten().map(|v| v.len() as u64).sum()]
     }
 
-    /// Number of patches.
-    pub(crate) fn patches(&self) -> usize {
-        self.patches
-    }
-
     /// Writes into `surroundings` the exchange of every zone with the surroundings and with back faces.
     pub(crate) fn measure_escape(&self, zones: &Zones, surroundings: &mut SurroundingsExchange) {
         let one = |i: usize| {
@@ -298,8 +284,8 @@ impl RayTable {
         (0..b.len()).into_par_iter().with_min_len(MIN_ZONES_PER_TASK).map(one).collect()
     }
 
-    /// H or G of every zone with its standard error, by all rays.
-    pub(crate) fn incident_with_error(&self, b: &[PaddedBands], extent: PathExtent) -> Vec<IncidentEstimate> {
+    /// Standard error of H or G of every zone by the variance of its rays, W/m².
+    pub(crate) fn standard_error(&self, b: &[PaddedBands], extent: PathExtent) -> Vec<Bands> {
         let one = |i: usize| {
             let range = self.rays_of(i);
             let (m, factor) = (range.len() as f64, self.incident_factor(i));
@@ -311,8 +297,7 @@ impl RayTable {
             });
             let (h, mean_square) = (without_padding(sum) / m, without_padding(square) / m);
             let e = (mean_square - h * h).map(|variance| (variance.max(0.0) / m).sqrt());
-            let own = self.self_irradiation(i, b);
-            IncidentEstimate { value: (h + own) * factor, error: e * factor }
+            e * factor
         };
         (0..b.len()).into_par_iter().with_min_len(MIN_ZONES_PER_TASK).map(one).collect()
     }

@@ -92,6 +92,8 @@ pub(crate) struct RayTracer<'a> {
     offset: f64,
     /// True where every ray has weight 1 in every band.
     pub grey: bool,
+    /// True if the medium has one extinction for all bands in every cell.
+    pub grey_medium: bool,
     uniform_extinction: Option<Bands>,
 }
 
@@ -116,6 +118,7 @@ impl<'a> RayTracer<'a> {
         let side = |p: &Patch| 2 * p.facet + usize::from(p.normal.dot(facets[p.facet].plate.normal()) < 0.0);
         let (first_plate, pane_pieces) = pane_piece_locator(scene, zones);
         let grid = scene.voxel_grid();
+        let grey_medium = grid.is_none_or(is_grey);
         RayTracer {
             scene,
             zones,
@@ -126,7 +129,8 @@ impl<'a> RayTracer<'a> {
             cell: grid.map_or(Vec3::ZERO, |v| v.cell()),
             max_length: MAX_LENGTH_IN_DIAGONALS * scene.diagonal(),
             offset: OFFSET_IN_DIAGONALS * scene.diagonal(),
-            grey: grid.is_none_or(is_grey) && scene.panes().is_empty(),
+            grey: grey_medium && scene.panes().is_empty(),
+            grey_medium,
             uniform_extinction: grid.and_then(|m| m.uniform_extinction()),
         }
     }
@@ -162,12 +166,37 @@ impl<'a> RayTracer<'a> {
             if u >= path.total.mean() {
                 return self.end_in_medium(ray, &path, u);
             }
-            let zone = hit.map_or(ESCAPED, |hit| {
-                let (side, uv) = side_and_position(&hit);
-                self.patches.locate(side, uv).unwrap_or(BACK_FACE)
-            });
-            self.weighted_end(zone, ray, t, path.total)
+            self.weighted_end(self.zone_of_hit(hit), ray, t, path.total)
         })
+    }
+
+    /// The patch that a facet is met in, or a code.
+    fn zone_of_hit(&self, hit: Option<Hit>) -> u32 {
+        hit.map_or(ESCAPED, |hit| {
+            let (side, uv) = side_and_position(&hit);
+            self.patches.locate(side, uv).unwrap_or(BACK_FACE)
+        })
+    }
+
+    /// The first facet on a ray, whatever the medium and the panes; the weight is 1.
+    pub(crate) fn first_surface(&self, origin: Vec3, dir: Vec3) -> RayEnd {
+        let ray = Segment { origin, dir };
+        let hit = self.closest_hit(ray);
+        let distance = hit.map_or(self.max_length, |h| h.t);
+        let weight = PerBand::splat(1.0);
+        RayEnd { zone: self.zone_of_hit(hit), weight, distance, position: ray.at(distance) }
+    }
+
+    /// The pane zone at a point of a pane.
+    pub(crate) fn pane_zone(&self, hit: &PaneHit, point: Vec3) -> Option<usize> {
+        let uv = self.scene.panes()[hit.pane].plates[hit.plate].parameters(point);
+        let piece = self.pane_pieces.locate(self.first_plate[hit.pane] + hit.plate, uv)?;
+        Some(piece as usize + self.zones.pane_offset())
+    }
+
+    /// Edges of a voxel, m.
+    pub(crate) fn cell(&self) -> Vec3 {
+        self.cell
     }
 
     /// Transmittance up to the distance `t`, behind panes of transmittance `panes`.
@@ -193,9 +222,7 @@ impl<'a> RayTracer<'a> {
         let pass = (-self.transport.slant_depth(hit)).exp();
         let after = before.total * pass;
         if u >= after.mean() {
-            let uv = self.scene.panes()[hit.pane].plates[hit.plate].parameters(ray.at(hit.t));
-            let piece = self.pane_pieces.locate(self.first_plate[hit.pane] + hit.plate, uv);
-            let zone = piece.map_or(NO_ZONE, |p| p + self.zones.pane_offset() as u32);
+            let zone = self.pane_zone(hit, ray.at(hit.t)).map_or(NO_ZONE, |z| z as u32);
             let absorbed = before.total - after;
             return Some(self.weighted_end(zone, ray, hit.t, absorbed));
         }

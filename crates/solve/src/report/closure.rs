@@ -29,16 +29,15 @@ pub(crate) struct RowClosure {
     pub defects: Vec<Bands>,
 }
 
-/// Relative defects (row − target)/target of all zones.
-fn row_defects(
-    operator: &dyn ExchangeOperator,
-    zones: &Zones,
-    surroundings: &SurroundingsExchange,
-) -> Vec<Bands> {
+/// The incident power of all zones in a uniform field, without that from the surroundings.
+fn uniform_rows(operator: &dyn ExchangeOperator, zones: &Zones) -> Vec<Bands> {
     let c: Vec<Bands> =
         (0..zones.len()).into_par_iter().map(|i| scaled_radiosity_coefficient(zones, i)).collect();
-    let mut rows = operator.apply(&c);
-    drop(c);
+    operator.apply(&c)
+}
+
+/// Relative defects (row − target)/target of all zones, from the incident power `rows` in a uniform field.
+fn row_defects(mut rows: Vec<Bands>, zones: &Zones, surroundings: &SurroundingsExchange) -> Vec<Bands> {
     rows.par_iter_mut().enumerate().for_each(|(i, row)| {
         let (t, sky, backs) =
             (closure_target(zones, i), surroundings.sky_of(i), surroundings.backfaces_of(i));
@@ -62,7 +61,16 @@ pub(crate) fn measure(
     zones: &Zones,
     surroundings: &SurroundingsExchange,
 ) -> RowClosure {
-    let defects = row_defects(operator, zones, surroundings);
+    measure_rows(uniform_rows(operator, zones), zones, surroundings)
+}
+
+/// The closure of an operator whose incident power in a uniform field is `rows`.
+pub(crate) fn measure_rows(
+    rows: Vec<Bands>,
+    zones: &Zones,
+    surroundings: &SurroundingsExchange,
+) -> RowClosure {
+    let defects = row_defects(rows, zones, surroundings);
     let worst = max_abs(&defects);
     let summary = ClosureDefect {
         worst,
@@ -73,7 +81,7 @@ pub(crate) fn measure(
     RowClosure { summary, defects }
 }
 
-/// Restores closure by symmetric scaling of all factors, those of the surroundings included.
+/// Restores closure by symmetric scaling of all factors, those of the surroundings included; `closure` is that before it.
 ///
 /// The defect of a zone becomes the relative change of its row in a uniform field, |d_i − 1| + Σ_j g_ij c_j |d_j − 1| / target, plus its
 /// residual defect: the scaling changes correct factors too in order to compensate the wrong ones.
@@ -81,8 +89,8 @@ pub(crate) fn restore(
     operator: &mut dyn ExchangeOperator,
     zones: &Zones,
     surroundings: &mut SurroundingsExchange,
+    mut closure: RowClosure,
 ) -> RowClosure {
-    let mut closure = measure(operator, zones, surroundings);
     let n = zones.len();
     if closure.summary.worst.all(|w| w <= ROUNDING_DEFECT) {
         closure.summary.restored = true;
@@ -100,7 +108,7 @@ pub(crate) fn restore(
     surroundings.scale(&all);
     operator.scale(&d);
     // Measure the residual defects.
-    let left = row_defects(operator, zones, surroundings);
+    let left = row_defects(uniform_rows(operator, zones), zones, surroundings);
     summary.residual_defect = max_abs(&left);
     summary.restored = true;
     let sum = |i: usize, b: Band| {

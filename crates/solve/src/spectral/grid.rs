@@ -50,6 +50,19 @@ impl BoxGrid {
         let periodic = self.periodic;
         (0..3).filter(move |&a| !periodic[a])
     }
+    /// A permutation of equal axes that maps the axes `normals` to `others`.
+    pub(crate) fn permutation(&self, normals: &[usize], others: &[usize]) -> Option<[usize; 3]> {
+        const AXIS_PERMUTATIONS: [[usize; 3]; 6] =
+            [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
+        let alike = |k: usize, l: usize| {
+            (self.edges[k], self.cells[k], self.periodic[k])
+                == (self.edges[l], self.cells[l], self.periodic[l])
+        };
+        let fits = |turn: &[usize; 3]| {
+            (0..3).all(|k| alike(k, turn[k])) && normals.iter().map(|&a| turn[a]).eq(others.iter().copied())
+        };
+        AXIS_PERMUTATIONS.into_iter().find(fits)
+    }
     /// Pairs of axes with adjacent walls.
     pub(crate) fn corners(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
         let periodic = self.periodic;

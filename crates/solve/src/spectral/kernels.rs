@@ -35,8 +35,8 @@ pub(crate) struct GridKernels {
     pub walls: [KernelSet; 3],
     /// O of the walls across each axis by `[f_c][f_b]`.
     pub opposite: [KernelSet; 3],
-    /// Q by `[f_c][i_a][i_b]` for the pairs of axes (0, 1), (0, 2), (1, 2).
-    pub adjacent: [KernelSet; 3],
+    /// Q by `[f_c][i_a][i_b]` for the pairs of axes (0, 1), (0, 2), (1, 2); pairs of equal axes share it with a constant basis.
+    pub adjacent: [Arc<KernelSet>; 3],
     /// Entries of the tables by method.
     pub tally: Vec<(&'static str, MethodCounts)>,
     /// Largest relative radius of an entry.
@@ -99,6 +99,16 @@ fn parity_of(is_odd: bool) -> Parity {
     if is_odd { Parity::Odd } else { Parity::Even }
 }
 
+/// True if the kernels of two pairs of adjacent walls are equal.
+pub(super) fn shares_adjacent(
+    grid: &BoxGrid,
+    order: BasisOrder,
+    pair: [usize; 2],
+    other: [usize; 2],
+) -> bool {
+    order == BasisOrder::Constant && grid.permutation(&pair, &other).is_some()
+}
+
 /// Computes the tables and transforms them to spectra.
 struct KernelBuilder<'a> {
     grid: &'a BoxGrid,
@@ -111,6 +121,8 @@ struct KernelBuilder<'a> {
     wall_tables: Vec<(Vec<usize>, Arc<WallTable>)>,
     /// The same for a linear basis.
     linear_tables: Vec<LinearBasisTables>,
+    /// A buffer for the next table: each kernel needs one beside its own spectrum.
+    spare: Vec<f64>,
 }
 
 /// The tables of walls for a linear basis.
@@ -136,8 +148,8 @@ impl PermutedTable {
 }
 
 impl GridKernels {
-    /// The kernels of a grid with extinction `kappa` ≥ 0 (1/m).
-    pub(crate) fn new(grid: &BoxGrid, kappa: f64, order: BasisOrder) -> GridKernels {
+    /// The kernels of a grid with extinction `kappa` ≥ 0 (1/m). `spare` is a buffer, and is one of the size of a spectrum afterwards.
+    pub(crate) fn new(grid: &BoxGrid, kappa: f64, order: BasisOrder, spare: &mut Vec<f64>) -> GridKernels {
         let mut builder = KernelBuilder {
             grid,
             kappa,
@@ -147,6 +159,7 @@ impl GridKernels {
             counts: grid.distances(),
             wall_tables: Vec::new(),
             linear_tables: Vec::new(),
+            spare: std::mem::take(spare),
         };
         let mut out = GridKernels {
             volume: KernelSet::default(),
@@ -169,9 +182,16 @@ impl GridKernels {
         for a in grid.walled() {
             out.opposite[a] = builder.opposite(a, &mut out);
         }
+        let mut made: Vec<[usize; 2]> = Vec::new();
         for pair in grid.corners() {
-            out.adjacent[pair[0] + pair[1] - 1] = builder.adjacent(pair, &mut out);
+            let equal = made.iter().find(|m| shares_adjacent(grid, order, pair, **m));
+            out.adjacent[pair[0] + pair[1] - 1] = match equal {
+                Some([a, b]) => out.adjacent[a + b - 1].clone(),
+                None => Arc::new(builder.adjacent(pair, &mut out)),
+            };
+            made.push(pair);
         }
+        *spare = builder.spare;
         out
     }
 
@@ -182,11 +202,29 @@ impl GridKernels {
 }
 
 impl KernelBuilder<'_> {
+    /// A buffer of any length with the capacity of a spectrum.
+    fn buffer(&mut self) -> Vec<f64> {
+        let mut out = std::mem::take(&mut self.spare);
+        out.clear();
+        out.reserve_exact(self.grid.halves().iter().product());
+        out
+    }
+
+    /// Keeps one of two buffers for the next table, and returns the other one without what it has in excess.
+    fn keep_spare(&mut self, mut data: Vec<f64>, spare: Vec<f64>) -> Vec<f64> {
+        if spare.capacity() > self.spare.capacity() {
+            self.spare = spare;
+        }
+        data.shrink_to_fit();
+        data
+    }
+
     /// Values at the offsets below `counts`.
-    fn array(&self, counts: [usize; 3], value: impl Fn([i64; 3]) -> f64 + Sync) -> Vec<f64> {
+    fn array(&mut self, counts: [usize; 3], value: impl Fn([i64; 3]) -> f64 + Sync) -> Vec<f64> {
         use rayon::prelude::*;
         let [_, m1, m2] = counts;
-        let mut out = vec![0.0; counts.iter().product()];
+        let mut out = self.buffer();
+        out.resize(counts.iter().product(), 0.0);
         out.par_chunks_mut(m1 * m2).enumerate().for_each(|(i, plane)| {
             for (jk, x) in plane.iter_mut().enumerate() {
                 *x = value([i, jk / m2, jk % m2].map(|d| d as i64));
@@ -202,7 +240,7 @@ impl KernelBuilder<'_> {
         normals: &[usize],
         layout: KernelLayout,
         out: &mut GridKernels,
-        spectrum: impl Fn(&Self, Vec<f64>, [bool; 3]) -> Vec<f64>,
+        spectrum: impl Fn(&mut Self, Vec<f64>, [bool; 3]) -> Vec<f64>,
     ) -> KernelSet {
         let along = axis_relations(normals);
         let tables = self.tables_of_layout(what, normals, &layout, out);
@@ -227,17 +265,13 @@ impl KernelBuilder<'_> {
             [0, 1, 2].map(|k| if along[k] == AxisRelation::OppositeWalls { 1 } else { self.counts[k] })
         };
         for LinearBasisTables { normals: made, densities, tables } in &self.linear_tables {
-            let Some(turn) = self.permutation(normals, made) else { continue };
+            let Some(turn) = self.grid.permutation(normals, made) else { continue };
             let other = |d: &[usize; 3]| {
                 let mut of = [0; 3];
                 (0..3).for_each(|k| of[turn[k]] = d[k]);
                 densities.iter().position(|x| *x == of).unwrap_or(0)
             };
-            return layout
-                .densities
-                .iter()
-                .map(|d| permute_axes(&tables[other(d)], dims(made), turn))
-                .collect();
+            return layout.densities.iter().map(|d| permuted(&tables[other(d)], dims(made), turn)).collect();
         }
         let along = axis_relations(normals);
         let pairs = LinearBasisPairs { along, ..linear(self.grid, self.kappa, &self.images) };
@@ -254,20 +288,6 @@ impl KernelBuilder<'_> {
             self.linear_tables.push(LinearBasisTables { normals, densities, tables: tables.clone() });
         }
         tables
-    }
-
-    /// A permutation of equal axes that maps `normals` to `made`.
-    fn permutation(&self, normals: &[usize], made: &[usize]) -> Option<[usize; 3]> {
-        const AXIS_PERMUTATIONS: [[usize; 3]; 6] =
-            [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
-        let g = self.grid;
-        let alike = |k: usize, l: usize| {
-            (g.edges[k], g.cells[k], g.periodic[k]) == (g.edges[l], g.cells[l], g.periodic[l])
-        };
-        let fits = |turn: &[usize; 3]| {
-            (0..3).all(|k| alike(k, turn[k])) && normals.iter().map(|&a| turn[a]).eq(made.iter().copied())
-        };
-        AXIS_PERMUTATIONS.into_iter().find(fits)
     }
 
     /// Kernels of a constant basis.
@@ -290,13 +310,14 @@ impl KernelBuilder<'_> {
         out.note("voxel and voxel", table.method_counts(), table.worst_relative_radius());
         let data = self.array(self.counts, |d| table.get(d).value);
         drop(table);
-        self.constant_kernel(layout, self.spectrum(data, true, [false; 3]))
+        let data = self.spectrum(data, true, [false; 3]);
+        self.constant_kernel(layout, data)
     }
 
     /// The table of walls across the axes `normals`, or one with permuted axes if the grid is equal along these.
     fn table(&mut self, what: &'static str, normals: &[usize], out: &mut GridKernels) -> PermutedTable {
         for (made, table) in &self.wall_tables {
-            if let Some(turn) = self.permutation(normals, made) {
+            if let Some(turn) = self.grid.permutation(normals, made) {
                 return PermutedTable { table: table.clone(), permutation: turn };
             }
         }
@@ -326,18 +347,24 @@ impl KernelBuilder<'_> {
         }
         let table = self.table(WHAT, &[a], out);
         let data = self.array(self.counts, |d| table.value(d));
-        self.constant_kernel(layout, self.spectrum(data, a != 0, [false; 3]))
+        let data = self.spectrum(data, a != 0, [false; 3]);
+        self.constant_kernel(layout, data)
     }
 
     /// `[d₀][d₁][d₂]` to `[f₁][f₂][f₀]`, or to `[f₁][f₂][d₀]`.
-    fn spectrum(&self, data: Vec<f64>, along_first: bool, odd: [bool; 3]) -> Vec<f64> {
+    fn spectrum(&mut self, mut data: Vec<f64>, along_first: bool, odd: [bool; 3]) -> Vec<f64> {
         let ([m0, m1, m2], [_, h1, h2]) = (self.counts, self.grid.halves());
         let [n0, n1, n2] = self.grid.lengths().map(|n| 1.0 / n as f64);
-        let data = self.transforms[2].lines(&data, m2, parity_of(odd[2]), n2);
-        let data = permute_axes(&data, [m0, m1, h2], [0, 2, 1]);
-        let data = self.transforms[1].lines(&data, m1, parity_of(odd[1]), n1);
-        let data = permute_axes(&data, [m0, h2, h1], [2, 1, 0]);
-        if along_first { self.transforms[0].lines(&data, m0, parity_of(odd[0]), n0) } else { data }
+        let mut other = self.buffer();
+        self.transforms[2].lines(&data, m2, (parity_of(odd[2]), n2), &mut other);
+        permute_axes(&other, [m0, m1, h2], [0, 2, 1], &mut data);
+        self.transforms[1].lines(&data, m1, (parity_of(odd[1]), n1), &mut other);
+        permute_axes(&other, [m0, h2, h1], [2, 1, 0], &mut data);
+        if !along_first {
+            return self.keep_spare(data, other);
+        }
+        self.transforms[0].lines(&data, m0, (parity_of(odd[0]), n0), &mut other);
+        self.keep_spare(other, data)
     }
 
     fn opposite(&mut self, a: usize, out: &mut GridKernels) -> KernelSet {
@@ -355,16 +382,21 @@ impl KernelBuilder<'_> {
             (at[b], at[c]) = (d[1], d[2]);
             table.value(at)
         });
-        self.constant_kernel(layout, self.opposite_spectrum(a, data, [false; 3]))
+        let data = self.opposite_spectrum(a, data, [false; 3]);
+        self.constant_kernel(layout, data)
     }
 
     /// `[d_b][d_c]` of the walls across `a` to `[f_c][f_b]`.
-    fn opposite_spectrum(&self, a: usize, data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
+    fn opposite_spectrum(&mut self, a: usize, mut data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
         let [b, c] = OTHER_AXES[a];
         let (counts, lengths) = (self.counts, self.grid.lengths());
-        let data = self.transforms[c].lines(&data, counts[c], parity_of(odd[c]), 1.0 / lengths[c] as f64);
-        let data = permute_axes(&data, [1, counts[b], self.grid.halves()[c]], [0, 2, 1]);
-        self.transforms[b].lines(&data, counts[b], parity_of(odd[b]), 1.0 / lengths[b] as f64)
+        let scale = |k: usize| 1.0 / lengths[k] as f64;
+        // Its capacity is that of a wall, and the spare buffer remains for the tables of volumes.
+        let mut other = Vec::new();
+        self.transforms[c].lines(&data, counts[c], (parity_of(odd[c]), scale(c)), &mut other);
+        permute_axes(&other, [1, counts[b], self.grid.halves()[c]], [0, 2, 1], &mut data);
+        self.transforms[b].lines(&data, counts[b], (parity_of(odd[b]), scale(b)), &mut other);
+        self.keep_spare(other, data)
     }
 
     fn adjacent(&mut self, [a, b]: [usize; 2], out: &mut GridKernels) -> KernelSet {
@@ -372,7 +404,8 @@ impl KernelBuilder<'_> {
         let (layout, c) = (self.order.adjacent_layout([a, b]), 3 - a - b);
         if self.order == BasisOrder::Linear {
             return self.linear_kernels(WHAT, &[a, b], layout, out, |m, data, odd| {
-                m.edge_spectrum([a, b], permute_axes(&data, m.counts, [a, b, c]), odd)
+                let turned = permuted(&data, m.counts, [a, b, c]);
+                m.edge_spectrum([a, b], turned, odd)
             });
         }
         let table = self.table(WHAT, &[a, b], out);
@@ -381,18 +414,24 @@ impl KernelBuilder<'_> {
             (at[a], at[b], at[c]) = (d[0], d[1], d[2]);
             table.value(at)
         });
-        self.constant_kernel(layout, self.edge_spectrum([a, b], data, [false; 3]))
+        let data = self.edge_spectrum([a, b], data, [false; 3]);
+        self.constant_kernel(layout, data)
     }
 
     /// `[i_a][i_b][d_c]` to `[f_c][i_a][i_b]`.
-    fn edge_spectrum(&self, [a, b]: [usize; 2], data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
+    fn edge_spectrum(&mut self, [a, b]: [usize; 2], mut data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
         let c = 3 - a - b;
-        let data = self.transforms[c].lines(
-            &data,
-            self.counts[c],
-            parity_of(odd[c]),
-            1.0 / self.grid.lengths()[c] as f64,
-        );
-        permute_axes(&data, [self.counts[a], self.counts[b], self.grid.halves()[c]], [2, 0, 1])
+        let scale = 1.0 / self.grid.lengths()[c] as f64;
+        let mut other = self.buffer();
+        self.transforms[c].lines(&data, self.counts[c], (parity_of(odd[c]), scale), &mut other);
+        permute_axes(&other, [self.counts[a], self.counts[b], self.grid.halves()[c]], [2, 0, 1], &mut data);
+        self.keep_spare(data, other)
     }
+}
+
+/// The array with permuted axes ([`permute_axes`]).
+fn permuted(data: &[f64], dims: [usize; 3], order: [usize; 3]) -> Vec<f64> {
+    let mut out = Vec::new();
+    permute_axes(data, dims, order, &mut out);
+    out
 }

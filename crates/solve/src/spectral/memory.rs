@@ -2,6 +2,7 @@
 
 use super::basis::{BasisOrder, KernelLayout};
 use super::grid::BoxGrid;
+use super::kernels::shares_adjacent;
 use super::volume::FREQUENCIES_PER_BLOCK;
 
 /// Bytes of the spectra of one extinction.
@@ -13,7 +14,11 @@ pub(super) fn spectra_bytes(grid: &BoxGrid, order: BasisOrder) -> u64 {
     for a in grid.walled() {
         all += kernels(order.wall_layout(a)) * if a == 0 { n0 * h1 * h2 } else { h0 * h1 * h2 };
     }
-    for pair in grid.corners() {
+    let pairs: Vec<[usize; 2]> = grid.corners().collect();
+    for (k, &pair) in pairs.iter().enumerate() {
+        if pairs[..k].iter().any(|other| shares_adjacent(grid, order, pair, *other)) {
+            continue;
+        }
         let one = match pair {
             [0, 1] => n0 * n1 * h2,
             [0, _] => n0 * n2 * h1,
@@ -32,4 +37,35 @@ pub(super) fn work_bytes(grid: &BoxGrid, order: BasisOrder) -> u64 {
     let partial = if grid.periodic[1] { 0 } else { 2 * blocks * h2 * n0 };
     16 * (voxel * blocks * FREQUENCIES_PER_BLOCK as u64 * grid.cells[0] as u64 * h2 + patch * partial)
         + patch * 16 * 8 * (n0 * n1 + (n0 + n1) * h2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectral::basis::KernelSet;
+    use crate::spectral::kernels::GridKernels;
+    use std::sync::Arc;
+
+    /// Bytes of the distinct spectra of voxels and of adjacent walls; those of opposite walls have two dimensions and are not counted.
+    fn bytes_of_kernels(k: &GridKernels) -> u64 {
+        let of = |set: &KernelSet| set.arrays.iter().map(|a| 8 * a.data.len() as u64).sum::<u64>();
+        let distinct = |i: usize| !k.adjacent[..i].iter().any(|other| Arc::ptr_eq(other, &k.adjacent[i]));
+        let adjacent = (0..3).filter(|&i| distinct(i)).map(|i| of(&k.adjacent[i])).sum::<u64>();
+        of(&k.volume) + k.walls.iter().map(of).sum::<u64>() + adjacent
+    }
+
+    #[test]
+    fn expected_bytes_are_those_of_the_spectra() {
+        for cells in [[4, 4, 4], [3, 5, 5], [2, 3, 4]] {
+            for order in [BasisOrder::Constant, BasisOrder::Linear] {
+                let grid = BoxGrid::new(cells, [0.25; 3], [false; 3]);
+                let kernels = GridKernels::new(&grid, 0.7, order, &mut Vec::new());
+                assert_eq!(bytes_of_kernels(&kernels), spectra_bytes(&grid, order), "{cells:?} {order:?}");
+            }
+        }
+        // Adjacent walls of a cube share one kernel.
+        let grid = BoxGrid::new([4; 3], [0.25; 3], [false; 3]);
+        let kernels = GridKernels::new(&grid, 0.7, BasisOrder::Constant, &mut Vec::new());
+        assert!(Arc::ptr_eq(&kernels.adjacent[0], &kernels.adjacent[2]));
+    }
 }

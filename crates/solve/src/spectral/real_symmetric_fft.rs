@@ -51,13 +51,14 @@ impl RealSymmetricFft {
         RealSymmetricFft { length, plan: realfft::RealFftPlanner::new().plan_fft_forward(length) }
     }
 
-    /// Transforms every line of `m` numbers in `data`, extended as an even or odd sequence, to [`half`] of the length each, times `scale`.
-    pub(super) fn lines(&self, data: &[f64], m: usize, parity: Parity, scale: f64) -> Vec<f64> {
+    /// Transforms every line of `m` numbers in `data`, extended as an even or odd sequence, to [`half_length`] numbers each, times `scale`, written
+    /// to `out`.
+    pub(super) fn lines(&self, data: &[f64], m: usize, (parity, scale): (Parity, f64), out: &mut Vec<f64>) {
         let (n, h) = (self.length, half_length(self.length));
         let odd = parity == Parity::Odd;
         let other = if odd { -1.0 } else { 1.0 };
         assert!(m <= n && data.len().is_multiple_of(m), "lines of {m} for a length of {n}");
-        let mut out = vec![0.0; data.len() / m * h];
+        out.resize(data.len() / m * h, 0.0);
         let work = || (vec![0.0; n], vec![Complex64::default(); h], self.plan.make_scratch_vec());
         out.par_chunks_mut(h).zip(data.par_chunks(m)).for_each_init(
             work,
@@ -77,15 +78,14 @@ impl RealSymmetricFft {
                 out.iter_mut().zip(&*spectrum).for_each(|(o, s)| *o = kept(s) * scale);
             },
         );
-        out
     }
 }
 
-/// Permutes the axes of an array of shape `dims` so that `order[k]` is its k-th axis.
-pub(crate) fn permute_axes(data: &[f64], dims: [usize; 3], order: [usize; 3]) -> Vec<f64> {
+/// Permutes the axes of an array of shape `dims` so that `order[k]` is its k-th axis; the result is written to `out`.
+pub(crate) fn permute_axes(data: &[f64], dims: [usize; 3], order: [usize; 3], out: &mut Vec<f64>) {
     let stride = [dims[1] * dims[2], dims[2], 1];
     let [p, q, r] = order.map(|k| (dims[k], stride[k]));
-    let mut out = vec![0.0; data.len()];
+    out.resize(data.len(), 0.0);
     out.par_chunks_mut(q.0 * r.0).enumerate().for_each(|(i, plane)| {
         // Square tiles, so that reads and writes stay in the cache.
         const TILE: usize = 16;
@@ -99,7 +99,6 @@ pub(crate) fn permute_axes(data: &[f64], dims: [usize; 3], order: [usize; 3]) ->
             }
         }
     });
-    out
 }
 
 #[cfg(test)]
@@ -114,8 +113,13 @@ mod tests {
     #[test]
     fn transformed_line_is_its_cosine_or_sine_sum() {
         let k = [3.0, -1.0, 0.5, 0.25];
+        let transform = |n: usize, parity: Parity, scale: f64| {
+            let mut got = Vec::new();
+            RealSymmetricFft::new(n).lines(&k, 4, (parity, scale), &mut got);
+            got
+        };
         for n in [7, 8, 12] {
-            let got = RealSymmetricFft::new(n).lines(&k, 4, Parity::Even, 2.0);
+            let got = transform(n, Parity::Even, 2.0);
             for (f, g) in got.iter().enumerate() {
                 let term = |d: usize| (std::f64::consts::TAU * (d * f) as f64 / n as f64).cos() * k[d];
                 let want = 2.0 * (k[0] + 2.0 * (1..4).map(term).sum::<f64>());
@@ -123,10 +127,10 @@ mod tests {
             }
         }
         // A period of six: the distance 3 is its own opposite.
-        let got = RealSymmetricFft::new(6).lines(&k, 4, Parity::Even, 1.0);
+        let got = transform(6, Parity::Even, 1.0);
         assert!((got[0] - (3.0 - 2.0 + 1.0 + 0.25)).abs() < 1e-14);
         for n in [8, 12] {
-            let got = RealSymmetricFft::new(n).lines(&k, 4, Parity::Odd, 2.0);
+            let got = transform(n, Parity::Odd, 2.0);
             for (f, g) in got.iter().enumerate() {
                 let term = |d: usize| (std::f64::consts::TAU * (d * f) as f64 / n as f64).sin() * k[d];
                 let want = 4.0 * (1..4).map(term).sum::<f64>();
@@ -139,7 +143,8 @@ mod tests {
     fn arrays_are_permute_axes() {
         let dims = [2, 3, 4];
         let data: Vec<f64> = (0..24).map(f64::from).collect();
-        let t = permute_axes(&data, dims, [2, 0, 1]);
+        let mut t = Vec::new();
+        permute_axes(&data, dims, [2, 0, 1], &mut t);
         assert_eq!(t[(3 * 2 + 1) * 3 + 2], data[(3 + 2) * 4 + 3]);
     }
 }

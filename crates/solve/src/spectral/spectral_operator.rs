@@ -49,16 +49,18 @@ impl SpectralOperator {
         let (group, kappa) = enclosure.extinction_groups();
         let grid = enclosure.grid;
         progress.begin("exchange areas by offset", kappa.len() as u64);
+        let mut spare = Vec::new();
         let kernels = kappa
             .iter()
             .map(|&kappa| {
-                let k = GridKernels::new(&grid, kappa, order);
+                let k = GridKernels::new(&grid, kappa, order, &mut spare);
                 progress.advance(1);
                 k
             })
             .collect();
         progress.end();
         let (volume, walls) = (VolumeConvolution::new(grid, order), WallConvolution::new(grid, order));
+        volume.return_values(spare);
         SpectralOperator {
             enclosure,
             patches,
@@ -110,7 +112,7 @@ impl SpectralOperator {
             }
         };
         let making = 8 * grid.halves().iter().map(|h| *h as u64).product::<u64>() * 2 + tables;
-        let vectors = 2 * 8 * (order.voxel_components() * grid.count()) as u64;
+        let vectors = 8 * (order.voxel_components() * grid.count()) as u64;
         memory::spectra_bytes(grid, order) * extinctions as u64
             + (memory::work_bytes(grid, order) + vectors).max(making)
     }
@@ -152,10 +154,10 @@ impl SpectralOperator {
         for (face, zones) in faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
             face.iter_mut().zip(zones).for_each(|(x, z)| *x = f64::from(u8::from(*z == OPENING)));
         }
-        let nothing = vec![0.0; self.order.voxel_components() * self.grid().count()];
-        let mut voxels = nothing.clone();
+        let mut voxels = vec![0.0; self.order.voxel_components() * self.grid().count()];
         for g in 0..self.kernels.len() {
-            let met = self.exchange(g, &nothing, &faces, &mut voxels);
+            voxels.par_iter_mut().for_each(|x| *x = 0.0);
+            let met = self.exchange(g, &mut voxels, &faces);
             let of: Vec<Band> = Band::all().filter(|&b| self.group[b] == g).collect();
             self.scatter(&voxels, &met, &mut out, |o, x| of.iter().for_each(|&b| o[b] = x));
         }
@@ -165,12 +167,12 @@ impl SpectralOperator {
     }
 
     /// Measures the closure of all rows, slopes included, with the factors of the `openings` (by unknown, empty for none). [`DEFECT_MULTIPLE`] times the
-    /// largest defect is added to the relative error of the factors.
-    pub(crate) fn measure_defect(&mut self, zones: &Zones, openings: &[Bands]) {
-        let mut level: Vec<Bands> =
-            (0..self.zones()).map(|i| scaled_radiosity_coefficient(zones, i)).collect();
-        level.resize(self.len(), Bands::ZERO);
-        let (rows, slopes) = (self.apply(&level), self.slope_zones());
+    /// largest defect is added to the relative error of the factors. Returns the incident power of the zones in the uniform field.
+    pub(crate) fn measure_defect(&mut self, zones: &Zones, openings: &[Bands]) -> Vec<Bands> {
+        let (n, slopes) = (self.zones(), self.slope_zones());
+        let level = |i: usize| if i < n { scaled_radiosity_coefficient(zones, i) } else { Bands::ZERO };
+        let mut rows: Vec<Bands> = (0..self.len()).into_par_iter().map(level).collect();
+        self.replace(&mut rows);
         let off = |i: usize| {
             let zone = if i < self.zones() { i } else { slopes[i - self.zones()] as usize };
             let (whole, open) = (closure_target(zones, zone), openings.get(i).copied().unwrap_or_default());
@@ -180,6 +182,8 @@ impl SpectralOperator {
         let worst = |x: Bands, y: Bands| x.zip_map(y, |x, y| if y <= x { x } else { y });
         let found = (0..rows.len()).into_par_iter().map(off).reduce(|| Bands::ZERO, worst);
         self.defect = found.map(|d| if d.is_finite() { DEFECT_MULTIPLE * d } else { f64::INFINITY });
+        rows.truncate(n);
+        rows
     }
 
     /// Values on the walls of a vector over the unknowns; 0 at openings.
@@ -210,12 +214,12 @@ impl SpectralOperator {
         }
     }
 
-    /// Incident power of the voxels (written to `met`) and of the walls, for strengths in one band.
-    fn exchange(&self, group: usize, voxels: &[f64], faces: &WallValues, met: &mut [f64]) -> WallValues {
+    /// Incident power of the walls for strengths in one band; those of the voxels are replaced by their incident power.
+    fn exchange(&self, group: usize, voxels: &mut [f64], faces: &WallValues) -> WallValues {
         let k = &self.kernels[group];
         let mut walls = self.walls.zeros();
         let spectra = self.walls.spectra(faces);
-        let mut found = self.volume.apply(k, voxels, &spectra, met);
+        let mut found = self.volume.apply(k, voxels, &spectra);
         self.walls.opposite(k, &spectra, &mut found);
         self.walls.add_spectra(found, &mut walls);
         self.walls.adjacent(k, faces, &mut walls);
@@ -231,11 +235,10 @@ impl SpectralOperator {
         });
     }
 
-    fn product(&self, s: &[Bands]) -> Vec<Bands> {
+    /// Replaces strengths by their product without scaling, band by band.
+    fn replace_unscaled(&self, s: &mut [Bands]) {
         assert_eq!(s.len(), self.len(), "one strength for each unknown");
-        let mut out = vec![Bands::ZERO; s.len()];
-        let mut own = vec![0.0; self.order.voxel_components() * self.grid().count()];
-        let mut met = own.clone();
+        let mut voxels = self.volume.take_values();
         let mut done = PerBand::splat(false);
         for b in Band::all() {
             if done[b] {
@@ -251,13 +254,26 @@ impl SpectralOperator {
             of.iter().for_each(|&c| done[c] = true);
             // Bands without light, such as those that fill up the last triple, need no product.
             if s.par_iter().all(|x| x[b] == 0.0) {
+                s.par_iter_mut().for_each(|x| of.iter().for_each(|&b| x[b] = 0.0));
                 continue;
             }
-            self.copy_voxels(&mut own, |i| s[i][b]);
-            let walls = self.exchange(self.group[b], &own, &self.wall_values(|i| s[i][b]), &mut met);
-            self.scatter(&met, &walls, &mut out, |o, x| of.iter().for_each(|&b| o[b] = x));
+            self.copy_voxels(&mut voxels, |i| s[i][b]);
+            let walls = self.exchange(self.group[b], &mut voxels, &self.wall_values(|i| s[i][b]));
+            self.scatter(&voxels, &walls, s, |o, x| of.iter().for_each(|&b| o[b] = x));
         }
-        out
+        self.volume.return_values(voxels);
+    }
+
+    /// Replaces strengths of all unknowns by their product.
+    fn replace(&self, s: &mut [Bands]) {
+        let scale = |s: &mut [Bands]| {
+            if let Some(d) = &self.scaling {
+                s.par_iter_mut().zip(d).for_each(|(s, d)| *s *= d);
+            }
+        };
+        scale(s);
+        self.replace_unscaled(s);
+        scale(s);
     }
 
     /// Error of the incident power: the radii of the factors, and the rounding of the transforms.
@@ -278,39 +294,44 @@ impl ExchangeOperator for SpectralOperator {
     }
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
         if s.len() < self.len() {
-            let mut all = s.to_vec();
+            let mut all = Vec::with_capacity(self.len());
+            all.extend_from_slice(s);
             all.resize(self.len(), Bands::ZERO);
-            let mut out = self.apply(&all);
-            out.truncate(s.len());
-            return out;
+            self.replace(&mut all);
+            all.truncate(s.len());
+            return all;
         }
-        match &self.scaling {
-            Some(d) => times(&self.product(&times(s, d)), d),
-            None => self.product(s),
-        }
+        let mut out = s.to_vec();
+        self.replace(&mut out);
+        out
+    }
+    fn replace_many(&self, columns: &mut Vec<Vec<Bands>>) {
+        columns.iter_mut().for_each(|s| self.replace(s));
     }
     fn has_identical_bands(&self) -> bool {
         self.kernels.len() == 1 && self.scaling.is_none()
     }
     fn apply_band(&self, s: &[[f64; 1]]) -> Vec<[f64; 1]> {
-        let mut out = vec![[0.0]; s.len()];
+        let mut out = s.to_vec();
+        self.replace_band(&mut out);
+        out
+    }
+    fn replace_band(&self, s: &mut Vec<[f64; 1]>) {
         let faces = self.wall_values(|i| s[i][0]);
         // The constants alone are stored in the order of the transforms and need no copies.
         match self.order {
             BasisOrder::Constant => {
-                let met = &mut out.as_flattened_mut()[self.patches..];
-                let walls = self.exchange(0, &s.as_flattened()[self.patches..], &faces, met);
-                self.scatter(&[], &walls, &mut out, |o, x| o[0] = x);
+                let walls = self.exchange(0, &mut s.as_flattened_mut()[self.patches..], &faces);
+                self.scatter(&[], &walls, s, |o, x| o[0] = x);
             }
             BasisOrder::Linear => {
-                let mut own = vec![0.0; self.order.voxel_components() * self.grid().count()];
-                let mut met = own.clone();
-                self.copy_voxels(&mut own, |i| s[i][0]);
-                let walls = self.exchange(0, &own, &faces, &mut met);
-                self.scatter(&met, &walls, &mut out, |o, x| o[0] = x);
+                let mut voxels = self.volume.take_values();
+                self.copy_voxels(&mut voxels, |i| s[i][0]);
+                let walls = self.exchange(0, &mut voxels, &faces);
+                self.scatter(&voxels, &walls, s, |o, x| o[0] = x);
+                self.volume.return_values(voxels);
             }
         }
-        out
     }
     fn slope_zones(&self) -> Vec<u32> {
         let patches = (1..self.order.patch_components()).flat_map(|_| 0..self.patches);
@@ -332,9 +353,23 @@ impl ErrorModel for SpectralOperator {
         Some(self.incident_error(&self.apply(strengths)))
     }
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
-        let found = self.apply_many(columns);
-        let error = self.incident_error(&total(self.len(), &found));
-        IncidentPower { columns: found, error: Some(error) }
+        let copies: Vec<Vec<Bands>> = columns.to_vec();
+        self.incident_power_in_place(copies).unwrap_or_else(|found| IncidentPower {
+            columns: found,
+            error: None,
+            column_errors: Vec::new(),
+        })
+    }
+    fn incident_power_in_place(&self, columns: Vec<Vec<Bands>>) -> Result<IncidentPower, Vec<Vec<Bands>>> {
+        let mut found = columns;
+        self.replace_many(&mut found);
+        // The buffers of the products would lie beside the fields of the solution.
+        self.volume.free_buffers();
+        let error = match &found[..] {
+            [one] => self.incident_error(one),
+            all => self.incident_error(&total(self.len(), all)),
+        };
+        Ok(IncidentPower { columns: found, error: Some(error), column_errors: Vec::new() })
     }
     fn grade(&self) -> Grade {
         Grade::Estimated

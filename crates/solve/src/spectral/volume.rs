@@ -47,8 +47,19 @@ pub(crate) struct VolumeConvolution {
     unreal: Arc<dyn ComplexToReal<f64>>,
     /// e^{−2πi f (n−1)/N} of the axes 1 and 2.
     phase: [Vec<Complex64>; 2],
-    /// Buffer of the spectrum, reused by every product.
-    buffer: Mutex<Vec<Complex64>>,
+    /// Buffers, reused by every product.
+    buffers: Mutex<ProductBuffers>,
+}
+
+/// Buffers of a product.
+#[derive(Default)]
+struct ProductBuffers {
+    /// The spectrum of the voxels.
+    spectrum: Vec<Complex64>,
+    /// The sums of each block of frequencies.
+    sums: Vec<WallSums>,
+    /// Values of the voxels.
+    values: Vec<f64>,
 }
 
 /// Sums of a block of frequencies for the walls.
@@ -59,6 +70,25 @@ struct WallSums {
     y: [Vec<Complex64>; 2],
     /// WallConvolution across z: `[side][component][f₁ of the block][f₀]`.
     z: [Vec<Complex64>; 2],
+}
+
+impl WallSums {
+    /// Zeros for the block that begins at frequency `first`; empty across periodic axes.
+    fn zeros(v: &VolumeConvolution, first: usize) -> WallSums {
+        let ([l0, l1, _], h2, parts) = (v.grid.lengths(), v.grid.halves()[2], v.order.patch_components());
+        let side = |a: usize, size: usize| vec![ZERO; if v.grid.periodic[a] { 0 } else { parts * size }];
+        let sides = |a: usize, size: usize| [side(a, size), side(a, size)];
+        WallSums {
+            x: sides(0, h2 * FREQUENCIES_PER_BLOCK),
+            y: sides(1, h2 * l0),
+            z: sides(2, FREQUENCIES_PER_BLOCK.min(l1 - first) * l0),
+        }
+    }
+
+    /// Sets all sums to zero.
+    fn clear(&mut self) {
+        [&mut self.x, &mut self.y, &mut self.z].into_iter().flatten().for_each(|s| s.fill(ZERO));
+    }
 }
 
 impl VolumeConvolution {
@@ -77,59 +107,70 @@ impl VolumeConvolution {
             real: real.plan_fft_forward(n[2]),
             unreal: real.plan_fft_inverse(n[2]),
             phase: [phase(1), phase(2)],
-            buffer: Mutex::default(),
+            buffers: Mutex::default(),
             grid,
             order,
         }
     }
 
-    /// Incident power of the voxels for strengths `s` (by component and cell) and wall spectra `walls`, written to `out`. Returns the spectra of the
-    /// incident power of the walls: across the first two axes times the weight of f₂, across the third half of a sum of which twice the real part counts.
+    /// Replaces the strengths of the voxels, `values` by component and cell, by their incident power, with that from wall spectra `walls`. Returns the
+    /// spectra of the incident power of the walls: across the first two axes times the weight of f₂, across the third half of a sum of which twice the
+    /// real part counts.
     pub(crate) fn apply(
         &self,
         k: &GridKernels,
-        s: &[f64],
+        values: &mut [f64],
         walls: &[Option<WallSpectra>; 3],
-        out: &mut [f64],
     ) -> [Option<WallSpectra>; 3] {
         let (n, h2, count) = (self.grid.cells, self.grid.halves()[2], self.grid.count());
         let (blocks, parts) =
             (self.grid.lengths()[1].div_ceil(FREQUENCIES_PER_BLOCK), self.order.voxel_components());
         let size = n[0] * h2 * FREQUENCIES_PER_BLOCK;
-        let mut buffer = std::mem::take(&mut *self.buffer.lock().unwrap_or_else(|e| e.into_inner()));
-        buffer.resize(blocks * parts * size, ZERO);
+        let mut buffers = std::mem::take(&mut *self.buffers.lock().unwrap_or_else(|e| e.into_inner()));
+        let ProductBuffers { spectrum, sums, .. } = &mut buffers;
+        spectrum.resize(blocks * parts * size, ZERO);
+        sums.extend((sums.len()..blocks).map(|b| WallSums::zeros(self, b * FREQUENCIES_PER_BLOCK)));
         let mut slots: Vec<Vec<Vec<&mut [Complex64]>>> =
             (0..parts).map(|_| (0..n[0]).map(|_| Vec::with_capacity(blocks)).collect()).collect();
-        for (b, block) in buffer.chunks_mut(size).enumerate() {
+        for (b, block) in spectrum.chunks_mut(size).enumerate() {
             let pieces = block.chunks_mut(h2 * FREQUENCIES_PER_BLOCK).zip(&mut slots[b % parts]);
             pieces.for_each(|(piece, slot)| slot.push(piece));
         }
-        for (s, slots) in s.chunks(count).zip(slots) {
+        for (s, slots) in values.chunks(count).zip(slots) {
             self.transform_planes(s, slots);
         }
-        let found: Vec<WallSums> = buffer
-            .par_chunks_mut(parts * size)
-            .enumerate()
-            .with_max_len(1)
-            .map_init(
-                || BlockLines::new(self),
-                |lines, (b, block)| {
-                    simd::run(FrequencyBlock {
-                        volume: self,
-                        kernels: k,
-                        walls,
-                        first: b * FREQUENCIES_PER_BLOCK,
-                        lines,
-                        block,
-                    })
-                },
-            )
-            .collect();
-        for (p, out) in out.chunks_mut(count).enumerate() {
-            self.inverse_transform_planes(&buffer[p * size..], (size, parts), out);
+        let chunks = spectrum.par_chunks_mut(parts * size).zip(&mut *sums).enumerate().with_max_len(1);
+        chunks.for_each_init(
+            || BlockLines::new(self),
+            |lines, (b, (block, found))| {
+                let first = b * FREQUENCIES_PER_BLOCK;
+                simd::run(FrequencyBlock { volume: self, kernels: k, walls, first, lines, block, found });
+            },
+        );
+        for (p, out) in values.chunks_mut(count).enumerate() {
+            self.inverse_transform_planes(&spectrum[p * size..], (size, parts), out);
         }
-        *self.buffer.lock().unwrap_or_else(|e| e.into_inner()) = buffer;
-        self.merge_blocks(found)
+        let merged = self.merge_blocks(sums);
+        *self.buffers.lock().unwrap_or_else(|e| e.into_inner()) = buffers;
+        merged
+    }
+
+    /// A buffer for the values of the voxels by component and cell, with any content.
+    pub(crate) fn take_values(&self) -> Vec<f64> {
+        let mut buffers = self.buffers.lock().unwrap_or_else(|e| e.into_inner());
+        let mut values = std::mem::take(&mut buffers.values);
+        values.resize(self.order.voxel_components() * self.grid.count(), 0.0);
+        values
+    }
+
+    /// Keeps a buffer for [`VolumeConvolution::take_values`] of the next product.
+    pub(crate) fn return_values(&self, values: Vec<f64>) {
+        self.buffers.lock().unwrap_or_else(|e| e.into_inner()).values = values;
+    }
+
+    /// Frees the buffers; the next product allocates them again.
+    pub(crate) fn free_buffers(&self) {
+        *self.buffers.lock().unwrap_or_else(|e| e.into_inner()) = ProductBuffers::default();
     }
 
     /// Transforms along z and y, plane by plane.
@@ -203,7 +244,7 @@ impl VolumeConvolution {
     }
 
     /// Merges the sums of the blocks in their order.
-    fn merge_blocks(&self, found: Vec<WallSums>) -> [Option<WallSpectra>; 3] {
+    fn merge_blocks(&self, found: &[WallSums]) -> [Option<WallSpectra>; 3] {
         let ([l0, l1, _], h2, parts) =
             (self.grid.lengths(), self.grid.halves()[2], self.order.patch_components());
         let sizes = [l1 * h2, l0 * h2, l0 * l1];
@@ -227,7 +268,7 @@ impl VolumeConvolution {
             if let Some(y) = &mut sides[1] {
                 let y = &mut y[side][q * sizes[1]..(q + 1) * sizes[1]];
                 y.par_chunks_mut(l0).enumerate().for_each(|(f2, line)| {
-                    for f in &found {
+                    for f in found {
                         let part = &f.y[side][(q * h2 + f2) * l0..(q * h2 + f2 + 1) * l0];
                         line.iter_mut().zip(part).for_each(|(o, p)| *o += p);
                     }
@@ -282,35 +323,27 @@ struct FrequencyBlock<'a> {
     lines: &'a mut BlockLines,
     /// By component.
     block: &'a mut [Complex64],
+    /// The sums of the block.
+    found: &'a mut WallSums,
 }
 
 impl simd::SimdKernel for FrequencyBlock<'_> {
-    type Output = WallSums;
+    type Output = ();
     #[inline(always)]
-    fn evaluate(mut self) -> WallSums {
-        let v = self.volume;
-        let ([l0, _, _], h2, parts) = (v.grid.lengths(), v.grid.halves()[2], v.order.patch_components());
+    fn evaluate(mut self) {
         let count = self.count();
-        let zeros = |a: usize, size: usize| {
-            [0, 1].map(|_| vec![ZERO; if self.walls[a].is_some() { parts * size } else { 0 }])
-        };
-        let mut found = WallSums {
-            x: zeros(0, h2 * FREQUENCIES_PER_BLOCK),
-            y: zeros(1, h2 * l0),
-            z: zeros(2, count * l0),
-        };
-        for f2 in 0..h2 {
+        self.found.clear();
+        for f2 in 0..self.volume.grid.halves()[2] {
             self.load_lines(f2);
-            self.receive_x_walls(f2, &mut found.x);
+            self.receive_x_walls(f2);
             self.transform_lines();
             for j in 0..count {
-                self.exchange_line(f2, j, &mut found);
+                self.exchange_line(f2, j);
             }
             self.inverse_transform_lines();
             self.send_x_walls(f2);
             self.store_lines(f2);
         }
-        found
     }
 }
 
@@ -404,7 +437,7 @@ impl FrequencyBlock<'_> {
 
     /// Adds the radiation of the voxels incident on the walls across x, for all f₁ of the block.
     #[inline(always)]
-    fn receive_x_walls(&mut self, f2: usize, found: &mut [Vec<Complex64>; 2]) {
+    fn receive_x_walls(&mut self, f2: usize) {
         if self.walls[0].is_none() {
             return;
         }
@@ -420,8 +453,8 @@ impl FrequencyBlock<'_> {
             // The slope across the wall has the opposite sign at the high end.
             let sign = array.sign(1, self.half_of(f1));
             let place = (q * h2 + f2) * FREQUENCIES_PER_BLOCK + j;
-            found[0][place] += sums[0] * sign;
-            found[1][place] += sums[1] * if p == 1 { -sign } else { sign };
+            self.found.x[0][place] += sums[0] * sign;
+            self.found.x[1][place] += sums[1] * if p == 1 { -sign } else { sign };
         }
     }
 
@@ -445,7 +478,7 @@ impl FrequencyBlock<'_> {
 
     /// Multiplies the line of frequency f₁ number `j` with the spectra of the voxels, and exchanges with the walls across y and z.
     #[inline(always)]
-    fn exchange_line(&mut self, f2: usize, j: usize, found: &mut WallSums) {
+    fn exchange_line(&mut self, f2: usize, j: usize) {
         let f1 = self.first + j;
         let (l0, h0) = (self.volume.grid.lengths()[0], self.volume.grid.halves()[0]);
         let (from, half) = (self.stored_index(f1, f2) * h0, self.half_of(f1));
@@ -454,7 +487,7 @@ impl FrequencyBlock<'_> {
         let write = |full: &mut [f64], array: &KernelSpectrum| {
             unfold(full, &array.data[from..from + h0], array.sign(1, half), array.odd[0]);
         };
-        self.exchange_line_with_walls(f2, j, found, &write);
+        self.exchange_line_with_walls(f2, j, &write);
         let BlockLines { lines, added, full, .. } = &mut *self.lines;
         let set = &self.kernels.volume;
         for (k, array) in set.arrays.iter().enumerate() {
@@ -474,7 +507,6 @@ impl FrequencyBlock<'_> {
         &mut self,
         f2: usize,
         j: usize,
-        found: &mut WallSums,
         write: &impl Fn(&mut [f64], &KernelSpectrum),
     ) {
         let (v, f1, count) = (self.volume, self.first + j, self.count());
@@ -483,8 +515,8 @@ impl FrequencyBlock<'_> {
         for a in [1, 2] {
             let Some(sent) = &self.walls[a] else { continue };
             let (met, place, of) = match a {
-                1 => (&mut found.y, f2, h2),
-                _ => (&mut found.z, j, count),
+                1 => (&mut self.found.y, f2, h2),
+                _ => (&mut self.found.z, j, count),
             };
             let (phase, weight) = match a {
                 1 => (v.phase[0][f1], 1.0),

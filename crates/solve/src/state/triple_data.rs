@@ -49,9 +49,10 @@ impl TripleData {
         let mut exterior = rays.surroundings(settings)?;
         check_interrupted(settings.progress)?;
         let mut operator = AreaOperator::new(areas, zones, triple);
+        let measured = closure::measure(&operator, zones, &exterior);
         let rows = match scene.restores_closure() {
-            true => closure::restore(&mut operator, zones, &mut exterior),
-            false => closure::measure(&operator, zones, &exterior),
+            true => closure::restore(&mut operator, zones, &mut exterior, measured),
+            false => measured,
         };
         let fractions = unexplained_fractions(zones, &rows, &exterior);
         // Light the zones.

@@ -6,11 +6,11 @@
 
 use super::coupled_bicgstab::{self, IterationCheckpoint};
 use super::linearized_zone::{BandCoupling, Linearization, Place};
-use super::newton::{TripleEngine, coupled_operator};
+use super::newton::{self, TripleEngine, coupled_operator};
 use super::nodes::NodeZones;
 use super::spectral_balance::{SpectralBalances, TripleZones};
 use crate::iteration::StoppingCriterion;
-use zonal_scene::{Bands, Fields, Zones};
+use zonal_scene::{Bands, Fields, Scene, Zones};
 
 /// How temperatures follow from the zonal equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +19,18 @@ pub(crate) enum TemperatureSolve {
     Direct,
     /// By Newton's method for coupled bands.
     Newton,
+}
+
+impl TemperatureSolve {
+    /// The solve of a scene whose errors want [`propagate_errors`]: none without temperatures, nor a direct one whose errors `contain_sources`, those
+    /// of the powers that zones send out.
+    pub(crate) fn to_propagate(scene: &Scene, contain_sources: bool) -> Option<TemperatureSolve> {
+        scene.thermal()?;
+        match newton::is_needed(scene) {
+            true => Some(TemperatureSolve::Newton),
+            false => (!contain_sources).then_some(TemperatureSolve::Direct),
+        }
+    }
 }
 
 /// Stopping criterion of the solve for the errors.

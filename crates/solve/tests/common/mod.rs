@@ -57,6 +57,40 @@ pub(crate) fn unit_room(solve: &str, walls: &str, rest: &str) -> String {
     )
 }
 
+/// A lamp over a floor, and a sheet 5 cm above the floor, too high for the mesher to cut the floor along its shadow: a square of
+/// 0.2 m about the centre of the floor, turned by 30°.
+const SHEET_OVER_FLOOR: &str = r#"
+[[surface]]
+name = "lamp"
+rectangle = { origin = [-1,-1,2], edge1 = [0,2,0], edge2 = [2,0,0] }
+reflectance = 0
+emission = 1
+sides = "front"
+[[light]]
+kind = "emitter"
+surface = "lamp"
+[[surface]]
+name = "floor"
+rectangle = { origin = [-0.4,-0.4,0], edge1 = [0.8,0,0], edge2 = [0,0.8,0] }
+reflectance = 0.8
+sides = "front"
+patch_size = FLOOR
+[[surface]]
+name = "sheet"
+rectangle = { origin = [-0.0366,-0.1366,0.05], edge1 = [-0.1,0.1732,0], edge2 = [0.1732,0.1,0] }
+reflectance = 0.8
+sides = "both"
+patch_size = 0.05
+"#;
+
+/// A lamp, a floor of this patch size and a sheet over it, for the dense engine.
+pub(crate) fn sheet_over_floor(floor: &str) -> Scene {
+    read(&format!(
+        "[solve]\nengine = \"dense\"\nclosure = \"measure\"\n{}",
+        SHEET_OVER_FLOOR.replace("FLOOR", floor)
+    ))
+}
+
 /// Largest relative distance of H from `m` on patches and of G from 4 `m` in volumes and panes, over all bands.
 pub(crate) fn unlevel(s: &Solution, m: f64) -> (f64, f64) {
     let all = unlevels(s, m);

@@ -4,9 +4,10 @@
 //! cross product of an edge with a box's axis (separating axis theorem; Akenine-Möller 2001). A facet in a face of a cell touches
 //! the closed box but not one that is smaller by 10⁻⁹ of its size; it does not intersect the cell.
 
+use crate::transport::Transport;
 use rayon::prelude::*;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Plate, PlateKind, Scene, VoxelGrid};
+use zonal_scene::{Plate, PlateKind, SUBCELLS, Scene, VoxelGrid};
 
 /// Fraction of a cell by which boxes are shrunk or grown.
 const SKIN_SHARE_OF_CELL: f64 = 1e-9;
@@ -49,6 +50,29 @@ pub(super) fn overlaps(scene: &Scene, grid: &VoxelGrid, slack: f64) -> (Vec<Cell
     }
     pairs.par_sort_unstable();
     (contact, pairs)
+}
+
+/// The cells of the voxel grid whose interior facets cross, in ascending order.
+pub fn crossed_cells(scene: &Scene, grid: &VoxelGrid) -> Vec<usize> {
+    let mut cells: Vec<usize> =
+        overlaps(scene, grid, 0.0).1.into_iter().map(|(cell, _)| cell as usize).collect();
+    cells.dedup();
+    cells
+}
+
+/// The sub-cells of a cell of the voxel grid that facets meet: bit (i·s + j)·s + k of s = [`SUBCELLS`] along each axis.
+pub fn crossed_subcells(transport: &Transport, grid: &VoxelGrid, cell: usize) -> u64 {
+    let (scene, lower) = (transport.scene(), grid.corner(grid.coordinates(cell)));
+    let facets = transport.facets_overlapping(lower, lower + grid.cell());
+    let edges = grid.cell() * (1.0 / SUBCELLS as f64);
+    let half = edges * (0.5 + SKIN_SHARE_OF_CELL);
+    let s = SUBCELLS;
+    let meets = |k: usize| {
+        let at = vec3((k / (s * s)) as f64 + 0.5, (k / s % s) as f64 + 0.5, (k % s) as f64 + 0.5);
+        let centre = lower + edges.scale(at);
+        facets.iter().any(|&f| overlaps_box(&scene.facets()[f as usize].plate, centre, half))
+    };
+    (0..s * s * s).filter(|&k| meets(k)).fold(0, |mask, k| mask | 1 << k)
 }
 
 /// Calls `each` with the cells that the plate meets and whether it intersects their interior. The cells are visited by columns along

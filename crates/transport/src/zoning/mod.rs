@@ -22,6 +22,7 @@ mod plate_subdivision;
 mod voxel_zones;
 mod wall_splitting;
 
+pub use cell_overlap::{crossed_cells, crossed_subcells};
 pub use exclusions::excluded_parts;
 
 use crate::transport::Transport;

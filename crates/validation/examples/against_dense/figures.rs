@@ -11,16 +11,16 @@ use zonal_scene::{Band, Bands, Fields, Report, Scene, Zones};
 const COVERED_FACTOR: f64 = 2.0;
 /// Zones below this share of the mean do not count into the pointwise error.
 const MIN_SHARE_OF_MEAN: f64 = 0.1;
-const CSV_HEADER: &str = "scene,tolerance,quantity,band,zones,L2,estimate,pointwise,estimate_over_error,within_twice,processor_s,links_a_zone,rays_a_zone,met\n";
+const CSV_HEADER: &str = "scene,tolerance,quantity,band,zones,L2,estimate,pointwise,estimate_over_error,within_twice,processor_s,samples_a_zone,rays_a_zone,met\n";
 
 /// Cost of a solve.
 #[derive(Clone, Copy)]
 pub(crate) struct SolveCost {
     /// Processor time of the solve, s.
     pub seconds: f64,
-    /// Links of each direction over zones.
-    pub links: f64,
-    /// Rays, of zones and between clusters, over zones.
+    /// Samples of the final gather over zones.
+    pub samples: f64,
+    /// Stored rays over zones.
     pub rays: f64,
     /// True if the engine's estimate meets the tolerance.
     pub met: bool,
@@ -29,14 +29,14 @@ pub(crate) struct SolveCost {
 impl SolveCost {
     /// From a report; `zones` of them.
     pub(crate) fn new(report: &Report, zones: usize, seconds: f64) -> SolveCost {
-        let sum = |names: &[&str]| {
-            let all = report.counts.iter().filter(|c| names.contains(&c.0.as_str()));
+        let sum = |name: &str| {
+            let all = report.counts.iter().filter(|c| c.0 == name);
             all.fold(0.0, |s, c| s + c.1 as f64) / zones as f64
         };
         SolveCost {
             seconds,
-            links: sum(&["links, each direction"]),
-            rays: sum(&["rays between clusters", "transport_rays"]),
+            samples: sum("samples of the final gather"),
+            rays: sum("transport_rays"),
             met: !report.warnings.iter().any(|w| w.contains("above the tolerance")),
         }
     }
@@ -153,7 +153,7 @@ impl ComparisonRow {
             self.ratio,
             self.within,
             cost.seconds,
-            cost.links,
+            cost.samples,
             cost.rays,
             cost.met
         )

@@ -5,7 +5,7 @@
 //!               [--reference dense|spectral] [--samples 4] [--worst 5] [--shared ../shared] [--csv docs/against_dense.csv] [--plot docs/against_dense.svg]
 //! ```
 //!
-//! Printed for each tolerance: processor time, links and rays per zone, and for patches (H), voxel zones (G) and panes the L2 error (RMS of
+//! Printed for each tolerance: processor time, samples and rays per zone, and for patches (H), voxel zones (G) and panes the L2 error (RMS of
 //! the difference over RMS of the dense solution), what the engine estimates it to be, the pointwise error (RMS of the relative
 //! difference over zones above a tenth of the mean), the median of estimate over error, and the share of zones within twice their own
 //! estimate; a band each where they differ. What misses its mark is named at the line's end. `--csv` puts the figures into a table, in the
@@ -53,7 +53,7 @@ fn solved(
 ) -> Result<SolvedScene, Box<dyn std::error::Error>> {
     let mut options = scene.options().clone();
     (options.engine, options.tolerance, options.light_grouping) = (engine, tolerance, LightGrouping::All);
-    // As for links and rays.
+    // As for samples and rays.
     options.zone_basis = ZoneBasis::Constant;
     let scene = scene.clone().with_options(options)?;
     let transport = Transport::new(&scene);
@@ -133,8 +133,8 @@ fn compare(name: &str, scene: &Scene, request: &ComparisonRequest) -> Result<(),
             solved(scene, Engine::Hierarchical, tolerance, 0)?;
         let cost = SolveCost::new(&report, zones.len(), seconds);
         println!(
-            "  tolerance {tolerance}: {seconds:.2} s, {:.1} links and {:.1} rays a zone, energy off by {:.1e}{}",
-            cost.links,
+            "  tolerance {tolerance}: {seconds:.2} s, {:.1} samples and {:.1} rays a zone, energy off by {:.1e}{}",
+            cost.samples,
             cost.rays,
             report.energy.residual.first(),
             if cost.met { "" } else { "; the estimate does not meet it" }

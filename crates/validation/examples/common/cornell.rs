@@ -50,6 +50,7 @@ pub(super) fn cornell(name: &str, meshes: &Path, contents: BoxContents, solve: &
 }
 
 /// The haze that fills the box: extinction in 1/mm, cells along an edge.
+#[allow(dead_code, reason = "shared by examples of which some have no haze")]
 pub(super) fn haze(extinction: f64, albedo: &str, cells: usize) -> String {
     format!(
         "[medium]\nmin = [-2, -1.6, -0.4]\nmax = [558, 550.4, 559.6]\ncells = [{cells}, {cells}, {cells}]\nextinction = {extinction}\nalbedo = {albedo}\n"

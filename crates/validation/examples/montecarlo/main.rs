@@ -29,7 +29,7 @@ use zonal_validation::validate::montecarlo::{TableComparison, TableDifference};
 const MAX_MEMORY: u64 = 16 << 30;
 
 const PAGE_HEAD: &str = "# Against Monte Carlo\n\nWritten by `cargo run --release --example montecarlo`. RMS and largest relative difference of irradiance H and fluence G\nfrom the tables, our zones averaged down to theirs; `s.e.` is the tables' own RMS standard error. Dense engine, closure as measured.\n\n| case | n³ | zones | H rms | H max | G rms | G max | block H rms | block H max | s.e. H | s.e. G | closure rms |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
-const TABLE_HEAD: &str = "| case | n³ | tolerance | zones | processor s | links, rays a zone | H L2 | H pointwise | G L2 | G pointwise | block L2 | block pointwise | estimated H, G | s.e. H, G |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+const TABLE_HEAD: &str = "| case | n³ | tolerance | zones | processor s | samples, rays a zone | H L2 | H pointwise | G L2 | G pointwise | block L2 | block pointwise | estimated H, G | s.e. H, G |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 fn percent(x: f64) -> String {
     format!("{:.2} %", 100.0 * x)
@@ -68,8 +68,8 @@ fn line(
     format!(
         "| {} | {n} | {tolerance} | {zones} | {seconds:.2} | {:.1}, {:.0} | {} | {} | {} | {}, {} | {}, {} |\n",
         c.name,
-        count(&["links, each direction"]),
-        count(&["transport_rays", "rays between clusters"]),
+        count(&["samples of the final gather"]),
+        count(&["transport_rays"]),
         errors(&d.h),
         errors(&d.g),
         d.block.as_ref().map_or("– | –".into(), errors),

@@ -17,6 +17,8 @@ mod cases;
 mod draw;
 mod scenes;
 mod solution;
+#[path = "../common/zone_sampling.rs"]
+mod zone_sampling;
 
 use std::process::ExitCode;
 

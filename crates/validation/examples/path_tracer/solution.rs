@@ -1,5 +1,6 @@
 //! A solution's zones against paths of light.
 
+use crate::zone_sampling::{self, detector};
 use crate::{CommandArguments, CommandOutcome};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -51,7 +52,7 @@ pub(crate) fn run(arguments: &CommandArguments) -> CommandOutcome {
     let mut groups = Vec::new();
     for (k, (quantity, range, count)) in kinds.into_iter().enumerate() {
         let picked = pick(zones, range, count, by_size, seed.wrapping_mul(8).wrapping_add(k as u64));
-        let receivers: Vec<Detector> = picked.iter().map(|&i| receiver(scene, zones, i)).collect();
+        let receivers: Vec<Detector> = picked.iter().map(|&i| detector(scene, zones, i)).collect();
         let readings = tracer.measure(&receivers, &accuracy, seed.wrapping_mul(8).wrapping_add(4 + k as u64));
         if !picked.is_empty() {
             groups.push(SampledZones { quantity, zones: picked, readings });
@@ -91,43 +92,24 @@ fn size(zones: &Zones, i: usize) -> f64 {
 
 /// Zones at random: each at most once with equal chances, or by size with repetition.
 fn pick(zones: &Zones, range: std::ops::Range<usize>, count: usize, by_size: bool, seed: u64) -> Vec<usize> {
+    if !by_size {
+        return zone_sampling::pick(range, count, seed);
+    }
     let mut rng = Rng::new(seed);
     let all: Vec<usize> = range.collect();
     if all.is_empty() {
         return Vec::new();
     }
-    if by_size {
-        let mut sum = 0.0;
-        let cumulative: Vec<f64> = all
-            .iter()
-            .map(|&i| {
-                sum += size(zones, i);
-                sum
-            })
-            .collect();
-        let at = |u: f64| all[cumulative.partition_point(|&c| c <= u * sum).min(all.len() - 1)];
-        return (0..count).map(|_| at(rng.uniform())).collect();
-    }
-    let mut rest = all;
-    let mut out = Vec::new();
-    while out.len() < count && !rest.is_empty() {
-        let k = (rng.uniform() * rest.len() as f64) as usize;
-        out.push(rest.swap_remove(k.min(rest.len() - 1)));
-    }
-    out.sort_unstable();
-    out
-}
-
-fn receiver(scene: &Scene, zones: &Zones, i: usize) -> Detector {
-    if i < zones.voxel_offset() {
-        return Detector::patch(&zones.patches[i]);
-    }
-    if i >= zones.pane_offset() {
-        let z = &zones.panes[i - zones.pane_offset()];
-        return Detector::Pane { pane: z.pane, plate: z.plate };
-    }
-    let map = scene.voxel_grid().expect("voxel zones have a voxel grid");
-    Detector::voxel(&zones.voxels[i - zones.voxel_offset()], map)
+    let mut sum = 0.0;
+    let cumulative: Vec<f64> = all
+        .iter()
+        .map(|&i| {
+            sum += size(zones, i);
+            sum
+        })
+        .collect();
+    let at = |u: f64| all[cumulative.partition_point(|&c| c <= u * sum).min(all.len() - 1)];
+    (0..count).map(|_| at(rng.uniform())).collect()
 }
 
 /// A compared zone.

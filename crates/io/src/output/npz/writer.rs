@@ -151,11 +151,12 @@ impl<W: Write + Seek> NpzWriter<W> {
         self.bands_of_triples.iter().sum()
     }
 
-    /// Bands of zones, an array of shape `[zones, bands]`, from those of each triple.
+    /// Bands of zones, an array of shape `[zones, bands]`, from those of each triple; an empty triple beside values in another stands for zeros.
     pub(crate) fn bands(&mut self, name: &str, triples: &[&[Bands]]) -> io::Result<()> {
-        let zones = triples.first().map_or(0, |t| t.len());
+        let zones = triples.iter().map(|t| t.len()).max().unwrap_or(0);
         self.begin(name, ElementType::F64, &[zones, self.band_count()])?;
-        self.stream_bands(zones, |t, i| triples[t][i], f64::to_le_bytes)
+        let value = |t: usize, i: usize| if triples[t].is_empty() { Bands::ZERO } else { triples[t][i] };
+        self.stream_bands(zones, value, f64::to_le_bytes)
     }
 
     /// As [`NpzWriter::triples`], in one row of shape `[1, …, 3]` if all rows are equal: numpy broadcasts it.

@@ -66,10 +66,6 @@ fn write<W: Write + Seek>(out: W, s: &Solution) -> io::Result<()> {
 fn write_fields<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -> io::Result<()> {
     let mut bands = |name: &str, of: fn(&Fields) -> &Vec<Bands>| {
         let list: Vec<&[Bands]> = triples.iter().map(|t| of(&t.fields).as_slice()).collect();
-        // Zeros in one triple are written as such beside values in another.
-        let zones = list.iter().map(|v| v.len()).max().unwrap_or(0);
-        let zeros = vec![Bands::ZERO; zones];
-        let list: Vec<&[Bands]> = list.into_iter().map(|v| if v.is_empty() { &zeros } else { v }).collect();
         npz.bands(name, &list)
     };
     bands("radiosity", |f| &f.radiosity)?;
@@ -109,12 +105,13 @@ fn write_voxels<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) 
     npz.band_rows("voxel_albedo", &n, |t, i| triples[t].zones.voxels[i].albedo)?;
     npz.band_rows("voxel_emission", &n, |t, i| triples[t].zones.voxels[i].emission)?;
     npz.band_rows("voxel_source", &n, |t, i| triples[t].zones.voxels[i].source)?;
-    let mut first = vec![0];
-    first.extend(voxels.iter().scan(0, |sum, v| {
-        *sum += v.samples.len();
-        Some(*sum)
-    }));
-    npz.ints("voxel_part_first", first.into_iter())?;
+    let mut parts = 0;
+    let first = (0..voxels.len() + 1).map(|i| {
+        let first = parts;
+        parts += voxels.get(i).map_or(0, |v| v.samples.len());
+        first
+    });
+    npz.ints("voxel_part_first", first)?;
     let (mut packed, mut cells) = (Vec::new(), Vec::new());
     for (mask, samples) in voxels.iter().filter(|v| !v.samples.is_empty()).map(|v| v.samples.packed()) {
         samples.iter().flatten().for_each(|w| packed.extend_from_slice(&w.to_le_bytes()));

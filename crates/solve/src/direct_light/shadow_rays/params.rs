@@ -10,9 +10,12 @@ pub(super) const PILOT_SAMPLES: [usize; 2] = [8, 4];
 /// Minimum number of further samples of a zone; all numbers are multiples of it.
 pub(super) const SAMPLE_QUANTUM: usize = 16;
 /// Maximum number of samples of a zone at tolerances from [`FINE_TOLERANCE`]; the rest of a voxel's error averages out along any path.
-pub(super) const MAX_SAMPLES: [usize; 2] = [256, 128];
+pub(super) const MAX_SAMPLES: [usize; 2] = [768, 384];
+/// Least number of the first fresh sample of a zone, after its pilot samples. More samples than this begin at a power of two that is not less than
+/// their number, so that aligned blocks of the sequence are nets.
+pub(super) const FIRST_FRESH_SAMPLE: usize = 256;
 /// Tolerance below which the maximum grows as the error requires, up to [`MAX_SAMPLES_PER_ZONE`] and [`MAX_RAYS`].
-pub(super) const FINE_TOLERANCE: f64 = 0.02;
+pub(super) const FINE_TOLERANCE: f64 = 0.01;
 pub(super) const MAX_SAMPLES_PER_ZONE: usize = 1 << 14;
 /// Maximum number of shadow rays of one light to all zones together.
 pub(super) const MAX_RAYS: usize = 1 << 26;

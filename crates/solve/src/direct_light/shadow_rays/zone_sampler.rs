@@ -1,7 +1,7 @@
 //! Samples of one light at the points of one zone, and their statistics.
 
 use super::params::{
-    CHUNK_ZONES, FOUR_DIMENSIONAL_RATE, FOUR_DIMENSIONAL_SAMPLES, MAX_SAMPLES, SAMPLE_QUANTUM,
+    CHUNK_ZONES, FIRST_FRESH_SAMPLE, FOUR_DIMENSIONAL_RATE, FOUR_DIMENSIONAL_SAMPLES, SAMPLE_QUANTUM,
 };
 use crate::surroundings::zone_rays::voxel_point;
 use rayon::prelude::*;
@@ -245,7 +245,8 @@ impl<'a> ZoneLightSampler<'a> {
         }
         let count = count.min(most as f64).ceil() as usize;
         let samples = count.next_multiple_of(SAMPLE_QUANTUM).clamp(SAMPLE_QUANTUM, most);
-        let one = self.sample_zone(i, MAX_SAMPLES[0]..MAX_SAMPLES[0] + samples);
+        let first = samples.next_power_of_two().max(FIRST_FRESH_SAMPLE);
+        let one = self.sample_zone(i, first..first + samples);
         DirectLightEstimate { error: one.relative_error(0) as f32, ..one }
     }
 

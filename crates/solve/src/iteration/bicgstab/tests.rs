@@ -48,7 +48,7 @@ fn symmetric_factors_match_conjugate_gradients() {
     ];
     let exact = crate::iteration::conjugate_gradients::solve(
         &system,
-        &sources,
+        sources.to_vec(),
         None,
         StoppingCriterion { residual: 1e-13, max_iterations: 99 },
         &NoCheckpoints,

@@ -13,7 +13,7 @@ fn run(
     let system = LinearSystem { operator: g, weights: &weights, targets };
     solve(
         &system,
-        sources,
+        sources.to_vec(),
         None,
         StoppingCriterion { residual: stop.0, max_iterations: stop.1 },
         &NoCheckpoints,
@@ -82,9 +82,9 @@ fn warm_start_at_the_solution_needs_no_iteration() {
     let weights: Vec<Bands> = rows.iter().map(|t| Bands::splat(0.9 / t)).collect();
     let system = LinearSystem { operator: &g, weights: &weights, targets: &rows };
     let stop = StoppingCriterion { residual: 1e-10, max_iterations: 100 };
-    let once = solve(&system, std::slice::from_ref(&source), None, stop, &NoCheckpoints, &NoProgress);
+    let once = solve(&system, vec![source.clone()], None, stop, &NoCheckpoints, &NoProgress);
     let again =
-        solve(&system, &[source], Some(&[once[0].strengths.clone()]), stop, &NoCheckpoints, &NoProgress);
+        solve(&system, vec![source], Some(&[once[0].strengths.clone()]), stop, &NoCheckpoints, &NoProgress);
     assert_eq!(again[0].residuals[Band::first()].len(), 1);
     assert!(once[0].residuals[Band::first()].len() > 2);
 }
@@ -103,7 +103,7 @@ fn resumed_iteration_is_bit_identical() {
         let store = MemoryStore::default();
         let with = |n, v: &dyn CheckpointStore| {
             let stop = StoppingCriterion { residual: 1e-30, max_iterations: n };
-            solve_bands::<E, N>(system, sources, None, stop, v, &NoProgress)
+            solve_bands::<E, N>(system, sources.to_vec(), None, stop, v, &NoProgress)
         };
         let straight = with(35, &NoCheckpoints);
         with(14, &store);

@@ -1,21 +1,19 @@
 //! Expected time and memory of a solve, for the engine that is selected.
 //!
 //! The numbers of rays from the zones, to the surroundings and to the lights, and of pairs of zones are known. The time of one of each is measured by a
-//! sample on this machine, with the caller's clock; other costs are constants. Where rays may miss the tolerance and links have to refine the
-//! solution, their number is unknown: an expected value and an upper bound are returned.
+//! sample on this machine, with the caller's clock; other costs are constants. The number of samples of a final gather depends on
+//! the solution: an expected value and an upper bound are returned.
 
 use crate::dense::band_groups;
 use crate::dense::packed_symmetric::packed_length;
 use crate::engine::engine_memory::{layered_solve_bytes, spectral_solve_bytes};
 use crate::engine::selection::{self, EngineChoice};
 use crate::errors::discretization;
-use crate::hierarchical::build::{LINKS_EXCEED_MEMORY, allows_links};
-use crate::hierarchical::memory_budget::{MemoryBudget, PROGRAM_BYTES, expected_links};
+use crate::gather::final_gather;
+use crate::hierarchical::memory_budget::{MemoryBudget, PROGRAM_BYTES};
 use crate::light_groups;
 use crate::ray::cost_probe::probe_ray_cost;
-use crate::ray::ray_sampling::{
-    AboveMaximum, increased_rays_per_zone, rays_measure_escape, rays_per_zone, total_rays, uses_rays_only,
-};
+use crate::ray::ray_sampling::{rays_measure_escape, rays_per_zone, total_rays};
 use crate::report::cost_estimate::problem_size::{self, ProblemSize};
 use crate::spectral::basis::BasisOrder;
 use crate::spectral::kernels;
@@ -38,12 +36,9 @@ const MAX_CACHED_ZONES: usize = 300_000;
 /// Microseconds of a zone: smoothing, and the fields of a light group.
 const SMOOTHING_MICROSECONDS: f64 = 16.0;
 const FIELD_MICROSECONDS: f64 = 3.0;
-/// Cost of a link with its refinements over that of a pair of zones.
-const LINK_OVER_PAIR_COST: f64 = 2.0;
-/// Upper bound of the number of links over the expected number.
-const LINK_UPPER_BOUND_FACTOR: f64 = 4.0;
-/// Tolerance above which rays are mostly sufficient.
-const RAYS_SUFFICIENT_TOLERANCE: f64 = 0.04;
+/// Cost of a sample of the final gather, a ray and a connection, over that of a stored ray; upper bound of their number over the expected one.
+const SAMPLE_OVER_RAY_COST: f64 = 2.5;
+const SAMPLES_UPPER_BOUND_FACTOR: f64 = 5.0;
 /// Bytes of a dense solve over those of its exchange areas: unfinished chunks, and factors cached by offset.
 const DENSE_MEMORY_FACTOR: f64 = 1.8;
 /// Microseconds of an offset of a table, and of the spectra for each point of a transform; nanoseconds of a product for each point of its transforms.
@@ -208,7 +203,7 @@ impl CostEstimate {
         0.0
     }
 
-    /// Phases of the hierarchical engine. Returns the seconds of links, or of further rays, beyond the expected ones.
+    /// Phases of the hierarchical engine. Returns the seconds of samples beyond the expected ones.
     fn hierarchical(&mut self, input: &CostModelInput, clock: &dyn Fn() -> f64) -> f64 {
         let CostModelInput { scene, zones, transport, memory_limit, .. } = *input;
         let tolerance = scene.options().tolerance;
@@ -225,45 +220,15 @@ impl CostEstimate {
         self.parts.push((format!("{rays} rays from the zones"), t.seconds));
         let passed = (t.iterations + 2.0) * columns * (rays as f64 + t.path_vertices) * pass;
         self.parts.push(("passing light on".into(), passed / threads));
+        let samples = n * final_gather::expected_samples(tolerance);
+        let gather = SAMPLE_OVER_RAY_COST * t.seconds / rays.max(1) as f64 * samples;
+        self.parts.push((format!("final gather, about {samples:.1e} samples"), gather));
         self.parts.push((
             "smoothing".into(),
             n * (SMOOTHING_MICROSECONDS + FIELD_MICROSECONDS * columns) * 1e-6 / threads,
         ));
-        let by_rays = budget.with_rays_and_vertices(rays, t.path_vertices);
-        self.bytes = [by_rays; 2];
-        if uses_rays_only(zones) {
-            return 0.0;
-        }
-        if !allows_links(zones) {
-            // If the rays are insufficient, they are traced again with the maximum number.
-            let most = total_rays(
-                zones,
-                increased_rays_per_zone(
-                    zones,
-                    each,
-                    f64::INFINITY,
-                    budget.max_rays,
-                    AboveMaximum::UseMaximum,
-                ),
-            );
-            self.bytes[1] = by_rays.max(budget.with_rays_and_vertices(most, 0.0));
-            return most as f64 / rays.max(1) as f64 * (t.seconds + passed / threads);
-        }
-        if !budget.holds_links(zones, tolerance) {
-            self.notes.push(Diagnostic::warning("memory", LINKS_EXCEED_MEMORY));
-            return 0.0;
-        }
-        let expected = expected_links(zones, tolerance);
-        let most = (LINK_UPPER_BOUND_FACTOR * expected).min(n * n);
-        let one = LINK_OVER_PAIR_COST * pair_cost(input, clock);
-        let fits = |links: f64| budget.with_links(links).min(memory_limit).max(by_rays);
-        self.bytes[1] = fits(most);
-        if tolerance > RAYS_SUFFICIENT_TOLERANCE {
-            return most * one;
-        }
-        self.bytes[0] = fits(expected);
-        self.parts.push((format!("about {:.1e} links", expected), expected * one));
-        (most - expected) * one
+        self.bytes = [budget.with_rays_and_vertices(rays, t.path_vertices); 2];
+        gather * (SAMPLES_UPPER_BOUND_FACTOR - 1.0)
     }
 }
 

@@ -1,0 +1,36 @@
+//! Random walks on zones: the zonal equations solved for single zones, without factors and without a matrix.
+//!
+//! With F the exchange areas, m = A of a patch and 4κV of a volume zone,
+//!
+//! ```text
+//! H_i or G_i = Σ_j (F_ij/m_i) B_j        B_j = E_j + r_j (H_j + H_dir,j)
+//! ```
+//!
+//! A path that starts at a uniformly random point of zone i ends in zone j with the probability F_ij/m_i. If it goes on from a
+//! uniformly random point of zone j in place of the point that it met, its next step has the probabilities of the row of j, independent
+//! of what came before: its mean is the solution of the zonal equations, with no error but its standard error. The light of suns, skies
+//! and emitters at that random point has the zone's mean H_dir.
+
+use super::detector::Detector;
+use zonal_math::Vec3;
+use zonal_scene::Bands;
+
+/// Tells in which zone a point lies; zones have global indices.
+pub trait ZoneLocator: Sync {
+    /// The zone on a side of a facet at plate parameters; `None` where the side has no zones.
+    fn on_facet(&self, facet: u32, front: bool, uv: [f64; 2]) -> Option<usize>;
+    /// The zone in the medium; `None` outside its zones.
+    fn in_medium(&self, at: Vec3) -> Option<usize>;
+    /// The zone of a pane.
+    fn in_pane(&self, pane: usize, at: Vec3) -> Option<usize>;
+}
+
+/// The zones of walks.
+pub struct WalkZones<'a> {
+    /// The zones as detectors, in their global order.
+    pub detectors: Vec<Detector>,
+    /// The reflectance of each patch, the mean over it.
+    pub reflectances: Vec<Bands>,
+    /// Tells where points lie.
+    pub locator: &'a dyn ZoneLocator,
+}

@@ -1,0 +1,505 @@
+//! The final gather: rounds of samples for every zone, until the estimated error meets the tolerance.
+//!
+//! The first round takes as many samples of every patch, and half as many of every volume zone. Each further round reduces the error by at most a given factor. Its samples go where they
+//! reduce the relative error of the field most: with the standard deviation σ_i of one sample of zone i,
+//!
+//! ```text
+//! Σ e_i² = Σ σ_i²/n_i → min at given Σ n_i        ⇒        n_i ∝ σ_i
+//! ```
+//!
+//! among the patches, and among the volume zones, each until they meet the tolerance; rounded to powers of two, since the sequences are balanced there, and never fewer than before.
+
+use super::gather_error::{ZONES_PER_GROUP, ZoneVariances, inherited_errors, ratio, standard_errors};
+use super::half_smoothing::{self, HalfMeans, SmoothedGroup};
+use super::regression_windows::RegressionWindows;
+use super::zone_gather::{GatherScratch, Gatherer, SampleRange, SampleSums};
+use crate::ray::padded_bands::{LANES, without_padding};
+use crate::stage_codec::{Decoder, Encoder};
+use rayon::prelude::*;
+use std::cmp::Ordering;
+use std::ops::Range;
+use zonal_scene::{Band, Bands, CheckpointStore, Progress, Zones};
+
+/// Numbers of samples and the steps of their growth.
+struct GatherParams {
+    /// Samples of each half of a patch, and of a volume zone, in the first round.
+    first_samples: [usize; 2],
+    /// Most samples of each half of a zone.
+    max_samples: usize,
+    /// Most rounds.
+    max_rounds: usize,
+    /// Variance falls as the number of samples to the power of this.
+    variance_exponent: f64,
+    /// Most samples of a zone over the mean number that a round would give every zone.
+    max_over_mean: f64,
+    /// Largest growth of the mean number of samples in a round.
+    max_growth: f64,
+    /// Stated error over the estimated standard error.
+    stated_error_factor: f64,
+    /// Share of the tolerance that the noise of the gather aims at.
+    noise_share: f64,
+    /// Least share that remains for the noise where other errors are large.
+    min_noise_share: f64,
+    /// Samples of a zone for each node of its cut, and the least and most nodes.
+    samples_per_cut_node: usize,
+    cut_nodes: [usize; 2],
+}
+
+const GATHER_PARAMS: GatherParams = GatherParams {
+    first_samples: [8, 4],
+    max_samples: 1 << 15,
+    max_rounds: 10,
+    variance_exponent: 1.15,
+    max_over_mean: 4.0,
+    max_growth: 8.0,
+    stated_error_factor: 1.6,
+    noise_share: 0.85,
+    min_noise_share: 0.4,
+    samples_per_cut_node: 1,
+    cut_nodes: [16, 256],
+};
+
+/// Expected samples of a zone for a tolerance: the geometric mean over rooms with and without obstacles, models, the small church and Sponza at
+/// tolerances of 0.01 to 0.1. Single scenes differ by a factor of five.
+pub(crate) fn expected_samples(tolerance: f64) -> f64 {
+    let p = &GATHER_PARAMS;
+    tolerance.powf(-1.6).clamp(2.0 * p.first_samples[1] as f64, 2.0 * p.max_samples as f64)
+}
+
+/// The stage of the checkpoint.
+const STAGE: &str = "state-gather";
+/// Zones of one task.
+const ZONES_PER_TASK: usize = 16;
+
+/// The inputs of a gather beside the gatherer.
+pub(crate) struct GatherTask<'a> {
+    /// Zones.
+    pub zones: &'a Zones,
+    /// Neighbours over which fields are smoothed.
+    pub windows: &'a RegressionWindows<'a>,
+    /// Number of light groups; the columns of the gatherer are theirs, then one of the noise of the radiosities.
+    pub groups: usize,
+    /// Relative tolerance.
+    pub tolerance: f64,
+    /// Incident radiation of known value and its error that the result does not contain, W/m²: that of the surroundings.
+    pub known: &'a [[Bands; 2]],
+    /// Mean radiosity of the rays of a zone, by its number, that the zone itself sends, of a column, W/m².
+    pub own: &'a (dyn Fn(usize, usize) -> Bands + Sync),
+    /// Store of finished rounds.
+    pub checkpoints: &'a dyn CheckpointStore,
+    /// Observer.
+    pub progress: &'a dyn Progress,
+}
+
+/// The result of a gather.
+pub(crate) struct Gathered {
+    /// H or G of every light group, W/m².
+    pub columns: Vec<Vec<Bands>>,
+    /// Stated error of each group, W/m².
+    pub column_errors: Vec<Vec<Bands>>,
+    /// Stated error of their sum, W/m².
+    pub error: Vec<Bands>,
+    /// Relative error of the sum and of an equally weighted sum, the larger; without the error of the surroundings.
+    pub relative_error: f64,
+    /// Samples of all zones.
+    pub samples: u64,
+}
+
+/// Sums of all zones: of each zone, half and quantity.
+struct Sums {
+    quantities: usize,
+    /// Rounds so far.
+    round: usize,
+    /// Samples of each half so far.
+    counts: Vec<usize>,
+    sums: Vec<SampleSums>,
+}
+
+impl Sums {
+    /// Reads the sums of the rounds that an earlier run finished.
+    fn load(task: &GatherTask, quantities: usize) -> Option<Sums> {
+        let bytes = task.checkpoints.load(STAGE)?;
+        let mut decoder = Decoder::new(&bytes);
+        let (round, n) = (decoder.int()?, task.zones.len());
+        let counts: Vec<usize> = decoder.ints()?.into_iter().map(|c| c as usize).collect();
+        let words = decoder.words()?;
+        let complete = decoder.at_end()
+            && round > 0
+            && counts.len() == n
+            && words.len() == 2 * n * quantities * SampleSums::ENCODED_WORDS;
+        let sums = words.chunks_exact(SampleSums::ENCODED_WORDS);
+        let sum = |w: &[[u8; 4]]| SampleSums::from_words(std::array::from_fn(|k| u32::from_le_bytes(w[k])));
+        complete.then(|| Sums { quantities, round, counts, sums: sums.map(sum).collect() })
+    }
+
+    /// Saves the sums of the rounds so far.
+    fn save(&self, task: &GatherTask) {
+        if task.checkpoints.keeps() {
+            let mut encoder = Encoder::default();
+            encoder.int(self.round);
+            encoder.ints(&self.counts.iter().map(|c| *c as u64).collect::<Vec<_>>());
+            encoder.words(
+                self.sums.len() * SampleSums::ENCODED_WORDS,
+                self.sums.iter().flat_map(SampleSums::words),
+            );
+            task.checkpoints.save(STAGE, &encoder.bytes());
+        }
+    }
+
+    fn of(&self, i: usize, half: usize, q: usize) -> &SampleSums {
+        &self.sums[(2 * i + half) * self.quantities + q]
+    }
+
+    /// Mean of quantity `q` of zone `i`, and its variances.
+    fn mean(&self, i: usize, q: usize) -> (Bands, ZoneVariances) {
+        let n = self.counts[i].max(1) as f64;
+        let [a, b] = [0, 1].map(|h| self.of(i, h, q));
+        let mean = (a.sum() + b.sum()) / (2.0 * n);
+        let difference = (a.sum() - b.sum()) / (2.0 * n);
+        let variance = ((a.squares() + b.squares()) / (2.0 * n) - mean * mean).map(|v| v.max(0.0));
+        (mean, ZoneVariances { of_halves: difference * difference, of_samples: variance / (2.0 * n) })
+    }
+}
+
+/// Fields of the sums so far.
+struct Fields {
+    /// Value of every quantity: the groups, then their sum.
+    values: Vec<Vec<Bands>>,
+    /// Stated errors of the same.
+    errors: Vec<Vec<Bands>>,
+    inherited: Vec<Bands>,
+}
+
+/// Gathers until the tolerance is met, or the samples are at their maximum.
+pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
+    let n = task.zones.len();
+    // The groups, their sum, and the noise of the radiosities.
+    let quantities = task.groups + 2;
+    let mut sums = Sums::load(task, quantities).unwrap_or_else(|| Sums {
+        quantities,
+        round: 0,
+        counts: vec![0; n],
+        sums: vec![SampleSums::default(); 2 * n * quantities],
+    });
+    if sums.round == 0 {
+        let first = |i: usize| GATHER_PARAMS.first_samples[kind_of(task.zones, i)];
+        take_samples(gatherer, task, &(0..n).map(first).collect::<Vec<_>>(), &mut sums);
+    }
+    let (fields, goal) = loop {
+        let fields = fields_of(task, &sums);
+        let goal = Goal::of(task, &fields);
+        let more = goal.samples(task, &sums, &fields);
+        match more.filter(|_| sums.round < GATHER_PARAMS.max_rounds && !task.progress.is_interrupted()) {
+            Some(wanted) => take_samples(gatherer, task, &wanted, &mut sums),
+            None => break (fields, goal),
+        }
+    };
+    let Fields { mut values, mut errors, inherited } = fields;
+    let mut error = errors.pop().unwrap_or_default();
+    let sum = values.pop().unwrap_or_default();
+    error.iter_mut().zip(&inherited).for_each(|(e, i)| *e = e.hypot(*i));
+    // Each group inherits its share of the errors of the radiosities.
+    for (errors, column) in errors.iter_mut().zip(&values) {
+        let all = errors.par_iter_mut().zip(column).zip(inherited.par_iter().zip(&sum));
+        all.for_each(|((e, v), (i, sum))| *e = e.hypot(*i * v.zip_map(*sum, ratio)));
+    }
+    Gathered {
+        columns: values,
+        column_errors: errors,
+        error,
+        relative_error: [0, 1]
+            .map(|k| goal.noise[k].hypot(goal.inherited[k]))
+            .into_iter()
+            .fold(0.0, f64::max),
+        samples: 2 * sums.counts.iter().map(|c| *c as u64).sum::<u64>(),
+    }
+}
+
+/// Takes samples of every zone up to the wanted number of each half, and saves them.
+fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: &mut Sums) {
+    let (quantities, p) = (sums.quantities, &GATHER_PARAMS);
+    task.progress.begin("gather", task.zones.len() as u64);
+    let tasks = sums
+        .sums
+        .par_chunks_mut(2 * quantities * ZONES_PER_TASK)
+        .zip(sums.counts.par_chunks_mut(ZONES_PER_TASK))
+        .enumerate();
+    tasks.for_each_init(GatherScratch::default, |scratch, (number, (sums, counts))| {
+        let zones = counts.len() as u64;
+        for (k, (sums, count)) in sums.chunks_mut(2 * quantities).zip(counts).enumerate() {
+            let zone = number * ZONES_PER_TASK + k;
+            let numbers = *count..wanted[zone].max(*count);
+            if numbers.is_empty() {
+                continue;
+            }
+            let [least, most] = p.cut_nodes;
+            let nodes = (2 * numbers.len() / p.samples_per_cut_node).clamp(least, most);
+            gatherer.aim(zone, nodes, scratch);
+            for (half, sums) in sums.chunks_mut(quantities).enumerate() {
+                let range = SampleRange { zone, half, numbers: numbers.clone() };
+                add_samples(gatherer, task.groups, range, scratch, sums);
+            }
+            *count = numbers.end;
+        }
+        task.progress.advance(zones);
+    });
+    task.progress.end();
+    sums.round += 1;
+    sums.save(task);
+}
+
+/// Adds the samples of one half of a zone to its sums.
+fn add_samples(
+    gatherer: &Gatherer,
+    groups: usize,
+    range: SampleRange,
+    scratch: &mut GatherScratch,
+    sums: &mut [SampleSums],
+) {
+    let mut added = vec![[Bands::ZERO; 2]; groups + 2];
+    gatherer.samples(range, scratch, |value| {
+        let mut all = Bands::ZERO;
+        for (c, [sum, squares]) in added[..groups].iter_mut().enumerate() {
+            let v = widened(value(c));
+            *sum += v;
+            *squares += v * v;
+            all += v;
+        }
+        added[groups][0] += all;
+        added[groups][1] += all * all;
+        added[groups + 1][0] += widened(value(groups));
+    });
+    sums.iter_mut().zip(added).for_each(|(s, a)| s.add(a));
+}
+
+fn widened(v: [f32; LANES]) -> Bands {
+    without_padding(v.map(f64::from))
+}
+
+fn kinds(zones: &Zones) -> [Range<usize>; 3] {
+    [0..zones.voxel_offset(), zones.voxel_offset()..zones.pane_offset(), zones.pane_offset()..zones.len()]
+}
+
+/// H or G of every zone and quantity, with errors.
+fn fields_of(task: &GatherTask, sums: &Sums) -> Fields {
+    let (n, kinds, groups) = (task.zones.len(), kinds(task.zones), task.groups);
+    let factor = |i: usize| if i < task.zones.voxel_offset() { 1.0 } else { 4.0 };
+    // The halves of every light group, and the standard errors of every quantity without smoothing.
+    let half = |c: usize, h: usize| {
+        let mean = |i: usize| {
+            let n = sums.counts[i].max(1) as f64;
+            factor(i) * (sums.of(i, h, c).sum() / n + (task.own)(i, c))
+        };
+        (0..n).into_par_iter().map(mean).collect::<Vec<Bands>>()
+    };
+    let columns: Vec<[Vec<Bands>; 2]> = (0..groups).map(|c| [half(c, 0), half(c, 1)]).collect();
+    let errors: Vec<Vec<Bands>> = (0..groups + 1)
+        .map(|q| {
+            let one = |i: usize| {
+                let (v, f) = (sums.mean(i, q).1, factor(i) * factor(i));
+                ZoneVariances { of_halves: f * v.of_halves, of_samples: f * v.of_samples }
+            };
+            let variances: Vec<ZoneVariances> = (0..n).into_par_iter().map(one).collect();
+            standard_errors(&variances, &kinds)
+        })
+        .collect();
+    let weights = columns.iter().map(|c| weights_of(task.zones, &|i| 0.5 * (c[0][i] + c[1][i])));
+    let mut weights: Vec<[Bands; 2]> = weights.collect();
+    let all = |i: usize| columns.iter().map(|c| 0.5 * (c[0][i] + c[1][i])).sum::<Bands>();
+    weights.push(weights_of(task.zones, &all));
+    let means = HalfMeans { columns, weights };
+    let mut fields = smoothed_fields(task, &means, errors, &kinds);
+    let noise: Vec<Bands> = (0..n).into_par_iter().map(|i| factor(i) * sums.mean(i, groups + 1).0).collect();
+    fields.inherited = inherited_errors(&noise, &fields.values[groups], &kinds);
+    fields.inherited.par_iter_mut().for_each(|e| *e *= GATHER_PARAMS.stated_error_factor);
+    fields
+}
+
+/// Inverse root mean squares of a field over the patches and over the volume zones.
+fn weights_of(zones: &Zones, field: &dyn Fn(usize) -> Bands) -> [Bands; 2] {
+    [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()].map(|range| {
+        let count = range.len().max(1) as f64;
+        let square = range.fold(Bands::ZERO, |s, i| s + field(i) * field(i));
+        half_smoothing::inverse((square / count).sqrt())
+    })
+}
+
+/// Smooths all groups of zones. `errors` holds the standard errors of the zones by their own samples, of every light group and of the sum.
+fn smoothed_fields(
+    task: &GatherTask,
+    means: &HalfMeans,
+    mut errors: Vec<Vec<Bands>>,
+    kinds: &[Range<usize>; 3],
+) -> Fields {
+    let (n, groups) = (task.zones.len(), task.groups);
+    let mut values = vec![vec![Bands::ZERO; n]; groups + 1];
+    for (kind, range) in kinds.iter().enumerate() {
+        let blocks: Vec<Range<usize>> = range
+            .clone()
+            .step_by(ZONES_PER_GROUP)
+            .map(|start| start..(start + ZONES_PER_GROUP).min(range.end))
+            .collect();
+        let shares = match kind {
+            2 => Vec::new(),
+            _ => half_smoothing::noise_shares(task.windows, means, &blocks),
+        };
+        let smooth = |block: &Range<usize>| {
+            half_smoothing::smooth_group(task.windows, means, (block.clone(), kind), &shares)
+        };
+        let smoothed: Vec<SmoothedGroup> = blocks.par_iter().map(smooth).collect();
+        for (block, group) in blocks.into_iter().zip(smoothed) {
+            for (k, i) in block.clone().enumerate() {
+                for c in 0..groups {
+                    values[c][i] = group.values[c][k];
+                    let value = values[c][i];
+                    values[groups][i] += value;
+                }
+            }
+            for (q, errors) in errors.iter_mut().enumerate() {
+                join_errors(&group, q, &mut errors[block.clone()]);
+            }
+        }
+    }
+    Fields { values, errors, inherited: Vec::new() }
+}
+
+/// Turns the standard errors of the zones of a group into stated errors after smoothing: the share of the zone's own samples keeps its size, the rest
+/// is that of the group.
+fn join_errors(group: &SmoothedGroup, q: usize, errors: &mut [Bands]) {
+    let own = 1.0 - group.lambda;
+    let rest = (group.square_errors[q] - group.own_noise[q]).map(|e| e.max(0.0));
+    for e in errors {
+        *e = GATHER_PARAMS.stated_error_factor * (own * own * *e * *e + rest).sqrt();
+    }
+}
+
+/// The errors of a round and what they should become, of patches and of volume zones.
+struct Goal {
+    /// Relative error by the noise of the gather: of the sum, and of an equally weighted sum, the larger.
+    noise: [f64; 2],
+    /// Relative error of the radiosities that were read.
+    inherited: [f64; 2],
+    /// The relative noise wanted.
+    wanted: [f64; 2],
+    /// Root mean square of each quantity and kind of zones, per band.
+    levels: Vec<[Bands; 2]>,
+}
+
+fn kind_of(zones: &Zones, i: usize) -> usize {
+    usize::from(i >= zones.voxel_offset())
+}
+
+impl Goal {
+    fn of(task: &GatherTask, fields: &Fields) -> Goal {
+        let zones = task.zones;
+        let ranges = [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()];
+        let square = |list: &mut dyn Iterator<Item = Bands>| list.fold(Bands::ZERO, |s, x| s + x * x);
+        let known = |i: usize| task.known.get(i).copied().unwrap_or_default();
+        let level = |q: usize| {
+            ranges.clone().map(|r| {
+                let count = r.len().max(1) as f64;
+                let with_known =
+                    |i: usize| fields.values[q][i] + if q == task.groups { known(i)[0] } else { Bands::ZERO };
+                (square(&mut r.map(with_known)) / count).sqrt()
+            })
+        };
+        let levels: Vec<[Bands; 2]> = (0..task.groups + 1).map(level).collect();
+        let relative = |error: &dyn Fn(usize) -> Bands, level: [Bands; 2]| {
+            [0, 1].map(|kind| {
+                let r = ranges[kind].clone();
+                let count = r.len().max(1) as f64;
+                let rms = (square(&mut r.map(error)) / count).sqrt();
+                rms.zip_map(level[kind], ratio).max_element()
+            })
+        };
+        let all = levels[task.groups];
+        let sum = relative(&|i| fields.errors[task.groups][i], all);
+        let guide = match task.groups {
+            1 => [0.0; 2],
+            _ => equal_weight_error(task, fields, &levels),
+        };
+        let inherited = relative(&|i| fields.inherited[i], all);
+        let surroundings = relative(&|i| known(i)[1], all);
+        let p = &GATHER_PARAMS;
+        let wanted = |kind: usize| {
+            let others = inherited[kind].hypot(surroundings[kind]) / task.tolerance;
+            let left = (1.0 - others * others).max(0.0).sqrt().max(p.min_noise_share);
+            p.noise_share * left * task.tolerance
+        };
+        Goal {
+            noise: [0, 1].map(|kind| sum[kind].max(guide[kind])),
+            inherited,
+            wanted: [0, 1].map(wanted),
+            levels,
+        }
+    }
+
+    /// The samples of each half of every zone in the next round; `None` where the goal is met or nothing can be added.
+    fn samples(&self, task: &GatherTask, sums: &Sums, fields: &Fields) -> Option<Vec<usize>> {
+        let p = &GATHER_PARAMS;
+        let zones = task.zones;
+        let n = zones.len();
+        // σ of one sample over the level, of the sum and of the equally weighted sum.
+        let deviation = |i: usize| {
+            let kind = kind_of(zones, i);
+            let relative = |q: usize| {
+                let (e, level) = (fields.errors[q][i], self.levels[q][kind]);
+                Band::all().filter(|&b| level[b] > 0.0).fold(0.0f64, |m, b| m.max(e[b] / level[b]))
+            };
+            let worst = match task.groups {
+                1 => relative(1),
+                g => (0..g).map(relative).sum::<f64>().max(relative(g)),
+            };
+            worst * (sums.counts[i] as f64).powf(0.5 * p.variance_exponent)
+        };
+        let deviations: Vec<f64> = (0..n).into_par_iter().map(deviation).collect();
+        let (mut wanted, mut added) = (sums.counts.clone(), 0);
+        for (kind, range) in [0..zones.voxel_offset(), zones.voxel_offset()..n].into_iter().enumerate() {
+            // A kind that meets its goal keeps its samples.
+            let over = self.noise[kind] / self.wanted[kind];
+            if over.partial_cmp(&1.0) != Some(Ordering::Greater) || over.is_infinite() {
+                continue;
+            }
+            let growth = over.powf(2.0 / p.variance_exponent).clamp(1.2, p.max_growth);
+            let of_kind = growth * sums.counts[range.clone()].iter().map(|c| *c as f64).sum::<f64>();
+            let mean = of_kind / range.len().max(1) as f64;
+            let sum: f64 = deviations[range.clone()].iter().sum();
+            for i in range {
+                let share = if sum > 0.0 { of_kind * deviations[i] / sum } else { mean };
+                let share = share.min(p.max_over_mean * mean).clamp(2.0, p.max_samples as f64);
+                let power = 1usize << (share.log2().round() as u32);
+                wanted[i] = power.min(p.max_samples).max(sums.counts[i]);
+                added += wanted[i] - sums.counts[i];
+            }
+        }
+        (added > 0).then_some(wanted)
+    }
+}
+
+/// Relative error of a combination of the groups in which all have the same weight, for patches and for volume zones.
+fn equal_weight_error(task: &GatherTask, fields: &Fields, levels: &[[Bands; 2]]) -> [f64; 2] {
+    let zones = task.zones;
+    let ranges = [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()];
+    let mut worst = [0.0f64; 2];
+    for (kind, range) in ranges.into_iter().enumerate() {
+        for b in Band::all() {
+            let weight = |q: usize| {
+                let level = levels[q][kind][b];
+                if level > 0.0 { 1.0 / level } else { 0.0 }
+            };
+            let weights: Vec<f64> = (0..task.groups).map(weight).collect();
+            let (mut errors, mut values) = (0.0, 0.0);
+            for i in range.clone() {
+                let combined = |list: &[Vec<Bands>]| {
+                    weights.iter().zip(list).map(|(w, column)| w * column[i][b]).sum::<f64>()
+                };
+                errors += combined(&fields.errors).powi(2);
+                values += combined(&fields.values).powi(2);
+            }
+            if values > 0.0 {
+                worst[kind] = worst[kind].max((errors / values).sqrt());
+            }
+        }
+    }
+    worst
+}

@@ -1,0 +1,139 @@
+//! Errors of a gather, from two independent halves of its samples.
+//!
+//! Zone i has the means a_i and b_i of two sequences that were scrambled independently; its value is v = (a + b)/2. Two estimates of the variance
+//! of v complement each other:
+//!
+//! ```text
+//! d_i² = (a_i − b_i)²/4          true in the mean, with one degree of freedom
+//! s_i²                           variance of the samples over their number: precise, but without the gain of the sequences
+//! ```
+//!
+//! The gain is much the same in neighbouring zones. Over a group of consecutive zones, with c zones' worth of the ratio of all zones of a kind,
+//!
+//! ```text
+//! q = (Σ d² + c q_all s̄²)/(Σ s² + c s̄²)          e_i² = q ((1 − w) s_i² + w s̄²)
+//! ```
+//!
+//! with s̄² the mean of s² over the group: a zone whose few samples all agree has a share w of the group's variance.
+
+use rayon::prelude::*;
+use std::ops::Range;
+use zonal_scene::Bands;
+
+/// Zones of a group.
+pub(crate) const ZONES_PER_GROUP: usize = 64;
+
+/// How errors are pooled.
+struct PoolingParams {
+    /// c: zones' worth of the ratio over all zones in that of a group.
+    prior_zones: f64,
+    /// w: share of the group's variance in that of a zone.
+    group_share: f64,
+}
+
+const POOLING_PARAMS: PoolingParams = PoolingParams { prior_zones: 8.0, group_share: 0.1 };
+
+/// The two variances of a zone.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct ZoneVariances {
+    /// d².
+    pub of_halves: Bands,
+    /// s².
+    pub of_samples: Bands,
+}
+
+/// Standard errors of consecutive zones of one kind, `kind` of all zones.
+pub(crate) fn standard_errors(variances: &[ZoneVariances], kinds: &[Range<usize>]) -> Vec<Bands> {
+    let mut out = vec![Bands::ZERO; variances.len()];
+    for kind in kinds {
+        let all = sums(&variances[kind.clone()]);
+        let ratio_of_all = all.of_halves.zip_map(all.of_samples, ratio);
+        let groups = variances[kind.clone()].par_chunks(ZONES_PER_GROUP);
+        let errors = out[kind.clone()].par_chunks_mut(ZONES_PER_GROUP);
+        groups.zip(errors).for_each(|(group, errors)| pool(group, ratio_of_all, errors));
+    }
+    out
+}
+
+/// `a`/`b`; 0 where b is not positive.
+pub(crate) fn ratio(a: f64, b: f64) -> f64 {
+    if b > 0.0 { a / b } else { 0.0 }
+}
+
+fn sums(zones: &[ZoneVariances]) -> ZoneVariances {
+    zones.iter().fold(ZoneVariances::default(), |s, z| ZoneVariances {
+        of_halves: s.of_halves + z.of_halves,
+        of_samples: s.of_samples + z.of_samples,
+    })
+}
+
+fn pool(group: &[ZoneVariances], ratio_of_all: Bands, errors: &mut [Bands]) {
+    let p = &POOLING_PARAMS;
+    let all = sums(group);
+    let mean = all.of_samples / group.len() as f64;
+    let prior = p.prior_zones * mean;
+    let gain = (all.of_halves + prior * ratio_of_all).zip_map(all.of_samples + prior, ratio);
+    for (zone, error) in group.iter().zip(errors) {
+        let variance = (1.0 - p.group_share) * zone.of_samples + p.group_share * mean;
+        *error = (gain * variance).sqrt();
+    }
+}
+
+/// Error of radiosities that a gather reads, from the gather `noise` of one realization of it: per zone, half the mean square of its group, and half
+/// that of all zones of the kind in proportion to the squared value.
+pub(crate) fn inherited_errors(noise: &[Bands], value: &[Bands], kinds: &[Range<usize>]) -> Vec<Bands> {
+    let mut out = vec![Bands::ZERO; noise.len()];
+    let square = |list: &[Bands]| list.iter().fold(Bands::ZERO, |s, x| s + x * x);
+    for kind in kinds {
+        let relative = square(&noise[kind.clone()]).zip_map(square(&value[kind.clone()]), ratio);
+        let chunks = noise[kind.clone()]
+            .par_chunks(ZONES_PER_GROUP)
+            .zip(value[kind.clone()].par_chunks(ZONES_PER_GROUP))
+            .zip(out[kind.clone()].par_chunks_mut(ZONES_PER_GROUP));
+        chunks.for_each(|((noise, value), out)| {
+            let own = square(noise) / noise.len() as f64;
+            for (v, e) in value.iter().zip(out) {
+                *e = (0.5 * own + 0.5 * relative * (v * v)).sqrt();
+            }
+        });
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zonal_math::low_discrepancy::hash_to_unit;
+
+    #[test]
+    fn standard_errors_follow_the_gain_of_the_sequences() {
+        // Samples vary by s = 1 + i/100; the halves differ by a tenth of that. The normal deviate is a sum of twelve uniform numbers.
+        let n = 640;
+        let normal = |i: usize| (0..12).map(|k| hash_to_unit((i * 12 + k) as u64)).sum::<f64>() - 6.0;
+        let s = |i: usize| 1.0 + i as f64 / 100.0;
+        let variances: Vec<ZoneVariances> = (0..n)
+            .map(|i| ZoneVariances {
+                of_halves: Bands::splat((0.1 * s(i) * normal(i)).powi(2)),
+                of_samples: Bands::splat(s(i) * s(i)),
+            })
+            .collect();
+        let errors = standard_errors(&variances, std::slice::from_ref(&(0..n)));
+        for (i, e) in errors.iter().enumerate() {
+            let expected = 0.1 * s(i);
+            assert!((e.first() / expected - 1.0).abs() < 0.35, "{i}: {} {expected}", e.first());
+        }
+    }
+
+    #[test]
+    fn zones_without_samples_that_differ_share_the_error_of_their_group() {
+        let mut variances =
+            vec![ZoneVariances { of_halves: Bands::splat(1.0), of_samples: Bands::splat(1.0) }; 64];
+        variances[7] = ZoneVariances::default();
+        let errors = standard_errors(&variances, std::slice::from_ref(&(0..64)));
+        assert!(errors[7].first() > 0.25 * errors[8].first(), "{:?}", errors[7]);
+        assert_eq!(
+            standard_errors(&[ZoneVariances::default(); 64], std::slice::from_ref(&(0..64)))[3],
+            Bands::ZERO
+        );
+    }
+}

@@ -1,0 +1,226 @@
+//! Smoothing of a gather over neighbouring zones, as far as two independent halves of its samples show that it helps.
+//!
+//! R_A and R_B are the means of two independent halves, S_A and S_B the same after a linear fit over a window of neighbours
+//! (`regression_windows`). Over a group of consecutive zones, with Δ the difference of the halves and ⟨⟩ the mean,
+//!
+//! ```text
+//! v_R = ⟨ΔR²⟩/4      v_S = ⟨ΔS²⟩/4      c = ⟨ΔR ΔS⟩/4      b² = ⟨(S_A − R_A)(S_B − R_B)⟩⁺
+//! ```
+//!
+//! are the noise of both, their covariance and the squared bias of the fit: the halves are independent, so that noise drops out of the product. The
+//! mixture R + λ (S − R) has the squared error
+//!
+//! ```text
+//! (1 − λ)² v_R + λ² (v_S + b²) + 2 λ (1 − λ) c      least for λ = (v_R − c)/(v_R + v_S + b² − 2c), between 0 and 1
+//! ```
+//!
+//! A group takes the window of the least error. The fits of a group share their neighbours, so that its few independent fits estimate v_S and b² poorly:
+//! v_S is at least half of the share of v_R that it has over all groups of the kind, and b² is increased by a share of its standard error. λ and window are the same for all bands and light groups, so that sums remain sums.
+
+use super::gather_error::ratio;
+use super::regression_windows::{RegressionWindow, RegressionWindows};
+use rayon::prelude::*;
+use zonal_scene::{Band, Bands};
+
+/// Share of the noise that the mixture must remove before a group is smoothed: the estimates of one group vary.
+const MIN_GAIN: f64 = 0.1;
+
+/// The means of both halves, a column for each light group.
+pub(crate) struct HalfMeans {
+    /// Means of halves A and B of every column and zone.
+    pub columns: Vec<[Vec<Bands>; 2]>,
+    /// Weight of every column and kind of zones in the choice of λ, the inverse of its level, per band.
+    pub weights: Vec<[Bands; 2]>,
+}
+
+/// The smoothed values of a group of zones.
+pub(crate) struct SmoothedGroup {
+    /// Share of the smoothed value.
+    pub lambda: f64,
+    /// Values of every column and zone.
+    pub values: Vec<Vec<Bands>>,
+    /// Mean squared error of every column, then of their sum; without smoothing that of the halves.
+    pub square_errors: Vec<Bands>,
+    /// The part of it that the noise of the zone's own samples has.
+    pub own_noise: Vec<Bands>,
+}
+
+/// Share of the standard error of the squared bias that is added to it.
+const BIAS_ERROR_SHARE: f64 = 0.3;
+/// Most groups over which the noise of fits is compared with that of samples.
+const MAX_SAMPLED_GROUPS: usize = 256;
+/// Least noise of a fit over that of the samples, relative to the same over all groups.
+const MIN_NOISE_SHARE: f64 = 0.5;
+
+/// The moments of a group for one window and quantity.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    raw: Bands,
+    smooth: Bands,
+    both: Bands,
+    bias: Bands,
+    bias_squares: Bands,
+}
+
+impl Moments {
+    fn add(&mut self, raw: [Bands; 2], smooth: [Bands; 2]) {
+        let [dr, ds] = [0.5 * (raw[0] - raw[1]), 0.5 * (smooth[0] - smooth[1])];
+        self.raw += dr * dr;
+        self.smooth += ds * ds;
+        self.both += dr * ds;
+        let bias = (smooth[0] - raw[0]) * (smooth[1] - raw[1]);
+        self.bias += bias;
+        self.bias_squares += bias * bias;
+    }
+
+    /// The squared bias with its uncertainty.
+    fn squared_bias(&self) -> Bands {
+        self.bias.map(|b| b.max(0.0)) + BIAS_ERROR_SHARE * self.bias_squares.sqrt()
+    }
+
+    fn error(&self, lambda: f64) -> Bands {
+        let (l, r) = (lambda, 1.0 - lambda);
+        (r * r * self.raw + l * l * (self.smooth + self.squared_bias()) + 2.0 * l * r * self.both)
+            .map(|e| e.max(0.0))
+    }
+}
+
+/// The smoothed halves of the zones of a group by one window level, for every column.
+type SmoothedHalves = Vec<[Vec<Bands>; 2]>;
+
+/// Smooths the zones `group` of kind `kind`: patches, volume zones, or panes, which have no neighbours.
+pub(crate) fn smooth_group(
+    windows: &RegressionWindows,
+    means: &HalfMeans,
+    (group, kind): (std::ops::Range<usize>, usize),
+    noise_shares: &[f64],
+) -> SmoothedGroup {
+    let columns = means.columns.len();
+    let mut best = (0.0, f64::INFINITY, None);
+    let weight = |q: usize| means.weights[q][kind.min(1)];
+    let weighted =
+        |e: &[Bands]| -> f64 { e.iter().enumerate().map(|(q, e)| (weight(q) * weight(q) * *e).sum()).sum() };
+    let levels = if kind < means.weights[0].len() { windows.levels(group.start) } else { 0 };
+    let mut raw_error = vec![Bands::ZERO; columns + 1];
+    for level in 0..levels {
+        let smooth = smoothed_halves(windows, means, group.clone(), level);
+        let mut moments = moments_of(means, &smooth, group.clone());
+        let least = MIN_NOISE_SHARE * noise_shares.get(level).copied().unwrap_or_default();
+        moments.iter_mut().for_each(|m| m.smooth = m.smooth.max(least * m.raw));
+        let total = |part: fn(&Moments) -> Bands| {
+            let list: Vec<Bands> = moments.iter().map(part).collect();
+            weighted(&list)
+        };
+        let (raw, fit, both) = (total(|m| m.raw), total(|m| m.smooth), total(|m| m.both));
+        let bias = total(Moments::squared_bias);
+        let lambda = ratio(raw - both, raw + fit + bias - 2.0 * both).clamp(0.0, 1.0);
+        let r = 1.0 - lambda;
+        let error = r * r * raw + lambda * lambda * (fit + bias) + 2.0 * lambda * r * both;
+        if level == 0 {
+            best.1 = (1.0 - MIN_GAIN) * raw;
+            raw_error = moments.iter().map(|m| m.raw).collect();
+        }
+        if error < best.1 {
+            best = (lambda, error, Some((smooth, moments)));
+        }
+    }
+    let count = group.len() as f64;
+    let raw = |c: usize, i: usize| 0.5 * (means.columns[c][0][i] + means.columns[c][1][i]);
+    let (lambda, _, chosen) = best;
+    let Some((smooth, moments)) = chosen else {
+        return SmoothedGroup {
+            lambda: 0.0,
+            values: (0..columns).map(|c| group.clone().map(|i| raw(c, i)).collect()).collect(),
+            own_noise: raw_error.iter().map(|e| e / count).collect(),
+            square_errors: raw_error.iter().map(|e| e / count).collect(),
+        };
+    };
+    let value = |c: usize, k: usize| {
+        let fit = 0.5 * (smooth[c][0][k] + smooth[c][1][k]);
+        raw(c, group.start + k) * (1.0 - lambda) + lambda * fit
+    };
+    SmoothedGroup {
+        lambda,
+        values: (0..columns).map(|c| (0..group.len()).map(|k| value(c, k)).collect()).collect(),
+        square_errors: moments.iter().map(|m| m.error(lambda) / count).collect(),
+        own_noise: moments.iter().map(|m| (1.0 - lambda).powi(2) * m.raw / count).collect(),
+    }
+}
+
+/// Noise of the fits over that of the samples, for every window level, over all zones of a kind: by the sum of the columns.
+pub(crate) fn noise_shares(
+    windows: &RegressionWindows,
+    means: &HalfMeans,
+    groups: &[std::ops::Range<usize>],
+) -> Vec<f64> {
+    let Some(first) = groups.first() else { return Vec::new() };
+    let share = |level: usize| {
+        let of_group = |group: &std::ops::Range<usize>| {
+            let smooth = smoothed_halves(windows, means, group.clone(), level);
+            let moments = moments_of(means, &smooth, group.clone());
+            moments.last().map_or([0.0; 2], |m| [m.smooth.sum(), m.raw.sum()])
+        };
+        let step = groups.len().div_ceil(MAX_SAMPLED_GROUPS);
+        let parts: Vec<[f64; 2]> = groups.par_iter().step_by(step).map(of_group).collect();
+        let [smooth, raw] = parts.iter().fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
+        ratio(smooth, raw)
+    };
+    (0..windows.levels(first.start)).map(share).collect()
+}
+
+/// The halves of all columns fitted at the zones of a group; a zone without a window keeps its own.
+fn smoothed_halves(
+    windows: &RegressionWindows,
+    means: &HalfMeans,
+    group: std::ops::Range<usize>,
+    level: usize,
+) -> SmoothedHalves {
+    let mut out: SmoothedHalves = means
+        .columns
+        .iter()
+        .map(|_| [Vec::with_capacity(group.len()), Vec::with_capacity(group.len())])
+        .collect();
+    for i in group {
+        let window: Option<RegressionWindow> = windows.window(i, level);
+        for (column, out) in means.columns.iter().zip(&mut out) {
+            for (half, out) in column.iter().zip(out) {
+                out.push(match &window {
+                    None => half[i],
+                    Some(w) => {
+                        let mut sum = Bands::ZERO;
+                        w.for_each(|j, l| sum += l * half[j]);
+                        // Lit neighbours are separated from a zone that no sample lights.
+                        sum.zip_map(
+                            column[0][i] + column[1][i],
+                            |v, own| if own > 0.0 { v.max(0.0) } else { 0.0 },
+                        )
+                    }
+                });
+            }
+        }
+    }
+    out
+}
+
+/// Sums of the moments of every column, then of their sum.
+fn moments_of(means: &HalfMeans, smooth: &SmoothedHalves, group: std::ops::Range<usize>) -> Vec<Moments> {
+    let mut out = vec![Moments::default(); means.columns.len() + 1];
+    for (k, i) in group.enumerate() {
+        let (mut raw_sum, mut smooth_sum) = ([Bands::ZERO; 2], [Bands::ZERO; 2]);
+        for (c, (column, smooth)) in means.columns.iter().zip(smooth).enumerate() {
+            let (raw, fit) = ([column[0][i], column[1][i]], [smooth[0][k], smooth[1][k]]);
+            out[c].add(raw, fit);
+            for h in 0..2 {
+                raw_sum[h] += raw[h];
+                smooth_sum[h] += fit[h];
+            }
+        }
+        out[means.columns.len()].add(raw_sum, smooth_sum);
+    }
+    out
+}
+
+/// The inverse of a level, per band.
+pub(crate) fn inverse(level: Bands) -> Bands {
+    Bands::from_fn(|b: Band| if level[b] > 0.0 { 1.0 / level[b] } else { 0.0 })
+}

@@ -1,0 +1,23 @@
+//! The final gather: the incident radiation of every zone from known radiosities, sampled until it meets the tolerance.
+//!
+//! A solution by few stored rays (`ray`) gives radiosities whose noise matters little, since every zone averages over many others. The incident
+//! radiation of a zone itself is as noisy as its own rays. The gather samples it afresh, with radiosities known: nothing is stored, so the number of
+//! samples is not limited by memory, and the error falls with the work down to any tolerance.
+//!
+//! | module | contents |
+//! |---|---|
+//! | `zone_gather` | one sample: a ray and a connection to a bright patch, joined by multiple importance sampling |
+//! | `expected_path` | what a ray collects from medium and panes, by expected values |
+//! | `patch_lights` | the tree of patches that connections are aimed by |
+//! | `final_gather` | rounds of samples, allocated by need |
+//! | `half_smoothing` | smoothing over neighbouring zones, as far as the two halves show that it helps |
+//! | `regression_windows` | windows of neighbouring zones, and a linear fit over them |
+//! | `gather_error` | errors from two independent halves of the samples |
+
+mod expected_path;
+pub(crate) mod final_gather;
+mod gather_error;
+mod half_smoothing;
+mod patch_lights;
+pub(crate) mod regression_windows;
+pub(crate) mod zone_gather;

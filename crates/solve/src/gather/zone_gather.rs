@@ -1,0 +1,318 @@
+//! Samples of the incident radiation of one zone from known radiosities.
+//!
+//! The incident radiation is an integral over the points x of the zone and the directions ω of its kernel,
+//!
+//! ```text
+//! H_i = ⟨v(x, ω)⟩        v = Σ_k (l_k − l_{k+1}) B_k + l(T) B(y)          (`expected_path`; y the surface point at the end of the ray)
+//! ```
+//!
+//! and G_i = 4⟨v⟩. The surface at the end is sampled in two ways: by the ray itself, with the density p = ⟨kernel⟩ of its direction, and by a
+//! connection to a point y of a patch j chosen with the probability p_j (`patch_lights`). With K the density of the ray over the area at y,
+//!
+//! ```text
+//! K = cos θ_x cos θ_y/(π r²) on a patch      cos θ_y/(4π r²) in a volume      |cos θ_x| cos θ_y/(2π r²) in a pane
+//! ray: l (β + (B_j − β) K/(K + p_j/A_j))     connection: l V (B_j − β) K/(K + p_j/A_j)
+//! ```
+//!
+//! are the two samples joined by the balance heuristic (Veach 1997). Neither exceeds B_j, so nothing diverges where zones touch. β is a typical
+//! radiosity of the patches, which rays alone collect: in an enclosure of one radiosity every sample is exact. Only patches brighter than β have a
+//! probability.
+//!
+//! A ray from a patch that hits patch j close by continues from there (`ray::path_continuation`), as the radiosity varies within the patch; its
+//! connections have the probability zero.
+
+use super::expected_path::{ExpectedPath, WeightedZone, weighted_zone};
+use super::patch_lights::{LightCut, PatchLight, PatchLightTree, ReceiverBall};
+use crate::ray::padded_bands::{LANES, PaddedBands, padded};
+use crate::ray::path_continuation::{
+    PathField, PathLights, PathVertex, VertexSource, continues_from, vertex_index,
+};
+use crate::ray::ray_tracer::{FIRST_CODE, RayEnd, RayTracer};
+use crate::surroundings::zone_rays::{point_in_zone, ray_from_sample};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use zonal_math::{Vec3, low_discrepancy, scrambled_sobol};
+use zonal_scene::{Bands, PerBand, Zones};
+
+/// Seed that separates these samples from all other random numbers.
+const GATHER_SEED: u64 = 0x2d35_8dcc_aa6c_78a5;
+/// Bit of the number of a continued ray that separates it from the rays of the table.
+const GATHER_RAY: usize = 1 << 24;
+/// Smallest cosine at the end of a connection.
+const MIN_COSINE: f64 = 1e-6;
+
+/// The known radiation that a gather reads.
+pub(crate) struct GatherField<'a> {
+    /// Radiosities of the zones, one column for each quantity, W/m².
+    pub columns: Vec<Vec<PaddedBands>>,
+    /// β of every column, W/m².
+    pub typical: Vec<PaddedBands>,
+    /// Source terms at path vertices of every column; empty where paths do not continue.
+    pub sources: Vec<&'a VertexSource>,
+}
+
+/// Everything that a gather reads in common.
+pub(crate) struct Gatherer<'a> {
+    zones: &'a Zones,
+    tracer: &'a RayTracer<'a>,
+    path: ExpectedPath<'a>,
+    /// Lights at path vertices; `None` where paths do not continue.
+    lights: Option<PathLights<'a>>,
+    patch_lights: PatchLightTree,
+    /// ρ of the patches where paths continue; otherwise empty.
+    reflectance: Vec<PaddedBands>,
+    field: GatherField<'a>,
+}
+
+/// Sum and sum of squares of the samples of one quantity.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct SampleSums {
+    sum: PerBand<f32>,
+    squares: PerBand<f32>,
+}
+
+impl SampleSums {
+    /// Σ v.
+    pub(crate) fn sum(&self) -> Bands {
+        self.sum.map_to_bands(f64::from)
+    }
+
+    /// Σ v².
+    pub(crate) fn squares(&self) -> Bands {
+        self.squares.map_to_bands(f64::from)
+    }
+
+    /// Words of the sums in a checkpoint.
+    pub(crate) const ENCODED_WORDS: usize = 6;
+
+    /// The sums as words.
+    pub(crate) fn words(&self) -> [u32; 6] {
+        let ([a, b, c], [d, e, f]) = (self.sum.into_rgb(), self.squares.into_rgb());
+        [a, b, c, d, e, f].map(f32::to_bits)
+    }
+
+    /// The sums of these words.
+    pub(crate) fn from_words([a, b, c, d, e, f]: [u32; 6]) -> SampleSums {
+        let [sum, squares] = [[a, b, c], [d, e, f]].map(|v| PerBand::from_rgb(v).map(f32::from_bits));
+        SampleSums { sum, squares }
+    }
+
+    /// Adds sums of further samples.
+    pub(crate) fn add(&mut self, [sum, squares]: [Bands; 2]) {
+        self.sum = (self.sum() + sum).map_to(|x| x as f32);
+        self.squares = (self.squares() + squares).map_to(|x| x as f32);
+    }
+}
+
+/// Memory of a task, used again from sample to sample.
+#[derive(Default)]
+pub(crate) struct GatherScratch {
+    cut: LightCut,
+    list: Vec<WeightedZone>,
+    vertices: Vec<PathVertex>,
+    paths: Vec<(u32, PaddedBands)>,
+    /// Weight of β.
+    typical: Bands,
+}
+
+/// The samples of a zone to take.
+#[derive(Clone)]
+pub(crate) struct SampleRange {
+    /// The zone.
+    pub zone: usize,
+    /// 0 or 1: the independent sequence.
+    pub half: usize,
+    /// Numbers of the samples.
+    pub numbers: std::ops::Range<usize>,
+}
+
+/// The balance heuristic a/(a + b) of positive densities, of which a may be infinite.
+fn balance(a: f64, b: f64) -> f64 {
+    if b > 0.0 { 1.0 / (1.0 + b / a) } else { 1.0 }
+}
+
+impl<'a> Gatherer<'a> {
+    /// Prepares a gather. `power` holds the mean radiosity of every patch that connections are aimed by.
+    pub(crate) fn new(
+        tracer: &'a RayTracer<'a>,
+        lights: Option<PathLights<'a>>,
+        field: GatherField<'a>,
+        brightness: &[f64],
+    ) -> Gatherer<'a> {
+        let zones = tracer.zones;
+        let light = |(j, b): (usize, &f64)| {
+            let p = &zones.patches[j];
+            let centre = p.plate.centre();
+            PatchLight {
+                patch: j as u32,
+                centre,
+                radius: 0.5 * p.plate.diameter(),
+                normal: p.normal,
+                power: p.area * b,
+            }
+        };
+        let list = brightness.iter().take(zones.voxel_offset()).enumerate().map(light).collect();
+        let reflectance = match lights {
+            Some(_) => zones.patches.par_iter().map(|p| padded(p.reflectance)).collect(),
+            None => Vec::new(),
+        };
+        Gatherer {
+            zones,
+            tracer,
+            path: ExpectedPath::new(tracer),
+            lights,
+            patch_lights: PatchLightTree::new(list, zones.voxel_offset()),
+            reflectance,
+            field,
+        }
+    }
+
+    /// Prepares the connections of a zone, with a cut of at most `nodes` nodes.
+    pub(crate) fn aim(&self, i: usize, nodes: usize, scratch: &mut GatherScratch) {
+        let zones = self.zones;
+        let receiver = if i < zones.voxel_offset() {
+            let p = &zones.patches[i];
+            ReceiverBall {
+                centre: p.plate.centre(),
+                radius: 0.5 * p.plate.diameter(),
+                normal: Some(p.normal),
+            }
+        } else if i < zones.pane_offset() {
+            let v = &zones.voxels[i - zones.voxel_offset()];
+            ReceiverBall { centre: v.centre, radius: 0.5 * v.volume.cbrt(), normal: None }
+        } else {
+            let p = &zones.panes[i - zones.pane_offset()];
+            ReceiverBall { centre: p.plate.centre(), radius: 0.5 * p.plate.diameter(), normal: None }
+        };
+        self.patch_lights.cut(&receiver, nodes, &mut scratch.cut);
+    }
+
+    /// Takes samples of a zone that [`Gatherer::aim`] has prepared. `each` receives the value of every column for each sample.
+    pub(crate) fn samples(
+        &self,
+        range: SampleRange,
+        scratch: &mut GatherScratch,
+        mut each: impl FnMut(&dyn Fn(usize) -> PaddedBands),
+    ) {
+        let i = range.zone;
+        let seed = low_discrepancy::split_mix64((i as u64) << 1 | range.half as u64 ^ GATHER_SEED) as u32;
+        for k in range.numbers.clone() {
+            let u = scrambled_sobol::point(k, seed);
+            scratch.list.clear();
+            scratch.vertices.clear();
+            scratch.paths.clear();
+            scratch.typical = Bands::ZERO;
+            let place = [u[2], u[3], u[7]];
+            self.follow_ray((i, k | GATHER_RAY | range.half << 23), place, [u[0], u[1], u[6]], scratch);
+            self.connect(i, place, [u[4], u[5], u[6]], scratch);
+            each(&|c| self.value(c, scratch));
+        }
+    }
+
+    /// The sum of column `c` over the zones and paths of a sample.
+    #[inline]
+    fn value(&self, c: usize, scratch: &GatherScratch) -> PaddedBands {
+        let b = &self.field.columns[c];
+        let (typical, weight) = (self.field.typical[c], padded(scratch.typical));
+        let mut sum: PaddedBands = std::array::from_fn(|k| weight[k] * typical[k]);
+        for z in &scratch.list {
+            let b = &b[z.zone as usize];
+            (0..LANES).for_each(|k| sum[k] += z.weight[k] * b[k]);
+        }
+        for (end, weight) in &scratch.paths {
+            let Some(first) = vertex_index(*end) else { continue };
+            let source = self.field.sources.get(c).copied();
+            let vertices = &scratch.vertices;
+            let field = PathField { vertices, reflectance: &self.reflectance, radiosity: b, source };
+            let v = field.transported(first, *weight);
+            (0..LANES).for_each(|k| sum[k] += v[k]);
+        }
+        sum
+    }
+
+    /// Follows one ray from the point `place` of the zone, in the direction of the first two numbers; the third places points in the medium.
+    fn follow_ray(
+        &self,
+        ray: (usize, usize),
+        place: [f64; 3],
+        [d0, d1, jitter]: [f64; 3],
+        scratch: &mut GatherScratch,
+    ) {
+        let (i, tracer) = (ray.0, self.tracer);
+        let (origin, dir, weight) = ray_from_sample(self.zones, tracer.cell(), i, place, [d0, d1]);
+        let end = tracer.first_surface(origin, dir);
+        let left =
+            weight * self.path.collect((origin, dir), (end.distance, jitter), weight, &mut scratch.list);
+        if end.zone >= FIRST_CODE {
+            return;
+        }
+        if let Some(lights) = self.lights.as_ref().filter(|_| self.continues(i, &end)) {
+            let last = tracer.continue_path(lights, ray, end, &mut scratch.vertices);
+            scratch.paths.push((last, padded(left)));
+            return;
+        }
+        let j = end.zone as usize;
+        let towards = self.zones.patches[j].normal.dot(dir).abs().max(MIN_COSINE);
+        let density = self.kernel(i, dir) * towards / (end.distance * end.distance).max(f64::MIN_POSITIVE);
+        let share = balance(density, self.connection_density(&scratch.cut, i, j));
+        scratch.list.push(weighted_zone(end.zone, left * share));
+        scratch.typical += left * (1.0 - share);
+    }
+
+    /// True where the ray of zone `i` continues from its end.
+    fn continues(&self, i: usize, end: &RayEnd) -> bool {
+        i < self.zones.voxel_offset()
+            && self.lights.is_some()
+            && continues_from(&self.zones.patches[end.zone as usize], end.distance)
+    }
+
+    /// Density of the directions of zone `i`, 1/sr.
+    fn kernel(&self, i: usize, dir: Vec3) -> f64 {
+        let zones = self.zones;
+        if i < zones.voxel_offset() {
+            zones.patches[i].normal.dot(dir).max(0.0) / PI
+        } else if i < zones.pane_offset() {
+            1.0 / (4.0 * PI)
+        } else {
+            zones.panes[i - zones.pane_offset()].normal.dot(dir).abs() / (2.0 * PI)
+        }
+    }
+
+    /// p_j/A_j of a connection of zone `i`, 1/m².
+    fn connection_density(&self, cut: &LightCut, i: usize, j: usize) -> f64 {
+        if i == j { 0.0 } else { self.patch_lights.probability(cut, j as u32) / self.zones.patches[j].area }
+    }
+
+    /// Connects the point `place` of zone `i` with a patch.
+    fn connect(&self, i: usize, place: [f64; 3], u: [f64; 3], scratch: &mut GatherScratch) {
+        let zones = self.zones;
+        let Some((j, probability)) = self.patch_lights.sample(&scratch.cut, u[0]) else { return };
+        let patch = &zones.patches[j as usize];
+        if j as usize == i {
+            return;
+        }
+        let [s, t] = patch.plate.warp([u[1], u[2]]);
+        let (x, y) = (point_in_zone(zones, self.tracer.cell(), i, place), patch.plate.at(s, t));
+        let distance = (y - x).length();
+        let dir = (y - x) / distance.max(f64::MIN_POSITIVE);
+        let towards = -patch.normal.dot(dir);
+        let kernel = self.kernel(i, dir);
+        if !(towards > MIN_COSINE && kernel > 0.0 && distance > self.tracer.transport.epsilon()) {
+            return;
+        }
+        let end = RayEnd { zone: j, weight: PerBand::splat(1.0), distance, position: y };
+        if self.continues(i, &end) {
+            return;
+        }
+        let Some(transmittance) = self.tracer.transport.transmittance_inside(x, y) else { return };
+        let density = kernel * towards / (distance * distance);
+        let share = balance(density, probability / patch.area);
+        let weight = match i.checked_sub(zones.pane_offset()) {
+            Some(k) => crate::surroundings::zone_rays::pane_ray_weight(&zones.panes[k], dir),
+            None => Bands::ONE,
+        };
+        let weight = weight * transmittance * share;
+        scratch.list.push(weighted_zone(j, weight));
+        scratch.typical -= weight;
+    }
+}

@@ -1,0 +1,124 @@
+//! The page `error-against-cost.md` with its plots.
+
+use crate::points::{self, Point, PointStatus};
+use crate::scenes::Error;
+use crate::verdicts::Verdict;
+use std::fmt::Write as _;
+use std::path::Path;
+use zonal_io::output;
+use zonal_report::markdown;
+use zonal_report::plot::{LOG_LOG, Plot, SeriesMark, tick_label};
+
+const INTRODUCTION: &str = "# Error against cost
+
+Each scene is solved with each engine from coarse to fine tolerances. *L2* is the relative error of indirect light (H of patches, G of volumes; the worse
+of both, of the worst band) against the zonal equations on the same zones, with the noise of the reference subtracted. A star marks points whose noise is
+more than a third of the error. *Total* is the error against path-traced means, the discretization error included. Times are processor seconds of the whole
+solve, reading and writing included. The table is [error-against-cost.csv](error-against-cost.csv).
+
+Rays of the hierarchical engine go on within patches that they hit close by, which resolves light and shadow within these patches. The zonal equations
+do not. Where things touch, its L2 and the shares of zones within twice their stated error therefore have the discretization error as a floor; *total*, against
+light traced without zones, has not.
+
+References are random walks that go on from a uniformly random point of each zone (`zonal_reference::path_tracer`), whose mean is the solution of the zonal
+equations, or several independent solves of the dense engine at a small tolerance.
+
+";
+
+const REPRODUCTION: &str = "## Reproduction
+
+```text
+cargo build --release --package zonal-validation --example error_against_cost
+target/release/examples/error_against_cost references --references REFERENCES
+target/release/examples/error_against_cost references --references REFERENCES --method dense --scenes chapel,furnished-room
+target/release/examples/error_against_cost measure --references REFERENCES --csv docs/error-against-cost.csv --limit 600
+target/release/examples/error_against_cost page --csv docs/error-against-cost.csv --page docs/error-against-cost.md
+target/release/examples/error_against_cost compare --csv docs/error-against-cost.csv --compare OLDER.csv
+```
+
+`--zonal PATH` measures another binary, `--former-keys` writes the scenes for versions before the renaming of keys, `--quick` takes three tolerances, and
+`--scenes`, `--engines` and `--tolerances` choose. `scenes DIR` writes the scene files.
+";
+
+/// The table of all points.
+fn table(all: &[Point]) -> String {
+    let header = [
+        "scene",
+        "engine",
+        "tolerance",
+        "L2",
+        "total",
+        "estimate",
+        "stated/true",
+        "within twice",
+        "at contacts",
+        "relit",
+        "seconds",
+        "MB",
+        "used",
+    ];
+    let percent = |x: f64| format!("{:.2} %", 100.0 * x);
+    let share = |x: Option<f64>| x.map_or("–".into(), |x| format!("{:.0} %", 100.0 * x));
+    let row = |p: &Point| -> Vec<String> {
+        let (m, e) = (&p.measured, p.error());
+        let mut cells = vec![p.scene.clone(), p.engine.clone(), p.tolerance.to_string()];
+        if p.status != PointStatus::Measured {
+            cells.push(if p.status == PointStatus::Limit { "at the limit" } else { "refused" }.into());
+            cells.resize(header.len(), "–".into());
+            return cells;
+        }
+        cells.push(percent(e.error) + if e.is_noisy() { " *" } else { "" });
+        cells.push(m.total.map_or("–".into(), |t| percent(t.error)));
+        cells.push(percent(p.estimate[0].max(p.estimate[1])));
+        cells.push(m.ratio.map_or("–".into(), |r| format!("{r:.2}")));
+        cells.extend([share(m.within), share(m.within_at_contacts), share(m.within_relit)]);
+        cells.extend([format!("{:.2}", p.seconds()), format!("{:.0}", p.cost[2]), p.used.clone()]);
+        cells
+    };
+    markdown(&header, &all.iter().map(row).collect::<Vec<_>>())
+}
+
+/// Draws error against processor time of a scene: a line for each engine with dots at its tolerances, dashed the total error, and dots at
+/// the tolerances themselves.
+pub(crate) fn plot(all: &[Point], scene: &str) -> Plot {
+    let mut p = Plot::new(
+        &format!("{scene}: error against cost (dots: tolerance; dashed: with the discretization error)"),
+        "processor time, s",
+        "L2 error, %",
+        LOG_LOG,
+    );
+    for (k, engine) in points::names(all, |p| &p.engine).iter().enumerate() {
+        let series = points::series(all, scene, engine);
+        if series.is_empty() {
+            continue;
+        }
+        let line = |of: &dyn Fn(&Point) -> Option<f64>| -> Vec<(f64, f64)> {
+            let dots = series.iter().filter_map(|p| Some((p.seconds(), 100.0 * of(p)?)));
+            dots.filter(|d| d.0 > 0.0 && d.1 > 0.0).collect()
+        };
+        let label = format!("{engine}, from {}", tick_label(series[0].tolerance, LOG_LOG[0]));
+        p.add(&label, SeriesMark::LineWithPoints, k, line(&|p| Some(p.error().error)));
+        p.add("", SeriesMark::Dots, k + 4, line(&|p| Some(p.tolerance)));
+        p.add("", SeriesMark::Dashed, k, line(&|p| Some(p.measured.total?.error)));
+    }
+    p
+}
+
+/// Writes the page and a plot for each scene beside it.
+pub(crate) fn write(page: &Path, all: &[Point], verdicts: &[Verdict]) -> Result<(), Error> {
+    let mut t = String::from(INTRODUCTION);
+    let rows: Vec<Vec<String>> =
+        verdicts.iter().map(|v| vec![v.requirement.into(), v.met.to_string(), v.all.to_string()]).collect();
+    t += &markdown(&["requirement", "met", "of"], &rows);
+    t += "\n## Scenes\n\n";
+    for scene in points::names(all, |p| &p.scene) {
+        let file = format!("error-against-cost-{scene}.svg");
+        plot(all, &scene).write(&page.with_file_name(&file)).map_err(|e| e.to_string())?;
+        let _ = writeln!(t, "![{scene}]({file})\n");
+    }
+    t += "## Points\n\n";
+    t += &table(all);
+    t += "\n";
+    t += REPRODUCTION;
+    Ok(output::write_bytes(page, t.as_bytes())?)
+}
