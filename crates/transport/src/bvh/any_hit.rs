@@ -78,7 +78,7 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
         let node = &bvh.nodes[0];
         // Copy the children so that they are loaded together with the boxes.
         let mut children = node.child;
-        let mut mask = self.ray.enter_segment(w, node);/*node*/
+        let mut mask = self.ray.enter_segment(w, node);
         loop {
             while mask != 0 {
                 let lane = mask.trailing_zeros() as usize & (NODE_WIDTH - 1);
@@ -101,7 +101,7 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
                 here = child;
                 let node = &bvh.nodes[here as usize];
                 children = node.child;
-                mask = self.ray.enter_segment(w, node);/*node*/
+                mask = self.ray.enter_segment(w, node);
             }
             if top == 0 {
                 break;
@@ -125,19 +125,19 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
         w: W,
         child: u32,
         plates: &mut Deferred<MAX_DEFERRED_PLATES>,
-    ) -> bool {/*leaf*/
+    ) -> bool {
         let Some(block) = leaf_index(child) else { return false };
         let block = &self.bvh.blocks[block];
         if child & FLAT_FLAG != 0 && self.unclipped && block.never_crossed(self.line) {
             return false;
         }
-        let first = block.slots().start;/*classify*/
+        let first = block.slots().start;
         let (mut possible, certain) = block.classify(w, &self.segment);
         if ANY_HIT && certain != 0 {
             return true;
         }
         while possible != 0 {
-            let slot = first + possible.trailing_zeros() as usize;/*undecided*/
+            let slot = first + possible.trailing_zeros() as usize;
             possible &= possible - 1;
             if ANY_HIT && plates.push(slot as u32) {
                 continue;

@@ -1,4 +1,5 @@
-//! The first plate on a ray.
+//! The first plate on a ray: the one of least (t, id). Of plates that the ray meets at one and the same t, as coincident ones, it is
+//! the one of the smallest id, whatever the order of the plates in the tree.
 
 use super::node::{NODE_WIDTH, leaf_index};
 use super::{Bvh, LargeStack, MAX_TREE_DEPTH, SMALL_STACK_DEPTH};
@@ -44,7 +45,7 @@ impl ClosestHitSearch<'_> {
         let line = PreparedLine::new(a, d, tolerance);
         let mut stack = [(0.0f32, 0u32); STACK];
         let (mut top, mut limit) = (1, 1.0f32);
-        let mut found = None;
+        let mut found: ClosestPlate = None;
         while top > 0 {
             top -= 1;
             let (entry, child) = stack[top];
@@ -76,13 +77,62 @@ impl ClosestHitSearch<'_> {
             while possible != 0 {
                 let slot = block.slots().start + possible.trailing_zeros() as usize;
                 possible &= possible - 1;
-                if let Some(at) = bvh.plates[slot].hit(&line, tolerance.rounding, t_min, t_max) {
-                    t_max = at[0];
-                    limit = (((t_max - t0) / (t1 - t0)) as f32 * 1.000_001 + 1e-6).min(1.0);
-                    found = Some((bvh.ids[slot], at, d.dot(bvh.plates[slot].normal()) < 0.0));
+                let Some(at) = bvh.plates[slot].hit(&line, tolerance.rounding, t_min, t_max) else {
+                    continue;
+                };
+                let id = bvh.ids[slot];
+                if found.is_some_and(|(best, [t, ..], _)| at[0] == t && id > best) {
+                    continue;
                 }
+                // The next plate may lie as far.
+                t_max = at[0].next_up();
+                limit = (((t_max - t0) / (t1 - t0)) as f32 * 1.000_001 + 1e-6).min(1.0);
+                found = Some((id, at, d.dot(bvh.plates[slot].normal()) < 0.0));
             }
         }
         found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Bvh;
+    use crate::intersect::Tolerance;
+    use zonal_math::low_discrepancy::hash_to_unit;
+    use zonal_math::{Vec3, vec3};
+    use zonal_scene::Plate;
+
+    /// Two layers of triangles, each triangle five times and in an order that differs from that of the ids.
+    #[test]
+    fn smallest_id_of_coincident_plates_is_hit() {
+        let tolerance = Tolerance { plane: 1e-9, rounding: 1e-12, edge: 1e-13 };
+        let (sites, copies) = (40, 5);
+        let triangle = |site: usize, z: f64| {
+            let x = site as f64;
+            Plate::triangle(vec3(x, 0.0, z), vec3(x + 1.0, 0.0, z), vec3(x, 1.0, z))
+        };
+        let mut plates: Vec<(u32, Plate)> = Vec::new();
+        for copy in 0..copies {
+            for site in 0..sites {
+                plates.push(((copy * sites + site) as u32, triangle(site, 0.0)));
+                plates.push(((10_000 + copy * sites + site) as u32, triangle(site, 1.0)));
+            }
+        }
+        let bounds = (vec3(0.0, 0.0, -1.0), vec3(sites as f64, 1.0, 2.0));
+        for turn in 0..20u64 {
+            let key = |id: u32| hash_to_unit(u64::from(id) * 64 + turn);
+            plates.sort_by(|a, b| key(a.0).total_cmp(&key(b.0)));
+            let bvh = Bvh::new(&plates, bounds);
+            for site in 0..sites {
+                let above = vec3(site as f64 + 0.3, 0.3, 2.0);
+                let hit = |a: Vec3, d: Vec3, t_max: f64| bvh.nearest(a, d, (0.0, t_max), &tolerance);
+                let down = hit(above, vec3(0.0, 0.0, -1.0), f64::INFINITY).map(|h| h.0);
+                assert_eq!(down, Some(10_000 + site as u32));
+                let up = hit(above - vec3(0.0, 0.0, 2.5), vec3(0.0, 0.0, 1.0), f64::INFINITY).map(|h| h.0);
+                assert_eq!(up, Some(site as u32));
+                // A hit at t_max is none.
+                assert!(hit(above, vec3(0.0, 0.0, -1.0), 1.0).is_none());
+            }
+        }
     }
 }
