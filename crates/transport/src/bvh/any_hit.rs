@@ -4,8 +4,8 @@
 //! query tests these leaves last. Most segments are occluded elsewhere.
 
 use super::leaf_block::BlockSegment;
-use super::node::{BoxRay, FLAT_FLAG, NODE_WIDTH, leaf_index};
-use super::{Bvh, LargeStack, MAX_TREE_DEPTH, SMALL_STACK_DEPTH};
+use super::node::{BoxRay, Child, FLAT_FLAG, NODE_WIDTH};
+use super::tree::{Bvh, LargeStack, MAX_TREE_DEPTH, SMALL_STACK_DEPTH};
 use crate::intersect::PreparedLine;
 use zonal_math::simd::f32x8::{F32x8Kernel, F32x8Ops};
 
@@ -75,7 +75,7 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
         let mut leaves = Deferred::<MAX_DEFERRED_LEAVES>::new();
         let mut plates = Deferred::<MAX_DEFERRED_PLATES>::new();
         let mut here = 0;
-        let node = &bvh.nodes[0];
+        let mut node = &bvh.nodes[0];
         // Copy the children so that they are loaded together with the boxes.
         let mut children = node.child;
         let mut mask = self.ray.enter_segment(w, node);
@@ -85,37 +85,58 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
                 let holds_end = mask as u8 == 0;
                 mask &= mask - 1;
                 let child = children[lane];
-                // Test the plates of a leaf.
-                if leaf_index(child).is_some() {
-                    if ANY_HIT && holds_end && leaves.push(child) {
-                        continue;
-                    }
-                    if self.visit_block(w, child, &mut plates) {
-                        return true;
-                    }
+                if child & FLAT_FLAG != 0 && self.never_crosses(node.plane[lane]) {
                     continue;
                 }
-                // Descend into an inner node; its siblings wait on the stack.
-                stack[top] = (here, mask);
-                top += usize::from(mask != 0);
-                here = child;
-                let node = &bvh.nodes[here as usize];
-                children = node.child;
-                mask = self.ray.enter_segment(w, node);
+                match Child::of(child) {
+                    Child::Leaf(leaf) => {
+                        let waits = ANY_HIT && holds_end && leaves.push(leaf as u32);
+                        if !waits && self.visit_block(w, leaf, &mut plates) {
+                            return true;
+                        }
+                    }
+                    // Descend into an inner node; its siblings wait on the stack.
+                    Child::Node(below) => {
+                        stack[top] = (here, mask);
+                        top += usize::from(mask != 0);
+                        here = below as u32;
+                        node = &bvh.nodes[below];
+                        children = node.child;
+                        mask = self.ray.enter_segment(w, node);
+                    }
+                }
             }
             if top == 0 {
                 break;
             }
             top -= 1;
             (here, mask) = stack[top];
-            children = bvh.nodes[here as usize].child;
+            node = &bvh.nodes[here as usize];
+            children = node.child;
         }
-        for &child in &leaves.items[..leaves.count] {
-            if self.visit_block(w, child, &mut plates) {
+        self.test_deferred(w, &leaves, &mut plates)
+    }
+
+    /// Tests the leaves that wait, and then the plates; returns true when the traversal ends.
+    #[inline(always)]
+    fn test_deferred<W: F32x8Ops>(
+        &mut self,
+        w: W,
+        leaves: &Deferred<MAX_DEFERRED_LEAVES>,
+        plates: &mut Deferred<MAX_DEFERRED_PLATES>,
+    ) -> bool {
+        for &leaf in &leaves.items[..leaves.count] {
+            if self.visit_block(w, leaf as usize, plates) {
                 return true;
             }
         }
         plates.items[..plates.count].iter().any(|slot| (self.visit)(*slot as usize))
+    }
+
+    /// True when the segment certainly crosses no plate of a flat lane.
+    #[inline(always)]
+    fn never_crosses(&self, plane: u32) -> bool {
+        self.unclipped && self.bvh.planes[plane as usize].never_crossed(self.line)
     }
 
     /// Tests the plates of a leaf; returns true when the traversal ends.
@@ -123,14 +144,10 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
     fn visit_block<W: F32x8Ops>(
         &mut self,
         w: W,
-        child: u32,
+        leaf: usize,
         plates: &mut Deferred<MAX_DEFERRED_PLATES>,
     ) -> bool {
-        let Some(block) = leaf_index(child) else { return false };
-        let block = &self.bvh.blocks[block];
-        if child & FLAT_FLAG != 0 && self.unclipped && block.never_crossed(self.line) {
-            return false;
-        }
+        let block = &self.bvh.blocks[leaf];
         let first = block.slots().start;
         let (mut possible, certain) = block.classify(w, &self.segment);
         if ANY_HIT && certain != 0 {

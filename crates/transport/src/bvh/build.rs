@@ -3,8 +3,8 @@
 //! A split of n boxes with surface S costs c_t + (S_l n_l + S_r n_r)/S plate tests; the cheapest of 16 bin borders on each axis
 //! is taken (Wald 2007). Where all centres coincide, or the tree gets deep, the list is halved.
 
-use super::collapse::WideCuts;
 use super::node::NODE_WIDTH;
+use super::wide_cuts::WideCuts;
 
 /// Most plates of a leaf, which are tested side by side.
 pub(super) const MAX_LEAF_PLATES: usize = NODE_WIDTH;
@@ -81,6 +81,13 @@ impl BinaryNode {
             BinaryNode::Fork(fork) => &fork.bounds,
         }
     }
+    /// C(n, k) for k = 1, …, 7.
+    fn costs(&self) -> [f32; NODE_WIDTH] {
+        match self {
+            BinaryNode::Leaf(leaf) => [leaf.bounds.half_area(); NODE_WIDTH],
+            BinaryNode::Fork(fork) => fork.cuts.cost,
+        }
+    }
     /// The leaf of all `items`, the first of which is number `first` of all.
     fn leaf(items: &[BuildItem], bounds: Aabb, first: usize) -> BinaryNode {
         let area = items.iter().map(|i| i.area).sum();
@@ -114,7 +121,7 @@ pub(super) fn split(items: &mut [BuildItem], first: usize, level: usize) -> Bina
     } else {
         (build(l, first), build(r, first + at))
     };
-    let cuts = WideCuts::new(&bounds, &l, &r);
+    let cuts = WideCuts::new(bounds.half_area(), &l.costs(), &r.costs());
     BinaryNode::Fork(Box::new(BinaryFork { bounds, children: [l, r], cuts }))
 }
 

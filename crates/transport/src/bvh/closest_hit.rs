@@ -1,8 +1,8 @@
 //! The first plate on a ray: the one of least (t, id). Of plates that the ray meets at one and the same t, as coincident ones, it is
 //! the one of the smallest id, whatever the order of the plates in the tree.
 
-use super::node::{NODE_WIDTH, leaf_index};
-use super::{Bvh, LargeStack, MAX_TREE_DEPTH, SMALL_STACK_DEPTH};
+use super::node::{BoxRay, Child, NODE_WIDTH, WideNode};
+use super::tree::{Bvh, LargeStack, MAX_TREE_DEPTH, SMALL_STACK_DEPTH};
 use crate::intersect::{PreparedLine, Tolerance};
 use zonal_math::Vec3;
 use zonal_math::simd::f32x8::{F32x8Kernel, F32x8Ops};
@@ -52,27 +52,14 @@ impl ClosestHitSearch<'_> {
             if entry > limit {
                 continue;
             }
-            // Push the children of an inner node, the nearest last.
-            let Some(block) = leaf_index(child) else {
-                let node = &bvh.nodes[child as usize];
-                let (mut mask, entries) = ray.enter(w, node, limit);
-                let entries = w.store(entries);
-                let bottom = top;
-                while mask != 0 {
-                    let lane = mask.trailing_zeros() as usize & (NODE_WIDTH - 1);
-                    mask &= mask - 1;
-                    let mut k = top;
-                    while k > bottom && stack[k - 1].0 < entries[lane] {
-                        stack[k] = stack[k - 1];
-                        k -= 1;
-                    }
-                    stack[k] = (entries[lane], node.child[lane]);
-                    top += 1;
+            let block = match Child::of(child) {
+                Child::Leaf(block) => &bvh.blocks[block],
+                Child::Node(node) => {
+                    push_children(w, &ray, &bvh.nodes[node], limit, (&mut stack, &mut top));
+                    continue;
                 }
-                continue;
             };
             // Test the plates of a leaf and shorten the ray at each hit.
-            let block = &bvh.blocks[block];
             let (mut possible, _) = block.classify(w, &segment);
             while possible != 0 {
                 let slot = block.slots().start + possible.trailing_zeros() as usize;
@@ -91,6 +78,31 @@ impl ClosestHitSearch<'_> {
             }
         }
         found
+    }
+}
+
+/// Pushes the children of a node that the ray meets before `limit`, the nearest last.
+#[inline(always)]
+fn push_children<W: F32x8Ops>(
+    w: W,
+    ray: &BoxRay,
+    node: &WideNode,
+    limit: f32,
+    (stack, top): (&mut [(f32, u32)], &mut usize),
+) {
+    let (mut mask, entries) = ray.enter(w, node, limit);
+    let entries = w.store(entries);
+    let bottom = *top;
+    while mask != 0 {
+        let lane = mask.trailing_zeros() as usize & (NODE_WIDTH - 1);
+        mask &= mask - 1;
+        let mut k = *top;
+        while k > bottom && stack[k - 1].0 < entries[lane] {
+            stack[k] = stack[k - 1];
+            k -= 1;
+        }
+        stack[k] = (entries[lane], node.child[lane]);
+        *top += 1;
     }
 }
 

@@ -1,14 +1,4 @@
-//! Wide nodes from the binary tree.
-//!
-//! A wide node over a binary node of surface S costs c_n S, a leaf c_l S, as the chance that a line meets a box is proportional to its
-//! surface. C(n, k), the least cost of binary node n as at most k lanes of a wide node above it, follows from the children l and r
-//! (Ylitie, Karras and Laine 2017):
-//!
-//! ```text
-//! D(n, k) = min_{0<j<k} C(l, j) + C(r, k − j)        lanes on both sides
-//! C(n, 1) = c_n S + D(n, 8)                          a node of its own
-//! C(n, k) = min(C(n, k − 1), D(n, k))
-//! ```
+//! Wide nodes from the binary tree; [`super::wide_cuts`] chooses the lanes.
 //!
 //! **Order of lanes.** An any-hit query visits the lanes that it meets in their order, until it is occluded. With p the chance that a
 //! line which meets a lane's box is occluded within, and c the cost of the visit, the expected cost is least in the order of falling
@@ -17,59 +7,15 @@
 
 use super::build::{Aabb, BinaryLeaf, BinaryNode, BuildItem, split};
 use super::node::{EMPTY_NODE, LEAF_FLAG, NODE_WIDTH, WideNode};
-
-/// Cost of a wide node, in tests of a leaf.
-const NODE_COST: f32 = 0.6;
-
-/// Least costs C(n, k) of a fork, and the lanes j of its left child in the cheapest cut into k lanes; 0 where fewer lanes cost less.
-pub(super) struct WideCuts {
-    cost: [f32; NODE_WIDTH],
-    left: [u8; NODE_WIDTH + 1],
-}
-
-impl WideCuts {
-    pub(super) fn new(bounds: &Aabb, l: &BinaryNode, r: &BinaryNode) -> WideCuts {
-        let mut cuts = WideCuts { cost: [0.0; NODE_WIDTH], left: [0; NODE_WIDTH + 1] };
-        let (l, r) = (costs(l), costs(r));
-        let cheapest = |lanes: usize| {
-            let mut best = (f32::INFINITY, 0);
-            for j in 1..lanes {
-                let cost = l[j] + r[lanes - j];
-                if cost < best.0 {
-                    best = (cost, j as u8);
-                }
-            }
-            best
-        };
-        let (below, left) = cheapest(NODE_WIDTH);
-        cuts.left[NODE_WIDTH] = left;
-        cuts.cost[1] = NODE_COST * bounds.half_area() + below;
-        for lanes in 2..NODE_WIDTH {
-            let (cost, left) = cheapest(lanes);
-            cuts.cost[lanes] = cuts.cost[lanes - 1];
-            if cost < cuts.cost[lanes] {
-                cuts.cost[lanes] = cost;
-                cuts.left[lanes] = left;
-            }
-        }
-        cuts
-    }
-}
-
-/// C(n, k) for k = 1, …, 7.
-fn costs(node: &BinaryNode) -> [f32; NODE_WIDTH] {
-    match node {
-        BinaryNode::Leaf(leaf) => [leaf.bounds.half_area(); NODE_WIDTH],
-        BinaryNode::Fork(fork) => fork.cuts.cost,
-    }
-}
+use super::wide_cuts::NODE_COST;
+use std::ops::Range;
 
 /// Wide nodes over plates in leaf order.
 #[derive(Default)]
 pub(super) struct WideTree {
     pub nodes: Vec<WideNode>,
-    /// First plate and number of plates of each leaf.
-    pub leaves: Vec<(u32, u32)>,
+    /// Plates of each leaf.
+    pub leaves: Vec<Range<u32>>,
     /// Nodes on the longest path from the root.
     pub depth: usize,
 }
@@ -157,7 +103,7 @@ fn store(lane: Lane, here: usize, tree: &mut WideTree) -> usize {
         }
         tree.nodes[here].child[k] = match &lane.content {
             LaneContent::Leaf(leaf) => {
-                tree.leaves.push((leaf.first, leaf.count));
+                tree.leaves.push(leaf.first..leaf.first + leaf.count);
                 LEAF_FLAG | (tree.leaves.len() - 1) as u32
             }
             LaneContent::Node(_) => {

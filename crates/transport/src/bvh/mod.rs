@@ -10,122 +10,29 @@ mod any_hit;
 mod build;
 mod closest_hit;
 mod collapse;
+mod common_plane;
 mod leaf_block;
 mod node;
+mod tree;
+mod wide_cuts;
 
 use crate::grid_traversal;
-use crate::intersect::{PreparedLine, PreparedPlate, Tolerance};
+use crate::intersect::{PreparedLine, Tolerance};
 use crate::shaft_culling::Shaft;
 use any_hit::SegmentTraversal;
-use build::BuildItem;
 use closest_hit::ClosestHitSearch;
-use leaf_block::{BlockSegment, LeafBlock};
-use node::{BoxRay, FLAT_FLAG, NODE_WIDTH, WideNode, leaf_index};
+use node::{Child, NODE_WIDTH};
+pub(crate) use tree::Bvh;
+use tree::{LargeStack, SMALL_STACK_DEPTH};
 use zonal_math::Vec3;
-use zonal_math::simd::f32x8::F32x8Dispatch;
-use zonal_scene::Plate;
 
-/// Padding of boxes, in units of R.
-const BOX_PADDING: f64 = 1e-6;
-/// Trees up to this depth are traversed with a small stack.
-const SMALL_STACK_DEPTH: usize = 12;
-/// Depth limit of all trees, which sizes the large stack.
-const MAX_TREE_DEPTH: usize = 96;
 /// Slack of tests of boxes against planes, in units of R: above the rounding of single precision.
 const PLANE_TEST_SLACK: f64 = 1e-5;
 
-/// Plates in leaf order and the tree over them.
-#[derive(Clone, Debug)]
-pub(crate) struct Bvh {
-    nodes: Vec<WideNode>,
-    blocks: Vec<LeafBlock>,
-    plates: Vec<PreparedPlate>,
-    ids: Vec<u32>,
-    depth: usize,
-    dispatch: F32x8Dispatch,
-    centre: Vec3,
-    scale: f64,
-    lo: Vec3,
-    hi: Vec3,
-}
-
 impl Bvh {
-    /// Builds the tree over (id, plate) pairs; `bounds` are the scene's.
-    pub(crate) fn new(plates: &[(u32, Plate)], bounds: (Vec3, Vec3)) -> Bvh {
-        let centre = (bounds.0 + bounds.1) * 0.5;
-        let half = (bounds.1 - bounds.0).max_abs() * 0.5;
-        // Far from the origin the rounding of the plates' coordinates exceeds the padding.
-        let half = half.max(1e-7 * bounds.0.max_abs().max(bounds.1.max_abs()));
-        let scale = if half > 0.0 { 1.0 / half } else { 1.0 };
-        let mut items: Vec<BuildItem> = plates
-            .iter()
-            .enumerate()
-            .map(|(k, (_, p))| {
-                let (lo, hi) = p.bounds();
-                let (lo, hi) = ((lo - centre) * scale, (hi - centre) * scale);
-                BuildItem {
-                    lo: lo.array().map(|x| ((x - BOX_PADDING) as f32).next_down()),
-                    hi: hi.array().map(|x| ((x + BOX_PADDING) as f32).next_up()),
-                    area: (p.area() * scale * scale) as f32,
-                    id: k as u32,
-                }
-            })
-            .collect();
-        let built = collapse::build(&mut items);
-        let ordered: Vec<Plate> = items.iter().map(|i| plates[i.id as usize].1).collect();
-        let run = |first: u32, count: u32| &ordered[first as usize..(first + count) as usize];
-        let block = |&(first, count): &(u32, u32)| {
-            LeafBlock::new(run(first, count), first, |x| (x - centre) * scale, scale)
-        };
-        let blocks: Vec<LeafBlock> = built.leaves.iter().map(block).collect();
-        let mut nodes = built.nodes;
-        for child in nodes.iter_mut().flat_map(|n| &mut n.child) {
-            if leaf_index(*child).is_some_and(|k| blocks[k].is_flat()) {
-                *child |= FLAT_FLAG;
-            }
-        }
-        let pad = Vec3::splat(2.0 * BOX_PADDING / scale);
-        Bvh {
-            nodes,
-            blocks,
-            plates: ordered.iter().map(PreparedPlate::new).collect(),
-            ids: items.iter().map(|i| plates[i.id as usize].0).collect(),
-            depth: built.depth,
-            dispatch: F32x8Dispatch::detect(),
-            centre,
-            scale,
-            lo: bounds.0 - pad,
-            hi: bounds.1 + pad,
-        }
-    }
-
     /// Number of plates.
     pub(crate) fn len(&self) -> usize {
         self.plates.len()
-    }
-
-    /// The part [t0, t1] of the segment a + t d, 0 ≤ t ≤ 1, within the scene's bounds.
-    #[inline(always)]
-    fn clip(&self, a: Vec3, d: Vec3) -> Option<(f64, f64)> {
-        let b = a + d;
-        let (lo, hi) = (&self.lo, &self.hi);
-        let within = |p: Vec3| {
-            let x = (p.x >= lo.x) & (p.x <= hi.x);
-            let y = (p.y >= lo.y) & (p.y <= hi.y);
-            let z = (p.z >= lo.z) & (p.z <= hi.z);
-            x & y & z
-        };
-        if within(a) & within(b) {
-            return Some((0.0, 1.0));
-        }
-        grid_traversal::clip(a, d, self.lo, self.hi, 0.0, 1.0)
-    }
-
-    /// The part t0 ≤ t ≤ t1 of a + t d in the tree's coordinates and in single precision.
-    #[inline(always)]
-    fn single_precision(&self, a: Vec3, d: Vec3, t0: f64, t1: f64) -> (BoxRay, BlockSegment) {
-        let (a, d) = ((a + d * t0 - self.centre) * self.scale, d * ((t1 - t0) * self.scale));
-        (BoxRay::new(a, d), BlockSegment::new(a, d))
     }
 
     /// Calls `visit` with every plate that the segment a + t d, 0 ≤ t ≤ 1, may cross, until it returns true. With `ANY_HIT` a plate
@@ -245,29 +152,26 @@ impl Bvh {
         keep: impl Fn(&[[f32; NODE_WIDTH]; 6], usize) -> bool,
         mut visit: impl FnMut(usize) -> bool,
     ) -> bool {
-        let mut stack: Vec<u32> = Vec::with_capacity(64);
+        let mut stack: Vec<usize> = Vec::with_capacity(64);
         if !self.nodes.is_empty() {
             stack.push(0);
         }
         while let Some(here) = stack.pop() {
-            let node = &self.nodes[here as usize];
+            let node = &self.nodes[here];
             for lane in 0..NODE_WIDTH {
                 if !keep(&node.bounds, lane) {
                     continue;
                 }
-                match leaf_index(node.child[lane]) {
-                    Some(block) => {
+                match Child::of(node.child[lane]) {
+                    Child::Leaf(block) => {
                         if self.blocks[block].slots().any(&mut visit) {
                             return true;
                         }
                     }
-                    None => stack.push(node.child[lane]),
+                    Child::Node(node) => stack.push(node),
                 }
             }
         }
         false
     }
 }
-
-/// A query with a stack for trees of any depth.
-struct LargeStack<T>(T);

@@ -7,15 +7,24 @@ use zonal_math::simd::f32x8::{F32x8, F32x8Ops};
 pub(super) const NODE_WIDTH: usize = 8;
 /// Bit of a child index that marks a leaf.
 pub(super) const LEAF_FLAG: u32 = 1 << 31;
-/// Bit of the child index of a leaf that marks a flat block.
+/// Bit of a child index that marks a lane whose plates have a common plane.
 pub(super) const FLAT_FLAG: u32 = 1 << 30;
 
-/// Eight boxes: lower x, y, z, upper x, y, z. A child is the index of a node, or of a leaf block when its top bit is set.
+/// Eight boxes: lower x, y, z, upper x, y, z. A child is the index of a node, or of a leaf block when its top bit is set; `plane` is the
+/// index of the common plane of the plates below it, where `FLAT_FLAG` is set.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct WideNode {
     pub bounds: [F32x8; 6],
     pub child: [u32; NODE_WIDTH],
+    pub plane: [u32; NODE_WIDTH],
+}
+
+impl WideNode {
+    /// Number of lanes in use, which come first.
+    pub(super) fn lane_count(&self) -> usize {
+        (0..NODE_WIDTH).take_while(|&lane| self.bounds[0][lane] <= self.bounds[3][lane]).count()
+    }
 }
 
 /// A node of empty boxes, which no segment meets.
@@ -29,12 +38,22 @@ pub(super) const EMPTY_NODE: WideNode = WideNode {
         [f32::NEG_INFINITY; NODE_WIDTH],
     ],
     child: [LEAF_FLAG; NODE_WIDTH],
+    plane: [0; NODE_WIDTH],
 };
 
-/// The leaf block of a child; `None` for an inner node.
-#[inline(always)]
-pub(super) fn leaf_index(child: u32) -> Option<usize> {
-    (child & LEAF_FLAG != 0).then_some((child & !(LEAF_FLAG | FLAT_FLAG)) as usize)
+/// The node or leaf block that a child stands for.
+#[derive(Clone, Copy)]
+pub(super) enum Child {
+    Node(usize),
+    Leaf(usize),
+}
+
+impl Child {
+    #[inline(always)]
+    pub(super) fn of(child: u32) -> Child {
+        let index = (child & !(LEAF_FLAG | FLAT_FLAG)) as usize;
+        if child & LEAF_FLAG != 0 { Child::Leaf(index) } else { Child::Node(index) }
+    }
 }
 
 /// A segment in single precision, prepared for slab tests.
