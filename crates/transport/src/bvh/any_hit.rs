@@ -1,7 +1,8 @@
 //! Traversal of the leaves on a segment.
 //!
-//! Most leaves that hold an end of a segment hold no occluder: segments end on surfaces, and the plates there are not crossed. An any-hit
-//! query tests these leaves last. Most segments are occluded elsewhere.
+//! Segments end on surfaces, and the plates there are not crossed. So a lane is left out where its plates have a common plane and an end
+//! lies in it ([`super::common_plane`]), and an any-hit query tests the other leaves that hold an end last: most segments are occluded
+//! elsewhere.
 
 use super::leaf_block::BlockSegment;
 use super::node::{BoxRay, Child, FLAT_FLAG, NODE_WIDTH};
@@ -85,6 +86,9 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
                 let holds_end = mask as u8 == 0;
                 mask &= mask - 1;
                 let child = children[lane];
+                // Load what the next lane holds while this one is tested.
+                let next = if mask == 0 { lane } else { mask.trailing_zeros() as usize & (NODE_WIDTH - 1) };
+                bvh.prefetch(w, children[next]);
                 if child & FLAT_FLAG != 0 && self.never_crosses(node.plane[lane]) {
                     continue;
                 }
@@ -164,5 +168,62 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
             }
         }
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::intersect::{PreparedPlate, Tolerance};
+    use zonal_math::low_discrepancy::hash_to_unit;
+    use zonal_math::{Vec3, vec3};
+    use zonal_scene::Plate;
+
+    /// A rectangle as 2 n² triangles.
+    fn mesh(o: Vec3, u: Vec3, v: Vec3, n: usize, plates: &mut Vec<Plate>) {
+        let (u, v) = (u / n as f64, v / n as f64);
+        for k in 0..n * n {
+            let q = o + u * (k / n) as f64 + v * (k % n) as f64;
+            plates.push(Plate::triangle(q, q + u, q + u + v));
+            plates.push(Plate::triangle(q, q + u + v, q + v));
+        }
+    }
+
+    /// Segments from, to, along and closely beside the walls of a room with a sloping roof and a screen.
+    #[test]
+    fn walls_occlude_as_their_plates_do() {
+        let tolerance = Tolerance { plane: 3e-9, rounding: 3e-12, edge: 3e-13 };
+        let (x, y, z) = (vec3(2.0, 0.0, 0.0), vec3(0.0, 2.0, 0.0), vec3(0.0, 0.0, 1.0));
+        let mut plates = Vec::new();
+        mesh(Vec3::ZERO, x, y, 24, &mut plates);
+        mesh(Vec3::ZERO, y, z, 16, &mut plates);
+        mesh(z, x + z * 0.3, y + z * 0.7, 20, &mut plates);
+        mesh(x * 0.5 + y * 0.25, y * 0.5, z * 0.5, 9, &mut plates);
+        let numbered: Vec<(u32, Plate)> = (0..).zip(plates.iter().copied()).collect();
+        let bvh = Bvh::new(&numbered, (Vec3::ZERO, vec3(2.0, 2.0, 2.0)));
+        assert!(!bvh.planes.is_empty() && 4 * bvh.planes.len() < bvh.blocks.len(), "{}", bvh.planes.len());
+        let prepared: Vec<PreparedPlate> = plates.iter().map(PreparedPlate::new).collect();
+        let mut number = 0;
+        let mut random = || {
+            number += 1;
+            hash_to_unit(number)
+        };
+        let mut counts = [0; 2];
+        for turn in 0..6000 {
+            // An end on a plate, in its plane outside it, or off the plane by up to some ε.
+            let mut end = |turn: usize| {
+                let p = &plates[(random() * plates.len() as f64) as usize];
+                let reach = if turn.is_multiple_of(3) { 10.0 } else { 1.0 };
+                let off = if turn.is_multiple_of(2) { 0.0 } else { 4.0 * (random() - 0.5) };
+                let at = p.at(reach * random(), random() * 0.5) + p.normal() * (off * tolerance.plane);
+                if turn.is_multiple_of(5) { vec3(2.0 * random(), 2.0 * random(), 2.0 * random()) } else { at }
+            };
+            let (a, b) = (end(turn), end(turn / 2));
+            let line = PreparedLine::new(a, b - a, &tolerance);
+            let expected = prepared.iter().any(|p| p.crosses(&line));
+            assert_eq!(bvh.any(a, b, &tolerance), expected, "{a:?} {b:?}");
+            counts[usize::from(expected)] += 1;
+        }
+        assert!(counts[0] > 1000 && counts[1] > 1000, "{counts:?}");
     }
 }

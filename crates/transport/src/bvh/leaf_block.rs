@@ -84,6 +84,16 @@ impl LeafBlock {
         }
     }
 
+    /// Starts to load the block.
+    #[inline(always)]
+    pub(super) fn prefetch<W: F32x8Ops>(&self, w: W) {
+        w.prefetch(&self.reach);
+        w.prefetch(&self.origin[2]);
+        w.prefetch(&self.e1[1]);
+        w.prefetch(&self.e2[0]);
+        w.prefetch(&self.e2[2]);
+    }
+
     /// Range of the plates in the list.
     #[inline(always)]
     pub(super) fn slots(&self) -> std::ops::Range<usize> {

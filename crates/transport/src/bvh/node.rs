@@ -21,6 +21,14 @@ pub(super) struct WideNode {
 }
 
 impl WideNode {
+    /// Starts to load the node: the lines of the lower and of the upper bounds, and that of the children.
+    #[inline(always)]
+    pub(super) fn prefetch<W: F32x8Ops>(&self, w: W) {
+        w.prefetch(&self.bounds[0]);
+        w.prefetch(&self.bounds[2]);
+        w.prefetch(&self.bounds[4]);
+        w.prefetch(&self.child);
+    }
     /// Number of lanes in use, which come first.
     pub(super) fn lane_count(&self) -> usize {
         (0..NODE_WIDTH).take_while(|&lane| self.bounds[0][lane] <= self.bounds[3][lane]).count()

@@ -9,7 +9,7 @@ use crate::grid_traversal;
 use crate::intersect::PreparedPlate;
 use std::ops::Range;
 use zonal_math::Vec3;
-use zonal_math::simd::f32x8::F32x8Dispatch;
+use zonal_math::simd::f32x8::{F32x8Dispatch, F32x8Ops};
 use zonal_scene::Plate;
 
 /// Padding of boxes, in units of R.
@@ -83,6 +83,15 @@ impl Bvh {
             scale,
             lo: bounds.0 - pad,
             hi: bounds.1 + pad,
+        }
+    }
+
+    /// Starts to load a child.
+    #[inline(always)]
+    pub(super) fn prefetch<W: F32x8Ops>(&self, w: W, child: u32) {
+        match Child::of(child) {
+            Child::Leaf(leaf) => self.blocks[leaf].prefetch(w),
+            Child::Node(node) => self.nodes[node].prefetch(w),
         }
     }
 
