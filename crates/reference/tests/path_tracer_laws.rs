@@ -386,16 +386,23 @@ fn walks_on_zones_solve_the_zonal_equations() {
     let scene = Scene::new(parts).unwrap();
     let walls = [patch(plates[0]), patch(plates[1])];
     let accuracy = TracingAccuracy { relative: 0.002, ..TracingAccuracy::default() };
-    let zones = WalkZones {
+    let zones = |max_continued_patch_sizes: f64| WalkZones {
         detectors: plates.map(patch).to_vec(),
         reflectances: (0..6).map(|k| Bands::splat(if k == 4 { 0.5 } else { 0.0 })).collect(),
+        max_continued_patch_sizes,
         locator: &FacetZones,
     };
-    let on_zones = PathTracer::new(&scene).on_zones(zones).measure(&walls, &accuracy, 3);
+    let on_zones = PathTracer::new(&scene).on_zones(zones(0.0)).measure(&walls, &accuracy, 3);
     for reading in &on_zones {
         let expected = 0.200_043_8 * 0.5 * 0.3;
         assert_agrees("a wall on zones", reading.incident[Band::first()], expected, 0.004);
     }
     let without = PathTracer::new(&scene).measure(&walls, &accuracy, 3);
     assert!(without[0].incident[Band::first()].value > 1.5 * without[1].incident[Band::first()].value);
+    // Where every path goes on from the point that it meets, the zones have no effect.
+    let continued = PathTracer::new(&scene).on_zones(zones(2.0)).measure(&walls, &accuracy, 4);
+    for (a, b) in continued.iter().zip(&without) {
+        let [a, b] = [a, b].map(|r| r.incident[Band::first()]);
+        assert_agrees("walls with continued paths", a, b.value, 0.01);
+    }
 }

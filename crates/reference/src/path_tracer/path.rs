@@ -149,21 +149,21 @@ impl PathSampler<'_> {
                 if !hit.front && self.space.scene.surfaces()[facet.surface].sides == Sides::Front {
                     return false;
                 }
-                let at = s.vertex.at() + d * hit.t;
                 let normal = if hit.front { normal } else { -normal };
-                s.vertex = PathVertex::Surface { at, normal, facet: Some(hit.id) };
-                match self
-                    .zones
-                    .as_ref()
-                    .and_then(|z| Some((z, z.locator.on_facet(hit.id, hit.front, hit.uv)?)))
-                {
+                let mut at = s.vertex.at() + d * hit.t;
+                let zones = self.zones.as_ref();
+                let zone = zones.and_then(|z| Some((z, z.locator.on_facet(hit.id, hit.front, hit.uv)?)));
+                let albedo = match zone {
                     Some((zones, i)) => {
-                        let at = self.start(&zones.detectors[i], numbers).at();
-                        s.vertex = PathVertex::Surface { at, normal, facet: Some(hit.id) };
+                        if !zones.continues(&s.vertex, i, hit.t) {
+                            at = self.start(&zones.detectors[i], numbers).at();
+                        }
                         zones.reflectances[i]
                     }
                     None => self.space.scene.reflectance_at(hit.id as usize, hit.uv[0], hit.uv[1]),
-                }
+                };
+                s.vertex = PathVertex::Surface { at, normal, facet: Some(hit.id) };
+                albedo
             }
         };
         self.scatter(s, albedo, numbers)

@@ -10,8 +10,12 @@
 //! uniformly random point of zone j in place of the point that it met, its next step has the probabilities of the row of j, independent
 //! of what came before: its mean is the solution of the zonal equations, with no error but its standard error. The light of suns, skies
 //! and emitters at that random point has the zone's mean H_dir.
+//!
+//! A walk may go on from the point that it met where a path from a surface ends on a patch close by. Its mean is then the solution of equations
+//! that resolve the radiosity within such patches, as the rays of the hierarchical engine do.
 
 use super::detector::Detector;
+use super::flight::PathVertex;
 use zonal_math::Vec3;
 use zonal_scene::Bands;
 
@@ -31,6 +35,18 @@ pub struct WalkZones<'a> {
     pub detectors: Vec<Detector>,
     /// The reflectance of each patch, the mean over it.
     pub reflectances: Vec<Bands>,
+    /// A path from a surface goes on from the point that it meets where its length is below this many square roots of the area of the patch met;
+    /// 0 for the zonal equations.
+    pub max_continued_patch_sizes: f64,
     /// Tells where points lie.
     pub locator: &'a dyn ZoneLocator,
+}
+
+impl WalkZones<'_> {
+    /// True where a path from `vertex` that meets patch `i` at a distance goes on from the point met.
+    pub(super) fn continues(&self, vertex: &PathVertex, i: usize, distance: f64) -> bool {
+        let Detector::Patch { plate, .. } = &self.detectors[i] else { return false };
+        let from_surface = matches!(vertex, PathVertex::Surface { .. });
+        from_surface && distance < self.max_continued_patch_sizes * plate.area().sqrt()
+    }
 }

@@ -20,9 +20,13 @@ const MAX_DENSE_ZONES: usize = 8000;
 /// Processor time of a solve after which a finer tolerance is not tried, s.
 const DEFAULT_LIMIT: f64 = 60.0;
 
-/// The references of a scene: the zonal one, and one with path-traced means.
+/// The references of a scene.
 struct SceneReferences {
+    /// The zonal equations.
     zonal: Reference,
+    /// The equations of the hierarchical engine, whose rays go on within patches.
+    continued: Option<Reference>,
+    /// Path-traced means.
     traced: Option<Reference>,
 }
 
@@ -30,10 +34,19 @@ impl SceneReferences {
     /// The dense reference before that of walks; `None` where there is none.
     fn read(folder: &Path, scene: &str) -> Result<Option<SceneReferences>, Error> {
         let file = |method: &str| Some(Reference::file(folder, scene, method)).filter(|f| f.exists());
-        let (dense, walks) = (file("dense"), file("walks"));
+        let (dense, walks, continued) = (file("dense"), file("walks"), file("continued"));
         let Some(first) = dense.as_ref().or(walks.as_ref()) else { return Ok(None) };
-        let traced = walks.as_ref().map(|f| Reference::read(f)).transpose()?;
-        Ok(Some(SceneReferences { zonal: Reference::read(first)?, traced }))
+        let [traced, continued] = [walks.as_ref(), continued.as_ref()].map(|f| f.map(|f| Reference::read(f)));
+        Ok(Some(SceneReferences {
+            zonal: Reference::read(first)?,
+            continued: continued.transpose()?,
+            traced: traced.transpose()?,
+        }))
+    }
+
+    /// The reference with the equations of an engine.
+    fn of_engine(&self, engine: &str) -> &Reference {
+        self.continued.as_ref().filter(|_| engine == "hierarchical").unwrap_or(&self.zonal)
     }
 }
 
@@ -135,10 +148,10 @@ fn measured(
     let solved = SolvedScene::read(run)?;
     Ok(Point {
         zones: solved.places.len(),
+        measured: measure(&solved, references.of_engine(&report.engine), references.traced.as_ref())?,
         used: report.engine,
         reason: report.reason,
         estimate: report.estimate,
-        measured: measure(&solved, &references.zonal, references.traced.as_ref())?,
         ..empty
     })
 }

@@ -1,4 +1,4 @@
-//! The sub-command `references`: walks on zones, path-traced means, and repeated solves of the dense engine.
+//! The sub-command `references`: walks on zones with and without continued paths, path-traced means, and repeated solves of the dense engine.
 
 use crate::arguments::Arguments;
 use crate::reference::{Reference, ReferenceField, ReferenceZone};
@@ -21,6 +21,8 @@ use zonal_transport::{Transport, build_zones};
 const MAX_MEMORY: u64 = 8 << 30;
 /// Tolerance of the solve that names the light groups.
 const COARSE_TOLERANCE: f64 = 0.5;
+/// Lengths, over the square root of the area of the patch met, below which rays of the hierarchical engine go on from patches.
+const MAX_CONTINUED_PATCH_SIZES: f64 = 1.5;
 
 /// How references are made.
 struct ReferenceRequest {
@@ -70,9 +72,10 @@ pub(crate) fn run(arguments: &Arguments, scenes: &[&'static BenchmarkScene]) -> 
         let start = Instant::now();
         let scene_of_file = input::read_scene(&path)?;
         let reference = match method {
-            "walks" => by_walks(scene_of_file, &request)?,
+            "walks" => by_walks(&scene_of_file, &request)?,
+            "continued" => by_continued_walks(&scene_of_file, &request)?,
             "dense" => by_dense(&scene_of_file, &request)?,
-            other => return Err(format!("--method {other}: give walks or dense").into()),
+            other => return Err(format!("--method {other}: give walks, continued or dense").into()),
         };
         reference.write(&file, scene.name)?;
         println!(
@@ -99,29 +102,52 @@ fn measure(
 }
 
 /// Walks on zones for every light group, and path-traced means.
-fn by_walks(scene: Scene, request: &ReferenceRequest) -> Result<Reference, Error> {
-    let parts = parts_by_group(&scene)?;
-    let transport = Transport::new(&scene);
-    let zones = build_zones(&scene, &transport)?;
+fn by_walks(scene: &Scene, request: &ReferenceRequest) -> Result<Reference, Error> {
+    let mut reference = by_walks_within(scene, request, 0.0)?;
+    let transport = Transport::new(scene);
+    let zones = build_zones(scene, &transport)?;
     let picked = picked(&zones, request);
     let patches = picked.partition_point(|i| *i < zones.voxel_offset());
-    let detectors: Vec<Detector> = picked.iter().map(|&i| detector(&scene, &zones, i)).collect();
-    let locator = SceneLocator::new(&scene, &zones, &transport);
+    let detectors: Vec<Detector> = picked.iter().map(|&i| detector(scene, &zones, i)).collect();
+    let seed = request.seed.wrapping_mul(64) + 63;
+    reference.traced = Some(measure(&PathTracer::new(scene), &detectors, patches, request, seed));
+    Ok(reference)
+}
+
+/// Walks that go on from the point that they meet as the rays of the hierarchical engine do.
+fn by_continued_walks(scene: &Scene, request: &ReferenceRequest) -> Result<Reference, Error> {
+    let reference = by_walks_within(scene, request, MAX_CONTINUED_PATCH_SIZES)?;
+    let method = format!("{}, continued within {MAX_CONTINUED_PATCH_SIZES} patch sizes", reference.method);
+    Ok(Reference { method, ..reference })
+}
+
+/// Walks on zones for every light group, continued within so many patch sizes.
+fn by_walks_within(
+    scene: &Scene,
+    request: &ReferenceRequest,
+    max_continued_patch_sizes: f64,
+) -> Result<Reference, Error> {
+    let parts = parts_by_group(scene)?;
+    let transport = Transport::new(scene);
+    let zones = build_zones(scene, &transport)?;
+    let picked = picked(&zones, request);
+    let patches = picked.partition_point(|i| *i < zones.voxel_offset());
+    let detectors: Vec<Detector> = picked.iter().map(|&i| detector(scene, &zones, i)).collect();
+    let locator = SceneLocator::new(scene, &zones, &transport);
     let seed = request.seed.wrapping_mul(64);
     let mut fields = Vec::new();
     for (k, (name, lit)) in parts.iter().enumerate() {
         let start = Instant::now();
-        let tracer = PathTracer::new(lit).on_zones(locator.walk_zones());
+        let tracer = PathTracer::new(lit).on_zones(locator.walk_zones(max_continued_patch_sizes));
         fields.push(measure(&tracer, &detectors, patches, request, seed + 4 * k as u64));
         println!("  walks of {name}: {:.0} s", start.elapsed().as_secs_f64());
     }
-    let traced = measure(&PathTracer::new(&scene), &detectors, patches, request, seed + 63);
     Ok(Reference {
-        zones: picked.iter().map(|&i| ReferenceZone::new(&scene, &zones, i)).collect(),
+        zones: picked.iter().map(|&i| ReferenceZone::new(scene, &zones, i)).collect(),
         zone_count: zones.len(),
         groups: parts.into_iter().map(|p| p.0).collect(),
         fields,
-        traced: Some(traced),
+        traced: None,
         surfaces: scene.surfaces().iter().map(|s| s.name.clone()).collect(),
         method: format!("walks on zones, {} relative", request.accuracy.relative),
     })

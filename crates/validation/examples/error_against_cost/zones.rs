@@ -31,11 +31,12 @@ impl<'a> SceneLocator<'a> {
         SceneLocator { scene, zones, transport, patches, first_pane_plate, pane_pieces }
     }
 
-    /// The zones for walks.
-    pub(crate) fn walk_zones(&self) -> WalkZones<'_> {
+    /// The zones for walks, which go on from the point that they meet within so many patch sizes.
+    pub(crate) fn walk_zones(&self, max_continued_patch_sizes: f64) -> WalkZones<'_> {
         WalkZones {
             detectors: (0..self.zones.len()).map(|i| detector(self.scene, self.zones, i)).collect(),
             reflectances: self.zones.patches.iter().map(|p| p.reflectance).collect(),
+            max_continued_patch_sizes,
             locator: self,
         }
     }
