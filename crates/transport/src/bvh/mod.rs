@@ -4,7 +4,8 @@
 //! boxes at a time in single precision. Coordinates are relative to the scene's centre in units of its half size R, and boxes are
 //! padded by 10⁻⁶ R: rounding of a, d, 1/d and of the products moves a box's face by at most 5·10⁻⁷ R, so no box that holds a hit is
 //! missed. A zero component of d becomes 10⁻²⁰, which excludes 0·∞. A leaf holds up to eight plates; `leaf_block` rejects in single
-//! precision those that the segment cannot cross. [`crate::intersect`] alone decides a hit, in double precision.
+//! precision those that the segment cannot cross. `common_plane` leaves out whole walls that a segment ends on or runs along.
+//! [`crate::intersect`] alone decides a hit, in double precision.
 
 mod any_hit;
 mod build;
@@ -59,6 +60,9 @@ impl Bvh {
     /// True when any plate crosses the segment a → b.
     #[inline(always)]
     pub(crate) fn any(&self, a: Vec3, b: Vec3, tolerance: &Tolerance) -> bool {
+        if self.nodes.is_empty() {
+            return false;
+        }
         let line = PreparedLine::new(a, b - a, tolerance);
         self.visit::<true>(&line, |slot| self.plates[slot].crosses(&line))
     }
