@@ -72,10 +72,9 @@ impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_H
     fn traverse<W: F32x8Ops, const DEPTH: usize>(mut self, w: W) -> bool {
         let bvh = self.bvh;
         let mut stack = [(0u32, 0u32); DEPTH];
-        let mut top = 0;
+        let (mut here, mut top) = (0, 0);
         let mut leaves = Deferred::<MAX_DEFERRED_LEAVES>::new();
         let mut plates = Deferred::<MAX_DEFERRED_PLATES>::new();
-        let mut here = 0;
         let mut node = &bvh.nodes[0];
         // Copy the children so that they are loaded together with the boxes.
         let mut children = node.child;
