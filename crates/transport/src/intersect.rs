@@ -39,17 +39,18 @@ impl Tolerance {
     }
 }
 
-/// A plate with the derived quantities of the intersection test.
+/// A plate with the derived quantities of the intersection test, those of the test of heights in one cache line.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
 pub(crate) struct PreparedPlate {
     origin: Vec3,
-    e1: Vec3,
-    e2: Vec3,
     normal: Vec3,
     /// |e₁ × e₂|
     area2: f64,
     /// Longest edge of the triangle (o, e₁, e₂), m.
     longest_edge: f64,
+    e1: Vec3,
+    e2: Vec3,
     triangle: bool,
 }
 

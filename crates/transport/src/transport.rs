@@ -163,7 +163,7 @@ impl<'a> Transport<'a> {
     }
 
     /// The first facet on the ray with t_min < t < t_max (m, may be infinite); `dir` has unit length. Facets whose plane holds the
-    /// ray or its origin are ignored.
+    /// ray or its origin are ignored. Of facets met at the same t the one of the smallest index is taken.
     pub fn closest_hit(&self, origin: Vec3, dir: Vec3, t_min: f64, t_max: f64) -> Option<Hit> {
         let (id, [t, u, v], front) = self.facets.nearest(origin, dir, (t_min, t_max), &self.tolerance)?;
         let facet = id as usize;

@@ -45,6 +45,8 @@ pub trait F32x8Ops: Copy {
     fn max(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     /// Mask whose bit l is set where a ≤ b in lane l.
     fn le(self, a: Self::Vector, b: Self::Vector) -> u32;
+    /// Asks the processor to load the cache line at the start of `x`; changes no result.
+    fn prefetch<T>(self, x: &T);
 }
 
 /// A computation on eight lanes. `evaluate` and every function that it calls must be `#[inline(always)]`, else they are compiled without
@@ -109,7 +111,7 @@ mod avx2 {
     use super::{F32x8, F32x8Ops};
     use pulp::bytemuck::cast;
     use pulp::x86::V3;
-    use std::arch::x86_64::{__m256, _CMP_LE_OQ};
+    use std::arch::x86_64::{__m256, _CMP_LE_OQ, _MM_HINT_T0};
 
     impl F32x8Ops for V3 {
         type Vector = __m256;
@@ -149,6 +151,10 @@ mod avx2 {
         fn le(self, a: __m256, b: __m256) -> u32 {
             let mask = self.avx._mm256_cmp_ps::<_CMP_LE_OQ>(a, b);
             self.avx._mm256_movemask_ps(mask) as u32
+        }
+        #[inline(always)]
+        fn prefetch<T>(self, x: &T) {
+            self.sse._mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(x).cast());
         }
     }
 }
@@ -200,6 +206,8 @@ impl F32x8Ops for ScalarF32x8 {
     fn le(self, a: F32x8, b: F32x8) -> u32 {
         (0..8).fold(0, |m, l| m | u32::from(a[l] <= b[l]) << l)
     }
+    #[inline(always)]
+    fn prefetch<T>(self, _: &T) {}
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
-//! Construction of the hierarchy: a binary tree by the binned surface area heuristic, collapsed into eight-wide nodes.
+//! The binary tree of the hierarchy, by the binned surface area heuristic. [`super::collapse`] makes wide nodes of it.
 //!
 //! A split of n boxes with surface S costs c_t + (S_l n_l + S_r n_r)/S plate tests; the cheapest of 16 bin borders on each axis
 //! is taken (Wald 2007). Where all centres coincide, or the tree gets deep, the list is halved.
 
-use super::node::{EMPTY_NODE, LEAF_FLAG, NODE_WIDTH, WideNode};
+use super::node::NODE_WIDTH;
+use super::wide_cuts::WideCuts;
 
 /// Most plates of a leaf, which are tested side by side.
 pub(super) const MAX_LEAF_PLATES: usize = NODE_WIDTH;
@@ -21,13 +22,15 @@ const PARALLEL_BUILD_ITEMS: usize = 8192;
 pub(super) struct BuildItem {
     pub lo: [f32; 3],
     pub hi: [f32; 3],
+    /// Area of the plate in the tree's units.
+    pub area: f32,
     pub id: u32,
 }
 
 #[derive(Clone, Copy)]
-struct Aabb {
-    lo: [f32; 3],
-    hi: [f32; 3],
+pub(super) struct Aabb {
+    pub lo: [f32; 3],
+    pub hi: [f32; 3],
 }
 
 impl Aabb {
@@ -39,59 +42,73 @@ impl Aabb {
         }
     }
     /// Half the surface area.
-    fn half_area(&self) -> f32 {
+    pub(super) fn half_area(&self) -> f32 {
         let e: [f32; 3] = std::array::from_fn(|k| (self.hi[k] - self.lo[k]).max(0.0));
         e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
     }
 }
 
-/// A node of the binary tree: its box, and the range of its items (first, count) or its children.
-enum BinaryNode {
-    Leaf(Aabb, u32, u32),
-    Fork(Aabb, Box<[BinaryNode; 2]>),
+/// A node of the binary tree.
+pub(super) enum BinaryNode {
+    /// A leaf.
+    Leaf(BinaryLeaf),
+    /// An inner node.
+    Fork(Box<BinaryFork>),
+}
+
+/// A leaf of the binary tree.
+pub(super) struct BinaryLeaf {
+    pub bounds: Aabb,
+    /// Number of the first item.
+    pub first: u32,
+    /// Number of items.
+    pub count: u32,
+    /// Area of the plates in the tree's units.
+    pub area: f32,
+}
+
+/// An inner node of the binary tree.
+pub(super) struct BinaryFork {
+    pub bounds: Aabb,
+    pub children: [BinaryNode; 2],
+    pub cuts: WideCuts,
 }
 
 impl BinaryNode {
-    fn bounds(&self) -> &Aabb {
+    pub(super) fn bounds(&self) -> &Aabb {
         match self {
-            BinaryNode::Leaf(b, ..) | BinaryNode::Fork(b, _) => b,
+            BinaryNode::Leaf(leaf) => &leaf.bounds,
+            BinaryNode::Fork(fork) => &fork.bounds,
         }
     }
-}
-
-/// Wide nodes over plates in leaf order.
-#[derive(Default)]
-pub(super) struct WideTree {
-    pub nodes: Vec<WideNode>,
-    /// First plate and number of plates of each leaf.
-    pub leaves: Vec<(u32, u32)>,
-    /// Nodes on the longest path from the root.
-    pub depth: usize,
-}
-
-/// Builds the nodes over `items`, which end up in leaf order.
-pub(super) fn build(items: &mut [BuildItem]) -> WideTree {
-    let mut built = WideTree::default();
-    if !items.is_empty() {
-        built.depth = collapse(split(items, 0, 0), &mut built);
+    /// C(n, k) for k = 1, …, 7.
+    fn costs(&self) -> [f32; NODE_WIDTH] {
+        match self {
+            BinaryNode::Leaf(leaf) => [leaf.bounds.half_area(); NODE_WIDTH],
+            BinaryNode::Fork(fork) => fork.cuts.cost,
+        }
     }
-    built
+    /// The leaf of all `items`, the first of which is number `first` of all.
+    fn leaf(items: &[BuildItem], bounds: Aabb, first: usize) -> BinaryNode {
+        let area = items.iter().map(|i| i.area).sum();
+        BinaryNode::Leaf(BinaryLeaf { bounds, first: first as u32, count: items.len() as u32, area })
+    }
 }
 
 /// Builds the binary tree over `items`, the first of which is number `first` of all.
-fn split(items: &mut [BuildItem], first: usize, level: usize) -> BinaryNode {
+pub(super) fn split(items: &mut [BuildItem], first: usize, level: usize) -> BinaryNode {
     let mut bounds = Aabb::EMPTY_BOX;
     items.iter().for_each(|i| bounds.join(&i.lo, &i.hi));
     if items.len() == 1 {
-        return BinaryNode::Leaf(bounds, first as u32, 1);
+        return BinaryNode::leaf(items, bounds, first);
     }
     let leaf_cost = (items.len() <= MAX_LEAF_PLATES).then_some(block_count(items.len() as u32));
     // Choose a leaf, the cheapest bin border, or the median.
     let at = match cheapest_split(items, &bounds) {
         Some((cost, ..)) if leaf_cost.is_some_and(|l| cost >= l) => {
-            return BinaryNode::Leaf(bounds, first as u32, items.len() as u32);
+            return BinaryNode::leaf(items, bounds, first);
         }
-        None if leaf_cost.is_some() => return BinaryNode::Leaf(bounds, first as u32, items.len() as u32),
+        None if leaf_cost.is_some() => return BinaryNode::leaf(items, bounds, first),
         Some((_, axis, border, to_bin)) if level < MEDIAN_SPLIT_LEVEL => {
             partition(items, |i| bin(i, axis, to_bin) < border)
         }
@@ -104,7 +121,8 @@ fn split(items: &mut [BuildItem], first: usize, level: usize) -> BinaryNode {
     } else {
         (build(l, first), build(r, first + at))
     };
-    BinaryNode::Fork(bounds, Box::new([l, r]))
+    let cuts = WideCuts::new(bounds.half_area(), &l.costs(), &r.costs());
+    BinaryNode::Fork(Box::new(BinaryFork { bounds, children: [l, r], cuts }))
 }
 
 /// Blocks of eight that hold n plates, as a cost.
@@ -191,41 +209,4 @@ fn split_at_median(items: &mut [BuildItem]) -> usize {
     let axis = (0..3).max_by(|&a, &b| spread(a).total_cmp(&spread(b))).unwrap_or(0);
     items.sort_by(|a, b| twice_centre(a, axis).total_cmp(&twice_centre(b, axis)).then(a.id.cmp(&b.id)));
     items.len() / 2
-}
-
-/// Appends the wide node of `tree`; returns the depth below it. Lanes are sorted from large to small boxes: a large box occludes
-/// more segments, so any-hit queries start there.
-fn collapse(tree: BinaryNode, built: &mut WideTree) -> usize {
-    let mut lanes = vec![tree];
-    while lanes.len() < NODE_WIDTH {
-        let largest = (0..lanes.len())
-            .filter(|&k| matches!(lanes[k], BinaryNode::Fork(..)))
-            .max_by(|&a, &b| lanes[a].bounds().half_area().total_cmp(&lanes[b].bounds().half_area()));
-        let Some(k) = largest else { break };
-        if let BinaryNode::Fork(_, two) = lanes.swap_remove(k) {
-            lanes.extend(*two);
-        }
-    }
-    lanes.sort_by(|a, b| b.bounds().half_area().total_cmp(&a.bounds().half_area()));
-    let here = built.nodes.len();
-    built.nodes.push(EMPTY_NODE);
-    let mut depth = 0;
-    for (lane, tree) in lanes.into_iter().enumerate() {
-        for axis in 0..3 {
-            built.nodes[here].bounds[axis][lane] = tree.bounds().lo[axis];
-            built.nodes[here].bounds[axis + 3][lane] = tree.bounds().hi[axis];
-        }
-        built.nodes[here].child[lane] = match tree {
-            BinaryNode::Leaf(_, first, count) => {
-                built.leaves.push((first, count));
-                LEAF_FLAG | (built.leaves.len() - 1) as u32
-            }
-            fork => {
-                let next = built.nodes.len() as u32;
-                depth = depth.max(collapse(fork, built));
-                next
-            }
-        };
-    }
-    depth + 1
 }

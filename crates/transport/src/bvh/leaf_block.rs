@@ -15,13 +15,8 @@
 //! slacks of 2·10⁻⁵ E² for the heights and D E |m| 2·10⁻⁵ (1 + E) + 10⁻⁹ D² E³ for the edges, a plate that fails is not crossed,
 //! and one that holds with the slack to spare is: the tolerances of [`crate::intersect`] are below 10⁻⁸. Double precision decides
 //! the plates in between, so no result depends on this classification.
-//!
-//! **Flat blocks.** Walls are meshes of coplanar plates, and all of them would be undecided for a segment in the wall or from it.
-//! The plates of a flat block have one plane to 10⁻¹¹ R, far below the length ε at which an end counts as lying in it. So none is
-//! crossed where the ends are not on both sides of it by 0.9 ε. [`LeafPlane`] makes this test before the block is loaded.
 
 use super::node::NODE_WIDTH;
-use crate::intersect::PreparedLine;
 use zonal_math::Vec3;
 use zonal_math::simd::f32x8::{F32x8, F32x8Ops};
 use zonal_scene::{Plate, PlateKind};
@@ -35,31 +30,18 @@ const SIGN_SLACK: f32 = 1e-9;
 /// D E² below which products may underflow and every plate is undecided.
 const UNDERFLOW_LIMIT: f32 = 1e-15;
 
-/// Up to eight plates side by side, and their range in the list of plates.
+/// Up to eight plates side by side, and their range in the list of plates: five cache lines.
 #[derive(Clone, Debug)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub(super) struct LeafBlock {
-    origin: [F32x8; 3],
-    e1: [F32x8; 3],
-    e2: [F32x8; 3],
     reach: f32,
     parallelograms: u32,
     first: u32,
     count: u32,
+    origin: [F32x8; 3],
+    e1: [F32x8; 3],
+    e2: [F32x8; 3],
 }
-
-/// The common plane of all plates of a block, m; NaN where there is none.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(super) struct LeafPlane {
-    origin: Vec3,
-    normal: Vec3,
-}
-
-/// Largest distance between the planes of a flat block, in units of R.
-const COPLANARITY_TOLERANCE: f64 = 1e-11;
-/// Fraction of ε within which an end lies in the plane of a flat block for certain.
-const CERTAIN_SHARE_OF_EPSILON: f64 = 0.9;
 
 /// A segment in the tree's coordinates and in single precision.
 pub(super) struct BlockSegment {
@@ -102,6 +84,16 @@ impl LeafBlock {
         }
     }
 
+    /// Starts to load the block.
+    #[inline(always)]
+    pub(super) fn prefetch<W: F32x8Ops>(&self, w: W) {
+        w.prefetch(&self.reach);
+        w.prefetch(&self.origin[2]);
+        w.prefetch(&self.e1[1]);
+        w.prefetch(&self.e2[0]);
+        w.prefetch(&self.e2[2]);
+    }
+
     /// Range of the plates in the list.
     #[inline(always)]
     pub(super) fn slots(&self) -> std::ops::Range<usize> {
@@ -122,9 +114,6 @@ impl LeafBlock {
         let reach2 = self.reach * self.reach;
         let (high, low) = (w.splat(HEIGHT_SLACK * reach2), w.splat(-HEIGHT_SLACK * reach2));
         let straddling = w.le(lower, high) & w.le(low, upper) & ((1 << self.count) - 1);
-        if straddling == 0 {
-            return (0, 0);
-        }
         // Test the edges, with the slack against and in favour of a crossing.
         let q = cross(w, &p, &d);
         let zero = w.splat(0.0);
@@ -138,47 +127,11 @@ impl LeafBlock {
         let wide = w.add(top, slack);
         let may = w.le(w.sub(zero, slack), smaller) & w.le(larger, wide);
         let may = may & straddling & (w.le(sum, wide) | self.parallelograms);
-        if may == 0 {
-            return (0, 0);
-        }
         let narrow = w.sub(top, slack);
         let certain = w.le(lower, low) & w.le(high, upper) & w.le(slack, smaller) & w.le(larger, narrow);
         (may, certain & may & (w.le(sum, narrow) | self.parallelograms))
     }
 }
-
-impl LeafPlane {
-    /// The common plane of the plates, with `scale` as for [`LeafBlock::new`].
-    pub(super) fn new(plates: &[Plate], scale: f64) -> LeafPlane {
-        let Some(first) = plates.first() else {
-            return NO_PLANE;
-        };
-        let (origin, normal) = (first.origin, first.normal());
-        let coplanar = |p: &Plate| {
-            let (n, height) = (p.normal(), (p.origin - origin).dot(normal));
-            let turn = (n - normal).max_abs().min((n + normal).max_abs());
-            turn <= 0.1 * COPLANARITY_TOLERANCE && height.abs() * scale <= COPLANARITY_TOLERANCE
-        };
-        if plates.iter().all(coplanar) { LeafPlane { origin, normal } } else { NO_PLANE }
-    }
-
-    /// True when a common plane exists and the segment a → a + d certainly does not cross it. Both ends must lie in the scene's
-    /// bounds.
-    #[inline(always)]
-    pub(super) fn never_crossed(&self, line: &PreparedLine) -> bool {
-        let start = (line.a - self.origin).dot(self.normal);
-        let end = start + line.d.dot(self.normal);
-        let limit = CERTAIN_SHARE_OF_EPSILON * line.plane;
-        // Comparisons with NaN are false.
-        (start >= -limit && end >= -limit) || (start <= limit && end <= limit)
-    }
-}
-
-/// Stands for a block without a common plane.
-const NO_PLANE: LeafPlane = LeafPlane {
-    origin: Vec3 { x: f64::NAN, y: f64::NAN, z: f64::NAN },
-    normal: Vec3 { x: 0.0, y: 0.0, z: 0.0 },
-};
 
 // These are functions because closures do not inherit the target features of the SIMD kernel.
 
@@ -205,8 +158,9 @@ fn minor<W: F32x8Ops>(w: W, a: &[W::Vector; 3], b: &[W::Vector; 3], i: usize, j:
 
 #[cfg(test)]
 mod tests {
+    use super::super::common_plane::CommonPlane;
     use super::*;
-    use crate::intersect::{PreparedPlate, Tolerance};
+    use crate::intersect::{PreparedLine, PreparedPlate, Tolerance};
     use zonal_math::low_discrepancy::hash_to_unit;
     use zonal_math::simd::f32x8::{F32x8Dispatch, F32x8Kernel};
 
@@ -272,10 +226,8 @@ mod tests {
                 assert_eq!(got, F32x8Dispatch::scalar().run(ClassifyKernel(&block, &s)));
                 assert!(got.0 == 1 || !crossed, "{plate:?} {a:?} {b:?}");
                 assert!(got.1 == 0 || crossed, "{plate:?} {a:?} {b:?}");
-                assert!(
-                    !(LeafPlane::new(&[plate], 1.0).never_crossed(&line) && crossed),
-                    "{plate:?} {a:?} {b:?}"
-                );
+                let plane = CommonPlane::of(&[plate], 1.0).expect("one plate has a plane");
+                assert!(!(plane.never_crossed(&line) && crossed), "{plate:?} {a:?} {b:?}");
                 match got {
                     (0, _) => rejected += 1,
                     (_, 0) => undecided += 1,
@@ -287,22 +239,5 @@ mod tests {
             certain > 10_000 && rejected > 10_000 && undecided > 10_000,
             "{certain} {rejected} {undecided}"
         );
-    }
-
-    #[test]
-    fn coplanar_plates_share_a_leaf_plane() {
-        let at = |x: f64, y: f64| Vec3::from_array([x, y, 0.25 + 0.5 * x - 0.1 * y]);
-        let triangle = |k: f64| Plate::triangle(at(k, 0.0), at(k + 1.0, 0.0), at(k, 1.0));
-        let mut plates = vec![triangle(0.0), triangle(1.0), triangle(2.0)];
-        let line =
-            |a, b: Vec3| PreparedLine::new(a, b - a, &Tolerance { plane: 1e-9, rounding: 0.0, edge: 0.0 });
-        let up = Vec3::from_array([0.1, 0.2, 9.0]);
-        let never_crossed = |plates: &[Plate], l: &PreparedLine| LeafPlane::new(plates, 0.1).never_crossed(l);
-        assert!(never_crossed(&plates, &line(at(0.3, 0.3), at(5.0, 8.0))));
-        assert!(never_crossed(&plates, &line(at(0.3, 0.3), up)));
-        assert!(never_crossed(&plates, &line(at(0.3, 0.3) + up * 1e-6, up)));
-        assert!(!never_crossed(&plates, &line(at(0.3, 0.3) - up * 1e-6, up)));
-        plates.push(Plate::triangle(at(0.0, 0.0), at(1.0, 0.0), up));
-        assert!(!never_crossed(&plates, &line(at(0.3, 0.3), at(0.4, 0.4))));
     }
 }

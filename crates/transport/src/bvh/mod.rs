@@ -4,122 +4,36 @@
 //! boxes at a time in single precision. Coordinates are relative to the scene's centre in units of its half size R, and boxes are
 //! padded by 10⁻⁶ R: rounding of a, d, 1/d and of the products moves a box's face by at most 5·10⁻⁷ R, so no box that holds a hit is
 //! missed. A zero component of d becomes 10⁻²⁰, which excludes 0·∞. A leaf holds up to eight plates; `leaf_block` rejects in single
-//! precision those that the segment cannot cross. [`crate::intersect`] alone decides a hit, in double precision.
+//! precision those that the segment cannot cross. `common_plane` leaves out whole walls that a segment ends on or runs along.
+//! [`crate::intersect`] alone decides a hit, in double precision.
 
+mod any_hit;
 mod build;
+mod closest_hit;
+mod collapse;
+mod common_plane;
 mod leaf_block;
 mod node;
+mod tree;
+mod wide_cuts;
 
 use crate::grid_traversal;
-use crate::intersect::{PreparedLine, PreparedPlate, Tolerance};
+use crate::intersect::{PreparedLine, Tolerance};
 use crate::shaft_culling::Shaft;
-use build::BuildItem;
-use leaf_block::{BlockSegment, LeafBlock, LeafPlane};
-use node::{BoxRay, NODE_WIDTH, WideNode, leaf_index};
+use any_hit::SegmentTraversal;
+use closest_hit::ClosestHitSearch;
+use node::{Child, NODE_WIDTH};
+pub(crate) use tree::Bvh;
+use tree::{LargeStack, SMALL_STACK_DEPTH};
 use zonal_math::Vec3;
-use zonal_math::simd::f32x8::{F32x8Dispatch, F32x8Kernel, F32x8Ops};
-use zonal_scene::Plate;
 
-/// Padding of boxes, in units of R.
-const BOX_PADDING: f64 = 1e-6;
-/// Trees up to this depth are traversed with a small stack.
-const SMALL_STACK_DEPTH: usize = 12;
-/// Depth limit of all trees, which sizes the large stack.
-const MAX_TREE_DEPTH: usize = 96;
-/// Undecided plates of an any-hit query that are tested only when nothing else occludes. Most segments that end on a plate are
-/// occluded elsewhere.
-const MAX_DEFERRED_PLATES: usize = 16;
 /// Slack of tests of boxes against planes, in units of R: above the rounding of single precision.
 const PLANE_TEST_SLACK: f64 = 1e-5;
 
-/// Plates in leaf order and the tree over them.
-#[derive(Clone, Debug)]
-pub(crate) struct Bvh {
-    nodes: Vec<WideNode>,
-    blocks: Vec<LeafBlock>,
-    /// The common plane of each block.
-    planes: Vec<LeafPlane>,
-    plates: Vec<PreparedPlate>,
-    ids: Vec<u32>,
-    depth: usize,
-    dispatch: F32x8Dispatch,
-    centre: Vec3,
-    scale: f64,
-    lo: Vec3,
-    hi: Vec3,
-}
-
 impl Bvh {
-    /// Builds the tree over (id, plate) pairs; `bounds` are the scene's.
-    pub(crate) fn new(plates: &[(u32, Plate)], bounds: (Vec3, Vec3)) -> Bvh {
-        let centre = (bounds.0 + bounds.1) * 0.5;
-        let half = (bounds.1 - bounds.0).max_abs() * 0.5;
-        // Far from the origin the rounding of the plates' coordinates exceeds the padding.
-        let half = half.max(1e-7 * bounds.0.max_abs().max(bounds.1.max_abs()));
-        let scale = if half > 0.0 { 1.0 / half } else { 1.0 };
-        let mut items: Vec<BuildItem> = plates
-            .iter()
-            .enumerate()
-            .map(|(k, (_, p))| {
-                let (lo, hi) = p.bounds();
-                let (lo, hi) = ((lo - centre) * scale, (hi - centre) * scale);
-                BuildItem {
-                    lo: lo.array().map(|x| ((x - BOX_PADDING) as f32).next_down()),
-                    hi: hi.array().map(|x| ((x + BOX_PADDING) as f32).next_up()),
-                    id: k as u32,
-                }
-            })
-            .collect();
-        let built = build::build(&mut items);
-        let ordered: Vec<Plate> = items.iter().map(|i| plates[i.id as usize].1).collect();
-        let run = |first: u32, count: u32| &ordered[first as usize..(first + count) as usize];
-        let block = |&(first, count): &(u32, u32)| {
-            LeafBlock::new(run(first, count), first, |x| (x - centre) * scale, scale)
-        };
-        let plane = |&(first, count): &(u32, u32)| LeafPlane::new(run(first, count), scale);
-        let pad = Vec3::splat(2.0 * BOX_PADDING / scale);
-        Bvh {
-            blocks: built.leaves.iter().map(block).collect(),
-            planes: built.leaves.iter().map(plane).collect(),
-            nodes: built.nodes,
-            plates: ordered.iter().map(PreparedPlate::new).collect(),
-            ids: items.iter().map(|i| plates[i.id as usize].0).collect(),
-            depth: built.depth,
-            dispatch: F32x8Dispatch::detect(),
-            centre,
-            scale,
-            lo: bounds.0 - pad,
-            hi: bounds.1 + pad,
-        }
-    }
-
     /// Number of plates.
     pub(crate) fn len(&self) -> usize {
         self.plates.len()
-    }
-
-    /// The part [t0, t1] of the segment a + t d, 0 ≤ t ≤ 1, within the scene's bounds.
-    #[inline(always)]
-    fn clip(&self, a: Vec3, d: Vec3) -> Option<(f64, f64)> {
-        let b = a + d;
-        let (lo, hi) = (&self.lo, &self.hi);
-        let within = |p: Vec3| {
-            let x = (p.x >= lo.x) & (p.x <= hi.x);
-            let y = (p.y >= lo.y) & (p.y <= hi.y);
-            let z = (p.z >= lo.z) & (p.z <= hi.z);
-            x & y & z
-        };
-        if within(a) & within(b) {
-            return Some((0.0, 1.0));
-        }
-        grid_traversal::clip(a, d, self.lo, self.hi, 0.0, 1.0)
-    }
-
-    /// The part t0 ≤ t ≤ t1 of a + t d in the tree's coordinates and in single precision.
-    #[inline(always)]
-    fn single_precision(&self, a: Vec3, d: Vec3, t0: f64, t1: f64) -> (BoxRay, BlockSegment) {
-        let (a, d) = ((a + d * t0 - self.centre) * self.scale, d * ((t1 - t0) * self.scale));
-        (BoxRay::new(a, d), BlockSegment::new(a, d))
     }
 
     /// Calls `visit` with every plate that the segment a + t d, 0 ≤ t ≤ 1, may cross, until it returns true. With `ANY_HIT` a plate
@@ -146,6 +60,9 @@ impl Bvh {
     /// True when any plate crosses the segment a → b.
     #[inline(always)]
     pub(crate) fn any(&self, a: Vec3, b: Vec3, tolerance: &Tolerance) -> bool {
+        if self.nodes.is_empty() {
+            return false;
+        }
         let line = PreparedLine::new(a, b - a, tolerance);
         self.visit::<true>(&line, |slot| self.plates[slot].crosses(&line))
     }
@@ -239,215 +156,26 @@ impl Bvh {
         keep: impl Fn(&[[f32; NODE_WIDTH]; 6], usize) -> bool,
         mut visit: impl FnMut(usize) -> bool,
     ) -> bool {
-        let mut stack: Vec<u32> = Vec::with_capacity(64);
+        let mut stack: Vec<usize> = Vec::with_capacity(64);
         if !self.nodes.is_empty() {
             stack.push(0);
         }
         while let Some(here) = stack.pop() {
-            let node = &self.nodes[here as usize];
+            let node = &self.nodes[here];
             for lane in 0..NODE_WIDTH {
                 if !keep(&node.bounds, lane) {
                     continue;
                 }
-                match leaf_index(node.child[lane]) {
-                    Some(block) => {
+                match Child::of(node.child[lane]) {
+                    Child::Leaf(block) => {
                         if self.blocks[block].slots().any(&mut visit) {
                             return true;
                         }
                     }
-                    None => stack.push(node.child[lane]),
+                    Child::Node(node) => stack.push(node),
                 }
             }
         }
         false
-    }
-}
-
-/// Traversal of all leaves on a segment; with `ANY_HIT` it ends at a plate that is crossed for certain.
-struct SegmentTraversal<'a, V, const ANY_HIT: bool> {
-    bvh: &'a Bvh,
-    line: &'a PreparedLine,
-    /// True when both ends lie within the scene's bounds.
-    unclipped: bool,
-    ray: BoxRay,
-    segment: BlockSegment,
-    visit: V,
-}
-
-/// A query with a stack for trees of any depth.
-struct LargeStack<T>(T);
-
-/// Plates of an any-hit query that single precision leaves undecided.
-struct DeferredPlates {
-    slots: [u32; MAX_DEFERRED_PLATES],
-    count: usize,
-}
-
-impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> F32x8Kernel for SegmentTraversal<'_, V, ANY_HIT> {
-    type Output = bool;
-    #[inline(always)]
-    fn evaluate<W: F32x8Ops>(self, w: W) -> bool {
-        self.traverse::<W, SMALL_STACK_DEPTH>(w)
-    }
-}
-
-impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> F32x8Kernel
-    for LargeStack<SegmentTraversal<'_, V, ANY_HIT>>
-{
-    type Output = bool;
-    #[inline(always)]
-    fn evaluate<W: F32x8Ops>(self, w: W) -> bool {
-        self.0.traverse::<W, MAX_TREE_DEPTH>(w)
-    }
-}
-
-impl<V: FnMut(usize) -> bool, const ANY_HIT: bool> SegmentTraversal<'_, V, ANY_HIT> {
-    #[inline(always)]
-    fn traverse<W: F32x8Ops, const DEPTH: usize>(mut self, w: W) -> bool {
-        let bvh = self.bvh;
-        let mut stack = [(0u32, 0u32); DEPTH];
-        let mut top = 0;
-        let mut deferred = DeferredPlates { slots: [0u32; MAX_DEFERRED_PLATES], count: 0 };
-        let mut here = 0;
-        let node = &bvh.nodes[0];
-        // Copy the children so that they are loaded together with the boxes.
-        let mut children = node.child;
-        let (mut mask, _) = self.ray.enter(w, node, 1.0);
-        loop {
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize & (NODE_WIDTH - 1);
-                mask &= mask - 1;
-                let child = children[lane];
-                // Test the plates of a leaf.
-                if let Some(block) = leaf_index(child) {
-                    if self.visit_block(w, block, &mut deferred) {
-                        return true;
-                    }
-                    continue;
-                }
-                // Descend into an inner node; its siblings wait on the stack.
-                if mask != 0 {
-                    stack[top] = (here, mask);
-                    top += 1;
-                }
-                here = child;
-                let node = &bvh.nodes[here as usize];
-                children = node.child;
-                mask = self.ray.enter(w, node, 1.0).0;
-            }
-            if top == 0 {
-                return deferred.slots[..deferred.count].iter().any(|slot| (self.visit)(*slot as usize));
-            }
-            top -= 1;
-            (here, mask) = stack[top];
-            children = bvh.nodes[here as usize].child;
-        }
-    }
-
-    /// Tests the plates of a leaf; returns true when the traversal ends.
-    #[inline(always)]
-    fn visit_block<W: F32x8Ops>(&mut self, w: W, block: usize, deferred: &mut DeferredPlates) -> bool {
-        let bvh = self.bvh;
-        if self.unclipped && bvh.planes[block].never_crossed(self.line) {
-            return false;
-        }
-        let block = &bvh.blocks[block];
-        let first = block.slots().start;
-        let (mut possible, certain) = block.classify(w, &self.segment);
-        if ANY_HIT && certain != 0 {
-            return true;
-        }
-        while possible != 0 {
-            let slot = first + possible.trailing_zeros() as usize;
-            possible &= possible - 1;
-            if ANY_HIT && deferred.count < MAX_DEFERRED_PLATES {
-                deferred.slots[deferred.count] = slot as u32;
-                deferred.count += 1;
-            } else if (self.visit)(slot) {
-                return true;
-            }
-        }
-        false
-    }
-}
-
-/// Search for the first plate on a ray.
-struct ClosestHitSearch<'a> {
-    bvh: &'a Bvh,
-    a: Vec3,
-    d: Vec3,
-    /// The part of the ray within the scene's bounds.
-    clipped: (f64, f64),
-    range: (f64, f64),
-    tolerance: &'a Tolerance,
-}
-
-/// Id, (t, u, v), and whether the front is met.
-type ClosestPlate = Option<(u32, [f64; 3], bool)>;
-
-impl F32x8Kernel for ClosestHitSearch<'_> {
-    type Output = ClosestPlate;
-    #[inline(always)]
-    fn evaluate<W: F32x8Ops>(self, w: W) -> ClosestPlate {
-        self.search::<W, { SMALL_STACK_DEPTH * NODE_WIDTH }>(w)
-    }
-}
-
-impl F32x8Kernel for LargeStack<ClosestHitSearch<'_>> {
-    type Output = ClosestPlate;
-    #[inline(always)]
-    fn evaluate<W: F32x8Ops>(self, w: W) -> ClosestPlate {
-        self.0.search::<W, { MAX_TREE_DEPTH * NODE_WIDTH }>(w)
-    }
-}
-
-impl ClosestHitSearch<'_> {
-    #[inline(always)]
-    fn search<W: F32x8Ops, const STACK: usize>(self, w: W) -> ClosestPlate {
-        let ClosestHitSearch { bvh, a, d, clipped: (t0, t1), range: (t_min, mut t_max), tolerance } = self;
-        let (ray, segment) = bvh.single_precision(a, d, t0, t1);
-        let line = PreparedLine::new(a, d, tolerance);
-        let mut stack = [(0.0f32, 0u32); STACK];
-        let (mut top, mut limit) = (1, 1.0f32);
-        let mut found = None;
-        while top > 0 {
-            top -= 1;
-            let (entry, child) = stack[top];
-            if entry > limit {
-                continue;
-            }
-            // Push the children of an inner node, the nearest last.
-            let Some(block) = leaf_index(child) else {
-                let node = &bvh.nodes[child as usize];
-                let (mut mask, entries) = ray.enter(w, node, limit);
-                let entries = w.store(entries);
-                let bottom = top;
-                while mask != 0 {
-                    let lane = mask.trailing_zeros() as usize & (NODE_WIDTH - 1);
-                    mask &= mask - 1;
-                    let mut k = top;
-                    while k > bottom && stack[k - 1].0 < entries[lane] {
-                        stack[k] = stack[k - 1];
-                        k -= 1;
-                    }
-                    stack[k] = (entries[lane], node.child[lane]);
-                    top += 1;
-                }
-                continue;
-            };
-            // Test the plates of a leaf and shorten the ray at each hit.
-            let block = &bvh.blocks[block];
-            let (mut possible, _) = block.classify(w, &segment);
-            while possible != 0 {
-                let slot = block.slots().start + possible.trailing_zeros() as usize;
-                possible &= possible - 1;
-                if let Some(at) = bvh.plates[slot].hit(&line, tolerance.rounding, t_min, t_max) {
-                    t_max = at[0];
-                    limit = (((t_max - t0) / (t1 - t0)) as f32 * 1.000_001 + 1e-6).min(1.0);
-                    found = Some((bvh.ids[slot], at, d.dot(bvh.plates[slot].normal()) < 0.0));
-                }
-            }
-        }
-        found
     }
 }
