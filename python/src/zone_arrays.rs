@@ -107,7 +107,7 @@ fn centre(s: &Solution, i: usize) -> Vec3 {
     if i < z.voxel_offset() {
         plate_centre(&z.patches[i].plate)
     } else if i < z.pane_offset() {
-        z.voxels[i - z.voxel_offset()].centre
+        z.voxels.at(i - z.voxel_offset()).centre
     } else {
         plate_centre(&z.panes[i - z.pane_offset()].plate)
     }
@@ -129,7 +129,7 @@ fn extinction(s: &Solution, i: usize) -> Bands {
     if i < z.voxel_offset() {
         Bands::ZERO
     } else if i < z.pane_offset() {
-        z.voxels[i - z.voxel_offset()].extinction
+        z.voxels.at(i - z.voxel_offset()).extinction
     } else {
         z.panes[i - z.pane_offset()].extinction
     }

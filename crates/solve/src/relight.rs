@@ -162,9 +162,8 @@ fn scale_zones(zones: &mut Zones, kind: LightGroupKind, f: Bands) {
         p.emission *= f;
     }
     if all || kind == LightGroupKind::Medium {
-        for v in &mut zones.voxels {
-            (v.emission, v.source) = (v.emission * f, v.source * f);
-        }
+        zones.voxels.update_emission(|_, e| e * f);
+        zones.voxels.update_source(|_, q| q * f);
     }
     if all || kind == LightGroupKind::Panes {
         zones.panes.iter_mut().for_each(|p| p.emission *= f);
@@ -203,7 +202,7 @@ fn sum_of_groups(
     };
     let radiosity = |i: usize| {
         let (e, (rho, _)) = (zones.emission(i), zones.response(i));
-        e + rho * (incident[i] + direct[i])
+        e + rho * (incident[i] + direct.get(i).copied().unwrap_or_default())
     };
     // Errors of the groups before and after scaling.
     let own = known.map(|before| (before, added(|g| (&g.error, g.incident_scale))));

@@ -95,7 +95,7 @@ fn centre(zones: &Zones, i: usize) -> (Vec3, Vec3) {
     match i.checked_sub(zones.voxel_offset()) {
         None => (zones.patches[i].plate.centre(), zones.patches[i].normal),
         Some(v) => match v.checked_sub(zones.voxels.len()) {
-            None => (zones.voxels[v].centre, Vec3::ZERO),
+            None => (zones.voxels.at(v).centre, Vec3::ZERO),
             Some(p) => (zones.panes[p].plate.centre(), zones.panes[p].normal),
         },
     }

@@ -21,7 +21,10 @@ pub(crate) fn spectral_solve_bytes(
     let columns = light_groups::select_groups(scene, zones).0.len() as u64;
     let grey = kappa == 1
         && zones.patches.par_iter().all(|p| p.reflectance.is_grey() && p.emission.is_grey())
-        && zones.voxels.par_iter().all(|v| v.albedo.is_grey() && v.emission.is_grey() && v.source.is_grey());
+        && zones
+            .voxels
+            .distinct_media()
+            .all(|v| v.albedo.is_grey() && v.emission.is_grey() && v.source.is_grey());
     // Closure defects, weights and targets; the roots of the weights, and of each group the sources and the four vectors of the iteration, in one band
     // or all.
     let bands = if grey { 1 } else { Band::count() as u64 };

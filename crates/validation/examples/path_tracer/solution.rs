@@ -84,7 +84,7 @@ fn size(zones: &Zones, i: usize) -> f64 {
     if i < zones.voxel_offset() {
         zones.patches[i].area
     } else if i < zones.pane_offset() {
-        zones.voxels[i - zones.voxel_offset()].volume
+        zones.voxels.at(i - zones.voxel_offset()).volume
     } else {
         zones.panes[i - zones.pane_offset()].area
     }
@@ -226,7 +226,7 @@ fn listing(s: &Solution, groups: &[SampledZones]) -> String {
             let c = if i < z.voxel_offset() {
                 z.patches[i].plate.centre()
             } else if i < z.pane_offset() {
-                z.voxels[i - z.voxel_offset()].centre
+                z.voxels.at(i - z.voxel_offset()).centre
             } else {
                 z.panes[i - z.pane_offset()].plate.centre()
             };

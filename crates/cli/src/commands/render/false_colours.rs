@@ -48,12 +48,12 @@ impl FieldQuantity {
             |list: &[f64]| list.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
         // The sum over the bands in thermal mode, the mean in light mode as in the viewer.
         let is_rgb = s.scene.bands().is_rgb();
-        let scalar = |i: usize, of: fn(&Fields) -> &[Bands]| {
+        let scalar = |i: usize, of: fn(&Fields, usize) -> Bands| {
             if is_rgb {
                 let v = of(f)[i];
                 return s.scene.thermal().map_or(v.mean(), |t| t.band_fractions.total(v));
             }
-            let all = s.all_bands(|t| of(&t.fields)[i]);
+            let all = s.all_bands(|t| of(&t.fields, i));
             let sum: f64 = all.iter().sum();
             if s.scene.thermal().is_some() { sum } else { sum / all.len() as f64 }
         };

@@ -101,14 +101,14 @@ fn write_voxels<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) 
     npz.ints("voxel_cell", voxels.iter().map(|v| v.cell))?;
     npz.vectors("voxel_centre", voxels.iter().map(|v| v.centre))?;
     npz.reals("voxel_volume", voxels.iter().map(|v| v.volume))?;
-    npz.band_rows("voxel_extinction", &n, |t, i| triples[t].zones.voxels[i].extinction)?;
-    npz.band_rows("voxel_albedo", &n, |t, i| triples[t].zones.voxels[i].albedo)?;
-    npz.band_rows("voxel_emission", &n, |t, i| triples[t].zones.voxels[i].emission)?;
-    npz.band_rows("voxel_source", &n, |t, i| triples[t].zones.voxels[i].source)?;
+    npz.band_rows("voxel_extinction", &n, |t, i| triples[t].zones.voxels.at(i).extinction)?;
+    npz.band_rows("voxel_albedo", &n, |t, i| triples[t].zones.voxels.at(i).albedo)?;
+    npz.band_rows("voxel_emission", &n, |t, i| triples[t].zones.voxels.at(i).emission)?;
+    npz.band_rows("voxel_source", &n, |t, i| triples[t].zones.voxels.at(i).source)?;
     let mut parts = 0;
     let first = (0..voxels.len() + 1).map(|i| {
         let first = parts;
-        parts += voxels.get(i).map_or(0, |v| v.samples.len());
+        parts += if i < voxels.len() { voxels.at(i).samples.len() } else { 0 };
         first
     });
     npz.ints("voxel_part_first", first)?;
