@@ -15,6 +15,7 @@
 //! | `emission` | [n, bands] | the part of the radiosity that is emitted, W/m² |
 
 use crate::arrays;
+use crate::solution::BAND_FIELDS;
 use numpy::PyArrayMethods;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
@@ -163,7 +164,7 @@ pub(crate) fn field_of_triples<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let of = |f: &Fields, i: usize| -> Option<Bands> {
         let lists = [&f.radiosity, &f.incident, &f.direct, &f.error, &f.direct_error, &f.surroundings_error];
-        lists[field].get(i).copied()
+        if BAND_FIELDS[field] == "direct" { Some(f.direct_light(i)) } else { lists[field].get(i).copied() }
     };
     if s.triples().all(|t| of(&t.fields, 0).is_none()) {
         return Ok(arrays::rows(py, Vec::new(), s.scene.bands().count())?.into_any());

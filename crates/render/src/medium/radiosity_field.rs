@@ -28,8 +28,8 @@ impl<'a> RadiosityField<'a> {
         many_lights: Option<ManyLights<'a>>,
     ) -> Option<RadiosityField<'a>> {
         let offset = s.zones.voxel_offset();
-        let indirect = |(i, z): (usize, &VoxelZone)| {
-            let (b, direct) = (s.fields.radiosity[offset + i], s.fields.direct[offset + i]);
+        let indirect = |(i, z): (usize, VoxelZone)| {
+            let (b, direct) = (s.fields.radiosity[offset + i], s.fields.direct_light(offset + i));
             b - z.albedo * direct / 4.0
         };
         let means = s.zones.voxels.iter().enumerate().map(indirect).collect();

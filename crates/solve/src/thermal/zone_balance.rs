@@ -50,7 +50,7 @@ impl ZoneBalance {
     }
     /// h of zone `i`, W/m².
     pub(super) fn incident_flux(&self, fields: &Fields, i: usize) -> Bands {
-        self.incident_share * (fields.incident[i] + fields.direct[i])
+        self.incident_share * (fields.incident[i] + fields.direct_light(i))
     }
 }
 

@@ -131,7 +131,7 @@ impl ZoneRow {
     /// Compares `incident`, or all light where `total`.
     fn new(s: &Solution, g: &SampledZones, total: bool) -> ZoneRow {
         let ours = |i: usize| -> Bands {
-            let (a, d) = (s.fields.incident[i], s.fields.direct[i]);
+            let (a, d) = (s.fields.incident[i], s.fields.direct_light(i));
             if total { a + d } else { a }
         };
         let truth = |r: &DetectorReading| if total { r.total } else { r.incident };
@@ -243,7 +243,7 @@ fn listing(s: &Solution, groups: &[SampledZones]) -> String {
                     b.index(),
                     f.incident[i][b],
                     f.error[i][b],
-                    f.direct[i][b],
+                    f.direct_light(i)[b],
                     r.incident[b].value,
                     r.incident[b].error,
                     r.total[b].value,

@@ -74,7 +74,7 @@ fn fields<'a>(s: &'a Solution, map: &'a VoxelGrid) -> Vec<DataArray<'a>> {
     let mut out = vec![
         of("radiosity [W/m2]", &f.radiosity),
         of("fluence [W/m2]", &f.incident),
-        of("direct [W/m2]", &f.direct),
+        DataArray::bands("direct [W/m2]", n, move |i| mean(i, &|j| f.direct_light(first + j))),
         of("error [W/m2]", &f.error),
         DataArray::bands("direct error [W/m2]", n, move |i| {
             mean(i, &|j| f.direct_error.get(first + j).copied().unwrap_or_default())
