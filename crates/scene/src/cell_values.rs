@@ -39,6 +39,13 @@ impl<T: Copy + PartialEq> CellValues<T> {
             CellValues::PerCell(list) => CellValues::PerCell(cells.map(|c| list[c]).collect()),
         }
     }
+    /// Heap memory, bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        match self {
+            CellValues::Uniform(_) => 0,
+            CellValues::PerCell(list) => size_of_val(list.as_slice()),
+        }
+    }
     /// Stores a single value if all are equal.
     pub(crate) fn seal(&mut self) {
         if let CellValues::PerCell(list) = self

@@ -248,6 +248,11 @@ impl VoxelGrid {
     pub(crate) fn properties(&self) -> [&CellValues<Bands>; 4] {
         [&self.extinction, &self.albedo, &self.emission, &self.source]
     }
+    /// Heap memory, bytes.
+    pub fn bytes(&self) -> usize {
+        let heat = self.heat.as_ref().map_or(0, CellValues::bytes);
+        self.properties().map(CellValues::bytes).iter().sum::<usize>() + heat
+    }
     /// Number of cells.
     pub fn len(&self) -> usize {
         self.geometry.len()

@@ -60,7 +60,7 @@ impl VoxelPlace {
 }
 
 /// In [`ZoneList::part_of_zone`], a zone that is a whole cell.
-const WHOLE: u32 = u32::MAX;
+const WHOLE_CELL: u32 = u32::MAX;
 
 static NO_SAMPLES: VoxelSamples = VoxelSamples::none();
 
@@ -71,7 +71,7 @@ struct ZoneList {
     cells: Vec<u32>,
     /// `cell_starts[c]..cell_starts[c+1]` are the zones of cell c.
     cell_starts: Vec<u32>,
-    /// The index in `parts` of each zone, or [`WHOLE`].
+    /// The index in `parts` of each zone, or [`WHOLE_CELL`].
     part_of_zone: Vec<u32>,
     /// Centre, volume and samples of the zones that are no whole cells.
     parts: Vec<(Vec3, f64, VoxelSamples)>,
@@ -87,7 +87,7 @@ impl ZoneList {
                 && centre.array().map(f64::to_bits) == of_cell.array().map(f64::to_bits)
                 && volume.to_bits() == geometry.volume().to_bits();
             out.cells.push(cell as u32);
-            out.part_of_zone.push(if is_whole { WHOLE } else { out.parts.len() as u32 });
+            out.part_of_zone.push(if is_whole { WHOLE_CELL } else { out.parts.len() as u32 });
             out.parts.extend((!is_whole).then_some((centre, volume, samples)));
         }
         out.cell_starts = vec![0; geometry.len() + 1];
@@ -243,7 +243,7 @@ impl VoxelZones {
     }
     /// The zones of a cell; empty without a voxel grid.
     #[inline]
-    pub fn zones_of_cell(&self, cell: usize) -> std::ops::Range<usize> {
+    pub(crate) fn zones_of_cell(&self, cell: usize) -> std::ops::Range<usize> {
         match &self.list {
             None if cell < self.len => cell..cell + 1,
             None => 0..0,
@@ -265,11 +265,7 @@ impl VoxelZones {
     }
     /// Heap memory, bytes.
     pub fn bytes(&self) -> usize {
-        let of = |v: &CellValues<Bands>| match v {
-            CellValues::Uniform(_) => 0,
-            CellValues::PerCell(list) => size_of_val(list.as_slice()),
-        };
-        let values = [&self.extinction, &self.albedo, &self.emission, &self.source].map(of);
+        let values = [&self.extinction, &self.albedo, &self.emission, &self.source].map(CellValues::bytes);
         self.list.as_ref().map_or(0, ZoneList::bytes) + values.iter().sum::<usize>()
     }
 
